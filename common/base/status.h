@@ -1,0 +1,48 @@
+// Errors below `main` are absl::Status / StatusOr. This header adds what Debian's Abseil (20220623) lacks:
+// early-return macros, formatted messages from std::string_view, context for an error on its way up.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+
+namespace parallax {
+
+// Debian's absl::string_view is not std::string_view.
+inline absl::string_view ToAbsl(std::string_view text) { return {text.data(), text.size()}; }
+inline std::string_view ToStd(absl::string_view text) { return {text.data(), text.size()}; }
+
+// The same code with "context: " in front of the message. OK stays OK.
+absl::Status WithContext(const absl::Status& status, std::string_view context);
+
+// kInvalidArgument, kNotFound... with a std::string message.
+inline absl::Status MakeError(absl::StatusCode code, std::string_view message) {
+  return absl::Status(code, ToAbsl(message));
+}
+
+// Maps errno to a status: "open /a/b: No space left on device" (kResourceExhausted for ENOSPC and EDQUOT,
+// kNotFound for ENOENT, kPermissionDenied for EACCES, EPERM and EROFS, else kUnavailable for EIO, kInternal).
+absl::Status ErrnoError(int error_number, std::string_view what);
+
+}  // namespace parallax
+
+#define PARALLAX_CONCAT_INNER(a, b) a##b
+#define PARALLAX_CONCAT(a, b) PARALLAX_CONCAT_INNER(a, b)
+
+#define RETURN_IF_ERROR(expression)                  \
+  do {                                               \
+    ::absl::Status parallax_status = (expression);   \
+    if (!parallax_status.ok()) return parallax_status; \
+  } while (false)
+
+// ASSIGN_OR_RETURN(auto image, ReadImage(path));
+#define ASSIGN_OR_RETURN(declaration, expression) \
+  PARALLAX_ASSIGN_OR_RETURN(PARALLAX_CONCAT(parallax_or_, __LINE__), declaration, expression)
+#define PARALLAX_ASSIGN_OR_RETURN(temporary, declaration, expression) \
+  auto temporary = (expression);                                      \
+  if (!temporary.ok()) return std::move(temporary).status();          \
+  declaration = *std::move(temporary)

@@ -1,0 +1,33 @@
+// Between recipe messages and math types.
+#pragma once
+
+#include "common/math/types.h"
+#include "parallax/v1/scene.pb.h"
+
+namespace parallax {
+
+inline Vec3d FromProto(const v1::Vec3& v) { return {v.x(), v.y(), v.z()}; }
+inline v1::Vec3 ToProto(const Vec3d& v) {
+  v1::Vec3 out;
+  out.set_x(v.x());
+  out.set_y(v.y());
+  out.set_z(v.z());
+  return out;
+}
+inline Pose FromProto(const v1::Transform& t) {
+  return {{t.tx(), t.ty(), t.tz()}, {t.qw(), t.qx(), t.qy(), t.qz()}, t.scale()};
+}
+inline v1::Transform ToProto(const Pose& pose) {
+  v1::Transform out;
+  out.set_tx(pose.translation.x());
+  out.set_ty(pose.translation.y());
+  out.set_tz(pose.translation.z());
+  out.set_qw(pose.rotation.w());
+  out.set_qx(pose.rotation.x());
+  out.set_qy(pose.rotation.y());
+  out.set_qz(pose.rotation.z());
+  out.set_scale(pose.scale);
+  return out;
+}
+
+}  // namespace parallax

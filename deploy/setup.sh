@@ -1,0 +1,63 @@
+#!/usr/bin/env bash
+# Installs what Parallax needs to build and run on Debian 12: packages, and Intel Open Image Denoise, which
+# Debian does not have, from a wheel pinned by version and hash. Idempotent: a second run changes nothing.
+# Run as root or as a user with sudo.
+set -euo pipefail
+
+readonly OIDN_VERSION=2.5.1
+readonly OIDN_WHEEL=pyoidn==2.5.1.0
+readonly OIDN_SHA256=32ad13368f8de1ef63001942ad05b02a00cd732d1206d97f352d3a3f606d823e
+readonly OIDN_ROOT=${PARALLAX_OIDN_ROOT:-/opt/parallax/oidn-$OIDN_VERSION}
+readonly PACKAGES=(
+  build-essential cmake ninja-build ccache clang-format pkg-config git ca-certificates unzip python3 python3-pip
+  libeigen3-dev libembree-dev libfcl-dev libosd-dev libtbb-dev
+  libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc libabsl-dev libssl-dev
+  libopencv-dev libopenexr-dev libtinygltf-dev libzstd-dev
+  libsqlite3-dev sqlite3 libspdlog-dev libfmt-dev libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libcpp-httplib-dev
+  libgtest-dev libgmock-dev libbenchmark-dev
+)
+
+say() { printf 'setup: %s\n' "$*"; }
+fail() { printf 'setup: %s\n' "$*" >&2; exit 1; }
+
+as_root() {
+  if [ "$(id -u)" -eq 0 ]; then "$@"
+  elif command -v sudo >/dev/null; then sudo "$@"
+  else fail "needs root for: $* (run as root, or install sudo)"; fi
+}
+
+install_packages() {
+  local missing=()
+  for package in "${PACKAGES[@]}"; do
+    dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
+  done
+  if [ ${#missing[@]} -eq 0 ]; then say "Debian packages: all ${#PACKAGES[@]} present"; return; fi
+  say "Debian packages: installing ${missing[*]}"
+  as_root apt-get update -qq
+  as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" \
+    >/dev/null
+}
+
+install_oidn() {
+  if [ -e "$OIDN_ROOT/lib/libOpenImageDenoise_core.so.$OIDN_VERSION" ]; then
+    say "Open Image Denoise $OIDN_VERSION: present in $OIDN_ROOT"; return
+  fi
+  say "Open Image Denoise $OIDN_VERSION: installing into $OIDN_ROOT"
+  local tmp; tmp=$(mktemp -d)
+  trap "rm -rf '$tmp'" EXIT
+  echo "$OIDN_WHEEL --hash=sha256:$OIDN_SHA256" > "$tmp/requirements.txt"
+  python3 -m pip download --quiet --disable-pip-version-check --no-deps --require-hashes --only-binary :all: \
+    --dest "$tmp" --requirement "$tmp/requirements.txt"
+  unzip -q "$tmp"/pyoidn-*.whl 'pyoidn/oidn/lib/libOpenImageDenoise.so.2' \
+    'pyoidn/oidn/lib/libOpenImageDenoise_core.so.*' 'pyoidn/oidn/lib/libOpenImageDenoise_device_cpu.so.*' -d "$tmp"
+  as_root mkdir -p "$OIDN_ROOT"
+  as_root rm -rf "$OIDN_ROOT/lib.new"
+  as_root cp -r "$tmp/pyoidn/oidn/lib" "$OIDN_ROOT/lib.new"
+  as_root rm -rf "$OIDN_ROOT/lib"
+  as_root mv "$OIDN_ROOT/lib.new" "$OIDN_ROOT/lib"
+}
+
+[ -f /etc/debian_version ] || fail "made for Debian 12; on other systems install the packages listed in this file by hand"
+install_packages
+install_oidn
+say "ready"

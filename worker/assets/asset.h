@@ -1,0 +1,52 @@
+// What a procedural object is: a mesh with named material slots, and the facts by which it is placed.
+//
+// Object frame: z up, origin on the floor below the middle of the footprint; the front faces +y (a person who uses it
+// stands at +y and looks along -y). Wall things (WallArt, Window, doors): the wall plane is y = 0, the thing at y >= 0.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/rng.h"
+#include "worker/geometry/mesh.h"
+
+namespace parallax {
+
+enum class Placement { kFloor, kFloorAgainstWall, kOnTop, kOnWall, kCeiling, kOpening };
+
+// A horizontal rectangle that other things can stand on, object frame.
+struct SupportSurface {
+  Box2f area;              // x and y range, metres.
+  float z_m = 0;           // Its height.
+  float clearance_m = 10;  // Free height above it; small inside shelves.
+};
+
+struct Asset {
+  Mesh mesh;
+  std::vector<SupportSurface> supports;
+};
+
+// One entry of the catalogue. `sample` draws the parameters from the stream and builds the mesh: the same stream gives
+// the same bytes. Registered by worker/assets/<family>.cc.
+struct AssetClass {
+  std::string name;     // The paper's name: "ArmChair".
+  std::string family;   // "seating", "tables", "storage"...
+  Placement placement = Placement::kFloor;
+  bool on_by_default = true;
+  float front_clearance_m = 0;  // Free space a person needs in front of it.
+  std::function<Asset(Rng&)> sample;
+};
+
+// Every class in order of name; built once, thread-safe, lives for the program.
+const std::vector<AssetClass>& AssetCatalogue();
+
+// nullptr when there is no such class.
+const AssetClass* FindAssetClass(std::string_view name);
+
+// The asset of a class and seed: what a recipe's object means.
+// Errors: kNotFound naming the class and the nearest known name.
+absl::StatusOr<Asset> MakeAsset(std::string_view class_name, uint64_t seed);
+
+}  // namespace parallax

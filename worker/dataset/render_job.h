@@ -1,0 +1,24 @@
+// The whole job `render`: build the scene once, render its rigs, write each frame's folder, report what was written.
+#pragma once
+
+#include <string>
+
+#include "common/base/cancel.h"
+#include "common/base/status.h"
+#include "parallax/v1/jobs.pb.h"
+#include "worker/render/renderer.h"
+
+namespace parallax {
+
+struct RenderJobContext {
+  std::string attempt_dir;   // Absolute local folder of this attempt; made by the callee, files and folders fsynced.
+  std::string attempt_path;  // The same folder's path in the store: prefix of FrameResult.path.
+  CancelToken cancel;
+  ProgressFn progress;
+};
+
+// Errors: kCancelled; kResourceExhausted (disk full, memory); kPermissionDenied; kInvalidArgument for a broken recipe.
+absl::StatusOr<v1::RenderResult> RunRenderJob(const v1::RenderJob& job,
+                                              const RenderJobContext& context);
+
+}  // namespace parallax

@@ -1,0 +1,64 @@
+#include "worker/geometry/mesh.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace parallax {
+namespace {
+
+uint16_t SlotIndex(Mesh& mesh, const MaterialSlot& slot) {
+  const auto found = std::find_if(mesh.slots.begin(), mesh.slots.end(),
+                                  [&](const MaterialSlot& s) { return s.name == slot.name; });
+  if (found != mesh.slots.end()) return static_cast<uint16_t>(found - mesh.slots.begin());
+  mesh.slots.push_back(slot);
+  return static_cast<uint16_t>(mesh.slots.size() - 1);
+}
+
+}  // namespace
+
+Box3f Mesh::Bounds() const {
+  Box3f box;
+  for (const Vec3f& p : positions) box.extend(p);
+  return box;
+}
+
+absl::Status ValidateMesh(const Mesh& mesh) {
+  const size_t count = mesh.positions.size();
+  if (count == 0 || mesh.triangles.empty()) return absl::InvalidArgumentError("mesh is empty");
+  if (mesh.normals.size() != count || mesh.texture.size() != count || mesh.uv.size() != count) {
+    return absl::InvalidArgumentError("mesh arrays differ in length");
+  }
+  for (size_t i = 0; i < count; ++i) {
+    if (!mesh.positions[i].allFinite() || !mesh.texture[i].allFinite() || !mesh.uv[i].allFinite()) {
+      return absl::InvalidArgumentError("vertex " + std::to_string(i) + " is not finite");
+    }
+    if (!(std::abs(mesh.normals[i].norm() - 1.0f) < 1e-3f)) {
+      return absl::InvalidArgumentError("normal " + std::to_string(i) + " is not unit length");
+    }
+  }
+  for (const Triangle& t : mesh.triangles) {
+    if (std::max({t.a, t.b, t.c}) >= count) {
+      return absl::InvalidArgumentError("triangle index out of range");
+    }
+    if (t.slot >= mesh.slots.size()) return absl::InvalidArgumentError("slot index out of range");
+  }
+  return absl::OkStatus();
+}
+
+void Append(Mesh& mesh, const Mesh& part, const Eigen::Affine3f& mesh_from_part) {
+  const uint32_t base = static_cast<uint32_t>(mesh.positions.size());
+  const Mat3f normal_matrix = mesh_from_part.linear().inverse().transpose();
+  const bool flipped = mesh_from_part.linear().determinant() < 0;
+  for (const Vec3f& p : part.positions) mesh.positions.push_back(mesh_from_part * p);
+  for (const Vec3f& n : part.normals) mesh.normals.push_back((normal_matrix * n).normalized());
+  mesh.texture.insert(mesh.texture.end(), part.texture.begin(), part.texture.end());
+  mesh.uv.insert(mesh.uv.end(), part.uv.begin(), part.uv.end());
+  std::vector<uint16_t> slot_of;
+  for (const MaterialSlot& slot : part.slots) slot_of.push_back(SlotIndex(mesh, slot));
+  for (Triangle t : part.triangles) {
+    if (flipped) std::swap(t.b, t.c);
+    mesh.triangles.push_back({t.a + base, t.b + base, t.c + base, slot_of[t.slot]});
+  }
+}
+
+}  // namespace parallax

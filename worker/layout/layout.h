@@ -1,0 +1,25 @@
+// Stage `layout`: from a seed to a room with its furniture, by simulated annealing over relations.
+#pragma once
+
+#include <variant>
+
+#include "common/base/cancel.h"
+#include "common/base/ids.h"
+#include "common/base/status.h"
+#include "parallax/v1/config.pb.h"
+#include "parallax/v1/scene.pb.h"
+
+namespace parallax {
+
+// A seed that has no valid scene. A result, not a failure: the variant's next seed takes its place.
+struct Rejected {
+  std::string reason;
+};
+
+// Deterministic in (config's fields type, room, furniture, solver, assets; seed).
+// Errors: kCancelled; kInvalidArgument for a config that names unknown classes.
+absl::StatusOr<std::variant<v1::Layout, Rejected>> SolveLayout(const v1::SceneConfig& config,
+                                                               SceneSeed seed,
+                                                               const CancelToken& cancel);
+
+}  // namespace parallax

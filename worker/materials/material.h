@@ -1,0 +1,69 @@
+// Procedural materials: from a point of a surface to what the light does there.
+//
+// A material is drawn once for each recipe entry (class + seed) and is then constant and thread-safe. It is a solid
+// texture: evaluated at `texture_m` (metres; x along the grain of the part), so it needs no unwrapping.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/rng.h"
+#include "common/base/status.h"
+#include "common/math/types.h"
+
+namespace parallax {
+
+struct SurfacePoint {
+  Vec3f texture_m = Vec3f::Zero();  // Mesh::texture, interpolated, times the object's scale.
+  Vec3f normal = Vec3f::UnitZ();    // Object frame, unit: to tell tops from sides.
+  Vec2f uv = Vec2f::Zero();         // Printed pictures.
+  float footprint_m = 0;            // Width of the ray's footprint here; detail much finer than it is averaged away.
+};
+
+// The principled surface of one point. All linear, scene-referred Rec. 709.
+struct SurfaceSample {
+  Vec3f base_color = Vec3f::Constant(0.5f);  // [0, 1]
+  float metallic = 0;                        // [0, 1]
+  float roughness = 0.5f;                    // [0, 1]; GGX alpha = roughness^2
+  float specular = 0.5f;                     // Dielectric reflectance; 0.5 is 4 % at normal incidence.
+  float transmission = 0;                    // [0, 1]; refracts with `ior` (thin_walled: passes straight through).
+  float ior = 1.5f;
+  bool thin_walled = false;
+  float clearcoat = 0;                       // [0, 1]
+  float clearcoat_roughness = 0.1f;
+  float sheen = 0;                           // [0, 1]
+  float opacity = 1;                         // [0, 1]; 0 = a hole.
+  Vec3f emission = Vec3f::Zero();            // Radiance, W / (m^2 sr).
+};
+
+class Material {
+ public:
+  virtual ~Material() = default;
+  virtual SurfaceSample Evaluate(const SurfacePoint& point) const = 0;
+  // Height of the relief above the mesh in metres (a few tenths of a millimetre to a few millimetres); the renderer
+  // bends the shading normal by its gradient. 0 everywhere = smooth.
+  virtual float Height(const SurfacePoint& point) const {
+    (void)point;
+    return 0.0f;
+  }
+};
+
+// One entry of the catalogue. `sample` draws the parameters: the same stream gives the same material.
+struct MaterialClass {
+  std::string name;    // "OakWood", "WovenFabric"...
+  std::string family;  // "wood", "fabric", "metal", "glass", "plastic", "ceramic", "stone", "paint", "paper", "picture"...
+  std::function<std::unique_ptr<const Material>(Rng&)> sample;
+};
+
+// Every class in order of name; built once, thread-safe, lives for the program.
+const std::vector<MaterialClass>& MaterialCatalogue();
+
+// The material of a class and seed: what a recipe's material means.
+// Errors: kNotFound naming the class and the nearest known name.
+absl::StatusOr<std::unique_ptr<const Material>> MakeMaterial(std::string_view class_name,
+                                                             uint64_t seed);
+
+}  // namespace parallax

@@ -1,0 +1,35 @@
+// Pays once for each scene what its rigs share: geometry, acceleration structure, light tables, denoiser.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "common/base/cancel.h"
+#include "common/base/status.h"
+#include "parallax/v1/config.pb.h"
+#include "parallax/v1/scene.pb.h"
+#include "worker/render/stereo_frame.h"
+#include "worker/scene/scene_geometry.h"
+
+namespace parallax {
+
+// Called from time to time with the fraction done, in [0, 1]; must be quick and thread-safe.
+using ProgressFn = std::function<void(double)>;
+
+// Constant after Create but for reused buffers: one RenderRig at a time (it uses all cores itself).
+class Renderer {
+ public:
+  // `scene` and `geometry` are copied or shared as needed; they may go away.
+  // Errors: kResourceExhausted when memory does not suffice.
+  static absl::StatusOr<std::unique_ptr<Renderer>> Create(const v1::Scene& scene,
+                                                          SceneGeometry geometry,
+                                                          const v1::RenderConfig& config);
+  virtual ~Renderer() = default;
+
+  // Both eyes and their ground truth. The noise of the eyes is independent.
+  // Errors: kCancelled (within a second), kResourceExhausted.
+  virtual absl::StatusOr<StereoFrame> RenderRig(const v1::Rig& rig, const CancelToken& cancel,
+                                                const ProgressFn& progress) = 0;
+};
+
+}  // namespace parallax

@@ -1,0 +1,30 @@
+// One stereo pair with its ground truth, in memory, as dataset-format names it. Both views share width and height.
+#pragma once
+
+#include <cstdint>
+
+#include "common/image/image.h"
+
+namespace parallax {
+
+// Bits of View::masks.
+enum MaskBit : uint8_t { kMaskSky = 1, kMaskExterior = 2, kMaskTransparent = 4, kMaskMirror = 8 };
+
+struct View {
+  ImageRgb8 color;      // 8-bit sRGB.
+  ImageF depth_m;       // Along the optical axis at pixel centres, exact first hit; 0 = no surface.
+  ImageF disparity_px;  // fx * baseline / depth in float precision, positive in both views; 0 = no surface.
+  ImageU8 occlusion;    // 255 = occluded or outside the other view, 0 = visible in both.
+  ImageU16 objects;     // SceneObject.index, 0 = none.
+  ImageU16 materials;   // SceneMaterial.index, 0 = none.
+  ImageF3 normals;      // Unit, the view's camera frame, facing the camera; 0 = no surface.
+  ImageU8 masks;        // MaskBit.
+};
+
+struct StereoFrame {
+  View left, right;
+  float exposure = 1;  // Scene radiance is multiplied by it before the sRGB curve; one value for both eyes.
+  double trace_s = 0, denoise_s = 0, truth_s = 0;
+};
+
+}  // namespace parallax

@@ -1,0 +1,202 @@
+#include "common/rpc/endpoint.h"
+
+#include <grpc/support/log.h>
+#include <grpcpp/create_channel.h>
+#include <grpcpp/grpcpp.h>
+#include <netdb.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+
+namespace parallax {
+namespace {
+
+// A file descriptor that closes itself.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  ~Descriptor() {
+    if (fd_ >= 0) close(fd_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+absl::Status ListenError(const RpcAddress& address, int error_number) {
+  if (error_number == EADDRINUSE) {
+    return absl::AlreadyExistsError("cannot listen on " + address.ToString() +
+                                    ": address already in use");
+  }
+  return ErrnoError(error_number, "cannot listen on " + address.ToString());
+}
+
+// gRPC removes a socket file before it binds, whoever serves it; so ask first whether somebody
+// answers there.
+absl::Status CheckUnixSocketFree(const RpcAddress& address) {
+  Descriptor fd(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  if (fd.get() < 0) return ListenError(address, errno);
+  sockaddr_un name{};
+  name.sun_family = AF_UNIX;
+  std::memcpy(name.sun_path, address.unix_path.c_str(), address.unix_path.size() + 1);
+  if (connect(fd.get(), reinterpret_cast<sockaddr*>(&name), sizeof(name)) == 0) {
+    return ListenError(address, EADDRINUSE);
+  }
+  return absl::OkStatus();
+}
+
+// gRPC says only that it could not bind. Binding once more by hand tells why; OK when nothing is
+// wrong (any more).
+absl::Status ProbeTcp(const RpcAddress& address) {
+  addrinfo hints{};
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_PASSIVE;
+  addrinfo* found = nullptr;
+  const int error =
+      getaddrinfo(address.host.c_str(), std::to_string(address.port).c_str(), &hints, &found);
+  if (error != 0) {
+    return absl::NotFoundError("cannot listen on " + address.ToString() + ": " +
+                               gai_strerror(error));
+  }
+  std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> owner(found, &freeaddrinfo);
+  Descriptor fd(socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  if (fd.get() < 0) return ListenError(address, errno);
+  const int yes = 1;
+  setsockopt(fd.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
+  if (bind(fd.get(), found->ai_addr, found->ai_addrlen) != 0) return ListenError(address, errno);
+  if (listen(fd.get(), 1) != 0) return ListenError(address, errno);
+  return absl::OkStatus();
+}
+
+absl::Status ProbeUnix(const RpcAddress& address) {
+  Descriptor fd(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  if (fd.get() < 0) return ListenError(address, errno);
+  sockaddr_un name{};
+  name.sun_family = AF_UNIX;
+  std::memcpy(name.sun_path, address.unix_path.c_str(), address.unix_path.size() + 1);
+  if (bind(fd.get(), reinterpret_cast<sockaddr*>(&name), sizeof(name)) != 0) {
+    return ListenError(address, errno);
+  }
+  unlink(address.unix_path.c_str());
+  return absl::OkStatus();
+}
+
+// gRPC's own lines tell of what our statuses tell too. Who hunts a bug in gRPC sets GRPC_VERBOSITY.
+void QuietGrpcLog() {
+  static const bool done = [] {
+    if (std::getenv("GRPC_VERBOSITY") == nullptr) {
+      gpr_set_log_function([](gpr_log_func_args*) {});
+    }
+    return true;
+  }();
+  (void)done;
+}
+
+absl::Status WhyNotListening(const RpcAddress& address) {
+  absl::Status why = address.is_unix() ? ProbeUnix(address) : ProbeTcp(address);
+  if (!why.ok()) return why;
+  return absl::UnavailableError("cannot listen on " + address.ToString());
+}
+
+}  // namespace
+
+absl::Status CheckRpcSecurity(const RpcAddress& address, const RpcSecurity& security) {
+  if (address.is_local() || security.insecure) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      "address " + address.ToString() +
+      " is not of this machine, and the connection would be neither encrypted nor authenticated; "
+      "use a loopback address or a Unix socket, or allow it with --insecure");
+}
+
+absl::StatusOr<std::shared_ptr<grpc::Channel>> ConnectRpc(const RpcAddress& address,
+                                                          const RpcSecurity& security) {
+  RETURN_IF_ERROR(CheckRpcSecurity(address, security));
+  if (!address.is_unix() && address.port == 0) {
+    return absl::InvalidArgumentError("address " + address.ToString() +
+                                      ": port 0 is only for listening");
+  }
+  QuietGrpcLog();
+  grpc::ChannelArguments arguments;
+  arguments.SetMaxReceiveMessageSize(kMaxRpcMessageBytes);
+  arguments.SetMaxSendMessageSize(kMaxRpcMessageBytes);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 20'000);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
+  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+  // Callers have their own back-off; the channel's must not hide a coordinator that is back.
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 100);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2'000);
+  // A proxy named by the environment is for the web, not for the machine's own sockets.
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  return grpc::CreateCustomChannel(address.ToString(), grpc::InsecureChannelCredentials(),
+                                   arguments);
+}
+
+void SetRpcTimeout(grpc::ClientContext& context, std::chrono::duration<double> timeout) {
+  const gpr_timespec span =
+      gpr_time_from_micros(static_cast<int64_t>(timeout.count() * 1e6), GPR_TIMESPAN);
+  context.set_deadline(gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC), span));
+}
+
+RpcServer::RpcServer(std::unique_ptr<grpc::Server> server, std::vector<RpcAddress> addresses)
+    : server_(std::move(server)), addresses_(std::move(addresses)) {}
+
+RpcServer::~RpcServer() { Shutdown(std::chrono::seconds(0)); }
+
+absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(
+    const std::vector<RpcAddress>& addresses, const RpcSecurity& security, grpc::Service& service) {
+  if (addresses.empty()) return absl::InvalidArgumentError("no address to listen on");
+  for (const RpcAddress& address : addresses) {
+    RETURN_IF_ERROR(CheckRpcSecurity(address, security));
+    if (address.is_unix()) RETURN_IF_ERROR(CheckUnixSocketFree(address));
+  }
+  QuietGrpcLog();
+  grpc::ServerBuilder builder;
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 20'000);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);
+  builder.SetMaxReceiveMessageSize(kMaxRpcMessageBytes);
+  builder.SetMaxSendMessageSize(kMaxRpcMessageBytes);
+  std::vector<int> ports(addresses.size(), 0);
+  for (size_t i = 0; i < addresses.size(); ++i) {
+    builder.AddListeningPort(addresses[i].ToString(), grpc::InsecureServerCredentials(), &ports[i]);
+  }
+  builder.RegisterService(&service);
+  std::unique_ptr<grpc::Server> server = builder.BuildAndStart();
+  for (size_t i = 0; i < addresses.size(); ++i) {
+    if (server == nullptr || ports[i] == 0) {
+      // The first address that could not be bound keeps port 0, also when gRPC gave up on all of
+      // them.
+      if (ports[i] != 0) continue;
+      server.reset();
+      return WhyNotListening(addresses[i]);
+    }
+  }
+  if (server == nullptr) return absl::InternalError("the gRPC server could not be started");
+  std::vector<RpcAddress> bound = addresses;
+  for (size_t i = 0; i < bound.size(); ++i) {
+    if (!bound[i].is_unix()) {
+      bound[i].port = ports[i];
+    } else if (chmod(bound[i].unix_path.c_str(), 0600) != 0) {
+      return ListenError(bound[i], errno);
+    }
+  }
+  return std::unique_ptr<RpcServer>(new RpcServer(std::move(server), std::move(bound)));
+}
+
+void RpcServer::Shutdown(std::chrono::duration<double> grace) {
+  server_->Shutdown(std::chrono::system_clock::now() +
+                    std::chrono::duration_cast<std::chrono::system_clock::duration>(grace));
+  server_->Wait();
+}
+
+}  // namespace parallax

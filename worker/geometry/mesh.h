@@ -1,7 +1,8 @@
 // Triangle meshes as plain data: what assets make and everything else reads.
 //
-// Invariants (ValidateMesh checks them): all per-vertex arrays have one length; indices are in range; normals are unit
-// length; no NaN. Triangles are counter-clockwise seen from outside. Closed surfaces unless an asset says otherwise.
+// Invariants (ValidateMesh checks them): all per-vertex arrays have one length; indices are in
+// range; normals are unit length; no NaN. Triangles are counter-clockwise seen from outside. Closed
+// surfaces unless an asset says otherwise.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +19,10 @@ struct Triangle {
   uint16_t slot = 0;  // Index into Mesh::slots.
 };
 
-// A named part of an object that gets one material, with the families that suit it in order of preference
-// ("wood", "fabric", "metal"...: worker/materials). `picture` slots show a printed picture over uv in [0, 1]^2.
+// A named part of an object that gets one material, with the families that suit it in order of
+// preference
+// ("wood", "fabric", "metal"...: worker/materials). `picture` slots show a printed picture over uv
+// in [0, 1]^2.
 struct MaterialSlot {
   std::string name;
   std::vector<std::string> families;
@@ -29,8 +32,9 @@ struct MaterialSlot {
 struct Mesh {
   std::vector<Vec3f> positions;  // Metres, object frame.
   std::vector<Vec3f> normals;    // Unit shading normals, object frame.
-  std::vector<Vec3f> texture;    // Metres: where solid materials are evaluated; x runs along the part's grain.
-  std::vector<Vec2f> uv;         // Printed pictures only, else 0.
+  std::vector<Vec3f>
+      texture;  // Metres: where solid materials are evaluated; x runs along the part's grain.
+  std::vector<Vec2f> uv;  // Printed pictures only, else 0.
   std::vector<Triangle> triangles;
   std::vector<MaterialSlot> slots;
 
@@ -40,8 +44,8 @@ struct Mesh {
 // kInvalidArgument naming the first broken invariant.
 absl::Status ValidateMesh(const Mesh& mesh);
 
-// Appends `part` (transformed by `mesh_from_part`, rotation and translation only for normals to stay unit) to `mesh`;
-// slots are joined by name. Texture coordinates are copied unchanged.
+// Appends `part` (transformed by `mesh_from_part`, rotation and translation only for normals to
+// stay unit) to `mesh`; slots are joined by name. Texture coordinates are copied unchanged.
 void Append(Mesh& mesh, const Mesh& part,
             const Eigen::Affine3f& mesh_from_part = Eigen::Affine3f::Identity());
 

@@ -1,0 +1,165 @@
+#include "common/base/log.h"
+
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <atomic>
+#include <charconv>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+namespace parallax {
+namespace {
+
+struct Logger {
+  bool json = false;
+  std::string program;
+  std::shared_ptr<spdlog::logger> out;
+};
+
+std::shared_ptr<const Logger> MakeLogger(const LogOptions& options) {
+  auto logger = std::make_shared<Logger>();
+  logger->json = options.json;
+  logger->program = options.program;
+  logger->out =
+      std::make_shared<spdlog::logger>("", std::make_shared<spdlog::sinks::stderr_sink_mt>());
+  constexpr spdlog::level::level_enum kLevels[] = {spdlog::level::debug, spdlog::level::info,
+                                                   spdlog::level::warn, spdlog::level::err};
+  logger->out->set_level(kLevels[static_cast<int>(options.level)]);
+  logger->out->flush_on(spdlog::level::debug);
+  logger->out->set_pattern(options.json ? "{\"time\":\"%Y-%m-%dT%H:%M:%S.%eZ\",\"level\":\"%l\",%v}"
+                                        : "%Y-%m-%dT%H:%M:%S.%eZ %L %v",
+                           spdlog::pattern_time_type::utc);
+  return logger;
+}
+
+std::atomic<std::shared_ptr<const Logger>>& CurrentLogger() {
+  // Never destroyed: threads may still log while the program ends.
+  static auto* logger = new std::atomic<std::shared_ptr<const Logger>>(MakeLogger({}));
+  return *logger;
+}
+
+LogContext& ThreadContext() {
+  thread_local LogContext context;
+  return context;
+}
+
+void AppendEscaped(std::string& out, std::string_view text) {
+  static constexpr char kDigits[] = "0123456789abcdef";
+  for (const char c : text) {
+    switch (c) {
+      case '"':
+        out += "\\\"";
+        break;
+      case '\\':
+        out += "\\\\";
+        break;
+      case '\n':
+        out += "\\n";
+        break;
+      case '\t':
+        out += "\\t";
+        break;
+      default:
+        if (static_cast<unsigned char>(c) < 0x20) {
+          out += "\\u00";
+          out += kDigits[c >> 4];
+          out += kDigits[c & 15];
+        } else {
+          out += c;
+        }
+    }
+  }
+}
+
+bool NeedsQuotes(std::string_view text) {
+  return text.empty() || text.find_first_of(" \t\n\r\"=\\") != std::string_view::npos;
+}
+
+void AppendField(std::string& line, bool json, const LogField& field) {
+  line += json ? ",\"" : " ";
+  line += field.key();
+  line += json ? "\":" : "=";
+  const bool quote = field.quoted() && (json || NeedsQuotes(field.text()));
+  if (quote) line += '"';
+  if (quote) {
+    AppendEscaped(line, field.text());
+  } else {
+    line += field.text();
+  }
+  if (quote) line += '"';
+}
+
+void AppendContext(std::string& line, bool json, const LogContext& context) {
+  if (context.job) AppendField(line, json, {"job", *context.job});
+  if (context.attempt) AppendField(line, json, {"attempt", *context.attempt});
+  if (!context.study.empty()) AppendField(line, json, {"study", context.study});
+  if (!context.variant.empty()) AppendField(line, json, {"variant", context.variant});
+  if (context.scene) AppendField(line, json, {"scene", *context.scene});
+  if (!context.worker.empty()) AppendField(line, json, {"worker", context.worker});
+}
+
+}  // namespace
+
+LogField::LogField(std::string_view key, double value) : key_(key), quoted_(false) {
+  if (!std::isfinite(value)) {  // JSON has no such number.
+    text_ = std::isnan(value) ? "nan" : value > 0 ? "inf" : "-inf";
+    quoted_ = true;
+    return;
+  }
+  char buffer[32];
+  const auto end =
+      std::to_chars(buffer, buffer + sizeof(buffer), value, std::chars_format::general, 6);
+  text_.assign(buffer, end.ptr);
+}
+
+void InitLogging(const LogOptions& options) { CurrentLogger().store(MakeLogger(options)); }
+
+absl::StatusOr<LogLevel> ParseLogLevel(std::string_view name) {
+  if (name == "debug") return LogLevel::kDebug;
+  if (name == "info") return LogLevel::kInfo;
+  if (name == "warning") return LogLevel::kWarning;
+  if (name == "error") return LogLevel::kError;
+  return MakeError(absl::StatusCode::kInvalidArgument,
+                   "log level '" + std::string(name) + "': allowed debug, info, warning, error");
+}
+
+void Log(LogLevel level, std::string_view message, std::initializer_list<LogField> fields) {
+  const std::shared_ptr<const Logger> logger = CurrentLogger().load();
+  constexpr spdlog::level::level_enum kLevels[] = {spdlog::level::debug, spdlog::level::info,
+                                                   spdlog::level::warn, spdlog::level::err};
+  const spdlog::level::level_enum spdlog_level = kLevels[static_cast<int>(level)];
+  if (!logger->out->should_log(spdlog_level)) return;
+
+  std::string line;
+  if (logger->json) {
+    line += "\"program\":\"";
+    AppendEscaped(line, logger->program);
+    line += "\",\"message\":\"";
+    AppendEscaped(line, message);
+    line += '"';
+  } else {
+    if (!logger->program.empty()) line += logger->program + ": ";
+    for (const char c : message) line += c == '\n' ? ' ' : c;  // One record, one line.
+  }
+  AppendContext(line, logger->json, ThreadContext());
+  for (const LogField& field : fields) AppendField(line, logger->json, field);
+  logger->out->log(spdlog_level, spdlog::string_view_t(line.data(), line.size()));
+}
+
+LogContext CurrentLogContext() { return ThreadContext(); }
+
+ScopedLogContext::ScopedLogContext(const LogContext& context) : outer_(ThreadContext()) {
+  LogContext& current = ThreadContext();
+  if (context.job) current.job = context.job;
+  if (context.attempt) current.attempt = context.attempt;
+  if (!context.study.empty()) current.study = context.study;
+  if (!context.variant.empty()) current.variant = context.variant;
+  if (context.scene) current.scene = context.scene;
+  if (!context.worker.empty()) current.worker = context.worker;
+}
+
+ScopedLogContext::~ScopedLogContext() { ThreadContext() = std::move(outer_); }
+
+}  // namespace parallax

@@ -1,0 +1,131 @@
+#include "common/base/log.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <thread>
+#include <vector>
+
+namespace parallax {
+namespace {
+
+using ::testing::MatchesRegex;
+
+class LogTest : public ::testing::Test {
+ protected:
+  void TearDown() override { InitLogging({}); }
+  static std::string Captured(const auto& write) {
+    ::testing::internal::CaptureStderr();
+    write();
+    return ::testing::internal::GetCapturedStderr();
+  }
+};
+
+LogContext Job() {
+  LogContext context;
+  context.job = 42;
+  context.attempt = (uint64_t{3} << 32) | 7;
+  context.study = "baseline";
+  context.variant = "wide";
+  context.scene = 5;
+  context.worker = "host-1";
+  return context;
+}
+
+TEST_F(LogTest, TextLineCarriesProgramContextAndFields) {
+  InitLogging({.program = "worker"});
+  const std::string line = Captured([] {
+    ScopedLogContext scope(Job());
+    LogInfo("frame written", {{"rig", 3}, {"seconds", 1.25}, {"path", "a b"}, {"reused", false}});
+  });
+  EXPECT_THAT(line, MatchesRegex("....-..-..T..:..:......Z I worker: frame written job=42 "
+                                 "attempt=12884901895 study=baseline variant=wide scene=5 "
+                                 "worker=host-1 rig=3 seconds=1.25 path=\"a b\" reused=false\n"));
+}
+
+TEST_F(LogTest, JsonLineIsOneObjectWithTypes) {
+  InitLogging({.json = true, .program = "worker"});
+  const std::string line = Captured([] {
+    ScopedLogContext scope(Job());
+    LogError("line\nbreak \"quoted\" \x01 %v", {{"rig", 3},
+                                                {"ok", true},
+                                                {"rate", 0.5},
+                                                {"bad", std::numeric_limits<double>::infinity()}});
+  });
+  EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1);
+  const auto json = nlohmann::json::parse(line);
+  EXPECT_EQ(json["level"], "error");
+  EXPECT_EQ(json["program"], "worker");
+  EXPECT_EQ(json["message"], "line\nbreak \"quoted\" \x01 %v");
+  EXPECT_EQ(json["job"], 42);
+  EXPECT_EQ(json["attempt"], 12884901895u);
+  EXPECT_EQ(json["scene"], 5);
+  EXPECT_EQ(json["variant"], "wide");
+  EXPECT_EQ(json["rig"], 3);
+  EXPECT_EQ(json["ok"], true);
+  EXPECT_EQ(json["rate"], 0.5);
+  EXPECT_EQ(json["bad"], "inf");
+}
+
+TEST_F(LogTest, InnerContextAddsToTheOuterAndEndsWithItsScope) {
+  InitLogging({});
+  const std::string lines = Captured([] {
+    LogContext outer;
+    outer.worker = "w";
+    ScopedLogContext outer_scope(outer);
+    {
+      LogContext inner;
+      inner.job = 1;
+      ScopedLogContext inner_scope(inner);
+      LogInfo("a");
+    }
+    LogInfo("b");
+  });
+  EXPECT_THAT(lines, MatchesRegex(".* a job=1 worker=w\n.* b worker=w\n"));
+}
+
+TEST_F(LogTest, ContextBelongsToItsThreadAndCanBeHandedOn) {
+  InitLogging({});
+  const std::string lines = Captured([] {
+    LogContext context;
+    context.job = 9;
+    ScopedLogContext scope(context);
+    const LogContext here = CurrentLogContext();
+    std::thread([&] {
+      LogInfo("bare");
+      ScopedLogContext handed(here);
+      LogInfo("handed");
+    }).join();
+  });
+  EXPECT_THAT(lines, MatchesRegex(".* bare\n.* handed job=9\n"));
+}
+
+TEST_F(LogTest, LinesBelowTheLevelAreDropped) {
+  InitLogging({.level = *ParseLogLevel("warning")});
+  EXPECT_EQ(Captured([] { LogInfo("no"); }), "");
+  EXPECT_THAT(Captured([] { LogWarning("yes"); }), MatchesRegex(".* W yes\n"));
+  EXPECT_FALSE(ParseLogLevel("loud").ok());
+}
+
+TEST_F(LogTest, LinesOfManyThreadsStayWhole) {
+  InitLogging({.json = true});
+  const std::string lines = Captured([] {
+    std::vector<std::thread> threads;
+    for (int t = 0; t < 4; ++t) {
+      threads.emplace_back([t] {
+        for (int i = 0; i < 50; ++i) LogInfo("line", {{"t", t}, {"i", i}});
+      });
+    }
+    for (std::thread& thread : threads) thread.join();
+  });
+  std::istringstream in(lines);
+  int count = 0;
+  for (std::string line; std::getline(in, line); ++count) {
+    EXPECT_TRUE(nlohmann::json::accept(line)) << line;
+  }
+  EXPECT_EQ(count, 200);
+}
+
+}  // namespace
+}  // namespace parallax

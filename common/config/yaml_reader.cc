@@ -1,0 +1,587 @@
+#include "common/config/yaml_reader.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "common/config/config.h"
+
+namespace parallax::config_internal {
+namespace {
+
+using google::protobuf::EnumDescriptor;
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+using google::protobuf::Reflection;
+
+constexpr size_t kMostErrors = 20;
+
+// Only plain scalars are numbers and booleans: "5" in quotes is text.
+bool IsPlain(const YAML::Node& node) { return node.IsScalar() && node.Tag() == "?"; }
+
+std::string Shown(std::string_view text) {
+  constexpr size_t kMost = 60;
+  std::string shown = "\"";
+  for (const char c : text.substr(0, kMost)) {
+    shown += static_cast<unsigned char>(c) < 0x20 ? '?' : c;
+  }
+  return shown + (text.size() > kMost ? "...\"" : "\"");
+}
+
+// What stands there, in words.
+std::string Seen(const YAML::Node& node) {
+  if (node.IsMap()) return "a map";
+  if (node.IsSequence()) return "a list";
+  if (node.IsScalar()) return IsPlain(node) ? node.Scalar() : Shown(node.Scalar());
+  return "nothing";
+}
+
+template <typename Number>
+std::optional<Number> ParseWhole(std::string_view text) {
+  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+int EditDistance(std::string_view a, std::string_view b) {
+  std::vector<int> row(b.size() + 1);
+  for (size_t j = 0; j <= b.size(); ++j) row[j] = static_cast<int>(j);
+  for (size_t i = 1; i <= a.size(); ++i) {
+    int diagonal = row[0];
+    row[0] = static_cast<int>(i);
+    for (size_t j = 1; j <= b.size(); ++j) {
+      const int above = row[j];
+      row[j] = std::min({above + 1, row[j - 1] + 1, diagonal + (a[i - 1] != b[j - 1])});
+      diagonal = above;
+    }
+  }
+  return row[b.size()];
+}
+
+// ", did you mean X?" or nothing when no name is near.
+std::string NearestHint(std::string_view name, const std::vector<std::string>& known) {
+  int best_distance = std::max(2, static_cast<int>(name.size()) / 3) + 1;
+  std::string best;
+  for (const std::string& candidate : known) {
+    const int distance = EditDistance(name, candidate);
+    if (distance < best_distance) {
+      best_distance = distance;
+      best = candidate;
+    }
+  }
+  return best.empty() ? "" : ", did you mean " + best + "?";
+}
+
+std::string WithUnit(const v1::FieldRule& rule) {
+  return rule.unit().empty() ? "" : " " + rule.unit();
+}
+
+// "0 to 12 m", "at least 0 m", "a number".
+std::string AllowedRange(const v1::FieldRule& rule) {
+  if (rule.has_min() && rule.has_max()) {
+    return NumberText(rule.min()) + " to " + NumberText(rule.max()) + WithUnit(rule);
+  }
+  if (rule.has_min()) return "at least " + NumberText(rule.min()) + WithUnit(rule);
+  if (rule.has_max()) return "at most " + NumberText(rule.max()) + WithUnit(rule);
+  return rule.integer() ? "a whole number" : "a number";
+}
+
+bool InRange(double value, const v1::FieldRule& rule) {
+  return !(rule.has_min() && value < rule.min()) && !(rule.has_max() && value > rule.max());
+}
+
+const v1::FieldRule& RuleOf(const FieldDescriptor& field) {
+  return field.options().GetExtension(v1::rule);
+}
+
+bool IsDistribution(const FieldDescriptor& field) {
+  return field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE &&
+         field.message_type() == v1::Distribution::descriptor();
+}
+
+std::string EnumPrefix(const EnumDescriptor& type) {
+  std::string prefix;
+  for (const char c : type.name()) {
+    if (!prefix.empty() && c >= 'A' && c <= 'Z') prefix += '_';
+    prefix += static_cast<char>(c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c);
+  }
+  return prefix + "_";
+}
+
+std::vector<std::string> EnumTexts(const EnumDescriptor& type) {
+  std::vector<std::string> names;
+  for (int i = 0; i < type.value_count(); ++i) {
+    if (type.value(i)->number() != 0) names.push_back(EnumText(*type.value(i)));
+  }
+  return names;
+}
+
+std::vector<std::string> FieldNames(const google::protobuf::Descriptor& type) {
+  std::vector<std::string> names;
+  for (int i = 0; i < type.field_count(); ++i) names.push_back(type.field(i)->name());
+  return names;
+}
+
+std::string Dotted(const std::string& path, const std::string& name) {
+  return path.empty() ? name : path + "." + name;
+}
+
+constexpr char kDistributionForms[] =
+    "a number, {uniform: [low, high]}, {uniform_int: [low, high]}, {choice: [a, b, ...]}, "
+    "{clip_gaussian: [mean, std, low, high]} or {bernoulli: p}";
+
+}  // namespace
+
+std::string JoinNames(const std::vector<std::string>& names) {
+  std::string joined;
+  for (const std::string& name : names) joined += (joined.empty() ? "" : ", ") + name;
+  return joined;
+}
+
+std::string EnumText(const google::protobuf::EnumValueDescriptor& value) {
+  const std::string prefix = EnumPrefix(*value.type());
+  std::string text = value.name();
+  if (text.compare(0, prefix.size(), prefix) == 0) text.erase(0, prefix.size());
+  for (char& c : text) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+  return text;
+}
+
+std::string NumberText(double value) {
+  if (value == std::floor(value) && std::abs(value) < 1e15 &&
+      !(value == 0 && std::signbit(value))) {
+    return std::to_string(static_cast<int64_t>(value));
+  }
+  char buffer[32];
+  const auto end = std::to_chars(buffer, buffer + sizeof(buffer), value);
+  return {buffer, end.ptr};
+}
+
+void ConfigErrors::Add(std::string_view file, int line, std::string_view path,
+                       std::string_view what) {
+  if (lines_.size() == kMostErrors) {
+    ++dropped_;
+    return;
+  }
+  std::string text(file);
+  if (line > 0) text += ":" + std::to_string(line);
+  text += ": ";
+  if (!path.empty()) text += std::string(path) + ": ";
+  lines_.push_back(text += what);
+}
+
+absl::Status ConfigErrors::ToStatus() const {
+  if (lines_.empty()) return absl::OkStatus();
+  std::string message;
+  for (const std::string& line : lines_) message += (message.empty() ? "" : "\n") + line;
+  if (dropped_ > 0) message += "\nand " + std::to_string(dropped_) + " more";
+  return absl::InvalidArgumentError(message);
+}
+
+void YamlReader::Error(const YAML::Node& node, std::string_view path, std::string_view what) {
+  const YAML::Mark mark = node.Mark();
+  errors_->Add(file_, mark.is_null() ? 0 : mark.line + 1, path, what);
+}
+
+std::optional<YAML::Node> YamlReader::Parse(std::string_view text) {
+  constexpr size_t kMostBytes = 4 << 20;
+  if (text.size() > kMostBytes) {
+    errors_->Add(file_, 0, "", "larger than 4 MiB: not a configuration");
+    return std::nullopt;
+  }
+  if (text.find('\0') != std::string_view::npos) {
+    errors_->Add(file_, 0, "", "holds a NUL byte: not a text file");
+    return std::nullopt;
+  }
+  try {
+    const std::vector<YAML::Node> documents = YAML::LoadAll(std::string(text));
+    if (documents.size() > 1) {
+      Error(documents[1], "", "a second YAML document, allowed is one");
+      return std::nullopt;
+    }
+    return documents.empty() ? YAML::Node() : documents[0];
+  } catch (const YAML::Exception& error) {
+    errors_->Add(file_, error.mark.is_null() ? 0 : error.mark.line + 1, "",
+                 "not YAML: " + error.msg);
+    return std::nullopt;
+  }
+}
+
+std::vector<std::pair<std::string, YAML::Node>> YamlReader::Entries(const YAML::Node& node,
+                                                                    const std::string& path) {
+  std::vector<std::pair<std::string, YAML::Node>> entries;
+  if (!node.IsMap()) {
+    Error(node, path, Seen(node) + ", allowed is a map of fields");
+    return entries;
+  }
+  std::set<std::string> names;
+  for (const auto& entry : node) {
+    if (!entry.first.IsScalar()) {
+      Error(entry.first, path, Seen(entry.first) + " as a key, allowed is a field name");
+      continue;
+    }
+    const std::string name = entry.first.Scalar();
+    if (!names.insert(name).second) {
+      Error(entry.first, Dotted(path, name), "stands twice, allowed is once");
+      continue;
+    }
+    entries.emplace_back(name, entry.second);
+  }
+  return entries;
+}
+
+void YamlReader::UnknownField(const YAML::Node& node, const std::string& path,
+                              const std::string& name, const std::vector<std::string>& known) {
+  Error(node, Dotted(path, name),
+        "no such field" + NearestHint(name, known) + " (allowed: " + JoinNames(known) + ")");
+}
+
+void YamlReader::Merge(const YAML::Node& node, Message* message, const std::string& path) {
+  const auto& type = *message->GetDescriptor();
+  for (const auto& [name, value] : Entries(node, path)) {
+    const FieldDescriptor* field = type.FindFieldByName(name);
+    if (field == nullptr) {
+      UnknownField(value, path, name, FieldNames(type));
+      continue;
+    }
+    const std::string field_path = Dotted(path, name);
+    if (field->is_repeated()) {
+      SetList(value, field_path, *field, message);
+    } else {
+      SetField(value, field_path, *field, message);
+    }
+  }
+}
+
+std::optional<int64_t> YamlReader::ReadInt(const YAML::Node& node, const std::string& path,
+                                           int64_t min, int64_t max, std::string_view unit) {
+  v1::FieldRule rule;
+  rule.set_integer(true);
+  if (min != std::numeric_limits<int64_t>::min()) rule.set_min(static_cast<double>(min));
+  if (max != std::numeric_limits<int64_t>::max()) rule.set_max(static_cast<double>(max));
+  rule.set_unit(std::string(unit));
+  const std::optional<int64_t> value =
+      IsPlain(node) ? ParseWhole<int64_t>(node.Scalar()) : std::nullopt;
+  if (!value) {
+    Error(node, path, Seen(node) + " is not a whole number, allowed " + AllowedRange(rule));
+    return std::nullopt;
+  }
+  if (*value < min || *value > max) {
+    Error(node, path, Seen(node) + " is out of range, allowed " + AllowedRange(rule));
+    return std::nullopt;
+  }
+  return value;
+}
+
+std::optional<uint64_t> YamlReader::ReadUint64(const YAML::Node& node, const std::string& path) {
+  const std::optional<uint64_t> value =
+      IsPlain(node) ? ParseWhole<uint64_t>(node.Scalar()) : std::nullopt;
+  if (!value) Error(node, path, Seen(node) + ", allowed is a whole number from 0 to 2^64 - 1");
+  return value;
+}
+
+std::optional<std::string> YamlReader::ReadText(const YAML::Node& node, const std::string& path) {
+  if (node.IsScalar()) return node.Scalar();
+  Error(node, path, Seen(node) + ", allowed is a text");
+  return std::nullopt;
+}
+
+std::optional<std::string> YamlReader::ReadName(const YAML::Node& node, const std::string& path) {
+  const std::optional<std::string> text = ReadText(node, path);
+  if (!text) return std::nullopt;
+  const auto is_plain = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9'); };
+  const auto is_inner = [&](char c) { return is_plain(c) || c == '_' || c == '-'; };
+  if (text->empty() || text->size() > 64 || !is_plain(text->front()) ||
+      !std::all_of(text->begin(), text->end(), is_inner)) {
+    Error(node, path,
+          Shown(*text) +
+              " can't be a folder's name, allowed are a-z, 0-9, _ and -, first a letter or digit, "
+              "at most 64");
+    return std::nullopt;
+  }
+  return text;
+}
+
+std::optional<double> YamlReader::ReadNumber(const YAML::Node& node, const std::string& path,
+                                             const v1::FieldRule& rule) {
+  const std::optional<double> value =
+      IsPlain(node) ? ParseWhole<double>(node.Scalar()) : std::nullopt;
+  if (!value || !std::isfinite(*value)) {
+    Error(node, path, Seen(node) + " is not a number, allowed " + AllowedRange(rule));
+    return std::nullopt;
+  }
+  if (rule.integer() && *value != std::floor(*value)) {
+    Error(node, path, Seen(node) + " is not a whole number, allowed " + AllowedRange(rule));
+    return std::nullopt;
+  }
+  if (!InRange(*value, rule)) {
+    Error(node, path, Seen(node) + " is out of range, allowed " + AllowedRange(rule));
+    return std::nullopt;
+  }
+  return value;
+}
+
+bool YamlReader::CheckSupport(const YAML::Node& node, const std::string& path,
+                              const v1::FieldRule& rule, const v1::Distribution& distribution) {
+  const bool continuous = distribution.has_uniform() || distribution.has_clip_gaussian();
+  if (rule.integer() && continuous) {
+    Error(node, path,
+          "gives fractions, allowed are whole numbers: a number, {uniform_int: [low, high]}, "
+          "{choice: [a, b, ...]} or {bernoulli: p}");
+    return false;
+  }
+  const Support support = SupportOf(distribution);
+  if (InRange(support.low, rule) && InRange(support.high, rule)) return true;
+  Error(node, path,
+        "reaches from " + NumberText(support.low) + " to " + NumberText(support.high) +
+            ", allowed " + AllowedRange(rule));
+  return false;
+}
+
+bool YamlReader::ReadDistribution(const YAML::Node& node, const std::string& path,
+                                  const v1::FieldRule& rule, v1::Distribution* out) {
+  out->Clear();
+  if (node.IsScalar()) {
+    const std::optional<double> value = ReadNumber(node, path, rule);
+    if (value) out->set_constant(*value);
+    return value.has_value();
+  }
+  if (!node.IsMap() || node.size() != 1) {
+    Error(node, path,
+          (node.IsMap() ? "a map with " + std::to_string(node.size()) + " keys" : Seen(node)) +
+              ", allowed is " + kDistributionForms);
+    return false;
+  }
+  const auto entries = Entries(node, path);
+  if (entries.empty()) return false;
+  const auto& [kind, value] = entries.front();
+  const std::string kind_path = path + "." + kind;
+
+  if (kind == "bernoulli") {
+    v1::FieldRule probability;
+    probability.set_min(0);
+    probability.set_max(1);
+    const std::optional<double> p = ReadNumber(value, kind_path, probability);
+    if (!p) return false;
+    out->mutable_bernoulli()->set_p(*p);
+    return CheckSupport(value, path, rule, *out);
+  }
+
+  // The others are lists of numbers.
+  const struct {
+    const char* kind;
+    size_t size;  // 0: any but none.
+    const char* form;
+  } kForms[] = {{"uniform", 2, "[low, high]"},
+                {"uniform_int", 2, "[low, high]"},
+                {"choice", 0, "[a, b, ...] with at least one number"},
+                {"clip_gaussian", 4, "[mean, std, low, high]"}};
+  const auto* form = std::find_if(std::begin(kForms), std::end(kForms),
+                                  [&](const auto& f) { return kind == f.kind; });
+  if (form == std::end(kForms)) {
+    Error(
+        value, kind_path,
+        "no such distribution" +
+            NearestHint(kind, {"uniform", "uniform_int", "choice", "clip_gaussian", "bernoulli"}) +
+            ", allowed is " + kDistributionForms);
+    return false;
+  }
+  if (!value.IsSequence() || (form->size != 0 ? value.size() != form->size : value.size() == 0)) {
+    Error(value, kind_path,
+          (value.IsSequence() ? "a list of " + std::to_string(value.size()) : Seen(value)) +
+              ", allowed is " + form->form);
+    return false;
+  }
+  v1::FieldRule any;
+  any.set_integer(kind == "uniform_int" || (kind == "choice" && rule.integer()));
+  std::vector<double> numbers;
+  for (size_t i = 0; i < value.size(); ++i) {
+    const std::optional<double> number =
+        ReadNumber(value[i], kind_path + "[" + std::to_string(i) + "]", any);
+    if (!number) return false;
+    numbers.push_back(*number);
+  }
+
+  if (kind == "choice") {
+    for (const double number : numbers) out->mutable_choice()->add_values(number);
+    return CheckSupport(value, path, rule, *out);
+  }
+  const double low = numbers[numbers.size() - 2], high = numbers.back();
+  if (low > high || (kind == "clip_gaussian" && low == high)) {
+    Error(value, kind_path,
+          "low " + NumberText(low) + " is not below high " + NumberText(high) + ", allowed is " +
+              form->form + " with low < high");
+    return false;
+  }
+  if (kind == "uniform") {
+    out->mutable_uniform()->set_low(low);
+    out->mutable_uniform()->set_high(high);
+  } else if (kind == "uniform_int") {
+    if (std::abs(low) > 1e15 || std::abs(high) > 1e15) {
+      Error(value, kind_path, "too large, allowed is -1e15 to 1e15");
+      return false;
+    }
+    out->mutable_uniform_int()->set_low(static_cast<int64_t>(low));
+    out->mutable_uniform_int()->set_high(static_cast<int64_t>(high));
+  } else {
+    if (numbers[1] <= 0) {
+      Error(value, kind_path, "std " + NumberText(numbers[1]) + ", allowed is above 0");
+      return false;
+    }
+    auto* gaussian = out->mutable_clip_gaussian();
+    gaussian->set_mean(numbers[0]);
+    gaussian->set_std(numbers[1]);
+    gaussian->set_low(low);
+    gaussian->set_high(high);
+  }
+  return CheckSupport(value, path, rule, *out);
+}
+
+std::optional<std::string> YamlReader::ReadAllowedText(const YAML::Node& node,
+                                                       const std::string& path,
+                                                       const v1::FieldRule& rule) {
+  std::optional<std::string> text = ReadText(node, path);
+  if (!text || rule.allowed_size() == 0) return text;
+  const std::vector<std::string> allowed(rule.allowed().begin(), rule.allowed().end());
+  if (std::find(allowed.begin(), allowed.end(), *text) != allowed.end()) return text;
+  Error(node, path,
+        Shown(*text) + " is not known" + NearestHint(*text, allowed) +
+            " (allowed: " + JoinNames(allowed) + ")");
+  return std::nullopt;
+}
+
+std::optional<bool> YamlReader::ReadBool(const YAML::Node& node, const std::string& path) {
+  if (IsPlain(node) && node.Scalar() == "true") return true;
+  if (IsPlain(node) && node.Scalar() == "false") return false;
+  Error(node, path, Seen(node) + ", allowed is true or false");
+  return std::nullopt;
+}
+
+void YamlReader::SetField(const YAML::Node& node, const std::string& path,
+                          const FieldDescriptor& field, Message* message) {
+  const Reflection& reflection = *message->GetReflection();
+  const v1::FieldRule& rule = RuleOf(field);
+  if (IsDistribution(field)) {
+    v1::Distribution distribution;
+    if (ReadDistribution(node, path, rule, &distribution)) {
+      reflection.MutableMessage(message, &field)->CopyFrom(distribution);
+    }
+    return;
+  }
+  const auto int_bound = [](bool given, double bound, int64_t otherwise) {
+    return given ? static_cast<int64_t>(bound) : otherwise;
+  };
+  switch (field.cpp_type()) {
+    case FieldDescriptor::CPPTYPE_MESSAGE:
+      Merge(node, reflection.MutableMessage(message, &field), path);
+      break;
+    case FieldDescriptor::CPPTYPE_ENUM: {
+      const std::vector<std::string> names = EnumTexts(*field.enum_type());
+      for (int i = 0; node.IsScalar() && i < field.enum_type()->value_count(); ++i) {
+        const auto* value = field.enum_type()->value(i);
+        if (value->number() == 0 || EnumText(*value) != node.Scalar()) continue;
+        reflection.SetEnum(message, &field, value);
+        return;
+      }
+      Error(node, path,
+            Seen(node) + " is not known" +
+                (node.IsScalar() ? NearestHint(node.Scalar(), names) : "") +
+                " (allowed: " + JoinNames(names) + ")");
+      break;
+    }
+    case FieldDescriptor::CPPTYPE_BOOL:
+      if (const auto value = ReadBool(node, path)) reflection.SetBool(message, &field, *value);
+      break;
+    case FieldDescriptor::CPPTYPE_DOUBLE:
+      if (const auto value = ReadNumber(node, path, rule)) {
+        reflection.SetDouble(message, &field, *value);
+      }
+      break;
+    case FieldDescriptor::CPPTYPE_INT32:
+      if (const auto value =
+              ReadInt(node, path,
+                      int_bound(rule.has_min(), rule.min(), std::numeric_limits<int32_t>::min()),
+                      int_bound(rule.has_max(), rule.max(), std::numeric_limits<int32_t>::max()),
+                      rule.unit())) {
+        reflection.SetInt32(message, &field, static_cast<int32_t>(*value));
+      }
+      break;
+    case FieldDescriptor::CPPTYPE_INT64:
+      if (const auto value =
+              ReadInt(node, path,
+                      int_bound(rule.has_min(), rule.min(), std::numeric_limits<int64_t>::min()),
+                      int_bound(rule.has_max(), rule.max(), std::numeric_limits<int64_t>::max()),
+                      rule.unit())) {
+        reflection.SetInt64(message, &field, *value);
+      }
+      break;
+    case FieldDescriptor::CPPTYPE_UINT64:
+      if (const auto value = ReadUint64(node, path)) {
+        reflection.SetUInt64(message, &field, *value);
+      }
+      break;
+    case FieldDescriptor::CPPTYPE_STRING:
+      if (const auto value = ReadAllowedText(node, path, rule)) {
+        reflection.SetString(message, &field, *value);
+      }
+      break;
+    default:
+      Error(node, path, "this field can't be given in a file");
+  }
+}
+
+void YamlReader::SetList(const YAML::Node& node, const std::string& path,
+                         const FieldDescriptor& field, Message* message) {
+  const v1::FieldRule& rule = RuleOf(field);
+  if (!node.IsSequence() || field.cpp_type() != FieldDescriptor::CPPTYPE_STRING) {
+    Error(node, path, Seen(node) + ", allowed is a list of texts");
+    return;
+  }
+  if (static_cast<int>(node.size()) < rule.min_items()) {
+    Error(node, path,
+          "an empty list, allowed is at least " + std::to_string(rule.min_items()) +
+              (rule.allowed_size() > 0
+                   ? " of " + JoinNames({rule.allowed().begin(), rule.allowed().end()})
+                   : ""));
+    return;
+  }
+  std::vector<std::string> values;
+  for (size_t i = 0; i < node.size(); ++i) {
+    const auto value = ReadAllowedText(node[i], path + "[" + std::to_string(i) + "]", rule);
+    if (value) values.push_back(*value);
+  }
+  const Reflection& reflection = *message->GetReflection();
+  reflection.ClearField(message, &field);
+  for (std::string& value : values) reflection.AddString(message, &field, std::move(value));
+}
+
+void ApplyDefaults(Message* message) {
+  const Reflection& reflection = *message->GetReflection();
+  ConfigErrors errors;
+  YamlReader reader("built-in defaults", &errors);
+  for (int i = 0; i < message->GetDescriptor()->field_count(); ++i) {
+    const FieldDescriptor& field = *message->GetDescriptor()->field(i);
+    const v1::FieldRule& rule = RuleOf(field);
+    if (rule.default_yaml().empty()) {
+      if (field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE && !field.is_repeated()) {
+        ApplyDefaults(reflection.MutableMessage(message, &field));
+      }
+      continue;
+    }
+    const bool set = field.is_repeated() ? reflection.FieldSize(*message, &field) > 0
+                                         : reflection.HasField(*message, &field);
+    if (set) continue;
+    YAML::Node node;
+    node[field.name()] = YAML::Load(rule.default_yaml());
+    reader.Merge(node, message, "");
+  }
+  if (!errors.empty()) {
+    // A FieldRule that breaks itself can't be repaired at run time; the unit test catches it first.
+    throw std::logic_error(errors.ToStatus().ToString());
+  }
+}
+
+}  // namespace parallax::config_internal

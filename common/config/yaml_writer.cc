@@ -1,0 +1,259 @@
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <map>
+
+#include "common/config/config.h"
+#include "common/config/yaml_reader.h"
+
+namespace parallax {
+namespace {
+
+using config_internal::EnumText;
+using config_internal::NumberText;
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+using google::protobuf::Reflection;
+
+bool LooksLikeOtherThanText(const std::string& text) {
+  for (const char* word : {"true", "false", "null", "yes", "no", "on", "off", "y", "n"}) {
+    if (text.size() == std::string_view(word).size() &&
+        std::equal(text.begin(), text.end(), word, [](char a, char b) {
+          return std::tolower(static_cast<unsigned char>(a)) == b;
+        })) {
+      return true;
+    }
+  }
+  return !text.empty() && !std::isalpha(static_cast<unsigned char>(text[0])) && text[0] != '_';
+}
+
+std::string QuotedIfNeeded(const std::string& text) {
+  const bool plain = std::all_of(text.begin(), text.end(), [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-' || c == '.' ||
+           c == '/';
+  });
+  if (plain && !text.empty() && !LooksLikeOtherThanText(text)) return text;
+  static constexpr char kDigits[] = "0123456789abcdef";
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      quoted += '\\';
+      quoted += c;
+    } else if (c == '\n') {
+      quoted += "\\n";
+    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
+      quoted += "\\x";
+      quoted += kDigits[c >> 4];
+      quoted += kDigits[c & 15];
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + "\"";
+}
+
+std::string DistributionText(const v1::Distribution& d) {
+  const auto list = [](std::initializer_list<double> values) {
+    std::string text;
+    for (const double value : values) text += (text.empty() ? "[" : ", ") + NumberText(value);
+    return text + "]";
+  };
+  switch (d.kind_case()) {
+    case v1::Distribution::kConstant:
+      return NumberText(d.constant());
+    case v1::Distribution::kUniform:
+      return "{uniform: " + list({d.uniform().low(), d.uniform().high()}) + "}";
+    case v1::Distribution::kUniformInt:
+      return "{uniform_int: [" + std::to_string(d.uniform_int().low()) + ", " +
+             std::to_string(d.uniform_int().high()) + "]}";
+    case v1::Distribution::kChoice: {
+      std::string text;
+      for (const double value : d.choice().values()) {
+        text += (text.empty() ? "" : ", ") + NumberText(value);
+      }
+      return "{choice: [" + text + "]}";
+    }
+    case v1::Distribution::kClipGaussian: {
+      const auto& g = d.clip_gaussian();
+      return "{clip_gaussian: " + list({g.mean(), g.std(), g.low(), g.high()}) + "}";
+    }
+    case v1::Distribution::kBernoulli:
+      return "{bernoulli: " + NumberText(d.bernoulli().p()) + "}";
+    case v1::Distribution::KIND_NOT_SET:
+      break;
+  }
+  return "0";
+}
+
+// Text of a scalar; `index` < 0 for fields that are no list.
+std::string ScalarText(const Message& message, const FieldDescriptor& field, int index) {
+  const Reflection& r = *message.GetReflection();
+  const auto pick = [&](auto single, auto repeated) { return index < 0 ? single() : repeated(); };
+  const FieldDescriptor* f = &field;
+  switch (field.cpp_type()) {
+    case FieldDescriptor::CPPTYPE_INT32:
+      return std::to_string(pick([&] { return r.GetInt32(message, f); },
+                                 [&] { return r.GetRepeatedInt32(message, f, index); }));
+    case FieldDescriptor::CPPTYPE_INT64:
+      return std::to_string(pick([&] { return r.GetInt64(message, f); },
+                                 [&] { return r.GetRepeatedInt64(message, f, index); }));
+    case FieldDescriptor::CPPTYPE_UINT32:
+      return std::to_string(pick([&] { return r.GetUInt32(message, f); },
+                                 [&] { return r.GetRepeatedUInt32(message, f, index); }));
+    case FieldDescriptor::CPPTYPE_UINT64:
+      return std::to_string(pick([&] { return r.GetUInt64(message, f); },
+                                 [&] { return r.GetRepeatedUInt64(message, f, index); }));
+    case FieldDescriptor::CPPTYPE_DOUBLE:
+      return NumberText(pick([&] { return r.GetDouble(message, f); },
+                             [&] { return r.GetRepeatedDouble(message, f, index); }));
+    case FieldDescriptor::CPPTYPE_FLOAT:
+      return NumberText(pick([&] { return r.GetFloat(message, f); },
+                             [&] { return r.GetRepeatedFloat(message, f, index); }));
+    case FieldDescriptor::CPPTYPE_BOOL:
+      return pick([&] { return r.GetBool(message, f); },
+                  [&] { return r.GetRepeatedBool(message, f, index); })
+                 ? "true"
+                 : "false";
+    case FieldDescriptor::CPPTYPE_ENUM:
+      return EnumText(*pick([&] { return r.GetEnum(message, f); },
+                            [&] { return r.GetRepeatedEnum(message, f, index); }));
+    case FieldDescriptor::CPPTYPE_STRING:
+      return QuotedIfNeeded(pick([&] { return r.GetString(message, f); },
+                                 [&] { return r.GetRepeatedString(message, f, index); }));
+    case FieldDescriptor::CPPTYPE_MESSAGE:
+      break;
+  }
+  return "";
+}
+
+// Points, poses and the like: numbers without presence only. They read best on one line.
+bool IsTuple(const google::protobuf::Descriptor& type) {
+  for (int i = 0; i < type.field_count(); ++i) {
+    const FieldDescriptor& field = *type.field(i);
+    if (field.is_repeated() || field.has_presence() ||
+        field.cpp_type() == FieldDescriptor::CPPTYPE_STRING ||
+        field.cpp_type() == FieldDescriptor::CPPTYPE_ENUM) {
+      return false;
+    }
+  }
+  return type.field_count() > 0;
+}
+
+std::string TupleText(const Message& message) {
+  std::string text;
+  for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
+    const FieldDescriptor& field = *message.GetDescriptor()->field(i);
+    text += (text.empty() ? "" : ", ") + field.name() + ": " + ScalarText(message, field, -1);
+  }
+  return "{" + text + "}";
+}
+
+void WriteMessage(const Message& message, const std::string& indent, std::string& out);
+
+// What follows "key:" for a message: on the same line where it is short, else an indented block.
+void WriteNested(const Message& message, const std::string& indent, std::string& out) {
+  if (message.GetDescriptor() == v1::Distribution::descriptor()) {
+    out += " " + DistributionText(dynamic_cast<const v1::Distribution&>(message)) + "\n";
+  } else if (IsTuple(*message.GetDescriptor())) {
+    out += " " + TupleText(message) + "\n";
+  } else {
+    std::string block;
+    WriteMessage(message, indent + "  ", block);
+    out += block.empty() ? " {}\n" : "\n" + block;
+  }
+}
+
+void WriteMap(const Message& message, const FieldDescriptor& field, const std::string& indent,
+              std::string& out) {
+  const Reflection& r = *message.GetReflection();
+  const FieldDescriptor& key_field = *field.message_type()->map_key();
+  const FieldDescriptor& value_field = *field.message_type()->map_value();
+  std::map<std::string, std::string> sorted;
+  for (int i = 0; i < r.FieldSize(message, &field); ++i) {
+    const Message& entry = r.GetRepeatedMessage(message, &field, i);
+    std::string value;
+    if (value_field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
+      WriteNested(entry.GetReflection()->GetMessage(entry, &value_field), indent + "  ", value);
+    } else {
+      value = " " + ScalarText(entry, value_field, -1) + "\n";
+    }
+    sorted.emplace(ScalarText(entry, key_field, -1), value);
+  }
+  out += indent + field.name() + ":" + (sorted.empty() ? " {}\n" : "\n");
+  for (const auto& [key, value] : sorted) out += indent + "  " + key + ":" + value;
+}
+
+void WriteList(const Message& message, const FieldDescriptor& field, const std::string& indent,
+               std::string& out) {
+  const Reflection& r = *message.GetReflection();
+  const int size = r.FieldSize(message, &field);
+  out += indent + field.name() + ":";
+  if (field.cpp_type() != FieldDescriptor::CPPTYPE_MESSAGE) {
+    out += " [";
+    for (int i = 0; i < size; ++i) out += (i > 0 ? ", " : "") + ScalarText(message, field, i);
+    out += "]\n";
+    return;
+  }
+  out += size == 0 ? " []\n" : "\n";
+  for (int i = 0; i < size; ++i) {
+    const Message& item = r.GetRepeatedMessage(message, &field, i);
+    std::string block;
+    if (item.GetDescriptor() == v1::Distribution::descriptor() || IsTuple(*item.GetDescriptor())) {
+      WriteNested(item, "", block);
+      out += indent + "  -" + block;
+      continue;
+    }
+    WriteMessage(item, indent + "    ", block);
+    if (block.empty()) {
+      out += indent + "  - {}\n";
+    } else {
+      block.replace(indent.size() + 2, 1, "-");
+      out += block;
+    }
+  }
+}
+
+void WriteMessage(const Message& message, const std::string& indent, std::string& out) {
+  const Reflection& r = *message.GetReflection();
+  for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
+    const FieldDescriptor& field = *message.GetDescriptor()->field(i);
+    if (field.is_map()) {
+      WriteMap(message, field, indent, out);
+    } else if (field.is_repeated()) {
+      WriteList(message, field, indent, out);
+    } else if (field.has_presence() && !r.HasField(message, &field)) {
+      continue;
+    } else if (field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
+      out += indent + field.name() + ":";
+      WriteNested(r.GetMessage(message, &field), indent, out);
+    } else if (field.cpp_type() != FieldDescriptor::CPPTYPE_ENUM ||
+               r.GetEnum(message, &field)->number() != 0) {
+      out += indent + field.name() + ": " + ScalarText(message, field, -1) + "\n";
+    }
+  }
+}
+
+}  // namespace
+
+std::string MessageToYaml(const Message& message) {
+  std::string out;
+  WriteMessage(message, "", out);
+  return out;
+}
+
+std::string StudyToYaml(const v1::StudySpec& study) {
+  std::string out;
+  out += "study: " + QuotedIfNeeded(study.name()) + "\n";
+  out += "seed: " + std::to_string(study.seed()) + "\n";
+  out += "pairs: " + std::to_string(study.pairs()) + "\n";
+  out += "rigs_per_scene: " + std::to_string(study.rigs_per_scene()) + "\n";
+  out += "priority: " + std::to_string(study.priority()) + "\n";
+  out += study.variants().empty() ? "variants: []\n" : "variants:\n";
+  for (const v1::VariantSpec& variant : study.variants()) {
+    out += "  - name: " + QuotedIfNeeded(variant.name()) + "\n    config:\n";
+    WriteMessage(variant.config(), "      ", out);
+  }
+  return out;
+}
+
+}  // namespace parallax

@@ -1,0 +1,200 @@
+#include <gmock/gmock.h>
+#include <google/protobuf/util/message_differencer.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "common/base/file.h"
+#include "common/config/config.h"
+#include "parallax/v1/scene.pb.h"
+
+namespace parallax {
+namespace {
+
+using google::protobuf::util::MessageDifferencer;
+using ::testing::HasSubstr;
+
+const std::string kConfigs = PARALLAX_CONFIGS;
+
+// A folder of its own for each test.
+class LoadTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    dir_ = ::testing::TempDir() + "config_" + info->name();
+    std::filesystem::remove_all(dir_);
+    std::filesystem::create_directories(dir_);
+  }
+  void TearDown() override { std::filesystem::remove_all(dir_); }
+  std::string Write(const std::string& name, const std::string& text) {
+    const std::string path = dir_ + "/" + name;
+    std::filesystem::create_directories(std::filesystem::path(path).parent_path());
+    EXPECT_TRUE(WriteFile(path, text).ok());
+    return path;
+  }
+  std::string dir_;
+};
+
+TEST(SceneConfigYaml, AnEmptyFileHasEveryFieldAtItsDefault) {
+  const auto config = ParseSceneConfig("", "f");
+  ASSERT_TRUE(config.ok()) << config.status();
+  EXPECT_TRUE(MessageDifferencer::Equals(*config, DefaultSceneConfig()));
+  EXPECT_EQ(config->type(), v1::SCENE_TYPE_INDOOR);
+  EXPECT_EQ(config->rigs().count(), 20);
+  EXPECT_TRUE(config->room().has_window_glass());
+  EXPECT_EQ(config->room().kinds_size(), 4);
+  EXPECT_EQ(config->rigs().baseline_m().uniform().high(), 0.4);
+  EXPECT_EQ(config->materials().mode(), v1::MaterialConfig::MODE_ALL);
+  EXPECT_EQ(config->render().denoise(), v1::RenderConfig::DENOISE_PROFILE);
+  EXPECT_EQ(config->filters().min_mean_intensity(), 10);
+}
+
+TEST(SceneConfigYaml, IndoorWritesOutEveryDefault) {
+  const auto config = LoadSceneConfig(kConfigs + "/scenes/indoor.yaml");
+  ASSERT_TRUE(config.ok()) << config.status();
+  EXPECT_TRUE(MessageDifferencer::Equals(*config, DefaultSceneConfig()));
+  // Every field of the message stands in the file.
+  const std::string text = *ReadFile(kConfigs + "/scenes/indoor.yaml");
+  const auto& type = *v1::SceneConfig::descriptor();
+  for (int i = 0; i < type.field_count(); ++i) {
+    EXPECT_THAT(text, HasSubstr("\n" + type.field(i)->name() + ":"));
+    const auto* part = type.field(i)->message_type();
+    for (int j = 0; part != nullptr && j < part->field_count(); ++j) {
+      EXPECT_THAT(text, HasSubstr("\n  " + part->field(j)->name() + ":"));
+    }
+  }
+}
+
+TEST(SceneConfigYaml, WrittenConfigReadsBackEqual) {
+  const auto config = ParseSceneConfig(
+      "type: nature\nroom: {doors: {choice: [0, 3]}, width_m: 3.1415926535897931, kinds: "
+      "[office]}\n"
+      "floating: {classes: [], count: {bernoulli: 0.1}}\nrender: {denoise: off, maps: []}\n"
+      "materials: {diffuse_material: 'a \"b\"\\c #: é'}\nassets: {exclude: [\"yes\", \"1\"]}",
+      "f");
+  ASSERT_TRUE(config.ok()) << config.status();
+  const std::string text = MessageToYaml(*config);
+  const auto again = ParseSceneConfig(text, "f");
+  ASSERT_TRUE(again.ok()) << again.status() << text;
+  EXPECT_TRUE(MessageDifferencer::Equals(*config, *again)) << text;
+  EXPECT_THAT(text, HasSubstr("  width_m: 3.141592653589793\n"));
+  EXPECT_THAT(text, HasSubstr("  count: {bernoulli: 0.1}\n"));
+}
+
+TEST(MessageYaml, RecipesReadAsText) {
+  v1::Scene scene;
+  scene.set_scene_seed(7);
+  auto* object = scene.add_objects();
+  object->set_name("Chair_1");
+  object->mutable_world_from_object()->set_tx(1.5);
+  scene.add_objects();
+  const std::string text = MessageToYaml(scene);
+  EXPECT_THAT(text, HasSubstr("scene_seed: 7\n"));
+  EXPECT_THAT(text, HasSubstr("objects:\n  - index: 0\n    name: Chair_1\n"));
+  EXPECT_THAT(text, HasSubstr("    world_from_object: {tx: 1.5, ty: 0, "));
+}
+
+TEST_F(LoadTest, VariantsMergeOntoTheBaseFieldByField) {
+  Write("scenes/base.yaml",
+        "rigs: {count: 7, baseline_m: 0.1, width_px: 640}\nroom: {kinds: [office]}\n");
+  const std::string path =
+      Write("studies/s.yaml",
+            "study: s\nbase: ../scenes/base.yaml\nseed: 18446744073709551615\npairs: 12\n"
+            "variants:\n  - name: plain\n  - name: wide\n    set:\n      rigs: {baseline_m: "
+            "{uniform: [0.2, 0.3]}}\n      room: {kinds: [bedroom, office]}\n");
+  const auto study = LoadStudy(path);
+  ASSERT_TRUE(study.ok()) << study.status();
+  EXPECT_EQ(study->name(), "s");
+  EXPECT_EQ(study->seed(), 18446744073709551615u);
+  EXPECT_EQ(study->pairs(), 12);
+  EXPECT_EQ(study->rigs_per_scene(), 7);  // Absent: all that every variant has.
+  EXPECT_EQ(study->source_yaml(), *ReadFile(path));
+  ASSERT_EQ(study->variants_size(), 2);
+  const v1::SceneConfig& plain = study->variants(0).config();
+  const v1::SceneConfig& wide = study->variants(1).config();
+  EXPECT_EQ(plain.rigs().baseline_m().constant(), 0.1);
+  EXPECT_EQ(wide.rigs().baseline_m().uniform().low(), 0.2);
+  EXPECT_FALSE(wide.rigs().baseline_m().has_constant());
+  EXPECT_EQ(wide.rigs().width_px(), 640);
+  EXPECT_EQ(wide.rigs().height_px(), 720);
+  EXPECT_EQ(plain.room().kinds_size(), 1);
+  ASSERT_EQ(wide.room().kinds_size(), 2);
+  EXPECT_EQ(wide.room().kinds(0), "bedroom");
+}
+
+TEST_F(LoadTest, AnErrorNamesTheFileInWhichTheValueStands) {
+  const std::string base = Write("base.yaml", "# x\nrigs:\n  count: 0\n");
+  const std::string path =
+      Write("s.yaml",
+            "study: s\nbase: base.yaml\npairs: 1\nvariants:\n  - name: a\n    set: {type: q}\n");
+  const absl::Status status = LoadStudy(path).status();
+  EXPECT_THAT(std::string(status.message()), HasSubstr(base + ":3: rigs.count: 0 is out of range"));
+  EXPECT_THAT(std::string(status.message()), HasSubstr(path + ":6: variants[0].set.type: q"));
+}
+
+TEST_F(LoadTest, TheLockFileLoadsAsTheSameStudy) {
+  for (const char* name : {"quickstart", "baseline"}) {
+    auto study = LoadStudy(kConfigs + "/studies/" + name + ".yaml");
+    ASSERT_TRUE(study.ok()) << study.status();
+    const std::string lock = StudyToYaml(*study);
+    auto again = LoadStudy(Write("study.lock.yaml", lock));
+    ASSERT_TRUE(again.ok()) << again.status();
+    EXPECT_EQ(again->source_yaml(), lock);
+    again->set_source_yaml(study->source_yaml());
+    EXPECT_TRUE(MessageDifferencer::Equals(*study, *again));
+    EXPECT_TRUE(ValidateStudy(*study).ok());
+  }
+}
+
+TEST_F(LoadTest, BuiltInStudiesEqualTheFiles) {
+  EXPECT_THAT(BuiltinStudies(), ::testing::ElementsAre("baseline", "quickstart"));
+  for (const std::string& name : BuiltinStudies()) {
+    const auto built_in = LoadStudy(name);
+    const auto file = LoadStudy(kConfigs + "/studies/" + name + ".yaml");
+    ASSERT_TRUE(built_in.ok()) << built_in.status();
+    ASSERT_TRUE(file.ok()) << file.status();
+    EXPECT_TRUE(MessageDifferencer::Equals(*built_in, *file));
+  }
+  const auto study =
+      LoadStudy(Write("s.yaml", "study: s\nbase: indoor\npairs: 1\nvariants: [{name: a}]"));
+  EXPECT_TRUE(study.ok()) << study.status();
+}
+
+TEST(BaselineStudy, HasThePapersThreeRangesAndNothingElseDiffers) {
+  const auto study = LoadStudy("baseline");
+  ASSERT_TRUE(study.ok()) << study.status();
+  EXPECT_EQ(study->pairs(), 5000);
+  EXPECT_EQ(study->rigs_per_scene(), 20);
+  const struct {
+    const char* name;
+    double low, high;
+  } want[] = {{"narrow", 0.04, 0.1}, {"wide", 0.2, 0.3}, {"full", 0.04, 0.4}};
+  ASSERT_EQ(study->variants_size(), 3);
+  for (int i = 0; i < 3; ++i) {
+    v1::SceneConfig config = study->variants(i).config();
+    EXPECT_EQ(study->variants(i).name(), want[i].name);
+    EXPECT_EQ(config.rigs().baseline_m().uniform().low(), want[i].low);
+    EXPECT_EQ(config.rigs().baseline_m().uniform().high(), want[i].high);
+    *config.mutable_rigs()->mutable_baseline_m() = DefaultSceneConfig().rigs().baseline_m();
+    EXPECT_TRUE(MessageDifferencer::Equals(config, DefaultSceneConfig()));
+  }
+}
+
+TEST(LoadStudy, AMissingFileIsToldWithTheBuiltInNames) {
+  const absl::Status status = LoadStudy("no/such.yaml").status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(
+      std::string(status.message()),
+      "no/such.yaml: no such file, allowed is a path or a built-in name: baseline, quickstart");
+}
+
+TEST(ValidateStudy, TellsWhatAMessageBreaks) {
+  auto study = *LoadStudy("quickstart");
+  study.mutable_variants(0)->mutable_config()->mutable_rigs()->set_count(3);
+  EXPECT_THAT(std::string(ValidateStudy(study).message()), HasSubstr("rigs_per_scene: 4 is more"));
+  study.clear_variants();
+  EXPECT_THAT(std::string(ValidateStudy(study).message()), HasSubstr("variants: an empty list"));
+}
+
+}  // namespace
+}  // namespace parallax

@@ -1,0 +1,184 @@
+// The durable job queue: studies go in, leases go out, results come back, and nothing is lost or
+// counted twice.
+//
+// Invariants (JobQueue::Check re-derives each of them from the tables):
+// - A job is in one state; only the holder of its newest fence can end it; a terminal row never
+// changes.
+// - What a completion implies (render jobs, replaced scenes, released followers, counters,
+// published frames) is committed
+//   in the same transaction as the completion itself. A call that returned OK is on disk.
+// - A fence is never issued twice, neither after a restart nor from a restored backup.
+// - One process and, in it, one thread writes the database; commands are committed in groups.
+//
+// Thread-safe. Every call that changes something blocks until its group is on disk (about one
+// fsync); the ...Async forms call back from the queue's own thread instead, and such a callback
+// must neither block nor call a blocking method of the queue. An I/O error at commit ends the
+// process (see JobQueueOptions::on_fatal): a failed fsync can't be retried, a restart recovers.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/base/ids.h"
+#include "common/base/status.h"
+#include "common/base/version.h"
+#include "coordinator/queue/policy.h"
+#include "parallax/v1/service.pb.h"
+
+namespace parallax {
+
+struct JobQueueOptions {
+  std::string db_path;  // Made if absent; its folder must exist and be on a local file system.
+  Clock* clock = &Clock::System();  // Must outlive the queue.
+  double lease_s = 60;              // A lease that isn't heard of for so long goes back.
+  bool own_timer = true;  // Expire leases and end back-offs by itself; tests call Tick() instead.
+  int scenes_ahead =
+      512;              // Unfinished scenes of a variant that exist as rows; the rest is a cursor.
+  int max_batch = 512;  // Commands in one commit.
+  double linger_s = 0.002;      // A group under load waits so long for more commands.
+  int readers = 3;              // Connections for the reading calls.
+  double read_deadline_s = 10;  // A reading call gives up with kDeadlineExceeded.
+  std::string generator_version = kGeneratorVersion;  // Part of every result's key.
+  RetryPolicy retry;
+  std::string vfs;  // SQLite VFS by name; empty: the system's.
+  // Called once, from the queue's thread, when a commit failed; must not return. Absent: one line
+  // on stderr, exit 70.
+  std::function<void(const absl::Status&)> on_fatal;
+};
+
+// What the scheduler must know of a worker to choose for it.
+struct WorkerFacts {
+  std::string name;
+  bool solves = false;
+  bool renders = false;
+  int64_t memory_mb = 0;
+  std::vector<std::string> tags;
+};
+
+// Told by the queue's thread after the commit that caused it. Must not block.
+class JobQueueObserver {
+ public:
+  virtual ~JobQueueObserver() = default;
+  // Jobs may have become READY: workers with credit should ask for leases again.
+  virtual void OnWorkReady() = 0;
+  // This attempt's result is not wanted any more (cancelled, lease lost): tell the worker to stop
+  // it.
+  virtual void OnStop(const std::string& worker, const v1::AttemptId& attempt,
+                      const std::string& reason) = 0;
+};
+
+// For /metrics. Taken without touching the database.
+struct JobQueueStats {
+  // (kind "solve" or "render", state) -> jobs, of all studies that this process has loaded.
+  std::map<std::pair<std::string, std::string>, int64_t> jobs;
+  int64_t leases_held = 0;
+  uint64_t commits = 0;
+  uint64_t commands = 0;
+  uint64_t leases_granted = 0;
+  uint64_t completions = 0;
+  uint64_t failures = 0;  // App failures reported.
+  uint64_t losses = 0;    // Infra losses.
+  uint64_t stale_reports = 0;
+  double commit_seconds = 0;  // In COMMIT, fsync included, summed.
+  double commit_seconds_max = 0;
+  int largest_batch = 0;
+  int64_t wal_pages = 0;
+};
+
+class JobQueue {
+ public:
+  // Opens or creates the database, migrates it forward, raises and commits the epoch, loads what is
+  // unfinished. Errors: kFailedPrecondition for a database from the future, one that another
+  // coordinator has open, a network file system; kDataLoss for a file that is not ours or is
+  // corrupt; else as the system says.
+  static absl::StatusOr<std::unique_ptr<JobQueue>> Open(JobQueueOptions options);
+  ~JobQueue();  // Finishes accepted commands, closes. Leases stay: the next start adopts them.
+
+  uint64_t epoch() const;
+  int64_t schema_version() const;
+  double lease_s() const;
+  // Before the first call that leases; null takes it away. The observer must outlive the queue or
+  // be taken away.
+  void SetObserver(JobQueueObserver* observer);
+
+  // ---- Clients. `actor` goes to the audit table. ------------------------------------------------
+  // O(variants) whatever the number of pairs. The same idempotency key again returns the first
+  // study. Errors: kInvalidArgument for a bad spec; kAlreadyExists for a used key with another
+  // study.
+  absl::StatusOr<v1::SubmitReply> Submit(const v1::SubmitRequest& request, std::string_view actor);
+  // All unfinished jobs become CANCELLED, running attempts are told to stop. Again: no effect.
+  // kNotFound.
+  absl::Status Cancel(StudyId study, std::string_view reason, std::string_view actor);
+  // No new leases; what runs goes on.
+  absl::Status Pause(StudyId study, std::string_view reason, std::string_view actor);
+  absl::Status Resume(StudyId study, std::string_view reason, std::string_view actor);
+  // Failed and quarantined jobs get a new generation as far as pairs are missing (a scene that was
+  // already replaced isn't made again), and variants that gave up go on. Returns the new jobs.
+  // kFailedPrecondition if cancelled.
+  absl::StatusOr<int64_t> Retry(StudyId study, std::string_view actor);
+
+  // ---- Workers ----------------------------------------------------------------------------------
+  // Up to `max_jobs` leases, fewer or none if nothing fits.
+  absl::StatusOr<std::vector<v1::Lease>> Lease(const WorkerFacts& worker, int max_jobs);
+  void LeaseAsync(const WorkerFacts& worker, int max_jobs,
+                  std::function<void(absl::StatusOr<std::vector<v1::Lease>>)> done);
+  // OK, ALREADY_DONE, STALE_FENCE, CANCELLED are all definitive. kInvalidArgument too: the result
+  // does not belong to the job (wrong kind, rigs not asked for, path outside the attempt's folder),
+  // and the attempt counts as failed.
+  absl::StatusOr<v1::ReportOutcome> Complete(const v1::CompleteRequest& request);
+  void CompleteAsync(v1::CompleteRequest request,
+                     std::function<void(absl::StatusOr<v1::ReportOutcome>)> done);
+  absl::StatusOr<v1::ReportOutcome> Fail(const v1::FailRequest& request);
+  // Back without blame (drain): READY at once.
+  absl::StatusOr<v1::ReportOutcome> HandBack(const std::string& worker,
+                                             const v1::AttemptId& attempt, std::string_view reason);
+  // A worker says Hello with what it still runs. Those that it rightly holds are its again and
+  // returned; leases in its name that it does not know of are lost (infra). Everything in `holding`
+  // that isn't returned must be stopped.
+  absl::StatusOr<std::vector<v1::AttemptId>> Adopt(const std::string& worker,
+                                                   const std::vector<v1::AttemptId>& holding);
+  // The worker is gone for good (grace is over): its leases are lost. Returns their number.
+  absl::StatusOr<int> WorkerLost(const std::string& worker);
+  // Keeps the named leases alive. In memory: cheap, never waits for the disk. Returns those that
+  // the worker does not hold (any more) and must stop.
+  std::vector<v1::AttemptId> Heartbeat(const std::string& worker,
+                                       const std::vector<v1::Progress>& running);
+
+  // Expires leases and ends back-offs that are due. Returns the seconds until there is something to
+  // do again. Called by the queue itself with own_timer.
+  absl::StatusOr<double> Tick();
+
+  // ---- Reads: own connections, consistent snapshots, never wait for the writer
+  // --------------------
+  absl::StatusOr<v1::StudyStatus> GetStudy(StudyId study);              // With spec.
+  absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit);  // Newest first.
+  // `state` empty: all but SUCCEEDED ones first by id. limit <= 10,000.
+  absl::StatusOr<std::vector<v1::JobStatus>> ListJobs(const v1::ListJobsRequest& request);
+  // In order of publication, after request.cursor. limit <= 10,000, 0 = 1,000.
+  absl::StatusOr<std::vector<v1::PublishedFrame>> ListFrames(const v1::ListFramesRequest& request);
+  absl::StatusOr<v1::Scene> GetScene(const v1::GetSceneRequest& request);
+
+  JobQueueStats Stats() const;
+
+  // ---- Operations -------------------------------------------------------------------------------
+  // Re-derives every invariant; empty when all hold. Reads everything: seconds for a million rows.
+  absl::StatusOr<std::vector<std::string>> Check();
+  // A consistent copy while work goes on; appears at `path` whole or not at all. kAlreadyExists.
+  absl::Status Backup(const std::string& path);
+
+  // The same auditor on a file that no coordinator has open (`coordinator check`).
+  static absl::StatusOr<std::vector<std::string>> CheckFile(const std::string& db_path);
+
+ private:
+  class Impl;
+  explicit JobQueue(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace parallax

@@ -1,7 +1,8 @@
 // Procedural materials: from a point of a surface to what the light does there.
 //
-// A material is drawn once for each recipe entry (class + seed) and is then constant and thread-safe. It is a solid
-// texture: evaluated at `texture_m` (metres; x along the grain of the part), so it needs no unwrapping.
+// A material is drawn once for each recipe entry (class + seed) and is then constant and
+// thread-safe. It is a solid texture: evaluated at `texture_m` (metres; x along the grain of the
+// part), so it needs no unwrapping.
 #pragma once
 
 #include <functional>
@@ -20,7 +21,15 @@ struct SurfacePoint {
   Vec3f texture_m = Vec3f::Zero();  // Mesh::texture, interpolated, times the object's scale.
   Vec3f normal = Vec3f::UnitZ();    // Object frame, unit: to tell tops from sides.
   Vec2f uv = Vec2f::Zero();         // Printed pictures.
-  float footprint_m = 0;            // Width of the ray's footprint here; detail much finer than it is averaged away.
+  float footprint_m =
+      0;  // Width of the ray's footprint here; detail much finer than it is averaged away.
+  // Unit normal of the triangle in texture space: cross product of the edges of its three
+  // Mesh::texture points. Flat patterns (weaves, tiles, bricks, wallpaper) are laid on the texture
+  // plane across its longest axis; where it is zero, `normal` stands in, which is right for parts
+  // whose texture is not turned against the object.
+  Vec3f texture_normal = Vec3f::Zero();
+  float footprint_uv =
+      0;  // The footprint in units of uv; 0 = unknown: pictures are taken to be half a metre wide.
 };
 
 // The principled surface of one point. All linear, scene-referred Rec. 709.
@@ -28,38 +37,67 @@ struct SurfaceSample {
   Vec3f base_color = Vec3f::Constant(0.5f);  // [0, 1]
   float metallic = 0;                        // [0, 1]
   float roughness = 0.5f;                    // [0, 1]; GGX alpha = roughness^2
-  float specular = 0.5f;                     // Dielectric reflectance; 0.5 is 4 % at normal incidence.
-  float transmission = 0;                    // [0, 1]; refracts with `ior` (thin_walled: passes straight through).
+  float specular = 0.5f;   // Dielectric reflectance; 0.5 is 4 % at normal incidence.
+  float transmission = 0;  // [0, 1]; refracts with `ior` (thin_walled: passes straight through).
   float ior = 1.5f;
   bool thin_walled = false;
-  float clearcoat = 0;                       // [0, 1]
+  float clearcoat = 0;  // [0, 1]
   float clearcoat_roughness = 0.1f;
-  float sheen = 0;                           // [0, 1]
-  float opacity = 1;                         // [0, 1]; 0 = a hole.
-  Vec3f emission = Vec3f::Zero();            // Radiance, W / (m^2 sr).
+  float sheen = 0;                 // [0, 1]
+  float opacity = 1;               // [0, 1]; 0 = a hole.
+  Vec3f emission = Vec3f::Zero();  // Radiance, W / (m^2 sr).
 };
 
 class Material {
  public:
   virtual ~Material() = default;
   virtual SurfaceSample Evaluate(const SurfacePoint& point) const = 0;
-  // Height of the relief above the mesh in metres (a few tenths of a millimetre to a few millimetres); the renderer
-  // bends the shading normal by its gradient. 0 everywhere = smooth.
+  // Height of the relief above the mesh in metres (a few tenths of a millimetre to a few
+  // millimetres); the renderer bends the shading normal by its gradient. 0 everywhere = smooth.
   virtual float Height(const SurfacePoint& point) const {
     (void)point;
     return 0.0f;
   }
 };
 
-// One entry of the catalogue. `sample` draws the parameters: the same stream gives the same material.
+// What a class is good for; plain data for whoever chooses.
+struct MaterialTags {
+  bool diffuse = false;         // Dull and opaque: the study's "one diffuse material".
+  bool metal_or_glass = false;  // The study's "only metal and glass".
+  bool walls = false;           // Suits a room's walls...
+  bool floor = false;           // ...its floor...
+  bool ceiling = false;         // ...its ceiling.
+  bool any_object =
+      true;  // May replace the material of any object; false: needs the slot that it was made for.
+  bool needs_uv = false;  // Prints over uv in [0, 1]^2; elsewhere it shows one colour.
+  bool smooth = false;    // Has no detail on purpose (mirror, clear glass, plain grey).
+};
+
+// One entry of the catalogue. `sample` draws the parameters: the same stream gives the same
+// material.
 struct MaterialClass {
   std::string name;    // "OakWood", "WovenFabric"...
-  std::string family;  // "wood", "fabric", "metal", "glass", "plastic", "ceramic", "stone", "paint", "paper", "picture"...
+  std::string family;  // "wood", "fabric", "metal", "glass", "plastic", "ceramic", "stone",
+                       // "paint", "paper", "picture"...
   std::function<std::unique_ptr<const Material>(Rng&)> sample;
+  MaterialTags tags;
 };
 
 // Every class in order of name; built once, thread-safe, lives for the program.
 const std::vector<MaterialClass>& MaterialCatalogue();
+
+// nullptr when there is no such class.
+const MaterialClass* FindMaterialClass(std::string_view name);
+
+// The classes of a family in order of name, or the one class of that name; case does not count
+// ("Wood", "wood", "OakWood"). Empty when nothing is called so.
+std::vector<const MaterialClass*> MaterialsOfFamily(std::string_view family_or_class);
+
+// The classes whose tag is set, in order of name: MaterialsTagged(&MaterialTags::walls).
+std::vector<const MaterialClass*> MaterialsTagged(bool MaterialTags::*tag);
+
+// Every family once, in order of name.
+std::vector<std::string> MaterialFamilies();
 
 // The material of a class and seed: what a recipe's material means.
 // Errors: kNotFound naming the class and the nearest known name.

@@ -1,0 +1,90 @@
+#include "worker/materials/noise.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/base/rng.h"
+
+namespace parallax::noise {
+namespace {
+
+struct Moments {
+  double mean = 0, std = 0, low = 1e9, high = -1e9;
+};
+
+template <typename Sample>
+Moments MomentsOf(const Sample& sample, int count = 40000) {
+  Rng rng(SceneSeed{5}, "noise_test");
+  Moments m;
+  double squares = 0;
+  for (int i = 0; i < count; ++i) {
+    const Vec3f p(static_cast<float>(rng.Uniform(-500, 500)),
+                  static_cast<float>(rng.Uniform(-500, 500)),
+                  static_cast<float>(rng.Uniform(-500, 500)));
+    const double value = sample(p);
+    m.mean += value / count;
+    squares += value * value / count;
+    m.low = std::min(m.low, value);
+    m.high = std::max(m.high, value);
+  }
+  m.std = std::sqrt(squares - m.mean * m.mean);
+  return m;
+}
+
+TEST(Noise, GradientNoiseHasMeanZeroAndTheStatedSpread) {
+  for (const Moments& m : {MomentsOf([](const Vec3f& p) { return Gradient3(p, 3); }),
+                           MomentsOf([](const Vec3f& p) { return Gradient2(p.x(), p.y(), 3); })}) {
+    EXPECT_NEAR(m.mean, 0.0, 0.01);
+    EXPECT_NEAR(m.std, 0.3, 0.04);
+    EXPECT_GT(m.high, 0.7);
+    EXPECT_LT(m.high, 1.4);
+    EXPECT_LT(m.low, -0.7);
+    EXPECT_GT(m.low, -1.4);
+  }
+}
+
+TEST(Noise, GradientNoiseIsContinuousAcrossCells) {
+  Rng rng(SceneSeed{6}, "noise_test");
+  for (int i = 0; i < 20000; ++i) {
+    Vec3f p(static_cast<float>(rng.Uniform(-8, 8)), static_cast<float>(rng.Uniform(-8, 8)),
+            static_cast<float>(rng.Uniform(-8, 8)));
+    const Vec3f q = p + Vec3f(1e-3f, -1e-3f, 1e-3f);
+    EXPECT_NEAR(Gradient3(p, 9), Gradient3(q, 9), 0.02);
+    EXPECT_NEAR(Gradient2(p.x(), p.y(), 9), Gradient2(q.x(), q.y(), 9), 0.02);
+  }
+}
+
+TEST(Noise, CellsFindTheNearestPointsOfAllCells) {
+  // The nearest distance is 1-Lipschitz: a missed neighbour shows as a jump.
+  Rng rng(SceneSeed{7}, "noise_test");
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3f p(static_cast<float>(rng.Uniform(-8, 8)), static_cast<float>(rng.Uniform(-8, 8)),
+                  static_cast<float>(rng.Uniform(-8, 8)));
+    const Vec3f q = p + Vec3f(2e-3f, 1e-3f, -2e-3f);
+    const Cell a = Cells3(p, 4), b = Cells3(q, 4);
+    EXPECT_LE(a.f1, a.f2);
+    EXPECT_NEAR(a.f1, a.offset.norm(), 1e-4);
+    EXPECT_LE(std::fabs(a.f1 - b.f1), 3.1e-3);
+    const Cell c = Cells2(p.x(), p.y(), 4), d = Cells2(q.x(), q.y(), 4);
+    EXPECT_LE(c.f1, c.f2);
+    EXPECT_LE(std::fabs(c.f1 - d.f1), 2.4e-3);
+  }
+}
+
+TEST(Noise, CosTurnFollowsTheCosine) {
+  for (int i = -300; i <= 300; ++i) {
+    const float x = static_cast<float>(i) * 0.0173f;
+    EXPECT_NEAR(CosTurn(x), std::cos(2.0 * 3.14159265358979 * x), 1e-3);
+  }
+}
+
+TEST(Noise, FadeIsOneFarAboveAndZeroBelowNyquist) {
+  EXPECT_EQ(Fade(0.01f, 0.0f), 1.0f);
+  EXPECT_EQ(Fade(0.01f, 0.0025f), 1.0f);
+  EXPECT_EQ(Fade(0.01f, 0.005f), 0.0f);
+  EXPECT_GT(Fade(0.01f, 0.003f), Fade(0.01f, 0.004f));
+}
+
+}  // namespace
+}  // namespace parallax::noise

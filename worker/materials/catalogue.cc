@@ -1,0 +1,110 @@
+#include <algorithm>
+#include <cctype>
+
+#include "worker/materials/families.h"
+
+namespace parallax {
+namespace {
+
+std::string Lower(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return lower;
+}
+
+// Levenshtein's.
+size_t EditDistance(std::string_view a, std::string_view b) {
+  std::vector<size_t> row(b.size() + 1);
+  for (size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (size_t i = 1; i <= a.size(); ++i) {
+    size_t diagonal = row[0];
+    row[0] = i;
+    for (size_t j = 1; j <= b.size(); ++j) {
+      const size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  return row[b.size()];
+}
+
+std::string NearestName(std::string_view wanted) {
+  const std::string lower = Lower(wanted);
+  const auto& catalogue = MaterialCatalogue();
+  return std::min_element(catalogue.begin(), catalogue.end(),
+                          [&](const MaterialClass& a, const MaterialClass& b) {
+                            return EditDistance(lower, Lower(a.name)) <
+                                   EditDistance(lower, Lower(b.name));
+                          })
+      ->name;
+}
+
+MaterialList BuildCatalogue() {
+  MaterialList list;
+  AddFabricMaterials(list);
+  AddGlassMaterials(list);
+  AddMetalMaterials(list);
+  AddPlainMaterials(list);
+  AddPlasticMaterials(list);
+  AddStoneMaterials(list);
+  AddWallMaterials(list);
+  AddWoodMaterials(list);
+  std::sort(list.begin(), list.end(),
+            [](const MaterialClass& a, const MaterialClass& b) { return a.name < b.name; });
+  return list;
+}
+
+}  // namespace
+
+const std::vector<MaterialClass>& MaterialCatalogue() {
+  static const MaterialList& catalogue = *new MaterialList(BuildCatalogue());
+  return catalogue;
+}
+
+const MaterialClass* FindMaterialClass(std::string_view name) {
+  const auto& catalogue = MaterialCatalogue();
+  const auto found = std::lower_bound(catalogue.begin(), catalogue.end(), name,
+                                      [](const MaterialClass& material, std::string_view wanted) {
+                                        return material.name < wanted;
+                                      });
+  return found != catalogue.end() && found->name == name ? &*found : nullptr;
+}
+
+std::vector<const MaterialClass*> MaterialsOfFamily(std::string_view family_or_class) {
+  const std::string wanted = Lower(family_or_class);
+  std::vector<const MaterialClass*> members;
+  for (const MaterialClass& material : MaterialCatalogue()) {
+    if (material.family == wanted || Lower(material.name) == wanted) members.push_back(&material);
+  }
+  return members;
+}
+
+std::vector<const MaterialClass*> MaterialsTagged(bool MaterialTags::*tag) {
+  std::vector<const MaterialClass*> members;
+  for (const MaterialClass& material : MaterialCatalogue()) {
+    if (material.tags.*tag) members.push_back(&material);
+  }
+  return members;
+}
+
+std::vector<std::string> MaterialFamilies() {
+  std::vector<std::string> families;
+  for (const MaterialClass& material : MaterialCatalogue()) families.push_back(material.family);
+  std::sort(families.begin(), families.end());
+  families.erase(std::unique(families.begin(), families.end()), families.end());
+  return families;
+}
+
+absl::StatusOr<std::unique_ptr<const Material>> MakeMaterial(std::string_view class_name,
+                                                             uint64_t seed) {
+  const MaterialClass* found = FindMaterialClass(class_name);
+  if (found == nullptr) {
+    return MakeError(absl::StatusCode::kNotFound, "no material class \"" + std::string(class_name) +
+                                                      "\"; the nearest is \"" +
+                                                      NearestName(class_name) + "\"");
+  }
+  Rng rng(SceneSeed{seed}, "material/" + found->name);
+  return found->sample(rng);
+}
+
+}  // namespace parallax

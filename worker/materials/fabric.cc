@@ -1,0 +1,430 @@
+// Family `fabric`: woven, twilled, knitted and piled cloth. Threads are real relief; slubs and
+// streaks along the threads keep cloth from looking like plain paint from across the room.
+#include <array>
+
+#include "worker/materials/families.h"
+#include "worker/materials/surface.h"
+
+namespace parallax {
+namespace {
+
+using noise::Fade;
+using noise::Gradient2;
+using noise::Gradient3;
+using noise::Hash;
+using noise::SmoothStep;
+using noise::UnitByte;
+
+// Colours that furnishing cloth comes in: naturals first, then dyes.
+constexpr std::array<uint32_t, 26> kDyes = {
+    0xd9cfbf, 0xc7b8a1, 0xa99b86, 0x8c8072, 0x6c655d, 0x4a4744, 0x2e2e30, 0xe6e0d4, 0xbfc3c4,
+    0x7f8a91, 0x3c4a5a, 0x24324a, 0x5b7a8c, 0x8fb0b5, 0x4f7a6a, 0x7c8a5a, 0x3f5140, 0xb7a24a,
+    0xd2a03c, 0xb5653a, 0x9b3f34, 0x6e2a33, 0xb97f86, 0x7a5a78, 0x54406a, 0x2f6b6b};
+
+Vec3f DrawDye(Rng& rng) { return VaryColor(rng, SrgbColor(rng.Pick(kDyes)), 0.12, 0.06); }
+
+// ---- Weaves ---------------------------------------------------------------------------------
+
+enum class Weave { kPlain, kTwill, kBasket };
+
+struct WovenStyle {
+  Weave weave = Weave::kPlain;
+  double thread_low_mm = 0.5, thread_high_mm = 1.4;
+  double slub = 0.5;  // Uneven thread: linen much, cotton little.
+  double thread_contrast =
+      0;  // How far the weft's colour may stand from the warp's, beyond one dye.
+  bool two_dyes = false;
+  double sheen = 0.3;
+};
+
+// What is to be seen at a point of a weave.
+struct Thread {
+  bool warp = false;  // Runs along v; else weft, along u.
+  int index = 0;      // Which one.
+  float height = 0;   // [0, 1]: over the ground of the cloth.
+};
+
+Thread ThreadAt(Weave weave, float u, float v) {
+  const int i = noise::FloorInt(u), j = noise::FloorInt(v);
+  const float x = u - static_cast<float>(i) - 0.5f, y = v - static_cast<float>(j) - 0.5f;
+  bool warp_up;
+  float run_u, run_v;  // Place within a thread's float, -0.5..0.5: it dives at both ends.
+  if (weave == Weave::kPlain) {
+    warp_up = ((i + j) & 1) == 0;
+    run_u = x;
+    run_v = y;
+  } else if (weave == Weave::kTwill) {
+    const int k = (i + j) & 3;
+    warp_up = k < 2;
+    // Of two cells that a float covers, which one is this?
+    run_v = ((k & 1) == 0 ? y - 0.5f : y + 0.5f) * 0.5f;
+    run_u = ((k & 1) == 0 ? x - 0.5f : x + 0.5f) * 0.5f;
+  } else {
+    warp_up = (((i >> 1) + (j >> 1)) & 1) == 0;
+    run_u = ((i & 1) == 0 ? x - 0.5f : x + 0.5f) * 0.5f;
+    run_v = ((j & 1) == 0 ? y - 0.5f : y + 0.5f) * 0.5f;
+  }
+  const float across = warp_up ? x : y;
+  const float along = warp_up ? run_v : run_u;
+  Thread thread;
+  thread.warp = warp_up;
+  thread.index = warp_up ? i : j;
+  // Both factors are 0 at the ends, so that the relief is continuous from thread to thread.
+  const float bent = 4.0f * along * along;
+  thread.height = (1.0f - 4.0f * across * across) * (1.0f - bent * bent);
+  return thread;
+}
+
+class WovenFabric : public Material {
+ public:
+  WovenFabric(Rng& rng, const WovenStyle& style) : style_(style) {
+    pitch_m_ = Draw(rng, style.thread_low_mm, style.thread_high_mm) * 1e-3f;
+    warp_ = DrawDye(rng);
+    weft_ = style.two_dyes
+                ? DrawDye(rng)
+                : VaryColor(rng, warp_, style.thread_contrast, 0.3 * style.thread_contrast);
+    slub_ = Float(style.slub) * Draw(rng, 0.6, 1.2);
+    uneven_ = Draw(rng, 0.06, 0.16);
+    roughness_ = Draw(rng, 0.75, 0.95);
+    sheen_ = Float(style.sheen) * Draw(rng, 0.6, 1.4);
+    seed_ = DrawSeed(rng);
+  }
+
+  SurfaceSample Evaluate(const SurfacePoint& point) const final {
+    const PlanePoint plane = OnPlane(point);
+    const float w = point.footprint_m;
+    const float fade = Fade(2.0f * pitch_m_, w);
+    SurfaceSample out;
+    const Vec3f warp = DyeOf(true, plane, w), weft = DyeOf(false, plane, w);
+    Vec3f color = Mix(warp, weft, 0.5f);
+    if (fade > 0) {
+      const Thread thread = ThreadAt(style_.weave, plane.u / pitch_m_, plane.v / pitch_m_);
+      const float own =
+          1.0f + uneven_ * (UnitByte(Hash(thread.index, seed_ + thread.warp), 0) - 0.5f);
+      const Vec3f near = (thread.warp ? warp : weft) * (own * (0.62f + 0.55f * thread.height));
+      color = Mix(color, near, fade);
+    }
+    // Slubs: stretches of thicker, lighter thread, long along their thread. Then wear, broad and
+    // faint.
+    color *= 1.0f + Slubs(plane, w);
+    color *= 1.0f + 0.07f * noise::Fbm3(Vec3f(plane.u, plane.v, 0.0f), 0.11f, 2, w, seed_ + 9);
+    out.base_color = Albedo(color);
+    out.roughness = roughness_;
+    out.specular = 0.25f;
+    out.sheen = noise::Saturate(sheen_);
+    return out;
+  }
+
+  float Height(const SurfacePoint& point) const final {
+    const PlanePoint plane = OnPlane(point);
+    const float fade = Fade(2.0f * pitch_m_, point.footprint_m);
+    float height = 0.08f * pitch_m_ * Slubs(plane, point.footprint_m);
+    if (fade > 0) {
+      height += 0.3f * pitch_m_ * fade *
+                ThreadAt(style_.weave, plane.u / pitch_m_, plane.v / pitch_m_).height;
+    }
+    return height;
+  }
+
+ protected:
+  // The colour of the threads of one direction here.
+  virtual Vec3f DyeOf(bool warp, const PlanePoint& plane, float footprint_m) const {
+    (void)plane, (void)footprint_m;
+    return warp ? warp_ : weft_;
+  }
+
+  Vec3f warp_, weft_;
+  float pitch_m_;
+  uint32_t seed_;
+
+ private:
+  float Slubs(const PlanePoint& plane, float w) const {
+    const float thin = Fade(3.0f * pitch_m_, w), thick = Fade(0.009f, w);
+    float sum = 0;
+    if (thin > 0) {
+      const float k = 0.35f / pitch_m_;
+      sum += 0.22f * thin *
+             (Gradient2(plane.u * 25.0f, plane.v * k, seed_ + 2) +
+              Gradient2(plane.u * k, plane.v * 25.0f, seed_ + 3));
+    }
+    if (thick > 0) {
+      sum += 0.16f * thick *
+             (Gradient2(plane.u * 9.0f, plane.v * 160.0f, seed_ + 4) +
+              Gradient2(plane.u * 160.0f, plane.v * 9.0f, seed_ + 5));
+    }
+    return slub_ * sum;
+  }
+
+  WovenStyle style_;
+  float slub_, uneven_, roughness_, sheen_;
+};
+
+// Bands of colour: along one direction (stripes) or both (tartan), in a sequence that repeats and
+// mirrors.
+class BandedFabric final : public WovenFabric {
+ public:
+  BandedFabric(Rng& rng, const WovenStyle& style, bool both)
+      : WovenFabric(rng, style), both_(both) {
+    const int dyes = rng.UniformInt(2, 4);
+    std::array<Vec3f, 4> palette;
+    for (int i = 0; i < dyes; ++i) palette[static_cast<size_t>(i)] = DrawDye(rng);
+    bands_ = rng.UniformInt(3, static_cast<int>(kMaxBands));
+    float at = 0;
+    int previous = -1;
+    for (int i = 0; i < bands_; ++i) {
+      int dye = rng.UniformInt(0, dyes - 1);
+      if (dye == previous) dye = (dye + 1) % dyes;
+      previous = dye;
+      at += rng.Bernoulli(0.4) ? Draw(rng, 0.003, 0.008) : Draw(rng, 0.010, 0.045);
+      ends_m_[static_cast<size_t>(i)] = at;
+      colors_[static_cast<size_t>(i)] = palette[static_cast<size_t>(dye)];
+    }
+    mean_.setZero();
+    for (int i = 0; i < bands_; ++i) {
+      const auto k = static_cast<size_t>(i);
+      mean_ += colors_[k] * ((ends_m_[k] - (i > 0 ? ends_m_[k - 1] : 0.0f)) / at);
+    }
+  }
+
+ private:
+  static constexpr size_t kMaxBands = 7;
+
+  Vec3f DyeOf(bool warp, const PlanePoint& plane, float w) const override {
+    if (!warp && !both_) return Band(plane.u, w);  // Weft takes the warp's bands: solid stripes.
+    return Band(warp ? plane.u : plane.v, w);
+  }
+  Vec3f Band(float x, float w) const {
+    const float period = ends_m_[static_cast<size_t>(bands_ - 1)];
+    const float fade = Fade(period * 0.5f, w);
+    if (fade <= 0) return mean_;
+    // Mirrored, so that neighbouring repeats meet in one colour.
+    const float t = noise::Fract(x / (2.0f * period)) * 2.0f;
+    const float place = (t < 1.0f ? t : 2.0f - t) * period;
+    Vec3f color = colors_[0];
+    for (int i = 0; i + 1 < bands_; ++i) {
+      const auto k = static_cast<size_t>(i);
+      color = Mix(color, colors_[k + 1], Edge(place - ends_m_[k], 0.5f * pitch_m_, 1.5f * w));
+    }
+    return Mix(mean_, color, fade);
+  }
+
+  bool both_;
+  int bands_;
+  std::array<float, kMaxBands> ends_m_;
+  std::array<Vec3f, kMaxBands> colors_;
+  Vec3f mean_;
+};
+
+// Indigo warp over white weft, worn pale in broad patches.
+class Denim final : public WovenFabric {
+ public:
+  explicit Denim(Rng& rng)
+      : WovenFabric(rng, {.weave = Weave::kTwill,
+                          .thread_low_mm = 0.6,
+                          .thread_high_mm = 0.9,
+                          .slub = 0.9,
+                          .sheen = 0.15}) {
+    static constexpr std::array<uint32_t, 5> kIndigo = {0x2c3d5c, 0x3b5379, 0x22304a, 0x5b769b,
+                                                        0x2b2f38};
+    warp_ = VaryColor(rng, SrgbColor(rng.Pick(kIndigo)), 0.1, 0.04);
+    weft_ = Mix(warp_, SrgbColor(0xcfd3d6), Draw(rng, 0.25, 0.6));
+    wear_ = Draw(rng, 0.05, 0.35);
+  }
+
+ private:
+  Vec3f DyeOf(bool warp, const PlanePoint& plane, float w) const override {
+    const float worn =
+        wear_ *
+        SmoothStep(-0.1f, 0.8f, noise::Fbm3(Vec3f(plane.u, plane.v, 0), 0.16f, 3, w, seed_ + 20));
+    return Mix(warp ? warp_ : weft_, weft_, worn);
+  }
+  float wear_;
+};
+
+// ---- Knits ----------------------------------------------------------------------------------
+
+// Stocking stitch: columns of V, each V two leaning loops; cables are columns that swell.
+class KnitFabric final : public Material {
+ public:
+  explicit KnitFabric(Rng& rng) {
+    width_m_ = Draw(rng, 0.003, 0.009);
+    height_m_ = width_m_ * Draw(rng, 0.6, 0.8);
+    yarn_ = DrawDye(rng);
+    second_ = rng.Bernoulli(0.35) ? DrawDye(rng) : yarn_;
+    rows_ = rng.UniformInt(4, 14);
+    melange_ = Draw(rng, 0.05, 0.22);
+    seed_ = DrawSeed(rng);
+  }
+  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    const PlanePoint plane = OnPlane(point);
+    const float w = point.footprint_m;
+    const float fade = Fade(width_m_, w);
+    const Stitch stitch = At(plane);
+    const int band = stitch.row >= 0 ? stitch.row / rows_ : ~(~stitch.row / rows_);
+    Vec3f color = (band & 1)
+                      ? Mix(Mix(yarn_, second_, 0.5f), second_, Fade(2 * rows_ * height_m_, w))
+                      : Mix(Mix(yarn_, second_, 0.5f), yarn_, Fade(2 * rows_ * height_m_, w));
+    color *= 1.0f + fade * (0.6f * (stitch.height - 0.6f) +
+                            0.15f * (UnitByte(Hash(stitch.column, stitch.row, seed_), 0) - 0.5f));
+    color *=
+        1.0f + melange_ * noise::Fbm3(Vec3f(plane.u, plane.v * 3.0f, 0), 0.012f, 3, w, seed_ + 1);
+    SurfaceSample out;
+    out.base_color = Albedo(color);
+    out.roughness = 0.92f;
+    out.specular = 0.2f;
+    out.sheen = 0.45f;
+    return out;
+  }
+  float Height(const SurfacePoint& point) const override {
+    const PlanePoint plane = OnPlane(point);
+    const float w = point.footprint_m;
+    return 0.16f * width_m_ * Fade(width_m_, w) * At(plane).height +
+           3e-5f * noise::Fbm3(Vec3f(plane.u, plane.v, 0), 0.0015f, 2, w, seed_ + 2);
+  }
+
+ private:
+  struct Stitch {
+    int column, row;
+    float height;  // [0, 1]
+  };
+  Stitch At(const PlanePoint& plane) const {
+    const float s = plane.u / width_m_;
+    const int column = noise::FloorInt(s);
+    const float x = s - static_cast<float>(column) - 0.5f;  // -0.5..0.5, the V's axis at 0.
+    const float lean = 0.9f * std::fabs(x);
+    const float t = plane.v / height_m_ - lean;
+    const int row = noise::FloorInt(t);
+    const float y = t - static_cast<float>(row) - 0.5f;
+    // A loop is an arch across its lean and rounds off towards the axis and the column's edge.
+    const float side = 4.0f * std::fabs(x) - 1.0f;
+    return {column, row, (1.0f - 4.0f * y * y) * (1.0f - 0.85f * side * side)};
+  }
+
+  float width_m_, height_m_, melange_;
+  Vec3f yarn_, second_;
+  int rows_;
+  uint32_t seed_;
+};
+
+// ---- Pile -----------------------------------------------------------------------------------
+
+// Short pile: hardly any relief, but the nap lies this way and that.
+class VelvetFabric final : public Material {
+ public:
+  explicit VelvetFabric(Rng& rng) {
+    static constexpr std::array<uint32_t, 12> kJewels = {0x1f4a3f, 0x18385c, 0x5a1f33, 0x6b2a54,
+                                                         0x8c6a2f, 0x2f5d62, 0x4a2a20, 0x3a3a44,
+                                                         0x8d8a86, 0xb08d84, 0x224b2c, 0x6a1b1f};
+    pile_ = VaryColor(rng, SrgbColor(rng.Pick(kJewels)), 0.15, 0.06);
+    crush_ = Draw(rng, 0.12, 0.45);
+    patch_m_ = Draw(rng, 0.05, 0.16);
+    seed_ = DrawSeed(rng);
+  }
+  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    const Vec3f& p = point.texture_m;
+    const float w = point.footprint_m;
+    const float warp = 0.4f * Gradient3(p / patch_m_, seed_);
+    const float nap =
+        noise::Fbm3(p + Vec3f::Constant(warp * patch_m_), patch_m_, 4, w, seed_ + 1, 0.6f);
+    const float grain = 0.12f * Fade(1e-3f, w) * Gradient3(p * 1000.0f, seed_ + 9);
+    SurfaceSample out;
+    out.base_color = Albedo(pile_ * (1.0f + crush_ * nap + grain));
+    out.roughness = noise::Saturate(0.8f + 0.15f * nap);
+    out.specular = 0.2f;
+    out.sheen = noise::Saturate(0.85f + 0.3f * nap);
+    return out;
+  }
+  float Height(const SurfacePoint& point) const override {
+    const Vec3f& p = point.texture_m;
+    const float w = point.footprint_m;
+    return 0.25e-3f * crush_ * noise::Fbm3(p, 0.25f * patch_m_, 3, w, seed_ + 2) +
+           5e-5f * Fade(1e-3f, w) * Gradient3(p * 1000.0f, seed_ + 9);
+  }
+
+ private:
+  Vec3f pile_;
+  float crush_, patch_m_;
+  uint32_t seed_;
+};
+
+// Teddy, boucle, terry: small loops in disorder.
+class BoucleFabric final : public Material {
+ public:
+  explicit BoucleFabric(Rng& rng) {
+    loop_m_ = Draw(rng, 0.002, 0.006);
+    yarn_ = DrawDye(rng);
+    deep_ = yarn_ * Draw(rng, 0.45, 0.7);
+    seed_ = DrawSeed(rng);
+  }
+  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    const float w = point.footprint_m;
+    const float fade = Fade(1.5f * loop_m_, w);
+    float top = 0.6f, own = 0;
+    if (fade > 0) {
+      const noise::Cell cell = CellAt(point.texture_m);
+      top += fade * (Loop(cell) - 0.6f);
+      own = fade * (UnitByte(cell.id, 1) - 0.5f);
+    }
+    const float broad = noise::Fbm3(point.texture_m, 0.05f, 2, w, seed_ + 3);
+    SurfaceSample out;
+    out.base_color = Albedo(Mix(deep_, yarn_, top) * (1.0f + 0.2f * own + 0.08f * broad));
+    out.roughness = 0.95f;
+    out.specular = 0.2f;
+    out.sheen = 0.4f;
+    return out;
+  }
+  float Height(const SurfacePoint& point) const override {
+    const float fade = Fade(1.5f * loop_m_, point.footprint_m);
+    return fade <= 0 ? 0.0f : 0.3f * loop_m_ * fade * Loop(CellAt(point.texture_m));
+  }
+
+ private:
+  noise::Cell CellAt(const Vec3f& p) const { return noise::Cells3(p / loop_m_, seed_); }
+  static float Loop(const noise::Cell& cell) {
+    return noise::Saturate(1.0f - cell.f1 * cell.f1) * SmoothStep(0.0f, 0.25f, cell.f2 - cell.f1);
+  }
+
+  float loop_m_;
+  Vec3f yarn_, deep_;
+  uint32_t seed_;
+};
+
+}  // namespace
+
+void AddFabricMaterials(MaterialList& list) {
+  const MaterialTags cloth = {.diffuse = true};
+  list.push_back(Entry<WovenFabric>(
+      "WovenFabric", "fabric", cloth,
+      WovenStyle{.thread_low_mm = 0.8, .thread_high_mm = 2.0, .thread_contrast = 0.25}));
+  list.push_back(Entry<WovenFabric>("BasketWeaveFabric", "fabric", cloth,
+                                    WovenStyle{.weave = Weave::kBasket,
+                                               .thread_low_mm = 0.9,
+                                               .thread_high_mm = 2.2,
+                                               .slub = 0.4,
+                                               .two_dyes = true}));
+  list.push_back(Entry<WovenFabric>("LinenFabric", "fabric", cloth,
+                                    WovenStyle{.thread_low_mm = 0.45,
+                                               .thread_high_mm = 0.9,
+                                               .slub = 1.1,
+                                               .thread_contrast = 0.12,
+                                               .sheen = 0.2}));
+  list.push_back(Entry<WovenFabric>("TwillFabric", "fabric", cloth,
+                                    WovenStyle{.weave = Weave::kTwill,
+                                               .thread_low_mm = 0.7,
+                                               .thread_high_mm = 1.6,
+                                               .slub = 0.4,
+                                               .two_dyes = true}));
+  list.push_back(Entry<BandedFabric>(
+      "StripedFabric", "fabric", cloth,
+      WovenStyle{.thread_low_mm = 0.5, .thread_high_mm = 1.0, .slub = 0.5}, false));
+  list.push_back(Entry<BandedFabric>(
+      "TartanFabric", "fabric", cloth,
+      WovenStyle{.weave = Weave::kTwill, .thread_low_mm = 0.6, .thread_high_mm = 1.2, .slub = 0.3},
+      true));
+  list.push_back(Entry<BoucleFabric>("BoucleFabric", "fabric", cloth));
+  list.push_back(Entry<Denim>("Denim", "fabric", cloth));
+  list.push_back(Entry<KnitFabric>("KnitFabric", "fabric", cloth));
+  list.push_back(Entry<VelvetFabric>("VelvetFabric", "fabric", cloth));
+}
+
+}  // namespace parallax

@@ -1,0 +1,21 @@
+// Each family's file adds its classes to the catalogue here. Private to worker/materials.
+#pragma once
+
+#include <vector>
+
+#include "worker/materials/material.h"
+
+namespace parallax {
+
+using MaterialList = std::vector<MaterialClass>;
+
+void AddFabricMaterials(MaterialList& list);
+void AddGlassMaterials(MaterialList& list);
+void AddMetalMaterials(MaterialList& list);
+void AddPlainMaterials(MaterialList& list);
+void AddPlasticMaterials(MaterialList& list);
+void AddStoneMaterials(MaterialList& list);
+void AddWallMaterials(MaterialList& list);
+void AddWoodMaterials(MaterialList& list);
+
+}  // namespace parallax

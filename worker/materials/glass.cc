@@ -1,0 +1,169 @@
+// Families `glass` and `mirror`.
+#include <array>
+
+#include "worker/materials/families.h"
+#include "worker/materials/surface.h"
+
+namespace parallax {
+namespace {
+
+using noise::Saturate;
+
+// Panes and thin vessels: light passes straight through.
+class ClearGlass final : public Material {
+ public:
+  explicit ClearGlass(Rng& rng) {
+    color_ = Vec3f(Draw(rng, 0.86, 0.9), Draw(rng, 0.88, 0.9), Draw(rng, 0.87, 0.9));
+  }
+  SurfaceSample Evaluate(const SurfacePoint&) const override {
+    SurfaceSample out;
+    out.base_color = color_;
+    out.roughness = 0.0f;
+    out.transmission = 1;
+    out.thin_walled = true;
+    out.ior = 1.52f;
+    return out;
+  }
+
+ private:
+  Vec3f color_;
+};
+
+// Massive: refracts. For closed bodies only.
+class SolidGlass final : public Material {
+ public:
+  explicit SolidGlass(Rng& rng) {
+    color_ =
+        Mix(Vec3f::Constant(0.9f), HsvColor(rng.Uniform(0.3, 0.6), 0.25, 0.95), Draw(rng, 0, 0.5));
+    ior_ = Draw(rng, 1.46, 1.6);
+  }
+  SurfaceSample Evaluate(const SurfacePoint&) const override {
+    SurfaceSample out;
+    out.base_color = Albedo(color_);
+    out.roughness = 0.0f;
+    out.transmission = 1;
+    out.ior = ior_;
+    return out;
+  }
+
+ private:
+  Vec3f color_;
+  float ior_;
+};
+
+// Bottle green, amber, cobalt, smoke, rose; the tint runs a little thicker here and there.
+class TintedGlass final : public Material {
+ public:
+  explicit TintedGlass(Rng& rng) {
+    static constexpr std::array<uint32_t, 9> kTints = {
+        0x4f8a5b, 0xb9762f, 0x3a58a6, 0x6d6f72, 0xc98fa0, 0x7fb8b5, 0x8c6bb0, 0x2f4a35, 0xd8c27a};
+    color_ = VaryColor(rng, SrgbColor(rng.Pick(kTints)), 0.15, 0.05);
+    roughness_ = Draw(rng, 0.0, 0.06);
+    wave_m_ = Draw(rng, 0.015, 0.05);
+    seed_ = DrawSeed(rng);
+  }
+  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    const float thick = noise::Fbm3(point.texture_m, 2 * wave_m_, 3, point.footprint_m, seed_);
+    SurfaceSample out;
+    out.base_color = Albedo(color_ * (1.0f - 0.22f * thick));
+    out.roughness = roughness_;
+    out.transmission = 1;
+    out.thin_walled = true;
+    out.ior = 1.5f;
+    return out;
+  }
+  float Height(const SurfacePoint& point) const override {
+    return 4e-5f * noise::Fbm3(point.texture_m, wave_m_, 2, point.footprint_m, seed_ + 3);
+  }
+
+ private:
+  Vec3f color_;
+  float roughness_, wave_m_;
+  uint32_t seed_;
+};
+
+// Sand-blasted or cast with a grain: lets light through but no picture.
+class FrostedGlass final : public Material {
+ public:
+  explicit FrostedGlass(Rng& rng) {
+    color_ = Mix(Vec3f::Constant(0.88f), HsvColor(rng.Uniform(), 0.3, 0.9), Draw(rng, 0, 0.4));
+    roughness_ = Draw(rng, 0.3, 0.6);
+    grain_m_ = rng.Bernoulli(0.5) ? Draw(rng, 0.004, 0.014) : 0.0015f;
+    seed_ = DrawSeed(rng);
+  }
+  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    const float n = noise::Fbm3(point.texture_m, 0.03f, 4, point.footprint_m, seed_, 0.6f);
+    SurfaceSample out;
+    out.base_color = Albedo(color_ * (0.96f + 0.1f * n));
+    out.roughness = Saturate(roughness_ * (1.0f + 0.3f * n));
+    out.transmission = 1;
+    out.thin_walled = true;
+    return out;
+  }
+  float Height(const SurfacePoint& point) const override {
+    const float fade = noise::Fade(grain_m_, point.footprint_m);
+    if (fade <= 0) return 0;
+    const float d = noise::Cells3(point.texture_m / grain_m_, seed_ + 7).f1;
+    return 0.02f * grain_m_ * fade * Saturate(1.0f - d * d);
+  }
+
+ private:
+  Vec3f color_;
+  float roughness_, grain_m_;
+  uint32_t seed_;
+};
+
+class Mirror final : public Material {
+ public:
+  explicit Mirror(Rng& rng) { color_ = Vec3f::Constant(Draw(rng, 0.82, 0.9)); }
+  SurfaceSample Evaluate(const SurfacePoint&) const override {
+    SurfaceSample out;
+    out.base_color = color_;
+    out.metallic = 1;
+    out.roughness = 0.0f;
+    return out;
+  }
+
+ private:
+  Vec3f color_;
+};
+
+// Silver that has gone in spots and clouds.
+class AntiqueMirror final : public Material {
+ public:
+  explicit AntiqueMirror(Rng& rng) {
+    level_ = Draw(rng, -0.35, 0.0);
+    seed_ = DrawSeed(rng);
+  }
+  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    const float w = point.footprint_m;
+    const float cloud = noise::Fbm3(point.texture_m, 0.03f, 3, w, seed_ + 7);
+    const float gone = noise::Above(noise::Fbm3Filtered(point.texture_m, 0.16f, 6, w, seed_, 0.62f),
+                                    0.32f - level_, 0.28f);
+    SurfaceSample out;
+    out.base_color = Albedo(Mix(Vec3f(0.84f, 0.83f, 0.8f), Vec3f(0.10f, 0.09f, 0.08f), gone) *
+                            (1.0f - 0.06f * cloud));
+    out.metallic = 1.0f - 0.6f * gone;
+    out.roughness = Saturate(0.03f + 0.45f * gone);
+    return out;
+  }
+
+ private:
+  float level_;
+  uint32_t seed_;
+};
+
+}  // namespace
+
+void AddGlassMaterials(MaterialList& list) {
+  const MaterialTags glass = {.metal_or_glass = true};
+  const MaterialTags clear = {.metal_or_glass = true, .smooth = true};
+  list.push_back(Entry<ClearGlass>("ClearGlass", "glass", clear));
+  list.push_back(Entry<FrostedGlass>("FrostedGlass", "glass", glass));
+  list.push_back(Entry<SolidGlass>("SolidGlass", "glass", clear));
+  list.push_back(Entry<TintedGlass>("TintedGlass", "glass", glass));
+  list.push_back(Entry<AntiqueMirror>("AntiqueMirror", "mirror", glass));
+  list.push_back(Entry<Mirror>("Mirror", "mirror", clear));
+}
+
+}  // namespace parallax

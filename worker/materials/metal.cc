@@ -1,0 +1,309 @@
+// Family `metal`: tints are the normal reflectances of the clean metals; what differs is how the
+// surface was worked.
+#include <array>
+
+#include "worker/materials/families.h"
+#include "worker/materials/surface.h"
+
+namespace parallax {
+namespace {
+
+using noise::Fade;
+using noise::Gradient3;
+using noise::Saturate;
+using noise::SmoothStep;
+using noise::UnitByte;
+
+// Linear Rec. 709 reflectance at normal incidence.   Source: from the published n and k of the
+// elements (refractiveindex.info), rounded; alloys by eye between their parts.
+struct MetalTint {
+  float r, g, b;
+};
+constexpr std::array<MetalTint, 9> kTints = {{{0.56f, 0.57f, 0.58f},    // Steel
+                                              {0.88f, 0.61f, 0.50f},    // Copper
+                                              {0.88f, 0.69f, 0.33f},    // Gold
+                                              {0.83f, 0.69f, 0.42f},    // Brass
+                                              {0.87f, 0.88f, 0.88f},    // Aluminium
+                                              {0.70f, 0.53f, 0.36f},    // Bronze
+                                              {0.55f, 0.56f, 0.56f},    // Chromium
+                                              {0.66f, 0.61f, 0.53f},    // Nickel
+                                              {0.24f, 0.24f, 0.25f}}};  // Blackened steel
+
+Vec3f DrawTint(Rng& rng) {
+  const MetalTint& tint = rng.Pick(kTints);
+  return VaryColor(rng, {tint.r, tint.g, tint.b}, 0.06, 0.02);
+}
+
+// Lines along x, as from a belt; some deeper scratches.
+class BrushedMetal final : public Material {
+ public:
+  explicit BrushedMetal(Rng& rng) {
+    tint_ = DrawTint(rng);
+    roughness_ = Draw(rng, 0.24, 0.42);
+    depth_m_ = Draw(rng, 1.5e-6, 5e-6);
+    seed_ = DrawSeed(rng);
+  }
+  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    const float w = point.footprint_m;
+    const float lines = Lines(point.texture_m, w);
+    const float broad = noise::Fbm3(point.texture_m, 0.12f, 2, w, seed_ + 5);
+    SurfaceSample out;
+    out.metallic = 1;
+    out.base_color = Albedo(tint_ * (1.0f + 0.13f * lines + 0.05f * broad));
+    out.roughness = Saturate(roughness_ * (1.0f + 0.25f * lines + 0.18f * broad));
+    return out;
+  }
+  float Height(const SurfacePoint& point) const override {
+    return depth_m_ * Lines(point.texture_m, point.footprint_m);
+  }
+
+ private:
+  float Lines(const Vec3f& p, float w) const {
+    float sum = 0;
+    const float fine = Fade(0.7e-3f, w), middle = Fade(2.2e-3f, w), wide = Fade(9e-3f, w);
+    if (fine > 0)
+      sum += 0.8f * fine * Gradient3(p.x() * 14.0f, p.y() * 1500.0f, p.z() * 1500.0f, seed_);
+    if (middle > 0)
+      sum += 0.7f * middle * Gradient3(p.x() * 5.0f, p.y() * 470.0f, p.z() * 470.0f, seed_ + 1);
+    if (wide > 0)
+      sum += 0.5f * wide * Gradient3(p.x() * 1.5f, p.y() * 110.0f, p.z() * 110.0f, seed_ + 2);
+    return sum;
+  }
+
+  Vec3f tint_;
+  float roughness_, depth_m_;
+  uint32_t seed_;
+};
+
+// Bright, with the haze of hands and a few hairlines.
+class PolishedMetal final : public Material {
+ public:
+  explicit PolishedMetal(Rng& rng) {
+    tint_ = DrawTint(rng);
+    roughness_ = Draw(rng, 0.05, 0.16);
+    smudge_ = Draw(rng, 0.05, 0.22);
+    seed_ = DrawSeed(rng);
+  }
+  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    const float w = point.footprint_m;
+    const float haze = SmoothStep(0.05f, 0.7f, noise::Fbm3(point.texture_m, 0.07f, 4, w, seed_));
+    SurfaceSample out;
+    out.metallic = 1;
+    out.base_color = Albedo(tint_ * (1.0f - 0.14f * haze));
+    out.roughness = Saturate(roughness_ + smudge_ * haze);
+    return out;
+  }
+  // Sheet is never quite flat: long soft waves bend what is mirrored.
+  float Height(const SurfacePoint& point) const override {
+    return 6e-5f * noise::Fbm3(point.texture_m, 0.06f, 2, point.footprint_m, seed_ + 4, 0.25f);
+  }
+
+ private:
+  Vec3f tint_;
+  float roughness_, smudge_;
+  uint32_t seed_;
+};
+
+// Overlapping blows of a round hammer.
+class HammeredMetal final : public Material {
+ public:
+  explicit HammeredMetal(Rng& rng) {
+    tint_ = DrawTint(rng);
+    roughness_ = Draw(rng, 0.15, 0.32);
+    dent_m_ = Draw(rng, 0.007, 0.02);
+    depth_ = Draw(rng, 0.035, 0.08);
+    seed_ = DrawSeed(rng);
+  }
+  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    const float w = point.footprint_m;
+    const float fade = Fade(dent_m_, w);
+    const float bowl = fade > 0 ? 0.4f + fade * (Bowl(point) - 0.4f) : 0.4f;
+    const float stain = noise::Fbm3(point.texture_m, 0.05f, 3, w, seed_ + 3);
+    SurfaceSample out;
+    out.metallic = 1;
+    out.base_color = Albedo(tint_ * (1.06f - 0.25f * bowl + 0.1f * stain));
+    out.roughness = Saturate(roughness_ * (0.9f + 0.5f * bowl + 0.3f * stain));
+    return out;
+  }
+  float Height(const SurfacePoint& point) const override {
+    const float fade = Fade(dent_m_, point.footprint_m);
+    return fade > 0 ? -depth_ * dent_m_ * fade * (1.0f - Bowl(point)) : 0.0f;
+  }
+
+ private:
+  // 0 in the middle of a dent, 1 on the ridges.
+  float Bowl(const SurfacePoint& point) const {
+    const float d = noise::Cells3(point.texture_m / dent_m_, seed_, 0.8f).f1;
+    return Saturate(d * d * 1.3f);
+  }
+
+  Vec3f tint_;
+  float roughness_, dent_m_, depth_;
+  uint32_t seed_;
+};
+
+// Iron with rust that spreads from patches, in tones from orange to brown.
+class RustedMetal final : public Material {
+ public:
+  explicit RustedMetal(Rng& rng) {
+    iron_ = VaryColor(rng, Vec3f(0.34f, 0.34f, 0.35f), 0.15, 0.02);
+    orange_ = VaryColor(rng, SrgbColor(0xa65a2c), 0.1, 0.05);
+    brown_ = VaryColor(rng, SrgbColor(0x4b2a1b), 0.1, 0.05);
+    level_ = Draw(rng, -0.25, 0.45);
+    seed_ = DrawSeed(rng);
+  }
+  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    const float w = point.footprint_m;
+    const Vec3f& p = point.texture_m;
+    const float rust = Rust(p, w);
+    const float tone = noise::Fbm3(p, 0.02f, 4, w, seed_ + 7, 0.65f);
+    const Vec3f oxide = Mix(brown_, orange_, SmoothStep(-0.5f, 0.6f, tone + 0.5f * rust - 0.3f));
+    const float stain = noise::Fbm3(p, 0.06f, 3, w, seed_ + 11);
+    SurfaceSample out;
+    out.base_color = Albedo(Mix(iron_ * (1.0f + 0.25f * stain), oxide, rust));
+    out.metallic = 1.0f - rust;
+    out.roughness = noise::Lerp(0.42f + 0.12f * stain, 0.9f, rust);
+    out.specular = 0.3f;
+    return out;
+  }
+  float Height(const SurfacePoint& point) const override {
+    const float w = point.footprint_m;
+    const float rust = Rust(point.texture_m, w);
+    return rust * (1.5e-4f + 1.5e-4f * noise::Fbm3(point.texture_m, 0.006f, 3, w, seed_ + 7));
+  }
+
+ private:
+  float Rust(const Vec3f& p, float w) const {
+    return noise::Above(noise::Fbm3Filtered(p, 0.13f, 6, w, seed_, 0.6f), -level_, 0.12f);
+  }
+
+  Vec3f iron_, orange_, brown_;
+  float level_;
+  uint32_t seed_;
+};
+
+// Powder coat with orange peel; chipped to the metal in places.
+class PaintedMetal final : public Material {
+ public:
+  explicit PaintedMetal(Rng& rng) {
+    static constexpr std::array<uint32_t, 14> kCoats = {
+        0xe4e3df, 0xd3d4d3, 0x2a2b2d, 0x46494d, 0x8a8f92, 0x1f3b57, 0x9b2a25,
+        0x2f5a3c, 0xd9a521, 0xc8622d, 0x6f9aa8, 0xb7c4b1, 0x5c3a32, 0xd8cbb0};
+    coat_ = VaryColor(rng, SrgbColor(rng.Pick(kCoats)), 0.1, 0.04);
+    metal_ = Vec3f(0.5f, 0.5f, 0.51f);
+    roughness_ = Draw(rng, 0.25, 0.55);
+    chips_ = rng.Bernoulli(0.5) ? Draw(rng, 0.0, 0.16) : -1.0f;
+    peel_m_ = Draw(rng, 0.0012, 0.004);
+    seed_ = DrawSeed(rng);
+  }
+  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    const float w = point.footprint_m;
+    const Vec3f& p = point.texture_m;
+    const float dirt = noise::Fbm3(p, 0.15f, 4, w, seed_ + 3);
+    const float chip = Chip(p, w);
+    SurfaceSample out;
+    out.base_color = Albedo(Mix(coat_ * (1.0f + 0.11f * dirt), metal_, chip));
+    out.metallic = chip;
+    out.roughness = Saturate(roughness_ * (1.0f + 0.15f * dirt));
+    return out;
+  }
+  float Height(const SurfacePoint& point) const override {
+    const float w = point.footprint_m;
+    return 1.6e-5f * noise::Fbm3(point.texture_m, peel_m_, 2, w, seed_ + 6) -
+           1.2e-4f * Chip(point.texture_m, w);
+  }
+
+ private:
+  float Chip(const Vec3f& p, float w) const {
+    if (chips_ < 0) return 0;
+    return noise::Above(noise::Fbm3Filtered(p, 0.06f, 5, w, seed_, 0.6f), 0.8f - chips_, 0.02f);
+  }
+
+  Vec3f coat_, metal_;
+  float roughness_, chips_, peel_m_;
+  uint32_t seed_;
+};
+
+// Zinc crystals, each turned its own way: bright and dull flakes.
+class GalvanizedMetal final : public Material {
+ public:
+  explicit GalvanizedMetal(Rng& rng) {
+    zinc_ = VaryColor(rng, Vec3f(0.52f, 0.54f, 0.56f), 0.08, 0.02);
+    flake_m_ = Draw(rng, 0.006, 0.022);
+    contrast_ = Draw(rng, 0.25, 0.55);
+    seed_ = DrawSeed(rng);
+  }
+  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    const float w = point.footprint_m;
+    float tone = 0, rough = 0;
+    const float fade = Fade(flake_m_, w);
+    if (fade > 0) {
+      const float wobble = 0.25f * Gradient3(point.texture_m / (0.3f * flake_m_), seed_ + 1);
+      const noise::Cell cell =
+          noise::Cells3(point.texture_m / flake_m_ + Vec3f::Constant(wobble), seed_);
+      tone = fade * (UnitByte(cell.id, 0) - 0.5f);
+      rough = fade * (UnitByte(cell.id, 1) - 0.5f);
+      // Feathers within a flake, along its own direction.
+      const float turn = UnitByte(cell.id, 2);
+      const float feather = noise::CosTurn(
+          turn + 9.0f * (cell.offset.x() * (turn - 0.5f) + cell.offset.y() * UnitByte(cell.id, 3)));
+      tone += 0.18f * feather * Fade(0.12f * flake_m_, w);
+    }
+    const float broad = noise::Fbm3(point.texture_m, 0.2f, 2, w, seed_ + 3);
+    SurfaceSample out;
+    out.metallic = 1;
+    out.base_color = Albedo(zinc_ * (1.0f + contrast_ * tone + 0.08f * broad));
+    out.roughness = Saturate(0.45f + 0.25f * rough + 0.05f * broad);
+    return out;
+  }
+  float Height(const SurfacePoint& point) const override {
+    return 8e-6f * noise::Fbm3(point.texture_m, 0.004f, 2, point.footprint_m, seed_ + 4);
+  }
+
+ private:
+  Vec3f zinc_;
+  float flake_m_, contrast_;
+  uint32_t seed_;
+};
+
+// Sand-cast, dark and rough: stoves, pans, radiators.
+class CastIron final : public Material {
+ public:
+  explicit CastIron(Rng& rng) {
+    iron_ = VaryColor(rng, Vec3f(0.09f, 0.09f, 0.095f), 0.2, 0.02);
+    grain_m_ = Draw(rng, 0.0012, 0.003);
+    seed_ = DrawSeed(rng);
+  }
+  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    const float w = point.footprint_m;
+    const float n = noise::Fbm3(point.texture_m, 0.05f, 5, w, seed_, 0.65f);
+    SurfaceSample out;
+    out.metallic = 0.8f;
+    out.base_color = Albedo(iron_ * (1.0f + 0.35f * n));
+    out.roughness = Saturate(0.55f + 0.12f * n);
+    return out;
+  }
+  float Height(const SurfacePoint& point) const override {
+    return 7e-5f * noise::Fbm3(point.texture_m, grain_m_, 2, point.footprint_m, seed_ + 8);
+  }
+
+ private:
+  Vec3f iron_;
+  float grain_m_;
+  uint32_t seed_;
+};
+
+}  // namespace
+
+void AddMetalMaterials(MaterialList& list) {
+  const MaterialTags metal = {.metal_or_glass = true};
+  list.push_back(Entry<BrushedMetal>("BrushedMetal", "metal", metal));
+  list.push_back(Entry<CastIron>("CastIron", "metal", metal));
+  list.push_back(Entry<GalvanizedMetal>("GalvanizedMetal", "metal", metal));
+  list.push_back(Entry<HammeredMetal>("HammeredMetal", "metal", metal));
+  list.push_back(Entry<PaintedMetal>("PaintedMetal", "metal", {}));
+  list.push_back(Entry<PolishedMetal>("PolishedMetal", "metal", metal));
+  list.push_back(Entry<RustedMetal>("RustedMetal", "metal", metal));
+}
+
+}  // namespace parallax

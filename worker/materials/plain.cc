@@ -1,0 +1,57 @@
+// Families `plain` (the study's "no materials" mode) and `emissive`.
+#include "worker/materials/families.h"
+#include "worker/materials/surface.h"
+
+namespace parallax {
+namespace {
+
+class PlainGrey final : public Material {
+ public:
+  explicit PlainGrey(Rng&) {}
+  SurfaceSample Evaluate(const SurfacePoint&) const override {
+    SurfaceSample out;
+    out.base_color = Vec3f::Constant(0.5f);
+    out.roughness = 0.6f;
+    return out;
+  }
+};
+
+// Linear Rec. 709 of a black body, green 1; 2400..6500 K.   Source: fit by eye to Planck's law
+// through CIE 1931.
+Vec3f WarmWhite(double kelvin) {
+  const double t = (kelvin - 2400) / (6500 - 2400);
+  return {Float(1.0 + 0.95 * (1 - t) * (1 - t)), 1.0f, Float(0.22 + 0.80 * std::pow(t, 0.8))};
+}
+
+// A bulb or a lit shade: brightest in its middle, so that it does not look cut out of paper.
+class LampBulb final : public Material {
+ public:
+  explicit LampBulb(Rng& rng) {
+    color_ = WarmWhite(rng.Uniform(2600, 5200));
+    radiance_ = Draw(rng, 12, 40);
+    seed_ = DrawSeed(rng);
+  }
+  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    SurfaceSample out;
+    const float n = noise::Fbm3(point.texture_m, 0.04f, 2, point.footprint_m, seed_);
+    out.base_color = Vec3f::Constant(0.78f * (1.0f + 0.09f * n));
+    out.roughness = 0.5f;
+    out.emission = color_ * (radiance_ * (1.0f + 0.08f * n));
+    return out;
+  }
+
+ private:
+  Vec3f color_;
+  float radiance_;
+  uint32_t seed_;
+};
+
+}  // namespace
+
+void AddPlainMaterials(MaterialList& list) {
+  list.push_back(Entry<PlainGrey>("PlainGrey", "plain",
+                                  {.diffuse = true, .any_object = false, .smooth = true}));
+  list.push_back(Entry<LampBulb>("LampBulb", "emissive", {.any_object = false}));
+}
+
+}  // namespace parallax

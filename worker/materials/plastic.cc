@@ -1,0 +1,139 @@
+// Family `plastic`: moulded colours; the mould's grain and years of use are what one sees.
+#include <array>
+
+#include "worker/materials/families.h"
+#include "worker/materials/surface.h"
+
+namespace parallax {
+namespace {
+
+using noise::Fade;
+using noise::Saturate;
+
+Vec3f DrawPigment(Rng& rng) {
+  static constexpr std::array<uint32_t, 18> kPigments = {
+      0xe6e6e3, 0xc9cbcc, 0x8f9396, 0x2b2c2e, 0x17181a, 0xb8322a, 0xd9772b, 0xe3b93a, 0x4f8f46,
+      0x2c6e5b, 0x2f6fb0, 0x23407d, 0x7a3f86, 0xd887a0, 0x6bb1b8, 0xd9c8a8, 0x7d5b3f, 0x9bbf7a};
+  return VaryColor(rng, SrgbColor(rng.Pick(kPigments)), 0.12, 0.06);
+}
+
+struct PlasticStyle {
+  double roughness_low, roughness_high;
+  double grain_low_mm, grain_high_mm;  // Of the mould.
+  double depth_um;                     // Of the grain.
+};
+
+class Plastic final : public Material {
+ public:
+  Plastic(Rng& rng, const PlasticStyle& style) {
+    pigment_ = DrawPigment(rng);
+    roughness_ = Draw(rng, style.roughness_low, style.roughness_high);
+    grain_m_ = Draw(rng, style.grain_low_mm, style.grain_high_mm) * 1e-3f;
+    depth_m_ = Float(style.depth_um) * Draw(rng, 0.6, 1.4) * 1e-6f;
+    mottle_ = Draw(rng, 0.06, 0.13);
+    wear_ = Draw(rng, 0.02, 0.12);
+    seed_ = DrawSeed(rng);
+  }
+  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    const float w = point.footprint_m;
+    const float n = noise::Fbm3(point.texture_m, 0.08f, 5, w, seed_, 0.6f);
+    // Handling polishes rough plastic and dulls smooth plastic, in patches.
+    const float worn =
+        noise::SmoothStep(0.1f, 0.8f, noise::Fbm3(point.texture_m, 0.05f, 3, w, seed_ + 6));
+    SurfaceSample out;
+    out.base_color = Albedo(pigment_ * (1.0f + mottle_ * n));
+    out.roughness = Saturate(roughness_ + wear_ * worn * (roughness_ > 0.4f ? -1.0f : 1.0f));
+    return out;
+  }
+  float Height(const SurfacePoint& point) const override {
+    return depth_m_ * noise::Fbm3(point.texture_m, grain_m_, 2, point.footprint_m, seed_ + 9);
+  }
+
+ private:
+  Vec3f pigment_;
+  float roughness_, grain_m_, depth_m_, mottle_, wear_;
+  uint32_t seed_;
+};
+
+// Two or three colours that ran into each other in the press: bowls, toys, recycled boards.
+class MarbledPlastic final : public Material {
+ public:
+  explicit MarbledPlastic(Rng& rng) {
+    first_ = DrawPigment(rng);
+    second_ = DrawPigment(rng);
+    swirl_m_ = Draw(rng, 0.03, 0.12);
+    roughness_ = Draw(rng, 0.15, 0.45);
+    seed_ = DrawSeed(rng);
+  }
+  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    const float w = point.footprint_m;
+    const Vec3f& p = point.texture_m;
+    const Vec3f bend(noise::Gradient3(p / swirl_m_, seed_),
+                     noise::Gradient3(p / swirl_m_, seed_ + 1),
+                     noise::Gradient3(p / swirl_m_, seed_ + 2));
+    const float n = noise::Fbm3(p + bend * (0.9f * swirl_m_), swirl_m_, 4, w, seed_ + 3, 0.55f);
+    const float t = noise::SmoothStep(-0.35f, 0.35f, n);
+    SurfaceSample out;
+    out.base_color = Albedo(Mix(first_, second_, t));
+    out.roughness = roughness_;
+    return out;
+  }
+  float Height(const SurfacePoint& point) const override {
+    return 6e-6f * noise::Fbm3(point.texture_m, 0.006f, 2, point.footprint_m, seed_ + 9);
+  }
+
+ private:
+  Vec3f first_, second_;
+  float swirl_m_, roughness_;
+  uint32_t seed_;
+};
+
+// Foam rubber and neoprene: dull, with open cells.
+class FoamRubber final : public Material {
+ public:
+  explicit FoamRubber(Rng& rng) {
+    color_ = Desaturate(DrawPigment(rng), 0.4f) * 0.8f;
+    pore_m_ = Draw(rng, 0.0018, 0.005);
+    seed_ = DrawSeed(rng);
+  }
+  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    const float pore = Pore(point);
+    const float n = noise::Fbm3(point.texture_m, 0.06f, 3, point.footprint_m, seed_ + 2);
+    SurfaceSample out;
+    out.base_color = Albedo(color_ * (1.0f - 0.55f * pore + 0.1f * n));
+    out.roughness = 0.9f;
+    out.specular = 0.2f;
+    return out;
+  }
+  float Height(const SurfacePoint& point) const override { return -0.2f * pore_m_ * Pore(point); }
+
+ private:
+  float Pore(const SurfacePoint& point) const {
+    const float fade = Fade(1.5f * pore_m_, point.footprint_m);
+    if (fade <= 0) return 0.1f;
+    const noise::Cell cell = noise::Cells3(point.texture_m / pore_m_, seed_);
+    const float radius = 0.2f + 0.35f * noise::UnitByte(cell.id, 0);
+    const float pore = (1.0f - noise::SmoothStep(0.5f * radius, radius, cell.f1)) *
+                       noise::SmoothStep(0.0f, 0.2f, cell.f2 - cell.f1);
+    return 0.1f + fade * (pore - 0.1f);
+  }
+
+  Vec3f color_;
+  float pore_m_;
+  uint32_t seed_;
+};
+
+}  // namespace
+
+void AddPlasticMaterials(MaterialList& list) {
+  const MaterialTags dull = {.diffuse = true};
+  list.push_back(Entry<FoamRubber>("FoamRubber", "plastic", dull));
+  list.push_back(Entry<Plastic>("GlossyPlastic", "plastic", {}, PlasticStyle{0.08, 0.2, 5, 15, 6}));
+  list.push_back(Entry<MarbledPlastic>("MarbledPlastic", "plastic", {}));
+  list.push_back(
+      Entry<Plastic>("MattePlastic", "plastic", dull, PlasticStyle{0.45, 0.65, 0.8, 1.8, 10}));
+  list.push_back(
+      Entry<Plastic>("RoughPlastic", "plastic", dull, PlasticStyle{0.6, 0.8, 1.5, 3.5, 45}));
+}
+
+}  // namespace parallax

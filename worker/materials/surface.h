@@ -1,0 +1,66 @@
+// Small tools that the material families share: colours, the plane a flat pattern is laid on,
+// filtered edges.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/base/rng.h"
+#include "worker/materials/material.h"
+#include "worker/materials/noise.h"
+
+namespace parallax {
+
+// Linear Rec. 709 from 0xRRGGBB in sRGB.
+Vec3f SrgbColor(uint32_t hex);
+// Linear from hue [0, 1), saturation and value [0, 1] in sRGB.
+Vec3f HsvColor(double hue, double saturation, double value);
+// `color` with its brightness (relative standard deviation `value`) and its tint (`tint`) moved a
+// little.
+Vec3f VaryColor(Rng& rng, const Vec3f& color, double value = 0.12, double tint = 0.04);
+// Towards grey of the same luminance; 0 = unchanged, 1 = grey.
+Vec3f Desaturate(const Vec3f& color, float amount);
+
+inline float Luminance(const Vec3f& c) {
+  return 0.2126f * c.x() + 0.7152f * c.y() + 0.0722f * c.z();
+}
+inline Vec3f Mix(const Vec3f& a, const Vec3f& b, float t) { return a + (b - a) * t; }
+// What real surfaces reflect: nothing is blacker than 2 % or whiter than 90 %.
+inline Vec3f Albedo(const Vec3f& c) { return c.cwiseMax(0.02f).cwiseMin(0.9f); }
+inline float Float(double x) { return static_cast<float>(x); }
+inline float Draw(Rng& rng, double low, double high) { return Float(rng.Uniform(low, high)); }
+inline uint32_t DrawSeed(Rng& rng) { return rng.Bits32(); }
+
+// Coordinates in metres on the texture plane that lies nearest to the surface: x runs along u
+// wherever the surface contains it; on the other faces u = y.
+struct PlanePoint {
+  float u = 0, v = 0;
+};
+inline PlanePoint OnPlane(const SurfacePoint& point) {
+  const bool known = point.texture_normal != Vec3f::Zero();
+  const Vec3f n = (known ? point.texture_normal : point.normal).cwiseAbs();
+  const Vec3f& p = point.texture_m;
+  if (n.z() >= n.x() && n.z() >= n.y()) return {p.x(), p.y()};
+  if (n.y() >= n.x()) return {p.x(), p.z()};
+  return {p.y(), p.z()};
+}
+
+// 0 where `distance` < 0, 1 where it is > 0, with an edge at least as wide as `softness` and the
+// footprint.
+inline float Edge(float distance, float softness, float footprint) {
+  const float width = std::max(softness, footprint);
+  if (width <= 0) return distance > 0 ? 1.0f : 0.0f;
+  return noise::SmoothStep(-0.5f * width, 0.5f * width, distance);
+}
+
+// Makes a catalogue entry whose class is constructed from the stream and `args`.
+template <typename M, typename... Args>
+MaterialClass Entry(std::string name, std::string family, MaterialTags tags, Args... args) {
+  return {std::move(name), std::move(family),
+          [args...](Rng& rng) -> std::unique_ptr<const Material> {
+            return std::make_unique<M>(rng, args...);
+          },
+          tags};
+}
+
+}  // namespace parallax

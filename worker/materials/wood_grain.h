@@ -1,0 +1,51 @@
+// The inside of a tree, as far as a sawn surface shows it: annual rings about a heart that wanders,
+// fibres, pores, rays and knots, x along the trunk. Shared by boards, planks, parquet and plywood.
+#pragma once
+
+#include "worker/materials/surface.h"
+
+namespace parallax {
+
+struct WoodSpecies {
+  uint32_t early_srgb = 0, late_srgb = 0;    // Spring wood and the dark line of autumn.
+  double ring_low_mm = 2, ring_high_mm = 5;  // Width of a year.
+  double ring_contrast = 1;                  // 0 = rings hardly show (beech, maple).
+  double late_share = 0.35;                  // Part of a year that is dark.
+  double pores = 0;                          // Dark dashes along the grain (oak, ash, walnut).
+  double figure_mm = 4;                      // How far rings wander: cathedral shapes.
+  double knots = 0;                          // A share of 12 cm cells that hold one.
+};
+
+class WoodGrain {
+ public:
+  struct Point {
+    Vec3f color;
+    float roughness_gain;  // About 1.
+  };
+
+  WoodGrain(Rng& rng, const WoodSpecies& species);
+  // `p_m` x along the grain; `face` the unit normal of the cut, only to know how wide a ring shows
+  // on it.
+  Point At(const Vec3f& p_m, const Vec3f& face, float footprint_m) const;
+  // Relief of fibres and pores in metres, about +-0.1 mm.
+  float HeightAt(const Vec3f& p_m, float footprint_m) const;
+
+ private:
+  float Pores(const Vec3f& p_m, float footprint_m) const;
+
+  Vec3f early_, late_, pore_;
+  float ring_m_, contrast_, late_share_, pores_, figure_m_, knots_, streaks_;
+  float heart_y_m_, heart_z_m_, tilt_y_, tilt_z_;
+  uint32_t seed_;
+};
+
+// Draws what the finish does to light: oiled, satin or gloss varnish.
+struct WoodFinish {
+  float roughness, specular, clearcoat, clearcoat_roughness;
+  explicit WoodFinish(Rng& rng);
+  void Apply(const WoodGrain::Point& grain, SurfaceSample& out) const;
+};
+
+extern const WoodSpecies kOak, kWalnut, kPine, kCherry, kBeech, kMahogany, kAsh, kEbony;
+
+}  // namespace parallax

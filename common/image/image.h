@@ -1,4 +1,5 @@
-// Images in memory: rows from the top, pixels from the left, channels interleaved. Values first, cheap to move.
+// Images in memory: rows from the top, pixels from the left, channels interleaved. Values first,
+// cheap to move.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,6 @@
-// Where attempts' outputs live: a tree of folders that workers fill and that is never changed after publication.
-// Paths are relative ("<key>/.attempt-<fence>/003/left.png"), '/'-separated, and confined to the store.
+// Where attempts' outputs live: a tree of folders that workers fill and that is never changed after
+// publication. Paths are relative ("<key>/.attempt-<fence>/003/left.png"), '/'-separated, and
+// confined to the store.
 #pragma once
 
 #include <memory>
@@ -27,11 +28,13 @@ class Store {
   virtual absl::StatusOr<std::string> Get(std::string_view path) const = 0;
   virtual absl::StatusOr<std::vector<StoreEntry>> List(std::string_view prefix) const = 0;
   virtual absl::Status RemoveTree(std::string_view path) = 0;
-  // The local folder of a path when the store is a directory of this machine, else kFailedPrecondition.
+  // The local folder of a path when the store is a directory of this machine, else
+  // kFailedPrecondition.
   virtual absl::StatusOr<std::string> LocalPath(std::string_view path) const = 0;
 };
 
-// kInvalidArgument unless the path is relative, normal, without "..", empty parts, NUL or backslash.
+// kInvalidArgument unless the path is relative, normal, without "..", empty parts, NUL or
+// backslash.
 absl::Status CheckStorePath(std::string_view path);
 
 // "file:///abs/dir" or a plain path. Makes the folder. Errors name the folder and the cause.
@@ -39,7 +42,8 @@ absl::StatusOr<std::unique_ptr<Store>> OpenStore(std::string_view uri);
 
 // fsync of a file or folder by path.
 absl::Status SyncPath(const std::string& path);
-// Writes the file whole or not at all: temporary name in the same folder, fsync, rename, fsync of the folder.
+// Writes the file whole or not at all: temporary name in the same folder, fsync, rename, fsync of
+// the folder.
 absl::Status WriteFileAtomically(const std::string& path, std::string_view bytes);
 
 }  // namespace parallax

@@ -1,4 +1,5 @@
-// The whole job `render`: build the scene once, render its rigs, write each frame's folder, report what was written.
+// The whole job `render`: build the scene once, render its rigs, write each frame's folder, report
+// what was written.
 #pragma once
 
 #include <string>
@@ -11,13 +12,15 @@
 namespace parallax {
 
 struct RenderJobContext {
-  std::string attempt_dir;   // Absolute local folder of this attempt; made by the callee, files and folders fsynced.
+  std::string attempt_dir;   // Absolute local folder of this attempt; made by the callee, files and
+                             // folders fsynced.
   std::string attempt_path;  // The same folder's path in the store: prefix of FrameResult.path.
   CancelToken cancel;
   ProgressFn progress;
 };
 
-// Errors: kCancelled; kResourceExhausted (disk full, memory); kPermissionDenied; kInvalidArgument for a broken recipe.
+// Errors: kCancelled; kResourceExhausted (disk full, memory); kPermissionDenied; kInvalidArgument
+// for a broken recipe.
 absl::StatusOr<v1::RenderResult> RunRenderJob(const v1::RenderJob& job,
                                               const RenderJobContext& context);
 

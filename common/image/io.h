@@ -1,0 +1,54 @@
+// Images to and from bytes of PNG, OpenEXR and PFM. What is encoded reads back exactly; the same
+// image gives the same bytes. Thread-safe.
+//
+// Errors: Encode*: kInvalidArgument for an empty image. Decode*: kInvalidArgument saying what the
+// bytes are instead. Read*: as ReadFile and Decode, naming the path. Write*: as WriteFile.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "common/base/status.h"
+#include "common/image/image.h"
+
+namespace parallax {
+
+// zlib's level for PNG: 1 (fast) to 9 (small). 2 costs a fifth more time than 1.
+inline constexpr int kPngCompression = 1;
+
+absl::StatusOr<std::string> EncodePng(const ImageRgb8& image, int compression = kPngCompression);
+absl::StatusOr<std::string> EncodePng(const ImageU8& image, int compression = kPngCompression);
+absl::StatusOr<std::string> EncodePng(const ImageU16& image, int compression = kPngCompression);
+
+// float32, one channel "Y", so that OpenCV reads it as CV_32FC1 (with OPENCV_IO_ENABLE_OPENEXR=1).
+absl::StatusOr<std::string> EncodeExrY(const ImageF& image);
+// Half float, channels R G B = the image's channels 0 1 2, rounded to nearest.
+absl::StatusOr<std::string> EncodeExrHalfRgb(const ImageF3& image);
+// "Pf", little-endian, bottom row first.
+absl::StatusOr<std::string> EncodePfm(const ImageF& image);
+
+absl::StatusOr<ImageRgb8> DecodePngRgb8(std::string_view bytes);
+absl::StatusOr<ImageU8> DecodePngU8(std::string_view bytes);
+absl::StatusOr<ImageU16> DecodePngU16(std::string_view bytes);
+absl::StatusOr<ImageF> DecodeExrY(std::string_view bytes);
+absl::StatusOr<ImageF3> DecodeExrRgb(std::string_view bytes);
+absl::StatusOr<ImageF> DecodePfm(std::string_view bytes);
+
+absl::StatusOr<ImageRgb8> ReadPngRgb8(const std::string& path);
+absl::StatusOr<ImageU8> ReadPngU8(const std::string& path);
+absl::StatusOr<ImageU16> ReadPngU16(const std::string& path);
+absl::StatusOr<ImageF> ReadExrY(const std::string& path);
+absl::StatusOr<ImageF3> ReadExrRgb(const std::string& path);
+absl::StatusOr<ImageF> ReadPfm(const std::string& path);
+
+absl::Status WritePng(const std::string& path, const ImageRgb8& image,
+                      int compression = kPngCompression);
+absl::Status WritePng(const std::string& path, const ImageU8& image,
+                      int compression = kPngCompression);
+absl::Status WritePng(const std::string& path, const ImageU16& image,
+                      int compression = kPngCompression);
+absl::Status WriteExrY(const std::string& path, const ImageF& image);
+absl::Status WriteExrHalfRgb(const std::string& path, const ImageF3& image);
+absl::Status WritePfm(const std::string& path, const ImageF& image);
+
+}  // namespace parallax

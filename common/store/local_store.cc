@@ -1,0 +1,274 @@
+#include "common/store/local_store.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <filesystem>
+#include <utility>
+
+namespace parallax {
+namespace {
+
+// Files being written: never listed, never read as results.
+constexpr std::string_view kTemporary = ".tmp-";
+
+class Descriptor {
+ public:
+  explicit Descriptor(int fd = -1) : fd_(fd) {}
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    std::swap(fd_, other.fd_);
+    return *this;
+  }
+  int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+std::vector<std::string> Parts(std::string_view path) {
+  std::vector<std::string> parts;
+  while (!path.empty()) {
+    const size_t slash = path.find('/');
+    parts.emplace_back(path.substr(0, slash));
+    path.remove_prefix(slash == std::string_view::npos ? path.size() : slash + 1);
+  }
+  return parts;
+}
+
+std::string TemporaryName() {
+  static std::atomic<uint64_t> counter{
+      0};  // Unique within the process; the pid makes it so among them.
+  return std::string(kTemporary) + std::to_string(::getpid()) + "-" + std::to_string(++counter);
+}
+
+absl::Status WriteAll(int fd, std::string_view bytes, const std::string& what) {
+  while (!bytes.empty()) {
+    const ssize_t count = ::write(fd, bytes.data(), bytes.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return ErrnoError(errno, "write " + what);
+    bytes.remove_prefix(static_cast<size_t>(count));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Sync(int fd, const std::string& what) {
+  return ::fsync(fd) == 0 ? absl::OkStatus() : ErrnoError(errno, "fsync " + what);
+}
+
+// Whole or not at all, durable: temporary file, fsync, rename, fsync of the folder.
+absl::Status ReplaceFile(int folder_fd, const std::string& name, std::string_view bytes,
+                         const std::string& shown) {
+  const std::string temporary = TemporaryName();
+  Descriptor file(::openat(folder_fd, temporary.c_str(),
+                           O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644));
+  if (file.get() < 0) return ErrnoError(errno, "write " + shown);
+  absl::Status status = WriteAll(file.get(), bytes, shown);
+  if (status.ok()) status = Sync(file.get(), shown);
+  if (status.ok() && ::renameat(folder_fd, temporary.c_str(), folder_fd, name.c_str()) != 0) {
+    status = ErrnoError(errno, "write " + shown);
+  }
+  if (!status.ok()) {
+    ::unlinkat(folder_fd, temporary.c_str(), 0);
+    return status;
+  }
+  return Sync(folder_fd, shown);
+}
+
+// Names in a folder, sorted, without "." and "..".
+absl::StatusOr<std::vector<std::string>> NamesIn(int folder_fd, const std::string& shown) {
+  // A descriptor of its own: fdopendir takes it over and moves its offset.
+  const int fd = ::openat(folder_fd, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  DIR* dir = fd < 0 ? nullptr : ::fdopendir(fd);
+  if (dir == nullptr) {
+    const absl::Status status = ErrnoError(errno, "list " + shown);
+    if (fd >= 0) ::close(fd);
+    return status;
+  }
+  std::vector<std::string> names;
+  errno = 0;
+  while (const dirent* entry = ::readdir(dir)) {
+    const std::string name = entry->d_name;
+    if (name != "." && name != "..") names.push_back(name);
+  }
+  const int error_number = errno;
+  ::closedir(dir);
+  if (error_number != 0) return ErrnoError(error_number, "list " + shown);
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+class LocalStore final : public Store {
+ public:
+  LocalStore(std::string root, Descriptor root_fd)
+      : root_(std::move(root)), root_fd_(std::move(root_fd)) {}
+
+  std::string Uri() const override { return "file://" + root_; }
+
+  absl::Status Put(std::string_view path, std::string_view bytes) override {
+    RETURN_IF_ERROR(CheckStorePath(path));
+    std::vector<std::string> parts = Parts(path);
+    const std::string name = std::move(parts.back());
+    parts.pop_back();
+    ASSIGN_OR_RETURN(const Descriptor folder, OpenFolder(parts, /*make=*/true));
+    return ReplaceFile(folder.get(), name, bytes, Shown(path));
+  }
+
+  absl::StatusOr<std::string> Get(std::string_view path) const override {
+    RETURN_IF_ERROR(CheckStorePath(path));
+    std::vector<std::string> parts = Parts(path);
+    const std::string name = std::move(parts.back());
+    parts.pop_back();
+    ASSIGN_OR_RETURN(const Descriptor folder, OpenFolder(parts, /*make=*/false));
+    const Descriptor file(::openat(folder.get(), name.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC));
+    if (file.get() < 0) return ErrnoError(errno, "read " + Shown(path));
+    std::string bytes;
+    char buffer[1 << 16];
+    for (ssize_t count; (count = ::read(file.get(), buffer, sizeof(buffer))) != 0;) {
+      if (count < 0 && errno == EINTR) continue;
+      if (count < 0) return ErrnoError(errno, "read " + Shown(path));
+      bytes.append(buffer, static_cast<size_t>(count));
+    }
+    return bytes;
+  }
+
+  absl::StatusOr<std::vector<StoreEntry>> List(std::string_view prefix) const override {
+    std::vector<std::string> parts;
+    if (!prefix.empty()) {
+      RETURN_IF_ERROR(CheckStorePath(prefix));
+      parts = Parts(prefix);
+    }
+    absl::StatusOr<Descriptor> folder = OpenFolder(parts, /*make=*/false);
+    std::vector<StoreEntry> entries;
+    if (absl::IsNotFound(folder.status())) return entries;
+    if (!folder.ok()) return folder.status();
+    RETURN_IF_ERROR(ListInto(folder->get(), std::string(prefix), entries));
+    std::sort(entries.begin(), entries.end(),
+              [](const StoreEntry& a, const StoreEntry& b) { return a.path < b.path; });
+    return entries;
+  }
+
+  absl::Status RemoveTree(std::string_view path) override {
+    RETURN_IF_ERROR(CheckStorePath(path));
+    std::vector<std::string> parts = Parts(path);
+    const std::string name = std::move(parts.back());
+    parts.pop_back();
+    absl::StatusOr<Descriptor> folder = OpenFolder(parts, /*make=*/false);
+    if (absl::IsNotFound(folder.status())) return absl::OkStatus();
+    if (!folder.ok()) return folder.status();
+    RETURN_IF_ERROR(RemoveIn(folder->get(), name, Shown(path)));
+    return Sync(folder->get(), Shown(path));
+  }
+
+  absl::StatusOr<std::string> LocalPath(std::string_view path) const override {
+    RETURN_IF_ERROR(CheckStorePath(path));
+    return Shown(path);
+  }
+
+ private:
+  std::string Shown(std::string_view path) const { return root_ + "/" + std::string(path); }
+
+  // With `make`, absent folders are made and their entries brought to disk.
+  absl::StatusOr<Descriptor> OpenFolder(const std::vector<std::string>& parts, bool make) const {
+    Descriptor folder(::openat(root_fd_.get(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (folder.get() < 0) return ErrnoError(errno, "open " + root_);
+    std::string shown = root_;
+    for (const std::string& part : parts) {
+      shown += "/" + part;
+      if (make) {
+        if (::mkdirat(folder.get(), part.c_str(), 0755) == 0) {
+          RETURN_IF_ERROR(Sync(folder.get(), shown));
+        } else if (errno != EEXIST) {
+          return ErrnoError(errno, "make folder " + shown);
+        }
+      }
+      Descriptor next(
+          ::openat(folder.get(), part.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
+      if (next.get() < 0) {
+        struct stat info {};
+        if (::fstatat(folder.get(), part.c_str(), &info, AT_SYMLINK_NOFOLLOW) == 0 &&
+            S_ISLNK(info.st_mode)) {
+          return MakeError(absl::StatusCode::kPermissionDenied,
+                           "open " + shown + ": a symbolic link inside the store");
+        }
+        return ErrnoError(errno, "open " + shown);
+      }
+      folder = std::move(next);
+    }
+    return folder;
+  }
+
+  absl::Status ListInto(int folder_fd, const std::string& prefix,
+                        std::vector<StoreEntry>& entries) const {
+    ASSIGN_OR_RETURN(const std::vector<std::string> names, NamesIn(folder_fd, Shown(prefix)));
+    for (const std::string& name : names) {
+      if (name.compare(0, kTemporary.size(), kTemporary) == 0) continue;
+      const std::string path = prefix.empty() ? name : prefix + "/" + name;
+      struct stat info {};
+      if (::fstatat(folder_fd, name.c_str(), &info, AT_SYMLINK_NOFOLLOW) != 0) {
+        if (errno == ENOENT) continue;  // Removed meanwhile.
+        return ErrnoError(errno, "list " + Shown(path));
+      }
+      if (S_ISREG(info.st_mode)) entries.push_back({path, info.st_size});
+      if (!S_ISDIR(info.st_mode)) continue;
+      const Descriptor child(
+          ::openat(folder_fd, name.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
+      if (child.get() < 0) {
+        if (errno == ENOENT) continue;
+        return ErrnoError(errno, "list " + Shown(path));
+      }
+      RETURN_IF_ERROR(ListInto(child.get(), path, entries));
+    }
+    return absl::OkStatus();
+  }
+
+  static absl::Status RemoveIn(int folder_fd, const std::string& name, const std::string& shown) {
+    if (::unlinkat(folder_fd, name.c_str(), 0) == 0 || errno == ENOENT) return absl::OkStatus();
+    if (errno != EISDIR && errno != EPERM) return ErrnoError(errno, "remove " + shown);
+    const Descriptor child(
+        ::openat(folder_fd, name.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
+    if (child.get() < 0) return ErrnoError(errno, "remove " + shown);
+    ASSIGN_OR_RETURN(const std::vector<std::string> names, NamesIn(child.get(), shown));
+    for (const std::string& inner : names) {
+      RETURN_IF_ERROR(RemoveIn(child.get(), inner, shown + "/" + inner));
+    }
+    if (::unlinkat(folder_fd, name.c_str(), AT_REMOVEDIR) != 0 && errno != ENOENT) {
+      return ErrnoError(errno, "remove " + shown);
+    }
+    return absl::OkStatus();
+  }
+
+  const std::string root_;
+  const Descriptor root_fd_;
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Store>> OpenLocalStore(const std::string& root) {
+  const std::string absolute =
+      std::filesystem::path(std::filesystem::absolute(root)).lexically_normal();
+  std::string folder = absolute;
+  while (folder.size() > 1 && folder.back() == '/') folder.pop_back();
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) return ErrnoError(error.value(), "store " + folder);
+  Descriptor fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (fd.get() < 0) return ErrnoError(errno, "store " + folder);
+
+  // A full or read-only disk is told now and not after the first hour of rendering.
+  const std::string probe = TemporaryName();
+  const absl::Status status = ReplaceFile(fd.get(), probe, "probe", folder);
+  if (!status.ok()) return WithContext(status, "store");
+  ::unlinkat(fd.get(), probe.c_str(), 0);
+  return std::make_unique<LocalStore>(folder, std::move(fd));
+}
+
+}  // namespace parallax

@@ -1,0 +1,88 @@
+#include "common/store/store.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+
+#include "common/base/file.h"
+#include "common/store/local_store.h"
+
+namespace parallax {
+
+absl::Status CheckStorePath(std::string_view path) {
+  const auto broken = [&](std::string_view why) {
+    std::string shown(path.substr(0, 200));
+    for (char& c : shown) {
+      if (static_cast<unsigned char>(c) < 0x20) c = '?';
+    }
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     "store path \"" + shown + "\": " + std::string(why));
+  };
+  if (path.empty()) return broken("empty");
+  if (path.size() > 1024) return broken("longer than 1024 characters");
+  if (path.front() == '/') return broken("absolute, allowed is relative to the store");
+  if (path.find('\0') != std::string_view::npos) return broken("holds a NUL");
+  if (path.find('\\') != std::string_view::npos) return broken("holds a backslash");
+  for (std::string_view rest = path; true;) {
+    const size_t slash = rest.find('/');
+    const std::string_view part = rest.substr(0, slash);
+    if (part.empty()) return broken("an empty part");
+    if (part == "." || part == "..") return broken("a part that is . or ..");
+    if (part.size() > 255) return broken("a part longer than 255 characters");
+    if (slash == std::string_view::npos) return absl::OkStatus();
+    rest.remove_prefix(slash + 1);
+  }
+}
+
+absl::StatusOr<std::unique_ptr<Store>> OpenStore(std::string_view uri) {
+  constexpr std::string_view kFile = "file://";
+  if (uri.substr(0, kFile.size()) == kFile) {
+    const std::string_view folder = uri.substr(kFile.size());
+    if (folder.empty() || folder.front() != '/') {
+      return MakeError(absl::StatusCode::kInvalidArgument,
+                       "store " + std::string(uri) + ": allowed is file:///an/absolute/folder");
+    }
+    return OpenLocalStore(std::string(folder));
+  }
+  if (uri.find("://") != std::string_view::npos) {
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     "store " + std::string(uri) + ": allowed is a folder or file:///a/folder");
+  }
+  if (uri.empty()) return absl::InvalidArgumentError("store: no folder given");
+  return OpenLocalStore(std::string(uri));
+}
+
+absl::Status SyncPath(const std::string& path) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return ErrnoError(errno, "open " + path);
+  const int result = ::fsync(fd);
+  const int error_number = errno;
+  ::close(fd);
+  return result == 0 ? absl::OkStatus() : ErrnoError(error_number, "fsync " + path);
+}
+
+absl::Status WriteFileAtomically(const std::string& path, std::string_view bytes) {
+  static std::atomic<uint64_t> counter{0};  // Two threads may write the same path.
+  const size_t slash = path.rfind('/');
+  const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
+  const std::string temporary = (slash == std::string::npos ? "" : folder) + ".tmp-" +
+                                std::to_string(::getpid()) + "-w" + std::to_string(++counter);
+  const absl::Status written = WriteFile(temporary, bytes, /*sync=*/true);
+  if (!written.ok()) {  // Name what the caller asked for, not our temporary file.
+    std::string message(ToStd(written.message()));
+    const size_t at = message.find(temporary);
+    if (at != std::string::npos) message.replace(at, temporary.size(), path);
+    return MakeError(written.code(), message);
+  }
+  if (std::rename(temporary.c_str(), path.c_str()) != 0) {
+    const absl::Status status = ErrnoError(errno, "rename to " + path);
+    ::unlink(temporary.c_str());
+    return status;
+  }
+  return SyncPath(folder);
+}
+
+}  // namespace parallax

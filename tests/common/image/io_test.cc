@@ -1,0 +1,173 @@
+#include "common/image/io.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <limits>
+#include <opencv2/imgcodecs.hpp>
+
+#include "common/base/file.h"
+#include "common/base/rng.h"
+
+namespace parallax {
+namespace {
+
+using ::testing::HasSubstr;
+
+// Random bits in every channel; odd sizes catch wrong strides.
+template <typename ImageType>
+ImageType Noise(int width, int height) {
+  ImageType image(width, height);
+  Rng rng(SceneSeed{1}, "noise");
+  for (auto& value : image.values()) {
+    if constexpr (std::is_floating_point_v<typename ImageType::Value>) {
+      value = static_cast<float>(rng.Normal(0, 10));
+    } else {
+      value = static_cast<typename ImageType::Value>(rng.Bits32());
+    }
+  }
+  return image;
+}
+
+constexpr struct { int width, height; } kSizes[] = {{1, 1}, {7, 5}, {64, 33}};
+
+TEST(Png, RoundTripsExactly) {
+  for (const auto& size : kSizes) {
+    for (const int compression : {1, 2, 3}) {
+      const auto rgb = Noise<ImageRgb8>(size.width, size.height);
+      EXPECT_EQ(*DecodePngRgb8(*EncodePng(rgb, compression)), rgb);
+      const auto u8 = Noise<ImageU8>(size.width, size.height);
+      EXPECT_EQ(*DecodePngU8(*EncodePng(u8, compression)), u8);
+      const auto u16 = Noise<ImageU16>(size.width, size.height);
+      EXPECT_EQ(*DecodePngU16(*EncodePng(u16, compression)), u16);
+    }
+  }
+}
+
+TEST(Png, RedIsRedForOtherReaders) {
+  ImageRgb8 image(2, 1);
+  image(0, 0, 0) = 255;
+  const std::string bytes = *EncodePng(image);
+  const cv::Mat bgr =
+      cv::imdecode(std::vector<uint8_t>(bytes.begin(), bytes.end()), cv::IMREAD_UNCHANGED);
+  EXPECT_EQ(bgr.at<cv::Vec3b>(0, 0), cv::Vec3b(0, 0, 255));
+}
+
+TEST(Exr, FloatRoundTripsBitByBit) {
+  for (const auto& size : kSizes) {
+    ImageF image = Noise<ImageF>(size.width, size.height);
+    image(0, 0) = std::numeric_limits<float>::denorm_min();
+    const ImageF again = *DecodeExrY(*EncodeExrY(image));
+    ASSERT_EQ(again.pixels(), image.pixels());
+    for (size_t i = 0; i < image.pixels(); ++i) {
+      EXPECT_EQ(std::bit_cast<uint32_t>(again.values()[i]),
+                std::bit_cast<uint32_t>(image.values()[i]));
+    }
+  }
+}
+
+TEST(Exr, OpenCvReadsDepthAsOneFloatChannel) {
+  const ImageF image = Noise<ImageF>(37, 21);
+  const std::string path = ::testing::TempDir() + "io_test_depth.exr";
+  ASSERT_TRUE(WriteExrY(path, image).ok());
+  ::setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 1);
+  const cv::Mat read = cv::imread(path, cv::IMREAD_UNCHANGED);
+  ASSERT_EQ(read.type(), CV_32FC1);
+  ASSERT_EQ(read.cols, 37);
+  ASSERT_EQ(read.rows, 21);
+  for (int y = 0; y < 21; ++y) {
+    for (int x = 0; x < 37; ++x) EXPECT_EQ(read.at<float>(y, x), image(x, y));
+  }
+  std::filesystem::remove(path);
+}
+
+TEST(Exr, NormalsKeepHalfPrecisionAndChannelOrder) {
+  ImageF3 image = Noise<ImageF3>(19, 9);
+  for (float& value : image.values()) value = std::tanh(value);
+  const ImageF3 again = *DecodeExrRgb(*EncodeExrHalfRgb(image));
+  ASSERT_EQ(again.width(), 19);
+  for (size_t i = 0; i < image.values().size(); ++i) {
+    EXPECT_NEAR(again.values()[i], image.values()[i], 0.0005f);
+  }
+  // What is a half already comes back exactly.
+  EXPECT_EQ(*DecodeExrRgb(*EncodeExrHalfRgb(again)), again);
+}
+
+TEST(Pfm, RoundTripsWithTheBottomRowFirst) {
+  const ImageF image = Noise<ImageF>(7, 5);
+  const std::string bytes = *EncodePfm(image);
+  EXPECT_EQ(bytes.substr(0, 10), "Pf\n7 5\n-1\n");
+  float first;
+  std::memcpy(&first, bytes.data() + 10, sizeof(first));
+  EXPECT_EQ(first, image(0, 4));
+  EXPECT_EQ(*DecodePfm(bytes), image);
+}
+
+TEST(ImageIo, FilesRoundTrip) {
+  const std::string folder = ::testing::TempDir() + "io_test_files/";
+  std::filesystem::create_directories(folder);
+  const auto rgb = Noise<ImageRgb8>(9, 4);
+  const auto u8 = Noise<ImageU8>(9, 4);
+  const auto u16 = Noise<ImageU16>(9, 4);
+  const auto depth = Noise<ImageF>(9, 4);
+  ImageF3 normals(9, 4, 0.5f);
+  ASSERT_TRUE(WritePng(folder + "rgb.png", rgb).ok());
+  ASSERT_TRUE(WritePng(folder + "u8.png", u8).ok());
+  ASSERT_TRUE(WritePng(folder + "u16.png", u16).ok());
+  ASSERT_TRUE(WriteExrY(folder + "y.exr", depth).ok());
+  ASSERT_TRUE(WriteExrHalfRgb(folder + "n.exr", normals).ok());
+  ASSERT_TRUE(WritePfm(folder + "d.pfm", depth).ok());
+  EXPECT_EQ(*ReadPngRgb8(folder + "rgb.png"), rgb);
+  EXPECT_EQ(*ReadPngU8(folder + "u8.png"), u8);
+  EXPECT_EQ(*ReadPngU16(folder + "u16.png"), u16);
+  EXPECT_EQ(*ReadExrY(folder + "y.exr"), depth);
+  EXPECT_EQ(*ReadExrRgb(folder + "n.exr"), normals);
+  EXPECT_EQ(*ReadPfm(folder + "d.pfm"), depth);
+  EXPECT_THAT(std::string(ReadPngU16(folder + "u8.png").status().message()),
+              HasSubstr("u8.png: PNG of 8 bits and 1 channels, wanted 16 bits and 1"));
+  EXPECT_EQ(ReadExrY(folder + "no.exr").status().code(), absl::StatusCode::kNotFound);
+  std::filesystem::remove_all(folder);
+}
+
+TEST(ImageIo, EncodingIsTheSameEachTime) {
+  const auto rgb = Noise<ImageRgb8>(64, 33);
+  EXPECT_EQ(*EncodePng(rgb), *EncodePng(rgb));
+  const auto depth = Noise<ImageF>(64, 33);
+  EXPECT_EQ(*EncodeExrY(depth), *EncodeExrY(depth));
+}
+
+TEST(ImageIo, EmptyImagesAreErrors) {
+  EXPECT_FALSE(EncodePng(ImageRgb8()).ok());
+  EXPECT_FALSE(EncodePng(ImageU16()).ok());
+  EXPECT_FALSE(EncodeExrY(ImageF()).ok());
+  EXPECT_FALSE(EncodeExrHalfRgb(ImageF3()).ok());
+  EXPECT_FALSE(EncodePfm(ImageF()).ok());
+}
+
+TEST(ImageIo, BrokenBytesAreErrorsAndNotCrashes) {
+  const std::string good[] = {*EncodePng(Noise<ImageRgb8>(16, 16)),
+                              *EncodeExrY(Noise<ImageF>(16, 16)),
+                              *EncodePfm(Noise<ImageF>(16, 16))};
+  for (const std::string& bytes : good) {
+    for (const size_t size :
+         {size_t{0}, size_t{3}, size_t{20}, bytes.size() / 2, bytes.size() - 9}) {
+      const std::string cut = bytes.substr(0, size);
+      EXPECT_FALSE(DecodeExrY(cut).ok());
+      EXPECT_FALSE(DecodePfm(cut).ok());
+      (void)DecodePngRgb8(cut).ok();  // libpng gives what it has of a cut file: only no crash.
+    }
+    EXPECT_FALSE(DecodeExrRgb(bytes).ok());
+    EXPECT_FALSE(DecodePngU16(bytes).ok());
+  }
+  EXPECT_EQ(std::string(DecodePngU8("GIF89a").status().message()), "not a PNG");
+  EXPECT_FALSE(DecodePfm("Pf\n-1 5\n-1\n").ok());
+  EXPECT_FALSE(DecodePfm("Pf\n99999999 99999999\n-1\n").ok());
+  EXPECT_FALSE(DecodePfm("Pf\n1 1\n1\n\0\0\0\0").ok());
+}
+
+}  // namespace
+}  // namespace parallax

@@ -1,0 +1,70 @@
+// The dataset folder that people get: published frames of a study brought out of the store into the
+// tree of dataset-format, with index, recipes, dataset card and study files.
+//
+//   <out>/study.yaml  study.lock.yaml
+//   <out>/<variant>/index.jsonl  dataset.json  README.md  scenes/<scene>.pb
+//   frames/<scene>/<rig>/...
+//
+// Files are hard links into the store, or copies where that can't be. A frame's folder appears only
+// when it is complete; what is already there and equal is left alone, so that adding all frames
+// again does nothing.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "common/base/status.h"
+#include "parallax/v1/scene.pb.h"
+#include "parallax/v1/service.pb.h"
+#include "parallax/v1/study.pb.h"
+
+namespace parallax {
+
+// Not thread-safe. One writer a folder at a time.
+//
+//   ASSIGN_OR_RETURN(auto archive, ArchiveWriter::Open(out, study));
+//   for (const v1::PublishedFrame& frame : frames) {
+//     if (!archive->HasScene(frame.variant(), frame.scene())) archive->AddScene(...GetScene...);
+//     archive->AddFrame(frame, store_folder);
+//   }
+//   archive->Finish();
+class ArchiveWriter {
+ public:
+  struct Totals {
+    int64_t frames_added = 0;
+    int64_t frames_present = 0;   // Were there already and equal.
+    int64_t frames_replaced = 0;  // Were there with other content.
+    int64_t files_linked = 0;
+    int64_t files_copied = 0;  // The store is on another device.
+  };
+
+  // Makes the folder, writes study.yaml and study.lock.yaml and reads the index files that an
+  // earlier run left. Errors: kFailedPrecondition when the folder belongs to another study (its
+  // lock file differs in more than `pairs`), naming the first line that differs; kPermissionDenied,
+  // kResourceExhausted for what the disk says.
+  static absl::StatusOr<std::unique_ptr<ArchiveWriter>> Open(const std::string& out_dir,
+                                                             const v1::StudySpec& study);
+  virtual ~ArchiveWriter() = default;
+
+  virtual bool HasScene(const std::string& variant, uint32_t scene) const = 0;
+  // Writes <variant>/scenes/<scene>.pb.
+  virtual absl::Status AddScene(const std::string& variant, uint32_t scene,
+                                const v1::Scene& recipe) = 0;
+
+  // Brings the frame's files from `store_dir`/<frame.path>. `store_dir` is a local folder.
+  // Errors: kNotFound for a file that the store lacks, kDataLoss when its size is not the
+  // manifest's, kInvalidArgument for a path that leaves the store or an unknown variant.
+  virtual absl::Status AddFrame(const v1::PublishedFrame& frame, const std::string& store_dir) = 0;
+
+  // Writes each variant's index.jsonl (sorted by scene, rig), dataset.json and README.md. May be
+  // called repeatedly.
+  virtual absl::Status Finish() = 0;
+
+  virtual const Totals& totals() const = 0;
+  // Frames now in the archive, by variant.
+  virtual std::map<std::string, int64_t> Frames() const = 0;
+};
+
+}  // namespace parallax

@@ -1,0 +1,35 @@
+// Pictures of a dataset for people: a sheet with one row a frame and a page of histograms.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+
+namespace parallax {
+
+struct ContactSheetOptions {
+  int max_frames = 8;       // Rows, spread evenly over the frames found.
+  int tile_width_px = 360;  // Of one image; the sheet has seven a row.
+};
+
+struct ContactSheetResult {
+  std::string sheet_png;
+  std::string histogram_png;  // Beside the sheet: "<name>_histograms.png".
+  int frames = 0;             // Rows drawn.
+  int frames_found = 0;
+  // Right image warped by the left disparity against the left: median over the rows of the median
+  // absolute difference outside occlusions, in 8-bit steps. -1 without disparity maps.
+  double warp_median_difference = -1;
+};
+
+// `dir` is an archive, one of its variants, or any folder above frame folders (they hold a
+// frame.json). Errors: kNotFound when there is no frame below `dir`.
+absl::StatusOr<ContactSheetResult> MakeContactSheet(const std::string& dir,
+                                                    const std::string& out_png,
+                                                    const ContactSheetOptions& options = {});
+
+// Folders below `dir` that hold a frame.json, sorted. Symbolic links are not followed.
+absl::StatusOr<std::vector<std::string>> FindFrames(const std::string& dir);
+
+}  // namespace parallax

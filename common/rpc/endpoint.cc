@@ -100,6 +100,12 @@ void QuietGrpcLog() {
   (void)done;
 }
 
+// On the monotonic clock: it holds when the wall clock jumps.
+gpr_timespec DeadlineAfter(std::chrono::duration<double> span) {
+  return gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC),
+                      gpr_time_from_micros(static_cast<int64_t>(span.count() * 1e6), GPR_TIMESPAN));
+}
+
 absl::Status WhyNotListening(const RpcAddress& address) {
   absl::Status why = address.is_unix() ? ProbeUnix(address) : ProbeTcp(address);
   if (!why.ok()) return why;
@@ -141,9 +147,7 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> ConnectRpc(const RpcAddress& addr
 }
 
 void SetRpcTimeout(grpc::ClientContext& context, std::chrono::duration<double> timeout) {
-  const gpr_timespec span =
-      gpr_time_from_micros(static_cast<int64_t>(timeout.count() * 1e6), GPR_TIMESPAN);
-  context.set_deadline(gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC), span));
+  context.set_deadline(DeadlineAfter(timeout));
 }
 
 RpcServer::RpcServer(std::unique_ptr<grpc::Server> server, std::vector<RpcAddress> addresses)
@@ -194,8 +198,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(
 }
 
 void RpcServer::Shutdown(std::chrono::duration<double> grace) {
-  server_->Shutdown(std::chrono::system_clock::now() +
-                    std::chrono::duration_cast<std::chrono::system_clock::duration>(grace));
+  server_->Shutdown(DeadlineAfter(grace));
   server_->Wait();
 }
 

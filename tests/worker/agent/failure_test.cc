@@ -1,0 +1,55 @@
+#include "worker/agent/failure.h"
+
+#include <gtest/gtest.h>
+
+#include "worker/agent/backoff.h"
+
+namespace parallax {
+namespace {
+
+TEST(Failure, EqualCausesHaveEqualFingerprintsWhateverTheNumbers) {
+  const Failure a = DescribeFailure(absl::InternalError("object 17 of seed 42 at 1.5"), "solve");
+  const Failure b = DescribeFailure(absl::InternalError("object 3 of seed 9000 at 2.25"), "solve");
+  EXPECT_EQ(a.fingerprint, b.fingerprint);
+  EXPECT_EQ(a.fingerprint, "INTERNAL@solve: object # of seed # at #.#");
+  EXPECT_NE(a.error, b.error) << "people are told the numbers";
+  EXPECT_NE(DescribeFailure(absl::InternalError("x"), "solve").fingerprint,
+            DescribeFailure(absl::InternalError("x"), "render/trace").fingerprint);
+  EXPECT_NE(DescribeFailure(absl::InternalError("x"), "solve").fingerprint,
+            DescribeFailure(absl::DataLossError("x"), "solve").fingerprint);
+}
+
+TEST(Failure, IsOneBoundedLine) {
+  const Failure failure = DescribeFailure(
+      absl::InternalError("first\nsecond\r\t" + std::string(100'000, 'x')), "solve");
+  EXPECT_EQ(failure.error.find_first_of("\n\r\t"), std::string::npos);
+  EXPECT_LE(failure.error.size(), 1000u);
+  EXPECT_LE(failure.fingerprint.size(), 200u);
+}
+
+TEST(Failure, WhatIsWrongWithTheJobItselfIsNotTriedAgain) {
+  EXPECT_FALSE(IsRetryable(absl::StatusCode::kInvalidArgument));
+  EXPECT_FALSE(IsRetryable(absl::StatusCode::kUnimplemented));
+  EXPECT_TRUE(IsRetryable(absl::StatusCode::kResourceExhausted));
+  EXPECT_TRUE(IsRetryable(absl::StatusCode::kInternal));
+  EXPECT_TRUE(IsRetryable(absl::StatusCode::kPermissionDenied));
+}
+
+TEST(Backoff, WaitsAreDrawnBelowACeilingThatDoublesUpToTheCap) {
+  using Seconds = Backoff::Seconds;
+  Backoff backoff(Rng(SceneSeed{1}, "backoff"), Seconds(1), Seconds(8));
+  double longest = 0;
+  for (int round = 0; round < 200; ++round) {
+    for (double ceiling : {1.0, 2.0, 4.0, 8.0, 8.0}) {
+      const double wait = backoff.Next().count();
+      EXPECT_GE(wait, 0);
+      EXPECT_LT(wait, ceiling);
+      longest = std::max(longest, wait);
+    }
+    backoff.Reset();
+  }
+  EXPECT_GT(longest, 7) << "full jitter uses the whole range";
+}
+
+}  // namespace
+}  // namespace parallax

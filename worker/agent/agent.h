@@ -1,0 +1,77 @@
+// The worker daemon's heart: keeps one stream to the coordinator, leases jobs as slots are free,
+// runs them through a JobRunner and reports what became of them.
+//
+// - What runs goes on while the coordinator restarts; the coordinator then adopts it or tells it to
+// stop.
+// - A lease is counted from the sending of the last heartbeat that was answered. When it is over,
+// the work stops:
+//   by then the coordinator may have given it to another.
+// - Finished work is in the outbox before it is sent and until it is answered.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/base/status.h"
+#include "common/rpc/endpoint.h"
+#include "parallax/v1/service.pb.h"
+#include "worker/agent/job_runner.h"
+#include "worker/agent/report_sender.h"
+
+namespace parallax {
+
+struct AgentOptions {
+  RpcAddress coordinator;
+  RpcSecurity security;
+  std::string name;  // See CheckWorkerName. Unique among the coordinator's workers.
+  std::vector<v1::JobKind> kinds;
+  int slots = 1;  // Jobs at a time.
+  int cores = 1;
+  int64_t memory_mb = 0;
+  std::vector<std::string> tags;
+  std::string version;
+  std::string build_id;
+  std::string
+      store_uri;  // Overrides the coordinator's: the same store under another path of this machine.
+  std::string outbox_root;  // Folder of all outboxes of this machine; see outbox.h.
+  double grace_s = 300;     // From Drain() until running work is handed back.
+  double hand_back_s =
+      3;  // How long stopped work may take to notice before the agent goes without it.
+  double connect_timeout_s = 5;
+  double backoff_base_s = 0.1;
+  double backoff_cap_s = 5;
+  ReportSenderOptions reports;
+};
+
+struct AgentSummary {
+  int64_t succeeded = 0;
+  int64_t failed = 0;
+  int64_t handed_back = 0;
+  size_t reports_left = 0;  // In the outbox, for the next worker on this machine.
+  int stuck = 0;            // Jobs that did not stop when told; ~Agent would wait for them.
+};
+
+// Thread-safe.
+class Agent {
+ public:
+  // Opens the outbox. `runner` and `clock` outlive the agent.
+  // Errors: kInvalidArgument for options; those of Outbox::Open and ConnectRpc.
+  static absl::StatusOr<std::unique_ptr<Agent>> Create(const AgentOptions& options,
+                                                       JobRunner& runner, Clock& clock);
+  virtual ~Agent() = default;  // Stops running jobs and waits for them.
+
+  // Works until it is drained; a coordinator out of reach is tried again for ever. Once.
+  // Errors: what no retry mends: kInvalidArgument, kUnimplemented, kPermissionDenied,
+  // kUnauthenticated, kFailedPrecondition from the coordinator; kAlreadyExists when another worker
+  // of this name came; those of OpenStore.
+  virtual absl::StatusOr<AgentSummary> Run() = 0;
+
+  // Takes nothing new, ends Run() when all is finished and reported, or after the grace.
+  virtual void Drain() = 0;
+  // Ends Run() soon: hands back what runs.
+  virtual void HandBack() = 0;
+};
+
+}  // namespace parallax

@@ -1,0 +1,58 @@
+#include "worker/agent/failure.h"
+
+namespace parallax {
+namespace {
+
+constexpr size_t kMaxErrorBytes = 1000;
+constexpr size_t kMaxFingerprintBytes = 200;
+
+bool IsDigit(char c) { return c >= '0' && c <= '9'; }
+
+std::string OneLine(std::string_view text) {
+  std::string line(text.substr(0, kMaxErrorBytes));
+  for (char& c : line) {
+    if (static_cast<unsigned char>(c) < ' ') c = ' ';
+  }
+  return line;
+}
+
+// Numbers (with their signs, points and exponents left as they stand) become '#': seeds, sizes and
+// paths of attempts differ from worker to worker, the cause does not.
+std::string WithoutNumbers(std::string_view text) {
+  std::string out;
+  for (size_t i = 0; i < text.size(); ++i) {
+    if (!IsDigit(text[i])) {
+      out += text[i];
+    } else if (i == 0 || !IsDigit(text[i - 1])) {
+      out += '#';
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+bool IsRetryable(absl::StatusCode code) {
+  switch (code) {
+    case absl::StatusCode::kInvalidArgument:
+    case absl::StatusCode::kOutOfRange:
+    case absl::StatusCode::kUnimplemented:
+    case absl::StatusCode::kFailedPrecondition:
+      return false;  // The job itself is wrong: it fails everywhere alike.
+    default:
+      return true;  // This machine (disk, memory, permissions) or a fault that may not come again.
+  }
+}
+
+Failure DescribeFailure(const absl::Status& status, std::string_view place) {
+  const std::string code = absl::StatusCodeToString(status.code());
+  Failure failure;
+  failure.error = OneLine(code + ": " + std::string(ToStd(status.message())));
+  failure.fingerprint =
+      WithoutNumbers(code + "@" + std::string(place) + ": " + OneLine(ToStd(status.message())))
+          .substr(0, kMaxFingerprintBytes);
+  failure.retryable = IsRetryable(status.code());
+  return failure;
+}
+
+}  // namespace parallax

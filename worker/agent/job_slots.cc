@@ -1,0 +1,334 @@
+#include "worker/agent/job_slots.h"
+
+#include <time.h>
+
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <filesystem>
+#include <mutex>
+#include <new>
+#include <thread>
+
+#include "common/base/log.h"
+#include "worker/agent/failure.h"
+
+namespace parallax {
+namespace {
+
+// Room for the envelope under the message bound of 64 MiB.
+constexpr size_t kMaxResultBytes = (64u << 20) - (64u << 10);
+
+double ProcessCpuSeconds() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+struct Run {
+  v1::Lease lease;
+  AttemptFolder folder;
+  std::string coordinator_id;
+  CancelToken cancel;
+  SteadyTime started{};
+  // Guarded by Impl::mu_.
+  StopCause stop = StopCause::kNone;
+  double fraction = 0;
+  std::string stage;
+  double cpu_s = 0;
+  bool working = false;
+};
+
+// What a job gives: one of the two results, or an error.
+using Outcome = absl::StatusOr<std::variant<v1::SolveResult, v1::RenderResult>>;
+
+bool SameAttempt(const v1::AttemptId& a, const v1::AttemptId& b) {
+  return a.job_id() == b.job_id() && a.fence() == b.fence();
+}
+
+const char* CauseName(StopCause cause) {
+  switch (cause) {
+    case StopCause::kNone:
+      return "none";
+    case StopCause::kCoordinator:
+      return "stopped by the coordinator";
+    case StopCause::kHandBack:
+      return "handed back";
+    case StopCause::kLeaseLost:
+      return "lease lost";
+  }
+  return "";
+}
+
+}  // namespace
+
+class JobSlots::Impl {
+ public:
+  Impl(int slots, std::string worker, JobRunner& runner, Clock& clock, ReportSink sink,
+       std::function<void()> on_end)
+      : slots_(slots),
+        worker_(std::move(worker)),
+        runner_(runner),
+        clock_(clock),
+        sink_(std::move(sink)),
+        on_end_(std::move(on_end)),
+        cpu_seen_s_(ProcessCpuSeconds()) {
+    for (int i = 0; i < slots; ++i) threads_.emplace_back([this] { Loop(); });
+  }
+
+  ~Impl() {
+    {
+      std::lock_guard lock(mu_);
+      closing_ = true;
+      for (const auto& run : runs_) StopRun(*run, StopCause::kHandBack);
+    }
+    work_.notify_all();
+    for (std::thread& thread : threads_) thread.join();
+  }
+
+  bool Start(v1::Lease lease, AttemptFolder folder, std::string coordinator_id) {
+    std::lock_guard lock(mu_);
+    if (static_cast<int>(runs_.size()) >= slots_) return false;
+    auto run = std::make_shared<Run>();
+    run->lease = std::move(lease);
+    run->folder = std::move(folder);
+    run->coordinator_id = std::move(coordinator_id);
+    run->started = clock_.Steady();
+    runs_.push_back(run);
+    waiting_.push_back(run);
+    work_.notify_one();
+    return true;
+  }
+
+  bool Stop(const v1::AttemptId& attempt, StopCause cause) {
+    std::lock_guard lock(mu_);
+    for (const auto& run : runs_) {
+      if (!SameAttempt(run->lease.attempt(), attempt)) continue;
+      StopRun(*run, cause);
+      return true;
+    }
+    return false;
+  }
+
+  void StopAll(StopCause cause) {
+    std::lock_guard lock(mu_);
+    for (const auto& run : runs_) StopRun(*run, cause);
+  }
+
+  std::vector<RunningAttempt> Running() const {
+    std::lock_guard lock(mu_);
+    std::vector<RunningAttempt> running;
+    for (const auto& run : runs_) {
+      running.push_back({run->lease.attempt(), run->stop, run->fraction, run->stage});
+    }
+    return running;
+  }
+
+  int busy() const {
+    std::lock_guard lock(mu_);
+    return static_cast<int>(runs_.size());
+  }
+
+  std::vector<EndedAttempt> TakeEnded() {
+    std::lock_guard lock(mu_);
+    return std::move(ended_);
+  }
+
+ private:
+  static void StopRun(Run& run, StopCause cause) {
+    if (run.stop == StopCause::kNone) run.stop = cause;
+    run.cancel.Cancel();
+  }
+
+  void Loop() {
+    while (true) {
+      std::shared_ptr<Run> run;
+      {
+        std::unique_lock lock(mu_);
+        work_.wait(lock, [this] { return closing_ || !waiting_.empty(); });
+        if (waiting_.empty()) return;
+        run = std::move(waiting_.front());
+        waiting_.pop_front();
+        ChargeCpu();
+        run->working = true;
+      }
+      Work(*run);
+    }
+  }
+
+  void Work(Run& run) {
+    LogContext names;
+    names.job = run.lease.attempt().job_id();
+    names.attempt = run.lease.attempt().fence();
+    names.study = run.lease.study();
+    names.variant = run.lease.variant();
+    names.scene = run.lease.scene();
+    ScopedLogContext scope(names);
+    LogInfo("job started",
+            {{"kind", v1::JobKind_Name(run.lease.kind())}, {"try", run.lease.attempt_number()}});
+    const Outcome outcome =
+        run.cancel.cancelled() ? absl::CancelledError("before it started") : Perform(run);
+    Finish(run, outcome);
+  }
+
+  // The runner's own errors and what escapes from the libraries under it.
+  Outcome Perform(Run& run) {
+    const JobProgressFn progress = [this, &run](double fraction, std::string_view stage) {
+      std::lock_guard lock(mu_);
+      run.fraction = fraction;
+      run.stage = stage;
+    };
+    try {
+      if (run.lease.has_solve()) {
+        ASSIGN_OR_RETURN(auto result, runner_.Solve(run.lease.solve(), run.cancel, progress));
+        if (result.ByteSizeLong() > kMaxResultBytes) return TooLarge(result.ByteSizeLong());
+        return Outcome(std::move(result));
+      }
+      if (run.lease.has_render()) {
+        ASSIGN_OR_RETURN(auto result,
+                         runner_.Render(run.lease.render(), run.folder, run.cancel, progress));
+        if (result.ByteSizeLong() > kMaxResultBytes) return TooLarge(result.ByteSizeLong());
+        return Outcome(std::move(result));
+      }
+      return absl::UnimplementedError("a job of a kind that this worker does not know");
+    } catch (const std::bad_alloc&) {
+      return absl::ResourceExhaustedError("out of memory");
+    } catch (const std::exception& error) {
+      return absl::InternalError(std::string("exception: ") + error.what());
+    } catch (...) {
+      return absl::InternalError("exception of unknown type");
+    }
+  }
+
+  static absl::Status TooLarge(size_t bytes) {
+    return absl::OutOfRangeError("result of " + std::to_string(bytes) +
+                                 " bytes does not fit into a message");
+  }
+
+  void Finish(Run& run, const Outcome& outcome) {
+    const double wall_s = std::chrono::duration<double>(clock_.Steady() - run.started).count();
+    EndedAttempt ended;
+    ended.attempt = run.lease.attempt();
+    ended.succeeded = outcome.ok();
+    std::string place;
+    double cpu_s;
+    {
+      std::lock_guard lock(mu_);
+      ChargeCpu();
+      run.working = false;
+      ended.stop = run.stop;
+      place = run.lease.has_solve() ? "solve" : "render";
+      if (!run.stage.empty()) place += "/" + run.stage;
+      cpu_s = run.cpu_s;
+    }
+    // Work that was finished before it heard of the drain is worth reporting; the fence decides.
+    const bool report =
+        ended.stop == StopCause::kNone || (ended.stop == StopCause::kHandBack && outcome.ok());
+    LogEnd(outcome, report, ended.stop, wall_s, cpu_s);
+    if (!outcome.ok() || !report) RemoveFolder(run);
+    if (report) {
+      sink_(outcome.ok() ? CompleteReport(run, outcome, wall_s, cpu_s)
+                         : FailReport(run, outcome.status(), place));
+      ended.reported = true;
+    }
+    {
+      std::lock_guard lock(mu_);
+      std::erase_if(runs_, [&run](const auto& other) { return other.get() == &run; });
+      ended_.push_back(std::move(ended));
+    }
+    on_end_();
+  }
+
+  static void LogEnd(const Outcome& outcome, bool report, StopCause stop, double wall_s,
+                     double cpu_s) {
+    if (!report) {
+      LogInfo("job ended without a report", {{"cause", CauseName(stop)}, {"wall_s", wall_s}});
+    } else if (outcome.ok()) {
+      LogInfo("job done", {{"wall_s", wall_s}, {"cpu_s", cpu_s}});
+    } else {
+      LogWarning("job failed", {{"wall_s", wall_s}, {"error", outcome.status()}});
+    }
+  }
+
+  Report CompleteReport(const Run& run, const Outcome& outcome, double wall_s, double cpu_s) const {
+    v1::CompleteRequest complete;
+    *complete.mutable_attempt() = run.lease.attempt();
+    complete.set_worker(worker_);
+    complete.set_coordinator_id(run.coordinator_id);
+    complete.set_wall_s(wall_s);
+    complete.set_cpu_s(cpu_s);
+    if (const auto* solve = std::get_if<v1::SolveResult>(&*outcome)) {
+      *complete.mutable_solve() = *solve;
+    } else {
+      *complete.mutable_render() = std::get<v1::RenderResult>(*outcome);
+    }
+    return {std::move(complete)};
+  }
+
+  Report FailReport(const Run& run, const absl::Status& status, const std::string& place) const {
+    const Failure failure = DescribeFailure(status, place);
+    v1::FailRequest fail;
+    *fail.mutable_attempt() = run.lease.attempt();
+    fail.set_worker(worker_);
+    fail.set_coordinator_id(run.coordinator_id);
+    fail.set_error(failure.error);
+    fail.set_fingerprint(failure.fingerprint);
+    fail.set_retryable(failure.retryable);
+    return {std::move(fail)};
+  }
+
+  // Nothing of this attempt will ever be published, and a full disk is a reason why attempts fail.
+  static void RemoveFolder(const Run& run) {
+    if (run.folder.dir.empty()) return;
+    std::error_code ignored;
+    std::filesystem::remove_all(run.folder.dir, ignored);
+  }
+
+  // Shares the CPU time since the last call among the attempts at work: threads of a job can't be
+  // told from another's. Requires mu_.
+  void ChargeCpu() {
+    const double now_s = ProcessCpuSeconds();
+    int working = 0;
+    for (const auto& run : runs_) working += run->working ? 1 : 0;
+    for (const auto& run : runs_) {
+      if (run->working) run->cpu_s += (now_s - cpu_seen_s_) / working;
+    }
+    cpu_seen_s_ = now_s;
+  }
+
+  const int slots_;
+  const std::string worker_;
+  JobRunner& runner_;
+  Clock& clock_;
+  const ReportSink sink_;
+  const std::function<void()> on_end_;
+
+  mutable std::mutex mu_;
+  std::condition_variable work_;
+  // Guarded by mu_.
+  std::vector<std::shared_ptr<Run>> runs_;
+  std::deque<std::shared_ptr<Run>> waiting_;
+  std::vector<EndedAttempt> ended_;
+  double cpu_seen_s_;
+  bool closing_ = false;
+
+  std::vector<std::thread> threads_;
+};
+
+JobSlots::JobSlots(int slots, std::string worker, JobRunner& runner, Clock& clock, ReportSink sink,
+                   std::function<void()> on_end)
+    : impl_(std::make_unique<Impl>(slots, std::move(worker), runner, clock, std::move(sink),
+                                   std::move(on_end))) {}
+JobSlots::~JobSlots() = default;
+bool JobSlots::Start(v1::Lease lease, AttemptFolder folder, std::string coordinator_id) {
+  return impl_->Start(std::move(lease), std::move(folder), std::move(coordinator_id));
+}
+bool JobSlots::Stop(const v1::AttemptId& attempt, StopCause cause) {
+  return impl_->Stop(attempt, cause);
+}
+void JobSlots::StopAll(StopCause cause) { impl_->StopAll(cause); }
+std::vector<RunningAttempt> JobSlots::Running() const { return impl_->Running(); }
+int JobSlots::busy() const { return impl_->busy(); }
+std::vector<EndedAttempt> JobSlots::TakeEnded() { return impl_->TakeEnded(); }
+
+}  // namespace parallax

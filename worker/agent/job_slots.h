@@ -1,0 +1,64 @@
+// The jobs that run in this worker: `slots` threads, each with at most one attempt. An attempt that
+// ends by itself becomes a report (durable before its slot counts as free); one that was told to
+// stop ends in silence.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "parallax/v1/service.pb.h"
+#include "worker/agent/job_runner.h"
+#include "worker/agent/outbox.h"
+
+namespace parallax {
+
+enum class StopCause {
+  kNone,
+  kCoordinator,  // Its lease is not ours any more, or its study was cancelled.
+  kHandBack,     // Drain: the job is to be READY again.
+  kLeaseLost,    // The coordinator was out of reach for the lease's time.
+};
+
+struct RunningAttempt {
+  v1::AttemptId attempt;
+  StopCause stop = StopCause::kNone;
+  double fraction = 0;
+  std::string stage;
+};
+
+struct EndedAttempt {
+  v1::AttemptId attempt;
+  StopCause stop = StopCause::kNone;
+  bool reported = false;
+  bool succeeded = false;
+};
+
+// Thread-safe.
+class JobSlots {
+ public:
+  using ReportSink = std::function<void(Report)>;
+
+  // `sink` and `on_end` are called on the slots' threads. `runner` and `clock` outlive the slots.
+  JobSlots(int slots, std::string worker, JobRunner& runner, Clock& clock, ReportSink sink,
+           std::function<void()> on_end);
+  ~JobSlots();  // Stops all attempts and waits for them.
+
+  // `folder` is for render jobs. False when all slots are busy.
+  bool Start(v1::Lease lease, AttemptFolder folder, std::string coordinator_id);
+  // The first cause stays. False when that attempt doesn't run here.
+  bool Stop(const v1::AttemptId& attempt, StopCause cause);
+  void StopAll(StopCause cause);
+
+  std::vector<RunningAttempt> Running() const;  // Those told to stop too, until they have.
+  int busy() const;
+  std::vector<EndedAttempt> TakeEnded();  // Since the last call.
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace parallax

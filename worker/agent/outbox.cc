@@ -1,0 +1,189 @@
+#include "worker/agent/outbox.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+
+#include "common/base/file.h"
+#include "common/base/hash.h"
+#include "common/base/log.h"
+#include "common/store/store.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kLockName[] = "/lock";
+constexpr char kComplete[] = ".complete";
+constexpr char kFail[] = ".fail";
+constexpr size_t kDigestBytes = 32;
+
+// The descriptor that holds the folder's lock, or -1 when a living process has it.
+absl::StatusOr<int> LockFolder(const std::string& directory) {
+  const std::string path = directory + kLockName;
+  while (true) {
+    const int fd = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    if (fd < 0) return ErrnoError(errno, "open " + path);
+    if (flock(fd, LOCK_EX | LOCK_NB) != 0) {
+      const int error = errno;
+      close(fd);
+      if (error == EWOULDBLOCK) return -1;
+      return ErrnoError(error, "lock " + path);
+    }
+    // Who took over a dead worker's folder removed it: a lock on a file that has no name any more
+    // protects nothing.
+    struct stat held;
+    struct stat named;
+    if (fstat(fd, &held) == 0 && stat(path.c_str(), &named) == 0 && held.st_ino == named.st_ino) {
+      return fd;
+    }
+    close(fd);
+    std::error_code ignored;
+    fs::create_directories(directory, ignored);
+  }
+}
+
+bool IsReportName(const std::string& extension) {
+  return extension == kComplete || extension == kFail;
+}
+
+std::string DigestOf(const std::string& bytes) {
+  const Sha256Digest digest = Sha256Of(bytes);
+  return std::string(digest.begin(), digest.end());
+}
+
+absl::StatusOr<Report> ReadReport(const fs::path& path) {
+  ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path.string()));
+  if (bytes.size() < kDigestBytes ||
+      DigestOf(bytes.substr(kDigestBytes)) != bytes.substr(0, kDigestBytes)) {
+    return absl::DataLossError(path.string() + ": content does not match its digest");
+  }
+  Report report;
+  const std::string message = bytes.substr(kDigestBytes);
+  bool parsed;
+  if (path.extension() == kComplete) {
+    parsed = report.body.emplace<v1::CompleteRequest>().ParseFromString(message);
+  } else {
+    parsed = report.body.emplace<v1::FailRequest>().ParseFromString(message);
+  }
+  if (!parsed) return absl::DataLossError(path.string() + ": not a report");
+  return report;
+}
+
+std::vector<fs::path> SortedEntries(const std::string& directory) {
+  std::vector<fs::path> entries;
+  std::error_code error;
+  for (fs::directory_iterator it(directory, error), end; !error && it != end; it.increment(error)) {
+    entries.push_back(it->path());
+  }
+  std::sort(entries.begin(), entries.end());
+  return entries;
+}
+
+}  // namespace
+
+const v1::AttemptId& Report::attempt() const {
+  return std::visit([](const auto& body) -> const v1::AttemptId& { return body.attempt(); }, body);
+}
+
+const std::string& Report::coordinator_id() const {
+  return std::visit([](const auto& body) -> const std::string& { return body.coordinator_id(); },
+                    body);
+}
+
+absl::Status CheckWorkerName(std::string_view name) {
+  const auto allowed = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' ||
+           c == '_' || c == '-';
+  };
+  const bool good = !name.empty() && name.size() <= 100 && name[0] != '.' && name[0] != '-' &&
+                    name[0] != '_' && std::all_of(name.begin(), name.end(), allowed);
+  if (good) return absl::OkStatus();
+  return MakeError(absl::StatusCode::kInvalidArgument,
+                   "worker name '" + std::string(name) +
+                       "': wanted at most 100 letters, digits, '.', '_' or '-', "
+                       "starting with a letter or digit");
+}
+
+absl::StatusOr<std::unique_ptr<Outbox>> Outbox::Open(const std::string& root,
+                                                     const std::string& worker) {
+  RETURN_IF_ERROR(CheckWorkerName(worker));
+  const std::string directory = root + "/" + worker;
+  std::error_code error;
+  fs::create_directories(directory, error);
+  if (error) return ErrnoError(error.value(), "make outbox " + directory);
+  ASSIGN_OR_RETURN(const int lock_fd, LockFolder(directory));
+  if (lock_fd < 0) {
+    return absl::AlreadyExistsError("outbox " + directory + " is in use by another worker named " +
+                                    worker + "; give this one another --name");
+  }
+  std::unique_ptr<Outbox> outbox(new Outbox(directory, lock_fd));
+  for (const fs::path& sibling : SortedEntries(root)) {
+    if (fs::is_directory(sibling, error) && sibling.filename() != worker) {
+      outbox->AdoptFrom(sibling.string());
+    }
+  }
+  RETURN_IF_ERROR(SyncPath(directory));
+  outbox->LoadLeftovers();
+  return outbox;
+}
+
+Outbox::~Outbox() { close(lock_fd_); }
+
+// Moves the reports of a dead worker here and removes its folder.
+void Outbox::AdoptFrom(const std::string& sibling) {
+  if (access((sibling + kLockName).c_str(), F_OK) != 0) return;  // Not an outbox.
+  const absl::StatusOr<int> lock_fd = LockFolder(sibling);
+  if (!lock_fd.ok() || *lock_fd < 0) return;
+  std::error_code error;
+  for (const fs::path& path : SortedEntries(sibling)) {
+    if (IsReportName(path.extension().string())) {
+      fs::rename(path, fs::path(directory_) / path.filename(), error);
+    }
+  }
+  fs::remove(sibling + kLockName, error);
+  fs::remove(sibling, error);  // Stays, with what we don't know in it, when it is not empty.
+  close(*lock_fd);
+}
+
+void Outbox::LoadLeftovers() {
+  for (const fs::path& path : SortedEntries(directory_)) {
+    if (!IsReportName(path.extension().string())) continue;
+    absl::StatusOr<Report> report = ReadReport(path);
+    if (report.ok()) {
+      leftovers_.push_back(*std::move(report));
+      continue;
+    }
+    LogError("report in the outbox is damaged and set aside", {{"error", report.status()}});
+    std::error_code error;
+    fs::rename(path, path.string() + ".damaged", error);
+  }
+}
+
+std::string Outbox::PathOf(const Report& report) const {
+  // The coordinator's name could have any form; eight digits of its hash tell databases apart.
+  return directory_ + "/" + Sha256Hex(report.coordinator_id()).substr(0, 8) + "-" +
+         std::to_string(report.attempt().job_id()) + "-" +
+         std::to_string(report.attempt().fence()) + (report.body.index() == 0 ? kComplete : kFail);
+}
+
+absl::Status Outbox::Put(const Report& report) {
+  const std::string message =
+      std::visit([](const auto& body) { return body.SerializeAsString(); }, report.body);
+  return WriteFileAtomically(PathOf(report), DigestOf(message) + message);
+}
+
+absl::Status Outbox::Remove(const Report& report) {
+  const std::string path = PathOf(report);
+  // Not synced: should the entry come back, the report is sent once more and answered ALREADY_DONE.
+  if (unlink(path.c_str()) != 0 && errno != ENOENT) return ErrnoError(errno, "remove " + path);
+  return absl::OkStatus();
+}
+
+}  // namespace parallax

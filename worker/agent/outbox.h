@@ -1,0 +1,64 @@
+// Finished work that the coordinator has not acknowledged yet: one file a report, on disk before it
+// is sent, gone after a definitive answer. A worker that is killed in between loses nothing.
+//
+//   <root>/<worker>/lock                                   held by the living worker of that name
+//   <root>/<worker>/<coordinator>-<job>-<fence>.complete   CompleteRequest or
+//   <root>/<worker>/<coordinator>-<job>-<fence>.fail       FailRequest, behind their SHA-256
+//
+// A worker that starts takes over the reports of dead ones under the same root: default names
+// contain a process id, so nobody else would come for them.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/base/status.h"
+#include "parallax/v1/service.pb.h"
+
+namespace parallax {
+
+struct Report {
+  std::variant<v1::CompleteRequest, v1::FailRequest> body;
+
+  const v1::AttemptId& attempt() const;
+  const std::string& coordinator_id() const;
+};
+
+// Thread-safe: one file a report, and two reports never share a name.
+class Outbox {
+ public:
+  // Makes the folder and takes its lock. `worker` is a file name (see CheckWorkerName).
+  // Errors: kAlreadyExists when a living worker of that name has it; those of the file system.
+  static absl::StatusOr<std::unique_ptr<Outbox>> Open(const std::string& root,
+                                                      const std::string& worker);
+  ~Outbox();
+  Outbox(const Outbox&) = delete;
+  Outbox& operator=(const Outbox&) = delete;
+
+  // What was left at Open, in order of file names. Damaged files are renamed to *.damaged and
+  // logged.
+  std::vector<Report> TakeLeftovers() { return std::move(leftovers_); }
+  // Durable when it returns. The same report again replaces itself.
+  absl::Status Put(const Report& report);
+  absl::Status Remove(const Report& report);
+  const std::string& directory() const { return directory_; }
+
+ private:
+  Outbox(std::string directory, int lock_fd)
+      : directory_(std::move(directory)), lock_fd_(lock_fd) {}
+  void AdoptFrom(const std::string& sibling);
+  void LoadLeftovers();
+  std::string PathOf(const Report& report) const;
+
+  const std::string directory_;
+  const int lock_fd_;
+  std::vector<Report> leftovers_;
+};
+
+// [A-Za-z0-9][A-Za-z0-9._-]*, at most 100 characters: a worker's name is a folder, a log field and
+// a metric's label.
+absl::Status CheckWorkerName(std::string_view name);
+
+}  // namespace parallax

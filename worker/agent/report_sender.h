@@ -1,0 +1,52 @@
+// Sends reports until each has a definitive answer: OK, ALREADY_DONE, STALE_FENCE, CANCELLED, or
+// the status kInvalidArgument. Every other status is tried again after a back-off, each report by
+// itself, so that one that the coordinator can't digest doesn't hold up the others.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/base/rng.h"
+#include "parallax/v1/service.grpc.pb.h"
+#include "worker/agent/outbox.h"
+
+namespace parallax {
+
+struct ReportSenderOptions {
+  double timeout_s = 30;  // Of one try.
+  double backoff_base_s = 0.1;
+  double backoff_cap_s = 10;
+};
+
+// Thread-safe. Has one thread.
+class ReportSender {
+ public:
+  // Starts with the outbox's leftovers. `on_change` is called, from any thread and without locks
+  // held, when a report was tried. `outbox`, `coordinator` and `clock` outlive the sender.
+  ReportSender(const ReportSenderOptions& options, Outbox& outbox,
+               v1::Coordinator::StubInterface& coordinator, Clock& clock, Rng rng,
+               std::function<void()> on_change);
+  ~ReportSender();  // Gives up what is in flight; it stays in the outbox.
+
+  // Writes it to the outbox, then queues it. Sent even when the disk refuses it (logged).
+  void Submit(Report report);
+  // Reports of this coordinator are sent from now on, others wait. nullopt: it can't be reached,
+  // all wait.
+  void SetCoordinator(std::optional<std::string> id);
+
+  // Attempts whose reports of this coordinator have no answer yet.
+  std::vector<v1::AttemptId> Pending(const std::string& coordinator_id) const;
+  // Leftovers of this coordinator that were not tried yet: they go before new work.
+  bool HasUntriedLeftovers(const std::string& coordinator_id) const;
+  size_t pending_in_all() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace parallax

@@ -1,7 +1,9 @@
-// What a procedural object is: a mesh with named material slots, and the facts by which it is placed.
+// What a procedural object is: a mesh with named material slots, and the facts by which it is
+// placed.
 //
-// Object frame: z up, origin on the floor below the middle of the footprint; the front faces +y (a person who uses it
-// stands at +y and looks along -y). Wall things (WallArt, Window, doors): the wall plane is y = 0, the thing at y >= 0.
+// Object frame: z up, origin on the floor below the middle of the footprint; the front faces +y (a
+// person who uses it stands at +y and looks along -y). Wall things (WallArt, Window, doors): the
+// wall plane is y = 0, the thing at y >= 0.
 #pragma once
 
 #include <functional>
@@ -28,11 +30,11 @@ struct Asset {
   std::vector<SupportSurface> supports;
 };
 
-// One entry of the catalogue. `sample` draws the parameters from the stream and builds the mesh: the same stream gives
-// the same bytes. Registered by worker/assets/<family>.cc.
+// One entry of the catalogue. `sample` draws the parameters from the stream and builds the mesh:
+// the same stream gives the same bytes. Registered by worker/assets/<family>.cc.
 struct AssetClass {
-  std::string name;     // The paper's name: "ArmChair".
-  std::string family;   // "seating", "tables", "storage"...
+  std::string name;    // The paper's name: "ArmChair".
+  std::string family;  // "seating", "tables", "storage"...
   Placement placement = Placement::kFloor;
   bool on_by_default = true;
   float front_clearance_m = 0;  // Free space a person needs in front of it.

@@ -1,0 +1,52 @@
+// Puts shapes together to an Asset: slots by name, a texture offset of its own for each part,
+// support surfaces, origin. Not thread-safe.
+#pragma once
+
+#include <initializer_list>
+#include <string>
+#include <vector>
+
+#include "worker/assets/asset.h"
+#include "worker/assets/kernel/shape.h"
+
+namespace parallax::kernel {
+
+// Where the origin goes when an asset is finished (see worker/assets/asset.h).
+enum class Anchor {
+  kFloor,    // Lowest point at z = 0, footprint's middle at x = y = 0.
+  kWall,     // y >= 0 with the wall at y = 0; x centred; lowest point at z = 0.
+  kCeiling,  // Highest point at z = 0, middle at x = y = 0.
+};
+
+class AssetBuilder {
+ public:
+  // `seed` decides only the parts' texture offsets.
+  explicit AssetBuilder(uint64_t seed) : offsets_(SceneSeed{seed}, "texture") {}
+
+  // Faces of group g get the g-th slot; the last slot serves all higher groups.
+  void Add(const Shape& shape, std::initializer_list<MaterialSlot> slots);
+  void Add(const Shape& shape, const MaterialSlot& slot) { Add(shape, {slot}); }
+  // The shape and its reflection at x = 0 (and at y = 0).
+  void AddMirroredX(const Shape& shape, const MaterialSlot& slot);
+  void AddFourfold(const Shape& shape, const MaterialSlot& slot);
+
+  // A horizontal rectangle to stand things on. Coordinates as the parts'.
+  void Support(const Vec2f& lo, const Vec2f& hi, float z_m, float clearance_m = 10.0f);
+
+  const Mesh& mesh() const { return asset_.mesh; }
+
+  // Moves everything so that the anchor holds.
+  Asset Finish(Anchor anchor = Anchor::kFloor);
+
+ private:
+  Rng offsets_;
+  Asset asset_;
+};
+
+// Slots with the families that suit them, best first.
+inline MaterialSlot Slot(std::string name, std::vector<std::string> families) {
+  return {std::move(name), std::move(families), false};
+}
+inline MaterialSlot EmissiveSlot(std::string name) { return {std::move(name), {"emissive"}, true}; }
+
+}  // namespace parallax::kernel

@@ -1,0 +1,273 @@
+#include "worker/assets/kernel/sweep.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace parallax::kernel {
+namespace {
+
+struct Frame {
+  Vec3f x, y;
+};
+
+Frame FrameTowards(const Vec3f& tangent, const Vec3f& up) {
+  Vec3f x = up.cross(tangent);
+  if (x.norm() < 1e-5f) x = Vec3f::UnitX().cross(tangent);
+  if (x.norm() < 1e-5f) x = Vec3f::UnitY().cross(tangent);
+  x.normalize();
+  return {x, tangent.cross(x).normalized()};
+}
+
+// Closes an open end with a fan round its middle.
+void Cap(Shape& shape, uint32_t first, uint32_t count, bool at_start) {
+  Vec3f middle = Vec3f::Zero(), texture = Vec3f::Zero();
+  for (uint32_t s = 0; s < count; ++s) {
+    middle += shape.points[first + s];
+    texture += shape.texture[first + s];
+  }
+  const float inv = 1.0f / static_cast<float>(count);
+  const uint32_t center = shape.AddPoint(inv * middle, inv * texture);
+  for (uint32_t s = 0; s < count; ++s) {
+    const uint32_t t = (s + 1) % count;
+    if (at_start) {
+      shape.AddTriangle(center, first + t, first + s);
+    } else {
+      shape.AddTriangle(center, first + s, first + t);
+    }
+  }
+}
+
+}  // namespace
+
+Shape Sweep(const Path3& given, const Path2& section, const SweepOptions& options) {
+  Path3 path;
+  for (const Vec3f& p : given) {
+    if (path.empty() || (p - path.back()).norm() > 1e-6f) path.push_back(p);
+  }
+  const int n = static_cast<int>(path.size());
+  const uint32_t m = static_cast<uint32_t>(section.size());
+  Vec2f half = Vec2f::Zero();
+  for (const Vec2f& p : section) half = half.cwiseMax(p.cwiseAbs());
+
+  std::vector<Vec3f> tangent(path.size());
+  std::vector<float> arc(path.size(), 0.0f);
+  for (int i = 0; i < n; ++i) {
+    const Vec3f& before = options.closed ? path[(i + n - 1) % n] : path[std::max(i - 1, 0)];
+    const Vec3f& after = options.closed ? path[(i + 1) % n] : path[std::min(i + 1, n - 1)];
+    tangent[i] = (after - before).normalized();
+    if (i > 0) arc[i] = arc[i - 1] + (path[i] - path[i - 1]).norm();
+  }
+  const float length = arc.back();
+
+  Vec3f up = options.up;
+  if (up.isZero()) up = std::abs(tangent[0].z()) > 0.8f ? Vec3f::UnitY() : Vec3f::UnitZ();
+  std::vector<Frame> frames{FrameTowards(tangent[0], up)};
+  for (int i = 1; i < n; ++i) {
+    if (options.keep_up) {
+      frames.push_back(FrameTowards(tangent[i], up));
+    } else {
+      const Eigen::Quaternionf turn =
+          Eigen::Quaternionf::FromTwoVectors(tangent[i - 1], tangent[i]);
+      frames.push_back(FrameTowards(tangent[i], turn * frames.back().y));
+    }
+  }
+  float closing_twist = 0;
+  if (options.closed && !options.keep_up) {
+    const Eigen::Quaternionf turn = Eigen::Quaternionf::FromTwoVectors(tangent[n - 1], tangent[0]);
+    const Vec3f x = turn * frames.back().x;
+    closing_twist = -std::atan2(x.dot(frames[0].y), x.dot(frames[0].x));
+  }
+
+  Shape shape;
+  const auto ring = [&](int i, float shift, float inset) {
+    const float t = length > 0 ? arc[i] / length : 0.0f;
+    const Vec2f scale = options.scale ? options.scale(t) : Vec2f(1, 1);
+    const float twist = (options.twist_rad ? options.twist_rad(t) : 0.0f) +
+                        closing_twist * static_cast<float>(i) / static_cast<float>(n);
+    const float c = std::cos(twist), s = std::sin(twist);
+    const Vec2f size = half.cwiseProduct(scale).cwiseMax(1e-6f);
+    const Vec2f shrink = (size - Vec2f::Constant(inset)).cwiseMax(0.04f * size).cwiseQuotient(size);
+    for (const Vec2f& p : section) {
+      const Vec2f q = p.cwiseProduct(scale).cwiseProduct(shrink);
+      const Vec2f r(c * q.x() - s * q.y(), s * q.x() + c * q.y());
+      shape.AddPoint(path[i] + shift * tangent[i] + r.x() * frames[i].x + r.y() * frames[i].y,
+                     {arc[i] + shift, p.x(), p.y()});
+    }
+  };
+
+  const auto end_radius = [&](int end, int next) {
+    return std::min(options.end_round_m, 0.9f * (path[end] - path[next]).norm());
+  };
+  int rings = 0;
+  constexpr int kSteps = 4;
+  const bool rounded = !options.closed && options.end_round_m > 0;
+  if (rounded) {
+    const float r = end_radius(0, 1);
+    for (int k = kSteps; k >= 1; --k, ++rings) {
+      const float a = 0.5f * kPi * static_cast<float>(k) / kSteps;
+      ring(0, r * (1 - std::sin(a)), options.end_round_m * (1 - std::cos(a)));
+    }
+    ring(0, r, 0);
+    ++rings;
+  } else {
+    ring(0, 0, 0);
+    ++rings;
+  }
+  for (int i = 1; i + 1 < n; ++i, ++rings) ring(i, 0, 0);
+  if (rounded) {
+    const float r = end_radius(n - 1, n - 2);
+    ring(n - 1, -r, 0);
+    ++rings;
+    for (int k = 1; k <= kSteps; ++k, ++rings) {
+      const float a = 0.5f * kPi * static_cast<float>(k) / kSteps;
+      ring(n - 1, -r * (1 - std::sin(a)), options.end_round_m * (1 - std::cos(a)));
+    }
+  } else {
+    ring(n - 1, 0, 0);
+    ++rings;
+  }
+
+  const int spans = options.closed ? rings : rings - 1;
+  for (int i = 0; i < spans; ++i) {
+    const uint32_t a = static_cast<uint32_t>(i) * m;
+    const uint32_t b = static_cast<uint32_t>((i + 1) % rings) * m;
+    for (uint32_t s = 0; s < m; ++s) {
+      const uint32_t t = (s + 1) % m;
+      shape.AddQuad(a + s, a + t, b + t, b + s);
+    }
+  }
+  if (!options.closed) {
+    Cap(shape, 0, m, true);
+    Cap(shape, static_cast<uint32_t>(rings - 1) * m, m, false);
+  }
+  return shape;
+}
+
+Shape Tube(const Path3& path, float radius, float end_round_m, int segments) {
+  SweepOptions options;
+  options.end_round_m = end_round_m;
+  const int n = segments > 0 ? segments : std::min(CircleSegments(radius), 24);
+  return Sweep(path, EllipseSection(2 * radius, 2 * radius, n), options);
+}
+
+Shape Ring(const Path3& closed_path, float radius, int segments) {
+  SweepOptions options;
+  options.closed = true;
+  return Sweep(closed_path, EllipseSection(2 * radius, 2 * radius, segments), options);
+}
+
+Shape Rod(const Vec3f& from, const Vec3f& to, float from_radius, float to_radius,
+          float end_round_m) {
+  SweepOptions options;
+  options.end_round_m = end_round_m;
+  const float largest = std::max(from_radius, to_radius);
+  options.scale = [=](float t) {
+    return Vec2f::Constant(Lerp(from_radius, to_radius, t) / largest).eval();
+  };
+  return Sweep({from, to},
+               EllipseSection(2 * largest, 2 * largest, std::min(CircleSegments(largest), 24)),
+               options);
+}
+
+Shape Bar(const Vec3f& from, const Vec3f& to, const Vec2f& from_size, const Vec2f& to_size,
+          float bevel_m, const Vec3f& up) {
+  SweepOptions options;
+  options.up = up;
+  options.end_round_m = bevel_m;
+  const Vec2f largest = from_size.cwiseMax(to_size);
+  options.scale = [=](float t) {
+    return (from_size + t * (to_size - from_size)).cwiseQuotient(largest).eval();
+  };
+  return Sweep({from, to}, RectSection(largest.x(), largest.y(), bevel_m, 2), options);
+}
+
+std::vector<std::array<uint32_t, 3>> Triangulate(const Path2& polygon) {
+  std::vector<std::array<uint32_t, 3>> out;
+  std::vector<uint32_t> left(polygon.size());
+  for (size_t i = 0; i < left.size(); ++i) left[i] = static_cast<uint32_t>(i);
+  const auto cross = [&](uint32_t a, uint32_t b, uint32_t c) {
+    const Vec2f u = polygon[b] - polygon[a], v = polygon[c] - polygon[a];
+    return u.x() * v.y() - u.y() * v.x();
+  };
+  while (left.size() > 3) {
+    const size_t n = left.size();
+    size_t best = n;
+    float best_quality = -1;
+    for (size_t i = 0; i < n; ++i) {
+      const uint32_t a = left[(i + n - 1) % n], b = left[i], c = left[(i + 1) % n];
+      const float area = cross(a, b, c);
+      if (area <= 0) continue;
+      bool ear = true;
+      for (uint32_t p : left) {
+        if (p == a || p == b || p == c) continue;
+        if (cross(a, b, p) >= 0 && cross(b, c, p) >= 0 && cross(c, a, p) >= 0) {
+          ear = false;
+          break;
+        }
+      }
+      if (!ear) continue;
+      // Compact ears first: slivers shade badly.
+      const float reach = (polygon[c] - polygon[a]).squaredNorm();
+      const float quality = area / std::max(reach, 1e-20f);
+      if (quality > best_quality) {
+        best_quality = quality;
+        best = i;
+      }
+    }
+    if (best == n) best = 0;  // Only collinear corners are left.
+    out.push_back({left[(best + n - 1) % n], left[best], left[(best + 1) % n]});
+    left.erase(left.begin() + static_cast<std::ptrdiff_t>(best));
+  }
+  out.push_back({left[0], left[1], left[2]});
+  return out;
+}
+
+Shape Extrude(const Path2& polygon, float height, float bevel_m) {
+  const size_t n = polygon.size();
+  std::vector<Vec2f> inward(n);
+  for (size_t i = 0; i < n; ++i) {
+    const Vec2f in = (polygon[i] - polygon[(i + n - 1) % n]).normalized();
+    const Vec2f go = (polygon[(i + 1) % n] - polygon[i]).normalized();
+    const Vec2f a(-in.y(), in.x()), b(-go.y(), go.x());
+    const Vec2f sum = a + b;
+    inward[i] = sum.squaredNorm() > 0.1f ? Vec2f(2.0f * sum / sum.squaredNorm()) : a;
+  }
+  Shape shape;
+  std::vector<std::pair<float, float>> levels;  // z, inset
+  const float b = std::min(bevel_m, 0.45f * height);
+  if (b > 0) {
+    for (int k = 0; k <= 2; ++k) {
+      const float a = 0.25f * kPi * static_cast<float>(k);
+      levels.emplace_back(b * (1 - std::sin(a)), b * (1 - std::cos(a)));
+    }
+    std::reverse(levels.begin(), levels.end());
+    for (int k = 0; k <= 2; ++k) {
+      const float a = 0.25f * kPi * static_cast<float>(k);
+      levels.emplace_back(height - b * (1 - std::sin(a)), b * (1 - std::cos(a)));
+    }
+  } else {
+    levels = {{0.0f, 0.0f}, {height, 0.0f}};
+  }
+  for (const auto& [z, inset] : levels) {
+    for (size_t i = 0; i < n; ++i) {
+      const Vec2f p = polygon[i] + inset * inward[i];
+      shape.AddPoint({p.x(), p.y(), z});
+    }
+  }
+  const uint32_t m = static_cast<uint32_t>(n);
+  for (uint32_t level = 0; level + 1 < levels.size(); ++level) {
+    for (uint32_t s = 0; s < m; ++s) {
+      const uint32_t t = (s + 1) % m, a = level * m, c = (level + 1) * m;
+      shape.AddQuad(a + s, a + t, c + t, c + s);
+    }
+  }
+  const uint32_t top = (static_cast<uint32_t>(levels.size()) - 1) * m;
+  for (const auto& [i, j, k] : Triangulate(polygon)) {
+    shape.AddTriangle(i, k, j);
+    shape.AddTriangle(top + i, top + j, top + k);
+  }
+  TextureAlongLongest(shape);
+  return shape;
+}
+
+}  // namespace parallax::kernel

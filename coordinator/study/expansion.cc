@@ -1,0 +1,96 @@
+#include "coordinator/study/expansion.h"
+
+#include <algorithm>
+#include <set>
+#include <string_view>
+
+namespace parallax {
+namespace {
+
+absl::Status Bad(const std::string& message) {
+  return MakeError(absl::StatusCode::kInvalidArgument, message);
+}
+
+bool IsLowerOrDigit(char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9'); }
+
+// [a-z0-9][a-z0-9_-]*: it becomes the name of a folder.
+bool IsFolderName(std::string_view name) {
+  if (name.empty() || name.size() > 100 || !IsLowerOrDigit(name.front())) return false;
+  return std::all_of(name.begin(), name.end(),
+                     [](char c) { return IsLowerOrDigit(c) || c == '_' || c == '-'; });
+}
+
+absl::Status CheckRange(std::string_view field, int64_t seen, int64_t low, int64_t high) {
+  if (seen >= low && seen <= high) return absl::OkStatus();
+  return Bad(std::string(field) + ": " + std::to_string(seen) + ", wanted " + std::to_string(low) +
+             " to " + std::to_string(high));
+}
+
+}  // namespace
+
+absl::Status CheckStudySpec(const v1::StudySpec& spec) {
+  if (spec.name().empty() || spec.name().size() > 200) {
+    return Bad("study.name: wanted 1 to 200 characters");
+  }
+  RETURN_IF_ERROR(CheckRange("study.pairs", spec.pairs(), 1, kMaxPairs));
+  RETURN_IF_ERROR(CheckRange("study.rigs_per_scene", spec.rigs_per_scene(), 1, kMaxRigsPerScene));
+  RETURN_IF_ERROR(
+      CheckRange("study.variants: their number", spec.variants_size(), 1, kMaxVariants));
+  RETURN_IF_ERROR(CheckRange("study.memory_mb", spec.memory_mb(), 0, int64_t{1} << 40));
+  std::set<std::string_view> names;
+  for (const v1::VariantSpec& variant : spec.variants()) {
+    const std::string where = "study.variants '" + variant.name() + "'";
+    if (!IsFolderName(variant.name())) {
+      return Bad(where +
+                 ": wanted a name of a-z, 0-9, _ and -, that begins with a letter or digit");
+    }
+    if (!names.insert(variant.name()).second) return Bad(where + ": named twice");
+    if (variant.config().rigs().has_count()) {
+      RETURN_IF_ERROR(WithContext(
+          CheckRange("rigs_per_scene", spec.rigs_per_scene(), 1, variant.config().rigs().count()),
+          where + " has only " + std::to_string(variant.config().rigs().count()) + " rigs"));
+    }
+  }
+  return absl::OkStatus();
+}
+
+Expansion NextScenes(const VariantPlan& plan, int64_t limit) {
+  Expansion expansion;
+  int64_t missing = plan.pairs_wanted - plan.pairs_planned;
+  int64_t room = std::min(limit, plan.scenes_ahead - plan.scenes_open);
+  if (missing > 0 && plan.highest_living && plan.highest_living->rigs < plan.rigs_per_scene) {
+    // Not held back by `room`: it is the same scene again, and new ones must not overtake it.
+    const int64_t more =
+        std::min<int64_t>(missing, plan.rigs_per_scene - plan.highest_living->rigs);
+    expansion.top_up = plan.highest_living;
+    expansion.top_up->rigs += static_cast<uint32_t>(more);
+    missing -= more;
+    --room;
+  }
+  for (uint32_t ordinal = plan.next_ordinal; missing > 0 && room > 0; ++ordinal, --room) {
+    const int64_t rigs = std::min<int64_t>(missing, plan.rigs_per_scene);
+    expansion.scenes.push_back({ordinal, static_cast<uint32_t>(rigs)});
+    missing -= rigs;
+  }
+  return expansion;
+}
+
+std::string GiveUpReason(const SceneTally& tally) {
+  const auto count = [](int64_t n) { return std::to_string(n); };
+  if (tally.solved == 0 && tally.rejected >= kGiveUpRejected) {
+    return "no valid scene: the first " + count(tally.rejected) + " seeds were all rejected";
+  }
+  if (tally.solved == 0 && tally.lost >= kGiveUpLost) {
+    return "nothing works: the first " + count(tally.lost) + " scenes all failed";
+  }
+  if (tally.rejected > kGiveUpRejected + 20 * tally.solved) {
+    return "hardly a valid scene: " + count(tally.rejected) + " seeds rejected, " +
+           count(tally.solved) + " solved";
+  }
+  if (tally.lost > kGiveUpLost + tally.solved) {
+    return "most scenes fail: " + count(tally.lost) + " failed, " + count(tally.solved) + " solved";
+  }
+  return "";
+}
+
+}  // namespace parallax

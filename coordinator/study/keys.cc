@@ -1,0 +1,102 @@
+#include "coordinator/study/keys.h"
+
+#include "google/protobuf/io/coded_stream.h"
+#include "google/protobuf/io/zero_copy_stream_impl_lite.h"
+
+namespace parallax {
+namespace {
+
+// Parts are length-prefixed, so that no two lists of parts give the same bytes.
+class KeyBuilder {
+ public:
+  explicit KeyBuilder(std::string_view stage) { Add(stage); }
+  KeyBuilder& Add(std::string_view part) {
+    Add(static_cast<uint64_t>(part.size()));
+    bytes_.append(part);
+    return *this;
+  }
+  KeyBuilder& Add(uint64_t number) {
+    for (int shift = 0; shift < 64; shift += 8)
+      bytes_.push_back(static_cast<char>(number >> shift));
+    return *this;
+  }
+  KeyBuilder& Add(const Sha256Digest& digest) {
+    bytes_.append(reinterpret_cast<const char*>(digest.data()), digest.size());
+    return *this;
+  }
+  Sha256Digest Finish() const { return Sha256Of(bytes_); }
+
+ private:
+  std::string bytes_;
+};
+
+}  // namespace
+
+std::string DeterministicBytes(const google::protobuf::MessageLite& message) {
+  std::string bytes;
+  {
+    google::protobuf::io::StringOutputStream stream(&bytes);
+    google::protobuf::io::CodedOutputStream coded(&stream);
+    coded.SetSerializationDeterministic(true);
+    message.SerializeToCodedStream(&coded);
+  }
+  return bytes;
+}
+
+SceneSeed SceneSeedOf(uint64_t study_seed, uint32_t ordinal) {
+  const Sha256Digest digest = KeyBuilder("scene-seed").Add(study_seed).Add(ordinal).Finish();
+  uint64_t seed = 0;
+  for (int i = 0; i < 8; ++i)
+    seed |= static_cast<uint64_t>(digest[static_cast<size_t>(i)]) << (8 * i);
+  return SceneSeed{seed};
+}
+
+ConfigDigests DigestsOf(const v1::SceneConfig& config) {
+  v1::SceneConfig layout;
+  layout.set_type(config.type());
+  if (config.has_room()) *layout.mutable_room() = config.room();
+  if (config.has_furniture()) *layout.mutable_furniture() = config.furniture();
+  if (config.has_solver()) *layout.mutable_solver() = config.solver();
+  if (config.has_assets()) *layout.mutable_assets() = config.assets();
+
+  v1::SceneConfig scene = config;
+  scene.clear_render();
+  scene.clear_filters();
+
+  v1::SceneConfig render;
+  if (config.has_render()) *render.mutable_render() = config.render();
+  if (config.has_filters()) *render.mutable_filters() = config.filters();
+
+  return {Sha256Of(DeterministicBytes(layout)), Sha256Of(DeterministicBytes(scene)),
+          Sha256Of(DeterministicBytes(render))};
+}
+
+Sha256Digest LayoutKey(std::string_view version, const ConfigDigests& config, SceneSeed seed) {
+  return KeyBuilder("layout").Add(version).Add(config.layout).Add(seed.value).Finish();
+}
+
+Sha256Digest SceneKey(std::string_view version, const ConfigDigests& config, SceneSeed seed) {
+  return KeyBuilder("scene").Add(version).Add(config.scene).Add(seed.value).Finish();
+}
+
+Sha256Digest FrameKey(std::string_view version, const ConfigDigests& config,
+                      const Sha256Digest& scene_hash, uint32_t rig) {
+  return KeyBuilder("frame")
+      .Add(version)
+      .Add(scene_hash)
+      .Add(config.render)
+      .Add(static_cast<uint64_t>(rig))
+      .Finish();
+}
+
+Sha256Digest RenderKey(std::string_view version, const ConfigDigests& config,
+                       const Sha256Digest& scene_hash, std::string_view rigs) {
+  return KeyBuilder("render").Add(version).Add(scene_hash).Add(config.render).Add(rigs).Finish();
+}
+
+std::string StorePrefixOf(const Sha256Digest& render_key) {
+  const std::string hex = HexOf(render_key);
+  return hex.substr(0, 2) + "/" + hex;
+}
+
+}  // namespace parallax

@@ -1,0 +1,48 @@
+// Keys of results: SHA-256 over a stage's name, the generator's version and exactly the inputs that
+// the stage reads. Equal keys mean equal results, within a study and across studies, on every
+// machine. Pure functions; thread-safe.
+//
+// Decisions: a change to any function here orphans every stored result (nothing breaks, everything
+// is made again), so keys change only together with kGeneratorVersion. A key takes the SHA-256 of a
+// config's bytes rather than the bytes, so that a scene's keys cost microseconds.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "common/base/hash.h"
+#include "common/base/ids.h"
+#include "google/protobuf/message_lite.h"
+#include "parallax/v1/study.pb.h"
+
+namespace parallax {
+
+// Serialised with map entries sorted: the same message gives the same bytes in every process of
+// this build.
+std::string DeterministicBytes(const google::protobuf::MessageLite& message);
+
+// Of scene `ordinal` of every variant of a study with this seed: common random numbers.
+SceneSeed SceneSeedOf(uint64_t study_seed, uint32_t ordinal);
+
+// What each stage reads of a variant's config, digested once for all its scenes.
+struct ConfigDigests {
+  Sha256Digest layout;  // type, room, furniture, solver, assets
+  Sha256Digest scene;   // everything but render and filters
+  Sha256Digest render;  // render and filters
+};
+ConfigDigests DigestsOf(const v1::SceneConfig& config);
+
+Sha256Digest LayoutKey(std::string_view version, const ConfigDigests& config, SceneSeed seed);
+Sha256Digest SceneKey(std::string_view version, const ConfigDigests& config, SceneSeed seed);
+// `scene_hash` is the SHA-256 of the Scene's deterministic bytes.
+Sha256Digest FrameKey(std::string_view version, const ConfigDigests& config,
+                      const Sha256Digest& scene_hash, uint32_t rig);
+// Of one render job: its rigs as text, for example "0-19".
+Sha256Digest RenderKey(std::string_view version, const ConfigDigests& config,
+                       const Sha256Digest& scene_hash, std::string_view rigs);
+
+// Where a render job's attempts write: "<2 hex>/<64 hex>".
+std::string StorePrefixOf(const Sha256Digest& render_key);
+
+}  // namespace parallax

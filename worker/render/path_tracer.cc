@@ -122,7 +122,8 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
       result.normal = frame.z;
       guided = true;
     }
-    if (bounce >= options.max_bounces) return result;
+    const bool last = bounce >= options.max_bounces;
+    if (last && !(surface.thin_walled && surface.transmission > 0.0f)) return result;
     const Vec3f o = frame.ToLocal(out);
     const Bsdf bsdf(surface, o, outside, min_alpha);
     // Light that shading and true normal see on different sides would leak or blacken.
@@ -131,7 +132,7 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
     };
 
     // ---- Next-event estimation ----
-    const bool gathers = use_lights && !bsdf.mirror_like();
+    const bool gathers = use_lights && !last && !bsdf.mirror_like();
     LightReceiver here;
     if (gathers) {
       here = lights.Receive(hit.position);
@@ -172,7 +173,7 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
       ray.width_m = width;
       continue;
     }
-    if (!consistent(direction, next->direction)) return result;
+    if (last || !consistent(direction, next->direction)) return result;
     throughput = throughput.cwiseProduct(next->weight);
     if (!throughput.allFinite() || IsBlack(throughput)) return result;
     ++bounce;

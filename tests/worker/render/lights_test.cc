@@ -199,7 +199,9 @@ TEST(Lights, PortalsAgreeWithBruteForceAndBeatIt) {
       EXPECT_NEAR(both.mean.y(), brute.mean.y(), 4 * (both.error + brute.error))
           << target.transpose();
       EXPECT_GT(both.mean.y(), 0.0f);
-      if (ceiling && target.x() != 2.0f) EXPECT_LT(both.error, 0.7f * brute.error);
+      if (ceiling && target.x() != 2.0f) {
+        EXPECT_LT(both.error, 0.7f * brute.error);
+      }
     }
   }
 }

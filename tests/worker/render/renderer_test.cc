@@ -83,7 +83,7 @@ TEST(Renderer, NoiseOfTheTwoEyesIsIndependent) {
   // same too.
   v1::Rig rig = BoxRoomRig(160, 120);
   rig.set_baseline_m(1e-6);
-  const StereoFrame clean = RenderBoxRoom(MakeConfig(64, 4, true), rig);
+  const StereoFrame clean = RenderBoxRoom(MakeConfig(48, 4, true), rig);
   const StereoFrame noisy = RenderBoxRoom(MakeConfig(2, 4, false), rig);
   const std::vector<double> a = Noise(noisy.left.color, clean.left.color);
   const std::vector<double> b = Noise(noisy.right.color, clean.right.color);
@@ -101,8 +101,8 @@ TEST(Renderer, NoiseOfTheTwoEyesIsIndependent) {
 }
 
 TEST(Renderer, DenoisingBringsTheImageNearerToTheReference) {
-  const v1::Rig rig = BoxRoomRig(160, 120);
-  const StereoFrame reference = RenderBoxRoom(MakeConfig(512, 6, false), rig);
+  const v1::Rig rig = BoxRoomRig(128, 96);
+  const StereoFrame reference = RenderBoxRoom(MakeConfig(256, 6, false), rig);
   const StereoFrame raw = RenderBoxRoom(MakeConfig(8, 6, false), rig);
   const StereoFrame denoised = RenderBoxRoom(MakeConfig(8, 6, true), rig);
   EXPECT_LT(MeanSquare(denoised.left.color, reference.left.color),
@@ -110,13 +110,13 @@ TEST(Renderer, DenoisingBringsTheImageNearerToTheReference) {
 }
 
 TEST(Renderer, RightImageWarpedByDisparityIsTheLeftImage) {
-  const StereoFrame frame = RenderBoxRoom(MakeConfig(400, 5, false), BoxRoomRig(240, 180));
+  const StereoFrame frame = RenderBoxRoom(MakeConfig(256, 4, false), BoxRoomRig(200, 150));
   std::vector<double> differences;
-  for (int y = 0; y < 180; ++y) {
-    for (int x = 0; x < 240; ++x) {
+  for (int y = 0; y < 150; ++y) {
+    for (int x = 0; x < 200; ++x) {
       if (frame.left.occlusion(x, y) != 0) continue;
       const double at = x - static_cast<double>(frame.left.disparity_px(x, y));
-      const int x0 = std::clamp(static_cast<int>(std::floor(at)), 0, 238);
+      const int x0 = std::clamp(static_cast<int>(std::floor(at)), 0, 198);
       const double t = std::clamp(at - x0, 0.0, 1.0);
       for (int c = 0; c < 3; ++c) {
         const double right =
@@ -125,7 +125,7 @@ TEST(Renderer, RightImageWarpedByDisparityIsTheLeftImage) {
       }
     }
   }
-  ASSERT_GT(differences.size(), 60000u);
+  ASSERT_GT(differences.size(), 40000u);
   std::nth_element(differences.begin(),
                    differences.begin() + static_cast<long>(differences.size() / 2),
                    differences.end());

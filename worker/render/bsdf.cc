@@ -5,6 +5,8 @@ namespace {
 
 constexpr float kMinAlpha = 1e-3f;     // Sharper is numerically a mirror.
 constexpr float kMirrorAlpha = 4e-3f;  // Sharper needs no light sampling.
+constexpr float kStraightAlpha =
+    0.01f;  // Thin walls up to here don't scatter what they let through.
 constexpr float kCoatF0 = 0.04f;
 
 Vec3f Clamp01(const Vec3f& v) { return v.cwiseMax(0.0f).cwiseMin(1.0f); }
@@ -57,9 +59,12 @@ Bsdf::Bsdf(const SurfaceSample& surface, const Vec3f& o, bool outside, float min
   const float diffuse = transmitted_o_ * (plastic_ * (1.0f - kept_o_plastic_) * Luminance(base) +
                                           metal_ * (1.0f - kept_o_white_) * Luminance(base)) +
                         sheen_ * SheenEnergy(o.z());
-  const float through = thin_ ? 1.0f - ThinReflectance(DielectricFresnel(o.z(), eta_)) : 0.0f;
-  const float straight = transmitted_o_ * glass_ * through * Luminance(glass_tint_);
-  const float glass = transmitted_o_ * glass_ * (thin_ ? 1.0f - through : 1.0f);
+  const bool lets_straight = thin_ && Square(surface.roughness) <= kStraightAlpha;
+  straight_ = lets_straight ? Vec3f(glass_tint_ * (glass_ * (1.0f - GlassReflectance(o.z())) *
+                                                   Square(transmitted_o_)))
+                            : Vec3f::Zero();
+  const float straight = Luminance(straight_);
+  const float glass = transmitted_o_ * glass_ * (lets_straight ? GlassReflectance(o.z()) : 1.0f);
   const float total = coat + gloss + diffuse + straight + glass;
   if (total > 0.0f) {
     p_coat_ = coat / total;
@@ -70,6 +75,11 @@ Bsdf::Bsdf(const SurfaceSample& surface, const Vec3f& o, bool outside, float min
   }
   const bool sharp = alpha <= kMirrorAlpha && (coat_ <= 0.0f || coat_gloss_.alpha <= kMirrorAlpha);
   mirror_like_ = sharp && p_diffuse_ < 0.02f;
+}
+
+float Bsdf::GlassReflectance(float cosine) const {
+  const float reflectance = DielectricFresnel(cosine, eta_);
+  return thin_ ? ThinReflectance(reflectance) : reflectance;
 }
 
 float Bsdf::Transmitted(float cosine) const {
@@ -98,18 +108,14 @@ BsdfValue Bsdf::EvaluateReflection(const Vec3f& i) const {
   // Gloss of metal and plastic, and glass's reflection: one lobe, three Fresnels.
   const float d = gloss_.D(h);
   const float lobe = d * gloss_.G2(o_, i) / (4.0f * o_.z());  // Times cos i.
-  float glass_reflectance = 0;
-  if (glass_ > 0.0f) {
-    glass_reflectance = DielectricFresnel(cos_h, eta_);
-    if (thin_) glass_reflectance = ThinReflectance(glass_reflectance);
-  }
+  const float glass_reflectance = glass_ > 0.0f ? GlassReflectance(cos_h) : 0.0f;
   const Vec3f fresnel =
       metal_ * (metal_f0_ + (Vec3f::Ones() - metal_f0_) * schlick) +
       Vec3f::Constant(plastic_ * (plastic_f0_ + (plastic_f90_ - plastic_f0_) * schlick) +
                       glass_ * glass_reflectance);
   value.f_cos = fresnel * (lobe * transmitted);
   const float pdf_h = d * gloss_.G1(o_) / (4.0f * o_.z());
-  value.pdf = (p_gloss_ + p_glass_ * (thin_ ? 1.0f : glass_reflectance)) * pdf_h;
+  value.pdf = (p_gloss_ + p_glass_ * (p_straight_ > 0.0f ? 1.0f : glass_reflectance)) * pdf_h;
 
   // Lambert below the gloss, facets' multiple bounces.
   const float cosine = i.z() * kInvPi;
@@ -140,7 +146,8 @@ BsdfValue Bsdf::EvaluateReflection(const Vec3f& i) const {
 }
 
 BsdfValue Bsdf::EvaluateRefraction(const Vec3f& i) const {
-  if (glass_ <= 0.0f || thin_) return {};
+  if (glass_ <= 0.0f || p_straight_ > 0.0f) return {};
+  if (thin_) return EvaluateThinPassage(i);
   Vec3f h = (o_ + eta_ * i).normalized();
   if (h.z() < 0.0f) h = -h;
   const float cos_o = o_.dot(h);
@@ -160,13 +167,25 @@ BsdfValue Bsdf::EvaluateRefraction(const Vec3f& i) const {
   return value;
 }
 
+// As if mirrored, then put on the other side.
+BsdfValue Bsdf::EvaluateThinPassage(const Vec3f& i) const {
+  const Vec3f mirrored(i.x(), i.y(), -i.z());
+  const Vec3f h = (o_ + mirrored).normalized();
+  const float through = 1.0f - GlassReflectance(std::max(0.0f, o_.dot(h)));
+  const float common = gloss_.D(h) * through / (4.0f * o_.z());
+  BsdfValue value;
+  value.f_cos = glass_tint_ *
+                (glass_ * common * gloss_.G2(o_, mirrored) * transmitted_o_ * Transmitted(i.z()));
+  value.pdf = p_glass_ * common * gloss_.G1(o_);
+  return value;
+}
+
 std::optional<BsdfSample> Bsdf::Sample(float lobe, const Vec2f& u) const {
   if (o_.z() <= 0.0f) return std::nullopt;
   BsdfSample sample;
   if (lobe < p_straight_) {
-    const float through = 1.0f - ThinReflectance(DielectricFresnel(o_.z(), eta_));
     sample.direction = -o_;
-    sample.weight = glass_tint_ * (glass_ * through * Square(transmitted_o_) / p_straight_);
+    sample.weight = straight_ / p_straight_;
     sample.straight = true;
     return sample;
   }
@@ -186,10 +205,14 @@ std::optional<BsdfSample> Bsdf::Sample(float lobe, const Vec2f& u) const {
   } else {
     const Vec3f h = gloss_.SampleVisible(o_, u);
     const float cos_h = o_.dot(h);
-    const float reflectance = thin_ ? 1.0f : DielectricFresnel(cos_h, eta_);
+    const float reflectance = p_straight_ > 0.0f ? 1.0f : GlassReflectance(cos_h);
     const float choice = (lobe - p_diffuse_ - p_coat_ - p_gloss_) / p_glass_;
     if (choice < reflectance) {
       sample.direction = 2.0f * cos_h * h - o_;
+    } else if (thin_) {
+      sample.direction = 2.0f * cos_h * h - o_;
+      sample.direction.z() = -sample.direction.z();
+      refracted = true;
     } else {
       const float sin2_t = (1.0f - cos_h * cos_h) / (eta_ * eta_);
       const float cos_t = std::sqrt(std::max(0.0f, 1.0f - sin2_t));

@@ -46,12 +46,15 @@ class Bsdf {
 
   // So sharp that light sampling is useless.
   bool mirror_like() const { return mirror_like_; }
-  // Chance that Sample goes straight through a thin wall.
-  float straight_probability() const { return p_straight_; }
+  // What a smooth thin wall lets straight through.
+  Vec3f Straight() const { return straight_; }
 
  private:
   BsdfValue EvaluateReflection(const Vec3f& i) const;
   BsdfValue EvaluateRefraction(const Vec3f& i) const;
+  BsdfValue EvaluateThinPassage(const Vec3f& i) const;
+  // Reflectance of the glass part for a facet seen at this cosine.
+  float GlassReflectance(float cosine) const;
   // What sheen and clearcoat leave to the layers below.
   float Transmitted(float cosine) const;
 
@@ -64,6 +67,7 @@ class Bsdf {
   float plastic_f0_ = 0, plastic_f90_ = 0;
   float eta_ = 1;  // Index on the far side over that on o's.
   bool thin_ = false;
+  Vec3f straight_;  // Passed straight through a smooth thin wall.
   bool mirror_like_ = false;
   Ggx gloss_{1};
   Ggx coat_gloss_{1};

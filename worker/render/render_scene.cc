@@ -5,6 +5,7 @@
 #include <atomic>
 #include <map>
 
+#include "worker/render/bsdf.h"
 #include "worker/render/sampling.h"
 
 namespace parallax {
@@ -22,16 +23,6 @@ struct ShadowContext {
 
 int64_t MachineMemoryBytes() {
   return static_cast<int64_t>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGE_SIZE);
-}
-
-float ThinPassage(const SurfaceSample& surface, float cosine) {
-  if (!surface.thin_walled || surface.transmission <= 0.0f) return 0.0f;
-  const float ior = std::max(surface.ior, 1.0f + 1e-3f);
-  const float cos_t = std::sqrt(1.0f - (1.0f - cosine * cosine) / (ior * ior));
-  const float parallel = (ior * cosine - cos_t) / (ior * cosine + cos_t);
-  const float perpendicular = (cosine - ior * cos_t) / (cosine + ior * cos_t);
-  const float r = 0.5f * (parallel * parallel + perpendicular * perpendicular);
-  return surface.transmission * (1.0f - surface.metallic) * (1.0f - 2.0f * r / (1.0f + r));
 }
 
 }  // namespace
@@ -105,8 +96,11 @@ static void FilterOcclusion(const RTCFilterFunctionNArguments* args) {
                         RTCRayN_dir_z(args->ray, args->N, 0));
   const float cosine = std::min(1.0f, std::abs(direction.dot(surface_hit.geometric_normal)));
   const float opacity = std::clamp(surface.opacity, 0.0f, 1.0f);
-  const Vec3f passes = Vec3f::Constant(1.0f - opacity) +
-                       surface.base_color * (opacity * ThinPassage(surface, cosine));
+  Vec3f passes = Vec3f::Constant(1.0f - opacity);
+  if (traits.may_be_thin && surface.thin_walled) {
+    const Vec3f out = DirectionAt(std::max(cosine, 1e-3f), 0.0f);
+    passes += opacity * Bsdf(surface, out, true).Straight();
+  }
   context->transmittance = context->transmittance.cwiseProduct(passes);
   if (context->transmittance.maxCoeff() > 1e-3f) args->valid[0] = 0;
 }
@@ -322,7 +316,9 @@ SurfaceHit RenderScene::Resolve(const RawHit& raw) const {
   hit.slot = t.slot;
   hit.material = t.slot < placed.material_of_slot.size() ? placed.material_of_slot[t.slot] : 0;
   hit.position = w * corners[0] + raw.u * corners[1] + raw.v * corners[2];
-  hit.geometric_normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
+  const Vec3f cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+  const float doubled_area = cross.norm();
+  hit.geometric_normal = doubled_area > 0.0f ? Vec3f(cross / doubled_area) : Vec3f::UnitZ();
   const Vec3f n = w * mesh.normals[t.a] + raw.u * mesh.normals[t.b] + raw.v * mesh.normals[t.c];
   const Vec3f bent = body.normal_from_object * n;
   const float length = bent.norm();
@@ -333,6 +329,16 @@ SurfaceHit RenderScene::Resolve(const RawHit& raw) const {
   hit.point.texture_m =
       body.scale * (w * mesh.texture[t.a] + raw.u * mesh.texture[t.b] + raw.v * mesh.texture[t.c]);
   hit.point.uv = w * mesh.uv[t.a] + raw.u * mesh.uv[t.b] + raw.v * mesh.uv[t.c];
+  const Vec3f texture_cross =
+      (mesh.texture[t.b] - mesh.texture[t.a]).cross(mesh.texture[t.c] - mesh.texture[t.a]);
+  const float texture_area = texture_cross.norm();
+  if (texture_area > 1e-20f) hit.point.texture_normal = texture_cross / texture_area;
+  const Vec2f q1 = mesh.uv[t.b] - mesh.uv[t.a];
+  const Vec2f q2 = mesh.uv[t.c] - mesh.uv[t.a];
+  const float uv_area = std::abs(q1.x() * q2.y() - q1.y() * q2.x());
+  if (uv_area > 0.0f && doubled_area > 0.0f) {
+    hit.uv_per_metre = std::sqrt(uv_area / doubled_area);
+  }
   return hit;
 }
 
@@ -341,6 +347,7 @@ SurfaceSample RenderScene::Evaluate(const SurfaceHit& hit, float footprint_m) co
   if (!material) return {};
   SurfacePoint point = hit.point;
   point.footprint_m = footprint_m;
+  point.footprint_uv = footprint_m * hit.uv_per_metre;
   return material->Evaluate(point);
 }
 
@@ -367,6 +374,7 @@ Vec3f RenderScene::BumpedNormal(const SurfaceHit& hit, float footprint_m) const 
   const ShadingFrame frame(hit.shading_normal);
   SurfacePoint point = hit.point;
   point.footprint_m = footprint_m;
+  point.footprint_uv = footprint_m * hit.uv_per_metre;
   const float height = material->Height(point);
   const auto slope = [&](const Vec3f& tangent) {
     // The tangent in terms of the triangle's edges, then the same step in texture space.

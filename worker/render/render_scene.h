@@ -36,6 +36,7 @@ struct SurfaceHit {
   Vec3f geometric_normal = Vec3f::UnitZ();  // Unit, on the side of counter-clockwise winding.
   Vec3f shading_normal = Vec3f::UnitZ();    // Unit, interpolated, on the same side.
   SurfacePoint point;                       // For the material; footprint not set.
+  float uv_per_metre = 0;                   // Of the triangle.
   uint32_t placed = 0;
   uint32_t triangle = 0;
   uint16_t slot = 0;

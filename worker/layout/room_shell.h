@@ -1,5 +1,6 @@
-// Meshes of a room's architecture, made from the recipe's Room: walls with openings, floor, ceiling, skirting, door
-// leaves, window frames. Each part is one object of the recipe (SceneObject.room_part).
+// Meshes of a room's architecture, made from the recipe's Room: walls with openings, floor,
+// ceiling, skirting, door leaves, window frames. Each part is one object of the recipe
+// (SceneObject.room_part).
 #pragma once
 
 #include <string>
@@ -12,7 +13,8 @@
 
 namespace parallax {
 
-// Names of all parts of this room in a fixed order: "floor", "ceiling", "walls", "skirting", "door_0", "window_0"...
+// Names of all parts of this room in a fixed order: "floor", "ceiling", "walls", "skirting",
+// "door_0", "window_0"...
 std::vector<std::string> RoomParts(const v1::Room& room);
 
 // The mesh of one part, world frame. Errors: kNotFound for a part that the room does not have.

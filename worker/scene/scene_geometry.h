@@ -21,12 +21,12 @@ struct PlacedMesh {
 
 // Constant after BuildSceneGeometry; shared by everything that reads a scene.
 struct SceneGeometry {
-  std::vector<PlacedMesh> meshes;  // In order of the recipe's objects.
+  std::vector<PlacedMesh> meshes;                          // In order of the recipe's objects.
   std::vector<std::shared_ptr<const Material>> materials;  // By SceneMaterial.index; [0] is null.
 };
 
-// Errors: kNotFound for an unknown class or room part, kInvalidArgument for a binding to a missing material, each
-// naming the object.
+// Errors: kNotFound for an unknown class or room part, kInvalidArgument for a binding to a missing
+// material, each naming the object.
 absl::StatusOr<SceneGeometry> BuildSceneGeometry(const v1::Scene& scene);
 
 }  // namespace parallax

@@ -1,4 +1,5 @@
-// The whole job `solve`: layout (unless given), then dress: floating objects, materials, lighting and rigs.
+// The whole job `solve`: layout (unless given), then dress: floating objects, materials, lighting
+// and rigs.
 #pragma once
 
 #include "common/base/cancel.h"

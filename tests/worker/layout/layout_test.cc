@@ -1,0 +1,211 @@
+#include "worker/layout/layout.h"
+
+#include <gtest/gtest.h>
+
+#include "common/config/config.h"
+#include "common/math/proto.h"
+#include "worker/geometry/ray_scene.h"
+#include "worker/layout/asset_pool.h"
+#include "worker/layout/room_shell.h"
+
+namespace parallax {
+namespace {
+
+constexpr uint64_t kSeeds = 24;
+
+v1::SceneConfig ConfigOf(uint64_t seed) {
+  v1::SceneConfig config = DefaultSceneConfig();
+  config.mutable_solver()->set_mode(seed % 3 == 0 ? v1::SolverConfig::MODE_REDUCED
+                                                  : v1::SolverConfig::MODE_FULL);
+  const char* kinds[] = {"living_room", "dining_room", "bedroom", "office"};
+  config.mutable_room()->clear_kinds();
+  config.mutable_room()->add_kinds(kinds[seed % 4]);
+  return config;
+}
+
+v1::Layout LayoutOf(const v1::SceneConfig& config, uint64_t seed) {
+  auto solved = SolveLayout(config, SceneSeed{seed}, CancelToken());
+  EXPECT_TRUE(solved.ok()) << solved.status();
+  return std::get<v1::Layout>(*solved);
+}
+
+struct Solid {
+  const v1::SceneObject* object;
+  std::shared_ptr<const TriangleTree> tree;
+  Eigen::Affine3f place;
+  Box3f box;
+};
+
+std::vector<Solid> SolidsOf(const v1::Layout& layout, AssetPool& pool) {
+  std::vector<Solid> solids;
+  for (const v1::SceneObject& object : layout.objects()) {
+    Solid solid;
+    solid.object = &object;
+    solid.place = FromProto(object.world_from_object()).Affine();
+    if (object.room_part().empty()) {
+      solid.tree = (*pool.Get(object.asset_class(), object.seed()))->Tree();
+    } else {
+      solid.tree = std::make_shared<TriangleTree>(*MakeRoomPart(layout.room(), object.room_part()));
+    }
+    solid.box = TransformBox(solid.place, solid.tree->bounds());
+    solids.push_back(solid);
+  }
+  return solids;
+}
+
+bool IsRug(const v1::SceneObject& object) { return object.relation() == "under"; }
+
+TEST(Layout, NothingOverlapsAnythingElse) {
+  for (uint64_t seed = 0; seed < kSeeds; ++seed) {
+    const v1::Layout layout = LayoutOf(ConfigOf(seed), seed);
+    AssetPool pool;
+    const std::vector<Solid> solids = SolidsOf(layout, pool);
+    for (size_t i = 0; i < solids.size(); ++i) {
+      for (size_t k = 0; k < i; ++k) {
+        const Solid &a = solids[i], &b = solids[k];
+        // Joinery is set into walls and floor on purpose; legs press into the pile of rugs.
+        if (!a.object->room_part().empty() && !b.object->room_part().empty()) continue;
+        if (IsRug(*a.object) || IsRug(*b.object)) continue;
+        EXPECT_FALSE(Overlap(*a.tree, a.place, *b.tree, b.place))
+            << "seed " << seed << ": " << a.object->name() << " and " << b.object->name();
+      }
+    }
+  }
+}
+
+TEST(Layout, ObjectsAreInsideTheRoom) {
+  for (uint64_t seed = 0; seed < kSeeds; ++seed) {
+    const v1::Layout layout = LayoutOf(ConfigOf(seed), seed);
+    AssetPool pool;
+    const Vec3f size =
+        Vec3d(layout.room().width_m(), layout.room().depth_m(), layout.room().height_m())
+            .cast<float>();
+    for (const Solid& solid : SolidsOf(layout, pool)) {
+      if (!solid.object->room_part().empty()) continue;
+      EXPECT_TRUE((solid.box.min().array() > -1e-3f).all()) << seed << solid.object->name();
+      EXPECT_TRUE((solid.box.max().array() < size.array() + 1e-3f).all())
+          << seed << solid.object->name();
+    }
+  }
+}
+
+TEST(Layout, DoorsAreFree) {
+  for (uint64_t seed = 0; seed < kSeeds; ++seed) {
+    const v1::Layout layout = LayoutOf(ConfigOf(seed), seed);
+    AssetPool pool;
+    const v1::Room& room = layout.room();
+    for (const v1::Opening& o : room.openings()) {
+      if (o.kind() != v1::Opening::KIND_DOOR) continue;
+      const double a = o.center_m() - o.width_m() / 2, b = o.center_m() + o.width_m() / 2;
+      const double w = room.width_m(), d = room.depth_m(), deep = 0.7;
+      const Vec3d lows[] = {{a, 0, 0.1}, {w - deep, a, 0.1}, {a, d - deep, 0.1}, {0, a, 0.1}};
+      const Vec3d highs[] = {{b, deep, 1.8}, {w, b, 1.8}, {b, d, 1.8}, {deep, b, 1.8}};
+      const Box3f zone(lows[o.wall()].cast<float>().eval(), highs[o.wall()].cast<float>().eval());
+      for (const Solid& solid : SolidsOf(layout, pool)) {
+        if (!solid.object->room_part().empty()) continue;
+        EXPECT_FALSE(solid.box.intersects(zone)) << seed << " " << solid.object->name();
+      }
+    }
+  }
+}
+
+TEST(Layout, EveryObjectIsBorne) {
+  for (uint64_t seed = 0; seed < kSeeds; ++seed) {
+    const v1::Layout layout = LayoutOf(ConfigOf(seed), seed);
+    AssetPool pool;
+    const std::vector<Solid> solids = SolidsOf(layout, pool);
+    for (const Solid& solid : solids) {
+      const std::string& relation = solid.object->relation();
+      if (relation.empty() || relation == "on_wall") continue;
+      if (relation == "on_ceiling") {
+        EXPECT_NEAR(solid.box.max().z(), layout.room().height_m(), 2e-3) << solid.object->name();
+      } else if (relation == "on_top_of") {
+        // A ray down from the underside meets the bearer at once.
+        const Solid& bearer = solids[solid.object->parent_index() - 1];
+        RayScene below;
+        below.Add(bearer.tree, bearer.place);
+        below.Commit();
+        bool held = false;
+        for (int i = 0; i < 25 && !held; ++i) {
+          const Vec3f at(solid.box.min().x() + (0.1f + 0.2f * (i % 5)) * solid.box.sizes().x(),
+                         solid.box.min().y() + (0.1f + 0.2f * (i / 5)) * solid.box.sizes().y(),
+                         solid.box.min().z() + 0.0005f);
+          const auto hit = below.Intersect(at, {0, 0, -1}, 0.01f);
+          held = hit.has_value();
+        }
+        EXPECT_TRUE(held) << "seed " << seed << ": " << solid.object->name() << " floats over "
+                          << bearer.object->name();
+      } else {
+        EXPECT_NEAR(solid.box.min().z(), 0, 2e-3) << seed << " " << solid.object->name();
+      }
+    }
+  }
+}
+
+TEST(Layout, HardConstraintsHoldInTheReport) {
+  for (uint64_t seed = 0; seed < kSeeds; ++seed) {
+    const v1::SolveReport report = LayoutOf(ConfigOf(seed), seed).report();
+    int hard = 0;
+    for (const auto& constraint : report.constraints()) {
+      if (!constraint.hard()) continue;
+      ++hard;
+      EXPECT_EQ(constraint.violation(), 0) << seed << " " << constraint.name();
+    }
+    EXPECT_GT(hard, 0);
+    EXPECT_LE(report.final_loss(), report.initial_loss());
+    EXPECT_FALSE(report.loss_curve().empty());
+  }
+}
+
+TEST(Layout, SameSeedGivesTheSameBytes) {
+  for (uint64_t seed = 0; seed < 6; ++seed) {
+    EXPECT_EQ(LayoutOf(ConfigOf(seed), seed).SerializeAsString(),
+              LayoutOf(ConfigOf(seed), seed).SerializeAsString());
+  }
+}
+
+TEST(Layout, WithoutFurnitureRoomAndLampsStayTheSame) {
+  for (uint64_t seed = 0; seed < 8; ++seed) {
+    v1::SceneConfig config = ConfigOf(seed);
+    const v1::Layout full = LayoutOf(config, seed);
+    config.mutable_furniture()->set_enabled(false);
+    const v1::Layout bare = LayoutOf(config, seed);
+    EXPECT_EQ(full.room().SerializeAsString(), bare.room().SerializeAsString());
+    ASSERT_LE(bare.objects_size(), full.objects_size());
+    for (int i = 0; i < bare.objects_size(); ++i) {
+      EXPECT_NE(bare.objects(i).role(), v1::OBJECT_ROLE_FURNITURE);
+      EXPECT_EQ(bare.objects(i).SerializeAsString(), full.objects(i).SerializeAsString());
+    }
+    for (int i = 0; i < bare.lights_size(); ++i) {
+      EXPECT_EQ(bare.lights(i).SerializeAsString(), full.lights(i).SerializeAsString());
+    }
+  }
+}
+
+TEST(Layout, ExcludedClassesAreNotMade) {
+  v1::SceneConfig config = ConfigOf(1);
+  config.mutable_assets()->add_exclude("Chair");
+  for (uint64_t seed = 0; seed < 6; ++seed) {
+    const v1::Layout layout = LayoutOf(config, seed);
+    for (const v1::SceneObject& object : layout.objects()) {
+      EXPECT_NE(object.asset_class(), "Chair");
+    }
+  }
+}
+
+TEST(Layout, UnknownRoomKindIsAnInvalidArgument) {
+  v1::SceneConfig config = ConfigOf(1);
+  config.mutable_room()->add_kinds("ballroom");
+  EXPECT_EQ(SolveLayout(config, SceneSeed{1}, CancelToken()).status().code(),
+            absl::StatusCode::kInvalidArgument);
+}
+
+TEST(Layout, CancelledSolveSaysSo) {
+  CancelToken cancel;
+  cancel.Cancel();
+  EXPECT_EQ(SolveLayout(ConfigOf(1), SceneSeed{1}, cancel).status().code(),
+            absl::StatusCode::kCancelled);
+}
+
+}  // namespace
+}  // namespace parallax

@@ -1,0 +1,260 @@
+#include "worker/layout/annealer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+namespace parallax {
+namespace {
+
+constexpr uint64_t kModelsPerClass = 3;
+constexpr int kTries = 28;  // Proposals of a move until one keeps the hard constraints.
+constexpr double kHot = 3.0, kCold = 0.001;
+constexpr double kGreedyShare = 0.15;
+
+enum class Move { kAdd, kDelete, kResample, kTranslate, kRotate, kSwap };
+
+double Clamp01(double x) { return std::clamp(x, 0.0, 1.0); }
+
+class Annealer {
+ public:
+  Annealer(const RoomProblem& problem, const ModelRack& rack, Arrangement start, SceneSeed seed)
+      : problem_(problem), rack_(rack), state_(std::move(start)), rng_(seed, "layout/anneal") {
+    loss_ = Evaluate(state_);
+  }
+
+  absl::Status Step(double temperature, bool greedy, bool additions_only) {
+    const Move move = additions_only ? Move::kAdd : DrawMove();
+    // Moves get smaller as it cools.
+    const double reach =
+        additions_only ? 1.0 : std::clamp(std::sqrt(temperature / kHot), 0.04, 0.6);
+    ASSIGN_OR_RETURN(const std::optional<Arrangement> next, Propose(move, reach));
+    if (!next) return absl::OkStatus();
+    const Loss loss = Evaluate(*next);
+    const double worse = loss.Total() - loss_.Total();
+    const double chance = rng_.Uniform();
+    if (worse < 0 || (!greedy && chance < std::exp(-worse / temperature))) {
+      state_ = *next;
+      loss_ = loss;
+      ++accepted_;
+    }
+    return absl::OkStatus();
+  }
+
+  const Arrangement& state() const { return state_; }
+  const Loss& loss() const { return loss_; }
+  int accepted() const { return accepted_; }
+
+ private:
+  Move DrawMove() {
+    bool lacking = false;
+    for (size_t r = 0; r < problem_.rows.size(); ++r) {
+      lacking |= state_.CountOf(static_cast<int>(r)) < problem_.rows[r].wanted;
+    }
+    const double u = rng_.Uniform(), add = lacking ? 0.5 : 0.05;
+    if (u < add) return Move::kAdd;
+    const double rest = (u - add) / (1 - add);
+    if (rest < 0.07) return Move::kDelete;
+    if (rest < 0.17) return Move::kResample;
+    if (rest < 0.68) return Move::kTranslate;
+    if (rest < 0.88) return Move::kRotate;
+    return Move::kSwap;
+  }
+
+  // The first of a few random changes of that kind that keeps the hard constraints.
+  absl::StatusOr<std::optional<Arrangement>> Propose(Move move, double reach) {
+    for (int k = 0; k < kTries; ++k) {
+      Arrangement next = state_;
+      ASSIGN_OR_RETURN(const std::vector<int> touched, Change(move, reach, next));
+      bool good = !touched.empty();
+      for (const int item : touched) good = good && next.Place(item);
+      for (const int item : touched) good = good && next.Allowed(item);
+      if (move == Move::kDelete && touched.empty() && next.size() < state_.size()) good = true;
+      if (good) return std::optional<Arrangement>(std::move(next));
+    }
+    return std::optional<Arrangement>();
+  }
+
+  // Makes the change; returns the items to be placed anew. Empty: nothing to do (or a deletion).
+  absl::StatusOr<std::vector<int>> Change(Move move, double reach, Arrangement& next) {
+    switch (move) {
+      case Move::kAdd:
+        return AddItem(next);
+      case Move::kDelete: {
+        const int item = PickItem(next);
+        if (item >= 0) next.Remove(item);
+        return std::vector<int>();
+      }
+      case Move::kResample: {
+        const int i = PickItem(next);
+        if (i < 0 || RowOf(next.at(i)).row.one_model) return std::vector<int>();
+        ASSIGN_OR_RETURN(next.at(i).asset, rack_.Draw(RowOf(next.at(i)), rng_));
+        return std::vector<int>{i};
+      }
+      case Move::kTranslate: {
+        const int i = PickItem(next);
+        if (i < 0) return std::vector<int>();
+        next.at(i).u = Clamp01(next.at(i).u + rng_.Normal(0, reach));
+        next.at(i).v = Clamp01(next.at(i).v + rng_.Normal(0, reach));
+        return std::vector<int>{i};
+      }
+      case Move::kRotate: {
+        const int i = PickItem(next);
+        if (i < 0) return std::vector<int>();
+        DrawTurn(next.at(i));
+        const Stand stand = RowOf(next.at(i)).row.stand;
+        if (stand == Stand::kBackToWall || stand == Stand::kOnWall) next.at(i).u = rng_.Uniform();
+        return std::vector<int>{i};
+      }
+      case Move::kSwap:
+        return SwapItems(next);
+    }
+    return std::vector<int>();
+  }
+
+  absl::StatusOr<std::vector<int>> AddItem(Arrangement& next) {
+    // Rows that lack something come first, the heavier the sooner.
+    std::vector<double> weight(problem_.rows.size(), 0);
+    double total = 0;
+    for (size_t r = 0; r < problem_.rows.size(); ++r) {
+      const WantedRow& row = problem_.rows[r];
+      const int count = next.CountOf(static_cast<int>(r));
+      const bool lacking = count < row.wanted;
+      if (count >= row.row.most || row.classes.empty()) continue;
+      if (!row.row.anchor.empty() && Anchors(next, static_cast<int>(r)).empty()) continue;
+      weight[r] = row.row.weight * (lacking ? 1.0 : 0.02);
+      total += weight[r];
+    }
+    if (total <= 0) return std::vector<int>();
+    double u = rng_.Uniform() * total;
+    size_t r = 0;
+    while (r + 1 < weight.size() && u >= weight[r]) u -= weight[r++];
+    if (weight[r] <= 0) return std::vector<int>();
+    Item item;
+    item.row = static_cast<int>(r);
+    ASSIGN_OR_RETURN(item.asset, rack_.Draw(problem_.rows[r], rng_));
+    item.u = rng_.Uniform();
+    item.v = rng_.Uniform();
+    if (problem_.rows[r].row.stand == Stand::kOnTop) {  // Rather in the middle than at the edge.
+      item.u = Clamp01(rng_.Normal(0.5, 0.16));
+      item.v = Clamp01(rng_.Normal(0.4, 0.2));
+    }
+    if (!problem_.rows[r].row.anchor.empty()) {
+      item.anchor = rng_.Pick(Anchors(next, item.row));
+    }
+    DrawTurn(item);
+    return std::vector<int>{next.Add(item)};
+  }
+
+  std::vector<int> SwapItems(Arrangement& next) {
+    const int a = PickItem(next), b = PickItem(next);
+    if (a < 0 || a == b) return {};
+    Item &p = next.at(a), &q = next.at(b);
+    const Stand stand = RowOf(p).row.stand;
+    if (stand != RowOf(q).row.stand) return {};
+    if (stand != Stand::kBackToWall && stand != Stand::kOnWall && stand != Stand::kCorner)
+      return {};
+    std::swap(p.side, q.side);
+    std::swap(p.u, q.u);
+    return {a, b};
+  }
+
+  // Items of the group that the row stands by, without a child of the row where one is enough.
+  std::vector<int> Anchors(const Arrangement& next, int row) const {
+    const RoomRow& wanted = problem_.rows[static_cast<size_t>(row)].row;
+    const bool several = wanted.stand == Stand::kAround || wanted.stand == Stand::kBeside;
+    std::vector<int> anchors;
+    for (int i = 0; i < next.size(); ++i) {
+      const RoomRow* found = next.RowOf(next.at(i));
+      if (found == nullptr || found->group != wanted.anchor) continue;
+      if (several || !next.HasChild(i, row)) anchors.push_back(i);
+    }
+    return anchors;
+  }
+
+  void DrawTurn(Item& item) {
+    const RoomRow& row = RowOf(item).row;
+    item.side = rng_.UniformInt(0, 3);
+    const double jitter = rng_.Uniform(-1, 1);
+    switch (row.stand) {
+      case Stand::kAround:
+        item.turn_rad = 0.12 * jitter;
+        break;
+      case Stand::kInFront:
+        item.turn_rad = row.faces_anchor ? 0.3 * jitter : 0.02 * jitter;
+        break;
+      case Stand::kFree:
+        // Tables stand square; what looks at something turns to it.
+        item.turn_rad = row.looks_at.empty() ? 0 : jitter * std::numbers::pi / 4;
+        break;
+      case Stand::kCorner:
+        item.turn_rad = 0.3 * jitter;
+        break;
+      case Stand::kOnTop:
+        item.turn_rad = 0.12 * jitter;
+        break;
+      case Stand::kUnder:
+        item.turn_rad = 0.03 * jitter;
+        break;
+      default:
+        item.turn_rad = 0;
+    }
+  }
+
+  int PickItem(const Arrangement& next) {
+    std::vector<int> movable;
+    for (int i = 0; i < next.size(); ++i) {
+      if (next.at(i).row >= 0) movable.push_back(i);
+    }
+    return movable.empty() ? -1 : rng_.Pick(movable);
+  }
+
+  const WantedRow& RowOf(const Item& item) const {
+    return problem_.rows[static_cast<size_t>(item.row)];
+  }
+
+  const RoomProblem& problem_;
+  const ModelRack& rack_;
+  Arrangement state_;
+  Loss loss_;
+  Rng rng_;
+  int accepted_ = 0;
+};
+
+}  // namespace
+
+absl::StatusOr<const PooledAsset*> ModelRack::Draw(const WantedRow& row, Rng& rng) const {
+  Rng fixed = root_.Child("set/" + row.row.group);
+  Rng& from = row.row.one_model ? fixed : rng;
+  const std::string& class_name = from.Pick(row.classes);
+  const int model = from.UniformInt(0, static_cast<int>(kModelsPerClass) - 1);
+  return Get(class_name, static_cast<uint64_t>(model));
+}
+
+absl::StatusOr<const PooledAsset*> ModelRack::Get(const std::string& class_name,
+                                                  uint64_t model) const {
+  return pool_->Get(class_name, root_.Child(class_name, model).Seed());
+}
+
+absl::StatusOr<AnnealResult> Anneal(const RoomProblem& problem,
+                                    const std::vector<Fixture>& fixtures, const ModelRack& rack,
+                                    v1::SolverConfig::Mode mode, int steps, SceneSeed seed,
+                                    const CancelToken& cancel) {
+  Annealer annealer(problem, rack, Arrangement(problem, fixtures), seed);
+  const bool reduced = mode == v1::SolverConfig::MODE_REDUCED;
+  const double initial = annealer.loss().Total();
+  std::vector<double> curve;
+  for (int step = 0; step < steps; ++step) {
+    if (step % 16 == 0 && cancel.cancelled()) return absl::CancelledError("layout: cancelled");
+    const double t = steps > 1 ? static_cast<double>(step) / (steps - 1) : 1;
+    const double temperature = kHot * std::pow(kCold / kHot, t);
+    RETURN_IF_ERROR(annealer.Step(temperature, reduced || t > 1 - kGreedyShare, reduced));
+    curve.push_back(annealer.loss().Total());
+  }
+  return AnnealResult{annealer.state(), annealer.loss(), annealer.accepted(), initial,
+                      std::move(curve)};
+}
+
+}  // namespace parallax

@@ -1,0 +1,342 @@
+#include "worker/layout/arrangement.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace parallax {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kLift_m =
+    0.0005;  // Things stand this far above what bears them: touching is not overlap.
+constexpr double kWallGap_m = 0.018;  // Skirting is 15 mm deep.
+constexpr double kItemGap_m = 0.012;
+constexpr double kDoorDepth_m = 0.85;   // Free floor before a door.
+constexpr double kWindowDepth_m = 0.3;  // Kept by what is taller than the sill.
+constexpr double kStripGap_m = 0.12;    // Casings and sill boards reach beside the opening.
+constexpr double kArtDepth_m = 0.4;     // Nothing tall right before what hangs on a wall.
+constexpr double kCeilingGap_m = 0.03;
+
+double Mix(double low, double high, double t) { return low + (high - low) * t; }
+
+// Bounds in the plan, object frame.
+struct Plan {
+  Vec2d low, high;
+  Vec2d size() const { return high - low; }
+  Vec2d center() const { return 0.5 * (low + high); }
+};
+Plan PlanOf(const PooledAsset& asset) {
+  return {asset.bounds.min().head<2>().cast<double>(), asset.bounds.max().head<2>().cast<double>()};
+}
+
+Vec2d Turned(const Vec2d& p, double yaw) {
+  return {std::cos(yaw) * p.x() - std::sin(yaw) * p.y(),
+          std::sin(yaw) * p.x() + std::cos(yaw) * p.y()};
+}
+
+bool BoxesMeet(const Item& a, const Item& b, double gap_m) {
+  return a.bottom_m < b.top_m && b.bottom_m < a.top_m && Overlap(a.footprint, b.footprint, gap_m);
+}
+
+bool MeshesMeet(const Item& a, const Item& b) {
+  return Overlap(*a.asset->Tree(), a.WorldFromObject(), *b.asset->Tree(), b.WorldFromObject());
+}
+
+}  // namespace
+
+const SupportSurface* MainSupport(const PooledAsset& asset) {
+  const SupportSurface* best = nullptr;
+  double best_value = 0;
+  for (const SupportSurface& support : asset.supports) {
+    if (support.area.isEmpty()) continue;
+    const double value = static_cast<double>(support.area.sizes().prod()) *
+                         std::min(1.0, static_cast<double>(support.clearance_m));
+    if (value > best_value) {
+      best_value = value;
+      best = &support;
+    }
+  }
+  return best;
+}
+
+Arrangement::Arrangement(const RoomProblem& problem, const std::vector<Fixture>& fixtures)
+    : problem_(&problem) {
+  for (const Fixture& fixture : fixtures) {
+    Item item;
+    item.asset = fixture.asset;
+    const Vec2d origin = fixture.position.head<2>();
+    Settle(item, origin, fixture.yaw_rad, 0);
+    item.position = fixture.position;
+    item.bottom_m = fixture.position.z() + static_cast<double>(fixture.asset->bounds.min().z());
+    item.top_m = fixture.position.z() + static_cast<double>(fixture.asset->bounds.max().z());
+    items_.push_back(item);
+  }
+}
+
+const RoomRow* Arrangement::RowOf(const Item& item) const {
+  return item.row < 0 ? nullptr : &problem_->rows[static_cast<size_t>(item.row)].row;
+}
+
+int Arrangement::CountOf(int row) const {
+  return static_cast<int>(
+      std::count_if(items_.begin(), items_.end(), [&](const Item& i) { return i.row == row; }));
+}
+
+bool Arrangement::HasChild(int item, int row) const {
+  return std::any_of(items_.begin(), items_.end(),
+                     [&](const Item& i) { return i.anchor == item && i.row == row; });
+}
+
+bool Arrangement::IsRug(const Item& item) const {
+  const RoomRow* row = RowOf(item);
+  return row != nullptr && row->stand == Stand::kUnder;
+}
+
+int Arrangement::Add(const Item& item) {
+  items_.push_back(item);
+  return size() - 1;
+}
+
+std::vector<int> Arrangement::WithDependants(int item) const {
+  std::vector<int> all = {item};
+  for (size_t k = 0; k < all.size(); ++k) {
+    for (int i = 0; i < size(); ++i) {
+      if (at(i).anchor == all[k]) all.push_back(i);
+    }
+  }
+  return all;
+}
+
+void Arrangement::Remove(int item) {
+  std::vector<int> gone = WithDependants(item);
+  std::sort(gone.rbegin(), gone.rend());
+  for (const int g : gone) {
+    items_.erase(items_.begin() + g);
+    for (Item& i : items_) {
+      if (i.anchor > g) --i.anchor;
+    }
+  }
+}
+
+bool Arrangement::Place(int item) {
+  for (const int i : WithDependants(item)) {
+    if (!PlaceOne(at(i))) return false;
+  }
+  return true;
+}
+
+void Arrangement::Settle(Item& item, const Vec2d& origin, double yaw_rad, double z_m) const {
+  const Plan plan = PlanOf(*item.asset);
+  item.yaw_rad = yaw_rad;
+  item.position = {origin.x(), origin.y(), z_m - static_cast<double>(item.asset->bounds.min().z())};
+  item.footprint = {origin + Turned(plan.center(), yaw_rad), 0.5 * plan.size(), yaw_rad};
+  item.bottom_m = z_m;
+  item.top_m = z_m + static_cast<double>(item.asset->bounds.sizes().z());
+}
+
+bool Arrangement::PlaceOne(Item& item) const {
+  const RoomRow* row = RowOf(item);
+  if (row == nullptr) return true;
+  switch (row->stand) {
+    case Stand::kBackToWall:
+    case Stand::kCorner:
+      return PlaceByWall(item, *row);
+    case Stand::kFree: {
+      const Plan plan = PlanOf(*item.asset);
+      const double yaw = item.side * kPi / 2 + item.turn_rad;
+      const Vec2d middle(item.u * problem_->room.width_m(), item.v * problem_->room.depth_m());
+      Settle(item, middle - Turned(plan.center(), yaw), yaw, kLift_m);
+      return true;
+    }
+    case Stand::kOnTop:
+      return PlaceOnTop(item);
+    case Stand::kOnWall:
+      return PlaceOnWall(item, *row);
+    default:
+      return PlaceByAnchor(item, *row);
+  }
+}
+
+bool Arrangement::PlaceByWall(Item& item, const RoomRow& row) const {
+  const WallFrame& wall = problem_->walls[static_cast<size_t>(item.side)];
+  const Plan plan = PlanOf(*item.asset);
+  if (row.stand == Stand::kCorner) {
+    const double yaw = wall.yaw_rad - kPi / 4 + item.turn_rad;
+    Settle(item, {0, 0}, yaw, kLift_m);
+    const Vec2d extent = item.footprint.Extent();
+    const double gap = kWallGap_m + 0.02 + 0.25 * item.u;
+    const bool swapped = item.side % 2 == 1;
+    const Vec2d middle = wall.At(gap + (swapped ? extent.y() : extent.x()),
+                                 gap + (swapped ? extent.x() : extent.y()));
+    Settle(item, middle - Turned(plan.center(), yaw), yaw, kLift_m);
+    return true;
+  }
+  const double reach = wall.length_m - plan.size().x() - 2 * kWallGap_m;
+  if (reach < 0) return false;
+  const double x = kWallGap_m + reach * item.u - plan.low.x();
+  const double y = kWallGap_m + 0.025 * item.v - plan.low.y();
+  Settle(item, wall.At(x, y), wall.yaw_rad, kLift_m);
+  return true;
+}
+
+bool Arrangement::PlaceByAnchor(Item& item, const RoomRow& row) const {
+  const Item& anchor = at(item.anchor);
+  const Plan own = PlanOf(*item.asset), base = PlanOf(*anchor.asset);
+  const double gap = Mix(row.near_m, row.far_m, item.v);
+  Vec2d middle = base.center();  // Of the item's bounds, anchor frame.
+  double yaw = item.turn_rad;
+  switch (row.stand) {
+    case Stand::kAround: {
+      // Sides 0: -y, 1: +x, 2: +y, 3: -x; the front looks at the anchor.
+      const bool across = item.side % 2 == 1;
+      const double length = across ? base.size().y() : base.size().x();
+      const double free = std::max(0.0, length - own.size().x());
+      const double along = (item.u - 0.5) * free;
+      const double off = gap + own.size().y() / 2;
+      yaw += item.side * kPi / 2;
+      if (item.side == 0) middle += Vec2d(along, -base.size().y() / 2 - off);
+      if (item.side == 2) middle += Vec2d(along, base.size().y() / 2 + off);
+      if (item.side == 1) middle += Vec2d(base.size().x() / 2 + off, along);
+      if (item.side == 3) middle += Vec2d(-base.size().x() / 2 - off, along);
+      break;
+    }
+    case Stand::kInFront: {
+      const double slack = 0.15 * base.size().x();
+      const bool quarter = !row.faces_anchor && item.side % 4 == 1;
+      yaw += row.faces_anchor ? kPi : (quarter ? kPi / 2 : 0);
+      const double deep = quarter ? own.size().x() : own.size().y();
+      middle += Vec2d((2 * item.u - 1) * slack, base.size().y() / 2 + gap + deep / 2);
+      break;
+    }
+    case Stand::kBeside: {
+      const double off = base.size().x() / 2 + gap + own.size().x() / 2;
+      middle.x() += item.side % 2 == 0 ? -off : off;
+      middle.y() = base.low.y() + own.size().y() / 2;
+      break;
+    }
+    case Stand::kUnder: {
+      // Long side along the anchor's long side; beds and sofas have it before them rather than
+      // below.
+      const bool turn = (own.size().x() > own.size().y()) != (base.size().x() > base.size().y());
+      yaw += turn ? kPi / 2 : 0;
+      middle += Vec2d((item.u - 0.5) * 0.3, (item.v - 0.4) * 0.5);
+      break;
+    }
+    default:
+      return false;
+  }
+  const double world_yaw = anchor.yaw_rad + yaw;
+  const Vec2d world = anchor.position.head<2>() + Turned(middle, anchor.yaw_rad);
+  Settle(item, world - Turned(own.center(), world_yaw), world_yaw, kLift_m);
+  return true;
+}
+
+bool Arrangement::PlaceOnTop(Item& item) const {
+  const Item& anchor = at(item.anchor);
+  const SupportSurface* support = MainSupport(*anchor.asset);
+  if (support == nullptr) return false;
+  const Plan own = PlanOf(*item.asset);
+  if (item.asset->bounds.sizes().z() > support->clearance_m - 0.01f) return false;
+  const Vec2d low = support->area.min().cast<double>(), high = support->area.max().cast<double>();
+  const Vec2d free = (high - low) - own.size();
+  if (free.minCoeff() < 0) return false;
+  const Vec2d middle = low + 0.5 * own.size() + Vec2d(item.u * free.x(), item.v * free.y());
+  const double yaw = anchor.yaw_rad + item.turn_rad;
+  const Vec2d world = anchor.position.head<2>() + Turned(middle, anchor.yaw_rad);
+  Settle(item, world - Turned(own.center(), yaw), yaw,
+         anchor.position.z() + static_cast<double>(support->z_m) + kLift_m);
+  return true;
+}
+
+bool Arrangement::PlaceOnWall(Item& item, const RoomRow& row) const {
+  const Plan plan = PlanOf(*item.asset);
+  const double height = static_cast<double>(item.asset->bounds.sizes().z());
+  int side = item.side;
+  double middle_x = 0, bottom = 0;
+  if (!row.anchor.empty()) {
+    const Item& anchor = at(item.anchor);
+    side = anchor.side;
+    const WallFrame& wall = problem_->walls[static_cast<size_t>(side)];
+    middle_x = (anchor.footprint.center - wall.origin).dot(wall.along) + (item.u - 0.5) * 0.2;
+    bottom = std::max(anchor.top_m + Mix(0.12, 0.35, item.v), 1.5 - height / 2);
+  } else {
+    const WallFrame& wall = problem_->walls[static_cast<size_t>(side)];
+    const double reach = wall.length_m - plan.size().x() - 0.2;
+    if (reach < 0) return false;
+    middle_x = 0.1 + plan.size().x() / 2 + item.u * reach;
+    bottom = Mix(1.45, 1.7, item.v) - height / 2;
+  }
+  if (bottom + height > problem_->room.height_m() - 0.1) return false;
+  const WallFrame& wall = problem_->walls[static_cast<size_t>(side)];
+  Settle(item, wall.At(middle_x - plan.center().x(), 0.001 - plan.low.y()), wall.yaw_rad, bottom);
+  return true;
+}
+
+bool Arrangement::Exempt(const Item& a, const Item& b) const {
+  return (IsRug(a) && b.bottom_m < 0.1) || (IsRug(b) && a.bottom_m < 0.1);
+}
+
+bool Arrangement::ClearOfRoom(const Item& item) const {
+  const v1::Room& room = problem_->room;
+  const RoomRow* row = RowOf(item);
+  const bool hung = row != nullptr && row->stand == Stand::kOnWall;
+  const Vec2d extent = item.footprint.Extent();
+  const Vec2d low = item.footprint.center - extent, high = item.footprint.center + extent;
+  const double gap = hung ? -0.01 : kWallGap_m - 0.001;
+  if (low.minCoeff() < gap || high.x() > room.width_m() - gap || high.y() > room.depth_m() - gap) {
+    return false;
+  }
+  if (item.top_m > room.height_m() - kCeilingGap_m) return false;
+  if (IsRug(item)) return true;
+  for (const WallStrip& strip : problem_->strips) {
+    const double deep = strip.door ? kDoorDepth_m : kWindowDepth_m;
+    if (!strip.door && item.top_m < strip.sill_m - 0.03) continue;
+    if (!strip.door && item.bottom_m > strip.top_m + 0.05) continue;
+    const WallFrame& wall = problem_->walls[static_cast<size_t>(strip.wall)];
+    const Footprint zone = {wall.At((strip.low_m + strip.high_m) / 2, deep / 2),
+                            {(strip.high_m - strip.low_m) / 2 + kStripGap_m, deep / 2},
+                            wall.yaw_rad};
+    if (Overlap(item.footprint, zone, 0)) return false;
+  }
+  return true;
+}
+
+bool Arrangement::ClearOf(const Item& item, const Item& other) const {
+  if (Exempt(item, other)) return true;
+  const RoomRow* own = RowOf(item);
+  const RoomRow* its = RowOf(other);
+  const bool hung = own != nullptr && own->stand == Stand::kOnWall;
+  const bool other_hung = its != nullptr && its->stand == Stand::kOnWall;
+  if (hung != other_hung) {
+    // What hangs needs the view before it free.
+    Item art = hung ? item : other;
+    const Item& thing = hung ? other : item;
+    art.footprint.center += art.Front() * (kArtDepth_m / 2);
+    art.footprint.half.y() += kArtDepth_m / 2;
+    return !BoxesMeet(art, thing, kItemGap_m);
+  }
+  if (!BoxesMeet(item, other, hung ? 0.08 : kItemGap_m)) return true;
+  // Seats go under their tables and things stand on their bearers: there the meshes decide.
+  const Item* anchor_of_item = item.anchor >= 0 ? &at(item.anchor) : nullptr;
+  const Item* anchor_of_other = other.anchor >= 0 ? &at(other.anchor) : nullptr;
+  if (anchor_of_item == &other || anchor_of_other == &item) return !MeshesMeet(item, other);
+  return false;
+}
+
+bool Arrangement::Allowed(int item) const {
+  const std::vector<int> moved = WithDependants(item);
+  for (const int m : moved) {
+    if (!ClearOfRoom(at(m))) return false;
+  }
+  for (const int m : moved) {
+    for (int i = 0; i < size(); ++i) {
+      // Of two that both moved, one test is enough.
+      if (i == m || (i < m && std::find(moved.begin(), moved.end(), i) != moved.end())) continue;
+      if (!ClearOf(at(m), at(i))) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace parallax

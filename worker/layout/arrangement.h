@@ -1,0 +1,104 @@
+// Where the furniture of a room stands, as what the moves draw (which wall, how far along) and what
+// follows from it (places, footprints); and the hard constraints: in the room, nothing in anything
+// else, doors and windows free.
+//
+// An Arrangement is a value: a move copies it, changes it, and keeps or drops the copy. Private to
+// worker/layout.
+#pragma once
+
+#include <vector>
+
+#include "common/base/rng.h"
+#include "parallax/v1/scene.pb.h"
+#include "worker/layout/asset_pool.h"
+#include "worker/layout/fixtures.h"
+#include "worker/layout/footprint.h"
+#include "worker/layout/room_table.h"
+#include "worker/layout/wall_frame.h"
+
+namespace parallax {
+
+// A row of the room's table as this seed has it.
+struct WantedRow {
+  RoomRow row;
+  int wanted = 0;                    // Drawn between least and most.
+  std::vector<std::string> classes;  // Those that exist and are allowed.
+};
+
+// What does not change while a room is solved.
+struct RoomProblem {
+  v1::Room room;
+  std::vector<WallStrip> strips;
+  std::vector<WantedRow> rows;
+  std::array<WallFrame, 4> walls;
+};
+
+constexpr int kFixtureRow = -1;
+
+struct Item {
+  int row = kFixtureRow;  // Of RoomProblem::rows.
+  const PooledAsset* asset = nullptr;
+  int anchor = -1;  // Index of the item that it stands by.
+  // Drawn: wall, corner, side of the anchor or quarter turn; place along and across in [0, 1]; a
+  // small turn.
+  int side = 0;
+  double u = 0.5, v = 0.5;
+  double turn_rad = 0;
+  // Derived by Place.
+  Vec3d position = Vec3d::Zero();
+  double yaw_rad = 0;
+  Footprint footprint;
+  double bottom_m = 0, top_m = 0;
+
+  Eigen::Affine3f WorldFromObject() const {
+    return Pose{position, Eigen::Quaterniond(Eigen::AngleAxisd(yaw_rad, Vec3d::UnitZ())), 1.0}
+        .Affine();
+  }
+  Vec2d Front() const { return footprint.AxisY(); }
+};
+
+class Arrangement {
+ public:
+  Arrangement(const RoomProblem& problem, const std::vector<Fixture>& fixtures);
+
+  const RoomProblem& problem() const { return *problem_; }
+  const std::vector<Item>& items() const { return items_; }
+  Item& at(int i) { return items_[static_cast<size_t>(i)]; }
+  const Item& at(int i) const { return items_[static_cast<size_t>(i)]; }
+  int size() const { return static_cast<int>(items_.size()); }
+  const RoomRow* RowOf(const Item& item) const;
+  int CountOf(int row) const;
+  bool HasChild(int item, int row) const;
+
+  // Appends the item; it is not placed yet.
+  int Add(const Item& item);
+  // Takes the item out with all that stands by it.
+  void Remove(int item);
+  // Derives the places of the item and of all that stands by it. False when something does not fit
+  // at all.
+  bool Place(int item);
+  // Whether the item and all that stands by it keep the hard constraints against everything.
+  bool Allowed(int item) const;
+  // Whether two items are let overlap in the plan: rugs under things, what stands on the other.
+  bool Exempt(const Item& a, const Item& b) const;
+  bool IsRug(const Item& item) const;
+
+ private:
+  bool PlaceOne(Item& item) const;
+  bool PlaceByWall(Item& item, const RoomRow& row) const;
+  bool PlaceByAnchor(Item& item, const RoomRow& row) const;
+  bool PlaceOnTop(Item& item) const;
+  bool PlaceOnWall(Item& item, const RoomRow& row) const;
+  void Settle(Item& item, const Vec2d& origin, double yaw_rad, double z_m) const;
+  std::vector<int> WithDependants(int item) const;
+  bool ClearOfRoom(const Item& item) const;
+  bool ClearOf(const Item& item, const Item& other) const;
+
+  const RoomProblem* problem_;
+  std::vector<Item> items_;
+};
+
+// The support on which things stand first: the largest with room above it. nullptr without any.
+const SupportSurface* MainSupport(const PooledAsset& asset);
+
+}  // namespace parallax

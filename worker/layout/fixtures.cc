@@ -1,0 +1,115 @@
+#include "worker/layout/fixtures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "common/base/rng.h"
+#include "worker/layout/wall_frame.h"
+
+namespace parallax {
+namespace {
+
+constexpr double kHeadroom_m = 1.95;  // Lamps hang above people.
+constexpr int kModels = 4;
+
+bool Excluded(const v1::AssetConfig& assets, const std::string& class_name) {
+  return std::find(assets.exclude().begin(), assets.exclude().end(), class_name) !=
+         assets.exclude().end();
+}
+
+// The first model that leaves headroom, else the shortest.
+absl::StatusOr<const PooledAsset*> DrawCeilingLamp(const Rng& root, double height_m,
+                                                   AssetPool& pool) {
+  const PooledAsset* best = nullptr;
+  for (uint64_t k = 0; k < kModels; ++k) {
+    ASSIGN_OR_RETURN(const PooledAsset* lamp,
+                     pool.Get("CeilingClassicLamp", root.Child("model", k).Seed()));
+    if (best == nullptr || lamp->bounds.min().z() > best->bounds.min().z()) best = lamp;
+    if (height_m + lamp->bounds.min().z() >= kHeadroom_m) return lamp;
+  }
+  return best;
+}
+
+}  // namespace
+
+bool ClassAllowed(const v1::AssetConfig& assets, const std::string& class_name) {
+  const AssetClass* found = FindAssetClass(class_name);
+  return found != nullptr && found->on_by_default && !Excluded(assets, class_name);
+}
+
+Vec3d LampColor(double whiteness) {
+  const Vec3d color = Vec3d(1.0, 0.70, 0.42) * (1 - whiteness) + Vec3d(1.0, 0.97, 0.93) * whiteness;
+  return color / color.mean();
+}
+
+std::vector<WallStrip> StripsOf(const v1::Room& room) {
+  std::vector<WallStrip> strips;
+  for (const v1::Opening& o : room.openings()) {
+    const double middle = FrameOfWall(room, o.wall()).LocalOf(o.center_m());
+    strips.push_back({o.wall(), middle - o.width_m() / 2, middle + o.width_m() / 2, o.sill_m(),
+                      o.sill_m() + o.height_m(), o.kind() == v1::Opening::KIND_DOOR});
+  }
+  return strips;
+}
+
+absl::StatusOr<std::vector<Fixture>> PlaceFixtures(const v1::Room& room,
+                                                   const v1::AssetConfig& assets, SceneSeed seed,
+                                                   AssetPool& pool) {
+  const Rng root(seed, "layout/fixtures");
+  std::vector<Fixture> fixtures;
+  const double w = room.width_m(), d = room.depth_m(), area = w * d;
+  Rng draw = root.Child("light");
+  // About what people install: 6 to 11 radiant watts for each square metre, from one lamp or two.
+  const double total_w = area * draw.Uniform(6, 11);
+  const Vec3d color = LampColor(draw.Uniform());
+  const bool two = area > 16 && draw.Bernoulli(0.6);
+  if (ClassAllowed(assets, "CeilingClassicLamp")) {
+    ASSIGN_OR_RETURN(const PooledAsset* lamp,
+                     DrawCeilingLamp(root.Child("ceiling"), room.height_m(), pool));
+    for (int i = 0; i < (two ? 2 : 1); ++i) {
+      const double t = two ? 0.27 + 0.46 * i : 0.5;
+      const bool wide = w >= d;
+      Fixture fixture;
+      fixture.asset = lamp;
+      fixture.position = {wide ? t * w : 0.5 * w, wide ? 0.5 * d : t * d,
+                          room.height_m() - lamp->bounds.max().z() - 0.0005};
+      fixture.yaw_rad = wide ? 0 : std::numbers::pi / 2;
+      fixture.relation = "on_ceiling";
+      fixture.power_w = color * (total_w / (two ? 2 : 1));
+      fixtures.push_back(fixture);
+    }
+  }
+  // A floor lamp in a corner of every second room, away from doors and windows.
+  Rng corner = root.Child("floor lamp");
+  if (ClassAllowed(assets, "FloorLamp") && corner.Bernoulli(0.5)) {
+    ASSIGN_OR_RETURN(const PooledAsset* lamp, pool.Get("FloorLamp", corner.Seed()));
+    const double radius = std::max({lamp->bounds.max().x(), lamp->bounds.max().y(),
+                                    -lamp->bounds.min().x(), -lamp->bounds.min().y()}) +
+                          0.06;
+    const std::vector<WallStrip> strips = StripsOf(room);
+    const int first = corner.UniformInt(0, 3);
+    const double power = corner.Uniform(20, 55);
+    for (int i = 0; i < 4; ++i) {
+      const int wall = (first + i) % 4;
+      const WallFrame frame = FrameOfWall(room, wall);
+      const WallFrame before = FrameOfWall(room, (wall + 3) % 4);
+      const bool blocked = std::any_of(strips.begin(), strips.end(), [&](const WallStrip& s) {
+        if (s.wall == wall) return s.low_m < 2 * radius + 0.15;
+        if (s.wall == (wall + 3) % 4) return s.high_m > before.length_m - 2 * radius - 0.15;
+        return false;
+      });
+      if (blocked || lamp->bounds.max().z() > room.height_m() - 0.1) continue;
+      const Vec2d at = frame.At(radius, radius);
+      fixtures.push_back({lamp,
+                          {at.x(), at.y(), 0.0005 - lamp->bounds.min().z()},
+                          frame.yaw_rad - std::numbers::pi / 4,
+                          "in_corner",
+                          LampColor(corner.Uniform(0, 0.5)) * power});
+      break;
+    }
+  }
+  return fixtures;
+}
+
+}  // namespace parallax

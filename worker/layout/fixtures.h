@@ -1,0 +1,46 @@
+// The room's own lamps: on the ceiling and standing on the floor. They do not depend on the
+// furniture, so a room looks the same with and without it. Private to worker/layout.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/base/ids.h"
+#include "common/math/types.h"
+#include "parallax/v1/config.pb.h"
+#include "parallax/v1/scene.pb.h"
+#include "worker/layout/asset_pool.h"
+
+namespace parallax {
+
+struct Fixture {
+  const PooledAsset* asset = nullptr;
+  Vec3d position = Vec3d::Zero();
+  double yaw_rad = 0;
+  std::string relation;
+  Vec3d power_w = Vec3d::Zero();  // Radiant flux, linear RGB.
+};
+
+// Errors: those of the catalogue.
+absl::StatusOr<std::vector<Fixture>> PlaceFixtures(const v1::Room& room,
+                                                   const v1::AssetConfig& assets, SceneSeed seed,
+                                                   AssetPool& pool);
+
+// Whether the config lets the class be made and the catalogue has it.
+bool ClassAllowed(const v1::AssetConfig& assets, const std::string& class_name);
+
+// A lamp's colour between a warm bulb (0) and neutral white (1), mean 1.
+Vec3d LampColor(double whiteness);
+
+// The free strip before a door, or below a window, that tall things must leave: x along the wall, y
+// into the room.
+struct WallStrip {
+  int wall = 0;
+  double low_m = 0, high_m = 0;  // Wall frame.
+  double sill_m = 0;
+  double top_m = 0;
+  bool door = false;
+};
+std::vector<WallStrip> StripsOf(const v1::Room& room);
+
+}  // namespace parallax

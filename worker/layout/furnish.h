@@ -1,0 +1,36 @@
+// Furniture of one room: simulated annealing over the room's table, then small things on what
+// stands there. Private to worker/layout.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/base/cancel.h"
+#include "common/base/ids.h"
+#include "parallax/v1/config.pb.h"
+#include "parallax/v1/scene.pb.h"
+#include "worker/layout/asset_pool.h"
+#include "worker/layout/fixtures.h"
+
+namespace parallax {
+
+struct FurnishedObject {
+  const PooledAsset* asset = nullptr;
+  Vec3d position = Vec3d::Zero();
+  double yaw_rad = 0;
+  std::string relation;
+  int parent = -1;  // Earlier entry that it stands on or belongs to.
+  Vec3d lamp_power_w = Vec3d::Zero();
+};
+
+struct Furnishing {
+  std::vector<FurnishedObject> objects;
+  v1::SolveReport report;
+};
+
+// Errors: kCancelled, those of the catalogue.
+absl::StatusOr<Furnishing> Furnish(const v1::Room& room, const v1::SceneConfig& config,
+                                   const std::vector<Fixture>& fixtures, SceneSeed seed,
+                                   AssetPool& pool, const CancelToken& cancel);
+
+}  // namespace parallax

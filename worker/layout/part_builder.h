@@ -1,0 +1,49 @@
+// Builds architecture from closed, flat-shaded solids: boxes with small bevels, extruded profiles,
+// turned handles. Private to worker/layout. Texture coordinates are metres with x along the grain
+// that the caller names.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "worker/geometry/mesh.h"
+
+namespace parallax {
+
+class PartBuilder {
+ public:
+  // Which axis of the local frame the texture's x follows; y and z of the texture are the next two
+  // in order.
+  enum class Grain { kX, kY, kZ };
+
+  // Everything added later is placed by this.
+  void SetFrame(const Eigen::Affine3f& world_from_local) { world_from_local_ = world_from_local; }
+
+  uint16_t Slot(const std::string& name, const std::vector<std::string>& families);
+
+  // A convex polygon, counter-clockwise from outside; texture coordinates are the local points
+  // turned to the grain.
+  void Polygon(uint16_t slot, const std::vector<Vec3f>& points, Grain grain = Grain::kX);
+  void Quad(uint16_t slot, const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3f& d,
+            Grain grain = Grain::kX) {
+    Polygon(slot, {a, b, c, d}, grain);
+  }
+  // A box whose twelve edges are cut at 45 degrees, `bevel_m` wide; 0 = sharp.
+  void Box(uint16_t slot, const Vec3f& low, const Vec3f& high, float bevel_m, Grain grain);
+  // A convex profile in the local (y, z) plane, counter-clockwise seen from +x, drawn from x =
+  // `from` to `to`.
+  void ExtrudeX(uint16_t slot, const std::vector<Vec2f>& profile, float from, float to);
+  // A closed cylinder with rounded rims between two local points, shaded smooth around.
+  void Cylinder(uint16_t slot, const Vec3f& from, const Vec3f& to, float radius_m, int sides = 20);
+
+  Mesh Take() { return std::move(mesh_); }
+
+ private:
+  uint32_t Vertex(const Vec3f& local, const Vec3f& normal, Grain grain);
+
+  Mesh mesh_;
+  Eigen::Affine3f world_from_local_ = Eigen::Affine3f::Identity();
+};
+
+}  // namespace parallax

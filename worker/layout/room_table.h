@@ -1,0 +1,105 @@
+// What belongs into a room of each kind and how it stands: plain tables, one file a kind in
+// worker/layout/rooms.
+//
+// Rows are groups of furniture. A row names the asset classes that can fill it; classes that the
+// catalogue lacks or a config excludes are passed over, and a row without any class is left out.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace parallax {
+
+enum class Stand {
+  kBackToWall,  // Its back to a wall.
+  kCorner,      // In a corner, at an angle.
+  kFree,        // Anywhere on the floor, parallel to the walls.
+  kAround,      // At the sides of its anchor, facing it: chairs at a table.
+  kInFront,     // Before its anchor's front, turned as `faces_anchor` says.
+  kBeside,      // Left or right of its anchor, backs in one line.
+  kUnder,       // On the floor below its anchor: rugs.
+  kOnTop,       // On its anchor's largest support.
+  kOnWall,      // Hung on a wall.
+};
+
+struct RoomRow {
+  std::string group;
+  std::vector<std::string> classes;  // Those named more often come more often.
+  int least = 0, most = 1;           // How many are wanted: drawn between the two.
+  Stand stand = Stand::kBackToWall;
+  std::string anchor;            // Group that it stands by, or hangs above (kOnWall).
+  double near_m = 0, far_m = 0;  // Gap to the anchor's edge; negative = pushed in.
+  bool faces_anchor = false;  // kInFront: looks at the anchor rather than the way the anchor does.
+  std::string looks_at;       // Group that its front should see (soft).
+  bool one_model = false;     // All of the group are the same model.
+  double weight = 1;          // Loss for each one that is missing.
+
+  // The words in which the tables are written.
+  RoomRow Count(int low, int high) { return least = low, most = high, *this; }
+  RoomRow BackToWall() { return By(Stand::kBackToWall); }
+  RoomRow Corner() { return By(Stand::kCorner); }
+  RoomRow Free() { return By(Stand::kFree); }
+  RoomRow Around(std::string of, double near, double far) {
+    return By(Stand::kAround, std::move(of), near, far);
+  }
+  RoomRow InFront(std::string of, double near, double far) {
+    return By(Stand::kInFront, std::move(of), near, far);
+  }
+  RoomRow Beside(std::string of, double near, double far) {
+    return By(Stand::kBeside, std::move(of), near, far);
+  }
+  RoomRow Under(std::string of) { return By(Stand::kUnder, std::move(of)); }
+  RoomRow OnTop(std::string of) { return By(Stand::kOnTop, std::move(of)); }
+  RoomRow OnWall(std::string above = "") { return By(Stand::kOnWall, std::move(above)); }
+  RoomRow FacingIt() { return faces_anchor = true, *this; }
+  RoomRow LooksAt(std::string target) { return looks_at = std::move(target), *this; }
+  RoomRow OneModel() { return one_model = true, *this; }
+  RoomRow Weight(double loss) { return weight = loss, *this; }
+
+ private:
+  RoomRow By(Stand how, std::string of = "", double near = 0, double far = 0) {
+    return stand = how, anchor = std::move(of), near_m = near, far_m = far, *this;
+  }
+};
+
+inline RoomRow Row(std::string group, std::vector<std::string> classes) {
+  RoomRow row;
+  row.group = std::move(group);
+  row.classes = std::move(classes);
+  return row;
+}
+
+enum class Spread {
+  kScatter,   // Anywhere on the surface.
+  kCentre,    // Near the middle.
+  kSettings,  // One before each seat around the bearer, arranged as a table is laid.
+  kLine,      // Side by side along the back, as books on a shelf.
+};
+
+// Small things on the supports of a group.
+struct SmallRow {
+  std::string bearer;
+  std::vector<std::string> classes;
+  int least = 0, most = 3;  // On each bearer in all.
+  Spread spread = Spread::kScatter;
+};
+
+struct RoomTable {
+  std::string kind;
+  std::vector<RoomRow> rows;  // Anchors before what stands by them.
+  std::vector<SmallRow> small;
+};
+
+RoomTable LivingRoomTable();
+RoomTable DiningRoomTable();
+RoomTable BedroomTable();
+RoomTable OfficeTable();
+
+// Every table in a fixed order.
+const std::vector<RoomTable>& RoomTables();
+// nullptr for an unknown kind.
+const RoomTable* FindRoomTable(std::string_view kind);
+
+}  // namespace parallax

@@ -1,0 +1,47 @@
+#include "worker/layout/room_table.h"
+
+namespace parallax {
+
+RoomTable DiningRoomTable() {
+  return {
+      .kind = "dining_room",
+      .rows =
+          {
+              Row("table", {"TableDining"}).Count(1, 1).Free().Weight(8),
+              Row("chair", {"Chair", "Chair", "ArmChair"})
+                  .Count(3, 6)
+                  .Around("table", -0.25, 0.08)
+                  .OneModel()
+                  .Weight(2.5),
+              Row("rug", {"Rug"}).Count(0, 1).Under("table").Weight(2),
+              Row("shelf", {"SimpleBookcase", "LargeShelf", "CellShelf", "SingleCabinet",
+                            "KitchenCabinet", "TriangleShelf"})
+                  .Count(2, 4)
+                  .BackToWall()
+                  .Weight(3),
+              Row("side table", {"SideTable", "TVStand"}).Count(0, 1).BackToWall(),
+              Row("stool", {"BarChair"}).Count(0, 2).BackToWall().OneModel().Weight(0.5),
+              Row("plant", {"LargePlantContainer"}).Count(1, 2).Corner().Weight(1.5),
+              Row("art", {"WallArt", "WallArt", "Mirror"}).Count(1, 4).OnWall(),
+          },
+      .small =
+          {
+              {"table",
+               {"Vase", "FruitContainer", "Bowl", "PlantContainer"},
+               1,
+               1,
+               Spread::kCentre},
+              {"table", {"Plate"}, 2, 6, Spread::kSettings},
+              {"table", {"Wineglass", "Cup", "Bottle", "Bowl", "Jar", "Pan", "Pot"}, 1, 4},
+              {"side table", {"Vase", "Bowl", "PlantContainer", "BookStack", "Bottle"}, 1, 3},
+              {"shelf", {"BookColumn", "BookStack"}, 1, 4, Spread::kLine},
+              {"shelf",
+               {"Plate", "Bowl", "Cup", "Wineglass", "Jar", "Bottle", "Pot", "Pan", "Vase", "Can",
+                "NatureShelfTrinkets", "FoodBag", "FoodBox"},
+               4,
+               10},
+          },
+  };
+}
+
+}  // namespace parallax

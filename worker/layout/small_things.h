@@ -1,0 +1,31 @@
+// Fills tables and shelves with small things: books in rows, laid tables, bowls and vases. Private
+// to worker/layout.
+#pragma once
+
+#include <vector>
+
+#include "worker/layout/annealer.h"
+#include "worker/layout/arrangement.h"
+
+namespace parallax {
+
+struct SmallThing {
+  const PooledAsset* asset = nullptr;
+  Vec3d position = Vec3d::Zero();
+  double yaw_rad = 0;
+  int bearer = -1;  // Item of the arrangement.
+};
+
+struct SmallFill {
+  std::vector<SmallThing> things;
+  int wanted = 0;  // How many the table asked for.
+};
+
+// Makes at most `steps` additions, spread over the bearers in turn.
+// Errors: those of the catalogue.
+absl::StatusOr<SmallFill> FillSupports(const Arrangement& arrangement,
+                                       const std::vector<SmallRow>& rows,
+                                       const v1::AssetConfig& assets, const ModelRack& rack,
+                                       int steps, SceneSeed seed);
+
+}  // namespace parallax

@@ -1,0 +1,231 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <vector>
+
+#include "common/base/rng.h"
+#include "common/config/config.h"
+#include "common/math/proto.h"
+#include "worker/scene/dress.h"
+
+namespace parallax {
+namespace {
+
+// Probe rays of one view: enough to rank candidates, cheap enough for hundreds of them.
+constexpr int kProbesX = 16, kProbesY = 9;
+constexpr int kCandidatesPerRig = 15;  // Accepted candidates among which each rig is chosen.
+constexpr int kTriesPerRig = 120;
+constexpr double kMaxSky = 0.35;      // Share of probes that may leave the room by a window.
+constexpr double kMaxOnePlane = 0.8;  // Share that may fall on one flat surface.
+constexpr double kCeilingGap_m = 0.2;
+// Two rigs this far apart, or turned this much, show different things.
+constexpr double kApart_m = 0.9;
+constexpr double kApart_rad = 0.7;
+
+struct Candidate {
+  Vec3d position = Vec3d::Zero();
+  Mat3f camera = Mat3f::Identity();  // Columns: right, down, forward; world frame.
+  double fov_rad = 1;
+  double score_m = 0;
+};
+
+// World axes of a camera without roll. `pitch` is measured from straight down.
+Mat3f CameraAxes(double yaw, double pitch) {
+  const Vec3d forward(std::sin(pitch) * std::cos(yaw), std::sin(pitch) * std::sin(yaw),
+                      -std::cos(pitch));
+  const Vec3d right(std::sin(yaw), -std::cos(yaw), 0);
+  Mat3f axes;
+  axes.col(0) = right.cast<float>();
+  axes.col(1) = forward.cross(right).cast<float>();
+  axes.col(2) = forward.cast<float>();
+  return axes;
+}
+
+struct Probe {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  double std_m = 0;
+  double sky = 0;  // Shares of the probes.
+  double one_plane = 0;
+};
+
+Probe ProbeView(const RayScene& solid, const Vec3f& eye, const Mat3f& camera, double fov_rad,
+                double aspect) {
+  const double half_x = std::tan(fov_rad / 2), half_y = half_x * aspect;
+  std::vector<double> depths;
+  std::map<std::array<int, 5>, int> planes;
+  for (int y = 0; y < kProbesY; ++y) {
+    for (int x = 0; x < kProbesX; ++x) {
+      const Vec3f local(static_cast<float>(half_x * (2 * (x + 0.5) / kProbesX - 1)),
+                        static_cast<float>(half_y * (2 * (y + 0.5) / kProbesY - 1)), 1.0f);
+      // The direction has length 1 along the axis, so a hit's distance is its depth.
+      const Vec3f direction = camera * local;
+      const auto hit = solid.Intersect(eye, direction);
+      if (!hit) continue;
+      depths.push_back(static_cast<double>(hit->distance));
+      const Vec3f at = eye + hit->distance * direction;
+      ++planes[{static_cast<int>(hit->body), static_cast<int>(std::lround(hit->normal.x() * 8)),
+                static_cast<int>(std::lround(hit->normal.y() * 8)),
+                static_cast<int>(std::lround(hit->normal.z() * 8)),
+                static_cast<int>(std::lround(hit->normal.dot(at) * 20))}];
+    }
+  }
+  Probe probe;
+  const double total = kProbesX * kProbesY;
+  probe.sky = 1 - static_cast<double>(depths.size()) / total;
+  if (depths.empty()) return probe;
+  double mean = 0, square = 0;
+  for (const double d : depths) {
+    probe.nearest_m = std::min(probe.nearest_m, d);
+    mean += d;
+    square += d * d;
+  }
+  mean /= static_cast<double>(depths.size());
+  square /= static_cast<double>(depths.size());
+  probe.std_m = std::sqrt(std::max(0.0, square - mean * mean));
+  for (const auto& [plane, count] : planes) {
+    probe.one_plane = std::max(probe.one_plane, count / total);
+  }
+  return probe;
+}
+
+// Nothing is nearer than `distance` to any point of the segment from `from` along `right`. Walks in
+// steps that the distance found so far makes safe.
+bool SegmentClear(const RayScene& solid, const Vec3f& from, const Vec3f& right, float length,
+                  float distance) {
+  constexpr float kSlack = 0.004f, kReach = 0.5f;
+  for (float t = 0;;) {
+    const float free = solid.NearestDistance(from + t * right, distance + kReach);
+    if (free < distance + kSlack) return false;
+    if (t >= length) return true;
+    t = std::min(length, t + (free - distance));
+  }
+}
+
+double Difference(const Candidate& a, const Candidate& b) {
+  const double apart = (a.position - b.position).norm() / kApart_m;
+  const double cosine = std::clamp(a.camera.col(2).dot(b.camera.col(2)), -1.0f, 1.0f);
+  return std::hypot(apart, std::acos(cosine) / kApart_rad);
+}
+
+class RigChooser {
+ public:
+  RigChooser(const v1::RigConfig& config, const SceneInProgress& scene)
+      : config_(config),
+        room_(scene.recipe.room()),
+        solid_(scene.solid),
+        root_(scene.seed, "dress/rigs"),
+        reach_m_(static_cast<float>(
+            std::max(config.clearance_baseline_m(), SupportOf(config.baseline_m()).high))),
+        aspect_(static_cast<double>(config.height_px()) / config.width_px()) {}
+
+  std::vector<Candidate> Choose() const {
+    std::vector<Candidate> candidates;
+    const size_t wanted = static_cast<size_t>(config_.count()) * kCandidatesPerRig;
+    for (int i = 0; i < config_.count() * kTriesPerRig && candidates.size() < wanted; ++i) {
+      Candidate candidate = Draft(i);
+      if (Accept(candidate)) candidates.push_back(candidate);
+    }
+    return PickDifferent(std::move(candidates));
+  }
+
+ private:
+  Candidate Draft(int i) const {
+    Rng rng = root_.Child("candidate", static_cast<uint64_t>(i));
+    Candidate candidate;
+    const double x = rng.Uniform(), y = rng.Uniform(), yaw = 2 * std::numbers::pi * rng.Uniform();
+    const double altitude = Draw(config_.altitude_m(), rng.Uniform());
+    const double pitch = Draw(config_.pitch_deg(), rng.Uniform()) * std::numbers::pi / 180;
+    candidate.fov_rad = Draw(config_.horizontal_fov_deg(), rng.Uniform()) * std::numbers::pi / 180;
+    candidate.position = {x * room_.width_m(), y * room_.depth_m(), altitude};
+    candidate.camera = CameraAxes(yaw, pitch);
+    return candidate;
+  }
+
+  bool Accept(Candidate& candidate) const {
+    const double gap = config_.min_distance_m();
+    if (candidate.position.z() > room_.height_m() - kCeilingGap_m) return false;
+    const Vec3f eye = candidate.position.cast<float>(), right = candidate.camera.col(0);
+    const Vec3f far_eye = eye + reach_m_ * right;
+    // Both eyes stay in the room: a segment may not lead out by a window.
+    for (const Vec3f& p : {eye, far_eye}) {
+      if (p.x() < gap || p.y() < gap || p.x() > room_.width_m() - gap ||
+          p.y() > room_.depth_m() - gap) {
+        return false;
+      }
+    }
+    if (!SegmentClear(solid_, eye, right, reach_m_, static_cast<float>(gap))) return false;
+    if (solid_.Inside(eye)) return false;
+    const Probe left = ProbeView(solid_, eye, candidate.camera, candidate.fov_rad, aspect_);
+    if (left.nearest_m < gap || left.sky > kMaxSky || left.one_plane > kMaxOnePlane) return false;
+    for (const float t : {0.5f, 1.0f}) {
+      const Probe other = ProbeView(solid_, eye + t * reach_m_ * right, candidate.camera,
+                                    candidate.fov_rad, aspect_);
+      if (other.nearest_m < gap) return false;
+    }
+    candidate.score_m = left.std_m;
+    return true;
+  }
+
+  // Greedy: each time the largest spread of depth, discounted for candidates that resemble a chosen
+  // one.
+  std::vector<Candidate> PickDifferent(std::vector<Candidate> candidates) const {
+    std::vector<Candidate> chosen;
+    std::vector<double> difference(candidates.size(), std::numeric_limits<double>::infinity());
+    while (static_cast<int>(chosen.size()) < config_.count()) {
+      size_t best = candidates.size();
+      double best_value = -1;
+      for (size_t i = 0; i < candidates.size(); ++i) {
+        if (difference[i] <= 0) continue;  // Chosen.
+        const double value = candidates[i].score_m * std::min(1.0, difference[i]);
+        if (value > best_value) {
+          best_value = value;
+          best = i;
+        }
+      }
+      if (best == candidates.size()) break;
+      chosen.push_back(candidates[best]);
+      for (size_t i = 0; i < candidates.size(); ++i) {
+        difference[i] = std::min(difference[i], Difference(candidates[i], chosen.back()));
+      }
+      difference[best] = 0;
+    }
+    return chosen;
+  }
+
+  const v1::RigConfig& config_;
+  const v1::Room& room_;
+  const RayScene& solid_;
+  Rng root_;
+  float reach_m_;
+  double aspect_;
+};
+
+}  // namespace
+
+int ChooseRigs(const v1::RigConfig& config, SceneInProgress& scene) {
+  const std::vector<Candidate> chosen = RigChooser(config, scene).Choose();
+  const Rng root(scene.seed, "dress/rig");
+  for (size_t i = 0; i < chosen.size(); ++i) {
+    const Candidate& candidate = chosen[i];
+    v1::Rig& rig = *scene.recipe.add_rigs();
+    rig.set_index(static_cast<uint32_t>(i));
+    const Eigen::Matrix3d axes = candidate.camera.cast<double>();
+    *rig.mutable_world_from_left() =
+        ToProto(Pose{candidate.position, Eigen::Quaterniond(axes).normalized(), 1.0});
+    rig.set_baseline_m(Draw(config.baseline_m(), root.Child("baseline", i).Uniform()));
+    rig.set_width_px(config.width_px());
+    rig.set_height_px(config.height_px());
+    const double focal = config.width_px() / 2.0 / std::tan(candidate.fov_rad / 2);
+    rig.set_fx_px(focal);
+    rig.set_fy_px(focal);
+    rig.set_cx_px(config.width_px() / 2.0);
+    rig.set_cy_px(config.height_px() / 2.0);
+    rig.set_depth_std_m(candidate.score_m);
+  }
+  return static_cast<int>(chosen.size());
+}
+
+}  // namespace parallax

@@ -1,0 +1,97 @@
+#include "worker/scene/scene_geometry.h"
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "common/math/proto.h"
+#include "worker/assets/asset.h"
+#include "worker/layout/room_shell.h"
+
+namespace parallax {
+namespace {
+
+// The recipe's tint over another material.
+class TintedMaterial final : public Material {
+ public:
+  TintedMaterial(std::unique_ptr<const Material> inner, const Vec3f& tint)
+      : inner_(std::move(inner)), tint_(tint) {}
+  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    SurfaceSample sample = inner_->Evaluate(point);
+    sample.base_color = sample.base_color.cwiseProduct(tint_).cwiseMin(1.0f);
+    return sample;
+  }
+  float Height(const SurfacePoint& point) const override { return inner_->Height(point); }
+
+ private:
+  std::unique_ptr<const Material> inner_;
+  Vec3f tint_;
+};
+
+absl::StatusOr<std::shared_ptr<const Mesh>> MeshOf(
+    const v1::Scene& scene, const v1::SceneObject& object,
+    std::map<std::pair<std::string, uint64_t>, std::shared_ptr<const Mesh>>& made) {
+  if (!object.room_part().empty()) {
+    ASSIGN_OR_RETURN(Mesh mesh, MakeRoomPart(scene.room(), object.room_part()));
+    return std::make_shared<const Mesh>(std::move(mesh));
+  }
+  auto& entry = made[{object.asset_class(), object.seed()}];
+  if (entry == nullptr) {
+    ASSIGN_OR_RETURN(Asset asset, MakeAsset(object.asset_class(), object.seed()));
+    entry = std::make_shared<const Mesh>(std::move(asset.mesh));
+  }
+  return entry;
+}
+
+absl::StatusOr<std::vector<uint32_t>> BindSlots(const v1::SceneObject& object, const Mesh& mesh,
+                                                const SceneGeometry& geometry) {
+  std::vector<uint32_t> bound(mesh.slots.size(), 0);
+  for (const v1::MaterialBinding& binding : object.materials()) {
+    if (binding.material_index() >= geometry.materials.size() ||
+        geometry.materials[binding.material_index()] == nullptr) {
+      return MakeError(absl::StatusCode::kInvalidArgument,
+                       "slot \"" + binding.slot() + "\" is bound to missing material " +
+                           std::to_string(binding.material_index()));
+    }
+    for (size_t i = 0; i < mesh.slots.size(); ++i) {
+      if (mesh.slots[i].name == binding.slot()) bound[i] = binding.material_index();
+    }
+  }
+  return bound;
+}
+
+}  // namespace
+
+absl::StatusOr<SceneGeometry> BuildSceneGeometry(const v1::Scene& scene) {
+  SceneGeometry geometry;
+  for (const v1::SceneMaterial& entry : scene.materials()) {
+    auto material = MakeMaterial(entry.material_class(), entry.seed());
+    if (!material.ok()) return WithContext(material.status(), "material " + entry.name());
+    if (geometry.materials.size() <= entry.index()) geometry.materials.resize(entry.index() + 1);
+    if (entry.has_tint()) {
+      geometry.materials[entry.index()] = std::make_shared<TintedMaterial>(
+          *std::move(material), FromProto(entry.tint()).cast<float>());
+    } else {
+      geometry.materials[entry.index()] = *std::move(material);
+    }
+  }
+  if (geometry.materials.empty()) geometry.materials.resize(1);
+
+  std::map<std::pair<std::string, uint64_t>, std::shared_ptr<const Mesh>> made;
+  for (const v1::SceneObject& object : scene.objects()) {
+    PlacedMesh placed;
+    auto mesh = MeshOf(scene, object, made);
+    if (!mesh.ok()) return WithContext(mesh.status(), "object " + object.name());
+    auto slots = BindSlots(object, **mesh, geometry);
+    if (!slots.ok()) return WithContext(slots.status(), "object " + object.name());
+    placed.mesh = *std::move(mesh);
+    placed.material_of_slot = *std::move(slots);
+    placed.world_from_object = FromProto(object.world_from_object()).Affine();
+    placed.object_index = object.index();
+    geometry.meshes.push_back(std::move(placed));
+  }
+  return geometry;
+}
+
+}  // namespace parallax

@@ -41,13 +41,20 @@ std::string NearestName(std::string_view wanted) {
 
 MaterialList BuildCatalogue() {
   MaterialList list;
+  AddCarpetMaterials(list);
+  AddCeramicMaterials(list);
   AddFabricMaterials(list);
   AddGlassMaterials(list);
+  AddLeatherMaterials(list);
+  AddMasonryMaterials(list);
   AddMetalMaterials(list);
+  AddNatureMaterials(list);
+  AddPaperMaterials(list);
   AddPlainMaterials(list);
   AddPlasticMaterials(list);
   AddStoneMaterials(list);
   AddWallMaterials(list);
+  AddWallpaperMaterials(list);
   AddWoodMaterials(list);
   std::sort(list.begin(), list.end(),
             [](const MaterialClass& a, const MaterialClass& b) { return a.name < b.name; });

@@ -9,13 +9,20 @@ namespace parallax {
 
 using MaterialList = std::vector<MaterialClass>;
 
+void AddCarpetMaterials(MaterialList& list);
+void AddCeramicMaterials(MaterialList& list);
 void AddFabricMaterials(MaterialList& list);
 void AddGlassMaterials(MaterialList& list);
+void AddLeatherMaterials(MaterialList& list);
+void AddMasonryMaterials(MaterialList& list);
 void AddMetalMaterials(MaterialList& list);
+void AddNatureMaterials(MaterialList& list);
+void AddPaperMaterials(MaterialList& list);
 void AddPlainMaterials(MaterialList& list);
 void AddPlasticMaterials(MaterialList& list);
 void AddStoneMaterials(MaterialList& list);
 void AddWallMaterials(MaterialList& list);
+void AddWallpaperMaterials(MaterialList& list);
 void AddWoodMaterials(MaterialList& list);
 
 }  // namespace parallax

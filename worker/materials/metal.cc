@@ -147,8 +147,8 @@ class RustedMetal final : public Material {
  public:
   explicit RustedMetal(Rng& rng) {
     iron_ = VaryColor(rng, Vec3f(0.34f, 0.34f, 0.35f), 0.15, 0.02);
-    orange_ = VaryColor(rng, SrgbColor(0xa65a2c), 0.1, 0.05);
-    brown_ = VaryColor(rng, SrgbColor(0x4b2a1b), 0.1, 0.05);
+    orange_ = VaryColor(rng, SrgbColor(0x8f5530), 0.1, 0.05);
+    brown_ = VaryColor(rng, SrgbColor(0x46291c), 0.1, 0.05);
     level_ = Draw(rng, -0.25, 0.45);
     seed_ = DrawSeed(rng);
   }

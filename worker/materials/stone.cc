@@ -34,21 +34,22 @@ class Marble final : public Material {
     ground_ = VaryColor(rng, SrgbColor(kind.ground), 0.06, 0.02);
     cloud_ = VaryColor(rng, SrgbColor(kind.cloud), 0.06, 0.02);
     vein_ = VaryColor(rng, SrgbColor(kind.vein), 0.1, 0.03);
-    scale_m_ = Draw(rng, 0.14, 0.45);
-    thickness_ = Draw(rng, 0.03, 0.09);
+    scale_m_ = Draw(rng, 0.12, 0.3);
+    thickness_ = Draw(rng, 0.04, 0.13);
     strength_ = Draw(rng, 0.55, 0.95);
     roughness_ = rng.Bernoulli(0.7) ? Draw(rng, 0.06, 0.16) : Draw(rng, 0.3, 0.45);
-    slant_ = Vec3f(Draw(rng, 0.4, 1), Draw(rng, 0.4, 1), Draw(rng, 0.4, 1));
+    bedding_ = Vec3f(Draw(rng, 0.3, 1), Draw(rng, -1, 1), Draw(rng, 0.3, 1)).normalized();
     seed_ = DrawSeed(rng);
   }
   SurfaceSample Evaluate(const SurfacePoint& point) const override {
     const float w = point.footprint_m;
-    const Vec3f p = point.texture_m.cwiseProduct(slant_);
-    const float bend = Fbm3(p, scale_m_, 3, w, seed_, 0.55f);
-    const float twist = Fbm3(p, 0.6f * scale_m_, 2, w, seed_ + 31, 0.55f);
-    const Vec3f q = p + Vec3f(bend, twist, bend - twist) * (0.32f * scale_m_);
+    // Veins run along the bedding: the body is stretched along a slanted direction.
+    const Vec3f p = point.texture_m - bedding_ * (0.62f * bedding_.dot(point.texture_m));
+    const float bend = Fbm3(p, scale_m_, 4, w, seed_, 0.6f);
+    const float twist = Fbm3(p, 0.6f * scale_m_, 3, w, seed_ + 31, 0.6f);
+    const Vec3f q = p + Vec3f(bend, twist, bend - twist) * (0.16f * scale_m_);
     const float big =
-        Vein(Fbm3(q, 0.8f * scale_m_, 3, w, seed_ + 7, 0.45f), thickness_, scale_m_, w);
+        Vein(Fbm3(q, 0.8f * scale_m_, 4, w, seed_ + 7, 0.5f), thickness_, scale_m_, w);
     const float small = Vein(Fbm3(q, 0.3f * scale_m_, 2, w, seed_ + 17, 0.5f), 0.6f * thickness_,
                              0.3f * scale_m_, w);
     const float cloud = SmoothStep(-0.5f, 0.6f, bend + 0.4f * twist);
@@ -76,7 +77,7 @@ class Marble final : public Material {
     return line * width / wide;
   }
 
-  Vec3f ground_, cloud_, vein_, slant_;
+  Vec3f ground_, cloud_, vein_, bedding_;
   float scale_m_, thickness_, strength_, roughness_;
   uint32_t seed_;
 };
@@ -100,7 +101,7 @@ class Granite final : public Material {
       grains_[i] = VaryColor(rng, SrgbColor(kind.grains[i]), 0.08, 0.03);
       mean_ += grains_[i] * kShare[i];
     }
-    grain_m_ = Draw(rng, 0.003, 0.009);
+    grain_m_ = Draw(rng, 0.002, 0.006);
     roughness_ = rng.Bernoulli(0.65) ? Draw(rng, 0.08, 0.2) : Draw(rng, 0.45, 0.65);
     seed_ = DrawSeed(rng);
   }
@@ -120,7 +121,8 @@ class Granite final : public Material {
       const float fine = Gradient3(q * 3.7f, seed_ + 2);
       if (fine > 0.42f) kind = 3;
       mica = kind == 3 ? 1.0f : 0.0f;
-      const Vec3f grain = grains_[kind] * (0.9f + 0.2f * UnitByte(coarse.id, 1) + 0.12f * fine);
+      const Vec3f grain = grains_[kind] * (0.85f + 0.3f * UnitByte(coarse.id, 1) + 0.14f * fine +
+                                           0.12f * Gradient3(q * 9.0f, seed_ + 5));
       color = Mix(mean_, grain, fade);
     }
     SurfaceSample out;

@@ -53,6 +53,15 @@ inline float Edge(float distance, float softness, float footprint) {
   return noise::SmoothStep(-0.5f * width, 0.5f * width, distance);
 }
 
+// The share of a footprint that lies within `half_width` of a line whose middle is `distance` away:
+// what a seam or a gap of that width darkens, however fine it is. Continuous in all arguments.
+inline float LineShare(float distance, float half_width, float softness, float footprint) {
+  const float width = std::max(std::max(softness, footprint), 1e-6f);
+  const float low = std::max(distance - 0.5f * width, -half_width);
+  const float high = std::min(distance + 0.5f * width, half_width);
+  return std::max(0.0f, high - low) / width;
+}
+
 // Makes a catalogue entry whose class is constructed from the stream and `args`.
 template <typename M, typename... Args>
 MaterialClass Entry(std::string name, std::string family, MaterialTags tags, Args... args) {

@@ -96,8 +96,8 @@ class Plaster final : public Material {
     const float a = (c * plane.u + s * plane.v) / stroke_m_,
                 b = (c * plane.v - s * plane.u) / stroke_m_;
     float sum = 0.7f * Fade(0.5f * stroke_m_, w) * Gradient2(a, 2.2f * b, seed_ + 3);
-    sum += 0.4f * Fade(0.12f * stroke_m_, w) * Gradient2(1.5f * a, 9.0f * b, seed_ + 4);
-    sum += 0.2f * Fade(0.03f * stroke_m_, w) * Gradient2(3.0f * a, 34.0f * b, seed_ + 5);
+    sum += 0.3f * Fade(0.12f * stroke_m_, w) * Gradient2(2.0f * a, 7.0f * b, seed_ + 4);
+    sum += 0.07f * Fade(0.03f * stroke_m_, w) * Gradient2(4.0f * a, 34.0f * b, seed_ + 5);
     return sum;
   }
 

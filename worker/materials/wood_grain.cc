@@ -7,9 +7,9 @@ using noise::Gradient3;
 using noise::Saturate;
 using noise::SmoothStep;
 
-const WoodSpecies kOak = {0xc9a477, 0x98693c, 2.5, 5.5, 0.75, 0.40, 1.0, 6, 0.02};
+const WoodSpecies kOak = {0xc9a477, 0x98693c, 3, 6.5, 0.75, 0.40, 1.0, 6, 0.02};
 const WoodSpecies kWalnut = {0x7d5a41, 0x472c1d, 3, 7, 0.85, 0.45, 0.7, 9, 0.01};
-const WoodSpecies kPine = {0xe0bd86, 0xb97f45, 3, 7, 1.0, 0.30, 0.0, 7, 0.22};
+const WoodSpecies kPine = {0xe0bd86, 0xb97f45, 4, 9, 1.0, 0.30, 0.0, 7, 0.22};
 const WoodSpecies kCherry = {0xb4764e, 0x8b4a2b, 2.5, 5, 0.6, 0.35, 0.15, 8, 0.01};
 const WoodSpecies kBeech = {0xd8b58b, 0xc0925f, 2, 4, 0.45, 0.35, 0.25, 4, 0.0};
 const WoodSpecies kMahogany = {0x8f4a2e, 0x64291a, 4, 8, 0.55, 0.50, 0.6, 10, 0.0};
@@ -26,13 +26,14 @@ WoodGrain::WoodGrain(Rng& rng, const WoodSpecies& species) {
   pores_ = Float(species.pores) * Draw(rng, 0.6, 1.0);
   figure_m_ = Float(species.figure_mm) * Draw(rng, 0.6, 1.4) * 1e-3f;
   knots_ = Float(species.knots);
-  streaks_ = Draw(rng, 0.06, 0.16);
+  streaks_ = Draw(rng, 0.10, 0.22);
   // The saw passes the heart at some distance: near gives cathedrals, far gives straight lines.
-  const double distance = rng.Uniform(0.05, 0.30), angle = rng.Uniform(0, 6.2831853);
+  const double distance = rng.Uniform(0.015, 0.11), angle = rng.Uniform(0, 6.2831853);
   heart_y_m_ = Float(distance * std::cos(angle));
   heart_z_m_ = Float(distance * std::sin(angle));
-  tilt_y_ = Draw(rng, -0.06, 0.06);
-  tilt_z_ = Draw(rng, -0.06, 0.06);
+  fold_m_ = Draw(rng, 0.24, 0.5);
+  tilt_y_ = Draw(rng, -0.3, 0.3);
+  tilt_z_ = Draw(rng, -0.3, 0.3);
   seed_ = DrawSeed(rng);
 }
 
@@ -43,13 +44,19 @@ float WoodGrain::Pores(const Vec3f& p_m, float footprint_m) const {
   return fade * SmoothStep(0.22f, 0.5f, n);
 }
 
+float WoodGrain::Fold(float x_m) const {
+  return fold_m_ * (1.0f / 6.2831853f) * noise::CosTurn(x_m / fold_m_ - 0.25f);
+}
+
 WoodGrain::Point WoodGrain::At(const Vec3f& p_m, const Vec3f& face, float footprint_m) const {
   const float x = p_m.x();
 
   // Distance from the heart, bent by slow wander, by figure, and by knots pushing the rings aside.
   const float wander = Gradient3(x * 1.3f, p_m.y() * 2.0f, p_m.z() * 2.0f, seed_);
-  const float y = p_m.y() + heart_y_m_ + tilt_y_ * x + 0.02f * wander;
-  const float z = p_m.z() + heart_z_m_ + tilt_z_ * x - 0.015f * wander;
+  // The body is folded every few hands' breadths, so that no part of a wide panel lies so far from
+  // a heart that its rings would be mere parallel lines.
+  const float y = Fold(p_m.y()) + heart_y_m_ + tilt_y_ * Fold(0.3f * x) + 0.02f * wander;
+  const float z = Fold(p_m.z() + 0.09f) + heart_z_m_ + tilt_z_ * Fold(0.3f * x) - 0.015f * wander;
   float r = std::sqrt(y * y + z * z);
   r += figure_m_ * Gradient3(x * 5.0f, p_m.y() * 22.0f, p_m.z() * 22.0f, seed_ + 1);
   r += 0.25f * figure_m_ * Gradient3(x * 14.0f, p_m.y() * 90.0f, p_m.z() * 90.0f, seed_ + 2);
@@ -76,7 +83,10 @@ WoodGrain::Point WoodGrain::At(const Vec3f& p_m, const Vec3f& face, float footpr
   const float rise = SmoothStep(0.85f - 1.6f * late_share_, 0.97f - sharp * 0.5f, phase);
   const float late = rise * (1.0f - SmoothStep(1.0f - sharp, 1.0f, phase));
   const float mean_late = 0.55f * late_share_ + 0.1f;
-  const float dark = contrast_ * (mean_late + (late - mean_late) * ring_fade);
+  // Good and bad years come in groups: these bands still show where single rings have faded.
+  const float group =
+      Fade(7.0f * ring_shown_m, footprint_m) * Gradient3(years * 0.16f, 0.3f, 0.7f, seed_ + 8);
+  const float dark = contrast_ * (mean_late + (late - mean_late) * ring_fade + 0.3f * group);
 
   // Fibres at three widths run along x; the widest are the streaks that one sees from across the
   // room.
@@ -94,7 +104,7 @@ WoodGrain::Point WoodGrain::At(const Vec3f& p_m, const Vec3f& face, float footpr
   const float pores = Pores(p_m, footprint_m) * (1.2f - late);
 
   Point out;
-  out.color = Mix(early_, late_, Saturate(dark + 0.25f * streak));
+  out.color = Mix(early_, late_, Saturate(dark + 0.35f * streak));
   out.color *= 1.0f + 0.16f * fibre + streaks_ * streak;
   out.color = Mix(out.color, pore_, Saturate(0.75f * pores));
   if (knot > 0.15f) out.color = Mix(out.color, pore_, 0.75f * SmoothStep(0.15f, 0.75f, knot));

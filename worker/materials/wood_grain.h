@@ -31,11 +31,12 @@ class WoodGrain {
   float HeightAt(const Vec3f& p_m, float footprint_m) const;
 
  private:
+  float Fold(float x_m) const;
   float Pores(const Vec3f& p_m, float footprint_m) const;
 
   Vec3f early_, late_, pore_;
   float ring_m_, contrast_, late_share_, pores_, figure_m_, knots_, streaks_;
-  float heart_y_m_, heart_z_m_, tilt_y_, tilt_z_;
+  float heart_y_m_, heart_z_m_, tilt_y_, tilt_z_, fold_m_;
   uint32_t seed_;
 };
 

@@ -1,0 +1,190 @@
+// Family `carpet`: cut and looped pile, patterned rugs.
+#include <array>
+
+#include "worker/materials/families.h"
+#include "worker/materials/surface.h"
+
+namespace parallax {
+namespace {
+
+using noise::Fade;
+using noise::Fbm3;
+using noise::Hash;
+using noise::Saturate;
+using noise::SmoothStep;
+using noise::UnitByte;
+
+constexpr std::array<uint32_t, 16> kYarns = {
+    0xcfc4b2, 0xb5a68f, 0x8f8373, 0x6a625a, 0x45423f, 0xd9d4c8, 0x7f8a8f, 0x4a5a6b,
+    0x2c3a52, 0x7a3a34, 0xa5553f, 0xb98f4f, 0x5a6b52, 0x8a5f6b, 0x37545a, 0xc9a78f};
+
+// Tufts stand in jittered rows; each has its own tone and height.
+struct Pile {
+  float tuft_m = 0.004f;
+  float strands = 0.2f;  // How much the single yarns show.
+  uint32_t seed = 0;
+
+  // About [0, 1]: 1 on top of a tuft. `id` is the tuft's.
+  float At(const PlanePoint& plane, float w, uint32_t* id) const {
+    const float mean = 0.55f;
+    const float fade = Fade(1.3f * tuft_m, w);
+    *id = 0x80808080u;
+    if (fade <= 0) return mean;
+    const noise::Cell cell = noise::Cells2(plane.u / tuft_m, plane.v / tuft_m, seed, 0.85f);
+    *id = cell.id;
+    float top =
+        Saturate(1.0f - 1.5f * cell.f1 * cell.f1) * SmoothStep(0.0f, 0.35f, cell.f2 - cell.f1);
+    // Strands: a tuft is many yarns that lean this way and that.
+    const float lean =
+        noise::Gradient2(plane.u / (2.5f * tuft_m), plane.v / (2.5f * tuft_m), seed + 1);
+    const float a = plane.u * 4.0f / tuft_m + 5.0f * lean,
+                b = plane.v * 4.0f / tuft_m - 5.0f * lean;
+    top += strands * Fade(0.3f * tuft_m, w) *
+           (noise::Gradient2(a, 0.3f * b, seed + 2) + noise::Gradient2(0.3f * a, b, seed + 3));
+    return mean + fade * (top - mean);
+  }
+};
+
+class Carpet final : public Material {
+ public:
+  Carpet(Rng& rng, double tuft_low_mm, double tuft_high_mm) {
+    yarn_ = VaryColor(rng, SrgbColor(rng.Pick(kYarns)), 0.12, 0.05);
+    second_ = VaryColor(rng, yarn_, Draw(rng, 0.05, 0.5), 0.05);
+    pile_ = {Draw(rng, tuft_low_mm, tuft_high_mm) * 1e-3f, tuft_low_mm > 5 ? 0.7f : 0.2f,
+             DrawSeed(rng)};
+    height_m_ = 0.35f * pile_.tuft_m;
+    trodden_ = Draw(rng, 0.04, 0.12);
+  }
+  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    const float w = point.footprint_m;
+    const PlanePoint plane = OnPlane(point);
+    uint32_t id;
+    const float top = pile_.At(plane, w, &id);
+    const float fade = Fade(1.3f * pile_.tuft_m, w);
+    const float mottle = Fbm3(point.texture_m, 0.03f, 3, w, pile_.seed + 3, 0.6f);
+    const float trodden = Fbm3(point.texture_m, 0.5f, 3, w, pile_.seed + 4);
+    const float mix = Saturate(0.5f + fade * (UnitByte(id, 0) - 0.5f) + 0.4f * mottle);
+    SurfaceSample out;
+    out.base_color = Albedo(Mix(yarn_, second_, mix) *
+                            ((0.55f + 0.75f * top) * (1.0f + trodden_ * trodden + 0.06f * mottle)));
+    out.roughness = 0.95f;
+    out.specular = 0.15f;
+    out.sheen = 0.3f;
+    return out;
+  }
+  float Height(const SurfacePoint& point) const override {
+    const float fade = Fade(1.3f * pile_.tuft_m, point.footprint_m);
+    uint32_t id;
+    return fade <= 0 ? 0.0f : height_m_ * pile_.At(OnPlane(point), point.footprint_m, &id);
+  }
+
+ private:
+  Vec3f yarn_, second_;
+  Pile pile_;
+  float height_m_, trodden_;
+};
+
+// A knotted pattern in steps of knots: repeats that are mirrored both ways, with bands between, as
+// kilims have.
+class RugPattern final : public Material {
+ public:
+  explicit RugPattern(Rng& rng) {
+    const int dyes = static_cast<int>(dyes_.size());
+    for (Vec3f& dye : dyes_) dye = VaryColor(rng, SrgbColor(rng.Pick(kYarns)), 0.12, 0.06);
+    mean_.setZero();
+    knot_m_ = Draw(rng, 0.004, 0.009);
+    // Half of a mirrored motif, drawn in knots: stepped diamonds, bars, and small stars.
+    for (uint8_t& knot : motif_) knot = 0;
+    const int shapes = rng.UniformInt(4, 8);
+    for (int k = 0; k < shapes; ++k) {
+      const int kind = rng.UniformInt(0, 3);
+      const int cx = rng.UniformInt(0, 1) * (kSide - 1),
+                cy = rng.UniformInt(0, 2) * (kSide - 1) / 2;
+      const int outer = rng.UniformInt(3, kSide - 2), inner = outer - rng.UniformInt(1, 5);
+      const int step = rng.UniformInt(1, 3);
+      const auto dye = static_cast<uint8_t>(rng.UniformInt(0, dyes - 1));
+      for (int y = 0; y < kSide; ++y) {
+        for (int x = 0; x < kSide; ++x) {
+          const int dx = std::abs(x - cx) / step * step, dy = std::abs(y - cy) / step * step;
+          int d = dx + dy;                                                   // Diamond.
+          if (kind == 1) d = std::max(dx, dy);                               // Square.
+          if (kind == 2) d = std::min(dx, dy) * 3;                           // Cross.
+          if (kind == 3) d = std::max(std::max(dx, dy), (dx + dy) * 2 / 3);  // Octagon.
+          if (d <= outer && d > inner) motif_[static_cast<size_t>(y * kSide + x)] = dye;
+        }
+      }
+    }
+    for (uint8_t knot : motif_) mean_ += dyes_[knot] / static_cast<float>(motif_.size());
+    abrash_ = Draw(rng, 0.05, 0.18);
+    seed_ = DrawSeed(rng);
+  }
+  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    const float w = point.footprint_m;
+    const PlanePoint plane = OnPlane(point);
+    const float x = plane.u / knot_m_, y = plane.v / knot_m_;
+    const int i = noise::FloorInt(x), j = noise::FloorInt(y);
+    const float fade = Fade(4.0f * knot_m_, w), fine = Fade(1.5f * knot_m_, w);
+    Vec3f color = mean_;
+    if (fade > 0) {
+      color = Mix(mean_, Blend(x, y, w / knot_m_), fade);
+      color *= 1.0f + 0.3f * fine * (UnitByte(Hash(i, j, seed_), 0) - 0.5f) +
+               0.35f * fine * (Knot(x, y) - 0.6f);
+    }
+    // Abrash: each batch of dye came out a little different, in bands across the rug.
+    const float band =
+        noise::Gradient2(0.4f * plane.u, plane.v * 14.0f, seed_ + 2) * Fade(0.07f, w);
+    const float worn = Fbm3(point.texture_m, 0.3f, 4, w, seed_ + 4);
+    SurfaceSample out;
+    out.base_color = Albedo(color * (1.0f + abrash_ * band + 0.08f * worn));
+    out.roughness = 0.92f;
+    out.specular = 0.2f;
+    out.sheen = 0.3f;
+    return out;
+  }
+  float Height(const SurfacePoint& point) const override {
+    const float fade = Fade(1.5f * knot_m_, point.footprint_m);
+    if (fade <= 0) return 0;
+    const PlanePoint plane = OnPlane(point);
+    return 0.22f * knot_m_ * fade * Knot(plane.u / knot_m_, plane.v / knot_m_);
+  }
+
+ private:
+  static constexpr int kSide = 17;
+
+  static float Knot(float x, float y) {
+    const float a = 2.0f * noise::Fract(x) - 1.0f, b = 2.0f * noise::Fract(y) - 1.0f;
+    return (1.0f - a * a) * (1.0f - b * b * b * b);
+  }
+  const Vec3f& Dye(int i, int j) const {
+    const auto fold = [](int k) {
+      k = ((k % (2 * kSide)) + 2 * kSide) % (2 * kSide);
+      return k < kSide ? k : 2 * kSide - 1 - k;
+    };
+    return dyes_[motif_[static_cast<size_t>(fold(j) * kSide + fold(i))]];
+  }
+  // The knot under the query, or from half a knot's footprint on a tent over its neighbours.
+  Vec3f Blend(float x, float y, float w_knots) const {
+    if (w_knots < 0.35f) return Dye(noise::FloorInt(x), noise::FloorInt(y));
+    const float fx = std::floor(x - 0.5f), fy = std::floor(y - 0.5f);
+    const float tx = x - 0.5f - fx, ty = y - 0.5f - fy;
+    const int i = static_cast<int>(fx), j = static_cast<int>(fy);
+    return Mix(Mix(Dye(i, j), Dye(i + 1, j), tx), Mix(Dye(i, j + 1), Dye(i + 1, j + 1), tx), ty);
+  }
+
+  std::array<Vec3f, 5> dyes_;
+  std::array<uint8_t, kSide * kSide> motif_;
+  Vec3f mean_;
+  float knot_m_, abrash_;
+  uint32_t seed_;
+};
+
+}  // namespace
+
+void AddCarpetMaterials(MaterialList& list) {
+  const MaterialTags floor = {.diffuse = true, .floor = true};
+  list.push_back(Entry<Carpet>("Carpet", "carpet", floor, 2.5, 5.0));
+  list.push_back(Entry<RugPattern>("RugPattern", "carpet", floor));
+  list.push_back(Entry<Carpet>("ShagCarpet", "carpet", {.diffuse = true}, 7.0, 14.0));
+}
+
+}  // namespace parallax

@@ -1,0 +1,32 @@
+// A small stroke font: capitals, digits and a little punctuation as line segments in a cell 4 wide
+// and 6 high, baseline at 0. For lettering in printed pictures. Constant data; thread-safe.
+#pragma once
+
+#include <span>
+#include <string_view>
+
+namespace parallax {
+
+struct Stroke {
+  float x0, y0, x1, y1;
+};
+
+// Width of a cell with its gap.
+constexpr float kGlyphAdvance = 5.4f;
+constexpr float kGlyphHeight = 6.0f;
+
+// Of one character; small letters are shown as capitals; empty for a space and for what the font
+// does not know.
+std::span<const Stroke> GlyphStrokes(char character);
+
+// Distance from a point to the nearest stroke of a line of text that starts at the origin, in cell
+// units; looks only at the letter under the point, so beyond about one unit it is a lower bound's
+// stand-in: kGlyphHeight.
+float TextDistance(std::string_view text, float x, float y);
+
+// Of the whole line.
+inline float TextWidth(std::string_view text) {
+  return text.empty() ? 0.0f : kGlyphAdvance * static_cast<float>(text.size()) - 1.4f;
+}
+
+}  // namespace parallax

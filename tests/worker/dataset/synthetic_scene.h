@@ -1,0 +1,18 @@
+// A small analytic scene for tests: a textured room's back wall, a floor and balls, seen by a rig,
+// with ground truth in closed form. Enough for everything that writes, checks or draws frames; no
+// renderer is needed.
+#pragma once
+
+#include "parallax/v1/scene.pb.h"
+#include "worker/render/stereo_frame.h"
+
+namespace parallax {
+
+// Objects: 1 floor, 2 back wall (with room_part and no asset class), 3.. balls. Materials: 1 Tile,
+// 2 Brick, 3.. Plastic.
+v1::Scene MakeSyntheticScene(int rigs = 2, int width_px = 160, int height_px = 90);
+
+// Both eyes of a rig of that scene. Deterministic.
+StereoFrame RenderSyntheticFrame(const v1::Scene& scene, const v1::Rig& rig);
+
+}  // namespace parallax

@@ -1,0 +1,293 @@
+#include "worker/dataset/archive.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <sstream>
+#include <vector>
+
+#include "common/base/file.h"
+#include "common/base/hash.h"
+#include "common/base/log.h"
+#include "common/base/version.h"
+#include "common/config/config.h"
+#include "common/store/store.h"
+#include "worker/dataset/archive_index.h"
+#include "worker/dataset/dataset_card.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+
+absl::Status MakeFolders(const std::string& dir) {
+  std::error_code error;
+  fs::create_directories(dir, error);
+  return error ? ErrnoError(error.value(), "make folder " + dir) : absl::OkStatus();
+}
+
+absl::Status RemoveAll(const std::string& path) {
+  std::error_code error;
+  fs::remove_all(path, error);
+  return error ? ErrnoError(error.value(), "remove " + path) : absl::OkStatus();
+}
+
+absl::Status Rename(const std::string& from, const std::string& to) {
+  if (std::rename(from.c_str(), to.c_str()) == 0) return absl::OkStatus();
+  return ErrnoError(errno, "rename " + from + " to " + to);
+}
+
+std::string SceneFile(uint32_t scene) {
+  char text[64];
+  std::snprintf(text, sizeof(text), "scenes/%06u.pb", scene);
+  return text;
+}
+
+// What decides whether two lock files mean the same data. More pairs of the same study may be added
+// to its archive.
+std::string LockText(const v1::StudySpec& study) {
+  return std::string("# Parallax generator ") + kGeneratorVersion + "\n" + StudyToYaml(study);
+}
+
+std::vector<std::string> ComparableLines(const std::string& lock) {
+  std::vector<std::string> lines;
+  std::istringstream in(lock);
+  for (std::string line; std::getline(in, line);) {
+    if (line.rfind("pairs:", 0) == 0 || line.rfind("priority:", 0) == 0) continue;
+    lines.push_back(line);
+  }
+  return lines;
+}
+
+absl::Status CheckSameStudy(const std::string& path, const std::string& lock) {
+  const absl::StatusOr<std::string> present = ReadFile(path);
+  if (absl::IsNotFound(present.status())) return absl::OkStatus();
+  RETURN_IF_ERROR(present.status());
+  const std::vector<std::string> there = ComparableLines(*present), here = ComparableLines(lock);
+  for (size_t i = 0; i < std::max(there.size(), here.size()); ++i) {
+    const std::string old_line = i < there.size() ? there[i] : "(end)";
+    const std::string new_line = i < here.size() ? here[i] : "(end)";
+    if (old_line == new_line) continue;
+    const auto trimmed = [](const std::string& line) {
+      return line.substr(std::min(line.find_first_not_of(' '), line.size()));
+    };
+    return MakeError(absl::StatusCode::kFailedPrecondition,
+                     path + " is of another study (there \"" + trimmed(old_line) + "\", now \"" +
+                         trimmed(new_line) + "\"): choose another folder");
+  }
+  return absl::OkStatus();
+}
+
+class Archive final : public ArchiveWriter {
+ public:
+  Archive(std::string out, const v1::StudySpec& study) : out_(std::move(out)), study_(study) {}
+
+  absl::Status Prepare() {
+    RETURN_IF_ERROR(MakeFolders(out_));
+    const std::string lock = LockText(study_);
+    RETURN_IF_ERROR(CheckSameStudy(out_ + "/study.lock.yaml", lock));
+    const std::string& source = study_.source_yaml();
+    RETURN_IF_ERROR(
+        WriteFileAtomically(out_ + "/study.yaml", source.empty() ? StudyToYaml(study_) : source));
+    RETURN_IF_ERROR(WriteFileAtomically(out_ + "/study.lock.yaml", lock));
+    for (const v1::VariantSpec& variant : study_.variants()) {
+      RETURN_IF_ERROR(MakeFolders(out_ + "/" + variant.name() + "/scenes"));
+      RETURN_IF_ERROR(MakeFolders(out_ + "/" + variant.name() + "/frames"));
+      RETURN_IF_ERROR(ReadIndex(variant.name()));
+    }
+    return absl::OkStatus();
+  }
+
+  bool HasScene(const std::string& variant, uint32_t scene) const override {
+    std::error_code error;
+    return fs::exists(out_ + "/" + variant + "/" + SceneFile(scene), error);
+  }
+
+  absl::Status AddScene(const std::string& variant, uint32_t scene,
+                        const v1::Scene& recipe) override {
+    RETURN_IF_ERROR(CheckVariant(variant));
+    return WriteFileAtomically(out_ + "/" + variant + "/" + SceneFile(scene),
+                               recipe.SerializeAsString());
+  }
+
+  absl::Status AddFrame(const v1::PublishedFrame& frame, const std::string& store_dir) override {
+    RETURN_IF_ERROR(CheckVariant(frame.variant()));
+    RETURN_IF_ERROR(CheckStorePath(frame.frame().path()));
+    for (const v1::FileEntry& file : frame.frame().files()) {
+      RETURN_IF_ERROR(CheckStorePath(file.name()));
+      if (file.name().find('/') != std::string::npos) {
+        return MakeError(absl::StatusCode::kInvalidArgument,
+                         "frame file " + file.name() + ": allowed is a plain name");
+      }
+    }
+    IndexLine line = MakeIndexLine(frame);
+    const std::string dir = out_ + "/" + frame.variant() + "/" + FramePath(line.key);
+    const std::string source = store_dir + "/" + frame.frame().path();
+    std::map<FrameKey, IndexLine>& index = index_[frame.variant()];
+
+    std::error_code error;
+    const bool present = fs::exists(dir, error);
+    const auto known = index.find(line.key);
+    const bool indexed = known != index.end() && known->second.files == line.files;
+    if (present && IsEqual(dir, source, frame.frame(), indexed)) {
+      ++totals_.frames_present;
+    } else {
+      RETURN_IF_ERROR(Materialise(dir, source, frame.frame(), present));
+      ++(present ? totals_.frames_replaced : totals_.frames_added);
+    }
+    index.insert_or_assign(line.key, std::move(line));
+    return absl::OkStatus();
+  }
+
+  absl::Status Finish() override {
+    for (const v1::VariantSpec& variant : study_.variants()) {
+      const std::string dir = out_ + "/" + variant.name();
+      std::string text;
+      std::vector<IndexLine> lines;
+      for (const auto& [key, line] : index_[variant.name()]) {
+        text += line.text + "\n";
+        lines.push_back(line);
+      }
+      RETURN_IF_ERROR(WriteFileAtomically(dir + "/index.jsonl", text));
+      ASSIGN_OR_RETURN(const DatasetCard card, MakeDatasetCard(dir, study_, variant, lines));
+      RETURN_IF_ERROR(WriteFileAtomically(dir + "/dataset.json", card.json));
+      RETURN_IF_ERROR(WriteFileAtomically(dir + "/README.md", card.markdown));
+    }
+    return absl::OkStatus();
+  }
+
+  const Totals& totals() const override { return totals_; }
+
+  std::map<std::string, int64_t> Frames() const override {
+    std::map<std::string, int64_t> counts;
+    for (const v1::VariantSpec& variant : study_.variants()) counts[variant.name()] = 0;
+    for (const auto& [variant, index] : index_)
+      counts[variant] = static_cast<int64_t>(index.size());
+    return counts;
+  }
+
+ private:
+  absl::Status CheckVariant(const std::string& name) const {
+    for (const v1::VariantSpec& variant : study_.variants()) {
+      if (variant.name() == name) return absl::OkStatus();
+    }
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     "study " + study_.name() + " has no variant \"" + name + "\"");
+  }
+
+  // Lines whose frame is not there any more are dropped; so are lines that an interrupted disk
+  // broke.
+  absl::Status ReadIndex(const std::string& variant) {
+    const std::string dir = out_ + "/" + variant;
+    const absl::StatusOr<std::string> text = ReadFile(dir + "/index.jsonl");
+    if (absl::IsNotFound(text.status())) return absl::OkStatus();
+    RETURN_IF_ERROR(text.status());
+    std::istringstream in(*text);
+    for (std::string row; std::getline(in, row);) {
+      absl::StatusOr<IndexLine> line = ParseIndexLine(row);
+      std::error_code error;
+      if (!line.ok()) {
+        LogWarning("dropped a line of the index", {{"file", dir + "/index.jsonl"}});
+      } else if (fs::exists(dir + "/" + FramePath(line->key) + "/frame.json", error)) {
+        const FrameKey key = line->key;
+        index_[variant].insert_or_assign(key, *std::move(line));
+      }
+    }
+    return absl::OkStatus();
+  }
+
+  // Whether `dir` holds exactly the manifest's files: the store's own inodes, or files of the right
+  // size that the index vouches for, or else files of the right hash.
+  static bool IsEqual(const std::string& dir, const std::string& source,
+                      const v1::FrameResult& frame, bool indexed) {
+    std::error_code error;
+    const auto begin = fs::directory_iterator(dir, error);
+    if (error || std::distance(begin, fs::directory_iterator()) != frame.files_size()) return false;
+    for (const v1::FileEntry& file : frame.files()) {
+      struct stat here {
+      }, there{};
+      const std::string path = dir + "/" + file.name();
+      if (::lstat(path.c_str(), &here) != 0 || !S_ISREG(here.st_mode)) return false;
+      if (here.st_size != file.size()) return false;
+      const bool same_inode = ::lstat((source + "/" + file.name()).c_str(), &there) == 0 &&
+                              here.st_ino == there.st_ino && here.st_dev == there.st_dev;
+      if (same_inode || indexed) continue;
+      const absl::StatusOr<std::string> hash = Sha256HexOfFile(path);
+      if (!hash.ok() || *hash != file.sha256()) return false;
+    }
+    return true;
+  }
+
+  absl::Status Materialise(const std::string& dir, const std::string& source,
+                           const v1::FrameResult& frame, bool replace) {
+    const std::string parent = fs::path(dir).parent_path();
+    const std::string name = fs::path(dir).filename();
+    const std::string temporary = parent + "/.new-" + name, old = parent + "/.old-" + name;
+    RETURN_IF_ERROR(MakeFolders(parent));
+    RETURN_IF_ERROR(RemoveAll(temporary));  // Of a run that was interrupted.
+    RETURN_IF_ERROR(RemoveAll(old));
+    RETURN_IF_ERROR(MakeFolders(temporary));
+    for (const v1::FileEntry& file : frame.files()) {
+      const absl::Status status =
+          BringFile(source + "/" + file.name(), temporary + "/" + file.name(), file);
+      if (!status.ok()) {
+        (void)RemoveAll(temporary).ok();  // The first error is what counts.
+        return status;
+      }
+    }
+    RETURN_IF_ERROR(SyncPath(temporary));
+    if (replace) RETURN_IF_ERROR(Rename(dir, old));
+    RETURN_IF_ERROR(Rename(temporary, dir));
+    RETURN_IF_ERROR(SyncPath(parent));
+    return replace ? RemoveAll(old) : absl::OkStatus();
+  }
+
+  absl::Status BringFile(const std::string& from, const std::string& to,
+                         const v1::FileEntry& file) {
+    struct stat info {};
+    if (::lstat(from.c_str(), &info) != 0) return ErrnoError(errno, "store file " + from);
+    if (!S_ISREG(info.st_mode) || info.st_size != file.size()) {
+      return MakeError(absl::StatusCode::kDataLoss,
+                       "store file " + from + ": " + std::to_string(info.st_size) +
+                           " bytes, its manifest says " + std::to_string(file.size()));
+    }
+    if (::link(from.c_str(), to.c_str()) == 0) {
+      ++totals_.files_linked;
+      return absl::OkStatus();
+    }
+    if (errno != EXDEV && errno != EPERM && errno != EMLINK && errno != EOPNOTSUPP) {
+      return ErrnoError(errno, "link " + to);
+    }
+    ASSIGN_OR_RETURN(const std::string bytes, ReadFile(from));
+    if (Sha256Hex(bytes) != file.sha256()) {
+      return MakeError(absl::StatusCode::kDataLoss,
+                       "store file " + from + ": its content is not what its manifest says");
+    }
+    ++totals_.files_copied;
+    return WriteFile(to, bytes, /*sync=*/true);
+  }
+
+  const std::string out_;
+  const v1::StudySpec study_;
+  std::map<std::string, std::map<FrameKey, IndexLine>> index_;  // By variant.
+  Totals totals_;
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<ArchiveWriter>> ArchiveWriter::Open(const std::string& out_dir,
+                                                                   const v1::StudySpec& study) {
+  std::string out = fs::absolute(out_dir).lexically_normal();
+  while (out.size() > 1 && out.back() == '/') out.pop_back();
+  auto archive = std::make_unique<Archive>(out, study);
+  RETURN_IF_ERROR(archive->Prepare());
+  return archive;
+}
+
+}  // namespace parallax

@@ -1,0 +1,69 @@
+#include "worker/dataset/archive_index.h"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+namespace parallax {
+
+using Json = nlohmann::ordered_json;
+
+std::string FramePath(const FrameKey& key) {
+  char text[64];
+  std::snprintf(text, sizeof(text), "frames/%06u/%03u", key.first, key.second);
+  return text;
+}
+
+IndexLine MakeIndexLine(const v1::PublishedFrame& published) {
+  const v1::FrameResult& frame = published.frame();
+  IndexLine line;
+  line.key = {published.scene(), frame.rig()};
+  int64_t bytes = 0;
+  for (const v1::FileEntry& file : frame.files()) {
+    line.files.emplace(file.name(), file.sha256());
+    bytes += file.size();
+  }
+  Json filters = Json::object();
+  bool passed = true;
+  for (const v1::FilterVerdict& verdict : frame.filters()) {
+    filters[verdict.name()] = {{"passed", verdict.passed()},
+                               {"value", verdict.value()},
+                               {"threshold", verdict.threshold()}};
+    passed = passed && verdict.passed();
+  }
+  const auto sorted = [](const auto& map) {
+    return std::map<std::string, double>(map.begin(), map.end());
+  };
+  const Json json = {{"variant", published.variant()},
+                     {"scene", published.scene()},
+                     {"rig", frame.rig()},
+                     {"path", FramePath(line.key)},
+                     {"passed", passed},
+                     {"filters", filters},
+                     {"statistics", sorted(frame.statistics())},
+                     {"seconds", sorted(frame.stage_s())},
+                     {"bytes", bytes},
+                     {"files", line.files}};
+  line.text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return line;
+}
+
+absl::StatusOr<IndexLine> ParseIndexLine(const std::string& text) {
+  const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
+  const auto number = [&](const char* key) {
+    return json.contains(key) && json[key].is_number_unsigned();
+  };
+  if (!json.is_object() || !number("scene") || !number("rig") || !json.contains("files") ||
+      !json["files"].is_object()) {
+    return absl::DataLossError("not a line of an index");
+  }
+  IndexLine line;
+  line.key = {json["scene"].get<uint32_t>(), json["rig"].get<uint32_t>()};
+  line.text = text;
+  for (const auto& [name, hash] : json["files"].items()) {
+    if (!hash.is_string()) return absl::DataLossError("not a line of an index");
+    line.files.emplace(name, hash.get<std::string>());
+  }
+  return line;
+}
+
+}  // namespace parallax

@@ -1,0 +1,32 @@
+// The lines of index.jsonl.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "common/base/status.h"
+#include "parallax/v1/service.pb.h"
+
+namespace parallax {
+
+// (scene, rig): the order of the lines.
+using FrameKey = std::pair<uint32_t, uint32_t>;
+
+// One frame of one variant, as its line says it.
+struct IndexLine {
+  FrameKey key;
+  std::string text;                          // The line, without its end.
+  std::map<std::string, std::string> files;  // SHA-256 by name.
+};
+
+// "frames/000012/003", relative to the variant's folder.
+std::string FramePath(const FrameKey& key);
+
+IndexLine MakeIndexLine(const v1::PublishedFrame& frame);
+
+// Errors: kDataLoss for a line that is not one of ours.
+absl::StatusOr<IndexLine> ParseIndexLine(const std::string& text);
+
+}  // namespace parallax

@@ -1,0 +1,287 @@
+#include "worker/dataset/dataset_card.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "common/base/file.h"
+#include "common/base/version.h"
+#include "common/config/config.h"
+#include "worker/dataset/histogram.h"
+#include "worker/dataset/statistics.h"
+
+namespace parallax {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Range {
+  double sum = 0, min = std::numeric_limits<double>::infinity(), max = -min;
+  int64_t count = 0;
+  void Add(double value) {
+    sum += value;
+    min = std::min(min, value);
+    max = std::max(max, value);
+    ++count;
+  }
+};
+
+// How much of a class there is.
+struct Share {
+  int64_t made = 0;    // Objects or materials in the recipes.
+  int64_t frames = 0;  // Frames in whose left image it is seen.
+  int64_t pixels = 0;  // Of the left images.
+};
+
+struct Summary {
+  int64_t frames = 0, passed = 0, bytes = 0;
+  std::set<uint32_t> scenes;
+  std::map<std::string, int64_t> failed_by_filter;
+  std::map<std::string, Range> statistics;
+  std::map<std::string, double> seconds;
+  std::map<std::string, int64_t> rooms;
+  std::map<std::string, Share> classes, materials;
+  Histogram disparity = DisparityHistogram(), depth = DepthHistogram();
+  int64_t pixels = 0;
+};
+
+// The object under `key`, or an empty one. A value of its own: items() refers to it.
+Json Part(const Json& json, const char* key) { return json.value(key, Json::object()); }
+
+void AddIndexLine(const Json& line, Summary& summary) {
+  const Json filters = Part(line, "filters"), statistics = Part(line, "statistics"),
+             seconds = Part(line, "seconds");
+  ++summary.frames;
+  summary.passed += line.value("passed", true);
+  summary.bytes += line.value("bytes", int64_t{0});
+  summary.scenes.insert(line["scene"].get<uint32_t>());
+  for (const auto& [name, verdict] : filters.items()) {
+    summary.failed_by_filter[name] += !verdict.value("passed", true);
+  }
+  for (const auto& [name, value] : statistics.items()) {
+    summary.statistics[name].Add(value.get<double>());
+  }
+  for (const auto& [name, value] : seconds.items()) {
+    summary.seconds[name] += value.get<double>();
+  }
+}
+
+void AddCounts(const Json& histogram, Histogram& sum) {
+  const auto counts = histogram.value("counts", std::vector<int64_t>());
+  for (size_t i = 0; i < counts.size() && i < sum.counts.size(); ++i) sum.counts[i] += counts[i];
+}
+
+void AddFrameJson(const Json& frame, Summary& summary) {
+  const Json object_pixels = Part(frame, "object_pixels");
+  const Json material_pixels = Part(frame, "material_pixels");
+  for (const auto& [name, pixels] : object_pixels.items()) {
+    summary.classes[name].pixels += pixels.get<int64_t>();
+    ++summary.classes[name].frames;
+  }
+  for (const auto& [name, pixels] : material_pixels.items()) {
+    summary.materials[name].pixels += pixels.get<int64_t>();
+    ++summary.materials[name].frames;
+  }
+  AddCounts(Part(frame, "disparity_histogram"), summary.disparity);
+  AddCounts(Part(frame, "depth_histogram"), summary.depth);
+  const Json& intrinsics = frame.at("intrinsics");
+  summary.pixels += intrinsics.at("width").get<int64_t>() * intrinsics.at("height").get<int64_t>();
+}
+
+void AddRecipe(const v1::Scene& scene, Summary& summary) {
+  ++summary.rooms[scene.room().kind()];
+  for (const v1::SceneObject& object : scene.objects()) ++summary.classes[ClassOf(object)].made;
+  for (const v1::SceneMaterial& material : scene.materials()) {
+    ++summary.materials[material.material_class()].made;
+  }
+}
+
+absl::StatusOr<Summary> Summarise(const std::string& dir, const std::vector<IndexLine>& index) {
+  Summary summary;
+  for (const IndexLine& line : index) {
+    const std::string path = dir + "/" + FramePath(line.key) + "/frame.json";
+    ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
+    try {
+      AddIndexLine(Json::parse(line.text), summary);
+      AddFrameJson(Json::parse(text), summary);
+    } catch (const Json::exception& error) {
+      return MakeError(absl::StatusCode::kDataLoss, path + ": " + error.what());
+    }
+  }
+  for (const uint32_t number : summary.scenes) {
+    char name[64];
+    std::snprintf(name, sizeof(name), "/scenes/%06u.pb", number);
+    const absl::StatusOr<std::string> bytes = ReadFile(dir + name);
+    if (absl::IsNotFound(bytes.status())) continue;  // The caller may fetch frames without recipes.
+    RETURN_IF_ERROR(bytes.status());
+    v1::Scene scene;
+    if (!scene.ParseFromString(*bytes)) {
+      return MakeError(absl::StatusCode::kDataLoss, dir + name + ": not a scene recipe");
+    }
+    AddRecipe(scene, summary);
+  }
+  return summary;
+}
+
+Json SharesJson(const std::map<std::string, Share>& shares) {
+  Json json = Json::object();
+  for (const auto& [name, share] : shares) {
+    json[name] = {{"made", share.made}, {"frames", share.frames}, {"pixels", share.pixels}};
+  }
+  return json;
+}
+
+Json HistogramJson(const Histogram& histogram, const char* width_key) {
+  return {{width_key, histogram.bin_width},
+          {"counts", histogram.counts},
+          {"last_bin", "everything larger"}};
+}
+
+std::string CardJson(const v1::StudySpec& study, const v1::VariantSpec& variant, const Summary& s) {
+  Json json;
+  json["format"] = "parallax-dataset-1";
+  json["study"] = study.name();
+  json["variant"] = variant.name();
+  json["seed"] = study.seed();
+  json["versions"] = {{"generator", kGeneratorVersion}, {"program", kProgramVersion}};
+  json["pairs_wanted"] = study.pairs();
+  json["pairs"] = s.frames;
+  json["pairs_passing_filters"] = s.passed;
+  json["scenes"] = s.scenes.size();
+  json["bytes"] = s.bytes;
+  json["filters_failed"] = s.failed_by_filter;
+  json["rooms"] = s.rooms;
+  Json statistics = Json::object();
+  for (const auto& [name, range] : s.statistics) {
+    statistics[name] = {{"mean", range.sum / static_cast<double>(range.count)},
+                        {"min", range.min},
+                        {"max", range.max}};
+  }
+  json["statistics"] = statistics;
+  json["disparity_histogram"] = HistogramJson(s.disparity, "bin_px");
+  Json limits = Json::object();
+  for (const int limit : kDisparityLimitsPx) {
+    limits[std::to_string(limit)] = s.disparity.FractionBelow(limit);
+  }
+  json["disparity_fraction_below_px"] = limits;
+  json["depth_histogram"] = HistogramJson(s.depth, "bin_m");
+  json["classes"] = SharesJson(s.classes);
+  json["materials"] = SharesJson(s.materials);
+  json["wall_seconds"] = s.seconds;
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string Fixed(double value, int digits) {
+  char text[64];
+  std::snprintf(text, sizeof(text), "%.*f", digits, value);
+  return text;
+}
+
+// Rows "|64-96|########|12.3 %|" over groups of bins.
+std::string BarTable(const Histogram& histogram, int bins_a_row, int rows, const char* unit) {
+  const double total = static_cast<double>(std::max<int64_t>(histogram.Total(), 1));
+  std::string text = std::string("| ") + unit + " | | share |\n|---|---|---|\n";
+  for (int row = 0; row < rows; ++row) {
+    const size_t begin = static_cast<size_t>(row * bins_a_row);
+    const bool last = row == rows - 1;
+    const size_t end =
+        last ? histogram.counts.size()
+             : std::min(begin + static_cast<size_t>(bins_a_row), histogram.counts.size());
+    int64_t count = 0;
+    for (size_t i = begin; i < end; ++i) count += histogram.counts[i];
+    const double share = static_cast<double>(count) / total;
+    const double low = static_cast<double>(begin) * histogram.bin_width;
+    const double high = static_cast<double>(end) * histogram.bin_width;
+    text += "| " + Fixed(low, 0) + (last ? " and more" : "–" + Fixed(high, 0)) + " | " +
+            std::string(static_cast<size_t>(share * 40 + 0.5), '#') + " | " +
+            Fixed(100 * share, 1) + " % |\n";
+  }
+  return text;
+}
+
+std::string ShareTable(const std::map<std::string, Share>& shares, int64_t pixels,
+                       const char* title) {
+  std::vector<std::pair<std::string, Share>> rows(shares.begin(), shares.end());
+  std::stable_sort(rows.begin(), rows.end(),
+                   [](const auto& a, const auto& b) { return a.second.pixels > b.second.pixels; });
+  std::string text =
+      std::string("| ") + title + " | made | frames | pixels |\n|---|---:|---:|---:|\n";
+  for (const auto& [name, share] : rows) {
+    text += "| " + name + " | " + std::to_string(share.made) + " | " +
+            std::to_string(share.frames) + " | " +
+            Fixed(100.0 * static_cast<double>(share.pixels) /
+                      static_cast<double>(std::max<int64_t>(pixels, 1)),
+                  2) +
+            " % |\n";
+  }
+  return text;
+}
+
+std::string CardMarkdown(const v1::StudySpec& study, const v1::VariantSpec& variant,
+                         const Summary& s) {
+  const double frames = static_cast<double>(std::max<int64_t>(s.frames, 1));
+  std::string text = "# " + study.name() + " / " + variant.name() + "\n\n";
+  text += std::to_string(s.frames) + " stereo pairs of " + std::to_string(s.scenes.size()) +
+          " procedural scenes with ground truth for both eyes, " +
+          Fixed(static_cast<double>(s.bytes) / 1e6, 1) + " MB. Made by Parallax " +
+          kProgramVersion + " (generator " + kGeneratorVersion + ") with seed " +
+          std::to_string(study.seed()) +
+          "; `study.lock.yaml` one folder up makes the same again.\n\n";
+  if (s.frames < study.pairs()) {
+    text += "**Incomplete:** " + std::to_string(study.pairs()) + " pairs were asked for.\n\n";
+  }
+  text +=
+      "`index.jsonl` has a line a pair with the verdict of each filter; `dataset.json` has the "
+      "numbers below in full.\n\n## Filters\n\n| filter | pairs that fail |\n|---|---:|\n";
+  for (const auto& [name, failed] : s.failed_by_filter) {
+    text += "| " + name + " | " + std::to_string(failed) + " |\n";
+  }
+  text += "| passing all | " + std::to_string(s.passed) + " |\n";
+
+  text += "\n## Disparity of the left view\n\n" + BarTable(s.disparity, 8, 17, "pixels") + "\n";
+  text += "Training code often cuts at a limit; pixels below it: ";
+  bool first = true;
+  for (const int limit : kDisparityLimitsPx) {
+    text += (first ? "" : ", ") + std::to_string(limit) +
+            " px: " + Fixed(100 * s.disparity.FractionBelow(limit), 1) + " %";
+    first = false;
+  }
+  text += ".\n\n## Depth of the left view\n\n" + BarTable(s.depth, 4, 13, "metres");
+
+  text += "\n## Per pair\n\n| | mean | min | max |\n|---|---:|---:|---:|\n";
+  for (const auto& [name, range] : s.statistics) {
+    text += "| " + name + " | " + Fixed(range.sum / static_cast<double>(range.count), 3) + " | " +
+            Fixed(range.min, 3) + " | " + Fixed(range.max, 3) + " |\n";
+  }
+  text += "\n## Rooms\n\n";
+  first = true;
+  for (const auto& [kind, count] : s.rooms) {
+    text += (first ? "" : ", ") + (kind.empty() ? std::string("unnamed") : kind) + ": " +
+            std::to_string(count);
+    first = false;
+  }
+  text += "\n\n## Classes\n\n" + ShareTable(s.classes, s.pixels, "class");
+  text += "\n## Materials\n\n" + ShareTable(s.materials, s.pixels, "material");
+  text += "\n## Cost\n\nWall seconds a pair on the machines that made it:";
+  for (const auto& [stage, seconds] : s.seconds) {
+    text += " " + stage + " " + Fixed(seconds / frames, 2) + ",";
+  }
+  text.back() = '.';
+  text += "\n\n## Configuration\n\n```yaml\n" + MessageToYaml(variant.config()) + "```\n";
+  return text;
+}
+
+}  // namespace
+
+absl::StatusOr<DatasetCard> MakeDatasetCard(const std::string& variant_dir,
+                                            const v1::StudySpec& study,
+                                            const v1::VariantSpec& variant,
+                                            const std::vector<IndexLine>& index) {
+  ASSIGN_OR_RETURN(const Summary summary, Summarise(variant_dir, index));
+  return DatasetCard{CardJson(study, variant, summary), CardMarkdown(study, variant, summary)};
+}
+
+}  // namespace parallax

@@ -1,0 +1,57 @@
+// What the pictures for people are drawn with: an RGB canvas with text, boxes, images and colour
+// maps.
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+
+#include "common/image/image.h"
+
+namespace parallax {
+
+using Rgb = std::array<uint8_t, 3>;
+
+// Colours of the sheets: light text on a dark ground, so that the images are the brightest thing.
+inline constexpr Rgb kGround = {22, 24, 29};
+inline constexpr Rgb kPanel = {33, 36, 43};
+inline constexpr Rgb kText = {228, 230, 235};
+inline constexpr Rgb kFaint = {140, 146, 158};
+inline constexpr Rgb kAccent = {92, 169, 255};
+inline constexpr Rgb kWarn = {255, 159, 64};
+
+// Clips everything to its bounds.
+class Canvas {
+ public:
+  Canvas(int width, int height) : image_(width, height) { FillBox(0, 0, width, height, kGround); }
+
+  void FillBox(int x, int y, int width, int height, const Rgb& color);
+  // Top left at (x, y), scaled to width x height by area (nearest neighbour for `exact` colours).
+  void DrawImage(int x, int y, int width, int height, const ImageRgb8& image, bool exact = false);
+  // `y` is the baseline; `size_px` the height of capitals. ASCII; other characters are drawn as
+  // '?'.
+  void DrawText(int x, int y, std::string_view text, double size_px, const Rgb& color = kText,
+                bool bold = false);
+  static int TextWidth(std::string_view text, double size_px);
+
+  const ImageRgb8& image() const { return image_; }
+
+ private:
+  ImageRgb8 image_;
+};
+
+// `text` cut so that it is at most `width` wide, with ".." where something is missing.
+std::string FitText(std::string text, double size_px, int width);
+
+// Google's Turbo: `value` in [0, 1] from dark blue to dark red.
+Rgb Turbo(double value);
+// A colour of its own for an index; neighbours differ much. 0 is black.
+Rgb IndexColor(uint32_t index);
+
+ImageRgb8 ColorDisparity(const ImageF& disparity_px, double full_scale_px);  // 0 is black.
+ImageRgb8 ColorIndices(const ImageU16& indices);
+ImageRgb8 ColorOcclusion(const ImageU8& occlusion);
+ImageRgb8 ColorNormals(
+    const ImageF3& normals);  // (x, y, z) -> (r, g, b), the camera's -y and -z bright.
+
+}  // namespace parallax

@@ -1,0 +1,109 @@
+#include "worker/dataset/frame_json.h"
+
+#include <nlohmann/json.hpp>
+
+#include "common/base/version.h"
+#include "common/math/proto.h"
+
+namespace parallax {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json RowsOf(const v1::Transform& transform) {
+  Json rows = Json::array();
+  for (const auto& row : MatrixOf(transform)) rows.push_back(row);
+  return rows;
+}
+
+// Trailing empty bins are left out.
+Json HistogramJson(const Histogram& histogram, const char* width_key) {
+  std::vector<int64_t> counts = histogram.counts;
+  while (!counts.empty() && counts.back() == 0) counts.pop_back();
+  return {{width_key, histogram.bin_width}, {"counts", counts}};
+}
+
+// Top-level keys on lines of their own; the tables' entries too.
+std::string Lines(const Json& json) {
+  std::string text = "{\n";
+  bool first = true;
+  for (const auto& [key, value] : json.items()) {
+    text += (first ? "" : ",\n") + Json(key).dump() + ": ";
+    first = false;
+    if ((key != "objects" && key != "materials") || value.empty()) {
+      text += value.dump();
+      continue;
+    }
+    text += "{";
+    bool first_entry = true;
+    for (const auto& [index, entry] : value.items()) {
+      text += (first_entry ? "\n  " : ",\n  ") + Json(index).dump() + ": " + entry.dump();
+      first_entry = false;
+    }
+    text += "\n}";
+  }
+  return text + "\n}\n";
+}
+
+}  // namespace
+
+std::array<std::array<double, 4>, 4> MatrixOf(const v1::Transform& transform) {
+  const Pose pose = FromProto(transform);
+  const Eigen::Matrix3d rotation = pose.scale * pose.rotation.toRotationMatrix();
+  std::array<std::array<double, 4>, 4> rows{};
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j)
+      rows[static_cast<size_t>(i)][static_cast<size_t>(j)] = rotation(i, j);
+    rows[static_cast<size_t>(i)][3] = pose.translation[i];
+  }
+  rows[3][3] = 1;
+  return rows;
+}
+
+v1::Transform WorldFromRight(const v1::Rig& rig) {
+  Pose left_from_right;
+  left_from_right.translation.x() = rig.baseline_m();
+  Pose world_from_right = FromProto(rig.world_from_left());
+  world_from_right.translation = world_from_right * left_from_right.translation;
+  return ToProto(world_from_right);
+}
+
+std::string FrameJson(const v1::Scene& scene, const v1::Rig& rig, double exposure,
+                      const FrameStatistics& statistics, const v1::RenderConfig& render) {
+  Json json;
+  json["intrinsics"] = {{"fx", rig.fx_px()},       {"fy", rig.fy_px()},
+                        {"cx", rig.cx_px()},       {"cy", rig.cy_px()},
+                        {"width", rig.width_px()}, {"height", rig.height_px()}};
+  json["baseline_m"] = rig.baseline_m();
+  json["world_from_left"] = RowsOf(rig.world_from_left());
+  json["world_from_right"] = RowsOf(WorldFromRight(rig));
+  json["near_m"] = statistics.min_depth_m;
+  json["far_m"] = statistics.max_depth_m;
+  json["exposure"] = exposure;
+  json["rig"] = rig.index();
+  json["room"] = scene.room().kind();
+  json["seeds"] = {{"scene", scene.scene_seed()}};
+  json["versions"] = {{"generator", scene.generator_version()}, {"program", kProgramVersion}};
+  json["maps"] = std::vector<std::string>(render.maps().begin(), render.maps().end());
+
+  Json objects = Json::object(), materials = Json::object();
+  for (const v1::SceneObject& object : scene.objects()) {
+    objects[std::to_string(object.index())] = {
+        {"class", ClassOf(object)}, {"name", object.name()}, {"seed", object.seed()}};
+  }
+  for (const v1::SceneMaterial& material : scene.materials()) {
+    materials[std::to_string(material.index())] = {
+        {"class", material.material_class()}, {"name", material.name()}, {"seed", material.seed()}};
+  }
+  json["objects"] = objects;
+  json["materials"] = materials;
+
+  json["statistics"] = StatisticsByName(statistics);
+  json["object_pixels"] = statistics.object_pixels;
+  json["material_pixels"] = statistics.material_pixels;
+  json["disparity_histogram"] = HistogramJson(statistics.disparity, "bin_px");
+  json["depth_histogram"] = HistogramJson(statistics.depth, "bin_m");
+  return Lines(json);
+}
+
+}  // namespace parallax

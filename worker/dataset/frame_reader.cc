@@ -1,0 +1,52 @@
+#include "worker/dataset/frame_reader.h"
+
+#include "common/base/file.h"
+#include "common/image/io.h"
+
+namespace parallax {
+namespace {
+
+// Reads `path` into `image`; a file that is not there leaves it empty.
+template <typename ImageType>
+absl::Status ReadOptional(const std::string& path,
+                          absl::StatusOr<ImageType> (*read)(const std::string&), ImageType& image) {
+  absl::StatusOr<ImageType> result = read(path);
+  if (absl::IsNotFound(result.status())) return absl::OkStatus();
+  RETURN_IF_ERROR(result.status());
+  image = *std::move(result);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<nlohmann::ordered_json> ReadFrameJson(const std::string& frame_dir) {
+  const std::string path = frame_dir + "/frame.json";
+  ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
+  nlohmann::ordered_json json =
+      nlohmann::ordered_json::parse(text, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object()) return MakeError(absl::StatusCode::kDataLoss, path + ": not JSON");
+  return json;
+}
+
+absl::StatusOr<FrameOnDisk> ReadFrame(const std::string& dir) {
+  FrameOnDisk frame;
+  ASSIGN_OR_RETURN(frame.json, ReadFrameJson(dir));
+  ASSIGN_OR_RETURN(frame.left, ReadPngRgb8(dir + "/left.png"));
+  ASSIGN_OR_RETURN(frame.right, ReadPngRgb8(dir + "/right.png"));
+  RETURN_IF_ERROR(ReadOptional(dir + "/disparity_left.exr", &ReadExrY, frame.left_disparity_px));
+  RETURN_IF_ERROR(ReadOptional(dir + "/occlusion_left.png", &ReadPngU8, frame.left_occlusion));
+  RETURN_IF_ERROR(ReadOptional(dir + "/objects_left.png", &ReadPngU16, frame.left_objects));
+  RETURN_IF_ERROR(ReadOptional(dir + "/materials_left.png", &ReadPngU16, frame.left_materials));
+  RETURN_IF_ERROR(ReadOptional(dir + "/normals_left.exr", &ReadExrRgb, frame.left_normals));
+  const auto fits = [&](const auto& image) {
+    return image.empty() ||
+           (image.width() == frame.left.width() && image.height() == frame.left.height());
+  };
+  if (!fits(frame.right) || !fits(frame.left_disparity_px) || !fits(frame.left_occlusion) ||
+      !fits(frame.left_objects) || !fits(frame.left_materials) || !fits(frame.left_normals)) {
+    return MakeError(absl::StatusCode::kDataLoss, dir + ": maps of different sizes");
+  }
+  return frame;
+}
+
+}  // namespace parallax

@@ -1,0 +1,150 @@
+#include "worker/dataset/frame_writer.h"
+
+#include <sys/stat.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <set>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/base/file.h"
+#include "common/base/hash.h"
+#include "common/image/io.h"
+#include "common/store/store.h"
+#include "worker/dataset/frame_json.h"
+#include "worker/dataset/statistics.h"
+
+namespace parallax {
+namespace {
+
+struct Output {
+  std::string name;
+  std::function<absl::StatusOr<std::string>()> encode;
+};
+
+absl::Status CheckSizes(const View& view, const v1::Rig& rig, const char* eye) {
+  const auto fits = [&](const auto& image) {
+    return image.width() == rig.width_px() && image.height() == rig.height_px();
+  };
+  const struct {
+    const char* name;
+    bool fits;
+  } maps[] = {{"image", fits(view.color)},
+              {"depth", fits(view.depth_m)},
+              {"disparity", fits(view.disparity_px)},
+              {"occlusion", fits(view.occlusion)},
+              {"objects", fits(view.objects)},
+              {"materials", fits(view.materials)},
+              {"normals", fits(view.normals)},
+              {"masks", fits(view.masks)}};
+  for (const auto& map : maps) {
+    if (map.fits) continue;
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     std::string("rig ") + std::to_string(rig.index()) + ": " + eye + " " +
+                         map.name + " is not " + std::to_string(rig.width_px()) + " x " +
+                         std::to_string(rig.height_px()));
+  }
+  return absl::OkStatus();
+}
+
+// Files of one eye; `eye` is "left" or "right".
+void AddOutputs(const View& view, const std::string& eye, const std::set<std::string>& maps,
+                std::vector<Output>& outputs) {
+  outputs.push_back({eye + ".png", [&view] { return EncodePng(view.color); }});
+  const auto add = [&](const std::string& map, const char* extension, auto encode) {
+    if (maps.count(map)) outputs.push_back({map + "_" + eye + extension, encode});
+  };
+  add("depth", ".exr", [&view] { return EncodeExrY(view.depth_m); });
+  add("disparity", ".exr", [&view] { return EncodeExrY(view.disparity_px); });
+  add("occlusion", ".png", [&view] { return EncodePng(view.occlusion); });
+  add("objects", ".png", [&view] { return EncodePng(view.objects); });
+  add("materials", ".png", [&view] { return EncodePng(view.materials); });
+  add("normals", ".exr", [&view] { return EncodeExrHalfRgb(view.normals); });
+  add("masks", ".png", [&view] { return EncodePng(view.masks); });
+}
+
+absl::Status MakeEmptyFolder(const std::string& dir) {
+  std::error_code error;
+  std::filesystem::remove_all(dir, error);
+  if (!error) std::filesystem::create_directories(dir, error);
+  return error ? ErrnoError(error.value(), "make folder " + dir) : absl::OkStatus();
+}
+
+// Written, on disk and from now on read-only: what is published is never changed.
+absl::StatusOr<v1::FileEntry> WriteEntry(const std::string& dir, const std::string& name,
+                                         const std::string& bytes) {
+  const std::string path = dir + "/" + name;
+  RETURN_IF_ERROR(WriteFile(path, bytes, /*sync=*/true));
+  ::chmod(path.c_str(), 0444);
+  v1::FileEntry entry;
+  entry.set_name(name);
+  entry.set_size(static_cast<int64_t>(bytes.size()));
+  entry.set_sha256(Sha256Hex(bytes));
+  return entry;
+}
+
+double SecondsSince(SteadyTime begin) {
+  return std::chrono::duration<double>(Clock::System().Steady() - begin).count();
+}
+
+}  // namespace
+
+absl::StatusOr<v1::FrameResult> WriteFrame(const FrameJob& job) {
+  RETURN_IF_ERROR(CheckSizes(job.frame.left, job.rig, "left"));
+  RETURN_IF_ERROR(CheckSizes(job.frame.right, job.rig, "right"));
+  const SteadyTime begin = Clock::System().Steady();
+  const FrameStatistics statistics = ComputeStatistics(job.scene, job.frame);
+  const double statistics_s = SecondsSince(begin);
+
+  const std::set<std::string> maps(job.render.maps().begin(), job.render.maps().end());
+  std::vector<Output> outputs;
+  AddOutputs(job.frame.left, "left", maps, outputs);
+  AddOutputs(job.frame.right, "right", maps, outputs);
+  RETURN_IF_ERROR(MakeEmptyFolder(job.dir));
+
+  std::vector<absl::StatusOr<v1::FileEntry>> entries(outputs.size(), v1::FileEntry());
+  tbb::parallel_for(size_t{0}, outputs.size(), [&](size_t i) {
+    if (job.cancel.cancelled()) {
+      entries[i] = absl::CancelledError("while writing the frame");
+      return;
+    }
+    const absl::StatusOr<std::string> bytes = outputs[i].encode();
+    entries[i] = bytes.ok()
+                     ? WriteEntry(job.dir, outputs[i].name, *bytes)
+                     : absl::StatusOr<v1::FileEntry>(WithContext(bytes.status(), outputs[i].name));
+  });
+
+  v1::FrameResult result;
+  for (const absl::StatusOr<v1::FileEntry>& entry : entries) {
+    RETURN_IF_ERROR(entry.status());
+    *result.add_files() = *entry;
+  }
+  ASSIGN_OR_RETURN(*result.add_files(),
+                   WriteEntry(job.dir, "frame.json",
+                              FrameJson(job.scene, job.rig, double{job.frame.exposure}, statistics,
+                                        job.render)));
+  RETURN_IF_ERROR(SyncPath(job.dir));
+
+  std::sort(result.mutable_files()->begin(), result.mutable_files()->end(),
+            [](const auto& a, const auto& b) { return a.name() < b.name(); });
+  result.set_rig(job.rig.index());
+  result.set_path(job.store_path);
+  for (v1::FilterVerdict& verdict : RunFilters(statistics, job.filters)) {
+    *result.add_filters() = std::move(verdict);
+  }
+  for (const auto& [name, value] : StatisticsByName(statistics)) {
+    (*result.mutable_statistics())[name] = value;
+  }
+  auto& stage_s = *result.mutable_stage_s();
+  stage_s["trace"] = job.frame.trace_s;
+  stage_s["denoise"] = job.frame.denoise_s;
+  stage_s["truth"] = job.frame.truth_s;
+  stage_s["statistics"] = statistics_s;
+  stage_s["write"] = SecondsSince(begin) - statistics_s;
+  return result;
+}
+
+}  // namespace parallax

@@ -1,0 +1,29 @@
+// The page of histograms that goes with a contact sheet.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+#include "common/image/image.h"
+#include "worker/dataset/histogram.h"
+
+namespace parallax {
+
+struct HistogramData {
+  int64_t frames = 0;
+  int64_t pixels = 0;  // Of the left images.
+  Histogram disparity = DisparityHistogram();
+  Histogram depth = DepthHistogram();
+  std::map<std::string, int64_t> object_pixels, material_pixels;  // By class.
+};
+
+// Sums of what the frames' frame.json say.
+absl::StatusOr<HistogramData> SumHistograms(const std::vector<std::string>& frame_dirs);
+
+// Disparity with training code's limits marked, depth, classes and materials by share of pixels.
+ImageRgb8 DrawHistogramPage(const std::string& title, const HistogramData& data);
+
+}  // namespace parallax

@@ -1,0 +1,146 @@
+#include "worker/dataset/render_frames.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <future>
+#include <map>
+#include <utility>
+
+#include "common/base/clock.h"
+#include "common/base/hash.h"
+#include "common/base/log.h"
+#include "common/store/store.h"
+#include "worker/dataset/frame_writer.h"
+
+namespace parallax {
+namespace {
+
+std::string ThreeDigits(uint32_t number) {
+  char text[16];
+  std::snprintf(text, sizeof(text), "%03u", number);
+  return text;
+}
+
+// The job's rigs in its order. Errors: kInvalidArgument for a rig that the scene does not have.
+absl::StatusOr<std::vector<const v1::Rig*>> FindRigs(const v1::RenderJob& job) {
+  std::map<uint32_t, const v1::Rig*> by_index;
+  for (const v1::Rig& rig : job.scene().rigs()) by_index.emplace(rig.index(), &rig);
+  std::vector<const v1::Rig*> rigs;
+  for (const uint32_t index : job.rigs()) {
+    const auto found = by_index.find(index);
+    if (found == by_index.end()) {
+      return MakeError(absl::StatusCode::kInvalidArgument,
+                       "rig " + std::to_string(index) + " is not among the scene's " +
+                           std::to_string(by_index.size()) + " rigs");
+    }
+    if (found->second->width_px() <= 0 || found->second->height_px() <= 0) {
+      return MakeError(absl::StatusCode::kInvalidArgument,
+                       "rig " + std::to_string(index) + " has no pixels");
+    }
+    rigs.push_back(found->second);
+  }
+  if (rigs.empty()) return absl::InvalidArgumentError("a render job without rigs");
+  return rigs;
+}
+
+// The folder and its way from the store are on disk.
+absl::Status MakeAttemptFolder(const std::string& dir) {
+  std::error_code error;
+  std::filesystem::create_directories(dir, error);
+  if (error) return ErrnoError(error.value(), "make folder " + dir);
+  const std::filesystem::path parent = std::filesystem::path(dir).parent_path();
+  RETURN_IF_ERROR(SyncPath(parent));
+  return SyncPath(parent.parent_path());
+}
+
+// Renders and writes the rigs; the renderer stays with the caller.
+absl::Status RenderAll(const v1::RenderJob& job, const RenderJobContext& context,
+                       const std::vector<const v1::Rig*>& rigs, Renderer& renderer,
+                       v1::RenderResult& result) {
+  // One frame is being written at most, so that memory holds two.
+  std::future<absl::StatusOr<v1::FrameResult>> writing;
+  const auto collect = [&]() -> absl::Status {
+    if (!writing.valid()) return absl::OkStatus();
+    ASSIGN_OR_RETURN(*result.add_frames(), writing.get());
+    return absl::OkStatus();
+  };
+  const double count = static_cast<double>(rigs.size());
+  for (size_t i = 0; i < rigs.size(); ++i) {
+    const v1::Rig& rig = *rigs[i];
+    const ProgressFn progress = [&, i](double fraction) {
+      if (context.progress) context.progress((static_cast<double>(i) + fraction) / count);
+    };
+    if (context.cancel.cancelled()) return absl::CancelledError("render job");
+    absl::StatusOr<StereoFrame> frame = renderer.RenderRig(rig, context.cancel, progress);
+    if (!frame.ok()) return WithContext(frame.status(), "rig " + std::to_string(rig.index()));
+    RETURN_IF_ERROR(collect());
+    writing =
+        std::async(std::launch::async, [&job, &context, &rig, log = CurrentLogContext(),
+                                        frame = std::make_shared<StereoFrame>(*std::move(frame))] {
+          ScopedLogContext scope(log);
+          const std::string name = ThreeDigits(rig.index());
+          return WriteFrame({.scene = job.scene(),
+                             .rig = rig,
+                             .frame = *frame,
+                             .render = job.render(),
+                             .filters = job.filters(),
+                             .dir = context.attempt_dir + "/" + name,
+                             .store_path = context.attempt_path + "/" + name,
+                             .cancel = context.cancel});
+        });
+  }
+  RETURN_IF_ERROR(collect());
+  if (context.progress) context.progress(1);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+std::unique_ptr<Renderer> RendererCache::Take(const std::string& key) {
+  std::unique_ptr<Renderer> taken;
+  std::unique_ptr<Renderer> dropped;  // Destroyed after the lock is given back.
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    (key == key_ ? taken : dropped) = std::move(renderer_);
+    key_.clear();
+  }
+  return taken;
+}
+
+void RendererCache::Keep(const std::string& key, std::unique_ptr<Renderer> renderer) {
+  std::unique_ptr<Renderer> dropped = std::move(renderer);
+  std::lock_guard<std::mutex> lock(mutex_);
+  std::swap(renderer_, dropped);
+  key_ = key;
+}
+
+std::string RendererCache::KeyOf(const v1::Scene& scene, const v1::RenderConfig& config) {
+  v1::RenderConfig without_maps = config;
+  without_maps.clear_maps();
+  return Sha256Hex(Sha256Hex(scene.SerializeAsString()) + without_maps.SerializeAsString());
+}
+
+absl::StatusOr<v1::RenderResult> RenderFrames(const v1::RenderJob& job,
+                                              const RenderJobContext& context,
+                                              const RendererFactory& factory,
+                                              RendererCache& cache) {
+  ASSIGN_OR_RETURN(const std::vector<const v1::Rig*> rigs, FindRigs(job));
+  RETURN_IF_ERROR(MakeAttemptFolder(context.attempt_dir));
+
+  v1::RenderResult result;
+  const std::string key = RendererCache::KeyOf(job.scene(), job.render());
+  std::unique_ptr<Renderer> renderer = cache.Take(key);
+  if (renderer == nullptr) {
+    const SteadyTime begin = Clock::System().Steady();
+    ASSIGN_OR_RETURN(renderer, factory(job.scene(), job.render()));
+    result.set_build_s(std::chrono::duration<double>(Clock::System().Steady() - begin).count());
+  }
+  const absl::Status status = RenderAll(job, context, rigs, *renderer, result);
+  // A cancelled job's scene is likely to come again; after any other error start afresh.
+  if (status.ok() || absl::IsCancelled(status)) cache.Keep(key, std::move(renderer));
+  RETURN_IF_ERROR(status);
+  RETURN_IF_ERROR(SyncPath(context.attempt_dir));
+  return result;
+}
+
+}  // namespace parallax

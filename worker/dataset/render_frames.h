@@ -1,0 +1,42 @@
+// The job `render` without the renderer's construction: which renderer, which rigs, what is written
+// when.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "worker/dataset/render_job.h"
+
+namespace parallax {
+
+// Builds the renderer of a scene: geometry, acceleration structure and all.
+using RendererFactory = std::function<absl::StatusOr<std::unique_ptr<Renderer>>(
+    const v1::Scene& scene, const v1::RenderConfig& config)>;
+
+// Keeps the renderer that was used last, so that the next job of the same scene needs no build.
+// Thread-safe; a renderer in use is out of the cache, so two jobs never share one.
+class RendererCache {
+ public:
+  // Takes the renderer of `key` out, or nullptr. What is kept for another scene is dropped first:
+  // two scenes in memory at the same time might be too much.
+  std::unique_ptr<Renderer> Take(const std::string& key);
+  void Keep(const std::string& key, std::unique_ptr<Renderer> renderer);
+
+  // Equal when a renderer can be used again: the recipe and all of the config but `maps`.
+  static std::string KeyOf(const v1::Scene& scene, const v1::RenderConfig& config);
+
+ private:
+  std::mutex mutex_;
+  std::string key_;                     // Guarded by mutex_.
+  std::unique_ptr<Renderer> renderer_;  // Guarded by mutex_.
+};
+
+// RunRenderJob with the renderer of `factory`. While a rig is rendered the one before it is encoded
+// and written.
+absl::StatusOr<v1::RenderResult> RenderFrames(const v1::RenderJob& job,
+                                              const RenderJobContext& context,
+                                              const RendererFactory& factory, RendererCache& cache);
+
+}  // namespace parallax

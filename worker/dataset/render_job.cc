@@ -1,0 +1,29 @@
+#include "worker/dataset/render_job.h"
+
+#include <new>
+
+#include "worker/dataset/render_frames.h"
+#include "worker/scene/scene_geometry.h"
+
+namespace parallax {
+namespace {
+
+absl::StatusOr<std::unique_ptr<Renderer>> BuildRenderer(const v1::Scene& scene,
+                                                        const v1::RenderConfig& config) {
+  ASSIGN_OR_RETURN(SceneGeometry geometry, BuildSceneGeometry(scene));
+  return Renderer::Create(scene, std::move(geometry), config);
+}
+
+}  // namespace
+
+absl::StatusOr<v1::RenderResult> RunRenderJob(const v1::RenderJob& job,
+                                              const RenderJobContext& context) {
+  static RendererCache* cache = new RendererCache;  // Lives as long as the worker.
+  try {
+    return RenderFrames(job, context, &BuildRenderer, *cache);
+  } catch (const std::bad_alloc&) {
+    return absl::ResourceExhaustedError("not enough memory to render the scene");
+  }
+}
+
+}  // namespace parallax

@@ -1,0 +1,64 @@
+// What a frame is like in numbers: for filters, frame.json and the dataset card.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "parallax/v1/config.pb.h"
+#include "parallax/v1/jobs.pb.h"
+#include "parallax/v1/scene.pb.h"
+#include "worker/dataset/histogram.h"
+#include "worker/render/stereo_frame.h"
+
+namespace parallax {
+
+// Of the left view unless said otherwise.
+struct FrameStatistics {
+  double mean_intensity = 0;  // Of all 8-bit values.
+  double min_depth_m = 0;     // Of both views; 0 when they see no surface.
+  double max_depth_m = 0;     // Of both views.
+  double max_disparity_px = 0;
+  double median_disparity_px = 0;  // To the histogram's bin width; of pixels that see a surface.
+  double occluded_fraction = 0;    // Of all pixels.
+  double sky_fraction = 0;         // Pixels that see no surface.
+  double warp_median_difference =
+      0;  // WarpCheck's median, 8-bit steps; -1 when nothing could be compared.
+  Histogram disparity = DisparityHistogram();
+  Histogram depth = DepthHistogram();
+  std::map<std::string, int64_t> object_pixels;    // By class.
+  std::map<std::string, int64_t> material_pixels;  // By class.
+};
+
+FrameStatistics ComputeStatistics(const v1::Scene& scene, const StereoFrame& frame);
+
+// The numbers above by name, for FrameResult.statistics.
+std::map<std::string, double> StatisticsByName(const FrameStatistics& statistics);
+
+// "dark": mean_intensity >= min_mean_intensity; "near": min_depth_m >= min_depth_m of the config. A
+// frame that sees no surface at all passes "near".
+std::vector<v1::FilterVerdict> RunFilters(const FrameStatistics& statistics,
+                                          const v1::FilterConfig& config);
+
+// The class of an object for tables: its asset class, or "Floor", "Ceiling", "Wall", "Skirting",
+// "Door", "Window" for a part of the room.
+std::string ClassOf(const v1::SceneObject& object);
+
+// How well the right image, warped by the left disparity, agrees with the left image outside
+// occlusions.
+struct WarpDifference {
+  double median = -1;  // Of the absolute difference, 8-bit steps, over pixels and channels; -1: no
+                       // pixel compared.
+  double mean = 0;
+  double p90 = 0;
+  int64_t pixels = 0;
+};
+
+// Looks at every `stride`-th pixel in x and y. Source: dataset-format, "right warped by disparity
+// gives left".
+WarpDifference WarpCheck(const ImageRgb8& left, const ImageRgb8& right,
+                         const ImageF& left_disparity_px, const ImageU8& left_occlusion,
+                         int stride = 1);
+
+}  // namespace parallax

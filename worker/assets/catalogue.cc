@@ -31,6 +31,9 @@ size_t EditDistance(std::string_view a, std::string_view b) {
 std::vector<AssetClass> BuildCatalogue() {
   std::vector<AssetClass> classes;
   RegisterChairs(classes);
+  RegisterSofas(classes);
+  RegisterTables(classes);
+  RegisterStorage(classes);
   std::sort(classes.begin(), classes.end(),
             [](const AssetClass& a, const AssetClass& b) { return a.name < b.name; });
   return classes;

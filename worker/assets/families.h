@@ -8,5 +8,8 @@
 namespace parallax {
 
 void RegisterChairs(std::vector<AssetClass>& classes);
+void RegisterSofas(std::vector<AssetClass>& classes);
+void RegisterTables(std::vector<AssetClass>& classes);
+void RegisterStorage(std::vector<AssetClass>& classes);
 
 }  // namespace parallax

@@ -1,0 +1,440 @@
+#include "worker/assets/tables.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace parallax {
+namespace {
+
+using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
+
+Path2 TopOutline(const TableParams& p) {
+  switch (p.top) {
+    case TopStyle::kRound:
+    case TopStyle::kOval:
+      return EllipseSection(p.width_m, p.depth_m, 72);
+    case TopStyle::kRounded:
+      return RectSection(p.width_m, p.depth_m, 0.16f * p.depth_m, 10);
+    default:
+      return RectSection(p.width_m, p.depth_m, 0.008f, 2);
+  }
+}
+
+void AddTop(AssetBuilder& b, const TableParams& p) {
+  const MaterialSlot slot =
+      p.glass_top ? GlassSlot("top") : Slot("top", {"wood", "stone", "paint"});
+  const float z = p.height_m - p.top_m;
+  if (p.top == TopStyle::kPlanks) {
+    // Boards side by side with breadboard ends.
+    const int n = std::max(3, static_cast<int>(p.depth_m / 0.16f));
+    const float each = p.depth_m / static_cast<float>(n), end = 0.09f;
+    for (int i = 0; i < n; ++i) {
+      const float y = -0.5f * p.depth_m + each * static_cast<float>(i);
+      b.Add(Board({-0.5f * p.width_m + end, y + 0.0006f, z},
+                  {0.5f * p.width_m - end, y + each - 0.0006f, p.height_m}, 0.003f),
+            slot);
+    }
+    b.AddMirroredX(Board({0.5f * p.width_m - end, -0.5f * p.depth_m, z},
+                         {0.5f * p.width_m, 0.5f * p.depth_m, p.height_m}, 0.003f),
+                   slot);
+    return;
+  }
+  b.Add(Extrude(TopOutline(p), p.top_m, std::min(0.006f, 0.3f * p.top_m)).Moved(0, 0, z), slot);
+}
+
+// Where legs stand: at the corners, or inside a round outline.
+Vec2f LegCorner(const TableParams& p) {
+  const bool round = p.top == TopStyle::kRound || p.top == TopStyle::kOval;
+  const float inset = 0.035f + 0.5f * p.leg_m;
+  if (round) return {0.5f * p.width_m * 0.62f, 0.5f * p.depth_m * 0.62f};
+  if (p.top == TopStyle::kRounded)
+    return {0.5f * p.width_m - inset - 0.04f, 0.5f * p.depth_m - inset - 0.04f};
+  return {0.5f * p.width_m - inset, 0.5f * p.depth_m - inset};
+}
+
+void AddLegs(AssetBuilder& b, const TableParams& p) {
+  const MaterialSlot wood = WoodSlot("frame");
+  const Vec2f c = LegCorner(p);
+  const float under = p.height_m - p.top_m, t = p.leg_m;
+  const bool turned = p.legs == LegStyle::kTurned;
+  const bool splayed = p.legs == LegStyle::kRound && !p.shelf;
+  const float apron = std::min(0.1f, 0.2f * p.height_m);
+  const float splay = splayed ? 0.1f * p.height_m : 0.0f;
+  const Vec3f top(c.x(), c.y(), under), foot(c.x() + splay, c.y() + splay, 0);
+  if (turned && p.apron) {
+    const float block = apron + 0.04f;
+    b.AddFourfold(Board({c.x() - 0.5f * t, c.y() - 0.5f * t, under - block},
+                        {c.x() + 0.5f * t, c.y() + 0.5f * t, under}, 0.004f),
+                  wood);
+    b.AddFourfold(
+        FurnitureLeg(p.legs, foot, {c.x(), c.y(), under - block + 0.005f}, t, p.leg_variant), wood);
+  } else {
+    b.AddFourfold(FurnitureLeg(p.legs, foot, top, t, p.leg_variant), wood);
+  }
+  if (p.apron) {
+    const float h = 0.011f;
+    for (const float s : {-1.0f, 1.0f}) {
+      b.Add(Board({-c.x(), s * c.y() - h, under - apron}, {c.x(), s * c.y() + h, under}), wood);
+      b.Add(Board({s * c.x() - h, -c.y(), under - apron}, {s * c.x() + h, c.y(), under}), wood);
+    }
+  }
+  if (p.shelf) {
+    const float z = 0.3f * p.height_m;
+    b.Add(Board({-c.x() - 0.2f * t, -c.y() - 0.2f * t, z - 0.018f},
+                {c.x() + 0.2f * t, c.y() + 0.2f * t, z}, 0.003f),
+          WoodSlot("top"));
+    const float inset = 0.6f * t;
+    b.Support({-c.x() + inset, -c.y() + inset}, {c.x() - inset, c.y() - inset}, z,
+              under - (p.apron ? apron : 0.0f) - z);
+  }
+}
+
+void AddTrestle(AssetBuilder& b, const TableParams& p) {
+  const MaterialSlot wood = WoodSlot("frame");
+  const float under = p.height_m - p.top_m,
+              x = 0.5f * p.width_m - 0.22f * std::min(1.0f, p.width_m), y = 0.5f * p.depth_m;
+  const bool pair = p.leg_variant % 2 == 0;
+  // Foot with rounded toes, column(s), head under the top.
+  const Path2 foot_side{{-0.82f * y, 0.0f}, {-0.6f * y, 0.0f},  {-0.5f * y, 0.012f},
+                        {0.5f * y, 0.012f}, {0.6f * y, 0.0f},   {0.82f * y, 0.0f},
+                        {0.82f * y, 0.03f}, {0.5f * y, 0.075f}, {-0.5f * y, 0.075f},
+                        {-0.82f * y, 0.03f}};
+  Shape foot = Extrude(foot_side, 0.085f, 0.005f).Bent([&](const Vec3f& q) {
+    return Vec3f(q.z() - 0.0425f + x, q.x(), q.y());
+  });
+  b.AddMirroredX(foot, wood);
+  const Path2 head_side{{-0.75f * y, 0.0f}, {0.75f * y, 0.0f},   {0.75f * y, -0.025f},
+                        {0.6f * y, -0.06f}, {-0.6f * y, -0.06f}, {-0.75f * y, -0.025f}};
+  Path2 head(head_side.rbegin(), head_side.rend());
+  b.AddMirroredX(Extrude(head, 0.07f, 0.004f).Bent([&](const Vec3f& q) {
+    return Vec3f(q.z() - 0.035f + x, q.x(), q.y() + under);
+  }),
+                 wood);
+  if (pair) {
+    for (const float s : {-1.0f, 1.0f}) {
+      b.AddMirroredX(Bar({x, 0.32f * y * s, 0.06f}, {x, 0.32f * y * s, under - 0.04f},
+                         {0.07f, 0.075f}, {0.07f, 0.075f}, 0.005f, Vec3f::UnitY()),
+                     wood);
+    }
+  } else {
+    const Path2 column = Spline(
+        Path2{{0.22f, 0.07f}, {0.2f, 0.2f}, {0.13f, 0.38f}, {0.2f, 0.56f}, {0.24f, under - 0.05f}},
+        5);
+    Path2 outline;
+    for (const Vec2f& q : column) outline.emplace_back(q.x() * y * 1.6f, q.y());
+    for (size_t i = column.size(); i-- > 0;)
+      outline.emplace_back(-column[i].x() * y * 1.6f, column[i].y());
+    Shape board = Extrude(outline, 0.045f, 0.004f).Bent([&](const Vec3f& q) {
+      return Vec3f(q.z() - 0.0225f + x, q.x(), q.y());
+    });
+    for (size_t i = 0; i < board.points.size(); ++i)
+      board.texture[i] = {board.points[i].z(), board.points[i].x(), board.points[i].y()};
+    b.AddMirroredX(board, wood);
+  }
+  const float z = 0.32f * p.height_m;
+  b.Add(Board({-x, -0.02f, z}, {x, 0.02f, z + 0.09f}, 0.004f), wood);
+}
+
+void AddPedestal(AssetBuilder& b, const TableParams& p) {
+  const float under = p.height_m - p.top_m;
+  const float spread = 0.36f * std::min(p.width_m, p.depth_m);
+  if (p.leg_variant % 2 == 0) {
+    // Turned column on three or four bowed feet.
+    const MaterialSlot wood = WoodSlot("frame");
+    b.Add(TurnedLeg(under - 0.2f, 0.075f, p.leg_variant / 2).Moved(0, 0, 0.17f), wood);
+    b.Add(Cylinder(0.07f, 0.1f, 0.006f).Moved(0, 0, 0.12f), wood);
+    const int feet = p.leg_variant % 4 == 0 ? 3 : 4;
+    for (int i = 0; i < feet; ++i) {
+      const float a = 2 * kPi * static_cast<float>(i) / static_cast<float>(feet) + 0.25f * kPi;
+      const Vec3f out(std::cos(a), std::sin(a), 0);
+      const float reach = std::max(spread, 0.24f);
+      const Path3 path =
+          Spline(Path3{0.02f * out + Vec3f(0, 0, 0.19f), 0.35f * reach * out + Vec3f(0, 0, 0.165f),
+                       0.75f * reach * out + Vec3f(0, 0, 0.07f), reach * out + Vec3f(0, 0, 0.022f),
+                       (reach + 0.06f) * out + Vec3f(0, 0, 0.02f)},
+                 6);
+      SweepOptions options;
+      options.keep_up = true;
+      options.end_round_m = 0.012f;
+      options.scale = [](float t) { return Vec2f(1.0f - 0.25f * t, 1.0f - 0.5f * t); };
+      b.Add(Sweep(path, RectSection(0.055f, 0.078f, 0.012f, 3), options), wood);
+    }
+    b.Add(Board({-0.9f * spread, -0.05f, under - 0.035f}, {0.9f * spread, 0.05f, under}, 0.006f),
+          wood);
+    b.Add(Board({-0.05f, -0.9f * spread, under - 0.035f}, {0.05f, 0.9f * spread, under}, 0.006f),
+          wood);
+  } else {
+    // A trumpet.
+    const float r = std::max(spread, 0.2f);
+    const Path2 profile = Spline(Path2{{r, 0},
+                                       {r + 0.002f, 0.006f},
+                                       {0.85f * r, 0.018f},
+                                       {0.42f * r, 0.06f},
+                                       {0.045f, 0.22f * p.height_m},
+                                       {0.036f, 0.5f * p.height_m},
+                                       {0.05f, 0.85f * under},
+                                       {0.32f * r, under - 0.006f},
+                                       {0.36f * r, under}},
+                                 6);
+    LatheOptions options;
+    options.segments = 56;
+    b.Add(Lathe(profile, options), Slot("frame", {"metal", "plastic", "paint"}));
+  }
+}
+
+void AddSledge(AssetBuilder& b, const TableParams& p) {
+  const MaterialSlot metal = Slot("frame", {"metal", "wood"});
+  const float under = p.height_m - p.top_m, x = 0.5f * p.width_m - 0.12f * p.width_m,
+              y = 0.5f * p.depth_m - 0.06f;
+  const float t = p.leg_m > 0.06f ? 0.04f : 0.028f, h = 0.5f * t;
+  // A closed frame of square tube each side; mitred corners.
+  const Path2 outline = Filleted(
+      Path2{{-y, h}, {0, h}, {y, h}, {y, under - h}, {0, under - h}, {-y, under - h}, {-y, h}},
+      0.012f, 3);
+  Path3 path;
+  for (size_t i = 0; i + 1 < outline.size(); ++i)
+    path.emplace_back(x, outline[i].x(), outline[i].y());
+  // Start in the middle of a straight so that the ring closes smoothly.
+  Path3 ring;
+  ring.emplace_back(x, 0, h);
+  for (const Vec3f& q : Filleted(
+           Path3{
+               {x, 0, h}, {x, y, h}, {x, y, under - h}, {x, -y, under - h}, {x, -y, h}, {x, 0, h}},
+           0.02f, 4)) {
+    if ((q - ring.back()).norm() > 1e-5f) ring.push_back(q);
+  }
+  ring.pop_back();
+  SweepOptions options;
+  options.closed = true;
+  options.keep_up = true;
+  options.up = Vec3f::UnitX();
+  b.AddMirroredX(Sweep(ring, RectSection(t, 1.5f * t, 0.004f, 2), options), metal);
+  b.Add(Board({-x, -0.03f, under - 0.03f}, {x, 0.03f, under}, 0.003f), metal);
+}
+
+void AddCrossed(AssetBuilder& b, const TableParams& p) {
+  const MaterialSlot wood = WoodSlot("frame");
+  const float under = p.height_m - p.top_m, x = 0.5f * p.width_m - 0.17f * p.width_m,
+              y = 0.42f * p.depth_m, t = 0.06f;
+  for (const float s : {-1.0f, 1.0f}) {
+    const float shift = s * 0.002f;
+    b.AddMirroredX(Bar({x + shift + s * 0.014f, -s * y, 0.025f},
+                       {x + shift + s * 0.014f, s * y, under - 0.025f}, {0.03f, t}, {0.03f, t},
+                       0.004f, Vec3f::UnitY()),
+                   wood);
+  }
+  b.AddMirroredX(Board({x - 0.05f, -y - 0.03f, 0.0f}, {x + 0.05f, -y + 0.06f, 0.03f}, 0.005f),
+                 wood);
+  b.AddMirroredX(Board({x - 0.05f, y - 0.06f, 0.0f}, {x + 0.05f, y + 0.03f, 0.03f}, 0.005f), wood);
+  b.AddMirroredX(
+      Board({x - 0.045f, -y - 0.04f, under - 0.035f}, {x + 0.045f, y + 0.04f, under}, 0.004f),
+      wood);
+  b.Add(Board({-x, -0.025f, 0.5f * under - 0.03f}, {x, 0.025f, 0.5f * under + 0.03f}, 0.004f),
+        wood);
+}
+
+void AddHairpin(AssetBuilder& b, const TableParams& p) {
+  const MaterialSlot metal = MetalSlot("frame");
+  const Vec2f c = LegCorner(p);
+  const float under = p.height_m - p.top_m;
+  for (const float sx : {-1.0f, 1.0f}) {
+    for (const float sy : {-1.0f, 1.0f}) {
+      const float s = 0.055f;
+      const Vec3f tip(sx * (c.x() + 0.02f), sy * (c.y() + 0.02f), 0.0055f);
+      const Vec3f a(sx * (c.x() - s), sy * c.y(), under - 0.002f),
+          d(sx * c.x(), sy * (c.y() - s), under - 0.002f);
+      const Vec3f ab = 0.012f * Vec3f(-sx, 0, 0), ad = 0.012f * Vec3f(0, -sy, 0);
+      b.Add(Tube(Filleted(Path3{a, tip + ab, tip + ad, d}, 0.01f, 5), 0.0055f, 0, 12), metal);
+      b.Add(Board({sx * (c.x() - s - 0.025f), sy * (c.y() - s - 0.025f), under - 0.005f},
+                  {sx * (c.x() + 0.02f), sy * (c.y() + 0.02f), under}, 0.001f),
+            metal);
+    }
+  }
+}
+
+}  // namespace
+
+Asset MakeTable(const TableParams& p) {
+  AssetBuilder b(p.seed);
+  AddTop(b, p);
+  switch (p.base) {
+    case TableBase::kTrestle:
+      AddTrestle(b, p);
+      break;
+    case TableBase::kPedestal:
+      AddPedestal(b, p);
+      break;
+    case TableBase::kSledge:
+      AddSledge(b, p);
+      break;
+    case TableBase::kCrossed:
+      AddCrossed(b, p);
+      break;
+    case TableBase::kHairpin:
+      AddHairpin(b, p);
+      break;
+    default:
+      AddLegs(b, p);
+  }
+  const bool round = p.top == TopStyle::kRound || p.top == TopStyle::kOval;
+  const float f = round ? 0.35f : 0.48f;  // The square inside the outline.
+  b.Support({-f * p.width_m, -f * p.depth_m}, {f * p.width_m, f * p.depth_m}, p.height_m);
+  return b.Finish();
+}
+
+Asset SampleTableDining(Rng& rng) {
+  TableParams p;
+  p.height_m = Draw(rng, 0.72, 0.78);
+  p.top = DrawEnum<TopStyle>(rng, static_cast<int>(TopStyle::kCount));
+  p.width_m = Draw(rng, 1.3, 2.1);
+  p.depth_m = Draw(rng, 0.8, 1.0);
+  if (p.top == TopStyle::kRound) p.width_m = p.depth_m = Draw(rng, 0.95, 1.35);
+  p.top_m = Draw(rng, 0.024, 0.045);
+  p.base = DrawEnum<TableBase>(rng, static_cast<int>(TableBase::kCount));
+  if (p.base == TableBase::kHairpin) p.base = TableBase::kLegs;
+  if (p.top == TopStyle::kRound && p.base != TableBase::kLegs) p.base = TableBase::kPedestal;
+  if (p.top == TopStyle::kOval && p.base != TableBase::kPedestal) p.base = TableBase::kLegs;
+  if (p.base == TableBase::kPedestal && p.top != TopStyle::kRound) {
+    p.top = TopStyle::kOval;
+    p.width_m = std::min(p.width_m, 1.5f);
+  }
+  p.legs = DrawEnum<LegStyle>(rng, static_cast<int>(LegStyle::kCount));
+  p.leg_variant = rng.UniformInt(0, 7);
+  p.leg_m = Draw(rng, 0.055, 0.09);
+  p.apron = p.legs != LegStyle::kRound;
+  p.seed = rng.Seed();
+  return MakeTable(p);
+}
+
+Asset SampleTableCocktail(Rng& rng) {
+  TableParams p;
+  p.height_m = Draw(rng, 0.38, 0.48);
+  p.top = DrawEnum<TopStyle>(rng, static_cast<int>(TopStyle::kCount));
+  p.width_m = Draw(rng, 0.85, 1.25);
+  p.depth_m = Draw(rng, 0.5, 0.68);
+  if (p.top == TopStyle::kRound) p.width_m = p.depth_m = Draw(rng, 0.6, 0.9);
+  p.top_m = Draw(rng, 0.018, 0.036);
+  p.base = DrawEnum<TableBase>(rng, static_cast<int>(TableBase::kCount));
+  if (p.base == TableBase::kTrestle) p.base = TableBase::kHairpin;
+  if (p.base == TableBase::kPedestal && p.top != TopStyle::kRound) p.base = TableBase::kLegs;
+  const bool curved = p.top == TopStyle::kRound || p.top == TopStyle::kOval;
+  if (curved && p.base != TableBase::kPedestal && p.base != TableBase::kHairpin)
+    p.base = TableBase::kLegs;
+  p.legs = DrawEnum<LegStyle>(rng, static_cast<int>(LegStyle::kCount));
+  p.leg_variant = rng.UniformInt(0, 7);
+  p.leg_m = Draw(rng, 0.035, 0.055);
+  p.apron = rng.Bernoulli(0.6) && p.legs != LegStyle::kRound;
+  p.shelf = rng.Bernoulli(0.4) && p.base == TableBase::kLegs && p.legs != LegStyle::kTurned &&
+            p.top != TopStyle::kRound && p.top != TopStyle::kOval;
+  p.glass_top = rng.Bernoulli(0.15) && p.top != TopStyle::kPlanks;
+  if (p.glass_top) p.top_m = 0.012f;
+  p.seed = rng.Seed();
+  return MakeTable(p);
+}
+
+Asset MakeDesk(const DeskParams& p) {
+  AssetBuilder b(p.seed);
+  const MaterialSlot top = WoodSlot("top"), frame = WoodSlot("frame"), front = WoodSlot("fronts"),
+                     metal = MetalSlot("handles");
+  const float w = 0.5f * p.width_m, d = 0.5f * p.depth_m, t = 0.028f, under = p.height_m - t;
+  b.Add(Board({-w, -d, under}, {w, d, p.height_m}, 0.004f), top);
+  // A drawer whose box shows at its edges: front with handle in the plane y = front_y.
+  const auto drawer = [&](float x, float z, float width, float height) {
+    b.Add(Front(p.fronts, width, height, 0.018f, false).Moved(x, d - 0.04f, z), front);
+    if (p.handles != HandleStyle::kNone) {
+      b.Add(
+          Handle(p.handles, std::min(0.13f, 0.5f * width)).Moved(x, d - 0.022f, z + 0.55f * height),
+          metal);
+    }
+  };
+  switch (p.style) {
+    case DeskStyle::kPedestals: {
+      const float cw = 0.4f;
+      for (const float s : {-1.0f, 1.0f}) {
+        const float x = s * (w - 0.5f * cw - 0.02f), s0 = x - 0.5f * cw, s1 = x + 0.5f * cw,
+                    back = -d + 0.03f, f = d - 0.04f;
+        b.Add(Board({s0, back, 0.06f}, {s0 + 0.018f, f, under}), frame);
+        b.Add(Board({s1 - 0.018f, back, 0.06f}, {s1, f, under}), frame);
+        b.Add(Board({s0, back, 0.06f}, {s1, f, 0.078f}), frame);
+        b.Add(Board({s0, back, 0.06f}, {s1, back + 0.012f, under}), frame);
+        b.Add(Board({s0 + 0.02f, back + 0.03f, 0.0f}, {s1 - 0.02f, f - 0.05f, 0.06f}), frame);
+        const float room = under - 0.066f;
+        const float heights[3] = {0.26f * room, 0.26f * room, 0.48f * room};
+        float z = under - 0.004f;
+        for (const float h : heights) {
+          z -= h;
+          drawer(x, z + 0.002f, cw - 0.006f, h - 0.004f);
+        }
+      }
+      b.Add(Board({-w + 0.42f, -d + 0.03f, 0.28f}, {w - 0.42f, -d + 0.045f, under}), frame);
+      break;
+    }
+    case DeskStyle::kSawhorse: {
+      for (const float s : {-1.0f, 1.0f}) {
+        const float x = s * (w - 0.22f);
+        b.Add(
+            Board({x - 0.025f, -d + 0.05f, under - 0.05f}, {x + 0.025f, d - 0.05f, under}, 0.004f),
+            frame);
+        for (const float y : {-d + 0.1f, d - 0.1f}) {
+          for (const float o : {-1.0f, 1.0f}) {
+            b.Add(Bar({x + o * 0.17f, y, 0}, {x + o * 0.022f, y, under - 0.01f}, {0.024f, 0.042f},
+                      {0.024f, 0.042f}, 0.003f, Vec3f::UnitY()),
+                  frame);
+          }
+          b.Add(Board({x - 0.12f, y - 0.009f, 0.22f}, {x + 0.12f, y + 0.009f, 0.26f}), frame);
+        }
+        for (const float o : {-1.0f, 1.0f})
+          b.Add(Board({x + o * 0.127f - 0.009f, -d + 0.1f, 0.22f},
+                      {x + o * 0.127f + 0.009f, d - 0.1f, 0.26f}),
+                frame);
+      }
+      break;
+    }
+    default: {
+      const float lx = w - 0.05f, ly = d - 0.05f,
+                  apron = p.style == DeskStyle::kWriting ? 0.13f : 0.07f;
+      b.AddFourfold(FurnitureLeg(p.legs == LegStyle::kTurned ? LegStyle::kTapered : p.legs,
+                                 {lx, ly, 0}, {lx, ly, under}, 0.055f, 0),
+                    frame);
+      for (const float s : {-1.0f, 1.0f})
+        b.Add(Board({s * lx - 0.01f, -ly, under - apron}, {s * lx + 0.01f, ly, under}), frame);
+      b.Add(Board({-lx, -ly - 0.01f, under - apron}, {lx, -ly + 0.01f, under}), frame);
+      if (p.style == DeskStyle::kWriting) {
+        // A row of drawers under the top, behind which their floor closes the carcass.
+        b.Add(Board({-lx, -ly, under - apron}, {lx, ly, under - apron + 0.012f}), frame);
+        const int n = p.width_m > 1.25f ? 3 : 2;
+        const float room = 2 * lx - 0.05f, each = room / static_cast<float>(n);
+        for (int i = 0; i < n; ++i)
+          drawer(-0.5f * room + each * (static_cast<float>(i) + 0.5f), under - apron + 0.002f,
+                 each - 0.006f, apron - 0.006f);
+      } else {
+        b.Add(Board({-lx, ly - 0.01f, under - apron}, {lx, ly + 0.01f, under}), frame);
+      }
+    }
+  }
+  b.Support({-0.96f * w, -0.94f * d}, {0.96f * w, 0.94f * d}, p.height_m);
+  return b.Finish();
+}
+
+Asset SampleSimpleDesk(Rng& rng) {
+  DeskParams p;
+  p.style = DrawEnum<DeskStyle>(rng, static_cast<int>(DeskStyle::kCount));
+  p.width_m = p.style == DeskStyle::kPedestals ? Draw(rng, 1.4, 1.7) : Draw(rng, 1.0, 1.6);
+  p.depth_m = Draw(rng, 0.55, 0.78);
+  p.height_m = Draw(rng, 0.72, 0.77);
+  p.handles = DrawEnum<HandleStyle>(rng, static_cast<int>(HandleStyle::kCount));
+  p.fronts = DrawEnum<FrontStyle>(rng, static_cast<int>(FrontStyle::kCount));
+  p.legs = DrawEnum<LegStyle>(rng, static_cast<int>(LegStyle::kCount));
+  p.seed = rng.Seed();
+  return MakeDesk(p);
+}
+
+void RegisterTables(std::vector<AssetClass>& classes) {
+  classes.push_back({"TableDining", "tables", Placement::kFloor, true, 0.6f, SampleTableDining});
+  classes.push_back(
+      {"TableCocktail", "tables", Placement::kFloor, true, 0.3f, SampleTableCocktail});
+  classes.push_back(
+      {"SimpleDesk", "tables", Placement::kFloorAgainstWall, true, 0.7f, SampleSimpleDesk});
+}
+
+}  // namespace parallax

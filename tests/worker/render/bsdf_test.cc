@@ -1,0 +1,275 @@
+// Properties that hold for every setting of the principled surface.
+#include "worker/render/bsdf.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "common/base/rng.h"
+#include "tests/worker/render/test_scenes.h"
+
+namespace parallax {
+namespace {
+
+struct NamedSurface {
+  std::string name;
+  SurfaceSample surface;
+};
+
+std::vector<NamedSurface> Surfaces() {
+  std::vector<NamedSurface> all;
+  const auto add = [&](const std::string& name, auto change) {
+    SurfaceSample s;
+    s.base_color = Vec3f(0.8f, 0.6f, 0.4f);
+    change(s);
+    all.push_back({name, s});
+  };
+  add("diffuse", [](SurfaceSample& s) { s.specular = 0; });
+  add("plastic", [](SurfaceSample& s) { s.roughness = 0.4f; });
+  add("white plastic", [](SurfaceSample& s) {
+    s.base_color.setOnes();
+    s.roughness = 0.6f;
+    s.specular = 1;
+  });
+  add("rough metal", [](SurfaceSample& s) {
+    s.metallic = 1;
+    s.roughness = 0.8f;
+  });
+  add("metal", [](SurfaceSample& s) {
+    s.metallic = 1;
+    s.roughness = 0.35f;
+  });
+  add("half metal", [](SurfaceSample& s) {
+    s.metallic = 0.5f;
+    s.roughness = 0.5f;
+  });
+  add("frosted glass", [](SurfaceSample& s) {
+    s.transmission = 1;
+    s.roughness = 0.5f;
+  });
+  add("dense frosted glass", [](SurfaceSample& s) {
+    s.transmission = 1;
+    s.roughness = 0.4f;
+    s.ior = 1.9f;
+  });
+  add("thin frosted glass", [](SurfaceSample& s) {
+    s.transmission = 1;
+    s.roughness = 0.5f;
+    s.thin_walled = true;
+  });
+  add("wax", [](SurfaceSample& s) {
+    s.transmission = 0.4f;
+    s.roughness = 0.6f;
+  });
+  add("lacquer", [](SurfaceSample& s) {
+    s.clearcoat = 1;
+    s.clearcoat_roughness = 0.3f;
+    s.roughness = 0.7f;
+  });
+  add("velvet", [](SurfaceSample& s) {
+    s.sheen = 1;
+    s.roughness = 0.9f;
+  });
+  add("everything", [](SurfaceSample& s) {
+    s.metallic = 0.3f;
+    s.transmission = 0.3f;
+    s.clearcoat = 0.5f;
+    s.sheen = 0.7f;
+    s.roughness = 0.45f;
+    s.clearcoat_roughness = 0.4f;
+  });
+  return all;
+}
+
+Vec3f Outgoing(float cosine) { return DirectionAt(cosine, 0.7f); }
+
+// Reflected and refracted energy by sampling, the straight part included.
+Vec3f Albedo(const SurfaceSample& surface, float cosine, bool outside, int samples) {
+  Rng rng(SceneSeed{7}, "albedo");
+  const Bsdf bsdf(surface, Outgoing(cosine), outside);
+  Vec3f sum = Vec3f::Zero();
+  for (int i = 0; i < samples; ++i) {
+    const float lobe = static_cast<float>(rng.Uniform());
+    const Vec2f u(static_cast<float>(rng.Uniform()), static_cast<float>(rng.Uniform()));
+    if (const auto sample = bsdf.Sample(std::min(lobe, 0.9999999f), u)) sum += sample->weight;
+  }
+  return sum / static_cast<float>(samples);
+}
+
+TEST(Bsdf, WhiteDiffuseReturnsAllEnergy) {
+  for (const float cosine : {0.05f, 0.3f, 0.7f, 1.0f}) {
+    const Vec3f albedo = Albedo(test::DiffuseSample(Vec3f::Ones()), cosine, true, 1000);
+    EXPECT_NEAR(albedo.x(), 1.0f, 1e-4f) << cosine;
+  }
+}
+
+TEST(Bsdf, WhitePlasticAndWhiteMetalReturnAllEnergy) {
+  for (const float metallic : {0.0f, 1.0f}) {
+    for (const float roughness : {0.1f, 0.5f, 1.0f}) {
+      SurfaceSample s;
+      s.base_color.setOnes();
+      s.metallic = metallic;
+      s.roughness = roughness;
+      for (const float cosine : {0.2f, 0.6f, 1.0f}) {
+        EXPECT_NEAR(Albedo(s, cosine, true, 40000).y(), 1.0f, 0.015f)
+            << "metallic " << metallic << " roughness " << roughness << " cosine " << cosine;
+      }
+    }
+  }
+}
+
+TEST(Bsdf, SmoothGlassReturnsAllEnergy) {
+  SurfaceSample s;
+  s.base_color.setOnes();
+  s.transmission = 1;
+  s.roughness = 0.05f;
+  for (const bool thin : {false, true}) {
+    s.thin_walled = thin;
+    for (const float cosine : {0.3f, 0.9f}) {
+      EXPECT_NEAR(Albedo(s, cosine, true, 20000).x(), 1.0f, 0.01f) << thin << " " << cosine;
+      EXPECT_NEAR(Albedo(s, cosine, false, 20000).x(), 1.0f, 0.01f) << thin << " " << cosine;
+    }
+  }
+}
+
+TEST(Bsdf, NoSettingReturnsMoreThanItReceives) {
+  Rng rng(SceneSeed{3}, "settings");
+  const auto u = [&] { return static_cast<float>(rng.Uniform()); };
+  for (int k = 0; k < 150; ++k) {
+    SurfaceSample s;
+    s.base_color.setOnes();
+    const auto extreme = [&] {
+      return rng.Bernoulli(0.5) ? u() : static_cast<float>(rng.Bernoulli(0.5));
+    };
+    s.metallic = extreme();
+    s.roughness = u();
+    s.specular = extreme();
+    s.transmission = extreme();
+    s.ior = 1.05f + u();
+    s.thin_walled = rng.Bernoulli(0.3);
+    s.clearcoat = extreme();
+    s.clearcoat_roughness = u();
+    s.sheen = extreme();
+    const float cosine = 0.03f + 0.97f * u();
+    const bool outside = rng.Bernoulli(0.6);
+    const Vec3f albedo = Albedo(s, cosine, outside, 20000);
+    EXPECT_LE(albedo.maxCoeff(), 1.02f)
+        << "metallic " << s.metallic << " roughness " << s.roughness << " specular " << s.specular
+        << " transmission " << s.transmission << " ior " << s.ior << " thin " << s.thin_walled
+        << " clearcoat " << s.clearcoat << " sheen " << s.sheen << " cosine " << cosine
+        << " outside " << outside;
+    EXPECT_GE(albedo.minCoeff(), 0.0f);
+  }
+}
+
+TEST(Bsdf, ReflectionIsReciprocal) {
+  Rng rng(SceneSeed{4}, "reciprocity");
+  const auto u = [&] { return static_cast<float>(rng.Uniform()); };
+  for (const NamedSurface& named : Surfaces()) {
+    for (int k = 0; k < 50; ++k) {
+      const Vec3f a = DirectionAt(0.05f + 0.95f * u(), 6.28f * u());
+      const Vec3f b = DirectionAt(0.05f + 0.95f * u(), 6.28f * u());
+      const Vec3f ab = Bsdf(named.surface, a, true).Evaluate(b).f_cos / b.z();
+      const Vec3f ba = Bsdf(named.surface, b, true).Evaluate(a).f_cos / a.z();
+      EXPECT_LT((ab - ba).norm(), 1e-4f * (1.0f + ab.norm())) << named.name;
+    }
+  }
+}
+
+TEST(Bsdf, RefractionIsReciprocalUpToTheIndexSquared) {
+  SurfaceSample s;
+  s.transmission = 1;
+  s.roughness = 0.5f;
+  s.ior = 1.5f;
+  Rng rng(SceneSeed{5}, "reciprocity");
+  int tried = 0;
+  for (int k = 0; k < 400; ++k) {
+    const auto u = [&] { return static_cast<float>(rng.Uniform()); };
+    const Vec3f a = DirectionAt(0.2f + 0.8f * u(), 6.28f * u());
+    Vec3f b = DirectionAt(0.2f + 0.8f * u(), 6.28f * u());
+    b.z() = -b.z();
+    const float ab = Bsdf(s, a, true).Evaluate(b).f_cos.x() / -b.z();
+    // Seen from inside, the frame is turned over.
+    const float ba = Bsdf(s, -b, false).Evaluate(-a).f_cos.x() / a.z();
+    if (ab <= 1e-6f) continue;
+    ++tried;
+    EXPECT_NEAR(ab / Square(s.ior), ba, 2e-3f * ba + 1e-6f);
+  }
+  EXPECT_GT(tried, 50);
+}
+
+// Pearson's test over cells of the sphere: counts of sampled directions against the density's
+// integral.
+TEST(Bsdf, SamplesFollowTheirDensity) {
+  constexpr int kCosines = 20, kAngles = 40, kSamples = 200000, kFine = 12;
+  for (const NamedSurface& named : Surfaces()) {
+    for (const bool outside : {true, false}) {
+      if (!outside && named.surface.transmission == 0) continue;
+      const Bsdf bsdf(named.surface, Outgoing(0.6f), outside);
+      std::vector<double> seen(kCosines * kAngles), wanted(kCosines * kAngles);
+      Rng rng(SceneSeed{6}, named.name);
+      for (int i = 0; i < kSamples; ++i) {
+        const float lobe = static_cast<float>(rng.Uniform());
+        const Vec2f u(static_cast<float>(rng.Uniform()), static_cast<float>(rng.Uniform()));
+        const auto sample = bsdf.Sample(std::min(lobe, 0.9999999f), u);
+        if (!sample || sample->straight) continue;
+        const Vec3f& d = sample->direction;
+        const double phi = std::atan2(d.y(), d.x()) + M_PI;
+        const int c = std::clamp(static_cast<int>((d.z() + 1) / 2 * kCosines), 0, kCosines - 1);
+        const int a = std::clamp(static_cast<int>(phi / (2 * M_PI) * kAngles), 0, kAngles - 1);
+        ++seen[static_cast<size_t>(c * kAngles + a)];
+      }
+      for (int c = 0; c < kCosines * kFine; ++c) {
+        for (int a = 0; a < kAngles * kFine; ++a) {
+          const float z = 2 * (static_cast<float>(c) + 0.5f) / (kCosines * kFine) - 1;
+          const double phi = 2 * M_PI * (a + 0.5) / (kAngles * kFine) - M_PI;
+          const Vec3f d = DirectionAt(z, static_cast<float>(phi));
+          const double solid_angle = 4 * M_PI / (kCosines * kFine * kAngles * kFine);
+          wanted[static_cast<size_t>(c / kFine * kAngles + a / kFine)] +=
+              bsdf.Evaluate(d).pdf * solid_angle * kSamples;
+        }
+      }
+      double statistic = 0, pooled_seen = 0, pooled_wanted = 0;
+      int cells = 0;
+      for (size_t i = 0; i < seen.size(); ++i) {
+        if (wanted[i] < 10) {
+          pooled_seen += seen[i];
+          pooled_wanted += wanted[i];
+          continue;
+        }
+        statistic += (seen[i] - wanted[i]) * (seen[i] - wanted[i]) / wanted[i];
+        ++cells;
+      }
+      if (pooled_wanted > 10) {
+        statistic += (pooled_seen - pooled_wanted) * (pooled_seen - pooled_wanted) / pooled_wanted;
+        ++cells;
+      }
+      // Mean `cells`, deviation sqrt(2 cells); the midpoint rule adds a little.
+      EXPECT_LT(statistic, cells + 8 * std::sqrt(2.0 * cells) + 20)
+          << named.name << " outside " << outside;
+      EXPECT_GT(cells, 20) << named.name;
+    }
+  }
+}
+
+TEST(Bsdf, WeightIsValueOverDensity) {
+  Rng rng(SceneSeed{8}, "weights");
+  for (const NamedSurface& named : Surfaces()) {
+    const Bsdf bsdf(named.surface, Outgoing(0.5f), true);
+    for (int i = 0; i < 200; ++i) {
+      const float lobe = static_cast<float>(rng.Uniform());
+      const Vec2f u(static_cast<float>(rng.Uniform()), static_cast<float>(rng.Uniform()));
+      const auto sample = bsdf.Sample(lobe, u);
+      if (!sample || sample->straight) continue;
+      const BsdfValue value = bsdf.Evaluate(sample->direction);
+      EXPECT_NEAR(value.pdf, sample->pdf, 1e-4f * value.pdf);
+      EXPECT_LT((value.f_cos / value.pdf - sample->weight).norm(),
+                1e-3f * sample->weight.norm() + 1e-6f);
+      EXPECT_LT(sample->weight.maxCoeff(), 8.0f) << named.name;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace parallax

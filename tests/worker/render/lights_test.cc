@@ -1,0 +1,306 @@
+// Light transport against closed forms, and estimators against one another.
+#include "worker/render/lights.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/math/proto.h"
+#include "tests/worker/render/test_scenes.h"
+#include "worker/render/path_tracer.h"
+
+namespace parallax {
+namespace {
+
+using test::DiffuseSample;
+using test::MakeBox;
+using test::MakeQuad;
+using test::MakeSphere;
+using test::TestScene;
+
+struct Built {
+  std::unique_ptr<RenderScene> scene;
+  LightTable lights;
+};
+
+Built Build(const TestScene& test) {
+  auto scene = RenderScene::Build(test.geometry, 0);
+  EXPECT_TRUE(scene.ok()) << scene.status();
+  auto lights = LightTable::Build(test.recipe, **scene);
+  EXPECT_TRUE(lights.ok()) << lights.status();
+  return {*std::move(scene), *std::move(lights)};
+}
+
+struct Estimate {
+  Vec3f mean = Vec3f::Zero();
+  float error = 0;  // Standard error of the mean luminance.
+};
+
+// Radiance seen from `from` towards `to`.
+Estimate Radiance(const Built& built, const Vec3f& from, const Vec3f& to, int samples, int bounces,
+                  DirectLight direct = DirectLight::kBoth) {
+  PathOptions options;
+  options.max_bounces = bounces;
+  options.direct = direct;
+  Ray ray;
+  ray.origin = from;
+  ray.direction = (to - from).normalized();
+  Vec3d sum = Vec3d::Zero();
+  double squares = 0;
+  for (int i = 0; i < samples; ++i) {
+    Sampler sampler(77, static_cast<uint32_t>(i), 0, 0);  // Independent: honest error bars.
+    const Vec3f radiance = TracePath(*built.scene, built.lights, options, ray, sampler).radiance;
+    sum += radiance.cast<double>();
+    squares += Square(Luminance(radiance));
+  }
+  Estimate estimate;
+  estimate.mean = (sum / samples).cast<float>();
+  const double mean = Luminance(estimate.mean);
+  estimate.error =
+      static_cast<float>(std::sqrt(std::max(0.0, squares / samples - mean * mean) / samples));
+  return estimate;
+}
+
+const Vec3f kEye(0.4f, -0.3f, 1.5f);
+const Vec3f kTarget(0, 0, 0);
+
+TestScene Floor(float albedo) {
+  TestScene test;
+  const uint32_t grey = test.AddMaterial(DiffuseSample(Vec3f::Constant(albedo)));
+  test.AddMesh(MakeQuad({-5, -5, 0}, {10, 0, 0}, {0, 10, 0}), grey);
+  return test;
+}
+
+TEST(Lights, PointLightGivesInverseSquareTimesCosine) {
+  for (const double radius : {0.0, 0.2}) {
+    TestScene test = Floor(0.5f);
+    test.AddPointLight({1, 0.5, 2}, radius, 100);
+    const double d2 = 1 + 0.25 + 4;
+    const double irradiance = 100 / (4 * M_PI * d2) * (2 / std::sqrt(d2));
+    const Estimate seen = Radiance(Build(test), kEye, kTarget, 4000, 1);
+    EXPECT_NEAR(seen.mean.y(), 0.5 / M_PI * irradiance, 4 * seen.error + 2e-4 * irradiance)
+        << radius;
+  }
+}
+
+// Irradiance below the corner of a rectangle a x b at height c, over pi times its radiance.
+double CornerFormFactor(double a, double b, double c) {
+  const double x = a / c, y = b / c;
+  return (x / std::sqrt(1 + x * x) * std::atan(y / std::sqrt(1 + x * x)) +
+          y / std::sqrt(1 + y * y) * std::atan(x / std::sqrt(1 + y * y))) /
+         (2 * M_PI);
+}
+
+TEST(Lights, RectangleGivesTheClosedFormWithEachStrategy) {
+  TestScene test = Floor(0.5f);
+  const uint32_t black = test.AddMaterial(DiffuseSample(Vec3f::Zero()));
+  // Above the quarter x, y > 0; faces down.
+  const uint32_t lamp = test.AddMesh(MakeQuad({0, 0, 1.2f}, {0, 0.8f, 0}, {1.5f, 0, 0}), black);
+  test.AddMeshLight(lamp, 60);
+  const Built built = Build(test);
+  const double radiance = 60 / (M_PI * 1.2);
+  const double wanted = 0.5 * radiance * CornerFormFactor(1.5, 0.8, 1.2);
+  // From aside: the lamp must not stand between eye and floor.
+  const Vec3f eye(-0.5f, -0.4f, 1.5f);
+  for (const DirectLight direct :
+       {DirectLight::kBoth, DirectLight::kLightSampling, DirectLight::kBsdfSampling}) {
+    const Estimate seen = Radiance(built, eye, kTarget, 20000, 1, direct);
+    EXPECT_NEAR(seen.mean.x(), wanted, 4 * seen.error + 1e-3 * wanted) << static_cast<int>(direct);
+    EXPECT_LT(seen.error, 0.05 * wanted);
+  }
+}
+
+TEST(Lights, MeshLightShinesFromItsFrontOnly) {
+  TestScene test = Floor(0.5f);
+  const uint32_t black = test.AddMaterial(DiffuseSample(Vec3f::Zero()));
+  const uint32_t lamp = test.AddMesh(MakeQuad({0, 0, 1.2f}, {1.5f, 0, 0}, {0, 0.8f, 0}), black);
+  test.AddMeshLight(lamp, 60);
+  EXPECT_EQ(Radiance(Build(test), {-0.5f, -0.4f, 1.5f}, kTarget, 500, 1).mean.x(), 0.0f);
+}
+
+TEST(Lights, FurnaceShowsNothing) {
+  // In a closed box of constant radiance a white body can't be told from the wall behind it.
+  TestScene test;
+  SurfaceSample white = DiffuseSample(Vec3f::Ones());
+  SurfaceSample metal;
+  metal.base_color.setOnes();
+  metal.metallic = 1;
+  metal.roughness = 0.6f;
+  SurfaceSample glass;
+  glass.base_color.setOnes();
+  glass.transmission = 1;
+  glass.roughness = 0.0f;
+  SurfaceSample pane = glass;
+  pane.thin_walled = true;
+  const uint32_t black = test.AddMaterial(DiffuseSample(Vec3f::Zero()));
+  test.AddMesh(MakeSphere({0, 0, 1}, 0.5f), test.AddMaterial(white));
+  test.AddMesh(MakeSphere({2, 0, 1}, 0.5f), test.AddMaterial(metal));
+  test.AddMesh(MakeSphere({-2, 0, 1}, 0.5f), test.AddMaterial(glass));
+  test.AddMesh(MakeQuad({0, 2, 0}, {1, 0, 0}, {0, 0, 1}), test.AddMaterial(pane));
+  const uint32_t walls = test.AddMesh(MakeBox({-4, -4, -2}, {4, 4, 4}, true), black);
+  test.AddMeshLight(walls, M_PI * (2 * 64 + 4 * 48));  // Radiance 1.
+  const Built built = Build(test);
+  const Vec3f eye(0, -3, 1);
+  // Glass keeps a path inside for a while: bounces enough that the rest is small.
+  for (const Vec3f& target :
+       {Vec3f(0, 0, 1), Vec3f(0.3f, 0, 1.2f), Vec3f(2, 0, 1), Vec3f(2.2f, 0, 1.2f), Vec3f(-2, 0, 1),
+        Vec3f(-2.2f, 0, 1.1f), Vec3f(0.8f, 2, 0.3f), Vec3f(1, 4, 3)}) {
+    const Estimate seen = Radiance(built, eye, target, 6000, 24);
+    EXPECT_NEAR(seen.mean.x(), 1.0f, 0.012f + 4 * seen.error) << target.transpose();
+  }
+}
+
+TestScene WindowRoom(bool ceiling, double sun) {
+  TestScene test;
+  const uint32_t grey = test.AddMaterial(DiffuseSample(Vec3f::Constant(0.6f)));
+  // 4 x 4 x 3 m, walls of 0.2 m, a window of 1.6 x 1.2 m in the south wall.
+  const auto box = [&](const Vec3f& low, const Vec3f& high) {
+    test.AddMesh(MakeBox(low, high), grey);
+  };
+  box({-0.2f, -0.2f, -0.2f}, {4.2f, 4.2f, 0});
+  if (ceiling) box({-0.2f, -0.2f, 3}, {4.2f, 4.2f, 3.2f});
+  box({-0.2f, 4, 0}, {4.2f, 4.2f, 3});
+  box({-0.2f, 0, 0}, {0, 4, 3});
+  box({4, 0, 0}, {4.2f, 4, 3});
+  box({-0.2f, -0.2f, 0}, {1.2f, 0, 3});
+  box({2.8f, -0.2f, 0}, {4.2f, 0, 3});
+  box({1.2f, -0.2f, 0}, {2.8f, 0, 0.9f});
+  box({1.2f, -0.2f, 2.1f}, {2.8f, 0, 3});
+  v1::Room* room = test.recipe.mutable_room();
+  room->set_width_m(4);
+  room->set_depth_m(4);
+  room->set_height_m(3);
+  room->set_wall_thickness_m(0.2);
+  v1::Opening* opening = room->add_openings();
+  opening->set_kind(v1::Opening::KIND_WINDOW);
+  opening->set_wall(0);
+  opening->set_center_m(2);
+  opening->set_width_m(1.6);
+  opening->set_sill_m(0.9);
+  opening->set_height_m(1.2);
+  test.recipe.set_ceiling_removed(!ceiling);
+  v1::Sky* sky = test.recipe.mutable_sky();
+  sky->set_strength(1);
+  *sky->mutable_tint() = ToProto(Vec3d::Ones());
+  sky->set_sun_strength(sun);
+  sky->set_sun_elevation_rad(0.7);
+  sky->set_sun_azimuth_rad(-1.5);
+  return test;
+}
+
+TEST(Lights, PortalsAgreeWithBruteForceAndBeatIt) {
+  for (const bool ceiling : {true, false}) {
+    const Built built = Build(WindowRoom(ceiling, 0));
+    EXPECT_EQ(built.lights.portals(), ceiling ? 1u : 2u);
+    for (const Vec3f& target : {Vec3f(2, 2, 0), Vec3f(1, 4, 1.5f), Vec3f(2, -0.1f, 0.9f)}) {
+      const Vec3f eye(2, 1.8f, 1.6f);
+      const Estimate both = Radiance(built, eye, target, 20000, 1);
+      const Estimate brute = Radiance(built, eye, target, 60000, 1, DirectLight::kBsdfSampling);
+      EXPECT_NEAR(both.mean.y(), brute.mean.y(), 4 * (both.error + brute.error))
+          << target.transpose();
+      EXPECT_GT(both.mean.y(), 0.0f);
+      if (ceiling && target.x() != 2.0f) {
+        EXPECT_LT(both.error, 0.7f * brute.error);
+      }
+    }
+  }
+}
+
+TEST(Lights, SunThroughTheWindowAgreesWithBruteForce) {
+  const Built built = Build(WindowRoom(true, 1));
+  // On the floor inside of the patch that the sun draws, and beside it.
+  const Vec3f eye(2, 3, 1.6f);
+  const Estimate lit = Radiance(built, eye, {2, 1.7f, 0}, 4000, 1);
+  const Estimate shade = Radiance(built, eye, {0.5f, 3.5f, 0}, 4000, 1);
+  EXPECT_GT(lit.mean.y(), 5 * shade.mean.y());
+  // The disk's irradiance in closed form, plus the sky's share by the other estimator.
+  const SkyModel& sky = built.lights.sky();
+  const float sun =
+      0.6f * kInvPi * sky.SunRadiance().y() * sky.sun_solid_angle() * sky.sun_direction().z();
+  const Estimate without = Radiance(Build(WindowRoom(true, 1e-9)), eye, {2, 1.7f, 0}, 4000, 1);
+  EXPECT_NEAR(lit.mean.y(), sun + without.mean.y(), 0.1f * lit.mean.y());
+}
+
+TEST(Lights, OpenSkyAgreesWithBruteForce) {
+  TestScene test = Floor(0.5f);
+  v1::Sky* sky = test.recipe.mutable_sky();
+  sky->set_strength(0.8);
+  sky->set_sun_strength(0.5);
+  sky->set_sun_elevation_rad(
+      -0.2);  // Below the horizon: glow but no disk, which brute force would miss.
+  const Built built = Build(test);
+  const Estimate both = Radiance(built, kEye, kTarget, 10000, 1);
+  const Estimate brute = Radiance(built, kEye, kTarget, 40000, 1, DirectLight::kBsdfSampling);
+  EXPECT_NEAR(both.mean.y(), brute.mean.y(), 4 * (both.error + brute.error));
+}
+
+TEST(Lights, GlossyReflectionsAgreeAcrossStrategies) {
+  for (const float roughness : {0.2f, 0.5f}) {
+    TestScene test;
+    SurfaceSample gloss;
+    gloss.base_color = Vec3f(0.7f, 0.5f, 0.3f);
+    gloss.roughness = roughness;
+    gloss.clearcoat = 0.5f;
+    test.AddMesh(MakeQuad({-5, -5, 0}, {10, 0, 0}, {0, 10, 0}), test.AddMaterial(gloss));
+    test.AddPointLight({-0.6, 0.5, 2}, 0.3, 50);
+    const uint32_t black = test.AddMaterial(DiffuseSample(Vec3f::Zero()));
+    test.AddMeshLight(test.AddMesh(MakeQuad({0, 0.3f, 1.2f}, {0, 0.8f, 0}, {1.5f, 0, 0}), black),
+                      60);
+    const Built built = Build(test);
+    const Estimate both = Radiance(built, kEye, kTarget, 20000, 1);
+    for (const DirectLight direct : {DirectLight::kLightSampling, DirectLight::kBsdfSampling}) {
+      const Estimate one = Radiance(built, kEye, kTarget, 60000, 1, direct);
+      EXPECT_NEAR(both.mean.y(), one.mean.y(), 4 * (both.error + one.error))
+          << "roughness " << roughness << " strategy " << static_cast<int>(direct);
+    }
+  }
+}
+
+TEST(Lights, HalfOpenAndThinGlassWeakenLightAlikeForAllStrategies) {
+  SurfaceSample gauze = DiffuseSample(Vec3f::Zero());
+  gauze.opacity = 0.3f;
+  SurfaceSample pane;
+  pane.base_color = Vec3f(0.9f, 0.8f, 0.7f);
+  pane.transmission = 1;
+  pane.thin_walled = true;
+  pane.roughness = 0;
+  for (const SurfaceSample& sheet : {gauze, pane}) {
+    TestScene test = Floor(0.5f);
+    const uint32_t black = test.AddMaterial(DiffuseSample(Vec3f::Zero()));
+    test.AddMeshLight(test.AddMesh(MakeQuad({-0.5f, -0.5f, 1.2f}, {0, 1, 0}, {1, 0, 0}), black),
+                      60);
+    const float bare = Radiance(Build(test), {3, 3, 0.5f}, kTarget, 8000, 1).mean.x();
+    test.AddMesh(MakeQuad({-0.7f, -0.7f, 0.9f}, {1.4f, 0, 0}, {0, 1.4f, 0}),
+                 test.AddMaterial(sheet));
+    const Built built = Build(test);
+    const Estimate both = Radiance(built, {3, 3, 0.5f}, kTarget, 20000, 1);
+    const Estimate brute =
+        Radiance(built, {3, 3, 0.5f}, kTarget, 80000, 1, DirectLight::kBsdfSampling);
+    EXPECT_NEAR(both.mean.x(), brute.mean.x(), 4 * (both.error + brute.error));
+    EXPECT_NEAR(both.mean.x() / bare, sheet.opacity < 1 ? 0.7f : 0.9f * 0.92f, 0.03f);
+  }
+}
+
+TEST(Lights, InterreflectionInAClosedBoxSumsTheSeries) {
+  // Every wall sends out E and reflects half: radiance E (1 + 1/2 + 1/4 + ...) = 2 E.
+  TestScene test;
+  const uint32_t grey = test.AddMaterial(DiffuseSample(Vec3f::Constant(0.5f)));
+  const uint32_t walls = test.AddMesh(MakeBox({-1, -1, -1}, {1, 1, 1}, true), grey);
+  test.AddMeshLight(walls, M_PI * 24);
+  const Estimate seen = Radiance(Build(test), {0, 0, 0}, {0.3f, 0.2f, -1}, 8000, 20);
+  EXPECT_NEAR(seen.mean.x(), 2.0f, 4 * seen.error + 1e-3f);
+}
+
+TEST(Lights, UnknownKindIsRefusedByName) {
+  TestScene test = Floor(0.5f);
+  v1::Light* light = test.recipe.add_lights();
+  light->set_name("odd");
+  *light->mutable_power_w() = ToProto(Vec3d::Ones());
+  const auto scene = RenderScene::Build(test.geometry, 0);
+  const auto lights = LightTable::Build(test.recipe, **scene);
+  EXPECT_EQ(lights.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_NE(std::string(lights.status().message()).find("odd"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace parallax

@@ -1,0 +1,255 @@
+// Whole pictures: determinism, noise, denoising, stereo consistency, cancelling, errors.
+#include "worker/render/renderer.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <cmath>
+#include <thread>
+
+#include "common/base/clock.h"
+#include "tests/worker/render/test_scenes.h"
+#include "worker/render/exposure.h"
+#include "worker/render/profiles.h"
+#include "worker/render/render_scene.h"
+
+namespace parallax {
+namespace {
+
+using test::BoxRoomRig;
+using test::DiffuseSample;
+using test::MakeBoxRoom;
+using test::MakeConfig;
+using test::MakeSphere;
+using test::TestScene;
+
+StereoFrame RenderBoxRoom(const v1::RenderConfig& config, const v1::Rig& rig,
+                          uint64_t scene_seed = 1) {
+  TestScene test = MakeBoxRoom();
+  test.recipe.set_scene_seed(scene_seed);
+  auto renderer = Renderer::Create(test.recipe, test.geometry, config);
+  EXPECT_TRUE(renderer.ok()) << renderer.status();
+  auto frame = (*renderer)->RenderRig(rig, {}, {});
+  EXPECT_TRUE(frame.ok()) << frame.status();
+  return *std::move(frame);
+}
+
+double MeanSquare(const ImageRgb8& a, const ImageRgb8& b) {
+  double sum = 0;
+  for (size_t i = 0; i < a.values().size(); ++i) {
+    const double d = static_cast<double>(a.values()[i]) - b.values()[i];
+    sum += d * d;
+  }
+  return sum / static_cast<double>(a.values().size());
+}
+
+TEST(Renderer, ImagesDoNotDependOnTheNumberOfThreads) {
+  std::vector<StereoFrame> frames;
+  for (const size_t threads : {1, 2, 5}) {
+    const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+    frames.push_back(RenderBoxRoom(MakeConfig(2, 3, false, "default"), BoxRoomRig(100, 70)));
+  }
+  for (size_t i = 1; i < frames.size(); ++i) {
+    EXPECT_EQ(frames[0].left.color, frames[i].left.color);
+    EXPECT_EQ(frames[0].right.color, frames[i].right.color);
+    EXPECT_EQ(frames[0].left.depth_m, frames[i].left.depth_m);
+    EXPECT_EQ(frames[0].right.normals, frames[i].right.normals);
+    EXPECT_EQ(frames[0].right.occlusion, frames[i].right.occlusion);
+    EXPECT_EQ(frames[0].exposure, frames[i].exposure);
+  }
+}
+
+TEST(Renderer, GroundTruthDoesNotDependOnTheProfile) {
+  const StereoFrame a = RenderBoxRoom(MakeConfig(1, 1, false), BoxRoomRig(64, 48));
+  const StereoFrame b = RenderBoxRoom(MakeConfig(3, 4, true, "preview"), BoxRoomRig(64, 48), 2);
+  EXPECT_EQ(a.left.depth_m, b.left.depth_m);
+  EXPECT_EQ(a.left.disparity_px, b.left.disparity_px);
+  EXPECT_EQ(a.left.objects, b.left.objects);
+  EXPECT_EQ(a.right.occlusion, b.right.occlusion);
+}
+
+// Signed noise of one eye: 1 sample against many, grey.
+std::vector<double> Noise(const ImageRgb8& noisy, const ImageRgb8& clean) {
+  std::vector<double> noise;
+  for (size_t i = 0; i < clean.pixels(); ++i) {
+    noise.push_back(static_cast<double>(noisy.values()[3 * i + 1]) - clean.values()[3 * i + 1]);
+  }
+  return noise;
+}
+
+TEST(Renderer, NoiseOfTheTwoEyesIsIndependent) {
+  // Eyes a hair apart see the same picture: with shared random numbers their noise would be the
+  // same too.
+  v1::Rig rig = BoxRoomRig(160, 120);
+  rig.set_baseline_m(1e-6);
+  const StereoFrame clean = RenderBoxRoom(MakeConfig(48, 4, true), rig);
+  const StereoFrame noisy = RenderBoxRoom(MakeConfig(2, 4, false), rig);
+  const std::vector<double> a = Noise(noisy.left.color, clean.left.color);
+  const std::vector<double> b = Noise(noisy.right.color, clean.right.color);
+  double ab = 0, aa = 0, bb = 0, ma = 0, mb = 0;
+  for (size_t i = 0; i < a.size(); ++i) ma += a[i], mb += b[i];
+  ma /= static_cast<double>(a.size()), mb /= static_cast<double>(b.size());
+  for (size_t i = 0; i < a.size(); ++i) {
+    ab += (a[i] - ma) * (b[i] - mb), aa += (a[i] - ma) * (a[i] - ma),
+        bb += (b[i] - mb) * (b[i] - mb);
+  }
+  EXPECT_GT(aa / static_cast<double>(a.size()), 25);  // There is noise.
+  // Where the noise is strong is common to both (its size, not its sign): a little correlation of
+  // the tails is left.
+  EXPECT_LT(std::abs(ab / std::sqrt(aa * bb)), 0.1);
+}
+
+TEST(Renderer, DenoisingBringsTheImageNearerToTheReference) {
+  const v1::Rig rig = BoxRoomRig(128, 96);
+  const StereoFrame reference = RenderBoxRoom(MakeConfig(256, 6, false), rig);
+  const StereoFrame raw = RenderBoxRoom(MakeConfig(8, 6, false), rig);
+  const StereoFrame denoised = RenderBoxRoom(MakeConfig(8, 6, true), rig);
+  EXPECT_LT(MeanSquare(denoised.left.color, reference.left.color),
+            0.2 * MeanSquare(raw.left.color, reference.left.color));
+}
+
+TEST(Renderer, RightImageWarpedByDisparityIsTheLeftImage) {
+  const StereoFrame frame = RenderBoxRoom(MakeConfig(256, 4, false), BoxRoomRig(200, 150));
+  std::vector<double> differences;
+  for (int y = 0; y < 150; ++y) {
+    for (int x = 0; x < 200; ++x) {
+      if (frame.left.occlusion(x, y) != 0) continue;
+      const double at = x - static_cast<double>(frame.left.disparity_px(x, y));
+      const int x0 = std::clamp(static_cast<int>(std::floor(at)), 0, 198);
+      const double t = std::clamp(at - x0, 0.0, 1.0);
+      for (int c = 0; c < 3; ++c) {
+        const double right =
+            (1 - t) * frame.right.color(x0, y, c) + t * frame.right.color(x0 + 1, y, c);
+        differences.push_back(std::abs(frame.left.color(x, y, c) - right));
+      }
+    }
+  }
+  ASSERT_GT(differences.size(), 40000u);
+  std::nth_element(differences.begin(),
+                   differences.begin() + static_cast<long>(differences.size() / 2),
+                   differences.end());
+  const double median = differences[differences.size() / 2];
+  RecordProperty("median_abs_difference", std::to_string(median));
+  EXPECT_LT(median, 2.0);
+}
+
+TEST(Renderer, ProgressRisesToOne) {
+  TestScene test = MakeBoxRoom();
+  auto renderer = Renderer::Create(test.recipe, test.geometry, MakeConfig(1, 1, false));
+  ASSERT_TRUE(renderer.ok());
+  std::atomic<int> calls{0};
+  std::atomic<double> highest{0};
+  const auto frame = (*renderer)->RenderRig(BoxRoomRig(64, 48), {}, [&](double fraction) {
+    ++calls;
+    EXPECT_GE(fraction, 0.0);
+    EXPECT_LE(fraction, 1.0);
+    if (fraction > highest) highest = fraction;
+  });
+  ASSERT_TRUE(frame.ok());
+  EXPECT_GT(calls, 5);
+  EXPECT_EQ(highest, 1.0);
+}
+
+TEST(Renderer, CancelEndsARenderWithinASecond) {
+  TestScene test = MakeBoxRoom();
+  auto renderer = Renderer::Create(test.recipe, test.geometry, MakeConfig(60000, 8, false));
+  ASSERT_TRUE(renderer.ok());
+  const CancelToken cancel;
+  SteadyTime asked;
+  // The first progress says that tracing is under way; a single tile takes seconds, so the flag is
+  // set from there too.
+  std::thread canceller([&] {
+    asked = Clock::System().Steady();
+    cancel.Cancel();
+  });
+  const auto frame = (*renderer)->RenderRig(BoxRoomRig(320, 240), cancel, {});
+  canceller.join();
+  EXPECT_EQ(frame.status().code(), absl::StatusCode::kCancelled);
+  EXPECT_LT(std::chrono::duration<double>(Clock::System().Steady() - asked).count(), 1.0);
+}
+
+TEST(Renderer, UnknownProfileAndBrokenScenesAreRefused) {
+  TestScene test = MakeBoxRoom();
+  v1::RenderConfig config;
+  config.set_profile("best");
+  EXPECT_EQ(Renderer::Create(test.recipe, test.geometry, config).status().code(),
+            absl::StatusCode::kInvalidArgument);
+  test.geometry.meshes[0].material_of_slot[0] = 99;
+  EXPECT_EQ(Renderer::Create(test.recipe, test.geometry, {}).status().code(),
+            absl::StatusCode::kInvalidArgument);
+}
+
+TEST(Renderer, TooLittleMemoryIsAnErrorNotACrash) {
+  TestScene test;
+  test.AddMesh(MakeSphere({0, 0, 0}, 1, 150), test.AddMaterial(DiffuseSample(Vec3f::Ones())));
+  EXPECT_EQ(RenderScene::Build(test.geometry, 1 << 20).status().code(),
+            absl::StatusCode::kResourceExhausted);
+  EXPECT_TRUE(RenderScene::Build(test.geometry, 0).ok());
+}
+
+TEST(Renderer, AnEmptySceneIsSky) {
+  v1::Scene recipe;
+  recipe.mutable_sky()->set_strength(1);
+  auto renderer = Renderer::Create(recipe, {}, MakeConfig(2, 2, true));
+  ASSERT_TRUE(renderer.ok()) << renderer.status();
+  const auto frame = (*renderer)->RenderRig(BoxRoomRig(64, 48), {}, {});
+  ASSERT_TRUE(frame.ok()) << frame.status();
+  EXPECT_EQ(frame->left.masks(3, 3), kMaskSky);
+  EXPECT_GT(frame->left.color(32, 10), 40);
+}
+
+TEST(Exposure, DimScenesStayDimmerAndDarknessStaysDark) {
+  const auto level = [](float radiance) {
+    const ImageF3 image(32, 32, radiance);
+    return static_cast<int>(ToSrgb(image, AutomaticExposure(image, image))(3, 3));
+  };
+  EXPECT_NEAR(level(kUsualLuminance), 124, 2);
+  EXPECT_GT(level(20), level(2));
+  EXPECT_LT(level(0.05f), level(0.5f));
+  EXPECT_LT(level(0.5f), level(2));
+  EXPECT_GT(level(0.05f), 60);
+  EXPECT_LT(level(1e-5f), 10);  // The dataset's filter calls it dark.
+  EXPECT_EQ(level(0), 0);
+}
+
+TEST(Exposure, ABrightLampDoesNotDarkenThePicture) {
+  ImageF3 image(64, 64, 1.0f);
+  const float without = AutomaticExposure(image, image);
+  for (int y = 0; y < 8; ++y) {
+    for (int x = 0; x < 8; ++x) {
+      for (int c = 0; c < 3; ++c) image(x, y, c) = 1e4f;
+    }
+  }
+  EXPECT_NEAR(AutomaticExposure(image, image) / without, 1, 0.05);
+}
+
+TEST(Exposure, RollOffIsSmoothRisingAndBelowOne) {
+  float before = -1;
+  for (float x = 0; x < 4; x += 0.01f) {
+    const float y = RollOff(x);
+    EXPECT_GT(y, before);
+    EXPECT_LT(y, 1.0f);
+    EXPECT_LT(y - before, before < 0 ? 2.0f : 0.0101f);
+    before = y;
+  }
+}
+
+TEST(Profiles, OverridesReplaceTheTable) {
+  const auto table = ResolveProfile({});
+  ASSERT_TRUE(table.ok());
+  EXPECT_EQ(table->name, "default");
+  EXPECT_GT(table->clamp, 0);
+  v1::RenderConfig config = MakeConfig(5, 2, true);
+  const auto changed = ResolveProfile(config);
+  ASSERT_TRUE(changed.ok());
+  EXPECT_EQ(changed->samples_per_pixel, 5);
+  EXPECT_EQ(changed->max_bounces, 2);
+  EXPECT_EQ(changed->denoise, DenoiseQuality::kHigh);
+  EXPECT_EQ(changed->clamp, 0);
+  config.set_samples_per_pixel(-1);
+  EXPECT_FALSE(ResolveProfile(config).ok());
+}
+
+}  // namespace
+}  // namespace parallax

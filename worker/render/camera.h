@@ -1,0 +1,60 @@
+// A rig's two pinholes. Camera frame: x right, y down, z forward; pixel centres at integer
+// coordinates + 0.5.
+#pragma once
+
+#include "common/base/status.h"
+#include "common/math/proto.h"
+
+namespace parallax {
+
+struct PinholeCamera {
+  Vec3d origin = Vec3d::Zero();
+  Eigen::Matrix3d world_from_camera = Eigen::Matrix3d::Identity();  // Rotation.
+  double fx_px = 1, fy_px = 1, cx_px = 0, cy_px = 0;
+  int width_px = 0, height_px = 0;
+
+  // In the camera frame with z = 1, through image point (x, y) in pixels.
+  Vec3d DirectionAt(double x, double y) const {
+    return {(x - cx_px) / fx_px, (y - cy_px) / fy_px, 1.0};
+  }
+};
+
+struct StereoCamera {
+  PinholeCamera eyes[2];  // Left, right.
+  double baseline_m = 0;
+
+  // Errors: kInvalidArgument for an empty image, a focal length or baseline that is not positive,
+  // or a number that is not finite.
+  static absl::StatusOr<StereoCamera> FromRig(const v1::Rig& rig) {
+    const auto& t = rig.world_from_left();
+    const double sum = rig.fx_px() + rig.fy_px() + rig.cx_px() + rig.cy_px() + rig.baseline_m() +
+                       t.tx() + t.ty() + t.tz() + t.qw() + t.qx() + t.qy() + t.qz();
+    const double turn = t.qw() * t.qw() + t.qx() * t.qx() + t.qy() * t.qy() + t.qz() * t.qz();
+    if (rig.width_px() <= 0 || rig.height_px() <= 0 || rig.width_px() > 16384 ||
+        rig.height_px() > 16384 || !(rig.fx_px() > 0) || !(rig.fy_px() > 0) ||
+        !(rig.baseline_m() > 0) || !std::isfinite(sum) || !(turn > 0)) {
+      return MakeError(absl::StatusCode::kInvalidArgument,
+                       "rig " + std::to_string(rig.index()) +
+                           ": wants a size of 1 to 16384 px, positive focal lengths and baseline, "
+                           "a rotation, finite numbers");
+    }
+    const Eigen::Matrix3d rotation =
+        Eigen::Quaterniond(t.qw(), t.qx(), t.qy(), t.qz()).normalized().toRotationMatrix();
+    StereoCamera stereo;
+    stereo.baseline_m = rig.baseline_m();
+    for (int eye = 0; eye < 2; ++eye) {
+      PinholeCamera& camera = stereo.eyes[eye];
+      camera.origin = Vec3d(t.tx(), t.ty(), t.tz()) + eye * rig.baseline_m() * rotation.col(0);
+      camera.world_from_camera = rotation;
+      camera.fx_px = rig.fx_px();
+      camera.fy_px = rig.fy_px();
+      camera.cx_px = rig.cx_px();
+      camera.cy_px = rig.cy_px();
+      camera.width_px = rig.width_px();
+      camera.height_px = rig.height_px();
+    }
+    return stereo;
+  }
+};
+
+}  // namespace parallax

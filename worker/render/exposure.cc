@@ -1,0 +1,72 @@
+#include "worker/render/exposure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "worker/render/sampling.h"
+
+namespace parallax {
+namespace {
+
+constexpr int kBlock = 8;
+
+void AppendBlockLuminances(const ImageF3& image, std::vector<float>* out) {
+  for (int y0 = 0; y0 < image.height(); y0 += kBlock) {
+    for (int x0 = 0; x0 < image.width(); x0 += kBlock) {
+      double sum = 0;
+      int count = 0;
+      for (int y = y0; y < std::min(y0 + kBlock, image.height()); ++y) {
+        for (int x = x0; x < std::min(x0 + kBlock, image.width()); ++x) {
+          const float* p = image.At(x, y);
+          sum += Luminance(Vec3f(p[0], p[1], p[2]));
+          ++count;
+        }
+      }
+      out->push_back(static_cast<float>(sum / count));
+    }
+  }
+}
+
+float SrgbCurve(float x) {
+  return x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1.0f / 2.4f) - 0.055f;
+}
+
+uint8_t Encode(float x) {
+  return static_cast<uint8_t>(std::clamp(SrgbCurve(x) * 255.0f + 0.5f, 0.0f, 255.0f));
+}
+
+}  // namespace
+
+float AutomaticExposure(const ImageF3& left, const ImageF3& right) {
+  std::vector<float> luminances;
+  AppendBlockLuminances(left, &luminances);
+  AppendBlockLuminances(right, &luminances);
+  if (luminances.empty()) return 1;
+  const size_t high = luminances.size() * 95 / 100;
+  std::nth_element(luminances.begin(), luminances.begin() + static_cast<std::ptrdiff_t>(high),
+                   luminances.end());
+  const float cap = std::max(luminances[high], 1e-4f);
+  double sum = 0;
+  for (const float luminance : luminances) sum += std::log(std::clamp(luminance, 1e-4f, cap));
+  const auto typical = static_cast<float>(std::exp(sum / static_cast<double>(luminances.size())));
+  const float exposure = kKey / kUsualLuminance * std::pow(typical / kUsualLuminance, -kAdaptation);
+  return std::min(exposure, kMaxExposure);
+}
+
+float RollOff(float value) {
+  if (value <= kShoulder) return value;
+  return kShoulder +
+         (1.0f - kShoulder) * (1.0f - std::exp(-(value - kShoulder) / (1.0f - kShoulder)));
+}
+
+ImageRgb8 ToSrgb(const ImageF3& radiance, float exposure) {
+  ImageRgb8 out(radiance.width(), radiance.height());
+  for (size_t i = 0; i < radiance.values().size(); ++i) {
+    const float value = radiance.values()[i] * exposure;
+    out.values()[i] = Encode(RollOff(std::isfinite(value) ? std::max(value, 0.0f) : 0.0f));
+  }
+  return out;
+}
+
+}  // namespace parallax

@@ -1,0 +1,179 @@
+#include "worker/render/ground_truth.h"
+
+#include <tbb/parallel_for.h>
+
+namespace parallax {
+namespace {
+
+constexpr int kMaxHoles = 64;
+
+struct PixelTruth {
+  bool surface = false;
+  double depth = 0;
+  Vec3f normal = Vec3f::Zero();  // Camera frame.
+  uint32_t object = 0;
+  uint32_t material = 0;
+  uint8_t mask = 0;
+};
+
+class TruthTracer {
+ public:
+  TruthTracer(const RenderScene& scene, const v1::Room* room, const PinholeCamera& camera)
+      : scene_(scene), camera_(camera) {
+    if (room && room->width_m() > 0) {
+      has_room_ = true;
+      // Surfaces of the room itself lie on the box; a millimetre keeps them in.
+      room_ = Box3f(Vec3f::Constant(-1e-3f),
+                    Vec3f(static_cast<float>(room->width_m()), static_cast<float>(room->depth_m()),
+                          static_cast<float>(room->height_m())) +
+                        Vec3f::Constant(1e-3f));
+    }
+  }
+
+  PixelTruth At(int x, int y) const {
+    const Vec3d in_camera = camera_.DirectionAt(x + 0.5, y + 0.5);
+    const Vec3d in_world = camera_.world_from_camera * in_camera;
+    Ray ray;
+    ray.origin = camera_.origin.cast<float>();
+    ray.direction = in_world.normalized().cast<float>();
+    const auto spread = static_cast<float>(1.0 / camera_.fx_px);
+    float from = 0;
+    RawHit raw;
+    for (int hole = 0; hole <= kMaxHoles && scene_.Intersect(ray, from, &raw); ++hole) {
+      const SurfaceHit hit = scene_.Resolve(raw);
+      const MaterialTraits& traits = scene_.traits(hit.material);
+      uint8_t mask = 0;
+      if (traits.may_be_open || traits.may_be_transmissive || traits.may_be_mirror) {
+        const SurfaceSample s = scene_.Evaluate(hit, spread * raw.distance);
+        if (s.opacity < 0.5f) {
+          from = raw.distance + 1e-5f + 2e-6f * raw.distance;
+          continue;
+        }
+        if (s.transmission * (1.0f - s.metallic) > 0.25f) mask |= kMaskTransparent;
+        if (s.metallic >= 0.5f && s.roughness <= 0.1f) mask |= kMaskMirror;
+      }
+      return Resolved(raw, hit, in_world, mask);
+    }
+    PixelTruth sky;
+    sky.mask = kMaskSky;
+    return sky;
+  }
+
+ private:
+  PixelTruth Resolved(const RawHit& raw, const SurfaceHit& hit, const Vec3d& in_world,
+                      uint8_t mask) const {
+    Vec3f corners[3];
+    scene_.Corners(raw.placed, raw.triangle, corners);
+    const Vec3d a = corners[0].cast<double>();
+    const Vec3d plane = (corners[1].cast<double>() - a).cross(corners[2].cast<double>() - a);
+    const double along = plane.dot(in_world);
+    PixelTruth truth;
+    truth.surface = true;
+    truth.mask = mask;
+    truth.depth = along != 0 ? plane.dot(a - camera_.origin) / along : 0;
+    // Seen edge-on the plane says nothing; the ray's own distance does.
+    const double by_ray = raw.distance / in_world.norm();
+    if (!(std::abs(truth.depth - by_ray) <= 1e-3 * by_ray)) truth.depth = by_ray;
+
+    const Vec3f out = -in_world.normalized().cast<float>();
+    const float side = hit.geometric_normal.dot(out) >= 0.0f ? 1.0f : -1.0f;
+    Vec3f n = side * hit.shading_normal;
+    // At silhouettes of smooth meshes the interpolated normal may turn away: lay it flat against
+    // the line of sight.
+    const float facing = n.dot(out);
+    if (facing < 0.0f) n = (n - facing * out).normalized();
+    truth.normal = camera_.world_from_camera.transpose().cast<float>() * n;
+    if (!truth.normal.allFinite()) {
+      truth.normal = camera_.world_from_camera.transpose().cast<float>() * out;
+    }
+    truth.object = scene_.geometry().meshes[hit.placed].object_index;
+    truth.material = hit.material;
+    if (has_room_) {
+      // A step back towards the viewer: the face of a wall belongs to the side from which it is
+      // seen.
+      if (!room_.contains(Vec3f(hit.position + side * 2e-3f * hit.geometric_normal))) {
+        truth.mask |= kMaskExterior;
+      }
+    }
+    return truth;
+  }
+
+  const RenderScene& scene_;
+  const PinholeCamera& camera_;
+  bool has_room_ = false;
+  Box3f room_;
+};
+
+bool Visible(const ImageF& other, int row, double x, double z) {
+  if (x < 0 || x >= other.width()) return false;
+  const int last = other.width() - 1;
+  const double c = x - 0.5;
+  const int x0 = std::clamp(static_cast<int>(std::floor(c)), 0, last);
+  const int x1 = std::min(x0 + 1, last);
+  const auto near = [&](double depth) {
+    return depth > 0 && std::abs(depth - z) <= kOcclusionThreshold * z;
+  };
+  const double d0 = other(x0, row);
+  const double d1 = other(x1, row);
+  if (near(d0) || near(d1)) return true;
+  if (d0 <= 0 || d1 <= 0) return false;
+  const double t = std::clamp(c - x0, 0.0, 1.0);
+  // Disparity, not depth, is linear along a plane.
+  return near(1.0 / ((1.0 - t) / d0 + t / d1));
+}
+
+}  // namespace
+
+absl::Status TraceGroundTruth(const RenderScene& scene, const v1::Room* room,
+                              const PinholeCamera& camera, double baseline_m,
+                              const CancelToken& cancel, View* view) {
+  const int width = camera.width_px;
+  const int height = camera.height_px;
+  view->depth_m = ImageF(width, height);
+  view->disparity_px = ImageF(width, height);
+  view->objects = ImageU16(width, height);
+  view->materials = ImageU16(width, height);
+  view->normals = ImageF3(width, height);
+  view->masks = ImageU8(width, height);
+  const TruthTracer tracer(scene, room, camera);
+  const double focal_times_baseline = camera.fx_px * baseline_m;
+  tbb::parallel_for(0, height, [&](int y) {
+    if (cancel.cancelled()) return;
+    for (int x = 0; x < width; ++x) {
+      const PixelTruth truth = tracer.At(x, y);
+      view->masks(x, y) = truth.mask;
+      if (!truth.surface) continue;
+      const auto depth = static_cast<float>(truth.depth);
+      view->depth_m(x, y) = depth;
+      view->disparity_px(x, y) = static_cast<float>(focal_times_baseline / depth);
+      view->objects(x, y) = static_cast<uint16_t>(truth.object);
+      view->materials(x, y) = static_cast<uint16_t>(truth.material);
+      for (int c = 0; c < 3; ++c) view->normals(x, y, c) = truth.normal[c];
+    }
+  });
+  if (cancel.cancelled()) return MakeError(absl::StatusCode::kCancelled, "render: cancelled");
+  return absl::OkStatus();
+}
+
+void MarkOcclusion(View* left, View* right) {
+  const int width = left->depth_m.width();
+  const int height = left->depth_m.height();
+  View* views[2] = {left, right};
+  for (int eye = 0; eye < 2; ++eye) {
+    View& view = *views[eye];
+    const View& other = *views[1 - eye];
+    const double sign = eye == 0 ? -1.0 : 1.0;
+    view.occlusion = ImageU8(width, height);
+    tbb::parallel_for(0, height, [&](int y) {
+      for (int x = 0; x < width; ++x) {
+        const double z = view.depth_m(x, y);
+        const bool visible =
+            z > 0 ? Visible(other.depth_m, y, x + 0.5 + sign * view.disparity_px(x, y), z)
+                  : other.depth_m(x, y) <= 0;
+        view.occlusion(x, y) = visible ? 0 : 255;
+      }
+    });
+  }
+}
+
+}  // namespace parallax

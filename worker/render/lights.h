@@ -1,0 +1,102 @@
+// All light sources of a scene, chosen by what they can give to a point: lamps by power over
+// squared distance, the sky by the solid angle of the room's openings. For next-event estimation
+// and for the density that MIS needs.
+//
+// Point lights are spheres that only light sees: the camera looks through them, mirrors show them.
+// Mesh lights shine from the front of their faces. Inside of a room the sky is sampled through its
+// openings (portals at the walls' outer faces, and the open top when there is no ceiling);
+// elsewhere over the whole sphere. Sampling that misses part of a source is no error: MIS gives
+// that part to BSDF sampling. Constant after Build; thread-safe.
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "parallax/v1/scene.pb.h"
+#include "worker/render/render_scene.h"
+#include "worker/render/sky.h"
+
+namespace parallax {
+
+// A point that gathers light, with what choosing among lights needs to be computed once.
+struct LightReceiver {
+  Vec3f position = Vec3f::Zero();
+  bool in_room = false;
+  float total = 0;  // Sum of importances.
+};
+
+struct LightSample {
+  Vec3f direction = Vec3f::UnitZ();
+  float distance = 0;              // Free path that must be unoccluded; infinity for the sky.
+  Vec3f radiance = Vec3f::Zero();  // For an ideal point: intensity / distance^2, with pdf = the
+                                   // chance of choosing it.
+  float pdf = 0;       // Per solid angle, the choice of the light included; 0 = no light.
+  bool ideal = false;  // No other strategy can find it.
+};
+
+class LightTable {
+ public:
+  // Errors: kInvalidArgument for a light of unknown kind.  A mesh light without faces is left out.
+  static absl::StatusOr<LightTable> Build(const v1::Scene& scene, const RenderScene& geometry);
+
+  LightReceiver Receive(const Vec3f& position) const;
+  LightSample Sample(const LightReceiver& at, float choice, const Vec2f& u) const;
+
+  // Front radiance of a mesh light's face, zero for other faces; and the density with which Sample
+  // would have found the point `distance` away along `direction`.
+  bool IsMeshLight(uint32_t placed, uint16_t slot) const { return MeshLight(placed, slot) >= 0; }
+  Vec3f MeshRadiance(uint32_t placed, uint16_t slot) const;
+  float MeshPdf(const LightReceiver& at, uint32_t placed, uint16_t slot, float distance,
+                float cosine) const;
+
+  // Radiance of point lights' spheres that the ray meets before `distance`, each weighted by MIS
+  // against `bsdf_pdf`.
+  Vec3f SphereRadiance(const LightReceiver& at, const Vec3f& origin, const Vec3f& direction,
+                       float distance, float bsdf_pdf) const;
+  // Sky and sun along a direction that met nothing, weighted by MIS against `bsdf_pdf` (infinity:
+  // not weighted).
+  Vec3f EscapeRadiance(const LightReceiver& at, const Vec3f& direction, float bsdf_pdf) const;
+
+  const SkyModel& sky() const { return sky_; }
+  bool empty() const { return lamps_.empty() && !sky_.has_sky() && !sky_.has_sun(); }
+  size_t portals() const { return portals_.size(); }
+
+ private:
+  struct Lamp {
+    Vec3f center = Vec3f::Zero();
+    float radius = 0;  // Of the sphere, or around a mesh light's faces.
+    Vec3f radiance = Vec3f::Zero();
+    Vec3f intensity = Vec3f::Zero();  // Ideal points.
+    float strength = 0;               // Luminance of the flux, as seen from any side.
+    // Mesh lights.
+    std::vector<std::array<Vec3f, 3>> faces;
+    std::vector<float> cumulative;  // Area up to and with each face, m^2.
+    bool mesh = false;
+  };
+  struct Portal {
+    Vec3f corner, edge_u, edge_v, normal;  // Normal points out of the room.
+    float area = 0;
+  };
+
+  int MeshLight(uint32_t placed, uint16_t slot) const;
+  float LampImportance(const Lamp& lamp, const Vec3f& position) const;
+  float PortalImportance(const Portal& portal, const Vec3f& position) const;
+  float SunImportance(const LightReceiver& at) const;
+  float DomeImportance() const;
+  float SkyPdf(const LightReceiver& at, const Vec3f& direction) const;
+  LightSample SampleLamp(const Lamp& lamp, const Vec3f& position, const Vec2f& u) const;
+  LightSample SamplePortal(const Portal& portal, const LightReceiver& at, const Vec2f& u) const;
+  LightSample SampleDome(const LightReceiver& at, const Vec2f& u) const;
+  LightSample SampleSun(const Vec2f& u) const;
+  void AddPortals(const v1::Scene& scene, const RenderScene& geometry);
+
+  SkyModel sky_;
+  std::vector<Lamp> lamps_;
+  std::vector<size_t> spheres_;  // Of `lamps_`.
+  std::vector<Portal> portals_;
+  std::vector<std::vector<int>> mesh_lights_;  // [placed][slot] -> lamp or -1.
+  bool has_room_ = false;
+  Box3f room_;  // Up to the walls' outer faces.
+};
+
+}  // namespace parallax

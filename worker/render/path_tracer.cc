@@ -1,0 +1,196 @@
+#include "worker/render/path_tracer.h"
+
+#include "worker/render/bsdf.h"
+
+namespace parallax {
+namespace {
+
+constexpr int kMaxPassages = 32;  // Holes and thin panes that a path may pass.
+constexpr int kRouletteFrom = 2;  // First bounce that may end by chance.
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// The shading normal on the viewer's side, bent just enough that the mirror direction does not dip
+// below the surface (which would turn glossy relief black).
+Vec3f UsableNormal(const Vec3f& shading, const Vec3f& geometric, const Vec3f& out) {
+  Vec3f n = shading;
+  const float facing = n.dot(out);
+  if (facing < 0.01f) n = (n + out * (0.01f - facing) * 1.02f).normalized();
+  const Vec3f mirrored = 2.0f * n.dot(out) * n - out;
+  const float height = mirrored.dot(geometric);
+  if (height < 0.01f) {
+    const Vec3f lifted = (mirrored + geometric * (0.01f - height)).normalized();
+    const Vec3f bisector = (lifted + out).normalized();
+    if (bisector.dot(out) > 0.0f) n = bisector;
+  }
+  return n;
+}
+
+Vec3f Clamped(const Vec3f& contribution, float limit) {
+  if (limit <= 0.0f) return contribution;
+  const float luminance = Luminance(contribution);
+  return luminance > limit ? Vec3f(contribution * (limit / luminance)) : contribution;
+}
+
+// What the denoiser is told about the first surface.
+Vec3f GuideAlbedo(const SurfaceSample& s) {
+  const float opaque = 1.0f - s.transmission * (1.0f - s.metallic);
+  return (s.base_color * opaque + Vec3f::Constant(1.0f - opaque)).cwiseMax(0.0f).cwiseMin(1.0f);
+}
+
+}  // namespace
+
+PathResult TracePath(const RenderScene& scene, const LightTable& lights, const PathOptions& options,
+                     const Ray& camera_ray, Sampler& sampler) {
+  PathResult result;
+  Ray ray = camera_ray;
+  Vec3f throughput = Vec3f::Ones();
+  LightReceiver receiver;  // The last vertex that gathered light.
+  float pdf =
+      kInfinity;  // With which the ray left it; infinity: no light sampling could have done this.
+  float min_alpha = 0;
+  bool guided = false;
+  int bounce = 0, passages = 0;
+  const bool use_lights = options.direct != DirectLight::kBsdfSampling && !lights.empty();
+  const auto add = [&](const Vec3f& contribution) {
+    if (!contribution.allFinite()) return;
+    result.radiance += bounce > 0 ? Clamped(contribution, options.clamp_luminance) : contribution;
+  };
+  // Density for MIS: single strategies either count whole or not at all.
+  const auto found_by_bsdf = [&] {
+    return options.direct != DirectLight::kLightSampling || !std::isfinite(pdf);
+  };
+  const auto mis_pdf = [&] {
+    return options.direct == DirectLight::kBsdfSampling ? kInfinity : pdf;
+  };
+
+  while (true) {
+    RawHit raw;
+    ++result.rays;
+    const bool met = scene.Intersect(ray, 0.0f, &raw);
+    if (bounce > 0 && found_by_bsdf()) {
+      const Vec3f spheres = lights.SphereRadiance(receiver, ray.origin, ray.direction,
+                                                  met ? raw.distance : kInfinity, mis_pdf());
+      if (!spheres.isZero()) add(throughput.cwiseProduct(spheres));
+    }
+    if (!met) {
+      if (found_by_bsdf()) {
+        const Vec3f sky = lights.EscapeRadiance(receiver, ray.direction, mis_pdf());
+        add(throughput.cwiseProduct(sky));
+        if (!guided) result.albedo = sky.cwiseMin(1.0f);
+      }
+      return result;
+    }
+
+    // ---- The surface ----
+    const SurfaceHit hit = scene.Resolve(raw);
+    const Vec3f out = -ray.direction;
+    const bool outside = out.dot(hit.geometric_normal) > 0.0f;
+    const float side = outside ? 1.0f : -1.0f;
+    const float width = ray.width_m + ray.spread * raw.distance;
+    const SurfaceSample surface = scene.Evaluate(hit, width);
+
+    // ---- Light that it sends out ----
+    if (lights.IsMeshLight(hit.placed, hit.slot)) {
+      if (outside && found_by_bsdf()) {
+        const float cosine = out.dot(hit.geometric_normal);
+        const float distance = std::isfinite(pdf) ? (hit.position - receiver.position).norm() : 0;
+        const float light_pdf =
+            std::isfinite(pdf) ? lights.MeshPdf(receiver, hit.placed, hit.slot, distance, cosine)
+                               : 0;
+        const float weight =
+            options.direct == DirectLight::kBsdfSampling ? 1.0f : PowerHeuristic(pdf, light_pdf);
+        add(throughput.cwiseProduct(lights.MeshRadiance(hit.placed, hit.slot)) * weight);
+      }
+    } else if (surface.emission.maxCoeff() > 0.0f) {
+      add(throughput.cwiseProduct(surface.emission));
+    }
+
+    const Vec2f choices = sampler.Pair();  // Lobe, Russian roulette.
+    const Vec2f through = sampler.Pair();  // Opacity, light.
+    if (surface.opacity < 1.0f && through.x() >= surface.opacity) {
+      if (++passages > kMaxPassages) return result;
+      ray.origin = OffsetPoint(hit.position, -side * hit.geometric_normal);
+      ray.width_m = width;
+      continue;
+    }
+
+    // ---- How it scatters ----
+    const Vec3f bumped = scene.BumpedNormal(hit, width);
+    const ShadingFrame frame(UsableNormal(side * bumped, side * hit.geometric_normal, out));
+    if (!guided) {
+      result.albedo = GuideAlbedo(surface);
+      result.normal = frame.z;
+      guided = true;
+    }
+    const bool last = bounce >= options.max_bounces;
+    if (last && !(surface.thin_walled && surface.transmission > 0.0f)) return result;
+    const Vec3f o = frame.ToLocal(out);
+    const Bsdf bsdf(surface, o, outside, min_alpha);
+    // Light that shading and true normal see on different sides would leak or blacken.
+    const auto consistent = [&](const Vec3f& world, const Vec3f& local) {
+      return (side * hit.geometric_normal.dot(world) > 0.0f) == (local.z() > 0.0f);
+    };
+
+    // ---- Next-event estimation ----
+    const bool gathers = use_lights && !last && !bsdf.mirror_like();
+    LightReceiver here;
+    if (gathers) {
+      here = lights.Receive(hit.position);
+      const LightSample light = lights.Sample(here, through.y(), sampler.Pair());
+      if (light.pdf > 0.0f && !light.radiance.isZero()) {
+        const Vec3f i = frame.ToLocal(light.direction);
+        const BsdfValue value = consistent(light.direction, i) ? bsdf.Evaluate(i) : BsdfValue{};
+        if (!IsBlack(value.f_cos)) {
+          const float weight = light.ideal || options.direct == DirectLight::kLightSampling
+                                   ? 1.0f
+                                   : PowerHeuristic(light.pdf, value.pdf);
+          const Vec3f contribution =
+              throughput.cwiseProduct(value.f_cos).cwiseProduct(light.radiance) *
+              (weight / light.pdf);
+          if (contribution.maxCoeff() > 1e-7f) {
+            const float leave =
+                side * hit.geometric_normal.dot(light.direction) > 0.0f ? side : -side;
+            const Vec3f start = OffsetPoint(hit.position, leave * hit.geometric_normal);
+            ++result.rays;
+            const Vec3f passed =
+                scene.Transmittance(start, light.direction, light.distance * (1.0f - 1e-4f));
+            add(contribution.cwiseProduct(passed));
+          }
+        }
+      }
+    } else {
+      sampler.Pair();
+    }
+
+    // ---- The next ray ----
+    const std::optional<BsdfSample> next = bsdf.Sample(choices.x(), sampler.Pair());
+    if (!next) return result;
+    const Vec3f direction = frame.ToWorld(next->direction).normalized();
+    if (next->straight) {
+      if (++passages > kMaxPassages) return result;
+      throughput = throughput.cwiseProduct(next->weight);
+      ray.origin = OffsetPoint(hit.position, -side * hit.geometric_normal);
+      ray.width_m = width;
+      continue;
+    }
+    if (last || !consistent(direction, next->direction)) return result;
+    throughput = throughput.cwiseProduct(next->weight);
+    if (!throughput.allFinite() || IsBlack(throughput)) return result;
+    ++bounce;
+    if (bounce >= kRouletteFrom) {
+      const float survive = std::min(0.95f, throughput.maxCoeff());
+      if (choices.y() >= survive) return result;
+      throughput /= survive;
+    }
+    pdf = gathers ? next->pdf : kInfinity;
+    receiver = here;
+    if (options.regularise && next->blur > 0.1f) min_alpha = 0.09f;
+    const float leave = side * hit.geometric_normal.dot(direction) > 0.0f ? side : -side;
+    ray.origin = OffsetPoint(hit.position, leave * hit.geometric_normal);
+    ray.direction = direction;
+    ray.width_m = width;
+    ray.spread = std::min(1.0f, ray.spread + next->blur);
+  }
+}
+
+}  // namespace parallax

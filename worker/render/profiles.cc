@@ -1,0 +1,45 @@
+#include "worker/render/profiles.h"
+
+#include <string>
+
+namespace parallax {
+namespace {
+
+// clang-format off
+constexpr RenderProfile kProfiles[] = {
+    // name         spp  bounces  denoise                    clamp
+    {"preview",       2,       3, DenoiseQuality::kFast,     8.0f},
+    {"default",       8,       6, DenoiseQuality::kHigh,    16.0f},
+    {"high",         64,      10, DenoiseQuality::kHigh,    64.0f},
+    {"reference",  4096,      32, DenoiseQuality::kOff,      0.0f},
+};
+// clang-format on
+
+}  // namespace
+
+absl::StatusOr<RenderProfile> ResolveProfile(const v1::RenderConfig& config) {
+  const std::string name = config.profile().empty() ? "default" : config.profile();
+  const RenderProfile* found = nullptr;
+  for (const RenderProfile& profile : kProfiles) {
+    if (profile.name == name) found = &profile;
+  }
+  if (!found) {
+    return MakeError(
+        absl::StatusCode::kInvalidArgument,
+        "render.profile: unknown \"" + name + "\"; allowed: preview, default, high, reference");
+  }
+  if (config.samples_per_pixel() < 0 || config.max_bounces() < 0) {
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     "render: samples_per_pixel and max_bounces must not be negative");
+  }
+  RenderProfile profile = *found;
+  if (config.samples_per_pixel() > 0) profile.samples_per_pixel = config.samples_per_pixel();
+  if (config.max_bounces() > 0) profile.max_bounces = config.max_bounces();
+  if (config.denoise() == v1::RenderConfig::DENOISE_OFF) profile.denoise = DenoiseQuality::kOff;
+  if (config.denoise() == v1::RenderConfig::DENOISE_ON && profile.denoise == DenoiseQuality::kOff) {
+    profile.denoise = DenoiseQuality::kHigh;
+  }
+  return profile;
+}
+
+}  // namespace parallax

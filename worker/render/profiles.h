@@ -1,0 +1,28 @@
+// What a render profile means, in one table.
+#pragma once
+
+#include <string_view>
+
+#include "common/base/status.h"
+#include "parallax/v1/config.pb.h"
+
+namespace parallax {
+
+// Values of OIDN's `quality`.
+enum class DenoiseQuality { kOff = 0, kFast = 4, kBalanced = 5, kHigh = 6 };
+
+struct RenderProfile {
+  std::string_view name;
+  int samples_per_pixel = 8;
+  int max_bounces = 6;  // Surface interactions after the first.
+  DenoiseQuality denoise = DenoiseQuality::kHigh;
+  // Indirect light of one sample above this multiple of the picture's mean luminance is cut
+  // (fireflies). 0: never, and nothing else is biased either.
+  float clamp = 0;
+};
+
+// The profile of a config with its overrides. Errors: kInvalidArgument for an unknown name or a
+// negative number.
+absl::StatusOr<RenderProfile> ResolveProfile(const v1::RenderConfig& config);
+
+}  // namespace parallax

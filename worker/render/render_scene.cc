@@ -1,0 +1,395 @@
+#include "worker/render/render_scene.h"
+
+#include <unistd.h>
+
+#include <atomic>
+#include <map>
+
+#include "worker/render/bsdf.h"
+#include "worker/render/sampling.h"
+
+namespace parallax {
+namespace {
+
+// Embree reads 16 bytes at a float3: the last vertex needs one more float behind it.
+using Positions = std::vector<Vec3f>;
+
+// Of the state of a shadow ray; Embree hands the first member to the filter.
+struct ShadowContext {
+  RTCIntersectContext base;
+  const RenderScene* scene;
+  Vec3f transmittance;
+};
+
+int64_t MachineMemoryBytes() {
+  return static_cast<int64_t>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGE_SIZE);
+}
+
+}  // namespace
+
+struct RenderScene::MemoryWatch {
+  std::atomic<int64_t> used{0};
+  int64_t limit = 0;
+
+  static bool Callback(void* self, ssize_t bytes, bool /*post*/) {
+    auto* watch = static_cast<MemoryWatch*>(self);
+    const int64_t used = watch->used.fetch_add(bytes) + bytes;
+    return bytes <= 0 || used <= watch->limit;
+  }
+};
+
+struct RenderScene::Body {
+  std::shared_ptr<const Positions> positions;  // World frame, or object frame when instanced.
+  bool instanced = false;
+  float scale = 1;
+  Eigen::Affine3f world_from_object = Eigen::Affine3f::Identity();
+  Mat3f normal_from_object = Mat3f::Identity();
+};
+
+RenderScene::RenderScene() = default;
+RenderScene::~RenderScene() = default;
+
+absl::StatusOr<std::unique_ptr<RenderScene>> RenderScene::Build(SceneGeometry geometry,
+                                                                int64_t memory_limit_bytes) {
+  try {
+    std::unique_ptr<RenderScene> scene(new RenderScene);
+    scene->geometry_ = std::move(geometry);
+    if (scene->geometry_.materials.empty()) scene->geometry_.materials.resize(1);
+    for (const PlacedMesh& placed : scene->geometry_.meshes) {
+      if (!placed.mesh) {
+        return MakeError(absl::StatusCode::kInvalidArgument,
+                         "object " + std::to_string(placed.object_index) + ": no mesh");
+      }
+      for (const uint32_t material : placed.material_of_slot) {
+        if (material >= scene->geometry_.materials.size()) {
+          return MakeError(absl::StatusCode::kInvalidArgument,
+                           "object " + std::to_string(placed.object_index) + ": material " +
+                               std::to_string(material) + " of " +
+                               std::to_string(scene->geometry_.materials.size()));
+        }
+      }
+    }
+    scene->ProbeMaterials();
+    RETURN_IF_ERROR(scene->BuildEmbree(memory_limit_bytes));
+    return scene;
+  } catch (const std::bad_alloc&) {
+    return MakeError(absl::StatusCode::kResourceExhausted,
+                     "render: geometry does not fit in memory");
+  }
+}
+
+// Shadow rays ask only geometry that may let light through; all else stays opaque at no cost.
+static void FilterOcclusion(const RTCFilterFunctionNArguments* args) {
+  auto* context = reinterpret_cast<ShadowContext*>(args->context);
+  RawHit hit;
+  const uint32_t instance = RTCHitN_instID(args->hit, args->N, 0, 0);
+  hit.placed =
+      instance != RTC_INVALID_GEOMETRY_ID ? instance : RTCHitN_geomID(args->hit, args->N, 0);
+  hit.triangle = RTCHitN_primID(args->hit, args->N, 0);
+  hit.u = RTCHitN_u(args->hit, args->N, 0);
+  hit.v = RTCHitN_v(args->hit, args->N, 0);
+  const SurfaceHit surface_hit = context->scene->Resolve(hit);
+  const MaterialTraits& traits = context->scene->traits(surface_hit.material);
+  if (!traits.may_be_open && !traits.may_be_thin) return;
+  const SurfaceSample surface = context->scene->Evaluate(surface_hit, 0.001f);
+  const Vec3f direction(RTCRayN_dir_x(args->ray, args->N, 0), RTCRayN_dir_y(args->ray, args->N, 0),
+                        RTCRayN_dir_z(args->ray, args->N, 0));
+  const float cosine = std::min(1.0f, std::abs(direction.dot(surface_hit.geometric_normal)));
+  const float opacity = std::clamp(surface.opacity, 0.0f, 1.0f);
+  Vec3f passes = Vec3f::Constant(1.0f - opacity);
+  if (traits.may_be_thin && surface.thin_walled) {
+    const Vec3f out = DirectionAt(std::max(cosine, 1e-3f), 0.0f);
+    passes += opacity * Bsdf(surface, out, true).Straight();
+  }
+  context->transmittance = context->transmittance.cwiseProduct(passes);
+  if (context->transmittance.maxCoeff() > 1e-3f) args->valid[0] = 0;
+}
+
+absl::Status RenderScene::BuildEmbree(int64_t memory_limit_bytes) {
+  device_ = EmbreeDevice(rtcNewDevice(nullptr));
+  if (!device_.get()) {
+    return MakeError(absl::StatusCode::kResourceExhausted, "render: Embree gives no device");
+  }
+  memory_ = std::make_unique<MemoryWatch>();
+  memory_->limit = memory_limit_bytes > 0 ? memory_limit_bytes : MachineMemoryBytes();
+  rtcSetDeviceMemoryMonitorFunction(device_.get(), &MemoryWatch::Callback, memory_.get());
+
+  std::map<const Mesh*, int> uses;
+  for (const PlacedMesh& placed : geometry_.meshes) ++uses[placed.mesh.get()];
+
+  const auto new_triangles = [&](const Mesh& mesh, const Positions& positions, bool filtered) {
+    EmbreeGeometry geometry(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
+    rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                               positions.data(), 0, sizeof(Vec3f), mesh.positions.size());
+    rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                               mesh.triangles.data(), 0, sizeof(Triangle), mesh.triangles.size());
+    if (filtered) rtcSetGeometryOccludedFilterFunction(geometry.get(), &FilterOcclusion);
+    rtcCommitGeometry(geometry.get());
+    return geometry;
+  };
+  const auto lets_light_through = [&](const PlacedMesh& placed) {
+    for (const uint32_t material : placed.material_of_slot) {
+      if (traits_[material].may_be_open || traits_[material].may_be_thin) return true;
+    }
+    return false;
+  };
+
+  scene_ = EmbreeScene(rtcNewScene(device_.get()));
+  rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
+  // A shared mesh whose uses differ in what lets light through needs the filter in one of its two
+  // child scenes.
+  struct Shared {
+    std::shared_ptr<const Positions> positions;
+    RTCScene scene = nullptr;
+  };
+  std::map<std::pair<const Mesh*, bool>, Shared> shared;
+  std::map<const Mesh*, std::shared_ptr<const Positions>> shared_positions;
+  bodies_.resize(geometry_.meshes.size());
+  for (uint32_t i = 0; i < geometry_.meshes.size(); ++i) {
+    const PlacedMesh& placed = geometry_.meshes[i];
+    const Mesh& mesh = *placed.mesh;
+    Body& body = bodies_[i];
+    body.world_from_object = placed.world_from_object;
+    body.scale = std::cbrt(std::abs(placed.world_from_object.linear().determinant()));
+    body.normal_from_object = placed.world_from_object.linear().inverse().transpose();
+    if (mesh.triangles.empty()) continue;
+    const bool filtered = lets_light_through(placed);
+    body.instanced = uses[&mesh] > 1;
+    if (!body.instanced) {
+      auto positions = std::make_shared<Positions>();
+      positions->reserve(mesh.positions.size() + 1);
+      for (const Vec3f& p : mesh.positions) positions->push_back(placed.world_from_object * p);
+      positions->push_back(Vec3f::Zero());
+      body.positions = positions;
+      for (size_t k = 0; k < mesh.positions.size(); ++k) bounds_.extend((*positions)[k]);
+      const EmbreeGeometry geometry = new_triangles(mesh, *positions, filtered);
+      rtcAttachGeometryByID(scene_.get(), geometry.get(), i);
+      continue;
+    }
+    Shared& entry = shared[{&mesh, filtered}];
+    if (!entry.scene) {
+      auto& positions = shared_positions[&mesh];
+      if (!positions) {
+        auto copy = std::make_shared<Positions>(mesh.positions);
+        copy->push_back(Vec3f::Zero());
+        positions = copy;
+      }
+      entry.positions = positions;
+      EmbreeScene child(rtcNewScene(device_.get()));
+      rtcSetSceneFlags(child.get(), RTC_SCENE_FLAG_ROBUST);
+      const EmbreeGeometry geometry = new_triangles(mesh, *positions, filtered);
+      rtcAttachGeometryByID(child.get(), geometry.get(), 0);
+      rtcCommitScene(child.get());
+      entry.scene = child.get();
+      shared_scenes_.push_back(std::move(child));
+    }
+    body.positions = entry.positions;
+    for (const Vec3f& p : mesh.positions) bounds_.extend(placed.world_from_object * p);
+    EmbreeGeometry instance(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));
+    rtcSetGeometryInstancedScene(instance.get(), entry.scene);
+    const Eigen::Matrix<float, 3, 4> matrix = placed.world_from_object.matrix().topRows<3>();
+    rtcSetGeometryTransform(instance.get(), 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, matrix.data());
+    rtcCommitGeometry(instance.get());
+    rtcAttachGeometryByID(scene_.get(), instance.get(), i);
+  }
+  rtcCommitScene(scene_.get());
+  const RTCError error = rtcGetDeviceError(device_.get());
+  if (error == RTC_ERROR_OUT_OF_MEMORY) {
+    return MakeError(absl::StatusCode::kResourceExhausted,
+                     "render: the acceleration structure needs more than " +
+                         std::to_string(memory_->limit >> 20) + " MB");
+  }
+  if (error != RTC_ERROR_NONE) {
+    return MakeError(absl::StatusCode::kInternal,
+                     "render: Embree error " + std::to_string(static_cast<int>(error)));
+  }
+  return absl::OkStatus();
+}
+
+// Materials have no flags of their own: each is asked at points of a cube, seen from six sides and
+// at corners of pictures. A trait that shows at none of these points does not show in shadows
+// either.
+void RenderScene::ProbeMaterials() {
+  traits_.resize(geometry_.materials.size());
+  const Vec3f sides[] = {Vec3f::UnitX(),  Vec3f::UnitY(),  Vec3f::UnitZ(),
+                         -Vec3f::UnitX(), -Vec3f::UnitY(), -Vec3f::UnitZ()};
+  for (size_t m = 1; m < geometry_.materials.size(); ++m) {
+    if (!geometry_.materials[m]) continue;
+    MaterialTraits& traits = traits_[m];
+    for (uint32_t k = 0; k < 512; ++k) {
+      SurfacePoint point;
+      // Additive recurrence of the plastic constant in three dimensions: even cover of a cube of
+      // 0.7 m.
+      const auto n = static_cast<float>(k);
+      point.texture_m = Vec3f(std::fmod(n * 0.8191725f, 1.0f), std::fmod(n * 0.6710436f, 1.0f),
+                              std::fmod(n * 0.5497005f, 1.0f)) *
+                        0.7f;
+      point.uv = point.texture_m.head<2>() / 0.7f;
+      point.normal = sides[k % 6];
+      point.footprint_m = 5e-4f;
+      const SurfaceSample s = geometry_.materials[m]->Evaluate(point);
+      traits.may_be_open |= s.opacity < 0.999f;
+      traits.may_be_transmissive |= s.transmission > 0.0f;
+      traits.may_be_thin |= s.thin_walled && s.transmission > 0.0f;
+      traits.may_be_mirror |= s.metallic >= 0.4f && s.roughness <= 0.15f;
+      traits.emits |= s.emission.maxCoeff() > 0.0f;
+    }
+  }
+}
+
+bool RenderScene::Intersect(const Ray& ray, float t_min, RawHit* hit) const {
+  RTCRayHit query;
+  query.ray.org_x = ray.origin.x();
+  query.ray.org_y = ray.origin.y();
+  query.ray.org_z = ray.origin.z();
+  query.ray.dir_x = ray.direction.x();
+  query.ray.dir_y = ray.direction.y();
+  query.ray.dir_z = ray.direction.z();
+  query.ray.tnear = t_min;
+  query.ray.tfar = std::numeric_limits<float>::infinity();
+  query.ray.time = 0;
+  query.ray.mask = ~0u;
+  query.ray.id = 0;
+  query.ray.flags = 0;
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(scene_.get(), &context, &query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
+  hit->distance = query.ray.tfar;
+  hit->placed =
+      query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? query.hit.instID[0] : query.hit.geomID;
+  hit->triangle = query.hit.primID;
+  hit->u = query.hit.u;
+  hit->v = query.hit.v;
+  return true;
+}
+
+Vec3f RenderScene::Transmittance(const Vec3f& origin, const Vec3f& direction,
+                                 float distance) const {
+  RTCRay ray;
+  ray.org_x = origin.x();
+  ray.org_y = origin.y();
+  ray.org_z = origin.z();
+  ray.dir_x = direction.x();
+  ray.dir_y = direction.y();
+  ray.dir_z = direction.z();
+  ray.tnear = 0;
+  ray.tfar = distance;
+  ray.time = 0;
+  ray.mask = ~0u;
+  ray.id = 0;
+  ray.flags = 0;
+  ShadowContext context;
+  rtcInitIntersectContext(&context.base);
+  context.scene = this;
+  context.transmittance = Vec3f::Ones();
+  rtcOccluded1(scene_.get(), &context.base, &ray);
+  return ray.tfar < 0.0f ? Vec3f::Zero() : context.transmittance;
+}
+
+void RenderScene::Corners(uint32_t placed, uint32_t triangle, Vec3f corners[3]) const {
+  const Body& body = bodies_[placed];
+  const Triangle& t = geometry_.meshes[placed].mesh->triangles[triangle];
+  const Positions& p = *body.positions;
+  corners[0] = p[t.a];
+  corners[1] = p[t.b];
+  corners[2] = p[t.c];
+  if (body.instanced) {
+    for (int k = 0; k < 3; ++k) corners[k] = body.world_from_object * corners[k];
+  }
+}
+
+SurfaceHit RenderScene::Resolve(const RawHit& raw) const {
+  const PlacedMesh& placed = geometry_.meshes[raw.placed];
+  const Body& body = bodies_[raw.placed];
+  const Mesh& mesh = *placed.mesh;
+  const Triangle& t = mesh.triangles[raw.triangle];
+  Vec3f corners[3];
+  Corners(raw.placed, raw.triangle, corners);
+  const float w = 1.0f - raw.u - raw.v;
+
+  SurfaceHit hit;
+  hit.placed = raw.placed;
+  hit.triangle = raw.triangle;
+  hit.slot = t.slot;
+  hit.material = t.slot < placed.material_of_slot.size() ? placed.material_of_slot[t.slot] : 0;
+  hit.position = w * corners[0] + raw.u * corners[1] + raw.v * corners[2];
+  const Vec3f cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+  const float doubled_area = cross.norm();
+  hit.geometric_normal = doubled_area > 0.0f ? Vec3f(cross / doubled_area) : Vec3f::UnitZ();
+  const Vec3f n = w * mesh.normals[t.a] + raw.u * mesh.normals[t.b] + raw.v * mesh.normals[t.c];
+  const Vec3f bent = body.normal_from_object * n;
+  const float length = bent.norm();
+  hit.shading_normal = length > 1e-12f ? Vec3f(bent / length) : hit.geometric_normal;
+  if (hit.shading_normal.dot(hit.geometric_normal) < 0.0f) hit.shading_normal = -hit.shading_normal;
+  const float n_length = n.norm();
+  hit.point.normal = n_length > 1e-6f ? Vec3f(n / n_length) : mesh.normals[t.a];
+  hit.point.texture_m =
+      body.scale * (w * mesh.texture[t.a] + raw.u * mesh.texture[t.b] + raw.v * mesh.texture[t.c]);
+  hit.point.uv = w * mesh.uv[t.a] + raw.u * mesh.uv[t.b] + raw.v * mesh.uv[t.c];
+  const Vec3f texture_cross =
+      (mesh.texture[t.b] - mesh.texture[t.a]).cross(mesh.texture[t.c] - mesh.texture[t.a]);
+  const float texture_area = texture_cross.norm();
+  if (texture_area > 1e-20f) hit.point.texture_normal = texture_cross / texture_area;
+  const Vec2f q1 = mesh.uv[t.b] - mesh.uv[t.a];
+  const Vec2f q2 = mesh.uv[t.c] - mesh.uv[t.a];
+  const float uv_area = std::abs(q1.x() * q2.y() - q1.y() * q2.x());
+  if (uv_area > 0.0f && doubled_area > 0.0f) {
+    hit.uv_per_metre = std::sqrt(uv_area / doubled_area);
+  }
+  return hit;
+}
+
+SurfaceSample RenderScene::Evaluate(const SurfaceHit& hit, float footprint_m) const {
+  const Material* material = geometry_.materials[hit.material].get();
+  if (!material) return {};
+  SurfacePoint point = hit.point;
+  point.footprint_m = footprint_m;
+  point.footprint_uv = footprint_m * hit.uv_per_metre;
+  return material->Evaluate(point);
+}
+
+Vec3f RenderScene::BumpedNormal(const SurfaceHit& hit, float footprint_m) const {
+  const Material* material = geometry_.materials[hit.material].get();
+  if (!material) return hit.shading_normal;
+  const PlacedMesh& placed = geometry_.meshes[hit.placed];
+  const Mesh& mesh = *placed.mesh;
+  const Triangle& t = mesh.triangles[hit.triangle];
+  Vec3f corners[3];
+  Corners(hit.placed, hit.triangle, corners);
+  const Vec3f e1 = corners[1] - corners[0];
+  const Vec3f e2 = corners[2] - corners[0];
+  const float g11 = e1.squaredNorm(), g12 = e1.dot(e2), g22 = e2.squaredNorm();
+  const float determinant = g11 * g22 - g12 * g12;
+  if (!(determinant > 1e-10f * g11 * g22)) return hit.shading_normal;  // A sliver has no plane.
+  const float scale = bodies_[hit.placed].scale;
+  const Vec3f d1 = scale * (mesh.texture[t.b] - mesh.texture[t.a]);
+  const Vec3f d2 = scale * (mesh.texture[t.c] - mesh.texture[t.a]);
+  const Vec2f q1 = mesh.uv[t.b] - mesh.uv[t.a];
+  const Vec2f q2 = mesh.uv[t.c] - mesh.uv[t.a];
+
+  const float step = std::clamp(0.5f * footprint_m, 5e-5f, 0.02f);
+  const ShadingFrame frame(hit.shading_normal);
+  SurfacePoint point = hit.point;
+  point.footprint_m = footprint_m;
+  point.footprint_uv = footprint_m * hit.uv_per_metre;
+  const float height = material->Height(point);
+  const auto slope = [&](const Vec3f& tangent) {
+    // The tangent in terms of the triangle's edges, then the same step in texture space.
+    const float b1 = tangent.dot(e1), b2 = tangent.dot(e2);
+    const float s = (g22 * b1 - g12 * b2) / determinant * step;
+    const float r = (g11 * b2 - g12 * b1) / determinant * step;
+    SurfacePoint moved = point;
+    moved.texture_m += s * d1 + r * d2;
+    moved.uv += s * q1 + r * q2;
+    return (material->Height(moved) - height) / step;
+  };
+  const float dx = std::clamp(slope(frame.x), -4.0f, 4.0f);
+  const float dy = std::clamp(slope(frame.y), -4.0f, 4.0f);
+  if (dx == 0.0f && dy == 0.0f) return hit.shading_normal;
+  return (frame.z - dx * frame.x - dy * frame.y).normalized();
+}
+
+}  // namespace parallax

@@ -1,0 +1,107 @@
+// The scene as rays see it: placed meshes in one Embree scene, materials, and what a hit means.
+//
+// Meshes that several objects share are instanced; others are built in world space. Geometry id or,
+// for instances, instance id = index of the placed mesh. Constant after Build; queries are
+// thread-safe.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "common/base/cancel.h"
+#include "common/base/status.h"
+#include "worker/geometry/embree_handles.h"
+#include "worker/scene/scene_geometry.h"
+
+namespace parallax {
+
+// A ray with its cone: `width_m` at the origin, widening by `spread` radians.
+struct Ray {
+  Vec3f origin = Vec3f::Zero();
+  Vec3f direction = Vec3f::UnitZ();  // Unit.
+  float width_m = 0;
+  float spread = 0;
+};
+
+struct RawHit {
+  float distance = 0;
+  uint32_t placed = 0;    // Index into SceneGeometry.meshes.
+  uint32_t triangle = 0;  // In that mesh.
+  float u = 0, v = 0;     // Weights of the triangle's corners b and c.
+};
+
+// What a hit means, world frame.
+struct SurfaceHit {
+  Vec3f position = Vec3f::Zero();
+  Vec3f geometric_normal = Vec3f::UnitZ();  // Unit, on the side of counter-clockwise winding.
+  Vec3f shading_normal = Vec3f::UnitZ();    // Unit, interpolated, on the same side.
+  SurfacePoint point;                       // For the material; footprint not set.
+  float uv_per_metre = 0;                   // Of the triangle.
+  uint32_t placed = 0;
+  uint32_t triangle = 0;
+  uint16_t slot = 0;
+  uint32_t material = 0;  // SceneMaterial.index; 0 = none bound.
+};
+
+// What sampling a material at many points says about it, so that nobody asks it needlessly.
+struct MaterialTraits {
+  bool may_be_open = false;          // Opacity < 1 somewhere.
+  bool may_be_transmissive = false;  // Transmission > 0 somewhere.
+  bool may_be_thin = false;          // Lets light straight through somewhere.
+  bool may_be_mirror = false;        // Metallic and smooth somewhere.
+  bool emits = false;
+};
+
+class RenderScene {
+ public:
+  // Errors: kResourceExhausted when Embree needs more than `memory_limit_bytes` (0: the machine's
+  // memory) or allocation fails; kInvalidArgument for a placed mesh without mesh or with a material
+  // index out of range.
+  static absl::StatusOr<std::unique_ptr<RenderScene>> Build(SceneGeometry geometry,
+                                                            int64_t memory_limit_bytes);
+  ~RenderScene();
+
+  // The nearest hit beyond `t_min`; false if there is none.
+  bool Intersect(const Ray& ray, float t_min, RawHit* hit) const;
+  // Part of the light that passes from `origin` along unit `direction` for `distance`: 0 when
+  // something opaque stands there; holes (opacity) and thin glass weaken it.
+  Vec3f Transmittance(const Vec3f& origin, const Vec3f& direction, float distance) const;
+
+  SurfaceHit Resolve(const RawHit& hit) const;
+  // The surface there; objects without a material are plain grey.
+  SurfaceSample Evaluate(const SurfaceHit& hit, float footprint_m) const;
+  // The shading normal bent by the material's relief.
+  Vec3f BumpedNormal(const SurfaceHit& hit, float footprint_m) const;
+  // A triangle's corners in the world, as rays see them.
+  void Corners(uint32_t placed, uint32_t triangle, Vec3f corners[3]) const;
+
+  const SceneGeometry& geometry() const { return geometry_; }
+  const MaterialTraits& traits(uint32_t material) const { return traits_[material]; }
+  const Box3f& bounds() const { return bounds_; }
+  RTCScene embree() const { return scene_.get(); }
+
+ private:
+  struct Body;  // How one placed mesh is stored.
+
+  RenderScene();
+  absl::Status BuildEmbree(int64_t memory_limit_bytes);
+  void ProbeMaterials();
+
+  SceneGeometry geometry_;
+  std::vector<Body> bodies_;
+  std::vector<MaterialTraits> traits_;
+  Box3f bounds_;
+  struct MemoryWatch;
+  std::unique_ptr<MemoryWatch> memory_;
+  EmbreeDevice device_;
+  std::vector<EmbreeScene> shared_scenes_;
+  EmbreeScene scene_;
+};
+
+// A start for a ray that leaves `position` towards the side of `normal`, clear of the surface
+// itself.
+inline Vec3f OffsetPoint(const Vec3f& position, const Vec3f& normal) {
+  return position + normal * (2e-5f + 2e-6f * position.cwiseAbs().maxCoeff());
+}
+
+}  // namespace parallax

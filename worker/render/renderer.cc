@@ -1,0 +1,242 @@
+#include "worker/render/renderer.h"
+
+#include <tbb/blocked_range2d.h>
+#include <tbb/parallel_for.h>
+
+#include <atomic>
+
+#include "common/base/clock.h"
+#include "worker/render/camera.h"
+#include "worker/render/denoiser.h"
+#include "worker/render/exposure.h"
+#include "worker/render/ground_truth.h"
+#include "worker/render/lights.h"
+#include "worker/render/path_tracer.h"
+#include "worker/render/profiles.h"
+#include "worker/render/render_scene.h"
+
+namespace parallax {
+namespace {
+
+constexpr int kTile = 16;
+
+double SecondsSince(SteadyTime start) {
+  return std::chrono::duration<double>(Clock::System().Steady() - start).count();
+}
+
+absl::Status CancelledError() {
+  return MakeError(absl::StatusCode::kCancelled, "render: cancelled");
+}
+
+// One eye's picture before and for the denoiser.
+struct Film {
+  ImageF3 color, albedo, normal;
+  Film(int width, int height)
+      : color(width, height), albedo(width, height), normal(width, height) {}
+};
+
+class SceneRenderer final : public Renderer {
+ public:
+  SceneRenderer(uint64_t scene_seed, const v1::Scene& scene, RenderProfile profile,
+                std::unique_ptr<RenderScene> geometry, LightTable lights,
+                std::unique_ptr<Denoiser> denoiser)
+      : scene_seed_(scene_seed),
+        has_room_(scene.has_room()),
+        room_(scene.room()),
+        profile_(profile),
+        geometry_(std::move(geometry)),
+        lights_(std::move(lights)),
+        denoiser_(std::move(denoiser)) {}
+
+  absl::StatusOr<StereoFrame> RenderRig(const v1::Rig& rig, const CancelToken& cancel,
+                                        const ProgressFn& progress) override {
+    try {
+      return Render(rig, cancel, progress);
+    } catch (const std::bad_alloc&) {
+      return MakeError(absl::StatusCode::kResourceExhausted,
+                       "render: rig " + std::to_string(rig.index()) + " does not fit in memory");
+    }
+  }
+
+ private:
+  absl::StatusOr<StereoFrame> Render(const v1::Rig& rig, const CancelToken& cancel,
+                                     const ProgressFn& progress) {
+    ASSIGN_OR_RETURN(const StereoCamera stereo, StereoCamera::FromRig(rig));
+    StereoFrame frame;
+    View* views[2] = {&frame.left, &frame.right};
+
+    const SteadyTime truth_start = Clock::System().Steady();
+    for (int eye = 0; eye < 2; ++eye) {
+      RETURN_IF_ERROR(TraceGroundTruth(*geometry_, has_room_ ? &room_ : nullptr, stereo.eyes[eye],
+                                       stereo.baseline_m, cancel, views[eye]));
+    }
+    MarkOcclusion(&frame.left, &frame.right);
+    frame.truth_s = SecondsSince(truth_start);
+
+    const SteadyTime trace_start = Clock::System().Steady();
+    const float clamp =
+        profile_.clamp > 0 ? profile_.clamp * PilotLuminance(rig.index(), stereo) : 0;
+    std::vector<Film> films;
+    Meter meter{progress, 2.0 * rig.width_px() * rig.height_px()};
+    for (int eye = 0; eye < 2; ++eye) {
+      films.emplace_back(rig.width_px(), rig.height_px());
+      TraceEye(stereo.eyes[eye],
+               SampleStream{scene_seed_, rig.index(), static_cast<uint32_t>(eye), 0}, clamp, cancel,
+               &meter, &films.back());
+      if (cancel.cancelled()) return CancelledError();
+    }
+    // From what was traced, not from what the denoiser made of it: the same on every machine.
+    frame.exposure = AutomaticExposure(films[0].color, films[1].color);
+    frame.trace_s = SecondsSince(trace_start);
+
+    const SteadyTime denoise_start = Clock::System().Steady();
+    for (int eye = 0; eye < 2; ++eye) {
+      Film& film = films[static_cast<size_t>(eye)];
+      if (denoiser_) {
+        RETURN_IF_ERROR(denoiser_->Execute(cancel, film.albedo, film.normal, &film.color));
+      }
+      views[eye]->color = ToSrgb(film.color, frame.exposure);
+    }
+    frame.denoise_s = SecondsSince(denoise_start);
+    if (progress) progress(1.0);
+    return frame;
+  }
+
+  struct Meter {
+    const ProgressFn& progress;
+    double pixels;
+    std::atomic<int64_t> done{0};
+    // Tracing is nearly all of the work; the rest is the last twentieth.
+    void Add(int64_t count) {
+      const int64_t now = done.fetch_add(count) + count;
+      if (progress) progress(0.95 * static_cast<double>(now) / pixels);
+    }
+  };
+
+  Ray CameraRay(const PinholeCamera& camera, double x, double y, float spread) const {
+    Ray ray;
+    ray.origin = camera.origin.cast<float>();
+    ray.direction =
+        (camera.world_from_camera * camera.DirectionAt(x, y)).normalized().cast<float>();
+    ray.spread = spread;
+    return ray;
+  }
+
+  PathOptions Options(float clamp) const {
+    PathOptions options;
+    options.max_bounces = profile_.max_bounces;
+    options.clamp_luminance = clamp;
+    options.regularise = profile_.clamp > 0;
+    return options;
+  }
+
+  // Mean luminance of a coarse, cheap picture of both eyes: what "too bright" is measured by.
+  // Bright lamps seen directly are cut so that they don't raise it.
+  float PilotLuminance(uint32_t rig, const StereoCamera& stereo) const {
+    constexpr int kColumns = 64;
+    constexpr int kRows = 36;
+    std::vector<float> rows(2 * kRows);
+    const PathOptions options = Options(0);
+    tbb::parallel_for(0, 2 * kRows, [&](int index) {
+      const int eye = index / kRows;
+      const PinholeCamera& camera = stereo.eyes[eye];
+      const uint32_t stream = SampleStream{scene_seed_, rig, static_cast<uint32_t>(eye), 1}.Hash();
+      float sum = 0;
+      for (int column = 0; column < kColumns; ++column) {
+        const int row = index % kRows;
+        Sampler sampler(stream, static_cast<uint32_t>(column), static_cast<uint32_t>(row), 0);
+        const Vec2f jitter = sampler.Pair();
+        const double x = (column + jitter.x()) * camera.width_px / kColumns;
+        const double y = (row + jitter.y()) * camera.height_px / kRows;
+        const Ray ray = CameraRay(camera, x, y, static_cast<float>(1.0 / camera.fx_px));
+        const float luminance =
+            Luminance(TracePath(*geometry_, lights_, options, ray, sampler).radiance);
+        sum += std::sqrt(std::max(luminance, 0.0f));
+      }
+      rows[static_cast<size_t>(index)] = sum;
+    });
+    float sum = 0;
+    for (const float row : rows) sum += row;
+    // Square of the mean root: between the geometric and the arithmetic mean, calm under noise.
+    return std::max(Square(sum / (2 * kRows * kColumns)), 1e-3f);
+  }
+
+  void TraceEye(const PinholeCamera& camera, const SampleStream& stream, float clamp,
+                const CancelToken& cancel, Meter* meter, Film* film) const {
+    const uint32_t stream_hash = stream.Hash();
+    const PathOptions options = Options(clamp);
+    const int columns = (camera.width_px + kTile - 1) / kTile;
+    const int rows = (camera.height_px + kTile - 1) / kTile;
+    tbb::parallel_for(0, columns * rows, [&](int tile) {
+      const int x0 = tile % columns * kTile;
+      const int y0 = tile / columns * kTile;
+      const int x1 = std::min(x0 + kTile, camera.width_px);
+      const int y1 = std::min(y0 + kTile, camera.height_px);
+      for (int y = y0; y < y1; ++y) {
+        for (int x = x0; x < x1; ++x) {
+          if (cancel.cancelled()) return;
+          TracePixel(camera, options, stream_hash, x, y, cancel, film);
+        }
+      }
+      meter->Add((x1 - x0) * (y1 - y0));
+    });
+  }
+
+  // Box filter one pixel wide: edges in the picture are where the ground truth has them.
+  void TracePixel(const PinholeCamera& camera, const PathOptions& options, uint32_t stream_hash,
+                  int x, int y, const CancelToken& cancel, Film* film) const {
+    Vec3f color = Vec3f::Zero(), albedo = Vec3f::Zero(), normal = Vec3f::Zero();
+    const int samples = profile_.samples_per_pixel;
+    const auto spread = static_cast<float>(1.0 / camera.fx_px);
+    for (int s = 0; s < samples && !cancel.cancelled(); ++s) {
+      Sampler sampler(stream_hash, static_cast<uint32_t>(x), static_cast<uint32_t>(y),
+                      static_cast<uint32_t>(s));
+      const Vec2f jitter = sampler.Pair();
+      const PathResult path =
+          TracePath(*geometry_, lights_, options,
+                    CameraRay(camera, x + jitter.x(), y + jitter.y(), spread), sampler);
+      color += path.radiance;
+      albedo += path.albedo;
+      normal += path.normal;
+    }
+    const float scale = 1.0f / static_cast<float>(samples);
+    const Vec3f camera_normal = camera.world_from_camera.transpose().cast<float>() * normal;
+    for (int c = 0; c < 3; ++c) {
+      film->color(x, y, c) = color[c] * scale;
+      film->albedo(x, y, c) = albedo[c] * scale;
+      film->normal(x, y, c) = camera_normal[c] * scale;
+    }
+  }
+
+  const uint64_t scene_seed_;
+  const bool has_room_;
+  const v1::Room room_;
+  const RenderProfile profile_;
+  const std::unique_ptr<RenderScene> geometry_;
+  const LightTable lights_;
+  const std::unique_ptr<Denoiser> denoiser_;
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(const v1::Scene& scene,
+                                                           SceneGeometry geometry,
+                                                           const v1::RenderConfig& config) {
+  try {
+    ASSIGN_OR_RETURN(const RenderProfile profile, ResolveProfile(config));
+    ASSIGN_OR_RETURN(std::unique_ptr<RenderScene> built,
+                     RenderScene::Build(std::move(geometry), 0));
+    ASSIGN_OR_RETURN(LightTable lights, LightTable::Build(scene, *built));
+    std::unique_ptr<Denoiser> denoiser;
+    if (profile.denoise != DenoiseQuality::kOff) {
+      ASSIGN_OR_RETURN(denoiser, Denoiser::Create(profile.denoise));
+    }
+    return std::unique_ptr<Renderer>(new SceneRenderer(scene.scene_seed(), scene, profile,
+                                                       std::move(built), std::move(lights),
+                                                       std::move(denoiser)));
+  } catch (const std::bad_alloc&) {
+    return MakeError(absl::StatusCode::kResourceExhausted, "render: scene does not fit in memory");
+  }
+}
+
+}  // namespace parallax

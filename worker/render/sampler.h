@@ -1,0 +1,97 @@
+// Low-discrepancy points: each pair of dimensions of each pixel is its own Owen-scrambled Sobol'
+// (0,2)-sequence, shuffled so that pairs are independent of one another. All points of a pixel
+// depend on its seed only: images do not depend on threads or tiles, and two eyes with different
+// seeds have independent noise.
+//
+// Source: Burley, "Practical hash-based Owen scrambling", JCGT 2020.
+#pragma once
+
+#include <cstdint>
+
+#include "common/math/types.h"
+
+namespace parallax {
+
+// Bijective mix of 32 bits.
+inline uint32_t MixBits(uint32_t x) {
+  x ^= x >> 16;
+  x *= 0x21f0aaadu;
+  x ^= x >> 15;
+  x *= 0xd35a2d97u;
+  x ^= x >> 15;
+  return x;
+}
+inline uint32_t CombineHash(uint32_t seed, uint32_t value) {
+  return MixBits(seed ^ (value * 0x9e3779b9u + 0x7f4a7c15u + (seed << 6) + (seed >> 2)));
+}
+
+// Which image a sampler belongs to; with the pixel it is all that its points depend on.
+struct SampleStream {
+  uint64_t scene_seed = 0;
+  uint32_t rig = 0;
+  uint32_t eye = 0;   // 0 left, 1 right.
+  uint32_t pass = 0;  // 0 image, 1 the pilot that sets exposure.
+
+  uint32_t Hash() const {
+    uint32_t h = MixBits(static_cast<uint32_t>(scene_seed) + 0x5bd1e995u);
+    h = CombineHash(h, static_cast<uint32_t>(scene_seed >> 32));
+    h = CombineHash(h, rig);
+    h = CombineHash(h, eye);
+    return CombineHash(h, pass);
+  }
+};
+
+// The points of one sample of one pixel, drawn in order. Not thread-safe; cheap to make.
+class Sampler {
+ public:
+  Sampler(uint32_t stream_hash, uint32_t x, uint32_t y, uint32_t sample)
+      : seed_(CombineHash(CombineHash(stream_hash, x), y)), sample_(sample) {}
+
+  // The next pair of dimensions, in [0, 1).
+  Vec2f Pair() {
+    const uint32_t seed = CombineHash(seed_, dimension_++);
+    const uint32_t first = Permute(Reverse(sample_), seed);  // The shuffled index, bit-reversed.
+    return {ToUnit(Scramble(first, MixBits(seed + 1))),
+            ToUnit(Scramble(SecondDimension(first), MixBits(seed + 2)))};
+  }
+
+  // Of the Sobol' sequence's second dimension, from the bit-reversed index. Its matrix is Pascal's
+  // triangle modulo 2, so the product is a sum over supersets of bit positions: five shifts.
+  static uint32_t SecondDimension(uint32_t reversed) {
+    uint32_t x = reversed;
+    x ^= (x << 1) & 0xaaaaaaaau;
+    x ^= (x << 2) & 0xccccccccu;
+    x ^= (x << 4) & 0xf0f0f0f0u;
+    x ^= (x << 8) & 0xff00ff00u;
+    x ^= (x << 16) & 0xffff0000u;
+    return x;
+  }
+
+ private:
+  static uint32_t Reverse(uint32_t x) {
+    x = __builtin_bswap32(x);
+    x = ((x & 0x0f0f0f0fu) << 4) | ((x >> 4) & 0x0f0f0f0fu);
+    x = ((x & 0x33333333u) << 2) | ((x >> 2) & 0x33333333u);
+    return ((x & 0x55555555u) << 1) | ((x >> 1) & 0x55555555u);
+  }
+  // Nested uniform scramble of a value whose most significant bit comes first: each bit is flipped
+  // by a hash of the bits above it.
+  static uint32_t Scramble(uint32_t x, uint32_t seed) { return Reverse(Permute(Reverse(x), seed)); }
+  // Each bit of the result depends on the bits at and below it only.   Source: Laine and Karras
+  // 2011; Burley's constants.
+  static uint32_t Permute(uint32_t x, uint32_t seed) {
+    x += seed;
+    x ^= x * 0x6c50b47cu;
+    x ^= x * 0xb82f1e52u;
+    x ^= x * 0xc7afe638u;
+    x ^= x * 0x8d22f6e6u;
+    return x;
+  }
+  static float ToUnit(uint32_t x) { return static_cast<float>(x >> 8) * 0x1p-24f; }
+
+  uint32_t seed_;
+  uint32_t sample_;
+  uint32_t dimension_ = 0;
+};
+
+}  // namespace parallax

@@ -1,0 +1,76 @@
+// Small geometry and warps of light transport: orthonormal frames, maps from the unit square to
+// directions, MIS.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/math/types.h"
+
+namespace parallax {
+
+inline constexpr float kPi = 3.14159265358979323846f;
+inline constexpr float kInvPi = 0.31830988618379067154f;
+
+// Of linear Rec. 709.
+inline float Luminance(const Vec3f& rgb) {
+  return 0.2126f * rgb.x() + 0.7152f * rgb.y() + 0.0722f * rgb.z();
+}
+inline float Square(float x) { return x * x; }
+inline bool IsBlack(const Vec3f& rgb) { return !(rgb.maxCoeff() > 0.0f); }
+
+// A right-handed frame around the unit vector z.
+// Source: Duff et al., "Building an orthonormal basis, revisited", JCGT 2017.
+struct ShadingFrame {
+  Vec3f x, y, z;
+
+  explicit ShadingFrame(const Vec3f& normal) : z(normal) {
+    const float sign = std::copysign(1.0f, z.z());
+    const float a = -1.0f / (sign + z.z());
+    const float b = z.x() * z.y() * a;
+    x = Vec3f(1.0f + sign * Square(z.x()) * a, sign * b, -sign * z.x());
+    y = Vec3f(b, sign + Square(z.y()) * a, -z.y());
+  }
+  Vec3f ToWorld(const Vec3f& local) const { return x * local.x() + y * local.y() + z * local.z(); }
+  Vec3f ToLocal(const Vec3f& world) const { return {x.dot(world), y.dot(world), z.dot(world)}; }
+};
+
+// Concentric map of the unit square to the unit disk.
+inline Vec2f SampleDisk(const Vec2f& u) {
+  const float a = 2.0f * u.x() - 1.0f;
+  const float b = 2.0f * u.y() - 1.0f;
+  if (a == 0.0f && b == 0.0f) return Vec2f::Zero();
+  const bool wide = std::abs(a) > std::abs(b);
+  const float r = wide ? a : b;
+  const float phi = wide ? (kPi / 4) * (b / a) : (kPi / 2) - (kPi / 4) * (a / b);
+  return {r * std::cos(phi), r * std::sin(phi)};
+}
+
+// Density cos / pi around +z.
+inline Vec3f SampleCosineHemisphere(const Vec2f& u) {
+  const Vec2f d = SampleDisk(u);
+  return {d.x(), d.y(), std::sqrt(std::max(0.0f, 1.0f - d.squaredNorm()))};
+}
+
+// A direction with the given cosine to +z.
+inline Vec3f DirectionAt(float cos_theta, float phi) {
+  const float sin_theta = std::sqrt(std::max(0.0f, 1.0f - Square(cos_theta)));
+  return {sin_theta * std::cos(phi), sin_theta * std::sin(phi), cos_theta};
+}
+
+// Barycentric weights of the second and third corner, uniform over a triangle's area.
+inline Vec2f SampleTriangle(const Vec2f& u) {
+  const float root = std::sqrt(u.x());
+  return {root * (1.0f - u.y()), root * u.y()};
+}
+
+// Weight of the strategy with density `a` against one other with density `b`.
+inline float PowerHeuristic(float a, float b) {
+  if (!std::isfinite(a)) return 1.0f;
+  const float a2 = a * a;
+  const float b2 = b * b;
+  if (!std::isfinite(a2)) return 1.0f;
+  return a2 > 0.0f ? a2 / (a2 + b2) : 0.0f;
+}
+
+}  // namespace parallax

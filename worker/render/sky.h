@@ -1,0 +1,53 @@
+// What is behind everything: an analytic sky over a plain ground, and the sun as a small disk.
+//
+// Radiance is in the renderer's units, where a lamp of P watts sends out P: strength 1 is an
+// overcast noon whose zenith gives kZenithRadiance. `sun_strength` s turns the sky clear (weight s
+// / (s + 0.5)) and adds s * kSunIrradiance on a surface that faces the sun. Constant; thread-safe.
+// Source of the overcast gradient: Moon and Spencer, 1942.
+#pragma once
+
+#include "parallax/v1/scene.pb.h"
+#include "worker/render/sampling.h"
+
+namespace parallax {
+
+class SkyModel {
+ public:
+  static constexpr float kZenithRadiance = 10.0f;  // W / (m^2 sr)
+  static constexpr float kSunIrradiance = 90.0f;   // W / m^2
+  static constexpr float kSunRadius = 0.0087f;     // Radians; twice the real one, as haze does.
+
+  SkyModel() : SkyModel(v1::Sky()) {}
+  explicit SkyModel(const v1::Sky& sky);
+
+  // From unit `direction` (world), without the sun's disk.
+  Vec3f Radiance(const Vec3f& direction) const;
+  // Of the disk.
+  const Vec3f& SunRadiance() const { return sun_radiance_; }
+  bool InSun(const Vec3f& direction) const {
+    return has_sun_ && direction.dot(sun_direction_) > cos_sun_;
+  }
+
+  bool has_sky() const { return has_sky_; }
+  bool has_sun() const { return has_sun_; }
+  const Vec3f& sun_direction() const { return sun_direction_; }
+  float cos_sun() const { return cos_sun_; }
+  // Solid angle of the disk.
+  float sun_solid_angle() const { return 2.0f * kPi * (1.0f - cos_sun_); }
+  float mean_luminance() const { return mean_luminance_; }  // Of the upper hemisphere.
+  float ground_luminance() const { return Luminance(ground_); }
+
+ private:
+  Vec3f Dome(const Vec3f& direction) const;
+
+  bool has_sky_ = false, has_sun_ = false;
+  float clear_ = 0;  // [0, 1]
+  Vec3f scale_ = Vec3f::Zero();
+  Vec3f ground_ = Vec3f::Zero();
+  Vec3f sun_radiance_ = Vec3f::Zero();
+  Vec3f sun_direction_ = Vec3f::UnitZ();
+  float cos_sun_ = 1;
+  float mean_luminance_ = 0;
+};
+
+}  // namespace parallax

@@ -20,6 +20,7 @@ constexpr int kCandidatesPerRig = 15;  // Accepted candidates among which each r
 constexpr int kTriesPerRig = 120;
 constexpr double kMaxSky = 0.35;      // Share of probes that may leave the room by a window.
 constexpr double kMaxOnePlane = 0.8;  // Share that may fall on one flat surface.
+constexpr double kClose_m = 0.5, kMaxClose = 0.35;  // Share that may be nearer than this.
 constexpr double kCeilingGap_m = 0.2;
 // Two rigs this far apart, or turned this much, show different things.
 constexpr double kApart_m = 0.9;
@@ -49,13 +50,14 @@ struct Probe {
   double std_m = 0;
   double sky = 0;  // Shares of the probes.
   double one_plane = 0;
+  double close = 0;
 };
 
 Probe ProbeView(const RayScene& solid, const Vec3f& eye, const Mat3f& camera, double fov_rad,
                 double aspect) {
   const double half_x = std::tan(fov_rad / 2), half_y = half_x * aspect;
   std::vector<double> depths;
-  std::map<std::array<int, 5>, int> planes;
+  std::map<std::array<int, 4>, int> planes;  // Body and normal.
   for (int y = 0; y < kProbesY; ++y) {
     for (int x = 0; x < kProbesX; ++x) {
       const Vec3f local(static_cast<float>(half_x * (2 * (x + 0.5) / kProbesX - 1)),
@@ -65,11 +67,9 @@ Probe ProbeView(const RayScene& solid, const Vec3f& eye, const Mat3f& camera, do
       const auto hit = solid.Intersect(eye, direction);
       if (!hit) continue;
       depths.push_back(static_cast<double>(hit->distance));
-      const Vec3f at = eye + hit->distance * direction;
       ++planes[{static_cast<int>(hit->body), static_cast<int>(std::lround(hit->normal.x() * 8)),
                 static_cast<int>(std::lround(hit->normal.y() * 8)),
-                static_cast<int>(std::lround(hit->normal.z() * 8)),
-                static_cast<int>(std::lround(hit->normal.dot(at) * 20))}];
+                static_cast<int>(std::lround(hit->normal.z() * 8))}];
     }
   }
   Probe probe;
@@ -81,6 +81,7 @@ Probe ProbeView(const RayScene& solid, const Vec3f& eye, const Mat3f& camera, do
     probe.nearest_m = std::min(probe.nearest_m, d);
     mean += d;
     square += d * d;
+    probe.close += d < kClose_m ? 1 / total : 0;
   }
   mean /= static_cast<double>(depths.size());
   square /= static_cast<double>(depths.size());
@@ -159,7 +160,8 @@ class RigChooser {
     if (!SegmentClear(solid_, eye, right, reach_m_, static_cast<float>(gap))) return false;
     if (solid_.Inside(eye)) return false;
     const Probe left = ProbeView(solid_, eye, candidate.camera, candidate.fov_rad, aspect_);
-    if (left.nearest_m < gap || left.sky > kMaxSky || left.one_plane > kMaxOnePlane) return false;
+    if (left.nearest_m < gap || left.sky > kMaxSky) return false;
+    if (left.one_plane > kMaxOnePlane || left.close > kMaxClose) return false;
     for (const float t : {0.5f, 1.0f}) {
       const Probe other = ProbeView(solid_, eye + t * reach_m_ * right, candidate.camera,
                                     candidate.fov_rad, aspect_);

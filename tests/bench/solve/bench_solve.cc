@@ -1,0 +1,115 @@
+// How long a scene takes to solve and to be made solid. Prints one JSON line.
+// Usage: bench_solve [--scenes N] [--seed S] [--mode full|reduced] [--kind KIND]
+#include <sys/resource.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/config/config.h"
+#include "worker/scene/scene_geometry.h"
+#include "worker/scene/solve.h"
+
+namespace parallax {
+namespace {
+
+struct Options {
+  int scenes = 8;
+  uint64_t seed = 1;
+  std::string mode = "full", kind;
+};
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+double PeakMb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+int Main(const Options& options) {
+  v1::SolveJob job;
+  v1::SceneConfig& config = *job.mutable_config();
+  config = DefaultSceneConfig();
+  config.mutable_solver()->set_mode(options.mode == "full" ? v1::SolverConfig::MODE_FULL
+                                                           : v1::SolverConfig::MODE_REDUCED);
+  if (!options.kind.empty()) {
+    config.mutable_room()->clear_kinds();
+    config.mutable_room()->add_kinds(options.kind);
+  }
+  std::vector<double> layout_s, dress_s, mesh_s, objects, furniture, triangles, loss;
+  int rejected = 0;
+  double violations = 0;
+  for (int i = 0; i < options.scenes; ++i) {
+    job.set_scene_seed(options.seed + static_cast<uint64_t>(i));
+    const auto result = Solve(job, CancelToken());
+    if (!result.ok()) {
+      std::fprintf(stderr, "%s\n", result.status().ToString().c_str());
+      return 1;
+    }
+    layout_s.push_back(result->layout_s());
+    dress_s.push_back(result->dress_s());
+    for (const auto& c : result->layout().report().constraints()) {
+      if (c.hard()) violations += c.violation();
+    }
+    loss.push_back(result->layout().report().final_loss());
+    if (result->has_rejected()) {
+      ++rejected;
+      continue;
+    }
+    const SteadyTime start = Clock::System().Steady();
+    const SceneGeometry geometry = BuildSceneGeometry(result->scene()).value();
+    mesh_s.push_back(std::chrono::duration<double>(Clock::System().Steady() - start).count());
+    objects.push_back(result->scene().objects_size());
+    double count = 0, own = 0;
+    for (const PlacedMesh& placed : geometry.meshes) {
+      count += static_cast<double>(placed.mesh->triangles.size());
+    }
+    for (const auto& object : result->scene().objects()) {
+      own += object.role() == v1::OBJECT_ROLE_FURNITURE;
+    }
+    triangles.push_back(count);
+    furniture.push_back(own);
+  }
+  std::vector<double> solve_s;
+  for (size_t i = 0; i < layout_s.size(); ++i) solve_s.push_back(layout_s[i] + dress_s[i]);
+  const nlohmann::json line = {{"bench", "solve"},
+                               {"mode", options.mode},
+                               {"scenes", options.scenes},
+                               {"rejected", rejected},
+                               {"solve_s", Median(solve_s)},
+                               {"solve_max_s", *std::max_element(solve_s.begin(), solve_s.end())},
+                               {"layout_s", Median(layout_s)},
+                               {"dress_s", Median(dress_s)},
+                               {"mesh_s", Median(mesh_s)},
+                               {"objects", Median(objects)},
+                               {"furniture", Median(furniture)},
+                               {"triangles", Median(triangles)},
+                               {"final_loss", Median(loss)},
+                               {"violations", violations},
+                               {"peak_mb", PeakMb()}};
+  std::printf("%s\n", line.dump().c_str());
+  return 0;
+}
+
+}  // namespace
+}  // namespace parallax
+
+int main(int argc, char** argv) {
+  parallax::Options options;
+  CLI::App app("Times solving and meshing of indoor scenes");
+  app.add_option("--scenes", options.scenes);
+  app.add_option("--seed", options.seed);
+  app.add_option("--mode", options.mode)->check(CLI::IsMember({"full", "reduced"}));
+  app.add_option("--kind", options.kind);
+  CLI11_PARSE(app, argc, argv);
+  return parallax::Main(options);
+}

@@ -190,7 +190,7 @@ class Annealer {
         item.turn_rad = row.looks_at.empty() ? 0 : jitter * std::numbers::pi / 4;
         break;
       case Stand::kCorner:
-        item.turn_rad = 0.3 * jitter;
+        item.turn_rad = row.snug ? 0 : 0.3 * jitter;
         break;
       case Stand::kOnTop:
         item.turn_rad = 0.12 * jitter;

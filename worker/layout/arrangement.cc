@@ -163,13 +163,13 @@ bool Arrangement::PlaceByWall(Item& item, const RoomRow& row) const {
   const Plan plan = PlanOf(*item.asset);
   if (row.stand == Stand::kCorner) {
     const double yaw = wall.yaw_rad - kPi / 4 + item.turn_rad;
-    Settle(item, {0, 0}, yaw, kLift_m);
-    const Vec2d extent = item.footprint.Extent();
-    const double gap = kWallGap_m + 0.02 + 0.25 * item.u;
-    const bool swapped = item.side % 2 == 1;
-    const Vec2d middle = wall.At(gap + (swapped ? extent.y() : extent.x()),
-                                 gap + (swapped ? extent.x() : extent.y()));
-    Settle(item, middle - Turned(plan.center(), yaw), yaw, kLift_m);
+    // The true outline, not its box, so that a corner shelf goes right into its corner.
+    const Box2f box = item.asset->TurnedBounds(yaw - wall.yaw_rad);
+    const double gap = kWallGap_m + (row.snug ? 0.004 : 0.02 + 0.25 * item.u);
+    Settle(
+        item,
+        wall.At(gap - static_cast<double>(box.min().x()), gap - static_cast<double>(box.min().y())),
+        yaw, kLift_m);
     return true;
   }
   const double reach = wall.length_m - plan.size().x() - 2 * kWallGap_m;
@@ -203,7 +203,8 @@ bool Arrangement::PlaceByAnchor(Item& item, const RoomRow& row) const {
     }
     case Stand::kInFront: {
       const double slack = 0.15 * base.size().x();
-      const bool quarter = !row.faces_anchor && item.side % 4 == 1;
+      // A table lies along its sofa, whichever way it was modelled.
+      const bool quarter = !row.faces_anchor && own.size().y() > own.size().x();
       yaw += row.faces_anchor ? kPi : (quarter ? kPi / 2 : 0);
       const double deep = quarter ? own.size().x() : own.size().y();
       middle += Vec2d((2 * item.u - 1) * slack, base.size().y() / 2 + gap + deep / 2);
@@ -281,8 +282,9 @@ bool Arrangement::ClearOfRoom(const Item& item) const {
   const v1::Room& room = problem_->room;
   const RoomRow* row = RowOf(item);
   const bool hung = row != nullptr && row->stand == Stand::kOnWall;
-  const Vec2d extent = item.footprint.Extent();
-  const Vec2d low = item.footprint.center - extent, high = item.footprint.center + extent;
+  const Box2f box = item.asset->TurnedBounds(item.yaw_rad);
+  const Vec2d low = item.position.head<2>() + box.min().cast<double>();
+  const Vec2d high = item.position.head<2>() + box.max().cast<double>();
   const double gap = hung ? -0.01 : kWallGap_m - 0.001;
   if (low.minCoeff() < gap || high.x() > room.width_m() - gap || high.y() > room.depth_m() - gap) {
     return false;

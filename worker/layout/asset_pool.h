@@ -19,7 +19,11 @@ struct PooledAsset {
   const AssetClass* asset_class = nullptr;
   std::shared_ptr<const Mesh> mesh;
   std::vector<SupportSurface> supports;
-  Box3f bounds;  // Object frame.
+  Box3f bounds;             // Object frame.
+  std::vector<Vec2f> hull;  // Convex outline seen from above, counter-clockwise.
+
+  // Bounds in the plan when turned by `yaw_rad`.
+  Box2f TurnedBounds(double yaw_rad) const;
 
   // Built at first use.
   const std::shared_ptr<const TriangleTree>& Tree() const;

@@ -23,8 +23,12 @@ RoomProblem MakeProblem(const v1::Room& room, const RoomTable& table, const v1::
     problem.walls[static_cast<size_t>(wall)] = FrameOfWall(room, wall);
   }
   const Rng root(seed, "layout/wanted");
+  const double area = room.width_m() * room.depth_m();
   for (const RoomRow& row : table.rows) {
-    WantedRow wanted{row, root.Child(row.group).UniformInt(row.least, row.most), {}};
+    // Large rooms hold more.
+    const double u = root.Child(row.group).Uniform() * 0.7 + std::clamp((area - 12) / 20, 0.0, 0.6);
+    const int extra = static_cast<int>(u * (row.most - row.least + 1));
+    WantedRow wanted{row, std::min(row.least + extra, row.most), {}};
     for (const std::string& name : row.classes) {
       if (ClassAllowed(assets, name)) wanted.classes.push_back(name);
     }

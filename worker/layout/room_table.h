@@ -33,6 +33,7 @@ struct RoomRow {
   double near_m = 0, far_m = 0;  // Gap to the anchor's edge; negative = pushed in.
   bool faces_anchor = false;  // kInFront: looks at the anchor rather than the way the anchor does.
   std::string looks_at;       // Group that its front should see (soft).
+  bool snug = false;          // kCorner: right in the corner, square to it.
   bool one_model = false;     // All of the group are the same model.
   double weight = 1;          // Loss for each one that is missing.
 
@@ -40,6 +41,7 @@ struct RoomRow {
   RoomRow Count(int low, int high) { return least = low, most = high, *this; }
   RoomRow BackToWall() { return By(Stand::kBackToWall); }
   RoomRow Corner() { return By(Stand::kCorner); }
+  RoomRow SnugCorner() { return snug = true, By(Stand::kCorner); }
   RoomRow Free() { return By(Stand::kFree); }
   RoomRow Around(std::string of, double near, double far) {
     return By(Stand::kAround, std::move(of), near, far);

@@ -30,7 +30,8 @@ struct Candidate {
   Vec3d position = Vec3d::Zero();
   Mat3f camera = Mat3f::Identity();  // Columns: right, down, forward; world frame.
   double fov_rad = 1;
-  double score_m = 0;
+  double depth_std_m = 0;
+  double value = 0;  // What it is ranked by.
 };
 
 // World axes of a camera without roll. `pitch` is measured from straight down.
@@ -51,10 +52,13 @@ struct Probe {
   double sky = 0;  // Shares of the probes.
   double one_plane = 0;
   double close = 0;
+  double things = 0;  // Neither room nor sky.
 };
 
-Probe ProbeView(const RayScene& solid, const Vec3f& eye, const Mat3f& camera, double fov_rad,
+Probe ProbeView(const SceneInProgress& scene, const Vec3f& eye, const Mat3f& camera, double fov_rad,
                 double aspect) {
+  const RayScene& solid = scene.solid;
+  int things = 0;
   const double half_x = std::tan(fov_rad / 2), half_y = half_x * aspect;
   std::vector<double> depths;
   std::map<std::array<int, 4>, int> planes;  // Body and normal.
@@ -66,6 +70,7 @@ Probe ProbeView(const RayScene& solid, const Vec3f& eye, const Mat3f& camera, do
       const Vec3f direction = camera * local;
       const auto hit = solid.Intersect(eye, direction);
       if (!hit) continue;
+      things += scene.recipe.objects(static_cast<int>(hit->body)).room_part().empty();
       depths.push_back(static_cast<double>(hit->distance));
       ++planes[{static_cast<int>(hit->body), static_cast<int>(std::lround(hit->normal.x() * 8)),
                 static_cast<int>(std::lround(hit->normal.y() * 8)),
@@ -74,6 +79,7 @@ Probe ProbeView(const RayScene& solid, const Vec3f& eye, const Mat3f& camera, do
   }
   Probe probe;
   const double total = kProbesX * kProbesY;
+  probe.things = things / total;
   probe.sky = 1 - static_cast<double>(depths.size()) / total;
   if (depths.empty()) return probe;
   double mean = 0, square = 0;
@@ -115,6 +121,7 @@ class RigChooser {
  public:
   RigChooser(const v1::RigConfig& config, const SceneInProgress& scene)
       : config_(config),
+        scene_(scene),
         room_(scene.recipe.room()),
         solid_(scene.solid),
         root_(scene.seed, "dress/rigs"),
@@ -159,15 +166,18 @@ class RigChooser {
     }
     if (!SegmentClear(solid_, eye, right, reach_m_, static_cast<float>(gap))) return false;
     if (solid_.Inside(eye)) return false;
-    const Probe left = ProbeView(solid_, eye, candidate.camera, candidate.fov_rad, aspect_);
+    const Probe left = ProbeView(scene_, eye, candidate.camera, candidate.fov_rad, aspect_);
     if (left.nearest_m < gap || left.sky > kMaxSky) return false;
     if (left.one_plane > kMaxOnePlane || left.close > kMaxClose) return false;
     for (const float t : {0.5f, 1.0f}) {
-      const Probe other = ProbeView(solid_, eye + t * reach_m_ * right, candidate.camera,
+      const Probe other = ProbeView(scene_, eye + t * reach_m_ * right, candidate.camera,
                                     candidate.fov_rad, aspect_);
       if (other.nearest_m < gap) return false;
     }
-    candidate.score_m = left.std_m;
+    candidate.depth_std_m = left.std_m;
+    // Depth spreads most along a wall; so that not all rigs do that, bare walls count against it
+    // and things for it.
+    candidate.value = left.std_m * (1 - left.one_plane) * (0.4 + left.things);
     return true;
   }
 
@@ -181,7 +191,7 @@ class RigChooser {
       double best_value = -1;
       for (size_t i = 0; i < candidates.size(); ++i) {
         if (difference[i] <= 0) continue;  // Chosen.
-        const double value = candidates[i].score_m * std::min(1.0, difference[i]);
+        const double value = candidates[i].value * std::min(1.0, difference[i]);
         if (value > best_value) {
           best_value = value;
           best = i;
@@ -198,6 +208,7 @@ class RigChooser {
   }
 
   const v1::RigConfig& config_;
+  const SceneInProgress& scene_;
   const v1::Room& room_;
   const RayScene& solid_;
   Rng root_;
@@ -225,7 +236,7 @@ int ChooseRigs(const v1::RigConfig& config, SceneInProgress& scene) {
     rig.set_fy_px(focal);
     rig.set_cx_px(config.width_px() / 2.0);
     rig.set_cy_px(config.height_px() / 2.0);
-    rig.set_depth_std_m(candidate.score_m);
+    rig.set_depth_std_m(candidate.depth_std_m);
   }
   return static_cast<int>(chosen.size());
 }

@@ -14,18 +14,23 @@ RoomTable DiningRoomTable() {
                   .OneModel()
                   .Weight(2.5),
               Row("rug", {"Rug"}).Count(0, 1).Under("table").Weight(2),
-              Row("shelf", {"SimpleBookcase", "LargeShelf", "CellShelf", "SingleCabinet",
-                            "KitchenCabinet", "TriangleShelf"})
+              Row("shelf",
+                  {"SimpleBookcase", "LargeShelf", "CellShelf", "SingleCabinet", "KitchenCabinet"})
                   .Count(2, 4)
                   .BackToWall()
                   .Weight(3),
               Row("side table", {"SideTable", "TVStand"}).Count(0, 1).BackToWall(),
               Row("stool", {"BarChair"}).Count(0, 2).BackToWall().OneModel().Weight(0.5),
+              Row("corner shelf", {"TriangleShelf"}).Count(0, 1).SnugCorner(),
               Row("plant", {"LargePlantContainer"}).Count(1, 2).Corner().Weight(1.5),
               Row("art", {"WallArt", "WallArt", "Mirror"}).Count(1, 4).OnWall(),
           },
       .small =
           {
+              {"corner shelf",
+               {"Vase", "Book", "PlantContainer", "Bowl", "Cup", "Jar", "NatureShelfTrinkets"},
+               2,
+               6},
               {"table",
                {"Vase", "FruitContainer", "Bowl", "PlantContainer"},
                1,

@@ -28,16 +28,21 @@ RoomTable LivingRoomTable() {
                   .Weight(1.5),
               Row("table lamp", {"DeskLamp"}).Count(0, 1).OnTop("side table"),
               Row("shelf", {"SimpleBookcase", "SimpleBookcase", "LargeShelf", "CellShelf",
-                            "TriangleShelf", "SingleCabinet", "KitchenCabinet"})
+                            "SingleCabinet", "KitchenCabinet"})
                   .Count(1, 3)
                   .BackToWall()
                   .Weight(2.5),
+              Row("corner shelf", {"TriangleShelf"}).Count(0, 1).SnugCorner(),
               Row("plant", {"LargePlantContainer"}).Count(1, 2).Corner().Weight(1.5),
               Row("art over sofa", {"WallArt", "Mirror"}).Count(0, 1).OnWall("sofa"),
               Row("art", {"WallArt", "WallArt", "Mirror"}).Count(1, 3).OnWall(),
           },
       .small =
           {
+              {"corner shelf",
+               {"Vase", "Book", "PlantContainer", "Bowl", "Cup", "Jar", "NatureShelfTrinkets"},
+               2,
+               6},
               {"coffee table",
                {"Book", "BookStack", "Bowl", "FruitContainer", "Cup", "Vase", "PlantContainer",
                 "Wineglass", "NatureShelfTrinkets"},

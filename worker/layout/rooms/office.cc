@@ -22,18 +22,23 @@ RoomTable OfficeTable() {
                   .Around("meeting table", -0.25, 0.08)
                   .OneModel()
                   .Weight(1.5),
-              Row("shelf", {"SimpleBookcase", "SimpleBookcase", "LargeShelf", "CellShelf",
-                            "TriangleShelf", "SingleCabinet"})
+              Row("shelf",
+                  {"SimpleBookcase", "SimpleBookcase", "LargeShelf", "CellShelf", "SingleCabinet"})
                   .Count(2, 4)
                   .BackToWall()
                   .Weight(3),
               Row("armchair", {"ArmChair", "Sofa"}).Count(0, 1).BackToWall(),
+              Row("corner shelf", {"TriangleShelf"}).Count(0, 1).SnugCorner(),
               Row("plant", {"LargePlantContainer"}).Count(0, 2).Corner().Weight(1.5),
               Row("rug", {"Rug"}).Count(0, 1).Under("meeting table"),
               Row("art", {"WallArt", "WallArt", "Mirror"}).Count(1, 3).OnWall(),
           },
       .small =
           {
+              {"corner shelf",
+               {"Vase", "Book", "PlantContainer", "Bowl", "Cup", "Jar", "NatureShelfTrinkets"},
+               2,
+               6},
               {"desk",
                {"Book", "BookStack", "Cup", "BookColumn", "PlantContainer", "Can", "Bottle"},
                2,

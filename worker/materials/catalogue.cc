@@ -50,6 +50,7 @@ MaterialList BuildCatalogue() {
   AddMetalMaterials(list);
   AddNatureMaterials(list);
   AddPaperMaterials(list);
+  AddPictureMaterials(list);
   AddPlainMaterials(list);
   AddPlasticMaterials(list);
   AddStoneMaterials(list);

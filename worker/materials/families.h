@@ -18,6 +18,7 @@ void AddMasonryMaterials(MaterialList& list);
 void AddMetalMaterials(MaterialList& list);
 void AddNatureMaterials(MaterialList& list);
 void AddPaperMaterials(MaterialList& list);
+void AddPictureMaterials(MaterialList& list);
 void AddPlainMaterials(MaterialList& list);
 void AddPlasticMaterials(MaterialList& list);
 void AddStoneMaterials(MaterialList& list);

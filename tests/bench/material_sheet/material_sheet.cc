@@ -1,6 +1,6 @@
 // Draws every material class, two seeds each, as a lit ball of 24 cm, a flat patch of 50 cm and a
 // close-up of 6 cm into one contact sheet.
-//   material_sheet OUT.png [NAME-PART...]
+//   material_sheet OUT.png [--seed FIRST] [NAME-PART|FAMILY...]
 #include <cmath>
 #include <iostream>
 #include <opencv2/core.hpp>
@@ -16,7 +16,7 @@ namespace {
 constexpr int kTile = 168;    // Pixels of a ball or patch.
 constexpr int kCaption = 16;  // Pixels above each row.
 constexpr int kGap = 4;
-constexpr int kSeeds = 2;
+constexpr int kSeeds = 2;    // From --seed on.
 constexpr int kColumns = 2;  // Classes beside each other.
 constexpr int kSamples = 2;  // Squared, a pixel.
 
@@ -174,13 +174,19 @@ void DrawText(std::string_view text, cv::Mat& sheet, int left, int top) {
 
 int Run(int argc, char** argv) {
   if (argc < 2) {
-    std::cerr << "usage: material_sheet OUT.png [NAME-PART...]\n";
+    std::cerr << "usage: material_sheet OUT.png [--seed FIRST] [NAME-PART|FAMILY...]\n";
     return 2;
+  }
+  uint64_t first_seed = 0;
+  int names = 2;
+  if (argc > 3 && std::string_view(argv[2]) == "--seed") {
+    first_seed = std::stoull(argv[3]);
+    names = 4;
   }
   std::vector<const MaterialClass*> chosen;
   for (const MaterialClass& c : MaterialCatalogue()) {
-    bool wanted = argc < 3;
-    for (int i = 2; i < argc; ++i) {
+    bool wanted = argc <= names;
+    for (int i = names; i < argc; ++i) {
       wanted = wanted || c.name.find(argv[i]) != std::string::npos || c.family == argv[i];
     }
     if (wanted) chosen.push_back(&c);
@@ -194,7 +200,8 @@ int Run(int argc, char** argv) {
               top = static_cast<int>(k) / kColumns * row_height;
     DrawText(chosen[k]->name + " / " + chosen[k]->family, sheet, left + kGap, top);
     for (int seed = 0; seed < kSeeds; ++seed) {
-      const auto material = *MakeMaterial(chosen[k]->name, static_cast<uint64_t>(seed));
+      const auto material =
+          *MakeMaterial(chosen[k]->name, first_seed + static_cast<uint64_t>(seed));
       const int x = left + seed * 3 * (kTile + kGap);
       DrawBall(*material, sheet, x, top + kCaption);
       DrawPatch(*material, 0.5f, 1.0f, sheet, x + kTile + kGap, top + kCaption);

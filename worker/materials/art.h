@@ -1,0 +1,41 @@
+// Flat pictures over the unit square: u to the right, v up. Paintings, posters, covers and screens
+// are made of them.
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include "worker/materials/surface.h"
+
+namespace parallax {
+
+class Art {
+ public:
+  virtual ~Art() = default;
+  // Linear colour at a point of [0, 1]^2 seen with a footprint of `w` (in the same units). Not yet
+  // limited to albedos.
+  virtual Vec3f At(float u, float v, float w) const = 0;
+};
+
+enum class ArtStyle {
+  kLandscape,  // Sky, sun, ridges behind ridges, sometimes a sea.
+  kCity,       // Towers with lit windows.
+  kFields,     // Two to four soft fields of colour.
+  kBlocks,     // Rectangles between black bars.
+  kModules,    // A grid of quarter circles, stripes, triangles.
+  kCircles,    // Discs, rings and bars at random.
+  kFluid,      // Poured paint.
+  kCells,      // Leaded glass.
+  kWaves,      // Displaced stripes.
+  kBotanical,  // Stems with leaves and flowers.
+  kFigure,     // A head and shoulders.
+  kCount
+};
+
+std::unique_ptr<const Art> DrawArt(Rng& rng, ArtStyle style);
+std::unique_ptr<const Art> DrawAnyArt(Rng& rng);
+
+// Five colours that go together, darkest first.
+std::array<Vec3f, 5> DrawPalette(Rng& rng);
+
+}  // namespace parallax

@@ -87,6 +87,7 @@ class SceneRenderer final : public Renderer {
     }
     // From what was traced, not from what the denoiser made of it: the same on every machine.
     frame.exposure = AutomaticExposure(films[0].color, films[1].color);
+    frame.rays = meter.rays;
     frame.trace_s = SecondsSince(trace_start);
 
     const SteadyTime denoise_start = Clock::System().Steady();
@@ -106,6 +107,7 @@ class SceneRenderer final : public Renderer {
     const ProgressFn& progress;
     double pixels;
     std::atomic<int64_t> done{0};
+    std::atomic<uint64_t> rays{0};
     // Tracing is nearly all of the work; the rest is the last twentieth.
     void Add(int64_t count) {
       const int64_t now = done.fetch_add(count) + count;
@@ -172,20 +174,23 @@ class SceneRenderer final : public Renderer {
       const int y0 = tile / columns * kTile;
       const int x1 = std::min(x0 + kTile, camera.width_px);
       const int y1 = std::min(y0 + kTile, camera.height_px);
+      uint64_t rays = 0;
       for (int y = y0; y < y1; ++y) {
         for (int x = x0; x < x1; ++x) {
           if (cancel.cancelled()) return;
-          TracePixel(camera, options, stream_hash, x, y, cancel, film);
+          rays += TracePixel(camera, options, stream_hash, x, y, cancel, film);
         }
       }
+      meter->rays += rays;
       meter->Add((x1 - x0) * (y1 - y0));
     });
   }
 
-  // Box filter one pixel wide: edges in the picture are where the ground truth has them.
-  void TracePixel(const PinholeCamera& camera, const PathOptions& options, uint32_t stream_hash,
+  // Box filter one pixel wide: edges in the picture are where the ground truth has them. Returns rays traced.
+  uint64_t TracePixel(const PinholeCamera& camera, const PathOptions& options, uint32_t stream_hash,
                   int x, int y, const CancelToken& cancel, Film* film) const {
     Vec3f color = Vec3f::Zero(), albedo = Vec3f::Zero(), normal = Vec3f::Zero();
+    uint64_t rays = 0;
     const int samples = profile_.samples_per_pixel;
     const auto spread = static_cast<float>(1.0 / camera.fx_px);
     for (int s = 0; s < samples && !cancel.cancelled(); ++s) {
@@ -198,6 +203,7 @@ class SceneRenderer final : public Renderer {
       color += path.radiance;
       albedo += path.albedo;
       normal += path.normal;
+      rays += path.rays;
     }
     const float scale = 1.0f / static_cast<float>(samples);
     const Vec3f camera_normal = camera.world_from_camera.transpose().cast<float>() * normal;
@@ -206,6 +212,7 @@ class SceneRenderer final : public Renderer {
       film->albedo(x, y, c) = albedo[c] * scale;
       film->normal(x, y, c) = camera_normal[c] * scale;
     }
+    return rays;
   }
 
   const uint64_t scene_seed_;

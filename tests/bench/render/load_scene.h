@@ -1,0 +1,22 @@
+// Where the render tools get their scene: a recipe file, or the built-in demo room.
+#pragma once
+
+#include <string>
+
+#include "common/base/status.h"
+#include "parallax/v1/scene.pb.h"
+#include "worker/scene/scene_geometry.h"
+
+namespace parallax::bench {
+
+struct LoadedScene {
+  v1::Scene recipe;
+  SceneGeometry geometry;
+  double geometry_s = 0;
+};
+
+// `path`: a Scene message, binary (.pb) or text (.txtpb, .textproto); empty = the demo room of
+// `seed`.
+absl::StatusOr<LoadedScene> LoadScene(const std::string& path, uint64_t seed);
+
+}  // namespace parallax::bench

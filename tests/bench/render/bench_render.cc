@@ -1,5 +1,5 @@
 // Measures the renderer on one scene; prints one JSON line.
-//   bench_render [SCENE.pb] [--profile default] [--pairs 2] [--size 1280x720]
+//   bench_render [SCENE.pb | solve:SEED] [--profile default] [--pairs 2] [--size 1280x720]
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
@@ -26,7 +26,7 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
   uint64_t seed = 1;
   int pairs = 2, samples = 0;
   CLI::App app("Measure core-seconds a stereo pair");
-  app.add_option("scene", scene_path, "recipe (.pb); absent: the built-in demo room");
+  app.add_option("scene", scene_path, "recipe (.pb) or solve:SEED[:CONFIG]; absent: the demo room");
   app.add_option("--seed", seed, "of the demo room");
   app.add_option("--profile", profile);
   app.add_option("--spp", samples);

@@ -6,9 +6,28 @@
 #include <fstream>
 #include <sstream>
 
+#include "common/config/config.h"
 #include "tests/bench/render/demo_room.h"
+#include "worker/scene/solve.h"
 
 namespace parallax::bench {
+
+namespace {
+
+// "solve:SEED" or "solve:SEED:CONFIG".
+absl::StatusOr<v1::Scene> SolveSeed(const std::string& request) {
+  const size_t colon = request.find(':', 6);
+  v1::SolveJob job;
+  job.set_scene_seed(std::strtoull(request.c_str() + 6, nullptr, 10));
+  ASSIGN_OR_RETURN(
+      *job.mutable_config(),
+      LoadSceneConfig(colon == std::string::npos ? "indoor" : request.substr(colon + 1)));
+  ASSIGN_OR_RETURN(const v1::SolveResult result, Solve(job, {}));
+  if (result.has_scene()) return result.scene();
+  return MakeError(absl::StatusCode::kNotFound, "rejected: " + result.rejected().reason());
+}
+
+}  // namespace
 
 absl::StatusOr<LoadedScene> LoadScene(const std::string& path, uint64_t seed) {
   LoadedScene loaded;
@@ -17,6 +36,9 @@ absl::StatusOr<LoadedScene> LoadScene(const std::string& path, uint64_t seed) {
     test::TestScene room = MakeDemoRoom(seed);
     loaded.recipe = std::move(room.recipe);
     loaded.geometry = std::move(room.geometry);
+  } else if (path.rfind("solve:", 0) == 0) {
+    ASSIGN_OR_RETURN(loaded.recipe, SolveSeed(path));
+    ASSIGN_OR_RETURN(loaded.geometry, BuildSceneGeometry(loaded.recipe));
   } else {
     std::ifstream file(path, std::ios::binary);
     std::stringstream content;
@@ -28,11 +50,7 @@ absl::StatusOr<LoadedScene> LoadScene(const std::string& path, uint64_t seed) {
         text ? google::protobuf::TextFormat::ParseFromString(content.str(), &loaded.recipe)
              : loaded.recipe.ParseFromString(content.str());
     if (!parsed) return MakeError(absl::StatusCode::kInvalidArgument, path + ": not a scene");
-#ifdef PARALLAX_HAVE_SCENE
     ASSIGN_OR_RETURN(loaded.geometry, BuildSceneGeometry(loaded.recipe));
-#else
-    return MakeError(absl::StatusCode::kUnimplemented, "built without worker/scene");
-#endif
   }
   loaded.geometry_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

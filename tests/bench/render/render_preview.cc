@@ -1,5 +1,6 @@
 // Renders one rig of a recipe and writes color and all maps as PNGs to look at, and timing as JSON.
-//   render_preview [SCENE.pb] --rig 0 --out DIR [--profile default] [--spp N] [--size 1280x720]
+//   render_preview [SCENE.pb | solve:SEED] --rig 0 --out DIR [--profile default] [--spp N] [--size
+//   1280x720]
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cmath>
@@ -122,7 +123,7 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
   int rig_index = 0, samples = 0, bounces = 0;
   bool raw = false;
   CLI::App app("Render one rig of a recipe to PNGs");
-  app.add_option("scene", scene_path, "recipe (.pb); absent: the built-in demo room");
+  app.add_option("scene", scene_path, "recipe (.pb) or solve:SEED[:CONFIG]; absent: the demo room");
   app.add_option("--seed", seed, "of the demo room");
   app.add_option("--rig", rig_index);
   app.add_option("--out", out, "folder");

@@ -118,6 +118,11 @@ class AgentImpl final : public Agent {
 
   void Wake() {
     std::lock_guard lock(mu_);
+    WakeLocked();
+  }
+
+  // Requires mu_.
+  void WakeLocked() {
     woken_ = true;
     wake_.notify_all();
   }
@@ -125,8 +130,7 @@ class AgentImpl final : public Agent {
   void RaiseDrain(int level) {
     std::lock_guard lock(mu_);
     drain_wanted_ = std::max(drain_wanted_, level);
-    woken_ = true;
-    wake_.notify_all();
+    WakeLocked();
   }
 
   void WaitUntil(SteadyTime deadline) {
@@ -145,23 +149,16 @@ class AgentImpl final : public Agent {
       slots_.StopAll(StopCause::kCoordinator);
     }
     coordinator_id_ = info.coordinator_id();
-    inbox_ = std::make_shared<LockedInbox>();
-    // The stream may outlive this agent by a moment; it keeps its own inbox and asks whether
-    // somebody still reads.
-    const std::shared_ptr<LockedInbox> inbox = inbox_;
-    inbox->wake = [this] { Wake(); };
-    session_ =
-        WorkSession::Open(*coordinator_, {[inbox](v1::CoordinatorMessage message) {
-                                            std::lock_guard lock(inbox->mu);
-                                            inbox->notes.messages.push_back(std::move(message));
-                                            if (inbox->wake) inbox->wake();
-                                          },
-                                          [inbox](absl::Status end) {
-                                            std::lock_guard lock(inbox->mu);
-                                            inbox->notes.session_end = std::move(end);
-                                            if (inbox->wake) inbox->wake();
-                                          }});
-    welcomed_ = false;
+    session_ = WorkSession::Open(*coordinator_, {[this](v1::CoordinatorMessage message) {
+                                                   std::lock_guard lock(mu_);
+                                                   inbox_.messages.push_back(std::move(message));
+                                                   WakeLocked();
+                                                 },
+                                                 [this](absl::Status end) {
+                                                   std::lock_guard lock(mu_);
+                                                   inbox_.session_end = std::move(end);
+                                                   WakeLocked();
+                                                 }});
     credit_ = 0;
     sent_at_.clear();
     hello_at_ = clock_.Steady();
@@ -209,13 +206,10 @@ class AgentImpl final : public Agent {
   }
 
   void CloseSession() {
-    if (inbox_ != nullptr) {
-      std::lock_guard lock(inbox_->mu);
-      inbox_->wake = nullptr;
-    }
-    inbox_.reset();
     session_.reset();
     welcomed_ = false;
+    std::lock_guard lock(mu_);
+    inbox_ = Inbox();
   }
 
   // The session is over or did not come about.
@@ -237,11 +231,10 @@ class AgentImpl final : public Agent {
   }
 
   void HandleMessages() {
-    if (inbox_ == nullptr) return;
     std::deque<v1::CoordinatorMessage> messages;
     {
-      std::lock_guard lock(inbox_->mu);
-      messages.swap(inbox_->notes.messages);
+      std::lock_guard lock(mu_);
+      messages.swap(inbox_.messages);
     }
     for (v1::CoordinatorMessage& message : messages) {
       switch (message.message_case()) {
@@ -264,11 +257,10 @@ class AgentImpl final : public Agent {
   }
 
   void HandleSessionEnd() {
-    if (inbox_ == nullptr) return;
     std::optional<absl::Status> end;
     {
-      std::lock_guard lock(inbox_->mu);
-      end.swap(inbox_->notes.session_end);
+      std::lock_guard lock(mu_);
+      end.swap(inbox_.session_end);
     }
     if (!end) return;
     Disconnected(end->ok() ? absl::UnavailableError("the coordinator ended the stream") : *end);
@@ -494,6 +486,7 @@ class AgentImpl final : public Agent {
     if (session_ == nullptr) return;
     heartbeat_at_ = clock_.Steady();
     if (welcomed_) SendHeartbeatIfDue();
+    complained_ = true;  // That the stream ends now is no news.
     session_->Finish();
     const SteadyTime deadline = After(clock_.Steady(), kGoodbye_s);
     while (session_ != nullptr && clock_.Steady() < deadline) {
@@ -503,19 +496,15 @@ class AgentImpl final : public Agent {
     CloseSession();
   }
 
-  struct LockedInbox {
-    std::mutex mu;
-    Inbox notes;
-    std::function<void()> wake;  // Null once nobody reads.
-  };
-
   const AgentOptions options_;
   Clock& clock_;
 
   std::mutex mu_;
   std::condition_variable wake_;
-  bool woken_ = false;    // Guarded by mu_.
-  int drain_wanted_ = 0;  // Guarded by mu_.
+  // Guarded by mu_.
+  bool woken_ = false;
+  int drain_wanted_ = 0;
+  Inbox inbox_;  // Of session_.
 
   const std::unique_ptr<Outbox> outbox_;
   const std::unique_ptr<v1::Coordinator::Stub> coordinator_;
@@ -523,7 +512,6 @@ class AgentImpl final : public Agent {
   // Run()'s own.
   Backoff reconnect_backoff_;
   std::unique_ptr<WorkSession> session_;  // Null between connections.
-  std::shared_ptr<LockedInbox> inbox_;    // Of session_.
   bool welcomed_ = false;
   bool complained_ = false;
   std::string coordinator_id_;

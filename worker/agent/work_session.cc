@@ -2,6 +2,7 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <condition_variable>
 #include <deque>
 #include <mutex>
 
@@ -9,14 +10,15 @@
 
 namespace parallax {
 
-// Keeps itself alive until gRPC is through with it.
+// Its context holds the channel, and the thread that lets go of the last channel joins gRPC's
+// callback threads. So it is never destroyed on one of those: the session's owner waits for OnDone
+// and does it.
 class WorkSession::Stream final
     : public grpc::ClientBidiReactor<v1::WorkerMessage, v1::CoordinatorMessage> {
  public:
   explicit Stream(Events events) : events_(std::move(events)) {}
 
-  void Start(v1::Coordinator::Stub& coordinator, std::shared_ptr<Stream> self) {
-    self_ = std::move(self);
+  void Start(v1::Coordinator::Stub& coordinator) {
     coordinator.async()->Work(&context_, this);
     AddHold();  // Send() starts writes from outside the reactions.
     StartRead(&incoming_);
@@ -43,7 +45,19 @@ class WorkSession::Stream final
 
   void Cancel() { context_.TryCancel(); }
 
+  void WaitUntilDone() {
+    std::unique_lock lock(done_->mu);
+    done_->changed.wait(lock, [this] { return done_->done; });
+  }
+
  private:
+  // Outlives the stream by what OnDone still does after it has woken the waiter.
+  struct Done {
+    std::mutex mu;
+    std::condition_variable changed;
+    bool done = false;  // Guarded by mu.
+  };
+
   void OnReadDone(bool ok) override {
     if (ok) {
       events_.on_message(std::move(incoming_));
@@ -65,8 +79,11 @@ class WorkSession::Stream final
   }
 
   void OnDone(const grpc::Status& status) override {
-    const std::shared_ptr<Stream> self = std::move(self_);
+    const std::shared_ptr<Done> done = done_;
     events_.on_end(FromGrpc(status));
+    std::lock_guard lock(done->mu);
+    done->done = true;
+    done->changed.notify_all();
   }
 
   // Requires mu_, not closed_.
@@ -86,7 +103,7 @@ class WorkSession::Stream final
   const Events events_;
   grpc::ClientContext context_;
   v1::CoordinatorMessage incoming_;
-  std::shared_ptr<Stream> self_;
+  const std::shared_ptr<Done> done_ = std::make_shared<Done>();
 
   std::mutex mu_;
   v1::WorkerMessage outgoing_;  // Guarded by mu_, as is all that follows; gRPC's while writing_.
@@ -98,12 +115,17 @@ class WorkSession::Stream final
 };
 
 std::unique_ptr<WorkSession> WorkSession::Open(v1::Coordinator::Stub& coordinator, Events events) {
-  auto stream = std::make_shared<Stream>(std::move(events));
-  stream->Start(coordinator, stream);
-  return std::unique_ptr<WorkSession>(new WorkSession(stream));
+  auto stream = std::make_unique<Stream>(std::move(events));
+  stream->Start(coordinator);
+  return std::unique_ptr<WorkSession>(new WorkSession(std::move(stream)));
 }
 
-WorkSession::~WorkSession() { stream_->Cancel(); }
+WorkSession::WorkSession(std::unique_ptr<Stream> stream) : stream_(std::move(stream)) {}
+
+WorkSession::~WorkSession() {
+  stream_->Cancel();
+  stream_->WaitUntilDone();
+}
 void WorkSession::Send(v1::WorkerMessage message) { stream_->Send(std::move(message)); }
 void WorkSession::Finish() { stream_->Finish(); }
 void WorkSession::Cancel() { stream_->Cancel(); }

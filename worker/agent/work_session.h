@@ -21,7 +21,7 @@ class WorkSession {
   };
 
   static std::unique_ptr<WorkSession> Open(v1::Coordinator::Stub& coordinator, Events events);
-  ~WorkSession();  // Cancels the stream; `on_end` comes later unless it was called before.
+  ~WorkSession();  // Cancels the stream and waits for `on_end`; not to be called from an event.
 
   // Queued and sent in order. A heartbeat replaces one that still waits.
   void Send(v1::WorkerMessage message);
@@ -31,8 +31,8 @@ class WorkSession {
 
  private:
   class Stream;
-  explicit WorkSession(std::shared_ptr<Stream> stream) : stream_(std::move(stream)) {}
-  std::shared_ptr<Stream> stream_;
+  explicit WorkSession(std::unique_ptr<Stream> stream);
+  std::unique_ptr<Stream> stream_;
 };
 
 }  // namespace parallax

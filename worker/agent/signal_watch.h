@@ -1,0 +1,32 @@
+// SIGTERM, SIGINT and the parent's death as calls on a thread of their own.
+#pragma once
+
+#include <functional>
+#include <thread>
+
+namespace parallax {
+
+class SignalWatch {
+ public:
+  struct Handlers {
+    std::function<void(int count)>
+        on_signal;  // count: 1 for the first SIGTERM or SIGINT, 2 for the second...
+    std::function<void()> on_orphaned;  // The parent died. Null: not watched.
+  };
+
+  // Make it before any other thread: signals are blocked in the calling thread, and those made
+  // later inherit that.
+  explicit SignalWatch(Handlers handlers);
+  ~SignalWatch();
+  SignalWatch(const SignalWatch&) = delete;
+  SignalWatch& operator=(const SignalWatch&) = delete;
+
+ private:
+  void Loop(int signals, int parent) const;
+
+  const Handlers handlers_;
+  int stop_ = -1;
+  std::thread thread_;
+};
+
+}  // namespace parallax

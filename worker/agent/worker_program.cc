@@ -1,0 +1,263 @@
+#include "worker/agent/worker_program.h"
+
+#include <sched.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <mutex>
+#include <sstream>
+#include <thread>
+
+#include "common/base/clock.h"
+#include "common/base/log.h"
+#include "common/base/version.h"
+#include "worker/agent/agent.h"
+#include "worker/agent/outbox.h"
+#include "worker/agent/signal_watch.h"
+
+namespace parallax {
+namespace {
+
+constexpr char kFooter[] = R"(Examples:
+  worker --role all --coordinator 127.0.0.1:7070 --slots 1
+  worker --role solve --coordinator unix:/run/parallax/coordinator.sock --slots 8 --threads 8
+  worker --role render --coordinator farm:7070 --insecure --tags avx512,bigmem
+
+Signals:
+  SIGTERM or SIGINT   drain: take nothing new, finish what runs within --grace, then hand it back
+  the second one      hand back at once
+  the third one       end without a word
+
+Exit status:
+  0  drained, everything reported       1  store, outbox or machine can't be used
+  2  bad arguments                      3  the coordinator refuses this worker
+  4  work was handed back, or reports wait in the outbox for the next worker here
+  5  the parent died (--exit-when-orphaned))";
+
+struct CommandLine {
+  std::string role;
+  std::string coordinator;
+  int slots = 1;
+  std::string name;
+  std::string tags;
+  std::string store;
+  int threads = 0;
+  int64_t memory_mb = 0;
+  double grace_s = 300;
+  std::string outbox;
+  bool insecure = false;
+  bool exit_when_orphaned = false;
+  bool log_json = false;
+  std::string log_level = "info";
+};
+
+int UsableCores() {
+  cpu_set_t set;
+  if (sched_getaffinity(0, sizeof set, &set) == 0) return CPU_COUNT(&set);
+  return static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+}
+
+// The machine's memory, or the container's if that is less.
+int64_t UsableMemoryMb() {
+  int64_t bytes = static_cast<int64_t>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGE_SIZE);
+  std::ifstream limit("/sys/fs/cgroup/memory.max");
+  int64_t limit_bytes = 0;
+  if (limit >> limit_bytes && limit_bytes > 0) bytes = std::min(bytes, limit_bytes);
+  return bytes >> 20;
+}
+
+std::string DefaultName() {
+  char host[256] = "worker";
+  gethostname(host, sizeof host - 1);
+  std::string name = host;
+  for (char& c : name) {
+    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '.' && c != '-') c = '-';
+  }
+  if (!std::isalnum(static_cast<unsigned char>(name[0]))) name = "worker" + name;
+  return name.substr(0, 80) + "-" + std::to_string(getpid());
+}
+
+// A folder that is still there after a crash of the machine, for this user.
+std::string DefaultOutbox() {
+  const auto variable = [](const char* name) {
+    const char* value = std::getenv(name);
+    return std::string(value != nullptr && value[0] == '/' ? value : "");
+  };
+  if (const std::string state = variable("STATE_DIRECTORY"); !state.empty()) {
+    return state + "/outbox";  // systemd's.
+  }
+  if (const std::string state = variable("XDG_STATE_HOME"); !state.empty()) {
+    return state + "/parallax/outbox";
+  }
+  if (const std::string home = variable("HOME"); !home.empty()) {
+    return home + "/.local/state/parallax/outbox";
+  }
+  return "/var/tmp/parallax-outbox-" + std::to_string(getuid());
+}
+
+void Declare(CLI::App& app, CommandLine& line) {
+  app.add_option("--role", line.role, "Jobs it takes: solve (scenes), render (images) or all")
+      ->check(CLI::IsMember({"solve", "render", "all"}))
+      ->required();
+  app.add_option("--coordinator", line.coordinator,
+                 "HOST:PORT or unix:/path of the coordinator (default: $PARALLAX_COORDINATOR)")
+      ->envname("PARALLAX_COORDINATOR")
+      ->required();
+  app.add_option("--slots", line.slots, "Jobs at a time; they share the threads (default 1)")
+      ->check(CLI::Range(1, 1024));
+  app.add_option("--threads", line.threads, "Threads of all jobs together (default: all cores)")
+      ->check(CLI::Range(1, 4096));
+  app.add_option("--memory-mb", line.memory_mb,
+                 "Memory it offers to jobs (default: the machine's or container's)")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--tags", line.tags, "Words that studies may ask for, for example a,b");
+  app.add_option("--name", line.name,
+                 "Its name among the coordinator's workers (default: <host>-<pid>)");
+  app.add_option("--store", line.store,
+                 "Where the coordinator's store is on this machine, if not under the same path");
+  app.add_option("--outbox", line.outbox,
+                 "Folder for reports that are not acknowledged yet, on a local disk\n"
+                 "(default: $XDG_STATE_HOME/parallax/outbox)");
+  app.add_option("--grace", line.grace_s,
+                 "Seconds that running jobs may take after SIGTERM (default 300)")
+      ->check(CLI::NonNegativeNumber);
+  app.add_flag("--insecure", line.insecure, "Allow an unencrypted connection to another machine");
+  app.add_flag("--exit-when-orphaned", line.exit_when_orphaned, "End when the parent process dies");
+  app.add_flag("--log-json", line.log_json, "One JSON object a log line");
+  app.add_option("--log-level", line.log_level, "debug, info, warning or error (default info)");
+  app.set_version_flag("--version", std::string("worker ") + kProgramVersion + " (generator " +
+                                        kGeneratorVersion + ")");
+  app.footer(kFooter);
+}
+
+std::vector<std::string> SplitTags(const std::string& text) {
+  std::vector<std::string> tags;
+  std::stringstream words(text);
+  for (std::string tag; std::getline(words, tag, ',');) {
+    if (!tag.empty()) tags.push_back(tag);
+  }
+  return tags;
+}
+
+absl::StatusOr<AgentOptions> OptionsOf(const CommandLine& line) {
+  AgentOptions options;
+  ASSIGN_OR_RETURN(options.coordinator, ParseRpcAddress(line.coordinator));
+  options.security.insecure = line.insecure;
+  options.name = line.name.empty() ? DefaultName() : line.name;
+  RETURN_IF_ERROR(CheckWorkerName(options.name));
+  if (line.role != "render") options.kinds.push_back(v1::JOB_KIND_SOLVE);
+  if (line.role != "solve") options.kinds.push_back(v1::JOB_KIND_RENDER);
+  options.slots = line.slots;
+  options.cores = line.threads > 0 ? line.threads : UsableCores();
+  options.memory_mb = line.memory_mb > 0 ? line.memory_mb : UsableMemoryMb();
+  options.tags = SplitTags(line.tags);
+  options.version = kProgramVersion;
+  options.build_id = std::string("generator-") + kGeneratorVersion;
+  options.store_uri = line.store;
+  options.outbox_root = line.outbox.empty() ? DefaultOutbox() : line.outbox;
+  options.grace_s = line.grace_s;
+  return options;
+}
+
+int Complain(const absl::Status& status, int exit_status) {
+  std::cerr << "worker: " << ToStd(status.message()) << std::endl;
+  return exit_status;
+}
+
+int ExitFor(const absl::Status& status) {
+  switch (status.code()) {
+    case absl::StatusCode::kInvalidArgument:
+    case absl::StatusCode::kUnimplemented:
+    case absl::StatusCode::kUnauthenticated:
+    case absl::StatusCode::kAlreadyExists:
+    case absl::StatusCode::kFailedPrecondition:
+      return kWorkerRefused;
+    default:
+      return kWorkerFailed;
+  }
+}
+
+int Work(const AgentOptions& options, const CommandLine& line, const MakeRunner& make_runner) {
+  std::mutex mu;
+  Agent* agent = nullptr;  // Guarded by mu, as is `wanted`.
+  int wanted = 0;          // Signals that came before there was an agent count too.
+  std::atomic<bool> orphaned = false;
+  const auto raise = [&](int count) {
+    if (count > 2) std::_Exit(kWorkerIncomplete);
+    std::lock_guard lock(mu);
+    wanted = std::max(wanted, count);
+    if (agent == nullptr) return;
+    wanted == 1 ? agent->Drain() : agent->HandBack();
+  };
+  SignalWatch::Handlers handlers;
+  handlers.on_signal = raise;
+  if (line.exit_when_orphaned) {
+    handlers.on_orphaned = [&] {
+      orphaned = true;
+      raise(2);
+    };
+  }
+  const SignalWatch watch(std::move(handlers));
+
+  LogContext names;
+  names.worker = options.name;
+  const ScopedLogContext scope(names);
+  const std::unique_ptr<JobRunner> runner = make_runner({options.slots, options.cores});
+  auto created = Agent::Create(options, *runner, Clock::System());
+  if (!created.ok()) return Complain(created.status(), kWorkerFailed);
+  {
+    std::lock_guard lock(mu);
+    agent = created->get();
+    if (wanted > 0) wanted == 1 ? agent->Drain() : agent->HandBack();
+  }
+
+  LogInfo("worker starts", {{"coordinator", line.coordinator},
+                            {"role", line.role},
+                            {"slots", options.slots},
+                            {"threads", options.cores},
+                            {"version", kProgramVersion}});
+  const absl::StatusOr<AgentSummary> summary = (*created)->Run();
+  // A job that does not heed its cancellation must not keep the process: whatever it has is durable
+  // or worthless.
+  if (!summary.ok()) std::_Exit(Complain(summary.status(), ExitFor(summary.status())));
+  LogInfo("worker ends", {{"succeeded", summary->succeeded},
+                          {"failed", summary->failed},
+                          {"handed_back", summary->handed_back},
+                          {"reports_left", summary->reports_left}});
+  const bool complete = summary->handed_back == 0 && summary->reports_left == 0;
+  const int status = orphaned ? kWorkerOrphaned : complete ? kWorkerDrained : kWorkerIncomplete;
+  if (summary->stuck > 0) std::_Exit(status);
+  std::lock_guard lock(mu);
+  agent = nullptr;
+  return status;
+}
+
+}  // namespace
+
+int RunWorkerProgram(int argc, char** argv, const MakeRunner& make_runner) {
+  CommandLine line;
+  CLI::App app("Leases jobs from a coordinator and does them: solves scenes, renders stereo pairs.",
+               "worker");
+  Declare(app, line);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    std::cerr << "worker: " << error.what() << " (see worker --help)" << std::endl;
+    return kWorkerUsage;
+  }
+  const auto level = ParseLogLevel(line.log_level);
+  if (!level.ok()) return Complain(level.status(), kWorkerUsage);
+  InitLogging({.json = line.log_json, .level = *level, .program = "worker"});
+  const auto options = OptionsOf(line);
+  if (!options.ok()) return Complain(options.status(), kWorkerUsage);
+  const absl::Status allowed = CheckRpcSecurity(options->coordinator, options->security);
+  if (!allowed.ok()) return Complain(allowed, kWorkerUsage);
+  return Work(*options, line, make_runner);
+}
+
+}  // namespace parallax

@@ -29,9 +29,15 @@ struct CoordinatorServerOptions {
   bool insecure = false;
   // Where workers put attempts' folders: "file:///abs/dir".
   std::string store_uri;
-  // A worker must be heard within this; it sends heartbeats four times as often. Longer leases
-  // tolerate longer network troubles, and a crashed worker's job waits longer for its next attempt.
-  double lease_s = 30;
+  // What workers are told. 0, or more than the queue's lease: the queue's. Shorter ones make them
+  // beat more often and stop sooner when they hear nothing.
+  double lease_s = 0;
+  // A stream that broke may come back within this before the worker counts as lost and its jobs go
+  // to others. A stream that is open but silent has the queue's whole lease.
+  double reconnect_grace_s = 10;
+  // Names the database in reports; see proto. Empty: reports are not checked.
+  std::string coordinator_id;
+  Clock* clock = &Clock::System();
 };
 
 // What /metrics and the status page show and the queue does not know.

@@ -1,0 +1,93 @@
+#include "coordinator/rpc/coordinator_server.h"
+
+#include <algorithm>
+#include <mutex>
+
+#include "common/rpc/endpoint.h"
+#include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/coordinator_service.h"
+#include "coordinator/rpc/dispatcher.h"
+#include "coordinator/rpc/task_pool.h"
+
+namespace parallax {
+namespace {
+
+// Threads that wait in the queue, not threads that compute: enough for one group commit to carry
+// many.
+constexpr int kWorkerCalls = 16;
+constexpr int kClientCalls = 8;
+constexpr double kShutdownGrace_s = 2;
+
+double LeaseFor(const CoordinatorServerOptions& options, const JobQueue& queue) {
+  return options.lease_s > 0 ? std::min(options.lease_s, queue.lease_s()) : queue.lease_s();
+}
+
+class CoordinatorServerImpl final : public CoordinatorServer {
+ public:
+  CoordinatorServerImpl(const CoordinatorServerOptions& options, JobQueue& queue)
+      : queue_(queue),
+        worker_pool_(kWorkerCalls),
+        client_pool_(kClientCalls),
+        dispatcher_(queue, worker_pool_, *options.clock, options.reconnect_grace_s),
+        service_(queue, dispatcher_, worker_pool_, client_pool_, options.store_uri,
+                 options.coordinator_id, LeaseFor(options, queue)) {
+    queue_.SetObserver(&dispatcher_);
+  }
+
+  ~CoordinatorServerImpl() override { Shutdown(); }
+
+  absl::Status Listen(const CoordinatorServerOptions& options) {
+    std::vector<RpcAddress> addresses;
+    for (const std::string& text : options.listen) {
+      ASSIGN_OR_RETURN(addresses.emplace_back(), ParseRpcAddress(text));
+    }
+    ASSIGN_OR_RETURN(server_,
+                     RpcServer::Start(addresses, {.insecure = options.insecure}, service_));
+    return absl::OkStatus();
+  }
+
+  std::vector<std::string> addresses() const override {
+    std::vector<std::string> texts;
+    for (const RpcAddress& address : server_->addresses()) texts.push_back(address.ToString());
+    return texts;
+  }
+
+  std::vector<v1::WorkerStatus> Workers() const override { return dispatcher_.Workers(); }
+
+  ServerMetrics Metrics() const override {
+    ServerMetrics metrics = dispatcher_.Metrics();
+    metrics.reports = service_.ReportCounts();
+    return metrics;
+  }
+
+  void Shutdown() override {
+    std::lock_guard lock(shutdown_mu_);
+    if (shut_down_) return;
+    shut_down_ = true;
+    dispatcher_.Stop();
+    if (server_ != nullptr) server_->Shutdown(std::chrono::duration<double>(kShutdownGrace_s));
+    service_.WaitForCalls();
+    queue_.SetObserver(nullptr);
+  }
+
+ private:
+  JobQueue& queue_;
+  TaskPool worker_pool_;
+  TaskPool client_pool_;
+  Dispatcher dispatcher_;
+  CoordinatorService service_;
+  std::unique_ptr<RpcServer> server_;
+  std::mutex shutdown_mu_;
+  bool shut_down_ = false;  // Guarded by shutdown_mu_.
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<CoordinatorServer>> CoordinatorServer::Start(
+    const CoordinatorServerOptions& options, JobQueue& queue) {
+  auto server = std::make_unique<CoordinatorServerImpl>(options, queue);
+  RETURN_IF_ERROR(server->Listen(options));
+  return std::unique_ptr<CoordinatorServer>(std::move(server));
+}
+
+}  // namespace parallax

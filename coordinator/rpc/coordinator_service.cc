@@ -1,0 +1,283 @@
+#include "coordinator/rpc/coordinator_service.h"
+
+#include "common/base/log.h"
+#include "common/base/version.h"
+#include "common/rpc/grpc_status.h"
+#include "coordinator/rpc/validation.h"
+
+namespace parallax {
+namespace {
+
+constexpr int kMostListed = 10'000;
+constexpr int kStudiesListed = 100;  // Unless told.
+
+// For the audit table.
+std::string ActorOf(const grpc::CallbackServerContext& context) { return context.peer(); }
+
+// "REPORT_OUTCOME_OK" -> "OK"
+std::string ShortName(v1::ReportOutcome outcome) {
+  const std::string name = v1::ReportOutcome_Name(outcome);
+  constexpr std::string_view kPrefix = "REPORT_OUTCOME_";
+  return name.size() > kPrefix.size() ? name.substr(kPrefix.size()) : name;
+}
+
+}  // namespace
+
+CoordinatorService::CoordinatorService(JobQueue& queue, Dispatcher& dispatcher,
+                                       TaskPool& worker_pool, TaskPool& client_pool,
+                                       std::string store_uri, std::string coordinator_id,
+                                       double lease_s)
+    : queue_(queue),
+      dispatcher_(dispatcher),
+      worker_pool_(worker_pool),
+      client_pool_(client_pool),
+      store_uri_(std::move(store_uri)),
+      coordinator_id_(std::move(coordinator_id)),
+      streams_{queue,           dispatcher, worker_pool,        store_uri_,
+               coordinator_id_, lease_s,    [this] { Leave(); }} {}
+
+void CoordinatorService::Enter() {
+  std::lock_guard lock(mu_);
+  ++calls_;
+}
+
+void CoordinatorService::Leave() {
+  std::lock_guard lock(mu_);
+  if (--calls_ == 0) idle_.notify_all();
+}
+
+void CoordinatorService::WaitForCalls() {
+  std::unique_lock lock(mu_);
+  idle_.wait(lock, [this] { return calls_ == 0; });
+}
+
+std::map<std::string, int64_t> CoordinatorService::ReportCounts() const {
+  std::lock_guard lock(mu_);
+  return reports_;
+}
+
+CoordinatorService::Reactor* CoordinatorService::RunOn(TaskPool& pool, Context* context,
+                                                       std::function<absl::Status()> body) {
+  Reactor* const reactor = context->DefaultReactor();
+  Enter();
+  pool.Run([this, reactor, body = std::move(body)] {
+    reactor->Finish(ToGrpc(body()));
+    Leave();
+  });
+  return reactor;
+}
+
+CoordinatorService::Reactor* CoordinatorService::EndNow(Context* context,
+                                                        const absl::Status& status) {
+  Reactor* const reactor = context->DefaultReactor();
+  reactor->Finish(ToGrpc(status));
+  return reactor;
+}
+
+// ---- Workers
+// --------------------------------------------------------------------------------------
+
+grpc::ServerBidiReactor<v1::WorkerMessage, v1::CoordinatorMessage>* CoordinatorService::Work(
+    Context* context) {
+  Enter();
+  return WorkStream::Open(streams_, context);
+}
+
+bool CoordinatorService::IsForeign(const std::string& coordinator_id) const {
+  return !coordinator_id.empty() && coordinator_id != coordinator_id_;
+}
+
+void CoordinatorService::EndReport(Reactor* reactor, v1::ReportReply* reply,
+                                   const absl::StatusOr<v1::ReportOutcome>& outcome,
+                                   const char* if_ok) {
+  if (outcome.ok()) reply->set_outcome(*outcome);
+  {
+    std::lock_guard lock(mu_);
+    const std::string name = !outcome.ok() ? absl::StatusCodeToString(outcome.status().code())
+                             : *outcome == v1::REPORT_OUTCOME_OK ? if_ok
+                                                                 : ShortName(*outcome);
+    ++reports_[name];
+  }
+  reactor->Finish(ToGrpc(outcome.status()));
+}
+
+CoordinatorService::Reactor* CoordinatorService::Complete(Context* context,
+                                                          const v1::CompleteRequest* request,
+                                                          v1::ReportReply* reply) {
+  Reactor* const reactor = context->DefaultReactor();
+  const absl::Status status = CheckComplete(*request);
+  if (!status.ok()) {
+    EndReport(reactor, reply, status, "");
+  } else if (IsForeign(request->coordinator_id())) {
+    EndReport(reactor, reply, v1::REPORT_OUTCOME_STALE_FENCE, "");
+  } else {
+    Enter();
+    queue_.CompleteAsync(*request, [this, reactor, reply](absl::StatusOr<v1::ReportOutcome> end) {
+      EndReport(reactor, reply, end, "OK");
+      Leave();
+    });
+  }
+  return reactor;
+}
+
+CoordinatorService::Reactor* CoordinatorService::Fail(Context* context,
+                                                      const v1::FailRequest* request,
+                                                      v1::ReportReply* reply) {
+  Reactor* const reactor = context->DefaultReactor();
+  const absl::Status status = CheckFail(*request);
+  if (!status.ok()) {
+    EndReport(reactor, reply, status, "");
+  } else if (IsForeign(request->coordinator_id())) {
+    EndReport(reactor, reply, v1::REPORT_OUTCOME_STALE_FENCE, "");
+  } else {
+    Enter();
+    worker_pool_.Run([this, reactor, request, reply] {
+      EndReport(reactor, reply, queue_.Fail(*request), "FAILED");
+      Leave();
+    });
+  }
+  return reactor;
+}
+
+// ---- Clients
+// --------------------------------------------------------------------------------------
+
+CoordinatorService::Reactor* CoordinatorService::Submit(Context* context,
+                                                        const v1::SubmitRequest* request,
+                                                        v1::SubmitReply* reply) {
+  const absl::Status status = CheckSubmit(*request);
+  if (!status.ok()) return EndNow(context, status);
+  return RunOn(client_pool_, context, [this, context, request, reply]() -> absl::Status {
+    ASSIGN_OR_RETURN(*reply, queue_.Submit(*request, ActorOf(*context)));
+    LogInfo(reply->existed() ? "study submitted again" : "study submitted",
+            {{"study", request->study().name()}, {"study_id", reply->study_id()}});
+    return absl::OkStatus();
+  });
+}
+
+CoordinatorService::Reactor* CoordinatorService::ListStudies(Context* context,
+                                                             const v1::ListStudiesRequest* request,
+                                                             v1::ListStudiesReply* reply) {
+  const absl::Status status = CheckLimit(request->limit(), kMostListed);
+  if (!status.ok()) return EndNow(context, status);
+  return RunOn(client_pool_, context, [this, request, reply]() -> absl::Status {
+    const int limit = request->limit() > 0 ? request->limit() : kStudiesListed;
+    ASSIGN_OR_RETURN(std::vector<v1::StudyStatus> studies, queue_.ListStudies(limit));
+    for (v1::StudyStatus& study : studies) *reply->add_studies() = std::move(study);
+    return absl::OkStatus();
+  });
+}
+
+CoordinatorService::Reactor* CoordinatorService::GetStudy(Context* context,
+                                                          const v1::GetStudyRequest* request,
+                                                          v1::StudyStatus* reply) {
+  const absl::Status status = CheckStudyId(request->study_id());
+  if (!status.ok()) return EndNow(context, status);
+  return RunOn(client_pool_, context, [this, request, reply]() -> absl::Status {
+    ASSIGN_OR_RETURN(*reply, queue_.GetStudy(StudyId{request->study_id()}));
+    return absl::OkStatus();
+  });
+}
+
+CoordinatorService::Reactor* CoordinatorService::ChangeStudy(Context* context,
+                                                             const v1::StudyRequest* request,
+                                                             v1::StudyStatus* reply,
+                                                             StudyCall call) {
+  const absl::Status status = CheckStudyId(request->study_id());
+  if (!status.ok()) return EndNow(context, status);
+  return RunOn(client_pool_, context, [this, context, request, reply, call]() -> absl::Status {
+    const StudyId study{request->study_id()};
+    RETURN_IF_ERROR((queue_.*call)(study, request->reason(), ActorOf(*context)));
+    ASSIGN_OR_RETURN(*reply, queue_.GetStudy(study));
+    return absl::OkStatus();
+  });
+}
+
+CoordinatorService::Reactor* CoordinatorService::Cancel(Context* context,
+                                                        const v1::StudyRequest* request,
+                                                        v1::StudyStatus* reply) {
+  return ChangeStudy(context, request, reply, &JobQueue::Cancel);
+}
+
+CoordinatorService::Reactor* CoordinatorService::Pause(Context* context,
+                                                       const v1::StudyRequest* request,
+                                                       v1::StudyStatus* reply) {
+  return ChangeStudy(context, request, reply, &JobQueue::Pause);
+}
+
+CoordinatorService::Reactor* CoordinatorService::Resume(Context* context,
+                                                        const v1::StudyRequest* request,
+                                                        v1::StudyStatus* reply) {
+  return ChangeStudy(context, request, reply, &JobQueue::Resume);
+}
+
+CoordinatorService::Reactor* CoordinatorService::Retry(Context* context,
+                                                       const v1::StudyRequest* request,
+                                                       v1::RetryReply* reply) {
+  const absl::Status status = CheckStudyId(request->study_id());
+  if (!status.ok()) return EndNow(context, status);
+  return RunOn(client_pool_, context, [this, context, request, reply]() -> absl::Status {
+    ASSIGN_OR_RETURN(const int64_t jobs,
+                     queue_.Retry(StudyId{request->study_id()}, ActorOf(*context)));
+    reply->set_jobs(jobs);
+    return absl::OkStatus();
+  });
+}
+
+CoordinatorService::Reactor* CoordinatorService::ListJobs(Context* context,
+                                                          const v1::ListJobsRequest* request,
+                                                          v1::ListJobsReply* reply) {
+  absl::Status status = CheckStudyId(request->study_id());
+  if (status.ok()) status = CheckLimit(request->limit(), kMostListed);
+  if (!status.ok()) return EndNow(context, status);
+  return RunOn(client_pool_, context, [this, request, reply]() -> absl::Status {
+    ASSIGN_OR_RETURN(std::vector<v1::JobStatus> jobs, queue_.ListJobs(*request));
+    for (v1::JobStatus& job : jobs) *reply->add_jobs() = std::move(job);
+    return absl::OkStatus();
+  });
+}
+
+CoordinatorService::Reactor* CoordinatorService::ListWorkers(Context* context,
+                                                             const v1::ListWorkersRequest*,
+                                                             v1::ListWorkersReply* reply) {
+  for (v1::WorkerStatus& worker : dispatcher_.Workers()) *reply->add_workers() = std::move(worker);
+  return EndNow(context, absl::OkStatus());
+}
+
+CoordinatorService::Reactor* CoordinatorService::ListFrames(Context* context,
+                                                            const v1::ListFramesRequest* request,
+                                                            v1::ListFramesReply* reply) {
+  absl::Status status = CheckStudyId(request->study_id());
+  if (status.ok()) status = CheckLimit(request->limit(), kMostListed);
+  if (!status.ok()) return EndNow(context, status);
+  return RunOn(client_pool_, context, [this, request, reply]() -> absl::Status {
+    ASSIGN_OR_RETURN(std::vector<v1::PublishedFrame> frames, queue_.ListFrames(*request));
+    for (v1::PublishedFrame& frame : frames) *reply->add_frames() = std::move(frame);
+    reply->set_store_uri(store_uri_);
+    return absl::OkStatus();
+  });
+}
+
+CoordinatorService::Reactor* CoordinatorService::GetScene(Context* context,
+                                                          const v1::GetSceneRequest* request,
+                                                          v1::GetSceneReply* reply) {
+  const absl::Status status = CheckStudyId(request->study_id());
+  if (!status.ok()) return EndNow(context, status);
+  return RunOn(client_pool_, context, [this, request, reply]() -> absl::Status {
+    ASSIGN_OR_RETURN(*reply->mutable_scene(), queue_.GetScene(*request));
+    return absl::OkStatus();
+  });
+}
+
+CoordinatorService::Reactor* CoordinatorService::GetInfo(Context* context,
+                                                         const v1::GetInfoRequest*,
+                                                         v1::GetInfoReply* reply) {
+  reply->set_version(kProgramVersion);
+  reply->set_epoch(queue_.epoch());
+  reply->set_store_uri(store_uri_);
+  reply->set_schema_version(queue_.schema_version());
+  reply->set_coordinator_id(coordinator_id_);
+  return EndNow(context, absl::OkStatus());
+}
+
+}  // namespace parallax

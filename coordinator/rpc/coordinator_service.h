@@ -1,0 +1,79 @@
+// Every RPC of parallax.v1.Coordinator on top of the queue. Nothing here blocks gRPC's threads:
+// what waits for a commit or reads the database runs on pools, one for workers and one for clients,
+// so that a slow page can't starve workers.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <condition_variable>
+#include <map>
+#include <mutex>
+#include <string>
+
+#include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/dispatcher.h"
+#include "coordinator/rpc/task_pool.h"
+#include "coordinator/rpc/work_stream.h"
+#include "parallax/v1/service.grpc.pb.h"
+
+namespace parallax {
+
+// Thread-safe.
+class CoordinatorService final : public v1::Coordinator::CallbackService {
+ public:
+  // All outlive the service.
+  CoordinatorService(JobQueue& queue, Dispatcher& dispatcher, TaskPool& worker_pool,
+                     TaskPool& client_pool, std::string store_uri, std::string coordinator_id,
+                     double lease_s);
+
+  std::map<std::string, int64_t> ReportCounts() const;  // By outcome.
+  // Until no call is in progress.
+  void WaitForCalls();
+
+  using Context = grpc::CallbackServerContext;
+  using Reactor = grpc::ServerUnaryReactor;
+  grpc::ServerBidiReactor<v1::WorkerMessage, v1::CoordinatorMessage>* Work(Context*) override;
+  Reactor* Complete(Context*, const v1::CompleteRequest*, v1::ReportReply*) override;
+  Reactor* Fail(Context*, const v1::FailRequest*, v1::ReportReply*) override;
+  Reactor* Submit(Context*, const v1::SubmitRequest*, v1::SubmitReply*) override;
+  Reactor* ListStudies(Context*, const v1::ListStudiesRequest*, v1::ListStudiesReply*) override;
+  Reactor* GetStudy(Context*, const v1::GetStudyRequest*, v1::StudyStatus*) override;
+  Reactor* Cancel(Context*, const v1::StudyRequest*, v1::StudyStatus*) override;
+  Reactor* Pause(Context*, const v1::StudyRequest*, v1::StudyStatus*) override;
+  Reactor* Resume(Context*, const v1::StudyRequest*, v1::StudyStatus*) override;
+  Reactor* Retry(Context*, const v1::StudyRequest*, v1::RetryReply*) override;
+  Reactor* ListJobs(Context*, const v1::ListJobsRequest*, v1::ListJobsReply*) override;
+  Reactor* ListWorkers(Context*, const v1::ListWorkersRequest*, v1::ListWorkersReply*) override;
+  Reactor* ListFrames(Context*, const v1::ListFramesRequest*, v1::ListFramesReply*) override;
+  Reactor* GetScene(Context*, const v1::GetSceneRequest*, v1::GetSceneReply*) override;
+  Reactor* GetInfo(Context*, const v1::GetInfoRequest*, v1::GetInfoReply*) override;
+
+ private:
+  using StudyCall = absl::Status (JobQueue::*)(StudyId, std::string_view, std::string_view);
+
+  // Runs `body` on `pool` and ends the call with what it returns.
+  Reactor* RunOn(TaskPool& pool, Context* context, std::function<absl::Status()> body);
+  Reactor* ChangeStudy(Context* context, const v1::StudyRequest* request, v1::StudyStatus* reply,
+                       StudyCall call);
+  Reactor* EndNow(Context* context, const absl::Status& status);
+  void EndReport(Reactor* reactor, v1::ReportReply* reply,
+                 const absl::StatusOr<v1::ReportOutcome>& outcome, const char* if_ok);
+  bool IsForeign(const std::string& coordinator_id) const;
+  void Enter();
+  void Leave();
+
+  JobQueue& queue_;
+  Dispatcher& dispatcher_;
+  TaskPool& worker_pool_;
+  TaskPool& client_pool_;
+  const std::string store_uri_;
+  const std::string coordinator_id_;
+  const WorkStreamContext streams_;
+
+  mutable std::mutex mu_;
+  std::condition_variable idle_;
+  int calls_ = 0;                           // Guarded by mu_: streams, and calls that are not over.
+  std::map<std::string, int64_t> reports_;  // Guarded by mu_.
+};
+
+}  // namespace parallax

@@ -1,0 +1,551 @@
+#include "coordinator/rpc/dispatcher.h"
+
+#include <algorithm>
+#include <condition_variable>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <set>
+#include <thread>
+#include <tuple>
+
+#include "common/base/log.h"
+#include "coordinator/rpc/validation.h"
+
+namespace parallax {
+namespace {
+
+constexpr double kLatencyBounds_s[] = {0.001, 0.0025, 0.005, 0.01, 0.025, 0.05,
+                                       0.1,   0.25,   0.5,   1,    2.5,   5};
+constexpr int kMostAskedAtOnce = 64;  // Jobs of one worker in one call.
+constexpr int kSmallestWindow = 4;    // Calls of one class at a time.
+constexpr int kLargestWindow = 256;
+constexpr int kEmptyHandsThatClose = 3;  // One worker may be refused for its own sake.
+// A wake-up that went missing costs at most this.
+constexpr double kLookAgain_s = 1;
+constexpr double kForgetWorker_s = 3600;
+constexpr size_t kMostGoneWorkers = 1000;
+
+SteadyTime After(SteadyTime from, double seconds) {
+  return from +
+         std::chrono::duration_cast<SteadyTime::duration>(std::chrono::duration<double>(seconds));
+}
+
+double SecondsBetween(SteadyTime from, SteadyTime to) {
+  return std::chrono::duration<double>(to - from).count();
+}
+
+enum class Presence { kConnected, kAway, kLost, kLeft };
+
+struct Worker {
+  WorkerFacts facts;
+  v1::Hello hello;
+  std::shared_ptr<WorkerLink> link;  // Null unless kConnected.
+  Presence presence = Presence::kConnected;
+  bool draining = false;
+  int credit = 0;
+  bool asking = false;
+  uint64_t served_round = 0;  // Got less than it asked for in this round.
+  SteadyTime wants_since{};
+  SteadyTime heard{};
+  SteadyTime away_since{};
+  int running = 0;
+};
+
+using ClassKey = std::tuple<bool, bool, int64_t, std::vector<std::string>>;
+struct WorkerClass {
+  int window = kSmallestWindow;
+  int in_flight = 0;
+  int empty_hands = 0;  // In this round.
+};
+
+ClassKey ClassOf(const WorkerFacts& facts) {
+  return {facts.solves, facts.renders, facts.memory_mb, facts.tags};
+}
+
+// What the queue's thread leaves for the dispatcher's. Outlives both while a call is under way.
+struct Note {
+  enum Kind { kLeases, kStop } kind;
+  std::string worker;
+  std::weak_ptr<WorkerLink> link;  // That asked.
+  ClassKey of_class;
+  uint64_t round = 0;
+  int asked = 0;
+  absl::StatusOr<std::vector<v1::Lease>> leases = std::vector<v1::Lease>();
+  v1::AttemptId attempt;
+  std::string reason;
+};
+struct Notes {
+  std::mutex mu;
+  std::condition_variable changed;
+  // Guarded by mu.
+  std::deque<Note> notes;
+  bool work_ready = false;
+  bool poked = false;
+  int calls_in_flight = 0;
+};
+
+}  // namespace
+
+class Dispatcher::Impl {
+ public:
+  Impl(JobQueue& queue, TaskPool& pool, Clock& clock, double reconnect_grace_s)
+      : queue_(queue),
+        pool_(pool),
+        clock_(clock),
+        lease_s_(queue.lease_s()),
+        grace_s_(std::min(reconnect_grace_s, queue.lease_s())),
+        counts_(std::size(kLatencyBounds_s) + 1, 0) {
+    thread_ = std::thread([this] { Loop(); });
+  }
+
+  absl::Status Join(const std::shared_ptr<WorkerLink>& link, const v1::Hello& hello,
+                    const std::function<void(const std::vector<v1::AttemptId>&)>& welcome) {
+    {
+      std::lock_guard lock(mu_);
+      if (!joining_.insert(hello.name()).second) {
+        return absl::AbortedError("worker " + hello.name() + " is already being taken in");
+      }
+      DropLink(hello.name());
+    }
+    auto adopted = queue_.Adopt(hello.name(), {hello.holding().begin(), hello.holding().end()});
+    std::lock_guard lock(mu_);
+    joining_.erase(hello.name());
+    if (!adopted.ok()) return adopted.status();
+    if (stopping_) return absl::UnavailableError("the coordinator is stopping");
+    welcome(*adopted);
+    Worker& worker = workers_[hello.name()];
+    worker = Worker();
+    worker.facts = FactsOf(hello);
+    worker.hello = hello;
+    worker.hello.clear_holding();
+    worker.link = link;
+    worker.heard = clock_.Steady();
+    worker.running = static_cast<int>(adopted->size());
+    LogInfo("worker connected", {{"worker", hello.name()},
+                                 {"slots", hello.slots()},
+                                 {"version", hello.version()},
+                                 {"holding", hello.holding_size()},
+                                 {"adopted", adopted->size()}});
+    return absl::OkStatus();
+  }
+
+  void AddCredit(const std::string& name, const WorkerLink* link, int jobs) {
+    std::lock_guard lock(mu_);
+    Worker* worker = Present(name, link);
+    if (worker == nullptr) return;
+    worker->heard = clock_.Steady();
+    if (worker->credit == 0) worker->wants_since = clock_.Steady();
+    worker->credit = std::min(worker->credit + jobs, kMaxCredit);
+    worker->served_round = 0;  // New credit asks anew.
+    Poke();
+  }
+
+  void Heard(const std::string& name, const WorkerLink* link, const v1::Heartbeat& heartbeat) {
+    std::lock_guard lock(mu_);
+    Worker* worker = Present(name, link);
+    if (worker == nullptr) return;
+    worker->heard = clock_.Steady();
+    worker->draining = heartbeat.draining();
+    worker->running = heartbeat.running_size();
+  }
+
+  void Left(const std::string& name, const WorkerLink* link) {
+    std::lock_guard lock(mu_);
+    Worker* worker = Present(name, link);
+    if (worker == nullptr) return;
+    worker->link.reset();
+    worker->credit = 0;
+    worker->away_since = clock_.Steady();
+    // Who drained and hung up said all there was to say.
+    worker->presence = worker->draining ? Presence::kLeft : Presence::kAway;
+    LogInfo(worker->draining ? "worker left" : "worker's stream broke", {{"worker", name}});
+    if (worker->draining) Forfeit(name);
+  }
+
+  std::vector<v1::WorkerStatus> Workers() const {
+    std::lock_guard lock(mu_);
+    std::vector<v1::WorkerStatus> all;
+    for (const auto& [name, worker] : workers_) {
+      v1::WorkerStatus& status = all.emplace_back();
+      status.set_name(name);
+      *status.mutable_kinds() = worker.hello.kinds();
+      status.set_slots(worker.hello.slots());
+      status.set_running(worker.running);
+      status.set_state(StateName(worker));
+      status.set_last_heard_s(SecondsBetween(worker.heard, clock_.Steady()));
+      status.set_version(worker.hello.version());
+    }
+    return all;
+  }
+
+  ServerMetrics Metrics() const {
+    std::lock_guard lock(mu_);
+    ServerMetrics metrics;
+    for (const auto& [name, worker] : workers_) {
+      if (worker.presence != Presence::kConnected) continue;
+      ++metrics.workers_connected;
+      metrics.slots += worker.hello.slots();
+      metrics.running += worker.running;
+    }
+    metrics.leases = leases_;
+    metrics.workers_lost = workers_lost_;
+    metrics.lease_latency_bounds_s.assign(std::begin(kLatencyBounds_s), std::end(kLatencyBounds_s));
+    metrics.lease_latency_counts = counts_;
+    for (size_t i = 1; i < counts_.size(); ++i) {
+      metrics.lease_latency_counts[i] += metrics.lease_latency_counts[i - 1];
+    }
+    metrics.lease_latency_sum_s = latency_sum_s_;
+    return metrics;
+  }
+
+  void Stop() {
+    {
+      std::lock_guard lock(mu_);
+      if (stopping_) return;
+      stopping_ = true;
+      Poke();
+    }
+    thread_.join();
+    std::lock_guard lock(mu_);
+    for (auto& [name, worker] : workers_) {
+      if (worker.link == nullptr) continue;
+      worker.link->Close(absl::UnavailableError("the coordinator is stopping"), false);
+      worker.link.reset();
+    }
+  }
+
+  void OnWorkReady() {
+    std::lock_guard lock(notes_->mu);
+    notes_->work_ready = true;
+    notes_->changed.notify_one();
+  }
+
+  void OnStop(const std::string& worker, const v1::AttemptId& attempt, const std::string& reason) {
+    Note note;
+    note.kind = Note::kStop;
+    note.worker = worker;
+    note.attempt = attempt;
+    note.reason = reason;
+    std::lock_guard lock(notes_->mu);
+    notes_->notes.push_back(std::move(note));
+    notes_->changed.notify_one();
+  }
+
+ private:
+  static WorkerFacts FactsOf(const v1::Hello& hello) {
+    WorkerFacts facts;
+    facts.name = hello.name();
+    for (int kind : hello.kinds()) {
+      facts.solves |= kind == v1::JOB_KIND_SOLVE;
+      facts.renders |= kind == v1::JOB_KIND_RENDER;
+    }
+    facts.memory_mb = hello.memory_mb();
+    facts.tags.assign(hello.tags().begin(), hello.tags().end());
+    std::sort(facts.tags.begin(), facts.tags.end());
+    return facts;
+  }
+
+  static const char* StateName(const Worker& worker) {
+    switch (worker.presence) {
+      case Presence::kConnected:
+        return worker.draining ? "draining" : worker.running > 0 ? "busy" : "idle";
+      case Presence::kAway:
+        return "away";
+      case Presence::kLost:
+        return "lost";
+      case Presence::kLeft:
+        return "left";
+    }
+    return "";
+  }
+
+  // ---- All below require mu_ unless said otherwise ----
+  Worker* Present(const std::string& name, const WorkerLink* link) {
+    const auto found = workers_.find(name);
+    if (found == workers_.end() || found->second.link.get() != link) return nullptr;
+    return &found->second;
+  }
+
+  // A newer stream of the same name came: it is the same worker, or one that took its name.
+  void DropLink(const std::string& name) {
+    const auto found = workers_.find(name);
+    if (found == workers_.end() || found->second.link == nullptr) return;
+    found->second.link->Close(
+        absl::AlreadyExistsError("another worker named " + name + " has connected"), false);
+    found->second.link.reset();
+    found->second.presence = Presence::kAway;
+    found->second.away_since = clock_.Steady();
+    found->second.credit = 0;
+  }
+
+  void Poke() {
+    std::lock_guard lock(notes_->mu);
+    notes_->poked = true;
+    notes_->changed.notify_one();
+  }
+
+  // Its leases are nobody's now. The commit is waited for on the pool.
+  void Forfeit(const std::string& name) {
+    pool_.Run([queue = &queue_, name] {
+      const auto lost = queue->WorkerLost(name);
+      if (!lost.ok()) {
+        LogError("leases of a lost worker stay until they expire",
+                 {{"worker", name}, {"error", lost.status()}});
+      } else if (*lost > 0) {
+        LogWarning("leases of a lost worker are given to others",
+                   {{"worker", name}, {"leases", *lost}});
+      }
+    });
+  }
+
+  // ---- The dispatcher's thread ----
+  void Loop() {
+    SteadyTime look_at = After(clock_.Steady(), kLookAgain_s);
+    SteadyTime check_at = clock_.Steady();
+    const double check_every_s = std::min(0.25, std::min(lease_s_, grace_s_) / 4);
+    while (true) {
+      std::deque<Note> notes;
+      bool work_ready = TakeNotes(std::min(look_at, check_at), &notes);
+      std::lock_guard lock(mu_);
+      for (Note& note : notes) Handle(note);
+      const SteadyTime now = clock_.Steady();
+      if (now >= look_at) {
+        look_at = After(now, kLookAgain_s);
+        work_ready = true;
+      }
+      if (work_ready) NewRound(now);
+      if (now >= check_at) {
+        check_at = After(now, check_every_s);
+        CheckPresence(now);
+      }
+      if (!stopping_) {
+        Ask();
+      } else if (NothingUnderWay()) {
+        return;
+      }
+    }
+  }
+
+  // Waits for notes or `deadline`; true when work may be ready. Without mu_.
+  bool TakeNotes(SteadyTime deadline, std::deque<Note>* notes) {
+    std::unique_lock lock(notes_->mu);
+    notes_->changed.wait_until(lock, deadline, [this] {
+      return !notes_->notes.empty() || notes_->work_ready || notes_->poked;
+    });
+    notes->swap(notes_->notes);
+    notes_->poked = false;
+    return std::exchange(notes_->work_ready, false);
+  }
+
+  bool NothingUnderWay() {
+    std::lock_guard lock(notes_->mu);
+    return notes_->calls_in_flight == 0 && notes_->notes.empty();
+  }
+
+  void NewRound(SteadyTime now) {
+    ++round_;
+    for (auto& [key, of_class] : classes_) of_class.empty_hands = 0;
+    // For the latency: a worker that waited for work can't have been served before there was some.
+    for (auto& [name, worker] : workers_) {
+      if (!worker.asking && worker.credit > 0 && worker.served_round != 0) worker.wants_since = now;
+    }
+  }
+
+  void Handle(Note& note) {
+    if (note.kind == Note::kStop) {
+      SendStop(note);
+    } else {
+      HandleLeases(note);
+    }
+  }
+
+  void SendStop(const Note& note) {
+    const auto found = workers_.find(note.worker);
+    if (found == workers_.end() || found->second.link == nullptr) return;
+    v1::CoordinatorMessage message;
+    *message.mutable_stop()->mutable_attempt() = note.attempt;
+    message.mutable_stop()->set_reason(note.reason);
+    found->second.link->Send(std::move(message));
+  }
+
+  void HandleLeases(Note& note) {
+    WorkerClass& of_class = classes_[note.of_class];
+    --of_class.in_flight;
+    if (!note.leases.ok()) {
+      LogError("no leases from the queue", {{"error", note.leases.status()}});
+      note.leases = std::vector<v1::Lease>();
+    }
+    const int got = static_cast<int>(note.leases->size());
+    if (got == 0 && note.round == round_) ++of_class.empty_hands;
+    of_class.window = got == 0 ? std::max(kSmallestWindow, of_class.window / 2)
+                               : std::min(kLargestWindow, of_class.window * 2);
+    const std::shared_ptr<WorkerLink> link = note.link.lock();
+    Worker* worker = link == nullptr ? nullptr : Present(note.worker, link.get());
+    if (worker == nullptr || stopping_) {
+      if (worker != nullptr) worker->asking = false;
+      return GiveBack(note);
+    }
+    worker->asking = false;
+    if (got < note.asked) worker->served_round = note.round;
+    const double latency_s = SecondsBetween(worker->wants_since, clock_.Steady());
+    for (v1::Lease& lease : *note.leases) {
+      v1::CoordinatorMessage message;
+      *message.mutable_lease() = std::move(lease);
+      worker->link->Send(std::move(message));
+      --worker->credit;
+      ++worker->running;  // Until the next heartbeat says so itself.
+      ++leases_;
+      Observe(latency_s);
+    }
+    worker->wants_since = clock_.Steady();
+  }
+
+  void Observe(double latency_s) {
+    const auto* bound =
+        std::lower_bound(std::begin(kLatencyBounds_s), std::end(kLatencyBounds_s), latency_s);
+    ++counts_[static_cast<size_t>(bound - std::begin(kLatencyBounds_s))];
+    latency_sum_s_ += latency_s;
+  }
+
+  // Leased to a worker that has gone meanwhile: READY again, without blame.
+  void GiveBack(const Note& note) {
+    for (const v1::Lease& lease : *note.leases) {
+      pool_.Run([queue = &queue_, worker = note.worker, attempt = lease.attempt()] {
+        const auto outcome = queue->HandBack(worker, attempt, "worker gone before the lease");
+        if (!outcome.ok()) LogWarning("lease not handed back", {{"error", outcome.status()}});
+      });
+    }
+  }
+
+  // In turn, so that the last in the alphabet is not the last to eat.
+  void Ask() {
+    if (workers_.empty()) return;
+    auto it = workers_.upper_bound(last_asked_);
+    for (size_t i = 0; i < workers_.size(); ++i, ++it) {
+      if (it == workers_.end()) it = workers_.begin();
+      Worker& worker = it->second;
+      if (worker.link == nullptr || worker.draining || worker.asking || worker.credit <= 0 ||
+          worker.served_round == round_) {
+        continue;
+      }
+      const ClassKey key = ClassOf(worker.facts);
+      WorkerClass& of_class = classes_[key];
+      if (of_class.in_flight >= of_class.window || of_class.empty_hands >= kEmptyHandsThatClose) {
+        continue;
+      }
+      ++of_class.in_flight;
+      AskFor(worker, key);
+      last_asked_ = it->first;
+    }
+  }
+
+  void AskFor(Worker& worker, const ClassKey& key) {
+    worker.asking = true;
+    const int jobs = std::min(worker.credit, kMostAskedAtOnce);
+    Note note;
+    note.kind = Note::kLeases;
+    note.worker = worker.facts.name;
+    note.link = worker.link;
+    note.of_class = key;
+    note.round = round_;
+    note.asked = jobs;
+    {
+      std::lock_guard lock(notes_->mu);
+      ++notes_->calls_in_flight;
+    }
+    queue_.LeaseAsync(worker.facts, jobs,
+                      [notes = notes_, note = std::move(note)](
+                          absl::StatusOr<std::vector<v1::Lease>> leases) mutable {
+                        note.leases = std::move(leases);
+                        std::lock_guard lock(notes->mu);
+                        --notes->calls_in_flight;
+                        notes->notes.push_back(std::move(note));
+                        notes->changed.notify_one();
+                      });
+  }
+
+  void CheckPresence(SteadyTime now) {
+    size_t gone = 0;
+    for (auto it = workers_.begin(); it != workers_.end();) {
+      Worker& worker = it->second;
+      if (worker.presence == Presence::kConnected && SecondsBetween(worker.heard, now) > lease_s_) {
+        LogWarning("worker is silent", {{"worker", it->first}, {"lease_s", lease_s_}});
+        worker.link->Close(absl::DeadlineExceededError("no heartbeat within the lease"), true);
+        worker.link.reset();
+        Lose(it->first, worker);
+      } else if (worker.presence == Presence::kAway &&
+                 SecondsBetween(worker.away_since, now) > grace_s_) {
+        Lose(it->first, worker);
+      }
+      const bool is_gone = worker.presence == Presence::kLost || worker.presence == Presence::kLeft;
+      gone += is_gone ? 1 : 0;
+      if (is_gone &&
+          (gone > kMostGoneWorkers || SecondsBetween(worker.heard, now) > kForgetWorker_s)) {
+        it = workers_.erase(it);
+      } else {
+        ++it;
+      }
+    }
+  }
+
+  void Lose(const std::string& name, Worker& worker) {
+    worker.presence = Presence::kLost;
+    worker.credit = 0;
+    worker.running = 0;
+    ++workers_lost_;
+    LogWarning("worker lost", {{"worker", name}});
+    Forfeit(name);
+  }
+
+  JobQueue& queue_;
+  TaskPool& pool_;
+  Clock& clock_;
+  const double lease_s_;
+  const double grace_s_;
+  const std::shared_ptr<Notes> notes_ = std::make_shared<Notes>();
+
+  mutable std::mutex mu_;  // Before Notes::mu.
+  // Guarded by mu_.
+  std::map<std::string, Worker> workers_;
+  std::map<ClassKey, WorkerClass> classes_;
+  std::set<std::string> joining_;
+  std::string last_asked_;
+  uint64_t round_ = 1;  // 0: in no round.
+  bool stopping_ = false;
+  int64_t leases_ = 0;
+  int64_t workers_lost_ = 0;
+  std::vector<int64_t> counts_;  // By bound, not cumulative.
+  double latency_sum_s_ = 0;
+
+  std::thread thread_;
+};
+
+Dispatcher::Dispatcher(JobQueue& queue, TaskPool& pool, Clock& clock, double reconnect_grace_s)
+    : impl_(std::make_unique<Impl>(queue, pool, clock, reconnect_grace_s)) {}
+Dispatcher::~Dispatcher() { impl_->Stop(); }
+absl::Status Dispatcher::Join(
+    const std::shared_ptr<WorkerLink>& link, const v1::Hello& hello,
+    const std::function<void(const std::vector<v1::AttemptId>&)>& welcome) {
+  return impl_->Join(link, hello, welcome);
+}
+void Dispatcher::AddCredit(const std::string& worker, const WorkerLink* link, int jobs) {
+  impl_->AddCredit(worker, link, jobs);
+}
+void Dispatcher::Heard(const std::string& worker, const WorkerLink* link,
+                       const v1::Heartbeat& heartbeat) {
+  impl_->Heard(worker, link, heartbeat);
+}
+void Dispatcher::Left(const std::string& worker, const WorkerLink* link) {
+  impl_->Left(worker, link);
+}
+std::vector<v1::WorkerStatus> Dispatcher::Workers() const { return impl_->Workers(); }
+ServerMetrics Dispatcher::Metrics() const { return impl_->Metrics(); }
+void Dispatcher::Stop() { impl_->Stop(); }
+void Dispatcher::OnWorkReady() { impl_->OnWorkReady(); }
+void Dispatcher::OnStop(const std::string& worker, const v1::AttemptId& attempt,
+                        const std::string& reason) {
+  impl_->OnStop(worker, attempt, reason);
+}
+
+}  // namespace parallax

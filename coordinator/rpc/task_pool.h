@@ -1,0 +1,31 @@
+// Threads for calls that block (commits, reads), so that gRPC's own threads never do.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace parallax {
+
+// Thread-safe.
+class TaskPool {
+ public:
+  explicit TaskPool(int threads);
+  ~TaskPool();  // Runs what was accepted, then ends.
+
+  void Run(std::function<void()> task);
+
+ private:
+  void Loop();
+
+  std::mutex mu_;
+  std::condition_variable work_;
+  std::deque<std::function<void()>> tasks_;  // Guarded by mu_.
+  bool closing_ = false;                     // Guarded by mu_.
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace parallax

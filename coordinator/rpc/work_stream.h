@@ -1,0 +1,73 @@
+// The coordinator's end of one `Work` stream: reads in order, writes from any thread, never blocks
+// gRPC's threads.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/dispatcher.h"
+#include "coordinator/rpc/task_pool.h"
+#include "parallax/v1/service.grpc.pb.h"
+
+namespace parallax {
+
+// What all streams share; outlives them.
+struct WorkStreamContext {
+  JobQueue& queue;
+  Dispatcher& dispatcher;
+  TaskPool& pool;
+  std::string store_uri;
+  std::string coordinator_id;
+  double lease_s;
+  std::function<void()> on_done;  // Once for each stream, as the last thing.
+};
+
+// Keeps itself alive until gRPC is through with it.
+class WorkStream final : public grpc::ServerBidiReactor<v1::WorkerMessage, v1::CoordinatorMessage>,
+                         public WorkerLink,
+                         public std::enable_shared_from_this<WorkStream> {
+ public:
+  // gRPC takes the raw pointer.
+  static WorkStream* Open(const WorkStreamContext& shared, grpc::CallbackServerContext* call);
+
+  // WorkerLink.
+  void Send(v1::CoordinatorMessage message) override;
+  void Close(const absl::Status& status, bool abort) override;
+
+ private:
+  WorkStream(const WorkStreamContext& shared, grpc::CallbackServerContext* call)
+      : shared_(shared), call_(call) {}
+
+  void OnReadDone(bool ok) override;
+  void OnWriteDone(bool ok) override;
+  void OnDone() override;
+
+  void ReadNext();
+  void Join();
+  void HandleHeartbeat(const v1::Heartbeat& heartbeat);
+  void HandleHandBack();
+  void EndUnlessOk(const absl::Status& status);
+
+  const WorkStreamContext& shared_;
+  grpc::CallbackServerContext* const call_;
+  std::shared_ptr<WorkStream> self_;
+  v1::WorkerMessage incoming_;  // gRPC's while a read is under way, else of the one who handles it.
+  std::string worker_;          // Empty before Hello. Set before the next read starts.
+
+  std::mutex mu_;
+  // Guarded by mu_.
+  std::deque<v1::CoordinatorMessage> waiting_;
+  v1::CoordinatorMessage outgoing_;
+  bool writing_ = false;
+  bool closing_ =
+      false;  // Nothing is read or sent any more; Finish comes when the write under way has ended.
+  grpc::Status end_;
+};
+
+}  // namespace parallax

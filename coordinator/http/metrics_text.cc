@@ -1,0 +1,160 @@
+#include "coordinator/http/metrics_text.h"
+
+#include <cstdio>
+#include <map>
+
+namespace parallax {
+namespace {
+
+using Labels = std::vector<std::pair<std::string, std::string>>;
+
+std::string NumberText(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.10g", value);
+  return text;
+}
+
+class Writer {
+ public:
+  void Head(const std::string& name, const char* type, const char* help) {
+    text_ +=
+        "# HELP parallax_" + name + " " + help + "\n# TYPE parallax_" + name + " " + type + "\n";
+  }
+  void Sample(const std::string& name, const Labels& labels, double value) {
+    text_ += "parallax_" + name;
+    for (size_t i = 0; i < labels.size(); ++i) {
+      text_ +=
+          (i == 0 ? "{" : ",") + labels[i].first + "=\"" + EscapeLabel(labels[i].second) + "\"";
+    }
+    text_ += (labels.empty() ? " " : "} ") + NumberText(value) + "\n";
+  }
+  void One(const std::string& name, const char* type, const char* help, double value) {
+    Head(name, type, help);
+    Sample(name, {}, value);
+  }
+  std::string Take() { return std::move(text_); }
+
+ private:
+  std::string text_;
+};
+
+void WriteQueue(const JobQueueStats& queue, Writer& out) {
+  out.Head("jobs", "gauge", "Jobs by kind and state.");
+  for (const auto& [key, count] : queue.jobs) {
+    out.Sample("jobs", {{"kind", key.first}, {"state", key.second}}, static_cast<double>(count));
+  }
+  out.One("leases_held", "gauge", "Attempts that workers hold.",
+          static_cast<double>(queue.leases_held));
+  out.One("completions_total", "counter", "Results committed since start.",
+          static_cast<double>(queue.completions));
+  out.One("app_failures_total", "counter", "Attempts whose work failed, since start.",
+          static_cast<double>(queue.failures));
+  out.One("infra_losses_total", "counter", "Attempts lost with their worker, since start.",
+          static_cast<double>(queue.losses));
+  out.One("stale_reports_total", "counter", "Late reports refused by their fence, since start.",
+          static_cast<double>(queue.stale_reports));
+  out.One("commits_total", "counter", "Group commits since start.",
+          static_cast<double>(queue.commits));
+  out.One("commands_total", "counter", "Commands in group commits since start.",
+          static_cast<double>(queue.commands));
+  out.One("commit_seconds_total", "counter", "Time in COMMIT, fsync included.",
+          queue.commit_seconds);
+  out.One("commit_seconds_max", "gauge", "The longest COMMIT since start.",
+          queue.commit_seconds_max);
+  out.One("commit_batch_max", "gauge", "The largest number of commands in one commit.",
+          queue.largest_batch);
+  out.One("wal_pages", "gauge", "Pages in the write-ahead log.",
+          static_cast<double>(queue.wal_pages));
+}
+
+void WriteWorkers(const StatusSnapshot& snapshot, Writer& out) {
+  std::map<std::string, int> by_state;
+  for (const v1::WorkerStatus& worker : snapshot.workers) ++by_state[worker.state()];
+  out.Head("workers", "gauge", "Workers by state.");
+  for (const auto& [state, count] : by_state) out.Sample("workers", {{"state", state}}, count);
+  const ServerMetrics& server = snapshot.server;
+  out.One("worker_slots", "gauge", "Slots of connected workers.",
+          static_cast<double>(server.slots));
+  out.One("worker_running", "gauge", "Attempts that connected workers say they run.",
+          static_cast<double>(server.running));
+  out.One("workers_lost_total", "counter", "Workers given up since start.",
+          static_cast<double>(server.workers_lost));
+  out.One("leases_total", "counter", "Leases sent since start.",
+          static_cast<double>(server.leases));
+  out.Head("reports_total", "counter", "Reports of attempts by outcome since start.");
+  for (const auto& [outcome, count] : server.reports) {
+    out.Sample("reports_total", {{"outcome", outcome}}, static_cast<double>(count));
+  }
+}
+
+void WriteLatency(const ServerMetrics& server, Writer& out) {
+  const std::string name = "lease_latency_seconds";
+  out.Head(name, "histogram", "From credit and a ready job to the lease on the worker's stream.");
+  for (size_t i = 0; i < server.lease_latency_counts.size(); ++i) {
+    const std::string bound = i < server.lease_latency_bounds_s.size()
+                                  ? NumberText(server.lease_latency_bounds_s[i])
+                                  : "+Inf";
+    out.Sample(name + "_bucket", {{"le", bound}},
+               static_cast<double>(server.lease_latency_counts[i]));
+  }
+  out.Sample(name + "_sum", {}, server.lease_latency_sum_s);
+  out.Sample(name + "_count", {},
+             server.lease_latency_counts.empty()
+                 ? 0
+                 : static_cast<double>(server.lease_latency_counts.back()));
+}
+
+void WritePairs(const StatusSnapshot& snapshot, Writer& out) {
+  const auto each = [&](const char* name, auto value) {
+    for (const v1::StudyStatus& study : snapshot.studies) {
+      for (const v1::VariantStatus& variant : study.variants()) {
+        // The id too: a name may be submitted twice.
+        out.Sample(name,
+                   {{"study", study.name()},
+                    {"study_id", std::to_string(study.study_id())},
+                    {"variant", variant.name()}},
+                   static_cast<double>(value(variant)));
+      }
+    }
+  };
+  out.Head("pairs_published", "gauge", "Stereo pairs published, of the newest studies.");
+  each("pairs_published", [](const v1::VariantStatus& variant) { return variant.pairs_done(); });
+  out.Head("pairs_wanted", "gauge", "Stereo pairs asked for, of the newest studies.");
+  each("pairs_wanted", [](const v1::VariantStatus& variant) { return variant.pairs_wanted(); });
+  out.One("pairs_per_hour", "gauge", "Rate of publication over the last minutes.",
+          snapshot.pairs_per_hour);
+}
+
+}  // namespace
+
+std::string EscapeLabel(std::string_view value) {
+  std::string escaped;
+  for (char c : value) {
+    if (c == '\\' || c == '"') escaped += '\\';
+    if (c == '\n') {
+      escaped += "\\n";
+    } else {
+      escaped += c;
+    }
+  }
+  return escaped;
+}
+
+std::string MetricsText(const StatusSnapshot& snapshot) {
+  Writer out;
+  out.Head("info", "gauge", "What runs here.");
+  out.Sample(
+      "info",
+      {{"version", snapshot.version}, {"schema_version", std::to_string(snapshot.schema_version)}},
+      1);
+  out.One("epoch", "gauge", "Starts of the coordinator on this database.",
+          static_cast<double>(snapshot.epoch));
+  out.One("uptime_seconds", "gauge", "Since this start.", snapshot.uptime_s);
+  WriteQueue(snapshot.queue, out);
+  WriteWorkers(snapshot, out);
+  WriteLatency(snapshot.server, out);
+  WritePairs(snapshot, out);
+  return out.Take();
+}
+
+}  // namespace parallax

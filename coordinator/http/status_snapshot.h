@@ -1,0 +1,34 @@
+// What /metrics and the status page are drawn from, taken at one moment.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/coordinator_server.h"
+#include "parallax/v1/service.pb.h"
+
+namespace parallax {
+
+struct StatusSnapshot {
+  std::string version;
+  uint64_t epoch = 0;
+  int64_t schema_version = 0;
+  std::string store_uri;
+  double uptime_s = 0;
+  double now_unix_s = 0;
+  double pairs_per_hour = 0;
+  std::vector<v1::StudyStatus> studies;  // The newest first.
+  std::vector<v1::WorkerStatus> workers;
+  ServerMetrics server;
+  JobQueueStats queue;
+};
+
+// Pairs done and wanted of all variants.
+struct PairCount {
+  int64_t done = 0;
+  int64_t wanted = 0;
+};
+PairCount CountPairs(const v1::StudyStatus& study);
+
+}  // namespace parallax

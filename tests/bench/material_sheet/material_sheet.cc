@@ -1,11 +1,11 @@
 // Draws every material class, two seeds each, as a lit ball of 24 cm, a flat patch of 50 cm and a
 // close-up of 6 cm into one contact sheet.
 //   material_sheet OUT.png [--seed FIRST] [NAME-PART|FAMILY...]
+#include <array>
 #include <cmath>
 #include <iostream>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
+#include "common/image/io.h"
 #include "worker/materials/noise.h"
 #include "worker/materials/stroke_font.h"
 #include "worker/materials/surface.h"
@@ -81,20 +81,24 @@ Vec3f Shade(const Material& material, SurfacePoint point, const Vec3f& normal, c
   return light + 0.02f * s.emission;
 }
 
-cv::Vec3b Encode(const Vec3f& light) {
-  cv::Vec3b out;
+std::array<uint8_t, 3> Encode(const Vec3f& light) {
+  std::array<uint8_t, 3> out;
   for (int c = 0; c < 3; ++c) {
     const float x = 0.62f * light[c];
     const float mapped =
         noise::Saturate(x < 0.8f ? x : 0.8f + 0.2f * (1 - std::exp(-(x - 0.8f) / 0.2f)));
     const float srgb =
         mapped <= 0.0031308f ? 12.92f * mapped : 1.055f * std::pow(mapped, 1 / 2.4f) - 0.055f;
-    out[2 - c] = static_cast<uint8_t>(255.0f * srgb + 0.5f);
+    out[static_cast<size_t>(c)] = static_cast<uint8_t>(255.0f * srgb + 0.5f);
   }
   return out;
 }
 
-void DrawBall(const Material& material, cv::Mat& sheet, int left, int top) {
+void Put(ImageRgb8& sheet, int x, int y, const std::array<uint8_t, 3>& rgb) {
+  for (int c = 0; c < 3; ++c) sheet(x, y, c) = rgb[static_cast<size_t>(c)];
+}
+
+void DrawBall(const Material& material, ImageRgb8& sheet, int left, int top) {
   const float radius = 0.12f;
   for (int j = 0; j < kTile; ++j) {
     for (int i = 0; i < kTile; ++i) {
@@ -126,13 +130,13 @@ void DrawBall(const Material& material, cv::Mat& sheet, int left, int top) {
         const Vec3f b = n.cross(t);
         light += Shade(material, point, n, t, b, -Vec3f::UnitY(), t, b);
       }
-      sheet.at<cv::Vec3b>(top + j, left + i) = Encode(light / (kSamples * kSamples));
+      Put(sheet, left + i, top + j, Encode(light / (kSamples * kSamples)));
     }
   }
 }
 
 // A wall patch seen square on: x to the right, z up.
-void DrawPatch(const Material& material, float size_m, float uv_size, cv::Mat& sheet, int left,
+void DrawPatch(const Material& material, float size_m, float uv_size, ImageRgb8& sheet, int left,
                int top) {
   for (int j = 0; j < kTile; ++j) {
     for (int i = 0; i < kTile; ++i) {
@@ -153,21 +157,21 @@ void DrawPatch(const Material& material, float size_m, float uv_size, cv::Mat& s
         light += Shade(material, point, -Vec3f::UnitY(), Vec3f::UnitX(), Vec3f::UnitZ(), view,
                        Vec3f::UnitX(), Vec3f::UnitZ());
       }
-      sheet.at<cv::Vec3b>(top + j, left + i) = Encode(light / (kSamples * kSamples));
+      Put(sheet, left + i, top + j, Encode(light / (kSamples * kSamples)));
     }
   }
 }
 
-void DrawText(std::string_view text, cv::Mat& sheet, int left, int top) {
+void DrawText(std::string_view text, ImageRgb8& sheet, int left, int top) {
   const float scale = 0.6f;  // Cell units a pixel.
   for (int j = 0; j < kCaption; ++j) {
     for (int i = 0; i < static_cast<int>(TextWidth(text) / scale) + 4; ++i) {
-      if (left + i >= sheet.cols) break;
+      if (left + i >= sheet.width()) break;
       const float d = TextDistance(text, (static_cast<float>(i) - 1) * scale,
                                    (kCaption - 4.0f - static_cast<float>(j)) * scale);
       const float ink = 1 - noise::SmoothStep(0.3f, 0.9f, d);
-      sheet.at<cv::Vec3b>(top + j, left + i) =
-          cv::Vec3b::all(static_cast<uint8_t>(245 - 225 * ink));
+      const auto grey = static_cast<uint8_t>(245 - 225 * ink);
+      Put(sheet, left + i, top + j, {grey, grey, grey});
     }
   }
 }
@@ -194,7 +198,7 @@ int Run(int argc, char** argv) {
   const int rows = (static_cast<int>(chosen.size()) + kColumns - 1) / kColumns;
   const int class_width = kSeeds * 3 * (kTile + kGap) + 2 * kGap;
   const int row_height = kTile + kCaption + kGap;
-  cv::Mat sheet(rows * row_height, kColumns * class_width, CV_8UC3, cv::Scalar::all(245));
+  ImageRgb8 sheet(kColumns * class_width, rows * row_height, 245);
   for (size_t k = 0; k < chosen.size(); ++k) {
     const int left = static_cast<int>(k) % kColumns * class_width,
               top = static_cast<int>(k) / kColumns * row_height;
@@ -208,9 +212,12 @@ int Run(int argc, char** argv) {
       DrawPatch(*material, 0.06f, 0.3f, sheet, x + 2 * (kTile + kGap), top + kCaption);
     }
   }
-  if (!cv::imwrite(argv[1], sheet)) {
-    std::cerr << "material_sheet: can't write " << argv[1] << "\n";
-    return 1;
+  const absl::Status written = WritePng(argv[1], sheet);
+  if (!written.ok()) {
+    std::cerr << "material_sheet: " << written.message()
+              << "
+                 ";
+        return 1;
   }
   return 0;
 }

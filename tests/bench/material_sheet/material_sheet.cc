@@ -214,10 +214,8 @@ int Run(int argc, char** argv) {
   }
   const absl::Status written = WritePng(argv[1], sheet);
   if (!written.ok()) {
-    std::cerr << "material_sheet: " << written.message()
-              << "
-                 ";
-        return 1;
+    std::cerr << "material_sheet: " << written.message() << "\n";
+    return 1;
   }
   return 0;
 }

@@ -34,6 +34,10 @@ std::vector<AssetClass> BuildCatalogue() {
   RegisterSofas(classes);
   RegisterTables(classes);
   RegisterStorage(classes);
+  RegisterBeds(classes);
+  RegisterBooks(classes);
+  RegisterTableware(classes);
+  RegisterLamps(classes);
   std::sort(classes.begin(), classes.end(),
             [](const AssetClass& a, const AssetClass& b) { return a.name < b.name; });
   return classes;

@@ -11,5 +11,9 @@ void RegisterChairs(std::vector<AssetClass>& classes);
 void RegisterSofas(std::vector<AssetClass>& classes);
 void RegisterTables(std::vector<AssetClass>& classes);
 void RegisterStorage(std::vector<AssetClass>& classes);
+void RegisterBeds(std::vector<AssetClass>& classes);
+void RegisterBooks(std::vector<AssetClass>& classes);
+void RegisterTableware(std::vector<AssetClass>& classes);
+void RegisterLamps(std::vector<AssetClass>& classes);
 
 }  // namespace parallax

@@ -43,7 +43,10 @@ Vec3f FamilyColor(const MaterialSlot& slot) {
   if (family == "carpet") color = {0.45f, 0.2f, 0.18f};
   if (family == "mirror") color = {0.7f, 0.75f, 0.8f};
   if (family == "bark") color = {0.25f, 0.17f, 0.11f};
-  return color * shade;
+  // A hue of its own for each slot name.
+  const Vec3f tint(0.75f + 0.5f * static_cast<float>(hash / 97 % 89) / 89.0f, 0.8f + 0.4f * static_cast<float>(hash / 8633 % 83) / 83.0f,
+                   0.75f + 0.5f * static_cast<float>(hash / 716539 % 79) / 79.0f);
+  return (color * shade).cwiseProduct(tint);
 }
 
 struct Frame {
@@ -82,7 +85,7 @@ cv::Mat Draw(RTCDevice device, const Asset& asset, Placement placement, int size
   const float far = 40 * radius;
   const bool wall = placement == Placement::kOnWall || placement == Placement::kOpening;
   const float ground =
-      placement == Placement::kCeiling ? box.min().z() - 0.4f * radius : box.min().z();
+      placement == Placement::kCeiling ? box.min().z() - 30 * radius : box.min().z();
   for (const Vec2f& c : {Vec2f(-1, -1), Vec2f(1, -1), Vec2f(1, 1), Vec2f(-1, 1)}) {
     const Vec3f p = wall ? Vec3f(-far * c.x(), box.min().y(), far * c.y())
                          : Vec3f(far * c.x(), far * c.y(), ground);
@@ -106,8 +109,8 @@ cv::Mat Draw(RTCDevice device, const Asset& asset, Placement placement, int size
   const Vec3f target = box.center();
   for (int c = 0; c < 8; ++c) {
     const Vec3f p = box.corner(static_cast<Box3f::CornerType>(c)) - target;
-    distance = std::max({distance, -p.dot(forward) + std::abs(p.dot(right)) / std::tan(0.46f * fov),
-                         -p.dot(forward) + std::abs(p.dot(up)) / std::tan(0.46f * fov)});
+    distance = std::max({distance, -p.dot(forward) + std::abs(p.dot(right)) / std::tan(0.43f * fov),
+                         -p.dot(forward) + std::abs(p.dot(up)) / std::tan(0.43f * fov)});
   }
   const Vec3f eye = target - distance * forward;
   const Vec3f sun = Vec3f(0.75f, 0.35f, 1.0f).normalized();

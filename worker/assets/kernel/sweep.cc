@@ -222,7 +222,7 @@ std::vector<std::array<uint32_t, 3>> Triangulate(const Path2& polygon) {
   return out;
 }
 
-Shape Extrude(const Path2& polygon, float height, float bevel_m) {
+Shape Extrude(const Path2& polygon, float height, float bevel_m, int pieces) {
   const size_t n = polygon.size();
   std::vector<Vec2f> inward(n);
   for (size_t i = 0; i < n; ++i) {
@@ -241,12 +241,18 @@ Shape Extrude(const Path2& polygon, float height, float bevel_m) {
       levels.emplace_back(b * (1 - std::sin(a)), b * (1 - std::cos(a)));
     }
     std::reverse(levels.begin(), levels.end());
+    for (int k = 1; k < pieces; ++k) {
+      levels.emplace_back(Lerp(b, height - b, static_cast<float>(k) / static_cast<float>(pieces)),
+                          0.0f);
+    }
     for (int k = 0; k <= 2; ++k) {
       const float a = 0.25f * kPi * static_cast<float>(k);
       levels.emplace_back(height - b * (1 - std::sin(a)), b * (1 - std::cos(a)));
     }
   } else {
-    levels = {{0.0f, 0.0f}, {height, 0.0f}};
+    for (int k = 0; k <= pieces; ++k) {
+      levels.emplace_back(height * static_cast<float>(k) / static_cast<float>(pieces), 0.0f);
+    }
   }
   for (const auto& [z, inset] : levels) {
     for (size_t i = 0; i < n; ++i) {

@@ -38,7 +38,8 @@ Shape Bar(const Vec3f& from, const Vec3f& to, const Vec2f& from_size, const Vec2
 
 // Prism from z = 0 to `height` over a simple polygon, counter-clockwise; long edges rounded by
 // `bevel_m`.
-Shape Extrude(const Path2& polygon, float height, float bevel_m = 0.0f);
+// `pieces` levels along the height for prisms that are bent later.
+Shape Extrude(const Path2& polygon, float height, float bevel_m = 0.0f, int pieces = 1);
 
 // Triangles (indices into `polygon`) of a simple polygon, counter-clockwise.   Source: Meisters'
 // ear clipping.

@@ -1,0 +1,58 @@
+// Beds and what lies on them.
+#pragma once
+
+#include "worker/assets/families.h"
+#include "worker/assets/parts.h"
+
+namespace parallax {
+
+enum class HeadboardStyle { kPanel, kSlats, kUpholstered, kTufted, kArched, kMetal, kNone, kCount };
+
+struct BedParams {
+  float width_m = 1.6f;  // Of the mattress: 0.9, 1.2, 1.4, 1.6, 1.8.
+  float length_m = 2.0f;
+  float mattress_m = 0.22f;   // Its thickness.
+  float frame_top_m = 0.34f;  // Upper edge of the side rails.
+  float headboard_m = 1.1f;   // Its top above the floor.
+  HeadboardStyle headboard = HeadboardStyle::kPanel;
+  bool footboard = false;
+  LegStyle legs = LegStyle::kTapered;
+  bool mattress = true;  // The parts: BedFrame has neither mattress nor bedding.
+  bool bedding = true;
+  bool folded_blanket = true;  // Turned down at the pillows, or drawn up.
+  bool throw_blanket = false;  // A second one across the foot.
+  uint64_t seed = 0;
+};
+// The head is at -y, so that the foot faces +y.
+Asset MakeBed(const BedParams& params);
+Asset SampleBed(Rng& rng);
+Asset SampleBedFrame(Rng& rng);
+
+struct MattressParams {
+  float width_m = 1.6f, length_m = 2.0f, height_m = 0.22f;
+  bool quilted = true;  // Rows of stitched lozenges on top.
+  uint64_t seed = 0;
+};
+Asset MakeMattress(const MattressParams& params);
+Asset SampleMattress(Rng& rng);
+
+struct PillowParams {
+  float width_m = 0.6f, depth_m = 0.4f, height_m = 0.14f;
+  float flange_m = 0.0f;  // A flat border; 0 = none.
+  uint64_t seed = 0;
+};
+Asset MakePillow(const PillowParams& params);
+Asset SamplePillow(Rng& rng);
+
+// A blanket folded to a stack of `layers`, or thrown down.
+struct BlanketParams {
+  float width_m = 0.5f, depth_m = 0.4f;
+  int layers = 4;
+  float layer_m = 0.022f;
+  uint64_t seed = 0;
+};
+Asset MakeBlanket(const BlanketParams& params);
+Asset SampleBlanket(Rng& rng);
+Asset SampleTowel(Rng& rng);
+
+}  // namespace parallax

@@ -1,0 +1,343 @@
+#include <algorithm>
+#include <cmath>
+
+#include "worker/assets/tableware.h"
+
+namespace parallax {
+namespace {
+
+using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
+
+// A flat piece of cutlery: a sheet along +y whose half width and height are functions of s in [0,
+// 1].
+Shape Blade(float length, const std::function<float(float)>& half_width,
+            const std::function<float(float, float)>& height, float thickness, int pieces = 60,
+            int across = 10) {
+  SheetOptions sheet;
+  sheet.pieces_u = across;
+  sheet.pieces_v = pieces;
+  sheet.thickness_m = thickness;
+  sheet.size_m = {0.02f, length};
+  Shape out = Sheet(
+      [&](float u, float v) {
+        const float x = 2 * u - 1;
+        return Vec3f(x * half_width(v), length * v, height(x, v));
+      },
+      sheet);
+  for (size_t i = 0; i < out.points.size(); ++i)
+    out.texture[i] = {out.points[i].y(), out.points[i].x(), out.points[i].z()};
+  return out;
+}
+
+// Half width of a handle from its butt (s = 0) to the neck (s = 1).
+std::function<float(float)> HandleWidth(int style, float width) {
+  switch (style) {
+    case 0:
+      return SmoothThrough({{0, 0.0f},
+                            {0.04f, 0.75f * width},
+                            {0.16f, width},
+                            {0.6f, 0.52f * width},
+                            {1, 0.3f * width}});
+    case 1:
+      return SmoothThrough({{0, 0.3f * width},
+                            {0.03f, 0.8f * width},
+                            {0.3f, 0.85f * width},
+                            {0.7f, 0.6f * width},
+                            {1, 0.32f * width}});
+    default:
+      return SmoothThrough({{0, 0.0f},
+                            {0.05f, 0.6f * width},
+                            {0.12f, 0.95f * width},
+                            {0.22f, 0.6f * width},
+                            {0.7f, 0.5f * width},
+                            {1, 0.32f * width}});
+  }
+}
+
+}  // namespace
+
+Asset SampleSpoon(Rng& rng) {
+  const float length = Draw(rng, 0.13, 0.21), bowl = 0.3f;
+  const int style = rng.UniformInt(0, 2);
+  const auto handle = HandleWidth(style, 0.058f * length);
+  const auto round = SmoothThrough({{0, 0.018f * length},
+                                    {0.15f, 0.055f * length},
+                                    {0.5f, 0.112f * length},
+                                    {0.8f, 0.095f * length},
+                                    {0.95f, 0.05f * length},
+                                    {1, 0.008f * length}});
+  const float start = 1 - bowl;
+  AssetBuilder b(rng.Seed());
+  b.Add(Blade(
+            length,
+            [&](float s) { return s < start ? handle(s / start) : round((s - start) / bowl); },
+            [&](float x, float s) {
+              const float neck = 0.055f * length * Smooth01((s - 0.45f) / 0.27f) *
+                                 (1 - Smooth01((s - 0.68f) / 0.14f));
+              const float lift = 0.02f * length * (1 - Smooth01(s / 0.5f));
+              float z = 0.02f * length + neck + lift;
+              if (s > start) {
+                const float t = (s - start) / bowl;
+                const float cup = std::sin(kPi * std::pow(t, 0.8f));
+                z += cup * 0.055f * length * (x * x - 1) * 1.0f + 0.012f * length * t * t;
+              }
+              return z + 0.0006f * (1 - x * x);
+            },
+            0.0017f, 72, 14),
+        MetalSlot("body"));
+  return b.Finish();
+}
+
+Asset SampleFork(Rng& rng) {
+  const float length = Draw(rng, 0.16, 0.21);
+  const int tines = rng.UniformInt(3, 4), style = rng.UniformInt(0, 2);
+  const auto handle = HandleWidth(style, 0.055f * length);
+  const float root = 0.76f;  // Where the tines begin.
+  const auto width = [&](float s) {
+    if (s < 0.58f) return handle(s / 0.58f);
+    return Lerp(0.3f * 0.055f * length, 0.062f * length, Smooth01((s - 0.58f) / 0.15f));
+  };
+  const auto height = [&](float s) {
+    const float neck =
+        0.07f * length * Smooth01((s - 0.42f) / 0.25f) * (1 - Smooth01((s - 0.68f) / 0.2f));
+    return 0.012f * length + neck + 0.014f * length * (1 - Smooth01(s / 0.5f)) +
+           0.03f * length * Smooth01((s - 0.86f) / 0.14f);
+  };
+  AssetBuilder b(rng.Seed());
+  const MaterialSlot metal = MetalSlot("body");
+  b.Add(Blade(
+            root * length, [&](float v) { return width(v * root); },
+            [&](float x, float v) { return height(v * root) + 0.0006f * (1 - x * x); }, 0.0018f, 56,
+            8),
+        metal);
+  const float full = 2 * 0.062f * length;
+  const float pitch = full / static_cast<float>(tines), tine = 0.56f * pitch;
+  for (int i = 0; i < tines; ++i) {
+    const float x = -0.5f * full + pitch * (static_cast<float>(i) + 0.5f);
+    Path3 path;
+    for (int k = 0; k <= 14; ++k) {
+      const float s = Lerp(root - 0.012f, 1.0f, static_cast<float>(k) / 14.0f);
+      path.emplace_back(x * Lerp(1.08f, 1.0f, static_cast<float>(k) / 14.0f), s * length,
+                        height(s) - 0.0009f);
+    }
+    SweepOptions options;
+    options.keep_up = true;
+    options.end_round_m = 0.0006f;
+    options.scale = [](float t) { return Vec2f(1.15f - 0.75f * t * t, 1.0f - 0.5f * t * t); };
+    b.Add(Sweep(path, RectSection(tine, 0.0018f, 0.0006f, 2), options), metal);
+  }
+  return b.Finish();
+}
+
+Asset SampleKnife(Rng& rng) {
+  const float length = Draw(rng, 0.19, 0.3);
+  const bool kitchen = rng.Bernoulli(0.5);
+  AssetBuilder b(rng.Seed());
+  const MaterialSlot steel = MetalSlot("blade");
+  const float grip = 0.42f * length, wide = kitchen ? 0.085f * length : 0.045f * length;
+  // The blade: an outline with a belly, thin at the edge, lying flat.
+  Path2 outline;
+  const float y0 = grip - 0.01f;
+  outline.emplace_back(-0.35f * wide, y0);
+  outline.emplace_back(0.55f * wide, y0);
+  outline.emplace_back(0.62f * wide, y0 + 0.02f * length);
+  for (int k = 0; k <= 12; ++k) {
+    const float t = static_cast<float>(k) / 12.0f;
+    outline.emplace_back(0.62f * wide - (kitchen ? 0.85f : 0.7f) * wide * t * t * t,
+                         Lerp(grip + 0.03f * length, length, t));
+  }
+  for (int k = 11; k >= 0; --k) {
+    const float t = static_cast<float>(k) / 12.0f;
+    outline.emplace_back(-0.38f * wide + (kitchen ? 0.12f : 0.1f) * wide * t * t,
+                         Lerp(grip + 0.03f * length, length - 0.004f, t));
+  }
+  Shape blade = Extrude(outline, 0.0018f, 0.0005f);
+  const float lift = 0.006f;
+  b.Add(blade.Moved(0, 0, lift), steel);
+  if (kitchen) {
+    // Riveted scales and a bolster.
+    const MaterialSlot scales = Slot("handle", {"wood", "plastic"});
+    BoxOptions box;
+    box.bevel_m = 0.0045f;
+    box.bevel_steps = 2;
+    box.pieces = {1, 16, 1};
+    const Shape scale = RoundedBox({0.024f, grip, 0.0165f}, box).Bent([&](const Vec3f& q) {
+      const float s = q.y() / grip + 0.5f;
+      return Vec3f(q.x() * (1 + 0.16f * std::sin(2 * kPi * s + 2.6f)) - 0.004f * std::sin(kPi * s),
+                   q.y() + 0.5f * grip, q.z());
+    });
+    b.Add(scale.Moved(0, 0, lift + 0.0009f), scales);
+    for (const float s : {0.2f, 0.5f, 0.8f})
+      b.Add(Cylinder(0.0032f, 0.0172f, 0.0004f, 16)
+                .Moved(-0.002f, s * grip, lift + 0.0009f - 0.0086f),
+            steel);
+    b.Add(Board({-0.011f, grip - 0.004f, lift - 0.006f}, {0.011f, grip + 0.008f, lift + 0.008f},
+                0.003f),
+          steel);
+  } else {
+    const auto width = HandleWidth(1, 0.05f * length);
+    Path3 path;
+    for (int k = 0; k <= 24; ++k)
+      path.emplace_back(0, grip * static_cast<float>(k) / 24.0f, lift + 0.0009f);
+    SweepOptions options;
+    options.keep_up = true;
+    options.end_round_m = 0.003f;
+    options.scale = [&](float t) {
+      return Vec2f(width(t) / (0.05f * length), 0.7f + 0.5f * (1 - t));
+    };
+    b.Add(Sweep(path, RectSection(0.09f * length, 0.007f, 0.003f, 3), options),
+          Slot("handle", {"metal", "plastic"}));
+  }
+  return b.Finish();
+}
+
+Asset SampleChopsticks(Rng& rng) {
+  const float length = Draw(rng, 0.2, 0.25);
+  AssetBuilder b(rng.Seed());
+  const MaterialSlot wood = Slot("body", {"wood", "plastic", "metal"});
+  for (int i = 0; i < 2; ++i) {
+    SweepOptions options;
+    options.keep_up = true;
+    options.end_round_m = 0.001f;
+    options.scale = [](float t) { return Vec2f::Constant(1.0f - 0.55f * t).eval(); };
+    Path3 path;
+    for (int k = 0; k <= 10; ++k) {
+      const float t = static_cast<float>(k) / 10.0f;
+      path.emplace_back(0, length * (t - 0.5f), 0.0038f - 0.0021f * t);
+    }
+    const Shape stick = Sweep(path, SuperellipseSection(0.0076f, 0.0076f, 3.2f, 16), options);
+    const float turn = Draw(rng, -0.12, 0.12);
+    b.Add(stick.TurnedZ(turn).Moved(i == 0 ? -0.013f : 0.013f, Draw(rng, -0.008, 0.008), 0), wood);
+  }
+  return b.Finish();
+}
+
+Asset SampleFoodBox(Rng& rng) {
+  const float w = Draw(rng, 0.12, 0.21), d = w * Draw(rng, 0.25, 0.5), h = w * Draw(rng, 1.1, 1.6);
+  AssetBuilder b(rng.Seed());
+  const Noise noise(rng);
+  BoxOptions box;
+  box.bevel_m = 0.0012f;
+  box.pieces = {8, 4, 10};
+  Shape carton = RoundedBox({w, d, h}, box).Bent([&](const Vec3f& q) {
+    // Card bulges a little and is never quite flat.
+    const Vec3f u = 2 * q.cwiseQuotient(Vec3f(w, d, h));
+    const float dome = std::max(0.0f, 1 - u.x() * u.x()) * std::max(0.0f, 1 - u.z() * u.z());
+    return Vec3f(q.x(), q.y() + u.y() * 0.003f * dome + 0.0012f * noise.At(q * 14) * dome, q.z());
+  });
+  // Each big face shows the picture, narrow ones a part of it.
+  PrintFaces(carton, Vec3f::UnitY(), -Vec3f::UnitX(), Vec3f::UnitZ(), 1);
+  PrintFaces(carton, -Vec3f::UnitY(), Vec3f::UnitX(), Vec3f::UnitZ(), 2);
+  PrintFaces(carton, Vec3f::UnitX(), Vec3f::UnitY(), Vec3f::UnitZ(), 3);
+  PrintFaces(carton, -Vec3f::UnitX(), -Vec3f::UnitY(), Vec3f::UnitZ(), 4);
+  for (Face& f : carton.faces) {
+    if (f.group < 3) continue;
+    for (Vec2f& q : f.uv) q.x() *= d / w;
+  }
+  b.Add(carton, {Slot("card", {"paper"}), PictureSlot("front"), PictureSlot("front"),
+                 PictureSlot("front"), PictureSlot("front")});
+  if (rng.Bernoulli(0.5)) {
+    // An opened flap.
+    SheetOptions sheet;
+    sheet.pieces_u = 6;
+    sheet.pieces_v = 4;
+    sheet.thickness_m = 0.0008f;
+    sheet.round_rim = false;
+    sheet.size_m = {w, 0.9f * d};
+    const float angle = Draw(rng, 0.5, 1.3);
+    b.Add(Sheet(
+              [&](float u, float v) {
+                const float reach = 0.9f * d * v;
+                return Vec3f((u - 0.5f) * (w - 0.002f), -0.5f * d + reach * std::cos(angle),
+                             0.5f * h - 0.0005f + reach * std::sin(angle) - 0.004f * v * v);
+              },
+              sheet),
+          Slot("card", {"paper"}));
+  }
+  return b.Finish();
+}
+
+Asset SampleFoodBag(Rng& rng) {
+  const float w = Draw(rng, 0.13, 0.22), h = w * Draw(rng, 1.2, 1.6), t = w * Draw(rng, 0.3, 0.42);
+  AssetBuilder b(rng.Seed());
+  const Noise noise(rng);
+  // A pillow bag standing: flat crimped seams above and below, a belly between.
+  const int nu = 36, nv = 44;
+  Shape bag;
+  std::vector<uint32_t> front, back;
+  for (int side = 0; side < 2; ++side) {
+    for (int j = 0; j <= nv; ++j) {
+      for (int i = 0; i <= nu; ++i) {
+        const bool rim = i == 0 || i == nu;
+        std::vector<uint32_t>& ids = side ? back : front;
+        if (side && rim) {
+          ids.push_back(front[static_cast<size_t>(j * (nu + 1) + i)]);
+          continue;
+        }
+        const float u = 2 * static_cast<float>(i) / nu - 1, v = static_cast<float>(j) / nv;
+        const float belly = std::pow(
+            std::max(0.0f, std::sin(kPi * std::clamp((v - 0.045f) / 0.91f, 0.0f, 1.0f))), 0.55f);
+        const float narrow = 1 - 0.16f * belly;
+        const float x = 0.5f * w * u * narrow;
+        const float crimp = (v < 0.05f || v > 0.95f) ? 0.0012f * std::sin(60 * u) : 0.0f;
+        const float puff = 0.5f * t * belly * std::pow(std::max(0.0f, 1 - u * u), 0.5f);
+        const float crease = 0.006f * belly * noise.Ridges({x * 18, v * 9, side ? 3.0f : 8.0f}) +
+                             0.004f * (1 - belly) * noise.At({x * 60, v * 5, 1});
+        float y = (side ? -1.0f : 1.0f) * std::max(rim ? 0.0f : 0.0008f, puff - crease) + crimp;
+        if (rim) y = crimp;
+        ids.push_back(bag.AddPoint({-x, y, h * v}, {-x, h * v, y}));
+      }
+    }
+  }
+  const auto id = [&](int i, int j) { return static_cast<size_t>(j * (nu + 1) + i); };
+  for (int j = 0; j < nv; ++j) {
+    for (int i = 0; i < nu; ++i) {
+      bag.AddQuad(front[id(i, j)], front[id(i + 1, j)], front[id(i + 1, j + 1)],
+                  front[id(i, j + 1)], 1);
+      const auto uv = [&](int a, int c) {
+        return Vec2f(static_cast<float>(a) / nu, static_cast<float>(c) / nv);
+      };
+      bag.faces.back().uv = {uv(i, j), uv(i + 1, j), uv(i + 1, j + 1), uv(i, j + 1)};
+      bag.AddQuad(back[id(i, j)], back[id(i, j + 1)], back[id(i + 1, j + 1)], back[id(i + 1, j)],
+                  1);
+      bag.faces.back().uv = {uv(nu - i, j), uv(nu - i, j + 1), uv(nu - i - 1, j + 1),
+                             uv(nu - i - 1, j)};
+    }
+  }
+  for (int i = 0; i < nu; ++i) {
+    bag.AddQuad(front[id(i + 1, 0)], front[id(i, 0)], back[id(i, 0)], back[id(i + 1, 0)]);
+    bag.AddQuad(front[id(i, nv)], front[id(i + 1, nv)], back[id(i + 1, nv)], back[id(i, nv)]);
+  }
+  if (bag.Volume() < 0) {
+    for (Face& f : bag.faces) {
+      std::reverse(f.v.begin(), f.v.begin() + f.corners);
+      std::reverse(f.uv.begin(), f.uv.begin() + f.corners);
+    }
+  }
+  bag.crease_rad = 1.0f;
+  b.Add(bag, {Slot("foil", {"plastic", "metal", "paper"}), PictureSlot("front")});
+  return b.Finish();
+}
+
+void RegisterTableware(std::vector<AssetClass>& classes) {
+  const std::pair<const char*, Asset (*)(Rng&)> all[] = {{"Vase", SampleVase},
+                                                         {"Bottle", SampleBottle},
+                                                         {"Cup", SampleCup},
+                                                         {"Bowl", SampleBowl},
+                                                         {"Plate", SamplePlate},
+                                                         {"Pot", SamplePot},
+                                                         {"Jar", SampleJar},
+                                                         {"Wineglass", SampleWineglass},
+                                                         {"Can", SampleCan},
+                                                         {"Fork", SampleFork},
+                                                         {"Knife", SampleKnife},
+                                                         {"Spoon", SampleSpoon},
+                                                         {"Chopsticks", SampleChopsticks},
+                                                         {"Lid", SampleLid},
+                                                         {"FoodBox", SampleFoodBox},
+                                                         {"FoodBag", SampleFoodBag}};
+  for (const auto& [name, sample] : all)
+    classes.push_back({name, "tableware", Placement::kOnTop, true, 0, sample});
+}
+
+}  // namespace parallax

@@ -1,0 +1,44 @@
+// Lamps: standing, on desks, hanging. Each has emissive slots: "bulb", and "shade_inside" where a
+// lining glows.
+#pragma once
+
+#include "worker/assets/families.h"
+#include "worker/assets/parts.h"
+
+namespace parallax {
+
+enum class ShadeStyle { kDrum, kEmpire, kPleated, kDome, kGlobe, kCount };
+
+struct FloorLampParams {
+  float height_m = 1.6f;
+  float shade_radius_m = 0.2f;
+  ShadeStyle shade = ShadeStyle::kEmpire;
+  int stand = 0;  // 0 straight pole, 1 turned column, 2 tripod, 3 arc.
+  uint64_t seed = 0;
+};
+Asset MakeFloorLamp(const FloorLampParams& params);
+Asset SampleFloorLamp(Rng& rng);
+
+struct DeskLampParams {
+  float height_m = 0.5f;
+  int style =
+      0;  // 0 jointed arms, 1 vase body with shade, 2 turned column with shade, 3 gooseneck.
+  ShadeStyle shade = ShadeStyle::kEmpire;
+  uint64_t seed = 0;
+};
+Asset MakeDeskLamp(const DeskLampParams& params);
+Asset SampleDeskLamp(Rng& rng);
+
+struct CeilingLampParams {
+  float drop_m = 0.7f;  // Ceiling to the lamp's underside.
+  float radius_m = 0.22f;
+  int style =
+      0;  // 0 dome pendant, 1 drum pendant, 2 globe, 3 chandelier, 4 bowl close to the ceiling.
+  int arms = 5;  // Of a chandelier.
+  uint64_t seed = 0;
+};
+// Hangs: the ceiling is z = 0.
+Asset MakeCeilingLamp(const CeilingLampParams& params);
+Asset SampleCeilingClassicLamp(Rng& rng);
+
+}  // namespace parallax

@@ -10,6 +10,7 @@ namespace parallax {
 namespace {
 
 constexpr uint64_t kModelsPerClass = 3;
+constexpr int kModelDraws = 6;
 constexpr int kTries = 28;  // Proposals of a move until one keeps the hard constraints.
 constexpr double kHot = 3.0, kCold = 0.001;
 constexpr double kGreedyShare = 0.15;
@@ -91,6 +92,7 @@ class Annealer {
         const int i = PickItem(next);
         if (i < 0 || RowOf(next.at(i)).row.one_model) return std::vector<int>();
         ASSIGN_OR_RETURN(next.at(i).asset, rack_.Draw(RowOf(next.at(i)), rng_));
+        if (next.at(i).asset == nullptr) return std::vector<int>();
         return std::vector<int>{i};
       }
       case Move::kTranslate: {
@@ -135,6 +137,7 @@ class Annealer {
     Item item;
     item.row = static_cast<int>(r);
     ASSIGN_OR_RETURN(item.asset, rack_.Draw(problem_.rows[r], rng_));
+    if (item.asset == nullptr) return std::vector<int>();
     item.u = rng_.Uniform();
     item.v = rng_.Uniform();
     if (problem_.rows[r].row.stand == Stand::kOnTop) {  // Rather in the middle than at the edge.
@@ -228,9 +231,14 @@ class Annealer {
 absl::StatusOr<const PooledAsset*> ModelRack::Draw(const WantedRow& row, Rng& rng) const {
   Rng fixed = root_.Child("set/" + row.row.group);
   Rng& from = row.row.one_model ? fixed : rng;
-  const std::string& class_name = from.Pick(row.classes);
-  const int model = from.UniformInt(0, static_cast<int>(kModelsPerClass) - 1);
-  return Get(class_name, static_cast<uint64_t>(model));
+  const PooledAsset* asset = nullptr;
+  for (int k = 0; k < kModelDraws; ++k) {
+    const std::string& class_name = from.Pick(row.classes);
+    const int model = from.UniformInt(0, static_cast<int>(kModelsPerClass) - 1);
+    ASSIGN_OR_RETURN(asset, Get(class_name, static_cast<uint64_t>(model)));
+    if (static_cast<double>(asset->bounds.sizes().z()) <= row.row.highest_m) return asset;
+  }
+  return nullptr;
 }
 
 absl::StatusOr<const PooledAsset*> ModelRack::Get(const std::string& class_name,

@@ -17,6 +17,7 @@ class ModelRack {
  public:
   ModelRack(SceneSeed seed, AssetPool& pool) : root_(seed, "layout/model"), pool_(&pool) {}
   // One of a few models of the row's classes; rows of one model always give the same.
+  // nullptr when no model is low enough for the row.
   absl::StatusOr<const PooledAsset*> Draw(const WantedRow& row, Rng& rng) const;
   absl::StatusOr<const PooledAsset*> Get(const std::string& class_name, uint64_t model) const;
 

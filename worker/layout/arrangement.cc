@@ -291,15 +291,20 @@ bool Arrangement::ClearOfRoom(const Item& item) const {
   }
   if (item.top_m > room.height_m() - kCeilingGap_m) return false;
   if (IsRug(item)) return true;
+  return ClearOfOpenings(item.footprint, item.bottom_m, item.top_m, kWindowDepth_m);
+}
+
+bool Arrangement::ClearOfOpenings(const Footprint& footprint, double bottom_m, double top_m,
+                                  double window_depth_m) const {
   for (const WallStrip& strip : problem_->strips) {
-    const double deep = strip.door ? kDoorDepth_m : kWindowDepth_m;
-    if (!strip.door && item.top_m < strip.sill_m - 0.03) continue;
-    if (!strip.door && item.bottom_m > strip.top_m + 0.05) continue;
+    const double deep = strip.door ? kDoorDepth_m : window_depth_m;
+    if (!strip.door && top_m < strip.sill_m - 0.03) continue;
+    if (!strip.door && bottom_m > strip.top_m + 0.05) continue;
     const WallFrame& wall = problem_->walls[static_cast<size_t>(strip.wall)];
     const Footprint zone = {wall.At((strip.low_m + strip.high_m) / 2, deep / 2),
                             {(strip.high_m - strip.low_m) / 2 + kStripGap_m, deep / 2},
                             wall.yaw_rad};
-    if (Overlap(item.footprint, zone, 0)) return false;
+    if (Overlap(footprint, zone, 0)) return false;
   }
   return true;
 }
@@ -319,11 +324,29 @@ bool Arrangement::ClearOf(const Item& item, const Item& other) const {
     return !BoxesMeet(art, thing, kItemGap_m);
   }
   if (!BoxesMeet(item, other, hung ? 0.08 : kItemGap_m)) return true;
-  // Seats go under their tables and things stand on their bearers: there the meshes decide.
-  const Item* anchor_of_item = item.anchor >= 0 ? &at(item.anchor) : nullptr;
-  const Item* anchor_of_other = other.anchor >= 0 ? &at(other.anchor) : nullptr;
-  if (anchor_of_item == &other || anchor_of_other == &item) return !MeshesMeet(item, other);
-  return false;
+  // Seats go under their tables and things stand on their bearers: there the meshes decide
+  // (MeetsAnchor).
+  return (item.anchor >= 0 && &at(item.anchor) == &other) ||
+         (other.anchor >= 0 && &at(other.anchor) == &item);
+}
+
+bool Arrangement::MeetsAnchor(const Item& item) const {
+  const Item& anchor = at(item.anchor);
+  if (Exempt(item, anchor) || !BoxesMeet(item, anchor, kItemGap_m)) return false;
+  Item::AnchorMeeting& known = item.meeting;
+  const bool current = known.own == item.asset && known.anchor == anchor.asset &&
+                       known.side == item.side && known.u == item.u && known.v == item.v &&
+                       known.turn_rad == item.turn_rad;
+  if (!current) {
+    known = {item.asset,
+             anchor.asset,
+             item.side,
+             item.u,
+             item.v,
+             item.turn_rad,
+             MeshesMeet(item, anchor)};
+  }
+  return known.meets;
 }
 
 bool Arrangement::Allowed(int item) const {
@@ -338,7 +361,8 @@ bool Arrangement::Allowed(int item) const {
       if (!ClearOf(at(m), at(i))) return false;
     }
   }
-  return true;
+  return std::none_of(moved.begin(), moved.end(),
+                      [&](int m) { return at(m).anchor >= 0 && MeetsAnchor(at(m)); });
 }
 
 }  // namespace parallax

@@ -49,6 +49,15 @@ struct Item {
   double yaw_rad = 0;
   Footprint footprint;
   double bottom_m = 0, top_m = 0;
+  // Whether its mesh meets its anchor's, remembered: it follows from what is drawn, wherever the
+  // anchor stands.
+  struct AnchorMeeting {
+    const PooledAsset *own = nullptr, *anchor = nullptr;
+    int side = 0;
+    double u = 0, v = 0, turn_rad = 0;
+    bool meets = false;
+  };
+  mutable AnchorMeeting meeting;
 
   Eigen::Affine3f WorldFromObject() const {
     return Pose{position, Eigen::Quaterniond(Eigen::AngleAxisd(yaw_rad, Vec3d::UnitZ())), 1.0}
@@ -82,6 +91,9 @@ class Arrangement {
   // Whether two items are let overlap in the plan: rugs under things, what stands on the other.
   bool Exempt(const Item& a, const Item& b) const;
   bool IsRug(const Item& item) const;
+  // Whether something between two heights leaves doors free, and `window_depth_m` before windows above their sills.
+  bool ClearOfOpenings(const Footprint& footprint, double bottom_m, double top_m,
+                       double window_depth_m) const;
 
  private:
   bool PlaceOne(Item& item) const;
@@ -93,6 +105,7 @@ class Arrangement {
   std::vector<int> WithDependants(int item) const;
   bool ClearOfRoom(const Item& item) const;
   bool ClearOf(const Item& item, const Item& other) const;
+  bool MeetsAnchor(const Item& item) const;
 
   const RoomProblem* problem_;
   std::vector<Item> items_;

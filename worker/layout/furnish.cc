@@ -98,7 +98,9 @@ void FillReport(const AnnealResult& result, const SmallFill& fill, int steps,
     constraint.set_violation(result.loss.terms[static_cast<size_t>(t)]);
   }
   int broken = 0;
-  for (int i = 0; i < result.arrangement.size(); ++i) broken += !result.arrangement.Allowed(i);
+  for (int i = 0; i < result.arrangement.size(); ++i) {
+    if (result.arrangement.at(i).row >= 0) broken += !result.arrangement.Allowed(i);
+  }
   v1::SolveReport::Constraint& hard = *report.add_constraints();
   hard.set_name("in the room, apart, doors and windows free");
   hard.set_hard(true);

@@ -57,6 +57,23 @@ double FrontTaken(const Arrangement& a, int index) {
   return static_cast<double>(taken) / (kAcross * kDeep);
 }
 
+// How many things stand in the way between two that look at each other.
+int InTheWay(const Arrangement& a, int from, int to) {
+  const Vec2d start = a.at(from).footprint.center, end = a.at(to).footprint.center;
+  int count = 0;
+  for (int k = 0; k < a.size(); ++k) {
+    const Item& item = a.at(k);
+    if (k == from || k == to || item.top_m < 0.7 || item.anchor == to || !OnFloor(a, item))
+      continue;
+    bool met = false;
+    for (int s = 1; s < 12 && !met; ++s) {
+      met = item.footprint.Contains(start + (end - start) * (s / 12.0), 0.1);
+    }
+    count += met;
+  }
+  return count;
+}
+
 // Seats turn to what they look at, at a distance that suits it.
 double LooksAt(const Arrangement& a) {
   double loss = 0;
@@ -77,7 +94,7 @@ double LooksAt(const Arrangement& a) {
       const bool screen = row->stand != Stand::kFree;
       const double least = screen ? 1.8 : 0.8, most = screen ? 4.2 : 1.5;
       cost = 4.0 * (1 - cosine) + 1.5 * std::max(0.0, least - distance) +
-             1.0 * std::max(0.0, distance - most);
+             1.0 * std::max(0.0, distance - most) + (screen ? 1.5 * InTheWay(a, i, k) : 0.0);
     }
     loss += cost;
   }

@@ -35,6 +35,7 @@ struct RoomRow {
   std::string looks_at;       // Group that its front should see (soft).
   bool snug = false;          // kCorner: right in the corner, square to it.
   bool one_model = false;     // All of the group are the same model.
+  double highest_m = 10;      // Models that are taller are passed over.
   double weight = 1;          // Loss for each one that is missing.
 
   // The words in which the tables are written.
@@ -58,6 +59,7 @@ struct RoomRow {
   RoomRow FacingIt() { return faces_anchor = true, *this; }
   RoomRow LooksAt(std::string target) { return looks_at = std::move(target), *this; }
   RoomRow OneModel() { return one_model = true, *this; }
+  RoomRow Below(double height_m) { return highest_m = height_m, *this; }
   RoomRow Weight(double loss) { return weight = loss, *this; }
 
  private:

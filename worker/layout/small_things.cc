@@ -11,6 +11,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kLift_m = 0.0005;
 constexpr double kGap_m = 0.008;
+constexpr double kSillBoard_m = 0.1;  // Sill boards reach into the room.
 constexpr double kEdge_m = 0.01;
 constexpr int kTries = 24;
 constexpr int kModels = 5;
@@ -86,6 +87,10 @@ class Bearer {
     // What stands near may reach over the bearer: chairs, lamps, pictures.
     const Footprint world_print = {own().position.head<2>() + Turned(middle, own().yaw_rad),
                                    place.footprint.half, thing.yaw_rad};
+    if (!arrangement_.ClearOfOpenings(world_print, own().position.z() + place.bottom_m,
+                                      own().position.z() + place.top_m, kSillBoard_m)) {
+      return false;
+    }
     for (const Item& other : arrangement_.items()) {
       if (&other == &own() || arrangement_.IsRug(other)) continue;
       if (own().position.z() + place.bottom_m < other.top_m &&
@@ -156,11 +161,24 @@ class Filler {
           if (ClassAllowed(assets_, name)) task.classes.push_back(name);
         }
         if (task.classes.empty()) continue;
-        task.count = task.rng.UniformInt(rows[r].least, rows[r].most);
+        // Stated for half a square metre; places at a table are as many as they are.
+        const double fit = rows[r].spread == Spread::kSettings || rows[r].spread == Spread::kCentre
+                               ? 1.0
+                               : std::clamp(SupportArea(bearers_[b]) / 0.5, 0.5, 2.0);
+        task.count =
+            static_cast<int>(std::lround(fit * task.rng.UniformInt(rows[r].least, rows[r].most)));
         tasks.push_back(std::move(task));
       }
     }
     return tasks;
+  }
+
+  static double SupportArea(const Bearer& bearer) {
+    double area = 0;
+    for (const SupportSurface& s : bearer.supports()) {
+      if (!s.area.isEmpty()) area += static_cast<double>(s.area.sizes().prod());
+    }
+    return area;
   }
 
   absl::Status AddOne(Task& task, std::vector<SmallThing>& things) {

@@ -14,6 +14,8 @@ namespace {
 
 using Classes = std::vector<const MaterialClass*>;
 
+constexpr int kPrints = 14;
+
 // How many different members of a family a room's own things share: people buy in sets.
 int PaletteSize(const std::string& family) {
   static const std::map<std::string, int> sizes = {{"wood", 3},  {"metal", 3},   {"paint", 3},
@@ -30,6 +32,32 @@ Classes ClassesTagged(bool MaterialTags::*tag, bool with_uv) {
 
 bool Prints(const MaterialSlot& slot) {
   return std::find(slot.families.begin(), slot.families.end(), "picture") != slot.families.end();
+}
+
+bool Names(const std::string& slot, std::string_view word) {
+  return slot.find(word) != std::string::npos;
+}
+
+// What is printed on a slot: covers on books, labels on cans, paintings in frames.
+Classes PrintsFor(const std::string& slot) {
+  Classes classes = MaterialsOfFamily("picture");
+  const auto keep = [&](std::string_view word) {
+    std::erase_if(classes, [&](const MaterialClass* c) { return !Names(c->name, word); });
+  };
+  if (Names(slot, "cover")) {
+    keep("BookCover");
+  } else if (Names(slot, "label") || Names(slot, "front")) {
+    keep("ProductLabel");
+  } else if (Names(slot, "screen")) {
+    keep("ScreenPicture");
+  } else if (Names(slot, "page")) {
+    keep("PrintedPage");
+  } else {
+    std::erase_if(classes, [](const MaterialClass* c) {
+      return !Names(c->name, "Paint") && !Names(c->name, "Botanical") && !Names(c->name, "Poster");
+    });
+  }
+  return classes.empty() ? MaterialsOfFamily("picture") : classes;
 }
 
 // Gives each drawn (class, seed) one entry of the recipe, in order of first use.
@@ -151,7 +179,7 @@ class MaterialChooser {
     Classes chosen;
     std::string family;
     for (const std::string& name : slot.families) {
-      Classes classes = MaterialsOfFamily(name);
+      Classes classes = name == "picture" ? PrintsFor(slot.name) : MaterialsOfFamily(name);
       // A slot that names a family leaves special classes alone unless it names one itself.
       const bool exact = classes.size() == 1 && classes[0]->family != name;
       if (!exact && !Prints(slot)) {
@@ -181,8 +209,13 @@ class MaterialChooser {
       const MaterialClass& material = *draw.Pick(replacements_);
       return table_.IndexOf(material, draw.Seed());
     }
+    if (Prints(slot) && object.relation() != "on_wall") {
+      // Book covers and the like come from a small stock: a room has hundreds of them.
+      return FromFamilies(slot, own.Child("slot/" + slot.name),
+                          "print/" + PrintsFor(slot.name).front()->name, kPrints);
+    }
     if (Prints(slot) || object.role() == v1::OBJECT_ROLE_FLOATING) {
-      // Pictures, and floating things, share with nobody.
+      // Pictures on walls, and floating things, share with nobody.
       return FromFamilies(slot, own.Child("slot/" + slot.name),
                           "own/" + object.name() + "/" + slot.name, 1);
     }

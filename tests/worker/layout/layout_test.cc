@@ -206,6 +206,24 @@ TEST(Layout, ExcludedClassesAreNotMade) {
   }
 }
 
+TEST(Layout, TinyAndHugeRoomsSolve) {
+  for (uint64_t seed = 100; seed < 112; ++seed) {
+    v1::SceneConfig config = ConfigOf(seed);
+    const bool tiny = seed % 2 == 0;
+    config.mutable_room()->mutable_width_m()->set_constant(tiny ? 2.0 : 12.0);
+    config.mutable_room()->mutable_depth_m()->set_constant(tiny ? 2.0 : 12.0);
+    config.mutable_room()->mutable_height_m()->set_constant(tiny ? 2.1 : 6.0);
+    config.mutable_room()->mutable_doors()->set_constant(4);
+    config.mutable_room()->mutable_windows()->set_constant(8);
+    const v1::Layout layout = LayoutOf(config, seed);
+    for (const auto& constraint : layout.report().constraints()) {
+      if (constraint.hard()) {
+        EXPECT_EQ(constraint.violation(), 0) << seed;
+      }
+    }
+  }
+}
+
 TEST(Layout, UnknownRoomKindIsAnInvalidArgument) {
   v1::SceneConfig config = ConfigOf(1);
   config.mutable_room()->add_kinds("ballroom");

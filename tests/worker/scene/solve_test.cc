@@ -7,7 +7,9 @@
 
 #include "common/config/config.h"
 #include "common/math/proto.h"
+#include "worker/assets/asset.h"
 #include "worker/geometry/ray_scene.h"
+#include "worker/materials/material.h"
 #include "worker/scene/scene_geometry.h"
 
 namespace parallax {
@@ -264,6 +266,20 @@ TEST(Solve, UnknownNamesAreInvalidArguments) {
   job.mutable_config()->mutable_materials()->set_mode(v1::MaterialConfig::MODE_ONE_DIFFUSE);
   job.mutable_config()->mutable_materials()->set_diffuse_material("Woood");
   EXPECT_EQ(Solve(job, CancelToken()).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST(Solve, EveryFamilyThatAnAssetNamesHasMaterials) {
+  for (const AssetClass& asset_class : AssetCatalogue()) {
+    for (uint64_t seed = 0; seed < 3; ++seed) {
+      const Asset asset = MakeAsset(asset_class.name, seed).value();
+      for (const MaterialSlot& slot : asset.mesh.slots) {
+        for (const std::string& family : slot.families) {
+          EXPECT_FALSE(MaterialsOfFamily(family).empty())
+              << asset_class.name << "." << slot.name << ": " << family;
+        }
+      }
+    }
+  }
 }
 
 TEST(SceneGeometry, BrokenRecipesNameTheObject) {

@@ -11,6 +11,7 @@ RoomTable BedroomTable() {
               Row("nightstand", {"SideTable", "SideTable", "SingleCabinet"})
                   .Count(1, 2)
                   .Beside("bed", 0.03, 0.15)
+                  .Below(0.8)
                   .OneModel()
                   .Weight(3),
               Row("table lamp", {"DeskLamp"})

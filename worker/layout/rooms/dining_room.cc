@@ -8,7 +8,7 @@ RoomTable DiningRoomTable() {
       .rows =
           {
               Row("table", {"TableDining"}).Count(1, 1).Free().Weight(8),
-              Row("chair", {"Chair", "Chair", "ArmChair"})
+              Row("chair", {"Chair"})
                   .Count(3, 6)
                   .Around("table", -0.25, 0.08)
                   .OneModel()
@@ -19,8 +19,8 @@ RoomTable DiningRoomTable() {
                   .Count(2, 4)
                   .BackToWall()
                   .Weight(3),
-              Row("side table", {"SideTable", "TVStand"}).Count(0, 1).BackToWall(),
-              Row("stool", {"BarChair"}).Count(0, 2).BackToWall().OneModel().Weight(0.5),
+              Row("sideboard", {"SideTable", "TVStand", "KitchenCabinet"}).Count(0, 1).BackToWall(),
+              Row("stool", {"BarChair"}).Count(0, 1).BackToWall().OneModel().Weight(0.5),
               Row("corner shelf", {"TriangleShelf"}).Count(0, 1).SnugCorner(),
               Row("plant", {"LargePlantContainer"}).Count(1, 2).Corner().Weight(1.5),
               Row("art", {"WallArt", "WallArt", "Mirror"}).Count(1, 4).OnWall(),
@@ -38,7 +38,7 @@ RoomTable DiningRoomTable() {
                Spread::kCentre},
               {"table", {"Plate"}, 2, 6, Spread::kSettings},
               {"table", {"Wineglass", "Cup", "Bottle", "Bowl", "Jar", "Pan", "Pot"}, 1, 4},
-              {"side table", {"Vase", "Bowl", "PlantContainer", "BookStack", "Bottle"}, 1, 3},
+              {"sideboard", {"Vase", "Bowl", "PlantContainer", "BookStack", "Bottle"}, 1, 3},
               {"shelf", {"BookColumn", "BookStack"}, 1, 4, Spread::kLine},
               {"shelf",
                {"Plate", "Bowl", "Cup", "Wineglass", "Jar", "Bottle", "Pot", "Pan", "Vase", "Can",

@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr int kMargin = 28, kGap = 8, kHeader = 96, kLegendRows = 7, kLegendRow = 15;
+constexpr int kMargin = 28, kGap = 8, kHeader = 96, kLegendRows = 10, kLegendRow = 15;
 constexpr int kLegend = 14 + kLegendRows * kLegendRow, kRowGap = 18;
 constexpr const char* kColumns[] = {"left",    "right",     "disparity (left)", "occlusion (left)",
                                     "objects", "materials", "normals (left)"};
@@ -81,7 +81,7 @@ void DrawLegend(Canvas& canvas, int x, int y, int width, const ImageU16& indices
 void DrawColorBar(Canvas& canvas, int x, int y, int width, double full_scale_px) {
   for (int i = 0; i < width; ++i) canvas.FillBox(x + i, y, 1, 10, Turbo(i / double(width - 1)));
   canvas.DrawText(x, y + 26, "0", 8, kFaint);
-  const std::string middle = Format("%.0f", full_scale_px / 2);
+  const std::string middle = Format("%.0f", full_scale_px / 4);  // The scale goes by square roots.
   const std::string end = Format("%.0f px", full_scale_px);
   canvas.DrawText(x + (width - Canvas::TextWidth(middle, 8)) / 2, y + 26, middle, 8, kFaint);
   canvas.DrawText(x + width - Canvas::TextWidth(end, 8), y + 26, end, 8, kFaint);
@@ -204,7 +204,7 @@ absl::StatusOr<std::vector<std::string>> FindFrames(const std::string& dir) {
     if (error) return ErrnoError(error.value(), "list " + dir);
     if (!it->is_directory(error) || it->is_symlink(error)) continue;
     const std::string name = it->path().filename();
-    if (name.rfind(".new-", 0) == 0 || name.rfind(".old-", 0) == 0) {
+    if (name[0] == '.') {  // A store's attempts, half-brought frames.
       it.disable_recursion_pending();
     } else if (fs::exists(it->path() / "frame.json", error)) {
       frames.push_back(it->path());

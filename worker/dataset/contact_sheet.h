@@ -29,7 +29,8 @@ absl::StatusOr<ContactSheetResult> MakeContactSheet(const std::string& dir,
                                                     const std::string& out_png,
                                                     const ContactSheetOptions& options = {});
 
-// Folders below `dir` that hold a frame.json, sorted. Symbolic links are not followed.
+// Folders below `dir` that hold a frame.json, sorted. Symbolic links are not followed,
+// nor folders whose name begins with a dot.
 absl::StatusOr<std::vector<std::string>> FindFrames(const std::string& dir);
 
 }  // namespace parallax

@@ -184,7 +184,8 @@ std::string Fixed(double value, int digits) {
 std::string BarTable(const Histogram& histogram, int bins_a_row, int rows, const char* unit) {
   const double total = static_cast<double>(std::max<int64_t>(histogram.Total(), 1));
   std::string text = std::string("| ") + unit + " | | share |\n|---|---|---|\n";
-  for (int row = 0; row < rows; ++row) {
+  int64_t left = histogram.Total();
+  for (int row = 0; row < rows && left > 0; ++row) {  // Rows after the last count say nothing.
     const size_t begin = static_cast<size_t>(row * bins_a_row);
     const bool last = row == rows - 1;
     const size_t end =
@@ -192,6 +193,7 @@ std::string BarTable(const Histogram& histogram, int bins_a_row, int rows, const
              : std::min(begin + static_cast<size_t>(bins_a_row), histogram.counts.size());
     int64_t count = 0;
     for (size_t i = begin; i < end; ++i) count += histogram.counts[i];
+    left -= count;
     const double share = static_cast<double>(count) / total;
     const double low = static_cast<double>(begin) * histogram.bin_width;
     const double high = static_cast<double>(end) * histogram.bin_width;

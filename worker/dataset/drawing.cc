@@ -121,7 +121,7 @@ ImageRgb8 ColorDisparity(const ImageF& disparity_px, double full_scale_px) {
   for (size_t i = 0; i < disparity_px.pixels(); ++i) {
     const float disparity = disparity_px.values()[i];
     if (disparity <= 0) continue;
-    const Rgb color = Turbo(disparity / std::max(full_scale_px, 1e-6));
+    const Rgb color = Turbo(std::sqrt(disparity / std::max(full_scale_px, 1e-6)));
     std::copy(color.begin(), color.end(), out.data() + 3 * i);
   }
   return out;

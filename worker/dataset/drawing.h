@@ -48,7 +48,9 @@ Rgb Turbo(double value);
 // A colour of its own for an index; neighbours differ much. 0 is black.
 Rgb IndexColor(uint32_t index);
 
-ImageRgb8 ColorDisparity(const ImageF& disparity_px, double full_scale_px);  // 0 is black.
+// Turbo over the square root, so that the far half of a room keeps its colours beside a near chair.
+// 0 is black.
+ImageRgb8 ColorDisparity(const ImageF& disparity_px, double full_scale_px);
 ImageRgb8 ColorIndices(const ImageU16& indices);
 ImageRgb8 ColorOcclusion(const ImageU8& occlusion);
 ImageRgb8 ColorNormals(

@@ -11,6 +11,7 @@
 #include "common/base/file.h"
 #include "common/base/version.h"
 #include "common/math/proto.h"
+#include "worker/render/sky.h"
 #include "worker/scene/scene_geometry.h"
 
 namespace parallax {
@@ -276,16 +277,16 @@ class GltfBuilder {
                             most / (4 * std::numbers::pi) * kLumensPerWatt),
                    std::move(node));
     }
-    if (scene_.sky().sun_strength() <= 0) return;
+    const SkyModel sky(scene_.sky());
+    if (!sky.has_sun()) return;
     // A directional light shines along its node's -z: from the sun down to the ground.
-    const double elevation = scene_.sky().sun_elevation_rad();
-    const double azimuth = scene_.sky().sun_azimuth_rad();
-    const Vec3d to_sun(std::cos(elevation) * std::cos(azimuth),
-                       std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
-    const auto turn = Eigen::Quaterniond::FromTwoVectors(Vec3d::UnitZ(), to_sun);
+    const Vec3d irradiance = (sky.SunRadiance() * sky.sun_solid_angle()).cast<double>();
+    const double most = irradiance.maxCoeff();
+    const auto turn =
+        Eigen::Quaterniond::FromTwoVectors(Vec3d::UnitZ(), sky.sun_direction().cast<double>());
     tinygltf::Node node;
     node.rotation = {turn.x(), turn.y(), turn.z(), turn.w()};
-    AddLightNode("sun", AddLight("sun", "directional", Vec3d::Ones(), scene_.sky().sun_strength()),
+    AddLightNode("sun", AddLight("sun", "directional", irradiance / most, most * kLumensPerWatt),
                  std::move(node));
   }
 

@@ -93,9 +93,14 @@ class Bearer {
     }
     for (const Item& other : arrangement_.items()) {
       if (&other == &own() || arrangement_.IsRug(other)) continue;
-      if (own().position.z() + place.bottom_m < other.top_m &&
-          other.bottom_m < own().position.z() + place.top_m &&
-          Overlap(world_print, other.footprint, 0)) {
+      if (own().position.z() + place.bottom_m >= other.top_m ||
+          other.bottom_m >= own().position.z() + place.top_m ||
+          !Overlap(world_print, other.footprint, 0)) {
+        continue;
+      }
+      // A seat pushed under its table has its box in the way, but not itself.
+      if (other.anchor != item_ ||
+          Overlap(*other.asset->Tree(), other.WorldFromObject(), *asset.Tree(), pose.Affine())) {
         return false;
       }
     }
@@ -126,7 +131,15 @@ class Filler {
     std::vector<Task> tasks = Tasks(rows);
     SmallFill fill;
     for (const Task& task : tasks) fill.wanted += task.count;
-    // One addition for each task in turn, so that a short budget is spread.
+    // Tables are laid before loose things take their places.
+    for (Task& task : tasks) {
+      const bool first =
+          task.row->spread == Spread::kCentre || task.row->spread == Spread::kSettings;
+      for (; first && task.count > 0 && steps > 0; --task.count, --steps) {
+        RETURN_IF_ERROR(AddOne(task, fill.things));
+      }
+    }
+    // Then one addition for each task in turn, so that a short budget is spread.
     for (bool open = true; open && steps > 0;) {
       open = false;
       for (Task& task : tasks) {
@@ -161,16 +174,20 @@ class Filler {
           if (ClassAllowed(assets_, name)) task.classes.push_back(name);
         }
         if (task.classes.empty()) continue;
-        // Stated for half a square metre; places at a table are as many as they are.
-        const double fit = rows[r].spread == Spread::kSettings || rows[r].spread == Spread::kCentre
-                               ? 1.0
-                               : std::clamp(SupportArea(bearers_[b]) / 0.5, 0.5, 2.0);
-        task.count =
-            static_cast<int>(std::lround(fit * task.rng.UniformInt(rows[r].least, rows[r].most)));
+        task.count = DrawCount(rows[r], bearers_[b], task.rng);
         tasks.push_back(std::move(task));
       }
     }
     return tasks;
+  }
+
+  // Counts of loose things are stated for half a square metre. Tables are laid for everybody, or
+  // just for a few.
+  static int DrawCount(const SmallRow& row, const Bearer& bearer, Rng& rng) {
+    const int drawn = rng.UniformInt(row.least, row.most);
+    if (row.spread == Spread::kCentre) return drawn;
+    if (row.spread == Spread::kSettings) return rng.Bernoulli(0.7) ? row.most : drawn;
+    return static_cast<int>(std::lround(drawn * std::clamp(SupportArea(bearer) / 0.5, 0.5, 2.0)));
   }
 
   static double SupportArea(const Bearer& bearer) {

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <numbers>
 #include <string>
 
@@ -22,6 +23,7 @@ struct Options {
   std::string kind, mode = "full", out = "room";
   int floating = -1, views = 4, width_px = 640;
   bool furniture = true;
+  std::string recipe;
 };
 
 class Painter {
@@ -146,6 +148,10 @@ int Main(const Options& options) {
   for (const auto& c : scene.report().constraints()) {
     std::printf("%-45s %s %.3f\n", c.name().c_str(), c.hard() ? "hard" : "soft", c.violation());
   }
+  if (!options.recipe.empty()) {
+    std::ofstream file(options.recipe, std::ios::binary);
+    if (!scene.SerializeToOstream(&file)) return 1;
+  }
   Painter painter(scene);
   std::printf(
       "%s %.2f x %.2f x %.2f m, layout %.2f s, dress %.2f s, %d objects, %d materials, %zu "
@@ -177,6 +183,7 @@ int main(int argc, char** argv) {
   app.add_option("--views", options.views);
   app.add_option("--width", options.width_px);
   app.add_flag("!--no-furniture", options.furniture);
+  app.add_option("--recipe", options.recipe, "Also write the Scene message to this file");
   CLI11_PARSE(app, argc, argv);
   return parallax::Main(options);
 }

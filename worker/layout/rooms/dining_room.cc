@@ -37,7 +37,7 @@ RoomTable DiningRoomTable() {
                1,
                Spread::kCentre},
               {"table", {"Plate"}, 2, 6, Spread::kSettings},
-              {"table", {"Wineglass", "Cup", "Bottle", "Bowl", "Jar", "Pan", "Pot"}, 1, 4},
+              {"table", {"Cup", "Bottle", "Bowl", "Jar", "Pot"}, 0, 2},
               {"sideboard", {"Vase", "Bowl", "PlantContainer", "BookStack", "Bottle"}, 1, 3},
               {"shelf", {"BookColumn", "BookStack"}, 1, 4, Spread::kLine},
               {"shelf",

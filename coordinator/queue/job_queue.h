@@ -28,6 +28,7 @@
 #include "common/base/ids.h"
 #include "common/base/status.h"
 #include "common/base/version.h"
+#include "coordinator/queue/fail_point.h"
 #include "coordinator/queue/policy.h"
 #include "parallax/v1/service.pb.h"
 
@@ -46,7 +47,8 @@ struct JobQueueOptions {
   double read_deadline_s = 10;  // A reading call gives up with kDeadlineExceeded.
   std::string generator_version = kGeneratorVersion;  // Part of every result's key.
   RetryPolicy retry;
-  std::string vfs;  // SQLite VFS by name; empty: the system's.
+  std::string vfs;             // SQLite VFS by name; empty: the system's.
+  FailPoint::Hook fail_point;  // For fault tests; null: as the environment says.
   // Called once, from the queue's thread, when a commit failed; must not return. Absent: one line
   // on stderr, exit 70.
   std::function<void(const absl::Status&)> on_fatal;

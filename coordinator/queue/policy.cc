@@ -23,8 +23,10 @@ FailureVerdict JudgeAppFailure(const RetryPolicy& policy, const FailureHistory& 
 }
 
 FailureVerdict JudgeLoss(const RetryPolicy& policy, const FailureHistory& history) {
-  if (history.workers_lost >= policy.quarantine_losses) return FailureVerdict::kQuarantine;
-  if (history.infra_losses >= policy.max_infra_losses) return FailureVerdict::kFail;
+  if (history.workers_lost >= policy.quarantine_losses ||
+      history.infra_losses >= policy.max_infra_losses) {
+    return FailureVerdict::kQuarantine;
+  }
   return FailureVerdict::kRetryNow;
 }
 

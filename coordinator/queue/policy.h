@@ -12,7 +12,7 @@ namespace parallax {
 
 struct RetryPolicy {
   int max_app_failures = 3;    // The failure that makes a job FAILED.
-  int max_infra_losses = 10;   // The loss that makes it so.
+  int max_infra_losses = 10;   // The loss that quarantines it.
   int quarantine_workers = 2;  // As many workers with one fingerprint quarantine a job.
   int quarantine_losses = 3;   // As many different workers lost while they held it.
   double backoff_min_s = 5;
@@ -32,6 +32,8 @@ struct FailureHistory {
   int workers_lost = 0;              // Different workers lost while they held the job.
   bool retryable = true;
 };
+// Losses never fail a job: the work did nothing wrong. One that keeps losing its workers is
+// quarantined.
 enum class FailureVerdict { kRetryLater, kRetryNow, kFail, kQuarantine };
 FailureVerdict JudgeAppFailure(const RetryPolicy& policy, const FailureHistory& history);
 FailureVerdict JudgeLoss(const RetryPolicy& policy, const FailureHistory& history);

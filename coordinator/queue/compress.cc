@@ -1,0 +1,40 @@
+#include "coordinator/queue/compress.h"
+
+#include <zstd.h>
+
+#include "coordinator/study/keys.h"
+
+namespace parallax {
+namespace {
+constexpr unsigned long long kMaxBytes = 64ull << 20;
+constexpr int kLevel = 1;
+}  // namespace
+
+std::string Compress(std::string_view bytes) {
+  std::string out(ZSTD_compressBound(bytes.size()), '\0');
+  out.resize(ZSTD_compress(out.data(), out.size(), bytes.data(), bytes.size(), kLevel));
+  return out;
+}
+
+absl::StatusOr<std::string> Decompress(std::string_view bytes) {
+  const unsigned long long size = ZSTD_getFrameContentSize(bytes.data(), bytes.size());
+  if (size > kMaxBytes) return MakeError(absl::StatusCode::kDataLoss, "not a zstd frame of ours");
+  std::string out(static_cast<size_t>(size), '\0');
+  const size_t got = ZSTD_decompress(out.data(), out.size(), bytes.data(), bytes.size());
+  if (ZSTD_isError(got) || got != out.size()) {
+    return MakeError(absl::StatusCode::kDataLoss, "broken zstd frame");
+  }
+  return out;
+}
+
+std::string PackMessage(const google::protobuf::MessageLite& message) {
+  return Compress(DeterministicBytes(message));
+}
+
+absl::Status UnpackMessage(std::string_view packed, google::protobuf::MessageLite& message) {
+  ASSIGN_OR_RETURN(const std::string bytes, Decompress(packed));
+  if (message.ParseFromString(bytes)) return absl::OkStatus();
+  return MakeError(absl::StatusCode::kDataLoss, "a stored message does not parse");
+}
+
+}  // namespace parallax

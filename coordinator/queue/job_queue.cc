@@ -1,0 +1,486 @@
+#include "coordinator/queue/job_queue.h"
+
+#include <fcntl.h>
+#include <sqlite3.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <condition_variable>
+#include <deque>
+#include <filesystem>
+#include <mutex>
+#include <semaphore>
+#include <thread>
+#include <utility>
+
+#include "coordinator/queue/auditor.h"
+#include "coordinator/queue/database_file.h"
+#include "coordinator/queue/lease_book.h"
+#include "coordinator/queue/machine.h"
+#include "coordinator/queue/migrations.h"
+#include "coordinator/queue/readers.h"
+#include "coordinator/queue/writer.h"
+
+namespace parallax {
+namespace {
+
+constexpr double kEpochZeroUnixS = 1577836800;  // 2020-01-01
+constexpr int kMostLeases = 1024;               // In one call.
+
+// Above the last one and not below the clock: a restored backup, which doesn't know the epochs that
+// came after it, starts above them as well.
+absl::StatusOr<uint64_t> RaiseEpoch(SqliteConnection& db, double now_unix_s) {
+  RETURN_IF_ERROR(db.Run("BEGIN IMMEDIATE"));
+  ASSIGN_OR_RETURN(const auto last, db.Integer("SELECT max(epoch) FROM epochs"));
+  const int64_t by_clock = std::clamp<int64_t>(static_cast<int64_t>(now_unix_s - kEpochZeroUnixS),
+                                               1, (int64_t{1} << 31) - 1);
+  const int64_t epoch = std::max(last.value_or(0) + 1, by_clock);
+  RETURN_IF_ERROR(db.Run("INSERT INTO epochs(epoch, started_unix_s, program) VALUES (?1, ?2, ?3)",
+                         epoch, now_unix_s, kProgramVersion));
+  RETURN_IF_ERROR(db.Run("COMMIT"));
+  return static_cast<uint64_t>(epoch);
+}
+
+// Runs what may take its time after a commit, so that the writer doesn't wait for it.
+class Finisher {
+ public:
+  Finisher() : thread_([this] { Loop(); }) {}
+  ~Finisher() {
+    {
+      const std::lock_guard lock(mutex_);
+      stopping_ = true;
+    }
+    wake_.notify_one();
+    thread_.join();
+  }
+  void Enqueue(std::function<void()> task) {
+    {
+      const std::lock_guard lock(mutex_);
+      tasks_.push_back(std::move(task));
+    }
+    wake_.notify_one();
+  }
+
+ private:
+  void Loop() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      wake_.wait(lock, [&] { return stopping_ || !tasks_.empty(); });
+      if (tasks_.empty()) return;
+      const std::function<void()> task = std::move(tasks_.front());
+      tasks_.pop_front();
+      lock.unlock();
+      task();
+      lock.lock();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<std::function<void()>> tasks_;  // Guarded by mutex_.
+  bool stopping_ = false;
+  std::thread thread_;
+};
+
+absl::Status CopyDatabase(SqliteConnection& source, const std::string& path) {
+  ASSIGN_OR_RETURN(auto target,
+                   SqliteConnection::Open(path, SqliteConnection::Mode::kReadWriteCreate));
+  sqlite3_backup* backup = sqlite3_backup_init(target->raw(), "main", source.raw(), "main");
+  if (backup == nullptr) {
+    return MakeError(absl::StatusCode::kInternal,
+                     std::string("backup: ") + sqlite3_errmsg(target->raw()));
+  }
+  sqlite3_backup_step(backup, -1);
+  const int code = sqlite3_backup_finish(backup);
+  if (code == SQLITE_OK) return absl::OkStatus();
+  return MakeError((code & 0xff) == SQLITE_FULL ? absl::StatusCode::kResourceExhausted
+                                                : absl::StatusCode::kUnavailable,
+                   "backup to " + path + ": " + sqlite3_errstr(code));
+}
+
+absl::Status SyncFile(const std::string& path) {
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return ErrnoError(errno, "open " + path);
+  const int code = fsync(fd);
+  const int error = errno;
+  close(fd);
+  return code == 0 ? absl::OkStatus() : ErrnoError(error, "fsync " + path);
+}
+
+}  // namespace
+
+// Constant after Open but for what is thread-safe by itself.
+class JobQueue::Impl {
+ public:
+  explicit Impl(JobQueueOptions options)
+      : options_(std::move(options)), book_(*options_.clock, options_.lease_s) {}
+
+  absl::Status Open();
+
+  // Runs a command on the writing thread and waits for its commit.
+  template <typename T>
+  absl::StatusOr<T> Do(const char* name, std::function<absl::StatusOr<T>()> apply) {
+    absl::StatusOr<T> result = absl::UnknownError("not run");
+    std::binary_semaphore answered(0);
+    writer_->Enqueue({name,
+                      [&] {
+                        result = apply();
+                        return result.status();
+                      },
+                      [&](const absl::Status& status) {
+                        if (!status.ok()) result = status;
+                        answered.release();
+                      }});
+    answered.acquire();
+    return result;
+  }
+  absl::Status DoStatus(const char* name, std::function<absl::Status()> apply) {
+    return Do<bool>(name,
+                    [&]() -> absl::StatusOr<bool> {
+                      RETURN_IF_ERROR(apply());
+                      return true;
+                    })
+        .status();
+  }
+
+  absl::StatusOr<std::vector<v1::Lease>> Messages(const std::vector<GrantedLease>& granted) {
+    std::vector<v1::Lease> leases;
+    leases.reserve(granted.size());
+    for (const GrantedLease& lease : granted) {
+      ASSIGN_OR_RETURN(v1::Lease message, readers_->LeaseMessage(lease));
+      leases.push_back(std::move(message));
+    }
+    return leases;
+  }
+  static absl::StatusOr<v1::ReportOutcome> OutcomeOf(const Machine::Verdict& verdict) {
+    if (verdict.invalid.empty()) return verdict.outcome;
+    return MakeError(absl::StatusCode::kInvalidArgument, verdict.invalid);
+  }
+
+  absl::Status TickNow() {
+    RETURN_IF_ERROR(machine_->Expire(book_.Expired()));
+    return machine_->WakeRetries();
+  }
+  double SecondsToTick(const std::optional<double>& next_backoff) {
+    double seconds = book_.SecondsToExpiry();
+    if (next_backoff) {
+      const double wait = *next_backoff - options_.clock->UnixSeconds();
+      // Further away than any back-off: the clock was set back.
+      seconds = std::min(seconds, wait > options_.retry.backoff_max_s ? 0 : std::max(0.0, wait));
+    }
+    return seconds;
+  }
+
+  void Published(Effects effects);
+
+  JobQueueOptions options_;
+  std::unique_ptr<DatabaseLock> lock_;
+  std::unique_ptr<SqliteConnection> db_;
+  uint64_t epoch_ = 0;
+  int64_t schema_version_ = 0;
+  LeaseBook book_;
+  std::unique_ptr<Machine> machine_;
+  std::unique_ptr<Readers> readers_;
+  std::unique_ptr<Finisher> finisher_;
+  std::unique_ptr<Writer> writer_;
+
+  mutable std::mutex mutex_;
+  JobQueueObserver* observer_ = nullptr;  // Guarded by mutex_, like the counters below.
+  uint64_t granted_ = 0, completions_ = 0, failures_ = 0, losses_ = 0, stale_ = 0;
+};
+
+absl::Status JobQueue::Impl::Open() {
+  RETURN_IF_ERROR(CheckLocalFileSystem(options_.db_path));
+  ASSIGN_OR_RETURN(lock_, DatabaseLock::Acquire(options_.db_path));
+  ASSIGN_OR_RETURN(db_, OpenWriter(options_.db_path, options_.vfs));
+  RETURN_IF_ERROR(WithContext(Migrate(*db_), options_.db_path));
+  schema_version_ = NewestSchemaVersion();
+  ASSIGN_OR_RETURN(epoch_, RaiseEpoch(*db_, options_.clock->UnixSeconds()));
+  machine_ = std::make_unique<Machine>(*db_, options_, epoch_);
+  RETURN_IF_ERROR(machine_->Load());
+  ASSIGN_OR_RETURN(readers_, Readers::Open(options_.db_path, options_.vfs, options_.readers,
+                                           options_.read_deadline_s));
+  SqliteQuery leased(*db_, "SELECT id, fence, worker FROM jobs WHERE state = 'LEASED'");
+  while (leased.Next()) {
+    book_.Add({leased.Int(0), static_cast<uint64_t>(leased.Int(1)), std::string(leased.Text(2)),
+               false, ""});
+  }
+  RETURN_IF_ERROR(leased.status());
+
+  finisher_ = std::make_unique<Finisher>();
+  Writer::Hooks hooks;
+  hooks.published = [this](Effects effects) { Published(std::move(effects)); };
+  hooks.tick = [this] { return TickNow(); };
+  hooks.due = [this] {
+    const auto next = machine_->NextBackoff();
+    return next.ok() && SecondsToTick(*next) <= 0;
+  };
+  if (options_.own_timer) hooks.tick_s = std::clamp(options_.lease_s / 20, 0.01, 0.5);
+  writer_ = std::make_unique<Writer>(*db_, *machine_, options_, std::move(hooks));
+  return absl::OkStatus();
+}
+
+void JobQueue::Impl::Published(Effects effects) {
+  for (const LeaseRef& lease : effects.granted) book_.Add(lease);
+  for (const LeaseRef& lease : effects.ended) book_.Remove(lease);
+  const std::lock_guard lock(mutex_);
+  granted_ += effects.granted.size();
+  completions_ += effects.completions;
+  failures_ += effects.failures;
+  losses_ += effects.losses;
+  stale_ += effects.stale;
+  if (observer_ == nullptr) return;
+  for (const LeaseRef& lease : effects.ended) {
+    if (!lease.stop) continue;
+    v1::AttemptId attempt;
+    attempt.set_job_id(lease.job);
+    attempt.set_fence(lease.fence);
+    observer_->OnStop(lease.worker, attempt, lease.reason);
+  }
+  if (effects.work_ready) observer_->OnWorkReady();
+}
+
+absl::StatusOr<std::unique_ptr<JobQueue>> JobQueue::Open(JobQueueOptions options) {
+  auto impl = std::make_unique<Impl>(std::move(options));
+  RETURN_IF_ERROR(impl->Open());
+  return std::unique_ptr<JobQueue>(new JobQueue(std::move(impl)));
+}
+
+JobQueue::JobQueue(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+JobQueue::~JobQueue() {
+  SetObserver(nullptr);
+  impl_->writer_.reset();
+  impl_->finisher_.reset();
+  impl_->readers_.reset();
+}
+
+uint64_t JobQueue::epoch() const { return impl_->epoch_; }
+int64_t JobQueue::schema_version() const { return impl_->schema_version_; }
+double JobQueue::lease_s() const { return impl_->options_.lease_s; }
+
+void JobQueue::SetObserver(JobQueueObserver* observer) {
+  const std::lock_guard lock(impl_->mutex_);
+  impl_->observer_ = observer;
+}
+
+// ---- Clients ------------------------------------------------------------------------------------
+absl::StatusOr<v1::SubmitReply> JobQueue::Submit(const v1::SubmitRequest& request,
+                                                 std::string_view actor) {
+  RETURN_IF_ERROR(CheckStudySpec(request.study()));
+  return impl_->Do<v1::SubmitReply>("submit",
+                                    [&] { return impl_->machine_->Submit(request, actor); });
+}
+
+absl::Status JobQueue::Cancel(StudyId study, std::string_view reason, std::string_view actor) {
+  return impl_->DoStatus("cancel",
+                         [&] { return impl_->machine_->Cancel(study.value, reason, actor); });
+}
+
+absl::Status JobQueue::Pause(StudyId study, std::string_view reason, std::string_view actor) {
+  return impl_->DoStatus(
+      "pause", [&] { return impl_->machine_->SetPaused(study.value, true, reason, actor); });
+}
+
+absl::Status JobQueue::Resume(StudyId study, std::string_view reason, std::string_view actor) {
+  return impl_->DoStatus(
+      "resume", [&] { return impl_->machine_->SetPaused(study.value, false, reason, actor); });
+}
+
+absl::StatusOr<int64_t> JobQueue::Retry(StudyId study, std::string_view actor) {
+  return impl_->Do<int64_t>("retry", [&] { return impl_->machine_->Retry(study.value, actor); });
+}
+
+// ---- Workers ------------------------------------------------------------------------------------
+absl::StatusOr<std::vector<v1::Lease>> JobQueue::Lease(const WorkerFacts& worker, int max_jobs) {
+  const int n = std::min(max_jobs, kMostLeases);
+  ASSIGN_OR_RETURN(const std::vector<GrantedLease> granted,
+                   impl_->Do<std::vector<GrantedLease>>(
+                       "lease", [&] { return impl_->machine_->Lease(worker, n); }));
+  return impl_->Messages(granted);
+}
+
+void JobQueue::LeaseAsync(const WorkerFacts& worker, int max_jobs,
+                          std::function<void(absl::StatusOr<std::vector<v1::Lease>>)> done) {
+  const int n = std::min(max_jobs, kMostLeases);
+  Impl* impl = impl_.get();
+  auto granted = std::make_shared<std::vector<GrantedLease>>();
+  impl->writer_->Enqueue({"lease",
+                          [=] {
+                            ASSIGN_OR_RETURN(*granted, impl->machine_->Lease(worker, n));
+                            return absl::OkStatus();
+                          },
+                          [=](const absl::Status& status) {
+                            impl->finisher_->Enqueue([=] {
+                              if (status.ok()) {
+                                done(impl->Messages(*granted));
+                              } else {
+                                done(status);
+                              }
+                            });
+                          }});
+}
+
+absl::StatusOr<v1::ReportOutcome> JobQueue::Complete(const v1::CompleteRequest& request) {
+  const CheckedReport report = CheckReport(request);
+  ASSIGN_OR_RETURN(const Machine::Verdict verdict, impl_->Do<Machine::Verdict>("complete", [&] {
+    return impl_->machine_->Complete(report);
+  }));
+  return Impl::OutcomeOf(verdict);
+}
+
+void JobQueue::CompleteAsync(v1::CompleteRequest request,
+                             std::function<void(absl::StatusOr<v1::ReportOutcome>)> done) {
+  Impl* impl = impl_.get();
+  auto report = std::make_shared<const CheckedReport>(CheckReport(request));
+  auto verdict = std::make_shared<Machine::Verdict>();
+  impl->writer_->Enqueue({"complete",
+                          [=] {
+                            ASSIGN_OR_RETURN(*verdict, impl->machine_->Complete(*report));
+                            return absl::OkStatus();
+                          },
+                          [=](const absl::Status& status) {
+                            impl->finisher_->Enqueue([=] {
+                              if (status.ok()) {
+                                done(Impl::OutcomeOf(*verdict));
+                              } else {
+                                done(status);
+                              }
+                            });
+                          }});
+}
+
+absl::StatusOr<v1::ReportOutcome> JobQueue::Fail(const v1::FailRequest& request) {
+  return impl_->Do<v1::ReportOutcome>("fail", [&] { return impl_->machine_->Fail(request); });
+}
+
+absl::StatusOr<v1::ReportOutcome> JobQueue::HandBack(const std::string& worker,
+                                                     const v1::AttemptId& attempt,
+                                                     std::string_view reason) {
+  return impl_->Do<v1::ReportOutcome>(
+      "hand_back", [&] { return impl_->machine_->HandBack(worker, attempt, reason); });
+}
+
+absl::StatusOr<std::vector<v1::AttemptId>> JobQueue::Adopt(
+    const std::string& worker, const std::vector<v1::AttemptId>& holding) {
+  ASSIGN_OR_RETURN(std::vector<v1::AttemptId> adopted,
+                   impl_->Do<std::vector<v1::AttemptId>>(
+                       "adopt", [&] { return impl_->machine_->Adopt(worker, holding); }));
+  for (const v1::AttemptId& attempt : adopted) impl_->book_.Touch(worker, attempt);
+  return adopted;
+}
+
+absl::StatusOr<int> JobQueue::WorkerLost(const std::string& worker) {
+  return impl_->Do<int>("worker_lost", [&] { return impl_->machine_->WorkerLost(worker); });
+}
+
+std::vector<v1::AttemptId> JobQueue::Heartbeat(const std::string& worker,
+                                               const std::vector<v1::Progress>& running) {
+  return impl_->book_.Heartbeat(worker, running);
+}
+
+absl::StatusOr<double> JobQueue::Tick() {
+  ASSIGN_OR_RETURN(
+      const std::optional<double> next,
+      impl_->Do<std::optional<double>>("tick", [&]() -> absl::StatusOr<std::optional<double>> {
+        RETURN_IF_ERROR(impl_->TickNow());
+        return impl_->machine_->NextBackoff();
+      }));
+  return impl_->SecondsToTick(next);
+}
+
+// ---- Reads --------------------------------------------------------------------------------------
+absl::StatusOr<v1::StudyStatus> JobQueue::GetStudy(StudyId study) {
+  return impl_->readers_->GetStudy(study.value);
+}
+absl::StatusOr<std::vector<v1::StudyStatus>> JobQueue::ListStudies(int limit) {
+  return impl_->readers_->ListStudies(limit);
+}
+absl::StatusOr<std::vector<v1::JobStatus>> JobQueue::ListJobs(const v1::ListJobsRequest& request) {
+  ASSIGN_OR_RETURN(std::vector<v1::JobStatus> jobs, impl_->readers_->ListJobs(request));
+  for (v1::JobStatus& job : jobs) {
+    if (job.state() != NameOf(JobState::kLeased)) continue;
+    const LeaseProgress progress = impl_->book_.ProgressOf(job.job_id());
+    job.set_fraction(progress.fraction);
+    job.set_stage(progress.stage);
+  }
+  return jobs;
+}
+absl::StatusOr<std::vector<v1::PublishedFrame>> JobQueue::ListFrames(
+    const v1::ListFramesRequest& request) {
+  return impl_->readers_->ListFrames(request);
+}
+absl::StatusOr<v1::Scene> JobQueue::GetScene(const v1::GetSceneRequest& request) {
+  return impl_->readers_->GetScene(request);
+}
+
+JobQueueStats JobQueue::Stats() const {
+  const WriterStats writer = impl_->writer_->stats();
+  JobQueueStats stats;
+  for (size_t kind = 0; kind < kWorkKinds; ++kind) {
+    for (size_t state = 0; state < kJobStates; ++state) {
+      stats.jobs[{kWorkKindNames[kind], kJobStateNames[state]}] = writer.jobs[kind][state];
+    }
+  }
+  stats.commits = writer.commits;
+  stats.commands = writer.commands;
+  stats.commit_seconds = writer.commit_seconds;
+  stats.commit_seconds_max = writer.commit_seconds_max;
+  stats.largest_batch = writer.largest_batch;
+  stats.wal_pages = writer.wal_pages;
+  stats.leases_held = impl_->book_.size();
+  const std::lock_guard lock(impl_->mutex_);
+  stats.leases_granted = impl_->granted_;
+  stats.completions = impl_->completions_;
+  stats.failures = impl_->failures_;
+  stats.losses = impl_->losses_;
+  stats.stale_reports = impl_->stale_;
+  return stats;
+}
+
+// ---- Operations ---------------------------------------------------------------------------------
+absl::StatusOr<std::vector<std::string>> JobQueue::Check() {
+  absl::StatusOr<std::vector<std::string>> found;
+  RETURN_IF_ERROR(impl_->readers_->Read(0, [&](SqliteConnection& db) {
+    found = AuditDatabase(db);
+    return found.status();
+  }));
+  return found;
+}
+
+absl::StatusOr<std::vector<std::string>> JobQueue::CheckFile(const std::string& db_path) {
+  if (!std::filesystem::exists(db_path)) {
+    return MakeError(absl::StatusCode::kNotFound, "database " + db_path + ": no such file");
+  }
+  ASSIGN_OR_RETURN(const auto lock, DatabaseLock::Acquire(db_path));
+  ASSIGN_OR_RETURN(const auto db, OpenWriter(db_path, ""));
+  ASSIGN_OR_RETURN(const auto version, db->Integer("PRAGMA user_version"));
+  if (version.value_or(0) != NewestSchemaVersion()) {
+    return MakeError(absl::StatusCode::kFailedPrecondition,
+                     "database " + db_path + " has schema version " +
+                         std::to_string(version.value_or(0)) + ", this program checks version " +
+                         std::to_string(NewestSchemaVersion()));
+  }
+  return AuditDatabase(*db);
+}
+
+absl::Status JobQueue::Backup(const std::string& path) {
+  if (std::filesystem::exists(path)) {
+    return MakeError(absl::StatusCode::kAlreadyExists, "backup " + path + ": exists already");
+  }
+  const std::string temporary = path + ".partial";
+  std::error_code ignored;
+  std::filesystem::remove(temporary, ignored);
+  absl::Status status =
+      impl_->readers_->Read(0, [&](SqliteConnection& db) { return CopyDatabase(db, temporary); });
+  if (status.ok()) status = SyncFile(temporary);
+  // link refuses to replace a file that has come meanwhile.
+  if (status.ok() && link(temporary.c_str(), path.c_str()) != 0) {
+    status = ErrnoError(errno, "backup " + path);
+  }
+  std::filesystem::remove(temporary, ignored);
+  RETURN_IF_ERROR(status);
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  return SyncFile(folder.empty() ? "." : folder);
+}
+
+}  // namespace parallax

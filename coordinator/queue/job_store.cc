@@ -1,0 +1,393 @@
+#include "coordinator/queue/job_store.h"
+
+namespace parallax {
+namespace {
+
+constexpr char kFind[] = "SELECT " PARALLAX_JOB_COLUMNS " FROM jobs WHERE id = ?1";
+
+constexpr char kInsert[] = R"sql(
+INSERT INTO jobs(study_id, variant_id, kind, ordinal, rigs, rig_count, generation, state, work_key,
+                 group_key, reused, awaits_job, ready_unix_s, finished_unix_s, error)
+VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15))sql";
+
+// READY -> LEASED
+constexpr char kMoveToLeased[] = R"sql(
+UPDATE jobs SET state = 'LEASED', fence = ?2, worker = ?3, attempts = attempts + 1,
+                layout_given = ?4
+WHERE id = ?1 AND state = 'READY')sql";
+
+// BLOCKED, RETRY_WAIT -> READY
+constexpr char kMoveToReady[] = R"sql(
+UPDATE jobs SET state = 'READY', awaits_job = NULL, not_before_unix_s = NULL, ready_unix_s = ?2
+WHERE id = ?1 AND state IN ('BLOCKED', 'RETRY_WAIT'))sql";
+
+// READY, BLOCKED, RETRY_WAIT -> BLOCKED
+constexpr char kMoveToBlocked[] = R"sql(
+UPDATE jobs SET state = 'BLOCKED', awaits_job = ?2, not_before_unix_s = NULL
+WHERE id = ?1 AND state IN ('READY', 'BLOCKED', 'RETRY_WAIT'))sql";
+
+// LEASED -> SUCCEEDED, REJECTED: only the newest attempt can.
+constexpr char kMoveToResult[] = R"sql(
+UPDATE jobs SET state = ?3, error = ?4, finished_unix_s = ?5
+WHERE id = ?1 AND state = 'LEASED' AND fence = ?2)sql";
+
+// READY, BLOCKED, RETRY_WAIT -> SUCCEEDED, REJECTED: no attempt of its own won.
+constexpr char kMoveToReused[] = R"sql(
+UPDATE jobs SET state = ?2, reused = 1, fence = NULL, awaits_job = NULL, not_before_unix_s = NULL,
+                error = ?3, finished_unix_s = ?4
+WHERE id = ?1 AND state IN ('READY', 'BLOCKED', 'RETRY_WAIT'))sql";
+
+// LEASED -> READY, RETRY_WAIT, FAILED, QUARANTINED
+constexpr char kMoveAfterLoss[] = R"sql(
+UPDATE jobs SET state = ?3, app_failures = ?4, infra_losses = ?5, not_before_unix_s = ?6,
+                finished_unix_s = ?7, ready_unix_s = ?8, error = ?9
+WHERE id = ?1 AND state = 'LEASED' AND fence = ?2)sql";
+
+// any but the terminal ones -> CANCELLED
+constexpr char kMoveToCancelled[] = R"sql(
+UPDATE jobs SET state = 'CANCELLED', awaits_job = NULL, not_before_unix_s = NULL, error = ?2,
+                finished_unix_s = ?3
+WHERE id = ?1 AND state IN ('READY', 'BLOCKED', 'RETRY_WAIT', 'LEASED'))sql";
+
+int64_t Signed(uint64_t fence) { return static_cast<int64_t>(fence); }
+
+std::optional<int64_t> NullIfZero(int64_t value) {
+  return value == 0 ? std::nullopt : std::optional<int64_t>(value);
+}
+
+}  // namespace
+
+JobRow JobRowOf(const SqliteQuery& query) {
+  JobRow row;
+  row.id = query.Int(0);
+  row.study = query.Int(1);
+  row.variant = query.Int(2);
+  row.kind = WorkKindOf(query.Text(3));
+  row.ordinal = static_cast<uint32_t>(query.Int(4));
+  row.rigs = query.Text(5);
+  row.rig_count = static_cast<uint32_t>(query.Int(6));
+  row.generation = static_cast<int>(query.Int(7));
+  row.state = JobStateOf(query.Text(8));
+  row.work_key = query.Digest(9);
+  row.group_key = query.Digest(10);
+  row.fence = static_cast<uint64_t>(query.Int(11));
+  row.worker = query.Text(12);
+  row.attempts = static_cast<int>(query.Int(13));
+  row.app_failures = static_cast<int>(query.Int(14));
+  row.infra_losses = static_cast<int>(query.Int(15));
+  row.layout_given = query.Int(16) != 0;
+  row.reused = query.Int(17) != 0;
+  row.awaits_job = query.Int(18);
+  row.ready_unix_s = query.Real(19);
+  row.error = query.Text(20);
+  return row;
+}
+
+// ---- Jobs ---------------------------------------------------------------------------------------
+absl::StatusOr<std::optional<JobRow>> JobStore::Find(int64_t id) {
+  SqliteQuery query(db_, kFind, id);
+  std::optional<JobRow> row;
+  if (query.Next()) row = JobRowOf(query);
+  RETURN_IF_ERROR(query.status());
+  return row;
+}
+
+absl::Status JobStore::Insert(JobRow& row, double now) {
+  const std::optional<double> finished =
+      IsTerminal(row.state) ? std::optional<double>(now) : std::nullopt;
+  RETURN_IF_ERROR(db_.Run(kInsert, row.study, row.variant, NameOf(row.kind), row.ordinal, row.rigs,
+                          row.rig_count, row.generation, NameOf(row.state), row.work_key,
+                          row.group_key, row.reused, NullIfZero(row.awaits_job), now, finished,
+                          row.error));
+  row.id = db_.last_insert_id();
+  row.ready_unix_s = now;
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<int64_t>> JobStore::Ids(SqliteQuery& query) {
+  std::vector<int64_t> ids;
+  while (query.Next()) ids.push_back(query.Int(0));
+  RETURN_IF_ERROR(query.status());
+  return ids;
+}
+
+absl::StatusOr<std::vector<int64_t>> JobStore::Followers(int64_t leader) {
+  SqliteQuery query(
+      db_, "SELECT id FROM jobs WHERE awaits_job = ?1 AND state = 'BLOCKED' ORDER BY id", leader);
+  return Ids(query);
+}
+
+absl::StatusOr<std::vector<int64_t>> JobStore::ReadyInGroup(const Sha256Digest& group_key) {
+  SqliteQuery query(db_, "SELECT id FROM jobs WHERE group_key = ?1 AND state = 'READY' ORDER BY id",
+                    group_key);
+  return Ids(query);
+}
+
+absl::StatusOr<std::vector<JobRow>> JobStore::LeasedInGroup(const Sha256Digest& group_key) {
+  SqliteQuery query(db_,
+                    "SELECT " PARALLAX_JOB_COLUMNS
+                    " FROM jobs WHERE group_key = ?1 AND state = 'LEASED' ORDER BY id",
+                    group_key);
+  std::vector<JobRow> rows;
+  while (query.Next()) rows.push_back(JobRowOf(query));
+  RETURN_IF_ERROR(query.status());
+  return rows;
+}
+
+absl::StatusOr<std::vector<int64_t>> JobStore::LeasedBy(const std::string& worker) {
+  SqliteQuery query(db_, "SELECT id FROM jobs WHERE worker = ?1 AND state = 'LEASED' ORDER BY id",
+                    worker);
+  return Ids(query);
+}
+
+absl::StatusOr<std::vector<int64_t>> JobStore::Unfinished(int64_t study, int64_t variant) {
+  std::vector<int64_t> ids;
+  for (const char* sql : {"SELECT id FROM jobs WHERE state = 'BLOCKED'"
+                          " AND study_id = ?1 AND (?2 = 0 OR variant_id = ?2)",
+                          "SELECT id FROM jobs WHERE state = 'RETRY_WAIT'"
+                          " AND study_id = ?1 AND (?2 = 0 OR variant_id = ?2)",
+                          "SELECT id FROM jobs WHERE state = 'READY'"
+                          " AND study_id = ?1 AND (?2 = 0 OR variant_id = ?2)",
+                          "SELECT id FROM jobs WHERE state = 'LEASED'"
+                          " AND study_id = ?1 AND (?2 = 0 OR variant_id = ?2)"}) {
+    SqliteQuery query(db_, sql, study, variant);
+    ASSIGN_OR_RETURN(const std::vector<int64_t> some, Ids(query));
+    ids.insert(ids.end(), some.begin(), some.end());
+  }
+  return ids;
+}
+
+absl::StatusOr<std::vector<int64_t>> JobStore::BackoffsDue(double now, double longest_s,
+                                                           int limit) {
+  // Further away than any back-off is long: the wall clock was set back.
+  SqliteQuery query(db_,
+                    "SELECT id FROM jobs WHERE state = 'RETRY_WAIT'"
+                    " AND (not_before_unix_s <= ?1 OR not_before_unix_s > ?1 + ?2) LIMIT ?3",
+                    now, longest_s, limit);
+  return Ids(query);
+}
+
+absl::StatusOr<std::optional<double>> JobStore::NextBackoff() {
+  SqliteQuery query(db_,
+                    "SELECT not_before_unix_s FROM jobs WHERE state = 'RETRY_WAIT'"
+                    " ORDER BY not_before_unix_s LIMIT 1");
+  std::optional<double> next;
+  if (query.Next()) next = query.Real(0);
+  RETURN_IF_ERROR(query.status());
+  return next;
+}
+
+absl::StatusOr<std::vector<int64_t>> JobStore::Lost(int64_t variant) {
+  SqliteQuery query(db_, R"sql(
+SELECT id FROM jobs AS j
+WHERE variant_id = ?1 AND state IN ('FAILED', 'QUARANTINED', 'CANCELLED')
+  AND NOT EXISTS (SELECT 1 FROM jobs AS newer
+                  WHERE newer.variant_id = j.variant_id AND newer.ordinal = j.ordinal
+                    AND newer.kind = j.kind AND newer.rigs = j.rigs
+                    AND newer.generation > j.generation)
+ORDER BY ordinal, id)sql",
+                    variant);
+  return Ids(query);
+}
+
+absl::Status JobStore::Moved(const absl::Status& status, int64_t id, JobState to) {
+  RETURN_IF_ERROR(status);
+  if (db_.changes() == 1) return absl::OkStatus();
+  return MakeError(
+      absl::StatusCode::kInternal,
+      "job " + std::to_string(id) + ": was not where a move to " + NameOf(to) + " begins");
+}
+
+absl::Status JobStore::MoveToLeased(const JobRow& row, uint64_t fence, const std::string& worker,
+                                    bool layout_given) {
+  return Moved(db_.Run(kMoveToLeased, row.id, Signed(fence), worker, layout_given), row.id,
+               JobState::kLeased);
+}
+
+absl::Status JobStore::MoveToReady(int64_t id, double now) {
+  return Moved(db_.Run(kMoveToReady, id, now), id, JobState::kReady);
+}
+
+absl::Status JobStore::MoveToBlocked(int64_t id, int64_t leader) {
+  return Moved(db_.Run(kMoveToBlocked, id, leader), id, JobState::kBlocked);
+}
+
+absl::Status JobStore::MoveToResult(int64_t id, uint64_t fence, JobState state,
+                                    const std::string& error, double now) {
+  return Moved(db_.Run(kMoveToResult, id, Signed(fence), NameOf(state), error, now), id, state);
+}
+
+absl::Status JobStore::MoveToReused(int64_t id, JobState state, const std::string& error,
+                                    double now) {
+  return Moved(db_.Run(kMoveToReused, id, NameOf(state), error, now), id, state);
+}
+
+absl::Status JobStore::MoveAfterLoss(const JobRow& row, const LossUpdate& update, double now) {
+  const std::optional<double> finished =
+      IsTerminal(update.state) ? std::optional<double>(now) : std::nullopt;
+  return Moved(
+      db_.Run(kMoveAfterLoss, row.id, Signed(row.fence), NameOf(update.state), update.app_failures,
+              update.infra_losses, update.not_before_unix_s, finished, now, update.error),
+      row.id, update.state);
+}
+
+absl::Status JobStore::MoveToCancelled(int64_t id, const std::string& reason, double now) {
+  return Moved(db_.Run(kMoveToCancelled, id, reason, now), id, JobState::kCancelled);
+}
+
+absl::Status JobStore::InsertLoss(int64_t job, uint64_t fence, const char* ledger,
+                                  const std::string& worker, const std::string& fingerprint,
+                                  const std::string& error, double now) {
+  return db_.Run(
+      "INSERT INTO attempt_losses(job_id, fence, ledger, worker, fingerprint, error, unix_s)"
+      " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
+      job, Signed(fence), ledger, worker, fingerprint, error, now);
+}
+
+absl::StatusOr<bool> JobStore::HasLoss(int64_t job, uint64_t fence, const char* ledger) {
+  ASSIGN_OR_RETURN(const auto found,
+                   db_.Integer("SELECT 1 FROM attempt_losses"
+                               " WHERE job_id = ?1 AND fence = ?2 AND ledger = ?3",
+                               job, Signed(fence), ledger));
+  return found.has_value();
+}
+
+absl::StatusOr<int> JobStore::WorkersWithFingerprint(int64_t job, const std::string& fingerprint) {
+  ASSIGN_OR_RETURN(const auto n,
+                   db_.Integer("SELECT count(DISTINCT worker) FROM attempt_losses"
+                               " WHERE job_id = ?1 AND ledger = 'app' AND fingerprint = ?2",
+                               job, fingerprint));
+  return static_cast<int>(n.value_or(0));
+}
+
+absl::StatusOr<int> JobStore::WorkersLost(int64_t job) {
+  ASSIGN_OR_RETURN(const auto n, db_.Integer("SELECT count(DISTINCT worker) FROM attempt_losses"
+                                             " WHERE job_id = ?1 AND ledger = 'lost'",
+                                             job));
+  return static_cast<int>(n.value_or(0));
+}
+
+// ---- Scenes -------------------------------------------------------------------------------------
+absl::Status JobStore::InsertScene(int64_t variant, uint32_t ordinal, uint32_t rigs) {
+  return db_.Run("INSERT INTO scenes(variant_id, ordinal, rigs) VALUES (?1, ?2, ?3)", variant,
+                 ordinal, rigs);
+}
+
+absl::StatusOr<SceneRow> JobStore::FindScene(int64_t variant, uint32_t ordinal) {
+  SqliteQuery query(db_,
+                    "SELECT rigs, rigs_lost, rigs_done, jobs_open, scene_hash FROM scenes"
+                    " WHERE variant_id = ?1 AND ordinal = ?2",
+                    variant, ordinal);
+  if (!query.Next()) {
+    RETURN_IF_ERROR(query.status());
+    return MakeError(absl::StatusCode::kNotFound, "variant " + std::to_string(variant) +
+                                                      ": no scene " + std::to_string(ordinal));
+  }
+  SceneRow row;
+  row.rigs = static_cast<uint32_t>(query.Int(0));
+  row.rigs_lost = static_cast<uint32_t>(query.Int(1));
+  row.rigs_done = static_cast<uint32_t>(query.Int(2));
+  row.jobs_open = static_cast<uint32_t>(query.Int(3));
+  if (!query.IsNull(4)) row.scene_hash = query.Digest(4);
+  return row;
+}
+
+absl::Status JobStore::WriteScene(int64_t variant, uint32_t ordinal, const SceneRow& row) {
+  return db_.Run(
+      "UPDATE scenes SET rigs = ?3, rigs_lost = ?4, rigs_done = ?5, jobs_open = ?6, scene_hash = ?7"
+      " WHERE variant_id = ?1 AND ordinal = ?2",
+      variant, ordinal, row.rigs, row.rigs_lost, row.rigs_done, row.jobs_open, row.scene_hash);
+}
+
+absl::StatusOr<std::optional<uint32_t>> JobStore::HighestLiving(int64_t variant) {
+  ASSIGN_OR_RETURN(const auto ordinal,
+                   db_.Integer("SELECT ordinal FROM scenes WHERE variant_id = ?1"
+                               " AND rigs_lost < rigs ORDER BY ordinal DESC LIMIT 1",
+                               variant));
+  if (!ordinal) return std::optional<uint32_t>();
+  return std::optional<uint32_t>(static_cast<uint32_t>(*ordinal));
+}
+
+// ---- Results ------------------------------------------------------------------------------------
+absl::StatusOr<std::optional<JobStore::SceneResult>> JobStore::FindSceneResult(
+    const Sha256Digest& scene_key) {
+  SqliteQuery query(db_, "SELECT scene_hash, rejected FROM scene_results WHERE scene_key = ?1",
+                    scene_key);
+  std::optional<SceneResult> result;
+  if (query.Next()) {
+    result.emplace();
+    if (!query.IsNull(0)) result->scene_hash = query.Digest(0);
+    result->rejected = query.Text(1);
+  }
+  RETURN_IF_ERROR(query.status());
+  return result;
+}
+
+absl::StatusOr<std::optional<JobStore::LayoutResult>> JobStore::FindLayoutResult(
+    const Sha256Digest& layout_key) {
+  SqliteQuery query(db_,
+                    "SELECT rejected IS NULL, rejected FROM layout_results WHERE layout_key = ?1",
+                    layout_key);
+  std::optional<LayoutResult> result;
+  if (query.Next()) result = LayoutResult{query.Int(0) != 0, std::string(query.Text(1))};
+  RETURN_IF_ERROR(query.status());
+  return result;
+}
+
+absl::Status JobStore::InsertRecipe(const Sha256Digest& scene_hash, const std::string& scene_z) {
+  return db_.Run("INSERT INTO recipes(scene_hash, scene_z) VALUES (?1, ?2) ON CONFLICT DO NOTHING",
+                 scene_hash, SqlBlob{scene_z});
+}
+
+absl::Status JobStore::InsertSceneResult(const Sha256Digest& scene_key,
+                                         const std::optional<Sha256Digest>& scene_hash,
+                                         const std::string& rejected) {
+  return db_.Run(
+      "INSERT INTO scene_results(scene_key, scene_hash, rejected) VALUES (?1, ?2, ?3)"
+      " ON CONFLICT DO NOTHING",
+      scene_key, scene_hash, scene_hash ? std::nullopt : std::optional<std::string>(rejected));
+}
+
+absl::Status JobStore::InsertLayoutResult(const Sha256Digest& layout_key,
+                                          const std::string& layout_z,
+                                          const std::string& rejected) {
+  const bool solved = !layout_z.empty();
+  return db_.Run(
+      "INSERT INTO layout_results(layout_key, layout_z, rejected) VALUES (?1, ?2, ?3)"
+      " ON CONFLICT DO NOTHING",
+      layout_key, solved ? std::optional<SqlBlob>(SqlBlob{layout_z}) : std::nullopt,
+      solved ? std::nullopt : std::optional<std::string>(rejected));
+}
+
+absl::StatusOr<bool> JobStore::HasFrameResult(const Sha256Digest& frame_key) {
+  ASSIGN_OR_RETURN(const auto found,
+                   db_.Integer("SELECT 1 FROM frame_results WHERE frame_key = ?1", frame_key));
+  return found.has_value();
+}
+
+absl::StatusOr<bool> JobStore::InsertFrameResult(const Sha256Digest& frame_key,
+                                                 const std::string& frame_z, int64_t job,
+                                                 uint64_t fence) {
+  RETURN_IF_ERROR(
+      db_.Run("INSERT INTO frame_results(frame_key, frame_z, job_id, fence) VALUES (?1, ?2, ?3, ?4)"
+              " ON CONFLICT DO NOTHING",
+              frame_key, SqlBlob{frame_z}, job, Signed(fence)));
+  return db_.changes() == 1;
+}
+
+absl::Status JobStore::InsertFrame(const JobRow& scene_of, uint32_t rig,
+                                   const Sha256Digest& frame_key, bool reused) {
+  return db_.Run(
+      "INSERT INTO frames(study_id, variant_id, ordinal, rig, frame_key, reused)"
+      " VALUES (?1, ?2, ?3, ?4, ?5, ?6)",
+      scene_of.study, scene_of.variant, scene_of.ordinal, rig, frame_key, reused);
+}
+
+absl::Status JobStore::Audit(double now, std::string_view actor, std::string_view action,
+                             int64_t study, std::string_view detail) {
+  return db_.Run(
+      "INSERT INTO audit(unix_s, actor, action, study_id, detail) VALUES (?1, ?2, ?3, ?4, ?5)", now,
+      actor, action, NullIfZero(study), detail);
+}
+
+}  // namespace parallax

@@ -1,0 +1,147 @@
+// The machine's tables as values and small functions: all SQL that changes jobs, scenes, results
+// and frames stands in job_store.cc, one guarded statement a move. No decisions here. Used inside a
+// transaction by the writing thread only.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+#include "coordinator/queue/job_state.h"
+#include "coordinator/queue/sqlite.h"
+
+namespace parallax {
+
+struct JobRow {
+  int64_t id = 0;
+  int64_t study = 0;
+  int64_t variant = 0;
+  WorkKind kind = WorkKind::kSolve;
+  uint32_t ordinal = 0;
+  std::string rigs;
+  uint32_t rig_count = 0;
+  int generation = 1;
+  JobState state = JobState::kReady;
+  Sha256Digest work_key{};
+  Sha256Digest group_key{};
+  uint64_t fence = 0;  // 0: none.
+  std::string worker;
+  int attempts = 0;
+  int app_failures = 0;
+  int infra_losses = 0;
+  bool layout_given = false;
+  bool reused = false;
+  int64_t awaits_job = 0;
+  double ready_unix_s = 0;
+  std::string error;
+};
+
+struct SceneRow {
+  uint32_t rigs = 0;
+  uint32_t rigs_lost = 0;
+  uint32_t rigs_done = 0;
+  uint32_t jobs_open = 0;
+  std::optional<Sha256Digest> scene_hash;
+};
+
+// What a lease's end without result does to a job.
+struct LossUpdate {
+  JobState state = JobState::kReady;
+  int app_failures = 0;
+  int infra_losses = 0;
+  std::optional<double> not_before_unix_s;
+  std::string error;
+};
+
+class JobStore {
+ public:
+  explicit JobStore(SqliteConnection& db) : db_(db) {}
+
+  // ---- Jobs -------------------------------------------------------------------------------------
+  absl::StatusOr<std::optional<JobRow>> Find(int64_t id);
+  // Sets row.id. `now` becomes ready_unix_s, and finished_unix_s of a job that is born terminal.
+  absl::Status Insert(JobRow& row, double now);
+  absl::StatusOr<std::vector<int64_t>> Followers(int64_t leader);
+  absl::StatusOr<std::vector<int64_t>> ReadyInGroup(const Sha256Digest& group_key);
+  absl::StatusOr<std::vector<JobRow>> LeasedInGroup(const Sha256Digest& group_key);
+  absl::StatusOr<std::vector<int64_t>> LeasedBy(const std::string& worker);
+  // Jobs of a study (of one variant of it, if not 0) that have not ended; the leased ones last.
+  absl::StatusOr<std::vector<int64_t>> Unfinished(int64_t study, int64_t variant);
+  absl::StatusOr<std::vector<int64_t>> BackoffsDue(double now, double longest_s, int limit);
+  absl::StatusOr<std::optional<double>> NextBackoff();
+  // Newest generations that ended as FAILED, QUARANTINED or CANCELLED, by ordinal.
+  absl::StatusOr<std::vector<int64_t>> Lost(int64_t variant);
+
+  // Moves. Each is guarded by the state it starts from; kInternal if the row was not in it.
+  absl::Status MoveToLeased(const JobRow& row, uint64_t fence, const std::string& worker,
+                            bool layout_given);
+  absl::Status MoveToReady(int64_t id, double now);
+  absl::Status MoveToBlocked(int64_t id, int64_t leader);
+  // By a report of the attempt `fence`.
+  absl::Status MoveToResult(int64_t id, uint64_t fence, JobState state, const std::string& error,
+                            double now);
+  // By somebody else's result.
+  absl::Status MoveToReused(int64_t id, JobState state, const std::string& error, double now);
+  absl::Status MoveAfterLoss(const JobRow& row, const LossUpdate& update, double now);
+  absl::Status MoveToCancelled(int64_t id, const std::string& reason, double now);
+
+  absl::Status InsertLoss(int64_t job, uint64_t fence, const char* ledger,
+                          const std::string& worker, const std::string& fingerprint,
+                          const std::string& error, double now);
+  absl::StatusOr<bool> HasLoss(int64_t job, uint64_t fence, const char* ledger);
+  // Different workers in a job's ledgers.
+  absl::StatusOr<int> WorkersWithFingerprint(int64_t job, const std::string& fingerprint);
+  absl::StatusOr<int> WorkersLost(int64_t job);
+
+  // ---- Scenes -----------------------------------------------------------------------------------
+  absl::Status InsertScene(int64_t variant, uint32_t ordinal, uint32_t rigs);
+  absl::StatusOr<SceneRow> FindScene(int64_t variant, uint32_t ordinal);
+  absl::Status WriteScene(int64_t variant, uint32_t ordinal, const SceneRow& row);
+  // Ordinal of the highest scene that has not lost all its rigs.
+  absl::StatusOr<std::optional<uint32_t>> HighestLiving(int64_t variant);
+
+  // ---- Results ----------------------------------------------------------------------------------
+  struct SceneResult {
+    std::optional<Sha256Digest> scene_hash;  // Absent: rejected.
+    std::string rejected;
+  };
+  absl::StatusOr<std::optional<SceneResult>> FindSceneResult(const Sha256Digest& scene_key);
+  struct LayoutResult {
+    bool solved = false;
+    std::string rejected;
+  };
+  absl::StatusOr<std::optional<LayoutResult>> FindLayoutResult(const Sha256Digest& layout_key);
+  // First committed wins: these leave an existing result alone.
+  absl::Status InsertRecipe(const Sha256Digest& scene_hash, const std::string& scene_z);
+  absl::Status InsertSceneResult(const Sha256Digest& scene_key,
+                                 const std::optional<Sha256Digest>& scene_hash,
+                                 const std::string& rejected);
+  absl::Status InsertLayoutResult(const Sha256Digest& layout_key, const std::string& layout_z,
+                                  const std::string& rejected);  // layout_z empty: rejected.
+  absl::StatusOr<bool> HasFrameResult(const Sha256Digest& frame_key);
+  // True if it is new, false if the frame had a result already.
+  absl::StatusOr<bool> InsertFrameResult(const Sha256Digest& frame_key, const std::string& frame_z,
+                                         int64_t job, uint64_t fence);
+  absl::Status InsertFrame(const JobRow& scene_of, uint32_t rig, const Sha256Digest& frame_key,
+                           bool reused);
+
+  absl::Status Audit(double now, std::string_view actor, std::string_view action, int64_t study,
+                     std::string_view detail);
+
+ private:
+  absl::StatusOr<std::vector<int64_t>> Ids(SqliteQuery& query);
+  absl::Status Moved(const absl::Status& status, int64_t id, JobState to);
+
+  SqliteConnection& db_;
+};
+
+// The columns that JobRowOf reads, in order.
+#define PARALLAX_JOB_COLUMNS                                                                \
+  "id, study_id, variant_id, kind, ordinal, rigs, rig_count, generation, state, work_key, " \
+  "group_key, fence, worker, attempts, app_failures, infra_losses, layout_given, reused, "  \
+  "awaits_job, ready_unix_s, error"
+JobRow JobRowOf(const SqliteQuery& query);
+
+}  // namespace parallax

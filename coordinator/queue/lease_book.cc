@@ -1,0 +1,80 @@
+#include "coordinator/queue/lease_book.h"
+
+#include <algorithm>
+#include <chrono>
+
+namespace parallax {
+
+void LeaseBook::Add(const LeaseRef& lease) {
+  const std::lock_guard lock(mutex_);
+  entries_[lease.job] = {lease, clock_.Steady(), {}};
+}
+
+void LeaseBook::Remove(const LeaseRef& lease) {
+  const std::lock_guard lock(mutex_);
+  const auto found = entries_.find(lease.job);
+  if (found != entries_.end() && found->second.lease.fence == lease.fence) entries_.erase(found);
+}
+
+LeaseBook::Entry* LeaseBook::FindLocked(const std::string& worker, const v1::AttemptId& attempt) {
+  const auto found = entries_.find(attempt.job_id());
+  if (found == entries_.end()) return nullptr;
+  const LeaseRef& lease = found->second.lease;
+  return lease.fence == attempt.fence() && lease.worker == worker ? &found->second : nullptr;
+}
+
+bool LeaseBook::Touch(const std::string& worker, const v1::AttemptId& attempt) {
+  const std::lock_guard lock(mutex_);
+  Entry* entry = FindLocked(worker, attempt);
+  if (entry != nullptr) entry->heard = clock_.Steady();
+  return entry != nullptr;
+}
+
+std::vector<v1::AttemptId> LeaseBook::Heartbeat(const std::string& worker,
+                                                const std::vector<v1::Progress>& running) {
+  const std::lock_guard lock(mutex_);
+  const SteadyTime now = clock_.Steady();
+  std::vector<v1::AttemptId> strangers;
+  for (const v1::Progress& progress : running) {
+    if (Entry* entry = FindLocked(worker, progress.attempt())) {
+      entry->heard = now;
+      entry->progress = {progress.fraction(), progress.stage()};
+    } else {
+      strangers.push_back(progress.attempt());
+    }
+  }
+  return strangers;
+}
+
+double LeaseBook::Age(const Entry& entry) const {
+  return std::chrono::duration<double>(clock_.Steady() - entry.heard).count();
+}
+
+std::vector<LeaseRef> LeaseBook::Expired() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<LeaseRef> expired;
+  for (const auto& [job, entry] : entries_) {
+    if (Age(entry) >= lease_s_) expired.push_back(entry.lease);
+  }
+  return expired;
+}
+
+double LeaseBook::SecondsToExpiry() const {
+  const std::lock_guard lock(mutex_);
+  double seconds = lease_s_;
+  for (const auto& [job, entry] : entries_) seconds = std::min(seconds, lease_s_ - Age(entry));
+  return std::max(0.0, seconds);
+}
+
+LeaseProgress LeaseBook::ProgressOf(int64_t job) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = entries_.find(job);
+  return found == entries_.end() ? LeaseProgress() : found->second.progress;
+}
+
+int64_t LeaseBook::size() const {
+  const std::lock_guard lock(mutex_);
+  return static_cast<int64_t>(entries_.size());
+}
+
+}  // namespace parallax

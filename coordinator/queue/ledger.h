@@ -1,0 +1,124 @@
+// Studies and variants in memory, with their counters. Commands change the counters here; what a
+// group of commands changed is written once, before its COMMIT, so a thousand completions of a
+// variant cost one UPDATE. A command that fails is undone. The database is the truth: after a
+// failed group everything is dropped and read again on demand.
+//
+// Used by the writing thread only.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/base/status.h"
+#include "coordinator/queue/job_state.h"
+#include "coordinator/queue/sqlite.h"
+#include "coordinator/study/keys.h"
+#include "parallax/v1/study.pb.h"
+
+namespace parallax {
+
+using JobCounts = std::array<std::array<int64_t, kJobStates>, kWorkKinds>;
+
+// The part of a variant that changes.
+struct VariantTally {
+  JobCounts jobs{};
+  int64_t next_ordinal = 0;
+  int64_t pairs_planned = 0;
+  int64_t pairs_done = 0;
+  int64_t scenes_open = 0;
+  int64_t solves_reused = 0;
+  int64_t layouts_reused = 0;
+  int64_t frames_reused = 0;
+  int64_t scenes_rejected = 0;
+  int64_t tally_solved = 0;
+  int64_t tally_rejected = 0;
+  int64_t tally_lost = 0;
+  std::string problem;
+
+  int64_t OpenJobs() const;
+};
+struct Variant {
+  int64_t id = 0;
+  int64_t study = 0;
+  std::string name;
+  int64_t pairs_wanted = 0;
+  uint32_t rigs_per_scene = 1;
+  std::shared_ptr<const v1::SceneConfig> config;
+  ConfigDigests digests;
+  VariantTally tally;
+};
+
+struct StudyTally {
+  bool paused = false;
+  bool cancelled = false;
+  bool finished = false;
+  std::array<int64_t, kWorkKinds> ready{};
+};
+struct Study {
+  int64_t id = 0;
+  std::string name;
+  uint64_t seed = 0;
+  int priority = 0;
+  int64_t needs_memory_mb = 0;
+  std::vector<std::string> needs_tags;
+  std::vector<int64_t> variants;
+  StudyTally tally;
+  // The scheduler's; forgotten at restart, never undone.
+  double pass = 0;
+  double hungry_since_s =
+      -1;  // Steady seconds since when it has READY jobs and wasn't served; < 0: not.
+};
+
+class Ledger {
+ public:
+  explicit Ledger(SqliteConnection& db) : db_(db) {}
+
+  // kNotFound. Pointers live until Drop.
+  absl::StatusOr<Study*> FindStudy(int64_t id);
+  absl::StatusOr<Variant*> FindVariant(int64_t id);
+  absl::Status LoadUnfinished();
+  std::map<int64_t, Study>& loaded_studies() { return studies_; }
+
+  // The command at hand has inserted this study: undoing forgets it.
+  void NoteCreated(int64_t study) { created_.push_back(study); }
+  // What a command may change, remembered for undoing.
+  VariantTally& Change(Variant& variant);
+  StudyTally& Change(Study& study);
+  // Counts a job's move; no `from` for a new job.
+  void CountNew(Variant& variant, WorkKind kind, JobState state);
+  void CountMove(Variant& variant, WorkKind kind, JobState from, JobState to);
+
+  void BeginCommand();
+  void UndoCommand();
+  // Studies and variants changed since the last Flush.
+  const std::set<int64_t>& changed_studies() const { return dirty_studies_; }
+  absl::Status Flush();
+  void Drop();
+
+  const JobCounts& totals() const { return totals_; }  // Of what is loaded.
+
+ private:
+  absl::Status LoadVariants(Study& study);
+  absl::Status LoadCounts(Variant& variant);
+  void Count(Variant& variant, WorkKind kind, JobState state, int64_t change);
+
+  SqliteConnection& db_;
+  std::map<int64_t, Study> studies_;
+  std::map<int64_t, Variant> variants_;
+  std::map<int64_t, JobCounts> written_;  // Of each variant: what job_counts says.
+  std::set<int64_t> dirty_studies_;
+  std::set<int64_t> dirty_variants_;
+  std::map<int64_t, VariantTally> undo_variants_;
+  std::map<int64_t, StudyTally> undo_studies_;
+  std::vector<int64_t> created_;
+  JobCounts totals_{};
+  JobCounts undo_totals_{};
+};
+
+}  // namespace parallax

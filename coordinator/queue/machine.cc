@@ -1,0 +1,409 @@
+// Studies, leases and expansion; see machine_jobs.cc for the moves of jobs and machine_report.cc
+// for the ends of leases.
+#include "coordinator/queue/machine.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "coordinator/queue/compress.h"
+#include "coordinator/study/rigs.h"
+
+namespace parallax {
+namespace {
+
+constexpr size_t kScenesRemembered = 4;  // Of each worker: it keeps about so many built.
+constexpr double kWorkerForgottenS = 120;
+constexpr int kCandidates = 16;  // Looked at for one lease before the next study has its turn.
+
+constexpr char kReadyOfStudy[] = "SELECT " PARALLAX_JOB_COLUMNS
+                                 " FROM jobs WHERE study_id = ?1 AND kind = ?2 AND state = 'READY'"
+                                 " ORDER BY ordinal, variant_id LIMIT ?3";
+constexpr char kReadyOfScene[] =
+    "SELECT " PARALLAX_JOB_COLUMNS
+    " FROM jobs WHERE group_key = ?1 AND state = 'READY' ORDER BY id LIMIT ?2";
+
+std::string JoinLines(const google::protobuf::RepeatedPtrField<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += (text.empty() ? "" : "\n") + line;
+  return text;
+}
+
+}  // namespace
+
+Machine::Machine(SqliteConnection& db, const JobQueueOptions& options, uint64_t epoch)
+    : db_(db), options_(options), epoch_(epoch), store_(db), ledger_(db) {}
+
+double Machine::SteadySeconds() {
+  return std::chrono::duration<double>(options_.clock->Steady().time_since_epoch()).count();
+}
+
+absl::Status Machine::Load() {
+  RETURN_IF_ERROR(ledger_.LoadUnfinished());
+  for (const auto& [id, study] : ledger_.loaded_studies()) {
+    hungry_.insert(study.variants.begin(), study.variants.end());
+  }
+  ASSIGN_OR_RETURN(const auto leased,
+                   db_.Integer("SELECT count(*) FROM jobs WHERE state = 'LEASED'"));
+  leased_now_ = leased.value_or(0);
+  return absl::OkStatus();
+}
+
+void Machine::BeginCommand() {
+  ledger_.BeginCommand();
+  granted_mark_ = effects_.granted.size();
+  ended_mark_ = effects_.ended.size();
+  counters_mark_ = Effects();
+  counters_mark_.work_ready = effects_.work_ready;
+  counters_mark_.completions = effects_.completions;
+  counters_mark_.failures = effects_.failures;
+  counters_mark_.losses = effects_.losses;
+  counters_mark_.stale = effects_.stale;
+}
+
+void Machine::UndoCommand() {
+  ledger_.UndoCommand();
+  leased_now_ -= static_cast<int64_t>(effects_.granted.size() - granted_mark_);
+  leased_now_ += static_cast<int64_t>(effects_.ended.size() - ended_mark_);
+  effects_.granted.resize(granted_mark_);
+  effects_.ended.resize(ended_mark_);
+  effects_.work_ready = counters_mark_.work_ready;
+  effects_.completions = counters_mark_.completions;
+  effects_.failures = counters_mark_.failures;
+  effects_.losses = counters_mark_.losses;
+  effects_.stale = counters_mark_.stale;
+}
+
+Effects Machine::TakeEffects() {
+  Effects taken = std::move(effects_);
+  effects_ = Effects();
+  granted_mark_ = ended_mark_ = 0;
+  return taken;
+}
+
+absl::Status Machine::Reload() {
+  ledger_.Drop();
+  TakeEffects();
+  hungry_.clear();
+  return Load();
+}
+
+// ---- Studies ------------------------------------------------------------------------------------
+absl::StatusOr<v1::SubmitReply> Machine::Submit(const v1::SubmitRequest& request,
+                                                std::string_view actor) {
+  const v1::StudySpec& spec = request.study();
+  const std::string spec_bytes = DeterministicBytes(spec);
+  const Sha256Digest spec_hash = Sha256Of(spec_bytes);
+  v1::SubmitReply reply;
+  if (!request.idempotency_key().empty()) {
+    SqliteQuery known(db_, "SELECT id, spec_hash FROM studies WHERE idempotency_key = ?1",
+                      request.idempotency_key());
+    if (known.Next()) {
+      if (known.Digest(1) != spec_hash) {
+        return MakeError(absl::StatusCode::kAlreadyExists,
+                         "idempotency key '" + request.idempotency_key() +
+                             "' was used for another study (" + std::to_string(known.Int(0)) + ")");
+      }
+      reply.set_study_id(known.Int(0));
+      reply.set_existed(true);
+      return reply;
+    }
+    RETURN_IF_ERROR(known.status());
+  }
+  const auto key = request.idempotency_key().empty()
+                       ? std::nullopt
+                       : std::optional<std::string>(request.idempotency_key());
+  RETURN_IF_ERROR(db_.Run(
+      "INSERT INTO studies(name, spec_z, spec_hash, idempotency_key, seed, priority,"
+      " needs_memory_mb, needs_tags, submitted_unix_s) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)",
+      spec.name(), SqlBlob{Compress(spec_bytes)}, spec_hash, key, static_cast<int64_t>(spec.seed()),
+      spec.priority(), spec.memory_mb(), JoinLines(spec.tags()), Now()));
+  const int64_t id = db_.last_insert_id();
+  for (const v1::VariantSpec& variant : spec.variants()) {
+    RETURN_IF_ERROR(
+        db_.Run("INSERT INTO variants(study_id, name, config_z, pairs_wanted, rigs_per_scene)"
+                " VALUES (?1, ?2, ?3, ?4, ?5)",
+                id, variant.name(), SqlBlob{PackMessage(variant.config())}, spec.pairs(),
+                spec.rigs_per_scene()));
+  }
+  RETURN_IF_ERROR(store_.Audit(Now(), actor, "submit", id, spec.name()));
+  ledger_.NoteCreated(id);
+  ASSIGN_OR_RETURN(const Study* study, ledger_.FindStudy(id));
+  hungry_.insert(study->variants.begin(), study->variants.end());
+  reply.set_study_id(id);
+  return reply;
+}
+
+absl::Status Machine::Cancel(int64_t id, std::string_view reason, std::string_view actor) {
+  ASSIGN_OR_RETURN(Study * study, ledger_.FindStudy(id));
+  if (study->tally.cancelled) return absl::OkStatus();
+  RETURN_IF_ERROR(db_.Run("UPDATE studies SET cancelled = 1 WHERE id = ?1", id));
+  ledger_.Change(*study).cancelled = true;
+  RETURN_IF_ERROR(store_.Audit(Now(), actor, "cancel", id, reason));
+  return CancelJobs(id, 0, reason.empty() ? "cancelled" : "cancelled: " + std::string(reason));
+}
+
+absl::Status Machine::SetPaused(int64_t id, bool paused, std::string_view reason,
+                                std::string_view actor) {
+  ASSIGN_OR_RETURN(Study * study, ledger_.FindStudy(id));
+  if (study->tally.paused == paused) return absl::OkStatus();
+  RETURN_IF_ERROR(db_.Run("UPDATE studies SET paused = ?2 WHERE id = ?1", id, paused));
+  ledger_.Change(*study).paused = paused;
+  if (!paused) effects_.work_ready = true;
+  return store_.Audit(Now(), actor, paused ? "pause" : "resume", id, reason);
+}
+
+absl::StatusOr<int64_t> Machine::Retry(int64_t id, std::string_view actor) {
+  ASSIGN_OR_RETURN(Study * study, ledger_.FindStudy(id));
+  if (study->tally.cancelled) {
+    return MakeError(absl::StatusCode::kFailedPrecondition,
+                     "study " + std::to_string(id) + " is cancelled: submit it again instead");
+  }
+  int64_t retried = 0;
+  for (const int64_t variant_id : study->variants) {
+    ASSIGN_OR_RETURN(Variant * variant, ledger_.FindVariant(variant_id));
+    VariantTally& tally = ledger_.Change(*variant);
+    tally.tally_solved = tally.tally_rejected = tally.tally_lost = 0;
+    tally.problem.clear();
+    hungry_.insert(variant_id);
+    ASSIGN_OR_RETURN(const std::vector<int64_t> lost, store_.Lost(variant_id));
+    for (const int64_t job_id : lost) {
+      const int64_t missing = variant->pairs_wanted - variant->tally.pairs_planned;
+      if (missing <= 0) break;
+      ASSIGN_OR_RETURN(const std::optional<JobRow> job, store_.Find(job_id));
+      ASSIGN_OR_RETURN(SceneRow scene, store_.FindScene(variant_id, job->ordinal));
+      if (job->kind == WorkKind::kRender) {
+        // A smaller gap than this job's rigs is filled by a new scene.
+        if (job->rig_count > missing) continue;
+        scene.rigs_lost -= job->rig_count;
+        tally.pairs_planned += job->rig_count;
+        RETURN_IF_ERROR(store_.WriteScene(variant_id, job->ordinal, scene));
+        ASSIGN_OR_RETURN(std::vector<uint32_t> rigs, ParseRigs(job->rigs));
+        RETURN_IF_ERROR(InsertRender(*study, *variant, job->ordinal, *scene.scene_hash,
+                                     std::move(rigs), job->generation + 1));
+      } else {
+        scene.rigs = static_cast<uint32_t>(std::min<int64_t>(scene.rigs, missing));
+        scene.rigs_lost = 0;
+        tally.pairs_planned += scene.rigs;
+        RETURN_IF_ERROR(store_.WriteScene(variant_id, job->ordinal, scene));
+        RETURN_IF_ERROR(InsertSolve(*study, *variant, job->ordinal, job->generation + 1));
+      }
+      ++retried;
+    }
+  }
+  RETURN_IF_ERROR(store_.Audit(Now(), actor, "retry", id, std::to_string(retried) + " jobs"));
+  return retried;
+}
+
+// ---- Leases -------------------------------------------------------------------------------------
+absl::StatusOr<std::vector<GrantedLease>> Machine::Lease(const WorkerFacts& worker, int max_jobs) {
+  std::vector<GrantedLease> leases;
+  workers_[worker.name].seen_s = SteadySeconds();
+  for (int i = 0; i < max_jobs; ++i) {
+    ASSIGN_OR_RETURN(const std::optional<JobRow> job, Choose(worker));
+    if (!job) break;
+    ASSIGN_OR_RETURN(GrantedLease lease, Grant(*job, worker));
+    leases.push_back(std::move(lease));
+  }
+  return leases;
+}
+
+bool Machine::OthersAround(const std::string& worker) {
+  const double now = SteadySeconds();
+  std::erase_if(workers_,
+                [&](const auto& known) { return now - known.second.seen_s > kWorkerForgottenS; });
+  return workers_.size() > (workers_.count(worker) ? 1u : 0u);
+}
+
+StudyShare Machine::ShareOf(Study& study, const WorkerFacts& worker) {
+  const int64_t solves = study.tally.ready[static_cast<size_t>(WorkKind::kSolve)];
+  const int64_t renders = study.tally.ready[static_cast<size_t>(WorkKind::kRender)];
+  const bool hungry = solves + renders > 0 && !study.tally.paused && !study.tally.cancelled;
+  const double now = SteadySeconds();
+  if (!hungry) {
+    study.hungry_since_s = -1;
+  } else if (study.hungry_since_s < 0) {
+    // It doesn't save up turns while it has nothing to do.
+    study.hungry_since_s = now;
+    study.pass = std::max(study.pass, virtual_pass_);
+  }
+  const bool open = hungry && ((worker.solves && solves > 0) || (worker.renders && renders > 0));
+  return {.study = study.id,
+          .priority = study.priority,
+          .pass = study.pass,
+          .waiting_s = hungry ? now - study.hungry_since_s : 0,
+          .open = open,
+          .needs_memory_mb = study.needs_memory_mb,
+          .needs_tags = study.needs_tags};
+}
+
+absl::StatusOr<std::optional<JobRow>> Machine::Choose(const WorkerFacts& worker) {
+  if (worker.renders) {
+    ASSIGN_OR_RETURN(std::optional<JobRow> warm, ChooseWarm(worker));
+    if (warm) return warm;
+  }
+  std::vector<StudyShare> shares;
+  for (auto& [id, study] : ledger_.loaded_studies()) {
+    if (!study.tally.finished) shares.push_back(ShareOf(study, worker));
+  }
+  for (const int64_t id : OrderStudies(shares, {worker.memory_mb, worker.tags})) {
+    ASSIGN_OR_RETURN(Study * study, ledger_.FindStudy(id));
+    // Renders first: what has been begun is finished, and few scenes are open at a time.
+    for (const WorkKind kind : {WorkKind::kRender, WorkKind::kSolve}) {
+      if (!(kind == WorkKind::kRender ? worker.renders : worker.solves)) continue;
+      if (study->tally.ready[static_cast<size_t>(kind)] == 0) continue;
+      ASSIGN_OR_RETURN(std::optional<JobRow> job, ChooseOf(*study, kind, worker));
+      if (job) return job;
+    }
+  }
+  return std::optional<JobRow>();
+}
+
+absl::StatusOr<std::optional<JobRow>> Machine::ChooseOf(Study& study, WorkKind kind,
+                                                        const WorkerFacts& worker) {
+  const bool others = OthersAround(worker.name);
+  SqliteQuery query(db_, kReadyOfStudy, study.id, NameOf(kind), kCandidates);
+  while (query.Next()) {
+    JobRow job = JobRowOf(query);
+    const double waited = Now() - job.ready_unix_s;
+    const JobCandidate candidate{job.id, job.worker, waited < 0 ? kElsewhereS : waited};
+    if (PickJob({&candidate, 1}, worker.name, others) == 0) return std::optional<JobRow>(job);
+  }
+  RETURN_IF_ERROR(query.status());
+  return std::optional<JobRow>();
+}
+
+absl::StatusOr<std::optional<JobRow>> Machine::ChooseWarm(const WorkerFacts& worker) {
+  const auto known = workers_.find(worker.name);
+  if (known == workers_.end()) return std::optional<JobRow>();
+  for (const Sha256Digest& scene : known->second.scenes) {
+    SqliteQuery query(db_, kReadyOfScene, scene, kCandidates);
+    while (query.Next()) {
+      JobRow job = JobRowOf(query);
+      ASSIGN_OR_RETURN(Study * study, ledger_.FindStudy(job.study));
+      const StudyShare share = ShareOf(*study, worker);
+      if (job.kind == WorkKind::kRender && job.worker != worker.name && share.open &&
+          Fits(share, {worker.memory_mb, worker.tags})) {
+        return std::optional<JobRow>(job);
+      }
+    }
+    RETURN_IF_ERROR(query.status());
+  }
+  return std::optional<JobRow>();
+}
+
+absl::StatusOr<GrantedLease> Machine::Grant(const JobRow& job, const WorkerFacts& worker) {
+  ASSIGN_OR_RETURN(Variant * variant, ledger_.FindVariant(job.variant));
+  ASSIGN_OR_RETURN(Study * study, ledger_.FindStudy(job.study));
+  GrantedLease lease;
+  if (job.kind == WorkKind::kSolve) {
+    ASSIGN_OR_RETURN(const auto layout, store_.FindLayoutResult(job.group_key));
+    lease.layout_given = layout && layout->solved;
+  }
+  lease.job = job.id;
+  lease.fence = NextFence();
+  lease.worker = worker.name;
+  lease.kind = job.kind;
+  lease.attempt_number = job.attempts + 1;
+  lease.study = study->name;
+  lease.variant = variant->name;
+  lease.ordinal = job.ordinal;
+  lease.seed = SceneSeedOf(study->seed, job.ordinal);
+  lease.config = variant->config;
+  lease.rigs = job.rigs;
+  lease.work_key = job.work_key;
+  lease.group_key = job.group_key;
+  RETURN_IF_ERROR(store_.MoveToLeased(job, lease.fence, worker.name, lease.layout_given));
+  ledger_.CountMove(*variant, job.kind, JobState::kReady, JobState::kLeased);
+  RETURN_IF_ERROR(
+      BlockSiblings(job, /*whole_group=*/job.kind == WorkKind::kSolve && !lease.layout_given));
+
+  study->pass += 1;
+  virtual_pass_ = study->pass;
+  study->hungry_since_s = SteadySeconds();
+  if (job.kind == WorkKind::kRender) {
+    std::deque<Sha256Digest>& scenes = workers_[worker.name].scenes;
+    std::erase(scenes, job.group_key);
+    scenes.push_front(job.group_key);
+    if (scenes.size() > kScenesRemembered) scenes.pop_back();
+  }
+  ++leased_now_;
+  effects_.granted.push_back({lease.job, lease.fence, lease.worker, false, ""});
+  return lease;
+}
+
+// ---- Expansion ----------------------------------------------------------------------------------
+absl::Status Machine::TopUp(Study& study, Variant& variant, const ScenePlan& plan) {
+  ASSIGN_OR_RETURN(SceneRow scene, store_.FindScene(variant.id, plan.ordinal));
+  const uint32_t before = scene.rigs;
+  scene.rigs = plan.rigs;
+  RETURN_IF_ERROR(store_.WriteScene(variant.id, plan.ordinal, scene));
+  ledger_.Change(variant).pairs_planned += plan.rigs - before;
+  if (!scene.scene_hash) return absl::OkStatus();  // Its solve will ask for all of them.
+  return InsertRender(study, variant, plan.ordinal, *scene.scene_hash,
+                      RigRange(before, plan.rigs - before), 1);
+}
+
+absl::StatusOr<bool> Machine::Expand(int64_t limit) {
+  const std::vector<int64_t> hungry(hungry_.begin(), hungry_.end());
+  for (const int64_t id : hungry) {
+    ASSIGN_OR_RETURN(Variant * variant, ledger_.FindVariant(id));
+    ASSIGN_OR_RETURN(Study * study, ledger_.FindStudy(variant->study));
+    const int64_t missing = variant->pairs_wanted - variant->tally.pairs_planned;
+    if (missing <= 0 || study->tally.cancelled || !variant->tally.problem.empty()) {
+      hungry_.erase(id);
+      continue;
+    }
+    if (limit <= 0) return true;
+    VariantPlan plan{.pairs_wanted = variant->pairs_wanted,
+                     .pairs_planned = variant->tally.pairs_planned,
+                     .rigs_per_scene = variant->rigs_per_scene,
+                     .next_ordinal = static_cast<uint32_t>(variant->tally.next_ordinal),
+                     .scenes_open = variant->tally.scenes_open,
+                     // A large farm needs more than a small one to choose from.
+                     .scenes_ahead = std::max<int64_t>(options_.scenes_ahead, 2 * leased_now_)};
+    ASSIGN_OR_RETURN(const std::optional<uint32_t> highest, store_.HighestLiving(id));
+    if (highest) {
+      ASSIGN_OR_RETURN(const SceneRow scene, store_.FindScene(id, *highest));
+      if (scene.rigs_lost == 0) plan.highest_living = ScenePlan{*highest, scene.rigs};
+    }
+    const Expansion expansion = NextScenes(plan, limit);
+    if (expansion.top_up) RETURN_IF_ERROR(TopUp(*study, *variant, *expansion.top_up));
+    for (const ScenePlan& scene : expansion.scenes) {
+      RETURN_IF_ERROR(store_.InsertScene(id, scene.ordinal, scene.rigs));
+      VariantTally& tally = ledger_.Change(*variant);
+      tally.next_ordinal = scene.ordinal + 1;
+      tally.pairs_planned += scene.rigs;
+      RETURN_IF_ERROR(InsertSolve(*study, *variant, scene.ordinal, 1));
+      // Seeds known to be bad may have used up the variant's patience.
+      if (!variant->tally.problem.empty()) break;
+    }
+    limit -= static_cast<int64_t>(expansion.scenes.size()) + (expansion.top_up ? 1 : 0);
+    // With no room in its window it comes back when one of its scenes ends.
+    if (expansion.scenes.empty() && !expansion.top_up) hungry_.erase(id);
+  }
+  return !hungry_.empty();
+}
+
+absl::Status Machine::Settle() {
+  for (const int64_t id : ledger_.changed_studies()) {
+    ASSIGN_OR_RETURN(Study * study, ledger_.FindStudy(id));
+    bool finished = true;
+    for (const int64_t variant_id : study->variants) {
+      ASSIGN_OR_RETURN(const Variant* variant, ledger_.FindVariant(variant_id));
+      const VariantTally& tally = variant->tally;
+      const bool complete = study->tally.cancelled || !tally.problem.empty() ||
+                            tally.pairs_planned >= variant->pairs_wanted;
+      if (!complete || tally.OpenJobs() > 0) {
+        finished = false;
+        break;
+      }
+    }
+    if (finished == study->tally.finished) continue;
+    RETURN_IF_ERROR(db_.Run("UPDATE studies SET finished_unix_s = ?2 WHERE id = ?1", id,
+                            finished ? std::optional<double>(Now()) : std::nullopt));
+    study->tally.finished = finished;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace parallax

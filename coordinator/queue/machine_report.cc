@@ -1,0 +1,303 @@
+// How leases end: results, failures, losses.
+#include <algorithm>
+
+#include "common/base/rng.h"
+#include "coordinator/queue/machine.h"
+#include "coordinator/study/rigs.h"
+
+namespace parallax {
+namespace {
+
+constexpr size_t kErrorLength = 1000;  // Of what is kept of a worker's message.
+
+std::string OneLine(std::string_view text) {
+  std::string line(text.substr(0, kErrorLength));
+  std::replace_if(
+      line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
+  return line;
+}
+
+std::string AttemptFolder(const JobRow& job) {
+  return StorePrefixOf(job.work_key) + "/.attempt-" + std::to_string(job.fence) + "/";
+}
+
+}  // namespace
+
+// Whether the attempt holds its job, and if not, what to answer.
+absl::StatusOr<Machine::Holding> Machine::HoldingOf(const v1::AttemptId& attempt) {
+  Holding holding;
+  holding.outcome = v1::REPORT_OUTCOME_STALE_FENCE;
+  ASSIGN_OR_RETURN(std::optional<JobRow> job, store_.Find(attempt.job_id()));
+  if (job && job->fence == attempt.fence() && attempt.fence() != 0) {
+    switch (job->state) {
+      case JobState::kLeased:
+        holding.outcome = v1::REPORT_OUTCOME_OK;
+        break;
+      case JobState::kSucceeded:
+      case JobState::kRejected:
+        holding.outcome = v1::REPORT_OUTCOME_ALREADY_DONE;
+        break;
+      case JobState::kCancelled:
+        holding.outcome = v1::REPORT_OUTCOME_CANCELLED;
+        break;
+      default:
+        break;
+    }
+  }
+  if (job) holding.job = *std::move(job);
+  if (holding.outcome == v1::REPORT_OUTCOME_STALE_FENCE) ++effects_.stale;
+  return holding;
+}
+
+// ---- Results ------------------------------------------------------------------------------------
+absl::StatusOr<Machine::Verdict> Machine::Complete(const CheckedReport& report) {
+  ASSIGN_OR_RETURN(const Holding holding, HoldingOf(report.attempt));
+  Verdict verdict{holding.outcome, ""};
+  if (holding.outcome != v1::REPORT_OUTCOME_OK) return verdict;
+  const JobRow& job = holding.job;
+  ASSIGN_OR_RETURN(const Variant* variant, ledger_.FindVariant(job.variant));
+  verdict.invalid = WhyNotOf(job, *variant, report);
+  if (!verdict.invalid.empty()) {
+    verdict.invalid = "job " + std::to_string(job.id) + ": " + verdict.invalid;
+    RETURN_IF_ERROR(FailAttempt(
+        job, {report.worker, "invalid result: " + verdict.invalid, "invalid-result", true}));
+    return verdict;
+  }
+  RETURN_IF_ERROR(job.kind == WorkKind::kSolve ? CompleteSolve(job, report)
+                                               : CompleteRender(job, report));
+  ++effects_.completions;
+  return verdict;
+}
+
+std::string Machine::WhyNotOf(const JobRow& job, const Variant& variant,
+                              const CheckedReport& report) {
+  if (!report.invalid.empty()) return report.invalid;
+  if (report.kind != job.kind) {
+    return std::string("a ") + NameOf(report.kind) + " result for a " + NameOf(job.kind) + " job";
+  }
+  if (job.kind == WorkKind::kSolve) {
+    if (report.rejected) return "";
+    const auto study = ledger_.FindStudy(job.study);
+    if (!study.ok()) return std::string(study.status().message());
+    const uint64_t seed = SceneSeedOf((*study)->seed, job.ordinal).value;
+    if (report.scene_seed != 0 && report.scene_seed != seed) {
+      return "a scene of seed " + std::to_string(report.scene_seed) + ", wanted " +
+             std::to_string(seed);
+    }
+    const uint32_t wanted =
+        std::max(variant.rigs_per_scene, static_cast<uint32_t>(variant.config->rigs().count()));
+    if (report.scene_rigs < wanted) {
+      return "a scene with " + std::to_string(report.scene_rigs) + " rigs, wanted " +
+             std::to_string(wanted);
+    }
+    return "";
+  }
+  std::vector<uint32_t> rigs;
+  const std::string folder = AttemptFolder(job);
+  for (const CheckedFrame& frame : report.frames) {
+    rigs.push_back(frame.rig);
+    if (frame.path.compare(0, folder.size(), folder) != 0) {
+      return "frame of rig " + std::to_string(frame.rig) + " at '" + frame.path +
+             "', wanted a folder under '" + folder + "'";
+    }
+  }
+  const auto wanted = ParseRigs(job.rigs);
+  if (!wanted.ok() || rigs != *wanted) {
+    return "frames of rigs '" + RigsText(rigs) + "', wanted exactly '" + job.rigs + "'";
+  }
+  return "";
+}
+
+absl::Status Machine::CompleteSolve(const JobRow& job, const CheckedReport& report) {
+  ASSIGN_OR_RETURN(Variant * variant, ledger_.FindVariant(job.variant));
+  ASSIGN_OR_RETURN(Study * study, ledger_.FindStudy(job.study));
+  const std::string reason = report.rejected ? OneLine(report.reject_reason) : "";
+
+  // A rejection without a layout, of a job that had to make one, holds for every scene with this
+  // layout.
+  const bool layout_rejected = report.rejected && report.layout_z.empty() && !job.layout_given;
+  if (!report.layout_z.empty() || layout_rejected) {
+    RETURN_IF_ERROR(store_.InsertLayoutResult(job.group_key, report.layout_z, reason));
+  }
+  if (!report.rejected) RETURN_IF_ERROR(store_.InsertRecipe(report.scene_hash, report.scene_z));
+  if (!layout_rejected) {
+    RETURN_IF_ERROR(store_.InsertSceneResult(
+        job.work_key, report.rejected ? std::nullopt : std::optional(report.scene_hash), reason));
+  }
+
+  // What is committed first is the result, also for this job.
+  std::optional<Sha256Digest> scene_hash;
+  if (!layout_rejected) {
+    ASSIGN_OR_RETURN(const auto result, store_.FindSceneResult(job.work_key));
+    if (result) scene_hash = result->scene_hash;
+  }
+  const JobState end = scene_hash ? JobState::kSucceeded : JobState::kRejected;
+  RETURN_IF_ERROR(store_.MoveToResult(job.id, job.fence, end, reason, Now()));
+  ledger_.CountMove(*variant, job.kind, JobState::kLeased, end);
+  --leased_now_;
+  effects_.ended.push_back({job.id, job.fence, job.worker, false, ""});
+  if (job.layout_given) ++ledger_.Change(*variant).layouts_reused;
+  RETURN_IF_ERROR(scene_hash ? Solved(job, *study, *variant, *scene_hash)
+                             : EnterLoss(job, *variant, end));
+  return ReleaseFollowers(job.id);
+}
+
+absl::Status Machine::CompleteRender(const JobRow& job, const CheckedReport& report) {
+  ASSIGN_OR_RETURN(Variant * variant, ledger_.FindVariant(job.variant));
+  for (const CheckedFrame& frame : report.frames) {
+    const Sha256Digest key =
+        FrameKey(options_.generator_version, variant->digests, job.group_key, frame.rig);
+    ASSIGN_OR_RETURN(const bool is_new,
+                     store_.InsertFrameResult(key, frame.frame_z, job.id, job.fence));
+    RETURN_IF_ERROR(store_.InsertFrame(job, frame.rig, key, /*reused=*/!is_new));
+    if (!is_new) ++ledger_.Change(*variant).frames_reused;
+  }
+  RETURN_IF_ERROR(store_.MoveToResult(job.id, job.fence, JobState::kSucceeded, "", Now()));
+  ledger_.CountMove(*variant, job.kind, JobState::kLeased, JobState::kSucceeded);
+  --leased_now_;
+  effects_.ended.push_back({job.id, job.fence, job.worker, false, ""});
+  RETURN_IF_ERROR(ChangeScene(*variant, job.ordinal,
+                              {.jobs_open = -1, .rigs_done = static_cast<int>(job.rig_count)})
+                      .status());
+  return ReleaseFollowers(job.id);
+}
+
+// ---- Failures and losses ------------------------------------------------------------------------
+absl::StatusOr<v1::ReportOutcome> Machine::Fail(const v1::FailRequest& request) {
+  ASSIGN_OR_RETURN(const Holding holding, HoldingOf(request.attempt()));
+  if (holding.outcome == v1::REPORT_OUTCOME_OK) {
+    RETURN_IF_ERROR(FailAttempt(holding.job, {request.worker(), request.error(),
+                                              request.fingerprint(), request.retryable()}));
+    return v1::REPORT_OUTCOME_OK;
+  }
+  ASSIGN_OR_RETURN(const bool known,
+                   store_.HasLoss(request.attempt().job_id(), request.attempt().fence(), "app"));
+  return known ? v1::REPORT_OUTCOME_ALREADY_DONE : holding.outcome;
+}
+
+absl::Status Machine::FailAttempt(const JobRow& job, const AppFailure& failure) {
+  const std::string worker = failure.worker.empty() ? job.worker : failure.worker;
+  const std::string error = OneLine(failure.error);
+  const std::string fingerprint =
+      OneLine(failure.fingerprint.empty() ? failure.error : failure.fingerprint);
+  RETURN_IF_ERROR(store_.InsertLoss(job.id, job.fence, "app", worker, fingerprint, error, Now()));
+  ++effects_.failures;
+
+  FailureHistory history{.app_failures = job.app_failures + 1,
+                         .infra_losses = job.infra_losses,
+                         .retryable = failure.retryable};
+  ASSIGN_OR_RETURN(history.workers_with_fingerprint,
+                   store_.WorkersWithFingerprint(job.id, fingerprint));
+  LossUpdate update{
+      .app_failures = history.app_failures, .infra_losses = history.infra_losses, .error = error};
+  switch (JudgeAppFailure(options_.retry, history)) {
+    case FailureVerdict::kRetryNow:
+      update.state = JobState::kReady;
+      break;
+    case FailureVerdict::kRetryLater: {
+      Rng rng(SceneSeed{job.fence}, "queue/backoff");
+      update.state = JobState::kRetryWait;
+      update.not_before_unix_s =
+          Now() + BackoffSeconds(options_.retry, history.app_failures, rng.Uniform());
+      break;
+    }
+    case FailureVerdict::kFail:
+      update.state = JobState::kFailed;
+      break;
+    case FailureVerdict::kQuarantine:
+      update.state = JobState::kQuarantined;
+      break;
+  }
+  effects_.ended.push_back({job.id, job.fence, job.worker, false, ""});
+  return EndAttempt(job, update);
+}
+
+absl::Status Machine::LoseAttempt(const JobRow& job, LossKind kind, const std::string& reason,
+                                  bool stop) {
+  const std::string error = OneLine(reason);
+  RETURN_IF_ERROR(store_.InsertLoss(job.id, job.fence,
+                                    kind == LossKind::kLost ? "lost" : "returned", job.worker, "",
+                                    error, Now()));
+  ++effects_.losses;
+  FailureHistory history{.app_failures = job.app_failures, .infra_losses = job.infra_losses + 1};
+  ASSIGN_OR_RETURN(history.workers_lost, store_.WorkersLost(job.id));
+  LossUpdate update{
+      .app_failures = history.app_failures, .infra_losses = history.infra_losses, .error = error};
+  const FailureVerdict verdict = JudgeLoss(options_.retry, history);
+  update.state = verdict == FailureVerdict::kQuarantine ? JobState::kQuarantined : JobState::kReady;
+  effects_.ended.push_back({job.id, job.fence, job.worker, stop, reason});
+  return EndAttempt(job, update);
+}
+
+absl::Status Machine::EndAttempt(const JobRow& job, const LossUpdate& update) {
+  ASSIGN_OR_RETURN(Variant * variant, ledger_.FindVariant(job.variant));
+  RETURN_IF_ERROR(store_.MoveAfterLoss(job, update, Now()));
+  ledger_.CountMove(*variant, job.kind, JobState::kLeased, update.state);
+  --leased_now_;
+  if (update.state == JobState::kReady) effects_.work_ready = true;
+  if (IsTerminal(update.state)) RETURN_IF_ERROR(EnterLoss(job, *variant, update.state));
+  return ReleaseFollowers(job.id);
+}
+
+absl::StatusOr<v1::ReportOutcome> Machine::HandBack(const std::string& worker,
+                                                    const v1::AttemptId& attempt,
+                                                    std::string_view reason) {
+  ASSIGN_OR_RETURN(const Holding holding, HoldingOf(attempt));
+  if (holding.outcome == v1::REPORT_OUTCOME_OK) {
+    RETURN_IF_ERROR(LoseAttempt(holding.job, LossKind::kReturned,
+                                "handed back by " + worker + ": " + std::string(reason), false));
+    return v1::REPORT_OUTCOME_OK;
+  }
+  ASSIGN_OR_RETURN(const bool known, store_.HasLoss(attempt.job_id(), attempt.fence(), "returned"));
+  return known ? v1::REPORT_OUTCOME_ALREADY_DONE : holding.outcome;
+}
+
+absl::StatusOr<std::vector<v1::AttemptId>> Machine::Adopt(
+    const std::string& worker, const std::vector<v1::AttemptId>& holding) {
+  std::vector<v1::AttemptId> adopted;
+  ASSIGN_OR_RETURN(const std::vector<int64_t> leased, store_.LeasedBy(worker));
+  for (const int64_t id : leased) {
+    ASSIGN_OR_RETURN(const std::optional<JobRow> job, store_.Find(id));
+    const auto known = std::find_if(holding.begin(), holding.end(), [&](const v1::AttemptId& a) {
+      return a.job_id() == id && a.fence() == job->fence;
+    });
+    if (known != holding.end()) {
+      adopted.push_back(*known);
+    } else {
+      RETURN_IF_ERROR(
+          LoseAttempt(*job, LossKind::kLost, "worker " + worker + " came back without it", false));
+    }
+  }
+  workers_[worker].seen_s = SteadySeconds();
+  return adopted;
+}
+
+absl::StatusOr<int> Machine::WorkerLost(const std::string& worker) {
+  ASSIGN_OR_RETURN(const std::vector<int64_t> leased, store_.LeasedBy(worker));
+  for (const int64_t id : leased) {
+    ASSIGN_OR_RETURN(const std::optional<JobRow> job, store_.Find(id));
+    RETURN_IF_ERROR(LoseAttempt(*job, LossKind::kLost, "worker " + worker + " was lost", true));
+  }
+  workers_.erase(worker);
+  return static_cast<int>(leased.size());
+}
+
+absl::Status Machine::Expire(const std::vector<LeaseRef>& leases) {
+  for (const LeaseRef& lease : leases) {
+    ASSIGN_OR_RETURN(const std::optional<JobRow> job, store_.Find(lease.job));
+    if (!job || job->state != JobState::kLeased || job->fence != lease.fence) continue;
+    RETURN_IF_ERROR(LoseAttempt(*job, LossKind::kLost,
+                                "worker " + lease.worker + " was not heard of for a whole lease",
+                                true));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Machine::WakeRetries() {
+  ASSIGN_OR_RETURN(const std::vector<int64_t> due,
+                   store_.BackoffsDue(Now(), options_.retry.backoff_max_s, 10'000));
+  for (const int64_t id : due) RETURN_IF_ERROR(SettleJob(id));
+  return absl::OkStatus();
+}
+
+}  // namespace parallax

@@ -1,0 +1,49 @@
+#include "coordinator/queue/migrations.h"
+
+#include <string>
+
+namespace parallax {
+namespace {
+
+constexpr int64_t kApplicationId = 0x504c5851;  // "PLXQ", shown by file(1).
+
+absl::StatusOr<int64_t> Pragma(SqliteConnection& db, const char* sql) {
+  ASSIGN_OR_RETURN(const std::optional<int64_t> value, db.Integer(sql));
+  return value.value_or(0);
+}
+
+absl::Status Apply(SqliteConnection& db, const Migration& migration) {
+  const std::string number = std::to_string(migration.number);
+  const absl::Status status = db.Execute(
+      "BEGIN IMMEDIATE;" + std::string(migration.sql) + "\nPRAGMA user_version = " + number +
+      "; PRAGMA application_id = " + std::to_string(kApplicationId) + "; COMMIT;");
+  if (!status.ok() && db.in_transaction()) db.Execute("ROLLBACK;").IgnoreError();
+  return WithContext(status, std::string("migration ") + migration.name);
+}
+
+}  // namespace
+
+int64_t NewestSchemaVersion() { return AllMigrations().back().number; }
+
+absl::Status Migrate(SqliteConnection& db, int target) {
+  ASSIGN_OR_RETURN(const int64_t version, Pragma(db, "PRAGMA user_version"));
+  ASSIGN_OR_RETURN(const int64_t application, Pragma(db, "PRAGMA application_id"));
+  ASSIGN_OR_RETURN(const int64_t tables, Pragma(db, "SELECT count(*) FROM sqlite_schema"));
+  if (application != kApplicationId && (tables > 0 || version > 0)) {
+    return MakeError(absl::StatusCode::kDataLoss, "not a Parallax queue database");
+  }
+  if (version > NewestSchemaVersion()) {
+    return MakeError(absl::StatusCode::kFailedPrecondition,
+                     "a database from the future: its schema is version " +
+                         std::to_string(version) + ", this program knows up to " +
+                         std::to_string(NewestSchemaVersion()) + "; use a newer program");
+  }
+  const int64_t wanted = target == 0 ? NewestSchemaVersion() : target;
+  for (const Migration& migration : AllMigrations()) {
+    if (migration.number <= version || migration.number > wanted) continue;
+    RETURN_IF_ERROR(Apply(db, migration));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace parallax

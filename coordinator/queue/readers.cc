@@ -1,0 +1,354 @@
+#include "coordinator/queue/readers.h"
+
+#include <sqlite3.h>
+
+#include <algorithm>
+#include <map>
+
+#include "coordinator/queue/compress.h"
+#include "coordinator/queue/database_file.h"
+#include "coordinator/study/rigs.h"
+
+namespace parallax {
+namespace {
+
+constexpr int kMostRows = 10'000;
+constexpr int kProblemsShown = 10;
+
+int Limit(int asked, int otherwise) { return asked <= 0 ? otherwise : std::min(asked, kMostRows); }
+
+absl::Status NotFound(const std::string& what) {
+  return MakeError(absl::StatusCode::kNotFound, what + ": no such");
+}
+
+// Interrupts what runs on a connection once its time is over.
+class Deadline {
+ public:
+  Deadline(sqlite3* db, double seconds)
+      : db_(db),
+        end_(std::chrono::steady_clock::now() +
+             std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                 std::chrono::duration<double>(seconds))) {
+    if (seconds > 0) sqlite3_progress_handler(db_, 10'000, &Deadline::Over, this);
+  }
+  ~Deadline() { sqlite3_progress_handler(db_, 0, nullptr, nullptr); }
+
+ private:
+  static int Over(void* self) {
+    return std::chrono::steady_clock::now() > static_cast<Deadline*>(self)->end_ ? 1 : 0;
+  }
+  sqlite3* db_;
+  std::chrono::steady_clock::time_point end_;
+};
+
+// ---- Studies ------------------------------------------------------------------------------------
+constexpr char kStudyColumns[] =
+    "SELECT id, name, paused, cancelled, submitted_unix_s, finished_unix_s FROM studies ";
+
+absl::Status AddCounts(SqliteConnection& db, std::map<int64_t, v1::VariantStatus*>& variants,
+                       int64_t study) {
+  SqliteQuery query(db,
+                    "SELECT variant_id, kind, state, jobs FROM job_counts WHERE jobs > 0 AND"
+                    " variant_id IN (SELECT id FROM variants WHERE study_id = ?1)",
+                    study);
+  while (query.Next()) {
+    v1::VariantStatus* status = variants.at(query.Int(0));
+    auto& jobs = WorkKindOf(query.Text(1)) == WorkKind::kSolve ? *status->mutable_solve_jobs()
+                                                               : *status->mutable_render_jobs();
+    jobs[std::string(query.Text(2))] = query.Int(3);
+  }
+  return query.status();
+}
+
+absl::Status AddProblems(SqliteConnection& db, int64_t variant, v1::VariantStatus& status) {
+  SqliteQuery query(db,
+                    "SELECT id, state, error, ordinal FROM jobs WHERE variant_id = ?1"
+                    " AND state IN ('FAILED', 'QUARANTINED')"
+                    " ORDER BY finished_unix_s DESC, id DESC LIMIT ?2",
+                    variant, kProblemsShown - status.problems_size());
+  while (query.Next()) {
+    v1::JobProblem* problem = status.add_problems();
+    problem->set_job_id(query.Int(0));
+    problem->set_state(std::string(query.Text(1)));
+    problem->set_error(std::string(query.Text(2)));
+    problem->set_scene(static_cast<uint32_t>(query.Int(3)));
+  }
+  return query.status();
+}
+
+absl::Status AddVariants(SqliteConnection& db, v1::StudyStatus& study) {
+  std::map<int64_t, v1::VariantStatus*> by_id;
+  {
+    SqliteQuery query(db,
+                      "SELECT id, name, pairs_wanted, pairs_done, solves_reused, layouts_reused,"
+                      " frames_reused, scenes_rejected, problem FROM variants WHERE study_id = ?1"
+                      " ORDER BY id",
+                      study.study_id());
+    while (query.Next()) {
+      v1::VariantStatus* status = study.add_variants();
+      status->set_name(std::string(query.Text(1)));
+      status->set_pairs_wanted(query.Int(2));
+      status->set_pairs_done(query.Int(3));
+      status->set_solves_reused(query.Int(4));
+      status->set_layouts_reused(query.Int(5));
+      status->set_frames_reused(query.Int(6));
+      status->set_scenes_rejected(query.Int(7));
+      if (!query.Text(8).empty()) {
+        v1::JobProblem* problem = status->add_problems();
+        problem->set_state("GAVE_UP");
+        problem->set_error(std::string(query.Text(8)));
+      }
+      by_id[query.Int(0)] = status;
+    }
+    RETURN_IF_ERROR(query.status());
+  }
+  RETURN_IF_ERROR(AddCounts(db, by_id, study.study_id()));
+  for (const auto& [id, status] : by_id) RETURN_IF_ERROR(AddProblems(db, id, *status));
+  return absl::OkStatus();
+}
+
+v1::StudyState StateOf(const v1::StudyStatus& study, bool paused, bool cancelled) {
+  if (cancelled) return v1::STUDY_STATE_CANCELLED;
+  if (study.finished_unix_s() > 0) {
+    const bool all =
+        std::all_of(study.variants().begin(), study.variants().end(),
+                    [](const v1::VariantStatus& v) { return v.pairs_done() >= v.pairs_wanted(); });
+    return all ? v1::STUDY_STATE_SUCCEEDED : v1::STUDY_STATE_FAILED;
+  }
+  return paused ? v1::STUDY_STATE_PAUSED : v1::STUDY_STATE_RUNNING;
+}
+
+absl::Status FillStudy(SqliteConnection& db, const SqliteQuery& row, v1::StudyStatus& study) {
+  study.set_study_id(row.Int(0));
+  study.set_name(std::string(row.Text(1)));
+  study.set_submitted_unix_s(row.Real(4));
+  study.set_finished_unix_s(row.Real(5));
+  RETURN_IF_ERROR(AddVariants(db, study));
+  study.set_state(StateOf(study, row.Int(2) != 0, row.Int(3) != 0));
+  return absl::OkStatus();
+}
+
+// ---- Jobs ---------------------------------------------------------------------------------------
+#define PARALLAX_LISTED_JOB                                                                 \
+  "SELECT j.id, j.kind, j.state, v.name, j.ordinal, j.rigs, j.attempts, j.worker, j.error " \
+  "FROM jobs AS j JOIN variants AS v ON v.id = j.variant_id "
+
+absl::Status AddJobs(SqliteQuery& query, std::vector<v1::JobStatus>& jobs) {
+  while (query.Next()) {
+    v1::JobStatus& job = jobs.emplace_back();
+    job.set_job_id(query.Int(0));
+    job.set_kind(WorkKindOf(query.Text(1)) == WorkKind::kSolve ? v1::JOB_KIND_SOLVE
+                                                               : v1::JOB_KIND_RENDER);
+    job.set_state(std::string(query.Text(2)));
+    job.set_variant(std::string(query.Text(3)));
+    job.set_scene(static_cast<uint32_t>(query.Int(4)));
+    if (const auto rigs = ParseRigs(query.Text(5)); rigs.ok()) {
+      job.mutable_rigs()->Add(rigs->begin(), rigs->end());
+    }
+    job.set_attempts(static_cast<int>(query.Int(6)));
+    job.set_worker(std::string(query.Text(7)));
+    job.set_error(std::string(query.Text(8)));
+  }
+  return query.status();
+}
+
+// Of one state, by id. The hot states have their own indexes; of the others, the variants' own.
+absl::Status AddJobsOfState(SqliteConnection& db, int64_t study, JobState state, int limit,
+                            std::vector<v1::JobStatus>& jobs) {
+  const bool hot = !IsTerminal(state);
+  // The state is spelled out, because only so is a partial index found.
+  const std::string where_state = "j.state = '" + std::string(NameOf(state)) + "' ";
+  const std::string sql =
+      hot ? PARALLAX_LISTED_JOB "WHERE " + where_state +
+                "AND j.study_id = ?1 ORDER BY j.id LIMIT ?2"
+          : PARALLAX_LISTED_JOB "WHERE " + where_state +
+                (state == JobState::kFailed || state == JobState::kQuarantined
+                     ? "AND j.state IN ('FAILED', 'QUARANTINED') "
+                     : "") +
+                "AND j.variant_id IN (SELECT id FROM variants WHERE study_id = ?1) LIMIT ?2";
+  SqliteQuery query(db, sql.c_str(), study, limit);
+  return AddJobs(query, jobs);
+}
+
+// ---- Frames and scenes --------------------------------------------------------------------------
+absl::Status AddFrames(SqliteConnection& db, const v1::ListFramesRequest& request,
+                       std::vector<v1::PublishedFrame>& frames) {
+  SqliteQuery query(db,
+                    "SELECT f.cursor, v.name, f.ordinal, f.reused, r.frame_z FROM frames AS f"
+                    " JOIN variants AS v ON v.id = f.variant_id"
+                    " JOIN frame_results AS r ON r.frame_key = f.frame_key"
+                    " WHERE f.study_id = ?1 AND f.cursor > ?2 ORDER BY f.cursor LIMIT ?3",
+                    request.study_id(), request.cursor(), Limit(request.limit(), 1000));
+  while (query.Next()) {
+    v1::PublishedFrame& frame = frames.emplace_back();
+    frame.set_cursor(query.Int(0));
+    frame.set_variant(std::string(query.Text(1)));
+    frame.set_scene(static_cast<uint32_t>(query.Int(2)));
+    frame.set_reused(query.Int(3) != 0);
+    RETURN_IF_ERROR(UnpackMessage(query.Blob(4), *frame.mutable_frame()));
+  }
+  return query.status();
+}
+
+absl::Status ReadBlob(SqliteConnection& db, const char* sql, const Sha256Digest& key,
+                      google::protobuf::MessageLite& message) {
+  SqliteQuery query(db, sql, key);
+  if (!query.Next()) {
+    return query.status().ok() ? NotFound("result " + HexOf(key)) : query.status();
+  }
+  return UnpackMessage(query.Blob(0), message);
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Readers>> Readers::Open(const std::string& path,
+                                                       const std::string& vfs, int connections,
+                                                       double deadline_s) {
+  std::unique_ptr<Readers> readers(new Readers(deadline_s));
+  for (int i = 0; i < std::max(1, connections); ++i) {
+    ASSIGN_OR_RETURN(auto connection, OpenReader(path, vfs));
+    readers->free_.push_back(std::move(connection));
+  }
+  return readers;
+}
+
+absl::Status Readers::Read(double deadline_s,
+                           const std::function<absl::Status(SqliteConnection&)>& read) {
+  std::unique_ptr<SqliteConnection> connection;
+  {
+    std::unique_lock lock(mutex_);
+    free_one_.wait(lock, [&] { return !free_.empty(); });
+    connection = std::move(free_.back());
+    free_.pop_back();
+  }
+  absl::Status status;
+  {
+    const Deadline deadline(connection->raw(), deadline_s);
+    status = connection->Run("BEGIN");
+    if (status.ok()) status = read(*connection);
+  }
+  if (connection->in_transaction()) connection->Run("ROLLBACK").IgnoreError();
+  {
+    const std::lock_guard lock(mutex_);
+    free_.push_back(std::move(connection));
+  }
+  free_one_.notify_one();
+  return status;
+}
+
+absl::StatusOr<v1::StudyStatus> Readers::GetStudy(int64_t id) {
+  v1::StudyStatus study;
+  RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) {
+    SqliteQuery query(db, (std::string(kStudyColumns) + "WHERE id = ?1").c_str(), id);
+    if (!query.Next()) {
+      return query.status().ok() ? NotFound("study " + std::to_string(id)) : query.status();
+    }
+    RETURN_IF_ERROR(FillStudy(db, query, study));
+    SqliteQuery spec(db, "SELECT spec_z FROM studies WHERE id = ?1", id);
+    if (!spec.Next()) return spec.status();
+    return UnpackMessage(spec.Blob(0), *study.mutable_spec());
+  }));
+  return study;
+}
+
+absl::StatusOr<std::vector<v1::StudyStatus>> Readers::ListStudies(int limit) {
+  std::vector<v1::StudyStatus> studies;
+  RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) {
+    SqliteQuery query(db, (std::string(kStudyColumns) + "ORDER BY id DESC LIMIT ?1").c_str(),
+                      Limit(limit, 100));
+    while (query.Next()) RETURN_IF_ERROR(FillStudy(db, query, studies.emplace_back()));
+    return query.status();
+  }));
+  return studies;
+}
+
+absl::StatusOr<std::vector<v1::JobStatus>> Readers::ListJobs(const v1::ListJobsRequest& request) {
+  std::vector<JobState> states;
+  if (request.state().empty()) {
+    // What needs a look comes first.
+    states = {JobState::kFailed,    JobState::kQuarantined, JobState::kLeased,
+              JobState::kRetryWait, JobState::kReady,       JobState::kBlocked,
+              JobState::kRejected,  JobState::kCancelled,   JobState::kSucceeded};
+  } else {
+    const auto known = std::find(kJobStateNames.begin(), kJobStateNames.end(), request.state());
+    if (known == kJobStateNames.end()) {
+      std::string all;
+      for (const char* name : kJobStateNames) all += std::string(all.empty() ? "" : ", ") + name;
+      return MakeError(absl::StatusCode::kInvalidArgument,
+                       "state '" + request.state() + "': wanted one of " + all);
+    }
+    states = {JobStateOf(request.state())};
+  }
+  const int limit = Limit(request.limit(), 1000);
+  std::vector<v1::JobStatus> jobs;
+  RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) {
+    for (const JobState state : states) {
+      const int left = limit - static_cast<int>(jobs.size());
+      if (left <= 0) break;
+      RETURN_IF_ERROR(AddJobsOfState(db, request.study_id(), state, left, jobs));
+    }
+    return absl::OkStatus();
+  }));
+  return jobs;
+}
+
+absl::StatusOr<std::vector<v1::PublishedFrame>> Readers::ListFrames(
+    const v1::ListFramesRequest& request) {
+  std::vector<v1::PublishedFrame> frames;
+  RETURN_IF_ERROR(
+      Read(deadline_s_, [&](SqliteConnection& db) { return AddFrames(db, request, frames); }));
+  return frames;
+}
+
+absl::StatusOr<v1::Scene> Readers::GetScene(const v1::GetSceneRequest& request) {
+  v1::Scene scene;
+  RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) {
+    SqliteQuery query(db,
+                      "SELECT r.scene_z FROM variants AS v"
+                      " JOIN scenes AS s ON s.variant_id = v.id AND s.ordinal = ?3"
+                      " JOIN recipes AS r ON r.scene_hash = s.scene_hash"
+                      " WHERE v.study_id = ?1 AND v.name = ?2",
+                      request.study_id(), request.variant(), request.scene());
+    if (query.Next()) return UnpackMessage(query.Blob(0), scene);
+    RETURN_IF_ERROR(query.status());
+    return NotFound("solved scene " + std::to_string(request.scene()) + " of variant '" +
+                    request.variant() + "' of study " + std::to_string(request.study_id()));
+  }));
+  return scene;
+}
+
+absl::StatusOr<v1::Lease> Readers::LeaseMessage(const GrantedLease& lease) {
+  v1::Lease message;
+  message.mutable_attempt()->set_job_id(lease.job);
+  message.mutable_attempt()->set_fence(lease.fence);
+  message.set_attempt_number(lease.attempt_number);
+  message.set_study(lease.study);
+  message.set_variant(lease.variant);
+  message.set_scene(lease.ordinal);
+  if (lease.kind == WorkKind::kSolve) {
+    message.set_kind(v1::JOB_KIND_SOLVE);
+    v1::SolveJob* solve = message.mutable_solve();
+    solve->set_scene_seed(lease.seed.value);
+    *solve->mutable_config() = *lease.config;
+    if (!lease.layout_given) return message;
+    RETURN_IF_ERROR(Read(0, [&](SqliteConnection& db) {
+      return ReadBlob(db, "SELECT layout_z FROM layout_results WHERE layout_key = ?1",
+                      lease.group_key, *solve->mutable_layout());
+    }));
+    return message;
+  }
+  message.set_kind(v1::JOB_KIND_RENDER);
+  v1::RenderJob* render = message.mutable_render();
+  ASSIGN_OR_RETURN(const std::vector<uint32_t> rigs, ParseRigs(lease.rigs));
+  render->mutable_rigs()->Add(rigs.begin(), rigs.end());
+  *render->mutable_render() = lease.config->render();
+  *render->mutable_filters() = lease.config->filters();
+  render->set_store_prefix(StorePrefixOf(lease.work_key));
+  RETURN_IF_ERROR(Read(0, [&](SqliteConnection& db) {
+    return ReadBlob(db, "SELECT scene_z FROM recipes WHERE scene_hash = ?1", lease.group_key,
+                    *render->mutable_scene());
+  }));
+  return message;
+}
+
+}  // namespace parallax

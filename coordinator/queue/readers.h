@@ -1,0 +1,46 @@
+// What the queue tells: query_only connections, each call one short snapshot with a deadline. Reads
+// never wait for the writer and never checkpoint. Thread-safe.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+#include "coordinator/queue/machine.h"
+#include "coordinator/queue/sqlite.h"
+#include "parallax/v1/service.pb.h"
+
+namespace parallax {
+
+class Readers {
+ public:
+  static absl::StatusOr<std::unique_ptr<Readers>> Open(const std::string& path,
+                                                       const std::string& vfs, int connections,
+                                                       double deadline_s);
+
+  // Runs `read` in a read transaction. deadline_s 0: none.
+  absl::Status Read(double deadline_s, const std::function<absl::Status(SqliteConnection&)>& read);
+
+  absl::StatusOr<v1::StudyStatus> GetStudy(int64_t study);
+  absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit);
+  absl::StatusOr<std::vector<v1::JobStatus>> ListJobs(const v1::ListJobsRequest& request);
+  absl::StatusOr<std::vector<v1::PublishedFrame>> ListFrames(const v1::ListFramesRequest& request);
+  absl::StatusOr<v1::Scene> GetScene(const v1::GetSceneRequest& request);
+  // The message that a worker gets for a committed lease.
+  absl::StatusOr<v1::Lease> LeaseMessage(const GrantedLease& lease);
+
+ private:
+  explicit Readers(double deadline_s) : deadline_s_(deadline_s) {}
+
+  const double deadline_s_;
+  std::mutex mutex_;
+  std::condition_variable free_one_;
+  std::vector<std::unique_ptr<SqliteConnection>> free_;  // Guarded by mutex_.
+};
+
+}  // namespace parallax

@@ -1,0 +1,225 @@
+#include "coordinator/queue/writer.h"
+
+#include <sqlite3.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+
+namespace parallax {
+namespace {
+
+constexpr int64_t kScenesPerGroup = 256;     // Made in one transaction: some milliseconds.
+constexpr int kCheckpointPages = 2000;       // 8 MB of WAL.
+constexpr int kCheckpointHardPages = 65536;  // Readers kept it from being reset: try harder.
+
+std::chrono::duration<double> Seconds(double s) { return std::chrono::duration<double>(s); }
+
+// The disk did not do what it was told; only a restart knows what is on it.
+bool IsFatal(const absl::Status& status) {
+  return status.code() == absl::StatusCode::kUnavailable ||
+         status.code() == absl::StatusCode::kDataLoss;
+}
+
+}  // namespace
+
+Writer::Writer(SqliteConnection& db, Machine& machine, const JobQueueOptions& options, Hooks hooks)
+    : db_(db),
+      machine_(machine),
+      options_(options),
+      hooks_(std::move(hooks)),
+      fail_point_(options.fail_point) {
+  if (fail_point_.armed()) db_.before_write = [this] { return fail_point_.Step(); };
+  sqlite3_wal_hook(
+      db_.raw(),
+      [](void* self, sqlite3*, const char*, int pages) {
+        static_cast<Writer*>(self)->wal_pages_ = pages;
+        return SQLITE_OK;
+      },
+      this);
+  stats_.jobs = machine_.ledger().totals();
+  thread_ = std::thread([this] { Loop(); });
+}
+
+Writer::~Writer() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  wake_.notify_all();
+  thread_.join();
+  sqlite3_wal_hook(db_.raw(), nullptr, nullptr);
+  db_.before_write = nullptr;
+}
+
+void Writer::Enqueue(Command command) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!stopping_) {
+      queue_.push_back(std::move(command));
+      // Under load the writer looks for itself.
+      if (queue_.size() == 1) wake_.notify_one();
+      return;
+    }
+  }
+  if (command.done) command.done(MakeError(absl::StatusCode::kCancelled, "the queue is closing"));
+}
+
+WriterStats Writer::stats() const {
+  const std::lock_guard lock(mutex_);
+  return stats_;
+}
+
+std::vector<Writer::Command> Writer::NextGroup() {
+  std::unique_lock lock(mutex_);
+  const auto ready = [&] { return stopping_ || !queue_.empty(); };
+  if (!expand_more_) {
+    if (hooks_.tick_s > 0) {
+      wake_.wait_for(lock, Seconds(hooks_.tick_s), ready);
+    } else {
+      wake_.wait(lock, ready);
+    }
+  }
+  // Those who were answered by the last group are about to ask again: half of them are worth
+  // waiting for.
+  const size_t limit = static_cast<size_t>(std::max(1, options_.max_batch));
+  if (last_group_ > 1 && !stopping_ && !queue_.empty()) {
+    const auto until = std::chrono::steady_clock::now() + Seconds(options_.linger_s);
+    while (queue_.size() < std::min(limit, last_group_ / 2) && !stopping_ &&
+           std::chrono::steady_clock::now() < until) {
+      wake_.wait_for(lock, std::chrono::microseconds(50));
+    }
+  }
+  const size_t n = std::min(limit, queue_.size());
+  std::vector<Command> group;
+  group.reserve(n);
+  std::move(queue_.begin(), queue_.begin() + static_cast<std::ptrdiff_t>(n),
+            std::back_inserter(group));
+  queue_.erase(queue_.begin(), queue_.begin() + static_cast<std::ptrdiff_t>(n));
+  last_group_ = n;
+  return group;
+}
+
+void Writer::Loop() {
+  auto last_tick = std::chrono::steady_clock::now();
+  for (;;) {
+    std::vector<Command> group = NextGroup();
+    {
+      const std::lock_guard lock(mutex_);
+      if (stopping_ && group.empty() && queue_.empty()) return;
+    }
+    const auto now = std::chrono::steady_clock::now();
+    if (hooks_.tick_s > 0 && now - last_tick >= Seconds(hooks_.tick_s)) {
+      last_tick = now;
+      if (hooks_.due()) group.push_back({"tick", hooks_.tick, nullptr});
+    }
+    if (!group.empty() || expand_more_) RunGroup(group);
+  }
+}
+
+void Writer::RunGroup(std::vector<Command>& group) {
+  std::vector<absl::Status> results(group.size());
+  const absl::Status status = ApplyGroup(group, results);
+  if (!status.ok()) {
+    Rollback(status);
+    std::fill(results.begin(), results.end(), status);
+  } else {
+    hooks_.published(machine_.TakeEffects());
+    const std::lock_guard lock(mutex_);
+    ++stats_.commits;
+    stats_.commands += group.size();
+    stats_.largest_batch = std::max(stats_.largest_batch, static_cast<int>(group.size()));
+    stats_.wal_pages = wal_pages_;
+    stats_.jobs = machine_.ledger().totals();
+  }
+  for (size_t i = 0; i < group.size(); ++i) {
+    if (group[i].done) group[i].done(results[i]);
+  }
+  CheckpointIfLong();
+}
+
+absl::Status Writer::ApplyGroup(std::vector<Command>& group, std::vector<absl::Status>& results) {
+  RETURN_IF_ERROR(db_.Run("BEGIN IMMEDIATE"));
+  for (size_t i = 0; i < group.size(); ++i) {
+    results[i] = ApplyOne(group[i].name, group[i].apply);
+    // A full disk or a lost one takes the whole group with it.
+    if (!db_.in_transaction() || IsFatal(results[i]) ||
+        results[i].code() == absl::StatusCode::kResourceExhausted) {
+      return results[i].ok() ? MakeError(absl::StatusCode::kInternal, "transaction lost")
+                             : results[i];
+    }
+  }
+  RETURN_IF_ERROR(ApplyOne("expand", [this] {
+    ASSIGN_OR_RETURN(expand_more_, machine_.Expand(kScenesPerGroup));
+    return absl::OkStatus();
+  }));
+  fail_point_.Begin("settle");
+  RETURN_IF_ERROR(machine_.Settle());
+  RETURN_IF_ERROR(machine_.ledger().Flush());
+  return Commit();
+}
+
+absl::Status Writer::ApplyOne(const char* name, const std::function<absl::Status()>& apply) {
+  fail_point_.Begin(name);
+  RETURN_IF_ERROR(db_.Run("SAVEPOINT command"));
+  machine_.BeginCommand();
+  absl::Status status = apply();
+  if (!status.ok()) {
+    machine_.UndoCommand();
+    if (!db_.in_transaction()) return status;
+    RETURN_IF_ERROR(db_.Run("ROLLBACK TO command"));
+  }
+  RETURN_IF_ERROR(db_.Run("RELEASE command"));
+  return status;
+}
+
+absl::Status Writer::Commit() {
+  fail_point_.Begin("commit");
+  if (const absl::Status status = fail_point_.Step(); !status.ok()) Fatal(status);
+  const auto begin = std::chrono::steady_clock::now();
+  const absl::Status status = db_.Run("COMMIT");
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (!status.ok()) {
+    if (status.code() == absl::StatusCode::kResourceExhausted) return status;
+    Fatal(WithContext(status, "commit"));
+  }
+  if (const absl::Status after = fail_point_.Step(); !after.ok()) Fatal(after);
+  const std::lock_guard lock(mutex_);
+  stats_.commit_seconds += seconds;
+  stats_.commit_seconds_max = std::max(stats_.commit_seconds_max, seconds);
+  return absl::OkStatus();
+}
+
+void Writer::Rollback(const absl::Status& cause) {
+  if (IsFatal(cause)) Fatal(cause);
+  if (db_.in_transaction()) {
+    if (const absl::Status status = db_.Run("ROLLBACK"); !status.ok()) Fatal(status);
+  }
+  // Reading everything again also brings back what an undone expansion had struck off.
+  if (const absl::Status status = machine_.Reload(); !status.ok()) Fatal(status);
+  expand_more_ = false;  // Not at once: the cause may still be there. The next group tries again.
+}
+
+void Writer::CheckpointIfLong() {
+  if (wal_pages_ < checkpointed_at_) checkpointed_at_ = 0;  // It began anew.
+  if (wal_pages_ - checkpointed_at_ < kCheckpointPages) return;
+  const int mode =
+      wal_pages_ > kCheckpointHardPages ? SQLITE_CHECKPOINT_RESTART : SQLITE_CHECKPOINT_PASSIVE;
+  const int code = sqlite3_wal_checkpoint_v2(db_.raw(), nullptr, mode, nullptr, nullptr);
+  if ((code & 0xff) == SQLITE_IOERR || (code & 0xff) == SQLITE_CORRUPT) {
+    Fatal(MakeError(absl::StatusCode::kUnavailable,
+                    std::string("checkpoint: ") + sqlite3_errmsg(db_.raw())));
+  }
+  checkpointed_at_ = wal_pages_;
+}
+
+void Writer::Fatal(const absl::Status& status) {
+  if (options_.on_fatal) options_.on_fatal(status);
+  std::fprintf(stderr, "coordinator: the database can't be written: %s\n",
+               std::string(status.message()).c_str());
+  std::_Exit(70);
+}
+
+}  // namespace parallax

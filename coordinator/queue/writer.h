@@ -1,0 +1,82 @@
+// The one thread that writes the database. Commands are taken in groups: BEGIN IMMEDIATE, a
+// SAVEPOINT a command, the scenes that variants now need, counters, one COMMIT; only then is
+// anybody answered. So durability costs one fsync a group, whatever the number of callers.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "common/base/status.h"
+#include "coordinator/queue/fail_point.h"
+#include "coordinator/queue/machine.h"
+
+namespace parallax {
+
+struct WriterStats {
+  uint64_t commits = 0;
+  uint64_t commands = 0;
+  double commit_seconds = 0;
+  double commit_seconds_max = 0;
+  int largest_batch = 0;
+  int64_t wal_pages = 0;
+  JobCounts jobs{};
+};
+
+class Writer {
+ public:
+  struct Command {
+    const char* name;                               // For fail points and messages.
+    std::function<absl::Status()> apply;            // In a savepoint; an error undoes it.
+    std::function<void(const absl::Status&)> done;  // After the commit, from the writer's thread.
+  };
+  // `published` gets the effects of a group after its commit, before anybody's `done`. `due` says
+  // whether the command `tick` should be run now; it is asked at least once every tick_s seconds.
+  // Both from the writer's thread.
+  struct Hooks {
+    std::function<void(Effects)> published;
+    std::function<bool()> due;
+    std::function<absl::Status()> tick;
+    double tick_s = 0;  // 0: never.
+  };
+  Writer(SqliteConnection& db, Machine& machine, const JobQueueOptions& options, Hooks hooks);
+  ~Writer();  // Finishes what was accepted.
+
+  // Thread-safe. After the destructor has begun, `done` gets kCancelled.
+  void Enqueue(Command command);
+  WriterStats stats() const;
+
+ private:
+  void Loop();
+  std::vector<Command> NextGroup();  // Empty: time for a tick, more expansion, or the end.
+  void RunGroup(std::vector<Command>& group);
+  absl::Status ApplyGroup(std::vector<Command>& group, std::vector<absl::Status>& results);
+  absl::Status ApplyOne(const char* name, const std::function<absl::Status()>& apply);
+  absl::Status Commit();
+  void Rollback(const absl::Status& cause);
+  void CheckpointIfLong();
+  [[noreturn]] void Fatal(const absl::Status& status);
+
+  SqliteConnection& db_;
+  Machine& machine_;
+  const JobQueueOptions& options_;
+  const Hooks hooks_;
+  FailPoint fail_point_;
+  bool expand_more_ = true;
+  size_t last_group_ = 0;
+  int wal_pages_ = 0;
+  int checkpointed_at_ = 0;
+
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<Command> queue_;  // Guarded by mutex_, like all below.
+  bool stopping_ = false;
+  WriterStats stats_;
+
+  std::thread thread_;
+};
+
+}  // namespace parallax

@@ -1,0 +1,556 @@
+// A study's way through the queue: leases, results, fences, failures, losses.
+#include "coordinator/queue/job_queue.h"
+
+#include <map>
+#include <set>
+
+#include "queue_fixture.h"
+
+namespace parallax {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+class JobQueueTest : public QueueTest {};
+
+TEST_F(JobQueueTest, AStudyIsSolvedRenderedAndPublished) {
+  const StudyId study = Submit({.pairs = 5, .rigs_per_scene = 2});
+  EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_RUNNING);
+  EXPECT_EQ(WorkOff(AnyWorker("w")), 6);  // Three solves, three renders.
+  const v1::StudyStatus status = Status(study);
+  EXPECT_EQ(status.state(), v1::STUDY_STATE_SUCCEEDED);
+  EXPECT_GT(status.finished_unix_s(), 0);
+  EXPECT_EQ(status.spec().pairs(), 5);
+  ASSERT_THAT(status.variants(), SizeIs(1));
+  EXPECT_EQ(status.variants(0).pairs_done(), 5);
+  EXPECT_EQ(status.variants(0).solve_jobs().at("SUCCEEDED"), 3);
+  EXPECT_EQ(status.variants(0).render_jobs().at("SUCCEEDED"), 3);
+
+  const auto frames = Frames(study);
+  std::set<std::pair<uint32_t, uint32_t>> pairs;
+  for (const v1::PublishedFrame& frame : frames) {
+    pairs.insert({frame.scene(), frame.frame().rig()});
+    EXPECT_FALSE(frame.reused());
+    EXPECT_EQ(frame.frame().files(0).name(), "left.png");
+  }
+  EXPECT_EQ(pairs,
+            (std::set<std::pair<uint32_t, uint32_t>>{{0, 0}, {0, 1}, {1, 0}, {1, 1}, {2, 0}}));
+}
+
+TEST_F(JobQueueTest, ASolvedSceneHasItsRenderJobAtOnce) {
+  const StudyId study = Submit({.pairs = 2, .rigs_per_scene = 2});
+  const v1::Lease solve = LeaseOne(AnyWorker("w"));
+  EXPECT_EQ(solve.kind(), v1::JOB_KIND_SOLVE);
+  EXPECT_EQ(solve.attempt_number(), 1);
+  EXPECT_EQ(Complete(SolveAnswer(solve, "w")), v1::REPORT_OUTCOME_OK);
+  EXPECT_EQ(Jobs(study, v1::JOB_KIND_RENDER, "READY"), 1);
+  const v1::Lease render = LeaseOne(AnyWorker("w"));
+  EXPECT_EQ(render.kind(), v1::JOB_KIND_RENDER);
+  EXPECT_EQ(render.render().scene().SerializeAsString(),
+            SolveAnswer(solve, "w").solve().scene().SerializeAsString());
+  EXPECT_THAT(render.render().rigs(), testing::ElementsAre(0, 1));
+  EXPECT_EQ(render.render().render().samples_per_pixel(), 4);
+
+  v1::GetSceneRequest request;
+  request.set_study_id(study.value);
+  request.set_variant("only");
+  request.set_scene(0);
+  const auto scene = queue_->GetScene(request);
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  EXPECT_EQ(scene->scene_seed(), solve.solve().scene_seed());
+  request.set_scene(1);
+  EXPECT_EQ(queue_->GetScene(request).status().code(), absl::StatusCode::kNotFound);
+}
+
+TEST_F(JobQueueTest, VariantsOfAStudyHaveTheSameSceneSeeds) {
+  Submit({.pairs = 4, .variants = {"a", "b"}});
+  std::map<uint32_t, std::set<uint64_t>> seeds;
+  // The second variant's scenes wait for the first's layouts.
+  for (int round = 0; round < 2; ++round) {
+    for (const v1::Lease& lease : Lease(Solver("w"), 100)) {
+      seeds[lease.scene()].insert(lease.solve().scene_seed());
+      Complete(SolveAnswer(lease, "w"));
+    }
+  }
+  EXPECT_THAT(seeds, SizeIs(2));
+  for (const auto& [scene, values] : seeds) EXPECT_THAT(values, SizeIs(1)) << scene;
+}
+
+// ---- Fences -------------------------------------------------------------------------------------
+TEST_F(JobQueueTest, ARepeatedReportIsAlreadyDone) {
+  Submit();
+  const v1::Lease lease = LeaseOne(AnyWorker("w"));
+  EXPECT_EQ(Complete(Answer(lease, "w")), v1::REPORT_OUTCOME_OK);
+  EXPECT_EQ(Complete(Answer(lease, "w")), v1::REPORT_OUTCOME_ALREADY_DONE);
+  const v1::Lease other = LeaseOne(AnyWorker("w"));
+  EXPECT_EQ(Fail(Failure(other, "w", "boom")), v1::REPORT_OUTCOME_OK);
+  EXPECT_EQ(Fail(Failure(other, "w", "boom")), v1::REPORT_OUTCOME_ALREADY_DONE);
+}
+
+TEST_F(JobQueueTest, ALateReportIsFenced) {
+  Submit({.pairs = 2});
+  const v1::Lease zombie = LeaseOne(AnyWorker("zombie"));
+  clock_.Advance(31);
+  Tick();
+  const v1::Lease second = LeaseOne(AnyWorker("w"));
+  EXPECT_EQ(second.attempt().job_id(), zombie.attempt().job_id());
+  EXPECT_GT(second.attempt().fence(), zombie.attempt().fence());
+  EXPECT_EQ(second.attempt_number(), 2);
+  EXPECT_EQ(Complete(Answer(zombie, "zombie")), v1::REPORT_OUTCOME_STALE_FENCE);
+  EXPECT_EQ(Complete(Answer(second, "w")), v1::REPORT_OUTCOME_OK);
+  EXPECT_EQ(Complete(Answer(zombie, "zombie")), v1::REPORT_OUTCOME_STALE_FENCE);
+  EXPECT_EQ(Fail(Failure(zombie, "zombie", "x")), v1::REPORT_OUTCOME_STALE_FENCE);
+  EXPECT_EQ(queue_->Stats().stale_reports, 3u);
+}
+
+TEST_F(JobQueueTest, AnUnknownJobIsFenced) {
+  v1::FailRequest request;
+  request.mutable_attempt()->set_job_id(4711);
+  request.mutable_attempt()->set_fence(1);
+  EXPECT_EQ(Fail(request), v1::REPORT_OUTCOME_STALE_FENCE);
+  v1::CompleteRequest complete;
+  *complete.mutable_attempt() = request.attempt();
+  EXPECT_EQ(Complete(complete), v1::REPORT_OUTCOME_STALE_FENCE);
+}
+
+TEST_F(JobQueueTest, EachStartHasAHigherEpoch) {
+  const uint64_t first = queue_->epoch();
+  Submit({.pairs = 10});
+  EXPECT_EQ(LeaseOne(AnyWorker("w")).attempt().fence() >> 32, first);
+  Reopen();
+  EXPECT_GT(queue_->epoch(), first);
+  EXPECT_EQ(LeaseOne(AnyWorker("v")).attempt().fence() >> 32, queue_->epoch());
+}
+
+TEST_F(JobQueueTest, ARestoredBackupStartsAboveTheEpochsItDoesNotKnow) {
+  const std::string backup = folder_ + "/backup.db";
+  ASSERT_TRUE(queue_->Backup(backup).ok());
+  clock_.Advance(60);
+  Reopen();
+  const uint64_t later = queue_->epoch();
+  clock_.Advance(60);
+  options_.db_path = backup;
+  Reopen();
+  EXPECT_GT(queue_->epoch(), later);
+}
+
+// ---- Results that are not the job's -------------------------------------------------------------
+TEST_F(JobQueueTest, AResultThatIsNotTheJobsIsRefusedAndCountsAsAFailure) {
+  Submit({.pairs = 2, .rigs_per_scene = 2});
+  Complete(SolveAnswer(LeaseOne(AnyWorker("w")), "w"));
+  const struct {
+    const char* message;
+    void (*spoil)(v1::CompleteRequest&);
+  } cases[] = {
+      {"a solve result for a render job",
+       [](auto& r) { r.mutable_solve()->mutable_rejected()->set_reason("x"); }},
+      {"without a result", [](auto& r) { r.clear_result(); }},
+      {"wanted exactly '0-1'", [](auto& r) { r.mutable_render()->mutable_frames()->RemoveLast(); }},
+      {"wanted exactly '0-1'",
+       [](auto& r) { *r.mutable_render()->add_frames() = r.render().frames(0); }},
+      {"wanted a folder under",
+       [](auto& r) { r.mutable_render()->mutable_frames(0)->set_path("elsewhere/000"); }},
+      {"leaves the store",
+       [](auto& r) {
+         auto* frame = r.mutable_render()->mutable_frames(0);
+         frame->set_path(frame->path() + "/../../../../etc");
+       }},
+      {"leaves its folder",
+       [](auto& r) { r.mutable_render()->mutable_frames(0)->mutable_files(0)->set_name("/x"); }},
+      {"no SHA-256",
+       [](auto& r) { r.mutable_render()->mutable_frames(0)->mutable_files(0)->set_sha256("ab"); }},
+      {"negative size",
+       [](auto& r) { r.mutable_render()->mutable_frames(0)->mutable_files(0)->set_size(-1); }},
+  };
+  options_.retry.max_app_failures = 1000;
+  options_.retry.quarantine_workers = 1000;
+  Reopen();
+  for (const auto& c : cases) {
+    queue_->WorkerLost("w").IgnoreError();
+    const v1::Lease lease = LeaseOne(AnyWorker("w"));
+    v1::CompleteRequest request = RenderAnswer(lease, "w");
+    c.spoil(request);
+    const auto outcome = queue_->Complete(request);
+    EXPECT_EQ(outcome.status().code(), absl::StatusCode::kInvalidArgument) << c.message;
+    EXPECT_THAT(std::string(outcome.status().message()), HasSubstr(c.message));
+    EXPECT_EQ(Complete(RenderAnswer(lease, "w")), v1::REPORT_OUTCOME_STALE_FENCE);
+    clock_.Advance(600);
+    Tick();
+  }
+}
+
+TEST_F(JobQueueTest, ASceneWithTooFewRigsOrAnotherSeedIsRefused) {
+  Submit({.pairs = 2, .rigs_per_scene = 2});
+  v1::Lease lease = LeaseOne(AnyWorker("w"));
+  v1::CompleteRequest request = SolveAnswer(lease, "w");
+  request.mutable_solve()->mutable_scene()->mutable_rigs()->RemoveLast();
+  EXPECT_THAT(std::string(queue_->Complete(request).status().message()),
+              HasSubstr("1 rigs, wanted 2"));
+  clock_.Advance(600);
+  Tick();
+  lease = LeaseOne(AnyWorker("w"));
+  request = SolveAnswer(lease, "w");
+  request.mutable_solve()->mutable_scene()->set_scene_seed(5);
+  EXPECT_THAT(std::string(queue_->Complete(request).status().message()),
+              HasSubstr("a scene of seed 5"));
+}
+
+// ---- Failures -----------------------------------------------------------------------------------
+TEST_F(JobQueueTest, AFailedJobComesBackAfterAGrowingWaitAndFailsTheThirdTime) {
+  const StudyId study = Submit({.pairs = 2});
+  for (int attempt = 1; attempt <= 3; ++attempt) {
+    const v1::Lease lease = LeaseOne(AnyWorker("w"));
+    EXPECT_EQ(lease.attempt_number(), attempt);
+    EXPECT_EQ(lease.scene(), 0u);
+    EXPECT_EQ(Fail(Failure(lease, "w", "boom")), v1::REPORT_OUTCOME_OK);
+    if (attempt == 3) break;
+    EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "RETRY_WAIT"), 1);
+    clock_.Advance(4.9);
+    Tick();
+    EXPECT_THAT(Lease(AnyWorker("w")), IsEmpty());
+    clock_.Advance(5 * std::pow(4, attempt));
+    Tick();
+  }
+  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "FAILED"), 1);
+  const v1::StudyStatus status = Status(study);
+  const auto& problems = status.variants(0).problems();
+  ASSERT_THAT(problems, SizeIs(1));
+  EXPECT_EQ(problems[0].state(), "FAILED");
+  EXPECT_EQ(problems[0].error(), "boom at line 7");
+  // The next seed takes its place.
+  EXPECT_EQ(LeaseOne(AnyWorker("w")).scene(), 1u);
+}
+
+TEST_F(JobQueueTest, JobsThatFailTogetherDoNotReturnTogether) {
+  Submit({.pairs = 20, .rigs_per_scene = 1});
+  for (const v1::Lease& lease : Lease(AnyWorker("w"), 20)) Fail(Failure(lease, "w", "boom"));
+  std::set<size_t> returned;
+  size_t total = 0;
+  for (int second = 0; second < 21; ++second) {
+    clock_.Advance(1);
+    Tick();
+    const size_t n = Lease(AnyWorker("w"), 100).size();
+    total += n;
+    if (n > 0) returned.insert(static_cast<size_t>(second));
+  }
+  EXPECT_EQ(total, 20u);
+  EXPECT_GE(returned.size(), 5u);
+}
+
+TEST_F(JobQueueTest, ABackOffSurvivesAClockSetBack) {
+  Submit({.pairs = 2});
+  Fail(Failure(LeaseOne(AnyWorker("w")), "w", "boom"));
+  clock_.JumpWall(-3600);
+  Tick();
+  EXPECT_THAT(Lease(AnyWorker("w")), SizeIs(1));
+}
+
+TEST_F(JobQueueTest, WhatCannotSucceedFailsAtOnce) {
+  const StudyId study = Submit({.pairs = 2});
+  Fail(Failure(LeaseOne(AnyWorker("w")), "w", "unknown class", /*retryable=*/false));
+  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "FAILED"), 1);
+}
+
+TEST_F(JobQueueTest, OneFingerprintFromTwoWorkersQuarantines) {
+  const StudyId study = Submit({.pairs = 2});
+  Fail(Failure(LeaseOne(AnyWorker("w")), "w", "segfault in mesh"));
+  clock_.Advance(60);
+  Tick();
+  Fail(Failure(LeaseOne(AnyWorker("v")), "v", "segfault in mesh"));
+  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 1);
+  EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_RUNNING);
+  WorkOff(AnyWorker("u"));
+  EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_SUCCEEDED);
+}
+
+TEST_F(JobQueueTest, DifferentFingerprintsDoNotQuarantine) {
+  const StudyId study = Submit({.pairs = 2});
+  Fail(Failure(LeaseOne(AnyWorker("w")), "w", "disk full"));
+  clock_.Advance(60);
+  Tick();
+  Fail(Failure(LeaseOne(AnyWorker("v")), "v", "out of memory"));
+  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "RETRY_WAIT"), 1);
+}
+
+TEST_F(JobQueueTest, ThreeWorkersLostWhileTheyHeldItQuarantine) {
+  const StudyId study = Submit({.pairs = 2});
+  for (const char* name : {"w", "v", "u"}) {
+    EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 0);
+    LeaseOne(AnyWorker(name));
+    EXPECT_EQ(*queue_->WorkerLost(name), 1);
+  }
+  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 1);
+  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "READY"), 1);  // The next seed.
+}
+
+TEST_F(JobQueueTest, LossesAreRetriedAtOnceAndNeverFailAJob) {
+  const StudyId study = Submit({.pairs = 2});
+  for (int i = 0; i < 9; ++i) {
+    const v1::Lease lease = LeaseOne(AnyWorker("w"));
+    EXPECT_EQ(lease.scene(), 0u);
+    const auto outcome = queue_->HandBack("w", lease.attempt(), "draining");
+    EXPECT_EQ(*outcome, v1::REPORT_OUTCOME_OK);
+    EXPECT_EQ(*queue_->HandBack("w", lease.attempt(), "draining"), v1::REPORT_OUTCOME_ALREADY_DONE);
+  }
+  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "READY"), 1);
+  *queue_->HandBack("w", LeaseOne(AnyWorker("w")).attempt(), "draining");
+  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "FAILED"), 0);
+  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 1);
+}
+
+TEST_F(JobQueueTest, AJobThatLostItsWorkerGoesElsewhereWhileThereIsAnElsewhere) {
+  Submit({.pairs = 2});
+  LeaseOne(AnyWorker("w"));
+  Lease(AnyWorker("v"));  // Known to be there.
+  EXPECT_EQ(*queue_->WorkerLost("w"), 1);
+  EXPECT_THAT(Lease(AnyWorker("w")), IsEmpty());
+  EXPECT_THAT(Lease(AnyWorker("v")), SizeIs(1));
+}
+
+// ---- Leases -------------------------------------------------------------------------------------
+TEST_F(JobQueueTest, ExpiredLeaseReturnsJobToReady) {
+  const StudyId study = Submit({.pairs = 2});
+  LeaseOne(AnyWorker("w"));
+  clock_.Advance(29);
+  Tick();
+  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "LEASED"), 1);
+  clock_.Advance(1);
+  Tick();
+  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "READY"), 1);
+}
+
+TEST_F(JobQueueTest, HeartbeatsKeepALeaseAndNameWhatMustStop) {
+  const StudyId study = Submit({.pairs = 2});
+  const v1::Lease lease = LeaseOne(AnyWorker("w"));
+  v1::Progress progress;
+  *progress.mutable_attempt() = lease.attempt();
+  progress.set_fraction(0.25);
+  progress.set_stage("layout");
+  for (int i = 0; i < 5; ++i) {
+    clock_.Advance(20);
+    EXPECT_THAT(queue_->Heartbeat("w", {progress}), IsEmpty());
+    Tick();
+  }
+  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "LEASED"), 1);
+  const auto jobs = ListJobs(study, "LEASED");
+  ASSERT_THAT(jobs, SizeIs(1));
+  EXPECT_EQ(jobs[0].fraction(), 0.25);
+  EXPECT_EQ(jobs[0].stage(), "layout");
+  EXPECT_EQ(jobs[0].worker(), "w");
+  EXPECT_THAT(queue_->Heartbeat("v", {progress}), SizeIs(1));
+  clock_.Advance(31);
+  Tick();
+  EXPECT_THAT(queue_->Heartbeat("w", {progress}), SizeIs(1));
+}
+
+TEST_F(JobQueueTest, ARestartAdoptsWhatAWorkerStillRuns) {
+  const StudyId study = Submit({.pairs = 6});
+  const auto leases = Lease(AnyWorker("w"), 3);
+  ASSERT_THAT(leases, SizeIs(3));
+  Reopen();
+  clock_.Advance(20);
+  v1::AttemptId stranger = leases[1].attempt();
+  stranger.set_fence(stranger.fence() + 100);
+  const auto adopted = queue_->Adopt("w", {leases[0].attempt(), stranger});
+  ASSERT_TRUE(adopted.ok());
+  ASSERT_THAT(*adopted, SizeIs(1));
+  EXPECT_EQ((*adopted)[0].job_id(), leases[0].attempt().job_id());
+  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "LEASED"), 1);
+  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "READY"), 2);
+  clock_.Advance(20);  // The adopted one counts from the adoption.
+  Tick();
+  EXPECT_EQ(Complete(Answer(leases[0], "w")), v1::REPORT_OUTCOME_OK);
+  EXPECT_EQ(Complete(Answer(leases[1], "w")), v1::REPORT_OUTCOME_STALE_FENCE);
+}
+
+TEST_F(JobQueueTest, WorkersGetOnlyKindsTheyDo) {
+  Submit({.pairs = 2});
+  EXPECT_THAT(Lease(Renderer("r")), IsEmpty());
+  Complete(Answer(LeaseOne(Solver("s")), "s"));
+  EXPECT_THAT(Lease(Solver("s")), IsEmpty());
+  EXPECT_THAT(Lease(Renderer("r")), SizeIs(1));
+}
+
+TEST_F(JobQueueTest, StudiesThatAskForTagsOrMemoryGetFittingWorkers) {
+  v1::SubmitRequest request = MakeStudy({.pairs = 2});
+  request.mutable_study()->add_tags("avx512");
+  request.mutable_study()->add_tags("fast");
+  request.mutable_study()->set_memory_mb(4000);
+  ASSERT_TRUE(queue_->Submit(request, "t").ok());
+  WorkerFacts worker = AnyWorker("w");
+  EXPECT_THAT(Lease(worker), IsEmpty());
+  worker.tags = {"fast", "avx512", "x"};
+  worker.memory_mb = 3999;
+  EXPECT_THAT(Lease(worker), IsEmpty());
+  worker.memory_mb = 4000;
+  EXPECT_THAT(Lease(worker), SizeIs(1));
+}
+
+// ---- Rejections ---------------------------------------------------------------------------------
+TEST_F(JobQueueTest, ARejectedSeedIsReplacedSoThatThePairsAskedForAreMade) {
+  const StudyId study = Submit({.pairs = 6, .rigs_per_scene = 2});
+  int solves = 0;
+  for (;;) {
+    const auto leases = Lease(AnyWorker("w"), 1);
+    if (leases.empty()) break;
+    const bool solve = leases[0].kind() == v1::JOB_KIND_SOLVE;
+    const bool reject = solve && ++solves % 2 == 1;
+    Complete(reject ? RejectAnswer(leases[0], "w", false) : Answer(leases[0], "w"));
+  }
+  const v1::StudyStatus status = Status(study);
+  EXPECT_EQ(status.state(), v1::STUDY_STATE_SUCCEEDED);
+  EXPECT_EQ(status.variants(0).pairs_done(), 6);
+  EXPECT_EQ(status.variants(0).scenes_rejected(), 3);
+  EXPECT_THAT(Frames(study), SizeIs(6));
+}
+
+TEST_F(JobQueueTest, AVariantWithoutValidScenesEndsWithAClearProblem) {
+  const StudyId study = Submit({.pairs = 1000, .rigs_per_scene = 1});
+  int rejected = 0;
+  for (;;) {
+    const auto leases = Lease(AnyWorker("w"), 1);
+    if (leases.empty()) break;
+    EXPECT_EQ(Complete(RejectAnswer(leases[0], "w", true)), v1::REPORT_OUTCOME_OK);
+    ++rejected;
+  }
+  EXPECT_EQ(rejected, 50);
+  const v1::StudyStatus status = Status(study);
+  EXPECT_EQ(status.state(), v1::STUDY_STATE_FAILED);
+  ASSERT_FALSE(status.variants(0).problems().empty());
+  EXPECT_THAT(status.variants(0).problems(0).error(), HasSubstr("first 50 seeds"));
+}
+
+// ---- Studies ------------------------------------------------------------------------------------
+TEST_F(JobQueueTest, TheSameIdempotencyKeyIsTheSameStudy) {
+  const auto first = queue_->Submit(MakeStudy({.key = "k"}), "t");
+  const auto second = queue_->Submit(MakeStudy({.key = "k"}), "t");
+  ASSERT_TRUE(first.ok() && second.ok());
+  EXPECT_FALSE(first->existed());
+  EXPECT_TRUE(second->existed());
+  EXPECT_EQ(first->study_id(), second->study_id());
+  EXPECT_EQ(queue_->Submit(MakeStudy({.pairs = 99, .key = "k"}), "t").status().code(),
+            absl::StatusCode::kAlreadyExists);
+  EXPECT_THAT(*queue_->ListStudies(10), SizeIs(1));
+}
+
+TEST_F(JobQueueTest, ABadSpecIsRefused) {
+  EXPECT_EQ(queue_->Submit(MakeStudy({.variants = {"a", "a"}}), "t").status().code(),
+            absl::StatusCode::kInvalidArgument);
+}
+
+class Stops final : public JobQueueObserver {
+ public:
+  void OnWorkReady() override { ++ready; }
+  void OnStop(const std::string& worker, const v1::AttemptId& attempt,
+              const std::string& reason) override {
+    stopped.push_back(worker + " " + std::to_string(attempt.job_id()) + " " + reason);
+  }
+  std::atomic<int> ready{0};
+  std::vector<std::string> stopped;
+};
+
+TEST_F(JobQueueTest, CancelEndsEverythingAndStopsWhatRuns) {
+  Stops stops;
+  queue_->SetObserver(&stops);
+  const StudyId study = Submit({.pairs = 20});
+  EXPECT_GT(stops.ready, 0);
+  const auto leases = Lease(AnyWorker("w"), 2);
+  ASSERT_TRUE(queue_->Cancel(study, "wrong seed", "tester").ok());
+  ASSERT_TRUE(queue_->Cancel(study, "again", "tester").ok());
+  EXPECT_THAT(stops.stopped, SizeIs(2));
+  EXPECT_THAT(stops.stopped[0], HasSubstr("cancelled: wrong seed"));
+  EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_CANCELLED);
+  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "CANCELLED"), 10);
+  EXPECT_THAT(Lease(AnyWorker("w")), IsEmpty());
+  EXPECT_EQ(Complete(Answer(leases[0], "w")), v1::REPORT_OUTCOME_CANCELLED);
+  EXPECT_EQ(queue_->Retry(study, "t").status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(queue_->Cancel(StudyId{99}, "", "t").code(), absl::StatusCode::kNotFound);
+  queue_->SetObserver(nullptr);
+}
+
+TEST_F(JobQueueTest, APausedStudyGetsNoLeasesButKeepsItsResults) {
+  const StudyId study = Submit({.pairs = 4});
+  const v1::Lease lease = LeaseOne(AnyWorker("w"));
+  ASSERT_TRUE(queue_->Pause(study, "", "t").ok());
+  EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_PAUSED);
+  EXPECT_THAT(Lease(AnyWorker("w")), IsEmpty());
+  EXPECT_EQ(Complete(Answer(lease, "w")), v1::REPORT_OUTCOME_OK);
+  EXPECT_THAT(Lease(AnyWorker("w")), IsEmpty());
+  Reopen();
+  EXPECT_THAT(Lease(AnyWorker("w")), IsEmpty());
+  ASSERT_TRUE(queue_->Resume(study, "", "t").ok());
+  WorkOff(AnyWorker("w"));
+  EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_SUCCEEDED);
+}
+
+TEST_F(JobQueueTest, RetryGivesWhatIsMissingANewGeneration) {
+  const StudyId study = Submit({.pairs = 4, .rigs_per_scene = 2});
+  for (int i = 0; i < 10; ++i) {
+    Fail(Failure(LeaseOne(AnyWorker("w")), "w", "bad build", /*retryable=*/false));
+  }
+  EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_FAILED);
+  EXPECT_THAT(Status(study).variants(0).problems(0).error(), HasSubstr("all failed"));
+  const auto before = ListJobs(study);
+  EXPECT_EQ(*queue_->Retry(study, "operator"), 2);  // Two scenes are missing.
+  EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_RUNNING);
+  EXPECT_EQ(ListJobs(study).size(), before.size() + 2);
+  EXPECT_EQ(LeaseOne(AnyWorker("v")).scene(), 0u);
+  EXPECT_EQ(*queue_->WorkerLost("v"), 1);
+  WorkOff(AnyWorker("u"));
+  EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_SUCCEEDED);
+  EXPECT_EQ(*queue_->Retry(study, "operator"), 0);
+}
+
+TEST_F(JobQueueTest, AMillionPairsAreSubmittedInMillisecondsAndExpandedAsTheyAreNeeded) {
+  const auto begin = std::chrono::steady_clock::now();
+  const StudyId study = Submit({.pairs = 1'000'000, .rigs_per_scene = 20, .variants = {"a", "b"}});
+  const double ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  EXPECT_LT(ms, 500);
+  for (int i = 0; i < 50; ++i) {
+    for (const v1::Lease& lease : Lease(AnyWorker("w"), 20)) Complete(Answer(lease, "w"));
+  }
+  int64_t jobs = 0;
+  const v1::StudyStatus status = Status(study);
+  for (const v1::VariantStatus& variant : status.variants()) {
+    for (const auto& [state, n] : variant.solve_jobs()) jobs += n;
+  }
+  EXPECT_GE(jobs, 1000);
+  EXPECT_LT(jobs, 3000);
+}
+
+TEST_F(JobQueueTest, FramesAreListedInOrderFromACursor) {
+  const StudyId study = Submit({.pairs = 10, .rigs_per_scene = 2});
+  WorkOff(AnyWorker("w"));
+  int64_t cursor = 0;
+  int seen = 0;
+  for (;;) {
+    const auto frames = Frames(study, cursor, 3);
+    if (frames.empty()) break;
+    for (const auto& frame : frames) {
+      EXPECT_GT(frame.cursor(), cursor);
+      cursor = frame.cursor();
+      ++seen;
+    }
+  }
+  EXPECT_EQ(seen, 10);
+}
+
+TEST_F(JobQueueTest, JobsAreListedByState) {
+  const StudyId study = Submit({.pairs = 6, .rigs_per_scene = 2});
+  Complete(Answer(LeaseOne(Solver("w")), "w"));
+  LeaseOne(Solver("w"));
+  EXPECT_THAT(ListJobs(study, "SUCCEEDED"), SizeIs(1));
+  EXPECT_THAT(ListJobs(study, "LEASED"), SizeIs(1));
+  EXPECT_THAT(ListJobs(study, "READY"), SizeIs(2));
+  EXPECT_THAT(ListJobs(study), SizeIs(4));
+  v1::ListJobsRequest request;
+  request.set_study_id(study.value);
+  request.set_state("DONE");
+  EXPECT_EQ(queue_->ListJobs(request).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+}  // namespace
+}  // namespace parallax

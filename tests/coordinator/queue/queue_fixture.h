@@ -1,0 +1,252 @@
+// What the queue's tests share: a clock they own, a database in a fresh folder, studies, and
+// workers' answers.
+#pragma once
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "coordinator/queue/job_queue.h"
+
+namespace parallax {
+
+class FakeClock final : public Clock {
+ public:
+  double UnixSeconds() override { return unix_s_; }
+  SteadyTime Steady() override {
+    return SteadyTime(std::chrono::duration_cast<SteadyTime::duration>(
+        std::chrono::duration<double>(steady_s_.load())));
+  }
+  void Advance(double seconds) {
+    unix_s_ = unix_s_ + seconds;
+    steady_s_ = steady_s_ + seconds;
+  }
+  void JumpWall(double seconds) { unix_s_ = unix_s_ + seconds; }
+
+ private:
+  std::atomic<double> unix_s_{1.8e9};
+  std::atomic<double> steady_s_{1000};
+};
+
+inline WorkerFacts AnyWorker(const std::string& name) {
+  return {.name = name, .solves = true, .renders = true, .memory_mb = 8000};
+}
+inline WorkerFacts Solver(const std::string& name) { return {.name = name, .solves = true}; }
+inline WorkerFacts Renderer(const std::string& name) { return {.name = name, .renders = true}; }
+
+struct StudyOptions {
+  std::string name = "study";
+  uint64_t seed = 1;
+  int64_t pairs = 4;
+  int rigs_per_scene = 2;
+  // Variants share the layout and differ in their baseline.
+  std::vector<std::string> variants = {"only"};
+  int priority = 0;
+  std::string key;
+};
+
+inline v1::SubmitRequest MakeStudy(const StudyOptions& options = {}) {
+  v1::SubmitRequest request;
+  v1::StudySpec* spec = request.mutable_study();
+  spec->set_name(options.name);
+  spec->set_seed(options.seed);
+  spec->set_pairs(options.pairs);
+  spec->set_rigs_per_scene(options.rigs_per_scene);
+  spec->set_priority(options.priority);
+  double baseline = 0.1;
+  for (const std::string& name : options.variants) {
+    v1::VariantSpec* variant = spec->add_variants();
+    variant->set_name(name);
+    v1::SceneConfig* config = variant->mutable_config();
+    config->set_type(v1::SCENE_TYPE_INDOOR);
+    config->mutable_rigs()->set_count(options.rigs_per_scene);
+    config->mutable_rigs()->mutable_baseline_m()->set_constant(baseline);
+    config->mutable_render()->set_samples_per_pixel(4);
+    baseline += 0.1;
+  }
+  request.set_idempotency_key(options.key);
+  return request;
+}
+
+// What a worker would answer.
+inline v1::CompleteRequest SolveAnswer(const v1::Lease& lease, const std::string& worker) {
+  v1::CompleteRequest request;
+  *request.mutable_attempt() = lease.attempt();
+  request.set_worker(worker);
+  v1::SolveResult* result = request.mutable_solve();
+  const v1::SolveJob& job = lease.solve();
+  v1::Scene* scene = result->mutable_scene();
+  scene->set_scene_seed(job.scene_seed());
+  for (int i = 0; i < job.config().rigs().count(); ++i) {
+    v1::Rig* rig = scene->add_rigs();
+    rig->set_index(static_cast<uint32_t>(i));
+    rig->set_baseline_m(job.config().rigs().baseline_m().constant());
+  }
+  if (!job.has_layout()) {
+    result->mutable_layout()->mutable_room()->set_width_m(
+        static_cast<double>(job.scene_seed() % 1000));
+  }
+  return request;
+}
+inline v1::CompleteRequest RejectAnswer(const v1::Lease& lease, const std::string& worker,
+                                        bool with_layout) {
+  v1::CompleteRequest request;
+  *request.mutable_attempt() = lease.attempt();
+  request.set_worker(worker);
+  request.mutable_solve()->mutable_rejected()->set_reason("no room for a rig");
+  if (with_layout) request.mutable_solve()->mutable_layout()->mutable_room()->set_width_m(3);
+  return request;
+}
+inline v1::CompleteRequest RenderAnswer(const v1::Lease& lease, const std::string& worker) {
+  v1::CompleteRequest request;
+  *request.mutable_attempt() = lease.attempt();
+  request.set_worker(worker);
+  request.mutable_render();
+  for (const uint32_t rig : lease.render().rigs()) {
+    v1::FrameResult* frame = request.mutable_render()->add_frames();
+    frame->set_rig(rig);
+    char name[16];
+    std::snprintf(name, sizeof(name), "%03u", rig);
+    frame->set_path(lease.render().store_prefix() + "/.attempt-" +
+                    std::to_string(lease.attempt().fence()) + "/" + name);
+    v1::FileEntry* file = frame->add_files();
+    file->set_name("left.png");
+    file->set_size(100);
+    file->set_sha256(std::string(64, 'a'));
+  }
+  return request;
+}
+inline v1::CompleteRequest Answer(const v1::Lease& lease, const std::string& worker) {
+  return lease.kind() == v1::JOB_KIND_SOLVE ? SolveAnswer(lease, worker)
+                                            : RenderAnswer(lease, worker);
+}
+inline v1::FailRequest Failure(const v1::Lease& lease, const std::string& worker,
+                               const std::string& fingerprint, bool retryable = true) {
+  v1::FailRequest request;
+  *request.mutable_attempt() = lease.attempt();
+  request.set_worker(worker);
+  request.set_error(fingerprint + " at line 7");
+  request.set_fingerprint(fingerprint);
+  request.set_retryable(retryable);
+  return request;
+}
+
+class QueueTest : public testing::Test {
+ protected:
+  QueueTest() {
+    std::string folder = testing::TempDir() + "parallax-queue-XXXXXX";
+    folder_ = mkdtemp(folder.data());
+    options_.db_path = folder_ + "/queue.db";
+    options_.clock = &clock_;
+    options_.lease_s = 30;
+    options_.own_timer = false;
+    options_.linger_s = 0;
+  }
+  ~QueueTest() override {
+    queue_.reset();
+    std::filesystem::remove_all(folder_);
+  }
+  void SetUp() override { Reopen(); }
+  void TearDown() override {
+    if (queue_) ExpectSound();
+  }
+
+  void Reopen() {
+    queue_.reset();
+    auto queue = JobQueue::Open(options_);
+    ASSERT_TRUE(queue.ok()) << queue.status();
+    queue_ = *std::move(queue);
+  }
+  void ExpectSound() {
+    const auto violations = queue_->Check();
+    ASSERT_TRUE(violations.ok()) << violations.status();
+    EXPECT_THAT(*violations, testing::IsEmpty());
+  }
+
+  StudyId Submit(const StudyOptions& options = {}) {
+    const auto reply = queue_->Submit(MakeStudy(options), "tester");
+    EXPECT_TRUE(reply.ok()) << reply.status();
+    return StudyId{reply.ok() ? reply->study_id() : 0};
+  }
+  std::vector<v1::Lease> Lease(const WorkerFacts& worker, int n = 1) {
+    auto leases = queue_->Lease(worker, n);
+    EXPECT_TRUE(leases.ok()) << leases.status();
+    return leases.ok() ? *std::move(leases) : std::vector<v1::Lease>();
+  }
+  // The one lease there must be.
+  v1::Lease LeaseOne(const WorkerFacts& worker) {
+    const auto leases = Lease(worker, 1);
+    EXPECT_EQ(leases.size(), 1u);
+    return leases.empty() ? v1::Lease() : leases[0];
+  }
+  v1::ReportOutcome Complete(const v1::CompleteRequest& request) {
+    const auto outcome = queue_->Complete(request);
+    EXPECT_TRUE(outcome.ok()) << outcome.status();
+    return outcome.ok() ? *outcome : v1::REPORT_OUTCOME_UNSPECIFIED;
+  }
+  v1::ReportOutcome Fail(const v1::FailRequest& request) {
+    const auto outcome = queue_->Fail(request);
+    EXPECT_TRUE(outcome.ok()) << outcome.status();
+    return outcome.ok() ? *outcome : v1::REPORT_OUTCOME_UNSPECIFIED;
+  }
+  // Does all there is to do; returns how many jobs that were.
+  int WorkOff(const WorkerFacts& worker) {
+    int jobs = 0;
+    for (;;) {
+      const auto leases = Lease(worker, 8);
+      if (leases.empty()) return jobs;
+      for (const v1::Lease& lease : leases) {
+        EXPECT_EQ(Complete(Answer(lease, worker.name)), v1::REPORT_OUTCOME_OK);
+        ++jobs;
+      }
+    }
+  }
+  v1::StudyStatus Status(StudyId study) {
+    auto status = queue_->GetStudy(study);
+    EXPECT_TRUE(status.ok()) << status.status();
+    return status.ok() ? *std::move(status) : v1::StudyStatus();
+  }
+  int64_t Jobs(StudyId study, v1::JobKind kind, const std::string& state) {
+    int64_t n = 0;
+    const v1::StudyStatus status = Status(study);
+    for (const v1::VariantStatus& variant : status.variants()) {
+      const auto& jobs = kind == v1::JOB_KIND_SOLVE ? variant.solve_jobs() : variant.render_jobs();
+      const auto found = jobs.find(state);
+      if (found != jobs.end()) n += found->second;
+    }
+    return n;
+  }
+  std::vector<v1::JobStatus> ListJobs(StudyId study, const std::string& state = "") {
+    v1::ListJobsRequest request;
+    request.set_study_id(study.value);
+    request.set_state(state);
+    auto jobs = queue_->ListJobs(request);
+    EXPECT_TRUE(jobs.ok()) << jobs.status();
+    return jobs.ok() ? *std::move(jobs) : std::vector<v1::JobStatus>();
+  }
+  std::vector<v1::PublishedFrame> Frames(StudyId study, int64_t cursor = 0, int limit = 0) {
+    v1::ListFramesRequest request;
+    request.set_study_id(study.value);
+    request.set_cursor(cursor);
+    request.set_limit(limit);
+    auto frames = queue_->ListFrames(request);
+    EXPECT_TRUE(frames.ok()) << frames.status();
+    return frames.ok() ? *std::move(frames) : std::vector<v1::PublishedFrame>();
+  }
+  void Tick() {
+    const auto next = queue_->Tick();
+    EXPECT_TRUE(next.ok()) << next.status();
+  }
+
+  FakeClock clock_;
+  std::string folder_;
+  JobQueueOptions options_;
+  std::unique_ptr<JobQueue> queue_;
+};
+
+}  // namespace parallax

@@ -7,6 +7,7 @@
 
 namespace parallax {
 
+void RegisterDoors(std::vector<AssetClass>& classes);
 void RegisterAppliances(std::vector<AssetClass>& classes);
 void RegisterBathroom(std::vector<AssetClass>& classes);
 void RegisterChairs(std::vector<AssetClass>& classes);

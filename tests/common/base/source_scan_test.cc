@@ -23,7 +23,8 @@ constexpr Rule kRules[] = {
      "Rng: the library's distributions differ between compilers"},
     {R"(\bstd::(ranges::)?(shuffle|sample)\b)", "Rng::Shuffle"},
     {R"(\bsystem_clock\b|\bhigh_resolution_clock\b)", "Clock&"},
-    {R"(\b(gettimeofday|clock_gettime)\s*\(|\bstd::time\s*\(|[^\w.>:]time\s*\(\s*(NULL|nullptr|0)\s*\))",
+    // CPU time is a cost, not a time of day: its clocks are free.
+    {R"(\bgettimeofday\s*\(|\bclock_gettime\s*\(\s*(?!CLOCK_(PROCESS|THREAD)_CPUTIME_ID)|\bstd::time\s*\(|[^\w.>:]time\s*\(\s*(NULL|nullptr|0)\s*\))",
      "Clock&"},
 };
 
@@ -54,11 +55,13 @@ TEST(SourceScan, KnowsWhatItLooksFor) {
   for (const char* bad :
        {"int x = rand();", "std::random_device d;", "std::mt19937_64 g;", "std::shuffle(a, b, g);",
         "std::uniform_int_distribution<int> d;", "std::chrono::system_clock::now();",
-        "long t = time(nullptr);", "x = std::time(0);", "gettimeofday(&t, 0);"}) {
+        "long t = time(nullptr);", "x = std::time(0);", "gettimeofday(&t, 0);",
+        "clock_gettime(CLOCK_REALTIME, &t);"}) {
     EXPECT_NE(FirstOffence(bad), "") << bad;
   }
   for (const char* good : {"int operand(3);", "// rand() is bad", "steady_clock::now()",
-                           "Draw(random)", "rng.Shuffle(items)", "TimeIt(0)", "step.time(0)"}) {
+                           "Draw(random)", "rng.Shuffle(items)", "TimeIt(0)", "step.time(0)",
+                           "clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);"}) {
     EXPECT_EQ(FirstOffence(good), "") << good;
   }
 }

@@ -25,6 +25,13 @@ Vec3f UsableNormal(const Vec3f& shading, const Vec3f& geometric, const Vec3f& ou
   return n;
 }
 
+// Source: Chiang et al., "Taming the shadow terminator", SIGGRAPH talks 2019.
+float TerminatorFactor(float true_cosine, float shading_cosine) {
+  if (true_cosine >= shading_cosine) return 1.0f;
+  const float g = true_cosine / shading_cosine;
+  return g * (1.0f + g * (1.0f - g));
+}
+
 Vec3f Clamped(const Vec3f& contribution, float limit) {
   if (limit <= 0.0f) return contribution;
   const float luminance = Luminance(contribution);
@@ -86,6 +93,7 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
     const Vec3f out = -ray.direction;
     const bool outside = out.dot(hit.geometric_normal) > 0.0f;
     const float side = outside ? 1.0f : -1.0f;
+    const Vec3f normal = side * hit.geometric_normal;
     const float width = ray.width_m + ray.spread * raw.distance;
     const SurfaceSample surface = scene.Evaluate(hit, width);
 
@@ -109,14 +117,14 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
     const Vec2f through = sampler.Pair();  // Opacity, light.
     if (surface.opacity < 1.0f && through.x() >= surface.opacity) {
       if (++passages > kMaxPassages) return result;
-      ray.origin = OffsetPoint(hit.position, -side * hit.geometric_normal);
+      ray.origin = OffsetPoint(hit.position, -normal);
       ray.width_m = width;
       continue;
     }
 
     // ---- How it scatters ----
     const Vec3f bumped = scene.BumpedNormal(hit, width);
-    const ShadingFrame frame(UsableNormal(side * bumped, side * hit.geometric_normal, out));
+    const ShadingFrame frame(UsableNormal(side * bumped, normal, out));
     if (!guided) {
       result.albedo = GuideAlbedo(surface);
       result.normal = frame.z;
@@ -126,9 +134,14 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
     if (last && !(surface.thin_walled && surface.transmission > 0.0f)) return result;
     const Vec3f o = frame.ToLocal(out);
     const Bsdf bsdf(surface, o, outside, min_alpha);
-    // Light that shading and true normal see on different sides would leak or blacken.
-    const auto consistent = [&](const Vec3f& world, const Vec3f& local) {
-      return (side * hit.geometric_normal.dot(world) > 0.0f) == (local.z() > 0.0f);
+    const float straightness = frame.z.dot(normal);
+    // What is left of light from a direction: none when shading and true normal see it on different
+    // sides (it would leak or blacken), and less near the true horizon, so that the coarse faces of
+    // smooth meshes cast no hard edge.
+    const auto admitted = [&](const Vec3f& world, const Vec3f& local) {
+      const float height = normal.dot(world);
+      if ((height > 0.0f) != (local.z() > 0.0f)) return 0.0f;
+      return local.z() > 0.0f ? TerminatorFactor(height, local.z() * straightness) : 1.0f;
     };
 
     // ---- Next-event estimation ----
@@ -139,7 +152,10 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
       const LightSample light = lights.Sample(here, through.y(), sampler.Pair());
       if (light.pdf > 0.0f && !light.radiance.isZero()) {
         const Vec3f i = frame.ToLocal(light.direction);
-        const BsdfValue value = consistent(light.direction, i) ? bsdf.Evaluate(i) : BsdfValue{};
+        const float part = admitted(light.direction, i);
+        BsdfValue value;
+        if (part > 0.0f) value = bsdf.Evaluate(i);
+        value.f_cos *= part;
         if (!IsBlack(value.f_cos)) {
           const float weight = light.ideal || options.direct == DirectLight::kLightSampling
                                    ? 1.0f
@@ -148,9 +164,8 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
               throughput.cwiseProduct(value.f_cos).cwiseProduct(light.radiance) *
               (weight / light.pdf);
           if (contribution.maxCoeff() > 1e-7f) {
-            const float leave =
-                side * hit.geometric_normal.dot(light.direction) > 0.0f ? side : -side;
-            const Vec3f start = OffsetPoint(hit.position, leave * hit.geometric_normal);
+            const float leave = i.z() > 0.0f ? 1.0f : -1.0f;
+            const Vec3f start = OffsetPoint(hit.position, leave * normal);
             ++result.rays;
             const Vec3f passed =
                 scene.Transmittance(start, light.direction, light.distance * (1.0f - 1e-4f));
@@ -169,12 +184,13 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
     if (next->straight) {
       if (++passages > kMaxPassages) return result;
       throughput = throughput.cwiseProduct(next->weight);
-      ray.origin = OffsetPoint(hit.position, -side * hit.geometric_normal);
+      ray.origin = OffsetPoint(hit.position, -normal);
       ray.width_m = width;
       continue;
     }
-    if (last || !consistent(direction, next->direction)) return result;
-    throughput = throughput.cwiseProduct(next->weight);
+    const float part = last ? 0.0f : admitted(direction, next->direction);
+    if (part <= 0.0f) return result;
+    throughput = throughput.cwiseProduct(next->weight) * part;
     if (!throughput.allFinite() || IsBlack(throughput)) return result;
     ++bounce;
     if (bounce >= kRouletteFrom) {
@@ -185,8 +201,7 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
     pdf = gathers ? next->pdf : kInfinity;
     receiver = here;
     if (options.regularise && next->blur > 0.1f) min_alpha = 0.09f;
-    const float leave = side * hit.geometric_normal.dot(direction) > 0.0f ? side : -side;
-    ray.origin = OffsetPoint(hit.position, leave * hit.geometric_normal);
+    ray.origin = OffsetPoint(hit.position, next->direction.z() > 0.0f ? normal : Vec3f(-normal));
     ray.direction = direction;
     ray.width_m = width;
     ray.spread = std::min(1.0f, ray.spread + next->blur);

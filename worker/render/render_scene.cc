@@ -14,10 +14,15 @@ namespace {
 // Embree reads 16 bytes at a float3: the last vertex needs one more float behind it.
 using Positions = std::vector<Vec3f>;
 
+// Relief is a few millimetres high: a wider footprint than this averages it away.
+constexpr float kWidestRelief_m = 0.1f;
+
 // Of the state of a shadow ray; Embree hands the first member to the filter.
 struct ShadowContext {
   RTCIntersectContext base;
   const RenderScene* scene;
+  Vec3f origin,
+      direction;  // World; the filter of an instance is given the ray in the object's frame.
   Vec3f transmittance;
 };
 
@@ -38,8 +43,15 @@ struct RenderScene::MemoryWatch {
   }
 };
 
+struct alignas(32) RenderScene::Vertex {
+  Vec3f normal;
+  Vec3f texture;
+  Vec2f uv;
+};
+
 struct RenderScene::Body {
   std::shared_ptr<const Positions> positions;  // World frame, or object frame when instanced.
+  std::shared_ptr<const std::vector<Vertex>> vertices;  // Object frame.
   bool instanced = false;
   float scale = 1;
   Eigen::Affine3f world_from_object = Eigen::Affine3f::Identity();
@@ -88,13 +100,15 @@ static void FilterOcclusion(const RTCFilterFunctionNArguments* args) {
   hit.triangle = RTCHitN_primID(args->hit, args->N, 0);
   hit.u = RTCHitN_u(args->hit, args->N, 0);
   hit.v = RTCHitN_v(args->hit, args->N, 0);
+  hit.position = context->origin + RTCRayN_tfar(args->ray, args->N, 0) * context->direction;
+  hit.edge_cross = Vec3f(RTCHitN_Ng_x(args->hit, args->N, 0), RTCHitN_Ng_y(args->hit, args->N, 0),
+                         RTCHitN_Ng_z(args->hit, args->N, 0));
   const SurfaceHit surface_hit = context->scene->Resolve(hit);
   const MaterialTraits& traits = context->scene->traits(surface_hit.material);
   if (!traits.may_be_open && !traits.may_be_thin) return;
   const SurfaceSample surface = context->scene->Evaluate(surface_hit, 0.001f);
-  const Vec3f direction(RTCRayN_dir_x(args->ray, args->N, 0), RTCRayN_dir_y(args->ray, args->N, 0),
-                        RTCRayN_dir_z(args->ray, args->N, 0));
-  const float cosine = std::min(1.0f, std::abs(direction.dot(surface_hit.geometric_normal)));
+  const float cosine =
+      std::min(1.0f, std::abs(context->direction.dot(surface_hit.geometric_normal)));
   const float opacity = std::clamp(surface.opacity, 0.0f, 1.0f);
   Vec3f passes = Vec3f::Constant(1.0f - opacity);
   if (traits.may_be_thin && surface.thin_walled) {
@@ -144,6 +158,7 @@ absl::Status RenderScene::BuildEmbree(int64_t memory_limit_bytes) {
   };
   std::map<std::pair<const Mesh*, bool>, Shared> shared;
   std::map<const Mesh*, std::shared_ptr<const Positions>> shared_positions;
+  std::map<const Mesh*, std::shared_ptr<const std::vector<Vertex>>> packed;
   bodies_.resize(geometry_.meshes.size());
   for (uint32_t i = 0; i < geometry_.meshes.size(); ++i) {
     const PlacedMesh& placed = geometry_.meshes[i];
@@ -153,6 +168,15 @@ absl::Status RenderScene::BuildEmbree(int64_t memory_limit_bytes) {
     body.scale = std::cbrt(std::abs(placed.world_from_object.linear().determinant()));
     body.normal_from_object = placed.world_from_object.linear().inverse().transpose();
     if (mesh.triangles.empty()) continue;
+    auto& vertices = packed[&mesh];
+    if (!vertices) {
+      auto all = std::make_shared<std::vector<Vertex>>(mesh.positions.size());
+      for (size_t k = 0; k < all->size(); ++k) {
+        (*all)[k] = {mesh.normals[k], mesh.texture[k], mesh.uv[k]};
+      }
+      vertices = all;
+    }
+    body.vertices = vertices;
     const bool filtered = lets_light_through(placed);
     body.instanced = uses[&mesh] > 1;
     if (!body.instanced) {
@@ -216,6 +240,7 @@ void RenderScene::ProbeMaterials() {
   for (size_t m = 1; m < geometry_.materials.size(); ++m) {
     if (!geometry_.materials[m]) continue;
     MaterialTraits& traits = traits_[m];
+    float first_height = 0;
     for (uint32_t k = 0; k < 512; ++k) {
       SurfacePoint point;
       // Additive recurrence of the plastic constant in three dimensions: even cover of a cube of
@@ -232,7 +257,9 @@ void RenderScene::ProbeMaterials() {
       traits.may_be_transmissive |= s.transmission > 0.0f;
       traits.may_be_thin |= s.thin_walled && s.transmission > 0.0f;
       traits.may_be_mirror |= s.metallic >= 0.4f && s.roughness <= 0.15f;
-      traits.emits |= s.emission.maxCoeff() > 0.0f;
+      const float height = geometry_.materials[m]->Height(point);
+      if (k == 0) first_height = height;
+      traits.has_relief |= height != first_height;
     }
   }
 }
@@ -263,6 +290,8 @@ bool RenderScene::Intersect(const Ray& ray, float t_min, RawHit* hit) const {
   hit->triangle = query.hit.primID;
   hit->u = query.hit.u;
   hit->v = query.hit.v;
+  hit->position = ray.origin + query.ray.tfar * ray.direction;
+  hit->edge_cross = Vec3f(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z);
   return true;
 }
 
@@ -284,6 +313,8 @@ Vec3f RenderScene::Transmittance(const Vec3f& origin, const Vec3f& direction,
   ShadowContext context;
   rtcInitIntersectContext(&context.base);
   context.scene = this;
+  context.origin = origin;
+  context.direction = direction;
   context.transmittance = Vec3f::Ones();
   rtcOccluded1(scene_.get(), &context.base, &ray);
   return ray.tfar < 0.0f ? Vec3f::Zero() : context.transmittance;
@@ -304,10 +335,10 @@ void RenderScene::Corners(uint32_t placed, uint32_t triangle, Vec3f corners[3]) 
 SurfaceHit RenderScene::Resolve(const RawHit& raw) const {
   const PlacedMesh& placed = geometry_.meshes[raw.placed];
   const Body& body = bodies_[raw.placed];
-  const Mesh& mesh = *placed.mesh;
-  const Triangle& t = mesh.triangles[raw.triangle];
-  Vec3f corners[3];
-  Corners(raw.placed, raw.triangle, corners);
+  const Triangle& t = placed.mesh->triangles[raw.triangle];
+  const Vertex& a = (*body.vertices)[t.a];
+  const Vertex& b = (*body.vertices)[t.b];
+  const Vertex& c = (*body.vertices)[t.c];
   const float w = 1.0f - raw.u - raw.v;
 
   SurfaceHit hit;
@@ -315,30 +346,28 @@ SurfaceHit RenderScene::Resolve(const RawHit& raw) const {
   hit.triangle = raw.triangle;
   hit.slot = t.slot;
   hit.material = t.slot < placed.material_of_slot.size() ? placed.material_of_slot[t.slot] : 0;
-  hit.position = w * corners[0] + raw.u * corners[1] + raw.v * corners[2];
-  const Vec3f cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-  const float doubled_area = cross.norm();
-  hit.geometric_normal = doubled_area > 0.0f ? Vec3f(cross / doubled_area) : Vec3f::UnitZ();
-  const Vec3f n = w * mesh.normals[t.a] + raw.u * mesh.normals[t.b] + raw.v * mesh.normals[t.c];
+  hit.position = raw.position;
+  const float doubled_area = raw.edge_cross.norm() * (body.instanced ? Square(body.scale) : 1.0f);
+  const Vec3f cross =
+      body.instanced ? Vec3f(body.normal_from_object * raw.edge_cross) : raw.edge_cross;
+  const float cross_length = cross.norm();
+  if (cross_length > 0.0f) hit.geometric_normal = cross / cross_length;
+  const Vec3f n = w * a.normal + raw.u * b.normal + raw.v * c.normal;
+  const float n_length = n.norm();
+  hit.point.normal = n_length > 1e-6f ? Vec3f(n / n_length) : a.normal;
   const Vec3f bent = body.normal_from_object * n;
   const float length = bent.norm();
   hit.shading_normal = length > 1e-12f ? Vec3f(bent / length) : hit.geometric_normal;
   if (hit.shading_normal.dot(hit.geometric_normal) < 0.0f) hit.shading_normal = -hit.shading_normal;
-  const float n_length = n.norm();
-  hit.point.normal = n_length > 1e-6f ? Vec3f(n / n_length) : mesh.normals[t.a];
-  hit.point.texture_m =
-      body.scale * (w * mesh.texture[t.a] + raw.u * mesh.texture[t.b] + raw.v * mesh.texture[t.c]);
-  hit.point.uv = w * mesh.uv[t.a] + raw.u * mesh.uv[t.b] + raw.v * mesh.uv[t.c];
-  const Vec3f texture_cross =
-      (mesh.texture[t.b] - mesh.texture[t.a]).cross(mesh.texture[t.c] - mesh.texture[t.a]);
+  hit.point.texture_m = body.scale * (w * a.texture + raw.u * b.texture + raw.v * c.texture);
+  hit.point.uv = w * a.uv + raw.u * b.uv + raw.v * c.uv;
+  const Vec3f texture_cross = (b.texture - a.texture).cross(c.texture - a.texture);
   const float texture_area = texture_cross.norm();
   if (texture_area > 1e-20f) hit.point.texture_normal = texture_cross / texture_area;
-  const Vec2f q1 = mesh.uv[t.b] - mesh.uv[t.a];
-  const Vec2f q2 = mesh.uv[t.c] - mesh.uv[t.a];
+  const Vec2f q1 = b.uv - a.uv;
+  const Vec2f q2 = c.uv - a.uv;
   const float uv_area = std::abs(q1.x() * q2.y() - q1.y() * q2.x());
-  if (uv_area > 0.0f && doubled_area > 0.0f) {
-    hit.uv_per_metre = std::sqrt(uv_area / doubled_area);
-  }
+  if (uv_area > 0.0f && doubled_area > 0.0f) hit.uv_per_metre = std::sqrt(uv_area / doubled_area);
   return hit;
 }
 
@@ -353,7 +382,9 @@ SurfaceSample RenderScene::Evaluate(const SurfaceHit& hit, float footprint_m) co
 
 Vec3f RenderScene::BumpedNormal(const SurfaceHit& hit, float footprint_m) const {
   const Material* material = geometry_.materials[hit.material].get();
-  if (!material) return hit.shading_normal;
+  if (!material || !traits_[hit.material].has_relief || footprint_m > kWidestRelief_m) {
+    return hit.shading_normal;
+  }
   const PlacedMesh& placed = geometry_.meshes[hit.placed];
   const Mesh& mesh = *placed.mesh;
   const Triangle& t = mesh.triangles[hit.triangle];

@@ -25,9 +25,13 @@ struct Ray {
 
 struct RawHit {
   float distance = 0;
-  uint32_t placed = 0;    // Index into SceneGeometry.meshes.
-  uint32_t triangle = 0;  // In that mesh.
-  float u = 0, v = 0;     // Weights of the triangle's corners b and c.
+  uint32_t placed = 0;             // Index into SceneGeometry.meshes.
+  uint32_t triangle = 0;           // In that mesh.
+  float u = 0, v = 0;              // Weights of the triangle's corners b and c.
+  Vec3f position = Vec3f::Zero();  // World.
+  // Cross product of the triangle's edges, in the frame of its stored positions (the object's for
+  // instances).
+  Vec3f edge_cross = Vec3f::UnitZ();
 };
 
 // What a hit means, world frame.
@@ -49,7 +53,7 @@ struct MaterialTraits {
   bool may_be_transmissive = false;  // Transmission > 0 somewhere.
   bool may_be_thin = false;          // Lets light straight through somewhere.
   bool may_be_mirror = false;        // Metallic and smooth somewhere.
-  bool emits = false;
+  bool has_relief = false;           // Height is not constant.
 };
 
 class RenderScene {
@@ -81,7 +85,8 @@ class RenderScene {
   RTCScene embree() const { return scene_.get(); }
 
  private:
-  struct Body;  // How one placed mesh is stored.
+  struct Body;    // How one placed mesh is stored.
+  struct Vertex;  // What shading reads of a vertex, packed for the cache.
 
   RenderScene();
   absl::Status BuildEmbree(int64_t memory_limit_bytes);

@@ -13,8 +13,8 @@ namespace parallax {
 
 class SkyModel {
  public:
-  static constexpr float kZenithRadiance = 6.0f;  // W / (m^2 sr)
-  static constexpr float kSunIrradiance = 50.0f;   // W / m^2
+  static constexpr float kZenithRadiance = 10.0f;  // W / (m^2 sr)
+  static constexpr float kSunIrradiance = 90.0f;   // W / m^2
   static constexpr float kSunRadius = 0.0087f;     // Radians; twice the real one, as haze does.
 
   SkyModel() : SkyModel(v1::Sky()) {}

@@ -122,6 +122,7 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
   uint64_t seed = 1;
   int rig_index = 0, samples = 0, bounces = 0;
   bool raw = false;
+  std::string save, compare;
   CLI::App app("Render one rig of a recipe to PNGs");
   app.add_option("scene", scene_path, "recipe (.pb) or solve:SEED[:CONFIG]; absent: the demo room");
   app.add_option("--seed", seed, "of the demo room");
@@ -131,6 +132,8 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
   app.add_option("--spp", samples);
   app.add_option("--bounces", bounces);
   app.add_option("--size", size, "WIDTHxHEIGHT; keeps the field of view");
+  app.add_option("--save", save, "write the recipe to this file too");
+  app.add_option("--compare", compare, "print the RMS difference from the pictures in this folder");
   app.add_flag("--raw", raw, "no denoising");
   try {
     app.parse(argc, argv);
@@ -139,6 +142,7 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
     return absl::OkStatus();
   }
   ASSIGN_OR_RETURN(bench::LoadedScene scene, bench::LoadScene(scene_path, seed));
+  if (!save.empty()) std::ofstream(save, std::ios::binary) << scene.recipe.SerializeAsString();
   if (rig_index < 0 || rig_index >= scene.recipe.rigs_size()) {
     return MakeError(absl::StatusCode::kInvalidArgument,
                      "the scene has " + std::to_string(scene.recipe.rigs_size()) + " rigs");
@@ -167,12 +171,29 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
   std::filesystem::create_directories(out);
   RETURN_IF_ERROR(WriteView(out, "left", frame.left));
   RETURN_IF_ERROR(WriteView(out, "right", frame.right));
+  double rms = -1;
+  if (!compare.empty()) {
+    double sum = 0, count = 0;
+    for (const auto& [name, view] :
+         {std::pair("/left.png", &frame.left), std::pair("/right.png", &frame.right)}) {
+      ASSIGN_OR_RETURN(const ImageRgb8 wanted, ReadPngRgb8(compare + name));
+      if (wanted.pixels() != view->color.pixels()) {
+        return MakeError(absl::StatusCode::kInvalidArgument, "--compare: other size");
+      }
+      for (size_t i = 0; i < wanted.values().size(); ++i) {
+        const double d = static_cast<double>(wanted.values()[i]) - view->color.values()[i];
+        sum += d * d;
+        ++count;
+      }
+    }
+    rms = std::sqrt(sum / count);
+  }
   char json[512];
   std::snprintf(json, sizeof json,
                 "{\"geometry_s\": %.3f, \"build_s\": %.3f, \"truth_s\": %.3f, \"trace_s\": %.3f, "
-                "\"denoise_s\": %.3f, \"exposure\": %.4f}\n",
+                "\"denoise_s\": %.3f, \"exposure\": %.4f, \"rays\": %.0f, \"rms\": %.3f}\n",
                 scene.geometry_s, build_s, frame.truth_s, frame.trace_s, frame.denoise_s,
-                static_cast<double>(frame.exposure));
+                static_cast<double>(frame.exposure), static_cast<double>(frame.rays), rms);
   std::ofstream(out + "/timing.json") << json;
   std::fputs(json, stdout);
   return absl::OkStatus();

@@ -7,6 +7,7 @@
 
 namespace parallax {
 
+void RegisterStairs(std::vector<AssetClass>& classes);
 void RegisterDoors(std::vector<AssetClass>& classes);
 void RegisterAppliances(std::vector<AssetClass>& classes);
 void RegisterBathroom(std::vector<AssetClass>& classes);

@@ -1,5 +1,6 @@
 #include "common/base/log.h"
 
+#include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -18,12 +19,22 @@ struct Logger {
   std::shared_ptr<spdlog::logger> out;
 };
 
+spdlog::sink_ptr MakeSink(const std::string& file) {
+  if (!file.empty()) {
+    try {
+      return std::make_shared<spdlog::sinks::basic_file_sink_mt>(file);
+    } catch (const spdlog::spdlog_ex&) {
+      // Lines on stderr are better than none.
+    }
+  }
+  return std::make_shared<spdlog::sinks::stderr_sink_mt>();
+}
+
 std::shared_ptr<const Logger> MakeLogger(const LogOptions& options) {
   auto logger = std::make_shared<Logger>();
   logger->json = options.json;
   logger->program = options.program;
-  logger->out =
-      std::make_shared<spdlog::logger>("", std::make_shared<spdlog::sinks::stderr_sink_mt>());
+  logger->out = std::make_shared<spdlog::logger>("", MakeSink(options.file));
   constexpr spdlog::level::level_enum kLevels[] = {spdlog::level::debug, spdlog::level::info,
                                                    spdlog::level::warn, spdlog::level::err};
   logger->out->set_level(kLevels[static_cast<int>(options.level)]);

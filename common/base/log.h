@@ -22,6 +22,7 @@ struct LogOptions {
   bool json = false;
   LogLevel level = LogLevel::kInfo;  // Lines below it are dropped.
   std::string program;               // Stands in every line: "worker".
+  std::string file;                  // Lines are appended here; empty, or not writable: stderr.
 };
 
 // Sets up the process's log; a later call replaces the settings.

@@ -2,10 +2,14 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <vector>
+
+#include "common/base/file.h"
 
 namespace parallax {
 namespace {
@@ -42,6 +46,24 @@ TEST_F(LogTest, TextLineCarriesProgramContextAndFields) {
   EXPECT_THAT(line, MatchesRegex("....-..-..T..:..:......Z I worker: frame written job=42 "
                                  "attempt=12884901895 study=baseline variant=wide scene=5 "
                                  "worker=host-1 rig=3 seconds=1.25 path=\"a b\" reused=false\n"));
+}
+
+TEST_F(LogTest, LinesGoToTheFileThatIsNamed) {
+  const std::string path =
+      (std::filesystem::temp_directory_path() / ("log_test_" + std::to_string(getpid()))).string();
+  EXPECT_EQ(Captured([&] {
+              InitLogging({.program = "run", .file = path});
+              LogInfo("first");
+              InitLogging({.program = "run", .file = path});
+              LogInfo("second");
+            }),
+            "");
+  const auto text = ReadFile(path);
+  std::filesystem::remove(path);
+  ASSERT_TRUE(text.ok()) << text.status();
+  EXPECT_THAT(*text, MatchesRegex(".* I run: first\n.* I run: second\n"));
+  InitLogging({.file = "/proc/not/writable"});
+  EXPECT_THAT(Captured([] { LogInfo("third"); }), MatchesRegex(".* I third\n"));
 }
 
 TEST_F(LogTest, JsonLineIsOneObjectWithTypes) {

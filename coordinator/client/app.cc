@@ -1,0 +1,168 @@
+#include "coordinator/client/app.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdlib>
+
+#include "common/base/version.h"
+#include "coordinator/client/commands/command.h"
+#include "coordinator/client/help_formatter.h"
+#include "coordinator/client/text.h"
+
+namespace parallax::client {
+namespace {
+
+constexpr char kDescription[] =
+    "parallax: stereo-matching training data from procedural scenes, with perfect ground truth";
+
+constexpr char kExamples[] =
+    "Examples:\n"
+    "  parallax run quickstart --out out/quickstart   a small dataset, nothing to set up\n"
+    "  parallax view out/quickstart                   a picture of what is in it\n"
+    "\n"
+    "  coordinator serve --db farm.db --store store   a farm: one coordinator,\n"
+    "  worker --role all --coordinator HOST:7070      any number of workers\n"
+    "  parallax submit baseline --pairs 1000          a study for it\n"
+    "  parallax watch baseline                        bars, rate and time left\n"
+    "  parallax fetch baseline --out out/baseline     the dataset on disk\n"
+    "\n"
+    "`parallax COMMAND --help` tells more of a command.\n"
+    "\n";
+
+// The command whose arguments were being read when an error came up.
+const CLI::App* DeepestParsed(const CLI::App* app) {
+  const auto parsed = app->get_subcommands();
+  return parsed.empty() ? app : DeepestParsed(parsed.back());
+}
+
+std::string NameWithParents(const CLI::App* app) {
+  return app->get_parent() == nullptr ? app->get_name()
+                                      : NameWithParents(app->get_parent()) + " " + app->get_name();
+}
+
+// The name nearest to a mistyped one, "" when none is near.
+std::string NearestCommand(const CLI::App* app, const std::string& typed) {
+  const auto distance = [](const std::string& a, const std::string& b) {
+    std::vector<size_t> row(b.size() + 1);
+    for (size_t j = 0; j <= b.size(); ++j) row[j] = j;
+    for (size_t i = 1; i <= a.size(); ++i) {
+      size_t diagonal = row[0]++;
+      for (size_t j = 1; j <= b.size(); ++j) {
+        const size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+        diagonal = row[j];
+        row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
+      }
+    }
+    return row[b.size()];
+  };
+  std::string nearest;
+  size_t best = 3;
+  for (const CLI::App* command : app->get_subcommands([](const CLI::App*) { return true; })) {
+    if (const size_t d = distance(typed, command->get_name()); d < best) {
+      best = d;
+      nearest = command->get_name();
+    }
+  }
+  return nearest;
+}
+
+std::string CommandNames(const CLI::App* app) {
+  std::string names;
+  for (const CLI::App* command : app->get_subcommands([](const CLI::App*) { return true; })) {
+    names += (names.empty() ? "" : ", ") + command->get_name();
+  }
+  return names;
+}
+
+int ReportUsage(const CLI::ParseError& error, const CLI::App& app, const Session& session,
+                const std::vector<std::string>& arguments) {
+  const CLI::App* command = DeepestParsed(&app);
+  std::string message = FirstLine(error.what());
+  std::string hint = "see `" + NameWithParents(command) + " --help`";
+  const bool wants_command =
+      !command->get_subcommands([](const CLI::App*) { return true; }).empty();
+  if (wants_command && !arguments.empty() && !arguments.back().empty()) {
+    // CLI11 speaks of "arguments not expected" where a command was mistyped.
+    const auto typed = std::find_if(arguments.begin(), arguments.end(), [&](const auto& argument) {
+      return argument[0] != '-' && command->get_name() != argument && app.get_name() != argument;
+    });
+    if (typed != arguments.end()) {
+      message = "there is no command '" + *typed + "'";
+      if (const std::string near = NearestCommand(command, *typed); !near.empty()) {
+        hint = "did you mean `" + NameWithParents(command) + " " + near + "`?";
+      }
+    }
+  }
+  if (wants_command && message == "A subcommand is required") {
+    message =
+        "which command of `" + NameWithParents(command) + "`? There are " + CommandNames(command);
+  }
+  session.PrintError(message + "; " + hint);
+  return kExitUsage;
+}
+
+void RegisterAll(Registry& registry) {
+  RegisterRun(registry);
+  RegisterView(registry);
+  RegisterScene(registry);
+  RegisterConfig(registry);
+  RegisterSubmit(registry);
+  RegisterWatch(registry);
+  RegisterStatus(registry);
+  RegisterJobs(registry);
+  RegisterWorkers(registry);
+  RegisterSteer(registry);
+  RegisterFetch(registry);
+}
+
+int Report(const absl::Status& status, const Session& session) {
+  std::string message(ToStd(status.message()));
+  while (!message.empty() && message.back() == '\n') message.pop_back();
+  session.PrintError(message.empty() ? status.ToString() : message);
+  return ExitCodeOf(status);
+}
+
+}  // namespace
+
+int RunClient(const std::vector<std::string>& arguments, Environment& environment) {
+  CommonOptions options;
+  // Not through CLI11: it would read the variable for every command that has the option, and so
+  // once more after the option of the command given.
+  if (const char* address = std::getenv("PARALLAX_COORDINATOR");
+      address != nullptr && *address != '\0') {
+    options.coordinator = address;
+  }
+  Session session{environment, options};
+  Action chosen;
+
+  CLI::App app(kDescription, "parallax");
+  app.formatter(MakeHelpFormatter());
+  app.set_help_flag("-h,--help", "Show this help");
+  app.set_version_flag("--version", std::string("parallax ") + kProgramVersion, "Show the version");
+  app.footer(std::string(kExamples) + kExitCodeHelp);
+  app.require_subcommand(0, 1);
+  Registry registry{app, options, chosen};
+  RegisterAll(registry);
+
+  try {
+    // CLI11 takes the arguments from the back.
+    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
+  } catch (const CLI::CallForHelp&) {
+    *environment.out.stream << DeepestParsed(&app)->help() << std::flush;
+    return kExitOk;
+  } catch (const CLI::CallForVersion& version) {
+    *environment.out.stream << version.what() << "\n" << std::flush;
+    return kExitOk;
+  } catch (const CLI::ParseError& error) {
+    return ReportUsage(error, app, session, arguments);
+  }
+  if (!chosen) {
+    *environment.err.stream << app.help() << std::flush;
+    return kExitUsage;
+  }
+  const absl::StatusOr<ExitCode> result = chosen(session);
+  environment.out.stream->flush();
+  return result.ok() ? *result : Report(result.status(), session);
+}
+
+}  // namespace parallax::client

@@ -1,0 +1,50 @@
+#include "coordinator/client/commands/command.h"
+
+#include <nlohmann/json.hpp>
+
+namespace parallax::client {
+
+void Session::PrintJson(const nlohmann::ordered_json& json, bool one_line) const {
+  // Text from outside may not be UTF-8: shown with a replacement character rather than not at all.
+  *out().stream << json.dump(one_line ? -1 : 2, ' ', false,
+                             nlohmann::ordered_json::error_handler_t::replace)
+                << "\n"
+                << std::flush;
+}
+
+void Session::PrintError(const std::string& message) const {
+  *err().stream << err().Paint(Tone::kBad, "error:") << " " << message << "\n" << std::flush;
+}
+
+void Session::PrintNote(const std::string& message) const {
+  *err().stream << err().Paint(Tone::kWarning, "note:") << " " << message << "\n" << std::flush;
+}
+
+CLI::App* Registry::AddCommand(CLI::App& parent, const std::string& name,
+                               const std::string& description, const std::string& footer) {
+  CLI::App* command = parent.add_subcommand(name, description);
+  command->footer(footer);
+  command->group("Commands");
+  return command;
+}
+
+void Registry::SetAction(CLI::App* command, Action action) {
+  command->callback([this_chosen = &chosen, action = std::move(action)] { *this_chosen = action; });
+}
+
+void Registry::AddJsonOption(CLI::App* command) {
+  command->add_flag("--json", options.json, "JSON on standard output, for scripts");
+}
+
+void Registry::AddConnectionOptions(CLI::App* command) {
+  AddJsonOption(command);
+  command
+      ->add_option("--coordinator", options.coordinator,
+                   "HOST:PORT or unix:/PATH (default $PARALLAX_COORDINATOR or 127.0.0.1:7070)")
+      ->type_name("ADDR")
+      ->group("Connection");
+  command->add_flag("--insecure", options.insecure, "Reach another machine without encryption")
+      ->group("Connection");
+}
+
+}  // namespace parallax::client

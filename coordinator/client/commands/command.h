@@ -1,0 +1,74 @@
+// What commands have in common. A command file registers its subcommand and sets, when it is
+// chosen, the action that the program then runs.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "common/base/status.h"
+#include "coordinator/client/app.h"
+#include "coordinator/client/connection.h"
+#include "coordinator/client/exit_code.h"
+
+namespace parallax::client {
+
+// Options of every command; a command adds those it knows.
+struct CommonOptions {
+  std::string coordinator = kDefaultCoordinator;
+  bool insecure = false;
+  bool json = false;
+};
+
+struct Session {
+  Environment& environment;
+  const CommonOptions& options;
+
+  const Terminal& out() const { return environment.out; }
+  const Terminal& err() const { return environment.err; }
+  absl::StatusOr<std::unique_ptr<Connection>> Connect() const {
+    return Connection::Open(options.coordinator, options.insecure);
+  }
+  // A JSON document on standard output, indented unless `one_line`.
+  void PrintJson(const nlohmann::ordered_json& json, bool one_line = false) const;
+  // "error: ..." and "note: ..." on standard error.
+  void PrintError(const std::string& message) const;
+  void PrintNote(const std::string& message) const;
+};
+
+using Action = std::function<absl::StatusOr<ExitCode>(Session&)>;
+
+// Headings of `parallax --help`.
+inline constexpr char kLocalCommands[] = "On this machine";
+inline constexpr char kCoordinatorCommands[] = "With a coordinator";
+
+// Where commands are registered.
+struct Registry {
+  CLI::App& app;
+  CommonOptions& options;
+  Action& chosen;
+
+  // `footer` is shown at the end of its --help.
+  CLI::App* AddCommand(CLI::App& parent, const std::string& name, const std::string& description,
+                       const std::string& footer = "");
+  // `action` runs if the command is given.
+  void SetAction(CLI::App* command, Action action);
+  void AddJsonOption(CLI::App* command);
+  void AddConnectionOptions(CLI::App* command);  // And --json.
+};
+
+void RegisterRun(Registry& registry);
+void RegisterSubmit(Registry& registry);
+void RegisterStatus(Registry& registry);
+void RegisterWatch(Registry& registry);
+void RegisterJobs(Registry& registry);
+void RegisterWorkers(Registry& registry);
+void RegisterSteer(Registry& registry);  // cancel, pause, resume, retry
+void RegisterFetch(Registry& registry);
+void RegisterView(Registry& registry);
+void RegisterScene(Registry& registry);   // scene show, scene export
+void RegisterConfig(Registry& registry);  // config check, config show, config list
+
+}  // namespace parallax::client

@@ -1,0 +1,161 @@
+// config: check and show study and scene files without making anything.
+#include "common/config/config.h"
+
+#include <google/protobuf/util/json_util.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "common/base/file.h"
+#include "coordinator/client/commands/command.h"
+#include "coordinator/client/out_dir.h"
+#include "coordinator/client/text.h"
+
+namespace parallax::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct ConfigOptions {
+  std::string file;
+};
+
+// One of the two kinds of file there are.
+struct Config {
+  bool is_study = false;
+  v1::StudySpec study;
+  v1::SceneConfig scene;
+};
+
+bool Contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+// A study has variants, or at least a name; anything else is read as a scene config.
+bool LooksLikeStudy(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) {
+    return !Contains(BuiltinSceneConfigs(), path);
+  }
+  const absl::StatusOr<std::string> text = ReadFile(path, 4 << 20);
+  if (!text.ok()) return true;
+  // Of the keys at the margin; the reader itself tells what is wrong with a broken file.
+  for (const char* key : {"study:", "variants:", "pairs:"}) {
+    if (text->rfind(key, 0) == 0 || text->find(std::string("\n") + key) != std::string::npos) {
+      return true;
+    }
+  }
+  return false;
+}
+
+absl::StatusOr<Config> Load(const std::string& path) {
+  Config config;
+  config.is_study = LooksLikeStudy(path);
+  if (config.is_study) {
+    ASSIGN_OR_RETURN(config.study, LoadStudy(path));
+  } else {
+    ASSIGN_OR_RETURN(config.scene, LoadSceneConfig(path));
+  }
+  return config;
+}
+
+absl::StatusOr<ExitCode> Check(const ConfigOptions& options, Session& session) {
+  ASSIGN_OR_RETURN(const Config config, Load(options.file));
+  const int variants = config.study.variants_size();
+  const int64_t pairs = config.study.pairs() * variants;
+  const auto bytes = static_cast<double>(EstimateBytes(config.study));
+  if (session.options.json) {
+    Json json = {
+        {"file", options.file}, {"kind", config.is_study ? "study" : "scene"}, {"ok", true}};
+    if (config.is_study) {
+      json["name"] = config.study.name();
+      json["variants"] = variants;
+      json["pairs"] = pairs;
+      json["disk_bytes"] = bytes;
+    }
+    session.PrintJson(json);
+    return kExitOk;
+  }
+  std::ostream& out = *session.out().stream;
+  out << options.file << ": " << session.out().Paint(Tone::kGood, "ok");
+  if (config.is_study) {
+    out << ", study " << config.study.name() << ": " << Plural(variants, "variant") << " x "
+        << Plural(config.study.pairs(), "pair") << " (" << config.study.rigs_per_scene()
+        << " a scene), about " << FormatBytes(bytes) << " on disk";
+  } else {
+    out << ", a scene config";
+  }
+  out << "\n";
+  return kExitOk;
+}
+
+absl::StatusOr<ExitCode> Show(const ConfigOptions& options, Session& session) {
+  ASSIGN_OR_RETURN(const Config config, Load(options.file));
+  if (!session.options.json) {
+    *session.out().stream << (config.is_study ? StudyToYaml(config.study)
+                                              : MessageToYaml(config.scene));
+    return kExitOk;
+  }
+  google::protobuf::util::JsonPrintOptions json;
+  json.preserve_proto_field_names = true;
+  json.add_whitespace = true;
+  const google::protobuf::Message& message =
+      config.is_study ? static_cast<const google::protobuf::Message&>(config.study) : config.scene;
+  std::string text;
+  if (!google::protobuf::util::MessageToJsonString(message, &text, json).ok()) {
+    return MakeError(absl::StatusCode::kInternal, options.file + ": can't be written as JSON");
+  }
+  *session.out().stream << text;
+  return kExitOk;
+}
+
+absl::StatusOr<ExitCode> List(Session& session) {
+  if (session.options.json) {
+    session.PrintJson({{"studies", BuiltinStudies()}, {"scenes", BuiltinSceneConfigs()}});
+    return kExitOk;
+  }
+  const auto print = [&](const char* title, const std::vector<std::string>& names) {
+    *session.out().stream << session.out().Paint(Tone::kBold, title) << "\n";
+    for (const std::string& name : names) *session.out().stream << "  " << name << "\n";
+  };
+  print("Studies", BuiltinStudies());
+  print("Scenes", BuiltinSceneConfigs());
+  return kExitOk;
+}
+
+CLI::App* AddFileCommand(Registry& registry, CLI::App& parent, const char* name,
+                         const char* description, const char* example,
+                         const std::shared_ptr<ConfigOptions>& options) {
+  CLI::App* command = registry.AddCommand(parent, name, description, example);
+  command->add_option("FILE", options->file, "Study or scene file, or the name of a built-in one")
+      ->required();
+  registry.AddJsonOption(command);
+  return command;
+}
+
+}  // namespace
+
+void RegisterConfig(Registry& registry) {
+  CLI::App* config =
+      registry.AddCommand(registry.app, "config", "Check and show study and scene files");
+  config->require_subcommand(1);
+  config->group(kLocalCommands);
+  auto options = std::make_shared<ConfigOptions>();
+  CLI::App* check = AddFileCommand(
+      registry, *config, "check",
+      "Say what is wrong with a file, with line numbers, or that it is ok",
+      "Examples:\n  parallax config check my.yaml\n  parallax config check quickstart\n", options);
+  registry.SetAction(check, [options](Session& session) { return Check(*options, session); });
+  CLI::App* show = AddFileCommand(
+      registry, *config, "show", "The file with its base merged in and every default written out",
+      "What it prints is itself a file that can be run.\n\n"
+      "Example:\n  parallax config show baseline > baseline-full.yaml\n",
+      options);
+  registry.SetAction(show, [options](Session& session) { return Show(*options, session); });
+  CLI::App* list = registry.AddCommand(*config, "list", "Names of the built-in studies and scenes");
+  registry.AddJsonOption(list);
+  registry.SetAction(list, List);
+}
+
+}  // namespace parallax::client

@@ -1,0 +1,79 @@
+// fetch: the finished pairs of a study as a dataset folder.
+#include <nlohmann/json.hpp>
+
+#include "coordinator/client/archive_sync.h"
+#include "coordinator/client/commands/command.h"
+#include "coordinator/client/out_dir.h"
+#include "coordinator/client/study_view.h"
+#include "coordinator/client/text.h"
+
+namespace parallax::client {
+namespace {
+
+struct FetchOptions {
+  std::string study;
+  std::string out;
+};
+
+nlohmann::ordered_json FetchJson(const v1::StudyStatus& study, const std::string& out,
+                                 const ArchiveWriter& writer, int64_t frames) {
+  const ArchiveWriter::Totals& totals = writer.totals();
+  return {{"study_id", study.study_id()},
+          {"name", study.name()},
+          {"state", StateName(study.state())},
+          {"out", out},
+          {"frames", frames},
+          {"frames_added", totals.frames_added},
+          {"frames_present", totals.frames_present},
+          {"frames_replaced", totals.frames_replaced},
+          {"files_linked", totals.files_linked},
+          {"files_copied", totals.files_copied}};
+}
+
+absl::StatusOr<ExitCode> Fetch(const FetchOptions& options, Session& session) {
+  ASSIGN_OR_RETURN(const auto connection, session.Connect());
+  ASSIGN_OR_RETURN(const v1::StudyStatus study, connection->FindStudy(options.study));
+  ASSIGN_OR_RETURN(const v1::GetInfoReply info, connection->GetInfo());
+  // Before anything is written.
+  RETURN_IF_ERROR(LocalStoreFolder(info.store_uri()).status());
+  ASSIGN_OR_RETURN(const auto out, OutDir::Open(options.out));
+  ASSIGN_OR_RETURN(const auto archive, ArchiveSync::Open(out->path(), study.spec()));
+  RETURN_IF_ERROR(archive->CatchUp(*connection, study.study_id()));
+  RETURN_IF_ERROR(archive->Finish());
+  int64_t frames = 0;
+  for (const auto& [variant, count] : archive->writer().Frames()) frames += count;
+  if (session.options.json) {
+    session.PrintJson(FetchJson(study, out->path(), archive->writer(), frames));
+    return kExitOk;
+  }
+  const ArchiveWriter::Totals& totals = archive->writer().totals();
+  *session.out().stream << out->path() << ": " << Plural(frames, "pair") << " ("
+                        << FormatCount(totals.frames_added + totals.frames_replaced) << " new, "
+                        << FormatCount(totals.frames_present) << " there already)\n";
+  if (!IsFinished(study.state())) {
+    session.PrintNote("study " + std::to_string(study.study_id()) + " is " +
+                      StateName(study.state()) + "; the same command later brings the rest");
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void RegisterFetch(Registry& registry) {
+  CLI::App* command = registry.AddCommand(registry.app, "fetch",
+                                          "Bring a study's finished pairs into a dataset folder",
+                                          "Files are hard links into the coordinator's store where "
+                                          "they can be. May be repeated while the\n"
+                                          "study runs: only what is new is brought.\n"
+                                          "\n"
+                                          "Example:\n"
+                                          "  parallax fetch baseline --out out/baseline\n");
+  auto options = std::make_shared<FetchOptions>();
+  command->add_option("STUDY", options->study, "Id, or name (the newest of that name)")->required();
+  command->add_option("-o,--out", options->out, "The dataset folder")->type_name("DIR")->required();
+  command->group(kCoordinatorCommands);
+  registry.AddConnectionOptions(command);
+  registry.SetAction(command, [options](Session& session) { return Fetch(*options, session); });
+}
+
+}  // namespace parallax::client

@@ -1,0 +1,146 @@
+// run: from a study to a dataset on this machine, with nothing to set up.
+#include <algorithm>
+#include <filesystem>
+#include <istream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "coordinator/client/commands/command.h"
+#include "coordinator/client/embedded_run.h"
+#include "coordinator/client/out_dir.h"
+#include "coordinator/client/study_options.h"
+#include "coordinator/client/study_view.h"
+#include "coordinator/client/text.h"
+#include "worker/dataset/contact_sheet.h"
+
+namespace parallax::client {
+namespace {
+
+struct RunOptions {
+  StudyOptions study;
+  std::string out;
+  int workers = 0;  // 0: as many as suit this machine.
+  bool yes = false;
+};
+
+// Rendering one job uses all cores by itself; a second worker fills the gaps that solving, building
+// and writing leave, and on large machines more do.
+int DefaultWorkers() {
+  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  return cores == 1 ? 1 : std::max(2, cores / 8);
+}
+
+// kFailedPrecondition unless the user agrees, or agreed beforehand with --yes.
+absl::Status Confirm(const std::string& what, const RunOptions& options, const Session& session) {
+  if (options.yes) return absl::OkStatus();
+  std::istream* answers = session.environment.answers;
+  if (answers != nullptr && session.err().interactive) {
+    *session.err().stream << what << "; go on? [y/N] " << std::flush;
+    std::string answer;
+    std::getline(*answers, answer);
+    if (answer == "y" || answer == "Y" || answer == "yes") return absl::OkStatus();
+  }
+  return MakeError(absl::StatusCode::kFailedPrecondition, what + "; --yes goes on nevertheless");
+}
+
+absl::Status ConfirmSpace(const v1::StudySpec& study, const OutDir& out, const RunOptions& options,
+                          const Session& session) {
+  const int64_t free = out.FreeBytes();
+  const int64_t needed = EstimateBytes(study);
+  if (free < 0 || needed < free) return absl::OkStatus();
+  return Confirm("the study needs about " + FormatBytes(static_cast<double>(needed)) +
+                     ", but only " + FormatBytes(static_cast<double>(free)) +
+                     " are free on the disk of " + out.path(),
+                 options, session);
+}
+
+void PrintOpening(const v1::StudySpec& study, const OutDir& out, int workers,
+                  const Session& session) {
+  *session.err().stream << session.err().Paint(Tone::kBold, study.name()) << ": "
+                        << Plural(study.variants_size(), "variant") << " x "
+                        << Plural(study.pairs(), "pair") << " -> " << out.path() << " ("
+                        << Plural(workers, "worker") << ", "
+                        << Plural(std::thread::hardware_concurrency(), "core") << ")\n"
+                        << std::flush;
+}
+
+// A picture is a comfort: that it can't be drawn is told, and is no failure.
+void DrawSheet(RunReport& report, const Session& session) {
+  const std::string path = report.out_dir + "/contact_sheet.png";
+  std::error_code error;
+  if (report.frames_in_dataset == 0) return;
+  if (report.pairs_rendered == 0 && std::filesystem::exists(path, error)) {
+    report.contact_sheet = path;
+    report.histograms = report.out_dir + "/contact_sheet_histograms.png";
+    return;
+  }
+  const absl::StatusOr<ContactSheetResult> sheet = MakeContactSheet(report.out_dir, path);
+  if (!sheet.ok()) {
+    session.PrintNote("no contact sheet: " + FirstLine(ToStd(sheet.status().message())));
+    return;
+  }
+  report.contact_sheet = sheet->sheet_png;
+  report.histograms = sheet->histogram_png;
+  report.warp_median_difference = sheet->warp_median_difference;
+}
+
+absl::StatusOr<ExitCode> Run(const RunOptions& options, Session& session) {
+  EmbeddedRunOptions run_options;
+  ASSIGN_OR_RETURN(run_options.study, ResolveStudy(options.study));
+  run_options.workers = options.workers > 0 ? options.workers : DefaultWorkers();
+  RETURN_IF_ERROR(FindWorkerBinary().status());
+  if (HoldsForeignFiles(options.out)) {
+    RETURN_IF_ERROR(Confirm(options.out + " holds files that are no dataset", options, session));
+  }
+  ASSIGN_OR_RETURN(const auto out, OutDir::Open(options.out));
+  RETURN_IF_ERROR(ConfirmSpace(run_options.study, *out, options, session));
+  RunReport report;
+  {
+    ASSIGN_OR_RETURN(const auto run, EmbeddedRun::Open(run_options, *out, session.environment));
+    PrintOpening(run_options.study, *out, run_options.workers, session);
+    ASSIGN_OR_RETURN(report, run->Work());
+  }
+  DrawSheet(report, session);
+  if (session.options.json) {
+    session.PrintJson(RunReportJson(report));
+  } else {
+    PrintRunReport(session.out(), report);
+  }
+  if (report.study.state() == v1::STUDY_STATE_SUCCEEDED) return kExitOk;
+  for (const std::string& line : ProblemLines(session.err(), report.study, 5)) {
+    *session.err().stream << line << "\n";
+  }
+  session.PrintError("the study " + StateName(report.study.state()) + "; worker logs are in " +
+                     out->work_dir() + "/logs, the same command again tries what failed once more");
+  return kExitFailed;
+}
+
+}  // namespace
+
+void RegisterRun(Registry& registry) {
+  CLI::App* command = registry.AddCommand(
+      registry.app, "run", "Make a dataset on this machine, with nothing to set up",
+      "A coordinator runs inside this command and workers beside it; nothing listens on a port.\n"
+      "Pairs appear in DIR as they are finished. Ctrl-C stops after what is being rendered; the "
+      "same\n"
+      "command again goes on, a larger --pairs extends the dataset, and what is there is never\n"
+      "rendered again. What is needed for that, and worker logs, are in DIR/.parallax.\n"
+      "\n"
+      "Examples:\n"
+      "  parallax run quickstart --out out/quickstart\n"
+      "  parallax run baseline --out out/baseline --pairs 100 --profile high\n"
+      "  parallax run my.yaml --out /data/my --width 640 --height 480 --json > report.json\n");
+  command->group(kLocalCommands);
+  auto options = std::make_shared<RunOptions>();
+  AddStudyOptions(*command, options->study);
+  command->add_option("-o,--out", options->out, "The dataset folder")->type_name("DIR")->required();
+  command
+      ->add_option("--workers", options->workers,
+                   "Worker processes (default: 2, more on large machines); each uses all cores")
+      ->check(CLI::Range(1, 256));
+  command->add_flag("-y,--yes", options->yes, "Ask nothing: foreign files in DIR, a small disk");
+  registry.AddJsonOption(command);
+  registry.SetAction(command, [options](Session& session) { return Run(*options, session); });
+}
+
+}  // namespace parallax::client

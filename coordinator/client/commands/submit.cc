@@ -1,0 +1,83 @@
+// submit: give a study to a coordinator.
+#include <nlohmann/json.hpp>
+
+#include "coordinator/client/commands/command.h"
+#include "coordinator/client/study_options.h"
+#include "coordinator/client/study_view.h"
+#include "coordinator/client/text.h"
+
+namespace parallax::client {
+namespace {
+
+struct SubmitOptions {
+  StudyOptions study;
+  bool again = false;
+};
+
+absl::StatusOr<ExitCode> Submit(const SubmitOptions& options, Session& session) {
+  ASSIGN_OR_RETURN(const v1::StudySpec study, ResolveStudy(options.study));
+  ASSIGN_OR_RETURN(const auto connection, session.Connect());
+  v1::SubmitRequest request;
+  *request.mutable_study() = study;
+  request.set_idempotency_key(IdempotencyKey(study));
+  if (options.again) {
+    // The time makes the key one of its own; what is rendered already is still reused by its
+    // content.
+    const double now_s = session.environment.clock->UnixSeconds();
+    request.mutable_idempotency_key()->append(" again " + std::to_string(now_s));
+  }
+  ASSIGN_OR_RETURN(const v1::SubmitReply reply, connection->Submit(request));
+  std::string state = "running";
+  if (reply.existed()) {
+    ASSIGN_OR_RETURN(const v1::StudyStatus status, connection->GetStudy(reply.study_id()));
+    state = StateName(status.state());
+  }
+  const int64_t pairs = study.pairs() * study.variants_size();
+  if (session.options.json) {
+    session.PrintJson({{"study_id", reply.study_id()},
+                       {"name", study.name()},
+                       {"existed", reply.existed()},
+                       {"state", state},
+                       {"variants", study.variants_size()},
+                       {"pairs_wanted", pairs}});
+    return kExitOk;
+  }
+  // The id alone on standard output, so that a script needs no parser; the rest is for people.
+  *session.out().stream << reply.study_id() << "\n" << std::flush;
+  if (reply.existed()) {
+    session.PrintNote("this very study is there already as study " +
+                      std::to_string(reply.study_id()) + " (" + state +
+                      "): nothing was submitted; --again submits it once more");
+  } else {
+    *session.err().stream << "submitted " << study.name() << ": "
+                          << Plural(study.variants_size(), "variant") << " x "
+                          << Plural(study.pairs(), "pair") << "; follow it with `parallax watch "
+                          << reply.study_id() << "`\n";
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void RegisterSubmit(Registry& registry) {
+  CLI::App* command = registry.AddCommand(
+      registry.app, "submit", "Give a study to a coordinator; prints its id",
+      "The same study again is not made twice: its id is printed and a note says so. Results are\n"
+      "found by content, so a larger --pairs later renders only what is missing.\n"
+      "\n"
+      "Examples:\n"
+      "  parallax submit baseline --pairs 1000\n"
+      "  id=$(parallax submit my.yaml --priority 10) && parallax watch \"$id\"\n");
+  auto options = std::make_shared<SubmitOptions>();
+  AddStudyOptions(*command, options->study);
+  command->add_option("--name", options->study.name, "Another name for the study")
+      ->type_name("NAME");
+  command->add_option("--priority", options->study.priority,
+                      "Higher goes first (default: the study's own)");
+  command->add_flag("--again", options->again, "Submit although the same study is there already");
+  command->group(kCoordinatorCommands);
+  registry.AddConnectionOptions(command);
+  registry.SetAction(command, [options](Session& session) { return Submit(*options, session); });
+}
+
+}  // namespace parallax::client

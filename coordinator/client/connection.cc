@@ -1,0 +1,183 @@
+#include "coordinator/client/connection.h"
+
+#include <grpcpp/grpcpp.h>
+
+#include <algorithm>
+#include <charconv>
+#include <vector>
+
+#include "common/rpc/address.h"
+#include "common/rpc/endpoint.h"
+#include "common/rpc/grpc_status.h"
+#include "coordinator/client/text.h"
+#include "parallax/v1/service.grpc.pb.h"
+
+namespace parallax::client {
+namespace {
+
+constexpr std::chrono::seconds kTimeout{20};
+
+// gRPC's own words name sockets and addresses several times over; the cause is the part people
+// know.
+std::string CauseOf(const std::string& message) {
+  for (const char* cause : {"Connection refused", "No such file or directory", "No route to host",
+                            "Network is unreachable", "Permission denied", "Connection reset"}) {
+    if (message.find(cause) != std::string::npos) return cause;
+  }
+  if (message.find("DNS resolution failed") != std::string::npos) return "unknown host";
+  return FirstLine(message);
+}
+
+}  // namespace
+
+struct Connection::Stub {
+  std::unique_ptr<v1::Coordinator::Stub> coordinator;
+};
+
+Connection::Connection(std::string address, std::unique_ptr<Stub> stub)
+    : address_(std::move(address)), stub_(std::move(stub)) {}
+Connection::~Connection() = default;
+
+absl::StatusOr<std::unique_ptr<Connection>> Connection::Open(const std::string& address,
+                                                             bool insecure) {
+  ASSIGN_OR_RETURN(const RpcAddress parsed, ParseRpcAddress(address));
+  ASSIGN_OR_RETURN(const auto channel, ConnectRpc(parsed, RpcSecurity{.insecure = insecure}));
+  auto stub = std::make_unique<Stub>();
+  stub->coordinator = v1::Coordinator::NewStub(channel);
+  return std::unique_ptr<Connection>(new Connection(address, std::move(stub)));
+}
+
+template <typename Request, typename Reply, typename Method>
+absl::StatusOr<Reply> Connection::Call(Method method, const Request& request) {
+  grpc::ClientContext context;
+  SetRpcTimeout(context, kTimeout);
+  Reply reply;
+  const grpc::Status status = (stub_->coordinator.get()->*method)(&context, request, &reply);
+  if (status.ok()) return reply;
+  if (status.error_code() == grpc::StatusCode::UNAVAILABLE) {
+    return MakeError(absl::StatusCode::kUnavailable,
+                     "no coordinator at " + address_ + ": " + CauseOf(status.error_message()) +
+                         "; start one with `coordinator serve --db FILE --store DIR --listen " +
+                         address_ + "`, or name another with --coordinator HOST:PORT");
+  }
+  if (status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED) {
+    return MakeError(absl::StatusCode::kUnavailable, "the coordinator at " + address_ +
+                                                         " did not answer within " +
+                                                         FormatDuration(kTimeout.count()));
+  }
+  if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
+    return MakeError(absl::StatusCode::kInternal, "what answers at " + address_ +
+                                                      " is not a Parallax coordinator of this "
+                                                      "version");
+  }
+  return FromGrpc(status);
+}
+
+absl::StatusOr<v1::SubmitReply> Connection::Submit(const v1::SubmitRequest& request) {
+  return Call<v1::SubmitRequest, v1::SubmitReply>(&v1::Coordinator::Stub::Submit, request);
+}
+
+absl::StatusOr<v1::ListStudiesReply> Connection::ListStudies(int limit) {
+  v1::ListStudiesRequest request;
+  request.set_limit(limit);
+  return Call<v1::ListStudiesRequest, v1::ListStudiesReply>(&v1::Coordinator::Stub::ListStudies,
+                                                            request);
+}
+
+absl::StatusOr<v1::StudyStatus> Connection::GetStudy(int64_t study_id) {
+  v1::GetStudyRequest request;
+  request.set_study_id(study_id);
+  return Call<v1::GetStudyRequest, v1::StudyStatus>(&v1::Coordinator::Stub::GetStudy, request);
+}
+
+namespace {
+v1::StudyRequest MakeStudyRequest(int64_t study_id, const std::string& reason) {
+  v1::StudyRequest request;
+  request.set_study_id(study_id);
+  request.set_reason(reason);
+  return request;
+}
+}  // namespace
+
+absl::StatusOr<v1::StudyStatus> Connection::Cancel(int64_t study_id, const std::string& reason) {
+  return Call<v1::StudyRequest, v1::StudyStatus>(&v1::Coordinator::Stub::Cancel,
+                                                 MakeStudyRequest(study_id, reason));
+}
+
+absl::StatusOr<v1::StudyStatus> Connection::Pause(int64_t study_id, const std::string& reason) {
+  return Call<v1::StudyRequest, v1::StudyStatus>(&v1::Coordinator::Stub::Pause,
+                                                 MakeStudyRequest(study_id, reason));
+}
+
+absl::StatusOr<v1::StudyStatus> Connection::Resume(int64_t study_id, const std::string& reason) {
+  return Call<v1::StudyRequest, v1::StudyStatus>(&v1::Coordinator::Stub::Resume,
+                                                 MakeStudyRequest(study_id, reason));
+}
+
+absl::StatusOr<v1::RetryReply> Connection::Retry(int64_t study_id) {
+  return Call<v1::StudyRequest, v1::RetryReply>(&v1::Coordinator::Stub::Retry,
+                                                MakeStudyRequest(study_id, ""));
+}
+
+absl::StatusOr<v1::ListJobsReply> Connection::ListJobs(const v1::ListJobsRequest& request) {
+  return Call<v1::ListJobsRequest, v1::ListJobsReply>(&v1::Coordinator::Stub::ListJobs, request);
+}
+
+absl::StatusOr<v1::ListWorkersReply> Connection::ListWorkers() {
+  return Call<v1::ListWorkersRequest, v1::ListWorkersReply>(&v1::Coordinator::Stub::ListWorkers,
+                                                            {});
+}
+
+absl::StatusOr<v1::ListFramesReply> Connection::ListFrames(int64_t study_id, int64_t cursor,
+                                                           int limit) {
+  v1::ListFramesRequest request;
+  request.set_study_id(study_id);
+  request.set_cursor(cursor);
+  request.set_limit(limit);
+  return Call<v1::ListFramesRequest, v1::ListFramesReply>(&v1::Coordinator::Stub::ListFrames,
+                                                          request);
+}
+
+absl::StatusOr<v1::GetSceneReply> Connection::GetScene(int64_t study_id, const std::string& variant,
+                                                       uint32_t scene) {
+  v1::GetSceneRequest request;
+  request.set_study_id(study_id);
+  request.set_variant(variant);
+  request.set_scene(scene);
+  return Call<v1::GetSceneRequest, v1::GetSceneReply>(&v1::Coordinator::Stub::GetScene, request);
+}
+
+absl::StatusOr<v1::GetInfoReply> Connection::GetInfo() {
+  return Call<v1::GetInfoRequest, v1::GetInfoReply>(&v1::Coordinator::Stub::GetInfo, {});
+}
+
+absl::StatusOr<v1::StudyStatus> Connection::FindStudy(const std::string& id_or_name) {
+  int64_t id = 0;
+  const char* end = id_or_name.data() + id_or_name.size();
+  const auto [at, error] = std::from_chars(id_or_name.data(), end, id);
+  if (error == std::errc() && at == end) {
+    absl::StatusOr<v1::StudyStatus> study = GetStudy(id);
+    if (!absl::IsNotFound(study.status())) return study;
+  }
+  ASSIGN_OR_RETURN(const v1::ListStudiesReply list, ListStudies());
+  const v1::StudyStatus* newest = nullptr;
+  for (const v1::StudyStatus& study : list.studies()) {
+    if (study.name() != id_or_name) continue;
+    if (newest == nullptr || study.study_id() > newest->study_id()) newest = &study;
+  }
+  // Only GetStudy gives the whole status.
+  if (newest != nullptr) return GetStudy(newest->study_id());
+  std::string known;
+  const int shown = std::min(list.studies_size(), 5);
+  for (int i = 0; i < shown; ++i) {
+    known += (i > 0 ? ", " : "") + std::to_string(list.studies(i).study_id()) + " (" +
+             list.studies(i).name() + ")";
+  }
+  if (list.studies_size() > shown) known += "...";
+  return MakeError(
+      absl::StatusCode::kNotFound,
+      "no study '" + id_or_name + "' at " + address_ +
+          (known.empty() ? "; nothing has been submitted there" : "; there are " + known));
+}
+
+}  // namespace parallax::client

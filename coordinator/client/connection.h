@@ -1,0 +1,58 @@
+// A client's side of the service `parallax.v1.Coordinator`: every call with a deadline, every error
+// as a sentence.
+//
+// Thread-safe.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "common/base/status.h"
+#include "parallax/v1/service.pb.h"
+
+namespace parallax::client {
+
+inline constexpr char kDefaultCoordinator[] = "127.0.0.1:7070";
+
+class Connection {
+ public:
+  // Errors: kInvalidArgument for a bad address, kFailedPrecondition for one that would need
+  // `insecure`. Whether somebody listens there shows at the first call.
+  static absl::StatusOr<std::unique_ptr<Connection>> Open(const std::string& address,
+                                                          bool insecure = false);
+  ~Connection();
+
+  const std::string& address() const { return address_; }
+
+  // Errors of all: kUnavailable, saying how to start a coordinator, when there is none;
+  // kDeadlineExceeded when it does not answer in time; else the coordinator's own.
+  absl::StatusOr<v1::SubmitReply> Submit(const v1::SubmitRequest& request);
+  absl::StatusOr<v1::ListStudiesReply> ListStudies(int limit = 0);
+  absl::StatusOr<v1::StudyStatus> GetStudy(int64_t study_id);
+  absl::StatusOr<v1::StudyStatus> Cancel(int64_t study_id, const std::string& reason);
+  absl::StatusOr<v1::StudyStatus> Pause(int64_t study_id, const std::string& reason);
+  absl::StatusOr<v1::StudyStatus> Resume(int64_t study_id, const std::string& reason);
+  absl::StatusOr<v1::RetryReply> Retry(int64_t study_id);
+  absl::StatusOr<v1::ListJobsReply> ListJobs(const v1::ListJobsRequest& request);
+  absl::StatusOr<v1::ListWorkersReply> ListWorkers();
+  absl::StatusOr<v1::ListFramesReply> ListFrames(int64_t study_id, int64_t cursor, int limit);
+  absl::StatusOr<v1::GetSceneReply> GetScene(int64_t study_id, const std::string& variant,
+                                             uint32_t scene);
+  absl::StatusOr<v1::GetInfoReply> GetInfo();
+
+  // The study that a person means by "12" or "baseline": an id, or the newest study of that name.
+  // Errors: kNotFound, naming the studies there are.
+  absl::StatusOr<v1::StudyStatus> FindStudy(const std::string& id_or_name);
+
+ private:
+  struct Stub;
+  Connection(std::string address, std::unique_ptr<Stub> stub);
+  template <typename Request, typename Reply, typename Method>
+  absl::StatusOr<Reply> Call(Method method, const Request& request);
+
+  std::string address_;
+  std::unique_ptr<Stub> stub_;
+};
+
+}  // namespace parallax::client

@@ -1,0 +1,84 @@
+#include "coordinator/client/embedded_coordinator.h"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+
+#include "coordinator/client/exit_code.h"
+#include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/coordinator_server.h"
+
+namespace parallax::client {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t kLongestSocketPath = 107;
+constexpr char kSocketName[] = "/coordinator";
+// A broken Unix socket means a dead worker; it does not come back under the same stream.
+constexpr double kReconnectGrace_s = 1;
+// Workers are on this machine and their streams break when they die, so a lease that runs out is
+// the rare case of a worker that hangs.
+constexpr double kLease_s = 30;
+
+[[noreturn]] void EndOnCommitFailure(const absl::Status& status) {
+  const std::string line =
+      "error: the run's database could not be written: " + std::string(status.message()) +
+      "; nothing finished is lost, run the same command again to go on\n";
+  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, line.data(), line.size());
+  // Workers die with us; nothing may touch the database any more.
+  _exit(kExitDisk);
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> MakeSocketFolder() {
+  const char* const candidates[] = {std::getenv("XDG_RUNTIME_DIR"), std::getenv("TMPDIR"), "/tmp"};
+  for (const char* candidate : candidates) {
+    if (candidate == nullptr || candidate[0] != '/') continue;
+    std::string folder = std::string(candidate) + "/parallax-XXXXXX";
+    if (folder.size() + std::strlen(kSocketName) > kLongestSocketPath) continue;
+    if (mkdtemp(folder.data()) != nullptr) return folder;
+  }
+  return MakeError(absl::StatusCode::kInternal,
+                   "no folder for a socket: $XDG_RUNTIME_DIR, $TMPDIR and /tmp are unusable");
+}
+
+absl::StatusOr<std::unique_ptr<EmbeddedCoordinator>> EmbeddedCoordinator::Start(
+    const std::string& work_dir) {
+  std::unique_ptr<EmbeddedCoordinator> coordinator(new EmbeddedCoordinator);
+  const std::string store = work_dir + "/store";
+  std::error_code error;
+  fs::create_directories(store, error);
+  if (error) return ErrnoError(error.value(), "can't make " + store);
+  ASSIGN_OR_RETURN(coordinator->socket_dir_, MakeSocketFolder());
+
+  JobQueueOptions queue;
+  queue.db_path = work_dir + "/queue.db";
+  // Reports that wait there belong to a database that is gone.
+  if (!fs::exists(queue.db_path, error)) fs::remove_all(work_dir + "/outbox", error);
+  queue.lease_s = kLease_s;
+  queue.on_fatal = EndOnCommitFailure;
+  ASSIGN_OR_RETURN(coordinator->queue_, JobQueue::Open(queue));
+
+  CoordinatorServerOptions server;
+  coordinator->address_ = "unix:" + coordinator->socket_dir_ + kSocketName;
+  server.listen = {coordinator->address_};
+  server.store_uri = "file://" + store;
+  server.reconnect_grace_s = kReconnectGrace_s;
+  ASSIGN_OR_RETURN(coordinator->server_, CoordinatorServer::Start(server, *coordinator->queue_));
+  return coordinator;
+}
+
+EmbeddedCoordinator::~EmbeddedCoordinator() {
+  if (server_ != nullptr) server_->Shutdown();
+  server_.reset();
+  queue_.reset();
+  std::error_code error;
+  if (!socket_dir_.empty()) fs::remove_all(socket_dir_, error);
+}
+
+}  // namespace parallax::client

@@ -1,0 +1,42 @@
+// A coordinator in this process, for one folder: its database and store live there, and workers and
+// client talk to it on a Unix socket that only this user can reach. The same queue and service as
+// the daemon's.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "common/base/status.h"
+
+namespace parallax {
+class CoordinatorServer;
+class JobQueue;
+}  // namespace parallax
+
+namespace parallax::client {
+
+class EmbeddedCoordinator {
+ public:
+  // `work_dir`: database "queue.db" and folder "store". Errors: those of JobQueue::Open and
+  // CoordinatorServer::Start. When the disk refuses a commit the process ends with one line and
+  // exit code 4, as the queue demands.
+  static absl::StatusOr<std::unique_ptr<EmbeddedCoordinator>> Start(const std::string& work_dir);
+  ~EmbeddedCoordinator();
+
+  const std::string& address() const { return address_; }  // "unix:/..."
+
+ private:
+  EmbeddedCoordinator() = default;
+
+  std::string socket_dir_;
+  std::string address_;
+  std::unique_ptr<JobQueue> queue_;
+  std::unique_ptr<CoordinatorServer> server_;
+};
+
+// A new folder that only this user may enter, whose path leaves room for a socket's name (a
+// socket's path has at most 107 bytes). Errors: kInternal when none of $XDG_RUNTIME_DIR, $TMPDIR
+// and /tmp will do.
+absl::StatusOr<std::string> MakeSocketFolder();
+
+}  // namespace parallax::client

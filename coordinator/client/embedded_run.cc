@@ -1,0 +1,248 @@
+#include "coordinator/client/embedded_run.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+
+#include "common/base/log.h"
+#include "coordinator/client/study_options.h"
+#include "coordinator/client/study_view.h"
+#include "coordinator/client/text.h"
+
+namespace parallax::client {
+namespace {
+
+// Writing the index reads every frame's line: not after each frame of a large dataset.
+constexpr double kIndexEvery_s = 30;
+// After Ctrl-C, for what is being rendered; then it is handed back.
+constexpr double kDrainGrace_s = 60;
+constexpr double kEndGrace_s = 10;
+
+double OwnCpuSeconds() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+         static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec) * 1e-6;
+}
+
+int64_t FreshPairs(const v1::StudyStatus& study) {
+  const PairCounts counts = CountsOf(study);
+  return counts.done - counts.reused;
+}
+
+std::string LogDir(const OutDir& out_dir) { return out_dir.work_dir() + "/logs"; }
+
+}  // namespace
+
+absl::Status CheckDiskError(const std::string& error) {
+  for (const char* cause : {"No space left on device", "Disk quota exceeded",
+                            "Read-only file system", "Permission denied", "Input/output error"}) {
+    if (error.find(cause) != std::string::npos) {
+      return MakeError(absl::StatusCode::kResourceExhausted, error);
+    }
+  }
+  return absl::OkStatus();
+}
+
+EmbeddedRun::EmbeddedRun(const EmbeddedRunOptions& options, const OutDir& out_dir,
+                         Environment& environment)
+    : options_(options),
+      out_dir_(out_dir),
+      environment_(environment),
+      display_(environment.err, {false, environment.plain_line_s}) {}
+
+absl::StatusOr<std::unique_ptr<EmbeddedRun>> EmbeddedRun::Open(const EmbeddedRunOptions& options,
+                                                               const OutDir& out_dir,
+                                                               Environment& environment) {
+  std::unique_ptr<EmbeddedRun> run(new EmbeddedRun(options, out_dir, environment));
+  // What the coordinator in this process has to say is not for the screen.
+  std::error_code error;
+  std::filesystem::create_directories(LogDir(out_dir), error);
+  InitLogging({.program = "coordinator", .file = LogDir(out_dir) + "/coordinator.log"});
+  ASSIGN_OR_RETURN(run->archive_, ArchiveSync::Open(out_dir.path(), options.study));
+  ASSIGN_OR_RETURN(run->coordinator_, EmbeddedCoordinator::Start(out_dir.work_dir()));
+  ASSIGN_OR_RETURN(run->connection_, Connection::Open(run->coordinator_->address()));
+  RETURN_IF_ERROR(run->EnterStudy());
+  RETURN_IF_ERROR(run->StandAlone());
+  return run;
+}
+
+absl::Status EmbeddedRun::EnterStudy() {
+  v1::SubmitRequest request;
+  *request.mutable_study() = options_.study;
+  request.set_idempotency_key(IdempotencyKey(options_.study));
+  ASSIGN_OR_RETURN(const v1::SubmitReply reply, connection_->Submit(request));
+  study_id_ = reply.study_id();
+  ASSIGN_OR_RETURN(const v1::StudyStatus study, connection_->GetStudy(study_id_));
+  fresh_before_ = FreshPairs(study);
+  if (study.state() == v1::STUDY_STATE_PAUSED) {
+    RETURN_IF_ERROR(connection_->Resume(study_id_, "run again").status());
+  }
+  // What failed for a passing cause (a full disk) gets its chance; what fails again is told of
+  // again.
+  if (CountsOf(study).failed > 0 || study.state() == v1::STUDY_STATE_FAILED) {
+    RETURN_IF_ERROR(connection_->Retry(study_id_).status());
+  }
+  return absl::OkStatus();
+}
+
+absl::Status EmbeddedRun::StandAlone() {
+  // The same folder with another --pairs is a study of its own there; only the one asked for is
+  // worked on.
+  ASSIGN_OR_RETURN(const v1::ListStudiesReply list, connection_->ListStudies(1000));
+  for (const v1::StudyStatus& other : list.studies()) {
+    if (other.study_id() == study_id_ || other.state() != v1::STUDY_STATE_RUNNING) continue;
+    RETURN_IF_ERROR(connection_->Pause(other.study_id(), "another run in this folder").status());
+  }
+  return absl::OkStatus();
+}
+
+absl::Status EmbeddedRun::StartWorkers() {
+  WorkerPoolOptions pool;
+  ASSIGN_OR_RETURN(pool.binary, FindWorkerBinary());
+  pool.workers = options_.workers;
+  pool.log_dir = LogDir(out_dir_);
+  pool.clock = environment_.clock;
+  pool.arguments = [this](int index) -> std::vector<std::string> {
+    return {"--coordinator",
+            coordinator_->address(),
+            "--role",
+            "all",
+            "--slots",
+            "1",
+            "--grace",
+            std::to_string(static_cast<int>(kDrainGrace_s)),
+            "--exit-when-orphaned",
+            "--name",
+            "local-" + std::to_string(index),
+            "--outbox",
+            out_dir_.work_dir() + "/outbox"};
+  };
+  pool_ = std::make_unique<WorkerPool>(std::move(pool));
+  return pool_->Start();
+}
+
+absl::StatusOr<RunReport> EmbeddedRun::Work() {
+  const double start_s = SteadySeconds(*environment_.clock);
+  const double own_cpu_s = OwnCpuSeconds();
+  RETURN_IF_ERROR(LookAt(*connection_, study_id_, start_s, view_));
+  if (!IsFinished(view_.study().state())) {
+    RETURN_IF_ERROR(StartWorkers());
+    const absl::Status worked = Loop();
+    const bool interrupted = absl::IsCancelled(worked);
+    Drain(/*hurry=*/!worked.ok() && !interrupted);
+    if (!worked.ok()) {
+      // What came in while draining belongs to the dataset too, as far as the disk lets it.
+      (void)CatchUp(SteadySeconds(*environment_.clock), /*last=*/true);
+      (void)LookAt(*connection_, study_id_, SteadySeconds(*environment_.clock), view_);
+      display_.Keep();
+      return MakeError(worked.code(), std::string(ToStd(worked.message())) + "; " + Progress());
+    }
+  }
+  const double end_s = SteadySeconds(*environment_.clock);
+  const double own_cpu_used_s = OwnCpuSeconds() - own_cpu_s;
+  RETURN_IF_ERROR(CatchUp(end_s, /*last=*/true));
+  RETURN_IF_ERROR(LookAt(*connection_, study_id_, end_s, view_));
+  display_.Keep();
+
+  RunReport report;
+  report.study = view_.study();
+  report.out_dir = out_dir_.path();
+  report.pairs_rendered = FreshPairs(report.study) - fresh_before_;
+  for (const auto& [variant, frames] : archive_->writer().Frames()) {
+    report.frames_in_dataset += frames;
+  }
+  report.elapsed_s = end_s - start_s;
+  report.core_seconds = own_cpu_used_s + (pool_ == nullptr ? 0 : pool_->cpu_seconds());
+  report.worker_crashes = pool_ == nullptr ? 0 : pool_->crashes();
+  return report;
+}
+
+absl::Status EmbeddedRun::Loop() {
+  while (true) {
+    const double now_s = SteadySeconds(*environment_.clock);
+    RETURN_IF_ERROR(Step(now_s));
+    const bool finished = IsFinished(view_.study().state());
+    display_.Show(view_, now_s, finished);
+    if (finished) return absl::OkStatus();
+    if (interrupts_.WaitFor(std::chrono::duration<double>(environment_.poll_s))) {
+      return MakeError(absl::StatusCode::kCancelled, "interrupted");
+    }
+  }
+}
+
+absl::Status EmbeddedRun::Step(double now_s) {
+  RETURN_IF_ERROR(LookAt(*connection_, study_id_, now_s, view_));
+  RETURN_IF_ERROR(ShowProblems());
+  RETURN_IF_ERROR(out_dir_.CheckFreeSpace());
+  RETURN_IF_ERROR(CatchUp(now_s, /*last=*/false));
+  if (IsFinished(view_.study().state())) return absl::OkStatus();
+  const int crashes = pool_->crashes();
+  const PairCounts counts = CountsOf(view_.study());
+  RETURN_IF_ERROR(pool_->Poll(counts.done + counts.solves_done + counts.rejected));
+  if (pool_->crashes() > crashes) {
+    display_.Print(environment_.err.Paint(Tone::kWarning, "note:") +
+                   " a worker crashed; its jobs are done again (logs: " + LogDir(out_dir_) + ")");
+  }
+  return absl::OkStatus();
+}
+
+void EmbeddedRun::Note(const std::string& variant, uint32_t scene, const std::string& error) {
+  // The same cause in many jobs is told once.
+  if (!shown_problems_.insert(error).second) return;
+  display_.Print(environment_.err.Paint(Tone::kWarning, "note:") + " " + variant + " scene " +
+                 std::to_string(scene) + ": " + error);
+}
+
+absl::Status EmbeddedRun::ShowProblems() {
+  // A job that waits for its next try has no problem yet in the study's eyes; but no try mends a
+  // full disk.
+  v1::ListJobsRequest waiting;
+  waiting.set_study_id(study_id_);
+  waiting.set_state("RETRY_WAIT");
+  waiting.set_limit(20);
+  ASSIGN_OR_RETURN(const v1::ListJobsReply retries, connection_->ListJobs(waiting));
+  for (const v1::JobStatus& job : retries.jobs()) {
+    RETURN_IF_ERROR(CheckDiskError(FirstLine(job.error())));
+    Note(job.variant(), job.scene(), FirstLine(job.error()) + "; it will be tried again");
+  }
+  for (const v1::VariantStatus& variant : view_.study().variants()) {
+    for (const v1::JobProblem& problem : variant.problems()) {
+      RETURN_IF_ERROR(CheckDiskError(FirstLine(problem.error())));
+      Note(variant.name(), problem.scene(), FirstLine(problem.error()));
+    }
+  }
+  return absl::OkStatus();
+}
+
+void EmbeddedRun::Drain(bool hurry) {
+  if (pool_ == nullptr || pool_->running() == 0) return;
+  const int signals = interrupts_.count();
+  const bool interrupted = signals > 0;
+  if (interrupted) {
+    display_.Keep();
+    *environment_.err.stream << "stopping: what is being rendered may take up to "
+                             << FormatDuration(kDrainGrace_s)
+                             << " to finish; Ctrl-C again stops at once\n"
+                             << std::flush;
+  }
+  pool_->Drain(interrupted ? kDrainGrace_s : kEndGrace_s,
+               [&] { return hurry || interrupts_.count() > signals; });
+}
+
+absl::Status EmbeddedRun::CatchUp(double now_s, bool last) {
+  RETURN_IF_ERROR(archive_->CatchUp(*connection_, study_id_));
+  if (!last && now_s - indexed_s_ < kIndexEvery_s) return absl::OkStatus();
+  indexed_s_ = now_s;
+  return archive_->Finish();
+}
+
+std::string EmbeddedRun::Progress() const {
+  const PairCounts counts = CountsOf(view_.study());
+  return FormatCount(counts.done) + " of " + Plural(counts.wanted, "pair") +
+         " are done and kept; the same command again goes on from there";
+}
+
+}  // namespace parallax::client

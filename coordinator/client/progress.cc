@@ -1,0 +1,72 @@
+#include "coordinator/client/progress.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "coordinator/client/text.h"
+
+namespace parallax::client {
+
+void RateEstimator::Add(double time_s, double count) {
+  if (!samples_.empty() && count < samples_.back().count) samples_.clear();
+  if (!samples_.empty() && time_s <= samples_.back().time_s) samples_.pop_back();
+  samples_.push_back({time_s, count});
+  // One sample at or before the window's start stays, so that the window is always covered.
+  while (samples_.size() > 2 && samples_[1].time_s <= time_s - window_s_) samples_.pop_front();
+}
+
+std::optional<double> RateEstimator::PerSecond() const {
+  if (samples_.size() < 2) return std::nullopt;
+  const Sample& first = samples_.front();
+  const Sample& last = samples_.back();
+  if (last.count <= first.count || last.time_s <= first.time_s) return std::nullopt;
+  return (last.count - first.count) / (last.time_s - first.time_s);
+}
+
+std::optional<double> RateEstimator::SecondsFor(double remaining) const {
+  if (remaining <= 0) return 0;
+  const std::optional<double> rate = PerSecond();
+  if (!rate) return std::nullopt;
+  return remaining / *rate;
+}
+
+std::string ProgressBar(const Terminal& terminal, double done, double begun, int columns) {
+  done = std::clamp(done, 0.0, 1.0);
+  begun = std::clamp(begun, 0.0, 1.0 - done);
+  // Rounded down, so that a full bar means that all is done.
+  const int full = static_cast<int>(std::floor(done * columns + 1e-9));
+  const int started =
+      std::min(columns, static_cast<int>(std::floor((done + begun) * columns + 1e-9))) - full;
+  const int rest = columns - full - started;
+  const auto repeat = [](std::string_view glyph, int count) {
+    std::string text;
+    for (int i = 0; i < count; ++i) text.append(glyph);
+    return text;
+  };
+  if (!terminal.unicode) {
+    return "[" + repeat("#", full) + repeat("=", started) + repeat(".", rest) + "]";
+  }
+  return terminal.Paint(Tone::kGood, repeat("█", full)) +
+         terminal.Paint(Tone::kGood, repeat("▒", started)) +
+         terminal.Paint(Tone::kDim, repeat("░", rest));
+}
+
+std::string FormatRate(std::optional<double> per_second) {
+  if (!per_second) return "-";
+  return FormatNumber(*per_second * 3600) + " pairs/h";
+}
+
+std::string FormatEta(std::optional<double> seconds) {
+  if (!seconds) return "";
+  // Tenths of a second would be noise here.
+  if (*seconds < 10) return "ETA " + std::to_string(static_cast<int>(std::ceil(*seconds))) + " s";
+  return "ETA " + FormatDuration(*seconds);
+}
+
+std::string FormatPercent(double done, double wanted) {
+  if (wanted <= 0) return "-";
+  return std::to_string(static_cast<int>(std::floor(std::min(1.0, done / wanted) * 100 + 1e-9))) +
+         "%";
+}
+
+}  // namespace parallax::client

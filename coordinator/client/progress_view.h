@@ -1,0 +1,50 @@
+// A running study as bars with rate and ETA: what `watch` and `run` show.
+//
+// Not thread-safe.
+#pragma once
+
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "coordinator/client/progress.h"
+#include "coordinator/client/terminal.h"
+#include "parallax/v1/service.pb.h"
+
+namespace parallax::client {
+
+class ProgressView {
+ public:
+  // `time_s` of any steady clock; must not decrease. `leased`: the study's jobs in state LEASED,
+  // whose fractions make bars move between completions.
+  void Observe(double time_s, const v1::StudyStatus& study, const v1::ListJobsReply& leased);
+
+  // Heading, a bar a variant, a line on jobs. Asks for `terminal.size()`.
+  std::vector<std::string> Lines(const Terminal& terminal) const;
+  // The same in one line for logs: "0:42  5/12 pairs (41%)  412 pairs/h  ETA 1:10  2 solving  1
+  // rendering".
+  std::string PlainLine() const;
+  // With fields study_id, name, state, pairs_done, pairs_wanted, elapsed_s, pairs_per_hour, eta_s
+  // and variants.
+  nlohmann::ordered_json Json() const;
+
+  const v1::StudyStatus& study() const { return study_; }
+
+ private:
+  struct Variant {
+    RateEstimator rate;
+    double begun_pairs = 0;  // Of leased render jobs, by their fractions.
+  };
+  std::string JobsLine() const;
+
+  double start_s_ = -1;
+  double now_s_ = 0;
+  v1::StudyStatus study_;
+  int64_t solving_ = 0;
+  int64_t rendering_ = 0;
+  RateEstimator rate_;
+  std::map<std::string, Variant> variants_;
+};
+
+}  // namespace parallax::client

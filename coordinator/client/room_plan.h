@@ -1,0 +1,34 @@
+// A room seen from above, drawn with characters. Pure.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "parallax/v1/scene.pb.h"
+
+namespace parallax::client {
+
+// An object's extent on the floor, world frame, metres.
+struct Footprint {
+  double x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+  double top_m = 0;  // Higher ones cover lower ones.
+  char symbol = '?';
+};
+
+struct RoomPlanOptions {
+  int columns = 64;      // Of the floor; walls come beside it.
+  bool unicode = false;  // Arrows for rigs; else '^', '>', 'v', '<'.
+};
+
+// One line a row, north (larger y) up. Walls are '#', doors gaps with 'D', windows '=', rigs arrows
+// that point where the camera looks. A character is about twice as high as wide, which the scale
+// allows for.
+std::vector<std::string> DrawRoomPlan(const v1::Scene& scene,
+                                      const std::vector<Footprint>& footprints,
+                                      const RoomPlanOptions& options);
+
+// Furniture is 'A'..'Z', floating objects 'a'..'z'; '+' when the letters are used up.
+char PlanSymbol(bool floating, size_t nth);
+
+}  // namespace parallax::client

@@ -1,0 +1,29 @@
+// What `run` says when it has ended. Pure but for writing to the terminal.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "coordinator/client/terminal.h"
+#include "parallax/v1/service.pb.h"
+
+namespace parallax::client {
+
+struct RunReport {
+  v1::StudyStatus study;
+  std::string out_dir;
+  int64_t pairs_rendered = 0;  // By this run; the others were there.
+  int64_t frames_in_dataset = 0;
+  double elapsed_s = 0;
+  double core_seconds = 0;  // Of all processes of this run.
+  int worker_crashes = 0;
+  std::string contact_sheet;  // Empty: none was drawn.
+  std::string histograms;
+  double warp_median_difference = -1;
+};
+
+void PrintRunReport(const Terminal& terminal, const RunReport& report);
+nlohmann::ordered_json RunReportJson(const RunReport& report);
+
+}  // namespace parallax::client

@@ -1,0 +1,97 @@
+#include "coordinator/client/study_options.h"
+
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+
+#include <algorithm>
+
+#include "common/base/hash.h"
+#include "common/base/version.h"
+#include "common/config/config.h"
+
+namespace parallax::client {
+namespace {
+
+std::string DeterministicBytes(const google::protobuf::Message& message) {
+  std::string bytes;
+  google::protobuf::io::StringOutputStream stream(&bytes);
+  google::protobuf::io::CodedOutputStream coded(&stream);
+  coded.SetSerializationDeterministic(true);
+  message.SerializeToCodedStream(&coded);
+  coded.Trim();
+  return bytes;
+}
+
+// What a person's typing of the same study may differ in.
+v1::StudySpec WithoutIncidentals(v1::StudySpec study) {
+  study.clear_source_yaml();
+  study.clear_priority();
+  return study;
+}
+
+void ApplyToVariant(const StudyOptions& options, int rigs_per_scene, v1::SceneConfig& config) {
+  v1::RigConfig& rigs = *config.mutable_rigs();
+  // Rigs beyond the config's own number mean that more are chosen; fewer leave the choice as it is.
+  if (rigs.count() < rigs_per_scene) rigs.set_count(rigs_per_scene);
+  if (options.width) rigs.set_width_px(*options.width);
+  if (options.height) rigs.set_height_px(*options.height);
+  if (options.samples) config.mutable_render()->set_samples_per_pixel(*options.samples);
+  if (options.profile) config.mutable_render()->set_profile(*options.profile);
+}
+
+}  // namespace
+
+void AddStudyOptions(CLI::App& command, StudyOptions& options) {
+  command.add_option("STUDY", options.study, "Study file, or the name of a built-in one")
+      ->required();
+  const std::string group = "Overrides of the study";
+  command.add_option("--pairs", options.pairs, "Stereo pairs of each variant")->group(group);
+  command.add_option("--scenes", options.scenes, "The same as scenes: pairs = N x rigs per scene")
+      ->group(group);
+  command.add_option("--rigs", options.rigs, "Pairs taken of each scene")->group(group);
+  command.add_option("--seed", options.seed, "Another seed: other scenes")->group(group);
+  command.add_option("--samples", options.samples, "Samples a pixel")->group(group);
+  command.add_option("--profile", options.profile, "preview, default, high or reference")
+      ->group(group);
+  command.add_option("--width", options.width, "Image width, pixels")->group(group);
+  command.add_option("--height", options.height, "Image height, pixels")->group(group);
+}
+
+absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
+  if (options.pairs && options.scenes) {
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     "--pairs and --scenes say the same thing twice; give one of them");
+  }
+  ASSIGN_OR_RETURN(v1::StudySpec study, LoadStudy(options.study));
+  const struct {
+    const char* name;
+    std::optional<int64_t> value;
+  } positives[] = {{"--pairs", options.pairs}, {"--scenes", options.scenes},
+                   {"--rigs", options.rigs},   {"--samples", options.samples},
+                   {"--width", options.width}, {"--height", options.height}};
+  for (const auto& option : positives) {
+    if (option.value && *option.value < 1) {
+      return MakeError(absl::StatusCode::kInvalidArgument, std::string(option.name) + ": " +
+                                                               std::to_string(*option.value) +
+                                                               " was given, at least 1 is needed");
+    }
+  }
+  if (options.name) study.set_name(*options.name);
+  if (options.seed) study.set_seed(*options.seed);
+  if (options.rigs) study.set_rigs_per_scene(*options.rigs);
+  if (options.pairs) study.set_pairs(*options.pairs);
+  if (options.scenes) study.set_pairs(*options.scenes * study.rigs_per_scene());
+  if (options.priority) study.set_priority(*options.priority);
+  for (v1::VariantSpec& variant : *study.mutable_variants()) {
+    ApplyToVariant(options, study.rigs_per_scene(), *variant.mutable_config());
+  }
+  RETURN_IF_ERROR(ValidateStudy(study));
+  return study;
+}
+
+std::string IdempotencyKey(const v1::StudySpec& study) {
+  return Sha256Hex(std::string("study ") + kGeneratorVersion + "\n" +
+                   DeterministicBytes(WithoutIncidentals(study)));
+}
+
+}  // namespace parallax::client

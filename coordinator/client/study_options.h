@@ -1,0 +1,41 @@
+// The STUDY argument of `run` and `submit` with its overrides, and what it resolves to. Pure but
+// for reading files.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "common/base/status.h"
+#include "parallax/v1/study.pb.h"
+
+namespace parallax::client {
+
+struct StudyOptions {
+  std::string study;  // A file, or a built-in study's name.
+  std::optional<int64_t> pairs;
+  std::optional<int64_t> scenes;
+  std::optional<int> rigs;
+  std::optional<uint64_t> seed;
+  std::optional<int> samples;
+  std::optional<std::string> profile;
+  std::optional<int> width;
+  std::optional<int> height;
+  std::optional<std::string> name;
+  std::optional<int> priority;
+};
+
+// Adds the positional and options to a command; `options` outlives parsing.
+void AddStudyOptions(CLI::App& command, StudyOptions& options);
+
+// The study with overrides applied and checked anew.
+// Errors: those of LoadStudy; kInvalidArgument for both `pairs` and `scenes`, or values out of
+// range.
+absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options);
+
+// Equal for studies that ask for the same pairs of the same data by the same generator version;
+// `source_yaml` and priority don't count.
+std::string IdempotencyKey(const v1::StudySpec& study);
+
+}  // namespace parallax::client

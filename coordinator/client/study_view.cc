@@ -1,0 +1,240 @@
+#include "coordinator/client/study_view.h"
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "coordinator/client/progress.h"
+#include "coordinator/client/table.h"
+#include "coordinator/client/text.h"
+
+namespace parallax::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using StateCounts = google::protobuf::Map<std::string, int64_t>;
+
+int64_t CountOf(const StateCounts& counts, const std::string& state) {
+  const auto found = counts.find(state);
+  return found == counts.end() ? 0 : found->second;
+}
+
+// In alphabetical order: a protobuf map has none.
+Json CountsJson(const StateCounts& counts) {
+  Json json = Json::object();
+  for (const auto& [state, count] : std::map<std::string, int64_t>(counts.begin(), counts.end())) {
+    json[LowerName(state)] = count;
+  }
+  return json;
+}
+
+// Zero is nothing to read.
+std::string Quiet(const Terminal& terminal, int64_t count, Tone tone = Tone::kPlain) {
+  return count == 0 ? terminal.Paint(Tone::kDim, "-") : terminal.Paint(tone, FormatCount(count));
+}
+
+Json CountsFields(const PairCounts& counts) {
+  return {{"pairs_wanted", counts.wanted},         {"pairs_done", counts.done},
+          {"frames_reused", counts.reused},        {"solves_done", counts.solves_done},
+          {"solves_reused", counts.solves_reused}, {"layouts_reused", counts.layouts_reused},
+          {"scenes_rejected", counts.rejected},    {"jobs_failed", counts.failed}};
+}
+
+}  // namespace
+
+PairCounts CountsOf(const v1::VariantStatus& variant) {
+  PairCounts counts;
+  counts.wanted = variant.pairs_wanted();
+  counts.done = variant.pairs_done();
+  counts.reused = variant.frames_reused();
+  counts.rejected = variant.scenes_rejected();
+  counts.solves_done = CountOf(variant.solve_jobs(), "SUCCEEDED");
+  counts.solves_reused = variant.solves_reused();
+  counts.layouts_reused = variant.layouts_reused();
+  for (const StateCounts* jobs : {&variant.solve_jobs(), &variant.render_jobs()}) {
+    counts.failed += CountOf(*jobs, "FAILED") + CountOf(*jobs, "QUARANTINED");
+  }
+  return counts;
+}
+
+PairCounts CountsOf(const v1::StudyStatus& study) {
+  PairCounts sum;
+  for (const v1::VariantStatus& variant : study.variants()) {
+    const PairCounts counts = CountsOf(variant);
+    sum.wanted += counts.wanted;
+    sum.done += counts.done;
+    sum.reused += counts.reused;
+    sum.rejected += counts.rejected;
+    sum.failed += counts.failed;
+    sum.solves_done += counts.solves_done;
+    sum.solves_reused += counts.solves_reused;
+    sum.layouts_reused += counts.layouts_reused;
+  }
+  return sum;
+}
+
+int64_t JobsInState(const v1::StudyStatus& study, const std::string& state) {
+  int64_t count = 0;
+  for (const v1::VariantStatus& variant : study.variants()) {
+    count += CountOf(variant.solve_jobs(), state) + CountOf(variant.render_jobs(), state);
+  }
+  return count;
+}
+
+bool IsFinished(v1::StudyState state) {
+  return state == v1::STUDY_STATE_SUCCEEDED || state == v1::STUDY_STATE_CANCELLED ||
+         state == v1::STUDY_STATE_FAILED;
+}
+
+std::string StateName(v1::StudyState state) {
+  return LowerName(v1::StudyState_Name(state), "STUDY_STATE_");
+}
+
+Tone StateTone(v1::StudyState state) {
+  switch (state) {
+    case v1::STUDY_STATE_SUCCEEDED:
+      return Tone::kGood;
+    case v1::STUDY_STATE_FAILED:
+      return Tone::kBad;
+    case v1::STUDY_STATE_PAUSED:
+    case v1::STUDY_STATE_CANCELLED:
+      return Tone::kWarning;
+    default:
+      return Tone::kAccent;
+  }
+}
+
+std::string PaintedState(const Terminal& terminal, v1::StudyState state) {
+  return terminal.Paint(StateTone(state), StateName(state));
+}
+
+void PrintStudy(const Terminal& terminal, const v1::StudyStatus& study) {
+  std::ostream& out = *terminal.stream;
+  out << terminal.Paint(Tone::kBold, study.name()) << "  study " << study.study_id() << "  "
+      << PaintedState(terminal, study.state()) << "  submitted "
+      << FormatUnixTime(study.submitted_unix_s());
+  if (study.finished_unix_s() > 0) {
+    out << "  took " << FormatDuration(study.finished_unix_s() - study.submitted_unix_s());
+  }
+  out << "\n\n";
+  Table table({{"VARIANT"},
+               {"PAIRS", Align::kRight},
+               {"", Align::kRight},
+               {"SOLVES", Align::kRight},
+               {"SOLVES REUSED", Align::kRight},
+               {"LAYOUTS REUSED", Align::kRight},
+               {"FRAMES REUSED", Align::kRight},
+               {"REJECTED", Align::kRight},
+               {"FAILED", Align::kRight}});
+  const auto add = [&](const std::string& name, const PairCounts& counts) {
+    const double done = static_cast<double>(counts.done);
+    const double wanted = static_cast<double>(counts.wanted);
+    table.AddRow({name, FormatCount(counts.done) + "/" + FormatCount(counts.wanted),
+                  FormatPercent(done, wanted), Quiet(terminal, counts.solves_done),
+                  Quiet(terminal, counts.solves_reused), Quiet(terminal, counts.layouts_reused),
+                  Quiet(terminal, counts.reused), Quiet(terminal, counts.rejected),
+                  Quiet(terminal, counts.failed, Tone::kBad)});
+  };
+  for (const v1::VariantStatus& variant : study.variants()) add(variant.name(), CountsOf(variant));
+  if (study.variants_size() > 1) add(terminal.Paint(Tone::kDim, "total"), CountsOf(study));
+  table.Print(terminal);
+  const std::vector<std::string> problems = ProblemLines(terminal, study, 10);
+  if (problems.empty()) return;
+  out << "\nProblems\n";
+  for (const std::string& line : problems) out << "  " << line << "\n";
+  if (CountsOf(study).failed > 0) {
+    out << "  `parallax retry " << study.study_id() << "` tries failed jobs again\n";
+  }
+}
+
+void PrintStudyList(const Terminal& terminal, const v1::ListStudiesReply& list) {
+  if (list.studies_size() == 0) {
+    *terminal.stream << "no studies yet: `parallax submit STUDY` adds one\n";
+    return;
+  }
+  Table table({{"ID", Align::kRight},
+               {"NAME"},
+               {"STATE"},
+               {"VARIANTS", Align::kRight},
+               {"PAIRS", Align::kRight},
+               {"", Align::kRight},
+               {"FAILED", Align::kRight},
+               {"SUBMITTED"}});
+  for (const v1::StudyStatus& study : list.studies()) {
+    const PairCounts counts = CountsOf(study);
+    table.AddRow(
+        {std::to_string(study.study_id()), study.name(), PaintedState(terminal, study.state()),
+         FormatCount(study.variants_size()),
+         FormatCount(counts.done) + "/" + FormatCount(counts.wanted),
+         FormatPercent(static_cast<double>(counts.done), static_cast<double>(counts.wanted)),
+         Quiet(terminal, counts.failed, Tone::kBad), FormatUnixTime(study.submitted_unix_s())});
+  }
+  table.Print(terminal);
+}
+
+std::vector<std::string> ProblemLines(const Terminal& terminal, const v1::StudyStatus& study,
+                                      size_t most) {
+  // Equal errors of many jobs are one line with a count; the first job stands for them.
+  struct Group {
+    std::string variant;
+    const v1::JobProblem* problem;
+    int64_t count;
+  };
+  std::vector<Group> groups;
+  for (const v1::VariantStatus& variant : study.variants()) {
+    for (const v1::JobProblem& problem : variant.problems()) {
+      const auto same = std::find_if(groups.begin(), groups.end(), [&](const Group& group) {
+        return group.problem->state() == problem.state() &&
+               FirstLine(group.problem->error()) == FirstLine(problem.error());
+      });
+      if (same != groups.end()) {
+        ++same->count;
+      } else {
+        groups.push_back({variant.name(), &problem, 1});
+      }
+    }
+  }
+  std::vector<std::string> lines;
+  for (const Group& group : groups) {
+    if (lines.size() == most) {
+      lines.push_back("and " + Plural(static_cast<int64_t>(groups.size() - most), "more problem"));
+      break;
+    }
+    const std::string& state = group.problem->state();
+    const bool final = state == "FAILED" || state == "QUARANTINED";
+    lines.push_back(
+        terminal.Paint(final ? Tone::kBad : Tone::kWarning, LowerName(state)) + "  " +
+        group.variant + " scene " + std::to_string(group.problem->scene()) + " job " +
+        std::to_string(group.problem->job_id()) +
+        (group.count > 1 ? " (and " + std::to_string(group.count - 1) + " like it)" : "") + ": " +
+        FirstLine(group.problem->error()));
+  }
+  return lines;
+}
+
+Json StudyJson(const v1::StudyStatus& study) {
+  Json json = {{"study_id", study.study_id()},
+               {"name", study.name()},
+               {"state", StateName(study.state())},
+               {"submitted_unix_s", study.submitted_unix_s()},
+               {"finished_unix_s", study.finished_unix_s()}};
+  json.update(CountsFields(CountsOf(study)));
+  Json& variants = json["variants"] = Json::array();
+  for (const v1::VariantStatus& variant : study.variants()) {
+    Json entry = {{"name", variant.name()}};
+    entry.update(CountsFields(CountsOf(variant)));
+    entry["solve_jobs"] = CountsJson(variant.solve_jobs());
+    entry["render_jobs"] = CountsJson(variant.render_jobs());
+    Json& problems = entry["problems"] = Json::array();
+    for (const v1::JobProblem& problem : variant.problems()) {
+      problems.push_back({{"job_id", problem.job_id()},
+                          {"state", LowerName(problem.state())},
+                          {"scene", problem.scene()},
+                          {"error", problem.error()}});
+    }
+    variants.push_back(std::move(entry));
+  }
+  return json;
+}
+
+}  // namespace parallax::client

@@ -1,0 +1,45 @@
+// A study's status as text and as JSON: the one place where counters get their names on the screen.
+// Pure.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "coordinator/client/terminal.h"
+#include "parallax/v1/service.pb.h"
+
+namespace parallax::client {
+
+// What is shown of a variant, and their sums.
+struct PairCounts {
+  int64_t wanted = 0;
+  int64_t done = 0;
+  int64_t reused = 0;
+  int64_t rejected = 0;  // Scenes.
+  int64_t failed = 0;    // Jobs that failed or were quarantined.
+  int64_t solves_done = 0;
+  int64_t solves_reused = 0;
+  int64_t layouts_reused = 0;
+};
+PairCounts CountsOf(const v1::VariantStatus& variant);
+PairCounts CountsOf(const v1::StudyStatus& study);
+// Of all variants' solve and render jobs, for example "LEASED".
+int64_t JobsInState(const v1::StudyStatus& study, const std::string& state);
+
+bool IsFinished(v1::StudyState state);
+std::string StateName(v1::StudyState state);  // "running"
+Tone StateTone(v1::StudyState state);
+// In the state's tone.
+std::string PaintedState(const Terminal& terminal, v1::StudyState state);
+
+// Heading, a table line a variant, and problems.
+void PrintStudy(const Terminal& terminal, const v1::StudyStatus& study);
+void PrintStudyList(const Terminal& terminal, const v1::ListStudiesReply& list);
+// The newest problems of all variants, at most `most` lines, and how many were left out.
+std::vector<std::string> ProblemLines(const Terminal& terminal, const v1::StudyStatus& study,
+                                      size_t most);
+
+nlohmann::ordered_json StudyJson(const v1::StudyStatus& study);
+
+}  // namespace parallax::client

@@ -1,0 +1,31 @@
+// Numbers as people read them. Pure.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace parallax::client {
+
+// "7 s", "1:05", "2:03:04", "3 d 4 h"; "0.4 s" below ten seconds. Negative or not finite gives "-".
+std::string FormatDuration(double seconds);
+// "950 B", "1.2 kB", "34 MB".
+std::string FormatBytes(double bytes);
+// "12,345"
+std::string FormatCount(int64_t count);
+// Three significant digits without an exponent: "0.0123", "4.56", "1,234".
+std::string FormatNumber(double value);
+// "1 pair", "2 pairs"
+std::string Plural(int64_t count, std::string_view singular, std::string_view plural = "");
+// Local time "2024-05-01 13:37:00"; "-" for 0.
+std::string FormatUnixTime(double unix_s);
+// `values` resampled to at most `columns` columns, from the lowest to the highest value. "" without
+// values.
+std::string Sparkline(std::span<const double> values, int columns, bool unicode);
+// The first line of a message, without trailing space: errors are shown as one line.
+std::string FirstLine(std::string_view text);
+// "SUCCEEDED" -> "succeeded"; "STUDY_STATE_RUNNING" with prefix "STUDY_STATE_" -> "running".
+std::string LowerName(std::string_view name, std::string_view prefix = "");
+
+}  // namespace parallax::client

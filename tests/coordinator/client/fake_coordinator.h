@@ -1,0 +1,163 @@
+// A coordinator for tests of commands: answers from what the test has put in, remembers what it was
+// told.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <mutex>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "common/rpc/address.h"
+#include "common/rpc/endpoint.h"
+#include "coordinator/client/app.h"
+#include "parallax/v1/service.grpc.pb.h"
+
+namespace parallax::client {
+
+class FakeCoordinator : public v1::Coordinator::Service {
+ public:
+  FakeCoordinator() {
+    auto server = RpcServer::Start({*ParseRpcAddress("127.0.0.1:0")}, RpcSecurity{}, *this);
+    EXPECT_TRUE(server.ok()) << server.status();
+    server_ = *std::move(server);
+  }
+  std::string address() const { return server_->addresses()[0].ToString(); }
+
+  // What a test prepares. Each GetStudy first calls `on_get_study`, so that time can pass.
+  std::vector<v1::StudyStatus> studies;
+  std::vector<v1::JobStatus> jobs;
+  std::vector<v1::WorkerStatus> workers;
+  std::vector<v1::PublishedFrame> frames;
+  v1::Scene scene;
+  std::string store_uri = "s3://somewhere";
+  bool submit_existed = false;
+  int64_t retried_jobs = 0;
+  std::function<void(FakeCoordinator&)> on_get_study = [](FakeCoordinator&) {};
+
+  // What it was told.
+  std::vector<v1::SubmitRequest> submitted;
+  std::vector<std::string> orders;
+  v1::ListJobsRequest listed_jobs;
+
+  grpc::Status Submit(grpc::ServerContext*, const v1::SubmitRequest* request,
+                      v1::SubmitReply* reply) override {
+    std::lock_guard lock(mutex_);
+    submitted.push_back(*request);
+    reply->set_study_id(studies.empty() ? 1 : studies.back().study_id());
+    reply->set_existed(submit_existed);
+    return grpc::Status::OK;
+  }
+  grpc::Status ListStudies(grpc::ServerContext*, const v1::ListStudiesRequest*,
+                           v1::ListStudiesReply* reply) override {
+    std::lock_guard lock(mutex_);
+    for (const auto& study : studies) *reply->add_studies() = study;
+    return grpc::Status::OK;
+  }
+  grpc::Status GetStudy(grpc::ServerContext*, const v1::GetStudyRequest* request,
+                        v1::StudyStatus* reply) override {
+    std::lock_guard lock(mutex_);
+    on_get_study(*this);
+    return Find(request->study_id(), reply);
+  }
+  grpc::Status Cancel(grpc::ServerContext*, const v1::StudyRequest* request,
+                      v1::StudyStatus* reply) override {
+    return Order("cancel", *request, v1::STUDY_STATE_CANCELLED, reply);
+  }
+  grpc::Status Pause(grpc::ServerContext*, const v1::StudyRequest* request,
+                     v1::StudyStatus* reply) override {
+    return Order("pause", *request, v1::STUDY_STATE_PAUSED, reply);
+  }
+  grpc::Status Resume(grpc::ServerContext*, const v1::StudyRequest* request,
+                      v1::StudyStatus* reply) override {
+    return Order("resume", *request, v1::STUDY_STATE_RUNNING, reply);
+  }
+  grpc::Status Retry(grpc::ServerContext*, const v1::StudyRequest*,
+                     v1::RetryReply* reply) override {
+    reply->set_jobs(retried_jobs);
+    return grpc::Status::OK;
+  }
+  grpc::Status ListJobs(grpc::ServerContext*, const v1::ListJobsRequest* request,
+                        v1::ListJobsReply* reply) override {
+    std::lock_guard lock(mutex_);
+    listed_jobs = *request;
+    for (const auto& job : jobs) {
+      if (request->state().empty() || request->state() == job.state()) *reply->add_jobs() = job;
+    }
+    return grpc::Status::OK;
+  }
+  grpc::Status ListWorkers(grpc::ServerContext*, const v1::ListWorkersRequest*,
+                           v1::ListWorkersReply* reply) override {
+    for (const auto& worker : workers) *reply->add_workers() = worker;
+    return grpc::Status::OK;
+  }
+  grpc::Status ListFrames(grpc::ServerContext*, const v1::ListFramesRequest* request,
+                          v1::ListFramesReply* reply) override {
+    reply->set_store_uri(store_uri);
+    for (const auto& frame : frames) {
+      if (frame.cursor() > request->cursor()) *reply->add_frames() = frame;
+    }
+    return grpc::Status::OK;
+  }
+  grpc::Status GetScene(grpc::ServerContext*, const v1::GetSceneRequest*,
+                        v1::GetSceneReply* reply) override {
+    *reply->mutable_scene() = scene;
+    return grpc::Status::OK;
+  }
+  grpc::Status GetInfo(grpc::ServerContext*, const v1::GetInfoRequest*,
+                       v1::GetInfoReply* reply) override {
+    reply->set_store_uri(store_uri);
+    return grpc::Status::OK;
+  }
+
+ private:
+  grpc::Status Find(int64_t id, v1::StudyStatus* reply) {
+    for (const auto& study : studies) {
+      if (study.study_id() != id) continue;
+      *reply = study;
+      return grpc::Status::OK;
+    }
+    return {grpc::StatusCode::NOT_FOUND, "no study " + std::to_string(id)};
+  }
+  grpc::Status Order(const std::string& name, const v1::StudyRequest& request, v1::StudyState state,
+                     v1::StudyStatus* reply) {
+    std::lock_guard lock(mutex_);
+    orders.push_back(name + " " + std::to_string(request.study_id()) + " " + request.reason());
+    for (auto& study : studies) {
+      if (study.study_id() == request.study_id()) study.set_state(state);
+    }
+    return Find(request.study_id(), reply);
+  }
+
+  std::mutex mutex_;
+  std::unique_ptr<RpcServer> server_;  // Last: it calls the rest until it is gone.
+};
+
+// What a command left behind.
+struct Outcome {
+  int exit_code = -1;
+  std::string out;
+  std::string err;
+};
+
+// Runs a command as from a script: no terminal, no colours.
+inline Outcome RunCommand(const std::vector<std::string>& arguments,
+                          std::istream* answers = nullptr) {
+  std::ostringstream out, err;
+  Environment environment;
+  environment.out.stream = &out;
+  environment.err.stream = &err;
+  environment.poll_s = 0.01;
+  environment.plain_line_s = 0;
+  environment.answers = answers;
+  Outcome outcome;
+  outcome.exit_code = RunClient(arguments, environment);
+  outcome.out = out.str();
+  outcome.err = err.str();
+  return outcome;
+}
+
+}  // namespace parallax::client

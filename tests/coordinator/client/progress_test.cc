@@ -1,0 +1,145 @@
+#include "coordinator/client/progress.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "coordinator/client/progress_view.h"
+
+namespace parallax::client {
+namespace {
+
+TEST(RateEstimator, NeedsGrowthBeforeItSpeaks) {
+  RateEstimator rate;
+  EXPECT_FALSE(rate.PerSecond());
+  rate.Add(0, 3);
+  rate.Add(10, 3);
+  EXPECT_FALSE(rate.PerSecond());
+  EXPECT_FALSE(rate.SecondsFor(5));
+  EXPECT_EQ(*rate.SecondsFor(0), 0);
+  rate.Add(20, 5);
+  EXPECT_DOUBLE_EQ(*rate.PerSecond(), 0.1);
+  EXPECT_DOUBLE_EQ(*rate.SecondsFor(5), 50);
+}
+
+TEST(RateEstimator, ForgetsWhatIsOlderThanItsWindow) {
+  RateEstimator rate(100);
+  for (int t = 0; t <= 100; t += 10) rate.Add(t, t);                      // 1/s
+  for (int t = 110; t <= 300; t += 10) rate.Add(t, 100 + (t - 100) * 3);  // 3/s
+  EXPECT_NEAR(*rate.PerSecond(), 3, 1e-9);
+}
+
+TEST(RateEstimator, StartsAnewWhenTheCountFalls) {
+  RateEstimator rate;
+  rate.Add(0, 0);
+  rate.Add(10, 100);
+  rate.Add(20, 5);
+  EXPECT_FALSE(rate.PerSecond());
+  rate.Add(30, 15);
+  EXPECT_DOUBLE_EQ(*rate.PerSecond(), 1);
+}
+
+TEST(Progress, BarIsFullOnlyWhenAllIsDone) {
+  const Terminal ascii;
+  EXPECT_EQ(ProgressBar(ascii, 0, 0, 4), "[....]");
+  EXPECT_EQ(ProgressBar(ascii, 0.5, 0.25, 4), "[##=.]");
+  EXPECT_EQ(ProgressBar(ascii, 0.999, 0, 4), "[###.]");
+  EXPECT_EQ(ProgressBar(ascii, 1, 0.5, 4), "[####]");
+  EXPECT_EQ(ProgressBar(ascii, 7, -3, 4), "[####]");
+  Terminal unicode;
+  unicode.unicode = true;
+  EXPECT_EQ(ProgressBar(unicode, 0.5, 0.25, 4), "██▒░");
+}
+
+TEST(Progress, PercentagesAndTimesRoundTowardsUnfinished) {
+  EXPECT_EQ(FormatPercent(999, 1000), "99%");
+  EXPECT_EQ(FormatPercent(1000, 1000), "100%");
+  EXPECT_EQ(FormatPercent(1, 0), "-");
+  EXPECT_EQ(FormatEta(3.2), "ETA 4 s");
+  EXPECT_EQ(FormatEta(65), "ETA 1:05");
+  EXPECT_EQ(FormatEta(std::nullopt), "");
+  EXPECT_EQ(FormatRate(0.1), "360 pairs/h");
+  EXPECT_EQ(FormatRate(std::nullopt), "-");
+}
+
+v1::StudyStatus TwoVariants(int64_t done_a, int64_t reused_a, int64_t done_b) {
+  v1::StudyStatus study;
+  study.set_study_id(7);
+  study.set_name("baseline");
+  study.set_state(v1::STUDY_STATE_RUNNING);
+  v1::VariantStatus* a = study.add_variants();
+  a->set_name("narrow");
+  a->set_pairs_wanted(20);
+  a->set_pairs_done(done_a);
+  a->set_frames_reused(reused_a);
+  v1::VariantStatus* b = study.add_variants();
+  b->set_name("w");
+  b->set_pairs_wanted(20);
+  b->set_pairs_done(done_b);
+  return study;
+}
+
+v1::ListJobsReply OneRender(const std::string& variant, int rigs, double fraction) {
+  v1::ListJobsReply reply;
+  v1::JobStatus* job = reply.add_jobs();
+  job->set_kind(v1::JOB_KIND_RENDER);
+  job->set_variant(variant);
+  job->set_fraction(fraction);
+  for (int i = 0; i < rigs; ++i) job->add_rigs(static_cast<uint32_t>(i));
+  return reply;
+}
+
+TEST(ProgressView, ReusedFramesDoNotCountAsSpeed) {
+  ProgressView view;
+  view.Observe(100, TwoVariants(0, 0, 0), {});
+  view.Observe(110, TwoVariants(10, 10, 0), {});
+  EXPECT_EQ(view.Json()["pairs_per_hour"], nullptr);
+  view.Observe(120, TwoVariants(12, 10, 0), {});
+  EXPECT_DOUBLE_EQ(view.Json()["pairs_per_hour"].get<double>(), 360);
+  EXPECT_EQ(view.Json()["pairs_done"], 12);
+  EXPECT_DOUBLE_EQ(view.Json()["eta_s"].get<double>(), 280);
+  EXPECT_DOUBLE_EQ(view.Json()["elapsed_s"].get<double>(), 20);
+}
+
+TEST(ProgressView, LeasedJobsMoveTheBarBetweenCompletions) {
+  std::ostringstream stream;
+  Terminal terminal;
+  terminal.stream = &stream;
+  terminal.size = [] { return TerminalSize{70, 24}; };
+  ProgressView view;
+  view.Observe(0, TwoVariants(0, 0, 20), {});
+  view.Observe(60, TwoVariants(10, 0, 20), OneRender("narrow", 10, 0.5));
+  const std::vector<std::string> lines = view.Lines(terminal);
+  ASSERT_EQ(lines.size(), 4u);
+  EXPECT_EQ(lines[0], "baseline  running  1:00");
+  EXPECT_EQ(lines[1], "  narrow  [#####===...]  10/20   50%     900 pairs/h  ETA 20 s");
+  EXPECT_EQ(lines[2], "  w       [###########]  20/20  100%  done");
+  EXPECT_EQ(lines[3], "  1 rendering");
+}
+
+TEST(ProgressView, MoreVariantsThanRowsAreCounted) {
+  std::ostringstream stream;
+  Terminal terminal;
+  terminal.stream = &stream;
+  terminal.size = [] { return TerminalSize{80, 8}; };
+  v1::StudyStatus study;
+  study.set_name("many");
+  study.set_state(v1::STUDY_STATE_RUNNING);
+  for (int i = 0; i < 9; ++i) study.add_variants()->set_name("v" + std::to_string(i));
+  ProgressView view;
+  view.Observe(0, study, {});
+  const std::vector<std::string> lines = view.Lines(terminal);
+  ASSERT_EQ(lines.size(), 5u);
+  EXPECT_EQ(lines[4], "  and 6 more variants");
+}
+
+TEST(ProgressView, PlainLineTellsAllInOne) {
+  ProgressView view;
+  view.Observe(0, TwoVariants(0, 0, 0), {});
+  view.Observe(3600, TwoVariants(10, 0, 10), OneRender("narrow", 4, 0));
+  EXPECT_EQ(view.PlainLine(), "1:00:00  20/40 pairs (50%)  20.0 pairs/h  ETA 1:00:00  1 rendering");
+}
+
+}  // namespace
+}  // namespace parallax::client

@@ -1,0 +1,131 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/stat.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "coordinator/client/embedded_coordinator.h"
+#include "coordinator/client/embedded_run.h"
+#include "coordinator/client/exit_code.h"
+#include "coordinator/client/interrupt.h"
+#include "coordinator/client/run_report.h"
+
+namespace parallax::client {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+TEST(DiskErrors, AreToldFromThoseOfTheWork) {
+  const struct {
+    const char* error;
+    bool disk;
+  } cases[] = {{"RESOURCE_EXHAUSTED: write /a/left.png: No space left on device", true},
+               {"PERMISSION_DENIED: open /a: Read-only file system", true},
+               {"UNAVAILABLE: write /a: Input/output error", true},
+               {"RESOURCE_EXHAUSTED: out of memory", false},
+               {"INTERNAL: Embree: invalid argument", false},
+               {"", false}};
+  for (const auto& c : cases) {
+    const absl::Status status = CheckDiskError(c.error);
+    EXPECT_EQ(ExitCodeOf(status), c.disk ? kExitDisk : kExitOk) << c.error;
+  }
+}
+
+TEST(SocketFolder, IsPrivateAndShort) {
+  const std::string longest = "/tmp/" + std::string(120, 'x');
+  setenv("XDG_RUNTIME_DIR", longest.c_str(), 1);
+  setenv("TMPDIR", "relative", 1);
+  const auto folder = MakeSocketFolder();
+  unsetenv("XDG_RUNTIME_DIR");
+  unsetenv("TMPDIR");
+  ASSERT_TRUE(folder.ok()) << folder.status();
+  EXPECT_LT(folder->size(), 80u);
+  struct stat info {};
+  ASSERT_EQ(stat(folder->c_str(), &info), 0);
+  EXPECT_EQ(info.st_mode & 0777, 0700u);
+  fs::remove(*folder);
+}
+
+TEST(Interrupts, AreCountedAndEndAWaitOnce) {
+  {
+    InterruptScope interrupts;
+    EXPECT_FALSE(interrupts.WaitFor(std::chrono::milliseconds(1)));
+    raise(SIGINT);
+    raise(SIGTERM);
+    EXPECT_EQ(interrupts.count(), 2);
+    EXPECT_TRUE(interrupts.WaitFor(std::chrono::hours(1)));
+    EXPECT_FALSE(interrupts.WaitFor(std::chrono::milliseconds(1)));
+  }
+  struct sigaction action {};
+  sigaction(SIGINT, nullptr, &action);
+  EXPECT_EQ(action.sa_handler, SIG_DFL) << "handlers of before are back";
+}
+
+RunReport Report(int64_t rendered) {
+  RunReport report;
+  report.study.set_study_id(1);
+  report.study.set_name("quickstart");
+  report.study.set_state(v1::STUDY_STATE_SUCCEEDED);
+  v1::VariantStatus* variant = report.study.add_variants();
+  variant->set_name("indoor");
+  variant->set_pairs_wanted(8);
+  variant->set_pairs_done(8);
+  variant->set_scenes_rejected(1);
+  report.out_dir = "/out";
+  report.pairs_rendered = rendered;
+  report.frames_in_dataset = 8;
+  report.elapsed_s = 80;
+  report.core_seconds = 120;
+  report.contact_sheet = "/out/contact_sheet.png";
+  report.histograms = "/out/h.png";
+  report.warp_median_difference = 0.5;
+  return report;
+}
+
+std::string TextOf(const RunReport& report) {
+  std::ostringstream stream;
+  Terminal terminal;
+  terminal.stream = &stream;
+  PrintRunReport(terminal, report);
+  return stream.str();
+}
+
+TEST(RunReport, TellsWhatWasMadeAndAtWhatCost) {
+  const std::string text = TextOf(Report(6));
+  for (const char* wanted :
+       {"quickstart done: 8 pairs in 1:20", "6 pairs, 20.0 core-seconds a pair, 270 pairs/h",
+        "2 pairs of before", "1 scene without a valid layout", "/out (8 pairs)",
+        "/out/contact_sheet.png", "0.500/255"}) {
+    EXPECT_THAT(text, HasSubstr(wanted));
+  }
+  const nlohmann::ordered_json json = RunReportJson(Report(6));
+  EXPECT_EQ(json["pairs_rendered"], 6);
+  EXPECT_DOUBLE_EQ(json["core_seconds_per_pair"].get<double>(), 20);
+  EXPECT_EQ(json["state"], "succeeded");
+}
+
+TEST(RunReport, SaysThatThereWasNothingToDo) {
+  const std::string text = TextOf(Report(0));
+  EXPECT_THAT(text, HasSubstr("nothing to render: all 8 pairs were there already"));
+  EXPECT_THAT(text, Not(HasSubstr("core-seconds")));
+}
+
+TEST(RunReport, SaysHowMuchAFailedStudyHas) {
+  RunReport report = Report(3);
+  report.study.set_state(v1::STUDY_STATE_FAILED);
+  report.study.mutable_variants(0)->set_pairs_done(3);
+  report.contact_sheet.clear();
+  const std::string text = TextOf(report);
+  EXPECT_THAT(text, HasSubstr("failed: 3 of 8 pairs were made"));
+  EXPECT_THAT(text, Not(HasSubstr("sheet")));
+  EXPECT_EQ(RunReportJson(report)["contact_sheet"], nullptr);
+}
+
+}  // namespace
+}  // namespace parallax::client

@@ -1,0 +1,323 @@
+// `parallax run` with the real worker: what a person gets, and what no crash may take away.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sqlite3.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "tests/e2e/process.h"
+
+namespace parallax::e2e {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using Json = nlohmann::json;
+
+// Small, but with all parts: furniture, floating objects, materials, lights, every map.
+constexpr char kStudy[] =
+    "study: tiny\n"
+    "seed: 5\n"
+    "pairs: 2\n"
+    "rigs_per_scene: 2\n"
+    "variants:\n"
+    "  - name: narrow\n"
+    "    set:\n"
+    "      floating: {count: 2}\n"
+    "      rigs: {count: 4, width_px: 64, height_px: 48, baseline_m: {uniform: [0.04, 0.1]}}\n"
+    "      render: {profile: preview, samples_per_pixel: 1}\n"
+    "  - name: wide\n"
+    "    set:\n"
+    "      floating: {count: 2}\n"
+    "      rigs: {count: 4, width_px: 64, height_px: 48, baseline_m: {uniform: [0.2, 0.3]}}\n"
+    "      render: {profile: preview, samples_per_pixel: 1}\n";
+
+constexpr const char* kTruth[] = {
+    "depth_left.exr",     "depth_right.exr",     "disparity_left.exr", "disparity_right.exr",
+    "occlusion_left.png", "occlusion_right.png", "objects_left.png",   "objects_right.png",
+    "materials_left.png", "materials_right.png", "normals_left.exr",   "normals_right.exr",
+    "masks_left.png",     "masks_right.png"};
+
+class RunTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = fs::temp_directory_path() / "parallax_e2e_XXXXXX";
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    dir_ = name;
+    study_ = dir_ + "/tiny.yaml";
+    std::ofstream(study_) << kStudy;
+  }
+  void TearDown() override {
+    if (HasFailure()) {
+      for (const auto& entry : fs::recursive_directory_iterator(dir_)) {
+        if (entry.path().extension() != ".log" && entry.path().extension() != ".err") continue;
+        std::cerr << "---- " << entry.path() << "\n" << ReadText(entry.path());
+      }
+    }
+    fs::remove_all(dir_);
+  }
+
+  std::vector<std::string> Command(const std::string& out, std::vector<std::string> more = {}) {
+    std::vector<std::string> command = {PARALLAX_BINARY, "run", study_, "--out", out, "--json"};
+    command.insert(command.end(), more.begin(), more.end());
+    return command;
+  }
+  std::unique_ptr<Process> Start(const std::string& out, std::vector<std::string> more = {}) {
+    return std::make_unique<Process>(Command(out, std::move(more)), dir_,
+                                     "run-" + std::to_string(runs_++));
+  }
+  // Runs to the end, which must be a success; its report.
+  Json Run(const std::string& out, std::vector<std::string> more = {}) {
+    const auto process = Start(out, std::move(more));
+    EXPECT_EQ(process->Wait(), 0) << process->Err();
+    return Json::parse(process->Out(), nullptr, false);
+  }
+
+  static std::vector<Json> Index(const std::string& out, const std::string& variant) {
+    std::vector<Json> lines;
+    std::istringstream text(ReadText(out + "/" + variant + "/index.jsonl"));
+    for (std::string line; std::getline(text, line);) lines.push_back(Json::parse(line));
+    return lines;
+  }
+
+  // Every frame wanted is in the index once, complete on disk.
+  static void ExpectComplete(const std::string& out, size_t pairs) {
+    for (const char* variant : {"narrow", "wide"}) {
+      const std::vector<Json> index = Index(out, variant);
+      EXPECT_EQ(index.size(), pairs) << variant;
+      std::set<std::pair<int, int>> seen;
+      for (const Json& line : index) {
+        const auto key = std::make_pair(line["scene"].get<int>(), line["rig"].get<int>());
+        EXPECT_TRUE(seen.insert(key).second) << line;
+        char folder[32];
+        std::snprintf(folder, sizeof folder, "/%06d/%03d/", key.first, key.second);
+        const std::string frame = out + "/" + variant + "/frames" + folder;
+        for (const char* name : kTruth) EXPECT_TRUE(fs::exists(frame + name)) << frame << name;
+        for (const char* name : {"left.png", "right.png", "frame.json"}) {
+          EXPECT_TRUE(fs::exists(frame + name)) << frame << name;
+        }
+      }
+      size_t folders = 0;
+      for (const auto& entry : fs::recursive_directory_iterator(out + "/" + variant + "/frames")) {
+        folders += entry.path().filename() == "frame.json";
+      }
+      EXPECT_EQ(folders, pairs) << variant;
+    }
+  }
+
+  // An attempt to render has begun, and is not published yet.
+  static bool Rendering(const std::string& out) {
+    std::error_code error;
+    const fs::recursive_directory_iterator end;
+    for (fs::recursive_directory_iterator it(out + "/.parallax/store", error); !error && it != end;
+         it.increment(error)) {
+      if (it->path().filename().string().rfind(".attempt-", 0) == 0) return true;
+    }
+    return false;
+  }
+
+  // Content of the files that must be the same, by path.
+  static std::map<std::string, std::string> Content(const std::string& out) {
+    std::map<std::string, std::string> content;
+    for (const auto& entry : fs::recursive_directory_iterator(out)) {
+      const std::string path = fs::relative(entry.path(), out);
+      if (!entry.is_regular_file() || path.rfind(".parallax", 0) == 0) continue;
+      const std::string name = entry.path().filename();
+      const bool truth = std::find(std::begin(kTruth), std::end(kTruth), name) != std::end(kTruth);
+      if (truth || entry.path().extension() == ".pb") content[path] = ReadText(entry.path());
+    }
+    return content;
+  }
+
+  std::string dir_;
+  std::string study_;
+  int runs_ = 0;
+};
+
+TEST_F(RunTest, MakesADatasetAndNeverRendersItAgain) {
+  const std::string out = dir_ + "/out";
+  Json report = Run(out);
+  EXPECT_EQ(report["state"], "succeeded");
+  EXPECT_EQ(report["pairs_rendered"], 4);
+  EXPECT_EQ(report["layouts_reused"], 1) << "two variants share a room";
+  EXPECT_GT(report["core_seconds_per_pair"].get<double>(), 0);
+  ExpectComplete(out, 2);
+  EXPECT_TRUE(fs::exists(report["contact_sheet"].get<std::string>()));
+  EXPECT_EQ(ReadText(out + "/study.yaml"), kStudy);
+  // Hard links: the dataset costs no second copy.
+  struct stat file {};
+  ASSERT_EQ(stat((out + "/narrow/frames/000000/000/left.png").c_str(), &file), 0);
+  EXPECT_GT(file.st_nlink, 1u);
+
+  report = Run(out);
+  EXPECT_EQ(report["pairs_rendered"], 0);
+  EXPECT_EQ(report["state"], "succeeded");
+  const Process again({PARALLAX_BINARY, "run", study_, "--out", out}, dir_, "again");
+  EXPECT_EQ(const_cast<Process&>(again).Wait(), 0);
+  EXPECT_THAT(again.Out(), HasSubstr("nothing to render: all 4 pairs were there already"));
+
+  const auto before = Content(out);
+  report = Run(out, {"--pairs", "4"});
+  EXPECT_EQ(report["pairs_rendered"], 4) << "two more of each variant";
+  ExpectComplete(out, 4);
+  const auto after = Content(out);
+  for (const auto& [path, bytes] : before) EXPECT_EQ(after.at(path), bytes) << path;
+}
+
+TEST_F(RunTest, GivesTheSameBytesWithOneWorkerAndWithThree) {
+  Run(dir_ + "/one", {"--workers", "1", "--pairs", "4"});
+  Run(dir_ + "/three", {"--workers", "3", "--pairs", "4"});
+  const auto one = Content(dir_ + "/one");
+  const auto three = Content(dir_ + "/three");
+  // Four pairs and two recipes of two variants.
+  EXPECT_EQ(one.size(), 2 * (4 * std::size(kTruth) + 2));
+  ASSERT_EQ(one.size(), three.size());
+  for (const auto& [path, bytes] : one) {
+    ASSERT_EQ(three.count(path), 1u) << path;
+    EXPECT_TRUE(three.at(path) == bytes) << path << " differs";
+  }
+}
+
+TEST_F(RunTest, AKilledWorkerCostsNothingButTime) {
+  const std::string out = dir_ + "/out";
+  const auto run = Start(out, {"--pairs", "6", "--workers", "1"});
+  ASSERT_TRUE(WaitUntil(*run, [&] { return Rendering(out); })) << run->Err();
+  const std::vector<pid_t> workers = run->Children();
+  ASSERT_EQ(workers.size(), 1u);
+  kill(workers[0], SIGKILL);
+  EXPECT_EQ(run->Wait(), 0) << run->Err();
+  EXPECT_EQ(Json::parse(run->Out())["worker_crashes"], 1);
+  EXPECT_THAT(run->Err(), HasSubstr("a worker crashed"));
+  ExpectComplete(out, 6);
+}
+
+TEST_F(RunTest, AKilledRunTakesItsWorkersAlongAndGoesOnLater) {
+  const std::string out = dir_ + "/out";
+  std::vector<pid_t> workers;
+  {
+    const auto run = Start(out, {"--pairs", "6"});
+    ASSERT_TRUE(WaitUntil(*run, [&] { return Rendering(out); })) << run->Err();
+    workers = run->Children();
+    run->Signal(SIGKILL);
+    run->Wait();
+  }
+  ASSERT_FALSE(workers.empty());
+  for (const pid_t worker : workers) {
+    while (IsAlive(worker)) usleep(1000);
+  }
+  Run(out, {"--pairs", "6"});
+  ExpectComplete(out, 6);
+}
+
+TEST_F(RunTest, CtrlCDrainsAndTheSameCommandGoesOn) {
+  const std::string out = dir_ + "/out";
+  const auto run = Start(out, {"--pairs", "6"});
+  ASSERT_TRUE(WaitUntil(*run, [&] { return Rendering(out); })) << run->Err();
+  run->Signal(SIGINT);
+  EXPECT_EQ(run->Wait(), 130) << run->Err();
+  EXPECT_THAT(run->Err(), HasSubstr("of 12 pairs are done and kept; the same command again"));
+  Run(out, {"--pairs", "6"});
+  ExpectComplete(out, 6);
+}
+
+TEST_F(RunTest, OneRunAFolderAtATime) {
+  const std::string out = dir_ + "/out";
+  const auto first = Start(out, {"--pairs", "6"});
+  ASSERT_TRUE(WaitUntil(*first, [&] { return !first->Children().empty(); })) << first->Err();
+  const auto second = Start(out);
+  EXPECT_EQ(second->Wait(), 2);
+  EXPECT_THAT(second->Err(), HasSubstr("in use by another parallax (process " +
+                                       std::to_string(first->pid()) + ")"));
+  first->Signal(SIGINT);
+  first->Signal(SIGTERM);
+  EXPECT_EQ(first->Wait(), 130);
+}
+
+TEST_F(RunTest, AnotherStudyDoesNotMoveIntoADataset) {
+  const std::string out = dir_ + "/out";
+  Run(out);
+  const auto other = Start(out, {"--seed", "6"});
+  EXPECT_EQ(other->Wait(), 2);
+  EXPECT_THAT(other->Err(), HasSubstr("seed"));
+  ExpectComplete(out, 2);
+}
+
+TEST_F(RunTest, WorkersThatCrashForEverEndTheRunWithTheirLog) {
+  const std::string script = dir_ + "/worker.sh";
+  std::ofstream(script) << "#!/bin/sh\necho the disk melted >&2\nexit 9\n";
+  fs::permissions(script, fs::perms::owner_all);
+  Process run(Command(dir_ + "/out"), dir_, "crash", {"PARALLAX_WORKER=" + script});
+  EXPECT_EQ(run.Wait(), 1);
+  EXPECT_THAT(run.Err(), HasSubstr("workers keep crashing"));
+  EXPECT_THAT(run.Err(), HasSubstr("| the disk melted"));
+}
+
+TEST_F(RunTest, ADatabaseFromTheFutureIsRefusedInOneLine) {
+  const std::string out = dir_ + "/out";
+  Run(out);
+  sqlite3* db = nullptr;
+  ASSERT_EQ(sqlite3_open((out + "/.parallax/queue.db").c_str(), &db), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(db, "PRAGMA user_version = 9999", nullptr, nullptr, nullptr), SQLITE_OK);
+  sqlite3_close(db);
+  const auto run = Start(out);
+  EXPECT_EQ(run->Wait(), 2);
+  const std::string error = run->Err();
+  EXPECT_EQ(std::count(error.begin(), error.end(), '\n'), 1) << error;
+  EXPECT_THAT(error, HasSubstr("9999"));
+}
+
+TEST_F(RunTest, AFullDiskStopsTheRunWhichThenGoesOn) {
+  // A small disk of its own, in a name space where mounting is allowed.
+  const std::string out = dir_ + "/disk";
+  fs::create_directories(out);
+  const std::string mount = "mount -t tmpfs -o size=120m none " + out + " && ";
+  Process probe({"/usr/bin/unshare", "-Urm", "/bin/sh", "-c", mount + "true"}, dir_, "probe");
+  if (probe.Wait() != 0) GTEST_SKIP() << "mounting is not allowed here";
+  std::string command;
+  for (const std::string& word : Command(out, {"--pairs", "6", "--yes"})) command += word + " ";
+  const std::string script = mount + command + "& run=$!; " +
+                             // In the middle the disk fills up.
+                             "until [ -n \"$(find " + out +
+                             "/.parallax/store -name '.attempt-*' 2>/dev/null)\" ] || "
+                             "! kill -0 $run 2>/dev/null; do sleep 0.02; done; "
+                             "dd if=/dev/zero of=" +
+                             out +
+                             "/filler bs=1M 2>/dev/null; "
+                             "wait $run; echo stopped with $?; rm " +
+                             out + "/filler; " + command + "; echo ended with $?";
+  Process run({"/usr/bin/unshare", "-Urm", "/bin/sh", "-c", script}, dir_, "full");
+  EXPECT_EQ(run.Wait(), 0);
+  EXPECT_THAT(run.Out(), HasSubstr("stopped with 4"));
+  EXPECT_THAT(run.Out(), HasSubstr("ended with 0"));
+  EXPECT_THAT(run.Err(), HasSubstr("the same command again goes on from there"));
+  EXPECT_THAT(run.Out(), HasSubstr("\"pairs_done\": 12"));
+}
+
+TEST_F(RunTest, ATooSmallDiskIsRefusedBeforeAnythingIsMade) {
+  const std::string out = dir_ + "/disk";
+  fs::create_directories(out);
+  std::string command;
+  for (const std::string& word : Command(out)) command += word + " ";
+  const std::string mount = "mount -t tmpfs -o size=8m none " + out + " && ";
+  Process probe({"/usr/bin/unshare", "-Urm", "/bin/sh", "-c", mount + "true"}, dir_, "probe");
+  if (probe.Wait() != 0) GTEST_SKIP() << "mounting is not allowed here";
+  Process small({"/usr/bin/unshare", "-Urm", "/bin/sh", "-c", mount + command}, dir_, "small");
+  EXPECT_EQ(small.Wait(), 4);
+  EXPECT_THAT(small.Err(), HasSubstr("is full: "));
+  Process read_only({"/usr/bin/unshare", "-Urm", "/bin/sh", "-c",
+                     mount + "mount -o remount,ro " + out + " && " + command},
+                    dir_, "read_only");
+  EXPECT_EQ(read_only.Wait(), 4);
+  EXPECT_THAT(read_only.Err(), HasSubstr("Read-only file system"));
+}
+
+}  // namespace
+}  // namespace parallax::e2e

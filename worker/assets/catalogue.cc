@@ -42,6 +42,9 @@ std::vector<AssetClass> BuildCatalogue() {
   RegisterBooks(classes);
   RegisterTableware(classes);
   RegisterLamps(classes);
+  RegisterPlants(classes);
+  RegisterWall(classes);
+  RegisterTextiles(classes);
   std::sort(classes.begin(), classes.end(),
             [](const AssetClass& a, const AssetClass& b) { return a.name < b.name; });
   return classes;

@@ -19,5 +19,8 @@ void RegisterBeds(std::vector<AssetClass>& classes);
 void RegisterBooks(std::vector<AssetClass>& classes);
 void RegisterTableware(std::vector<AssetClass>& classes);
 void RegisterLamps(std::vector<AssetClass>& classes);
+void RegisterPlants(std::vector<AssetClass>& classes);
+void RegisterWall(std::vector<AssetClass>& classes);
+void RegisterTextiles(std::vector<AssetClass>& classes);
 
 }  // namespace parallax

@@ -332,6 +332,29 @@ Asset SampleTableCocktail(Rng& rng) {
   return MakeTable(p);
 }
 
+// A small table beside a bed or sofa, with a shelf or a drawer.
+Asset SampleSideTable(Rng& rng) {
+  TableParams p;
+  p.height_m = Draw(rng, 0.5, 0.64);
+  p.width_m = Draw(rng, 0.4, 0.55);
+  p.depth_m = Draw(rng, 0.36, 0.46);
+  p.top_m = Draw(rng, 0.018, 0.028);
+  p.leg_m = Draw(rng, 0.032, 0.045);
+  p.leg_variant = rng.UniformInt(0, 7);
+  p.top = rng.Bernoulli(0.35) ? TopStyle::kRound
+                              : (rng.Bernoulli(0.5) ? TopStyle::kSquare : TopStyle::kRounded);
+  if (p.top == TopStyle::kRound) p.depth_m = p.width_m;
+  p.base =
+      p.top == TopStyle::kRound && rng.Bernoulli(0.6) ? TableBase::kPedestal : TableBase::kLegs;
+  p.legs = DrawEnum<LegStyle>(rng, static_cast<int>(LegStyle::kCount));
+  p.apron = true;
+  p.shelf = p.base == TableBase::kLegs && p.top == TopStyle::kSquare &&
+            p.legs != LegStyle::kTurned && rng.Bernoulli(0.6);
+  if (p.legs == LegStyle::kRound && !p.shelf) p.apron = false;
+  p.seed = rng.Seed();
+  return MakeTable(p);
+}
+
 Asset MakeDesk(const DeskParams& p) {
   AssetBuilder b(p.seed);
   const MaterialSlot top = WoodSlot("top"), frame = WoodSlot("frame"), front = WoodSlot("fronts"),
@@ -433,6 +456,8 @@ void RegisterTables(std::vector<AssetClass>& classes) {
   classes.push_back({"TableDining", "tables", Placement::kFloor, true, 0.6f, SampleTableDining});
   classes.push_back(
       {"TableCocktail", "tables", Placement::kFloor, true, 0.3f, SampleTableCocktail});
+  classes.push_back({"CoffeeTable", "tables", Placement::kFloor, true, 0.3f, SampleTableCocktail});
+  classes.push_back({"SideTable", "tables", Placement::kFloor, true, 0.1f, SampleSideTable});
   classes.push_back(
       {"SimpleDesk", "tables", Placement::kFloorAgainstWall, true, 0.7f, SampleSimpleDesk});
 }

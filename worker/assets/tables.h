@@ -27,6 +27,7 @@ struct TableParams {
 Asset MakeTable(const TableParams& params);
 Asset SampleTableDining(Rng& rng);
 Asset SampleTableCocktail(Rng& rng);
+Asset SampleSideTable(Rng& rng);
 
 enum class DeskStyle { kLegs, kPedestals, kWriting, kSawhorse, kCount };
 

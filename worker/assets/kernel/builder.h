@@ -30,6 +30,9 @@ class AssetBuilder {
   void AddMirroredX(const Shape& shape, const MaterialSlot& slot);
   void AddFourfold(const Shape& shape, const MaterialSlot& slot);
 
+  // A finished mesh, placed (see Append).
+  void AddMesh(const Mesh& mesh, const Eigen::Affine3f& place) { Append(asset_.mesh, mesh, place); }
+
   // A horizontal rectangle to stand things on. Coordinates as the parts'.
   void Support(const Vec2f& lo, const Vec2f& hi, float z_m, float clearance_m = 10.0f);
 

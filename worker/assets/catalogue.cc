@@ -45,6 +45,7 @@ std::vector<AssetClass> BuildCatalogue() {
   RegisterPlants(classes);
   RegisterWall(classes);
   RegisterTextiles(classes);
+  RegisterMisc(classes);
   std::sort(classes.begin(), classes.end(),
             [](const AssetClass& a, const AssetClass& b) { return a.name < b.name; });
   return classes;

@@ -326,6 +326,7 @@ void RegisterTableware(std::vector<AssetClass>& classes) {
                                                          {"Bowl", SampleBowl},
                                                          {"Plate", SamplePlate},
                                                          {"Pot", SamplePot},
+                                                         {"Pan", SamplePan},
                                                          {"Jar", SampleJar},
                                                          {"Wineglass", SampleWineglass},
                                                          {"Can", SampleCan},

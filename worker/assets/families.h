@@ -22,5 +22,6 @@ void RegisterLamps(std::vector<AssetClass>& classes);
 void RegisterPlants(std::vector<AssetClass>& classes);
 void RegisterWall(std::vector<AssetClass>& classes);
 void RegisterTextiles(std::vector<AssetClass>& classes);
+void RegisterMisc(std::vector<AssetClass>& classes);
 
 }  // namespace parallax

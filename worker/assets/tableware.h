@@ -41,6 +41,7 @@ Asset SampleCup(Rng& rng);
 Asset SampleBowl(Rng& rng);
 Asset SamplePlate(Rng& rng);
 Asset SamplePot(Rng& rng);
+Asset SamplePan(Rng& rng);
 Asset SampleJar(Rng& rng);
 Asset SampleWineglass(Rng& rng);
 Asset SampleCan(Rng& rng);

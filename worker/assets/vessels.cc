@@ -389,9 +389,11 @@ Asset SamplePlate(Rng& rng) {
   return b.Finish();
 }
 
-Asset SamplePot(Rng& rng) {
+namespace {
+
+// One long handle (a pan) or two loops (a pot).
+Asset MakePot(Rng& rng, bool pan) {
   const float r = Draw(rng, 0.09, 0.15), h = r * Draw(rng, 0.75, 1.35);
-  const bool pan = rng.Bernoulli(0.35);  // One long handle instead of two loops.
   const float height = pan ? 0.5f * r : h;
   AssetBuilder b(rng.Seed());
   const MaterialSlot metal = Slot("body", {"metal", "ceramic"}),
@@ -450,6 +452,11 @@ Asset SamplePot(Rng& rng) {
   }
   return b.Finish();
 }
+
+}  // namespace
+
+Asset SamplePot(Rng& rng) { return MakePot(rng, false); }
+Asset SamplePan(Rng& rng) { return MakePot(rng, true); }
 
 Asset SampleJar(Rng& rng) {
   const float r = Draw(rng, 0.035, 0.06), h = r * Draw(rng, 2.0, 3.4);

@@ -44,6 +44,13 @@ Shape Sweep(const Path3& given, const Path2& section, const SweepOptions& option
   for (const Vec3f& p : given) {
     if (path.empty() || (p - path.back()).norm() > 1e-6f) path.push_back(p);
   }
+  if (!options.closed && options.end_round_m > 0) {
+    // The rounding needs a straight end as long as its radius.
+    const float room = 1.1f * options.end_round_m;
+    while (path.size() > 3 && (path.back() - path[path.size() - 2]).norm() < room)
+      path.erase(path.end() - 2);
+    while (path.size() > 3 && (path.front() - path[1]).norm() < room) path.erase(path.begin() + 1);
+  }
   const int n = static_cast<int>(path.size());
   const uint32_t m = static_cast<uint32_t>(section.size());
   Vec2f half = Vec2f::Zero();

@@ -129,7 +129,7 @@ WHEN NOT (CASE OLD.state
   WHEN 'LEASED' THEN NEW.state NOT IN ('LEASED', 'BLOCKED')
   WHEN 'BLOCKED' THEN NEW.state IN ('READY', 'BLOCKED', 'SUCCEEDED', 'REJECTED', 'CANCELLED')
   WHEN 'RETRY_WAIT' THEN NEW.state IN ('READY', 'BLOCKED', 'SUCCEEDED', 'REJECTED', 'CANCELLED')
-  ELSE 0 END)
+  ELSE 1 END)  -- Terminal: forbidden above.
 BEGIN SELECT RAISE(ABORT, 'no such move of a job'); END;
 
 -- An attempt that ended without a result: a row of one of the two ledgers.

@@ -147,7 +147,7 @@ std::string MetricsText(const StatusSnapshot& snapshot) {
       "info",
       {{"version", snapshot.version}, {"schema_version", std::to_string(snapshot.schema_version)}},
       1);
-  out.One("epoch", "gauge", "Starts of the coordinator on this database.",
+  out.One("epoch", "gauge", "Of this start: the upper half of its fences.",
           static_cast<double>(snapshot.epoch));
   out.One("uptime_seconds", "gauge", "Since this start.", snapshot.uptime_s);
   WriteQueue(snapshot.queue, out);

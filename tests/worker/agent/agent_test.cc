@@ -139,10 +139,22 @@ class AgentTest : public testing::Test {
   }
   int ReportsOnDisk() {
     int count = 0;
-    for (const auto& entry : fs::recursive_directory_iterator(options_.outbox_root)) {
-      count += entry.is_regular_file() && entry.path().filename() != "lock";
+    std::error_code error;  // Files vanish while we look.
+    for (fs::recursive_directory_iterator it(options_.outbox_root, error), end; it != end && !error;
+         it.increment(error)) {
+      const std::string extension = it->path().extension().string();
+      count += extension == ".complete" || extension == ".fail";
     }
     return count;
+  }
+
+  bool WaitForEmptyOutbox() {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (ReportsOnDisk() > 0) {
+      if (std::chrono::steady_clock::now() > deadline) return false;
+      std::this_thread::yield();
+    }
+    return true;
   }
 
   const std::string directory_;
@@ -267,7 +279,12 @@ TEST_F(AgentTest, EveryDefinitiveAnswerEndsAReportAndNoOtherDoes) {
       return seen.completes.size() >= wanted;
     })) << "case "
         << job;
+    if (row.definitive) {
+      ASSERT_TRUE(WaitForEmptyOutbox()) << "case " << job;
+      EXPECT_EQ(coordinator_.seen().completes.size(), wanted) << "case " << job;
+    }
     coordinator_.Change([](auto& how) { how.report_status = grpc::StatusCode::OK; });
+    ASSERT_TRUE(WaitForEmptyOutbox()) << "case " << job;
   }
   agent_->Drain();
   JoinAgent();
@@ -288,9 +305,18 @@ TEST_F(AgentTest, ReportsLeftByADeadWorkerAreSentBeforeNewWorkIsTaken) {
 
   options_.name = "worker-2";
   const size_t before = coordinator_.seen().completes.size();
-  coordinator_.Change([](auto& how) { how.report_status = grpc::StatusCode::OK; });
+  coordinator_.Change([](auto& how) {
+    how.report_status = grpc::StatusCode::OK;
+    how.hold_reports = true;
+    how.lease_s = 0.4;
+  });
   coordinator_.Offer(SolveLease(2, 12, 2));
   StartAgent();
+  const size_t beats = coordinator_.seen().heartbeats.size();
+  ASSERT_TRUE(
+      coordinator_.WaitFor([&](const Seen& seen) { return seen.heartbeats.size() >= beats + 2; }));
+  EXPECT_EQ(coordinator_.seen().leases_sent, 1) << "no credit before the old report was tried";
+  coordinator_.Change([](auto& how) { how.hold_reports = false; });
   ASSERT_TRUE(
       coordinator_.WaitFor([&](const Seen& seen) { return seen.completes.size() == before + 2; }));
   EXPECT_EQ(coordinator_.seen().completes[before].attempt().job_id(), 1) << "the old report first";

@@ -16,6 +16,7 @@ void FakeCoordinator::Stop() { server_.reset(); }
 void FakeCoordinator::Change(const std::function<void(Behaviour&)>& edit) {
   std::lock_guard lock(mu_);
   edit(behaviour_);
+  changed_.notify_all();
 }
 
 void FakeCoordinator::Offer(v1::Lease lease) {
@@ -117,7 +118,8 @@ grpc::Status FakeCoordinator::Answer(v1::ReportReply* reply) {
 
 grpc::Status FakeCoordinator::Complete(grpc::ServerContext*, const v1::CompleteRequest* request,
                                        v1::ReportReply* reply) {
-  std::lock_guard lock(mu_);
+  std::unique_lock lock(mu_);
+  changed_.wait_for(lock, std::chrono::seconds(20), [this] { return !behaviour_.hold_reports; });
   seen_.completes.push_back(*request);
   return Answer(reply);
 }

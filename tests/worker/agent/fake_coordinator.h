@@ -33,7 +33,8 @@ class FakeCoordinator final : public v1::Coordinator::Service {
     std::string store_uri;
     bool adopt = true;  // Every attempt that a worker says it holds.
     bool answer_heartbeats = true;
-    int drop_replies = 0;  // This many reports are taken and answered UNAVAILABLE.
+    bool hold_reports = false;  // Reports wait until this is false again.
+    int drop_replies = 0;       // This many reports are taken and answered UNAVAILABLE.
     v1::ReportOutcome outcome = v1::REPORT_OUTCOME_OK;
     grpc::StatusCode report_status = grpc::StatusCode::OK;
     grpc::StatusCode hello_status = grpc::StatusCode::OK;

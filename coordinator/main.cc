@@ -1,0 +1,133 @@
+// The program `coordinator`: serve, check, backup.
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "common/base/log.h"
+#include "common/base/version.h"
+#include "coordinator/queue/job_queue.h"
+#include "coordinator/serve.h"
+
+namespace parallax {
+namespace {
+
+constexpr char kServeFooter[] = R"(Examples:
+  coordinator serve --db parallax.db --store ./store
+  coordinator serve --db /var/lib/parallax/queue.db --store /srv/parallax \
+      --listen 127.0.0.1:7070 --listen unix:/run/parallax/coordinator.sock --http 127.0.0.1:7080
+
+When it is ready it prints "listening on ADDRESS" for each address and "http on URL". SIGTERM stops it: workers go on
+with what they run and come back to the next start.
+)";
+
+struct CommandLine {
+  ServeOptions serve;
+  std::string db;
+  std::string backup_file;
+  bool log_json = false;
+  std::string log_level = "info";
+};
+
+CLI::App* DeclareServe(CLI::App& app, CommandLine& line) {
+  CLI::App* serve = app.add_subcommand("serve", "Serve workers and clients until SIGTERM");
+  ServeOptions& options = line.serve;
+  options.listen = {"127.0.0.1:7070"};
+  options.http = "127.0.0.1:7080";
+  serve->add_option("--db", options.db, "Database file, on a local disk; made if absent")
+      ->required();
+  serve->add_option("--store", options.store, "Folder of the results (or file:///folder)")
+      ->required();
+  serve
+      ->add_option("--listen", options.listen,
+                   "gRPC address: HOST:PORT or unix:/path; again for more "
+                   "(default 127.0.0.1:7070; port 0: any free one)")
+      ->type_name("ADDRESS");
+  serve
+      ->add_option("--http", options.http,
+                   "Status page, /metrics and /healthz (default 127.0.0.1:7080; \"\": none)")
+      ->type_name("ADDRESS");
+  serve
+      ->add_option("--lease-s", options.lease_s,
+                   "Seconds without a heartbeat after which work is given to others (default 60)")
+      ->check(CLI::Range(0.1, 86400.0));
+  serve
+      ->add_option("--reconnect-s", options.reconnect_grace_s,
+                   "Seconds that a worker may take to come back when its connection breaks "
+                   "(default 10)")
+      ->check(CLI::Range(0.0, 86400.0));
+  serve->add_flag("--insecure", options.insecure,
+                  "Allow other addresses than this machine's, without encryption");
+  serve->add_flag("--log-json", line.log_json, "One JSON object a log line");
+  serve->add_option("--log-level", line.log_level, "debug, info, warning or error (default info)");
+  serve->footer(std::string(kServeFooter) + "\n" + kExitHelp);
+  return serve;
+}
+
+ProgramError Check(const std::string& db) {
+  const auto problems = JobQueue::CheckFile(db);
+  if (!problems.ok()) {
+    return problems.status().code() == absl::StatusCode::kFailedPrecondition
+               ? ProgramError{problems.status(), kExitDatabaseLocked}
+               : ExplainOpenError(problems.status(), db);
+  }
+  for (const std::string& problem : *problems) std::cout << problem << "\n";
+  if (problems->empty()) {
+    std::cout << db << ": every invariant holds" << std::endl;
+    return {};
+  }
+  return {
+      absl::DataLossError(db + ": " + std::to_string(problems->size()) + " invariants are broken"),
+      kExitDatabaseDamaged};
+}
+
+ProgramError Backup(const std::string& db, const std::string& file) {
+  JobQueueOptions options;
+  options.db_path = db;
+  options.own_timer = false;
+  auto queue = JobQueue::Open(options);
+  if (!queue.ok()) return ExplainOpenError(queue.status(), db);
+  const absl::Status status = (*queue)->Backup(file);
+  if (!status.ok()) return {status, kExitFailed};
+  std::cout << file << std::endl;
+  return {};
+}
+
+int End(const ProgramError& error) {
+  if (error.status.ok()) return kExitOk;
+  std::cerr << "coordinator: " << ToStd(error.status.message()) << std::endl;
+  return error.exit;
+}
+
+int Main(int argc, char** argv) {
+  CommandLine line;
+  CLI::App app(
+      "Keeps the queue of a farm that makes stereo data, and gives its workers their jobs.",
+      "coordinator");
+  app.set_version_flag("--version", std::string("coordinator ") + kProgramVersion);
+  app.require_subcommand(1);
+  app.footer(kExitHelp);
+  const CLI::App* serve = DeclareServe(app, line);
+  CLI::App* check = app.add_subcommand(
+      "check", "Re-derive every invariant of a database that no coordinator has open");
+  check->add_option("--db", line.db, "Database file")->required();
+  CLI::App* backup = app.add_subcommand("backup", "Copy a database consistently");
+  backup->add_option("--db", line.db, "Database file")->required();
+  backup->add_option("FILE", line.backup_file, "The copy; must not exist")->required();
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    std::cerr << "coordinator: " << error.what() << " (see coordinator --help)" << std::endl;
+    return kExitUsage;
+  }
+  const auto level = ParseLogLevel(line.log_level);
+  if (!level.ok()) return End({level.status(), kExitUsage});
+  InitLogging({.json = line.log_json, .level = *level, .program = "coordinator"});
+  if (serve->parsed()) return End(Serve(line.serve));
+  if (check->parsed()) return End(Check(line.db));
+  return End(Backup(line.db, line.backup_file));
+}
+
+}  // namespace
+}  // namespace parallax
+
+int main(int argc, char** argv) { return parallax::Main(argc, argv); }

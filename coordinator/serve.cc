@@ -1,0 +1,149 @@
+#include "coordinator/serve.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <filesystem>
+#include <iostream>
+
+#include "common/base/log.h"
+#include "common/base/version.h"
+#include "common/store/store.h"
+#include "coordinator/http/http_server.h"
+#include "coordinator/queue/database_file.h"
+#include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/coordinator_server.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A file written and removed: permissions, a full and a read-only disk show now and not in the
+// middle of the first render.
+absl::Status CheckStoreWritable(Store& store) {
+  const std::string probe = ".probe-" + std::to_string(getpid());
+  const absl::Status put = store.Put(probe + "/file", "probe");
+  const absl::Status removed = store.RemoveTree(probe);
+  return put.ok() ? removed : put;
+}
+
+ProgramError ListenError(const absl::Status& status) {
+  if (status.ok()) return {};
+  switch (status.code()) {
+    case absl::StatusCode::kAlreadyExists:
+      return {status, kExitAddressInUse};
+    case absl::StatusCode::kInvalidArgument:
+    case absl::StatusCode::kFailedPrecondition:
+      return {status, kExitUsage};
+    default:
+      return {status, kExitFailed};
+  }
+}
+
+int WaitForSignal(const sigset_t& set) {
+  int signal = 0;
+  while (sigwait(&set, &signal) != 0) {
+  }
+  return signal;
+}
+
+}  // namespace
+
+ProgramError CheckDatabasePlace(const std::string& db) {
+  const std::string folder = fs::absolute(db).parent_path().string();
+  if (access(folder.c_str(), F_OK) != 0) {
+    return {ErrnoError(errno, "database folder " + folder), kExitDatabaseUnwritable};
+  }
+  // Opening tells more than permission bits: root may do anything but write to a read-only disk.
+  const std::string lock = db + ".lock";
+  const int fd = open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (fd < 0) return {ErrnoError(errno, "database " + db), kExitDatabaseUnwritable};
+  close(fd);
+  if (access(db.c_str(), F_OK) == 0 && access(db.c_str(), W_OK) != 0) {
+    return {ErrnoError(errno, "database " + db), kExitDatabaseUnwritable};
+  }
+  const auto held = DatabaseLock::Acquire(db);
+  if (!held.ok()) return {held.status(), kExitDatabaseLocked};
+  return {};
+}
+
+ProgramError ExplainOpenError(const absl::Status& status, const std::string& db) {
+  switch (status.code()) {
+    case absl::StatusCode::kFailedPrecondition:
+      if (const absl::Status local = CheckLocalFileSystem(db); !local.ok()) {
+        return {local, kExitDatabaseUnwritable};
+      }
+      return {status, kExitNewerDatabase};
+    case absl::StatusCode::kDataLoss:
+      return {status, kExitDatabaseDamaged};
+    case absl::StatusCode::kPermissionDenied:
+    case absl::StatusCode::kResourceExhausted:
+      return {status, kExitDatabaseUnwritable};
+    default:
+      return {status, kExitFailed};
+  }
+}
+
+ProgramError Serve(const ServeOptions& options) {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  signal(SIGPIPE, SIG_IGN);
+
+  auto store = OpenStore(options.store);
+  if (!store.ok()) return {store.status(), kExitStoreUnwritable};
+  const absl::Status writable = CheckStoreWritable(**store);
+  if (!writable.ok()) {
+    return {WithContext(writable, "store " + (*store)->Uri() + " can't be written"),
+            kExitStoreUnwritable};
+  }
+
+  if (ProgramError error = CheckDatabasePlace(options.db); !error.status.ok()) return error;
+  JobQueueOptions queue_options;
+  queue_options.db_path = options.db;
+  queue_options.lease_s = options.lease_s;
+  auto queue = JobQueue::Open(queue_options);
+  if (!queue.ok()) return ExplainOpenError(queue.status(), options.db);
+
+  CoordinatorServerOptions server_options;
+  server_options.listen = options.listen;
+  server_options.insecure = options.insecure;
+  server_options.store_uri = (*store)->Uri();
+  server_options.reconnect_grace_s = options.reconnect_grace_s;
+  auto server = CoordinatorServer::Start(server_options, **queue);
+  if (!server.ok()) return ListenError(server.status());
+
+  std::unique_ptr<HttpServer> http;
+  if (!options.http.empty()) {
+    HttpServerOptions http_options;
+    http_options.listen = options.http;
+    http_options.insecure = options.insecure;
+    http_options.store_uri = (*store)->Uri();
+    auto started = HttpServer::Start(http_options, **queue, **server);
+    if (!started.ok()) return ListenError(started.status());
+    http = *std::move(started);
+  }
+
+  for (const std::string& address : (*server)->addresses()) {
+    std::cout << "listening on " << address << "\n";
+  }
+  if (http != nullptr) std::cout << "http on http://" << http->address() << "/\n";
+  std::cout << std::flush;
+  LogInfo("coordinator serves", {{"version", kProgramVersion},
+                                 {"db", options.db},
+                                 {"store", (*store)->Uri()},
+                                 {"epoch", (*queue)->epoch()},
+                                 {"lease_s", options.lease_s}});
+  const int signal = WaitForSignal(signals);
+  LogInfo("coordinator stops", {{"signal", signal}});
+  if (http != nullptr) http->Stop();
+  (*server)->Shutdown();
+  return {};
+}
+
+}  // namespace parallax

@@ -1,0 +1,97 @@
+#include "coordinator/http/metrics_text.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <sstream>
+
+#include "coordinator/http/pair_rate.h"
+
+namespace parallax {
+namespace {
+
+StatusSnapshot Example() {
+  StatusSnapshot snapshot;
+  snapshot.version = "1.2.3";
+  snapshot.epoch = 4;
+  snapshot.pairs_per_hour = 120;
+  snapshot.queue.jobs[{"solve", "READY"}] = 3;
+  snapshot.queue.jobs[{"render", "LEASED"}] = 2;
+  snapshot.queue.commit_seconds = 0.25;
+  snapshot.server.reports["OK"] = 7;
+  snapshot.server.lease_latency_bounds_s = {0.001, 0.1};
+  snapshot.server.lease_latency_counts = {1, 5, 6};
+  snapshot.server.lease_latency_sum_s = 0.5;
+  snapshot.workers.emplace_back().set_state("busy");
+  snapshot.workers.emplace_back().set_state("busy");
+  v1::StudyStatus& study = snapshot.studies.emplace_back();
+  study.set_study_id(9);
+  study.set_name("odd \"name\"\n");
+  study.add_variants()->set_name("narrow");
+  study.mutable_variants(0)->set_pairs_done(11);
+  study.mutable_variants(0)->set_pairs_wanted(20);
+  return snapshot;
+}
+
+bool HasLine(const std::string& text, const std::string& line) {
+  return ("\n" + text).find("\n" + line + "\n") != std::string::npos;
+}
+
+TEST(MetricsText, HasASampleForEachThingWorthWatching) {
+  const std::string text = MetricsText(Example());
+  for (const char* line : {
+           "parallax_info{version=\"1.2.3\",schema_version=\"0\"} 1",
+           "parallax_jobs{kind=\"solve\",state=\"READY\"} 3",
+           "parallax_jobs{kind=\"render\",state=\"LEASED\"} 2",
+           "parallax_commit_seconds_total 0.25",
+           "parallax_workers{state=\"busy\"} 2",
+           "parallax_reports_total{outcome=\"OK\"} 7",
+           "parallax_lease_latency_seconds_bucket{le=\"0.001\"} 1",
+           "parallax_lease_latency_seconds_bucket{le=\"+Inf\"} 6",
+           "parallax_lease_latency_seconds_sum 0.5",
+           "parallax_lease_latency_seconds_count 6",
+           "parallax_pairs_per_hour 120",
+           "parallax_pairs_published{study=\"odd \\\"name\\\"\\n\",study_id=\"9\",variant="
+           "\"narrow\"} 11",
+       }) {
+    EXPECT_TRUE(HasLine(text, line)) << line << "\nnot in\n" << text;
+  }
+}
+
+TEST(MetricsText, DeclaresEachMetricOnceBeforeItsSamples) {
+  std::istringstream lines(MetricsText(Example()));
+  std::set<std::string> declared;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.rfind("# TYPE ", 0) == 0) {
+      const std::string name = line.substr(7, line.find(' ', 7) - 7);
+      EXPECT_TRUE(declared.insert(name).second) << name << " declared twice";
+    } else if (line[0] != '#') {
+      std::string name = line.substr(0, line.find_first_of("{ "));
+      for (const std::string suffix : {"_bucket", "_sum", "_count"}) {
+        if (name.rfind("parallax_lease_latency_seconds" + suffix, 0) == 0) {
+          name = "parallax_lease_latency_seconds";
+        }
+      }
+      EXPECT_EQ(declared.count(name), 1u) << line;
+    }
+  }
+}
+
+TEST(PairRate, CountsWhatCameWithinTheWindow) {
+  PairRate rate(600);
+  const SteadyTime start{};
+  EXPECT_EQ(rate.per_hour(), 0);
+  rate.Add(start, 100);
+  EXPECT_EQ(rate.per_hour(), 0) << "one sample is no rate";
+  rate.Add(start + std::chrono::seconds(60), 110);
+  EXPECT_DOUBLE_EQ(rate.per_hour(), 600);
+  for (int minute = 2; minute <= 20; ++minute) {
+    rate.Add(start + std::chrono::minutes(minute), 110);
+  }
+  EXPECT_DOUBLE_EQ(rate.per_hour(), 0) << "the burst is out of the window";
+  rate.Add(start + std::chrono::minutes(21), 5);
+  EXPECT_DOUBLE_EQ(rate.per_hour(), 0) << "a falling total is no negative rate";
+}
+
+}  // namespace
+}  // namespace parallax

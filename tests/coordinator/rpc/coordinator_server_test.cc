@@ -1,0 +1,560 @@
+#include "coordinator/rpc/coordinator_server.h"
+
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+#include <httplib.h>
+#include <stdlib.h>
+
+#include <condition_variable>
+#include <filesystem>
+#include <mutex>
+#include <set>
+#include <thread>
+
+#include "common/rpc/endpoint.h"
+#include "common/rpc/grpc_status.h"
+#include "coordinator/http/http_server.h"
+#include "coordinator/queue/job_queue.h"
+#include "parallax/v1/service.grpc.pb.h"
+#include "tests/worker/agent/noop_runner.h"
+#include "worker/agent/agent.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+using WorkClient = grpc::ClientReaderWriter<v1::WorkerMessage, v1::CoordinatorMessage>;
+
+// A worker by hand: one stream whose every message the test writes and reads.
+class Puppet {
+ public:
+  explicit Puppet(v1::Coordinator::Stub& coordinator) {
+    SetRpcTimeout(context_, std::chrono::seconds(30));
+    stream_ = coordinator.Work(&context_);
+  }
+
+  void Hello(const std::string& name, const std::vector<v1::AttemptId>& holding = {}) {
+    v1::WorkerMessage message;
+    v1::Hello& hello = *message.mutable_hello();
+    hello.set_name(name);
+    hello.add_kinds(v1::JOB_KIND_SOLVE);
+    hello.add_kinds(v1::JOB_KIND_RENDER);
+    hello.set_slots(1);
+    for (const v1::AttemptId& attempt : holding) *hello.add_holding() = attempt;
+    stream_->Write(message);
+  }
+  void Credit(int jobs) {
+    v1::WorkerMessage message;
+    message.mutable_credit()->set_jobs(jobs);
+    stream_->Write(message);
+  }
+  void Heartbeat(int64_t sequence, const std::vector<v1::AttemptId>& running) {
+    v1::WorkerMessage message;
+    message.mutable_heartbeat()->set_sequence(sequence);
+    for (const v1::AttemptId& attempt : running) {
+      *message.mutable_heartbeat()->add_running()->mutable_attempt() = attempt;
+    }
+    stream_->Write(message);
+  }
+  void HandBack(const v1::AttemptId& attempt) {
+    v1::WorkerMessage message;
+    *message.mutable_hand_back()->mutable_attempt() = attempt;
+    stream_->Write(message);
+  }
+  // The next message of this kind; others are skipped. False when the stream ends first.
+  bool ReadUntil(v1::CoordinatorMessage::MessageCase kind, v1::CoordinatorMessage* message) {
+    while (stream_->Read(message)) {
+      if (message->message_case() == kind) return true;
+    }
+    return false;
+  }
+  void Cut() { context_.TryCancel(); }
+  absl::Status Finish() {
+    stream_->WritesDone();
+    v1::CoordinatorMessage message;
+    while (stream_->Read(&message)) {
+    }
+    return FromGrpc(stream_->Finish());
+  }
+  // What the coordinator ends the stream with, without any doing of ours.
+  absl::Status WaitForEnd() {
+    v1::CoordinatorMessage message;
+    while (stream_->Read(&message)) {
+    }
+    return FromGrpc(stream_->Finish());
+  }
+
+ private:
+  grpc::ClientContext context_;
+  std::unique_ptr<WorkClient> stream_;
+};
+
+// Holds every solve until released or cancelled.
+class GatedRunner final : public NoopRunner {
+ public:
+  absl::StatusOr<v1::SolveResult> Solve(const v1::SolveJob& job, const CancelToken& cancel,
+                                        const JobProgressFn& progress) override {
+    std::unique_lock lock(mu_);
+    ++started_;
+    changed_.notify_all();
+    while (!changed_.wait_for(lock, std::chrono::milliseconds(2), [this] { return released_; })) {
+      if (!cancel.cancelled()) continue;
+      ++cancelled_;
+      changed_.notify_all();
+      return absl::CancelledError("told to");
+    }
+    lock.unlock();
+    return NoopRunner::Solve(job, cancel, progress);
+  }
+  void Release() {
+    std::lock_guard lock(mu_);
+    released_ = true;
+    changed_.notify_all();
+  }
+  bool WaitForStart() {
+    std::unique_lock lock(mu_);
+    return changed_.wait_for(lock, std::chrono::seconds(20), [this] { return started_ > 0; });
+  }
+  bool WaitForCancel() {
+    std::unique_lock lock(mu_);
+    return changed_.wait_for(lock, std::chrono::seconds(20), [this] { return cancelled_ > 0; });
+  }
+  int started() {
+    std::lock_guard lock(mu_);
+    return started_;
+  }
+
+ private:
+  std::mutex mu_;
+  std::condition_variable changed_;
+  int started_ = 0;
+  int cancelled_ = 0;
+  bool released_ = false;
+};
+
+struct RunningAgent {
+  std::unique_ptr<Agent> agent;
+  std::thread thread;
+
+  void Stop() {
+    if (agent == nullptr) return;
+    agent->HandBack();
+    thread.join();
+    agent.reset();
+  }
+};
+
+class CoordinatorServerTest : public testing::Test {
+ protected:
+  CoordinatorServerTest() {
+    char name[] = "/tmp/parallax-server-XXXXXX";
+    directory_ = mkdtemp(name);
+    address_ = "unix:" + directory_ + "/coordinator.sock";
+    stub_ = v1::Coordinator::NewStub(*ConnectRpc(*ParseRpcAddress(address_), {}));
+  }
+  ~CoordinatorServerTest() override {
+    for (RunningAgent& agent : agents_) agent.Stop();
+    StopCoordinator();
+    fs::remove_all(directory_);
+  }
+
+  void StartCoordinator(double lease_s = 10, double reconnect_grace_s = 10) {
+    JobQueueOptions queue;
+    queue.db_path = directory_ + "/queue.db";
+    queue.lease_s = lease_s;
+    auto opened = JobQueue::Open(queue);
+    ASSERT_TRUE(opened.ok()) << opened.status();
+    queue_ = *std::move(opened);
+    options_.listen = {address_};
+    options_.store_uri = "file://" + directory_ + "/store";
+    options_.reconnect_grace_s = reconnect_grace_s;
+    auto server = CoordinatorServer::Start(options_, *queue_);
+    ASSERT_TRUE(server.ok()) << server.status();
+    server_ = *std::move(server);
+  }
+  void StopCoordinator() {
+    server_.reset();
+    queue_.reset();
+  }
+
+  void StartAgent(const std::string& name, JobRunner& runner, int slots = 1) {
+    AgentOptions options;
+    options.coordinator = *ParseRpcAddress(address_);
+    options.name = name;
+    options.kinds = {v1::JOB_KIND_SOLVE, v1::JOB_KIND_RENDER};
+    options.slots = slots;
+    options.outbox_root = directory_ + "/outbox";
+    options.backoff_base_s = 0.01;
+    options.backoff_cap_s = 0.05;
+    options.hand_back_s = 0.2;
+    auto agent = Agent::Create(options, runner, Clock::System());
+    ASSERT_TRUE(agent.ok()) << agent.status();
+    agents_.push_back({*std::move(agent), {}});
+    Agent* const raw = agents_.back().agent.get();
+    agents_.back().thread = std::thread([raw] { EXPECT_TRUE(raw->Run().ok()); });
+  }
+
+  int64_t Submit(int64_t pairs, int rigs_per_scene, const std::vector<std::string>& variants) {
+    v1::SubmitRequest request;
+    v1::StudySpec& study = *request.mutable_study();
+    study.set_name("noop");
+    study.set_seed(7);
+    study.set_pairs(pairs);
+    study.set_rigs_per_scene(rigs_per_scene);
+    for (const std::string& name : variants) {
+      v1::VariantSpec& variant = *study.add_variants();
+      variant.set_name(name);
+      variant.mutable_config()->set_type(v1::SCENE_TYPE_INDOOR);
+      variant.mutable_config()->mutable_rigs()->set_count(rigs_per_scene);
+      // Variants differ, or they would share all results.
+      variant.mutable_config()->mutable_rigs()->mutable_baseline_m()->set_constant(
+          0.1 + 0.1 * study.variants_size());
+    }
+    grpc::ClientContext context;
+    SetRpcTimeout(context, std::chrono::seconds(20));
+    v1::SubmitReply reply;
+    const absl::Status status = FromGrpc(stub_->Submit(&context, request, &reply));
+    EXPECT_TRUE(status.ok()) << status;
+    return reply.study_id();
+  }
+
+  v1::StudyStatus GetStudy(int64_t id) {
+    grpc::ClientContext context;
+    SetRpcTimeout(context, std::chrono::seconds(20));
+    v1::GetStudyRequest request;
+    request.set_study_id(id);
+    v1::StudyStatus study;
+    const absl::Status status = FromGrpc(stub_->GetStudy(&context, request, &study));
+    EXPECT_TRUE(status.ok()) << status;
+    return study;
+  }
+
+  // Asks again and again: the contract has no other way to learn of the end.
+  bool WaitForState(int64_t id, v1::StudyState state) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(25);
+    while (std::chrono::steady_clock::now() < deadline) {
+      if (GetStudy(id).state() == state) return true;
+      std::this_thread::yield();
+    }
+    return false;
+  }
+
+  std::vector<v1::PublishedFrame> Frames(int64_t id) {
+    grpc::ClientContext context;
+    SetRpcTimeout(context, std::chrono::seconds(20));
+    v1::ListFramesRequest request;
+    request.set_study_id(id);
+    v1::ListFramesReply reply;
+    const absl::Status status = FromGrpc(stub_->ListFrames(&context, request, &reply));
+    EXPECT_TRUE(status.ok()) << status;
+    return {reply.frames().begin(), reply.frames().end()};
+  }
+
+  void ExpectEveryInvariant() {
+    const auto problems = queue_->Check();
+    ASSERT_TRUE(problems.ok()) << problems.status();
+    for (const std::string& problem : *problems) ADD_FAILURE() << problem;
+  }
+
+  std::string directory_;
+  std::string address_;
+  CoordinatorServerOptions options_;
+  std::unique_ptr<JobQueue> queue_;
+  std::unique_ptr<CoordinatorServer> server_;
+  std::unique_ptr<v1::Coordinator::Stub> stub_;
+  NoopRunner noop_;
+  GatedRunner gated_;  // Outlive the agents.
+  std::vector<RunningAgent> agents_;
+};
+
+TEST_F(CoordinatorServerTest, AStudyOfNoopJobsCompletes) {
+  StartCoordinator();
+  for (int i = 0; i < 4; ++i) StartAgent("worker-" + std::to_string(i), noop_, 2);
+  const int64_t id = Submit(40, 4, {"narrow", "wide"});
+  ASSERT_TRUE(WaitForState(id, v1::STUDY_STATE_SUCCEEDED));
+  const v1::StudyStatus study = GetStudy(id);
+  ASSERT_EQ(study.variants_size(), 2);
+  std::set<std::string> seen;
+  for (const v1::VariantStatus& variant : study.variants()) {
+    EXPECT_EQ(variant.pairs_done(), 40) << variant.name();
+  }
+  for (const v1::PublishedFrame& frame : Frames(id)) {
+    EXPECT_TRUE(fs::exists(directory_ + "/store/" + frame.frame().path() + "/left.png"));
+    seen.insert(frame.variant() + "/" + std::to_string(frame.scene()) + "/" +
+                std::to_string(frame.frame().rig()));
+  }
+  EXPECT_EQ(seen.size(), 80u) << "no pair twice, none missing";
+  ExpectEveryInvariant();
+  const ServerMetrics metrics = server_->Metrics();
+  EXPECT_EQ(metrics.workers_connected, 4);
+  EXPECT_EQ(metrics.slots, 8);
+  EXPECT_GE(metrics.leases, 22);
+  EXPECT_EQ(metrics.lease_latency_counts.back(), metrics.leases);
+}
+
+TEST_F(CoordinatorServerTest, ALostWorkersJobGoesToAnother) {
+  StartCoordinator(/*lease_s=*/10, /*reconnect_grace_s=*/0.05);
+  const int64_t id = Submit(2, 2, {"v"});
+  Puppet puppet(*stub_);
+  puppet.Hello("doomed");
+  puppet.Credit(1);
+  v1::CoordinatorMessage message;
+  ASSERT_TRUE(puppet.ReadUntil(v1::CoordinatorMessage::kLease, &message));
+  const v1::AttemptId first = message.lease().attempt();
+  puppet.Cut();
+  StartAgent("heir", noop_);
+  ASSERT_TRUE(WaitForState(id, v1::STUDY_STATE_SUCCEEDED));
+  EXPECT_EQ(server_->Metrics().workers_lost, 1);
+
+  // The zombie's report comes late.
+  v1::CompleteRequest late;
+  *late.mutable_attempt() = first;
+  late.set_worker("doomed");
+  late.mutable_solve()->mutable_rejected()->set_reason("late");
+  grpc::ClientContext context;
+  v1::ReportReply reply;
+  ASSERT_TRUE(stub_->Complete(&context, late, &reply).ok());
+  EXPECT_EQ(reply.outcome(), v1::REPORT_OUTCOME_STALE_FENCE);
+  EXPECT_EQ(server_->Metrics().reports["STALE_FENCE"], 1);
+  ExpectEveryInvariant();
+}
+
+TEST_F(CoordinatorServerTest, ASilentWorkerIsGivenUpAfterItsLease) {
+  StartCoordinator(/*lease_s=*/0.5);
+  const int64_t id = Submit(2, 2, {"v"});
+  Puppet puppet(*stub_);
+  puppet.Hello("mute");
+  puppet.Credit(1);
+  v1::CoordinatorMessage message;
+  ASSERT_TRUE(puppet.ReadUntil(v1::CoordinatorMessage::kLease, &message));
+  EXPECT_EQ(puppet.WaitForEnd().code(), absl::StatusCode::kCancelled) << "not our own deadline";
+  EXPECT_EQ(server_->Metrics().workers_lost, 1);
+  StartAgent("heir", noop_);
+  EXPECT_TRUE(WaitForState(id, v1::STUDY_STATE_SUCCEEDED));
+  ExpectEveryInvariant();
+}
+
+TEST_F(CoordinatorServerTest, HeartbeatsAreAnsweredAndKeepALease) {
+  StartCoordinator(/*lease_s=*/0.5);
+  Submit(2, 2, {"v"});
+  Puppet puppet(*stub_);
+  puppet.Hello("steady");
+  puppet.Credit(1);
+  v1::CoordinatorMessage message;
+  ASSERT_TRUE(puppet.ReadUntil(v1::CoordinatorMessage::kLease, &message));
+  const v1::AttemptId mine = message.lease().attempt();
+  v1::AttemptId foreign = mine;
+  foreign.set_fence(mine.fence() + 1000);
+  const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(1500);
+  for (int64_t sequence = 1; std::chrono::steady_clock::now() < until; ++sequence) {
+    puppet.Heartbeat(sequence, {mine});
+    ASSERT_TRUE(puppet.ReadUntil(v1::CoordinatorMessage::kHeartbeatAck, &message));
+    EXPECT_EQ(message.heartbeat_ack().sequence(), sequence);
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  EXPECT_EQ(server_->Metrics().workers_lost, 0) << "three leases long";
+  puppet.Heartbeat(1, {mine, foreign});
+  ASSERT_TRUE(puppet.ReadUntil(v1::CoordinatorMessage::kStop, &message));
+  EXPECT_EQ(message.stop().attempt().fence(), foreign.fence());
+}
+
+TEST_F(CoordinatorServerTest, AWorkerThatComesBackKeepsWhatItHolds) {
+  StartCoordinator();
+  Submit(2, 2, {"v"});
+  v1::CoordinatorMessage message;
+  v1::AttemptId mine;
+  {
+    Puppet puppet(*stub_);
+    puppet.Hello("w");
+    puppet.Credit(1);
+    ASSERT_TRUE(puppet.ReadUntil(v1::CoordinatorMessage::kLease, &message));
+    mine = message.lease().attempt();
+    puppet.Cut();
+    EXPECT_EQ(puppet.WaitForEnd().code(), absl::StatusCode::kCancelled);
+  }
+  v1::AttemptId unknown = mine;
+  unknown.set_fence(mine.fence() + 7);
+  Puppet again(*stub_);
+  again.Hello("w", {mine, unknown});
+  ASSERT_TRUE(again.ReadUntil(v1::CoordinatorMessage::kWelcome, &message));
+  ASSERT_EQ(message.welcome().adopted_size(), 1);
+  EXPECT_EQ(message.welcome().adopted(0).fence(), mine.fence());
+  EXPECT_EQ(message.welcome().lease_s(), 10);
+  EXPECT_EQ(message.welcome().store_uri(), "file://" + directory_ + "/store");
+}
+
+TEST_F(CoordinatorServerTest, RunningWorkGoesOnThroughARestart) {
+  StartCoordinator();
+  StartAgent("w", gated_);
+  const int64_t id = Submit(2, 2, {"v"});
+  ASSERT_TRUE(gated_.WaitForStart());
+  StopCoordinator();
+  StartCoordinator();
+  gated_.Release();
+  ASSERT_TRUE(WaitForState(id, v1::STUDY_STATE_SUCCEEDED));
+  EXPECT_EQ(gated_.started(), 1) << "not solved twice";
+  ExpectEveryInvariant();
+}
+
+TEST_F(CoordinatorServerTest, AHandedBackJobIsLeasedAgainAtOnce) {
+  StartCoordinator();
+  Submit(2, 2, {"v"});
+  Puppet puppet(*stub_);
+  puppet.Hello("w");
+  puppet.Credit(2);
+  v1::CoordinatorMessage message;
+  ASSERT_TRUE(puppet.ReadUntil(v1::CoordinatorMessage::kLease, &message));
+  const v1::AttemptId first = message.lease().attempt();
+  puppet.HandBack(first);
+  ASSERT_TRUE(puppet.ReadUntil(v1::CoordinatorMessage::kLease, &message));
+  EXPECT_EQ(message.lease().attempt().job_id(), first.job_id());
+  EXPECT_GT(message.lease().attempt().fence(), first.fence());
+  EXPECT_TRUE(puppet.Finish().ok());
+}
+
+TEST_F(CoordinatorServerTest, CancelStopsWhatRuns) {
+  StartCoordinator();
+  StartAgent("w", gated_);
+  const int64_t id = Submit(2, 2, {"v"});
+  ASSERT_TRUE(gated_.WaitForStart());
+  v1::StudyRequest request;
+  request.set_study_id(id);
+  request.set_reason("not wanted");
+  grpc::ClientContext context;
+  v1::StudyStatus study;
+  const absl::Status status = FromGrpc(stub_->Cancel(&context, request, &study));
+  ASSERT_TRUE(status.ok()) << status;
+  EXPECT_EQ(study.state(), v1::STUDY_STATE_CANCELLED);
+  EXPECT_TRUE(gated_.WaitForCancel());
+  ExpectEveryInvariant();
+}
+
+TEST_F(CoordinatorServerTest, ASecondWorkerOfOneNameReplacesTheFirst) {
+  StartCoordinator();
+  Puppet first(*stub_);
+  first.Hello("twin");
+  v1::CoordinatorMessage message;
+  ASSERT_TRUE(first.ReadUntil(v1::CoordinatorMessage::kWelcome, &message));
+  Puppet second(*stub_);
+  second.Hello("twin");
+  EXPECT_EQ(first.WaitForEnd().code(), absl::StatusCode::kAlreadyExists);
+  ASSERT_TRUE(second.ReadUntil(v1::CoordinatorMessage::kWelcome, &message));
+  EXPECT_EQ(server_->Metrics().workers_connected, 1);
+}
+
+TEST_F(CoordinatorServerTest, AStreamThatDoesNotFollowTheContractEndsWithAReason) {
+  StartCoordinator();
+  {
+    Puppet puppet(*stub_);
+    puppet.Credit(1);
+    const absl::Status status = puppet.WaitForEnd();
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << status;
+    EXPECT_NE(status.ToString().find("hello"), std::string::npos) << status;
+  }
+  {
+    Puppet puppet(*stub_);
+    puppet.Hello("a/b");
+    EXPECT_EQ(puppet.WaitForEnd().code(), absl::StatusCode::kInvalidArgument);
+  }
+  {
+    Puppet puppet(*stub_);
+    puppet.Hello("w");
+    puppet.Credit(-5);
+    EXPECT_EQ(puppet.WaitForEnd().code(), absl::StatusCode::kInvalidArgument);
+  }
+}
+
+TEST_F(CoordinatorServerTest, AReportOfAnotherDatabaseIsStale) {
+  options_.coordinator_id = "this-one";
+  StartCoordinator();
+  Submit(2, 2, {"v"});
+  Puppet puppet(*stub_);
+  puppet.Hello("w");
+  puppet.Credit(1);
+  v1::CoordinatorMessage message;
+  ASSERT_TRUE(puppet.ReadUntil(v1::CoordinatorMessage::kLease, &message));
+  // The same job and fence, once of another database and once of this one.
+  v1::FailRequest fail;
+  *fail.mutable_attempt() = message.lease().attempt();
+  fail.set_worker("w");
+  fail.set_fingerprint("x");
+  const struct {
+    const char* id;
+    v1::ReportOutcome outcome;
+  } cases[] = {{"that-one", v1::REPORT_OUTCOME_STALE_FENCE}, {"this-one", v1::REPORT_OUTCOME_OK}};
+  for (const auto& row : cases) {
+    fail.set_coordinator_id(row.id);
+    grpc::ClientContext context;
+    v1::ReportReply reply;
+    ASSERT_TRUE(stub_->Fail(&context, fail, &reply).ok());
+    EXPECT_EQ(reply.outcome(), row.outcome) << row.id;
+  }
+}
+
+TEST_F(CoordinatorServerTest, ErrorsOfTheQueueReachTheClient) {
+  StartCoordinator();
+  {
+    grpc::ClientContext context;
+    v1::GetStudyRequest request;
+    request.set_study_id(4711);
+    v1::StudyStatus study;
+    const absl::Status status = FromGrpc(stub_->GetStudy(&context, request, &study));
+    EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
+    EXPECT_NE(status.ToString().find("4711"), std::string::npos) << status;
+  }
+  {
+    grpc::ClientContext context;
+    v1::SubmitReply reply;
+    EXPECT_EQ(FromGrpc(stub_->Submit(&context, {}, &reply)).code(),
+              absl::StatusCode::kInvalidArgument);
+  }
+}
+
+TEST_F(CoordinatorServerTest, AnAddressInUseIsRefusedByName) {
+  StartCoordinator();
+  CoordinatorServerOptions options;
+  options.listen = {address_};
+  const auto second = CoordinatorServer::Start(options, *queue_);
+  ASSERT_FALSE(second.ok());
+  EXPECT_EQ(second.status().code(), absl::StatusCode::kAlreadyExists) << second.status();
+  EXPECT_NE(second.status().ToString().find(address_), std::string::npos);
+}
+
+TEST_F(CoordinatorServerTest, HttpTellsHealthMetricsAndStatus) {
+  StartCoordinator();
+  StartAgent("worker-7", noop_);
+  const int64_t id = Submit(4, 2, {"v"});
+  ASSERT_TRUE(WaitForState(id, v1::STUDY_STATE_SUCCEEDED));
+  HttpServerOptions options;
+  options.listen = "127.0.0.1:0";
+  auto http = HttpServer::Start(options, *queue_, *server_);
+  ASSERT_TRUE(http.ok()) << http.status();
+  httplib::Client client("http://" + (*http)->address());
+  const auto health = client.Get("/healthz");
+  ASSERT_TRUE(health);
+  EXPECT_EQ(health->status, 200);
+  EXPECT_NE(health->body.find("\"status\":\"ok\""), std::string::npos) << health->body;
+  const auto metrics = client.Get("/metrics");
+  ASSERT_TRUE(metrics);
+  EXPECT_NE(metrics->body.find("parallax_pairs_published{study=\"noop\",study_id=\"" +
+                               std::to_string(id) + "\",variant=\"v\"} 4\n"),
+            std::string::npos)
+      << metrics->body;
+  const auto page = client.Get("/");
+  ASSERT_TRUE(page);
+  EXPECT_NE(page->body.find("worker-7"), std::string::npos);
+  EXPECT_EQ(client.Get("/nothing")->status, 404);
+
+  HttpServerOptions taken;
+  taken.listen = (*http)->address();
+  const auto second = HttpServer::Start(taken, *queue_, *server_);
+  ASSERT_FALSE(second.ok());
+  EXPECT_EQ(second.status().code(), absl::StatusCode::kAlreadyExists) << second.status();
+  EXPECT_NE(second.status().ToString().find(taken.listen), std::string::npos);
+  taken.listen = "0.0.0.0:0";
+  EXPECT_EQ(HttpServer::Start(taken, *queue_, *server_).status().code(),
+            absl::StatusCode::kFailedPrecondition);
+}
+
+}  // namespace
+}  // namespace parallax

@@ -1,0 +1,101 @@
+#include "coordinator/rpc/validation.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+
+namespace parallax {
+namespace {
+
+v1::Hello GoodHello() {
+  v1::Hello hello;
+  hello.set_name("host-1.example-42");
+  hello.add_kinds(v1::JOB_KIND_SOLVE);
+  hello.set_slots(4);
+  hello.set_cores(8);
+  hello.set_memory_mb(32000);
+  hello.add_tags("avx512");
+  return hello;
+}
+
+TEST(Validation, AHelloNamesItsWorkerAndStaysWithinBounds) {
+  EXPECT_TRUE(CheckHello(GoodHello()).ok()) << CheckHello(GoodHello());
+  const struct {
+    const char* what;
+    std::function<void(v1::Hello&)> spoil;
+  } cases[] = {
+      {"name", [](v1::Hello& hello) { hello.set_name(""); }},
+      {"name", [](v1::Hello& hello) { hello.set_name("../etc"); }},
+      {"name", [](v1::Hello& hello) { hello.set_name(std::string(101, 'x')); }},
+      {"kinds", [](v1::Hello& hello) { hello.clear_kinds(); }},
+      {"kind", [](v1::Hello& hello) { hello.add_kinds(static_cast<v1::JobKind>(99)); }},
+      {"slots", [](v1::Hello& hello) { hello.set_slots(0); }},
+      {"slots", [](v1::Hello& hello) { hello.set_slots(100'000); }},
+      {"memory_mb", [](v1::Hello& hello) { hello.set_memory_mb(-1); }},
+      {"tag", [](v1::Hello& hello) { hello.add_tags("a\nb"); }},
+      {"tags",
+       [](v1::Hello& hello) {
+         for (int i = 0; i < 100; ++i) hello.add_tags("t");
+       }},
+      {"version", [](v1::Hello& hello) { hello.set_version(std::string(1000, 'v')); }},
+      {"attempt", [](v1::Hello& hello) { hello.add_holding(); }},
+  };
+  for (const auto& row : cases) {
+    v1::Hello hello = GoodHello();
+    row.spoil(hello);
+    const absl::Status status = CheckHello(hello);
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << row.what;
+    EXPECT_NE(status.ToString().find(row.what), std::string::npos) << status;
+  }
+}
+
+TEST(Validation, ProgressIsAFractionOfANamedAttempt) {
+  v1::Heartbeat heartbeat;
+  EXPECT_TRUE(CheckHeartbeat(heartbeat).ok());
+  v1::Progress& progress = *heartbeat.add_running();
+  EXPECT_FALSE(CheckHeartbeat(heartbeat).ok()) << "no attempt";
+  progress.mutable_attempt()->set_job_id(1);
+  progress.mutable_attempt()->set_fence(1);
+  EXPECT_TRUE(CheckHeartbeat(heartbeat).ok());
+  for (double bad : {-0.1, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
+    progress.set_fraction(bad);
+    EXPECT_FALSE(CheckHeartbeat(heartbeat).ok()) << bad;
+  }
+}
+
+TEST(Validation, ReportsNameAttemptWorkerAndResult) {
+  v1::CompleteRequest complete;
+  complete.set_worker("w");
+  complete.mutable_attempt()->set_job_id(1);
+  complete.mutable_attempt()->set_fence(1);
+  EXPECT_FALSE(CheckComplete(complete).ok()) << "no result";
+  complete.mutable_solve();
+  EXPECT_TRUE(CheckComplete(complete).ok()) << CheckComplete(complete);
+  complete.set_wall_s(-1);
+  EXPECT_FALSE(CheckComplete(complete).ok());
+
+  v1::FailRequest fail;
+  fail.set_worker("w");
+  *fail.mutable_attempt() = complete.attempt();
+  EXPECT_TRUE(CheckFail(fail).ok());
+  fail.set_error(std::string(100'000, 'x'));
+  EXPECT_FALSE(CheckFail(fail).ok());
+}
+
+TEST(Validation, CreditAndLimitsAreBounded) {
+  v1::Credit credit;
+  EXPECT_FALSE(CheckCredit(credit).ok());
+  credit.set_jobs(1);
+  EXPECT_TRUE(CheckCredit(credit).ok());
+  credit.set_jobs(1 << 30);
+  EXPECT_FALSE(CheckCredit(credit).ok());
+  EXPECT_TRUE(CheckLimit(0, 10).ok());
+  EXPECT_TRUE(CheckLimit(10, 10).ok());
+  EXPECT_FALSE(CheckLimit(11, 10).ok());
+  EXPECT_FALSE(CheckLimit(-1, 10).ok());
+  EXPECT_FALSE(CheckStudyId(0).ok());
+}
+
+}  // namespace
+}  // namespace parallax

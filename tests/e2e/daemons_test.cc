@@ -1,0 +1,260 @@
+// The two daemons as processes, with work that only takes time: what is killed, whenever, loses and
+// doubles nothing.
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <stdlib.h>
+
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <thread>
+
+#include "common/rpc/endpoint.h"
+#include "common/rpc/grpc_status.h"
+#include "parallax/v1/service.grpc.pb.h"
+#include "tests/e2e/child_process.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::seconds;
+
+constexpr char kCoordinator[] = PARALLAX_COORDINATOR_PROGRAM;
+constexpr char kWorker[] = PARALLAX_NOOP_WORKER_PROGRAM;
+
+class DaemonsTest : public testing::Test {
+ protected:
+  DaemonsTest() {
+    char name[] = "/tmp/parallax-daemons-XXXXXX";
+    directory_ = mkdtemp(name);
+  }
+  ~DaemonsTest() override { fs::remove_all(directory_); }
+
+  std::vector<std::string> ServeCommand(const std::string& listen = "127.0.0.1:0") const {
+    return {kCoordinator,    "serve",
+            "--db",          directory_ + "/queue.db",
+            "--store",       directory_ + "/store",
+            "--listen",      listen,
+            "--http",        "127.0.0.1:0",
+            "--lease-s",     "5",
+            "--reconnect-s", "0.2"};
+  }
+
+  // Returns the address that it says it listens on.
+  std::string StartCoordinator(const std::string& listen = "127.0.0.1:0") {
+    coordinator_ = std::make_unique<ChildProcess>(ServeCommand(listen));
+    std::string line;
+    EXPECT_TRUE(coordinator_->ReadLine(&line)) << coordinator_->TakeErrors();
+    const std::string prefix = "listening on ";
+    EXPECT_EQ(line.substr(0, prefix.size()), prefix);
+    const std::string address = line.substr(std::min(prefix.size(), line.size()));
+    EXPECT_TRUE(coordinator_->ReadLine(&line));
+    EXPECT_EQ(line.substr(0, 23), "http on http://127.0.0.") << line;
+    stub_ = v1::Coordinator::NewStub(*ConnectRpc(*ParseRpcAddress(address), {}));
+    return address;
+  }
+
+  std::unique_ptr<ChildProcess> StartWorker(const std::string& name, const std::string& address,
+                                            int job_ms) {
+    return std::make_unique<ChildProcess>(
+        std::vector<std::string>{kWorker, "--role", "all", "--coordinator", address, "--slots", "2",
+                                 "--name", name, "--outbox", directory_ + "/outbox"},
+        std::vector<std::string>{"PARALLAX_NOOP_MS=" + std::to_string(job_ms)});
+  }
+
+  int64_t Submit(int64_t pairs, int rigs_per_scene) {
+    v1::SubmitRequest request;
+    v1::StudySpec& study = *request.mutable_study();
+    study.set_name("noop");
+    study.set_seed(3);
+    study.set_pairs(pairs);
+    study.set_rigs_per_scene(rigs_per_scene);
+    study.add_variants()->set_name("v");
+    study.mutable_variants(0)->mutable_config()->set_type(v1::SCENE_TYPE_INDOOR);
+    study.mutable_variants(0)->mutable_config()->mutable_rigs()->set_count(rigs_per_scene);
+    grpc::ClientContext context;
+    SetRpcTimeout(context, seconds(20));
+    context.set_wait_for_ready(true);
+    v1::SubmitReply reply;
+    const absl::Status status = FromGrpc(stub_->Submit(&context, request, &reply));
+    EXPECT_TRUE(status.ok()) << status;
+    return reply.study_id();
+  }
+
+  // Asks until `condition` holds; a coordinator that is away is waited for.
+  bool WaitFor(int64_t study_id, const std::function<bool(const v1::StudyStatus&)>& condition) {
+    const auto deadline = std::chrono::steady_clock::now() + seconds(50);
+    while (std::chrono::steady_clock::now() < deadline) {
+      grpc::ClientContext context;
+      SetRpcTimeout(context, seconds(5));
+      context.set_wait_for_ready(true);
+      v1::GetStudyRequest request;
+      request.set_study_id(study_id);
+      v1::StudyStatus study;
+      if (stub_->GetStudy(&context, request, &study).ok() && condition(study)) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return false;
+  }
+  bool WaitForPairs(int64_t study_id, int64_t pairs) {
+    return WaitFor(study_id, [pairs](const v1::StudyStatus& study) {
+      return study.variants(0).pairs_done() >= pairs;
+    });
+  }
+  bool WaitForSuccess(int64_t study_id) {
+    return WaitFor(study_id, [](const v1::StudyStatus& study) {
+      return study.state() == v1::STUDY_STATE_SUCCEEDED;
+    });
+  }
+
+  // Every pair once, each with its file.
+  void ExpectPairs(int64_t study_id, size_t pairs) {
+    grpc::ClientContext context;
+    SetRpcTimeout(context, seconds(20));
+    v1::ListFramesRequest request;
+    request.set_study_id(study_id);
+    v1::ListFramesReply reply;
+    const absl::Status status = FromGrpc(stub_->ListFrames(&context, request, &reply));
+    ASSERT_TRUE(status.ok()) << status;
+    std::set<std::pair<uint32_t, uint32_t>> seen;
+    for (const v1::PublishedFrame& frame : reply.frames()) {
+      EXPECT_TRUE(seen.insert({frame.scene(), frame.frame().rig()}).second) << "twice";
+      EXPECT_TRUE(fs::exists(directory_ + "/store/" + frame.frame().path() + "/left.png"));
+    }
+    EXPECT_EQ(seen.size(), pairs);
+  }
+
+  // Stops the coordinator and lets the auditor look.
+  void StopAndCheck() {
+    coordinator_->Signal(SIGTERM);
+    EXPECT_EQ(coordinator_->Wait(), 0) << coordinator_->TakeErrors();
+    ChildProcess check({kCoordinator, "check", "--db", directory_ + "/queue.db"});
+    std::string line;
+    EXPECT_TRUE(check.ReadLine(&line));
+    EXPECT_EQ(check.Wait(), 0) << line;
+  }
+
+  // Runs to the end; expects this exit status and one line on stderr with this text.
+  static void ExpectRefusal(const std::vector<std::string>& command, int exit_status,
+                            const std::string& text) {
+    ChildProcess process(command);
+    EXPECT_EQ(process.Wait(), exit_status) << text;
+    const std::string errors = process.TakeErrors();
+    EXPECT_EQ(std::count(errors.begin(), errors.end(), '\n'), 1) << errors;
+    EXPECT_NE(errors.find(text), std::string::npos) << errors;
+  }
+
+  std::string directory_;
+  std::unique_ptr<ChildProcess> coordinator_;
+  std::unique_ptr<v1::Coordinator::Stub> stub_;
+};
+
+TEST_F(DaemonsTest, AStudyOutlivesAKilledWorker) {
+  const std::string address = StartCoordinator();
+  const int64_t study = Submit(24, 2);
+  auto doomed = StartWorker("doomed", address, 20);
+  ASSERT_TRUE(WaitForPairs(study, 4)) << doomed->TakeErrors();
+  doomed->Signal(SIGKILL);
+  EXPECT_EQ(doomed->Wait(), 128 + SIGKILL);
+  auto heir = StartWorker("heir", address, 1);
+  ASSERT_TRUE(WaitForSuccess(study)) << heir->TakeErrors();
+  ExpectPairs(study, 24);
+  heir->Signal(SIGTERM);
+  EXPECT_EQ(heir->Wait(), 0) << heir->TakeErrors();
+  StopAndCheck();
+}
+
+TEST_F(DaemonsTest, AStudyOutlivesAKilledCoordinator) {
+  const std::string address = StartCoordinator();
+  const int64_t study = Submit(24, 2);
+  auto worker = StartWorker("steady", address, 20);
+  for (int64_t pairs : {4, 10}) {
+    ASSERT_TRUE(WaitForPairs(study, pairs)) << worker->TakeErrors();
+    coordinator_->Signal(SIGKILL);
+    EXPECT_EQ(coordinator_->Wait(), 128 + SIGKILL);
+    StartCoordinator(address);
+  }
+  ASSERT_TRUE(WaitForSuccess(study)) << worker->TakeErrors();
+  ExpectPairs(study, 24);
+  worker->Signal(SIGTERM);
+  EXPECT_EQ(worker->Wait(), 0) << worker->TakeErrors();
+  StopAndCheck();
+}
+
+TEST_F(DaemonsTest, ADrainedWorkerHandsOverAndLeaves) {
+  const std::string address = StartCoordinator();
+  const int64_t study = Submit(8, 2);
+  auto slow = StartWorker("slow", address, 100'000);
+  const auto running = [this](const v1::StudyStatus&) {
+    grpc::ClientContext context;
+    SetRpcTimeout(context, seconds(5));
+    v1::ListWorkersReply reply;
+    return stub_->ListWorkers(&context, {}, &reply).ok() && reply.workers_size() == 1 &&
+           reply.workers(0).running() == 2;
+  };
+  ASSERT_TRUE(WaitFor(study, running)) << slow->TakeErrors();
+  slow->Signal(SIGTERM);
+  slow->Signal(SIGINT);
+  EXPECT_EQ(slow->Wait(), 4) << "work was handed back\n" << slow->TakeErrors();
+  auto quick = StartWorker("quick", address, 0);
+  ASSERT_TRUE(WaitForSuccess(study)) << quick->TakeErrors();
+  StopAndCheck();
+}
+
+TEST_F(DaemonsTest, EachStartUpErrorHasItsLineAndExitStatus) {
+  const std::string address = StartCoordinator();
+  ExpectRefusal(ServeCommand(), 5, "queue.db");
+  std::vector<std::string> other = ServeCommand(address);
+  other[3] = directory_ + "/other.db";
+  ExpectRefusal(other, 3, address);
+  coordinator_->Signal(SIGTERM);
+  EXPECT_EQ(coordinator_->Wait(), 0);
+
+  std::vector<std::string> no_store = ServeCommand();
+  std::ofstream(directory_ + "/file") << "not a folder";
+  no_store[5] = directory_ + "/file/store";
+  ExpectRefusal(no_store, 6, "file");
+  std::vector<std::string> no_folder = ServeCommand();
+  no_folder[3] = directory_ + "/none/queue.db";
+  ExpectRefusal(no_folder, 7, directory_ + "/none");
+  std::vector<std::string> read_only = ServeCommand();
+  read_only[3] = "/proc/queue.db";
+  ExpectRefusal(read_only, 7, "/proc/queue.db");
+  std::vector<std::string> public_address = ServeCommand("0.0.0.0:0");
+  ExpectRefusal(public_address, 2, "--insecure");
+  ExpectRefusal({kCoordinator, "serve", "--db", "x"}, 2, "--store");
+  ExpectRefusal({kCoordinator, "serve", "--bogus"}, 2, "--help");
+
+  std::ofstream(directory_ + "/text.db") << std::string(8192, 'x');
+  std::vector<std::string> text = ServeCommand();
+  text[3] = directory_ + "/text.db";
+  ExpectRefusal(text, 8, "text.db");
+}
+
+TEST_F(DaemonsTest, ADatabaseFromTheFutureIsRefused) {
+  StartCoordinator();
+  coordinator_->Signal(SIGTERM);
+  ASSERT_EQ(coordinator_->Wait(), 0);
+  // The schema's version stands big-endian at byte 60 of the file.   Source: SQLite's file format.
+  std::fstream file(directory_ + "/queue.db", std::ios::in | std::ios::out | std::ios::binary);
+  file.seekp(60);
+  file.write("\0\0\x27\x0f", 4);
+  file.close();
+  ExpectRefusal(ServeCommand(), 4, "9999");
+}
+
+TEST_F(DaemonsTest, AWorkerSaysWhyItDoesNotStart) {
+  ExpectRefusal({kWorker, "--role", "cook", "--coordinator", "127.0.0.1:1"}, 2, "--role");
+  ExpectRefusal({kWorker, "--role", "all", "--coordinator", "nowhere"}, 2, "HOST:PORT");
+  ExpectRefusal({kWorker, "--role", "all", "--coordinator", "farm:7070"}, 2, "--insecure");
+  ExpectRefusal({kWorker, "--role", "all", "--coordinator", "127.0.0.1:1", "--name", "a/b"}, 2,
+                "a/b");
+  ExpectRefusal(
+      {kWorker, "--role", "all", "--coordinator", "127.0.0.1:1", "--outbox", "/proc/none"}, 1,
+      "/proc/none");
+}
+
+}  // namespace
+}  // namespace parallax

@@ -70,48 +70,60 @@ std::string ProgressView::JobsLine() const {
 }
 
 std::vector<std::string> ProgressView::Lines(const Terminal& terminal) const {
+  struct Row {
+    std::string name;
+    PairCounts counts;
+    double begun_pairs;
+    const RateEstimator* rate;
+  };
+  std::vector<Row> rows;
+  double begun = 0;
+  for (const v1::VariantStatus& status : study_.variants()) {
+    const Variant& variant = variants_.at(status.name());
+    rows.push_back({status.name(), CountsOf(status), variant.begun_pairs, &variant.rate});
+    begun += variant.begun_pairs;
+  }
+  if (rows.size() > 1) rows.push_back({"total", CountsOf(study_), begun, &rate_});
+
+  const auto pairs = [](const Row& row) {
+    return FormatCount(row.counts.done) + "/" + FormatCount(row.counts.wanted);
+  };
+  int name_width = 0;
+  int count_width = 0;
+  for (const Row& row : rows) {
+    name_width = std::max(name_width, DisplayWidth(row.name));
+    count_width = std::max(count_width, DisplayWidth(pairs(row)));
+  }
+  // Bars take what names, counts, percentage, rate and ETA leave.
+  const int bar = std::clamp(terminal.size().columns - name_width - count_width - 48, 8, 40);
+  const auto line_of = [&](const Row& row) {
+    const double wanted = static_cast<double>(std::max<int64_t>(1, row.counts.wanted));
+    const double done = static_cast<double>(row.counts.done);
+    std::string line = "  " + Pad(row.name, name_width) + "  " +
+                       ProgressBar(terminal, done / wanted, row.begun_pairs / wanted, bar) + "  " +
+                       Pad(pairs(row), count_width, Align::kRight) + "  " +
+                       Pad(FormatPercent(done, wanted), 4, Align::kRight);
+    if (row.counts.done >= row.counts.wanted) {
+      line += "  " + terminal.Paint(Tone::kGood, "done");
+    } else if (study_.state() == v1::STUDY_STATE_RUNNING && row.rate->PerSecond()) {
+      line += "  " + Pad(FormatRate(row.rate->PerSecond()), 14, Align::kRight) + "  " +
+              FormatEta(row.rate->SecondsFor(wanted - done - row.begun_pairs));
+    }
+    return line;
+  };
+
   std::vector<std::string> lines;
   lines.push_back(terminal.Paint(Tone::kBold, study_.name()) + "  " +
                   PaintedState(terminal, study_.state()) + "  " +
                   FormatDuration(now_s_ - start_s_));
-  int name_width = 0;
-  int count_width = 0;
-  std::vector<std::string> counts_text;
-  for (const v1::VariantStatus& status : study_.variants()) {
-    name_width = std::max(name_width, DisplayWidth(status.name()));
-    counts_text.push_back(FormatCount(status.pairs_done()) + "/" +
-                          FormatCount(status.pairs_wanted()));
-    count_width = std::max(count_width, DisplayWidth(counts_text.back()));
-  }
-  // Bars take what names, counts, percentage, rate and ETA leave.
-  const int bar = std::clamp(terminal.size().columns - name_width - count_width - 48, 8, 40);
-  // Bars that would not fit on the screen are told of in a line.
-  const int room = std::max(1, terminal.size().rows - 5);
-  int shown = 0;
-  for (const v1::VariantStatus& status : study_.variants()) {
-    if (shown == room && study_.variants_size() > room) {
-      lines.push_back("  and " + Plural(study_.variants_size() - shown, "more variant"));
-      break;
-    }
-    const Variant& variant = variants_.at(status.name());
-    const double wanted = static_cast<double>(std::max<int64_t>(1, status.pairs_wanted()));
-    const double done = static_cast<double>(status.pairs_done());
-    const bool complete = status.pairs_done() >= status.pairs_wanted();
-    const bool running = study_.state() == v1::STUDY_STATE_RUNNING;
-    std::string line = "  " + Pad(status.name(), name_width) + "  " +
-                       ProgressBar(terminal, done / wanted, variant.begun_pairs / wanted, bar) +
-                       "  " +
-                       Pad(counts_text[static_cast<size_t>(shown)], count_width, Align::kRight) +
-                       "  " + Pad(FormatPercent(done, wanted), 4, Align::kRight);
-    if (complete) {
-      line += "  " + terminal.Paint(Tone::kGood, "done");
-    } else if (running) {
-      const double remaining = wanted - done - variant.begun_pairs;
-      line += "  " + Pad(FormatRate(variant.rate.PerSecond()), 14, Align::kRight) + "  " +
-              FormatEta(variant.rate.SecondsFor(remaining));
-    }
-    lines.push_back(std::move(line));
-    ++shown;
+  // Bars that would not fit on the screen are told of in a line; the last one always fits.
+  const size_t room = static_cast<size_t>(std::max(2, terminal.size().rows - 4));
+  const size_t shown = rows.size() <= room ? rows.size() : room - 2;
+  for (size_t i = 0; i < shown; ++i) lines.push_back(line_of(rows[i]));
+  if (shown < rows.size()) {
+    lines.push_back("  and " +
+                    Plural(static_cast<int64_t>(rows.size() - shown - 1), "more variant"));
+    lines.push_back(line_of(rows.back()));
   }
   if (const std::string jobs = JobsLine(); !jobs.empty()) {
     lines.push_back("  " + terminal.Paint(Tone::kDim, jobs));

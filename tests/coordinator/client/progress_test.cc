@@ -1,5 +1,6 @@
 #include "coordinator/client/progress.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -111,11 +112,12 @@ TEST(ProgressView, LeasedJobsMoveTheBarBetweenCompletions) {
   view.Observe(0, TwoVariants(0, 0, 20), {});
   view.Observe(60, TwoVariants(10, 0, 20), OneRender("narrow", 10, 0.5));
   const std::vector<std::string> lines = view.Lines(terminal);
-  ASSERT_EQ(lines.size(), 4u);
+  ASSERT_EQ(lines.size(), 5u);
   EXPECT_EQ(lines[0], "baseline  running  1:00");
   EXPECT_EQ(lines[1], "  narrow  [#####===...]  10/20   50%     900 pairs/h  ETA 20 s");
   EXPECT_EQ(lines[2], "  w       [###########]  20/20  100%  done");
-  EXPECT_EQ(lines[3], "  1 rendering");
+  EXPECT_EQ(lines[3], "  total   [########=..]  30/40   75%     900 pairs/h  ETA 20 s");
+  EXPECT_EQ(lines[4], "  1 rendering");
 }
 
 TEST(ProgressView, MoreVariantsThanRowsAreCounted) {
@@ -131,7 +133,9 @@ TEST(ProgressView, MoreVariantsThanRowsAreCounted) {
   view.Observe(0, study, {});
   const std::vector<std::string> lines = view.Lines(terminal);
   ASSERT_EQ(lines.size(), 5u);
-  EXPECT_EQ(lines[4], "  and 6 more variants");
+  EXPECT_THAT(lines[2], testing::StartsWith("  v1 "));
+  EXPECT_EQ(lines[3], "  and 7 more variants");
+  EXPECT_THAT(lines[4], testing::StartsWith("  total "));
 }
 
 TEST(ProgressView, PlainLineTellsAllInOne) {

@@ -2,17 +2,33 @@
 
 #include <zstd.h>
 
+#include <memory>
+
 #include "coordinator/study/keys.h"
 
 namespace parallax {
 namespace {
 constexpr unsigned long long kMaxBytes = 64ull << 20;
 constexpr int kLevel = 1;
+
+// Making a context costs more than compressing a small message.
+ZSTD_CCtx* Compressor() {
+  thread_local const std::unique_ptr<ZSTD_CCtx, size_t (*)(ZSTD_CCtx*)> context(ZSTD_createCCtx(),
+                                                                                ZSTD_freeCCtx);
+  return context.get();
+}
+ZSTD_DCtx* Decompressor() {
+  thread_local const std::unique_ptr<ZSTD_DCtx, size_t (*)(ZSTD_DCtx*)> context(ZSTD_createDCtx(),
+                                                                                ZSTD_freeDCtx);
+  return context.get();
+}
+
 }  // namespace
 
 std::string Compress(std::string_view bytes) {
   std::string out(ZSTD_compressBound(bytes.size()), '\0');
-  out.resize(ZSTD_compress(out.data(), out.size(), bytes.data(), bytes.size(), kLevel));
+  out.resize(
+      ZSTD_compressCCtx(Compressor(), out.data(), out.size(), bytes.data(), bytes.size(), kLevel));
   return out;
 }
 
@@ -20,7 +36,8 @@ absl::StatusOr<std::string> Decompress(std::string_view bytes) {
   const unsigned long long size = ZSTD_getFrameContentSize(bytes.data(), bytes.size());
   if (size > kMaxBytes) return MakeError(absl::StatusCode::kDataLoss, "not a zstd frame of ours");
   std::string out(static_cast<size_t>(size), '\0');
-  const size_t got = ZSTD_decompress(out.data(), out.size(), bytes.data(), bytes.size());
+  const size_t got =
+      ZSTD_decompressDCtx(Decompressor(), out.data(), out.size(), bytes.data(), bytes.size());
   if (ZSTD_isError(got) || got != out.size()) {
     return MakeError(absl::StatusCode::kDataLoss, "broken zstd frame");
   }

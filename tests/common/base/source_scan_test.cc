@@ -40,6 +40,12 @@ std::string FirstOffence(const std::string& text) {
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
     line = line.substr(0, line.find("//"));
+    // Regular expressions are slow: look closer only where a word of theirs stands.
+    const auto holds = [&](const char* word) { return line.find(word) != std::string::npos; };
+    if (!holds("rand") && !holds("mt19937") && !holds("default_") && !holds("_distribution") &&
+        !holds("shuffle") && !holds("sample") && !holds("_clock") && !holds("time")) {
+      continue;
+    }
     for (size_t i = 0; i < patterns.size(); ++i) {
       std::smatch match;
       if (std::regex_search(line, match, patterns[i])) {

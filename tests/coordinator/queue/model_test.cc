@@ -34,6 +34,7 @@ class ModelTest : public QueueTest, public testing::WithParamInterface<int> {
   std::set<int64_t> cancelled_;
   std::vector<Held> held_;
   std::vector<Held> past_;                    // Reported or given up: late from now on.
+  std::map<int64_t, uint64_t> newest_fence_;  // By job.
   std::map<int64_t, std::string> published_;  // Cursor -> frame, as once listed.
 };
 
@@ -63,13 +64,18 @@ void ModelTest::Step(Rng& rng) {
   if (what < 35) {
     for (const v1::Lease& lease : Lease(AnyWorker(worker), rng.UniformInt(1, 4))) {
       held_.push_back({lease, worker});
+      newest_fence_[lease.attempt().job_id()] = lease.attempt().fence();
     }
   } else if (what < 75) {
     Report(rng);
   } else if (what < 80 && !past_.empty()) {
     const Held& zombie =
         past_[static_cast<size_t>(rng.UniformInt(0, static_cast<int>(past_.size()) - 1))];
-    (void)Complete(Result(zombie));
+    const v1::AttemptId& attempt = zombie.lease.attempt();
+    const v1::ReportOutcome outcome = Complete(Result(zombie));
+    if (newest_fence_.at(attempt.job_id()) != attempt.fence()) {
+      EXPECT_EQ(outcome, v1::REPORT_OUTCOME_STALE_FENCE);
+    }
   } else if (what < 84) {
     clock_.Advance(rng.Uniform(0, 20));
     Tick();

@@ -36,7 +36,7 @@ absl::StatusOr<std::vector<std::string>> FloatingClasses(const v1::SceneConfig& 
   const auto& exclude = config.assets().exclude();
   for (const AssetClass& entry : AssetCatalogue()) {
     const bool excluded = std::find(exclude.begin(), exclude.end(), entry.name) != exclude.end();
-    if (entry.on_by_default && entry.placement != Placement::kOpening && !excluded) {
+    if (entry.on_by_default && !excluded) {
       names.push_back(entry.name);
     }
   }

@@ -109,16 +109,18 @@ TEST(Solve, FloatingObjectsTouchNothing) {
   for (uint64_t seed = 0; seed < 8; ++seed) {
     const v1::Scene scene = SceneOf(JobOf(seed));
     const SceneGeometry geometry = BuildSceneGeometry(scene).value();
+    std::vector<TriangleTree> trees;
+    for (const PlacedMesh& placed : geometry.meshes) trees.emplace_back(*placed.mesh);
     int floating = 0;
     for (int i = 0; i < scene.objects_size(); ++i) {
       if (scene.objects(i).role() != v1::OBJECT_ROLE_FLOATING) continue;
       ++floating;
-      RayScene others;
       for (int k = 0; k < scene.objects_size(); ++k) {
-        if (k != i) others.Add(*geometry.meshes[k].mesh, geometry.meshes[k].world_from_object);
+        if (k == i) continue;
+        EXPECT_FALSE(Overlap(trees[i], geometry.meshes[i].world_from_object, trees[k],
+                             geometry.meshes[k].world_from_object))
+            << seed << " " << scene.objects(i).name() << " and " << scene.objects(k).name();
       }
-      EXPECT_FALSE(others.Overlaps(*geometry.meshes[i].mesh, geometry.meshes[i].world_from_object))
-          << seed << " " << scene.objects(i).name();
       const double size = geometry.meshes[i].mesh->Bounds().diagonal().maxCoeff() *
                           scene.objects(i).world_from_object().scale();
       EXPECT_GT(size, 0.499);

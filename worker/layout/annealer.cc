@@ -108,6 +108,7 @@ class Annealer {
         DrawTurn(next.at(i));
         const Stand stand = RowOf(next.at(i)).row.stand;
         if (stand == Stand::kBackToWall || stand == Stand::kOnWall) next.at(i).u = rng_.Uniform();
+        Aim(next, next.at(i));
         return std::vector<int>{i};
       }
       case Move::kSwap:
@@ -148,7 +149,33 @@ class Annealer {
       item.anchor = rng_.Pick(Anchors(next, item.row));
     }
     DrawTurn(item);
+    Aim(next, item);
     return std::vector<int>{next.Add(item)};
+  }
+
+  // Every other time, what looks at something is proposed where it sees it: at the wall across, or
+  // around it.
+  void Aim(const Arrangement& next, Item& item) {
+    const RoomRow& row = RowOf(item).row;
+    if (row.looks_at.empty() || rng_.Bernoulli(0.4)) return;
+    for (const Item& target : next.items()) {
+      const RoomRow* found = next.RowOf(target);
+      if (found == nullptr || found->group != row.looks_at) continue;
+      if (row.stand == Stand::kFree) {
+        const double angle = rng_.Uniform(-std::numbers::pi, std::numbers::pi);
+        const double reach = rng_.Uniform(0.9, 1.5);
+        const Vec2d at = target.footprint.center + reach * Vec2d(std::cos(angle), std::sin(angle));
+        item.u = Clamp01(at.x() / problem_.room.width_m());
+        item.v = Clamp01(at.y() / problem_.room.depth_m());
+        // Its front, +y turned by the yaw, points back at the target.
+        item.side = 0;
+        item.turn_rad = angle + std::numbers::pi / 2 + rng_.Uniform(-0.2, 0.2);
+      } else if (found->stand == Stand::kBackToWall && row.stand == Stand::kBackToWall) {
+        item.side = (target.side + 2) % 4;
+        item.u = Clamp01(1 - target.u + rng_.Normal(0, 0.1));
+      }
+      return;
+    }
   }
 
   std::vector<int> SwapItems(Arrangement& next) {

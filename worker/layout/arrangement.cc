@@ -221,7 +221,9 @@ bool Arrangement::PlaceByAnchor(Item& item, const RoomRow& row) const {
       // below.
       const bool turn = (own.size().x() > own.size().y()) != (base.size().x() > base.size().y());
       yaw += turn ? kPi / 2 : 0;
-      middle += Vec2d((item.u - 0.5) * 0.3, (item.v - 0.4) * 0.5);
+      const bool large = base.size().minCoeff() > own.size().minCoeff();
+      const double forward = large ? 0.3 * base.size().y() : 0;
+      middle += Vec2d((item.u - 0.5) * 0.15, forward + (item.v - 0.5) * 0.15);
       break;
     }
     default:

@@ -11,7 +11,7 @@
 namespace parallax {
 namespace {
 
-constexpr uint64_t kSeeds = 24;
+constexpr uint64_t kSeeds = 20;
 
 v1::SceneConfig ConfigOf(uint64_t seed) {
   v1::SceneConfig config = DefaultSceneConfig();
@@ -55,132 +55,130 @@ std::vector<Solid> SolidsOf(const v1::Layout& layout, AssetPool& pool) {
   return solids;
 }
 
-// The solved rooms that most tests look at; solved once.
+bool IsRug(const v1::SceneObject& object) { return object.relation() == "under"; }
+
 struct Solved {
   uint64_t seed;
   v1::Layout layout;
   std::vector<Solid> solids;
 };
-const std::vector<Solved>& AllSolved() {
-  static const auto* all = [] {
-    auto* made = new std::vector<Solved>(kSeeds);
-    for (uint64_t seed = 0; seed < kSeeds; ++seed) {
-      Solved& solved = (*made)[seed];
-      AssetPool pool;
-      solved.seed = seed;
-      solved.layout = LayoutOf(ConfigOf(seed), seed);
-      solved.solids = SolidsOf(solved.layout, pool);
-    }
-    return made;
-  }();
-  return *all;
+Solved SolvedOf(uint64_t seed) {
+  AssetPool pool;
+  Solved solved{seed, LayoutOf(ConfigOf(seed), seed), {}};
+  solved.solids = SolidsOf(solved.layout, pool);
+  return solved;
 }
 
-bool IsRug(const v1::SceneObject& object) { return object.relation() == "under"; }
-
-TEST(Layout, NothingOverlapsAnythingElse) {
-  for (const auto& [seed, layout, solids] : AllSolved()) {
-    for (size_t i = 0; i < solids.size(); ++i) {
-      for (size_t k = 0; k < i; ++k) {
-        const Solid &a = solids[i], &b = solids[k];
-        // Joinery is set into walls and floor on purpose; legs press into the pile of rugs.
-        if (!a.object->room_part().empty() && !b.object->room_part().empty()) continue;
-        if (IsRug(*a.object) || IsRug(*b.object)) continue;
-        EXPECT_FALSE(Overlap(*a.tree, a.place, *b.tree, b.place))
-            << "seed " << seed << ": " << a.object->name() << " and " << b.object->name();
-      }
+void ExpectApart(const Solved& solved) {
+  const auto& [seed, layout, solids] = solved;
+  for (size_t i = 0; i < solids.size(); ++i) {
+    for (size_t k = 0; k < i; ++k) {
+      const Solid &a = solids[i], &b = solids[k];
+      // Joinery is set into walls and floor on purpose; legs press into the pile of rugs.
+      if (!a.object->room_part().empty() && !b.object->room_part().empty()) continue;
+      if (IsRug(*a.object) || IsRug(*b.object)) continue;
+      EXPECT_FALSE(Overlap(*a.tree, a.place, *b.tree, b.place))
+          << "seed " << seed << ": " << a.object->name() << " and " << b.object->name();
     }
   }
 }
 
-TEST(Layout, ObjectsAreInsideTheRoom) {
-  for (const auto& [seed, layout, solids] : AllSolved()) {
-    const Vec3f size =
-        Vec3d(layout.room().width_m(), layout.room().depth_m(), layout.room().height_m())
-            .cast<float>();
+void ExpectInsideTheRoom(const Solved& solved) {
+  const auto& [seed, layout, solids] = solved;
+  const Vec3f size =
+      Vec3d(layout.room().width_m(), layout.room().depth_m(), layout.room().height_m())
+          .cast<float>();
+  for (const Solid& solid : solids) {
+    if (!solid.object->room_part().empty()) continue;
+    EXPECT_TRUE((solid.box.min().array() > -1e-3f).all()) << seed << solid.object->name();
+    EXPECT_TRUE((solid.box.max().array() < size.array() + 1e-3f).all())
+        << seed << solid.object->name();
+  }
+}
+
+void ExpectDoorsFree(const Solved& solved) {
+  const auto& [seed, layout, solids] = solved;
+  const v1::Room& room = layout.room();
+  for (const v1::Opening& o : room.openings()) {
+    if (o.kind() != v1::Opening::KIND_DOOR) continue;
+    const double a = o.center_m() - o.width_m() / 2, b = o.center_m() + o.width_m() / 2;
+    const double w = room.width_m(), d = room.depth_m(), deep = 0.7;
+    const Vec3d lows[] = {{a, 0, 0.1}, {w - deep, a, 0.1}, {a, d - deep, 0.1}, {0, a, 0.1}};
+    const Vec3d highs[] = {{b, deep, 1.8}, {w, b, 1.8}, {b, d, 1.8}, {deep, b, 1.8}};
+    const Box3f zone(lows[o.wall()].cast<float>().eval(), highs[o.wall()].cast<float>().eval());
     for (const Solid& solid : solids) {
       if (!solid.object->room_part().empty()) continue;
-      EXPECT_TRUE((solid.box.min().array() > -1e-3f).all()) << seed << solid.object->name();
-      EXPECT_TRUE((solid.box.max().array() < size.array() + 1e-3f).all())
-          << seed << solid.object->name();
+      EXPECT_FALSE(solid.box.intersects(zone)) << seed << " " << solid.object->name();
     }
   }
 }
 
-TEST(Layout, DoorsAreFree) {
-  for (const auto& [seed, layout, solids] : AllSolved()) {
-    const v1::Room& room = layout.room();
-    for (const v1::Opening& o : room.openings()) {
-      if (o.kind() != v1::Opening::KIND_DOOR) continue;
-      const double a = o.center_m() - o.width_m() / 2, b = o.center_m() + o.width_m() / 2;
-      const double w = room.width_m(), d = room.depth_m(), deep = 0.7;
-      const Vec3d lows[] = {{a, 0, 0.1}, {w - deep, a, 0.1}, {a, d - deep, 0.1}, {0, a, 0.1}};
-      const Vec3d highs[] = {{b, deep, 1.8}, {w, b, 1.8}, {b, d, 1.8}, {deep, b, 1.8}};
-      const Box3f zone(lows[o.wall()].cast<float>().eval(), highs[o.wall()].cast<float>().eval());
-      for (const Solid& solid : solids) {
-        if (!solid.object->room_part().empty()) continue;
-        EXPECT_FALSE(solid.box.intersects(zone)) << seed << " " << solid.object->name();
+void ExpectBorne(const Solved& solved) {
+  const auto& [seed, layout, solids] = solved;
+  for (const Solid& solid : solids) {
+    const std::string& relation = solid.object->relation();
+    if (relation.empty() || relation == "on_wall") continue;
+    if (relation == "on_ceiling") {
+      EXPECT_NEAR(solid.box.max().z(), layout.room().height_m(), 2e-3) << solid.object->name();
+    } else if (relation == "on_top_of") {
+      // A ray down from the underside meets the bearer at once.
+      const Solid& bearer = solids[solid.object->parent_index() - 1];
+      RayScene below;
+      below.Add(bearer.tree, bearer.place);
+      below.Commit();
+      bool held = false;
+      for (int i = 0; i < 25 && !held; ++i) {
+        const Vec3f at(solid.box.min().x() + (0.1f + 0.2f * (i % 5)) * solid.box.sizes().x(),
+                       solid.box.min().y() + (0.1f + 0.2f * (i / 5)) * solid.box.sizes().y(),
+                       solid.box.min().z() + 0.0005f);
+        const auto hit = below.Intersect(at, {0, 0, -1}, 0.01f);
+        held = hit.has_value();
       }
+      EXPECT_TRUE(held) << "seed " << seed << ": " << solid.object->name() << " floats over "
+                        << bearer.object->name();
+    } else {
+      EXPECT_NEAR(solid.box.min().z(), 0, 2e-3) << seed << " " << solid.object->name();
     }
   }
 }
 
-TEST(Layout, EveryObjectIsBorne) {
-  for (const auto& [seed, layout, solids] : AllSolved()) {
-    for (const Solid& solid : solids) {
-      const std::string& relation = solid.object->relation();
-      if (relation.empty() || relation == "on_wall") continue;
-      if (relation == "on_ceiling") {
-        EXPECT_NEAR(solid.box.max().z(), layout.room().height_m(), 2e-3) << solid.object->name();
-      } else if (relation == "on_top_of") {
-        // A ray down from the underside meets the bearer at once.
-        const Solid& bearer = solids[solid.object->parent_index() - 1];
-        RayScene below;
-        below.Add(bearer.tree, bearer.place);
-        below.Commit();
-        bool held = false;
-        for (int i = 0; i < 25 && !held; ++i) {
-          const Vec3f at(solid.box.min().x() + (0.1f + 0.2f * (i % 5)) * solid.box.sizes().x(),
-                         solid.box.min().y() + (0.1f + 0.2f * (i / 5)) * solid.box.sizes().y(),
-                         solid.box.min().z() + 0.0005f);
-          const auto hit = below.Intersect(at, {0, 0, -1}, 0.01f);
-          held = hit.has_value();
-        }
-        EXPECT_TRUE(held) << "seed " << seed << ": " << solid.object->name() << " floats over "
-                          << bearer.object->name();
-      } else {
-        EXPECT_NEAR(solid.box.min().z(), 0, 2e-3) << seed << " " << solid.object->name();
-      }
-    }
+void ExpectHardConstraintsReported(const Solved& solved) {
+  const auto& [seed, layout, solids] = solved;
+  const v1::SolveReport& report = layout.report();
+  int hard = 0;
+  for (const auto& constraint : report.constraints()) {
+    if (!constraint.hard()) continue;
+    ++hard;
+    EXPECT_EQ(constraint.violation(), 0) << seed << " " << constraint.name();
   }
+  EXPECT_GT(hard, 0);
+  EXPECT_LE(report.final_loss(), report.initial_loss());
+  EXPECT_FALSE(report.loss_curve().empty());
 }
 
-TEST(Layout, HardConstraintsHoldInTheReport) {
-  for (const auto& [seed, layout, solids] : AllSolved()) {
-    const v1::SolveReport& report = layout.report();
-    int hard = 0;
-    for (const auto& constraint : report.constraints()) {
-      if (!constraint.hard()) continue;
-      ++hard;
-      EXPECT_EQ(constraint.violation(), 0) << seed << " " << constraint.name();
-    }
-    EXPECT_GT(hard, 0);
-    EXPECT_LE(report.final_loss(), report.initial_loss());
-    EXPECT_FALSE(report.loss_curve().empty());
+TEST(Layout, RoomsOfManySeedsKeepEveryHardConstraint) {
+  for (uint64_t seed = 0; seed < kSeeds; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const Solved solved = SolvedOf(seed);
+    ExpectApart(solved);
+    ExpectInsideTheRoom(solved);
+    ExpectDoorsFree(solved);
+    ExpectBorne(solved);
+    ExpectHardConstraintsReported(solved);
   }
 }
 
 TEST(Layout, SameSeedGivesTheSameBytes) {
   for (uint64_t seed = 0; seed < 4; ++seed) {
     EXPECT_EQ(LayoutOf(ConfigOf(seed), seed).SerializeAsString(),
-              AllSolved()[seed].layout.SerializeAsString());
+              LayoutOf(ConfigOf(seed), seed).SerializeAsString());
   }
 }
 
 TEST(Layout, WithoutFurnitureRoomAndLampsStayTheSame) {
-  for (uint64_t seed = 0; seed < 8; ++seed) {
+  for (uint64_t seed = 0; seed < 4; ++seed) {
     v1::SceneConfig config = ConfigOf(seed);
-    const v1::Layout& full = AllSolved()[seed].layout;
+    const v1::Layout full = LayoutOf(config, seed);
     config.mutable_furniture()->set_enabled(false);
     const v1::Layout bare = LayoutOf(config, seed);
     EXPECT_EQ(full.room().SerializeAsString(), bare.room().SerializeAsString());
@@ -198,7 +196,7 @@ TEST(Layout, WithoutFurnitureRoomAndLampsStayTheSame) {
 TEST(Layout, ExcludedClassesAreNotMade) {
   v1::SceneConfig config = ConfigOf(1);
   config.mutable_assets()->add_exclude("Chair");
-  for (uint64_t seed = 0; seed < 6; ++seed) {
+  for (uint64_t seed = 0; seed < 3; ++seed) {
     const v1::Layout layout = LayoutOf(config, seed);
     for (const v1::SceneObject& object : layout.objects()) {
       EXPECT_NE(object.asset_class(), "Chair");
@@ -207,7 +205,7 @@ TEST(Layout, ExcludedClassesAreNotMade) {
 }
 
 TEST(Layout, TinyAndHugeRoomsSolve) {
-  for (uint64_t seed = 100; seed < 112; ++seed) {
+  for (uint64_t seed = 100; seed < 108; ++seed) {
     v1::SceneConfig config = ConfigOf(seed);
     const bool tiny = seed % 2 == 0;
     config.mutable_room()->mutable_width_m()->set_constant(tiny ? 2.0 : 12.0);

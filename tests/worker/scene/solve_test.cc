@@ -82,73 +82,73 @@ TEST(Solve, GivenLayoutGivesTheSameSceneAsSolvingIt) {
   EXPECT_EQ(first.scene().SerializeAsString(), second.scene().SerializeAsString());
 }
 
-TEST(Solve, IndicesAndNamesAreUniqueAndEverySlotIsBound) {
-  for (uint64_t seed = 0; seed < 8; ++seed) {
-    const v1::Scene scene = SceneOf(JobOf(seed));
-    std::set<uint32_t> objects, materials;
-    std::set<std::string> names;
-    for (const auto& m : scene.materials()) EXPECT_TRUE(materials.insert(m.index()).second);
-    for (const auto& o : scene.objects()) {
-      EXPECT_GE(o.index(), 1u);
-      EXPECT_TRUE(objects.insert(o.index()).second);
-      EXPECT_TRUE(names.insert(o.name()).second) << o.name();
+void ExpectNamedAndBound(const v1::Scene& scene) {
+  std::set<uint32_t> objects, materials;
+  std::set<std::string> names;
+  for (const auto& m : scene.materials()) EXPECT_TRUE(materials.insert(m.index()).second);
+  for (const auto& o : scene.objects()) {
+    EXPECT_GE(o.index(), 1u);
+    EXPECT_TRUE(objects.insert(o.index()).second);
+    EXPECT_TRUE(names.insert(o.name()).second) << o.name();
+  }
+  for (const auto& light : scene.lights()) {
+    if (light.kind() == v1::Light::KIND_MESH) {
+      EXPECT_TRUE(objects.contains(light.object_index()));
     }
-    for (const auto& light : scene.lights()) {
-      if (light.kind() == v1::Light::KIND_MESH) {
-        EXPECT_TRUE(objects.contains(light.object_index()));
-      }
-    }
-    const SceneGeometry geometry = BuildSceneGeometry(scene).value();
-    for (const PlacedMesh& placed : geometry.meshes) {
-      for (const uint32_t m : placed.material_of_slot) EXPECT_GT(m, 0u);
-    }
+  }
+  const SceneGeometry geometry = BuildSceneGeometry(scene).value();
+  for (const PlacedMesh& placed : geometry.meshes) {
+    for (const uint32_t m : placed.material_of_slot) EXPECT_GT(m, 0u);
   }
 }
 
-TEST(Solve, FloatingObjectsTouchNothing) {
-  for (uint64_t seed = 0; seed < 8; ++seed) {
-    const v1::Scene scene = SceneOf(JobOf(seed));
-    const SceneGeometry geometry = BuildSceneGeometry(scene).value();
-    std::vector<TriangleTree> trees;
-    for (const PlacedMesh& placed : geometry.meshes) trees.emplace_back(*placed.mesh);
-    int floating = 0;
-    for (int i = 0; i < scene.objects_size(); ++i) {
-      if (scene.objects(i).role() != v1::OBJECT_ROLE_FLOATING) continue;
-      ++floating;
-      for (int k = 0; k < scene.objects_size(); ++k) {
-        if (k == i) continue;
-        EXPECT_FALSE(Overlap(trees[i], geometry.meshes[i].world_from_object, trees[k],
-                             geometry.meshes[k].world_from_object))
-            << seed << " " << scene.objects(i).name() << " and " << scene.objects(k).name();
-      }
-      const double size = geometry.meshes[i].mesh->Bounds().diagonal().maxCoeff() *
-                          scene.objects(i).world_from_object().scale();
-      EXPECT_GT(size, 0.499);
-      EXPECT_LT(size, 1.001);
+void ExpectFloatingTouchNothing(const v1::Scene& scene) {
+  const SceneGeometry geometry = BuildSceneGeometry(scene).value();
+  std::vector<TriangleTree> trees;
+  for (const PlacedMesh& placed : geometry.meshes) trees.emplace_back(*placed.mesh);
+  int floating = 0;
+  for (int i = 0; i < scene.objects_size(); ++i) {
+    if (scene.objects(i).role() != v1::OBJECT_ROLE_FLOATING) continue;
+    ++floating;
+    for (int k = 0; k < scene.objects_size(); ++k) {
+      if (k == i) continue;
+      EXPECT_FALSE(Overlap(trees[i], geometry.meshes[i].world_from_object, trees[k],
+                           geometry.meshes[k].world_from_object))
+          << scene.objects(i).name() << " and " << scene.objects(k).name();
     }
-    EXPECT_GT(floating, 1);
+    const double size = geometry.meshes[i].mesh->Bounds().diagonal().maxCoeff() *
+                        scene.objects(i).world_from_object().scale();
+    EXPECT_GT(size, 0.499);
+    EXPECT_LT(size, 1.001);
+  }
+  EXPECT_GT(floating, 1);
+}
+
+void ExpectRigsClear(const v1::Scene& scene) {
+  const RayScene solid = SolidOf(scene);
+  EXPECT_EQ(scene.rigs_size(), 6);
+  for (const v1::Rig& rig : scene.rigs()) {
+    EXPECT_GE(rig.baseline_m(), 0.04);
+    EXPECT_LE(rig.baseline_m(), 0.4);
+    const Pose pose = FromProto(rig.world_from_left());
+    // No roll: the baseline is level and the image's down points down.
+    EXPECT_NEAR((pose.rotation * Vec3d::UnitX()).z(), 0, 1e-6);
+    EXPECT_LT((pose.rotation * Vec3d::UnitY()).z(), 0);
+    for (int k = 0; k <= 20; ++k) {
+      const Vec3d at = pose * Vec3d(k / 20.0 * 0.4, 0, 0);
+      EXPECT_GE(solid.NearestDistance(at.cast<float>(), 1.0f), 0.125f);
+    }
+    EXPECT_FALSE(solid.Inside(pose.translation.cast<float>()));
   }
 }
 
-TEST(Solve, RigsKeepTheirDistanceAllAlongTheBaseline) {
+TEST(Solve, ScenesOfManySeedsAreNamedBoundAndClear) {
   for (uint64_t seed = 0; seed < 8; ++seed) {
-    const v1::SolveJob job = JobOf(seed);
-    v1::Scene scene = SceneOf(job);
-    const RayScene solid = SolidOf(scene);
-    EXPECT_EQ(scene.rigs_size(), 6);
-    for (const v1::Rig& rig : scene.rigs()) {
-      EXPECT_GE(rig.baseline_m(), 0.04);
-      EXPECT_LE(rig.baseline_m(), 0.4);
-      const Pose pose = FromProto(rig.world_from_left());
-      // No roll: the baseline is level and the image's down points down.
-      EXPECT_NEAR((pose.rotation * Vec3d::UnitX()).z(), 0, 1e-6);
-      EXPECT_LT((pose.rotation * Vec3d::UnitY()).z(), 0);
-      for (int k = 0; k <= 20; ++k) {
-        const Vec3d at = pose * Vec3d(k / 20.0 * 0.4, 0, 0);
-        EXPECT_GE(solid.NearestDistance(at.cast<float>(), 1.0f), 0.125f) << seed;
-      }
-      EXPECT_FALSE(solid.Inside(pose.translation.cast<float>()));
-    }
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const v1::Scene scene = SceneOf(JobOf(seed));
+    ExpectNamedAndBound(scene);
+    ExpectFloatingTouchNothing(scene);
+    ExpectRigsClear(scene);
   }
 }
 
@@ -233,6 +233,7 @@ TEST(Solve, AugmentedLightingAddsPointLightsOfTheDrawnTotal) {
   for (uint64_t seed = 20; seed < 26; ++seed) {
     v1::SolveJob job = JobOf(seed);
     job.mutable_config()->mutable_floating()->mutable_count()->set_constant(0);
+    job.mutable_config()->mutable_furniture()->set_enabled(false);
     double total = 0;
     const v1::Scene augmented = SceneOf(job);
     for (const auto& light : augmented.lights()) {

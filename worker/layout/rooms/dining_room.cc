@@ -20,6 +20,8 @@ RoomTable DiningRoomTable() {
                   .BackToWall()
                   .Weight(3),
               Row("sideboard", {"SideTable", "TVStand", "KitchenCabinet"}).Count(0, 1).BackToWall(),
+              Row("fridge", {"BeverageFridge"}).Count(0, 1).BackToWall().Weight(0.5),
+              Row("microwave", {"Microwave"}).Count(0, 1).OnTop("sideboard").Weight(0.5),
               Row("stool", {"BarChair"}).Count(0, 1).BackToWall().OneModel().Weight(0.5),
               Row("corner shelf", {"TriangleShelf"}).Count(0, 1).SnugCorner(),
               Row("plant", {"LargePlantContainer"}).Count(1, 2).Corner().Weight(1.5),

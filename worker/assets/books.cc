@@ -139,8 +139,9 @@ Asset SampleBookStack(Rng& rng) {
   AssetBuilder b(rng.Seed());
   float z = 0;
   for (int i = 0; i < count; ++i) {
-    const Vec3f at(Draw(rng, -0.01, 0.01), Draw(rng, -0.012, 0.012), z);
-    const float turn = static_cast<float>(rng.Normal(0, 0.09)) + (rng.Bernoulli(0.5) ? kPi : 0.0f);
+    const Vec3f at{Draw(rng, -0.01, 0.01), Draw(rng, -0.012, 0.012), z};
+    float turn = static_cast<float>(rng.Normal(0, 0.09));
+    if (rng.Bernoulli(0.5)) turn += kPi;
     AddBook(b, books[i], At(at, turn), i + 1);
     z += books[i].thickness_m + 0.0002f;
   }

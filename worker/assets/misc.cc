@@ -73,7 +73,7 @@ Asset SamplePallet(Rng& rng) {
     Shape s = RoundedBox(size, box).Bent([&](const Vec3f& q) {
       return Vec3f(q + 0.0022f * noise.Vector(q * 6 + Vec3f(shift, 0, 0)));
     });
-    b.Add(s.Moved(0.5f * (lo + hi) + Vec3f(Draw(rng, -0.004, 0.004), Draw(rng, -0.004, 0.004), 0)),
+    b.Add(s.Moved(0.5f * (lo + hi) + Vec3f{Draw(rng, -0.004, 0.004), Draw(rng, -0.004, 0.004), 0}),
           wood);
   };
   const float xs[3] = {-0.5f * w, -0.07f, 0.5f * w - 0.14f};

@@ -124,7 +124,7 @@ void Coral(AssetBuilder& b, const Vec3f& from, const Vec3f& heading, float lengt
   Vec3f at = from, dir = heading.normalized();
   for (int k = 0; k < 4; ++k) {
     dir =
-        (dir + 0.22f * Vec3f(Draw(rng, -1, 1), Draw(rng, -1, 1), Draw(rng, -0.3, 1))).normalized();
+        (dir + 0.22f * Vec3f{Draw(rng, -1, 1), Draw(rng, -1, 1), Draw(rng, -0.3, 1)}).normalized();
     at += dir * (0.25f * length);
     path.push_back(at);
   }
@@ -203,8 +203,9 @@ Asset SampleNatureShelfTrinkets(Rng& rng) {
   const float size = Draw(rng, 0.05, 0.09);
   switch (kind) {
     case 0: {
-      const Shape shell = SpiralShell(size * 0.62f, Draw(rng, 4.2, 5.4), Draw(rng, 0.075, 0.11),
-                                      Draw(rng, 0.35, 0.95), 0.012f);
+      const float turns = Draw(rng, 4.2, 5.4), growth = Draw(rng, 0.075, 0.11),
+                  rise = Draw(rng, 0.35, 0.95);
+      const Shape shell = SpiralShell(size * 0.62f, turns, growth, rise, 0.012f);
       b.Add(shell.TurnedX(Draw(rng, 1.0, 1.7)), Slot("body", {"ceramic", "stone"}));
       break;
     }
@@ -231,7 +232,8 @@ Asset SampleNatureShelfTrinkets(Rng& rng) {
         const Shape stone = Pebble(s, rng);
         const Box3f box = stone.Bounds();
         b.Add(stone.TurnedZ(Draw(rng, 0, 6))
-                  .Moved(Draw(rng, -0.1, 0.1) * s, Draw(rng, -0.1, 0.1) * s, z - box.min().z()),
+                  .Moved(
+                      Vec3f{Draw(rng, -0.1, 0.1) * s, Draw(rng, -0.1, 0.1) * s, z - box.min().z()}),
               Slot(i % 2 ? "stone" : "stone_b", {"stone"}));
         z += 0.94f * box.sizes().z();
         s *= Draw(rng, 0.66, 0.84);

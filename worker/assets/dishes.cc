@@ -1,0 +1,353 @@
+#include <algorithm>
+#include <cmath>
+
+#include "worker/assets/tableware.h"
+#include "worker/assets/vessel_parts.h"
+
+namespace parallax {
+
+using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
+
+Asset SampleBowl(Rng& rng) {
+  const float r = Draw(rng, 0.065, 0.16), h = r * Draw(rng, 0.5, 0.9);
+  const int form = rng.UniformInt(0, 2);
+  Path2 wall;
+  if (form == 0)
+    wall = Profile({{0.42f, 0}, {0.43f, 0.05f}, {0.5f, 0.1f}, {0.84f, 0.45f}, {1, 1}}, r, h, 7);
+  if (form == 1)
+    wall = Profile({{0.5f, 0}, {0.55f, 0.03f}, {0.86f, 0.3f}, {0.97f, 0.65f}, {0.98f, 1}}, r, h, 7);
+  if (form == 2)
+    wall = Profile(
+        {{0.4f, 0}, {0.42f, 0.12f}, {0.6f, 0.2f}, {0.86f, 0.5f}, {0.92f, 0.85f}, {1.02f, 1}}, r, h,
+        7);
+  LatheOptions options;
+  options.segments = 72;
+  const int scallops = rng.Bernoulli(0.25) ? rng.UniformInt(8, 14) : 0;
+  if (scallops > 0) {
+    options.modulate = [&](float a, float z) {
+      return 1 + 0.03f * Smooth01(z / h) * std::cos(static_cast<float>(scallops) * a);
+    };
+  }
+  AssetBuilder b(rng.Seed());
+  b.Add(Lathe(VesselProfile(WithFoot(wall), 0.0035f, 0.006f), options),
+        Slot("body", {"ceramic", "wood", "metal", "glass"}));
+  return b.Finish();
+}
+
+Asset SamplePlate(Rng& rng) {
+  const float r = Draw(rng, 0.085, 0.15), h = Draw(rng, 0.016, 0.03);
+  AssetBuilder b(rng.Seed());
+  const bool coupe = rng.Bernoulli(0.4);
+  const Path2 wall =
+      coupe ? Profile({{0.56f, 0}, {0.57f, 0.1f}, {0.64f, 0.14f}, {0.86f, 0.4f}, {1, 1}}, r, h, 6)
+            : Profile({{0.58f, 0},
+                       {0.59f, 0.1f},
+                       {0.62f, 0.14f},
+                       {0.68f, 0.45f},
+                       {0.72f, 0.55f},
+                       {0.86f, 0.75f},
+                       {1, 1}},
+                      r, h, 6);
+  const bool square = rng.Bernoulli(0.15);
+  LatheOptions options;
+  options.segments = 72;
+  if (square) {
+    options.modulate = [](float a, float) {
+      const float c = std::abs(std::cos(a)), s = std::abs(std::sin(a));
+      return 0.96f / std::pow(std::pow(c, 5.0f) + std::pow(s, 5.0f), 0.2f);
+    };
+  }
+  b.Add(Lathe(VesselProfile(WithFoot(wall), 0.004f, 0.005f), options), CeramicSlot("body"));
+  return b.Finish();
+}
+
+namespace {
+
+// One long handle (a pan) or two loops (a pot).
+Asset MakePot(Rng& rng, bool pan) {
+  const float r = Draw(rng, 0.09, 0.15), h = r * Draw(rng, 0.75, 1.35);
+  const float height = pan ? 0.5f * r : h;
+  AssetBuilder b(rng.Seed());
+  const MaterialSlot metal = Slot("body", {"metal", "ceramic"}),
+                     grip = Slot("handles", {"metal", "plastic", "wood"});
+  const Path2 wall = Filleted(Path2{{0.6f * r, 0},
+                                    {0.97f * r, 0},
+                                    {r, 0.4f * height},
+                                    {r, height - 0.004f},
+                                    {r + 0.003f, height}},
+                              0.014f, 5);
+  b.Add(Lathe(VesselProfile(WithFoot(wall), 0.0028f, 0.004f), {.segments = 64}), metal);
+  if (pan) {
+    SweepOptions options;
+    options.keep_up = true;
+    options.end_round_m = 0.006f;
+    options.scale = [](float t) { return Vec2f(0.7f + 0.5f * Smooth01(t * 1.4f), 1.0f); };
+    const Path3 path = Spline(Path3{{r - 0.002f, 0, 0.7f * height},
+                                    {r + 0.05f, 0, 0.82f * height},
+                                    {r + 0.12f, 0, 0.95f * height},
+                                    {r + 0.2f, 0, height + 0.012f}},
+                              6);
+    b.Add(Sweep(path, EllipseSection(0.022f, 0.013f, 16), options), grip);
+  } else {
+    const float z = 0.78f * height, w = 0.042f;
+    b.AddMirroredX(Tube(Filleted(Path3{{r - 0.003f, -w, z},
+                                       {r + 0.038f, -w, z + 0.006f},
+                                       {r + 0.038f, w, z + 0.006f},
+                                       {r - 0.003f, w, z}},
+                                 0.02f, 6),
+                        0.0055f, 0, 14),
+                   grip);
+    for (const float s : {-w, w})
+      b.AddMirroredX(Board({r - 0.004f, s - 0.011f, z - 0.014f},
+                           {r + 0.0025f, s + 0.011f, z + 0.014f}, 0.002f),
+                     grip);
+  }
+  if (!pan && rng.Bernoulli(0.5)) {
+    // A lid with a knob.
+    const Path2 lid = Spline(Path2{{r + 0.002f, 0.0f},
+                                   {r + 0.003f, 0.003f},
+                                   {0.96f * r, 0.007f},
+                                   {0.7f * r, 0.018f},
+                                   {0.3f * r, 0.026f},
+                                   {0.02f * r, 0.028f}},
+                             5);
+    b.Add(Lathe(lid, {.segments = 64}).Moved(0, 0, height + 0.0012f), metal);
+    b.Add(Lathe(Spline(Path2{{0.008f, 0},
+                             {0.008f, 0.008f},
+                             {0.018f, 0.016f},
+                             {0.02f, 0.024f},
+                             {0.012f, 0.029f},
+                             {0.001f, 0.03f}},
+                       4))
+              .Moved(0, 0, height + 0.028f),
+          grip);
+  }
+  return b.Finish();
+}
+
+}  // namespace
+
+Asset SamplePot(Rng& rng) { return MakePot(rng, false); }
+Asset SamplePan(Rng& rng) { return MakePot(rng, true); }
+
+Asset SampleJar(Rng& rng) {
+  const float r = Draw(rng, 0.035, 0.06), h = r * Draw(rng, 2.0, 3.4);
+  const bool square = rng.Bernoulli(0.35);
+  AssetBuilder b(rng.Seed());
+  const float neck = 0.78f * r;
+  const Path2 wall = Filleted(
+      Path2{{0.6f * r, 0}, {r, 0}, {r, 0.5f * h}, {r, 0.84f * h}, {neck, 0.91f * h}, {neck, h}},
+      0.16f * r, 5);
+  LatheOptions options;
+  options.segments = 64;
+  if (square) {
+    options.modulate = [&](float a, float z) {
+      const float c = std::abs(std::cos(a)), s = std::abs(std::sin(a));
+      const float k = 1.0f / std::pow(std::pow(c, 6.0f) + std::pow(s, 6.0f), 1.0f / 6.0f);
+      return Lerp(k * 0.93f, 1.0f, Smooth01((z / h - 0.8f) / 0.12f));
+    };
+  }
+  b.Add(Lathe(VesselProfile(WithFoot(wall), 0.0028f, 0.005f), options), GlassSlot("body"));
+  const int closure = rng.UniformInt(0, 2);
+  if (closure == 0) {
+    LatheOptions knurl;
+    knurl.segments = 120;
+    knurl.modulate = [](float a, float z) {
+      return z > 0.002f && z < 0.014f ? 1 + 0.006f * std::cos(40 * a) : 1.0f;
+    };
+    b.Add(Lathe(Filleted(Path2{{0, 0},
+                               {neck + 0.003f, 0},
+                               {neck + 0.003f, 0.003f},
+                               {neck + 0.003f, 0.013f},
+                               {neck + 0.003f, 0.016f},
+                               {0, 0.016f}},
+                         0.0012f, 3),
+                knurl)
+              .Moved(0, 0, h - 0.012f),
+          Slot("lid", {"metal", "plastic"}));
+  } else if (closure == 1) {
+    b.Add(Cone(neck - 0.0032f, neck + 0.002f, 0.03f, 0.002f).Moved(0, 0, h - 0.012f),
+          Slot("lid", {"wood", "bark"}));
+  } else {
+    b.Add(Lathe(Spline(Path2{{neck - 0.004f, -0.008f},
+                             {neck - 0.004f, 0.0025f},
+                             {neck + 0.003f, 0.004f},
+                             {neck + 0.002f, 0.01f},
+                             {0.3f * neck, 0.016f},
+                             {0.012f, 0.02f},
+                             {0.016f, 0.032f},
+                             {0.001f, 0.038f}},
+                       4))
+              .Moved(0, 0, h),
+          Slot("lid", {"glass", "ceramic"}));
+  }
+  // What it holds: a filling that follows the wall.
+  const float level = h * Draw(rng, 0.35, 0.75);
+  Path2 fill = Filleted(Path2{{0, 0.0058f},
+                              {0.955f * r - 0.0026f, 0.0058f},
+                              {r - 0.0034f, 0.2f * h},
+                              {r - 0.0034f, level},
+                              {0, level}},
+                        0.1f * r, 3);
+  LatheOptions inner = options;
+  b.Add(Lathe(fill, inner), Slot("contents", {"soil", "stone", "paper"}));
+  return b.Finish();
+}
+
+Asset SampleWineglass(Rng& rng) {
+  const float h = Draw(rng, 0.15, 0.23), r = h * Draw(rng, 0.17, 0.23);
+  const int form = rng.UniformInt(0, 2);
+  AssetBuilder b(rng.Seed());
+  // One profile: foot, stem, bowl outside; bowl inside closes it.
+  const float stem = 0.42f * h, foot = 0.95f * r, t = 0.0014f;
+  Path2 wall = Spline(Path2{{0.99f * foot, 0},
+                            {foot, 0.001f},
+                            {0.85f * foot, 0.003f},
+                            {0.4f * foot, 0.007f},
+                            {0.0065f, 0.018f},
+                            {0.0042f, 0.035f},
+                            {0.0042f, 0.8f * stem},
+                            {0.007f, 0.95f * stem}},
+                      4);
+  Path2 bowl;
+  if (form == 0)
+    bowl =
+        Profile({{0.25f, 0}, {0.75f, 0.16f}, {1, 0.42f}, {0.95f, 0.7f}, {0.8f, 1}}, r, h - stem, 6);
+  if (form == 1)
+    bowl = Profile({{0.2f, 0}, {0.5f, 0.1f}, {0.72f, 0.4f}, {0.82f, 0.75f}, {0.84f, 1}}, r,
+                   h - stem, 6);
+  if (form == 2)
+    bowl = Profile({{0.25f, 0}, {0.85f, 0.2f}, {1.1f, 0.55f}, {1.2f, 1}}, r, 0.6f * (h - stem), 6);
+  for (Vec2f& q : bowl) q.y() += stem;
+  Path2 profile{{0, 0}};
+  profile.insert(profile.end(), wall.begin(), wall.end());
+  profile.insert(profile.end(), bowl.begin(), bowl.end());
+  // Rim and inside.
+  const Vec2f rim = bowl.back();
+  profile.push_back(rim + Vec2f(-0.3f * t, 0.4f * t));
+  profile.push_back(rim + Vec2f(-0.8f * t, 0.3f * t));
+  for (size_t i = bowl.size(); i-- > 0;) {
+    if (bowl[i].x() < 0.3f * r) continue;
+    const Vec2f before = bowl[i > 0 ? i - 1 : 0], after = bowl[std::min(i + 1, bowl.size() - 1)];
+    const Vec2f along = (after - before).normalized();
+    profile.push_back(bowl[i] + t * Vec2f(-along.y(), along.x()));
+  }
+  profile.emplace_back(0, stem + 0.006f);
+  b.Add(Lathe(profile, {.segments = 56}), GlassSlot("body"));
+  return b.Finish();
+}
+
+Asset SampleCan(Rng& rng) {
+  const bool drink = rng.Bernoulli(0.5);
+  const float r = drink ? 0.033f : Draw(rng, 0.036, 0.05);
+  const float h = drink ? Draw(rng, 0.115, 0.165) : r * Draw(rng, 1.3, 2.6);
+  AssetBuilder b(rng.Seed());
+  Path2 profile;
+  float p0, p1;
+  if (drink) {
+    p0 = 0.012f;
+    p1 = h - 0.016f;
+    profile = {{0, 0.006f},
+               {0.5f * r, 0.005f},
+               {0.7f * r, 0.001f},
+               {0.74f * r, 0},
+               {0.78f * r, 0.001f},
+               {0.96f * r, 0.008f},
+               {r, p0},
+               {r, p1},
+               {0.97f * r, h - 0.011f},
+               {0.82f * r, h - 0.003f},
+               {0.83f * r, h - 0.001f},
+               {0.81f * r, h},
+               {0.78f * r, h - 0.001f},
+               {0.77f * r, h - 0.006f},
+               {0, h - 0.0062f}};
+  } else {
+    p0 = 0.006f;
+    p1 = h - 0.006f;
+    profile = {{0, 0.003f},           {r - 0.002f, 0.003f}, {r - 0.001f, 0}, {r + 0.001f, 0.0005f},
+               {r + 0.0012f, 0.003f}, {r, 0.0045f},         {r, p0}};
+    const int beads = 9;
+    for (int k = 0; k <= 6 * beads; ++k) {
+      const float s = static_cast<float>(k) / (6 * beads);
+      profile.emplace_back(r - 0.0007f * (0.5f - 0.5f * std::cos(2 * kPi * s * beads)),
+                           Lerp(p0, p1, s));
+    }
+    for (const Vec2f& q : Path2{{r, h - 0.0045f},
+                                {r + 0.0012f, h - 0.003f},
+                                {r + 0.001f, h - 0.0005f},
+                                {r - 0.001f, h},
+                                {r - 0.002f, h - 0.003f},
+                                {0.8f * r, h - 0.0032f},
+                                {0.76f * r, h - 0.002f},
+                                {0, h - 0.0021f}})
+      profile.push_back(q);
+  }
+  LatheOptions options;
+  options.segments = 56;
+  options.print_from_z = p0;
+  options.print_to_z = p1;
+  b.Add(Lathe(profile, options), {Slot("metal", {"metal"}), PictureSlot("label")});
+  // The ring pull.
+  const float z = drink ? h - 0.0048f : h - 0.0006f;
+  Path3 ring;
+  for (int k = 0; k < 20; ++k) {
+    const float a = 2 * kPi * static_cast<float>(k) / 20.0f;
+    ring.emplace_back(0.008f * std::cos(a), 0.0105f * std::sin(a) + 0.004f, z);
+  }
+  b.Add(Ring(ring, 0.0013f, 8), Slot("metal", {"metal"}));
+  b.Add(Cylinder(0.003f, 0.002f, 0.0006f, 12).Moved(0, -0.0065f, z - 0.0012f),
+        Slot("metal", {"metal"}));
+  return b.Finish();
+}
+
+Asset SampleLid(Rng& rng) {
+  const float r = Draw(rng, 0.08, 0.15);
+  AssetBuilder b(rng.Seed());
+  const Path2 wall = Spline(Path2{{0.93f * r, 0},
+                                  {0.935f * r, 0.006f},
+                                  {r, 0.007f},
+                                  {r, 0.01f},
+                                  {0.95f * r, 0.014f},
+                                  {0.7f * r, 0.14f * r + 0.012f},
+                                  {0.35f * r, 0.19f * r + 0.012f},
+                                  {0.01f * r, 0.2f * r + 0.012f}},
+                            5);
+  Path2 profile = wall;
+  // Hollow below.
+  Path2 hollow;
+  for (const Vec2f& q : wall) {
+    if (q.x() < 0.93f * r) hollow.emplace_back(std::max(0.0f, q.x() - 0.001f), q.y() - 0.003f);
+  }
+  Path2 closed{{0, hollow.back().y()}};
+  for (size_t i = hollow.size(); i-- > 0;) closed.push_back(hollow[i]);
+  closed.emplace_back(0.9f * r, 0.008f);
+  closed.emplace_back(0.9f * r, 0.0f);
+  closed.insert(closed.end(), profile.begin(), profile.end());
+  const MaterialSlot body = Slot("body", {"metal", "glass", "ceramic"}),
+                     knob = Slot("knob", {"metal", "plastic", "wood"});
+  b.Add(Lathe(closed, {.segments = 64}), body);
+  const float z = 0.2f * r + 0.0105f;
+  if (rng.Bernoulli(0.5)) {
+    b.Add(Lathe(Spline(Path2{{0.009f, 0},
+                             {0.008f, 0.008f},
+                             {0.019f, 0.017f},
+                             {0.021f, 0.025f},
+                             {0.012f, 0.031f},
+                             {0.001f, 0.032f}},
+                       4))
+              .Moved(0, 0, z),
+          knob);
+  } else {
+    b.Add(Tube(Filleted(Path3{{-0.04f, 0, z - 0.004f},
+                              {-0.034f, 0, z + 0.03f},
+                              {0.034f, 0, z + 0.03f},
+                              {0.04f, 0, z - 0.004f}},
+                        0.018f, 6),
+               0.005f, 0, 14),
+          knob);
+  }
+  return b.Finish();
+}
+
+}  // namespace parallax

@@ -1,0 +1,31 @@
+// Profiles and handles that vases, cups, bowls and pots share.
+#pragma once
+
+#include <initializer_list>
+#include <utility>
+
+#include "worker/assets/parts.h"
+
+namespace parallax {
+
+// A smooth wall through points given as (radius, height) in shares of the largest radius and the
+// height.
+kernel::Path2 Profile(std::initializer_list<std::pair<float, float>> shares, float radius,
+                      float height, int steps);
+
+// The wall with a flat underside before it.
+kernel::Path2 WithFoot(const kernel::Path2& wall);
+
+// The wall's radius at a height, on its way up.
+float RadiusAt(const kernel::Path2& wall, float z);
+
+// Where a loop handle meets the wall at +x, and its size.
+struct LoopHandleParams {
+  float low_x = 0, low_z = 0, high_x = 0, high_z = 0;
+  float out_m = 0.03f;  // How far it stands off.
+  float width_m = 0.012f, thickness_m = 0.008f;
+};
+// In the plane y = 0.
+kernel::Shape LoopHandle(const LoopHandleParams& params);
+
+}  // namespace parallax

@@ -118,7 +118,13 @@ void RegisterAll(Registry& registry) {
 int Report(const absl::Status& status, const Session& session) {
   std::string message(ToStd(status.message()));
   while (!message.empty() && message.back() == '\n') message.pop_back();
-  session.PrintError(message.empty() ? status.ToString() : message);
+  if (absl::IsCancelled(status)) {
+    // Somebody wanted it: no error.
+    *session.err().stream << session.err().Paint(Tone::kWarning, "stopped:") << " " << message
+                          << "\n";
+  } else {
+    session.PrintError(message.empty() ? status.ToString() : message);
+  }
   return ExitCodeOf(status);
 }
 

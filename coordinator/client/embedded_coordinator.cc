@@ -7,6 +7,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "common/base/file.h"
 #include "coordinator/client/exit_code.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
@@ -33,6 +34,17 @@ constexpr double kLease_s = 30;
   _exit(kExitDisk);
 }
 
+// A killed run leaves its socket's folder behind; `note`, in the run's own folder, says where it
+// is. Removes no more than the socket and an empty folder of our kind of name.
+void RemoveLeftSocket(const std::string& note) {
+  const absl::StatusOr<std::string> folder = ReadFile(note, 4096);
+  if (!folder.ok() || fs::path(*folder).filename().string().rfind("parallax-", 0) != 0) return;
+  std::error_code error;
+  fs::remove(*folder + kSocketName, error);
+  fs::remove(*folder, error);
+  fs::remove(note, error);
+}
+
 }  // namespace
 
 absl::StatusOr<std::string> MakeSocketFolder() {
@@ -54,7 +66,10 @@ absl::StatusOr<std::unique_ptr<EmbeddedCoordinator>> EmbeddedCoordinator::Start(
   std::error_code error;
   fs::create_directories(store, error);
   if (error) return ErrnoError(error.value(), "can't make " + store);
+  coordinator->socket_note_ = work_dir + "/socket";
+  RemoveLeftSocket(coordinator->socket_note_);
   ASSIGN_OR_RETURN(coordinator->socket_dir_, MakeSocketFolder());
+  RETURN_IF_ERROR(WriteFile(coordinator->socket_note_, coordinator->socket_dir_));
 
   JobQueueOptions queue;
   queue.db_path = work_dir + "/queue.db";
@@ -78,7 +93,9 @@ EmbeddedCoordinator::~EmbeddedCoordinator() {
   server_.reset();
   queue_.reset();
   std::error_code error;
-  if (!socket_dir_.empty()) fs::remove_all(socket_dir_, error);
+  if (socket_dir_.empty()) return;
+  fs::remove_all(socket_dir_, error);
+  fs::remove(socket_note_, error);
 }
 
 }  // namespace parallax::client

@@ -29,6 +29,8 @@ class EmbeddedCoordinator {
   EmbeddedCoordinator() = default;
 
   std::string socket_dir_;
+  std::string
+      socket_note_;  // The file that names socket_dir_ for a later run, should this one be killed.
   std::string address_;
   std::unique_ptr<JobQueue> queue_;
   std::unique_ptr<CoordinatorServer> server_;

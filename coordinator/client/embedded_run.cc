@@ -138,7 +138,8 @@ absl::StatusOr<RunReport> EmbeddedRun::Work() {
       (void)CatchUp(SteadySeconds(*environment_.clock), /*last=*/true);
       (void)LookAt(*connection_, study_id_, SteadySeconds(*environment_.clock), view_);
       display_.Keep();
-      return MakeError(worked.code(), std::string(ToStd(worked.message())) + "; " + Progress());
+      const std::string cause = interrupted ? "" : std::string(ToStd(worked.message())) + "; ";
+      return MakeError(worked.code(), cause + Progress());
     }
   }
   const double end_s = SteadySeconds(*environment_.clock);
@@ -223,9 +224,8 @@ void EmbeddedRun::Drain(bool hurry) {
   const bool interrupted = signals > 0;
   if (interrupted) {
     display_.Keep();
-    *environment_.err.stream << "stopping: what is being rendered may take up to "
-                             << FormatDuration(kDrainGrace_s)
-                             << " to finish; Ctrl-C again stops at once\n"
+    *environment_.err.stream << "stopping: what is being rendered may take a minute to finish; "
+                                "Ctrl-C again stops at once\n"
                              << std::flush;
   }
   pool_->Drain(interrupted ? kDrainGrace_s : kEndGrace_s,

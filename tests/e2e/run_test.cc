@@ -213,7 +213,10 @@ TEST_F(RunTest, AKilledRunTakesItsWorkersAlongAndGoesOnLater) {
   for (const pid_t worker : workers) {
     while (IsAlive(worker)) usleep(1000);
   }
+  const std::string socket_folder = ReadText(out + "/.parallax/socket");
+  EXPECT_TRUE(fs::exists(socket_folder)) << socket_folder;
   Run(out, {"--pairs", "6"});
+  EXPECT_FALSE(fs::exists(socket_folder)) << "what the killed run left is cleared away";
   ExpectComplete(out, 6);
 }
 
@@ -223,6 +226,7 @@ TEST_F(RunTest, CtrlCDrainsAndTheSameCommandGoesOn) {
   ASSERT_TRUE(WaitUntil(*run, [&] { return Rendering(out); })) << run->Err();
   run->Signal(SIGINT);
   EXPECT_EQ(run->Wait(), 130) << run->Err();
+  EXPECT_THAT(run->Err(), HasSubstr("\nstopped: "));
   EXPECT_THAT(run->Err(), HasSubstr("of 12 pairs are done and kept; the same command again"));
   Run(out, {"--pairs", "6"});
   ExpectComplete(out, 6);

@@ -530,6 +530,7 @@ Asset SampleCeilingClassicLamp(Rng& rng) {
 
 void RegisterLamps(std::vector<AssetClass>& classes) {
   classes.push_back({"FloorLamp", "lamps", Placement::kFloor, true, 0, SampleFloorLamp});
+  classes.push_back({"Lamp", "lamps", Placement::kFloor, true, 0, SampleFloorLamp});
   classes.push_back({"DeskLamp", "lamps", Placement::kOnTop, true, 0, SampleDeskLamp});
   classes.push_back(
       {"CeilingClassicLamp", "lamps", Placement::kCeiling, true, 0, SampleCeilingClassicLamp});

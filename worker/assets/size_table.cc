@@ -42,6 +42,7 @@ const SizeRange* FindSizeRange(std::string_view name) {
       {"Jar", {0.06f, 0.06f, 0.07f}, {0.15f, 0.15f, 0.28f}},
       {"KitchenCabinet", {0.8f, 0.55f, 0.83f}, {3.1f, 0.7f, 0.96f}},
       {"Knife", {0.008f, 0.18f, 0.004f}, {0.05f, 0.32f, 0.04f}},
+      {"Lamp", {0.28f, 0.28f, 1.3f}, {1.5f, 0.62f, 2.2f}},
       {"LargePlantContainer", {0.25f, 0.25f, 0.4f}, {1.7f, 1.7f, 2.1f}},
       {"LargeShelf", {0.85f, 0.28f, 1.7f}, {2.9f, 0.5f, 2.4f}},
       {"Lid", {0.15f, 0.15f, 0.03f}, {0.32f, 0.32f, 0.12f}},

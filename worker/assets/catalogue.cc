@@ -30,6 +30,8 @@ size_t EditDistance(std::string_view a, std::string_view b) {
 
 std::vector<AssetClass> BuildCatalogue() {
   std::vector<AssetClass> classes;
+  RegisterWindows(classes);
+  RegisterKitchens(classes);
   RegisterStairs(classes);
   RegisterDoors(classes);
   RegisterAppliances(classes);

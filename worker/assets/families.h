@@ -7,6 +7,8 @@
 
 namespace parallax {
 
+void RegisterWindows(std::vector<AssetClass>& classes);
+void RegisterKitchens(std::vector<AssetClass>& classes);
 void RegisterStairs(std::vector<AssetClass>& classes);
 void RegisterDoors(std::vector<AssetClass>& classes);
 void RegisterAppliances(std::vector<AssetClass>& classes);

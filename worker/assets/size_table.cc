@@ -39,8 +39,11 @@ const SizeRange* FindSizeRange(std::string_view name) {
       {"Fork", {0.012f, 0.15f, 0.005f}, {0.04f, 0.22f, 0.04f}},
       {"FruitContainer", {0.2f, 0.2f, 0.1f}, {0.32f, 0.32f, 0.26f}},
       {"GlassPanelDoor", {0.45f, 0.05f, 1.9f}, {1.0f, 0.22f, 2.2f}},
+      {"Hardware", {0.05f, 0.03f, 0.008f}, {0.36f, 0.08f, 0.21f}},
       {"Jar", {0.06f, 0.06f, 0.07f}, {0.15f, 0.15f, 0.28f}},
       {"KitchenCabinet", {0.8f, 0.55f, 0.83f}, {3.1f, 0.7f, 0.96f}},
+      {"KitchenIsland", {0.85f, 0.55f, 0.84f}, {2.7f, 1.4f, 1.35f}},
+      {"KitchenSpace", {1.4f, 0.56f, 1.9f}, {4, 0.72f, 2.45f}},
       {"Knife", {0.008f, 0.18f, 0.004f}, {0.05f, 0.32f, 0.04f}},
       {"Lamp", {0.28f, 0.28f, 1.3f}, {1.5f, 0.62f, 2.2f}},
       {"LargePlantContainer", {0.25f, 0.25f, 0.4f}, {1.7f, 1.7f, 2.1f}},
@@ -86,6 +89,7 @@ const SizeRange* FindSizeRange(std::string_view name) {
       {"Urchin", {0.06f, 0.06f, 0.04f}, {0.24f, 0.24f, 0.2f}},
       {"Vase", {0.06f, 0.06f, 0.14f}, {0.5f, 0.46f, 0.44f}},
       {"WallArt", {0.25f, 0.015f, 0.25f}, {1.2f, 0.05f, 1.15f}},
+      {"Window", {0.6f, 0.08f, 0.85f}, {3.6f, 1.0f, 1.95f}},
       {"Wineglass", {0.04f, 0.04f, 0.11f}, {0.16f, 0.16f, 0.25f}},
   };
   for (const SizeRange& range : table) {

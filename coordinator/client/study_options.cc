@@ -8,6 +8,7 @@
 #include "common/base/hash.h"
 #include "common/base/version.h"
 #include "common/config/config.h"
+#include "coordinator/client/text.h"
 
 namespace parallax::client {
 namespace {
@@ -27,6 +28,16 @@ v1::StudySpec WithoutIncidentals(v1::StudySpec study) {
   study.clear_source_yaml();
   study.clear_priority();
   return study;
+}
+
+// The file itself was in order, so what is wrong comes from an option. The line is that of no file
+// that anybody has seen, and the variants would all say the same.
+absl::Status WithoutLineNumber(const absl::Status& status) {
+  if (status.ok()) return status;
+  const std::string line = FirstLine(ToStd(status.message()));
+  const size_t place = line.find(": ");
+  return MakeError(status.code(),
+                   "with these options " + line.substr(place == std::string::npos ? 0 : place + 2));
 }
 
 void ApplyToVariant(const StudyOptions& options, int rigs_per_scene, v1::SceneConfig& config) {
@@ -85,7 +96,7 @@ absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
   for (v1::VariantSpec& variant : *study.mutable_variants()) {
     ApplyToVariant(options, study.rigs_per_scene(), *variant.mutable_config());
   }
-  RETURN_IF_ERROR(ValidateStudy(study));
+  RETURN_IF_ERROR(WithoutLineNumber(ValidateStudy(study)));
   return study;
 }
 

@@ -113,6 +113,8 @@ TEST_F(CommandTest, UsageErrorsAreOneLineAndExitTwo) {
       {{"submit", "quickstart", "--pairs", "0"}, "--pairs: 0 was given, at least 1 is needed"},
       {{"submit", "quickstart", "--pairs", "4", "--scenes", "1"}, "--pairs and --scenes"},
       {{"submit", "quickstart", "--profile", "ultra"}, "preview"},
+      {{"submit", "baseline", "--width", "3"},
+       "error: with these options variants[0].config.rigs.width_px: 3 is out of range"},
       {{"jobs", "3", "--state", "lazy"}, "lazy"},
       {{"status", "--coordinator", "nonsense"}, "nonsense"},
       {{"view", "/nowhere"}, "/nowhere: no such folder"},

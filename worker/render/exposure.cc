@@ -43,14 +43,15 @@ float AutomaticExposure(const ImageF3& left, const ImageF3& right) {
   AppendBlockLuminances(left, &luminances);
   AppendBlockLuminances(right, &luminances);
   if (luminances.empty()) return 1;
-  const size_t high = luminances.size() * 95 / 100;
-  std::nth_element(luminances.begin(), luminances.begin() + static_cast<std::ptrdiff_t>(high),
-                   luminances.end());
-  const float cap = std::max(luminances[high], 1e-4f);
+  std::sort(luminances.begin(), luminances.end());
+  const float cap = std::max(luminances[luminances.size() * 95 / 100], 1e-4f);
+  const float bright = luminances[luminances.size() * 80 / 100];
   double sum = 0;
   for (const float luminance : luminances) sum += std::log(std::clamp(luminance, 1e-4f, cap));
   const auto typical = static_cast<float>(std::exp(sum / static_cast<double>(luminances.size())));
-  const float exposure = kKey / kUsualLuminance * std::pow(typical / kUsualLuminance, -kAdaptation);
+  float exposure = kKey / kUsualLuminance * std::pow(typical / kUsualLuminance, -kAdaptation);
+  const float excess = exposure * bright / kBright;
+  if (excess > 1.0f) exposure *= std::pow(excess, -kHoldBack);
   return std::min(exposure, kMaxExposure);
 }
 

@@ -224,6 +224,18 @@ TEST(Exposure, ABrightLampDoesNotDarkenThePicture) {
   EXPECT_NEAR(AutomaticExposure(image, image) / without, 1, 0.05);
 }
 
+TEST(Exposure, ADarkThingCloseByDoesNotBurnOutTheRoom) {
+  ImageF3 image(64, 64, 1.0f);
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 0; x < 44; ++x) {
+      for (int c = 0; c < 3; ++c) image(x, y, c) = 0.003f;
+    }
+  }
+  const ImageRgb8 seen = ToSrgb(image, AutomaticExposure(image, image));
+  EXPECT_LT(seen(60, 30), 250);
+  EXPECT_GT(seen(10, 30), 5);
+}
+
 TEST(Exposure, RollOffIsSmoothRisingAndBelowOne) {
   float before = -1;
   for (float x = 0; x < 4; x += 0.01f) {

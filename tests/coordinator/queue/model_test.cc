@@ -136,7 +136,9 @@ TEST_P(ModelTest, WhateverHappensPromisesAreKept) {
   for (int round = 0; round < 20; ++round) {
     for (const StudyId study : studies_) {
       EXPECT_TRUE(queue_->Resume(study, "", "m").ok());
-      if (!cancelled_.contains(study.value)) EXPECT_TRUE(queue_->Retry(study, "m").ok());
+      if (!cancelled_.contains(study.value)) {
+        EXPECT_TRUE(queue_->Retry(study, "m").ok());
+      }
     }
     clock_.Advance(1000);
     Tick();

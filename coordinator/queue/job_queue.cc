@@ -41,6 +41,15 @@ absl::StatusOr<uint64_t> RaiseEpoch(SqliteConnection& db, double now_unix_s) {
   return static_cast<uint64_t>(epoch);
 }
 
+// Its first start, of which there is only one.
+absl::StatusOr<std::string> DatabaseId(SqliteConnection& db) {
+  SqliteQuery first(db, "SELECT epoch, started_unix_s FROM epochs ORDER BY epoch LIMIT 1");
+  if (!first.Next()) return MakeError(absl::StatusCode::kDataLoss, "no epoch");
+  const std::string start =
+      std::to_string(first.Int(0)) + " " + std::to_string(first.Real(1));
+  return Sha256Hex(start).substr(0, 16);
+}
+
 // Runs what may take its time after a commit, so that the writer doesn't wait for it.
 class Finisher {
  public:
@@ -105,6 +114,27 @@ absl::Status SyncFile(const std::string& path) {
   const int error = errno;
   close(fd);
   return code == 0 ? absl::OkStatus() : ErrnoError(error, "fsync " + path);
+}
+
+// `copy` writes the file; it gets its name when it is whole and on disk.
+absl::Status MakeCopy(const std::string& path,
+                      const std::function<absl::Status(const std::string& temporary)>& copy) {
+  if (std::filesystem::exists(path)) {
+    return MakeError(absl::StatusCode::kAlreadyExists, "backup " + path + ": exists already");
+  }
+  const std::string temporary = path + ".partial";
+  std::error_code ignored;
+  std::filesystem::remove(temporary, ignored);
+  absl::Status status = copy(temporary);
+  if (status.ok()) status = SyncFile(temporary);
+  // link refuses to replace a file that has come meanwhile.
+  if (status.ok() && link(temporary.c_str(), path.c_str()) != 0) {
+    status = ErrnoError(errno, "backup " + path);
+  }
+  std::filesystem::remove(temporary, ignored);
+  RETURN_IF_ERROR(status);
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  return SyncFile(folder.empty() ? "." : folder);
 }
 
 }  // namespace
@@ -177,6 +207,7 @@ class JobQueue::Impl {
   std::unique_ptr<DatabaseLock> lock_;
   std::unique_ptr<SqliteConnection> db_;
   uint64_t epoch_ = 0;
+  std::string database_id_;
   int64_t schema_version_ = 0;
   LeaseBook book_;
   std::unique_ptr<Machine> machine_;
@@ -196,6 +227,7 @@ absl::Status JobQueue::Impl::Open() {
   RETURN_IF_ERROR(WithContext(Migrate(*db_), options_.db_path));
   schema_version_ = NewestSchemaVersion();
   ASSIGN_OR_RETURN(epoch_, RaiseEpoch(*db_, options_.clock->UnixSeconds()));
+  ASSIGN_OR_RETURN(database_id_, DatabaseId(*db_));
   machine_ = std::make_unique<Machine>(*db_, options_, epoch_);
   RETURN_IF_ERROR(machine_->Load());
   ASSIGN_OR_RETURN(readers_, Readers::Open(options_.db_path, options_.vfs, options_.readers,
@@ -255,6 +287,7 @@ JobQueue::~JobQueue() {
 }
 
 uint64_t JobQueue::epoch() const { return impl_->epoch_; }
+const std::string& JobQueue::database_id() const { return impl_->database_id_; }
 int64_t JobQueue::schema_version() const { return impl_->schema_version_; }
 double JobQueue::lease_s() const { return impl_->options_.lease_s; }
 
@@ -464,23 +497,20 @@ absl::StatusOr<std::vector<std::string>> JobQueue::CheckFile(const std::string& 
 }
 
 absl::Status JobQueue::Backup(const std::string& path) {
-  if (std::filesystem::exists(path)) {
-    return MakeError(absl::StatusCode::kAlreadyExists, "backup " + path + ": exists already");
+  return MakeCopy(path, [this](const std::string& temporary) {
+    return impl_->readers_->Read(
+        0, [&](SqliteConnection& db) { return CopyDatabase(db, temporary); });
+  });
+}
+
+absl::Status JobQueue::BackupFile(const std::string& db_path, const std::string& path) {
+  if (!std::filesystem::exists(db_path)) {
+    return MakeError(absl::StatusCode::kNotFound, "database " + db_path + ": no such file");
   }
-  const std::string temporary = path + ".partial";
-  std::error_code ignored;
-  std::filesystem::remove(temporary, ignored);
-  absl::Status status =
-      impl_->readers_->Read(0, [&](SqliteConnection& db) { return CopyDatabase(db, temporary); });
-  if (status.ok()) status = SyncFile(temporary);
-  // link refuses to replace a file that has come meanwhile.
-  if (status.ok() && link(temporary.c_str(), path.c_str()) != 0) {
-    status = ErrnoError(errno, "backup " + path);
-  }
-  std::filesystem::remove(temporary, ignored);
-  RETURN_IF_ERROR(status);
-  const std::string folder = std::filesystem::path(path).parent_path().string();
-  return SyncFile(folder.empty() ? "." : folder);
+  return MakeCopy(path, [&](const std::string& temporary) -> absl::Status {
+    ASSIGN_OR_RETURN(const auto db, OpenReader(db_path, ""));
+    return CopyDatabase(*db, temporary);
+  });
 }
 
 }  // namespace parallax

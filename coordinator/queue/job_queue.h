@@ -103,6 +103,9 @@ class JobQueue {
   ~JobQueue();  // Finishes accepted commands, closes. Leases stay: the next start adopts them.
 
   uint64_t epoch() const;
+  // Names the database for as long as it exists, backups included: reports that carry it can't be
+  // taken for those of another database's job of the same number.
+  const std::string& database_id() const;
   int64_t schema_version() const;
   double lease_s() const;
   // Before the first call that leases; null takes it away. The observer must outlive the queue or
@@ -173,6 +176,9 @@ class JobQueue {
   absl::StatusOr<std::vector<std::string>> Check();
   // A consistent copy while work goes on; appears at `path` whole or not at all. kAlreadyExists.
   absl::Status Backup(const std::string& path);
+
+  // Backup of a file that a coordinator may have open meanwhile (`coordinator backup`).
+  static absl::Status BackupFile(const std::string& db_path, const std::string& path);
 
   // The same auditor on a file that no coordinator has open (`coordinator check`).
   static absl::StatusOr<std::vector<std::string>> CheckFile(const std::string& db_path);

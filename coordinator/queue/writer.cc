@@ -10,6 +10,8 @@
 namespace parallax {
 namespace {
 
+constexpr int kReaderLooksAgainMs = 5000;
+
 constexpr int64_t kScenesPerGroup = 256;     // Made in one transaction: some milliseconds.
 constexpr int kCheckpointPages = 2000;       // 8 MB of WAL.
 constexpr int kCheckpointHardPages = 65536;  // Readers kept it from being reset: try harder.
@@ -139,8 +141,17 @@ void Writer::RunGroup(std::vector<Command>& group) {
   CheckpointIfLong();
 }
 
+// A reader that finds the WAL's index half-written takes the write lock for a moment to look again; that is no reason
+// to give up. Only here: a checkpoint must not wait for readers.
+absl::Status Writer::Begin() {
+  sqlite3_busy_timeout(db_.raw(), kReaderLooksAgainMs);
+  const absl::Status status = db_.Run("BEGIN IMMEDIATE");
+  sqlite3_busy_timeout(db_.raw(), 0);
+  return status;
+}
+
 absl::Status Writer::ApplyGroup(std::vector<Command>& group, std::vector<absl::Status>& results) {
-  RETURN_IF_ERROR(db_.Run("BEGIN IMMEDIATE"));
+  RETURN_IF_ERROR(Begin());
   for (size_t i = 0; i < group.size(); ++i) {
     results[i] = ApplyOne(group[i].name, group[i].apply);
     // A full disk or a lost one takes the whole group with it.

@@ -53,6 +53,7 @@ class Writer {
   void Loop();
   std::vector<Command> NextGroup();  // Empty: time for a tick, more expansion, or the end.
   void RunGroup(std::vector<Command>& group);
+  absl::Status Begin();
   absl::Status ApplyGroup(std::vector<Command>& group, std::vector<absl::Status>& results);
   absl::Status ApplyOne(const char* name, const std::function<absl::Status()>& apply);
   absl::Status Commit();

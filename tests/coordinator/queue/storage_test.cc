@@ -3,6 +3,7 @@
 #include <sys/wait.h>
 
 #include <fstream>
+#include <thread>
 
 #include "coordinator/queue/auditor.h"
 #include "coordinator/queue/database_file.h"
@@ -207,6 +208,40 @@ TEST_F(StorageTest, TheAuditorFindsPlantedCorruption) {
     ASSERT_TRUE(violations.ok()) << c.sql << violations.status();
     EXPECT_THAT(*violations, testing::Contains(HasSubstr(c.found))) << c.sql;
   }
+}
+
+TEST_F(StorageTest, AFileThatACoordinatorHasOpenCanBeCopied) {
+  Submit({.pairs = 4});
+  const std::string backup = folder_ + "/copy.db";
+  EXPECT_EQ(JobQueue::BackupFile(folder_ + "/none.db", backup).code(),
+            absl::StatusCode::kNotFound);
+  const absl::Status copied = JobQueue::BackupFile(options_.db_path, backup);
+  ASSERT_TRUE(copied.ok()) << copied;
+  EXPECT_EQ(JobQueue::BackupFile(options_.db_path, backup).code(),
+            absl::StatusCode::kAlreadyExists);
+  Submit({.name = "later"});
+  const std::string id = queue_->database_id();
+  options_.db_path = backup;
+  Reopen();
+  EXPECT_THAT(*queue_->ListStudies(10), SizeIs(1)) << "as it was when it was copied";
+  EXPECT_EQ(queue_->database_id(), id) << "the same database";
+  options_.db_path = folder_ + "/other.db";
+  clock_.Advance(1);
+  Reopen();
+  EXPECT_NE(queue_->database_id(), id);
+}
+
+TEST_F(StorageTest, AReaderThatTakesTheWriteLockForAMomentIsWaitedFor) {
+  sqlite3* reader = nullptr;
+  ASSERT_EQ(sqlite3_open(options_.db_path.c_str(), &reader), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(reader, "BEGIN IMMEDIATE", nullptr, nullptr, nullptr), SQLITE_OK);
+  std::thread submitting([this] { Submit({.name = "patient"}); });
+  // Long enough for the writer to have met the lock; too short would only hide a failure.
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_EQ(sqlite3_exec(reader, "ROLLBACK", nullptr, nullptr, nullptr), SQLITE_OK);
+  submitting.join();
+  sqlite3_close(reader);
+  EXPECT_THAT(*queue_->ListStudies(10), SizeIs(1));
 }
 
 TEST_F(StorageTest, ABackupIsWholeWhileWorkGoesOn) {

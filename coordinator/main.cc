@@ -1,5 +1,6 @@
 // The program `coordinator`: serve, check, backup.
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <iostream>
 
 #include "common/base/log.h"
@@ -63,12 +64,12 @@ CLI::App* DeclareServe(CLI::App& app, CommandLine& line) {
 }
 
 ProgramError Check(const std::string& db) {
-  const auto problems = JobQueue::CheckFile(db);
-  if (!problems.ok()) {
-    return problems.status().code() == absl::StatusCode::kFailedPrecondition
-               ? ProgramError{problems.status(), kExitDatabaseLocked}
-               : ExplainOpenError(problems.status(), db);
+  // Its own exit status for a coordinator that is at work.
+  if (std::filesystem::exists(db)) {
+    if (ProgramError error = CheckDatabasePlace(db); !error.status.ok()) return error;
   }
+  const auto problems = JobQueue::CheckFile(db);
+  if (!problems.ok()) return ExplainOpenError(problems.status(), db);
   for (const std::string& problem : *problems) std::cout << problem << "\n";
   if (problems->empty()) {
     std::cout << db << ": every invariant holds" << std::endl;
@@ -80,12 +81,7 @@ ProgramError Check(const std::string& db) {
 }
 
 ProgramError Backup(const std::string& db, const std::string& file) {
-  JobQueueOptions options;
-  options.db_path = db;
-  options.own_timer = false;
-  auto queue = JobQueue::Open(options);
-  if (!queue.ok()) return ExplainOpenError(queue.status(), db);
-  const absl::Status status = (*queue)->Backup(file);
+  const absl::Status status = JobQueue::BackupFile(db, file);
   if (!status.ok()) return {status, kExitFailed};
   std::cout << file << std::endl;
   return {};
@@ -109,7 +105,8 @@ int Main(int argc, char** argv) {
   CLI::App* check = app.add_subcommand(
       "check", "Re-derive every invariant of a database that no coordinator has open");
   check->add_option("--db", line.db, "Database file")->required();
-  CLI::App* backup = app.add_subcommand("backup", "Copy a database consistently");
+  CLI::App* backup = app.add_subcommand(
+      "backup", "Copy a database consistently, also while a coordinator serves it");
   backup->add_option("--db", line.db, "Database file")->required();
   backup->add_option("FILE", line.backup_file, "The copy; must not exist")->required();
   try {

@@ -30,7 +30,7 @@ class CoordinatorServerImpl final : public CoordinatorServer {
         client_pool_(kClientCalls),
         dispatcher_(queue, worker_pool_, *options.clock, options.reconnect_grace_s),
         service_(queue, dispatcher_, worker_pool_, client_pool_, options.store_uri,
-                 options.coordinator_id, LeaseFor(options, queue)) {
+                 queue.database_id(), LeaseFor(options, queue)) {
     queue_.SetObserver(&dispatcher_);
   }
 

@@ -35,8 +35,6 @@ struct CoordinatorServerOptions {
   // A stream that broke may come back within this before the worker counts as lost and its jobs go
   // to others. A stream that is open but silent has the queue's whole lease.
   double reconnect_grace_s = 10;
-  // Names the database in reports; see proto. Empty: reports are not checked.
-  std::string coordinator_id;
   Clock* clock = &Clock::System();
 };
 

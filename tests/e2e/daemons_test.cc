@@ -156,6 +156,12 @@ TEST_F(DaemonsTest, AStudyOutlivesAKilledWorker) {
   const int64_t study = Submit(24, 2);
   auto doomed = StartWorker("doomed", address, 20);
   ASSERT_TRUE(WaitForPairs(study, 4)) << doomed->TakeErrors();
+  ChildProcess backup(
+      {kCoordinator, "backup", "--db", directory_ + "/queue.db", directory_ + "/backup.db"});
+  EXPECT_EQ(backup.Wait(), 0) << backup.TakeErrors();
+  ChildProcess check({kCoordinator, "check", "--db", directory_ + "/backup.db"});
+  EXPECT_EQ(check.Wait(), 0) << check.TakeErrors();
+  ExpectRefusal({kCoordinator, "check", "--db", directory_ + "/queue.db"}, 5, "queue.db");
   doomed->Signal(SIGKILL);
   EXPECT_EQ(doomed->Wait(), 128 + SIGKILL);
   auto heir = StartWorker("heir", address, 1);

@@ -465,7 +465,6 @@ TEST_F(CoordinatorServerTest, AStreamThatDoesNotFollowTheContractEndsWithAReason
 }
 
 TEST_F(CoordinatorServerTest, AReportOfAnotherDatabaseIsStale) {
-  options_.coordinator_id = "this-one";
   StartCoordinator();
   Submit(2, 2, {"v"});
   Puppet puppet(*stub_);
@@ -479,9 +478,10 @@ TEST_F(CoordinatorServerTest, AReportOfAnotherDatabaseIsStale) {
   fail.set_worker("w");
   fail.set_fingerprint("x");
   const struct {
-    const char* id;
+    std::string id;
     v1::ReportOutcome outcome;
-  } cases[] = {{"that-one", v1::REPORT_OUTCOME_STALE_FENCE}, {"this-one", v1::REPORT_OUTCOME_OK}};
+  } cases[] = {{"another", v1::REPORT_OUTCOME_STALE_FENCE},
+               {queue_->database_id(), v1::REPORT_OUTCOME_OK}};
   for (const auto& row : cases) {
     fail.set_coordinator_id(row.id);
     grpc::ClientContext context;

@@ -1,5 +1,6 @@
 #include "worker/scene/solve.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <variant>
@@ -83,6 +84,10 @@ absl::Status Dress(const v1::SolveJob& job, const v1::Layout& layout, const Canc
 absl::StatusOr<v1::SolveResult> Solve(const v1::SolveJob& job, const CancelToken& cancel) {
   if (job.config().type() != v1::SCENE_TYPE_INDOOR) {
     return absl::InvalidArgumentError("type: only indoor scenes can be solved");
+  }
+  const v1::RigConfig& rigs = job.config().rigs();
+  if (rigs.count() < 1 || rigs.width_px() < 1 || rigs.height_px() < 1) {
+    return absl::InvalidArgumentError("rigs: count, width_px and height_px must be at least 1");
   }
   v1::SolveResult result;
   v1::Layout layout;

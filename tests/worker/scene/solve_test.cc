@@ -261,6 +261,12 @@ TEST(Solve, RoomWithoutFreePlacesIsRejected) {
   EXPECT_TRUE(result.has_layout()) << "others can still share it";
 }
 
+TEST(Solve, ConfigWithoutRigsIsAnInvalidArgument) {
+  v1::SolveJob job = JobOf(3);
+  job.mutable_config()->clear_rigs();
+  EXPECT_EQ(Solve(job, CancelToken()).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
 TEST(Solve, UnknownNamesAreInvalidArguments) {
   v1::SolveJob job = JobOf(3);
   job.mutable_config()->mutable_floating()->add_classes("Chiar");

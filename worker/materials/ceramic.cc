@@ -28,7 +28,8 @@ class GlazedCeramic final : public Material {
  public:
   explicit GlazedCeramic(Rng& rng) {
     thick_ = DrawGlaze(rng);
-    thin_ = Mix(thick_, DrawGlaze(rng), Draw(rng, 0.1, 0.6));
+    const Vec3f other = DrawGlaze(rng);
+    thin_ = Mix(thick_, other, Draw(rng, 0.1, 0.6));
     flow_m_ = Draw(rng, 0.03, 0.10);
     roughness_ = rng.Bernoulli(0.75) ? Draw(rng, 0.06, 0.15) : Draw(rng, 0.3, 0.5);
     crackle_ = rng.Bernoulli(0.25) ? Draw(rng, 0.2, 0.5) : 0.0f;
@@ -175,7 +176,11 @@ class CeramicTiles final : public Material {
     const Vec3f first = DrawGlaze(rng);
     for (int i = 0; i < style.palette; ++i) {
       const auto k = static_cast<size_t>(i);
-      glazes_[k] = i == 0 ? first : Mix(first, DrawGlaze(rng), Draw(rng, 0.3, 0.9));
+      glazes_[k] = first;
+      if (i > 0) {
+        const Vec3f other = DrawGlaze(rng);
+        glazes_[k] = Mix(first, other, Draw(rng, 0.3, 0.9));
+      }
       mean_ += glazes_[k] / static_cast<float>(style.palette);
     }
     chequered_ = style.palette == 2;

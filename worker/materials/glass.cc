@@ -13,7 +13,7 @@ using noise::Saturate;
 class ClearGlass final : public Material {
  public:
   explicit ClearGlass(Rng& rng) {
-    color_ = Vec3f(Draw(rng, 0.86, 0.9), Draw(rng, 0.88, 0.9), Draw(rng, 0.87, 0.9));
+    color_ = Vec3f{Draw(rng, 0.86, 0.9), Draw(rng, 0.88, 0.9), Draw(rng, 0.87, 0.9)};
   }
   SurfaceSample Evaluate(const SurfacePoint&) const override {
     SurfaceSample out;
@@ -33,8 +33,8 @@ class ClearGlass final : public Material {
 class SolidGlass final : public Material {
  public:
   explicit SolidGlass(Rng& rng) {
-    color_ =
-        Mix(Vec3f::Constant(0.9f), HsvColor(rng.Uniform(0.3, 0.6), 0.25, 0.95), Draw(rng, 0, 0.5));
+    const Vec3f tint = HsvColor(rng.Uniform(0.3, 0.6), 0.25, 0.95);
+    color_ = Mix(Vec3f::Constant(0.9f), tint, Draw(rng, 0, 0.5));
     ior_ = Draw(rng, 1.46, 1.6);
   }
   SurfaceSample Evaluate(const SurfacePoint&) const override {
@@ -86,7 +86,8 @@ class TintedGlass final : public Material {
 class FrostedGlass final : public Material {
  public:
   explicit FrostedGlass(Rng& rng) {
-    color_ = Mix(Vec3f::Constant(0.88f), HsvColor(rng.Uniform(), 0.3, 0.9), Draw(rng, 0, 0.4));
+    const Vec3f tint = HsvColor(rng.Uniform(), 0.3, 0.9);
+    color_ = Mix(Vec3f::Constant(0.88f), tint, Draw(rng, 0, 0.4));
     roughness_ = Draw(rng, 0.3, 0.6);
     grain_m_ = rng.Bernoulli(0.5) ? Draw(rng, 0.004, 0.014) : 0.0015f;
     seed_ = DrawSeed(rng);

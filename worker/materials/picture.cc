@@ -230,7 +230,8 @@ class Cover final : public Printed {
       letters_.push_back(line);
     }
     Lettering author;
-    author.text = DrawWord(rng, 2) + " " + DrawWord(rng, 2);
+    author.text = DrawWord(rng, 2) + " ";
+    author.text += DrawWord(rng, 2);
     author.height = Draw(rng, 0.025, 0.04);
     author.width = 0.5f;
     author.u = 0.25f;
@@ -292,9 +293,11 @@ class ProductLabel final : public Printed {
   explicit ProductLabel(Rng& rng) : Printed(rng, Ground::kCoated) {
     palette_ = DrawPalette(rng);
     const bool vivid = rng.Bernoulli(0.6);
-    ground_ = vivid ? VaryColor(rng, HsvColor(rng.Uniform(), rng.Uniform(0.45, 0.8),
-                                              rng.Uniform(0.45, 0.85)))
-                    : palette_[4];
+    ground_ = palette_[4];
+    if (vivid) {
+      const double hue = rng.Uniform(), saturation = rng.Uniform(0.45, 0.8);
+      ground_ = VaryColor(rng, HsvColor(hue, saturation, rng.Uniform(0.45, 0.85)));
+    }
     badge_ = Luminance(ground_) > 0.3f ? palette_[0] : palette_[4];
     badge_kind_ = rng.UniformInt(0, 2);
     badge_v_ = Draw(rng, 0.58, 0.72);
@@ -311,7 +314,8 @@ class ProductLabel final : public Printed {
     brand_.v = badge_v_ - 0.5f * brand_.height;
     brand_.stroke = Draw(rng, 0.5, 0.85);
     brand_.color = Luminance(badge_) > 0.3f ? Vec3f(palette_[1] * 0.8f) : palette_[4];
-    kind_.text = DrawWord(rng, 1) + " " + DrawWord(rng, 2);
+    kind_.text = DrawWord(rng, 1) + " ";
+    kind_.text += DrawWord(rng, 2);
     kind_.height = 0.045f;
     kind_.width = 0.5f;
     kind_.u = 0.25f;
@@ -396,7 +400,8 @@ class PrintedPage final : public Printed {
       blocks_.push_back({0.08f + width * Float(i), 0.06f, 0.08f + width * Float(i + 1) - 0.03f,
                          0.82f, line, Vec3f::Constant(0.06f), DrawSeed(rng)});
     }
-    title_.text = DrawWord(rng, 2) + " " + DrawWord(rng, rng.UniformInt(1, 3));
+    title_.text = DrawWord(rng, 2) + " ";
+    title_.text += DrawWord(rng, rng.UniformInt(1, 3));
     title_.height = Draw(rng, 0.04, 0.08);
     title_.width = 0.84f;
     title_.u = 0.08f;

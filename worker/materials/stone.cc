@@ -38,7 +38,7 @@ class Marble final : public Material {
     thickness_ = Draw(rng, 0.04, 0.13);
     strength_ = Draw(rng, 0.55, 0.95);
     roughness_ = rng.Bernoulli(0.7) ? Draw(rng, 0.06, 0.16) : Draw(rng, 0.3, 0.45);
-    bedding_ = Vec3f(Draw(rng, 0.3, 1), Draw(rng, -1, 1), Draw(rng, 0.3, 1)).normalized();
+    bedding_ = Vec3f{Draw(rng, 0.3, 1), Draw(rng, -1, 1), Draw(rng, 0.3, 1)}.normalized();
     seed_ = DrawSeed(rng);
   }
   SurfaceSample Evaluate(const SurfacePoint& point) const override {

@@ -10,9 +10,10 @@ using SteadyTime = std::chrono::steady_clock::time_point;
 class Clock {
  public:
   virtual ~Clock() = default;
-  virtual double UnixSeconds() = 0;     // Wall clock: for people and for deadlines kept across restarts.
-  virtual SteadyTime Steady() = 0;      // Never jumps: for durations and leases.
-  static Clock& System();               // The machine's.
+  virtual double
+  UnixSeconds() = 0;  // Wall clock: for people and for deadlines kept across restarts.
+  virtual SteadyTime Steady() = 0;  // Never jumps: for durations and leases.
+  static Clock& System();           // The machine's.
 };
 
 }  // namespace parallax

@@ -1,9 +1,9 @@
-// Randomness has addresses: every decision draws from its own counter-based stream, named by the scene's seed and a
-// path ("scene/floating/7/material"). Adding a chair does not change the walls.
+// Randomness has addresses: every decision draws from its own counter-based stream, named by the
+// scene's seed and a path ("scene/floating/7/material"). Adding a chair does not change the walls.
 //
-// A stream is Philox4x32-10 whose 64-bit key and upper 64 counter bits are 128 bits of SHA-256(seed, path); the lower
-// 64 counter bits count blocks.   Source: Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011;
-// test vectors: Random123's kat_vectors.
+// A stream is Philox4x32-10 whose 64-bit key and upper 64 counter bits are 128 bits of
+// SHA-256(seed, path); the lower 64 counter bits count blocks.   Source: Salmon et al., "Parallel
+// random numbers: as easy as 1, 2, 3", SC 2011; test vectors: Random123's kat_vectors.
 #pragma once
 
 #include <array>
@@ -27,7 +27,8 @@ class Rng {
  public:
   explicit Rng(SceneSeed seed, std::string_view path = "");
 
-  // The stream at this one's address + "/" + name (+ "/" + index). Does not depend on what was drawn from this one.
+  // The stream at this one's address + "/" + name (+ "/" + index). Does not depend on what was
+  // drawn from this one.
   Rng Child(std::string_view name) const;
   Rng Child(std::string_view name, uint64_t index) const;
 

@@ -1,5 +1,6 @@
-// Errors below `main` are absl::Status / StatusOr. This header adds what Debian's Abseil (20220623) lacks:
-// early-return macros, formatted messages from std::string_view, context for an error on its way up.
+// Errors below `main` are absl::Status / StatusOr. This header adds what Debian's Abseil (20220623)
+// lacks: early-return macros, formatted messages from std::string_view, context for an error on its
+// way up.
 #pragma once
 
 #include <string>
@@ -24,8 +25,9 @@ inline absl::Status MakeError(absl::StatusCode code, std::string_view message) {
   return absl::Status(code, ToAbsl(message));
 }
 
-// Maps errno to a status: "open /a/b: No space left on device" (kResourceExhausted for ENOSPC and EDQUOT,
-// kNotFound for ENOENT, kPermissionDenied for EACCES, EPERM and EROFS, else kUnavailable for EIO, kInternal).
+// Maps errno to a status: "open /a/b: No space left on device" (kResourceExhausted for ENOSPC and
+// EDQUOT, kNotFound for ENOENT, kPermissionDenied for EACCES, EPERM and EROFS, else kUnavailable
+// for EIO, kInternal).
 absl::Status ErrnoError(int error_number, std::string_view what);
 
 }  // namespace parallax
@@ -33,9 +35,9 @@ absl::Status ErrnoError(int error_number, std::string_view what);
 #define PARALLAX_CONCAT_INNER(a, b) a##b
 #define PARALLAX_CONCAT(a, b) PARALLAX_CONCAT_INNER(a, b)
 
-#define RETURN_IF_ERROR(expression)                  \
-  do {                                               \
-    ::absl::Status parallax_status = (expression);   \
+#define RETURN_IF_ERROR(expression)                    \
+  do {                                                 \
+    ::absl::Status parallax_status = (expression);     \
     if (!parallax_status.ok()) return parallax_status; \
   } while (false)
 

@@ -1,4 +1,5 @@
-// Points, vectors, boxes and rigid transforms. Geometry is float (metres); poses and recipes are double.
+// Points, vectors, boxes and rigid transforms. Geometry is float (metres); poses and recipes are
+// double.
 #pragma once
 
 #include <Eigen/Core>

@@ -258,9 +258,8 @@ std::string StatusPage(const StatusSnapshot& snapshot) {
   html += kStyle;
   html += "</style></head><body><main>\n<header><h1><i>Parallax</i> coordinator</h1>";
   html += "<span class=\"soft\">version " + EscapeHtml(snapshot.version) + " &middot; up " +
-          DurationText(snapshot.uptime_s) + " &middot; epoch " +
-          std::to_string(snapshot.epoch) + " &middot; store " + EscapeHtml(snapshot.store_uri) +
-          "</span></header>\n";
+          DurationText(snapshot.uptime_s) + " &middot; epoch " + std::to_string(snapshot.epoch) +
+          " &middot; store " + EscapeHtml(snapshot.store_uri) + "</span></header>\n";
   html += Tiles(snapshot) + "<h2>Studies</h2>\n";
   if (snapshot.studies.empty()) {
     html +=

@@ -45,8 +45,7 @@ absl::StatusOr<uint64_t> RaiseEpoch(SqliteConnection& db, double now_unix_s) {
 absl::StatusOr<std::string> DatabaseId(SqliteConnection& db) {
   SqliteQuery first(db, "SELECT epoch, started_unix_s FROM epochs ORDER BY epoch LIMIT 1");
   if (!first.Next()) return MakeError(absl::StatusCode::kDataLoss, "no epoch");
-  const std::string start =
-      std::to_string(first.Int(0)) + " " + std::to_string(first.Real(1));
+  const std::string start = std::to_string(first.Int(0)) + " " + std::to_string(first.Real(1));
   return Sha256Hex(start).substr(0, 16);
 }
 
@@ -498,8 +497,8 @@ absl::StatusOr<std::vector<std::string>> JobQueue::CheckFile(const std::string& 
 
 absl::Status JobQueue::Backup(const std::string& path) {
   return MakeCopy(path, [this](const std::string& temporary) {
-    return impl_->readers_->Read(
-        0, [&](SqliteConnection& db) { return CopyDatabase(db, temporary); });
+    return impl_->readers_->Read(0,
+                                 [&](SqliteConnection& db) { return CopyDatabase(db, temporary); });
   });
 }
 

@@ -141,8 +141,8 @@ void Writer::RunGroup(std::vector<Command>& group) {
   CheckpointIfLong();
 }
 
-// A reader that finds the WAL's index half-written takes the write lock for a moment to look again; that is no reason
-// to give up. Only here: a checkpoint must not wait for readers.
+// A reader that finds the WAL's index half-written takes the write lock for a moment to look again;
+// that is no reason to give up. Only here: a checkpoint must not wait for readers.
 absl::Status Writer::Begin() {
   sqlite3_busy_timeout(db_.raw(), kReaderLooksAgainMs);
   const absl::Status status = db_.Run("BEGIN IMMEDIATE");

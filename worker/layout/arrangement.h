@@ -91,7 +91,8 @@ class Arrangement {
   // Whether two items are let overlap in the plan: rugs under things, what stands on the other.
   bool Exempt(const Item& a, const Item& b) const;
   bool IsRug(const Item& item) const;
-  // Whether something between two heights leaves doors free, and `window_depth_m` before windows above their sills.
+  // Whether something between two heights leaves doors free, and `window_depth_m` before windows
+  // above their sills.
   bool ClearOfOpenings(const Footprint& footprint, double bottom_m, double top_m,
                        double window_depth_m) const;
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/base/rng.h"
+#include "common/math/color.h"
 #include "worker/materials/material.h"
 #include "worker/materials/noise.h"
 
@@ -21,9 +22,6 @@ Vec3f VaryColor(Rng& rng, const Vec3f& color, double value = 0.12, double tint =
 // Towards grey of the same luminance; 0 = unchanged, 1 = grey.
 Vec3f Desaturate(const Vec3f& color, float amount);
 
-inline float Luminance(const Vec3f& c) {
-  return 0.2126f * c.x() + 0.7152f * c.y() + 0.0722f * c.z();
-}
 inline Vec3f Mix(const Vec3f& a, const Vec3f& b, float t) { return a + (b - a) * t; }
 // What real surfaces reflect: nothing is blacker than 2 % or whiter than 90 %.
 inline Vec3f Albedo(const Vec3f& c) { return c.cwiseMax(0.02f).cwiseMin(0.9f); }

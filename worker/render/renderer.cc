@@ -186,9 +186,10 @@ class SceneRenderer final : public Renderer {
     });
   }
 
-  // Box filter one pixel wide: edges in the picture are where the ground truth has them. Returns rays traced.
+  // Box filter one pixel wide: edges in the picture are where the ground truth has them. Returns
+  // rays traced.
   uint64_t TracePixel(const PinholeCamera& camera, const PathOptions& options, uint32_t stream_hash,
-                  int x, int y, const CancelToken& cancel, Film* film) const {
+                      int x, int y, const CancelToken& cancel, Film* film) const {
     Vec3f color = Vec3f::Zero(), albedo = Vec3f::Zero(), normal = Vec3f::Zero();
     uint64_t rays = 0;
     const int samples = profile_.samples_per_pixel;

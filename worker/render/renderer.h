@@ -1,4 +1,5 @@
-// Pays once for each scene what its rigs share: geometry, acceleration structure, light tables, denoiser.
+// Pays once for each scene what its rigs share: geometry, acceleration structure, light tables,
+// denoiser.
 #pragma once
 
 #include <functional>

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/math/color.h"
 #include "common/math/types.h"
 
 namespace parallax {
@@ -12,10 +13,6 @@ namespace parallax {
 inline constexpr float kPi = 3.14159265358979323846f;
 inline constexpr float kInvPi = 0.31830988618379067154f;
 
-// Of linear Rec. 709.
-inline float Luminance(const Vec3f& rgb) {
-  return 0.2126f * rgb.x() + 0.7152f * rgb.y() + 0.0722f * rgb.z();
-}
 inline float Square(float x) { return x * x; }
 inline bool IsBlack(const Vec3f& rgb) { return !(rgb.maxCoeff() > 0.0f); }
 

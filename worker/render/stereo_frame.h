@@ -1,4 +1,5 @@
-// One stereo pair with its ground truth, in memory, as dataset-format names it. Both views share width and height.
+// One stereo pair with its ground truth, in memory, as dataset-format names it. Both views share
+// width and height.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +14,8 @@ enum MaskBit : uint8_t { kMaskSky = 1, kMaskExterior = 2, kMaskTransparent = 4, 
 struct View {
   ImageRgb8 color;      // 8-bit sRGB.
   ImageF depth_m;       // Along the optical axis at pixel centres, exact first hit; 0 = no surface.
-  ImageF disparity_px;  // fx * baseline / depth in float precision, positive in both views; 0 = no surface.
+  ImageF disparity_px;  // fx * baseline / depth in float precision, positive in both views; 0 = no
+                        // surface.
   ImageU8 occlusion;    // 255 = occluded or outside the other view, 0 = visible in both.
   ImageU16 objects;     // SceneObject.index, 0 = none.
   ImageU16 materials;   // SceneMaterial.index, 0 = none.
@@ -23,7 +25,8 @@ struct View {
 
 struct StereoFrame {
   View left, right;
-  float exposure = 1;  // Scene radiance is multiplied by it before the sRGB curve; one value for both eyes.
+  float exposure =
+      1;  // Scene radiance is multiplied by it before the sRGB curve; one value for both eyes.
   double trace_s = 0, denoise_s = 0, truth_s = 0;
   uint64_t rays = 0;  // Of the images, shadow rays included.
 };

@@ -44,7 +44,8 @@ Vec3f FamilyColor(const MaterialSlot& slot) {
   if (family == "mirror") color = {0.7f, 0.75f, 0.8f};
   if (family == "bark") color = {0.25f, 0.17f, 0.11f};
   // A hue of its own for each slot name.
-  const Vec3f tint(0.75f + 0.5f * static_cast<float>(hash / 97 % 89) / 89.0f, 0.8f + 0.4f * static_cast<float>(hash / 8633 % 83) / 83.0f,
+  const Vec3f tint(0.75f + 0.5f * static_cast<float>(hash / 97 % 89) / 89.0f,
+                   0.8f + 0.4f * static_cast<float>(hash / 8633 % 83) / 83.0f,
                    0.75f + 0.5f * static_cast<float>(hash / 716539 % 79) / 79.0f);
   return (color * shade).cwiseProduct(tint);
 }

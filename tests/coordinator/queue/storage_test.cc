@@ -213,8 +213,7 @@ TEST_F(StorageTest, TheAuditorFindsPlantedCorruption) {
 TEST_F(StorageTest, AFileThatACoordinatorHasOpenCanBeCopied) {
   Submit({.pairs = 4});
   const std::string backup = folder_ + "/copy.db";
-  EXPECT_EQ(JobQueue::BackupFile(folder_ + "/none.db", backup).code(),
-            absl::StatusCode::kNotFound);
+  EXPECT_EQ(JobQueue::BackupFile(folder_ + "/none.db", backup).code(), absl::StatusCode::kNotFound);
   const absl::Status copied = JobQueue::BackupFile(options_.db_path, backup);
   ASSERT_TRUE(copied.ok()) << copied;
   EXPECT_EQ(JobQueue::BackupFile(options_.db_path, backup).code(),

@@ -85,7 +85,8 @@ TEST(Keys, VersionSeedSceneAndRigEachChangeTheKey) {
 // Results of earlier runs are found by these; a change here makes everything again.
 TEST(Keys, StayWhatTheyAreWithinAGeneratorVersion) {
   EXPECT_EQ(SceneSeedOf(1, 0).value, 13697308113189384837ull);
-  EXPECT_EQ(HexOf(LayoutKey("1", DigestsOf(SomeConfig()), SceneSeed{7})).substr(0, 16), "0437a14c03466357");
+  EXPECT_EQ(HexOf(LayoutKey("1", DigestsOf(SomeConfig()), SceneSeed{7})).substr(0, 16),
+            "0437a14c03466357");
 }
 
 TEST(Keys, StorePrefixIsTwoHexDigitsAndTheKey) {

@@ -33,7 +33,8 @@ const v1::Scene& SolvedScene() {
 }
 
 tinygltf::Model ExportAndLoad(const v1::Scene& scene) {
-  const std::string path = ::testing::TempDir() + "gltf_export_test.glb";
+  const std::string path = ::testing::TempDir() + "gltf_export_" +
+                           ::testing::UnitTest::GetInstance()->current_test_info()->name() + ".glb";
   const absl::Status status = ExportGltf(scene, path);
   EXPECT_TRUE(status.ok()) << status;
   tinygltf::Model model;

@@ -101,7 +101,7 @@ class StudyLoader {
       if (name == "study") {
         if (const auto value = reader_.ReadName(node, name)) spec_.set_name(*value);
       } else if (name == "base") {
-        ReadBase(node, &base);
+        ReadBase(node, "base", &base);
       } else if (name == "seed") {
         if (const auto value = reader_.ReadUint64(node, name)) spec_.set_seed(*value);
       } else if (name == "pairs") {
@@ -133,12 +133,12 @@ class StudyLoader {
     CheckRigs(seen.count("rigs_per_scene") > 0 ? &rigs_per_scene : nullptr);
   }
 
-  void ReadBase(const YAML::Node& node, v1::SceneConfig* base) {
-    const std::optional<std::string> named = reader_.ReadText(node, "base");
+  void ReadBase(const YAML::Node& node, const std::string& path, v1::SceneConfig* base) {
+    const std::optional<std::string> named = reader_.ReadText(node, path);
     if (!named) return;
     const absl::StatusOr<Text> text = FindBase(*named);
     if (!text.ok()) {
-      reader_.Error(node, "base", ToStd(text.status().message()));
+      reader_.Error(node, path, ToStd(text.status().message()));
       return;
     }
     YamlReader base_reader(text->file, &errors_);
@@ -169,9 +169,26 @@ class StudyLoader {
       v1::VariantSpec variant;
       bool has_name = false, has_set = false, has_config = false;
       *variant.mutable_config() = base;
-      for (const auto& [name, value] : reader_.Entries(node[i], path)) {
+      const auto entries = reader_.Entries(node[i], path);
+      // First, wherever it stands: `set` is merged onto it.
+      for (const auto& [name, value] : entries) {
+        if (name != "base") continue;
+        *variant.mutable_config() = DefaultSceneConfig();
+        ReadBase(value, path + ".base", variant.mutable_config());
+      }
+      for (const auto& [name, value] : entries) {
         const std::string field_path = path + "." + name;
-        if (name == "name") {
+        if (name == "base") continue;
+        if (name == "pairs") {
+          if (const auto pairs = reader_.ReadInt(value, field_path, 1, kMostPairs)) {
+            variant.set_pairs(*pairs);
+          }
+        } else if (name == "rigs_per_scene") {
+          if (const auto rigs = reader_.ReadInt(value, field_path, 1, 1000)) {
+            variant.set_rigs_per_scene(static_cast<int32_t>(*rigs));
+            rigs_nodes_.emplace_back(spec_.variants_size(), value);
+          }
+        } else if (name == "name") {
           has_name = true;
           const auto text = reader_.ReadName(value, field_path);
           if (text) variant.set_name(*text);
@@ -188,7 +205,8 @@ class StudyLoader {
           *variant.mutable_config() = DefaultSceneConfig();
           if (!value.IsNull()) reader_.Merge(value, variant.mutable_config(), field_path);
         } else {
-          reader_.UnknownField(value, path, name, {"name", "set", "config"});
+          reader_.UnknownField(value, path, name,
+                               {"name", "base", "pairs", "rigs_per_scene", "set", "config"});
         }
       }
       if (has_set && has_config) {
@@ -207,6 +225,7 @@ class StudyLoader {
   void CheckRigs(const YAML::Node* node) {
     int32_t fewest = std::numeric_limits<int32_t>::max();
     for (const v1::VariantSpec& variant : spec_.variants()) {
+      if (variant.rigs_per_scene() > 0) continue;  // Has its own.
       const int32_t count = variant.config().rigs().count();
       fewest = std::min(fewest, count);
       if (node != nullptr && spec_.rigs_per_scene() > count) {
@@ -216,13 +235,27 @@ class StudyLoader {
                           "\" has, allowed 1 to rigs.count = " + std::to_string(count));
       }
     }
-    if (node == nullptr && !spec_.variants().empty()) spec_.set_rigs_per_scene(fewest);
+    for (const auto& [index, own] : rigs_nodes_) {
+      const v1::VariantSpec& variant = spec_.variants(index);
+      const int32_t count = variant.config().rigs().count();
+      if (variant.rigs_per_scene() > count) {
+        reader_.Error(own, "variants[" + std::to_string(index) + "].rigs_per_scene",
+                      std::to_string(variant.rigs_per_scene()) +
+                          " is more than the variant has, allowed 1 to rigs.count = " +
+                          std::to_string(count));
+      }
+    }
+    if (node == nullptr && !spec_.variants().empty()) {
+      const bool all_own = fewest == std::numeric_limits<int32_t>::max();
+      spec_.set_rigs_per_scene(all_own ? spec_.variants(0).rigs_per_scene() : fewest);
+    }
   }
 
   std::string_view yaml_;
   ConfigErrors errors_;
   YamlReader reader_;
   v1::StudySpec spec_;
+  std::vector<std::pair<int, YAML::Node>> rigs_nodes_;  // Of variants with rigs_per_scene.
 };
 
 }  // namespace

@@ -250,7 +250,12 @@ std::string StudyToYaml(const v1::StudySpec& study) {
   out += "priority: " + std::to_string(study.priority()) + "\n";
   out += study.variants().empty() ? "variants: []\n" : "variants:\n";
   for (const v1::VariantSpec& variant : study.variants()) {
-    out += "  - name: " + QuotedIfNeeded(variant.name()) + "\n    config:\n";
+    out += "  - name: " + QuotedIfNeeded(variant.name()) + "\n";
+    if (variant.pairs() > 0) out += "    pairs: " + std::to_string(variant.pairs()) + "\n";
+    if (variant.rigs_per_scene() > 0) {
+      out += "    rigs_per_scene: " + std::to_string(variant.rigs_per_scene()) + "\n";
+    }
+    out += "    config:\n";
     WriteMessage(variant.config(), "      ", out);
   }
   return out;

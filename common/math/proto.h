@@ -30,4 +30,11 @@ inline v1::Transform ToProto(const Pose& pose) {
   return out;
 }
 
+// The pose of Scene.objects(object) in a keyframe.
+inline Pose KeyframePose(const v1::Keyframe& keyframe, int object) {
+  const auto at = [&](int k) { return double{keyframe.world_from_object(8 * object + k)}; };
+  return {
+      {at(0), at(1), at(2)}, Eigen::Quaterniond(at(3), at(4), at(5), at(6)).normalized(), at(7)};
+}
+
 }  // namespace parallax

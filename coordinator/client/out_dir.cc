@@ -11,6 +11,7 @@
 
 #include "common/base/file.h"
 #include "coordinator/client/text.h"
+#include "coordinator/study/expansion.h"
 
 namespace parallax::client {
 namespace {
@@ -122,7 +123,7 @@ int64_t EstimateBytes(const v1::StudySpec& study) {
     const v1::RigConfig& rigs = variant.config().rigs();
     const double pixels = static_cast<double>(rigs.width_px()) * rigs.height_px();
     const double maps = variant.config().render().maps_size() / 7.0;
-    bytes += static_cast<double>(study.pairs()) * pixels *
+    bytes += static_cast<double>(PairsOf(study, variant)) * pixels *
              (kImageBytesPerPixel + kMapsBytesPerPixel * maps);
   }
   return static_cast<int64_t>(bytes);

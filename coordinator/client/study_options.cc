@@ -4,11 +4,13 @@
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/base/hash.h"
 #include "common/base/version.h"
 #include "common/config/config.h"
 #include "coordinator/client/text.h"
+#include "coordinator/study/expansion.h"
 
 namespace parallax::client {
 namespace {
@@ -90,14 +92,35 @@ absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
   if (options.name) study.set_name(*options.name);
   if (options.seed) study.set_seed(*options.seed);
   if (options.rigs) study.set_rigs_per_scene(*options.rigs);
+  for (v1::VariantSpec& variant : *study.mutable_variants()) {
+    if (options.rigs) variant.clear_rigs_per_scene();
+    // Variants that differ in size keep their proportions.
+    if (options.pairs && variant.pairs() > 0) {
+      const double share =
+          static_cast<double>(variant.pairs()) / static_cast<double>(study.pairs());
+      variant.set_pairs(
+          std::max<int64_t>(1, std::llround(share * static_cast<double>(*options.pairs))));
+    }
+    if (options.scenes && (variant.pairs() > 0 || variant.rigs_per_scene() > 0)) {
+      variant.set_pairs(*options.scenes * RigsPerSceneOf(study, variant));
+    }
+  }
   if (options.pairs) study.set_pairs(*options.pairs);
   if (options.scenes) study.set_pairs(*options.scenes * study.rigs_per_scene());
   if (options.priority) study.set_priority(*options.priority);
   for (v1::VariantSpec& variant : *study.mutable_variants()) {
-    ApplyToVariant(options, study.rigs_per_scene(), *variant.mutable_config());
+    ApplyToVariant(options, RigsPerSceneOf(study, variant), *variant.mutable_config());
   }
   RETURN_IF_ERROR(WithoutLineNumber(ValidateStudy(study)));
   return study;
+}
+
+std::string DescribeSize(const v1::StudySpec& study) {
+  const bool alike = std::all_of(study.variants().begin(), study.variants().end(),
+                                 [](const auto& variant) { return variant.pairs() == 0; });
+  const std::string variants = Plural(study.variants_size(), "variant");
+  return alike ? variants + " x " + Plural(study.pairs(), "pair")
+               : variants + ", " + Plural(TotalPairsOf(study), "pair") + " in all";
 }
 
 std::string IdempotencyKey(const v1::StudySpec& study) {

@@ -34,6 +34,9 @@ void AddStudyOptions(CLI::App& command, StudyOptions& options);
 // range.
 absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options);
 
+// "3 variants x 5,000 pairs", or what they come to where variants differ in size.
+std::string DescribeSize(const v1::StudySpec& study);
+
 // Equal for studies that ask for the same pairs of the same data by the same generator version;
 // `source_yaml` and priority don't count.
 std::string IdempotencyKey(const v1::StudySpec& study);

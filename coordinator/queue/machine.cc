@@ -6,6 +6,7 @@
 #include <chrono>
 
 #include "coordinator/queue/compress.h"
+#include "coordinator/study/expansion.h"
 #include "coordinator/study/rigs.h"
 
 namespace parallax {
@@ -122,8 +123,8 @@ absl::StatusOr<v1::SubmitReply> Machine::Submit(const v1::SubmitRequest& request
     RETURN_IF_ERROR(
         db_.Run("INSERT INTO variants(study_id, name, config_z, pairs_wanted, rigs_per_scene)"
                 " VALUES (?1, ?2, ?3, ?4, ?5)",
-                id, variant.name(), SqlBlob{PackMessage(variant.config())}, spec.pairs(),
-                spec.rigs_per_scene()));
+                id, variant.name(), SqlBlob{PackMessage(variant.config())}, PairsOf(spec, variant),
+                RigsPerSceneOf(spec, variant)));
   }
   RETURN_IF_ERROR(store_.Audit(Now(), actor, "submit", id, spec.name()));
   ledger_.NoteCreated(id);

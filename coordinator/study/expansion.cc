@@ -45,13 +45,23 @@ absl::Status CheckStudySpec(const v1::StudySpec& spec) {
                  ": wanted a name of a-z, 0-9, _ and -, that begins with a letter or digit");
     }
     if (!names.insert(variant.name()).second) return Bad(where + ": named twice");
+    RETURN_IF_ERROR(WithContext(CheckRange("pairs", PairsOf(spec, variant), 1, kMaxPairs), where));
+    RETURN_IF_ERROR(WithContext(
+        CheckRange("rigs_per_scene", RigsPerSceneOf(spec, variant), 1, kMaxRigsPerScene), where));
     if (variant.config().rigs().has_count()) {
       RETURN_IF_ERROR(WithContext(
-          CheckRange("rigs_per_scene", spec.rigs_per_scene(), 1, variant.config().rigs().count()),
+          CheckRange("rigs_per_scene", RigsPerSceneOf(spec, variant), 1,
+                     variant.config().rigs().count()),
           where + " has only " + std::to_string(variant.config().rigs().count()) + " rigs"));
     }
   }
   return absl::OkStatus();
+}
+
+int64_t TotalPairsOf(const v1::StudySpec& study) {
+  int64_t pairs = 0;
+  for (const v1::VariantSpec& variant : study.variants()) pairs += PairsOf(study, variant);
+  return pairs;
 }
 
 Expansion NextScenes(const VariantPlan& plan, int64_t limit) {

@@ -26,6 +26,15 @@ inline constexpr int kMaxRigsPerScene = 1000;
 // rigs_per_scene out of range, rigs_per_scene above a variant's config.rigs.count.
 absl::Status CheckStudySpec(const v1::StudySpec& spec);
 
+// What a variant asks for: its own numbers, or the study's.
+inline int64_t PairsOf(const v1::StudySpec& study, const v1::VariantSpec& variant) {
+  return variant.pairs() > 0 ? variant.pairs() : study.pairs();
+}
+inline int32_t RigsPerSceneOf(const v1::StudySpec& study, const v1::VariantSpec& variant) {
+  return variant.rigs_per_scene() > 0 ? variant.rigs_per_scene() : study.rigs_per_scene();
+}
+int64_t TotalPairsOf(const v1::StudySpec& study);
+
 struct ScenePlan {
   uint32_t ordinal = 0;
   uint32_t rigs = 0;  // Pairs that it is to give in all.

@@ -59,7 +59,8 @@ std::vector<std::string> ComparableLines(const std::string& lock) {
   std::vector<std::string> lines;
   std::istringstream in(lock);
   for (std::string line; std::getline(in, line);) {
-    if (line.rfind("pairs:", 0) == 0 || line.rfind("priority:", 0) == 0) continue;
+    if (line.rfind("pairs:", 0) == 0 || line.rfind("    pairs:", 0) == 0) continue;
+    if (line.rfind("priority:", 0) == 0) continue;
     lines.push_back(line);
   }
   return lines;

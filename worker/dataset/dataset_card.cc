@@ -18,6 +18,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+int64_t PairsWanted(const v1::StudySpec& study, const v1::VariantSpec& variant) {
+  return variant.pairs() > 0 ? variant.pairs() : study.pairs();
+}
+
 struct Range {
   double sum = 0, min = std::numeric_limits<double>::infinity(), max = -min;
   int64_t count = 0;
@@ -147,7 +151,7 @@ std::string CardJson(const v1::StudySpec& study, const v1::VariantSpec& variant,
   json["variant"] = variant.name();
   json["seed"] = study.seed();
   json["versions"] = {{"generator", kGeneratorVersion}, {"program", kProgramVersion}};
-  json["pairs_wanted"] = study.pairs();
+  json["pairs_wanted"] = PairsWanted(study, variant);
   json["pairs"] = s.frames;
   json["pairs_passing_filters"] = s.passed;
   json["scenes"] = s.scenes.size();
@@ -232,8 +236,9 @@ std::string CardMarkdown(const v1::StudySpec& study, const v1::VariantSpec& vari
           kProgramVersion + " (generator " + kGeneratorVersion + ") with seed " +
           std::to_string(study.seed()) +
           "; `study.lock.yaml` one folder up makes the same again.\n\n";
-  if (s.frames < study.pairs()) {
-    text += "**Incomplete:** " + std::to_string(study.pairs()) + " pairs were asked for.\n\n";
+  if (s.frames < PairsWanted(study, variant)) {
+    text += "**Incomplete:** " + std::to_string(PairsWanted(study, variant)) +
+            " pairs were asked for.\n\n";
   }
   text +=
       "`index.jsonl` has a line a pair with the verdict of each filter; `dataset.json` has the "

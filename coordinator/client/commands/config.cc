@@ -10,7 +10,9 @@
 #include "common/base/file.h"
 #include "coordinator/client/commands/command.h"
 #include "coordinator/client/out_dir.h"
+#include "coordinator/client/study_options.h"
 #include "coordinator/client/text.h"
+#include "coordinator/study/expansion.h"
 
 namespace parallax::client {
 namespace {
@@ -63,7 +65,7 @@ absl::StatusOr<Config> Load(const std::string& path) {
 absl::StatusOr<ExitCode> Check(const ConfigOptions& options, Session& session) {
   ASSIGN_OR_RETURN(const Config config, Load(options.file));
   const int variants = config.study.variants_size();
-  const int64_t pairs = config.study.pairs() * variants;
+  const int64_t pairs = TotalPairsOf(config.study);
   const auto bytes = static_cast<double>(EstimateBytes(config.study));
   if (session.options.json) {
     Json json = {
@@ -80,9 +82,8 @@ absl::StatusOr<ExitCode> Check(const ConfigOptions& options, Session& session) {
   std::ostream& out = *session.out().stream;
   out << options.file << ": " << session.out().Paint(Tone::kGood, "ok");
   if (config.is_study) {
-    out << ", study " << config.study.name() << ": " << Plural(variants, "variant") << " x "
-        << Plural(config.study.pairs(), "pair") << " (" << config.study.rigs_per_scene()
-        << " a scene), about " << FormatBytes(bytes) << " on disk";
+    out << ", study " << config.study.name() << ": " << DescribeSize(config.study) << " ("
+        << config.study.rigs_per_scene() << " a scene), about " << FormatBytes(bytes) << " on disk";
   } else {
     out << ", a scene config";
   }

@@ -57,8 +57,7 @@ absl::Status ConfirmSpace(const v1::StudySpec& study, const OutDir& out, const R
 void PrintOpening(const v1::StudySpec& study, const OutDir& out, int workers,
                   const Session& session) {
   *session.err().stream << session.err().Paint(Tone::kBold, study.name()) << ": "
-                        << Plural(study.variants_size(), "variant") << " x "
-                        << Plural(study.pairs(), "pair") << " -> " << out.path() << " ("
+                        << DescribeSize(study) << " -> " << out.path() << " ("
                         << Plural(workers, "worker") << ", "
                         << Plural(std::thread::hardware_concurrency(), "core") << ")\n"
                         << std::flush;

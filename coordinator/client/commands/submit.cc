@@ -5,6 +5,7 @@
 #include "coordinator/client/study_options.h"
 #include "coordinator/client/study_view.h"
 #include "coordinator/client/text.h"
+#include "coordinator/study/expansion.h"
 
 namespace parallax::client {
 namespace {
@@ -32,7 +33,7 @@ absl::StatusOr<ExitCode> Submit(const SubmitOptions& options, Session& session) 
     ASSIGN_OR_RETURN(const v1::StudyStatus status, connection->GetStudy(reply.study_id()));
     state = StateName(status.state());
   }
-  const int64_t pairs = study.pairs() * study.variants_size();
+  const int64_t pairs = TotalPairsOf(study);
   if (session.options.json) {
     session.PrintJson({{"study_id", reply.study_id()},
                        {"name", study.name()},
@@ -49,10 +50,8 @@ absl::StatusOr<ExitCode> Submit(const SubmitOptions& options, Session& session) 
                       std::to_string(reply.study_id()) + " (" + state +
                       "): nothing was submitted; --again submits it once more");
   } else {
-    *session.err().stream << "submitted " << study.name() << ": "
-                          << Plural(study.variants_size(), "variant") << " x "
-                          << Plural(study.pairs(), "pair") << "; follow it with `parallax watch "
-                          << reply.study_id() << "`\n";
+    *session.err().stream << "submitted " << study.name() << ": " << DescribeSize(study)
+                          << "; follow it with `parallax watch " << reply.study_id() << "`\n";
   }
   return kExitOk;
 }

@@ -171,7 +171,8 @@ TEST(StudyYaml, EachWrongValueNamesLineFieldAndWhatIsAllowed) {
        "s.yaml:3: variants[0].name: \"-a\" can't ..."},
       {"study: s\npairs: 1\nvariants: [a]", "s.yaml:3: variants[0]: a, allowed is a map of fields"},
       {"study: s\npairs: 1\nvariants:\n  - name: a\n    sets: {}",
-       "s.yaml:5: variants[0].sets: no such field, did you mean set? (allowed: name, set, config)"},
+       "s.yaml:5: variants[0].sets: no such field, did you mean set? "
+       "(allowed: name, base, pairs, rigs_per_scene, set, config)"},
       {"study: s\npairs: 1\nvariants:\n  - name: a\n    set:\n      rigs: {baseline_m: 9}",
        "s.yaml:6: variants[0].set.rigs.baseline_m: 9 is out of range, allowed 0.001 to 2 m"},
       {"study: s\npairs: 1\nvariants:\n  - name: a\n    set: {}\n    config: {}",
@@ -181,7 +182,13 @@ TEST(StudyYaml, EachWrongValueNamesLineFieldAndWhatIsAllowed) {
       {"study: s\npairs: 1\nrigs_per_scene: 4\nvariants: [{name: a, set: {rigs: {count: 3}}}]",
        "s.yaml:3: rigs_per_scene: 4 is more than variant \"a\" has, allowed 1 to rigs.count = 3"},
       {"study: s\nbase: nowhere.yaml\npairs: 1\nvariants: [{name: a}]",
-       "s.yaml:2: base: nowhere.yaml: no such file, allowed is a path or a built-in name: indoor"},
+       "s.yaml:2: base: nowhere.yaml: no such file, allowed is a path or a built-in name: "
+       "dense, indoor"},
+      {"study: s\npairs: 1\nvariants:\n  - {name: a, rigs_per_scene: 21}",
+       "s.yaml:4: variants[0].rigs_per_scene: 21 is more than the variant has, allowed 1 to "
+       "rigs.count = 20"},
+      {"study: s\npairs: 1\nvariants:\n  - {name: a, pairs: 0}",
+       "s.yaml:4: variants[0].pairs: 0 is out of range, ..."},
       {"study: s\nbasis: x\npairs: 1\nvariants: [{name: a}]",
        "s.yaml:2: basis: no such field, did you mean base? ..."},
   };

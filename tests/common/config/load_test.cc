@@ -147,7 +147,8 @@ TEST_F(LoadTest, TheLockFileLoadsAsTheSameStudy) {
 }
 
 TEST_F(LoadTest, BuiltInStudiesEqualTheFiles) {
-  EXPECT_THAT(BuiltinStudies(), ::testing::ElementsAre("baseline", "quickstart"));
+  EXPECT_THAT(BuiltinStudies(), ::testing::ElementsAre("baseline", "cost", "mix", "quickstart",
+                                                       "scaling", "table1", "wmg150k"));
   for (const std::string& name : BuiltinStudies()) {
     const auto built_in = LoadStudy(name);
     const auto file = LoadStudy(kConfigs + "/studies/" + name + ".yaml");
@@ -180,12 +181,38 @@ TEST(BaselineStudy, HasThePapersThreeRangesAndNothingElseDiffers) {
   }
 }
 
+TEST(MixStudy, VariantsHaveTheirOwnBaseNumberOfPairsAndRigs) {
+  const auto study = LoadStudy("mix");
+  ASSERT_TRUE(study.ok()) << study.status();
+  ASSERT_GE(study->variants_size(), 4);
+  EXPECT_EQ(study->rigs_per_scene(), 20);
+  const v1::VariantSpec& indoor = study->variants(0);
+  const v1::VariantSpec& part = study->variants(3);
+  EXPECT_EQ(indoor.pairs(), 0);
+  EXPECT_EQ(indoor.rigs_per_scene(), 0);
+  EXPECT_EQ(part.name(), "m-10-80-10_dense");
+  EXPECT_EQ(part.pairs(), 4000);
+  EXPECT_EQ(part.rigs_per_scene(), 200);
+  EXPECT_TRUE(MessageDifferencer::Equals(part.config(), *LoadSceneConfig("dense")));
+  EXPECT_TRUE(MessageDifferencer::Equals(part.config(), study->variants(1).config()));
+}
+
+TEST(VariantBase, IsReadBeforeSetWhereverItStands) {
+  const auto study = ParseStudy(
+      "study: s\npairs: 4\nvariants:\n  - {name: a, set: {rigs: {count: 7}}, base: dense}", "s");
+  ASSERT_TRUE(study.ok()) << study.status();
+  EXPECT_EQ(study->variants(0).config().type(), v1::SCENE_TYPE_DENSE);
+  EXPECT_EQ(study->variants(0).config().rigs().count(), 7);
+  EXPECT_EQ(study->rigs_per_scene(), 7);
+}
+
 TEST(LoadStudy, AMissingFileIsToldWithTheBuiltInNames) {
   const absl::Status status = LoadStudy("no/such.yaml").status();
   EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(
       std::string(status.message()),
-      "no/such.yaml: no such file, allowed is a path or a built-in name: baseline, quickstart");
+      "no/such.yaml: no such file, allowed is a path or a built-in name: baseline, cost, mix, "
+      "quickstart, scaling, table1, wmg150k");
 }
 
 TEST(ValidateStudy, TellsWhatAMessageBreaks) {

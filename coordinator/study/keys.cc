@@ -55,7 +55,11 @@ ConfigDigests DigestsOf(const v1::SceneConfig& config) {
   v1::SceneConfig layout;
   layout.set_type(config.type());
   if (config.has_room()) *layout.mutable_room() = config.room();
-  if (config.has_furniture()) *layout.mutable_furniture() = config.furniture();
+  // Not whether there is furniture: that is left to `dress`, so that both kinds share a layout.
+  if (config.has_furniture()) {
+    *layout.mutable_furniture() = config.furniture();
+    layout.mutable_furniture()->clear_enabled();
+  }
   if (config.has_solver()) *layout.mutable_solver() = config.solver();
   if (config.has_assets()) *layout.mutable_assets() = config.assets();
 

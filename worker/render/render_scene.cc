@@ -56,13 +56,20 @@ struct RenderScene::Body {
   float scale = 1;
   Eigen::Affine3f world_from_object = Eigen::Affine3f::Identity();
   Mat3f normal_from_object = Mat3f::Identity();
+
+  void SetPlace(const Eigen::Affine3f& place) {
+    world_from_object = place;
+    scale = std::cbrt(std::abs(place.linear().determinant()));
+    normal_from_object = place.linear().inverse().transpose();
+  }
 };
 
 RenderScene::RenderScene() = default;
 RenderScene::~RenderScene() = default;
 
 absl::StatusOr<std::unique_ptr<RenderScene>> RenderScene::Build(SceneGeometry geometry,
-                                                                int64_t memory_limit_bytes) {
+                                                                int64_t memory_limit_bytes,
+                                                                bool movable) {
   try {
     std::unique_ptr<RenderScene> scene(new RenderScene);
     scene->geometry_ = std::move(geometry);
@@ -82,7 +89,7 @@ absl::StatusOr<std::unique_ptr<RenderScene>> RenderScene::Build(SceneGeometry ge
       }
     }
     scene->ProbeMaterials();
-    RETURN_IF_ERROR(scene->BuildEmbree(memory_limit_bytes));
+    RETURN_IF_ERROR(scene->BuildEmbree(memory_limit_bytes, movable));
     return scene;
   } catch (const std::bad_alloc&) {
     return MakeError(absl::StatusCode::kResourceExhausted,
@@ -119,7 +126,8 @@ static void FilterOcclusion(const RTCFilterFunctionNArguments* args) {
   if (context->transmittance.maxCoeff() > 1e-3f) args->valid[0] = 0;
 }
 
-absl::Status RenderScene::BuildEmbree(int64_t memory_limit_bytes) {
+absl::Status RenderScene::BuildEmbree(int64_t memory_limit_bytes, bool movable) {
+  movable_ = movable;
   device_ = EmbreeDevice(rtcNewDevice(nullptr));
   if (!device_.get()) {
     return MakeError(absl::StatusCode::kResourceExhausted, "render: Embree gives no device");
@@ -164,9 +172,7 @@ absl::Status RenderScene::BuildEmbree(int64_t memory_limit_bytes) {
     const PlacedMesh& placed = geometry_.meshes[i];
     const Mesh& mesh = *placed.mesh;
     Body& body = bodies_[i];
-    body.world_from_object = placed.world_from_object;
-    body.scale = std::cbrt(std::abs(placed.world_from_object.linear().determinant()));
-    body.normal_from_object = placed.world_from_object.linear().inverse().transpose();
+    body.SetPlace(placed.world_from_object);
     if (mesh.triangles.empty()) continue;
     auto& vertices = packed[&mesh];
     if (!vertices) {
@@ -178,7 +184,7 @@ absl::Status RenderScene::BuildEmbree(int64_t memory_limit_bytes) {
     }
     body.vertices = vertices;
     const bool filtered = lets_light_through(placed);
-    body.instanced = uses[&mesh] > 1;
+    body.instanced = movable || uses[&mesh] > 1;
     if (!body.instanced) {
       auto positions = std::make_shared<Positions>();
       positions->reserve(mesh.positions.size() + 1);
@@ -228,6 +234,33 @@ absl::Status RenderScene::BuildEmbree(int64_t memory_limit_bytes) {
                      "render: Embree error " + std::to_string(static_cast<int>(error)));
   }
   return absl::OkStatus();
+}
+
+absl::Status RenderScene::Move(const std::vector<Eigen::Affine3f>& world_from_object) {
+  if (!movable_ || world_from_object.size() != bodies_.size()) {
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     "render: " + std::to_string(world_from_object.size()) + " placements for " +
+                         std::to_string(bodies_.size()) +
+                         (movable_ ? " meshes" : " meshes that can't move"));
+  }
+  bounds_.setEmpty();
+  for (uint32_t i = 0; i < bodies_.size(); ++i) {
+    const Eigen::Affine3f& place = world_from_object[i];
+    geometry_.meshes[i].world_from_object = place;
+    bodies_[i].SetPlace(place);
+    const Mesh& mesh = *geometry_.meshes[i].mesh;
+    if (mesh.triangles.empty()) continue;
+    for (const Vec3f& p : mesh.positions) bounds_.extend(place * p);
+    const RTCGeometry instance = rtcGetGeometry(scene_.get(), i);
+    const Eigen::Matrix<float, 3, 4> matrix = place.matrix().topRows<3>();
+    rtcSetGeometryTransform(instance, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, matrix.data());
+    rtcCommitGeometry(instance);
+  }
+  rtcCommitScene(scene_.get());
+  const RTCError error = rtcGetDeviceError(device_.get());
+  if (error == RTC_ERROR_NONE) return absl::OkStatus();
+  return MakeError(absl::StatusCode::kInternal,
+                   "render: Embree error " + std::to_string(static_cast<int>(error)));
 }
 
 // Materials have no flags of their own: each is asked at points of a cube, seen from six sides and

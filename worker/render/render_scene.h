@@ -1,8 +1,8 @@
 // The scene as rays see it: placed meshes in one Embree scene, materials, and what a hit means.
 //
 // Meshes that several objects share are instanced; others are built in world space. Geometry id or,
-// for instances, instance id = index of the placed mesh. Constant after Build; queries are
-// thread-safe.
+// for instances, instance id = index of the placed mesh. Constant after Build but for Move; queries
+// are thread-safe.
 #pragma once
 
 #include <memory>
@@ -61,9 +61,16 @@ class RenderScene {
   // Errors: kResourceExhausted when Embree needs more than `memory_limit_bytes` (0: the machine's
   // memory) or allocation fails; kInvalidArgument for a placed mesh without mesh or with a material
   // index out of range.
+  // `movable`: every mesh is instanced, so that Move is cheap.
   static absl::StatusOr<std::unique_ptr<RenderScene>> Build(SceneGeometry geometry,
-                                                            int64_t memory_limit_bytes);
+                                                            int64_t memory_limit_bytes,
+                                                            bool movable = false);
   ~RenderScene();
+
+  // Places every mesh anew, in order of geometry().meshes; only the top of the acceleration
+  // structure is built again. Not while rays are under way. Errors: kInvalidArgument unless built
+  // `movable`, or for another number of placements; kInternal for what Embree says.
+  absl::Status Move(const std::vector<Eigen::Affine3f>& world_from_object);
 
   // The nearest hit beyond `t_min`; false if there is none.
   bool Intersect(const Ray& ray, float t_min, RawHit* hit) const;
@@ -89,7 +96,7 @@ class RenderScene {
   struct Vertex;  // What shading reads of a vertex, packed for the cache.
 
   RenderScene();
-  absl::Status BuildEmbree(int64_t memory_limit_bytes);
+  absl::Status BuildEmbree(int64_t memory_limit_bytes, bool movable);
   void ProbeMaterials();
 
   SceneGeometry geometry_;
@@ -99,6 +106,7 @@ class RenderScene {
   struct MemoryWatch;
   std::unique_ptr<MemoryWatch> memory_;
   EmbreeDevice device_;
+  bool movable_ = false;
   std::vector<EmbreeScene> shared_scenes_;
   EmbreeScene scene_;
 };

@@ -4,8 +4,10 @@
 #include <tbb/parallel_for.h>
 
 #include <atomic>
+#include <map>
 
 #include "common/base/clock.h"
+#include "common/math/proto.h"
 #include "worker/render/camera.h"
 #include "worker/render/denoiser.h"
 #include "worker/render/exposure.h"
@@ -46,11 +48,20 @@ class SceneRenderer final : public Renderer {
         profile_(profile),
         geometry_(std::move(geometry)),
         lights_(std::move(lights)),
-        denoiser_(std::move(denoiser)) {}
+        denoiser_(std::move(denoiser)) {
+    for (int i = 0; i < scene.keyframes_size(); ++i) {
+      keyframes_.emplace(scene.rigs(i).index(), scene.keyframes(i));
+    }
+    if (!keyframes_.empty()) {
+      surroundings_ = scene;
+      surroundings_.clear_keyframes();
+    }
+  }
 
   absl::StatusOr<StereoFrame> RenderRig(const v1::Rig& rig, const CancelToken& cancel,
                                         const ProgressFn& progress) override {
     try {
+      RETURN_IF_ERROR(Enter(rig));
       return Render(rig, cancel, progress);
     } catch (const std::bad_alloc&) {
       return MakeError(absl::StatusCode::kResourceExhausted,
@@ -59,6 +70,26 @@ class SceneRenderer final : public Renderer {
   }
 
  private:
+  // Dense scenes: everything stands as the rig's keyframe says. Meshes, their acceleration
+  // structures and materials are those of the scene.
+  absl::Status Enter(const v1::Rig& rig) {
+    if (keyframes_.empty()) return absl::OkStatus();
+    const auto found = keyframes_.find(rig.index());
+    if (found == keyframes_.end()) {
+      return MakeError(absl::StatusCode::kInvalidArgument,
+                       "rig " + std::to_string(rig.index()) + " has no keyframe");
+    }
+    const v1::Keyframe& keyframe = found->second;
+    const int count = keyframe.world_from_object_size() / 8;
+    std::vector<Eigen::Affine3f> places;
+    for (int i = 0; i < count; ++i) places.push_back(KeyframePose(keyframe, i).Affine());
+    RETURN_IF_ERROR(geometry_->Move(places));
+    *surroundings_.mutable_lights() = keyframe.lights();
+    *surroundings_.mutable_sky() = keyframe.sky();
+    ASSIGN_OR_RETURN(lights_, LightTable::Build(surroundings_, *geometry_));
+    return absl::OkStatus();
+  }
+
   absl::StatusOr<StereoFrame> Render(const v1::Rig& rig, const CancelToken& cancel,
                                      const ProgressFn& progress) {
     ASSIGN_OR_RETURN(const StereoCamera stereo, StereoCamera::FromRig(rig));
@@ -221,9 +252,22 @@ class SceneRenderer final : public Renderer {
   const v1::Room room_;
   const RenderProfile profile_;
   const std::unique_ptr<RenderScene> geometry_;
-  const LightTable lights_;
+  LightTable lights_;  // Constant but for keyframes.
   const std::unique_ptr<Denoiser> denoiser_;
+  std::map<uint32_t, v1::Keyframe> keyframes_;  // By rig index; none unless the scene has them.
+  v1::Scene surroundings_;  // Of keyframes: the scene with one's lights and sky.
 };
+
+absl::Status CheckKeyframes(const v1::Scene& scene) {
+  if (scene.keyframes().empty()) return absl::OkStatus();
+  bool whole = scene.keyframes_size() == scene.rigs_size();
+  for (const v1::Keyframe& keyframe : scene.keyframes()) {
+    whole = whole && keyframe.world_from_object_size() == 8 * scene.objects_size();
+  }
+  if (whole) return absl::OkStatus();
+  return MakeError(absl::StatusCode::kInvalidArgument,
+                   "scene: keyframes that do not fit its rigs or objects");
+}
 
 }  // namespace
 
@@ -232,8 +276,9 @@ absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(const v1::Scene& scen
                                                            const v1::RenderConfig& config) {
   try {
     ASSIGN_OR_RETURN(const RenderProfile profile, ResolveProfile(config));
+    RETURN_IF_ERROR(CheckKeyframes(scene));
     ASSIGN_OR_RETURN(std::unique_ptr<RenderScene> built,
-                     RenderScene::Build(std::move(geometry), 0));
+                     RenderScene::Build(std::move(geometry), 0, scene.keyframes_size() > 0));
     ASSIGN_OR_RETURN(LightTable lights, LightTable::Build(scene, *built));
     std::unique_ptr<Denoiser> denoiser;
     if (profile.denoise != DenoiseQuality::kOff) {

@@ -1,6 +1,6 @@
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <optional>
 #include <string>
 
 #include "common/base/rng.h"
@@ -8,57 +8,135 @@
 #include "common/math/proto.h"
 #include "worker/layout/room_shell.h"
 #include "worker/scene/dress.h"
+#include "worker/scene/place_floating.h"
+#include "worker/scene/view_guard.h"
+#include "worker/scene/warp.h"
 
 namespace parallax {
 namespace {
 
-constexpr int kTries = 40;
+// Most are turned down by comparing boxes, which costs nothing.
+constexpr int kTries = 600;
 constexpr double kWallGap_m = 0.02;
 
-// Uniform over all orientations.   Source: Shoemake, "Uniform random rotations", Graphics Gems III.
-Eigen::Quaterniond RandomRotation(Rng& rng) {
-  const double u = rng.Uniform(), a = 2 * std::numbers::pi * rng.Uniform(),
-               b = 2 * std::numbers::pi * rng.Uniform();
-  const double p = std::sqrt(1 - u), q = std::sqrt(u);
-  return Eigen::Quaterniond(q * std::cos(b), p * std::sin(a), p * std::cos(a), q * std::sin(b));
+// Where middles of objects may be: the config's box, or the room.
+Eigen::AlignedBox3d BoxOf(const v1::FloatingBox& box, const v1::Room& room) {
+  const Vec3d low(box.min_x_m(), box.min_y_m(), box.min_z_m());
+  const Vec3d high(box.max_x_m(), box.max_y_m(), box.max_z_m());
+  if ((low.array() < high.array()).all()) return {low, high};
+  return {Vec3d::Zero(), Vec3d(room.width_m(), room.depth_m(), room.height_m())};
 }
 
-absl::StatusOr<std::vector<std::string>> FloatingClasses(const v1::SceneConfig& config) {
-  std::vector<std::string> names;
-  for (const std::string& name : config.floating().classes()) {
-    if (FindAssetClass(name) == nullptr) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "floating.classes: there is no class \"" + name + "\"");
-    }
-    names.push_back(name);
-  }
-  if (!names.empty()) return names;
-  const auto& exclude = config.assets().exclude();
-  for (const AssetClass& entry : AssetCatalogue()) {
-    const bool excluded = std::find(exclude.begin(), exclude.end(), entry.name) != exclude.end();
-    if (entry.on_by_default && !excluded) {
-      names.push_back(entry.name);
-    }
-  }
-  if (names.empty()) return absl::InvalidArgumentError("assets.exclude leaves no class to float");
-  return names;
-}
+// One object that floats: what it is, before it has a place.
+struct Floater {
+  std::string class_name;
+  uint64_t seed = 0, warp_seed = 0;
+  double size_m = 0, warp = 0;
+  Box3f bounds;
+  std::shared_ptr<const TriangleTree> tree;
+};
 
-// A pose at which the bounds' middle is at a random place of the room; nothing when the bounds
-// stick out.
-bool DrawPose(Rng& rng, const v1::Room& room, const Box3f& bounds, double scale, Pose& pose) {
-  pose.scale = scale;
-  pose.rotation = RandomRotation(rng);
-  const Vec3d at(rng.Uniform(0, room.width_m()), rng.Uniform(0, room.depth_m()),
-                 rng.Uniform(0, room.height_m()));
-  pose.translation = at - scale * (pose.rotation * bounds.center().cast<double>());
-  const Vec3d half =
-      0.5 * scale *
-      (pose.rotation.toRotationMatrix().cwiseAbs() * bounds.diagonal().cast<double>());
-  const Vec3d size(room.width_m(), room.depth_m(), room.height_m());
-  return ((at - half).array() > kWallGap_m).all() &&
-         ((at + half).array() < size.array() - kWallGap_m).all();
-}
+class FloatingPlacer {
+ public:
+  FloatingPlacer(const v1::SceneConfig& config, SceneInProgress& scene)
+      : config_(config.floating()),
+        scene_(scene),
+        room_(scene.recipe.room()),
+        box_(BoxOf(config_.box(), room_)),
+        guard_(config.rigs(), scene.recipe) {}
+
+  absl::Status Place(const std::string& name, uint32_t index, const Rng& stream,
+                     const std::vector<std::string>& classes, size_t number) {
+    ASSIGN_OR_RETURN(const Floater floater, Make(stream, classes));
+    Rng poses = stream.Child("pose");
+    for (int k = 0; k < kTries; ++k) {
+      const std::optional<Pose> pose = Draft(poses, floater, number);
+      if (!pose || !InRoom(floater.bounds, *pose) || !guard_.Allows(floater.bounds, *pose)) {
+        continue;
+      }
+      if (!config_.allow_intersections() && scene_.solid.Overlaps(*floater.tree, pose->Affine())) {
+        continue;
+      }
+      guard_.Take();
+      v1::SceneObject& object = *scene_.recipe.add_objects();
+      object.set_index(index);
+      object.set_name(floater.class_name + "_floating_" + name);
+      object.set_asset_class(floater.class_name);
+      object.set_seed(floater.seed);
+      object.set_warp_seed(floater.warp_seed);
+      object.set_warp(floater.warp);
+      object.set_role(v1::OBJECT_ROLE_FLOATING);
+      object.set_relation("floating");
+      *object.mutable_world_from_object() = ToProto(*pose);
+      scene_.solid.Add(floater.tree, pose->Affine());
+      break;
+    }
+    return absl::OkStatus();
+  }
+
+ private:
+  absl::StatusOr<Floater> Make(const Rng& stream, const std::vector<std::string>& classes) {
+    Floater floater;
+    floater.class_name = stream.Child("class").Pick(classes);
+    floater.seed = stream.Child("asset").Seed();
+    floater.size_m = Draw(config_.size_m(), stream.Child("size").Uniform());
+    floater.warp = Draw(config_.warp(), stream.Child("warp").Uniform());
+    if (floater.warp > 0) {
+      floater.warp_seed = stream.Child("warp seed").Seed();
+      v1::SceneObject object;
+      object.set_asset_class(floater.class_name);
+      object.set_seed(floater.seed);
+      object.set_warp_seed(floater.warp_seed);
+      object.set_warp(floater.warp);
+      ASSIGN_OR_RETURN(const Mesh mesh, MakeObjectMesh(object));
+      floater.tree = std::make_shared<TriangleTree>(mesh);
+      floater.bounds = mesh.Bounds();
+    } else {
+      ASSIGN_OR_RETURN(const PooledAsset* asset, scene_.pool.Get(floater.class_name, floater.seed));
+      floater.tree = asset->Tree();
+      floater.bounds = asset->bounds;
+    }
+    return floater;
+  }
+
+  // A pose at random; nothing when this draw gives none. Takes equally many numbers either way.
+  std::optional<Pose> Draft(Rng& rng, const Floater& floater, size_t number) const {
+    const Eigen::Quaterniond rotation = RandomRotation(rng);
+    const double x = rng.Uniform(), y = rng.Uniform(), z = rng.Uniform();
+    const double side = std::max(double{floater.bounds.diagonal().maxCoeff()}, 1e-6);
+    const bool view = config_.placement() == v1::FloatingConfig::PLACEMENT_VIEW;
+    if (!view) {
+      const Vec3d at = box_.min() + Vec3d(x, y, z).cwiseProduct(box_.sizes());
+      return PoseAbout(at, rotation, floater.size_m / side, floater.bounds);
+    }
+    if (guard_.views().empty()) return std::nullopt;
+    const size_t rig = config_.view_rig() >= 0 ? static_cast<size_t>(config_.view_rig()) : number;
+    const RigView& from = guard_.views()[rig % guard_.views().size()];
+    const double distance = Draw(config_.distance_m(), z);
+    const Vec3d direction = from.Direction(2 * x - 1, 2 * y - 1);
+    const auto hit = scene_.solid.Intersect(from.eye.cast<float>(), direction.cast<float>());
+    if (!hit || double{hit->distance} <= distance) return std::nullopt;
+    const double grown = config_.size_at_m() > 0 ? distance / config_.size_at_m() : 1;
+    return PoseAbout(from.eye + distance * direction, rotation, floater.size_m * grown / side,
+                     floater.bounds);
+  }
+
+  bool InRoom(const Box3f& bounds, const Pose& pose) const {
+    const Vec3d middle = pose * bounds.center().cast<double>();
+    const Vec3d half =
+        0.5 * pose.scale *
+        (pose.rotation.toRotationMatrix().cwiseAbs() * bounds.diagonal().cast<double>());
+    const Vec3d size(room_.width_m(), room_.depth_m(), room_.height_m());
+    return ((middle - half).array() > kWallGap_m).all() &&
+           ((middle + half).array() < size.array() - kWallGap_m).all();
+  }
+
+  const v1::FloatingConfig& config_;
+  SceneInProgress& scene_;
+  const v1::Room& room_;
+  const Eigen::AlignedBox3d box_;
+  ViewGuard guard_;
+};
 
 }  // namespace
 
@@ -79,39 +157,16 @@ absl::Status AddSolids(SceneInProgress& scene, int first) {
   return absl::OkStatus();
 }
 
-absl::Status AddFloating(const v1::SceneConfig& config, SceneInProgress& scene) {
-  const v1::FloatingConfig& floating = config.floating();
+absl::Status AddFloating(const v1::SceneConfig& config, uint32_t first_index,
+                         SceneInProgress& scene) {
   const Rng root(scene.seed, "dress/floating");
   ASSIGN_OR_RETURN(const std::vector<std::string> classes, FloatingClasses(config));
-  const long count = std::lround(Draw(floating.count(), root.Child("count").Uniform()));
-  uint32_t next_index = 1;
-  for (const auto& object : scene.recipe.objects())
-    next_index = std::max(next_index, object.index() + 1);
+  const long count = std::lround(Draw(config.floating().count(), root.Child("count").Uniform()));
+  FloatingPlacer placer(config, scene);
   for (long i = 0; i < count; ++i) {
-    const Rng stream = root.Child("object", static_cast<uint64_t>(i));
-    const std::string& name = stream.Child("class").Pick(classes);
-    const uint64_t seed = stream.Child("asset").Seed();
-    ASSIGN_OR_RETURN(const PooledAsset* asset, scene.pool.Get(name, seed));
-    const double size = Draw(floating.size_m(), stream.Child("size").Uniform());
-    const double scale = size / static_cast<double>(asset->bounds.diagonal().maxCoeff());
-    Rng poses = stream.Child("pose");
-    for (int k = 0; k < kTries; ++k) {
-      Pose pose;
-      if (!DrawPose(poses, scene.recipe.room(), asset->bounds, scale, pose)) continue;
-      if (!floating.allow_intersections() && scene.solid.Overlaps(*asset->Tree(), pose.Affine())) {
-        continue;
-      }
-      v1::SceneObject& object = *scene.recipe.add_objects();
-      object.set_index(next_index++);
-      object.set_name(name + "_floating_" + std::to_string(i));
-      object.set_asset_class(name);
-      object.set_seed(seed);
-      object.set_role(v1::OBJECT_ROLE_FLOATING);
-      object.set_relation("floating");
-      *object.mutable_world_from_object() = ToProto(pose);
-      scene.solid.Add(asset->Tree(), pose.Affine());
-      break;
-    }
+    const auto number = static_cast<size_t>(i);
+    RETURN_IF_ERROR(placer.Place(std::to_string(i), first_index + static_cast<uint32_t>(i),
+                                 root.Child("object", number), classes, number));
   }
   return absl::OkStatus();
 }

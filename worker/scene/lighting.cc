@@ -15,11 +15,25 @@ namespace {
 constexpr double kLightGap_m = 0.12;
 constexpr int kTries = 60;
 
+// A colour of mean 1.
+Vec3d Tint(double hue_rad, double saturation) {
+  Vec3d color;
+  for (int c = 0; c < 3; ++c) {
+    color[c] = 1 + saturation * std::cos(hue_rad - 2 * std::numbers::pi * c / 3);
+  }
+  return color / color.mean();
+}
+
+}  // namespace
+
 void ChooseSky(const v1::LightingConfig& config, const Rng& root, v1::Sky& sky) {
   Rng rng = root.Child("sky");
   sky.set_strength(Draw(config.sky_strength(), root.Child("sky strength").Uniform()));
   const double warm = rng.Uniform(-1, 1);
-  *sky.mutable_tint() = ToProto(Vec3d(1 + 0.06 * warm, 1.0, 1 - 0.08 * warm));
+  const double saturation = Draw(config.sky_saturation(), root.Child("sky saturation").Uniform());
+  const double hue = root.Child("sky hue").Uniform(0, 2 * std::numbers::pi);
+  const Vec3d natural(1 + 0.06 * warm, 1.0, 1 - 0.08 * warm);
+  *sky.mutable_tint() = ToProto(Vec3d(natural.cwiseProduct(Tint(hue, saturation))));
   // Latitudes where people live: mostly 15 to 60 degrees up, all around.
   sky.set_sun_elevation_rad(rng.Uniform(12, 62) * std::numbers::pi / 180);
   sky.set_sun_azimuth_rad(rng.Uniform(0, 2 * std::numbers::pi));
@@ -28,18 +42,22 @@ void ChooseSky(const v1::LightingConfig& config, const Rng& root, v1::Sky& sky) 
   sky.set_sun_strength(overcast ? 0 : sun);
 }
 
+Vec3d LampColor(double whiteness, double power_w) {
+  const Vec3d color(1.0, 0.86 + 0.13 * whiteness, 0.72 + 0.28 * whiteness);
+  return color / color.mean() * power_w;
+}
+
+namespace {
+
 void AddPointLights(const v1::LightingConfig& config, const Rng& root, SceneInProgress& scene) {
   const v1::Room& room = scene.recipe.room();
   const long count = std::lround(Draw(config.point_lights(), root.Child("points").Uniform()));
   const double total_w = Draw(config.point_power_w(), root.Child("power").Uniform());
   // Random shares: light i's weight does not depend on how many there are.
-  std::vector<double> share;
   double sum = 0;
+  const int first = scene.recipe.lights_size();
   for (long i = 0; i < count; ++i) {
-    share.push_back(root.Child("share", static_cast<uint64_t>(i)).Uniform(0.1, 1.0));
-    sum += share.back();
-  }
-  for (long i = 0; i < count; ++i) {
+    const double share = root.Child("share", static_cast<uint64_t>(i)).Uniform(0.1, 1.0);
     Rng rng = root.Child("point", static_cast<uint64_t>(i));
     const double radius = rng.Uniform(0.04, 0.09), whiteness = rng.Uniform();
     for (int k = 0; k < kTries; ++k) {
@@ -53,11 +71,15 @@ void AddPointLights(const v1::LightingConfig& config, const Rng& root, SceneInPr
       light.set_name("Point_" + std::to_string(i));
       *light.mutable_position_m() = ToProto(at);
       light.set_radius_m(radius);
-      const Vec3d color = Vec3d(1.0, 0.86 + 0.13 * whiteness, 0.72 + 0.28 * whiteness);
-      const double power = total_w * share[static_cast<size_t>(i)] / sum;
-      *light.mutable_power_w() = ToProto(Vec3d(color / color.mean() * power));
+      *light.mutable_power_w() = ToProto(LampColor(whiteness, share));
+      sum += share;
       break;
     }
+  }
+  // A light that found no place leaves its power to the others: the total is what was drawn.
+  for (int i = first; i < scene.recipe.lights_size(); ++i) {
+    v1::Light& light = *scene.recipe.mutable_lights(i);
+    *light.mutable_power_w() = ToProto(Vec3d(FromProto(light.power_w()) * (total_w / sum)));
   }
 }
 
@@ -65,10 +87,7 @@ void AddPointLights(const v1::LightingConfig& config, const Rng& root, SceneInPr
 void DimCeiling(Rng rng, v1::Scene& recipe) {
   const double factor = std::exp(rng.Uniform(std::log(0.04), std::log(0.5)));
   const double hue = rng.Uniform(0, 2 * std::numbers::pi), saturation = rng.Uniform(0.2, 0.8);
-  Vec3d color;
-  for (int c = 0; c < 3; ++c) {
-    color[c] = 1 + saturation * std::cos(hue - 2 * std::numbers::pi * c / 3);
-  }
+  const Vec3d color = Tint(hue, saturation);
   for (v1::Light& light : *recipe.mutable_lights()) {
     if (light.kind() != v1::Light::KIND_MESH) continue;
     const auto owner = std::find_if(
@@ -76,7 +95,7 @@ void DimCeiling(Rng rng, v1::Scene& recipe) {
         [&](const v1::SceneObject& object) { return object.index() == light.object_index(); });
     if (owner == recipe.objects().end() || owner->relation() != "on_ceiling") continue;
     const double power = FromProto(light.power_w()).mean() * factor;
-    *light.mutable_power_w() = ToProto(Vec3d(color / color.mean() * power));
+    *light.mutable_power_w() = ToProto(Vec3d(color * power));
   }
 }
 

@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <map>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "common/math/proto.h"
-#include "worker/assets/asset.h"
 #include "worker/layout/room_shell.h"
+#include "worker/scene/warp.h"
 
 namespace parallax {
 namespace {
@@ -29,17 +30,20 @@ class TintedMaterial final : public Material {
   Vec3f tint_;
 };
 
+// Class, seed, warp's seed, warp.
+using MeshKey = std::tuple<std::string, uint64_t, uint64_t, double>;
+
 absl::StatusOr<std::shared_ptr<const Mesh>> MeshOf(
     const v1::Scene& scene, const v1::SceneObject& object,
-    std::map<std::pair<std::string, uint64_t>, std::shared_ptr<const Mesh>>& made) {
+    std::map<MeshKey, std::shared_ptr<const Mesh>>& made) {
   if (!object.room_part().empty()) {
     ASSIGN_OR_RETURN(Mesh mesh, MakeRoomPart(scene.room(), object.room_part()));
     return std::make_shared<const Mesh>(std::move(mesh));
   }
-  auto& entry = made[{object.asset_class(), object.seed()}];
+  auto& entry = made[{object.asset_class(), object.seed(), object.warp_seed(), object.warp()}];
   if (entry == nullptr) {
-    ASSIGN_OR_RETURN(Asset asset, MakeAsset(object.asset_class(), object.seed()));
-    entry = std::make_shared<const Mesh>(std::move(asset.mesh));
+    ASSIGN_OR_RETURN(Mesh mesh, MakeObjectMesh(object));
+    entry = std::make_shared<const Mesh>(std::move(mesh));
   }
   return entry;
 }
@@ -78,7 +82,7 @@ absl::StatusOr<SceneGeometry> BuildSceneGeometry(const v1::Scene& scene) {
   }
   if (geometry.materials.empty()) geometry.materials.resize(1);
 
-  std::map<std::pair<std::string, uint64_t>, std::shared_ptr<const Mesh>> made;
+  std::map<MeshKey, std::shared_ptr<const Mesh>> made;
   for (const v1::SceneObject& object : scene.objects()) {
     PlacedMesh placed;
     auto mesh = MeshOf(scene, object, made);

@@ -10,6 +10,7 @@
 #include "common/math/proto.h"
 #include "worker/layout/layout.h"
 #include "worker/layout/room_shell.h"
+#include "worker/scene/dense.h"
 #include "worker/scene/dress.h"
 
 namespace parallax {
@@ -42,6 +43,29 @@ void RemoveCeiling(v1::Scene& scene) {
   scene = std::move(kept);
 }
 
+// The study's "no background objects": furniture and what stands on it, lamps included. What is
+// left keeps its indices.
+void RemoveFurniture(v1::Scene& scene) {
+  std::vector<uint32_t> removed;
+  v1::Scene kept = scene;
+  kept.clear_objects();
+  kept.clear_lights();
+  for (const v1::SceneObject& object : scene.objects()) {
+    if (object.role() == v1::OBJECT_ROLE_FURNITURE) {
+      removed.push_back(object.index());
+    } else {
+      *kept.add_objects() = object;
+    }
+  }
+  for (const v1::Light& light : scene.lights()) {
+    const bool gone =
+        light.kind() == v1::Light::KIND_MESH &&
+        std::find(removed.begin(), removed.end(), light.object_index()) != removed.end();
+    if (!gone) *kept.add_lights() = light;
+  }
+  scene = std::move(kept);
+}
+
 // Dresses `layout`. A rejection leaves `result` with its reason.
 absl::Status Dress(const v1::SolveJob& job, const v1::Layout& layout, const CancelToken& cancel,
                    v1::SolveResult& result) {
@@ -61,9 +85,12 @@ absl::Status Dress(const v1::SolveJob& job, const v1::Layout& layout, const Canc
   };
   RETURN_IF_ERROR(AddSolids(scene, 0));
   RETURN_IF_ERROR(stop());
-  RETURN_IF_ERROR(AddFloating(job.config(), scene));
-  RETURN_IF_ERROR(stop());
+  uint32_t next_index = 1;
+  for (const auto& object : recipe.objects()) {
+    next_index = std::max(next_index, object.index() + 1);
+  }
   scene.solid.Commit();
+  // Before anything that variants differ in: they share their viewpoints.
   const int rigs = ChooseRigs(job.config().rigs(), scene);
   if (rigs < job.config().rigs().count()) {
     result.mutable_rejected()->set_reason("rigs: only " + std::to_string(rigs) + " of " +
@@ -72,6 +99,15 @@ absl::Status Dress(const v1::SolveJob& job, const v1::Layout& layout, const Canc
     return absl::OkStatus();
   }
   RETURN_IF_ERROR(stop());
+  if (!job.config().furniture().enabled()) {
+    RemoveFurniture(recipe);
+    scene.solid = RayScene();
+    RETURN_IF_ERROR(AddSolids(scene, 0));
+    scene.solid.Commit();
+  }
+  RETURN_IF_ERROR(AddFloating(job.config(), next_index, scene));
+  RETURN_IF_ERROR(stop());
+  scene.solid.Commit();
   ChooseLighting(job.config().lighting(), scene);
   RETURN_IF_ERROR(ChooseMaterials(job.config().materials(), scene));
   if (recipe.ceiling_removed()) RemoveCeiling(recipe);
@@ -82,8 +118,8 @@ absl::Status Dress(const v1::SolveJob& job, const v1::Layout& layout, const Canc
 }  // namespace
 
 absl::StatusOr<v1::SolveResult> Solve(const v1::SolveJob& job, const CancelToken& cancel) {
-  if (job.config().type() != v1::SCENE_TYPE_INDOOR) {
-    return absl::InvalidArgumentError("type: only indoor scenes can be solved");
+  if (job.config().type() != v1::SCENE_TYPE_INDOOR && job.config().type() != v1::SCENE_TYPE_DENSE) {
+    return absl::InvalidArgumentError("type: only indoor and dense scenes can be solved");
   }
   const v1::RigConfig& rigs = job.config().rigs();
   if (rigs.count() < 1 || rigs.width_px() < 1 || rigs.height_px() < 1) {
@@ -92,10 +128,20 @@ absl::StatusOr<v1::SolveResult> Solve(const v1::SolveJob& job, const CancelToken
   v1::SolveResult result;
   v1::Layout layout;
   const SteadyTime start = Clock::System().Steady();
+  if (job.config().type() == v1::SCENE_TYPE_DENSE) {
+    result.mutable_layout();  // Nothing stands still in a dense scene.
+    ASSIGN_OR_RETURN(*result.mutable_scene(),
+                     SolveDense(job.config(), SceneSeed{job.scene_seed()}, cancel));
+    result.set_dress_s(SecondsSince(start));
+    return result;
+  }
   if (job.has_layout()) {
     layout = job.layout();
   } else {
-    ASSIGN_OR_RETURN(auto solved, SolveLayout(job.config(), SceneSeed{job.scene_seed()}, cancel));
+    // Furniture is left out by `dress`, so that a variant without it shares layout and rigs.
+    v1::SceneConfig furnished = job.config();
+    furnished.mutable_furniture()->set_enabled(true);
+    ASSIGN_OR_RETURN(auto solved, SolveLayout(furnished, SceneSeed{job.scene_seed()}, cancel));
     result.set_layout_s(SecondsSince(start));
     if (const Rejected* rejected = std::get_if<Rejected>(&solved)) {
       result.mutable_rejected()->set_reason(rejected->reason);

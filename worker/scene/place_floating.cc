@@ -1,0 +1,82 @@
+#include "worker/scene/place_floating.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "common/math/proto.h"
+#include "worker/assets/asset.h"
+
+namespace parallax {
+namespace {
+
+// The floating types of the study's Table 1.
+const std::vector<std::pair<std::string, std::vector<std::string>>>& Groups() {
+  static const std::vector<std::pair<std::string, std::vector<std::string>>> groups = {
+      {"chairs", {"ArmChair", "BarChair", "Chair", "OfficeChair"}},
+      {"shelves", {"CellShelf", "LargeShelf", "SimpleBookcase", "TriangleShelf"}},
+      {"bushes", {"Bush"}},
+  };
+  return groups;
+}
+
+void AddAll(const v1::AssetConfig& assets, std::vector<std::string>& names) {
+  const auto& exclude = assets.exclude();
+  for (const AssetClass& entry : AssetCatalogue()) {
+    const bool excluded = std::find(exclude.begin(), exclude.end(), entry.name) != exclude.end();
+    if (entry.on_by_default && !excluded) names.push_back(entry.name);
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<std::string>> FloatingClasses(const v1::SceneConfig& config) {
+  std::vector<std::string> names;
+  for (const std::string& name : config.floating().classes()) {
+    const auto group = std::find_if(Groups().begin(), Groups().end(),
+                                    [&](const auto& entry) { return entry.first == name; });
+    if (group != Groups().end()) {
+      names.insert(names.end(), group->second.begin(), group->second.end());
+    } else if (name == "all") {
+      AddAll(config.assets(), names);
+    } else if (FindAssetClass(name) != nullptr) {
+      names.push_back(name);
+    } else {
+      return MakeError(absl::StatusCode::kInvalidArgument,
+                       "floating.classes: there is no class \"" + name +
+                           "\" and no group of that name (all, chairs, shelves, bushes)");
+    }
+  }
+  if (config.floating().classes().empty()) AddAll(config.assets(), names);
+  if (names.empty()) return absl::InvalidArgumentError("assets.exclude leaves no class to float");
+  std::vector<std::string> once;
+  for (std::string& name : names) {
+    if (std::find(once.begin(), once.end(), name) == once.end()) once.push_back(std::move(name));
+  }
+  return once;
+}
+
+Eigen::Quaterniond RandomRotation(Rng& rng) {
+  const double u = rng.Uniform(), a = 2 * std::numbers::pi * rng.Uniform(),
+               b = 2 * std::numbers::pi * rng.Uniform();
+  const double p = std::sqrt(1 - u), q = std::sqrt(u);
+  return Eigen::Quaterniond(q * std::cos(b), p * std::sin(a), p * std::cos(a), q * std::sin(b));
+}
+
+RigView RigView::Of(const v1::Rig& rig) {
+  const Pose pose = FromProto(rig.world_from_left());
+  return {pose.translation, pose.rotation.toRotationMatrix(), rig.width_px() / 2.0 / rig.fx_px(),
+          rig.height_px() / 2.0 / rig.fy_px(), rig.baseline_m()};
+}
+
+Pose PoseAbout(const Vec3d& middle, const Eigen::Quaterniond& rotation, double scale,
+               const Box3f& bounds) {
+  Pose pose;
+  pose.scale = scale;
+  pose.rotation = rotation;
+  pose.translation = middle - scale * (rotation * bounds.center().cast<double>());
+  return pose;
+}
+
+}  // namespace parallax

@@ -1,0 +1,40 @@
+// What floating objects in rooms and in dense scenes have in common. Private to worker/scene.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/base/rng.h"
+#include "common/base/status.h"
+#include "common/math/types.h"
+#include "parallax/v1/config.pb.h"
+#include "parallax/v1/scene.pb.h"
+
+namespace parallax {
+
+// The classes that may float, groups (all, chairs, shelves, bushes) written out, each class once.
+// Errors: kInvalidArgument for an unknown class or when nothing is left.
+absl::StatusOr<std::vector<std::string>> FloatingClasses(const v1::SceneConfig& config);
+
+// Uniform over all orientations.   Source: Shoemake, "Uniform random rotations", Graphics Gems III.
+Eigen::Quaterniond RandomRotation(Rng& rng);
+
+// What a rig's left camera sees, for placing things in it.
+struct RigView {
+  Vec3d eye;
+  Eigen::Matrix3d axes;   // Columns: right, down, forward; world frame.
+  double half_x, half_y;  // Tangents of half of the field of view.
+  double baseline_m;
+
+  static RigView Of(const v1::Rig& rig);
+  // Unit direction through a point of the image, x and y in [-1, 1].
+  Vec3d Direction(double x, double y) const {
+    return (axes * Vec3d(half_x * x, half_y * y, 1)).normalized();
+  }
+};
+
+// Gives the object its pose so that the middle of its bounds lies at `middle`.
+Pose PoseAbout(const Vec3d& middle, const Eigen::Quaterniond& rotation, double scale,
+               const Box3f& bounds);
+
+}  // namespace parallax

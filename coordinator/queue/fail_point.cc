@@ -1,6 +1,8 @@
 #include "coordinator/queue/fail_point.h"
 
+#include <algorithm>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <memory>
 
@@ -31,6 +33,11 @@ FailPoint::FailPoint(Hook hook) : hook_(hook ? std::move(hook) : HookFromEnviron
 void FailPoint::Begin(const char* command) {
   if (!hook_) return;
   command_ = command;
+  if (std::find(kFailPointCommands.begin(), kFailPointCommands.end(), command_) ==
+      kFailPointCommands.end()) {
+    std::fprintf(stderr, "fail point: command '%s' is not in kFailPointCommands\n", command);
+    std::abort();
+  }
   step_ = 0;
 }
 

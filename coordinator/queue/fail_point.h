@@ -8,12 +8,19 @@
 // at that point the <hit>-th time (default the first); tests use the object.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <string>
 
 #include "common/base/status.h"
 
 namespace parallax {
+
+// Every command that has steps. Begin() refuses others while armed, so that fault tests, which go
+// through this list, can't forget one.
+inline constexpr std::array kFailPointCommands = {
+    "submit",    "cancel", "pause",       "resume", "retry",  "lease",  "complete", "fail",
+    "hand_back", "adopt",  "worker_lost", "tick",   "expand", "settle", "commit",   "checkpoint"};
 
 // One queue's points. Used by its writing thread only; arm before the queue opens.
 class FailPoint {
@@ -23,7 +30,7 @@ class FailPoint {
   explicit FailPoint(Hook hook);  // Null: the environment's, if set.
 
   bool armed() const { return static_cast<bool>(hook_); }
-  void Begin(const char* command);  // Steps count from 1 again.
+  void Begin(const char* command);  // One of kFailPointCommands. Steps count from 1 again.
   absl::Status Step();
 
  private:

@@ -29,9 +29,10 @@ constexpr int kMostLeases = 1024;               // In one call.
 
 // Above the last one and not below the clock: a restored backup, which doesn't know the epochs that
 // came after it, starts above them as well.
-absl::StatusOr<uint64_t> RaiseEpoch(SqliteConnection& db, double now_unix_s) {
-  RETURN_IF_ERROR(db.Run("BEGIN IMMEDIATE"));
+absl::StatusOr<uint64_t> RaiseEpoch(SqliteConnection& db, double now_unix_s, bool keep_epoch) {
   ASSIGN_OR_RETURN(const auto last, db.Integer("SELECT max(epoch) FROM epochs"));
+  if (keep_epoch && last) return static_cast<uint64_t>(*last);
+  RETURN_IF_ERROR(db.Run("BEGIN IMMEDIATE"));
   const int64_t by_clock = std::clamp<int64_t>(static_cast<int64_t>(now_unix_s - kEpochZeroUnixS),
                                                1, (int64_t{1} << 31) - 1);
   const int64_t epoch = std::max(last.value_or(0) + 1, by_clock);
@@ -225,7 +226,11 @@ absl::Status JobQueue::Impl::Open() {
   ASSIGN_OR_RETURN(db_, OpenWriter(options_.db_path, options_.vfs));
   RETURN_IF_ERROR(WithContext(Migrate(*db_), options_.db_path));
   schema_version_ = NewestSchemaVersion();
-  ASSIGN_OR_RETURN(epoch_, RaiseEpoch(*db_, options_.clock->UnixSeconds()));
+  if (options_.unsafe_for_test.synchronous_off) {
+    RETURN_IF_ERROR(db_->Execute("PRAGMA synchronous = OFF"));
+  }
+  ASSIGN_OR_RETURN(
+      epoch_, RaiseEpoch(*db_, options_.clock->UnixSeconds(), options_.unsafe_for_test.keep_epoch));
   ASSIGN_OR_RETURN(database_id_, DatabaseId(*db_));
   machine_ = std::make_unique<Machine>(*db_, options_, epoch_);
   RETURN_IF_ERROR(machine_->Load());
@@ -393,10 +398,11 @@ absl::StatusOr<v1::ReportOutcome> JobQueue::HandBack(const std::string& worker,
 }
 
 absl::StatusOr<std::vector<v1::AttemptId>> JobQueue::Adopt(
-    const std::string& worker, const std::vector<v1::AttemptId>& holding) {
+    const std::string& worker, const std::vector<v1::AttemptId>& holding, bool same_process) {
   ASSIGN_OR_RETURN(std::vector<v1::AttemptId> adopted,
-                   impl_->Do<std::vector<v1::AttemptId>>(
-                       "adopt", [&] { return impl_->machine_->Adopt(worker, holding); }));
+                   impl_->Do<std::vector<v1::AttemptId>>("adopt", [&] {
+                     return impl_->machine_->Adopt(worker, holding, same_process);
+                   }));
   for (const v1::AttemptId& attempt : adopted) impl_->book_.Touch(worker, attempt);
   return adopted;
 }

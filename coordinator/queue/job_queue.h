@@ -34,6 +34,14 @@
 
 namespace parallax {
 
+// Guards that fault tests switch off to show that they would notice. No program, flag or
+// environment variable sets them.
+struct UnsafeForTest {
+  bool synchronous_off = false;  // The writer's PRAGMA synchronous = OFF.
+  bool ignore_fences = false;    // Any report of a leased job counts as its holder's.
+  bool keep_epoch = false;       // A start goes on with the last epoch.
+};
+
 struct JobQueueOptions {
   std::string db_path;  // Made if absent; its folder must exist and be on a local file system.
   Clock* clock = &Clock::System();  // Must outlive the queue.
@@ -42,6 +50,7 @@ struct JobQueueOptions {
   int scenes_ahead =
       512;              // Unfinished scenes of a variant that exist as rows; the rest is a cursor.
   int max_batch = 512;  // Commands in one commit.
+  int checkpoint_pages = 2000;  // The WAL is checkpointed each time it has grown by so much.
   double linger_s = 0.002;      // A group under load waits so long for more commands.
   int readers = 3;              // Connections for the reading calls.
   double read_deadline_s = 10;  // A reading call gives up with kDeadlineExceeded.
@@ -49,6 +58,7 @@ struct JobQueueOptions {
   RetryPolicy retry;
   std::string vfs;             // SQLite VFS by name; empty: the system's.
   FailPoint::Hook fail_point;  // For fault tests; null: as the environment says.
+  UnsafeForTest unsafe_for_test;
   // Called once, from the queue's thread, when a commit failed; must not return. Absent: one line
   // on stderr, exit 70.
   std::function<void(const absl::Status&)> on_fatal;
@@ -144,10 +154,12 @@ class JobQueue {
   absl::StatusOr<v1::ReportOutcome> HandBack(const std::string& worker,
                                              const v1::AttemptId& attempt, std::string_view reason);
   // A worker says Hello with what it still runs. Those that it rightly holds are its again and
-  // returned; leases in its name that it does not know of are lost (infra). Everything in `holding`
-  // that isn't returned must be stopped.
+  // returned; leases in its name that it does not know of are lost (infra): they never reached it
+  // if it is the `same_process` as before, and say nothing against the job then. Everything in
+  // `holding` that isn't returned must be stopped.
   absl::StatusOr<std::vector<v1::AttemptId>> Adopt(const std::string& worker,
-                                                   const std::vector<v1::AttemptId>& holding);
+                                                   const std::vector<v1::AttemptId>& holding,
+                                                   bool same_process = false);
   // The worker is gone for good (grace is over): its leases are lost. Returns their number.
   absl::StatusOr<int> WorkerLost(const std::string& worker);
   // Keeps the named leases alive. In memory: cheap, never waits for the disk. Returns those that

@@ -93,7 +93,8 @@ class Machine {
   absl::StatusOr<v1::ReportOutcome> HandBack(const std::string& worker,
                                              const v1::AttemptId& attempt, std::string_view reason);
   absl::StatusOr<std::vector<v1::AttemptId>> Adopt(const std::string& worker,
-                                                   const std::vector<v1::AttemptId>& holding);
+                                                   const std::vector<v1::AttemptId>& holding,
+                                                   bool same_process);
   absl::StatusOr<int> WorkerLost(const std::string& worker);
   // These leases were not heard of in time.
   absl::Status Expire(const std::vector<LeaseRef>& leases);

@@ -13,7 +13,6 @@ namespace {
 constexpr int kReaderLooksAgainMs = 5000;
 
 constexpr int64_t kScenesPerGroup = 256;     // Made in one transaction: some milliseconds.
-constexpr int kCheckpointPages = 2000;       // 8 MB of WAL.
 constexpr int kCheckpointHardPages = 65536;  // Readers kept it from being reset: try harder.
 
 std::chrono::duration<double> Seconds(double s) { return std::chrono::duration<double>(s); }
@@ -215,7 +214,9 @@ void Writer::Rollback(const absl::Status& cause) {
 
 void Writer::CheckpointIfLong() {
   if (wal_pages_ < checkpointed_at_) checkpointed_at_ = 0;  // It began anew.
-  if (wal_pages_ - checkpointed_at_ < kCheckpointPages) return;
+  if (wal_pages_ - checkpointed_at_ < options_.checkpoint_pages) return;
+  fail_point_.Begin("checkpoint");
+  if (const absl::Status before = fail_point_.Step(); !before.ok()) Fatal(before);
   const int mode =
       wal_pages_ > kCheckpointHardPages ? SQLITE_CHECKPOINT_RESTART : SQLITE_CHECKPOINT_PASSIVE;
   const int code = sqlite3_wal_checkpoint_v2(db_.raw(), nullptr, mode, nullptr, nullptr);
@@ -224,6 +225,7 @@ void Writer::CheckpointIfLong() {
                     std::string("checkpoint: ") + sqlite3_errmsg(db_.raw())));
   }
   checkpointed_at_ = wal_pages_;
+  if (const absl::Status after = fail_point_.Step(); !after.ok()) Fatal(after);
 }
 
 void Writer::Fatal(const absl::Status& status) {

@@ -114,10 +114,14 @@ CoordinatorService::Reactor* CoordinatorService::Complete(Context* context,
     Enter();
     // Checking and packing the result takes the calling thread's time, so it is none of gRPC's.
     worker_pool_.Run([this, reactor, request, reply] {
-      queue_.CompleteAsync(*request, [this, reactor, reply](absl::StatusOr<v1::ReportOutcome> end) {
-        EndReport(reactor, reply, end, "OK");
-        Leave();
-      });
+      queue_.CompleteAsync(*request,
+                           [this, reactor, request, reply](absl::StatusOr<v1::ReportOutcome> end) {
+                             if (end.ok() && *end == v1::REPORT_OUTCOME_OK) {
+                               dispatcher_.Reported(request->worker(), true);
+                             }
+                             EndReport(reactor, reply, end, "OK");
+                             Leave();
+                           });
     });
   }
   return reactor;
@@ -135,7 +139,11 @@ CoordinatorService::Reactor* CoordinatorService::Fail(Context* context,
   } else {
     Enter();
     worker_pool_.Run([this, reactor, request, reply] {
-      EndReport(reactor, reply, queue_.Fail(*request), "FAILED");
+      const absl::StatusOr<v1::ReportOutcome> end = queue_.Fail(*request);
+      if (end.ok() && *end == v1::REPORT_OUTCOME_OK) {
+        dispatcher_.Reported(request->worker(), false);
+      }
+      EndReport(reactor, reply, end, "FAILED");
       Leave();
     });
   }

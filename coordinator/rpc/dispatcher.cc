@@ -24,6 +24,9 @@ constexpr int kEmptyHandsThatClose = 3;  // One worker may be refused for its ow
 // A wake-up that went missing costs at most this.
 constexpr double kLookAgain_s = 1;
 constexpr double kForgetWorker_s = 3600;
+constexpr int kFailuresThatSuspend = 5;  // In a row, while others succeed.
+constexpr double kFirstSuspension_s = 30;
+constexpr double kLongestSuspension_s = 3600;
 constexpr size_t kMostGoneWorkers = 1000;
 
 SteadyTime After(SteadyTime from, double seconds) {
@@ -50,6 +53,15 @@ struct Worker {
   SteadyTime heard{};
   SteadyTime away_since{};
   int running = 0;
+};
+
+// Of a worker's name: starting again does not mend a broken machine.
+struct Conduct {
+  int failures_in_row = 0;
+  SteadyTime first_failure{};  // Of those.
+  SteadyTime last_success{};
+  double suspension_s = 0;  // The last one's length; 0: none since its last success.
+  SteadyTime suspended_until{};
 };
 
 using ClassKey = std::tuple<bool, bool, int64_t, std::vector<std::string>>;
@@ -101,14 +113,19 @@ class Dispatcher::Impl {
 
   absl::Status Join(const std::shared_ptr<WorkerLink>& link, const v1::Hello& hello,
                     const std::function<void(const std::vector<v1::AttemptId>&)>& welcome) {
+    bool same_process = false;
     {
       std::lock_guard lock(mu_);
       if (!joining_.insert(hello.name()).second) {
         return absl::AbortedError("worker " + hello.name() + " is already being taken in");
       }
       DropLink(hello.name());
+      const auto known = workers_.find(hello.name());
+      same_process = known != workers_.end() && !hello.instance().empty() &&
+                     known->second.hello.instance() == hello.instance();
     }
-    auto adopted = queue_.Adopt(hello.name(), {hello.holding().begin(), hello.holding().end()});
+    auto adopted =
+        queue_.Adopt(hello.name(), {hello.holding().begin(), hello.holding().end()}, same_process);
     std::lock_guard lock(mu_);
     joining_.erase(hello.name());
     if (!adopted.ok()) return adopted.status();
@@ -163,6 +180,33 @@ class Dispatcher::Impl {
     if (worker->draining) Forfeit(name);
   }
 
+  void Reported(const std::string& name, bool succeeded) {
+    std::lock_guard lock(mu_);
+    const SteadyTime now = clock_.Steady();
+    if (workers_.count(name) == 0) return;  // Nobody's report; or it has gone.
+    Conduct& conduct = conduct_[name];
+    if (succeeded) {
+      conduct = Conduct();
+      conduct.last_success = now;
+      return;
+    }
+    if (conduct.failures_in_row++ == 0) conduct.first_failure = now;
+    const bool on_trial = conduct.suspension_s > 0;
+    if (conduct.failures_in_row < kFailuresThatSuspend && !on_trial) return;
+    // If nobody succeeds, it is the work.
+    const bool others_succeed =
+        std::any_of(conduct_.begin(), conduct_.end(), [&](const auto& other) {
+          return other.first != name && other.second.last_success >= conduct.first_failure;
+        });
+    if (!others_succeed || now < conduct.suspended_until) return;
+    conduct.suspension_s =
+        on_trial ? std::min(kLongestSuspension_s, 2 * conduct.suspension_s) : kFirstSuspension_s;
+    conduct.suspended_until = After(now, conduct.suspension_s);
+    LogWarning("worker fails everything; suspended", {{"worker", name},
+                                                      {"failures", conduct.failures_in_row},
+                                                      {"seconds", conduct.suspension_s}});
+  }
+
   std::vector<v1::WorkerStatus> Workers() const {
     std::lock_guard lock(mu_);
     std::vector<v1::WorkerStatus> all;
@@ -172,7 +216,10 @@ class Dispatcher::Impl {
       *status.mutable_kinds() = worker.hello.kinds();
       status.set_slots(worker.hello.slots());
       status.set_running(worker.running);
-      status.set_state(StateName(worker));
+      status.set_state(SuspendedFor(name, clock_.Steady()) > 0 &&
+                               worker.presence == Presence::kConnected
+                           ? "suspended"
+                           : StateName(worker));
       status.set_last_heard_s(SecondsBetween(worker.heard, clock_.Steady()));
       status.set_version(worker.hello.version());
     }
@@ -261,6 +308,19 @@ class Dispatcher::Impl {
   }
 
   // ---- All below require mu_ unless said otherwise ----
+  double SuspendedFor(const std::string& name, SteadyTime now) const {
+    const auto found = conduct_.find(name);
+    return found == conduct_.end() ? 0 : SecondsBetween(now, found->second.suspended_until);
+  }
+
+  // How many jobs it may be asked for now.
+  int TrustIn(const std::string& name, const Worker& worker, SteadyTime now) const {
+    const auto found = conduct_.find(name);
+    if (found == conduct_.end() || found->second.suspension_s == 0) return worker.credit;
+    if (now < found->second.suspended_until || worker.running > 0) return 0;
+    return std::min(worker.credit, 1);
+  }
+
   Worker* Present(const std::string& name, const WorkerLink* link) {
     const auto found = workers_.find(name);
     if (found == workers_.end() || found->second.link.get() != link) return nullptr;
@@ -421,12 +481,13 @@ class Dispatcher::Impl {
   // In turn, so that the last in the alphabet is not the last to eat.
   void Ask() {
     if (workers_.empty()) return;
+    const SteadyTime now = clock_.Steady();
     auto it = workers_.upper_bound(last_asked_);
     for (size_t i = 0; i < workers_.size(); ++i, ++it) {
       if (it == workers_.end()) it = workers_.begin();
       Worker& worker = it->second;
       if (worker.link == nullptr || worker.draining || worker.asking || worker.credit <= 0 ||
-          worker.served_round == round_) {
+          worker.served_round == round_ || TrustIn(it->first, worker, now) <= 0) {
         continue;
       }
       const ClassKey key = ClassOf(worker.facts);
@@ -442,7 +503,8 @@ class Dispatcher::Impl {
 
   void AskFor(Worker& worker, const ClassKey& key) {
     worker.asking = true;
-    const int jobs = std::min(worker.credit, kMostAskedAtOnce);
+    const int jobs =
+        std::min(TrustIn(worker.facts.name, worker, clock_.Steady()), kMostAskedAtOnce);
     Note note;
     note.kind = Note::kLeases;
     note.worker = worker.facts.name;
@@ -482,6 +544,7 @@ class Dispatcher::Impl {
       gone += is_gone ? 1 : 0;
       if (is_gone &&
           (gone > kMostGoneWorkers || SecondsBetween(worker.heard, now) > kForgetWorker_s)) {
+        conduct_.erase(it->first);
         it = workers_.erase(it);
       } else {
         ++it;
@@ -508,6 +571,7 @@ class Dispatcher::Impl {
   mutable std::mutex mu_;  // Before Notes::mu.
   // Guarded by mu_.
   std::map<std::string, Worker> workers_;
+  std::map<std::string, Conduct> conduct_;  // Of workers_.
   std::map<ClassKey, WorkerClass> classes_;
   std::set<std::string> joining_;
   std::string last_asked_;
@@ -538,6 +602,9 @@ void Dispatcher::Heard(const std::string& worker, const WorkerLink* link,
 }
 void Dispatcher::Left(const std::string& worker, const WorkerLink* link) {
   impl_->Left(worker, link);
+}
+void Dispatcher::Reported(const std::string& worker, bool succeeded) {
+  impl_->Reported(worker, succeeded);
 }
 std::vector<v1::WorkerStatus> Dispatcher::Workers() const { return impl_->Workers(); }
 ServerMetrics Dispatcher::Metrics() const { return impl_->Metrics(); }

@@ -48,6 +48,10 @@ class Dispatcher final : public JobQueueObserver {
   void AddCredit(const std::string& worker, const WorkerLink* link, int jobs);
   void Heard(const std::string& worker, const WorkerLink* link, const v1::Heartbeat& heartbeat);
   void Left(const std::string& worker, const WorkerLink* link);
+  // An attempt of this worker's has ended, and how. A worker that fails everything while others
+  // succeed is suspended for a growing time, then tried with one job: a broken machine is the
+  // quickest of all and would else eat through the queue.
+  void Reported(const std::string& worker, bool succeeded);
 
   std::vector<v1::WorkerStatus> Workers() const;
   ServerMetrics Metrics() const;  // Without `reports`.

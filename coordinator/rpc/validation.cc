@@ -63,6 +63,7 @@ absl::Status CheckHello(const v1::Hello& hello) {
   }
   RETURN_IF_ERROR(CheckText("hello.version", hello.version(), kMaxName));
   RETURN_IF_ERROR(CheckText("hello.build_id", hello.build_id(), kMaxName));
+  RETURN_IF_ERROR(CheckText("hello.instance", hello.instance(), kMaxName));
   RETURN_IF_ERROR(CheckRange("hello.holding", hello.holding_size(), 0, kMaxHeld));
   for (const v1::AttemptId& attempt : hello.holding()) RETURN_IF_ERROR(CheckAttempt(attempt));
   return absl::OkStatus();

@@ -90,6 +90,7 @@ class AgentImpl final : public Agent {
       HandleSessionEnd();
       HandleEnded();
       CheckLease();
+      CheckHung();
       HandleDrain();
       if (!fatal_.ok()) {
         slots_.StopAll(StopCause::kLeaseLost);
@@ -103,6 +104,7 @@ class AgentImpl final : public Agent {
     SayGoodbye();
     summary_.reports_left = reports_.pending_in_all();
     summary_.stuck = slots_.busy();
+    summary_.hung = summary_.stuck - std::max(0, Unfinished());
     return summary_;
   }
 
@@ -182,6 +184,7 @@ class AgentImpl final : public Agent {
     for (const std::string& tag : options_.tags) hello.add_tags(tag);
     hello.set_version(options_.version);
     hello.set_build_id(options_.build_id);
+    hello.set_instance(options_.instance);
     for (const v1::Progress& held : Held()) *hello.add_holding() = held.attempt();
     session_->Send(std::move(message));
   }
@@ -399,6 +402,27 @@ class AgentImpl final : public Agent {
     }
   }
 
+  void CheckHung() {
+    if (options_.hang_s <= 0) return;
+    for (const RunningAttempt& run : slots_.Running()) {
+      if (run.stop != StopCause::kNone || run.idle_s < options_.hang_s) continue;
+      if (!slots_.Abandon(run.attempt)) continue;
+      LogError("a job hangs; it is reported as failed, and this worker drains",
+               {{"job", run.attempt.job_id()},
+                {"attempt", run.attempt.fence()},
+                {"stage", run.stage},
+                {"idle_s", run.idle_s}});
+      Drain();
+    }
+  }
+
+  // Attempts that may still come to their end.
+  int Unfinished() const {
+    int hung = 0;
+    for (const RunningAttempt& run : slots_.Running()) hung += run.stop == StopCause::kHung;
+    return slots_.busy() - hung;
+  }
+
   void GiveCredit() {
     if (session_ == nullptr || !welcomed_ || drain_ > 0) return;
     if (reports_.pending_in_all() >= kMaxPendingReports) return;
@@ -437,6 +461,12 @@ class AgentImpl final : public Agent {
       next = std::min(next, After(heard_at_, lease_s_));
     }
     if (drain_ > 0) next = std::min(next, drain_deadline_);
+    if (options_.hang_s > 0) {
+      for (const RunningAttempt& run : slots_.Running()) {
+        if (run.stop != StopCause::kNone) continue;
+        next = std::min(next, After(clock_.Steady(), options_.hang_s - run.idle_s));
+      }
+    }
     return next;
   }
 
@@ -469,11 +499,12 @@ class AgentImpl final : public Agent {
       slots_.StopAll(StopCause::kHandBack);
       return;
     }
-    const bool idle = slots_.busy() == 0;
+    const bool idle = Unfinished() <= 0;
     HandleEnded();  // Those that ended since: their hand-backs go out before the goodbye.
     const bool nothing_to_send = reports_.Pending(coordinator_id_).empty();
     if (drain_ == 2 && late) {
       for (const RunningAttempt& run : slots_.Running()) {
+        if (run.stop == StopCause::kHung) continue;
         ++summary_.handed_back;
         SendHandBack(run.attempt, "drained");
       }

@@ -33,12 +33,16 @@ struct AgentOptions {
   std::vector<std::string> tags;
   std::string version;
   std::string build_id;
+  std::string instance;  // Of this process; another one of the same name has another.
   std::string
       store_uri;  // Overrides the coordinator's: the same store under another path of this machine.
   std::string outbox_root;  // Folder of all outboxes of this machine; see outbox.h.
   double grace_s = 300;     // From Drain() until running work is handed back.
   double hand_back_s =
       3;  // How long stopped work may take to notice before the agent goes without it.
+  // A job that tells no progress for so long is reported as failed, and the worker drains: a thread
+  // that is stuck can only be ended with its process. 0: never.
+  double hang_s = 1800;
   double connect_timeout_s = 5;
   double backoff_base_s = 0.1;
   double backoff_cap_s = 5;
@@ -51,6 +55,7 @@ struct AgentSummary {
   int64_t handed_back = 0;
   size_t reports_left = 0;  // In the outbox, for the next worker on this machine.
   int stuck = 0;            // Jobs that did not stop when told; ~Agent would wait for them.
+  int hung = 0;             // Of those, the ones that AgentOptions::hang_s gave up.
 };
 
 // Thread-safe.

@@ -35,6 +35,7 @@ struct Run {
   StopCause stop = StopCause::kNone;
   double fraction = 0;
   std::string stage;
+  SteadyTime progressed{};  // When it last told its progress.
   double cpu_s = 0;
   bool working = false;
 };
@@ -56,6 +57,8 @@ const char* CauseName(StopCause cause) {
       return "handed back";
     case StopCause::kLeaseLost:
       return "lease lost";
+    case StopCause::kHung:
+      return "hung";
   }
   return "";
 }
@@ -94,6 +97,7 @@ class JobSlots::Impl {
     run->folder = std::move(folder);
     run->coordinator_id = std::move(coordinator_id);
     run->started = clock_.Steady();
+    run->progressed = run->started;
     runs_.push_back(run);
     waiting_.push_back(run);
     work_.notify_one();
@@ -115,11 +119,34 @@ class JobSlots::Impl {
     for (const auto& run : runs_) StopRun(*run, cause);
   }
 
+  bool Abandon(const v1::AttemptId& attempt) {
+    std::shared_ptr<Run> hung;
+    std::string place;
+    double idle_s = 0;
+    {
+      std::lock_guard lock(mu_);
+      for (const auto& run : runs_) {
+        if (SameAttempt(run->lease.attempt(), attempt) && run->stop == StopCause::kNone) hung = run;
+      }
+      if (hung == nullptr) return false;
+      StopRun(*hung, StopCause::kHung);
+      place = PlaceOf(*hung);
+      idle_s = std::chrono::duration<double>(clock_.Steady() - hung->progressed).count();
+    }
+    sink_(FailReport(*hung,
+                     absl::DeadlineExceededError("no progress for " +
+                                                 std::to_string(static_cast<int>(idle_s)) + " s"),
+                     place));
+    return true;
+  }
+
   std::vector<RunningAttempt> Running() const {
     std::lock_guard lock(mu_);
     std::vector<RunningAttempt> running;
     for (const auto& run : runs_) {
-      running.push_back({run->lease.attempt(), run->stop, run->fraction, run->stage});
+      const double idle_s =
+          std::chrono::duration<double>(clock_.Steady() - run->progressed).count();
+      running.push_back({run->lease.attempt(), run->stop, run->fraction, run->stage, idle_s});
     }
     return running;
   }
@@ -174,9 +201,11 @@ class JobSlots::Impl {
   // The runner's own errors and what escapes from the libraries under it.
   Outcome Perform(Run& run) {
     const JobProgressFn progress = [this, &run](double fraction, std::string_view stage) {
+      const SteadyTime now = clock_.Steady();
       std::lock_guard lock(mu_);
       run.fraction = fraction;
       run.stage = stage;
+      run.progressed = now;
     };
     try {
       if (run.lease.has_solve()) {
@@ -217,8 +246,7 @@ class JobSlots::Impl {
       ChargeCpu();
       run.working = false;
       ended.stop = run.stop;
-      place = run.lease.has_solve() ? "solve" : "render";
-      if (!run.stage.empty()) place += "/" + run.stage;
+      place = PlaceOf(run);
       cpu_s = run.cpu_s;
     }
     // Work that was finished before it heard of the drain is worth reporting; the fence decides.
@@ -237,6 +265,12 @@ class JobSlots::Impl {
       ended_.push_back(std::move(ended));
     }
     on_end_();
+  }
+
+  // Requires mu_.
+  static std::string PlaceOf(const Run& run) {
+    return std::string(run.lease.has_solve() ? "solve" : "render") +
+           (run.stage.empty() ? "" : "/" + run.stage);
   }
 
   static void LogEnd(const Outcome& outcome, bool report, StopCause stop, double wall_s,
@@ -327,6 +361,7 @@ bool JobSlots::Stop(const v1::AttemptId& attempt, StopCause cause) {
   return impl_->Stop(attempt, cause);
 }
 void JobSlots::StopAll(StopCause cause) { impl_->StopAll(cause); }
+bool JobSlots::Abandon(const v1::AttemptId& attempt) { return impl_->Abandon(attempt); }
 std::vector<RunningAttempt> JobSlots::Running() const { return impl_->Running(); }
 int JobSlots::busy() const { return impl_->busy(); }
 std::vector<EndedAttempt> JobSlots::TakeEnded() { return impl_->TakeEnded(); }

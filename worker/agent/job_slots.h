@@ -20,6 +20,7 @@ enum class StopCause {
   kCoordinator,  // Its lease is not ours any more, or its study was cancelled.
   kHandBack,     // Drain: the job is to be READY again.
   kLeaseLost,    // The coordinator was out of reach for the lease's time.
+  kHung,         // It made no progress for too long and was reported as failed.
 };
 
 struct RunningAttempt {
@@ -27,6 +28,7 @@ struct RunningAttempt {
   StopCause stop = StopCause::kNone;
   double fraction = 0;
   std::string stage;
+  double idle_s = 0;  // Since it last told its progress.
 };
 
 struct EndedAttempt {
@@ -51,6 +53,9 @@ class JobSlots {
   // The first cause stays. False when that attempt doesn't run here.
   bool Stop(const v1::AttemptId& attempt, StopCause cause);
   void StopAll(StopCause cause);
+  // Gives up an attempt that doesn't come to its end: reports it as failed now. Its thread can't be
+  // ended, so its slot stays busy. False when it doesn't run here or was told to stop.
+  bool Abandon(const v1::AttemptId& attempt);
 
   std::vector<RunningAttempt> Running() const;  // Those told to stop too, until they have.
   int busy() const;

@@ -36,7 +36,8 @@ Exit status:
   0  drained, everything reported       1  store, outbox or machine can't be used
   2  bad arguments                      3  the coordinator refuses this worker
   4  work was handed back, or reports wait in the outbox for the next worker here
-  5  the parent died (--exit-when-orphaned))";
+  5  the parent died (--exit-when-orphaned)
+  6  a job hung (--hang-s) and was reported as failed: start the worker again)";
 
 struct CommandLine {
   std::string role;
@@ -48,6 +49,7 @@ struct CommandLine {
   int threads = 0;
   int64_t memory_mb = 0;
   double grace_s = 300;
+  double hang_s = 1800;
   std::string outbox;
   bool insecure = false;
   bool exit_when_orphaned = false;
@@ -125,6 +127,10 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.add_option("--grace", line.grace_s,
                  "Seconds that running jobs may take after SIGTERM (default 300)")
       ->check(CLI::NonNegativeNumber);
+  app.add_option("--hang-s", line.hang_s,
+                 "Seconds without progress after which a job counts as hung: it is reported as\n"
+                 "failed and the worker drains (default 1800; 0: never)")
+      ->check(CLI::NonNegativeNumber);
   app.add_flag("--insecure", line.insecure, "Allow an unencrypted connection to another machine");
   app.add_flag("--exit-when-orphaned", line.exit_when_orphaned, "End when the parent process dies");
   app.add_flag("--log-json", line.log_json, "One JSON object a log line");
@@ -156,10 +162,13 @@ absl::StatusOr<AgentOptions> OptionsOf(const CommandLine& line) {
   options.memory_mb = line.memory_mb > 0 ? line.memory_mb : UsableMemoryMb();
   options.tags = SplitTags(line.tags);
   options.version = kProgramVersion;
+  options.instance = std::to_string(getpid()) + "-" +
+                     std::to_string(Clock::System().Steady().time_since_epoch().count());
   options.build_id = std::string("generator-") + kGeneratorVersion;
   options.store_uri = line.store;
   options.outbox_root = line.outbox.empty() ? DefaultOutbox() : line.outbox;
   options.grace_s = line.grace_s;
+  options.hang_s = line.hang_s;
   return options;
 }
 
@@ -229,7 +238,10 @@ int Work(const AgentOptions& options, const CommandLine& line, const MakeRunner&
                           {"handed_back", summary->handed_back},
                           {"reports_left", summary->reports_left}});
   const bool complete = summary->handed_back == 0 && summary->reports_left == 0;
-  const int status = orphaned ? kWorkerOrphaned : complete ? kWorkerDrained : kWorkerIncomplete;
+  const int status = orphaned            ? kWorkerOrphaned
+                     : summary->hung > 0 ? kWorkerHung
+                     : complete          ? kWorkerDrained
+                                         : kWorkerIncomplete;
   if (summary->stuck > 0) std::_Exit(status);
   std::lock_guard lock(mu);
   agent = nullptr;

@@ -22,6 +22,7 @@ enum WorkerExit : int {
   kWorkerRefused = 3,     // The coordinator does not want this worker.
   kWorkerIncomplete = 4,  // Stopped with work handed back, or with reports still in the outbox.
   kWorkerOrphaned = 5,    // --exit-when-orphaned, and the parent died.
+  kWorkerHung = 6,        // A job hung and was reported as failed; start the worker again.
 };
 
 using MakeRunner = std::function<std::unique_ptr<JobRunner>(const WorkerSettings& settings)>;

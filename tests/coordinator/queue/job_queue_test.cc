@@ -365,6 +365,20 @@ TEST_F(JobQueueTest, ARestartAdoptsWhatAWorkerStillRuns) {
   EXPECT_EQ(Complete(Answer(leases[1], "w")), v1::REPORT_OUTCOME_STALE_FENCE);
 }
 
+TEST_F(JobQueueTest, LeasesThatNeverReachedTheirWorkersSayNothingAgainstTheJob) {
+  const StudyId study = Submit({.pairs = 2});
+  for (const bool same_process : {true, false}) {
+    for (int i = 0; i < 3; ++i) {
+      const std::string worker = std::string(same_process ? "same" : "new") + std::to_string(i);
+      LeaseOne(Solver(worker));
+      ASSERT_TRUE(queue_->Adopt(worker, {}, same_process).ok());
+      clock_.Advance(31);  // Past the time for which it is left to others.
+    }
+    // Three workers lost while they held it: quarantined.
+    EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), same_process ? 0 : 1);
+  }
+}
+
 TEST_F(JobQueueTest, WorkersGetOnlyKindsTheyDo) {
   Submit({.pairs = 2});
   EXPECT_THAT(Lease(Renderer("r")), IsEmpty());

@@ -396,6 +396,42 @@ TEST_F(CoordinatorServerTest, RunningWorkGoesOnThroughARestart) {
   ExpectEveryInvariant();
 }
 
+// Fails everything.
+class BrokenRunner final : public NoopRunner {
+ public:
+  absl::StatusOr<v1::SolveResult> Solve(const v1::SolveJob&, const CancelToken&,
+                                        const JobProgressFn&) override {
+    return absl::InternalError("this machine is broken");
+  }
+  absl::StatusOr<v1::RenderResult> Render(const v1::RenderJob&, const AttemptFolder&,
+                                          const CancelToken&, const JobProgressFn&) override {
+    return absl::InternalError("this machine is broken");
+  }
+};
+
+TEST_F(CoordinatorServerTest, AWorkerThatFailsEverythingWhileOthersSucceedIsSuspended) {
+  StartCoordinator();
+  NoopRunner good;
+  BrokenRunner broken;
+  StartAgent("good", good);
+  StartAgent("broken", broken, 2);
+  const int64_t study = Submit(400, 1, {"v"});
+  const auto state_of_broken = [this] {
+    for (const v1::WorkerStatus& worker : server_->Workers()) {
+      if (worker.name() == "broken") return worker.state();
+    }
+    return std::string();
+  };
+  while (state_of_broken() != "suspended") std::this_thread::yield();
+  // What it had already taken may still fail, and no more.
+  const auto most_done = [&] {
+    const auto status = queue_->GetStudy(StudyId{study});
+    return status.ok() && status->variants(0).pairs_done() >= 300;
+  };
+  while (!most_done()) std::this_thread::yield();
+  EXPECT_LE(queue_->Stats().failures, 12u);
+}
+
 TEST_F(CoordinatorServerTest, AHandedBackJobIsLeasedAgainAtOnce) {
   StartCoordinator();
   Submit(2, 2, {"v"});

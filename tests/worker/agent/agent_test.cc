@@ -438,6 +438,31 @@ TEST_F(AgentTest, HeartbeatsCarryProgressAndReportsThatWait) {
   }));
 }
 
+TEST_F(AgentTest, AHungJobIsReportedAsFailedAndTheWorkerDrains) {
+  // Deaf to its cancellation, as a loop without end is.
+  runner_.On(1, [this](const CancelToken&) -> absl::StatusOr<v1::SolveResult> {
+    started_.Open();
+    finish_.Wait();
+    return v1::SolveResult();
+  });
+  options_.hang_s = 0.1;
+  StartAgent();
+  coordinator_.Offer(SolveLease(5, 50, 1));
+  ASSERT_TRUE(started_.Wait());
+  JoinAgent();
+  ASSERT_TRUE(summary_.ok()) << summary_.status();
+  EXPECT_EQ(summary_->hung, 1);
+  EXPECT_EQ(summary_->stuck, 1);
+  EXPECT_EQ(summary_->handed_back, 0);
+  const Seen seen = coordinator_.seen();
+  ASSERT_EQ(seen.fails.size(), 1u);
+  EXPECT_EQ(seen.fails[0].attempt().job_id(), 5);
+  EXPECT_EQ(seen.fails[0].fingerprint(), "DEADLINE_EXCEEDED@solve/anneal: no progress for # s");
+  EXPECT_TRUE(seen.fails[0].retryable());
+  EXPECT_TRUE(seen.completes.empty());
+  finish_.Open();
+}
+
 TEST_F(AgentTest, DrainFinishesWhatRunsAndTakesNothingNew) {
   runner_.Hold(1, started_, finish_, cancelled_);
   StartAgent();

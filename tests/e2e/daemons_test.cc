@@ -13,7 +13,7 @@
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
 #include "parallax/v1/service.grpc.pb.h"
-#include "tests/e2e/child_process.h"
+#include "tests/e2e/process.h"
 
 namespace parallax {
 namespace {
@@ -44,9 +44,9 @@ class DaemonsTest : public testing::Test {
 
   // Returns the address that it says it listens on.
   std::string StartCoordinator(const std::string& listen = "127.0.0.1:0") {
-    coordinator_ = std::make_unique<ChildProcess>(ServeCommand(listen));
+    coordinator_ = std::make_unique<Process>(ServeCommand(listen));
     std::string line;
-    EXPECT_TRUE(coordinator_->ReadLine(&line)) << coordinator_->TakeErrors();
+    EXPECT_TRUE(coordinator_->ReadLine(&line)) << coordinator_->Err();
     const std::string prefix = "listening on ";
     EXPECT_EQ(line.substr(0, prefix.size()), prefix);
     const std::string address = line.substr(std::min(prefix.size(), line.size()));
@@ -56,9 +56,9 @@ class DaemonsTest : public testing::Test {
     return address;
   }
 
-  std::unique_ptr<ChildProcess> StartWorker(const std::string& name, const std::string& address,
-                                            int job_ms) {
-    return std::make_unique<ChildProcess>(
+  std::unique_ptr<Process> StartWorker(const std::string& name, const std::string& address,
+                                       int job_ms) {
+    return std::make_unique<Process>(
         std::vector<std::string>{kWorker, "--role", "all", "--coordinator", address, "--slots", "2",
                                  "--name", name, "--outbox", directory_ + "/outbox"},
         std::vector<std::string>{"PARALLAX_NOOP_MS=" + std::to_string(job_ms)});
@@ -129,8 +129,8 @@ class DaemonsTest : public testing::Test {
   // Stops the coordinator and lets the auditor look.
   void StopAndCheck() {
     coordinator_->Signal(SIGTERM);
-    EXPECT_EQ(coordinator_->Wait(), 0) << coordinator_->TakeErrors();
-    ChildProcess check({kCoordinator, "check", "--db", directory_ + "/queue.db"});
+    EXPECT_EQ(coordinator_->Wait(), 0) << coordinator_->Err();
+    Process check({kCoordinator, "check", "--db", directory_ + "/queue.db"});
     std::string line;
     EXPECT_TRUE(check.ReadLine(&line));
     EXPECT_EQ(check.Wait(), 0) << line;
@@ -139,15 +139,15 @@ class DaemonsTest : public testing::Test {
   // Runs to the end; expects this exit status and one line on stderr with this text.
   static void ExpectRefusal(const std::vector<std::string>& command, int exit_status,
                             const std::string& text) {
-    ChildProcess process(command);
+    Process process(command);
     EXPECT_EQ(process.Wait(), exit_status) << text;
-    const std::string errors = process.TakeErrors();
+    const std::string errors = process.Err();
     EXPECT_EQ(std::count(errors.begin(), errors.end(), '\n'), 1) << errors;
     EXPECT_NE(errors.find(text), std::string::npos) << errors;
   }
 
   std::string directory_;
-  std::unique_ptr<ChildProcess> coordinator_;
+  std::unique_ptr<Process> coordinator_;
   std::unique_ptr<v1::Coordinator::Stub> stub_;
 };
 
@@ -155,20 +155,20 @@ TEST_F(DaemonsTest, AStudyOutlivesAKilledWorker) {
   const std::string address = StartCoordinator();
   const int64_t study = Submit(24, 2);
   auto doomed = StartWorker("doomed", address, 20);
-  ASSERT_TRUE(WaitForPairs(study, 4)) << doomed->TakeErrors();
-  ChildProcess backup(
+  ASSERT_TRUE(WaitForPairs(study, 4)) << doomed->Err();
+  Process backup(
       {kCoordinator, "backup", "--db", directory_ + "/queue.db", directory_ + "/backup.db"});
-  EXPECT_EQ(backup.Wait(), 0) << backup.TakeErrors();
-  ChildProcess check({kCoordinator, "check", "--db", directory_ + "/backup.db"});
-  EXPECT_EQ(check.Wait(), 0) << check.TakeErrors();
+  EXPECT_EQ(backup.Wait(), 0) << backup.Err();
+  Process check({kCoordinator, "check", "--db", directory_ + "/backup.db"});
+  EXPECT_EQ(check.Wait(), 0) << check.Err();
   ExpectRefusal({kCoordinator, "check", "--db", directory_ + "/queue.db"}, 5, "queue.db");
   doomed->Signal(SIGKILL);
   EXPECT_EQ(doomed->Wait(), 128 + SIGKILL);
   auto heir = StartWorker("heir", address, 1);
-  ASSERT_TRUE(WaitForSuccess(study)) << heir->TakeErrors();
+  ASSERT_TRUE(WaitForSuccess(study)) << heir->Err();
   ExpectPairs(study, 24);
   heir->Signal(SIGTERM);
-  EXPECT_EQ(heir->Wait(), 0) << heir->TakeErrors();
+  EXPECT_EQ(heir->Wait(), 0) << heir->Err();
   StopAndCheck();
 }
 
@@ -177,15 +177,15 @@ TEST_F(DaemonsTest, AStudyOutlivesAKilledCoordinator) {
   const int64_t study = Submit(24, 2);
   auto worker = StartWorker("steady", address, 20);
   for (int64_t pairs : {4, 10}) {
-    ASSERT_TRUE(WaitForPairs(study, pairs)) << worker->TakeErrors();
+    ASSERT_TRUE(WaitForPairs(study, pairs)) << worker->Err();
     coordinator_->Signal(SIGKILL);
     EXPECT_EQ(coordinator_->Wait(), 128 + SIGKILL);
     StartCoordinator(address);
   }
-  ASSERT_TRUE(WaitForSuccess(study)) << worker->TakeErrors();
+  ASSERT_TRUE(WaitForSuccess(study)) << worker->Err();
   ExpectPairs(study, 24);
   worker->Signal(SIGTERM);
-  EXPECT_EQ(worker->Wait(), 0) << worker->TakeErrors();
+  EXPECT_EQ(worker->Wait(), 0) << worker->Err();
   StopAndCheck();
 }
 
@@ -200,12 +200,12 @@ TEST_F(DaemonsTest, ADrainedWorkerHandsOverAndLeaves) {
     return stub_->ListWorkers(&context, {}, &reply).ok() && reply.workers_size() == 1 &&
            reply.workers(0).running() == 2;
   };
-  ASSERT_TRUE(WaitFor(study, running)) << slow->TakeErrors();
+  ASSERT_TRUE(WaitFor(study, running)) << slow->Err();
   slow->Signal(SIGTERM);
   slow->Signal(SIGINT);
-  EXPECT_EQ(slow->Wait(), 4) << "work was handed back\n" << slow->TakeErrors();
+  EXPECT_EQ(slow->Wait(), 4) << "work was handed back\n" << slow->Err();
   auto quick = StartWorker("quick", address, 0);
-  ASSERT_TRUE(WaitForSuccess(study)) << quick->TakeErrors();
+  ASSERT_TRUE(WaitForSuccess(study)) << quick->Err();
   StopAndCheck();
 }
 

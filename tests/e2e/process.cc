@@ -1,16 +1,39 @@
 #include "tests/e2e/process.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
+#include <sys/mman.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <chrono>
+#include <cstdlib>
 #include <fstream>
 #include <sstream>
 #include <thread>
 
-namespace parallax::e2e {
+namespace parallax {
+namespace {
+
+std::vector<char*> Pointers(std::vector<std::string>& words) {
+  std::vector<char*> pointers;
+  for (std::string& word : words) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  return pointers;
+}
+
+std::string ReadAll(int fd) {
+  std::string text;
+  char bytes[4096];
+  for (ssize_t count;
+       (count = pread(fd, bytes, sizeof bytes, static_cast<off_t>(text.size()))) > 0;) {
+    text.append(bytes, static_cast<size_t>(count));
+  }
+  return text;
+}
+
+}  // namespace
 
 std::string ReadText(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -19,37 +42,33 @@ std::string ReadText(const std::string& path) {
   return text.str();
 }
 
-Process::Process(const std::vector<std::string>& arguments, const std::string& dir,
-                 const std::string& name, const std::vector<std::string>& environment)
-    : out_path_(dir + "/" + name + ".out"), err_path_(dir + "/" + name + ".err") {
-  std::vector<std::string> words = arguments;
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
+Process::Process(const std::vector<std::string>& command,
+                 const std::vector<std::string>& environment)
+    : out_(memfd_create("stdout", MFD_CLOEXEC)), err_(memfd_create("stderr", MFD_CLOEXEC)) {
+  if (out_ < 0 || err_ < 0) std::abort();
+  std::vector<std::string> words = command;
   std::vector<std::string> variables = environment;
   for (char** variable = environ; *variable != nullptr; ++variable) variables.push_back(*variable);
-  std::vector<char*> envp;
-  for (std::string& variable : variables) envp.push_back(variable.data());
-  envp.push_back(nullptr);
-  const int out = open(out_path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  const int err = open(err_path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  const std::vector<char*> argv = Pointers(words);
+  const std::vector<char*> envp = Pointers(variables);
   pid_ = fork();
   if (pid_ == 0) {
     const int null = open("/dev/null", O_RDONLY);
     dup2(null, STDIN_FILENO);
-    dup2(out, STDOUT_FILENO);
-    dup2(err, STDERR_FILENO);
+    dup2(out_, STDOUT_FILENO);
+    dup2(err_, STDERR_FILENO);
     execve(argv[0], argv.data(), envp.data());
     _exit(127);
   }
-  close(out);
-  close(err);
 }
 
 Process::~Process() {
-  if (!Running()) return;
-  Signal(SIGKILL);
-  Wait();
+  if (Running()) {
+    Signal(SIGKILL);
+    Wait();
+  }
+  close(out_);
+  close(err_);
 }
 
 bool Process::Running() {
@@ -65,16 +84,36 @@ void Process::Signal(int signal) {
   if (Running()) kill(pid_, signal);
 }
 
-int Process::Wait() {
+int Process::Wait(Seconds limit) {
   if (!ended_) {
+    const int fd = static_cast<int>(syscall(SYS_pidfd_open, pid_, 0));
+    pollfd end{fd, POLLIN, 0};
+    const int ready = poll(&end, 1, static_cast<int>(limit.count() * 1000));
+    close(fd);
+    if (ready <= 0) return -1;
     waitpid(pid_, &status_, 0);
     ended_ = true;
   }
   return WIFSIGNALED(status_) ? 128 + WTERMSIG(status_) : WEXITSTATUS(status_);
 }
 
-std::string Process::Out() const { return ReadText(out_path_); }
-std::string Process::Err() const { return ReadText(err_path_); }
+bool Process::ReadLine(std::string* line, Seconds limit) {
+  const auto deadline = std::chrono::steady_clock::now() + limit;
+  while (true) {
+    const bool running = Running();
+    const std::string text = Out();
+    if (const size_t end = text.find('\n', read_); end != std::string::npos) {
+      *line = text.substr(read_, end - read_);
+      read_ = end + 1;
+      return true;
+    }
+    if (!running || std::chrono::steady_clock::now() >= deadline) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+}
+
+std::string Process::Out() const { return ReadAll(out_); }
+std::string Process::Err() const { return ReadAll(err_); }
 
 std::vector<pid_t> Process::Children() const {
   // Children belong to threads; all of them are asked for.
@@ -99,4 +138,4 @@ bool IsAlive(pid_t pid) {
   return end != std::string::npos && end + 2 < status.size() && status[end + 2] != 'Z';
 }
 
-}  // namespace parallax::e2e
+}  // namespace parallax

@@ -1,29 +1,37 @@
-// A program started by a test: its output in files, its end by its own pid.
+// A program run by a test: started, read from, signalled and reaped by its process id. Killed when
+// it goes out of scope.
 #pragma once
 
 #include <sys/types.h>
 
+#include <chrono>
 #include <functional>
 #include <string>
 #include <vector>
 
-namespace parallax::e2e {
+namespace parallax {
 
+// Not thread-safe.
 class Process {
  public:
-  // Starts `arguments[0]`; stdout and stderr go to <dir>/<name>.out and .err. Extra environment as
-  // "NAME=value".
-  Process(const std::vector<std::string>& arguments, const std::string& dir,
-          const std::string& name, const std::vector<std::string>& environment = {});
-  ~Process();  // Kills it if it still runs.
+  using Seconds = std::chrono::duration<double>;
+
+  // Starts `command[0]`. `environment`: "NAME=value", before ours. What it writes is kept in
+  // memory, stdout and stderr apart: a child never waits for somebody to read.
+  explicit Process(const std::vector<std::string>& command,
+                   const std::vector<std::string>& environment = {});
+  ~Process();
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 
   pid_t pid() const { return pid_; }
   bool Running();
   void Signal(int signal);
-  // Exit status, or 128 + signal.
-  int Wait();
+  // Waits for the end. The exit status, 128 + signal, or -1 after the limit.
+  int Wait(Seconds limit = Seconds(250));
+  // The next line of stdout, without its end. False when it ended without one or after the limit.
+  bool ReadLine(std::string* line, Seconds limit = Seconds(20));
+  // All so far; complete after Wait().
   std::string Out() const;
   std::string Err() const;
   // Processes whose parent this is.
@@ -31,10 +39,11 @@ class Process {
 
  private:
   pid_t pid_ = -1;
+  int out_ = -1;
+  int err_ = -1;
+  size_t read_ = 0;  // Bytes of stdout that ReadLine gave.
   int status_ = -1;
   bool ended_ = false;
-  std::string out_path_;
-  std::string err_path_;
 };
 
 std::string ReadText(const std::string& path);
@@ -43,4 +52,4 @@ bool WaitUntil(Process& process, const std::function<bool()>& condition);
 // Alive, and not just waiting to be reaped.
 bool IsAlive(pid_t pid);
 
-}  // namespace parallax::e2e
+}  // namespace parallax

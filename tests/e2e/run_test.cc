@@ -58,7 +58,7 @@ class RunTest : public ::testing::Test {
   void TearDown() override {
     if (HasFailure()) {
       for (const auto& entry : fs::recursive_directory_iterator(dir_)) {
-        if (entry.path().extension() != ".log" && entry.path().extension() != ".err") continue;
+        if (entry.path().extension() != ".log") continue;
         std::cerr << "---- " << entry.path() << "\n" << ReadText(entry.path());
       }
     }
@@ -71,8 +71,7 @@ class RunTest : public ::testing::Test {
     return command;
   }
   std::unique_ptr<Process> Start(const std::string& out, std::vector<std::string> more = {}) {
-    return std::make_unique<Process>(Command(out, std::move(more)), dir_,
-                                     "run-" + std::to_string(runs_++));
+    return std::make_unique<Process>(Command(out, std::move(more)));
   }
   // Runs to the end, which must be a success; its report.
   Json Run(const std::string& out, std::vector<std::string> more = {}) {
@@ -139,7 +138,6 @@ class RunTest : public ::testing::Test {
 
   std::string dir_;
   std::string study_;
-  int runs_ = 0;
 };
 
 TEST_F(RunTest, MakesADatasetAndNeverRendersItAgain) {
@@ -160,7 +158,7 @@ TEST_F(RunTest, MakesADatasetAndNeverRendersItAgain) {
   report = Run(out);
   EXPECT_EQ(report["pairs_rendered"], 0);
   EXPECT_EQ(report["state"], "succeeded");
-  const Process again({PARALLAX_BINARY, "run", study_, "--out", out}, dir_, "again");
+  const Process again({PARALLAX_BINARY, "run", study_, "--out", out});
   EXPECT_EQ(const_cast<Process&>(again).Wait(), 0);
   EXPECT_THAT(again.Out(), HasSubstr("nothing to render: all 4 pairs were there already"));
 
@@ -258,7 +256,7 @@ TEST_F(RunTest, WorkersThatCrashForEverEndTheRunWithTheirLog) {
   const std::string script = dir_ + "/worker.sh";
   std::ofstream(script) << "#!/bin/sh\necho the disk melted >&2\nexit 9\n";
   fs::permissions(script, fs::perms::owner_all);
-  Process run(Command(dir_ + "/out"), dir_, "crash", {"PARALLAX_WORKER=" + script});
+  Process run(Command(dir_ + "/out"), {"PARALLAX_WORKER=" + script});
   EXPECT_EQ(run.Wait(), 1);
   EXPECT_THAT(run.Err(), HasSubstr("workers keep crashing"));
   EXPECT_THAT(run.Err(), HasSubstr("| the disk melted"));
@@ -283,7 +281,7 @@ TEST_F(RunTest, AFullDiskStopsTheRunWhichThenGoesOn) {
   const std::string out = dir_ + "/disk";
   fs::create_directories(out);
   const std::string mount = "mount -t tmpfs -o size=120m none " + out + " && ";
-  Process probe({"/usr/bin/unshare", "-Urm", "/bin/sh", "-c", mount + "true"}, dir_, "probe");
+  Process probe({"/usr/bin/unshare", "-Urm", "/bin/sh", "-c", mount + "true"});
   if (probe.Wait() != 0) GTEST_SKIP() << "mounting is not allowed here";
   std::string command;
   for (const std::string& word : Command(out, {"--pairs", "6", "--yes"})) command += word + " ";
@@ -297,7 +295,7 @@ TEST_F(RunTest, AFullDiskStopsTheRunWhichThenGoesOn) {
                              "/filler bs=1M 2>/dev/null; "
                              "wait $run; echo stopped with $?; rm " +
                              out + "/filler; " + command + "; echo ended with $?";
-  Process run({"/usr/bin/unshare", "-Urm", "/bin/sh", "-c", script}, dir_, "full");
+  Process run({"/usr/bin/unshare", "-Urm", "/bin/sh", "-c", script});
   EXPECT_EQ(run.Wait(), 0);
   EXPECT_THAT(run.Out(), HasSubstr("stopped with 4"));
   EXPECT_THAT(run.Out(), HasSubstr("ended with 0"));
@@ -311,14 +309,13 @@ TEST_F(RunTest, ATooSmallDiskIsRefusedBeforeAnythingIsMade) {
   std::string command;
   for (const std::string& word : Command(out)) command += word + " ";
   const std::string mount = "mount -t tmpfs -o size=8m none " + out + " && ";
-  Process probe({"/usr/bin/unshare", "-Urm", "/bin/sh", "-c", mount + "true"}, dir_, "probe");
+  Process probe({"/usr/bin/unshare", "-Urm", "/bin/sh", "-c", mount + "true"});
   if (probe.Wait() != 0) GTEST_SKIP() << "mounting is not allowed here";
-  Process small({"/usr/bin/unshare", "-Urm", "/bin/sh", "-c", mount + command}, dir_, "small");
+  Process small({"/usr/bin/unshare", "-Urm", "/bin/sh", "-c", mount + command});
   EXPECT_EQ(small.Wait(), 4);
   EXPECT_THAT(small.Err(), HasSubstr("is full: "));
   Process read_only({"/usr/bin/unshare", "-Urm", "/bin/sh", "-c",
-                     mount + "mount -o remount,ro " + out + " && " + command},
-                    dir_, "read_only");
+                     mount + "mount -o remount,ro " + out + " && " + command});
   EXPECT_EQ(read_only.Wait(), 4);
   EXPECT_THAT(read_only.Err(), HasSubstr("Read-only file system"));
 }

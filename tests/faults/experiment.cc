@@ -1,0 +1,74 @@
+#include "tests/faults/experiment.h"
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+
+namespace parallax::faults {
+namespace {
+
+constexpr size_t kComplaints = 50;
+
+void Complain(Tally& tally, const std::string& what) {
+  std::fprintf(stderr, "%s\n", what.c_str());
+  if (tally.complaints.size() < kComplaints) tally.complaints.push_back(what);
+}
+
+}  // namespace
+
+void Tally::Lost(const std::string& what) {
+  ++lost;
+  Complain(*this, "lost: " + what);
+}
+
+void Tally::Doubled(const std::string& what) {
+  ++doubled;
+  Complain(*this, "doubled: " + what);
+}
+
+void Tally::Found(const std::vector<std::string>& violations, const std::string& where) {
+  findings += static_cast<int64_t>(violations.size());
+  for (const std::string& violation : violations) Complain(*this, where + ": " + violation);
+}
+
+TempFolder::TempFolder(bool memory) {
+  std::string name = memory && access("/dev/shm", W_OK) == 0
+                         ? "/dev/shm"
+                         : std::filesystem::temp_directory_path().string();
+  name += "/parallax-faults-XXXXXX";
+  if (mkdtemp(name.data()) == nullptr) {
+    std::perror(name.c_str());
+    std::exit(1);
+  }
+  path_ = name;
+}
+
+TempFolder::~TempFolder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
+}
+
+int InChild(const std::function<void()>& life) {
+  const pid_t pid = fork();
+  if (pid < 0) {
+    std::perror("fork");
+    std::exit(1);
+  }
+  if (pid == 0) {
+    life();
+    _exit(0);
+  }
+  int status = 0;
+  waitpid(pid, &status, 0);
+  return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+}
+
+Rng RoundRng(const ExperimentOptions& options, const std::string& experiment, int round) {
+  return Rng(SceneSeed{options.seed}, "faults/" + experiment)
+      .Child("round", static_cast<uint64_t>(round));
+}
+
+}  // namespace parallax::faults

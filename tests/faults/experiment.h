@@ -1,0 +1,77 @@
+// What all fault experiments share: their options, what they count, and the line they end with.
+//
+// An experiment repeats rounds, each from its own seed: it injects faults, lets the work come to
+// its end, and then asks whether anything that was acknowledged is lost, anything is there twice,
+// and whether the auditor finds a broken invariant.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/base/rng.h"
+
+namespace parallax::faults {
+
+struct ExperimentOptions {
+  int rounds = 1;
+  uint64_t seed = 1;
+  bool full = false;     // Every point instead of a sample.
+  int64_t jobs = 0;      // 0: the experiment's own.
+  int64_t rows = 0;      // kill-coordinator: jobs that the database holds before.
+  std::string sabotage;  // A guard to switch off; see controls.
+};
+
+struct Tally {
+  int64_t rounds = 0;
+  int64_t faults = 0;  // Injected.
+  int64_t jobs = 0;    // That succeeded.
+  int64_t lost = 0;    // Acknowledged and not there, or wanted and never made.
+  int64_t doubled = 0;
+  int64_t findings = 0;                   // The auditor's.
+  std::map<std::string, double> figures;  // The experiment's own.
+  std::vector<std::string> complaints;    // What each of lost, doubled and findings was.
+
+  void Lost(const std::string& what);
+  void Doubled(const std::string& what);
+  void Found(const std::vector<std::string>& violations, const std::string& where);
+  bool clean() const { return complaints.empty(); }
+};
+
+using Experiment = std::function<void(const ExperimentOptions&, Tally&)>;
+
+void FailPoints(const ExperimentOptions& options, Tally& tally);
+void FilePoints(const ExperimentOptions& options, Tally& tally);
+void PowerCut(const ExperimentOptions& options, Tally& tally);
+void Zombie(const ExperimentOptions& options, Tally& tally);
+void KillCoordinator(const ExperimentOptions& options, Tally& tally);
+void Outboxes(const ExperimentOptions& options, Tally& tally);
+void LostReplies(const ExperimentOptions& options, Tally& tally);
+void Partitions(const ExperimentOptions& options, Tally& tally);
+void ClockJumps(const ExperimentOptions& options, Tally& tally);
+void Poison(const ExperimentOptions& options, Tally& tally);
+void Invariance(const ExperimentOptions& options, Tally& tally);
+
+// A folder of this process's own, gone with it.
+class TempFolder {
+ public:
+  // `memory`: on a memory disk where there is one; what is on it outlives the death of processes,
+  // which is all that most experiments need, and costs no fsync.
+  explicit TempFolder(bool memory);
+  ~TempFolder();
+  TempFolder(const TempFolder&) = delete;
+  TempFolder& operator=(const TempFolder&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+// Runs `life` in a child process. Its exit status, or 128 + signal.
+int InChild(const std::function<void()>& life);
+
+Rng RoundRng(const ExperimentOptions& options, const std::string& experiment, int round);
+
+}  // namespace parallax::faults

@@ -1,0 +1,279 @@
+#include "tests/faults/power_cut_vfs.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sqlite3.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "common/base/rng.h"
+
+namespace parallax::faults {
+namespace {
+
+constexpr size_t kSector = 512;
+
+// A change since the file's last sync: `before` was at `offset`, `after` was written there. A
+// truncation has no `after`.
+struct Change {
+  sqlite3_int64 offset = 0;
+  sqlite3_int64 size_before = 0;
+  std::string before;
+  std::string after;
+  bool truncates = false;
+};
+struct FileState {
+  bool created = false;  // And not synced since.
+  std::vector<Change> unsynced;
+};
+
+struct World {
+  std::mutex mu;
+  // Guarded by mu.
+  VfsPlan plan;
+  int64_t operations = 0;
+  std::map<std::string, FileState> files;
+};
+World& TheWorld() {
+  static World world;
+  return world;
+}
+
+struct ShimFile {
+  sqlite3_file base;
+  const char* path;  // SQLite's, lives as long as the file is open.
+  sqlite3_file* real() { return reinterpret_cast<sqlite3_file*>(this + 1); }
+};
+ShimFile* Shim(sqlite3_file* file) { return reinterpret_cast<ShimFile*>(file); }
+sqlite3_file* Real(sqlite3_file* file) { return Shim(file)->real(); }
+sqlite3_vfs* RealVfs(sqlite3_vfs* vfs) { return static_cast<sqlite3_vfs*>(vfs->pAppData); }
+
+void WriteAt(int fd, const std::string& bytes, sqlite3_int64 offset) {
+  if (pwrite(fd, bytes.data(), bytes.size(), offset) < 0) raise(SIGABRT);
+}
+
+// Back to what was synced, then a random part of what was not, in random order.
+void LosePower(const std::string& path, const FileState& state, Rng& rng) {
+  if (state.created && rng.Bernoulli(0.5)) {
+    unlink(path.c_str());
+    return;
+  }
+  const int fd = open(path.c_str(), O_RDWR | O_CLOEXEC);
+  if (fd < 0) return;
+  for (auto change = state.unsynced.rbegin(); change != state.unsynced.rend(); ++change) {
+    WriteAt(fd, change->before, change->offset);
+    if (ftruncate(fd, change->size_before) != 0) raise(SIGABRT);
+  }
+  struct Piece {
+    sqlite3_int64 offset;
+    std::string bytes;
+    bool truncates;
+  };
+  std::vector<Piece> pieces;
+  for (const Change& change : state.unsynced) {
+    if (change.truncates) pieces.push_back({change.offset, "", true});
+    for (size_t at = 0; at < change.after.size();) {
+      const auto offset = change.offset + static_cast<sqlite3_int64>(at);
+      const size_t room = kSector - static_cast<size_t>(offset) % kSector;
+      pieces.push_back({offset, change.after.substr(at, room), false});
+      at += room;
+    }
+  }
+  rng.Shuffle(pieces);
+  // Sometimes all of it is there, sometimes nothing, mostly some.
+  const double kept = std::clamp(rng.Uniform(-0.25, 1.25), 0.0, 1.0);
+  for (Piece& piece : pieces) {
+    if (!rng.Bernoulli(kept)) continue;
+    if (piece.truncates) {
+      if (ftruncate(fd, piece.offset) != 0) raise(SIGABRT);
+      continue;
+    }
+    if (rng.Bernoulli(0.05)) piece.bytes.resize(piece.bytes.size() / 2);
+    WriteAt(fd, piece.bytes, piece.offset);
+  }
+  close(fd);
+}
+
+// Requires mu. Does not return when the time has come.
+void CountOperation(World& world) {
+  ++world.operations;
+  if (world.operations != world.plan.die_at) return;
+  if (world.plan.lose_unsynced) {
+    Rng rng(SceneSeed{world.plan.seed}, "power-cut");
+    for (const auto& [path, state] : world.files) LosePower(path, state, rng);
+  }
+  raise(SIGKILL);
+}
+
+int Write(sqlite3_file* file, const void* bytes, int amount, sqlite3_int64 offset) {
+  World& world = TheWorld();
+  const std::lock_guard lock(world.mu);
+  FileState& state = world.files[Shim(file)->path];
+  if (world.plan.lose_unsynced) {
+    Change change;
+    change.offset = offset;
+    Real(file)->pMethods->xFileSize(Real(file), &change.size_before);
+    const auto there = std::clamp<sqlite3_int64>(change.size_before - offset, 0, amount);
+    change.before.resize(static_cast<size_t>(there));
+    if (there > 0) {
+      Real(file)->pMethods->xRead(Real(file), change.before.data(), static_cast<int>(there),
+                                  offset);
+    }
+    change.after.assign(static_cast<const char*>(bytes), static_cast<size_t>(amount));
+    state.unsynced.push_back(std::move(change));
+  }
+  CountOperation(
+      world);  // The write at which it ends counts as under way: it may be there in part.
+  return Real(file)->pMethods->xWrite(Real(file), bytes, amount, offset);
+}
+
+int Truncate(sqlite3_file* file, sqlite3_int64 size) {
+  World& world = TheWorld();
+  const std::lock_guard lock(world.mu);
+  FileState& state = world.files[Shim(file)->path];
+  if (world.plan.lose_unsynced) {
+    Change change;
+    change.offset = size;
+    change.truncates = true;
+    Real(file)->pMethods->xFileSize(Real(file), &change.size_before);
+    change.before.resize(
+        static_cast<size_t>(std::max<sqlite3_int64>(0, change.size_before - size)));
+    if (!change.before.empty()) {
+      Real(file)->pMethods->xRead(Real(file), change.before.data(),
+                                  static_cast<int>(change.before.size()), size);
+    }
+    state.unsynced.push_back(std::move(change));
+  }
+  CountOperation(world);
+  return Real(file)->pMethods->xTruncate(Real(file), size);
+}
+
+int Sync(sqlite3_file* file, int) {
+  World& world = TheWorld();
+  const std::lock_guard lock(world.mu);
+  CountOperation(world);
+  // The real one would only cost time: it is this file that decides what survives.
+  FileState& state = world.files[Shim(file)->path];
+  state.unsynced.clear();
+  state.created = false;
+  return SQLITE_OK;
+}
+
+int Close(sqlite3_file* file) { return Real(file)->pMethods->xClose(Real(file)); }
+int Read(sqlite3_file* file, void* bytes, int amount, sqlite3_int64 offset) {
+  return Real(file)->pMethods->xRead(Real(file), bytes, amount, offset);
+}
+int FileSize(sqlite3_file* file, sqlite3_int64* size) {
+  return Real(file)->pMethods->xFileSize(Real(file), size);
+}
+int Lock(sqlite3_file* file, int level) { return Real(file)->pMethods->xLock(Real(file), level); }
+int Unlock(sqlite3_file* file, int level) {
+  return Real(file)->pMethods->xUnlock(Real(file), level);
+}
+int CheckReservedLock(sqlite3_file* file, int* held) {
+  return Real(file)->pMethods->xCheckReservedLock(Real(file), held);
+}
+int FileControl(sqlite3_file* file, int what, void* argument) {
+  return Real(file)->pMethods->xFileControl(Real(file), what, argument);
+}
+int SectorSize(sqlite3_file* file) { return Real(file)->pMethods->xSectorSize(Real(file)); }
+int DeviceCharacteristics(sqlite3_file* file) {
+  return Real(file)->pMethods->xDeviceCharacteristics(Real(file));
+}
+int ShmMap(sqlite3_file* file, int page, int size, int extend, void volatile** memory) {
+  return Real(file)->pMethods->xShmMap(Real(file), page, size, extend, memory);
+}
+int ShmLock(sqlite3_file* file, int offset, int n, int flags) {
+  return Real(file)->pMethods->xShmLock(Real(file), offset, n, flags);
+}
+void ShmBarrier(sqlite3_file* file) { Real(file)->pMethods->xShmBarrier(Real(file)); }
+int ShmUnmap(sqlite3_file* file, int remove) {
+  return Real(file)->pMethods->xShmUnmap(Real(file), remove);
+}
+
+// Version 2: without the memory-mapped reads of version 3, which the queue switches off.
+const sqlite3_io_methods kMethods = {2,
+                                     Close,
+                                     Read,
+                                     Write,
+                                     Truncate,
+                                     Sync,
+                                     FileSize,
+                                     Lock,
+                                     Unlock,
+                                     CheckReservedLock,
+                                     FileControl,
+                                     SectorSize,
+                                     DeviceCharacteristics,
+                                     ShmMap,
+                                     ShmLock,
+                                     ShmBarrier,
+                                     ShmUnmap,
+                                     nullptr,
+                                     nullptr};
+
+int Open(sqlite3_vfs* vfs, sqlite3_filename name, sqlite3_file* file, int flags, int* out_flags) {
+  ShimFile* shim = Shim(file);
+  shim->base.pMethods = nullptr;
+  shim->path = name;
+  const bool known = name != nullptr && access(name, F_OK) == 0;
+  const int code = RealVfs(vfs)->xOpen(RealVfs(vfs), name, shim->real(), flags, out_flags);
+  if (code != SQLITE_OK || name == nullptr) return code == SQLITE_OK ? SQLITE_CANTOPEN : code;
+  shim->base.pMethods = &kMethods;
+  World& world = TheWorld();
+  const std::lock_guard lock(world.mu);
+  if (!known) world.files[name].created = true;
+  return code;
+}
+
+int Delete(sqlite3_vfs* vfs, const char* name, int sync_folder) {
+  World& world = TheWorld();
+  const std::lock_guard lock(world.mu);
+  CountOperation(world);
+  world.files.erase(name);
+  return RealVfs(vfs)->xDelete(RealVfs(vfs), name, sync_folder);
+}
+int Access(sqlite3_vfs* vfs, const char* name, int flags, int* out) {
+  return RealVfs(vfs)->xAccess(RealVfs(vfs), name, flags, out);
+}
+int FullPathname(sqlite3_vfs* vfs, const char* name, int size, char* out) {
+  return RealVfs(vfs)->xFullPathname(RealVfs(vfs), name, size, out);
+}
+
+}  // namespace
+
+void RegisterPowerCutVfs() {
+  static sqlite3_vfs vfs;
+  if (vfs.pAppData != nullptr) return;
+  sqlite3_vfs* real = sqlite3_vfs_find(nullptr);
+  vfs = *real;
+  vfs.szOsFile = static_cast<int>(sizeof(ShimFile)) + real->szOsFile;
+  vfs.zName = kPowerCutVfs;
+  vfs.pAppData = real;
+  vfs.xOpen = Open;
+  vfs.xDelete = Delete;
+  vfs.xAccess = Access;
+  vfs.xFullPathname = FullPathname;
+  sqlite3_vfs_register(&vfs, 0);
+}
+
+void SetVfsPlan(const VfsPlan& plan) {
+  World& world = TheWorld();
+  const std::lock_guard lock(world.mu);
+  world.plan = plan;
+  world.operations = 0;
+  world.files.clear();
+}
+
+int64_t VfsOperations() {
+  World& world = TheWorld();
+  const std::lock_guard lock(world.mu);
+  return world.operations;
+}
+
+}  // namespace parallax::faults

@@ -1,0 +1,28 @@
+// A SQLite VFS that counts every operation that changes files, and at a chosen one ends the
+// process: as kill -9 does (what was written stays), or as a power cut does (of what was not
+// synced, any part may be missing, in any order, torn at any sector).
+//
+// What a power cut may do here: each 512-byte piece of each write since the file's last sync is
+// kept or not by a coin, and one piece may be kept in part; a truncation likewise; a file made
+// since may not exist. SQLite assumes no less of Debian's kernels ("powersafe overwrite").
+#pragma once
+
+#include <cstdint>
+
+namespace parallax::faults {
+
+struct VfsPlan {
+  int64_t die_at = -1;         // The operation, from 1; < 0: none.
+  bool lose_unsynced = false;  // Power cut instead of kill.
+  uint64_t seed = 0;           // Of what is lost.
+};
+
+inline constexpr char kPowerCutVfs[] = "power-cut";
+
+// Registers the VFS once, under kPowerCutVfs. Call before forking.
+void RegisterPowerCutVfs();
+// For this process from now on; counts from 1 again. Before the queue opens.
+void SetVfsPlan(const VfsPlan& plan);
+int64_t VfsOperations();
+
+}  // namespace parallax::faults

@@ -15,6 +15,7 @@ readonly PACKAGES=(
   libopencv-dev libopenexr-dev libtinygltf-dev libzstd-dev
   libsqlite3-dev sqlite3 libspdlog-dev libfmt-dev libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libcpp-httplib-dev
   libgtest-dev libgmock-dev libbenchmark-dev
+  clang-14 libclang-rt-14-dev
 )
 
 say() { printf 'setup: %s\n' "$*"; }

@@ -380,7 +380,7 @@ bool YamlReader::ReadDistribution(const YAML::Node& node, const std::string& pat
                 {"choice", 0, "[a, b, ...] with at least one number"},
                 {"clip_gaussian", 4, "[mean, std, low, high]"}};
   const auto* form = std::find_if(std::begin(kForms), std::end(kForms),
-                                  [&](const auto& f) { return kind == f.kind; });
+                                  [&kind = kind](const auto& f) { return kind == f.kind; });
   if (form == std::end(kForms)) {
     Error(
         value, kind_path,

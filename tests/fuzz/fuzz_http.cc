@@ -1,0 +1,88 @@
+// Bytes on the HTTP port, as any browser or scanner sends them: an answer or a closed connection,
+// and the next one is served.
+#include <arpa/inet.h>
+#include <sys/socket.h>
+#include <sys/time.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+
+#include "coordinator/http/http_server.h"
+#include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/coordinator_server.h"
+
+namespace {
+
+class NoServer final : public parallax::CoordinatorServer {
+ public:
+  std::vector<std::string> addresses() const override { return {}; }
+  std::vector<parallax::v1::WorkerStatus> Workers() const override { return {}; }
+  parallax::ServerMetrics Metrics() const override {
+    parallax::ServerMetrics metrics;
+    metrics.lease_latency_bounds_s = {1};
+    metrics.lease_latency_counts = {0, 0};
+    return metrics;
+  }
+  void Shutdown() override {}
+};
+
+struct World {
+  std::string folder;
+  std::unique_ptr<parallax::JobQueue> queue;
+  NoServer server;
+  std::unique_ptr<parallax::HttpServer> http;
+  int port = 0;
+
+  World() {
+    char name[] = "/tmp/parallax-fuzz-http-XXXXXX";
+    folder = mkdtemp(name);
+    parallax::JobQueueOptions options;
+    options.db_path = folder + "/queue.db";
+    queue = *parallax::JobQueue::Open(options);
+    parallax::HttpServerOptions http_options;
+    http_options.listen = "127.0.0.1:0";
+    http_options.store_uri = "file:///nowhere";
+    http = *parallax::HttpServer::Start(http_options, *queue, server);
+    const std::string address = http->address();
+    port = std::atoi(address.substr(address.rfind(':') + 1).c_str());
+  }
+  ~World() {
+    http.reset();
+    queue.reset();
+    std::filesystem::remove_all(folder);
+  }
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  static World world;
+  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in name{};
+  name.sin_family = AF_INET;
+  name.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  name.sin_port = htons(static_cast<uint16_t>(world.port));
+  if (connect(fd, reinterpret_cast<sockaddr*>(&name), sizeof name) != 0) {
+    std::perror("the server does not accept");
+    std::abort();
+  }
+  const timeval limit{20, 0};
+  setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+  const linger hard{1, 0};  // Thousands a second would leave no port free.
+  setsockopt(fd, SOL_SOCKET, SO_LINGER, &hard, sizeof hard);
+  (void)!send(fd, data, size, MSG_NOSIGNAL);
+  shutdown(fd, SHUT_WR);
+  char bytes[1 << 14];
+  ssize_t n;
+  while ((n = recv(fd, bytes, sizeof bytes, 0)) > 0) {
+  }
+  if (n < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
+    std::fprintf(stderr, "the server neither answers nor hangs up\n");
+    std::abort();
+  }
+  close(fd);
+  return 0;
+}

@@ -141,7 +141,7 @@ void AddHeadboard(AssetBuilder& b, const BedParams& p, const BedLayout& l, const
       o.bulge_top_m = 0.012f;
       o.bulge_side_m = 0.0f;
       o.wrinkle_m = 0.0012f;
-      o.target_edge_m = 0.026f;
+      o.target_edge_m = 0.03f;
       const bool tufted = p.headboard == HeadboardStyle::kTufted;
       const float height = top - low;
       if (tufted) {
@@ -154,7 +154,7 @@ void AddHeadboard(AssetBuilder& b, const BedParams& p, const BedLayout& l, const
               cloth);
         for (int i = 0; i < o.tufts_x; ++i) {
           for (int j = 0; j < o.tufts_y; ++j) {
-            b.Add(Ellipsoid({0.01f, 0.006f, 0.01f}, 12)
+            b.Add(Ellipsoid({0.01f, 0.006f, 0.01f}, 8)
                       .Moved(2 * w *
                                  ((static_cast<float>(i) + 0.5f) / static_cast<float>(o.tufts_x) -
                                   0.5f),
@@ -288,7 +288,7 @@ void AddBedding(AssetBuilder& b, const BedParams& p, const BedLayout& l, const N
   d.fold_size_m = 0.17f;
   d.wrinkle_m = 0.017f;
   d.wrinkle_size_m = 0.3f;
-  d.target_edge_m = 0.026f;
+  d.target_edge_m = 0.04f;
   d.flare = wide ? 0.07f : 0.0f;
   if (!wide) d.fold_m = 0.004f;
   b.Add(Drape(d, noise).Moved(0, 0, top - 0.001f), FabricSlot("duvet"));
@@ -383,151 +383,10 @@ Asset SampleMattress(Rng& rng) {
   return MakeMattress(p);
 }
 
-Asset MakePillow(const PillowParams& p) {
-  AssetBuilder b(p.seed);
-  const Noise noise(p.seed);
-  PillowOptions o;
-  o.pieces = 36;
-  o.wrinkle_m = 0.006f;
-  // It lies on its belly, which flattens, and the corners sink.
-  const auto settle = [&](const Vec3f& q) {
-    const float u = 2 * q.x() / p.width_m, v = 2 * q.y() / p.depth_m;
-    const float floor = -0.27f * p.height_m;
-    const float z = q.z() - 0.24f * p.height_m * std::min(1.2f, u * u * u * u + v * v * v * v);
-    return Vec3f(q.x(), q.y(), z < floor ? floor + 0.12f * (z - floor) : z);
-  };
-  b.Add(Pillow(p.width_m, p.depth_m, p.height_m, o, noise).Bent(settle), FabricSlot("pillow"));
-  if (p.flange_m > 0) {
-    // A flat border sewn round the seam, a little wavy.
-    Path3 rim;
-    const float hx = 0.5f * p.width_m, hy = 0.5f * p.depth_m;
-    for (const Vec2f& q : RectSection(2 * hx, 2 * hy, 1.4f * p.flange_m, 4))
-      rim.emplace_back(q.x(), q.y(), 0);
-    rim.push_back(rim.front());
-    rim = Resampled(rim, 0.03f);
-    rim.pop_back();
-    for (Vec3f& q : rim) {
-      const float u = q.x() / hx, v = q.y() / hy;
-      q.x() *= 1 - o.corner_pull * std::max(0.0f, 1 - v * v);
-      q.y() *= 1 - o.corner_pull * std::max(0.0f, 1 - u * u);
-      q.z() = 0.15f * p.height_m * noise.At({q.x() / 0.25f, q.y() / 0.25f, 11}) +
-              0.003f * noise.At(q * 30);
-      q = settle(q);
-    }
-    SweepOptions flat;
-    flat.closed = true;
-    flat.keep_up = true;
-    flat.up = Vec3f::UnitZ();
-    b.Add(Sweep(rim, RectSection(2 * p.flange_m, 0.004f, 0.0015f, 1), flat), FabricSlot("pillow"));
-  }
-  return b.Finish();
-}
-
-Asset SamplePillow(Rng& rng) {
-  PillowParams p;
-  if (rng.Bernoulli(0.5)) {
-    p.width_m = p.depth_m = Draw(rng, 0.38, 0.52);
-  } else {
-    p.width_m = Draw(rng, 0.5, 0.75);
-    p.depth_m = Draw(rng, 0.34, 0.48);
-  }
-  p.height_m = Draw(rng, 0.11, 0.18);
-  p.flange_m = rng.Bernoulli(0.35) ? Draw(rng, 0.02, 0.035) : 0.0f;
-  p.seed = rng.Seed();
-  return MakePillow(p);
-}
-
-Asset MakeBlanket(const BlanketParams& p) {
-  AssetBuilder b(p.seed);
-  Rng rng(SceneSeed{p.seed}, "layers");
-  const Noise noise(rng);
-  // One long strip folded to and fro: seen from the side a serpentine with round turns.
-  const float half = 0.5f * p.depth_m, t = p.layer_m, r = 0.5f * t;
-  Path2 side;
-  std::vector<float> reach;
-  for (int i = 0; i < p.layers; ++i) reach.push_back(half - Draw(rng, 0.0, 0.012));
-  side.emplace_back(half - 0.02f, r);
-  for (int i = 0; i < p.layers; ++i) {
-    const float z = r + t * static_cast<float>(i);
-    const float dir = i % 2 == 0 ? -1.0f : 1.0f;
-    const float end = dir * (reach[i] - r);
-    const float from = i == 0 ? half - 0.02f : -end;
-    for (int k = 1; k <= 10; ++k)
-      side.emplace_back(Lerp(from, end, static_cast<float>(k) / 10.0f), z);
-    if (i + 1 < p.layers) {
-      for (int k = 1; k < 6; ++k) {
-        const float a = kPi * static_cast<float>(k) / 6.0f;
-        side.emplace_back(end + dir * r * std::sin(a), z + r * (1 - std::cos(a)));
-      }
-    }
-  }
-  // Its outline: half the thickness off the middle line on both sides.
-  Path2 outline;
-  std::vector<Vec2f> normal;
-  for (size_t i = 0; i < side.size(); ++i) {
-    const Vec2f before = side[i > 0 ? i - 1 : 0], after = side[std::min(i + 1, side.size() - 1)];
-    const Vec2f along = (after - before).normalized();
-    normal.emplace_back(-along.y(), along.x());
-  }
-  const float thick = 0.43f * t;
-  const auto end_cap = [&](const Vec2f& at, const Vec2f& n) {
-    const Vec2f out(n.y(), -n.x());
-    for (int k = 1; k < 4; ++k) {
-      const float a = 0.25f * kPi * static_cast<float>(k);
-      outline.push_back(at + thick * (std::cos(a) * n + std::sin(a) * out));
-    }
-  };
-  for (size_t i = 0; i < side.size(); ++i) outline.push_back(side[i] + thick * normal[i]);
-  end_cap(side.back(), normal.back());
-  for (size_t i = side.size(); i-- > 0;) outline.push_back(side[i] - thick * normal[i]);
-  end_cap(side.front(), -normal.front());
-  std::reverse(outline.begin(), outline.end());
-  const float total = t * static_cast<float>(p.layers);
-  Shape strip = Extrude(outline, p.width_m, 0.25f * thick, 22);
-  for (size_t i = 0; i < strip.points.size(); ++i) {
-    const Vec3f& q = strip.points[i];
-    strip.texture[i] = {q.z(), q.x(), q.y()};
-  }
-  strip = strip.Bent([&](const Vec3f& q) {
-    const float x = q.z() - 0.5f * p.width_m, y = q.x(), z = q.y();
-    const float level = std::clamp(z / total, 0.0f, 1.0f);
-    const float layer = 0.4f * z / t;  // Continuous: the turns must not tear.
-    const float u = 2 * x / p.width_m;
-    const float sag =
-        noise.At({x * 5, y * 5, 0.3f}) * 0.006f * level * level - 0.007f * level * u * u;
-    const float edge =
-        0.01f * noise.At({y * 7, 1.7f * layer, u > 0 ? 1.5f : 6.5f}) * std::pow(std::abs(u), 3.0f);
-    return Vec3f(x + edge, y + 0.007f * noise.At({x * 7, 1.3f * layer, 2}), z + sag);
-  });
-  b.Add(strip, FabricSlot("cloth"));
-  return b.Finish();
-}
-
-Asset SampleBlanket(Rng& rng) {
-  BlanketParams p;
-  p.width_m = Draw(rng, 0.42, 0.65);
-  p.depth_m = Draw(rng, 0.35, 0.5);
-  p.layers = rng.UniformInt(3, 6);
-  p.layer_m = Draw(rng, 0.018, 0.03);
-  p.seed = rng.Seed();
-  return MakeBlanket(p);
-}
-
-Asset SampleTowel(Rng& rng) {
-  BlanketParams p;
-  p.width_m = Draw(rng, 0.26, 0.4);
-  p.depth_m = Draw(rng, 0.2, 0.3);
-  p.layers = rng.UniformInt(3, 7);
-  p.layer_m = Draw(rng, 0.011, 0.016);
-  p.seed = rng.Seed();
-  return MakeBlanket(p);
-}
-
 void RegisterBeds(std::vector<AssetClass>& classes) {
   classes.push_back({"Bed", "beds", Placement::kFloorAgainstWall, true, 0.6f, SampleBed});
-  classes.push_back(
-      {"BedFrame", "beds", Placement::kFloorAgainstWall, false, 0.6f, SampleBedFrame});
-  classes.push_back({"Mattress", "beds", Placement::kFloor, false, 0.3f, SampleMattress});
+  classes.push_back({"BedFrame", "beds", Placement::kFloorAgainstWall, true, 0.6f, SampleBedFrame});
+  classes.push_back({"Mattress", "beds", Placement::kFloor, true, 0.3f, SampleMattress});
   classes.push_back({"Pillow", "textiles", Placement::kOnTop, true, 0, SamplePillow});
   classes.push_back({"Blanket", "textiles", Placement::kOnTop, true, 0, SampleBlanket});
   classes.push_back({"Towel", "textiles", Placement::kOnTop, true, 0, SampleTowel});

@@ -44,11 +44,17 @@ struct PillowParams {
 Asset MakePillow(const PillowParams& params);
 Asset SamplePillow(Rng& rng);
 
-// A blanket folded to a stack of `layers`, or thrown down.
+// How a cloth lies there: to and fro in layers, rolled up, several folded ones on each other, or
+// thrown down in a heap.
+enum class FoldStyle { kFolded, kRolled, kStacked, kThrown, kCount };
+
 struct BlanketParams {
-  float width_m = 0.5f, depth_m = 0.4f;
-  int layers = 4;
+  FoldStyle style = FoldStyle::kFolded;
+  float width_m = 0.5f, depth_m = 0.4f;  // Of the folded cloth; of the roll its length and width.
+  int layers = 4;                        // Or turns of the roll.
   float layer_m = 0.022f;
+  int stack = 1;       // Folded cloths on each other.
+  float fringe_m = 0;  // Threads along the front edge of a folded one; 0 = hemmed.
   uint64_t seed = 0;
 };
 Asset MakeBlanket(const BlanketParams& params);

@@ -5,7 +5,9 @@
 
 #include "common/base/status.h"
 #include "worker/assets/asset.h"
+#include "worker/assets/detail.h"
 #include "worker/assets/families.h"
+#include "worker/assets/kernel/detail.h"
 
 namespace parallax {
 namespace {
@@ -85,6 +87,14 @@ absl::StatusOr<Asset> MakeAsset(std::string_view class_name, uint64_t seed) {
   }
   Rng rng(SceneSeed{seed}, "asset/" + found->name);
   return found->sample(rng);
+}
+
+absl::StatusOr<Asset> MakeAsset(std::string_view class_name, uint64_t seed, float target_edge_m) {
+  if (target_edge_m != 0 && !(target_edge_m >= 0.0005f)) {
+    return absl::InvalidArgumentError("a target edge is 0 or at least half a millimetre");
+  }
+  const kernel::DetailScope scope(target_edge_m);
+  return MakeAsset(class_name, seed);
 }
 
 }  // namespace parallax

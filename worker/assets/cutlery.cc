@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/packages.h"
 #include "worker/assets/tableware.h"
 
 namespace parallax {
@@ -21,7 +22,7 @@ Shape Blade(float length, const std::function<float(float)>& half_width,
   Shape out = Sheet(
       [&](float u, float v) {
         const float x = 2 * u - 1;
-        return Vec3f(x * half_width(v), length * v, height(x, v));
+        return Vec3f(x * std::max(0.0015f, half_width(v)), length * v, height(x, v));
       },
       sheet);
   for (size_t i = 0; i < out.points.size(); ++i)
@@ -134,7 +135,9 @@ Asset SampleKnife(Rng& rng) {
   const bool kitchen = rng.Bernoulli(0.5);
   AssetBuilder b(rng.Seed());
   const MaterialSlot steel = MetalSlot("blade");
-  const float grip = 0.42f * length, wide = kitchen ? 0.085f * length : 0.045f * length;
+  const float grip = Draw(rng, 0.36, 0.46) * length,
+              wide = (kitchen ? Draw(rng, 0.06, 0.13) : Draw(rng, 0.036, 0.055)) * length,
+              belly = Draw(rng, 0.5, 1.0);
   // The blade: an outline with a belly, thin at the edge, lying flat.
   Path2 outline;
   const float y0 = grip - 0.01f;
@@ -143,7 +146,7 @@ Asset SampleKnife(Rng& rng) {
   outline.emplace_back(0.62f * wide, y0 + 0.02f * length);
   for (int k = 0; k <= 12; ++k) {
     const float t = static_cast<float>(k) / 12.0f;
-    outline.emplace_back(0.62f * wide - (kitchen ? 0.85f : 0.7f) * wide * t * t * t,
+    outline.emplace_back(0.62f * wide - (kitchen ? 0.85f : 0.7f) * belly * wide * t * t * t,
                          Lerp(grip + 0.03f * length, length, t));
   }
   for (int k = 11; k >= 0; --k) {
@@ -209,113 +212,6 @@ Asset SampleChopsticks(Rng& rng) {
     const float turn = Draw(rng, -0.12, 0.12);
     b.Add(stick.TurnedZ(turn).Moved(i == 0 ? -0.013f : 0.013f, Draw(rng, -0.008, 0.008), 0), wood);
   }
-  return b.Finish();
-}
-
-Asset SampleFoodBox(Rng& rng) {
-  const float w = Draw(rng, 0.12, 0.21), d = w * Draw(rng, 0.25, 0.5), h = w * Draw(rng, 1.1, 1.6);
-  AssetBuilder b(rng.Seed());
-  const Noise noise(rng);
-  BoxOptions box;
-  box.bevel_m = 0.0012f;
-  box.pieces = {8, 4, 10};
-  Shape carton = RoundedBox({w, d, h}, box).Bent([&](const Vec3f& q) {
-    // Card bulges a little and is never quite flat.
-    const Vec3f u = 2 * q.cwiseQuotient(Vec3f(w, d, h));
-    const float dome = std::max(0.0f, 1 - u.x() * u.x()) * std::max(0.0f, 1 - u.z() * u.z());
-    return Vec3f(q.x(), q.y() + u.y() * 0.003f * dome + 0.0012f * noise.At(q * 14) * dome, q.z());
-  });
-  // Each big face shows the picture, narrow ones a part of it.
-  PrintFaces(carton, Vec3f::UnitY(), -Vec3f::UnitX(), Vec3f::UnitZ(), 1);
-  PrintFaces(carton, -Vec3f::UnitY(), Vec3f::UnitX(), Vec3f::UnitZ(), 2);
-  PrintFaces(carton, Vec3f::UnitX(), Vec3f::UnitY(), Vec3f::UnitZ(), 3);
-  PrintFaces(carton, -Vec3f::UnitX(), -Vec3f::UnitY(), Vec3f::UnitZ(), 4);
-  for (Face& f : carton.faces) {
-    if (f.group < 3) continue;
-    for (Vec2f& q : f.uv) q.x() *= d / w;
-  }
-  b.Add(carton, {Slot("card", {"paper"}), PictureSlot("front"), PictureSlot("front"),
-                 PictureSlot("front"), PictureSlot("front")});
-  if (rng.Bernoulli(0.5)) {
-    // An opened flap.
-    SheetOptions sheet;
-    sheet.pieces_u = 6;
-    sheet.pieces_v = 4;
-    sheet.thickness_m = 0.0008f;
-    sheet.round_rim = false;
-    sheet.size_m = {w, 0.9f * d};
-    const float angle = Draw(rng, 0.5, 1.3);
-    b.Add(Sheet(
-              [&](float u, float v) {
-                const float reach = 0.9f * d * v;
-                return Vec3f((u - 0.5f) * (w - 0.002f), -0.5f * d + reach * std::cos(angle),
-                             0.5f * h - 0.0005f + reach * std::sin(angle) - 0.004f * v * v);
-              },
-              sheet),
-          Slot("card", {"paper"}));
-  }
-  return b.Finish();
-}
-
-Asset SampleFoodBag(Rng& rng) {
-  const float w = Draw(rng, 0.13, 0.22), h = w * Draw(rng, 1.2, 1.6), t = w * Draw(rng, 0.3, 0.42);
-  AssetBuilder b(rng.Seed());
-  const Noise noise(rng);
-  // A pillow bag standing: flat crimped seams above and below, a belly between.
-  const int nu = 36, nv = 44;
-  Shape bag;
-  std::vector<uint32_t> front, back;
-  for (int side = 0; side < 2; ++side) {
-    for (int j = 0; j <= nv; ++j) {
-      for (int i = 0; i <= nu; ++i) {
-        const bool rim = i == 0 || i == nu;
-        std::vector<uint32_t>& ids = side ? back : front;
-        if (side && rim) {
-          ids.push_back(front[static_cast<size_t>(j * (nu + 1) + i)]);
-          continue;
-        }
-        const float u = 2 * static_cast<float>(i) / nu - 1, v = static_cast<float>(j) / nv;
-        const float belly = std::pow(
-            std::max(0.0f, std::sin(kPi * std::clamp((v - 0.045f) / 0.91f, 0.0f, 1.0f))), 0.55f);
-        const float narrow = 1 - 0.16f * belly;
-        const float x = 0.5f * w * u * narrow;
-        const float crimp = (v < 0.05f || v > 0.95f) ? 0.0012f * std::sin(60 * u) : 0.0f;
-        const float puff = 0.5f * t * belly * std::pow(std::max(0.0f, 1 - u * u), 0.5f);
-        const float crease = 0.006f * belly * noise.Ridges({x * 18, v * 9, side ? 3.0f : 8.0f}) +
-                             0.004f * (1 - belly) * noise.At({x * 60, v * 5, 1});
-        float y = (side ? -1.0f : 1.0f) * std::max(rim ? 0.0f : 0.0008f, puff - crease) + crimp;
-        if (rim) y = crimp;
-        ids.push_back(bag.AddPoint({-x, y, h * v}, {-x, h * v, y}));
-      }
-    }
-  }
-  const auto id = [&](int i, int j) { return static_cast<size_t>(j * (nu + 1) + i); };
-  for (int j = 0; j < nv; ++j) {
-    for (int i = 0; i < nu; ++i) {
-      bag.AddQuad(front[id(i, j)], front[id(i + 1, j)], front[id(i + 1, j + 1)],
-                  front[id(i, j + 1)], 1);
-      const auto uv = [&](int a, int c) {
-        return Vec2f(static_cast<float>(a) / nu, static_cast<float>(c) / nv);
-      };
-      bag.faces.back().uv = {uv(i, j), uv(i + 1, j), uv(i + 1, j + 1), uv(i, j + 1)};
-      bag.AddQuad(back[id(i, j)], back[id(i, j + 1)], back[id(i + 1, j + 1)], back[id(i + 1, j)],
-                  1);
-      bag.faces.back().uv = {uv(nu - i, j), uv(nu - i, j + 1), uv(nu - i - 1, j + 1),
-                             uv(nu - i - 1, j)};
-    }
-  }
-  for (int i = 0; i < nu; ++i) {
-    bag.AddQuad(front[id(i + 1, 0)], front[id(i, 0)], back[id(i, 0)], back[id(i + 1, 0)]);
-    bag.AddQuad(front[id(i, nv)], front[id(i + 1, nv)], back[id(i + 1, nv)], back[id(i, nv)]);
-  }
-  if (bag.Volume() < 0) {
-    for (Face& f : bag.faces) {
-      std::reverse(f.v.begin(), f.v.begin() + f.corners);
-      std::reverse(f.uv.begin(), f.uv.begin() + f.corners);
-    }
-  }
-  bag.crease_rad = 1.0f;
-  b.Add(bag, {Slot("foil", {"plastic", "metal", "paper"}), PictureSlot("front")});
   return b.Finish();
 }
 

@@ -237,87 +237,23 @@ Asset SampleWineglass(Rng& rng) {
   return b.Finish();
 }
 
-Asset SampleCan(Rng& rng) {
-  const bool drink = rng.Bernoulli(0.5);
-  const float r = drink ? 0.033f : Draw(rng, 0.036, 0.05);
-  const float h = drink ? Draw(rng, 0.115, 0.165) : r * Draw(rng, 1.3, 2.6);
-  AssetBuilder b(rng.Seed());
-  Path2 profile;
-  float p0, p1;
-  if (drink) {
-    p0 = 0.012f;
-    p1 = h - 0.016f;
-    profile = {{0, 0.006f},
-               {0.5f * r, 0.005f},
-               {0.7f * r, 0.001f},
-               {0.74f * r, 0},
-               {0.78f * r, 0.001f},
-               {0.96f * r, 0.008f},
-               {r, p0},
-               {r, p1},
-               {0.97f * r, h - 0.011f},
-               {0.82f * r, h - 0.003f},
-               {0.83f * r, h - 0.001f},
-               {0.81f * r, h},
-               {0.78f * r, h - 0.001f},
-               {0.77f * r, h - 0.006f},
-               {0, h - 0.0062f}};
-  } else {
-    p0 = 0.006f;
-    p1 = h - 0.006f;
-    profile = {{0, 0.003f},           {r - 0.002f, 0.003f}, {r - 0.001f, 0}, {r + 0.001f, 0.0005f},
-               {r + 0.0012f, 0.003f}, {r, 0.0045f},         {r, p0}};
-    const int beads = 9;
-    for (int k = 0; k <= 6 * beads; ++k) {
-      const float s = static_cast<float>(k) / (6 * beads);
-      profile.emplace_back(r - 0.0007f * (0.5f - 0.5f * std::cos(2 * kPi * s * beads)),
-                           Lerp(p0, p1, s));
-    }
-    for (const Vec2f& q : Path2{{r, h - 0.0045f},
-                                {r + 0.0012f, h - 0.003f},
-                                {r + 0.001f, h - 0.0005f},
-                                {r - 0.001f, h},
-                                {r - 0.002f, h - 0.003f},
-                                {0.8f * r, h - 0.0032f},
-                                {0.76f * r, h - 0.002f},
-                                {0, h - 0.0021f}})
-      profile.push_back(q);
-  }
-  LatheOptions options;
-  options.segments = 56;
-  options.print_from_z = p0;
-  options.print_to_z = p1;
-  b.Add(Lathe(profile, options), {Slot("metal", {"metal"}), PictureSlot("label")});
-  // The ring pull.
-  const float z = drink ? h - 0.0048f : h - 0.0006f;
-  Path3 ring;
-  for (int k = 0; k < 20; ++k) {
-    const float a = 2 * kPi * static_cast<float>(k) / 20.0f;
-    ring.emplace_back(0.008f * std::cos(a), 0.0105f * std::sin(a) + 0.004f, z);
-  }
-  b.Add(Ring(ring, 0.0013f, 8), Slot("metal", {"metal"}));
-  b.Add(Cylinder(0.003f, 0.002f, 0.0006f, 12).Moved(0, -0.0065f, z - 0.0012f),
-        Slot("metal", {"metal"}));
-  return b.Finish();
-}
-
 Asset SampleLid(Rng& rng) {
-  const float r = Draw(rng, 0.08, 0.15);
+  const float r = Draw(rng, 0.08, 0.15), dome = Draw(rng, 0.13, 0.3);
   AssetBuilder b(rng.Seed());
   const Path2 wall = Spline(Path2{{0.93f * r, 0},
                                   {0.935f * r, 0.006f},
                                   {r, 0.007f},
                                   {r, 0.01f},
                                   {0.95f * r, 0.014f},
-                                  {0.7f * r, 0.14f * r + 0.012f},
-                                  {0.35f * r, 0.19f * r + 0.012f},
-                                  {0.01f * r, 0.2f * r + 0.012f}},
+                                  {0.7f * r, 0.7f * dome * r + 0.012f},
+                                  {0.35f * r, 0.95f * dome * r + 0.012f},
+                                  {0.01f * r, dome * r + 0.012f}},
                             5);
   Path2 profile = wall;
   // Hollow below.
   Path2 hollow;
   for (const Vec2f& q : wall) {
-    if (q.x() < 0.93f * r) hollow.emplace_back(std::max(0.0f, q.x() - 0.001f), q.y() - 0.003f);
+    if (q.y() > 0.015f && q.x() > 0.003f) hollow.emplace_back(q.x() - 0.001f, q.y() - 0.003f);
   }
   Path2 closed{{0, hollow.back().y()}};
   for (size_t i = hollow.size(); i-- > 0;) closed.push_back(hollow[i]);
@@ -327,7 +263,7 @@ Asset SampleLid(Rng& rng) {
   const MaterialSlot body = Slot("body", {"metal", "glass", "ceramic"}),
                      knob = Slot("knob", {"metal", "plastic", "wood"});
   b.Add(Lathe(closed, {.segments = 64}), body);
-  const float z = 0.2f * r + 0.0105f;
+  const float z = dome * r + 0.0105f;
   if (rng.Bernoulli(0.5)) {
     b.Add(Lathe(Spline(Path2{{0.009f, 0},
                              {0.008f, 0.008f},

@@ -292,8 +292,8 @@ Asset SampleBalloon(Rng& rng) {
 // A woven basket: uprights, weavers that go in and out, a plaited rim.
 Asset SampleBasketBase(Rng& rng) {
   const float r = Draw(rng, 0.12, 0.2), h = r * Draw(rng, 0.8, 1.5), flare = Draw(rng, 0.0, 0.25);
-  const int stakes = 2 * rng.UniformInt(9, 14) + 1;  // Odd: each round goes the other way round.
-  const float t = 0.0042f;
+  const int stakes = 2 * rng.UniformInt(9, 14) + 1;    // Odd: each round goes the other way round.
+  const float t = 0.0042f * std::max(1.0f, h / 0.2f);  // Larger baskets are of thicker rods.
   AssetBuilder b(rng.Seed());
   const MaterialSlot wicker = Slot("wicker", {"wood", "bark"});
   const auto radius = [&](float z) {
@@ -312,7 +312,7 @@ Asset SampleBasketBase(Rng& rng) {
   b.Add(posts, wicker);
   Shape weave;
   const int rounds = static_cast<int>(h / (1.75f * t));
-  const int per = stakes * 4;
+  const int per = stakes * 3;
   Path3 spiral;
   for (int i = 0; i <= rounds * per; ++i) {
     const float turn = static_cast<float>(i) / static_cast<float>(per);
@@ -323,7 +323,7 @@ Asset SampleBasketBase(Rng& rng) {
   }
   SweepOptions keep;
   keep.keep_up = true;
-  weave.Add(Sweep(spiral, EllipseSection(1.6f * t, 1.9f * t, 6), keep));
+  weave.Add(Sweep(spiral, EllipseSection(1.6f * t, 1.9f * t, 5), keep));
   b.Add(weave, wicker);
   // Rim of two twisted rods, a base board.
   for (const float phase : {0.0f, kPi}) {
@@ -353,7 +353,7 @@ Asset SampleBasketBase(Rng& rng) {
 }
 
 void RegisterMisc(std::vector<AssetClass>& classes) {
-  classes.push_back({"Pallet", "misc", Placement::kFloor, false, 0, SamplePallet});
+  classes.push_back({"Pallet", "misc", Placement::kFloor, true, 0, SamplePallet});
   classes.push_back({"Rack", "misc", Placement::kFloorAgainstWall, false, 0.6f, SampleRack});
   classes.push_back({"Balloon", "misc", Placement::kFloor, true, 0, SampleBalloon});
   classes.push_back({"BasketBase", "misc", Placement::kOnTop, true, 0, SampleBasketBase});

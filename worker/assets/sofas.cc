@@ -124,7 +124,7 @@ CushionOptions SeatSoftness(const SofaParams& p) {
   o.bulge_side_m = 0.01f;
   o.wrinkle_m = 0.0045f;
   o.wrinkle_size_m = 0.16f;
-  o.target_edge_m = 0.028f;
+  o.target_edge_m = 0.042f;
   o.piping_m = p.piping_m;
   return o;
 }

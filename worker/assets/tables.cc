@@ -78,6 +78,18 @@ void AddLegs(AssetBuilder& b, const TableParams& p) {
       b.Add(Board({s * c.x() - h, -c.y(), under - apron}, {s * c.x() + h, c.y(), under}), wood);
     }
   }
+  if (p.rungs) {
+    // Each pair at a height of its own, so that their joints do not meet.
+    for (const auto& [z, across] : {std::pair{0.2f, true}, std::pair{0.27f, false}}) {
+      const float at = z * p.height_m, out = splay * (1 - at / under);
+      const float x = c.x() + out, y = c.y() + out, r = 0.26f * t;
+      if (across) {
+        for (const float s : {-1.0f, 1.0f}) b.Add(Rod({-x, s * y, at}, {x, s * y, at}, r, r), wood);
+      } else {
+        b.AddMirroredX(Rod({x, -y, at}, {x, y, at}, r, r), wood);
+      }
+    }
+  }
   if (p.shelf) {
     const float z = 0.3f * p.height_m;
     b.Add(Board({-c.x() - 0.2f * t, -c.y() - 0.2f * t, z - 0.018f},
@@ -182,6 +194,65 @@ void AddPedestal(AssetBuilder& b, const TableParams& p) {
   }
 }
 
+// A steel tube on a heavy foot: a disk, a square plate or four arms; a spider holds the top.
+void AddColumn(AssetBuilder& b, const TableParams& p) {
+  const MaterialSlot metal = Slot("frame", {"metal", "paint"});
+  const float under = p.height_m - p.top_m, reach = 0.36f * std::min(p.width_m, p.depth_m);
+  const float r = 0.5f * p.leg_m;
+  float z = 0.012f;
+  switch (p.leg_variant % 4) {
+    case 0:
+      b.Add(Lathe(Spline(Path2{{reach, 0},
+                               {reach + 0.004f, 0.006f},
+                               {0.94f * reach, 0.014f},
+                               {0.4f * reach, 0.024f},
+                               {2.2f * r, 0.034f},
+                               {1.3f * r, 0.05f}},
+                         4)),
+            metal);
+      z = 0.04f;
+      break;
+    case 1:
+      b.Add(Extrude(RectSection(1.8f * reach, 1.8f * reach, 0.03f, 5), 0.012f, 0.003f), metal);
+      break;
+    default: {
+      const bool bowed = p.leg_variant % 4 == 2;
+      for (int i = 0; i < 4; ++i) {
+        const float a = 0.5f * kPi * static_cast<float>(i) + 0.25f * kPi;
+        const Vec3f out(std::cos(a), std::sin(a), 0);
+        const float lift = bowed ? 0.16f : 0.05f;
+        const Path3 arm = Spline(Path3{Vec3f(0, 0, lift) + 0.6f * r * out,
+                                       Vec3f(0, 0, 0.8f * lift) + 0.45f * reach * out,
+                                       Vec3f(0, 0, 0.024f) + 1.08f * reach * out},
+                                 6);
+        SweepOptions options;
+        options.keep_up = true;
+        options.end_round_m = 0.006f;
+        options.scale = [](float t) { return Vec2f(1 - 0.2f * t, 1 - 0.45f * t); };
+        b.Add(Sweep(arm, RectSection(0.05f, 0.036f, 0.008f, 3), options), metal);
+        b.Add(Cylinder(0.014f, 0.016f, 0.003f, 16).Moved(1.04f * reach * out), metal);
+      }
+      z = bowed ? 0.13f : 0.035f;
+    }
+  }
+  b.Add(Cylinder(r, under - z, 0.001f).Moved(0, 0, z), metal);
+  b.Add(Cone(1.25f * r, r, 0.04f, 0.004f).Moved(0, 0, z), metal);
+  for (const float turn : {0.25f * kPi, 0.75f * kPi})
+    b.Add(Board({-0.8f * reach, -0.02f, -0.012f}, {0.8f * reach, 0.02f, 0}, 0.003f)
+              .TurnedZ(turn)
+              .Moved(0, 0, under - (turn < 1 ? 0.0f : 0.0015f)),
+          metal);
+  if (p.rungs) {
+    // A ring for the feet, on two spokes.
+    const float at = 0.24f * p.height_m;
+    Path3 ring;
+    for (const Vec2f& q : EllipseSection(1.5f * reach, 1.5f * reach, 40))
+      ring.emplace_back(q.x(), q.y(), at);
+    b.Add(Ring(ring, 0.009f, 12), metal);
+    b.Add(Rod({-0.75f * reach, 0, at}, {0.75f * reach, 0, at}, 0.007f, 0.007f), metal);
+  }
+}
+
 void AddSledge(AssetBuilder& b, const TableParams& p) {
   const MaterialSlot metal = Slot("frame", {"metal", "wood"});
   const float under = p.height_m - p.top_m, x = 0.5f * p.width_m - 0.12f * p.width_m,
@@ -273,6 +344,9 @@ Asset MakeTable(const TableParams& p) {
     case TableBase::kHairpin:
       AddHairpin(b, p);
       break;
+    case TableBase::kColumn:
+      AddColumn(b, p);
+      break;
     default:
       AddLegs(b, p);
   }
@@ -290,7 +364,7 @@ Asset SampleTableDining(Rng& rng) {
   p.depth_m = Draw(rng, 0.8, 1.0);
   if (p.top == TopStyle::kRound) p.width_m = p.depth_m = Draw(rng, 0.95, 1.35);
   p.top_m = Draw(rng, 0.024, 0.045);
-  p.base = DrawEnum<TableBase>(rng, static_cast<int>(TableBase::kCount));
+  p.base = DrawEnum<TableBase>(rng, static_cast<int>(TableBase::kColumn));
   if (p.base == TableBase::kHairpin) p.base = TableBase::kLegs;
   if (p.top == TopStyle::kRound && p.base != TableBase::kLegs) p.base = TableBase::kPedestal;
   if (p.top == TopStyle::kOval && p.base != TableBase::kPedestal) p.base = TableBase::kLegs;
@@ -306,7 +380,7 @@ Asset SampleTableDining(Rng& rng) {
   return MakeTable(p);
 }
 
-Asset SampleTableCocktail(Rng& rng) {
+Asset SampleCoffeeTable(Rng& rng) {
   TableParams p;
   p.height_m = Draw(rng, 0.38, 0.48);
   p.top = DrawEnum<TopStyle>(rng, static_cast<int>(TopStyle::kCount));
@@ -314,7 +388,7 @@ Asset SampleTableCocktail(Rng& rng) {
   p.depth_m = Draw(rng, 0.5, 0.68);
   if (p.top == TopStyle::kRound) p.width_m = p.depth_m = Draw(rng, 0.6, 0.9);
   p.top_m = Draw(rng, 0.018, 0.036);
-  p.base = DrawEnum<TableBase>(rng, static_cast<int>(TableBase::kCount));
+  p.base = DrawEnum<TableBase>(rng, static_cast<int>(TableBase::kColumn));
   if (p.base == TableBase::kTrestle) p.base = TableBase::kHairpin;
   if (p.base == TableBase::kPedestal && p.top != TopStyle::kRound) p.base = TableBase::kLegs;
   const bool curved = p.top == TopStyle::kRound || p.top == TopStyle::kOval;
@@ -327,6 +401,33 @@ Asset SampleTableCocktail(Rng& rng) {
   p.shelf = rng.Bernoulli(0.4) && p.base == TableBase::kLegs && p.legs != LegStyle::kTurned &&
             p.top != TopStyle::kRound && p.top != TopStyle::kOval;
   p.glass_top = rng.Bernoulli(0.15) && p.top != TopStyle::kPlanks;
+  if (p.glass_top) p.top_m = 0.012f;
+  p.seed = rng.Seed();
+  return MakeTable(p);
+}
+
+// Small and high, for glasses and elbows.
+Asset SampleTableCocktail(Rng& rng) {
+  TableParams p;
+  p.height_m = Draw(rng, 0.98, 1.12);
+  const TopStyle tops[] = {TopStyle::kRound, TopStyle::kSquare, TopStyle::kRounded,
+                           TopStyle::kPlanks};
+  p.top = rng.Pick(tops);
+  p.width_m = Draw(rng, 0.55, 0.78);
+  p.depth_m =
+      p.top == TopStyle::kRound || rng.Bernoulli(0.6) ? p.width_m : p.width_m * Draw(rng, 0.8, 1.0);
+  p.top_m = Draw(rng, 0.02, 0.042);
+  const TableBase bases[] = {TableBase::kColumn, TableBase::kColumn, TableBase::kLegs,
+                             TableBase::kPedestal, TableBase::kCrossed};
+  p.base = rng.Pick(bases);
+  if (p.base == TableBase::kCrossed && p.top == TopStyle::kRound) p.base = TableBase::kLegs;
+  const LegStyle legs[] = {LegStyle::kSquare, LegStyle::kTapered, LegStyle::kRound};
+  p.legs = rng.Pick(legs);
+  p.leg_variant = rng.UniformInt(0, 7);
+  p.leg_m = p.base == TableBase::kColumn ? Draw(rng, 0.05, 0.085) : Draw(rng, 0.036, 0.05);
+  p.apron = p.legs != LegStyle::kRound;
+  p.rungs = p.base == TableBase::kLegs || rng.Bernoulli(0.35);
+  p.glass_top = rng.Bernoulli(0.12) && p.top != TopStyle::kPlanks;
   if (p.glass_top) p.top_m = 0.012f;
   p.seed = rng.Seed();
   return MakeTable(p);
@@ -355,108 +456,11 @@ Asset SampleSideTable(Rng& rng) {
   return MakeTable(p);
 }
 
-Asset MakeDesk(const DeskParams& p) {
-  AssetBuilder b(p.seed);
-  const MaterialSlot top = WoodSlot("top"), frame = WoodSlot("frame"), front = WoodSlot("fronts"),
-                     metal = MetalSlot("handles");
-  const float w = 0.5f * p.width_m, d = 0.5f * p.depth_m, t = 0.028f, under = p.height_m - t;
-  b.Add(Board({-w, -d, under}, {w, d, p.height_m}, 0.004f), top);
-  // A drawer whose box shows at its edges: front with handle in the plane y = front_y.
-  const auto drawer = [&](float x, float z, float width, float height) {
-    b.Add(Front(p.fronts, width, height, 0.018f, false).Moved(x, d - 0.04f, z), front);
-    if (p.handles != HandleStyle::kNone) {
-      b.Add(
-          Handle(p.handles, std::min(0.13f, 0.5f * width)).Moved(x, d - 0.022f, z + 0.55f * height),
-          metal);
-    }
-  };
-  switch (p.style) {
-    case DeskStyle::kPedestals: {
-      const float cw = 0.4f;
-      for (const float s : {-1.0f, 1.0f}) {
-        const float x = s * (w - 0.5f * cw - 0.02f), s0 = x - 0.5f * cw, s1 = x + 0.5f * cw,
-                    back = -d + 0.03f, f = d - 0.04f;
-        b.Add(Board({s0, back, 0.06f}, {s0 + 0.018f, f, under}), frame);
-        b.Add(Board({s1 - 0.018f, back, 0.06f}, {s1, f, under}), frame);
-        b.Add(Board({s0, back, 0.06f}, {s1, f, 0.078f}), frame);
-        b.Add(Board({s0, back, 0.06f}, {s1, back + 0.012f, under}), frame);
-        b.Add(Board({s0 + 0.02f, back + 0.03f, 0.0f}, {s1 - 0.02f, f - 0.05f, 0.06f}), frame);
-        const float room = under - 0.066f;
-        const float heights[3] = {0.26f * room, 0.26f * room, 0.48f * room};
-        float z = under - 0.004f;
-        for (const float h : heights) {
-          z -= h;
-          drawer(x, z + 0.002f, cw - 0.006f, h - 0.004f);
-        }
-      }
-      b.Add(Board({-w + 0.42f, -d + 0.03f, 0.28f}, {w - 0.42f, -d + 0.045f, under}), frame);
-      break;
-    }
-    case DeskStyle::kSawhorse: {
-      for (const float s : {-1.0f, 1.0f}) {
-        const float x = s * (w - 0.22f);
-        b.Add(
-            Board({x - 0.025f, -d + 0.05f, under - 0.05f}, {x + 0.025f, d - 0.05f, under}, 0.004f),
-            frame);
-        for (const float y : {-d + 0.1f, d - 0.1f}) {
-          for (const float o : {-1.0f, 1.0f}) {
-            b.Add(Bar({x + o * 0.17f, y, 0}, {x + o * 0.022f, y, under - 0.01f}, {0.024f, 0.042f},
-                      {0.024f, 0.042f}, 0.003f, Vec3f::UnitY()),
-                  frame);
-          }
-          b.Add(Board({x - 0.12f, y - 0.009f, 0.22f}, {x + 0.12f, y + 0.009f, 0.26f}), frame);
-        }
-        for (const float o : {-1.0f, 1.0f})
-          b.Add(Board({x + o * 0.127f - 0.009f, -d + 0.1f, 0.22f},
-                      {x + o * 0.127f + 0.009f, d - 0.1f, 0.26f}),
-                frame);
-      }
-      break;
-    }
-    default: {
-      const float lx = w - 0.05f, ly = d - 0.05f,
-                  apron = p.style == DeskStyle::kWriting ? 0.13f : 0.07f;
-      b.AddFourfold(FurnitureLeg(p.legs == LegStyle::kTurned ? LegStyle::kTapered : p.legs,
-                                 {lx, ly, 0}, {lx, ly, under}, 0.055f, 0),
-                    frame);
-      for (const float s : {-1.0f, 1.0f})
-        b.Add(Board({s * lx - 0.01f, -ly, under - apron}, {s * lx + 0.01f, ly, under}), frame);
-      b.Add(Board({-lx, -ly - 0.01f, under - apron}, {lx, -ly + 0.01f, under}), frame);
-      if (p.style == DeskStyle::kWriting) {
-        // A row of drawers under the top, behind which their floor closes the carcass.
-        b.Add(Board({-lx, -ly, under - apron}, {lx, ly, under - apron + 0.012f}), frame);
-        const int n = p.width_m > 1.25f ? 3 : 2;
-        const float room = 2 * lx - 0.05f, each = room / static_cast<float>(n);
-        for (int i = 0; i < n; ++i)
-          drawer(-0.5f * room + each * (static_cast<float>(i) + 0.5f), under - apron + 0.002f,
-                 each - 0.006f, apron - 0.006f);
-      } else {
-        b.Add(Board({-lx, ly - 0.01f, under - apron}, {lx, ly + 0.01f, under}), frame);
-      }
-    }
-  }
-  b.Support({-0.96f * w, -0.94f * d}, {0.96f * w, 0.94f * d}, p.height_m);
-  return b.Finish();
-}
-
-Asset SampleSimpleDesk(Rng& rng) {
-  DeskParams p;
-  p.style = DrawEnum<DeskStyle>(rng, static_cast<int>(DeskStyle::kCount));
-  p.width_m = p.style == DeskStyle::kPedestals ? Draw(rng, 1.4, 1.7) : Draw(rng, 1.0, 1.6);
-  p.depth_m = Draw(rng, 0.55, 0.78);
-  p.height_m = Draw(rng, 0.72, 0.77);
-  p.handles = DrawEnum<HandleStyle>(rng, static_cast<int>(HandleStyle::kCount));
-  p.fronts = DrawEnum<FrontStyle>(rng, static_cast<int>(FrontStyle::kCount));
-  p.legs = DrawEnum<LegStyle>(rng, static_cast<int>(LegStyle::kCount));
-  p.seed = rng.Seed();
-  return MakeDesk(p);
-}
-
 void RegisterTables(std::vector<AssetClass>& classes) {
   classes.push_back({"TableDining", "tables", Placement::kFloor, true, 0.6f, SampleTableDining});
   classes.push_back(
       {"TableCocktail", "tables", Placement::kFloor, true, 0.3f, SampleTableCocktail});
-  classes.push_back({"CoffeeTable", "tables", Placement::kFloor, true, 0.3f, SampleTableCocktail});
+  classes.push_back({"CoffeeTable", "tables", Placement::kFloor, true, 0.3f, SampleCoffeeTable});
   classes.push_back({"SideTable", "tables", Placement::kFloor, true, 0.1f, SampleSideTable});
   classes.push_back(
       {"SimpleDesk", "tables", Placement::kFloorAgainstWall, true, 0.7f, SampleSimpleDesk});

@@ -1,4 +1,4 @@
-// Tables: dining, cocktail (coffee), desks.
+// Tables: dining, standing (cocktail), coffee, side; desks.
 #pragma once
 
 #include "worker/assets/families.h"
@@ -7,7 +7,7 @@
 namespace parallax {
 
 enum class TopStyle { kSquare, kRound, kOval, kRounded, kPlanks, kCount };
-enum class TableBase { kLegs, kTrestle, kPedestal, kSledge, kCrossed, kHairpin, kCount };
+enum class TableBase { kLegs, kTrestle, kPedestal, kSledge, kCrossed, kHairpin, kColumn, kCount };
 
 struct TableParams {
   float width_m = 1.6f;  // Along x.
@@ -21,12 +21,14 @@ struct TableParams {
   float leg_m = 0.065f;
   bool apron = true;
   bool shelf = false;  // A lower board between the legs.
+  bool rungs = false;  // Bars between the legs, for feet.
   bool glass_top = false;
   uint64_t seed = 0;
 };
 Asset MakeTable(const TableParams& params);
 Asset SampleTableDining(Rng& rng);
-Asset SampleTableCocktail(Rng& rng);
+Asset SampleTableCocktail(Rng& rng);  // To stand at.
+Asset SampleCoffeeTable(Rng& rng);
 Asset SampleSideTable(Rng& rng);
 
 enum class DeskStyle { kLegs, kPedestals, kWriting, kSawhorse, kCount };

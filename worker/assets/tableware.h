@@ -21,7 +21,10 @@ Asset SampleVase(Rng& rng);
 struct BottleParams {
   float height_m = 0.3f;
   float radius_m = 0.037f;
-  int form = 0;  // 0 wine with shoulders, 1 sloping, 2 beer, 3 water with ribs.
+  int form = 0;  // 0 wine with shoulders, 1 sloping, 2 beer, 3 water with ribs, 4 soap with pump.
+  float shoulder = 0;  // The shoulder moves up by this share of the height.
+  float neck = 1;      // Factor on the neck's radius.
+  float square = 0;    // 0 round, 1 nearly square in plan.
   bool label = true;
   uint64_t seed = 0;
 };
@@ -44,13 +47,10 @@ Asset SamplePot(Rng& rng);
 Asset SamplePan(Rng& rng);
 Asset SampleJar(Rng& rng);
 Asset SampleWineglass(Rng& rng);
-Asset SampleCan(Rng& rng);
 Asset SampleFork(Rng& rng);
 Asset SampleKnife(Rng& rng);
 Asset SampleSpoon(Rng& rng);
 Asset SampleChopsticks(Rng& rng);
 Asset SampleLid(Rng& rng);
-Asset SampleFoodBox(Rng& rng);
-Asset SampleFoodBag(Rng& rng);
 
 }  // namespace parallax

@@ -106,125 +106,177 @@ Asset SampleVase(Rng& rng) {
   return MakeVase(p);
 }
 
-Asset MakeBottle(const BottleParams& p) {
-  AssetBuilder b(p.seed);
-  const float r = p.radius_m, h = p.height_m;
+namespace {
+
+// The outside of a bottle from its foot to the lip, and where its label sticks (heights in metres).
+struct BottleWall {
   Path2 wall;
-  float label0 = 0.16f, label1 = 0.48f;  // Of the height: the straight part.
-  const auto straight = [&](float z0, float z1) {
-    wall.emplace_back(0.93f * r, 0.0f);
-    wall.emplace_back(0.99f * r, 0.004f);
-    wall.emplace_back(r, 0.012f);
-    wall.emplace_back(r, z0 * h);
-    wall.emplace_back(r, z1 * h);
-  };
-  const auto on = [&](std::initializer_list<std::pair<float, float>> shares, int steps) {
-    Path2 rest{wall.back()};
-    for (const auto& [rr, z] : shares) rest.emplace_back(rr * r, z * h);
-    rest = Spline(rest, steps);
-    wall.insert(wall.end(), rest.begin() + 1, rest.end());
-  };
-  const float neck = 0.0145f / r;
+  float label_low = 0, label_high = 0;
+};
+
+BottleWall MakeBottleWall(const BottleParams& p) {
+  const float r = p.radius_m, h = p.height_m, neck = p.neck * 0.0145f / r;
+  // Shares of radius and height above the straight part.
+  using Shares = std::vector<std::pair<float, float>>;
+  float low = 0.16f, high = 0.52f;
+  Shares rest;
   switch (p.form) {
     case 0:
-      label1 = 0.52f;
-      straight(label0, label1);
-      on({{1, 0.6f}, {0.86f, 0.665f}, {0.5f, 0.71f}, {neck, 0.77f}, {0.97f * neck, 0.93f}}, 5);
+      rest = {{1, 0.6f}, {0.86f, 0.665f}, {0.5f, 0.71f}, {neck, 0.77f}, {0.97f * neck, 0.93f}};
       break;
     case 1:
-      label1 = 0.42f;
-      straight(label0, label1);
-      on({{0.97f, 0.5f}, {0.76f, 0.62f}, {0.5f, 0.74f}, {neck, 0.84f}, {0.97f * neck, 0.94f}}, 6);
+      high = 0.42f;
+      rest = {{0.97f, 0.5f}, {0.76f, 0.62f}, {0.5f, 0.74f}, {neck, 0.84f}, {0.97f * neck, 0.94f}};
       break;
     case 2:
-      label1 = 0.52f;
-      straight(label0, label1);
-      on({{0.98f, 0.58f}, {0.72f, 0.68f}, {0.5f, 0.8f}, {0.42f, 0.94f}}, 6);
+      rest = {{0.98f, 0.58f}, {0.72f, 0.68f}, {0.5f, 0.8f}, {0.42f * p.neck, 0.94f}};
+      break;
+    case 3:
+      low = 0.3f;
+      high = 0.55f;
+      rest = {{0.98f, 0.62f}, {0.8f, 0.74f}, {0.5f, 0.86f}, {0.42f * p.neck, 0.95f}};
       break;
     default:
-      label0 = 0.3f;
-      label1 = 0.55f;
-      straight(label0, label1);
-      on({{0.98f, 0.62f}, {0.8f, 0.74f}, {0.5f, 0.86f}, {0.42f, 0.95f}}, 6);
+      high = 0.7f;
+      rest = {{0.97f, 0.78f}, {0.8f, 0.86f}, {0.45f, 0.9f}, {0.36f, 0.93f}};
   }
+  const float base = high;
+  const auto lifted = [&](float z) {
+    return z + p.shoulder * std::clamp((0.95f - z) / (0.95f - base), 0.0f, 1.0f);
+  };
+  high = lifted(high);
+  BottleWall out;
+  out.wall = {{0.93f * r, 0.0f}, {0.99f * r, 0.004f}, {r, 0.012f}, {r, low * h}, {r, high * h}};
+  Path2 curve{out.wall.back()};
+  for (const auto& [rr, z] : rest) curve.emplace_back(rr * r, lifted(z) * h);
+  curve = Spline(curve, 6);
+  out.wall.insert(out.wall.end(), curve.begin() + 1, curve.end());
   // Lip.
-  const float nr = wall.back().x(), z = wall.back().y();
+  const float nr = out.wall.back().x(), z = out.wall.back().y();
   for (const auto& [dr, dz] :
        {std::pair{0.0022f, 0.001f}, {0.0028f, 0.006f}, {0.0022f, 0.01f}, {0.0002f, 0.011f}})
-    wall.emplace_back(nr + dr, z + dz);
-  wall.emplace_back(nr, h);
-  const bool plastic = p.form == 3;
-  LatheOptions options;
-  options.segments = 48;
-  if (plastic) {
-    options.modulate = [&](float a, float zz) {
-      (void)a;
-      const float t = zz / h;
-      return t < 0.28f && t > 0.05f ? 1 - 0.025f * (0.5f + 0.5f * std::cos(2 * kPi * t * 26))
-                                    : 1.0f;
-    };
-    Path2 dense;
-    for (size_t i = 0; i < wall.size(); ++i) {
-      dense.push_back(wall[i]);
-      if (i + 1 < wall.size() && wall[i].y() < 0.27f * h && wall[i + 1].y() - wall[i].y() > 0.02f) {
-        for (int k = 1; k < 40; ++k)
-          dense.push_back(wall[i] + (wall[i + 1] - wall[i]) * (static_cast<float>(k) / 40.0f));
-      }
+    out.wall.emplace_back(nr + dr, z + dz);
+  out.wall.emplace_back(nr, std::max(h, z + 0.0115f));
+  out.label_low = low * h + 0.004f;
+  out.label_high = high * h - 0.003f;
+  return out;
+}
+
+// Points every few millimetres where the ribs of a plastic bottle are.
+Path2 DenseBelow(const Path2& wall, float z) {
+  Path2 dense;
+  for (size_t i = 0; i < wall.size(); ++i) {
+    dense.push_back(wall[i]);
+    if (i + 1 < wall.size() && wall[i].y() < z && wall[i + 1].y() - wall[i].y() > 0.02f) {
+      for (int k = 1; k < 40; ++k)
+        dense.push_back(wall[i] + (wall[i + 1] - wall[i]) * (static_cast<float>(k) / 40.0f));
     }
-    wall = dense;
   }
-  b.Add(Lathe(VesselProfile(WithFoot(wall), 0.0028f, 0.006f), options),
-        plastic ? Slot("body", {"plastic", "glass"}) : GlassSlot("body"));
-  // Closure: cork, foil capsule or cap, standing on the lip.
+  return dense;
+}
+
+// Cork and foil, crown or screw cap, or a pump; `nr` is the radius of the neck.
+void AddClosure(AssetBuilder& b, const BottleParams& p, float nr, float top) {
   if (p.form <= 1) {
-    b.Add(Cylinder(nr - 0.0022f, 0.03f, 0.001f, 20).Moved(0, 0, h - 0.016f),
+    b.Add(Cylinder(nr - 0.0022f, 0.03f, 0.001f, 20).Moved(0, 0, top - 0.016f),
           Slot("cork", {"wood", "bark", "plastic"}));
-    b.Add(LatheRing({{nr + 0.0002f, 0.8f * h},
-                     {nr + 0.0032f, 0.8f * h},
-                     {nr + 0.0034f, h - 0.001f},
-                     {nr + 0.0002f, h - 0.001f}},
+    b.Add(LatheRing({{nr + 0.0002f, 0.84f * top},
+                     {nr + 0.0032f, 0.84f * top},
+                     {nr + 0.0034f, top - 0.001f},
+                     {nr + 0.0002f, top - 0.001f}},
                     32),
           Slot("foil", {"metal", "paper"}));
-  } else {
-    LatheOptions ribs;
-    ribs.segments = p.form == 2 ? 63 : 72;
-    ribs.modulate = [&](float a, float zz) {
-      return zz < 0.006f ? 1 + 0.03f * std::cos((p.form == 2 ? 21.0f : 36.0f) * a) : 1.0f;
+    return;
+  }
+  if (p.form == 4) {
+    const MaterialSlot pump = Slot("pump", {"plastic", "metal"});
+    b.Add(Cylinder(nr + 0.005f, 0.016f, 0.002f).Moved(0, 0, top - 0.012f), pump);
+    b.Add(Cylinder(0.0045f, 0.03f, 0.001f).Moved(0, 0, top), pump);
+    b.Add(Lathe(Filleted(Path2{{0, 0}, {0.011f, 0}, {0.0105f, 0.009f}, {0, 0.01f}}, 0.003f, 3))
+              .Moved(0, 0, top + 0.026f),
+          pump);
+    SweepOptions spout;
+    spout.keep_up = true;
+    spout.end_round_m = 0.002f;
+    b.Add(Sweep(Spline(Path3{{0, 0, top + 0.031f},
+                             {0, 0.022f, top + 0.031f},
+                             {0, 0.038f, top + 0.026f},
+                             {0, 0.042f, top + 0.019f}},
+                       5),
+                RectSection(0.008f, 0.007f, 0.0025f, 3), spout),
+          pump);
+    return;
+  }
+  LatheOptions ribs;
+  ribs.segments = p.form == 2 ? 63 : 72;
+  ribs.modulate = [&](float a, float zz) {
+    return zz < 0.006f ? 1 + 0.03f * std::cos((p.form == 2 ? 21.0f : 36.0f) * a) : 1.0f;
+  };
+  const float cr = nr + 0.0035f, ch = p.form == 2 ? 0.008f : 0.016f;
+  b.Add(
+      Lathe(Filleted(Path2{{0, 0}, {cr, 0}, {cr, 0.5f * ch}, {cr, ch}, {0, ch}}, 0.0015f, 3), ribs)
+          .Moved(0, 0, top - 0.5f * ch),
+      Slot("cap", {"metal", "plastic"}));
+}
+
+// A paper band just off the glass.
+void AddLabel(AssetBuilder& b, float r, float low, float high) {
+  constexpr int kSegments = 48;
+  Shape label =
+      LatheRing({{r - 0.0003f, low}, {r + 0.0004f, low}, {r + 0.0004f, high}, {r - 0.0003f, high}},
+                kSegments);
+  const size_t n = label.faces.size() / 4;
+  for (size_t s = 0; s < n; ++s) {
+    Face& f = label.faces[n + s];  // The outer wall.
+    f.group = 1;
+    const float u0 = static_cast<float>(s) / static_cast<float>(n),
+                u1 = static_cast<float>(s + 1) / static_cast<float>(n);
+    f.uv = {Vec2f(u0, 0), Vec2f(u1, 0), Vec2f(u1, 1), Vec2f(u0, 1)};
+  }
+  b.Add(label, {Slot("label_edge", {"paper"}), PictureSlot("label")});
+}
+
+}  // namespace
+
+Asset MakeBottle(const BottleParams& p) {
+  AssetBuilder b(p.seed);
+  const BottleWall body = MakeBottleWall(p);
+  const bool plastic = p.form == 3;
+  const float shoulder = body.label_high;
+  LatheOptions options;
+  options.segments = p.square > 0 ? 72 : 48;
+  if (plastic || p.square > 0) {
+    options.modulate = [&](float a, float z) {
+      const float t = z / p.height_m;
+      const float rib = plastic && t < 0.28f && t > 0.05f
+                            ? 1 - 0.025f * (0.5f + 0.5f * std::cos(2 * kPi * t * 26))
+                            : 1.0f;
+      // A squircle of the same width, round again at the neck.
+      const float c = std::abs(std::cos(a)), s = std::abs(std::sin(a));
+      const float corner = 0.9f / std::pow(std::pow(c, 5.0f) + std::pow(s, 5.0f), 0.2f);
+      const float much = p.square * (1 - Smooth01((z - shoulder) / (0.2f * p.height_m)));
+      return rib * Lerp(1.0f, corner, much);
     };
-    const float cr = nr + 0.0035f, ch = p.form == 2 ? 0.008f : 0.016f;
-    b.Add(Lathe(Filleted(Path2{{0, 0}, {cr, 0}, {cr, 0.5f * ch}, {cr, ch}, {0, ch}}, 0.0015f, 3),
-                ribs)
-              .Moved(0, 0, h - 0.5f * ch),
-          Slot("cap", {"metal", "plastic"}));
   }
-  if (p.label) {
-    // A paper band just off the glass.
-    LatheOptions band;
-    band.segments = 48;
-    Shape label = LatheRing({{r - 0.0003f, label0 * h + 0.004f},
-                             {r + 0.0004f, label0 * h + 0.004f},
-                             {r + 0.0004f, label1 * h - 0.003f},
-                             {r - 0.0003f, label1 * h - 0.003f}},
-                            48);
-    const size_t n = 48;
-    for (size_t s = 0; s < n; ++s) {
-      Face& f = label.faces[n + s];  // The outer wall.
-      f.group = 1;
-      const float u0 = static_cast<float>(s) / n, u1 = static_cast<float>(s + 1) / n;
-      f.uv = {Vec2f(u0, 0), Vec2f(u1, 0), Vec2f(u1, 1), Vec2f(u0, 1)};
-    }
-    b.Add(label, {Slot("label_edge", {"paper"}), PictureSlot("label")});
-  }
+  const Path2 wall = plastic ? DenseBelow(body.wall, 0.27f * p.height_m) : body.wall;
+  b.Add(Lathe(VesselProfile(WithFoot(wall), 0.0028f, 0.006f), options),
+        plastic || p.form == 4 ? Slot("body", {"plastic", "glass"}) : GlassSlot("body"));
+  AddClosure(b, p, body.wall.back().x(), body.wall.back().y());
+  if (p.label) AddLabel(b, p.radius_m, body.label_low, body.label_high);
   return b.Finish();
 }
 
 Asset SampleBottle(Rng& rng) {
   BottleParams p;
-  p.form = rng.UniformInt(0, 3);
-  p.height_m = p.form <= 1 ? Draw(rng, 0.28, 0.33)
-                           : (p.form == 2 ? Draw(rng, 0.19, 0.26) : Draw(rng, 0.2, 0.32));
-  p.radius_m = p.height_m * Draw(rng, 0.118, 0.14);
-  p.label = rng.Bernoulli(0.85);
+  p.form = rng.UniformInt(0, 4);
+  constexpr double kHeights[][2] = {
+      {0.27, 0.34}, {0.27, 0.35}, {0.17, 0.28}, {0.18, 0.33}, {0.12, 0.19}};
+  p.height_m = Draw(rng, kHeights[p.form][0], kHeights[p.form][1]);
+  p.radius_m = p.height_m * (p.form == 4 ? Draw(rng, 0.19, 0.26) : Draw(rng, 0.105, 0.15));
+  p.shoulder = Draw(rng, -0.1, 0.08);
+  p.neck = Draw(rng, 0.85, 1.25);
+  p.square = rng.Bernoulli(0.25) ? Draw(rng, 0.7, 1.0) : 0.0f;
+  p.label = p.square == 0 && rng.Bernoulli(0.85);
   p.seed = rng.Seed();
   return MakeBottle(p);
 }

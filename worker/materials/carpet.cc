@@ -117,6 +117,7 @@ class RugPattern final : public Material {
     for (uint8_t knot : motif_) mean_ += dyes_[knot] / static_cast<float>(motif_.size());
     abrash_ = Draw(rng, 0.05, 0.18);
     seed_ = DrawSeed(rng);
+    border_m_ = rng.Bernoulli(0.75) ? Draw(rng, 0.06, 0.2) : 0.0f;
   }
   SurfaceSample Evaluate(const SurfacePoint& point) const override {
     const float w = point.footprint_m;
@@ -126,7 +127,7 @@ class RugPattern final : public Material {
     const float fade = Fade(4.0f * knot_m_, w), fine = Fade(1.5f * knot_m_, w);
     Vec3f color = mean_;
     if (fade > 0) {
-      color = Mix(mean_, Blend(x, y, w / knot_m_), fade);
+      color = Mix(mean_, Bordered(point.uv, x, y, w), fade);
       color *= 1.0f + 0.3f * fine * (UnitByte(Hash(i, j, seed_), 0) - 0.5f) +
                0.35f * fine * (Knot(x, y) - 0.6f);
     }
@@ -155,26 +156,44 @@ class RugPattern final : public Material {
     const float a = 2.0f * noise::Fract(x) - 1.0f, b = 2.0f * noise::Fract(y) - 1.0f;
     return (1.0f - a * a) * (1.0f - b * b * b * b);
   }
-  const Vec3f& Dye(int i, int j) const {
+  const Vec3f& Dye(int i, int j, size_t further) const {
     const auto fold = [](int k) {
       k = ((k % (2 * kSide)) + 2 * kSide) % (2 * kSide);
       return k < kSide ? k : 2 * kSide - 1 - k;
     };
-    return dyes_[motif_[static_cast<size_t>(fold(j) * kSide + fold(i))]];
+    const size_t dye = motif_[static_cast<size_t>(fold(j) * kSide + fold(i))];
+    return dyes_[(dye + further) % dyes_.size()];
+  }
+  // A rug says in uv how far its edge is, in metres: there the pattern is framed by a plain edge, a
+  // guard stripe, a border in other dyes and another stripe. Elsewhere uv is 0.
+  Vec3f Bordered(const Vec2f& uv, float x, float y, float w) const {
+    const Vec3f field = Blend(x, y, w / knot_m_);
+    if (border_m_ <= 0 || uv == Vec2f::Zero()) return field;
+    const float d = uv.minCoeff();
+    const float stripe = 3 * knot_m_, edge = 5 * knot_m_;
+    if (d > edge + 2 * stripe + border_m_ + w) return field;
+    // Dyes one further: the border's repeat is the field's, in other colours and half as large.
+    const Vec3f border = Blend(2 * x + 7, 2 * y + 7, 2 * w / knot_m_, 1);
+    Vec3f color = dyes_[1];
+    color = Mix(color, dyes_[2], Edge(d - edge, 0, w));
+    color = Mix(color, border, Edge(d - edge - stripe, 0, w));
+    color = Mix(color, dyes_[2], Edge(d - edge - stripe - border_m_, 0, w));
+    return Mix(color, field, Edge(d - edge - 2 * stripe - border_m_, 0, w));
   }
   // The knot under the query, or from half a knot's footprint on a tent over its neighbours.
-  Vec3f Blend(float x, float y, float w_knots) const {
-    if (w_knots < 0.35f) return Dye(noise::FloorInt(x), noise::FloorInt(y));
+  Vec3f Blend(float x, float y, float w_knots, size_t further = 0) const {
+    if (w_knots < 0.35f) return Dye(noise::FloorInt(x), noise::FloorInt(y), further);
     const float fx = std::floor(x - 0.5f), fy = std::floor(y - 0.5f);
     const float tx = x - 0.5f - fx, ty = y - 0.5f - fy;
     const int i = static_cast<int>(fx), j = static_cast<int>(fy);
-    return Mix(Mix(Dye(i, j), Dye(i + 1, j), tx), Mix(Dye(i, j + 1), Dye(i + 1, j + 1), tx), ty);
+    return Mix(Mix(Dye(i, j, further), Dye(i + 1, j, further), tx),
+               Mix(Dye(i, j + 1, further), Dye(i + 1, j + 1, further), tx), ty);
   }
 
   std::array<Vec3f, 5> dyes_;
   std::array<uint8_t, kSide * kSide> motif_;
   Vec3f mean_;
-  float knot_m_, abrash_;
+  float knot_m_, abrash_, border_m_ = 0;
   uint32_t seed_;
 };
 

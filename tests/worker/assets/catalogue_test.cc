@@ -2,14 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <array>
-#include <cstring>
-#include <map>
-#include <numeric>
 #include <set>
 
 #include "worker/assets/asset.h"
-#include "worker/assets/size_table.h"
 
 namespace parallax {
 namespace {
@@ -34,117 +29,6 @@ class EveryAsset : public testing::TestWithParam<std::string> {
 INSTANTIATE_TEST_SUITE_P(Catalogue, EveryAsset, testing::ValuesIn(ClassNames()),
                          [](const auto& info) { return info.param; });
 
-std::string Bytes(const Mesh& mesh) {
-  std::string out;
-  const auto append = [&](const void* data, size_t size) {
-    out.append(static_cast<const char*>(data), size);
-  };
-  append(mesh.positions.data(), mesh.positions.size() * sizeof(Vec3f));
-  append(mesh.normals.data(), mesh.normals.size() * sizeof(Vec3f));
-  append(mesh.texture.data(), mesh.texture.size() * sizeof(Vec3f));
-  append(mesh.uv.data(), mesh.uv.size() * sizeof(Vec2f));
-  for (const Triangle& t : mesh.triangles) {
-    const std::array<uint32_t, 4> words{t.a, t.b, t.c, t.slot};
-    append(words.data(), sizeof(words));
-  }
-  return out;
-}
-
-// Vertices of equal position become one: the surface without its creases.
-std::vector<uint32_t> Weld(const Mesh& mesh) {
-  std::map<std::array<uint32_t, 3>, uint32_t> first;
-  std::vector<uint32_t> welded;
-  for (const Vec3f& p : mesh.positions) {
-    std::array<uint32_t, 3> key{};
-    const Vec3f plain = p + Vec3f::Zero();  // -0 becomes 0.
-    std::memcpy(key.data(), plain.data(), sizeof(key));
-    welded.push_back(first.try_emplace(key, static_cast<uint32_t>(first.size())).first->second);
-  }
-  return welded;
-}
-
-TEST_P(EveryAsset, IsAValidMesh) {
-  for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    const Asset asset = Make(seed);
-    EXPECT_TRUE(ValidateMesh(asset.mesh).ok()) << ValidateMesh(asset.mesh) << ", seed " << seed;
-    std::set<std::string> names;
-    for (const MaterialSlot& slot : asset.mesh.slots) {
-      EXPECT_TRUE(names.insert(slot.name).second) << "slot " << slot.name << " occurs twice";
-      EXPECT_FALSE(slot.families.empty()) << slot.name;
-    }
-  }
-}
-
-TEST_P(EveryAsset, IsTheSameForTheSameSeedAndAnotherForAnother) {
-  const std::string first = Bytes(Make(11).mesh);
-  EXPECT_TRUE(first == Bytes(Make(11).mesh));
-  EXPECT_FALSE(first == Bytes(Make(12).mesh));
-}
-
-TEST_P(EveryAsset, UsesKnownMaterialFamilies) {
-  const std::set<std::string> known{"wood",      "fabric", "leather", "metal", "plastic",
-                                    "glass",     "mirror", "ceramic", "stone", "paint",
-                                    "wallpaper", "paper",  "picture", "leaf",  "bark",
-                                    "soil",      "carpet", "emissive"};
-  for (const MaterialSlot& slot : Make(3).mesh.slots) {
-    for (const std::string& family : slot.families) {
-      EXPECT_TRUE(known.contains(family)) << slot.name << ": " << family;
-    }
-  }
-}
-
-// Every edge is run through as often one way as the other: no holes, no face turned round.
-TEST_P(EveryAsset, IsClosedAndConsistentlyOriented) {
-  for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    const Mesh mesh = Make(seed).mesh;
-    const std::vector<uint32_t> weld = Weld(mesh);
-    std::map<std::pair<uint32_t, uint32_t>, int> balance;
-    for (const Triangle& t : mesh.triangles) {
-      const uint32_t v[3] = {weld[t.a], weld[t.b], weld[t.c]};
-      for (int k = 0; k < 3; ++k) {
-        const uint32_t a = v[k], b = v[(k + 1) % 3];
-        if (a < b) ++balance[{a, b}];
-        if (a > b) --balance[{b, a}];
-      }
-    }
-    int open = 0;
-    for (const auto& [edge, count] : balance) open += count != 0;
-    EXPECT_EQ(open, 0) << "edges, seed " << seed;
-  }
-}
-
-TEST_P(EveryAsset, EnclosesAPositiveVolumeInEveryPart) {
-  for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    const Mesh mesh = Make(seed).mesh;
-    const std::vector<uint32_t> weld = Weld(mesh);
-    std::vector<uint32_t> parent(mesh.positions.size());
-    std::iota(parent.begin(), parent.end(), 0u);
-    const auto root = [&](uint32_t v) {
-      while (parent[v] != v) v = parent[v] = parent[parent[v]];
-      return v;
-    };
-    for (const Triangle& t : mesh.triangles) {
-      parent[root(weld[t.a])] = root(weld[t.b]);
-      parent[root(weld[t.b])] = root(weld[t.c]);
-    }
-    std::map<uint32_t, double> volume;
-    std::map<uint32_t, Vec3f> origin;  // Near the part: cancellation would hide thin ones.
-    std::map<uint32_t, Vec3f> at;
-    for (const Triangle& t : mesh.triangles) {
-      const uint32_t part = root(weld[t.a]);
-      const Vec3d o = origin.try_emplace(part, mesh.positions[t.a]).first->second.cast<double>();
-      const Vec3d a = mesh.positions[t.a].cast<double>() - o,
-                  b = mesh.positions[t.b].cast<double>() - o,
-                  c = mesh.positions[t.c].cast<double>() - o;
-      volume[part] += a.cross(b).dot(c) / 6;
-      at[part] = mesh.positions[t.a];
-    }
-    for (const auto& [part, v] : volume) {
-      EXPECT_GT(v, 0) << "part at " << at[part].transpose() << ", seed " << seed;
-    }
-  }
-}
-
 // Shading normals look to the same side as the faces.
 TEST_P(EveryAsset, HasNormalsThatFaceOutwards) {
   const Mesh mesh = Make(2).mesh;
@@ -168,18 +52,6 @@ TEST_P(EveryAsset, StandsWhereItsPlacementSays) {
       EXPECT_NEAR(box.center().y(), 0, 1e-4f);
     }
     EXPECT_NEAR(c.placement == Placement::kCeiling ? box.max().z() : box.min().z(), 0, 1e-4f);
-  }
-}
-
-TEST_P(EveryAsset, HasRealWorldSize) {
-  const SizeRange* range = FindSizeRange(GetParam());
-  ASSERT_NE(range, nullptr) << "no row in size_table.h";
-  for (uint64_t seed = 1; seed <= 3 * kSeeds; ++seed) {
-    const Vec3f size = Make(seed).mesh.Bounds().sizes();
-    for (int axis = 0; axis < 3; ++axis) {
-      EXPECT_GE(size[axis], range->least_m[axis]) << "axis " << axis << ", seed " << seed;
-      EXPECT_LE(size[axis], range->most_m[axis]) << "axis " << axis << ", seed " << seed;
-    }
   }
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/kernel/detail.h"
+
 namespace parallax::kernel {
 namespace {
 
@@ -151,7 +153,7 @@ std::function<float(float)> SmoothThrough(std::vector<std::pair<float, float>> k
 int CircleSegments(float radius, float tolerance_m) {
   const float ratio = std::clamp(1.0f - tolerance_m / std::max(radius, 1e-4f), -1.0f, 1.0f);
   const int segments = static_cast<int>(std::ceil(kTau / (2 * std::max(std::acos(ratio), 0.01f))));
-  return std::clamp((segments + 3) / 4 * 4, 12, 72);
+  return DetailedSegments(std::clamp((segments + 3) / 4 * 4, 12, 72), radius);
 }
 
 }  // namespace parallax::kernel

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <map>
 
+#include "worker/assets/kernel/detail.h"
+
 namespace parallax::kernel {
 namespace {
 
@@ -41,7 +43,8 @@ Shape RoundedBox(const Vec3f& size, const BoxOptions& options) {
   const int steps = radius > 0 ? std::max(1, options.bevel_steps) : 0;
   std::array<std::vector<float>, 3> at;
   for (int axis = 0; axis < 3; ++axis) {
-    at[axis] = Stations(half[axis], std::max(radius, 0.0f), steps, options.pieces[axis]);
+    const int pieces = DetailedPieces(options.pieces[axis], size[axis]);
+    at[axis] = Stations(half[axis], std::max(radius, 0.0f), steps, pieces);
   }
   Shape shape;
   std::map<std::array<int, 3>, uint32_t> index;
@@ -98,7 +101,10 @@ Shape Lathe(const Path2& given, const LatheOptions& options) {
   if (profile.back().x() > 1e-6f) profile.push_back(Vec2f(0, profile.back().y()));
   float largest = 0;
   for (const Vec2f& p : profile) largest = std::max(largest, p.x());
-  const int n = options.segments > 0 ? options.segments : CircleSegments(largest);
+  // Flutes and corners need the segments that they were made for.
+  const int n = options.segments <= 0 ? CircleSegments(largest)
+                : options.modulate    ? options.segments
+                                      : DetailedSegments(options.segments, largest);
 
   Shape shape;
   std::vector<std::vector<uint32_t>> rings;
@@ -144,7 +150,7 @@ Shape Lathe(const Path2& given, const LatheOptions& options) {
 Shape LatheRing(const Path2& section, int segments) {
   float largest = 0;
   for (const Vec2f& p : section) largest = std::max(largest, p.x());
-  const int n = segments > 0 ? segments : CircleSegments(largest);
+  const int n = segments > 0 ? DetailedSegments(segments, largest) : CircleSegments(largest);
   const size_t m = section.size();
   Shape shape;
   for (const Vec2f& p : section) {
@@ -210,8 +216,11 @@ Shape Ball(float radius, int segments) { return Ellipsoid(Vec3f::Constant(radius
 Shape Ellipsoid(const Vec3f& radii, int segments) {
   LatheOptions options;
   options.segments = segments > 0 ? segments : CircleSegments(radii.maxCoeff());
+  const float radius = radii.maxCoeff();
+  options.segments = DetailedSegments(options.segments, radius);
   Path2 outline = Arc(Vec2f::Zero(), 1, 1, -0.5f * kPi, 0.5f * kPi, options.segments / 2);
   outline.front().x() = outline.back().x() = 0;
+  options.modulate = [](float, float) { return 1.0f; };  // The segments are chosen.
   Shape shape =
       Lathe(outline, options).Bent([&](const Vec3f& p) { return p.cwiseProduct(radii).eval(); });
   TextureAlongLongest(shape);
@@ -219,7 +228,8 @@ Shape Ellipsoid(const Vec3f& radii, int segments) {
 }
 
 Shape Sheet(const std::function<Vec3f(float u, float v)>& surface, const SheetOptions& options) {
-  const int nu = options.pieces_u, nv = options.pieces_v;
+  const int nu = DetailedPieces(options.pieces_u, options.size_m.x(), 6),
+            nv = DetailedPieces(options.pieces_v, options.size_m.y(), 6);
   const auto station = [](int i, int n) { return static_cast<float>(i) / static_cast<float>(n); };
   std::vector<Vec3f> top;
   for (int j = 0; j <= nv; ++j) {

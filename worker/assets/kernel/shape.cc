@@ -236,21 +236,31 @@ void AppendShape(Mesh& mesh, const Shape& shape, const std::vector<uint16_t>& sl
   for (size_t i = 0; i < shape.faces.size(); ++i) {
     const Face& f = shape.faces[i];
     const uint16_t slot = slot_of_group[std::min<size_t>(f.group, slot_of_group.size() - 1)];
-    std::array<uint32_t, 4> v{};
-    for (int k = 0; k < f.corners; ++k) v[k] = vertex_of(i, k);
+    // Where points coincide or lie in a line, a triangle would have no area: it is left out, or the
+    // quad is cut the other way.
+    const auto corner = [&](int k) -> const Vec3f& { return shape.points[f.v[k]]; };
+    const auto area = [&](int a, int b, int c) {
+      return (corner(b) - corner(a)).cross(corner(c) - corner(a)).norm();
+    };
+    const auto emit = [&](int a, int b, int c) {
+      if (corner(a) == corner(b) || corner(b) == corner(c) || corner(c) == corner(a)) return;
+      const uint32_t u = vertex_of(i, a), v = vertex_of(i, b), w = vertex_of(i, c);
+      mesh.triangles.push_back({u, v, w, slot});
+    };
     if (f.corners == 3) {
-      mesh.triangles.push_back({v[0], v[1], v[2], slot});
+      emit(0, 1, 2);
       continue;
     }
-    const auto& p = shape.points;
-    const bool first =
-        (p[f.v[2]] - p[f.v[0]]).squaredNorm() <= (p[f.v[3]] - p[f.v[1]]).squaredNorm();
+    bool first = (corner(2) - corner(0)).squaredNorm() <= (corner(3) - corner(1)).squaredNorm();
+    const float cut_first = std::min(area(0, 1, 2), area(0, 2, 3)),
+                cut_second = std::min(area(0, 1, 3), area(1, 2, 3));
+    if ((first ? cut_first : cut_second) < 1e-11f) first = cut_first >= cut_second;
     if (first) {
-      mesh.triangles.push_back({v[0], v[1], v[2], slot});
-      mesh.triangles.push_back({v[0], v[2], v[3], slot});
+      emit(0, 1, 2);
+      emit(0, 2, 3);
     } else {
-      mesh.triangles.push_back({v[0], v[1], v[3], slot});
-      mesh.triangles.push_back({v[1], v[2], v[3], slot});
+      emit(0, 1, 3);
+      emit(1, 2, 3);
     }
   }
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/kernel/detail.h"
 #include "worker/assets/kernel/sweep.h"
 
 namespace parallax::kernel {
@@ -74,7 +75,7 @@ Shape Cushion(const Vec3f& size, const CushionOptions& o, const Noise& noise) {
       Path3 path;
       for (const Vec2f& p : outline) path.emplace_back(p.x(), p.y(), side * (half.z() - drop));
       path.push_back(path.front());
-      path = Resampled(path, o.target_edge_m);
+      path = Resampled(path, DetailedEdge(o.target_edge_m));
       path.pop_back();
       for (Vec3f& p : path) p = soften(p);
       shape.Add(Ring(path, o.piping_m, 8).Grouped(o.piping_group));
@@ -85,7 +86,7 @@ Shape Cushion(const Vec3f& size, const CushionOptions& o, const Noise& noise) {
 
 Shape Pillow(float width, float depth, float thickness, const PillowOptions& o,
              const Noise& noise) {
-  const int n = o.pieces;
+  const int n = DetailedPieces(o.pieces, std::max(width, depth), 6);
   const auto station = [&](int i) {
     return std::sin(0.5f * kPi * (2.0f * static_cast<float>(i) / static_cast<float>(n) - 1.0f));
   };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/kernel/detail.h"
+
 namespace parallax::kernel {
 namespace {
 
@@ -153,14 +155,16 @@ Shape Sweep(const Path3& given, const Path2& section, const SweepOptions& option
 Shape Tube(const Path3& path, float radius, float end_round_m, int segments) {
   SweepOptions options;
   options.end_round_m = end_round_m;
-  const int n = segments > 0 ? segments : std::min(CircleSegments(radius), 24);
+  const int n =
+      segments > 0 ? DetailedSegments(segments, radius) : std::min(CircleSegments(radius), 24);
   return Sweep(path, EllipseSection(2 * radius, 2 * radius, n), options);
 }
 
 Shape Ring(const Path3& closed_path, float radius, int segments) {
   SweepOptions options;
   options.closed = true;
-  return Sweep(closed_path, EllipseSection(2 * radius, 2 * radius, segments), options);
+  const int n = DetailedSegments(segments, radius);
+  return Sweep(closed_path, EllipseSection(2 * radius, 2 * radius, n), options);
 }
 
 Shape Rod(const Vec3f& from, const Vec3f& to, float from_radius, float to_radius,

@@ -1,0 +1,45 @@
+// What the classes of the catalogues are and cost, measured: sizes, triangles, milliseconds.
+// Times are of the calling thread's processor, so that other work on the machine does not count.
+// Thread-safe.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "worker/assets/asset.h"
+#include "worker/materials/material.h"
+
+namespace parallax {
+
+struct AssetFigures {
+  const AssetClass* asset_class = nullptr;
+  Vec3f least_m = Vec3f::Zero(), most_m = Vec3f::Zero();  // Stated: worker/assets/size_table.h.
+  Vec3f smallest_m = Vec3f::Zero(), largest_m = Vec3f::Zero();  // Seen, axis by axis.
+  size_t median_triangles = 0, most_triangles = 0;
+  std::vector<double> ms;  // Of each seed, from the smallest.
+  double median_ms = 0;
+  std::vector<std::string> slots;  // Names of all material slots seen, in order of first use.
+  bool offers_support = false;     // Other things can stand on it.
+};
+
+// Makes the seeds 1..`seeds` of a class, and one more before that is not counted.
+AssetFigures MeasureAssetClass(const AssetClass& asset_class, int seeds);
+
+struct MaterialFigures {
+  const MaterialClass* material_class = nullptr;
+  double evaluate_ns = 0;  // One Evaluate at a pixel's footprint, mean of three seeds.
+  double height_ns = 0;    // One Height.
+};
+
+MaterialFigures MeasureMaterialClass(const MaterialClass& material_class);
+
+// The value below which the fraction `p` in [0, 1] of the sorted values lies; 0 of none.
+double Percentile(const std::vector<double>& sorted, double p);
+
+// "floor", "floor against wall", "on top", "on wall", "ceiling", "opening".
+const char* PlacementName(Placement placement);
+
+// "floor", "walls", "metal or glass"...: the tags that are set, joined by ", ".
+std::string TagNames(const MaterialTags& tags);
+
+}  // namespace parallax

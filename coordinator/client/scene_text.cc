@@ -125,7 +125,7 @@ void PrintLights(const Terminal& terminal, const v1::Scene& scene) {
     const double power = (light.power_w().x() + light.power_w().y() + light.power_w().z()) / 3;
     out << "  " << light.name() << ": " << LowerName(v1::Light::Kind_Name(light.kind()), "KIND_")
         << ", " << FormatNumber(power) << " W";
-    if (light.kind() == v1::Light::KIND_POINT) {
+    if (light.kind() == v1::Light::KIND_POINT || light.kind() == v1::Light::KIND_SPOT) {
       out << " at " << Fixed(light.position_m().x()) << " " << Fixed(light.position_m().y()) << " "
           << Fixed(light.position_m().z());
     }

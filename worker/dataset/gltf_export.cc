@@ -2,6 +2,7 @@
 
 #include <tiny_gltf.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -263,6 +264,23 @@ class GltfBuilder {
     AddNode(std::move(node));
   }
 
+  // Shines along its node's -z. glTF's cones end at half a straight angle.
+  void AddSpot(const v1::Light& light, const Vec3d& power, tinygltf::Node node) {
+    const double outer_cos = std::cos(light.cone_rad());
+    const double inner_cos = outer_cos + std::clamp(light.cone_blend(), 0.0, 1.0) * (1 - outer_cos);
+    const double solid_angle = 2 * std::numbers::pi * (1 - 0.5 * (outer_cos + inner_cos));
+    const double most = power.maxCoeff();
+    const auto turn =
+        Eigen::Quaterniond::FromTwoVectors(-Vec3d::UnitZ(), FromProto(light.direction()));
+    node.rotation = {turn.x(), turn.y(), turn.z(), turn.w()};
+    const int index =
+        AddLight(light.name(), "spot", power / most, most / solid_angle * kLumensPerWatt);
+    tinygltf::SpotLight& spot = model_.lights[static_cast<size_t>(index)].spot;
+    spot.outerConeAngle = std::min(light.cone_rad(), 0.5 * std::numbers::pi);
+    spot.innerConeAngle = std::min(std::acos(std::min(inner_cos, 1.0)), spot.outerConeAngle);
+    AddLightNode(light.name(), index, std::move(node));
+  }
+
   void AddLights() {
     for (const v1::Light& light : scene_.lights()) {
       const Vec3d power = FromProto(light.power_w());
@@ -272,6 +290,10 @@ class GltfBuilder {
                                                                   : FromProto(light.position_m());
       tinygltf::Node node;
       node.translation = {position.x(), position.y(), position.z()};
+      if (light.kind() == v1::Light::KIND_SPOT) {
+        AddSpot(light, power, std::move(node));
+        continue;
+      }
       AddLightNode(light.name(),
                    AddLight(light.name(), "point", power / most,
                             most / (4 * std::numbers::pi) * kLumensPerWatt),

@@ -32,21 +32,15 @@ absl::StatusOr<LightTable> LightTable::Build(const v1::Scene& scene, const Rende
     if (!(power.maxCoeff() > 0.0f)) continue;
     Lamp lamp;
     lamp.strength = Luminance(power) / (4.0f * kPi);
-    if (light.kind() == v1::Light::KIND_POINT) {
-      lamp.center = FromProto(light.position_m()).cast<float>();
-      lamp.radius = static_cast<float>(std::max(0.0, light.radius_m()));
-      if (lamp.radius > 0.0f) {
-        lamp.radiance = power / (4.0f * kPi * kPi * Square(lamp.radius));
-        table.spheres_.push_back(table.lamps_.size());
-      } else {
-        lamp.intensity = power / (4.0f * kPi);
-      }
+    if (light.kind() == v1::Light::KIND_POINT || light.kind() == v1::Light::KIND_SPOT) {
+      RETURN_IF_ERROR(AddSphereOrSpot(light, power, &lamp));
+      if (lamp.radius > 0.0f) table.spheres_.push_back(table.lamps_.size());
       table.lamps_.push_back(std::move(lamp));
       continue;
     }
     if (light.kind() != v1::Light::KIND_MESH) {
       return MakeError(absl::StatusCode::kInvalidArgument,
-                       "light \"" + light.name() + "\": kind must be point or mesh");
+                       "light \"" + light.name() + "\": kind must be point, spot or mesh");
     }
     lamp.mesh = true;
     Box3f box;
@@ -77,6 +71,35 @@ absl::StatusOr<LightTable> LightTable::Build(const v1::Scene& scene, const Rende
   }
   table.AddPortals(scene, geometry);
   return table;
+}
+
+absl::Status LightTable::AddSphereOrSpot(const v1::Light& light, const Vec3f& power, Lamp* lamp) {
+  lamp->center = FromProto(light.position_m()).cast<float>();
+  lamp->radius = static_cast<float>(std::max(0.0, light.radius_m()));
+  float solid_angle = 4.0f * kPi;  // Into which the flux goes, the soft edge weighted.
+  if (light.kind() == v1::Light::KIND_SPOT) {
+    const Vec3f axis = FromProto(light.direction()).cast<float>();
+    const auto cone = static_cast<float>(light.cone_rad());
+    if (!(axis.norm() > 1e-12f) || !(cone > 0.0f) || !(cone <= kPi + 1e-5f)) {
+      return MakeError(absl::StatusCode::kInvalidArgument,
+                       "light \"" + light.name() +
+                           "\": a spot wants a direction and a cone_rad of more than 0 up to pi");
+    }
+    lamp->spot = true;
+    lamp->axis = axis.normalized();
+    lamp->cos_outer = std::min(std::cos(cone), 0.999999f);
+    const auto blend = static_cast<float>(std::clamp(light.cone_blend(), 0.0, 1.0));
+    lamp->cos_inner = lamp->cos_outer + blend * (1.0f - lamp->cos_outer);
+    // The smooth step's mean is a half.
+    solid_angle = 2.0f * kPi * (1.0f - 0.5f * (lamp->cos_outer + lamp->cos_inner));
+  }
+  lamp->strength = Luminance(power) / solid_angle;
+  if (lamp->radius > 0.0f) {
+    lamp->radiance = power / (kPi * solid_angle * Square(lamp->radius));
+  } else {
+    lamp->intensity = power / solid_angle;
+  }
+  return absl::OkStatus();
 }
 
 void LightTable::AddPortals(const v1::Scene& scene, const RenderScene& geometry) {
@@ -132,8 +155,22 @@ void LightTable::AddPortals(const v1::Scene& scene, const RenderScene& geometry)
 }
 
 float LightTable::LampImportance(const Lamp& lamp, const Vec3f& position) const {
-  return lamp.strength /
-         std::max((lamp.center - position).squaredNorm(), Square(lamp.radius) + 1e-4f);
+  const Vec3f from = position - lamp.center;
+  const float d2 = from.squaredNorm();
+  const float importance = lamp.strength / std::max(d2, Square(lamp.radius) + 1e-4f);
+  if (!lamp.spot || d2 <= Square(lamp.radius)) return importance;
+  // By the intensity towards the point; a sphere's rim may see it at a smaller angle.
+  const float cosine = std::clamp(from.dot(lamp.axis) / std::sqrt(d2), -1.0f, 1.0f);
+  const float sin2 = Square(lamp.radius) / d2;
+  const float cos_rim = std::sqrt(1.0f - sin2);
+  const float nearest =
+      cosine >= cos_rim ? 1.0f : cosine * cos_rim + std::sqrt((1.0f - cosine * cosine) * sin2);
+  if (nearest <= lamp.cos_outer) return 0.0f;
+  const float t =
+      lamp.cos_inner > lamp.cos_outer
+          ? std::min(1.0f, (nearest - lamp.cos_outer) / (lamp.cos_inner - lamp.cos_outer))
+          : 1.0f;
+  return importance * (0.05f + 0.95f * t * t * (3.0f - 2.0f * t));
 }
 
 // Mean luminance of the sky times about the solid angle of the opening.
@@ -245,7 +282,7 @@ LightSample LightTable::SampleLamp(const Lamp& lamp, const Vec3f& position, cons
     if (!(d2 > 1e-12f)) return sample;
     sample.distance = std::sqrt(d2);
     sample.direction = to / sample.distance;
-    sample.radiance = lamp.intensity / d2;
+    sample.radiance = lamp.intensity * (lamp.Falloff(-sample.direction) / d2);
     sample.pdf = 1;
     sample.ideal = true;
     return sample;
@@ -262,7 +299,7 @@ LightSample LightTable::SampleLamp(const Lamp& lamp, const Vec3f& position, cons
   sample.distance = HitSphere(position, sample.direction, lamp.center, lamp.radius);
   if (!std::isfinite(sample.distance)) sample.distance = std::sqrt(d2 - Square(lamp.radius));
   sample.pdf = 1.0f / (2.0f * kPi * cone);
-  sample.radiance = lamp.radiance;
+  sample.radiance = lamp.radiance * lamp.Falloff(-sample.direction);
   return sample;
 }
 
@@ -358,7 +395,7 @@ Vec3f LightTable::SphereRadiance(const LightReceiver& at, const Vec3f& origin,
                                     : 0.0f;
       weight = PowerHeuristic(bsdf_pdf, pdf);
     }
-    sum += lamp.radiance * weight;
+    sum += lamp.radiance * (weight * lamp.Falloff(-direction));
   }
   return sum;
 }

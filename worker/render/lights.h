@@ -3,6 +3,7 @@
 // and for the density that MIS needs.
 //
 // Point lights are spheres that only light sees: the camera looks through them, mirrors show them.
+// Spot lights are such spheres that shine into a cone.
 // Mesh lights shine from the front of their faces. Inside of a room the sky is sampled through its
 // openings (portals at the walls' outer faces, and the open top when there is no ceiling);
 // elsewhere over the whole sphere. Sampling that misses part of a source is no error: MIS gives
@@ -68,6 +69,20 @@ class LightTable {
     Vec3f radiance = Vec3f::Zero();
     Vec3f intensity = Vec3f::Zero();  // Ideal points.
     float strength = 0;               // Luminance of the flux, as seen from any side.
+    // Spot lights; the others shine to all sides.
+    bool spot = false;
+    Vec3f axis = Vec3f::UnitZ();
+    float cos_outer = -1, cos_inner = -1;  // Dark beyond the first, full within the second.
+
+    // Part of the full intensity that goes along unit `direction`, away from the lamp.
+    float Falloff(const Vec3f& direction) const {
+      if (!spot) return 1.0f;
+      const float cosine = direction.dot(axis);
+      if (cosine >= cos_inner) return cosine > cos_outer ? 1.0f : 0.0f;
+      if (cosine <= cos_outer) return 0.0f;
+      const float t = (cosine - cos_outer) / (cos_inner - cos_outer);
+      return t * t * (3.0f - 2.0f * t);
+    }
     // Mesh lights.
     std::vector<std::array<Vec3f, 3>> faces;
     std::vector<float> cumulative;  // Area up to and with each face, m^2.
@@ -78,6 +93,7 @@ class LightTable {
     float area = 0;
   };
 
+  static absl::Status AddSphereOrSpot(const v1::Light& light, const Vec3f& power, Lamp* lamp);
   int MeshLight(uint32_t placed, uint16_t slot) const;
   float LampImportance(const Lamp& lamp, const Vec3f& position) const;
   float PortalImportance(const Portal& portal, const Vec3f& position) const;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <tiny_gltf.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "common/config/config.h"
@@ -112,6 +113,31 @@ TEST(GltfExport, CamerasLookWhereTheRigsLook) {
   const auto& camera = model.cameras[1].perspective;
   EXPECT_NEAR(std::tan(camera.yfov / 2), rig.height_px() / 2.0 / rig.fy_px(), 1e-9);
   EXPECT_NEAR(camera.aspectRatio, double(rig.width_px()) / rig.height_px(), 1e-9);
+}
+
+TEST(GltfExport, SpotsKeepTheirConeAndAxis) {
+  v1::Scene scene = SolvedScene();
+  v1::Light& light = *scene.add_lights();
+  light.set_kind(v1::Light::KIND_SPOT);
+  light.set_name("stage");
+  *light.mutable_position_m() = ToProto(Vec3d(1, 2, 2.4));
+  *light.mutable_direction() = ToProto(Vec3d(0.3, 0.1, -2));
+  *light.mutable_power_w() = ToProto(Vec3d::Constant(40));
+  light.set_cone_rad(0.5);
+  light.set_cone_blend(0.4);
+  const tinygltf::Model model = ExportAndLoad(scene);
+  const tinygltf::Node* node = FindNode(model, "stage");
+  ASSERT_NE(node, nullptr);
+  const auto& q = node->rotation;
+  const Vec3d shines = Eigen::Quaterniond(q[3], q[0], q[1], q[2]) * -Vec3d::UnitZ();
+  EXPECT_LT((shines - Vec3d(0.3, 0.1, -2).normalized()).norm(), 1e-9);
+  const auto found = std::find_if(model.lights.begin(), model.lights.end(),
+                                  [](const tinygltf::Light& l) { return l.name == "stage"; });
+  ASSERT_NE(found, model.lights.end());
+  EXPECT_EQ(found->type, "spot");
+  EXPECT_NEAR(found->spot.outerConeAngle, 0.5, 1e-9);
+  EXPECT_NEAR(std::cos(found->spot.innerConeAngle), std::cos(0.5) + 0.4 * (1 - std::cos(0.5)),
+              1e-9);
 }
 
 TEST(GltfExport, WhatCannotBeWrittenIsAnError) {

@@ -47,6 +47,7 @@ class GlazedCeramic final : public Material {
     if (crackle_ > 0) color *= 1.0f - crackle_ * Crackle(p, w);
     out.base_color = Albedo(color);
     out.roughness = Saturate(roughness_ * (1.0f + 0.2f * flow));
+    out.subsurface = 0.25f;
     return out;
   }
   float Height(const SurfacePoint& point) const override {

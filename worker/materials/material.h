@@ -44,6 +44,7 @@ struct SurfaceSample {
   float clearcoat = 0;  // [0, 1]
   float clearcoat_roughness = 0.1f;
   float sheen = 0;                 // [0, 1]
+  float subsurface = 0;            // [0, 1]; part of the base's light that is scattered inside.
   float opacity = 1;               // [0, 1]; 0 = a hole.
   Vec3f emission = Vec3f::Zero();  // Radiance, W / (m^2 sr).
 };

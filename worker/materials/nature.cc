@@ -42,6 +42,7 @@ class Leaf final : public Material {
     Vec3f color = Mix(blade_ * (1.0f + 0.2f * n), patch_, aged);
     out.base_color = Albedo(Mix(color, vein_, 0.7f * vein));
     out.roughness = Saturate(roughness_ * (1.0f + 0.2f * n + 0.15f * vein));
+    out.subsurface = 0.5f;
     out.specular = 0.4f;
     return out;
   }
@@ -316,6 +317,7 @@ class FruitSkin final : public Material {
         Mix(Mix(ground_, blush_, Saturate(blush + 0.35f * streak)), dot_, 0.55f * Saturate(dots)) *
         (1.0f + 0.06f * streak));
     out.roughness = Saturate(roughness_ * (1.0f + 0.2f * streak));
+    out.subsurface = 0.5f;
     return out;
   }
   float Height(const SurfacePoint& point) const override {
@@ -344,6 +346,7 @@ class CitrusPeel final : public Material {
     SurfaceSample out;
     out.base_color = Albedo(peel_ * (1.0f - 0.3f * pit + 0.12f * n));
     out.roughness = Saturate(0.4f + 0.1f * n);
+    out.subsurface = 0.4f;
     return out;
   }
   float Height(const SurfacePoint& point) const override {

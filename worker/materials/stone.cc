@@ -62,6 +62,7 @@ class Marble final : public Material {
                 Saturate(strength_ * (big * (0.35f + 0.65f * present) + 0.4f * small * present)));
     out.base_color = Albedo(color * (1.0f + crystal));
     out.roughness = Saturate(roughness_ * (1.0f + 0.5f * big));
+    out.subsurface = 0.5f;
     return out;
   }
   float Height(const SurfacePoint& point) const override {

@@ -11,6 +11,14 @@ constexpr float kCoatF0 = 0.04f;
 
 Vec3f Clamp01(const Vec3f& v) { return v.cwiseMax(0.0f).cwiseMin(1.0f); }
 
+// Part of the light that leaves a white half-space after one scattering, for light at this cosine;
+// its cosine-weighted mean.   Source: Lommel and Seeliger; Chandrasekhar, "Radiative transfer".
+float SingleScattering(float cosine) {
+  const float c = std::max(cosine, 1e-6f);
+  return 1.0f - c * std::log1p(1.0f / c);
+}
+constexpr float kMeanSingleScattering = 0.40913709f;  // 4/3 (1 - ln 2).
+
 float ThinReflectance(float reflectance) { return 2.0f * reflectance / (1.0f + reflectance); }
 
 }  // namespace
@@ -31,6 +39,8 @@ Bsdf::Bsdf(const SurfaceSample& surface, const Vec3f& o, bool outside, float min
 
   plastic_f0_ = 0.08f * std::clamp(surface.specular, 0.0f, 1.0f);
   plastic_f90_ = std::min(1.0f, 50.0f * plastic_f0_);
+  subsurface_ = plastic_ > 0.0f ? std::clamp(surface.subsurface, 0.0f, 1.0f) : 0.0f;
+  if (subsurface_ > 0.0f) scattered_o_ = SingleScattering(o.z());
   metal_f0_ = base;
   const float ior = std::max(surface.ior, 1.0f + 1e-3f);
   eta_ = thin_ || outside ? ior : 1.0f / ior;
@@ -121,8 +131,14 @@ BsdfValue Bsdf::EvaluateReflection(const Vec3f& i) const {
   const float cosine = i.z() * kInvPi;
   if (plastic_ > 0.0f || metal_ > 0.0f) {
     const KeptEnergy kept = DirectionalEnergy(i.z(), gloss_.alpha);
-    const float below =
-        (1.0f - kept_o_plastic_) * (1.0f - kept.At(plastic_f0_, plastic_f90_)) * cosine;
+    float below = (1.0f - kept_o_plastic_) * (1.0f - kept.At(plastic_f0_, plastic_f90_)) * cosine;
+    if (subsurface_ > 0.0f) {
+      // Over Lambert's value: one scattering, and the rest.
+      const float inside = 0.5f / (o_.z() + i.z()) + (1.0f - scattered_o_) *
+                                                         (1.0f - SingleScattering(i.z())) /
+                                                         (1.0f - kMeanSingleScattering);
+      below *= 1.0f + subsurface_ * (inside - 1.0f);
+    }
     const float between = (1.0f - kept_o_white_) * (1.0f - kept.White()) * cosine;
     value.f_cos += (diffuse_ * below + multiple_ * between) * transmitted;
   }

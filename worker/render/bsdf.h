@@ -4,7 +4,9 @@
 // A blend of three bases - metal (GGX with Schlick's Fresnel of the base colour and what multiple
 // bounces between facets give back), plastic (GGX above a Lambert base that gets exactly what the
 // gloss leaves) and glass (GGX reflection and refraction; thin-walled glass lets the rest straight
-// through) - below sheen below clearcoat. Diffuse, conductor and dielectric are its limits. Every
+// through) - below sheen below clearcoat. Diffuse, conductor and dielectric are its limits. Part of
+// the Lambert base may be subsurface scattering, without its sideways spread: the law of Lommel and
+// Seeliger (one scattering inside) and, as Lambert, what further scatterings give back. Every
 // setting reflects at most what it receives, and reflection is reciprocal. Refraction carries flux,
 // not radiance: the squared ratio of indices that cancels out over a closed body is left out.
 //
@@ -71,7 +73,8 @@ class Bsdf {
   bool mirror_like_ = false;
   Ggx gloss_{1};
   Ggx coat_gloss_{1};
-  float coat_ = 0, sheen_ = 0;
+  float coat_ = 0, sheen_ = 0, subsurface_ = 0;
+  float scattered_o_ = 0;  // Subsurface light that leaves after one scattering.
   float kept_o_plastic_ = 0, kept_o_white_ = 0, transmitted_o_ = 1;
   // Chances of the parts; they sum to 1.
   float p_coat_ = 0, p_gloss_ = 0, p_diffuse_ = 0, p_glass_ = 0, p_straight_ = 0;

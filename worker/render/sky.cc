@@ -3,6 +3,29 @@
 #include "common/math/proto.h"
 
 namespace parallax {
+namespace {
+
+constexpr float kRadiancePerKilocandela = 0.9f;  // So that sun and overcast sky stand as in nature.
+// Of red, green and blue light (610, 550, 465 nm) by air and haze of kTurbidity, one air mass.
+const Vec3f kExtinction(0.241f, 0.301f, 0.448f);
+
+// Row polynomials of the zenith's chromaticity: (T^2, T, 1) x (theta^3, theta^2, theta, 1).
+float ZenithChromaticity(const float (&m)[3][4], float theta) {
+  constexpr float t = SkyModel::kTurbidity;
+  const float powers[4] = {theta * theta * theta, theta * theta, theta, 1.0f};
+  float sum = 0;
+  for (int k = 0; k < 4; ++k) sum += powers[k] * (t * t * m[0][k] + t * m[1][k] + m[2][k]);
+  return sum;
+}
+
+constexpr float kZenithX[3][4] = {{0.00166f, -0.00375f, 0.00209f, 0.0f},
+                                  {-0.02903f, 0.06377f, -0.03202f, 0.00394f},
+                                  {0.11693f, -0.21196f, 0.06052f, 0.25886f}};
+constexpr float kZenithY[3][4] = {{0.00275f, -0.00610f, 0.00317f, 0.0f},
+                                  {-0.04214f, 0.08970f, -0.04153f, 0.00516f},
+                                  {0.15346f, -0.26756f, 0.06670f, 0.26688f}};
+
+}  // namespace
 
 SkyModel::SkyModel(const v1::Sky& sky) {
   const float strength = static_cast<float>(std::max(0.0, sky.strength()));
@@ -19,11 +42,12 @@ SkyModel::SkyModel(const v1::Sky& sky) {
                          std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
   cos_sun_ = std::cos(kSunRadius);
   has_sun_ = sun > 0.0f && strength > 0.0f && sun_direction_.z() > 0.0f;
-  // A low sun shines through more air: weaker and warmer.
-  const float air = 1.0f / (std::max(sun_direction_.z(), 0.0f) + 0.15f);
-  const Vec3f extinction(0.06f, 0.12f, 0.24f);
-  const Vec3f passed = (-extinction * (air - 0.87f)).array().exp();
+  SetClearSky(elevation);
   if (has_sun_) {
+    // A low sun shines through more air: weaker and warmer. Full at the zenith.
+    const float degrees = 90.0f - elevation * (180.0f / kPi);
+    const float air = 1.0f / (sun_direction_.z() + 0.15f * std::pow(93.885f - degrees, -1.253f));
+    const Vec3f passed = (-kExtinction * (air - 1.0f)).array().exp();
     sun_radiance_ =
         tint.cwiseProduct(passed) * (strength * sun * kSunIrradiance / sun_solid_angle());
   }
@@ -48,14 +72,41 @@ Vec3f SkyModel::Dome(const Vec3f& direction) const {
   const float up = std::max(direction.z(), 0.0f);
   const Vec3f overcast = Vec3f(0.97f, 1.0f, 1.05f) * ((1.0f + 2.0f * up) / 3.0f);
   if (clear_ <= 0.0f) return scale_.cwiseProduct(overcast);
-  // Blue overhead, pale at the horizon, bright around the sun.
-  const float haze = std::exp(-4.0f * up);
-  Vec3f clear = Vec3f(0.20f, 0.38f, 0.80f) * (1.0f - haze) + Vec3f(0.72f, 0.82f, 0.95f) * haze;
-  const float cos_sun = direction.dot(sun_direction_);
-  const float glow =
-      cos_sun > 0.0f ? 0.5f * std::pow(cos_sun, 8.0f) + 1.5f * std::pow(cos_sun, 96.0f) : 0.0f;
-  clear += Vec3f(1.0f, 0.9f, 0.75f) * glow;
-  return scale_.cwiseProduct(overcast + (clear - overcast) * clear_);
+  return scale_.cwiseProduct(overcast + (ClearSky(direction) - overcast) * clear_);
+}
+
+void SkyModel::SetClearSky(float sun_elevation) {
+  constexpr float t = kTurbidity;
+  perez_[0] = {-0.0193f * t - 0.2592f, -0.0665f * t + 0.0008f, -0.0004f * t + 0.2125f,
+               -0.0641f * t - 0.8989f, -0.0033f * t + 0.0452f, 0.0f};
+  perez_[1] = {-0.0167f * t - 0.2608f, -0.0950f * t + 0.0092f, -0.0079f * t + 0.2102f,
+               -0.0441f * t - 1.6537f, -0.0109f * t + 0.0529f, 0.0f};
+  perez_[2] = {0.1787f * t - 1.4630f, -0.3554f * t + 0.4275f, -0.0227f * t + 5.3251f,
+               0.1206f * t - 2.5771f, -0.0670f * t + 0.3703f, 0.0f};
+  // The model is made for the day; a sun lower than 5 degrees has the sky of 5 degrees.
+  const float theta = std::clamp(0.5f * kPi - sun_elevation, 0.0f, 85.0f * kPi / 180.0f);
+  const float chi = (4.0f / 9.0f - t / 120.0f) * (kPi - 2.0f * theta);
+  const float zenith[3] = {ZenithChromaticity(kZenithX, theta), ZenithChromaticity(kZenithY, theta),
+                           (4.0453f * t - 4.9710f) * std::tan(chi) - 0.2155f * t + 2.4192f};
+  for (int k = 0; k < 3; ++k) {
+    perez_[k].zenith = 1.0f;
+    perez_[k].zenith = zenith[k] / perez_[k].At(1.0f, theta, std::cos(theta));
+  }
+}
+
+// Relative to the overcast zenith.
+Vec3f SkyModel::ClearSky(const Vec3f& direction) const {
+  const float up = std::max(direction.z(), 0.01f);
+  const float cos_gamma = std::clamp(direction.dot(sun_direction_), -1.0f, 1.0f);
+  const float gamma = std::acos(cos_gamma);
+  const float x = perez_[0].At(up, gamma, cos_gamma);
+  const float y = perez_[1].At(up, gamma, cos_gamma);
+  const float luminance = perez_[2].At(up, gamma, cos_gamma);
+  const Vec3f xyz(x / y, 1.0f, (1.0f - x - y) / y);
+  const Vec3f rgb(3.2406f * xyz.x() - 1.5372f * xyz.y() - 0.4986f * xyz.z(),
+                  -0.9689f * xyz.x() + 1.8758f * xyz.y() + 0.0415f * xyz.z(),
+                  0.0557f * xyz.x() - 0.2040f * xyz.y() + 1.0570f * xyz.z());
+  return rgb.cwiseMax(0.0f) * (luminance * (kRadiancePerKilocandela / kZenithRadiance));
 }
 
 Vec3f SkyModel::Radiance(const Vec3f& direction) const {

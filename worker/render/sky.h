@@ -2,8 +2,10 @@
 //
 // Radiance is in the renderer's units, where a lamp of P watts sends out P: strength 1 is an
 // overcast noon whose zenith gives kZenithRadiance. `sun_strength` s turns the sky clear (weight s
-// / (s + 0.5)) and adds s * kSunIrradiance on a surface that faces the sun. Constant; thread-safe.
-// Source of the overcast gradient: Moon and Spencer, 1942.
+// / (s + 0.5)) and adds s * kSunIrradiance, weakened and reddened by the air on its way, on a
+// surface that faces the sun. Constant; thread-safe.
+// Source of the overcast gradient: Moon and Spencer, 1942; of the clear sky and the sun's colour:
+// Preetham, Shirley and Smits, "A practical analytic model for daylight", 1999.
 #pragma once
 
 #include "parallax/v1/scene.pb.h"
@@ -15,6 +17,7 @@ class SkyModel {
  public:
   static constexpr float kZenithRadiance = 10.0f;  // W / (m^2 sr)
   static constexpr float kSunIrradiance = 90.0f;   // W / m^2
+  static constexpr float kTurbidity = 3.0f;        // A clear day of temperate summers.
   static constexpr float kSunRadius = 0.0087f;     // Radians; twice the real one, as haze does.
 
   SkyModel() : SkyModel(v1::Sky()) {}
@@ -38,10 +41,22 @@ class SkyModel {
   float ground_luminance() const { return Luminance(ground_); }
 
  private:
+  // How a quantity is spread over a clear sky, relative to the zenith.
+  struct Perez {
+    float a = 0, b = 0, c = 0, d = 0, e = 0, zenith = 0;
+    float At(float cos_theta, float gamma, float cos_gamma) const {
+      return zenith * (1.0f + a * std::exp(b / cos_theta)) *
+             (1.0f + c * std::exp(d * gamma) + e * cos_gamma * cos_gamma);
+    }
+  };
+
+  void SetClearSky(float sun_elevation);
+  Vec3f ClearSky(const Vec3f& direction) const;
   Vec3f Dome(const Vec3f& direction) const;
 
   bool has_sky_ = false, has_sun_ = false;
   float clear_ = 0;  // [0, 1]
+  Perez perez_[3];   // CIE x, y; luminance in kcd/m^2.
   Vec3f scale_ = Vec3f::Zero();
   Vec3f ground_ = Vec3f::Zero();
   Vec3f sun_radiance_ = Vec3f::Zero();

@@ -6,7 +6,6 @@
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <cstdlib>
-#include <fstream>
 #include <iostream>
 #include <mutex>
 #include <sstream>
@@ -14,6 +13,7 @@
 
 #include "common/base/clock.h"
 #include "common/base/log.h"
+#include "common/base/memory_budget.h"
 #include "common/base/version.h"
 #include "worker/agent/agent.h"
 #include "worker/agent/outbox.h"
@@ -63,15 +63,6 @@ int UsableCores() {
   return static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
 
-// The machine's memory, or the container's if that is less.
-int64_t UsableMemoryMb() {
-  int64_t bytes = static_cast<int64_t>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGE_SIZE);
-  std::ifstream limit("/sys/fs/cgroup/memory.max");
-  int64_t limit_bytes = 0;
-  if (limit >> limit_bytes && limit_bytes > 0) bytes = std::min(bytes, limit_bytes);
-  return bytes >> 20;
-}
-
 std::string DefaultName() {
   char host[256] = "worker";
   gethostname(host, sizeof host - 1);
@@ -114,7 +105,9 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.add_option("--threads", line.threads, "Threads of all jobs together (default: all cores)")
       ->check(CLI::Range(1, 4096));
   app.add_option("--memory-mb", line.memory_mb,
-                 "Memory it offers to jobs (default: the machine's or container's)")
+                 "Memory it may use: a scene that needs more fails its job\n"
+                 "(default: the machine's or container's)")
+      ->envname("PARALLAX_MEMORY_MB")  // For the workers that `parallax run` starts.
       ->check(CLI::PositiveNumber);
   app.add_option("--tags", line.tags, "Words that studies may ask for, for example a,b");
   app.add_option("--name", line.name,
@@ -159,7 +152,8 @@ absl::StatusOr<AgentOptions> OptionsOf(const CommandLine& line) {
   if (line.role != "solve") options.kinds.push_back(v1::JOB_KIND_RENDER);
   options.slots = line.slots;
   options.cores = line.threads > 0 ? line.threads : UsableCores();
-  options.memory_mb = line.memory_mb > 0 ? line.memory_mb : UsableMemoryMb();
+  SetMemoryLimit(line.memory_mb << 20);
+  options.memory_mb = MemoryLimit() >> 20;
   options.tags = SplitTags(line.tags);
   options.version = kProgramVersion;
   options.instance = std::to_string(getpid()) + "-" +

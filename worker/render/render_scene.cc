@@ -1,10 +1,10 @@
 #include "worker/render/render_scene.h"
 
-#include <unistd.h>
-
 #include <atomic>
 #include <map>
+#include <set>
 
+#include "common/base/memory_budget.h"
 #include "worker/render/bsdf.h"
 #include "worker/render/sampling.h"
 
@@ -26,8 +26,22 @@ struct ShadowContext {
   Vec3f transmittance;
 };
 
-int64_t MachineMemoryBytes() {
-  return static_cast<int64_t>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGE_SIZE);
+// What Build adds for each triangle and vertex, its peak included (bench_scale measures it).
+constexpr int64_t kBytesPerTriangle = 130;
+constexpr int64_t kBytesPerVertex = 44;
+
+// Of each mesh once: instances share theirs.
+absl::Status CheckBuildMemory(const SceneGeometry& geometry) {
+  std::set<const Mesh*> seen;
+  int64_t triangles = 0, vertices = 0;
+  for (const PlacedMesh& placed : geometry.meshes) {
+    if (!placed.mesh || !seen.insert(placed.mesh.get()).second) continue;
+    triangles += static_cast<int64_t>(placed.mesh->triangles.size());
+    vertices += static_cast<int64_t>(placed.mesh->positions.size());
+  }
+  return CheckMemory(
+      "render: acceleration structure of " + std::to_string(triangles) + " triangles",
+      triangles * kBytesPerTriangle + vertices * kBytesPerVertex);
 }
 
 }  // namespace
@@ -88,6 +102,7 @@ absl::StatusOr<std::unique_ptr<RenderScene>> RenderScene::Build(SceneGeometry ge
         }
       }
     }
+    RETURN_IF_ERROR(CheckBuildMemory(scene->geometry_));
     scene->ProbeMaterials();
     RETURN_IF_ERROR(scene->BuildEmbree(memory_limit_bytes, movable));
     return scene;
@@ -133,7 +148,7 @@ absl::Status RenderScene::BuildEmbree(int64_t memory_limit_bytes, bool movable) 
     return MakeError(absl::StatusCode::kResourceExhausted, "render: Embree gives no device");
   }
   memory_ = std::make_unique<MemoryWatch>();
-  memory_->limit = memory_limit_bytes > 0 ? memory_limit_bytes : MachineMemoryBytes();
+  memory_->limit = memory_limit_bytes > 0 ? memory_limit_bytes : MemoryLimit();
   rtcSetDeviceMemoryMonitorFunction(device_.get(), &MemoryWatch::Callback, memory_.get());
 
   std::map<const Mesh*, int> uses;

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "common/base/clock.h"
+#include "common/base/memory_budget.h"
 #include "common/math/proto.h"
 #include "worker/render/camera.h"
 #include "worker/render/denoiser.h"
@@ -21,6 +22,7 @@ namespace parallax {
 namespace {
 
 constexpr int kTile = 16;
+constexpr int kBytesPerPixel = 400;  // Both eyes' films and maps, the denoiser's buffers.
 
 double SecondsSince(SteadyTime start) {
   return std::chrono::duration<double>(Clock::System().Steady() - start).count();
@@ -93,6 +95,8 @@ class SceneRenderer final : public Renderer {
   absl::StatusOr<StereoFrame> Render(const v1::Rig& rig, const CancelToken& cancel,
                                      const ProgressFn& progress) {
     ASSIGN_OR_RETURN(const StereoCamera stereo, StereoCamera::FromRig(rig));
+    RETURN_IF_ERROR(CheckMemory("render: images of rig " + std::to_string(rig.index()),
+                                int64_t{kBytesPerPixel} * rig.width_px() * rig.height_px()));
     StereoFrame frame;
     View* views[2] = {&frame.left, &frame.right};
 

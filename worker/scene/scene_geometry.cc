@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "common/base/memory_budget.h"
 #include "common/math/proto.h"
 #include "worker/layout/room_shell.h"
 #include "worker/scene/warp.h"
@@ -89,6 +90,7 @@ absl::StatusOr<SceneGeometry> BuildSceneGeometry(const v1::Scene& scene) {
     if (!mesh.ok()) return WithContext(mesh.status(), "object " + object.name());
     auto slots = BindSlots(object, **mesh, geometry);
     if (!slots.ok()) return WithContext(slots.status(), "object " + object.name());
+    RETURN_IF_ERROR(CheckMemory("scene: meshes up to object " + object.name(), 0));
     placed.mesh = *std::move(mesh);
     placed.material_of_slot = *std::move(slots);
     placed.world_from_object = FromProto(object.world_from_object()).Affine();

@@ -26,7 +26,7 @@ struct SceneGeometry {
 };
 
 // Errors: kNotFound for an unknown class or room part, kInvalidArgument for a binding to a missing
-// material, each naming the object.
+// material, kResourceExhausted when the meshes outgrow MemoryLimit(), each naming the object.
 absl::StatusOr<SceneGeometry> BuildSceneGeometry(const v1::Scene& scene);
 
 }  // namespace parallax

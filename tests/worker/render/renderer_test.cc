@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "common/base/clock.h"
+#include "common/base/memory_budget.h"
 #include "tests/worker/render/test_scenes.h"
 #include "worker/render/exposure.h"
 #include "worker/render/profiles.h"
@@ -204,6 +205,26 @@ TEST(Renderer, TooLittleMemoryIsAnErrorNotACrash) {
   EXPECT_EQ(RenderScene::Build(test.geometry, 1 << 20).status().code(),
             absl::StatusCode::kResourceExhausted);
   EXPECT_TRUE(RenderScene::Build(test.geometry, 0).ok());
+}
+
+TEST(Renderer, ScenesAndImagesBeyondTheLimitFailAloneAndByName) {
+  struct Limit {  // Back to the machine's at the end, however the test ends.
+    explicit Limit(int64_t mb) { SetMemoryLimit(mb << 20); }
+    ~Limit() { SetMemoryLimit(0); }
+  } const limit(2000);
+  TestScene test = MakeBoxRoom();
+  auto renderer = Renderer::Create(test.recipe, test.geometry, MakeConfig(1, 1, false));
+  ASSERT_TRUE(renderer.ok()) << renderer.status();
+  v1::Rig rig = BoxRoomRig(8192, 8192);
+  rig.set_index(7);
+  const auto frame = (*renderer)->RenderRig(rig, {}, {});
+  EXPECT_EQ(frame.status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_NE(std::string(frame.status().message()).find("rig 7"), std::string::npos);
+  // The same renderer goes on.
+  EXPECT_TRUE((*renderer)->RenderRig(BoxRoomRig(32, 24), {}, {}).ok());
+  SetMemoryLimit(1);
+  EXPECT_EQ(Renderer::Create(test.recipe, test.geometry, {}).status().code(),
+            absl::StatusCode::kResourceExhausted);
 }
 
 TEST(Renderer, AnEmptySceneIsSky) {

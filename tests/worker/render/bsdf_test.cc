@@ -71,8 +71,30 @@ std::vector<NamedSurface> Surfaces() {
     s.sheen = 1;
     s.roughness = 0.9f;
   });
+  add("marble", [](SurfaceSample& s) {
+    s.subsurface = 1;
+    s.roughness = 0.4f;
+  });
+  add("soft skin", [](SurfaceSample& s) {
+    s.subsurface = 0.5f;
+    s.roughness = 0.6f;
+    s.sheen = 0.3f;
+  });
+  add("coated metal", [](SurfaceSample& s) {
+    s.metallic = 1;
+    s.roughness = 0.5f;
+    s.clearcoat = 1;
+    s.clearcoat_roughness = 0.35f;
+  });
+  add("coated frosted glass", [](SurfaceSample& s) {
+    s.transmission = 1;
+    s.roughness = 0.6f;
+    s.clearcoat = 0.7f;
+    s.clearcoat_roughness = 0.4f;
+  });
   add("everything", [](SurfaceSample& s) {
     s.metallic = 0.3f;
+    s.subsurface = 0.4f;
     s.transmission = 0.3f;
     s.clearcoat = 0.5f;
     s.sheen = 0.7f;
@@ -119,6 +141,86 @@ TEST(Bsdf, WhitePlasticAndWhiteMetalReturnAllEnergy) {
   }
 }
 
+TEST(Bsdf, WhiteSubsurfaceReturnsAllEnergyAndBrightensTheRim) {
+  for (const float specular : {0.0f, 0.5f}) {
+    SurfaceSample s = test::DiffuseSample(Vec3f::Ones());
+    s.specular = specular;
+    s.subsurface = 1;
+    for (const float cosine : {0.1f, 0.4f, 0.8f, 1.0f}) {
+      EXPECT_NEAR(Albedo(s, cosine, true, 40000).x(), 1.0f, 0.02f) << specular << " " << cosine;
+    }
+  }
+  // Lit and seen along the surface it is brighter than Lambert, head-on about alike.
+  SurfaceSample lambert = test::DiffuseSample(Vec3f::Ones());
+  SurfaceSample inside = lambert;
+  inside.subsurface = 1;
+  const auto ratio = [&](float cosine) {
+    const Vec3f i = DirectionAt(cosine, 2.0f);
+    return Bsdf(inside, Outgoing(cosine), true).Evaluate(i).f_cos.x() /
+           Bsdf(lambert, Outgoing(cosine), true).Evaluate(i).f_cos.x();
+  };
+  EXPECT_GT(ratio(0.1f), 1.5f);
+  EXPECT_NEAR(ratio(1.0f), 1.06f, 0.02f);
+}
+
+// Simple cubature of the value over the sphere.
+Vec3f IntegratedAlbedo(const Bsdf& bsdf) {
+  constexpr int kCosines = 300, kAngles = 240;
+  Vec3d sum = Vec3d::Zero();
+  for (int c = 0; c < kCosines; ++c) {
+    for (int a = 0; a < kAngles; ++a) {
+      const float z = 2 * (static_cast<float>(c) + 0.5f) / kCosines - 1;
+      const float phi = 2 * kPi * (static_cast<float>(a) + 0.5f) / kAngles;
+      sum += bsdf.Evaluate(DirectionAt(z, phi)).f_cos.cast<double>();
+    }
+  }
+  return (sum * (4 * M_PI / (kCosines * kAngles))).cast<float>();
+}
+
+TEST(Bsdf, SamplingReachesAllThatEvaluationPromises) {
+  for (const NamedSurface& named : Surfaces()) {
+    for (const bool outside : {true, false}) {
+      if (!outside && named.surface.transmission == 0) continue;
+      const Vec3f wanted = IntegratedAlbedo(Bsdf(named.surface, Outgoing(0.6f), outside));
+      const Vec3f seen = Albedo(named.surface, 0.6f, outside, 60000);
+      EXPECT_LT((seen - wanted).norm(), 0.015f * wanted.norm()) << named.name << " " << outside;
+    }
+  }
+}
+
+// Each layer by itself reflects what its closed form says.
+TEST(Bsdf, SmoothMirrorsReflectTheirFresnel) {
+  for (const float cosine : {0.1f, 0.5f, 1.0f}) {
+    SurfaceSample metal;
+    metal.base_color = Vec3f(1.0f, 0.77f, 0.34f);  // Gold.
+    metal.metallic = 1;
+    metal.roughness = 0;
+    const Vec3f schlick =
+        metal.base_color + (Vec3f::Ones() - metal.base_color) * std::pow(1 - cosine, 5.0f);
+    EXPECT_LT((Albedo(metal, cosine, true, 4000) - schlick).norm(), 0.01f) << cosine;
+
+    SurfaceSample glass;
+    glass.transmission = 1;
+    glass.roughness = 0;
+    glass.base_color.setOnes();
+    for (const bool thin : {false, true}) {
+      glass.thin_walled = thin;
+      const float r = DielectricFresnel(cosine, 1.5f);
+      const float reflected = thin ? 2 * r / (1 + r) : r;
+      Rng rng(SceneSeed{9}, "mirror");
+      const Bsdf bsdf(glass, Outgoing(cosine), true);
+      int up = 0;
+      constexpr int kSamples = 20000;
+      for (int i = 0; i < kSamples; ++i) {
+        const auto sample = bsdf.Sample(static_cast<float>(rng.Uniform()) * 0.9999999f,
+                                        {static_cast<float>(rng.Uniform()), 0.5f});
+        up += sample && sample->direction.z() > 0;
+      }
+      EXPECT_NEAR(up / static_cast<float>(kSamples), reflected, 0.015f) << thin << " " << cosine;
+    }
+  }
+}
+
 TEST(Bsdf, SmoothGlassReturnsAllEnergy) {
   SurfaceSample s;
   s.base_color.setOnes();
@@ -151,6 +253,7 @@ TEST(Bsdf, NoSettingReturnsMoreThanItReceives) {
     s.clearcoat = extreme();
     s.clearcoat_roughness = u();
     s.sheen = extreme();
+    s.subsurface = extreme();
     const float cosine = 0.03f + 0.97f * u();
     const bool outside = rng.Bernoulli(0.6);
     const Vec3f albedo = Albedo(s, cosine, outside, 20000);

@@ -6,60 +6,20 @@
 #include <cmath>
 
 #include "common/math/proto.h"
-#include "tests/worker/render/test_scenes.h"
-#include "worker/render/path_tracer.h"
+#include "tests/worker/render/radiance.h"
 
 namespace parallax {
 namespace {
 
+using test::Build;
+using test::Built;
 using test::DiffuseSample;
+using test::Estimate;
 using test::MakeBox;
 using test::MakeQuad;
 using test::MakeSphere;
+using test::Radiance;
 using test::TestScene;
-
-struct Built {
-  std::unique_ptr<RenderScene> scene;
-  LightTable lights;
-};
-
-Built Build(const TestScene& test) {
-  auto scene = RenderScene::Build(test.geometry, 0);
-  EXPECT_TRUE(scene.ok()) << scene.status();
-  auto lights = LightTable::Build(test.recipe, **scene);
-  EXPECT_TRUE(lights.ok()) << lights.status();
-  return {*std::move(scene), *std::move(lights)};
-}
-
-struct Estimate {
-  Vec3f mean = Vec3f::Zero();
-  float error = 0;  // Standard error of the mean luminance.
-};
-
-// Radiance seen from `from` towards `to`.
-Estimate Radiance(const Built& built, const Vec3f& from, const Vec3f& to, int samples, int bounces,
-                  DirectLight direct = DirectLight::kBoth) {
-  PathOptions options;
-  options.max_bounces = bounces;
-  options.direct = direct;
-  Ray ray;
-  ray.origin = from;
-  ray.direction = (to - from).normalized();
-  Vec3d sum = Vec3d::Zero();
-  double squares = 0;
-  for (int i = 0; i < samples; ++i) {
-    Sampler sampler(77, static_cast<uint32_t>(i), 0, 0);  // Independent: honest error bars.
-    const Vec3f radiance = TracePath(*built.scene, built.lights, options, ray, sampler).radiance;
-    sum += radiance.cast<double>();
-    squares += Square(Luminance(radiance));
-  }
-  Estimate estimate;
-  estimate.mean = (sum / samples).cast<float>();
-  const double mean = Luminance(estimate.mean);
-  estimate.error =
-      static_cast<float>(std::sqrt(std::max(0.0, squares / samples - mean * mean) / samples));
-  return estimate;
-}
 
 const Vec3f kEye(0.4f, -0.3f, 1.5f);
 const Vec3f kTarget(0, 0, 0);

@@ -1,0 +1,249 @@
+"""What vs_mitsuba and vs_cycles share: virtual environments, our programs, errors, pictures.
+
+Runs inside the virtual environment (numpy). The other renderer runs in processes of its own, so that
+its CPU seconds are its own.
+"""
+import argparse
+import json
+import math
+import os
+import struct
+import subprocess
+import sys
+import zlib
+
+import numpy as np
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(HERE)))
+PROGRAM = os.path.join(ROOT, 'build', 'release', 'bin', 'compare_scene')
+
+
+def say(text):
+    print(text, file=sys.stderr, flush=True)
+
+
+def arguments(what, default_out):
+    parser = argparse.ArgumentParser(description=what)
+    parser.add_argument('--scene', default='solve:7', help='recipe (.pb) or solve:SEED[:CONFIG]')
+    parser.add_argument('--size', default='480x270')
+    parser.add_argument('--views', default='0,10', help='rigs whose left images are compared')
+    parser.add_argument('--rigs', type=int, default=20, help='rigs that share our cost')
+    parser.add_argument('--reference-spp', type=int, default=192,
+                        help='of each of the two independent references of either renderer')
+    parser.add_argument('--ladder', default='2,4,8,16,32,64,128,256',
+                        help='sample counts tried with denoising until the error is ours')
+    parser.add_argument('--depth', type=int, default=7, help="the other renderer's longest path")
+    parser.add_argument('--threads', type=int, default=2)
+    parser.add_argument('--out', default=os.path.join(default_folder(), default_out),
+                        help='where pictures and arrays are kept')
+    return parser
+
+
+def default_folder():
+    return os.path.join(os.environ.get('XDG_CACHE_HOME', os.path.expanduser('~/.cache')), 'parallax')
+
+
+def ours(*args):
+    """Runs compare_scene; its JSON line, if it prints one."""
+    if not os.path.exists(PROGRAM):
+        sys.exit(f'{PROGRAM} is missing: ninja -C build/release compare_scene')
+    result = subprocess.run([PROGRAM, *map(str, args)], capture_output=True, text=True)
+    if result.returncode:
+        sys.exit(result.stderr.strip())
+    return json.loads(result.stdout) if result.stdout.strip() else None
+
+
+def floats(path, shape):
+    return np.fromfile(path, np.float32).reshape(shape)
+
+
+def sky_with_sun(scene, folder):
+    """The latitude-longitude map of scene.json with the sun's disk in it; rows from +z."""
+    sky = scene['sky']
+    image = floats(os.path.join(folder, sky['file']), (sky['height'], sky['width'], 3)).copy()
+    if scene['sun'] is None:
+        return image
+    fine = 4
+    h, w = sky['height'] * fine, sky['width'] * fine
+    to = np.array(scene['sun']['direction'])
+    theta = math.acos(to[2])
+    rows = np.arange(max(0, int((theta - 0.03) / math.pi * h)) // fine * fine,
+                     min(h, (int((theta + 0.03) / math.pi * h) // fine + 1) * fine))
+    t = np.pi * (rows + 0.5) / h
+    p = 2 * np.pi * (np.arange(w) + 0.5) / w
+    cosine = (np.sin(t)[:, None] * (np.cos(p) * to[0] + np.sin(p) * to[1])[None] +
+              (np.cos(t) * to[2])[:, None])
+    inside = (cosine > math.cos(scene['sun']['radius_rad'])).astype(np.float64)
+    covered = inside.reshape(len(rows) // fine, fine, w // fine, fine).mean((1, 3))
+    first = rows[0] // fine
+    middle = np.pi * (first + np.arange(covered.shape[0]) + 0.5) / sky['height']
+    weight = (covered * np.sin(middle)[:, None]).sum() * np.pi / sky['height'] * 2 * np.pi / sky['width']
+    image[first:first + covered.shape[0]] += (
+        covered[..., None] * np.array(scene['sun']['irradiance']) / weight).astype(np.float32)
+    return image
+
+
+def tone_map(radiance, exposure):
+    """8-bit levels as worker/render/exposure makes them, unrounded."""
+    x = np.maximum(radiance * exposure, 0)
+    knee = 0.6
+    x = np.where(x > knee, 1 - (1 - knee) * np.exp(-(x - knee) / (1 - knee)), x)
+    srgb = np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.maximum(x, 1e-9) ** (1 / 2.4) - 0.055)
+    return np.clip(srgb, 0, 1) * 255
+
+
+def cross_error(image, first, second):
+    """Mean squared error against what two independent noisy references agree on: their noise is not in it."""
+    image, first, second = (np.asarray(x, np.float64) for x in (image, first, second))
+    return float(((image - first) * (image - second)).mean())
+
+
+def psnr(mse):
+    return 10 * math.log10(255 ** 2 / max(mse, 1e-9))
+
+
+def write_png(path, image):
+    image = np.clip(np.rint(image), 0, 255).astype(np.uint8)
+    rows = b''.join(b'\0' + row.tobytes() for row in image)
+
+    def chunk(kind, data):
+        body = kind + data
+        return struct.pack('>I', len(data)) + body + struct.pack('>I', zlib.crc32(body))
+
+    with open(path, 'wb') as file:
+        file.write(b'\x89PNG\r\n\x1a\n' +
+                   chunk(b'IHDR', struct.pack('>IIBBBBB', image.shape[1], image.shape[0], 8, 2, 0, 0, 0)) +
+                   chunk(b'IDAT', zlib.compress(rows, 6)) + chunk(b'IEND', b''))
+
+
+def blur(image, radius):
+    """Box mean of (2 radius + 1)^2 pixels, smaller at the border."""
+    def along(x, axis):
+        x = np.moveaxis(x, axis, 0)
+        total = np.concatenate([np.zeros_like(x[:1]), np.cumsum(x, 0)])
+        n = x.shape[0]
+        high = np.minimum(np.arange(n) + radius + 1, n)
+        low = np.maximum(np.arange(n) - radius, 0)
+        mean = (total[high] - total[low]) / (high - low).reshape(-1, *[1] * (x.ndim - 1))
+        return np.moveaxis(mean, 0, axis)
+    return along(along(image.astype(np.float64), 0), 1)
+
+
+def difference_picture(a, b):
+    """Red where a is brighter, blue where b is; full colour at 10 % of the local brightness."""
+    luminance = np.array([0.2126, 0.7152, 0.0722])
+    mean = blur((a + b) @ luminance / 2, 2)
+    relative = blur((a - b) @ luminance, 2) / np.maximum(mean, 0.05 * mean.mean())
+    t = np.clip(relative / 0.1, -1, 1)[..., None]
+    white = np.ones(3)
+    colour = np.where(t > 0, white + t * (np.array([0.8, 0.1, 0.1]) - white),
+                      white - t * (np.array([0.1, 0.2, 0.8]) - white))
+    return colour * 255
+
+
+def differing_blocks(first_a, first_b, second_a, second_b, side=16):
+    """Share of blocks whose means differ by more than 3 % and 5 standard errors."""
+    def means(image):
+        luminance = image.astype(np.float64) @ np.array([0.2126, 0.7152, 0.0722])
+        h, w = luminance.shape[0] // side * side, luminance.shape[1] // side * side
+        return luminance[:h, :w].reshape(h // side, side, w // side, side).mean((1, 3))
+    fa, fb, sa, sb = means(first_a), means(first_b), means(second_a), means(second_b)
+    first, second = (fa + fb) / 2, (sa + sb) / 2
+    error = np.sqrt(((fa - fb) ** 2 + (sa - sb) ** 2) / 4)
+    pooled = np.sqrt((blur(error ** 2, 1)))  # Two runs give a poor error by themselves.
+    wanted = np.maximum((first + second) / 2, 0.05 * (first + second).mean() / 2)
+    return float((np.abs(first - second) > 0.03 * wanted + 5 * pooled).mean())
+
+
+def match_samples(measured, wanted):
+    """measured: [(spp, mse)] rising in spp. The count where the error is `wanted`, by interpolation in
+    logarithms; and whether it lies within what was measured."""
+    for (n0, e0), (n1, e1) in zip(measured, measured[1:]):
+        if e0 >= wanted >= e1:
+            t = math.log(e0 / wanted) / max(math.log(e0 / e1), 1e-9)
+            return n0 * (n1 / n0) ** t, True
+    if measured and measured[0][1] < wanted:
+        return float(measured[0][0]), False
+    return float(measured[-1][0]), False
+
+
+def line(samples, seconds):
+    """Seconds = a + b * samples, least squares; a not negative."""
+    n = np.array(samples, float)
+    s = np.array(seconds, float)
+    b, a = np.polyfit(n, s, 1) if len(n) > 1 else (s[0] / n[0], 0.0)
+    if a < 0:
+        a, b = 0.0, float((n * s).sum() / (n * n).sum())
+    return float(a), float(b)
+
+
+def speed(options, folder, flavour, render_theirs):
+    """The race. render_theirs(view, spp, seed, denoise) -> (linear image, cpu seconds)."""
+    width, height = map(int, options.size.split('x'))
+    views = [int(v) for v in options.views.split(',')]
+    recipe = os.path.join(folder, 'recipe.pb')
+    listed = ','.join(map(str, views))
+    flavour_flag = ['--flavour', flavour]
+    say('ours: 20 rigs by the default profile')
+    all_rigs = ours('render', recipe, folder, *flavour_flag, '--rigs', options.rigs, '--write', listed)
+    one_rig = ours('render', recipe, os.path.join(folder, 'one'), *flavour_flag, '--rigs', 1)
+    say(f'ours: references at {options.reference_spp} samples')
+    references = [ours('render', recipe, folder, *flavour_flag, '--profile', 'reference', '--spp',
+                       options.reference_spp, '--noise', k, '--rigs', 0, '--write', listed) for k in (1, 2)]
+
+    def picture(name, view):
+        return np.fromfile(os.path.join(folder, f'{name}_{view}.u8'), np.uint8).reshape(height, width, 3)
+    our_error = {v: cross_error(picture('default_0', v), picture('reference_1', v), picture('reference_2', v))
+                 for v in views}
+    for v in views:
+        write_png(os.path.join(folder, f'difference_ours_{v}.png'),
+                  128 + 4.0 * (picture('default_0', v).astype(float) -
+                               (picture('reference_1', v).astype(float) + picture('reference_2', v)) / 2))
+    our_mse = float(np.mean(list(our_error.values())))
+    say(f'ours: {psnr(our_mse):.2f} dB, {all_rigs["cpu_s"]:.1f} CPU s for {all_rigs["pairs"]} pairs')
+
+    exposure = {v: references[0]['exposures'][str(v)] for v in views}
+    their_references = {}
+    for v in views:
+        images = [render_theirs(v, options.reference_spp, seed, False)[0] for seed in (101, 102)]
+        their_references[v] = [tone_map(image, exposure[v]) for image in images]
+        write_png(os.path.join(folder, f'theirs_{v}.png'), sum(their_references[v]) / 2)
+        say(f'theirs: references of view {v} done')
+    measured, counts, seconds = [], [], []
+    for spp in map(int, options.ladder.split(',')):
+        errors, costs = [], []
+        for v in views:
+            image, cpu_s = render_theirs(v, spp, 1, True)
+            levels = tone_map(image, exposure[v])
+            errors.append(cross_error(np.rint(levels), *their_references[v]))
+            costs.append(cpu_s)
+            write_png(os.path.join(folder, f'theirs_{spp}_{v}.png'), levels)
+        measured.append((spp, max(float(np.mean(errors)), 1e-3)))
+        counts.append(spp)
+        seconds.append(float(np.mean(costs)))
+        say(f'theirs: {spp} samples: {psnr(measured[-1][1]):.2f} dB, {seconds[-1]:.2f} CPU s an image')
+        if measured[-1][1] < our_mse:
+            break
+    spp, within = match_samples(measured, our_mse)
+    a, b = line(counts, seconds)
+    their_cpu = a + b * spp
+    our_cpu = all_rigs['cpu_s'] / (2 * all_rigs['pairs'])
+    our_single = one_rig['cpu_s'] / 2
+    return {'cpu_ratio': round(their_cpu / our_cpu, 2),
+            'cpu_ratio_single_rig': round(their_cpu / our_single, 2),
+            'matched': within,  # False: the ratio is a bound, the ladder does not reach our error.
+            'spp': round(spp, 1), 'psnr_db': round(psnr(our_mse), 2),
+            'their_psnr_db': [[n, round(psnr(e), 2)] for n, e in measured],
+            'their_cpu_s_per_image': round(their_cpu, 2), 'our_cpu_s_per_image': round(our_cpu, 3),
+            'our_cpu_s_per_image_single_rig': round(our_single, 3),
+            'size': options.size, 'views': views, 'images_amortised': 2 * all_rigs['pairs'],
+            'reference_spp': 2 * options.reference_spp, 'scene': options.scene}
+
+
+def prepare(options, flavour):
+    folder = os.path.join(options.out, flavour)
+    os.makedirs(folder, exist_ok=True)
+    ours('prepare', options.scene, folder, '--size', options.size)
+    ours('export', os.path.join(folder, 'recipe.pb'), folder, '--flavour', flavour)
+    return folder

@@ -9,7 +9,7 @@ readonly OIDN_WHEEL=pyoidn==2.5.1.0
 readonly OIDN_SHA256=32ad13368f8de1ef63001942ad05b02a00cd732d1206d97f352d3a3f606d823e
 readonly OIDN_ROOT=${PARALLAX_OIDN_ROOT:-/opt/parallax/oidn-$OIDN_VERSION}
 readonly PACKAGES=(
-  build-essential cmake ninja-build ccache clang-format pkg-config git ca-certificates unzip python3 python3-pip
+  build-essential cmake ninja-build ccache clang-format pkg-config git ca-certificates unzip python3 python3-numpy python3-opencv python3-pip
   libeigen3-dev libembree-dev libfcl-dev libosd-dev libtbb-dev
   libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc libabsl-dev libssl-dev
   libopencv-dev libopenexr-dev libtinygltf-dev libzstd-dev

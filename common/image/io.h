@@ -21,6 +21,11 @@ absl::StatusOr<std::string> EncodePng(const ImageRgb8& image, int compression = 
 absl::StatusOr<std::string> EncodePng(const ImageU8& image, int compression = kPngCompression);
 absl::StatusOr<std::string> EncodePng(const ImageU16& image, int compression = kPngCompression);
 
+// One bit a pixel: white where the image is not 0.
+absl::StatusOr<std::string> EncodePngBits(const ImageU8& image);
+// `quality` in [0, 100], colour at half resolution as is usual. What is decoded differs a little.
+absl::StatusOr<std::string> EncodeJpeg(const ImageRgb8& image, int quality);
+
 // float32, one channel "Y", so that OpenCV reads it as CV_32FC1 (with OPENCV_IO_ENABLE_OPENEXR=1).
 absl::StatusOr<std::string> EncodeExrY(const ImageF& image);
 // Half float, channels R G B = the image's channels 0 1 2, rounded to nearest.

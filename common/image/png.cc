@@ -17,13 +17,15 @@ cv::Mat MatOf(const Image<T, channels>& image) {
                  const_cast<T*>(image.data()));
 }
 
-absl::StatusOr<std::string> Encode(const cv::Mat& mat, int compression) {
+absl::StatusOr<std::string> Encode(const cv::Mat& mat, int compression,
+                                   const std::vector<int>& more = {}) {
   if (mat.empty()) return absl::InvalidArgumentError("PNG of an empty image");
   std::vector<uint8_t> bytes;
+  std::vector<int> options = {cv::IMWRITE_PNG_COMPRESSION, compression, cv::IMWRITE_PNG_STRATEGY,
+                              cv::IMWRITE_PNG_STRATEGY_DEFAULT};
+  options.insert(options.end(), more.begin(), more.end());
   try {
-    cv::imencode(".png", mat, bytes,
-                 {cv::IMWRITE_PNG_COMPRESSION, compression, cv::IMWRITE_PNG_STRATEGY,
-                  cv::IMWRITE_PNG_STRATEGY_DEFAULT});
+    cv::imencode(".png", mat, bytes, options);
   } catch (const cv::Exception& error) {
     return MakeError(absl::StatusCode::kInternal, "PNG: " + error.err);
   }
@@ -84,6 +86,26 @@ absl::StatusOr<std::string> EncodePng(const ImageU8& image, int compression) {
 }
 absl::StatusOr<std::string> EncodePng(const ImageU16& image, int compression) {
   return Encode(MatOf(image), compression);
+}
+
+absl::StatusOr<std::string> EncodePngBits(const ImageU8& image) {
+  if (image.empty()) return absl::InvalidArgumentError("PNG of an empty image");
+  ImageU8 full(image.width(), image.height());
+  for (size_t i = 0; i < image.pixels(); ++i) full.values()[i] = image.values()[i] ? 255 : 0;
+  return Encode(MatOf(full), kPngCompression, {cv::IMWRITE_PNG_BILEVEL, 1});
+}
+
+absl::StatusOr<std::string> EncodeJpeg(const ImageRgb8& image, int quality) {
+  if (image.empty()) return absl::InvalidArgumentError("JPEG of an empty image");
+  cv::Mat bgr;
+  cv::cvtColor(MatOf(image), bgr, cv::COLOR_RGB2BGR);
+  std::vector<uint8_t> bytes;
+  try {
+    cv::imencode(".jpg", bgr, bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
+  } catch (const cv::Exception& error) {
+    return MakeError(absl::StatusCode::kInternal, "JPEG: " + error.err);
+  }
+  return std::string(bytes.begin(), bytes.end());
 }
 
 absl::StatusOr<ImageRgb8> DecodePngRgb8(std::string_view bytes) {

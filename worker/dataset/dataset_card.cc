@@ -1,6 +1,7 @@
 #include "worker/dataset/dataset_card.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <limits>
 #include <map>
@@ -20,6 +21,14 @@ using Json = nlohmann::ordered_json;
 
 int64_t PairsWanted(const v1::StudySpec& study, const v1::VariantSpec& variant) {
   return variant.pairs() > 0 ? variant.pairs() : study.pairs();
+}
+
+// "indoor", "dense", "nature".
+std::string TypeName(const v1::SceneConfig& config) {
+  std::string name = v1::SceneType_Name(config.type());
+  name = name.substr(name.rfind('_') + 1);
+  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return name;
 }
 
 struct Range {
@@ -50,6 +59,11 @@ struct Summary {
   std::map<std::string, Share> classes, materials;
   Histogram disparity = DisparityHistogram(), depth = DepthHistogram();
   int64_t pixels = 0;
+
+  // Seeds that gave no pair: rejected ones, mostly.
+  int64_t Rejected() const {
+    return scenes.empty() ? 0 : int64_t{*scenes.rbegin()} + 1 - static_cast<int64_t>(scenes.size());
+  }
 };
 
 // The object under `key`, or an empty one. A value of its own: items() refers to it.
@@ -151,6 +165,7 @@ std::string CardJson(const v1::StudySpec& study, const v1::VariantSpec& variant,
   json["variant"] = variant.name();
   json["seed"] = study.seed();
   json["versions"] = {{"generator", kGeneratorVersion}, {"program", kProgramVersion}};
+  json["type"] = TypeName(variant.config());
   json["pairs_wanted"] = PairsWanted(study, variant);
   json["pairs"] = s.frames;
   json["pairs_passing_filters"] = s.passed;
@@ -175,6 +190,13 @@ std::string CardJson(const v1::StudySpec& study, const v1::VariantSpec& variant,
   json["classes"] = SharesJson(s.classes);
   json["materials"] = SharesJson(s.materials);
   json["wall_seconds"] = s.seconds;
+  json["wall_seconds"].erase("cpu");
+  const auto cpu = s.seconds.find("cpu");
+  const double core_s = cpu == s.seconds.end() ? 0 : cpu->second;
+  json["cost"] = {
+      {"core_seconds", core_s},
+      {"core_seconds_per_pair", core_s / static_cast<double>(std::max<int64_t>(s.frames, 1))}};
+  json["scenes_rejected"] = s.Rejected();
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -246,6 +268,7 @@ std::string CardMarkdown(const v1::StudySpec& study, const v1::VariantSpec& vari
   for (const auto& [name, failed] : s.failed_by_filter) {
     text += "| " + name + " | " + std::to_string(failed) + " |\n";
   }
+  text += "| (whole scenes rejected before rendering: " + std::to_string(s.Rejected()) + ") | |\n";
   text += "| passing all | " + std::to_string(s.passed) + " |\n";
 
   text += "\n## Disparity of the left view\n\n" + BarTable(s.disparity, 8, 17, "pixels") + "\n";
@@ -272,8 +295,14 @@ std::string CardMarkdown(const v1::StudySpec& study, const v1::VariantSpec& vari
   }
   text += "\n\n## Classes\n\n" + ShareTable(s.classes, s.pixels, "class");
   text += "\n## Materials\n\n" + ShareTable(s.materials, s.pixels, "material");
-  text += "\n## Cost\n\nWall seconds a pair on the machines that made it:";
+  const auto cpu = s.seconds.find("cpu");
+  text += "\n## Cost\n\n";
+  if (cpu != s.seconds.end()) {
+    text += Fixed(cpu->second / frames, 2) + " core-seconds a pair to render. ";
+  }
+  text += "Wall seconds a pair on the machines that made it:";
   for (const auto& [stage, seconds] : s.seconds) {
+    if (stage == "cpu") continue;
     text += " " + stage + " " + Fixed(seconds / frames, 2) + ",";
   }
   text.back() = '.';

@@ -1,5 +1,7 @@
 #include "worker/dataset/render_frames.h"
 
+#include <sys/resource.h>
+
 #include <cstdio>
 #include <filesystem>
 #include <future>
@@ -53,10 +55,21 @@ absl::Status MakeAttemptFolder(const std::string& dir) {
   return SyncPath(parent.parent_path());
 }
 
-// Renders and writes the rigs; the renderer stays with the caller.
+// All threads, user and system.
+double ProcessCpuSeconds() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+// Renders and writes the rigs; the renderer stays with the caller. Each frame gets an equal share
+// of what the process has computed since `cpu_begin_s` ("cpu" of its seconds).
 absl::Status RenderAll(const v1::RenderJob& job, const RenderJobContext& context,
                        const std::vector<const v1::Rig*>& rigs, Renderer& renderer,
-                       v1::RenderResult& result) {
+                       double cpu_begin_s, v1::RenderResult& result) {
   // One frame is being written at most, so that memory holds two.
   std::future<absl::StatusOr<v1::FrameResult>> writing;
   const auto collect = [&]() -> absl::Status {
@@ -90,6 +103,8 @@ absl::Status RenderAll(const v1::RenderJob& job, const RenderJobContext& context
         });
   }
   RETURN_IF_ERROR(collect());
+  const double cpu_s = (ProcessCpuSeconds() - cpu_begin_s) / count;
+  for (v1::FrameResult& frame : *result.mutable_frames()) (*frame.mutable_stage_s())["cpu"] = cpu_s;
   if (context.progress) context.progress(1);
   return absl::OkStatus();
 }
@@ -128,6 +143,7 @@ absl::StatusOr<v1::RenderResult> RenderFrames(const v1::RenderJob& job,
   RETURN_IF_ERROR(MakeAttemptFolder(context.attempt_dir));
 
   v1::RenderResult result;
+  const double cpu_begin_s = ProcessCpuSeconds();  // What the build takes counts too.
   const std::string key = RendererCache::KeyOf(job.scene(), job.render());
   std::unique_ptr<Renderer> renderer = cache.Take(key);
   if (renderer == nullptr) {
@@ -135,7 +151,7 @@ absl::StatusOr<v1::RenderResult> RenderFrames(const v1::RenderJob& job,
     ASSIGN_OR_RETURN(renderer, factory(job.scene(), job.render()));
     result.set_build_s(std::chrono::duration<double>(Clock::System().Steady() - begin).count());
   }
-  const absl::Status status = RenderAll(job, context, rigs, *renderer, result);
+  const absl::Status status = RenderAll(job, context, rigs, *renderer, cpu_begin_s, result);
   // A cancelled job's scene is likely to come again; after any other error start afresh.
   if (status.ok() || absl::IsCancelled(status)) cache.Keep(key, std::move(renderer));
   RETURN_IF_ERROR(status);

@@ -107,7 +107,15 @@ std::vector<v1::FilterVerdict> RunFilters(const FrameStatistics& statistics,
   near.set_value(statistics.min_depth_m);
   near.set_threshold(config.min_depth_m());
   near.set_passed(near.value() == 0 || near.value() >= near.threshold());
-  return {dark, near};
+  std::vector<v1::FilterVerdict> verdicts = {dark, near};
+  if (config.min_distance_m() > 0) {
+    v1::FilterVerdict close = near;
+    close.set_name("close");
+    close.set_threshold(config.min_distance_m());
+    close.set_passed(close.value() == 0 || close.value() >= close.threshold());
+    verdicts.push_back(close);
+  }
+  return verdicts;
 }
 
 std::string ClassOf(const v1::SceneObject& object) {

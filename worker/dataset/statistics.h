@@ -36,8 +36,9 @@ FrameStatistics ComputeStatistics(const v1::Scene& scene, const StereoFrame& fra
 // The numbers above by name, for FrameResult.statistics.
 std::map<std::string, double> StatisticsByName(const FrameStatistics& statistics);
 
-// "dark": mean_intensity >= min_mean_intensity; "near": min_depth_m >= min_depth_m of the config. A
-// frame that sees no surface at all passes "near".
+// "dark": mean_intensity >= min_mean_intensity; "near": min_depth_m >= min_depth_m of the config;
+// "close", unless its threshold is 0: min_depth_m >= min_distance_m. A frame that sees no surface
+// at all passes "near" and "close".
 std::vector<v1::FilterVerdict> RunFilters(const FrameStatistics& statistics,
                                           const v1::FilterConfig& config);
 

@@ -1,0 +1,21 @@
+"""Reads datasets that Parallax made: stereo pairs with exact disparity, for both eyes.
+
+    from parallax_data import ParallaxDataset
+    data = ParallaxDataset("out/quickstart")        # pairs that pass the filters
+    everything = ParallaxDataset("out/quickstart", filtered=False)
+    pair = data[0]
+    pair.left, pair.right        # uint8 RGB, (height, width, 3)
+    pair.disparity, pair.valid   # float32 pixels, bool
+
+numpy and OpenCV are needed; `parallax_data.torch_dataset` needs torch.
+"""
+
+from .dataset import Frame, ParallaxDataset, Pair
+from .exr import read_depth, read_disparity, read_normals
+from .masks import EXTERIOR, MIRROR, SKY, TRANSPARENT
+
+__all__ = [
+    "Frame", "Pair", "ParallaxDataset", "read_depth", "read_disparity", "read_normals",
+    "SKY", "EXTERIOR", "TRANSPARENT", "MIRROR",
+]
+__version__ = "0.1.0"

@@ -1,0 +1,170 @@
+"""The archive that `parallax run` and `parallax fetch` write."""
+
+import json
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Dict, Iterable, List, Optional, Sequence, Union
+
+import numpy as np
+
+from . import exr
+from .exr import cv2
+from .masks import EXTERIOR, SKY
+
+TEST_EVERY = 20  # As `parallax export` splits: every so-many-th scene, one at least.
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One stereo pair on disk. Reads what it is asked for, anew each time."""
+
+    path: Path
+    variant: str
+    scene: int
+    rig: int
+    passed: bool  # All filters.
+    index: Dict = field(repr=False, hash=False, compare=False)  # Its line of index.jsonl.
+
+    @property
+    def key(self) -> str:
+        return f"{self.variant}/{self.scene:06d}/{self.rig:03d}"
+
+    def image(self, eye: str = "left") -> np.ndarray:
+        """uint8 (height, width, 3), RGB."""
+        bgr = self._png(f"{eye}.png", cv2.IMREAD_COLOR)
+        return np.ascontiguousarray(bgr[:, :, ::-1])
+
+    def disparity(self, eye: str = "left") -> np.ndarray:
+        return exr.read_disparity(self.path / f"disparity_{eye}.exr")
+
+    def depth(self, eye: str = "left") -> np.ndarray:
+        return exr.read_depth(self.path / f"depth_{eye}.exr")
+
+    def normals(self, eye: str = "left") -> np.ndarray:
+        return exr.read_normals(self.path / f"normals_{eye}.exr")
+
+    def occluded(self, eye: str = "left") -> np.ndarray:
+        """bool (height, width): not visible in the other eye."""
+        return self._png(f"occlusion_{eye}.png") != 0
+
+    def masks(self, eye: str = "left") -> np.ndarray:
+        """uint8 (height, width), bits of parallax_data.masks."""
+        return self._png(f"masks_{eye}.png")
+
+    def objects(self, eye: str = "left") -> np.ndarray:
+        """uint16 (height, width), keys of camera()["objects"]; 0 = none."""
+        return self._png(f"objects_{eye}.png")
+
+    def materials(self, eye: str = "left") -> np.ndarray:
+        return self._png(f"materials_{eye}.png")
+
+    def camera(self) -> Dict:
+        """frame.json: intrinsics, baseline_m, poses, the tables of objects and materials."""
+        return json.loads((self.path / "frame.json").read_text())
+
+    def valid(self, eye: str = "left", max_disparity: Optional[float] = None) -> np.ndarray:
+        """bool (height, width): a surface of the scene's inside is there; as in the paper, sky and untextured
+        exteriors are masked out. Occluded pixels are valid: their disparity is exact, too."""
+        disparity = self.disparity(eye)
+        valid = disparity > 0
+        if (self.path / f"masks_{eye}.png").exists():
+            valid &= (self.masks(eye) & (SKY | EXTERIOR)) == 0
+        if max_disparity is not None:
+            valid &= disparity < max_disparity
+        return valid
+
+    def _png(self, name: str, flags: int = -1) -> np.ndarray:
+        path = self.path / name
+        image = cv2.imread(os.fspath(path), cv2.IMREAD_UNCHANGED if flags == -1 else flags)
+        if image is None:
+            if not path.exists():
+                raise FileNotFoundError(os.fspath(path))
+            raise ValueError(f"{path}: not an image")
+        return image
+
+
+@dataclass(frozen=True)
+class Pair:
+    """What training code takes from a frame."""
+
+    left: np.ndarray       # uint8 RGB (height, width, 3)
+    right: np.ndarray      # uint8 RGB
+    disparity: np.ndarray  # float32 (height, width), of the left view
+    valid: np.ndarray      # bool (height, width)
+    frame: Frame
+
+
+def _variant_dirs(root: Path) -> List[Path]:
+    if (root / "index.jsonl").is_file():
+        return [root]
+    return sorted(path.parent for path in root.glob("*/index.jsonl") if not path.parent.name.startswith("."))
+
+
+def _read_variant(directory: Path) -> Iterable[Frame]:
+    with open(directory / "index.jsonl") as lines:
+        for number, line in enumerate(lines, 1):
+            try:
+                entry = json.loads(line)
+                yield Frame(directory / entry["path"], directory.name, int(entry["scene"]), int(entry["rig"]),
+                            bool(entry.get("passed", all(v["passed"] for v in entry["filters"].values()))), entry)
+            except (ValueError, KeyError, TypeError) as error:
+                raise ValueError(f"{directory / 'index.jsonl'}:{number}: not a line of an index ({error!r})") from None
+
+
+class ParallaxDataset:
+    """Pairs of an archive, of some of its variants, or of several archives, in order.
+
+    roots     folders: an archive or one of its variants
+    variants  names to take; None: all
+    filtered  leave out pairs that fail a filter (dark, near...): two readings of one dataset
+    split     "train", "test" (every 20th scene, at least one; whole scenes) or "all"
+    max_disparity  pixels beyond it are not valid (training code takes 192 to 1000)
+    """
+
+    def __init__(self, roots: Union[str, os.PathLike, Sequence], variants: Optional[Sequence[str]] = None,
+                 filtered: bool = True, split: str = "all", max_disparity: Optional[float] = None):
+        if split not in ("all", "train", "test"):
+            raise ValueError(f"split {split!r}: allowed are all, train and test")
+        if isinstance(roots, (str, os.PathLike)):
+            roots = [roots]
+        self.max_disparity = max_disparity
+        self.frames: List[Frame] = []
+        found = set()
+        for root in map(Path, roots):
+            directories = _variant_dirs(root)
+            if not directories:
+                raise FileNotFoundError(f"{root}: no dataset (no index.jsonl in it or in its folders)")
+            for directory in directories:
+                found.add(directory.name)
+                if variants is None or directory.name in variants:
+                    self.frames += _read_variant(directory)
+        missing = set(variants or ()) - found
+        if missing:
+            raise ValueError(f"no variant {sorted(missing)[0]!r}; there are {', '.join(sorted(found))}")
+        if filtered:
+            self.frames = [frame for frame in self.frames if frame.passed]
+        if split != "all":
+            test = self._test_scenes()
+            self.frames = [frame for frame in self.frames if (frame.scene in test) == (split == "test")]
+
+    def _test_scenes(self):
+        # By number over all variants: one number is one room.
+        scenes = sorted({frame.scene for frame in self.frames})
+        test = {scene for scene in scenes if scene % TEST_EVERY == TEST_EVERY - 1}
+        if len(scenes) > 1:
+            test = test or {scenes[-1]}
+            if len(test) == len(scenes):
+                test.discard(scenes[0])
+        return test
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+    def __getitem__(self, index: int) -> Pair:
+        frame = self.frames[index]
+        return Pair(frame.image("left"), frame.image("right"), frame.disparity("left"),
+                    frame.valid("left", self.max_disparity), frame)
+
+    def __iter__(self):
+        return (self[i] for i in range(len(self)))

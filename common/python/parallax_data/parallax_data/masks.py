@@ -1,0 +1,6 @@
+"""Bits of masks_left.png and masks_right.png."""
+
+SKY = 1          # No surface: depth and disparity are 0.
+EXTERIOR = 2     # A surface outside of the rooms: untextured, not for training.
+TRANSPARENT = 4  # The first surface lets light through; depth is that surface's.
+MIRROR = 8       # The first surface is a mirror, more or less.

@@ -1,0 +1,331 @@
+"""Reads a synthetic archive and its exports in every layout with nothing but numpy and OpenCV, and compares.
+
+The decoders below are written from the formats' own descriptions, as public training code reads them; they share
+nothing with the exporter. MAKE_EXPORTS is the program that writes the files (tests/worker/dataset)."""
+
+import glob
+import io
+import json
+import os
+import re
+import subprocess
+import sys
+import tarfile
+import tempfile
+import unittest
+from pathlib import Path
+
+import parallax_data  # Sets OpenCV's EXR flag.
+from parallax_data import ParallaxDataset
+
+import cv2
+import numpy as np
+
+
+def read_pfm(path):
+    """As FlyingThings3D's and RAFT-Stereo's readers do."""
+    with open(path, "rb") as file:
+        header = file.readline().rstrip()
+        assert header == b"Pf", header
+        width, height = map(int, re.match(rb"^(\d+)\s(\d+)\s$", file.readline()).groups())
+        scale = float(file.readline().rstrip())
+        data = np.fromfile(file, "<f" if scale < 0 else ">f")
+    return np.flipud(data.reshape(height, width))
+
+
+def rgb(path):
+    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    assert image is not None, path
+    return image[:, :, ::-1]
+
+
+def png_header(path):
+    data = Path(path).read_bytes()
+    return {"bits": data[24], "color": data[25]}
+
+
+class Exports(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.root = Path(cls.temporary.name)
+        subprocess.run([os.environ["MAKE_EXPORTS"], str(cls.root)], check=True)
+        cls.data = ParallaxDataset(cls.root / "archive")
+        cls.frames = {(f.scene, f.rig): f for f in cls.data.frames}
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def frame_of(self, scene, rig):
+        return self.frames.pop((scene, rig))
+
+    def setUp(self):
+        self.frames = {(f.scene, f.rig): f for f in self.data.frames}
+
+    def assert_all_seen(self):
+        self.assertEqual(self.frames, {}, "frames that the export lacks")
+
+    # ---- the archive ----------------------------------------------------------------------------
+
+    def test_archive_filtered_and_unfiltered_are_two_readings(self):
+        self.assertEqual(len(self.data), 9)  # 5 scenes x 2 rigs, one dark.
+        self.assertEqual(len(ParallaxDataset(self.root / "archive", filtered=False)), 10)
+        self.assertEqual(len(ParallaxDataset(self.root / "archive" / "a")), 9)
+        self.assertEqual(len(ParallaxDataset([self.root / "archive"] * 2)), 18)
+
+    def test_pair_is_what_training_code_expects(self):
+        for pair in self.data:
+            self.assertEqual(pair.left.shape, (54, 96, 3))
+            self.assertEqual(pair.left.dtype, np.uint8)
+            self.assertEqual(pair.right.shape, pair.left.shape)
+            self.assertEqual(pair.disparity.dtype, np.float32)
+            self.assertEqual(pair.disparity.shape, (54, 96))
+            self.assertEqual(pair.valid.dtype, bool)
+            self.assertTrue((pair.disparity[pair.valid] > 0).all())
+            camera = pair.frame.camera()
+            depth = pair.frame.depth()
+            expected = np.zeros_like(depth)
+            seen = depth > 0
+            expected[seen] = camera["intrinsics"]["fx"] * camera["baseline_m"] / depth[seen]
+            np.testing.assert_allclose(pair.disparity, expected, rtol=2e-6)
+            # The right image, moved by the disparity, is the left one where both eyes see.
+            y, x = np.nonzero(pair.valid & ~pair.frame.occluded())
+            at = np.round(x - pair.disparity[y, x]).astype(int)
+            inside = (at >= 0) & (at < 96)
+            difference = np.abs(pair.left[y, x][inside].astype(int) - pair.right[y, at][inside])
+            self.assertLess(np.median(difference), 12)
+            self.assertEqual(set(np.unique(pair.frame.objects())) - {0}
+                             - {int(i) for i in camera["objects"]}, set())
+            lengths = np.linalg.norm(pair.frame.normals("right"), axis=2)
+            np.testing.assert_allclose(lengths[pair.frame.depth("right") > 0], 1, atol=5e-3)
+
+    def test_split_is_by_scene_and_leaves_none_out(self):
+        train = ParallaxDataset(self.root / "archive", split="train")
+        test = ParallaxDataset(self.root / "archive", split="test")
+        self.assertEqual(len(train) + len(test), len(self.data))
+        self.assertEqual({f.scene for f in test.frames}, {4})
+        self.assertEqual({f.scene for f in train.frames}, {0, 1, 2, 3})
+
+    def test_max_disparity_bounds_what_is_valid(self):
+        limit = float(np.median(self.data[0].disparity))
+        bounded = ParallaxDataset(self.root / "archive", max_disparity=limit)[0]
+        self.assertTrue((bounded.disparity[bounded.valid] < limit).all())
+        self.assertLess(bounded.valid.sum(), self.data[0].valid.sum())
+
+    def test_errors_name_what_is_wrong(self):
+        with self.assertRaisesRegex(FileNotFoundError, "no dataset"):
+            ParallaxDataset(self.root)
+        with self.assertRaisesRegex(ValueError, "there are a"):
+            ParallaxDataset(self.root / "archive", variants=["huge"])
+        with self.assertRaisesRegex(FileNotFoundError, "depth_up"):
+            self.data.frames[0].depth("up")
+
+    def test_exr_flag_is_set_by_the_package_alone(self):
+        environment = {k: v for k, v in os.environ.items() if k != "OPENCV_IO_ENABLE_OPENEXR"}
+        code = ("import sys; from parallax_data import ParallaxDataset\n"
+                "print(ParallaxDataset(sys.argv[1])[0].disparity.max() > 0)")
+        done = subprocess.run([sys.executable, "-B", "-c", code, str(self.root / "archive")], env=environment,
+                              capture_output=True, text=True, check=True)
+        self.assertEqual(done.stdout.strip(), "True")
+
+    # ---- the layouts ----------------------------------------------------------------------------
+
+    def test_flyingthings_as_raft_stereo_reads_it(self):
+        root = self.root / "flyingthings"
+        for split, scenes in (("TRAIN", {0, 1, 2, 3}), ("TEST", {4})):
+            for dstype in ("frames_cleanpass", "frames_finalpass"):
+                left = sorted(glob.glob(str(root / dstype / split / "*/*/left/*.png")))
+                right = [path.replace("left", "right") for path in left]
+                disparity = [path.replace(dstype, "disparity").replace(".png", ".pfm") for path in left]
+                self.assertEqual({int(path.split("/")[-3]) for path in left}, scenes)
+                for l, r, d in zip(left, right, disparity):
+                    key = int(l.split("/")[-3]), int(Path(l).stem)
+                    frame = self.frames.pop(key) if dstype == "frames_cleanpass" else None
+                    if frame is None:
+                        continue
+                    np.testing.assert_array_equal(rgb(l), frame.image("left"))
+                    np.testing.assert_array_equal(rgb(r), frame.image("right"))
+                    np.testing.assert_array_equal(read_pfm(d), frame.disparity("left"))
+                    np.testing.assert_array_equal(read_pfm(d.replace("left", "right")), frame.disparity("right"))
+                    for eye, path in (("left", l), ("right", r)):
+                        occlusion = path.replace(dstype, "disparity_occlusions")
+                        self.assertEqual(png_header(occlusion), {"bits": 1, "color": 0})
+                        bits = cv2.imread(occlusion, cv2.IMREAD_GRAYSCALE)
+                        np.testing.assert_array_equal(bits != 0, frame.occluded(eye))
+        self.assert_all_seen()
+        lines = (root / "train.txt").read_text().split("\n")[:-1] + (root / "test.txt").read_text().split("\n")[:-1]
+        self.assertEqual(len(lines), 9)
+        for line in lines:
+            self.assertTrue(all((root / path).is_file() for path in line.split()))
+
+    def test_fsd_as_foundation_stereo_decodes_it(self):
+        root = self.root / "fsd"
+        for left in sorted(root.glob("*/dataset/data/left/rgb/*.jpg")):
+            data = left.parents[2]
+            frame = self.frame_of(int(left.parents[4].name), int(left.stem))
+            encoded = rgb(data / "left/disparity" / (left.stem + ".png")).astype(float)
+            decoded = (encoded[..., 0] * 255 * 255 + encoded[..., 1] * 255 + encoded[..., 2]) / 1000
+            np.testing.assert_allclose(decoded, frame.disparity(), atol=5.1e-4)
+            for eye in ("left", "right"):
+                jpeg = rgb(data / eye / "rgb" / left.name).astype(int)
+                self.assertLess(np.abs(jpeg - frame.image(eye)).mean(), 8)
+            lines = (data / "K.txt").read_text().splitlines()
+            camera = next(f for f in self.data.frames if f.scene == frame.scene).camera()
+            k = np.array(list(map(float, lines[0].split()))).reshape(3, 3)
+            self.assertAlmostEqual(k[0, 0], camera["intrinsics"]["fx"], places=4)
+            self.assertAlmostEqual(k[1, 2], camera["intrinsics"]["cy"], places=4)
+            self.assertAlmostEqual(float(lines[1]), camera["baseline_m"], places=8)
+        self.assert_all_seen()
+
+    def crestereo(self, root, parse):
+        folders = ("shapenet", "reflective", "tree", "hole")
+        self.assertEqual(sorted(p.name for p in root.iterdir() if p.is_dir()), sorted(folders))
+        for folder in folders:
+            found = sorted((root / folder).rglob("*_left.jpg"))
+            self.assertTrue(found, folder)  # Readers give up on an empty one.
+            for left in found:
+                frame = self.frame_of(*parse(left))
+                for eye in ("left", "right"):
+                    path = str(left).replace("_left.jpg", f"_{eye}.disp.png")
+                    encoded = cv2.imread(path, cv2.IMREAD_UNCHANGED)
+                    self.assertEqual(encoded.dtype, np.uint16)
+                    np.testing.assert_allclose(encoded.astype(np.float32) / 32, frame.disparity(eye), atol=1 / 63)
+                    self.assertEqual(rgb(str(left).replace("_left.jpg", f"_{eye}.jpg")).shape, (54, 96, 3))
+        self.assert_all_seen()
+
+    def test_crestereo(self):
+        self.crestereo(self.root / "crestereo", lambda p: (int(p.parent.name), int(p.name.split("_")[0])))
+
+    def test_crestereo_flat(self):
+        root = self.root / "crestereo_flat"
+        self.assertEqual([p for p in root.glob("*/*") if p.is_dir()], [])
+        self.crestereo(root, lambda p: tuple(map(int, p.name.split("_")[:2])))
+
+    def test_wmgstereo_with_three_wildcard_levels(self):
+        root = self.root / "wmgstereo"
+        for left in sorted(glob.glob(str(root / "*/*/*/Image/camera_0/*.png"))):
+            frame = self.frame_of(int(left.split("/")[-5]), int(Path(left).stem))
+            self.assertEqual(left.split("/")[-6], "indoor")
+            for eye, camera in (("left", "camera_0"), ("right", "camera_1")):
+                image = left.replace("camera_0", camera)
+                np.testing.assert_array_equal(rgb(image), frame.image(eye))
+                disparity = np.load(image.replace("Image", "disparity").replace(".png", ".npy"))
+                self.assertEqual(disparity.dtype, np.float32)
+                np.testing.assert_array_equal(disparity, frame.disparity(eye))
+        self.assert_all_seen()
+
+    def test_middlebury(self):
+        root = self.root / "middlebury"
+        for folder in sorted(p for p in root.iterdir() if p.is_dir()):
+            frame = self.frame_of(*map(int, folder.name.split("_")))
+            np.testing.assert_array_equal(rgb(folder / "im0.png"), frame.image("left"))
+            np.testing.assert_array_equal(rgb(folder / "im1.png"), frame.image("right"))
+            for eye, name in (("left", "disp0GT.pfm"), ("right", "disp1GT.pfm")):
+                disparity = read_pfm(folder / name)
+                known = np.isfinite(disparity)
+                np.testing.assert_array_equal(known, frame.disparity(eye) > 0)
+                np.testing.assert_array_equal(disparity[known], frame.disparity(eye)[known])
+            mask = cv2.imread(str(folder / "mask0nocc.png"), cv2.IMREAD_UNCHANGED)
+            surface, occluded = frame.disparity() > 0, frame.occluded()
+            np.testing.assert_array_equal(mask == 255, surface & ~occluded)
+            np.testing.assert_array_equal(mask == 128, surface & occluded)
+            np.testing.assert_array_equal(mask == 0, ~surface)
+            calib = dict(line.split("=", 1) for line in (folder / "calib.txt").read_text().splitlines())
+            camera = frame.camera()
+            k = np.array([[float(v) for v in row.split()] for row in calib["cam0"].strip("[]").split(";")])
+            np.testing.assert_allclose([k[0, 0], k[1, 1], k[0, 2], k[1, 2]],
+                                       [camera["intrinsics"][n] for n in ("fx", "fy", "cx", "cy")], rtol=1e-8)
+            self.assertEqual(calib["cam0"], calib["cam1"])
+            self.assertAlmostEqual(float(calib["baseline"]), 1000 * camera["baseline_m"], places=4)
+            self.assertEqual((int(calib["width"]), int(calib["height"])), (96, 54))
+            self.assertEqual(float(calib["doffs"]), 0)
+            self.assertGreater(int(calib["ndisp"]), frame.disparity().max())
+        self.assert_all_seen()
+
+    def test_kitti(self):
+        root = self.root / "kitti" / "training"
+        order = sorted(self.frames)
+        names = sorted(p.name for p in (root / "image_2").iterdir())
+        self.assertEqual(names, [f"{i:06d}_10.png" for i in range(9)])
+        for folder in ("image_3", "disp_occ_0", "disp_noc_0"):
+            self.assertEqual(sorted(p.name for p in (root / folder).iterdir()), names)
+        for name, key in zip(names, order):
+            frame = self.frames[key]
+            np.testing.assert_array_equal(rgb(root / "image_2" / name), frame.image("left"))
+            np.testing.assert_array_equal(rgb(root / "image_3" / name), frame.image("right"))
+            occ = cv2.imread(str(root / "disp_occ_0" / name), cv2.IMREAD_ANYDEPTH).astype(np.float64) / 256
+            noc = cv2.imread(str(root / "disp_noc_0" / name), cv2.IMREAD_ANYDEPTH).astype(np.float64) / 256
+            truth = frame.disparity()
+            fits = truth * 256 <= 65535
+            np.testing.assert_allclose(occ[fits], truth[fits], atol=1 / 511)
+            self.assertTrue((occ[~fits] == 0).all())
+            np.testing.assert_array_equal(noc, np.where(frame.occluded(), 0, occ))
+
+    def test_webdataset(self):
+        shards = sorted((self.root / "webdataset").glob("shard-*.tar"))
+        self.assertEqual([s.name for s in shards], [f"shard-{i:06d}.tar" for i in range(3)])
+        splits = []
+        for shard in shards:
+            samples = {}
+            with tarfile.open(shard) as archive:
+                for member in archive:
+                    key, extension = member.name.split(".", 1)
+                    samples.setdefault(key, {})[extension] = archive.extractfile(member).read()
+            for key, sample in samples.items():
+                self.assertEqual(set(sample), {"left.png", "right.png", "disp.npy", "occ.png", "json"})
+                frame = self.frame_of(*map(int, key.split("_")))
+                decode = lambda name: cv2.imdecode(np.frombuffer(sample[name], np.uint8), cv2.IMREAD_UNCHANGED)
+                np.testing.assert_array_equal(decode("left.png")[:, :, ::-1], frame.image("left"))
+                np.testing.assert_array_equal(decode("right.png")[:, :, ::-1], frame.image("right"))
+                np.testing.assert_array_equal(np.load(io.BytesIO(sample["disp.npy"])), frame.disparity())
+                np.testing.assert_array_equal(decode("occ.png") != 0, frame.occluded())
+                info = json.loads(sample["json"])
+                self.assertEqual(info["baseline_m"], frame.camera()["baseline_m"])
+                splits.append(info["split"])
+        self.assertEqual(splits, ["TRAIN"] * 8 + ["TEST"])
+        self.assert_all_seen()
+
+    def test_rules_that_readers_impose(self):
+        words = re.compile(r"left|right|rgb|disparity|frames_|\s")
+        allowed = {"left", "right", "rgb", "disparity", "disparity_occlusions", "frames_cleanpass", "frames_finalpass"}
+        for layout in (p for p in self.root.iterdir() if p.is_dir() and not p.name.startswith("archive")):
+            manifest = json.loads((layout / "export.json").read_text())
+            self.assertGreater(sum(f["split"] == "TEST" for f in manifest["frames"]), 0)
+            scenes = [(f["variant"], f["scene"]) for f in manifest["frames"]]
+            seen = [scenes[0]] + [b for a, b in zip(scenes, scenes[1:]) if a != b]
+            self.assertEqual(len(seen), len(set(seen)), "frames of one scene are not consecutive")
+            self.assertEqual(set(manifest["disparity_fraction_below_px"]), {"192", "256", "416", "512", "700", "1000"})
+            for path in layout.rglob("*"):
+                name = path.name
+                if path.is_dir() and name not in allowed:
+                    self.assertIsNone(words.search(name), path)
+                if path.is_dir() and name == "left":
+                    right = path.parent / "right"
+                    count = lambda p: sum(1 for f in p.rglob("*") if f.suffix in (".png", ".jpg", ".pfm"))
+                    if layout.name == "flyingthings":
+                        self.assertEqual(count(path), count(right))
+            sums = subprocess.run(["sha256sum", "--quiet", "-c", "SHA256SUMS"], cwd=layout, capture_output=True)
+            self.assertEqual(sums.returncode, 0, sums.stderr)
+
+
+class Torch(unittest.TestCase):
+    def test_items_are_in_raft_stereos_convention(self):
+        try:
+            import torch
+        except ImportError:
+            self.skipTest("torch is optional and not installed")
+        from parallax_data.torch_dataset import TorchStereoDataset
+        with tempfile.TemporaryDirectory() as root:
+            subprocess.run([os.environ["MAKE_EXPORTS"], root], check=True)
+            paths, left, right, flow, valid = TorchStereoDataset(Path(root) / "archive")[0]
+            self.assertEqual(tuple(left.shape), (3, 54, 96))
+            self.assertEqual(tuple(flow.shape), (1, 54, 96))
+            self.assertEqual(tuple(valid.shape), (54, 96))
+            self.assertGreater(float(left.max()), 1)
+            self.assertTrue(bool((flow[0][valid > 0] > 0).all()))
+            self.assertEqual(len(paths), 3)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,217 @@
+#include "worker/dataset/export.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "common/base/file.h"
+#include "common/image/io.h"
+#include "tests/worker/dataset/synthetic_archive.h"
+#include "worker/dataset/plain_formats.h"
+#include "worker/dataset/variant_sheet.h"
+#include "worker/dataset/verify.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using Json = nlohmann::json;
+
+class ExportTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    root_ = ::testing::TempDir() + "export_" +
+            ::testing::UnitTest::GetInstance()->current_test_info()->name();
+    fs::remove_all(root_);
+    fs::create_directories(root_);
+    dir_ = root_ + "/data";
+    out_ = root_ + "/out";
+  }
+  void TearDown() override { fs::remove_all(root_); }
+
+  absl::StatusOr<ExportResult> Export(ExportOptions options = {}) {
+    return ExportDataset(dir_, out_, options);
+  }
+  std::string Frame(const std::string& rest) { return dir_ + "/a/frames/" + rest; }
+
+  std::string root_, dir_, out_;
+};
+
+ino_t InodeOf(const std::string& path) {
+  struct stat info {};
+  return ::stat(path.c_str(), &info) == 0 ? info.st_ino : 0;
+}
+
+TEST_F(ExportTest, FlyingThingsLinksImagesAndWritesDisparityOfBothEyes) {
+  MakeSyntheticArchive(dir_);
+  const auto result = Export();
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->pairs, 6);
+  EXPECT_EQ(result->pairs_test, 2);  // The last scene.
+  EXPECT_EQ(result->scenes_test, 1);
+  EXPECT_EQ(result->files_linked, 6 * 4);
+  for (const char* pass : {"frames_cleanpass", "frames_finalpass"}) {
+    EXPECT_EQ(InodeOf(out_ + "/" + pass + "/TRAIN/A/000000/left/001.png"),
+              InodeOf(Frame("000000/001/left.png")));
+    EXPECT_EQ(InodeOf(out_ + "/" + pass + "/TEST/A/000002/right/000.png"),
+              InodeOf(Frame("000002/000/right.png")));
+  }
+  for (const char* eye : {"left", "right"}) {
+    EXPECT_EQ(*ReadPfm(out_ + "/disparity/TRAIN/A/000001/" + eye + "/000.pfm"),
+              *ReadExrY(Frame(std::string("000001/000/disparity_") + eye + ".exr")));
+  }
+  EXPECT_EQ(
+      *ReadFile(out_ + "/test.txt"),
+      "frames_finalpass/TEST/A/000002/left/000.png frames_finalpass/TEST/A/000002/right/000.png "
+      "disparity/TEST/A/000002/left/000.pfm\n"
+      "frames_finalpass/TEST/A/000002/left/001.png frames_finalpass/TEST/A/000002/right/001.png "
+      "disparity/TEST/A/000002/left/001.pfm\n");
+  EXPECT_EQ(result->below_limit.size(), 6u);
+  EXPECT_GT(result->below_limit.at(192), 0.5);
+  EXPECT_EQ(result->below_limit.at(1000), 1);
+}
+
+TEST_F(ExportTest, FilteredAndUnfilteredAreTwoReadings) {
+  SyntheticArchive archive;
+  archive.last_frame_dark = true;
+  MakeSyntheticArchive(dir_, archive);
+  auto result = Export();
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->pairs, 5);
+  EXPECT_EQ(result->pairs_filtered_out, 1);
+  EXPECT_FALSE(fs::exists(out_ + "/disparity/TEST/A/000002/left/001.pfm"));
+  ExportOptions options;
+  options.unfiltered = true;
+  out_ += "2";
+  result = Export(options);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->pairs, 6);
+  EXPECT_TRUE(fs::exists(out_ + "/disparity/TEST/A/000002/left/001.pfm"));
+}
+
+TEST_F(ExportTest, RefusesHolesAndLeavesNothingBehind) {
+  const auto expect_refused = [&](const std::string& what) {
+    const auto result = Export();
+    EXPECT_EQ(result.status().code(), absl::StatusCode::kFailedPrecondition) << result.status();
+    EXPECT_THAT(std::string(result.status().message()), HasSubstr(what));
+    EXPECT_FALSE(fs::exists(out_));
+  };
+  MakeSyntheticArchive(dir_);
+  fs::remove(Frame("000001/000/disparity_right.exr"));
+  expect_refused("000001/000/disparity_right.exr is missing");
+  MakeSyntheticArchive(dir_);
+  fs::remove_all(Frame("000001/000"));
+  expect_refused("000001/000");
+  MakeSyntheticArchive(dir_);
+  fs::copy(Frame("000001/000"), Frame("000001/007"));
+  expect_refused("000001/007: not in the index");
+  SyntheticArchive archive;
+  archive.last_frame_missing = true;
+  MakeSyntheticArchive(dir_, archive);
+  expect_refused("has 5 of 6 pairs");
+  ExportOptions options;
+  options.allow_incomplete = true;
+  EXPECT_TRUE(Export(options).ok());
+  // And what is there already.
+  EXPECT_EQ(Export(options).status().code(), absl::StatusCode::kFailedPrecondition);
+}
+
+TEST_F(ExportTest, ABrokenMapEndsItWithNothingWritten) {
+  MakeSyntheticArchive(dir_);
+  fs::remove(Frame("000000/000/disparity_left.exr"));  // A link: the store's file stays whole.
+  std::ofstream(Frame("000000/000/disparity_left.exr")) << "not EXR";
+  const auto result = Export();
+  EXPECT_FALSE(result.ok());
+  EXPECT_THAT(std::string(result.status().message()), HasSubstr("000000/000"));
+  EXPECT_FALSE(fs::exists(out_));
+  EXPECT_FALSE(fs::exists(root_ + "/.out.partial"));
+}
+
+TEST_F(ExportTest, VariantsOfOneSceneFallIntoOneSplitAndHaveSafeNames) {
+  SyntheticArchive archive;
+  archive.variants = {"left-handed", "plain"};
+  MakeSyntheticArchive(dir_, archive);
+  ExportOptions options;
+  auto result = Export(options);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->pairs, 12);
+  EXPECT_EQ(result->scenes_test, 2);
+  EXPECT_TRUE(fs::exists(out_ + "/disparity/TEST/A/lft-handed-000002/left/000.pfm"));
+  EXPECT_TRUE(fs::exists(out_ + "/disparity/TEST/A/plain-000002/left/000.pfm"));
+  for (const auto& entry : fs::recursive_directory_iterator(out_)) {
+    const std::string path = fs::relative(entry.path(), out_);
+    EXPECT_EQ(path.find(' '), std::string::npos);
+    EXPECT_EQ(path.find("left-"), std::string::npos) << path;
+  }
+  options.variants = {"pl*"};
+  out_ += "2";
+  result = Export(options);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->pairs, 6);
+  options.variants = {"huge"};
+  EXPECT_EQ(Export(options).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST_F(ExportTest, OneSceneGivesItsLastPairToTestAndSaysSo) {
+  SyntheticArchive archive;
+  archive.scenes = 1;
+  MakeSyntheticArchive(dir_, archive);
+  const auto result = Export();
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->pairs_test, 1);
+  ASSERT_EQ(result->notes.size(), 1u);
+  EXPECT_THAT(result->notes[0], HasSubstr("one scene"));
+}
+
+TEST_F(ExportTest, EveryLayoutIsWholeAndAChangedFileIsFound) {
+  MakeSyntheticArchive(dir_);
+  for (const std::string& layout : ExportLayouts()) {
+    ExportOptions options;
+    options.layout = layout;
+    out_ = root_ + "/" + layout;
+    ASSERT_TRUE(Export(options).ok()) << layout;
+    auto verified = VerifyDataset(out_);
+    ASSERT_TRUE(verified.ok()) << verified.status();
+    EXPECT_EQ(verified->findings_total, 0) << layout;
+    EXPECT_GT(verified->files, 4) << layout;
+    std::ofstream(out_ + "/train.txt", std::ios::app) << "x";
+    std::ofstream(out_ + "/more.txt") << "x";
+    verified = VerifyDataset(out_);
+    EXPECT_EQ(verified->findings_total, 2) << layout;
+  }
+  ExportOptions options;
+  options.layout = "tfrecord";
+  EXPECT_EQ(Export(options).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST_F(ExportTest, VariantSheetShowsEachVariantOnceForEachPair) {
+  SyntheticArchive archive;
+  archive.variants = {"a", "b", "c"};
+  archive.scenes = 1;
+  MakeSyntheticArchive(dir_, archive);
+  VariantSheetOptions options;
+  options.tile_width_px = 96;
+  const auto result = MakeVariantSheet(dir_, root_ + "/sheet.png", options);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->pairs, 2);
+  EXPECT_EQ(result->variants, (std::vector<std::string>{"a", "b", "c"}));
+  EXPECT_GT(ReadPngRgb8(root_ + "/sheet.png")->width(), 3 * 96);
+  EXPECT_FALSE(MakeVariantSheet(dir_ + "/a", root_ + "/x.png").ok());
+}
+
+TEST(PlainFormats, NpyHeaderIsAMultipleOf64AndTellsTheShape) {
+  ImageF image(3, 2);
+  image(2, 1) = 7.5f;
+  const std::string bytes = EncodeNpy(image);
+  EXPECT_EQ(bytes.size() % 64, 24u);
+  EXPECT_THAT(bytes, HasSubstr("'shape': (2, 3)"));
+  EXPECT_FALSE(TarMember(std::string(101, 'x'), "").ok());
+}
+
+}  // namespace
+}  // namespace parallax

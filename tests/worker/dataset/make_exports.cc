@@ -1,0 +1,36 @@
+// make_exports DIR: a synthetic archive in DIR/archive and its export in every layout in
+// DIR/<layout> (crestereo also flat), for readers written in other languages to be tried on.
+#include <filesystem>
+#include <iostream>
+
+#include "tests/worker/dataset/synthetic_archive.h"
+#include "worker/dataset/export.h"
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::cerr << "usage: make_exports DIR\n";
+    return 2;
+  }
+  const std::string dir = argv[1];
+  std::filesystem::create_directories(dir);
+  parallax::SyntheticArchive archive;
+  archive.scenes = 5;
+  archive.last_frame_dark = true;
+  parallax::MakeSyntheticArchive(dir + "/archive", archive);
+  for (const std::string& layout : parallax::ExportLayouts()) {
+    for (const bool flat : {false, true}) {
+      if (flat && layout != "crestereo") continue;
+      parallax::ExportOptions options;
+      options.layout = layout;
+      options.flat = flat;
+      options.shard_pairs = 4;
+      const auto result = parallax::ExportDataset(
+          dir + "/archive", dir + "/" + layout + (flat ? "_flat" : ""), options);
+      if (!result.ok()) {
+        std::cerr << layout << ": " << result.status() << "\n";
+        return 1;
+      }
+    }
+  }
+  return 0;
+}

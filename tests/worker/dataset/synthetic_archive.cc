@@ -1,0 +1,96 @@
+#include "tests/worker/dataset/synthetic_archive.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+
+#include "common/config/config.h"
+#include "tests/worker/dataset/synthetic_scene.h"
+#include "worker/dataset/archive.h"
+#include "worker/dataset/frame_writer.h"
+
+namespace parallax {
+namespace {
+
+void Must(const absl::Status& status) {
+  if (status.ok()) return;
+  std::cerr << status << "\n";
+  std::abort();
+}
+
+// The synthetic scene knows exact visibility; archives hold what re-projection with 1 % gives.
+void Reproject(const View& view, const View& other, int sign, ImageU8& occlusion) {
+  for (int y = 0; y < occlusion.height(); ++y) {
+    for (int x = 0; x < occlusion.width(); ++x) {
+      const double z = double{view.depth_m(x, y)};
+      const double c = x + sign * double{view.disparity_px(x, y)};
+      bool visible = z > 0 ? c >= -0.5 && c < occlusion.width() - 0.5 : other.depth_m(x, y) <= 0;
+      if (visible && z > 0) {
+        const double at = std::clamp(c, 0.0, occlusion.width() - 1.0);
+        const int x0 = static_cast<int>(at), x1 = std::min(x0 + 1, occlusion.width() - 1);
+        const double a = double{other.depth_m(x0, y)}, b = double{other.depth_m(x1, y)};
+        const auto near = [z](double depth) { return std::abs(depth - z) <= 0.01 * z; };
+        const double t = at - x0;
+        visible = near(a) || near(b) || (a > 0 && b > 0 && near(1 / ((1 - t) / a + t / b)));
+      }
+      occlusion(x, y) = visible ? 0 : 255;
+    }
+  }
+}
+
+}  // namespace
+
+void MakeSyntheticArchive(const std::string& dir, const SyntheticArchive& options) {
+  const std::string store = dir + ".store";
+  std::filesystem::remove_all(dir);
+  std::filesystem::remove_all(store);
+  v1::StudySpec study;
+  study.set_name("synthetic");
+  study.set_seed(1);
+  study.set_rigs_per_scene(options.rigs);
+  study.set_pairs(int64_t{1} * options.scenes * options.rigs);
+  for (const std::string& name : options.variants) {
+    v1::VariantSpec& variant = *study.add_variants();
+    variant.set_name(name);
+    *variant.mutable_config() = DefaultSceneConfig();
+  }
+  const v1::Scene scene = MakeSyntheticScene(options.rigs, options.width_px, options.height_px);
+  auto archive = ArchiveWriter::Open(dir, study);
+  Must(archive.status());
+  for (const std::string& variant : options.variants) {
+    for (int s = 0; s < options.scenes; ++s) {
+      Must((*archive)->AddScene(variant, static_cast<uint32_t>(s), scene));
+      for (int r = 0; r < options.rigs; ++r) {
+        const bool last = s == options.scenes - 1 && r == options.rigs - 1;
+        if (last && options.last_frame_missing) continue;
+        StereoFrame frame = RenderSyntheticFrame(scene, scene.rigs(r));
+        Reproject(frame.left, frame.right, -1, frame.left.occlusion);
+        Reproject(frame.right, frame.left, 1, frame.right.occlusion);
+        if (last && options.last_frame_dark) {
+          for (uint8_t& value : frame.left.color.values()) value = static_cast<uint8_t>(value / 64);
+        }
+        // Frames tell each other apart.
+        frame.left.color(0, 0) = static_cast<uint8_t>(10 * s + r);
+        const std::string path = variant + std::to_string(s) + "/.attempt-1/" + std::to_string(r);
+        v1::PublishedFrame published;
+        published.set_variant(variant);
+        published.set_scene(static_cast<uint32_t>(s));
+        auto written = WriteFrame({.scene = scene,
+                                   .rig = scene.rigs(r),
+                                   .frame = frame,
+                                   .render = DefaultSceneConfig().render(),
+                                   .filters = DefaultSceneConfig().filters(),
+                                   .dir = store + "/" + path,
+                                   .store_path = path});
+        Must(written.status());
+        *published.mutable_frame() = *std::move(written);
+        Must((*archive)->AddFrame(published, store));
+      }
+    }
+  }
+  Must((*archive)->Finish());
+}
+
+}  // namespace parallax

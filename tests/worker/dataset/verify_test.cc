@@ -1,0 +1,151 @@
+#include "worker/dataset/verify.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "common/base/file.h"
+#include "common/base/hash.h"
+#include "common/image/io.h"
+#include "tests/worker/dataset/synthetic_archive.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using Json = nlohmann::ordered_json;
+
+class VerifyTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    root_ = ::testing::TempDir() + "verify_" +
+            ::testing::UnitTest::GetInstance()->current_test_info()->name();
+    fs::remove_all(root_);
+    dir_ = root_ + "/data";
+    fs::create_directories(root_);
+    SyntheticArchive archive;
+    archive.scenes = 1;
+    MakeSyntheticArchive(dir_, archive);
+    frame_ = dir_ + "/a/frames/000000/001";
+  }
+  void TearDown() override { fs::remove_all(root_); }
+
+  std::vector<std::string> Checks(VerifyOptions options = {}) {
+    const auto result = VerifyDataset(dir_, options);
+    EXPECT_TRUE(result.ok()) << result.status();
+    std::vector<std::string> checks;
+    for (const Finding& finding : result->findings) {
+      checks.push_back(finding.check);
+      EXPECT_THAT(finding.path, HasSubstr(root_));
+      EXPECT_FALSE(finding.message.empty());
+    }
+    return checks;
+  }
+  // Puts other bytes in place of a file (not through its hard link) and makes the index agree, so
+  // that only geometry can notice.
+  void Forge(const std::string& name, const std::string& bytes) {
+    fs::remove(frame_ + "/" + name);
+    ASSERT_TRUE(WriteFile(frame_ + "/" + name, bytes).ok());
+    const std::string index = dir_ + "/a/index.jsonl";
+    std::string text;
+    std::istringstream in(*ReadFile(index));
+    for (std::string line; std::getline(in, line);) {
+      Json json = Json::parse(line);
+      if (json["rig"] == 1) json["files"][name] = Sha256Hex(bytes);
+      text += json.dump() + "\n";
+    }
+    ASSERT_TRUE(WriteFile(index, text).ok());
+  }
+  void ForgeDepth(const std::string& name, const std::function<void(ImageF&)>& change) {
+    ImageF image = *ReadExrY(frame_ + "/" + name);
+    change(image);
+    Forge(name, *EncodeExrY(image));
+  }
+  void ForgeJson(const std::function<void(Json&)>& change) {
+    Json json = Json::parse(*ReadFile(frame_ + "/frame.json"));
+    change(json);
+    Forge("frame.json", json.dump());
+  }
+
+  std::string root_, dir_, frame_;
+};
+
+TEST_F(VerifyTest, AWholeDatasetHasNoFindings) {
+  const auto result = VerifyDataset(dir_);
+  ASSERT_TRUE(result.ok()) << result.status();
+  for (const Finding& f : result->findings) ADD_FAILURE() << f.check << " " << f.path << f.message;
+  EXPECT_EQ(result->kind, "archive");
+  EXPECT_EQ(result->frames, 2);
+  EXPECT_EQ(result->files, 34);
+  EXPECT_GT(result->bytes, 10000);
+  EXPECT_EQ(VerifyDataset(dir_ + "/a")->findings_total, 0);
+  EXPECT_EQ(VerifyDataset(root_).status().code(), absl::StatusCode::kNotFound);
+}
+
+TEST_F(VerifyTest, FindsChangedMissingAndStrayFiles) {
+  std::string bytes = *ReadFile(frame_ + "/right.png");
+  bytes[bytes.size() / 2] ^= 1;
+  fs::remove(frame_ + "/right.png");
+  ASSERT_TRUE(WriteFile(frame_ + "/right.png", bytes).ok());
+  EXPECT_THAT(Checks(), Contains("hash"));
+  VerifyOptions options;
+  options.hashes = false;
+  options.geometry = false;
+  EXPECT_TRUE(Checks(options).empty());
+  fs::remove(frame_ + "/masks_left.png");
+  EXPECT_THAT(Checks(), Contains("missing"));
+  ASSERT_TRUE(WriteFile(frame_ + "/notes.txt", "x").ok());
+  EXPECT_THAT(Checks(), Contains("stray"));
+  fs::remove(dir_ + "/a/scenes/000000.pb");
+  EXPECT_THAT(Checks(), Contains("recipe"));
+  fs::remove_all(dir_ + "/a/frames/000000/000");
+  fs::copy(frame_, dir_ + "/a/frames/000000/005");
+  EXPECT_THAT(Checks(), Contains("index"));
+}
+
+TEST_F(VerifyTest, FindsGeometryThatContradictsItselfThoughAllHashesAgree) {
+  const struct {
+    const char* check;
+    std::function<void()> forge;
+  } cases[] = {
+      {"disparity",
+       [&] { ForgeDepth("disparity_left.exr", [](ImageF& d) { d(5, 5) *= 1.00001f; }); }},
+      {"finite", [&] { ForgeDepth("depth_right.exr", [](ImageF& d) { d(5, 5) = NAN; }); }},
+      {"finite", [&] { ForgeDepth("disparity_right.exr", [](ImageF& d) { d(5, 5) = INFINITY; }); }},
+      {"finite", [&] { ForgeDepth("depth_left.exr", [](ImageF& d) { d(5, 5) = -1; }); }},
+      {"masks", [&] { Forge("masks_left.png", *EncodePng(ImageU8(96, 54, 1))); }},
+      {"tables", [&] { Forge("objects_right.png", *EncodePng(ImageU16(96, 54, 999))); }},
+      {"tables", [&] { Forge("materials_left.png", *EncodePng(ImageU16(96, 54, 999))); }},
+      {"normals", [&] { Forge("normals_left.exr", *EncodeExrHalfRgb(ImageF3(96, 54, 0.9f))); }},
+      {"occlusion", [&] { Forge("occlusion_left.png", *EncodePng(ImageU8(96, 54, 0))); }},
+      {"occlusion", [&] { Forge("occlusion_right.png", *EncodePng(ImageU8(96, 54, 7))); }},
+      {"size", [&] { Forge("occlusion_right.png", *EncodePng(ImageU8(95, 54, 0))); }},
+      {"image", [&] { Forge("left.png", "no PNG at all"); }},
+      {"filters", [&] { Forge("left.png", *EncodePng(ImageRgb8(96, 54, 1))); }},
+      {"pose", [&] { ForgeJson([](Json& j) { j["world_from_right"][0][3] = 99.0; }); }},
+      {"pose", [&] { ForgeJson([](Json& j) { j["world_from_left"][0][0] = 3.0; }); }},
+      {"pose", [&] { ForgeJson([](Json& j) { j["baseline_m"] = 1.5; }); }},
+      {"disparity", [&] { ForgeJson([](Json& j) { j["intrinsics"]["fx"] = 50.0; }); }},
+      {"tables", [&] { ForgeJson([](Json& j) { j["objects"].erase("1"); }); }},
+      {"frame.json", [&] { ForgeJson([](Json& j) { j.erase("intrinsics"); }); }},
+  };
+  SyntheticArchive archive;
+  archive.scenes = 1;
+  for (const auto& c : cases) {
+    MakeSyntheticArchive(dir_, archive);
+    c.forge();
+    const std::vector<std::string> checks = Checks();
+    EXPECT_THAT(checks, Contains(c.check)) << &c - cases;
+    EXPECT_EQ(std::count(checks.begin(), checks.end(), "hash"), 0);
+  }
+}
+
+}  // namespace
+}  // namespace parallax

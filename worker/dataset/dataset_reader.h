@@ -1,0 +1,43 @@
+// A dataset folder read back: which frames there are, what the index says of them, what is missing.
+// For exports and checks. Reads only.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+
+namespace parallax {
+
+struct DatasetFrame {
+  std::string variant;
+  uint32_t scene = 0, rig = 0;
+  std::string dir;                           // Of the frame.
+  bool passed = true;                        // All filters.
+  std::map<std::string, std::string> files;  // SHA-256 by name.
+  nlohmann::ordered_json line;               // Of the index.
+};
+
+struct DatasetVariant {
+  std::string name;
+  std::string dir;
+  std::vector<DatasetFrame> frames;  // By scene, rig.
+  int64_t pairs_wanted = 0;          // Of dataset.json; 0 when that is missing.
+  std::string type;                  // "indoor", "dense"...: of dataset.json or study.lock.yaml.
+  // What is wrong with the folder itself: one text each, naming the file.
+  std::vector<std::string> faults;
+};
+
+struct Dataset {
+  std::string dir;
+  std::vector<DatasetVariant> variants;  // In order of name.
+};
+
+// `dir` is an archive (its variants are the folders with an index.jsonl) or one of its variants.
+// Errors: kNotFound when there is no index; kDataLoss for an index line that is not one.
+absl::StatusOr<Dataset> ReadDataset(const std::string& dir);
+
+}  // namespace parallax

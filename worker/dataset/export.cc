@@ -1,0 +1,397 @@
+#include "worker/dataset/export.h"
+
+#include <sys/stat.h>
+#include <tbb/parallel_for.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <filesystem>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <utility>
+
+#include "common/base/file.h"
+#include "common/base/hash.h"
+#include "common/base/version.h"
+#include "worker/dataset/dataset_reader.h"
+#include "worker/dataset/export_layouts.h"
+#include "worker/dataset/plain_formats.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+absl::Status Refuse(const std::string& message) {
+  return MakeError(absl::StatusCode::kFailedPrecondition, message);
+}
+
+bool Matches(const std::string& pattern, const std::string& name) {
+  if (pattern.empty() || pattern.back() != '*') return pattern == name;
+  return name.compare(0, pattern.size() - 1, pattern, 0, pattern.size() - 1) == 0;
+}
+
+absl::StatusOr<std::vector<DatasetVariant>> ChooseVariants(Dataset dataset,
+                                                           const ExportOptions& options) {
+  if (options.variants.empty()) return std::move(dataset.variants);
+  std::vector<DatasetVariant> chosen;
+  for (const std::string& pattern : options.variants) {
+    const bool known =
+        std::any_of(dataset.variants.begin(), dataset.variants.end(),
+                    [&](const DatasetVariant& v) { return Matches(pattern, v.name); });
+    if (known) continue;
+    std::string names;
+    for (const DatasetVariant& v : dataset.variants) names += (names.empty() ? "" : ", ") + v.name;
+    return MakeError(
+        absl::StatusCode::kInvalidArgument,
+        "no variant \"" + pattern + "\" in " + dataset.dir + " (there are " + names + ")");
+  }
+  for (DatasetVariant& variant : dataset.variants) {
+    if (std::any_of(options.variants.begin(), options.variants.end(),
+                    [&](const std::string& p) { return Matches(p, variant.name); })) {
+      chosen.push_back(std::move(variant));
+    }
+  }
+  return chosen;
+}
+
+// Every file that the layouts read must be there: half a dataset must not pass for a whole one.
+absl::Status CheckWhole(const DatasetVariant& variant, const ExportOptions& options) {
+  if (!variant.faults.empty()) return Refuse("the dataset has holes: " + variant.faults.front());
+  const auto frames = static_cast<int64_t>(variant.frames.size());
+  if (frames < variant.pairs_wanted && !options.allow_incomplete) {
+    return Refuse("the dataset has holes: " + variant.dir + " has " + std::to_string(frames) +
+                  " of " + std::to_string(variant.pairs_wanted) +
+                  " pairs (finish the run, or --allow-incomplete)");
+  }
+  for (const DatasetFrame& frame : variant.frames) {
+    for (const char* name : {"left.png", "right.png", "disparity_left.exr", "disparity_right.exr",
+                             "occlusion_left.png", "occlusion_right.png", "frame.json"}) {
+      const std::string path = frame.dir + "/" + name;
+      struct stat info {};
+      if (::stat(path.c_str(), &info) != 0) {
+        return Refuse("the dataset has holes: " + path + " is missing" +
+                      (frame.files.contains(name) ? "" : " (the map was not written)"));
+      }
+      if (info.st_size == 0) return Refuse("the dataset has holes: " + path + " is empty");
+    }
+  }
+  return absl::OkStatus();
+}
+
+// Readers find eyes and maps by replacing words in whole paths.
+std::string SafeName(std::string name) {
+  for (char& c : name) {
+    if (std::isspace(static_cast<unsigned char>(c))) c = '-';
+  }
+  const std::pair<const char*, const char*> words[] = {
+      {"left", "lft"},   {"right", "rgt"},     {"rgb", "col"},
+      {"image_2", "i2"}, {"disparity", "dsp"}, {"frames_", "frames-"}};
+  for (const auto& [word, other] : words) {
+    for (size_t at; (at = name.find(word)) != std::string::npos;) {
+      name.replace(at, std::string(word).size(), other);
+    }
+  }
+  return name;
+}
+
+std::string SixDigits(uint32_t number) {
+  char text[16];
+  std::snprintf(text, sizeof(text), "%06u", number);
+  return text;
+}
+
+struct Plan {
+  std::vector<ExportFrame> frames;
+  std::vector<std::pair<size_t, size_t>> scenes;  // [first, end) into frames.
+};
+
+// Which frames go where. Scenes of one number show the same room in every variant, so they fall
+// into the same split.
+Plan MakePlan(const std::vector<DatasetVariant>& variants, const ExportOptions& options,
+              ExportResult& result) {
+  std::set<uint32_t> numbers;
+  for (const DatasetVariant& variant : variants) {
+    for (const DatasetFrame& frame : variant.frames) {
+      if (frame.passed || options.unfiltered) numbers.insert(frame.scene);
+    }
+  }
+  const auto every = static_cast<uint32_t>(std::max(options.test_every, 1));
+  std::set<uint32_t> test;
+  for (const uint32_t number : numbers) {
+    if (number % every == every - 1) test.insert(number);
+  }
+  if (numbers.size() > 1) {
+    if (test.empty()) test.insert(*numbers.rbegin());
+    if (test.size() == numbers.size()) test.erase(*numbers.begin());
+  } else {
+    test.clear();
+  }
+  Plan plan;
+  for (const DatasetVariant& variant : variants) {
+    const std::string prefix = variants.size() > 1 ? SafeName(variant.name) + "-" : "";
+    for (const DatasetFrame& source : variant.frames) {
+      if (!source.passed && !options.unfiltered) {
+        ++result.pairs_filtered_out;
+        continue;
+      }
+      ExportFrame frame;
+      frame.source = &source;
+      frame.scene = prefix + SixDigits(source.scene);
+      frame.type = SafeName(variant.type.empty() ? variant.name : variant.type);
+      frame.number = static_cast<int>(plan.frames.size());
+      frame.test = test.contains(source.scene);
+      const bool begins = plan.frames.empty() || plan.frames.back().scene != frame.scene;
+      if (begins) plan.scenes.emplace_back(plan.frames.size(), plan.frames.size());
+      frame.scene_number = static_cast<int>(plan.scenes.size()) - 1;
+      plan.frames.push_back(frame);
+      plan.scenes.back().second = plan.frames.size();
+    }
+  }
+  if (numbers.size() == 1 && plan.frames.size() > 1) {
+    // One scene can't be in both splits; its last pair has to stand in.
+    plan.frames.back().test = true;
+    result.notes.push_back(
+        "all pairs are of one scene, so TEST is its last pair rather than a scene of its own");
+  }
+  for (ExportFrame& frame : plan.frames) {
+    frame.scenes = static_cast<int>(plan.scenes.size());
+    result.pairs_test += frame.test;
+  }
+  result.pairs = static_cast<int64_t>(plan.frames.size());
+  result.scenes = static_cast<int64_t>(plan.scenes.size());
+  for (const auto& [first, end] : plan.scenes) result.scenes_test += plan.frames[end - 1].test;
+  return plan;
+}
+
+class Exporter {
+ public:
+  Exporter(std::string staging, const ExportOptions& options, ExportResult& result)
+      : staging_(std::move(staging)), options_(options), result_(result) {}
+
+  absl::Status Run(const Plan& plan) {
+    const std::unique_ptr<ExportLayout> layout = MakeExportLayout(options_);
+    lines_.resize(plan.frames.size());
+    std::string train, test;
+    for (const auto& [first, end] : plan.scenes) {
+      if (options_.cancel.cancelled()) return absl::CancelledError("export");
+      std::vector<absl::StatusOr<FrameFiles>> made(end - first, FrameFiles());
+      tbb::parallel_for(size_t{0}, end - first, [&](size_t i) {
+        try {
+          made[i] = layout->Convert(plan.frames[first + i]);
+        } catch (const Json::exception& error) {
+          made[i] =
+              MakeError(absl::StatusCode::kDataLoss, std::string("frame.json: ") + error.what());
+        }
+      });
+      for (size_t i = 0; i < made.size(); ++i) {
+        const ExportFrame& frame = plan.frames[first + i];
+        if (!made[i].ok()) return WithContext(made[i].status(), frame.source->dir);
+        RETURN_IF_ERROR(Take(frame, *std::move(made[i]), layout->Shards()));
+        (frame.test ? test : train) += lines_[first + i] + "\n";
+      }
+      ASSIGN_OR_RETURN(const std::vector<ExportFile> more,
+                       layout->FinishScene({plan.frames.begin() + static_cast<ptrdiff_t>(first),
+                                            plan.frames.begin() + static_cast<ptrdiff_t>(end)}));
+      for (const ExportFile& file : more) RETURN_IF_ERROR(Write(file.path, file.bytes));
+    }
+    RETURN_IF_ERROR(CloseShard());
+    RETURN_IF_ERROR(Write("train.txt", train));
+    RETURN_IF_ERROR(Write("test.txt", test));
+    RETURN_IF_ERROR(Write("export.json", Describe(plan)));
+    std::sort(sums_.begin(), sums_.end(),
+              [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::string text;
+    for (const auto& [path, hash] : sums_) text += hash + "  " + path + "\n";
+    return WriteFile(staging_ + "/SHA256SUMS", text, /*sync=*/true);
+  }
+
+ private:
+  absl::Status Take(const ExportFrame& frame, FrameFiles made, bool shards) {
+    lines_[static_cast<size_t>(frame.number)] = made.list_line;
+    result_.pixels_out_of_range += made.pixels_out_of_range;
+    for (size_t i = 0; i < made.disparity_counts.size(); ++i) {
+      result_.disparity.counts[i] += made.disparity_counts[i];
+    }
+    if (shards) return AddToShard(frame, made.files);
+    for (const ExportFile& file : made.files) {
+      RETURN_IF_ERROR(file.link_to.empty() ? Write(file.path, file.bytes) : Link(file, frame));
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status MakeParent(const std::string& path) {
+    const std::string parent = fs::path(path).parent_path();
+    if (!made_.insert(parent).second) return absl::OkStatus();
+    std::error_code error;
+    fs::create_directories(parent, error);
+    return error ? ErrnoError(error.value(), "make folder " + parent) : absl::OkStatus();
+  }
+
+  absl::Status Write(const std::string& path, const std::string& bytes) {
+    RETURN_IF_ERROR(MakeParent(staging_ + "/" + path));
+    RETURN_IF_ERROR(WriteFile(staging_ + "/" + path, bytes));
+    sums_.emplace_back(path, Sha256Hex(bytes));
+    ++result_.files_written;
+    result_.bytes_written += static_cast<int64_t>(bytes.size());
+    return absl::OkStatus();
+  }
+
+  absl::Status Link(const ExportFile& file, const ExportFrame& frame) {
+    const std::string to = staging_ + "/" + file.path;
+    RETURN_IF_ERROR(MakeParent(to));
+    if (::link(file.link_to.c_str(), to.c_str()) == 0) {
+      const auto known = frame.source->files.find(fs::path(file.link_to).filename());
+      if (known != frame.source->files.end()) {
+        sums_.emplace_back(file.path, known->second);
+      } else {
+        ASSIGN_OR_RETURN(std::string hash, Sha256HexOfFile(to));
+        sums_.emplace_back(file.path, std::move(hash));
+      }
+      ++result_.files_linked;
+      return absl::OkStatus();
+    }
+    if (errno != EXDEV && errno != EPERM && errno != EMLINK && errno != EOPNOTSUPP) {
+      return ErrnoError(errno, "link " + to);
+    }
+    ASSIGN_OR_RETURN(const std::string bytes, ReadFile(file.link_to));
+    return Write(file.path, bytes);
+  }
+
+  // A shard has pairs of one split only.
+  absl::Status AddToShard(const ExportFrame& frame, const std::vector<ExportFile>& files) {
+    const bool full = shard_frames_ >= options_.shard_pairs;
+    if (shard_frames_ > 0 && (full || shard_test_ != frame.test)) RETURN_IF_ERROR(CloseShard());
+    shard_test_ = frame.test;
+    for (const ExportFile& file : files) {
+      ASSIGN_OR_RETURN(const std::string member, TarMember(file.path, file.bytes));
+      shard_ += member;
+    }
+    ++shard_frames_;
+    return absl::OkStatus();
+  }
+
+  absl::Status CloseShard() {
+    if (shard_frames_ == 0) return absl::OkStatus();
+    const std::string name = "shard-" + SixDigits(static_cast<uint32_t>(shards_.size())) + ".tar";
+    shards_.push_back(
+        {{"file", name}, {"pairs", shard_frames_}, {"split", shard_test_ ? "TEST" : "TRAIN"}});
+    const std::string bytes = std::exchange(shard_, "") + TarEnd();
+    shard_frames_ = 0;
+    return Write(name, bytes);
+  }
+
+  std::string Describe(const Plan& plan) const {
+    Json json;
+    json["format"] = "parallax-export-1";
+    json["layout"] = options_.layout;
+    json["program"] = kProgramVersion;
+    json["filtered"] = !options_.unfiltered;
+    json["pairs"] = result_.pairs;
+    json["pairs_test"] = result_.pairs_test;
+    json["pairs_filtered_out"] = result_.pairs_filtered_out;
+    json["pixels_out_of_range"] = result_.pixels_out_of_range;
+    json["disparity_histogram"] = {{"bin_px", result_.disparity.bin_width},
+                                   {"counts", result_.disparity.counts}};
+    Json limits = Json::object();
+    for (const int limit : kDisparityLimitsPx) {
+      limits[std::to_string(limit)] = result_.disparity.FractionBelow(limit);
+    }
+    json["disparity_fraction_below_px"] = limits;
+    if (!shards_.empty()) json["shards"] = shards_;
+    Json frames = Json::array();
+    for (const ExportFrame& frame : plan.frames) {
+      frames.push_back({{"variant", frame.source->variant},
+                        {"scene", frame.source->scene},
+                        {"rig", frame.source->rig},
+                        {"split", frame.test ? "TEST" : "TRAIN"},
+                        {"files", lines_[static_cast<size_t>(frame.number)]}});
+    }
+    json["frames"] = frames;
+    return json.dump(1) + "\n";
+  }
+
+  const std::string staging_;
+  const ExportOptions& options_;
+  ExportResult& result_;
+  std::set<std::string> made_;  // Folders.
+  std::vector<std::string> lines_;
+  std::vector<std::pair<std::string, std::string>> sums_;
+  std::string shard_;
+  int shard_frames_ = 0;
+  bool shard_test_ = false;
+  Json shards_ = Json::array();
+};
+
+}  // namespace
+
+absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::string& out_dir,
+                                           const ExportOptions& options) {
+  if (MakeExportLayout(options) == nullptr) {
+    std::string names;
+    for (const std::string& name : ExportLayouts()) names += (names.empty() ? "" : ", ") + name;
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     "no layout \"" + options.layout + "\" (there are " + names + ")");
+  }
+  ASSIGN_OR_RETURN(Dataset dataset, ReadDataset(dir));
+  const std::string from = dataset.dir;
+  ASSIGN_OR_RETURN(const std::vector<DatasetVariant> variants,
+                   ChooseVariants(std::move(dataset), options));
+  for (const DatasetVariant& variant : variants) RETURN_IF_ERROR(CheckWhole(variant, options));
+
+  std::string out = fs::absolute(out_dir).lexically_normal();
+  while (out.size() > 1 && out.back() == '/') out.pop_back();
+  std::error_code error;
+  if (fs::exists(out, error) && !(fs::is_directory(out, error) && fs::is_empty(out, error))) {
+    return Refuse(out + " holds something already: choose another folder");
+  }
+  if (out == from || out.compare(0, from.size() + 1, from + "/") == 0) {
+    return Refuse(out + " lies in the dataset itself: choose another folder");
+  }
+  ExportResult result;
+  const Plan plan = MakePlan(variants, options, result);
+  if (plan.frames.empty()) {
+    return MakeError(absl::StatusCode::kNotFound, dir + ": no pair is left (" +
+                                                      std::to_string(result.pairs_filtered_out) +
+                                                      " fail a filter; --unfiltered takes them)");
+  }
+  for (const char* word : {"left", "right", "disparity"}) {
+    if (options.layout == "flyingthings" && out.find(word) != std::string::npos) {
+      result.notes.push_back("the path has \"" + std::string(word) +
+                             "\" in it, which some readers of this layout replace: move it");
+    }
+  }
+  if (options.layout == "crestereo" && result.pairs < 4) {
+    result.notes.push_back("readers of this layout want at least four pairs, one in each folder");
+  }
+
+  const std::string staging =
+      fs::path(out).parent_path().string() + "/." + fs::path(out).filename().string() + ".partial";
+  fs::remove_all(staging, error);
+  fs::create_directories(staging, error);
+  if (error) return ErrnoError(error.value(), "make folder " + staging);
+  const absl::Status status = Exporter(staging, options, result).Run(plan);
+  if (!status.ok()) {
+    fs::remove_all(staging, error);
+    return status;
+  }
+  fs::remove(out, error);  // Empty, as was checked.
+  if (::rename(staging.c_str(), out.c_str()) != 0) {
+    return ErrnoError(errno, "rename " + staging + " to " + out);
+  }
+  for (const int limit : kDisparityLimitsPx) {
+    result.below_limit[limit] = result.disparity.FractionBelow(limit);
+  }
+  if (result.pixels_out_of_range > 0) {
+    result.notes.push_back(std::to_string(result.pixels_out_of_range) +
+                           " pixels have a larger disparity than the layout's 16 bits hold: they "
+                           "are marked as unknown");
+  }
+  return result;
+}
+
+}  // namespace parallax

@@ -1,0 +1,346 @@
+#include "worker/dataset/export_layouts.h"
+
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "common/base/file.h"
+#include "common/image/io.h"
+#include "worker/dataset/frame_reader.h"
+#include "worker/dataset/plain_formats.h"
+
+namespace parallax {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string Format(const char* format, int number) {
+  char text[32];
+  std::snprintf(text, sizeof(text), format, number);
+  return text;
+}
+
+std::string Number(double value) {
+  char text[40];
+  std::snprintf(text, sizeof(text), "%.9g", value);
+  return text;
+}
+
+std::string RigName(const ExportFrame& frame, const char* format) {
+  return Format(format, static_cast<int>(frame.source->rig));
+}
+
+ExportFile Link(std::string path, const ExportFrame& frame, const char* file) {
+  return {std::move(path), frame.source->dir + "/" + file, {}};
+}
+
+// Both eyes' disparity and occlusion of a frame.
+struct Truth {
+  ImageF disparity[2];
+  ImageU8 occlusion[2];
+};
+
+absl::StatusOr<ImageF> ReadDisparity(const ExportFrame& frame, const char* eye,
+                                     FrameFiles* count_in) {
+  ASSIGN_OR_RETURN(ImageF disparity, ReadExrY(frame.source->dir + "/disparity_" + eye + ".exr"));
+  if (count_in != nullptr) {
+    Histogram histogram = DisparityHistogram();
+    for (const float d : disparity.values()) {
+      if (d > 0 && std::isfinite(d)) histogram.Add(double{d});
+    }
+    count_in->disparity_counts.assign(histogram.counts.begin(), histogram.counts.end());
+  }
+  return disparity;
+}
+
+absl::StatusOr<Truth> ReadTruth(const ExportFrame& frame, FrameFiles& files) {
+  Truth truth;
+  const char* eyes[] = {"left", "right"};
+  for (int eye = 0; eye < 2; ++eye) {
+    ASSIGN_OR_RETURN(truth.disparity[eye],
+                     ReadDisparity(frame, eyes[eye], eye == 0 ? &files : nullptr));
+    ASSIGN_OR_RETURN(truth.occlusion[eye],
+                     ReadPngU8(frame.source->dir + "/occlusion_" + eyes[eye] + ".png"));
+    const ImageF& d = truth.disparity[eye];
+    if (d.width() != truth.occlusion[eye].width() || d.height() != truth.occlusion[eye].height()) {
+      return MakeError(absl::StatusCode::kDataLoss,
+                       frame.source->dir + ": maps of different sizes");
+    }
+  }
+  return truth;
+}
+
+// 16-bit disparity in steps of 1/`scale` pixel; 0 = none. What does not fit is none, and counted.
+ImageU16 Quantise(const ImageF& disparity, double scale, int64_t* out_of_range) {
+  ImageU16 image(disparity.width(), disparity.height());
+  for (size_t i = 0; i < disparity.pixels(); ++i) {
+    const double d = double{disparity.values()[i]};
+    if (!(d > 0)) continue;
+    const double steps = std::max(1.0, std::round(d * scale));
+    if (steps > 65535) {
+      if (out_of_range != nullptr) ++*out_of_range;
+      continue;
+    }
+    image.values()[i] = static_cast<uint16_t>(steps);
+  }
+  return image;
+}
+
+absl::StatusOr<std::string> JpegOf(const ExportFrame& frame, const char* file) {
+  ASSIGN_OR_RETURN(const ImageRgb8 image, ReadPngRgb8(frame.source->dir + "/" + file));
+  return EncodeJpeg(image, 95);
+}
+
+class FlyingThings final : public ExportLayout {
+ public:
+  absl::StatusOr<FrameFiles> Convert(const ExportFrame& frame) const override {
+    FrameFiles out;
+    ASSIGN_OR_RETURN(const Truth truth, ReadTruth(frame, out));
+    const std::string split = frame.test ? "TEST" : "TRAIN";
+    const std::string place = "/" + split + "/A/" + frame.scene + "/";
+    const std::string name = RigName(frame, "%03d");
+    const char* eyes[] = {"left", "right"};
+    for (int eye = 0; eye < 2; ++eye) {
+      const std::string file = std::string(eyes[eye]) + "/" + name;
+      const std::string image = std::string(eyes[eye]) + ".png";
+      for (const char* pass : {"frames_cleanpass", "frames_finalpass"}) {
+        out.files.push_back(Link(pass + place + file + ".png", frame, image.c_str()));
+      }
+      ASSIGN_OR_RETURN(std::string pfm, EncodePfm(truth.disparity[eye]));
+      out.files.push_back({"disparity" + place + file + ".pfm", "", std::move(pfm)});
+      ASSIGN_OR_RETURN(std::string bits, EncodePngBits(truth.occlusion[eye]));
+      out.files.push_back({"disparity_occlusions" + place + file + ".png", "", std::move(bits)});
+    }
+    out.list_line = "frames_finalpass" + place + "left/" + name + ".png frames_finalpass" + place +
+                    "right/" + name + ".png disparity" + place + "left/" + name + ".pfm";
+    return out;
+  }
+};
+
+// Disparity in thousandths of a pixel as digits to the base 255.
+class FoundationStereo final : public ExportLayout {
+ public:
+  absl::StatusOr<FrameFiles> Convert(const ExportFrame& frame) const override {
+    FrameFiles out;
+    ASSIGN_OR_RETURN(const ImageF disparity, ReadDisparity(frame, "left", &out));
+    ImageRgb8 digits(disparity.width(), disparity.height());
+    for (size_t i = 0; i < disparity.pixels(); ++i) {
+      const double d = double{disparity.values()[i]};
+      const auto v = d > 0 ? std::llround(1000 * d) : 0;
+      if (v > 255LL * 65025 + 254 * 255 + 254) {
+        ++out.pixels_out_of_range;
+        continue;
+      }
+      digits.values()[3 * i] = static_cast<uint8_t>(v / 65025);
+      digits.values()[3 * i + 1] = static_cast<uint8_t>(v / 255 % 255);
+      digits.values()[3 * i + 2] = static_cast<uint8_t>(v % 255);
+    }
+    const std::string place = frame.scene + "/dataset/data/";
+    const std::string name = RigName(frame, "%04d");
+    for (const char* eye : {"left", "right"}) {
+      ASSIGN_OR_RETURN(std::string jpeg, JpegOf(frame, (std::string(eye) + ".png").c_str()));
+      out.files.push_back({place + eye + "/rgb/" + name + ".jpg", "", std::move(jpeg)});
+    }
+    ASSIGN_OR_RETURN(std::string png, EncodePng(digits));
+    out.files.push_back({place + "left/disparity/" + name + ".png", "", std::move(png)});
+    out.list_line = place + "left/rgb/" + name + ".jpg " + place + "right/rgb/" + name + ".jpg " +
+                    place + "left/disparity/" + name + ".png";
+    return out;
+  }
+
+  // Two lines as FoundationStereo reads them, of the first frame; then a comment for each frame,
+  // because our rigs differ in focal length and baseline.
+  absl::StatusOr<std::vector<ExportFile>> FinishScene(
+      const std::vector<ExportFrame>& frames) const override {
+    std::string text, comments = "# frame fx cx fy cy baseline_m\n";
+    for (const ExportFrame& frame : frames) {
+      ASSIGN_OR_RETURN(const Json json, ReadFrameJson(frame.source->dir));
+      if (!json.contains("intrinsics") || !json.contains("baseline_m")) {
+        return MakeError(absl::StatusCode::kDataLoss, frame.source->dir + "/frame.json: no camera");
+      }
+      const Json& k = json.at("intrinsics");
+      const std::string fx = Number(k.at("fx")), fy = Number(k.at("fy")), cx = Number(k.at("cx")),
+                        cy = Number(k.at("cy")), baseline = Number(json.at("baseline_m"));
+      if (text.empty()) {
+        text = fx + " 0 " + cx + " 0 " + fy + " " + cy + " 0 0 1\n" + baseline + "\n";
+      }
+      comments += "# " + RigName(frame, "%04d") + " " + fx + " " + cx + " " + fy + " " + cy + " " +
+                  baseline + "\n";
+    }
+    return std::vector<ExportFile>{
+        {frames.front().scene + "/dataset/data/K.txt", "", text + comments}};
+  }
+};
+
+class CreStereo final : public ExportLayout {
+ public:
+  explicit CreStereo(bool flat) : flat_(flat) {}
+
+  absl::StatusOr<FrameFiles> Convert(const ExportFrame& frame) const override {
+    FrameFiles out;
+    // Readers want all four folders. Scenes are spread over them; too few scenes are cut.
+    static constexpr const char* kFolders[] = {"shapenet", "reflective", "tree", "hole"};
+    const int part = frame.scenes >= 4 ? frame.scene_number : frame.number;
+    const std::string place =
+        std::string(kFolders[part % 4]) + "/" + frame.scene + (flat_ ? "_" : "/");
+    const std::string name = RigName(frame, "%03d");
+    for (const char* eye : {"left", "right"}) {
+      ASSIGN_OR_RETURN(std::string jpeg, JpegOf(frame, (std::string(eye) + ".png").c_str()));
+      out.files.push_back({place + name + "_" + eye + ".jpg", "", std::move(jpeg)});
+      const bool left = std::string(eye) == "left";
+      ASSIGN_OR_RETURN(const ImageF disparity, ReadDisparity(frame, eye, left ? &out : nullptr));
+      ASSIGN_OR_RETURN(
+          std::string png,
+          EncodePng(Quantise(disparity, 32, left ? &out.pixels_out_of_range : nullptr)));
+      out.files.push_back({place + name + "_" + eye + ".disp.png", "", std::move(png)});
+    }
+    out.list_line = place + name + "_left.jpg " + place + name + "_right.jpg " + place + name +
+                    "_left.disp.png";
+    return out;
+  }
+
+ private:
+  const bool flat_;
+};
+
+class WmgStereo final : public ExportLayout {
+ public:
+  absl::StatusOr<FrameFiles> Convert(const ExportFrame& frame) const override {
+    FrameFiles out;
+    // Three levels above Image/: type, scene, sequence.
+    const std::string place = frame.type + "/" + frame.scene + "/frames/";
+    const std::string name = RigName(frame, "%04d");
+    const char* eyes[] = {"left", "right"};
+    for (int eye = 0; eye < 2; ++eye) {
+      const std::string camera = "camera_" + std::to_string(eye) + "/" + name;
+      out.files.push_back(
+          Link(place + "Image/" + camera + ".png", frame, eye == 0 ? "left.png" : "right.png"));
+      ASSIGN_OR_RETURN(const ImageF disparity,
+                       ReadDisparity(frame, eyes[eye], eye == 0 ? &out : nullptr));
+      out.files.push_back({place + "disparity/" + camera + ".npy", "", EncodeNpy(disparity)});
+    }
+    out.list_line = place + "Image/camera_0/" + name + ".png " + place + "Image/camera_1/" + name +
+                    ".png " + place + "disparity/camera_0/" + name + ".npy";
+    return out;
+  }
+};
+
+class Middlebury final : public ExportLayout {
+ public:
+  absl::StatusOr<FrameFiles> Convert(const ExportFrame& frame) const override {
+    FrameFiles out;
+    ASSIGN_OR_RETURN(Truth truth, ReadTruth(frame, out));
+    const std::string place = frame.scene + "_" + RigName(frame, "%03d") + "/";
+    out.files.push_back(Link(place + "im0.png", frame, "left.png"));
+    out.files.push_back(Link(place + "im1.png", frame, "right.png"));
+    const ImageF& left = truth.disparity[0];
+    ImageU8 mask(left.width(), left.height());
+    float largest = 0, smallest = std::numeric_limits<float>::infinity();
+    for (size_t i = 0; i < left.pixels(); ++i) {
+      const float d = left.values()[i];
+      if (!(d > 0)) continue;
+      mask.values()[i] = truth.occlusion[0].values()[i] ? 128 : 255;
+      largest = std::max(largest, d);
+      smallest = std::min(smallest, d);
+    }
+    for (int eye = 0; eye < 2; ++eye) {
+      // Their tools know unknown disparity as infinite.
+      for (float& d : truth.disparity[eye].values()) {
+        if (!(d > 0)) d = std::numeric_limits<float>::infinity();
+      }
+      ASSIGN_OR_RETURN(std::string pfm, EncodePfm(truth.disparity[eye]));
+      out.files.push_back({place + "disp" + std::to_string(eye) + "GT.pfm", "", std::move(pfm)});
+    }
+    ASSIGN_OR_RETURN(std::string png, EncodePng(mask));
+    out.files.push_back({place + "mask0nocc.png", "", std::move(png)});
+    ASSIGN_OR_RETURN(const Json json, ReadFrameJson(frame.source->dir));
+    const Json& k = json.at("intrinsics");
+    const std::string matrix = "[" + Number(k.at("fx")) + " 0 " + Number(k.at("cx")) + "; 0 " +
+                               Number(k.at("fy")) + " " + Number(k.at("cy")) + "; 0 0 1]";
+    const double baseline_mm = 1000 * json.at("baseline_m").get<double>();
+    const int vmax = static_cast<int>(std::ceil(largest));
+    const int vmin = largest > 0 ? static_cast<int>(std::floor(smallest)) : 0;
+    out.files.push_back(
+        {place + "calib.txt", "",
+         "cam0=" + matrix + "\ncam1=" + matrix + "\ndoffs=0\nbaseline=" + Number(baseline_mm) +
+             "\nwidth=" + std::to_string(left.width()) +
+             "\nheight=" + std::to_string(left.height()) + "\nndisp=" + std::to_string(vmax + 1) +
+             "\nisint=0\nvmin=" + std::to_string(vmin) + "\nvmax=" + std::to_string(vmax) +
+             "\ndyavg=0\ndymax=0\n"});
+    out.list_line = place + "im0.png " + place + "im1.png " + place + "disp0GT.pfm";
+    return out;
+  }
+};
+
+class Kitti final : public ExportLayout {
+ public:
+  absl::StatusOr<FrameFiles> Convert(const ExportFrame& frame) const override {
+    FrameFiles out;
+    ASSIGN_OR_RETURN(const Truth truth, ReadTruth(frame, out));
+    const std::string name = Format("%06d_10.png", frame.number);
+    out.files.push_back(Link("training/image_2/" + name, frame, "left.png"));
+    out.files.push_back(Link("training/image_3/" + name, frame, "right.png"));
+    ImageU16 all = Quantise(truth.disparity[0], 256, &out.pixels_out_of_range);
+    ASSIGN_OR_RETURN(std::string occluded, EncodePng(all));
+    out.files.push_back({"training/disp_occ_0/" + name, "", std::move(occluded)});
+    for (size_t i = 0; i < all.pixels(); ++i) {
+      if (truth.occlusion[0].values()[i]) all.values()[i] = 0;
+    }
+    ASSIGN_OR_RETURN(std::string visible, EncodePng(all));
+    out.files.push_back({"training/disp_noc_0/" + name, "", std::move(visible)});
+    out.list_line =
+        "training/image_2/" + name + " training/image_3/" + name + " training/disp_occ_0/" + name;
+    return out;
+  }
+};
+
+class WebDataset final : public ExportLayout {
+ public:
+  bool Shards() const override { return true; }
+
+  absl::StatusOr<FrameFiles> Convert(const ExportFrame& frame) const override {
+    FrameFiles out;
+    ASSIGN_OR_RETURN(const ImageF disparity, ReadDisparity(frame, "left", &out));
+    ASSIGN_OR_RETURN(const ImageU8 occlusion, ReadPngU8(frame.source->dir + "/occlusion_left.png"));
+    ASSIGN_OR_RETURN(Json json, ReadFrameJson(frame.source->dir));
+    const std::string key = frame.scene + "_" + RigName(frame, "%03d");
+    for (const char* eye : {"left", "right"}) {
+      ASSIGN_OR_RETURN(std::string png, ReadFile(frame.source->dir + "/" + eye + ".png"));
+      out.files.push_back({key + "." + eye + ".png", "", std::move(png)});
+    }
+    out.files.push_back({key + ".disp.npy", "", EncodeNpy(disparity)});
+    ASSIGN_OR_RETURN(std::string occ, EncodePng(occlusion));
+    out.files.push_back({key + ".occ.png", "", std::move(occ)});
+    json["split"] = frame.test ? "TEST" : "TRAIN";
+    json["type"] = frame.type;
+    json["variant"] = frame.source->variant;
+    json["scene"] = frame.source->scene;
+    out.files.push_back({key + ".json", "", json.dump() + "\n"});
+    out.list_line = key;
+    return out;
+  }
+};
+
+}  // namespace
+
+const std::vector<std::string>& ExportLayouts() {
+  static const std::vector<std::string> names = {"flyingthings", "fsd",   "crestereo", "wmgstereo",
+                                                 "middlebury",   "kitti", "webdataset"};
+  return names;
+}
+
+std::unique_ptr<ExportLayout> MakeExportLayout(const ExportOptions& options) {
+  const std::string& name = options.layout;
+  if (name == "flyingthings") return std::make_unique<FlyingThings>();
+  if (name == "fsd") return std::make_unique<FoundationStereo>();
+  if (name == "crestereo") return std::make_unique<CreStereo>(options.flat);
+  if (name == "wmgstereo") return std::make_unique<WmgStereo>();
+  if (name == "middlebury") return std::make_unique<Middlebury>();
+  if (name == "kitti") return std::make_unique<Kitti>();
+  if (name == "webdataset") return std::make_unique<WebDataset>();
+  return nullptr;
+}
+
+}  // namespace parallax

@@ -1,0 +1,50 @@
+#include "worker/dataset/plain_formats.h"
+
+#include <cstdio>
+#include <cstring>
+
+namespace parallax {
+
+std::string EncodeNpy(const ImageF& image) {
+  std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (" +
+                       std::to_string(image.height()) + ", " + std::to_string(image.width()) +
+                       "), }";
+  // Magic, version and length are 10 bytes; the whole header ends at a multiple of 64.
+  while ((10 + header.size() + 1) % 64 != 0) header += ' ';
+  header += '\n';
+  std::string bytes("\x93NUMPY\x01\x00", 8);
+  bytes += static_cast<char>(header.size() & 0xff);
+  bytes += static_cast<char>(header.size() >> 8);
+  bytes += header;
+  bytes.append(reinterpret_cast<const char*>(image.data()), image.pixels() * sizeof(float));
+  return bytes;
+}
+
+absl::StatusOr<std::string> TarMember(std::string_view name, std::string_view content) {
+  constexpr size_t kBlock = 512;
+  if (name.empty() || name.size() > 100) {
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     "tar: the name \"" + std::string(name) + "\" has more than 100 characters");
+  }
+  char header[kBlock] = {};
+  std::memcpy(header, name.data(), name.size());
+  std::snprintf(header + 100, 8, "%07o", 0644u);
+  std::snprintf(header + 108, 8, "%07o", 0u);
+  std::snprintf(header + 116, 8, "%07o", 0u);
+  std::snprintf(header + 124, 12, "%011llo", static_cast<unsigned long long>(content.size()));
+  std::snprintf(header + 136, 12, "%011o", 0u);
+  std::memset(header + 148, ' ', 8);
+  header[156] = '0';
+  std::memcpy(header + 257, "ustar\00000", 8);
+  unsigned sum = 0;
+  for (const char c : header) sum += static_cast<unsigned char>(c);
+  std::snprintf(header + 148, 8, "%06o", sum);
+  std::string bytes(header, kBlock);
+  bytes += content;
+  bytes.append((kBlock - content.size() % kBlock) % kBlock, '\0');
+  return bytes;
+}
+
+std::string TarEnd() { return std::string(1024, '\0'); }
+
+}  // namespace parallax

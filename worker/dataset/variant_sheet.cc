@@ -1,0 +1,105 @@
+#include "worker/dataset/variant_sheet.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "common/config/config.h"
+#include "common/image/io.h"
+#include "worker/dataset/archive_index.h"
+#include "worker/dataset/dataset_reader.h"
+#include "worker/dataset/drawing.h"
+
+namespace parallax {
+namespace {
+
+constexpr int kMargin = 24, kGap = 8, kTitle = 60, kLabel = 24, kBlockTitle = 34;
+
+std::set<FrameKey> CommonKeys(const Dataset& dataset) {
+  std::map<FrameKey, size_t> count;
+  for (const DatasetVariant& variant : dataset.variants) {
+    for (const DatasetFrame& frame : variant.frames) ++count[{frame.scene, frame.rig}];
+  }
+  std::set<FrameKey> common;
+  for (const auto& [key, variants] : count) {
+    if (variants == dataset.variants.size()) common.insert(key);
+  }
+  return common;
+}
+
+// The variants in the order of the study's lock file; they lie on disk by name.
+void SortAsInStudy(const std::string& dir, std::vector<DatasetVariant>& variants) {
+  const absl::StatusOr<v1::StudySpec> study = LoadStudy(dir + "/study.lock.yaml");
+  if (!study.ok()) return;
+  const auto place = [&](const std::string& name) {
+    int i = 0;
+    while (i < study->variants_size() && study->variants(i).name() != name) ++i;
+    return i;
+  };
+  std::stable_sort(variants.begin(), variants.end(),
+                   [&](const auto& a, const auto& b) { return place(a.name) < place(b.name); });
+}
+
+}  // namespace
+
+absl::StatusOr<VariantSheetResult> MakeVariantSheet(const std::string& dir,
+                                                    const std::string& out_png,
+                                                    const VariantSheetOptions& options) {
+  ASSIGN_OR_RETURN(Dataset dataset, ReadDataset(dir));
+  if (dataset.variants.size() < 2) {
+    return MakeError(absl::StatusCode::kFailedPrecondition,
+                     dir + ": has one variant, so there is nothing to compare");
+  }
+  const std::set<FrameKey> common = CommonKeys(dataset);
+  if (common.empty()) {
+    return MakeError(absl::StatusCode::kFailedPrecondition,
+                     dir + ": no pair is common to all variants");
+  }
+  SortAsInStudy(dataset.dir, dataset.variants);
+  const std::vector<FrameKey> all(common.begin(), common.end());
+  const size_t blocks = std::min(all.size(), static_cast<size_t>(std::max(options.max_pairs, 1)));
+  const int columns = std::clamp(options.columns, 1, static_cast<int>(dataset.variants.size()));
+  const int rows = (static_cast<int>(dataset.variants.size()) + columns - 1) / columns;
+  const int tile = std::max(options.tile_width_px, 80);
+
+  VariantSheetResult result;
+  result.sheet_png = out_png;
+  result.pairs_common = static_cast<int>(all.size());
+  for (const DatasetVariant& variant : dataset.variants) result.variants.push_back(variant.name);
+
+  ASSIGN_OR_RETURN(const ImageRgb8 first,
+                   ReadPngRgb8(dataset.variants[0].dir + "/" + FramePath(all[0]) + "/left.png"));
+  const int tile_height = std::max(
+      1, static_cast<int>(std::lround(double{1.0} * tile * first.height() / first.width())));
+  const int block_height = kBlockTitle + rows * (tile_height + kLabel + kGap);
+  Canvas canvas(2 * kMargin + columns * tile + (columns - 1) * kGap,
+                kTitle + static_cast<int>(blocks) * block_height + kMargin);
+  const std::string title = std::filesystem::path(dataset.dir).filename().string() +
+                            ": the same pair in each of its variants (left images)";
+  canvas.DrawText(kMargin, 38, FitText(title, 15, canvas.image().width() - 2 * kMargin), 15, kText,
+                  true);
+  for (size_t b = 0; b < blocks; ++b) {
+    const FrameKey key = all[blocks == 1 ? 0 : b * (all.size() - 1) / (blocks - 1)];
+    const int top = kTitle + static_cast<int>(b) * block_height;
+    canvas.DrawText(kMargin, top + 20,
+                    "scene " + std::to_string(key.first) + ", rig " + std::to_string(key.second),
+                    11, kFaint);
+    for (size_t v = 0; v < dataset.variants.size(); ++v) {
+      const DatasetVariant& variant = dataset.variants[v];
+      const int x = kMargin + static_cast<int>(v) % columns * (tile + kGap);
+      const int y =
+          top + kBlockTitle + static_cast<int>(v) / columns * (tile_height + kLabel + kGap);
+      ASSIGN_OR_RETURN(const ImageRgb8 image,
+                       ReadPngRgb8(variant.dir + "/" + FramePath(key) + "/left.png"));
+      canvas.DrawImage(x, y, tile, tile_height, image);
+      canvas.DrawText(x, y + tile_height + 16, FitText(variant.name, 11, tile), 11, kAccent);
+    }
+    ++result.pairs;
+  }
+  RETURN_IF_ERROR(WritePng(out_png, canvas.image(), 3));
+  return result;
+}
+
+}  // namespace parallax

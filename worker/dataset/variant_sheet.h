@@ -1,0 +1,30 @@
+// A picture of what a study varies: the same pair of every variant side by side.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+
+namespace parallax {
+
+struct VariantSheetOptions {
+  int max_pairs = 3;  // Blocks: one for each (scene, rig), spread evenly over the common ones.
+  int tile_width_px = 420;  // Of one left image.
+  int columns = 5;
+};
+
+struct VariantSheetResult {
+  std::string sheet_png;
+  std::vector<std::string> variants;
+  int pairs = 0;         // Blocks drawn.
+  int pairs_common = 0;  // (scene, rig) that every variant has.
+};
+
+// `dir` is an archive with at least two variants. Errors: kNotFound when it is none;
+// kFailedPrecondition with one variant only, or when no pair is common to all.
+absl::StatusOr<VariantSheetResult> MakeVariantSheet(const std::string& dir,
+                                                    const std::string& out_png,
+                                                    const VariantSheetOptions& options = {});
+
+}  // namespace parallax

@@ -1,0 +1,46 @@
+// Whether a dataset is what it says: every file's hash, and what must hold between images, maps,
+// cameras and tables of each pair.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/base/cancel.h"
+#include "common/base/status.h"
+
+namespace parallax {
+
+struct VerifyOptions {
+  bool hashes = true;
+  bool geometry = true;
+  int max_findings = 1000;  // More are counted, not listed.
+  CancelToken cancel;
+};
+
+struct Finding {
+  std::string check;    // "hash", "missing", "disparity", "pose", "tables"...
+  std::string path;     // Of the file or folder.
+  std::string message;  // What was seen and what was wanted.
+};
+
+struct VerifyResult {
+  std::string kind;  // "archive" or "export".
+  int64_t frames = 0, files = 0, bytes = 0, variants = 0;
+  int64_t findings_total = 0;
+  std::vector<Finding> findings;  // In order of path.
+};
+
+// `dir` is an archive, one of its variants, or a folder that `parallax export` wrote (its files are
+// compared with SHA256SUMS). Geometry of a frame, with the archive's own numbers:
+//   depth and disparity finite, >= 0, and disparity = fx * baseline / depth to 1e-6; sky bit and
+//   depth 0 together; occlusion 0 or 255 and equal to what re-projection with 1 % gives (0.1 % of
+//   the pixels may differ); object and material indices in their tables; normals of length 1 that
+//   face the camera; poses rigid, the right camera at +x by the baseline; statistics and filter
+//   verdicts of the index as the maps give them.
+// Errors: kNotFound when `dir` is no dataset; kDataLoss for an index that can't be read. What is
+// wrong with the dataset is no error but a finding.
+absl::StatusOr<VerifyResult> VerifyDataset(const std::string& dir,
+                                           const VerifyOptions& options = {});
+
+}  // namespace parallax

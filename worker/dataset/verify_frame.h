@@ -1,0 +1,19 @@
+// The checks of one frame. Private to worker/dataset.
+#pragma once
+
+#include <vector>
+
+#include "worker/dataset/dataset_reader.h"
+#include "worker/dataset/verify.h"
+
+namespace parallax {
+
+// Files of the index: present, of the right hash. Adds to `bytes`.
+void CheckFiles(const DatasetFrame& frame, bool hashes, std::vector<Finding>& findings,
+                int64_t& bytes);
+
+// What must hold between the files. Maps that were not written are not missed; ones that can't be
+// read are findings.
+void CheckGeometry(const DatasetFrame& frame, std::vector<Finding>& findings);
+
+}  // namespace parallax

@@ -20,6 +20,8 @@ using config_internal::YamlReader;
 
 constexpr char kBuiltinPrefix[] = "builtin:";
 constexpr int kMostPairs = 100'000'000;
+constexpr int64_t kMostMemoryMb = int64_t{1} << 30;
+constexpr size_t kMostTags = 32;
 
 const BuiltinFile* FindBuiltin(std::string_view name) {
   for (const BuiltinFile& file : BuiltinFiles()) {
@@ -90,8 +92,9 @@ class StudyLoader {
 
  private:
   void ReadRoot(const YAML::Node& root) {
-    static const std::vector<std::string> kKnown = {
-        "study", "base", "seed", "pairs", "rigs_per_scene", "priority", "variants"};
+    static const std::vector<std::string> kKnown = {"study", "base",           "seed",
+                                                    "pairs", "rigs_per_scene", "priority",
+                                                    "tags",  "memory_mb",      "variants"};
     YAML::Node variants, rigs_per_scene;
     std::set<std::string> seen;
     v1::SceneConfig base = DefaultSceneConfig();
@@ -113,6 +116,11 @@ class StudyLoader {
       } else if (name == "priority") {
         const auto value = reader_.ReadInt(node, name, -1000, 1000);
         if (value) spec_.set_priority(static_cast<int32_t>(*value));
+      } else if (name == "tags") {
+        ReadTags(node);
+      } else if (name == "memory_mb") {
+        const auto value = reader_.ReadInt(node, name, 0, kMostMemoryMb, "MB");
+        if (value) spec_.set_memory_mb(*value);
       } else if (name == "variants") {
         variants = node;
       } else {
@@ -131,6 +139,24 @@ class StudyLoader {
       ReadVariants(variants, base);
     }
     CheckRigs(seen.count("rigs_per_scene") > 0 ? &rigs_per_scene : nullptr);
+  }
+
+  // What a worker must have to get the study's jobs.
+  void ReadTags(const YAML::Node& node) {
+    if (!node.IsSequence() || node.size() > kMostTags) {
+      reader_.Error(node, "tags",
+                    "not a list of at most " + std::to_string(kMostTags) + ", allowed is [a, b]");
+      return;
+    }
+    std::set<std::string> tags;
+    for (size_t i = 0; i < node.size(); ++i) {
+      const std::string path = "tags[" + std::to_string(i) + "]";
+      const auto tag = reader_.ReadName(node[i], path);
+      if (tag && !tags.insert(*tag).second) {
+        reader_.Error(node[i], path, "\"" + *tag + "\" is there already, allowed is each tag once");
+      }
+    }
+    for (const std::string& tag : tags) spec_.add_tags(tag);
   }
 
   void ReadBase(const YAML::Node& node, const std::string& path, v1::SceneConfig* base) {

@@ -248,6 +248,15 @@ std::string StudyToYaml(const v1::StudySpec& study) {
   out += "pairs: " + std::to_string(study.pairs()) + "\n";
   out += "rigs_per_scene: " + std::to_string(study.rigs_per_scene()) + "\n";
   out += "priority: " + std::to_string(study.priority()) + "\n";
+  // Only where asked for: the text of other studies stays what it was.
+  if (!study.tags().empty()) {
+    out += "tags: [";
+    for (int i = 0; i < study.tags_size(); ++i) {
+      out += (i > 0 ? ", " : "") + QuotedIfNeeded(study.tags(i));
+    }
+    out += "]\n";
+  }
+  if (study.memory_mb() > 0) out += "memory_mb: " + std::to_string(study.memory_mb()) + "\n";
   out += study.variants().empty() ? "variants: []\n" : "variants:\n";
   for (const v1::VariantSpec& variant : study.variants()) {
     out += "  - name: " + QuotedIfNeeded(variant.name()) + "\n";

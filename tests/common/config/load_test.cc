@@ -146,6 +146,24 @@ TEST_F(LoadTest, TheLockFileLoadsAsTheSameStudy) {
   }
 }
 
+TEST_F(LoadTest, AStudySaysWhatItsWorkersMustHave) {
+  const std::string head = "study: s\npairs: 1\nvariants:\n  - name: a\n";
+  auto study = LoadStudy(Write("s.yaml", head + "tags: [bigmem, avx512]\nmemory_mb: 8000\n"));
+  ASSERT_TRUE(study.ok()) << study.status();
+  EXPECT_THAT(study->tags(), ::testing::ElementsAre("avx512", "bigmem"));
+  EXPECT_EQ(study->memory_mb(), 8000);
+  const auto again = LoadStudy(Write("study.lock.yaml", StudyToYaml(*study)));
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_THAT(again->tags(), ::testing::ElementsAre("avx512", "bigmem"));
+  EXPECT_EQ(again->memory_mb(), 8000);
+  for (const char* wrong :
+       {"tags: bigmem\n", "tags: [a, a]\n", "tags: [A b]\n", "memory_mb: -1\n"}) {
+    EXPECT_EQ(LoadStudy(Write("s.yaml", head + wrong)).status().code(),
+              absl::StatusCode::kInvalidArgument)
+        << wrong;
+  }
+}
+
 TEST_F(LoadTest, BuiltInStudiesEqualTheFiles) {
   EXPECT_THAT(BuiltinStudies(), ::testing::ElementsAre("baseline", "cost", "mix", "quickstart",
                                                        "scaling", "table1", "wmg150k"));

@@ -37,10 +37,12 @@ const std::vector<Invariant>* MakeInvariants() {
        " WHERE r.scene_key = j.work_key) OR EXISTS (SELECT 1 FROM layout_results AS r"
        " WHERE r.layout_key = j.group_key AND r.rejected IS NOT NULL))))"},
       {"a fence names one attempt",
-       "SELECT fence FROM (SELECT fence, id FROM jobs WHERE fence IS NOT NULL"
-       " UNION SELECT fence, job_id FROM attempt_losses) GROUP BY fence HAVING count(*) > 1"},
+       "SELECT fence FROM (SELECT fence, id FROM all_jobs WHERE fence IS NOT "
+       "NULL"
+       " UNION SELECT fence, job_id FROM all_losses) GROUP BY fence HAVING "
+       "count(*) > 1"},
       {"a fence was issued by an epoch on record",
-       "SELECT id FROM jobs WHERE fence IS NOT NULL"
+       "SELECT id FROM all_jobs WHERE fence IS NOT NULL"
        " AND (fence >> 32) NOT IN (SELECT epoch FROM epochs)"},
       {"an attempt that was lost did not win",
        "SELECT j.id FROM jobs AS j JOIN attempt_losses AS l ON l.job_id = j.id AND l.fence = "
@@ -53,20 +55,26 @@ const std::vector<Invariant>* MakeInvariants() {
        " OR j.infra_losses <> (SELECT count(*) FROM attempt_losses AS l WHERE l.job_id = j.id"
        " AND l.ledger <> 'app') OR j.attempts < j.app_failures + j.infra_losses)"},
       {"only the work itself fails a job",
-       "SELECT id FROM jobs WHERE state = 'FAILED' AND app_failures = 0"},
+       "SELECT id FROM all_jobs WHERE state = 'FAILED' AND app_failures = 0"},
       {"a result is an attempt's or reused",
-       "SELECT id FROM jobs WHERE state IN ('SUCCEEDED', 'REJECTED')"
+       "SELECT id FROM all_jobs WHERE state IN ('SUCCEEDED', 'REJECTED')"
        " AND (fence IS NULL) <> (reused = 1)"},
       // ---- Expansion
       {"a solved scene has its result",
-       "SELECT j.id FROM jobs AS j LEFT JOIN scene_results AS r ON r.scene_key = j.work_key"
-       " LEFT JOIN scenes AS s ON s.variant_id = j.variant_id AND s.ordinal = j.ordinal"
-       " WHERE j.kind = 'solve' AND j.state = 'SUCCEEDED' AND (r.scene_hash IS NULL"
+       "SELECT j.id FROM all_jobs AS j LEFT JOIN scene_results AS r ON "
+       "r.scene_key = j.work_key"
+       " LEFT JOIN scenes AS s ON s.variant_id = j.variant_id AND s.ordinal = "
+       "j.ordinal"
+       " WHERE j.kind = 'solve' AND j.state = 'SUCCEEDED' AND (r.scene_hash IS "
+       "NULL"
        " OR s.scene_hash IS NULL OR r.scene_hash <> s.scene_hash)"},
       {"a rejected scene has its verdict",
-       "SELECT j.id FROM jobs AS j WHERE j.state = 'REJECTED' AND NOT EXISTS (SELECT 1 FROM"
-       " scene_results AS r WHERE r.scene_key = j.work_key AND r.rejected IS NOT NULL)"
-       " AND NOT EXISTS (SELECT 1 FROM layout_results AS r WHERE r.layout_key = j.group_key"
+       "SELECT j.id FROM all_jobs AS j WHERE j.state = 'REJECTED' AND NOT "
+       "EXISTS (SELECT 1 FROM"
+       " scene_results AS r WHERE r.scene_key = j.work_key AND r.rejected IS "
+       "NOT NULL)"
+       " AND NOT EXISTS (SELECT 1 FROM layout_results AS r WHERE r.layout_key "
+       "= j.group_key"
        " AND r.rejected IS NOT NULL)"},
       {"a scene's pairs are done, lost or asked for",
        "SELECT s.variant_id || '/' || s.ordinal FROM scenes AS s WHERE s.rigs - s.rigs_lost"
@@ -91,9 +99,23 @@ const std::vector<Invariant>* MakeInvariants() {
        "SELECT cursor FROM frames AS f WHERE NOT EXISTS (SELECT 1 FROM scenes AS s"
        " WHERE s.variant_id = f.variant_id AND s.ordinal = f.ordinal AND f.rig < s.rigs)"},
       {"a published result was published by a job that succeeded",
-       "SELECT hex(r.frame_key) FROM frame_results AS r LEFT JOIN jobs AS j ON j.id = r.job_id"
-       " WHERE j.id IS NULL OR j.state <> 'SUCCEEDED' OR j.kind <> 'render' OR j.fence IS NOT "
-       "r.fence"},
+       "SELECT hex(r.frame_key) FROM frame_results AS r LEFT JOIN jobs AS j ON "
+       "j.id = r.job_id"
+       " LEFT JOIN archived_jobs AS a ON a.id = r.job_id"
+       " WHERE coalesce(j.state, a.state, '') <> 'SUCCEEDED'"
+       " OR coalesce(j.kind, a.kind, '') <> 'render' OR coalesce(j.fence, "
+       "a.fence) IS NOT r.fence"},
+      // ---- Archive and litter
+      {"a job is in one table",
+       "SELECT a.id FROM archived_jobs AS a WHERE EXISTS (SELECT 1 FROM jobs "
+       "AS j WHERE j.id = a.id)"},
+      {"only finished studies are archived",
+       "SELECT s.id FROM studies AS s WHERE s.archived = 1 AND "
+       "s.finished_unix_s IS NULL"},
+      {"archived jobs are of archived studies",
+       "SELECT a.id FROM archived_jobs AS a JOIN studies AS s ON s.id = "
+       "a.study_id"
+       " WHERE s.archived = 0"},
       {"a cancelled study has nothing unfinished",
        "SELECT j.id FROM jobs AS j JOIN studies AS s ON s.id = j.study_id"
        " WHERE s.cancelled = 1 AND j.state NOT IN " TERMINAL},
@@ -104,9 +126,14 @@ const std::vector<Invariant>* MakeInvariants() {
        " AND v.problem = '' AND v.pairs_planned < v.pairs_wanted)))"},
       // ---- Counters
       {"job counts are right",
-       "SELECT variant_id || ' ' || kind || ' ' || state FROM (SELECT variant_id, kind, state,"
-       " jobs AS n FROM job_counts UNION ALL SELECT variant_id, kind, state, -count(*) FROM jobs"
-       " GROUP BY variant_id, kind, state) GROUP BY variant_id, kind, state HAVING sum(n) <> 0"},
+       "SELECT variant_id || ' ' || kind || ' ' || state FROM (SELECT "
+       "variant_id, kind, state,"
+       " jobs AS n FROM job_counts UNION ALL SELECT variant_id, kind, state, "
+       "-count(*) FROM jobs"
+       " GROUP BY variant_id, kind, state UNION ALL SELECT variant_id, kind, "
+       "state, -count(*)"
+       " FROM archived_jobs GROUP BY variant_id, kind, state) GROUP BY "
+       "variant_id, kind, state HAVING sum(n) <> 0"},
       {"pairs planned are right",
        "SELECT id FROM variants AS v WHERE pairs_planned <> (SELECT coalesce(sum(rigs - "
        "rigs_lost), 0)"
@@ -118,15 +145,27 @@ const std::vector<Invariant>* MakeInvariants() {
        "SELECT id FROM variants AS v WHERE scenes_open <> (SELECT count(*) FROM scenes AS s"
        " WHERE s.variant_id = v.id AND s.jobs_open > 0)"},
       {"reuse is counted right",
-       "SELECT id FROM variants AS v WHERE frames_reused <> (SELECT count(*) FROM frames AS f"
-       " WHERE f.variant_id = v.id AND f.reused = 1) OR solves_reused <> (SELECT count(*)"
-       " FROM jobs AS j WHERE j.variant_id = v.id AND j.kind = 'solve' AND j.state = 'SUCCEEDED'"
-       " AND j.reused = 1) OR layouts_reused <> (SELECT count(*) FROM jobs AS j"
+       "SELECT id FROM variants AS v WHERE frames_reused <> (SELECT count(*) "
+       "FROM frames AS f"
+       " WHERE f.variant_id = v.id AND f.reused = 1) OR solves_reused <> "
+       "(SELECT count(*)"
+       " FROM jobs AS j WHERE j.variant_id = v.id AND j.kind = 'solve' AND "
+       "j.state = 'SUCCEEDED'"
+       " AND j.reused = 1) + (SELECT count(*) FROM archived_jobs AS j WHERE "
+       "j.variant_id = v.id"
+       " AND j.kind = 'solve' AND j.state = 'SUCCEEDED' AND j.reused = 1)"
+       " OR layouts_reused <> (SELECT count(*) FROM jobs AS j"
+       " WHERE j.variant_id = v.id AND j.layout_given = 1 AND j.reused = 0"
+       " AND j.state IN ('SUCCEEDED', 'REJECTED')) + (SELECT count(*) FROM "
+       "archived_jobs AS j"
        " WHERE j.variant_id = v.id AND j.layout_given = 1 AND j.reused = 0"
        " AND j.state IN ('SUCCEEDED', 'REJECTED'))"},
       {"rejections are counted right",
-       "SELECT id FROM variants AS v WHERE scenes_rejected <> (SELECT count(*) FROM jobs AS j"
-       " WHERE j.variant_id = v.id AND j.state = 'REJECTED')"},
+       "SELECT id FROM variants AS v WHERE scenes_rejected <> (SELECT count(*) "
+       "FROM jobs AS j"
+       " WHERE j.variant_id = v.id AND j.state = 'REJECTED') + (SELECT count(*)"
+       " FROM archived_jobs AS j WHERE j.variant_id = v.id AND j.state = "
+       "'REJECTED')"},
   };
 }
 
@@ -159,7 +198,7 @@ absl::Status CheckFile(SqliteConnection& db, Violations& out) {
 // Every rig of a render job that succeeded is a frame; nothing else is.
 absl::Status CheckRigs(SqliteConnection& db, Violations& out) {
   SqliteQuery jobs(db,
-                   "SELECT id, variant_id, ordinal, rigs, rig_count FROM jobs"
+                   "SELECT id, variant_id, ordinal, rigs, rig_count FROM all_jobs"
                    " WHERE kind = 'render' AND state = 'SUCCEEDED'");
   while (jobs.Next()) {
     const auto rigs = ParseRigs(jobs.Text(3));
@@ -188,8 +227,10 @@ absl::Status CheckPayloads(SqliteConnection& db, Violations& out) {
   }
   RETURN_IF_ERROR(recipes.status());
   SqliteQuery frames(db,
-                     "SELECT r.frame_key, r.frame_z, r.fence, j.work_key FROM frame_results AS r"
-                     " JOIN jobs AS j ON j.id = r.job_id");
+                     "SELECT r.frame_key, r.frame_z, r.fence, coalesce(j.work_key, a.work_key)"
+                     " FROM frame_results AS r LEFT JOIN jobs AS j ON j.id = r.job_id"
+                     " LEFT JOIN archived_jobs AS a ON a.id = r.job_id");
+  ASSIGN_OR_RETURN(const auto litter, db.Integer("SELECT count(*) FROM litter"));
   while (frames.Next()) {
     v1::FrameResult frame;
     const std::string folder = StorePrefixOf(frames.Digest(3)) + "/.attempt-" +
@@ -197,6 +238,11 @@ absl::Status CheckPayloads(SqliteConnection& db, Violations& out) {
     if (!UnpackMessage(frames.Blob(1), frame).ok() ||
         frame.path().compare(0, folder.size(), folder) != 0) {
       out.push_back("a frame lies in the winner's folder: not " + HexOf(frames.Digest(0)));
+    }
+    if (litter.value_or(0) == 0) continue;
+    for (const std::string& path : {frame.path(), folder.substr(0, folder.size() - 1)}) {
+      ASSIGN_OR_RETURN(const auto found, db.Integer("SELECT 1 FROM litter WHERE path = ?1", path));
+      if (found) out.push_back("a published frame is not litter: not " + path);
     }
   }
   return frames.status();

@@ -26,6 +26,8 @@ namespace {
 
 constexpr double kEpochZeroUnixS = 1577836800;  // 2020-01-01
 constexpr int kMostLeases = 1024;               // In one call.
+constexpr int kArchivedAtOnce = 500;            // Jobs in one tick: some milliseconds.
+constexpr std::chrono::seconds kArchiveEvery{60};
 
 // Above the last one and not below the clock: a restored backup, which doesn't know the epochs that
 // came after it, starts above them as well.
@@ -189,7 +191,16 @@ class JobQueue::Impl {
 
   absl::Status TickNow() {
     RETURN_IF_ERROR(machine_->Expire(book_.Expired()));
-    return machine_->WakeRetries();
+    RETURN_IF_ERROR(machine_->WakeRetries());
+    return ArchiveSome();
+  }
+  // The writer's thread. In small steps, so that nobody waits for it.
+  bool ArchiveIsDue() const { return options_.clock->Steady() >= archive_at_; }
+  absl::Status ArchiveSome() {
+    if (!ArchiveIsDue()) return absl::OkStatus();
+    ASSIGN_OR_RETURN(const bool more, machine_->Archive(kArchivedAtOnce));
+    if (!more) archive_at_ = options_.clock->Steady() + kArchiveEvery;
+    return absl::OkStatus();
   }
   double SecondsToTick(const std::optional<double>& next_backoff) {
     double seconds = book_.SecondsToExpiry();
@@ -211,6 +222,7 @@ class JobQueue::Impl {
   int64_t schema_version_ = 0;
   LeaseBook book_;
   std::unique_ptr<Machine> machine_;
+  SteadyTime archive_at_{};  // The writer's own.
   std::unique_ptr<Readers> readers_;
   std::unique_ptr<Finisher> finisher_;
   std::unique_ptr<Writer> writer_;
@@ -218,6 +230,7 @@ class JobQueue::Impl {
   mutable std::mutex mutex_;
   JobQueueObserver* observer_ = nullptr;  // Guarded by mutex_, like the counters below.
   uint64_t granted_ = 0, completions_ = 0, failures_ = 0, losses_ = 0, stale_ = 0;
+  uint64_t splits_ = 0, archived_ = 0;
 };
 
 absl::Status JobQueue::Impl::Open() {
@@ -248,6 +261,7 @@ absl::Status JobQueue::Impl::Open() {
   hooks.published = [this](Effects effects) { Published(std::move(effects)); };
   hooks.tick = [this] { return TickNow(); };
   hooks.due = [this] {
+    if (ArchiveIsDue()) return true;
     const auto next = machine_->NextBackoff();
     return next.ok() && SecondsToTick(*next) <= 0;
   };
@@ -265,6 +279,8 @@ void JobQueue::Impl::Published(Effects effects) {
   failures_ += effects.failures;
   losses_ += effects.losses;
   stale_ += effects.stale;
+  splits_ += effects.splits;
+  archived_ += effects.archived;
   if (observer_ == nullptr) return;
   for (const LeaseRef& lease : effects.ended) {
     if (!lease.stop) continue;
@@ -451,6 +467,15 @@ absl::StatusOr<v1::Scene> JobQueue::GetScene(const v1::GetSceneRequest& request)
   return impl_->readers_->GetScene(request);
 }
 
+// ---- Litter
+// -------------------------------------------------------------------------------------
+absl::StatusOr<std::vector<std::string>> JobQueue::ListLitter(double older_than_s, int limit) {
+  return impl_->readers_->ListLitter(impl_->options_.clock->UnixSeconds() - older_than_s, limit);
+}
+absl::Status JobQueue::ForgetLitter(const std::vector<std::string>& paths) {
+  return impl_->DoStatus("forget_litter", [&] { return impl_->machine_->ForgetLitter(paths); });
+}
+
 JobQueueStats JobQueue::Stats() const {
   const WriterStats writer = impl_->writer_->stats();
   JobQueueStats stats;
@@ -465,6 +490,10 @@ JobQueueStats JobQueue::Stats() const {
   stats.commit_seconds_max = writer.commit_seconds_max;
   stats.largest_batch = writer.largest_batch;
   stats.wal_pages = writer.wal_pages;
+  stats.commit_bounds_s = writer.commit_s.bounds();
+  stats.commit_counts = writer.commit_s.Cumulative();
+  stats.batch_bounds = writer.batch.bounds();
+  stats.batch_counts = writer.batch.Cumulative();
   stats.leases_held = impl_->book_.size();
   const std::lock_guard lock(impl_->mutex_);
   stats.leases_granted = impl_->granted_;
@@ -472,6 +501,8 @@ JobQueueStats JobQueue::Stats() const {
   stats.failures = impl_->failures_;
   stats.losses = impl_->losses_;
   stats.stale_reports = impl_->stale_;
+  stats.splits = impl_->splits_;
+  stats.archived_jobs = impl_->archived_;
   return stats;
 }
 

@@ -56,6 +56,9 @@ struct JobQueueOptions {
   double read_deadline_s = 10;  // A reading call gives up with kDeadlineExceeded.
   std::string generator_version = kGeneratorVersion;  // Part of every result's key.
   RetryPolicy retry;
+  // Jobs of studies that finished so long ago go to the archive: still listed,
+  // their results still reused, but not retried. 0: never.
+  double archive_after_s = 30 * 86400.0;
   std::string vfs;             // SQLite VFS by name; empty: the system's.
   FailPoint::Hook fail_point;  // For fault tests; null: as the environment says.
   UnsafeForTest unsafe_for_test;
@@ -71,6 +74,11 @@ struct WorkerFacts {
   bool renders = false;
   int64_t memory_mb = 0;
   std::vector<std::string> tags;
+  // Of the whole farm at this moment: render slots without a job, those asked
+  // for here included, and all render slots. They decide whether a render job
+  // is split. 0: unknown, nothing is split.
+  int idle_render_slots = 0;
+  int render_slots = 0;
 };
 
 // Told by the queue's thread after the commit that caused it. Must not block.
@@ -97,10 +105,18 @@ struct JobQueueStats {
   uint64_t failures = 0;  // App failures reported.
   uint64_t losses = 0;    // Infra losses.
   uint64_t stale_reports = 0;
-  double commit_seconds = 0;  // In COMMIT, fsync included, summed.
+  uint64_t splits = 0;         // Render jobs made from rigs of another.
+  uint64_t archived_jobs = 0;  // Moved to the archive.
+  double commit_seconds = 0;   // In COMMIT, fsync included, summed.
   double commit_seconds_max = 0;
   int largest_batch = 0;
   int64_t wal_pages = 0;
+  // How many commits took at most so long, and carried at most so many commands; cumulative, one
+  // longer than their bounds: +Inf.
+  std::vector<double> commit_bounds_s;
+  std::vector<uint64_t> commit_counts;
+  std::vector<double> batch_bounds;
+  std::vector<uint64_t> batch_counts;
 };
 
 class JobQueue {
@@ -183,8 +199,17 @@ class JobQueue {
 
   JobQueueStats Stats() const;
 
-  // ---- Operations -------------------------------------------------------------------------------
-  // Re-derives every invariant; empty when all hold. Reads everything: seconds for a million rows.
+  // ---- Litter: folders of the store that no result names or ever will
+  // --------------------------- Paths in the store that became litter at least
+  // `older_than_s` ago, the oldest first.
+  absl::StatusOr<std::vector<std::string>> ListLitter(double older_than_s, int limit);
+  // They are gone.
+  absl::Status ForgetLitter(const std::vector<std::string>& paths);
+
+  // ---- Operations
+  // -------------------------------------------------------------------------------
+  // Re-derives every invariant; empty when all hold. Reads everything: seconds
+  // for a million rows.
   absl::StatusOr<std::vector<std::string>> Check();
   // A consistent copy while work goes on; appears at `path` whole or not at all. kAlreadyExists.
   absl::Status Backup(const std::string& path);

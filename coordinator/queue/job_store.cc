@@ -235,6 +235,14 @@ absl::Status JobStore::MoveToCancelled(int64_t id, const std::string& reason, do
   return Moved(db_.Run(kMoveToCancelled, id, reason, now), id, JobState::kCancelled);
 }
 
+absl::Status JobStore::ShrinkReady(int64_t id, const std::string& rigs, uint32_t rig_count,
+                                   const Sha256Digest& work_key) {
+  return Moved(db_.Run("UPDATE jobs SET rigs = ?2, rig_count = ?3, work_key = ?4"
+                       " WHERE id = ?1 AND state = 'READY'",
+                       id, rigs, rig_count, work_key),
+               id, JobState::kReady);
+}
+
 absl::Status JobStore::InsertLoss(int64_t job, uint64_t fence, const char* ledger,
                                   const std::string& worker, const std::string& fingerprint,
                                   const std::string& error, double now) {
@@ -242,6 +250,13 @@ absl::Status JobStore::InsertLoss(int64_t job, uint64_t fence, const char* ledge
       "INSERT INTO attempt_losses(job_id, fence, ledger, worker, fingerprint, error, unix_s)"
       " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
       job, Signed(fence), ledger, worker, fingerprint, error, now);
+}
+
+absl::StatusOr<bool> JobStore::WasLost(int64_t job, uint64_t fence) {
+  ASSIGN_OR_RETURN(const auto found,
+                   db_.Integer("SELECT 1 FROM attempt_losses WHERE job_id = ?1 AND fence = ?2", job,
+                               Signed(fence)));
+  return found.has_value();
 }
 
 absl::StatusOr<bool> JobStore::HasLoss(int64_t job, uint64_t fence, const char* ledger) {
@@ -267,10 +282,14 @@ absl::StatusOr<int> JobStore::WorkersLost(int64_t job) {
   return static_cast<int>(n.value_or(0));
 }
 
-// ---- Scenes -------------------------------------------------------------------------------------
-absl::Status JobStore::InsertScene(int64_t variant, uint32_t ordinal, uint32_t rigs) {
-  return db_.Run("INSERT INTO scenes(variant_id, ordinal, rigs) VALUES (?1, ?2, ?3)", variant,
-                 ordinal, rigs);
+// ---- Scenes
+// -------------------------------------------------------------------------------------
+absl::Status JobStore::InsertScene(int64_t variant, uint32_t ordinal, const SceneRow& row) {
+  return db_.Run(
+      "INSERT INTO scenes(variant_id, ordinal, rigs, rigs_lost, "
+      "rigs_done, jobs_open, scene_hash)"
+      " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
+      variant, ordinal, row.rigs, row.rigs_lost, row.rigs_done, row.jobs_open, row.scene_hash);
 }
 
 absl::StatusOr<SceneRow> JobStore::FindScene(int64_t variant, uint32_t ordinal) {
@@ -334,18 +353,24 @@ absl::StatusOr<std::optional<JobStore::LayoutResult>> JobStore::FindLayoutResult
   return result;
 }
 
-absl::Status JobStore::InsertRecipe(const Sha256Digest& scene_hash, const std::string& scene_z) {
-  return db_.Run("INSERT INTO recipes(scene_hash, scene_z) VALUES (?1, ?2) ON CONFLICT DO NOTHING",
-                 scene_hash, SqlBlob{scene_z});
+absl::StatusOr<bool> JobStore::InsertRecipe(const Sha256Digest& scene_hash,
+                                            const std::string& scene_z) {
+  RETURN_IF_ERROR(
+      db_.Run("INSERT INTO recipes(scene_hash, scene_z) VALUES "
+              "(?1, ?2) ON CONFLICT DO NOTHING",
+              scene_hash, SqlBlob{scene_z}));
+  return db_.changes() == 1;
 }
 
-absl::Status JobStore::InsertSceneResult(const Sha256Digest& scene_key,
-                                         const std::optional<Sha256Digest>& scene_hash,
-                                         const std::string& rejected) {
-  return db_.Run(
-      "INSERT INTO scene_results(scene_key, scene_hash, rejected) VALUES (?1, ?2, ?3)"
+absl::StatusOr<bool> JobStore::InsertSceneResult(const Sha256Digest& scene_key,
+                                                 const std::optional<Sha256Digest>& scene_hash,
+                                                 const std::string& rejected) {
+  RETURN_IF_ERROR(db_.Run(
+      "INSERT INTO scene_results(scene_key, scene_hash, "
+      "rejected) VALUES (?1, ?2, ?3)"
       " ON CONFLICT DO NOTHING",
-      scene_key, scene_hash, scene_hash ? std::nullopt : std::optional<std::string>(rejected));
+      scene_key, scene_hash, scene_hash ? std::nullopt : std::optional<std::string>(rejected)));
+  return db_.changes() == 1;
 }
 
 absl::Status JobStore::InsertLayoutResult(const Sha256Digest& layout_key,
@@ -381,6 +406,61 @@ absl::Status JobStore::InsertFrame(const JobRow& scene_of, uint32_t rig,
       "INSERT INTO frames(study_id, variant_id, ordinal, rig, frame_key, reused)"
       " VALUES (?1, ?2, ?3, ?4, ?5, ?6)",
       scene_of.study, scene_of.variant, scene_of.ordinal, rig, frame_key, reused);
+}
+
+// ---- Litter and archive
+// -------------------------------------------------------------------------
+absl::Status JobStore::InsertLitter(const std::string& path, double now) {
+  return db_.Run(
+      "INSERT INTO litter(path, since_unix_s) VALUES (?1, ?2) ON "
+      "CONFLICT DO NOTHING",
+      path, now);
+}
+
+absl::Status JobStore::DeleteLitter(const std::string& path) {
+  return db_.Run("DELETE FROM litter WHERE path = ?1", path);
+}
+
+absl::StatusOr<std::optional<int64_t>> JobStore::StudyToArchive(double finished_before) {
+  // The newest job stays: SQLite gives the number of a deleted newest row to
+  // the next one.
+  return db_.Integer(R"sql(
+SELECT s.id FROM studies AS s
+WHERE s.finished_unix_s < ?1 AND EXISTS (
+  SELECT 1 FROM variants AS v JOIN jobs AS j ON j.variant_id = v.id
+  WHERE v.study_id = s.id AND j.id < (SELECT max(id) FROM jobs))
+ORDER BY s.id LIMIT 1)sql",
+                     finished_before);
+}
+
+absl::StatusOr<int> JobStore::ArchiveJobs(int64_t study, int limit) {
+  std::vector<int64_t> ids;
+  {
+    SqliteQuery query(db_,
+                      "SELECT j.id FROM variants AS v JOIN jobs AS j ON j.variant_id = v.id"
+                      " WHERE v.study_id = ?1 AND j.id < (SELECT max(id) FROM jobs) LIMIT ?2",
+                      study, limit);
+    ASSIGN_OR_RETURN(ids, Ids(query));
+  }
+  RETURN_IF_ERROR(db_.Run("UPDATE studies SET archived = 1 WHERE id = ?1", study));
+  for (const int64_t id : ids) {
+    for (const char* sql :
+         {"INSERT INTO archived_jobs SELECT * FROM jobs WHERE id = ?1",
+          "INSERT INTO archived_losses SELECT * FROM attempt_losses WHERE "
+          "job_id = ?1",
+          "DELETE FROM attempt_losses WHERE job_id = ?1", "DELETE FROM jobs WHERE id = ?1"}) {
+      RETURN_IF_ERROR(db_.Run(sql, id));
+    }
+  }
+  return static_cast<int>(ids.size());
+}
+
+absl::StatusOr<std::optional<JobRow>> JobStore::FindArchived(int64_t id) {
+  SqliteQuery query(db_, "SELECT " PARALLAX_JOB_COLUMNS " FROM archived_jobs WHERE id = ?1", id);
+  std::optional<JobRow> row;
+  if (query.Next()) row = JobRowOf(query);
+  RETURN_IF_ERROR(query.status());
+  return row;
 }
 
 absl::Status JobStore::Audit(double now, std::string_view actor, std::string_view action,

@@ -87,16 +87,23 @@ class JobStore {
   absl::Status MoveAfterLoss(const JobRow& row, const LossUpdate& update, double now);
   absl::Status MoveToCancelled(int64_t id, const std::string& reason, double now);
 
+  // A READY render job gives up some of its rigs.
+  absl::Status ShrinkReady(int64_t id, const std::string& rigs, uint32_t rig_count,
+                           const Sha256Digest& work_key);
+
   absl::Status InsertLoss(int64_t job, uint64_t fence, const char* ledger,
                           const std::string& worker, const std::string& fingerprint,
                           const std::string& error, double now);
+  absl::StatusOr<bool> WasLost(int64_t job,
+                               uint64_t fence);  // In either ledger.
   absl::StatusOr<bool> HasLoss(int64_t job, uint64_t fence, const char* ledger);
   // Different workers in a job's ledgers.
   absl::StatusOr<int> WorkersWithFingerprint(int64_t job, const std::string& fingerprint);
   absl::StatusOr<int> WorkersLost(int64_t job);
 
-  // ---- Scenes -----------------------------------------------------------------------------------
-  absl::Status InsertScene(int64_t variant, uint32_t ordinal, uint32_t rigs);
+  // ---- Scenes
+  // -----------------------------------------------------------------------------------
+  absl::Status InsertScene(int64_t variant, uint32_t ordinal, const SceneRow& row);
   absl::StatusOr<SceneRow> FindScene(int64_t variant, uint32_t ordinal);
   absl::Status WriteScene(int64_t variant, uint32_t ordinal, const SceneRow& row);
   // Ordinal of the highest scene that has not lost all its rigs.
@@ -113,19 +120,30 @@ class JobStore {
     std::string rejected;
   };
   absl::StatusOr<std::optional<LayoutResult>> FindLayoutResult(const Sha256Digest& layout_key);
-  // First committed wins: these leave an existing result alone.
-  absl::Status InsertRecipe(const Sha256Digest& scene_hash, const std::string& scene_z);
-  absl::Status InsertSceneResult(const Sha256Digest& scene_key,
-                                 const std::optional<Sha256Digest>& scene_hash,
-                                 const std::string& rejected);
+  // First committed wins: these leave an existing result alone. True if it is
+  // new.
+  absl::StatusOr<bool> InsertRecipe(const Sha256Digest& scene_hash, const std::string& scene_z);
+  absl::StatusOr<bool> InsertSceneResult(const Sha256Digest& scene_key,
+                                         const std::optional<Sha256Digest>& scene_hash,
+                                         const std::string& rejected);
   absl::Status InsertLayoutResult(const Sha256Digest& layout_key, const std::string& layout_z,
                                   const std::string& rejected);  // layout_z empty: rejected.
   absl::StatusOr<bool> HasFrameResult(const Sha256Digest& frame_key);
-  // True if it is new, false if the frame had a result already.
   absl::StatusOr<bool> InsertFrameResult(const Sha256Digest& frame_key, const std::string& frame_z,
                                          int64_t job, uint64_t fence);
   absl::Status InsertFrame(const JobRow& scene_of, uint32_t rig, const Sha256Digest& frame_key,
                            bool reused);
+
+  // ---- Litter and archive
+  // -----------------------------------------------------------------------
+  absl::Status InsertLitter(const std::string& path, double now);
+  absl::Status DeleteLitter(const std::string& path);
+  // One that is finished since before `finished_before` and has jobs outside
+  // the archive.
+  absl::StatusOr<std::optional<int64_t>> StudyToArchive(double finished_before);
+  // Moves up to `limit` ended jobs of the study, with their losses; how many.
+  absl::StatusOr<int> ArchiveJobs(int64_t study, int limit);
+  absl::StatusOr<std::optional<JobRow>> FindArchived(int64_t id);
 
   absl::Status Audit(double now, std::string_view actor, std::string_view action, int64_t study,
                      std::string_view detail);
@@ -138,9 +156,11 @@ class JobStore {
 };
 
 // The columns that JobRowOf reads, in order.
-#define PARALLAX_JOB_COLUMNS                                                                \
-  "id, study_id, variant_id, kind, ordinal, rigs, rig_count, generation, state, work_key, " \
-  "group_key, fence, worker, attempts, app_failures, infra_losses, layout_given, reused, "  \
+#define PARALLAX_JOB_COLUMNS                                               \
+  "id, study_id, variant_id, kind, ordinal, rigs, rig_count, generation, " \
+  "state, work_key, "                                                      \
+  "group_key, fence, worker, attempts, app_failures, infra_losses, "       \
+  "layout_given, reused, "                                                 \
   "awaits_job, ready_unix_s, error"
 JobRow JobRowOf(const SqliteQuery& query);
 

@@ -216,6 +216,22 @@ absl::Status Ledger::Flush() {
   return absl::OkStatus();
 }
 
+void Ledger::Forget(int64_t id) {
+  const auto study = studies_.find(id);
+  if (study == studies_.end() || dirty_studies_.count(id) > 0) return;
+  for (const int64_t variant : study->second.variants) {
+    for (size_t kind = 0; kind < kWorkKinds; ++kind) {
+      for (size_t state = 0; state < kJobStates; ++state) {
+        totals_[kind][state] -= written_[variant][kind][state];
+        undo_totals_[kind][state] -= written_[variant][kind][state];
+      }
+    }
+    variants_.erase(variant);
+    written_.erase(variant);
+  }
+  studies_.erase(study);
+}
+
 void Ledger::Drop() {
   studies_.clear();
   variants_.clear();

@@ -100,6 +100,9 @@ class Ledger {
   const std::set<int64_t>& changed_studies() const { return dirty_studies_; }
   absl::Status Flush();
   void Drop();
+  // Leaves memory until somebody asks for it again. Its counters must have been
+  // flushed.
+  void Forget(int64_t study);
 
   const JobCounts& totals() const { return totals_; }  // Of what is loaded.
 

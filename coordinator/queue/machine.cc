@@ -46,11 +46,23 @@ absl::Status Machine::Load() {
   ASSIGN_OR_RETURN(const auto leased,
                    db_.Integer("SELECT count(*) FROM jobs WHERE state = 'LEASED'"));
   leased_now_ = leased.value_or(0);
+  for (const char* sql : {"SELECT state, group_key, 0 FROM jobs WHERE state = 'READY'",
+                          "SELECT state, group_key, 0 FROM jobs WHERE state = 'LEASED'",
+                          "SELECT state, group_key, awaits_job FROM jobs WHERE state = "
+                          "'BLOCKED'"}) {
+    SqliteQuery query(db_, sql);
+    while (query.Next()) {
+      hints_.Entered(JobStateOf(query.Text(0)), query.Digest(1), query.Int(2));
+    }
+    RETURN_IF_ERROR(query.status());
+  }
   return absl::OkStatus();
 }
 
 void Machine::BeginCommand() {
   ledger_.BeginCommand();
+  hints_.BeginCommand();
+  scene_.variant = 0;
   granted_mark_ = effects_.granted.size();
   ended_mark_ = effects_.ended.size();
   counters_mark_ = Effects();
@@ -59,10 +71,22 @@ void Machine::BeginCommand() {
   counters_mark_.failures = effects_.failures;
   counters_mark_.losses = effects_.losses;
   counters_mark_.stale = effects_.stale;
+  counters_mark_.splits = effects_.splits;
+  counters_mark_.archived = effects_.archived;
+}
+
+absl::Status Machine::EndCommand() {
+  RETURN_IF_ERROR(FlushScene());
+  scene_.variant = 0;
+  return absl::OkStatus();
 }
 
 void Machine::UndoCommand() {
   ledger_.UndoCommand();
+  hints_.UndoCommand();
+  scene_.variant = 0;
+  // Its knowledge may be of rows that are undone.
+  without_layout_.clear();
   leased_now_ -= static_cast<int64_t>(effects_.granted.size() - granted_mark_);
   leased_now_ += static_cast<int64_t>(effects_.ended.size() - ended_mark_);
   effects_.granted.resize(granted_mark_);
@@ -72,6 +96,8 @@ void Machine::UndoCommand() {
   effects_.failures = counters_mark_.failures;
   effects_.losses = counters_mark_.losses;
   effects_.stale = counters_mark_.stale;
+  effects_.splits = counters_mark_.splits;
+  effects_.archived = counters_mark_.archived;
 }
 
 Effects Machine::TakeEffects() {
@@ -85,6 +111,9 @@ absl::Status Machine::Reload() {
   ledger_.Drop();
   TakeEffects();
   hungry_.clear();
+  hints_.Clear();
+  without_layout_.clear();
+  scene_.variant = 0;
   return Load();
 }
 
@@ -159,6 +188,13 @@ absl::StatusOr<int64_t> Machine::Retry(int64_t id, std::string_view actor) {
     return MakeError(absl::StatusCode::kFailedPrecondition,
                      "study " + std::to_string(id) + " is cancelled: submit it again instead");
   }
+  ASSIGN_OR_RETURN(const auto archived,
+                   db_.Integer("SELECT archived FROM studies WHERE id = ?1", id));
+  if (archived.value_or(0) != 0) {
+    return MakeError(absl::StatusCode::kFailedPrecondition,
+                     "study " + std::to_string(id) +
+                         " is archived: submit it again, what it has will be reused");
+  }
   int64_t retried = 0;
   for (const int64_t variant_id : study->variants) {
     ASSIGN_OR_RETURN(Variant * variant, ledger_.FindVariant(variant_id));
@@ -171,21 +207,20 @@ absl::StatusOr<int64_t> Machine::Retry(int64_t id, std::string_view actor) {
       const int64_t missing = variant->pairs_wanted - variant->tally.pairs_planned;
       if (missing <= 0) break;
       ASSIGN_OR_RETURN(const std::optional<JobRow> job, store_.Find(job_id));
-      ASSIGN_OR_RETURN(SceneRow scene, store_.FindScene(variant_id, job->ordinal));
+      ASSIGN_OR_RETURN(SceneRow * scene, OpenScene(variant_id, job->ordinal, /*change=*/true));
       if (job->kind == WorkKind::kRender) {
         // A smaller gap than this job's rigs is filled by a new scene.
         if (job->rig_count > missing) continue;
-        scene.rigs_lost -= job->rig_count;
+        scene->rigs_lost -= job->rig_count;
         tally.pairs_planned += job->rig_count;
-        RETURN_IF_ERROR(store_.WriteScene(variant_id, job->ordinal, scene));
         ASSIGN_OR_RETURN(std::vector<uint32_t> rigs, ParseRigs(job->rigs));
-        RETURN_IF_ERROR(InsertRender(*study, *variant, job->ordinal, *scene.scene_hash,
-                                     std::move(rigs), job->generation + 1));
+        RETURN_IF_ERROR(InsertRender(*study, *variant, job->ordinal,
+                                     Sha256Digest(*scene->scene_hash), std::move(rigs),
+                                     job->generation + 1));
       } else {
-        scene.rigs = static_cast<uint32_t>(std::min<int64_t>(scene.rigs, missing));
-        scene.rigs_lost = 0;
-        tally.pairs_planned += scene.rigs;
-        RETURN_IF_ERROR(store_.WriteScene(variant_id, job->ordinal, scene));
+        scene->rigs = static_cast<uint32_t>(std::min<int64_t>(scene->rigs, missing));
+        scene->rigs_lost = 0;
+        tally.pairs_planned += scene->rigs;
         RETURN_IF_ERROR(InsertSolve(*study, *variant, job->ordinal, job->generation + 1));
       }
       ++retried;
@@ -199,7 +234,8 @@ absl::StatusOr<int64_t> Machine::Retry(int64_t id, std::string_view actor) {
 absl::StatusOr<std::vector<GrantedLease>> Machine::Lease(const WorkerFacts& worker, int max_jobs) {
   std::vector<GrantedLease> leases;
   workers_[worker.name].seen_s = SteadySeconds();
-  for (int i = 0; i < max_jobs; ++i) {
+  idle_slots_ = worker.idle_render_slots;
+  for (int i = 0; i < max_jobs; ++i, --idle_slots_) {
     ASSIGN_OR_RETURN(const std::optional<JobRow> job, Choose(worker));
     if (!job) break;
     ASSIGN_OR_RETURN(GrantedLease lease, Grant(*job, worker));
@@ -277,6 +313,7 @@ absl::StatusOr<std::optional<JobRow>> Machine::ChooseWarm(const WorkerFacts& wor
   const auto known = workers_.find(worker.name);
   if (known == workers_.end()) return std::optional<JobRow>();
   for (const Sha256Digest& scene : known->second.scenes) {
+    if (hints_.ReadyIn(scene) == 0) continue;
     SqliteQuery query(db_, kReadyOfScene, scene, kCandidates);
     while (query.Next()) {
       JobRow job = JobRowOf(query);
@@ -292,11 +329,12 @@ absl::StatusOr<std::optional<JobRow>> Machine::ChooseWarm(const WorkerFacts& wor
   return std::optional<JobRow>();
 }
 
-absl::StatusOr<GrantedLease> Machine::Grant(const JobRow& job, const WorkerFacts& worker) {
+absl::StatusOr<GrantedLease> Machine::Grant(JobRow job, const WorkerFacts& worker) {
+  RETURN_IF_ERROR(SplitIfIdle(job, worker));
   ASSIGN_OR_RETURN(Variant * variant, ledger_.FindVariant(job.variant));
   ASSIGN_OR_RETURN(Study * study, ledger_.FindStudy(job.study));
   GrantedLease lease;
-  if (job.kind == WorkKind::kSolve) {
+  if (job.kind == WorkKind::kSolve && without_layout_.erase(job.id) == 0) {
     ASSIGN_OR_RETURN(const auto layout, store_.FindLayoutResult(job.group_key));
     lease.layout_given = layout && layout->solved;
   }
@@ -314,7 +352,7 @@ absl::StatusOr<GrantedLease> Machine::Grant(const JobRow& job, const WorkerFacts
   lease.work_key = job.work_key;
   lease.group_key = job.group_key;
   RETURN_IF_ERROR(store_.MoveToLeased(job, lease.fence, worker.name, lease.layout_given));
-  ledger_.CountMove(*variant, job.kind, JobState::kReady, JobState::kLeased);
+  NoteMove(*variant, job, JobState::kLeased);
   RETURN_IF_ERROR(
       BlockSiblings(job, /*whole_group=*/job.kind == WorkKind::kSolve && !lease.layout_given));
 
@@ -334,13 +372,12 @@ absl::StatusOr<GrantedLease> Machine::Grant(const JobRow& job, const WorkerFacts
 
 // ---- Expansion ----------------------------------------------------------------------------------
 absl::Status Machine::TopUp(Study& study, Variant& variant, const ScenePlan& plan) {
-  ASSIGN_OR_RETURN(SceneRow scene, store_.FindScene(variant.id, plan.ordinal));
-  const uint32_t before = scene.rigs;
-  scene.rigs = plan.rigs;
-  RETURN_IF_ERROR(store_.WriteScene(variant.id, plan.ordinal, scene));
+  ASSIGN_OR_RETURN(SceneRow * scene, OpenScene(variant.id, plan.ordinal, /*change=*/true));
+  const uint32_t before = scene->rigs;
+  scene->rigs = plan.rigs;
   ledger_.Change(variant).pairs_planned += plan.rigs - before;
-  if (!scene.scene_hash) return absl::OkStatus();  // Its solve will ask for all of them.
-  return InsertRender(study, variant, plan.ordinal, *scene.scene_hash,
+  if (!scene->scene_hash) return absl::OkStatus();  // Its solve will ask for all of them.
+  return InsertRender(study, variant, plan.ordinal, Sha256Digest(*scene->scene_hash),
                       RigRange(before, plan.rigs - before), 1);
 }
 
@@ -362,15 +399,18 @@ absl::StatusOr<bool> Machine::Expand(int64_t limit) {
                      .scenes_open = variant->tally.scenes_open,
                      // A large farm needs more than a small one to choose from.
                      .scenes_ahead = std::max<int64_t>(options_.scenes_ahead, 2 * leased_now_)};
+    RETURN_IF_ERROR(FlushScene());
     ASSIGN_OR_RETURN(const std::optional<uint32_t> highest, store_.HighestLiving(id));
     if (highest) {
-      ASSIGN_OR_RETURN(const SceneRow scene, store_.FindScene(id, *highest));
-      if (scene.rigs_lost == 0) plan.highest_living = ScenePlan{*highest, scene.rigs};
+      ASSIGN_OR_RETURN(const SceneRow* scene, OpenScene(id, *highest, /*change=*/false));
+      if (scene->rigs_lost == 0) plan.highest_living = ScenePlan{*highest, scene->rigs};
     }
     const Expansion expansion = NextScenes(plan, limit);
     if (expansion.top_up) RETURN_IF_ERROR(TopUp(*study, *variant, *expansion.top_up));
     for (const ScenePlan& scene : expansion.scenes) {
-      RETURN_IF_ERROR(store_.InsertScene(id, scene.ordinal, scene.rigs));
+      RETURN_IF_ERROR(FlushScene());
+      scene_ = {.variant = id, .ordinal = scene.ordinal, .is_new = true, .changed = true};
+      scene_.row.rigs = scene.rigs;
       VariantTally& tally = ledger_.Change(*variant);
       tally.next_ordinal = scene.ordinal + 1;
       tally.pairs_planned += scene.rigs;
@@ -383,6 +423,23 @@ absl::StatusOr<bool> Machine::Expand(int64_t limit) {
     if (expansion.scenes.empty() && !expansion.top_up) hungry_.erase(id);
   }
   return !hungry_.empty();
+}
+
+// ---- Litter and archive
+// -------------------------------------------------------------------------
+absl::Status Machine::ForgetLitter(const std::vector<std::string>& paths) {
+  for (const std::string& path : paths) RETURN_IF_ERROR(store_.DeleteLitter(path));
+  return absl::OkStatus();
+}
+
+absl::StatusOr<bool> Machine::Archive(int limit) {
+  if (options_.archive_after_s <= 0) return false;
+  ASSIGN_OR_RETURN(const auto study, store_.StudyToArchive(Now() - options_.archive_after_s));
+  if (!study) return false;
+  ASSIGN_OR_RETURN(const int moved, store_.ArchiveJobs(*study, limit));
+  effects_.archived += static_cast<uint64_t>(moved);
+  ledger_.Forget(*study);
+  return true;
 }
 
 absl::Status Machine::Settle() {

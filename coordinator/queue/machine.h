@@ -20,11 +20,13 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <unordered_set>
 #include <vector>
 
 #include "common/base/clock.h"
 #include "common/base/ids.h"
 #include "common/base/status.h"
+#include "coordinator/queue/hints.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/queue/job_store.h"
 #include "coordinator/queue/ledger.h"
@@ -65,7 +67,7 @@ struct Effects {
   std::vector<LeaseRef> granted;
   std::vector<LeaseRef> ended;
   bool work_ready = false;
-  uint64_t completions = 0, failures = 0, losses = 0, stale = 0;
+  uint64_t completions = 0, failures = 0, losses = 0, stale = 0, splits = 0, archived = 0;
 };
 
 class Machine {
@@ -100,8 +102,12 @@ class Machine {
   absl::Status Expire(const std::vector<LeaseRef>& leases);
   // Ends back-offs that are due.
   absl::Status WakeRetries();
-  // Makes at most `limit` of the scenes that variants need. True if more are needed and may be made
-  // now.
+  absl::Status ForgetLitter(const std::vector<std::string>& paths);
+  // Moves up to `limit` jobs of a study that is finished for long to the
+  // archive. True if there may be more.
+  absl::StatusOr<bool> Archive(int limit);
+  // Makes at most `limit` of the scenes that variants need. True if more are
+  // needed and may be made now.
   absl::StatusOr<bool> Expand(int64_t limit);
   bool WantsExpansion() const { return !hungry_.empty(); }
   // Marks changed studies finished or not. Once a group, before Ledger::Flush.
@@ -110,7 +116,10 @@ class Machine {
   absl::StatusOr<std::optional<double>> NextBackoff() { return store_.NextBackoff(); }
 
   void BeginCommand();
+  absl::Status EndCommand();  // Writes what the command kept back. Not after an error.
   void UndoCommand();
+  // The group is on disk.
+  void Committed() { hints_.Committed(); }
   // Effects of the commands since the last call.
   Effects TakeEffects();
   // The group was rolled back: everything is read again.
@@ -121,9 +130,10 @@ class Machine {
   absl::Status InsertSolve(Study& study, Variant& variant, uint32_t ordinal, int generation);
   absl::Status InsertRender(Study& study, Variant& variant, uint32_t ordinal,
                             const Sha256Digest& scene_hash, std::vector<uint32_t> rigs,
-                            int generation);
+                            int generation, bool new_recipe = false);
   struct Standing {  // Where a job that nobody holds belongs.
     JobState state = JobState::kReady;
+    bool no_layout = false;  // A solve whose layout nobody has made yet.
     int64_t awaits_job = 0;
     std::optional<Sha256Digest> scene_hash;
     std::string rejected;
@@ -134,6 +144,11 @@ class Machine {
   absl::Status SettleJob(int64_t job);
   absl::Status ReleaseFollowers(int64_t leader);
   absl::Status BlockSiblings(const JobRow& leader, bool whole_group);
+  // Leaves `job` the first of its rigs and makes jobs of the rest, if slots
+  // would idle otherwise.
+  absl::Status SplitIfIdle(JobRow& job, const WorkerFacts& worker);
+  // Nothing but the READY renders is left to do.
+  bool OnlyRendersLeft() const;
   absl::Status PublishReused(const JobRow& job, Variant& variant, std::span<const uint32_t> rigs);
   struct SceneChange {
     int jobs_open = 0;
@@ -144,8 +159,15 @@ class Machine {
   };
   absl::StatusOr<SceneRow> ChangeScene(Variant& variant, uint32_t ordinal,
                                        const SceneChange& change);
+  // The scene as this command sees it; with `change`, it is written when the
+  // command ends or goes on to another scene. The pointer lives until then.
+  absl::StatusOr<SceneRow*> OpenScene(int64_t variant, uint32_t ordinal, bool change);
+  absl::Status FlushScene();
+  // Counts a job that is new or has moved, in the ledger and the hints.
+  void NoteNew(Variant& variant, const JobRow& job);
+  void NoteMove(Variant& variant, const JobRow& before, JobState to, int64_t awaits_job = 0);
   absl::Status Solved(const JobRow& job, Study& study, Variant& variant,
-                      const Sha256Digest& scene_hash);
+                      const Sha256Digest& scene_hash, bool new_recipe);
   absl::Status EnterLoss(const JobRow& job, Variant& variant, JobState state);
   absl::Status CancelJobs(int64_t study, int64_t variant, const std::string& reason);
   absl::Status GiveUpIfHopeless(Variant& variant);
@@ -168,13 +190,16 @@ class Machine {
   enum class LossKind { kLost, kReturned };
   absl::Status LoseAttempt(const JobRow& job, LossKind kind, const std::string& reason, bool stop);
   absl::Status EndAttempt(const JobRow& job, const LossUpdate& update);
+  // The folder of an attempt that will not win.
+  absl::Status Litter(const JobRow& job);
+  absl::Status LitterOfLate(const JobRow& job, const CheckedReport& report);
 
   // machine.cc: choosing.
   absl::StatusOr<std::optional<JobRow>> Choose(const WorkerFacts& worker);
   absl::StatusOr<std::optional<JobRow>> ChooseOf(Study& study, WorkKind kind,
                                                  const WorkerFacts& worker);
   absl::StatusOr<std::optional<JobRow>> ChooseWarm(const WorkerFacts& worker);
-  absl::StatusOr<GrantedLease> Grant(const JobRow& job, const WorkerFacts& worker);
+  absl::StatusOr<GrantedLease> Grant(JobRow job, const WorkerFacts& worker);
   bool OthersAround(const std::string& worker);
   StudyShare ShareOf(Study& study, const WorkerFacts& worker);
   uint64_t NextFence() { return (epoch_ << 32) | ++sequence_; }
@@ -190,6 +215,19 @@ class Machine {
   std::set<int64_t> hungry_;  // Variants that may need scenes; a superset.
   double virtual_pass_ = 0;   // Of the study served last.
   int64_t leased_now_ = 0;
+  int idle_slots_ = 0;  // Render slots that the Lease at hand hasn't filled yet.
+  JobHints hints_;
+  // READY solves that had no layout to share when they became READY. As long as
+  // they are READY nobody makes one (they would be BLOCKED on it), so it
+  // needn't be looked for.
+  std::unordered_set<int64_t> without_layout_;
+  struct {
+    int64_t variant = 0;  // 0: none is open.
+    uint32_t ordinal = 0;
+    SceneRow row;
+    bool is_new = false;
+    bool changed = false;
+  } scene_;
 
   // What the scheduler remembers of workers; forgotten at restart.
   struct WorkerMemory {

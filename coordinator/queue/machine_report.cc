@@ -18,7 +18,7 @@ std::string OneLine(std::string_view text) {
 }
 
 std::string AttemptFolder(const JobRow& job) {
-  return StorePrefixOf(job.work_key) + "/.attempt-" + std::to_string(job.fence) + "/";
+  return StorePrefixOf(job.work_key) + "/.attempt-" + std::to_string(job.fence);
 }
 
 }  // namespace
@@ -28,6 +28,9 @@ absl::StatusOr<Machine::Holding> Machine::HoldingOf(const v1::AttemptId& attempt
   Holding holding;
   holding.outcome = v1::REPORT_OUTCOME_STALE_FENCE;
   ASSIGN_OR_RETURN(std::optional<JobRow> job, store_.Find(attempt.job_id()));
+  if (!job) {
+    ASSIGN_OR_RETURN(job, store_.FindArchived(attempt.job_id()));
+  }
   const bool any_fence =
       options_.unsafe_for_test.ignore_fences && job && job->state == JobState::kLeased;
   if (job && (any_fence || job->fence == attempt.fence()) && attempt.fence() != 0) {
@@ -55,6 +58,9 @@ absl::StatusOr<Machine::Holding> Machine::HoldingOf(const v1::AttemptId& attempt
 absl::StatusOr<Machine::Verdict> Machine::Complete(const CheckedReport& report) {
   ASSIGN_OR_RETURN(const Holding holding, HoldingOf(report.attempt));
   Verdict verdict{holding.outcome, ""};
+  if (holding.outcome == v1::REPORT_OUTCOME_STALE_FENCE) {
+    RETURN_IF_ERROR(LitterOfLate(holding.job, report));
+  }
   if (holding.outcome != v1::REPORT_OUTCOME_OK) return verdict;
   const JobRow& job = holding.job;
   ASSIGN_OR_RETURN(const Variant* variant, ledger_.FindVariant(job.variant));
@@ -95,7 +101,7 @@ std::string Machine::WhyNotOf(const JobRow& job, const Variant& variant,
     return "";
   }
   std::vector<uint32_t> rigs;
-  const std::string folder = AttemptFolder(job);
+  const std::string folder = AttemptFolder(job) + "/";
   for (const CheckedFrame& frame : report.frames) {
     rigs.push_back(frame.rig);
     if (frame.path.compare(0, folder.size(), folder) != 0) {
@@ -121,25 +127,29 @@ absl::Status Machine::CompleteSolve(const JobRow& job, const CheckedReport& repo
   if (!report.layout_z.empty() || layout_rejected) {
     RETURN_IF_ERROR(store_.InsertLayoutResult(job.group_key, report.layout_z, reason));
   }
-  if (!report.rejected) RETURN_IF_ERROR(store_.InsertRecipe(report.scene_hash, report.scene_z));
-  if (!layout_rejected) {
-    RETURN_IF_ERROR(store_.InsertSceneResult(
-        job.work_key, report.rejected ? std::nullopt : std::optional(report.scene_hash), reason));
+  bool new_recipe = false;
+  if (!report.rejected) {
+    ASSIGN_OR_RETURN(new_recipe, store_.InsertRecipe(report.scene_hash, report.scene_z));
   }
 
   // What is committed first is the result, also for this job.
   std::optional<Sha256Digest> scene_hash;
   if (!layout_rejected) {
-    ASSIGN_OR_RETURN(const auto result, store_.FindSceneResult(job.work_key));
-    if (result) scene_hash = result->scene_hash;
+    if (!report.rejected) scene_hash = report.scene_hash;
+    ASSIGN_OR_RETURN(const bool is_new, store_.InsertSceneResult(job.work_key, scene_hash, reason));
+    if (!is_new) {
+      ASSIGN_OR_RETURN(const auto result, store_.FindSceneResult(job.work_key));
+      scene_hash = result ? result->scene_hash : std::nullopt;
+      new_recipe = new_recipe && scene_hash == report.scene_hash;
+    }
   }
   const JobState end = scene_hash ? JobState::kSucceeded : JobState::kRejected;
   RETURN_IF_ERROR(store_.MoveToResult(job.id, job.fence, end, reason, Now()));
-  ledger_.CountMove(*variant, job.kind, JobState::kLeased, end);
+  NoteMove(*variant, job, end);
   --leased_now_;
   effects_.ended.push_back({job.id, job.fence, job.worker, false, ""});
   if (job.layout_given) ++ledger_.Change(*variant).layouts_reused;
-  RETURN_IF_ERROR(scene_hash ? Solved(job, *study, *variant, *scene_hash)
+  RETURN_IF_ERROR(scene_hash ? Solved(job, *study, *variant, *scene_hash, new_recipe)
                              : EnterLoss(job, *variant, end));
   return ReleaseFollowers(job.id);
 }
@@ -152,10 +162,12 @@ absl::Status Machine::CompleteRender(const JobRow& job, const CheckedReport& rep
     ASSIGN_OR_RETURN(const bool is_new,
                      store_.InsertFrameResult(key, frame.frame_z, job.id, job.fence));
     RETURN_IF_ERROR(store_.InsertFrame(job, frame.rig, key, /*reused=*/!is_new));
-    if (!is_new) ++ledger_.Change(*variant).frames_reused;
+    if (is_new) continue;
+    ++ledger_.Change(*variant).frames_reused;
+    RETURN_IF_ERROR(store_.InsertLitter(frame.path, Now()));
   }
   RETURN_IF_ERROR(store_.MoveToResult(job.id, job.fence, JobState::kSucceeded, "", Now()));
-  ledger_.CountMove(*variant, job.kind, JobState::kLeased, JobState::kSucceeded);
+  NoteMove(*variant, job, JobState::kSucceeded);
   --leased_now_;
   effects_.ended.push_back({job.id, job.fence, job.worker, false, ""});
   RETURN_IF_ERROR(ChangeScene(*variant, job.ordinal,
@@ -183,6 +195,7 @@ absl::Status Machine::FailAttempt(const JobRow& job, const AppFailure& failure) 
   const std::string fingerprint =
       OneLine(failure.fingerprint.empty() ? failure.error : failure.fingerprint);
   RETURN_IF_ERROR(store_.InsertLoss(job.id, job.fence, "app", worker, fingerprint, error, Now()));
+  RETURN_IF_ERROR(Litter(job));
   ++effects_.failures;
 
   FailureHistory history{.app_failures = job.app_failures + 1,
@@ -220,6 +233,7 @@ absl::Status Machine::LoseAttempt(const JobRow& job, LossKind kind, const std::s
   RETURN_IF_ERROR(store_.InsertLoss(job.id, job.fence,
                                     kind == LossKind::kLost ? "lost" : "returned", job.worker, "",
                                     error, Now()));
+  RETURN_IF_ERROR(Litter(job));
   ++effects_.losses;
   FailureHistory history{.app_failures = job.app_failures, .infra_losses = job.infra_losses + 1};
   ASSIGN_OR_RETURN(history.workers_lost, store_.WorkersLost(job.id));
@@ -234,11 +248,31 @@ absl::Status Machine::LoseAttempt(const JobRow& job, LossKind kind, const std::s
 absl::Status Machine::EndAttempt(const JobRow& job, const LossUpdate& update) {
   ASSIGN_OR_RETURN(Variant * variant, ledger_.FindVariant(job.variant));
   RETURN_IF_ERROR(store_.MoveAfterLoss(job, update, Now()));
-  ledger_.CountMove(*variant, job.kind, JobState::kLeased, update.state);
+  NoteMove(*variant, job, update.state);
   --leased_now_;
   if (update.state == JobState::kReady) effects_.work_ready = true;
   if (IsTerminal(update.state)) RETURN_IF_ERROR(EnterLoss(job, *variant, update.state));
   return ReleaseFollowers(job.id);
+}
+
+absl::Status Machine::Litter(const JobRow& job) {
+  if (job.kind != WorkKind::kRender) return absl::OkStatus();
+  return store_.InsertLitter(AttemptFolder(job), Now());
+}
+
+// A worker that was away for long may have written after its folder was
+// removed.
+absl::Status Machine::LitterOfLate(const JobRow& job, const CheckedReport& report) {
+  if (report.kind != WorkKind::kRender || report.frames.empty()) return absl::OkStatus();
+  ASSIGN_OR_RETURN(const bool lost, store_.WasLost(job.id, report.attempt.fence()));
+  if (!lost) return absl::OkStatus();
+  // Its own folder, whatever rigs the job had then: no other attempt has this
+  // fence.
+  const std::string& path = report.frames.front().path;
+  const std::string own = "/.attempt-" + std::to_string(report.attempt.fence());
+  const size_t at = path.find(own + "/");
+  if (at != 67) return absl::OkStatus();  // "<2 hex>/<64 hex>"
+  return store_.InsertLitter(path.substr(0, at + own.size()), Now());
 }
 
 absl::StatusOr<v1::ReportOutcome> Machine::HandBack(const std::string& worker,

@@ -64,6 +64,20 @@ inline constexpr double kAgeingStepS = 300;
 std::vector<int64_t> OrderStudies(std::span<const StudyShare> studies,
                                   const WorkerCapacity& worker);
 
+// ---- Whether to split it
+struct SplitFacts {
+  uint32_t rigs = 0;               // Of the render job that is about to be leased.
+  int64_t ready_renders = 0;       // This one included.
+  int64_t ready_solves = 0;        // That the idle workers could do instead.
+  int idle_render_slots = 0;       // The one that asks included.
+  int render_slots = 0;            // All of the farm.
+  bool only_renders_left = false;  // Nothing else will become READY.
+};
+// In how many parts; 1: leave it whole. While more work will come, only slots
+// that idle now count. When these renders are the last, every slot will idle
+// soon: so the end of a study is shared by all, rather than waited for.
+uint32_t PartsToSplitInto(const SplitFacts& facts);
+
 // ---- Which job of it
 // ------------------------------------------------------------------------------
 struct JobCandidate {

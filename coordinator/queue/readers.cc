@@ -43,7 +43,9 @@ class Deadline {
 
 // ---- Studies ------------------------------------------------------------------------------------
 constexpr char kStudyColumns[] =
-    "SELECT id, name, paused, cancelled, submitted_unix_s, finished_unix_s FROM studies ";
+    "SELECT id, name, paused, cancelled, submitted_unix_s, finished_unix_s, "
+    "archived FROM "
+    "studies ";
 
 absl::Status AddCounts(SqliteConnection& db, std::map<int64_t, v1::VariantStatus*>& variants,
                        int64_t study) {
@@ -60,12 +62,7 @@ absl::Status AddCounts(SqliteConnection& db, std::map<int64_t, v1::VariantStatus
   return query.status();
 }
 
-absl::Status AddProblems(SqliteConnection& db, int64_t variant, v1::VariantStatus& status) {
-  SqliteQuery query(db,
-                    "SELECT id, state, error, ordinal FROM jobs WHERE variant_id = ?1"
-                    " AND state IN ('FAILED', 'QUARANTINED')"
-                    " ORDER BY finished_unix_s DESC, id DESC LIMIT ?2",
-                    variant, kProblemsShown - status.problems_size());
+void AddProblemRows(SqliteQuery& query, v1::VariantStatus& status) {
   while (query.Next()) {
     v1::JobProblem* problem = status.add_problems();
     problem->set_job_id(query.Int(0));
@@ -73,10 +70,31 @@ absl::Status AddProblems(SqliteConnection& db, int64_t variant, v1::VariantStatu
     problem->set_error(std::string(query.Text(2)));
     problem->set_scene(static_cast<uint32_t>(query.Int(3)));
   }
+}
+
+absl::Status AddProblems(SqliteConnection& db, int64_t variant, v1::VariantStatus& status) {
+  SqliteQuery query(db,
+                    "SELECT id, state, error, ordinal FROM jobs WHERE variant_id = ?1"
+                    " AND state IN ('FAILED', 'QUARANTINED')"
+                    " ORDER BY finished_unix_s DESC, id DESC LIMIT ?2",
+                    variant, kProblemsShown - status.problems_size());
+  AddProblemRows(query, status);
   return query.status();
 }
 
-absl::Status AddVariants(SqliteConnection& db, v1::StudyStatus& study) {
+// Of an archived study, whose jobs are elsewhere.
+absl::Status AddArchivedProblems(SqliteConnection& db, int64_t variant, v1::VariantStatus& status) {
+  SqliteQuery query(db,
+                    "SELECT id, state, error, ordinal FROM archived_jobs WHERE "
+                    "variant_id = ?1"
+                    " AND state IN ('FAILED', 'QUARANTINED')"
+                    " ORDER BY finished_unix_s DESC, id DESC LIMIT ?2",
+                    variant, kProblemsShown - status.problems_size());
+  AddProblemRows(query, status);
+  return query.status();
+}
+
+absl::Status AddVariants(SqliteConnection& db, v1::StudyStatus& study, bool archived) {
   std::map<int64_t, v1::VariantStatus*> by_id;
   {
     SqliteQuery query(db,
@@ -103,7 +121,10 @@ absl::Status AddVariants(SqliteConnection& db, v1::StudyStatus& study) {
     RETURN_IF_ERROR(query.status());
   }
   RETURN_IF_ERROR(AddCounts(db, by_id, study.study_id()));
-  for (const auto& [id, status] : by_id) RETURN_IF_ERROR(AddProblems(db, id, *status));
+  for (const auto& [id, status] : by_id) {
+    RETURN_IF_ERROR(AddProblems(db, id, *status));
+    if (archived) RETURN_IF_ERROR(AddArchivedProblems(db, id, *status));
+  }
   return absl::OkStatus();
 }
 
@@ -123,15 +144,18 @@ absl::Status FillStudy(SqliteConnection& db, const SqliteQuery& row, v1::StudySt
   study.set_name(std::string(row.Text(1)));
   study.set_submitted_unix_s(row.Real(4));
   study.set_finished_unix_s(row.Real(5));
-  RETURN_IF_ERROR(AddVariants(db, study));
+  RETURN_IF_ERROR(AddVariants(db, study, row.Int(6) != 0));
   study.set_state(StateOf(study, row.Int(2) != 0, row.Int(3) != 0));
   return absl::OkStatus();
 }
 
-// ---- Jobs ---------------------------------------------------------------------------------------
-#define PARALLAX_LISTED_JOB                                                                 \
-  "SELECT j.id, j.kind, j.state, v.name, j.ordinal, j.rigs, j.attempts, j.worker, j.error " \
-  "FROM jobs AS j JOIN variants AS v ON v.id = j.variant_id "
+// ---- Jobs
+// ---------------------------------------------------------------------------------------
+#define PARALLAX_LISTED_JOB_OF(table)                                     \
+  "SELECT j.id, j.kind, j.state, v.name, j.ordinal, j.rigs, j.attempts, " \
+  "j.worker, j.error "                                                    \
+  "FROM " table " AS j JOIN variants AS v ON v.id = j.variant_id "
+#define PARALLAX_LISTED_JOB PARALLAX_LISTED_JOB_OF("jobs")
 
 absl::Status AddJobs(SqliteQuery& query, std::vector<v1::JobStatus>& jobs) {
   while (query.Next()) {
@@ -170,7 +194,21 @@ absl::Status AddJobsOfState(SqliteConnection& db, int64_t study, JobState state,
   return AddJobs(query, jobs);
 }
 
-// ---- Frames and scenes --------------------------------------------------------------------------
+// Of one state, of an archived study.
+absl::Status AddArchivedJobs(SqliteConnection& db, int64_t study, JobState state, int limit,
+                             std::vector<v1::JobStatus>& jobs) {
+  SqliteQuery query(
+      db,
+      PARALLAX_LISTED_JOB_OF(
+          "archived_jobs") "WHERE j.state = ?2 AND j.variant_id IN"
+                           " (SELECT id FROM variants WHERE study_id = ?1) "
+                           "LIMIT ?3",
+      study, NameOf(state), limit);
+  return AddJobs(query, jobs);
+}
+
+// ---- Frames and scenes
+// --------------------------------------------------------------------------
 absl::Status AddFrames(SqliteConnection& db, const v1::ListFramesRequest& request,
                        std::vector<v1::PublishedFrame>& frames) {
   SqliteQuery query(db,
@@ -281,11 +319,15 @@ absl::StatusOr<std::vector<v1::JobStatus>> Readers::ListJobs(const v1::ListJobsR
   }
   const int limit = Limit(request.limit(), 1000);
   std::vector<v1::JobStatus> jobs;
-  RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) {
+  RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) -> absl::Status {
+    const auto left = [&] { return limit - static_cast<int>(jobs.size()); };
+    ASSIGN_OR_RETURN(const auto archived,
+                     db.Integer("SELECT archived FROM studies WHERE id = ?1", request.study_id()));
     for (const JobState state : states) {
-      const int left = limit - static_cast<int>(jobs.size());
-      if (left <= 0) break;
-      RETURN_IF_ERROR(AddJobsOfState(db, request.study_id(), state, left, jobs));
+      if (left() <= 0) break;
+      RETURN_IF_ERROR(AddJobsOfState(db, request.study_id(), state, left(), jobs));
+      if (archived.value_or(0) == 0 || left() <= 0 || !IsTerminal(state)) continue;
+      RETURN_IF_ERROR(AddArchivedJobs(db, request.study_id(), state, left(), jobs));
     }
     return absl::OkStatus();
   }));
@@ -298,6 +340,19 @@ absl::StatusOr<std::vector<v1::PublishedFrame>> Readers::ListFrames(
   RETURN_IF_ERROR(
       Read(deadline_s_, [&](SqliteConnection& db) { return AddFrames(db, request, frames); }));
   return frames;
+}
+
+absl::StatusOr<std::vector<std::string>> Readers::ListLitter(double before_unix_s, int limit) {
+  std::vector<std::string> paths;
+  RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) {
+    SqliteQuery query(db,
+                      "SELECT path FROM litter WHERE since_unix_s <= ?1"
+                      " ORDER BY since_unix_s LIMIT ?2",
+                      before_unix_s, Limit(limit, 1000));
+    while (query.Next()) paths.emplace_back(query.Text(0));
+    return query.status();
+  }));
+  return paths;
 }
 
 absl::StatusOr<v1::Scene> Readers::GetScene(const v1::GetSceneRequest& request) {

@@ -30,6 +30,7 @@ class Readers {
   absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit);
   absl::StatusOr<std::vector<v1::JobStatus>> ListJobs(const v1::ListJobsRequest& request);
   absl::StatusOr<std::vector<v1::PublishedFrame>> ListFrames(const v1::ListFramesRequest& request);
+  absl::StatusOr<std::vector<std::string>> ListLitter(double before_unix_s, int limit);
   absl::StatusOr<v1::Scene> GetScene(const v1::GetSceneRequest& request);
   // The message that a worker gets for a committed lease.
   absl::StatusOr<v1::Lease> LeaseMessage(const GrantedLease& lease);

@@ -114,6 +114,7 @@ absl::StatusOr<std::string> SqliteConnection::Text(const char* sql) {
 
 int64_t SqliteConnection::last_insert_id() const { return sqlite3_last_insert_rowid(db_); }
 int SqliteConnection::changes() const { return sqlite3_changes(db_); }
+int64_t SqliteConnection::rows_written() const { return sqlite3_total_changes(db_); }
 bool SqliteConnection::in_transaction() const { return sqlite3_get_autocommit(db_) == 0; }
 
 SqliteQuery::~SqliteQuery() {

@@ -50,8 +50,9 @@ class SqliteConnection {
   absl::StatusOr<std::string> Text(const char* sql);
 
   int64_t last_insert_id() const;
-  int changes() const;          // Rows of the last INSERT, UPDATE or DELETE.
-  bool in_transaction() const;  // False after SQLite rolled back by itself.
+  int changes() const;           // Rows of the last INSERT, UPDATE or DELETE.
+  int64_t rows_written() const;  // Of all of them since the connection was opened.
+  bool in_transaction() const;   // False after SQLite rolled back by itself.
   sqlite3* raw() const { return db_; }
 
   // Called before each step of a statement that writes, and may refuse it: fail points.

@@ -121,15 +121,24 @@ void Writer::Loop() {
 
 void Writer::RunGroup(std::vector<Command>& group) {
   std::vector<absl::Status> results(group.size());
-  const absl::Status status = ApplyGroup(group, results);
+  savepoints_ = fail_point_.armed();  // What fails on purpose fails by itself.
+  absl::Status status = ApplyGroup(group, results);
+  if (half_done_) {
+    half_done_ = false;
+    savepoints_ = true;
+    Rollback(status);
+    status = ApplyGroup(group, results);
+  }
   if (!status.ok()) {
     Rollback(status);
     std::fill(results.begin(), results.end(), status);
   } else {
+    machine_.Committed();
     hooks_.published(machine_.TakeEffects());
     const std::lock_guard lock(mutex_);
     ++stats_.commits;
     stats_.commands += group.size();
+    stats_.batch.Add(static_cast<double>(group.size()));
     stats_.largest_batch = std::max(stats_.largest_batch, static_cast<int>(group.size()));
     stats_.wal_pages = wal_pages_;
     stats_.jobs = machine_.ledger().totals();
@@ -153,6 +162,7 @@ absl::Status Writer::ApplyGroup(std::vector<Command>& group, std::vector<absl::S
   RETURN_IF_ERROR(Begin());
   for (size_t i = 0; i < group.size(); ++i) {
     results[i] = ApplyOne(group[i].name, group[i].apply);
+    if (half_done_) return results[i];
     // A full disk or a lost one takes the whole group with it.
     if (!db_.in_transaction() || IsFatal(results[i]) ||
         results[i].code() == absl::StatusCode::kResourceExhausted) {
@@ -172,9 +182,22 @@ absl::Status Writer::ApplyGroup(std::vector<Command>& group, std::vector<absl::S
 
 absl::Status Writer::ApplyOne(const char* name, const std::function<absl::Status()>& apply) {
   fail_point_.Begin(name);
+  if (savepoints_) return ApplyInSavepoint(apply);
+  const int64_t written = db_.rows_written();
+  machine_.BeginCommand();
+  absl::Status status = apply();
+  if (status.ok()) status = machine_.EndCommand();
+  if (status.ok()) return status;
+  machine_.UndoCommand();
+  half_done_ = db_.in_transaction() && db_.rows_written() != written && !IsFatal(status);
+  return status;
+}
+
+absl::Status Writer::ApplyInSavepoint(const std::function<absl::Status()>& apply) {
   RETURN_IF_ERROR(db_.Run("SAVEPOINT command"));
   machine_.BeginCommand();
   absl::Status status = apply();
+  if (status.ok()) status = machine_.EndCommand();
   if (!status.ok()) {
     machine_.UndoCommand();
     if (!db_.in_transaction()) return status;
@@ -198,6 +221,7 @@ absl::Status Writer::Commit() {
   if (const absl::Status after = fail_point_.Step(); !after.ok()) Fatal(after);
   const std::lock_guard lock(mutex_);
   stats_.commit_seconds += seconds;
+  stats_.commit_s.Add(seconds);
   stats_.commit_seconds_max = std::max(stats_.commit_seconds_max, seconds);
   return absl::OkStatus();
 }

@@ -1,6 +1,14 @@
-// The one thread that writes the database. Commands are taken in groups: BEGIN IMMEDIATE, a
-// SAVEPOINT a command, the scenes that variants now need, counters, one COMMIT; only then is
-// anybody answered. So durability costs one fsync a group, whatever the number of callers.
+// The one thread that writes the database. Commands are taken in groups: BEGIN
+// IMMEDIATE, the commands, the scenes that variants now need, counters, one
+// COMMIT; only then is anybody answered. So durability costs one fsync a group,
+// whatever the number of callers.
+//
+// A command is done whole or not at all. A SAVEPOINT around each would make
+// SQLite keep a copy of every page that each of them touches, for the sake of
+// commands that hardly ever fail once they have begun to write. So a group is
+// first tried without; if a command fails after it has written something, the
+// whole group is rolled back and run again, each command in a SAVEPOINT of its
+// own.
 #pragma once
 
 #include <condition_variable>
@@ -12,6 +20,7 @@
 
 #include "common/base/status.h"
 #include "coordinator/queue/fail_point.h"
+#include "coordinator/queue/histogram.h"
 #include "coordinator/queue/machine.h"
 
 namespace parallax {
@@ -24,6 +33,9 @@ struct WriterStats {
   int largest_batch = 0;
   int64_t wal_pages = 0;
   JobCounts jobs{};
+  CountHistogram commit_s{
+      {0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2.5}};
+  CountHistogram batch{{1, 2, 4, 8, 16, 32, 64, 128, 256, 512}};
 };
 
 class Writer {
@@ -56,6 +68,7 @@ class Writer {
   absl::Status Begin();
   absl::Status ApplyGroup(std::vector<Command>& group, std::vector<absl::Status>& results);
   absl::Status ApplyOne(const char* name, const std::function<absl::Status()>& apply);
+  absl::Status ApplyInSavepoint(const std::function<absl::Status()>& apply);
   absl::Status Commit();
   void Rollback(const absl::Status& cause);
   void CheckpointIfLong();
@@ -66,6 +79,8 @@ class Writer {
   const JobQueueOptions& options_;
   const Hooks hooks_;
   FailPoint fail_point_;
+  bool savepoints_ = false;  // Of the group at hand.
+  bool half_done_ = false;   // A command without SAVEPOINT failed and left something behind.
   bool expand_more_ = true;
   size_t last_group_ = 0;
   int wal_pages_ = 0;

@@ -1,0 +1,67 @@
+// Groups of commands: each whole or not at all, whatever becomes of its neighbours.
+#include <sqlite3.h>
+
+#include <map>
+#include <semaphore>
+
+#include "queue_fixture.h"
+
+namespace parallax {
+namespace {
+
+class GroupCommit : public QueueTest {
+ protected:
+  // What the schema doesn't know how to do: a write of the third scene's frames fails.
+  void BreakFramesOfScene2() {
+    queue_.reset();
+    sqlite3* db = nullptr;
+    ASSERT_EQ(sqlite3_open(options_.db_path.c_str(), &db), SQLITE_OK);
+    ASSERT_EQ(sqlite3_exec(db,
+                           "CREATE TRIGGER broken BEFORE INSERT ON frames WHEN NEW.ordinal = 2"
+                           " BEGIN SELECT RAISE(ABORT, 'broken'); END",
+                           nullptr, nullptr, nullptr),
+              SQLITE_OK);
+    sqlite3_close(db);
+    Reopen();
+  }
+};
+
+TEST_F(GroupCommit, ACommandThatFailsHalfWayTakesNothingAndNobodyWithIt) {
+  options_.linger_s = 0.05;
+  const StudyId study = Submit({.pairs = 6, .rigs_per_scene = 1});
+  for (const v1::Lease& lease : Lease(Solver("s"), 6)) {
+    ASSERT_EQ(Complete(SolveAnswer(lease, "s")), v1::REPORT_OUTCOME_OK);
+  }
+  BreakFramesOfScene2();
+  const std::vector<v1::Lease> renders = Lease(Renderer("r"), 6);
+  ASSERT_EQ(renders.size(), 6u);
+
+  std::mutex mutex;
+  std::map<uint32_t, bool> ok;
+  std::counting_semaphore<> answered(0);
+  for (const v1::Lease& lease : renders) {
+    queue_->CompleteAsync(RenderAnswer(lease, "r"),
+                          [&, scene = lease.scene()](absl::StatusOr<v1::ReportOutcome> outcome) {
+                            {
+                              const std::lock_guard lock(mutex);
+                              ok[scene] = outcome.ok() && *outcome == v1::REPORT_OUTCOME_OK;
+                            }
+                            answered.release();
+                          });
+  }
+  for (size_t i = 0; i < renders.size(); ++i) answered.acquire();
+
+  for (uint32_t scene = 0; scene < 6; ++scene) EXPECT_EQ(ok[scene], scene != 2) << scene;
+  EXPECT_EQ(Frames(study).size(), 5u);
+  EXPECT_EQ(Jobs(study, v1::JOB_KIND_RENDER, "LEASED"), 1);
+  EXPECT_EQ(Status(study).variants(0).pairs_done(), 5);
+}
+
+TEST_F(GroupCommit, ACommandThatIsRefusedBeforeItWritesCostsItsGroupNothing) {
+  Submit({.pairs = 2, .rigs_per_scene = 1});
+  EXPECT_EQ(queue_->Cancel(StudyId{99}, "no such", "tester").code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(WorkOff(AnyWorker("w")), 4);
+}
+
+}  // namespace
+}  // namespace parallax

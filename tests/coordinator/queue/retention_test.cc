@@ -1,0 +1,164 @@
+// What is kept and what isn't: the archive of finished studies, and litter in the store.
+#include <set>
+
+#include "queue_fixture.h"
+
+namespace parallax {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::SizeIs;
+using testing::UnorderedElementsAre;
+
+class Archive : public QueueTest {
+ protected:
+  void SetUp() override {
+    options_.archive_after_s = 1000;
+    Reopen();
+  }
+  void LetArchive() {
+    clock_.Advance(2000);
+    Tick();
+  }
+  int64_t Archived() { return static_cast<int64_t>(queue_->Stats().archived_jobs); }
+};
+
+TEST_F(Archive, JobsOfStudiesFinishedForLongMoveAndAreStillTold) {
+  const StudyId old = Submit({.name = "old", .pairs = 4, .rigs_per_scene = 2});
+  EXPECT_EQ(Fail(Failure(LeaseOne(AnyWorker("w")), "w", "boom", false)), v1::REPORT_OUTCOME_OK);
+  WorkOff(AnyWorker("w"));
+  const v1::StudyStatus before = Status(old);
+  const auto jobs_before = ListJobs(old);
+  clock_.Advance(500);
+  Tick();
+  EXPECT_EQ(Archived(), 0);  // Not yet.
+  const StudyId young = Submit({.name = "young", .seed = 2, .pairs = 2, .rigs_per_scene = 2});
+  clock_.Advance(700);
+  Tick();
+  EXPECT_EQ(Archived(), static_cast<int64_t>(jobs_before.size()));
+  ExpectSound();
+
+  const v1::StudyStatus after = Status(old);
+  EXPECT_EQ(after.SerializeAsString().size(), before.SerializeAsString().size());
+  EXPECT_EQ(after.variants(0).pairs_done(), 4);
+  ASSERT_THAT(after.variants(0).problems(), SizeIs(1));
+  EXPECT_EQ(after.variants(0).problems(0).error(), before.variants(0).problems(0).error());
+  EXPECT_THAT(ListJobs(old), SizeIs(jobs_before.size()));
+  EXPECT_THAT(ListJobs(old, "FAILED"), SizeIs(1));
+  EXPECT_THAT(Frames(old), SizeIs(4));
+  EXPECT_EQ(WorkOff(AnyWorker("w")), 2);
+  EXPECT_EQ(Status(young).state(), v1::STUDY_STATE_SUCCEEDED);
+}
+
+TEST_F(Archive, ArchivedResultsAreReusedAndTheStudyIsNotRetried) {
+  const StudyId old = Submit({.name = "old", .pairs = 4, .rigs_per_scene = 2});
+  WorkOff(AnyWorker("w"));
+  Submit({.name = "newer", .seed = 2, .pairs = 2, .rigs_per_scene = 2});
+  LetArchive();
+  EXPECT_GT(Archived(), 0);
+  EXPECT_EQ(queue_->Retry(old, "tester").status().code(), absl::StatusCode::kFailedPrecondition);
+  const StudyId again = Submit({.name = "again", .pairs = 4, .rigs_per_scene = 2});
+  EXPECT_EQ(WorkOff(AnyWorker("w")), 2);  // Of `newer`.
+  EXPECT_EQ(Status(again).variants(0).frames_reused(), 4);
+}
+
+TEST_F(Archive, ALateReportOfAnArchivedJobIsStillKnownForDone) {
+  Submit({.name = "old", .pairs = 2, .rigs_per_scene = 2});
+  const v1::Lease solve = LeaseOne(AnyWorker("w"));
+  EXPECT_EQ(Complete(SolveAnswer(solve, "w")), v1::REPORT_OUTCOME_OK);
+  WorkOff(AnyWorker("w"));
+  Submit({.name = "newer", .seed = 2, .pairs = 2, .rigs_per_scene = 2});
+  LetArchive();
+  EXPECT_GT(Archived(), 0);
+  EXPECT_EQ(Complete(SolveAnswer(solve, "w")), v1::REPORT_OUTCOME_ALREADY_DONE);
+}
+
+TEST_F(Archive, TheNumberOfAnArchivedJobIsNeverGivenAgain) {
+  const StudyId old = Submit({.name = "old", .pairs = 4, .rigs_per_scene = 2});
+  WorkOff(AnyWorker("w"));
+  LetArchive();
+  LetArchive();
+  std::set<int64_t> ids;
+  for (const v1::JobStatus& job : ListJobs(old)) ids.insert(job.job_id());
+  const StudyId next = Submit({.name = "next", .seed = 2, .pairs = 4, .rigs_per_scene = 2});
+  WorkOff(AnyWorker("w"));
+  for (const v1::JobStatus& job : ListJobs(next)) EXPECT_TRUE(ids.insert(job.job_id()).second);
+}
+
+TEST_F(Archive, NothingThatIsNotFinishedMoves) {
+  const StudyId study = Submit({.pairs = 4, .rigs_per_scene = 2});
+  const v1::Lease held = LeaseOne(AnyWorker("w"));
+  LetArchive();
+  EXPECT_EQ(Archived(), 0);
+  Reopen();
+  WorkOff(AnyWorker("x"));
+  EXPECT_EQ(Status(study).variants(0).pairs_done(), 4);
+}
+
+class Litter : public QueueTest {
+ protected:
+  std::vector<std::string> List(double older_than_s = 0) {
+    const auto paths = queue_->ListLitter(older_than_s, 100);
+    EXPECT_TRUE(paths.ok()) << paths.status();
+    return paths.ok() ? *paths : std::vector<std::string>();
+  }
+  v1::Lease RenderOf(const std::string& worker) {
+    for (const v1::Lease& lease : Lease(Solver("s"), 64)) Complete(SolveAnswer(lease, "s"));
+    return LeaseOne(Renderer(worker));
+  }
+  static std::string FolderOf(const v1::Lease& lease) {
+    return lease.render().store_prefix() + "/.attempt-" + std::to_string(lease.attempt().fence());
+  }
+};
+
+TEST_F(Litter, IsTheFolderOfEveryAttemptThatDidNotWin) {
+  const StudyId study = Submit({.pairs = 6, .rigs_per_scene = 2});
+  const v1::Lease failed = RenderOf("a");
+  Fail(Failure(failed, "a", "boom"));
+  const v1::Lease lost = LeaseOne(Renderer("b"));
+  ASSERT_TRUE(queue_->WorkerLost("b").ok());
+  const v1::Lease won = LeaseOne(Renderer("c"));
+  Complete(RenderAnswer(won, "c"));
+  const v1::Lease cancelled = LeaseOne(Renderer("d"));
+  EXPECT_THAT(List(), UnorderedElementsAre(FolderOf(failed), FolderOf(lost)));
+  ASSERT_TRUE(queue_->Cancel(study, "", "tester").ok());
+  EXPECT_THAT(List(), UnorderedElementsAre(FolderOf(failed), FolderOf(lost), FolderOf(cancelled)));
+}
+
+TEST_F(Litter, IsToldOfOnlyWhenItIsOldEnoughAndUntilItIsForgotten) {
+  Submit({.pairs = 2, .rigs_per_scene = 2});
+  const v1::Lease failed = RenderOf("a");
+  Fail(Failure(failed, "a", "boom"));
+  EXPECT_THAT(List(100), IsEmpty());
+  clock_.Advance(101);
+  EXPECT_THAT(List(100), ElementsAre(FolderOf(failed)));
+  ASSERT_TRUE(queue_->ForgetLitter(List(100)).ok());
+  EXPECT_THAT(List(100), IsEmpty());
+}
+
+TEST_F(Litter, ComesBackWhenAZombieReportsLate) {
+  Submit({.pairs = 2, .rigs_per_scene = 2});
+  const v1::Lease late = RenderOf("zombie");
+  ASSERT_TRUE(queue_->WorkerLost("zombie").ok());
+  ASSERT_TRUE(queue_->ForgetLitter(List()).ok());
+  EXPECT_EQ(Complete(RenderAnswer(late, "zombie")), v1::REPORT_OUTCOME_STALE_FENCE);
+  EXPECT_THAT(List(), ElementsAre(FolderOf(late)));
+}
+
+TEST_F(Litter, OfAStrangersReportIsNotBelieved) {
+  Submit({.pairs = 4, .rigs_per_scene = 2});
+  const v1::Lease won = RenderOf("a");
+  Complete(RenderAnswer(won, "a"));
+  const v1::Lease lost = LeaseOne(Renderer("b"));
+  ASSERT_TRUE(queue_->WorkerLost("b").ok());
+  ASSERT_TRUE(queue_->ForgetLitter(List()).ok());
+  // A late report that names the winner's files.
+  v1::CompleteRequest report = RenderAnswer(won, "b");
+  *report.mutable_attempt() = lost.attempt();
+  EXPECT_EQ(Complete(report), v1::REPORT_OUTCOME_STALE_FENCE);
+  EXPECT_THAT(List(), IsEmpty());
+}
+
+}  // namespace
+}  // namespace parallax

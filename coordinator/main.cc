@@ -55,6 +55,11 @@ CLI::App* DeclareServe(CLI::App& app, CommandLine& line) {
                    "Seconds that a worker may take to come back when its connection breaks "
                    "(default 10)")
       ->check(CLI::Range(0.0, 86400.0));
+  serve
+      ->add_option("--archive-days", options.archive_after_days,
+                   "Days after its end that a study's jobs move to the archive (default 30; "
+                   "0: never)")
+      ->check(CLI::Range(0.0, 36500.0));
   serve->add_flag("--insecure", options.insecure,
                   "Allow other addresses than this machine's, without encryption");
   serve->add_flag("--log-json", line.log_json, "One JSON object a log line");

@@ -15,6 +15,7 @@
 #include "coordinator/queue/database_file.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
+#include "coordinator/rpc/janitor.h"
 
 namespace parallax {
 namespace {
@@ -107,6 +108,7 @@ ProgramError Serve(const ServeOptions& options) {
   JobQueueOptions queue_options;
   queue_options.db_path = options.db;
   queue_options.lease_s = options.lease_s;
+  queue_options.archive_after_s = options.archive_after_days * 86400;
   auto queue = JobQueue::Open(queue_options);
   if (!queue.ok()) return ExplainOpenError(queue.status(), options.db);
 
@@ -117,6 +119,8 @@ ProgramError Serve(const ServeOptions& options) {
   server_options.reconnect_grace_s = options.reconnect_grace_s;
   auto server = CoordinatorServer::Start(server_options, **queue);
   if (!server.ok()) return ListenError(server.status());
+
+  const Janitor janitor(**queue, **store, {.lease_s = options.lease_s});
 
   std::unique_ptr<HttpServer> http;
   if (!options.http.empty()) {

@@ -17,6 +17,7 @@ struct ServeOptions {
   bool insecure = false;
   double lease_s = 60;
   double reconnect_grace_s = 10;
+  double archive_after_days = 30;  // 0: never.
 };
 
 // A status with the exit status that tells it apart.

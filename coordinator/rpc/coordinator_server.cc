@@ -56,7 +56,7 @@ class CoordinatorServerImpl final : public CoordinatorServer {
 
   ServerMetrics Metrics() const override {
     ServerMetrics metrics = dispatcher_.Metrics();
-    metrics.reports = service_.ReportCounts();
+    service_.AddMetrics(metrics);
     return metrics;
   }
 

@@ -46,6 +46,18 @@ struct ServerMetrics {
   int64_t leases = 0;  // Since start, as are the following.
   int64_t workers_lost = 0;
   std::map<std::string, int64_t> reports;  // By outcome: "OK", "STALE_FENCE"..., "FAIL"
+  // Work that results told of, by stage: "layout", "dress", "build", "trace"...
+  struct Stage {
+    int64_t count = 0;
+    double seconds = 0;
+  };
+  std::map<std::string, Stage> stages;
+  struct Work {
+    int64_t jobs = 0;
+    double wall_s = 0;
+    double cpu_s = 0;
+  };
+  std::map<std::string, Work> work;  // Of results, by kind: "solve", "render".
   // Seconds from "a worker has credit and a job is ready" to the lease on its stream; cumulative
   // counts by bound.
   std::vector<double> lease_latency_bounds_s;

@@ -1,5 +1,7 @@
 #include "coordinator/rpc/coordinator_service.h"
 
+#include <algorithm>
+
 #include "common/base/log.h"
 #include "common/base/version.h"
 #include "common/rpc/grpc_status.h"
@@ -10,6 +12,7 @@ namespace {
 
 constexpr int kMostListed = 10'000;
 constexpr int kStudiesListed = 100;  // Unless told.
+constexpr size_t kMostStages = 32;
 
 // For the audit table.
 std::string ActorOf(const grpc::CallbackServerContext& context) { return context.peer(); }
@@ -51,9 +54,38 @@ void CoordinatorService::WaitForCalls() {
   idle_.wait(lock, [this] { return calls_ == 0; });
 }
 
-std::map<std::string, int64_t> CoordinatorService::ReportCounts() const {
+void CoordinatorService::AddMetrics(ServerMetrics& metrics) const {
   std::lock_guard lock(mu_);
-  return reports_;
+  metrics.reports = reports_;
+  metrics.stages = stages_;
+  metrics.work = work_;
+}
+
+// What an accepted result says of its work.
+void CoordinatorService::NoteWork(const v1::CompleteRequest& request) {
+  std::lock_guard lock(mu_);
+  const auto add = [this](const std::string& stage, double seconds) {
+    if (!(seconds > 0)) return;
+    ServerMetrics::Stage& total = stages_[stage];
+    ++total.count;
+    total.seconds += seconds;
+  };
+  if (request.has_solve()) {
+    add("layout", request.solve().layout_s());
+    add("dress", request.solve().dress_s());
+  } else {
+    add("build", request.render().build_s());
+    for (const v1::FrameResult& frame : request.render().frames()) {
+      for (const auto& [stage, seconds] : frame.stage_s()) {
+        // Names come from workers: no more than there can be stages.
+        if (stages_.count(stage) > 0 || stages_.size() < kMostStages) add(stage, seconds);
+      }
+    }
+  }
+  ServerMetrics::Work& work = work_[request.has_solve() ? "solve" : "render"];
+  ++work.jobs;
+  work.wall_s += std::max(0.0, request.wall_s());
+  work.cpu_s += std::max(0.0, request.cpu_s());
 }
 
 CoordinatorService::Reactor* CoordinatorService::RunOn(TaskPool& pool, Context* context,
@@ -118,6 +150,7 @@ CoordinatorService::Reactor* CoordinatorService::Complete(Context* context,
                            [this, reactor, request, reply](absl::StatusOr<v1::ReportOutcome> end) {
                              if (end.ok() && *end == v1::REPORT_OUTCOME_OK) {
                                dispatcher_.Reported(request->worker(), true);
+                               NoteWork(*request);
                              }
                              EndReport(reactor, reply, end, "OK");
                              Leave();

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/coordinator_server.h"
 #include "coordinator/rpc/dispatcher.h"
 #include "coordinator/rpc/task_pool.h"
 #include "coordinator/rpc/work_stream.h"
@@ -26,7 +27,7 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
                      TaskPool& client_pool, std::string store_uri, std::string coordinator_id,
                      double lease_s);
 
-  std::map<std::string, int64_t> ReportCounts() const;  // By outcome.
+  void AddMetrics(ServerMetrics& metrics) const;  // Reports, stages and work.
   // Until no call is in progress.
   void WaitForCalls();
 
@@ -58,6 +59,7 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   Reactor* EndNow(Context* context, const absl::Status& status);
   void EndReport(Reactor* reactor, v1::ReportReply* reply,
                  const absl::StatusOr<v1::ReportOutcome>& outcome, const char* if_ok);
+  void NoteWork(const v1::CompleteRequest& request);
   bool IsForeign(const std::string& coordinator_id) const;
   void Enter();
   void Leave();
@@ -73,7 +75,9 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   mutable std::mutex mu_;
   std::condition_variable idle_;
   int calls_ = 0;                           // Guarded by mu_: streams, and calls that are not over.
-  std::map<std::string, int64_t> reports_;  // Guarded by mu_.
+  std::map<std::string, int64_t> reports_;  // Guarded by mu_, like the following.
+  std::map<std::string, ServerMetrics::Stage> stages_;
+  std::map<std::string, ServerMetrics::Work> work_;
 };
 
 }  // namespace parallax

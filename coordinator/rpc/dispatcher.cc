@@ -5,6 +5,7 @@
 #include <deque>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <thread>
 #include <tuple>
@@ -23,6 +24,8 @@ constexpr int kLargestWindow = 256;
 constexpr int kEmptyHandsThatClose = 3;  // One worker may be refused for its own sake.
 // A wake-up that went missing costs at most this.
 constexpr double kLookAgain_s = 1;
+// Credit for a slot that was about to become free: it is by now.
+constexpr double kAheadIsIdle_s = 2;
 constexpr double kForgetWorker_s = 3600;
 constexpr int kFailuresThatSuspend = 5;  // In a row, while others succeed.
 constexpr double kFirstSuspension_s = 30;
@@ -47,6 +50,8 @@ struct Worker {
   Presence presence = Presence::kConnected;
   bool draining = false;
   int credit = 0;
+  int ahead = 0;  // Of the credit: for slots that are still busy.
+  SteadyTime ahead_since{};
   bool asking = false;
   uint64_t served_round = 0;  // Got less than it asked for in this round.
   SteadyTime wants_since{};
@@ -147,13 +152,15 @@ class Dispatcher::Impl {
     return absl::OkStatus();
   }
 
-  void AddCredit(const std::string& name, const WorkerLink* link, int jobs) {
+  void AddCredit(const std::string& name, const WorkerLink* link, const v1::Credit& credit) {
     std::lock_guard lock(mu_);
     Worker* worker = Present(name, link);
     if (worker == nullptr) return;
     worker->heard = clock_.Steady();
     if (worker->credit == 0) worker->wants_since = clock_.Steady();
-    worker->credit = std::min(worker->credit + jobs, kMaxCredit);
+    worker->credit = std::min(worker->credit + credit.jobs(), kMaxCredit);
+    worker->ahead = std::min(worker->ahead + credit.ahead(), worker->credit);
+    if (credit.ahead() > 0) worker->ahead_since = clock_.Steady();
     worker->served_round = 0;  // New credit asks anew.
     Poke();
   }
@@ -454,6 +461,7 @@ class Dispatcher::Impl {
       *message.mutable_lease() = std::move(lease);
       worker->link->Send(std::move(message));
       --worker->credit;
+      worker->ahead = std::min(worker->ahead, worker->credit);
       ++worker->running;  // Until the next heartbeat says so itself.
       ++leases_;
       Observe(latency_s);
@@ -482,6 +490,7 @@ class Dispatcher::Impl {
   void Ask() {
     if (workers_.empty()) return;
     const SteadyTime now = clock_.Steady();
+    std::optional<Farm> farm;
     auto it = workers_.upper_bound(last_asked_);
     for (size_t i = 0; i < workers_.size(); ++i, ++it) {
       if (it == workers_.end()) it = workers_.begin();
@@ -496,13 +505,37 @@ class Dispatcher::Impl {
         continue;
       }
       ++of_class.in_flight;
-      AskFor(worker, key);
+      if (!farm) farm = LookAtFarm();
+      AskFor(worker, key, *farm);
+      if (worker.facts.renders) farm->idle_render_slots -= IdleSlots(worker);
       last_asked_ = it->first;
     }
   }
 
-  void AskFor(Worker& worker, const ClassKey& key) {
+  // What splitting is decided by.
+  struct Farm {
+    int idle_render_slots = 0;
+    int render_slots = 0;
+  };
+  int IdleSlots(const Worker& worker) const {
+    const bool busy_still = SecondsBetween(worker.ahead_since, clock_.Steady()) < kAheadIsIdle_s;
+    return worker.credit - (busy_still ? worker.ahead : 0);
+  }
+  Farm LookAtFarm() const {
+    Farm farm;
+    for (const auto& [name, worker] : workers_) {
+      if (worker.link == nullptr || worker.draining || !worker.facts.renders) continue;
+      farm.render_slots += worker.hello.slots();
+      // Who has asked already was counted when it did.
+      if (!worker.asking) farm.idle_render_slots += IdleSlots(worker);
+    }
+    return farm;
+  }
+
+  void AskFor(Worker& worker, const ClassKey& key, const Farm& farm) {
     worker.asking = true;
+    worker.facts.idle_render_slots = farm.idle_render_slots;
+    worker.facts.render_slots = farm.render_slots;
     const int jobs =
         std::min(TrustIn(worker.facts.name, worker, clock_.Steady()), kMostAskedAtOnce);
     Note note;
@@ -593,8 +626,9 @@ absl::Status Dispatcher::Join(
     const std::function<void(const std::vector<v1::AttemptId>&)>& welcome) {
   return impl_->Join(link, hello, welcome);
 }
-void Dispatcher::AddCredit(const std::string& worker, const WorkerLink* link, int jobs) {
-  impl_->AddCredit(worker, link, jobs);
+void Dispatcher::AddCredit(const std::string& worker, const WorkerLink* link,
+                           const v1::Credit& credit) {
+  impl_->AddCredit(worker, link, credit);
 }
 void Dispatcher::Heard(const std::string& worker, const WorkerLink* link,
                        const v1::Heartbeat& heartbeat) {

@@ -45,7 +45,7 @@ class Dispatcher final : public JobQueueObserver {
   absl::Status Join(const std::shared_ptr<WorkerLink>& link, const v1::Hello& hello,
                     const std::function<void(const std::vector<v1::AttemptId>&)>& welcome);
   // The rest is ignored unless `link` is the worker's present one.
-  void AddCredit(const std::string& worker, const WorkerLink* link, int jobs);
+  void AddCredit(const std::string& worker, const WorkerLink* link, const v1::Credit& credit);
   void Heard(const std::string& worker, const WorkerLink* link, const v1::Heartbeat& heartbeat);
   void Left(const std::string& worker, const WorkerLink* link);
   // An attempt of this worker's has ended, and how. A worker that fails everything while others

@@ -70,7 +70,8 @@ absl::Status CheckHello(const v1::Hello& hello) {
 }
 
 absl::Status CheckCredit(const v1::Credit& credit) {
-  return CheckRange("credit.jobs", credit.jobs(), 1, kMaxCredit);
+  RETURN_IF_ERROR(CheckRange("credit.jobs", credit.jobs(), 1, kMaxCredit));
+  return CheckRange("credit.ahead", credit.ahead(), 0, credit.jobs());
 }
 
 absl::Status CheckHeartbeat(const v1::Heartbeat& heartbeat) {

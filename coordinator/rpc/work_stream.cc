@@ -30,7 +30,7 @@ void WorkStream::OnReadDone(bool ok) {
   switch (incoming_.message_case()) {
     case v1::WorkerMessage::kCredit: {
       const absl::Status status = CheckCredit(incoming_.credit());
-      if (status.ok()) shared_.dispatcher.AddCredit(worker_, this, incoming_.credit().jobs());
+      if (status.ok()) shared_.dispatcher.AddCredit(worker_, this, incoming_.credit());
       return EndUnlessOk(status);
     }
     case v1::WorkerMessage::kHeartbeat: {

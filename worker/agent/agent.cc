@@ -427,12 +427,22 @@ class AgentImpl final : public Agent {
     if (session_ == nullptr || !welcomed_ || drain_ > 0) return;
     if (reports_.pending_in_all() >= kMaxPendingReports) return;
     if (reports_.HasUntriedLeftovers(coordinator_id_)) return;
-    const int more = options_.slots - slots_.busy() - credit_;
+    const int taken = slots_.busy() + credit_;
+    const int free = std::max(0, options_.slots - taken);
+    const int more = options_.slots + EndingSoon() - taken;
     if (more <= 0) return;
     credit_ += more;
     v1::WorkerMessage message;
     message.mutable_credit()->set_jobs(more);
+    message.mutable_credit()->set_ahead(more - free);
     session_->Send(std::move(message));
+  }
+
+  int EndingSoon() const {
+    if (options_.ahead_s <= 0) return 0;
+    int soon = 0;
+    for (const RunningAttempt& run : slots_.Running()) soon += run.remaining_s <= options_.ahead_s;
+    return soon;
   }
 
   void SendHeartbeatIfDue() {
@@ -467,6 +477,10 @@ class AgentImpl final : public Agent {
         next = std::min(next, After(clock_.Steady(), options_.hang_s - run.idle_s));
       }
     }
+    // Progress doesn't wake this thread.
+    if (welcomed_ && drain_ == 0 && options_.ahead_s > 0 && slots_.busy() > 0) {
+      next = std::min(next, After(clock_.Steady(), options_.ahead_s / 4));
+    }
     return next;
   }
 
@@ -488,6 +502,10 @@ class AgentImpl final : public Agent {
       drain_ = 1;
       drain_deadline_ = After(clock_.Steady(), options_.grace_s);
       heartbeat_at_ = clock_.Steady();  // The coordinator is to know now.
+      for (const v1::AttemptId& attempt : slots_.TakeWaiting()) {
+        ++summary_.handed_back;
+        SendHandBack(attempt, "draining");
+      }
       LogInfo("draining", {{"running", slots_.busy()}, {"grace_s", options_.grace_s}});
     }
     if (drain_ == 0) return;

@@ -44,6 +44,9 @@ struct AgentOptions {
   // that is stuck can only be ended with its process. 0: never.
   double hang_s = 1800;
   double connect_timeout_s = 5;
+  // A slot whose job ends within this (as its progress tells) asks for its next one already. 0:
+  // when it is free. What is leased ahead waits here that long instead of running elsewhere.
+  double ahead_s = 1;
   double backoff_base_s = 0.1;
   double backoff_cap_s = 5;
   ReportSenderOptions reports;

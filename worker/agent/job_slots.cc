@@ -2,10 +2,13 @@
 
 #include <time.h>
 
+#include <algorithm>
 #include <condition_variable>
 #include <deque>
 #include <exception>
 #include <filesystem>
+#include <limits>
+#include <map>
 #include <mutex>
 #include <new>
 #include <thread>
@@ -18,6 +21,8 @@ namespace {
 
 // Room for the envelope under the message bound of 64 MiB.
 constexpr size_t kMaxResultBytes = (64u << 20) - (64u << 10);
+constexpr double kTellingFraction = 0.2;  // From how much of a job its speed is told.
+constexpr double kNewestWeighs = 0.25;    // In the usual duration of a kind of job.
 
 double ProcessCpuSeconds() {
   timespec now{};
@@ -91,13 +96,11 @@ class JobSlots::Impl {
 
   bool Start(v1::Lease lease, AttemptFolder folder, std::string coordinator_id) {
     std::lock_guard lock(mu_);
-    if (static_cast<int>(runs_.size()) >= slots_) return false;
+    if (static_cast<int>(runs_.size()) >= 2 * slots_) return false;
     auto run = std::make_shared<Run>();
     run->lease = std::move(lease);
     run->folder = std::move(folder);
     run->coordinator_id = std::move(coordinator_id);
-    run->started = clock_.Steady();
-    run->progressed = run->started;
     runs_.push_back(run);
     waiting_.push_back(run);
     work_.notify_one();
@@ -145,8 +148,10 @@ class JobSlots::Impl {
     std::vector<RunningAttempt> running;
     for (const auto& run : runs_) {
       const double idle_s =
-          std::chrono::duration<double>(clock_.Steady() - run->progressed).count();
-      running.push_back({run->lease.attempt(), run->stop, run->fraction, run->stage, idle_s});
+          run->working ? std::chrono::duration<double>(clock_.Steady() - run->progressed).count()
+                       : 0;
+      running.push_back({run->lease.attempt(), run->stop, run->fraction, run->stage, idle_s,
+                         !run->working, RemainingSeconds(*run)});
     }
     return running;
   }
@@ -156,12 +161,33 @@ class JobSlots::Impl {
     return static_cast<int>(runs_.size());
   }
 
+  std::vector<v1::AttemptId> TakeWaiting() {
+    std::lock_guard lock(mu_);
+    std::vector<v1::AttemptId> taken;
+    for (const auto& waiting : waiting_) {
+      taken.push_back(waiting->lease.attempt());
+      std::erase(runs_, waiting);
+    }
+    waiting_.clear();
+    return taken;
+  }
+
   std::vector<EndedAttempt> TakeEnded() {
     std::lock_guard lock(mu_);
     return std::move(ended_);
   }
 
  private:
+  // Requires mu_.
+  double RemainingSeconds(const Run& run) const {
+    if (!run.working) return std::numeric_limits<double>::infinity();
+    const double elapsed_s = std::chrono::duration<double>(clock_.Steady() - run.started).count();
+    if (run.fraction >= kTellingFraction) return elapsed_s * (1 - run.fraction) / run.fraction;
+    const auto usual = usual_s_.find(run.lease.kind());
+    if (usual == usual_s_.end()) return std::numeric_limits<double>::infinity();
+    return std::max(0.0, usual->second - elapsed_s);
+  }
+
   static void StopRun(Run& run, StopCause cause) {
     if (run.stop == StopCause::kNone) run.stop = cause;
     run.cancel.Cancel();
@@ -177,6 +203,7 @@ class JobSlots::Impl {
         run = std::move(waiting_.front());
         waiting_.pop_front();
         ChargeCpu();
+        run->started = run->progressed = clock_.Steady();
         run->working = true;
       }
       Work(*run);
@@ -246,6 +273,10 @@ class JobSlots::Impl {
       ChargeCpu();
       run.working = false;
       ended.stop = run.stop;
+      if (ended.succeeded) {
+        const auto [usual, first] = usual_s_.try_emplace(run.lease.kind(), wall_s);
+        if (!first) usual->second += kNewestWeighs * (wall_s - usual->second);
+      }
       place = PlaceOf(run);
       cpu_s = run.cpu_s;
     }
@@ -344,6 +375,7 @@ class JobSlots::Impl {
   std::deque<std::shared_ptr<Run>> waiting_;
   std::vector<EndedAttempt> ended_;
   double cpu_seen_s_;
+  std::map<int, double> usual_s_;  // By kind of job.
   bool closing_ = false;
 
   std::vector<std::thread> threads_;
@@ -362,6 +394,7 @@ bool JobSlots::Stop(const v1::AttemptId& attempt, StopCause cause) {
 }
 void JobSlots::StopAll(StopCause cause) { impl_->StopAll(cause); }
 bool JobSlots::Abandon(const v1::AttemptId& attempt) { return impl_->Abandon(attempt); }
+std::vector<v1::AttemptId> JobSlots::TakeWaiting() { return impl_->TakeWaiting(); }
 std::vector<RunningAttempt> JobSlots::Running() const { return impl_->Running(); }
 int JobSlots::busy() const { return impl_->busy(); }
 std::vector<EndedAttempt> JobSlots::TakeEnded() { return impl_->TakeEnded(); }

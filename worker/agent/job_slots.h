@@ -1,6 +1,7 @@
-// The jobs that run in this worker: `slots` threads, each with at most one attempt. An attempt that
-// ends by itself becomes a report (durable before its slot counts as free); one that was told to
-// stop ends in silence.
+// The jobs that run in this worker: `slots` threads, each with at most one attempt, and as many
+// more that wait for the next free one, so that a slot needn't wait for its next lease. An attempt
+// that ends by itself becomes a report (durable before its slot counts as free); one that was told
+// to stop ends in silence.
 #pragma once
 
 #include <functional>
@@ -29,6 +30,10 @@ struct RunningAttempt {
   double fraction = 0;
   std::string stage;
   double idle_s = 0;  // Since it last told its progress.
+  bool waiting = false;  // For a slot.
+  // Until it ends, as far as its progress and earlier jobs of its kind tell; infinite if they
+  // don't.
+  double remaining_s = 0;
 };
 
 struct EndedAttempt {
@@ -48,7 +53,8 @@ class JobSlots {
            std::function<void()> on_end);
   ~JobSlots();  // Stops all attempts and waits for them.
 
-  // `folder` is for render jobs. False when all slots are busy.
+  // `folder` is for render jobs. It begins when a slot is free. False when as many wait as there
+  // are slots.
   bool Start(v1::Lease lease, AttemptFolder folder, std::string coordinator_id);
   // The first cause stays. False when that attempt doesn't run here.
   bool Stop(const v1::AttemptId& attempt, StopCause cause);
@@ -56,10 +62,12 @@ class JobSlots {
   // Gives up an attempt that doesn't come to its end: reports it as failed now. Its thread can't be
   // ended, so its slot stays busy. False when it doesn't run here or was told to stop.
   bool Abandon(const v1::AttemptId& attempt);
+  // Takes out those that wait; they leave no trace here.
+  std::vector<v1::AttemptId> TakeWaiting();
 
   std::vector<RunningAttempt> Running() const;  // Those told to stop too, until they have.
-  int busy() const;
-  std::vector<EndedAttempt> TakeEnded();  // Since the last call.
+  int busy() const;                             // Those that wait included.
+  std::vector<EndedAttempt> TakeEnded();        // Since the last call.
 
  private:
   class Impl;

@@ -185,6 +185,7 @@ TEST_F(AgentTest, RunsWhatItLeasesAndReportsIt) {
 }
 
 TEST_F(AgentTest, TakesNoMoreJobsThanItHasSlots) {
+  options_.ahead_s = 0;
   coordinator_.Change([](auto& how) { how.lease_s = 1; });
   runner_.Hold(1, started_, finish_, cancelled_);
   StartAgent();
@@ -194,6 +195,39 @@ TEST_F(AgentTest, TakesNoMoreJobsThanItHasSlots) {
   EXPECT_EQ(coordinator_.seen().leases_sent, 2);
   finish_.Open();
   EXPECT_TRUE(coordinator_.WaitFor([](const Seen& seen) { return seen.completes.size() == 3; }));
+}
+
+TEST_F(AgentTest, LeasesTheNextJobBeforeTheOneAtHandEnds) {
+  options_.slots = 1;
+  options_.ahead_s = 60;  // The job is half done when it begins: it ends soon.
+  runner_.Hold(1, started_, finish_, cancelled_);
+  StartAgent();
+  coordinator_.Offer(SolveLease(1, 11, 1));
+  coordinator_.Offer(SolveLease(2, 12, 2));
+  coordinator_.Offer(SolveLease(3, 13, 2));
+  ASSERT_TRUE(coordinator_.WaitFor([](const Seen& seen) { return seen.leases_sent == 2; }));
+  EXPECT_TRUE(coordinator_.seen().completes.empty());
+  EXPECT_TRUE(started_.Wait());
+  finish_.Open();
+  EXPECT_TRUE(coordinator_.WaitFor([](const Seen& seen) { return seen.completes.size() == 3; }));
+}
+
+TEST_F(AgentTest, ADrainingWorkerHandsBackWhatWaitsAtOnce) {
+  options_.slots = 1;
+  options_.ahead_s = 60;
+  runner_.Hold(1, started_, finish_, cancelled_);
+  StartAgent();
+  coordinator_.Offer(SolveLease(1, 11, 1));
+  coordinator_.Offer(SolveLease(2, 12, 2));
+  ASSERT_TRUE(coordinator_.WaitFor([](const Seen& seen) { return seen.leases_sent == 2; }));
+  ASSERT_TRUE(started_.Wait());
+  agent_->Drain();
+  ASSERT_TRUE(coordinator_.WaitFor([](const Seen& seen) { return seen.hand_backs.size() == 1; }));
+  EXPECT_EQ(coordinator_.seen().hand_backs[0].attempt().job_id(), 2);
+  finish_.Open();
+  JoinAgent();
+  ASSERT_TRUE(summary_.ok()) << summary_.status();
+  EXPECT_EQ(summary_->succeeded, 1);
 }
 
 TEST_F(AgentTest, AFailedJobIsReportedWithACauseThatHasNoNumbers) {

@@ -3,6 +3,7 @@
 #include <httplib.h>
 
 #include <condition_variable>
+#include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -164,10 +165,31 @@ class HttpServerImpl final : public HttpServer {
     for (const v1::StudyStatus& study : fresh.studies) pairs += CountPairs(study).done;
     rate_.Add(now, pairs);
     fresh.pairs_per_hour = rate_.per_hour();
+    NoteEtas(now, fresh);
     snapshot_ = std::move(fresh);
     snapshot_at_ = now;
     has_snapshot_ = true;
     return snapshot_;
+  }
+
+  // Requires snapshot_mu_.
+  void NoteEtas(SteadyTime now, StatusSnapshot& fresh) {
+    std::map<int64_t, PairRate> rates;
+    for (const v1::StudyStatus& study : fresh.studies) {
+      if (study.state() != v1::STUDY_STATE_RUNNING) continue;
+      const auto known = study_rates_.find(study.study_id());
+      PairRate& rate =
+          rates
+              .emplace(study.study_id(), known == study_rates_.end() ? PairRate(kRateWindow_s)
+                                                                     : std::move(known->second))
+              .first->second;
+      const PairCount pairs = CountPairs(study);
+      rate.Add(now, pairs.done);
+      if (rate.per_hour() <= 0) continue;
+      fresh.eta_s[study.study_id()] =
+          3600.0 * static_cast<double>(pairs.wanted - pairs.done) / rate.per_hour();
+    }
+    study_rates_ = std::move(rates);
   }
 
   // So that the rate is there when somebody looks.
@@ -200,6 +222,7 @@ class HttpServerImpl final : public HttpServer {
   std::mutex snapshot_mu_;
   // Guarded by snapshot_mu_.
   PairRate rate_;
+  std::map<int64_t, PairRate> study_rates_;  // Of those that run.
   StatusSnapshot snapshot_;
   SteadyTime snapshot_at_{};
   bool has_snapshot_ = false;

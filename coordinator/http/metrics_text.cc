@@ -38,6 +38,18 @@ class Writer {
   std::string text_;
 };
 
+template <typename Count>
+void WriteHistogram(const std::string& name, const char* help, const std::vector<double>& bounds,
+                    const std::vector<Count>& counts, double sum, Writer& out) {
+  out.Head(name, "histogram", help);
+  for (size_t i = 0; i < counts.size(); ++i) {
+    out.Sample(name + "_bucket", {{"le", i < bounds.size() ? NumberText(bounds[i]) : "+Inf"}},
+               static_cast<double>(counts[i]));
+  }
+  out.Sample(name + "_sum", {}, sum);
+  out.Sample(name + "_count", {}, counts.empty() ? 0 : static_cast<double>(counts.back()));
+}
+
 void WriteQueue(const JobQueueStats& queue, Writer& out) {
   out.Head("jobs", "gauge", "Jobs by kind and state.");
   for (const auto& [key, count] : queue.jobs) {
@@ -53,6 +65,23 @@ void WriteQueue(const JobQueueStats& queue, Writer& out) {
           static_cast<double>(queue.losses));
   out.One("stale_reports_total", "counter", "Late reports refused by their fence, since start.",
           static_cast<double>(queue.stale_reports));
+  out.Head("attempts_total", "counter", "Attempts by what became of them, since start.");
+  const std::pair<const char*, uint64_t> attempts[] = {{"leased", queue.leases_granted},
+                                                       {"completed", queue.completions},
+                                                       {"failed", queue.failures},
+                                                       {"lost", queue.losses},
+                                                       {"stale", queue.stale_reports}};
+  for (const auto& [outcome, count] : attempts) {
+    out.Sample("attempts_total", {{"outcome", outcome}}, static_cast<double>(count));
+  }
+  out.One("splits_total", "counter", "Render jobs made from rigs of another, since start.",
+          static_cast<double>(queue.splits));
+  out.One("archived_jobs_total", "counter", "Jobs moved to the archive since start.",
+          static_cast<double>(queue.archived_jobs));
+  WriteHistogram("commit_seconds", "Time in COMMIT, fsync included.", queue.commit_bounds_s,
+                 queue.commit_counts, queue.commit_seconds, out);
+  WriteHistogram("commit_batch", "Commands in one commit.", queue.batch_bounds, queue.batch_counts,
+                 static_cast<double>(queue.commands), out);
   out.One("commits_total", "counter", "Group commits since start.",
           static_cast<double>(queue.commits));
   out.One("commands_total", "counter", "Commands in group commits since start.",
@@ -88,20 +117,30 @@ void WriteWorkers(const StatusSnapshot& snapshot, Writer& out) {
 }
 
 void WriteLatency(const ServerMetrics& server, Writer& out) {
-  const std::string name = "lease_latency_seconds";
-  out.Head(name, "histogram", "From credit and a ready job to the lease on the worker's stream.");
-  for (size_t i = 0; i < server.lease_latency_counts.size(); ++i) {
-    const std::string bound = i < server.lease_latency_bounds_s.size()
-                                  ? NumberText(server.lease_latency_bounds_s[i])
-                                  : "+Inf";
-    out.Sample(name + "_bucket", {{"le", bound}},
-               static_cast<double>(server.lease_latency_counts[i]));
+  WriteHistogram(
+      "lease_latency_seconds", "From credit and a ready job to the lease on the worker's stream.",
+      server.lease_latency_bounds_s, server.lease_latency_counts, server.lease_latency_sum_s, out);
+}
+
+void WriteWork(const ServerMetrics& server, Writer& out) {
+  out.Head("stage_seconds_total", "counter", "Seconds that results spent in each stage.");
+  for (const auto& [stage, total] : server.stages) {
+    out.Sample("stage_seconds_total", {{"stage", stage}}, total.seconds);
   }
-  out.Sample(name + "_sum", {}, server.lease_latency_sum_s);
-  out.Sample(name + "_count", {},
-             server.lease_latency_counts.empty()
-                 ? 0
-                 : static_cast<double>(server.lease_latency_counts.back()));
+  out.Head("stage_runs_total", "counter", "How often results went through each stage.");
+  for (const auto& [stage, total] : server.stages) {
+    out.Sample("stage_runs_total", {{"stage", stage}}, static_cast<double>(total.count));
+  }
+  const auto each = [&](const char* name, const char* help, auto value) {
+    out.Head(name, "counter", help);
+    for (const auto& [kind, work] : server.work) out.Sample(name, {{"kind", kind}}, value(work));
+  };
+  each("job_results_total", "Results accepted, by kind of job.",
+       [](const ServerMetrics::Work& work) { return static_cast<double>(work.jobs); });
+  each("job_wall_seconds_total", "Wall time of jobs whose results were accepted.",
+       [](const ServerMetrics::Work& work) { return work.wall_s; });
+  each("job_cpu_seconds_total", "CPU time of jobs whose results were accepted.",
+       [](const ServerMetrics::Work& work) { return work.cpu_s; });
 }
 
 void WritePairs(const StatusSnapshot& snapshot, Writer& out) {
@@ -123,6 +162,14 @@ void WritePairs(const StatusSnapshot& snapshot, Writer& out) {
   each("pairs_wanted", [](const v1::VariantStatus& variant) { return variant.pairs_wanted(); });
   out.One("pairs_per_hour", "gauge", "Rate of publication over the last minutes.",
           snapshot.pairs_per_hour);
+  out.Head("study_eta_seconds", "gauge", "Until a running study ends, at its present rate.");
+  for (const v1::StudyStatus& study : snapshot.studies) {
+    const auto eta = snapshot.eta_s.find(study.study_id());
+    if (eta == snapshot.eta_s.end()) continue;
+    out.Sample("study_eta_seconds",
+               {{"study", study.name()}, {"study_id", std::to_string(study.study_id())}},
+               eta->second);
+  }
 }
 
 }  // namespace
@@ -153,6 +200,7 @@ std::string MetricsText(const StatusSnapshot& snapshot) {
   WriteQueue(snapshot.queue, out);
   WriteWorkers(snapshot, out);
   WriteLatency(snapshot.server, out);
+  WriteWork(snapshot.server, out);
   WritePairs(snapshot, out);
   return out.Take();
 }

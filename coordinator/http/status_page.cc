@@ -130,16 +130,20 @@ std::string Problems(const v1::StudyStatus& study) {
   return html;
 }
 
-std::string StudyCard(const v1::StudyStatus& study, double now_unix_s) {
+std::string StudyCard(const v1::StudyStatus& study, const StatusSnapshot& snapshot) {
   const Look look = LookOf(study.state());
   const PairCount pairs = CountPairs(study);
   const bool ended = study.finished_unix_s() > 0;
-  const double span_s = (ended ? study.finished_unix_s() : now_unix_s) - study.submitted_unix_s();
+  const double span_s =
+      (ended ? study.finished_unix_s() : snapshot.now_unix_s) - study.submitted_unix_s();
+  const auto eta = snapshot.eta_s.find(study.study_id());
+  const std::string left =
+      eta == snapshot.eta_s.end() ? "" : ", " + DurationText(eta->second) + " left";
   std::string html = "<section class=\"card\"><div class=\"row\"><h3>" + EscapeHtml(study.name()) +
                      " <span class=\"soft\">#" + std::to_string(study.study_id()) +
                      "</span></h3><span>" + CountText(pairs.done) + " of " +
                      CountText(pairs.wanted) + " pairs <span class=\"soft\">" +
-                     (ended ? "in " : "for ") + DurationText(span_s) + "</span> " +
+                     (ended ? "in " : "for ") + DurationText(span_s) + left + "</span> " +
                      Tag(look.name, look.style) + "</span></div>\n";
   html +=
       "<table><tr><th>variant</th><th></th><th class=\"num\">pairs</th><th>jobs</th>"
@@ -266,7 +270,7 @@ std::string StatusPage(const StatusSnapshot& snapshot) {
         "<section class=\"card soft\">Nothing submitted yet: parallax submit STUDY.yaml</section>";
   }
   for (const v1::StudyStatus& study : snapshot.studies) {
-    html += StudyCard(study, snapshot.now_unix_s);
+    html += StudyCard(study, snapshot);
   }
   html += "<h2>Workers</h2>\n" + WorkersCard(snapshot.workers) + "</main></body></html>\n";
   return html;

@@ -1,6 +1,7 @@
 // What /metrics and the status page are drawn from, taken at one moment.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@ struct StatusSnapshot {
   double uptime_s = 0;
   double now_unix_s = 0;
   double pairs_per_hour = 0;
+  std::map<int64_t, double> eta_s;       // By study; of running ones whose rate is known.
   std::vector<v1::StudyStatus> studies;  // The newest first.
   std::vector<v1::WorkerStatus> workers;
   ServerMetrics server;

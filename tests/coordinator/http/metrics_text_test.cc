@@ -18,6 +18,16 @@ StatusSnapshot Example() {
   snapshot.queue.jobs[{"solve", "READY"}] = 3;
   snapshot.queue.jobs[{"render", "LEASED"}] = 2;
   snapshot.queue.commit_seconds = 0.25;
+  snapshot.queue.commit_bounds_s = {0.001};
+  snapshot.queue.commit_counts = {3, 4};
+  snapshot.queue.commits = 4;
+  snapshot.queue.commands = 40;
+  snapshot.queue.leases_granted = 12;
+  snapshot.queue.batch_bounds = {8};
+  snapshot.queue.batch_counts = {1, 4};
+  snapshot.server.stages["trace"] = {.count = 2, .seconds = 8.5};
+  snapshot.server.work["render"] = {.jobs = 1, .wall_s = 9, .cpu_s = 16};
+  snapshot.eta_s[9] = 270;
   snapshot.server.reports["OK"] = 7;
   snapshot.server.lease_latency_bounds_s = {0.001, 0.1};
   snapshot.server.lease_latency_counts = {1, 5, 6};
@@ -44,6 +54,16 @@ TEST(MetricsText, HasASampleForEachThingWorthWatching) {
            "parallax_jobs{kind=\"solve\",state=\"READY\"} 3",
            "parallax_jobs{kind=\"render\",state=\"LEASED\"} 2",
            "parallax_commit_seconds_total 0.25",
+           "parallax_commit_seconds_bucket{le=\"0.001\"} 3",
+           "parallax_commit_seconds_bucket{le=\"+Inf\"} 4",
+           "parallax_commit_seconds_sum 0.25",
+           "parallax_commit_batch_bucket{le=\"8\"} 1",
+           "parallax_commit_batch_sum 40",
+           "parallax_attempts_total{outcome=\"leased\"} 12",
+           "parallax_stage_seconds_total{stage=\"trace\"} 8.5",
+           "parallax_stage_runs_total{stage=\"trace\"} 2",
+           "parallax_job_cpu_seconds_total{kind=\"render\"} 16",
+           "parallax_study_eta_seconds{study=\"odd \\\"name\\\"\\n\",study_id=\"9\"} 270",
            "parallax_workers{state=\"busy\"} 2",
            "parallax_reports_total{outcome=\"OK\"} 7",
            "parallax_lease_latency_seconds_bucket{le=\"0.001\"} 1",

@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "common/base/log.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator_process.h"
 #include "gap_farm.h"
@@ -215,6 +216,8 @@ int Main(int argc, char** argv) {
   app.add_option("--gap-seconds", arguments.gap_seconds, "How long (default 15)");
   app.add_option("--dir", arguments.dir, "Where the database is (default /tmp)");
   CLI11_PARSE(app, argc, argv);
+  // Thousands of jobs a second would be told otherwise, in stderr.
+  InitLogging({.level = LogLevel::kWarning, .program = "bench_queue"});
   for (int i = 0; i < argc; ++i) arguments.command += (i > 0 ? " " : "") + std::string(argv[i]);
   if (arguments.library_jobs < 0) arguments.library_jobs = arguments.jobs / 2;
 

@@ -185,6 +185,9 @@ class Client {
     clock_.Advance(rng_.Uniform(1, 40));
     (void)queue_.Tick();
     Acknowledge(Ack::kGone, 0);
+    // The janitor's part.
+    const auto litter = queue_.ListLitter(/*older_than_s=*/0, /*limit=*/3);
+    if (litter.ok() && !litter->empty()) (void)queue_.ForgetLitter(*litter);
   }
 
   void PauseOrResume() {

@@ -5,7 +5,7 @@
 // JSON line; exits with 1 when anything was refused or the auditor finds something.
 //
 //   bench_queue [--jobs 1000000] [--library-jobs 500000] [--workers 256] [--slots 1] [--seconds 0]
-//               [--threads 64] [--per-lease 4] [--gap-workers 200] [--gap-seconds 15] [--dir /tmp]
+//               [--threads 128] [--per-lease 8] [--gap-workers 200] [--gap-seconds 15] [--dir /tmp]
 //
 // A transition is one durable lease or one durable completion. `--seconds` bounds the part over
 // gRPC. All parts run on this machine at the same time as their load: figures are of both.
@@ -40,8 +40,8 @@ struct Arguments {
   int workers = 256;
   int slots = 1;
   double seconds = 0;
-  int threads = 64;
-  int per_lease = 4;
+  int threads = 128;
+  int per_lease = 8;
   int gap_workers = 200;
   double gap_seconds = 15;
   std::string dir = "/tmp";
@@ -210,8 +210,8 @@ int Main(int argc, char** argv) {
   app.add_option("--workers", arguments.workers, "Simulated workers over gRPC (default 256)");
   app.add_option("--slots", arguments.slots, "Jobs at a time of each (default 1)");
   app.add_option("--seconds", arguments.seconds, "Bound of the part over gRPC (default none)");
-  app.add_option("--threads", arguments.threads, "Of the part without gRPC (default 64)");
-  app.add_option("--per-lease", arguments.per_lease, "Leases in one call there (default 4)");
+  app.add_option("--threads", arguments.threads, "Of the part without gRPC (default 128)");
+  app.add_option("--per-lease", arguments.per_lease, "Leases in one call there (default 8)");
   app.add_option("--gap-workers", arguments.gap_workers, "Real agents (default 200; 0: none)");
   app.add_option("--gap-seconds", arguments.gap_seconds, "How long (default 15)");
   app.add_option("--dir", arguments.dir, "Where the database is (default /tmp)");

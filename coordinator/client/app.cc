@@ -103,7 +103,10 @@ int ReportUsage(const CLI::ParseError& error, const CLI::App& app, const Session
 
 void RegisterAll(Registry& registry) {
   RegisterRun(registry);
+  RegisterPlan(registry);
   RegisterView(registry);
+  RegisterExport(registry);
+  RegisterVerify(registry);
   RegisterScene(registry);
   RegisterConfig(registry);
   RegisterSubmit(registry);

@@ -68,6 +68,9 @@ void RegisterWorkers(Registry& registry);
 void RegisterSteer(Registry& registry);  // cancel, pause, resume, retry
 void RegisterFetch(Registry& registry);
 void RegisterView(Registry& registry);
+void RegisterPlan(Registry& registry);
+void RegisterExport(Registry& registry);
+void RegisterVerify(Registry& registry);
 void RegisterScene(Registry& registry);   // scene show, scene export
 void RegisterConfig(Registry& registry);  // config check, config show, config list
 

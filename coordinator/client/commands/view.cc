@@ -7,6 +7,7 @@
 #include "coordinator/client/commands/command.h"
 #include "coordinator/client/text.h"
 #include "worker/dataset/contact_sheet.h"
+#include "worker/dataset/variant_sheet.h"
 
 namespace parallax::client {
 namespace {
@@ -14,17 +15,39 @@ namespace {
 struct ViewOptions {
   std::string dir;
   std::string out;
-  int rows = 8;
+  int rows = 0;  // 0: eight, or three with `variants`.
+  bool variants = false;
 };
+
+absl::StatusOr<ExitCode> ViewVariants(const ViewOptions& options, Session& session) {
+  const std::string out = options.out.empty() ? options.dir + "/variants.png" : options.out;
+  VariantSheetOptions sheet;
+  if (options.rows > 0) sheet.max_pairs = options.rows;
+  ASSIGN_OR_RETURN(const VariantSheetResult result, MakeVariantSheet(options.dir, out, sheet));
+  if (session.options.json) {
+    session.PrintJson({{"variant_sheet", result.sheet_png},
+                       {"variants", result.variants},
+                       {"pairs", result.pairs},
+                       {"pairs_common", result.pairs_common}});
+    return kExitOk;
+  }
+  *session.out().stream << result.sheet_png << "\n";
+  *session.err().stream << FormatCount(result.pairs) << " of "
+                        << Plural(result.pairs_common, "pair") << " that all of "
+                        << Plural(static_cast<int64_t>(result.variants.size()), "variant")
+                        << " have\n";
+  return kExitOk;
+}
 
 absl::StatusOr<ExitCode> View(const ViewOptions& options, Session& session) {
   std::error_code error;
   if (!std::filesystem::is_directory(options.dir, error)) {
     return MakeError(absl::StatusCode::kNotFound, options.dir + ": no such folder");
   }
+  if (options.variants) return ViewVariants(options, session);
   const std::string out = options.out.empty() ? options.dir + "/contact_sheet.png" : options.out;
   ContactSheetOptions sheet;
-  sheet.max_frames = options.rows;
+  if (options.rows > 0) sheet.max_frames = options.rows;
   ASSIGN_OR_RETURN(const ContactSheetResult result, MakeContactSheet(options.dir, out, sheet));
   if (session.options.json) {
     session.PrintJson({{"contact_sheet", result.sheet_png},
@@ -56,14 +79,19 @@ void RegisterView(Registry& registry) {
       "\n"
       "Examples:\n"
       "  parallax view out/quickstart\n"
-      "  parallax view out/baseline/narrow --rows 20 --out narrow.png\n");
+      "  parallax view out/baseline/narrow --rows 20 --out narrow.png\n"
+      "  parallax view out/table1 --variants       the same pair of each variant side by side\n");
   command->group(kLocalCommands);
   auto options = std::make_shared<ViewOptions>();
   command->add_option("DIR", options->dir, "A dataset, or a part of one")->required();
   command->add_option("-o,--out", options->out, "The picture (default: DIR/contact_sheet.png)")
       ->type_name("PNG");
-  command->add_option("--rows", options->rows, "Pairs shown, spread evenly (default 8)")
+  command
+      ->add_option("--rows", options->rows,
+                   "Pairs shown, spread evenly (default 8, with --variants 3)")
       ->check(CLI::Range(1, 200));
+  command->add_flag("--variants", options->variants,
+                    "The same pairs of all variants side by side (DIR/variants.png)");
   registry.AddJsonOption(command);
   registry.SetAction(command, [options](Session& session) { return View(*options, session); });
 }

@@ -1,0 +1,133 @@
+#include "coordinator/client/plan.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "common/config/config.h"
+#include "coordinator/client/out_dir.h"
+#include "coordinator/study/expansion.h"
+#include "coordinator/study/keys.h"
+#include "worker/dataset/dataset_reader.h"
+#include "worker/render/profiles.h"
+
+namespace parallax::client {
+namespace {
+
+double Megapixels(const v1::SceneConfig& config) {
+  return double{1e-6} * config.rigs().width_px() * config.rigs().height_px();
+}
+
+// Of one pair, the scene's share left out.
+absl::StatusOr<double> PairSeconds(const v1::SceneConfig& config) {
+  ASSIGN_OR_RETURN(const RenderProfile profile, ResolveProfile(config.render()));
+  const Costs& costs = kMeasuredCosts;
+  double per_mpx = costs.fixed_s_per_mpx + costs.trace_s_per_mpx_sample * profile.samples_per_pixel;
+  if (profile.denoise == DenoiseQuality::kFast) per_mpx += costs.denoise_fast_s_per_mpx;
+  if (profile.denoise == DenoiseQuality::kHigh || profile.denoise == DenoiseQuality::kBalanced) {
+    per_mpx += costs.denoise_high_s_per_mpx;
+  }
+  return per_mpx * Megapixels(config);
+}
+
+double LayoutSeconds(const v1::SceneConfig& config) {
+  if (config.type() == v1::SCENE_TYPE_DENSE) return 0;
+  return config.solver().mode() == v1::SolverConfig::MODE_FULL ? kMeasuredCosts.layout_full_s
+                                                               : kMeasuredCosts.layout_reduced_s;
+}
+
+double DressSeconds(const v1::SceneConfig& config) {
+  if (config.type() != v1::SCENE_TYPE_DENSE) return kMeasuredCosts.dress_s;
+  return kMeasuredCosts.dense_scene_s + kMeasuredCosts.dense_keyframe_s * config.rigs().count();
+}
+
+// How much of `wanted` is new when `had` was asked for before; remembers the larger.
+int64_t TakeNew(int64_t& had, int64_t wanted) {
+  const int64_t more = std::max<int64_t>(0, wanted - had);
+  had = std::max(had, wanted);
+  return more;
+}
+
+void AddTo(PlanRow& total, const PlanRow& row) {
+  total.pairs += row.pairs;
+  total.scenes += row.scenes;
+  total.solve_jobs += row.solve_jobs;
+  total.render_jobs += row.render_jobs;
+  total.layouts_shared += row.layouts_shared;
+  total.scenes_shared += row.scenes_shared;
+  total.pairs_shared += row.pairs_shared;
+  total.solve_core_s += row.solve_core_s;
+  total.render_core_s += row.render_core_s;
+  total.disk_bytes += row.disk_bytes;
+}
+
+}  // namespace
+
+absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor) {
+  StudyPlan plan;
+  plan.factor = factor;
+  // Scenes 0..n-1 asked for so far, by what they depend on.
+  std::map<Sha256Digest, int64_t> layouts, scenes;
+  std::map<std::pair<Sha256Digest, Sha256Digest>, int64_t> pairs;
+  for (const v1::VariantSpec& variant : study.variants()) {
+    const v1::SceneConfig& config = variant.config();
+    const ConfigDigests digests = DigestsOf(config);
+    PlanRow row;
+    row.name = variant.name();
+    row.pairs = PairsOf(study, variant);
+    const int64_t rigs = std::max(1, RigsPerSceneOf(study, variant));
+    row.scenes = (row.pairs + rigs - 1) / rigs;
+    row.solve_jobs = row.scenes;
+    row.render_jobs = row.scenes;
+    const bool solved = config.type() != v1::SCENE_TYPE_DENSE;
+    const int64_t new_layouts = solved ? TakeNew(layouts[digests.layout], row.scenes) : 0;
+    const int64_t new_scenes = TakeNew(scenes[digests.scene], row.scenes);
+    const int64_t new_pairs = TakeNew(pairs[{digests.scene, digests.render}], row.pairs);
+    row.layouts_shared = solved ? row.scenes - new_layouts : 0;
+    row.scenes_shared = row.scenes - new_scenes;
+    row.pairs_shared = row.pairs - new_pairs;
+    plan.solves += new_layouts;
+    plan.solves_without_sharing += solved ? row.scenes : 0;
+
+    ASSIGN_OR_RETURN(const double pair_s, PairSeconds(config));
+    row.solve_core_s = factor * (static_cast<double>(new_layouts) * LayoutSeconds(config) +
+                                 static_cast<double>(new_scenes) * DressSeconds(config));
+    const double builds = static_cast<double>((new_pairs + rigs - 1) / rigs);
+    row.render_core_s =
+        factor * (static_cast<double>(new_pairs) * pair_s + builds * kMeasuredCosts.build_s);
+    v1::StudySpec alone;
+    alone.set_pairs(new_pairs);  // Shared pairs are hard links.
+    *alone.add_variants()->mutable_config() = config;
+    row.disk_bytes = EstimateBytes(alone);
+    AddTo(plan.total, row);
+    plan.rows.push_back(std::move(row));
+  }
+  plan.max_solves_per_seed = static_cast<int64_t>(layouts.size());
+  plan.total.name = "total";
+  return plan;
+}
+
+absl::StatusOr<double> ReadMeasuredFactor(const std::string& archive_dir) {
+  ASSIGN_OR_RETURN(const Dataset dataset, ReadDataset(archive_dir));
+  ASSIGN_OR_RETURN(const v1::StudySpec study, LoadStudy(dataset.dir + "/study.lock.yaml"));
+  double measured = 0, foretold = 0;
+  for (const DatasetVariant& variant : dataset.variants) {
+    for (const v1::VariantSpec& spec : study.variants()) {
+      if (spec.name() != variant.name) continue;
+      ASSIGN_OR_RETURN(double pair_s, PairSeconds(spec.config()));
+      pair_s += kMeasuredCosts.build_s / std::max(1, RigsPerSceneOf(study, spec));
+      for (const DatasetFrame& frame : variant.frames) {
+        if (!frame.line.contains("seconds") || !frame.line["seconds"].contains("cpu")) continue;
+        measured += frame.line["seconds"]["cpu"].get<double>();
+        foretold += pair_s;
+      }
+    }
+  }
+  if (!(measured > 0)) {
+    return MakeError(absl::StatusCode::kFailedPrecondition,
+                     archive_dir + ": its index does not say what its pairs cost");
+  }
+  return measured / foretold;
+}
+
+}  // namespace parallax::client

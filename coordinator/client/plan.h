@@ -1,0 +1,57 @@
+// What a study will take before anything is made: scenes, jobs, what sharing saves, core-hours,
+// disk. Pure but for ReadMeasuredFactor.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+#include "parallax/v1/study.pb.h"
+
+namespace parallax::client {
+
+// Core-seconds of one step each, all threads together. kMeasuredCosts is where they are kept; each
+// figure stands with the command that measured it.
+struct Costs {
+  double layout_reduced_s, layout_full_s;  // One room.
+  double dress_s;                          // Floating objects, rigs, lights, materials.
+  double dense_scene_s, dense_keyframe_s;  // Objects of a dense scene; each keyframe's placement.
+  double build_s;                          // Meshes, acceleration structure: once a render job.
+  // For each pair, by megapixels of ONE image.
+  double trace_s_per_mpx_sample;
+  double denoise_high_s_per_mpx, denoise_fast_s_per_mpx;
+  double fixed_s_per_mpx;  // Ground truth, statistics, encoding, writing.
+};
+extern const Costs kMeasuredCosts;
+
+struct PlanRow {
+  std::string name;
+  int64_t pairs = 0, scenes = 0;
+  int64_t solve_jobs = 0, render_jobs = 0;
+  int64_t layouts_shared = 0;  // Scenes whose room another variant above solves.
+  int64_t scenes_shared = 0;   // Scenes that are wholly those of a variant above.
+  int64_t pairs_shared = 0;    // Pairs that a variant above renders.
+  double solve_core_s = 0, render_core_s = 0;
+  int64_t disk_bytes = 0;
+};
+
+struct StudyPlan {
+  std::vector<PlanRow> rows;
+  PlanRow total;
+  int64_t solves_without_sharing = 0, solves = 0;  // Of rooms: `solves` is what is left to do.
+  int64_t max_solves_per_seed = 0;                 // Different layouts of one seed.
+  double factor = 1;  // By which the costs were scaled to what was measured.
+  std::string costs_from;
+};
+
+// Rejected seeds, which cost a few percent more, are not foreseen. A variant's figures count what
+// it does not share with the variants above it. `factor` scales all times. Errors: kInvalidArgument
+// for an unknown render profile.
+absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor);
+
+// Measured core-seconds of the pairs in an archive over what kMeasuredCosts foretells for them.
+// Errors: kNotFound without an index; kFailedPrecondition when no line says what it cost.
+absl::StatusOr<double> ReadMeasuredFactor(const std::string& archive_dir);
+
+}  // namespace parallax::client

@@ -139,6 +139,7 @@ absl::StatusOr<v1::FrameResult> WriteFrame(const FrameJob& job) {
     (*result.mutable_statistics())[name] = value;
   }
   auto& stage_s = *result.mutable_stage_s();
+  stage_s["cache"] = job.frame.cache_s;
   stage_s["trace"] = job.frame.trace_s;
   stage_s["denoise"] = job.frame.denoise_s;
   stage_s["truth"] = job.frame.truth_s;

@@ -44,10 +44,37 @@ Vec3f GuideAlbedo(const SurfaceSample& s) {
   return (s.base_color * opaque + Vec3f::Constant(1.0f - opaque)).cwiseMax(0.0f).cwiseMin(1.0f);
 }
 
+// Whether most of what it reflects goes about equally to all sides.
+bool ScattersWidely(const SurfaceSample& s) {
+  constexpr float kWideRoughness = 0.4f;
+  constexpr float kSharpShare = 0.35f;
+  const float plastic = (1.0f - s.metallic) * (1.0f - s.transmission);
+  const float base = Luminance(s.base_color);
+  float wide = plastic * base;
+  float sharp = 0.06f * s.clearcoat * (s.clearcoat_roughness < kWideRoughness ? 1.0f : 0.0f) +
+                (1.0f - s.metallic) * s.transmission;
+  (s.roughness < kWideRoughness ? sharp : wide) += s.metallic * base + plastic * 0.12f * s.specular;
+  return sharp <= kSharpShare * (wide + sharp);
+}
+
+// Whether a hit is on the surface that the pixel knows, so near that its footprint covers both.
+bool SameSurface(const RenderScene& scene, const PixelSurface& pixel, const RawHit& raw,
+                 float width_m) {
+  constexpr float kSameFacing = 0.995f;
+  constexpr float kNear = 3;  // Footprints.
+  if (raw.placed != pixel.hit.placed) return false;
+  if ((raw.position - pixel.hit.position).squaredNorm() > Square(kNear * width_m)) return false;
+  if (raw.triangle == pixel.hit.triangle) return true;
+  const SurfaceId id = scene.Identify(raw);
+  return id.slot == pixel.hit.slot &&
+         id.geometric_normal.dot(pixel.hit.geometric_normal) > kSameFacing;
+}
+
 }  // namespace
 
 PathResult TracePath(const RenderScene& scene, const LightTable& lights, const PathOptions& options,
-                     const Ray& camera_ray, Sampler& sampler) {
+                     const Ray& camera_ray, Sampler& sampler, PixelSurface* pixel,
+                     PathTrail* trail) {
   PathResult result;
   Ray ray = camera_ray;
   Vec3f throughput = Vec3f::Ones();
@@ -70,6 +97,15 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
     return options.direct == DirectLight::kBsdfSampling ? kInfinity : pdf;
   };
 
+  // What a light's face that the ray met sends back along it, weighted by MIS.
+  const auto mesh_light = [&](uint32_t placed, uint16_t slot, const Vec3f& position, float cosine) {
+    const Vec3f radiance = lights.MeshRadiance(placed, slot);
+    if (!std::isfinite(pdf) || options.direct == DirectLight::kBsdfSampling) return radiance;
+    const float distance = (position - receiver.position).norm();
+    const float light_pdf = lights.MeshPdf(receiver, placed, slot, distance, cosine);
+    return Vec3f(radiance * PowerHeuristic(pdf, light_pdf));
+  };
+
   while (true) {
     RawHit raw;
     ++result.rays;
@@ -88,26 +124,49 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
       return result;
     }
 
+    // ---- What the cache knows ----
+    const Vec2f jitter = options.cache ? sampler.Pair() : Vec2f::Zero();
+    const float width = ray.width_m + ray.spread * raw.distance;
+    if (options.cache && bounce >= options.cache_from) {
+      const SurfaceId id = scene.Identify(raw);
+      if (!scene.traits(id.material).needs_tracing) {
+        const bool front = ray.direction.dot(id.geometric_normal) < 0.0f;
+        const CachePlace place{raw.position,
+                               front ? id.geometric_normal : Vec3f(-id.geometric_normal),
+                               raw.placed, id.slot};
+        Vec3f cached;
+        if (options.cache->Lookup(place, jitter, width, &cached)) {
+          if (front && found_by_bsdf() && lights.IsMeshLight(raw.placed, id.slot)) {
+            add(throughput.cwiseProduct(
+                mesh_light(raw.placed, id.slot, raw.position, -ray.direction.dot(place.normal))));
+          }
+          add(throughput.cwiseProduct(cached));
+          return result;
+        }
+      }
+    }
+
     // ---- The surface ----
-    const SurfaceHit hit = scene.Resolve(raw);
+    const bool first = pixel && bounce == 0 && passages == 0;
+    const bool shared = first && pixel->valid && SameSurface(scene, *pixel, raw, width);
+    SurfaceHit hit;
+    if (shared) {
+      hit = pixel->hit;
+      hit.position = raw.position;
+    } else {
+      hit = scene.Resolve(raw);
+    }
     const Vec3f out = -ray.direction;
     const bool outside = out.dot(hit.geometric_normal) > 0.0f;
     const float side = outside ? 1.0f : -1.0f;
     const Vec3f normal = side * hit.geometric_normal;
-    const float width = ray.width_m + ray.spread * raw.distance;
-    const SurfaceSample surface = scene.Evaluate(hit, width);
+    const SurfaceSample surface = shared ? pixel->surface : scene.Evaluate(hit, width);
 
     // ---- Light that it sends out ----
     if (lights.IsMeshLight(hit.placed, hit.slot)) {
       if (outside && found_by_bsdf()) {
-        const float cosine = out.dot(hit.geometric_normal);
-        const float distance = std::isfinite(pdf) ? (hit.position - receiver.position).norm() : 0;
-        const float light_pdf =
-            std::isfinite(pdf) ? lights.MeshPdf(receiver, hit.placed, hit.slot, distance, cosine)
-                               : 0;
-        const float weight =
-            options.direct == DirectLight::kBsdfSampling ? 1.0f : PowerHeuristic(pdf, light_pdf);
-        add(throughput.cwiseProduct(lights.MeshRadiance(hit.placed, hit.slot)) * weight);
+        add(throughput.cwiseProduct(
+            mesh_light(hit.placed, hit.slot, hit.position, out.dot(hit.geometric_normal))));
       }
     } else if (surface.emission.maxCoeff() > 0.0f) {
       add(throughput.cwiseProduct(surface.emission));
@@ -123,12 +182,22 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
     }
 
     // ---- How it scatters ----
-    const Vec3f bumped = scene.BumpedNormal(hit, width);
+    const Vec3f bumped = shared ? pixel->bumped : scene.BumpedNormal(hit, width);
+    if (first && !shared)
+      *pixel = {!scene.traits(hit.material).needs_tracing, hit, surface, bumped};
     const ShadingFrame frame(UsableNormal(side * bumped, normal, out));
     if (!guided) {
       result.albedo = GuideAlbedo(surface);
       result.normal = frame.z;
       guided = true;
+    }
+    if (trail && trail->size < static_cast<int>(trail->vertices.size()) &&
+        !scene.traits(hit.material).needs_tracing) {
+      trail->vertices[static_cast<size_t>(trail->size++)] = {
+          {hit.position, normal, hit.placed, hit.slot},
+          ScattersWidely(surface),
+          throughput,
+          result.radiance};
     }
     const bool last = bounce >= options.max_bounces;
     if (last && !(surface.thin_walled && surface.transmission > 0.0f)) return result;

@@ -3,7 +3,10 @@
 // unbiased up to `max_bounces`. Stateless; thread-safe.
 #pragma once
 
+#include <array>
+
 #include "worker/render/lights.h"
+#include "worker/render/radiance_cache.h"
 #include "worker/render/render_scene.h"
 #include "worker/render/sampler.h"
 
@@ -20,6 +23,22 @@ struct PathOptions {
   // noise.
   bool regularise = false;
   DirectLight direct = DirectLight::kBoth;
+  // Ends paths that have scattered `cache_from` times or more; nullptr: none is used. Borrowed.
+  const RadianceCache* cache = nullptr;
+  int cache_from = 1;
+};
+
+// A surface on a path, as the cache is to learn it.
+struct PathVertex {
+  CachePlace place;
+  bool rough = false;                // Scatters about alike to all sides.
+  Vec3f throughput = Vec3f::Ones();  // From here to the path's start.
+  Vec3f before = Vec3f::Zero();      // The path's radiance without what is scattered here.
+};
+
+struct PathTrail {
+  std::array<PathVertex, 12> vertices;
+  int size = 0;
 };
 
 struct PathResult {
@@ -30,7 +49,19 @@ struct PathResult {
   uint32_t rays = 0;             // Traced, shadow rays included.
 };
 
+// What the samples of one pixel share where they meet the same surface: how it scatters, seen
+// through the pixel's footprint. The first sample that meets another surface starts anew.
+struct PixelSurface {
+  bool valid = false;
+  SurfaceHit hit;
+  SurfaceSample surface;
+  Vec3f bumped = Vec3f::UnitZ();  // The shading normal with relief.
+};
+
+// With a `pixel`, the first surface is taken from there, or kept there. With a `trail`, the path's
+// surfaces are written there.
 PathResult TracePath(const RenderScene& scene, const LightTable& lights, const PathOptions& options,
-                     const Ray& camera_ray, Sampler& sampler);
+                     const Ray& camera_ray, Sampler& sampler, PixelSurface* pixel = nullptr,
+                     PathTrail* trail = nullptr);
 
 }  // namespace parallax

@@ -5,13 +5,15 @@
 namespace parallax {
 namespace {
 
+constexpr int64_t kUsualCachePaths = 1'000'000;
+
 // clang-format off
 constexpr RenderProfile kProfiles[] = {
-    // name         spp  bounces  denoise                    clamp
-    {"preview",       2,       3, DenoiseQuality::kFast,     8.0f},
-    {"default",       8,       6, DenoiseQuality::kHigh,    16.0f},
-    {"high",         64,      10, DenoiseQuality::kHigh,    64.0f},
-    {"reference",  4096,      32, DenoiseQuality::kOff,      0.0f},
+    // name         spp  bounces  denoise                    clamp  cache paths
+    {"preview",       2,       3, DenoiseQuality::kFast,     8.0f,    250'000},
+    {"default",       8,       6, DenoiseQuality::kHigh,    16.0f,  1'000'000},
+    {"high",         64,      10, DenoiseQuality::kHigh,    64.0f,  4'000'000},
+    {"reference",  4096,      32, DenoiseQuality::kOff,      0.0f,          0},
 };
 // clang-format on
 
@@ -38,6 +40,10 @@ absl::StatusOr<RenderProfile> ResolveProfile(const v1::RenderConfig& config) {
   if (config.denoise() == v1::RenderConfig::DENOISE_OFF) profile.denoise = DenoiseQuality::kOff;
   if (config.denoise() == v1::RenderConfig::DENOISE_ON && profile.denoise == DenoiseQuality::kOff) {
     profile.denoise = DenoiseQuality::kHigh;
+  }
+  if (config.cache() == v1::RenderConfig::CACHE_OFF) profile.cache_paths = 0;
+  if (config.cache() == v1::RenderConfig::CACHE_ON && profile.cache_paths == 0) {
+    profile.cache_paths = kUsualCachePaths;
   }
   return profile;
 }

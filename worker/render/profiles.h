@@ -19,6 +19,8 @@ struct RenderProfile {
   // Indirect light of one sample above this multiple of the picture's mean luminance is cut
   // (fireflies). 0: never, and nothing else is biased either.
   float clamp = 0;
+  // Paths that fill the radiance cache of a scene; 0: there is none.
+  int64_t cache_paths = 0;
 };
 
 // The profile of a config with its overrides. Errors: kInvalidArgument for an unknown name or a

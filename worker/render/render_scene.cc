@@ -305,6 +305,7 @@ void RenderScene::ProbeMaterials() {
       traits.may_be_transmissive |= s.transmission > 0.0f;
       traits.may_be_thin |= s.thin_walled && s.transmission > 0.0f;
       traits.may_be_mirror |= s.metallic >= 0.4f && s.roughness <= 0.15f;
+      traits.needs_tracing |= s.opacity < 0.999f || s.transmission > 0.0f || !s.emission.isZero();
       const float height = geometry_.materials[m]->Height(point);
       if (k == 0) first_height = height;
       traits.has_relief |= height != first_height;
@@ -378,6 +379,19 @@ void RenderScene::Corners(uint32_t placed, uint32_t triangle, Vec3f corners[3]) 
   if (body.instanced) {
     for (int k = 0; k < 3; ++k) corners[k] = body.world_from_object * corners[k];
   }
+}
+
+SurfaceId RenderScene::Identify(const RawHit& raw) const {
+  const PlacedMesh& placed = geometry_.meshes[raw.placed];
+  const Body& body = bodies_[raw.placed];
+  SurfaceId id;
+  id.slot = placed.mesh->triangles[raw.triangle].slot;
+  id.material = id.slot < placed.material_of_slot.size() ? placed.material_of_slot[id.slot] : 0;
+  const Vec3f cross =
+      body.instanced ? Vec3f(body.normal_from_object * raw.edge_cross) : raw.edge_cross;
+  const float length = cross.norm();
+  if (length > 0.0f) id.geometric_normal = cross / length;
+  return id;
 }
 
 SurfaceHit RenderScene::Resolve(const RawHit& raw) const {

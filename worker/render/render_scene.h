@@ -54,6 +54,15 @@ struct MaterialTraits {
   bool may_be_thin = false;          // Lets light straight through somewhere.
   bool may_be_mirror = false;        // Metallic and smooth somewhere.
   bool has_relief = false;           // Height is not constant.
+  // Open, transmissive or emissive somewhere: what it sends out is not only what it scatters.
+  bool needs_tracing = false;
+};
+
+// The little of a hit that the radiance cache asks for.
+struct SurfaceId {
+  Vec3f geometric_normal = Vec3f::UnitZ();  // As in SurfaceHit.
+  uint16_t slot = 0;
+  uint32_t material = 0;
 };
 
 class RenderScene {
@@ -79,6 +88,7 @@ class RenderScene {
   Vec3f Transmittance(const Vec3f& origin, const Vec3f& direction, float distance) const;
 
   SurfaceHit Resolve(const RawHit& hit) const;
+  SurfaceId Identify(const RawHit& hit) const;
   // The surface there; objects without a material are plain grey.
   SurfaceSample Evaluate(const SurfaceHit& hit, float footprint_m) const;
   // The shading normal bent by the material's relief.

@@ -5,10 +5,12 @@
 
 #include <atomic>
 #include <map>
+#include <optional>
 
 #include "common/base/clock.h"
 #include "common/base/memory_budget.h"
 #include "common/math/proto.h"
+#include "worker/render/cache_fill.h"
 #include "worker/render/camera.h"
 #include "worker/render/denoiser.h"
 #include "worker/render/exposure.h"
@@ -22,7 +24,8 @@ namespace parallax {
 namespace {
 
 constexpr int kTile = 16;
-constexpr int kBytesPerPixel = 400;  // Both eyes' films and maps, the denoiser's buffers.
+constexpr int kBytesPerPixel = 400;    // Both eyes' films and maps, the denoiser's buffers.
+constexpr int kSamplesPerSurface = 4;  // That look at a pixel's material once for all.
 
 double SecondsSince(SteadyTime start) {
   return std::chrono::duration<double>(Clock::System().Steady() - start).count();
@@ -47,6 +50,7 @@ class SceneRenderer final : public Renderer {
       : scene_seed_(scene_seed),
         has_room_(scene.has_room()),
         room_(scene.room()),
+        rigs_(scene.rigs().begin(), scene.rigs().end()),
         profile_(profile),
         geometry_(std::move(geometry)),
         lights_(std::move(lights)),
@@ -108,6 +112,10 @@ class SceneRenderer final : public Renderer {
     MarkOcclusion(&frame.left, &frame.right);
     frame.truth_s = SecondsSince(truth_start);
 
+    const SteadyTime fill_start = Clock::System().Steady();
+    RETURN_IF_ERROR(FillCache(cancel));
+    frame.cache_s = SecondsSince(fill_start);
+
     const SteadyTime trace_start = Clock::System().Steady();
     const float clamp =
         profile_.clamp > 0 ? profile_.clamp * PilotLuminance(rig.index(), stereo) : 0;
@@ -164,7 +172,24 @@ class SceneRenderer final : public Renderer {
     options.max_bounces = profile_.max_bounces;
     options.clamp_luminance = clamp;
     options.regularise = profile_.clamp > 0;
+    options.cache = cache_ && !cache_->empty() ? &*cache_ : nullptr;
     return options;
+  }
+
+  // From all rigs of the recipe, whichever of them are rendered here: pictures do not depend on how
+  // a scene's rigs are shared out among jobs.
+  absl::Status FillCache(const CancelToken& cancel) {
+    // What stands anew for every rig shares no light.
+    if (cache_ || profile_.cache_paths == 0 || !keyframes_.empty()) return absl::OkStatus();
+    std::vector<StereoCamera> cameras;
+    for (const v1::Rig& rig : rigs_) {
+      ASSIGN_OR_RETURN(cameras.emplace_back(), StereoCamera::FromRig(rig));
+    }
+    CacheFill fill;
+    fill.paths = profile_.cache_paths;
+    ASSIGN_OR_RETURN(cache_, FillRadianceCache(*geometry_, lights_, Options(0), scene_seed_,
+                                               cameras, fill, cancel));
+    return absl::OkStatus();
   }
 
   // Mean luminance of a coarse, cheap picture of both eyes: what "too bright" is measured by.
@@ -227,15 +252,17 @@ class SceneRenderer final : public Renderer {
                       int x, int y, const CancelToken& cancel, Film* film) const {
     Vec3f color = Vec3f::Zero(), albedo = Vec3f::Zero(), normal = Vec3f::Zero();
     uint64_t rays = 0;
+    PixelSurface pixel_surface;
     const int samples = profile_.samples_per_pixel;
     const auto spread = static_cast<float>(1.0 / camera.fx_px);
     for (int s = 0; s < samples && !cancel.cancelled(); ++s) {
       Sampler sampler(stream_hash, static_cast<uint32_t>(x), static_cast<uint32_t>(y),
                       static_cast<uint32_t>(s));
       const Vec2f jitter = sampler.Pair();
-      const PathResult path =
-          TracePath(*geometry_, lights_, options,
-                    CameraRay(camera, x + jitter.x(), y + jitter.y(), spread), sampler);
+      if (s % kSamplesPerSurface == 0) pixel_surface.valid = false;
+      const PathResult path = TracePath(*geometry_, lights_, options,
+                                        CameraRay(camera, x + jitter.x(), y + jitter.y(), spread),
+                                        sampler, profile_.clamp > 0 ? &pixel_surface : nullptr);
       color += path.radiance;
       albedo += path.albedo;
       normal += path.normal;
@@ -254,12 +281,14 @@ class SceneRenderer final : public Renderer {
   const uint64_t scene_seed_;
   const bool has_room_;
   const v1::Room room_;
+  const std::vector<v1::Rig> rigs_;
   const RenderProfile profile_;
   const std::unique_ptr<RenderScene> geometry_;
   LightTable lights_;  // Constant but for keyframes.
   const std::unique_ptr<Denoiser> denoiser_;
   std::map<uint32_t, v1::Keyframe> keyframes_;  // By rig index; none unless the scene has them.
-  v1::Scene surroundings_;  // Of keyframes: the scene with one's lights and sky.
+  v1::Scene surroundings_;              // Of keyframes: the scene with one's lights and sky.
+  std::optional<RadianceCache> cache_;  // Filled by the first rig that is rendered.
 };
 
 absl::Status CheckKeyframes(const v1::Scene& scene) {

@@ -28,7 +28,8 @@ struct StereoFrame {
   float exposure =
       1;  // Scene radiance is multiplied by it before the sRGB curve; one value for both eyes.
   double trace_s = 0, denoise_s = 0, truth_s = 0;
-  uint64_t rays = 0;  // Of the images, shadow rays included.
+  double cache_s = 0;  // Filling the radiance cache: of a scene's first frame only.
+  uint64_t rays = 0;   // Of the images, shadow rays included.
 };
 
 }  // namespace parallax

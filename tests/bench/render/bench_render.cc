@@ -1,16 +1,40 @@
-// Measures the renderer on one scene; prints one JSON line.
-//   bench_render [SCENE.pb | solve:SEED] [--profile default] [--pairs 2] [--size 1280x720]
+// What a stereo pair costs and how good it is; prints one JSON line.
+//   bench_render [SCENE.pb | solve:SEED[:CONFIG]] [--profile default] [--pairs 20] [--quick]
+// First the whole job `render`, as a worker does it: geometry, acceleration structure, radiance
+// cache, two images and all ground truth a rig, denoising, encoding, writing. Then PSNR and FLIP of
+// the profile's pictures of some rigs against the unbiased reference at a smaller size. The noise
+// that is left in a reference does not count: two independent ones are made, and the squared error
+// is estimated by the mean product of the differences from one and from the other.
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <chrono>
+#include <cmath>
 #include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
 
+#include "common/base/clock.h"
+#include "common/base/hash.h"
+#include "common/image/io.h"
+#include "tests/bench/render/image_error.h"
 #include "tests/bench/render/load_scene.h"
+#include "tests/bench/render/where_time_goes.h"
+#include "worker/dataset/render_frames.h"
 #include "worker/render/renderer.h"
 
 namespace parallax {
 namespace {
+
+using bench::WhereTimeGoes;
+using Json = nlohmann::ordered_json;
+
+struct Options {
+  std::string scene = "solve:1", profile = "default", size, out, reference_dir, denoise, cache;
+  uint64_t seed = 1;
+  int pairs = 20, samples = 0, quality_rigs = 1, reference_samples = 192, quality_width = 480;
+  bool quick = false;
+};
 
 double CpuSeconds() {
   rusage usage;
@@ -21,61 +45,272 @@ double CpuSeconds() {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
+double WallSeconds() {
+  return std::chrono::duration<double>(Clock::System().Steady().time_since_epoch()).count();
+}
+
+v1::Rig Resized(v1::Rig rig, int width, int height) {
+  const double scale = static_cast<double>(width) / rig.width_px();
+  rig.set_fx_px(rig.fx_px() * scale);
+  rig.set_fy_px(rig.fy_px() * scale);
+  rig.set_cx_px(0.5 * width);
+  rig.set_cy_px(0.5 * height);
+  rig.set_width_px(width);
+  rig.set_height_px(height);
+  return rig;
+}
+
+// Looks at frames on their way to the writer.
+class Watched final : public Renderer {
+ public:
+  struct Totals {
+    double cache_s = 0, trace_s = 0, denoise_s = 0, truth_s = 0;
+    uint64_t rays = 0;
+  };
+  Watched(std::unique_ptr<Renderer> inner, Totals* totals)
+      : inner_(std::move(inner)), totals_(totals) {}
+
+  absl::StatusOr<StereoFrame> RenderRig(const v1::Rig& rig, const CancelToken& cancel,
+                                        const ProgressFn& progress) override {
+    // Progress says when tracing is under way; the previous frame's writer is counted as others'.
+    const ProgressFn watch = [&](double fraction) {
+      WhereTimeGoes::Count(fraction > 0 && fraction < 0.949);
+      if (progress) progress(fraction);
+    };
+    auto frame = inner_->RenderRig(rig, cancel, watch);
+    WhereTimeGoes::Count(false);
+    if (!frame.ok()) return frame;
+    totals_->cache_s += frame->cache_s;
+    totals_->trace_s += frame->trace_s;
+    totals_->denoise_s += frame->denoise_s;
+    totals_->truth_s += frame->truth_s;
+    totals_->rays += frame->rays;
+    return frame;
+  }
+
+ private:
+  const std::unique_ptr<Renderer> inner_;
+  Totals* const totals_;
+};
+
+v1::RenderConfig ConfigOf(const Options& options) {
+  v1::RenderConfig config;
+  config.set_profile(options.profile);
+  config.set_samples_per_pixel(options.samples);
+  if (options.denoise == "on") config.set_denoise(v1::RenderConfig::DENOISE_ON);
+  if (options.denoise == "off") config.set_denoise(v1::RenderConfig::DENOISE_OFF);
+  if (options.cache == "on") config.set_cache(v1::RenderConfig::CACHE_ON);
+  if (options.cache == "off") config.set_cache(v1::RenderConfig::CACHE_OFF);
+  for (const char* map :
+       {"depth", "disparity", "occlusion", "objects", "materials", "normals", "masks"}) {
+    config.add_maps(map);
+  }
+  return config;
+}
+
+absl::Status MeasureCost(const Options& options, const v1::Scene& recipe, Json* json) {
+  const std::string dir =
+      options.out.empty()
+          ? (std::filesystem::temp_directory_path() / ("bench_render." + std::to_string(getpid())))
+                .string()
+          : options.out;
+  v1::RenderJob job;
+  *job.mutable_scene() = recipe;
+  *job.mutable_render() = ConfigOf(options);
+  for (int i = 0; i < options.pairs; ++i) job.add_rigs(recipe.rigs(i).index());
+  Watched::Totals totals;
+  double geometry_core_s = 0, build_core_s = 0;
+  const RendererFactory factory =
+      [&](const v1::Scene& scene,
+          const v1::RenderConfig& config) -> absl::StatusOr<std::unique_ptr<Renderer>> {
+    const double start = CpuSeconds();
+    ASSIGN_OR_RETURN(SceneGeometry geometry, BuildSceneGeometry(scene));
+    geometry_core_s = CpuSeconds() - start;
+    ASSIGN_OR_RETURN(auto renderer, Renderer::Create(scene, std::move(geometry), config));
+    build_core_s = CpuSeconds() - start - geometry_core_s;
+    return std::make_unique<Watched>(std::move(renderer), &totals);
+  };
+  RenderJobContext context;
+  context.attempt_dir = std::filesystem::absolute(dir).string();
+  context.attempt_path = "bench";
+  const WhereTimeGoes profiler;
+  const double core_start = CpuSeconds(), wall_start = WallSeconds();
+  {
+    RendererCache cache;
+    ASSIGN_OR_RETURN(const v1::RenderResult result, RenderFrames(job, context, factory, cache));
+    double write_s = 0, statistics_s = 0;
+    for (const v1::FrameResult& frame : result.frames()) {
+      write_s += frame.stage_s().at("write");
+      statistics_s += frame.stage_s().at("statistics");
+    }
+    const double n = options.pairs;
+    (*json)["core_s_per_pair"] = (CpuSeconds() - core_start) / n;
+    (*json)["wall_s_per_pair"] = (WallSeconds() - wall_start) / n;
+    (*json)["geometry_core_s_per_scene"] = geometry_core_s;
+    (*json)["build_core_s_per_scene"] = build_core_s;
+    (*json)["cache_s_per_scene"] = totals.cache_s;
+    // Wall seconds a pair; encoding and writing overlap with the next rig's.
+    (*json)["stage_s"] = {{"truth", totals.truth_s / n},
+                          {"trace", totals.trace_s / n},
+                          {"denoise", totals.denoise_s / n},
+                          {"statistics", statistics_s / n},
+                          {"encode_and_write", write_s / n}};
+    (*json)["mrays_per_s"] = static_cast<double>(totals.rays) / totals.trace_s * 1e-6;
+    (*json)["rays_per_pair"] = static_cast<double>(totals.rays) / n;
+    const bench::TimeShares shares = WhereTimeGoes::Shares();
+    // Of tracing alone; what other threads write meanwhile is in neither.
+    (*json)["embree_share"] = shares.embree / std::max(1e-9, shares.embree + shares.program);
+  }
+  rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
+  (*json)["peak_mb"] = usage.ru_maxrss / 1024;
+  std::error_code ignored;
+  if (options.out.empty()) std::filesystem::remove_all(dir, ignored);
+  return absl::OkStatus();
+}
+
+// One of the two references of a rig: read from the folder of references when it is there.
+absl::StatusOr<std::vector<ImageRgb8>> Reference(const Options& options, v1::Scene recipe,
+                                                 const SceneGeometry& geometry, const v1::Rig& rig,
+                                                 int half) {
+  const std::string key =
+      Sha256Hex(recipe.SerializeAsString() + rig.SerializeAsString() +
+                std::to_string(options.reference_samples) + "/" + std::to_string(half))
+          .substr(0, 16);
+  std::vector<std::string> paths;
+  for (const char* eye : {"left", "right"}) {
+    paths.push_back(options.reference_dir + "/" + key + "_" + eye + ".png");
+  }
+  std::vector<ImageRgb8> images;
+  if (!options.reference_dir.empty() && std::filesystem::exists(paths[1])) {
+    for (const std::string& path : paths) {
+      ASSIGN_OR_RETURN(ImageRgb8 image, ReadPngRgb8(path));
+      images.push_back(std::move(image));
+    }
+    return images;
+  }
+  v1::RenderConfig config;
+  config.set_profile("reference");
+  config.set_samples_per_pixel(options.reference_samples);
+  // The seed of a recipe names its samples only: geometry has its own in its objects.
+  recipe.set_scene_seed(recipe.scene_seed() + 0x5eed0000u + static_cast<uint64_t>(half));
+  ASSIGN_OR_RETURN(const auto renderer, Renderer::Create(recipe, geometry, config));
+  ASSIGN_OR_RETURN(StereoFrame frame, renderer->RenderRig(rig, {}, {}));
+  images = {std::move(frame.left.color), std::move(frame.right.color)};
+  if (!options.reference_dir.empty()) {
+    std::filesystem::create_directories(options.reference_dir);
+    for (size_t i = 0; i < 2; ++i) RETURN_IF_ERROR(WritePng(paths[i], images[i]));
+  }
+  return images;
+}
+
+// Mean of (picture - a) (picture - b): the squared error without the noise of a and b.
+double CrossError(const ImageRgb8& picture, const ImageRgb8& a, const ImageRgb8& b) {
+  double sum = 0;
+  for (size_t i = 0; i < picture.values().size(); ++i) {
+    const double p = picture.values()[i];
+    sum += (p - a.values()[i]) * (p - b.values()[i]);
+  }
+  return sum / static_cast<double>(picture.values().size());
+}
+
+// The mean of two pictures.
+ImageRgb8 Mean(const ImageRgb8& a, const ImageRgb8& b) {
+  ImageRgb8 mean = a;
+  for (size_t i = 0; i < mean.values().size(); ++i) {
+    mean.values()[i] = static_cast<uint8_t>((a.values()[i] + b.values()[i] + 1) / 2);
+  }
+  return mean;
+}
+
+absl::Status MeasureQuality(const Options& options, const v1::Scene& recipe,
+                            const SceneGeometry& geometry, Json* json) {
+  ASSIGN_OR_RETURN(const auto renderer, Renderer::Create(recipe, geometry, ConfigOf(options)));
+  double squares = 0, flip = 0;
+  int pictures = 0;
+  for (int i = 0; i < options.quality_rigs; ++i) {
+    // Spread over the scene's rigs.
+    const v1::Rig& full = recipe.rigs(i * recipe.rigs_size() / options.quality_rigs);
+    const int width = options.quality_width;
+    const v1::Rig rig = Resized(full, width, width * full.height_px() / full.width_px());
+    ASSIGN_OR_RETURN(StereoFrame frame, renderer->RenderRig(rig, {}, {}));
+    ASSIGN_OR_RETURN(const auto a, Reference(options, recipe, geometry, rig, 0));
+    ASSIGN_OR_RETURN(const auto b, Reference(options, recipe, geometry, rig, 1));
+    const ImageRgb8* eyes[2] = {&frame.left.color, &frame.right.color};
+    for (size_t eye = 0; eye < 2; ++eye, ++pictures) {
+      squares += CrossError(*eyes[eye], a[eye], b[eye]);
+      flip += bench::MeanFlip(*eyes[eye], Mean(a[eye], b[eye]));
+    }
+    if (!options.out.empty()) {
+      const std::string name = options.out + "/rig" + std::to_string(full.index());
+      std::filesystem::create_directories(options.out);
+      const ImageRgb8 reference = Mean(a[0], b[0]);
+      RETURN_IF_ERROR(WritePng(name + ".png", bench::SideBySide(*eyes[0], reference)));
+      RETURN_IF_ERROR(
+          WritePng(name + "_difference.png", bench::DifferenceImage(*eyes[0], reference, 8)));
+    }
+  }
+  const double mean = std::max(squares / std::max(pictures, 1), 1e-3);
+  (*json)["psnr_db"] = 10 * std::log10(255.0 * 255.0 / mean);
+  (*json)["flip"] = flip / std::max(pictures, 1);
+  (*json)["quality_rigs"] = options.quality_rigs;
+  (*json)["quality_width_px"] = options.quality_width;
+  (*json)["reference_samples"] = 2 * options.reference_samples;
+  return absl::OkStatus();
+}
+
 absl::Status Run(int argc, char** argv, int* exit_code) {
-  std::string scene_path, profile = "default";
-  uint64_t seed = 1;
-  int pairs = 2, samples = 0;
-  CLI::App app("Measure core-seconds a stereo pair");
-  app.add_option("scene", scene_path, "recipe (.pb) or solve:SEED[:CONFIG]; absent: the demo room");
-  app.add_option("--seed", seed, "of the demo room");
-  app.add_option("--profile", profile);
-  app.add_option("--spp", samples);
-  app.add_option("--pairs", pairs, "rigs to render");
+  Options options;
+  CLI::App app("Core-seconds, memory and error of stereo pairs");
+  app.add_option("scene", options.scene, "solve:SEED[:CONFIG], a recipe (.pb), or demo");
+  app.add_option("--profile", options.profile);
+  app.add_option("--spp", options.samples, "samples a pixel; 0: the profile's");
+  app.add_option("--denoise", options.denoise, "on or off; default: the profile's");
+  app.add_option("--cache", options.cache, "on or off; default: the profile's");
+  app.add_option("--pairs", options.pairs, "rigs to render; 0: measure quality only");
+  app.add_option("--size", options.size, "WIDTHxHEIGHT of the pairs; default: the recipe's");
+  app.add_option("--quality-rigs", options.quality_rigs, "rigs compared; 0: measure cost only");
+  app.add_option("--quality-width", options.quality_width, "of the pictures compared");
+  app.add_option("--reference-spp", options.reference_samples, "of each of two references");
+  app.add_option("--reference-dir", options.reference_dir, "keeps references for the next time");
+  app.add_option("--out", options.out, "keeps frames and compared pictures there");
+  app.add_flag("--quick", options.quick, "two pairs and a small comparison: a minute");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     *exit_code = app.exit(error);
     return absl::OkStatus();
   }
-  ASSIGN_OR_RETURN(bench::LoadedScene scene, bench::LoadScene(scene_path, seed));
+  if (options.quick) {
+    options.pairs = std::min(options.pairs, 2);
+    options.reference_samples = std::min(options.reference_samples, 48);
+    options.quality_width = std::min(options.quality_width, 240);
+  }
+  ASSIGN_OR_RETURN(bench::LoadedScene scene,
+                   bench::LoadScene(options.scene == "demo" ? "" : options.scene, options.seed));
+  int width = 0, height = 0;
+  if (std::sscanf(options.size.c_str(), "%dx%d", &width, &height) == 2) {
+    for (v1::Rig& rig : *scene.recipe.mutable_rigs()) rig = Resized(rig, width, height);
+  }
+  options.pairs = std::min(options.pairs, scene.recipe.rigs_size());
+  options.quality_rigs = std::min(options.quality_rigs, scene.recipe.rigs_size());
   size_t triangles = 0;
   for (const PlacedMesh& placed : scene.geometry.meshes) triangles += placed.mesh->triangles.size();
-  v1::RenderConfig config;
-  config.set_profile(profile);
-  config.set_samples_per_pixel(samples);
-
-  const double build_start = CpuSeconds();
-  ASSIGN_OR_RETURN(const auto renderer,
-                   Renderer::Create(scene.recipe, std::move(scene.geometry), config));
-  const double build_core_s = CpuSeconds() - build_start;
-
-  pairs = std::min(pairs, scene.recipe.rigs_size());
-  double trace_s = 0, truth_s = 0, denoise_s = 0;
-  uint64_t rays = 0;
-  const double start = CpuSeconds();
-  const auto wall_start = std::chrono::steady_clock::now();
-  for (int i = 0; i < pairs; ++i) {
-    ASSIGN_OR_RETURN(const StereoFrame frame, renderer->RenderRig(scene.recipe.rigs(i), {}, {}));
-    trace_s += frame.trace_s;
-    truth_s += frame.truth_s;
-    denoise_s += frame.denoise_s;
-    rays += frame.rays;
+  Json json;
+  json["bench"] = "render";
+  json["scene"] = options.scene;
+  json["profile"] = options.profile;
+  json["pairs"] = options.pairs;
+  if (scene.recipe.rigs_size() > 0) {
+    json["size"] = std::to_string(scene.recipe.rigs(0).width_px()) + "x" +
+                   std::to_string(scene.recipe.rigs(0).height_px());
   }
-  const double core_s = CpuSeconds() - start;
-  const double wall_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count();
-  const double n = std::max(pairs, 1);
-  rusage usage;
-  getrusage(RUSAGE_SELF, &usage);
-  std::printf(
-      "{\"bench\": \"render\", \"profile\": \"%s\", \"pairs\": %d, \"triangles\": %zu, "
-      "\"core_s_per_pair\": %.2f, \"wall_s_per_pair\": %.2f, \"trace_s\": %.2f, \"truth_s\": %.2f, "
-      "\"denoise_s\": %.2f, \"build_core_s\": %.2f, \"mrays_per_s\": %.2f, \"rays_per_pair\": "
-      "%.0f, "
-      "\"peak_mb\": %ld}\n",
-      profile.c_str(), pairs, triangles, core_s / n, wall_s / n, trace_s / n, truth_s / n,
-      denoise_s / n, build_core_s, static_cast<double>(rays) / trace_s * 1e-6,
-      static_cast<double>(rays) / n, usage.ru_maxrss / 1024);
+  json["triangles"] = triangles;
+  if (options.pairs > 0) RETURN_IF_ERROR(MeasureCost(options, scene.recipe, &json));
+  if (options.quality_rigs > 0) {
+    RETURN_IF_ERROR(MeasureQuality(options, scene.recipe, scene.geometry, &json));
+  }
+  std::printf("%s\n", json.dump().c_str());
   return absl::OkStatus();
 }
 

@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "common/image/io.h"
+#include "tests/bench/render/image_error.h"
 #include "tests/bench/render/load_scene.h"
 #include "worker/render/renderer.h"
 
@@ -121,7 +122,7 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
   std::string scene_path, out = "render_preview.out", profile = "default", size;
   uint64_t seed = 1;
   int rig_index = 0, samples = 0, bounces = 0;
-  bool raw = false;
+  bool raw = false, no_cache = false;
   std::string save, compare;
   CLI::App app("Render one rig of a recipe to PNGs");
   app.add_option("scene", scene_path, "recipe (.pb) or solve:SEED[:CONFIG]; absent: the demo room");
@@ -133,8 +134,10 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
   app.add_option("--bounces", bounces);
   app.add_option("--size", size, "WIDTHxHEIGHT; keeps the field of view");
   app.add_option("--save", save, "write the recipe to this file too");
-  app.add_option("--compare", compare, "print the RMS difference from the pictures in this folder");
+  app.add_option("--compare", compare,
+                 "print how far the left picture is from the one in this folder");
   app.add_flag("--raw", raw, "no denoising");
+  app.add_flag("--no-cache", no_cache, "no radiance cache");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -163,6 +166,7 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
   config.set_samples_per_pixel(samples);
   config.set_max_bounces(bounces);
   if (raw) config.set_denoise(v1::RenderConfig::DENOISE_OFF);
+  if (no_cache) config.set_cache(v1::RenderConfig::CACHE_OFF);
   const auto start = std::chrono::steady_clock::now();
   ASSIGN_OR_RETURN(const auto renderer, Renderer::Create(scene.recipe, scene.geometry, config));
   const double build_s =
@@ -171,29 +175,22 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
   std::filesystem::create_directories(out);
   RETURN_IF_ERROR(WriteView(out, "left", frame.left));
   RETURN_IF_ERROR(WriteView(out, "right", frame.right));
-  double rms = -1;
+  bench::ImageError error;
   if (!compare.empty()) {
-    double sum = 0, count = 0;
-    for (const auto& [name, view] :
-         {std::pair("/left.png", &frame.left), std::pair("/right.png", &frame.right)}) {
-      ASSIGN_OR_RETURN(const ImageRgb8 wanted, ReadPngRgb8(compare + name));
-      if (wanted.pixels() != view->color.pixels()) {
-        return MakeError(absl::StatusCode::kInvalidArgument, "--compare: other size");
-      }
-      for (size_t i = 0; i < wanted.values().size(); ++i) {
-        const double d = static_cast<double>(wanted.values()[i]) - view->color.values()[i];
-        sum += d * d;
-        ++count;
-      }
-    }
-    rms = std::sqrt(sum / count);
+    ASSIGN_OR_RETURN(const ImageRgb8 wanted, ReadPngRgb8(compare + "/left.png"));
+    ASSIGN_OR_RETURN(error, bench::CompareImages(frame.left.color, wanted));
+    RETURN_IF_ERROR(
+        WritePng(out + "/difference.png", bench::DifferenceImage(frame.left.color, wanted, 8)));
   }
   char json[512];
   std::snprintf(json, sizeof json,
                 "{\"geometry_s\": %.3f, \"build_s\": %.3f, \"truth_s\": %.3f, \"trace_s\": %.3f, "
-                "\"denoise_s\": %.3f, \"exposure\": %.4f, \"rays\": %.0f, \"rms\": %.3f}\n",
-                scene.geometry_s, build_s, frame.truth_s, frame.trace_s, frame.denoise_s,
-                static_cast<double>(frame.exposure), static_cast<double>(frame.rays), rms);
+                "\"cache_s\": %.3f, \"denoise_s\": %.3f, \"exposure\": %.4f, \"rays\": %.0f, "
+                "\"psnr_db\": %.2f, \"flip\": %.4f, \"bias\": %.2f, \"worst_block\": %.1f}\n",
+                scene.geometry_s, build_s, frame.truth_s, frame.trace_s, frame.cache_s,
+                frame.denoise_s, static_cast<double>(frame.exposure),
+                static_cast<double>(frame.rays), error.psnr_db, error.flip, error.bias,
+                error.worst_block);
   std::ofstream(out + "/timing.json") << json;
   std::fputs(json, stdout);
   return absl::OkStatus();

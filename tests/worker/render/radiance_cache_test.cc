@@ -1,0 +1,220 @@
+// The radiance cache: closed forms, leaks, determinism, bounds, and pictures made with it.
+#include "worker/render/radiance_cache.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+
+#include "tests/worker/render/test_scenes.h"
+#include "worker/render/cache_fill.h"
+#include "worker/render/renderer.h"
+#include "worker/render/sampling.h"
+
+namespace parallax {
+namespace {
+
+using test::BoxRoomRig;
+using test::DiffuseSample;
+using test::MakeBox;
+using test::MakeBoxRoom;
+using test::MakeConfig;
+using test::MakeQuad;
+using test::MakeRig;
+using test::TestScene;
+
+// A scene ready to trace, with a cache filled from its rigs.
+struct Lit {
+  std::unique_ptr<RenderScene> scene;
+  LightTable lights;
+  PathOptions options;
+  std::vector<StereoCamera> cameras;
+  RadianceCache cache;
+
+  Lit(const TestScene& test, const CacheFill& fill) {
+    scene = *RenderScene::Build(test.geometry, 0);
+    lights = *LightTable::Build(test.recipe, *scene);
+    options.max_bounces = 32;
+    for (const v1::Rig& rig : test.recipe.rigs()) cameras.push_back(*StereoCamera::FromRig(rig));
+    cache = *FillRadianceCache(*scene, lights, options, 7, cameras, fill, {});
+  }
+
+  // Mean radiance over the left picture of a rig, by `samples` paths.
+  Vec3f Mean(size_t rig, int samples, const RadianceCache* use, double* rays = nullptr) {
+    options.cache = use;
+    const PinholeCamera& camera = cameras[rig].eyes[0];
+    Vec3d sum = Vec3d::Zero();
+    for (int i = 0; i < samples; ++i) {
+      Sampler sampler(use ? 11 : 12, 0, 0, static_cast<uint32_t>(i));
+      const Vec2f at = sampler.Pair();
+      Ray ray;
+      ray.origin = camera.origin.cast<float>();
+      ray.direction = (camera.world_from_camera *
+                       camera.DirectionAt(at.x() * camera.width_px, at.y() * camera.height_px))
+                          .normalized()
+                          .cast<float>();
+      const PathResult path = TracePath(*scene, lights, options, ray, sampler);
+      sum += path.radiance.cast<double>();
+      if (rays) *rays += path.rays;
+    }
+    return (sum / samples).cast<float>();
+  }
+};
+
+CacheFill SmallFill(int64_t paths, float cell_m) {
+  CacheFill fill;
+  fill.paths = paths;
+  fill.cell_m = cell_m;
+  return fill;
+}
+
+TEST(RadianceCache, AShiningFurnaceHasTheRadianceOfItsClosedForm) {
+  constexpr double kAlbedo = 0.6, kPower = 240;
+  TestScene test;
+  const uint32_t box =
+      test.AddMesh(MakeBox({0, 0, 0}, {2, 2, 2}, true),
+                   test.AddMaterial(DiffuseSample(Vec3f::Constant(static_cast<float>(kAlbedo)))));
+  test.AddMeshLight(box, kPower);
+  *test.recipe.add_rigs() = MakeRig({1, 0.3, 1}, {0.1, 1, 0.05}, 64, 48, 30, 0.1);
+  Lit lit(test, SmallFill(20000, 0.1f));
+  ASSERT_GT(lit.cache.cells(), 500u);
+  double rays = 0, rays_without = 0;
+  const double wanted = kPower / (M_PI * 24) / (1 - kAlbedo);
+  EXPECT_NEAR(lit.Mean(0, 8000, &lit.cache, &rays).x() / wanted, 1, 0.02);
+  EXPECT_NEAR(lit.Mean(0, 8000, nullptr, &rays_without).x() / wanted, 1, 0.02);
+  EXPECT_LT(rays, 0.8 * rays_without);  // It was asked.
+}
+
+TEST(RadianceCache, GivesTheLightOfARoomThatPathsGive) {
+  TestScene test = MakeBoxRoom();
+  *test.recipe.add_rigs() = BoxRoomRig(64, 48);
+  Lit lit(test, SmallFill(40000, 0.1f));
+  double rays = 0, rays_without = 0;
+  const Vec3f with = lit.Mean(0, 20000, &lit.cache, &rays);
+  const Vec3f without = lit.Mean(0, 20000, nullptr, &rays_without);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(with[c] / without[c], 1, 0.03) << "channel " << c;
+  EXPECT_LT(rays, 0.6 * rays_without);
+}
+
+// Two rooms with a wall of 1 cm between them, one lit, one closed and dark; a rig in each.
+TestScene TwoRooms() {
+  TestScene test;
+  const uint32_t grey = test.AddMaterial(DiffuseSample(Vec3f::Constant(0.7f)));
+  test.AddMesh(MakeBox({0, 0, 0}, {2, 2, 2}, true), grey);
+  test.AddMesh(MakeBox({2.01f, 0, 0}, {4, 2, 2}, true), grey);
+  test.AddPointLight({1, 1, 1.7}, 0.05, 200);
+  *test.recipe.add_rigs() = MakeRig({0.3, 1, 1}, {1, 0.1, 0}, 64, 48, 30, 0.1);
+  *test.recipe.add_rigs() = MakeRig({3.7, 1, 1}, {-1, 0.1, 0}, 64, 48, 30, 0.1);
+  return test;
+}
+
+TEST(RadianceCache, NoLightLeaksThroughAThinWall) {
+  Lit lit(TwoRooms(), SmallFill(20000, 0.1f));
+  EXPECT_GT(lit.Mean(0, 2000, &lit.cache).x(), 1);
+  EXPECT_EQ(lit.Mean(1, 2000, &lit.cache).x(), 0);
+}
+
+TEST(RadianceCache, TheTwoSidesOfASheetAreTwoCells) {
+  const CacheGrid grid(Box3f(Vec3f::Zero(), Vec3f::Ones()), 0.1f);
+  const CachePlace front{{0.5f, 0.5f, 0.5f}, Vec3f::UnitZ(), 3, 0};
+  CachePlace back = front, other_object = front, other_slot = front, beside = front;
+  back.normal = -back.normal;
+  other_object.placed = 4;
+  other_slot.slot = 1;
+  beside.position.x() += 0.1f;
+  for (const CachePlace& place : {back, other_object, other_slot, beside}) {
+    EXPECT_NE(grid.KeyOf(front), grid.KeyOf(place));
+  }
+  CachePlace near = front;
+  near.normal = Vec3f(0.1f, 0.2f, 0.9f).normalized();
+  EXPECT_EQ(grid.KeyOf(front), grid.KeyOf(near));
+}
+
+TEST(RadianceCache, CellsGrowWithTheDistanceFromTheRigs) {
+  const CacheGrid grid(Box3f(Vec3f::Zero(), Vec3f::Ones()), 0.1f);
+  EXPECT_EQ(grid.WidthAt({0.5f, 0.5f, 9}), 0.1f);
+  EXPECT_EQ(grid.WidthAt({0.5f, 0.5f, 12}), 0.2f);
+  EXPECT_EQ(grid.WidthAt({0.5f, 0.5f, 101}), 1.6f);
+}
+
+TEST(RadianceCache, NarrowRaysAndUnknownPlacesAreNotAnswered) {
+  const CacheGrid grid(Box3f(Vec3f::Zero(), Vec3f::Ones()), 0.1f);
+  const CachePlace place{{0.5f, 0.5f, 0.5f}, Vec3f::UnitZ(), 3, 0};
+  std::vector<CacheBuilder::Batch> batches(1);
+  for (int i = 0; i < 4; ++i) batches[0].Add({grid.KeyOf(place), Vec3f(1, 2, 3), true});
+  CacheBuilder builder(grid, 1000);
+  builder.Add(batches);
+  const RadianceCache cache = builder.Freeze(4);
+  Vec3f radiance;
+  const Vec2f middle(0.5f, 0.5f);
+  ASSERT_TRUE(cache.Lookup(place, middle, 1.0f, &radiance));
+  EXPECT_EQ(radiance, Vec3f(1, 2, 3));
+  EXPECT_FALSE(cache.Lookup(place, middle, 0.05f, &radiance));
+  CachePlace elsewhere = place;
+  elsewhere.position.x() += 1;
+  EXPECT_FALSE(cache.Lookup(elsewhere, middle, 1.0f, &radiance));
+  EXPECT_EQ(builder.Freeze(5).cells(), 0u);  // Too few records.
+  batches[0].Add({grid.KeyOf(place), Vec3f::Zero(), false});
+  builder.Add(batches);
+  EXPECT_EQ(builder.Freeze(4).cells(), 0u);  // One in nine found it glossy.
+}
+
+TEST(RadianceCache, HoldsNoMoreCellsThanItMay) {
+  const CacheGrid grid(Box3f(Vec3f::Zero(), Vec3f::Ones()), 0.1f);
+  CacheBuilder builder(grid, 6400);
+  std::vector<CacheBuilder::Batch> batches(1);
+  for (int i = 0; i < 100000; ++i) {
+    const CachePlace place{
+        {0.1f * static_cast<float>(i), 0, 0}, Vec3f::UnitZ(), static_cast<uint32_t>(i), 0};
+    batches[0].Add({grid.KeyOf(place), Vec3f::Ones(), true});
+  }
+  builder.Add(batches);
+  EXPECT_LE(builder.cells(), 6400u);
+  EXPECT_GT(builder.cells(), 6000u);
+  EXPECT_LT(builder.bytes(), 6400u * 32 * 5);
+  EXPECT_LT(builder.Freeze(1).bytes(), 6400u * 16 * 4);
+}
+
+TEST(RadianceCache, PicturesDependNeitherOnThreadsNorOnTheOtherRigsOfTheJob) {
+  TestScene test = MakeBoxRoom();
+  v1::Rig rig = BoxRoomRig(80, 60);
+  *test.recipe.add_rigs() = rig;
+  rig = MakeRig({3.6, 0.4, 1.8}, {-0.6, 1, -0.2}, 80, 60, 50, 0.1);
+  rig.set_index(1);
+  *test.recipe.add_rigs() = rig;
+  v1::RenderConfig config = MakeConfig(2, 4, false, "preview");
+  std::vector<StereoFrame> frames;
+  for (const auto& [threads, first] : {std::pair(1, 1), std::pair(3, 0), std::pair(2, 1)}) {
+    const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
+                                      static_cast<size_t>(threads));
+    auto renderer = *Renderer::Create(test.recipe, test.geometry, config);
+    for (int i = first; i < 2; ++i) {
+      auto frame = renderer->RenderRig(test.recipe.rigs(i), {}, {});
+      ASSERT_TRUE(frame.ok()) << frame.status();
+      if (i == 1) frames.push_back(*std::move(frame));
+    }
+  }
+  for (size_t i = 1; i < frames.size(); ++i) {
+    EXPECT_EQ(frames[0].left.color, frames[i].left.color);
+    EXPECT_EQ(frames[0].right.color, frames[i].right.color);
+  }
+  config.set_cache(v1::RenderConfig::CACHE_OFF);
+  auto without = *Renderer::Create(test.recipe, test.geometry, config);
+  EXPECT_NE(frames[0].left.color, without->RenderRig(test.recipe.rigs(1), {}, {})->left.color);
+}
+
+TEST(RadianceCache, AFillIsCancelled) {
+  TestScene test = MakeBoxRoom();
+  *test.recipe.add_rigs() = BoxRoomRig(64, 48);
+  const auto scene = *RenderScene::Build(test.geometry, 0);
+  const LightTable lights = *LightTable::Build(test.recipe, *scene);
+  const CancelToken cancel;
+  cancel.Cancel();
+  const auto cache =
+      FillRadianceCache(*scene, lights, {}, 1, {*StereoCamera::FromRig(test.recipe.rigs(0))},
+                        SmallFill(1 << 20, 0.1f), cancel);
+  EXPECT_EQ(cache.status().code(), absl::StatusCode::kCancelled);
+}
+
+}  // namespace
+}  // namespace parallax

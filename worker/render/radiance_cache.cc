@@ -1,0 +1,160 @@
+#include "worker/render/radiance_cache.h"
+
+#include <tbb/parallel_for.h>
+
+#include <cmath>
+
+#include "worker/render/sampling.h"
+
+namespace parallax {
+namespace {
+
+uint64_t Mix(uint64_t x) {
+  x ^= x >> 32;
+  x *= 0xd6e8feb86659fd93u;
+  x ^= x >> 32;
+  x *= 0xd6e8feb86659fd93u;
+  x ^= x >> 32;
+  return x;
+}
+
+// Which of the six ways a normal faces.
+uint32_t FaceOf(const Vec3f& normal) {
+  int axis = 0;
+  normal.cwiseAbs().maxCoeff(&axis);
+  return static_cast<uint32_t>(2 * axis) + (normal[axis] < 0.0f ? 1 : 0);
+}
+
+// Walls stand at round numbers: cubes must not have their faces there.
+const Vec3f kShift_m(0.0137f, 0.0219f, 0.0171f);
+
+constexpr float kMostlyRough = 0.9f;
+
+uint32_t TagOf(uint64_t key) { return static_cast<uint32_t>(key >> 32) | 1u; }
+
+}  // namespace
+
+float CacheGrid::WidthAt(const Vec3f& position) const {
+  const float d2 = eyes_.squaredExteriorDistance(position);
+  if (d2 < Square(2 * kFullDetail_m)) return cell_m_;
+  // Doubled with every doubling of the distance.
+  return std::ldexp(cell_m_, std::ilogb(std::sqrt(d2) / kFullDetail_m));
+}
+
+uint64_t CacheGrid::KeyOf(const CachePlace& place) const {
+  const float width = WidthAt(place.position);
+  const Eigen::Vector3i cube =
+      ((place.position + kShift_m) / width).array().floor().cast<int>().matrix();
+  const auto bits = [](int x) { return static_cast<uint64_t>(static_cast<uint32_t>(x)); };
+  const uint64_t a = bits(cube.x()) | bits(cube.y()) << 32;
+  const uint64_t b = bits(cube.z()) | static_cast<uint64_t>(FaceOf(place.normal)) << 32 |
+                     static_cast<uint64_t>(place.slot) << 35;
+  const uint64_t c = place.placed | bits(std::ilogb(width)) << 32;
+  return Mix(a + 0x9e3779b97f4a7c15u * Mix(b + 0xc2b2ae3d27d4eb4fu * Mix(c))) | 1u;
+}
+
+const RadianceCache::Entry* RadianceCache::Find(uint64_t key) const {
+  const size_t mask = table_.size() - 1;
+  const uint32_t tag = TagOf(key);
+  for (size_t i = (key >> 1) & mask;; i = (i + 1) & mask) {
+    if (table_[i].tag == tag) return &table_[i];
+    if (table_[i].tag == 0) return nullptr;
+  }
+}
+
+bool RadianceCache::Lookup(CachePlace place, const Vec2f& jitter, float footprint_m,
+                           Vec3f* radiance) const {
+  if (cells_ == 0) return false;
+  const float width = grid_.WidthAt(place.position);
+  if (footprint_m < kFootprint * width) return false;
+  const ShadingFrame frame(place.normal);
+  const Vec3f middle = place.position;
+  place.position += width * ((jitter.x() - 0.5f) * frame.x + (jitter.y() - 0.5f) * frame.y);
+  const Entry* entry = Find(grid_.KeyOf(place));
+  if (!entry) {
+    place.position = middle;
+    entry = Find(grid_.KeyOf(place));
+    if (!entry) return false;
+  }
+  *radiance = Vec3f(entry->radiance[0], entry->radiance[1], entry->radiance[2]);
+  return true;
+}
+
+CacheBuilder::CacheBuilder(const CacheGrid& grid, size_t max_cells)
+    : grid_(grid), max_cells_per_shard_(max_cells / kShards), shards_(kShards) {}
+
+void CacheBuilder::Grow(Shard* shard) {
+  std::vector<Cell> old(std::max<size_t>(256, 2 * shard->table.size()));
+  old.swap(shard->table);
+  const size_t mask = shard->table.size() - 1;
+  for (const Cell& cell : old) {
+    if (cell.key == 0) continue;
+    size_t i = (cell.key >> 1) & mask;
+    while (shard->table[i].key != 0) i = (i + 1) & mask;
+    shard->table[i] = cell;
+  }
+}
+
+void CacheBuilder::Add(const CacheRecord& record, Shard* shard) const {
+  if (2 * shard->used >= shard->table.size()) Grow(shard);
+  const size_t mask = shard->table.size() - 1;
+  size_t i = (record.key >> 1) & mask;
+  while (shard->table[i].key != 0 && shard->table[i].key != record.key) i = (i + 1) & mask;
+  Cell& cell = shard->table[i];
+  if (cell.key == 0) {
+    if (shard->used >= max_cells_per_shard_) return;
+    cell.key = record.key;
+    ++shard->used;
+  }
+  ++cell.count;
+  if (!record.rough) return;
+  ++cell.rough;
+  cell.sum += record.radiance;
+}
+
+void CacheBuilder::Add(const std::vector<Batch>& batches) {
+  tbb::parallel_for(size_t{0}, size_t{kShards}, [&](size_t s) {
+    for (const Batch& batch : batches) {
+      for (const CacheRecord& record : batch.shards[s]) Add(record, &shards_[s]);
+    }
+  });
+}
+
+RadianceCache CacheBuilder::Freeze(int min_records) const {
+  RadianceCache cache;
+  cache.grid_ = grid_;
+  const auto known = [&](const Cell& cell) {
+    return cell.rough >= static_cast<uint32_t>(std::max(min_records, 1)) &&
+           static_cast<float>(cell.rough) >= kMostlyRough * static_cast<float>(cell.count);
+  };
+  for (const Shard& shard : shards_) {
+    for (const Cell& cell : shard.table) cache.cells_ += known(cell) ? 1 : 0;
+  }
+  size_t size = 64;
+  while (size < 2 * cache.cells_) size *= 2;
+  cache.table_.resize(size);
+  for (const Shard& shard : shards_) {
+    for (const Cell& cell : shard.table) {
+      if (!known(cell)) continue;
+      size_t i = (cell.key >> 1) & (size - 1);
+      while (cache.table_[i].tag != 0) i = (i + 1) & (size - 1);
+      const Vec3f mean = cell.sum / static_cast<float>(cell.rough);
+      cache.table_[i] = {TagOf(cell.key), {mean.x(), mean.y(), mean.z()}};
+    }
+  }
+  return cache;
+}
+
+size_t CacheBuilder::cells() const {
+  size_t sum = 0;
+  for (const Shard& shard : shards_) sum += shard.used;
+  return sum;
+}
+
+size_t CacheBuilder::bytes() const {
+  size_t sum = 0;
+  for (const Shard& shard : shards_) sum += shard.table.size() * sizeof(Cell);
+  return sum;
+}
+
+}  // namespace parallax

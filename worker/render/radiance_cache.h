@@ -1,0 +1,125 @@
+// Light that a scene's rough surfaces send out, learnt once from the paths of all its rigs and then
+// read by every picture: a path that has scattered widely ends at the next rough surface with what
+// the cache holds there.
+//
+// The world is cut into cubes (larger far from the rigs); a cell is one surface's part in one cube
+// and facing one of six ways, so that the two sides of a thin wall, and things that stand close
+// together, never share light. A cell holds the mean radiance that its surface scattered (not what
+// it emits) along the paths that met it.
+//
+// CacheBuilder adds records in the order of its calls and of the records in them, whatever the
+// number of threads: the same records give the same cache, bit for bit. RadianceCache is constant;
+// thread-safe.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "common/math/types.h"
+
+namespace parallax {
+
+// A place on a surface, seen from the side of `normal`.
+struct CachePlace {
+  Vec3f position = Vec3f::Zero();
+  Vec3f normal = Vec3f::UnitZ();  // Geometric, unit, on the viewer's side.
+  uint32_t placed = 0;            // Of SceneGeometry.meshes.
+  uint16_t slot = 0;
+};
+
+// Where cells lie.
+class CacheGrid {
+ public:
+  static constexpr float kFullDetail_m = 5;  // Beyond it from the rigs, cells grow with distance.
+
+  CacheGrid() = default;
+  // `eyes` bounds all viewpoints; `cell_m` is the width of cells near them.
+  CacheGrid(const Box3f& eyes, float cell_m) : eyes_(eyes), cell_m_(cell_m) {}
+
+  float WidthAt(const Vec3f& position) const;
+  // Names the cell of a place; never 0.
+  uint64_t KeyOf(const CachePlace& place) const;
+
+ private:
+  Box3f eyes_ = Box3f(Vec3f::Zero(), Vec3f::Zero());
+  float cell_m_ = 0.06f;
+};
+
+class RadianceCache {
+ public:
+  // A path's footprint must be at least this many cells wide to end at one: what mirrors show and
+  // what lies in corners is traced.
+  static constexpr float kFootprint = 1.5f;
+
+  RadianceCache() = default;
+
+  // What the surface scatters towards a viewer whose ray is `footprint_m` wide there. `jitter`, in
+  // [0, 1)^2, moves the question by up to half a cell along the surface, so that cells have no
+  // edge. False when the cache does not know, or not finely enough.
+  bool Lookup(CachePlace place, const Vec2f& jitter, float footprint_m, Vec3f* radiance) const;
+
+  size_t cells() const { return cells_; }
+  size_t bytes() const { return table_.size() * sizeof(Entry); }
+  bool empty() const { return cells_ == 0; }
+
+ private:
+  friend class CacheBuilder;
+  struct Entry {
+    uint32_t tag = 0;  // 0 = free.
+    std::array<float, 3> radiance = {};
+  };
+  const Entry* Find(uint64_t key) const;
+
+  CacheGrid grid_;
+  std::vector<Entry> table_;  // Open addressing; a power of two.
+  size_t cells_ = 0;
+};
+
+struct CacheRecord {
+  uint64_t key = 0;
+  Vec3f radiance = Vec3f::Zero();
+  bool rough = true;  // So that the radiance is about the same from all sides.
+};
+
+// Not thread-safe; Add uses all cores itself.
+class CacheBuilder {
+ public:
+  static constexpr int kShards = 64;
+  // Records of consecutive paths, kept apart by shard of their cell.
+  struct Batch {
+    std::array<std::vector<CacheRecord>, kShards> shards;
+    void Add(const CacheRecord& record) { shards[ShardOf(record.key)].push_back(record); }
+  };
+
+  // Holds at most `max_cells`; what comes later is left out.
+  CacheBuilder(const CacheGrid& grid, size_t max_cells);
+
+  void Add(const std::vector<Batch>& batches);
+  // Cells met at least `min_records` times, nearly always by paths that found them rough.
+  RadianceCache Freeze(int min_records) const;
+  const CacheGrid& grid() const { return grid_; }
+  size_t cells() const;
+  size_t bytes() const;
+
+ private:
+  struct Cell {
+    uint64_t key = 0;  // 0 = free.
+    uint32_t count = 0;
+    uint32_t rough = 0;
+    Vec3f sum = Vec3f::Zero();
+  };
+  struct Shard {
+    std::vector<Cell> table;  // Open addressing; a power of two.
+    size_t used = 0;
+  };
+  static size_t ShardOf(uint64_t key) { return key >> 58; }
+  static void Grow(Shard* shard);
+  void Add(const CacheRecord& record, Shard* shard) const;
+
+  CacheGrid grid_;
+  size_t max_cells_per_shard_;
+  std::vector<Shard> shards_;
+};
+
+}  // namespace parallax

@@ -194,7 +194,7 @@ def speed(options, folder, flavour, render_theirs):
     recipe = os.path.join(folder, 'recipe.pb')
     listed = ','.join(map(str, views))
     flavour_flag = ['--flavour', flavour]
-    say('ours: 20 rigs by the default profile')
+    say(f'ours: {options.rigs} rigs by the default profile')
     all_rigs = ours('render', recipe, folder, *flavour_flag, '--rigs', options.rigs, '--write', listed)
     one_rig = ours('render', recipe, os.path.join(folder, 'one'), *flavour_flag, '--rigs', 1)
     say(f'ours: references at {options.reference_spp} samples')

@@ -1,10 +1,13 @@
 #include "common/config/yaml_reader.h"
 
+#include <yaml-cpp/eventhandler.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
 #include <set>
+#include <sstream>
 
 #include "common/config/config.h"
 
@@ -134,6 +137,43 @@ constexpr char kDistributionForms[] =
     "a number, {uniform: [low, high]}, {uniform_int: [low, high]}, {choice: [a, b, ...]}, "
     "{clip_gaussian: [mean, std, low, high]} or {bernoulli: p}";
 
+// Counts documents; knows the line of the last one's first node.
+class DocumentCounter final : public YAML::EventHandler {
+ public:
+  int documents = 0;
+  int last_line = 0;
+
+  void OnDocumentStart(const YAML::Mark& mark) override {
+    ++documents;
+    last_line = mark.line;
+    empty_ = true;
+  }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t) override { Content(mark); }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override { Content(mark); }
+  void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                const std::string&) override {
+    Content(mark);
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {
+    Content(mark);
+  }
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {
+    Content(mark);
+  }
+  void OnMapEnd() override {}
+
+ private:
+  void Content(const YAML::Mark& mark) {
+    if (empty_ && !mark.is_null()) last_line = mark.line;
+    empty_ = false;
+  }
+  bool empty_ = true;
+};
+
 }  // namespace
 
 std::string JoinNames(const std::vector<std::string>& names) {
@@ -197,12 +237,17 @@ std::optional<YAML::Node> YamlReader::Parse(std::string_view text) {
     return std::nullopt;
   }
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(std::string(text));
-    if (documents.size() > 1) {
-      Error(documents[1], "", "a second YAML document, allowed is one");
+    // Not LoadAll: at a stray "," yaml-cpp finds one empty document after the other, for ever.
+    DocumentCounter counter;
+    std::istringstream stream{std::string(text)};
+    YAML::Parser parser(stream);
+    while (counter.documents < 2 && parser.HandleNextDocument(counter)) {
+    }
+    if (counter.documents > 1) {
+      errors_->Add(file_, counter.last_line + 1, "", "a second YAML document, allowed is one");
       return std::nullopt;
     }
-    return documents.empty() ? YAML::Node() : documents[0];
+    return YAML::Load(std::string(text));
   } catch (const YAML::Exception& error) {
     errors_->Add(file_, error.mark.is_null() ? 0 : error.mark.line + 1, "",
                  "not YAML: " + error.msg);

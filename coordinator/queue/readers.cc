@@ -277,7 +277,9 @@ absl::Status Readers::Read(double deadline_s,
 absl::StatusOr<v1::StudyStatus> Readers::GetStudy(int64_t id) {
   v1::StudyStatus study;
   RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) {
-    SqliteQuery query(db, (std::string(kStudyColumns) + "WHERE id = ?1").c_str(), id);
+    // Outlives the query, whose errors quote it.
+    const std::string sql = std::string(kStudyColumns) + "WHERE id = ?1";
+    SqliteQuery query(db, sql.c_str(), id);
     if (!query.Next()) {
       return query.status().ok() ? NotFound("study " + std::to_string(id)) : query.status();
     }
@@ -292,8 +294,8 @@ absl::StatusOr<v1::StudyStatus> Readers::GetStudy(int64_t id) {
 absl::StatusOr<std::vector<v1::StudyStatus>> Readers::ListStudies(int limit) {
   std::vector<v1::StudyStatus> studies;
   RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) {
-    SqliteQuery query(db, (std::string(kStudyColumns) + "ORDER BY id DESC LIMIT ?1").c_str(),
-                      Limit(limit, 100));
+    const std::string sql = std::string(kStudyColumns) + "ORDER BY id DESC LIMIT ?1";
+    SqliteQuery query(db, sql.c_str(), Limit(limit, 100));
     while (query.Next()) RETURN_IF_ERROR(FillStudy(db, query, studies.emplace_back()));
     return query.status();
   }));

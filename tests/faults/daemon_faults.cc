@@ -230,7 +230,6 @@ void KillCoordinator(const ExperimentOptions& options, Tally& tally) {
     if (!farm.WaitForEnd(study, 120)) tally.Lost("the study does not end");
     CheckNobodyBlamed(farm.Status(study), tally);
     for (const auto& worker : workers) {
-      if (options.rows > 0) worker->Signal(SIGTERM);  // There is no end to the bulk's jobs.
       Drain(*worker, tally);
       const std::string log = worker->Err();
       const int aborted = CountOf(log, "job ended without a report");
@@ -325,9 +324,11 @@ void LostReplies(const ExperimentOptions& options, Tally& tally) {
     const auto stub = v1::Coordinator::NewStub(*ConnectRpc(*ParseRpcAddress(proxy.address()), {}));
     // A client's calls through the same bad weather.
     const auto insist = [&](auto call) {
-      for (int i = 0; i < 100; ++i) {
+      const auto begin = SteadyClock::now();
+      while (SecondsSince(begin) < 60) {
         grpc::ClientContext context;
         SetRpcTimeout(context, std::chrono::seconds(5));
+        context.set_wait_for_ready(true);
         if (call(context).ok()) return;
         Sleep(0.005);
       }

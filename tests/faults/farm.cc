@@ -175,8 +175,9 @@ double Farm::Metric(const std::string& name) {
   return at == std::string::npos ? -1 : std::atof(answer->body.c_str() + at + name.size() + 2);
 }
 
-std::map<std::pair<uint32_t, uint32_t>, Farm::Published> Farm::Frames(int64_t study, Tally& tally) {
-  std::map<std::pair<uint32_t, uint32_t>, Published> frames;
+std::map<std::tuple<std::string, uint32_t, uint32_t>, Farm::Published> Farm::Frames(int64_t study,
+                                                                                    Tally& tally) {
+  std::map<std::tuple<std::string, uint32_t, uint32_t>, Published> frames;
   v1::ListFramesRequest request;
   request.set_study_id(study);
   request.set_limit(1000);
@@ -192,7 +193,9 @@ std::map<std::pair<uint32_t, uint32_t>, Farm::Published> Farm::Frames(int64_t st
       for (const v1::FileEntry& file : frame.frame().files()) {
         published.sha256[file.name()] = file.sha256();
       }
-      if (!frames.emplace(std::pair(frame.scene(), frame.frame().rig()), published).second) {
+      if (!frames
+               .emplace(std::tuple(frame.variant(), frame.scene(), frame.frame().rig()), published)
+               .second) {
         tally.Doubled("scene " + std::to_string(frame.scene()) + ", rig " +
                       std::to_string(frame.frame().rig()));
       }

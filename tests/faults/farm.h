@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "parallax/v1/service.grpc.pb.h"
@@ -64,7 +65,9 @@ class Farm {
     std::string path;
     std::map<std::string, std::string> sha256;  // By file.
   };
-  std::map<std::pair<uint32_t, uint32_t>, Published> Frames(int64_t study, Tally& tally);
+  // By variant, scene and rig.
+  std::map<std::tuple<std::string, uint32_t, uint32_t>, Published> Frames(int64_t study,
+                                                                          Tally& tally);
   // The study has all its pairs, each once, each with the files and bytes that were reported.
   void CheckPairs(int64_t study, size_t pairs, Tally& tally);
   // Stops the coordinator and lets the auditor look.

@@ -14,7 +14,7 @@ namespace {
 parallax::JobQueue& Queue() {
   static std::unique_ptr<parallax::JobQueue> queue;
   static int uses = 0;
-  if (queue == nullptr || ++uses > 500) {
+  if (queue == nullptr || ++uses > 200) {
     queue.reset();
     uses = 0;
     std::filesystem::path path = access("/dev/shm", 2) == 0 ? "/dev/shm" : "/tmp";
@@ -43,20 +43,21 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (!request.ParseFromArray(data, static_cast<int>(size))) return 0;
   if (!parallax::CheckSubmit(request).ok()) return 0;
   request.clear_idempotency_key();
-  const auto reply = Queue().Submit(request, "fuzz");
+  parallax::JobQueue& queue = Queue();
+  const auto reply = queue.Submit(request, "fuzz");
   if (!reply.ok()) return 0;
   const parallax::StudyId id{reply->study_id()};
-  const auto leases = Queue().Lease(
-      {.name = "w", .solves = true, .renders = true, .memory_mb = int64_t{1} << 40}, 2);
-  const auto status = Queue().GetStudy(id);
+  const auto leases =
+      queue.Lease({.name = "w", .solves = true, .renders = true, .memory_mb = int64_t{1} << 40}, 2);
+  const auto status = queue.GetStudy(id);
   if (!leases.ok() || !status.ok()) {
     std::fprintf(stderr, "%s\n%s\n", leases.status().ToString().c_str(),
                  status.status().ToString().c_str());
     std::abort();
   }
-  (void)Queue().Cancel(id, "fuzz", "fuzz");
+  (void)queue.Cancel(id, "fuzz", "fuzz");
   if (id.value % 50 == 0) {
-    const auto violations = Queue().Check();
+    const auto violations = queue.Check();
     if (!violations.ok() || !violations->empty()) {
       std::fprintf(stderr, "%s\n", violations.ok() ? violations->front().c_str() : "no check");
       std::abort();

@@ -139,6 +139,8 @@ TEST(SceneConfigYaml, EachWrongValueNamesLineFieldAndWhatIsAllowed) {
       {"type: indoor\nrigs: {count: 1", "f.yaml:2: not YAML: ..."},
       {"a\tb:\n\t- c", "f.yaml:2: not YAML: ..."},
       {"type: indoor\n---\ntype: dense", "f.yaml:3: a second YAML document, allowed is one"},
+      {", 5", "f.yaml:1: a second YAML document, allowed is one"},
+      {"  type: indoor\n , 5", "f.yaml:2: a second YAML document, allowed is one"},
       {"type: *nowhere", "f.yaml:1: not YAML: ..."},
   };
   for (const BadRow& row : rows) ExpectMessage(ParseSceneConfig(row.yaml, "f.yaml").status(), row);

@@ -5,19 +5,24 @@
 namespace parallax::client {
 
 const Costs kMeasuredCosts = {
-    // bench_solve --seeds 20 (and --mode full): "layout" of reduced and full, "dress".
-    .layout_reduced_s = 1.0,
-    .layout_full_s = 2.0,
-    .dress_s = 1.5,
-    // dense_preview --keyframes 20: "objects_s", "keyframe_s".
-    .dense_scene_s = 8.0,
-    .dense_keyframe_s = 0.1,
-    // parallax run quickstart --json, then index.jsonl "seconds" and the workers' logs: "build_s".
-    .build_s = 10.0,
-    .trace_s_per_mpx_sample = 3.0,
+    // bench_solve --scenes 5 --mode reduced, and --mode full: solve_cpu_s 0.54 and 0.61, shared out
+    // as
+    // layout_s and dress_s are.
+    .layout_reduced_s = 0.17,
+    .layout_full_s = 0.25,
+    .dress_s = 0.37,
+    // dense_preview DIR --keyframes 3: objects_s, keyframe_s, build_s.
+    .dense_scene_s = 1.4,
+    .dense_keyframe_s = 0.035,
+    .build_s = 1.0,
+    // parallax run quickstart --json: 38.6 core_seconds_per_pair at 1280x720 and 8 samples. Of
+    // these
+    // denoising takes 4.6 at `high` (2.5 at `fast`) and ground truth, statistics, encoding and
+    // writing 2.2.
+    .trace_s_per_mpx_sample = 4.2,
     .denoise_high_s_per_mpx = 5.0,
     .denoise_fast_s_per_mpx = 2.7,
-    .fixed_s_per_mpx = 2.5,
+    .fixed_s_per_mpx = 2.4,
 };
 
 }  // namespace parallax::client

@@ -18,4 +18,28 @@ struct RugParams {
 Asset MakeRug(const RugParams& params);
 Asset SampleRug(Rng& rng);
 
+struct ShirtParams {
+  float width_m = 0.5f, length_m = 0.68f;         // Of the trunk.
+  float sleeve_m = 0.2f;                          // 0 = a vest.
+  float cuff_m = 0.14f;                           // Width of the sleeve's end.
+  float droop_rad = 0.5f, droop_left_rad = 0.5f;  // Of the sleeves below the shoulder line.
+  float neck_m = 0.09f;                           // Depth of the neck's cut.
+  float flare = 1.0f;                             // The hem's width in parts of the trunk's.
+  bool collar = false;                            // With a strip of buttons.
+  uint64_t seed = 0;
+};
+Asset MakeShirt(const ShirtParams& params);
+Asset SampleShirt(Rng& rng);
+
+struct PantsParams {
+  float waist_m = 0.38f, length_m = 1.0f;
+  float rise_m = 0.27f;                                 // Waist to crotch.
+  float hem_m = 0.18f;                                  // Width of a leg's end.
+  float spread_right_m = 0.06f, spread_left_m = 0.06f;  // How far each leg lies from the middle.
+  bool belt = false;
+  uint64_t seed = 0;
+};
+Asset MakePants(const PantsParams& params);
+Asset SamplePants(Rng& rng);
+
 }  // namespace parallax

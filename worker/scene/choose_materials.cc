@@ -7,6 +7,8 @@
 #include "common/base/rng.h"
 #include "worker/layout/room_shell.h"
 #include "worker/materials/material.h"
+#include "worker/materials/sets.h"
+#include "worker/materials/user_picture.h"
 #include "worker/scene/dress.h"
 
 namespace parallax {
@@ -66,13 +68,18 @@ class MaterialTable {
   explicit MaterialTable(v1::Scene& recipe) : recipe_(recipe) {}
 
   uint32_t IndexOf(const MaterialClass& material, uint64_t seed) {
-    auto [entry, is_new] = index_.try_emplace({material.name, seed}, 0);
+    return IndexOf(material.name, seed, "");
+  }
+
+  uint32_t IndexOf(const std::string& name, uint64_t seed, const std::string& picture_file) {
+    auto [entry, is_new] = index_.try_emplace({name + ":" + picture_file, seed}, 0);
     if (is_new) {
       v1::SceneMaterial& added = *recipe_.add_materials();
       added.set_index(static_cast<uint32_t>(recipe_.materials_size()));
-      added.set_name(material.name + "_" + std::to_string(added.index()));
-      added.set_material_class(material.name);
+      added.set_name(name + "_" + std::to_string(added.index()));
+      added.set_material_class(name);
       added.set_seed(seed);
+      if (!picture_file.empty()) added.set_picture_file(picture_file);
       entry->second = added.index();
     }
     return entry->second;
@@ -90,6 +97,9 @@ class MaterialChooser {
 
   absl::Status Run() {
     RETURN_IF_ERROR(FindReplacements());
+    if (!config_.picture_dir().empty()) {
+      ASSIGN_OR_RETURN(pictures_, ListPictures(config_.picture_dir()));
+    }
     for (v1::SceneObject& object : *scene_.recipe.mutable_objects()) {
       auto slots = SlotsOf(object);
       if (!slots.ok()) return WithContext(slots.status(), "object " + object.name());
@@ -122,6 +132,9 @@ class MaterialChooser {
         break;
       default:
         replacements_ = ClassesTagged(&MaterialTags::any_object, false);
+    }
+    if (!config_.troublesome()) {
+      std::erase_if(replacements_, [](const MaterialClass* c) { return IsTroublesome(*c); });
     }
     if (!replacements_.empty()) return absl::OkStatus();
     return MakeError(absl::StatusCode::kInvalidArgument,
@@ -209,6 +222,11 @@ class MaterialChooser {
       const MaterialClass& material = *draw.Pick(replacements_);
       return table_.IndexOf(material, draw.Seed());
     }
+    if (Prints(slot) && !pictures_.empty()) {
+      Rng draw = own.Child("picture/" + slot.name);
+      const std::string& file = draw.Pick(pictures_);
+      return table_.IndexOf(kUserPicture, draw.Seed(), file);
+    }
     if (Prints(slot) && object.relation() != "on_wall") {
       // Book covers and the like come from a small stock: a room has hundreds of them.
       return FromFamilies(slot, own.Child("slot/" + slot.name),
@@ -236,6 +254,7 @@ class MaterialChooser {
   Rng root_;
   MaterialTable table_;
   Classes replacements_;
+  std::vector<std::string> pictures_;  // The user's.
 };
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "common/config/config.h"
 #include "common/math/proto.h"
 #include "worker/scene/dress.h"
+#include "worker/scene/glass_parts.h"
 #include "worker/scene/place_floating.h"
 #include "worker/scene/warp.h"
 
@@ -102,6 +103,7 @@ class DenseSolver {
   }
 
   absl::StatusOr<v1::Scene> Finish() {
+    RETURN_IF_ERROR(OmitGlassParts(config_.assets(), scene_));
     RETURN_IF_ERROR(ChooseMaterials(config_.materials(), scene_));
     v1::Scene& recipe = scene_.recipe;
     const v1::Keyframe& first = recipe.keyframes(0);

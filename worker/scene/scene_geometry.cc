@@ -9,6 +9,8 @@
 #include "common/base/memory_budget.h"
 #include "common/math/proto.h"
 #include "worker/layout/room_shell.h"
+#include "worker/materials/user_picture.h"
+#include "worker/scene/glass_parts.h"
 #include "worker/scene/warp.h"
 
 namespace parallax {
@@ -31,7 +33,7 @@ class TintedMaterial final : public Material {
   Vec3f tint_;
 };
 
-// Class, seed, warp's seed, warp.
+// Class and omitted slots, seed, warp's seed, warp.
 using MeshKey = std::tuple<std::string, uint64_t, uint64_t, double>;
 
 absl::StatusOr<std::shared_ptr<const Mesh>> MeshOf(
@@ -41,9 +43,14 @@ absl::StatusOr<std::shared_ptr<const Mesh>> MeshOf(
     ASSIGN_OR_RETURN(Mesh mesh, MakeRoomPart(scene.room(), object.room_part()));
     return std::make_shared<const Mesh>(std::move(mesh));
   }
-  auto& entry = made[{object.asset_class(), object.seed(), object.warp_seed(), object.warp()}];
+  std::string key = object.asset_class();
+  for (const std::string& slot : object.omitted_slots()) key += "-" + slot;
+  auto& entry = made[{key, object.seed(), object.warp_seed(), object.warp()}];
   if (entry == nullptr) {
     ASSIGN_OR_RETURN(Mesh mesh, MakeObjectMesh(object));
+    if (object.omitted_slots_size() > 0) {
+      mesh = WithoutSlots(mesh, {object.omitted_slots().begin(), object.omitted_slots().end()});
+    }
     entry = std::make_shared<const Mesh>(std::move(mesh));
   }
   return entry;
@@ -71,7 +78,9 @@ absl::StatusOr<std::vector<uint32_t>> BindSlots(const v1::SceneObject& object, c
 absl::StatusOr<SceneGeometry> BuildSceneGeometry(const v1::Scene& scene) {
   SceneGeometry geometry;
   for (const v1::SceneMaterial& entry : scene.materials()) {
-    auto material = MakeMaterial(entry.material_class(), entry.seed());
+    auto material = entry.picture_file().empty()
+                        ? MakeMaterial(entry.material_class(), entry.seed())
+                        : MakeUserPicture(entry.picture_file(), entry.seed());
     if (!material.ok()) return WithContext(material.status(), "material " + entry.name());
     if (geometry.materials.size() <= entry.index()) geometry.materials.resize(entry.index() + 1);
     if (entry.has_tint()) {

@@ -12,6 +12,7 @@
 #include "worker/layout/room_shell.h"
 #include "worker/scene/dense.h"
 #include "worker/scene/dress.h"
+#include "worker/scene/glass_parts.h"
 
 namespace parallax {
 namespace {
@@ -109,6 +110,7 @@ absl::Status Dress(const v1::SolveJob& job, const v1::Layout& layout, const Canc
   RETURN_IF_ERROR(stop());
   scene.solid.Commit();
   ChooseLighting(job.config().lighting(), scene);
+  RETURN_IF_ERROR(OmitGlassParts(job.config().assets(), scene));
   RETURN_IF_ERROR(ChooseMaterials(job.config().materials(), scene));
   if (recipe.ceiling_removed()) RemoveCeiling(recipe);
   *result.mutable_scene() = std::move(recipe);

@@ -1,0 +1,20 @@
+// Lossy pictures for previews, and the user's own pictures. Thread-safe.
+//
+// Errors: kInvalidArgument for an empty image or bytes that are no picture; as ReadFile, WriteFile.
+#pragma once
+
+#include <string>
+
+#include "common/base/status.h"
+#include "common/image/image.h"
+
+namespace parallax {
+
+// `quality` 1 to 100.
+absl::StatusOr<std::string> EncodeJpeg(const ImageRgb8& image, int quality);
+absl::Status WriteJpeg(const std::string& path, const ImageRgb8& image, int quality);
+
+// Any 8-bit picture that the codecs know (PNG, JPEG, WebP, TIFF...), made RGB.
+absl::StatusOr<ImageRgb8> ReadPictureRgb8(const std::string& path);
+
+}  // namespace parallax

@@ -1,0 +1,136 @@
+// Options of objects and materials: glass left out, the user's pictures, troublesome materials.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "common/image/io.h"
+#include "worker/materials/user_picture.h"
+#include "worker/scene/dress.h"
+#include "worker/scene/glass_parts.h"
+#include "worker/scene/scene_geometry.h"
+
+namespace parallax {
+namespace {
+
+
+using testing::HasSubstr;
+
+SceneInProgress OneObject(const std::string& asset_class, uint64_t seed) {
+  SceneInProgress scene;
+  scene.seed = SceneSeed{7};
+  v1::SceneObject& object = *scene.recipe.add_objects();
+  object.set_index(1);
+  object.set_name(asset_class + "_1");
+  object.set_asset_class(asset_class);
+  object.set_seed(seed);
+  object.set_role(v1::OBJECT_ROLE_FURNITURE);
+  object.mutable_world_from_object()->set_qw(1);
+  object.mutable_world_from_object()->set_scale(1);
+  return scene;
+}
+
+v1::AssetConfig WithoutGlass() {
+  v1::AssetConfig config;
+  config.set_glass_parts(false);
+  return config;
+}
+
+size_t TrianglesOf(const v1::Scene& recipe) {
+  const absl::StatusOr<SceneGeometry> geometry = BuildSceneGeometry(recipe);
+  EXPECT_TRUE(geometry.ok()) << geometry.status();
+  const Mesh& mesh = *geometry->meshes.at(0).mesh;
+  EXPECT_TRUE(ValidateMesh(mesh).ok()) << ValidateMesh(mesh);
+  return mesh.triangles.size();
+}
+
+TEST(GlassParts, AreLeftOutOfObjectsThatHaveOtherParts) {
+  SceneInProgress scene = OneObject("GlassPanelDoor", 3);
+  const size_t whole = TrianglesOf(scene.recipe);
+  ASSERT_TRUE(OmitGlassParts(WithoutGlass(), scene).ok());
+  EXPECT_GT(scene.recipe.objects(0).omitted_slots_size(), 0);
+  EXPECT_LT(TrianglesOf(scene.recipe), whole);
+}
+
+TEST(GlassParts, StayWhereAThingIsNothingElseOrTheConfigKeepsThem) {
+  SceneInProgress glass = OneObject("Wineglass", 1);
+  ASSERT_TRUE(OmitGlassParts(WithoutGlass(), glass).ok());
+  EXPECT_EQ(glass.recipe.objects(0).omitted_slots_size(), 0);
+  SceneInProgress door = OneObject("GlassPanelDoor", 3);
+  ASSERT_TRUE(OmitGlassParts(v1::AssetConfig(), door).ok());
+  EXPECT_EQ(door.recipe.objects(0).omitted_slots_size(), 0);
+}
+
+class UserPictures : public testing::Test {
+ protected:
+  UserPictures() : dir_(testing::TempDir() + "user_pictures") {
+    std::filesystem::create_directories(dir_);
+    ImageRgb8 image(2, 2, 0);
+    for (int y = 0; y < 2; ++y) image(0, y, 0) = image(1, y, 2) = 255;  // Red left, blue right.
+    EXPECT_TRUE(WritePng(dir_ + "/red_blue.png", image).ok());
+  }
+  ~UserPictures() override { std::filesystem::remove_all(dir_); }
+
+  std::string dir_;
+};
+
+TEST_F(UserPictures, ArePrintedUprightAndFadeToTheirMean) {
+  const auto picture = MakeUserPicture(dir_ + "/red_blue.png", 1);
+  ASSERT_TRUE(picture.ok()) << picture.status();
+  SurfacePoint point;
+  point.footprint_uv = 0.01f;
+  point.uv = {0.1f, 0.5f};
+  const Vec3f left = (*picture)->Evaluate(point).base_color;
+  point.uv = {0.9f, 0.5f};
+  const Vec3f right = (*picture)->Evaluate(point).base_color;
+  EXPECT_GT(left.x(), 0.5f);
+  EXPECT_LT(left.z(), 0.1f);
+  EXPECT_GT(right.z(), 0.5f);
+  point.footprint_uv = 4;
+  const Vec3f far = (*picture)->Evaluate(point).base_color;
+  EXPECT_NEAR(far.x(), far.z(), 1e-4f);
+}
+
+TEST_F(UserPictures, ReplaceProceduralPrints) {
+  SceneInProgress scene = OneObject("WallArt", 5);
+  v1::MaterialConfig config;
+  config.set_mode(v1::MaterialConfig::MODE_ALL);
+  config.set_picture_dir(dir_);
+  ASSERT_TRUE(ChooseMaterials(config, scene).ok());
+  int printed = 0;
+  for (const v1::SceneMaterial& material : scene.recipe.materials()) {
+    printed += material.picture_file() == std::filesystem::absolute(dir_ + "/red_blue.png");
+  }
+  EXPECT_EQ(printed, 1);
+  EXPECT_TRUE(BuildSceneGeometry(scene.recipe).ok());
+}
+
+TEST_F(UserPictures, MustBeThere) {
+  SceneInProgress scene = OneObject("WallArt", 5);
+  v1::MaterialConfig config;
+  config.set_picture_dir(dir_ + "/nowhere");
+  const absl::Status status = ChooseMaterials(config, scene);
+  EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("nowhere"));
+}
+
+TEST(TroublesomeMaterials, ReplaceOthersOnlyWhenAskedFor) {
+  const auto drawn = [](bool troublesome) {
+    std::set<std::string> names;
+    for (uint64_t seed = 1; seed <= 60; ++seed) {
+      SceneInProgress scene = OneObject("Bowl", seed);
+      scene.seed = SceneSeed{seed};
+      v1::MaterialConfig config;
+      config.set_mode(v1::MaterialConfig::MODE_METAL_GLASS);
+      config.set_troublesome(troublesome);
+      EXPECT_TRUE(ChooseMaterials(config, scene).ok());
+      for (const auto& material : scene.recipe.materials()) names.insert(material.material_class());
+    }
+    return names.contains("ClearGlass") || names.contains("Mirror") || names.contains("SolidGlass");
+  };
+  EXPECT_FALSE(drawn(false));
+  EXPECT_TRUE(drawn(true));
+}
+
+}  // namespace
+}  // namespace parallax

@@ -1,0 +1,26 @@
+// The user's own pictures as a material: printed over uv in [0, 1]^2, stretched to fill it.
+// Thread-safe.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+#include "worker/materials/material.h"
+
+namespace parallax {
+
+// The name under which recipes list it; it is in no catalogue, because it needs a file.
+inline constexpr char kUserPicture[] = "UserPicture";
+
+// The picture in `file`, at most 1024 pixels wide or high; gloss and grain of the print are drawn
+// from `seed`. Errors: kNotFound and kInvalidArgument naming the file.
+absl::StatusOr<std::unique_ptr<const Material>> MakeUserPicture(const std::string& file,
+                                                                uint64_t seed);
+
+// Absolute paths of the pictures in a folder and those below it, sorted.
+// Errors: kNotFound when there is no such folder or no picture in it.
+absl::StatusOr<std::vector<std::string>> ListPictures(const std::string& dir);
+
+}  // namespace parallax

@@ -1,0 +1,19 @@
+// The study's option to leave glass out of objects: panes hide from stereo what is behind them.
+#pragma once
+
+#include "common/base/status.h"
+#include "parallax/v1/config.pb.h"
+#include "worker/geometry/mesh.h"
+#include "worker/scene/dress.h"
+
+namespace parallax {
+
+// Lists the glass parts of every object as omitted unless the config keeps them. Things that are
+// all of glass keep what they are. Room parts have an option of their own (room.window_glass).
+absl::Status OmitGlassParts(const v1::AssetConfig& config, SceneInProgress& scene);
+
+// The mesh without the triangles of the named slots, and without vertices and slots that only they
+// used. What has nothing else stays whole.
+Mesh WithoutSlots(const Mesh& mesh, const std::vector<std::string>& omitted);
+
+}  // namespace parallax

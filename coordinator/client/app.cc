@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "common/base/version.h"
+#include "coordinator/client/commands/catalogue.h"
 #include "coordinator/client/commands/command.h"
 #include "coordinator/client/help_formatter.h"
 #include "coordinator/client/text.h"
@@ -108,6 +109,7 @@ void RegisterAll(Registry& registry) {
   RegisterExport(registry);
   RegisterVerify(registry);
   RegisterScene(registry);
+  RegisterCatalogue(registry);
   RegisterConfig(registry);
   RegisterSubmit(registry);
   RegisterWatch(registry);

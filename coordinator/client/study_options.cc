@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "common/base/hash.h"
 #include "common/base/version.h"
@@ -50,6 +51,11 @@ void ApplyToVariant(const StudyOptions& options, int rigs_per_scene, v1::SceneCo
   if (options.height) rigs.set_height_px(*options.height);
   if (options.samples) config.mutable_render()->set_samples_per_pixel(*options.samples);
   if (options.profile) config.mutable_render()->set_profile(*options.profile);
+  if (options.picture_dir) {
+    // Workers have working directories of their own.
+    config.mutable_materials()->set_picture_dir(
+        std::filesystem::absolute(*options.picture_dir).lexically_normal().string());
+  }
 }
 
 }  // namespace
@@ -65,6 +71,12 @@ void AddStudyOptions(CLI::App& command, StudyOptions& options) {
   command.add_option("--seed", options.seed, "Another seed: other scenes")->group(group);
   command.add_option("--samples", options.samples, "Samples a pixel")->group(group);
   command.add_option("--profile", options.profile, "preview, default, high or reference")
+      ->group(group);
+  command
+      .add_option("--picture-dir", options.picture_dir,
+                  "Your pictures for paintings, screens, covers and packages")
+      ->type_name("DIR")
+      ->check(CLI::ExistingDirectory)
       ->group(group);
   command.add_option("--width", options.width, "Image width, pixels")->group(group);
   command.add_option("--height", options.height, "Image height, pixels")->group(group);

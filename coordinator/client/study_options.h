@@ -20,6 +20,7 @@ struct StudyOptions {
   std::optional<uint64_t> seed;
   std::optional<int> samples;
   std::optional<std::string> profile;
+  std::optional<std::string> picture_dir;
   std::optional<int> width;
   std::optional<int> height;
   std::optional<std::string> name;

@@ -85,7 +85,7 @@ int Lines(const std::string& text) {
 
 TEST_F(CommandTest, EveryCommandHasHelpWithAnExample) {
   for (const char* command : {"run", "submit", "status", "watch", "cancel", "pause", "resume",
-                              "retry", "workers", "jobs", "fetch", "view"}) {
+                              "retry", "workers", "jobs", "fetch", "view", "catalogue"}) {
     const Outcome outcome = RunCommand({command, "--help"});
     EXPECT_EQ(outcome.exit_code, kExitOk) << command;
     EXPECT_THAT(outcome.out, HasSubstr("Usage: parallax " + std::string(command)));

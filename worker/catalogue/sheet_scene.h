@@ -1,0 +1,40 @@
+// Small open-air scenes in which things stand in a row to be looked at, and their pictures.
+// Private to worker/catalogue.
+#pragma once
+
+#include <vector>
+
+#include "common/base/cancel.h"
+#include "common/base/status.h"
+#include "common/image/image.h"
+#include "parallax/v1/scene.pb.h"
+#include "worker/assets/asset.h"
+#include "worker/materials/material.h"
+#include "worker/scene/scene_geometry.h"
+
+namespace parallax {
+
+inline constexpr int kRowCells = 6;
+
+// What one renderer shows: the pictures of the rigs' eyes are the row's cells, or hold several of
+// them beside each other.
+struct SheetRow {
+  v1::Scene recipe;
+  SceneGeometry geometry;
+  std::vector<v1::Rig> rigs;
+};
+
+// Six seeds of a class from `first_seed` on, with the materials that rooms would give them, at one
+// scale.
+absl::StatusOr<SheetRow> MakeAssetRow(const AssetClass& asset_class, uint64_t first_seed,
+                                      int cell_px);
+
+// A ball of 24 cm, an upright board of 40 cm and a chair, each in two seeds of the material.
+absl::StatusOr<SheetRow> MakeMaterialRow(const MaterialClass& material_class, uint64_t first_seed,
+                                         int cell_px);
+
+// The six cells from left to right, each `cell_px` square. Errors: kCancelled, kResourceExhausted.
+absl::StatusOr<std::vector<ImageRgb8>> RenderRow(SheetRow row, int cell_px, int samples,
+                                                 const CancelToken& cancel);
+
+}  // namespace parallax

@@ -230,7 +230,7 @@ void KillCoordinator(const ExperimentOptions& options, Tally& tally) {
     if (!farm.WaitForEnd(study, 120)) tally.Lost("the study does not end");
     CheckNobodyBlamed(farm.Status(study), tally);
     for (const auto& worker : workers) {
-      Drain(*worker, tally);
+      Drain(*worker, tally, /*may_hand_back=*/options.rows > 0);
       const std::string log = worker->Err();
       const int aborted = CountOf(log, "job ended without a report");
       if (aborted > 0) {

@@ -52,10 +52,10 @@ int CountOf(const std::string& text, const std::string& what) {
   return count;
 }
 
-void Drain(Process& worker, Tally& tally) {
+void Drain(Process& worker, Tally& tally, bool may_hand_back) {
   worker.Signal(SIGTERM);
   const int end = worker.Wait(Process::Seconds(20));
-  if (end != 0) {
+  if (end != 0 && !(may_hand_back && end == 4)) {
     tally.Lost("a worker ended with " + std::to_string(end) + ": " + worker.Err().substr(0, 4000));
   }
 }

@@ -85,8 +85,9 @@ class Farm {
   std::unique_ptr<v1::Coordinator::Stub> stub_;
 };
 
-// Ends a worker in good order; its log when it fails to.
-void Drain(Process& worker, Tally& tally);
+// Ends a worker in good order; its log when it fails to. `may_hand_back`: there is work without
+// end, of which it may hold some that it has not begun.
+void Drain(Process& worker, Tally& tally, bool may_hand_back = false);
 int CountOf(const std::string& text, const std::string& what);
 double SecondsSince(std::chrono::steady_clock::time_point begin);
 void Sleep(double seconds);

@@ -158,8 +158,8 @@ TEST_F(RunTest, MakesADatasetAndNeverRendersItAgain) {
   report = Run(out);
   EXPECT_EQ(report["pairs_rendered"], 0);
   EXPECT_EQ(report["state"], "succeeded");
-  const Process again({PARALLAX_BINARY, "run", study_, "--out", out});
-  EXPECT_EQ(const_cast<Process&>(again).Wait(), 0);
+  Process again({PARALLAX_BINARY, "run", study_, "--out", out});
+  EXPECT_EQ(again.Wait(), 0);
   EXPECT_THAT(again.Out(), HasSubstr("nothing to render: all 4 pairs were there already"));
 
   const auto before = Content(out);

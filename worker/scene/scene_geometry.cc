@@ -78,6 +78,12 @@ absl::StatusOr<std::vector<uint32_t>> BindSlots(const v1::SceneObject& object, c
 absl::StatusOr<SceneGeometry> BuildSceneGeometry(const v1::Scene& scene) {
   SceneGeometry geometry;
   for (const v1::SceneMaterial& entry : scene.materials()) {
+    // The values of materials_*.png; a table is as long as its largest index.
+    if (entry.index() > 0xffff) {
+      return MakeError(absl::StatusCode::kInvalidArgument,
+                       "material " + entry.name() + " has index " + std::to_string(entry.index()) +
+                           ", allowed is at most 65535");
+    }
     auto material = entry.picture_file().empty()
                         ? MakeMaterial(entry.material_class(), entry.seed())
                         : MakeUserPicture(entry.picture_file(), entry.seed());

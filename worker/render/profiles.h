@@ -13,7 +13,7 @@ enum class DenoiseQuality { kOff = 0, kFast = 4, kBalanced = 5, kHigh = 6 };
 
 struct RenderProfile {
   std::string_view name;
-  int samples_per_pixel = 8;
+  int samples_per_pixel = 4;
   int max_bounces = 6;  // Surface interactions after the first.
   DenoiseQuality denoise = DenoiseQuality::kHigh;
   // Indirect light of one sample above this multiple of the picture's mean luminance is cut

@@ -3,6 +3,7 @@
 #include <grpc/support/log.h>
 #include <grpcpp/create_channel.h>
 #include <grpcpp/grpcpp.h>
+#include <grpcpp/security/auth_metadata_processor.h>
 #include <netdb.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -12,6 +13,8 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+
+#include "common/rpc/grpc_status.h"
 
 namespace parallax {
 namespace {
@@ -106,6 +109,62 @@ gpr_timespec DeadlineAfter(std::chrono::duration<double> span) {
                       gpr_time_from_micros(static_cast<int64_t>(span.count() * 1e6), GPR_TIMESPAN));
 }
 
+RpcCaller CallerOf(const grpc::AuthContext& peer) {
+  RpcCaller caller;
+  caller.has_certificate = peer.IsPeerAuthenticated();
+  if (!caller.has_certificate) return caller;
+  const std::vector<grpc::string_ref> pem = peer.FindPropertyValues("x509_pem_cert");
+  if (pem.empty()) return caller;
+  const auto facts = ReadCertificate(std::string(pem[0].begin(), pem[0].end()));
+  if (!facts.ok()) return caller;
+  caller.name = facts->name;
+  caller.role = facts->role;
+  return caller;
+}
+
+// Asks the gate before anything of a call is read.
+class GateKeeper final : public grpc::AuthMetadataProcessor {
+ public:
+  explicit GateKeeper(RpcGate gate) : gate_(std::move(gate)) {}
+
+  bool IsBlocking() const override { return false; }
+  grpc::Status Process(const InputMetadata& metadata, grpc::AuthContext* peer, OutputMetadata*,
+                       OutputMetadata*) override {
+    const auto path = metadata.find(":path");
+    if (path == metadata.end() || gate_ == nullptr) {
+      return grpc::Status(grpc::StatusCode::PERMISSION_DENIED, "no rule allows this call");
+    }
+    return ToGrpc(gate_(CallerOf(*peer), {path->second.data(), path->second.size()}));
+  }
+
+ private:
+  const RpcGate gate_;
+};
+
+std::shared_ptr<grpc::ChannelCredentials> ChannelCredentialsFor(const RpcAddress& address,
+                                                                const RpcSecurity& security) {
+  if (security.tls == nullptr || address.is_unix()) return grpc::InsecureChannelCredentials();
+  grpc::SslCredentialsOptions options;
+  options.pem_root_certs = security.tls->ca_pem;
+  options.pem_private_key = security.tls->own.key_pem;
+  options.pem_cert_chain = security.tls->own.certificate_pem;
+  return grpc::SslCredentials(options);
+}
+
+std::shared_ptr<grpc::ServerCredentials> ServerCredentialsFor(const RpcAddress& address,
+                                                              const RpcSecurity& security,
+                                                              const RpcGate& gate) {
+  if (security.tls == nullptr || address.is_unix()) return grpc::InsecureServerCredentials();
+  grpc::SslServerCredentialsOptions options(
+      GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
+  options.pem_root_certs = security.tls->ca_pem;
+  options.pem_key_cert_pairs.push_back(
+      {security.tls->own.key_pem, security.tls->own.certificate_pem});
+  std::shared_ptr<grpc::ServerCredentials> credentials = grpc::SslServerCredentials(options);
+  credentials->SetAuthMetadataProcessor(std::make_shared<GateKeeper>(gate));
+  return credentials;
+}
+
 absl::Status WhyNotListening(const RpcAddress& address) {
   absl::Status why = address.is_unix() ? ProbeUnix(address) : ProbeTcp(address);
   if (!why.ok()) return why;
@@ -114,12 +173,22 @@ absl::Status WhyNotListening(const RpcAddress& address) {
 
 }  // namespace
 
+absl::StatusOr<RpcSecurity> MakeRpcSecurity(bool insecure, const std::string& tls_dir,
+                                            Clock& clock) {
+  RpcSecurity security{.insecure = insecure};
+  if (tls_dir.empty()) return security;
+  if (insecure) return absl::InvalidArgumentError("--tls and --insecure exclude each other");
+  ASSIGN_OR_RETURN(security.tls, LoadTlsIdentity(tls_dir, clock));
+  return security;
+}
+
 absl::Status CheckRpcSecurity(const RpcAddress& address, const RpcSecurity& security) {
-  if (address.is_local() || security.insecure) return absl::OkStatus();
+  if (address.is_local() || security.insecure || security.tls != nullptr) return absl::OkStatus();
   return absl::FailedPreconditionError(
       "address " + address.ToString() +
       " is not of this machine, and the connection would be neither encrypted nor authenticated; "
-      "use a loopback address or a Unix socket, or allow it with --insecure");
+      "use a loopback address or a Unix socket, give --tls DIR with a certificate from "
+      "`coordinator init`, or allow it with --insecure");
 }
 
 absl::StatusOr<std::shared_ptr<grpc::Channel>> ConnectRpc(const RpcAddress& address,
@@ -142,8 +211,20 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> ConnectRpc(const RpcAddress& addr
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2'000);
   // A proxy named by the environment is for the web, not for the machine's own sockets.
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-  return grpc::CreateCustomChannel(address.ToString(), grpc::InsecureChannelCredentials(),
+  return grpc::CreateCustomChannel(address.ToString(), ChannelCredentialsFor(address, security),
                                    arguments);
+}
+
+RpcCaller CallerOf(const grpc::ServerContextBase& context) {
+  const std::shared_ptr<const grpc::AuthContext> peer = context.auth_context();
+  return peer == nullptr ? RpcCaller() : CallerOf(*peer);
+}
+
+std::string ActorOf(const grpc::ServerContextBase& context) {
+  const RpcCaller caller = CallerOf(context);
+  if (!caller.has_certificate) return context.peer();
+  return std::string(caller.role ? RoleName(*caller.role) : "nobody") + " " + caller.name + " " +
+         context.peer();
 }
 
 void SetRpcTimeout(grpc::ClientContext& context, std::chrono::duration<double> timeout) {
@@ -156,7 +237,8 @@ RpcServer::RpcServer(std::unique_ptr<grpc::Server> server, std::vector<RpcAddres
 RpcServer::~RpcServer() { Shutdown(std::chrono::seconds(0)); }
 
 absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(
-    const std::vector<RpcAddress>& addresses, const RpcSecurity& security, grpc::Service& service) {
+    const std::vector<RpcAddress>& addresses, const RpcSecurity& security,
+    const std::vector<grpc::Service*>& services, RpcGate gate) {
   if (addresses.empty()) return absl::InvalidArgumentError("no address to listen on");
   for (const RpcAddress& address : addresses) {
     RETURN_IF_ERROR(CheckRpcSecurity(address, security));
@@ -172,9 +254,10 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(
   builder.SetMaxSendMessageSize(kMaxRpcMessageBytes);
   std::vector<int> ports(addresses.size(), 0);
   for (size_t i = 0; i < addresses.size(); ++i) {
-    builder.AddListeningPort(addresses[i].ToString(), grpc::InsecureServerCredentials(), &ports[i]);
+    builder.AddListeningPort(addresses[i].ToString(),
+                             ServerCredentialsFor(addresses[i], security, gate), &ports[i]);
   }
-  builder.RegisterService(&service);
+  for (grpc::Service* service : services) builder.RegisterService(service);
   std::unique_ptr<grpc::Server> server = builder.BuildAndStart();
   for (size_t i = 0; i < addresses.size(); ++i) {
     if (server == nullptr || ports[i] == 0) {

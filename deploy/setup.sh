@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs what Parallax needs to build and run on Debian 12: packages, and Intel Open Image Denoise, which
-# Debian does not have, from a wheel pinned by version and hash. Idempotent: a second run changes nothing.
+# Debian does not have, from a wheel pinned by version and hash; and, for the tests, an S3 server (moto) in a virtual
+# environment of its own. Idempotent: a second run changes nothing.
 # Run as root or as a user with sudo.
 set -euo pipefail
 
@@ -8,10 +9,12 @@ readonly OIDN_VERSION=2.5.1
 readonly OIDN_WHEEL=pyoidn==2.5.1.0
 readonly OIDN_SHA256=32ad13368f8de1ef63001942ad05b02a00cd732d1206d97f352d3a3f606d823e
 readonly OIDN_ROOT=${PARALLAX_OIDN_ROOT:-/opt/parallax/oidn-$OIDN_VERSION}
+S3_TEST_REQUIREMENTS=$(dirname "$0")/s3-test-requirements.txt
+readonly S3_TEST_ROOT=${PARALLAX_S3_TEST_ROOT:-/opt/parallax/s3-test}
 readonly PACKAGES=(
-  build-essential cmake ninja-build ccache clang-format pkg-config git ca-certificates unzip python3 python3-numpy python3-opencv python3-pip
+  build-essential cmake ninja-build ccache clang-format pkg-config git ca-certificates unzip python3 python3-numpy python3-opencv python3-pip python3-venv
   libeigen3-dev libembree-dev libfcl-dev libosd-dev libtbb-dev
-  libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc libabsl-dev libssl-dev
+  libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc libabsl-dev libssl-dev libcurl4-openssl-dev
   libopencv-dev libopenexr-dev libtinygltf-dev libzstd-dev
   libsqlite3-dev sqlite3 libspdlog-dev libfmt-dev libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libcpp-httplib-dev
   libgtest-dev libgmock-dev libbenchmark-dev
@@ -58,7 +61,21 @@ install_oidn() {
   as_root mv "$OIDN_ROOT/lib.new" "$OIDN_ROOT/lib"
 }
 
+install_s3_test_server() {
+  if cmp -s "$S3_TEST_REQUIREMENTS" "$S3_TEST_ROOT/requirements.txt"; then
+    say "S3 server for the tests: present in $S3_TEST_ROOT"; return
+  fi
+  say "S3 server for the tests: installing into $S3_TEST_ROOT"
+  as_root rm -rf "$S3_TEST_ROOT"
+  as_root mkdir -p "$S3_TEST_ROOT"
+  as_root python3 -m venv "$S3_TEST_ROOT/venv"
+  as_root "$S3_TEST_ROOT/venv/bin/python" -m pip install --quiet --disable-pip-version-check --require-hashes \
+    --only-binary :all: --requirement "$S3_TEST_REQUIREMENTS"
+  as_root cp "$S3_TEST_REQUIREMENTS" "$S3_TEST_ROOT/requirements.txt"  # Last: it says that all is there.
+}
+
 [ -f /etc/debian_version ] || fail "made for Debian 12; on other systems install the packages listed in this file by hand"
 install_packages
 install_oidn
+install_s3_test_server
 say "ready"

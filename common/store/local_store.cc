@@ -2,6 +2,7 @@
 
 #include <dirent.h>
 #include <fcntl.h>
+#include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -11,11 +12,10 @@
 #include <filesystem>
 #include <utility>
 
+#include "common/base/file.h"
+
 namespace parallax {
 namespace {
-
-// Files being written: never listed, never read as results.
-constexpr std::string_view kTemporary = ".tmp-";
 
 class Descriptor {
  public:
@@ -47,7 +47,8 @@ std::vector<std::string> Parts(std::string_view path) {
 std::string TemporaryName() {
   static std::atomic<uint64_t> counter{
       0};  // Unique within the process; the pid makes it so among them.
-  return std::string(kTemporary) + std::to_string(::getpid()) + "-" + std::to_string(++counter);
+  return std::string(kTemporaryPrefix) + std::to_string(::getpid()) + "-" +
+         std::to_string(++counter);
 }
 
 absl::Status WriteAll(int fd, std::string_view bytes, const std::string& what) {
@@ -108,10 +109,11 @@ absl::StatusOr<std::vector<std::string>> NamesIn(int folder_fd, const std::strin
 
 class LocalStore final : public Store {
  public:
-  LocalStore(std::string root, Descriptor root_fd)
-      : root_(std::move(root)), root_fd_(std::move(root_fd)) {}
+  LocalStore(std::string root, Descriptor root_fd, std::string id)
+      : root_(std::move(root)), root_fd_(std::move(root_fd)), id_(std::move(id)) {}
 
   std::string Uri() const override { return "file://" + root_; }
+  std::string Id() const override { return id_; }
 
   absl::Status Put(std::string_view path, std::string_view bytes) override {
     RETURN_IF_ERROR(CheckStorePath(path));
@@ -122,14 +124,24 @@ class LocalStore final : public Store {
     return ReplaceFile(folder.get(), name, bytes, Shown(path));
   }
 
-  absl::StatusOr<std::string> Get(std::string_view path) const override {
+  absl::Status PutFile(std::string_view path, const std::string& local_path, const StoreFile& facts,
+                       bool may_move) override {
+    if (!may_move) return Store::PutFile(path, local_path, facts, false);
     RETURN_IF_ERROR(CheckStorePath(path));
     std::vector<std::string> parts = Parts(path);
     const std::string name = std::move(parts.back());
     parts.pop_back();
-    ASSIGN_OR_RETURN(const Descriptor folder, OpenFolder(parts, /*make=*/false));
-    const Descriptor file(::openat(folder.get(), name.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC));
-    if (file.get() < 0) return ErrnoError(errno, "read " + Shown(path));
+    RETURN_IF_ERROR(SyncPath(local_path));
+    ASSIGN_OR_RETURN(const Descriptor folder, OpenFolder(parts, /*make=*/true));
+    if (::renameat(AT_FDCWD, local_path.c_str(), folder.get(), name.c_str()) != 0) {
+      if (errno == EXDEV) return Store::PutFile(path, local_path, facts, false);
+      return ErrnoError(errno, "write " + Shown(path));
+    }
+    return Sync(folder.get(), Shown(path));
+  }
+
+  absl::StatusOr<std::string> Get(std::string_view path) const override {
+    ASSIGN_OR_RETURN(const Descriptor file, OpenFile(path));
     std::string bytes;
     char buffer[1 << 16];
     for (ssize_t count; (count = ::read(file.get(), buffer, sizeof(buffer))) != 0;) {
@@ -137,6 +149,23 @@ class LocalStore final : public Store {
       if (count < 0) return ErrnoError(errno, "read " + Shown(path));
       bytes.append(buffer, static_cast<size_t>(count));
     }
+    return bytes;
+  }
+
+  absl::StatusOr<std::string> GetPiece(std::string_view path, int64_t offset,
+                                       size_t max_bytes) const override {
+    ASSIGN_OR_RETURN(const Descriptor file, OpenFile(path));
+    std::string bytes(max_bytes, '\0');
+    size_t have = 0;
+    while (have < max_bytes) {
+      const ssize_t count = ::pread(file.get(), bytes.data() + have, max_bytes - have,
+                                    static_cast<off_t>(offset + static_cast<int64_t>(have)));
+      if (count < 0 && errno == EINTR) continue;
+      if (count < 0) return ErrnoError(errno, "read " + Shown(path));
+      if (count == 0) break;
+      have += static_cast<size_t>(count);
+    }
+    bytes.resize(have);
     return bytes;
   }
 
@@ -176,6 +205,17 @@ class LocalStore final : public Store {
  private:
   std::string Shown(std::string_view path) const { return root_ + "/" + std::string(path); }
 
+  absl::StatusOr<Descriptor> OpenFile(std::string_view path) const {
+    RETURN_IF_ERROR(CheckStorePath(path));
+    std::vector<std::string> parts = Parts(path);
+    const std::string name = std::move(parts.back());
+    parts.pop_back();
+    ASSIGN_OR_RETURN(const Descriptor folder, OpenFolder(parts, /*make=*/false));
+    Descriptor file(::openat(folder.get(), name.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC));
+    if (file.get() < 0) return ErrnoError(errno, "read " + Shown(path));
+    return file;
+  }
+
   // With `make`, absent folders are made and their entries brought to disk.
   absl::StatusOr<Descriptor> OpenFolder(const std::vector<std::string>& parts, bool make) const {
     Descriptor folder(::openat(root_fd_.get(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
@@ -210,7 +250,7 @@ class LocalStore final : public Store {
                         std::vector<StoreEntry>& entries) const {
     ASSIGN_OR_RETURN(const std::vector<std::string> names, NamesIn(folder_fd, Shown(prefix)));
     for (const std::string& name : names) {
-      if (name.compare(0, kTemporary.size(), kTemporary) == 0) continue;
+      if (name.rfind(kTemporaryPrefix, 0) == 0 || name == kStoreMarker) continue;
       const std::string path = prefix.empty() ? name : prefix + "/" + name;
       struct stat info {};
       if (::fstatat(folder_fd, name.c_str(), &info, AT_SYMLINK_NOFOLLOW) != 0) {
@@ -248,27 +288,93 @@ class LocalStore final : public Store {
 
   const std::string root_;
   const Descriptor root_fd_;
+  const std::string id_;
 };
+
+absl::StatusOr<std::string> NewId() {
+  unsigned char bytes[16];
+  if (::getrandom(bytes, sizeof bytes, 0) != sizeof bytes)
+    return ErrnoError(errno, "random number");
+  std::string hex;
+  for (const unsigned char byte : bytes) {
+    hex += "0123456789abcdef"[byte >> 4];
+    hex += "0123456789abcdef"[byte & 15];
+  }
+  return hex;
+}
+
+constexpr std::string_view kMarkerHead = "{\"store\": \"";
+constexpr std::string_view kMarkerTail = "\"}\n";
+
+// "" when there is none.
+absl::StatusOr<std::string> ReadMarker(const std::string& folder) {
+  const std::string path = folder + "/" + std::string(kStoreMarker);
+  const absl::StatusOr<std::string> text = ReadFile(path, 4096);
+  if (absl::IsNotFound(text.status())) return std::string();
+  if (!text.ok()) return text.status();
+  const size_t frame = kMarkerHead.size() + kMarkerTail.size();
+  if (text->rfind(kMarkerHead, 0) != 0 || text->size() <= frame ||
+      text->substr(text->size() - kMarkerTail.size()) != kMarkerTail) {
+    return absl::DataLossError(path + ": not the marker of a store");
+  }
+  return text->substr(kMarkerHead.size(), text->size() - frame);
+}
+
+// The id in the marker, made with it if need be.
+absl::StatusOr<std::string> TakeMarker(const std::string& folder, const StoreOptions& options) {
+  ASSIGN_OR_RETURN(std::string id, ReadMarker(folder));
+  if (id.empty() && !options.create) {
+    return absl::NotFoundError(
+        "store " + folder + ": there is no " + std::string(kStoreMarker) +
+        " in it, so it is not the coordinator's store; is the shared disk mounted here? Name "
+        "another place with --store, or let the coordinator take the files itself (coordinator "
+        "serve --store-access stream)");
+  }
+  if (id.empty()) {
+    ASSIGN_OR_RETURN(id, NewId());
+    RETURN_IF_ERROR(WriteFileAtomically(folder + "/" + std::string(kStoreMarker),
+                                        std::string(kMarkerHead) + id + std::string(kMarkerTail)));
+  }
+  if (!options.id.empty() && id != options.id) {
+    return absl::FailedPreconditionError("store " + folder + ": it is the store " + id +
+                                         ", wanted is " + options.id +
+                                         "; is the right disk mounted here?");
+  }
+  return id;
+}
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<Store>> OpenLocalStore(const std::string& root) {
+absl::StatusOr<std::unique_ptr<Store>> OpenLocalStore(const std::string& root,
+                                                      const StoreOptions& options) {
   const std::string absolute =
       std::filesystem::path(std::filesystem::absolute(root)).lexically_normal();
   std::string folder = absolute;
   while (folder.size() > 1 && folder.back() == '/') folder.pop_back();
   std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) return ErrnoError(error.value(), "store " + folder);
+  if (options.create) {
+    std::filesystem::create_directories(folder, error);
+    if (error) return ErrnoError(error.value(), "store " + folder);
+  }
   Descriptor fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (fd.get() < 0 && errno == ENOENT && !options.create) {
+    return absl::NotFoundError(
+        "store " + folder +
+        ": there is no such folder on this machine; mount the coordinator's store there, name "
+        "another place with --store, or let the coordinator take the files itself (coordinator "
+        "serve --store-access stream)");
+  }
   if (fd.get() < 0) return ErrnoError(errno, "store " + folder);
 
   // A full or read-only disk is told now and not after the first hour of rendering.
-  const std::string probe = TemporaryName();
-  const absl::Status status = ReplaceFile(fd.get(), probe, "probe", folder);
-  if (!status.ok()) return WithContext(status, "store");
-  ::unlinkat(fd.get(), probe.c_str(), 0);
-  return std::make_unique<LocalStore>(folder, std::move(fd));
+  if (!options.read_only) {
+    const std::string probe = TemporaryName();
+    const absl::Status status = ReplaceFile(fd.get(), probe, "probe", folder);
+    if (!status.ok()) return WithContext(status, "store");
+    ::unlinkat(fd.get(), probe.c_str(), 0);
+  }
+  ASSIGN_OR_RETURN(std::string id, TakeMarker(folder, options));
+  return std::make_unique<LocalStore>(folder, std::move(fd), std::move(id));
 }
 
 }  // namespace parallax

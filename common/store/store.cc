@@ -8,7 +8,9 @@
 #include <cstdio>
 
 #include "common/base/file.h"
+#include "common/base/hash.h"
 #include "common/store/local_store.h"
+#include "common/store/s3_store.h"
 
 namespace parallax {
 
@@ -32,12 +34,25 @@ absl::Status CheckStorePath(std::string_view path) {
     if (part.empty()) return broken("an empty part");
     if (part == "." || part == "..") return broken("a part that is . or ..");
     if (part.size() > 255) return broken("a part longer than 255 characters");
+    if (part.substr(0, kTemporaryPrefix.size()) == kTemporaryPrefix || part == kStoreMarker) {
+      return broken("a name that the store keeps for itself");
+    }
     if (slash == std::string_view::npos) return absl::OkStatus();
     rest.remove_prefix(slash + 1);
   }
 }
 
-absl::StatusOr<std::unique_ptr<Store>> OpenStore(std::string_view uri) {
+absl::Status Store::PutFile(std::string_view path, const std::string& local_path,
+                            const StoreFile& facts, bool) {
+  ASSIGN_OR_RETURN(const std::string bytes, ReadFile(local_path));
+  if (static_cast<int64_t>(bytes.size()) != facts.size || Sha256Hex(bytes) != facts.sha256) {
+    return absl::DataLossError(local_path + ": its content is not what its manifest says");
+  }
+  return Put(path, bytes);
+}
+
+absl::StatusOr<std::unique_ptr<Store>> OpenStore(std::string_view uri,
+                                                 const StoreOptions& options) {
   constexpr std::string_view kFile = "file://";
   if (uri.substr(0, kFile.size()) == kFile) {
     const std::string_view folder = uri.substr(kFile.size());
@@ -45,14 +60,19 @@ absl::StatusOr<std::unique_ptr<Store>> OpenStore(std::string_view uri) {
       return MakeError(absl::StatusCode::kInvalidArgument,
                        "store " + std::string(uri) + ": allowed is file:///an/absolute/folder");
     }
-    return OpenLocalStore(std::string(folder));
+    return OpenLocalStore(std::string(folder), options);
+  }
+  if (uri.rfind("s3://", 0) == 0) {
+    ASSIGN_OR_RETURN(const S3Options s3, ParseS3Uri(uri));
+    return OpenS3Store(s3, options);
   }
   if (uri.find("://") != std::string_view::npos) {
     return MakeError(absl::StatusCode::kInvalidArgument,
-                     "store " + std::string(uri) + ": allowed is a folder or file:///a/folder");
+                     "store " + std::string(uri) +
+                         ": allowed is a folder, file:///a/folder or s3://bucket/prefix");
   }
   if (uri.empty()) return absl::InvalidArgumentError("store: no folder given");
-  return OpenLocalStore(std::string(uri));
+  return OpenLocalStore(std::string(uri), options);
 }
 
 absl::Status SyncPath(const std::string& path) {

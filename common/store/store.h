@@ -17,15 +17,30 @@ struct StoreEntry {
   int64_t size = 0;
 };
 
+struct StoreFile {
+  int64_t size = 0;
+  std::string sha256;  // Lower-case hex.
+};
+
 // Thread-safe.
 class Store {
  public:
   virtual ~Store() = default;
-  // "file:///abs/dir"
+  // "file:///abs/dir", "s3://bucket/prefix?..."
   virtual std::string Uri() const = 0;
+  // In the marker of a folder's root; "" where a store needs none.
+  virtual std::string Id() const { return ""; }
   // Durable when it returns: data and directory entries are on disk, or nothing is there.
   virtual absl::Status Put(std::string_view path, std::string_view bytes) = 0;
+  // As Put, of a file of this machine with these facts; the same file again costs nothing or
+  // little. With `may_move` the local file may be gone afterwards. Errors: kDataLoss when what
+  // arrives isn't what `facts` say.
+  virtual absl::Status PutFile(std::string_view path, const std::string& local_path,
+                               const StoreFile& facts, bool may_move);
   virtual absl::StatusOr<std::string> Get(std::string_view path) const = 0;
+  // At most `max_bytes` from `offset` on; "" at the end.
+  virtual absl::StatusOr<std::string> GetPiece(std::string_view path, int64_t offset,
+                                               size_t max_bytes) const = 0;
   virtual absl::StatusOr<std::vector<StoreEntry>> List(std::string_view prefix) const = 0;
   virtual absl::Status RemoveTree(std::string_view path) = 0;
   // The local folder of a path when the store is a directory of this machine, else
@@ -34,11 +49,24 @@ class Store {
 };
 
 // kInvalidArgument unless the path is relative, normal, without "..", empty parts, NUL or
-// backslash.
+// backslash, and without the store's own names (".tmp-...", ".parallax-store").
 absl::Status CheckStorePath(std::string_view path);
 
-// "file:///abs/dir" or a plain path. Makes the folder. Errors name the folder and the cause.
-absl::StatusOr<std::unique_ptr<Store>> OpenStore(std::string_view uri);
+struct StoreOptions {
+  // Make the folder, and its marker if it is new. Without, a folder that is absent or has no
+  // marker is refused: it is likely a shared disk that is not mounted.
+  bool create = true;
+  // Not empty: the marker must say this.
+  std::string id;
+  // Only to read from: whether it can be written is not tried.
+  bool read_only = false;
+};
+
+// "file:///abs/dir", a plain path, or "s3://bucket/prefix?endpoint=..." (see s3_store.h).
+// Errors name the folder and the cause: kNotFound for an absent folder or marker,
+// kFailedPrecondition for the marker of another store.
+absl::StatusOr<std::unique_ptr<Store>> OpenStore(std::string_view uri,
+                                                 const StoreOptions& options = {});
 
 // fsync of a file or folder by path.
 absl::Status SyncPath(const std::string& path);

@@ -65,6 +65,33 @@ TEST(LocalStore, SymbolicLinksLeadNowhere) {
   EXPECT_FALSE(fs::exists(outside + "/new"));
 }
 
+TEST(LocalStore, AMarkerTellsTheStoreFromADiskThatIsNotMounted) {
+  const std::string folder = FreshFolder();
+  const StoreOptions seen = {.create = false};
+  EXPECT_THAT(std::string(OpenStore(folder, seen).status().message()),
+              HasSubstr("there is no such folder on this machine; mount"));
+  EXPECT_FALSE(fs::exists(folder)) << "made by who was only to look";
+  fs::create_directories(folder);  // The mount point.
+  const absl::Status empty = OpenStore(folder, seen).status();
+  EXPECT_EQ(empty.code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(std::string(empty.message()), HasSubstr("is the shared disk mounted here?"));
+
+  const auto store = OpenStore(folder);
+  ASSERT_TRUE(store.ok()) << store.status();
+  const std::string id = (*store)->Id();
+  EXPECT_EQ(id.size(), 32u);
+  EXPECT_TRUE((*store)->List("")->empty()) << "the marker is not a result";
+  EXPECT_EQ((*OpenStore(folder))->Id(), id) << "a store keeps its id";
+  EXPECT_TRUE(OpenStore(folder, {.create = false, .id = id}).ok());
+  const absl::Status other = OpenStore(folder, {.create = false, .id = "other"}).status();
+  EXPECT_EQ(other.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(other.message()), HasSubstr("is the right disk mounted here?"));
+  EXPECT_NE((*OpenStore(FreshFolder()))->Id(), id);
+
+  ASSERT_TRUE(WriteFile(folder + "/.parallax-store", "nonsense").ok());
+  EXPECT_EQ(OpenStore(folder).status().code(), absl::StatusCode::kDataLoss);
+}
+
 TEST(LocalStore, TemporaryFilesAreNotResults) {
   const std::string folder = FreshFolder();
   const auto store = OpenStore(folder);
@@ -89,8 +116,8 @@ TEST(OpenStore, RefusesWhatIsNoFolder) {
   EXPECT_THAT(std::string(OpenStore(file).status().message()), HasSubstr("store " + file + ": "));
   EXPECT_THAT(std::string(OpenStore(file + "/sub").status().message()),
               HasSubstr("Not a directory"));
-  EXPECT_THAT(std::string(OpenStore("s3://bucket/x").status().message()),
-              HasSubstr("allowed is a folder or file:///a/folder"));
+  EXPECT_THAT(std::string(OpenStore("gs://bucket/x").status().message()),
+              HasSubstr("allowed is a folder, file:///a/folder or s3://bucket/prefix"));
   EXPECT_FALSE(OpenStore("file://relative").ok());
   EXPECT_FALSE(OpenStore("").ok());
 }

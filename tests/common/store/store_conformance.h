@@ -3,12 +3,15 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <memory>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "common/base/file.h"
+#include "common/base/hash.h"
 #include "common/store/store.h"
 
 namespace parallax {
@@ -40,6 +43,30 @@ TEST_P(StoreConformance, WhatIsPutIsGot) {
   EXPECT_EQ(*store_->Get("empty"), "again");
 }
 
+TEST_P(StoreConformance, PiecesAreReadFromAnyPlace) {
+  ASSERT_TRUE(store_->Put("k/a", "0123456789").ok());
+  EXPECT_EQ(*store_->GetPiece("k/a", 0, 4), "0123");
+  EXPECT_EQ(*store_->GetPiece("k/a", 8, 100), "89");
+  EXPECT_EQ(*store_->GetPiece("k/a", 10, 5), "");
+  EXPECT_EQ(store_->GetPiece("no", 0, 5).status().code(), absl::StatusCode::kNotFound);
+}
+
+TEST_P(StoreConformance, LocalFilesArePutAsTheirFactsSayOrNotAtAll) {
+  const std::string local = ::testing::TempDir() + "conformance-" + std::to_string(::getpid());
+  const std::string bytes(300000, 'x');
+  const StoreFile facts{static_cast<int64_t>(bytes.size()), Sha256Hex(bytes)};
+  ASSERT_TRUE(WriteFile(local, bytes).ok());
+  ASSERT_TRUE(store_->PutFile("k/f", local, facts, /*may_move=*/false).ok());
+  EXPECT_EQ(*store_->Get("k/f"), bytes);
+  ASSERT_TRUE(store_->PutFile("k/f", local, facts, false).ok());  // Again.
+  EXPECT_EQ(store_->PutFile("k/g", local, {facts.size, Sha256Hex("y")}, false).code(),
+            absl::StatusCode::kDataLoss);
+  EXPECT_EQ(store_->Get("k/g").status().code(), absl::StatusCode::kNotFound);
+  ASSERT_TRUE(store_->PutFile("k/h", local, facts, /*may_move=*/true).ok());
+  EXPECT_EQ(*store_->Get("k/h"), bytes);
+  ::unlink(local.c_str());
+}
+
 TEST_P(StoreConformance, AbsentThingsAreNotFoundOrEmpty) {
   EXPECT_EQ(store_->Get("no").status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(store_->Get("no/such").status().code(), absl::StatusCode::kNotFound);
@@ -68,8 +95,8 @@ TEST_P(StoreConformance, RemoveTreeTakesTheFolderAndNothingElse) {
 }
 
 TEST_P(StoreConformance, PathsThatLeaveTheStoreAreRefused) {
-  for (const std::string path :
-       {"", "/etc/passwd", "..", "../x", "a/../../x", "a//b", "a/", "./a", "a/.", "a\\b"}) {
+  for (const std::string path : {"", "/etc/passwd", "..", "../x", "a/../../x", "a//b", "a/", "./a",
+                                 "a/.", "a\\b", "a/.tmp-1", ".parallax-store"}) {
     EXPECT_EQ(store_->Put(path, "x").code(), absl::StatusCode::kInvalidArgument) << path;
     EXPECT_EQ(store_->Get(path).status().code(), absl::StatusCode::kInvalidArgument) << path;
     EXPECT_EQ(store_->RemoveTree(path).code(), absl::StatusCode::kInvalidArgument) << path;

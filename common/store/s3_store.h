@@ -1,0 +1,51 @@
+// The store as objects of an S3 server: AWS, MinIO, Ceph... Requests are signed with SigV4 by
+// libcurl, of which this is the only home.
+//
+//   s3://BUCKET[/PREFIX][?endpoint=URL&region=NAME&path_style=1]
+//
+// endpoint    another server than AWS (default $AWS_ENDPOINT_URL_S3, $AWS_ENDPOINT_URL); its
+//             buckets are then addressed by path
+// region      default $AWS_REGION, $AWS_DEFAULT_REGION, us-east-1
+// path_style  1: endpoint/bucket/key, 0: bucket.endpoint/key (default: 1 with an endpoint)
+//
+// Credentials stand in the environment only, never in the URI, which is shown and logged:
+// AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and, for temporary ones, AWS_SESSION_TOKEN.
+//
+// A file is there whole or not at all, and durable when Put returns: that is S3's promise. The
+// server checks each object's SHA-256. Files beyond 64 MiB go in parts. Answers of 429 and 5xx and
+// broken connections are tried again after a growing pause.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "common/store/store.h"
+
+namespace parallax {
+
+struct S3Options {
+  std::string bucket;
+  std::string prefix;    // "" or "a/b", without slashes at its ends.
+  std::string endpoint;  // "https://s3.eu-west-1.amazonaws.com"
+  std::string region;
+  bool path_style = false;
+  std::string access_key;
+  std::string secret_key;
+  std::string session_token;
+  int64_t part_bytes = 64 << 20;  // S3 wants at least 5 MiB but for the last part.
+  int tries = 7;
+  std::chrono::milliseconds first_pause{100};  // Doubles with each try.
+  std::chrono::milliseconds longest_pause{5000};
+};
+
+// From the URI and the environment. Errors: kInvalidArgument naming what is wrong in the URI;
+// kFailedPrecondition without credentials.
+absl::StatusOr<S3Options> ParseS3Uri(std::string_view uri);
+
+// Errors: those of a first small write, so that a wrong bucket or key shows at once; with
+// `store.read_only` of a first listing.
+absl::StatusOr<std::unique_ptr<Store>> OpenS3Store(const S3Options& options,
+                                                   const StoreOptions& store = {});
+
+}  // namespace parallax

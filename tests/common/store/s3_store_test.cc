@@ -1,0 +1,243 @@
+// Against a real S3 server (moto, from deploy/setup.sh) that recomputes every signature.
+#include "common/store/s3_store.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "common/base/file.h"
+#include "common/base/hash.h"
+#include "tests/common/store/store_conformance.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+// One for all tests of this program. Ends with our end of its standard input.
+class S3Server {
+ public:
+  static S3Server& Get() {
+    static S3Server server;
+    return server;
+  }
+  const std::string& endpoint() const { return endpoint_; }
+  const std::string& access_key() const { return access_key_; }
+  const std::string& secret_key() const { return secret_key_; }
+
+ private:
+  S3Server() {
+    int in[2], out[2];
+    if (pipe(in) != 0 || pipe(out) != 0) abort();
+    pid_ = fork();
+    if (pid_ == 0) {
+      dup2(in[0], 0);
+      dup2(out[1], 1);
+      for (int fd : {in[0], in[1], out[0], out[1]}) close(fd);
+      // Its log, a line a request, is not ours.
+      if (std::freopen("/dev/null", "w", stderr) == nullptr) _exit(126);
+      execl(PARALLAX_S3_TEST_PYTHON, PARALLAX_S3_TEST_PYTHON, PARALLAX_S3_TEST_SERVER, nullptr);
+      _exit(127);
+    }
+    close(in[0]);
+    close(out[1]);
+    input_ = in[1];
+    std::FILE* lines = fdopen(out[0], "r");
+    char line[512] = "";
+    if (std::fgets(line, sizeof line, lines) == nullptr) {
+      ADD_FAILURE() << "no S3 server: run deploy/setup.sh, which installs " PARALLAX_S3_TEST_PYTHON;
+    }
+    std::fclose(lines);
+    std::string port;
+    std::istringstream(line) >> port >> access_key_ >> secret_key_;
+    endpoint_ = "http://127.0.0.1:" + port;
+  }
+  ~S3Server() {
+    close(input_);
+    kill(pid_, SIGTERM);
+    waitpid(pid_, nullptr, 0);
+  }
+
+  pid_t pid_ = -1;
+  int input_ = -1;
+  std::string endpoint_, access_key_, secret_key_;
+};
+
+S3Options Options() {
+  static std::atomic<int> counter{0};
+  S3Options options;
+  options.bucket = "results";
+  options.prefix = "test more/" + std::to_string(++counter);
+  options.endpoint = S3Server::Get().endpoint();
+  options.region = "us-east-1";
+  options.path_style = true;
+  options.access_key = S3Server::Get().access_key();
+  options.secret_key = S3Server::Get().secret_key();
+  options.first_pause = std::chrono::milliseconds(1);
+  return options;
+}
+
+std::unique_ptr<Store> MakeS3Store() {
+  auto store = OpenS3Store(Options());
+  EXPECT_TRUE(store.ok()) << store.status();
+  return std::move(*store);
+}
+
+INSTANTIATE_TEST_SUITE_P(S3, StoreConformance, ::testing::Values(&MakeS3Store));
+
+TEST(S3Store, LargeFilesGoInParts) {
+  S3Options options = Options();
+  options.part_bytes = 5 << 20;
+  const auto store = *OpenS3Store(options);
+  std::string bytes(static_cast<size_t>(11 << 20), '\0');
+  for (size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<char>(i * 2654435761u >> 13);
+  ASSERT_TRUE(store->Put("k/large", bytes).ok());
+  const auto back = store->Get("k/large");
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(Sha256Hex(*back), Sha256Hex(bytes));
+  EXPECT_EQ(*store->GetPiece("k/large", (5 << 20) - 3, 6),
+            bytes.substr(static_cast<size_t>((5 << 20) - 3), 6));
+}
+
+TEST(S3Store, AWrongKeyIsToldAtOnce) {
+  S3Options options = Options();
+  options.secret_key = "wrong";
+  const absl::Status status = OpenS3Store(options).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kPermissionDenied) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("SignatureDoesNotMatch"));
+}
+
+TEST(S3Store, AMissingBucketIsToldAtOnce) {
+  S3Options options = Options();
+  options.bucket = "nowhere";
+  const absl::Status status = OpenS3Store(options).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kNotFound) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("NoSuchBucket"));
+}
+
+// Answers the first requests with what it is told, each on its own connection.
+class MoodyServer {
+ public:
+  explicit MoodyServer(std::vector<std::string> answers) : answers_(std::move(answers)) {
+    fd_ = socket(AF_INET, SOCK_STREAM, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    EXPECT_EQ(bind(fd_, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    EXPECT_EQ(listen(fd_, 8), 0);
+    socklen_t size = sizeof address;
+    getsockname(fd_, reinterpret_cast<sockaddr*>(&address), &size);
+    endpoint_ = "http://127.0.0.1:" + std::to_string(ntohs(address.sin_port));
+    thread_ = std::thread([this] {
+      for (const std::string& answer : answers_) {
+        const int peer = accept(fd_, nullptr, nullptr);
+        if (peer < 0) return;
+        char request[4096];
+        if (!answer.empty() && read(peer, request, sizeof request) > 0) {
+          const std::string whole =
+              "HTTP/1.1 " + answer + "\r\nContent-Length: 0\r\nConnection: close\r\n\r\n";
+          (void)!write(peer, whole.data(), whole.size());
+        }
+        close(peer);  // Without an answer: a broken connection.
+        ++answered;
+      }
+    });
+  }
+  ~MoodyServer() {
+    shutdown(fd_, SHUT_RDWR);
+    thread_.join();
+    close(fd_);
+  }
+  const std::string& endpoint() const { return endpoint_; }
+  std::atomic<int> answered = 0;
+
+ private:
+  const std::vector<std::string> answers_;
+  int fd_;
+  std::string endpoint_;
+  std::thread thread_;
+};
+
+TEST(S3Store, BusyAndBrokenServersAreAskedAgain) {
+  MoodyServer server({"503 Slow Down", "429 Too Many", "", "500 Oops", "200 OK"});
+  S3Options options = Options();
+  options.endpoint = server.endpoint();
+  EXPECT_TRUE(OpenS3Store(options, {.read_only = true}).ok());
+  EXPECT_EQ(server.answered, 5);
+}
+
+TEST(S3Store, AServerThatStaysAwayIsUnavailableAndARefusalIsNotRepeated) {
+  MoodyServer server({"503 Slow Down", "503 Slow Down", "403 Forbidden"});
+  S3Options options = Options();
+  options.endpoint = server.endpoint();
+  options.tries = 2;
+  EXPECT_TRUE(absl::IsUnavailable(OpenS3Store(options, {.read_only = true}).status()));
+  EXPECT_TRUE(absl::IsPermissionDenied(OpenS3Store(options, {.read_only = true}).status()));
+  EXPECT_EQ(server.answered, 3);
+}
+
+class S3UriTest : public testing::Test {
+ protected:
+  S3UriTest() {
+    setenv("AWS_ACCESS_KEY_ID", "id", 1);
+    setenv("AWS_SECRET_ACCESS_KEY", "secret", 1);
+  }
+  ~S3UriTest() override {
+    for (const char* name : {"AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY", "AWS_ENDPOINT_URL",
+                             "AWS_REGION", "AWS_SESSION_TOKEN"}) {
+      unsetenv(name);
+    }
+  }
+};
+
+TEST_F(S3UriTest, BucketPrefixAndSettingsAreRead) {
+  const auto aws = ParseS3Uri("s3://data/a/b/?region=eu-west-1");
+  ASSERT_TRUE(aws.ok()) << aws.status();
+  EXPECT_EQ(aws->bucket, "data");
+  EXPECT_EQ(aws->prefix, "a/b");
+  EXPECT_EQ(aws->endpoint, "https://s3.eu-west-1.amazonaws.com");
+  EXPECT_FALSE(aws->path_style);
+  const auto own = ParseS3Uri("s3://data?endpoint=http%3A//minio:9000/");
+  EXPECT_EQ(own->endpoint, "http://minio:9000");
+  EXPECT_TRUE(own->path_style);
+  setenv("AWS_ENDPOINT_URL", "https://ceph", 1);
+  setenv("AWS_REGION", "here", 1);
+  EXPECT_EQ(ParseS3Uri("s3://data")->endpoint, "https://ceph");
+  EXPECT_EQ(ParseS3Uri("s3://data")->region, "here");
+}
+
+TEST_F(S3UriTest, MistakesAreNamed) {
+  for (const char* uri : {"s3://", "s3:///a", "s3://b/../c", "s3://b?colour=red",
+                          "s3://b?endpoint=ftp://x", "s3://b?path_style=yes"}) {
+    EXPECT_EQ(ParseS3Uri(uri).status().code(), absl::StatusCode::kInvalidArgument) << uri;
+  }
+  unsetenv("AWS_SECRET_ACCESS_KEY");
+  EXPECT_THAT(std::string(ParseS3Uri("s3://b").status().message()),
+              HasSubstr("AWS_SECRET_ACCESS_KEY"));
+}
+
+TEST_F(S3UriTest, AStoresUriFindsItAgainAndHoldsNoSecret) {
+  const S3Options options = Options();
+  const auto store = *OpenS3Store(options);
+  EXPECT_EQ(store->Uri().find(options.secret_key), std::string::npos);
+  setenv("AWS_ACCESS_KEY_ID", options.access_key.c_str(), 1);
+  setenv("AWS_SECRET_ACCESS_KEY", options.secret_key.c_str(), 1);
+  ASSERT_TRUE(store->Put("a/b", "x").ok());
+  const auto again = OpenStore(store->Uri());
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(*(*again)->Get("a/b"), "x");
+}
+
+}  // namespace
+}  // namespace parallax

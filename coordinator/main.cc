@@ -1,10 +1,11 @@
-// The program `coordinator`: serve, check, backup.
+// The program `coordinator`: serve, init, check, backup.
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iostream>
 
 #include "common/base/log.h"
 #include "common/base/version.h"
+#include "coordinator/init.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/serve.h"
 
@@ -20,8 +21,21 @@ When it is ready it prints "listening on ADDRESS" for each address and "http on 
 with what they run and come back to the next start.
 )";
 
+constexpr char kInitFooter[] = R"(Examples:
+  coordinator init farm-tls --host farm.example.org --issue worker pool --issue submitter ada
+  coordinator init farm-tls --issue read-only dashboard      later, with the same authority
+
+  coordinator serve ... --listen 0.0.0.0:7070 --tls farm-tls/server
+  worker --role all --coordinator farm.example.org:7070 --tls worker-pool
+  parallax submit my-study.yaml --coordinator farm.example.org:7070 --tls submitter-ada
+
+Roles: worker does jobs; submitter submits studies and steers its own; operator steers all and reads the audit;
+read-only looks and fetches. Nothing is ever overwritten: remove a folder to have it made anew.
+)";
+
 struct CommandLine {
   ServeOptions serve;
+  InitOptions init;
   std::string db;
   std::string backup_file;
   bool log_json = false;
@@ -35,7 +49,9 @@ CLI::App* DeclareServe(CLI::App& app, CommandLine& line) {
   options.http = "127.0.0.1:7080";
   serve->add_option("--db", options.db, "Database file, on a local disk; made if absent")
       ->required();
-  serve->add_option("--store", options.store, "Folder of the results (or file:///folder)")
+  serve
+      ->add_option("--store", options.store,
+                   "Folder of the results, or s3://bucket/prefix (see coordinator/README.md)")
       ->required();
   serve
       ->add_option("--listen", options.listen,
@@ -60,12 +76,49 @@ CLI::App* DeclareServe(CLI::App& app, CommandLine& line) {
                    "Days after its end that a study's jobs move to the archive (default 30; "
                    "0: never)")
       ->check(CLI::Range(0.0, 36500.0));
+  serve
+      ->add_option("--store-access", options.store_access,
+                   "How workers reach the store: direct (they see it themselves), stream (their "
+                   "files come through this coordinator) or auto (default: direct where they see "
+                   "it, else stream)")
+      ->check(CLI::IsMember({"auto", "direct", "stream"}));
+  serve
+      ->add_option("--tls", options.tls_dir,
+                   "Folder with ca.crt, tls.crt and tls.key, as `coordinator init` makes it: TCP "
+                   "addresses are encrypted, and callers need a certificate")
+      ->envname("PARALLAX_TLS")
+      ->type_name("DIR");
   serve->add_flag("--insecure", options.insecure,
                   "Allow other addresses than this machine's, without encryption");
   serve->add_flag("--log-json", line.log_json, "One JSON object a log line");
   serve->add_option("--log-level", line.log_level, "debug, info, warning or error (default info)");
   serve->footer(std::string(kServeFooter) + "\n" + kExitHelp);
   return serve;
+}
+
+CLI::App* DeclareInit(CLI::App& app, InitOptions& options) {
+  CLI::App* init = app.add_subcommand(
+      "init", "Make a farm's certificates: authority, coordinator, workers and people");
+  init->add_option("DIR", options.dir, "Where they go; made if absent")->required();
+  init->add_option("--host", options.hosts,
+                   "Name or address that the coordinator is reached by; again for more (this "
+                   "machine's own are always in)")
+      ->type_name("HOST");
+  init->add_option("--issue", options.issue,
+                   "A certificate: role (worker, submitter, operator, read-only) and name; again "
+                   "for more")
+      ->type_name("ROLE NAME");
+  init->add_option("--days", options.days, "How long certificates are valid (default 398)")
+      ->check(CLI::Range(0.01, 3650.0));
+  init->footer(kInitFooter);
+  return init;
+}
+
+ProgramError Init(const InitOptions& options) {
+  const absl::Status status = InitFarm(options, Clock::System(), std::cout);
+  std::cout << std::flush;
+  if (status.ok()) return {};
+  return {status, absl::IsInvalidArgument(status) ? kExitUsage : kExitFailed};
 }
 
 ProgramError Check(const std::string& db) {
@@ -107,6 +160,7 @@ int Main(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer(kExitHelp);
   const CLI::App* serve = DeclareServe(app, line);
+  const CLI::App* init = DeclareInit(app, line.init);
   CLI::App* check = app.add_subcommand(
       "check", "Re-derive every invariant of a database that no coordinator has open");
   check->add_option("--db", line.db, "Database file")->required();
@@ -125,6 +179,7 @@ int Main(int argc, char** argv) {
   if (!level.ok()) return End({level.status(), kExitUsage});
   InitLogging({.json = line.log_json, .level = *level, .program = "coordinator"});
   if (serve->parsed()) return End(Serve(line.serve));
+  if (init->parsed()) return End(Init(line.init));
   if (check->parsed()) return End(Check(line.db));
   return End(Backup(line.db, line.backup_file));
 }

@@ -10,6 +10,7 @@
 
 #include "common/base/log.h"
 #include "common/base/version.h"
+#include "common/rpc/endpoint.h"
 #include "common/store/store.h"
 #include "coordinator/http/http_server.h"
 #include "coordinator/queue/database_file.h"
@@ -29,6 +30,19 @@ absl::Status CheckStoreWritable(Store& store) {
   const absl::Status put = store.Put(probe + "/file", "probe");
   const absl::Status removed = store.RemoveTree(probe);
   return put.ok() ? removed : put;
+}
+
+v1::StoreAccess AccessOf(const std::string& name) {
+  return name == "direct"   ? v1::STORE_ACCESS_DIRECT
+         : name == "stream" ? v1::STORE_ACCESS_STREAM
+                            : v1::STORE_ACCESS_AUTO;
+}
+
+// Where files come in: on the store's disk, so that they are moved and not copied; else beside the
+// database.
+std::string SpoolFor(const Store& store, const std::string& db) {
+  const auto local = store.LocalPath("spool");
+  return local.ok() ? fs::path(*local).parent_path().string() + "/.tmp-incoming" : db + ".incoming";
 }
 
 ProgramError ListenError(const absl::Status& status) {
@@ -96,6 +110,8 @@ ProgramError Serve(const ServeOptions& options) {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   signal(SIGPIPE, SIG_IGN);
 
+  auto security = MakeRpcSecurity(options.insecure, options.tls_dir, Clock::System());
+  if (!security.ok()) return {security.status(), kExitUsage};
   auto store = OpenStore(options.store);
   if (!store.ok()) return {store.status(), kExitStoreUnwritable};
   const absl::Status writable = CheckStoreWritable(**store);
@@ -114,8 +130,11 @@ ProgramError Serve(const ServeOptions& options) {
 
   CoordinatorServerOptions server_options;
   server_options.listen = options.listen;
-  server_options.insecure = options.insecure;
+  server_options.security = *security;
   server_options.store_uri = (*store)->Uri();
+  server_options.store = store->get();
+  server_options.store_access = AccessOf(options.store_access);
+  server_options.spool_dir = SpoolFor(**store, options.db);
   server_options.reconnect_grace_s = options.reconnect_grace_s;
   auto server = CoordinatorServer::Start(server_options, **queue);
   if (!server.ok()) return ListenError(server.status());
@@ -126,7 +145,7 @@ ProgramError Serve(const ServeOptions& options) {
   if (!options.http.empty()) {
     HttpServerOptions http_options;
     http_options.listen = options.http;
-    http_options.insecure = options.insecure;
+    http_options.security = *security;
     http_options.store_uri = (*store)->Uri();
     auto started = HttpServer::Start(http_options, **queue, **server);
     if (!started.ok()) return ListenError(started.status());
@@ -136,7 +155,7 @@ ProgramError Serve(const ServeOptions& options) {
   for (const std::string& address : (*server)->addresses()) {
     std::cout << "listening on " << address << "\n";
   }
-  if (http != nullptr) std::cout << "http on http://" << http->address() << "/\n";
+  if (http != nullptr) std::cout << "http on " << http->url() << "\n";
   std::cout << std::flush;
   LogInfo("coordinator serves", {{"version", kProgramVersion},
                                  {"db", options.db},

@@ -15,6 +15,8 @@ struct ServeOptions {
   std::vector<std::string> listen;
   std::string http;  // Empty: none.
   bool insecure = false;
+  std::string tls_dir;                // Empty: none.
+  std::string store_access = "auto";  // "direct", "stream", "auto"
   double lease_s = 60;
   double reconnect_grace_s = 10;
   double archive_after_days = 30;  // 0: never.

@@ -118,6 +118,7 @@ void RegisterAll(Registry& registry) {
   RegisterWorkers(registry);
   RegisterSteer(registry);
   RegisterFetch(registry);
+  RegisterAudit(registry);
 }
 
 int Report(const absl::Status& status, const Session& session) {
@@ -143,6 +144,7 @@ int RunClient(const std::vector<std::string>& arguments, Environment& environmen
       address != nullptr && *address != '\0') {
     options.coordinator = address;
   }
+  if (const char* dir = std::getenv("PARALLAX_TLS"); dir != nullptr) options.tls_dir = dir;
   Session session{environment, options};
   Action chosen;
 

@@ -1,6 +1,6 @@
 #include "coordinator/client/archive_sync.h"
 
-#include <filesystem>
+#include <unistd.h>
 
 namespace parallax::client {
 namespace {
@@ -9,28 +9,10 @@ constexpr int kFramesAtOnce = 500;
 
 }  // namespace
 
-absl::StatusOr<std::string> LocalStoreFolder(const std::string& store_uri) {
-  const std::string scheme = "file://";
-  if (store_uri.rfind(scheme, 0) != 0) {
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     "the coordinator's store is " + (store_uri.empty() ? "unknown" : store_uri) +
-                         ", not a folder; only a store that is a folder can be read from here");
-  }
-  const std::string folder = store_uri.substr(scheme.size());
-  std::error_code error;
-  if (!std::filesystem::is_directory(folder, error)) {
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     "the coordinator's store is the folder " + folder +
-                         " of its machine, which can't be seen from here; run this command there, "
-                         "or mount the folder at the same path");
-  }
-  return folder;
-}
-
 absl::StatusOr<std::unique_ptr<ArchiveSync>> ArchiveSync::Open(const std::string& out_dir,
                                                                const v1::StudySpec& study) {
   ASSIGN_OR_RETURN(auto writer, ArchiveWriter::Open(out_dir, study));
-  return std::unique_ptr<ArchiveSync>(new ArchiveSync(std::move(writer)));
+  return std::unique_ptr<ArchiveSync>(new ArchiveSync(out_dir, std::move(writer)));
 }
 
 absl::Status ArchiveSync::CatchUp(Connection& connection, int64_t study_id) {
@@ -38,18 +20,39 @@ absl::Status ArchiveSync::CatchUp(Connection& connection, int64_t study_id) {
     ASSIGN_OR_RETURN(const v1::ListFramesReply reply,
                      connection.ListFrames(study_id, cursor_, kFramesAtOnce));
     if (reply.frames_size() == 0) break;
-    ASSIGN_OR_RETURN(const std::string store, LocalStoreFolder(reply.store_uri()));
+    if (store_ == nullptr) {
+      ASSIGN_OR_RETURN(store_, StoreReader::Open(
+                                   connection, out_dir_ + "/.fetch-" + std::to_string(::getpid())));
+    }
     for (const v1::PublishedFrame& frame : reply.frames()) {
       if (!writer_->HasScene(frame.variant(), frame.scene())) {
         ASSIGN_OR_RETURN(const v1::GetSceneReply scene,
                          connection.GetScene(study_id, frame.variant(), frame.scene()));
         RETURN_IF_ERROR(writer_->AddScene(frame.variant(), frame.scene(), scene.scene()));
       }
-      RETURN_IF_ERROR(writer_->AddFrame(frame, store));
+      RETURN_IF_ERROR(AddFrame(frame));
       cursor_ = frame.cursor();
     }
     if (reply.frames_size() < kFramesAtOnce) break;
   }
+  return absl::OkStatus();
+}
+
+// A frame that is there already needs nothing of the store.
+absl::Status ArchiveSync::AddFrame(const v1::PublishedFrame& frame) {
+  const absl::Status status = writer_->AddFrame(frame, store_->folder());
+  if (store_->is_local() || !absl::IsNotFound(status)) return status;
+  const absl::Status brought = store_->Bring(frame.frame());
+  if (absl::IsUnimplemented(brought)) {
+    return absl::FailedPreconditionError(
+        "the coordinator's store can't be seen from here, and this coordinator is of a version "
+        "that does not send files; run this command on its machine, or mount the store at the same "
+        "path");
+  }
+  RETURN_IF_ERROR(brought);
+  files_streamed_ += frame.frame().files_size();
+  RETURN_IF_ERROR(writer_->AddFrame(frame, store_->folder()));
+  store_->Drop(frame.frame());
   return absl::OkStatus();
 }
 

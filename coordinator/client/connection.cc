@@ -9,6 +9,7 @@
 #include "common/rpc/address.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
+#include "common/rpc/remote_store.h"
 #include "coordinator/client/text.h"
 #include "parallax/v1/service.grpc.pb.h"
 
@@ -31,20 +32,24 @@ std::string CauseOf(const std::string& message) {
 }  // namespace
 
 struct Connection::Stub {
+  std::shared_ptr<grpc::Channel> channel;
   std::unique_ptr<v1::Coordinator::Stub> coordinator;
 };
 
-Connection::Connection(std::string address, std::unique_ptr<Stub> stub)
-    : address_(std::move(address)), stub_(std::move(stub)) {}
+Connection::Connection(RpcAddress address, RpcSecurity security, std::unique_ptr<Stub> stub)
+    : where_(std::move(address)),
+      security_(std::move(security)),
+      address_(where_.ToString()),
+      stub_(std::move(stub)) {}
 Connection::~Connection() = default;
 
 absl::StatusOr<std::unique_ptr<Connection>> Connection::Open(const std::string& address,
-                                                             bool insecure) {
+                                                             const RpcSecurity& security) {
   ASSIGN_OR_RETURN(const RpcAddress parsed, ParseRpcAddress(address));
-  ASSIGN_OR_RETURN(const auto channel, ConnectRpc(parsed, RpcSecurity{.insecure = insecure}));
   auto stub = std::make_unique<Stub>();
-  stub->coordinator = v1::Coordinator::NewStub(channel);
-  return std::unique_ptr<Connection>(new Connection(address, std::move(stub)));
+  ASSIGN_OR_RETURN(stub->channel, ConnectRpc(parsed, security));
+  stub->coordinator = v1::Coordinator::NewStub(stub->channel);
+  return std::unique_ptr<Connection>(new Connection(parsed, security, std::move(stub)));
 }
 
 template <typename Request, typename Reply, typename Method>
@@ -55,6 +60,7 @@ absl::StatusOr<Reply> Connection::Call(Method method, const Request& request) {
   const grpc::Status status = (stub_->coordinator.get()->*method)(&context, request, &reply);
   if (status.ok()) return reply;
   if (status.error_code() == grpc::StatusCode::UNAVAILABLE) {
+    RETURN_IF_ERROR(ExplainRpcSecurity(where_, security_));
     return MakeError(absl::StatusCode::kUnavailable,
                      "no coordinator at " + address_ + ": " + CauseOf(status.error_message()) +
                          "; start one with `coordinator serve --db FILE --store DIR --listen " +
@@ -149,6 +155,14 @@ absl::StatusOr<v1::GetSceneReply> Connection::GetScene(int64_t study_id, const s
 
 absl::StatusOr<v1::GetInfoReply> Connection::GetInfo() {
   return Call<v1::GetInfoRequest, v1::GetInfoReply>(&v1::Coordinator::Stub::GetInfo, {});
+}
+
+absl::StatusOr<v1::ListAuditReply> Connection::ListAudit(const v1::ListAuditRequest& request) {
+  return Call<v1::ListAuditRequest, v1::ListAuditReply>(&v1::Coordinator::Stub::ListAudit, request);
+}
+
+std::unique_ptr<Store> Connection::RemoteStore() const {
+  return MakeRemoteStore(stub_->channel, {});
 }
 
 absl::StatusOr<v1::StudyStatus> Connection::FindStudy(const std::string& id_or_name) {

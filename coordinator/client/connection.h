@@ -9,7 +9,12 @@
 #include <string>
 
 #include "common/base/status.h"
+#include "common/rpc/endpoint.h"
 #include "parallax/v1/service.pb.h"
+
+namespace parallax {
+class Store;
+}
 
 namespace parallax::client {
 
@@ -17,10 +22,10 @@ inline constexpr char kDefaultCoordinator[] = "127.0.0.1:7070";
 
 class Connection {
  public:
-  // Errors: kInvalidArgument for a bad address, kFailedPrecondition for one that would need
+  // Errors: kInvalidArgument for a bad address, kFailedPrecondition for one that would need TLS or
   // `insecure`. Whether somebody listens there shows at the first call.
   static absl::StatusOr<std::unique_ptr<Connection>> Open(const std::string& address,
-                                                          bool insecure = false);
+                                                          const RpcSecurity& security = {});
   ~Connection();
 
   const std::string& address() const { return address_; }
@@ -40,6 +45,10 @@ class Connection {
   absl::StatusOr<v1::GetSceneReply> GetScene(int64_t study_id, const std::string& variant,
                                              uint32_t scene);
   absl::StatusOr<v1::GetInfoReply> GetInfo();
+  absl::StatusOr<v1::ListAuditReply> ListAudit(const v1::ListAuditRequest& request);
+
+  // The coordinator's store through the coordinator: to read from, for machines that do not see it.
+  std::unique_ptr<Store> RemoteStore() const;
 
   // The study that a person means by "12" or "baseline": an id, or the newest study of that name.
   // Errors: kNotFound, naming the studies there are.
@@ -47,11 +56,13 @@ class Connection {
 
  private:
   struct Stub;
-  Connection(std::string address, std::unique_ptr<Stub> stub);
+  Connection(RpcAddress address, RpcSecurity security, std::unique_ptr<Stub> stub);
   template <typename Request, typename Reply, typename Method>
   absl::StatusOr<Reply> Call(Method method, const Request& request);
 
-  std::string address_;
+  const RpcAddress where_;
+  const RpcSecurity security_;
+  const std::string address_;
   std::unique_ptr<Stub> stub_;
 };
 

@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "common/base/file.h"
+#include "common/store/store.h"
 #include "coordinator/client/exit_code.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
@@ -64,8 +65,7 @@ absl::StatusOr<std::unique_ptr<EmbeddedCoordinator>> EmbeddedCoordinator::Start(
   std::unique_ptr<EmbeddedCoordinator> coordinator(new EmbeddedCoordinator);
   const std::string store = work_dir + "/store";
   std::error_code error;
-  fs::create_directories(store, error);
-  if (error) return ErrnoError(error.value(), "can't make " + store);
+  ASSIGN_OR_RETURN(coordinator->store_, OpenStore(store));
   coordinator->socket_note_ = work_dir + "/socket";
   RemoveLeftSocket(coordinator->socket_note_);
   ASSIGN_OR_RETURN(coordinator->socket_dir_, MakeSocketFolder());
@@ -82,7 +82,9 @@ absl::StatusOr<std::unique_ptr<EmbeddedCoordinator>> EmbeddedCoordinator::Start(
   CoordinatorServerOptions server;
   coordinator->address_ = "unix:" + coordinator->socket_dir_ + kSocketName;
   server.listen = {coordinator->address_};
-  server.store_uri = "file://" + store;
+  server.store_uri = coordinator->store_->Uri();
+  server.store = coordinator->store_.get();
+  server.spool_dir = store + "/.tmp-incoming";
   server.reconnect_grace_s = kReconnectGrace_s;
   ASSIGN_OR_RETURN(coordinator->server_, CoordinatorServer::Start(server, *coordinator->queue_));
   return coordinator;

@@ -11,6 +11,7 @@
 namespace parallax {
 class CoordinatorServer;
 class JobQueue;
+class Store;
 }  // namespace parallax
 
 namespace parallax::client {
@@ -32,6 +33,7 @@ class EmbeddedCoordinator {
   std::string
       socket_note_;  // The file that names socket_dir_ for a later run, should this one be killed.
   std::string address_;
+  std::unique_ptr<Store> store_;
   std::unique_ptr<JobQueue> queue_;
   std::unique_ptr<CoordinatorServer> server_;
 };

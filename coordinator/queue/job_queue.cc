@@ -463,6 +463,16 @@ absl::StatusOr<std::vector<v1::PublishedFrame>> JobQueue::ListFrames(
     const v1::ListFramesRequest& request) {
   return impl_->readers_->ListFrames(request);
 }
+absl::StatusOr<std::vector<v1::AuditEntry>> JobQueue::ListAudit(
+    const v1::ListAuditRequest& request) {
+  return impl_->readers_->ListAudit(request);
+}
+absl::StatusOr<std::string> JobQueue::SubmitterOf(StudyId study) {
+  return impl_->readers_->SubmitterOf(study.value);
+}
+bool JobQueue::IsHeldBy(const std::string& worker, const v1::AttemptId& attempt) const {
+  return impl_->book_.Holds(worker, attempt);
+}
 absl::StatusOr<v1::Scene> JobQueue::GetScene(const v1::GetSceneRequest& request) {
   return impl_->readers_->GetScene(request);
 }

@@ -183,6 +183,9 @@ class JobQueue {
   std::vector<v1::AttemptId> Heartbeat(const std::string& worker,
                                        const std::vector<v1::Progress>& running);
 
+  // Whether this is the worker's lease now. In memory: cheap.
+  bool IsHeldBy(const std::string& worker, const v1::AttemptId& attempt) const;
+
   // Expires leases and ends back-offs that are due. Returns the seconds until there is something to
   // do again. Called by the queue itself with own_timer.
   absl::StatusOr<double> Tick();
@@ -196,6 +199,10 @@ class JobQueue {
   // In order of publication, after request.cursor. limit <= 10,000, 0 = 1,000.
   absl::StatusOr<std::vector<v1::PublishedFrame>> ListFrames(const v1::ListFramesRequest& request);
   absl::StatusOr<v1::Scene> GetScene(const v1::GetSceneRequest& request);
+  // The newest first. limit <= 10,000, 0 = 100.
+  absl::StatusOr<std::vector<v1::AuditEntry>> ListAudit(const v1::ListAuditRequest& request);
+  // The actor of the study's submit. kNotFound.
+  absl::StatusOr<std::string> SubmitterOf(StudyId study);
 
   JobQueueStats Stats() const;
 

@@ -66,6 +66,13 @@ double LeaseBook::SecondsToExpiry() const {
   return std::max(0.0, seconds);
 }
 
+bool LeaseBook::Holds(const std::string& worker, const v1::AttemptId& attempt) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = entries_.find(attempt.job_id());
+  return found != entries_.end() && found->second.lease.fence == attempt.fence() &&
+         found->second.lease.worker == worker;
+}
+
 LeaseProgress LeaseBook::ProgressOf(int64_t job) const {
   const std::lock_guard lock(mutex_);
   const auto found = entries_.find(job);

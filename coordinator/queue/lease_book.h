@@ -33,6 +33,7 @@ class LeaseBook {
   std::vector<LeaseRef> Expired() const;
   // Seconds until the next could expire, lease_s if there is none.
   double SecondsToExpiry() const;
+  bool Holds(const std::string& worker, const v1::AttemptId& attempt) const;
   LeaseProgress ProgressOf(int64_t job) const;
   int64_t size() const;
 

@@ -32,6 +32,8 @@ class Readers {
   absl::StatusOr<std::vector<v1::PublishedFrame>> ListFrames(const v1::ListFramesRequest& request);
   absl::StatusOr<std::vector<std::string>> ListLitter(double before_unix_s, int limit);
   absl::StatusOr<v1::Scene> GetScene(const v1::GetSceneRequest& request);
+  absl::StatusOr<std::vector<v1::AuditEntry>> ListAudit(const v1::ListAuditRequest& request);
+  absl::StatusOr<std::string> SubmitterOf(int64_t study);
   // The message that a worker gets for a committed lease.
   absl::StatusOr<v1::Lease> LeaseMessage(const GrantedLease& lease);
 

@@ -4,7 +4,10 @@
 #include <mutex>
 
 #include "common/rpc/endpoint.h"
+#include "common/store/store.h"
 #include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/access.h"
+#include "coordinator/rpc/artifacts_service.h"
 #include "coordinator/rpc/coordinator_service.h"
 #include "coordinator/rpc/dispatcher.h"
 #include "coordinator/rpc/task_pool.h"
@@ -29,8 +32,12 @@ class CoordinatorServerImpl final : public CoordinatorServer {
         worker_pool_(kWorkerCalls),
         client_pool_(kClientCalls),
         dispatcher_(queue, worker_pool_, *options.clock, options.reconnect_grace_s),
-        service_(queue, dispatcher_, worker_pool_, client_pool_, options.store_uri,
-                 queue.database_id(), LeaseFor(options, queue)) {
+        service_(queue, dispatcher_, worker_pool_, client_pool_,
+                 {.uri = options.store_uri,
+                  .id = options.store == nullptr ? "" : options.store->Id(),
+                  .access = options.store_access},
+                 queue.database_id(), LeaseFor(options, queue)),
+        artifacts_(options.store, options.spool_dir, HolderWritesBelowItsAttempt(queue)) {
     queue_.SetObserver(&dispatcher_);
   }
 
@@ -41,8 +48,9 @@ class CoordinatorServerImpl final : public CoordinatorServer {
     for (const std::string& text : options.listen) {
       ASSIGN_OR_RETURN(addresses.emplace_back(), ParseRpcAddress(text));
     }
-    ASSIGN_OR_RETURN(server_,
-                     RpcServer::Start(addresses, {.insecure = options.insecure}, service_));
+    RETURN_IF_ERROR(artifacts_.Prepare());
+    ASSIGN_OR_RETURN(server_, RpcServer::Start(addresses, options.security,
+                                               {&service_, &artifacts_}, CheckAccess));
     return absl::OkStatus();
   }
 
@@ -76,6 +84,7 @@ class CoordinatorServerImpl final : public CoordinatorServer {
   TaskPool client_pool_;
   Dispatcher dispatcher_;
   CoordinatorService service_;
+  ArtifactsService artifacts_;
   std::unique_ptr<RpcServer> server_;
   std::mutex shutdown_mu_;
   bool shut_down_ = false;  // Guarded by shutdown_mu_.

@@ -16,19 +16,27 @@
 
 #include "common/base/clock.h"
 #include "common/base/status.h"
+#include "common/rpc/endpoint.h"
 #include "parallax/v1/service.pb.h"
 
 namespace parallax {
 
 class JobQueue;
+class Store;
 
 struct CoordinatorServerOptions {
   // "HOST:PORT" (port 0: any free one) or "unix:/path"; at least one. Anything but loopback and
-  // Unix sockets is refused unless `insecure`.
+  // Unix sockets is refused without TLS, unless `security` says insecure.
   std::vector<std::string> listen;
-  bool insecure = false;
+  RpcSecurity security;
   // Where workers put attempts' folders: "file:///abs/dir".
   std::string store_uri;
+  // The same, opened: for the files of workers and clients that do not see it. Null: they can't
+  // send or fetch any. Outlives the server.
+  Store* store = nullptr;
+  v1::StoreAccess store_access = v1::STORE_ACCESS_DIRECT;
+  // Folder for files that are coming in, best on the store's own disk.
+  std::string spool_dir;
   // What workers are told. 0, or more than the queue's lease: the queue's. Shorter ones make them
   // beat more often and stop sooner when they hear nothing.
   double lease_s = 0;

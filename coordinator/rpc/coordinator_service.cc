@@ -4,6 +4,7 @@
 
 #include "common/base/log.h"
 #include "common/base/version.h"
+#include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
 #include "coordinator/rpc/validation.h"
 
@@ -13,9 +14,6 @@ namespace {
 constexpr int kMostListed = 10'000;
 constexpr int kStudiesListed = 100;  // Unless told.
 constexpr size_t kMostStages = 32;
-
-// For the audit table.
-std::string ActorOf(const grpc::CallbackServerContext& context) { return context.peer(); }
 
 // "REPORT_OUTCOME_OK" -> "OK"
 std::string ShortName(v1::ReportOutcome outcome) {
@@ -28,15 +26,15 @@ std::string ShortName(v1::ReportOutcome outcome) {
 
 CoordinatorService::CoordinatorService(JobQueue& queue, Dispatcher& dispatcher,
                                        TaskPool& worker_pool, TaskPool& client_pool,
-                                       std::string store_uri, std::string coordinator_id,
+                                       AnnouncedStore store, std::string coordinator_id,
                                        double lease_s)
     : queue_(queue),
       dispatcher_(dispatcher),
       worker_pool_(worker_pool),
       client_pool_(client_pool),
-      store_uri_(std::move(store_uri)),
+      store_(std::move(store)),
       coordinator_id_(std::move(coordinator_id)),
-      streams_{queue,           dispatcher, worker_pool,        store_uri_,
+      streams_{queue,           dispatcher, worker_pool,        store_,
                coordinator_id_, lease_s,    [this] { Leave(); }} {}
 
 void CoordinatorService::Enter() {
@@ -223,6 +221,17 @@ CoordinatorService::Reactor* CoordinatorService::GetStudy(Context* context,
   });
 }
 
+absl::Status CoordinatorService::CheckSteering(const Context& context, StudyId study) {
+  const RpcCaller caller = CallerOf(context);
+  if (caller.Is(Role::kOperator)) return absl::OkStatus();
+  ASSIGN_OR_RETURN(const std::string owner, queue_.SubmitterOf(study));
+  const std::string own = std::string(RoleName(Role::kSubmitter)) + " " + caller.name + " ";
+  if (owner.rfind(own, 0) == 0) return absl::OkStatus();
+  return absl::PermissionDeniedError("study " + std::to_string(study.value) +
+                                     " was not submitted by '" + caller.name +
+                                     "'; others' studies are the operator's to steer");
+}
+
 CoordinatorService::Reactor* CoordinatorService::ChangeStudy(Context* context,
                                                              const v1::StudyRequest* request,
                                                              v1::StudyStatus* reply,
@@ -231,6 +240,7 @@ CoordinatorService::Reactor* CoordinatorService::ChangeStudy(Context* context,
   if (!status.ok()) return EndNow(context, status);
   return RunOn(client_pool_, context, [this, context, request, reply, call]() -> absl::Status {
     const StudyId study{request->study_id()};
+    RETURN_IF_ERROR(CheckSteering(*context, study));
     RETURN_IF_ERROR((queue_.*call)(study, request->reason(), ActorOf(*context)));
     ASSIGN_OR_RETURN(*reply, queue_.GetStudy(study));
     return absl::OkStatus();
@@ -261,6 +271,7 @@ CoordinatorService::Reactor* CoordinatorService::Retry(Context* context,
   const absl::Status status = CheckStudyId(request->study_id());
   if (!status.ok()) return EndNow(context, status);
   return RunOn(client_pool_, context, [this, context, request, reply]() -> absl::Status {
+    RETURN_IF_ERROR(CheckSteering(*context, StudyId{request->study_id()}));
     ASSIGN_OR_RETURN(const int64_t jobs,
                      queue_.Retry(StudyId{request->study_id()}, ActorOf(*context)));
     reply->set_jobs(jobs);
@@ -297,7 +308,7 @@ CoordinatorService::Reactor* CoordinatorService::ListFrames(Context* context,
   return RunOn(client_pool_, context, [this, request, reply]() -> absl::Status {
     ASSIGN_OR_RETURN(std::vector<v1::PublishedFrame> frames, queue_.ListFrames(*request));
     for (v1::PublishedFrame& frame : frames) *reply->add_frames() = std::move(frame);
-    reply->set_store_uri(store_uri_);
+    reply->set_store_uri(store_.uri);
     return absl::OkStatus();
   });
 }
@@ -318,10 +329,23 @@ CoordinatorService::Reactor* CoordinatorService::GetInfo(Context* context,
                                                          v1::GetInfoReply* reply) {
   reply->set_version(kProgramVersion);
   reply->set_epoch(queue_.epoch());
-  reply->set_store_uri(store_uri_);
+  reply->set_store_uri(store_.uri);
+  reply->set_store_id(store_.id);
   reply->set_schema_version(queue_.schema_version());
   reply->set_coordinator_id(coordinator_id_);
   return EndNow(context, absl::OkStatus());
+}
+
+CoordinatorService::Reactor* CoordinatorService::ListAudit(Context* context,
+                                                           const v1::ListAuditRequest* request,
+                                                           v1::ListAuditReply* reply) {
+  const absl::Status status = CheckLimit(request->limit(), kMostListed);
+  if (!status.ok()) return EndNow(context, status);
+  return RunOn(client_pool_, context, [this, request, reply]() -> absl::Status {
+    ASSIGN_OR_RETURN(std::vector<v1::AuditEntry> entries, queue_.ListAudit(*request));
+    for (v1::AuditEntry& entry : entries) *reply->add_entries() = std::move(entry);
+    return absl::OkStatus();
+  });
 }
 
 }  // namespace parallax

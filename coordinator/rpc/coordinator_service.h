@@ -24,7 +24,7 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
  public:
   // All outlive the service.
   CoordinatorService(JobQueue& queue, Dispatcher& dispatcher, TaskPool& worker_pool,
-                     TaskPool& client_pool, std::string store_uri, std::string coordinator_id,
+                     TaskPool& client_pool, AnnouncedStore store, std::string coordinator_id,
                      double lease_s);
 
   void AddMetrics(ServerMetrics& metrics) const;  // Reports, stages and work.
@@ -48,6 +48,7 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   Reactor* ListFrames(Context*, const v1::ListFramesRequest*, v1::ListFramesReply*) override;
   Reactor* GetScene(Context*, const v1::GetSceneRequest*, v1::GetSceneReply*) override;
   Reactor* GetInfo(Context*, const v1::GetInfoRequest*, v1::GetInfoReply*) override;
+  Reactor* ListAudit(Context*, const v1::ListAuditRequest*, v1::ListAuditReply*) override;
 
  private:
   using StudyCall = absl::Status (JobQueue::*)(StudyId, std::string_view, std::string_view);
@@ -56,6 +57,8 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   Reactor* RunOn(TaskPool& pool, Context* context, std::function<absl::Status()> body);
   Reactor* ChangeStudy(Context* context, const v1::StudyRequest* request, v1::StudyStatus* reply,
                        StudyCall call);
+  // A submitter's certificate steers only what was submitted with it.
+  absl::Status CheckSteering(const Context& context, StudyId study);
   Reactor* EndNow(Context* context, const absl::Status& status);
   void EndReport(Reactor* reactor, v1::ReportReply* reply,
                  const absl::StatusOr<v1::ReportOutcome>& outcome, const char* if_ok);
@@ -68,7 +71,7 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   Dispatcher& dispatcher_;
   TaskPool& worker_pool_;
   TaskPool& client_pool_;
-  const std::string store_uri_;
+  const AnnouncedStore store_;
   const std::string coordinator_id_;
   const WorkStreamContext streams_;
 

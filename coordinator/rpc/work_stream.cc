@@ -61,7 +61,9 @@ void WorkStream::Join() {
       v1::Welcome& body = *message.mutable_welcome();
       body.set_epoch(self->shared_.queue.epoch());
       body.set_lease_s(self->shared_.lease_s);
-      body.set_store_uri(self->shared_.store_uri);
+      body.set_store_uri(self->shared_.store.uri);
+      body.set_store_id(self->shared_.store.id);
+      body.set_store_access(self->shared_.store.access);
       body.set_coordinator_id(self->shared_.coordinator_id);
       for (const v1::AttemptId& attempt : adopted) *body.add_adopted() = attempt;
       self->Send(std::move(message));

@@ -17,12 +17,19 @@
 
 namespace parallax {
 
+// What workers are told of the store.
+struct AnnouncedStore {
+  std::string uri;
+  std::string id;
+  v1::StoreAccess access = v1::STORE_ACCESS_DIRECT;
+};
+
 // What all streams share; outlives them.
 struct WorkStreamContext {
   JobQueue& queue;
   Dispatcher& dispatcher;
   TaskPool& pool;
-  std::string store_uri;
+  AnnouncedStore store;
   std::string coordinator_id;
   double lease_s;
   std::function<void()> on_done;  // Once for each stream, as the last thing.

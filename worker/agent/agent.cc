@@ -13,6 +13,7 @@
 #include "common/base/hash.h"
 #include "common/base/log.h"
 #include "common/rpc/grpc_status.h"
+#include "common/rpc/remote_store.h"
 #include "common/store/store.h"
 #include "worker/agent/backoff.h"
 #include "worker/agent/job_slots.h"
@@ -68,6 +69,7 @@ class AgentImpl final : public Agent {
       : options_(options),
         clock_(clock),
         outbox_(std::move(outbox)),
+        channel_(channel),
         coordinator_(v1::Coordinator::NewStub(channel)),
         reconnect_backoff_(Rng(SeedOf(options.name), "agent/reconnect"),
                            Seconds(options.backoff_base_s), Seconds(options.backoff_cap_s)),
@@ -144,7 +146,15 @@ class AgentImpl final : public Agent {
   // ---- The stream ----
   void Connect() {
     v1::GetInfoReply info;
-    const absl::Status status = AskInfo(&info);
+    absl::Status status = AskInfo(&info);
+    // Before it ever worked: a wrong certificate is told at once and not waited for.
+    if (absl::IsUnavailable(status) && coordinator_id_.empty()) {
+      if (const absl::Status why = ExplainRpcSecurity(options_.coordinator, options_.security);
+          !why.ok()) {
+        fatal_ = why;
+        return;
+      }
+    }
     if (!status.ok()) return Disconnected(status);
     if (!coordinator_id_.empty() && info.coordinator_id() != coordinator_id_) {
       LogWarning("another coordinator answers: its predecessor's work is stopped");
@@ -220,7 +230,11 @@ class AgentImpl final : public Agent {
     CloseSession();
     reports_.SetCoordinator(std::nullopt);
     if (IsFatal(status.code())) {
-      fatal_ = WithContext(status, "coordinator " + options_.coordinator.ToString());
+      // Of the coordinator, and not of this machine's disk: the two have different exit statuses.
+      const bool refused = absl::IsPermissionDenied(status);
+      fatal_ = WithContext(
+          refused ? absl::Status(absl::StatusCode::kUnauthenticated, status.message()) : status,
+          "coordinator " + options_.coordinator.ToString());
       return;
     }
     // Once when it goes, not at every try.
@@ -274,7 +288,7 @@ class AgentImpl final : public Agent {
       fatal_ = absl::InvalidArgumentError("the coordinator's lease is not positive");
       return;
     }
-    const absl::Status store = UseStore(welcome.store_uri());
+    const absl::Status store = UseStore(welcome);
     if (!store.ok()) {
       fatal_ = store;
       return;
@@ -299,18 +313,33 @@ class AgentImpl final : public Agent {
     reports_.SetCoordinator(coordinator_id_);
   }
 
-  absl::Status UseStore(const std::string& coordinators_uri) {
-    const std::string& uri = options_.store_uri.empty() ? coordinators_uri : options_.store_uri;
-    if (store_ != nullptr && uri == store_uri_) return absl::OkStatus();
+  // The store itself where it can be used; else, if the coordinator allows, through the
+  // coordinator.
+  absl::Status UseStore(const v1::Welcome& welcome) {
     if (std::count(options_.kinds.begin(), options_.kinds.end(), v1::JOB_KIND_RENDER) == 0) {
       return absl::OkStatus();  // Solvers write nothing.
     }
-    absl::StatusOr<std::unique_ptr<Store>> store = OpenStore(uri);
-    if (!store.ok()) {
-      return WithContext(store.status(), "store " + uri + " can't be used from this machine");
+    const bool by_hand = !options_.store_uri.empty();
+    const std::string& uri = by_hand ? options_.store_uri : welcome.store_uri();
+    const std::string key = uri + " " + welcome.store_id() + " " +
+                            std::to_string(static_cast<int>(welcome.store_access()));
+    if (key == store_key_) return absl::OkStatus();
+    std::shared_ptr<Store> store;
+    if (by_hand || welcome.store_access() != v1::STORE_ACCESS_STREAM) {
+      auto opened =
+          OpenStore(uri, {.create = welcome.store_id().empty(), .id = welcome.store_id()});
+      if (!opened.ok() && (by_hand || welcome.store_access() != v1::STORE_ACCESS_AUTO)) {
+        return WithContext(opened.status(), "store " + uri + " can't be used from this machine");
+      }
+      if (opened.ok()) {
+        store = *std::move(opened);
+      } else {
+        LogInfo("the store is not seen from here; files go through the coordinator",
+                {{"store", uri}, {"cause", opened.status()}});
+      }
     }
-    store_ = *std::move(store);
-    store_uri_ = uri;
+    store_ = std::move(store);
+    store_key_ = key;
     return absl::OkStatus();
   }
 
@@ -330,12 +359,22 @@ class AgentImpl final : public Agent {
   }
 
   absl::StatusOr<AttemptFolder> FolderOf(const v1::Lease& lease) {
-    if (store_ == nullptr) return absl::FailedPreconditionError("this worker has no store");
+    if (store_key_.empty()) return absl::FailedPreconditionError("this worker has no store");
     AttemptFolder folder;
-    folder.path =
-        lease.render().store_prefix() + "/.attempt-" + std::to_string(lease.attempt().fence());
+    const std::string fence = std::to_string(lease.attempt().fence());
+    folder.path = lease.render().store_prefix() + "/.attempt-" + fence;
     RETURN_IF_ERROR(CheckStorePath(folder.path));
-    ASSIGN_OR_RETURN(folder.dir, store_->LocalPath(folder.path));
+    if (store_ != nullptr) {
+      const absl::StatusOr<std::string> local = store_->LocalPath(folder.path);
+      if (local.ok()) {
+        folder.dir = *local;
+        return folder;
+      }
+      folder.send_to = store_;
+    } else {
+      folder.send_to = MakeRemoteStore(channel_, {options_.name, lease.attempt()});
+    }
+    folder.dir = outbox_->staging() + "/" + fence;
     return folder;
   }
 
@@ -556,6 +595,7 @@ class AgentImpl final : public Agent {
   Inbox inbox_;  // Of session_.
 
   const std::unique_ptr<Outbox> outbox_;
+  const std::shared_ptr<grpc::Channel> channel_;
   const std::unique_ptr<v1::Coordinator::Stub> coordinator_;
 
   // Run()'s own.
@@ -564,9 +604,9 @@ class AgentImpl final : public Agent {
   bool welcomed_ = false;
   bool complained_ = false;
   std::string coordinator_id_;
-  std::unique_ptr<Store> store_;
-  std::string store_uri_;
-  int credit_ = 0;  // Given on this stream, not used by a lease yet.
+  std::shared_ptr<Store> store_;  // Null: through the coordinator.
+  std::string store_key_;         // What the coordinator said of it; "" before.
+  int credit_ = 0;                // Given on this stream, not used by a lease yet.
   double lease_s_ = 0;
   SteadyTime reconnect_at_{};
   SteadyTime hello_at_{};

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -12,6 +13,8 @@
 
 namespace parallax {
 
+class Store;
+
 // Fraction in [0, 1] and the stage at hand. May be called from any thread, as often as one likes.
 using JobProgressFn = std::function<void(double fraction, std::string_view stage)>;
 
@@ -19,6 +22,8 @@ using JobProgressFn = std::function<void(double fraction, std::string_view stage
 struct AttemptFolder {
   std::string dir;   // Absolute local folder, not yet made.
   std::string path;  // The same in the store: "<store_prefix>/.attempt-<fence>".
+  // Null: `dir` is in the store. Else `dir` is a staging folder, and the agent sends what is in it.
+  std::shared_ptr<Store> send_to = nullptr;
 };
 
 // Called from as many threads at a time as the worker has slots. Both return soon after `cancel`

@@ -14,7 +14,9 @@
 #include <thread>
 
 #include "common/base/log.h"
+#include "common/store/store.h"
 #include "worker/agent/failure.h"
+#include "worker/agent/upload.h"
 
 namespace parallax {
 namespace {
@@ -244,6 +246,11 @@ class JobSlots::Impl {
         ASSIGN_OR_RETURN(auto result,
                          runner_.Render(run.lease.render(), run.folder, run.cancel, progress));
         if (result.ByteSizeLong() > kMaxResultBytes) return TooLarge(result.ByteSizeLong());
+        if (run.folder.send_to != nullptr) {
+          progress(1, "send");
+          RETURN_IF_ERROR(UploadFrames(*run.folder.send_to, run.folder.dir, run.folder.path, result,
+                                       run.cancel));
+        }
         return Outcome(std::move(result));
       }
       return absl::UnimplementedError("a job of a kind that this worker does not know");
@@ -284,7 +291,15 @@ class JobSlots::Impl {
     const bool report =
         ended.stop == StopCause::kNone || (ended.stop == StopCause::kHandBack && outcome.ok());
     LogEnd(outcome, report, ended.stop, wall_s, cpu_s);
-    if (!outcome.ok() || !report) RemoveFolder(run);
+    if (!outcome.ok() || !report) {
+      RemoveFolder(run);
+      // Best effort: the coordinator's janitor comes by later.
+      if (run.folder.send_to != nullptr) {
+        run.folder.send_to->RemoveTree(run.folder.path).IgnoreError();
+      }
+    } else if (run.folder.send_to != nullptr) {
+      RemoveFolder(run);  // All of it has been sent.
+    }
     if (report) {
       sink_(outcome.ok() ? CompleteReport(run, outcome, wall_s, cpu_s)
                          : FailReport(run, outcome.status(), place));
@@ -342,7 +357,8 @@ class JobSlots::Impl {
     return {std::move(fail)};
   }
 
-  // Nothing of this attempt will ever be published, and a full disk is a reason why attempts fail.
+  // Of an attempt that will never be published (a full disk is a reason why attempts fail), or one
+  // that was only staged here.
   static void RemoveFolder(const Run& run) {
     if (run.folder.dir.empty()) return;
     std::error_code ignored;

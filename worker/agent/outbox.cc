@@ -20,6 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kLockName[] = "/lock";
+constexpr char kStagingName[] = "/staging";
 constexpr char kComplete[] = ".complete";
 constexpr char kFail[] = ".fail";
 constexpr size_t kDigestBytes = 32;
@@ -129,6 +130,7 @@ absl::StatusOr<std::unique_ptr<Outbox>> Outbox::Open(const std::string& root,
       outbox->AdoptFrom(sibling.string());
     }
   }
+  fs::remove_all(directory + kStagingName, error);
   RETURN_IF_ERROR(SyncPath(directory));
   outbox->LoadLeftovers();
   return outbox;
@@ -147,6 +149,7 @@ void Outbox::AdoptFrom(const std::string& sibling) {
       fs::rename(path, fs::path(directory_) / path.filename(), error);
     }
   }
+  fs::remove_all(sibling + kStagingName, error);
   fs::remove(sibling + kLockName, error);
   fs::remove(sibling, error);  // Stays, with what we don't know in it, when it is not empty.
   close(*lock_fd);
@@ -172,6 +175,8 @@ std::string Outbox::PathOf(const Report& report) const {
          std::to_string(report.attempt().job_id()) + "-" +
          std::to_string(report.attempt().fence()) + (report.body.index() == 0 ? kComplete : kFail);
 }
+
+std::string Outbox::staging() const { return directory_ + kStagingName; }
 
 absl::Status Outbox::Put(const Report& report) {
   const std::string message =

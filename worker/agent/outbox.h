@@ -4,6 +4,8 @@
 //   <root>/<worker>/lock                                   held by the living worker of that name
 //   <root>/<worker>/<coordinator>-<job>-<fence>.complete   CompleteRequest or
 //   <root>/<worker>/<coordinator>-<job>-<fence>.fail       FailRequest, behind their SHA-256
+//   <root>/<worker>/staging/                               attempts that are sent to a store
+//   elsewhere
 //
 // A worker that starts takes over the reports of dead ones under the same root: default names
 // contain a process id, so nobody else would come for them.
@@ -44,6 +46,9 @@ class Outbox {
   absl::Status Put(const Report& report);
   absl::Status Remove(const Report& report);
   const std::string& directory() const { return directory_; }
+  // Folder for work on its way to a store elsewhere. Emptied at Open: what a dead worker left there
+  // was not reported.
+  std::string staging() const;
 
  private:
   Outbox(std::string directory, int lock_fd)

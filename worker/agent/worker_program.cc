@@ -25,7 +25,7 @@ namespace {
 constexpr char kFooter[] = R"(Examples:
   worker --role all --coordinator 127.0.0.1:7070 --slots 1
   worker --role solve --coordinator unix:/run/parallax/coordinator.sock --slots 8 --threads 8
-  worker --role render --coordinator farm:7070 --insecure --tags avx512,bigmem
+  worker --role render --coordinator farm:7070 --tls worker-pool --tags avx512,bigmem
 
 Signals:
   SIGTERM or SIGINT   drain: take nothing new, finish what runs within --grace, then hand it back
@@ -52,6 +52,7 @@ struct CommandLine {
   double hang_s = 1800;
   std::string outbox;
   bool insecure = false;
+  std::string tls_dir;
   bool exit_when_orphaned = false;
   bool log_json = false;
   std::string log_level = "info";
@@ -124,6 +125,11 @@ void Declare(CLI::App& app, CommandLine& line) {
                  "Seconds without progress after which a job counts as hung: it is reported as\n"
                  "failed and the worker drains (default 1800; 0: never)")
       ->check(CLI::NonNegativeNumber);
+  app.add_option("--tls", line.tls_dir,
+                 "Folder with ca.crt, tls.crt and tls.key, as `coordinator init --issue worker "
+                 "NAME` makes it\n(default: $PARALLAX_TLS)")
+      ->envname("PARALLAX_TLS")
+      ->type_name("DIR");
   app.add_flag("--insecure", line.insecure, "Allow an unencrypted connection to another machine");
   app.add_flag("--exit-when-orphaned", line.exit_when_orphaned, "End when the parent process dies");
   app.add_flag("--log-json", line.log_json, "One JSON object a log line");
@@ -145,7 +151,7 @@ std::vector<std::string> SplitTags(const std::string& text) {
 absl::StatusOr<AgentOptions> OptionsOf(const CommandLine& line) {
   AgentOptions options;
   ASSIGN_OR_RETURN(options.coordinator, ParseRpcAddress(line.coordinator));
-  options.security.insecure = line.insecure;
+  ASSIGN_OR_RETURN(options.security, MakeRpcSecurity(line.insecure, line.tls_dir, Clock::System()));
   options.name = line.name.empty() ? DefaultName() : line.name;
   RETURN_IF_ERROR(CheckWorkerName(options.name));
   if (line.role != "render") options.kinds.push_back(v1::JOB_KIND_SOLVE);

@@ -4,6 +4,12 @@
 
 namespace parallax::client {
 
+absl::StatusOr<std::unique_ptr<Connection>> Session::Connect() const {
+  ASSIGN_OR_RETURN(const RpcSecurity security,
+                   MakeRpcSecurity(options.insecure, options.tls_dir, *environment.clock));
+  return Connection::Open(options.coordinator, security);
+}
+
 void Session::PrintJson(const nlohmann::ordered_json& json, bool one_line) const {
   // Text from outside may not be UTF-8: shown with a replacement character rather than not at all.
   *out().stream << json.dump(one_line ? -1 : 2, ' ', false,
@@ -42,6 +48,12 @@ void Registry::AddConnectionOptions(CLI::App* command) {
       ->add_option("--coordinator", options.coordinator,
                    "HOST:PORT or unix:/PATH (default $PARALLAX_COORDINATOR or 127.0.0.1:7070)")
       ->type_name("ADDR")
+      ->group("Connection");
+  command
+      ->add_option("--tls", options.tls_dir,
+                   "Folder with your certificate, as `coordinator init` makes it (default "
+                   "$PARALLAX_TLS)")
+      ->type_name("DIR")
       ->group("Connection");
   command->add_flag("--insecure", options.insecure, "Reach another machine without encryption")
       ->group("Connection");

@@ -19,6 +19,7 @@ namespace parallax::client {
 struct CommonOptions {
   std::string coordinator = kDefaultCoordinator;
   bool insecure = false;
+  std::string tls_dir;
   bool json = false;
 };
 
@@ -28,9 +29,7 @@ struct Session {
 
   const Terminal& out() const { return environment.out; }
   const Terminal& err() const { return environment.err; }
-  absl::StatusOr<std::unique_ptr<Connection>> Connect() const {
-    return Connection::Open(options.coordinator, options.insecure);
-  }
+  absl::StatusOr<std::unique_ptr<Connection>> Connect() const;
   // A JSON document on standard output, indented unless `one_line`.
   void PrintJson(const nlohmann::ordered_json& json, bool one_line = false) const;
   // "error: ..." and "note: ..." on standard error.
@@ -66,6 +65,7 @@ void RegisterWatch(Registry& registry);
 void RegisterJobs(Registry& registry);
 void RegisterWorkers(Registry& registry);
 void RegisterSteer(Registry& registry);  // cancel, pause, resume, retry
+void RegisterAudit(Registry& registry);
 void RegisterFetch(Registry& registry);
 void RegisterView(Registry& registry);
 void RegisterPlan(Registry& registry);

@@ -16,8 +16,8 @@ struct FetchOptions {
 };
 
 nlohmann::ordered_json FetchJson(const v1::StudyStatus& study, const std::string& out,
-                                 const ArchiveWriter& writer, int64_t frames) {
-  const ArchiveWriter::Totals& totals = writer.totals();
+                                 const ArchiveSync& archive, int64_t frames) {
+  const ArchiveWriter::Totals& totals = archive.writer().totals();
   return {{"study_id", study.study_id()},
           {"name", study.name()},
           {"state", StateName(study.state())},
@@ -26,16 +26,14 @@ nlohmann::ordered_json FetchJson(const v1::StudyStatus& study, const std::string
           {"frames_added", totals.frames_added},
           {"frames_present", totals.frames_present},
           {"frames_replaced", totals.frames_replaced},
-          {"files_linked", totals.files_linked},
-          {"files_copied", totals.files_copied}};
+          {"files_linked", totals.files_linked - archive.files_streamed()},
+          {"files_copied", totals.files_copied},
+          {"files_streamed", archive.files_streamed()}};
 }
 
 absl::StatusOr<ExitCode> Fetch(const FetchOptions& options, Session& session) {
   ASSIGN_OR_RETURN(const auto connection, session.Connect());
   ASSIGN_OR_RETURN(const v1::StudyStatus study, connection->FindStudy(options.study));
-  ASSIGN_OR_RETURN(const v1::GetInfoReply info, connection->GetInfo());
-  // Before anything is written.
-  RETURN_IF_ERROR(LocalStoreFolder(info.store_uri()).status());
   ASSIGN_OR_RETURN(const auto out, OutDir::Open(options.out));
   ASSIGN_OR_RETURN(const auto archive, ArchiveSync::Open(out->path(), study.spec()));
   RETURN_IF_ERROR(archive->CatchUp(*connection, study.study_id()));
@@ -43,7 +41,7 @@ absl::StatusOr<ExitCode> Fetch(const FetchOptions& options, Session& session) {
   int64_t frames = 0;
   for (const auto& [variant, count] : archive->writer().Frames()) frames += count;
   if (session.options.json) {
-    session.PrintJson(FetchJson(study, out->path(), archive->writer(), frames));
+    session.PrintJson(FetchJson(study, out->path(), *archive, frames));
     return kExitOk;
   }
   const ArchiveWriter::Totals& totals = archive->writer().totals();
@@ -63,8 +61,9 @@ void RegisterFetch(Registry& registry) {
   CLI::App* command = registry.AddCommand(registry.app, "fetch",
                                           "Bring a study's finished pairs into a dataset folder",
                                           "Files are hard links into the coordinator's store where "
-                                          "they can be. May be repeated while the\n"
-                                          "study runs: only what is new is brought.\n"
+                                          "this machine sees it, and come through the\n"
+                                          "coordinator otherwise. May be repeated while the study "
+                                          "runs: only what is new is brought.\n"
                                           "\n"
                                           "Example:\n"
                                           "  parallax fetch baseline --out out/baseline\n");

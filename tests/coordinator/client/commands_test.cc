@@ -387,17 +387,43 @@ TEST_F(CommandTest, JobsAndWorkersAreTables) {
 // ---- Data
 // -----------------------------------------------------------------------------------------
 
-TEST_F(CommandTest, FetchFromAStoreThatIsNoFolderHereIsClear) {
+TEST_F(CommandTest, FetchFromAStoreThatNobodySendsIsClear) {
   coordinator_.studies = {Baseline()};
-  Outcome outcome = Run({"fetch", "3", "--out", dir_ + "/out"});
-  EXPECT_EQ(outcome.exit_code, kExitUsage);
-  EXPECT_THAT(outcome.err, HasSubstr("s3://somewhere"));
-  coordinator_.store_uri = "file://" + dir_ + "/elsewhere";
-  outcome = Run({"fetch", "3", "--out", dir_ + "/out"});
-  EXPECT_EQ(outcome.exit_code, kExitUsage);
-  EXPECT_THAT(outcome.err, HasSubstr("can't be seen from here"));
-  EXPECT_FALSE(fs::exists(dir_ + "/out"));
+  v1::PublishedFrame frame;
+  frame.set_cursor(1);
+  frame.set_variant("narrow");
+  frame.mutable_frame()->set_path("key/.attempt-1/000");
+  v1::FileEntry& file = *frame.mutable_frame()->add_files();
+  file.set_name("left.png");
+  file.set_size(1);
+  file.set_sha256(std::string(64, '0'));
+  coordinator_.frames = {frame};
+  // A coordinator of an older version, and neither an object store nor a folder that is here.
+  for (const std::string store : {std::string("s3://somewhere"), "file://" + dir_ + "/elsewhere"}) {
+    coordinator_.store_uri = store;
+    const Outcome outcome = Run({"fetch", "3", "--out", dir_ + "/out"});
+    EXPECT_EQ(outcome.exit_code, kExitUsage) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("can't be seen from here"));
+  }
   EXPECT_FALSE(fs::exists(dir_ + "/elsewhere")) << "a store is never made by reading it";
+}
+
+TEST_F(CommandTest, AuditTellsWhoDidWhat) {
+  v1::AuditEntry entry;
+  entry.set_id(7);
+  entry.set_unix_s(1795000000);
+  entry.set_actor("submitter ada ipv4:10.0.0.7:4711");
+  entry.set_action("cancel");
+  entry.set_study_id(3);
+  entry.set_detail("enough");
+  coordinator_.audit = {entry};
+  const Json json = RunJson({"audit"});
+  EXPECT_EQ(json["entries"][0]["actor"], "submitter ada ipv4:10.0.0.7:4711");
+  EXPECT_EQ(json["entries"][0]["action"], "cancel");
+  EXPECT_EQ(json["entries"][0]["study_id"], 3);
+  EXPECT_THAT(Run({"audit"}).out, HasSubstr("2026-11-18 11:06:40"));
+  coordinator_.audit.clear();
+  EXPECT_THAT(Run({"audit"}).out, HasSubstr("nothing has been done yet"));
 }
 
 TEST_F(CommandTest, SceneShowReadsFilesAndCoordinators) {

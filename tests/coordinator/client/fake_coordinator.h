@@ -32,6 +32,7 @@ class FakeCoordinator : public v1::Coordinator::Service {
   std::vector<v1::JobStatus> jobs;
   std::vector<v1::WorkerStatus> workers;
   std::vector<v1::PublishedFrame> frames;
+  std::vector<v1::AuditEntry> audit;
   v1::Scene scene;
   std::string store_uri = "s3://somewhere";
   bool submit_existed = false;
@@ -105,6 +106,11 @@ class FakeCoordinator : public v1::Coordinator::Service {
   grpc::Status GetScene(grpc::ServerContext*, const v1::GetSceneRequest*,
                         v1::GetSceneReply* reply) override {
     *reply->mutable_scene() = scene;
+    return grpc::Status::OK;
+  }
+  grpc::Status ListAudit(grpc::ServerContext*, const v1::ListAuditRequest*,
+                         v1::ListAuditReply* reply) override {
+    for (const auto& entry : audit) *reply->add_entries() = entry;
     return grpc::Status::OK;
   }
   grpc::Status GetInfo(grpc::ServerContext*, const v1::GetInfoRequest*,

@@ -1,0 +1,200 @@
+#include "coordinator/init.h"
+
+#include <fcntl.h>
+#include <sys/random.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+
+#include "common/base/file.h"
+#include "common/rpc/certificate.h"
+#include "common/store/store.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kAuthorityDays = 3650;
+
+absl::Status WritePrivate(const std::string& path, const std::string& bytes) {
+  const int fd = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (fd < 0) return ErrnoError(errno, "make " + path);
+  close(fd);
+  return WriteFile(path, bytes, /*sync=*/true);
+}
+
+struct FileToMake {
+  std::string name;
+  std::string bytes;
+};
+
+// The folder with its files appears whole or not at all, private from its first moment.
+absl::Status MakeFolder(const std::string& dir, const std::string& name,
+                        const std::vector<FileToMake>& files) {
+  const std::string folder = dir + "/" + name;
+  const std::string temporary = dir + "/.new-" + name;
+  std::error_code error;
+  fs::remove_all(temporary, error);  // Of an init that was interrupted.
+  if (mkdir(temporary.c_str(), 0700) != 0) return ErrnoError(errno, "make " + temporary);
+  for (const FileToMake& file : files) {
+    RETURN_IF_ERROR(WritePrivate(temporary + "/" + file.name, file.bytes));
+  }
+  RETURN_IF_ERROR(SyncPath(temporary));
+  if (rename(temporary.c_str(), folder.c_str()) != 0) {
+    return ErrnoError(errno, "make " + folder);
+  }
+  return SyncPath(dir);
+}
+
+std::vector<FileToMake> IdentityFiles(const KeyPair& authority, const KeyPair& own) {
+  return {{"ca.crt", authority.certificate_pem},
+          {"tls.crt", own.certificate_pem},
+          {"tls.key", own.key_pem}};
+}
+
+absl::StatusOr<std::string> NewToken() {
+  unsigned char bytes[16];
+  if (getrandom(bytes, sizeof bytes, 0) != sizeof bytes) return ErrnoError(errno, "random number");
+  std::string hex;
+  for (const unsigned char byte : bytes) {
+    hex += "0123456789abcdef"[byte >> 4];
+    hex += "0123456789abcdef"[byte & 15];
+  }
+  return hex;
+}
+
+std::vector<std::string> HostsOf(const InitOptions& options) {
+  std::vector<std::string> hosts = options.hosts;
+  char name[256] = "";
+  if (gethostname(name, sizeof name - 1) == 0 && name[0] != '\0') hosts.push_back(name);
+  for (const char* local : {"localhost", "127.0.0.1", "::1"}) hosts.push_back(local);
+  std::vector<std::string> unique;
+  for (const std::string& host : hosts) {
+    if (std::count(unique.begin(), unique.end(), host) == 0) unique.push_back(host);
+  }
+  return unique;
+}
+
+std::string Join(const std::vector<std::string>& texts) {
+  std::string joined;
+  for (const std::string& text : texts) joined += (joined.empty() ? "" : ", ") + text;
+  return joined;
+}
+
+bool Exists(const std::string& path) {
+  std::error_code error;
+  return fs::symlink_status(path, error).type() != fs::file_type::not_found;
+}
+
+std::string FolderOf(const std::pair<std::string, std::string>& issue) {
+  return issue.first + "-" + issue.second;
+}
+
+absl::Status Check(const InitOptions& options) {
+  const std::string& dir = options.dir;
+  const bool has_authority = Exists(dir + "/ca");
+  const bool has_server = Exists(dir + "/server");
+  if (!has_authority && has_server) {
+    return absl::FailedPreconditionError(dir +
+                                         " has a server's certificate but no authority (ca/)");
+  }
+  if (has_server && !options.hosts.empty()) {
+    return absl::AlreadyExistsError(
+        dir +
+        "/server is there already; remove it and run this again for a certificate with other "
+        "hosts");
+  }
+  if (has_server && options.issue.empty()) {
+    return absl::AlreadyExistsError(dir +
+                                    " has an authority and a server's certificate already; issue "
+                                    "others with --issue ROLE NAME");
+  }
+  for (const auto& issue : options.issue) {
+    if (!ParseRole(issue.first)) {
+      return absl::InvalidArgumentError("role '" + issue.first +
+                                        "': allowed are worker, submitter, operator, read-only");
+    }
+    if (const std::string folder = dir + "/" + FolderOf(issue); Exists(folder)) {
+      return absl::AlreadyExistsError(folder + " is there already; nothing was overwritten");
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<KeyPair> TakeAuthority(const InitOptions& options, double now_s, std::ostream& out) {
+  const std::string folder = options.dir + "/ca";
+  KeyPair authority;
+  if (Exists(folder)) {
+    ASSIGN_OR_RETURN(authority.certificate_pem, ReadFile(folder + "/ca.crt", 1 << 20));
+    ASSIGN_OR_RETURN(authority.key_pem, ReadFile(folder + "/ca.key", 1 << 20));
+    return authority;
+  }
+  ASSIGN_OR_RETURN(
+      authority,
+      MakeAuthority({.name = "parallax-authority", .now_unix_s = now_s, .days = kAuthorityDays}));
+  RETURN_IF_ERROR(MakeFolder(
+      options.dir, "ca", {{"ca.crt", authority.certificate_pem}, {"ca.key", authority.key_pem}}));
+  out << folder << "  the farm's authority; ca.key signs for it, keep it to yourself\n";
+  return authority;
+}
+
+absl::Status MakeServer(const InitOptions& options, const KeyPair& authority, double now_s,
+                        std::ostream& out) {
+  const std::vector<std::string> hosts = HostsOf(options);
+  ASSIGN_OR_RETURN(
+      const KeyPair own,
+      IssueServer(authority, {.name = "coordinator", .now_unix_s = now_s, .days = options.days},
+                  hosts));
+  std::vector<FileToMake> files = IdentityFiles(authority, own);
+  ASSIGN_OR_RETURN(const std::string token, NewToken());
+  files.push_back({"http.token", token + "\n"});
+  RETURN_IF_ERROR(MakeFolder(options.dir, "server", files));
+  out << options.dir << "/server  coordinator serve --tls " << options.dir << "/server   (for "
+      << Join(hosts) << ")\n";
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status InitFarm(const InitOptions& options, Clock& clock, std::ostream& out) {
+  RETURN_IF_ERROR(Check(options));
+  std::error_code error;
+  fs::create_directories(options.dir, error);
+  if (error) return ErrnoError(error.value(), "make " + options.dir);
+  const double now_s = clock.UnixSeconds();
+  // Bad names and hosts show before anything is written.
+  {
+    ASSIGN_OR_RETURN(const KeyPair trial,
+                     MakeAuthority({.name = "trial", .now_unix_s = now_s, .days = options.days}));
+    RETURN_IF_ERROR(IssueServer(trial, {.name = "trial", .now_unix_s = now_s, .days = options.days},
+                                HostsOf(options))
+                        .status());
+    for (const auto& [role, name] : options.issue) {
+      RETURN_IF_ERROR(IssueClient(trial, {.name = name, .now_unix_s = now_s, .days = options.days},
+                                  *ParseRole(role))
+                          .status());
+    }
+  }
+  ASSIGN_OR_RETURN(const KeyPair authority, TakeAuthority(options, now_s, out));
+  if (!Exists(options.dir + "/server")) {
+    RETURN_IF_ERROR(MakeServer(options, authority, now_s, out));
+  }
+  for (const auto& issue : options.issue) {
+    const Role role = *ParseRole(issue.first);
+    ASSIGN_OR_RETURN(
+        const KeyPair own,
+        IssueClient(authority, {.name = issue.second, .now_unix_s = now_s, .days = options.days},
+                    role));
+    RETURN_IF_ERROR(MakeFolder(options.dir, FolderOf(issue), IdentityFiles(authority, own)));
+    out << options.dir << "/" << FolderOf(issue) << "  "
+        << (role == Role::kWorker ? "worker --role all" : "parallax watch")
+        << " --coordinator HOST:7070 --tls " << FolderOf(issue) << "\n";
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace parallax

@@ -1,0 +1,107 @@
+#include "coordinator/init.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <sstream>
+
+#include "common/base/file.h"
+#include "common/rpc/certificate.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+class InitTest : public testing::Test {
+ protected:
+  InitTest() {
+    char name[] = "/tmp/parallax-init-XXXXXX";
+    root_ = mkdtemp(name);
+    options_.dir = root_ + "/farm";
+  }
+  ~InitTest() override { fs::remove_all(root_); }
+
+  absl::Status Init() { return InitFarm(options_, Clock::System(), said_); }
+  mode_t ModeOf(const std::string& path) const {
+    struct stat info {};
+    EXPECT_EQ(stat((options_.dir + "/" + path).c_str(), &info), 0) << path;
+    return info.st_mode & 0777;
+  }
+  auto Load(const std::string& folder) const {
+    return LoadTlsIdentity(options_.dir + "/" + folder, Clock::System());
+  }
+
+  std::string root_;
+  InitOptions options_;
+  std::ostringstream said_;
+};
+
+TEST_F(InitTest, AFarmGetsAuthorityServerAndParties) {
+  options_.hosts = {"farm.example.org", "10.0.0.7"};
+  options_.issue = {{"worker", "pool"}, {"read-only", "board"}};
+  ASSERT_TRUE(Init().ok());
+  const auto server = Load("server");
+  ASSERT_TRUE(server.ok()) << server.status();
+  for (const char* host : {"farm.example.org", "10.0.0.7", "localhost", "127.0.0.1", "::1"}) {
+    EXPECT_THAT((*server)->facts.hosts, Contains(host));
+  }
+  EXPECT_EQ((*Load("worker-pool"))->facts.role, Role::kWorker);
+  EXPECT_EQ((*Load("read-only-board"))->facts.role, Role::kReadOnly);
+  EXPECT_EQ((*Load("read-only-board"))->facts.name, "board");
+  for (const char* key :
+       {"ca/ca.key", "server/tls.key", "server/http.token", "worker-pool/tls.key"}) {
+    EXPECT_EQ(ModeOf(key), 0600u) << key;
+  }
+  for (const char* folder : {"ca", "server", "worker-pool"}) EXPECT_EQ(ModeOf(folder), 0700u);
+  EXPECT_FALSE(fs::exists(options_.dir + "/worker-pool/ca.key"));
+  EXPECT_THAT(said_.str(), HasSubstr("coordinator serve --tls " + options_.dir + "/server"));
+}
+
+TEST_F(InitTest, LaterPartiesComeFromTheSameAuthority) {
+  ASSERT_TRUE(Init().ok());
+  const std::string ca = *ReadFile(options_.dir + "/ca/ca.crt");
+  const std::string server = *ReadFile(options_.dir + "/server/tls.crt");
+  options_.issue = {{"submitter", "ada"}};
+  ASSERT_TRUE(Init().ok());
+  EXPECT_EQ(*ReadFile(options_.dir + "/submitter-ada/ca.crt"), ca);
+  EXPECT_EQ(*ReadFile(options_.dir + "/server/tls.crt"), server);
+  EXPECT_TRUE(Load("submitter-ada").ok()) << Load("submitter-ada").status();
+}
+
+TEST_F(InitTest, NothingIsEverOverwritten) {
+  options_.issue = {{"worker", "pool"}};
+  ASSERT_TRUE(Init().ok());
+  const std::string key = *ReadFile(options_.dir + "/worker-pool/tls.key");
+  options_.issue = {{"submitter", "ada"}, {"worker", "pool"}};
+  EXPECT_THAT(std::string(Init().message()), HasSubstr("worker-pool is there already"));
+  EXPECT_FALSE(fs::exists(options_.dir + "/submitter-ada")) << "all or nothing";
+  EXPECT_EQ(*ReadFile(options_.dir + "/worker-pool/tls.key"), key);
+  options_.issue.clear();
+  EXPECT_THAT(std::string(Init().message()), HasSubstr("--issue ROLE NAME"));
+  options_.hosts = {"other"};
+  EXPECT_THAT(std::string(Init().message()), HasSubstr("server is there already; remove it"));
+  fs::remove_all(options_.dir + "/server");
+  ASSERT_TRUE(Init().ok());
+  EXPECT_THAT((*Load("server"))->facts.hosts, Contains("other"));
+}
+
+TEST_F(InitTest, MistakesLeaveNothingBehind) {
+  options_.issue = {{"king", "ada"}};
+  EXPECT_THAT(std::string(Init().message()),
+              HasSubstr("allowed are worker, submitter, operator, read-only"));
+  options_.issue = {{"worker", "../../etc"}};
+  EXPECT_EQ(Init().code(), absl::StatusCode::kInvalidArgument);
+  options_.issue = {};
+  options_.hosts = {"a b"};
+  EXPECT_EQ(Init().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_FALSE(fs::exists(options_.dir + "/ca"));
+}
+
+}  // namespace
+}  // namespace parallax

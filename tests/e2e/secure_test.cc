@@ -1,0 +1,250 @@
+// A farm with certificates, as a person sets it up: `coordinator init`, coordinator, worker and
+// client as processes, no shared folder. And each way of getting it wrong with its one line.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "common/base/file.h"
+#include "common/rpc/certificate.h"
+#include "tests/e2e/process.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr char kCoordinator[] = PARALLAX_COORDINATOR_PROGRAM;
+constexpr char kWorker[] = PARALLAX_NOOP_WORKER_PROGRAM;
+constexpr char kClient[] = PARALLAX_CLIENT_PROGRAM;
+
+struct Outcome {
+  int exit = -1;
+  std::string out, err;
+};
+
+class SecureTest : public testing::Test {
+ protected:
+  SecureTest() {
+    char name[] = "/tmp/parallax-secure-XXXXXX";
+    directory_ = mkdtemp(name);
+  }
+  ~SecureTest() override {
+    worker_.reset();
+    coordinator_.reset();
+    fs::remove_all(directory_);
+  }
+
+  static Outcome Run(const std::vector<std::string>& command) {
+    Process process(command);
+    Outcome outcome;
+    outcome.exit = process.Wait(Process::Seconds(60));
+    outcome.out = process.Out();
+    outcome.err = process.Err();
+    return outcome;
+  }
+  Outcome Client(const std::vector<std::string>& arguments, const std::string& tls) const {
+    std::vector<std::string> command = {kClient};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    command.insert(command.end(), {"--coordinator", address_});
+    if (!tls.empty()) command.insert(command.end(), {"--tls", tls});
+    return Run(command);
+  }
+  // One line on standard error, with this in it.
+  static void ExpectLine(const Outcome& outcome, int exit_status, const std::string& text) {
+    EXPECT_EQ(outcome.exit, exit_status) << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr(text));
+  }
+
+  std::string Tls(const std::string& folder) const { return directory_ + "/tls/" + folder; }
+
+  void Init() {
+    const Outcome init =
+        Run({kCoordinator, "init", directory_ + "/tls", "--issue", "worker", "pool", "--issue",
+             "submitter", "ada", "--issue", "operator", "olga", "--issue", "read-only", "board"});
+    ASSERT_EQ(init.exit, 0) << init.err;
+  }
+  void Serve(const std::vector<std::string>& more) {
+    std::vector<std::string> command = {kCoordinator, "serve",
+                                        "--db",       directory_ + "/queue.db",
+                                        "--store",    directory_ + "/store",
+                                        "--listen",   "127.0.0.1:0",
+                                        "--http",     ""};
+    command.insert(command.end(), more.begin(), more.end());
+    coordinator_ = std::make_unique<Process>(command);
+    std::string line;
+    ASSERT_TRUE(coordinator_->ReadLine(&line)) << coordinator_->Err();
+    const std::string prefix = "listening on ";
+    ASSERT_EQ(line.rfind(prefix, 0), 0u) << line;
+    address_ = line.substr(prefix.size());
+  }
+  std::vector<std::string> WorkerCommand(const std::string& tls) const {
+    std::vector<std::string> command = {
+        kWorker,  "--role", "all",      "--coordinator",       address_,
+        "--name", "w",      "--outbox", directory_ + "/outbox"};
+    if (!tls.empty()) command.insert(command.end(), {"--tls", tls});
+    return command;
+  }
+  std::string WriteStudy() const {
+    const std::string path = directory_ + "/study.yaml";
+    EXPECT_TRUE(WriteFile(path,
+                          "study: tiny\nbase: indoor\nseed: 5\npairs: 4\nrigs_per_scene: 2\n"
+                          "variants:\n  - name: v\n")
+                    .ok());
+    return path;
+  }
+  // Submits, waits for the end and fetches.
+  void MakeDataset(const std::string& tls) {
+    const Outcome submit = Client({"submit", WriteStudy()}, tls);
+    ASSERT_EQ(submit.exit, 0) << submit.err;
+    const Outcome watch = Client({"watch", "tiny", "--json"}, tls);
+    ASSERT_EQ(watch.exit, 0) << watch.err << watch.out;
+    const Outcome fetch = Client({"fetch", "tiny", "--out", directory_ + "/out", "--json"}, tls);
+    ASSERT_EQ(fetch.exit, 0) << fetch.err;
+    EXPECT_THAT(fetch.out, HasSubstr("\"frames\": 4"));
+    EXPECT_THAT(fetch.out, HasSubstr("\"frames_added\": 4"));
+    for (const char* rig : {"000", "001"}) {
+      EXPECT_TRUE(fs::exists(directory_ + "/out/v/frames/000000/" + rig + "/left.png"));
+    }
+    fetched_ = fetch.out;
+  }
+  void StopWorker() {
+    worker_->Signal(SIGTERM);
+    EXPECT_EQ(worker_->Wait(), 0) << worker_->Err();
+  }
+
+  std::string directory_;
+  std::string address_;
+  std::string fetched_;
+  std::unique_ptr<Process> coordinator_;
+  std::unique_ptr<Process> worker_;
+};
+
+TEST_F(SecureTest, AFarmWithCertificatesAndWithoutASharedFolderMakesADataset) {
+  Init();
+  Serve({"--tls", Tls("server"), "--store-access", "stream"});
+  worker_ = std::make_unique<Process>(WorkerCommand(Tls("worker-pool")));
+  MakeDataset(Tls("submitter-ada"));
+  StopWorker();
+  EXPECT_TRUE(!fs::exists(directory_ + "/outbox/w/staging") ||
+              fs::is_empty(directory_ + "/outbox/w/staging"))
+      << "what was sent is not kept";
+
+  const Outcome audit = Client({"audit", "--json"}, Tls("operator-olga"));
+  EXPECT_EQ(audit.exit, 0) << audit.err;
+  EXPECT_THAT(audit.out, HasSubstr("submitter ada ipv4:127.0.0.1:"));
+  ExpectLine(Client({"audit"}, Tls("submitter-ada")), 4, "ListAudit is for the role operator");
+}
+
+TEST_F(SecureTest, AClientThatDoesNotSeeTheStoreStreamsItAndBringsNothingTwice) {
+  Serve({"--store-access", "direct"});
+  worker_ = std::make_unique<Process>(WorkerCommand(""));
+  MakeDataset("");
+  EXPECT_THAT(fetched_, HasSubstr("\"files_streamed\": 0"));
+  StopWorker();
+  // Another marker: for the client it is as if another disk were mounted there.
+  const std::string marker = directory_ + "/store/.parallax-store";
+  ASSERT_TRUE(WriteFile(marker, "{\"store\": \"0123\"}\n").ok());
+  fs::remove_all(directory_ + "/out");
+  const std::vector<std::string> again = {"fetch", "tiny", "--out", directory_ + "/out", "--json"};
+  const Outcome streamed = Client(again, "");
+  EXPECT_EQ(streamed.exit, 0) << streamed.err;
+  EXPECT_THAT(streamed.out, HasSubstr("\"files_streamed\": 4"));
+  EXPECT_THAT(streamed.out, HasSubstr("\"frames_added\": 4"));
+  EXPECT_TRUE(ReadFile(directory_ + "/out/v/frames/000000/000/left.png").ok());
+  const Outcome nothing_new = Client(again, "");
+  EXPECT_THAT(nothing_new.out, HasSubstr("\"files_streamed\": 0"));
+  EXPECT_THAT(nothing_new.out, HasSubstr("\"frames_present\": 4"));
+}
+
+TEST_F(SecureTest, AWorkerWithoutTheSharedDiskRefusesAndMakesNothing) {
+  Serve({"--store-access", "direct"});
+  std::vector<std::string> command = WorkerCommand("");
+  command.insert(command.end(), {"--store", directory_ + "/mnt", "--log-level", "error"});
+  ExpectLine(Run(command), 1, "there is no such folder on this machine; mount");
+  EXPECT_FALSE(fs::exists(directory_ + "/mnt"));
+  fs::create_directories(directory_ + "/mnt");
+  ExpectLine(Run(command), 1, "is the shared disk mounted here?");
+  EXPECT_TRUE(fs::is_empty(directory_ + "/mnt"));
+}
+
+TEST_F(SecureTest, EachRoleIsHeldToItsOwn) {
+  Init();
+  Serve({"--tls", Tls("server")});
+  ExpectLine(Client({"submit", WriteStudy()}, Tls("worker-pool")), 4,
+             "Submit is for the role submitter or operator");
+  ExpectLine(Client({"submit", WriteStudy()}, Tls("read-only-board")), 4, "has the role read-only");
+  EXPECT_EQ(Client({"status"}, Tls("read-only-board")).exit, 0);
+  std::vector<std::string> command = WorkerCommand(Tls("submitter-ada"));
+  command.insert(command.end(), {"--log-level", "error"});
+  ExpectLine(Run(command), 3, "Work is for the role worker");
+}
+
+TEST_F(SecureTest, AClientOrWorkerWithoutCertificateIsToldWhatToDo) {
+  Init();
+  Serve({"--tls", Tls("server")});
+  ExpectLine(Client({"status"}, ""), 2, "speaks TLS; give --tls DIR");
+  std::vector<std::string> command = WorkerCommand("");
+  command.insert(command.end(), {"--log-level", "error"});
+  ExpectLine(Run(command), 3, "speaks TLS; give --tls DIR");
+  ExpectLine(Client({"status"}, directory_), 2, "coordinator init DIR --issue ROLE NAME");
+}
+
+TEST_F(SecureTest, WrongAuthorityHostAndDateHaveOneLineEach) {
+  Init();
+  Serve({"--tls", Tls("server")});
+  const std::string other = directory_ + "/other";
+  ASSERT_EQ(Run({kCoordinator, "init", other, "--issue", "submitter", "ada"}).exit, 0);
+  ExpectLine(Client({"status"}, other + "/submitter-ada"), 2, "/ca.crt did not sign");
+
+  // Certificates of the same authority that `coordinator init` would not make.
+  const KeyPair ca = {*ReadFile(Tls("ca/ca.crt")), *ReadFile(Tls("ca/ca.key"))};
+  const double now_s = Clock::System().UnixSeconds();
+  const auto write = [&](const std::string& folder, const KeyPair& own) {
+    fs::create_directories(folder);
+    ASSERT_TRUE(WriteFile(folder + "/ca.crt", ca.certificate_pem).ok());
+    ASSERT_TRUE(WriteFile(folder + "/tls.crt", own.certificate_pem).ok());
+    ASSERT_TRUE(WriteFile(folder + "/tls.key", own.key_pem).ok());
+  };
+  const CertificateOrder past = {.name = "ada", .now_unix_s = now_s - 864000, .days = 1};
+  write(directory_ + "/expired", *IssueClient(ca, past, Role::kSubmitter));
+  ExpectLine(Client({"status"}, directory_ + "/expired"), 2, "/expired/tls.crt expired on ");
+  ExpectLine(Run({kCoordinator, "serve", "--db", directory_ + "/x.db", "--store",
+                  directory_ + "/store", "--tls", directory_ + "/expired"}),
+             2, "/expired/tls.crt expired on ");
+
+  const CertificateOrder today = {.name = "coordinator", .now_unix_s = now_s, .days = 1};
+  write(directory_ + "/elsewhere", *IssueServer(ca, today, {"farm.example.org"}));
+  coordinator_.reset();
+  Serve({"--tls", directory_ + "/elsewhere"});
+  ExpectLine(Client({"status"}, Tls("submitter-ada")), 2,
+             "certificate for farm.example.org and not for 127.0.0.1");
+  coordinator_.reset();
+  Serve({});
+  ExpectLine(Client({"status"}, Tls("submitter-ada")), 2, "does not speak TLS");
+}
+
+TEST_F(SecureTest, OtherAddressesNeedTlsAndThePageNeedsItsToken) {
+  Init();
+  const std::vector<std::string> serve = {kCoordinator, "serve",
+                                          "--db",       directory_ + "/queue.db",
+                                          "--store",    directory_ + "/store",
+                                          "--listen",   "127.0.0.1:0",
+                                          "--http",     "0.0.0.0:0"};
+  ExpectLine(Run(serve), 2, "--tls DIR");
+  std::vector<std::string> no_token = serve;
+  no_token.insert(no_token.end(), {"--tls", Tls("worker-pool")});
+  ExpectLine(Run(no_token), 2, "http.token");
+  std::vector<std::string> both = serve;
+  both.insert(both.end(), {"--tls", Tls("server"), "--insecure"});
+  ExpectLine(Run(both), 2, "--tls and --insecure exclude each other");
+}
+
+}  // namespace
+}  // namespace parallax

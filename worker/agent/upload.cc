@@ -1,0 +1,64 @@
+#include "worker/agent/upload.h"
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+
+#include "common/base/log.h"
+
+namespace parallax {
+namespace {
+
+constexpr std::chrono::milliseconds kFirstPause{100};
+constexpr std::chrono::milliseconds kLongestPause{5000};
+constexpr std::chrono::milliseconds kCancelPoll{20};
+
+bool IsWorthAnotherTry(absl::StatusCode code) {
+  return code == absl::StatusCode::kUnavailable || code == absl::StatusCode::kResourceExhausted ||
+         code == absl::StatusCode::kDeadlineExceeded;
+}
+
+// Sleeps, but not through a cancellation.
+void Pause(std::chrono::milliseconds pause, const CancelToken& cancel) {
+  std::mutex mu;
+  std::condition_variable never;
+  std::unique_lock lock(mu);
+  for (auto left = pause; left.count() > 0 && !cancel.cancelled(); left -= kCancelPoll) {
+    never.wait_for(lock, std::min(left, kCancelPoll));
+  }
+}
+
+absl::Status PutUntilThere(Store& store, const std::string& path, const std::string& local,
+                           const StoreFile& facts, const CancelToken& cancel) {
+  for (auto pause = kFirstPause;; pause = std::min(pause * 2, kLongestPause)) {
+    if (cancel.cancelled()) return absl::CancelledError("while its files were sent");
+    const absl::Status status = store.PutFile(path, local, facts, /*may_move=*/false);
+    if (status.ok() || !IsWorthAnotherTry(status.code()))
+      return WithContext(status, "send " + path);
+    if (pause == kFirstPause) {
+      LogWarning("file not sent yet; trying again", {{"file", path}, {"error", status}});
+    }
+    Pause(pause, cancel);
+  }
+}
+
+}  // namespace
+
+absl::Status UploadFrames(Store& store, const std::string& dir, const std::string& path,
+                          const v1::RenderResult& result, const CancelToken& cancel) {
+  for (const v1::FrameResult& frame : result.frames()) {
+    if (frame.path().rfind(path + "/", 0) != 0) {
+      return absl::InternalError("frame " + frame.path() + " is not below its attempt's " + path);
+    }
+    const std::string folder = frame.path().substr(path.size());  // "/003"
+    for (const v1::FileEntry& file : frame.files()) {
+      RETURN_IF_ERROR(PutUntilThere(store, frame.path() + "/" + file.name(),
+                                    dir + folder + "/" + file.name(), {file.size(), file.sha256()},
+                                    cancel));
+    }
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace parallax

@@ -45,6 +45,12 @@ void PrintSummary(const Terminal& terminal, const v1::Scene& scene) {
         << Fixed(room.height_m()) << " m" << (scene.ceiling_removed() ? ", ceiling removed" : "")
         << "\n";
   }
+  for (const v1::Room& other : scene.rooms()) {
+    out << "  beside it: " << other.name() << " " << Fixed(other.width_m()) << " x "
+        << Fixed(other.depth_m()) << " x " << Fixed(other.height_m()) << " m at "
+        << Fixed(other.origin_x_m()) << " " << Fixed(other.origin_y_m()) << " "
+        << Fixed(other.floor_z_m()) << "\n";
+  }
 }
 
 void PrintPlan(const Terminal& terminal, const v1::Scene& scene,
@@ -52,7 +58,7 @@ void PrintPlan(const Terminal& terminal, const v1::Scene& scene,
   std::vector<Footprint> footprints;
   for (const v1::SceneObject& object : scene.objects()) {
     const auto extent = extents.find(object.index());
-    if (!IsDrawn(object) || extent == extents.end()) continue;
+    if (!IsDrawn(object) || object.room_index() > 0 || extent == extents.end()) continue;
     const Extent& e = extent->second;
     footprints.push_back({e.x0, e.y0, e.x1, e.y1, e.z1, symbols.at(object.index())});
   }
@@ -153,14 +159,18 @@ void PrintRigs(const Terminal& terminal, const v1::Scene& scene) {
   table.Print(terminal, 2);
 }
 
-void PrintSolver(const Terminal& terminal, const v1::Scene& scene) {
-  const v1::SolveReport& report = scene.report();
+void PrintSolver(const Terminal& terminal, const v1::SolveReport& report) {
   if (report.steps() == 0) return;
-  Heading(terminal, "Solver");
+  Heading(terminal, report.room().empty() ? "Solver" : "Solver: " + report.room());
   std::ostream& out = *terminal.stream;
   out << "  " << FormatCount(report.steps()) << " steps, " << FormatCount(report.accepted())
       << " accepted, loss " << FormatNumber(report.initial_loss()) << " -> "
-      << FormatNumber(report.final_loss()) << "\n";
+      << FormatNumber(report.final_loss());
+  if (report.terms_total() > 0) {
+    out << ", " << 100 * report.terms_evaluated() / report.terms_total()
+        << " % of its terms worked out anew";
+  }
+  out << "\n";
   const std::vector<double> curve(report.loss_curve().begin(), report.loss_curve().end());
   if (!curve.empty()) {
     out << "  "
@@ -198,7 +208,8 @@ void PrintScene(const Terminal& terminal, const v1::Scene& scene,
   PrintObjects(terminal, scene, extents, symbols);
   PrintLights(terminal, scene);
   PrintRigs(terminal, scene);
-  PrintSolver(terminal, scene);
+  PrintSolver(terminal, scene.report());
+  for (const v1::SolveReport& report : scene.room_reports()) PrintSolver(terminal, report);
 }
 
 }  // namespace parallax::client

@@ -15,43 +15,61 @@ constexpr int kTries = 28;  // Proposals of a move until one keeps the hard cons
 constexpr double kHot = 3.0, kCold = 0.001;
 constexpr double kGreedyShare = 0.15;
 
-enum class Move { kAdd, kDelete, kResample, kTranslate, kRotate, kSwap };
+enum class Move { kAdd, kDelete, kResample, kTranslate, kRotate, kSwap, kRelate };
 
 double Clamp01(double x) { return std::clamp(x, 0.0, 1.0); }
 
+// What is placed in the first stage.
+bool IsLarge(const RoomRow& row) {
+  return row.stand != Stand::kOnTop && row.stand != Stand::kOnWall && row.stand != Stand::kCeiling;
+}
+
 class Annealer {
  public:
-  Annealer(const RoomProblem& problem, const ModelRack& rack, Arrangement start, SceneSeed seed)
-      : problem_(problem), rack_(rack), state_(std::move(start)), rng_(seed, "layout/anneal") {
-    loss_ = Evaluate(state_);
+  Annealer(const RoomProblem& problem, const std::vector<Wish>& wishes, const ModelRack& rack,
+           Arrangement start, Rng rng)
+      : problem_(problem),
+        rack_(rack),
+        state_(std::move(start)),
+        score_(problem, wishes),
+        rng_(rng) {
+    score_.Reset(state_);
   }
+
+  // Whether the next steps add what hangs and stands on top, too.
+  void SetStage(bool all) { all_rows_ = all; }
 
   absl::Status Step(double temperature, bool greedy, bool additions_only) {
     const Move move = additions_only ? Move::kAdd : DrawMove();
     // Moves get smaller as it cools.
     const double reach =
         additions_only ? 1.0 : std::clamp(std::sqrt(temperature / kHot), 0.04, 0.6);
-    ASSIGN_OR_RETURN(const std::optional<Arrangement> next, Propose(move, reach));
+    ASSIGN_OR_RETURN(std::optional<Proposal> next, Propose(move, reach));
     if (!next) return absl::OkStatus();
-    const Loss loss = Evaluate(*next);
-    const double worse = loss.Total() - loss_.Total();
+    const double worse = score_.Try(next->state, next->touched) - score_.total();
     const double chance = rng_.Uniform();
     if (worse < 0 || (!greedy && chance < std::exp(-worse / temperature))) {
-      state_ = *next;
-      loss_ = loss;
+      state_ = std::move(next->state);
+      score_.Accept();
       ++accepted_;
     }
     return absl::OkStatus();
   }
 
   const Arrangement& state() const { return state_; }
-  const Loss& loss() const { return loss_; }
+  const Score& score() const { return score_; }
   int accepted() const { return accepted_; }
 
  private:
+  struct Proposal {
+    Arrangement state;
+    Touched touched;
+  };
+
   Move DrawMove() {
     bool lacking = false;
     for (size_t r = 0; r < problem_.rows.size(); ++r) {
+      if (!all_rows_ && !IsLarge(problem_.rows[r].row)) continue;
       lacking |= state_.CountOf(static_cast<int>(r)) < problem_.rows[r].wanted;
     }
     const double u = rng_.Uniform(), add = lacking ? 0.5 : 0.05;
@@ -59,23 +77,33 @@ class Annealer {
     const double rest = (u - add) / (1 - add);
     if (rest < 0.07) return Move::kDelete;
     if (rest < 0.17) return Move::kResample;
-    if (rest < 0.68) return Move::kTranslate;
-    if (rest < 0.88) return Move::kRotate;
+    if (rest < 0.62) return Move::kTranslate;
+    if (rest < 0.80) return Move::kRotate;
+    if (rest < 0.90) return Move::kRelate;
     return Move::kSwap;
   }
 
   // The first of a few random changes of that kind that keeps the hard constraints.
-  absl::StatusOr<std::optional<Arrangement>> Propose(Move move, double reach) {
+  absl::StatusOr<std::optional<Proposal>> Propose(Move move, double reach) {
     for (int k = 0; k < kTries; ++k) {
-      Arrangement next = state_;
-      ASSIGN_OR_RETURN(const std::vector<int> touched, Change(move, reach, next));
-      bool good = !touched.empty();
-      for (const int item : touched) good = good && next.Place(item);
-      for (const int item : touched) good = good && next.Allowed(item);
-      if (move == Move::kDelete && touched.empty() && next.size() < state_.size()) good = true;
-      if (good) return std::optional<Arrangement>(std::move(next));
+      Proposal next{state_, {}};
+      removed_.clear();
+      ASSIGN_OR_RETURN(const std::vector<int> changed, Change(move, reach, next.state));
+      bool good = !changed.empty() || !removed_.empty();
+      for (const int item : changed) good = good && next.state.Place(item);
+      for (const int item : changed) good = good && next.state.Allowed(item);
+      if (!good) continue;
+      // Where things stood, where they stand now.
+      for (const Item& item : removed_) next.touched.Add(item);
+      for (const int item : changed) {
+        for (const int i : next.state.WithDependants(item)) {
+          next.touched.Add(next.state.at(i));
+          if (i < state_.size()) next.touched.Add(state_.at(i));
+        }
+      }
+      return std::optional<Proposal>(std::move(next));
     }
-    return std::optional<Arrangement>();
+    return std::optional<Proposal>();
   }
 
   // Makes the change; returns the items to be placed anew. Empty: nothing to do (or a deletion).
@@ -85,7 +113,9 @@ class Annealer {
         return AddItem(next);
       case Move::kDelete: {
         const int item = PickItem(next);
-        if (item >= 0) next.Remove(item);
+        if (item < 0) return std::vector<int>();
+        for (const int i : next.WithDependants(item)) removed_.push_back(next.at(i));
+        next.Remove(item);
         return std::vector<int>();
       }
       case Move::kResample: {
@@ -106,13 +136,15 @@ class Annealer {
         const int i = PickItem(next);
         if (i < 0) return std::vector<int>();
         DrawTurn(next.at(i));
-        const Stand stand = RowOf(next.at(i)).row.stand;
+        const Stand stand = next.at(i).stand;
         if (stand == Stand::kBackToWall || stand == Stand::kOnWall) next.at(i).u = rng_.Uniform();
         Aim(next, next.at(i));
         return std::vector<int>{i};
       }
       case Move::kSwap:
         return SwapItems(next);
+      case Move::kRelate:
+        return Relate(next);
     }
     return std::vector<int>();
   }
@@ -125,6 +157,7 @@ class Annealer {
       const WantedRow& row = problem_.rows[r];
       const int count = next.CountOf(static_cast<int>(r));
       const bool lacking = count < row.wanted;
+      if (!all_rows_ && !IsLarge(row.row)) continue;
       if (count >= row.row.most || row.classes.empty()) continue;
       if (!row.row.anchor.empty() && Anchors(next, static_cast<int>(r)).empty()) continue;
       weight[r] = row.row.weight * (lacking ? 1.0 : 0.02);
@@ -141,7 +174,8 @@ class Annealer {
     if (item.asset == nullptr) return std::vector<int>();
     item.u = rng_.Uniform();
     item.v = rng_.Uniform();
-    if (problem_.rows[r].row.stand == Stand::kOnTop) {  // Rather in the middle than at the edge.
+    item.stand = DrawStand(problem_.rows[r].row);
+    if (item.stand == Stand::kOnTop) {  // Rather in the middle than at the edge.
       item.u = Clamp01(rng_.Normal(0.5, 0.16));
       item.v = Clamp01(rng_.Normal(0.4, 0.2));
     }
@@ -161,7 +195,7 @@ class Annealer {
     for (const Item& target : next.items()) {
       const RoomRow* found = next.RowOf(target);
       if (found == nullptr || found->group != row.looks_at) continue;
-      if (row.stand == Stand::kFree) {
+      if (item.stand == Stand::kFree) {
         const double angle = rng_.Uniform(-std::numbers::pi, std::numbers::pi);
         const double reach = rng_.Uniform(0.9, 1.5);
         const Vec2d at = target.footprint.center + reach * Vec2d(std::cos(angle), std::sin(angle));
@@ -170,7 +204,7 @@ class Annealer {
         // Its front, +y turned by the yaw, points back at the target.
         item.side = 0;
         item.turn_rad = angle + std::numbers::pi / 2 + rng_.Uniform(-0.2, 0.2);
-      } else if (found->stand == Stand::kBackToWall && row.stand == Stand::kBackToWall) {
+      } else if (target.stand == Stand::kBackToWall && item.stand == Stand::kBackToWall) {
         item.side = (target.side + 2) % 4;
         item.u = Clamp01(1 - target.u + rng_.Normal(0, 0.1));
       }
@@ -182,13 +216,42 @@ class Annealer {
     const int a = PickItem(next), b = PickItem(next);
     if (a < 0 || a == b) return {};
     Item &p = next.at(a), &q = next.at(b);
-    const Stand stand = RowOf(p).row.stand;
-    if (stand != RowOf(q).row.stand) return {};
+    const Stand stand = p.stand;
+    if (stand != q.stand) return {};
     if (stand != Stand::kBackToWall && stand != Stand::kOnWall && stand != Stand::kCorner)
       return {};
     std::swap(p.side, q.side);
     std::swap(p.u, q.u);
     return {a, b};
+  }
+
+  // Another relation that the row allows, or another thing to stand by.
+  std::vector<int> Relate(Arrangement& next) {
+    const int i = PickItem(next);
+    if (i < 0) return {};
+    Item& item = next.at(i);
+    const RoomRow& row = RowOf(item).row;
+    if (!row.or_stand.empty()) {
+      item.stand = DrawStand(row);
+    } else if (!row.anchor.empty()) {
+      const std::vector<int> anchors = Anchors(next, item.row);
+      if (anchors.empty()) return {};
+      item.anchor = rng_.Pick(anchors);
+      if (item.anchor == i) return {};
+    } else {
+      return {};
+    }
+    item.u = rng_.Uniform();
+    item.v = rng_.Uniform();
+    DrawTurn(item);
+    Aim(next, item);
+    return {i};
+  }
+
+  Stand DrawStand(const RoomRow& row) {
+    if (row.or_stand.empty()) return row.stand;
+    const int k = rng_.UniformInt(0, static_cast<int>(row.or_stand.size()));
+    return k == 0 ? row.stand : row.or_stand[static_cast<size_t>(k - 1)];
   }
 
   // Items of the group that the row stands by, without a child of the row where one is enough.
@@ -208,7 +271,7 @@ class Annealer {
     const RoomRow& row = RowOf(item).row;
     item.side = rng_.UniformInt(0, 3);
     const double jitter = rng_.Uniform(-1, 1);
-    switch (row.stand) {
+    switch (item.stand) {
       case Stand::kAround:
         item.turn_rad = 0.12 * jitter;
         break;
@@ -248,8 +311,10 @@ class Annealer {
   const RoomProblem& problem_;
   const ModelRack& rack_;
   Arrangement state_;
-  Loss loss_;
+  Score score_;
   Rng rng_;
+  std::vector<Item> removed_;  // By the change in hand.
+  bool all_rows_ = false;
   int accepted_ = 0;
 };
 
@@ -273,23 +338,32 @@ absl::StatusOr<const PooledAsset*> ModelRack::Get(const std::string& class_name,
   return pool_->Get(class_name, root_.Child(class_name, model).Seed());
 }
 
-absl::StatusOr<AnnealResult> Anneal(const RoomProblem& problem,
+absl::StatusOr<AnnealResult> Anneal(const RoomProblem& problem, const std::vector<Wish>& wishes,
                                     const std::vector<Fixture>& fixtures, const ModelRack& rack,
-                                    v1::SolverConfig::Mode mode, int steps, SceneSeed seed,
+                                    const AnnealPlan& plan, SceneSeed seed,
                                     const CancelToken& cancel) {
-  Annealer annealer(problem, rack, Arrangement(problem, fixtures), seed);
-  const bool reduced = mode == v1::SolverConfig::MODE_REDUCED;
-  const double initial = annealer.loss().Total();
-  std::vector<double> curve;
-  for (int step = 0; step < steps; ++step) {
-    if (step % 16 == 0 && cancel.cancelled()) return absl::CancelledError("layout: cancelled");
-    const double t = steps > 1 ? static_cast<double>(step) / (steps - 1) : 1;
-    const double temperature = kHot * std::pow(kCold / kHot, t);
-    RETURN_IF_ERROR(annealer.Step(temperature, reduced || t > 1 - kGreedyShare, reduced));
-    curve.push_back(annealer.loss().Total());
+  std::optional<AnnealResult> best;
+  const Rng root(seed, "layout/anneal");
+  const int steps = plan.large_steps + plan.medium_steps;
+  for (int run = 0; run < std::max(1, plan.runs); ++run) {
+    Annealer annealer(problem, wishes, rack, Arrangement(problem, fixtures),
+                      run == 0 ? root : root.Child("run", static_cast<uint64_t>(run)));
+    const double initial = annealer.score().total();
+    std::vector<double> curve;
+    for (int step = 0; step < steps; ++step) {
+      if (step % 16 == 0 && cancel.cancelled()) return absl::CancelledError("layout: cancelled");
+      const double t = steps > 1 ? static_cast<double>(step) / (steps - 1) : 1;
+      const double temperature = kHot * std::pow(kCold / kHot, t);
+      annealer.SetStage(step >= plan.large_steps);
+      RETURN_IF_ERROR(
+          annealer.Step(temperature, plan.reduced || t > 1 - kGreedyShare, plan.reduced));
+      curve.push_back(annealer.score().total());
+    }
+    if (best && best->score.total() <= annealer.score().total()) continue;
+    best.emplace(AnnealResult{annealer.state(), annealer.score(), annealer.accepted(), initial,
+                              std::move(curve)});
   }
-  return AnnealResult{annealer.state(), annealer.loss(), annealer.accepted(), initial,
-                      std::move(curve)};
+  return *std::move(best);
 }
 
 }  // namespace parallax

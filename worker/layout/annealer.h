@@ -1,14 +1,16 @@
 // Simulated annealing of a room's furniture. The state keeps the hard constraints at every step, so
 // the loss is soft.
 //
-// Full: all moves under Metropolis, temperature falling geometrically from 3 to 0.001, the last 15
-// % greedy. Reduced: additions only, kept when they lower the loss. Private to worker/layout.
+// Two stages: first what stands on the floor and what stands by that, then also what hangs and what
+// stands on top. Full: all moves under Metropolis, temperature falling geometrically from 3 to
+// 0.001 over both, the last 15 % greedy. Reduced: additions only, kept when they lower the loss.
+// Best: several full anneals, the one with the least loss wins. Private to worker/layout.
 #pragma once
 
 #include "common/base/cancel.h"
 #include "parallax/v1/config.pb.h"
 #include "worker/layout/arrangement.h"
-#include "worker/layout/loss.h"
+#include "worker/layout/score.h"
 
 namespace parallax {
 
@@ -26,18 +28,24 @@ class ModelRack {
   AssetPool* pool_;
 };
 
+struct AnnealPlan {
+  bool reduced = false;
+  int large_steps = 300, medium_steps = 200;  // Of the two stages.
+  int runs = 1;                               // Of which the best is kept.
+};
+
 struct AnnealResult {
   Arrangement arrangement;
-  Loss loss;
+  Score score;
   int accepted = 0;
   double initial_loss = 0;
   std::vector<double> curve;  // After each step.
 };
 
 // Errors: kCancelled, those of the catalogue.
-absl::StatusOr<AnnealResult> Anneal(const RoomProblem& problem,
+absl::StatusOr<AnnealResult> Anneal(const RoomProblem& problem, const std::vector<Wish>& wishes,
                                     const std::vector<Fixture>& fixtures, const ModelRack& rack,
-                                    v1::SolverConfig::Mode mode, int steps, SceneSeed seed,
+                                    const AnnealPlan& plan, SceneSeed seed,
                                     const CancelToken& cancel);
 
 }  // namespace parallax

@@ -90,7 +90,7 @@ bool Arrangement::HasChild(int item, int row) const {
 
 bool Arrangement::IsRug(const Item& item) const {
   const RoomRow* row = RowOf(item);
-  return row != nullptr && row->stand == Stand::kUnder;
+  return row != nullptr && item.stand == Stand::kUnder;
 }
 
 int Arrangement::Add(const Item& item) {
@@ -138,15 +138,20 @@ void Arrangement::Settle(Item& item, const Vec2d& origin, double yaw_rad, double
 bool Arrangement::PlaceOne(Item& item) const {
   const RoomRow* row = RowOf(item);
   if (row == nullptr) return true;
-  switch (row->stand) {
+  switch (item.stand) {
     case Stand::kBackToWall:
     case Stand::kCorner:
       return PlaceByWall(item, *row);
-    case Stand::kFree: {
+    case Stand::kFree:
+    case Stand::kCeiling: {
       const Plan plan = PlanOf(*item.asset);
       const double yaw = item.side * kPi / 2 + item.turn_rad;
       const Vec2d middle(item.u * problem_->room.width_m(), item.v * problem_->room.depth_m());
-      Settle(item, middle - Turned(plan.center(), yaw), yaw, kLift_m);
+      const double height = static_cast<double>(item.asset->bounds.sizes().z());
+      const double z = item.stand == Stand::kFree
+                           ? kLift_m
+                           : problem_->room.height_m() - height - 1.2 * kCeilingGap_m;
+      Settle(item, middle - Turned(plan.center(), yaw), yaw, z);
       return true;
     }
     case Stand::kOnTop:
@@ -161,7 +166,7 @@ bool Arrangement::PlaceOne(Item& item) const {
 bool Arrangement::PlaceByWall(Item& item, const RoomRow& row) const {
   const WallFrame& wall = problem_->walls[static_cast<size_t>(item.side)];
   const Plan plan = PlanOf(*item.asset);
-  if (row.stand == Stand::kCorner) {
+  if (item.stand == Stand::kCorner) {
     const double yaw = wall.yaw_rad - kPi / 4 + item.turn_rad;
     // The true outline, not its box, so that a corner shelf goes right into its corner.
     const Box2f box = item.asset->TurnedBounds(yaw - wall.yaw_rad);
@@ -186,7 +191,7 @@ bool Arrangement::PlaceByAnchor(Item& item, const RoomRow& row) const {
   const double gap = Mix(row.near_m, row.far_m, item.v);
   Vec2d middle = base.center();  // Of the item's bounds, anchor frame.
   double yaw = item.turn_rad;
-  switch (row.stand) {
+  switch (item.stand) {
     case Stand::kAround: {
       // Sides 0: -y, 1: +x, 2: +y, 3: -x; the front looks at the anchor.
       const bool across = item.side % 2 == 1;
@@ -268,7 +273,8 @@ bool Arrangement::PlaceOnWall(Item& item, const RoomRow& row) const {
     const double reach = wall.length_m - plan.size().x() - 0.2;
     if (reach < 0) return false;
     middle_x = 0.1 + plan.size().x() / 2 + item.u * reach;
-    bottom = Mix(1.45, 1.7, item.v) - height / 2;
+    bottom = row.hang_high_m > 0 ? Mix(row.hang_low_m, row.hang_high_m, item.v)
+                                 : Mix(1.5, 1.65, item.v) - height / 2;
   }
   if (bottom + height > problem_->room.height_m() - 0.1) return false;
   const WallFrame& wall = problem_->walls[static_cast<size_t>(side)];
@@ -283,7 +289,7 @@ bool Arrangement::Exempt(const Item& a, const Item& b) const {
 bool Arrangement::ClearOfRoom(const Item& item) const {
   const v1::Room& room = problem_->room;
   const RoomRow* row = RowOf(item);
-  const bool hung = row != nullptr && row->stand == Stand::kOnWall;
+  const bool hung = row != nullptr && item.stand == Stand::kOnWall;
   const Box2f box = item.asset->TurnedBounds(item.yaw_rad);
   const Vec2d low = item.position.head<2>() + box.min().cast<double>();
   const Vec2d high = item.position.head<2>() + box.max().cast<double>();
@@ -291,7 +297,14 @@ bool Arrangement::ClearOfRoom(const Item& item) const {
   if (low.minCoeff() < gap || high.x() > room.width_m() - gap || high.y() > room.depth_m() - gap) {
     return false;
   }
-  if (item.top_m > room.height_m() - kCeilingGap_m) return false;
+  const double cornice = item.stand == Stand::kCeiling ? 0 : room.cornice_m();
+  if (item.top_m > room.height_m() - kCeilingGap_m - cornice) return false;
+  for (const Obstacle& obstacle : problem_->obstacles) {
+    if (item.bottom_m < obstacle.top_m && obstacle.bottom_m < item.top_m &&
+        Overlap(item.footprint, obstacle.footprint, kItemGap_m)) {
+      return false;
+    }
+  }
   if (IsRug(item)) return true;
   return ClearOfOpenings(item.footprint, item.bottom_m, item.top_m, kWindowDepth_m);
 }
@@ -315,8 +328,8 @@ bool Arrangement::ClearOf(const Item& item, const Item& other) const {
   if (Exempt(item, other)) return true;
   const RoomRow* own = RowOf(item);
   const RoomRow* its = RowOf(other);
-  const bool hung = own != nullptr && own->stand == Stand::kOnWall;
-  const bool other_hung = its != nullptr && its->stand == Stand::kOnWall;
+  const bool hung = own != nullptr && item.stand == Stand::kOnWall;
+  const bool other_hung = its != nullptr && other.stand == Stand::kOnWall;
   if (hung != other_hung) {
     // What hangs needs the view before it free.
     Item art = hung ? item : other;

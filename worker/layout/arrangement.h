@@ -6,6 +6,7 @@
 // worker/layout.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "common/base/rng.h"
@@ -25,10 +26,17 @@ struct WantedRow {
   std::vector<std::string> classes;  // Those that exist and are allowed.
 };
 
+// Something of the building that stands in the room: a pillar, the stairs.
+struct Obstacle {
+  Footprint footprint;
+  double bottom_m = 0, top_m = 0;
+};
+
 // What does not change while a room is solved.
 struct RoomProblem {
-  v1::Room room;
+  v1::Room room;  // In its own frame: the inner corner is the origin.
   std::vector<WallStrip> strips;
+  std::vector<Obstacle> obstacles;
   std::vector<WantedRow> rows;
   std::array<WallFrame, 4> walls;
 };
@@ -38,7 +46,8 @@ constexpr int kFixtureRow = -1;
 struct Item {
   int row = kFixtureRow;  // Of RoomProblem::rows.
   const PooledAsset* asset = nullptr;
-  int anchor = -1;  // Index of the item that it stands by.
+  Stand stand = Stand::kFree;  // The row's, or one that the row allows instead.
+  int anchor = -1;             // Index of the item that it stands by.
   // Drawn: wall, corner, side of the anchor or quarter turn; place along and across in [0, 1]; a
   // small turn.
   int side = 0;
@@ -76,11 +85,14 @@ class Arrangement {
   const Item& at(int i) const { return items_[static_cast<size_t>(i)]; }
   int size() const { return static_cast<int>(items_.size()); }
   const RoomRow* RowOf(const Item& item) const;
+  Stand StandOf(const Item& item) const { return item.stand; }
   int CountOf(int row) const;
   bool HasChild(int item, int row) const;
 
   // Appends the item; it is not placed yet.
   int Add(const Item& item);
+  // The item and all that stands by it, directly or not.
+  std::vector<int> WithDependants(int item) const;
   // Takes the item out with all that stands by it.
   void Remove(int item);
   // Derives the places of the item and of all that stands by it. False when something does not fit
@@ -103,7 +115,6 @@ class Arrangement {
   bool PlaceOnTop(Item& item) const;
   bool PlaceOnWall(Item& item, const RoomRow& row) const;
   void Settle(Item& item, const Vec2d& origin, double yaw_rad, double z_m) const;
-  std::vector<int> WithDependants(int item) const;
   bool ClearOfRoom(const Item& item) const;
   bool ClearOf(const Item& item, const Item& other) const;
   bool MeetsAnchor(const Item& item) const;

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "common/base/rng.h"
+#include "worker/layout/openings.h"
 #include "worker/layout/wall_frame.h"
 
 namespace parallax {
@@ -47,8 +48,10 @@ std::vector<WallStrip> StripsOf(const v1::Room& room) {
   std::vector<WallStrip> strips;
   for (const v1::Opening& o : room.openings()) {
     const double middle = FrameOfWall(room, o.wall()).LocalOf(o.center_m());
-    strips.push_back({o.wall(), middle - o.width_m() / 2, middle + o.width_m() / 2, o.sill_m(),
-                      o.sill_m() + o.height_m(), o.kind() == v1::Opening::KIND_DOOR});
+    const double more = IsDressed(o) ? kDressing_m : 0;
+    const double half = o.width_m() / 2 + more;
+    strips.push_back({o.wall(), middle - half, middle + half, o.sill_m() - more,
+                      o.sill_m() + o.height_m() + more, o.kind() != v1::Opening::KIND_WINDOW});
   }
   return strips;
 }
@@ -82,7 +85,9 @@ absl::StatusOr<std::vector<Fixture>> PlaceFixtures(const v1::Room& room,
   }
   // A floor lamp in a corner of every second room, away from doors and windows.
   Rng corner = root.Child("floor lamp");
-  if (ClassAllowed(assets, "FloorLamp") && corner.Bernoulli(0.5)) {
+  const bool lounge = room.kind() != "bathroom" && room.kind() != "closet" &&
+                      room.kind() != "kitchen" && room.kind() != "hallway" && !room.has_stairs();
+  if (lounge && ClassAllowed(assets, "FloorLamp") && corner.Bernoulli(0.5)) {
     ASSIGN_OR_RETURN(const PooledAsset* lamp, pool.Get("FloorLamp", corner.Seed()));
     const double radius = std::max({lamp->bounds.max().x(), lamp->bounds.max().y(),
                                     -lamp->bounds.min().x(), -lamp->bounds.min().y()}) +
@@ -109,6 +114,8 @@ absl::StatusOr<std::vector<Fixture>> PlaceFixtures(const v1::Room& room,
       break;
     }
   }
+  const Vec3d origin(room.origin_x_m(), room.origin_y_m(), room.floor_z_m());
+  for (Fixture& fixture : fixtures) fixture.position += origin;
   return fixtures;
 }
 

@@ -15,7 +15,7 @@ namespace parallax {
 
 struct Fixture {
   const PooledAsset* asset = nullptr;
-  Vec3d position = Vec3d::Zero();
+  Vec3d position = Vec3d::Zero();  // World.
   double yaw_rad = 0;
   std::string relation;
   Vec3d power_w = Vec3d::Zero();  // Radiant flux, linear RGB.
@@ -32,8 +32,8 @@ bool ClassAllowed(const v1::AssetConfig& assets, const std::string& class_name);
 // A lamp's colour between a warm bulb (0) and neutral white (1), mean 1.
 Vec3d LampColor(double whiteness);
 
-// The free strip before a door, or below a window, that tall things must leave: x along the wall, y
-// into the room.
+// The free strip before a door or passage, or below a window, that tall things must leave: x along
+// the wall, y into the room.
 struct WallStrip {
   int wall = 0;
   double low_m = 0, high_m = 0;  // Wall frame.

@@ -1,65 +1,67 @@
 #include "worker/layout/furnish.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "common/base/rng.h"
 #include "worker/layout/annealer.h"
+#include "worker/layout/room_shell.h"
 #include "worker/layout/small_things.h"
 
 namespace parallax {
 namespace {
 
 constexpr int kFullSteps = 550, kReducedSteps = 60;
-// The rest of the steps put small things on what stands there.
-constexpr double kFurnitureShare = 0.75, kReducedFurnitureShare = 0.5;
+// A step of `best` is a step of `full`; how many a second buys is fixed, so that results do not
+// depend on the machine. About what one core of 2020 does.
+constexpr double kBestStepsPerSecond = 4000;
 
-RoomProblem MakeProblem(const v1::Room& room, const RoomTable& table, const v1::AssetConfig& assets,
-                        SceneSeed seed) {
-  RoomProblem problem;
-  problem.room = room;
-  problem.strips = StripsOf(room);
-  for (int wall = 0; wall < 4; ++wall) {
-    problem.walls[static_cast<size_t>(wall)] = FrameOfWall(room, wall);
+struct Steps {
+  int large = 0, medium = 0, small = 0;
+  int runs = 1;
+};
+
+// The paper's 550 = 300 + 200 + 50, and the same shares of any number. Greedy additions need more
+// of theirs for small things.
+Steps StepsOf(const v1::SolverConfig& config) {
+  const bool full =
+      config.mode() == v1::SolverConfig::MODE_FULL || config.mode() == v1::SolverConfig::MODE_BEST;
+  int total = config.steps();
+  if (total <= 0) total = full ? kFullSteps : kReducedSteps;
+  Steps steps;
+  steps.large = full ? total * 300 / 550 : total * 24 / 60;
+  steps.medium = full ? total * 200 / 550 : total * 14 / 60;
+  steps.small = total - steps.large - steps.medium;
+  if (config.mode() == v1::SolverConfig::MODE_BEST) {
+    const double all = config.budget_s() * kBestStepsPerSecond;
+    // Longer anneals and more of them, in equal parts.
+    const double longer = std::max(1.0, std::sqrt(all / total));
+    steps.large = static_cast<int>(steps.large * longer);
+    steps.medium = static_cast<int>(steps.medium * longer);
+    steps.runs = std::max(1, static_cast<int>(all / (total * longer)));
   }
-  const Rng root(seed, "layout/wanted");
-  const double area = room.width_m() * room.depth_m();
-  for (const RoomRow& row : table.rows) {
-    // Large rooms hold more.
-    const double u = root.Child(row.group).Uniform() * 0.7 + std::clamp((area - 12) / 20, 0.0, 0.6);
-    const int extra = static_cast<int>(u * (row.most - row.least + 1));
-    WantedRow wanted{row, std::min(row.least + extra, row.most), {}};
-    for (const std::string& name : row.classes) {
-      if (ClassAllowed(assets, name)) wanted.classes.push_back(name);
-    }
-    if (wanted.classes.empty()) wanted.wanted = 0;
-    problem.rows.push_back(std::move(wanted));
-  }
-  return problem;
+  return steps;
 }
 
-std::string RelationOf(const Arrangement& arrangement, const Item& item) {
-  switch (arrangement.RowOf(item)->stand) {
-    case Stand::kBackToWall:
-      return "against_wall";
-    case Stand::kCorner:
-      return "in_corner";
-    case Stand::kOnTop:
-      return "on_top_of";
-    case Stand::kOnWall:
-      return "on_wall";
-    case Stand::kAround:
-      return "around";
-    case Stand::kInFront:
-      return "in_front_of";
-    case Stand::kBeside:
-      return "beside";
-    case Stand::kUnder:
-      return "under";
-    case Stand::kFree:
-      return "on_floor";
+std::vector<Obstacle> ObstaclesOf(const v1::Room& room) {
+  std::vector<Obstacle> obstacles;
+  for (const v1::Pillar& pillar : room.pillars()) {
+    const double half = pillar.side_m() / 2 + 0.014;
+    obstacles.push_back({{{pillar.x_m(), pillar.y_m()}, {half, half}, 0}, 0, room.height_m()});
   }
-  return "";
+  if (room.has_stairs()) {
+    const v1::Stairs& stairs = room.stairs();
+    const double width = room.width_m(), length = stairs.length_m() + 0.05;
+    obstacles.push_back({{{width / 2, stairs.landing_m() + length / 2}, {width / 2, length / 2}, 0},
+                         0,
+                         stairs.rise_m() + 1.2});
+    obstacles.push_back(
+        {{{width / 2, stairs.landing_m() / 2}, {width / 2, stairs.landing_m() / 2}, 0},
+         stairs.rise_m() - 0.3,
+         stairs.rise_m() + 1.2});
+  }
+  return obstacles;
 }
 
 bool IsLamp(const PooledAsset& asset) {
@@ -85,18 +87,15 @@ std::vector<int> ParentsFirst(const Arrangement& arrangement) {
   return order;
 }
 
-void FillReport(const AnnealResult& result, const SmallFill& fill, int steps,
-                v1::SolveReport& report) {
-  report.set_steps(steps);
+void FillReport(const AnnealResult& result, const SmallFill& fill, const Steps& steps,
+                const std::string& room, v1::SolveReport& report) {
+  report.set_room(room);
+  report.set_steps((steps.large + steps.medium) * steps.runs + steps.small);
   report.set_accepted(result.accepted + static_cast<int>(fill.things.size()));
   report.set_initial_loss(result.initial_loss);
-  report.set_final_loss(result.loss.Total());
+  report.set_final_loss(result.score.total());
   for (const double loss : result.curve) report.add_loss_curve(loss);
-  for (int t = 0; t < kLossTerms; ++t) {
-    v1::SolveReport::Constraint& constraint = *report.add_constraints();
-    constraint.set_name(std::string(NameOf(static_cast<LossTerm>(t))));
-    constraint.set_violation(result.loss.terms[static_cast<size_t>(t)]);
-  }
+  result.score.Report(report);
   int broken = 0;
   for (int i = 0; i < result.arrangement.size(); ++i) {
     if (result.arrangement.at(i).row >= 0) broken += !result.arrangement.Allowed(i);
@@ -109,25 +108,80 @@ void FillReport(const AnnealResult& result, const SmallFill& fill, int steps,
 
 }  // namespace
 
+RoomProblem MakeRoomProblem(const v1::Room& room, const RoomTable& table,
+                            const v1::AssetConfig& assets, SceneSeed seed) {
+  RoomProblem problem;
+  problem.room = room;
+  problem.room.clear_origin_x_m();
+  problem.room.clear_origin_y_m();
+  problem.room.clear_floor_z_m();
+  problem.strips = StripsOf(room);
+  problem.obstacles = ObstaclesOf(room);
+  for (int wall = 0; wall < 4; ++wall) {
+    problem.walls[static_cast<size_t>(wall)] = FrameOfWall(room, wall);
+  }
+  const Rng root(seed, "layout/wanted");
+  const double area = room.width_m() * room.depth_m();
+  for (const RoomRow& row : table.rows) {
+    // Large rooms hold more.
+    const double u = root.Child(row.group).Uniform() * 0.7 + std::clamp((area - 12) / 20, 0.0, 0.6);
+    const int extra = static_cast<int>(u * (row.most - row.least + 1));
+    WantedRow wanted{row, std::min(row.least + extra, row.most), {}};
+    for (const std::string& name : row.classes) {
+      if (ClassAllowed(assets, name)) wanted.classes.push_back(name);
+    }
+    if (wanted.classes.empty()) wanted.wanted = 0;
+    problem.rows.push_back(std::move(wanted));
+  }
+  return problem;
+}
+
+std::vector<Wish> WishesOf(const RoomTable& table) {
+  std::vector<Wish> wishes = HouseholdWishes(table);
+  wishes.insert(wishes.end(), table.wishes.begin(), table.wishes.end());
+  return wishes;
+}
+
+std::vector<std::string> PlacedClasses() {
+  // Laid tables, lamps, and what the building itself is made of.
+  std::vector<std::string> classes = {
+      "Plate", "Fork", "Knife", "Spoon", "Wineglass", "CeilingClassicLamp", "FloorLamp"};
+  for (const std::string& name : BuildingClasses()) classes.push_back(name);
+  for (const RoomTable& table : RoomTables()) {
+    for (const RoomRow& row : table.rows) {
+      classes.insert(classes.end(), row.classes.begin(), row.classes.end());
+    }
+    for (const SmallRow& row : table.small) {
+      classes.insert(classes.end(), row.classes.begin(), row.classes.end());
+    }
+  }
+  std::sort(classes.begin(), classes.end());
+  classes.erase(std::unique(classes.begin(), classes.end()), classes.end());
+  return classes;
+}
+
 absl::StatusOr<Furnishing> Furnish(const v1::Room& room, const v1::SceneConfig& config,
                                    const std::vector<Fixture>& fixtures, SceneSeed seed,
                                    AssetPool& pool, const CancelToken& cancel) {
   const RoomTable& table = *FindRoomTable(room.kind());
-  const bool reduced = config.solver().mode() != v1::SolverConfig::MODE_FULL;
-  int steps = config.solver().steps();
-  if (steps <= 0) steps = reduced ? kReducedSteps : kFullSteps;
-  const int furniture_steps =
-      static_cast<int>(steps * (reduced ? kReducedFurnitureShare : kFurnitureShare));
+  const Steps steps = StepsOf(config.solver());
+  const RoomProblem problem = MakeRoomProblem(room, table, config.assets(), seed);
+  const std::vector<Wish> wishes = WishesOf(table);
+  const Vec3d origin(room.origin_x_m(), room.origin_y_m(), room.floor_z_m());
+  std::vector<Fixture> local = fixtures;
+  for (Fixture& fixture : local) fixture.position -= origin;
 
-  const RoomProblem problem = MakeProblem(room, table, config.assets(), seed);
   const ModelRack rack(seed, pool);
+  AnnealPlan plan;
+  plan.reduced = config.solver().mode() != v1::SolverConfig::MODE_FULL &&
+                 config.solver().mode() != v1::SolverConfig::MODE_BEST;
+  plan.large_steps = steps.large;
+  plan.medium_steps = steps.medium;
+  plan.runs = steps.runs;
   ASSIGN_OR_RETURN(const AnnealResult result,
-                   Anneal(problem, fixtures, rack,
-                          reduced ? v1::SolverConfig::MODE_REDUCED : v1::SolverConfig::MODE_FULL,
-                          furniture_steps, seed, cancel));
-  ASSIGN_OR_RETURN(const SmallFill fill,
-                   FillSupports(result.arrangement, table.small, config.assets(), rack,
-                                steps - furniture_steps, seed));
+                   Anneal(problem, wishes, local, rack, plan, seed, cancel));
+  ASSIGN_OR_RETURN(const SmallFill fill, FillSupports(result.arrangement, table.small,
+                                                      config.assets(), rack, steps.small, seed));
 
   Furnishing furnishing;
   std::vector<int> entry_of(static_cast<size_t>(result.arrangement.size()), -1);
@@ -138,7 +192,7 @@ absl::StatusOr<Furnishing> Furnish(const v1::Room& room, const v1::SceneConfig& 
     object.asset = item.asset;
     object.position = item.position;
     object.yaw_rad = item.yaw_rad;
-    object.relation = RelationOf(result.arrangement, item);
+    object.relation = NameOf(item.stand);
     if (item.anchor >= 0) object.parent = entry_of[static_cast<size_t>(item.anchor)];
     if (IsLamp(*item.asset)) {
       Rng lamp = lamps.Child(result.arrangement.RowOf(item)->group);
@@ -151,7 +205,8 @@ absl::StatusOr<Furnishing> Furnish(const v1::Room& room, const v1::SceneConfig& 
     furnishing.objects.push_back({thing.asset, thing.position, thing.yaw_rad, "on_top_of",
                                   entry_of[static_cast<size_t>(thing.bearer)], Vec3d::Zero()});
   }
-  FillReport(result, fill, steps, furnishing.report);
+  for (FurnishedObject& object : furnishing.objects) object.position += origin;
+  FillReport(result, fill, steps, room.name(), furnishing.report);
   return furnishing;
 }
 

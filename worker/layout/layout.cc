@@ -2,31 +2,29 @@
 
 #include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "common/base/rng.h"
 #include "common/math/proto.h"
 #include "worker/layout/asset_pool.h"
 #include "worker/layout/fixtures.h"
 #include "worker/layout/furnish.h"
-#include "worker/layout/room_plan.h"
+#include "worker/layout/house_plan.h"
 #include "worker/layout/room_shell.h"
 
 namespace parallax {
 namespace {
 
-// "door_0" is of class "Door".
-std::string ClassOfPart(const std::string& part) {
-  std::string name = part.substr(0, part.find('_'));
-  name[0] = static_cast<char>(name[0] - 'a' + 'A');
-  return name;
-}
-
 class LayoutWriter {
  public:
   explicit LayoutWriter(v1::Layout& layout) : layout_(layout) {}
 
-  void AddPart(const std::string& part) {
-    v1::SceneObject& object = Add(ClassOfPart(part));
+  // Which room the next entries belong to.
+  void SetRoom(size_t index) { room_ = static_cast<uint32_t>(index); }
+
+  void AddPart(const v1::Room& room, const std::string& part) {
+    v1::SceneObject& object = Add(ClassOfPart(room, part));
     object.set_role(v1::OBJECT_ROLE_ARCHITECTURE);
     object.set_room_part(part);
     *object.mutable_world_from_object() = ToProto(Pose{});
@@ -63,19 +61,27 @@ class LayoutWriter {
     v1::SceneObject& object = *layout_.add_objects();
     object.set_index(static_cast<uint32_t>(layout_.objects_size()));
     object.set_asset_class(asset_class);
+    object.set_room_index(room_);
     object.set_name(asset_class + "_" + std::to_string(count_[asset_class]++));
     return object;
   }
 
   v1::Layout& layout_;
   std::map<std::string, int> count_;
+  uint32_t room_ = 0;
 };
 
-absl::Status AddFurniture(const v1::SceneConfig& config, SceneSeed seed, const CancelToken& cancel,
-                          const std::vector<Fixture>& fixtures, AssetPool& pool,
-                          LayoutWriter& writer, v1::Layout& layout) {
+// The main room's streams are the scene's own: it does not change with the rest of the house.
+SceneSeed SeedOfRoom(SceneSeed seed, size_t room) {
+  return room == 0 ? seed : SceneSeed{Rng(seed, "layout/room seed").Child("room", room).Seed()};
+}
+
+absl::StatusOr<v1::SolveReport> AddFurniture(const v1::Room& room, const v1::SceneConfig& config,
+                                             SceneSeed seed, const CancelToken& cancel,
+                                             const std::vector<Fixture>& fixtures, AssetPool& pool,
+                                             LayoutWriter& writer) {
   ASSIGN_OR_RETURN(const Furnishing furnishing,
-                   Furnish(layout.room(), config, fixtures, seed, pool, cancel));
+                   Furnish(room, config, fixtures, seed, pool, cancel));
   std::vector<uint32_t> index_of;
   for (const FurnishedObject& object : furnishing.objects) {
     v1::SceneObject& entry = writer.AddAsset(*object.asset, object.position, object.yaw_rad,
@@ -84,7 +90,37 @@ absl::Status AddFurniture(const v1::SceneConfig& config, SceneSeed seed, const C
     index_of.push_back(entry.index());
     if (object.lamp_power_w.sum() > 0) writer.AddLights(*object.asset, entry, object.lamp_power_w);
   }
-  *layout.mutable_report() = furnishing.report;
+  return furnishing.report;
+}
+
+// The building and its lamps, then the furniture of every room: with furniture off the rest stays
+// as it is.
+absl::Status FillLayout(const v1::SceneConfig& config, SceneSeed seed, const CancelToken& cancel,
+                        const House& house, v1::Layout& layout) {
+  AssetPool pool;
+  LayoutWriter writer(layout);
+  std::vector<std::vector<Fixture>> fixtures;
+  for (size_t i = 0; i < house.rooms.size(); ++i) {
+    const v1::Room& room = house.rooms[i];
+    writer.SetRoom(i);
+    for (const std::string& part : RoomParts(room)) writer.AddPart(room, part);
+    ASSIGN_OR_RETURN(std::vector<Fixture> lamps,
+                     PlaceFixtures(room, config.assets(), SeedOfRoom(seed, i), pool));
+    for (const Fixture& fixture : lamps) {
+      const v1::SceneObject& object =
+          writer.AddAsset(*fixture.asset, fixture.position, fixture.yaw_rad,
+                          v1::OBJECT_ROLE_LIGHT_FIXTURE, fixture.relation);
+      writer.AddLights(*fixture.asset, object, fixture.power_w);
+    }
+    fixtures.push_back(std::move(lamps));
+  }
+  for (size_t i = 0; i < house.rooms.size() && config.furniture().enabled(); ++i) {
+    writer.SetRoom(i);
+    ASSIGN_OR_RETURN(v1::SolveReport report,
+                     AddFurniture(house.rooms[i], config, SeedOfRoom(seed, i), cancel, fixtures[i],
+                                  pool, writer));
+    *(i == 0 ? layout.mutable_report() : layout.add_room_reports()) = std::move(report);
+  }
   return absl::OkStatus();
 }
 
@@ -94,22 +130,12 @@ absl::StatusOr<std::variant<v1::Layout, Rejected>> SolveLayout(const v1::SceneCo
                                                                SceneSeed seed,
                                                                const CancelToken& cancel) {
   if (cancel.cancelled()) return absl::CancelledError("layout: cancelled");
+  ASSIGN_OR_RETURN(const House house, DrawHouse(config.room(), seed));
   v1::Layout layout;
-  ASSIGN_OR_RETURN(*layout.mutable_room(), DrawRoom(config.room(), seed));
-  AssetPool pool;
-  LayoutWriter writer(layout);
-  for (const std::string& part : RoomParts(layout.room())) writer.AddPart(part);
-  ASSIGN_OR_RETURN(const std::vector<Fixture> fixtures,
-                   PlaceFixtures(layout.room(), config.assets(), seed, pool));
-  for (const Fixture& fixture : fixtures) {
-    const v1::SceneObject& object =
-        writer.AddAsset(*fixture.asset, fixture.position, fixture.yaw_rad,
-                        v1::OBJECT_ROLE_LIGHT_FIXTURE, fixture.relation);
-    writer.AddLights(*fixture.asset, object, fixture.power_w);
-  }
-  if (config.furniture().enabled()) {
-    RETURN_IF_ERROR(AddFurniture(config, seed, cancel, fixtures, pool, writer, layout));
-  }
+  *layout.mutable_room() = house.rooms[0];
+  for (size_t i = 1; i < house.rooms.size(); ++i) *layout.add_rooms() = house.rooms[i];
+  if (house.rooms.size() > 1) *layout.add_room_reports() = house.report;
+  RETURN_IF_ERROR(FillLayout(config, seed, cancel, house, layout));
   return std::variant<v1::Layout, Rejected>(std::move(layout));
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "common/base/rng.h"
+#include "worker/assets/doors.h"
+#include "worker/assets/windows.h"
 #include "worker/layout/part_builder.h"
 #include "worker/layout/wall_frame.h"
 
@@ -23,7 +25,6 @@ Span SpanOf(const WallFrame& frame, const v1::Opening& opening) {
           static_cast<float>(opening.sill_m() + opening.height_m())};
 }
 
-float Draw(Rng& rng, double low, double high) { return static_cast<float>(rng.Uniform(low, high)); }
 
 // Two uprights and a head around the opening at one face of the wall; y from `from` to `to`.
 void AddCasing(PartBuilder& builder, uint16_t slot, const Span& s, float width, float from,
@@ -107,13 +108,65 @@ void AddLeaf(PartBuilder& builder, Rng& rng, float width, float height) {
   }
 }
 
+enum class LeafStyle { kPlain, kGlassPanel, kLites, kLouver };
+
+LeafStyle StyleOf(const v1::Opening& opening) {
+  const double u = Rng(SceneSeed{opening.seed()}, "leaf style").Uniform();
+  // Nobody looks through a door into the street, or into a bathroom.
+  if (opening.leads_to() == 0 || u < 0.55) return LeafStyle::kPlain;
+  return u < 0.72 ? LeafStyle::kGlassPanel : u < 0.86 ? LeafStyle::kLites : LeafStyle::kLouver;
+}
+
+// A leaf of the catalogue in the frame of AddLeaf.
+Mesh MakeCatalogueLeaf(LeafStyle style, Rng rng, float width, float height) {
+  DoorParams p;
+  p.width_m = width;
+  p.height_m = height;
+  p.thickness_m = 0.042f;
+  p.stile_m = Draw(rng, 0.09, 0.12);
+  p.rail_m = Draw(rng, 0.08, 0.12);
+  p.bottom_rail_m = Draw(rng, 0.15, 0.24);
+  p.handle = DoorHandle::kLever;
+  p.seed = rng.Seed();
+  const int columns = rng.UniformInt(1, 2), lites_x = rng.UniformInt(1, 3);
+  const int lites_y = rng.UniformInt(1, 4);
+  const float share = Draw(rng, 1.0, 1.6);
+  switch (style) {
+    case LeafStyle::kGlassPanel:
+      p.rows = {{.share = 0.7f, .columns = columns},
+                {.share = share, .fill = DoorFill::kGlass, .lites_x = lites_x, .lites_y = lites_y}};
+      break;
+    case LeafStyle::kLites:
+      p.rows = {{.fill = DoorFill::kGlass, .lites_x = lites_x, .lites_y = lites_y + 1}};
+      break;
+    default:
+      p.rows = {{.share = 0.7f}, {.fill = DoorFill::kLouver}};
+  }
+  Mesh leaf = MakeDoor(p).mesh;
+  for (Vec3f& v : leaf.positions) v += Vec3f(0.5f * width, -p.thickness_m, 0);
+  return leaf;
+}
+
 }  // namespace
+
+std::string LeafClassOf(const v1::Opening& opening) {
+  switch (StyleOf(opening)) {
+    case LeafStyle::kGlassPanel:
+      return "GlassPanelDoor";
+    case LeafStyle::kLites:
+      return "LiteDoor";
+    case LeafStyle::kLouver:
+      return "LouverDoor";
+    default:
+      return "PanelDoor";
+  }
+}
 
 Mesh MakeDoor(const v1::Room& room, const v1::Opening& opening) {
   Rng rng(SceneSeed{opening.seed()}, "door");
   const WallFrame frame = FrameOfWall(room, opening.wall());
   const Span s = SpanOf(frame, opening);
-  const float wall = static_cast<float>(room.wall_thickness_m());
+  const float wall = static_cast<float>(opening.depth_m() > 0 ? opening.depth_m() : frame.depth_m);
   PartBuilder builder;
   builder.SetFrame(frame.WorldFromWall());
   const uint16_t wood = builder.Slot("frame", {"paint", "wood"});
@@ -129,8 +182,18 @@ Mesh MakeDoor(const v1::Room& room, const v1::Opening& opening) {
   AddCasing(builder, wood, clear, casing + lining, 0.001f - 0.004f, proud, false);
   AddCasing(builder, wood, clear, casing + lining, -wall - proud, -wall + 0.003f, false);
 
+  if (opening.leads_to() > 0) {  // A strip covers the joint of the two floors.
+    builder.Box(builder.Slot("threshold", {"metal", "wood"}),
+                {s.left + 0.002f, -0.5f * wall - 0.032f, s.bottom - 0.01f},
+                {s.right - 0.002f, -0.5f * wall + 0.032f, s.bottom + 0.0035f}, 0.002f, Grain::kX);
+  }
+  if (opening.kind() == v1::Opening::KIND_PASSAGE) return builder.Take();
+
   const bool left_hinged = rng.Bernoulli(0.5);
-  const float angle = rng.Bernoulli(0.25) ? Draw(rng, 0.2, 1.2) : 0.0f;
+  // Doors between rooms stand open more often than those of the house.
+  const float angle = rng.Bernoulli(opening.leads_to() > 0 ? 0.5 : 0.25)
+                          ? Draw(rng, 0.2, opening.leads_to() > 0 ? 1.4 : 1.2)
+                          : 0.0f;
   const float gap = 0.003f;
   const float width = clear.right - clear.left - 2 * gap,
               height = clear.top - clear.bottom - 0.008f;
@@ -144,25 +207,93 @@ Mesh MakeDoor(const v1::Room& room, const v1::Opening& opening) {
   Eigen::Affine3f leaf = Eigen::Affine3f::Identity();
   leaf.translation() = Vec3f(0, thick, 0);
   Mesh mesh = builder.Take();
-  PartBuilder leaf_builder;
-  AddLeaf(leaf_builder, rng, width, height);
+  Mesh leaf_mesh;
+  const LeafStyle style = StyleOf(opening);
+  if (style == LeafStyle::kPlain) {
+    PartBuilder leaf_builder;
+    AddLeaf(leaf_builder, rng, width, height);
+    leaf_mesh = leaf_builder.Take();
+  } else {
+    leaf_mesh = MakeCatalogueLeaf(style, rng.Child("catalogue"), width, height);
+  }
   if (!left_hinged) leaf = Eigen::Scaling(-1.0f, 1.0f, 1.0f) * leaf;
   const float turn = left_hinged ? -angle : angle;
-  Append(mesh, leaf_builder.Take(),
+  Append(mesh, leaf_mesh,
          frame.WorldFromWall() * hinge * Eigen::AngleAxisf(turn, Vec3f::UnitZ()) * leaf);
   return mesh;
 }
 
+namespace {
+
+// A window of the catalogue, its frame in the masonry and its casing on the wall, behind curtains
+// or a blind.
+Mesh MakeDressedWindow(const v1::Room& room, const v1::Opening& opening) {
+  Rng rng(SceneSeed{opening.seed()}, "dressed window");
+  WindowParams p;
+  p.width_m = static_cast<float>(opening.width_m());
+  p.height_m = static_cast<float>(opening.height_m());
+  p.frame_m = Draw(rng, 0.045, 0.065);
+  p.sashes = std::clamp(static_cast<int>(std::lround(p.width_m / Draw(rng, 0.6, 0.9))), 1, 4);
+  p.lites_x = rng.UniformInt(1, 2);
+  p.lites_y = rng.UniformInt(1, 3);
+  p.sill = opening.sill_m() > 0.3;
+  p.casing = true;
+  // Rods need wall above the opening.
+  const bool rod = opening.sill_m() + opening.height_m() + 0.2 < room.height_m() - room.cornice_m();
+  const bool curtains = rod && rng.Bernoulli(0.65);
+  p.dressing = curtains ? WindowDressing::kCurtains : WindowDressing::kBlind;
+  p.drawn = curtains ? Draw(rng, 0.0, 0.35) : Draw(rng, 0.1, 0.6);
+  p.seed = rng.Seed();
+  Mesh window = MakeWindow(p).mesh;
+  if (!room.window_glass()) {
+    std::erase_if(window.triangles,
+                  [&](const Triangle& t) { return window.slots[t.slot].name == "glass"; });
+  }
+  // The catalogue's windows start at their lowest point; curtains hang below the sill. The highest
+  // is known: the rod's knobs, else the casing.
+  const float highest = p.height_m + (curtains ? 0.126f : 0.09f);
+  const float lift = highest - window.Bounds().max().z();
+  const WallFrame frame = FrameOfWall(room, opening.wall());
+  Eigen::Affine3f place = Eigen::Affine3f::Identity();
+  constexpr float kCasingPlane_m = 0.09f;  // Which lies on the wall's face.
+  place.translation() = Vec3f(static_cast<float>(frame.LocalOf(opening.center_m())),
+                              -kCasingPlane_m, static_cast<float>(opening.sill_m()) + lift);
+  Mesh mesh;
+  Append(mesh, window, frame.WorldFromWall() * place);
+  // What lines the cut between the frame and the outer face.
+  PartBuilder builder;
+  builder.SetFrame(frame.WorldFromWall());
+  const Span s = SpanOf(frame, opening);
+  const uint16_t ledge = builder.Slot("ledge", {"stone", "metal"});
+  const float wall = static_cast<float>(frame.depth_m);
+  builder.Box(ledge, {s.left - 0.003f, -wall - 0.03f, s.bottom - 0.02f},
+              {s.right + 0.003f, -kCasingPlane_m + 0.004f, s.bottom + 0.003f}, 0.002f, Grain::kX);
+  Append(mesh, builder.Take());
+  return mesh;
+}
+
+}  // namespace
+
+bool IsDressed(const v1::Opening& opening) {
+  return opening.kind() == v1::Opening::KIND_WINDOW && opening.width_m() >= 0.6 &&
+         Rng(SceneSeed{opening.seed()}, "window dressing").Bernoulli(0.5);
+}
+
 Mesh MakeWindow(const v1::Room& room, const v1::Opening& opening) {
+  // Thin walls have no room for the catalogue's frames.
+  if (IsDressed(opening) && FrameOfWall(room, opening.wall()).depth_m > 0.12) {
+    return MakeDressedWindow(room, opening);
+  }
   Rng rng(SceneSeed{opening.seed()}, "window");
   const WallFrame frame = FrameOfWall(room, opening.wall());
   const Span s = SpanOf(frame, opening);
-  const float wall = static_cast<float>(room.wall_thickness_m());
+  const float wall = static_cast<float>(frame.depth_m);
   PartBuilder builder;
   builder.SetFrame(frame.WorldFromWall());
   const uint16_t slot = builder.Slot("frame", {"paint", "wood", "plastic"});
   const float bar = Draw(rng, 0.045, 0.075), deep = Draw(rng, 0.055, 0.075);
-  const float outer = -wall + Draw(rng, 0.03, 0.06), inner = outer + deep, bevel = 0.005f;
+  const float outer = std::min(-wall + Draw(rng, 0.03, 0.06), -deep - 0.01f), inner = outer + deep,
+              bevel = 0.005f;
   const float tuck = 0.004f;
   builder.Box(slot, {s.left - tuck, outer, s.bottom - tuck}, {s.left + bar, inner, s.top + tuck},
               bevel, Grain::kZ);

@@ -2,30 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <string>
 
-#include "common/base/rng.h"
 #include "common/config/config.h"
 #include "worker/layout/room_table.h"
+#include "worker/layout/wall_frame.h"
 
 namespace parallax {
 namespace {
 
-constexpr double kCornerGap_m =
-    0.25;  // Least masonry between an opening and a corner or another opening.
 constexpr double kOpeningGap_m = 0.35;
 constexpr double kLintel_m = 0.12;  // Least masonry above an opening.
 constexpr int kTries = 40;
 
-double WallLength(const v1::Room& room, int wall) {
-  return wall % 2 == 0 ? room.width_m() : room.depth_m();
-}
-
 bool Fits(const v1::Room& room, const v1::Opening& candidate) {
-  const double low = candidate.center_m() - candidate.width_m() / 2;
-  const double high = candidate.center_m() + candidate.width_m() / 2;
-  if (low < kCornerGap_m || high > WallLength(room, candidate.wall()) - kCornerGap_m) return false;
   for (const v1::Opening& other : room.openings()) {
     if (other.wall() != candidate.wall()) continue;
     const double free = std::abs(other.center_m() - candidate.center_m()) -
@@ -35,20 +25,34 @@ bool Fits(const v1::Room& room, const v1::Opening& candidate) {
   return true;
 }
 
-std::optional<v1::Opening> PlaceOpening(const v1::Room& room, v1::Opening opening, Rng& rng,
-                                        double near_corner_p) {
+}  // namespace
+
+std::vector<WallStretch> WholeWalls(const v1::Room& room) {
+  std::vector<WallStretch> walls;
+  for (int wall = 0; wall < 4; ++wall) {
+    walls.push_back({wall, 0, wall % 2 == 0 ? room.width_m() : room.depth_m()});
+  }
+  return walls;
+}
+
+bool AddOpening(v1::Room& room, v1::Opening opening, const std::vector<WallStretch>& stretches,
+                const OpeningOdds& odds, Rng& rng) {
+  if (stretches.empty()) return false;
   for (int i = 0; i < kTries; ++i) {
-    opening.set_wall(rng.UniformInt(0, 3));
-    const double length = WallLength(room, opening.wall());
-    const double reach = length / 2 - opening.width_m() / 2 - kCornerGap_m;
+    const WallStretch& stretch = rng.Pick(stretches);
+    opening.set_wall(stretch.wall);
+    const double length = stretch.high_m - stretch.low_m;
+    const double reach = length / 2 - opening.width_m() / 2 - odds.corner_gap_m;
     const double u = rng.Uniform(), side = rng.Bernoulli(0.5) ? 1 : -1;
-    const bool near_corner = rng.Bernoulli(near_corner_p);
+    const bool near_corner = rng.Bernoulli(odds.near_corner_p);
     if (reach < 0) continue;
     const double off = near_corner ? reach - u * std::min(0.6, reach) : reach * u;
-    opening.set_center_m(length / 2 + side * off);
-    if (Fits(room, opening)) return opening;
+    opening.set_center_m((stretch.low_m + stretch.high_m) / 2 + side * off);
+    if (!Fits(room, opening)) continue;
+    *room.add_openings() = opening;
+    return true;
   }
-  return std::nullopt;
+  return false;
 }
 
 v1::Opening DrawDoor(const v1::Room& room, Rng& rng) {
@@ -63,20 +67,52 @@ v1::Opening DrawDoor(const v1::Room& room, Rng& rng) {
 
 v1::Opening DrawWindow(const v1::Room& room, Rng& rng) {
   v1::Opening window;
+  const bool small = room.kind() == "bathroom" || room.kind() == "closet";
   window.set_kind(v1::Opening::KIND_WINDOW);
-  window.set_width_m(rng.Uniform(0.9, 2.3));
+  window.set_width_m(small ? rng.Uniform(0.5, 0.9) : rng.Uniform(0.9, 2.3));
   const double top = std::min(rng.Uniform(2.0, 2.35), room.height_m() - kLintel_m);
-  const bool tall = rng.Bernoulli(0.15);
-  const double sill = tall ? rng.Uniform(0.08, 0.3) : rng.Uniform(0.75, 1.05);
+  const bool tall = rng.Bernoulli(small || room.kind() == "kitchen" ? 0 : 0.15);
+  double sill = tall ? rng.Uniform(0.08, 0.3) : rng.Uniform(0.75, 1.05);
+  if (small) sill += 0.45;
+  if (room.kind() == "kitchen") sill = std::max(sill, 1.12);  // Above counters.
   window.set_sill_m(std::min(sill, top - 0.6));
   window.set_height_m(top - window.sill_m());
   window.set_seed(rng.Seed());
   return window;
 }
 
-}  // namespace
+void AddPillars(v1::Room& room, Rng rng) {
+  const double area = room.width_m() * room.depth_m();
+  const bool any = rng.Bernoulli(area > 18 ? 0.25 : 0), free_standing = rng.Bernoulli(0.35);
+  const double side = rng.Uniform(0.24, 0.4);
+  if (!any) return;
+  for (int i = 0; i < kTries; ++i) {
+    v1::Pillar pillar;
+    pillar.set_side_m(side);
+    if (free_standing) {  // Off the middle, so that tables find their place.
+      pillar.set_x_m(room.width_m() * (rng.Bernoulli(0.5) ? 0.28 : 0.72));
+      pillar.set_y_m(room.depth_m() * (rng.Bernoulli(0.5) ? 0.28 : 0.72));
+    } else {
+      const int wall = rng.UniformInt(0, 3);
+      const WallFrame frame = FrameOfWall(room, wall);
+      const Vec2d at = frame.At(frame.length_m * rng.Uniform(0.25, 0.75), side / 2 - 0.02);
+      pillar.set_x_m(at.x());
+      pillar.set_y_m(at.y());
+    }
+    const bool clear =
+        std::all_of(room.openings().begin(), room.openings().end(), [&](const v1::Opening& o) {
+          const WallFrame frame = FrameOfWall(room, o.wall());
+          const Vec2d to = Vec2d(pillar.x_m(), pillar.y_m()) - frame.origin;
+          const double along = to.dot(frame.along) - frame.LocalOf(o.center_m());
+          return to.dot(frame.inward) > 1.4 || std::abs(along) > o.width_m() / 2 + side + 0.2;
+        });
+    if (!clear) continue;
+    *room.add_pillars() = pillar;
+    return;
+  }
+}
 
-absl::StatusOr<v1::Room> DrawRoom(const v1::RoomConfig& config, SceneSeed seed) {
+absl::StatusOr<v1::Room> DrawMainRoom(const v1::RoomConfig& config, SceneSeed seed) {
   const Rng root(seed, "layout/room");
   v1::Room room;
   if (config.kinds().empty()) return absl::InvalidArgumentError("room.kinds is empty");
@@ -87,6 +123,7 @@ absl::StatusOr<v1::Room> DrawRoom(const v1::RoomConfig& config, SceneSeed seed) 
     }
   }
   room.set_kind(root.Child("kind").Pick(config.kinds()));
+  room.set_name(room.kind() + "_0");
   room.set_width_m(Draw(config.width_m(), root.Child("width").Uniform()));
   room.set_depth_m(Draw(config.depth_m(), root.Child("depth").Uniform()));
   room.set_height_m(Draw(config.height_m(), root.Child("height").Uniform()));
@@ -95,22 +132,9 @@ absl::StatusOr<v1::Room> DrawRoom(const v1::RoomConfig& config, SceneSeed seed) 
   }
   room.set_wall_thickness_m(root.Child("walls").Uniform(0.14, 0.28));
   room.set_skirting_height_m(root.Child("skirting").Uniform(0.06, 0.14));
+  Rng cornice = root.Child("cornice");
+  if (cornice.Bernoulli(0.4)) room.set_cornice_m(cornice.Uniform(0.05, 0.11));
   room.set_window_glass(config.window_glass());
-
-  const int doors =
-      static_cast<int>(std::lround(Draw(config.doors(), root.Child("doors").Uniform())));
-  const int windows =
-      static_cast<int>(std::lround(Draw(config.windows(), root.Child("windows").Uniform())));
-  for (int i = 0; i < doors; ++i) {
-    Rng rng = root.Child("door", static_cast<uint64_t>(i));
-    const auto door = PlaceOpening(room, DrawDoor(room, rng), rng, 0.6);
-    if (door) *room.add_openings() = *door;
-  }
-  for (int i = 0; i < windows; ++i) {
-    Rng rng = root.Child("window", static_cast<uint64_t>(i));
-    const auto window = PlaceOpening(room, DrawWindow(room, rng), rng, 0.0);
-    if (window) *room.add_openings() = *window;
-  }
   return room;
 }
 

@@ -1,15 +1,45 @@
-// Draws the empty room: kind, size, doors and windows. Private to worker/layout.
+// Draws one empty room: kind, size, trim, pillars; and openings along stretches of its walls.
+// Private to worker/layout.
 #pragma once
 
+#include <vector>
+
 #include "common/base/ids.h"
+#include "common/base/rng.h"
 #include "common/base/status.h"
 #include "parallax/v1/config.pb.h"
 #include "parallax/v1/scene.pb.h"
 
 namespace parallax {
 
-// Deterministic in (config, seed). Openings that find no free stretch of wall are left out.
+// A part of a wall, measured as Opening.center_m.
+struct WallStretch {
+  int wall = 0;
+  double low_m = 0, high_m = 0;
+};
+
+// The main room without openings. Deterministic in (config, seed).
 // Errors: kInvalidArgument for an unknown kind or a room too small to stand in.
-absl::StatusOr<v1::Room> DrawRoom(const v1::RoomConfig& config, SceneSeed seed);
+absl::StatusOr<v1::Room> DrawMainRoom(const v1::RoomConfig& config, SceneSeed seed);
+
+// All four walls whole.
+std::vector<WallStretch> WholeWalls(const v1::Room& room);
+
+struct OpeningOdds {
+  double near_corner_p = 0;    // Rather at an end of its stretch than in the middle.
+  double corner_gap_m = 0.25;  // Least masonry between an opening and the end of its stretch.
+};
+
+// Puts the opening somewhere on one of the stretches, clear of the others; nothing is added where
+// none has room. Returns whether.
+bool AddOpening(v1::Room& room, v1::Opening opening, const std::vector<WallStretch>& stretches,
+                const OpeningOdds& odds, Rng& rng);
+
+v1::Opening DrawDoor(const v1::Room& room, Rng& rng);
+// Bathrooms have small ones high up.
+v1::Opening DrawWindow(const v1::Room& room, Rng& rng);
+
+// Posts of large rooms: against a wall or standing free, clear of the openings.
+void AddPillars(v1::Room& room, Rng rng);
 
 }  // namespace parallax

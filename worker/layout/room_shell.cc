@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
 #include <set>
 #include <utility>
 
+#include "worker/assets/stairs.h"
 #include "worker/layout/openings.h"
 #include "worker/layout/part_builder.h"
 #include "worker/layout/wall_frame.h"
@@ -59,7 +62,8 @@ void AddWall(PartBuilder& builder, const v1::Room& room, int wall, const std::ve
   builder.SetFrame(frame.WorldFromWall());
   const std::vector<Hole> holes = HolesOf(room, wall);
   const float length = static_cast<float>(frame.length_m);
-  const float thick = static_cast<float>(room.wall_thickness_m());
+  const float thick = static_cast<float>(frame.depth_m);
+  const float before = static_cast<float>(FrameOfWall(room, (wall + 3) % 4).depth_m);
   std::set<float> cuts = {0.0f, length};
   for (const Hole& hole : holes) {
     cuts.insert(hole.left);
@@ -100,14 +104,15 @@ void AddWall(PartBuilder& builder, const v1::Room& room, int wall, const std::ve
   // own.
   for (int j = 0; j < rows; ++j) {
     const float c = z[j], d = z[j + 1];
-    builder.Quad(outside, {-thick, -thick, c}, {0, -thick, c}, {0, -thick, d}, {-thick, -thick, d});
-    builder.Quad(outside, {-thick, 0, c}, {-thick, -thick, c}, {-thick, -thick, d}, {-thick, 0, d},
-                 Grain::kY);
+    builder.Quad(outside, {-before, -thick, c}, {0, -thick, c}, {0, -thick, d},
+                 {-before, -thick, d});
+    builder.Quad(outside, {-before, 0, c}, {-before, -thick, c}, {-before, -thick, d},
+                 {-before, 0, d}, Grain::kY);
   }
   const float bottom = z.front(), top = z.back();
-  builder.Quad(outside, {-thick, 0, bottom}, {0, 0, bottom}, {0, -thick, bottom},
-               {-thick, -thick, bottom});
-  builder.Quad(outside, {-thick, -thick, top}, {0, -thick, top}, {0, 0, top}, {-thick, 0, top});
+  builder.Quad(outside, {-before, 0, bottom}, {0, 0, bottom}, {0, -thick, bottom},
+               {-before, -thick, bottom});
+  builder.Quad(outside, {-before, -thick, top}, {0, -thick, top}, {0, 0, top}, {-before, 0, top});
 }
 
 Mesh MakeWalls(const v1::Room& room) {
@@ -120,10 +125,10 @@ Mesh MakeWalls(const v1::Room& room) {
 Mesh MakeSlab(const v1::Room& room, const std::string& slot,
               const std::vector<std::string>& families, float bottom) {
   PartBuilder builder;
-  const float t = static_cast<float>(room.wall_thickness_m());
-  builder.Box(builder.Slot(slot, families), {-t, -t, bottom},
-              {static_cast<float>(room.width_m()) + t, static_cast<float>(room.depth_m()) + t,
-               bottom + kSlab_m},
+  const auto under = [&](int wall) { return static_cast<float>(FrameOfWall(room, wall).depth_m); };
+  builder.Box(builder.Slot(slot, families), {-under(3), -under(0), bottom},
+              {static_cast<float>(room.width_m()) + under(1),
+               static_cast<float>(room.depth_m()) + under(2), bottom + kSlab_m},
               0, room.width_m() >= room.depth_m() ? Grain::kX : Grain::kY);
   return builder.Take();
 }
@@ -166,52 +171,208 @@ Mesh MakeSkirting(const v1::Room& room) {
   return builder.Take();
 }
 
-}  // namespace
+// A moulding where walls and ceiling meet.
+Mesh MakeCornice(const v1::Room& room) {
+  PartBuilder builder;
+  const uint16_t slot = builder.Slot("cornice", {"paint", "plaster"});
+  const float h = static_cast<float>(room.height_m()), c = static_cast<float>(room.cornice_m());
+  const std::vector<Vec2f> profile = {{-0.003f, h - c},        {0.010f, h - c},
+                                      {0.016f, h - 0.93f * c}, {0.86f * c, h - 0.14f * c - 0.006f},
+                                      {0.9f * c, h - 0.008f},  {0.9f * c, h + 0.003f},
+                                      {-0.003f, h + 0.003f}};
+  for (int wall = 0; wall < 4; ++wall) {
+    const WallFrame frame = FrameOfWall(room, wall);
+    builder.SetFrame(frame.WorldFromWall());
+    builder.ExtrudeX(slot, profile, 0, static_cast<float>(frame.length_m));
+  }
+  return builder.Take();
+}
 
-WallFrame FrameOfWall(const v1::Room& room, int wall) {
-  const double w = room.width_m(), d = room.depth_m();
-  constexpr double half_turn = 3.14159265358979323846;
-  switch (wall) {
-    case 0:
-      return {{0, 0}, {1, 0}, {0, 1}, w, false, 0};
-    case 1:
-      return {{w, 0}, {0, 1}, {-1, 0}, d, false, half_turn / 2};
-    case 2:
-      return {{w, d}, {-1, 0}, {0, -1}, w, true, half_turn};
+Mesh MakePillars(const v1::Room& room) {
+  PartBuilder builder;
+  const uint16_t shaft = builder.Slot("wall", {"paint", "plaster", "brick"});
+  const uint16_t foot = builder.Slot("skirting", {"paint", "wood"});
+  const float h = static_cast<float>(room.height_m()) + 0.01f;
+  const float skirting = static_cast<float>(room.skirting_height_m());
+  for (const v1::Pillar& pillar : room.pillars()) {
+    const Vec3f at(static_cast<float>(pillar.x_m()), static_cast<float>(pillar.y_m()), 0);
+    const float r = 0.5f * static_cast<float>(pillar.side_m()), out = r + 0.013f;
+    builder.Box(shaft, at + Vec3f(-r, -r, -0.01f), at + Vec3f(r, r, h), 0.004f, Grain::kZ);
+    builder.Box(foot, at + Vec3f(-out, -out, -0.004f), at + Vec3f(out, out, skirting), 0.004f,
+                Grain::kX);
+  }
+  return builder.Take();
+}
+
+bool IsSpiral(const v1::Stairs& stairs) {
+  return Rng(SceneSeed{stairs.seed()}, "stairs").Child("spiral").Bernoulli(0.3);
+}
+
+std::string StairClassOf(const v1::Stairs& stairs) {
+  return IsSpiral(stairs) ? "SpiralStaircase" : "UShapedStaircase";
+}
+
+// The flight of the room's Stairs, the upper landing before it, a rail where the landing ends over
+// the first flight.
+Mesh MakeStairs(const v1::Room& room) {
+  const v1::Stairs& stairs = room.stairs();
+  Rng rng(SceneSeed{stairs.seed()}, "stairs");
+  StairParams params;
+  params.body = static_cast<StairBody>(rng.UniformInt(0, static_cast<int>(StairBody::kCount) - 1));
+  params.rail = static_cast<StairRail>(rng.UniformInt(0, static_cast<int>(StairRail::kCount) - 1));
+  constexpr float kGap_m = 0.12f;  // Between the two flights, as the generator leaves it.
+  params.width_m = 0.5f * (static_cast<float>(stairs.width_m()) - kGap_m);
+  params.run_m = 0.25f;
+  const int flight = static_cast<int>(
+      std::lround((static_cast<float>(stairs.length_m()) - params.width_m) / params.run_m));
+  params.steps = 2 * flight + 1;
+  params.rise_m = static_cast<float>(stairs.rise_m()) / static_cast<float>(params.steps);
+  params.seed = stairs.seed();
+  const float landing = static_cast<float>(stairs.landing_m());
+  const float width = static_cast<float>(room.width_m()),
+              rise = static_cast<float>(stairs.rise_m());
+  Eigen::Affine3f place = Eigen::Affine3f::Identity();
+  place.translation() = Vec3f(0.5f * width, landing + 0.012f, 0.0005f);
+  place.linear() = Eigen::AngleAxisf(3.14159265f, Vec3f::UnitZ()).toRotationMatrix();
+
+  PartBuilder builder;
+  const uint16_t slab = builder.Slot("floor", {"wood floor", "tiles", "carpet"});
+  const uint16_t wood = builder.Slot("rail", {"wood", "metal"});
+  builder.Box(slab, {-0.004f, -0.004f, rise - 0.22f}, {width + 0.004f, landing, rise}, 0,
+              Grain::kX);
+  const float y = landing - 0.04f, end = 0.5f * width - 0.08f, top = rise + 0.95f;
+  builder.Box(wood, {0.001f, y - 0.022f, top - 0.045f}, {end + 0.03f, y + 0.022f, top}, 0.008f,
+              Grain::kX);
+  const int posts = 8;
+  for (int i = 0; i <= posts; ++i) {
+    const float x = 0.03f + (end - 0.03f) * static_cast<float>(i) / posts;
+    const float r = i == posts ? 0.028f : 0.011f;
+    builder.Box(wood, {x - r, y - r, rise - 0.002f}, {x + r, y + r, top - 0.04f}, 0.003f,
+                Grain::kZ);
+  }
+  Mesh mesh = builder.Take();
+  if (IsSpiral(stairs)) {
+    // One turn and a half: it starts heading away from the landing and arrives heading towards it.
+    params.width_m = 0.5f * width - 0.16f;
+    params.turn_rad = 3 * 3.14159265f;
+    if (params.rail == StairRail::kGlass) params.rail = StairRail::kBalusters;
+    place.translation().y() += 0.5f * width - 0.04f;
+    Append(mesh, MakeSpiralStaircase(params).mesh, place);
+  } else {
+    Append(mesh, MakeUShapedStaircase(params).mesh, place);
+  }
+  return mesh;
+}
+
+const char* NameOf(v1::Opening::Kind kind) {
+  switch (kind) {
+    case v1::Opening::KIND_DOOR:
+      return "door_";
+    case v1::Opening::KIND_PASSAGE:
+      return "passage_";
     default:
-      return {{0, d}, {0, -1}, {1, 0}, d, true, -half_turn / 2};
+      return "window_";
   }
 }
 
-std::vector<std::string> RoomParts(const v1::Room& room) {
-  std::vector<std::string> parts = {"floor", "ceiling", "walls", "skirting"};
-  int doors = 0, windows = 0;
+// Calls visit(name, opening) for each opening whose filling is this room's.
+template <typename Visit>
+void ForEachFilling(const v1::Room& room, Visit visit) {
+  std::map<std::string, int> count;
   for (const v1::Opening& opening : room.openings()) {
-    if (opening.kind() == v1::Opening::KIND_DOOR) {
-      parts.push_back("door_" + std::to_string(doors++));
-    } else {
-      parts.push_back("window_" + std::to_string(windows++));
-    }
+    if (opening.mated()) continue;
+    const std::string kind = NameOf(opening.kind());
+    visit(kind + std::to_string(count[kind]++), opening);
   }
-  return parts;
 }
 
-absl::StatusOr<Mesh> MakeRoomPart(const v1::Room& room, std::string_view part) {
+absl::StatusOr<Mesh> MakeLocalPart(const v1::Room& room, std::string_view part) {
   if (part == "floor") return MakeSlab(room, "floor", {"wood floor", "tiles", "carpet"}, -kSlab_m);
   if (part == "ceiling") {
     return MakeSlab(room, "ceiling", {"paint", "plaster"}, static_cast<float>(room.height_m()));
   }
   if (part == "walls") return MakeWalls(room);
   if (part == "skirting") return MakeSkirting(room);
-  int doors = 0, windows = 0;
-  for (const v1::Opening& opening : room.openings()) {
-    const bool door = opening.kind() == v1::Opening::KIND_DOOR;
-    const std::string name =
-        door ? "door_" + std::to_string(doors++) : "window_" + std::to_string(windows++);
-    if (name == part) return door ? MakeDoor(room, opening) : MakeWindow(room, opening);
-  }
+  if (part == "cornice" && room.cornice_m() > 0) return MakeCornice(room);
+  if (part == "pillars" && room.pillars_size() > 0) return MakePillars(room);
+  if (part == "stairs" && room.has_stairs()) return MakeStairs(room);
+  std::optional<Mesh> found;
+  ForEachFilling(room, [&](const std::string& name, const v1::Opening& opening) {
+    if (name != part) return;
+    found = opening.kind() == v1::Opening::KIND_WINDOW ? MakeWindow(room, opening)
+                                                       : MakeDoor(room, opening);
+  });
+  if (found) return *std::move(found);
   return MakeError(absl::StatusCode::kNotFound,
                    "the room has no part \"" + std::string(part) + "\"");
+}
+
+}  // namespace
+
+WallFrame FrameOfWall(const v1::Room& room, int wall) {
+  const double w = room.width_m(), d = room.depth_m();
+  constexpr double half_turn = 3.14159265358979323846;
+  const double depth =
+      room.wall_depth_m_size() == 4 ? room.wall_depth_m(wall) : room.wall_thickness_m();
+  switch (wall) {
+    case 0:
+      return {{0, 0}, {1, 0}, {0, 1}, w, false, 0, depth};
+    case 1:
+      return {{w, 0}, {0, 1}, {-1, 0}, d, false, half_turn / 2, depth};
+    case 2:
+      return {{w, d}, {-1, 0}, {0, -1}, w, true, half_turn, depth};
+    default:
+      return {{0, d}, {0, -1}, {1, 0}, d, true, -half_turn / 2, depth};
+  }
+}
+
+std::vector<std::string> RoomParts(const v1::Room& room) {
+  std::vector<std::string> parts = {"floor", "ceiling", "walls", "skirting"};
+  if (room.cornice_m() > 0) parts.push_back("cornice");
+  if (room.pillars_size() > 0) parts.push_back("pillars");
+  if (room.has_stairs()) parts.push_back("stairs");
+  ForEachFilling(room, [&](const std::string& name, const v1::Opening&) { parts.push_back(name); });
+  return parts;
+}
+
+std::vector<std::string> BuildingClasses() {
+  return {"PanelDoor", "GlassPanelDoor",   "LiteDoor",       "LouverDoor",
+          "Window",    "UShapedStaircase", "SpiralStaircase"};
+}
+
+std::string ClassOfPart(const v1::Room& room, std::string_view part) {
+  std::string name(part.substr(0, part.find('_')));
+  ForEachFilling(room, [&](const std::string& filling, const v1::Opening& opening) {
+    if (filling == part && opening.kind() == v1::Opening::KIND_DOOR) name = LeafClassOf(opening);
+  });
+  if (part == "stairs") name = StairClassOf(room.stairs());
+  name[0] = static_cast<char>(name[0] >= 'a' ? name[0] - 'a' + 'A' : name[0]);
+  return name;
+}
+
+absl::StatusOr<Mesh> MakeRoomPart(const v1::Room& room, std::string_view part) {
+  ASSIGN_OR_RETURN(Mesh mesh, MakeLocalPart(room, part));
+  const Vec3f origin = Vec3d(room.origin_x_m(), room.origin_y_m(), room.floor_z_m()).cast<float>();
+  if (!origin.isZero()) {
+    for (Vec3f& p : mesh.positions) p += origin;
+  }
+  return mesh;
+}
+
+const v1::Room& RoomOf(const v1::Scene& scene, const v1::SceneObject& object) {
+  const uint32_t index = object.room_index();
+  return index == 0 || index > static_cast<uint32_t>(scene.rooms_size())
+             ? scene.room()
+             : scene.rooms(static_cast<int>(index) - 1);
+}
+
+absl::StatusOr<Mesh> MakeRoomPart(const v1::Scene& scene, const v1::SceneObject& object) {
+  if (object.room_index() > static_cast<uint32_t>(scene.rooms_size())) {
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     "room_index " + std::to_string(object.room_index()) + " of a house of " +
+                         std::to_string(1 + scene.rooms_size()) + " rooms");
+  }
+  return MakeRoomPart(RoomOf(scene, object), object.room_part());
 }
 
 }  // namespace parallax

@@ -13,11 +13,23 @@
 
 namespace parallax {
 
-// Names of all parts of this room in a fixed order: "floor", "ceiling", "walls", "skirting",
-// "door_0", "window_0"...
+// Names of all parts of this room in a fixed order: "floor", "ceiling", "walls", "skirting", what
+// else it has of "cornice", "pillars", "stairs", then "door_0", "window_0", "passage_0"... A door
+// between two rooms is a part of one of them (Opening.mated).
 std::vector<std::string> RoomParts(const v1::Room& room);
 
 // The mesh of one part, world frame. Errors: kNotFound for a part that the room does not have.
 absl::StatusOr<Mesh> MakeRoomPart(const v1::Room& room, std::string_view part);
+
+// Classes of the catalogue that parts are made of: leaves of doors, windows, stairs.
+std::vector<std::string> BuildingClasses();
+// The class that a part is shown as: "PanelDoor", "Window", "UShapedStaircase", "Walls"...
+std::string ClassOfPart(const v1::Room& room, std::string_view part);
+
+// The part that an object of the recipe is. Errors: those above; kInvalidArgument for a room that
+// the house does not have.
+absl::StatusOr<Mesh> MakeRoomPart(const v1::Scene& scene, const v1::SceneObject& object);
+// The room that an object belongs to; the main one for a wrong index.
+const v1::Room& RoomOf(const v1::Scene& scene, const v1::SceneObject& object);
 
 }  // namespace parallax

@@ -1,14 +1,18 @@
 // What belongs into a room of each kind and how it stands: plain tables, one file a kind in
 // worker/layout/rooms.
 //
-// Rows are groups of furniture. A row names the asset classes that can fill it; classes that the
-// catalogue lacks or a config excludes are passed over, and a row without any class is left out.
+// Rows are groups of furniture: what, how many, and the relation in which each stands. A row names
+// the asset classes that can fill it; classes that the catalogue lacks or a config excludes are
+// passed over, and a row without any class is left out. Wishes (wish.h) say what makes the room
+// good; HouseholdWishes hold in every room.
 #pragma once
 
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include "worker/layout/wish.h"
 
 namespace parallax {
 
@@ -22,7 +26,10 @@ enum class Stand {
   kUnder,       // On the floor below its anchor: rugs.
   kOnTop,       // On its anchor's largest support.
   kOnWall,      // Hung on a wall.
+  kCeiling,     // Hangs from the ceiling, or floats up to it.
 };
+// How the recipe names it: "against_wall".
+std::string_view NameOf(Stand stand);
 
 struct RoomRow {
   std::string group;
@@ -32,11 +39,13 @@ struct RoomRow {
   std::string anchor;            // Group that it stands by, or hangs above (kOnWall).
   double near_m = 0, far_m = 0;  // Gap to the anchor's edge; negative = pushed in.
   bool faces_anchor = false;  // kInFront: looks at the anchor rather than the way the anchor does.
-  std::string looks_at;       // Group that its front should see (soft).
-  bool snug = false;          // kCorner: right in the corner, square to it.
-  bool one_model = false;     // All of the group are the same model.
-  double highest_m = 10;      // Models that are taller are passed over.
-  double weight = 1;          // Loss for each one that is missing.
+  std::string looks_at;       // Group that its front should see: proposals aim at it.
+  std::vector<Stand> or_stand;             // Relations that the annealing may choose instead.
+  double hang_low_m = 0, hang_high_m = 0;  // kOnWall: of its lower edge; 0 = middle at eye level.
+  bool snug = false;                       // kCorner: right in the corner, square to it.
+  bool one_model = false;                  // All of the group are the same model.
+  double highest_m = 10;                   // Models that are taller are passed over.
+  double weight = 1;                       // Loss for each one that is missing.
 
   // The words in which the tables are written.
   RoomRow Count(int low, int high) { return least = low, most = high, *this; }
@@ -56,6 +65,10 @@ struct RoomRow {
   RoomRow Under(std::string of) { return By(Stand::kUnder, std::move(of)); }
   RoomRow OnTop(std::string of) { return By(Stand::kOnTop, std::move(of)); }
   RoomRow OnWall(std::string above = "") { return By(Stand::kOnWall, std::move(above)); }
+  RoomRow Ceiling() { return By(Stand::kCeiling); }
+  // The annealing chooses between the relation named first and this one.
+  RoomRow Or(Stand other) { return or_stand.push_back(other), *this; }
+  RoomRow HungAt(double low, double high) { return hang_low_m = low, hang_high_m = high, *this; }
   RoomRow FacingIt() { return faces_anchor = true, *this; }
   RoomRow LooksAt(std::string target) { return looks_at = std::move(target), *this; }
   RoomRow OneModel() { return one_model = true, *this; }
@@ -80,6 +93,7 @@ enum class Spread {
   kCentre,    // Near the middle.
   kSettings,  // One before each seat around the bearer, arranged as a table is laid.
   kLine,      // Side by side along the back, as books on a shelf.
+  kSoft,      // Dropped on what gives way: pillows on sofas and beds.
 };
 
 // Small things on the supports of a group.
@@ -94,12 +108,22 @@ struct RoomTable {
   std::string kind;
   std::vector<RoomRow> rows;  // Anchors before what stands by them.
   std::vector<SmallRow> small;
+  std::vector<Wish> wishes;
 };
+
+// What holds in every room: things can be reached and used, walls are not bare, nothing stands in
+// heaps.
+std::vector<Wish> HouseholdWishes(const RoomTable& table);
 
 RoomTable LivingRoomTable();
 RoomTable DiningRoomTable();
 RoomTable BedroomTable();
 RoomTable OfficeTable();
+RoomTable KitchenTable();
+RoomTable BathroomTable();
+RoomTable ClosetTable();
+RoomTable HallwayTable();
+RoomTable StairsTable();
 
 // Every table in a fixed order.
 const std::vector<RoomTable>& RoomTables();

@@ -2,8 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <optional>
 #include <string>
+
+#include "worker/geometry/ray_scene.h"
 
 namespace parallax {
 namespace {
@@ -43,6 +47,31 @@ class Bearer {
       taken.top_m = other.top_m - own.position.z();
       taken_.push_back(taken);
     }
+  }
+
+  // How high something flat comes to lie on the asset itself, its middle at `middle`: the highest
+  // point below it. Nothing where that is not about level.
+  std::optional<float> RestingHeight(const Vec2d& middle, const Vec2d& half) const {
+    if (surface_ == nullptr) {
+      surface_ = std::make_unique<RayScene>();
+      surface_->Add(own().asset->Tree(), Eigen::Affine3f::Identity());
+      surface_->Commit();
+    }
+    constexpr int kProbes = 6;
+    const float above = own().asset->bounds.max().z() + 0.1f;
+    float low = above, high = 0;
+    for (int i = 0; i < kProbes * kProbes; ++i) {
+      const double x = middle.x() + half.x() * (2.0 * (i % kProbes) / (kProbes - 1) - 1);
+      const double y = middle.y() + half.y() * (2.0 * (i / kProbes) / (kProbes - 1) - 1);
+      const auto hit =
+          surface_->Intersect(Vec3d(x, y, 0).cast<float>() + Vec3f(0, 0, above), -Vec3f::UnitZ());
+      if (!hit) return std::nullopt;
+      low = std::min(low, above - hit->distance);
+      high = std::max(high, above - hit->distance);
+    }
+    constexpr float kUneven_m = 0.07f;
+    if (high - low > kUneven_m) return std::nullopt;
+    return high;
   }
 
   int item() const { return item_; }
@@ -113,6 +142,7 @@ class Bearer {
   const Arrangement& arrangement_;
   int item_;
   std::vector<OnBearer> taken_;
+  mutable std::unique_ptr<RayScene> surface_;  // Of the asset alone, made at first use.
 };
 
 class Filler {
@@ -121,34 +151,21 @@ class Filler {
          SceneSeed seed)
       : arrangement_(arrangement), assets_(assets), rack_(rack), root_(seed, "layout/small") {}
 
+  // Each step does one task: one row of the table for one bearer.
   absl::StatusOr<SmallFill> Run(const std::vector<SmallRow>& rows, int steps) {
     for (int i = 0; i < arrangement_.size(); ++i) {
-      const RoomRow* row = arrangement_.RowOf(arrangement_.at(i));
-      if (row != nullptr && !arrangement_.at(i).asset->supports.empty()) {
-        bearers_.emplace_back(arrangement_, i);
-      }
+      if (arrangement_.RowOf(arrangement_.at(i)) != nullptr) bearers_.emplace_back(arrangement_, i);
     }
     std::vector<Task> tasks = Tasks(rows);
     SmallFill fill;
     for (const Task& task : tasks) fill.wanted += task.count;
     // Tables are laid before loose things take their places.
+    std::stable_sort(tasks.begin(), tasks.end(), [](const Task& a, const Task& b) {
+      return Order(a.row->spread) < Order(b.row->spread);
+    });
     for (Task& task : tasks) {
-      const bool first =
-          task.row->spread == Spread::kCentre || task.row->spread == Spread::kSettings;
-      for (; first && task.count > 0 && steps > 0; --task.count, --steps) {
-        RETURN_IF_ERROR(AddOne(task, fill.things));
-      }
-    }
-    // Then one addition for each task in turn, so that a short budget is spread.
-    for (bool open = true; open && steps > 0;) {
-      open = false;
-      for (Task& task : tasks) {
-        if (task.count <= 0 || steps <= 0) continue;
-        --task.count;
-        --steps;
-        open = true;
-        RETURN_IF_ERROR(AddOne(task, fill.things));
-      }
+      if (steps-- <= 0) break;
+      for (; task.count > 0; --task.count) RETURN_IF_ERROR(AddOne(task, fill.things));
     }
     return fill;
   }
@@ -181,11 +198,16 @@ class Filler {
     return tasks;
   }
 
+  static int Order(Spread spread) {
+    return spread == Spread::kCentre ? 0 : spread == Spread::kSettings ? 1 : 2;
+  }
+
   // Counts of loose things are stated for half a square metre. Tables are laid for everybody, or
   // just for a few.
   static int DrawCount(const SmallRow& row, const Bearer& bearer, Rng& rng) {
     const int drawn = rng.UniformInt(row.least, row.most);
-    if (row.spread == Spread::kCentre) return drawn;
+    if (row.spread == Spread::kCentre || row.spread == Spread::kSoft) return drawn;
+    if (bearer.supports().empty()) return 0;
     if (row.spread == Spread::kSettings) return rng.Bernoulli(0.7) ? row.most : drawn;
     return static_cast<int>(std::lround(drawn * std::clamp(SupportArea(bearer) / 0.5, 0.5, 2.0)));
   }
@@ -204,6 +226,8 @@ class Filler {
         return AddSetting(task, things);
       case Spread::kLine:
         return AddInLine(task, things);
+      case Spread::kSoft:
+        return AddSoft(task, things);
       default:
         return AddLoose(task, things);
     }
@@ -247,6 +271,34 @@ class Filler {
       const Vec2d at = middle + Vec2d(task.rng.Uniform(-0.5, 0.5) * size.x() * reach,
                                       task.rng.Uniform(-0.5, 0.5) * size.y() * reach);
       if (bearer.Put(*current_, *support, at, yaw, things)) break;
+    }
+    return absl::OkStatus();
+  }
+
+  // Where a seat or a mattress is about level, before its back.
+  absl::Status AddSoft(Task& task, std::vector<SmallThing>& things) {
+    Bearer& bearer = bearers_[task.bearer];
+    const Box3f& box = bearer.own().asset->bounds;
+    const Vec2d low = box.min().head<2>().cast<double>(), high = box.max().head<2>().cast<double>();
+    for (int k = 0; k < kTries; ++k) {
+      if (k % 6 == 0) {
+        ASSIGN_OR_RETURN(current_, DrawThing(task));
+      }
+      const Vec2d half = 0.5 * current_->bounds.sizes().head<2>().cast<double>();
+      const Vec2d at(task.rng.Uniform(low.x() + 0.8 * half.x(), high.x() - 0.8 * half.x()),
+                     task.rng.Uniform(0.5 * (low.y() + high.y()) - 0.25 * (high.y() - low.y()),
+                                      high.y() - half.y()));
+      const double yaw = task.rng.Uniform(-0.35, 0.35);
+      const auto height = bearer.RestingHeight(at, 0.85 * half);
+      if (!height) continue;
+      SupportSurface seat;
+      seat.area = {Vec2f::Constant(-10), Vec2f::Constant(10)};
+      bool put = false;
+      for (int lift = 0; lift < 4 && !put; ++lift) {
+        seat.z_m = *height + 0.006f * static_cast<float>(lift);
+        put = bearer.Put(*current_, seat, at, yaw, things);
+      }
+      if (put) break;
     }
     return absl::OkStatus();
   }

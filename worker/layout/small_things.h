@@ -21,7 +21,7 @@ struct SmallFill {
   int wanted = 0;  // How many the table asked for.
 };
 
-// Makes at most `steps` additions, spread over the bearers in turn.
+// Makes at most `steps` fillings: one row of the table on one bearer.
 // Errors: those of the catalogue.
 absl::StatusOr<SmallFill> FillSupports(const Arrangement& arrangement,
                                        const std::vector<SmallRow>& rows,

@@ -1,5 +1,5 @@
 // A wall's own frame: x along the wall, y into the room (the inner face is y = 0, the outer y =
-// -thickness), z up. Right-handed, so x runs against the world's coordinate on walls 2 and 3. Pure
+// -depth_m), z up. Right-handed, so x runs against the world's coordinate on walls 2 and 3. Pure
 // functions.
 #pragma once
 
@@ -15,6 +15,7 @@ struct WallFrame {
   double length_m = 0;
   bool reversed = false;  // x runs against the coordinate that Opening.center_m is measured along.
   double yaw_rad = 0;     // Of a thing that stands with its back (-y) to the wall.
+  double depth_m = 0;     // Of its masonry: the outer face is y = -depth_m.
 
   double LocalOf(double center_m) const { return reversed ? length_m - center_m : center_m; }
   Vec2d At(double x, double y) const { return origin + along * x + inward * y; }
@@ -27,7 +28,7 @@ struct WallFrame {
   }
 };
 
-// `wall` in [0, 3], as Opening.wall.
+// In the room's own frame: its inner corner is (0, 0). `wall` in [0, 3], as Opening.wall.
 WallFrame FrameOfWall(const v1::Room& room, int wall);
 
 }  // namespace parallax

@@ -2,6 +2,8 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
+
 namespace parallax {
 namespace {
 
@@ -18,16 +20,11 @@ struct PixelTruth {
 
 class TruthTracer {
  public:
-  TruthTracer(const RenderScene& scene, const v1::Room* room, const PinholeCamera& camera)
+  TruthTracer(const RenderScene& scene, const v1::Room* room,
+              const std::vector<v1::Room>& other_rooms, const PinholeCamera& camera)
       : scene_(scene), camera_(camera) {
-    if (room && room->width_m() > 0) {
-      has_room_ = true;
-      // Surfaces of the room itself lie on the box; a millimetre keeps them in.
-      room_ = Box3f(Vec3f::Constant(-1e-3f),
-                    Vec3f(static_cast<float>(room->width_m()), static_cast<float>(room->depth_m()),
-                          static_cast<float>(room->height_m())) +
-                        Vec3f::Constant(1e-3f));
-    }
+    if (room && room->width_m() > 0) rooms_.push_back(BoxOf(*room));
+    for (const v1::Room& other : other_rooms) rooms_.push_back(BoxOf(other));
   }
 
   PixelTruth At(int x, int y) const {
@@ -88,20 +85,28 @@ class TruthTracer {
     }
     truth.object = scene_.geometry().meshes[hit.placed].object_index;
     truth.material = hit.material;
-    if (has_room_) {
+    if (!rooms_.empty()) {
       // A step back towards the viewer: the face of a wall belongs to the side from which it is
       // seen.
-      if (!room_.contains(Vec3f(hit.position + side * 2e-3f * hit.geometric_normal))) {
-        truth.mask |= kMaskExterior;
-      }
+      const Vec3f at = hit.position + side * 2e-3f * hit.geometric_normal;
+      const bool inside = std::any_of(rooms_.begin(), rooms_.end(),
+                                      [&](const Box3f& room) { return room.contains(at); });
+      if (!inside) truth.mask |= kMaskExterior;
     }
     return truth;
   }
 
+  // Surfaces of the room itself lie on the box; a millimetre keeps them in.
+  static Box3f BoxOf(const v1::Room& room) {
+    const Vec3d low(room.origin_x_m(), room.origin_y_m(), room.floor_z_m());
+    const Vec3d high = low + Vec3d(room.width_m(), room.depth_m(), room.height_m());
+    return {low.cast<float>() - Vec3f::Constant(1e-3f),
+            high.cast<float>() + Vec3f::Constant(1e-3f)};
+  }
+
   const RenderScene& scene_;
   const PinholeCamera& camera_;
-  bool has_room_ = false;
-  Box3f room_;
+  std::vector<Box3f> rooms_;
 };
 
 bool Visible(const ImageF& other, int row, double x, double z) {
@@ -126,7 +131,8 @@ bool Visible(const ImageF& other, int row, double x, double z) {
 
 absl::Status TraceGroundTruth(const RenderScene& scene, const v1::Room* room,
                               const PinholeCamera& camera, double baseline_m,
-                              const CancelToken& cancel, View* view) {
+                              const CancelToken& cancel, View* view,
+                              const std::vector<v1::Room>& other_rooms) {
   const int width = camera.width_px;
   const int height = camera.height_px;
   view->depth_m = ImageF(width, height);
@@ -135,7 +141,7 @@ absl::Status TraceGroundTruth(const RenderScene& scene, const v1::Room* room,
   view->materials = ImageU16(width, height);
   view->normals = ImageF3(width, height);
   view->masks = ImageU8(width, height);
-  const TruthTracer tracer(scene, room, camera);
+  const TruthTracer tracer(scene, room, other_rooms, camera);
   const double focal_times_baseline = camera.fx_px * baseline_m;
   tbb::parallel_for(0, height, [&](int y) {
     if (cancel.cancelled()) return;

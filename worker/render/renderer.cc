@@ -51,6 +51,7 @@ class SceneRenderer final : public Renderer {
         has_room_(scene.has_room()),
         room_(scene.room()),
         rigs_(scene.rigs().begin(), scene.rigs().end()),
+        other_rooms_(scene.rooms().begin(), scene.rooms().end()),
         profile_(profile),
         geometry_(std::move(geometry)),
         lights_(std::move(lights)),
@@ -107,7 +108,7 @@ class SceneRenderer final : public Renderer {
     const SteadyTime truth_start = Clock::System().Steady();
     for (int eye = 0; eye < 2; ++eye) {
       RETURN_IF_ERROR(TraceGroundTruth(*geometry_, has_room_ ? &room_ : nullptr, stereo.eyes[eye],
-                                       stereo.baseline_m, cancel, views[eye]));
+                                       stereo.baseline_m, cancel, views[eye], other_rooms_));
     }
     MarkOcclusion(&frame.left, &frame.right);
     frame.truth_s = SecondsSince(truth_start);
@@ -282,6 +283,7 @@ class SceneRenderer final : public Renderer {
   const bool has_room_;
   const v1::Room room_;
   const std::vector<v1::Rig> rigs_;
+  const std::vector<v1::Room> other_rooms_;
   const RenderProfile profile_;
   const std::unique_ptr<RenderScene> geometry_;
   LightTable lights_;  // Constant but for keyframes.

@@ -10,6 +10,7 @@
 #include "worker/materials/sets.h"
 #include "worker/materials/user_picture.h"
 #include "worker/scene/dress.h"
+#include "worker/scene/room_materials.h"
 
 namespace parallax {
 namespace {
@@ -110,7 +111,7 @@ class MaterialChooser {
         v1::MaterialBinding& binding = *object.add_materials();
         binding.set_slot(slot.name);
         binding.set_material_index(object.role() == v1::OBJECT_ROLE_ARCHITECTURE
-                                       ? Architecture(slot)
+                                       ? Architecture(object, slot)
                                        : OfObject(object, slot, own, lit));
       }
     }
@@ -144,7 +145,7 @@ class MaterialChooser {
 
   absl::StatusOr<std::vector<MaterialSlot>> SlotsOf(const v1::SceneObject& object) {
     if (!object.room_part().empty()) {
-      ASSIGN_OR_RETURN(const Mesh mesh, MakeRoomPart(scene_.recipe.room(), object.room_part()));
+      ASSIGN_OR_RETURN(const Mesh mesh, MakeRoomPart(scene_.recipe, object));
       return mesh.slots;
     }
     ASSIGN_OR_RETURN(const PooledAsset* asset,
@@ -167,14 +168,21 @@ class MaterialChooser {
     return table_.IndexOf(material, draw.Seed());
   }
 
-  // Walls, floor and so on: one material for each slot name in the whole room.
-  uint32_t Architecture(const MaterialSlot& slot) {
-    const Rng where = root_.Child("room/" + slot.name);
-    if (slot.name == "wall")
-      return FromPalette(MaterialsTagged(&MaterialTags::walls), "wall", 1, where);
-    if (slot.name == "floor")
-      return FromPalette(MaterialsTagged(&MaterialTags::floor), "floor", 1, where);
-    if (slot.name == "ceiling") {
+  // Walls, floor and so on: one material for each slot name in a room. Joinery is alike in the
+  // whole house; what walls and floors are made of goes by the kind of room.
+  uint32_t Architecture(const v1::SceneObject& object, const MaterialSlot& slot) {
+    const uint32_t index = object.room_index();
+    const std::string& kind = RoomOf(scene_.recipe, object).kind();
+    const std::string room = index == 0 ? "room/" : "room_" + std::to_string(index) + "/";
+    const Rng where = root_.Child(room + slot.name);
+    const auto of_room = [&](RoomSurface surface, const std::string& palette) {
+      return FromPalette(RoomMaterials(kind, surface), index == 0 ? palette : room + palette, 1,
+                         where);
+    };
+    if (slot.name == "wall") return of_room(RoomSurface::kWall, "wall");
+    if (slot.name == "floor") return of_room(RoomSurface::kFloor, "floor");
+    if (slot.name == "ceiling") return of_room(RoomSurface::kCeiling, "ceiling");
+    if (slot.name == "cornice") {
       return FromPalette(MaterialsTagged(&MaterialTags::ceiling), "ceiling", 1, where);
     }
     // All joinery is painted alike; doors now and then are bare wood.
@@ -184,7 +192,7 @@ class MaterialChooser {
       return FromPalette(MaterialsOfFamily(wood ? "wood" : "LacquerPaint"), wood ? "wood" : "trim",
                          1, where);
     }
-    return FromFamilies(slot, where, "room/" + slot.name, 1);
+    return FromFamilies(slot, root_.Child("room/" + slot.name), "room/" + slot.name, 1);
   }
 
   // The first family mostly, a later one now and then.

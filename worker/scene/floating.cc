@@ -138,6 +138,21 @@ class FloatingPlacer {
   ViewGuard guard_;
 };
 
+// The box that stands for a small thing of another room: nothing comes near it.
+Mesh MeshOfBox(const Box3f& box) {
+  Mesh mesh;
+  for (int i = 0; i < 8; ++i) {
+    mesh.positions.push_back(box.corner(static_cast<Box3f::CornerType>(i)));
+  }
+  constexpr uint32_t kFaces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                     {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  for (const auto& f : kFaces) {
+    mesh.triangles.push_back({f[0], f[1], f[2], 0});
+    mesh.triangles.push_back({f[0], f[2], f[3], 0});
+  }
+  return mesh;
+}
+
 }  // namespace
 
 absl::Status AddSolids(SceneInProgress& scene, int first) {
@@ -145,13 +160,17 @@ absl::Status AddSolids(SceneInProgress& scene, int first) {
     const v1::SceneObject& object = scene.recipe.objects(i);
     const Eigen::Affine3f place = FromProto(object.world_from_object()).Affine();
     if (!object.room_part().empty()) {
-      auto mesh = MakeRoomPart(scene.recipe.room(), object.room_part());
+      auto mesh = MakeRoomPart(scene.recipe, object);
       if (!mesh.ok()) return WithContext(mesh.status(), "object " + object.name());
       scene.solid.Add(*mesh, place);
     } else {
       auto asset = scene.pool.Get(object.asset_class(), object.seed());
       if (!asset.ok()) return WithContext(asset.status(), "object " + object.name());
-      scene.solid.Add((*asset)->Tree(), place);
+      if (object.room_index() > 0 && object.relation() == "on_top_of") {
+        scene.solid.Add(MeshOfBox((*asset)->bounds), place);
+      } else {
+        scene.solid.Add((*asset)->Tree(), place);
+      }
     }
   }
   return absl::OkStatus();

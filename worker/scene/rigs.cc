@@ -15,18 +15,24 @@ namespace parallax {
 namespace {
 
 // Probe rays of one view: enough to rank candidates, cheap enough for hundreds of them.
-constexpr int kProbesX = 16, kProbesY = 9;
+constexpr int kProbesX = 20, kProbesY = 11;
 constexpr int kCandidatesPerRig = 15;  // Accepted candidates among which each rig is chosen.
 constexpr int kTriesPerRig = 120;
+constexpr int kRedraws = 4;           // Of a rig's height and pitch, when no place suits them.
 constexpr double kMaxSky = 0.35;      // Share of probes that may leave the room by a window.
 constexpr double kMaxOnePlane = 0.8;  // Share that may fall on one flat surface.
-constexpr double kClose_m = 0.5, kMaxClose = 0.35;  // Share that may be nearer than this.
+constexpr double kClose_m = 0.55, kMaxClose = 0.3;  // Share that may be nearer than this.
+// Beyond these shares of the view, what is close or one thing alone counts against a candidate.
+constexpr double kSomeClose = 0.03, kOneThing = 0.35;
+constexpr double kMaxOneThing = 0.65;
+constexpr double kNear_m = 1.0;  // A twentieth of the view should not be nearer than this.
 constexpr double kCeilingGap_m = 0.2;
 // Two rigs this far apart, or turned this much, show different things.
 constexpr double kApart_m = 0.9;
 constexpr double kApart_rad = 0.7;
 
 struct Candidate {
+  size_t slot = 0;  // Which rig it would be.
   Vec3d position = Vec3d::Zero();
   Mat3f camera = Mat3f::Identity();  // Columns: right, down, forward; world frame.
   double fov_rad = 1;
@@ -51,7 +57,9 @@ struct Probe {
   double std_m = 0;
   double sky = 0;  // Shares of the probes.
   double one_plane = 0;
+  double one_thing = 0;  // The largest share of a single thing of the room.
   double close = 0;
+  double near_m = 0;  // A twentieth of the probes is nearer.
   double things = 0;  // Neither room nor sky.
 };
 
@@ -62,6 +70,7 @@ Probe ProbeView(const SceneInProgress& scene, const Vec3f& eye, const Mat3f& cam
   const double half_x = std::tan(fov_rad / 2), half_y = half_x * aspect;
   std::vector<double> depths;
   std::map<std::array<int, 4>, int> planes;  // Body and normal.
+  std::map<uint32_t, int> bodies;            // Things only.
   for (int y = 0; y < kProbesY; ++y) {
     for (int x = 0; x < kProbesX; ++x) {
       const Vec3f local(static_cast<float>(half_x * (2 * (x + 0.5) / kProbesX - 1)),
@@ -70,7 +79,10 @@ Probe ProbeView(const SceneInProgress& scene, const Vec3f& eye, const Mat3f& cam
       const Vec3f direction = camera * local;
       const auto hit = solid.Intersect(eye, direction);
       if (!hit) continue;
-      things += scene.recipe.objects(static_cast<int>(hit->body)).room_part().empty();
+      if (scene.recipe.objects(static_cast<int>(hit->body)).room_part().empty()) {
+        ++things;
+        ++bodies[hit->body];
+      }
       depths.push_back(static_cast<double>(hit->distance));
       ++planes[{static_cast<int>(hit->body), static_cast<int>(std::lround(hit->normal.x() * 8)),
                 static_cast<int>(std::lround(hit->normal.y() * 8)),
@@ -95,6 +107,12 @@ Probe ProbeView(const SceneInProgress& scene, const Vec3f& eye, const Mat3f& cam
   for (const auto& [plane, count] : planes) {
     probe.one_plane = std::max(probe.one_plane, count / total);
   }
+  for (const auto& [body, count] : bodies) {
+    probe.one_thing = std::max(probe.one_thing, count / total);
+  }
+  const auto twentieth = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 20);
+  std::nth_element(depths.begin(), twentieth, depths.end());
+  probe.near_m = *twentieth;
   return probe;
 }
 
@@ -129,24 +147,35 @@ class RigChooser {
             std::max(config.clearance_baseline_m(), SupportOf(config.baseline_m()).high))),
         aspect_(static_cast<double>(config.height_px()) / config.width_px()) {}
 
+  // Each rig has its own height, pitch and field of view, drawn as the config says; only where it
+  // stands and which way it turns is chosen among candidates. So the choice does not bend those
+  // distributions.
   std::vector<Candidate> Choose() const {
     std::vector<Candidate> candidates;
-    const size_t wanted = static_cast<size_t>(config_.count()) * kCandidatesPerRig;
-    for (int i = 0; i < config_.count() * kTriesPerRig && candidates.size() < wanted; ++i) {
-      Candidate candidate = Draft(i);
-      if (Accept(candidate)) candidates.push_back(candidate);
+    for (int slot = 0; slot < config_.count(); ++slot) {
+      const size_t before = candidates.size();
+      for (int draw = 0; draw < kRedraws && candidates.size() == before; ++draw) {
+        for (int i = 0; i < kTriesPerRig && candidates.size() < before + kCandidatesPerRig; ++i) {
+          Candidate candidate = Draft(static_cast<size_t>(slot), draw, i);
+          if (Accept(candidate)) candidates.push_back(candidate);
+        }
+      }
     }
     return PickDifferent(std::move(candidates));
   }
 
  private:
-  Candidate Draft(int i) const {
-    Rng rng = root_.Child("candidate", static_cast<uint64_t>(i));
+  Candidate Draft(size_t slot, int draw, int i) const {
+    const Rng own = root_.Child("rig", slot).Child("draw", static_cast<uint64_t>(draw));
+    Rng shape = own, place = own.Child("place", static_cast<uint64_t>(i));
     Candidate candidate;
-    const double x = rng.Uniform(), y = rng.Uniform(), yaw = 2 * std::numbers::pi * rng.Uniform();
-    const double altitude = Draw(config_.altitude_m(), rng.Uniform());
-    const double pitch = Draw(config_.pitch_deg(), rng.Uniform()) * std::numbers::pi / 180;
-    candidate.fov_rad = Draw(config_.horizontal_fov_deg(), rng.Uniform()) * std::numbers::pi / 180;
+    candidate.slot = slot;
+    const double altitude = Draw(config_.altitude_m(), shape.Uniform());
+    const double pitch = Draw(config_.pitch_deg(), shape.Uniform()) * std::numbers::pi / 180;
+    candidate.fov_rad = Draw(config_.horizontal_fov_deg(), root_.Child("fov", slot).Uniform()) *
+                        std::numbers::pi / 180;
+    const double x = place.Uniform(), y = place.Uniform();
+    const double yaw = 2 * std::numbers::pi * place.Uniform();
     candidate.position = {x * room_.width_m(), y * room_.depth_m(), altitude};
     candidate.camera = CameraAxes(yaw, pitch);
     return candidate;
@@ -164,11 +193,16 @@ class RigChooser {
         return false;
       }
     }
-    if (!SegmentClear(solid_, eye, right, reach_m_, static_cast<float>(gap))) return false;
-    if (solid_.Inside(eye)) return false;
+    // Depth is measured along the axis: what is `gap` away at a corner of the image is less deep.
+    const double half_x = std::tan(candidate.fov_rad / 2);
+    const double corner = std::sqrt(1 + half_x * half_x * (1 + aspect_ * aspect_));
+    const float clear = static_cast<float>(gap * corner + 0.002);
+    if (!SegmentClear(solid_, eye, right, reach_m_, clear)) return false;
+    if (solid_.Inside(eye) || solid_.Inside(far_eye)) return false;
     const Probe left = ProbeView(scene_, eye, candidate.camera, candidate.fov_rad, aspect_);
     if (left.nearest_m < gap || left.sky > kMaxSky) return false;
     if (left.one_plane > kMaxOnePlane || left.close > kMaxClose) return false;
+    if (left.one_thing > kMaxOneThing) return false;
     for (const float t : {0.5f, 1.0f}) {
       const Probe other = ProbeView(scene_, eye + t * reach_m_ * right, candidate.camera,
                                     candidate.fov_rad, aspect_);
@@ -178,19 +212,24 @@ class RigChooser {
     // Depth spreads most along a wall; so that not all rigs do that, bare walls count against it
     // and things for it.
     candidate.value = left.std_m * (1 - left.one_plane) * (0.4 + left.things);
+    // Views that a thing right before the lens fills have their spread of depth for nothing.
+    const auto beyond = [](double share, double limit) { return std::max(0.0, share / limit - 1); };
+    candidate.value *= std::min(1.0, left.near_m / kNear_m);
+    candidate.value /= 1 + beyond(left.close, kSomeClose) + 2 * beyond(left.one_thing, kOneThing);
     return true;
   }
 
   // Greedy: each time the largest spread of depth, discounted for candidates that resemble a chosen
-  // one.
+  // one. One for each rig; in order of rigs.
   std::vector<Candidate> PickDifferent(std::vector<Candidate> candidates) const {
     std::vector<Candidate> chosen;
     std::vector<double> difference(candidates.size(), std::numeric_limits<double>::infinity());
+    std::vector<bool> filled(static_cast<size_t>(config_.count()), false);
     while (static_cast<int>(chosen.size()) < config_.count()) {
       size_t best = candidates.size();
       double best_value = -1;
       for (size_t i = 0; i < candidates.size(); ++i) {
-        if (difference[i] <= 0) continue;  // Chosen.
+        if (filled[candidates[i].slot]) continue;
         const double value = candidates[i].value * std::min(1.0, difference[i]);
         if (value > best_value) {
           best_value = value;
@@ -202,8 +241,10 @@ class RigChooser {
       for (size_t i = 0; i < candidates.size(); ++i) {
         difference[i] = std::min(difference[i], Difference(candidates[i], chosen.back()));
       }
-      difference[best] = 0;
+      filled[candidates[best].slot] = true;
     }
+    std::sort(chosen.begin(), chosen.end(),
+              [](const Candidate& a, const Candidate& b) { return a.slot < b.slot; });
     return chosen;
   }
 

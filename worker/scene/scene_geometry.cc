@@ -40,7 +40,7 @@ absl::StatusOr<std::shared_ptr<const Mesh>> MeshOf(
     const v1::Scene& scene, const v1::SceneObject& object,
     std::map<MeshKey, std::shared_ptr<const Mesh>>& made) {
   if (!object.room_part().empty()) {
-    ASSIGN_OR_RETURN(Mesh mesh, MakeRoomPart(scene.room(), object.room_part()));
+    ASSIGN_OR_RETURN(Mesh mesh, MakeRoomPart(scene, object));
     return std::make_shared<const Mesh>(std::move(mesh));
   }
   std::string key = object.asset_class();

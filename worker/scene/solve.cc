@@ -29,7 +29,9 @@ void RemoveCeiling(v1::Scene& scene) {
   kept.clear_lights();
   std::vector<uint32_t> removed;
   for (const v1::SceneObject& object : scene.objects()) {
-    if (object.room_part() == "ceiling" || object.relation() == "on_ceiling") {
+    const bool above = object.room_part() == "ceiling" || object.room_part() == "cornice" ||
+                       object.relation() == "on_ceiling";
+    if (object.room_index() == 0 && above) {
       removed.push_back(object.index());
     } else {
       *kept.add_objects() = object;
@@ -80,6 +82,8 @@ absl::Status Dress(const v1::SolveJob& job, const v1::Layout& layout, const Canc
   *recipe.mutable_objects() = layout.objects();
   *recipe.mutable_lights() = layout.lights();
   *recipe.mutable_report() = layout.report();
+  *recipe.mutable_rooms() = layout.rooms();
+  *recipe.mutable_room_reports() = layout.room_reports();
 
   const auto stop = [&] {
     return cancel.cancelled() ? absl::CancelledError("solve: cancelled") : absl::OkStatus();

@@ -1,5 +1,6 @@
 // How long a scene takes to solve and to be made solid. Prints one JSON line.
-// Usage: bench_solve [--scenes N] [--seed S] [--mode full|reduced] [--kind KIND]
+// Usage: bench_solve [--scenes N] [--seed S] [--mode full|reduced|best] [--kind KIND] [--rooms N]
+// Without options: furnished dining rooms by the full 550 steps.
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
@@ -21,7 +22,10 @@ namespace {
 struct Options {
   int scenes = 8;
   uint64_t seed = 1;
-  std::string mode = "full", kind;
+  int rooms = 1, steps = 0;
+  double budget_s = 10;
+  std::string mode = "full", kind = "dining_room";
+  bool each = false;
 };
 
 double Median(std::vector<double> values) {
@@ -43,16 +47,20 @@ int Main(const Options& options) {
   v1::SolveJob job;
   v1::SceneConfig& config = *job.mutable_config();
   config = DefaultSceneConfig();
-  config.mutable_solver()->set_mode(options.mode == "full" ? v1::SolverConfig::MODE_FULL
-                                                           : v1::SolverConfig::MODE_REDUCED);
-  if (!options.kind.empty()) {
+  config.mutable_solver()->set_mode(options.mode == "full"   ? v1::SolverConfig::MODE_FULL
+                                    : options.mode == "best" ? v1::SolverConfig::MODE_BEST
+                                                             : v1::SolverConfig::MODE_REDUCED);
+  config.mutable_solver()->set_steps(options.steps);
+  config.mutable_solver()->set_budget_s(options.budget_s);
+  config.mutable_room()->mutable_rooms()->set_constant(options.rooms);
+  if (options.kind != "any") {
     config.mutable_room()->clear_kinds();
     config.mutable_room()->add_kinds(options.kind);
   }
   std::vector<double> layout_s, dress_s, cpu_s, mesh_s, mesh_cpu_s, objects, furniture, triangles,
-      loss;
+      loss, rooms;
   int rejected = 0;
-  double violations = 0;
+  double violations = 0, evaluated = 0, possible = 0;
   for (int i = 0; i < options.scenes; ++i) {
     job.set_scene_seed(options.seed + static_cast<uint64_t>(i));
     const double cpu_start = CpuSeconds();
@@ -64,10 +72,20 @@ int Main(const Options& options) {
     }
     layout_s.push_back(result->layout_s());
     dress_s.push_back(result->dress_s());
-    for (const auto& c : result->layout().report().constraints()) {
-      if (c.hard()) violations += c.violation();
+    const v1::Layout& layout = result->layout();
+    double scene_loss = layout.report().final_loss();
+    const auto add = [&](const v1::SolveReport& report) {
+      for (const auto& c : report.constraints()) violations += c.hard() ? c.violation() : 0;
+      evaluated += static_cast<double>(report.terms_evaluated());
+      possible += static_cast<double>(report.terms_total());
+    };
+    add(layout.report());
+    for (const auto& report : layout.room_reports()) {
+      add(report);
+      scene_loss += report.final_loss();
     }
-    loss.push_back(result->layout().report().final_loss());
+    loss.push_back(scene_loss);
+    rooms.push_back(1 + layout.rooms_size());
     if (result->has_rejected()) {
       ++rejected;
       continue;
@@ -87,11 +105,19 @@ int Main(const Options& options) {
     }
     triangles.push_back(count);
     furniture.push_back(own);
+    if (options.each) {
+      std::printf(
+          "seed %llu: %.0f rooms, %d objects, %.0f of furniture, loss %.2f, CPU %.2f s + %.2f s\n",
+          static_cast<unsigned long long>(job.scene_seed()), rooms.back(),
+          result->scene().objects_size(), own, loss.back(), cpu_s.back(), mesh_cpu_s.back());
+    }
   }
   std::vector<double> solve_s;
   for (size_t i = 0; i < layout_s.size(); ++i) solve_s.push_back(layout_s[i] + dress_s[i]);
   const nlohmann::json line = {{"bench", "solve"},
                                {"mode", options.mode},
+                               {"kind", options.kind},
+                               {"rooms", Median(rooms)},
                                {"scenes", options.scenes},
                                {"rejected", rejected},
                                {"solve_s", Median(solve_s)},
@@ -107,6 +133,7 @@ int Main(const Options& options) {
                                {"triangles", Median(triangles)},
                                {"final_loss", Median(loss)},
                                {"violations", violations},
+                               {"terms_evaluated_share", possible > 0 ? evaluated / possible : 0},
                                {"peak_mb", PeakMb()}};
   std::printf("%s\n", line.dump().c_str());
   return 0;
@@ -117,11 +144,15 @@ int Main(const Options& options) {
 
 int main(int argc, char** argv) {
   parallax::Options options;
-  CLI::App app("Times solving and meshing of indoor scenes");
+  CLI::App app("Times solving and meshing of indoor scenes; prints one JSON line");
   app.add_option("--scenes", options.scenes);
   app.add_option("--seed", options.seed);
-  app.add_option("--mode", options.mode)->check(CLI::IsMember({"full", "reduced"}));
-  app.add_option("--kind", options.kind);
+  app.add_option("--mode", options.mode)->check(CLI::IsMember({"full", "reduced", "best"}));
+  app.add_option("--steps", options.steps, "0: the mode's own");
+  app.add_option("--budget", options.budget_s, "Seconds a room, of mode best");
+  app.add_option("--kind", options.kind, "Of the main room; any: as the config draws");
+  app.add_option("--rooms", options.rooms, "Of the house")->check(CLI::Range(1, 8));
+  app.add_flag("--each", options.each, "Also a line a scene");
   CLI11_PARSE(app, argc, argv);
   return parallax::Main(options);
 }

@@ -9,7 +9,7 @@
 #include "common/base/rng.h"
 #include "common/config/config.h"
 #include "worker/geometry/ray_scene.h"
-#include "worker/layout/room_plan.h"
+#include "worker/layout/house_plan.h"
 
 namespace parallax {
 namespace {
@@ -20,7 +20,7 @@ v1::Room RoomOf(uint64_t seed) {
   v1::RoomConfig config = DefaultSceneConfig().room();
   config.mutable_doors()->mutable_uniform_int()->set_high(3);
   config.mutable_windows()->mutable_uniform_int()->set_high(6);
-  return DrawRoom(config, SceneSeed{seed}).value();
+  return DrawHouse(config, SceneSeed{seed})->rooms[0];
 }
 
 // Edges, by rounded ends, that do not run as often one way as the other.

@@ -9,7 +9,7 @@ RoomTable DiningRoomTable() {
           {
               Row("table", {"TableDining"}).Count(1, 1).Free().Weight(8),
               Row("chair", {"Chair"})
-                  .Count(3, 6)
+                  .Count(4, 6)
                   .Around("table", -0.25, 0.08)
                   .OneModel()
                   .Weight(2.5),
@@ -19,13 +19,21 @@ RoomTable DiningRoomTable() {
                   .Count(2, 4)
                   .BackToWall()
                   .Weight(3),
-              Row("sideboard", {"SideTable", "TVStand", "KitchenCabinet"}).Count(0, 1).BackToWall(),
+              Row("sideboard", {"SideTable", "TVStand", "KitchenCabinet", "KitchenCabinet"})
+                  .Count(1, 1)
+                  .BackToWall()
+                  .Weight(1.5),
               Row("fridge", {"BeverageFridge"}).Count(0, 1).BackToWall().Weight(0.5),
               Row("microwave", {"Microwave"}).Count(0, 1).OnTop("sideboard").Weight(0.5),
               Row("stool", {"BarChair"}).Count(0, 1).BackToWall().OneModel().Weight(0.5),
               Row("corner shelf", {"TriangleShelf"}).Count(0, 1).SnugCorner(),
-              Row("plant", {"LargePlantContainer"}).Count(1, 2).Corner().Weight(1.5),
-              Row("art", {"WallArt", "WallArt", "Mirror"}).Count(1, 4).OnWall(),
+              Row("plant", {"LargePlantContainer"})
+                  .Count(1, 2)
+                  .Corner()
+                  .Or(Stand::kBackToWall)
+                  .Weight(1.5),
+              Row("art over sideboard", {"WallArt", "Mirror"}).Count(0, 1).OnWall("sideboard"),
+              Row("art", {"WallArt", "WallArt", "Mirror"}).Count(2, 4).OnWall(),
           },
       .small =
           {
@@ -47,6 +55,13 @@ RoomTable DiningRoomTable() {
                 "NatureShelfTrinkets", "FoodBag", "FoodBox"},
                4,
                10},
+          },
+      .wishes =
+          {
+              EvenlyAround("chair"),
+              SpaceAround("table", 0.85, 0.6),
+              Central("table").Weight(1.5),
+              NotBeforeWindow("shelf").Weight(0.6),
           },
   };
 }

@@ -27,11 +27,16 @@ RoomTable OfficeTable() {
                   .Count(2, 4)
                   .BackToWall()
                   .Weight(3),
-              Row("armchair", {"ArmChair", "Sofa"}).Count(0, 1).BackToWall(),
+              Row("armchair", {"ArmChair", "Sofa"}).Count(0, 1).BackToWall().Or(Stand::kCorner),
               Row("corner shelf", {"TriangleShelf"}).Count(0, 1).SnugCorner(),
-              Row("plant", {"LargePlantContainer"}).Count(0, 2).Corner().Weight(1.5),
+              Row("plant", {"LargePlantContainer"})
+                  .Count(1, 2)
+                  .Corner()
+                  .Or(Stand::kBackToWall)
+                  .Weight(1.5),
+              Row("basket", {"BasketBase"}).Count(0, 1).BackToWall().Or(Stand::kCorner).Weight(0.4),
               Row("rug", {"Rug"}).Count(0, 1).Under("meeting table"),
-              Row("art", {"WallArt", "WallArt", "Mirror"}).Count(1, 3).OnWall(),
+              Row("art", {"WallArt", "WallArt", "Mirror"}).Count(2, 4).OnWall(),
           },
       .small =
           {
@@ -44,12 +49,20 @@ RoomTable OfficeTable() {
                2,
                6},
               {"meeting table", {"Cup", "Book", "Bottle", "PlantContainer", "Vase"}, 1, 4},
+              {"armchair", {"Pillow"}, 0, 2, Spread::kSoft},
               {"shelf", {"BookColumn", "BookColumn", "BookStack"}, 3, 8, Spread::kLine},
               {"shelf",
                {"BookStack", "Vase", "Jar", "Bowl", "PlantContainer", "NatureShelfTrinkets",
                 "BasketBase", "Cup"},
                2,
                6},
+          },
+      .wishes =
+          {
+              EvenlyAround("meeting chair"),
+              SpaceAround("meeting table", 0.85, 0.55),
+              NearWindow("desk").Weight(0.5),
+              NotBeforeWindow("shelf").Weight(0.6),
           },
   };
 }

@@ -1,0 +1,28 @@
+// Draws the empty house: which rooms, where they stand, the doors between them, windows. Private
+// to worker/layout.
+//
+// Rooms are rectangles that share walls. The main room (index 0) has exactly the size that the
+// config draws and its inner corner at the world's origin; the others are placed around it by
+// annealing over adjacency, areas, shapes and compactness (floor_plan.h).
+#pragma once
+
+#include <vector>
+
+#include "common/base/ids.h"
+#include "common/base/status.h"
+#include "parallax/v1/config.pb.h"
+#include "parallax/v1/scene.pb.h"
+
+namespace parallax {
+
+struct House {
+  std::vector<v1::Room> rooms;  // The main room first.
+  v1::SolveReport report;       // Of the floor plan; empty for a single room.
+};
+
+// Deterministic in (config, seed). Openings that find no free stretch of wall are left out; every
+// room can be reached from the main one.
+// Errors: kInvalidArgument for an unknown kind or a room too small to stand in.
+absl::StatusOr<House> DrawHouse(const v1::RoomConfig& config, SceneSeed seed);
+
+}  // namespace parallax

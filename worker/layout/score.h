@@ -1,0 +1,58 @@
+// The sum of a room's wishes over an arrangement, kept up to date: after a move only wishes that it
+// touches are worked out anew. Private to worker/layout.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "parallax/v1/scene.pb.h"
+#include "worker/layout/arrangement.h"
+#include "worker/layout/wish.h"
+
+namespace parallax {
+
+// What a move changed: rows whose items changed, and the floor that they stood or stand on.
+struct Touched {
+  uint64_t rows = 0;
+  FloorRegion floor;
+  void Add(const Item& item) {
+    if (item.row >= 0) rows |= uint64_t{1} << item.row;
+    floor.Add(item.footprint);
+  }
+};
+
+class Score {
+ public:
+  // All of `wishes` and, for each row, the count that is wanted. Rows of the problem: at most 64.
+  Score(const RoomProblem& problem, const std::vector<Wish>& wishes);
+
+  // Works everything out.
+  void Reset(const Arrangement& arrangement);
+  // The total for a changed arrangement; kept only by Accept.
+  double Try(const Arrangement& changed, const Touched& touched);
+  void Accept();
+
+  double total() const { return total_; }
+  // Terms worked out by Try so far, and how many it would have been had every move touched all.
+  int64_t evaluated() const { return evaluated_; }
+  int64_t possible() const { return possible_; }
+  // Writes one soft constraint for each wish.
+  void Report(v1::SolveReport& report) const;
+
+ private:
+  struct Term {
+    Wish wish;
+    uint64_t rows = 0;  // Of its groups.
+    bool all = false;   // Depends on everything.
+    double value = 0;
+    FloorRegion seen;
+    double tried = 0;
+    FloorRegion tried_seen;
+    bool changed = false;
+  };
+  std::vector<Term> terms_;
+  double total_ = 0, tried_total_ = 0;
+  int64_t evaluated_ = 0, possible_ = 0;
+};
+
+}  // namespace parallax

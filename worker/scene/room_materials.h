@@ -1,0 +1,18 @@
+// What walls, floors and ceilings are made of in each kind of room. Private to worker/scene.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "worker/materials/material.h"
+
+namespace parallax {
+
+enum class RoomSurface { kWall, kFloor, kCeiling };
+
+// Materials for a surface; those that suit more often stand in it several times. Never empty:
+// kinds without a table take whatever the catalogue tags for the surface.
+std::vector<const MaterialClass*> RoomMaterials(std::string_view room_kind, RoomSurface surface);
+
+}  // namespace parallax

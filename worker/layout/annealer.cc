@@ -11,7 +11,8 @@ namespace {
 
 constexpr uint64_t kModelsPerClass = 3;
 constexpr int kModelDraws = 6;
-constexpr int kTries = 28;  // Proposals of a move until one keeps the hard constraints.
+constexpr int kTries = 28;         // Proposals of a move until one keeps the hard constraints.
+constexpr double kMakesWay = 2.0;  // Rows of this weight and more may push lighter things out.
 constexpr double kHot = 3.0, kCold = 0.001;
 constexpr double kGreedyShare = 0.15;
 
@@ -89,6 +90,15 @@ class Annealer {
       Proposal next{state_, {}};
       removed_.clear();
       ASSIGN_OR_RETURN(const std::vector<int> changed, Change(move, reach, next.state));
+      if (move == Move::kAdd && k >= kTries / 2 && changed.size() == 1) {
+        // Lighter things make way for what finds no place.
+        next.state = MakeWay(next.state, changed[0]);
+        const int added = next.state.size() - 1;
+        if (!next.state.Place(added) || !next.state.Allowed(added)) continue;
+        for (const Item& item : removed_) next.touched.Add(item);
+        next.touched.Add(next.state.at(added));
+        return std::optional<Proposal>(std::move(next));
+      }
       bool good = !changed.empty() || !removed_.empty();
       for (const int item : changed) good = good && next.state.Place(item);
       for (const int item : changed) good = good && next.state.Allowed(item);
@@ -104,6 +114,39 @@ class Annealer {
       return std::optional<Proposal>(std::move(next));
     }
     return std::optional<Proposal>();
+  }
+
+  // The arrangement with its last item, but without lighter things that stand in its way. As it was
+  // where that does not help.
+  Arrangement MakeWay(const Arrangement& with, int added) {
+    Arrangement placed = with;
+    const double weight = RowOf(with.at(added)).row.weight;
+    if (weight < kMakesWay || !placed.Place(added)) return with;
+    const auto blockers = placed.InTheWayOf(added);
+    if (!blockers || blockers->empty()) return with;
+    double lost = 0;
+    std::vector<int> gone;
+    for (const int b : *blockers) {
+      for (const int i : placed.WithDependants(b)) {
+        if (placed.at(i).row < 0 || i == added || i == placed.at(added).anchor) return with;
+        if (std::find(gone.begin(), gone.end(), i) != gone.end()) continue;
+        gone.push_back(i);
+        lost += RowOf(placed.at(i)).row.weight;
+      }
+    }
+    if (lost >= weight) return with;
+    std::sort(gone.rbegin(), gone.rend());
+    for (const int i : gone) removed_.push_back(placed.at(i));
+    for (const int i : gone) {
+      const int before = placed.size();
+      placed.Remove(i);
+      // Something that stands by it came before it: too tangled to take apart.
+      if (placed.size() != before - 1) {
+        removed_.clear();
+        return with;
+      }
+    }
+    return placed;
   }
 
   // Makes the change; returns the items to be placed anew. Empty: nothing to do (or a deletion).

@@ -364,6 +364,15 @@ bool Arrangement::MeetsAnchor(const Item& item) const {
   return known.meets;
 }
 
+std::optional<std::vector<int>> Arrangement::InTheWayOf(int item) const {
+  if (!ClearOfRoom(at(item))) return std::nullopt;
+  std::vector<int> others;
+  for (int i = 0; i < size(); ++i) {
+    if (i != item && !ClearOf(at(item), at(i))) others.push_back(i);
+  }
+  return others;
+}
+
 bool Arrangement::Allowed(int item) const {
   const std::vector<int> moved = WithDependants(item);
   for (const int m : moved) {

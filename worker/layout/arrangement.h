@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "common/base/rng.h"
@@ -100,6 +101,9 @@ class Arrangement {
   bool Place(int item);
   // Whether the item and all that stands by it keep the hard constraints against everything.
   bool Allowed(int item) const;
+  // Other items that stand where the item is placed. Only what is clear of the room itself has an
+  // answer: nothing for an item that walls or openings are in the way of.
+  std::optional<std::vector<int>> InTheWayOf(int item) const;
   // Whether two items are let overlap in the plan: rugs under things, what stands on the other.
   bool Exempt(const Item& a, const Item& b) const;
   bool IsRug(const Item& item) const;

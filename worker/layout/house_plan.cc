@@ -386,14 +386,24 @@ House SingleRoom(const v1::RoomConfig& config, SceneSeed seed, v1::Room room) {
   const Rng root(seed, "layout/room");
   const long doors = std::lround(Draw(config.doors(), root.Child("doors").Uniform()));
   const long windows = std::lround(Draw(config.windows(), root.Child("windows").Uniform()));
-  const std::vector<WallStretch> walls = WholeWalls(room);
+  // One wall, rather a long one, has no openings: large furniture stands there. Few rooms have
+  // windows on all others, too.
+  Rng quiet = root.Child("quiet wall");
+  const int longer = room.width_m() >= room.depth_m() ? 0 : 1;
+  const int bare = 2 * quiet.UniformInt(0, 1) + (quiet.Bernoulli(0.75) ? longer : 1 - longer);
+  const int dark = quiet.Bernoulli(0.6) ? (bare + (quiet.Bernoulli(0.5) ? 1 : 3)) % 4 : bare;
+  std::vector<WallStretch> walls, light_walls;
+  for (const WallStretch& wall : WholeWalls(room)) {
+    if (wall.wall != bare) walls.push_back(wall);
+    if (wall.wall != bare && wall.wall != dark) light_walls.push_back(wall);
+  }
   for (long i = 0; i < doors; ++i) {
     Rng rng = root.Child("door", static_cast<uint64_t>(i));
     AddOpening(room, DrawDoor(room, rng), walls, {0.6, 0.25}, rng);
   }
   for (long i = 0; i < windows; ++i) {
     Rng rng = root.Child("window", static_cast<uint64_t>(i));
-    AddOpening(room, DrawWindow(room, rng), walls, {0.0, 0.25}, rng);
+    AddOpening(room, DrawWindow(room, rng), light_walls, {0.0, 0.25}, rng);
   }
   House house;
   house.rooms.push_back(std::move(room));

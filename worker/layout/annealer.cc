@@ -11,7 +11,7 @@ namespace {
 
 constexpr uint64_t kModelsPerClass = 3;
 constexpr int kModelDraws = 6;
-constexpr int kTries = 28;         // Proposals of a move until one keeps the hard constraints.
+constexpr int kTries = 40;         // Proposals of a move until one keeps the hard constraints.
 constexpr double kMakesWay = 2.0;  // Rows of this weight and more may push lighter things out.
 constexpr double kHot = 3.0, kCold = 0.001;
 constexpr double kGreedyShare = 0.15;
@@ -90,7 +90,7 @@ class Annealer {
       Proposal next{state_, {}};
       removed_.clear();
       ASSIGN_OR_RETURN(const std::vector<int> changed, Change(move, reach, next.state));
-      if (move == Move::kAdd && k >= kTries / 2 && changed.size() == 1) {
+      if (move == Move::kAdd && k >= kTries / 3 && changed.size() == 1) {
         // Lighter things make way for what finds no place.
         next.state = MakeWay(next.state, changed[0]);
         const int added = next.state.size() - 1;

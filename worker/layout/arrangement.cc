@@ -148,9 +148,8 @@ bool Arrangement::PlaceOne(Item& item) const {
       const double yaw = item.side * kPi / 2 + item.turn_rad;
       const Vec2d middle(item.u * problem_->room.width_m(), item.v * problem_->room.depth_m());
       const double height = static_cast<double>(item.asset->bounds.sizes().z());
-      const double z = item.stand == Stand::kFree
-                           ? kLift_m
-                           : problem_->room.height_m() - height - 1.2 * kCeilingGap_m;
+      const double z =
+          item.stand == Stand::kFree ? kLift_m : problem_->room.height_m() - height - kLift_m;
       Settle(item, middle - Turned(plan.center(), yaw), yaw, z);
       return true;
     }
@@ -297,8 +296,8 @@ bool Arrangement::ClearOfRoom(const Item& item) const {
   if (low.minCoeff() < gap || high.x() > room.width_m() - gap || high.y() > room.depth_m() - gap) {
     return false;
   }
-  const double cornice = item.stand == Stand::kCeiling ? 0 : room.cornice_m();
-  if (item.top_m > room.height_m() - kCeilingGap_m - cornice) return false;
+  const double ceiling = room.height_m() - kCeilingGap_m - room.cornice_m();
+  if (item.stand != Stand::kCeiling && item.top_m > ceiling) return false;
   for (const Obstacle& obstacle : problem_->obstacles) {
     if (item.bottom_m < obstacle.top_m && obstacle.bottom_m < item.top_m &&
         Overlap(item.footprint, obstacle.footprint, kItemGap_m)) {

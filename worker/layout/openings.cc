@@ -25,7 +25,6 @@ Span SpanOf(const WallFrame& frame, const v1::Opening& opening) {
           static_cast<float>(opening.sill_m() + opening.height_m())};
 }
 
-
 // Two uprights and a head around the opening at one face of the wall; y from `from` to `to`.
 void AddCasing(PartBuilder& builder, uint16_t slot, const Span& s, float width, float from,
                float to, bool with_bottom) {

@@ -15,9 +15,16 @@ constexpr double kOpeningGap_m = 0.35;
 constexpr double kLintel_m = 0.12;  // Least masonry above an opening.
 constexpr int kTries = 40;
 
+// One over the other: doors of two storeys.
+bool Above(const v1::Opening& upper, const v1::Opening& lower) {
+  return upper.sill_m() > lower.sill_m() + lower.height_m() + 0.3;
+}
+
 bool Fits(const v1::Room& room, const v1::Opening& candidate) {
   for (const v1::Opening& other : room.openings()) {
-    if (other.wall() != candidate.wall()) continue;
+    if (other.wall() != candidate.wall() || Above(other, candidate) || Above(candidate, other)) {
+      continue;
+    }
     const double free = std::abs(other.center_m() - candidate.center_m()) -
                         (other.width_m() + candidate.width_m()) / 2;
     if (free < kOpeningGap_m) return false;

@@ -108,6 +108,14 @@ class Checker {
     if (verbose_) std::fprintf(stderr, "  %s: %s %s\n", what, a.c_str(), b.c_str());
   }
 
+  // Furniture is turned and moved, never scaled.
+  static fcl::Transform3f RigidOf(const Eigen::Affine3f& place) {
+    fcl::Transform3f rigid = fcl::Transform3f::Identity();
+    rigid.linear() = place.linear();
+    rigid.translation() = place.translation();
+    return rigid;
+  }
+
   int Overlaps() const {
     int count = 0;
     for (size_t i = 0; i < solids_.size(); ++i) {
@@ -117,7 +125,7 @@ class Checker {
         if (!a.object->room_part().empty() && !b.object->room_part().empty()) continue;
         if (a.object->relation() == "under" || b.object->relation() == "under") continue;
         if (!a.box.intersects(b.box)) continue;
-        fcl::CollisionObjectf first(a.model, a.place), second(b.model, b.place);
+        fcl::CollisionObjectf first(a.model, RigidOf(a.place)), second(b.model, RigidOf(b.place));
         fcl::CollisionRequestf request;
         fcl::CollisionResultf result;
         fcl::collide(&first, &second, request, result);

@@ -20,6 +20,7 @@ RoomTable KitchenTable() {
               Row("island", {"KitchenIsland"}).Count(0, 1).Free().Weight(2),
               Row("table", {"TableDining"}).Count(0, 1).Free().Weight(2),
               Row("chair", {"Chair"}).Count(0, 4).Around("table", -0.25, 0.05).OneModel(),
+              Row("standing table", {"TableCocktail"}).Count(0, 1).Free().Weight(0.6),
               Row("bar stool", {"BarChair"})
                   .Count(0, 3)
                   .Around("island", -0.1, 0.1)
@@ -57,6 +58,7 @@ RoomTable KitchenTable() {
                1,
                Spread::kCentre},
               {"table", {"Plate"}, 2, 4, Spread::kSettings},
+              {"standing table", {"Wineglass", "Bottle", "Cup", "Vase"}, 1, 3},
               {"shelf",
                {"Plate", "Bowl", "Cup", "Wineglass", "Jar", "Bottle", "Pot", "Pan", "Lid", "Can",
                 "FoodBag", "FoodBox", "Chopsticks"},
@@ -68,6 +70,7 @@ RoomTable KitchenTable() {
               EvenlyAround("chair"),
               SpaceAround("table", 0.7, 0.6),
               SpaceAround("island", 0.9, 0.85),
+              SpaceAround("standing table", 0.4, 0.5),
               EvenlyAround("bar stool"),
               Distance("fridge", "counter", 0, 3).Weight(0.8),
               SameWall("cabinet", "counter").Weight(0.3),

@@ -10,10 +10,7 @@ RoomTable LivingRoomTable() {
               Row("sofa", {"Sofa"}).Count(1, 1).BackToWall().LooksAt("tv stand").Weight(6),
               Row("tv stand", {"TVStand"}).Count(1, 1).BackToWall().LooksAt("sofa").Weight(4),
               Row("tv", {"TV"}).Count(1, 1).OnTop("tv stand").Weight(4),
-              Row("coffee table", {"CoffeeTable"})
-                  .Count(1, 1)
-                  .InFront("sofa", 0.3, 0.5)
-                  .Weight(4),
+              Row("coffee table", {"CoffeeTable"}).Count(1, 1).InFront("sofa", 0.3, 0.5).Weight(4),
               Row("rug", {"Rug"}).Count(1, 1).Under("coffee table").Weight(2),
               Row("armchair", {"ArmChair"})
                   .Count(0, 2)

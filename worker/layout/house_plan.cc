@@ -105,6 +105,7 @@ class HouseBuilder {
     FloorPlan plan = Place(DrawCells(count));
     MakeRooms(plan);
     for (const auto& [a, b] : plan.links.pairs) Join(plan, a, b);
+    JoinTheRest(plan);
     ExtraPassages(plan);
     for (size_t i = 0; i < rooms_.size(); ++i) AddOutsideOpenings(plan, i);
     House house;
@@ -267,13 +268,41 @@ class HouseBuilder {
       mate.set_center_m(world - origin_b);
       const bool clear =
           std::none_of(rb.openings().begin(), rb.openings().end(), [&](const v1::Opening& other) {
-            return other.wall() == mate.wall() && std::abs(other.center_m() - mate.center_m()) <
-                                                      (other.width_m() + mate.width_m()) / 2 + 0.3;
+            const bool level = other.sill_m() < mate.sill_m() + mate.height_m() &&
+                               mate.sill_m() < other.sill_m() + other.height_m();
+            return other.wall() == mate.wall() && level &&
+                   std::abs(other.center_m() - mate.center_m()) <
+                       (other.width_m() + mate.width_m()) / 2 + 0.3;
           });
       if (!clear) continue;
       ra = std::move(trial);
       *rb.add_openings() = mate;
       return;
+    }
+  }
+
+  std::vector<bool> Reached() const {
+    std::vector<bool> reached(rooms_.size(), false);
+    std::vector<size_t> stack = {0};
+    while (!stack.empty()) {
+      const size_t r = stack.back();
+      stack.pop_back();
+      if (reached[r]) continue;
+      reached[r] = true;
+      for (const v1::Opening& o : rooms_[r].openings()) {
+        if (o.leads_to() > 0) stack.push_back(o.leads_to() - 1);
+      }
+    }
+    return reached;
+  }
+
+  // Where a wall had no place left for the door that the plan wanted, another wall may.
+  void JoinTheRest(const FloorPlan& plan) {
+    for (size_t a = 0; a < rooms_.size(); ++a) {
+      for (size_t b = 0; b < rooms_.size(); ++b) {
+        const std::vector<bool> reached = Reached();
+        if (reached[a] && !reached[b]) Join(plan, static_cast<int>(a), static_cast<int>(b));
+      }
     }
   }
 

@@ -7,7 +7,10 @@ RoomTable BedroomTable() {
       .kind = "bedroom",
       .rows =
           {
-              Row("bed", {"Bed"}).Count(1, 1).BackToWall().Weight(8),
+              Row("bed", {"Bed", "Bed", "Bed", "Bed", "Bed", "Bed", "BedFrame"})
+                  .Count(1, 1)
+                  .BackToWall()
+                  .Weight(8),
               Row("nightstand", {"SideTable", "SideTable", "SingleCabinet"})
                   .Count(2, 2)
                   .Beside("bed", 0.03, 0.15)
@@ -31,6 +34,7 @@ RoomTable BedroomTable() {
                   .FacingIt()
                   .Weight(2),
               Row("armchair", {"ArmChair"}).Count(0, 1).Corner(),
+              Row("guest mattress", {"Mattress"}).Count(0, 1).BackToWall().Weight(0.2),
               Row("rug", {"Rug"}).Count(1, 1).Under("bed").Weight(1.5),
               Row("plant", {"LargePlantContainer"}).Count(0, 1).Corner().Or(Stand::kBackToWall),
               Row("basket", {"BasketBase"}).Count(0, 1).BackToWall().Or(Stand::kCorner).Weight(0.4),
@@ -41,7 +45,7 @@ RoomTable BedroomTable() {
       .small =
           {
               {"nightstand", {"Book", "BookStack", "Cup", "Vase", "PlantContainer"}, 1, 2},
-              {"bed", {"Blanket", "Pillow"}, 0, 2, Spread::kSoft},
+              {"bed", {"Blanket", "Pillow", "Shirt", "Pants"}, 0, 2, Spread::kSoft},
               {"armchair", {"Pillow", "Blanket"}, 0, 1, Spread::kSoft},
               {"desk", {"Book", "BookStack", "Cup", "BookColumn", "PlantContainer", "Vase"}, 2, 5},
               {"wardrobe", {"BookColumn", "BookStack"}, 2, 5, Spread::kLine},

@@ -16,6 +16,7 @@ RoomTable ClosetTable() {
                   .BackToWall()
                   .Below(1.2)
                   .Weight(1.5),
+              Row("pallet", {"Pallet"}).Count(0, 1).BackToWall().Weight(0.2),
               Row("mirror", {"Mirror"}).Count(1, 1).OnWall(),
               Row("basket", {"BasketBase"}).Count(1, 2).BackToWall().Or(Stand::kCorner),
           },

@@ -23,8 +23,6 @@ absl::StatusOr<std::string> EncodePng(const ImageU16& image, int compression = k
 
 // One bit a pixel: white where the image is not 0.
 absl::StatusOr<std::string> EncodePngBits(const ImageU8& image);
-// `quality` in [0, 100], colour at half resolution as is usual. What is decoded differs a little.
-absl::StatusOr<std::string> EncodeJpeg(const ImageRgb8& image, int quality);
 
 // float32, one channel "Y", so that OpenCV reads it as CV_32FC1 (with OPENCV_IO_ENABLE_OPENEXR=1).
 absl::StatusOr<std::string> EncodeExrY(const ImageF& image);

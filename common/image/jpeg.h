@@ -10,7 +10,7 @@
 
 namespace parallax {
 
-// `quality` 1 to 100.
+// `quality` 1 to 100, colour at half resolution as is usual.
 absl::StatusOr<std::string> EncodeJpeg(const ImageRgb8& image, int quality);
 absl::Status WriteJpeg(const std::string& path, const ImageRgb8& image, int quality);
 

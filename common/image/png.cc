@@ -95,19 +95,6 @@ absl::StatusOr<std::string> EncodePngBits(const ImageU8& image) {
   return Encode(MatOf(full), kPngCompression, {cv::IMWRITE_PNG_BILEVEL, 1});
 }
 
-absl::StatusOr<std::string> EncodeJpeg(const ImageRgb8& image, int quality) {
-  if (image.empty()) return absl::InvalidArgumentError("JPEG of an empty image");
-  cv::Mat bgr;
-  cv::cvtColor(MatOf(image), bgr, cv::COLOR_RGB2BGR);
-  std::vector<uint8_t> bytes;
-  try {
-    cv::imencode(".jpg", bgr, bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
-  } catch (const cv::Exception& error) {
-    return MakeError(absl::StatusCode::kInternal, "JPEG: " + error.err);
-  }
-  return std::string(bytes.begin(), bytes.end());
-}
-
 absl::StatusOr<ImageRgb8> DecodePngRgb8(std::string_view bytes) {
   return Decode<uint8_t, 3>(bytes);
 }

@@ -41,7 +41,7 @@ absl::Status WritePages(const std::string& stem, const std::vector<Strip>& strip
                        strip.cells[c]);
       }
     }
-    char number[16];
+    char number[32];
     std::snprintf(number, sizeof(number), "-%02zu.png", first / kRowsAPage + 1);
     files.push_back(stem + number);
     RETURN_IF_ERROR(WritePng(files.back(), page.image()));

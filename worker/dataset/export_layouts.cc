@@ -8,6 +8,7 @@
 
 #include "common/base/file.h"
 #include "common/image/io.h"
+#include "common/image/jpeg.h"
 #include "worker/dataset/frame_reader.h"
 #include "worker/dataset/plain_formats.h"
 

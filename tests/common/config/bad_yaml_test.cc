@@ -122,9 +122,9 @@ TEST(SceneConfigYaml, EachWrongValueNamesLineFieldAndWhatIsAllowed) {
       {"materials: {mode: 4}",
        "f.yaml:1: materials.mode: 4 is not known (allowed: all, none, one_diffuse, metal_glass)"},
       {"materials: {mode: unspecified}", "f.yaml:1: materials.mode: unspecified is not known ..."},
-      {"room: {kinds: [office, kitchen]}",
-       "f.yaml:1: room.kinds[1]: \"kitchen\" is not known (allowed: living_room, dining_room, "
-       "bedroom, office)"},
+      {"room: {kinds: [office, garage]}",
+       "f.yaml:1: room.kinds[1]: \"garage\" is not known (allowed: living_room, dining_room, "
+       "bedroom, office, kitchen, bathroom, closet, hallway)"},
       {"room: {kinds: []}", "f.yaml:1: room.kinds: an empty list, allowed is at least 1 of ..."},
       {"render: {profile: hihg}",
        "f.yaml:1: render.profile: \"hihg\" is not known, did you mean "

@@ -389,6 +389,7 @@ TEST_F(CommandTest, JobsAndWorkersAreTables) {
 
 TEST_F(CommandTest, FetchFromAStoreThatNobodySendsIsClear) {
   coordinator_.studies = {Baseline()};
+  coordinator_.studies[0].mutable_spec()->add_variants()->set_name("narrow");
   v1::PublishedFrame frame;
   frame.set_cursor(1);
   frame.set_variant("narrow");

@@ -54,7 +54,8 @@ std::set<std::string> Exported() {
 TEST(Dashboard, NamesOnlyMetricsThatAreExported) {
   const std::set<std::string> exported = Exported();
   size_t targets = 0;
-  for (const auto& panel : Board()["panels"]) {
+  const auto board = Board();
+  for (const auto& panel : board["panels"]) {
     if (panel["type"] == "row") continue;
     ASSERT_FALSE(panel["targets"].empty()) << panel["title"];
     for (const auto& target : panel["targets"]) {
@@ -83,7 +84,8 @@ TEST(Dashboard, ShowsEverythingThatAFarmIsWatchedBy) {
 TEST(Dashboard, PanelsHaveTheirOwnPlaceAndNumber) {
   std::set<int> ids;
   std::set<std::pair<int, int>> taken;
-  for (const auto& panel : Board()["panels"]) {
+  const auto board = Board();
+  for (const auto& panel : board["panels"]) {
     EXPECT_TRUE(ids.insert(panel["id"].get<int>()).second) << panel["title"];
     const auto& place = panel["gridPos"];
     const int left = place["x"], top = place["y"], width = place["w"], height = place["h"];

@@ -129,7 +129,9 @@ TEST_F(Splitting, ARetryKeepsItsPredecessorsRigs) {
   const auto retried = queue_->Retry(study, "tester");
   ASSERT_TRUE(retried.ok()) << retried.status();
   for (const v1::Lease& lease : Lease(OfFarm("a", 4, 4), 4)) {
-    if (lease.scene() == 0) EXPECT_THAT(RigsOf(lease), SizeIs(4));
+    if (lease.scene() == 0) {
+      EXPECT_THAT(RigsOf(lease), SizeIs(4));
+    }
   }
 }
 

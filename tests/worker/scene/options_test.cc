@@ -13,7 +13,6 @@
 namespace parallax {
 namespace {
 
-
 using testing::HasSubstr;
 
 SceneInProgress OneObject(const std::string& asset_class, uint64_t seed) {

@@ -396,26 +396,53 @@ TEST_F(CoordinatorServerTest, RunningWorkGoesOnThroughARestart) {
   ExpectEveryInvariant();
 }
 
-// Fails everything.
+// Fails everything, but no faster than the coordinator takes notice: how many failures wait to be
+// reported would depend on the machine's load otherwise.
 class BrokenRunner final : public NoopRunner {
  public:
-  absl::StatusOr<v1::SolveResult> Solve(const v1::SolveJob&, const CancelToken&,
+  // `noticed(n)`: may the failure that follows n earlier ones happen now?
+  explicit BrokenRunner(std::function<bool(uint64_t)> noticed) : noticed_(std::move(noticed)) {}
+
+  absl::StatusOr<v1::SolveResult> Solve(const v1::SolveJob&, const CancelToken& cancel,
                                         const JobProgressFn&) override {
-    return absl::InternalError("this machine is broken");
+    return Fail(cancel);
   }
   absl::StatusOr<v1::RenderResult> Render(const v1::RenderJob&, const AttemptFolder&,
-                                          const CancelToken&, const JobProgressFn&) override {
+                                          const CancelToken& cancel,
+                                          const JobProgressFn&) override {
+    return Fail(cancel);
+  }
+
+ private:
+  absl::Status Fail(const CancelToken& cancel) {
+    const uint64_t earlier = count_++;
+    while (!noticed_(earlier) && !cancel.cancelled()) std::this_thread::yield();
     return absl::InternalError("this machine is broken");
   }
+
+  const std::function<bool(uint64_t)> noticed_;
+  std::atomic<uint64_t> count_ = 0;  // Two slots fail at once.
 };
 
 TEST_F(CoordinatorServerTest, AWorkerThatFailsEverythingWhileOthersSucceedIsSuspended) {
   StartCoordinator();
   NoopRunner good;
-  BrokenRunner broken;
   StartAgent("good", good);
+  const int64_t study = Submit(4000, 1, {"v"});
+  const auto done = [&] {
+    const auto status = queue_->GetStudy(StudyId{study});
+    return status.ok() ? status->variants(0).pairs_done() : 0;
+  };
+  while (done() < 10) std::this_thread::yield();
+  // Both slots may be one failure ahead; the fifth in a row comes after others have succeeded.
+  const uint64_t two_slots = 2;
+  std::atomic<int64_t> done_at_first = 0;
+  BrokenRunner broken([&](uint64_t earlier) {
+    if (earlier == 0) done_at_first = done();
+    if (earlier >= 4 && done() <= done_at_first + 1) return false;
+    return queue_->Stats().failures + two_slots > earlier;
+  });
   StartAgent("broken", broken, 2);
-  const int64_t study = Submit(400, 1, {"v"});
   const auto state_of_broken = [this] {
     for (const v1::WorkerStatus& worker : server_->Workers()) {
       if (worker.name() == "broken") return worker.state();
@@ -423,13 +450,12 @@ TEST_F(CoordinatorServerTest, AWorkerThatFailsEverythingWhileOthersSucceedIsSusp
     return std::string();
   };
   while (state_of_broken() != "suspended") std::this_thread::yield();
-  // What it had already taken may still fail, and no more.
-  const auto most_done = [&] {
-    const auto status = queue_->GetStudy(StudyId{study});
-    return status.ok() && status->variants(0).pairs_done() >= 300;
-  };
-  while (!most_done()) std::this_thread::yield();
+  // Five in a row suspend it. What its two slots hold and await, and what it has yet to report, may
+  // still fail, and no more.
+  const int64_t at_suspension = done();
+  while (done() < std::min<int64_t>(at_suspension + 300, 4000)) std::this_thread::yield();
   EXPECT_LE(queue_->Stats().failures, 12u);
+  for (RunningAgent& agent : agents_) agent.Stop();  // They use what ends with this test.
 }
 
 TEST_F(CoordinatorServerTest, AHandedBackJobIsLeasedAgainAtOnce) {

@@ -11,7 +11,7 @@
 namespace parallax {
 namespace {
 
-constexpr uint64_t kSeeds = 12;
+constexpr uint64_t kSeeds = 20;
 
 v1::SceneConfig ConfigOf(uint64_t seed) {
   v1::SceneConfig config = DefaultSceneConfig();

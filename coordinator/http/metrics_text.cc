@@ -90,6 +90,11 @@ void WriteQueue(const JobQueueStats& queue, Writer& out) {
           queue.commit_seconds);
   out.One("commit_seconds_max", "gauge", "The longest COMMIT since start.",
           queue.commit_seconds_max);
+  out.One("checkpoints_total", "counter", "Checkpoints of the WAL.", queue.checkpoints);
+  out.One("checkpoint_seconds_total", "counter", "Time in checkpoints, in which no commit is made.",
+          queue.checkpoint_seconds);
+  out.One("checkpoint_seconds_max", "gauge", "The longest checkpoint since start.",
+          queue.checkpoint_seconds_max);
   out.One("commit_batch_max", "gauge", "The largest number of commands in one commit.",
           queue.largest_batch);
   out.One("wal_pages", "gauge", "Pages in the write-ahead log.",

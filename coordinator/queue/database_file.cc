@@ -39,7 +39,7 @@ absl::Status Configure(SqliteConnection& db, bool writer) {
   RETURN_IF_ERROR(db.Execute(
       "PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON; PRAGMA trusted_schema = OFF;"
       "PRAGMA mmap_size = 0; PRAGMA wal_autocheckpoint = 0; PRAGMA temp_store = MEMORY;"));
-  RETURN_IF_ERROR(db.Execute(writer ? "PRAGMA cache_size = -65536;"
+  RETURN_IF_ERROR(db.Execute(writer ? "PRAGMA cache_size = -65536; PRAGMA secure_delete = OFF;"
                                     : "PRAGMA cache_size = -8192; PRAGMA query_only = ON;"));
   RETURN_IF_ERROR(AssertPragma(db, "PRAGMA journal_mode", "wal"));
   RETURN_IF_ERROR(AssertPragma(db, "PRAGMA synchronous", "2"));

@@ -1,6 +1,7 @@
 #include "coordinator/queue/job_queue.h"
 
 #include <fcntl.h>
+#include <pthread.h>
 #include <sqlite3.h>
 #include <unistd.h>
 
@@ -74,6 +75,7 @@ class Finisher {
 
  private:
   void Loop() {
+    pthread_setname_np(pthread_self(), "queue-finisher");
     std::unique_lock lock(mutex_);
     for (;;) {
       wake_.wait(lock, [&] { return stopping_ || !tasks_.empty(); });
@@ -498,6 +500,9 @@ JobQueueStats JobQueue::Stats() const {
   stats.commands = writer.commands;
   stats.commit_seconds = writer.commit_seconds;
   stats.commit_seconds_max = writer.commit_seconds_max;
+  stats.checkpoints = writer.checkpoints;
+  stats.checkpoint_seconds = writer.checkpoint_seconds;
+  stats.checkpoint_seconds_max = writer.checkpoint_seconds_max;
   stats.largest_batch = writer.largest_batch;
   stats.wal_pages = writer.wal_pages;
   stats.commit_bounds_s = writer.commit_s.bounds();

@@ -109,6 +109,9 @@ struct JobQueueStats {
   uint64_t archived_jobs = 0;  // Moved to the archive.
   double commit_seconds = 0;   // In COMMIT, fsync included, summed.
   double commit_seconds_max = 0;
+  uint64_t checkpoints = 0;  // Of the WAL; whoever waits for a commit waits for them too.
+  double checkpoint_seconds = 0;
+  double checkpoint_seconds_max = 0;
   int largest_batch = 0;
   int64_t wal_pages = 0;
   // How many commits took at most so long, and carried at most so many commands; cumulative, one

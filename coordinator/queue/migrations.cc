@@ -12,13 +12,27 @@ absl::StatusOr<int64_t> Pragma(SqliteConnection& db, const char* sql) {
   return value.value_or(0);
 }
 
+absl::Status CheckForeignKeys(SqliteConnection& db) {
+  SqliteQuery query(db, "PRAGMA foreign_key_check");
+  if (query.Next()) {
+    return MakeError(absl::StatusCode::kDataLoss,
+                     "table " + std::string(query.Text(0)) + " names what isn't there");
+  }
+  return query.status();
+}
+
+// Foreign keys are off meanwhile, so that a table that others name can be made anew; that they hold
+// is looked at before the COMMIT.
 absl::Status Apply(SqliteConnection& db, const Migration& migration) {
-  const std::string number = std::to_string(migration.number);
-  const absl::Status status = db.Execute(
-      "BEGIN IMMEDIATE;" + std::string(migration.sql) + "\nPRAGMA user_version = " + number +
-      "; PRAGMA application_id = " + std::to_string(kApplicationId) + "; COMMIT;");
-  if (!status.ok() && db.in_transaction()) db.Execute("ROLLBACK;").IgnoreError();
-  return WithContext(status, std::string("migration ") + migration.name);
+  RETURN_IF_ERROR(db.Execute("PRAGMA foreign_keys = OFF"));
+  absl::Status status = db.Execute("BEGIN IMMEDIATE;" + std::string(migration.sql) +
+                                   "\nPRAGMA user_version = " + std::to_string(migration.number) +
+                                   "; PRAGMA application_id = " + std::to_string(kApplicationId));
+  if (status.ok()) status = CheckForeignKeys(db);
+  if (status.ok()) status = db.Execute("COMMIT");
+  if (db.in_transaction()) db.Execute("ROLLBACK").IgnoreError();
+  RETURN_IF_ERROR(WithContext(status, std::string("migration ") + migration.name));
+  return db.Execute("PRAGMA foreign_keys = ON");
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "coordinator/queue/writer.h"
 
+#include <pthread.h>
 #include <sqlite3.h>
 
 #include <algorithm>
@@ -103,6 +104,7 @@ std::vector<Writer::Command> Writer::NextGroup() {
 }
 
 void Writer::Loop() {
+  pthread_setname_np(pthread_self(), "queue-writer");  // For top and perf.
   auto last_tick = std::chrono::steady_clock::now();
   for (;;) {
     std::vector<Command> group = NextGroup();
@@ -241,6 +243,7 @@ void Writer::CheckpointIfLong() {
   if (wal_pages_ - checkpointed_at_ < options_.checkpoint_pages) return;
   fail_point_.Begin("checkpoint");
   if (const absl::Status before = fail_point_.Step(); !before.ok()) Fatal(before);
+  const auto begin = std::chrono::steady_clock::now();
   const int mode =
       wal_pages_ > kCheckpointHardPages ? SQLITE_CHECKPOINT_RESTART : SQLITE_CHECKPOINT_PASSIVE;
   const int code = sqlite3_wal_checkpoint_v2(db_.raw(), nullptr, mode, nullptr, nullptr);
@@ -250,6 +253,12 @@ void Writer::CheckpointIfLong() {
   }
   checkpointed_at_ = wal_pages_;
   if (const absl::Status after = fail_point_.Step(); !after.ok()) Fatal(after);
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const std::lock_guard lock(mutex_);
+  ++stats_.checkpoints;
+  stats_.checkpoint_seconds += seconds;
+  stats_.checkpoint_seconds_max = std::max(stats_.checkpoint_seconds_max, seconds);
 }
 
 void Writer::Fatal(const absl::Status& status) {

@@ -30,6 +30,9 @@ struct WriterStats {
   uint64_t commands = 0;
   double commit_seconds = 0;
   double commit_seconds_max = 0;
+  uint64_t checkpoints = 0;
+  double checkpoint_seconds = 0;
+  double checkpoint_seconds_max = 0;
   int largest_batch = 0;
   int64_t wal_pages = 0;
   JobCounts jobs{};

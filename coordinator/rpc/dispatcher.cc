@@ -1,5 +1,7 @@
 #include "coordinator/rpc/dispatcher.h"
 
+#include <pthread.h>
+
 #include <algorithm>
 #include <condition_variable>
 #include <deque>
@@ -368,6 +370,7 @@ class Dispatcher::Impl {
 
   // ---- The dispatcher's thread ----
   void Loop() {
+    pthread_setname_np(pthread_self(), "dispatcher");
     SteadyTime look_at = After(clock_.Steady(), kLookAgain_s);
     SteadyTime check_at = clock_.Steady();
     const double check_every_s = std::min(0.25, std::min(lease_s_, grace_s_) / 4);

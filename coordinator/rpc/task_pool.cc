@@ -1,5 +1,7 @@
 #include "coordinator/rpc/task_pool.h"
 
+#include <pthread.h>
+
 namespace parallax {
 
 TaskPool::TaskPool(int threads) {
@@ -24,6 +26,7 @@ void TaskPool::Run(std::function<void()> task) {
 }
 
 void TaskPool::Loop() {
+  pthread_setname_np(pthread_self(), "rpc-pool");
   while (true) {
     std::function<void()> task;
     {

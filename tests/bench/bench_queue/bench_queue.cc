@@ -103,6 +103,9 @@ struct Bench {
     out["library_lease_p99_ms"] = figures.lease_p99_ms;
     out["library_commands_per_commit"] = figures.commands_per_commit;
     out["library_commit_ms"] = figures.commit_ms;
+    out["library_checkpoints"] = figures.checkpoints;
+    out["library_checkpoint_ms"] = figures.checkpoint_ms;
+    out["library_checkpoint_max_ms"] = figures.checkpoint_max_ms;
     return absl::OkStatus();
   }
 

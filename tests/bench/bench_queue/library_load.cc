@@ -74,6 +74,9 @@ absl::StatusOr<LibraryFigures> RunLibraryLoad(const LibraryLoad& load) {
   const double commits = std::max(1.0, static_cast<double>(stats.commits));
   figures.commands_per_commit = static_cast<double>(stats.commands) / commits;
   figures.commit_ms = 1000 * stats.commit_seconds / commits;
+  figures.checkpoints = static_cast<double>(stats.checkpoints);
+  figures.checkpoint_ms = 1000 * stats.checkpoint_seconds / std::max(1.0, figures.checkpoints);
+  figures.checkpoint_max_ms = 1000 * stats.checkpoint_seconds_max;
   return figures;
 }
 

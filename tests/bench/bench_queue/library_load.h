@@ -21,6 +21,9 @@ struct LibraryFigures {
   double lease_p99_ms = 0;
   double commands_per_commit = 0;
   double commit_ms = 0;  // Mean.
+  double checkpoints = 0;
+  double checkpoint_ms = 0;  // Mean.
+  double checkpoint_max_ms = 0;
 };
 absl::StatusOr<LibraryFigures> RunLibraryLoad(const LibraryLoad& load);
 

@@ -18,6 +18,8 @@ StatusSnapshot Example() {
   snapshot.queue.jobs[{"solve", "READY"}] = 3;
   snapshot.queue.jobs[{"render", "LEASED"}] = 2;
   snapshot.queue.commit_seconds = 0.25;
+  snapshot.queue.checkpoints = 7;
+  snapshot.queue.checkpoint_seconds = 0.125;
   snapshot.queue.commit_bounds_s = {0.001};
   snapshot.queue.commit_counts = {3, 4};
   snapshot.queue.commits = 4;
@@ -54,6 +56,8 @@ TEST(MetricsText, HasASampleForEachThingWorthWatching) {
            "parallax_jobs{kind=\"solve\",state=\"READY\"} 3",
            "parallax_jobs{kind=\"render\",state=\"LEASED\"} 2",
            "parallax_commit_seconds_total 0.25",
+           "parallax_checkpoints_total 7",
+           "parallax_checkpoint_seconds_total 0.125",
            "parallax_commit_seconds_bucket{le=\"0.001\"} 3",
            "parallax_commit_seconds_bucket{le=\"+Inf\"} 4",
            "parallax_commit_seconds_sum 0.25",

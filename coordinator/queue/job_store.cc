@@ -282,6 +282,25 @@ absl::StatusOr<int> JobStore::WorkersLost(int64_t job) {
   return static_cast<int>(n.value_or(0));
 }
 
+absl::StatusOr<bool> JobStore::WorkersLostWithout(int64_t job) {
+  // What one worker lost at one time is one loss of a worker.
+  ASSIGN_OR_RETURN(
+      const auto found,
+      db_.Integer("SELECT 1 FROM attempt_losses WHERE ledger = 'lost' AND unix_s >="
+                  " (SELECT min(unix_s) FROM attempt_losses WHERE job_id = ?1 AND ledger = 'lost')"
+                  " AND (worker, unix_s) NOT IN (SELECT worker, unix_s FROM attempt_losses"
+                  " WHERE job_id = ?1 AND ledger = 'lost') LIMIT 1",
+                  job));
+  return found.has_value();
+}
+
+absl::Status JobStore::MoveLostToReturned(int64_t job, uint64_t fence) {
+  return db_.Run(
+      "UPDATE attempt_losses SET ledger = 'returned'"
+      " WHERE job_id = ?1 AND fence = ?2 AND ledger = 'lost'",
+      job, Signed(fence));
+}
+
 // ---- Scenes
 // -------------------------------------------------------------------------------------
 absl::Status JobStore::InsertScene(int64_t variant, uint32_t ordinal, const SceneRow& row) {

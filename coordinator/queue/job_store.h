@@ -100,6 +100,10 @@ class JobStore {
   // Different workers in a job's ledgers.
   absl::StatusOr<int> WorkersWithFingerprint(int64_t job, const std::string& fingerprint);
   absl::StatusOr<int> WorkersLost(int64_t job);
+  // Since the job first lost its worker, one was lost that did not hold it. Looks at all losses.
+  absl::StatusOr<bool> WorkersLostWithout(int64_t job);
+  // The attempt's worker lives: it was away, and says nothing against the job.
+  absl::Status MoveLostToReturned(int64_t job, uint64_t fence);
 
   // ---- Scenes
   // -----------------------------------------------------------------------------------

@@ -188,7 +188,9 @@ class Machine {
   };
   absl::Status FailAttempt(const JobRow& job, const AppFailure& failure);
   enum class LossKind { kLost, kReturned };
-  absl::Status LoseAttempt(const JobRow& job, LossKind kind, const std::string& reason, bool stop);
+  // `now`: the same for all that one worker loses at one time.
+  absl::Status LoseAttempt(const JobRow& job, LossKind kind, const std::string& reason, bool stop,
+                           double now);
   absl::Status EndAttempt(const JobRow& job, const LossUpdate& update);
   // The folder of an attempt that will not win.
   absl::Status Litter(const JobRow& job);
@@ -235,6 +237,9 @@ class Machine {
     std::deque<Sha256Digest> scenes;  // Built most recently first.
   };
   std::map<std::string, WorkerMemory> workers_;
+  // What workers that were given up held, by job and fence. A guess, as long as nobody remembers
+  // them after a restart: it only spares jobs.
+  std::map<std::string, std::vector<std::pair<int64_t, uint64_t>>> given_up_;
 
   Effects effects_;
   size_t granted_mark_ = 0, ended_mark_ = 0;

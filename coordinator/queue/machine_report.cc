@@ -8,7 +8,8 @@
 namespace parallax {
 namespace {
 
-constexpr size_t kErrorLength = 1000;  // Of what is kept of a worker's message.
+constexpr size_t kErrorLength = 1000;    // Of what is kept of a worker's message.
+constexpr size_t kMostGivenUp = 10'000;  // Workers whose last leases are remembered.
 
 std::string OneLine(std::string_view text) {
   std::string line(text.substr(0, kErrorLength));
@@ -228,15 +229,18 @@ absl::Status Machine::FailAttempt(const JobRow& job, const AppFailure& failure) 
 }
 
 absl::Status Machine::LoseAttempt(const JobRow& job, LossKind kind, const std::string& reason,
-                                  bool stop) {
+                                  bool stop, double now) {
   const std::string error = OneLine(reason);
   RETURN_IF_ERROR(store_.InsertLoss(job.id, job.fence,
                                     kind == LossKind::kLost ? "lost" : "returned", job.worker, "",
-                                    error, Now()));
+                                    error, now));
   RETURN_IF_ERROR(Litter(job));
   ++effects_.losses;
   FailureHistory history{.app_failures = job.app_failures, .infra_losses = job.infra_losses + 1};
   ASSIGN_OR_RETURN(history.workers_lost, store_.WorkersLost(job.id));
+  if (history.workers_lost >= options_.retry.quarantine_losses) {
+    ASSIGN_OR_RETURN(history.lost_without_it, store_.WorkersLostWithout(job.id));
+  }
   LossUpdate update{
       .app_failures = history.app_failures, .infra_losses = history.infra_losses, .error = error};
   const FailureVerdict verdict = JudgeLoss(options_.retry, history);
@@ -281,7 +285,8 @@ absl::StatusOr<v1::ReportOutcome> Machine::HandBack(const std::string& worker,
   ASSIGN_OR_RETURN(const Holding holding, HoldingOf(attempt));
   if (holding.outcome == v1::REPORT_OUTCOME_OK) {
     RETURN_IF_ERROR(LoseAttempt(holding.job, LossKind::kReturned,
-                                "handed back by " + worker + ": " + std::string(reason), false));
+                                "handed back by " + worker + ": " + std::string(reason), false,
+                                Now()));
     return v1::REPORT_OUTCOME_OK;
   }
   ASSIGN_OR_RETURN(const bool known, store_.HasLoss(attempt.job_id(), attempt.fence(), "returned"));
@@ -292,6 +297,14 @@ absl::StatusOr<std::vector<v1::AttemptId>> Machine::Adopt(const std::string& wor
                                                           const std::vector<v1::AttemptId>& holding,
                                                           bool same_process) {
   std::vector<v1::AttemptId> adopted;
+  if (const auto given_up = given_up_.find(worker); given_up != given_up_.end()) {
+    // It was away and has not died of what it held.
+    for (const auto& [job, fence] : given_up->second) {
+      if (same_process) RETURN_IF_ERROR(store_.MoveLostToReturned(job, fence));
+    }
+    given_up_.erase(given_up);
+  }
+  const double now = Now();
   ASSIGN_OR_RETURN(const std::vector<int64_t> leased, store_.LeasedBy(worker));
   for (const int64_t id : leased) {
     ASSIGN_OR_RETURN(const std::optional<JobRow> job, store_.Find(id));
@@ -304,9 +317,9 @@ absl::StatusOr<std::vector<v1::AttemptId>> Machine::Adopt(const std::string& wor
       // Three lost workers quarantine a job; three lost messages must not.
       RETURN_IF_ERROR(same_process
                           ? LoseAttempt(*job, LossKind::kReturned,
-                                        "the lease did not reach worker " + worker, false)
+                                        "the lease did not reach worker " + worker, false, now)
                           : LoseAttempt(*job, LossKind::kLost,
-                                        "worker " + worker + " came back without it", false));
+                                        "worker " + worker + " came back without it", false, now));
     }
   }
   workers_[worker].seen_s = SteadySeconds();
@@ -314,22 +327,28 @@ absl::StatusOr<std::vector<v1::AttemptId>> Machine::Adopt(const std::string& wor
 }
 
 absl::StatusOr<int> Machine::WorkerLost(const std::string& worker) {
+  const double now = Now();
+  if (given_up_.size() > kMostGivenUp) given_up_.clear();  // Most have gone for good.
   ASSIGN_OR_RETURN(const std::vector<int64_t> leased, store_.LeasedBy(worker));
   for (const int64_t id : leased) {
     ASSIGN_OR_RETURN(const std::optional<JobRow> job, store_.Find(id));
-    RETURN_IF_ERROR(LoseAttempt(*job, LossKind::kLost, "worker " + worker + " was lost", true));
+    RETURN_IF_ERROR(
+        LoseAttempt(*job, LossKind::kLost, "worker " + worker + " was lost", true, now));
+    given_up_[worker].emplace_back(id, job->fence);
   }
   workers_.erase(worker);
   return static_cast<int>(leased.size());
 }
 
 absl::Status Machine::Expire(const std::vector<LeaseRef>& leases) {
+  const double now = Now();
   for (const LeaseRef& lease : leases) {
     ASSIGN_OR_RETURN(const std::optional<JobRow> job, store_.Find(lease.job));
     if (!job || job->state != JobState::kLeased || job->fence != lease.fence) continue;
     RETURN_IF_ERROR(LoseAttempt(*job, LossKind::kLost,
                                 "worker " + lease.worker + " was not heard of for a whole lease",
-                                true));
+                                true, now));
+    given_up_[lease.worker].emplace_back(lease.job, lease.fence);
   }
   return absl::OkStatus();
 }

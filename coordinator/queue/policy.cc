@@ -23,7 +23,7 @@ FailureVerdict JudgeAppFailure(const RetryPolicy& policy, const FailureHistory& 
 }
 
 FailureVerdict JudgeLoss(const RetryPolicy& policy, const FailureHistory& history) {
-  if (history.workers_lost >= policy.quarantine_losses ||
+  if ((history.workers_lost >= policy.quarantine_losses && !history.lost_without_it) ||
       history.infra_losses >= policy.max_infra_losses) {
     return FailureVerdict::kQuarantine;
   }

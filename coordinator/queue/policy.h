@@ -14,7 +14,7 @@ struct RetryPolicy {
   int max_app_failures = 3;    // The failure that makes a job FAILED.
   int max_infra_losses = 10;   // The loss that quarantines it.
   int quarantine_workers = 2;  // As many workers with one fingerprint quarantine a job.
-  int quarantine_losses = 3;   // As many different workers lost while they held it.
+  int quarantine_losses = 3;  // As many different workers lost while they held it and none without.
   double backoff_min_s = 5;
   double backoff_max_s = 600;
 };
@@ -30,10 +30,12 @@ struct FailureHistory {
   int infra_losses = 0;
   int workers_with_fingerprint = 0;  // Different workers that reported this failure's fingerprint.
   int workers_lost = 0;              // Different workers lost while they held the job.
+  bool lost_without_it = false;      // And since the first of them one that did not hold it.
   bool retryable = true;
 };
 // Losses never fail a job: the work did nothing wrong. One that keeps losing its workers is
-// quarantined.
+// quarantined; sooner if it is the only one that does. Where machines are killed all the time,
+// three of them say nothing about a job.
 enum class FailureVerdict { kRetryLater, kRetryNow, kFail, kQuarantine };
 FailureVerdict JudgeAppFailure(const RetryPolicy& policy, const FailureHistory& history);
 FailureVerdict JudgeLoss(const RetryPolicy& policy, const FailureHistory& history);

@@ -285,6 +285,35 @@ TEST_F(JobQueueTest, ThreeWorkersLostWhileTheyHeldItQuarantine) {
   EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "READY"), 1);  // The next seed.
 }
 
+TEST_F(JobQueueTest, WhereWorkersAreLostWithoutItTooThreeSayNothingAgainstAJob) {
+  const StudyId study = Submit({.pairs = 4});
+  const v1::Lease first = LeaseOne(AnyWorker("w"));
+  LeaseOne(AnyWorker("bystander"));
+  EXPECT_EQ(*queue_->WorkerLost("w"), 1);
+  clock_.Advance(1);
+  EXPECT_EQ(*queue_->WorkerLost("bystander"), 1);
+  for (int i = 1; i < 10; ++i) {
+    clock_.Advance(1);
+    EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 0) << i;
+    const std::string name = "v" + std::to_string(i);
+    EXPECT_EQ(LeaseOne(AnyWorker(name)).attempt().job_id(), first.attempt().job_id());
+    EXPECT_EQ(*queue_->WorkerLost(name), 1);
+  }
+  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 1) << "the cap of ten losses holds";
+}
+
+TEST_F(JobQueueTest, AWorkerThatWasAwayAndComesBackWasNotLostWithItsJob) {
+  const StudyId study = Submit({.pairs = 2});
+  for (int i = 0; i < 9; ++i) {
+    const std::string name = "w" + std::to_string(i);
+    LeaseOne(AnyWorker(name));
+    EXPECT_EQ(*queue_->WorkerLost(name), 1);
+    ASSERT_TRUE(queue_->Adopt(name, {}, /*same_process=*/true).ok());
+    EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 0) << i;
+    clock_.Advance(31);  // Past the time for which it is left to others.
+  }
+}
+
 TEST_F(JobQueueTest, LossesAreRetriedAtOnceAndNeverFailAJob) {
   const StudyId study = Submit({.pairs = 2});
   for (int i = 0; i < 9; ++i) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/version.h"
+
 namespace parallax {
 namespace {
 
@@ -43,6 +45,18 @@ absl::Status CheckRange(const char* field, Value value, Value low, Value high) {
              std::to_string(low) + ", " + std::to_string(high) + "]");
 }
 
+// A worker of another generator makes other bytes, and would publish them under keys of ours.
+absl::Status CheckGenerator(const v1::Hello& hello) {
+  const std::string prefix = "generator-";
+  if (hello.build_id().rfind(prefix, 0) != 0 || hello.build_id() == prefix + kGeneratorVersion) {
+    return absl::OkStatus();
+  }
+  return absl::FailedPreconditionError(
+      "worker " + hello.name() + " (" + hello.version() + ") makes data of generator " +
+      hello.build_id().substr(prefix.size()) + ", this coordinator's results are of generator " +
+      kGeneratorVersion + ": give both the same release");
+}
+
 }  // namespace
 
 absl::Status CheckHello(const v1::Hello& hello) {
@@ -66,7 +80,7 @@ absl::Status CheckHello(const v1::Hello& hello) {
   RETURN_IF_ERROR(CheckText("hello.instance", hello.instance(), kMaxName));
   RETURN_IF_ERROR(CheckRange("hello.holding", hello.holding_size(), 0, kMaxHeld));
   for (const v1::AttemptId& attempt : hello.holding()) RETURN_IF_ERROR(CheckAttempt(attempt));
-  return absl::OkStatus();
+  return CheckGenerator(hello);
 }
 
 absl::Status CheckCredit(const v1::Credit& credit) {

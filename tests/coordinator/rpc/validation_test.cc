@@ -1,9 +1,12 @@
 #include "coordinator/rpc/validation.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <functional>
 #include <limits>
+
+#include "common/base/version.h"
 
 namespace parallax {
 namespace {
@@ -17,6 +20,18 @@ v1::Hello GoodHello() {
   hello.set_memory_mb(32000);
   hello.add_tags("avx512");
   return hello;
+}
+
+TEST(Validation, AWorkerOfAnotherGeneratorIsRefusedBecauseItsBytesWouldBeOthers) {
+  v1::Hello hello = GoodHello();
+  hello.set_build_id(std::string("generator-") + kGeneratorVersion);
+  EXPECT_TRUE(CheckHello(hello).ok());
+  hello.set_build_id("a simulator");
+  EXPECT_TRUE(CheckHello(hello).ok());
+  hello.set_build_id("generator-0");
+  const absl::Status status = CheckHello(hello);
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()), testing::HasSubstr("generator 0"));
 }
 
 TEST(Validation, AHelloNamesItsWorkerAndStaysWithinBounds) {

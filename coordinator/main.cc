@@ -72,6 +72,11 @@ CLI::App* DeclareServe(CLI::App& app, CommandLine& line) {
                    "(default 10)")
       ->check(CLI::Range(0.0, 86400.0));
   serve
+      ->add_option("--backoff-s", options.backoff_s,
+                   "Seconds that a failed job waits at least before it is tried again (default 5); "
+                   "from try to try up to four times as long, at most 600")
+      ->check(CLI::Range(0.01, 600.0));
+  serve
       ->add_option("--archive-days", options.archive_after_days,
                    "Days after its end that a study's jobs move to the archive (default 30; "
                    "0: never)")

@@ -124,6 +124,7 @@ ProgramError Serve(const ServeOptions& options) {
   JobQueueOptions queue_options;
   queue_options.db_path = options.db;
   queue_options.lease_s = options.lease_s;
+  queue_options.retry.backoff_min_s = options.backoff_s;
   queue_options.archive_after_s = options.archive_after_days * 86400;
   auto queue = JobQueue::Open(queue_options);
   if (!queue.ok()) return ExplainOpenError(queue.status(), options.db);

@@ -20,6 +20,7 @@ struct ServeOptions {
   double lease_s = 60;
   double reconnect_grace_s = 10;
   double archive_after_days = 30;  // 0: never.
+  double backoff_s = 5;            // Before a failed job's first retry, at least.
 };
 
 // A status with the exit status that tells it apart.

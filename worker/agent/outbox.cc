@@ -50,6 +50,24 @@ absl::StatusOr<int> LockFolder(const std::string& directory) {
   }
 }
 
+// A report that a dead worker had begun to write.
+bool IsUnfinished(const fs::path& path) { return path.filename().string().rfind(".tmp-", 0) == 0; }
+
+// Makes the folder and those above it; the way to it is on disk.
+absl::Status MakeFolder(const fs::path& directory) {
+  std::vector<fs::path> made;
+  std::error_code error;
+  for (fs::path at = directory; !at.empty() && !fs::exists(at, error); at = at.parent_path()) {
+    made.push_back(at);
+  }
+  fs::create_directories(directory, error);
+  if (error) return ErrnoError(error.value(), "make outbox " + directory.string());
+  for (const fs::path& path : made) {
+    RETURN_IF_ERROR(SyncPath(path.has_parent_path() ? path.parent_path().string() : "."));
+  }
+  return absl::OkStatus();
+}
+
 bool IsReportName(const std::string& extension) {
   return extension == kComplete || extension == kFail;
 }
@@ -116,9 +134,8 @@ absl::StatusOr<std::unique_ptr<Outbox>> Outbox::Open(const std::string& root,
                                                      const std::string& worker) {
   RETURN_IF_ERROR(CheckWorkerName(worker));
   const std::string directory = root + "/" + worker;
+  RETURN_IF_ERROR(MakeFolder(directory));
   std::error_code error;
-  fs::create_directories(directory, error);
-  if (error) return ErrnoError(error.value(), "make outbox " + directory);
   ASSIGN_OR_RETURN(const int lock_fd, LockFolder(directory));
   if (lock_fd < 0) {
     return absl::AlreadyExistsError("outbox " + directory + " is in use by another worker named " +
@@ -131,6 +148,9 @@ absl::StatusOr<std::unique_ptr<Outbox>> Outbox::Open(const std::string& root,
     }
   }
   fs::remove_all(directory + kStagingName, error);
+  for (const fs::path& path : SortedEntries(directory)) {
+    if (IsUnfinished(path)) fs::remove(path, error);
+  }
   RETURN_IF_ERROR(SyncPath(directory));
   outbox->LoadLeftovers();
   return outbox;
@@ -147,6 +167,8 @@ void Outbox::AdoptFrom(const std::string& sibling) {
   for (const fs::path& path : SortedEntries(sibling)) {
     if (IsReportName(path.extension().string())) {
       fs::rename(path, fs::path(directory_) / path.filename(), error);
+    } else if (IsUnfinished(path)) {
+      fs::remove(path, error);
     }
   }
   fs::remove_all(sibling + kStagingName, error);

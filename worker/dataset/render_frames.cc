@@ -50,9 +50,13 @@ absl::Status MakeAttemptFolder(const std::string& dir) {
   std::error_code error;
   std::filesystem::create_directories(dir, error);
   if (error) return ErrnoError(error.value(), "make folder " + dir);
-  const std::filesystem::path parent = std::filesystem::path(dir).parent_path();
-  RETURN_IF_ERROR(SyncPath(parent));
-  return SyncPath(parent.parent_path());
+  std::filesystem::path above = dir;
+  // In a store "<2 hex>/<64 hex>" and, for the first of these, its root.
+  for (int i = 0; i < 3 && above.has_parent_path(); ++i) {
+    above = above.parent_path();
+    RETURN_IF_ERROR(SyncPath(above));
+  }
+  return absl::OkStatus();
 }
 
 // All threads, user and system.

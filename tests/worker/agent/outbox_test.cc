@@ -80,6 +80,7 @@ TEST_F(OutboxTest, ReportsOfTheDeadAreTakenOverAndThoseOfTheLivingAreNot) {
   auto living = Open("living");
   ASSERT_TRUE(living->Put(Completed(1, 11)).ok());
   ASSERT_TRUE(Open("dead")->Put(Completed(2, 12)).ok());
+  std::ofstream(root_ + "/dead/.tmp-1-w1") << "a report that it had begun to write";
   const std::vector<Report> left = Open("heir")->TakeLeftovers();
   ASSERT_EQ(left.size(), 1u);
   EXPECT_EQ(left[0].attempt().job_id(), 2);

@@ -236,8 +236,9 @@ void KillCoordinator(const ExperimentOptions& options, Tally& tally) {
       if (aborted > 0) {
         tally.Lost(std::to_string(aborted) + " running jobs were stopped by a restart");
       }
-      for (int n = 1; n <= 2; ++n) {
-        adopted += n * CountOf(log, "adopted=" + std::to_string(n) + "\n");
+      const std::string said = "adopted=";
+      for (size_t at = 0; (at = log.find(said, at)) != std::string::npos;) {
+        adopted += std::atoi(log.c_str() + (at += said.size()));
       }
     }
     farm.CheckPairs(study, static_cast<size_t>(shape.pairs), tally);

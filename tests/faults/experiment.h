@@ -22,6 +22,7 @@ struct ExperimentOptions {
   int64_t jobs = 0;      // 0: the experiment's own.
   int64_t rows = 0;      // kill-coordinator: jobs that the database holds before.
   std::string sabotage;  // A guard to switch off; see controls.
+  std::string old_bin;   // versions: folder with programs of an older release.
 };
 
 struct Tally {
@@ -44,6 +45,8 @@ using Experiment = std::function<void(const ExperimentOptions&, Tally&)>;
 
 void FailPoints(const ExperimentOptions& options, Tally& tally);
 void FilePoints(const ExperimentOptions& options, Tally& tally);
+void DaemonFilePoints(const ExperimentOptions& options, Tally& tally);
+void Versions(const ExperimentOptions& options, Tally& tally);
 void PowerCut(const ExperimentOptions& options, Tally& tally);
 void Zombie(const ExperimentOptions& options, Tally& tally);
 void KillCoordinator(const ExperimentOptions& options, Tally& tally);

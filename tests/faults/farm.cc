@@ -6,6 +6,8 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <thread>
 
@@ -62,18 +64,34 @@ void Drain(Process& worker, Tally& tally, bool may_hand_back) {
 
 Farm::Farm(const FarmOptions& options) : options_(options), folder_(options.memory) {}
 
-const std::string& Farm::StartCoordinator() {
+const std::string& Farm::StartCoordinator(const std::vector<std::string>& environment) {
   const std::string listen = address_.empty() ? "127.0.0.1:0" : address_;
   const std::string http = http_.empty() ? "127.0.0.1:0" : http_;
   std::string line;
   // Its port may still be in the hands of the one just killed.
-  for (int attempt = 0; attempt < 50; ++attempt) {
-    coordinator_ = std::make_unique<Process>(
-        std::vector<std::string>{PARALLAX_COORDINATOR_PROGRAM, "serve", "--db",
-                                 folder() + "/queue.db", "--store", store(), "--listen", listen,
-                                 "--http", http, "--lease-s", std::to_string(options_.lease_s),
-                                 "--reconnect-s", std::to_string(options_.reconnect_s)},
-        options_.coordinator_environment);
+  for (starts_ = 1; starts_ <= 50; ++starts_) {
+    std::vector<std::string> command = {program_.empty() ? PARALLAX_COORDINATOR_PROGRAM : program_,
+                                        "serve",
+                                        "--db",
+                                        folder() + "/queue.db",
+                                        "--store",
+                                        store(),
+                                        "--listen",
+                                        listen,
+                                        "--http",
+                                        http,
+                                        "--lease-s",
+                                        std::to_string(options_.lease_s),
+                                        "--reconnect-s",
+                                        std::to_string(options_.reconnect_s)};
+    if (options_.backoff_s > 0) {
+      command.insert(command.end(), {"--backoff-s", std::to_string(options_.backoff_s)});
+    }
+    command.insert(command.end(), options_.coordinator_arguments.begin(),
+                   options_.coordinator_arguments.end());
+    std::vector<std::string> variables = options_.coordinator_environment;
+    if (starts_ == 1) variables.insert(variables.end(), environment.begin(), environment.end());
+    coordinator_ = std::make_unique<Process>(command, variables);
     const std::string said = "listening on ";
     if (coordinator_->ReadLine(&line) && line.rfind(said, 0) == 0) {
       address_ = line.substr(said.size());
@@ -139,6 +157,17 @@ int64_t Farm::Submit(const StudyShape& shape) {
   Insist("submit",
          [&](grpc::ClientContext& context) { return stub_->Submit(&context, request, &reply); });
   return reply.study_id();
+}
+
+int64_t Farm::SubmitFile(const std::string& yaml) {
+  const std::string path = folder() + "/study.yaml";
+  std::ofstream(path) << yaml;
+  Process client({PARALLAX_CLIENT_PROGRAM, "submit", path, "--coordinator", address_, "--json"});
+  if (client.Wait() != 0) {
+    std::fprintf(stderr, "parallax submit: %s\n", client.Err().c_str());
+    return 0;
+  }
+  return nlohmann::json::parse(client.Out(), nullptr, false).value("study_id", int64_t{0});
 }
 
 v1::StudyStatus Farm::Status(int64_t study) {

@@ -19,8 +19,10 @@ namespace parallax::faults {
 struct FarmOptions {
   double lease_s = 2;
   double reconnect_s = 0.3;
-  bool memory = true;  // On a memory disk.
+  double backoff_s = 0;  // 0: the program's own.
+  bool memory = true;    // On a memory disk.
   std::vector<std::string> coordinator_environment;
+  std::vector<std::string> coordinator_arguments;
 };
 
 struct StudyShape {
@@ -36,8 +38,13 @@ class Farm {
   explicit Farm(const FarmOptions& options);
 
   // Starts it (again), on the same address as before. Returns that address; "" when it fails.
-  const std::string& StartCoordinator();
+  // `environment` is for its first try alone.
+  const std::string& StartCoordinator(const std::vector<std::string>& environment = {});
+  // Tries that the last start took.
+  int starts() const { return starts_; }
   void KillCoordinator();
+  // From the next start on; "": this one's.
+  void SetCoordinatorProgram(const std::string& program) { program_ = program; }
   Process& coordinator() { return *coordinator_; }
   const std::string& address() const { return address_; }
 
@@ -51,6 +58,8 @@ class Farm {
 
   // Calls the coordinator until it answers; aborts the experiment after a minute.
   int64_t Submit(const StudyShape& shape);
+  // A study file, through the client, as a user does. 0 when it is not taken.
+  int64_t SubmitFile(const std::string& yaml);
   v1::StudyStatus Status(int64_t study);
   std::vector<v1::JobStatus> Jobs(const v1::ListJobsRequest& request);
   // False when it took longer than the limit.
@@ -81,6 +90,8 @@ class Farm {
   TempFolder folder_;
   std::string address_;
   std::string http_;
+  int starts_ = 0;
+  std::string program_;
   std::unique_ptr<Process> coordinator_;
   std::unique_ptr<v1::Coordinator::Stub> stub_;
 };

@@ -21,6 +21,9 @@ struct Entry {
 const Entry kExperiments[] = {
     {"fail-points", "6: kill -9 at each step of each command of the queue", FailPoints},
     {"file-points", "6: kill -9 at each operation on the queue's files", FilePoints},
+    {"daemon-file-points",
+     "6: kill -9 of worker and coordinator at each operation on outputs, outbox and store",
+     DaemonFilePoints},
     {"zombie", "1: a stopped worker wakes when its jobs are done by others", Zombie},
     {"kill-coordinator", "3: kill -9 of the coordinator under load", KillCoordinator},
     {"outbox", "3: a worker dies with finished work that nobody was there to take", Outboxes},
@@ -29,6 +32,8 @@ const Entry kExperiments[] = {
     {"clock-jumps", "5: wall clocks jump by up to an hour", ClockJumps},
     {"poison", "7: jobs that crash, hang and eat memory; a worker that fails everything", Poison},
     {"invariance", "10: the real study in peace and under all of it: the same dataset", Invariance},
+    {"versions", "9: an older release's worker and database; with --old, its programs under load",
+     Versions},
     {"power-cut", "2: power cuts; what was not synced is lost in part and out of order", PowerCut},
 };
 
@@ -77,6 +82,9 @@ int Main(int argc, char** argv) {
     command->add_option("--seed", options.seed, "Of all that is drawn (default 1)");
     command->add_flag("--full", options.full, "Every point instead of a sample of each round's");
     command->add_option("--jobs", options.jobs, "Size of the study, where it can be chosen");
+    command->add_option(
+        "--old", options.old_bin,
+        "versions: folder with `coordinator` and `noop_worker` of an older release");
     command->add_option("--rows", options.rows, "kill-coordinator: jobs in the database before");
     return command;
   };

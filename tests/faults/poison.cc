@@ -43,7 +43,8 @@ class Supervised {
 void Poison(const ExperimentOptions& options, Tally& tally) {
   for (int round = 0; round < options.rounds; ++round) {
     Rng rng = RoundRng(options, "poison", round);
-    Farm farm({.lease_s = 3, .reconnect_s = 0.2});
+    // Short back-offs: most of a round would be spent in them.
+    Farm farm({.lease_s = 3, .reconnect_s = 0.2, .backoff_s = 0.3});
     farm.StartCoordinator();
     const int64_t jobs = options.jobs > 0 ? options.jobs : 400;
     const StudyShape shape{.seed = rng.Bits32(), .pairs = jobs / 2, .rigs_per_scene = 1};

@@ -1,0 +1,271 @@
+// Experiment 9: a farm whose parts are of two releases. The older one is there as what it left and
+// said - a database in the middle of a study, the messages of its worker - and, with `--old`, as
+// its programs.
+#include <grpcpp/grpcpp.h>
+#include <signal.h>
+#include <sqlite3.h>
+
+#include <thread>
+
+#include "common/base/file.h"
+#include "common/base/version.h"
+#include "common/rpc/endpoint.h"
+#include "common/rpc/grpc_status.h"
+#include "coordinator/queue/job_queue.h"
+#include "tests/faults/farm.h"
+#include "tests/worker/agent/noop_runner.h"
+
+namespace parallax::faults {
+namespace {
+
+v1::Hello OldHello(const std::string& name) {
+  v1::Hello hello;
+  hello.set_name(name);
+  hello.add_kinds(v1::JOB_KIND_SOLVE);
+  hello.add_kinds(v1::JOB_KIND_RENDER);
+  hello.set_slots(1);
+  hello.set_version("0.0.1");
+  return hello;
+}
+
+// What the first worker said: no process identity, no credit ahead of time, no coordinator in
+// reports. Works until its stream ends, and then connects again, until it is told to stop.
+class OldWorker {
+ public:
+  OldWorker(v1::Coordinator::Stub& stub, std::string name, std::string store)
+      : stub_(stub), name_(std::move(name)), store_(std::move(store)), thread_([this] {
+          while (!stopping_) {
+            Session();
+            if (!stopping_) Sleep(0.05);
+          }
+        }) {}
+  ~OldWorker() {
+    stopping_ = true;
+    {
+      const std::lock_guard lock(mu_);
+      if (context_ != nullptr) context_->TryCancel();
+    }
+    thread_.join();
+  }
+  int done() const { return done_; }
+
+ private:
+  void Session() {
+    grpc::ClientContext context;
+    {
+      const std::lock_guard lock(mu_);
+      context_ = &context;
+    }
+    const auto stream = stub_.Work(&context);
+    v1::WorkerMessage hello;
+    *hello.mutable_hello() = OldHello(name_);
+    stream->Write(hello);
+    v1::WorkerMessage credit;
+    credit.mutable_credit()->set_jobs(1);
+    stream->Write(credit);
+    v1::CoordinatorMessage message;
+    while (!stopping_ && stream->Read(&message)) {
+      if (!message.has_lease()) continue;
+      if (Report(message.lease())) ++done_;
+      v1::WorkerMessage heartbeat;
+      heartbeat.mutable_heartbeat()->set_sequence(done_);
+      if (!stream->Write(heartbeat) || !stream->Write(credit)) break;
+    }
+    context.TryCancel();
+    while (stream->Read(&message)) {
+    }
+    stream->Finish().IgnoreError();
+    const std::lock_guard lock(mu_);
+    context_ = nullptr;
+  }
+
+  bool Report(const v1::Lease& lease) {
+    v1::CompleteRequest request;
+    *request.mutable_attempt() = lease.attempt();
+    request.set_worker(name_);
+    const CancelToken never;
+    const JobProgressFn silent = [](double, std::string_view) {};
+    if (lease.has_solve()) {
+      *request.mutable_solve() = *runner_.Solve(lease.solve(), never, silent);
+    } else {
+      const std::string path =
+          lease.render().store_prefix() + "/.attempt-" + std::to_string(lease.attempt().fence());
+      *request.mutable_render() =
+          *runner_.Render(lease.render(), {store_ + "/" + path, path}, never, silent);
+    }
+    while (!stopping_) {
+      grpc::ClientContext context;
+      SetRpcTimeout(context, std::chrono::seconds(5));
+      v1::ReportReply reply;
+      if (stub_.Complete(&context, request, &reply).ok()) {
+        return reply.outcome() == v1::REPORT_OUTCOME_OK;
+      }
+      Sleep(0.02);
+    }
+    return false;
+  }
+
+  v1::Coordinator::Stub& stub_;
+  const std::string name_;
+  const std::string store_;
+  NoopRunner runner_;
+  std::atomic<bool> stopping_{false};
+  std::atomic<int> done_{0};
+  std::mutex mu_;
+  grpc::ClientContext* context_ = nullptr;  // Guarded by mu_.
+  std::thread thread_;
+};
+
+// A worker of another generator would publish its own bytes under this one's keys.
+void OtherGeneratorIsRefused(Farm& farm, Tally& tally) {
+  grpc::ClientContext context;
+  SetRpcTimeout(context, std::chrono::seconds(10));
+  const auto stream = farm.stub().Work(&context);
+  v1::WorkerMessage hello;
+  *hello.mutable_hello() = OldHello("stranger");
+  hello.mutable_hello()->set_build_id("generator-0");
+  stream->Write(hello);
+  v1::CoordinatorMessage message;
+  if (stream->Read(&message)) tally.Doubled("a worker of another generator is let in");
+  const absl::Status status = FromGrpc(stream->Finish());
+  if (status.code() != absl::StatusCode::kFailedPrecondition ||
+      status.message().find("generator 0") == absl::string_view::npos) {
+    tally.Lost("a worker of another generator is told: " + status.ToString());
+  }
+}
+
+// As the older release wrote it: `sqlite3 queue.db .dump`.
+void LoadDump(const std::string& dump, const std::string& path, Tally& tally) {
+  const auto sql = ReadFile(dump);
+  if (!sql.ok()) return tally.Lost(sql.status().ToString());
+  sqlite3* db = nullptr;
+  char* error = nullptr;
+  if (sqlite3_open(path.c_str(), &db) != SQLITE_OK ||
+      sqlite3_exec(db, sql->c_str(), nullptr, nullptr, &error) != SQLITE_OK) {
+    tally.Lost(dump + ": " + (error != nullptr ? error : sqlite3_errmsg(db)));
+  }
+  sqlite3_free(error);
+  sqlite3_close(db);
+}
+
+// The database of a study that was under way: its jobs done before count, the others are done.
+void OldDatabase(const std::string& dump, Tally& tally) {
+  Farm farm({.lease_s = 1, .reconnect_s = 0.2});
+  LoadDump(dump, farm.folder() + "/queue.db", tally);
+  farm.StartCoordinator();
+  const v1::StudyStatus before = farm.Status(1);
+  const int64_t wanted = before.variants(0).pairs_wanted();
+  const int64_t had = before.variants(0).pairs_done();
+  if (had == 0 || had >= wanted) tally.Lost("the old study is not under way");
+  const auto old_frames = farm.Frames(1, tally);
+  const auto worker = farm.StartWorker("new", 1);
+  if (!farm.WaitForEnd(1)) {
+    tally.Lost("the old study does not end: " + farm.Status(1).ShortDebugString());
+  }
+  const auto frames = farm.Frames(1, tally);
+  if (static_cast<int64_t>(frames.size()) != wanted) {
+    tally.Lost(std::to_string(frames.size()) + " of " + std::to_string(wanted) + " pairs");
+  }
+  for (const auto& [key, frame] : old_frames) {
+    const auto found = frames.find(key);
+    if (found == frames.end() || found->second.path != frame.path) {
+      tally.Lost("what the older release published: " + frame.path);
+    }
+  }
+  tally.jobs += wanted;
+  tally.figures["pairs_kept_from_old_database"] += static_cast<double>(had);
+  Drain(*worker, tally);
+  farm.StopAndAudit(tally, "a database of the older release");
+}
+
+// Old and new workers on this coordinator, which is killed meanwhile.
+void OldMessages(Rng rng, Tally& tally) {
+  Farm farm({.lease_s = 3, .reconnect_s = 0.5});
+  farm.StartCoordinator();
+  OtherGeneratorIsRefused(farm, tally);
+  const StudyShape shape{.pairs = 80};
+  const int64_t study = farm.Submit(shape);
+  OldWorker first(farm.stub(), "old1", farm.store());
+  OldWorker second(farm.stub(), "old2", farm.store());
+  const auto worker = farm.StartWorker("new", 5);
+  for (int kill = 1; kill <= 2; ++kill) {
+    farm.WaitFor(study, [&](const v1::StudyStatus& status) {
+      return status.variants(0).pairs_done() >= kill * rng.UniformInt(10, 25);
+    });
+    farm.KillCoordinator();
+    ++tally.faults;
+    farm.StartCoordinator();
+  }
+  if (!farm.WaitForEnd(study)) tally.Lost("the study does not end with old workers");
+  tally.figures["jobs_by_old_messages"] += first.done() + second.done();
+  if (first.done() + second.done() == 0) tally.Lost("the old workers did nothing");
+  Drain(*worker, tally);
+  farm.CheckPairs(study, static_cast<size_t>(shape.pairs), tally);
+  farm.StopAndAudit(tally, "old messages");
+}
+
+// The older release's programs: its coordinator with old and new workers, then this one's in its
+// place, in the middle of the study.
+void OldPrograms(const std::string& bin, Rng rng, Tally& tally) {
+  Farm farm({.lease_s = 5, .reconnect_s = 0.5});
+  farm.SetCoordinatorProgram(bin + "/coordinator");
+  farm.StartCoordinator();
+  const StudyShape shape{.pairs = 200};
+  const int64_t study = farm.Submit(shape);
+  std::vector<std::unique_ptr<Process>> workers;
+  for (int i = 0; i < 2; ++i) {
+    workers.push_back(farm.StartWorker("old" + std::to_string(i), rng.UniformInt(3, 25), "", {}, 2,
+                                       bin + "/noop_worker"));
+  }
+  workers.push_back(farm.StartWorker("new", rng.UniformInt(3, 25)));
+  const auto some = [&](int64_t pairs) {
+    return
+        [pairs](const v1::StudyStatus& status) { return status.variants(0).pairs_done() >= pairs; };
+  };
+  farm.WaitFor(study, some(rng.UniformInt(30, 80)));
+  farm.KillCoordinator();
+  ++tally.faults;
+  farm.SetCoordinatorProgram("");
+  farm.StartCoordinator();
+  const int64_t at_upgrade = farm.Status(study).variants(0).pairs_done();
+  if (!farm.WaitForEnd(study)) tally.Lost("the study does not end after the upgrade");
+  for (const auto& worker : workers) {
+    // One of another generator is refused and has left; its message is the user's.
+    if (!worker->Running() && CountOf(worker->Err(), "generator") > 0) {
+      tally.figures["old_workers_refused"] += 1;
+      continue;
+    }
+    Drain(*worker, tally);
+    if (CountOf(worker->Err(), "job ended without a report") > 0) {
+      tally.Lost("a running job was stopped by the upgrade: " + worker->Err().substr(0, 2000));
+    }
+  }
+  tally.figures["pairs_before_upgrade"] += static_cast<double>(at_upgrade);
+  farm.CheckPairs(study, static_cast<size_t>(shape.pairs), tally);
+  farm.StopAndAudit(tally, "after the upgrade");
+
+  // Back again is refused, and changes nothing.
+  Process back({bin + "/coordinator", "serve", "--db", farm.folder() + "/queue.db", "--store",
+                farm.store(), "--listen", "127.0.0.1:0", "--http", "127.0.0.1:0"});
+  const int end = back.Wait(Process::Seconds(20));
+  const bool told = CountOf(back.Err(), "from the future") > 0;
+  tally.figures["downgrades_refused"] += told ? 1 : 0;
+  if (end == 0 || end == -1) tally.Lost("the older coordinator takes a newer database");
+  if (!told) tally.Lost("the older coordinator says: " + back.Err().substr(0, 500));
+  Process check({PARALLAX_COORDINATOR_PROGRAM, "check", "--db", farm.folder() + "/queue.db"});
+  if (check.Wait() != 0) tally.Found({check.Out() + check.Err()}, "after a refused downgrade");
+}
+
+}  // namespace
+
+void Versions(const ExperimentOptions& options, Tally& tally) {
+  for (int round = 0; round < options.rounds; ++round) {
+    Rng rng = RoundRng(options, "versions", round);
+    if (!options.old_bin.empty()) OldPrograms(options.old_bin, rng.Child("programs"), tally);
+    OldDatabase(PARALLAX_FAULTS_DATA "/queue_v1.sql", tally);
+    OldMessages(rng.Child("messages"), tally);
+    ++tally.rounds;
+  }
+}
+
+}  // namespace parallax::faults

@@ -267,6 +267,8 @@ bool Arrangement::PlaceOnWall(Item& item, const RoomRow& row) const {
     const WallFrame& wall = problem_->walls[static_cast<size_t>(side)];
     middle_x = (anchor.footprint.center - wall.origin).dot(wall.along) + (item.u - 0.5) * 0.2;
     bottom = std::max(anchor.top_m + Mix(0.12, 0.35, item.v), 1.5 - height / 2);
+    const double half = plan.size().x() / 2 + 0.03;
+    if (middle_x < half || middle_x > wall.length_m - half) return false;
   } else {
     const WallFrame& wall = problem_->walls[static_cast<size_t>(side)];
     const double reach = wall.length_m - plan.size().x() - 0.2;
@@ -292,7 +294,7 @@ bool Arrangement::ClearOfRoom(const Item& item) const {
   const Box2f box = item.asset->TurnedBounds(item.yaw_rad);
   const Vec2d low = item.position.head<2>() + box.min().cast<double>();
   const Vec2d high = item.position.head<2>() + box.max().cast<double>();
-  const double gap = hung ? -0.01 : kWallGap_m - 0.001;
+  const double gap = hung ? 0 : kWallGap_m - 0.001;
   if (low.minCoeff() < gap || high.x() > room.width_m() - gap || high.y() > room.depth_m() - gap) {
     return false;
   }

@@ -89,9 +89,10 @@ absl::StatusOr<std::vector<Fixture>> PlaceFixtures(const v1::Room& room,
                       room.kind() != "kitchen" && room.kind() != "hallway" && !room.has_stairs();
   if (lounge && ClassAllowed(assets, "FloorLamp") && corner.Bernoulli(0.5)) {
     ASSIGN_OR_RETURN(const PooledAsset* lamp, pool.Get("FloorLamp", corner.Seed()));
-    const double radius = std::max({lamp->bounds.max().x(), lamp->bounds.max().y(),
-                                    -lamp->bounds.min().x(), -lamp->bounds.min().y()}) +
-                          0.06;
+    // Turned into the corner; its true outline there, so that an arm reaches into the room only.
+    constexpr double kTurn = -std::numbers::pi / 4, kGap_m = 0.06;
+    const Box2f outline = lamp->TurnedBounds(kTurn);
+    const double reach = static_cast<double>(outline.sizes().maxCoeff()) + kGap_m;
     const std::vector<WallStrip> strips = StripsOf(room);
     const int first = corner.UniformInt(0, 3);
     const double power = corner.Uniform(20, 55);
@@ -100,15 +101,16 @@ absl::StatusOr<std::vector<Fixture>> PlaceFixtures(const v1::Room& room,
       const WallFrame frame = FrameOfWall(room, wall);
       const WallFrame before = FrameOfWall(room, (wall + 3) % 4);
       const bool blocked = std::any_of(strips.begin(), strips.end(), [&](const WallStrip& s) {
-        if (s.wall == wall) return s.low_m < 2 * radius + 0.15;
-        if (s.wall == (wall + 3) % 4) return s.high_m > before.length_m - 2 * radius - 0.15;
+        if (s.wall == wall) return s.low_m < reach + 0.15;
+        if (s.wall == (wall + 3) % 4) return s.high_m > before.length_m - reach - 0.15;
         return false;
       });
       if (blocked || lamp->bounds.max().z() > room.height_m() - 0.1) continue;
-      const Vec2d at = frame.At(radius, radius);
+      const Vec2d at = frame.At(kGap_m - static_cast<double>(outline.min().x()),
+                                kGap_m - static_cast<double>(outline.min().y()));
       fixtures.push_back({lamp,
                           {at.x(), at.y(), 0.0005 - lamp->bounds.min().z()},
-                          frame.yaw_rad - std::numbers::pi / 4,
+                          frame.yaw_rad + kTurn,
                           "in_corner",
                           LampColor(corner.Uniform(0, 0.5)) * power});
       break;

@@ -197,7 +197,8 @@ Mesh MakePillars(const v1::Room& room) {
   for (const v1::Pillar& pillar : room.pillars()) {
     const Vec3f at(static_cast<float>(pillar.x_m()), static_cast<float>(pillar.y_m()), 0);
     const float r = 0.5f * static_cast<float>(pillar.side_m()), out = r + 0.013f;
-    builder.Box(shaft, at + Vec3f(-r, -r, -0.01f), at + Vec3f(r, r, h), 0.004f, Grain::kZ);
+    // Papered and tiled like the walls: their patterns stand upright on it, too.
+    builder.Box(shaft, at + Vec3f(-r, -r, -0.01f), at + Vec3f(r, r, h), 0.004f, Grain::kX);
     builder.Box(foot, at + Vec3f(-out, -out, -0.004f), at + Vec3f(out, out, skirting), 0.004f,
                 Grain::kX);
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -17,6 +18,7 @@ constexpr double kLift_m = 0.0005;
 constexpr double kGap_m = 0.008;
 constexpr double kSillBoard_m = 0.1;  // Sill boards reach into the room.
 constexpr double kEdge_m = 0.01;
+constexpr double kHeadroom_m = 0.03;
 constexpr int kTries = 24;
 constexpr int kModels = 5;
 
@@ -49,29 +51,29 @@ class Bearer {
     }
   }
 
-  // How high something flat comes to lie on the asset itself, its middle at `middle`: the highest
-  // point below it. Nothing where that is not about level.
-  std::optional<float> RestingHeight(const Vec2d& middle, const Vec2d& half) const {
-    if (surface_ == nullptr) {
-      surface_ = std::make_unique<RayScene>();
-      surface_->Add(own().asset->Tree(), Eigen::Affine3f::Identity());
-      surface_->Commit();
+  // How high the asset comes to lie on the bearer itself when it is let down with its middle at
+  // `middle`: where the first of its points meets a cushion or a fold. Nothing where that is not
+  // about level.
+  std::optional<float> RestingHeight(const PooledAsset& asset, const Vec2d& middle,
+                                     double yaw) const {
+    const Vec2d half = 0.5 * asset.bounds.sizes().head<2>().cast<double>();
+    const std::optional<float> level = LevelBelow(middle, 0.85 * half);
+    if (!level) return std::nullopt;
+    constexpr size_t kPoints = 3000;
+    constexpr float kAbove_m = 0.05f, kSteepest_m = 0.03f;
+    const std::vector<Vec3f>& points = asset.mesh->positions;
+    const float top = *level + asset.bounds.sizes().z() + kAbove_m;
+    const Vec2d center = asset.bounds.center().head<2>().cast<double>();
+    float height = -std::numeric_limits<float>::infinity();
+    for (size_t i = 0; i < points.size(); i += 1 + points.size() / kPoints) {
+      const Vec2d at = middle + Turned(points[i].head<2>().cast<double>() - center, yaw);
+      const auto hit = Surface().Intersect(
+          Vec3d(at.x(), at.y(), 0).cast<float>() + Vec3f(0, 0, top), -Vec3f::UnitZ());
+      if (!hit) continue;
+      height = std::max(height, top - hit->distance - (points[i].z() - asset.bounds.min().z()));
     }
-    constexpr int kProbes = 6;
-    const float above = own().asset->bounds.max().z() + 0.1f;
-    float low = above, high = 0;
-    for (int i = 0; i < kProbes * kProbes; ++i) {
-      const double x = middle.x() + half.x() * (2.0 * (i % kProbes) / (kProbes - 1) - 1);
-      const double y = middle.y() + half.y() * (2.0 * (i / kProbes) / (kProbes - 1) - 1);
-      const auto hit =
-          surface_->Intersect(Vec3d(x, y, 0).cast<float>() + Vec3f(0, 0, above), -Vec3f::UnitZ());
-      if (!hit) return std::nullopt;
-      low = std::min(low, above - hit->distance);
-      high = std::max(high, above - hit->distance);
-    }
-    constexpr float kUneven_m = 0.07f;
-    if (high - low > kUneven_m) return std::nullopt;
-    return high;
+    if (std::abs(height - *level) > kSteepest_m) return std::nullopt;
+    return height;
   }
 
   int item() const { return item_; }
@@ -88,6 +90,11 @@ class Bearer {
     place.bottom_m = static_cast<double>(support.z_m) + kLift_m;
     place.top_m = place.bottom_m + static_cast<double>(asset.bounds.sizes().z());
     if (asset.bounds.sizes().z() > support.clearance_m - 0.01f) return false;
+    // On top of a cupboard the room's own ceiling is what ends the space.
+    const v1::Room& room = arrangement_.problem().room;
+    if (own().position.z() + place.top_m > room.height_m() - room.cornice_m() - kHeadroom_m) {
+      return false;
+    }
     const Vec2d extent = place.footprint.Extent();
     if (((middle - extent).array() < support.area.min().cast<double>().array()).any() ||
         ((middle + extent).array() > support.area.max().cast<double>().array()).any()) {
@@ -139,6 +146,34 @@ class Bearer {
   }
 
  private:
+  // The highest point below a rectangle around `middle`, where that is about level.
+  std::optional<float> LevelBelow(const Vec2d& middle, const Vec2d& half) const {
+    constexpr int kProbes = 6;
+    const float above = own().asset->bounds.max().z() + 0.1f;
+    float low = above, high = 0;
+    for (int i = 0; i < kProbes * kProbes; ++i) {
+      const double x = middle.x() + half.x() * (2.0 * (i % kProbes) / (kProbes - 1) - 1);
+      const double y = middle.y() + half.y() * (2.0 * (i / kProbes) / (kProbes - 1) - 1);
+      const auto hit =
+          Surface().Intersect(Vec3d(x, y, 0).cast<float>() + Vec3f(0, 0, above), -Vec3f::UnitZ());
+      if (!hit) return std::nullopt;
+      low = std::min(low, above - hit->distance);
+      high = std::max(high, above - hit->distance);
+    }
+    constexpr float kUneven_m = 0.07f;
+    if (high - low > kUneven_m) return std::nullopt;
+    return high;
+  }
+
+  RayScene& Surface() const {
+    if (surface_ == nullptr) {
+      surface_ = std::make_unique<RayScene>();
+      surface_->Add(own().asset->Tree(), Eigen::Affine3f::Identity());
+      surface_->Commit();
+    }
+    return *surface_;
+  }
+
   const Arrangement& arrangement_;
   int item_;
   std::vector<OnBearer> taken_;
@@ -289,13 +324,14 @@ class Filler {
                      task.rng.Uniform(0.5 * (low.y() + high.y()) - 0.25 * (high.y() - low.y()),
                                       high.y() - half.y()));
       const double yaw = task.rng.Uniform(-0.35, 0.35);
-      const auto height = bearer.RestingHeight(at, 0.85 * half);
+      const auto height = bearer.RestingHeight(*current_, at, yaw);
       if (!height) continue;
       SupportSurface seat;
       seat.area = {Vec2f::Constant(-10), Vec2f::Constant(10)};
       bool put = false;
       for (int lift = 0; lift < 4 && !put; ++lift) {
-        seat.z_m = *height + 0.006f * static_cast<float>(lift);
+        // Edges may cross between the points that were let down.
+        seat.z_m = *height + 0.003f * static_cast<float>(lift);
         put = bearer.Put(*current_, seat, at, yaw, things);
       }
       if (put) break;

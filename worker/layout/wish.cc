@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kHeadHeight_m = 1.9;
 constexpr double kCell_m = 0.16;  // Of the grid on which reach is measured.
-constexpr double kBodyRadius_m = 0.2;
+constexpr double kBodyRadius_m = 0.22;
 
 // Calls visit(index, item) for each item of the group.
 template <typename Visit>
@@ -151,17 +151,26 @@ class ReachGrid {
       if (!strip.door || strip.sill_m > 0.1) continue;
       const Vec2d p = a.problem().walls[static_cast<size_t>(strip.wall)].At(
           (strip.low_m + strip.high_m) / 2, 0.5);
-      Flood(Cell(p.x() / room_.width_m(), nx_), Cell(p.y() / room_.depth_m(), ny_));
+      const int cell =
+          Cell(p.y() / room_.depth_m(), ny_) * nx_ + Cell(p.x() / room_.width_m(), nx_);
+      // Reached from an earlier door, or the first.
+      const uint8_t found = state_[static_cast<size_t>(cell)];
+      cut_off_ += found == kTaken || (any_door_ && found == kFree);
+      Flood(cell);
       any_door_ = true;
     }
   }
   double UnreachedShare() const {
     if (!any_door_) return 0;
-    const auto left = std::count(state_.begin(), state_.end(), 0);
+    const auto left = std::count(state_.begin(), state_.end(), kFree);
     return static_cast<double>(left) / static_cast<double>(nx_ * ny_);
   }
+  // Doors that nobody can walk to from the others.
+  int DoorsCutOff() const { return cut_off_; }
 
  private:
+  static constexpr uint8_t kFree = 0, kTaken = 1, kReached = 2;
+
   static int Cell(double share, int n) { return std::clamp(static_cast<int>(share * n), 0, n - 1); }
 
   void Take(const Footprint& footprint) {
@@ -174,18 +183,20 @@ class ReachGrid {
     for (int y = y0; y <= y1; ++y) {
       for (int x = x0; x <= x1; ++x) {
         const Vec2d center((x + 0.5) * room_.width_m() / nx_, (y + 0.5) * room_.depth_m() / ny_);
-        if (footprint.Contains(center, kBodyRadius_m)) state_[static_cast<size_t>(y * nx_ + x)] = 1;
+        if (footprint.Contains(center, kBodyRadius_m)) {
+          state_[static_cast<size_t>(y * nx_ + x)] = kTaken;
+        }
       }
     }
   }
 
-  void Flood(int x, int y) {
-    std::vector<int> stack = {y * nx_ + x};
+  void Flood(int from) {
+    std::vector<int> stack = {from};
     while (!stack.empty()) {
       const int c = stack.back();
       stack.pop_back();
-      if (state_[static_cast<size_t>(c)] != 0) continue;
-      state_[static_cast<size_t>(c)] = 2;
+      if (state_[static_cast<size_t>(c)] != kFree) continue;
+      state_[static_cast<size_t>(c)] = kReached;
       if (c % nx_ > 0) stack.push_back(c - 1);
       if (c % nx_ + 1 < nx_) stack.push_back(c + 1);
       if (c / nx_ > 0) stack.push_back(c - nx_);
@@ -196,6 +207,7 @@ class ReachGrid {
   const v1::Room& room_;
   int nx_, ny_;
   bool any_door_ = false;
+  int cut_off_ = 0;
   std::vector<uint8_t> state_;
 };
 
@@ -495,8 +507,14 @@ Wish SpaceAround(const std::string& group, double wall_m, double thing_m) {
 }
 
 Wish Reachable() {
-  return Wish("floor reached from doors", WishKind::kAccessibility, {},
-              [](const Arrangement& a, FloorRegion&) { return ReachGrid(a).UnreachedShare(); });
+  // So dear that nothing else is worth a door: a room without furniture has none cut off, and none
+  // is ever bought.
+  constexpr double kDoorWorth = 3;
+  return Wish("floor and doors reached from doors", WishKind::kAccessibility, {},
+              [](const Arrangement& a, FloorRegion&) {
+                const ReachGrid grid(a);
+                return grid.UnreachedShare() + kDoorWorth * grid.DoorsCutOff();
+              });
 }
 
 Wish EvenlyAround(const std::string& seats) {

@@ -113,7 +113,8 @@ Wish FrontFree(const std::string& group);
 Wish SidesFree(const std::string& group);
 // Metres lacking between each item and the walls, and from other things.
 Wish SpaceAround(const std::string& group, double wall_m, double thing_m);
-// Share of the floor that cannot be reached from the doors, on a grid.
+// Share of the floor that cannot be reached from the doors, on a grid, and far more for each door
+// that cannot be reached from the others.
 Wish Reachable();
 
 // --- Order. ---

@@ -67,7 +67,12 @@ const std::vector<Row>& Table() {
         {"wallpaper", 2},
         {"Brick", 1},
         {"PaintedBrick", 1},
-        {"Concrete", 1}}}};
+        {"Concrete", 1}}},
+      // White nearly everywhere: a dark one takes the light of the whole room.
+      {{"living_room", "dining_room", "office", "bedroom", "hallway", "stairs", "closet", "kitchen",
+        "bathroom"},
+       RoomSurface::kCeiling,
+       {{"CeilingPaint", 8}, {"Plaster", 1}, {"WallPaint", 1}, {"Concrete", 1}}}};
   return *rows;
 }
 

@@ -10,10 +10,10 @@ namespace parallax {
 namespace {
 
 constexpr double kClearance_m = 0.3;
-constexpr double kNear_m = 0.9;     // What is nearer fills views with huge disparities.
-constexpr double kMostOfOne = 0.4;  // Part of a view that one thing's box may fill...
-constexpr double kMostNear = 0.12;  // ... all near ones together...
-constexpr double kMostOfAll = 1.1;  // ... and all things.
+constexpr double kNear_m = 0.7;     // What is nearer fills views with huge disparities.
+constexpr double kMostOfOne = 0.5;  // Part of a view that one thing's box may fill...
+constexpr double kMostNear = 0.3;   // ... all near ones together...
+constexpr double kMostOfAll = 2.2;  // ... and all things.
 constexpr double kLeastDepth_m = 0.05;
 
 using Polygon = std::vector<Vec2d>;

@@ -4,7 +4,7 @@
 // is wrong.
 //   room_check [--seeds 100] [--first 0] [--kind living_room] [--rooms 1] [--mode full]
 #include <fcl/geometry/bvh/BVH_model.h>
-#include <fcl/math/bv/OBBRSS.h>
+#include <fcl/math/bv/OBB.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/collision_object.h>
 
@@ -40,7 +40,7 @@ struct Tally {
       openings_wrong = 0, hard = 0;
 };
 
-using Model = fcl::BVHModel<fcl::OBBRSSf>;
+using Model = fcl::BVHModel<fcl::OBBf>;
 
 std::shared_ptr<Model> ModelOf(const Mesh& mesh) {
   auto model = std::make_shared<Model>();
@@ -54,10 +54,9 @@ std::shared_ptr<Model> ModelOf(const Mesh& mesh) {
 
 struct Solid {
   const v1::SceneObject* object = nullptr;
-  std::shared_ptr<Model> model;
   std::shared_ptr<const Mesh> mesh;
   Eigen::Affine3f place;
-  Box3f box;
+  Box3f own, box;  // In its own frame; in the world.
 };
 
 class Checker {
@@ -74,13 +73,7 @@ class Checker {
       } else {
         solid.mesh = std::make_shared<Mesh>(*MakeRoomPart(scene_, object));
       }
-      auto& model = models_[{object.asset_class(), object.seed()}];
-      if (!object.room_part().empty()) {
-        solid.model = ModelOf(*solid.mesh);
-      } else {
-        if (model == nullptr) model = ModelOf(*solid.mesh);
-        solid.model = model;
-      }
+      solid.own = solid.mesh->Bounds();
       for (const Vec3f& p : solid.mesh->positions) solid.box.extend(solid.place * p);
       solids_.push_back(std::move(solid));
     }
@@ -108,6 +101,17 @@ class Checker {
     if (verbose_) std::fprintf(stderr, "  %s: %s %s\n", what, a.c_str(), b.c_str());
   }
 
+  // Its name, its room, and what it takes up in the world.
+  static std::string Where(const Solid& solid) {
+    char text[160];
+    std::snprintf(text, sizeof text, "%s (room %u, %.2f %.2f %.2f to %.2f %.2f %.2f)",
+                  solid.object->name().c_str(), solid.object->room_index(),
+                  double{solid.box.min().x()}, double{solid.box.min().y()},
+                  double{solid.box.min().z()}, double{solid.box.max().x()},
+                  double{solid.box.max().y()}, double{solid.box.max().z()});
+    return text;
+  }
+
   // Furniture is turned and moved, never scaled.
   static fcl::Transform3f RigidOf(const Eigen::Affine3f& place) {
     fcl::Transform3f rigid = fcl::Transform3f::Identity();
@@ -116,7 +120,14 @@ class Checker {
     return rigid;
   }
 
-  int Overlaps() const {
+  // Made when first asked for: most things come near nothing.
+  const std::shared_ptr<Model>& ModelFor(const Solid& solid) {
+    std::shared_ptr<Model>& model = models_[solid.mesh.get()];
+    if (model == nullptr) model = ModelOf(*solid.mesh);
+    return model;
+  }
+
+  int Overlaps() {
     int count = 0;
     for (size_t i = 0; i < solids_.size(); ++i) {
       for (size_t k = 0; k < i; ++k) {
@@ -125,13 +136,14 @@ class Checker {
         if (!a.object->room_part().empty() && !b.object->room_part().empty()) continue;
         if (a.object->relation() == "under" || b.object->relation() == "under") continue;
         if (!a.box.intersects(b.box)) continue;
-        fcl::CollisionObjectf first(a.model, RigidOf(a.place)), second(b.model, RigidOf(b.place));
+        fcl::CollisionObjectf first(ModelFor(a), RigidOf(a.place)),
+            second(ModelFor(b), RigidOf(b.place));
         fcl::CollisionRequestf request;
         fcl::CollisionResultf result;
         fcl::collide(&first, &second, request, result);
         if (!result.isCollision()) continue;
         ++count;
-        Say("overlap", a.object->name(), b.object->name());
+        Say("overlap", Where(a), Where(b));
       }
     }
     return count;
@@ -167,15 +179,14 @@ class Checker {
     return std::abs(gap) < 0.01;
   }
 
+  // Some point of it is within a centimetre of what bears it.
   static bool Borne(const Solid& solid, const Solid& bearer) {
     RayScene below;
     below.Add(*bearer.mesh, bearer.place);
     below.Commit();
-    for (int i = 0; i < 81; ++i) {
-      const Vec3f at(solid.box.min().x() + (0.1f + 0.1f * (i % 9)) * solid.box.sizes().x(),
-                     solid.box.min().y() + (0.1f + 0.1f * (i / 9)) * solid.box.sizes().y(),
-                     solid.box.min().z() + 0.001f);
-      if (below.Intersect(at, {0, 0, -1}, 0.03f)) return true;
+    for (const Vec3f& p : solid.mesh->positions) {
+      const Vec3f above = solid.place * p + Vec3f(0, 0, 0.0005f);
+      if (below.Intersect(above, {0, 0, -1}, 0.0105f)) return true;
     }
     return false;
   }
@@ -202,7 +213,7 @@ class Checker {
           // In the object's own frame, so that what is turned takes its own rectangle.
           const Vec3f p =
               solid.place.inverse() * Vec3f(static_cast<float>(x), static_cast<float>(y), 0);
-          const Box3f own = solid.mesh->Bounds();
+          const Box3f& own = solid.own;
           if (p.x() > own.min().x() - kBody && p.x() < own.max().x() + kBody &&
               p.y() > own.min().y() - kBody && p.y() < own.max().y() + kBody) {
             state[static_cast<size_t>(i)] = 1;
@@ -316,7 +327,7 @@ class Checker {
   v1::Scene scene_;
   bool verbose_;
   AssetPool pool_;
-  std::map<std::pair<std::string, uint64_t>, std::shared_ptr<Model>> models_;
+  std::map<const Mesh*, std::shared_ptr<Model>> models_;
   std::vector<Solid> solids_;
 };
 

@@ -1,0 +1,137 @@
+#include "coordinator/client/plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "common/config/config.h"
+
+namespace parallax::client {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+const PlanRow& RowOf(const StudyPlan& plan, const std::string& name) {
+  return *std::find_if(plan.rows.begin(), plan.rows.end(),
+                       [&](const PlanRow& row) { return row.name == name; });
+}
+
+TEST(Plan, Table1SolvesEachSeedsRoomsOnceForAll13Variants) {
+  const StudyPlan plan = PlanStudy(LoadStudy("table1").value(), 1).value();
+  ASSERT_EQ(plan.rows.size(), 13u);
+  EXPECT_EQ(plan.total.pairs, 13 * 5000);
+  EXPECT_EQ(plan.total.scenes, 13 * 250);
+  EXPECT_EQ(plan.solves_without_sharing, 13 * 250);
+  EXPECT_LE(plan.max_solves_per_seed, 2);
+  EXPECT_EQ(plan.solves, plan.max_solves_per_seed * 250);
+  EXPECT_EQ(RowOf(plan, "default").layouts_shared, 0);
+  EXPECT_EQ(RowOf(plan, "floating-chairs").layouts_shared, 250);
+  // What is drawn from a layout differs, so no scene is wholly another variant's.
+  EXPECT_EQ(plan.total.scenes_shared, 0);
+}
+
+TEST(Plan, TheFirstVariantPaysForWhatTheNextShares) {
+  v1::StudySpec study = LoadStudy("table1").value();
+  study.set_pairs(40);
+  const StudyPlan plan = PlanStudy(study, 1).value();
+  const double first = RowOf(plan, "default").solve_core_s;
+  const double later = RowOf(plan, "floating-chairs").solve_core_s;
+  // Two scenes: the later one only dresses them.
+  EXPECT_NEAR(first - later, 2 * kMeasuredCosts.layout_reduced_s, 1e-9);
+  EXPECT_NEAR(later, 2 * kMeasuredCosts.dress_s, 1e-9);
+}
+
+TEST(Plan, ATwinOfAVariantCostsNothing) {
+  v1::StudySpec study = LoadStudy("table1").value();
+  study.set_pairs(30);
+  *study.add_variants() = study.variants(0);
+  study.mutable_variants(13)->set_name("twin");
+  const StudyPlan plan = PlanStudy(study, 1).value();
+  const PlanRow& twin = RowOf(plan, "twin");
+  EXPECT_EQ(twin.pairs, 30);
+  EXPECT_EQ(twin.pairs_shared, 30);
+  EXPECT_EQ(twin.scenes_shared, 2);
+  EXPECT_EQ(twin.solve_core_s + twin.render_core_s, 0);
+  EXPECT_EQ(twin.disk_bytes, 0);
+}
+
+TEST(Plan, SamplesAndPixelsCostWhatTheySay) {
+  v1::StudySpec study = LoadStudy("table1").value();
+  study.mutable_variants()->DeleteSubrange(1, 12);
+  v1::RenderConfig& render = *study.mutable_variants(0)->mutable_config()->mutable_render();
+  render.set_denoise(v1::RenderConfig::DENOISE_OFF);
+  const auto cost = [&](int samples, int width, int height) {
+    render.set_samples_per_pixel(samples);
+    v1::RigConfig& rigs = *study.mutable_variants(0)->mutable_config()->mutable_rigs();
+    rigs.set_width_px(width);
+    rigs.set_height_px(height);
+    const PlanRow row = PlanStudy(study, 1)->total;
+    return (row.render_core_s - 250 * kMeasuredCosts.build_s) / 5000;
+  };
+  const double small = cost(8, 640, 360);
+  EXPECT_NEAR(cost(8, 1280, 720), 4 * small, 1e-6);
+  EXPECT_NEAR(cost(16, 640, 360) - small, 8 * kMeasuredCosts.trace_s_per_mpx_sample * 0.2304, 1e-6);
+}
+
+TEST(Plan, AFactorScalesTimesOnly) {
+  const v1::StudySpec study = LoadStudy("table1").value();
+  const StudyPlan one = PlanStudy(study, 1).value(), three = PlanStudy(study, 3).value();
+  EXPECT_NEAR(three.total.solve_core_s, 3 * one.total.solve_core_s, 1e-6);
+  EXPECT_NEAR(three.total.render_core_s, 3 * one.total.render_core_s, 1e-3);
+  EXPECT_EQ(three.total.disk_bytes, one.total.disk_bytes);
+  EXPECT_EQ(three.solves, one.solves);
+}
+
+class MeasuredFactorTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = fs::temp_directory_path() / "plan_XXXXXX";
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    dir_ = name;
+    v1::StudySpec study = LoadStudy("table1").value();
+    study.set_rigs_per_scene(1);
+    study.set_pairs(2);
+    std::ofstream(dir_ + "/study.lock.yaml") << StudyToYaml(study);
+    fs::create_directories(dir_ + "/default");
+  }
+  void TearDown() override { fs::remove_all(dir_); }
+
+  void WriteIndex(const std::string& seconds) {
+    std::ofstream out(dir_ + "/default/index.jsonl");
+    for (int scene = 0; scene < 2; ++scene) {
+      out << R"({"scene":)" << scene << R"(,"rig":0,"passed":true,"files":{},"seconds":)" << seconds
+          << "}\n";
+    }
+  }
+
+  std::string dir_;
+};
+
+TEST_F(MeasuredFactorTest, IsWhatPairsTookOverWhatIsForetold) {
+  v1::StudySpec study = LoadStudy("table1").value();
+  study.mutable_variants()->DeleteSubrange(1, 12);
+  study.set_rigs_per_scene(1);
+  study.set_pairs(1);
+  const double foretold = PlanStudy(study, 1)->total.render_core_s;
+  WriteIndex(R"({"cpu":)" + std::to_string(2.5 * foretold) + "}");
+  const auto factor = ReadMeasuredFactor(dir_);
+  ASSERT_TRUE(factor.ok()) << factor.status();
+  EXPECT_NEAR(*factor, 2.5, 1e-4);
+}
+
+TEST_F(MeasuredFactorTest, SaysWhenNothingWasMeasured) {
+  WriteIndex("{}");
+  const auto factor = ReadMeasuredFactor(dir_);
+  EXPECT_EQ(factor.status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(factor.status().message()),
+              HasSubstr("does not say what its pairs cost"));
+  EXPECT_EQ(ReadMeasuredFactor(dir_ + "/nowhere").status().code(), absl::StatusCode::kNotFound);
+}
+
+}  // namespace
+}  // namespace parallax::client

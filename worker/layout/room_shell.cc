@@ -260,7 +260,12 @@ Mesh MakeStairs(const v1::Room& room) {
     place.translation().y() += 0.5f * width - 0.04f;
     Append(mesh, MakeSpiralStaircase(params).mesh, place);
   } else {
-    Append(mesh, MakeUShapedStaircase(params).mesh, place);
+    // Wherever its own origin is: its landing halfway up lies at the far wall.
+    const Mesh flights = MakeUShapedStaircase(params).mesh;
+    const Box3f box = flights.Bounds();
+    place.translation().x() = 0.5f * width + box.center().x();  // Turned by half a circle.
+    place.translation().y() = static_cast<float>(room.depth_m()) - 0.02f + box.min().y();
+    Append(mesh, flights, place);
   }
   return mesh;
 }

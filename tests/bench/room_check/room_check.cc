@@ -331,6 +331,13 @@ class Checker {
   std::vector<Solid> solids_;
 };
 
+void SayRoom(const v1::Room& room) {
+  std::fprintf(stderr, "  %s: %.2f %.2f %.2f to %.2f %.2f %.2f\n", room.name().c_str(),
+               room.origin_x_m(), room.origin_y_m(), room.floor_z_m(),
+               room.origin_x_m() + room.width_m(), room.origin_y_m() + room.depth_m(),
+               room.floor_z_m() + room.height_m());
+}
+
 int Main(const Options& options) {
   bool good = true;
   for (const RoomTable& table : RoomTables()) {
@@ -355,7 +362,10 @@ int Main(const Options& options) {
         ++tally.rejected;
         continue;
       }
-      if (options.verbose) std::fprintf(stderr, "%s %d\n", table.kind.c_str(), options.first + i);
+      if (options.verbose) {
+        std::fprintf(stderr, "%s %d\n", table.kind.c_str(), options.first + i);
+        for (const v1::Room& room : layout->rooms()) SayRoom(room);
+      }
       Checker(*layout, options.verbose).Check(tally);
     }
     const nlohmann::json line = {{"bench", "room_check"},

@@ -118,6 +118,27 @@ TEST(House, TwoStoreysHaveStairsThatArriveAtTheUpperFloor) {
   EXPECT_GT(two, 0);
 }
 
+TEST(House, StairsStandInTheirOwnStairwell) {
+  for (uint64_t seed = 0; seed < 6; ++seed) {
+    const House house = *DrawHouse(ConfigOf(7, 1.0), SceneSeed{seed});
+    for (v1::Room room : house.rooms) {
+      if (!room.has_stairs()) continue;
+      room.clear_origin_x_m();
+      room.clear_origin_y_m();
+      room.clear_floor_z_m();
+      const Box3f box = MakeRoomPart(room, "stairs")->Bounds();
+      EXPECT_GT(box.min().x(), -0.01f) << seed;
+      EXPECT_GT(box.min().y(), -0.01f) << seed;
+      EXPECT_LT(box.max().x(), room.width_m() + 0.01) << seed;
+      EXPECT_LT(box.max().y(), room.depth_m() + 0.01) << seed;
+      // Two flights reach back to the far wall; a spiral needs less.
+      if (ClassOfPart(room, "stairs") == "UShapedStaircase") {
+        EXPECT_GT(box.max().y(), room.depth_m() - 0.1) << seed;
+      }
+    }
+  }
+}
+
 TEST(House, EveryPartOfEveryRoomIsAValidMesh) {
   for (const uint64_t seed : {1, 2, 3}) {
     const House house = *DrawHouse(ConfigOf(7, 1.0), SceneSeed{seed});

@@ -314,8 +314,9 @@ absl::StatusOr<std::vector<v1::AttemptId>> Machine::Adopt(const std::string& wor
     if (known != holding.end()) {
       adopted.push_back(*known);
     } else {
-      // Three lost workers quarantine a job; three lost messages must not.
-      RETURN_IF_ERROR(same_process
+      // Three lost workers quarantine a job; three lost messages must not. Who was leased to before
+      // the last restart may be the same process: nobody knows.
+      RETURN_IF_ERROR(same_process || job->fence >> 32 != epoch_
                           ? LoseAttempt(*job, LossKind::kReturned,
                                         "the lease did not reach worker " + worker, false, now)
                           : LoseAttempt(*job, LossKind::kLost,

@@ -241,8 +241,9 @@ CoordinatorService::Reactor* CoordinatorService::ChangeStudy(Context* context,
   return RunOn(client_pool_, context, [this, context, request, reply, call]() -> absl::Status {
     const StudyId study{request->study_id()};
     RETURN_IF_ERROR(CheckSteering(*context, study));
-    RETURN_IF_ERROR((queue_.*call)(study, request->reason(), ActorOf(*context)));
-    ASSIGN_OR_RETURN(*reply, queue_.GetStudy(study));
+    JobQueue& queue = queue_;  // GCC 12 checks `queue_.*call` with a `this` that it has not set.
+    RETURN_IF_ERROR((queue.*call)(study, request->reason(), ActorOf(*context)));
+    ASSIGN_OR_RETURN(*reply, queue.GetStudy(study));
     return absl::OkStatus();
   });
 }

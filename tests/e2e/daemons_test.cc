@@ -166,6 +166,8 @@ TEST_F(DaemonsTest, AStudyOutlivesAKilledWorker) {
   EXPECT_EQ(doomed->Wait(), 128 + SIGKILL);
   auto heir = StartWorker("heir", address, 1);
   ASSERT_TRUE(WaitForSuccess(study)) << heir->Err();
+  // The doomed one may have been that fast; a signal before there is a handler is the heir's end.
+  ASSERT_TRUE(WaitUntil(*heir, [&] { return heir->Err().find("connected") != std::string::npos; }));
   ExpectPairs(study, 24);
   heir->Signal(SIGTERM);
   EXPECT_EQ(heir->Wait(), 0) << heir->Err();

@@ -147,6 +147,17 @@ bool Succeeded(const v1::StudyStatus& status) {
   return status.state() == v1::STUDY_STATE_SUCCEEDED;
 }
 
+int64_t JobsDone(const v1::StudyStatus& status) {
+  int64_t done = 0;
+  for (const v1::VariantStatus& variant : status.variants()) {
+    for (const auto* jobs : {&variant.solve_jobs(), &variant.render_jobs()}) {
+      const auto found = jobs->find("SUCCEEDED");
+      if (found != jobs->end()) done += found->second;
+    }
+  }
+  return done;
+}
+
 Dataset Calm(int pairs, Tally& tally, double* wall_s) {
   Farm farm({.lease_s = 10});
   farm.StartCoordinator();
@@ -174,19 +185,24 @@ Dataset Chaos(int pairs, Rng rng, double calm_s, Tally& tally) {
   }
   size_t stopped = workers.size();
   const auto begin = std::chrono::steady_clock::now();
-  // The faults must leave it time to do something between them.
   const double pause_s = std::max(0.3, calm_s / 6);
+  int64_t jobs_at_loss = 0;
   while (!Succeeded(farm.Status(study)) && SecondsSince(begin) < 300) {
     Sleep(rng.Uniform(0.2 * pause_s, pause_s));
-    // The third one lives: a job that three workers are lost with is quarantined, by design.
-    const auto i = static_cast<size_t>(rng.UniformInt(0, 1));
+    const auto i = static_cast<size_t>(rng.UniformInt(0, 2));
+    // A farm whose workers die faster than they work makes nothing, and a job that ten of them are
+    // lost with is quarantined, by design: between two losses a job is done.
+    const int64_t jobs = JobsDone(farm.Status(study));
+    const bool may_lose = jobs > jobs_at_loss;
     if (rng.Bernoulli(0.4)) {
       farm.KillCoordinator();
       farm.StartCoordinator();
     } else if (stopped < workers.size()) {
       workers[stopped]->Signal(SIGCONT);  // The zombie wakes.
       stopped = workers.size();
-    } else if (rng.Bernoulli(0.5)) {
+    } else if (!may_lose) {
+      continue;
+    } else if (jobs_at_loss = jobs; rng.Bernoulli(0.5)) {
       stopped = i;
       workers[i]->Signal(SIGSTOP);
     } else {
@@ -198,6 +214,12 @@ Dataset Chaos(int pairs, Rng rng, double calm_s, Tally& tally) {
   }
   if (stopped < workers.size()) workers[stopped]->Signal(SIGCONT);
   if (!Succeeded(farm.Status(study))) tally.Lost("the study under chaos does not end");
+  v1::ListJobsRequest quarantined;
+  quarantined.set_study_id(study);
+  quarantined.set_state("QUARANTINED");
+  for (const v1::JobStatus& job : farm.Jobs(quarantined)) {
+    tally.Lost("a good scene is quarantined: " + job.ShortDebugString());
+  }
   tally.faults += proxy.counts().lost;
   farm.CheckPairs(study, 2 * static_cast<size_t>(pairs), tally);
 

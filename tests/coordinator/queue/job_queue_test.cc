@@ -408,6 +408,17 @@ TEST_F(JobQueueTest, LeasesThatNeverReachedTheirWorkersSayNothingAgainstTheJob) 
   }
 }
 
+TEST_F(JobQueueTest, LeasesThatWereOnTheirWayInARestartSayNothingAgainstTheJob) {
+  const StudyId study = Submit({.pairs = 2});
+  for (int i = 0; i < 4; ++i) {
+    const std::string worker = "w" + std::to_string(i);
+    LeaseOne(Solver(worker));
+    Reopen();
+    ASSERT_TRUE(queue_->Adopt(worker, {}, /*same_process=*/false).ok());
+    EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 0) << i;
+  }
+}
+
 TEST_F(JobQueueTest, WorkersGetOnlyKindsTheyDo) {
   Submit({.pairs = 2});
   EXPECT_THAT(Lease(Renderer("r")), IsEmpty());

@@ -44,7 +44,7 @@ class Filler {
                         .cast<float>();
     ray.spread = static_cast<float>(1.0 / camera.fx_px);
     PathTrail trail;
-    const PathResult path = TracePath(scene_, lights_, options_, ray, sampler, nullptr, &trail);
+    const PathResult path = TracePath(scene_, lights_, options_, ray, sampler, &trail);
     for (int k = 0; k < trail.size; ++k) {
       const PathVertex& vertex = trail.vertices[static_cast<size_t>(k)];
       if (!(vertex.throughput.minCoeff() > 0.0f)) continue;

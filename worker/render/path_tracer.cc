@@ -6,6 +6,8 @@ namespace parallax {
 namespace {
 
 constexpr int kMaxPassages = 32;  // Holes and thin panes that a path may pass.
+constexpr int kGuideBounces = 3;  // Mirrors that the denoiser's guides follow.
+constexpr float kGlintWeight = 0.02f;
 constexpr int kRouletteFrom = 2;  // First bounce that may end by chance.
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
@@ -57,24 +59,10 @@ bool ScattersWidely(const SurfaceSample& s) {
   return sharp <= kSharpShare * (wide + sharp);
 }
 
-// Whether a hit is on the surface that the pixel knows, so near that its footprint covers both.
-bool SameSurface(const RenderScene& scene, const PixelSurface& pixel, const RawHit& raw,
-                 float width_m) {
-  constexpr float kSameFacing = 0.995f;
-  constexpr float kNear = 3;  // Footprints.
-  if (raw.placed != pixel.hit.placed) return false;
-  if ((raw.position - pixel.hit.position).squaredNorm() > Square(kNear * width_m)) return false;
-  if (raw.triangle == pixel.hit.triangle) return true;
-  const SurfaceId id = scene.Identify(raw);
-  return id.slot == pixel.hit.slot &&
-         id.geometric_normal.dot(pixel.hit.geometric_normal) > kSameFacing;
-}
-
 }  // namespace
 
 PathResult TracePath(const RenderScene& scene, const LightTable& lights, const PathOptions& options,
-                     const Ray& camera_ray, Sampler& sampler, PixelSurface* pixel,
-                     PathTrail* trail) {
+                     const Ray& camera_ray, Sampler& sampler, PathTrail* trail) {
   PathResult result;
   Ray ray = camera_ray;
   Vec3f throughput = Vec3f::Ones();
@@ -83,6 +71,7 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
       kInfinity;  // With which the ray left it; infinity: no light sampling could have done this.
   float min_alpha = 0;
   bool guided = false;
+  Vec3f tint = Vec3f::Ones();  // Of the mirrors and panes before the surface that guides.
   int bounce = 0, passages = 0;
   const bool use_lights = options.direct != DirectLight::kBsdfSampling && !lights.empty();
   const auto add = [&](const Vec3f& contribution) {
@@ -119,7 +108,7 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
       if (found_by_bsdf()) {
         const Vec3f sky = lights.EscapeRadiance(receiver, ray.direction, mis_pdf());
         add(throughput.cwiseProduct(sky));
-        if (!guided) result.albedo = sky.cwiseMin(1.0f);
+        if (!guided) result.albedo = sky.cwiseMin(1.0f).cwiseProduct(tint);
       }
       return result;
     }
@@ -127,7 +116,7 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
     // ---- What the cache knows ----
     const Vec2f jitter = options.cache ? sampler.Pair() : Vec2f::Zero();
     const float width = ray.width_m + ray.spread * raw.distance;
-    if (options.cache && bounce >= options.cache_from) {
+    if (options.cache && bounce >= options.cache_from && guided) {
       const SurfaceId id = scene.Identify(raw);
       if (!scene.traits(id.material).needs_tracing) {
         const bool front = ray.direction.dot(id.geometric_normal) < 0.0f;
@@ -147,20 +136,12 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
     }
 
     // ---- The surface ----
-    const bool first = pixel && bounce == 0 && passages == 0;
-    const bool shared = first && pixel->valid && SameSurface(scene, *pixel, raw, width);
-    SurfaceHit hit;
-    if (shared) {
-      hit = pixel->hit;
-      hit.position = raw.position;
-    } else {
-      hit = scene.Resolve(raw);
-    }
+    const SurfaceHit hit = scene.Resolve(raw);
     const Vec3f out = -ray.direction;
     const bool outside = out.dot(hit.geometric_normal) > 0.0f;
     const float side = outside ? 1.0f : -1.0f;
     const Vec3f normal = side * hit.geometric_normal;
-    const SurfaceSample surface = shared ? pixel->surface : scene.Evaluate(hit, width);
+    const SurfaceSample surface = scene.Evaluate(hit, width);
 
     // ---- Light that it sends out ----
     if (lights.IsMeshLight(hit.placed, hit.slot)) {
@@ -182,15 +163,7 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
     }
 
     // ---- How it scatters ----
-    const Vec3f bumped = shared ? pixel->bumped : scene.BumpedNormal(hit, width);
-    if (first && !shared)
-      *pixel = {!scene.traits(hit.material).needs_tracing, hit, surface, bumped};
-    const ShadingFrame frame(UsableNormal(side * bumped, normal, out));
-    if (!guided) {
-      result.albedo = GuideAlbedo(surface);
-      result.normal = frame.z;
-      guided = true;
-    }
+    const ShadingFrame frame(UsableNormal(side * scene.BumpedNormal(hit, width), normal, out));
     if (trail && trail->size < static_cast<int>(trail->vertices.size()) &&
         !scene.traits(hit.material).needs_tracing) {
       trail->vertices[static_cast<size_t>(trail->size++)] = {
@@ -199,10 +172,15 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
           throughput,
           result.radiance};
     }
-    const bool last = bounce >= options.max_bounces;
-    if (last && !(surface.thin_walled && surface.transmission > 0.0f)) return result;
     const Vec3f o = frame.ToLocal(out);
     const Bsdf bsdf(surface, o, outside, min_alpha);
+    const bool last = bounce >= options.max_bounces;
+    if (!guided && (last || bounce >= kGuideBounces || !bsdf.mirror_like())) {
+      result.albedo = GuideAlbedo(surface).cwiseProduct(tint);
+      result.normal = frame.z;
+      guided = true;
+    }
+    if (last && !(surface.thin_walled && surface.transmission > 0.0f)) return result;
     const float straightness = frame.z.dot(normal);
     // What is left of light from a direction: none when shading and true normal see it on different
     // sides (it would leak or blacken), and less near the true horizon, so that the coarse faces of
@@ -249,6 +227,12 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
     // ---- The next ray ----
     const std::optional<BsdfSample> next = bsdf.Sample(choices.x(), sampler.Pair());
     if (!next) return result;
+    if (!guided) {
+      tint = tint.cwiseProduct(next->weight.cwiseMin(1.0f));
+      const bool glint =
+          surface.transmission > 0.0f && !next->straight && next->direction.z() > 0.0f;
+      if (glint) result.guide_weight = kGlintWeight;
+    }
     const Vec3f direction = frame.ToWorld(next->direction).normalized();
     if (next->straight) {
       if (++passages > kMaxPassages) return result;

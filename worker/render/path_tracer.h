@@ -43,25 +43,18 @@ struct PathTrail {
 
 struct PathResult {
   Vec3f radiance = Vec3f::Zero();
-  // Of the first surface, for the denoiser; the sky has albedo 1 clamped radiance and no normal.
+  // For the denoiser, of the first surface that is neither mirror nor clear glass, so that what
+  // these show keeps its detail; the sky has its clamped radiance as albedo and no normal.
   Vec3f albedo = Vec3f::Zero();
   Vec3f normal = Vec3f::Zero();  // World.
-  uint32_t rays = 0;             // Traced, shadow rays included.
+  // What this path's guides count among a pixel's: little where it is one of the few that glass
+  // reflects, or the pixel's guides would be noise.
+  float guide_weight = 1;
+  uint32_t rays = 0;  // Traced, shadow rays included.
 };
 
-// What the samples of one pixel share where they meet the same surface: how it scatters, seen
-// through the pixel's footprint. The first sample that meets another surface starts anew.
-struct PixelSurface {
-  bool valid = false;
-  SurfaceHit hit;
-  SurfaceSample surface;
-  Vec3f bumped = Vec3f::UnitZ();  // The shading normal with relief.
-};
-
-// With a `pixel`, the first surface is taken from there, or kept there. With a `trail`, the path's
-// surfaces are written there.
+// With a `trail`, the path's surfaces are written there.
 PathResult TracePath(const RenderScene& scene, const LightTable& lights, const PathOptions& options,
-                     const Ray& camera_ray, Sampler& sampler, PixelSurface* pixel = nullptr,
-                     PathTrail* trail = nullptr);
+                     const Ray& camera_ray, Sampler& sampler, PathTrail* trail = nullptr);
 
 }  // namespace parallax

@@ -10,9 +10,9 @@ constexpr int64_t kUsualCachePaths = 1'000'000;
 // clang-format off
 constexpr RenderProfile kProfiles[] = {
     // name         spp  bounces  denoise                    clamp  cache paths
-    {"preview",       2,       3, DenoiseQuality::kFast,     8.0f,    250'000},
-    {"default",       4,       6, DenoiseQuality::kHigh,    16.0f,  1'000'000},
-    {"high",         64,      10, DenoiseQuality::kHigh,    64.0f,  4'000'000},
+    {"preview",       2,       3, DenoiseQuality::kFast,    16.0f,    250'000},
+    {"default",       4,       6, DenoiseQuality::kHigh,    64.0f,  1'000'000},
+    {"high",         64,      10, DenoiseQuality::kHigh,   512.0f,  4'000'000},
     {"reference",  4096,      32, DenoiseQuality::kOff,      0.0f,          0},
 };
 // clang-format on

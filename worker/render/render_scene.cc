@@ -152,7 +152,15 @@ absl::Status RenderScene::BuildEmbree(int64_t memory_limit_bytes, bool movable) 
   rtcSetDeviceMemoryMonitorFunction(device_.get(), &MemoryWatch::Callback, memory_.get());
 
   std::map<const Mesh*, int> uses;
-  for (const PlacedMesh& placed : geometry_.meshes) ++uses[placed.mesh.get()];
+  size_t placed_triangles = 0;
+  for (const PlacedMesh& placed : geometry_.meshes) {
+    ++uses[placed.mesh.get()];
+    placed_triangles += placed.mesh->triangles.size();
+  }
+  // One tree over everything, with triangles split where that helps, is traced a good deal faster
+  // than a tree of trees; it costs build time and memory for every copy.
+  constexpr size_t kOneTree = 3'000'000;
+  const bool one_tree = placed_triangles <= kOneTree && !movable;
 
   const auto new_triangles = [&](const Mesh& mesh, const Positions& positions, bool filtered) {
     EmbreeGeometry geometry(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
@@ -160,6 +168,7 @@ absl::Status RenderScene::BuildEmbree(int64_t memory_limit_bytes, bool movable) 
                                positions.data(), 0, sizeof(Vec3f), mesh.positions.size());
     rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                mesh.triangles.data(), 0, sizeof(Triangle), mesh.triangles.size());
+    if (one_tree) rtcSetGeometryBuildQuality(geometry.get(), RTC_BUILD_QUALITY_HIGH);
     if (filtered) rtcSetGeometryOccludedFilterFunction(geometry.get(), &FilterOcclusion);
     rtcCommitGeometry(geometry.get());
     return geometry;
@@ -173,6 +182,7 @@ absl::Status RenderScene::BuildEmbree(int64_t memory_limit_bytes, bool movable) 
 
   scene_ = EmbreeScene(rtcNewScene(device_.get()));
   rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
+  if (one_tree) rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_HIGH);
   // A shared mesh whose uses differ in what lets light through needs the filter in one of its two
   // child scenes.
   struct Shared {
@@ -199,7 +209,7 @@ absl::Status RenderScene::BuildEmbree(int64_t memory_limit_bytes, bool movable) 
     }
     body.vertices = vertices;
     const bool filtered = lets_light_through(placed);
-    body.instanced = movable || uses[&mesh] > 1;
+    body.instanced = movable || (uses[&mesh] > 1 && !one_tree);
     if (!body.instanced) {
       auto positions = std::make_shared<Positions>();
       positions->reserve(mesh.positions.size() + 1);

@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <atomic>
+#include <bit>
 #include <map>
 #include <optional>
 
@@ -24,8 +25,7 @@ namespace parallax {
 namespace {
 
 constexpr int kTile = 16;
-constexpr int kBytesPerPixel = 400;    // Both eyes' films and maps, the denoiser's buffers.
-constexpr int kSamplesPerSurface = 4;  // That look at a pixel's material once for all.
+constexpr int kBytesPerPixel = 400;  // Both eyes' films and maps, the denoiser's buffers.
 
 double SecondsSince(SteadyTime start) {
   return std::chrono::duration<double>(Clock::System().Steady() - start).count();
@@ -141,6 +141,7 @@ class SceneRenderer final : public Renderer {
         RETURN_IF_ERROR(denoiser_->Execute(cancel, film.albedo, film.normal, &film.color));
       }
       views[eye]->color = ToSrgb(film.color, frame.exposure);
+      views[eye]->radiance = std::move(film.color);
     }
     frame.denoise_s = SecondsSince(denoise_start);
     if (progress) progress(1.0);
@@ -247,34 +248,43 @@ class SceneRenderer final : public Renderer {
     });
   }
 
+  // Few samples are spread over neighbouring pixels together; with many a pixel stands for itself.
+  Sampler PixelSampler(uint32_t stream_hash, int x, int y, int sample) const {
+    constexpr int kFew = 64;
+    const auto px = static_cast<uint32_t>(x), py = static_cast<uint32_t>(y);
+    const auto samples = static_cast<uint32_t>(profile_.samples_per_pixel);
+    const auto s = static_cast<uint32_t>(sample);
+    if (samples > kFew || std::max(x, y) >= 1 << 13) return Sampler(stream_hash, px, py, s);
+    return Sampler::OfImage(stream_hash, px, py, std::bit_width(samples - 1), s);
+  }
+
   // Box filter one pixel wide: edges in the picture are where the ground truth has them. Returns
   // rays traced.
   uint64_t TracePixel(const PinholeCamera& camera, const PathOptions& options, uint32_t stream_hash,
                       int x, int y, const CancelToken& cancel, Film* film) const {
     Vec3f color = Vec3f::Zero(), albedo = Vec3f::Zero(), normal = Vec3f::Zero();
+    float guides = 1e-9f;
     uint64_t rays = 0;
-    PixelSurface pixel_surface;
     const int samples = profile_.samples_per_pixel;
     const auto spread = static_cast<float>(1.0 / camera.fx_px);
     for (int s = 0; s < samples && !cancel.cancelled(); ++s) {
-      Sampler sampler(stream_hash, static_cast<uint32_t>(x), static_cast<uint32_t>(y),
-                      static_cast<uint32_t>(s));
+      Sampler sampler = PixelSampler(stream_hash, x, y, s);
       const Vec2f jitter = sampler.Pair();
-      if (s % kSamplesPerSurface == 0) pixel_surface.valid = false;
-      const PathResult path = TracePath(*geometry_, lights_, options,
-                                        CameraRay(camera, x + jitter.x(), y + jitter.y(), spread),
-                                        sampler, profile_.clamp > 0 ? &pixel_surface : nullptr);
+      const PathResult path =
+          TracePath(*geometry_, lights_, options,
+                    CameraRay(camera, x + jitter.x(), y + jitter.y(), spread), sampler);
       color += path.radiance;
-      albedo += path.albedo;
-      normal += path.normal;
+      albedo += path.guide_weight * path.albedo;
+      normal += path.guide_weight * path.normal;
+      guides += path.guide_weight;
       rays += path.rays;
     }
     const float scale = 1.0f / static_cast<float>(samples);
     const Vec3f camera_normal = camera.world_from_camera.transpose().cast<float>() * normal;
     for (int c = 0; c < 3; ++c) {
       film->color(x, y, c) = color[c] * scale;
-      film->albedo(x, y, c) = albedo[c] * scale;
-      film->normal(x, y, c) = camera_normal[c] * scale;
+      film->albedo(x, y, c) = albedo[c] / guides;
+      film->normal(x, y, c) = camera_normal[c] / guides;
     }
     return rays;
   }

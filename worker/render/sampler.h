@@ -1,9 +1,13 @@
-// Low-discrepancy points: each pair of dimensions of each pixel is its own Owen-scrambled Sobol'
-// (0,2)-sequence, shuffled so that pairs are independent of one another. All points of a pixel
-// depend on its seed only: images do not depend on threads or tiles, and two eyes with different
-// seeds have independent noise.
+// Low-discrepancy points: each pair of dimensions is an Owen-scrambled Sobol' (0,2)-sequence,
+// shuffled so that pairs are independent of one another. Either every pixel has its own; or the
+// pixels of an image share one, taken along a Z-curve: then not only a pixel's samples but those of
+// every 2^n x 2^n neighbourhood are well spread together, so that what error is left differs from
+// pixel to pixel and a denoiser averages it away. Points depend on stream, pixel and sample only:
+// images do not depend on threads or tiles, and two eyes with different streams have independent
+// noise.
 //
-// Source: Burley, "Practical hash-based Owen scrambling", JCGT 2020.
+// Source: Burley, "Practical hash-based Owen scrambling", JCGT 2020; Ahmed and Wonka, "Screen-space
+// blue-noise diffusion of Monte Carlo sampling error via hierarchical ordering of pixels", 2020.
 #pragma once
 
 #include <cstdint>
@@ -46,6 +50,12 @@ class Sampler {
  public:
   Sampler(uint32_t stream_hash, uint32_t x, uint32_t y, uint32_t sample)
       : seed_(CombineHash(CombineHash(stream_hash, x), y)), sample_(sample) {}
+  // Of an image whose pixels share a sequence: 2^log2_samples samples a pixel. Where x, y < 2^k,
+  // 2 k + log2_samples must not be above 32.
+  static Sampler OfImage(uint32_t stream_hash, uint32_t x, uint32_t y, int log2_samples,
+                         uint32_t sample) {
+    return Sampler(stream_hash, ((Spread(x) | Spread(y) << 1) << log2_samples) | sample);
+  }
 
   // The next pair of dimensions, in [0, 1).
   Vec2f Pair() {
@@ -68,6 +78,14 @@ class Sampler {
   }
 
  private:
+  Sampler(uint32_t seed, uint32_t index) : seed_(seed), sample_(index) {}
+  // The 16 low bits moved to the even places.
+  static uint32_t Spread(uint32_t x) {
+    x = (x | x << 8) & 0x00ff00ffu;
+    x = (x | x << 4) & 0x0f0f0f0fu;
+    x = (x | x << 2) & 0x33333333u;
+    return (x | x << 1) & 0x55555555u;
+  }
   static uint32_t Reverse(uint32_t x) {
     x = __builtin_bswap32(x);
     x = ((x & 0x0f0f0f0fu) << 4) | ((x >> 4) & 0x0f0f0f0fu);

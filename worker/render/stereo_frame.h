@@ -13,6 +13,7 @@ enum MaskBit : uint8_t { kMaskSky = 1, kMaskExterior = 2, kMaskTransparent = 4, 
 
 struct View {
   ImageRgb8 color;      // 8-bit sRGB.
+  ImageF3 radiance;     // What `color` was made of: linear, denoised, before exposure. Not written.
   ImageF depth_m;       // Along the optical axis at pixel centres, exact first hit; 0 = no surface.
   ImageF disparity_px;  // fx * baseline / depth in float precision, positive in both views; 0 = no
                         // surface.

@@ -10,6 +10,7 @@
 
 #include "common/base/clock.h"
 #include "common/base/memory_budget.h"
+#include "common/base/rng.h"
 #include "tests/worker/render/test_scenes.h"
 #include "worker/render/exposure.h"
 #include "worker/render/profiles.h"
@@ -261,6 +262,30 @@ TEST(Exposure, ABrightLampDoesNotDarkenThePicture) {
     }
   }
   EXPECT_NEAR(AutomaticExposure(image, image) / without, 1, 0.05);
+}
+
+// As pictures of 4 samples and their references are: the same mean, one with a lot of noise.
+TEST(Exposure, NeitherNoiseNorResolutionChangesIt) {
+  Rng rng(SceneSeed{5});
+  const ImageF3 calm(1280, 720, 1.0f);
+  ImageF3 noisy(1280, 720);
+  for (size_t i = 0; i < noisy.pixels(); ++i) {
+    const float value = rng.Uniform(0, 1) < 0.05 ? 20.0f : 0.0f;
+    for (size_t c = 0; c < 3; ++c) noisy.values()[3 * i + c] = value;
+  }
+  EXPECT_NEAR(AutomaticExposure(noisy, noisy) / AutomaticExposure(calm, calm), 1, 0.02);
+  // Checks of 10 and of 40 pixels: the same picture, reduced.
+  const auto checks = [](int scale) {
+    ImageF3 image(32 * scale, 18 * scale);
+    for (int y = 0; y < image.height(); ++y) {
+      for (int x = 0; x < image.width(); ++x) {
+        const float value = (x / scale + y / scale) % 2 ? 3.0f : 0.1f;
+        for (int c = 0; c < 3; ++c) image(x, y, c) = value;
+      }
+    }
+    return AutomaticExposure(image, image);
+  };
+  EXPECT_FLOAT_EQ(checks(10), checks(40));
 }
 
 TEST(Exposure, ADarkThingCloseByDoesNotBurnOutTheRoom) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -31,6 +32,30 @@ TEST(Sampler, EveryPairIsStratifiedInAllElementaryBoxes) {
         }
         for (const int count : seen) ASSERT_EQ(count, 1) << "m " << m << " dimension " << dimension;
       }
+    }
+  }
+}
+
+// What a denoiser averages over is spread as evenly as one pixel's samples are.
+TEST(Sampler, SquaresOfPixelsOfAnImageAreStratifiedTogether) {
+  constexpr int kLogSamples = 2;
+  for (const auto& [x0, y0, side] : {std::array{0, 0, 1}, {6, 3, 1}, {4, 2, 2}, {12, 8, 4}}) {
+    for (int dimension = 0; dimension < 4; ++dimension) {
+      const int n = side * side << kLogSamples;
+      const int columns = side << (kLogSamples / 2), rows = n / columns;
+      std::vector<int> seen(static_cast<size_t>(n));
+      for (int i = 0; i < n; ++i) {
+        const int pixel = i >> kLogSamples;
+        Sampler sampler = Sampler::OfImage(SampleStream{11, 2, 0, 0}.Hash(),
+                                           static_cast<uint32_t>(x0 + pixel % side),
+                                           static_cast<uint32_t>(y0 + pixel / side), kLogSamples,
+                                           static_cast<uint32_t>(i & ((1 << kLogSamples) - 1)));
+        Vec2f p;
+        for (int d = 0; d <= dimension; ++d) p = sampler.Pair();
+        ++seen[static_cast<size_t>(static_cast<int>(p.x() * static_cast<float>(columns)) * rows +
+                                   static_cast<int>(p.y() * static_cast<float>(rows)))];
+      }
+      for (const int count : seen) ASSERT_EQ(count, 1) << side << " at " << x0 << " " << y0;
     }
   }
 }
@@ -69,6 +94,28 @@ TEST(Sampler, EyesPixelsRigsAndDimensionsAreUncorrelated) {
   }
   for (const auto* other : {&eye, &rig, &neighbour, &second, &scene}) {
     EXPECT_LT(std::abs(Correlation(base, *other)), 0.05);  // 5 standard deviations of 10,000 pairs.
+  }
+}
+
+TEST(Sampler, EyesRigsAndDimensionsOfImagesAreUncorrelated) {
+  constexpr int kSide = 100;
+  std::vector<double> base, eye, rig, second, scene;
+  const auto first = [](const SampleStream& stream, int x, int y) {
+    return Sampler::OfImage(stream.Hash(), static_cast<uint32_t>(x), static_cast<uint32_t>(y), 2,
+                            1);
+  };
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      Sampler sampler = first({1, 0, 0, 0}, x, y);
+      base.push_back(sampler.Pair().x());
+      second.push_back(sampler.Pair().x());
+      eye.push_back(first({1, 0, 1, 0}, x, y).Pair().x());
+      rig.push_back(first({1, 1, 0, 0}, x, y).Pair().x());
+      scene.push_back(first({2, 0, 0, 0}, x, y).Pair().x());
+    }
+  }
+  for (const auto* other : {&eye, &rig, &second, &scene}) {
+    EXPECT_LT(std::abs(Correlation(base, *other)), 0.05);
   }
 }
 

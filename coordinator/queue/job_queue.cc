@@ -76,15 +76,16 @@ class Finisher {
  private:
   void Loop() {
     pthread_setname_np(pthread_self(), "queue-finisher");
-    std::unique_lock lock(mutex_);
+    std::deque<std::function<void()>> batch;
     for (;;) {
-      wake_.wait(lock, [&] { return stopping_ || !tasks_.empty(); });
-      if (tasks_.empty()) return;
-      const std::function<void()> task = std::move(tasks_.front());
-      tasks_.pop_front();
-      lock.unlock();
-      task();
-      lock.lock();
+      {
+        std::unique_lock lock(mutex_);
+        wake_.wait(lock, [&] { return stopping_ || !tasks_.empty(); });
+        if (tasks_.empty()) return;
+        batch.swap(tasks_);
+      }
+      for (const std::function<void()>& task : batch) task();
+      batch.clear();
     }
   }
 
@@ -383,7 +384,7 @@ absl::StatusOr<v1::ReportOutcome> JobQueue::Complete(const v1::CompleteRequest& 
   return Impl::OutcomeOf(verdict);
 }
 
-void JobQueue::CompleteAsync(v1::CompleteRequest request,
+void JobQueue::CompleteAsync(const v1::CompleteRequest& request,
                              std::function<void(absl::StatusOr<v1::ReportOutcome>)> done) {
   Impl* impl = impl_.get();
   auto report = std::make_shared<const CheckedReport>(CheckReport(request));

@@ -166,7 +166,8 @@ class JobQueue {
   // does not belong to the job (wrong kind, rigs not asked for, path outside the attempt's folder),
   // and the attempt counts as failed.
   absl::StatusOr<v1::ReportOutcome> Complete(const v1::CompleteRequest& request);
-  void CompleteAsync(v1::CompleteRequest request,
+  // `request` is not needed after the call.
+  void CompleteAsync(const v1::CompleteRequest& request,
                      std::function<void(absl::StatusOr<v1::ReportOutcome>)> done);
   absl::StatusOr<v1::ReportOutcome> Fail(const v1::FailRequest& request);
   // Back without blame (drain): READY at once.

@@ -69,7 +69,7 @@ struct ServerMetrics {
   // Seconds from "a worker has credit and a job is ready" to the lease on its stream; cumulative
   // counts by bound.
   std::vector<double> lease_latency_bounds_s;
-  std::vector<int64_t> lease_latency_counts;  // One longer than the bounds: +Inf.
+  std::vector<uint64_t> lease_latency_counts;  // One longer than the bounds: +Inf.
   double lease_latency_sum_s = 0;
 };
 

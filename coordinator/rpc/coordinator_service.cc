@@ -14,6 +14,7 @@ namespace {
 constexpr int kMostListed = 10'000;
 constexpr int kStudiesListed = 100;  // Unless told.
 constexpr size_t kMostStages = 32;
+constexpr size_t kSmallReport = 16384;  // Bytes.
 
 // "REPORT_OUTCOME_OK" -> "OK"
 std::string ShortName(v1::ReportOutcome outcome) {
@@ -131,29 +132,43 @@ void CoordinatorService::EndReport(Reactor* reactor, v1::ReportReply* reply,
   reactor->Finish(ToGrpc(outcome.status()));
 }
 
+// Ends the call if the queue needn't be asked; else it counts as under way.
+bool CoordinatorService::Admit(Reactor* reactor, v1::ReportReply* reply, const absl::Status& status,
+                               const std::string& coordinator_id) {
+  if (!status.ok()) {
+    EndReport(reactor, reply, status, "");
+    return false;
+  }
+  if (IsForeign(coordinator_id)) {
+    EndReport(reactor, reply, v1::REPORT_OUTCOME_STALE_FENCE, "");
+    return false;
+  }
+  Enter();
+  return true;
+}
+
 CoordinatorService::Reactor* CoordinatorService::Complete(Context* context,
                                                           const v1::CompleteRequest* request,
                                                           v1::ReportReply* reply) {
   Reactor* const reactor = context->DefaultReactor();
-  const absl::Status status = CheckComplete(*request);
-  if (!status.ok()) {
-    EndReport(reactor, reply, status, "");
-  } else if (IsForeign(request->coordinator_id())) {
-    EndReport(reactor, reply, v1::REPORT_OUTCOME_STALE_FENCE, "");
+  if (!Admit(reactor, reply, CheckComplete(*request), request->coordinator_id())) return reactor;
+  const auto ask = [this, reactor, request, reply] {
+    queue_.CompleteAsync(*request,
+                         [this, reactor, request, reply](absl::StatusOr<v1::ReportOutcome> end) {
+                           if (end.ok() && *end == v1::REPORT_OUTCOME_OK) {
+                             dispatcher_.Reported(request->worker(), true);
+                             NoteWork(*request);
+                           }
+                           EndReport(reactor, reply, end, "OK");
+                           Leave();
+                         });
+  };
+  // Packing a recipe takes its time, which is none of gRPC's threads'; a word to another thread
+  // takes more than packing a few frames.
+  if (request->ByteSizeLong() <= kSmallReport) {
+    ask();
   } else {
-    Enter();
-    // Checking and packing the result takes the calling thread's time, so it is none of gRPC's.
-    worker_pool_.Run([this, reactor, request, reply] {
-      queue_.CompleteAsync(*request,
-                           [this, reactor, request, reply](absl::StatusOr<v1::ReportOutcome> end) {
-                             if (end.ok() && *end == v1::REPORT_OUTCOME_OK) {
-                               dispatcher_.Reported(request->worker(), true);
-                               NoteWork(*request);
-                             }
-                             EndReport(reactor, reply, end, "OK");
-                             Leave();
-                           });
-    });
+    worker_pool_.Run(ask);
   }
   return reactor;
 }
@@ -162,22 +177,13 @@ CoordinatorService::Reactor* CoordinatorService::Fail(Context* context,
                                                       const v1::FailRequest* request,
                                                       v1::ReportReply* reply) {
   Reactor* const reactor = context->DefaultReactor();
-  const absl::Status status = CheckFail(*request);
-  if (!status.ok()) {
-    EndReport(reactor, reply, status, "");
-  } else if (IsForeign(request->coordinator_id())) {
-    EndReport(reactor, reply, v1::REPORT_OUTCOME_STALE_FENCE, "");
-  } else {
-    Enter();
-    worker_pool_.Run([this, reactor, request, reply] {
-      const absl::StatusOr<v1::ReportOutcome> end = queue_.Fail(*request);
-      if (end.ok() && *end == v1::REPORT_OUTCOME_OK) {
-        dispatcher_.Reported(request->worker(), false);
-      }
-      EndReport(reactor, reply, end, "FAILED");
-      Leave();
-    });
-  }
+  if (!Admit(reactor, reply, CheckFail(*request), request->coordinator_id())) return reactor;
+  worker_pool_.Run([this, reactor, request, reply] {
+    const absl::StatusOr<v1::ReportOutcome> end = queue_.Fail(*request);
+    if (end.ok() && *end == v1::REPORT_OUTCOME_OK) dispatcher_.Reported(request->worker(), false);
+    EndReport(reactor, reply, end, "FAILED");
+    Leave();
+  });
   return reactor;
 }
 

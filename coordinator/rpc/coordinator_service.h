@@ -63,6 +63,8 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   void EndReport(Reactor* reactor, v1::ReportReply* reply,
                  const absl::StatusOr<v1::ReportOutcome>& outcome, const char* if_ok);
   void NoteWork(const v1::CompleteRequest& request);
+  bool Admit(Reactor* reactor, v1::ReportReply* reply, const absl::Status& status,
+             const std::string& coordinator_id);
   bool IsForeign(const std::string& coordinator_id) const;
   void Enter();
   void Leave();

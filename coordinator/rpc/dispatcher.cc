@@ -13,35 +13,22 @@
 #include <tuple>
 
 #include "common/base/log.h"
+#include "coordinator/queue/histogram.h"
+#include "coordinator/rpc/ask_window.h"
+#include "coordinator/rpc/conduct.h"
+#include "coordinator/rpc/seconds.h"
 #include "coordinator/rpc/validation.h"
 
 namespace parallax {
 namespace {
 
-constexpr double kLatencyBounds_s[] = {0.001, 0.0025, 0.005, 0.01, 0.025, 0.05,
-                                       0.1,   0.25,   0.5,   1,    2.5,   5};
 constexpr int kMostAskedAtOnce = 64;  // Jobs of one worker in one call.
-constexpr int kSmallestWindow = 4;    // Calls of one class at a time.
-constexpr int kLargestWindow = 256;
-constexpr int kEmptyHandsThatClose = 3;  // One worker may be refused for its own sake.
 // A wake-up that went missing costs at most this.
 constexpr double kLookAgain_s = 1;
 // Credit for a slot that was about to become free: it is by now.
 constexpr double kAheadIsIdle_s = 2;
 constexpr double kForgetWorker_s = 3600;
-constexpr int kFailuresThatSuspend = 5;  // In a row, while others succeed.
-constexpr double kFirstSuspension_s = 30;
-constexpr double kLongestSuspension_s = 3600;
 constexpr size_t kMostGoneWorkers = 1000;
-
-SteadyTime After(SteadyTime from, double seconds) {
-  return from +
-         std::chrono::duration_cast<SteadyTime::duration>(std::chrono::duration<double>(seconds));
-}
-
-double SecondsBetween(SteadyTime from, SteadyTime to) {
-  return std::chrono::duration<double>(to - from).count();
-}
 
 enum class Presence { kConnected, kAway, kLost, kLeft };
 
@@ -62,22 +49,7 @@ struct Worker {
   int running = 0;
 };
 
-// Of a worker's name: starting again does not mend a broken machine.
-struct Conduct {
-  int failures_in_row = 0;
-  SteadyTime first_failure{};  // Of those.
-  SteadyTime last_success{};
-  double suspension_s = 0;  // The last one's length; 0: none since its last success.
-  SteadyTime suspended_until{};
-};
-
 using ClassKey = std::tuple<bool, bool, int64_t, std::vector<std::string>>;
-struct WorkerClass {
-  int window = kSmallestWindow;
-  int in_flight = 0;
-  int empty_hands = 0;  // In this round.
-};
-
 ClassKey ClassOf(const WorkerFacts& facts) {
   return {facts.solves, facts.renders, facts.memory_mb, facts.tags};
 }
@@ -94,6 +66,11 @@ struct Note {
   v1::AttemptId attempt;
   std::string reason;
 };
+struct Outgoing {
+  std::shared_ptr<WorkerLink> link;
+  v1::CoordinatorMessage message;
+};
+
 struct Notes {
   std::mutex mu;
   std::condition_variable changed;
@@ -113,8 +90,7 @@ class Dispatcher::Impl {
         pool_(pool),
         clock_(clock),
         lease_s_(queue.lease_s()),
-        grace_s_(std::min(reconnect_grace_s, queue.lease_s())),
-        counts_(std::size(kLatencyBounds_s) + 1, 0) {
+        grace_s_(std::min(reconnect_grace_s, queue.lease_s())) {
     thread_ = std::thread([this] { Loop(); });
   }
 
@@ -193,27 +169,10 @@ class Dispatcher::Impl {
     std::lock_guard lock(mu_);
     const SteadyTime now = clock_.Steady();
     if (workers_.count(name) == 0) return;  // Nobody's report; or it has gone.
-    Conduct& conduct = conduct_[name];
-    if (succeeded) {
-      conduct = Conduct();
-      conduct.last_success = now;
-      return;
+    if (conduct_.Reported(name, succeeded, now)) {
+      LogWarning("worker fails everything; suspended",
+                 {{"worker", name}, {"seconds", conduct_.SuspendedFor(name, now)}});
     }
-    if (conduct.failures_in_row++ == 0) conduct.first_failure = now;
-    const bool on_trial = conduct.suspension_s > 0;
-    if (conduct.failures_in_row < kFailuresThatSuspend && !on_trial) return;
-    // If nobody succeeds, it is the work.
-    const bool others_succeed =
-        std::any_of(conduct_.begin(), conduct_.end(), [&](const auto& other) {
-          return other.first != name && other.second.last_success >= conduct.first_failure;
-        });
-    if (!others_succeed || now < conduct.suspended_until) return;
-    conduct.suspension_s =
-        on_trial ? std::min(kLongestSuspension_s, 2 * conduct.suspension_s) : kFirstSuspension_s;
-    conduct.suspended_until = After(now, conduct.suspension_s);
-    LogWarning("worker fails everything; suspended", {{"worker", name},
-                                                      {"failures", conduct.failures_in_row},
-                                                      {"seconds", conduct.suspension_s}});
   }
 
   std::vector<v1::WorkerStatus> Workers() const {
@@ -225,7 +184,7 @@ class Dispatcher::Impl {
       *status.mutable_kinds() = worker.hello.kinds();
       status.set_slots(worker.hello.slots());
       status.set_running(worker.running);
-      status.set_state(SuspendedFor(name, clock_.Steady()) > 0 &&
+      status.set_state(conduct_.SuspendedFor(name, clock_.Steady()) > 0 &&
                                worker.presence == Presence::kConnected
                            ? "suspended"
                            : StateName(worker));
@@ -246,11 +205,8 @@ class Dispatcher::Impl {
     }
     metrics.leases = leases_;
     metrics.workers_lost = workers_lost_;
-    metrics.lease_latency_bounds_s.assign(std::begin(kLatencyBounds_s), std::end(kLatencyBounds_s));
-    metrics.lease_latency_counts = counts_;
-    for (size_t i = 1; i < counts_.size(); ++i) {
-      metrics.lease_latency_counts[i] += metrics.lease_latency_counts[i - 1];
-    }
+    metrics.lease_latency_bounds_s = latency_s_.bounds();
+    metrics.lease_latency_counts = latency_s_.Cumulative();
     metrics.lease_latency_sum_s = latency_sum_s_;
     return metrics;
   }
@@ -317,17 +273,9 @@ class Dispatcher::Impl {
   }
 
   // ---- All below require mu_ unless said otherwise ----
-  double SuspendedFor(const std::string& name, SteadyTime now) const {
-    const auto found = conduct_.find(name);
-    return found == conduct_.end() ? 0 : SecondsBetween(now, found->second.suspended_until);
-  }
-
   // How many jobs it may be asked for now.
   int TrustIn(const std::string& name, const Worker& worker, SteadyTime now) const {
-    const auto found = conduct_.find(name);
-    if (found == conduct_.end() || found->second.suspension_s == 0) return worker.credit;
-    if (now < found->second.suspended_until || worker.running > 0) return 0;
-    return std::min(worker.credit, 1);
+    return conduct_.TrustIn(name, worker.credit, worker.running, now);
   }
 
   Worker* Present(const std::string& name, const WorkerLink* link) {
@@ -371,30 +319,38 @@ class Dispatcher::Impl {
   // ---- The dispatcher's thread ----
   void Loop() {
     pthread_setname_np(pthread_self(), "dispatcher");
-    SteadyTime look_at = After(clock_.Steady(), kLookAgain_s);
+    SteadyTime look_at = SecondsAfter(clock_.Steady(), kLookAgain_s);
     SteadyTime check_at = clock_.Steady();
     const double check_every_s = std::min(0.25, std::min(lease_s_, grace_s_) / 4);
     while (true) {
       std::deque<Note> notes;
-      bool work_ready = TakeNotes(std::min(look_at, check_at), &notes);
-      std::lock_guard lock(mu_);
-      for (Note& note : notes) Handle(note);
-      const SteadyTime now = clock_.Steady();
-      if (now >= look_at) {
-        look_at = After(now, kLookAgain_s);
-        work_ready = true;
-      }
-      if (work_ready) NewRound(now);
-      if (now >= check_at) {
-        check_at = After(now, check_every_s);
-        CheckPresence(now);
-      }
-      if (!stopping_) {
-        Ask();
-      } else if (NothingUnderWay()) {
-        return;
-      }
+      const bool work_ready = TakeNotes(std::min(look_at, check_at), &notes);
+      std::vector<Outgoing> outbox;
+      const bool over = Turn(notes, work_ready, check_every_s, &look_at, &check_at, &outbox);
+      // Hundreds of writes to sockets: nobody who brings credit or a heartbeat waits for them.
+      for (Outgoing& outgoing : outbox) outgoing.link->Send(std::move(outgoing.message));
+      if (over) return;
     }
+  }
+
+  // What there is to do at one time; true when it was the last.
+  bool Turn(std::deque<Note>& notes, bool work_ready, double check_every_s, SteadyTime* look_at,
+            SteadyTime* check_at, std::vector<Outgoing>* outbox) {
+    std::lock_guard lock(mu_);
+    for (Note& note : notes) Handle(note, outbox);
+    const SteadyTime now = clock_.Steady();
+    if (now >= *look_at) {
+      *look_at = SecondsAfter(now, kLookAgain_s);
+      work_ready = true;
+    }
+    if (work_ready) NewRound(now);
+    if (now >= *check_at) {
+      *check_at = SecondsAfter(now, check_every_s);
+      CheckPresence(now);
+    }
+    if (stopping_) return NothingUnderWay();
+    Ask();
+    return false;
   }
 
   // Waits for notes or `deadline`; true when work may be ready. Without mu_.
@@ -415,41 +371,37 @@ class Dispatcher::Impl {
 
   void NewRound(SteadyTime now) {
     ++round_;
-    for (auto& [key, of_class] : classes_) of_class.empty_hands = 0;
+    for (auto& [key, window] : windows_) window.NewRound();
     // For the latency: a worker that waited for work can't have been served before there was some.
     for (auto& [name, worker] : workers_) {
       if (!worker.asking && worker.credit > 0 && worker.served_round != 0) worker.wants_since = now;
     }
   }
 
-  void Handle(Note& note) {
+  void Handle(Note& note, std::vector<Outgoing>* outbox) {
     if (note.kind == Note::kStop) {
-      SendStop(note);
+      SendStop(note, outbox);
     } else {
-      HandleLeases(note);
+      HandleLeases(note, outbox);
     }
   }
 
-  void SendStop(const Note& note) {
+  void SendStop(const Note& note, std::vector<Outgoing>* outbox) {
     const auto found = workers_.find(note.worker);
     if (found == workers_.end() || found->second.link == nullptr) return;
     v1::CoordinatorMessage message;
     *message.mutable_stop()->mutable_attempt() = note.attempt;
     message.mutable_stop()->set_reason(note.reason);
-    found->second.link->Send(std::move(message));
+    outbox->push_back({found->second.link, std::move(message)});
   }
 
-  void HandleLeases(Note& note) {
-    WorkerClass& of_class = classes_[note.of_class];
-    --of_class.in_flight;
+  void HandleLeases(Note& note, std::vector<Outgoing>* outbox) {
     if (!note.leases.ok()) {
       LogError("no leases from the queue", {{"error", note.leases.status()}});
       note.leases = std::vector<v1::Lease>();
     }
     const int got = static_cast<int>(note.leases->size());
-    if (got == 0 && note.round == round_) ++of_class.empty_hands;
-    of_class.window = got == 0 ? std::max(kSmallestWindow, of_class.window / 2)
-                               : std::min(kLargestWindow, of_class.window * 2);
+    windows_[note.of_class].Answered(got, note.round == round_);
     const std::shared_ptr<WorkerLink> link = note.link.lock();
     Worker* worker = link == nullptr ? nullptr : Present(note.worker, link.get());
     if (worker == nullptr || stopping_) {
@@ -462,21 +414,15 @@ class Dispatcher::Impl {
     for (v1::Lease& lease : *note.leases) {
       v1::CoordinatorMessage message;
       *message.mutable_lease() = std::move(lease);
-      worker->link->Send(std::move(message));
+      outbox->push_back({link, std::move(message)});
       --worker->credit;
       worker->ahead = std::min(worker->ahead, worker->credit);
       ++worker->running;  // Until the next heartbeat says so itself.
       ++leases_;
-      Observe(latency_s);
+      latency_s_.Add(latency_s);
+      latency_sum_s_ += latency_s;
     }
     worker->wants_since = clock_.Steady();
-  }
-
-  void Observe(double latency_s) {
-    const auto* bound =
-        std::lower_bound(std::begin(kLatencyBounds_s), std::end(kLatencyBounds_s), latency_s);
-    ++counts_[static_cast<size_t>(bound - std::begin(kLatencyBounds_s))];
-    latency_sum_s_ += latency_s;
   }
 
   // Leased to a worker that has gone meanwhile: READY again, without blame.
@@ -503,11 +449,9 @@ class Dispatcher::Impl {
         continue;
       }
       const ClassKey key = ClassOf(worker.facts);
-      WorkerClass& of_class = classes_[key];
-      if (of_class.in_flight >= of_class.window || of_class.empty_hands >= kEmptyHandsThatClose) {
-        continue;
-      }
-      ++of_class.in_flight;
+      AskWindow& window = windows_[key];
+      if (!window.IsOpen()) continue;
+      window.Asked();
       if (!farm) farm = LookAtFarm();
       AskFor(worker, key, *farm);
       if (worker.facts.renders) farm->idle_render_slots -= IdleSlots(worker);
@@ -580,7 +524,7 @@ class Dispatcher::Impl {
       gone += is_gone ? 1 : 0;
       if (is_gone &&
           (gone > kMostGoneWorkers || SecondsBetween(worker.heard, now) > kForgetWorker_s)) {
-        conduct_.erase(it->first);
+        conduct_.Forget(it->first);
         it = workers_.erase(it);
       } else {
         ++it;
@@ -607,15 +551,15 @@ class Dispatcher::Impl {
   mutable std::mutex mu_;  // Before Notes::mu.
   // Guarded by mu_.
   std::map<std::string, Worker> workers_;
-  std::map<std::string, Conduct> conduct_;  // Of workers_.
-  std::map<ClassKey, WorkerClass> classes_;
+  ConductBook conduct_;  // Of workers_.
+  std::map<ClassKey, AskWindow> windows_;
   std::set<std::string> joining_;
   std::string last_asked_;
   uint64_t round_ = 1;  // 0: in no round.
   bool stopping_ = false;
   int64_t leases_ = 0;
   int64_t workers_lost_ = 0;
-  std::vector<int64_t> counts_;  // By bound, not cumulative.
+  CountHistogram latency_s_{{0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2.5, 5}};
   double latency_sum_s_ = 0;
 
   std::thread thread_;

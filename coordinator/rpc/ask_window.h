@@ -1,0 +1,35 @@
+// How many workers of one kind may ask the queue at a time. The window grows while the queue gives
+// and closes when some come back empty, until there may be work again: a thousand idle workers do
+// not storm the queue for one job.
+//
+// Not thread-safe.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+namespace parallax {
+
+class AskWindow {
+ public:
+  bool IsOpen() const { return in_flight_ < width_ && empty_hands_ < kEmptyHandsThatClose; }
+  void Asked() { ++in_flight_; }
+  // `this_round`: nothing has become READY since it was asked.
+  void Answered(int jobs, bool this_round) {
+    --in_flight_;
+    if (jobs == 0 && this_round) ++empty_hands_;
+    width_ = jobs == 0 ? std::max(kNarrowest, width_ / 2) : std::min(kWidest, width_ * 2);
+  }
+  void NewRound() { empty_hands_ = 0; }
+
+ private:
+  static constexpr int kNarrowest = 4;
+  static constexpr int kWidest = 256;
+  static constexpr int kEmptyHandsThatClose = 3;  // One worker may be refused for its own sake.
+
+  int width_ = kNarrowest;
+  int in_flight_ = 0;
+  int empty_hands_ = 0;  // In this round.
+};
+
+}  // namespace parallax

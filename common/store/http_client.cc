@@ -1,8 +1,11 @@
 #include "common/store/http_client.h"
 
 #include <curl/curl.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <mutex>
 
@@ -15,6 +18,7 @@ constexpr long kConnectPatience_s = 10;
 // A transfer below this speed for so long has died.
 constexpr long kSlowest_bytes_per_s = 1000;
 constexpr long kSlowPatience_s = 30;
+constexpr size_t kHashedAtOnce = 1 << 18;
 
 size_t TakeBody(char* data, size_t size, size_t count, void* answer) {
   static_cast<HttpAnswer*>(answer)->body.append(data, size * count);
@@ -35,12 +39,33 @@ size_t TakeHeader(char* data, size_t size, size_t count, void* answer) {
   return size * count;
 }
 
-size_t GiveBody(char* data, size_t size, size_t count, void* rest) {
-  auto& body = *static_cast<std::string_view*>(rest);
-  const size_t bytes = std::min(size * count, body.size());
-  std::memcpy(data, body.data(), bytes);
-  body.remove_prefix(bytes);
-  return bytes;
+// What is still to be sent of a body.
+struct Sending {
+  const HttpBody* body;
+  int64_t sent = 0;
+};
+
+// At most `size` bytes from `at` on; less than 0 is an error.
+ssize_t ReadBody(const HttpBody& body, int64_t at, char* data, size_t size) {
+  size = std::min(size, static_cast<size_t>(body.size() - at));
+  if (body.fd >= 0) return size == 0 ? 0 : pread(body.fd, data, size, body.offset + at);
+  std::memcpy(data, body.bytes.data() + at, size);
+  return static_cast<ssize_t>(size);
+}
+
+size_t GiveBody(char* data, size_t size, size_t count, void* user) {
+  auto& sending = *static_cast<Sending*>(user);
+  const ssize_t bytes = ReadBody(*sending.body, sending.sent, data, size * count);
+  if (bytes < 0) return CURL_READFUNC_ABORT;
+  sending.sent += bytes;
+  return static_cast<size_t>(bytes);
+}
+
+// A kept connection that turns out to be closed is replaced, and the body begins anew.
+int SeekBody(void* user, curl_off_t offset, int origin) {
+  if (origin != SEEK_SET) return CURL_SEEKFUNC_CANTSEEK;
+  static_cast<Sending*>(user)->sent = offset;
+  return CURL_SEEKFUNC_OK;
 }
 
 }  // namespace
@@ -73,6 +98,26 @@ class HttpClient::Handles {
   std::vector<CURL*> free_;  // Guarded by mu_.
 };
 
+HttpBody HttpBody::Piece(int64_t begin, int64_t length) const {
+  length = std::min(length, size() - begin);
+  if (fd >= 0) return {.fd = fd, .offset = offset + begin, .file_bytes = length};
+  return {.bytes = bytes.substr(static_cast<size_t>(begin), static_cast<size_t>(length))};
+}
+
+absl::StatusOr<std::string> HttpBody::Sha256Hex() const {
+  if (fd < 0) return parallax::Sha256Hex(bytes);
+  Sha256 hash;
+  std::string buffer(kHashedAtOnce, '\0');
+  for (int64_t at = 0; at < size();) {
+    const ssize_t n = ReadBody(*this, at, buffer.data(), buffer.size());
+    if (n < 0) return ErrnoError(errno, "read what is to be sent");
+    if (n == 0) return MakeError(absl::StatusCode::kDataLoss, "a file shrank while it was sent");
+    hash.Update({buffer.data(), static_cast<size_t>(n)});
+    at += n;
+  }
+  return HexOf(hash.Finish());
+}
+
 HttpClient::HttpClient(HttpSigner signer)
     : signer_(std::move(signer)), handles_(std::make_unique<Handles>()) {}
 HttpClient::~HttpClient() = default;
@@ -93,10 +138,21 @@ HttpAnswer HttpClient::Send(const HttpRequest& request) const {
   };
   for (const auto& [name, value] : request.headers) add(name + ": " + value);
   // The server checks the body against it, and it is part of the signature.
-  add("x-amz-content-sha256: " + Sha256Hex(request.body));
+  std::string sha256 = request.sha256;
+  if (sha256.empty()) {
+    auto hashed = request.body.Sha256Hex();
+    if (!hashed.ok()) {
+      answer.error = std::string(hashed.status().message());
+      curl_slist_free_all(headers);
+      handles_->Return(curl);
+      return answer;
+    }
+    sha256 = *std::move(hashed);
+  }
+  add("x-amz-content-sha256: " + sha256);
   if (!signer_.session_token.empty()) add("x-amz-security-token: " + signer_.session_token);
 
-  std::string_view rest = request.body;
+  Sending sending{&request.body};
   curl_easy_setopt(curl, CURLOPT_URL, request.url.c_str());
   curl_easy_setopt(curl, CURLOPT_PROTOCOLS_STR, "http,https");
   curl_easy_setopt(curl, CURLOPT_PATH_AS_IS, 1L);
@@ -118,12 +174,15 @@ HttpAnswer HttpClient::Send(const HttpRequest& request) const {
   } else if (request.method == "PUT") {
     curl_easy_setopt(curl, CURLOPT_UPLOAD, 1L);
     curl_easy_setopt(curl, CURLOPT_READFUNCTION, &GiveBody);
-    curl_easy_setopt(curl, CURLOPT_READDATA, &rest);
+    curl_easy_setopt(curl, CURLOPT_READDATA, &sending);
+    curl_easy_setopt(curl, CURLOPT_SEEKFUNCTION, &SeekBody);
+    curl_easy_setopt(curl, CURLOPT_SEEKDATA, &sending);
     curl_easy_setopt(curl, CURLOPT_INFILESIZE_LARGE, static_cast<curl_off_t>(request.body.size()));
   } else if (request.method == "POST") {
     add("Content-Type: application/xml");
     curl_easy_setopt(curl, CURLOPT_POST, 1L);
-    curl_easy_setopt(curl, CURLOPT_POSTFIELDS, request.body.empty() ? "" : request.body.data());
+    curl_easy_setopt(curl, CURLOPT_POSTFIELDS,
+                     request.body.bytes.empty() ? "" : request.body.bytes.data());
     curl_easy_setopt(curl, CURLOPT_POSTFIELDSIZE_LARGE,
                      static_cast<curl_off_t>(request.body.size()));
   } else if (request.method != "GET") {

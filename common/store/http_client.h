@@ -1,19 +1,35 @@
 // HTTP requests signed for S3 (AWS Signature Version 4), on connections that stay open.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "common/base/status.h"
+
 namespace parallax {
+
+// Bytes in memory, or a piece of an open file, which is read as it is sent. Outlives the call.
+struct HttpBody {
+  std::string_view bytes = {};
+  int fd = -1;  // < 0: `bytes`.
+  int64_t offset = 0;
+  int64_t file_bytes = 0;  // From `offset` on.
+
+  int64_t size() const { return fd < 0 ? static_cast<int64_t>(bytes.size()) : file_bytes; }
+  HttpBody Piece(int64_t begin, int64_t length) const;
+  absl::StatusOr<std::string> Sha256Hex() const;
+};
 
 struct HttpRequest {
   std::string method;
   std::string url;  // Path and query percent-encoded, the query sorted.
   std::vector<std::pair<std::string, std::string>> headers = {};
-  std::string_view body = {};  // Outlives the call.
+  HttpBody body = {};       // Of a POST: in memory.
+  std::string sha256 = "";  // Of the body; "": not known yet.
 };
 
 struct HttpAnswer {

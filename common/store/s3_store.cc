@@ -1,8 +1,11 @@
 #include "common/store/s3_store.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <condition_variable>
 #include <cstdlib>
@@ -10,7 +13,6 @@
 #include <mutex>
 #include <set>
 
-#include "common/base/file.h"
 #include "common/base/hash.h"
 #include "common/base/log.h"
 #include "common/store/http_client.h"
@@ -91,6 +93,16 @@ bool IsTransient(const HttpAnswer& answer) {
   return answer.code == 0 || answer.code == 429 || answer.code >= 500;
 }
 
+struct OpenFile {
+  explicit OpenFile(const std::string& path) : fd(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {}
+  ~OpenFile() {
+    if (fd >= 0) close(fd);
+  }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+  const int fd;
+};
+
 class S3Store final : public Store {
  public:
   explicit S3Store(const S3Options& options)
@@ -109,7 +121,7 @@ class S3Store final : public Store {
 
   absl::Status Put(std::string_view path, std::string_view bytes) override {
     RETURN_IF_ERROR(CheckStorePath(path));
-    return PutKey(KeyOf(path), bytes, Sha256Hex(bytes));
+    return PutKey(KeyOf(path), {.bytes = bytes}, Sha256Hex(bytes));
   }
 
   absl::Status PutFile(std::string_view path, const std::string& local_path, const StoreFile& facts,
@@ -120,11 +132,17 @@ class S3Store final : public Store {
     if (there.code == 200 && hash != there.headers.end() && hash->second == facts.sha256) {
       return absl::OkStatus();
     }
-    ASSIGN_OR_RETURN(const std::string bytes, ReadFile(local_path));
-    if (static_cast<int64_t>(bytes.size()) != facts.size || Sha256Hex(bytes) != facts.sha256) {
+    // Read as it is sent: a worker has many files under way, and better use for its memory.
+    const OpenFile file(local_path);
+    if (file.fd < 0) return ErrnoError(errno, "open " + local_path);
+    struct stat status {};
+    if (fstat(file.fd, &status) != 0) return ErrnoError(errno, "look at " + local_path);
+    const HttpBody body{.fd = file.fd, .file_bytes = status.st_size};
+    ASSIGN_OR_RETURN(const std::string sha256, body.Sha256Hex());
+    if (body.size() != facts.size || sha256 != facts.sha256) {
       return absl::DataLossError(local_path + ": its content is not what its manifest says");
     }
-    return PutKey(KeyOf(path), bytes, facts.sha256);
+    return PutKey(KeyOf(path), body, sha256);
   }
 
   absl::StatusOr<std::string> Get(std::string_view path) const override {
@@ -173,7 +191,7 @@ class S3Store final : public Store {
       return Ask({.method = "GET"}, "", {{"list-type", "2"}, {"max-keys", "1"}}, {}).status();
     }
     const std::string key = FolderKey() + std::string(kTemporaryPrefix) + "probe";
-    RETURN_IF_ERROR(PutKey(key, "probe", Sha256Hex("probe")));
+    RETURN_IF_ERROR(PutKey(key, {.bytes = "probe"}, Sha256Hex("probe")));
     return RemoveKey(key);
   }
 
@@ -249,36 +267,38 @@ class S3Store final : public Store {
     never.wait_for(lock, pause, [] { return false; });
   }
 
-  absl::Status PutKey(const std::string& key, std::string_view bytes, const std::string& sha256) {
-    if (static_cast<int64_t>(bytes.size()) > options_.part_bytes) {
-      return PutInParts(key, bytes, sha256);
-    }
-    return Ask({.method = "PUT", .headers = {{kHashHeader, sha256}}, .body = bytes}, key, {}, {})
+  absl::Status PutKey(const std::string& key, const HttpBody& body, const std::string& sha256) {
+    if (body.size() > options_.part_bytes) return PutInParts(key, body, sha256);
+    return Ask({.method = "PUT",
+                .headers = {{kHashHeader, sha256}},
+                .body = body,
+                .sha256 = sha256},
+               key, {}, {})
         .status();
   }
 
   // Nothing is to be seen of it before the last request.
-  absl::Status PutInParts(const std::string& key, std::string_view bytes,
-                          const std::string& sha256) {
+  absl::Status PutInParts(const std::string& key, const HttpBody& body, const std::string& sha256) {
     ASSIGN_OR_RETURN(
         const HttpAnswer begun,
         Ask({.method = "POST", .headers = {{kHashHeader, sha256}}}, key, {{"uploads", ""}}, {}));
     const std::string upload(Element(begun.body, "UploadId"));
     if (upload.empty()) return absl::UnavailableError("s3: no id for an upload in parts");
-    const absl::Status status = PutParts(key, bytes, upload);
+    const absl::Status status = PutParts(key, body, upload);
     if (!status.ok()) {
       Ask({.method = "DELETE"}, key, {{"uploadId", upload}}, {}).status().IgnoreError();
     }
     return status;
   }
 
-  absl::Status PutParts(const std::string& key, std::string_view bytes, const std::string& upload) {
+  absl::Status PutParts(const std::string& key, const HttpBody& body, const std::string& upload) {
     std::string done = "<CompleteMultipartUpload>";
-    for (int number = 1; !bytes.empty(); ++number) {
-      const auto part = bytes.substr(0, static_cast<size_t>(options_.part_bytes));
-      bytes.remove_prefix(part.size());
+    int number = 1;
+    for (int64_t at = 0; at < body.size(); at += options_.part_bytes, ++number) {
+      const HttpBody part = body.Piece(at, options_.part_bytes);
+      ASSIGN_OR_RETURN(const std::string sha256, part.Sha256Hex());
       ASSIGN_OR_RETURN(const HttpAnswer answer,
-                       Ask({.method = "PUT", .body = part}, key,
+                       Ask({.method = "PUT", .body = part, .sha256 = sha256}, key,
                            {{"partNumber", std::to_string(number)}, {"uploadId", upload}}, {}));
       const auto tag = answer.headers.find("etag");
       if (tag == answer.headers.end()) return absl::UnavailableError("s3: a part without ETag");
@@ -286,8 +306,8 @@ class S3Store final : public Store {
               EscapeXml(tag->second) + "</ETag></Part>";
     }
     done += "</CompleteMultipartUpload>";
-    ASSIGN_OR_RETURN(const HttpAnswer answer,
-                     Ask({.method = "POST", .body = done}, key, {{"uploadId", upload}}, {}));
+    ASSIGN_OR_RETURN(const HttpAnswer answer, Ask({.method = "POST", .body = {.bytes = done}}, key,
+                                                  {{"uploadId", upload}}, {}));
     // It may fail with 200: the server begins its answer before it knows.   Source: S3's API.
     if (answer.body.find("<Error>") != std::string::npos) return ErrorOf(answer, "s3 parts");
     return absl::OkStatus();

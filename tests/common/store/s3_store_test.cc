@@ -6,6 +6,7 @@
 #include <netinet/in.h>
 #include <signal.h>
 #include <stdlib.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -108,6 +109,43 @@ TEST(S3Store, LargeFilesGoInParts) {
   EXPECT_EQ(Sha256Hex(*back), Sha256Hex(bytes));
   EXPECT_EQ(*store->GetPiece("k/large", (5 << 20) - 3, 6),
             bytes.substr(static_cast<size_t>((5 << 20) - 3), 6));
+}
+
+int64_t PeakMemory() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return int64_t{1024} * usage.ru_maxrss;
+}
+
+TEST(S3Store, FilesAreSentFromDiskWholeOrInParts) {
+  const std::string path = testing::TempDir() + "s3-large-" + std::to_string(getpid());
+  constexpr int64_t kBytes = 20 << 20;
+  {
+    std::ofstream file(path, std::ios::binary);
+    std::string row(1 << 16, '\0');
+    for (int64_t at = 0; at < kBytes; at += static_cast<int64_t>(row.size())) {
+      for (size_t i = 0; i < row.size(); i += 16) row[i] = static_cast<char>((at >> 16) + i);
+      file << row;
+    }
+  }
+  const StoreFile facts{kBytes, *Sha256HexOfFile(path)};
+  for (const int64_t part_bytes : {int64_t{64} << 20, int64_t{8} << 20}) {
+    S3Options options = Options();
+    options.part_bytes = part_bytes;
+    const auto store = *OpenS3Store(options);
+    const int64_t before = PeakMemory();
+    const absl::Status put = store->PutFile("k/large", path, facts, false);
+    ASSERT_TRUE(put.ok()) << put;
+    EXPECT_LT(PeakMemory() - before, kBytes / 2) << "it is never in memory as a whole";
+    Sha256 hash;
+    for (int64_t at = 0; at < kBytes; at += 4 << 20) {
+      hash.Update(*store->GetPiece("k/large", at, 4 << 20));
+    }
+    EXPECT_EQ(HexOf(hash.Finish()), facts.sha256);
+    EXPECT_EQ(store->PutFile("k/other", path, {kBytes, std::string(64, 'a')}, false).code(),
+              absl::StatusCode::kDataLoss);
+  }
+  fs::remove(path);
 }
 
 TEST(S3Store, AWrongKeyIsToldAtOnce) {

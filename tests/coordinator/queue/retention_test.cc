@@ -1,4 +1,8 @@
 // What is kept and what isn't: the archive of finished studies, and litter in the store.
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
 #include <set>
 
 #include "queue_fixture.h"
@@ -94,6 +98,54 @@ TEST_F(Archive, NothingThatIsNotFinishedMoves) {
   Reopen();
   WorkOff(AnyWorker("x"));
   EXPECT_EQ(Status(study).variants(0).pairs_done(), 4);
+}
+
+// Kills a process at each step of moving a study, and goes on with what it left.
+TEST_F(Archive, AProcessKilledWhileItMovesJobsLosesNone) {
+  const auto move_in_child = [&](int step) {
+    options_.fail_point = [=](const std::string& command, int at) {
+      if (command == "tick" && at == step) raise(SIGKILL);
+      return absl::OkStatus();
+    };
+    clock_.Advance(2000);
+    const auto queue = JobQueue::Open(options_);
+    if (!queue.ok()) _exit(3);
+    _exit((*queue)->Tick().ok() && (*queue)->Stats().archived_jobs > 0 ? 0 : 4);
+  };
+  int killed = 0;
+  for (int step = 1;; ++step) {
+    ASSERT_LT(step, 100);
+    queue_.reset();
+    for (const char* suffix : {"", "-wal", "-shm"}) {
+      std::filesystem::remove(options_.db_path + suffix);
+    }
+    Reopen();
+    const StudyId old = Submit({.name = "old", .pairs = 4, .rigs_per_scene = 2});
+    EXPECT_EQ(Fail(Failure(LeaseOne(AnyWorker("w")), "w", "boom", false)), v1::REPORT_OUTCOME_OK);
+    WorkOff(AnyWorker("w"));
+    const size_t jobs = ListJobs(old).size();
+    Submit({.name = "young", .seed = 2, .pairs = 2, .rigs_per_scene = 2});
+    queue_.reset();
+    const pid_t pid = fork();
+    if (pid == 0) move_in_child(step);
+    int status = 0;
+    ASSERT_EQ(waitpid(pid, &status, 0), pid);
+    if (WIFEXITED(status)) {
+      ASSERT_EQ(WEXITSTATUS(status), 0) << step;
+      break;  // There is no such step.
+    }
+    ++killed;
+    Reopen();
+    ExpectSound();
+    EXPECT_THAT(ListJobs(old), SizeIs(jobs)) << step;
+    LetArchive();
+    EXPECT_EQ(Archived(), static_cast<int64_t>(jobs)) << step;
+    EXPECT_THAT(ListJobs(old), SizeIs(jobs)) << step;
+    ExpectSound();
+    clock_.Advance(-2000);
+  }
+  // A mark of the study, and of each job a row moved there, its losses there, and both gone here.
+  EXPECT_GE(killed, 1 + 4 * 5);
 }
 
 class Litter : public QueueTest {

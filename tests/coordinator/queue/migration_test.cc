@@ -1,0 +1,115 @@
+// A database of an older program, with jobs in every state, goes on under this one.
+#include <sqlite3.h>
+
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "coordinator/queue/migrations.h"
+#include "queue_fixture.h"
+
+namespace parallax {
+namespace {
+
+using testing::Pair;
+using testing::SizeIs;
+using testing::UnorderedElementsAre;
+
+class MigrationTest : public QueueTest {
+ protected:
+  void SetUp() override {
+    // The clock of the program that left it, a minute later.
+    clock_.Advance(760);
+    std::ifstream file(PARALLAX_EVERY_STATE_V1);
+    std::stringstream dump;
+    dump << file.rdbuf();
+    ASSERT_FALSE(dump.str().empty());
+    Run(dump.str());
+  }
+  void Run(const std::string& sql) {
+    sqlite3* db = nullptr;
+    ASSERT_EQ(sqlite3_open(options_.db_path.c_str(), &db), SQLITE_OK);
+    char* error = nullptr;
+    EXPECT_EQ(sqlite3_exec(db, sql.c_str(), nullptr, nullptr, &error), SQLITE_OK) << error;
+    sqlite3_close(db);
+  }
+  int64_t Number(const std::string& sql) {
+    sqlite3* db = nullptr;
+    EXPECT_EQ(sqlite3_open(options_.db_path.c_str(), &db), SQLITE_OK);
+    sqlite3_stmt* statement = nullptr;
+    EXPECT_EQ(sqlite3_prepare_v2(db, sql.c_str(), -1, &statement, nullptr), SQLITE_OK) << sql;
+    EXPECT_EQ(sqlite3_step(statement), SQLITE_ROW) << sql;
+    const int64_t value = sqlite3_column_int64(statement, 0);
+    sqlite3_finalize(statement);
+    sqlite3_close(db);
+    return value;
+  }
+  std::map<std::string, int64_t> JobsByState(StudyId study) {
+    std::map<std::string, int64_t> jobs;
+    const v1::StudyStatus status = Status(study);
+    for (const v1::VariantStatus& variant : status.variants()) {
+      for (const auto& [state, n] : variant.solve_jobs()) jobs["solve " + state] += n;
+      for (const auto& [state, n] : variant.render_jobs()) jobs["render " + state] += n;
+    }
+    return jobs;
+  }
+};
+
+TEST_F(MigrationTest, EveryRowOfVersionOneComesOver) {
+  ASSERT_EQ(Number("PRAGMA user_version"), 1);
+  const char* const kTables[] = {"jobs",    "scenes",         "studies",       "variants",
+                                 "frames",  "attempt_losses", "frame_results", "scene_results",
+                                 "recipes", "layout_results", "job_counts",    "audit"};
+  std::map<std::string, int64_t> rows;
+  for (const char* table : kTables) {
+    rows[table] = Number(std::string("SELECT count(*) FROM ") + table);
+    EXPECT_GT(rows[table], 0) << table;
+  }
+  const int64_t fences = Number("SELECT max(fence) + count(DISTINCT fence) FROM jobs");
+  Reopen();
+  EXPECT_EQ(queue_->schema_version(), NewestSchemaVersion());
+  EXPECT_THAT(JobsByState(StudyId{3}),
+              UnorderedElementsAre(
+                  Pair("solve SUCCEEDED", 3), Pair("solve REJECTED", 3), Pair("solve FAILED", 1),
+                  Pair("solve QUARANTINED", 1), Pair("solve RETRY_WAIT", 1),
+                  Pair("solve LEASED", 3), Pair("solve BLOCKED", 2), Pair("solve READY", 31),
+                  Pair("render SUCCEEDED", 1), Pair("render LEASED", 1), Pair("render READY", 1)));
+  ExpectSound();
+  queue_.reset();
+  for (const auto& [table, n] : rows) {
+    EXPECT_EQ(Number("SELECT count(*) FROM " + table), n) << table;
+  }
+  EXPECT_EQ(Number("SELECT max(fence) + count(DISTINCT fence) FROM jobs"), fences);
+  EXPECT_EQ(Number("SELECT count(*) FROM litter"), 2) << "of the two lost render attempts";
+  EXPECT_EQ(Number("SELECT count(*) FROM pragma_foreign_key_check"), 0);
+}
+
+TEST_F(MigrationTest, WorkOfVersionOneGoesOnToItsEnd) {
+  v1::AttemptId old;
+  old.set_job_id(Number("SELECT id FROM jobs WHERE state = 'LEASED' AND kind = 'render'"));
+  old.set_fence(static_cast<uint64_t>(
+      Number("SELECT fence FROM jobs WHERE id = " + std::to_string(old.job_id()))));
+  Reopen();
+  // Who held a lease under the old program holds it under the new one.
+  EXPECT_THAT(*queue_->Adopt("w8", {old}), SizeIs(1));
+  EXPECT_EQ(*queue_->HandBack("w8", old, "drain"), v1::REPORT_OUTCOME_OK);
+  clock_.Advance(700);  // Leases expire, back-offs end.
+  Tick();
+  // Its results are still reused, its keys still known.
+  EXPECT_EQ(Submit({.name = "cancelled", .seed = 2, .pairs = 4, .key = "key-2"}).value, 2);
+  ASSERT_TRUE(queue_->Resume(StudyId{4}, "now", "tester").ok());
+  WorkOff(AnyWorker("new"));
+  for (const int64_t study : {3, 4}) {
+    EXPECT_EQ(Status(StudyId{study}).state(), v1::STUDY_STATE_SUCCEEDED) << study;
+  }
+}
+
+TEST_F(MigrationTest, AMigrationThatWouldLoseWhatOthersNameIsUndone) {
+  Run("PRAGMA foreign_keys = OFF; DELETE FROM studies WHERE id = 1");
+  const auto queue = JobQueue::Open(options_);
+  EXPECT_EQ(queue.status().code(), absl::StatusCode::kDataLoss) << queue.status();
+  EXPECT_EQ(Number("PRAGMA user_version"), 1);
+}
+
+}  // namespace
+}  // namespace parallax

@@ -125,6 +125,8 @@ ProgramError Serve(const ServeOptions& options) {
   queue_options.db_path = options.db;
   queue_options.lease_s = options.lease_s;
   queue_options.retry.backoff_min_s = options.backoff_s;
+  // Who waits for a commit waits for a checkpoint too: short ones, often.
+  queue_options.checkpoint_pages = 200;
   queue_options.archive_after_s = options.archive_after_days * 86400;
   auto queue = JobQueue::Open(queue_options);
   if (!queue.ok()) return ExplainOpenError(queue.status(), options.db);

@@ -53,7 +53,8 @@ absl::StatusOr<std::string> DatabaseId(SqliteConnection& db) {
   return Sha256Hex(start).substr(0, 16);
 }
 
-// Runs what may take its time after a commit, so that the writer doesn't wait for it.
+// Runs what may take its time after a commit, so that the writer doesn't wait for it. Leases first:
+// who asks for work is idle, who reports is at its next job already.
 class Finisher {
  public:
   Finisher() : thread_([this] { Loop(); }) {}
@@ -65,10 +66,11 @@ class Finisher {
     wake_.notify_one();
     thread_.join();
   }
-  void Enqueue(std::function<void()> task) {
+  enum class Turn { kFirst, kAfterThose };
+  void Enqueue(Turn turn, std::function<void()> task) {
     {
       const std::lock_guard lock(mutex_);
-      tasks_.push_back(std::move(task));
+      (turn == Turn::kFirst ? first_ : after_those_).push_back(std::move(task));
     }
     wake_.notify_one();
   }
@@ -76,22 +78,23 @@ class Finisher {
  private:
   void Loop() {
     pthread_setname_np(pthread_self(), "queue-finisher");
-    std::deque<std::function<void()>> batch;
     for (;;) {
+      std::function<void()> task;
       {
         std::unique_lock lock(mutex_);
-        wake_.wait(lock, [&] { return stopping_ || !tasks_.empty(); });
-        if (tasks_.empty()) return;
-        batch.swap(tasks_);
+        wake_.wait(lock, [&] { return stopping_ || !first_.empty() || !after_those_.empty(); });
+        auto& tasks = first_.empty() ? after_those_ : first_;
+        if (tasks.empty()) return;
+        task = std::move(tasks.front());
+        tasks.pop_front();
       }
-      for (const std::function<void()>& task : batch) task();
-      batch.clear();
+      task();
     }
   }
 
   std::mutex mutex_;
   std::condition_variable wake_;
-  std::deque<std::function<void()>> tasks_;  // Guarded by mutex_.
+  std::deque<std::function<void()>> first_, after_those_;  // Guarded by mutex_.
   bool stopping_ = false;
   std::thread thread_;
 };
@@ -366,7 +369,7 @@ void JobQueue::LeaseAsync(const WorkerFacts& worker, int max_jobs,
                             return absl::OkStatus();
                           },
                           [=](const absl::Status& status) {
-                            impl->finisher_->Enqueue([=] {
+                            impl->finisher_->Enqueue(Finisher::Turn::kFirst, [=] {
                               if (status.ok()) {
                                 done(impl->Messages(*granted));
                               } else {
@@ -395,7 +398,7 @@ void JobQueue::CompleteAsync(const v1::CompleteRequest& request,
                             return absl::OkStatus();
                           },
                           [=](const absl::Status& status) {
-                            impl->finisher_->Enqueue([=] {
+                            impl->finisher_->Enqueue(Finisher::Turn::kAfterThose, [=] {
                               if (status.ok()) {
                                 done(Impl::OutcomeOf(*verdict));
                               } else {

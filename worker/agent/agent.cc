@@ -13,8 +13,7 @@
 #include "common/base/hash.h"
 #include "common/base/log.h"
 #include "common/rpc/grpc_status.h"
-#include "common/rpc/remote_store.h"
-#include "common/store/store.h"
+#include "worker/agent/attempt_folders.h"
 #include "worker/agent/backoff.h"
 #include "worker/agent/job_slots.h"
 #include "worker/agent/work_session.h"
@@ -24,8 +23,6 @@ namespace {
 
 using Seconds = std::chrono::duration<double>;
 
-// Reports that may wait for the coordinator before no new work is taken.
-constexpr size_t kMaxPendingReports = 64;
 // How long the goodbye may take.
 constexpr double kGoodbye_s = 2;
 
@@ -69,8 +66,10 @@ class AgentImpl final : public Agent {
       : options_(options),
         clock_(clock),
         outbox_(std::move(outbox)),
-        channel_(channel),
         coordinator_(v1::Coordinator::NewStub(channel)),
+        folders_(
+            {.store_uri = options.store_uri, .staging = outbox_->staging(), .worker = options.name},
+            channel),
         reconnect_backoff_(Rng(SeedOf(options.name), "agent/reconnect"),
                            Seconds(options.backoff_base_s), Seconds(options.backoff_cap_s)),
         reports_(options.reports, *outbox_, *coordinator_, clock,
@@ -288,10 +287,10 @@ class AgentImpl final : public Agent {
       fatal_ = absl::InvalidArgumentError("the coordinator's lease is not positive");
       return;
     }
-    const absl::Status store = UseStore(welcome);
-    if (!store.ok()) {
-      fatal_ = store;
-      return;
+    // Solvers write nothing.
+    if (std::count(options_.kinds.begin(), options_.kinds.end(), v1::JOB_KIND_RENDER) > 0) {
+      fatal_ = folders_.Use(welcome);
+      if (!fatal_.ok()) return;
     }
     welcomed_ = true;
     complained_ = false;
@@ -313,69 +312,19 @@ class AgentImpl final : public Agent {
     reports_.SetCoordinator(coordinator_id_);
   }
 
-  // The store itself where it can be used; else, if the coordinator allows, through the
-  // coordinator.
-  absl::Status UseStore(const v1::Welcome& welcome) {
-    if (std::count(options_.kinds.begin(), options_.kinds.end(), v1::JOB_KIND_RENDER) == 0) {
-      return absl::OkStatus();  // Solvers write nothing.
-    }
-    const bool by_hand = !options_.store_uri.empty();
-    const std::string& uri = by_hand ? options_.store_uri : welcome.store_uri();
-    const std::string key = uri + " " + welcome.store_id() + " " +
-                            std::to_string(static_cast<int>(welcome.store_access()));
-    if (key == store_key_) return absl::OkStatus();
-    std::shared_ptr<Store> store;
-    if (by_hand || welcome.store_access() != v1::STORE_ACCESS_STREAM) {
-      auto opened =
-          OpenStore(uri, {.create = welcome.store_id().empty(), .id = welcome.store_id()});
-      if (!opened.ok() && (by_hand || welcome.store_access() != v1::STORE_ACCESS_AUTO)) {
-        return WithContext(opened.status(), "store " + uri + " can't be used from this machine");
-      }
-      if (opened.ok()) {
-        store = *std::move(opened);
-      } else {
-        LogInfo("the store is not seen from here; files go through the coordinator",
-                {{"store", uri}, {"cause", opened.status()}});
-      }
-    }
-    store_ = std::move(store);
-    store_key_ = key;
-    return absl::OkStatus();
-  }
-
   void HandleLease(v1::Lease lease) {
     credit_ = std::max(0, credit_ - 1);
     const v1::AttemptId attempt = lease.attempt();
     if (drain_ > 0) return SendHandBack(attempt, "draining");
     AttemptFolder folder;
     if (lease.has_render()) {
-      absl::StatusOr<AttemptFolder> found = FolderOf(lease);
+      absl::StatusOr<AttemptFolder> found = folders_.Of(lease);
       if (!found.ok()) return ReportUnusable(lease, found.status());
       folder = *std::move(found);
     }
     if (!slots_.Start(std::move(lease), std::move(folder), coordinator_id_)) {
       SendHandBack(attempt, "no free slot");
     }
-  }
-
-  absl::StatusOr<AttemptFolder> FolderOf(const v1::Lease& lease) {
-    if (store_key_.empty()) return absl::FailedPreconditionError("this worker has no store");
-    AttemptFolder folder;
-    const std::string fence = std::to_string(lease.attempt().fence());
-    folder.path = lease.render().store_prefix() + "/.attempt-" + fence;
-    RETURN_IF_ERROR(CheckStorePath(folder.path));
-    if (store_ != nullptr) {
-      const absl::StatusOr<std::string> local = store_->LocalPath(folder.path);
-      if (local.ok()) {
-        folder.dir = *local;
-        return folder;
-      }
-      folder.send_to = store_;
-    } else {
-      folder.send_to = MakeRemoteStore(channel_, {options_.name, lease.attempt()});
-    }
-    folder.dir = outbox_->staging() + "/" + fence;
-    return folder;
   }
 
   void ReportUnusable(const v1::Lease& lease, const absl::Status& status) {
@@ -464,16 +413,18 @@ class AgentImpl final : public Agent {
 
   void GiveCredit() {
     if (session_ == nullptr || !welcomed_ || drain_ > 0) return;
-    if (reports_.pending_in_all() >= kMaxPendingReports) return;
     if (reports_.HasUntriedLeftovers(coordinator_id_)) return;
     const int taken = slots_.busy() + credit_;
     const int free = std::max(0, options_.slots - taken);
-    const int more = options_.slots + EndingSoon() - taken;
+    // Work whose reports nobody takes is likely in vain.
+    const int room = options_.slots + options_.max_pending_reports - taken -
+                     static_cast<int>(reports_.pending_in_all());
+    const int more = std::min(options_.slots + EndingSoon() - taken, room);
     if (more <= 0) return;
     credit_ += more;
     v1::WorkerMessage message;
     message.mutable_credit()->set_jobs(more);
-    message.mutable_credit()->set_ahead(more - free);
+    message.mutable_credit()->set_ahead(std::max(0, more - free));
     session_->Send(std::move(message));
   }
 
@@ -595,18 +546,16 @@ class AgentImpl final : public Agent {
   Inbox inbox_;  // Of session_.
 
   const std::unique_ptr<Outbox> outbox_;
-  const std::shared_ptr<grpc::Channel> channel_;
   const std::unique_ptr<v1::Coordinator::Stub> coordinator_;
 
   // Run()'s own.
+  AttemptFolders folders_;
   Backoff reconnect_backoff_;
   std::unique_ptr<WorkSession> session_;  // Null between connections.
   bool welcomed_ = false;
   bool complained_ = false;
   std::string coordinator_id_;
-  std::shared_ptr<Store> store_;  // Null: through the coordinator.
-  std::string store_key_;         // What the coordinator said of it; "" before.
-  int credit_ = 0;                // Given on this stream, not used by a lease yet.
+  int credit_ = 0;  // Given on this stream, not used by a lease yet.
   double lease_s_ = 0;
   SteadyTime reconnect_at_{};
   SteadyTime hello_at_{};

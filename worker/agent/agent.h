@@ -43,6 +43,9 @@ struct AgentOptions {
   // A job that tells no progress for so long is reported as failed, and the worker drains: a thread
   // that is stuck can only be ended with its process. 0: never.
   double hang_s = 1800;
+  // Reports that may wait for the coordinator beside the jobs that run. When there are so many, no
+  // new work is taken until some are answered.
+  int max_pending_reports = 64;
   double connect_timeout_s = 5;
   // A slot whose job ends within this (as its progress tells) asks for its next one already. 0:
   // when it is free. What is leased ahead waits here that long instead of running elsewhere.

@@ -325,6 +325,26 @@ TEST_F(AgentTest, EveryDefinitiveAnswerEndsAReportAndNoOtherDoes) {
   EXPECT_EQ(ReportsOnDisk(), 0);
 }
 
+TEST_F(AgentTest, TakesNoNewWorkWhileTooManyReportsWait) {
+  options_.max_pending_reports = 3;
+  coordinator_.Change([](auto& how) {
+    how.lease_s = 0.5;  // A heartbeat each 125 ms.
+    how.report_status = grpc::StatusCode::INTERNAL;
+  });
+  StartAgent();
+  for (int job = 1; job <= 12; ++job) coordinator_.Offer(SolveLease(job, job, job));
+  const int most = options_.slots + options_.max_pending_reports;
+  // Two heartbeats with as many: no more came in between.
+  ASSERT_TRUE(coordinator_.WaitFor([&](const Seen& seen) {
+    return std::count_if(seen.heartbeats.begin(), seen.heartbeats.end(),
+                         [&](const auto& beat) { return beat.running_size() >= most; }) >= 2;
+  }));
+  EXPECT_EQ(coordinator_.seen().leases_sent, most);
+  coordinator_.Change([](auto& how) { how.report_status = grpc::StatusCode::OK; });
+  ASSERT_TRUE(coordinator_.WaitFor([](const Seen& seen) { return seen.leases_sent == 12; }));
+  EXPECT_TRUE(WaitForEmptyOutbox());
+}
+
 TEST_F(AgentTest, ReportsLeftByADeadWorkerAreSentBeforeNewWorkIsTaken) {
   options_.name = "worker-dead";
   coordinator_.Change([](auto& how) { how.report_status = grpc::StatusCode::INTERNAL; });

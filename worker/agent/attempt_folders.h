@@ -1,0 +1,42 @@
+// Where attempts of render jobs write: in the store itself where this machine sees it, else in a
+// folder here from which their files are sent to the store, directly or through the coordinator.
+//
+// Not thread-safe.
+#pragma once
+
+#include <grpcpp/channel.h>
+
+#include <memory>
+#include <string>
+
+#include "common/base/status.h"
+#include "common/store/store.h"
+#include "parallax/v1/service.pb.h"
+#include "worker/agent/job_runner.h"
+
+namespace parallax {
+
+class AttemptFolders {
+ public:
+  struct Options {
+    std::string store_uri;  // Overrides the coordinator's: the same store under another path.
+    std::string staging;    // Folder for what is to be sent.
+    std::string worker;
+  };
+  AttemptFolders(Options options, std::shared_ptr<grpc::Channel> channel);
+
+  // Opens the store that the coordinator names, if it isn't the one at hand.
+  // Errors: those of OpenStore, if the worker must see the store itself.
+  absl::Status Use(const v1::Welcome& welcome);
+  // Of a render job. Errors: kFailedPrecondition without a store; kInvalidArgument for a path that
+  // leaves it.
+  absl::StatusOr<AttemptFolder> Of(const v1::Lease& lease) const;
+
+ private:
+  const Options options_;
+  const std::shared_ptr<grpc::Channel> channel_;
+  std::shared_ptr<Store> store_;  // Null: through the coordinator.
+  std::string key_;               // What the coordinator said of it; "" before.
+};
+
+}  // namespace parallax

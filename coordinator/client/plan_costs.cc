@@ -5,16 +5,15 @@
 namespace parallax::client {
 
 const Costs kMeasuredCosts = {
-    // bench_solve --scenes 5 --mode reduced, and --mode full: solve_cpu_s 0.54 and 0.61, shared out
-    // as
-    // layout_s and dress_s are.
-    .layout_reduced_s = 0.17,
-    .layout_full_s = 0.25,
-    .dress_s = 0.37,
+    // bench_solve --scenes 50 --kind any --mode reduced, and --mode full: solve_cpu_s 0.82 and
+    // 0.91, shared out as layout_s and dress_s are.
+    .layout_reduced_s = 0.26,
+    .layout_full_s = 0.30,
+    .dress_s = 0.58,
     // dense_preview DIR --keyframes 3: objects_s, keyframe_s, build_s.
-    .dense_scene_s = 1.4,
+    .dense_scene_s = 1.65,
     .dense_keyframe_s = 0.035,
-    .build_s = 1.0,
+    .build_s = 1.2,
     // parallax run quickstart --json: 38.6 core_seconds_per_pair at 1280x720 and 8 samples. Of
     // these
     // denoising takes 4.6 at `high` (2.5 at `fast`) and ground truth, statistics, encoding and

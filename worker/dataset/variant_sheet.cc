@@ -5,12 +5,14 @@
 #include <filesystem>
 #include <map>
 #include <set>
+#include <vector>
 
 #include "common/config/config.h"
 #include "common/image/io.h"
 #include "worker/dataset/archive_index.h"
 #include "worker/dataset/dataset_reader.h"
 #include "worker/dataset/drawing.h"
+#include "worker/dataset/frame_reader.h"
 
 namespace parallax {
 namespace {
@@ -40,6 +42,20 @@ void SortAsInStudy(const std::string& dir, std::vector<DatasetVariant>& variants
   };
   std::stable_sort(variants.begin(), variants.end(),
                    [&](const auto& a, const auto& b) { return place(a.name) < place(b.name); });
+}
+
+// What a twentieth of the pixels exceeds.
+double NearDisparity(const ImageF& disparity_px) {
+  std::vector<float> values;
+  for (int y = 0; y < disparity_px.height(); ++y) {
+    for (int x = 0; x < disparity_px.width(); ++x) {
+      if (disparity_px(x, y) > 0) values.push_back(disparity_px(x, y));
+    }
+  }
+  if (values.empty()) return 0;
+  const auto near = values.end() - 1 - static_cast<std::ptrdiff_t>(values.size() / 20);
+  std::nth_element(values.begin(), near, values.end());
+  return *near;
 }
 
 }  // namespace
@@ -76,8 +92,9 @@ absl::StatusOr<VariantSheetResult> MakeVariantSheet(const std::string& dir,
   const int block_height = kBlockTitle + rows * (tile_height + kLabel + kGap);
   Canvas canvas(2 * kMargin + columns * tile + (columns - 1) * kGap,
                 kTitle + static_cast<int>(blocks) * block_height + kMargin);
-  const std::string title = std::filesystem::path(dataset.dir).filename().string() +
-                            ": the same pair in each of its variants (left images)";
+  const std::string title =
+      std::filesystem::path(dataset.dir).filename().string() +
+      ": the same pair in each of its variants (left images; disparity to one scale)";
   canvas.DrawText(kMargin, 38, FitText(title, 15, canvas.image().width() - 2 * kMargin), 15, kText,
                   true);
   for (size_t b = 0; b < blocks; ++b) {
@@ -86,14 +103,22 @@ absl::StatusOr<VariantSheetResult> MakeVariantSheet(const std::string& dir,
     canvas.DrawText(kMargin, top + 20,
                     "scene " + std::to_string(key.first) + ", rig " + std::to_string(key.second),
                     11, kFaint);
+    double full_scale_px = 0;  // The first variant's, so that other baselines show.
     for (size_t v = 0; v < dataset.variants.size(); ++v) {
       const DatasetVariant& variant = dataset.variants[v];
       const int x = kMargin + static_cast<int>(v) % columns * (tile + kGap);
       const int y =
           top + kBlockTitle + static_cast<int>(v) / columns * (tile_height + kLabel + kGap);
-      ASSIGN_OR_RETURN(const ImageRgb8 image,
-                       ReadPngRgb8(variant.dir + "/" + FramePath(key) + "/left.png"));
-      canvas.DrawImage(x, y, tile, tile_height, image);
+      ASSIGN_OR_RETURN(const FrameOnDisk frame, ReadFrame(variant.dir + "/" + FramePath(key)));
+      canvas.DrawImage(x, y, tile, tile_height, frame.left);
+      if (full_scale_px <= 0) full_scale_px = NearDisparity(frame.left_disparity_px);
+      if (full_scale_px > 0 && !frame.left_disparity_px.empty()) {
+        const int width = tile / 3, height = tile_height / 3;
+        const int right = x + tile - width, bottom = y + tile_height - height;
+        canvas.FillBox(right - 2, bottom - 2, width + 2, height + 2, kGround);
+        canvas.DrawImage(right, bottom, width, height,
+                         ColorDisparity(frame.left_disparity_px, full_scale_px), true);
+      }
       canvas.DrawText(x, y + tile_height + 16, FitText(variant.name, 11, tile), 11, kAccent);
     }
     ++result.pairs;

@@ -294,7 +294,10 @@ bool Arrangement::ClearOfRoom(const Item& item) const {
   const Box2f box = item.asset->TurnedBounds(item.yaw_rad);
   const Vec2d low = item.position.head<2>() + box.min().cast<double>();
   const Vec2d high = item.position.head<2>() + box.max().cast<double>();
-  const double gap = hung ? 0 : kWallGap_m - 0.001;
+  // What hangs from the ceiling keeps off the moulding around it.
+  const double gap = hung                            ? 0
+                     : item.stand == Stand::kCeiling ? room.cornice_m() + kCeilingGap_m
+                                                     : kWallGap_m - 0.001;
   if (low.minCoeff() < gap || high.x() > room.width_m() - gap || high.y() > room.depth_m() - gap) {
     return false;
   }

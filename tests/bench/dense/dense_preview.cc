@@ -1,4 +1,5 @@
-// dense_preview OUT_DIR [--keyframes N] [--objects N] [--seed N] [--size WxH] [--profile NAME]:
+// dense_preview OUT_DIR [--keyframes N] [--objects N] [--seed N] [--size WxH] [--profile NAME]
+// [--bounces N]:
 // solves a dense scene, renders N keyframes, writes their left images and disparity, and one JSON
 // line of what solve, build and render took (core-seconds of all threads).
 #include <sys/resource.h>
@@ -36,7 +37,7 @@ int Fail(const absl::Status& status) {
 int Main(int argc, char** argv) {
   if (argc < 2) {
     std::cerr << "usage: dense_preview OUT_DIR [--keyframes N] [--objects N] [--seed N] "
-                 "[--size WxH] [--profile NAME]\n";
+                 "[--size WxH] [--profile NAME] [--bounces N]\n";
     return 2;
   }
   const std::string out = argv[1];
@@ -53,6 +54,7 @@ int Main(int argc, char** argv) {
     }
     if (name == "--seed") job.set_scene_seed(std::strtoull(argv[i + 1], nullptr, 10));
     if (name == "--profile") config.mutable_render()->set_profile(argv[i + 1]);
+    if (name == "--bounces") config.mutable_render()->set_max_bounces(std::atoi(argv[i + 1]));
     if (name == "--size") {
       int width = 0, height = 0;
       if (std::sscanf(argv[i + 1], "%dx%d", &width, &height) != 2) return 2;

@@ -38,6 +38,7 @@ struct Options {
 struct Tally {
   int scenes = 0, rejected = 0, objects = 0, overlaps = 0, floating = 0, doors_blocked = 0,
       openings_wrong = 0, hard = 0;
+  std::map<std::string, int> lacking;  // Scenes without what their table asks for exactly so often.
 };
 
 using Model = fcl::BVHModel<fcl::OBBf>;
@@ -331,6 +332,17 @@ class Checker {
   std::vector<Solid> solids_;
 };
 
+void CountLacking(const RoomTable& table, const v1::SolveReport& report, Tally& tally) {
+  for (const RoomRow& row : table.rows) {
+    if (row.least != row.most) continue;
+    for (const auto& c : report.constraints()) {
+      if (c.name() == "fullness: " + row.group + " wanted" && c.violation() > 0) {
+        ++tally.lacking[row.group];
+      }
+    }
+  }
+}
+
 void SayRoom(const v1::Room& room) {
   std::fprintf(stderr, "  %s: %.2f %.2f %.2f to %.2f %.2f %.2f\n", room.name().c_str(),
                room.origin_x_m(), room.origin_y_m(), room.floor_z_m(),
@@ -367,6 +379,7 @@ int Main(const Options& options) {
         for (const v1::Room& room : layout->rooms()) SayRoom(room);
       }
       Checker(*layout, options.verbose).Check(tally);
+      CountLacking(table, layout->report(), tally);
     }
     const nlohmann::json line = {{"bench", "room_check"},
                                  {"kind", table.kind},
@@ -378,7 +391,8 @@ int Main(const Options& options) {
                                  {"floating", tally.floating},
                                  {"doors_blocked", tally.doors_blocked},
                                  {"openings_wrong", tally.openings_wrong},
-                                 {"hard_violations", tally.hard}};
+                                 {"hard_violations", tally.hard},
+                                 {"lacking", tally.lacking}};
     std::printf("%s\n", line.dump().c_str());
     std::fflush(stdout);
     good = good && tally.rejected * 50 <= tally.scenes && tally.overlaps == 0 &&

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <numbers>
 #include <string>
 
@@ -109,13 +110,34 @@ void Paste(const ImageRgb8& from, int x0, int y0, ImageRgb8& to) {
   }
 }
 
+// The kind asked for, or one after the other; as large as such rooms are built.
+void SetRoom(int number, const std::string& kind, v1::RoomConfig& room) {
+  struct Size {
+    const char* kind;
+    double least_m, most_m;
+  };
+  constexpr Size kSizes[] = {{"living_room", 4.2, 6.0}, {"dining_room", 3.6, 5.0},
+                             {"bedroom", 3.3, 4.8},     {"office", 3.0, 4.4},
+                             {"kitchen", 3.0, 4.4},     {"bathroom", 2.2, 3.2},
+                             {"hallway", 1.7, 4.6},     {"closet", 1.7, 2.6}};
+  const Size* size = &kSizes[static_cast<size_t>(number) % std::size(kSizes)];
+  for (const Size& candidate : kSizes) {
+    if (kind == candidate.kind) size = &candidate;
+  }
+  room.clear_kinds();
+  room.add_kinds(size->kind);
+  const double middle = (size->least_m + size->most_m) / 2;
+  room.mutable_width_m()->mutable_uniform()->set_low(middle);
+  room.mutable_width_m()->mutable_uniform()->set_high(size->most_m);
+  room.mutable_depth_m()->mutable_uniform()->set_low(size->least_m);
+  room.mutable_depth_m()->mutable_uniform()->set_high(middle);
+}
+
 absl::Status Run(const Options& options) {
   const int w = options.width_px, h = w * 3 / 4;
   const int columns = std::min(options.columns, options.rooms);
   const int rows = (options.rooms + columns - 1) / columns;
   ImageRgb8 sheet(columns * w, rows * 2 * h);
-  const char* kinds[] = {"living_room", "dining_room", "bedroom", "office",
-                         "kitchen",     "bathroom",    "hallway", "closet"};
   for (int i = 0; i < options.rooms; ++i) {
     v1::SolveJob job;
     job.set_scene_seed(options.first + static_cast<uint64_t>(i));
@@ -123,8 +145,7 @@ absl::Status Run(const Options& options) {
     config = DefaultSceneConfig();
     config.mutable_solver()->set_mode(options.mode == "full" ? v1::SolverConfig::MODE_FULL
                                                              : v1::SolverConfig::MODE_REDUCED);
-    config.mutable_room()->clear_kinds();
-    config.mutable_room()->add_kinds(options.kind.empty() ? kinds[i % 6] : options.kind);
+    SetRoom(i, options.kind, *config.mutable_room());
     config.mutable_room()->mutable_rooms()->set_constant(options.house);
     config.mutable_floating()->mutable_count()->set_constant(0);
     config.mutable_lighting()->set_mode(v1::LightingConfig::MODE_REALISTIC);

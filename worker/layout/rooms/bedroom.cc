@@ -7,10 +7,7 @@ RoomTable BedroomTable() {
       .kind = "bedroom",
       .rows =
           {
-              Row("bed", {"Bed", "Bed", "Bed", "Bed", "Bed", "Bed", "BedFrame"})
-                  .Count(1, 1)
-                  .BackToWall()
-                  .Weight(8),
+              Row("bed", {"Bed"}).Count(1, 1).BackToWall().Weight(8),
               Row("nightstand", {"SideTable", "SideTable", "SingleCabinet"})
                   .Count(2, 2)
                   .Beside("bed", 0.03, 0.15)
@@ -34,7 +31,8 @@ RoomTable BedroomTable() {
                   .FacingIt()
                   .Weight(2),
               Row("armchair", {"ArmChair"}).Count(0, 1).Corner(),
-              Row("guest mattress", {"Mattress"}).Count(0, 1).BackToWall().Weight(0.2),
+              // Bare ones are what guests get.
+              Row("guest bed", {"Mattress", "BedFrame"}).Count(0, 1).BackToWall().Weight(0.2),
               Row("rug", {"Rug"}).Count(1, 1).Under("bed").Weight(1.5),
               Row("plant", {"LargePlantContainer"}).Count(0, 1).Corner().Or(Stand::kBackToWall),
               Row("basket", {"BasketBase"}).Count(0, 1).BackToWall().Or(Stand::kCorner).Weight(0.4),

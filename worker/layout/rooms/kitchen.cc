@@ -18,8 +18,8 @@ RoomTable KitchenTable() {
               Row("washing-up", {"Sink"}).Count(0, 1).OnTop("cabinet").Weight(0.5),
               Row("fridge", {"BeverageFridge"}).Count(1, 1).BackToWall().Weight(3),
               Row("island", {"KitchenIsland"}).Count(0, 1).Free().Weight(2),
-              Row("table", {"TableDining"}).Count(0, 1).Free().Weight(2),
-              Row("chair", {"Chair"}).Count(0, 4).Around("table", -0.25, 0.05).OneModel(),
+              Row("table", {"TableDining"}).Count(1, 1).Free().Weight(2),
+              Row("chair", {"Chair"}).Count(2, 4).Around("table", -0.25, 0.05).OneModel(),
               Row("standing table", {"TableCocktail"}).Count(0, 1).Free().Weight(0.6),
               Row("bar stool", {"BarChair"})
                   .Count(0, 3)

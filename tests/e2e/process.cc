@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -88,7 +89,12 @@ int Process::Wait(Seconds limit) {
   if (!ended_) {
     const int fd = static_cast<int>(syscall(SYS_pidfd_open, pid_, 0));
     pollfd end{fd, POLLIN, 0};
-    const int ready = poll(&end, 1, static_cast<int>(limit.count() * 1000));
+    // In slices: time in which all of us were frozen (a suspended machine) counts as one.
+    constexpr int kSliceMs = 100;
+    int ready = 0;
+    for (double left_ms = limit.count() * 1000; ready == 0 && left_ms > 0; left_ms -= kSliceMs) {
+      ready = poll(&end, 1, static_cast<int>(std::min<double>(kSliceMs, left_ms)));
+    }
     close(fd);
     if (ready <= 0) return -1;
     waitpid(pid_, &status_, 0);

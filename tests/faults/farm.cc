@@ -21,6 +21,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+// Time in which all of us were frozen (a suspended machine) counts as one look.
+constexpr double kLongestLook_s = 6;
+
 [[noreturn]] void Abandon(const std::string& why) {
   std::fprintf(stderr, "the experiment can't go on: %s\n", why.c_str());
   std::exit(3);
@@ -29,16 +32,18 @@ using Clock = std::chrono::steady_clock;
 // Calls until it is answered.
 template <typename Call>
 void Insist(const char* what, const Call& call) {
-  const auto begin = Clock::now();
+  double waited_s = 0;
   absl::Status status;
   do {
+    const auto begin = Clock::now();
     grpc::ClientContext context;
     SetRpcTimeout(context, std::chrono::seconds(5));
     context.set_wait_for_ready(true);
     status = FromGrpc(call(context));
     if (status.ok()) return;
     Sleep(0.01);
-  } while (SecondsSince(begin) < 60);
+    waited_s += std::min(SecondsSince(begin), kLongestLook_s);
+  } while (waited_s < 60);
   Abandon(std::string(what) + ": " + status.ToString());
 }
 
@@ -181,9 +186,12 @@ v1::StudyStatus Farm::Status(int64_t study) {
 
 bool Farm::WaitFor(int64_t study, const std::function<bool(const v1::StudyStatus&)>& condition,
                    double limit_s) {
-  const auto begin = Clock::now();
+  double waited_s = 0;
+  auto last = Clock::now();
   while (!condition(Status(study))) {
-    if (SecondsSince(begin) > limit_s) return false;
+    waited_s += std::min(SecondsSince(last), kLongestLook_s);
+    last = Clock::now();
+    if (waited_s > limit_s) return false;
     Sleep(0.01);
   }
   return true;
@@ -258,7 +266,11 @@ void Farm::CheckPairs(int64_t study, size_t pairs, Tally& tally) {
 void Farm::StopAndAudit(Tally& tally, const std::string& where) {
   coordinator_->Signal(SIGTERM);
   const int end = coordinator_->Wait(Process::Seconds(20));
-  if (end != 0) tally.Lost("the coordinator ended with " + std::to_string(end));
+  if (end != 0) {
+    const std::string log = coordinator_->Err();
+    tally.Lost("the coordinator ended with " + std::to_string(end) + ": " +
+               log.substr(log.size() - std::min<size_t>(log.size(), 1000)));
+  }
   Process check({PARALLAX_COORDINATOR_PROGRAM, "check", "--db", folder() + "/queue.db"});
   if (check.Wait() != 0) tally.Found({check.Out() + check.Err()}, where);
 }

@@ -262,7 +262,7 @@ void Versions(const ExperimentOptions& options, Tally& tally) {
   for (int round = 0; round < options.rounds; ++round) {
     Rng rng = RoundRng(options, "versions", round);
     if (!options.old_bin.empty()) OldPrograms(options.old_bin, rng.Child("programs"), tally);
-    OldDatabase(PARALLAX_FAULTS_DATA "/queue_v1.sql", tally);
+    OldDatabase(PARALLAX_FAULTS_DATA "/queue_v1.dump", tally);
     OldMessages(rng.Child("messages"), tally);
     ++tally.rounds;
   }

@@ -8,10 +8,12 @@ namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
-MaterialSlot BodySlot() { return Slot("body", {"metal", "paint", "plastic"}); }
-MaterialSlot TrimSlot() { return Slot("trim", {"metal", "plastic"}); }
-MaterialSlot DarkSlot() { return Slot("inside", {"plastic", "metal"}); }
-MaterialSlot WindowSlot() { return Slot("window", {"glass"}); }
+MaterialSlot BodySlot() { return Slot("body", {"ApplianceEnamel", "BrushedMetal", "paint"}); }
+MaterialSlot TrimSlot() {
+  return Slot("trim", {"BrushedMetal", "HousingPlastic", "PolishedMetal"});
+}
+MaterialSlot DarkSlot() { return Slot("inside", {"HousingPlastic"}); }
+MaterialSlot WindowSlot() { return Slot("window", {"TintedGlass", "ClearGlass"}); }
 
 // A panel in the plane y = `back`, facing +y, with a hole: four rounded bars.
 void AddFrame(AssetBuilder& b, const Vec2f& lo, const Vec2f& hi, const Vec2f& hole_lo,
@@ -306,7 +308,8 @@ Asset SampleMicrowave(Rng& rng) {
 
 Asset MakeDishwasher(const DishwasherParams& p) {
   AssetBuilder b(p.seed);
-  const MaterialSlot body = BodySlot(), door = Slot("door", {"metal", "paint", "wood"});
+  const MaterialSlot body = BodySlot(),
+                     door = Slot("door", {"BrushedMetal", "ApplianceEnamel", "wood"});
   const float w = 0.5f * p.width_m, d = 0.5f * p.depth_m, h = p.height_m, plinth = 0.1f,
               front = d - 0.025f;
   const float strip = p.hidden_controls ? 0.0f : 0.11f;
@@ -372,6 +375,10 @@ Asset MakeBeverageFridge(const BeverageFridgeParams& p) {
   AddFeet(b, w, d, foot);
   AddCavity(b, {-w, -d, foot}, {w, front, h}, wall, body);
   const float low = foot + 0.09f, high = h - wall;
+  // A light liner, so that one sees what is inside.
+  AddCavity(b, {-w + wall - 0.001f, -d + wall - 0.001f, low - 0.002f},
+            {w - wall + 0.001f, front - 0.004f, high + 0.001f}, 0.004f,
+            Slot("liner", {"ApplianceEnamel"}));
   b.Add(Board({-w + 0.03f, -d + 0.03f, foot + 0.03f}, {w - 0.03f, front - 0.001f, low}, 0.002f),
         DarkSlot());
   Shape slots;
@@ -382,14 +389,16 @@ Asset MakeBeverageFridge(const BeverageFridgeParams& p) {
   b.Add(slots, TrimSlot());
   const float step = (high - low) / static_cast<float>(p.shelves);
   for (int i = 0; i < p.shelves; ++i) {
-    const float z = low + step * static_cast<float>(i) + 0.004f;
-    if (i > 0) AddWireShelf(b, {-w + wall, -d + wall + 0.01f}, {w - wall, front - 0.03f}, z, 14);
+    const float z = low + step * static_cast<float>(i) + 0.006f;
+    if (i > 0)
+      AddWireShelf(b, {-w + wall + 0.002f, -d + wall + 0.01f}, {w - wall - 0.002f, front - 0.03f},
+                   z, 14);
     if (!p.full) continue;
     // Cans stand in rows; bottles too where there is the height.
     const bool bottles = step > 0.24f && rng.Bernoulli(0.6);
     const float r = bottles ? 0.036f : 0.032f,
                 tall = bottles ? std::min(0.23f, step - 0.02f) : std::min(0.12f, step - 0.02f);
-    const int columns = static_cast<int>((2 * (w - wall) - 0.01f) / (2.15f * r)), rows = 2;
+    const int columns = static_cast<int>((2 * (w - wall) - 0.02f) / (2.15f * r)), rows = 2;
     for (int c = 0; c < columns; ++c) {
       for (int k = 0; k < rows; ++k) {
         if (rng.Bernoulli(0.2)) continue;
@@ -398,6 +407,7 @@ Asset MakeBeverageFridge(const BeverageFridgeParams& p) {
                     y = front - 0.045f - r - 2.2f * r * static_cast<float>(k);
         LatheOptions print;
         print.segments = 24;
+        print.print_repeats = 2;
         print.print_from_z = 0.02f;
         print.print_to_z = 0.6f * tall;
         const Path2 profile = bottles ? Path2{{0.9f * r, 0},
@@ -426,10 +436,11 @@ Asset MakeBeverageFridge(const BeverageFridgeParams& p) {
   // The door: a frame around glass, its handle on the right.
   const float edge = 0.045f;
   AddFrame(b, {-w, foot + 0.085f}, {w, h - 0.001f}, {-w + edge, foot + 0.085f + edge},
-           {w - edge, h - edge}, front + 0.002f, d, Slot("door", {"metal", "plastic"}));
+           {w - edge, h - edge}, front + 0.002f, d,
+           Slot("door", {"BrushedMetal", "HousingPlastic"}));
   b.Add(Board({-w + edge - 0.006f, front + 0.014f, foot + 0.079f + edge},
               {w - edge + 0.006f, front + 0.02f, h - edge + 0.006f}, 0.001f),
-        WindowSlot());
+        Slot("window", {"ClearGlass", "TintedGlass"}));
   b.Add(BarHandle(0.55f * h, 0.04f, 0.009f)
             .TurnedY(0.5f * kPi)
             .Moved(w - 0.5f * edge, d - 0.001f, 0.56f * h),

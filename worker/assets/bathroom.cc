@@ -152,7 +152,7 @@ Asset SampleTap(Rng& rng) { return MakeTap(DrawTap(rng, 0.24, 0.36)); }
 
 Asset MakeBathroomSink(const BathroomSinkParams& p) {
   AssetBuilder b(p.seed);
-  const MaterialSlot ceramic = CeramicSlot("basin");
+  const MaterialSlot ceramic = Slot("basin", {"SanitaryCeramic", "stone", "GlazedCeramic"});
   const float w = 0.5f * p.width_m, d = 0.5f * p.depth_m, h = p.basin_m;
   const float rim_z = p.mount == BasinMount::kPedestal ? 0.84f : 0.85f + h;
   const float foot = rim_z - h;
@@ -264,7 +264,7 @@ Asset SampleSink(Rng& rng) {
 
 Asset MakeBathtub(const BathtubParams& p) {
   AssetBuilder b(p.seed);
-  const MaterialSlot ceramic = Slot("tub", {"ceramic", "plastic", "stone"});
+  const MaterialSlot ceramic = Slot("tub", {"SanitaryCeramic", "stone", "GlazedCeramic"});
   const float l = 0.5f * p.length_m, w = 0.5f * p.width_m;
   const bool claw = p.style == BathtubStyle::kClawFoot, built = p.style == BathtubStyle::kBuiltIn;
   const float foot = claw ? 0.12f : built ? 0.05f : 0.0f;

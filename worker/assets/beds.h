@@ -28,9 +28,13 @@ Asset MakeBed(const BedParams& params);
 Asset SampleBed(Rng& rng);
 Asset SampleBedFrame(Rng& rng);
 
+// Plain ticking, stitched lozenges, deep buttoned tufts, or rows of channels across.
+enum class MattressTop { kPlain, kLozenges, kTufts, kChannels, kCount };
+
 struct MattressParams {
   float width_m = 1.6f, length_m = 2.0f, height_m = 0.22f;
-  bool quilted = true;  // Rows of stitched lozenges on top.
+  MattressTop top = MattressTop::kLozenges;
+  int straps = 2;  // To carry it by, on each long side.
   uint64_t seed = 0;
 };
 Asset MakeMattress(const MattressParams& params);

@@ -92,7 +92,7 @@ Asset MakeCabinet(const CabinetParams& p) {
   } else {
     const float recess = p.worktop ? 0.06f : 0.012f;
     b.Add(Board({-w + 0.004f, -d + 0.01f, 0}, {w - 0.004f, d - recess - kBoard, plinth}, 0.001f),
-          p.worktop ? Slot("plinth", {"plastic", "metal", "wood"}) : wood);
+          p.worktop ? Slot("plinth", {"HousingPlastic", "BrushedMetal", "wood"}) : wood);
   }
   // The top.
   if (p.worktop) {

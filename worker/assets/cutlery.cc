@@ -57,10 +57,9 @@ std::function<float(float)> HandleWidth(int style, float width) {
 
 }  // namespace
 
-Asset SampleSpoon(Rng& rng) {
-  const float length = Draw(rng, 0.13, 0.21), bowl = 0.3f;
-  const int style = rng.UniformInt(0, 2);
-  const auto handle = HandleWidth(style, 0.058f * length);
+Asset MakeSpoon(const CutleryParams& p) {
+  const float length = p.length_m, bowl = 0.3f;
+  const auto handle = HandleWidth(p.handle, 0.058f * length);
   const auto round = SmoothThrough({{0, 0.018f * length},
                                     {0.15f, 0.055f * length},
                                     {0.5f, 0.112f * length},
@@ -68,7 +67,7 @@ Asset SampleSpoon(Rng& rng) {
                                     {0.95f, 0.05f * length},
                                     {1, 0.008f * length}});
   const float start = 1 - bowl;
-  AssetBuilder b(rng.Seed());
+  AssetBuilder b(p.seed);
   b.Add(Blade(
             length,
             [&](float s) { return s < start ? handle(s / start) : round((s - start) / bowl); },
@@ -89,10 +88,18 @@ Asset SampleSpoon(Rng& rng) {
   return b.Finish();
 }
 
-Asset SampleFork(Rng& rng) {
-  const float length = Draw(rng, 0.16, 0.21);
-  const int tines = rng.UniformInt(3, 4), style = rng.UniformInt(0, 2);
-  const auto handle = HandleWidth(style, 0.055f * length);
+Asset SampleSpoon(Rng& rng) {
+  CutleryParams p;
+  p.length_m = Draw(rng, 0.13, 0.21);
+  p.handle = rng.UniformInt(0, 2);
+  p.seed = rng.Seed();
+  return MakeSpoon(p);
+}
+
+Asset MakeFork(const CutleryParams& p) {
+  const float length = p.length_m;
+  const int tines = p.tines;
+  const auto handle = HandleWidth(p.handle, 0.055f * length);
   const float root = 0.76f;  // Where the tines begin.
   const auto width = [&](float s) {
     if (s < 0.58f) return handle(s / 0.58f);
@@ -104,7 +111,7 @@ Asset SampleFork(Rng& rng) {
     return 0.012f * length + neck + 0.014f * length * (1 - Smooth01(s / 0.5f)) +
            0.03f * length * Smooth01((s - 0.86f) / 0.14f);
   };
-  AssetBuilder b(rng.Seed());
+  AssetBuilder b(p.seed);
   const MaterialSlot metal = MetalSlot("body");
   b.Add(Blade(
             root * length, [&](float v) { return width(v * root); },
@@ -130,14 +137,20 @@ Asset SampleFork(Rng& rng) {
   return b.Finish();
 }
 
-Asset SampleKnife(Rng& rng) {
-  const float length = Draw(rng, 0.19, 0.3);
-  const bool kitchen = rng.Bernoulli(0.5);
-  AssetBuilder b(rng.Seed());
+Asset SampleFork(Rng& rng) {
+  CutleryParams p;
+  p.length_m = Draw(rng, 0.16, 0.21);
+  p.tines = rng.UniformInt(3, 4);
+  p.handle = rng.UniformInt(0, 2);
+  p.seed = rng.Seed();
+  return MakeFork(p);
+}
+
+Asset MakeKnife(const KnifeParams& p) {
+  const float length = p.length_m, grip = p.grip_m, wide = p.blade_m, belly = p.belly;
+  const bool kitchen = p.kitchen;
+  AssetBuilder b(p.seed);
   const MaterialSlot steel = MetalSlot("blade");
-  const float grip = Draw(rng, 0.36, 0.46) * length,
-              wide = (kitchen ? Draw(rng, 0.06, 0.13) : Draw(rng, 0.036, 0.055)) * length,
-              belly = Draw(rng, 0.5, 1.0);
   // The blade: an outline with a belly, thin at the edge, lying flat.
   Path2 outline;
   const float y0 = grip - 0.01f;
@@ -194,9 +207,21 @@ Asset SampleKnife(Rng& rng) {
   return b.Finish();
 }
 
-Asset SampleChopsticks(Rng& rng) {
-  const float length = Draw(rng, 0.2, 0.25);
-  AssetBuilder b(rng.Seed());
+Asset SampleKnife(Rng& rng) {
+  KnifeParams p;
+  p.length_m = Draw(rng, 0.19, 0.3);
+  p.kitchen = rng.Bernoulli(0.5);
+  p.grip_m = Draw(rng, 0.36, 0.46) * p.length_m;
+  p.blade_m = (p.kitchen ? Draw(rng, 0.06, 0.13) : Draw(rng, 0.036, 0.055)) * p.length_m;
+  p.belly = Draw(rng, 0.5, 1.0);
+  p.seed = rng.Seed();
+  return MakeKnife(p);
+}
+
+Asset MakeChopsticks(const ChopsticksParams& p) {
+  const float length = p.length_m;
+  AssetBuilder b(p.seed);
+  Rng rng(SceneSeed{p.seed}, "lie");
   const MaterialSlot wood = Slot("body", {"wood", "plastic", "metal"});
   for (int i = 0; i < 2; ++i) {
     SweepOptions options;
@@ -213,6 +238,13 @@ Asset SampleChopsticks(Rng& rng) {
     b.Add(stick.TurnedZ(turn).Moved(i == 0 ? -0.013f : 0.013f, Draw(rng, -0.008, 0.008), 0), wood);
   }
   return b.Finish();
+}
+
+Asset SampleChopsticks(Rng& rng) {
+  ChopsticksParams p;
+  p.length_m = Draw(rng, 0.2, 0.25);
+  p.seed = rng.Seed();
+  return MakeChopsticks(p);
 }
 
 void RegisterTableware(std::vector<AssetClass>& classes) {

@@ -8,9 +8,9 @@ namespace parallax {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
-Asset SampleBowl(Rng& rng) {
-  const float r = Draw(rng, 0.065, 0.16), h = r * Draw(rng, 0.5, 0.9);
-  const int form = rng.UniformInt(0, 2);
+Asset MakeBowl(const BowlParams& p) {
+  const float r = p.radius_m, h = p.height_m;
+  const int form = p.form, scallops = p.scallops;
   Path2 wall;
   if (form == 0)
     wall = Profile({{0.42f, 0}, {0.43f, 0.05f}, {0.5f, 0.1f}, {0.84f, 0.45f}, {1, 1}}, r, h, 7);
@@ -22,36 +22,43 @@ Asset SampleBowl(Rng& rng) {
         7);
   LatheOptions options;
   options.segments = 72;
-  const int scallops = rng.Bernoulli(0.25) ? rng.UniformInt(8, 14) : 0;
   if (scallops > 0) {
     options.modulate = [&](float a, float z) {
       return 1 + 0.03f * Smooth01(z / h) * std::cos(static_cast<float>(scallops) * a);
     };
   }
-  AssetBuilder b(rng.Seed());
+  AssetBuilder b(p.seed);
   b.Add(Lathe(VesselProfile(WithFoot(wall), 0.0035f, 0.006f), options),
         Slot("body", {"ceramic", "wood", "metal", "glass"}));
   return b.Finish();
 }
 
-Asset SamplePlate(Rng& rng) {
-  const float r = Draw(rng, 0.085, 0.15), h = Draw(rng, 0.016, 0.03);
-  AssetBuilder b(rng.Seed());
-  const bool coupe = rng.Bernoulli(0.4);
+Asset SampleBowl(Rng& rng) {
+  BowlParams p;
+  p.radius_m = Draw(rng, 0.065, 0.16);
+  p.height_m = p.radius_m * Draw(rng, 0.5, 0.9);
+  p.form = rng.UniformInt(0, 2);
+  p.scallops = rng.Bernoulli(0.25) ? rng.UniformInt(8, 14) : 0;
+  p.seed = rng.Seed();
+  return MakeBowl(p);
+}
+
+Asset MakePlate(const PlateParams& p) {
+  const float r = p.radius_m, h = p.height_m;
+  AssetBuilder b(p.seed);
   const Path2 wall =
-      coupe ? Profile({{0.56f, 0}, {0.57f, 0.1f}, {0.64f, 0.14f}, {0.86f, 0.4f}, {1, 1}}, r, h, 6)
-            : Profile({{0.58f, 0},
-                       {0.59f, 0.1f},
-                       {0.62f, 0.14f},
-                       {0.68f, 0.45f},
-                       {0.72f, 0.55f},
-                       {0.86f, 0.75f},
-                       {1, 1}},
-                      r, h, 6);
-  const bool square = rng.Bernoulli(0.15);
+      p.coupe ? Profile({{0.56f, 0}, {0.57f, 0.1f}, {0.64f, 0.14f}, {0.86f, 0.4f}, {1, 1}}, r, h, 6)
+              : Profile({{0.58f, 0},
+                         {0.59f, 0.1f},
+                         {0.62f, 0.14f},
+                         {0.68f, 0.45f},
+                         {0.72f, 0.55f},
+                         {0.86f, 0.75f},
+                         {1, 1}},
+                        r, h, 6);
   LatheOptions options;
   options.segments = 72;
-  if (square) {
+  if (p.square) {
     options.modulate = [](float a, float) {
       const float c = std::abs(std::cos(a)), s = std::abs(std::sin(a));
       return 0.96f / std::pow(std::pow(c, 5.0f) + std::pow(s, 5.0f), 0.2f);
@@ -61,13 +68,19 @@ Asset SamplePlate(Rng& rng) {
   return b.Finish();
 }
 
-namespace {
+Asset SamplePlate(Rng& rng) {
+  PlateParams p;
+  p.radius_m = Draw(rng, 0.085, 0.15);
+  p.height_m = Draw(rng, 0.016, 0.03);
+  p.coupe = rng.Bernoulli(0.4);
+  p.square = rng.Bernoulli(0.15);
+  p.seed = rng.Seed();
+  return MakePlate(p);
+}
 
-// One long handle (a pan) or two loops (a pot).
-Asset MakePot(Rng& rng, bool pan) {
-  const float r = Draw(rng, 0.09, 0.15), h = r * Draw(rng, 0.75, 1.35);
-  const float height = pan ? 0.5f * r : h;
-  AssetBuilder b(rng.Seed());
+Asset MakePot(const PotParams& p) {
+  const float r = p.radius_m, height = p.height_m;
+  AssetBuilder b(p.seed);
   const MaterialSlot metal = Slot("body", {"metal", "ceramic"}),
                      grip = Slot("handles", {"metal", "plastic", "wood"});
   const Path2 wall = Filleted(Path2{{0.6f * r, 0},
@@ -77,7 +90,7 @@ Asset MakePot(Rng& rng, bool pan) {
                                     {r + 0.003f, height}},
                               0.014f, 5);
   b.Add(Lathe(VesselProfile(WithFoot(wall), 0.0028f, 0.004f), {.segments = 64}), metal);
-  if (pan) {
+  if (p.pan) {
     SweepOptions options;
     options.keep_up = true;
     options.end_round_m = 0.006f;
@@ -102,8 +115,8 @@ Asset MakePot(Rng& rng, bool pan) {
                            {r + 0.0025f, s + 0.011f, z + 0.014f}, 0.002f),
                      grip);
   }
-  if (!pan && rng.Bernoulli(0.5)) {
-    // A lid with a knob.
+  if (p.lid) {
+    // With a knob.
     const Path2 lid = Spline(Path2{{r + 0.002f, 0.0f},
                                    {r + 0.003f, 0.003f},
                                    {0.96f * r, 0.007f},
@@ -125,22 +138,34 @@ Asset MakePot(Rng& rng, bool pan) {
   return b.Finish();
 }
 
-}  // namespace
+Asset SamplePot(Rng& rng) {
+  PotParams p;
+  p.radius_m = Draw(rng, 0.09, 0.15);
+  p.height_m = p.radius_m * Draw(rng, 0.75, 1.35);
+  p.lid = rng.Bernoulli(0.5);
+  p.seed = rng.Seed();
+  return MakePot(p);
+}
 
-Asset SamplePot(Rng& rng) { return MakePot(rng, false); }
-Asset SamplePan(Rng& rng) { return MakePot(rng, true); }
+Asset SamplePan(Rng& rng) {
+  PotParams p;
+  p.pan = true;
+  p.radius_m = Draw(rng, 0.09, 0.16);
+  p.height_m = p.radius_m * Draw(rng, 0.3, 0.55);
+  p.seed = rng.Seed();
+  return MakePot(p);
+}
 
-Asset SampleJar(Rng& rng) {
-  const float r = Draw(rng, 0.035, 0.06), h = r * Draw(rng, 2.0, 3.4);
-  const bool square = rng.Bernoulli(0.35);
-  AssetBuilder b(rng.Seed());
+Asset MakeJar(const JarParams& p) {
+  const float r = p.radius_m, h = p.height_m;
+  AssetBuilder b(p.seed);
   const float neck = 0.78f * r;
   const Path2 wall = Filleted(
       Path2{{0.6f * r, 0}, {r, 0}, {r, 0.5f * h}, {r, 0.84f * h}, {neck, 0.91f * h}, {neck, h}},
       0.16f * r, 5);
   LatheOptions options;
   options.segments = 64;
-  if (square) {
+  if (p.square) {
     options.modulate = [&](float a, float z) {
       const float c = std::abs(std::cos(a)), s = std::abs(std::sin(a));
       const float k = 1.0f / std::pow(std::pow(c, 6.0f) + std::pow(s, 6.0f), 1.0f / 6.0f);
@@ -148,8 +173,7 @@ Asset SampleJar(Rng& rng) {
     };
   }
   b.Add(Lathe(VesselProfile(WithFoot(wall), 0.0028f, 0.005f), options), GlassSlot("body"));
-  const int closure = rng.UniformInt(0, 2);
-  if (closure == 0) {
+  if (p.closure == JarClosure::kScrewCap) {
     LatheOptions knurl;
     knurl.segments = 120;
     knurl.modulate = [](float a, float z) {
@@ -165,7 +189,7 @@ Asset SampleJar(Rng& rng) {
                 knurl)
               .Moved(0, 0, h - 0.012f),
           Slot("lid", {"metal", "plastic"}));
-  } else if (closure == 1) {
+  } else if (p.closure == JarClosure::kCork) {
     b.Add(Cone(neck - 0.0032f, neck + 0.002f, 0.03f, 0.002f).Moved(0, 0, h - 0.012f),
           Slot("lid", {"wood", "bark"}));
   } else {
@@ -182,7 +206,7 @@ Asset SampleJar(Rng& rng) {
           Slot("lid", {"glass", "ceramic"}));
   }
   // What it holds: a filling that follows the wall.
-  const float level = h * Draw(rng, 0.35, 0.75);
+  const float level = h * p.filled;
   Path2 fill = Filleted(Path2{{0, 0.0058f},
                               {0.955f * r - 0.0026f, 0.0058f},
                               {r - 0.0034f, 0.2f * h},
@@ -194,10 +218,21 @@ Asset SampleJar(Rng& rng) {
   return b.Finish();
 }
 
-Asset SampleWineglass(Rng& rng) {
-  const float h = Draw(rng, 0.15, 0.23), r = h * Draw(rng, 0.17, 0.23);
-  const int form = rng.UniformInt(0, 2);
-  AssetBuilder b(rng.Seed());
+Asset SampleJar(Rng& rng) {
+  JarParams p;
+  p.radius_m = Draw(rng, 0.035, 0.06);
+  p.height_m = p.radius_m * Draw(rng, 2.0, 3.4);
+  p.square = rng.Bernoulli(0.35);
+  p.closure = DrawEnum<JarClosure>(rng, static_cast<int>(JarClosure::kCount));
+  p.filled = Draw(rng, 0.35, 0.75);
+  p.seed = rng.Seed();
+  return MakeJar(p);
+}
+
+Asset MakeWineglass(const WineglassParams& p) {
+  const float h = p.height_m, r = p.radius_m;
+  const int form = p.form;
+  AssetBuilder b(p.seed);
   // One profile: foot, stem, bowl outside; bowl inside closes it.
   const float stem = 0.42f * h, foot = 0.95f * r, t = 0.0014f;
   Path2 wall = Spline(Path2{{0.99f * foot, 0},
@@ -237,9 +272,18 @@ Asset SampleWineglass(Rng& rng) {
   return b.Finish();
 }
 
-Asset SampleLid(Rng& rng) {
-  const float r = Draw(rng, 0.08, 0.15), dome = Draw(rng, 0.13, 0.3);
-  AssetBuilder b(rng.Seed());
+Asset SampleWineglass(Rng& rng) {
+  WineglassParams p;
+  p.height_m = Draw(rng, 0.15, 0.23);
+  p.radius_m = p.height_m * Draw(rng, 0.17, 0.23);
+  p.form = rng.UniformInt(0, 2);
+  p.seed = rng.Seed();
+  return MakeWineglass(p);
+}
+
+Asset MakeLid(const LidParams& p) {
+  const float r = p.radius_m, dome = p.dome;
+  AssetBuilder b(p.seed);
   const Path2 wall = Spline(Path2{{0.93f * r, 0},
                                   {0.935f * r, 0.006f},
                                   {r, 0.007f},
@@ -264,7 +308,7 @@ Asset SampleLid(Rng& rng) {
                      knob = Slot("knob", {"metal", "plastic", "wood"});
   b.Add(Lathe(closed, {.segments = 64}), body);
   const float z = dome * r + 0.0105f;
-  if (rng.Bernoulli(0.5)) {
+  if (p.knob) {
     b.Add(Lathe(Spline(Path2{{0.009f, 0},
                              {0.008f, 0.008f},
                              {0.019f, 0.017f},
@@ -284,6 +328,15 @@ Asset SampleLid(Rng& rng) {
           knob);
   }
   return b.Finish();
+}
+
+Asset SampleLid(Rng& rng) {
+  LidParams p;
+  p.radius_m = Draw(rng, 0.08, 0.15);
+  p.dome = Draw(rng, 0.13, 0.3);
+  p.knob = rng.Bernoulli(0.5);
+  p.seed = rng.Seed();
+  return MakeLid(p);
 }
 
 }  // namespace parallax

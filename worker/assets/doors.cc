@@ -51,7 +51,7 @@ void AddGlass(AssetBuilder& b, const Opening& o, const DoorParams& p, const Door
   const float t = p.thickness_m, bar = 0.011f;
   b.Add(Board({o.x0 - 0.005f, 0.44f * t, o.z0 - 0.005f}, {o.x1 + 0.005f, 0.56f * t, o.z1 + 0.005f},
               0.0006f),
-        GlassSlot("glass"));
+        Slot("glass", {"ClearGlass", "FrostedGlass", "TintedGlass"}));
   AddBeads(b, o, t);
   for (int i = 1; i < row.lites_x; ++i) {
     const float x = Lerp(o.x0, o.x1, static_cast<float>(i) / static_cast<float>(row.lites_x));

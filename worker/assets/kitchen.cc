@@ -58,7 +58,7 @@ void AddBase(AssetBuilder& b, const KitchenParams& p, Rng& rng) {
   b.Add(Board({-w + 0.002f, -d, kPlinth + 0.002f}, {w - 0.002f, -d + 0.008f, top - 0.001f}, 0.001f),
         CarcassSlot());
   b.Add(Board({-w + 0.004f, -d + 0.02f, 0}, {w - 0.004f, front - 0.06f, kPlinth + 0.001f}, 0.001f),
-        Slot("plinth", {"plastic", "metal", "wood"}));
+        Slot("plinth", {"HousingPlastic", "BrushedMetal", "wood"}));
   const float z0 = kPlinth + 0.003f, z1 = top - 0.003f, width = pitch - 0.003f;
   for (int i = 0; i < p.columns; ++i) {
     const float x = -w + pitch * (static_cast<float>(i) + 0.5f);

@@ -13,7 +13,9 @@ struct FloorLampParams {
   float height_m = 1.6f;
   float shade_radius_m = 0.2f;
   ShadeStyle shade = ShadeStyle::kEmpire;
-  int stand = 0;  // 0 straight pole, 1 turned column, 2 tripod, 3 arc.
+  // 0 straight pole, 1 turned column, 2 tripod, 3 arc, 4 uplighter, 5 paper lantern, 6 three
+  // globes up a pole.
+  int stand = 0;
   uint64_t seed = 0;
 };
 Asset MakeFloorLamp(const FloorLampParams& params);

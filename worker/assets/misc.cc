@@ -1,9 +1,8 @@
+#include "worker/assets/misc.h"
+
 #include <algorithm>
 #include <cmath>
 #include <string_view>
-
-#include "worker/assets/families.h"
-#include "worker/assets/parts.h"
 
 namespace parallax {
 namespace {
@@ -53,10 +52,10 @@ Shape Ribbon(const Vec3f& from, float length, const Noise& noise) {
 
 }  // namespace
 
-// Stretcher boards over nine blocks, nailed.
-Asset SamplePallet(Rng& rng) {
-  const float w = rng.Bernoulli(0.6) ? 1.2f : 1.0f, d = rng.Bernoulli(0.6) ? 0.8f : 1.0f;
-  AssetBuilder b(rng.Seed());
+Asset MakePallet(const PalletParams& p) {
+  const float w = p.width_m, d = p.depth_m;
+  AssetBuilder b(p.seed);
+  Rng rng(SceneSeed{p.seed}, "boards");
   const MaterialSlot wood = Slot("boards", {"wood"});
   const Noise noise(rng);
   const float board = 0.022f, block = 0.078f;
@@ -83,7 +82,7 @@ Asset SamplePallet(Rng& rng) {
     for (const float y : ys) plank({x, y, board - 0.001f}, {x + 0.14f, y + 0.1f, board + block});
     plank({x, -0.5f * d, board + block - 0.001f}, {x + 0.14f, 0.5f * d, 2 * board + block});
   }
-  const int top = rng.UniformInt(5, 8);
+  const int top = p.top_boards;
   const float pitch = (d - 0.1f) / static_cast<float>(top - 1);
   const float z = 2 * board + block;
   for (int i = 0; i < top; ++i) {
@@ -99,11 +98,20 @@ Asset SamplePallet(Rng& rng) {
   return b.Finish();
 }
 
-// Steel uprights with holes' shadows left out, beams, wire decks, crates on them.
-Asset SampleRack(Rng& rng) {
-  const float w = Draw(rng, 1.2, 1.9), d = Draw(rng, 0.5, 0.7), h = Draw(rng, 1.7, 2.2);
-  const int levels = rng.UniformInt(3, 4);
-  AssetBuilder b(rng.Seed());
+Asset SamplePallet(Rng& rng) {
+  PalletParams p;
+  p.width_m = rng.Bernoulli(0.6) ? 1.2f : 1.0f;
+  p.depth_m = rng.Bernoulli(0.6) ? 0.8f : 1.0f;
+  p.top_boards = rng.UniformInt(5, 8);
+  p.seed = rng.Seed();
+  return MakePallet(p);
+}
+
+Asset MakeRack(const RackParams& p) {
+  const float w = p.width_m, d = p.depth_m, h = p.height_m;
+  const int levels = p.levels;
+  AssetBuilder b(p.seed);
+  Rng rng(SceneSeed{p.seed}, "load");
   const MaterialSlot upright = Slot("uprights", {"metal", "paint"}),
                      beam = Slot("beams", {"metal", "paint"}), deck = MetalSlot("deck");
   const float x = 0.5f * w, y = 0.5f * d, t = 0.05f;
@@ -201,13 +209,22 @@ Asset SampleRack(Rng& rng) {
   return b.Finish();
 }
 
-// A foil letter or number, or a few rubber balloons on ribbons.
-Asset SampleBalloon(Rng& rng) {
-  const bool letters = rng.Bernoulli(0.5);
-  AssetBuilder b(rng.Seed());
+Asset SampleRack(Rng& rng) {
+  RackParams p;
+  p.width_m = Draw(rng, 1.2, 1.9);
+  p.depth_m = Draw(rng, 0.5, 0.7);
+  p.height_m = Draw(rng, 1.7, 2.2);
+  p.levels = rng.UniformInt(3, 4);
+  p.seed = rng.Seed();
+  return MakeRack(p);
+}
+
+Asset MakeBalloon(const BalloonParams& p) {
+  AssetBuilder b(p.seed);
+  Rng rng(SceneSeed{p.seed}, "balloon");
   const Noise noise(rng);
-  if (!letters) {
-    const int count = rng.UniformInt(1, 4);
+  const int count = p.count;
+  if (!p.letters) {
     for (int i = 0; i < count; ++i) {
       const float r = Draw(rng, 0.11, 0.15);
       const Path2 profile = Spline(Path2{{0.012f, -1.42f * r},
@@ -237,8 +254,7 @@ Asset SampleBalloon(Rng& rng) {
         Slot("weight", {"metal", "plastic"}));
     return b.Finish();
   }
-  const int count = rng.UniformInt(1, 3);
-  const float h = Draw(rng, 0.35, 0.6), unit = h / 6, r = Draw(rng, 0.085, 0.105) * h;
+  const float h = p.height_m, unit = h / 6, r = Draw(rng, 0.085, 0.105) * h;
   float x = 0;
   for (int i = 0; i < count; ++i) {
     const Glyph& glyph = kGlyphs[rng.UniformInt(0, static_cast<int>(std::size(kGlyphs)) - 1)];
@@ -284,17 +300,25 @@ Asset SampleBalloon(Rng& rng) {
   }
   // Letters read from the front, which looks along -y: x runs to the reader's left.
   Asset asset = b.Finish();
-  for (Vec3f& p : asset.mesh.positions) p.head<2>() = -p.head<2>();
+  for (Vec3f& q : asset.mesh.positions) q.head<2>() = -q.head<2>();
   for (Vec3f& n : asset.mesh.normals) n.head<2>() = -n.head<2>();
   return asset;
 }
 
-// A woven basket: uprights, weavers that go in and out, a plaited rim.
-Asset SampleBasketBase(Rng& rng) {
-  const float r = Draw(rng, 0.12, 0.2), h = r * Draw(rng, 0.8, 1.5), flare = Draw(rng, 0.0, 0.25);
-  const int stakes = 2 * rng.UniformInt(9, 14) + 1;    // Odd: each round goes the other way round.
+Asset SampleBalloon(Rng& rng) {
+  BalloonParams p;
+  p.letters = rng.Bernoulli(0.5);
+  p.count = rng.UniformInt(1, p.letters ? 3 : 4);
+  p.height_m = Draw(rng, 0.35, 0.6);
+  p.seed = rng.Seed();
+  return MakeBalloon(p);
+}
+
+Asset MakeBasketBase(const BasketParams& p) {
+  const float r = p.radius_m, h = p.height_m, flare = p.flare;
+  const int stakes = p.stakes;
   const float t = 0.0042f * std::max(1.0f, h / 0.2f);  // Larger baskets are of thicker rods.
-  AssetBuilder b(rng.Seed());
+  AssetBuilder b(p.seed);
   const MaterialSlot wicker = Slot("wicker", {"wood", "bark"});
   const auto radius = [&](float z) {
     return r * (1 + flare * (z / h - 0.5f)) * (0.93f + 0.07f * Smooth01(z / (0.25f * h)));
@@ -337,7 +361,7 @@ Asset SampleBasketBase(Rng& rng) {
   }
   b.Add(Cylinder(radius(0) - 0.5f * t, 0.006f, 0.001f, 48).Moved(0, 0, 0.002f),
         Slot("base", {"wood"}));
-  if (rng.Bernoulli(0.6)) {
+  if (p.handles) {
     for (const float s : {-1.0f, 1.0f}) {
       const float x = radius(h);
       const Path3 grip = Spline(Path3{{s * x, -0.05f, h - 0.01f},
@@ -350,6 +374,17 @@ Asset SampleBasketBase(Rng& rng) {
     }
   }
   return b.Finish();
+}
+
+Asset SampleBasketBase(Rng& rng) {
+  BasketParams p;
+  p.radius_m = Draw(rng, 0.12, 0.2);
+  p.height_m = p.radius_m * Draw(rng, 0.8, 1.5);
+  p.flare = Draw(rng, 0.0, 0.25);
+  p.stakes = 2 * rng.UniformInt(9, 14) + 1;
+  p.handles = rng.Bernoulli(0.6);
+  p.seed = rng.Seed();
+  return MakeBasketBase(p);
 }
 
 void RegisterMisc(std::vector<AssetClass>& classes) {

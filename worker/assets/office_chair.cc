@@ -10,7 +10,8 @@ using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 Asset MakeOfficeChair(const OfficeChairParams& p) {
   AssetBuilder b(p.seed);
   const Noise noise(p.seed);
-  const MaterialSlot base = Slot("base", {"metal", "plastic"}), plastic = PlasticSlot("plastic");
+  const MaterialSlot base = Slot("base", {"HousingPlastic", "metal"}),
+                     plastic = Slot("plastic", {"HousingPlastic", "plastic"});
   const MaterialSlot fabric = FabricSlot("seat");
   // Five arms on twin-wheel casters.
   for (int i = 0; i < 5; ++i) {
@@ -187,7 +188,8 @@ Asset MakeOfficeChair(const OfficeChairParams& p) {
       return Vec3f(q.x() * (1 - 2.2f * std::abs(q.y()) * std::abs(q.y())), q.y(),
                    q.z() - 0.6f * q.y() * q.y());
     });
-    b.AddMirroredX(pad.Moved(x, -0.01f, z + 0.012f), Slot("armrest", {"plastic", "leather"}));
+    b.AddMirroredX(pad.Moved(x, -0.01f, z + 0.012f),
+                   Slot("armrest", {"HousingPlastic", "leather"}));
   }
   return b.Finish();
 }

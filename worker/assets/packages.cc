@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/vessel_parts.h"
+
 namespace parallax {
 namespace {
 
@@ -122,6 +124,7 @@ void AddSprayCan(AssetBuilder& b, const CanParams& p) {
   options.segments = 56;
   options.print_from_z = p0;
   options.print_to_z = p1;
+  options.print_repeats = LabelCopies(r, p1 - p0);
   b.Add(Lathe(profile, options), {Tinplate(), PictureSlot("label")});
   const MaterialSlot plastic = PlasticSlot("cap");
   if (p.opened) {
@@ -316,6 +319,7 @@ Asset MakeCan(const CanParams& p) {
   options.segments = 56;
   options.print_from_z = drink ? 0.012f : 0.006f;
   options.print_to_z = drink ? h - 0.016f : h - 0.006f;
+  options.print_repeats = LabelCopies(r, options.print_to_z - options.print_from_z);
   const int beads = p.style == CanStyle::kFlatTin ? 0 : 9;
   const Path2 profile =
       drink ? DrinkProfile(r, h, options.print_from_z, options.print_to_z)

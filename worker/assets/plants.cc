@@ -189,13 +189,14 @@ Asset SampleLargePlantContainer(Rng& rng) {
   return MakePotPlant(p);
 }
 
-Asset SampleBush(Rng& rng) {
-  const float size = Draw(rng, 0.5, 1.0);
-  AssetBuilder b(rng.Seed());
+Asset MakeBush(const BushParams& p) {
+  const float size = p.size_m;
+  AssetBuilder b(p.seed);
+  Rng rng(SceneSeed{p.seed}, "growth");
   TreeGrower bush{b, rng, 0.075f * size + 0.012f, 2};
-  bush.leaf_width = Draw(rng, 0.3, 0.6);
+  bush.leaf_width = p.leaf_width;
   bush.leaves_per_twig = 15;
-  const int stems = rng.UniformInt(10, 14);
+  const int stems = p.stems;
   for (int i = 0; i < stems; ++i) {
     const float a = Golden(i), t = std::sqrt(static_cast<float>(i) / static_cast<float>(stems));
     const Vec3f heading(t * 0.95f * std::cos(a), t * 0.95f * std::sin(a), 1.2f - 0.6f * t);
@@ -206,16 +207,26 @@ Asset SampleBush(Rng& rng) {
   return b.Finish();
 }
 
-Asset SampleCactus(Rng& rng) {
-  AssetBuilder b(rng.Seed());
-  const float h = Draw(rng, 0.5, 1.4), r = h * Draw(rng, 0.075, 0.1);
-  const int ribs = rng.UniformInt(10, 15);
+Asset SampleBush(Rng& rng) {
+  BushParams p;
+  p.size_m = Draw(rng, 0.5, 1.0);
+  p.leaf_width = Draw(rng, 0.3, 0.6);
+  p.stems = rng.UniformInt(10, 14);
+  p.seed = rng.Seed();
+  return MakeBush(p);
+}
+
+Asset MakeCactus(const CactusParams& p) {
+  AssetBuilder b(p.seed);
+  Rng rng(SceneSeed{p.seed}, "growth");
+  const float h = p.height_m, r = p.radius_m;
+  const int ribs = p.ribs;
   Path3 axis;
   for (int k = 0; k <= 10; ++k)
     axis.emplace_back(0.01f * h * std::sin(0.5f * static_cast<float>(k)), 0,
                       h * static_cast<float>(k) / 10.0f);
   GrowCactus(b, {Vec3f::Zero(), axis, r, ribs, 0.3f * r}, rng);
-  const int arms = rng.UniformInt(1, 4);
+  const int arms = p.arms;
   for (int i = 0; i < arms; ++i) {
     const float a =
         2 * kPi * static_cast<float>(i) / static_cast<float>(arms) + Draw(rng, -0.4, 0.4);
@@ -231,9 +242,20 @@ Asset SampleCactus(Rng& rng) {
   return b.Finish();
 }
 
-Asset SampleUrchin(Rng& rng) {
-  AssetBuilder b(rng.Seed());
-  const float r = Draw(rng, 0.022, 0.035), spine = r * Draw(rng, 1.1, 2.2);
+Asset SampleCactus(Rng& rng) {
+  CactusParams p;
+  p.height_m = Draw(rng, 0.5, 1.4);
+  p.radius_m = p.height_m * Draw(rng, 0.075, 0.1);
+  p.ribs = rng.UniformInt(10, 15);
+  p.arms = rng.UniformInt(1, 4);
+  p.seed = rng.Seed();
+  return MakeCactus(p);
+}
+
+Asset MakeUrchin(const UrchinParams& p) {
+  AssetBuilder b(p.seed);
+  Rng rng(SceneSeed{p.seed}, "spines");
+  const float r = p.radius_m, spine = p.spine_m;
   const Noise noise(rng);
   const Shape body = Ellipsoid({r, r, 0.78f * r}, 40).Bent([&](const Vec3f& q) {
     const float a = std::atan2(q.y(), q.x());
@@ -260,6 +282,14 @@ Asset SampleUrchin(Rng& rng) {
   }
   b.Add(spines, Slot("spines", {"leaf", "wood", "plastic"}));
   return b.Finish();
+}
+
+Asset SampleUrchin(Rng& rng) {
+  UrchinParams p;
+  p.radius_m = Draw(rng, 0.022, 0.035);
+  p.spine_m = p.radius_m * Draw(rng, 1.1, 2.2);
+  p.seed = rng.Seed();
+  return MakeUrchin(p);
 }
 
 }  // namespace parallax

@@ -35,12 +35,48 @@ Asset MakePotPlant(const PotPlantParams& params);
 Asset SamplePlantContainer(Rng& rng);
 Asset SampleLargePlantContainer(Rng& rng);
 
+struct BushParams {
+  float size_m = 0.8f;       // Height, roughly.
+  float leaf_width = 0.45f;  // In lengths.
+  int stems = 12;
+  uint64_t seed = 0;
+};
+Asset MakeBush(const BushParams& params);
 Asset SampleBush(Rng& rng);
+
+struct CactusParams {
+  float height_m = 0.9f, radius_m = 0.08f;
+  int ribs = 12, arms = 2;
+  uint64_t seed = 0;
+};
+Asset MakeCactus(const CactusParams& params);
 Asset SampleCactus(Rng& rng);
+
+struct UrchinParams {
+  float radius_m = 0.028f;  // Of the body.
+  float spine_m = 0.045f;   // The longest.
+  uint64_t seed = 0;
+};
+Asset MakeUrchin(const UrchinParams& params);
 Asset SampleUrchin(Rng& rng);
-// Shells, cones, pebbles, corals.
+
+enum class Trinket { kSnailShell, kScallop, kPineCone, kPebbles, kCoral, kCount };
+
+struct TrinketParams {
+  Trinket kind = Trinket::kScallop;
+  float size_m = 0.07f;
+  uint64_t seed = 0;
+};
+Asset MakeNatureShelfTrinkets(const TrinketParams& params);
 Asset SampleNatureShelfTrinkets(Rng& rng);
+
+struct FruitContainerParams {
+  float radius_m = 0.125f;
+  int fruit = 0;  // The most: 0 apples, 1 oranges, 2 pears, 3 lemons.
+  uint64_t seed = 0;
+};
 // A bowl of fruit.
+Asset MakeFruitContainer(const FruitContainerParams& params);
 Asset SampleFruitContainer(Rng& rng);
 
 }  // namespace parallax

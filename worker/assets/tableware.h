@@ -41,16 +41,89 @@ struct CupParams {
 Asset MakeCup(const CupParams& params);
 Asset SampleCup(Rng& rng);
 
+struct BowlParams {
+  float radius_m = 0.1f, height_m = 0.07f;
+  int form = 0;      // 0 flaring, 1 straight-sided, 2 on a foot.
+  int scallops = 0;  // Waves of the rim; 0 = round.
+  uint64_t seed = 0;
+};
+Asset MakeBowl(const BowlParams& params);
 Asset SampleBowl(Rng& rng);
+
+struct PlateParams {
+  float radius_m = 0.13f, height_m = 0.022f;
+  bool coupe = false;   // Without a rim.
+  bool square = false;  // In plan, with round corners.
+  uint64_t seed = 0;
+};
+Asset MakePlate(const PlateParams& params);
 Asset SamplePlate(Rng& rng);
+
+struct PotParams {
+  float radius_m = 0.12f, height_m = 0.13f;
+  bool pan = false;  // One long handle instead of two loops.
+  bool lid = false;
+  uint64_t seed = 0;
+};
+Asset MakePot(const PotParams& params);
 Asset SamplePot(Rng& rng);
 Asset SamplePan(Rng& rng);
+
+enum class JarClosure { kScrewCap, kCork, kGlassStopper, kCount };
+
+struct JarParams {
+  float radius_m = 0.045f, height_m = 0.12f;
+  bool square = false;  // In plan, up to the shoulder.
+  JarClosure closure = JarClosure::kScrewCap;
+  float filled = 0.5f;  // Share of the height.
+  uint64_t seed = 0;
+};
+Asset MakeJar(const JarParams& params);
 Asset SampleJar(Rng& rng);
+
+struct WineglassParams {
+  float height_m = 0.19f, radius_m = 0.038f;
+  int form = 0;  // 0 tulip, 1 flute, 2 coupe.
+  uint64_t seed = 0;
+};
+Asset MakeWineglass(const WineglassParams& params);
 Asset SampleWineglass(Rng& rng);
-Asset SampleFork(Rng& rng);
-Asset SampleKnife(Rng& rng);
-Asset SampleSpoon(Rng& rng);
-Asset SampleChopsticks(Rng& rng);
+
+struct LidParams {
+  float radius_m = 0.11f;
+  float dome = 0.2f;  // Height in radii.
+  bool knob = true;   // Else a bow handle.
+  uint64_t seed = 0;
+};
+Asset MakeLid(const LidParams& params);
 Asset SampleLid(Rng& rng);
+
+struct CutleryParams {
+  float length_m = 0.18f;
+  int handle = 0;  // 0 pointed spatula, 1 straight, 2 waisted.
+  int tines = 4;   // Of a fork.
+  uint64_t seed = 0;
+};
+Asset MakeFork(const CutleryParams& params);
+Asset MakeSpoon(const CutleryParams& params);
+Asset SampleFork(Rng& rng);
+Asset SampleSpoon(Rng& rng);
+
+struct KnifeParams {
+  float length_m = 0.24f, grip_m = 0.1f;
+  float blade_m = 0.02f;  // Its width.
+  float belly = 0.8f;     // How much the edge curves to the tip.
+  bool kitchen = false;   // Riveted scales instead of a moulded handle.
+  uint64_t seed = 0;
+};
+Asset MakeKnife(const KnifeParams& params);
+Asset SampleKnife(Rng& rng);
+
+struct ChopsticksParams {
+  float length_m = 0.23f;
+  uint64_t seed = 0;  // How the two lie.
+};
+Asset MakeChopsticks(const ChopsticksParams& params);
+Asset SampleChopsticks(Rng& rng);
 
 }  // namespace parallax

@@ -91,7 +91,8 @@ Asset MakeRug(const RugParams& p) {
   Rng rng(SceneSeed{p.seed}, "rug");
   const Noise noise(rng);
   const bool square = p.style == RugStyle::kSquare || p.style == RugStyle::kRunner;
-  b.Add(square ? SquareRug(p, noise) : RoundRug(p, noise), Slot("pile", {"carpet", "fabric"}));
+  b.Add(square ? SquareRug(p, noise) : RoundRug(p, noise),
+        Slot("pile", {"RugPattern", "carpet", "fabric"}));
   if (square && p.fringe_m > 0) b.Add(RugFringe(p, rng), Slot("fringe", {"fabric"}));
   return b.Finish();
 }

@@ -143,9 +143,8 @@ void Coral(AssetBuilder& b, const Vec3f& from, const Vec3f& heading, float lengt
 
 // An apple, pear, orange, lemon or banana resting on z = 0 before it is placed.
 void AddFruit(AssetBuilder& b, int kind, const Vec3f& at, Rng& rng) {
-  const MaterialSlot skins[] = {
-      Slot("apple", {"plastic", "leaf", "ceramic"}), Slot("orange", {"plastic", "leaf", "ceramic"}),
-      Slot("pear", {"plastic", "leaf", "ceramic"}), Slot("lemon", {"plastic", "leaf", "ceramic"})};
+  const MaterialSlot skins[] = {Slot("apple", {"FruitSkin"}), Slot("orange", {"CitrusPeel"}),
+                                Slot("pear", {"FruitSkin"}), Slot("lemon", {"CitrusPeel"})};
   const float r = Draw(rng, 0.032, 0.041);
   const float tilt = Draw(rng, -0.6, 0.6), turn = Draw(rng, 0, 6.2);
   const auto place = [&](const Shape& s) { return s.TurnedX(tilt).TurnedZ(turn).Moved(at); };
@@ -197,19 +196,19 @@ void AddFruit(AssetBuilder& b, int kind, const Vec3f& at, Rng& rng) {
 
 }  // namespace
 
-Asset SampleNatureShelfTrinkets(Rng& rng) {
-  const int kind = rng.UniformInt(0, 4);
-  AssetBuilder b(rng.Seed());
-  const float size = Draw(rng, 0.05, 0.09);
-  switch (kind) {
-    case 0: {
+Asset MakeNatureShelfTrinkets(const TrinketParams& p) {
+  AssetBuilder b(p.seed);
+  Rng rng(SceneSeed{p.seed}, "form");
+  const float size = p.size_m;
+  switch (p.kind) {
+    case Trinket::kSnailShell: {
       const float turns = Draw(rng, 4.2, 5.4), growth = Draw(rng, 0.075, 0.11),
                   rise = Draw(rng, 0.35, 0.95);
       const Shape shell = SpiralShell(size * 0.62f, turns, growth, rise, 0.012f);
       b.Add(shell.TurnedX(Draw(rng, 1.0, 1.7)), Slot("body", {"ceramic", "stone"}));
       break;
     }
-    case 1: {
+    case Trinket::kScallop: {
       const int ribs = rng.UniformInt(9, 15);
       Shape half = ScallopHalf(size, ribs, Draw(rng, 0.22, 0.32));
       b.Add(half, Slot("body", {"ceramic", "stone"}));
@@ -221,10 +220,10 @@ Asset SampleNatureShelfTrinkets(Rng& rng) {
             Slot("body", {"ceramic", "stone"}));
       break;
     }
-    case 2:
+    case Trinket::kPineCone:
       PineCone(b, 1.2f * size, rng);
       break;
-    case 3: {
+    case Trinket::kPebbles: {
       // A small pile of pebbles.
       float z = 0;
       float s = 0.75f * size;
@@ -254,9 +253,18 @@ Asset SampleNatureShelfTrinkets(Rng& rng) {
   return b.Finish();
 }
 
-Asset SampleFruitContainer(Rng& rng) {
-  AssetBuilder b(rng.Seed());
-  const float r = Draw(rng, 0.11, 0.14), h = 0.62f * r;
+Asset SampleNatureShelfTrinkets(Rng& rng) {
+  TrinketParams p;
+  p.seed = rng.Seed();
+  p.kind = DrawEnum<Trinket>(rng, static_cast<int>(Trinket::kCount));
+  p.size_m = Draw(rng, 0.05, 0.09);
+  return MakeNatureShelfTrinkets(p);
+}
+
+Asset MakeFruitContainer(const FruitContainerParams& p) {
+  AssetBuilder b(p.seed);
+  Rng rng(SceneSeed{p.seed}, "fruit");
+  const float r = p.radius_m, h = 0.62f * r;
   const Path2 wall{{0, 0}, {0.45f * r, 0}};
   Path2 curve = Spline(Path2{{0.46f * r, 0.0f},
                              {0.47f * r, 0.06f * h},
@@ -268,10 +276,9 @@ Asset SampleFruitContainer(Rng& rng) {
   outline.insert(outline.end(), curve.begin(), curve.end());
   b.Add(Lathe(VesselProfile(outline, 0.004f, 0.008f), {.segments = 72}),
         Slot("body", {"ceramic", "wood", "glass", "metal"}));
-  const int main_kind = rng.UniformInt(0, 3);
   const float floor = 0.02f;
   const int lower = 5;
-  const auto kind = [&] { return rng.Bernoulli(0.6) ? main_kind : rng.UniformInt(0, 3); };
+  const auto kind = [&] { return rng.Bernoulli(0.6) ? p.fruit : rng.UniformInt(0, 3); };
   for (int i = 0; i < lower; ++i) {
     const float a = 2 * kPi * static_cast<float>(i) / lower + 0.3f;
     AddFruit(b, kind(), {0.5f * r * std::cos(a), 0.5f * r * std::sin(a), floor + 0.055f}, rng);
@@ -282,6 +289,14 @@ Asset SampleFruitContainer(Rng& rng) {
     AddFruit(b, kind(), {0.28f * r * std::cos(a), 0.28f * r * std::sin(a), floor + 0.102f}, rng);
   }
   return b.Finish();
+}
+
+Asset SampleFruitContainer(Rng& rng) {
+  FruitContainerParams p;
+  p.radius_m = Draw(rng, 0.11, 0.14);
+  p.fruit = rng.UniformInt(0, 3);
+  p.seed = rng.Seed();
+  return MakeFruitContainer(p);
 }
 
 void RegisterPlants(std::vector<AssetClass>& classes) {

@@ -38,6 +38,10 @@ Shape LoopHandle(const LoopHandleParams& p) {
   return Sweep(path, EllipseSection(thick, width, 14), options);
 }
 
+int LabelCopies(float radius_m, float height_m) {
+  return std::clamp(static_cast<int>(std::lround(2 * kPi * radius_m / height_m)), 1, 3);
+}
+
 float RadiusAt(const Path2& wall, float z) {
   for (size_t i = 1; i < wall.size(); ++i) {
     if (wall[i].y() >= z) {

@@ -1,4 +1,4 @@
-// Profiles and handles that vases, cups, bowls and pots share.
+// Profiles, labels and handles that vessels and packages share.
 #pragma once
 
 #include <initializer_list>
@@ -15,6 +15,10 @@ kernel::Path2 Profile(std::initializer_list<std::pair<float, float>> shares, flo
 
 // The wall with a flat underside before it.
 kernel::Path2 WithFoot(const kernel::Path2& wall);
+
+// How many copies of a label go round a can or bottle, so that one copy is about as wide as high
+// and can be read from one side: 1 to 3.
+int LabelCopies(float radius_m, float height_m);
 
 // The wall's radius at a height, on its way up.
 float RadiusAt(const kernel::Path2& wall, float z);

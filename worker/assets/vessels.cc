@@ -226,11 +226,12 @@ void AddLabel(AssetBuilder& b, float r, float low, float high) {
       LatheRing({{r - 0.0003f, low}, {r + 0.0004f, low}, {r + 0.0004f, high}, {r - 0.0003f, high}},
                 kSegments);
   const size_t n = label.faces.size() / 4;
+  const size_t once = n / static_cast<size_t>(LabelCopies(r, high - low));
   for (size_t s = 0; s < n; ++s) {
     Face& f = label.faces[n + s];  // The outer wall.
     f.group = 1;
-    const float u0 = static_cast<float>(s) / static_cast<float>(n),
-                u1 = static_cast<float>(s + 1) / static_cast<float>(n);
+    const float u0 = static_cast<float>(s % once) / static_cast<float>(once),
+                u1 = static_cast<float>(s % once + 1) / static_cast<float>(once);
     f.uv = {Vec2f(u0, 0), Vec2f(u1, 0), Vec2f(u1, 1), Vec2f(u0, 1)};
   }
   b.Add(label, {Slot("label_edge", {"paper"}), PictureSlot("label")});

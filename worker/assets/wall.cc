@@ -167,8 +167,8 @@ Asset SampleMirror(Rng& rng) {
 
 Asset MakeScreen(const ScreenParams& p) {
   AssetBuilder b(p.seed);
-  const MaterialSlot body = Slot("body", {"plastic", "metal"}),
-                     stand = Slot("stand", {"metal", "plastic"});
+  const MaterialSlot body = Slot("body", {"HousingPlastic", "BrushedMetal"}),
+                     stand = Slot("stand", {"BrushedMetal", "HousingPlastic"});
   const float h = p.diagonal_m / std::sqrt(1 + p.aspect * p.aspect), w = h * p.aspect;
   const float bz = p.bezel_m, chin = 1.6f * bz,
               thin = std::min(0.035f, 0.01f + 0.016f * p.diagonal_m);

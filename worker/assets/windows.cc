@@ -124,7 +124,7 @@ Asset MakeWindow(const WindowParams& p) {
     AddSash(b, x0, x1, z0, z1, y0, y1, bar);
     b.Add(Board({x0 + bar - 0.006f, y0 + 0.017f, z0 + bar - 0.006f},
                 {x1 - bar + 0.006f, y0 + 0.022f, z1 - bar + 0.006f}, 0.0005f),
-          GlassSlot("glass"));
+          Slot("glass", {"ClearGlass", "FrostedGlass"}));
     for (int k = 1; k < p.lites_x; ++k) {
       const float x =
           Lerp(x0 + bar, x1 - bar, static_cast<float>(k) / static_cast<float>(p.lites_x));
@@ -183,11 +183,12 @@ Asset SampleWindow(Rng& rng) {
 }
 
 // Handles, knobs, hooks and rails as they lie in a shop: on their mounting face.
-Asset SampleHardware(Rng& rng) {
-  AssetBuilder b(rng.Seed());
+Asset MakeHardware(const HardwareParams& p) {
+  AssetBuilder b(p.seed);
+  Rng rng(SceneSeed{p.seed}, "form");
   const MaterialSlot metal = Slot("metal", {"metal", "plastic"});
-  const float size = Draw(rng, 0.1, 0.3), r = Draw(rng, 0.005, 0.009);
-  switch (rng.UniformInt(0, 4)) {
+  const float size = p.length_m, r = p.rod_m;
+  switch (p.form) {
     case 0:  // A square bar on two blocks.
       b.Add(Board({-0.5f * size, 0.03f, -r}, {0.5f * size, 0.03f + 2 * r, r}, 0.0015f), metal);
       for (const float s : {-0.42f, 0.42f})
@@ -251,6 +252,15 @@ Asset SampleHardware(Rng& rng) {
       break;
   }
   return b.Finish();
+}
+
+Asset SampleHardware(Rng& rng) {
+  HardwareParams p;
+  p.length_m = Draw(rng, 0.1, 0.3);
+  p.rod_m = Draw(rng, 0.005, 0.009);
+  p.form = rng.UniformInt(0, 4);
+  p.seed = rng.Seed();
+  return MakeHardware(p);
 }
 
 void RegisterWindows(std::vector<AssetClass>& classes) {

@@ -26,27 +26,25 @@ struct Strip {
 
 std::string CellText(const Strip& strip) { return strip.name + "  (" + strip.family + ")"; }
 
-absl::Status WritePages(const std::string& stem, const std::vector<Strip>& strips, int cell_px,
-                        std::vector<std::string>& files) {
-  for (size_t first = 0; first < strips.size(); first += kRowsAPage) {
-    const size_t rows = std::min<size_t>(kRowsAPage, strips.size() - first);
-    Canvas page(kRowCells * cell_px, static_cast<int>(rows) * (cell_px + kCaption));
-    page.FillBox(0, 0, page.image().width(), page.image().height(), kPaper);
-    for (size_t r = 0; r < rows; ++r) {
-      const Strip& strip = strips[first + r];
-      const int y = static_cast<int>(r) * (cell_px + kCaption);
-      page.DrawText(6, y + 16, CellText(strip), 10, kInk);
-      for (size_t c = 0; c < strip.cells.size(); ++c) {
-        page.DrawImage(static_cast<int>(c) * cell_px, y + kCaption, cell_px, cell_px,
-                       strip.cells[c]);
-      }
+// Writes the page that the last of `strips` stands on.
+absl::Status WriteLastPage(const std::string& stem, const std::vector<Strip>& strips, int cell_px,
+                           std::vector<std::string>& files) {
+  const size_t first = (strips.size() - 1) / kRowsAPage * kRowsAPage;
+  const size_t rows = strips.size() - first;
+  Canvas page(kRowCells * cell_px, static_cast<int>(rows) * (cell_px + kCaption));
+  page.FillBox(0, 0, page.image().width(), page.image().height(), kPaper);
+  for (size_t r = 0; r < rows; ++r) {
+    const Strip& strip = strips[first + r];
+    const int y = static_cast<int>(r) * (cell_px + kCaption);
+    page.DrawText(6, y + 16, CellText(strip), 10, kInk);
+    for (size_t c = 0; c < strip.cells.size(); ++c) {
+      page.DrawImage(static_cast<int>(c) * cell_px, y + kCaption, cell_px, cell_px, strip.cells[c]);
     }
-    char number[32];
-    std::snprintf(number, sizeof(number), "-%02zu.png", first / kRowsAPage + 1);
-    files.push_back(stem + number);
-    RETURN_IF_ERROR(WritePng(files.back(), page.image()));
   }
-  return absl::OkStatus();
+  char number[32];
+  std::snprintf(number, sizeof(number), "-%02zu.png", first / kRowsAPage + 1);
+  files.push_back(stem + number);
+  return WritePng(files.back(), page.image());
 }
 
 // Every class with the cells in `shown`.
@@ -109,30 +107,31 @@ absl::StatusOr<SheetResult> WriteCatalogueSheets(
     if (Wanted(options, c.name, c.family)) materials.push_back(&c);
   }
   const auto total = static_cast<double>(classes.size() + materials.size());
+  const std::string dir = options.dir + "/";
   double done = 0;
-  const auto add = [&](std::vector<Strip>& strips, const std::string& name,
-                       const std::string& family, absl::StatusOr<SheetRow> row) -> absl::Status {
+  SheetResult result;
+  // A page is written as soon as it is full: what a cancelled run drew is there to be looked at.
+  const auto add = [&](const std::string& stem, bool last, std::vector<Strip>& strips,
+                       const std::string& name, const std::string& family,
+                       absl::StatusOr<SheetRow> row) -> absl::Status {
     if (progress) progress(done / total, name);
     if (!row.ok()) return WithContext(row.status(), name);
     ASSIGN_OR_RETURN(auto cells,
                      RenderRow(*std::move(row), options.cell_px, options.samples, cancel));
     strips.push_back({name, family, std::move(cells)});
     ++done;
-    return absl::OkStatus();
+    if (!last && strips.size() % kRowsAPage != 0) return absl::OkStatus();
+    return WriteLastPage(dir + stem, strips, options.cell_px, result.files);
   };
-  SheetResult result;
   std::vector<Strip> asset_strips, material_strips;
   for (const AssetClass* c : classes) {
-    RETURN_IF_ERROR(add(asset_strips, c->name, c->family,
+    RETURN_IF_ERROR(add("assets", c == classes.back(), asset_strips, c->name, c->family,
                         MakeAssetRow(*c, options.first_seed, options.cell_px)));
   }
   for (const MaterialClass* c : materials) {
-    RETURN_IF_ERROR(add(material_strips, c->name, c->family,
+    RETURN_IF_ERROR(add("materials", c == materials.back(), material_strips, c->name, c->family,
                         MakeMaterialRow(*c, options.first_seed, options.cell_px)));
   }
-  const std::string dir = options.dir + "/";
-  RETURN_IF_ERROR(WritePages(dir + "assets", asset_strips, options.cell_px, result.files));
-  RETURN_IF_ERROR(WritePages(dir + "materials", material_strips, options.cell_px, result.files));
   RETURN_IF_ERROR(WriteReduced(dir + "assets.jpg", asset_strips, {0, 1, 2}, result.files));
   // Ball, board and chair of the first seed.
   RETURN_IF_ERROR(WriteReduced(dir + "materials.jpg", material_strips, {0, 2, 4}, result.files));

@@ -28,6 +28,18 @@ struct ViewFrame {
 };
 
 ViewFrame UsualView() { return ViewFrame({0.62, 0.85, 0.48}); }
+ViewFrame ViewFromAbove() { return ViewFrame({0.4, 0.62, 1.05}); }
+ViewFrame ViewFromBelow() { return ViewFrame({0.55, 0.8, 0.14}); }
+
+// Flat things are looked down at.
+ViewFrame ViewOf(const AssetClass& asset_class, const std::vector<Box3f>& boxes) {
+  if (asset_class.placement == Placement::kCeiling) return ViewFromBelow();
+  const bool flat = std::all_of(boxes.begin(), boxes.end(), [](const Box3f& box) {
+    const Vec3f size = box.sizes();
+    return size.z() < 0.16f * std::max(size.x(), size.y());
+  });
+  return flat ? ViewFromAbove() : UsualView();
+}
 
 // Both eyes look along the frame, the left one at `target`; a cell is `cell_m` wide there.
 v1::Rig LookAt(const ViewFrame& view, const Vec3d& target, double cell_m, double baseline_m,
@@ -50,11 +62,11 @@ v1::Rig LookAt(const ViewFrame& view, const Vec3d& target, double cell_m, double
 }
 
 void SetDaylight(v1::Scene& recipe) {
-  recipe.mutable_sky()->set_strength(0.55);
+  recipe.mutable_sky()->set_strength(0.9);
   *recipe.mutable_sky()->mutable_tint() = ToProto(Vec3d(1, 1, 1));
   recipe.mutable_sky()->set_sun_elevation_rad(0.85);
   recipe.mutable_sky()->set_sun_azimuth_rad(0.1);
-  recipe.mutable_sky()->set_sun_strength(0.3);
+  recipe.mutable_sky()->set_sun_strength(0.5);
 }
 
 // The next object of the recipe's numbering, not of the catalogue.
@@ -109,12 +121,11 @@ absl::StatusOr<SheetRow> MakeAssetRow(const AssetClass& asset_class, uint64_t fi
                                       int cell_px) {
   const bool hangs = asset_class.placement == Placement::kCeiling;
   const bool on_wall = asset_class.placement == Placement::kOnWall;
-  const ViewFrame view = hangs ? ViewFrame({0.55, 0.8, 0.14}) : UsualView();
   SceneInProgress scene;
   scene.seed = SceneSeed{first_seed};
   SetDaylight(scene.recipe);
-  double low = 1e9, high = -1e9, half = 0;
   std::vector<Box3f> boxes;
+  std::vector<std::shared_ptr<const Mesh>> meshes;
   for (int k = 0; k < kRowCells; ++k) {
     const uint64_t seed = first_seed + static_cast<uint64_t>(k);
     ASSIGN_OR_RETURN(const PooledAsset* asset, scene.pool.Get(asset_class.name, seed));
@@ -127,7 +138,12 @@ absl::StatusOr<SheetRow> MakeAssetRow(const AssetClass& asset_class, uint64_t fi
     object.set_relation(on_wall ? "on_wall" : "floating");
     LightLamps(scene.recipe, object.index(), *asset->mesh);
     boxes.push_back(asset->bounds);
-    for (const Vec3f& p : asset->mesh->positions) {
+    meshes.push_back(asset->mesh);
+  }
+  const ViewFrame view = ViewOf(asset_class, boxes);
+  double low = 1e9, high = -1e9, half = 0;
+  for (const auto& mesh : meshes) {
+    for (const Vec3f& p : mesh->positions) {
       const Vec3d q = p.cast<double>();
       low = std::min(low, q.dot(view.up));
       high = std::max(high, q.dot(view.up));

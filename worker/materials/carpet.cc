@@ -91,7 +91,6 @@ class RugPattern final : public Material {
   explicit RugPattern(Rng& rng) {
     const int dyes = static_cast<int>(dyes_.size());
     for (Vec3f& dye : dyes_) dye = VaryColor(rng, SrgbColor(rng.Pick(kYarns)), 0.12, 0.06);
-    mean_.setZero();
     knot_m_ = Draw(rng, 0.004, 0.009);
     // Half of a mirrored motif, drawn in knots: stepped diamonds, bars, and small stars.
     for (uint8_t& knot : motif_) knot = 0;
@@ -114,7 +113,13 @@ class RugPattern final : public Material {
         }
       }
     }
-    for (uint8_t knot : motif_) mean_ += dyes_[knot] / static_cast<float>(motif_.size());
+    for (size_t further = 0; further < dyes_.size(); ++further) {
+      means_[further].setZero();
+      for (uint8_t knot : motif_)
+        means_[further] +=
+            dyes_[(knot + further) % dyes_.size()] / static_cast<float>(motif_.size());
+    }
+    large_ = rng.UniformInt(5, 9);
     abrash_ = Draw(rng, 0.05, 0.18);
     seed_ = DrawSeed(rng);
     border_m_ = rng.Bernoulli(0.75) ? Draw(rng, 0.06, 0.2) : 0.0f;
@@ -124,10 +129,9 @@ class RugPattern final : public Material {
     const PlanePoint plane = OnPlane(point);
     const float x = plane.u / knot_m_, y = plane.v / knot_m_;
     const int i = noise::FloorInt(x), j = noise::FloorInt(y);
-    const float fade = Fade(4.0f * knot_m_, w), fine = Fade(1.5f * knot_m_, w);
-    Vec3f color = mean_;
-    if (fade > 0) {
-      color = Mix(mean_, Bordered(point.uv, x, y, w), fade);
+    const float fine = Fade(1.5f * knot_m_, w);
+    Vec3f color = Bordered(point.uv, x, y, w);
+    if (fine > 0) {
       color *= 1.0f + 0.3f * fine * (UnitByte(Hash(i, j, seed_), 0) - 0.5f) +
                0.35f * fine * (Knot(x, y) - 0.6f);
     }
@@ -156,24 +160,46 @@ class RugPattern final : public Material {
     const float a = 2.0f * noise::Fract(x) - 1.0f, b = 2.0f * noise::Fract(y) - 1.0f;
     return (1.0f - a * a) * (1.0f - b * b * b * b);
   }
-  const Vec3f& Dye(int i, int j, size_t further) const {
+  size_t MotifAt(int i, int j) const {
     const auto fold = [](int k) {
       k = ((k % (2 * kSide)) + 2 * kSide) % (2 * kSide);
       return k < kSide ? k : 2 * kSide - 1 - k;
     };
-    const size_t dye = motif_[static_cast<size_t>(fold(j) * kSide + fold(i))];
-    return dyes_[(dye + further) % dyes_.size()];
+    return motif_[static_cast<size_t>(fold(j) * kSide + fold(i))];
+  }
+  const Vec3f& Dye(int i, int j, size_t further) const {
+    return dyes_[(MotifAt(i, j) + further) % dyes_.size()];
+  }
+  // The motif again, `large_` times as large, says by how many dyes the small one is shifted: what
+  // one sees across the room.
+  Vec3f Field(float x, float y, float w) const {
+    const auto size = static_cast<float>(large_);
+    const auto at = [&](int i, int j) { return Repeat(x, y, w, MotifAt(i, j)); };
+    const float u = x / size, v = y / size;
+    if (w < 0.35f * size * knot_m_) return at(noise::FloorInt(u), noise::FloorInt(v));
+    const float fx = std::floor(u - 0.5f), fy = std::floor(v - 0.5f);
+    const float tx = u - 0.5f - fx, ty = v - 0.5f - fy;
+    const int i = static_cast<int>(fx), j = static_cast<int>(fy);
+    const Vec3f near =
+        Mix(Mix(at(i, j), at(i + 1, j), tx), Mix(at(i, j + 1), at(i + 1, j + 1), tx), ty);
+    return Mix(means_[0], near, Fade(4.0f * size * knot_m_, w));
+  }
+  // The small motif in dyes so many further, its mean where knots are smaller than the footprint.
+  Vec3f Repeat(float x, float y, float w, size_t further) const {
+    const float fade = Fade(4.0f * knot_m_, w);
+    if (fade <= 0) return means_[further];
+    return Mix(means_[further], Blend(x, y, w / knot_m_, further), fade);
   }
   // A rug says in uv how far its edge is, in metres: there the pattern is framed by a plain edge, a
   // guard stripe, a border in other dyes and another stripe. Elsewhere uv is 0.
   Vec3f Bordered(const Vec2f& uv, float x, float y, float w) const {
-    const Vec3f field = Blend(x, y, w / knot_m_);
+    const Vec3f field = Field(x, y, w);
     if (border_m_ <= 0 || uv == Vec2f::Zero()) return field;
     const float d = uv.minCoeff();
     const float stripe = 3 * knot_m_, edge = 5 * knot_m_;
     if (d > edge + 2 * stripe + border_m_ + w) return field;
     // Dyes one further: the border's repeat is the field's, in other colours and half as large.
-    const Vec3f border = Blend(2 * x + 7, 2 * y + 7, 2 * w / knot_m_, 1);
+    const Vec3f border = Repeat(2 * x + 7, 2 * y + 7, 2 * w, 1);
     Vec3f color = dyes_[1];
     color = Mix(color, dyes_[2], Edge(d - edge, 0, w));
     color = Mix(color, border, Edge(d - edge - stripe, 0, w));
@@ -181,7 +207,7 @@ class RugPattern final : public Material {
     return Mix(color, field, Edge(d - edge - 2 * stripe - border_m_, 0, w));
   }
   // The knot under the query, or from half a knot's footprint on a tent over its neighbours.
-  Vec3f Blend(float x, float y, float w_knots, size_t further = 0) const {
+  Vec3f Blend(float x, float y, float w_knots, size_t further) const {
     if (w_knots < 0.35f) return Dye(noise::FloorInt(x), noise::FloorInt(y), further);
     const float fx = std::floor(x - 0.5f), fy = std::floor(y - 0.5f);
     const float tx = x - 0.5f - fx, ty = y - 0.5f - fy;
@@ -192,8 +218,9 @@ class RugPattern final : public Material {
 
   std::array<Vec3f, 5> dyes_;
   std::array<uint8_t, kSide * kSide> motif_;
-  Vec3f mean_;
+  std::array<Vec3f, 5> means_;  // Of the motif in dyes so many further.
   float knot_m_, abrash_, border_m_ = 0;
+  int large_;
   uint32_t seed_;
 };
 

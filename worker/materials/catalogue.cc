@@ -43,6 +43,7 @@ MaterialList BuildCatalogue() {
   MaterialList list;
   AddCarpetMaterials(list);
   AddCeramicMaterials(list);
+  AddEnamelMaterials(list);
   AddFabricMaterials(list);
   AddGlassMaterials(list);
   AddLeatherMaterials(list);

@@ -11,6 +11,7 @@ using MaterialList = std::vector<MaterialClass>;
 
 void AddCarpetMaterials(MaterialList& list);
 void AddCeramicMaterials(MaterialList& list);
+void AddEnamelMaterials(MaterialList& list);
 void AddFabricMaterials(MaterialList& list);
 void AddGlassMaterials(MaterialList& list);
 void AddLeatherMaterials(MaterialList& list);

@@ -133,7 +133,7 @@ class Mirror final : public Material {
 class AntiqueMirror final : public Material {
  public:
   explicit AntiqueMirror(Rng& rng) {
-    level_ = Draw(rng, -0.35, 0.0);
+    level_ = Draw(rng, -0.62, -0.12);
     seed_ = DrawSeed(rng);
   }
   SurfaceSample Evaluate(const SurfacePoint& point) const override {

@@ -71,6 +71,8 @@ struct MaterialTags {
   bool any_object =
       true;  // May replace the material of any object; false: needs the slot that it was made for.
   bool needs_uv = false;  // Prints over uv in [0, 1]^2; elsewhere it shows one colour.
+  bool weathered = false;  // Rust and the like: on indoor things only where a slot names the class,
+                           // or as a replacement.
   bool smooth = false;    // Has no detail on purpose (mirror, clear glass, plain grey).
 };
 

@@ -303,7 +303,8 @@ void AddMetalMaterials(MaterialList& list) {
   list.push_back(Entry<HammeredMetal>("HammeredMetal", "metal", metal));
   list.push_back(Entry<PaintedMetal>("PaintedMetal", "metal", {}));
   list.push_back(Entry<PolishedMetal>("PolishedMetal", "metal", metal));
-  list.push_back(Entry<RustedMetal>("RustedMetal", "metal", metal));
+  list.push_back(
+      Entry<RustedMetal>("RustedMetal", "metal", {.metal_or_glass = true, .weathered = true}));
 }
 
 }  // namespace parallax

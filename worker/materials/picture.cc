@@ -453,7 +453,7 @@ class ScreenPicture final : public Printed {
     panel_ = rng.Bernoulli(0.5) ? Vec3f::Constant(0.75f) : Vec3f::Constant(0.04f);
     const Vec3f ink = panel_.x() > 0.3f ? Vec3f::Constant(0.06f) : Vec3f::Constant(0.6f);
     text_ = {0.24f, 0.1f, 0.62f, 0.88f, Draw(rng, 0.018, 0.03), ink, DrawSeed(rng)};
-    glow_ = kind_ == 0 ? 0.0f : Draw(rng, 0.15, 0.6);
+    glow_ = kind_ == 0 ? 0.0f : Draw(rng, 0.5, 1.4);
     MeasureMean();
   }
   SurfaceSample Evaluate(const SurfacePoint& point) const override {

@@ -23,10 +23,18 @@ struct PlasticStyle {
   double depth_um;                     // Of the grain.
 };
 
+// What machines' housings are moulded of: black to white, seldom a colour.
+Vec3f DrawHousing(Rng& rng) {
+  static constexpr std::array<uint32_t, 10> kHousings = {0x141416, 0x1c1d1f, 0x232427, 0x2e3033,
+                                                         0x44474b, 0x6d7074, 0xb9bbbc, 0xdcdcd9,
+                                                         0xebeae6, 0x2a2f3d};
+  return VaryColor(rng, SrgbColor(rng.Pick(kHousings)), 0.08, 0.02);
+}
+
 class Plastic final : public Material {
  public:
-  Plastic(Rng& rng, const PlasticStyle& style) {
-    pigment_ = DrawPigment(rng);
+  Plastic(Rng& rng, const PlasticStyle& style, Vec3f (*pigment)(Rng&) = DrawPigment) {
+    pigment_ = pigment(rng);
     roughness_ = Draw(rng, style.roughness_low, style.roughness_high);
     grain_m_ = Draw(rng, style.grain_low_mm, style.grain_high_mm) * 1e-3f;
     depth_m_ = Float(style.depth_um) * Draw(rng, 0.6, 1.4) * 1e-6f;
@@ -129,6 +137,8 @@ void AddPlasticMaterials(MaterialList& list) {
   const MaterialTags dull = {.diffuse = true};
   list.push_back(Entry<FoamRubber>("FoamRubber", "plastic", dull));
   list.push_back(Entry<Plastic>("GlossyPlastic", "plastic", {}, PlasticStyle{0.08, 0.2, 5, 15, 6}));
+  list.push_back(Entry<Plastic>("HousingPlastic", "plastic", dull,
+                                PlasticStyle{0.32, 0.55, 0.6, 1.4, 14}, DrawHousing));
   list.push_back(Entry<MarbledPlastic>("MarbledPlastic", "plastic", {}));
   list.push_back(
       Entry<Plastic>("MattePlastic", "plastic", dull, PlasticStyle{0.45, 0.65, 0.8, 1.8, 10}));

@@ -21,8 +21,10 @@ constexpr int kPrints = 14;
 
 // How many different members of a family a room's own things share: people buy in sets.
 int PaletteSize(const std::string& family) {
-  static const std::map<std::string, int> sizes = {{"wood", 3},  {"metal", 3},   {"paint", 3},
-                                                   {"glass", 2}, {"plastic", 4}, {"fabric", 4}};
+  static const std::map<std::string, int> sizes = {
+      {"wood", 3},        {"metal", 3},  {"paint", 3},           {"glass", 2},
+      {"plastic", 4},     {"fabric", 4}, {"ApplianceEnamel", 2}, {"HousingPlastic", 2},
+      {"BrushedMetal", 2}};
   const auto found = sizes.find(family);
   return found == sizes.end() ? 6 : found->second;
 }
@@ -204,7 +206,9 @@ class MaterialChooser {
       // A slot that names a family leaves special classes alone unless it names one itself.
       const bool exact = classes.size() == 1 && classes[0]->family != name;
       if (!exact && !Prints(slot)) {
-        std::erase_if(classes, [](const MaterialClass* c) { return !c->tags.any_object; });
+        std::erase_if(classes, [](const MaterialClass* c) {
+          return !c->tags.any_object || c->tags.weathered;
+        });
       }
       if (classes.empty()) continue;
       if (!chosen.empty() && where.Bernoulli(0.7)) continue;
@@ -235,13 +239,14 @@ class MaterialChooser {
       const std::string& file = draw.Pick(pictures_);
       return table_.IndexOf(kUserPicture, draw.Seed(), file);
     }
-    if (Prints(slot) && object.relation() != "on_wall") {
+    const bool screen = Prints(slot) && Names(slot.name, "screen");
+    if (Prints(slot) && !screen && object.relation() != "on_wall") {
       // Book covers and the like come from a small stock: a room has hundreds of them.
       return FromFamilies(slot, own.Child("slot/" + slot.name),
                           "print/" + PrintsFor(slot.name).front()->name, kPrints);
     }
     if (Prints(slot) || object.role() == v1::OBJECT_ROLE_FLOATING) {
-      // Pictures on walls, and floating things, share with nobody.
+      // Pictures on walls, screens and floating things share with nobody.
       return FromFamilies(slot, own.Child("slot/" + slot.name),
                           "own/" + object.name() + "/" + slot.name, 1);
     }

@@ -2,11 +2,15 @@
 
 #include <algorithm>
 
+#include "worker/materials/material.h"
+
 namespace parallax {
 namespace {
 
 bool IsGlass(const MaterialSlot& slot) {
-  return !slot.emissive && !slot.families.empty() && slot.families.front() == "glass";
+  if (slot.emissive || slot.families.empty()) return false;
+  const auto members = MaterialsOfFamily(slot.families.front());
+  return !members.empty() && members.front()->family == "glass";
 }
 
 }  // namespace

@@ -135,8 +135,9 @@ Shape Lathe(const Path2& given, const LatheOptions& options) {
                     printed ? options.print_group : options.group);
       if (printed && shape.faces.size() > before && shape.faces.back().corners == 4) {
         const float span = options.print_to_z - options.print_from_z;
-        const float u0 = static_cast<float>(s) / static_cast<float>(n);
-        const float u1 = static_cast<float>(s + 1) / static_cast<float>(n);
+        const int once = (n + options.print_repeats - 1) / options.print_repeats;
+        const float u0 = static_cast<float>(s % once) / static_cast<float>(once);
+        const float u1 = static_cast<float>(s % once + 1) / static_cast<float>(once);
         const float v0 = (z0 - options.print_from_z) / span,
                     v1 = (z1 - options.print_from_z) / span;
         shape.faces.back().uv = {Vec2f(u0, v0), Vec2f(u1, v0), Vec2f(u1, v1), Vec2f(u0, v1)};

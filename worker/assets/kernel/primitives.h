@@ -29,6 +29,7 @@ struct LatheOptions {
   // Faces whose outer side lies within [print_from_z, print_to_z] get `print_group` and uv running
   // round and up.
   float print_from_z = 0, print_to_z = 0;
+  int print_repeats = 1;  // Copies of the print round the body.
   uint8_t print_group = 1;
   uint8_t group = 0;
 };

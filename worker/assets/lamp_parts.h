@@ -1,0 +1,20 @@
+// What lamps share: bulbs, shades, feet.
+#pragma once
+
+#include "worker/assets/lamps.h"
+
+namespace parallax {
+
+MaterialSlot LampBodySlot();
+
+// A bulb with its socket, cap down at `at`, glass upwards, or turned over.
+void AddBulb(kernel::AssetBuilder& b, const Vec3f& at, bool down, float size = 0.03f);
+
+// A shade open above and below: outside `shade`, lining a glowing "shade_inside". `at` is the
+// middle of its lower edge; a spider of three wires carries it.
+void AddShade(kernel::AssetBuilder& b, ShadeStyle style, float radius, float height,
+              const Vec3f& at, bool spider = true);
+
+kernel::Path3 Circle(float radius, float z, int n);
+
+}  // namespace parallax

@@ -204,7 +204,8 @@ class RugPattern final : public Material {
     color = Mix(color, dyes_[2], Edge(d - edge, 0, w));
     color = Mix(color, border, Edge(d - edge - stripe, 0, w));
     color = Mix(color, dyes_[2], Edge(d - edge - stripe - border_m_, 0, w));
-    return Mix(color, field, Edge(d - edge - 2 * stripe - border_m_, 0, w));
+    color = Mix(color, field, Edge(d - edge - 2 * stripe - border_m_, 0, w));
+    return Mix(field, color, Fade(4.0f * (edge + stripe + border_m_), w));
   }
   // The knot under the query, or from half a knot's footprint on a tent over its neighbours.
   Vec3f Blend(float x, float y, float w_knots, size_t further) const {

@@ -33,7 +33,7 @@ class Enamel final : public Material {
     color_ = VaryColor(rng, SrgbColor(rng.Pick(usual ? style.usual : style.colours)), 0.05, 0.02);
     roughness_ = Draw(rng, style.roughness_low, style.roughness_high);
     peel_m_ = Draw(rng, 1.5e-3, 4e-3);
-    depth_m_ = Draw(rng, 0.3, 1.2) * static_cast<float>(style.peel_um) * 1e-6f;
+    depth_m_ = Draw(rng, 0.9, 1.5) * static_cast<float>(style.peel_um) * 1e-6f;
     used_ = rng.Bernoulli(0.4) ? Draw(rng, 0.05, 0.2) : 0.0f;
     seed_ = DrawSeed(rng);
   }
@@ -62,9 +62,9 @@ class Enamel final : public Material {
 
 void AddEnamelMaterials(MaterialList& list) {
   list.push_back(Entry<Enamel>("ApplianceEnamel", "paint", {},
-                               EnamelStyle{kMachines, kRetro, 0.78, 0.1, 0.34, 8}));
+                               EnamelStyle{kMachines, kRetro, 0.78, 0.1, 0.34, 22}));
   list.push_back(Entry<Enamel>("SanitaryCeramic", "ceramic", {},
-                               EnamelStyle{kSanitary, kBathrooms, 0.75, 0.05, 0.16, 4}));
+                               EnamelStyle{kSanitary, kBathrooms, 0.75, 0.05, 0.16, 20}));
 }
 
 }  // namespace parallax

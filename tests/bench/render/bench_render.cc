@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "common/base/clock.h"
@@ -21,6 +22,7 @@
 #include "tests/bench/render/load_scene.h"
 #include "tests/bench/render/where_time_goes.h"
 #include "worker/dataset/render_frames.h"
+#include "worker/render/exposure.h"
 #include "worker/render/renderer.h"
 
 namespace parallax {
@@ -55,6 +57,20 @@ v1::Rig Resized(v1::Rig rig, int width, int height) {
   rig.set_fy_px(rig.fy_px() * scale);
   rig.set_cx_px(0.5 * width);
   rig.set_cy_px(0.5 * height);
+  rig.set_width_px(width);
+  rig.set_height_px(height);
+  return rig;
+}
+
+// A part of the rig's pictures, `width` pixels wide, with their pixels: reduced pictures would have
+// finer detail in every pixel than those that are made. The middle, then places around it.
+v1::Rig Part(v1::Rig rig, int width, int index) {
+  constexpr double kPlaces[][2] = {{0.5, 0.5}, {0.15, 0.8}, {0.85, 0.7}, {0.3, 0.3}, {0.8, 0.2}};
+  width = std::min(width, static_cast<int>(rig.width_px()));
+  const int height = width * static_cast<int>(rig.height_px()) / static_cast<int>(rig.width_px());
+  const auto& place = kPlaces[index % 5];
+  rig.set_cx_px(rig.cx_px() - std::floor(place[0] * (static_cast<int>(rig.width_px()) - width)));
+  rig.set_cy_px(rig.cy_px() - std::floor(place[1] * (static_cast<int>(rig.height_px()) - height)));
   rig.set_width_px(width);
   rig.set_height_px(height);
   return rig;
@@ -169,24 +185,23 @@ absl::Status MeasureCost(const Options& options, const v1::Scene& recipe, Json* 
   return absl::OkStatus();
 }
 
-// One of the two references of a rig: read from the folder of references when it is there.
-absl::StatusOr<std::vector<ImageRgb8>> Reference(const Options& options, v1::Scene recipe,
-                                                 const SceneGeometry& geometry, const v1::Rig& rig,
-                                                 int half) {
+// Both eyes' radiance. One of the two references of a rig; read from the folder of references when
+// it is there.
+absl::StatusOr<std::vector<ImageF3>> Reference(const Options& options, v1::Scene recipe,
+                                               const SceneGeometry& geometry, const v1::Rig& rig,
+                                               int half) {
   const std::string key =
       Sha256Hex(recipe.SerializeAsString() + rig.SerializeAsString() +
                 std::to_string(options.reference_samples) + "/" + std::to_string(half))
           .substr(0, 16);
-  std::vector<std::string> paths;
-  for (const char* eye : {"left", "right"}) {
-    paths.push_back(options.reference_dir + "/" + key + "_" + eye + ".png");
-  }
-  std::vector<ImageRgb8> images;
-  if (!options.reference_dir.empty() && std::filesystem::exists(paths[1])) {
-    for (const std::string& path : paths) {
-      ASSIGN_OR_RETURN(ImageRgb8 image, ReadPngRgb8(path));
-      images.push_back(std::move(image));
-    }
+  const std::string path = options.reference_dir + "/" + key + ".f32";
+  const auto width = static_cast<int>(rig.width_px()), height = static_cast<int>(rig.height_px());
+  std::vector<ImageF3> images(2, ImageF3(width, height));
+  const auto bytes = static_cast<std::streamsize>(images[0].values().size() * sizeof(float));
+  if (!options.reference_dir.empty() && std::filesystem::exists(path)) {
+    std::ifstream file(path, std::ios::binary);
+    for (ImageF3& image : images) file.read(reinterpret_cast<char*>(image.data()), bytes);
+    if (!file) return MakeError(absl::StatusCode::kDataLoss, path + ": too short");
     return images;
   }
   v1::RenderConfig config;
@@ -196,10 +211,15 @@ absl::StatusOr<std::vector<ImageRgb8>> Reference(const Options& options, v1::Sce
   recipe.set_scene_seed(recipe.scene_seed() + 0x5eed0000u + static_cast<uint64_t>(half));
   ASSIGN_OR_RETURN(const auto renderer, Renderer::Create(recipe, geometry, config));
   ASSIGN_OR_RETURN(StereoFrame frame, renderer->RenderRig(rig, {}, {}));
-  images = {std::move(frame.left.color), std::move(frame.right.color)};
+  images = {std::move(frame.left.radiance), std::move(frame.right.radiance)};
   if (!options.reference_dir.empty()) {
     std::filesystem::create_directories(options.reference_dir);
-    for (size_t i = 0; i < 2; ++i) RETURN_IF_ERROR(WritePng(paths[i], images[i]));
+    std::ofstream file(path + ".part", std::ios::binary);
+    for (const ImageF3& image : images) {
+      file.write(reinterpret_cast<const char*>(image.data()), bytes);
+    }
+    file.close();
+    std::filesystem::rename(path + ".part", path);
   }
   return images;
 }
@@ -215,44 +235,102 @@ double CrossError(const ImageRgb8& picture, const ImageRgb8& a, const ImageRgb8&
 }
 
 // The mean of two pictures.
-ImageRgb8 Mean(const ImageRgb8& a, const ImageRgb8& b) {
-  ImageRgb8 mean = a;
+ImageF3 Mean(const ImageF3& a, const ImageF3& b) {
+  ImageF3 mean = a;
   for (size_t i = 0; i < mean.values().size(); ++i) {
-    mean.values()[i] = static_cast<uint8_t>((a.values()[i] + b.values()[i] + 1) / 2);
+    mean.values()[i] = 0.5f * (a.values()[i] + b.values()[i]);
   }
   return mean;
 }
 
+double MeanOf(const ImageF3& image) {
+  double sum = 0;
+  for (const float value : image.values()) sum += value;
+  return sum / static_cast<double>(image.values().size());
+}
+
+double Psnr(double mean_square) {
+  return 10 * std::log10(255.0 * 255.0 / std::max(mean_square, 1e-3));
+}
+
+// Root mean square of left minus right, in 8-bit levels, where both eyes see the same place and
+// nothing in its neighbourhood hides another: what a matcher takes for texture that differs.
+// Mirrors and panes are left out.
+class StereoDifference {
+ public:
+  void Add(const StereoFrame& truth, const ImageRgb8& left, const ImageRgb8& right) {
+    const ImageF& disparity = truth.left.disparity_px;
+    for (int y = 0; y < disparity.height(); ++y) {
+      for (int x = 0; x < disparity.width(); ++x) {
+        const float d = disparity(x, y);
+        if (d <= 0 || truth.left.occlusion(x, y) || truth.left.masks(x, y)) continue;
+        const float at = static_cast<float>(x) - d;
+        const int x0 = static_cast<int>(std::floor(at));
+        if (x0 < 0 || x0 + 1 >= disparity.width()) continue;
+        const auto meets = [&](int xr) {
+          return std::abs(truth.right.disparity_px(xr, y) - d) < 0.25f;
+        };
+        if (!meets(x0) || !meets(x0 + 1)) continue;
+        const float t = at - static_cast<float>(x0);
+        for (int c = 0; c < 3; ++c) {
+          const float seen = (1 - t) * static_cast<float>(right(x0, y, c)) +
+                             t * static_cast<float>(right(x0 + 1, y, c));
+          sum_ += std::pow(seen - static_cast<float>(left(x, y, c)), 2);
+          ++count_;
+        }
+      }
+    }
+  }
+  double rms() const { return count_ > 0 ? std::sqrt(sum_ / count_) : 0; }
+
+ private:
+  double sum_ = 0, count_ = 0;
+};
+
 absl::Status MeasureQuality(const Options& options, const v1::Scene& recipe,
                             const SceneGeometry& geometry, Json* json) {
   ASSIGN_OR_RETURN(const auto renderer, Renderer::Create(recipe, geometry, ConfigOf(options)));
-  double squares = 0, flip = 0;
+  double squares = 0, same_exposure = 0, flip = 0, ours = 0, wanted = 0, exposure_ratio = 0;
   int pictures = 0;
+  StereoDifference stereo, wanted_stereo;
   for (int i = 0; i < options.quality_rigs; ++i) {
     // Spread over the scene's rigs.
     const v1::Rig& full = recipe.rigs(i * recipe.rigs_size() / options.quality_rigs);
-    const int width = options.quality_width;
-    const v1::Rig rig = Resized(full, width, width * full.height_px() / full.width_px());
+    const v1::Rig rig = Part(full, options.quality_width, i);
     ASSIGN_OR_RETURN(StereoFrame frame, renderer->RenderRig(rig, {}, {}));
     ASSIGN_OR_RETURN(const auto a, Reference(options, recipe, geometry, rig, 0));
     ASSIGN_OR_RETURN(const auto b, Reference(options, recipe, geometry, rig, 1));
-    const ImageRgb8* eyes[2] = {&frame.left.color, &frame.right.color};
+    const std::vector<ImageF3> mean = {Mean(a[0], b[0]), Mean(a[1], b[1])};
+    const float exposure = AutomaticExposure(mean[0], mean[1]);
+    exposure_ratio += frame.exposure / exposure;
+    stereo.Add(frame, frame.left.color, frame.right.color);
+    wanted_stereo.Add(frame, ToSrgb(mean[0], exposure), ToSrgb(mean[1], exposure));
+    const View* eyes[2] = {&frame.left, &frame.right};
     for (size_t eye = 0; eye < 2; ++eye, ++pictures) {
-      squares += CrossError(*eyes[eye], a[eye], b[eye]);
-      flip += bench::MeanFlip(*eyes[eye], Mean(a[eye], b[eye]));
+      const ImageRgb8 first = ToSrgb(a[eye], exposure), second = ToSrgb(b[eye], exposure);
+      squares += CrossError(eyes[eye]->color, first, second);
+      same_exposure += CrossError(ToSrgb(eyes[eye]->radiance, exposure), first, second);
+      flip += bench::MeanFlip(eyes[eye]->color, ToSrgb(mean[eye], exposure));
+      ours += MeanOf(eyes[eye]->radiance);
+      wanted += MeanOf(mean[eye]);
     }
     if (!options.out.empty()) {
       const std::string name = options.out + "/rig" + std::to_string(full.index());
       std::filesystem::create_directories(options.out);
-      const ImageRgb8 reference = Mean(a[0], b[0]);
-      RETURN_IF_ERROR(WritePng(name + ".png", bench::SideBySide(*eyes[0], reference)));
-      RETURN_IF_ERROR(
-          WritePng(name + "_difference.png", bench::DifferenceImage(*eyes[0], reference, 8)));
+      const ImageRgb8 reference = ToSrgb(mean[0], exposure);
+      RETURN_IF_ERROR(WritePng(name + ".png", bench::SideBySide(frame.left.color, reference)));
+      RETURN_IF_ERROR(WritePng(name + "_difference.png",
+                               bench::DifferenceImage(frame.left.color, reference, 8)));
     }
   }
-  const double mean = std::max(squares / std::max(pictures, 1), 1e-3);
-  (*json)["psnr_db"] = 10 * std::log10(255.0 * 255.0 / mean);
-  (*json)["flip"] = flip / std::max(pictures, 1);
+  const int n = std::max(pictures, 1);
+  (*json)["psnr_db"] = Psnr(squares / n);
+  (*json)["psnr_same_exposure_db"] = Psnr(same_exposure / n);
+  (*json)["flip"] = flip / n;
+  (*json)["radiance_over_reference"] = ours / wanted;
+  (*json)["exposure_over_reference"] = exposure_ratio / std::max(options.quality_rigs, 1);
+  (*json)["stereo_rms"] = stereo.rms();
+  (*json)["stereo_rms_of_reference"] = wanted_stereo.rms();
   (*json)["quality_rigs"] = options.quality_rigs;
   (*json)["quality_width_px"] = options.quality_width;
   (*json)["reference_samples"] = 2 * options.reference_samples;

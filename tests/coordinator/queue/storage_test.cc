@@ -2,6 +2,7 @@
 #include <sqlite3.h>
 #include <sys/wait.h>
 
+#include <atomic>
 #include <fstream>
 #include <thread>
 
@@ -294,8 +295,8 @@ TEST_F(StorageTest, ManyThreadsShareCommits) {
 }
 
 TEST_F(StorageTest, AFailedCommandLeavesNothing) {
-  bool armed = false;
-  int at = 0;
+  std::atomic<bool> armed = false;  // The writer's thread reads them.
+  std::atomic<int> at = 0;
   options_.fail_point = [&](const std::string& command, int step) {
     return armed && command != "commit" && command != "expand" && command != "settle" && step == at
                ? absl::InternalError("fail point")
@@ -310,10 +311,10 @@ TEST_F(StorageTest, AFailedCommandLeavesNothing) {
       const absl::Status status = command();
       if (status.ok()) break;
       EXPECT_EQ(status.message(), "fail point");
-      ASSERT_LT(at, 200);
+      ASSERT_LT(at.load(), 200);
     }
     armed = false;
-    EXPECT_GT(at, 1);
+    EXPECT_GT(at.load(), 1);
     ExpectSound();
   };
   const auto all_of = [&](const char* worker) {

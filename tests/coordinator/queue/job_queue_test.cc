@@ -337,6 +337,20 @@ TEST_F(JobQueueTest, APausedStudyGetsNoLeasesButKeepsItsResults) {
   EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_SUCCEEDED);
 }
 
+TEST_F(JobQueueTest, WhoChangedAStudyAndHowStandsInTheAudit) {
+  const StudyId study = Submit();
+  ASSERT_TRUE(queue_->Pause(study, "lunch", "ada").ok());
+  ASSERT_TRUE(queue_->Pause(study, "again", "bob").ok());  // Changes nothing.
+  ASSERT_TRUE(queue_->Resume(study, "", "ada").ok());
+  ASSERT_TRUE(queue_->Retry(study, "eve").ok());
+  ASSERT_TRUE(queue_->Cancel(study, "a mistake", "olga").ok());
+  const auto entries = queue_->ListAudit({});
+  ASSERT_TRUE(entries.ok()) << entries.status();
+  std::string told;
+  for (const v1::AuditEntry& entry : *entries) told += entry.actor() + ":" + entry.action() + " ";
+  EXPECT_EQ(told, "olga:cancel eve:retry ada:resume ada:pause tester:submit ");
+}
+
 TEST_F(JobQueueTest, RetryGivesWhatIsMissingANewGeneration) {
   const StudyId study = Submit({.pairs = 4, .rigs_per_scene = 2});
   for (int i = 0; i < 10; ++i) {

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds the fuzzers, or runs one of them from its kept corpus.
-#   tests/fuzz/run.sh --build [fuzz_recipe]
+#   tests/fuzz/run.sh --build
 #   tests/fuzz/run.sh NAME [SECONDS]     NAME: config, http, recipe, study; 60 seconds
 # What it finds stands in build/fuzz/found-NAME; new inputs that reach new code in build/fuzz/corpus-NAME (copy the
 # few that matter to tests/fuzz/corpus/NAME: run with -merge=1).
@@ -10,7 +10,7 @@ cd "$(dirname "$0")/../.."
 if [ "${1:?--build or a name}" = --build ]; then
   mkdir -p build
   cmake --preset fuzz >build/configure-fuzz.log 2>&1 || { cat build/configure-fuzz.log; exit 1; }
-  exec cmake --build build/fuzz --target "${2:-fuzzers}" -- --quiet
+  exec cmake --build build/fuzz --target fuzzers -- --quiet
 fi
 
 name=$1

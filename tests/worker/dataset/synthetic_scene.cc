@@ -58,9 +58,15 @@ Vec3d ColorAt(const Hit& hit) {
 
 View RenderEye(const v1::Scene& scene, const v1::Rig& rig, double offset_m, double baseline_m) {
   const int width = rig.width_px(), height = rig.height_px();
-  View view{ImageRgb8(width, height), ImageF(width, height),   ImageF(width, height),
-            ImageU8(width, height),   ImageU16(width, height), ImageU16(width, height),
-            ImageF3(width, height),   ImageU8(width, height)};
+  View view{.color = ImageRgb8(width, height),
+            .radiance = {},
+            .depth_m = ImageF(width, height),
+            .disparity_px = ImageF(width, height),
+            .occlusion = ImageU8(width, height),
+            .objects = ImageU16(width, height),
+            .materials = ImageU16(width, height),
+            .normals = ImageF3(width, height),
+            .masks = ImageU8(width, height)};
   const Pose world_from_left = FromProto(rig.world_from_left());
   const Vec3d eye = world_from_left * Vec3d(offset_m, 0, 0);
   for (int y = 0; y < height; ++y) {

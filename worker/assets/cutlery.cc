@@ -150,7 +150,7 @@ Asset MakeKnife(const KnifeParams& p) {
   const float length = p.length_m, grip = p.grip_m, wide = p.blade_m, belly = p.belly;
   const bool kitchen = p.kitchen;
   AssetBuilder b(p.seed);
-  const MaterialSlot steel = MetalSlot("blade");
+  const MaterialSlot steel = Slot("blade", {"PolishedMetal", "BrushedMetal"});
   // The blade: an outline with a belly, thin at the edge, lying flat.
   Path2 outline;
   const float y0 = grip - 0.01f;

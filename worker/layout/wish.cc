@@ -227,7 +227,7 @@ double EvenSeats(const Arrangement& a, const std::string& seats) {
         cost += 1.6 * std::abs(side[i] - ideal);
       }
     }
-    const auto uneven = [&](size_t p, size_t q) {
+    const auto uneven = [&sides = sides](size_t p, size_t q) {
       return std::abs(static_cast<double>(sides[p].size()) - static_cast<double>(sides[q].size()));
     };
     cost += 0.5 * (uneven(0, 2) + uneven(1, 3));

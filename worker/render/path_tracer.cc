@@ -175,7 +175,9 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
     const Vec3f o = frame.ToLocal(out);
     const Bsdf bsdf(surface, o, outside, min_alpha);
     const bool last = bounce >= options.max_bounces;
-    if (!guided && (last || bounce >= kGuideBounces || !bsdf.mirror_like())) {
+    // What solid glass refracts is torn by its bumps: there the glass itself guides.
+    const bool solid_glass = surface.transmission > 0.0f && !surface.thin_walled;
+    if (!guided && (last || bounce >= kGuideBounces || !bsdf.mirror_like() || solid_glass)) {
       result.albedo = GuideAlbedo(surface).cwiseProduct(tint);
       result.normal = frame.z;
       guided = true;

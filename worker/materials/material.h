@@ -70,10 +70,10 @@ struct MaterialTags {
   bool ceiling = false;         // ...its ceiling.
   bool any_object =
       true;  // May replace the material of any object; false: needs the slot that it was made for.
-  bool needs_uv = false;  // Prints over uv in [0, 1]^2; elsewhere it shows one colour.
+  bool needs_uv = false;   // Prints over uv in [0, 1]^2; elsewhere it shows one colour.
   bool weathered = false;  // Rust and the like: on indoor things only where a slot names the class,
                            // or as a replacement.
-  bool smooth = false;    // Has no detail on purpose (mirror, clear glass, plain grey).
+  bool smooth = false;     // Has no detail on purpose (mirror, clear glass, plain grey).
 };
 
 // One entry of the catalogue. `sample` draws the parameters: the same stream gives the same

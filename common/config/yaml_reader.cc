@@ -9,6 +9,7 @@
 #include <set>
 #include <sstream>
 
+#include "common/base/edit_distance.h"
 #include "common/config/config.h"
 
 namespace parallax::config_internal {
@@ -50,27 +51,12 @@ std::optional<Number> ParseWhole(std::string_view text) {
   return value;
 }
 
-int EditDistance(std::string_view a, std::string_view b) {
-  std::vector<int> row(b.size() + 1);
-  for (size_t j = 0; j <= b.size(); ++j) row[j] = static_cast<int>(j);
-  for (size_t i = 1; i <= a.size(); ++i) {
-    int diagonal = row[0];
-    row[0] = static_cast<int>(i);
-    for (size_t j = 1; j <= b.size(); ++j) {
-      const int above = row[j];
-      row[j] = std::min({above + 1, row[j - 1] + 1, diagonal + (a[i - 1] != b[j - 1])});
-      diagonal = above;
-    }
-  }
-  return row[b.size()];
-}
-
 // ", did you mean X?" or nothing when no name is near.
 std::string NearestHint(std::string_view name, const std::vector<std::string>& known) {
   int best_distance = std::max(2, static_cast<int>(name.size()) / 3) + 1;
   std::string best;
   for (const std::string& candidate : known) {
-    const int distance = EditDistance(name, candidate);
+    const int distance = static_cast<int>(EditDistance(name, candidate));
     if (distance < best_distance) {
       best_distance = distance;
       best = candidate;

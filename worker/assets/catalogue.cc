@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <limits>
-#include <numeric>
 #include <string>
 
+#include "common/base/edit_distance.h"
 #include "common/base/status.h"
 #include "worker/assets/asset.h"
 #include "worker/assets/detail.h"
@@ -11,24 +11,6 @@
 
 namespace parallax {
 namespace {
-
-char Lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
-
-// Insertions, deletions and replacements that lead from one to the other; case does not count.
-size_t EditDistance(std::string_view a, std::string_view b) {
-  std::vector<size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), size_t{0});
-  for (size_t i = 0; i < a.size(); ++i) {
-    size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (size_t j = 0; j < b.size(); ++j) {
-      const size_t replaced = diagonal + (Lower(a[i]) == Lower(b[j]) ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row.back();
-}
 
 std::vector<AssetClass> BuildCatalogue() {
   std::vector<AssetClass> classes;
@@ -76,7 +58,7 @@ absl::StatusOr<Asset> MakeAsset(std::string_view class_name, uint64_t seed) {
     size_t least = std::numeric_limits<size_t>::max();
     std::string nearest;
     for (const AssetClass& c : AssetCatalogue()) {
-      const size_t distance = EditDistance(class_name, c.name);
+      const size_t distance = EditDistance(class_name, c.name, true);
       if (distance < least) {
         least = distance;
         nearest = c.name;

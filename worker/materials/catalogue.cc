@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cctype>
 
+#include "common/base/edit_distance.h"
 #include "worker/materials/families.h"
 
 namespace parallax {
@@ -12,29 +13,12 @@ std::string Lower(std::string_view text) {
   return lower;
 }
 
-// Levenshtein's.
-size_t EditDistance(std::string_view a, std::string_view b) {
-  std::vector<size_t> row(b.size() + 1);
-  for (size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (size_t i = 1; i <= a.size(); ++i) {
-    size_t diagonal = row[0];
-    row[0] = i;
-    for (size_t j = 1; j <= b.size(); ++j) {
-      const size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
-    }
-  }
-  return row[b.size()];
-}
-
 std::string NearestName(std::string_view wanted) {
-  const std::string lower = Lower(wanted);
   const auto& catalogue = MaterialCatalogue();
   return std::min_element(catalogue.begin(), catalogue.end(),
                           [&](const MaterialClass& a, const MaterialClass& b) {
-                            return EditDistance(lower, Lower(a.name)) <
-                                   EditDistance(lower, Lower(b.name));
+                            return EditDistance(wanted, a.name, true) <
+                                   EditDistance(wanted, b.name, true);
                           })
       ->name;
 }

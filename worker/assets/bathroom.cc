@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/kernel/subdivide.h"
+
 namespace parallax {
 namespace {
 
@@ -19,17 +21,20 @@ std::function<float(float, float)> Squarish(float exponent) {
   };
 }
 
-// A tub of any outline: `outer` is a profile of unit radius; scaled to half extents x and y.
-Shape Tub(const Path2& outer, float thickness, float floor, float half_x, float half_y,
-          float exponent) {
-  LatheOptions options;
-  options.segments = 72;
-  options.modulate = Squarish(exponent);
-  const float scale = 0.5f * (half_x + half_y);
-  Path2 sized;
-  for (const Vec2f& q : outer) sized.emplace_back(q.x() * scale, q.y());
-  Shape tub = Lathe(VesselProfile(sized, thickness, floor), options);
-  return tub.Scaled({half_x / scale, half_y / scale, 1.0f});
+// One level of a basin: its outline between two corners. They go from the foot up the outside, over
+// the rim and down inside.
+struct BasinLevel {
+  Vec2f low, high;
+  float z;
+  float exponent;  // Of the superellipse; 0 a rectangle.
+  float sharpness = 0, corners = 0;
+};
+
+Shape Basin(const std::vector<BasinLevel>& levels) {
+  std::vector<CageRing> rings;
+  for (const BasinLevel& l : levels)
+    rings.push_back({EightPoints(l.low, l.high, l.z, l.exponent), l.sharpness, l.corners});
+  return Subdivided(Loft(rings), 3).Retextured();
 }
 
 void AddDrain(AssetBuilder& b, const Vec3f& at, float radius) {
@@ -152,21 +157,32 @@ Asset SampleTap(Rng& rng) { return MakeTap(DrawTap(rng, 0.24, 0.36)); }
 
 Asset MakeBathroomSink(const BathroomSinkParams& p) {
   AssetBuilder b(p.seed);
-  const MaterialSlot ceramic = Slot("basin", {"SanitaryCeramic", "stone", "GlazedCeramic"});
+  const MaterialSlot ceramic = Slot("basin", {"SanitaryCeramic", "Marble", "GlazedCeramic"});
   const float w = 0.5f * p.width_m, d = 0.5f * p.depth_m, h = p.basin_m;
   const float rim_z = p.mount == BasinMount::kPedestal ? 0.84f : 0.85f + h;
   const float foot = rim_z - h;
-  const Path2 outer = Spline(
-      Path2{{0.34f, 0.0f}, {0.48f, 0.004f}, {0.74f, 0.28f * h}, {0.92f, 0.68f * h}, {1.0f, h}}, 6);
-  // The bowl stands a little forward of the ledge that carries the tap.
-  const float ledge = 0.07f;
-  b.Add(Tub(outer, 0.016f, 0.03f, w, d, p.squareness).Moved(0, ledge, foot), ceramic);
-  AddDrain(b, {0, ledge, foot + 0.031f}, 0.024f);
-  if (p.mount == BasinMount::kPedestal) {
-    // The ledge joins the bowl to the wall; a turned column carries both.
+  const float ledge = 0.07f, e = p.squareness;
+  const bool pedestal = p.mount == BasinMount::kPedestal;
+  // The bowl's outline drawn in by a share; a pedestal's rim runs back to the wall as a ledge that
+  // carries the tap.
+  const auto level = [&](float share, float inset, float z, bool outside, float sharpness = 0) {
+    const float x = share * w - inset, y = share * d - inset;
+    BasinLevel l{{-x, ledge - y}, {x, ledge + y}, foot + z, e, sharpness};
+    if (pedestal && outside) l.low.y() = Lerp(-0.1f, -d - 0.02f, Smooth01(z / h));
+    if (pedestal && !outside) l.low.y() = std::max(l.low.y(), -d + 0.14f);
+    return l;
+  };
+  b.Add(Basin({level(0.4f, 0, 0, true), level(0.5f, 0, 0, true, 1), level(0.74f, 0, 0.3f * h, true),
+               level(0.95f, 0, 0.72f * h, true), level(1, 0, 0.94f * h, true),
+               level(1, 0.003f, h, true), level(1, 0.014f, h, false),
+               level(0.98f, 0.018f, 0.9f * h, false), level(0.86f, 0.018f, 0.5f * h, false),
+               level(0.6f, 0.018f, 0.028f, false), level(0.34f, 0, 0.026f, false),
+               level(0.2f, 0, 0.026f, false)}),
+        ceramic);
+  AddDrain(b, {0, ledge, foot + 0.0262f}, 0.024f);
+  if (pedestal) {
+    // A turned column carries the bowl.
     const float back = -d - 0.02f;
-    Shape shelf = Extrude(RectSection(1.72f * w, 0.2f, 0.03f, 4), 0.5f * h, 0.012f);
-    b.Add(shelf.Moved(0, back + 0.1f, rim_z - 0.5f * h - 0.004f), ceramic);
     const float r = 0.1f;
     const Path2 column = Spline(Path2{{1.25f * r, 0},
                                       {1.22f * r, 0.03f},
@@ -216,24 +232,26 @@ Asset SampleBathroomSink(Rng& rng) {
 Asset MakeSink(const SinkParams& p) {
   AssetBuilder b(p.seed);
   const MaterialSlot metal = Slot("sink", {"metal", "ceramic", "stone"});
-  const float d = 0.5f * p.depth_m, h = p.basin_m, t = 0.006f, rim = 0.03f, ledge = 0.08f;
+  const float d = 0.5f * p.depth_m, h = p.basin_m, t = 0.004f, rim = 0.03f, ledge = 0.08f;
   const int basins = p.two_basins ? 2 : 1;
   const float each = p.width_m;
   const float left = -0.5f * each * static_cast<float>(basins);
-  const Path2 outer{{0.3f, 0}, {0.8f, 0}, {0.93f, 0.008f}, {0.965f, 0.035f}, {1.0f, h}};
   for (int i = 0; i < basins; ++i) {
-    const float x = left + each * (static_cast<float>(i) + 0.5f);
-    b.Add(Tub(outer, t, t, 0.5f * each - 0.5f * rim, d - 0.5f * rim, 9.0f).Moved(x, 0, 0), metal);
-    AddDrain(b, {x, 0, t + 0.001f}, 0.042f);
-    // The flange around it, four bars that overlap the bowl's rim.
-    const float z0 = h - 0.004f, z1 = h + 0.002f;
-    const float x0 = x - 0.5f * each, x1 = x + 0.5f * each;
-    b.Add(Board({x0, d - rim, z0}, {x1, d + 0.012f, z1}, 0.0015f), metal);
-    b.Add(Board({x0, -d - ledge, z0}, {x1, -d + rim, z1}, 0.0015f), metal);
-    b.Add(Board({x0, -d + rim - 0.002f, z0}, {x0 + rim, d - rim + 0.002f, z1 - 0.0002f}, 0.0015f),
+    const float x0 = left + each * static_cast<float>(i), x1 = x0 + each;
+    // A bowl pressed out of a sheet whose flange lies on the worktop, wider behind for the tap.
+    const auto bowl = [&](float inset, float z, float sharpness = 0) {
+      const float in = rim + inset;
+      return BasinLevel{{x0 + in, -d + in}, {x1 - in, d - in}, z, 7, sharpness};
+    };
+    const auto flange = [&](float z, float sharpness) {
+      return BasinLevel{{x0, -d - ledge}, {x1, d + 0.012f}, z, 0, sharpness, 2};
+    };
+    b.Add(Basin({bowl(0.1f, 0), bowl(0.04f, 0, 1), bowl(0.012f - t, 0.06f), bowl(-t, h - 0.01f),
+                 flange(h - 0.003f, 3), flange(h + 0.002f, 2), bowl(-0.006f, h + 0.002f),
+                 bowl(0, h - 0.004f), bowl(0.012f, 0.06f + t), bowl(0.04f, t),
+                 bowl(0.1f, t - 0.001f), bowl(0.13f, t - 0.001f)}),
           metal);
-    b.Add(Board({x1 - rim, -d + rim - 0.002f, z0}, {x1, d - rim + 0.002f, z1 - 0.0002f}, 0.0015f),
-          metal);
+    AddDrain(b, {0.5f * (x0 + x1), 0, t}, 0.042f);
   }
   if (p.drainer) {
     const float x0 = -left, x1 = -left + 0.8f * each;
@@ -264,64 +282,54 @@ Asset SampleSink(Rng& rng) {
 
 Asset MakeBathtub(const BathtubParams& p) {
   AssetBuilder b(p.seed);
-  const MaterialSlot ceramic = Slot("tub", {"SanitaryCeramic", "stone", "GlazedCeramic"});
+  const MaterialSlot ceramic = Slot("tub", {"SanitaryCeramic", "Marble", "GlazedCeramic"});
   const float l = 0.5f * p.length_m, w = 0.5f * p.width_m;
   const bool claw = p.style == BathtubStyle::kClawFoot, built = p.style == BathtubStyle::kBuiltIn;
   const float foot = claw ? 0.12f : built ? 0.05f : 0.0f;
-  const float h = p.height_m - foot, low = 1.0f - p.slope;
-  const float inset = built ? 0.07f : 0.0f;
-  const Path2 outer = Spline(Path2{{0.45f * low, 0.0f},
-                                   {0.86f * low, 0.004f},
-                                   {0.98f * low, 0.03f},
-                                   {Lerp(low, 1.0f, 0.4f), 0.45f * h},
-                                   {0.97f, 0.9f * h},
-                                   {1.0f, h}},
-                             6);
-  b.Add(Tub(outer, 0.028f, 0.04f, l - inset, w - inset, p.squareness).Moved(0, 0, foot), ceramic);
-  AddDrain(b, {0.62f * (l - inset) * low, 0, foot + 0.041f}, 0.03f);
+  const float h = p.height_m - foot, e = p.squareness, low = 1.0f - p.slope;
+  // The wall at a share of the height: one end slopes to lie against, the other holds the drain.
+  const auto wall = [&](float share, float inset, float sharpness = 0) {
+    const float down = p.slope * (1 - share);
+    const float x = l - inset, y = w - inset;
+    return BasinLevel{{-x * (1 - down), -y * (1 - 0.5f * down)},
+                      {x * (1 - 0.35f * down), y * (1 - 0.5f * down)},
+                      foot + share * h,
+                      e,
+                      sharpness};
+  };
+  const auto at = [&](BasinLevel level, float z) {
+    level.z = z;
+    return level;
+  };
+  std::vector<BasinLevel> levels;
+  const float rim = built ? 0.075f : 0.028f, floor = foot + 0.05f;
   if (built) {
-    // A deck around the rim on an apron.
-    const float z = p.height_m;
-    b.Add(Board({-l, w - 0.022f, 0}, {l, w, z - 0.03f}, 0.004f), ceramic);
-    b.Add(Board({-l, -w, 0}, {l, -w + 0.022f, z - 0.03f}, 0.004f), ceramic);
-    b.Add(Board({-l, -w + 0.021f, 0}, {-l + 0.022f, w - 0.021f, z - 0.03f}, 0.004f), ceramic);
-    b.Add(Board({l - 0.022f, -w + 0.021f, 0}, {l, w - 0.021f, z - 0.03f}, 0.004f), ceramic);
-    // The deck: a frame whose inner edge follows the tub's outline.
-    Shape deck;
-    const int n = 96;
-    const auto inner_radius = Squarish(p.squareness);
-    const auto outer_radius = Squarish(24.0f);
-    const float tops[2] = {z - 0.034f, z - 0.002f};
-    for (int i = 0; i < n; ++i) {
-      const float a = 2 * kPi * static_cast<float>(i) / n;
-      const float ri = inner_radius(a, 0), ro = outer_radius(a, 0);
-      const Vec2f dir(std::cos(a), std::sin(a));
-      for (const float top : tops) {
-        deck.AddPoint(
-            {(l - inset - 0.014f) * ri * dir.x(), (w - inset - 0.014f) * ri * dir.y(), top});
-        deck.AddPoint({(l + 0.004f) * ro * dir.x(), (w + 0.004f) * ro * dir.y(), top});
-      }
-    }
-    for (uint32_t i = 0; i < n; ++i) {
-      const uint32_t q = 4 * i, s = 4 * ((i + 1) % n);
-      // Points of a spoke: inner low, outer low, inner high, outer high.
-      deck.AddQuad(q + 2, q + 3, s + 3, s + 2);
-      deck.AddQuad(q + 1, q, s, s + 1);
-      deck.AddQuad(q + 3, q + 1, s + 1, s + 3);
-      deck.AddQuad(q, q + 2, s + 2, s);
-    }
-    b.Add(deck, ceramic);
+    // An apron with a recess for the toes; its top is a deck as wide as a hand.
+    const auto apron = [&](float inset, float z, float sharpness) {
+      return BasinLevel{{-l + inset, -w + inset}, {l - inset, w - inset}, z, 0, sharpness, 3};
+    };
+    levels = {apron(0.02f, 0, 3), apron(0.02f, 0.06f, 3), apron(0, 0.065f, 3),
+              apron(0, p.height_m, 2), at(wall(1, 0.045f), p.height_m)};
   } else {
     // A rolled rim.
-    Path3 rim;
-    const auto radius = Squarish(p.squareness);
-    for (int i = 0; i < 72; ++i) {
-      const float a = 2 * kPi * static_cast<float>(i) / 72.0f;
-      rim.emplace_back((l - 0.006f) * radius(a, 0) * std::cos(a),
-                       (w - 0.006f) * radius(a, 0) * std::sin(a), p.height_m - 0.012f);
-    }
-    b.Add(Ring(rim, 0.019f, 12), ceramic);
+    levels = {wall(0, 0.12f),
+              wall(0, 0.03f, 1),
+              wall(0.45f, 0.025f),
+              wall(0.88f, 0.022f),
+              at(wall(1, 0.016f), foot + 0.94f * h),
+              at(wall(1, -0.002f), foot + 0.965f * h),
+              wall(1, 0.002f)};
   }
+  levels.insert(levels.end(), {wall(1, rim), at(wall(1, rim + 0.014f), foot + 0.95f * h),
+                               wall(0.5f, rim + 0.022f), at(wall(0.1f, rim + 0.04f), floor + 0.05f),
+                               at(wall(0, rim + 0.1f), floor), at(wall(0, rim + 0.14f), floor),
+                               at(wall(0, rim + 0.2f), floor)});
+  const auto raise = [&](const Vec3f& q) {
+    const float up = std::clamp((q.z() - foot) / h, 0.0f, 1.0f);
+    return Vec3f(q.x(), q.y(), q.z() + p.slipper_m * up * up * Smooth01(-0.15f - q.x() / l));
+  };
+  b.Add(Basin(levels).Bent(raise), ceramic);
+  AddDrain(b, {0.8f * levels.back().high.x(), 0, floor + 0.0005f}, 0.03f);
   if (claw) {
     const MaterialSlot metal = Slot("feet", {"metal"});
     for (const float sx : {-1.0f, 1.0f}) {
@@ -370,8 +378,9 @@ Asset SampleBathtub(Rng& rng) {
   p.width_m = Draw(rng, 0.7, 0.85);
   p.height_m = Draw(rng, 0.52, 0.64);
   p.squareness = p.style == BathtubStyle::kBuiltIn ? Draw(rng, 3.0, 6.0) : Draw(rng, 2.2, 3.6);
-  p.slope = Draw(rng, 0.12, 0.32);
+  p.slope = Draw(rng, 0.16, 0.36);
   p.tap = rng.Bernoulli(0.7);
+  if (p.style != BathtubStyle::kBuiltIn && rng.Bernoulli(0.4)) p.slipper_m = Draw(rng, 0.08, 0.16);
   p.seed = rng.Seed();
   return MakeBathtub(p);
 }

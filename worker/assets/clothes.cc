@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/kernel/subdivide.h"
 #include "worker/assets/textiles.h"
 
 namespace parallax {
@@ -9,119 +10,89 @@ namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
-// A flat garment: the outline stuffed a little, wrinkled, thicker at its hems. Lies on z = 0.
-Shape Garment(const Path2& outline, float thickness, const Noise& noise) {
-  // A grid over the bounding box, cells kept where their middle lies inside; the margin follows the
-  // cells, which are fine enough to read as a hem.
-  Box2f box;
-  for (const Vec2f& p : outline) box.extend(p);
-  const float cell = 0.011f;
-  const int nx = static_cast<int>(std::ceil(box.sizes().x() / cell)),
-            ny = static_cast<int>(std::ceil(box.sizes().y() / cell));
-  const auto inside = [&](const Vec2f& p) {
-    bool in = false;
-    for (size_t i = 0, j = outline.size() - 1; i < outline.size(); j = i++) {
-      const Vec2f &a = outline[i], &c = outline[j];
-      if ((a.y() > p.y()) != (c.y() > p.y()) &&
-          p.x() < (c.x() - a.x()) * (p.y() - a.y()) / (c.y() - a.y()) + a.x())
-        in = !in;
-    }
-    return in;
+// Where a point of the pattern lies: on the floor, and in the cloth before it was put down.
+struct Laid {
+  Vec2f floor, cloth;
+};
+
+// A garment laid down flat: two layers over a pattern of cells, sewn at the rim, stuffed a little
+// and wrinkled. Lies on z = 0.
+Shape Garment(int columns, int rows, const std::function<bool(int, int)>& keep,
+              const std::function<Laid(int, int)>& pattern, float thickness, const Noise& noise) {
+  SlabOptions slab;
+  slab.columns = columns;
+  slab.rows = rows;
+  slab.keep = keep;
+  slab.point = [&](int i, int j) {
+    const Vec2f p = pattern(i, j).floor;
+    return Vec3f(p.x(), p.y(), thickness);
   };
-  const auto to_edge = [&](const Vec2f& p, Vec2f& nearest) {
-    float least = 1e9f;
-    for (size_t i = 0, j = outline.size() - 1; i < outline.size(); j = i++) {
-      const Vec2f d = outline[i] - outline[j];
-      const float t = std::clamp((p - outline[j]).dot(d) / d.squaredNorm(), 0.0f, 1.0f);
-      const Vec2f q = outline[j] + t * d;
-      if ((p - q).norm() < least) {
-        least = (p - q).norm();
-        nearest = q;
-      }
-    }
-    return least;
+  slab.thickness = [&](int, int) { return thickness; };
+  slab.rim_sharpness = 2;
+  Cage cage = Slab(slab);
+  // The slab made its points in this order, the lower after the upper.
+  size_t at = 0;
+  const auto kept = [&](int i, int j) {
+    return i >= 0 && j >= 0 && i < columns && j < rows && keep(i, j);
   };
-  std::vector<char> kept(static_cast<size_t>(nx * ny), 0);
-  for (int j = 0; j < ny; ++j) {
-    for (int i = 0; i < nx; ++i)
-      kept[static_cast<size_t>(j * nx + i)] = inside(box.min() + cell * Vec2f(i + 0.5f, j + 0.5f));
-  }
-  const auto cell_at = [&](int i, int j) {
-    return i >= 0 && j >= 0 && i < nx && j < ny && kept[static_cast<size_t>(j * nx + i)];
-  };
-  Shape shape;
-  std::vector<int> top(static_cast<size_t>((nx + 1) * (ny + 1)), -1), bottom = top;
-  const auto id = [&](int i, int j) { return static_cast<size_t>(j * (nx + 1) + i); };
-  for (int j = 0; j <= ny; ++j) {
-    for (int i = 0; i <= nx; ++i) {
-      const int around =
-          cell_at(i, j) + cell_at(i - 1, j) + cell_at(i, j - 1) + cell_at(i - 1, j - 1);
-      if (around == 0) continue;
-      Vec2f p = box.min() + cell * Vec2f(static_cast<float>(i), static_cast<float>(j));
-      Vec2f nearest = p;
-      float d = to_edge(p, nearest);
-      // Points of the margin slide onto the outline.
-      if (around < 4) {
-        p = nearest + 0.04f * (p - nearest);  // Not quite: three in a line would have no area.
-        d = 0;
-      }
-      const float body = Smooth01(d / 0.03f);
-      const float hem = std::exp(-std::pow((d - 0.012f) / 0.006f, 2.0f));
-      const Vec3f at(p.x(), p.y(), 0);
-      const float folds = noise.Ridges({p.x() * 7, p.y() * 4.5f, 0}) * 0.012f +
-                          noise.Ridges({p.x() * 13 + 4, p.y() * 9, 2}) * 0.005f +
-                          0.004f * noise.At(at * 30.0f);
-      const float lift = std::max(0.0f, 0.008f * noise.At({p.x() * 4, p.y() * 4, 9})) * (1 - body);
-      const float z =
-          thickness * (0.35f + 0.65f * body) + 0.0015f * hem + std::max(0.0f, folds) * body;
-      top[id(i, j)] = static_cast<int>(shape.AddPoint({p.x(), p.y(), z + lift}, {p.x(), p.y(), z}));
-      bottom[id(i, j)] = static_cast<int>(shape.AddPoint({p.x(), p.y(), lift}, {p.x(), p.y(), 0}));
+  for (int j = 0; j <= rows; ++j) {
+    for (int i = 0; i <= columns; ++i) {
+      if (!(kept(i, j) || kept(i - 1, j) || kept(i, j - 1) || kept(i - 1, j - 1))) continue;
+      const Vec2f c = pattern(i, j).cloth;
+      cage.shape.texture[at++] = {c.x(), c.y(), thickness};
+      cage.shape.texture[at++] = {c.x(), c.y(), 0};
     }
   }
-  const auto u = [](int v) { return static_cast<uint32_t>(v); };
-  for (int j = 0; j < ny; ++j) {
-    for (int i = 0; i < nx; ++i) {
-      if (!cell_at(i, j)) continue;
-      const std::array<std::pair<int, int>, 4> c{{{i, j}, {i + 1, j}, {i + 1, j + 1}, {i, j + 1}}};
-      uint32_t t[4], s[4];
-      for (int k = 0; k < 4; ++k) {
-        t[k] = u(top[id(c[k].first, c[k].second)]);
-        s[k] = u(bottom[id(c[k].first, c[k].second)]);
-      }
-      shape.AddQuad(t[0], t[1], t[2], t[3]);
-      shape.AddQuad(s[3], s[2], s[1], s[0]);
-      const bool open[4] = {!cell_at(i, j - 1), !cell_at(i + 1, j), !cell_at(i, j + 1),
-                            !cell_at(i - 1, j)};
-      for (int k = 0; k < 4; ++k) {
-        const int n = (k + 1) % 4;
-        if (open[k]) shape.AddQuad(s[k], s[n], t[n], t[k]);
-      }
-    }
+  Shape out = Subdivided(cage, 3);
+  for (size_t i = 0; i < out.points.size(); ++i) {
+    Vec3f& p = out.points[i];
+    const Vec3f& c = out.texture[i];
+    const float up = p.z() / thickness;  // The rim is halfway.
+    const float folds = noise.Ridges({p.x() * 7, p.y() * 4.5f, 0}) * 0.013f +
+                        noise.Ridges({p.x() * 13 + 4, p.y() * 9, 2}) * 0.006f +
+                        0.003f * noise.At({c.x() * 30, c.y() * 30, 0});
+    const float lift = 0.006f * std::max(0.0f, noise.At({p.x() * 4, p.y() * 4, 9}));
+    p.z() += lift + folds * Smooth01(2 * up - 1);
   }
-  shape.crease_rad = 1.3f;
-  return shape;
+  out.crease_rad = 1.3f;
+  return out;
 }
 
-// One half of a shirt from the hem up to the middle of the neck; x > 0.
-Path2 ShirtHalf(const ShirtParams& p, float droop_rad) {
-  const float w = 0.5f * p.width_m, h = p.length_m;
-  Path2 half{{p.flare * w, 0}, {0.97f * w, 0.45f * h}, {0.98f * w, 0.7f * h}};
-  const Vec2f shoulder(0.96f * w, 0.93f * h);
-  if (p.sleeve_m > 0) {
-    const Vec2f along(std::cos(droop_rad), -std::sin(droop_rad)),
-        up(std::sin(droop_rad), std::cos(droop_rad));
-    const Vec2f end = shoulder + p.sleeve_m * along;
-    half.push_back(end - p.cuff_m * up);
-    half.push_back(end);
-  } else {
-    // A vest: the armhole is cut out.
-    half.emplace_back(0.78f * w, 0.76f * h);
-    half.emplace_back(0.72f * w, 0.86f * h);
-  }
-  half.push_back(p.sleeve_m > 0 ? shoulder : Vec2f(0.7f * w, 0.98f * h));
-  half.emplace_back(0.42f * w, h);
-  half.emplace_back(0.3f * w, 0.95f * h);
-  return half;
+// The pattern of a shirt: a trunk of six cells by seven and, beside its upper two rows, a sleeve of
+// four at each side.
+constexpr int kTrunkRows = 7, kArmpit = 5, kSleeve = 4, kHalf = 3;
+
+Laid ShirtPoint(const ShirtParams& p, int i, int j) {
+  const int k = i - kSleeve - kHalf;  // From the middle.
+  const float side = k < 0 ? -1.0f : 1.0f, w = 0.5f * p.width_m, h = p.length_m;
+  const float across = std::min(1.0f, std::abs(static_cast<float>(k)) / kHalf);
+  const float up = static_cast<float>(j) / kTrunkRows;
+  // The trunk's outline at this level: hem, waist, armpit, and in to the shoulder's tip.
+  const bool vest = p.sleeve_m <= 0;
+  const float half = j >= kArmpit && vest ? w * (j == kArmpit ? 0.97f : 0.72f)
+                                          : w * Lerp(p.flare, 0.98f, Smooth01(up / 0.6f));
+  // Shoulders slope from the neck, whose cut is deepest in the middle.
+  const float neck = Smooth01(1.5f * (1 - across / 0.45f));
+  const float shoulder = Lerp(h, 0.93f * h, Smooth01((across - 0.3f) / 0.7f)) - p.neck_m * neck;
+  const float armpit = 0.7f * h;
+  const float y = j <= kArmpit ? armpit * static_cast<float>(j) / kArmpit
+                               : Lerp(armpit, shoulder,
+                                      static_cast<float>(j - kArmpit) / (kTrunkRows - kArmpit));
+  const Vec2f flat(side * half * across, y);
+  const int beyond = std::abs(k) - kHalf;
+  if (beyond <= 0) return {flat, flat};
+  // The sleeve runs on from the trunk's side to the cuff, and droops.
+  const float droop = k > 0 ? p.droop_rad : p.droop_left_rad;
+  const float t = static_cast<float>(beyond) / kSleeve,
+              s = static_cast<float>(j - kArmpit) / (kTrunkRows - kArmpit);
+  const auto sleeve = [&](float angle) {
+    const Vec2f along(std::cos(angle), -std::sin(angle)), out(std::sin(angle), std::cos(angle));
+    const Vec2f tip(half, 0.93f * h), end = tip + p.sleeve_m * along;
+    const Vec2f cuff = end - p.cuff_m * (1 - s) * out;
+    return Vec2f(Lerp(half, cuff.x(), t), Lerp(y, cuff.y(), t));
+  };
+  const Vec2f lies = sleeve(droop), straight = sleeve(0.15f);
+  return {{side * lies.x(), lies.y()}, {side * straight.x(), straight.y()}};
 }
 
 }  // namespace
@@ -131,12 +102,15 @@ Asset MakeShirt(const ShirtParams& p) {
   Rng rng(SceneSeed{p.seed}, "shirt");
   const Noise noise(rng);
   const float w = 0.5f * p.width_m, h = p.length_m;
-  Path2 outline = ShirtHalf(p, p.droop_rad);
-  outline.emplace_back(0.0f, h - p.neck_m);
-  const Path2 left = ShirtHalf(p, p.droop_left_rad);
-  for (size_t i = left.size(); i-- > 0;) outline.emplace_back(-left[i].x(), left[i].y());
   const MaterialSlot cloth = Slot("cloth", {"fabric"});
-  b.Add(Garment(outline, 0.012f, noise), cloth);
+  const auto keep = [&](int i, int j) {
+    const bool trunk = i >= kSleeve && i < kSleeve + 2 * kHalf;
+    return trunk || (j >= kArmpit && p.sleeve_m > 0);
+  };
+  b.Add(Garment(
+            2 * (kSleeve + kHalf), kTrunkRows, keep,
+            [&](int i, int j) { return ShirtPoint(p, i, j); }, 0.012f, noise),
+        cloth);
   // The collar: a band round the neck, or two points that lie open.
   const float low = h - p.neck_m - 0.02f;
   const Path3 band = Spline(Path3{{0.34f * w, 0.965f * h, 0.02f},
@@ -192,22 +166,32 @@ Asset MakePants(const PantsParams& p) {
   const Noise noise(rng);
   const float w = 0.5f * p.waist_m, top = p.length_m, rise = p.rise_m, crotch = top - rise;
   const float hip = 1.12f * w;
-  // Right leg: outer seam up, inner seam down; each leg lies as it fell.
-  const auto foot = [&](float spread) { return spread + 0.02f; };
-  const Path2 outline{{foot(p.spread_right_m), 0},
-                      {foot(p.spread_right_m) + p.hem_m, 0.0f},
-                      {0.6f * p.spread_right_m + hip, 0.62f * crotch},
-                      {1.04f * hip, crotch + 0.2f * rise},
-                      {w, top},
-                      {-w, top},
-                      {-1.04f * hip, crotch + 0.2f * rise},
-                      {-0.6f * p.spread_left_m - hip, 0.62f * crotch},
-                      {-foot(p.spread_left_m) - p.hem_m, 0},
-                      {-foot(p.spread_left_m), 0},
-                      {-0.012f, crotch},
-                      {0.012f, crotch}};
+  // Two cells a leg and one between them, which is there only above the crotch.
+  constexpr int kLegRows = 7, kRows = 10;
+  const auto laid = [&](int i, int j) {
+    const bool right = i >= 3;
+    const float spread = right ? p.spread_right_m : p.spread_left_m;
+    // From the inner seam to the outer one.
+    const float share = 0.5f * static_cast<float>(right ? i - 3 : 2 - i);
+    const auto row = [&](float apart) {
+      if (j >= kLegRows) {
+        const float t = static_cast<float>(j - kLegRows) / (kRows - kLegRows);
+        return Vec2f(Lerp(0.012f, Lerp(1.04f * hip, w, t), Lerp(share, std::max(share, 0.3f), t)),
+                     Lerp(crotch, top, t));
+      }
+      const float t = static_cast<float>(j) / kLegRows;  // Each leg lies as it fell.
+      const float inner = Lerp(apart + 0.02f, 0.012f, t);
+      const float outer = Lerp(apart + 0.02f + p.hem_m, 1.04f * hip, t);
+      return Vec2f(Lerp(inner, outer, share), crotch * t);
+    };
+    const Vec2f lies = row(spread), straight = row(0.0f);
+    const float side = right ? 1.0f : -1.0f;
+    return Laid{{side * lies.x(), lies.y()}, {side * straight.x(), straight.y()}};
+  };
   const MaterialSlot cloth = Slot("cloth", {"fabric"});
-  b.Add(Garment(outline, 0.016f, noise), cloth);
+  b.Add(Garment(
+            5, kRows, [](int i, int j) { return i != 2 || j >= kLegRows; }, laid, 0.016f, noise),
+        cloth);
   SweepOptions flat;
   flat.keep_up = true;
   const auto band = [&](float y, float half, float width, const MaterialSlot& slot) {

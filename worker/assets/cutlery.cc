@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/kernel/subdivide.h"
 #include "worker/assets/packages.h"
 #include "worker/assets/tableware.h"
 
@@ -9,24 +10,35 @@ namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
-// A flat piece of cutlery: a sheet along +y whose half width and height are functions of s in [0,
-// 1].
-Shape Blade(float length, const std::function<float(float)>& half_width,
-            const std::function<float(float, float)>& height, float thickness, int pieces = 60,
-            int across = 10) {
-  SheetOptions sheet;
-  sheet.pieces_u = across;
-  sheet.pieces_v = pieces;
-  sheet.thickness_m = thickness;
-  sheet.size_m = {0.02f, length};
-  Shape out = Sheet(
-      [&](float u, float v) {
-        const float x = 2 * u - 1;
-        return Vec3f(x * std::max(0.0015f, half_width(v)), length * v, height(x, v));
-      },
-      sheet);
-  for (size_t i = 0; i < out.points.size(); ++i)
-    out.texture[i] = {out.points[i].y(), out.points[i].x(), out.points[i].z()};
+// A forged piece along +y: a slab of metal over stations s in [0, 1] of its length, thin at its
+// edges.
+struct Forged {
+  float length;
+  std::vector<float> stations;
+  std::vector<float> across;  // Columns, in [-1, 1].
+  std::function<float(float s)> half_width;
+  std::function<float(float x, float s)> height;  // Of the upper side.
+  std::function<float(float s)> thickness;        // In the middle.
+  std::function<bool(int column, int row)> keep;
+  std::function<float(float x, float s)> shift;  // Of a column; null: none.
+};
+
+Shape Forge(const Forged& f) {
+  SlabOptions slab;
+  slab.columns = static_cast<int>(f.across.size()) - 1;
+  slab.rows = static_cast<int>(f.stations.size()) - 1;
+  slab.keep = f.keep;
+  slab.point = [&](int i, int j) {
+    const float x = f.across[static_cast<size_t>(i)], s = f.stations[static_cast<size_t>(j)];
+    const float at = (f.shift ? f.shift(x, s) : x) * f.half_width(s);
+    return Vec3f(at, f.length * s, f.height(x, s));
+  };
+  slab.thickness = [&](int i, int j) {
+    const float x = f.across[static_cast<size_t>(i)];
+    return f.thickness(f.stations[static_cast<size_t>(j)]) * (1 - 0.3f * x * x);
+  };
+  Shape out = Subdivided(Slab(slab), 2);
+  for (Vec3f& t : out.texture) t = Vec3f(t.y(), t.x(), t.z());
   return out;
 }
 
@@ -58,33 +70,38 @@ std::function<float(float)> HandleWidth(int style, float width) {
 }  // namespace
 
 Asset MakeSpoon(const CutleryParams& p) {
-  const float length = p.length_m, bowl = 0.3f;
+  const float length = p.length_m, start = 0.7f;  // Where the bowl begins.
   const auto handle = HandleWidth(p.handle, 0.058f * length);
-  const auto round = SmoothThrough({{0, 0.018f * length},
-                                    {0.15f, 0.055f * length},
-                                    {0.5f, 0.112f * length},
-                                    {0.8f, 0.095f * length},
-                                    {0.95f, 0.05f * length},
-                                    {1, 0.008f * length}});
-  const float start = 1 - bowl;
+  const auto round = SmoothThrough({{0, 0.02f * length},
+                                    {0.2f, 0.075f * length},
+                                    {0.5f, 0.12f * length},
+                                    {0.78f, 0.108f * length},
+                                    {0.93f, 0.078f * length},
+                                    {1, 0.034f * length}});
+  Forged f;
+  f.length = length;
+  f.stations = {0,     0.03f, 0.08f, 0.16f, 0.28f, 0.42f, 0.55f, 0.64f,
+                0.70f, 0.75f, 0.81f, 0.87f, 0.93f, 0.98f, 1};
+  f.across = {-1, -0.62f, 0, 0.62f, 1};
+  f.half_width = [=](float s) {
+    return s < start ? std::max(0.011f * length, handle(s / start)) : round((s - start) / 0.3f);
+  };
+  f.height = [=](float x, float s) {
+    const float neck =
+        0.055f * length * Smooth01((s - 0.45f) / 0.27f) * (1 - Smooth01((s - 0.68f) / 0.14f));
+    float z = 0.02f * length + neck + 0.02f * length * (1 - Smooth01(s / 0.5f));
+    if (s > start) {
+      const float t = (s - start) / 0.3f;
+      z += std::sin(kPi * std::pow(t, 0.8f)) * 0.062f * length * (x * x - 1) +
+           0.012f * length * t * t;
+    }
+    return z;
+  };
+  f.thickness = [=](float s) {
+    return 0.0022f + 0.0022f * std::exp(-std::pow((s - 0.62f) / 0.1f, 2.0f));
+  };
   AssetBuilder b(p.seed);
-  b.Add(Blade(
-            length,
-            [&](float s) { return s < start ? handle(s / start) : round((s - start) / bowl); },
-            [&](float x, float s) {
-              const float neck = 0.055f * length * Smooth01((s - 0.45f) / 0.27f) *
-                                 (1 - Smooth01((s - 0.68f) / 0.14f));
-              const float lift = 0.02f * length * (1 - Smooth01(s / 0.5f));
-              float z = 0.02f * length + neck + lift;
-              if (s > start) {
-                const float t = (s - start) / bowl;
-                const float cup = std::sin(kPi * std::pow(t, 0.8f));
-                z += cup * 0.055f * length * (x * x - 1) * 1.0f + 0.012f * length * t * t;
-              }
-              return z + 0.0006f * (1 - x * x);
-            },
-            0.0017f, 72, 14),
-        MetalSlot("body"));
+  b.Add(Forge(f), MetalSlot("body"));
   return b.Finish();
 }
 
@@ -97,43 +114,49 @@ Asset SampleSpoon(Rng& rng) {
 }
 
 Asset MakeFork(const CutleryParams& p) {
-  const float length = p.length_m;
-  const int tines = p.tines;
+  const float length = p.length_m, root = 0.74f;  // Where the tines begin.
   const auto handle = HandleWidth(p.handle, 0.055f * length);
-  const float root = 0.76f;  // Where the tines begin.
-  const auto width = [&](float s) {
-    if (s < 0.58f) return handle(s / 0.58f);
-    return Lerp(0.3f * 0.055f * length, 0.062f * length, Smooth01((s - 0.58f) / 0.15f));
+  const int cells = 2 * p.tines - 1;
+  Forged f;
+  f.length = length;
+  f.stations = {0,    0.03f, 0.08f, 0.17f, 0.3f, 0.44f, 0.54f,
+                0.6f, 0.66f, root,  0.82f, 0.9f, 0.97f, 1};
+  // Tines are a little wider than what lies between them.
+  const float tine = 1.7f,
+              whole = 1.7f * static_cast<float>(p.tines) + static_cast<float>(p.tines - 1);
+  float at = 0;
+  for (int i = 0; i <= cells; ++i) {
+    f.across.push_back(2 * at / whole - 1);
+    at += i % 2 == 0 ? tine : 1.0f;
+  }
+  f.keep = [&](int column, int row) {
+    return column % 2 == 0 || f.stations[static_cast<size_t>(row)] < root;
   };
-  const auto height = [&](float s) {
+  // Towards its point a tine draws in to its own middle.
+  f.shift = [&](float x, float s) {
+    const int i =
+        static_cast<int>(std::find(f.across.begin(), f.across.end(), x) - f.across.begin());
+    const size_t left = static_cast<size_t>(i / 2 * 2);
+    const float middle = 0.5f * (f.across[left] + f.across[left + 1]);
+    return Lerp(middle, x, 1 - 0.62f * Smooth01((s - root) / (1.06f - root)));
+  };
+  f.half_width = [=](float s) {
+    if (s < 0.54f) return std::max(0.01f * length, handle(s / 0.54f));
+    return Lerp(0.3f * 0.055f * length, 0.064f * length, Smooth01((s - 0.54f) / 0.14f));
+  };
+  f.height = [=](float x, float s) {
     const float neck =
         0.07f * length * Smooth01((s - 0.42f) / 0.25f) * (1 - Smooth01((s - 0.68f) / 0.2f));
     return 0.012f * length + neck + 0.014f * length * (1 - Smooth01(s / 0.5f)) +
-           0.03f * length * Smooth01((s - 0.86f) / 0.14f);
+           0.03f * length * Smooth01((s - 0.86f) / 0.14f) +
+           0.006f * length * x * x * Smooth01((s - 0.55f) / 0.15f);
+  };
+  f.thickness = [=](float s) {
+    return 0.0022f + 0.0022f * std::exp(-std::pow((s - 0.55f) / 0.09f, 2.0f)) -
+           0.0006f * Smooth01((s - 0.85f) / 0.15f);
   };
   AssetBuilder b(p.seed);
-  const MaterialSlot metal = MetalSlot("body");
-  b.Add(Blade(
-            root * length, [&](float v) { return width(v * root); },
-            [&](float x, float v) { return height(v * root) + 0.0006f * (1 - x * x); }, 0.0018f, 56,
-            8),
-        metal);
-  const float full = 2 * 0.062f * length;
-  const float pitch = full / static_cast<float>(tines), tine = 0.56f * pitch;
-  for (int i = 0; i < tines; ++i) {
-    const float x = -0.5f * full + pitch * (static_cast<float>(i) + 0.5f);
-    Path3 path;
-    for (int k = 0; k <= 14; ++k) {
-      const float s = Lerp(root - 0.012f, 1.0f, static_cast<float>(k) / 14.0f);
-      path.emplace_back(x * Lerp(1.08f, 1.0f, static_cast<float>(k) / 14.0f), s * length,
-                        height(s) - 0.0009f);
-    }
-    SweepOptions options;
-    options.keep_up = true;
-    options.end_round_m = 0.0006f;
-    options.scale = [](float t) { return Vec2f(1.15f - 0.75f * t * t, 1.0f - 0.5f * t * t); };
-    b.Add(Sweep(path, RectSection(tine, 0.0018f, 0.0006f, 2), options), metal);
-  }
+  b.Add(Forge(f), MetalSlot("body"));
   return b.Finish();
 }
 

@@ -60,7 +60,7 @@ struct UrchinParams {
 Asset MakeUrchin(const UrchinParams& params);
 Asset SampleUrchin(Rng& rng);
 
-enum class Trinket { kSnailShell, kScallop, kPineCone, kPebbles, kCoral, kCount };
+enum class Trinket { kSnailShell, kScallop, kPineCone, kPebbles, kCoral, kAnimal, kCount };
 
 struct TrinketParams {
   Trinket kind = Trinket::kScallop;

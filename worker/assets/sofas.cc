@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/kernel/subdivide.h"
+
 namespace parallax {
 namespace {
 
@@ -213,6 +215,41 @@ void AddBack(AssetBuilder& b, const SofaParams& p, const SofaFrame& f, const Noi
   }
 }
 
+// The shell of a barrel chair: an upholstered section carried round the seat, from one arm's front
+// over the back to the other's, rising as it goes.
+void AddShell(AssetBuilder& b, const SofaParams& p, const SofaFrame& f, const Noise& noise) {
+  const float w = p.arm_width_m, turn = 0.05f, half = f.inner + 0.5f * w;
+  constexpr int kRound = 14;
+  Path3 path{{half, f.front + 0.01f, 0}, {half, 0.5f * (f.front + turn), 0}};
+  for (int i = 0; i <= kRound; ++i) {
+    const float a = kPi * static_cast<float>(i) / kRound;
+    const auto bow = [](float v) { return std::copysign(std::pow(std::abs(v), 0.72f), v); };
+    path.emplace_back(half * bow(std::cos(a)), turn - (turn - f.back + 0.4f * w) * bow(std::sin(a)),
+                      0);
+  }
+  path.emplace_back(-half, 0.5f * (f.front + turn), 0);
+  path.emplace_back(-half, f.front + 0.01f, 0);
+  std::vector<CageRing> rings;
+  for (size_t i = 0; i < path.size(); ++i) {
+    const Vec3f along = (path[std::min(i + 1, path.size() - 1)] - path[i ? i - 1 : 0]).normalized();
+    const Vec3f out = Vec3f::UnitZ().cross(along);
+    const float behind = Smooth01((f.front - path[i].y()) / (f.front - f.back + 0.3f * w));
+    const float top = Lerp(p.arm_height_m, p.back_height_m, behind);
+    CageRing ring{EightPoints({-0.5f * w, f.floor}, {0.5f * w, top}, 0, 3.4f)};
+    // It leans outwards as it rises.
+    for (Vec3f& q : ring.points) {
+      const float up = (q.y() - f.floor) / (top - f.floor);
+      q = path[i] + (q.x() + 0.05f * up * up) * out + Vec3f(0, 0, q.y());
+    }
+    if (i == 0 || i + 1 == path.size()) ring.sharpness = 1.5f;
+    rings.push_back(std::move(ring));
+  }
+  b.Add(Subdivided(Loft(rings), 2).Bent([&](const Vec3f& q) {
+    return Vec3f(q + 0.003f * noise.Vector(7 * q));
+  }),
+        FabricSlot("upholstery"));
+}
+
 void AddThrowPillows(AssetBuilder& b, const SofaParams& p, const SofaFrame& f) {
   Rng rng(SceneSeed{p.seed}, "throw_pillows");
   for (int i = 0; i < p.throw_pillows; ++i) {
@@ -242,10 +279,10 @@ Asset MakeSofa(const SofaParams& p) {
   const MaterialSlot fabric = FabricSlot("upholstery");
   const float chaise_front = f.front + 0.72f;
   // Under the cushions.
-  const float depth = f.front - f.rear - 0.02f, base = f.base_top - f.floor;
+  const float depth = f.front - (p.barrel ? f.back : f.rear) - 0.02f, base = f.base_top - f.floor;
   const float side = p.arms == ArmStyle::kWood ? 0.0f : 0.02f;
   b.Add(Padded({2 * (f.inner + side), depth, base}, 0.02f, noise, 0.08f)
-            .Moved(0, f.rear + 0.01f + 0.5f * depth, f.floor + 0.5f * base),
+            .Moved(0, f.front - 0.01f - 0.5f * depth, f.floor + 0.5f * base),
         fabric);
   if (p.chaise) {
     b.Add(Padded({p.place_m, chaise_front - f.front + 0.2f, base}, 0.02f, noise, 0.08f)
@@ -253,18 +290,22 @@ Asset MakeSofa(const SofaParams& p) {
                      f.floor + 0.5f * base),
           fabric);
   }
-  AddBack(b, p, f, noise);
   AddSeats(b, p, f, chaise_front);
-  AddArms(b, p, f, noise, true);
+  if (p.barrel) {
+    AddShell(b, p, f, noise);
+  } else {
+    AddBack(b, p, f, noise);
+    AddArms(b, p, f, noise, true);
+  }
   AddThrowPillows(b, p, f);
   // Legs under the corners, and one more pair under the middle of a long sofa.
   if (p.arms != ArmStyle::kWood) {
-    const float x = f.inner + 0.4f * p.arm_width_m;
+    const float x = p.barrel ? 0.85f * f.inner : f.inner + 0.4f * p.arm_width_m;
     std::vector<float> at{-x, x};
     if (p.places >= 3) at.push_back(0);
     const MaterialSlot legs = Slot("legs", {"wood", "metal"});
     for (const float lx : at) {
-      for (const float ly : {f.rear + 0.07f, f.front - 0.07f}) {
+      for (const float ly : {(p.barrel ? f.back : f.rear) + 0.07f, f.front - 0.07f}) {
         const float splay = p.legs == LegStyle::kRound ? 0.25f * f.floor : 0.0f;
         const float sx = lx == 0 ? 0.0f : (lx > 0 ? splay : -splay);
         b.Add(FurnitureLeg(p.legs, {lx + sx, ly + (ly > 0 ? splay : -splay), 0},
@@ -323,6 +364,13 @@ Asset SampleArmChair(Rng& rng) {
   p.back_height_m = Draw(rng, 0.8, 1.0);
   p.arm_width_m = std::min(p.arm_width_m, 0.18f);
   p.throw_pillows = rng.Bernoulli(0.3) ? 1 : 0;
+  p.barrel = rng.Bernoulli(0.22);
+  if (p.barrel) {
+    p.back = BackStyle::kTight;
+    p.arms = ArmStyle::kTrack;
+    p.back_height_m = Draw(rng, 0.72, 0.84);
+    p.arm_width_m = Draw(rng, 0.1, 0.14);
+  }
   p.seed = rng.Seed();
   return MakeSofa(p);
 }

@@ -24,6 +24,7 @@ struct SofaParams {
   float leg_height_m = 0.11f;
   float piping_m = 0.0f;  // Radius of the seam cord; 0 = none.
   bool tufted = false;    // Buttons in a tight back.
+  bool barrel = false;    // One shell, round in plan, instead of arms and back.
   bool chaise = false;    // The last place is drawn out to lie on.
   int throw_pillows = 0;  // Small cushions of another cloth.
   uint64_t seed = 0;

@@ -21,10 +21,12 @@ Asset SampleVase(Rng& rng);
 struct BottleParams {
   float height_m = 0.3f;
   float radius_m = 0.037f;
-  int form = 0;  // 0 wine with shoulders, 1 sloping, 2 beer, 3 water with ribs, 4 soap with pump.
+  // 0 wine with shoulders, 1 sloping, 2 beer, 3 water with ribs, 4 soap with pump, 5 oval flask of
+  // washing-up liquid or shampoo.
+  int form = 0;
   float shoulder = 0;  // The shoulder moves up by this share of the height.
   float neck = 1;      // Factor on the neck's radius.
-  float square = 0;    // 0 round, 1 nearly square in plan.
+  float square = 0;    // 0 round, 1 nearly square in plan; of a flask: how flat it is.
   bool label = true;
   uint64_t seed = 0;
 };

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/kernel/subdivide.h"
 #include "worker/assets/plants.h"
 
 namespace parallax {
@@ -8,37 +9,44 @@ namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
+MaterialSlot ShellSlot() {
+  return Slot("body", {"GlazedCeramic", "SpeckledCeramic", "Marble", "Sandstone"});
+}
+
 // A tube that grows along a logarithmic spiral: snails and whelks.
 Shape SpiralShell(float size, float turns, float growth, float rise, float ridges) {
   const int rings = static_cast<int>(turns * 26), around = 28;
   Shape shell;
   const float end = 2 * kPi * turns;
-  for (int i = 0; i <= rings; ++i) {
-    const float a = end * static_cast<float>(i) / static_cast<float>(rings);
+  // Out to the mouth and, thinner, back in again: the mouth is hollow.
+  const int inner = 14, last = rings + inner;
+  for (int i = 0; i <= last; ++i) {
+    const int along = i <= rings ? i : 2 * rings + 1 - i;
+    const float a = end * static_cast<float>(along) / static_cast<float>(rings);
+    const float lumen = i <= rings ? 1.0f : Lerp(0.9f, 0.7f, static_cast<float>(i - rings) / inner);
     const float s = size * std::exp(growth * (a - end));
     const Vec3f out(std::cos(a), std::sin(a), 0);
     const Vec3f center = s * out - Vec3f(0, 0, rise * s);
     const float ripple = 1 + ridges * std::sin(9 * a);
     for (int k = 0; k < around; ++k) {
       const float q = 2 * kPi * static_cast<float>(k) / around;
-      const float r = 1.06f * s * ripple * (1 - std::exp(-growth * 2 * kPi));
+      const float r = 1.06f * lumen * s * ripple * (1 - std::exp(-growth * 2 * kPi));
       shell.AddPoint(center + r * (std::cos(q) * out + 1.15f * std::sin(q) * Vec3f::UnitZ()),
                      {0.02f * a, 0.1f * s * q, 0});
     }
   }
-  for (int i = 0; i < rings; ++i) {
+  for (int i = 0; i < last; ++i) {
     for (int k = 0; k < around; ++k) {
       const uint32_t a = static_cast<uint32_t>(i * around + k),
                      c = static_cast<uint32_t>(i * around + (k + 1) % around);
       shell.AddQuad(a, a + around, c + around, c);
     }
   }
-  for (const int ring : {0, rings}) {
+  for (const int ring : {0, last}) {
     const uint32_t first = static_cast<uint32_t>(ring * around);
     Vec3f middle = Vec3f::Zero();
     for (int k = 0; k < around; ++k)
       middle += shell.points[first + static_cast<uint32_t>(k)] / around;
-    // The mouth is hollow a little way in.
     const uint32_t center = shell.AddPoint(middle);
     for (int k = 0; k < around; ++k) {
       const uint32_t a = first + static_cast<uint32_t>(k),
@@ -111,11 +119,75 @@ void PineCone(AssetBuilder& b, float size, Rng& rng) {
 }
 
 Shape Pebble(float size, Rng& rng) {
+  // A block broken at its corners, worn round.
+  Cage block{
+      RoundedBox({2 * size, 2 * size * Draw(rng, 0.7, 0.95), 2 * size * Draw(rng, 0.42, 0.6)},
+                 {.bevel_m = 0}),
+      {}};
+  for (Vec3f& q : block.shape.points) {
+    const Vec3f off{Draw(rng, -0.28, 0.28), Draw(rng, -0.28, 0.28), Draw(rng, -0.2, 0.2)};
+    q = 1.25f * (q + q.cwiseAbs().cwiseProduct(off));
+  }
   const Noise noise(rng);
-  return Ellipsoid({size, size * Draw(rng, 0.7, 0.95), size * Draw(rng, 0.42, 0.6)}, 36)
-      .Bent([&](const Vec3f& q) {
-        return Vec3f(q * (1 + 0.16f * noise.Fractal(q / (1.1f * size), 3)));
-      });
+  return Subdivided(block, 4).Bent(
+      [&](const Vec3f& q) { return Vec3f(q * (1 + 0.03f * noise.At(2.5f * q / size))); });
+}
+
+// A carved beast on four legs: a trunk of three by four cells whose corners below grow into legs,
+// whose ends grow into neck, head and tail. `length` is the trunk's.
+Shape Animal(float length, Rng& rng) {
+  const float leg = length * Draw(rng, 0.35, 0.75), wide = length * Draw(rng, 0.34, 0.48);
+  const float belly = length * Draw(rng, 0.34, 0.5), sway = length * Draw(rng, -0.06, 0.06);
+  const float neck = length * Draw(rng, 0.12, 0.55), rise = Draw(rng, 0.4, 1.25);
+  const float head = length * Draw(rng, 0.2, 0.3), snout = length * Draw(rng, 0.1, 0.26);
+  const float tail = length * Draw(rng, 0.1, 0.45), droop = Draw(rng, -1.2, 0.7);
+  SlabOptions trunk;
+  trunk.columns = 3;
+  trunk.rows = 4;
+  trunk.point = [&](int i, int j) {
+    const float x = (static_cast<float>(i) - 1.5f) / 1.5f, y = static_cast<float>(j) / 4.0f - 0.5f;
+    const float slim = 1 - 0.25f * std::cos(4 * kPi * y) * (std::abs(y) < 0.26f ? 1.0f : 0.0f);
+    return Vec3f(0.5f * wide * x * slim, length * y,
+                 leg + belly + sway * std::cos(2 * kPi * y) - 0.12f * belly * x * x);
+  };
+  trunk.thickness = [&](int, int j) { return j == 2 ? 0.85f * belly : belly; };
+  trunk.rim_sharpness = 0;
+  Cage cage = Slab(trunk);
+  Shape& s = cage.shape;
+  for (const float x : {-1.0f, 1.0f}) {
+    for (const float y : {-0.38f, 0.38f}) {
+      uint32_t foot = NearestFace(s, {x * 0.33f * wide, y * length, leg});
+      const float bend = length * (y < 0 ? -0.05f : 0.02f);
+      foot = ExtrudeFace(s, foot, {0, bend, -0.5f * leg}, 0.72f);
+      foot = ExtrudeFace(s, foot, {0, -bend, -0.4f * leg}, 0.85f);
+      ExtrudeFace(s, foot, {0, 0.03f * length, -0.14f * leg}, 1.3f);
+    }
+  }
+  const float high = leg + 0.5f * belly;
+  uint32_t front = NearestFace(s, {0, 0.5f * length, high});
+  const Vec3f along(0, std::cos(rise), std::sin(rise));
+  front =
+      ExtrudeFace(s, front, 0.5f * neck * along + Vec3f(0, 0.04f * length, 0.1f * belly), 0.85f);
+  front = ExtrudeFace(s, front, 0.6f * neck * along, 0.8f);
+  const Vec3f nod(0, 0.9f, -0.25f);
+  front = ExtrudeFace(s, front, 0.3f * head * Vec3f(0, 1, 0.4f), 1.45f);
+  front = ExtrudeFace(s, front, 0.7f * head * nod, 0.9f);
+  front = ExtrudeFace(s, front, snout * nod, 0.55f);
+  uint32_t rear = NearestFace(s, {0, -0.5f * length, high});
+  const Vec3f back(0, -std::cos(droop), std::sin(droop));
+  rear = ExtrudeFace(s, rear, 0.25f * tail * back + Vec3f(0, 0, 0.2f * belly), 0.3f);
+  rear = ExtrudeFace(s, rear, 0.5f * tail * back, 0.7f);
+  ExtrudeFace(s, rear, 0.5f * tail * (back - Vec3f(0, 0, 0.4f)), 0.6f);
+  const Vec3f poll = Vec3f(0, 0.54f * length, high + 0.1f * belly) + 1.1f * neck * along;
+  Shape out = Subdivided(cage, 3);
+  // Ears.
+  const float ear = head * Draw(rng, 0.2, 0.6), apart = 0.18f * wide + 0.1f * head;
+  for (const float x : {-1.0f, 1.0f}) {
+    out.Add(Ellipsoid({0.35f * ear + 0.02f * length, 0.16f * ear + 0.015f * length, ear}, 16)
+                .TurnedY(x * 0.5f)
+                .Moved(poll + Vec3f(x * apart, 0.1f * head, 0.25f * head + 0.5f * ear)));
+  }
+  return out;
 }
 
 void Coral(AssetBuilder& b, const Vec3f& from, const Vec3f& heading, float length, float radius,
@@ -205,19 +277,18 @@ Asset MakeNatureShelfTrinkets(const TrinketParams& p) {
       const float turns = Draw(rng, 4.2, 5.4), growth = Draw(rng, 0.075, 0.11),
                   rise = Draw(rng, 0.35, 0.95);
       const Shape shell = SpiralShell(size * 0.62f, turns, growth, rise, 0.012f);
-      b.Add(shell.TurnedX(Draw(rng, 1.0, 1.7)), Slot("body", {"ceramic", "stone"}));
+      b.Add(shell.TurnedX(Draw(rng, 1.0, 1.7)), ShellSlot());
       break;
     }
     case Trinket::kScallop: {
       const int ribs = rng.UniformInt(9, 15);
       Shape half = ScallopHalf(size, ribs, Draw(rng, 0.22, 0.32));
-      b.Add(half, Slot("body", {"ceramic", "stone"}));
+      b.Add(half, ShellSlot());
       // The other half, opened.
       const Shape under = half.Bent([](const Vec3f& q) { return Vec3f(q.x(), q.y(), -q.z()); });
       Shape flipped = under;
       for (Face& f : flipped.faces) std::reverse(f.v.begin(), f.v.begin() + f.corners);
-      b.Add(flipped.TurnedX(-Draw(rng, 0.25, 0.55)).Moved(0, 0, -0.004f),
-            Slot("body", {"ceramic", "stone"}));
+      b.Add(flipped.TurnedX(-Draw(rng, 0.25, 0.55)).Moved(0, 0, -0.004f), ShellSlot());
       break;
     }
     case Trinket::kPineCone:
@@ -239,6 +310,9 @@ Asset MakeNatureShelfTrinkets(const TrinketParams& p) {
       }
       break;
     }
+    case Trinket::kAnimal:
+      b.Add(Animal(1.4f * size, rng), Slot("body", {"wood", "ceramic", "stone", "metal"}));
+      break;
     default: {
       Shape coral;
       for (int i = 0; i < 4; ++i) {

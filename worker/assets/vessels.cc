@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/kernel/subdivide.h"
 #include "worker/assets/tableware.h"
 #include "worker/assets/vessel_parts.h"
 
@@ -237,9 +238,47 @@ void AddLabel(AssetBuilder& b, float r, float low, float high) {
   b.Add(label, {Slot("label_edge", {"paper"}), PictureSlot("label")});
 }
 
+// A flask with an oval foot, a waist for the hand and a round neck; its labels are printed on the
+// cage, before and behind.
+Asset MakeFlask(const BottleParams& p) {
+  AssetBuilder b(p.seed);
+  const float h = p.height_m, wide = 1.3f * p.radius_m, flat = wide * Lerp(0.75f, 0.5f, p.square);
+  const float neck = p.neck * 0.012f, waist = 1 - std::max(0.0f, p.shoulder + 0.08f);
+  std::vector<CageRing> rings;
+  const auto level = [&](float share, float z, float exponent, float sharpness = 0) {
+    const Vec2f half(share * wide, share * flat);
+    rings.push_back({EightPoints(-half, half, z * h, exponent), sharpness, 0});
+  };
+  level(0.8f, 0, 3);
+  level(0.97f, 0.002f, 3, 1);
+  level(1, 0.05f, 3);
+  level(1, 0.14f, 3);
+  level(waist, 0.42f, 2.8f);
+  level(Lerp(waist, 1.0f, 0.8f), 0.62f, 2.6f);
+  level(0.82f, 0.74f, 2.4f);
+  for (const auto& [r, z] : {std::pair{1.15f, 0.81f}, {1.0f, 0.83f}, {1.0f, 0.9f}})
+    rings.push_back({EightPoints(Vec2f::Constant(-r * neck), Vec2f::Constant(r * neck), z * h, 2),
+                     z > 0.85f ? 2.0f : 0.0f, 0});
+  Cage cage = Loft(rings);
+  constexpr int kLow = 3, kHigh = 5;
+  for (size_t ring = kLow; ring < kHigh && p.label; ++ring) {
+    for (const size_t k : {1u, 2u, 5u, 6u}) {
+      Face& f = cage.shape.faces[8 * ring + k];
+      const float u0 = k % 4 == 1 ? 0.0f : 0.5f, v0 = static_cast<float>(ring - kLow) / 2;
+      f.group = 1;
+      f.uv = {Vec2f(u0, v0), Vec2f(u0 + 0.5f, v0), Vec2f(u0 + 0.5f, v0 + 0.5f),
+              Vec2f(u0, v0 + 0.5f)};
+    }
+  }
+  b.Add(Subdivided(cage, 3), {Slot("body", {"plastic", "glass"}), PictureSlot("label")});
+  AddClosure(b, p, neck, 0.9f * h);
+  return b.Finish();
+}
+
 }  // namespace
 
 Asset MakeBottle(const BottleParams& p) {
+  if (p.form == 5) return MakeFlask(p);
   AssetBuilder b(p.seed);
   const BottleWall body = MakeBottleWall(p);
   const bool plastic = p.form == 3;
@@ -269,15 +308,20 @@ Asset MakeBottle(const BottleParams& p) {
 
 Asset SampleBottle(Rng& rng) {
   BottleParams p;
-  p.form = rng.UniformInt(0, 4);
-  constexpr double kHeights[][2] = {
-      {0.27, 0.34}, {0.27, 0.35}, {0.17, 0.28}, {0.18, 0.33}, {0.12, 0.19}};
+  p.form = rng.UniformInt(0, 5);
+  constexpr double kHeights[][2] = {{0.27, 0.34}, {0.27, 0.35}, {0.17, 0.28},
+                                    {0.18, 0.33}, {0.12, 0.19}, {0.16, 0.27}};
   p.height_m = Draw(rng, kHeights[p.form][0], kHeights[p.form][1]);
-  p.radius_m = p.height_m * (p.form == 4 ? Draw(rng, 0.19, 0.26) : Draw(rng, 0.105, 0.15));
+  p.radius_m = p.height_m * (p.form >= 4 ? Draw(rng, 0.19, 0.26) : Draw(rng, 0.105, 0.15));
   p.shoulder = Draw(rng, -0.1, 0.08);
   p.neck = Draw(rng, 0.85, 1.25);
   p.square = rng.Bernoulli(0.25) ? Draw(rng, 0.7, 1.0) : 0.0f;
   p.label = p.square == 0 && rng.Bernoulli(0.85);
+  if (p.form == 5) {
+    p.radius_m = std::min(p.radius_m, 0.044f);
+    p.square = Draw(rng, 0.0, 1.0);
+    p.label = true;
+  }
   p.seed = rng.Seed();
   return MakeBottle(p);
 }

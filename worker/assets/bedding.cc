@@ -207,12 +207,15 @@ Shape Fringe(const BlanketParams& p, Rng& rng) {
 Asset MakeBlanket(const BlanketParams& p) {
   AssetBuilder b(p.seed);
   Rng rng(SceneSeed{p.seed}, "layers");
+  const auto cloth = [&](const std::string& name) {
+    return p.terry ? Slot(name, {"TerryCloth", "BoucleFabric", "fabric"}) : FabricSlot(name);
+  };
   switch (p.style) {
     case FoldStyle::kRolled:
-      b.Add(RolledCloth(p, rng), FabricSlot("cloth"));
+      b.Add(RolledCloth(p, rng), cloth("cloth"));
       break;
     case FoldStyle::kThrown:
-      b.Add(ThrownCloth(p, rng), FabricSlot("cloth"));
+      b.Add(ThrownCloth(p, rng), cloth("cloth"));
       break;
     default: {
       float z = 0;
@@ -225,7 +228,7 @@ Asset MakeBlanket(const BlanketParams& p) {
         const std::string slot = i == 0 ? "cloth" : "cloth_" + std::to_string(i + 1);
         const float turn = Draw(rng, -0.04, 0.04), shift = Draw(rng, -0.008, 0.008);
         b.Add(FoldedCloth(each, rng).TurnedZ(p.stack > 1 ? turn : 0).Moved(shift, 0, z),
-              FabricSlot(slot));
+              cloth(slot));
         z += each.layer_m * static_cast<float>(each.layers) + 0.003f;
       }
       if (p.fringe_m > 0) b.Add(Fringe(p, rng), Slot("fringe", {"fabric"}));
@@ -252,6 +255,7 @@ Asset SampleBlanket(Rng& rng) {
 
 Asset SampleTowel(Rng& rng) {
   BlanketParams p;
+  p.terry = true;
   p.style = DrawEnum<FoldStyle>(rng, static_cast<int>(FoldStyle::kCount));
   p.width_m = Draw(rng, 0.26, 0.4);
   p.depth_m = Draw(rng, 0.2, 0.3);

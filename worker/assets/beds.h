@@ -59,6 +59,7 @@ struct BlanketParams {
   float layer_m = 0.022f;
   int stack = 1;       // Folded cloths on each other.
   float fringe_m = 0;  // Threads along the front edge of a folded one; 0 = hemmed.
+  bool terry = false;  // A towel's cloth.
   uint64_t seed = 0;
 };
 Asset MakeBlanket(const BlanketParams& params);

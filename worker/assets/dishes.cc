@@ -214,7 +214,7 @@ Asset MakeJar(const JarParams& p) {
                               {0, level}},
                         0.1f * r, 3);
   LatheOptions inner = options;
-  b.Add(Lathe(fill, inner), Slot("contents", {"soil", "stone", "paper"}));
+  b.Add(Lathe(fill, inner), Slot("contents", {"sand", "Gravel", "soil"}));
   return b.Finish();
 }
 

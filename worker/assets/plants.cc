@@ -76,7 +76,7 @@ void AddPot(AssetBuilder& b, const PotPlantParams& p, Rng& rng) {
         q.z() > top - 0.02f ? q.z() + 0.05f * r * noise.Fractal(q * (1.6f / r), 3) : q.z();
     return Vec3f(q.x(), q.y(), z);
   });
-  b.Add(soil, Slot("soil", {"soil"}));
+  b.Add(soil, Slot("soil", {"soil", "sand"}));
   for (int i = 0; i < 14; ++i) {
     const float a = Draw(rng, 0, 2 * kPi), d = 0.86f * sr * std::sqrt(Draw(rng, 0, 1)),
                 s = r * Draw(rng, 0.03, 0.075);
@@ -85,7 +85,7 @@ void AddPot(AssetBuilder& b, const PotPlantParams& p, Rng& rng) {
               .Bent([&](const Vec3f& q) { return Vec3f(q * (1 + 0.35f * own.At(q / s))); })
               .TurnedZ(Draw(rng, 0, 6))
               .Moved(d * std::cos(a), d * std::sin(a), top + 0.01f),
-          Slot("soil", {"soil"}));
+          Slot("soil", {"soil", "sand"}));
   }
 }
 

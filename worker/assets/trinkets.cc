@@ -10,7 +10,7 @@ namespace {
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
 MaterialSlot ShellSlot() {
-  return Slot("body", {"GlazedCeramic", "SpeckledCeramic", "Marble", "Sandstone"});
+  return Slot("body", {"GlazedCeramic", "SpeckledCeramic", "Sandstone"});
 }
 
 // A tube that grows along a logarithmic spiral: snails and whelks.
@@ -304,7 +304,7 @@ Asset MakeNatureShelfTrinkets(const TrinketParams& p) {
         b.Add(stone.TurnedZ(Draw(rng, 0, 6))
                   .Moved(
                       Vec3f{Draw(rng, -0.1, 0.1) * s, Draw(rng, -0.1, 0.1) * s, z - box.min().z()}),
-              Slot(i % 2 ? "stone" : "stone_b", {"stone"}));
+              Slot(i % 2 ? "stone" : "stone_b", {"rock", "stone"}));
         z += 0.94f * box.sizes().z();
         s *= Draw(rng, 0.66, 0.84);
       }
@@ -321,7 +321,7 @@ Asset MakeNatureShelfTrinkets(const TrinketParams& p) {
               0.075f * size, 3, rng, coral);
       }
       coral.Add(Pebble(0.4f * size, rng));
-      b.Add(coral, Slot("body", {"stone", "ceramic"}));
+      b.Add(coral, Slot("body", {"Sandstone", "GlazedCeramic", "rock"}));
     }
   }
   return b.Finish();

@@ -30,6 +30,7 @@ MaterialList BuildCatalogue() {
   AddEnamelMaterials(list);
   AddFabricMaterials(list);
   AddGlassMaterials(list);
+  AddGroundMaterials(list);
   AddLeatherMaterials(list);
   AddMasonryMaterials(list);
   AddMetalMaterials(list);
@@ -38,7 +39,9 @@ MaterialList BuildCatalogue() {
   AddPictureMaterials(list);
   AddPlainMaterials(list);
   AddPlasticMaterials(list);
+  AddSkinMaterials(list);
   AddStoneMaterials(list);
+  AddTowelMaterials(list);
   AddWallMaterials(list);
   AddWallpaperMaterials(list);
   AddWoodMaterials(list);

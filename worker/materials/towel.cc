@@ -1,0 +1,111 @@
+// Family `fabric`: terry cloth. Loops of cotton stand on a ground weave, row by row and each
+// leaning its own way; now and then a flat band woven without loops runs across.
+#include <array>
+
+#include "worker/materials/families.h"
+#include "worker/materials/surface.h"
+
+namespace parallax {
+namespace {
+
+using noise::Fade;
+using noise::Fbm3;
+using noise::Gradient2;
+using noise::Saturate;
+using noise::SmoothStep;
+using noise::UnitByte;
+
+class TerryCloth final : public Material {
+ public:
+  explicit TerryCloth(Rng& rng) {
+    static constexpr std::array<uint32_t, 16> kTowels = {
+        0xf0ece2, 0xe4dccd, 0xcbb89c, 0xa8b7bd, 0x7f98a8, 0x3f5f7d, 0x24324a, 0x9fb3a0,
+        0x5f7a66, 0xd9a9a0, 0xb5606a, 0x7a2f3a, 0xd9a64a, 0xc9723f, 0x8a8784, 0x3d3d40};
+    loop_m_ = Draw(rng, 0.0017, 0.003);
+    stretch_ = Draw(rng, 1.15, 1.7);
+    pile_ = VaryColor(rng, SrgbColor(rng.Pick(kTowels)), 0.1, 0.05);
+    deep_ = Albedo(pile_ * Draw(rng, 0.42, 0.6));
+    band_ = rng.Bernoulli(0.3) ? VaryColor(rng, SrgbColor(rng.Pick(kTowels)), 0.1, 0.05)
+                               : Albedo(pile_ * 0.9f);
+    // Worn towels are crushed in patches and have pulled loops.
+    crush_ = Draw(rng, 0.25, 0.8);
+    period_m_ = Draw(rng, 0.3, 0.6);
+    band_m_ = rng.Bernoulli(0.5) ? Draw(rng, 0.018, 0.045) : 0.0f;
+    ribs_m_ = Draw(rng, 0.0018, 0.004);
+    phase_ = Draw(rng, 0, 1);
+    seed_ = DrawSeed(rng);
+  }
+
+  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    const float w = point.footprint_m;
+    const PlanePoint plane = OnPlane(point);
+    const float fade = Fade(1.5f * loop_m_, w);
+    float top = kMean, own = 0;
+    if (fade > 0) {
+      const noise::Cell cell = At(plane);
+      top += fade * (Loop(cell) - kMean);
+      own = fade * (UnitByte(cell.id, 1) - 0.5f);
+    }
+    // The nap lies this way and that, as after drying.
+    const float nap = Fbm3(point.texture_m, 0.045f, 4, w, seed_ + 3, 0.6f);
+    const Vec3f loops = Mix(deep_, pile_, top) * (1.0f + 0.22f * own + 0.35f * crush_ * nap);
+    const float band = Band(plane, w);
+    const Vec3f flat = band_ * (1.0f + 0.18f * Ribs(plane, w));
+    SurfaceSample out;
+    out.base_color = Albedo(Mix(loops, flat, band));
+    out.roughness = 0.95f;
+    out.specular = 0.2f;
+    out.sheen = Saturate(0.5f + 0.2f * nap - 0.3f * band);
+    return out;
+  }
+
+  float Height(const SurfacePoint& point) const override {
+    const float w = point.footprint_m;
+    const PlanePoint plane = OnPlane(point);
+    const float fade = Fade(1.5f * loop_m_, w), band = Band(plane, w);
+    const float loops = fade > 0 ? fade * Loop(At(plane)) : 0.0f;
+    return (1 - band) * 0.42f * loop_m_ * loops + 0.08f * ribs_m_ * band * Ribs(plane, w) +
+           crush_ * 5e-4f * Fbm3(point.texture_m, 0.02f, 2, w, seed_ + 4);
+  }
+
+ private:
+  static constexpr float kMean = 0.46f;
+
+  noise::Cell At(const PlanePoint& plane) const {
+    const float u = plane.u / (stretch_ * loop_m_), v = plane.v / loop_m_;
+    const float shake = 0.25f * Gradient2(0.9f * u, 0.9f * v, seed_ + 5);
+    return noise::Cells2(u + shake, v - shake, seed_, 0.7f);
+  }
+  // A small arch seen from above: long, narrow, turned its own way; 0 where it meets the next.
+  static float Loop(const noise::Cell& cell) {
+    const float turn = 0.25f * (UnitByte(cell.id, 2) - 0.5f);
+    const float c = noise::CosTurn(turn), s = noise::CosTurn(turn - 0.25f);
+    const float along = c * cell.offset.x() + s * cell.offset.y();
+    const float across = c * cell.offset.y() - s * cell.offset.x();
+    const float far = along * along / 0.5f + across * across / 0.2f;
+    return Saturate(1.25f - far) * SmoothStep(0.0f, 0.22f, cell.f2 - cell.f1);
+  }
+  // 1 within a flat band.
+  float Band(const PlanePoint& plane, float w) const {
+    if (band_m_ <= 0) return 0;
+    const float share = band_m_ / period_m_, fade = Fade(period_m_, w);
+    if (fade <= 0) return share;
+    const float at = std::fabs(noise::Fract(plane.u / period_m_ + phase_) - 0.5f) * period_m_;
+    return share + fade * (LineShare(at, 0.5f * band_m_, 0.002f, w) - share);
+  }
+  float Ribs(const PlanePoint& plane, float w) const {
+    return Fade(ribs_m_, w) * noise::CosTurn(plane.u / ribs_m_);
+  }
+
+  Vec3f pile_, deep_, band_;
+  float loop_m_, stretch_, crush_, period_m_, band_m_, ribs_m_, phase_;
+  uint32_t seed_;
+};
+
+}  // namespace
+
+void AddTowelMaterials(MaterialList& list) {
+  list.push_back(Entry<TerryCloth>("TerryCloth", "fabric", {.diffuse = true}));
+}
+
+}  // namespace parallax

@@ -27,17 +27,36 @@ Vec3f UsableNormal(const Vec3f& shading, const Vec3f& geometric, const Vec3f& ou
   return n;
 }
 
-// Source: Chiang et al., "Taming the shadow terminator", SIGGRAPH talks 2019.
-float TerminatorFactor(float true_cosine, float shading_cosine) {
-  if (true_cosine >= shading_cosine) return 1.0f;
-  const float g = true_cosine / shading_cosine;
-  return g * (1.0f + g * (1.0f - g));
+// Where a smooth mesh's face is lit from near its true horizon: rises from 0 to 1 within half the
+// angle (its sine squared is `bend2`) by which the shading normal leans away from the true one. So
+// coarse faces cast no hard edge, and little light is lost: a factor that reaches further down to
+// the face (Chiang et al. 2019) took 0.7 % of a room's.
+float TerminatorFactor(float true_cosine, float bend2) {
+  if (4.0f * true_cosine * true_cosine >= bend2) return 1.0f;
+  const float t = 2.0f * true_cosine / std::sqrt(bend2);
+  return t * t * (3.0f - 2.0f * t);
 }
 
 Vec3f Clamped(const Vec3f& contribution, float limit) {
   if (limit <= 0.0f) return contribution;
   const float luminance = Luminance(contribution);
   return luminance > limit ? Vec3f(contribution * (limit / luminance)) : contribution;
+}
+
+// Part of the sampled light that arrives at `position`; the shadow ray leaves from `start`, clear
+// of the surface. It is aimed anew at the light's point and ends clear of that: the start is nearer
+// to the light by more than a fixed part of a short way, and the light would shade itself.
+Vec3f LightThatPasses(const RenderScene& scene, const Vec3f& position, const Vec3f& start,
+                      const LightSample& light) {
+  if (!std::isfinite(light.distance)) {
+    return scene.Transmittance(start, light.direction, light.distance);
+  }
+  const Vec3f target = position + light.distance * light.direction;
+  const Vec3f to = target - start;
+  const float distance = to.norm();
+  const float clear = 2.0f * OffsetDistance(target) + 1e-4f * distance;
+  if (distance <= clear) return Vec3f::Ones();
+  return scene.Transmittance(start, to / distance, distance - clear);
 }
 
 // What the denoiser is told about the first surface.
@@ -183,14 +202,14 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
       guided = true;
     }
     if (last && !(surface.thin_walled && surface.transmission > 0.0f)) return result;
-    const float straightness = frame.z.dot(normal);
+    const float bend2 = 1.0f - Square(frame.z.dot(normal));
     // What is left of light from a direction: none when shading and true normal see it on different
     // sides (it would leak or blacken), and less near the true horizon, so that the coarse faces of
     // smooth meshes cast no hard edge.
     const auto admitted = [&](const Vec3f& world, const Vec3f& local) {
       const float height = normal.dot(world);
       if ((height > 0.0f) != (local.z() > 0.0f)) return 0.0f;
-      return local.z() > 0.0f ? TerminatorFactor(height, local.z() * straightness) : 1.0f;
+      return local.z() > 0.0f ? TerminatorFactor(height, bend2) : 1.0f;
     };
 
     // ---- Next-event estimation ----
@@ -216,9 +235,7 @@ PathResult TracePath(const RenderScene& scene, const LightTable& lights, const P
             const float leave = i.z() > 0.0f ? 1.0f : -1.0f;
             const Vec3f start = OffsetPoint(hit.position, leave * normal);
             ++result.rays;
-            const Vec3f passed =
-                scene.Transmittance(start, light.direction, light.distance * (1.0f - 1e-4f));
-            add(contribution.cwiseProduct(passed));
+            add(contribution.cwiseProduct(LightThatPasses(scene, hit.position, start, light)));
           }
         }
       }

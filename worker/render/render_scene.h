@@ -121,10 +121,14 @@ class RenderScene {
   EmbreeScene scene_;
 };
 
-// A start for a ray that leaves `position` towards the side of `normal`, clear of the surface
-// itself.
+// How far from a surface at `position` rays start and end, clear of the surface itself.
+inline float OffsetDistance(const Vec3f& position) {
+  return 2e-5f + 2e-6f * position.cwiseAbs().maxCoeff();
+}
+
+// A start for a ray that leaves `position` towards the side of `normal`.
 inline Vec3f OffsetPoint(const Vec3f& position, const Vec3f& normal) {
-  return position + normal * (2e-5f + 2e-6f * position.cwiseAbs().maxCoeff());
+  return position + normal * OffsetDistance(position);
 }
 
 }  // namespace parallax

@@ -70,6 +70,46 @@ TEST(Lights, RectangleGivesTheClosedFormWithEachStrategy) {
   }
 }
 
+// As in a shade: the way to the lamp is so short that the clearance of shadow rays matters.
+TEST(Lights, ALampAFewCentimetresAwayDoesNotShadeItself) {
+  const Vec3f place(4, 3, 2);  // Far from the origin, as in a room.
+  for (const float height : {0.3f, 0.1f, 0.03f, 0.01f}) {
+    TestScene test;
+    const uint32_t grey = test.AddMaterial(DiffuseSample(Vec3f::Constant(0.5f)));
+    const uint32_t black = test.AddMaterial(DiffuseSample(Vec3f::Zero()));
+    test.AddMesh(MakeQuad(place - Vec3f(5, 5, 0), {10, 0, 0}, {0, 10, 0}), grey);
+    const uint32_t lamp = test.AddMesh(
+        MakeQuad(place + Vec3f(0, 0, height), {0, 0.8f * height, 0}, {1.5f * height, 0, 0}), black);
+    test.AddMeshLight(lamp, 60);
+    const Built built = Build(test);
+    const double radiance = 60 / (M_PI * 1.2 * height * height);
+    const double wanted = 0.5 * radiance * CornerFormFactor(1.5, 0.8, 1);
+    const Vec3f eye = place + Vec3f(-0.5f, -0.4f, 1.5f);
+    const Estimate seen = Radiance(built, eye, place, 4000, 1, DirectLight::kLightSampling);
+    EXPECT_NEAR(seen.mean.x(), wanted, 4 * seen.error + 3e-3 * wanted) << height;
+  }
+}
+
+// A face whose smooth normals lean by 10 degrees, lit from well above and from near its horizon.
+TEST(Lights, SmoothNormalsTakeLightOnlyNearTheHorizonOfTheFace) {
+  const auto lean = static_cast<float>(10 * M_PI / 180);
+  const auto seen_from = [&](float elevation) {
+    TestScene test;
+    Mesh leaning = *MakeQuad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0});
+    for (Vec3f& n : leaning.normals) n = Vec3f(std::sin(lean), 0, std::cos(lean));
+    test.AddMesh(std::make_shared<const Mesh>(leaning),
+                 test.AddMaterial(DiffuseSample(Vec3f::Constant(0.5f))));
+    test.AddPointLight({3 * std::cos(elevation), 0, 3 * std::sin(elevation)}, 0, 100);
+    const double plain = 0.5 / M_PI * 100 / (4 * M_PI * 9) * std::sin(elevation + lean);
+    return Radiance(Build(test), kEye, kTarget, 16, 1).mean.x() / plain;
+  };
+  EXPECT_NEAR(seen_from(0.8f), 1, 1e-3);
+  EXPECT_NEAR(seen_from(0.1f), 1, 1e-3);
+  EXPECT_GT(seen_from(0.05f), 0.3);
+  EXPECT_LT(seen_from(0.05f), 0.9);
+  EXPECT_LT(seen_from(0.004f), 0.05);  // No hard edge.
+}
+
 TEST(Lights, MeshLightShinesFromItsFrontOnly) {
   TestScene test = Floor(0.5f);
   const uint32_t black = test.AddMaterial(DiffuseSample(Vec3f::Zero()));

@@ -3,7 +3,8 @@
 //   compare_scene export OUT/recipe.pb OUT                arrays and scene.json (export_scene.h)
 //   compare_scene render OUT/recipe.pb OUT --rigs 20      pictures by a profile; its cost as JSON
 //   compare_scene radiance OUT/recipe.pb OUT --rig 0      linear float32 of the reference
-//   integrator compare_scene denoise COLOR ALBEDO NORMAL OUT --size  raw float32 in and out
+//                                                         integrator
+//   compare_scene denoise COLOR ALBEDO NORMAL OUT --size  raw float32 in and out
 // All but `prepare` and `denoise` replace the materials as --flavour says (plain_materials.h).
 #include <sys/resource.h>
 #include <tbb/parallel_for.h>
@@ -34,6 +35,7 @@ struct Options {
   int rigs = 20, rig = 0, eye = 0, samples = 0, bounces = 0, threads = 0;
   uint64_t noise = 0;
   std::vector<int> write;
+  std::vector<std::string> lights;  // Kinds that `prepare` keeps; none: all.
 };
 
 double CpuSeconds() {
@@ -70,6 +72,31 @@ absl::StatusOr<ImageF3> ReadFloats(const std::string& path, int width, int heigh
   return image;
 }
 
+// Leaves the lights of the named kinds, so that what differs can be told apart.
+absl::Status KeepLights(const std::vector<std::string>& kinds, v1::Scene* scene) {
+  bool point = false, spot = false, mesh = false, sky = false, sun = false;
+  for (const std::string& kind : kinds) {
+    if (kind != "point" && kind != "spot" && kind != "mesh" && kind != "sky" && kind != "sun") {
+      return MakeError(absl::StatusCode::kInvalidArgument,
+                       "--lights " + kind + "; allowed: point, spot, mesh, sky, sun");
+    }
+    point |= kind == "point";
+    spot |= kind == "spot";
+    mesh |= kind == "mesh";
+    sky |= kind == "sky";
+    sun |= kind == "sun";
+  }
+  for (v1::Light& light : *scene->mutable_lights()) {
+    const bool kept = light.kind() == v1::Light::KIND_POINT  ? point
+                      : light.kind() == v1::Light::KIND_SPOT ? spot
+                                                             : mesh;
+    if (!kept) light.clear_power_w();
+  }
+  if (!sun) scene->mutable_sky()->set_sun_strength(0);
+  if (!sky && !sun) scene->mutable_sky()->set_strength(0);  // A sun has its sky.
+  return absl::OkStatus();
+}
+
 // The recipe with pictures of another size: the same view.
 absl::Status Prepare(const Options& options) {
   ASSIGN_OR_RETURN(const auto size, ParseSize(options.size));
@@ -86,6 +113,7 @@ absl::Status Prepare(const Options& options) {
   }
   // Ideal points: no other renderer has spheres that only light sees.
   for (v1::Light& light : *scene.recipe.mutable_lights()) light.set_radius_m(0);
+  if (!options.lights.empty()) RETURN_IF_ERROR(KeepLights(options.lights, &scene.recipe));
   std::filesystem::create_directories(options.out);
   std::ofstream file(options.out + "/recipe.pb", std::ios::binary);
   scene.recipe.SerializeToOstream(&file);
@@ -208,7 +236,7 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
     CLI::App* command = app.add_subcommand(name, help);
     command->add_option("scene", options.scene)->required();
     command->add_option("out", options.out)->required();
-    command->add_option("--flavour", options.flavour, "principled or shared");
+    command->add_option("--flavour", options.flavour, "principled, shared or lambert");
     command->add_option("--spp", options.samples);
     command->add_option("--bounces", options.bounces);
     command->add_option("--noise", options.noise, "another number, other noise");
@@ -218,6 +246,8 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
   prepare->add_option("scene", options.scene)->required();
   prepare->add_option("out", options.out)->required();
   prepare->add_option("--size", options.size);
+  prepare->add_option("--lights", options.lights, "only these: point, spot, mesh, sky, sun")
+      ->delimiter(',');
   CLI::App* exporting = scene_command("export", "write arrays and scene.json");
   CLI::App* render = scene_command("render", "render by a profile");
   render->add_option("--profile", options.profile);

@@ -151,6 +151,13 @@ def difference_picture(first_a, first_b, second_a, second_b):
     return colour * 255
 
 
+def relative_difference(first, second):
+    """By how much the mean of the first runs' pictures exceeds the second's, and its standard error."""
+    a, b = (np.array([image.mean(dtype=np.float64) for image in images]) for images in (first, second))
+    errors = [x.std(ddof=1) / math.sqrt(len(x)) / x.mean() for x in (a, b)]
+    return float(a.mean() / b.mean() - 1), float(math.hypot(*errors))
+
+
 def differing_blocks(first_a, first_b, second_a, second_b, side=16):
     """Share of blocks whose means differ by more than 3 % and 5 standard errors."""
     def means(image):
@@ -250,9 +257,9 @@ def speed(options, folder, flavour, render_theirs):
             'reference_spp': 2 * options.reference_spp, 'scene': options.scene}
 
 
-def prepare(options, flavour):
+def prepare(options, flavour, lights=''):
     folder = os.path.join(options.out, flavour)
     os.makedirs(folder, exist_ok=True)
-    ours('prepare', options.scene, folder, '--size', options.size)
+    ours('prepare', options.scene, folder, '--size', options.size, *(['--lights', lights] if lights else []))
     ours('export', os.path.join(folder, 'recipe.pb'), folder, '--flavour', flavour)
     return folder

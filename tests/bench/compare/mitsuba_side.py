@@ -1,6 +1,7 @@
 """Renders an exported scene (export_scene.h) with Mitsuba 3.
 
-Reads requests as JSON lines, so that the scene is loaded once: {"view", "spp", "seed", "depth", "out"}.
+Reads requests as JSON lines, so that the scene is loaded once: {"view", "spp", "seed", "depth", "integrator",
+"out"}.
 Answers each with its CPU seconds of rendering alone. Arguments: folder, variant, threads.
 """
 import json
@@ -97,7 +98,7 @@ def main():
         request = json.loads(request)
         camera = next(c for c in description['cameras'] if c['rig'] == request['view'] and c['eye'] == 0)
         integrator = mi.load_dict({'type': 'aov', 'aovs': 'albedo:albedo,normal:sh_normal',
-                                   'image': {'type': 'path', 'max_depth': request['depth']}})
+                                   'image': {'type': request['integrator'], 'max_depth': request['depth']}})
         at = sensor(camera)
 
         def render(spp, seed):

@@ -48,13 +48,14 @@ struct Sum {
   }
 };
 
-SurfaceSample Shared(const SurfaceSample& s) {
+SurfaceSample Shared(const SurfaceSample& s, bool only_lambert) {
   SurfaceSample plain = test::DiffuseSample(s.base_color);
-  if (s.metallic > 0.5f) {
+  if (s.metallic > 0.5f && !only_lambert) {
+    // Smoother ones throw caustics that thousands of samples don't settle.
     plain.base_color.setOnes();
     plain.metallic = 1;
-    plain.roughness = std::clamp(s.roughness, 0.1f, 0.31f);
-  } else if (s.transmission > 0.5f) {
+    plain.roughness = std::clamp(s.roughness, 0.2f, 0.31f);
+  } else if (s.transmission > 0.5f && (s.thin_walled || !only_lambert)) {
     plain.base_color.setOnes();
     plain.transmission = 1;
     plain.roughness = 0;
@@ -64,13 +65,34 @@ SurfaceSample Shared(const SurfaceSample& s) {
   return plain;
 }
 
+Mesh WithFlatFaces(const Mesh& mesh) {
+  Mesh flat;
+  flat.slots = mesh.slots;
+  for (const Triangle& t : mesh.triangles) {
+    const uint32_t corners[3] = {t.a, t.b, t.c};
+    const auto first = static_cast<uint32_t>(flat.positions.size());
+    const Vec3f cross = (mesh.positions[t.b] - mesh.positions[t.a])
+                            .cross(mesh.positions[t.c] - mesh.positions[t.a]);
+    const float length = cross.norm();
+    for (const uint32_t v : corners) {
+      flat.positions.push_back(mesh.positions[v]);
+      flat.normals.push_back(length > 0.0f ? Vec3f(cross / length) : mesh.normals[v]);
+      flat.texture.push_back(mesh.texture[v]);
+      flat.uv.push_back(mesh.uv[v]);
+    }
+    flat.triangles.push_back({first, first + 1, first + 2, t.slot});
+  }
+  return flat;
+}
+
 }  // namespace
 
 absl::StatusOr<Flavour> ParseFlavour(const std::string& name) {
   if (name == "principled") return Flavour::kPrincipled;
   if (name == "shared") return Flavour::kShared;
+  if (name == "lambert") return Flavour::kLambert;
   return MakeError(absl::StatusCode::kInvalidArgument,
-                   "flavour \"" + name + "\"; allowed: principled, shared");
+                   "flavour \"" + name + "\"; allowed: principled, shared, lambert");
 }
 
 void MakePlain(Flavour flavour, SceneGeometry* geometry) {
@@ -95,8 +117,15 @@ void MakePlain(Flavour flavour, SceneGeometry* geometry) {
   for (uint32_t m = 1; m < geometry->materials.size(); ++m) {
     if (!geometry->materials[m]) continue;
     SurfaceSample plain = sums.count(m) ? sums[m].Mean() : SurfaceSample();
-    if (flavour == Flavour::kShared) plain = Shared(plain);
+    if (flavour != Flavour::kPrincipled) plain = Shared(plain, flavour == Flavour::kLambert);
     geometry->materials[m] = std::make_shared<test::ConstantMaterial>(plain);
+  }
+  if (flavour == Flavour::kPrincipled) return;
+  std::map<const Mesh*, std::shared_ptr<const Mesh>> flat;
+  for (PlacedMesh& placed : geometry->meshes) {
+    auto& copy = flat[placed.mesh.get()];
+    if (!copy) copy = std::make_shared<const Mesh>(WithFlatFaces(*placed.mesh));
+    placed.mesh = copy;
   }
 }
 

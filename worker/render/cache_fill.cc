@@ -8,12 +8,16 @@ namespace {
 constexpr int64_t kPathsPerBatch = 2048;
 // Parts of all paths after which the cache is renewed; the first ones run without it.
 constexpr double kRounds[] = {0.1, 0.25, 0.5, 1.0};
+constexpr int kRegion = 12;               // Cells across a region: 0.7 m near the rigs.
 constexpr uint32_t kFillPass = 2;         // SampleStream.pass.
-constexpr float kBrightestOverMean = 64;  // Rarer, brighter light than this is cut.
+constexpr float kBrightestOverMean = 64;  // Brighter light than this is cut where it is rare.
 
-void Limit(float limit, Vec3f* radiance) {
-  const float luminance = Luminance(*radiance);
-  if (luminance > limit) *radiance *= limit / luminance;
+void Limit(float limit, CacheRecord* record) {
+  const float luminance = Luminance(record->radiance);
+  if (luminance <= limit) return;
+  const Vec3f kept = record->radiance * (limit / luminance);
+  record->excess = record->radiance - kept;
+  record->radiance = kept;
 }
 
 class Filler {
@@ -53,8 +57,9 @@ class Filler {
       record.radiance = (path.radiance - vertex.before).cwiseQuotient(vertex.throughput);
       if (!record.radiance.allFinite()) continue;
       record.radiance = record.radiance.cwiseMax(0.0f);
-      if (limit > 0.0f) Limit(limit, &record.radiance);
+      if (limit > 0.0f) Limit(limit, &record);
       record.key = grid_.KeyOf(vertex.place);
+      record.region = grid_.KeyOf(vertex.place, kRegion);
       batch->Add(record);
     }
   }
@@ -114,7 +119,7 @@ absl::StatusOr<RadianceCache> FillRadianceCache(const RenderScene& scene, const 
       limit = kBrightestOverMean * TypicalLuminance(batches);
       for (CacheBuilder::Batch& batch : batches) {
         for (auto& shard : batch.shards) {
-          for (CacheRecord& record : shard) Limit(limit, &record.radiance);
+          for (CacheRecord& record : shard) Limit(limit, &record);
         }
       }
     }

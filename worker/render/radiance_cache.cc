@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <cmath>
+#include <unordered_map>
 
 #include "worker/render/sampling.h"
 
@@ -29,6 +30,7 @@ uint32_t FaceOf(const Vec3f& normal) {
 const Vec3f kShift_m(0.0137f, 0.0219f, 0.0171f);
 
 constexpr float kMostlyRough = 0.9f;
+constexpr float kBrightPart = 0.15f;  // Of a cell's records.
 
 uint32_t TagOf(uint64_t key) { return static_cast<uint32_t>(key >> 32) | 1u; }
 
@@ -41,8 +43,8 @@ float CacheGrid::WidthAt(const Vec3f& position) const {
   return std::ldexp(cell_m_, std::ilogb(std::sqrt(d2) / kFullDetail_m));
 }
 
-uint64_t CacheGrid::KeyOf(const CachePlace& place) const {
-  const float width = WidthAt(place.position);
+uint64_t CacheGrid::KeyOf(const CachePlace& place, int wider) const {
+  const float width = static_cast<float>(wider) * WidthAt(place.position);
   const Eigen::Vector3i cube =
       ((place.position + kShift_m) / width).array().floor().cast<int>().matrix();
   const auto bits = [](int x) { return static_cast<uint64_t>(static_cast<uint32_t>(x)); };
@@ -104,12 +106,16 @@ void CacheBuilder::Add(const CacheRecord& record, Shard* shard) const {
   if (cell.key == 0) {
     if (shard->used >= max_cells_per_shard_) return;
     cell.key = record.key;
+    cell.region = record.region;
     ++shard->used;
   }
   ++cell.count;
   if (!record.rough) return;
   ++cell.rough;
   cell.sum += record.radiance;
+  if (record.excess.isZero()) return;
+  ++cell.cut;
+  cell.excess += record.excess;
 }
 
 void CacheBuilder::Add(const std::vector<Batch>& batches) {
@@ -120,6 +126,10 @@ void CacheBuilder::Add(const std::vector<Batch>& batches) {
   });
 }
 
+bool CacheBuilder::Cell::bright() const {
+  return static_cast<float>(cut) >= kBrightPart * static_cast<float>(rough);
+}
+
 RadianceCache CacheBuilder::Freeze(int min_records) const {
   RadianceCache cache;
   cache.grid_ = grid_;
@@ -127,8 +137,19 @@ RadianceCache CacheBuilder::Freeze(int min_records) const {
     return cell.rough >= static_cast<uint32_t>(std::max(min_records, 1)) &&
            static_cast<float>(cell.rough) >= kMostlyRough * static_cast<float>(cell.count);
   };
+  struct Region {
+    Vec3f excess = Vec3f::Zero();
+    float rough = 0;
+  };
+  std::unordered_map<uint64_t, Region> regions;
   for (const Shard& shard : shards_) {
-    for (const Cell& cell : shard.table) cache.cells_ += known(cell) ? 1 : 0;
+    for (const Cell& cell : shard.table) {
+      cache.cells_ += known(cell) ? 1 : 0;
+      if (cell.rough == 0 || cell.bright()) continue;
+      Region& region = regions[cell.region];
+      region.excess += cell.excess;
+      region.rough += static_cast<float>(cell.rough);
+    }
   }
   size_t size = 64;
   while (size < 2 * cache.cells_) size *= 2;
@@ -138,7 +159,12 @@ RadianceCache CacheBuilder::Freeze(int min_records) const {
       if (!known(cell)) continue;
       size_t i = (cell.key >> 1) & (size - 1);
       while (cache.table_[i].tag != 0) i = (i + 1) & (size - 1);
-      const Vec3f mean = cell.sum / static_cast<float>(cell.rough);
+      const auto rough = static_cast<float>(cell.rough);
+      Vec3f mean = (cell.bright() ? Vec3f(cell.sum + cell.excess) : cell.sum) / rough;
+      if (!cell.bright()) {
+        const Region& region = regions.at(cell.region);
+        mean += region.excess / region.rough;
+      }
       cache.table_[i] = {TagOf(cell.key), {mean.x(), mean.y(), mean.z()}};
     }
   }

@@ -38,8 +38,8 @@ class CacheGrid {
   CacheGrid(const Box3f& eyes, float cell_m) : eyes_(eyes), cell_m_(cell_m) {}
 
   float WidthAt(const Vec3f& position) const;
-  // Names the cell of a place; never 0.
-  uint64_t KeyOf(const CachePlace& place) const;
+  // Names the cell of a place; never 0. `wider`: cells so many times as wide as usual.
+  uint64_t KeyOf(const CachePlace& place, int wider = 1) const;
 
  private:
   Box3f eyes_ = Box3f(Vec3f::Zero(), Vec3f::Zero());
@@ -79,7 +79,9 @@ class RadianceCache {
 struct CacheRecord {
   uint64_t key = 0;
   Vec3f radiance = Vec3f::Zero();
-  bool rough = true;  // So that the radiance is about the same from all sides.
+  bool rough = true;             // So that the radiance is about the same from all sides.
+  Vec3f excess = Vec3f::Zero();  // What was cut from it as too bright.
+  uint64_t region = 0;           // Names the wide cell around it, over which an excess is spread.
 };
 
 // Not thread-safe; Add uses all cores itself.
@@ -96,7 +98,10 @@ class CacheBuilder {
   CacheBuilder(const CacheGrid& grid, size_t max_cells);
 
   void Add(const std::vector<Batch>& batches);
-  // Cells met at least `min_records` times, nearly always by paths that found them rough.
+  // Cells met at least `min_records` times, nearly always by paths that found them rough. Where
+  // many of a cell's records are too bright, it is the place that is: the inside of a lamp's shade.
+  // There nothing is cut. What is cut elsewhere, being rare, is spread evenly over the cell's
+  // region: no light is lost, and none makes a blotch.
   RadianceCache Freeze(int min_records) const;
   const CacheGrid& grid() const { return grid_; }
   size_t cells() const;
@@ -107,7 +112,11 @@ class CacheBuilder {
     uint64_t key = 0;  // 0 = free.
     uint32_t count = 0;
     uint32_t rough = 0;
+    uint32_t cut = 0;  // Records with an excess.
     Vec3f sum = Vec3f::Zero();
+    Vec3f excess = Vec3f::Zero();
+    uint64_t region = 0;
+    bool bright() const;
   };
   struct Shard {
     std::vector<Cell> table;  // Open addressing; a power of two.

@@ -96,6 +96,38 @@ TEST(RadianceCache, GivesTheLightOfARoomThatPathsGive) {
   EXPECT_LT(rays, 0.6 * rays_without);
 }
 
+// A cell where most light is too bright, as in a lamp's shade, keeps it; what is cut elsewhere,
+// being rare, goes to all cells of the region, and to none beyond.
+TEST(RadianceCache, BrightPlacesKeepTheirLightAndRareLightIsSpread) {
+  const CacheGrid grid(Box3f(Vec3f::Zero(), Vec3f::Ones()), 0.1f);
+  const auto place = [](float x) { return CachePlace{{x, 0.5f, 0.5f}, Vec3f::UnitZ(), 3, 0}; };
+  const float shade = 0.13f, wall = 0.33f, struck = 0.53f, afar = 7.3f;
+  std::vector<CacheBuilder::Batch> batches(1);
+  const auto add = [&](float x, int count, float excess) {
+    for (int i = 0; i < count; ++i) {
+      batches[0].Add({grid.KeyOf(place(x)), Vec3f::Ones(), true, Vec3f::Constant(excess),
+                      grid.KeyOf(place(x), 12)});
+    }
+  };
+  add(shade, 20, 9);
+  add(wall, 60, 0);
+  add(struck, 39, 0);
+  add(struck, 1, 50);
+  add(afar, 20, 0);
+  CacheBuilder builder(grid, 1000);
+  builder.Add(batches);
+  const RadianceCache cache = builder.Freeze(4);
+  const auto seen = [&](float x) {
+    Vec3f radiance = Vec3f::Zero();
+    EXPECT_TRUE(cache.Lookup(place(x), Vec2f(0.5f, 0.5f), 1e3f, &radiance)) << x;
+    return radiance.x();
+  };
+  EXPECT_FLOAT_EQ(seen(shade), 10);
+  EXPECT_FLOAT_EQ(seen(wall), 1.5f);
+  EXPECT_FLOAT_EQ(seen(struck), 1.5f);
+  EXPECT_FLOAT_EQ(seen(afar), 1);
+}
+
 // Two rooms with a wall of 1 cm between them, one lit, one closed and dark; a rig in each.
 TestScene TwoRooms() {
   TestScene test;

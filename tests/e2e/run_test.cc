@@ -46,6 +46,24 @@ constexpr const char* kTruth[] = {
     "materials_left.png", "materials_right.png", "normals_left.exr",   "normals_right.exr",
     "masks_left.png",     "masks_right.png"};
 
+// One variant's pictures want 26 GB.
+constexpr char kTooBig[] =
+    "study: memory\n"
+    "seed: 5\n"
+    "pairs: 2\n"
+    "rigs_per_scene: 2\n"
+    "variants:\n"
+    "  - name: huge\n"
+    "    set:\n"
+    "      floating: {count: 2}\n"
+    "      rigs: {count: 4, width_px: 8192, height_px: 8192}\n"
+    "      render: {profile: preview, samples_per_pixel: 1}\n"
+    "  - name: small\n"
+    "    set:\n"
+    "      floating: {count: 2}\n"
+    "      rigs: {count: 4, width_px: 64, height_px: 48}\n"
+    "      render: {profile: preview, samples_per_pixel: 1}\n";
+
 class RunTest : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -318,6 +336,32 @@ TEST_F(RunTest, ATooSmallDiskIsRefusedBeforeAnythingIsMade) {
                      mount + "mount -o remount,ro " + out + " && " + command});
   EXPECT_EQ(read_only.Wait(), 4);
   EXPECT_THAT(read_only.Err(), HasSubstr("Read-only file system"));
+}
+
+TEST_F(RunTest, AJobTooBigForTheMemoryFailsAloneAndItsWorkerGoesOn) {
+  std::ofstream(study_) << kTooBig;
+  const auto run = std::make_unique<Process>(Command(dir_ + "/out"),
+                                             std::vector<std::string>{"PARALLAX_MEMORY_MB=900"});
+  const auto says = [&](const char* text) { return run->Err().find(text) != std::string::npos; };
+  ASSERT_TRUE(WaitUntil(*run, [&] { return says("RESOURCE_EXHAUSTED"); })) << run->Err();
+  const std::vector<pid_t> daemons = run->Children();
+  EXPECT_THAT(run->Err(), HasSubstr("huge scene"));
+  EXPECT_THAT(run->Err(), HasSubstr("needs about 25600 MB"));
+  EXPECT_THAT(run->Err(), HasSubstr("the limit is 900 MB"));
+  // The other variant is rendered, and the failures go on, by the same processes.
+  const auto failures = [&] {
+    size_t count = 0;
+    const std::string text = run->Err();
+    for (size_t at = 0; (at = text.find("RESOURCE_EXHAUSTED", at)) != std::string::npos; ++at) {
+      ++count;
+    }
+    return count;
+  };
+  ASSERT_TRUE(WaitUntil(*run, [&] { return says(" 2/4 pairs") && failures() >= 2; })) << run->Err();
+  EXPECT_THAT(run->Children(), ::testing::UnorderedElementsAreArray(daemons));
+  run->Signal(SIGINT);
+  run->Wait();
+  EXPECT_THAT(run->Err(), HasSubstr("2 of 4 pairs are done and kept"));
 }
 
 }  // namespace

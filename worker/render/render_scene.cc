@@ -28,20 +28,35 @@ struct ShadowContext {
 
 // What Build adds for each triangle and vertex, its peak included (bench_scale measures it).
 constexpr int64_t kBytesPerTriangle = 130;
-constexpr int64_t kBytesPerVertex = 44;
+constexpr int64_t kBytesPerVertex = 32;  // For shading; copies of a mesh share it.
+constexpr int64_t kBytesPerPosition = 12;
 
-// Of each mesh once: instances share theirs.
-absl::Status CheckBuildMemory(const SceneGeometry& geometry) {
-  std::set<const Mesh*> seen;
-  int64_t triangles = 0, vertices = 0;
+// One tree over everything, with triangles split where that helps, is traced a good deal faster
+// than a tree of trees; it costs build time and memory for every copy of a mesh.
+bool OneTree(const SceneGeometry& geometry, bool movable) {
+  constexpr size_t kOneTree = 3'000'000;
+  size_t placed_triangles = 0;
   for (const PlacedMesh& placed : geometry.meshes) {
-    if (!placed.mesh || !seen.insert(placed.mesh.get()).second) continue;
+    placed_triangles += placed.mesh->triangles.size();
+  }
+  return placed_triangles <= kOneTree && !movable;
+}
+
+// In one tree every copy of a mesh counts; instances share theirs.
+absl::Status CheckBuildMemory(const SceneGeometry& geometry, bool one_tree) {
+  std::set<const Mesh*> seen;
+  int64_t triangles = 0, vertices = 0, positions = 0;
+  for (const PlacedMesh& placed : geometry.meshes) {
+    const bool first = seen.insert(placed.mesh.get()).second;
+    const auto count = static_cast<int64_t>(placed.mesh->positions.size());
+    if (first) vertices += count;
+    if (!first && !one_tree) continue;
+    positions += count;
     triangles += static_cast<int64_t>(placed.mesh->triangles.size());
-    vertices += static_cast<int64_t>(placed.mesh->positions.size());
   }
   return CheckMemory(
       "render: acceleration structure of " + std::to_string(triangles) + " triangles",
-      triangles * kBytesPerTriangle + vertices * kBytesPerVertex);
+      triangles * kBytesPerTriangle + vertices * kBytesPerVertex + positions * kBytesPerPosition);
 }
 
 }  // namespace
@@ -102,7 +117,7 @@ absl::StatusOr<std::unique_ptr<RenderScene>> RenderScene::Build(SceneGeometry ge
         }
       }
     }
-    RETURN_IF_ERROR(CheckBuildMemory(scene->geometry_));
+    RETURN_IF_ERROR(CheckBuildMemory(scene->geometry_, OneTree(scene->geometry_, movable)));
     scene->ProbeMaterials();
     RETURN_IF_ERROR(scene->BuildEmbree(memory_limit_bytes, movable));
     return scene;
@@ -152,15 +167,8 @@ absl::Status RenderScene::BuildEmbree(int64_t memory_limit_bytes, bool movable) 
   rtcSetDeviceMemoryMonitorFunction(device_.get(), &MemoryWatch::Callback, memory_.get());
 
   std::map<const Mesh*, int> uses;
-  size_t placed_triangles = 0;
-  for (const PlacedMesh& placed : geometry_.meshes) {
-    ++uses[placed.mesh.get()];
-    placed_triangles += placed.mesh->triangles.size();
-  }
-  // One tree over everything, with triangles split where that helps, is traced a good deal faster
-  // than a tree of trees; it costs build time and memory for every copy.
-  constexpr size_t kOneTree = 3'000'000;
-  const bool one_tree = placed_triangles <= kOneTree && !movable;
+  for (const PlacedMesh& placed : geometry_.meshes) ++uses[placed.mesh.get()];
+  const bool one_tree = OneTree(geometry_, movable);
 
   const auto new_triangles = [&](const Mesh& mesh, const Positions& positions, bool filtered) {
     EmbreeGeometry geometry(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE));

@@ -15,6 +15,7 @@
 #include "worker/render/exposure.h"
 #include "worker/render/profiles.h"
 #include "worker/render/render_scene.h"
+#include "worker/render/sampling.h"
 
 namespace parallax {
 namespace {
@@ -23,6 +24,8 @@ using test::BoxRoomRig;
 using test::DiffuseSample;
 using test::MakeBoxRoom;
 using test::MakeConfig;
+using test::MakeQuad;
+using test::MakeRig;
 using test::MakeSphere;
 using test::TestScene;
 
@@ -226,6 +229,78 @@ TEST(Renderer, ScenesAndImagesBeyondTheLimitFailAloneAndByName) {
   SetMemoryLimit(1);
   EXPECT_EQ(Renderer::Create(test.recipe, test.geometry, {}).status().code(),
             absl::StatusCode::kResourceExhausted);
+}
+
+// One tree holds every copy of a mesh; instances would share it.
+TEST(Renderer, CopiesOfASharedMeshCountBeforeTheyAreMade) {
+  TestScene test;
+  const uint32_t white = test.AddMaterial(DiffuseSample(Vec3f::Ones()));
+  const auto sphere = MakeSphere({0, 0, 0}, 1, 100);
+  const auto per_copy = static_cast<int64_t>(sphere->triangles.size());
+  const int64_t copies = 2'900'000 / per_copy;
+  for (int64_t i = 0; i < copies; ++i) {
+    test.AddMesh(sphere, white,
+                 Eigen::Affine3f(Eigen::Translation3f(static_cast<float>(3 * i), 0, 0)));
+  }
+  struct Limit {
+    explicit Limit(int64_t bytes) { SetMemoryLimit(bytes); }
+    ~Limit() { SetMemoryLimit(0); }
+  } const limit(ResidentMemory() + (int64_t{100} << 20));
+  const absl::Status all = RenderScene::Build(test.geometry, 0).status();
+  EXPECT_EQ(all.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_NE(std::string(all.message()).find(std::to_string(copies * per_copy) + " triangles"),
+            std::string::npos)
+      << all;
+  test.geometry.meshes.resize(2);
+  EXPECT_TRUE(RenderScene::Build(test.geometry, 0).ok());
+}
+
+// Fine far detail: the texture is filtered by the ray's footprint, so that the same place looks
+// alike to both eyes although their pixels fall differently on it.
+TEST(Renderer, FarDetailDoesNotShimmerBetweenTheEyes) {
+  class Stripes : public Material {
+   public:
+    explicit Stripes(bool filtered) : filtered_(filtered) {}
+    SurfaceSample Evaluate(const SurfacePoint& point) const override {
+      constexpr float kPeriod_m = 0.011f;
+      const float phase = point.texture_m.x() / kPeriod_m;
+      const float stripe = phase - std::floor(phase) < 0.5f ? 0.9f : 0.1f;
+      // Gone where a ray is wider than a stripe.
+      const float seen =
+          filtered_ ? std::clamp(2.0f - 2.0f * point.footprint_m / kPeriod_m, 0.0f, 1.0f) : 1.0f;
+      return DiffuseSample(Vec3f::Constant(0.5f + seen * (stripe - 0.5f)));
+    }
+
+   private:
+    bool filtered_;
+  };
+  const auto difference = [](bool filtered) {
+    TestScene test;
+    test.AddMesh(MakeQuad({-8, 6, -8}, {16, 0, 0}, {0, 0, 16}),
+                 test.AddMaterial(std::make_shared<Stripes>(filtered)));
+    test.AddPointLight({0, 0, 0}, 0, 2000);  // Without noise.
+    auto renderer = *Renderer::Create(test.recipe, test.geometry, MakeConfig(4, 1, false));
+    const StereoFrame frame =
+        *renderer->RenderRig(MakeRig({0, 0, 0}, {0, 1, 0}, 160, 90, 150, 0.137), {}, {});
+    double sum = 0;
+    int count = 0;
+    for (int y = 0; y < 90; ++y) {
+      for (int x = 8; x < 160; ++x) {
+        const float at = static_cast<float>(x) - frame.left.disparity_px(x, y);
+        const int x0 = static_cast<int>(std::floor(at));
+        if (x0 < 0 || x0 + 1 >= 160) continue;
+        const float t = at - static_cast<float>(x0);
+        const float right = (1 - t) * static_cast<float>(frame.right.color(x0, y, 1)) +
+                            t * static_cast<float>(frame.right.color(x0 + 1, y, 1));
+        sum += Square(right - static_cast<float>(frame.left.color(x, y, 1)));
+        ++count;
+      }
+    }
+    return std::sqrt(sum / count);
+  };
+  const double filtered = difference(true), raw = difference(false);  // Levels of 255.
+  EXPECT_LT(filtered, 1);
+  EXPECT_GT(raw, 20);
 }
 
 TEST(Renderer, AnEmptySceneIsSky) {

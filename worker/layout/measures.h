@@ -1,0 +1,68 @@
+// Measures of an arrangement: what wishes weigh. Pure functions. Private to worker/layout.
+#pragma once
+
+#include <string>
+
+#include "worker/layout/arrangement.h"
+#include "worker/layout/wish.h"
+
+namespace parallax {
+
+// Calls visit(index, item) for each item of the group.
+template <typename Visit>
+void ForGroup(const Arrangement& a, const std::string& group, Visit visit) {
+  for (int i = 0; i < a.size(); ++i) {
+    const RoomRow* row = a.RowOf(a.at(i));
+    if (row != nullptr && row->group == group) visit(i, a.at(i));
+  }
+}
+
+// Whether people walk round it: neither hangs above their reach nor is a rug.
+bool OnFloor(const Arrangement& a, const Item& item);
+
+// The nearest item of a group; -1 without any.
+int Nearest(const Arrangement& a, const std::string& group, const Vec2d& to, int except);
+
+// Sums cost(index, item, target item) over the group, each with its nearest of the target group.
+template <typename Cost>
+double OverPairs(const Arrangement& a, const std::string& group, const std::string& target,
+                 Cost cost) {
+  double sum = 0;
+  ForGroup(a, group, [&](int i, const Item& item) {
+    const int k = Nearest(a, target, item.footprint.center, i);
+    if (k >= 0) sum += cost(i, item, k, a.at(k));
+  });
+  return sum;
+}
+
+// Distance between the rectangles, roughly: of their bounding boxes along the axes; below 0 where
+// they overlap.
+double GapBetween(const Footprint& a, const Footprint& b);
+
+// Share of the rectangle before the item that is taken by others or by walls; its own seats do not
+// count.
+double FrontTaken(const Arrangement& a, int index, FloorRegion& seen);
+
+// How many things stand between the two.
+int InTheWay(const Arrangement& a, int from, int to);
+
+// Share of the strip beside the item, on its side -1 or 1, that is taken.
+double SideTaken(const Arrangement& a, int index, double side, FloorRegion& seen);
+
+// The floor on a grid, walked from the doors.
+struct Reach {
+  double unreached_share = 0;  // Of the floor: free cells that nobody can walk to.
+  int doors_cut_off = 0;       // Doors that nobody can walk to from the others.
+};
+Reach WalkFromDoors(const Arrangement& a);
+
+// How unevenly seats stand around their tables.
+double EvenSeats(const Arrangement& a, const std::string& seats);
+
+// Metres of wall beyond `most_m` in one stretch without anything.
+double BareStretches(const Arrangement& a, double most_m);
+
+// Gaps of a few centimetres to a forearm between things that stand at one wall.
+double Slits(const Arrangement& a);
+
+}  // namespace parallax

@@ -9,6 +9,8 @@
 
 #include "coordinator/client/exit_code.h"
 #include "tests/coordinator/client/fake_coordinator.h"
+#include "worker/assets/asset.h"
+#include "worker/materials/material.h"
 
 namespace parallax::client {
 namespace {
@@ -78,6 +80,28 @@ class CommandTest : public ::testing::Test {
 
 int Lines(const std::string& text) {
   return static_cast<int>(std::count(text.begin(), text.end(), '\n'));
+}
+
+// ---- Catalogue
+
+TEST_F(CommandTest, CatalogueListsEveryClassAndMaterialWithWhatTheyCost) {
+  const Outcome outcome = RunCommand({"catalogue", "--json", "--seeds", "1"});
+  ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  const Json listed = Json::parse(outcome.out);
+  EXPECT_EQ(listed["classes"].size(), AssetCatalogue().size());
+  EXPECT_EQ(listed["materials"].size(), MaterialCatalogue().size());
+  for (const Json& c : listed["classes"]) {
+    EXPECT_NE(FindAssetClass(c["name"].get<std::string>()), nullptr);
+    EXPECT_GT(c["triangles"], 0) << c;
+    EXPECT_GT(c["ms"], 0) << c;
+    for (int axis = 0; axis < 3; ++axis) EXPECT_GT(c["size_max_m"][axis], c["size_min_m"][axis]);
+  }
+  const Outcome one = RunCommand({"catalogue", "Chair", "--seeds", "1"});
+  EXPECT_THAT(one.out, HasSubstr("Chair"));
+  EXPECT_THAT(one.out, Not(HasSubstr("Sofa")));
+  const Outcome unknown = RunCommand({"catalogue", "Unicorn"});
+  EXPECT_NE(unknown.exit_code, kExitOk);
+  EXPECT_THAT(unknown.err, HasSubstr("'Unicorn'"));
 }
 
 // ---- Usage

@@ -59,6 +59,28 @@ TEST(RoomShell, EveryPartIsAValidClosedMesh) {
   }
 }
 
+TEST(RoomShell, WindowsHaveGlassUnlessTheConfigLeavesItOut) {
+  for (const bool glass : {true, false}) {
+    v1::RoomConfig config = DefaultSceneConfig().room();
+    config.mutable_windows()->set_constant(3);
+    config.set_window_glass(glass);
+    int windows = 0;
+    for (uint64_t seed = 0; seed < 8; ++seed) {
+      const v1::Room room = DrawHouse(config, SceneSeed{seed})->rooms[0];
+      for (const std::string& part : RoomParts(room)) {
+        if (part.rfind("window_", 0) != 0) continue;
+        ++windows;
+        const Mesh mesh = MakeRoomPart(room, part).value();
+        const bool panes =
+            std::any_of(mesh.triangles.begin(), mesh.triangles.end(),
+                        [&](const Triangle& t) { return mesh.slots[t.slot].name == "glass"; });
+        EXPECT_EQ(panes, glass) << seed << " " << part;
+      }
+    }
+    EXPECT_GE(windows, 8);
+  }
+}
+
 TEST(RoomShell, ClosedRoomLetsNoRayOut) {
   Rng rng(SceneSeed{5}, "rays");
   for (uint64_t seed = 0; seed < 10; ++seed) {

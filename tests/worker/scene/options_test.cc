@@ -8,6 +8,7 @@
 #include "worker/materials/user_picture.h"
 #include "worker/scene/dress.h"
 #include "worker/scene/glass_parts.h"
+#include "worker/scene/place_floating.h"
 #include "worker/scene/scene_geometry.h"
 
 namespace parallax {
@@ -58,6 +59,25 @@ TEST(GlassParts, StayWhereAThingIsNothingElseOrTheConfigKeepsThem) {
   SceneInProgress door = OneObject("GlassPanelDoor", 3);
   ASSERT_TRUE(OmitGlassParts(v1::AssetConfig(), door).ok());
   EXPECT_EQ(door.recipe.objects(0).omitted_slots_size(), 0);
+}
+
+TEST(FloatingClasses, AreTheGroupsAndClassesAskedForLessTheExcludedOnes) {
+  using testing::ElementsAre;
+  v1::SceneConfig config;
+  const size_t all = FloatingClasses(config)->size();
+  EXPECT_GE(all, 75u);
+  EXPECT_THAT(*FloatingClasses(config), testing::Not(testing::Contains("Cactus")));
+  config.mutable_assets()->add_exclude("Chair");
+  EXPECT_EQ(FloatingClasses(config)->size(), all - 1);
+  EXPECT_THAT(*FloatingClasses(config), testing::Not(testing::Contains("Chair")));
+  config.mutable_floating()->add_classes("bushes");
+  config.mutable_floating()->add_classes("Cactus");
+  config.mutable_floating()->add_classes("Bush");
+  EXPECT_THAT(*FloatingClasses(config), ElementsAre("Bush", "Cactus"));
+  config.mutable_floating()->add_classes("Unicorn");
+  const absl::Status unknown = FloatingClasses(config).status();
+  EXPECT_EQ(unknown.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(unknown.message()), HasSubstr("\"Unicorn\""));
 }
 
 class UserPictures : public testing::Test {

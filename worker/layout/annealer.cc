@@ -20,8 +20,10 @@ enum class Move { kAdd, kDelete, kResample, kTranslate, kRotate, kSwap, kRelate 
 
 double Clamp01(double x) { return std::clamp(x, 0.0, 1.0); }
 
-// What is placed in the first stage.
+// What is placed in the first stage; what a bearer is there for is placed with it, so that the
+// bearer does not settle where there is no room for it (a TV's stand before a window).
 bool IsLarge(const RoomRow& row) {
+  if (row.stand == Stand::kOnTop && row.weight >= kMakesWay) return true;
   return row.stand != Stand::kOnTop && row.stand != Stand::kOnWall && row.stand != Stand::kCeiling;
 }
 
@@ -89,7 +91,10 @@ class Annealer {
     for (int k = 0; k < kTries; ++k) {
       Proposal next{state_, {}};
       removed_.clear();
-      ASSIGN_OR_RETURN(const std::vector<int> changed, Change(move, reach, next.state));
+      ASSIGN_OR_RETURN(std::vector<int> changed, Change(move, reach, next.state));
+      if (move == Move::kAdd && k >= 2 * kTries / 3 && changed.size() == 1) {
+        RETURN_IF_ERROR(TakeAnchorElsewhere(next.state, changed));
+      }
       if (move == Move::kAdd && k >= kTries / 3 && changed.size() == 1) {
         // Lighter things make way for what finds no place.
         next.state = MakeWay(next.state, changed[0]);
@@ -114,6 +119,25 @@ class Annealer {
       return std::optional<Proposal>(std::move(next));
     }
     return std::optional<Proposal>();
+  }
+
+  // What finds no place by its anchor takes the anchor elsewhere, with all that stands by it; every
+  // other time in another model.
+  absl::Status TakeAnchorElsewhere(Arrangement& next, std::vector<int>& changed) {
+    const int anchor = next.at(changed[0]).anchor;
+    if (anchor < 0 || next.at(anchor).row < 0 || next.at(anchor).anchor >= 0) {
+      return absl::OkStatus();
+    }
+    if (!RowOf(next.at(anchor)).row.one_model && rng_.Bernoulli(0.5)) {
+      ASSIGN_OR_RETURN(const PooledAsset* other, rack_.Draw(RowOf(next.at(anchor)), rng_));
+      if (other != nullptr) next.at(anchor).asset = other;
+    }
+    DrawTurn(next.at(anchor));
+    next.at(anchor).u = rng_.Uniform();
+    next.at(anchor).v = rng_.Uniform();
+    Aim(next, next.at(anchor));
+    changed.insert(changed.begin(), anchor);
+    return absl::OkStatus();
   }
 
   // The arrangement with its last item, but without lighter things that stand in its way. As it was
@@ -222,7 +246,7 @@ class Annealer {
       item.u = Clamp01(rng_.Normal(0.5, 0.16));
       item.v = Clamp01(rng_.Normal(0.4, 0.2));
     }
-    if (!problem_.rows[r].row.anchor.empty()) {
+    if (HasAnchor(problem_.rows[r].row, item.stand)) {
       item.anchor = rng_.Pick(Anchors(next, item.row));
     }
     DrawTurn(item);
@@ -274,15 +298,14 @@ class Annealer {
     if (i < 0) return {};
     Item& item = next.at(i);
     const RoomRow& row = RowOf(item).row;
-    if (!row.or_stand.empty()) {
-      item.stand = DrawStand(row);
-    } else if (!row.anchor.empty()) {
+    if (row.or_stand.empty() && row.anchor.empty()) return {};
+    item.stand = DrawStand(row);
+    item.anchor = -1;
+    if (HasAnchor(row, item.stand)) {
       const std::vector<int> anchors = Anchors(next, item.row);
       if (anchors.empty()) return {};
       item.anchor = rng_.Pick(anchors);
       if (item.anchor == i) return {};
-    } else {
-      return {};
     }
     item.u = rng_.Uniform();
     item.v = rng_.Uniform();
@@ -295,6 +318,12 @@ class Annealer {
     if (row.or_stand.empty()) return row.stand;
     const int k = rng_.UniformInt(0, static_cast<int>(row.or_stand.size()));
     return k == 0 ? row.stand : row.or_stand[static_cast<size_t>(k - 1)];
+  }
+
+  // Whether it stands by something in this relation; where it may stand at a wall instead, it does
+  // so by itself.
+  static bool HasAnchor(const RoomRow& row, Stand stand) {
+    return !row.anchor.empty() && stand == row.stand;
   }
 
   // Items of the group that the row stands by, without a child of the row where one is enough.

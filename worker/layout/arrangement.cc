@@ -310,7 +310,8 @@ bool Arrangement::ClearOfRoom(const Item& item) const {
     }
   }
   if (IsRug(item)) return true;
-  return ClearOfOpenings(item.footprint, item.bottom_m, item.top_m, kWindowDepth_m);
+  const double above = row != nullptr ? row->headroom_m : 0;
+  return ClearOfOpenings(item.footprint, item.bottom_m, item.top_m + above, kWindowDepth_m);
 }
 
 bool Arrangement::ClearOfOpenings(const Footprint& footprint, double bottom_m, double top_m,

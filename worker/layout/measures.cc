@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kHeadHeight_m = 1.9;
 constexpr double kCell_m = 0.16;  // Of the grid on which reach is measured.
-constexpr double kBodyRadius_m = 0.22;
+constexpr double kBodyRadius_m = 0.24;  // Ways are 48 cm wide at least.
 
 bool InRoom(const v1::Room& room, const Vec2d& p) {
   return p.x() > 0 && p.y() > 0 && p.x() < room.width_m() && p.y() < room.depth_m();
@@ -65,7 +65,10 @@ class ReachGrid {
   static int Cell(double share, int n) { return std::clamp(static_cast<int>(share * n), 0, n - 1); }
 
   void Take(const Footprint& footprint) {
-    const Vec2d reach = footprint.Extent() + Vec2d::Constant(kBodyRadius_m);
+    // What stands askew takes more than its own extent and the body's: its grown corners reach out.
+    Footprint grown = footprint;
+    grown.half += Vec2d::Constant(kBodyRadius_m);
+    const Vec2d reach = grown.Extent();
     const Vec2d low = footprint.center - reach, high = footprint.center + reach;
     const int x0 = std::max(0, static_cast<int>(low.x() / room_.width_m() * nx_));
     const int x1 = std::min(nx_ - 1, static_cast<int>(high.x() / room_.width_m() * nx_));
@@ -74,7 +77,7 @@ class ReachGrid {
     for (int y = y0; y <= y1; ++y) {
       for (int x = x0; x <= x1; ++x) {
         const Vec2d center((x + 0.5) * room_.width_m() / nx_, (y + 0.5) * room_.depth_m() / ny_);
-        if (footprint.Contains(center, kBodyRadius_m)) {
+        if (grown.Contains(center)) {
           state_[static_cast<size_t>(y * nx_ + x)] = kTaken;
         }
       }

@@ -44,6 +44,7 @@ struct RoomRow {
   double hang_low_m = 0, hang_high_m = 0;  // kOnWall: of its lower edge; 0 = middle at eye level.
   bool snug = false;                       // kCorner: right in the corner, square to it.
   bool one_model = false;                  // All of the group are the same model.
+  double headroom_m = 0;                   // Above it, kept clear of windows and doors.
   double highest_m = 10;                   // Models that are taller are passed over.
   double weight = 1;                       // Loss for each one that is missing.
 
@@ -72,6 +73,7 @@ struct RoomRow {
   RoomRow FacingIt() { return faces_anchor = true, *this; }
   RoomRow LooksAt(std::string target) { return looks_at = std::move(target), *this; }
   RoomRow OneModel() { return one_model = true, *this; }
+  RoomRow Headroom(double above_m) { return headroom_m = above_m, *this; }
   RoomRow Below(double height_m) { return highest_m = height_m, *this; }
   RoomRow Weight(double loss) { return weight = loss, *this; }
 

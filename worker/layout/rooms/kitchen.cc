@@ -9,10 +9,15 @@ RoomTable KitchenTable() {
           {
               // A run with sink, hood and wall cabinets; what is built in stands beside it.
               Row("counter", {"KitchenSpace"}).Count(1, 1).BackToWall().Weight(8),
-              Row("oven", {"Oven"}).Count(1, 1).Beside("counter", 0.006, 0.012).Weight(4),
+              Row("oven", {"Oven"})
+                  .Count(1, 1)
+                  .Beside("counter", 0.006, 0.012)
+                  .Or(Stand::kBackToWall)
+                  .Weight(4),
               Row("dishwasher", {"Dishwasher"})
                   .Count(1, 1)
                   .Beside("counter", 0.006, 0.012)
+                  .Or(Stand::kBackToWall)
                   .Weight(3),
               Row("cabinet", {"KitchenCabinet"}).Count(1, 2).BackToWall().OneModel().Weight(2.5),
               Row("washing-up", {"Sink"}).Count(0, 1).OnTop("cabinet").Weight(0.5),
@@ -26,7 +31,7 @@ RoomTable KitchenTable() {
                   .Around("island", -0.1, 0.1)
                   .OneModel()
                   .Weight(1.2),
-              Row("microwave", {"Microwave"}).Count(1, 1).OnTop("cabinet").Weight(1.5),
+              Row("microwave", {"Microwave"}).Count(1, 1).OnTop("counter").Weight(2.5),
               Row("shelf", {"SimpleBookcase", "LargeShelf", "CellShelf"})
                   .Count(0, 2)
                   .BackToWall()
@@ -72,6 +77,8 @@ RoomTable KitchenTable() {
               SpaceAround("island", 0.9, 0.85),
               SpaceAround("standing table", 0.4, 0.5),
               EvenlyAround("bar stool"),
+              Distance("oven", "counter", 0, 2.4).Weight(1.5),
+              Distance("dishwasher", "counter", 0, 2.4).Weight(1.5),
               Distance("fridge", "counter", 0, 3).Weight(0.8),
               SameWall("cabinet", "counter").Weight(0.3),
               NotBeforeWindow("shelf").Weight(0.6),

@@ -7,9 +7,14 @@ RoomTable LivingRoomTable() {
       .kind = "living_room",
       .rows =
           {
-              Row("sofa", {"Sofa"}).Count(1, 1).BackToWall().LooksAt("tv stand").Weight(6),
-              Row("tv stand", {"TVStand"}).Count(1, 1).BackToWall().LooksAt("sofa").Weight(4),
-              Row("tv", {"TV"}).Count(1, 1).OnTop("tv stand").Weight(4),
+              Row("sofa", {"Sofa"}).Count(1, 1).BackToWall().LooksAt("tv stand").Weight(12),
+              Row("tv stand", {"TVStand"})
+                  .Count(1, 1)
+                  .BackToWall()
+                  .LooksAt("sofa")
+                  .Headroom(0.8)
+                  .Weight(5),
+              Row("tv", {"TV"}).Count(1, 1).OnTop("tv stand").Weight(5),
               Row("coffee table", {"CoffeeTable"}).Count(1, 1).InFront("sofa", 0.3, 0.5).Weight(4),
               Row("rug", {"Rug"}).Count(1, 1).Under("coffee table").Weight(2),
               Row("armchair", {"ArmChair"})

@@ -116,9 +116,11 @@ absl::Status FillLayout(const v1::SceneConfig& config, SceneSeed seed, const Can
   }
   for (size_t i = 0; i < house.rooms.size() && config.furniture().enabled(); ++i) {
     writer.SetRoom(i);
+    // The models that this room chose from; other rooms choose from others.
+    AssetPool models;
     ASSIGN_OR_RETURN(v1::SolveReport report,
                      AddFurniture(house.rooms[i], config, SeedOfRoom(seed, i), cancel, fixtures[i],
-                                  pool, writer));
+                                  models, writer));
     *(i == 0 ? layout.mutable_report() : layout.add_room_reports()) = std::move(report);
   }
   return absl::OkStatus();

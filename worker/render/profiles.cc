@@ -11,7 +11,7 @@ constexpr int64_t kUsualCachePaths = 1'000'000;
 constexpr RenderProfile kProfiles[] = {
     // name         spp  bounces  denoise                    clamp  cache paths
     {"preview",       2,       3, DenoiseQuality::kFast,    16.0f,    250'000},
-    {"default",       4,       6, DenoiseQuality::kHigh,    64.0f,  1'000'000},
+    {"default",       4,       6, DenoiseQuality::kHigh,   256.0f,  1'000'000},
     {"high",         64,      10, DenoiseQuality::kHigh,   512.0f,  4'000'000},
     {"reference",  4096,      32, DenoiseQuality::kOff,      0.0f,          0},
 };

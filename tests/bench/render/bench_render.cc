@@ -253,17 +253,39 @@ double Psnr(double mean_square) {
   return 10 * std::log10(255.0 * 255.0 / std::max(mean_square, 1e-3));
 }
 
+// Materials that scatter about alike to all sides wherever they were asked.
+std::vector<bool> DiffuseMaterials(const SceneGeometry& geometry) {
+  std::vector<bool> diffuse(geometry.materials.size(), true);
+  for (size_t m = 0; m < geometry.materials.size(); ++m) {
+    if (!geometry.materials[m]) continue;
+    for (int k = 0; k < 64; ++k) {
+      SurfacePoint point;
+      point.texture_m = Vec3f(0.137f, 0.211f, 0.173f) * static_cast<float>(k);
+      point.uv = Vec2f(static_cast<float>(k % 8) / 8, static_cast<float>(k / 8) / 8);
+      point.footprint_m = 1e-3f;
+      const SurfaceSample s = geometry.materials[m]->Evaluate(point);
+      if (s.roughness < 0.4f || s.metallic > 0.1f || s.transmission > 0 || s.clearcoat > 0.1f ||
+          s.opacity < 1) {
+        diffuse[m] = false;
+      }
+    }
+  }
+  return diffuse;
+}
+
 // Root mean square of left minus right, in 8-bit levels, where both eyes see the same place and
 // nothing in its neighbourhood hides another: what a matcher takes for texture that differs.
-// Mirrors and panes are left out.
+// Diffuse pixels only: what shines looks different to each eye by rights.
 class StereoDifference {
  public:
+  explicit StereoDifference(const std::vector<bool>& diffuse) : diffuse_(diffuse) {}
   void Add(const StereoFrame& truth, const ImageRgb8& left, const ImageRgb8& right) {
     const ImageF& disparity = truth.left.disparity_px;
     for (int y = 0; y < disparity.height(); ++y) {
       for (int x = 0; x < disparity.width(); ++x) {
         const float d = disparity(x, y);
         if (d <= 0 || truth.left.occlusion(x, y) || truth.left.masks(x, y)) continue;
+        if (!diffuse_[truth.left.materials(x, y)]) continue;
         const float at = static_cast<float>(x) - d;
         const int x0 = static_cast<int>(std::floor(at));
         if (x0 < 0 || x0 + 1 >= disparity.width()) continue;
@@ -282,8 +304,10 @@ class StereoDifference {
     }
   }
   double rms() const { return count_ > 0 ? std::sqrt(sum_ / count_) : 0; }
+  double pixels() const { return count_ / 3; }
 
  private:
+  const std::vector<bool> diffuse_;
   double sum_ = 0, count_ = 0;
 };
 
@@ -292,7 +316,8 @@ absl::Status MeasureQuality(const Options& options, const v1::Scene& recipe,
   ASSIGN_OR_RETURN(const auto renderer, Renderer::Create(recipe, geometry, ConfigOf(options)));
   double squares = 0, same_exposure = 0, flip = 0, ours = 0, wanted = 0, exposure_ratio = 0;
   int pictures = 0;
-  StereoDifference stereo, wanted_stereo;
+  const std::vector<bool> diffuse = DiffuseMaterials(geometry);
+  StereoDifference stereo(diffuse), wanted_stereo(diffuse);
   for (int i = 0; i < options.quality_rigs; ++i) {
     // Spread over the scene's rigs.
     const v1::Rig& full = recipe.rigs(i * recipe.rigs_size() / options.quality_rigs);
@@ -330,6 +355,7 @@ absl::Status MeasureQuality(const Options& options, const v1::Scene& recipe,
   (*json)["radiance_over_reference"] = ours / wanted;
   (*json)["exposure_over_reference"] = exposure_ratio / std::max(options.quality_rigs, 1);
   (*json)["stereo_rms"] = stereo.rms();
+  (*json)["stereo_diffuse_pixels"] = stereo.pixels();
   (*json)["stereo_rms_of_reference"] = wanted_stereo.rms();
   (*json)["quality_rigs"] = options.quality_rigs;
   (*json)["quality_width_px"] = options.quality_width;

@@ -5,9 +5,7 @@
 #include <httplib.h>
 #include <stdlib.h>
 
-#include <condition_variable>
 #include <filesystem>
-#include <mutex>
 #include <set>
 #include <thread>
 
@@ -16,121 +14,14 @@
 #include "coordinator/http/http_server.h"
 #include "coordinator/queue/job_queue.h"
 #include "parallax/v1/service.grpc.pb.h"
-#include "tests/worker/agent/noop_runner.h"
+#include "puppet.h"
+#include "tests/worker/agent/gated_runner.h"
 #include "worker/agent/agent.h"
 
 namespace parallax {
 namespace {
 
 namespace fs = std::filesystem;
-using WorkClient = grpc::ClientReaderWriter<v1::WorkerMessage, v1::CoordinatorMessage>;
-
-// A worker by hand: one stream whose every message the test writes and reads.
-class Puppet {
- public:
-  explicit Puppet(v1::Coordinator::Stub& coordinator) {
-    SetRpcTimeout(context_, std::chrono::seconds(30));
-    stream_ = coordinator.Work(&context_);
-  }
-
-  void Hello(const std::string& name, const std::vector<v1::AttemptId>& holding = {}) {
-    v1::WorkerMessage message;
-    v1::Hello& hello = *message.mutable_hello();
-    hello.set_name(name);
-    hello.add_kinds(v1::JOB_KIND_SOLVE);
-    hello.add_kinds(v1::JOB_KIND_RENDER);
-    hello.set_slots(1);
-    for (const v1::AttemptId& attempt : holding) *hello.add_holding() = attempt;
-    stream_->Write(message);
-  }
-  void Credit(int jobs) {
-    v1::WorkerMessage message;
-    message.mutable_credit()->set_jobs(jobs);
-    stream_->Write(message);
-  }
-  void Heartbeat(int64_t sequence, const std::vector<v1::AttemptId>& running) {
-    v1::WorkerMessage message;
-    message.mutable_heartbeat()->set_sequence(sequence);
-    for (const v1::AttemptId& attempt : running) {
-      *message.mutable_heartbeat()->add_running()->mutable_attempt() = attempt;
-    }
-    stream_->Write(message);
-  }
-  void HandBack(const v1::AttemptId& attempt) {
-    v1::WorkerMessage message;
-    *message.mutable_hand_back()->mutable_attempt() = attempt;
-    stream_->Write(message);
-  }
-  // The next message of this kind; others are skipped. False when the stream ends first.
-  bool ReadUntil(v1::CoordinatorMessage::MessageCase kind, v1::CoordinatorMessage* message) {
-    while (stream_->Read(message)) {
-      if (message->message_case() == kind) return true;
-    }
-    return false;
-  }
-  void Cut() { context_.TryCancel(); }
-  absl::Status Finish() {
-    stream_->WritesDone();
-    v1::CoordinatorMessage message;
-    while (stream_->Read(&message)) {
-    }
-    return FromGrpc(stream_->Finish());
-  }
-  // What the coordinator ends the stream with, without any doing of ours.
-  absl::Status WaitForEnd() {
-    v1::CoordinatorMessage message;
-    while (stream_->Read(&message)) {
-    }
-    return FromGrpc(stream_->Finish());
-  }
-
- private:
-  grpc::ClientContext context_;
-  std::unique_ptr<WorkClient> stream_;
-};
-
-// Holds every solve until released or cancelled.
-class GatedRunner final : public NoopRunner {
- public:
-  absl::StatusOr<v1::SolveResult> Solve(const v1::SolveJob& job, const CancelToken& cancel,
-                                        const JobProgressFn& progress) override {
-    std::unique_lock lock(mu_);
-    ++started_;
-    changed_.notify_all();
-    while (!changed_.wait_for(lock, std::chrono::milliseconds(2), [this] { return released_; })) {
-      if (!cancel.cancelled()) continue;
-      ++cancelled_;
-      changed_.notify_all();
-      return absl::CancelledError("told to");
-    }
-    lock.unlock();
-    return NoopRunner::Solve(job, cancel, progress);
-  }
-  void Release() {
-    std::lock_guard lock(mu_);
-    released_ = true;
-    changed_.notify_all();
-  }
-  bool WaitForStart() {
-    std::unique_lock lock(mu_);
-    return changed_.wait_for(lock, std::chrono::seconds(20), [this] { return started_ > 0; });
-  }
-  bool WaitForCancel() {
-    std::unique_lock lock(mu_);
-    return changed_.wait_for(lock, std::chrono::seconds(20), [this] { return cancelled_ > 0; });
-  }
-  int started() {
-    std::lock_guard lock(mu_);
-    return started_;
-  }
-
- private:
-  std::mutex mu_;
-  std::condition_variable changed_;
-  int started_ = 0;
-  int cancelled_ = 0;
-  bool released_ = false;
-};
 
 struct RunningAgent {
   std::unique_ptr<Agent> agent;

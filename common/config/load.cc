@@ -6,6 +6,8 @@
 #include "common/base/file.h"
 #include "common/config/builtin.h"
 #include "common/config/config.h"
+#include "common/config/defaults.h"
+#include "common/config/field_rules.h"
 #include "common/config/yaml_reader.h"
 
 namespace parallax {

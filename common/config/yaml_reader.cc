@@ -9,13 +9,12 @@
 #include <set>
 #include <sstream>
 
-#include "common/base/edit_distance.h"
 #include "common/config/config.h"
+#include "common/config/field_rules.h"
 
 namespace parallax::config_internal {
 namespace {
 
-using google::protobuf::EnumDescriptor;
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using google::protobuf::Reflection;
@@ -49,74 +48,6 @@ std::optional<Number> ParseWhole(std::string_view text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
   return value;
-}
-
-// ", did you mean X?" or nothing when no name is near.
-std::string NearestHint(std::string_view name, const std::vector<std::string>& known) {
-  int best_distance = std::max(2, static_cast<int>(name.size()) / 3) + 1;
-  std::string best;
-  for (const std::string& candidate : known) {
-    const int distance = static_cast<int>(EditDistance(name, candidate));
-    if (distance < best_distance) {
-      best_distance = distance;
-      best = candidate;
-    }
-  }
-  return best.empty() ? "" : ", did you mean " + best + "?";
-}
-
-std::string WithUnit(const v1::FieldRule& rule) {
-  return rule.unit().empty() ? "" : " " + rule.unit();
-}
-
-// "0 to 12 m", "at least 0 m", "a number".
-std::string AllowedRange(const v1::FieldRule& rule) {
-  if (rule.has_min() && rule.has_max()) {
-    return NumberText(rule.min()) + " to " + NumberText(rule.max()) + WithUnit(rule);
-  }
-  if (rule.has_min()) return "at least " + NumberText(rule.min()) + WithUnit(rule);
-  if (rule.has_max()) return "at most " + NumberText(rule.max()) + WithUnit(rule);
-  return rule.integer() ? "a whole number" : "a number";
-}
-
-bool InRange(double value, const v1::FieldRule& rule) {
-  return !(rule.has_min() && value < rule.min()) && !(rule.has_max() && value > rule.max());
-}
-
-const v1::FieldRule& RuleOf(const FieldDescriptor& field) {
-  return field.options().GetExtension(v1::rule);
-}
-
-bool IsDistribution(const FieldDescriptor& field) {
-  return field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE &&
-         field.message_type() == v1::Distribution::descriptor();
-}
-
-std::string EnumPrefix(const EnumDescriptor& type) {
-  std::string prefix;
-  for (const char c : type.name()) {
-    if (!prefix.empty() && c >= 'A' && c <= 'Z') prefix += '_';
-    prefix += static_cast<char>(c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c);
-  }
-  return prefix + "_";
-}
-
-std::vector<std::string> EnumTexts(const EnumDescriptor& type) {
-  std::vector<std::string> names;
-  for (int i = 0; i < type.value_count(); ++i) {
-    if (type.value(i)->number() != 0) names.push_back(EnumText(*type.value(i)));
-  }
-  return names;
-}
-
-std::vector<std::string> FieldNames(const google::protobuf::Descriptor& type) {
-  std::vector<std::string> names;
-  for (int i = 0; i < type.field_count(); ++i) names.push_back(type.field(i)->name());
-  return names;
-}
-
-std::string Dotted(const std::string& path, const std::string& name) {
-  return path.empty() ? name : path + "." + name;
 }
 
 constexpr char kDistributionForms[] =
@@ -161,30 +92,6 @@ class DocumentCounter final : public YAML::EventHandler {
 };
 
 }  // namespace
-
-std::string JoinNames(const std::vector<std::string>& names) {
-  std::string joined;
-  for (const std::string& name : names) joined += (joined.empty() ? "" : ", ") + name;
-  return joined;
-}
-
-std::string EnumText(const google::protobuf::EnumValueDescriptor& value) {
-  const std::string prefix = EnumPrefix(*value.type());
-  std::string text = value.name();
-  if (text.compare(0, prefix.size(), prefix) == 0) text.erase(0, prefix.size());
-  for (char& c : text) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
-  return text;
-}
-
-std::string NumberText(double value) {
-  if (value == std::floor(value) && std::abs(value) < 1e15 &&
-      !(value == 0 && std::signbit(value))) {
-    return std::to_string(static_cast<int64_t>(value));
-  }
-  char buffer[32];
-  const auto end = std::to_chars(buffer, buffer + sizeof(buffer), value);
-  return {buffer, end.ptr};
-}
 
 void ConfigErrors::Add(std::string_view file, int line, std::string_view path,
                        std::string_view what) {
@@ -587,32 +494,6 @@ void YamlReader::SetList(const YAML::Node& node, const std::string& path,
   const Reflection& reflection = *message->GetReflection();
   reflection.ClearField(message, &field);
   for (std::string& value : values) reflection.AddString(message, &field, std::move(value));
-}
-
-void ApplyDefaults(Message* message) {
-  const Reflection& reflection = *message->GetReflection();
-  ConfigErrors errors;
-  YamlReader reader("built-in defaults", &errors);
-  for (int i = 0; i < message->GetDescriptor()->field_count(); ++i) {
-    const FieldDescriptor& field = *message->GetDescriptor()->field(i);
-    const v1::FieldRule& rule = RuleOf(field);
-    if (rule.default_yaml().empty()) {
-      if (field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE && !field.is_repeated()) {
-        ApplyDefaults(reflection.MutableMessage(message, &field));
-      }
-      continue;
-    }
-    const bool set = field.is_repeated() ? reflection.FieldSize(*message, &field) > 0
-                                         : reflection.HasField(*message, &field);
-    if (set) continue;
-    YAML::Node node;
-    node[field.name()] = YAML::Load(rule.default_yaml());
-    reader.Merge(node, message, "");
-  }
-  if (!errors.empty()) {
-    // A FieldRule that breaks itself can't be repaired at run time; the unit test catches it first.
-    throw std::logic_error(errors.ToStatus().ToString());
-  }
 }
 
 }  // namespace parallax::config_internal

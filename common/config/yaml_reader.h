@@ -77,13 +77,4 @@ class YamlReader {
   ConfigErrors* errors_;
 };
 
-// Sets every field that is absent to its rule's default, through all messages.
-void ApplyDefaults(google::protobuf::Message* message);
-
-// "SCENE_TYPE_INDOOR" -> "indoor".
-std::string EnumText(const google::protobuf::EnumValueDescriptor& value);
-// Shortest text that reads back to the same number; "5" rather than "5.0".
-std::string NumberText(double value);
-std::string JoinNames(const std::vector<std::string>& names);
-
 }  // namespace parallax::config_internal

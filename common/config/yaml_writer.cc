@@ -4,7 +4,7 @@
 #include <map>
 
 #include "common/config/config.h"
-#include "common/config/yaml_reader.h"
+#include "common/config/field_rules.h"
 
 namespace parallax {
 namespace {

@@ -1,0 +1,40 @@
+#include "common/config/defaults.h"
+
+#include <stdexcept>
+
+#include "common/config/field_rules.h"
+#include "common/config/yaml_reader.h"
+
+namespace parallax::config_internal {
+
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+using google::protobuf::Reflection;
+
+void ApplyDefaults(Message* message) {
+  const Reflection& reflection = *message->GetReflection();
+  ConfigErrors errors;
+  YamlReader reader("built-in defaults", &errors);
+  for (int i = 0; i < message->GetDescriptor()->field_count(); ++i) {
+    const FieldDescriptor& field = *message->GetDescriptor()->field(i);
+    const v1::FieldRule& rule = RuleOf(field);
+    if (rule.default_yaml().empty()) {
+      if (field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE && !field.is_repeated()) {
+        ApplyDefaults(reflection.MutableMessage(message, &field));
+      }
+      continue;
+    }
+    const bool set = field.is_repeated() ? reflection.FieldSize(*message, &field) > 0
+                                         : reflection.HasField(*message, &field);
+    if (set) continue;
+    YAML::Node node;
+    node[field.name()] = YAML::Load(rule.default_yaml());
+    reader.Merge(node, message, "");
+  }
+  if (!errors.empty()) {
+    // A FieldRule that breaks itself can't be repaired at run time; the unit test catches it first.
+    throw std::logic_error(errors.ToStatus().ToString());
+  }
+}
+
+}  // namespace parallax::config_internal

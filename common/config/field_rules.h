@@ -1,0 +1,32 @@
+// Inner part of common/config: what a field's rule (FieldRule in config.proto) says, and the names
+// of fields and values, in the words of a message to the user.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "parallax/v1/config.pb.h"
+
+namespace parallax::config_internal {
+
+const v1::FieldRule& RuleOf(const google::protobuf::FieldDescriptor& field);
+bool IsDistribution(const google::protobuf::FieldDescriptor& field);
+bool InRange(double value, const v1::FieldRule& rule);
+// "0 to 12 m", "at least 0 m", "a number".
+std::string AllowedRange(const v1::FieldRule& rule);
+
+// "SCENE_TYPE_INDOOR" -> "indoor".
+std::string EnumText(const google::protobuf::EnumValueDescriptor& value);
+std::vector<std::string> EnumTexts(const google::protobuf::EnumDescriptor& type);
+std::vector<std::string> FieldNames(const google::protobuf::Descriptor& type);
+// "render.profile"; `name` alone at the top.
+std::string Dotted(const std::string& path, const std::string& name);
+
+// Shortest text that reads back to the same number; "5" rather than "5.0".
+std::string NumberText(double value);
+std::string JoinNames(const std::vector<std::string>& names);
+// ", did you mean X?" or nothing when no name is near.
+std::string NearestHint(std::string_view name, const std::vector<std::string>& known);
+
+}  // namespace parallax::config_internal

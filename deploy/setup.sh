@@ -48,6 +48,7 @@ install_oidn() {
   fi
   say "Open Image Denoise $OIDN_VERSION: installing into $OIDN_ROOT"
   local tmp; tmp=$(mktemp -d)
+  # shellcheck disable=SC2064  # Expands now: tmp is local.
   trap "rm -rf '$tmp'" EXIT
   echo "$OIDN_WHEEL --hash=sha256:$OIDN_SHA256" > "$tmp/requirements.txt"
   python3 -m pip download --quiet --disable-pip-version-check --no-deps --require-hashes --only-binary :all: \

@@ -49,6 +49,7 @@ TEST_F(AgentTest, LeasesTheNextJobBeforeTheOneAtHandEnds) {
   coordinator_.Offer(SolveLease(3, 13, 2));
   ASSERT_TRUE(coordinator_.WaitFor([](const Seen& seen) { return seen.leases_sent == 2; }));
   EXPECT_TRUE(coordinator_.seen().completes.empty());
+  EXPECT_EQ(coordinator_.seen().credit_ahead, 1) << "the coordinator must not see a free slot";
   EXPECT_TRUE(started_.Wait());
   finish_.Open();
   EXPECT_TRUE(coordinator_.WaitFor([](const Seen& seen) { return seen.completes.size() == 3; }));

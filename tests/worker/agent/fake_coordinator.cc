@@ -83,6 +83,7 @@ grpc::Status FakeCoordinator::Work(grpc::ServerContext*, WorkStream* stream) {
     std::lock_guard lock(mu_);
     if (message.has_credit()) {
       credit_ += message.credit().jobs();
+      seen_.credit_ahead += message.credit().ahead();
       SendLeases();
     } else if (message.has_heartbeat()) {
       seen_.heartbeats.push_back(message.heartbeat());

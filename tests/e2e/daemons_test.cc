@@ -85,7 +85,7 @@ class DaemonsTest : public testing::Test {
 
   // Asks until `condition` holds; a coordinator that is away is waited for.
   bool WaitFor(int64_t study_id, const std::function<bool(const v1::StudyStatus&)>& condition) {
-    const auto deadline = std::chrono::steady_clock::now() + seconds(50);
+    const auto deadline = std::chrono::steady_clock::now() + kPatience * seconds(50);
     while (std::chrono::steady_clock::now() < deadline) {
       grpc::ClientContext context;
       SetRpcTimeout(context, seconds(5));

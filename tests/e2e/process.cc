@@ -92,7 +92,8 @@ int Process::Wait(Seconds limit) {
     // In slices: time in which all of us were frozen (a suspended machine) counts as one.
     constexpr int kSliceMs = 100;
     int ready = 0;
-    for (double left_ms = limit.count() * 1000; ready == 0 && left_ms > 0; left_ms -= kSliceMs) {
+    for (double left_ms = kPatience * limit.count() * 1000; ready == 0 && left_ms > 0;
+         left_ms -= kSliceMs) {
       ready = poll(&end, 1, static_cast<int>(std::min<double>(kSliceMs, left_ms)));
     }
     close(fd);
@@ -104,7 +105,7 @@ int Process::Wait(Seconds limit) {
 }
 
 bool Process::ReadLine(std::string* line, Seconds limit) {
-  const auto deadline = std::chrono::steady_clock::now() + limit;
+  const auto deadline = std::chrono::steady_clock::now() + kPatience * limit;
   while (true) {
     const bool running = Running();
     const std::string text = Out();

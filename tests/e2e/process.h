@@ -11,7 +11,14 @@
 
 namespace parallax {
 
-// Not thread-safe.
+// Limits of time are for a plain build; sanitizers make a program several times slower.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr double kPatience = 5;
+#else
+constexpr double kPatience = 1;
+#endif
+
+// Not thread-safe. Limits are multiplied by kPatience.
 class Process {
  public:
   using Seconds = std::chrono::duration<double>;

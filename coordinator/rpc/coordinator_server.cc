@@ -39,6 +39,8 @@ class CoordinatorServerImpl final : public CoordinatorServer {
                  queue.database_id(), LeaseFor(options, queue)),
         artifacts_(options.store, options.spool_dir, HolderWritesBelowItsAttempt(queue)) {
     queue_.SetObserver(&dispatcher_);
+    worker_pool_.Start();
+    client_pool_.Start();
   }
 
   ~CoordinatorServerImpl() override { Shutdown(); }

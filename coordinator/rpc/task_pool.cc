@@ -4,8 +4,8 @@
 
 namespace parallax {
 
-TaskPool::TaskPool(int threads) {
-  for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { Loop(); });
+void TaskPool::Start() {
+  for (std::thread& thread : threads_) thread = std::thread([this] { Loop(); });
 }
 
 TaskPool::~TaskPool() {
@@ -14,7 +14,9 @@ TaskPool::~TaskPool() {
     closing_ = true;
   }
   work_.notify_all();
-  for (std::thread& thread : threads_) thread.join();
+  for (std::thread& thread : threads_) {
+    if (thread.joinable()) thread.join();
+  }
 }
 
 void TaskPool::Run(std::function<void()> task) {

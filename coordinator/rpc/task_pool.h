@@ -13,9 +13,11 @@ namespace parallax {
 // Thread-safe.
 class TaskPool {
  public:
-  explicit TaskPool(int threads);
+  explicit TaskPool(int threads) : threads_(static_cast<size_t>(threads)) {}
   ~TaskPool();  // Runs what was accepted, then ends.
 
+  // Once, when all that tasks use is there; what was accepted before then waits.
+  void Start();
   void Run(std::function<void()> task);
 
  private:

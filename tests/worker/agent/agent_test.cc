@@ -58,12 +58,16 @@ TEST_F(AgentTest, LeasesTheNextJobBeforeTheOneAtHandEnds) {
 TEST_F(AgentTest, ADrainingWorkerHandsBackWhatWaitsAtOnce) {
   options_.slots = 1;
   options_.ahead_s = 60;
+  coordinator_.Change([](auto& how) { how.lease_s = 0.4; });
   runner_.Hold(1, started_, finish_, cancelled_);
   StartAgent();
   coordinator_.Offer(SolveLease(1, 11, 1));
   coordinator_.Offer(SolveLease(2, 12, 2));
   ASSERT_TRUE(coordinator_.WaitFor([](const Seen& seen) { return seen.leases_sent == 2; }));
   ASSERT_TRUE(started_.Wait());
+  ASSERT_TRUE(coordinator_.WaitFor([](const Seen& seen) {
+    return !seen.heartbeats.empty() && seen.heartbeats.back().running_size() == 2;
+  })) << "it has the second lease";
   agent_->Drain();
   ASSERT_TRUE(coordinator_.WaitFor([](const Seen& seen) { return seen.hand_backs.size() == 1; }));
   EXPECT_EQ(coordinator_.seen().hand_backs[0].attempt().job_id(), 2);

@@ -49,10 +49,10 @@ const std::vector<Invariant>* MakeInvariants() {
        "j.fence"
        " WHERE j.state IN ('LEASED', 'SUCCEEDED', 'REJECTED')"},
       {"the ledgers agree with the jobs",
-       "SELECT j.id FROM jobs AS j WHERE (j.app_failures > 0 OR j.infra_losses > 0"
-       " OR j.id IN (SELECT job_id FROM attempt_losses)) AND (j.app_failures <>"
-       " (SELECT count(*) FROM attempt_losses AS l WHERE l.job_id = j.id AND l.ledger = 'app')"
-       " OR j.infra_losses <> (SELECT count(*) FROM attempt_losses AS l WHERE l.job_id = j.id"
+       "SELECT j.id FROM all_jobs AS j WHERE (j.app_failures > 0 OR j.infra_losses > 0"
+       " OR j.id IN (SELECT job_id FROM all_losses)) AND (j.app_failures <>"
+       " (SELECT count(*) FROM all_losses AS l WHERE l.job_id = j.id AND l.ledger = 'app')"
+       " OR j.infra_losses <> (SELECT count(*) FROM all_losses AS l WHERE l.job_id = j.id"
        " AND l.ledger <> 'app') OR j.attempts < j.app_failures + j.infra_losses)"},
       {"only the work itself fails a job",
        "SELECT id FROM all_jobs WHERE state = 'FAILED' AND app_failures = 0"},

@@ -9,9 +9,7 @@ namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
-MaterialSlot ShellSlot() {
-  return Slot("body", {"GlazedCeramic", "SpeckledCeramic", "Sandstone"});
-}
+MaterialSlot ShellSlot() { return Slot("body", {"GlazedCeramic", "SpeckledCeramic", "Sandstone"}); }
 
 // A tube that grows along a logarithmic spiral: snails and whelks.
 Shape SpiralShell(float size, float turns, float growth, float rise, float ridges) {

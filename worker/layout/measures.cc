@@ -10,7 +10,7 @@ namespace parallax {
 namespace {
 
 constexpr double kHeadHeight_m = 1.9;
-constexpr double kCell_m = 0.16;  // Of the grid on which reach is measured.
+constexpr double kCell_m = 0.16;        // Of the grid on which reach is measured.
 constexpr double kBodyRadius_m = 0.24;  // Ways are 48 cm wide at least.
 
 bool InRoom(const v1::Room& room, const Vec2d& p) {

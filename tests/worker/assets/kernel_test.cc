@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <map>
 
+#include "tests/worker/assets/open_edges.h"
 #include "worker/assets/kernel/builder.h"
 #include "worker/assets/kernel/noise.h"
 #include "worker/assets/kernel/primitives.h"
@@ -11,23 +11,6 @@
 
 namespace parallax::kernel {
 namespace {
-
-// Edges that are not run through once each way.
-int OpenEdges(const Shape& shape) {
-  std::map<std::pair<uint32_t, uint32_t>, int> balance;
-  for (const Face& f : shape.faces) {
-    for (int k = 0; k < f.corners; ++k) {
-      const uint32_t a = f.v[k], b = f.v[(k + 1) % f.corners];
-      if (a < b)
-        ++balance[{a, b}];
-      else
-        --balance[{b, a}];
-    }
-  }
-  int open = 0;
-  for (const auto& [edge, count] : balance) open += count != 0;
-  return open;
-}
 
 TEST(Kernel, SolidsAreClosedAndHaveTheVolumeOfTheirFormula) {
   const Noise noise(1);

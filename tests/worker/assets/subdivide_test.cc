@@ -3,26 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <map>
 
+#include "tests/worker/assets/open_edges.h"
 #include "worker/assets/kernel/detail.h"
 #include "worker/assets/kernel/primitives.h"
 
 namespace parallax::kernel {
 namespace {
-
-int OpenEdges(const Shape& shape) {
-  std::map<std::pair<uint32_t, uint32_t>, int> balance;
-  for (const Face& f : shape.faces) {
-    for (int k = 0; k < f.corners; ++k) {
-      const uint32_t a = f.v[k], b = f.v[(k + 1) % f.corners];
-      balance[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
-    }
-  }
-  int open = 0;
-  for (const auto& [edge, count] : balance) open += count != 0;
-  return open;
-}
 
 Cage Box(const Vec3f& size) { return {RoundedBox(size, {.bevel_m = 0}), {}}; }
 

@@ -53,24 +53,57 @@ absl::StatusOr<LightTable> LightTable::Build(const v1::Scene& scene, const Rende
       for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
         const uint16_t slot = mesh.triangles[t].slot;
         if (slot >= mesh.slots.size() || mesh.slots[slot].name != light.slot()) continue;
-        std::array<Vec3f, 3> corners;
-        geometry.Corners(p, t, corners.data());
-        const float area = 0.5f * (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm();
-        if (!(area > 0.0f)) continue;
+        Vec3f corners[3];
+        geometry.Corners(p, t, corners);
+        if (!lamp.AddFace(corners)) continue;
         lights[slot] = static_cast<int>(table.lamps_.size());
-        lamp.cumulative.push_back(area + (lamp.cumulative.empty() ? 0 : lamp.cumulative.back()));
-        lamp.faces.push_back(corners);
         for (const Vec3f& corner : corners) box.extend(corner);
       }
     }
     if (lamp.faces.empty()) continue;
     lamp.center = box.center();
     lamp.radius = 0.5f * box.diagonal().norm();
-    lamp.radiance = power / (kPi * lamp.cumulative.back());
+    lamp.radiance = power / (kPi * lamp.area);
+    lamp.MakeGuide();
     table.lamps_.push_back(std::move(lamp));
   }
-  table.AddPortals(scene, geometry);
+  if (scene.has_room()) table.AddRoom(scene.room(), scene.ceiling_removed(), geometry);
+  for (const v1::Room& room : scene.rooms()) table.AddRoom(room, false, geometry);
   return table;
+}
+
+// False for a face without area.
+bool LightTable::Lamp::AddFace(const Vec3f corners[3]) {
+  Face face;
+  face.corner = corners[0];
+  face.edge_u = corners[1] - corners[0];
+  face.edge_v = corners[2] - corners[0];
+  const Vec3f cross = face.edge_v.cross(face.edge_u);
+  const float length = cross.norm();
+  face.below = area;
+  face.area = area + 0.5f * length - face.below;
+  if (!(face.area > 0.0f)) return false;
+  face.back = cross / length;
+  area = face.below + face.area;
+  faces.push_back(face);
+  return true;
+}
+
+void LightTable::Lamp::MakeGuide() {
+  guide.resize(faces.size());
+  uint32_t face = 0;
+  for (size_t i = 0; i < guide.size(); ++i) {
+    const float start = area * static_cast<float>(i) / static_cast<float>(guide.size());
+    while (face + 1 < faces.size() && faces[face + 1].below <= start) ++face;
+    guide[i] = face;
+  }
+}
+
+const LightTable::Face& LightTable::Lamp::FaceAt(float at) const {
+  const auto part = static_cast<size_t>(at / area * static_cast<float>(guide.size()));
+  size_t face = guide[std::min(part, guide.size() - 1)];
+  while (face + 1 < faces.size() && faces[face + 1].below <= at) ++face;
+  return faces[face];
 }
 
 absl::Status LightTable::AddSphereOrSpot(const v1::Light& light, const Vec3f& power, Lamp* lamp) {
@@ -102,56 +135,50 @@ absl::Status LightTable::AddSphereOrSpot(const v1::Light& light, const Vec3f& po
   return absl::OkStatus();
 }
 
-void LightTable::AddPortals(const v1::Scene& scene, const RenderScene& geometry) {
-  if (!scene.has_room() || !(scene.room().width_m() > 0)) return;
-  const v1::Room& room = scene.room();
-  const auto w = static_cast<float>(room.width_m());
-  const auto d = static_cast<float>(room.depth_m());
-  const auto h = static_cast<float>(room.height_m());
-  const auto wall = static_cast<float>(room.wall_thickness_m());
-  has_room_ = true;
+void LightTable::AddRoom(const v1::Room& room, bool open_top, const RenderScene& geometry) {
+  if (!(room.width_m() > 0)) return;
+  const Vec3f origin = Vec3d(room.origin_x_m(), room.origin_y_m(), room.floor_z_m()).cast<float>();
+  const Vec3f size = Vec3d(room.width_m(), room.depth_m(), room.height_m()).cast<float>();
+  const auto wall_m = [&](int wall) {
+    return static_cast<float>(room.wall_depth_m_size() == 4 ? room.wall_depth_m(wall)
+                                                            : room.wall_thickness_m());
+  };
   // A little less than the walls' outer faces, whose own points are outside.
-  const float rim = std::max(0.0f, wall - 1e-3f);
-  room_ = Box3f(Vec3f(-rim, -rim, -rim), Vec3f(w + rim, d + rim, h + rim));
+  const auto rim = [&](int wall) { return std::max(0.0f, wall_m(wall) - 1e-3f); };
+  Enclosure enclosure;
+  enclosure.box = Box3f(origin - Vec3f(rim(3), rim(0), rim(0)),
+                        origin + size + Vec3f(rim(1), rim(2), open_top ? -1e-3f : rim(0)));
 
-  const auto add = [&](const Vec3f& corner, const Vec3f& u, const Vec3f& v, const Vec3f& out) {
-    Portal portal{corner, u, v, out, u.cross(v).norm()};
+  const auto add = [&](const Vec3f& corner, const Vec3f& u, const Vec3f& v, const Vec3f& out,
+                       float depth) {
+    Portal portal{origin + corner, u, v, out, u.cross(v).norm()};
     // A portal that lets nothing through (a closed door) is not worth samples.
     constexpr int kProbes = 8;
-    int open = 0;
-    for (int i = 0; i < kProbes * kProbes; ++i) {
-      const Vec3f p = corner + u * ((static_cast<float>(i % kProbes) + 0.5f) / kProbes) +
+    bool open = false;
+    for (int i = 0; i < kProbes * kProbes && !open; ++i) {
+      const Vec3f p = portal.corner + u * ((static_cast<float>(i % kProbes) + 0.5f) / kProbes) +
                       v * ((static_cast<float>(i / kProbes) + 0.5f) / kProbes);
-      const Vec3f start = p - out * (wall + 0.05f);
-      if (geometry.Transmittance(start, out, 1e3f).maxCoeff() > 0.0f) ++open;
+      open = geometry.Transmittance(p - out * (depth + 0.05f), out, 1e3f).maxCoeff() > 0.0f;
     }
-    if (open > 0 && portal.area > 0.0f) portals_.push_back(portal);
+    if (open && portal.area > 0.0f) enclosure.portals.push_back(portal);
   };
   for (const v1::Opening& opening : room.openings()) {
-    const auto width = static_cast<float>(opening.width_m());
-    const auto height = static_cast<float>(opening.height_m());
-    const auto start = static_cast<float>(opening.center_m()) - 0.5f * width;
+    const auto start = static_cast<float>(opening.center_m() - 0.5 * opening.width_m());
     const auto sill = static_cast<float>(opening.sill_m());
-    const Vec3f up = height * Vec3f::UnitZ();
-    switch (opening.wall()) {
-      case 0:
-        add({start, -wall, sill}, width * Vec3f::UnitX(), up, -Vec3f::UnitY());
-        break;
-      case 1:
-        add({w + wall, start, sill}, width * Vec3f::UnitY(), up, Vec3f::UnitX());
-        break;
-      case 2:
-        add({start, d + wall, sill}, width * Vec3f::UnitX(), up, Vec3f::UnitY());
-        break;
-      default:
-        add({-wall, start, sill}, width * Vec3f::UnitY(), up, -Vec3f::UnitX());
-        break;
-    }
+    const bool along_x = opening.wall() == 0 || opening.wall() == 2;
+    const bool far = opening.wall() == 1 || opening.wall() == 2;
+    const float depth = wall_m(opening.wall());
+    const float across = far ? (along_x ? size.y() : size.x()) + depth : -depth;
+    const Vec3f along = along_x ? Vec3f::UnitX() : Vec3f::UnitY();
+    const Vec3f out = (far ? 1.0f : -1.0f) * (along_x ? Vec3f::UnitY() : Vec3f::UnitX());
+    add(along_x ? Vec3f(start, across, sill) : Vec3f(across, start, sill),
+        static_cast<float>(opening.width_m()) * along,
+        static_cast<float>(opening.height_m()) * Vec3f::UnitZ(), out, depth);
   }
-  if (scene.ceiling_removed()) {
-    room_.max().z() = h - 1e-3f;
-    add({0, 0, h}, w * Vec3f::UnitX(), d * Vec3f::UnitY(), Vec3f::UnitZ());
+  if (open_top) {
+    add({0, 0, size.z()}, {size.x(), 0, 0}, {0, size.y(), 0}, Vec3f::UnitZ(), wall_m(0));
   }
+  enclosures_.push_back(std::move(enclosure));
 }
 
 float LightTable::LampImportance(const Lamp& lamp, const Vec3f& position) const {
@@ -193,9 +220,9 @@ float LightTable::DomeImportance() const {
 float LightTable::SunImportance(const LightReceiver& at) const {
   if (!sky_.has_sun()) return 0;
   const float irradiance = Luminance(sky_.SunRadiance()) * sky_.sun_solid_angle();
-  if (!at.in_room) return irradiance;
+  if (!at.enclosure) return irradiance;
   // Only through an opening.
-  for (const Portal& portal : portals_) {
+  for (const Portal& portal : at.enclosure->portals) {
     const float cosine = portal.normal.dot(sky_.sun_direction());
     const float height = portal.normal.dot(portal.corner - at.position);
     if (cosine <= 1e-4f || height <= 0.0f) continue;
@@ -208,13 +235,24 @@ float LightTable::SunImportance(const LightReceiver& at) const {
   return 0;
 }
 
+size_t LightTable::portals() const {
+  size_t sum = 0;
+  for (const Enclosure& enclosure : enclosures_) sum += enclosure.portals.size();
+  return sum;
+}
+
 LightReceiver LightTable::Receive(const Vec3f& position) const {
   LightReceiver at;
   at.position = position;
-  at.in_room = has_room_ && room_.contains(position);
+  for (const Enclosure& enclosure : enclosures_) {
+    if (!enclosure.box.contains(position)) continue;
+    at.enclosure = &enclosure;
+    break;
+  }
   for (const Lamp& lamp : lamps_) at.total += LampImportance(lamp, position);
-  if (at.in_room) {
-    for (const Portal& portal : portals_) at.total += PortalImportance(portal, position);
+  if (at.enclosure) {
+    for (const Portal& portal : at.enclosure->portals)
+      at.total += PortalImportance(portal, position);
   } else {
     at.total += DomeImportance();
   }
@@ -237,8 +275,8 @@ LightSample LightTable::Sample(const LightReceiver& at, float choice, const Vec2
     sample.pdf *= importance / at.total;
     return sample;
   }
-  if (at.in_room) {
-    for (const Portal& portal : portals_) {
+  if (at.enclosure) {
+    for (const Portal& portal : at.enclosure->portals) {
       if (chosen(PortalImportance(portal, at.position))) return SamplePortal(portal, at, u);
     }
   } else if (chosen(DomeImportance())) {
@@ -256,25 +294,19 @@ LightSample LightTable::SampleLamp(const Lamp& lamp, const Vec3f& position, cons
   const Vec3f to = lamp.center - position;
   const float d2 = to.squaredNorm();
   if (lamp.mesh) {
-    const float area = u.x() * lamp.cumulative.back();
-    const auto found = std::upper_bound(lamp.cumulative.begin(), lamp.cumulative.end(), area);
-    const size_t face = std::min<size_t>(static_cast<size_t>(found - lamp.cumulative.begin()),
-                                         lamp.cumulative.size() - 1);
-    const float below = face > 0 ? lamp.cumulative[face - 1] : 0.0f;
-    const float own = lamp.cumulative[face] - below;
+    const float area = u.x() * lamp.area;
+    const Face& face = lamp.FaceAt(area);
     // What is left of the first number after the choice serves again.
-    const Vec2f b = SampleTriangle({std::clamp((area - below) / own, 0.0f, 1.0f), u.y()});
-    const auto& corners = lamp.faces[face];
-    const Vec3f e1 = corners[1] - corners[0];
-    const Vec3f e2 = corners[2] - corners[0];
-    const Vec3f v = corners[0] + b.x() * e1 + b.y() * e2 - position;
+    const Vec2f b =
+        SampleTriangle({std::clamp((area - face.below) / face.area, 0.0f, 1.0f), u.y()});
+    const Vec3f v = face.corner + b.x() * face.edge_u + b.y() * face.edge_v - position;
     const float v2 = v.squaredNorm();
     if (!(v2 > 1e-12f)) return sample;
     sample.distance = std::sqrt(v2);
     sample.direction = v / sample.distance;
-    const float cosine = -e1.cross(e2).normalized().dot(sample.direction);
+    const float cosine = face.back.dot(sample.direction);
     if (cosine <= 1e-5f) return sample;
-    sample.pdf = v2 / (cosine * lamp.cumulative.back());
+    sample.pdf = v2 / (cosine * lamp.area);
     sample.radiance = lamp.radiance;
     return sample;
   }
@@ -340,12 +372,12 @@ LightSample LightTable::SampleSun(const Vec2f& u) const {
 
 float LightTable::SkyPdf(const LightReceiver& at, const Vec3f& direction) const {
   if (!(at.total > 0.0f)) return 0;
-  if (!at.in_room) {
+  if (!at.enclosure) {
     const float pdf = (direction.z() >= 0.0f ? kUpperShare : 1.0f - kUpperShare) / (2.0f * kPi);
     return pdf * DomeImportance() / at.total;
   }
   float pdf = 0;
-  for (const Portal& portal : portals_) {
+  for (const Portal& portal : at.enclosure->portals) {
     const float cosine = portal.normal.dot(direction);
     const float height = portal.normal.dot(portal.corner - at.position);
     if (cosine <= 1e-5f || height <= 0.0f) continue;
@@ -377,8 +409,7 @@ float LightTable::MeshPdf(const LightReceiver& at, uint32_t placed, uint16_t slo
   const int light = MeshLight(placed, slot);
   if (light < 0 || !(at.total > 0.0f) || cosine <= 1e-5f) return 0;
   const Lamp& lamp = lamps_[static_cast<size_t>(light)];
-  return LampImportance(lamp, at.position) / at.total * Square(distance) /
-         (cosine * lamp.cumulative.back());
+  return LampImportance(lamp, at.position) / at.total * Square(distance) / (cosine * lamp.area);
 }
 
 Vec3f LightTable::SphereRadiance(const LightReceiver& at, const Vec3f& origin,

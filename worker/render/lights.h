@@ -4,8 +4,8 @@
 //
 // Point lights are spheres that only light sees: the camera looks through them, mirrors show them.
 // Spot lights are such spheres that shine into a cone.
-// Mesh lights shine from the front of their faces. Inside of a room the sky is sampled through its
-// openings (portals at the walls' outer faces, and the open top when there is no ceiling);
+// Mesh lights shine from the front of their faces. Inside of a room the sky is sampled through that
+// room's openings (portals at the walls' outer faces, and the open top when there is no ceiling);
 // elsewhere over the whole sphere. Sampling that misses part of a source is no error: MIS gives
 // that part to BSDF sampling. Constant after Build; thread-safe.
 #pragma once
@@ -19,11 +19,23 @@
 
 namespace parallax {
 
+// A way out of a room for light from the sky.
+struct Portal {
+  Vec3f corner, edge_u, edge_v, normal;  // Normal points out of the room.
+  float area = 0;
+};
+
+// A room, up to the outer faces of its walls.
+struct Enclosure {
+  Box3f box;
+  std::vector<Portal> portals;
+};
+
 // A point that gathers light, with what choosing among lights needs to be computed once.
 struct LightReceiver {
   Vec3f position = Vec3f::Zero();
-  bool in_room = false;
-  float total = 0;  // Sum of importances.
+  const Enclosure* enclosure = nullptr;  // The room that it is in; none: outdoors.
+  float total = 0;                       // Sum of importances.
 };
 
 struct LightSample {
@@ -60,9 +72,16 @@ class LightTable {
 
   const SkyModel& sky() const { return sky_; }
   bool empty() const { return lamps_.empty() && !sky_.has_sky() && !sky_.has_sun(); }
-  size_t portals() const { return portals_.size(); }
+  // Of all rooms.
+  size_t portals() const;
 
  private:
+  struct Face {
+    Vec3f corner, edge_u, edge_v;
+    Vec3f back;       // Unit, away from where it shines.
+    float below = 0;  // Area of the faces before it, m^2.
+    float area = 0;
+  };
   struct Lamp {
     Vec3f center = Vec3f::Zero();
     float radius = 0;  // Of the sphere, or around a mesh light's faces.
@@ -83,16 +102,17 @@ class LightTable {
       const float t = (cosine - cos_outer) / (cos_inner - cos_outer);
       return t * t * (3.0f - 2.0f * t);
     }
-    // Mesh lights.
-    std::vector<std::array<Vec3f, 3>> faces;
-    std::vector<float> cumulative;  // Area up to and with each face, m^2.
+    // Mesh lights. `guide` says for equal parts of the area with which face each begins.
+    std::vector<Face> faces;
+    std::vector<uint32_t> guide;
+    float area = 0;  // Of all faces, m^2.
     bool mesh = false;
-  };
-  struct Portal {
-    Vec3f corner, edge_u, edge_v, normal;  // Normal points out of the room.
-    float area = 0;
-  };
 
+    bool AddFace(const Vec3f corners[3]);
+    void MakeGuide();
+    // The face at `at` of the cumulative area.
+    const Face& FaceAt(float at) const;
+  };
   static absl::Status AddSphereOrSpot(const v1::Light& light, const Vec3f& power, Lamp* lamp);
   int MeshLight(uint32_t placed, uint16_t slot) const;
   float LampImportance(const Lamp& lamp, const Vec3f& position) const;
@@ -104,15 +124,13 @@ class LightTable {
   LightSample SamplePortal(const Portal& portal, const LightReceiver& at, const Vec2f& u) const;
   LightSample SampleDome(const LightReceiver& at, const Vec2f& u) const;
   LightSample SampleSun(const Vec2f& u) const;
-  void AddPortals(const v1::Scene& scene, const RenderScene& geometry);
+  void AddRoom(const v1::Room& room, bool open_top, const RenderScene& geometry);
 
   SkyModel sky_;
   std::vector<Lamp> lamps_;
   std::vector<size_t> spheres_;  // Of `lamps_`.
-  std::vector<Portal> portals_;
+  std::vector<Enclosure> enclosures_;
   std::vector<std::vector<int>> mesh_lights_;  // [placed][slot] -> lamp or -1.
-  bool has_room_ = false;
-  Box3f room_;  // Up to the walls' outer faces.
 };
 
 }  // namespace parallax

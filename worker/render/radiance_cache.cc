@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "worker/render/sampling.h"
+#include "worker/render/shared_exponent.h"
 
 namespace parallax {
 namespace {
@@ -78,7 +79,7 @@ bool RadianceCache::Lookup(CachePlace place, const Vec2f& jitter, float footprin
     entry = Find(grid_.KeyOf(place));
     if (!entry) return false;
   }
-  *radiance = Vec3f(entry->radiance[0], entry->radiance[1], entry->radiance[2]);
+  *radiance = UnpackRadiance(entry->radiance);
   return true;
 }
 
@@ -165,7 +166,7 @@ RadianceCache CacheBuilder::Freeze(int min_records) const {
         const Region& region = regions.at(cell.region);
         mean += region.excess / region.rough;
       }
-      cache.table_[i] = {TagOf(cell.key), {mean.x(), mean.y(), mean.z()}};
+      cache.table_[i] = {TagOf(cell.key), PackRadiance(mean)};
     }
   }
   return cache;

@@ -65,9 +65,10 @@ class RadianceCache {
 
  private:
   friend class CacheBuilder;
+  // Looking up waits for memory: a cell takes 8 bytes.
   struct Entry {
-    uint32_t tag = 0;  // 0 = free.
-    std::array<float, 3> radiance = {};
+    uint32_t tag = 0;       // 0 = free.
+    uint32_t radiance = 0;  // Three mantissas of 9 bits and their exponent.
   };
   const Entry* Find(uint64_t key) const;
 

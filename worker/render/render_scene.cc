@@ -78,13 +78,22 @@ struct alignas(32) RenderScene::Vertex {
   Vec2f uv;
 };
 
+// What a hit reads stands first and is one step away: shading waits for memory more than it
+// computes.
 struct RenderScene::Body {
-  std::shared_ptr<const Positions> positions;  // World frame, or object frame when instanced.
-  std::shared_ptr<const std::vector<Vertex>> vertices;  // Object frame.
+  const Triangle* triangles = nullptr;
+  const Vertex* vertices = nullptr;     // Object frame.
+  const Vec3f* positions = nullptr;     // World frame, or object frame when instanced.
+  const uint32_t* materials = nullptr;  // By slot.
+  uint32_t slots = 0;
   bool instanced = false;
   float scale = 1;
-  Eigen::Affine3f world_from_object = Eigen::Affine3f::Identity();
   Mat3f normal_from_object = Mat3f::Identity();
+  Eigen::Affine3f world_from_object = Eigen::Affine3f::Identity();
+  std::shared_ptr<const Positions> owned_positions;
+  std::shared_ptr<const std::vector<Vertex>> owned_vertices;
+
+  uint32_t MaterialOf(const Triangle& t) const { return t.slot < slots ? materials[t.slot] : 0; }
 
   void SetPlace(const Eigen::Affine3f& place) {
     world_from_object = place;
@@ -206,6 +215,9 @@ absl::Status RenderScene::BuildEmbree(int64_t memory_limit_bytes, bool movable) 
     const Mesh& mesh = *placed.mesh;
     Body& body = bodies_[i];
     body.SetPlace(placed.world_from_object);
+    body.triangles = mesh.triangles.data();
+    body.materials = placed.material_of_slot.data();
+    body.slots = static_cast<uint32_t>(placed.material_of_slot.size());
     if (mesh.triangles.empty()) continue;
     auto& vertices = packed[&mesh];
     if (!vertices) {
@@ -215,7 +227,8 @@ absl::Status RenderScene::BuildEmbree(int64_t memory_limit_bytes, bool movable) 
       }
       vertices = all;
     }
-    body.vertices = vertices;
+    body.owned_vertices = vertices;
+    body.vertices = vertices->data();
     const bool filtered = lets_light_through(placed);
     body.instanced = movable || (uses[&mesh] > 1 && !one_tree);
     if (!body.instanced) {
@@ -223,7 +236,8 @@ absl::Status RenderScene::BuildEmbree(int64_t memory_limit_bytes, bool movable) 
       positions->reserve(mesh.positions.size() + 1);
       for (const Vec3f& p : mesh.positions) positions->push_back(placed.world_from_object * p);
       positions->push_back(Vec3f::Zero());
-      body.positions = positions;
+      body.owned_positions = positions;
+      body.positions = positions->data();
       for (size_t k = 0; k < mesh.positions.size(); ++k) bounds_.extend((*positions)[k]);
       const EmbreeGeometry geometry = new_triangles(mesh, *positions, filtered);
       rtcAttachGeometryByID(scene_.get(), geometry.get(), i);
@@ -246,7 +260,8 @@ absl::Status RenderScene::BuildEmbree(int64_t memory_limit_bytes, bool movable) 
       entry.scene = child.get();
       shared_scenes_.push_back(std::move(child));
     }
-    body.positions = entry.positions;
+    body.owned_positions = entry.positions;
+    body.positions = entry.positions->data();
     for (const Vec3f& p : mesh.positions) bounds_.extend(placed.world_from_object * p);
     EmbreeGeometry instance(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));
     rtcSetGeometryInstancedScene(instance.get(), entry.scene);
@@ -389,22 +404,21 @@ Vec3f RenderScene::Transmittance(const Vec3f& origin, const Vec3f& direction,
 
 void RenderScene::Corners(uint32_t placed, uint32_t triangle, Vec3f corners[3]) const {
   const Body& body = bodies_[placed];
-  const Triangle& t = geometry_.meshes[placed].mesh->triangles[triangle];
-  const Positions& p = *body.positions;
-  corners[0] = p[t.a];
-  corners[1] = p[t.b];
-  corners[2] = p[t.c];
+  const Triangle& t = body.triangles[triangle];
+  corners[0] = body.positions[t.a];
+  corners[1] = body.positions[t.b];
+  corners[2] = body.positions[t.c];
   if (body.instanced) {
     for (int k = 0; k < 3; ++k) corners[k] = body.world_from_object * corners[k];
   }
 }
 
 SurfaceId RenderScene::Identify(const RawHit& raw) const {
-  const PlacedMesh& placed = geometry_.meshes[raw.placed];
   const Body& body = bodies_[raw.placed];
+  const Triangle& t = body.triangles[raw.triangle];
   SurfaceId id;
-  id.slot = placed.mesh->triangles[raw.triangle].slot;
-  id.material = id.slot < placed.material_of_slot.size() ? placed.material_of_slot[id.slot] : 0;
+  id.slot = t.slot;
+  id.material = body.MaterialOf(t);
   const Vec3f cross =
       body.instanced ? Vec3f(body.normal_from_object * raw.edge_cross) : raw.edge_cross;
   const float length = cross.norm();
@@ -413,19 +427,18 @@ SurfaceId RenderScene::Identify(const RawHit& raw) const {
 }
 
 SurfaceHit RenderScene::Resolve(const RawHit& raw) const {
-  const PlacedMesh& placed = geometry_.meshes[raw.placed];
   const Body& body = bodies_[raw.placed];
-  const Triangle& t = placed.mesh->triangles[raw.triangle];
-  const Vertex& a = (*body.vertices)[t.a];
-  const Vertex& b = (*body.vertices)[t.b];
-  const Vertex& c = (*body.vertices)[t.c];
+  const Triangle& t = body.triangles[raw.triangle];
+  const Vertex& a = body.vertices[t.a];
+  const Vertex& b = body.vertices[t.b];
+  const Vertex& c = body.vertices[t.c];
   const float w = 1.0f - raw.u - raw.v;
 
   SurfaceHit hit;
   hit.placed = raw.placed;
   hit.triangle = raw.triangle;
   hit.slot = t.slot;
-  hit.material = t.slot < placed.material_of_slot.size() ? placed.material_of_slot[t.slot] : 0;
+  hit.material = body.MaterialOf(t);
   hit.position = raw.position;
   const float doubled_area = raw.edge_cross.norm() * (body.instanced ? Square(body.scale) : 1.0f);
   const Vec3f cross =

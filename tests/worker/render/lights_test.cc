@@ -206,6 +206,20 @@ TEST(Lights, PortalsAgreeWithBruteForceAndBeatIt) {
   }
 }
 
+TEST(Lights, EveryRoomOfAHouseHasItsPortals) {
+  TestScene test = WindowRoom(true, 0);
+  *test.recipe.add_rooms() = test.recipe.room();
+  test.recipe.mutable_room()->clear_openings();
+  test.recipe.mutable_room()->set_origin_x_m(-10);  // The first room stands apart and is closed.
+  const Built built = Build(test);
+  EXPECT_EQ(built.lights.portals(), 1u);
+  const Vec3f eye(2, 1.8f, 1.6f), target(2.5f, 2, 0);
+  const Estimate both = Radiance(built, eye, target, 20000, 1);
+  const Estimate brute = Radiance(built, eye, target, 60000, 1, DirectLight::kBsdfSampling);
+  EXPECT_NEAR(both.mean.y(), brute.mean.y(), 4 * (both.error + brute.error));
+  EXPECT_LT(both.error, 0.7f * brute.error);
+}
+
 TEST(Lights, SunThroughTheWindowAgreesWithBruteForce) {
   const Built built = Build(WindowRoom(true, 1));
   // On the floor inside of the patch that the sun draws, and beside it.

@@ -10,6 +10,7 @@
 #include "worker/render/cache_fill.h"
 #include "worker/render/renderer.h"
 #include "worker/render/sampling.h"
+#include "worker/render/shared_exponent.h"
 
 namespace parallax {
 namespace {
@@ -249,4 +250,21 @@ TEST(RadianceCache, AFillIsCancelled) {
 }
 
 }  // namespace
+TEST(SharedExponent, ErrsByAtMostA512thOfTheLargestChannel) {
+  for (const float size : {1e-4f, 0.0371f, 0.9999f, 1.0f, 511.5f, 6e4f}) {
+    for (const Vec3f& hue : {Vec3f(1, 1, 1), Vec3f(1, 0.5f, 0.001f), Vec3f(0.2f, 0, 1)}) {
+      const Vec3f radiance = size * hue;
+      const Vec3f kept = UnpackRadiance(PackRadiance(radiance));
+      EXPECT_LE((kept - radiance).cwiseAbs().maxCoeff(), size / 512) << size;
+    }
+  }
+}
+
+TEST(SharedExponent, EndsAreClamped) {
+  EXPECT_EQ(UnpackRadiance(PackRadiance(Vec3f::Zero())), Vec3f::Zero());
+  EXPECT_EQ(UnpackRadiance(PackRadiance(Vec3f(-1, 0.5f, 0))), Vec3f(0, 0.5f, 0));
+  EXPECT_EQ(UnpackRadiance(PackRadiance(Vec3f(1e9f, 65408, 0))), Vec3f(65408, 65408, 0));
+  EXPECT_EQ(UnpackRadiance(PackRadiance(Vec3f::Constant(1e-12f))), Vec3f::Zero());
+}
+
 }  // namespace parallax

@@ -23,9 +23,18 @@ absl::StatusOr<double> PairSeconds(const v1::SceneConfig& config) {
   ASSIGN_OR_RETURN(const RenderProfile profile, ResolveProfile(config.render()));
   const Costs& costs = kMeasuredCosts;
   double per_mpx = costs.fixed_s_per_mpx + costs.trace_s_per_mpx_sample * profile.samples_per_pixel;
-  if (profile.denoise == DenoiseQuality::kFast) per_mpx += costs.denoise_fast_s_per_mpx;
-  if (profile.denoise == DenoiseQuality::kHigh || profile.denoise == DenoiseQuality::kBalanced) {
-    per_mpx += costs.denoise_high_s_per_mpx;
+  switch (profile.denoise) {
+    case DenoiseQuality::kOff:
+      break;
+    case DenoiseQuality::kFast:
+      per_mpx += costs.denoise_fast_s_per_mpx;
+      break;
+    case DenoiseQuality::kBalanced:
+      per_mpx += costs.denoise_balanced_s_per_mpx;
+      break;
+    case DenoiseQuality::kHigh:
+      per_mpx += costs.denoise_high_s_per_mpx;
+      break;
   }
   return per_mpx * Megapixels(config);
 }

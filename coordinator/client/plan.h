@@ -20,7 +20,7 @@ struct Costs {
   double build_s;                          // Meshes, acceleration structure: once a render job.
   // For each pair, by megapixels of ONE image.
   double trace_s_per_mpx_sample;
-  double denoise_high_s_per_mpx, denoise_fast_s_per_mpx;
+  double denoise_high_s_per_mpx, denoise_balanced_s_per_mpx, denoise_fast_s_per_mpx;
   double fixed_s_per_mpx;  // Ground truth, statistics, encoding, writing.
 };
 extern const Costs kMeasuredCosts;

@@ -14,14 +14,14 @@ const Costs kMeasuredCosts = {
     .dense_scene_s = 1.65,
     .dense_keyframe_s = 0.035,
     .build_s = 1.2,
-    // parallax run quickstart --json: 38.6 core_seconds_per_pair at 1280x720 and 8 samples. Of
-    // these
-    // denoising takes 4.6 at `high` (2.5 at `fast`) and ground truth, statistics, encoding and
-    // writing 2.2.
+    // bench_render solve:1 --pairs 2 --quality-rigs 0, stage_s on two cores by megapixels of one
+    // image: trace 16 with 4 samples; denoise 6.1 at `high`, 2.8 at `balanced`, 1.6 at `fast`;
+    // ground truth 0.9, encoding and writing 0.5, statistics.
     .trace_s_per_mpx_sample = 4.2,
-    .denoise_high_s_per_mpx = 5.0,
-    .denoise_fast_s_per_mpx = 2.7,
-    .fixed_s_per_mpx = 2.4,
+    .denoise_high_s_per_mpx = 6.6,
+    .denoise_balanced_s_per_mpx = 3.0,
+    .denoise_fast_s_per_mpx = 1.8,
+    .fixed_s_per_mpx = 1.6,
 };
 
 }  // namespace parallax::client

@@ -5,7 +5,6 @@
 namespace parallax {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kUpperShare = 0.85f;  // Of sky samples that go above the horizon.
 
 // Distance along the ray to the sphere's near side, or infinity. None from inside of it.

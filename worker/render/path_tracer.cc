@@ -9,7 +9,6 @@ constexpr int kMaxPassages = 32;  // Holes and thin panes that a path may pass.
 constexpr int kGuideBounces = 3;  // Mirrors that the denoiser's guides follow.
 constexpr float kGlintWeight = 0.02f;
 constexpr int kRouletteFrom = 2;  // First bounce that may end by chance.
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // The shading normal on the viewer's side, bent just enough that the mirror direction does not dip
 // below the surface (which would turn glossy relief black).

@@ -9,11 +9,11 @@ constexpr int64_t kUsualCachePaths = 1'000'000;
 
 // clang-format off
 constexpr RenderProfile kProfiles[] = {
-    // name         spp  bounces  denoise                    clamp  cache paths
-    {"preview",       2,       3, DenoiseQuality::kFast,    16.0f,    250'000},
-    {"default",       4,       6, DenoiseQuality::kHigh,   256.0f,  1'000'000},
-    {"high",         64,      10, DenoiseQuality::kHigh,   512.0f,  4'000'000},
-    {"reference",  4096,      32, DenoiseQuality::kOff,      0.0f,          0},
+    // name         spp  bounces  denoise                     clamp  cache paths
+    {"preview",       2,       3, DenoiseQuality::kFast,      16.0f,    250'000},
+    {"default",       4,       6, DenoiseQuality::kBalanced, 256.0f,  1'000'000},
+    {"high",         64,      10, DenoiseQuality::kHigh,     512.0f,  4'000'000},
+    {"reference",  4096,      32, DenoiseQuality::kOff,        0.0f,          0},
 };
 // clang-format on
 
@@ -38,9 +38,7 @@ absl::StatusOr<RenderProfile> ResolveProfile(const v1::RenderConfig& config) {
   if (config.samples_per_pixel() > 0) profile.samples_per_pixel = config.samples_per_pixel();
   if (config.max_bounces() > 0) profile.max_bounces = config.max_bounces();
   if (config.denoise() == v1::RenderConfig::DENOISE_OFF) profile.denoise = DenoiseQuality::kOff;
-  if (config.denoise() == v1::RenderConfig::DENOISE_ON && profile.denoise == DenoiseQuality::kOff) {
-    profile.denoise = DenoiseQuality::kHigh;
-  }
+  if (config.denoise() == v1::RenderConfig::DENOISE_ON) profile.denoise = DenoiseQuality::kHigh;
   if (config.cache() == v1::RenderConfig::CACHE_OFF) profile.cache_paths = 0;
   if (config.cache() == v1::RenderConfig::CACHE_ON && profile.cache_paths == 0) {
     profile.cache_paths = kUsualCachePaths;

@@ -23,8 +23,8 @@ struct RenderProfile {
   int64_t cache_paths = 0;
 };
 
-// The profile of a config with its overrides. Errors: kInvalidArgument for an unknown name or a
-// negative number.
+// The profile of a config with its overrides; `denoise: on` is the denoiser at its best. Errors:
+// kInvalidArgument for an unknown name or a negative number.
 absl::StatusOr<RenderProfile> ResolveProfile(const v1::RenderConfig& config);
 
 }  // namespace parallax

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "common/math/color.h"
 #include "common/math/types.h"
@@ -12,6 +13,7 @@ namespace parallax {
 
 inline constexpr float kPi = 3.14159265358979323846f;
 inline constexpr float kInvPi = 0.31830988618379067154f;
+inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 inline float Square(float x) { return x * x; }
 inline bool IsBlack(const Vec3f& rgb) { return !(rgb.maxCoeff() > 0.0f); }

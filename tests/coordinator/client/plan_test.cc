@@ -76,6 +76,10 @@ TEST(Plan, SamplesAndPixelsCostWhatTheySay) {
   const double small = cost(8, 640, 360);
   EXPECT_NEAR(cost(8, 1280, 720), 4 * small, 1e-6);
   EXPECT_NEAR(cost(16, 640, 360) - small, 8 * kMeasuredCosts.trace_s_per_mpx_sample * 0.2304, 1e-6);
+  render.clear_denoise();
+  EXPECT_NEAR(cost(8, 640, 360) - small, kMeasuredCosts.denoise_balanced_s_per_mpx * 0.2304, 1e-6);
+  render.set_denoise(v1::RenderConfig::DENOISE_ON);
+  EXPECT_NEAR(cost(8, 640, 360) - small, kMeasuredCosts.denoise_high_s_per_mpx * 0.2304, 1e-6);
 }
 
 TEST(Plan, AFactorScalesTimesOnly) {

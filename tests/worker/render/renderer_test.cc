@@ -391,6 +391,7 @@ TEST(Profiles, OverridesReplaceTheTable) {
   ASSERT_TRUE(table.ok());
   EXPECT_EQ(table->name, "default");
   EXPECT_GT(table->clamp, 0);
+  EXPECT_EQ(table->denoise, DenoiseQuality::kBalanced);
   v1::RenderConfig config = MakeConfig(5, 2, true);
   const auto changed = ResolveProfile(config);
   ASSERT_TRUE(changed.ok());
@@ -398,6 +399,8 @@ TEST(Profiles, OverridesReplaceTheTable) {
   EXPECT_EQ(changed->max_bounces, 2);
   EXPECT_EQ(changed->denoise, DenoiseQuality::kHigh);
   EXPECT_EQ(changed->clamp, 0);
+  EXPECT_EQ(ResolveProfile(MakeConfig(4, 2, true, "preview"))->denoise, DenoiseQuality::kHigh);
+  EXPECT_EQ(ResolveProfile(MakeConfig(4, 2, false, "high"))->denoise, DenoiseQuality::kOff);
   config.set_samples_per_pixel(-1);
   EXPECT_FALSE(ResolveProfile(config).ok());
 }

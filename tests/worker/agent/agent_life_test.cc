@@ -85,6 +85,29 @@ TEST_F(AgentTest, WorkStopsWhenHeartbeatsAreNotAnsweredThoughTheStreamIsOpen) {
       << "and it connects anew";
 }
 
+// An answer that was long under way says that the coordinator lived when the heartbeat came: the
+// lease is counted from when that was sent.
+TEST_F(AgentTest, ALateAnswerToAnEarlyHeartbeatCarriesTheWorkNoFurther) {
+  using Seconds = std::chrono::duration<double>;
+  constexpr Seconds kLease(3), kLate(1.8);
+  coordinator_.Change([&](auto& how) {
+    how.lease_s = kLease.count();
+    how.answer_heartbeats = false;
+  });
+  runner_.Hold(1, started_, finish_, cancelled_);
+  StartAgent();
+  coordinator_.Offer(SolveLease(1, 11, 1));
+  ASSERT_TRUE(started_.Wait());
+  ASSERT_TRUE(coordinator_.WaitFor([](const Seen& seen) { return !seen.heartbeats.empty(); }));
+  std::this_thread::sleep_for(kLate);
+  coordinator_.SendAck(coordinator_.seen().heartbeats[0].sequence());
+  const auto answered = std::chrono::steady_clock::now();
+  ASSERT_TRUE(cancelled_.Wait());
+  const Seconds more = std::chrono::steady_clock::now() - answered;
+  EXPECT_LT(more, kLease - kLate / 2);
+  EXPECT_GT(more, (kLease - kLate) / 2) << "the answer counts";
+}
+
 TEST_F(AgentTest, HeartbeatsCarryProgressAndReportsThatWait) {
   coordinator_.Change([](auto& how) {
     how.lease_s = 0.4;

@@ -33,6 +33,13 @@ void FakeCoordinator::SendStop(const v1::AttemptId& attempt) {
   stream_->Write(message);
 }
 
+void FakeCoordinator::SendAck(int64_t sequence) {
+  std::lock_guard lock(mu_);
+  v1::CoordinatorMessage ack;
+  ack.mutable_heartbeat_ack()->set_sequence(sequence);
+  if (stream_ != nullptr) stream_->Write(ack);
+}
+
 bool FakeCoordinator::WaitFor(const std::function<bool(const Seen&)>& condition) {
   std::unique_lock lock(mu_);
   return changed_.wait_for(lock, std::chrono::seconds(20), [&] { return condition(seen_); });

@@ -82,6 +82,7 @@ class LightTable {
     float below = 0;  // Area of the faces before it, m^2.
     float area = 0;
   };
+
   struct Lamp {
     Vec3f center = Vec3f::Zero();
     float radius = 0;  // Of the sphere, or around a mesh light's faces.
@@ -113,6 +114,7 @@ class LightTable {
     // The face at `at` of the cumulative area.
     const Face& FaceAt(float at) const;
   };
+
   static absl::Status AddSphereOrSpot(const v1::Light& light, const Vec3f& power, Lamp* lamp);
   int MeshLight(uint32_t placed, uint16_t slot) const;
   float LampImportance(const Lamp& lamp, const Vec3f& position) const;

@@ -12,16 +12,16 @@ const Costs kMeasuredCosts = {
     .dress_s = 0.58,
     // dense_preview DIR --keyframes 3: objects_s, keyframe_s, build_s.
     .dense_scene_s = 1.65,
-    .dense_keyframe_s = 0.035,
-    .build_s = 1.2,
+    .dense_keyframe_s = 0.1,
+    .build_s = 2.1,
     // bench_render solve:1 --pairs 2 --quality-rigs 0, stage_s on two cores by megapixels of one
-    // image: trace 16 with 4 samples; denoise 6.1 at `high`, 2.8 at `balanced`, 1.6 at `fast`;
-    // ground truth 0.9, encoding and writing 0.5, statistics.
-    .trace_s_per_mpx_sample = 4.2,
+    // image: trace 13 with 4 samples; denoise 6.1 at `high`, 2.8 at `balanced`, 1.6 at `fast`;
+    // ground truth 0.6, encoding and writing 0.5, statistics.
+    .trace_s_per_mpx_sample = 3.5,
     .denoise_high_s_per_mpx = 6.6,
     .denoise_balanced_s_per_mpx = 3.0,
     .denoise_fast_s_per_mpx = 1.8,
-    .fixed_s_per_mpx = 1.6,
+    .fixed_s_per_mpx = 1.3,
 };
 
 }  // namespace parallax::client

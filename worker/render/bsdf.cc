@@ -21,20 +21,27 @@ constexpr float kMeanSingleScattering = 0.40913709f;  // 4/3 (1 - ln 2).
 
 float ThinReflectance(float reflectance) { return 2.0f * reflectance / (1.0f + reflectance); }
 
+float AlphaOf(float roughness, float min_alpha) {
+  return std::clamp(Square(roughness), std::max(kMinAlpha, min_alpha), 1.0f);
+}
+
 }  // namespace
 
-Bsdf::Bsdf(const SurfaceSample& surface, const Vec3f& o, bool outside, float min_alpha) : o_(o) {
+Bsdf::Bsdf(const SurfaceSample& surface, const Vec3f& o, bool outside, float min_alpha)
+    : o_(o),
+      gloss_{AlphaOf(surface.roughness, min_alpha)},
+      gloss_energy_(gloss_.alpha),
+      lambda_o_(gloss_.Lambda(o)),
+      seen_o_(1.0f / ((1.0f + lambda_o_) * 4.0f * o.z())) {
   const Vec3f base = Clamp01(surface.base_color);
   const float transmission = std::clamp(surface.transmission, 0.0f, 1.0f);
   metal_ = std::clamp(surface.metallic, 0.0f, 1.0f);
   glass_ = (1.0f - metal_) * transmission;
   plastic_ = (1.0f - metal_) * (1.0f - transmission);
   thin_ = surface.thin_walled;
-  const float alpha = std::clamp(Square(surface.roughness), std::max(kMinAlpha, min_alpha), 1.0f);
-  gloss_ = Ggx{alpha};
+  const float alpha = gloss_.alpha;
   coat_ = std::clamp(surface.clearcoat, 0.0f, 1.0f);
-  coat_gloss_ =
-      Ggx{std::clamp(Square(surface.clearcoat_roughness), std::max(kMinAlpha, min_alpha), 1.0f)};
+  coat_gloss_ = Ggx{AlphaOf(surface.clearcoat_roughness, min_alpha)};
   sheen_ = std::clamp(surface.sheen, 0.0f, 1.0f) * plastic_;
 
   plastic_f0_ = 0.08f * std::clamp(surface.specular, 0.0f, 1.0f);
@@ -46,7 +53,7 @@ Bsdf::Bsdf(const SurfaceSample& surface, const Vec3f& o, bool outside, float min
   eta_ = thin_ || outside ? ior : 1.0f / ior;
   glass_tint_ = thin_ ? base : Vec3f(base.cwiseSqrt());
 
-  const KeptEnergy kept = DirectionalEnergy(o.z(), alpha);
+  const KeptEnergy kept = gloss_energy_.At(o.z());
   const KeptEnergy mean = MeanEnergy(alpha);
   kept_o_plastic_ = kept.At(plastic_f0_, plastic_f90_);
   kept_o_white_ = kept.White();
@@ -117,20 +124,21 @@ BsdfValue Bsdf::EvaluateReflection(const Vec3f& i) const {
 
   // Gloss of metal and plastic, and glass's reflection: one lobe, three Fresnels.
   const float d = gloss_.D(h);
-  const float lobe = d * gloss_.G2(o_, i) / (4.0f * o_.z());  // Times cos i.
+  const float masked = (1.0f + lambda_o_) / (1.0f + lambda_o_ + gloss_.Lambda(i));
+  const float pdf_h = d * seen_o_;
+  const float lobe = pdf_h * masked;  // Times cos i; height-correlated masking.
   const float glass_reflectance = glass_ > 0.0f ? GlassReflectance(cos_h) : 0.0f;
   const Vec3f fresnel =
       metal_ * (metal_f0_ + (Vec3f::Ones() - metal_f0_) * schlick) +
       Vec3f::Constant(plastic_ * (plastic_f0_ + (plastic_f90_ - plastic_f0_) * schlick) +
                       glass_ * glass_reflectance);
   value.f_cos = fresnel * (lobe * transmitted);
-  const float pdf_h = d * gloss_.G1(o_) / (4.0f * o_.z());
   value.pdf = (p_gloss_ + p_glass_ * (p_straight_ > 0.0f ? 1.0f : glass_reflectance)) * pdf_h;
 
   // Lambert below the gloss, facets' multiple bounces.
   const float cosine = i.z() * kInvPi;
   if (plastic_ > 0.0f || metal_ > 0.0f) {
-    const KeptEnergy kept = DirectionalEnergy(i.z(), gloss_.alpha);
+    const KeptEnergy kept = gloss_energy_.At(i.z());
     float below = (1.0f - kept_o_plastic_) * (1.0f - kept.At(plastic_f0_, plastic_f90_)) * cosine;
     if (subsurface_ > 0.0f) {
       // Over Lambert's value: one scattering, and the rest.

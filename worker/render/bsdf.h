@@ -72,6 +72,9 @@ class Bsdf {
   Vec3f straight_;  // Passed straight through a smooth thin wall.
   bool mirror_like_ = false;
   Ggx gloss_{1};
+  EnergyOfAlpha gloss_energy_;
+  // Of o: Smith's Lambda, which part of the facets it sees over 4 cos o.
+  float lambda_o_ = 0, seen_o_ = 0;
   Ggx coat_gloss_{1};
   float coat_ = 0, sheen_ = 0, subsurface_ = 0;
   float scattered_o_ = 0;  // Subsurface light that leaves after one scattering.

@@ -6,6 +6,7 @@ namespace parallax {
 namespace {
 
 constexpr int64_t kPathsPerBatch = 2048;
+constexpr int64_t kTogether = PathTracer::kTogether;
 // Parts of all paths after which the cache is renewed; the first ones run without it.
 constexpr double kRounds[] = {0.1, 0.25, 0.5, 1.0};
 constexpr int kRegion = 12;               // Cells across a region: 0.7 m near the rigs.
@@ -32,39 +33,63 @@ class Filler {
 
   void UseCache(const RadianceCache* cache) { options_.cache = cache; }
 
-  // Adds what one path learns. `limit`: luminance above which light is cut; 0 = none.
-  void Trace(int64_t index, float limit, CacheBuilder::Batch* batch) const {
-    const auto views = static_cast<int64_t>(2 * rigs_.size());
-    const auto view = static_cast<size_t>(index % views);
-    const PinholeCamera& camera = rigs_[view / 2].eyes[view % 2];
-    Sampler sampler(stream_hash_, static_cast<uint32_t>(view), 0,
-                    static_cast<uint32_t>(index / views));
-    const Vec2f at = sampler.Pair();
-    Ray ray;
-    ray.origin = camera.origin.cast<float>();
-    ray.direction = (camera.world_from_camera *
-                     camera.DirectionAt(at.x() * camera.width_px, at.y() * camera.height_px))
-                        .normalized()
-                        .cast<float>();
-    ray.spread = static_cast<float>(1.0 / camera.fx_px);
-    PathTrail trail;
-    const PathResult path = TracePath(scene_, lights_, options_, ray, sampler, &trail);
-    for (int k = 0; k < trail.size; ++k) {
-      const PathVertex& vertex = trail.vertices[static_cast<size_t>(k)];
-      if (!(vertex.throughput.minCoeff() > 0.0f)) continue;
-      CacheRecord record;
-      record.rough = vertex.rough;
-      record.radiance = (path.radiance - vertex.before).cwiseQuotient(vertex.throughput);
-      if (!record.radiance.allFinite()) continue;
-      record.radiance = record.radiance.cwiseMax(0.0f);
-      if (limit > 0.0f) Limit(limit, &record);
-      record.key = grid_.KeyOf(vertex.place);
-      record.region = grid_.KeyOf(vertex.place, kRegion);
-      batch->Add(record);
+  // Adds what the paths of these indices learn. `limit`: luminance above which light is cut; 0 =
+  // none.
+  void Trace(int64_t first, int64_t last, float limit, CacheBuilder::Batch* batch,
+             std::vector<LightTrial>* trials) const {
+    std::vector<PathTrail> trails(static_cast<size_t>(last - first));
+    std::vector<Path> paths;
+    for (int64_t i = first; i < last; ++i) {
+      paths.push_back(Start(i));
+      paths.back().trail = &trails[static_cast<size_t>(i - first)];
+    }
+    PathTracer(scene_, lights_, options_).Trace(paths);
+    for (const Path& path : paths) {
+      Learn(path, limit, batch);
+      for (int k = 0; k < path.trail->size; ++k) {
+        const LightTrial& trial = path.trail->vertices[static_cast<size_t>(k)].trial;
+        if (trial.enclosure) trials->push_back(trial);
+      }
     }
   }
 
  private:
+  Path Start(int64_t index) const {
+    const auto views = static_cast<int64_t>(2 * rigs_.size());
+    const auto view = static_cast<size_t>(index % views);
+    const PinholeCamera& camera = rigs_[view / 2].eyes[view % 2];
+    Path path{
+        {},
+        Sampler(stream_hash_, static_cast<uint32_t>(view), 0, static_cast<uint32_t>(index / views)),
+        nullptr,
+        {}};
+    const Vec2f at = path.sampler.Pair();
+    path.ray.origin = camera.origin.cast<float>();
+    path.ray.direction = (camera.world_from_camera *
+                          camera.DirectionAt(at.x() * camera.width_px, at.y() * camera.height_px))
+                             .normalized()
+                             .cast<float>();
+    path.ray.spread = static_cast<float>(1.0 / camera.fx_px);
+    return path;
+  }
+
+  void Learn(const Path& path, float limit, CacheBuilder::Batch* batch) const {
+    for (int k = 0; k < path.trail->size; ++k) {
+      const PathVertex& vertex = path.trail->vertices[static_cast<size_t>(k)];
+      if (!(vertex.throughput.minCoeff() > 0.0f)) continue;
+      CacheRecord record;
+      record.rough = vertex.rough;
+      record.radiance = (path.result.radiance - vertex.before).cwiseQuotient(vertex.throughput);
+      if (!record.radiance.allFinite()) continue;
+      record.radiance = record.radiance.cwiseMax(0.0f);
+      if (limit > 0.0f) Limit(limit, &record);
+      const float width_m = grid_.WidthAt(vertex.place.position);
+      record.key = CacheGrid::KeyOf(vertex.place, width_m);
+      record.region = CacheGrid::KeyOf(vertex.place, kRegion * width_m);
+      batch->Add(record);
+    }
+  }
+
   const RenderScene& scene_;
   const LightTable& lights_;
   PathOptions options_;
@@ -87,7 +112,7 @@ float TypicalLuminance(const std::vector<CacheBuilder::Batch>& batches) {
 
 }  // namespace
 
-absl::StatusOr<RadianceCache> FillRadianceCache(const RenderScene& scene, const LightTable& lights,
+absl::StatusOr<RadianceCache> FillRadianceCache(const RenderScene& scene, LightTable* lights,
                                                 const PathOptions& options, uint64_t scene_seed,
                                                 const std::vector<StereoCamera>& rigs,
                                                 const CacheFill& fill, const CancelToken& cancel) {
@@ -97,7 +122,7 @@ absl::StatusOr<RadianceCache> FillRadianceCache(const RenderScene& scene, const 
     for (const PinholeCamera& eye : rig.eyes) eyes.extend(eye.origin.cast<float>().eval());
   }
   const CacheGrid grid(eyes, fill.cell_m);
-  Filler filler(scene, lights, options, scene_seed, rigs, grid);
+  Filler filler(scene, *lights, options, scene_seed, rigs, grid);
   CacheBuilder builder(grid, fill.max_cells);
   RadianceCache cache;
   float limit = 0;
@@ -107,11 +132,12 @@ absl::StatusOr<RadianceCache> FillRadianceCache(const RenderScene& scene, const 
     filler.UseCache(cache.empty() ? nullptr : &cache);
     std::vector<CacheBuilder::Batch> batches(
         static_cast<size_t>((end - begin + kPathsPerBatch - 1) / kPathsPerBatch));
+    std::vector<std::vector<LightTrial>> trials(batches.size());
     tbb::parallel_for(size_t{0}, batches.size(), [&](size_t b) {
       const int64_t first = begin + static_cast<int64_t>(b) * kPathsPerBatch;
       const int64_t last = std::min(end, first + kPathsPerBatch);
-      for (int64_t i = first; i < last && !cancel.cancelled(); ++i) {
-        filler.Trace(i, limit, &batches[b]);
+      for (int64_t i = first; i < last && !cancel.cancelled(); i += kTogether) {
+        filler.Trace(i, std::min(i + kTogether, last), limit, &batches[b], &trials[b]);
       }
     });
     if (cancel.cancelled()) return MakeError(absl::StatusCode::kCancelled, "render: cancelled");
@@ -124,6 +150,7 @@ absl::StatusOr<RadianceCache> FillRadianceCache(const RenderScene& scene, const 
       }
     }
     builder.Add(batches);
+    lights->Learn(trials);
     cache = builder.Freeze(fill.min_records);
     begin = end;
   }

@@ -1,4 +1,4 @@
-// Fills a radiance cache with paths from all viewpoints of a scene.
+// Fills a radiance cache and the lights' gains with paths from all viewpoints of a scene.
 #pragma once
 
 #include <vector>
@@ -16,11 +16,12 @@ struct CacheFill {
   size_t max_cells = 1 << 20;  // Bounds memory: 56 bytes a cell at most while filling, 32 later.
 };
 
+// `lights` learn from the same paths what each of them gives to each part of the scene.
 // Every `rig` gets the same share of paths, from both eyes. The first rounds of paths run to their
 // end; later ones end at their third surface with what the rounds before have learnt. The result
 // depends on the arguments only, not on threads.
 // Errors: kCancelled.
-absl::StatusOr<RadianceCache> FillRadianceCache(const RenderScene& scene, const LightTable& lights,
+absl::StatusOr<RadianceCache> FillRadianceCache(const RenderScene& scene, LightTable* lights,
                                                 const PathOptions& options, uint64_t scene_seed,
                                                 const std::vector<StereoCamera>& rigs,
                                                 const CacheFill& fill, const CancelToken& cancel);

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 
 namespace parallax {
 namespace {
@@ -27,23 +28,45 @@ class TruthTracer {
     for (const v1::Room& other : other_rooms) rooms_.push_back(BoxOf(other));
   }
 
-  PixelTruth At(int x, int y) const {
-    const Vec3d in_camera = camera_.DirectionAt(x + 0.5, y + 0.5);
-    const Vec3d in_world = camera_.world_from_camera * in_camera;
-    Ray ray;
-    ray.origin = camera_.origin.cast<float>();
-    ray.direction = in_world.normalized().cast<float>();
+  static constexpr int kRun = RayTrees::kPacket;
+
+  // Of up to kRun pixels of a row, from x on.
+  void At(int x, int y, int count, PixelTruth* truths) const {
+    std::array<Vec3d, kRun> in_world;
+    std::array<Ray, kRun> rays;
+    std::array<RawHit, kRun> raws;
+    std::array<const Ray*, kRun> ray_of;
+    std::array<RawHit*, kRun> raw_of;
+    for (int k = 0; k < count; ++k) {
+      const auto i = static_cast<size_t>(k);
+      in_world[i] = camera_.world_from_camera * camera_.DirectionAt(x + k + 0.5, y + 0.5);
+      rays[i].origin = camera_.origin.cast<float>();
+      rays[i].direction = in_world[i].normalized().cast<float>();
+      ray_of[i] = &rays[i];
+      raw_of[i] = &raws[i];
+    }
+    const uint32_t met = scene_.trees().Intersect(kTree, ray_of.data(), raw_of.data(), count);
+    for (int k = 0; k < count; ++k) {
+      const auto i = static_cast<size_t>(k);
+      truths[i] = Look(rays[i], raws[i], (met >> k & 1) != 0, in_world[i]);
+    }
+  }
+
+ private:
+  static constexpr RayTrees::Tree kTree = RayTrees::Tree::kRobust;
+
+  // Through holes; `raw` is the first hit, if it `met` anything.
+  PixelTruth Look(const Ray& ray, RawHit raw, bool met, const Vec3d& in_world) const {
     const auto spread = static_cast<float>(1.0 / camera_.fx_px);
-    float from = 0;
-    RawHit raw;
-    for (int hole = 0; hole <= kMaxHoles && scene_.Intersect(ray, from, &raw); ++hole) {
+    for (int hole = 0; hole <= kMaxHoles && met; ++hole) {
       const SurfaceHit hit = scene_.Resolve(raw);
       const MaterialTraits& traits = scene_.traits(hit.material);
       uint8_t mask = 0;
       if (traits.may_be_open || traits.may_be_transmissive || traits.may_be_mirror) {
         const SurfaceSample s = scene_.Evaluate(hit, spread * raw.distance);
         if (s.opacity < 0.5f) {
-          from = raw.distance + 1e-5f + 2e-6f * raw.distance;
+          const float from = raw.distance + 1e-5f + 2e-6f * raw.distance;
+          met = scene_.trees().Intersect(kTree, ray, from, &raw);
           continue;
         }
         if (s.transmission * (1.0f - s.metallic) > 0.25f) mask |= kMaskTransparent;
@@ -56,7 +79,6 @@ class TruthTracer {
     return sky;
   }
 
- private:
   PixelTruth Resolved(const RawHit& raw, const SurfaceHit& hit, const Vec3d& in_world,
                       uint8_t mask) const {
     Vec3f corners[3];
@@ -145,8 +167,11 @@ absl::Status TraceGroundTruth(const RenderScene& scene, const v1::Room* room,
   const double focal_times_baseline = camera.fx_px * baseline_m;
   tbb::parallel_for(0, height, [&](int y) {
     if (cancel.cancelled()) return;
+    std::array<PixelTruth, TruthTracer::kRun> run;
     for (int x = 0; x < width; ++x) {
-      const PixelTruth truth = tracer.At(x, y);
+      const int k = x % TruthTracer::kRun;
+      if (k == 0) tracer.At(x, y, std::min(TruthTracer::kRun, width - x), run.data());
+      const PixelTruth& truth = run[static_cast<size_t>(k)];
       view->masks(x, y) = truth.mask;
       if (!truth.surface) continue;
       const auto depth = static_cast<float>(truth.depth);

@@ -68,6 +68,9 @@ absl::StatusOr<LightTable> LightTable::Build(const v1::Scene& scene, const Rende
   }
   if (scene.has_room()) table.AddRoom(scene.room(), scene.ceiling_removed(), geometry);
   for (const v1::Room& room : scene.rooms()) table.AddRoom(room, false, geometry);
+  for (Enclosure& enclosure : table.enclosures_) {
+    enclosure.gains = LightGains(enclosure.box, table.lamps_.size() + enclosure.portals.size() + 1);
+  }
   return table;
 }
 
@@ -240,49 +243,85 @@ size_t LightTable::portals() const {
   return sum;
 }
 
-LightReceiver LightTable::Receive(const Vec3f& position) const {
+size_t LightTable::LightsAt(const LightReceiver& at) const {
+  return lamps_.size() + (at.enclosure ? at.enclosure->portals.size() : 1) + 1;
+}
+
+// Of a light in the order of LightImportances.
+float LightTable::Promise(const LightReceiver& at, size_t light) const {
+  if (light < lamps_.size()) return LampImportance(lamps_[light], at.position);
+  light -= lamps_.size();
+  const size_t ways = at.enclosure ? at.enclosure->portals.size() : 1;
+  if (light >= ways) return SunImportance(at);
+  return at.enclosure ? PortalImportance(at.enclosure->portals[light], at.position)
+                      : DomeImportance();
+}
+
+LightReceiver LightTable::Receive(const Vec3f& position, const Vec3f& normal,
+                                  LightImportances* importances) const {
   LightReceiver at;
   at.position = position;
   for (const Enclosure& enclosure : enclosures_) {
     if (!enclosure.box.contains(position)) continue;
     at.enclosure = &enclosure;
+    at.cell = enclosure.gains.CellOf(position, normal);
+    at.gains = enclosure.gains.Of(at.cell);
     break;
   }
-  for (const Lamp& lamp : lamps_) at.total += LampImportance(lamp, position);
-  if (at.enclosure) {
-    for (const Portal& portal : at.enclosure->portals)
-      at.total += PortalImportance(portal, position);
-  } else {
-    at.total += DomeImportance();
+  const size_t count = LightsAt(at);
+  for (size_t i = 0; i < count; ++i) {
+    const float importance = Importance(at, i);
+    if (i < importances->size()) (*importances)[i] = importance;
+    at.total += importance;
   }
-  at.total += SunImportance(at);
   return at;
 }
 
-LightSample LightTable::Sample(const LightReceiver& at, float choice, const Vec2f& u) const {
-  float left = choice * at.total;
+LightSample LightTable::Sample(const LightReceiver& at, const LightImportances& importances,
+                               float choice, const Vec2f& u) const {
   if (!(at.total > 0.0f)) return {};
-  const auto chosen = [&](float importance) {
-    if (left < importance) return true;
+  float left = choice * at.total;
+  const size_t count = LightsAt(at);
+  for (size_t i = 0; i < count; ++i) {
+    const float importance = i < importances.size() ? importances[i] : Importance(at, i);
+    if (left < importance) {
+      LightSample sample = SampleLight(at, i, importance, u);
+      sample.light = static_cast<uint32_t>(i);
+      return sample;
+    }
     left -= importance;
-    return false;
-  };
-  for (const Lamp& lamp : lamps_) {
-    const float importance = LampImportance(lamp, at.position);
-    if (!chosen(importance)) continue;
-    LightSample sample = SampleLamp(lamp, at.position, u);
+  }
+  return {};
+}
+
+LightTrial LightTable::Trial(const LightReceiver& at, const LightSample& sample, float irradiance) {
+  const float gain = at.gains ? at.gains[sample.light] : 1.0f;
+  const float arrived = irradiance > 0.0f ? irradiance / sample.pdf : 0.0f;
+  return {at.enclosure, at.cell, sample.light, arrived * gain / at.total};
+}
+
+void LightTable::Learn(std::span<const std::vector<LightTrial>> trials) {
+  for (const std::vector<LightTrial>& some : trials) {
+    for (const LightTrial& trial : some) {
+      Enclosure& enclosure = enclosures_[static_cast<size_t>(trial.enclosure - enclosures_.data())];
+      enclosure.gains.Add(trial.cell, trial.light, trial.gain);
+    }
+  }
+  for (Enclosure& enclosure : enclosures_) enclosure.gains.Learn();
+}
+
+LightSample LightTable::SampleLight(const LightReceiver& at, size_t light, float importance,
+                                    const Vec2f& u) const {
+  if (light < lamps_.size()) {
+    LightSample sample = SampleLamp(lamps_[light], at.position, u);
     sample.pdf *= importance / at.total;
     return sample;
   }
-  if (at.enclosure) {
-    for (const Portal& portal : at.enclosure->portals) {
-      if (chosen(PortalImportance(portal, at.position))) return SamplePortal(portal, at, u);
-    }
-  } else if (chosen(DomeImportance())) {
-    return SampleDome(at, u);
+  light -= lamps_.size();
+  const size_t ways = at.enclosure ? at.enclosure->portals.size() : 1;
+  if (light < ways) {
+    return at.enclosure ? SamplePortal(at.enclosure->portals[light], at, u) : SampleDome(at, u);
   }
-  const float importance = SunImportance(at);
-  if (importance <= 0.0f) return {};
   LightSample sample = SampleSun(u);
   sample.pdf *= importance / at.total;
   return sample;
@@ -376,7 +415,8 @@ float LightTable::SkyPdf(const LightReceiver& at, const Vec3f& direction) const 
     return pdf * DomeImportance() / at.total;
   }
   float pdf = 0;
-  for (const Portal& portal : at.enclosure->portals) {
+  for (size_t i = 0; i < at.enclosure->portals.size(); ++i) {
+    const Portal& portal = at.enclosure->portals[i];
     const float cosine = portal.normal.dot(direction);
     const float height = portal.normal.dot(portal.corner - at.position);
     if (cosine <= 1e-5f || height <= 0.0f) continue;
@@ -388,7 +428,7 @@ float LightTable::SkyPdf(const LightReceiver& at, const Vec3f& direction) const 
         b > portal.edge_v.squaredNorm()) {
       continue;
     }
-    pdf += PortalImportance(portal, at.position) * Square(distance) / (cosine * portal.area);
+    pdf += Importance(at, lamps_.size() + i) * Square(distance) / (cosine * portal.area);
   }
   return pdf / at.total;
 }
@@ -408,7 +448,8 @@ float LightTable::MeshPdf(const LightReceiver& at, uint32_t placed, uint16_t slo
   const int light = MeshLight(placed, slot);
   if (light < 0 || !(at.total > 0.0f) || cosine <= 1e-5f) return 0;
   const Lamp& lamp = lamps_[static_cast<size_t>(light)];
-  return LampImportance(lamp, at.position) / at.total * Square(distance) / (cosine * lamp.area);
+  return Importance(at, static_cast<size_t>(light)) / at.total * Square(distance) /
+         (cosine * lamp.area);
 }
 
 Vec3f LightTable::SphereRadiance(const LightReceiver& at, const Vec3f& origin,
@@ -420,9 +461,8 @@ Vec3f LightTable::SphereRadiance(const LightReceiver& at, const Vec3f& origin,
     float weight = 1;
     if (std::isfinite(bsdf_pdf)) {
       const float sin2 = Square(lamp.radius) / (lamp.center - at.position).squaredNorm();
-      const float pdf = sin2 < 1.0f ? LampImportance(lamp, at.position) / at.total /
-                                          (2.0f * kPi * ConeHeight(sin2))
-                                    : 0.0f;
+      const float pdf =
+          sin2 < 1.0f ? Importance(at, index) / at.total / (2.0f * kPi * ConeHeight(sin2)) : 0.0f;
       weight = PowerHeuristic(bsdf_pdf, pdf);
     }
     sum += lamp.radiance * (weight * lamp.Falloff(-direction));
@@ -439,8 +479,9 @@ Vec3f LightTable::EscapeRadiance(const LightReceiver& at, const Vec3f& direction
     sum += sky_.Radiance(direction) * weight;
   }
   if (sky_.InSun(direction)) {
-    const float pdf =
-        weighted && at.total > 0.0f ? SunImportance(at) / at.total / sky_.sun_solid_angle() : 0.0f;
+    const float pdf = weighted && at.total > 0.0f
+                          ? Importance(at, LightsAt(at) - 1) / at.total / sky_.sun_solid_angle()
+                          : 0.0f;
     sum += sky_.SunRadiance() * (weighted ? PowerHeuristic(bsdf_pdf, pdf) : 1.0f);
   }
   return sum;

@@ -10,10 +10,13 @@
 // that part to BSDF sampling. Constant after Build; thread-safe.
 #pragma once
 
+#include <array>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "parallax/v1/scene.pb.h"
+#include "worker/render/light_gains.h"
 #include "worker/render/render_scene.h"
 #include "worker/render/sky.h"
 
@@ -29,14 +32,28 @@ struct Portal {
 struct Enclosure {
   Box3f box;
   std::vector<Portal> portals;
+  LightGains gains;  // Of lamps, portals and sun.
 };
 
 // A point that gathers light, with what choosing among lights needs to be computed once.
 struct LightReceiver {
   Vec3f position = Vec3f::Zero();
   const Enclosure* enclosure = nullptr;  // The room that it is in; none: outdoors.
+  uint32_t cell = 0;                     // Of the room's gains.
+  const float* gains = nullptr;          // By light; nullptr: none were learnt.
   float total = 0;                       // Sum of importances.
 };
+
+// What came of one light sample, for LightTable::Learn.
+struct LightTrial {
+  const Enclosure* enclosure = nullptr;  // None: nothing to be learnt.
+  uint32_t cell = 0;
+  uint32_t light = 0;
+  float gain = 0;
+};
+
+// The importances themselves of a receiver's first lights: lamps, then portals or dome, then sun.
+using LightImportances = std::array<float, 32>;
 
 struct LightSample {
   Vec3f direction = Vec3f::UnitZ();
@@ -45,6 +62,7 @@ struct LightSample {
                                    // chance of choosing it.
   float pdf = 0;       // Per solid angle, the choice of the light included; 0 = no light.
   bool ideal = false;  // No other strategy can find it.
+  uint32_t light = 0;  // In the order of LightImportances.
 };
 
 class LightTable {
@@ -52,8 +70,16 @@ class LightTable {
   // Errors: kInvalidArgument for a light of unknown kind.  A mesh light without faces is left out.
   static absl::StatusOr<LightTable> Build(const v1::Scene& scene, const RenderScene& geometry);
 
-  LightReceiver Receive(const Vec3f& position) const;
-  LightSample Sample(const LightReceiver& at, float choice, const Vec2f& u) const;
+  // A point of a surface, seen from the side of `normal`.
+  LightReceiver Receive(const Vec3f& position, const Vec3f& normal,
+                        LightImportances* importances) const;
+  LightSample Sample(const LightReceiver& at, const LightImportances& importances, float choice,
+                     const Vec2f& u) const;
+
+  // The outcome of a sample of which this much irradiance arrived.
+  static LightTrial Trial(const LightReceiver& at, const LightSample& sample, float irradiance);
+  // Chooses lights by these from now on, and those learnt before. Not while samples are taken.
+  void Learn(std::span<const std::vector<LightTrial>> trials);
 
   // Front radiance of a mesh light's face, zero for other faces; and the density with which Sample
   // would have found the point `distance` away along `direction`.
@@ -76,7 +102,7 @@ class LightTable {
   size_t portals() const;
 
  private:
-  struct Face {
+  struct alignas(64) Face {  // One line of the cache: they are met at random.
     Vec3f corner, edge_u, edge_v;
     Vec3f back;       // Unit, away from where it shines.
     float below = 0;  // Area of the faces before it, m^2.
@@ -115,6 +141,14 @@ class LightTable {
     const Face& FaceAt(float at) const;
   };
 
+  size_t LightsAt(const LightReceiver& at) const;
+  float Importance(const LightReceiver& at, size_t light) const {
+    return (at.gains ? at.gains[light] : 1.0f) * Promise(at, light);
+  }
+  // By power and distance alone.
+  float Promise(const LightReceiver& at, size_t light) const;
+  LightSample SampleLight(const LightReceiver& at, size_t light, float importance,
+                          const Vec2f& u) const;
   static absl::Status AddSphereOrSpot(const v1::Light& light, const Vec3f& power, Lamp* lamp);
   int MeshLight(uint32_t placed, uint16_t slot) const;
   float LampImportance(const Lamp& lamp, const Vec3f& position) const;

@@ -1,14 +1,12 @@
 #include "worker/render/microfacet.h"
 
-#include <array>
-
 namespace parallax {
 namespace {
 
-constexpr int kSteps = 32;  // Nodes in sqrt(cosine) and in sqrt(alpha), both over [0, 1].
+constexpr int kSteps = EnergyOfAlpha::kSteps;
 
 struct EnergyTables {
-  std::array<std::array<KeptEnergy, kSteps>, kSteps> directional;  // [alpha][cosine]
+  std::array<EnergyOfAlpha::Row, kSteps> directional;  // By alpha.
   std::array<KeptEnergy, kSteps> mean;
   std::array<float, kSteps> sheen;
 
@@ -95,15 +93,21 @@ KeptEnergy Lerp(const KeptEnergy& x, const KeptEnergy& y, float t) {
 
 }  // namespace
 
-KeptEnergy DirectionalEnergy(float cosine, float alpha) {
-  const EnergyTables& tables = Tables();
-  const Lookup c(cosine);
+EnergyOfAlpha::EnergyOfAlpha(float alpha) {
   const Lookup a(alpha);
-  const auto& low = tables.directional[a.index];
-  const auto& high = tables.directional[a.index + 1];
-  return Lerp(Lerp(low[c.index], low[c.index + 1], c.fraction),
-              Lerp(high[c.index], high[c.index + 1], c.fraction), a.fraction);
+  low_ = &Tables().directional[a.index];
+  high_ = low_ + 1;
+  fraction_ = a.fraction;
 }
+
+KeptEnergy EnergyOfAlpha::At(float cosine) const {
+  const Lookup c(cosine);
+  const KeptEnergy* low = &(*low_)[c.index];
+  const KeptEnergy* high = &(*high_)[c.index];
+  return Lerp(Lerp(low[0], low[1], c.fraction), Lerp(high[0], high[1], c.fraction), fraction_);
+}
+
+KeptEnergy DirectionalEnergy(float cosine, float alpha) { return EnergyOfAlpha(alpha).At(cosine); }
 
 KeptEnergy MeanEnergy(float alpha) {
   const Lookup a(alpha);

@@ -2,6 +2,8 @@
 // one bounce keeps. Local frames: z is the normal; o and i point away from the surface.
 #pragma once
 
+#include <array>
+
 #include "worker/render/sampling.h"
 
 namespace parallax {
@@ -63,6 +65,20 @@ struct KeptEnergy {
   float White() const { return a + b; }
 };
 KeptEnergy DirectionalEnergy(float cosine, float alpha);
+// The same for many cosines at one alpha.
+class EnergyOfAlpha {
+ public:
+  static constexpr int kSteps = 32;  // Nodes in sqrt(cosine) and in sqrt(alpha), both over [0, 1].
+  using Row = std::array<KeptEnergy, kSteps>;  // By cosine.
+
+  explicit EnergyOfAlpha(float alpha);
+  KeptEnergy At(float cosine) const;
+
+ private:
+  const Row* low_;
+  const Row* high_;
+  float fraction_;
+};
 // Cosine-weighted mean over the hemisphere.
 KeptEnergy MeanEnergy(float alpha);
 

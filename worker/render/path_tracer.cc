@@ -42,20 +42,29 @@ Vec3f Clamped(const Vec3f& contribution, float limit) {
   return luminance > limit ? Vec3f(contribution * (limit / luminance)) : contribution;
 }
 
-// Part of the sampled light that arrives at `position`; the shadow ray leaves from `start`, clear
-// of the surface. It is aimed anew at the light's point and ends clear of that: the start is nearer
-// to the light by more than a fixed part of a short way, and the light would shade itself.
-Vec3f LightThatPasses(const RenderScene& scene, const Vec3f& position, const Vec3f& start,
-                      const LightSample& light) {
-  if (!std::isfinite(light.distance)) {
-    return scene.Transmittance(start, light.direction, light.distance);
-  }
+// Light on its way from a lamp or the sky to a surface, should nothing stand between.
+struct ShadowRay {
+  Vec3f origin = Vec3f::Zero();
+  Vec3f direction = Vec3f::UnitZ();
+  float distance = 0;
+  Vec3f contribution = Vec3f::Zero();  // To the path, if nothing weakens it.
+  float limit = 0;                     // Luminance at which it is cut; 0 = never.
+};
+
+// It leaves from `start`, clear of the surface at `position`. It is aimed anew at the light's point
+// and ends clear of that: the start is nearer to the light by more than a fixed part of a short
+// way, and the light would shade itself. Distance 0: too short for anything to stand in it.
+void Aim(const Vec3f& position, const Vec3f& start, const LightSample& light, ShadowRay* shadow) {
+  shadow->origin = start;
+  shadow->direction = light.direction;
+  shadow->distance = light.distance;
+  if (!std::isfinite(light.distance)) return;
   const Vec3f target = position + light.distance * light.direction;
   const Vec3f to = target - start;
   const float distance = to.norm();
   const float clear = 2.0f * OffsetDistance(target) + 1e-4f * distance;
-  if (distance <= clear) return Vec3f::Ones();
-  return scene.Transmittance(start, to / distance, distance - clear);
+  shadow->distance = std::max(0.0f, distance - clear);
+  shadow->direction = to / distance;
 }
 
 // What the denoiser is told about the first surface.
@@ -79,203 +88,393 @@ bool ScattersWidely(const SurfaceSample& s) {
 
 }  // namespace
 
-PathResult TracePath(const RenderScene& scene, const LightTable& lights, const PathOptions& options,
-                     const Ray& camera_ray, Sampler& sampler, PathTrail* trail) {
-  PathResult result;
-  Ray ray = camera_ray;
-  Vec3f throughput = Vec3f::Ones();
-  LightReceiver receiver;  // The last vertex that gathered light.
-  float pdf =
-      kInfinity;  // With which the ray left it; infinity: no light sampling could have done this.
-  float min_alpha = 0;
-  bool guided = false;
-  Vec3f tint = Vec3f::Ones();  // Of the mirrors and panes before the surface that guides.
-  int bounce = 0, passages = 0;
-  const bool use_lights = options.direct != DirectLight::kBsdfSampling && !lights.empty();
-  const auto add = [&](const Vec3f& contribution) {
-    if (!contribution.allFinite()) return;
-    result.radiance += bounce > 0 ? Clamped(contribution, options.clamp_luminance) : contribution;
+// ---- A path under way ----
+
+class PathTracer::Walk {
+ public:
+  Walk(const PathTracer& tracer, Path* path) : tracer_(&tracer), path_(path), ray_(path->ray) {}
+
+  // The steps, in their order; each begins to fetch what the next reads.
+  static void IntersectAll(std::span<Walk* const> walks);
+  void Identify();
+  void Shade();
+  void GatherLight();
+
+  bool ended() const { return ended_; }
+
+ private:
+  // A surface as it is being shaded.
+  struct Here {
+    SurfaceHit hit;
+    SurfaceSample surface;
+    Vec3f out;
+    Vec3f normal;  // Geometric, on the viewer's side.
+    bool outside = true;
   };
-  // Density for MIS: single strategies either count whole or not at all.
-  const auto found_by_bsdf = [&] {
-    return options.direct != DirectLight::kLightSampling || !std::isfinite(pdf);
-  };
-  const auto mis_pdf = [&] {
-    return options.direct == DirectLight::kBsdfSampling ? kInfinity : pdf;
-  };
-
-  // What a light's face that the ray met sends back along it, weighted by MIS.
-  const auto mesh_light = [&](uint32_t placed, uint16_t slot, const Vec3f& position, float cosine) {
-    const Vec3f radiance = lights.MeshRadiance(placed, slot);
-    if (!std::isfinite(pdf) || options.direct == DirectLight::kBsdfSampling) return radiance;
-    const float distance = (position - receiver.position).norm();
-    const float light_pdf = lights.MeshPdf(receiver, placed, slot, distance, cosine);
-    return Vec3f(radiance * PowerHeuristic(pdf, light_pdf));
-  };
-
-  while (true) {
-    RawHit raw;
-    ++result.rays;
-    const bool met = scene.Intersect(ray, 0.0f, &raw);
-    if (bounce > 0 && found_by_bsdf()) {
-      const Vec3f spheres = lights.SphereRadiance(receiver, ray.origin, ray.direction,
-                                                  met ? raw.distance : kInfinity, mis_pdf());
-      if (!spheres.isZero()) add(throughput.cwiseProduct(spheres));
-    }
-    if (!met) {
-      if (found_by_bsdf()) {
-        const Vec3f sky = lights.EscapeRadiance(receiver, ray.direction, mis_pdf());
-        add(throughput.cwiseProduct(sky));
-        if (!guided) result.albedo = sky.cwiseMin(1.0f).cwiseProduct(tint);
-      }
-      return result;
-    }
-
-    // ---- What the cache knows ----
-    const Vec2f jitter = options.cache ? sampler.Pair() : Vec2f::Zero();
-    const float width = ray.width_m + ray.spread * raw.distance;
-    if (options.cache && bounce >= options.cache_from && guided) {
-      const SurfaceId id = scene.Identify(raw);
-      if (!scene.traits(id.material).needs_tracing) {
-        const bool front = ray.direction.dot(id.geometric_normal) < 0.0f;
-        const CachePlace place{raw.position,
-                               front ? id.geometric_normal : Vec3f(-id.geometric_normal),
-                               raw.placed, id.slot};
-        Vec3f cached;
-        if (options.cache->Lookup(place, jitter, width, &cached)) {
-          if (front && found_by_bsdf() && lights.IsMeshLight(raw.placed, id.slot)) {
-            add(throughput.cwiseProduct(
-                mesh_light(raw.placed, id.slot, raw.position, -ray.direction.dot(place.normal))));
-          }
-          add(throughput.cwiseProduct(cached));
-          return result;
-        }
-      }
-    }
-
-    // ---- The surface ----
-    const SurfaceHit hit = scene.Resolve(raw);
-    const Vec3f out = -ray.direction;
-    const bool outside = out.dot(hit.geometric_normal) > 0.0f;
-    const float side = outside ? 1.0f : -1.0f;
-    const Vec3f normal = side * hit.geometric_normal;
-    const SurfaceSample surface = scene.Evaluate(hit, width);
-
-    // ---- Light that it sends out ----
-    if (lights.IsMeshLight(hit.placed, hit.slot)) {
-      if (outside && found_by_bsdf()) {
-        add(throughput.cwiseProduct(
-            mesh_light(hit.placed, hit.slot, hit.position, out.dot(hit.geometric_normal))));
-      }
-    } else if (surface.emission.maxCoeff() > 0.0f) {
-      add(throughput.cwiseProduct(surface.emission));
-    }
-
-    const Vec2f choices = sampler.Pair();  // Lobe, Russian roulette.
-    const Vec2f through = sampler.Pair();  // Opacity, light.
-    if (surface.opacity < 1.0f && through.x() >= surface.opacity) {
-      if (++passages > kMaxPassages) return result;
-      ray.origin = OffsetPoint(hit.position, -normal);
-      ray.width_m = width;
-      continue;
-    }
-
-    // ---- How it scatters ----
-    const ShadingFrame frame(UsableNormal(side * scene.BumpedNormal(hit, width), normal, out));
-    if (trail && trail->size < static_cast<int>(trail->vertices.size()) &&
-        !scene.traits(hit.material).needs_tracing) {
-      trail->vertices[static_cast<size_t>(trail->size++)] = {
-          {hit.position, normal, hit.placed, hit.slot},
-          ScattersWidely(surface),
-          throughput,
-          result.radiance};
-    }
-    const Vec3f o = frame.ToLocal(out);
-    const Bsdf bsdf(surface, o, outside, min_alpha);
-    const bool last = bounce >= options.max_bounces;
-    // What solid glass refracts is torn by its bumps: there the glass itself guides.
-    const bool solid_glass = surface.transmission > 0.0f && !surface.thin_walled;
-    if (!guided && (last || bounce >= kGuideBounces || !bsdf.mirror_like() || solid_glass)) {
-      result.albedo = GuideAlbedo(surface).cwiseProduct(tint);
-      result.normal = frame.z;
-      guided = true;
-    }
-    if (last && !(surface.thin_walled && surface.transmission > 0.0f)) return result;
-    const float bend2 = 1.0f - Square(frame.z.dot(normal));
-    // What is left of light from a direction: none when shading and true normal see it on different
-    // sides (it would leak or blacken), and less near the true horizon, so that the coarse faces of
-    // smooth meshes cast no hard edge.
-    const auto admitted = [&](const Vec3f& world, const Vec3f& local) {
+  // How much of the light from a direction is admitted: none when shading and true normal see it on
+  // different sides (it would leak or blacken), and less near the true horizon, so that the coarse
+  // faces of smooth meshes cast no hard edge.
+  struct Horizon {
+    Vec3f normal;
+    float bend2;
+    float Admits(const Vec3f& world, const Vec3f& local) const {
       const float height = normal.dot(world);
       if ((height > 0.0f) != (local.z() > 0.0f)) return 0.0f;
       return local.z() > 0.0f ? TerminatorFactor(height, bend2) : 1.0f;
-    };
+    }
+  };
 
-    // ---- Next-event estimation ----
-    const bool gathers = use_lights && !last && !bsdf.mirror_like();
-    LightReceiver here;
-    if (gathers) {
-      here = lights.Receive(hit.position);
-      const LightSample light = lights.Sample(here, through.y(), sampler.Pair());
-      if (light.pdf > 0.0f && !light.radiance.isZero()) {
-        const Vec3f i = frame.ToLocal(light.direction);
-        const float part = admitted(light.direction, i);
-        BsdfValue value;
-        if (part > 0.0f) value = bsdf.Evaluate(i);
-        value.f_cos *= part;
-        if (!IsBlack(value.f_cos)) {
-          const float weight = light.ideal || options.direct == DirectLight::kLightSampling
-                                   ? 1.0f
-                                   : PowerHeuristic(light.pdf, value.pdf);
-          const Vec3f contribution =
-              throughput.cwiseProduct(value.f_cos).cwiseProduct(light.radiance) *
-              (weight / light.pdf);
-          if (contribution.maxCoeff() > 1e-7f) {
-            const float leave = i.z() > 0.0f ? 1.0f : -1.0f;
-            const Vec3f start = OffsetPoint(hit.position, leave * normal);
-            ++result.rays;
-            add(contribution.cwiseProduct(LightThatPasses(scene, hit.position, start, light)));
-          }
-        }
-      }
+  const RenderScene& scene() const { return tracer_->scene_; }
+  const LightTable& lights() const { return tracer_->lights_; }
+  const PathOptions& options() const { return tracer_->options_; }
+  PathResult& result() { return path_->result; }
+
+  void Add(const Vec3f& contribution) {
+    if (!contribution.allFinite()) return;
+    result().radiance +=
+        bounce_ > 0 ? Clamped(contribution, options().clamp_luminance) : contribution;
+  }
+  // Density for MIS: single strategies either count whole or not at all.
+  bool FoundByBsdf() const {
+    return options().direct != DirectLight::kLightSampling || !std::isfinite(pdf_);
+  }
+  float MisPdf() const { return options().direct == DirectLight::kBsdfSampling ? kInfinity : pdf_; }
+
+  bool GoesWith(const Walk& other) const;
+  void Intersect();
+  static void IntersectPacket(std::span<Walk* const> walks);
+  void Met(bool met);
+  void Escape();
+  void AskCache();
+  bool EndInCache();
+  Vec3f MeshLight(uint16_t slot, float cosine) const;
+  void AddEmission(const Here& here);
+  // Straight on through a hole or a thin pane.
+  void Pass(const Here& here);
+  void Guide(const Here& here, const Vec3f& normal);
+  void UseLight(const Here& here, const ShadingFrame& frame, const Bsdf& bsdf,
+                const Horizon& horizon, const LightReceiver& receiver, const LightSample& light);
+  void Leave(const Here& here, const ShadingFrame& frame, const BsdfSample& next,
+             const Horizon& horizon, float survival);
+
+  const PathTracer* tracer_;
+  Path* path_;
+  Ray ray_;
+  Vec3f throughput_ = Vec3f::Ones();
+  LightReceiver receiver_;  // The last vertex that gathered light.
+  // With which the ray left it; infinity: no light sampling could have done this.
+  float pdf_ = kInfinity;
+  float min_alpha_ = 0;
+  Vec3f tint_ = Vec3f::Ones();  // Of the mirrors and panes before the surface that guides.
+  int bounce_ = 0, passages_ = 0;
+  bool guided_ = false, ended_ = false;
+
+  // Of the step under way.
+  bool met_ = false, shadowed_ = false;
+  RawHit raw_;
+  float width_ = 0;  // Of the ray's cone there.
+  SurfaceId id_;
+  CacheQuestion question_;
+  ShadowRay shadow_;
+  LightTrial* trial_ = nullptr;  // Where the cache's filler wants to know of it.
+};
+
+// Those of an eye that look about the same way go in packets.
+void PathTracer::Walk::IntersectAll(std::span<Walk* const> walks) {
+  while (!walks.empty()) {
+    const auto packet = walks.first(std::min<size_t>(walks.size(), RayTrees::kPacket));
+    const bool coherent = packet.size() > 1 &&
+                          std::all_of(packet.begin(), packet.end(),
+                                      [&](const Walk* walk) { return walk->GoesWith(*packet[0]); });
+    if (coherent) {
+      IntersectPacket(packet);
     } else {
-      sampler.Pair();
+      for (Walk* walk : packet) walk->Intersect();
     }
+    walks = walks.subspan(packet.size());
+  }
+}
 
-    // ---- The next ray ----
-    const std::optional<BsdfSample> next = bsdf.Sample(choices.x(), sampler.Pair());
-    if (!next) return result;
-    if (!guided) {
-      tint = tint.cwiseProduct(next->weight.cwiseMin(1.0f));
-      const bool glint =
-          surface.transmission > 0.0f && !next->straight && next->direction.z() > 0.0f;
-      if (glint) result.guide_weight = kGlintWeight;
-    }
-    const Vec3f direction = frame.ToWorld(next->direction).normalized();
-    if (next->straight) {
-      if (++passages > kMaxPassages) return result;
-      throughput = throughput.cwiseProduct(next->weight);
-      ray.origin = OffsetPoint(hit.position, -normal);
-      ray.width_m = width;
-      continue;
-    }
-    const float part = last ? 0.0f : admitted(direction, next->direction);
-    if (part <= 0.0f) return result;
-    throughput = throughput.cwiseProduct(next->weight) * part;
-    if (!throughput.allFinite() || IsBlack(throughput)) return result;
-    ++bounce;
-    if (bounce >= kRouletteFrom) {
-      const float survive = std::min(0.95f, throughput.maxCoeff());
-      if (choices.y() >= survive) return result;
-      throughput /= survive;
-    }
-    pdf = gathers ? next->pdf : kInfinity;
-    receiver = here;
-    if (options.regularise && next->blur > 0.1f) min_alpha = 0.09f;
-    ray.origin = OffsetPoint(hit.position, next->direction.z() > 0.0f ? normal : Vec3f(-normal));
-    ray.direction = direction;
-    ray.width_m = width;
-    ray.spread = std::min(1.0f, ray.spread + next->blur);
+bool PathTracer::Walk::GoesWith(const Walk& other) const {
+  constexpr float kAlike = 0.999f;  // Cosine of 2.5 degrees.
+  return bounce_ == 0 && ray_.origin == other.ray_.origin &&
+         ray_.direction.dot(other.ray_.direction) > kAlike;
+}
+
+void PathTracer::Walk::Intersect() {
+  Met(scene().trees().Intersect(RayTrees::Tree::kFast, ray_, 0.0f, &raw_));
+}
+
+void PathTracer::Walk::IntersectPacket(std::span<Walk* const> walks) {
+  std::array<const Ray*, RayTrees::kPacket> rays{};
+  std::array<RawHit*, RayTrees::kPacket> hits{};
+  for (size_t k = 0; k < walks.size(); ++k) {
+    rays[k] = &walks[k]->ray_;
+    hits[k] = &walks[k]->raw_;
+  }
+  const uint32_t met = walks[0]->scene().trees().Intersect(
+      RayTrees::Tree::kFast, rays.data(), hits.data(), static_cast<int>(walks.size()));
+  for (size_t k = 0; k < walks.size(); ++k) walks[k]->Met((met >> k & 1) != 0);
+}
+
+void PathTracer::Walk::Met(bool met) {
+  ++result().rays;
+  met_ = met;
+  if (met_) scene().Prefetch(raw_);
+}
+
+void PathTracer::Walk::Identify() {
+  if (bounce_ > 0 && FoundByBsdf()) {
+    const Vec3f spheres = lights().SphereRadiance(receiver_, ray_.origin, ray_.direction,
+                                                  met_ ? raw_.distance : kInfinity, MisPdf());
+    if (!spheres.isZero()) Add(throughput_.cwiseProduct(spheres));
+  }
+  if (!met_) return Escape();
+  width_ = ray_.width_m + ray_.spread * raw_.distance;
+  id_ = scene().Identify(raw_);
+  question_ = {};
+  if (options().cache) AskCache();
+  if (!question_.asked()) scene().PrefetchVertices(raw_);
+}
+
+void PathTracer::Walk::Escape() {
+  ended_ = true;
+  if (!FoundByBsdf()) return;
+  const Vec3f sky = lights().EscapeRadiance(receiver_, ray_.direction, MisPdf());
+  Add(throughput_.cwiseProduct(sky));
+  if (!guided_) result().albedo = sky.cwiseMin(1.0f).cwiseProduct(tint_);
+}
+
+void PathTracer::Walk::AskCache() {
+  const Vec2f jitter = path_->sampler.Pair();
+  if (bounce_ < options().cache_from || !guided_) return;
+  if (scene().traits(id_.material).needs_tracing) return;
+  const bool front = ray_.direction.dot(id_.geometric_normal) < 0.0f;
+  const CachePlace place{raw_.position, front ? id_.geometric_normal : Vec3f(-id_.geometric_normal),
+                         raw_.placed, id_.slot};
+  question_ = options().cache->Ask(place, jitter, width_);
+}
+
+// With what the cache knows, if it does.
+bool PathTracer::Walk::EndInCache() {
+  Vec3f cached;
+  if (!options().cache || !options().cache->Answer(question_, &cached)) return false;
+  const float cosine = -ray_.direction.dot(id_.geometric_normal);
+  if (cosine > 0.0f && FoundByBsdf() && lights().IsMeshLight(raw_.placed, id_.slot)) {
+    Add(throughput_.cwiseProduct(MeshLight(id_.slot, cosine)));
+  }
+  Add(throughput_.cwiseProduct(cached));
+  ended_ = true;
+  return true;
+}
+
+// What a light's face that the ray met sends back along it, weighted by MIS.
+Vec3f PathTracer::Walk::MeshLight(uint16_t slot, float cosine) const {
+  const Vec3f radiance = lights().MeshRadiance(raw_.placed, slot);
+  if (!std::isfinite(pdf_) || options().direct == DirectLight::kBsdfSampling) return radiance;
+  const float distance = (raw_.position - receiver_.position).norm();
+  const float light_pdf = lights().MeshPdf(receiver_, raw_.placed, slot, distance, cosine);
+  return radiance * PowerHeuristic(pdf_, light_pdf);
+}
+
+void PathTracer::Walk::AddEmission(const Here& here) {
+  if (lights().IsMeshLight(here.hit.placed, here.hit.slot)) {
+    if (!here.outside || !FoundByBsdf()) return;
+    Add(throughput_.cwiseProduct(
+        MeshLight(here.hit.slot, here.out.dot(here.hit.geometric_normal))));
+  } else if (here.surface.emission.maxCoeff() > 0.0f) {
+    Add(throughput_.cwiseProduct(here.surface.emission));
+  }
+}
+
+void PathTracer::Walk::Pass(const Here& here) {
+  ended_ = ++passages_ > kMaxPassages;
+  ray_.origin = OffsetPoint(here.hit.position, -here.normal);
+  ray_.width_m = width_;
+}
+
+void PathTracer::Walk::Guide(const Here& here, const Vec3f& normal) {
+  result().albedo = GuideAlbedo(here.surface).cwiseProduct(tint_);
+  result().normal = normal;
+  guided_ = true;
+}
+
+void PathTracer::Walk::Shade() {
+  shadowed_ = false;
+  trial_ = nullptr;
+  if (EndInCache()) return;
+  Here here;
+  here.hit = scene().Resolve(raw_);
+  here.out = -ray_.direction;
+  here.outside = here.out.dot(here.hit.geometric_normal) > 0.0f;
+  const float side = here.outside ? 1.0f : -1.0f;
+  here.normal = side * here.hit.geometric_normal;
+  here.surface = scene().Evaluate(here.hit, width_);
+  const SurfaceSample& surface = here.surface;
+  AddEmission(here);
+
+  Sampler& sampler = path_->sampler;
+  const Vec2f choices = sampler.Pair();  // Lobe, Russian roulette.
+  const Vec2f through = sampler.Pair();  // Opacity, light.
+  if (surface.opacity < 1.0f && through.x() >= surface.opacity) return Pass(here);
+
+  const ShadingFrame frame(
+      UsableNormal(side * scene().BumpedNormal(here.hit, width_), here.normal, here.out));
+  PathTrail* trail = path_->trail;
+  if (trail && trail->size < static_cast<int>(trail->vertices.size()) &&
+      !scene().traits(here.hit.material).needs_tracing) {
+    PathVertex& vertex = trail->vertices[static_cast<size_t>(trail->size++)];
+    vertex = {{here.hit.position, here.normal, here.hit.placed, here.hit.slot},
+              ScattersWidely(surface),
+              throughput_,
+              result().radiance,
+              {}};
+    trial_ = &vertex.trial;
+  }
+  const Bsdf bsdf(surface, frame.ToLocal(here.out), here.outside, min_alpha_);
+  const bool last = bounce_ >= options().max_bounces;
+  // What solid glass refracts is torn by its bumps: there the glass itself guides.
+  const bool solid_glass = surface.transmission > 0.0f && !surface.thin_walled;
+  if (!guided_ && (last || bounce_ >= kGuideBounces || !bsdf.mirror_like() || solid_glass)) {
+    Guide(here, frame.z);
+  }
+  if (last && !(surface.thin_walled && surface.transmission > 0.0f)) {
+    ended_ = true;
+    return;
+  }
+  const Horizon horizon{here.normal, 1.0f - Square(frame.z.dot(here.normal))};
+
+  const bool use_lights = options().direct != DirectLight::kBsdfSampling && !lights().empty();
+  const bool gathers = use_lights && !last && !bsdf.mirror_like();
+  LightReceiver receiver;
+  if (gathers) {
+    LightImportances importances;
+    receiver = lights().Receive(here.hit.position, here.normal, &importances);
+    UseLight(here, frame, bsdf, horizon, receiver,
+             lights().Sample(receiver, importances, through.y(), sampler.Pair()));
+  } else {
+    sampler.Pair();
+  }
+
+  const std::optional<BsdfSample> next = bsdf.Sample(choices.x(), sampler.Pair());
+  if (!next) {
+    ended_ = true;
+    return;
+  }
+  if (!guided_) {
+    tint_ = tint_.cwiseProduct(next->weight.cwiseMin(1.0f));
+    const bool glint = surface.transmission > 0.0f && !next->straight && next->direction.z() > 0.0f;
+    if (glint) result().guide_weight = kGlintWeight;
+  }
+  if (next->straight) {
+    throughput_ = throughput_.cwiseProduct(next->weight);
+    return Pass(here);
+  }
+  if (last) {
+    ended_ = true;
+    return;
+  }
+  Leave(here, frame, *next, horizon, choices.y());
+  pdf_ = gathers ? next->pdf : kInfinity;
+  receiver_ = receiver;
+}
+
+// Next-event estimation; the shadow ray waits for its turn.
+void PathTracer::Walk::UseLight(const Here& here, const ShadingFrame& frame, const Bsdf& bsdf,
+                                const Horizon& horizon, const LightReceiver& receiver,
+                                const LightSample& light) {
+  const float irradiance =
+      Luminance(light.radiance) * std::max(0.0f, here.normal.dot(light.direction));
+  if (trial_ && !(irradiance > 0.0f)) *trial_ = LightTable::Trial(receiver, light, 0.0f);
+  if (!(light.pdf > 0.0f) || light.radiance.isZero()) return;
+  const Vec3f i = frame.ToLocal(light.direction);
+  const float part = horizon.Admits(light.direction, i);
+  if (part <= 0.0f) return;
+  BsdfValue value = bsdf.Evaluate(i);
+  value.f_cos *= part;
+  if (IsBlack(value.f_cos)) return;
+  const float weight = light.ideal || options().direct == DirectLight::kLightSampling
+                           ? 1.0f
+                           : PowerHeuristic(light.pdf, value.pdf);
+  shadow_.contribution =
+      throughput_.cwiseProduct(value.f_cos).cwiseProduct(light.radiance) * (weight / light.pdf);
+  if (!(shadow_.contribution.maxCoeff() > 1e-7f) || !shadow_.contribution.allFinite()) return;
+  if (bounce_ > 0) shadow_.limit = options().clamp_luminance;
+  const float leave = i.z() > 0.0f ? 1.0f : -1.0f;
+  Aim(here.hit.position, OffsetPoint(here.hit.position, leave * here.normal), light, &shadow_);
+  shadowed_ = true;
+  if (trial_) *trial_ = LightTable::Trial(receiver, light, irradiance);
+}
+
+void PathTracer::Walk::GatherLight() {
+  if (!shadowed_) return;
+  ++result().rays;
+  Vec3f light = shadow_.contribution;
+  if (shadow_.distance > 0.0f) {
+    light = light.cwiseProduct(
+        scene().Transmittance(shadow_.origin, shadow_.direction, shadow_.distance));
+  }
+  if (trial_) trial_->gain *= Luminance(light) / Luminance(shadow_.contribution);
+  result().radiance += Clamped(light, shadow_.limit);
+}
+
+// Along the sampled direction, if chance lets it live.
+void PathTracer::Walk::Leave(const Here& here, const ShadingFrame& frame, const BsdfSample& next,
+                             const Horizon& horizon, float survival) {
+  const Vec3f direction = frame.ToWorld(next.direction).normalized();
+  const float part = horizon.Admits(direction, next.direction);
+  throughput_ = throughput_.cwiseProduct(next.weight) * part;
+  ended_ = part <= 0.0f || !throughput_.allFinite() || IsBlack(throughput_);
+  if (ended_) return;
+  ++bounce_;
+  if (bounce_ >= kRouletteFrom) {
+    const float survive = std::min(0.95f, throughput_.maxCoeff());
+    ended_ = survival >= survive;
+    if (ended_) return;
+    throughput_ /= survive;
+  }
+  if (options().regularise && next.blur > 0.1f) min_alpha_ = 0.09f;
+  ray_.origin =
+      OffsetPoint(here.hit.position, next.direction.z() > 0.0f ? here.normal : Vec3f(-here.normal));
+  ray_.direction = direction;
+  ray_.width_m = width_;
+  ray_.spread = std::min(1.0f, ray_.spread + next.blur);
+}
+
+// ---- Many paths ----
+
+PathTracer::PathTracer(const RenderScene& scene, const LightTable& lights,
+                       const PathOptions& options)
+    : scene_(scene), lights_(lights), options_(options) {}
+PathTracer::~PathTracer() = default;
+
+void PathTracer::Trace(std::span<Path> paths) {
+  while (!paths.empty()) {
+    const size_t count = std::min(paths.size(), kTogether);
+    TraceTogether(paths.first(count));
+    paths = paths.subspan(count);
+  }
+}
+
+PathResult PathTracer::Trace(const Ray& ray, const Sampler& sampler) {
+  Path path{ray, sampler, nullptr, {}};
+  TraceTogether({&path, 1});
+  return path.result;
+}
+
+void PathTracer::TraceTogether(std::span<Path> paths) {
+  walks_.clear();
+  for (Path& path : paths) walks_.emplace_back(*this, &path);
+  under_way_.clear();
+  for (Walk& walk : walks_) under_way_.push_back(&walk);
+  const auto drop_ended = [&] { std::erase_if(under_way_, [](Walk* w) { return w->ended(); }); };
+  while (!under_way_.empty()) {
+    Walk::IntersectAll(under_way_);
+    for (Walk* walk : under_way_) walk->Identify();
+    drop_ended();
+    for (Walk* walk : under_way_) walk->Shade();
+    for (Walk* walk : under_way_) walk->GatherLight();
+    drop_ended();
   }
 }
 

@@ -1,9 +1,14 @@
-// Radiance along a camera ray: unidirectional path tracing with next-event estimation, multiple
+// Radiance along camera rays: unidirectional path tracing with next-event estimation, multiple
 // importance sampling and Russian roulette. Without `clamp` and `regularise` the estimate is
-// unbiased up to `max_bounces`. Stateless; thread-safe.
+// unbiased up to `max_bounces`.
+//
+// Many paths go forward together, a step at a time: all rays are traced, then all hits named, all
+// surfaces shaded, all shadow rays traced. What a path reads next is fetched while the others take
+// their step, so that few wait for memory. A path does not depend on its company.
 #pragma once
 
 #include <array>
+#include <span>
 
 #include "worker/render/lights.h"
 #include "worker/render/radiance_cache.h"
@@ -34,6 +39,7 @@ struct PathVertex {
   bool rough = false;                // Scatters about alike to all sides.
   Vec3f throughput = Vec3f::Ones();  // From here to the path's start.
   Vec3f before = Vec3f::Zero();      // The path's radiance without what is scattered here.
+  LightTrial trial;
 };
 
 struct PathTrail {
@@ -53,8 +59,36 @@ struct PathResult {
   uint32_t rays = 0;  // Traced, shadow rays included.
 };
 
-// With a `trail`, the path's surfaces are written there.
-PathResult TracePath(const RenderScene& scene, const LightTable& lights, const PathOptions& options,
-                     const Ray& camera_ray, Sampler& sampler, PathTrail* trail = nullptr);
+// A path from its camera ray on.
+struct Path {
+  Ray ray;
+  Sampler sampler;
+  PathTrail* trail = nullptr;  // Its surfaces are written there. Borrowed.
+  PathResult result;           // Once traced.
+};
+
+// Keeps its scratch memory from one call to the next: not thread-safe. What it is given must
+// outlive it.
+class PathTracer {
+ public:
+  // Paths that fit in the nearest caches together and are enough to hide memory's latency.
+  static constexpr size_t kTogether = 256;
+
+  PathTracer(const RenderScene& scene, const LightTable& lights, const PathOptions& options);
+  ~PathTracer();
+
+  void Trace(std::span<Path> paths);
+  PathResult Trace(const Ray& ray, const Sampler& sampler);
+
+ private:
+  class Walk;  // A path under way.
+  void TraceTogether(std::span<Path> paths);
+
+  const RenderScene& scene_;
+  const LightTable& lights_;
+  const PathOptions options_;
+  std::vector<Walk> walks_;
+  std::vector<Walk*> under_way_;
+};
 
 }  // namespace parallax

@@ -2,6 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <bit>
 #include <cmath>
 #include <unordered_map>
 
@@ -44,16 +45,15 @@ float CacheGrid::WidthAt(const Vec3f& position) const {
   return std::ldexp(cell_m_, std::ilogb(std::sqrt(d2) / kFullDetail_m));
 }
 
-uint64_t CacheGrid::KeyOf(const CachePlace& place, int wider) const {
-  const float width = static_cast<float>(wider) * WidthAt(place.position);
+uint64_t CacheGrid::KeyOf(const CachePlace& place, float width_m) {
   const Eigen::Vector3i cube =
-      ((place.position + kShift_m) / width).array().floor().cast<int>().matrix();
+      ((place.position + kShift_m) * (1.0f / width_m)).array().floor().cast<int>().matrix();
   const auto bits = [](int x) { return static_cast<uint64_t>(static_cast<uint32_t>(x)); };
   const uint64_t a = bits(cube.x()) | bits(cube.y()) << 32;
   const uint64_t b = bits(cube.z()) | static_cast<uint64_t>(FaceOf(place.normal)) << 32 |
                      static_cast<uint64_t>(place.slot) << 35;
-  const uint64_t c = place.placed | bits(std::ilogb(width)) << 32;
-  return Mix(a + 0x9e3779b97f4a7c15u * Mix(b + 0xc2b2ae3d27d4eb4fu * Mix(c))) | 1u;
+  const uint64_t c = place.placed | static_cast<uint64_t>(std::bit_cast<uint32_t>(width_m)) << 32;
+  return Mix(a * 0x9e3779b97f4a7c15u + b * 0xc2b2ae3d27d4eb4fu + c * 0x165667b19e3779f9u) | 1u;
 }
 
 const RadianceCache::Entry* RadianceCache::Find(uint64_t key) const {
@@ -65,20 +65,25 @@ const RadianceCache::Entry* RadianceCache::Find(uint64_t key) const {
   }
 }
 
-bool RadianceCache::Lookup(CachePlace place, const Vec2f& jitter, float footprint_m,
-                           Vec3f* radiance) const {
-  if (cells_ == 0) return false;
+CacheQuestion RadianceCache::Ask(const CachePlace& place, const Vec2f& jitter,
+                                 float footprint_m) const {
+  CacheQuestion question{place, 0};
+  if (cells_ == 0) return question;
   const float width = grid_.WidthAt(place.position);
-  if (footprint_m < kFootprint * width) return false;
+  if (footprint_m < kFootprint * width) return question;
   const ShadingFrame frame(place.normal);
-  const Vec3f middle = place.position;
-  place.position += width * ((jitter.x() - 0.5f) * frame.x + (jitter.y() - 0.5f) * frame.y);
-  const Entry* entry = Find(grid_.KeyOf(place));
-  if (!entry) {
-    place.position = middle;
-    entry = Find(grid_.KeyOf(place));
-    if (!entry) return false;
-  }
+  CachePlace moved = place;
+  moved.position += width * ((jitter.x() - 0.5f) * frame.x + (jitter.y() - 0.5f) * frame.y);
+  question.key = CacheGrid::KeyOf(moved, width);
+  __builtin_prefetch(&table_[(question.key >> 1) & (table_.size() - 1)]);
+  return question;
+}
+
+bool RadianceCache::Answer(const CacheQuestion& question, Vec3f* radiance) const {
+  if (!question.asked()) return false;
+  const Entry* entry = Find(question.key);
+  if (!entry) entry = Find(grid_.KeyOf(question.place));
+  if (!entry) return false;
   *radiance = UnpackRadiance(entry->radiance);
   return true;
 }

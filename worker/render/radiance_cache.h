@@ -38,12 +38,20 @@ class CacheGrid {
   CacheGrid(const Box3f& eyes, float cell_m) : eyes_(eyes), cell_m_(cell_m) {}
 
   float WidthAt(const Vec3f& position) const;
-  // Names the cell of a place; never 0. `wider`: cells so many times as wide as usual.
-  uint64_t KeyOf(const CachePlace& place, int wider = 1) const;
+  // Names the cell of a place among those of this width; never 0.
+  static uint64_t KeyOf(const CachePlace& place, float width_m);
+  uint64_t KeyOf(const CachePlace& place) const { return KeyOf(place, WidthAt(place.position)); }
 
  private:
   Box3f eyes_ = Box3f(Vec3f::Zero(), Vec3f::Zero());
   float cell_m_ = 0.06f;
+};
+
+// What a path asks of the cache, and where the answer would stand.
+struct CacheQuestion {
+  CachePlace place;
+  uint64_t key = 0;
+  bool asked() const { return key != 0; }
 };
 
 class RadianceCache {
@@ -56,8 +64,11 @@ class RadianceCache {
 
   // What the surface scatters towards a viewer whose ray is `footprint_m` wide there. `jitter`, in
   // [0, 1)^2, moves the question by up to half a cell along the surface, so that cells have no
-  // edge. False when the cache does not know, or not finely enough.
-  bool Lookup(CachePlace place, const Vec2f& jitter, float footprint_m, Vec3f* radiance) const;
+  // edge. Not asked where cells are too wide for the ray. The memory that answers begins to be
+  // fetched.
+  CacheQuestion Ask(const CachePlace& place, const Vec2f& jitter, float footprint_m) const;
+  // False when the cache does not know or was not asked.
+  bool Answer(const CacheQuestion& question, Vec3f* radiance) const;
 
   size_t cells() const { return cells_; }
   size_t bytes() const { return table_.size() * sizeof(Entry); }

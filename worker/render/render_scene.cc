@@ -1,6 +1,6 @@
 #include "worker/render/render_scene.h"
 
-#include <atomic>
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -17,60 +17,56 @@ using Positions = std::vector<Vec3f>;
 // Relief is a few millimetres high: a wider footprint than this averages it away.
 constexpr float kWidestRelief_m = 0.1f;
 
-// Of the state of a shadow ray; Embree hands the first member to the filter.
-struct ShadowContext {
-  RTCIntersectContext base;
-  const RenderScene* scene;
-  Vec3f origin,
-      direction;  // World; the filter of an instance is given the ray in the object's frame.
-  Vec3f transmittance;
-};
-
-// What Build adds for each triangle and vertex, its peak included (bench_scale measures it).
+// What Build adds for each triangle of a tree, each vertex and each position, its peak included
+// (bench_scale measures it).
 constexpr int64_t kBytesPerTriangle = 130;
 constexpr int64_t kBytesPerVertex = 32;  // For shading; copies of a mesh share it.
 constexpr int64_t kBytesPerPosition = 12;
 
-// One tree over everything, with triangles split where that helps, is traced a good deal faster
-// than a tree of trees; it costs build time and memory for every copy of a mesh.
-bool OneTree(const SceneGeometry& geometry, bool movable) {
-  constexpr size_t kOneTree = 3'000'000;
-  size_t placed_triangles = 0;
-  for (const PlacedMesh& placed : geometry.meshes) {
-    placed_triangles += placed.mesh->triangles.size();
-  }
-  return placed_triangles <= kOneTree && !movable;
-}
+// How a scene is stored.
+struct Plan {
+  // One tree over everything, with triangles split where that helps, is traced a good deal faster
+  // than a tree of trees; it costs build time and memory for every copy of a mesh.
+  bool one_tree = false;
+  bool twins = false;
+  int64_t triangles = 0, vertices = 0, positions = 0;  // Copies that are stored apart count.
 
-// In one tree every copy of a mesh counts; instances share theirs.
-absl::Status CheckBuildMemory(const SceneGeometry& geometry, bool one_tree) {
-  std::set<const Mesh*> seen;
-  int64_t triangles = 0, vertices = 0, positions = 0;
-  for (const PlacedMesh& placed : geometry.meshes) {
-    const bool first = seen.insert(placed.mesh.get()).second;
-    const auto count = static_cast<int64_t>(placed.mesh->positions.size());
-    if (first) vertices += count;
-    if (!first && !one_tree) continue;
-    positions += count;
-    triangles += static_cast<int64_t>(placed.mesh->triangles.size());
+  Plan(const SceneGeometry& geometry, bool movable) {
+    constexpr int64_t kMost = 3'000'000;
+    int64_t placed_triangles = 0;
+    for (const PlacedMesh& placed : geometry.meshes) {
+      placed_triangles += static_cast<int64_t>(placed.mesh->triangles.size());
+    }
+    one_tree = placed_triangles <= kMost && !movable;
+    std::set<const Mesh*> seen;
+    for (const PlacedMesh& placed : geometry.meshes) {
+      const bool first = seen.insert(placed.mesh.get()).second;
+      const auto count = static_cast<int64_t>(placed.mesh->positions.size());
+      if (first) vertices += count;
+      if (!first && !one_tree) continue;
+      positions += count;
+      triangles += static_cast<int64_t>(placed.mesh->triangles.size());
+    }
+    twins = triangles <= kMost;
   }
-  return CheckMemory(
-      "render: acceleration structure of " + std::to_string(triangles) + " triangles",
-      triangles * kBytesPerTriangle + vertices * kBytesPerVertex + positions * kBytesPerPosition);
+
+  absl::Status CheckMemory() const {
+    return parallax::CheckMemory(
+        "render: acceleration structure of " + std::to_string(triangles) + " triangles",
+        triangles * kBytesPerTriangle * (twins ? 2 : 1) + vertices * kBytesPerVertex +
+            positions * kBytesPerPosition);
+  }
+};
+
+std::shared_ptr<const Positions> Placed(const Mesh& mesh, const Eigen::Affine3f& place) {
+  auto positions = std::make_shared<Positions>();
+  positions->reserve(mesh.positions.size() + 1);
+  for (const Vec3f& p : mesh.positions) positions->push_back(place * p);
+  positions->push_back(Vec3f::Zero());
+  return positions;
 }
 
 }  // namespace
-
-struct RenderScene::MemoryWatch {
-  std::atomic<int64_t> used{0};
-  int64_t limit = 0;
-
-  static bool Callback(void* self, ssize_t bytes, bool /*post*/) {
-    auto* watch = static_cast<MemoryWatch*>(self);
-    const int64_t used = watch->used.fetch_add(bytes) + bytes;
-    return bytes <= 0 || used <= watch->limit;
-  }
-};
 
 struct alignas(32) RenderScene::Vertex {
   Vec3f normal;
@@ -102,6 +98,14 @@ struct RenderScene::Body {
   }
 };
 
+std::shared_ptr<const std::vector<RenderScene::Vertex>> RenderScene::Pack(const Mesh& mesh) {
+  auto all = std::make_shared<std::vector<Vertex>>(mesh.positions.size());
+  for (size_t k = 0; k < all->size(); ++k) {
+    (*all)[k] = {mesh.normals[k], mesh.texture[k], mesh.uv[k]};
+  }
+  return all;
+}
+
 RenderScene::RenderScene() = default;
 RenderScene::~RenderScene() = default;
 
@@ -126,9 +130,10 @@ absl::StatusOr<std::unique_ptr<RenderScene>> RenderScene::Build(SceneGeometry ge
         }
       }
     }
-    RETURN_IF_ERROR(CheckBuildMemory(scene->geometry_, OneTree(scene->geometry_, movable)));
+    RETURN_IF_ERROR(Plan(scene->geometry_, movable).CheckMemory());
     scene->ProbeMaterials();
-    RETURN_IF_ERROR(scene->BuildEmbree(memory_limit_bytes, movable));
+    scene->movable_ = movable;
+    RETURN_IF_ERROR(scene->BuildTrees(memory_limit_bytes));
     return scene;
   } catch (const std::bad_alloc&) {
     return MakeError(absl::StatusCode::kResourceExhausted,
@@ -136,77 +141,29 @@ absl::StatusOr<std::unique_ptr<RenderScene>> RenderScene::Build(SceneGeometry ge
   }
 }
 
-// Shadow rays ask only geometry that may let light through; all else stays opaque at no cost.
-static void FilterOcclusion(const RTCFilterFunctionNArguments* args) {
-  auto* context = reinterpret_cast<ShadowContext*>(args->context);
-  RawHit hit;
-  const uint32_t instance = RTCHitN_instID(args->hit, args->N, 0, 0);
-  hit.placed =
-      instance != RTC_INVALID_GEOMETRY_ID ? instance : RTCHitN_geomID(args->hit, args->N, 0);
-  hit.triangle = RTCHitN_primID(args->hit, args->N, 0);
-  hit.u = RTCHitN_u(args->hit, args->N, 0);
-  hit.v = RTCHitN_v(args->hit, args->N, 0);
-  hit.position = context->origin + RTCRayN_tfar(args->ray, args->N, 0) * context->direction;
-  hit.edge_cross = Vec3f(RTCHitN_Ng_x(args->hit, args->N, 0), RTCHitN_Ng_y(args->hit, args->N, 0),
-                         RTCHitN_Ng_z(args->hit, args->N, 0));
-  const SurfaceHit surface_hit = context->scene->Resolve(hit);
-  const MaterialTraits& traits = context->scene->traits(surface_hit.material);
-  if (!traits.may_be_open && !traits.may_be_thin) return;
-  const SurfaceSample surface = context->scene->Evaluate(surface_hit, 0.001f);
-  const float cosine =
-      std::min(1.0f, std::abs(context->direction.dot(surface_hit.geometric_normal)));
+Vec3f RenderScene::Passes(const RawHit& raw, const Vec3f& direction) const {
+  const SurfaceHit hit = Resolve(raw);
+  const MaterialTraits& traits = traits_[hit.material];
+  if (!traits.may_be_open && !traits.may_be_thin) return Vec3f::Zero();
+  const SurfaceSample surface = Evaluate(hit, 0.001f);
+  const float cosine = std::min(1.0f, std::abs(direction.dot(hit.geometric_normal)));
   const float opacity = std::clamp(surface.opacity, 0.0f, 1.0f);
   Vec3f passes = Vec3f::Constant(1.0f - opacity);
   if (traits.may_be_thin && surface.thin_walled) {
     const Vec3f out = DirectionAt(std::max(cosine, 1e-3f), 0.0f);
     passes += opacity * Bsdf(surface, out, true).Straight();
   }
-  context->transmittance = context->transmittance.cwiseProduct(passes);
-  if (context->transmittance.maxCoeff() > 1e-3f) args->valid[0] = 0;
+  return passes;
 }
 
-absl::Status RenderScene::BuildEmbree(int64_t memory_limit_bytes, bool movable) {
-  movable_ = movable;
-  device_ = EmbreeDevice(rtcNewDevice(nullptr));
-  if (!device_.get()) {
-    return MakeError(absl::StatusCode::kResourceExhausted, "render: Embree gives no device");
-  }
-  memory_ = std::make_unique<MemoryWatch>();
-  memory_->limit = memory_limit_bytes > 0 ? memory_limit_bytes : MemoryLimit();
-  rtcSetDeviceMemoryMonitorFunction(device_.get(), &MemoryWatch::Callback, memory_.get());
+bool RenderScene::LetsLightThrough(const PlacedMesh& placed) const {
+  return std::any_of(placed.material_of_slot.begin(), placed.material_of_slot.end(),
+                     [&](uint32_t m) { return traits_[m].may_be_open || traits_[m].may_be_thin; });
+}
 
+void RenderScene::StoreBodies(bool one_tree) {
   std::map<const Mesh*, int> uses;
   for (const PlacedMesh& placed : geometry_.meshes) ++uses[placed.mesh.get()];
-  const bool one_tree = OneTree(geometry_, movable);
-
-  const auto new_triangles = [&](const Mesh& mesh, const Positions& positions, bool filtered) {
-    EmbreeGeometry geometry(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
-    rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                               positions.data(), 0, sizeof(Vec3f), mesh.positions.size());
-    rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                               mesh.triangles.data(), 0, sizeof(Triangle), mesh.triangles.size());
-    if (one_tree) rtcSetGeometryBuildQuality(geometry.get(), RTC_BUILD_QUALITY_HIGH);
-    if (filtered) rtcSetGeometryOccludedFilterFunction(geometry.get(), &FilterOcclusion);
-    rtcCommitGeometry(geometry.get());
-    return geometry;
-  };
-  const auto lets_light_through = [&](const PlacedMesh& placed) {
-    for (const uint32_t material : placed.material_of_slot) {
-      if (traits_[material].may_be_open || traits_[material].may_be_thin) return true;
-    }
-    return false;
-  };
-
-  scene_ = EmbreeScene(rtcNewScene(device_.get()));
-  rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
-  if (one_tree) rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_HIGH);
-  // A shared mesh whose uses differ in what lets light through needs the filter in one of its two
-  // child scenes.
-  struct Shared {
-    std::shared_ptr<const Positions> positions;
-    RTCScene scene = nullptr;
-  };
-  std::map<std::pair<const Mesh*, bool>, Shared> shared;
   std::map<const Mesh*, std::shared_ptr<const Positions>> shared_positions;
   std::map<const Mesh*, std::shared_ptr<const std::vector<Vertex>>> packed;
   bodies_.resize(geometry_.meshes.size());
@@ -218,69 +175,38 @@ absl::Status RenderScene::BuildEmbree(int64_t memory_limit_bytes, bool movable) 
     body.triangles = mesh.triangles.data();
     body.materials = placed.material_of_slot.data();
     body.slots = static_cast<uint32_t>(placed.material_of_slot.size());
+    body.instanced = movable_ || (uses[&mesh] > 1 && !one_tree);
     if (mesh.triangles.empty()) continue;
+    for (const Vec3f& p : mesh.positions) bounds_.extend(placed.world_from_object * p);
     auto& vertices = packed[&mesh];
-    if (!vertices) {
-      auto all = std::make_shared<std::vector<Vertex>>(mesh.positions.size());
-      for (size_t k = 0; k < all->size(); ++k) {
-        (*all)[k] = {mesh.normals[k], mesh.texture[k], mesh.uv[k]};
-      }
-      vertices = all;
-    }
+    if (!vertices) vertices = Pack(mesh);
     body.owned_vertices = vertices;
     body.vertices = vertices->data();
-    const bool filtered = lets_light_through(placed);
-    body.instanced = movable || (uses[&mesh] > 1 && !one_tree);
-    if (!body.instanced) {
-      auto positions = std::make_shared<Positions>();
-      positions->reserve(mesh.positions.size() + 1);
-      for (const Vec3f& p : mesh.positions) positions->push_back(placed.world_from_object * p);
-      positions->push_back(Vec3f::Zero());
-      body.owned_positions = positions;
-      body.positions = positions->data();
-      for (size_t k = 0; k < mesh.positions.size(); ++k) bounds_.extend((*positions)[k]);
-      const EmbreeGeometry geometry = new_triangles(mesh, *positions, filtered);
-      rtcAttachGeometryByID(scene_.get(), geometry.get(), i);
-      continue;
-    }
-    Shared& entry = shared[{&mesh, filtered}];
-    if (!entry.scene) {
+    if (body.instanced) {
       auto& positions = shared_positions[&mesh];
-      if (!positions) {
-        auto copy = std::make_shared<Positions>(mesh.positions);
-        copy->push_back(Vec3f::Zero());
-        positions = copy;
-      }
-      entry.positions = positions;
-      EmbreeScene child(rtcNewScene(device_.get()));
-      rtcSetSceneFlags(child.get(), RTC_SCENE_FLAG_ROBUST);
-      const EmbreeGeometry geometry = new_triangles(mesh, *positions, filtered);
-      rtcAttachGeometryByID(child.get(), geometry.get(), 0);
-      rtcCommitScene(child.get());
-      entry.scene = child.get();
-      shared_scenes_.push_back(std::move(child));
+      if (!positions) positions = Placed(mesh, Eigen::Affine3f::Identity());
+      body.owned_positions = positions;
+    } else {
+      body.owned_positions = Placed(mesh, placed.world_from_object);
     }
-    body.owned_positions = entry.positions;
-    body.positions = entry.positions->data();
-    for (const Vec3f& p : mesh.positions) bounds_.extend(placed.world_from_object * p);
-    EmbreeGeometry instance(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));
-    rtcSetGeometryInstancedScene(instance.get(), entry.scene);
-    const Eigen::Matrix<float, 3, 4> matrix = placed.world_from_object.matrix().topRows<3>();
-    rtcSetGeometryTransform(instance.get(), 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, matrix.data());
-    rtcCommitGeometry(instance.get());
-    rtcAttachGeometryByID(scene_.get(), instance.get(), i);
+    body.positions = body.owned_positions->data();
   }
-  rtcCommitScene(scene_.get());
-  const RTCError error = rtcGetDeviceError(device_.get());
-  if (error == RTC_ERROR_OUT_OF_MEMORY) {
-    return MakeError(absl::StatusCode::kResourceExhausted,
-                     "render: the acceleration structure needs more than " +
-                         std::to_string(memory_->limit >> 20) + " MB");
+}
+
+absl::Status RenderScene::BuildTrees(int64_t memory_limit_bytes) {
+  const Plan plan(geometry_, movable_);
+  StoreBodies(plan.one_tree);
+  std::vector<TreeBody> bodies;
+  for (size_t i = 0; i < bodies_.size(); ++i) {
+    const PlacedMesh& placed = geometry_.meshes[i];
+    bodies.push_back({placed.mesh.get(), bodies_[i].positions, bodies_[i].instanced,
+                      LetsLightThrough(placed), placed.world_from_object});
   }
-  if (error != RTC_ERROR_NONE) {
-    return MakeError(absl::StatusCode::kInternal,
-                     "render: Embree error " + std::to_string(static_cast<int>(error)));
-  }
+  TreeOptions options;
+  options.one_tree = plan.one_tree;
+  options.twins = plan.twins;
+  options.memory_limit_bytes = memory_limit_bytes > 0 ? memory_limit_bytes : MemoryLimit();
+  ASSIGN_OR_RETURN(trees_, RayTrees::Build(bodies, options));
   return absl::OkStatus();
 }
 
@@ -299,16 +225,8 @@ absl::Status RenderScene::Move(const std::vector<Eigen::Affine3f>& world_from_ob
     const Mesh& mesh = *geometry_.meshes[i].mesh;
     if (mesh.triangles.empty()) continue;
     for (const Vec3f& p : mesh.positions) bounds_.extend(place * p);
-    const RTCGeometry instance = rtcGetGeometry(scene_.get(), i);
-    const Eigen::Matrix<float, 3, 4> matrix = place.matrix().topRows<3>();
-    rtcSetGeometryTransform(instance, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, matrix.data());
-    rtcCommitGeometry(instance);
   }
-  rtcCommitScene(scene_.get());
-  const RTCError error = rtcGetDeviceError(device_.get());
-  if (error == RTC_ERROR_NONE) return absl::OkStatus();
-  return MakeError(absl::StatusCode::kInternal,
-                   "render: Embree error " + std::to_string(static_cast<int>(error)));
+  return trees_->Move(world_from_object);
 }
 
 // Materials have no flags of their own: each is asked at points of a cube, seen from six sides and
@@ -346,62 +264,6 @@ void RenderScene::ProbeMaterials() {
   }
 }
 
-bool RenderScene::Intersect(const Ray& ray, float t_min, RawHit* hit) const {
-  RTCRayHit query;
-  query.ray.org_x = ray.origin.x();
-  query.ray.org_y = ray.origin.y();
-  query.ray.org_z = ray.origin.z();
-  query.ray.dir_x = ray.direction.x();
-  query.ray.dir_y = ray.direction.y();
-  query.ray.dir_z = ray.direction.z();
-  query.ray.tnear = t_min;
-  query.ray.tfar = std::numeric_limits<float>::infinity();
-  query.ray.time = 0;
-  query.ray.mask = ~0u;
-  query.ray.id = 0;
-  query.ray.flags = 0;
-  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcIntersect1(scene_.get(), &context, &query);
-  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
-  hit->distance = query.ray.tfar;
-  hit->placed =
-      query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? query.hit.instID[0] : query.hit.geomID;
-  hit->triangle = query.hit.primID;
-  hit->u = query.hit.u;
-  hit->v = query.hit.v;
-  hit->position = ray.origin + query.ray.tfar * ray.direction;
-  hit->edge_cross = Vec3f(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z);
-  return true;
-}
-
-Vec3f RenderScene::Transmittance(const Vec3f& origin, const Vec3f& direction,
-                                 float distance) const {
-  RTCRay ray;
-  ray.org_x = origin.x();
-  ray.org_y = origin.y();
-  ray.org_z = origin.z();
-  ray.dir_x = direction.x();
-  ray.dir_y = direction.y();
-  ray.dir_z = direction.z();
-  ray.tnear = 0;
-  ray.tfar = distance;
-  ray.time = 0;
-  ray.mask = ~0u;
-  ray.id = 0;
-  ray.flags = 0;
-  ShadowContext context;
-  rtcInitIntersectContext(&context.base);
-  context.scene = this;
-  context.origin = origin;
-  context.direction = direction;
-  context.transmittance = Vec3f::Ones();
-  rtcOccluded1(scene_.get(), &context.base, &ray);
-  return ray.tfar < 0.0f ? Vec3f::Zero() : context.transmittance;
-}
-
 void RenderScene::Corners(uint32_t placed, uint32_t triangle, Vec3f corners[3]) const {
   const Body& body = bodies_[placed];
   const Triangle& t = body.triangles[triangle];
@@ -411,6 +273,18 @@ void RenderScene::Corners(uint32_t placed, uint32_t triangle, Vec3f corners[3]) 
   if (body.instanced) {
     for (int k = 0; k < 3; ++k) corners[k] = body.world_from_object * corners[k];
   }
+}
+
+void RenderScene::Prefetch(const RawHit& raw) const {
+  __builtin_prefetch(bodies_[raw.placed].triangles + raw.triangle);
+}
+
+void RenderScene::PrefetchVertices(const RawHit& raw) const {
+  const Body& body = bodies_[raw.placed];
+  const Triangle& t = body.triangles[raw.triangle];
+  __builtin_prefetch(body.vertices + t.a);
+  __builtin_prefetch(body.vertices + t.b);
+  __builtin_prefetch(body.vertices + t.c);
 }
 
 SurfaceId RenderScene::Identify(const RawHit& raw) const {
@@ -478,9 +352,8 @@ Vec3f RenderScene::BumpedNormal(const SurfaceHit& hit, float footprint_m) const 
   if (!material || !traits_[hit.material].has_relief || footprint_m > kWidestRelief_m) {
     return hit.shading_normal;
   }
-  const PlacedMesh& placed = geometry_.meshes[hit.placed];
-  const Mesh& mesh = *placed.mesh;
-  const Triangle& t = mesh.triangles[hit.triangle];
+  const Body& body = bodies_[hit.placed];
+  const Triangle& t = body.triangles[hit.triangle];
   Vec3f corners[3];
   Corners(hit.placed, hit.triangle, corners);
   const Vec3f e1 = corners[1] - corners[0];
@@ -488,11 +361,11 @@ Vec3f RenderScene::BumpedNormal(const SurfaceHit& hit, float footprint_m) const 
   const float g11 = e1.squaredNorm(), g12 = e1.dot(e2), g22 = e2.squaredNorm();
   const float determinant = g11 * g22 - g12 * g12;
   if (!(determinant > 1e-10f * g11 * g22)) return hit.shading_normal;  // A sliver has no plane.
-  const float scale = bodies_[hit.placed].scale;
-  const Vec3f d1 = scale * (mesh.texture[t.b] - mesh.texture[t.a]);
-  const Vec3f d2 = scale * (mesh.texture[t.c] - mesh.texture[t.a]);
-  const Vec2f q1 = mesh.uv[t.b] - mesh.uv[t.a];
-  const Vec2f q2 = mesh.uv[t.c] - mesh.uv[t.a];
+  const Vertex& corner = body.vertices[t.a];
+  const Vec3f d1 = body.scale * (body.vertices[t.b].texture - corner.texture);
+  const Vec3f d2 = body.scale * (body.vertices[t.c].texture - corner.texture);
+  const Vec2f q1 = body.vertices[t.b].uv - corner.uv;
+  const Vec2f q2 = body.vertices[t.c].uv - corner.uv;
 
   const float step = std::clamp(0.5f * footprint_m, 5e-5f, 0.02f);
   const ShadingFrame frame(hit.shading_normal);

@@ -10,29 +10,10 @@
 
 #include "common/base/cancel.h"
 #include "common/base/status.h"
-#include "worker/geometry/embree_handles.h"
+#include "worker/render/ray_trees.h"
 #include "worker/scene/scene_geometry.h"
 
 namespace parallax {
-
-// A ray with its cone: `width_m` at the origin, widening by `spread` radians.
-struct Ray {
-  Vec3f origin = Vec3f::Zero();
-  Vec3f direction = Vec3f::UnitZ();  // Unit.
-  float width_m = 0;
-  float spread = 0;
-};
-
-struct RawHit {
-  float distance = 0;
-  uint32_t placed = 0;             // Index into SceneGeometry.meshes.
-  uint32_t triangle = 0;           // In that mesh.
-  float u = 0, v = 0;              // Weights of the triangle's corners b and c.
-  Vec3f position = Vec3f::Zero();  // World.
-  // Cross product of the triangle's edges, in the frame of its stored positions (the object's for
-  // instances).
-  Vec3f edge_cross = Vec3f::UnitZ();
-};
 
 // What a hit means, world frame.
 struct SurfaceHit {
@@ -65,7 +46,7 @@ struct SurfaceId {
   uint32_t material = 0;
 };
 
-class RenderScene {
+class RenderScene final : public ShadowFilter {
  public:
   // Errors: kResourceExhausted when Embree needs more than `memory_limit_bytes` (0: the machine's
   // memory) or allocation fails; kInvalidArgument for a placed mesh without mesh or with a material
@@ -74,19 +55,25 @@ class RenderScene {
   static absl::StatusOr<std::unique_ptr<RenderScene>> Build(SceneGeometry geometry,
                                                             int64_t memory_limit_bytes,
                                                             bool movable = false);
-  ~RenderScene();
+  ~RenderScene() override;
 
   // Places every mesh anew, in order of geometry().meshes; only the top of the acceleration
   // structure is built again. Not while rays are under way. Errors: kInvalidArgument unless built
   // `movable`, or for another number of placements; kInternal for what Embree says.
   absl::Status Move(const std::vector<Eigen::Affine3f>& world_from_object);
 
-  // The nearest hit beyond `t_min`; false if there is none.
-  bool Intersect(const Ray& ray, float t_min, RawHit* hit) const;
+  // RawHit.placed is an index into geometry().meshes.
+  const RayTrees& trees() const { return *trees_; }
   // Part of the light that passes from `origin` along unit `direction` for `distance`: 0 when
   // something opaque stands there; holes (opacity) and thin glass weaken it.
-  Vec3f Transmittance(const Vec3f& origin, const Vec3f& direction, float distance) const;
+  Vec3f Transmittance(const Vec3f& origin, const Vec3f& direction, float distance) const {
+    return trees_->Transmittance(*this, origin, direction, distance);
+  }
+  Vec3f Passes(const RawHit& hit, const Vec3f& direction) const override;
 
+  // Begin to fetch from memory what Identify, and what Resolve reads beyond that.
+  void Prefetch(const RawHit& hit) const;
+  void PrefetchVertices(const RawHit& hit) const;
   SurfaceHit Resolve(const RawHit& hit) const;
   SurfaceId Identify(const RawHit& hit) const;
   // The surface there; objects without a material are plain grey.
@@ -99,26 +86,24 @@ class RenderScene {
   const SceneGeometry& geometry() const { return geometry_; }
   const MaterialTraits& traits(uint32_t material) const { return traits_[material]; }
   const Box3f& bounds() const { return bounds_; }
-  RTCScene embree() const { return scene_.get(); }
 
  private:
   struct Body;    // How one placed mesh is stored.
   struct Vertex;  // What shading reads of a vertex, packed for the cache.
 
   RenderScene();
-  absl::Status BuildEmbree(int64_t memory_limit_bytes, bool movable);
+  absl::Status BuildTrees(int64_t memory_limit_bytes);
+  void StoreBodies(bool one_tree);
+  static std::shared_ptr<const std::vector<Vertex>> Pack(const Mesh& mesh);
+  bool LetsLightThrough(const PlacedMesh& placed) const;
   void ProbeMaterials();
 
   SceneGeometry geometry_;
   std::vector<Body> bodies_;
   std::vector<MaterialTraits> traits_;
   Box3f bounds_;
-  struct MemoryWatch;
-  std::unique_ptr<MemoryWatch> memory_;
-  EmbreeDevice device_;
   bool movable_ = false;
-  std::vector<EmbreeScene> shared_scenes_;
-  EmbreeScene scene_;
+  std::unique_ptr<RayTrees> trees_;
 };
 
 // How far from a surface at `position` rays start and end, clear of the surface itself.

@@ -3,6 +3,7 @@
 #include <tbb/blocked_range2d.h>
 #include <tbb/parallel_for.h>
 
+#include <array>
 #include <atomic>
 #include <bit>
 #include <map>
@@ -40,6 +41,44 @@ struct Film {
   ImageF3 color, albedo, normal;
   Film(int width, int height)
       : color(width, height), albedo(width, height), normal(width, height) {}
+};
+
+struct PixelBox {
+  int x0, y0, x1, y1;
+  int64_t pixels() const { return int64_t{x1 - x0} * (y1 - y0); }
+  int XOf(int64_t pixel) const { return x0 + static_cast<int>(pixel % (x1 - x0)); }
+  int YOf(int64_t pixel) const { return y0 + static_cast<int>(pixel / (x1 - x0)); }
+};
+
+// Rays of a pinhole camera, in single precision.
+class RayMaker {
+ public:
+  explicit RayMaker(const PinholeCamera& camera)
+      : origin_(camera.origin.cast<float>()),
+        corner_((camera.world_from_camera * camera.DirectionAt(0, 0)).cast<float>()),
+        right_((camera.world_from_camera.col(0) / camera.fx_px).cast<float>()),
+        down_((camera.world_from_camera.col(1) / camera.fy_px).cast<float>()),
+        spread_(static_cast<float>(1.0 / camera.fx_px)) {}
+  // Through the point (x, y) of the picture, in pixels.
+  Ray At(float x, float y) const {
+    return {origin_, (corner_ + x * right_ + y * down_).normalized(), 0, spread_};
+  }
+
+ private:
+  const Vec3f origin_, corner_, right_, down_;
+  const float spread_;
+};
+
+// Of a pixel's samples.
+struct PixelSum {
+  Vec3f color = Vec3f::Zero(), albedo = Vec3f::Zero(), normal = Vec3f::Zero();
+  float guides = 1e-9f;
+  void Add(const PathResult& path) {
+    color += path.radiance;
+    albedo += path.guide_weight * path.albedo;
+    normal += path.guide_weight * path.normal;
+    guides += path.guide_weight;
+  }
 };
 
 class SceneRenderer final : public Renderer {
@@ -160,15 +199,6 @@ class SceneRenderer final : public Renderer {
     }
   };
 
-  Ray CameraRay(const PinholeCamera& camera, double x, double y, float spread) const {
-    Ray ray;
-    ray.origin = camera.origin.cast<float>();
-    ray.direction =
-        (camera.world_from_camera * camera.DirectionAt(x, y)).normalized().cast<float>();
-    ray.spread = spread;
-    return ray;
-  }
-
   PathOptions Options(float clamp) const {
     PathOptions options;
     options.max_bounces = profile_.max_bounces;
@@ -189,7 +219,7 @@ class SceneRenderer final : public Renderer {
     }
     CacheFill fill;
     fill.paths = profile_.cache_paths;
-    ASSIGN_OR_RETURN(cache_, FillRadianceCache(*geometry_, lights_, Options(0), scene_seed_,
+    ASSIGN_OR_RETURN(cache_, FillRadianceCache(*geometry_, &lights_, Options(0), scene_seed_,
                                                cameras, fill, cancel));
     return absl::OkStatus();
   }
@@ -200,22 +230,28 @@ class SceneRenderer final : public Renderer {
     constexpr int kColumns = 64;
     constexpr int kRows = 36;
     std::vector<float> rows(2 * kRows);
-    const PathOptions options = Options(0);
     tbb::parallel_for(0, 2 * kRows, [&](int index) {
       const int eye = index / kRows;
       const PinholeCamera& camera = stereo.eyes[eye];
       const uint32_t stream = SampleStream{scene_seed_, rig, static_cast<uint32_t>(eye), 1}.Hash();
-      float sum = 0;
+      const RayMaker rays(camera);
+      std::vector<Path> paths;
       for (int column = 0; column < kColumns; ++column) {
         const int row = index % kRows;
         Sampler sampler(stream, static_cast<uint32_t>(column), static_cast<uint32_t>(row), 0);
         const Vec2f jitter = sampler.Pair();
-        const double x = (column + jitter.x()) * camera.width_px / kColumns;
-        const double y = (row + jitter.y()) * camera.height_px / kRows;
-        const Ray ray = CameraRay(camera, x, y, static_cast<float>(1.0 / camera.fx_px));
-        const float luminance =
-            Luminance(TracePath(*geometry_, lights_, options, ray, sampler).radiance);
-        sum += std::sqrt(std::max(luminance, 0.0f));
+        const Vec2f at((static_cast<float>(column) + jitter.x()) / kColumns,
+                       (static_cast<float>(row) + jitter.y()) / kRows);
+        paths.push_back({rays.At(at.x() * static_cast<float>(camera.width_px),
+                                 at.y() * static_cast<float>(camera.height_px)),
+                         sampler,
+                         nullptr,
+                         {}});
+      }
+      PathTracer(*geometry_, lights_, Options(0)).Trace(paths);
+      float sum = 0;
+      for (const Path& path : paths) {
+        sum += std::sqrt(std::max(Luminance(path.result.radiance), 0.0f));
       }
       rows[static_cast<size_t>(index)] = sum;
     });
@@ -234,18 +270,48 @@ class SceneRenderer final : public Renderer {
     tbb::parallel_for(0, columns * rows, [&](int tile) {
       const int x0 = tile % columns * kTile;
       const int y0 = tile / columns * kTile;
-      const int x1 = std::min(x0 + kTile, camera.width_px);
-      const int y1 = std::min(y0 + kTile, camera.height_px);
-      uint64_t rays = 0;
-      for (int y = y0; y < y1; ++y) {
-        for (int x = x0; x < x1; ++x) {
-          if (cancel.cancelled()) return;
-          rays += TracePixel(camera, options, stream_hash, x, y, cancel, film);
-        }
-      }
-      meter->rays += rays;
-      meter->Add((x1 - x0) * (y1 - y0));
+      const PixelBox box{x0, y0, std::min(x0 + kTile, camera.width_px),
+                         std::min(y0 + kTile, camera.height_px)};
+      meter->rays += TraceTile(camera, options, stream_hash, box, cancel, film);
+      if (!cancel.cancelled()) meter->Add(box.pixels());
     });
+  }
+
+  // As many paths at a time as go well together. Returns rays traced.
+  uint64_t TraceTile(const PinholeCamera& camera, const PathOptions& options, uint32_t stream_hash,
+                     const PixelBox& box, const CancelToken& cancel, Film* film) const {
+    std::array<PixelSum, kTile * kTile> sums;
+    PathTracer tracer(*geometry_, lights_, options);
+    std::vector<Path> paths;
+    paths.reserve(PathTracer::kTogether);
+    const int samples = profile_.samples_per_pixel;
+    const RayMaker rays(camera);
+    uint64_t traced = 0;
+    const int64_t count = box.pixels() * samples;
+    for (int64_t begin = 0; begin < count && !cancel.cancelled();
+         begin += static_cast<int64_t>(paths.size())) {
+      paths.clear();
+      for (int64_t i = begin; i < count && paths.size() < PathTracer::kTogether; ++i) {
+        const int x = box.XOf(i / samples), y = box.YOf(i / samples);
+        Sampler sampler = PixelSampler(stream_hash, x, y, static_cast<int>(i % samples));
+        const Vec2f jitter = sampler.Pair();
+        paths.push_back(
+            {rays.At(static_cast<float>(x) + jitter.x(), static_cast<float>(y) + jitter.y()),
+             sampler,
+             nullptr,
+             {}});
+      }
+      tracer.Trace(paths);
+      for (size_t i = 0; i < paths.size(); ++i) {
+        const int64_t pixel = (begin + static_cast<int64_t>(i)) / samples;
+        sums[static_cast<size_t>(pixel)].Add(paths[i].result);
+        traced += paths[i].result.rays;
+      }
+    }
+    for (int64_t pixel = 0; pixel < box.pixels(); ++pixel) {
+      Develop(sums[static_cast<size_t>(pixel)], camera, box.XOf(pixel), box.YOf(pixel), film);
+    }
+    return traced;
   }
 
   // Few samples are spread over neighbouring pixels together; with many a pixel stands for itself.
@@ -258,35 +324,15 @@ class SceneRenderer final : public Renderer {
     return Sampler::OfImage(stream_hash, px, py, std::bit_width(samples - 1), s);
   }
 
-  // Box filter one pixel wide: edges in the picture are where the ground truth has them. Returns
-  // rays traced.
-  uint64_t TracePixel(const PinholeCamera& camera, const PathOptions& options, uint32_t stream_hash,
-                      int x, int y, const CancelToken& cancel, Film* film) const {
-    Vec3f color = Vec3f::Zero(), albedo = Vec3f::Zero(), normal = Vec3f::Zero();
-    float guides = 1e-9f;
-    uint64_t rays = 0;
-    const int samples = profile_.samples_per_pixel;
-    const auto spread = static_cast<float>(1.0 / camera.fx_px);
-    for (int s = 0; s < samples && !cancel.cancelled(); ++s) {
-      Sampler sampler = PixelSampler(stream_hash, x, y, s);
-      const Vec2f jitter = sampler.Pair();
-      const PathResult path =
-          TracePath(*geometry_, lights_, options,
-                    CameraRay(camera, x + jitter.x(), y + jitter.y(), spread), sampler);
-      color += path.radiance;
-      albedo += path.guide_weight * path.albedo;
-      normal += path.guide_weight * path.normal;
-      guides += path.guide_weight;
-      rays += path.rays;
-    }
-    const float scale = 1.0f / static_cast<float>(samples);
-    const Vec3f camera_normal = camera.world_from_camera.transpose().cast<float>() * normal;
+  // Box filter one pixel wide: edges in the picture are where the ground truth has them.
+  void Develop(const PixelSum& sum, const PinholeCamera& camera, int x, int y, Film* film) const {
+    const float scale = 1.0f / static_cast<float>(profile_.samples_per_pixel);
+    const Vec3f normal = camera.world_from_camera.transpose().cast<float>() * sum.normal;
     for (int c = 0; c < 3; ++c) {
-      film->color(x, y, c) = color[c] * scale;
-      film->albedo(x, y, c) = albedo[c] / guides;
-      film->normal(x, y, c) = camera_normal[c] / guides;
+      film->color(x, y, c) = sum.color[c] * scale;
+      film->albedo(x, y, c) = sum.albedo[c] / sum.guides;
+      film->normal(x, y, c) = normal[c] / sum.guides;
     }
-    return rays;
   }
 
   const uint64_t scene_seed_;

@@ -192,8 +192,10 @@ absl::Status Radiance(const Options& options) {
           .Hash();
   ImageF3 image(camera.width_px, camera.height_px);
   tbb::parallel_for(0, camera.height_px, [&](int y) {
+    PathTracer tracer(*geometry, lights, path);
+    std::vector<Path> paths;
     for (int x = 0; x < camera.width_px; ++x) {
-      Vec3d sum = Vec3d::Zero();
+      paths.clear();
       for (int s = 0; s < samples; ++s) {
         Sampler sampler(stream, static_cast<uint32_t>(x), static_cast<uint32_t>(y),
                         static_cast<uint32_t>(s));
@@ -205,8 +207,11 @@ absl::Status Radiance(const Options& options) {
                 .normalized()
                 .cast<float>();
         ray.spread = static_cast<float>(1 / camera.fx_px);
-        sum += TracePath(*geometry, lights, path, ray, sampler).radiance.cast<double>();
+        paths.push_back({ray, sampler, nullptr, {}});
       }
+      tracer.Trace(paths);
+      Vec3d sum = Vec3d::Zero();
+      for (const Path& traced : paths) sum += traced.result.radiance.cast<double>();
       for (int c = 0; c < 3; ++c) image(x, y, c) = static_cast<float>(sum[c] / samples);
     }
   });

@@ -174,14 +174,14 @@ def differing_blocks(first_a, first_b, second_a, second_b, side=16):
 
 def match_samples(measured, wanted):
     """measured: [(spp, mse)] rising in spp. The count where the error is `wanted`, by interpolation in
-    logarithms; and whether it lies within what was measured."""
+    logarithms, or where it comes nearest; and whether it lies within what was measured."""
     for (n0, e0), (n1, e1) in zip(measured, measured[1:]):
         if e0 >= wanted >= e1:
             t = math.log(e0 / wanted) / max(math.log(e0 / e1), 1e-9)
             return n0 * (n1 / n0) ** t, True
     if measured and measured[0][1] < wanted:
         return float(measured[0][0]), False
-    return float(measured[-1][0]), False
+    return float(min(measured, key=lambda m: m[1])[0]), False
 
 
 def line(samples, seconds):

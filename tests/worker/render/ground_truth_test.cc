@@ -185,7 +185,7 @@ TEST(GroundTruth, OcclusionAgreesWithExactVisibility) {
         ray.origin = other.origin.cast<float>();
         ray.direction = to.normalized().cast<float>();
         RawHit hit;
-        const bool hidden = truth.scene->Intersect(ray, 0, &hit) &&
+        const bool hidden = truth.scene->trees().Intersect(RayTrees::Tree::kRobust, ray, 0, &hit) &&
                             hit.distance < to.norm() * (1 - kOcclusionThreshold);
         occluded += hidden;
         if (hidden != (view.occlusion(x, y) == 255)) ++wrong;

@@ -22,12 +22,13 @@ struct Guides {
 Guides Look(const Built& built, const Vec3f& direction, int samples) {
   Guides sum;
   float weights = 0;
+  PathTracer tracer(*built.scene, built.lights, {});
   for (int i = 0; i < samples; ++i) {
     Ray ray;
     ray.origin = {0, 0, 1};
     ray.direction = direction.normalized();
     Sampler sampler(3, 0, 0, static_cast<uint32_t>(i));
-    const PathResult path = TracePath(*built.scene, built.lights, {}, ray, sampler);
+    const PathResult path = tracer.Trace(ray, sampler);
     sum.albedo += path.guide_weight * path.albedo;
     sum.normal += path.guide_weight * path.normal;
     weights += path.guide_weight;

@@ -39,9 +39,10 @@ inline Estimate Radiance(const Built& built, const Vec3f& from, const Vec3f& to,
   ray.direction = (to - from).normalized();
   Vec3d sum = Vec3d::Zero();
   double squares = 0;
+  PathTracer tracer(*built.scene, built.lights, options);
   for (int i = 0; i < samples; ++i) {
     Sampler sampler(77, static_cast<uint32_t>(i), 0, 0);  // Independent: honest error bars.
-    const Vec3f radiance = TracePath(*built.scene, built.lights, options, ray, sampler).radiance;
+    const Vec3f radiance = tracer.Trace(ray, sampler).radiance;
     sum += radiance.cast<double>();
     squares += Square(Luminance(radiance));
   }

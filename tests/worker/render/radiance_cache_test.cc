@@ -37,13 +37,14 @@ struct Lit {
     lights = *LightTable::Build(test.recipe, *scene);
     options.max_bounces = 32;
     for (const v1::Rig& rig : test.recipe.rigs()) cameras.push_back(*StereoCamera::FromRig(rig));
-    cache = *FillRadianceCache(*scene, lights, options, 7, cameras, fill, {});
+    cache = *FillRadianceCache(*scene, &lights, options, 7, cameras, fill, {});
   }
 
   // Mean radiance over the left picture of a rig, by `samples` paths.
   Vec3f Mean(size_t rig, int samples, const RadianceCache* use, double* rays = nullptr) {
     options.cache = use;
     const PinholeCamera& camera = cameras[rig].eyes[0];
+    PathTracer tracer(*scene, lights, options);
     Vec3d sum = Vec3d::Zero();
     for (int i = 0; i < samples; ++i) {
       Sampler sampler(use ? 11 : 12, 0, 0, static_cast<uint32_t>(i));
@@ -54,7 +55,7 @@ struct Lit {
                        camera.DirectionAt(at.x() * camera.width_px, at.y() * camera.height_px))
                           .normalized()
                           .cast<float>();
-      const PathResult path = TracePath(*scene, lights, options, ray, sampler);
+      const PathResult path = tracer.Trace(ray, sampler);
       sum += path.radiance.cast<double>();
       if (rays) *rays += path.rays;
     }
@@ -107,7 +108,7 @@ TEST(RadianceCache, BrightPlacesKeepTheirLightAndRareLightIsSpread) {
   const auto add = [&](float x, int count, float excess) {
     for (int i = 0; i < count; ++i) {
       batches[0].Add({grid.KeyOf(place(x)), Vec3f::Ones(), true, Vec3f::Constant(excess),
-                      grid.KeyOf(place(x), 12)});
+                      CacheGrid::KeyOf(place(x), 12 * grid.WidthAt(place(x).position))});
     }
   };
   add(shade, 20, 9);
@@ -120,7 +121,7 @@ TEST(RadianceCache, BrightPlacesKeepTheirLightAndRareLightIsSpread) {
   const RadianceCache cache = builder.Freeze(4);
   const auto seen = [&](float x) {
     Vec3f radiance = Vec3f::Zero();
-    EXPECT_TRUE(cache.Lookup(place(x), Vec2f(0.5f, 0.5f), 1e3f, &radiance)) << x;
+    EXPECT_TRUE(cache.Answer(cache.Ask(place(x), Vec2f(0.5f, 0.5f), 1e3f), &radiance)) << x;
     return radiance.x();
   };
   EXPECT_FLOAT_EQ(seen(shade), 10);
@@ -180,12 +181,12 @@ TEST(RadianceCache, NarrowRaysAndUnknownPlacesAreNotAnswered) {
   const RadianceCache cache = builder.Freeze(4);
   Vec3f radiance;
   const Vec2f middle(0.5f, 0.5f);
-  ASSERT_TRUE(cache.Lookup(place, middle, 1.0f, &radiance));
+  ASSERT_TRUE(cache.Answer(cache.Ask(place, middle, 1.0f), &radiance));
   EXPECT_EQ(radiance, Vec3f(1, 2, 3));
-  EXPECT_FALSE(cache.Lookup(place, middle, 0.05f, &radiance));
+  EXPECT_FALSE(cache.Answer(cache.Ask(place, middle, 0.05f), &radiance));
   CachePlace elsewhere = place;
   elsewhere.position.x() += 1;
-  EXPECT_FALSE(cache.Lookup(elsewhere, middle, 1.0f, &radiance));
+  EXPECT_FALSE(cache.Answer(cache.Ask(elsewhere, middle, 1.0f), &radiance));
   EXPECT_EQ(builder.Freeze(5).cells(), 0u);  // Too few records.
   batches[0].Add({grid.KeyOf(place), Vec3f::Zero(), false});
   builder.Add(batches);
@@ -240,11 +241,11 @@ TEST(RadianceCache, AFillIsCancelled) {
   TestScene test = MakeBoxRoom();
   *test.recipe.add_rigs() = BoxRoomRig(64, 48);
   const auto scene = *RenderScene::Build(test.geometry, 0);
-  const LightTable lights = *LightTable::Build(test.recipe, *scene);
+  LightTable lights = *LightTable::Build(test.recipe, *scene);
   const CancelToken cancel;
   cancel.Cancel();
   const auto cache =
-      FillRadianceCache(*scene, lights, {}, 1, {*StereoCamera::FromRig(test.recipe.rigs(0))},
+      FillRadianceCache(*scene, &lights, {}, 1, {*StereoCamera::FromRig(test.recipe.rigs(0))},
                         SmallFill(1 << 20, 0.1f), cancel);
   EXPECT_EQ(cache.status().code(), absl::StatusCode::kCancelled);
 }

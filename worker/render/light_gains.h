@@ -1,0 +1,49 @@
+// What each light really gives to each part of a room, beside what its power and distance promise:
+// learnt from the shadow rays of the paths that fill the radiance cache, so that no picture spends
+// its samples on lamps behind cupboards or above their shades.
+//
+// The room is cut into cubes, each with six ways to face. A gain is the root mean square of the
+// light that arrived over the light's importance: then lights are chosen so that what varies most
+// is looked at most. Every light keeps some chance everywhere: estimates stay unbiased.
+//
+// Not thread-safe while trials are added; queries are.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/math/types.h"
+
+namespace parallax {
+
+class LightGains {
+ public:
+  static constexpr float kLeast = 0.05f;  // Of a gain: nothing is trusted to be dark for good.
+
+  LightGains() = default;
+  LightGains(const Box3f& box, size_t lights);
+
+  uint32_t CellOf(const Vec3f& position, const Vec3f& normal) const;
+  // One for each light; nullptr until Learn.
+  const float* Of(uint32_t cell) const {
+    return gains_.empty() ? nullptr : &gains_[cell * lights_];
+  }
+
+  // `gain`: irradiance that one sample of the light found, over the light's importance.
+  void Add(uint32_t cell, uint32_t light, float gain);
+  // From all that was added so far.
+  void Learn();
+
+ private:
+  struct Sum {
+    float squares = 0, trials = 0;
+  };
+
+  Box3f box_;
+  Eigen::Array3i size_ = Eigen::Array3i::Zero();  // In cubes.
+  size_t lights_ = 0;
+  std::vector<Sum> sums_;     // By cell, then light.
+  std::vector<float> gains_;  // Likewise.
+};
+
+}  // namespace parallax

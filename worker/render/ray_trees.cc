@@ -1,0 +1,271 @@
+#include "worker/render/ray_trees.h"
+
+#include <atomic>
+#include <limits>
+#include <map>
+#include <tuple>
+
+namespace parallax {
+namespace {
+
+constexpr float kDark = 1e-3f;  // Light weaker than this part of its own is as good as none.
+
+// Embree hands the first member to the filter.
+struct ShadowContext {
+  RTCIntersectContext base;
+  const ShadowFilter* filter;
+  // World; the filter of an instance is given the ray in the object's frame.
+  Vec3f origin, direction;
+  Vec3f transmittance;
+};
+
+// Shadow rays ask only geometry that may let light through; all else stays opaque at no cost.
+void FilterOcclusion(const RTCFilterFunctionNArguments* args) {
+  auto* context = reinterpret_cast<ShadowContext*>(args->context);
+  RawHit hit;
+  const uint32_t instance = RTCHitN_instID(args->hit, args->N, 0, 0);
+  hit.placed =
+      instance != RTC_INVALID_GEOMETRY_ID ? instance : RTCHitN_geomID(args->hit, args->N, 0);
+  hit.triangle = RTCHitN_primID(args->hit, args->N, 0);
+  hit.u = RTCHitN_u(args->hit, args->N, 0);
+  hit.v = RTCHitN_v(args->hit, args->N, 0);
+  hit.position = context->origin + RTCRayN_tfar(args->ray, args->N, 0) * context->direction;
+  hit.edge_cross = Vec3f(RTCHitN_Ng_x(args->hit, args->N, 0), RTCHitN_Ng_y(args->hit, args->N, 0),
+                         RTCHitN_Ng_z(args->hit, args->N, 0));
+  const Vec3f passes = context->filter->Passes(hit, context->direction);
+  context->transmittance = context->transmittance.cwiseProduct(passes);
+  if (context->transmittance.maxCoeff() > kDark) args->valid[0] = 0;
+}
+
+}  // namespace
+
+struct RayTrees::MemoryWatch {
+  std::atomic<int64_t> used{0};
+  int64_t limit = 0;
+
+  static bool Callback(void* self, ssize_t bytes, bool /*post*/) {
+    auto* watch = static_cast<MemoryWatch*>(self);
+    const int64_t used = watch->used.fetch_add(bytes) + bytes;
+    return bytes <= 0 || used <= watch->limit;
+  }
+};
+
+class RayTrees::Builder {
+ public:
+  Builder(RayTrees* trees, const TreeOptions& options)
+      : trees_(*trees), device_(trees->device_.get()), options_(options) {}
+
+  EmbreeScene Build(const std::vector<TreeBody>& bodies, Tree tree) {
+    EmbreeScene scene = NewScene(tree);
+    for (uint32_t i = 0; i < bodies.size(); ++i) {
+      const TreeBody& body = bodies[i];
+      if (body.mesh->triangles.empty()) continue;
+      if (!body.instanced) {
+        rtcAttachGeometryByID(scene.get(), Triangles(body).get(), i);
+        continue;
+      }
+      EmbreeGeometry instance(rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE));
+      rtcSetGeometryInstancedScene(instance.get(), Shared(body, tree));
+      Place(instance.get(), body.world_from_object);
+      rtcAttachGeometryByID(scene.get(), instance.get(), i);
+    }
+    rtcCommitScene(scene.get());
+    return scene;
+  }
+
+  static void Place(RTCGeometry instance, const Eigen::Affine3f& world_from_object) {
+    const Eigen::Matrix<float, 3, 4> matrix = world_from_object.matrix().topRows<3>();
+    rtcSetGeometryTransform(instance, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, matrix.data());
+    rtcCommitGeometry(instance);
+  }
+
+ private:
+  EmbreeScene NewScene(Tree tree) const {
+    EmbreeScene scene(rtcNewScene(device_));
+    rtcSetSceneFlags(scene.get(),
+                     tree == Tree::kRobust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+    if (options_.one_tree) rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_HIGH);
+    return scene;
+  }
+
+  EmbreeGeometry Triangles(const TreeBody& body) const {
+    EmbreeGeometry geometry(rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE));
+    const Mesh& mesh = *body.mesh;
+    rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                               body.positions, 0, sizeof(Vec3f), mesh.positions.size());
+    rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                               mesh.triangles.data(), 0, sizeof(Triangle), mesh.triangles.size());
+    if (options_.one_tree) rtcSetGeometryBuildQuality(geometry.get(), RTC_BUILD_QUALITY_HIGH);
+    if (body.filtered) rtcSetGeometryOccludedFilterFunction(geometry.get(), &FilterOcclusion);
+    rtcCommitGeometry(geometry.get());
+    return geometry;
+  }
+
+  // A shared mesh whose uses differ in what lets light through needs the filter in one of its two
+  // trees.
+  RTCScene Shared(const TreeBody& body, Tree tree) {
+    RTCScene& scene = shared_[{body.mesh, body.filtered, tree}];
+    if (scene) return scene;
+    EmbreeScene child = NewScene(tree);
+    rtcAttachGeometryByID(child.get(), Triangles(body).get(), 0);
+    rtcCommitScene(child.get());
+    scene = child.get();
+    trees_.shared_.push_back(std::move(child));
+    return scene;
+  }
+
+  RayTrees& trees_;
+  const RTCDevice device_;
+  const TreeOptions options_;
+  std::map<std::tuple<const Mesh*, bool, Tree>, RTCScene> shared_;
+};
+
+RayTrees::RayTrees() = default;
+RayTrees::~RayTrees() = default;
+
+absl::StatusOr<std::unique_ptr<RayTrees>> RayTrees::Build(const std::vector<TreeBody>& bodies,
+                                                          const TreeOptions& options) {
+  std::unique_ptr<RayTrees> trees(new RayTrees);
+  trees->device_ = EmbreeDevice(rtcNewDevice(nullptr));
+  if (!trees->device_.get()) {
+    return MakeError(absl::StatusCode::kResourceExhausted, "render: Embree gives no device");
+  }
+  trees->memory_ = std::make_unique<MemoryWatch>();
+  trees->memory_->limit = options.memory_limit_bytes;
+  rtcSetDeviceMemoryMonitorFunction(trees->device_.get(), &MemoryWatch::Callback,
+                                    trees->memory_.get());
+  for (const TreeBody& body : bodies) trees->solid_.push_back(!body.mesh->triangles.empty());
+  Builder builder(trees.get(), options);
+  trees->robust_ = builder.Build(bodies, Tree::kRobust);
+  if (options.twins) trees->fast_ = builder.Build(bodies, Tree::kFast);
+  RETURN_IF_ERROR(trees->Error());
+  return trees;
+}
+
+absl::Status RayTrees::Error() const {
+  const RTCError error = rtcGetDeviceError(device_.get());
+  if (error == RTC_ERROR_NONE) return absl::OkStatus();
+  if (error == RTC_ERROR_OUT_OF_MEMORY) {
+    return MakeError(absl::StatusCode::kResourceExhausted,
+                     "render: the acceleration structure needs more than " +
+                         std::to_string(memory_->limit >> 20) + " MB");
+  }
+  return MakeError(absl::StatusCode::kInternal,
+                   "render: Embree error " + std::to_string(static_cast<int>(error)));
+}
+
+absl::Status RayTrees::Move(const std::vector<Eigen::Affine3f>& world_from_object) {
+  for (const EmbreeScene* scene : {&robust_, &fast_}) {
+    if (!scene->get()) continue;
+    for (uint32_t i = 0; i < world_from_object.size(); ++i) {
+      if (solid_[i]) Builder::Place(rtcGetGeometry(scene->get(), i), world_from_object[i]);
+    }
+    rtcCommitScene(scene->get());
+  }
+  return Error();
+}
+
+RTCScene RayTrees::scene(Tree tree) const {
+  return tree == Tree::kFast && fast_.get() ? fast_.get() : robust_.get();
+}
+
+bool RayTrees::Intersect(Tree tree, const Ray& ray, float t_min, RawHit* hit) const {
+  RTCRayHit query;
+  query.ray.org_x = ray.origin.x();
+  query.ray.org_y = ray.origin.y();
+  query.ray.org_z = ray.origin.z();
+  query.ray.dir_x = ray.direction.x();
+  query.ray.dir_y = ray.direction.y();
+  query.ray.dir_z = ray.direction.z();
+  query.ray.tnear = t_min;
+  query.ray.tfar = std::numeric_limits<float>::infinity();
+  query.ray.time = 0;
+  query.ray.mask = ~0u;
+  query.ray.id = 0;
+  query.ray.flags = 0;
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(scene(tree), &context, &query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
+  hit->distance = query.ray.tfar;
+  hit->placed =
+      query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? query.hit.instID[0] : query.hit.geomID;
+  hit->triangle = query.hit.primID;
+  hit->u = query.hit.u;
+  hit->v = query.hit.v;
+  hit->position = ray.origin + query.ray.tfar * ray.direction;
+  hit->edge_cross = Vec3f(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z);
+  return true;
+}
+
+uint32_t RayTrees::Intersect(Tree tree, const Ray* const* rays, RawHit* const* hits,
+                             int count) const {
+  alignas(32) RTCRayHit8 query;
+  alignas(32) int valid[kPacket];
+  for (int k = 0; k < kPacket; ++k) {
+    valid[k] = k < count ? -1 : 0;
+    const Ray& ray = *rays[std::min(k, count - 1)];
+    query.ray.org_x[k] = ray.origin.x();
+    query.ray.org_y[k] = ray.origin.y();
+    query.ray.org_z[k] = ray.origin.z();
+    query.ray.dir_x[k] = ray.direction.x();
+    query.ray.dir_y[k] = ray.direction.y();
+    query.ray.dir_z[k] = ray.direction.z();
+    query.ray.tnear[k] = 0;
+    query.ray.tfar[k] = std::numeric_limits<float>::infinity();
+    query.ray.time[k] = 0;
+    query.ray.mask[k] = ~0u;
+    query.ray.id[k] = 0;
+    query.ray.flags[k] = 0;
+    query.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
+    query.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
+  }
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcIntersect8(valid, scene(tree), &context, &query);
+  uint32_t met = 0;
+  for (int k = 0; k < count; ++k) {
+    if (query.hit.geomID[k] == RTC_INVALID_GEOMETRY_ID) continue;
+    met |= 1u << k;
+    RawHit& hit = *hits[k];
+    hit.distance = query.ray.tfar[k];
+    hit.placed = query.hit.instID[0][k] != RTC_INVALID_GEOMETRY_ID ? query.hit.instID[0][k]
+                                                                   : query.hit.geomID[k];
+    hit.triangle = query.hit.primID[k];
+    hit.u = query.hit.u[k];
+    hit.v = query.hit.v[k];
+    hit.position = rays[k]->origin + query.ray.tfar[k] * rays[k]->direction;
+    hit.edge_cross = Vec3f(query.hit.Ng_x[k], query.hit.Ng_y[k], query.hit.Ng_z[k]);
+  }
+  return met;
+}
+
+Vec3f RayTrees::Transmittance(const ShadowFilter& filter, const Vec3f& origin,
+                              const Vec3f& direction, float distance) const {
+  RTCRay ray;
+  ray.org_x = origin.x();
+  ray.org_y = origin.y();
+  ray.org_z = origin.z();
+  ray.dir_x = direction.x();
+  ray.dir_y = direction.y();
+  ray.dir_z = direction.z();
+  ray.tnear = 0;
+  ray.tfar = distance;
+  ray.time = 0;
+  ray.mask = ~0u;
+  ray.id = 0;
+  ray.flags = 0;
+  ShadowContext context;
+  rtcInitIntersectContext(&context.base);
+  context.filter = &filter;
+  context.origin = origin;
+  context.direction = direction;
+  context.transmittance = Vec3f::Ones();
+  rtcOccluded1(scene(Tree::kFast), &context.base, &ray);
+  return ray.tfar < 0.0f ? Vec3f::Zero() : context.transmittance;
+}
+
+}  // namespace parallax

@@ -56,23 +56,32 @@ struct World {
   }
 };
 
+// A connection from a loopback address that changes with each: the one that closes first keeps its
+// port for a minute, and a minute sees more connections than one address has ports.
+int Connect(int port) {
+  static uint32_t turn = 0;
+  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in name{};
+  name.sin_family = AF_INET;
+  name.sin_addr.s_addr = htonl(INADDR_LOOPBACK + 1 + turn++ % 250);
+  bool done = bind(fd, reinterpret_cast<sockaddr*>(&name), sizeof name) == 0;
+  name.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  name.sin_port = htons(static_cast<uint16_t>(port));
+  done = done && connect(fd, reinterpret_cast<sockaddr*>(&name), sizeof name) == 0;
+  if (!done) {
+    std::perror("the server does not accept");
+    std::abort();
+  }
+  return fd;
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   static World world;
-  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in name{};
-  name.sin_family = AF_INET;
-  name.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  name.sin_port = htons(static_cast<uint16_t>(world.port));
-  if (connect(fd, reinterpret_cast<sockaddr*>(&name), sizeof name) != 0) {
-    std::perror("the server does not accept");
-    std::abort();
-  }
+  const int fd = Connect(world.port);
   const timeval limit{20, 0};
   setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
-  const linger hard{1, 0};  // Thousands a second would leave no port free.
-  setsockopt(fd, SOL_SOCKET, SO_LINGER, &hard, sizeof hard);
   (void)!send(fd, data, size, MSG_NOSIGNAL);
   shutdown(fd, SHUT_WR);
   char bytes[1 << 14];

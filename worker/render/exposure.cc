@@ -36,10 +36,6 @@ float SrgbCurve(float x) {
   return x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1.0f / 2.4f) - 0.055f;
 }
 
-uint8_t Encode(float x) {
-  return static_cast<uint8_t>(std::clamp(SrgbCurve(x) * 255.0f + 0.5f, 0.0f, 255.0f));
-}
-
 }  // namespace
 
 float AutomaticExposure(const ImageF3& left, const ImageF3& right) {
@@ -65,11 +61,14 @@ float RollOff(float value) {
          (1.0f - kShoulder) * (1.0f - std::exp(-(value - kShoulder) / (1.0f - kShoulder)));
 }
 
+float DisplayLevel(float value) {
+  return 255.0f * SrgbCurve(RollOff(std::isfinite(value) ? std::max(value, 0.0f) : 0.0f));
+}
+
 ImageRgb8 ToSrgb(const ImageF3& radiance, float exposure) {
   ImageRgb8 out(radiance.width(), radiance.height());
   for (size_t i = 0; i < radiance.values().size(); ++i) {
-    const float value = radiance.values()[i] * exposure;
-    out.values()[i] = Encode(RollOff(std::isfinite(value) ? std::max(value, 0.0f) : 0.0f));
+    out.values()[i] = static_cast<uint8_t>(DisplayLevel(radiance.values()[i] * exposure) + 0.5f);
   }
   return out;
 }

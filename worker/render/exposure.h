@@ -28,6 +28,9 @@ float AutomaticExposure(const ImageF3& left, const ImageF3& right);
 // Linear [0, inf) after exposure to display-linear [0, 1).
 float RollOff(float value);
 
+// Radiance after exposure to an 8-bit level, before rounding: shoulder and sRGB curve.
+float DisplayLevel(float value);
+
 // Applies exposure, shoulder and sRGB curve; rounds to nearest.
 ImageRgb8 ToSrgb(const ImageF3& radiance, float exposure);
 

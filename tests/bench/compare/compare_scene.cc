@@ -20,7 +20,7 @@
 #include "tests/bench/compare/export_scene.h"
 #include "tests/bench/compare/plain_materials.h"
 #include "tests/bench/render/load_scene.h"
-#include "worker/render/camera.h"
+#include "worker/render/camera_rays.h"
 #include "worker/render/denoiser.h"
 #include "worker/render/lights.h"
 #include "worker/render/path_tracer.h"
@@ -156,9 +156,7 @@ absl::Status Render(const Options& options) {
                              std::to_string(options.noise) + "_" + std::to_string(i);
     RETURN_IF_ERROR(WritePng(name + "_left.png", frame.left.color));
     RETURN_IF_ERROR(WritePng(name + "_right.png", frame.right.color));
-    std::ofstream raw(name + ".u8", std::ios::binary);  // For readers without a PNG decoder.
-    raw.write(reinterpret_cast<const char*>(frame.left.color.data()),
-              static_cast<std::streamsize>(frame.left.color.values().size()));
+    RETURN_IF_ERROR(WriteFloats(name + ".f32", frame.left.radiance));
     exposures[std::to_string(i)] = frame.exposure;
   }
   rusage usage;
@@ -193,6 +191,7 @@ absl::Status Radiance(const Options& options) {
   ImageF3 image(camera.width_px, camera.height_px);
   tbb::parallel_for(0, camera.height_px, [&](int y) {
     PathTracer tracer(*geometry, lights, path);
+    const CameraRays rays(camera);
     std::vector<Path> paths;
     for (int x = 0; x < camera.width_px; ++x) {
       paths.clear();
@@ -200,13 +199,8 @@ absl::Status Radiance(const Options& options) {
         Sampler sampler(stream, static_cast<uint32_t>(x), static_cast<uint32_t>(y),
                         static_cast<uint32_t>(s));
         const Vec2f jitter = sampler.Pair();
-        Ray ray;
-        ray.origin = camera.origin.cast<float>();
-        ray.direction =
-            (camera.world_from_camera * camera.DirectionAt(x + jitter.x(), y + jitter.y()))
-                .normalized()
-                .cast<float>();
-        ray.spread = static_cast<float>(1 / camera.fx_px);
+        const Ray ray =
+            rays.Through(static_cast<float>(x) + jitter.x(), static_cast<float>(y) + jitter.y());
         paths.push_back({ray, sampler, nullptr, {}});
       }
       tracer.Trace(paths);

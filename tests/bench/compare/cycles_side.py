@@ -187,6 +187,7 @@ def main():
     scene.render.threads_mode, scene.render.threads = 'FIXED', threads
     scene.render.use_persistent_data = True
     scene.cycles.use_adaptive_sampling = False
+    scene.cycles.pixel_filter_type = 'BOX'  # One pixel wide, as ours: equally sharp pictures.
     scene.cycles.max_bounces = bounces
     scene.cycles.diffuse_bounces = scene.cycles.glossy_bounces = bounces
     scene.cycles.transmission_bounces = bounces

@@ -4,6 +4,7 @@ Runs inside the virtual environment (numpy). The other renderer runs in processe
 its CPU seconds are its own.
 """
 import argparse
+import hashlib
 import json
 import math
 import os
@@ -35,6 +36,7 @@ def arguments(what, default_out):
                         help='sample counts tried with denoising until the error is ours')
     parser.add_argument('--depth', type=int, default=7, help="the other renderer's longest path")
     parser.add_argument('--threads', type=int, default=2)
+    parser.add_argument('--reference-dir', help='keeps references for the next time')
     parser.add_argument('--out', default=os.path.join(default_folder(), default_out),
                         help='where pictures and arrays are kept')
     return parser
@@ -82,6 +84,12 @@ def sky_with_sun(scene, folder):
     image[first:first + covered.shape[0]] += (
         covered[..., None] * np.array(scene['sun']['irradiance']) / weight).astype(np.float32)
     return image
+
+
+def levels_of(first, second, exposure):
+    """8-bit levels, unrounded, of what two noisy runs agree on. A noisy pixel looks darker than it is, for the
+    curve is bent; the jackknife takes that back."""
+    return 2 * tone_map((first + second) / 2, exposure) - (tone_map(first, exposure) + tone_map(second, exposure)) / 2
 
 
 def tone_map(radiance, exposure):
@@ -194,6 +202,31 @@ def line(samples, seconds):
     return float(a), float(b)
 
 
+class References:
+    """Converged pictures, kept in --reference-dir if there is one."""
+
+    def __init__(self, options, recipe):
+        self.folder = options.reference_dir
+        with open(recipe, 'rb') as file:
+            what = file.read() + repr((options.reference_spp, options.depth)).encode()
+        self.key = hashlib.sha256(what).hexdigest()[:16]
+
+    def get(self, name, make):
+        if not self.folder:
+            return make()
+        path = os.path.join(self.folder, f'{self.key}_{name}.npy')
+        if not os.path.exists(path):
+            os.makedirs(self.folder, exist_ok=True)
+            np.save(path + '.part.npy', make())
+            os.rename(path + '.part.npy', path)
+        return np.load(path)
+
+    def pair(self, name, make, exposure):
+        """Levels of two independent references, of two runs each; make(k) -> linear picture."""
+        runs = [self.get(f'{name}_{k}', lambda k=k: make(k)).astype(np.float64) for k in (1, 2, 3, 4)]
+        return levels_of(runs[0], runs[1], exposure), levels_of(runs[2], runs[3], exposure)
+
+
 def speed(options, folder, flavour, render_theirs):
     """The race. render_theirs(view, spp, seed, denoise) -> (linear image, cpu seconds)."""
     width, height = map(int, options.size.split('x'))
@@ -204,26 +237,30 @@ def speed(options, folder, flavour, render_theirs):
     say(f'ours: {options.rigs} rigs by the default profile')
     all_rigs = ours('render', recipe, folder, *flavour_flag, '--rigs', options.rigs, '--write', listed)
     one_rig = ours('render', recipe, os.path.join(folder, 'one'), *flavour_flag, '--rigs', 1)
-    say(f'ours: references at {options.reference_spp} samples')
-    references = [ours('render', recipe, folder, *flavour_flag, '--profile', 'reference', '--spp',
-                       options.reference_spp, '--noise', k, '--rigs', 0, '--write', listed) for k in (1, 2)]
+    exposure = {v: all_rigs['exposures'][str(v)] for v in views}
 
-    def picture(name, view):
-        return np.fromfile(os.path.join(folder, f'{name}_{view}.u8'), np.uint8).reshape(height, width, 3)
-    our_error = {v: cross_error(picture('default_0', v), picture('reference_1', v), picture('reference_2', v))
-                 for v in views}
+    def our_picture(name, view):
+        return floats(os.path.join(folder, f'{name}_{view}.f32'), (height, width, 3))
+
+    def our_reference(view, noise):
+        ours('render', recipe, folder, *flavour_flag, '--profile', 'reference', '--spp', options.reference_spp // 2,
+             '--noise', noise, '--rigs', 0, '--write', view)
+        return our_picture(f'reference_{noise}', view)
+    references = References(options, recipe)
+    our_error, their_references = {}, {}
     for v in views:
-        write_png(os.path.join(folder, f'difference_ours_{v}.png'),
-                  128 + 4.0 * (picture('default_0', v).astype(float) -
-                               (picture('reference_1', v).astype(float) + picture('reference_2', v)) / 2))
+        first, second = references.pair(f'ours_{v}', lambda k, v=v: our_reference(v, k), exposure[v])
+        picture = np.rint(tone_map(our_picture('default_0', v), exposure[v]))
+        our_error[v] = cross_error(picture, first, second)
+        write_png(os.path.join(folder, f'difference_ours_{v}.png'), 128 + 4.0 * (picture - (first + second) / 2))
+        say(f'ours: view {v}: {psnr(our_error[v]):.2f} dB')
     our_mse = float(np.mean(list(our_error.values())))
     say(f'ours: {psnr(our_mse):.2f} dB, {all_rigs["cpu_s"]:.1f} CPU s for {all_rigs["pairs"]} pairs')
 
-    exposure = {v: references[0]['exposures'][str(v)] for v in views}
-    their_references = {}
     for v in views:
-        images = [render_theirs(v, options.reference_spp, seed, False)[0] for seed in (101, 102)]
-        their_references[v] = [tone_map(image, exposure[v]) for image in images]
+        their_references[v] = references.pair(
+            f'{os.path.basename(sys.argv[0])}_{v}',
+            lambda k, v=v: render_theirs(v, options.reference_spp // 2, 100 + k, False)[0], exposure[v])
         write_png(os.path.join(folder, f'theirs_{v}.png'), sum(their_references[v]) / 2)
         say(f'theirs: references of view {v} done')
     measured, counts, seconds = [], [], []
@@ -231,10 +268,12 @@ def speed(options, folder, flavour, render_theirs):
         errors, costs = [], []
         for v in views:
             image, cpu_s = render_theirs(v, spp, 1, True)
-            levels = tone_map(image, exposure[v])
-            errors.append(cross_error(np.rint(levels), *their_references[v]))
+            picture = np.rint(tone_map(image, exposure[v]))
+            errors.append(cross_error(picture, *their_references[v]))
             costs.append(cpu_s)
-            write_png(os.path.join(folder, f'theirs_{spp}_{v}.png'), levels)
+            write_png(os.path.join(folder, f'theirs_{spp}_{v}.png'), picture)
+            write_png(os.path.join(folder, f'difference_theirs_{spp}_{v}.png'),
+                      128 + 4.0 * (picture - sum(their_references[v]) / 2))
         measured.append((spp, max(float(np.mean(errors)), 1e-3)))
         counts.append(spp)
         seconds.append(float(np.mean(costs)))

@@ -1,9 +1,11 @@
-// Move-only owners of Embree's devices, scenes and geometries.
+// Move-only owners of Embree's devices, scenes and geometries; its ray.
 #pragma once
 
 #include <embree3/rtcore.h>
 
 #include <utility>
+
+#include "common/math/types.h"
 
 namespace parallax {
 
@@ -28,5 +30,21 @@ class EmbreeHandle {
 using EmbreeDevice = EmbreeHandle<RTCDevice, rtcReleaseDevice>;
 using EmbreeScene = EmbreeHandle<RTCScene, rtcReleaseScene>;
 using EmbreeGeometry = EmbreeHandle<RTCGeometry, rtcReleaseGeometry>;
+
+// A ray that everything stops, from `near` to `far` along it.
+inline RTCRay MakeRay(const Vec3f& origin, const Vec3f& direction, float near, float far) {
+  return {.org_x = origin.x(),
+          .org_y = origin.y(),
+          .org_z = origin.z(),
+          .tnear = near,
+          .dir_x = direction.x(),
+          .dir_y = direction.y(),
+          .dir_z = direction.z(),
+          .time = 0,
+          .tfar = far,
+          .mask = ~0u,
+          .id = 0,
+          .flags = 0};
+}
 
 }  // namespace parallax

@@ -32,20 +32,6 @@ Vec3f GeometricNormal(const std::array<Vec3f, 3>& t) {
   return (t[1] - t[0]).cross(t[2] - t[0]).stableNormalized();
 }
 
-RTCRay MakeRay(const Vec3f& origin, const Vec3f& direction, float near, float far) {
-  RTCRay ray{};
-  ray.org_x = origin.x();
-  ray.org_y = origin.y();
-  ray.org_z = origin.z();
-  ray.dir_x = direction.x();
-  ray.dir_y = direction.y();
-  ray.dir_z = direction.z();
-  ray.tnear = near;
-  ray.tfar = far;
-  ray.mask = ~0u;
-  return ray;
-}
-
 struct NearestQuery {
   const std::vector<Body>* bodies;
   Vec3f point;

@@ -2,6 +2,8 @@
 
 #include <tbb/parallel_for.h>
 
+#include "worker/render/camera_rays.h"
+
 namespace parallax {
 namespace {
 
@@ -36,7 +38,7 @@ class Filler {
   // Adds what the paths of these indices learn. `limit`: luminance above which light is cut; 0 =
   // none.
   void Trace(int64_t first, int64_t last, float limit, CacheBuilder::Batch* batch,
-             std::vector<LightTrial>* trials) const {
+             std::vector<LightTrial>* trials, std::vector<LightSeen>* seen) const {
     std::vector<PathTrail> trails(static_cast<size_t>(last - first));
     std::vector<Path> paths;
     for (int64_t i = first; i < last; ++i) {
@@ -45,10 +47,10 @@ class Filler {
     }
     PathTracer(scene_, lights_, options_).Trace(paths);
     for (const Path& path : paths) {
-      Learn(path, limit, batch);
+      Learn(path, limit, batch, seen);
       for (int k = 0; k < path.trail->size; ++k) {
         const LightTrial& trial = path.trail->vertices[static_cast<size_t>(k)].trial;
-        if (trial.enclosure) trials->push_back(trial);
+        if (trial.room >= 0) trials->push_back(trial);
       }
     }
   }
@@ -64,16 +66,13 @@ class Filler {
         nullptr,
         {}};
     const Vec2f at = path.sampler.Pair();
-    path.ray.origin = camera.origin.cast<float>();
-    path.ray.direction = (camera.world_from_camera *
-                          camera.DirectionAt(at.x() * camera.width_px, at.y() * camera.height_px))
-                             .normalized()
-                             .cast<float>();
-    path.ray.spread = static_cast<float>(1.0 / camera.fx_px);
+    path.ray = CameraRays(camera).Through(at.x() * static_cast<float>(camera.width_px),
+                                          at.y() * static_cast<float>(camera.height_px));
     return path;
   }
 
-  void Learn(const Path& path, float limit, CacheBuilder::Batch* batch) const {
+  void Learn(const Path& path, float limit, CacheBuilder::Batch* batch,
+             std::vector<LightSeen>* seen) const {
     for (int k = 0; k < path.trail->size; ++k) {
       const PathVertex& vertex = path.trail->vertices[static_cast<size_t>(k)];
       if (!(vertex.throughput.minCoeff() > 0.0f)) continue;
@@ -82,6 +81,7 @@ class Filler {
       record.radiance = (path.result.radiance - vertex.before).cwiseQuotient(vertex.throughput);
       if (!record.radiance.allFinite()) continue;
       record.radiance = record.radiance.cwiseMax(0.0f);
+      seen->push_back({vertex.place.position, vertex.place.normal, Luminance(record.radiance)});
       if (limit > 0.0f) Limit(limit, &record);
       const float width_m = grid_.WidthAt(vertex.place.position);
       record.key = CacheGrid::KeyOf(vertex.place, width_m);
@@ -133,11 +133,12 @@ absl::StatusOr<RadianceCache> FillRadianceCache(const RenderScene& scene, LightT
     std::vector<CacheBuilder::Batch> batches(
         static_cast<size_t>((end - begin + kPathsPerBatch - 1) / kPathsPerBatch));
     std::vector<std::vector<LightTrial>> trials(batches.size());
+    std::vector<std::vector<LightSeen>> seen(batches.size());
     tbb::parallel_for(size_t{0}, batches.size(), [&](size_t b) {
       const int64_t first = begin + static_cast<int64_t>(b) * kPathsPerBatch;
       const int64_t last = std::min(end, first + kPathsPerBatch);
       for (int64_t i = first; i < last && !cancel.cancelled(); i += kTogether) {
-        filler.Trace(i, std::min(i + kTogether, last), limit, &batches[b], &trials[b]);
+        filler.Trace(i, std::min(i + kTogether, last), limit, &batches[b], &trials[b], &seen[b]);
       }
     });
     if (cancel.cancelled()) return MakeError(absl::StatusCode::kCancelled, "render: cancelled");
@@ -151,6 +152,7 @@ absl::StatusOr<RadianceCache> FillRadianceCache(const RenderScene& scene, LightT
     }
     builder.Add(batches);
     lights->Learn(trials);
+    lights->Learn(seen);
     cache = builder.Freeze(fill.min_records);
     begin = end;
   }

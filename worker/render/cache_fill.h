@@ -10,13 +10,15 @@
 namespace parallax {
 
 struct CacheFill {
-  int64_t paths = 1 << 20;     // Of all rigs together. Time is proportional to it.
-  float cell_m = 0.06f;        // Width of cells near the rigs.
-  int min_records = 8;         // A cell with fewer is left out: paths go on there.
-  size_t max_cells = 1 << 20;  // Bounds memory: 56 bytes a cell at most while filling, 32 later.
+  int64_t paths = 1 << 20;  // Of all rigs together. Time is proportional to it.
+  float cell_m = 0.06f;     // Width of cells near the rigs.
+  int min_records = 8;      // A cell with fewer is left out: paths go on there.
+  size_t max_cells =
+      1 << 20;  // Bounds memory: 56 bytes a cell at most while filling, 8 an entry later.
 };
 
-// `lights` learn from the same paths what each of them gives to each part of the scene.
+// `lights` learn from the same paths what each of them gives to each part of the scene, and where
+// its surfaces are bright.
 // Every `rig` gets the same share of paths, from both eyes. The first rounds of paths run to their
 // end; later ones end at their third surface with what the rounds before have learnt. The result
 // depends on the arguments only, not on threads.

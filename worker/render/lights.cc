@@ -294,20 +294,36 @@ LightSample LightTable::Sample(const LightReceiver& at, const LightImportances& 
   return {};
 }
 
-LightTrial LightTable::Trial(const LightReceiver& at, const LightSample& sample, float irradiance) {
+LightTrial LightTable::Trial(const LightReceiver& at, const LightSample& sample,
+                             float irradiance) const {
+  if (!at.enclosure) return {};
   const float gain = at.gains ? at.gains[sample.light] : 1.0f;
   const float arrived = irradiance > 0.0f ? irradiance / sample.pdf : 0.0f;
-  return {at.enclosure, at.cell, sample.light, arrived * gain / at.total};
+  return {static_cast<int>(at.enclosure - enclosures_.data()), at.cell, sample.light,
+          arrived * gain / at.total};
 }
 
 void LightTable::Learn(std::span<const std::vector<LightTrial>> trials) {
   for (const std::vector<LightTrial>& some : trials) {
     for (const LightTrial& trial : some) {
-      Enclosure& enclosure = enclosures_[static_cast<size_t>(trial.enclosure - enclosures_.data())];
-      enclosure.gains.Add(trial.cell, trial.light, trial.gain);
+      LightGains& gains = enclosures_[static_cast<size_t>(trial.room)].gains;
+      gains.Add(trial.cell, trial.light, trial.gain);
     }
   }
   for (Enclosure& enclosure : enclosures_) enclosure.gains.Learn();
+}
+
+void LightTable::Learn(std::span<const std::vector<LightSeen>> seen) {
+  for (const std::vector<LightSeen>& some : seen) {
+    for (const LightSeen& one : some) {
+      for (Enclosure& enclosure : enclosures_) {
+        if (!enclosure.box.contains(one.position)) continue;
+        enclosure.spots.Add(one.position, one.normal, one.radiance);
+        break;
+      }
+    }
+  }
+  for (Enclosure& enclosure : enclosures_) enclosure.spots.Learn();
 }
 
 LightSample LightTable::SampleLight(const LightReceiver& at, size_t light, float importance,

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "parallax/v1/scene.pb.h"
+#include "worker/render/bright_spots.h"
 #include "worker/render/light_gains.h"
 #include "worker/render/render_scene.h"
 #include "worker/render/sky.h"
@@ -32,7 +33,8 @@ struct Portal {
 struct Enclosure {
   Box3f box;
   std::vector<Portal> portals;
-  LightGains gains;  // Of lamps, portals and sun.
+  LightGains gains;   // Of lamps, portals and sun.
+  BrightSpots spots;  // Of its surfaces.
 };
 
 // A point that gathers light, with what choosing among lights needs to be computed once.
@@ -46,10 +48,17 @@ struct LightReceiver {
 
 // What came of one light sample, for LightTable::Learn.
 struct LightTrial {
-  const Enclosure* enclosure = nullptr;  // None: nothing to be learnt.
+  int room = -1;  // Of the table's; none: nothing to be learnt.
   uint32_t cell = 0;
   uint32_t light = 0;
   float gain = 0;
+};
+
+// Light that a surface was seen to scatter, for LightTable::Learn.
+struct LightSeen {
+  Vec3f position = Vec3f::Zero();
+  Vec3f normal = Vec3f::UnitZ();
+  float radiance = 0;  // Luminance.
 };
 
 // The importances themselves of a receiver's first lights: lamps, then portals or dome, then sun.
@@ -77,9 +86,10 @@ class LightTable {
                      const Vec2f& u) const;
 
   // The outcome of a sample of which this much irradiance arrived.
-  static LightTrial Trial(const LightReceiver& at, const LightSample& sample, float irradiance);
+  LightTrial Trial(const LightReceiver& at, const LightSample& sample, float irradiance) const;
   // Chooses lights by these from now on, and those learnt before. Not while samples are taken.
   void Learn(std::span<const std::vector<LightTrial>> trials);
+  void Learn(std::span<const std::vector<LightSeen>> seen);
 
   // Front radiance of a mesh light's face, zero for other faces; and the density with which Sample
   // would have found the point `distance` away along `direction`.

@@ -42,6 +42,12 @@ Vec3f Clamped(const Vec3f& contribution, float limit) {
   return luminance > limit ? Vec3f(contribution * (limit / luminance)) : contribution;
 }
 
+// Density of a direction that is towards a bright spot now and then, else by the BSDF.
+float Mixed(const SpotView& spots, const Vec3f& direction, float by_bsdf) {
+  const float share = spots.share();
+  return share > 0.0f ? share * spots.Pdf(direction) + (1.0f - share) * by_bsdf : by_bsdf;
+}
+
 // Light on its way from a lamp or the sky to a surface, should nothing stand between.
 struct ShadowRay {
   Vec3f origin = Vec3f::Zero();
@@ -153,9 +159,13 @@ class PathTracer::Walk {
   void Pass(const Here& here);
   void Guide(const Here& here, const Vec3f& normal);
   void UseLight(const Here& here, const ShadingFrame& frame, const Bsdf& bsdf,
-                const Horizon& horizon, const LightReceiver& receiver, const LightSample& light);
+                const Horizon& horizon, const LightReceiver& receiver, const SpotView& spots,
+                const LightSample& light);
   void Leave(const Here& here, const ShadingFrame& frame, const BsdfSample& next,
              const Horizon& horizon, float survival);
+  std::optional<BsdfSample> SampleDirection(const ShadingFrame& frame, const Bsdf& bsdf,
+                                            const SpotView& spots, float choice,
+                                            const Vec2f& u) const;
 
   const PathTracer* tracer_;
   Path* path_;
@@ -347,16 +357,23 @@ void PathTracer::Walk::Shade() {
   const bool use_lights = options().direct != DirectLight::kBsdfSampling && !lights().empty();
   const bool gathers = use_lights && !last && !bsdf.mirror_like();
   LightReceiver receiver;
+  const bool wide = ScattersWidely(surface);
+  SpotView spots;
   if (gathers) {
     LightImportances importances;
     receiver = lights().Receive(here.hit.position, here.normal, &importances);
-    UseLight(here, frame, bsdf, horizon, receiver,
+
+    if (wide && receiver.enclosure) {
+      spots = SpotView(receiver.enclosure->spots, here.hit.position, here.normal);
+    }
+    UseLight(here, frame, bsdf, horizon, receiver, spots,
              lights().Sample(receiver, importances, through.y(), sampler.Pair()));
   } else {
     sampler.Pair();
   }
 
-  const std::optional<BsdfSample> next = bsdf.Sample(choices.x(), sampler.Pair());
+  const std::optional<BsdfSample> next =
+      SampleDirection(frame, bsdf, spots, choices.x(), sampler.Pair());
   if (!next) {
     ended_ = true;
     return;
@@ -382,15 +399,16 @@ void PathTracer::Walk::Shade() {
 // Next-event estimation; the shadow ray waits for its turn.
 void PathTracer::Walk::UseLight(const Here& here, const ShadingFrame& frame, const Bsdf& bsdf,
                                 const Horizon& horizon, const LightReceiver& receiver,
-                                const LightSample& light) {
+                                const SpotView& spots, const LightSample& light) {
   const float irradiance =
       Luminance(light.radiance) * std::max(0.0f, here.normal.dot(light.direction));
-  if (trial_ && !(irradiance > 0.0f)) *trial_ = LightTable::Trial(receiver, light, 0.0f);
+  if (trial_ && !(irradiance > 0.0f)) *trial_ = lights().Trial(receiver, light, 0.0f);
   if (!(light.pdf > 0.0f) || light.radiance.isZero()) return;
   const Vec3f i = frame.ToLocal(light.direction);
   const float part = horizon.Admits(light.direction, i);
   if (part <= 0.0f) return;
   BsdfValue value = bsdf.Evaluate(i);
+  value.pdf = Mixed(spots, light.direction, value.pdf);
   value.f_cos *= part;
   if (IsBlack(value.f_cos)) return;
   const float weight = light.ideal || options().direct == DirectLight::kLightSampling
@@ -403,7 +421,31 @@ void PathTracer::Walk::UseLight(const Here& here, const ShadingFrame& frame, con
   const float leave = i.z() > 0.0f ? 1.0f : -1.0f;
   Aim(here.hit.position, OffsetPoint(here.hit.position, leave * here.normal), light, &shadow_);
   shadowed_ = true;
-  if (trial_) *trial_ = LightTable::Trial(receiver, light, irradiance);
+  if (trial_) *trial_ = lights().Trial(receiver, light, irradiance);
+}
+
+// Towards a bright spot or by the BSDF alone, with the density of that mixture.
+std::optional<BsdfSample> PathTracer::Walk::SampleDirection(const ShadingFrame& frame,
+                                                            const Bsdf& bsdf, const SpotView& spots,
+                                                            float choice, const Vec2f& u) const {
+  const float share = spots.share();
+  if (choice < share) {
+    const Vec3f world = spots.Sample(choice / share, u);
+    BsdfSample sample;
+    sample.direction = frame.ToLocal(world);
+    sample.blur = 0.5f;
+    const BsdfValue value = bsdf.Evaluate(sample.direction);
+    if (IsBlack(value.f_cos)) return std::nullopt;
+    sample.pdf = Mixed(spots, world, value.pdf);
+    sample.weight = value.f_cos / sample.pdf;
+    return sample;
+  }
+  std::optional<BsdfSample> sample = bsdf.Sample((choice - share) / (1.0f - share), u);
+  if (!sample || sample->straight || share <= 0.0f) return sample;
+  const float pdf = Mixed(spots, frame.ToWorld(sample->direction), sample->pdf);
+  sample->weight *= sample->pdf / pdf;
+  sample->pdf = pdf;
+  return sample;
 }
 
 void PathTracer::Walk::GatherLight() {

@@ -39,7 +39,7 @@ struct PathVertex {
   bool rough = false;                // Scatters about alike to all sides.
   Vec3f throughput = Vec3f::Ones();  // From here to the path's start.
   Vec3f before = Vec3f::Zero();      // The path's radiance without what is scattered here.
-  LightTrial trial;
+  LightTrial trial;                  // Of the light that was sampled here.
 };
 
 struct PathTrail {

@@ -171,18 +171,7 @@ RTCScene RayTrees::scene(Tree tree) const {
 
 bool RayTrees::Intersect(Tree tree, const Ray& ray, float t_min, RawHit* hit) const {
   RTCRayHit query;
-  query.ray.org_x = ray.origin.x();
-  query.ray.org_y = ray.origin.y();
-  query.ray.org_z = ray.origin.z();
-  query.ray.dir_x = ray.direction.x();
-  query.ray.dir_y = ray.direction.y();
-  query.ray.dir_z = ray.direction.z();
-  query.ray.tnear = t_min;
-  query.ray.tfar = std::numeric_limits<float>::infinity();
-  query.ray.time = 0;
-  query.ray.mask = ~0u;
-  query.ray.id = 0;
-  query.ray.flags = 0;
+  query.ray = MakeRay(ray.origin, ray.direction, t_min, std::numeric_limits<float>::infinity());
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   RTCIntersectContext context;
@@ -245,19 +234,7 @@ uint32_t RayTrees::Intersect(Tree tree, const Ray* const* rays, RawHit* const* h
 
 Vec3f RayTrees::Transmittance(const ShadowFilter& filter, const Vec3f& origin,
                               const Vec3f& direction, float distance) const {
-  RTCRay ray;
-  ray.org_x = origin.x();
-  ray.org_y = origin.y();
-  ray.org_z = origin.z();
-  ray.dir_x = direction.x();
-  ray.dir_y = direction.y();
-  ray.dir_z = direction.z();
-  ray.tnear = 0;
-  ray.tfar = distance;
-  ray.time = 0;
-  ray.mask = ~0u;
-  ray.id = 0;
-  ray.flags = 0;
+  RTCRay ray = MakeRay(origin, direction, 0, distance);
   ShadowContext context;
   rtcInitIntersectContext(&context.base);
   context.filter = &filter;

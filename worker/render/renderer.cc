@@ -13,7 +13,7 @@
 #include "common/base/memory_budget.h"
 #include "common/math/proto.h"
 #include "worker/render/cache_fill.h"
-#include "worker/render/camera.h"
+#include "worker/render/camera_rays.h"
 #include "worker/render/denoiser.h"
 #include "worker/render/exposure.h"
 #include "worker/render/ground_truth.h"
@@ -48,25 +48,6 @@ struct PixelBox {
   int64_t pixels() const { return int64_t{x1 - x0} * (y1 - y0); }
   int XOf(int64_t pixel) const { return x0 + static_cast<int>(pixel % (x1 - x0)); }
   int YOf(int64_t pixel) const { return y0 + static_cast<int>(pixel / (x1 - x0)); }
-};
-
-// Rays of a pinhole camera, in single precision.
-class RayMaker {
- public:
-  explicit RayMaker(const PinholeCamera& camera)
-      : origin_(camera.origin.cast<float>()),
-        corner_((camera.world_from_camera * camera.DirectionAt(0, 0)).cast<float>()),
-        right_((camera.world_from_camera.col(0) / camera.fx_px).cast<float>()),
-        down_((camera.world_from_camera.col(1) / camera.fy_px).cast<float>()),
-        spread_(static_cast<float>(1.0 / camera.fx_px)) {}
-  // Through the point (x, y) of the picture, in pixels.
-  Ray At(float x, float y) const {
-    return {origin_, (corner_ + x * right_ + y * down_).normalized(), 0, spread_};
-  }
-
- private:
-  const Vec3f origin_, corner_, right_, down_;
-  const float spread_;
 };
 
 // Of a pixel's samples.
@@ -234,7 +215,7 @@ class SceneRenderer final : public Renderer {
       const int eye = index / kRows;
       const PinholeCamera& camera = stereo.eyes[eye];
       const uint32_t stream = SampleStream{scene_seed_, rig, static_cast<uint32_t>(eye), 1}.Hash();
-      const RayMaker rays(camera);
+      const CameraRays rays(camera);
       std::vector<Path> paths;
       for (int column = 0; column < kColumns; ++column) {
         const int row = index % kRows;
@@ -242,8 +223,8 @@ class SceneRenderer final : public Renderer {
         const Vec2f jitter = sampler.Pair();
         const Vec2f at((static_cast<float>(column) + jitter.x()) / kColumns,
                        (static_cast<float>(row) + jitter.y()) / kRows);
-        paths.push_back({rays.At(at.x() * static_cast<float>(camera.width_px),
-                                 at.y() * static_cast<float>(camera.height_px)),
+        paths.push_back({rays.Through(at.x() * static_cast<float>(camera.width_px),
+                                      at.y() * static_cast<float>(camera.height_px)),
                          sampler,
                          nullptr,
                          {}});
@@ -285,7 +266,7 @@ class SceneRenderer final : public Renderer {
     std::vector<Path> paths;
     paths.reserve(PathTracer::kTogether);
     const int samples = profile_.samples_per_pixel;
-    const RayMaker rays(camera);
+    const CameraRays rays(camera);
     uint64_t traced = 0;
     const int64_t count = box.pixels() * samples;
     for (int64_t begin = 0; begin < count && !cancel.cancelled();
@@ -296,7 +277,7 @@ class SceneRenderer final : public Renderer {
         Sampler sampler = PixelSampler(stream_hash, x, y, static_cast<int>(i % samples));
         const Vec2f jitter = sampler.Pair();
         paths.push_back(
-            {rays.At(static_cast<float>(x) + jitter.x(), static_cast<float>(y) + jitter.y()),
+            {rays.Through(static_cast<float>(x) + jitter.x(), static_cast<float>(y) + jitter.y()),
              sampler,
              nullptr,
              {}});

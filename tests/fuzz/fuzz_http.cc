@@ -5,6 +5,7 @@
 #include <sys/time.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -57,7 +58,8 @@ struct World {
 };
 
 // A connection from a loopback address that changes with each: the one that closes first keeps its
-// port for a minute, and a minute sees more connections than one address has ports.
+// port for a minute, and a minute sees more connections than one address has ports. Made anew when
+// libFuzzer's timer interrupts it.
 int Connect(int port) {
   static uint32_t turn = 0;
   const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -68,6 +70,10 @@ int Connect(int port) {
   name.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   name.sin_port = htons(static_cast<uint16_t>(port));
   done = done && connect(fd, reinterpret_cast<sockaddr*>(&name), sizeof name) == 0;
+  if (!done && errno == EINTR) {
+    close(fd);
+    return Connect(port);
+  }
   if (!done) {
     std::perror("the server does not accept");
     std::abort();
@@ -86,8 +92,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   shutdown(fd, SHUT_WR);
   char bytes[1 << 14];
   ssize_t n;
-  while ((n = recv(fd, bytes, sizeof bytes, 0)) > 0) {
-  }
+  do {
+    n = recv(fd, bytes, sizeof bytes, 0);
+  } while (n > 0 || (n < 0 && errno == EINTR));
   if (n < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
     std::fprintf(stderr, "the server neither answers nor hangs up\n");
     std::abort();

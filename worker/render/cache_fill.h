@@ -1,4 +1,4 @@
-// Fills a radiance cache and the lights' gains with paths from all viewpoints of a scene.
+// Fills a radiance cache with paths from all viewpoints of a scene; lights learn from them too.
 #pragma once
 
 #include <vector>

@@ -330,12 +330,13 @@ void PathTracer::Walk::Shade() {
 
   const ShadingFrame frame(
       UsableNormal(side * scene().BumpedNormal(here.hit, width_), here.normal, here.out));
+  const bool wide = ScattersWidely(surface);
   PathTrail* trail = path_->trail;
   if (trail && trail->size < static_cast<int>(trail->vertices.size()) &&
       !scene().traits(here.hit.material).needs_tracing) {
     PathVertex& vertex = trail->vertices[static_cast<size_t>(trail->size++)];
     vertex = {{here.hit.position, here.normal, here.hit.placed, here.hit.slot},
-              ScattersWidely(surface),
+              wide,
               throughput_,
               result().radiance,
               {}};
@@ -357,7 +358,6 @@ void PathTracer::Walk::Shade() {
   const bool use_lights = options().direct != DirectLight::kBsdfSampling && !lights().empty();
   const bool gathers = use_lights && !last && !bsdf.mirror_like();
   LightReceiver receiver;
-  const bool wide = ScattersWidely(surface);
   SpotView spots;
   if (gathers) {
     LightImportances importances;

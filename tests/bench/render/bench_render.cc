@@ -2,11 +2,11 @@
 //   bench_render [SCENE.pb | solve:SEED[:CONFIG]] [--profile default] [--pairs 20] [--quick]
 // First the whole job `render`, as a worker does it: geometry, acceleration structure, radiance
 // cache, two images and all ground truth a rig, denoising, encoding, writing. Then PSNR and FLIP of
-// the profile's pictures of some rigs against the unbiased reference at a smaller size, all at the
-// reference's exposure. The noise that is left in a reference does not count: two independent ones
-// are made, and the squared error is estimated by the mean product of the differences from one and
-// from the other. Nor does what the display's curve makes of it (a noisy pixel looks darker than it
-// is): each of the two is made of two halves, by the jackknife.
+// parts of the profile's pictures of some rigs against the unbiased reference, all at the exposure
+// of the reference's whole view, as in a dataset. The noise that is left in a reference does not
+// count: two independent ones are made, and the squared error is estimated by the mean product of
+// the differences from one and from the other. Nor does what the display's curve makes of it (a
+// noisy pixel looks darker than it is): each of the two is made of two halves, by the jackknife.
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -36,7 +36,7 @@ using Json = nlohmann::ordered_json;
 struct Options {
   std::string scene = "solve:1", profile = "default", size, out, reference_dir, denoise, cache;
   uint64_t seed = 1;
-  int pairs = 20, samples = 0, quality_rigs = 1, reference_samples = 192, quality_width = 480;
+  int pairs = 20, samples = 0, quality_rigs = 5, reference_samples = 192, quality_width = 208;
   bool quick = false;
 };
 
@@ -326,11 +326,25 @@ class StereoDifference {
   double sum_ = 0, count_ = 0;
 };
 
+// Of a rig's whole view, from a small picture: exposure looks at coarse blocks only.
+absl::StatusOr<float> ExposureOfView(Renderer* renderer, const v1::Rig& rig) {
+  constexpr int kWidth = 160;
+  const int height = kWidth * static_cast<int>(rig.height_px()) / static_cast<int>(rig.width_px());
+  ASSIGN_OR_RETURN(const StereoFrame frame,
+                   renderer->RenderRig(Resized(rig, kWidth, height), {}, {}));
+  return frame.exposure;
+}
+
 absl::Status MeasureQuality(const Options& options, const v1::Scene& recipe,
                             const SceneGeometry& geometry, Json* json) {
   ASSIGN_OR_RETURN(const auto renderer, Renderer::Create(recipe, geometry, ConfigOf(options)));
+  v1::RenderConfig clean;
+  clean.set_profile("reference");
+  clean.set_samples_per_pixel(64);
+  ASSIGN_OR_RETURN(const auto clean_renderer, Renderer::Create(recipe, geometry, clean));
   double squares = 0, flip = 0, ours = 0, wanted = 0, exposure_ratio = 0;
   int pictures = 0;
+  Json by_rig = Json::array();
   const std::vector<bool> diffuse = DiffuseMaterials(geometry);
   StereoDifference stereo(diffuse), wanted_stereo(diffuse);
   for (int i = 0; i < options.quality_rigs; ++i) {
@@ -346,11 +360,14 @@ absl::Status MeasureQuality(const Options& options, const v1::Scene& recipe,
     for (size_t eye = 0; eye < 2; ++eye) {
       mean.push_back(Mean(Mean(runs[0][eye], runs[1][eye]), Mean(runs[2][eye], runs[3][eye])));
     }
-    const float exposure = AutomaticExposure(mean[0], mean[1]);
-    exposure_ratio += frame.exposure / exposure;
-    stereo.Add(frame, frame.left.color, frame.right.color);
+    ASSIGN_OR_RETURN(const float exposure, ExposureOfView(clean_renderer.get(), full));
+    ASSIGN_OR_RETURN(const float our_exposure, ExposureOfView(renderer.get(), full));
+    exposure_ratio += our_exposure / exposure;
+    stereo.Add(frame, ToSrgb(frame.left.radiance, exposure),
+               ToSrgb(frame.right.radiance, exposure));
     wanted_stereo.Add(frame, ToSrgb(mean[0], exposure), ToSrgb(mean[1], exposure));
     const View* eyes[2] = {&frame.left, &frame.right};
+    const double squares_before = squares;
     for (size_t eye = 0; eye < 2; ++eye, ++pictures) {
       const ImageRgb8 picture = ToSrgb(eyes[eye]->radiance, exposure);
       squares += CrossError(picture, Levels(runs[0][eye], runs[1][eye], exposure),
@@ -359,17 +376,20 @@ absl::Status MeasureQuality(const Options& options, const v1::Scene& recipe,
       ours += MeanOf(eyes[eye]->radiance);
       wanted += MeanOf(mean[eye]);
     }
+    by_rig.push_back(Psnr((squares - squares_before) / 2));
     if (!options.out.empty()) {
       const std::string name = options.out + "/rig" + std::to_string(full.index());
       std::filesystem::create_directories(options.out);
+      const ImageRgb8 picture = ToSrgb(frame.left.radiance, exposure);
       const ImageRgb8 reference = ToSrgb(mean[0], exposure);
-      RETURN_IF_ERROR(WritePng(name + ".png", bench::SideBySide(frame.left.color, reference)));
-      RETURN_IF_ERROR(WritePng(name + "_difference.png",
-                               bench::DifferenceImage(frame.left.color, reference, 8)));
+      RETURN_IF_ERROR(WritePng(name + ".png", bench::SideBySide(picture, reference)));
+      RETURN_IF_ERROR(
+          WritePng(name + "_difference.png", bench::DifferenceImage(picture, reference, 8)));
     }
   }
   const int n = std::max(pictures, 1);
   (*json)["psnr_db"] = Psnr(squares / n);
+  (*json)["psnr_db_by_rig"] = by_rig;
   (*json)["flip"] = flip / n;
   (*json)["radiance_over_reference"] = ours / wanted;
   (*json)["exposure_over_reference"] = exposure_ratio / std::max(options.quality_rigs, 1);

@@ -11,6 +11,8 @@ constexpr int64_t kPathsPerBatch = 2048;
 constexpr int64_t kTogether = PathTracer::kTogether;
 // Parts of all paths after which the cache is renewed; the first ones run without it.
 constexpr double kRounds[] = {0.1, 0.25, 0.5, 1.0};
+// Light that was scattered often counts in dark rooms, and these paths are few.
+constexpr int kFewestBounces = 32;
 constexpr int kRegion = 12;               // Cells across a region: 0.7 m near the rigs.
 constexpr uint32_t kFillPass = 2;         // SampleStream.pass.
 constexpr float kBrightestOverMean = 64;  // Brighter light than this is cut where it is rare.
@@ -30,6 +32,7 @@ class Filler {
       : scene_(scene), lights_(lights), options_(options), rigs_(rigs), grid_(grid) {
     options_.clamp_luminance = 0;
     options_.cache_from = 2;
+    options_.max_bounces = std::max(options_.max_bounces, kFewestBounces);
     stream_hash_ = SampleStream{scene_seed, 0, 0, kFillPass}.Hash();
   }
 

@@ -20,8 +20,8 @@ struct CacheFill {
 // `lights` learn from the same paths what each of them gives to each part of the scene, and where
 // its surfaces are bright.
 // Every `rig` gets the same share of paths, from both eyes. The first rounds of paths run to their
-// end; later ones end at their third surface with what the rounds before have learnt. The result
-// depends on the arguments only, not on threads.
+// end, after 32 bounces at the least; later ones end at their third surface with what the rounds
+// before have learnt. The result depends on the arguments only, not on threads.
 // Errors: kCancelled.
 absl::StatusOr<RadianceCache> FillRadianceCache(const RenderScene& scene, LightTable* lights,
                                                 const PathOptions& options, uint64_t scene_seed,

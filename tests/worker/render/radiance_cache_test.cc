@@ -32,10 +32,10 @@ struct Lit {
   std::vector<StereoCamera> cameras;
   RadianceCache cache;
 
-  Lit(const TestScene& test, const CacheFill& fill) {
+  Lit(const TestScene& test, const CacheFill& fill, int max_bounces = 32) {
     scene = *RenderScene::Build(test.geometry, 0);
     lights = *LightTable::Build(test.recipe, *scene);
-    options.max_bounces = 32;
+    options.max_bounces = max_bounces;
     for (const v1::Rig& rig : test.recipe.rigs()) cameras.push_back(*StereoCamera::FromRig(rig));
     cache = *FillRadianceCache(*scene, &lights, options, 7, cameras, fill, {});
   }
@@ -85,6 +85,20 @@ TEST(RadianceCache, AShiningFurnaceHasTheRadianceOfItsClosedForm) {
   EXPECT_NEAR(lit.Mean(0, 8000, &lit.cache, &rays).x() / wanted, 1, 0.02);
   EXPECT_NEAR(lit.Mean(0, 8000, nullptr, &rays_without).x() / wanted, 1, 0.02);
   EXPECT_LT(rays, 0.8 * rays_without);  // It was asked.
+}
+
+// Paths that fill it go on for longer than those of pictures.
+TEST(RadianceCache, KnowsLightThatWasScatteredOften) {
+  constexpr double kAlbedo = 0.85, kPower = 240;
+  TestScene test;
+  const uint32_t box =
+      test.AddMesh(MakeBox({0, 0, 0}, {2, 2, 2}, true),
+                   test.AddMaterial(DiffuseSample(Vec3f::Constant(static_cast<float>(kAlbedo)))));
+  test.AddMeshLight(box, kPower);
+  *test.recipe.add_rigs() = MakeRig({1, 0.3, 1}, {0.1, 1, 0.05}, 64, 48, 30, 0.1);
+  Lit lit(test, SmallFill(20000, 0.1f), 3);
+  const double wanted = kPower / (M_PI * 24) / (1 - kAlbedo);
+  EXPECT_NEAR(lit.Mean(0, 8000, &lit.cache).x() / wanted, 1, 0.03);
 }
 
 TEST(RadianceCache, GivesTheLightOfARoomThatPathsGive) {

@@ -101,9 +101,13 @@ void LightTable::Lamp::MakeGuide() {
   }
 }
 
-const LightTable::Face& LightTable::Lamp::FaceAt(float at) const {
+size_t LightTable::Lamp::FirstFaceAt(float at) const {
   const auto part = static_cast<size_t>(at / area * static_cast<float>(guide.size()));
-  size_t face = guide[std::min(part, guide.size() - 1)];
+  return guide[std::min(part, guide.size() - 1)];
+}
+
+const LightTable::Face& LightTable::Lamp::FaceAt(float at) const {
+  size_t face = FirstFaceAt(at);
   while (face + 1 < faces.size() && faces[face + 1].below <= at) ++face;
   return faces[face];
 }
@@ -180,7 +184,29 @@ void LightTable::AddRoom(const v1::Room& room, bool open_top, const RenderScene&
   if (open_top) {
     add({0, 0, size.z()}, {size.x(), 0, 0}, {0, size.y(), 0}, Vec3f::UnitZ(), wall_m(0));
   }
+  if (sky_.has_sun()) AddSunWindows(&enclosure);
   enclosures_.push_back(std::move(enclosure));
+}
+
+// A point p goes to the sun through p + s (height - n.p) / n.s: both coordinates there are linear
+// in p.
+void LightTable::AddSunWindows(Enclosure* enclosure) const {
+  const Vec3f sun = sky_.sun_direction();
+  for (const Portal& portal : enclosure->portals) {
+    const float cosine = portal.normal.dot(sun);
+    if (cosine <= 1e-4f) continue;
+    SunWindow window;
+    const float height = portal.normal.dot(portal.corner);
+    const auto coordinate = [&](const Vec3f& edge, Vec3f* along, float* from) {
+      const Vec3f scaled = edge / edge.squaredNorm();
+      const float slant = scaled.dot(sun) / cosine;
+      *along = scaled - slant * portal.normal;
+      *from = slant * height - scaled.dot(portal.corner);
+    };
+    coordinate(portal.edge_u, &window.along_u, &window.from_u);
+    coordinate(portal.edge_v, &window.along_v, &window.from_v);
+    enclosure->sun_windows.push_back(window);
+  }
 }
 
 float LightTable::LampImportance(const Lamp& lamp, const Vec3f& position) const {
@@ -204,7 +230,7 @@ float LightTable::LampImportance(const Lamp& lamp, const Vec3f& position) const 
 
 // Mean luminance of the sky times about the solid angle of the opening.
 float LightTable::PortalImportance(const Portal& portal, const Vec3f& position) const {
-  const Vec3f to = portal.corner + 0.5f * (portal.edge_u + portal.edge_v) - position;
+  const Vec3f to = portal.center() - position;
   const float height = portal.normal.dot(to);
   if (height <= 1e-4f) return 0;
   const float d2 = to.squaredNorm();
@@ -224,13 +250,9 @@ float LightTable::SunImportance(const LightReceiver& at) const {
   const float irradiance = Luminance(sky_.SunRadiance()) * sky_.sun_solid_angle();
   if (!at.enclosure) return irradiance;
   // Only through an opening.
-  for (const Portal& portal : at.enclosure->portals) {
-    const float cosine = portal.normal.dot(sky_.sun_direction());
-    const float height = portal.normal.dot(portal.corner - at.position);
-    if (cosine <= 1e-4f || height <= 0.0f) continue;
-    const Vec3f q = at.position + sky_.sun_direction() * (height / cosine) - portal.corner;
-    const float a = q.dot(portal.edge_u) / portal.edge_u.squaredNorm();
-    const float b = q.dot(portal.edge_v) / portal.edge_v.squaredNorm();
+  for (const SunWindow& window : at.enclosure->sun_windows) {
+    const float a = window.along_u.dot(at.position) + window.from_u;
+    const float b = window.along_v.dot(at.position) + window.from_v;
     // The disk's width at the opening may reach a little past its edge.
     if (a > -0.05f && a < 1.05f && b > -0.05f && b < 1.05f) return irradiance;
   }
@@ -277,19 +299,23 @@ LightReceiver LightTable::Receive(const Vec3f& position, const Vec3f& normal,
   return at;
 }
 
-LightSample LightTable::Sample(const LightReceiver& at, const LightImportances& importances,
+LightChoice LightTable::Choose(const LightReceiver& at, const LightImportances& importances,
                                float choice, const Vec2f& u) const {
   if (!(at.total > 0.0f)) return {};
   float left = choice * at.total;
   const size_t count = LightsAt(at);
   for (size_t i = 0; i < count; ++i) {
     const float importance = i < importances.size() ? importances[i] : Importance(at, i);
-    if (left < importance) {
-      LightSample sample = SampleLight(at, i, importance, u);
-      sample.light = static_cast<uint32_t>(i);
-      return sample;
+    if (left >= importance) {
+      left -= importance;
+      continue;
     }
-    left -= importance;
+    if (i < lamps_.size() && lamps_[i].mesh) {
+      const Face* face = &lamps_[i].faces[lamps_[i].FirstFaceAt(u.x() * lamps_[i].area)];
+      __builtin_prefetch(face);
+      __builtin_prefetch(face + 1);
+    }
+    return {static_cast<uint32_t>(i), importance};
   }
   return {};
 }
@@ -326,20 +352,20 @@ void LightTable::Learn(std::span<const std::vector<LightSeen>> seen) {
   for (Enclosure& enclosure : enclosures_) enclosure.spots.Learn();
 }
 
-LightSample LightTable::SampleLight(const LightReceiver& at, size_t light, float importance,
-                                    const Vec2f& u) const {
-  if (light < lamps_.size()) {
-    LightSample sample = SampleLamp(lamps_[light], at.position, u);
-    sample.pdf *= importance / at.total;
-    return sample;
+LightSample LightTable::Sample(const LightReceiver& at, const LightChoice& choice,
+                               const Vec2f& u) const {
+  if (!(choice.importance > 0.0f)) return {};
+  LightSample sample;
+  const size_t first_way = lamps_.size(), sun = LightsAt(at) - 1;
+  if (choice.light >= first_way && choice.light < sun) {
+    // Their density is that of all ways to the sky.
+    sample = at.enclosure ? SamplePortal(at.enclosure->portals[choice.light - first_way], at, u)
+                          : SampleDome(at, u);
+  } else {
+    sample = choice.light == sun ? SampleSun(u) : SampleLamp(lamps_[choice.light], at.position, u);
+    sample.pdf *= choice.importance / at.total;
   }
-  light -= lamps_.size();
-  const size_t ways = at.enclosure ? at.enclosure->portals.size() : 1;
-  if (light < ways) {
-    return at.enclosure ? SamplePortal(at.enclosure->portals[light], at, u) : SampleDome(at, u);
-  }
-  LightSample sample = SampleSun(u);
-  sample.pdf *= importance / at.total;
+  sample.light = choice.light;
   return sample;
 }
 

@@ -28,14 +28,23 @@ namespace parallax {
 struct Portal {
   Vec3f corner, edge_u, edge_v, normal;  // Normal points out of the room.
   float area = 0;
+  Vec3f center() const { return corner + 0.5f * (edge_u + edge_v); }
+};
+
+// A portal as the sun shines through it: where the way to the sun from a point p crosses it, in
+// widths and heights of the portal: from + along.p.
+struct SunWindow {
+  Vec3f along_u, along_v;
+  float from_u = 0, from_v = 0;
 };
 
 // A room, up to the outer faces of its walls.
 struct Enclosure {
   Box3f box;
   std::vector<Portal> portals;
-  LightGains gains;   // Of lamps, portals and sun.
-  BrightSpots spots;  // Of its surfaces.
+  std::vector<SunWindow> sun_windows;  // Portals that face the sun.
+  LightGains gains;                    // Of lamps, portals and sun.
+  BrightSpots spots;                   // Of its surfaces.
 };
 
 // A point that gathers light, with what choosing among lights needs to be computed once.
@@ -65,6 +74,12 @@ struct LightSeen {
 // The importances themselves of a receiver's first lights: lamps, then portals or dome, then sun.
 using LightImportances = std::array<float, 32>;
 
+// The light that a receiver will take a sample of.
+struct LightChoice {
+  uint32_t light = 0;    // In the order of LightImportances.
+  float importance = 0;  // 0: there is none.
+};
+
 struct LightSample {
   Vec3f direction = Vec3f::UnitZ();
   float distance = 0;              // Free path that must be unoccluded; infinity for the sky.
@@ -83,8 +98,10 @@ class LightTable {
   // A point of a surface, seen from the side of `normal`.
   LightReceiver Receive(const Vec3f& position, const Vec3f& normal,
                         LightImportances* importances) const;
-  LightSample Sample(const LightReceiver& at, const LightImportances& importances, float choice,
+  // What Sample will read of the chosen light at `u` begins to be fetched from memory.
+  LightChoice Choose(const LightReceiver& at, const LightImportances& importances, float choice,
                      const Vec2f& u) const;
+  LightSample Sample(const LightReceiver& at, const LightChoice& choice, const Vec2f& u) const;
 
   // The outcome of a sample of which this much irradiance arrived.
   LightTrial Trial(const LightReceiver& at, const LightSample& sample, float irradiance) const;
@@ -148,7 +165,8 @@ class LightTable {
 
     bool AddFace(const Vec3f corners[3]);
     void MakeGuide();
-    // The face at `at` of the cumulative area.
+    // No face at `at` of the cumulative area is before this one, and few are between.
+    size_t FirstFaceAt(float at) const;
     const Face& FaceAt(float at) const;
   };
 
@@ -158,8 +176,6 @@ class LightTable {
   }
   // By power and distance alone.
   float Promise(const LightReceiver& at, size_t light) const;
-  LightSample SampleLight(const LightReceiver& at, size_t light, float importance,
-                          const Vec2f& u) const;
   static absl::Status AddSphereOrSpot(const v1::Light& light, const Vec3f& power, Lamp* lamp);
   int MeshLight(uint32_t placed, uint16_t slot) const;
   float LampImportance(const Lamp& lamp, const Vec3f& position) const;
@@ -172,6 +188,7 @@ class LightTable {
   LightSample SampleDome(const LightReceiver& at, const Vec2f& u) const;
   LightSample SampleSun(const Vec2f& u) const;
   void AddRoom(const v1::Room& room, bool open_top, const RenderScene& geometry);
+  void AddSunWindows(Enclosure* enclosure) const;
 
   SkyModel sky_;
   std::vector<Lamp> lamps_;

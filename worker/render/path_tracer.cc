@@ -256,8 +256,8 @@ void PathTracer::Walk::Escape() {
 }
 
 void PathTracer::Walk::AskCache() {
+  if (bounce_ < options().cache_from || !guided_) return path_->sampler.Skip();
   const Vec2f jitter = path_->sampler.Pair();
-  if (bounce_ < options().cache_from || !guided_) return;
   if (scene().traits(id_.material).needs_tracing) return;
   const bool front = ray_.direction.dot(id_.geometric_normal) < 0.0f;
   const CachePlace place{raw_.position, front ? id_.geometric_normal : Vec3f(-id_.geometric_normal),
@@ -319,13 +319,24 @@ void PathTracer::Walk::Shade() {
   here.outside = here.out.dot(here.hit.geometric_normal) > 0.0f;
   const float side = here.outside ? 1.0f : -1.0f;
   here.normal = side * here.hit.geometric_normal;
+
+  // Lobe and Russian roulette; opacity and light; the light's point; the way on.
+  const auto [choices, through, light_point, onward] = path_->sampler.FourPairs();
+  const bool last = bounce_ >= options().max_bounces;
+  const bool use_lights = options().direct != DirectLight::kBsdfSampling && !lights().empty();
+  // While the surface is looked at, the light's memory is fetched.
+  LightReceiver receiver;
+  LightChoice light;
+  if (use_lights && !last) {
+    LightImportances importances;
+    receiver = lights().Receive(here.hit.position, here.normal, &importances);
+    light = lights().Choose(receiver, importances, through.y(), light_point);
+  }
+
   here.surface = scene().Evaluate(here.hit, width_);
   const SurfaceSample& surface = here.surface;
   AddEmission(here);
 
-  Sampler& sampler = path_->sampler;
-  const Vec2f choices = sampler.Pair();  // Lobe, Russian roulette.
-  const Vec2f through = sampler.Pair();  // Opacity, light.
   if (surface.opacity < 1.0f && through.x() >= surface.opacity) return Pass(here);
 
   const ShadingFrame frame(
@@ -343,7 +354,6 @@ void PathTracer::Walk::Shade() {
     trial_ = &vertex.trial;
   }
   const Bsdf bsdf(surface, frame.ToLocal(here.out), here.outside, min_alpha_);
-  const bool last = bounce_ >= options().max_bounces;
   // What solid glass refracts is torn by its bumps: there the glass itself guides.
   const bool solid_glass = surface.transmission > 0.0f && !surface.thin_walled;
   if (!guided_ && (last || bounce_ >= kGuideBounces || !bsdf.mirror_like() || solid_glass)) {
@@ -355,25 +365,17 @@ void PathTracer::Walk::Shade() {
   }
   const Horizon horizon{here.normal, 1.0f - Square(frame.z.dot(here.normal))};
 
-  const bool use_lights = options().direct != DirectLight::kBsdfSampling && !lights().empty();
   const bool gathers = use_lights && !last && !bsdf.mirror_like();
-  LightReceiver receiver;
   SpotView spots;
   if (gathers) {
-    LightImportances importances;
-    receiver = lights().Receive(here.hit.position, here.normal, &importances);
-
     if (wide && receiver.enclosure) {
       spots = SpotView(receiver.enclosure->spots, here.hit.position, here.normal);
     }
     UseLight(here, frame, bsdf, horizon, receiver, spots,
-             lights().Sample(receiver, importances, through.y(), sampler.Pair()));
-  } else {
-    sampler.Pair();
+             lights().Sample(receiver, light, light_point));
   }
 
-  const std::optional<BsdfSample> next =
-      SampleDirection(frame, bsdf, spots, choices.x(), sampler.Pair());
+  const std::optional<BsdfSample> next = SampleDirection(frame, bsdf, spots, choices.x(), onward);
   if (!next) {
     ended_ = true;
     return;

@@ -285,6 +285,10 @@ void RenderScene::PrefetchVertices(const RawHit& raw) const {
   __builtin_prefetch(body.vertices + t.a);
   __builtin_prefetch(body.vertices + t.b);
   __builtin_prefetch(body.vertices + t.c);
+  if (!traits_[body.MaterialOf(t)].has_relief) return;
+  __builtin_prefetch(body.positions + t.a);
+  __builtin_prefetch(body.positions + t.b);
+  __builtin_prefetch(body.positions + t.c);
 }
 
 SurfaceId RenderScene::Identify(const RawHit& raw) const {

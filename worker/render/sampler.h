@@ -10,14 +10,16 @@
 // blue-noise diffusion of Monte Carlo sampling error via hierarchical ordering of pixels", 2020.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "common/math/types.h"
 
 namespace parallax {
 
-// Bijective mix of 32 bits.
-inline uint32_t MixBits(uint32_t x) {
+// Bijective mix of 32 bits; Bits is a number or a vector of them.
+template <typename Bits>
+inline Bits MixBits(Bits x) {
   x ^= x >> 16;
   x *= 0x21f0aaadu;
   x ^= x >> 15;
@@ -25,7 +27,8 @@ inline uint32_t MixBits(uint32_t x) {
   x ^= x >> 15;
   return x;
 }
-inline uint32_t CombineHash(uint32_t seed, uint32_t value) {
+template <typename Bits>
+inline Bits CombineHash(Bits seed, Bits value) {
   return MixBits(seed ^ (value * 0x9e3779b9u + 0x7f4a7c15u + (seed << 6) + (seed >> 2)));
 }
 
@@ -65,10 +68,30 @@ class Sampler {
             ToUnit(Scramble(SecondDimension(first), MixBits(seed + 2)))};
   }
 
+  // The next four pairs, as four calls of Pair give them, in half of the time: all side by side.
+  std::array<Vec2f, 4> FourPairs() {
+    const Lanes dimension = {0, 1, 2, 3, 0, 1, 2, 3};
+    const Lanes seeds = CombineHash(dimension * 0u + seed_, dimension + dimension_);
+    dimension_ += 4;
+    const Lanes first = Permute(dimension * 0u + Reverse(sample_), seeds);
+    const Lanes second = SecondDimension(first);
+    // First dimensions of all four pairs, then second ones.
+    const Lanes reversed = {first[0],  first[1],  first[2],  first[3],
+                            second[0], second[1], second[2], second[3]};
+    const Lanes offset = {1, 1, 1, 1, 2, 2, 2, 2};
+    const Lanes bits = Scramble(reversed, MixBits(seeds + offset));
+    std::array<Vec2f, 4> pairs;
+    for (size_t k = 0; k < 4; ++k) pairs[k] = {ToUnit(bits[k]), ToUnit(bits[k + 4])};
+    return pairs;
+  }
+  // Leaves the next pair out.
+  void Skip() { ++dimension_; }
+
   // Of the Sobol' sequence's second dimension, from the bit-reversed index. Its matrix is Pascal's
   // triangle modulo 2, so the product is a sum over supersets of bit positions: five shifts.
-  static uint32_t SecondDimension(uint32_t reversed) {
-    uint32_t x = reversed;
+  template <typename Bits>
+  static Bits SecondDimension(Bits reversed) {
+    Bits x = reversed;
     x ^= (x << 1) & 0xaaaaaaaau;
     x ^= (x << 2) & 0xccccccccu;
     x ^= (x << 4) & 0xf0f0f0f0u;
@@ -78,6 +101,8 @@ class Sampler {
   }
 
  private:
+  using Lanes = uint32_t __attribute__((vector_size(32)));
+
   Sampler(uint32_t seed, uint32_t index) : seed_(seed), sample_(index) {}
   // The 16 low bits moved to the even places.
   static uint32_t Spread(uint32_t x) {
@@ -86,18 +111,24 @@ class Sampler {
     x = (x | x << 2) & 0x33333333u;
     return (x | x << 1) & 0x55555555u;
   }
-  static uint32_t Reverse(uint32_t x) {
-    x = __builtin_bswap32(x);
+  template <typename Bits>
+  static Bits Reverse(Bits x) {
+    x = (x >> 16) | (x << 16);
+    x = ((x & 0x00ff00ffu) << 8) | ((x >> 8) & 0x00ff00ffu);
     x = ((x & 0x0f0f0f0fu) << 4) | ((x >> 4) & 0x0f0f0f0fu);
     x = ((x & 0x33333333u) << 2) | ((x >> 2) & 0x33333333u);
     return ((x & 0x55555555u) << 1) | ((x >> 1) & 0x55555555u);
   }
   // Nested uniform scramble of a value whose most significant bit comes first: each bit is flipped
   // by a hash of the bits above it.
-  static uint32_t Scramble(uint32_t x, uint32_t seed) { return Reverse(Permute(Reverse(x), seed)); }
+  template <typename Bits>
+  static Bits Scramble(Bits x, Bits seed) {
+    return Reverse(Permute(Reverse(x), seed));
+  }
   // Each bit of the result depends on the bits at and below it only.   Source: Laine and Karras
   // 2011; Burley's constants.
-  static uint32_t Permute(uint32_t x, uint32_t seed) {
+  template <typename Bits>
+  static Bits Permute(Bits x, Bits seed) {
     x += seed;
     x ^= x * 0x6c50b47cu;
     x ^= x * 0xb82f1e52u;

@@ -19,6 +19,11 @@ using test::MakeQuad;
 using test::Radiance;
 using test::TestScene;
 
+LightSample SampleAt(const Built& built, const LightReceiver& at,
+                     const LightImportances& importances, float choice, const Vec2f& u) {
+  return built.lights.Sample(at, built.lights.Choose(at, importances, choice, u), u);
+}
+
 TestScene Floor(float albedo) {
   TestScene test;
   const uint32_t grey = test.AddMaterial(DiffuseSample(Vec3f::Constant(albedo)));
@@ -76,7 +81,7 @@ TEST(LightSampling, DirectionsFollowTheClaimedDensity) {
     const auto u = [&] { return static_cast<float>(rng.Uniform()); };
     std::vector<double> seen(kCosines * kAngles), inverse_density(kCosines * kAngles);
     for (int i = 0; i < kSamples; ++i) {
-      const LightSample sample = built.lights.Sample(at, importances, u(), {u(), u()});
+      const LightSample sample = SampleAt(built, at, importances, u(), {u(), u()});
       if (!(sample.pdf > 0)) continue;
       const Vec3f& d = sample.direction;
       const double phi = std::atan2(d.y(), d.x()) + M_PI;
@@ -172,8 +177,8 @@ TEST(LightSampling, IdealLightsAreChosenWithChancesThatSumToOne) {
   double count = 0, light = 0;
   constexpr int kSamples = 200000;
   for (int i = 0; i < kSamples; ++i) {
-    const LightSample sample = built.lights.Sample(
-        at, importances, (static_cast<float>(i) + 0.5f) / kSamples, {0.5f, 0.5f});
+    const LightSample sample =
+        SampleAt(built, at, importances, (static_cast<float>(i) + 0.5f) / kSamples, {0.5f, 0.5f});
     count += 1 / sample.pdf;
     light += sample.radiance.y() / sample.pdf;
   }
@@ -202,9 +207,9 @@ TEST(LightSampling, ASpotSendsItsPowerIntoItsCone) {
         LightImportances importances;
         const LightReceiver at =
             built.lights.Receive(Vec3f(0, 0, 2) + away, Vec3f::UnitZ(), &importances);
-        const LightSample sample = built.lights.Sample(
-            at, importances, 0.5f,
-            {static_cast<float>(rng.Uniform()), static_cast<float>(rng.Uniform())});
+        const LightSample sample =
+            SampleAt(built, at, importances, 0.5f,
+                     {static_cast<float>(rng.Uniform()), static_cast<float>(rng.Uniform())});
         if (!(sample.pdf > 0)) continue;
         flux +=
             sample.radiance.y() / sample.pdf * -sample.direction.dot(away) * 4 * M_PI / kSamples;
@@ -306,8 +311,8 @@ TEST(LightSampling, TheSunsDiskGivesItsIrradiance) {
   constexpr int kSamples = 100000;
   for (int i = 0; i < kSamples; ++i) {
     const LightSample sample =
-        built.lights.Sample(at, importances, static_cast<float>(rng.Uniform()),
-                            {static_cast<float>(rng.Uniform()), static_cast<float>(rng.Uniform())});
+        SampleAt(built, at, importances, static_cast<float>(rng.Uniform()),
+                 {static_cast<float>(rng.Uniform()), static_cast<float>(rng.Uniform())});
     if (!(sample.pdf > 0) || !built.lights.sky().InSun(sample.direction)) continue;
     if (sample.pdf < 1) continue;  // The dome's samples may fall on the disk.
     sun += sample.radiance.y() / sample.pdf / kSamples;

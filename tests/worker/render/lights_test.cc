@@ -235,6 +235,40 @@ TEST(Lights, SunThroughTheWindowAgreesWithBruteForce) {
   EXPECT_NEAR(lit.mean.y(), sun + without.mean.y(), 0.1f * lit.mean.y());
 }
 
+// A little light is no error beside the patch; none within it would be.
+TEST(Lights, TheSunCountsWhereItsWayOutIsTheWindow) {
+  const Built built = Build(WindowRoom(true, 1));
+  const Vec3f sun = built.lights.sky().sun_direction();
+  int lit = 0, dark = 0;
+  for (int i = 0; i < 40 * 40 * 30; ++i) {
+    const Vec3f p = 0.1f * Vec3f(static_cast<float>(i % 40), static_cast<float>(i / 40 % 40),
+                                 static_cast<float>(i / 1600)) +
+                    Vec3f::Constant(0.05f);
+    // Where the way to the sun leaves through the window's plane; in windows.
+    const Vec3f q = p + sun * ((-0.2f - p.y()) / sun.y());
+    const float a = (q.x() - 1.2f) / 1.6f, b = (q.z() - 0.9f) / 1.2f;
+    const float inside = std::min({a, 1 - a, b, 1 - b});
+    if (std::abs(inside + 0.03f) < 0.03f) continue;  // The rim.
+    LightImportances importances;
+    built.lights.Receive(p, Vec3f::UnitZ(), &importances);
+    ASSERT_EQ(importances[1] > 0, inside > 0) << p.transpose();
+    ASSERT_GT(importances[0], 0) << p.transpose();
+    ++(inside > 0 ? lit : dark);
+  }
+  EXPECT_GT(lit, 1000);
+  EXPECT_GT(dark, 10000);
+
+  TestScene north = WindowRoom(true, 1);  // The sun stands behind the room.
+  north.recipe.mutable_sky()->set_sun_azimuth_rad(1.5);
+  const Built behind = Build(north);
+  for (int i = 0; i < 1600; ++i) {
+    const Vec3f p = 0.1f * Vec3f(static_cast<float>(i % 40), static_cast<float>(i / 40), 20);
+    LightImportances importances;
+    behind.lights.Receive(p, Vec3f::UnitZ(), &importances);
+    ASSERT_EQ(importances[1], 0) << p.transpose();
+  }
+}
+
 TEST(Lights, OpenSkyAgreesWithBruteForce) {
   TestScene test = Floor(0.5f);
   v1::Sky* sky = test.recipe.mutable_sky();

@@ -36,6 +36,18 @@ TEST(Sampler, EveryPairIsStratifiedInAllElementaryBoxes) {
   }
 }
 
+TEST(Sampler, FourPairsAtOnceAreThoseOfFourCalls) {
+  for (uint32_t i = 0; i < 1000; ++i) {
+    Sampler one(i * 7919, i, 3 * i, i % 64), four = one;
+    one.Pair();
+    four.Skip();
+    for (int round = 0; round < 2; ++round) {
+      for (const Vec2f& pair : four.FourPairs()) ASSERT_EQ(pair, one.Pair()) << i;
+      ASSERT_EQ(four.Pair(), one.Pair()) << i;
+    }
+  }
+}
+
 // What a denoiser averages over is spread as evenly as one pixel's samples are.
 TEST(Sampler, SquaresOfPixelsOfAnImageAreStratifiedTogether) {
   constexpr int kLogSamples = 2;

@@ -157,7 +157,10 @@ class PathTracer::Walk {
   void AddEmission(const Here& here);
   // Straight on through a hole or a thin pane.
   void Pass(const Here& here);
+  Here Meet() const;
+  void Remember(const Here& here, bool wide);
   void Guide(const Here& here, const Vec3f& normal);
+  void Tint(const SurfaceSample& surface, const BsdfSample& next);
   void UseLight(const Here& here, const ShadingFrame& frame, const Bsdf& bsdf,
                 const Horizon& horizon, const LightReceiver& receiver, const SpotView& spots,
                 const LightSample& light);
@@ -309,25 +312,51 @@ void PathTracer::Walk::Guide(const Here& here, const Vec3f& normal) {
   guided_ = true;
 }
 
-void PathTracer::Walk::Shade() {
-  shadowed_ = false;
-  trial_ = nullptr;
-  if (EndInCache()) return;
+// Where the surface is and which side is seen, not yet what it is like.
+PathTracer::Walk::Here PathTracer::Walk::Meet() const {
   Here here;
   here.hit = scene().Resolve(raw_);
   here.out = -ray_.direction;
   here.outside = here.out.dot(here.hit.geometric_normal) > 0.0f;
-  const float side = here.outside ? 1.0f : -1.0f;
-  here.normal = side * here.hit.geometric_normal;
+  here.normal = here.outside ? here.hit.geometric_normal : Vec3f(-here.hit.geometric_normal);
+  return here;
+}
 
+// For the cache's filler.
+void PathTracer::Walk::Remember(const Here& here, bool wide) {
+  PathTrail* trail = path_->trail;
+  if (!trail || trail->size >= static_cast<int>(trail->vertices.size())) return;
+  if (scene().traits(here.hit.material).needs_tracing) return;
+  PathVertex& vertex = trail->vertices[static_cast<size_t>(trail->size++)];
+  vertex = {{here.hit.position, here.normal, here.hit.placed, here.hit.slot},
+            wide,
+            throughput_,
+            result().radiance,
+            {}};
+  trial_ = &vertex.trial;
+}
+
+// What the denoiser's guides make of a mirror or pane before the surface that guides.
+void PathTracer::Walk::Tint(const SurfaceSample& surface, const BsdfSample& next) {
+  tint_ = tint_.cwiseProduct(next.weight.cwiseMin(1.0f));
+  const bool glint = surface.transmission > 0.0f && !next.straight && next.direction.z() > 0.0f;
+  if (glint) result().guide_weight = kGlintWeight;
+}
+
+void PathTracer::Walk::Shade() {
+  shadowed_ = false;
+  trial_ = nullptr;
+  if (EndInCache()) return;
+  Here here = Meet();
   // Lobe and Russian roulette; opacity and light; the light's point; the way on.
   const auto [choices, through, light_point, onward] = path_->sampler.FourPairs();
   const bool last = bounce_ >= options().max_bounces;
-  const bool use_lights = options().direct != DirectLight::kBsdfSampling && !lights().empty();
+  const bool use_lights =
+      options().direct != DirectLight::kBsdfSampling && !lights().empty() && !last;
   // While the surface is looked at, the light's memory is fetched.
   LightReceiver receiver;
   LightChoice light;
-  if (use_lights && !last) {
+  if (use_lights) {
     LightImportances importances;
     receiver = lights().Receive(here.hit.position, here.normal, &importances);
     light = lights().Choose(receiver, importances, through.y(), light_point);
@@ -336,36 +365,24 @@ void PathTracer::Walk::Shade() {
   here.surface = scene().Evaluate(here.hit, width_);
   const SurfaceSample& surface = here.surface;
   AddEmission(here);
-
   if (surface.opacity < 1.0f && through.x() >= surface.opacity) return Pass(here);
 
+  const Vec3f bumped = scene().BumpedNormal(here.hit, width_);
   const ShadingFrame frame(
-      UsableNormal(side * scene().BumpedNormal(here.hit, width_), here.normal, here.out));
+      UsableNormal(here.outside ? bumped : Vec3f(-bumped), here.normal, here.out));
   const bool wide = ScattersWidely(surface);
-  PathTrail* trail = path_->trail;
-  if (trail && trail->size < static_cast<int>(trail->vertices.size()) &&
-      !scene().traits(here.hit.material).needs_tracing) {
-    PathVertex& vertex = trail->vertices[static_cast<size_t>(trail->size++)];
-    vertex = {{here.hit.position, here.normal, here.hit.placed, here.hit.slot},
-              wide,
-              throughput_,
-              result().radiance,
-              {}};
-    trial_ = &vertex.trial;
-  }
+  Remember(here, wide);
   const Bsdf bsdf(surface, frame.ToLocal(here.out), here.outside, min_alpha_);
   // What solid glass refracts is torn by its bumps: there the glass itself guides.
   const bool solid_glass = surface.transmission > 0.0f && !surface.thin_walled;
   if (!guided_ && (last || bounce_ >= kGuideBounces || !bsdf.mirror_like() || solid_glass)) {
     Guide(here, frame.z);
   }
-  if (last && !(surface.thin_walled && surface.transmission > 0.0f)) {
-    ended_ = true;
-    return;
-  }
-  const Horizon horizon{here.normal, 1.0f - Square(frame.z.dot(here.normal))};
+  ended_ = last && !(surface.thin_walled && surface.transmission > 0.0f);
+  if (ended_) return;
 
-  const bool gathers = use_lights && !last && !bsdf.mirror_like();
+  const Horizon horizon{here.normal, 1.0f - Square(frame.z.dot(here.normal))};
+  const bool gathers = use_lights && !bsdf.mirror_like();
   SpotView spots;
   if (gathers) {
     if (wide && receiver.enclosure) {
@@ -376,22 +393,12 @@ void PathTracer::Walk::Shade() {
   }
 
   const std::optional<BsdfSample> next = SampleDirection(frame, bsdf, spots, choices.x(), onward);
-  if (!next) {
-    ended_ = true;
-    return;
-  }
-  if (!guided_) {
-    tint_ = tint_.cwiseProduct(next->weight.cwiseMin(1.0f));
-    const bool glint = surface.transmission > 0.0f && !next->straight && next->direction.z() > 0.0f;
-    if (glint) result().guide_weight = kGlintWeight;
-  }
+  ended_ = !next || (last && !next->straight);
+  if (next && !guided_) Tint(surface, *next);
+  if (ended_) return;
   if (next->straight) {
     throughput_ = throughput_.cwiseProduct(next->weight);
     return Pass(here);
-  }
-  if (last) {
-    ended_ = true;
-    return;
   }
   Leave(here, frame, *next, horizon, choices.y());
   pdf_ = gathers ? next->pdf : kInfinity;

@@ -294,6 +294,26 @@ absl::StatusOr<bool> JobStore::WorkersLostWithout(int64_t job) {
   return found.has_value();
 }
 
+absl::StatusOr<bool> JobStore::AlwaysLostWithAnother(int64_t job, const std::string& worker,
+                                                     double now) {
+  // Of the worker lost now some jobs are in the ledger, others still count as leased to it.
+  ASSIGN_OR_RETURN(
+      const auto found,
+      db_.Integer(
+          "WITH before AS (SELECT DISTINCT worker, unix_s FROM attempt_losses"
+          "  WHERE job_id = ?1 AND ledger = 'lost' AND unix_s < ?3)"
+          " SELECT 1 FROM attempt_losses other JOIN before USING (worker, unix_s)"
+          " WHERE other.job_id != ?1 AND other.ledger = 'lost'"
+          "  AND (EXISTS (SELECT 1 FROM attempt_losses this WHERE this.job_id = other.job_id"
+          "    AND this.ledger = 'lost' AND this.worker = ?2 AND this.unix_s = ?3)"
+          "   OR EXISTS (SELECT 1 FROM jobs WHERE id = other.job_id"
+          "    AND state = 'LEASED' AND jobs.worker = ?2))"
+          " GROUP BY other.job_id"
+          " HAVING count(DISTINCT unix_s) = (SELECT count(*) FROM before) LIMIT 1",
+          job, worker, now));
+  return found.has_value();
+}
+
 absl::Status JobStore::MoveLostToReturned(int64_t job, uint64_t fence) {
   return db_.Run(
       "UPDATE attempt_losses SET ledger = 'returned'"

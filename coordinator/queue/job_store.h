@@ -102,6 +102,9 @@ class JobStore {
   absl::StatusOr<int> WorkersLost(int64_t job);
   // Since the job first lost its worker, one was lost that did not hold it. Looks at all losses.
   absl::StatusOr<bool> WorkersLostWithout(int64_t job);
+  // Each worker that was lost with the job, the one lost now among them, held one other job too,
+  // the same each time.
+  absl::StatusOr<bool> AlwaysLostWithAnother(int64_t job, const std::string& worker, double now);
   // The attempt's worker lives: it was away, and says nothing against the job.
   absl::Status MoveLostToReturned(int64_t job, uint64_t fence);
 

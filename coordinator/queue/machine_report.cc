@@ -240,6 +240,8 @@ absl::Status Machine::LoseAttempt(const JobRow& job, LossKind kind, const std::s
   ASSIGN_OR_RETURN(history.workers_lost, store_.WorkersLost(job.id));
   if (history.workers_lost >= options_.retry.quarantine_losses) {
     ASSIGN_OR_RETURN(history.lost_without_it, store_.WorkersLostWithout(job.id));
+    ASSIGN_OR_RETURN(history.lost_with_another,
+                     store_.AlwaysLostWithAnother(job.id, job.worker, now));
   }
   LossUpdate update{
       .app_failures = history.app_failures, .infra_losses = history.infra_losses, .error = error};

@@ -23,7 +23,8 @@ FailureVerdict JudgeAppFailure(const RetryPolicy& policy, const FailureHistory& 
 }
 
 FailureVerdict JudgeLoss(const RetryPolicy& policy, const FailureHistory& history) {
-  if ((history.workers_lost >= policy.quarantine_losses && !history.lost_without_it) ||
+  const bool to_blame = !history.lost_without_it && !history.lost_with_another;
+  if ((history.workers_lost >= policy.quarantine_losses && to_blame) ||
       history.infra_losses >= policy.max_infra_losses) {
     return FailureVerdict::kQuarantine;
   }

@@ -31,10 +31,12 @@ struct FailureHistory {
   int workers_with_fingerprint = 0;  // Different workers that reported this failure's fingerprint.
   int workers_lost = 0;              // Different workers lost while they held the job.
   bool lost_without_it = false;      // And since the first of them one that did not hold it.
+  bool lost_with_another = false;    // And all of them held the same other job too.
   bool retryable = true;
 };
 // Losses never fail a job: the work did nothing wrong. One that keeps losing its workers is
-// quarantined; sooner if it is the only one that does. Where machines are killed all the time,
+// quarantined; sooner if it is the only one that does. Two that went from worker to worker together
+// must part before one is blamed. Where machines are killed all the time,
 // three of them say nothing about a job.
 enum class FailureVerdict { kRetryLater, kRetryNow, kFail, kQuarantine };
 FailureVerdict JudgeAppFailure(const RetryPolicy& policy, const FailureHistory& history);

@@ -178,6 +178,27 @@ TEST_F(JobFailuresTest, WhereWorkersAreLostWithoutItTooThreeSayNothingAgainstAJo
   EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 1) << "the cap of ten losses holds";
 }
 
+TEST_F(JobFailuresTest, OfTwoJobsThatLoseWorkersTogetherTheOneThatGoesOnIsQuarantined) {
+  const StudyId study = Submit({.pairs = 4});
+  v1::Lease guilty, innocent;
+  for (const char* name : {"w", "v", "u"}) {
+    guilty = LeaseOne(AnyWorker(name));
+    innocent = LeaseOne(AnyWorker(name));
+    EXPECT_EQ(*queue_->WorkerLost(name), 2);
+    EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 0) << name;
+    clock_.Advance(1);
+  }
+  const v1::Lease alone = LeaseOne(AnyWorker("t"));
+  const v1::Lease apart = LeaseOne(AnyWorker("s"));
+  EXPECT_EQ(alone.attempt().job_id(), guilty.attempt().job_id());
+  EXPECT_EQ(apart.attempt().job_id(), innocent.attempt().job_id());
+  EXPECT_EQ(*queue_->WorkerLost("t"), 1);
+  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 1);
+  clock_.Advance(1);
+  EXPECT_EQ(*queue_->WorkerLost("s"), 1);  // One was lost without it.
+  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 1);
+}
+
 TEST_F(JobFailuresTest, AWorkerThatWasAwayAndComesBackWasNotLostWithItsJob) {
   const StudyId study = Submit({.pairs = 2});
   for (int i = 0; i < 9; ++i) {

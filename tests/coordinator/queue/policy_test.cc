@@ -45,6 +45,8 @@ TEST(JudgeLoss, RetriesAtOnceUntilTheJobIsSuspect) {
       {{.infra_losses = 9, .workers_lost = 2}, FailureVerdict::kRetryNow},
       {{.infra_losses = 3, .workers_lost = 3}, FailureVerdict::kQuarantine},
       {{.infra_losses = 9, .workers_lost = 9, .lost_without_it = true}, FailureVerdict::kRetryNow},
+      {{.infra_losses = 3, .workers_lost = 3, .lost_with_another = true},
+       FailureVerdict::kRetryNow},
       {{.infra_losses = 10, .workers_lost = 10, .lost_without_it = true},
        FailureVerdict::kQuarantine},
       {{.infra_losses = 10, .workers_lost = 0}, FailureVerdict::kQuarantine},

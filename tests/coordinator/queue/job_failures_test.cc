@@ -199,6 +199,23 @@ TEST_F(JobFailuresTest, OfTwoJobsThatLoseWorkersTogetherTheOneThatGoesOnIsQuaran
   EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 1);
 }
 
+TEST_F(JobFailuresTest, CompanyNowAndThenDoesNotClearAJob) {
+  const StudyId study = Submit({.pairs = 4});
+  LeaseOne(AnyWorker("w"));  // Guilty.
+  LeaseOne(AnyWorker("w"));
+  EXPECT_EQ(*queue_->WorkerLost("w"), 2);
+  clock_.Advance(1);
+  LeaseOne(AnyWorker("v"));
+  const v1::Lease innocent = LeaseOne(AnyWorker("elsewhere"));
+  EXPECT_EQ(*queue_->WorkerLost("v"), 1);
+  EXPECT_EQ(*queue_->HandBack("elsewhere", innocent.attempt(), "draining"), v1::REPORT_OUTCOME_OK);
+  clock_.Advance(1);
+  LeaseOne(AnyWorker("u"));
+  LeaseOne(AnyWorker("u"));
+  EXPECT_EQ(*queue_->WorkerLost("u"), 2);
+  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 1);
+}
+
 TEST_F(JobFailuresTest, AWorkerThatWasAwayAndComesBackWasNotLostWithItsJob) {
   const StudyId study = Submit({.pairs = 2});
   for (int i = 0; i < 9; ++i) {

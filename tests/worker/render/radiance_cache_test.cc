@@ -70,18 +70,28 @@ CacheFill SmallFill(int64_t paths, float cell_m) {
   return fill;
 }
 
+// A closed box of 2 m whose walls shine.
+struct Furnace {
+  double albedo = 0, power = 240;
+
+  TestScene Scene() const {
+    TestScene test;
+    const uint32_t box =
+        test.AddMesh(MakeBox({0, 0, 0}, {2, 2, 2}, true),
+                     test.AddMaterial(DiffuseSample(Vec3f::Constant(static_cast<float>(albedo)))));
+    test.AddMeshLight(box, power);
+    *test.recipe.add_rigs() = MakeRig({1, 0.3, 1}, {0.1, 1, 0.05}, 64, 48, 30, 0.1);
+    return test;
+  }
+  double Radiance() const { return power / (M_PI * 24) / (1 - albedo); }
+};
+
 TEST(RadianceCache, AShiningFurnaceHasTheRadianceOfItsClosedForm) {
-  constexpr double kAlbedo = 0.6, kPower = 240;
-  TestScene test;
-  const uint32_t box =
-      test.AddMesh(MakeBox({0, 0, 0}, {2, 2, 2}, true),
-                   test.AddMaterial(DiffuseSample(Vec3f::Constant(static_cast<float>(kAlbedo)))));
-  test.AddMeshLight(box, kPower);
-  *test.recipe.add_rigs() = MakeRig({1, 0.3, 1}, {0.1, 1, 0.05}, 64, 48, 30, 0.1);
-  Lit lit(test, SmallFill(20000, 0.1f));
+  const Furnace furnace{0.6};
+  Lit lit(furnace.Scene(), SmallFill(20000, 0.1f));
   ASSERT_GT(lit.cache.cells(), 500u);
   double rays = 0, rays_without = 0;
-  const double wanted = kPower / (M_PI * 24) / (1 - kAlbedo);
+  const double wanted = furnace.Radiance();
   EXPECT_NEAR(lit.Mean(0, 8000, &lit.cache, &rays).x() / wanted, 1, 0.02);
   EXPECT_NEAR(lit.Mean(0, 8000, nullptr, &rays_without).x() / wanted, 1, 0.02);
   EXPECT_LT(rays, 0.8 * rays_without);  // It was asked.
@@ -89,16 +99,9 @@ TEST(RadianceCache, AShiningFurnaceHasTheRadianceOfItsClosedForm) {
 
 // Paths that fill it go on for longer than those of pictures.
 TEST(RadianceCache, KnowsLightThatWasScatteredOften) {
-  constexpr double kAlbedo = 0.85, kPower = 240;
-  TestScene test;
-  const uint32_t box =
-      test.AddMesh(MakeBox({0, 0, 0}, {2, 2, 2}, true),
-                   test.AddMaterial(DiffuseSample(Vec3f::Constant(static_cast<float>(kAlbedo)))));
-  test.AddMeshLight(box, kPower);
-  *test.recipe.add_rigs() = MakeRig({1, 0.3, 1}, {0.1, 1, 0.05}, 64, 48, 30, 0.1);
-  Lit lit(test, SmallFill(20000, 0.1f), 3);
-  const double wanted = kPower / (M_PI * 24) / (1 - kAlbedo);
-  EXPECT_NEAR(lit.Mean(0, 8000, &lit.cache).x() / wanted, 1, 0.03);
+  const Furnace furnace{0.85};
+  Lit lit(furnace.Scene(), SmallFill(20000, 0.1f), 3);
+  EXPECT_NEAR(lit.Mean(0, 8000, &lit.cache).x() / furnace.Radiance(), 1, 0.03);
 }
 
 TEST(RadianceCache, GivesTheLightOfARoomThatPathsGive) {

@@ -36,8 +36,8 @@ struct FailureHistory {
 };
 // Losses never fail a job: the work did nothing wrong. One that keeps losing its workers is
 // quarantined; sooner if it is the only one that does. Two that went from worker to worker together
-// must part before one is blamed. Where machines are killed all the time,
-// three of them say nothing about a job.
+// must part before one is blamed. Where machines are killed all the time, three of them say nothing
+// about a job.
 enum class FailureVerdict { kRetryLater, kRetryNow, kFail, kQuarantine };
 FailureVerdict JudgeAppFailure(const RetryPolicy& policy, const FailureHistory& history);
 FailureVerdict JudgeLoss(const RetryPolicy& policy, const FailureHistory& history);

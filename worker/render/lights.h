@@ -7,8 +7,7 @@
 // Mesh lights shine from the front of their faces. Inside of a room the sky is sampled through that
 // room's openings (portals at the walls' outer faces, and the open top when there is no ceiling);
 // elsewhere over the whole sphere. Sampling that misses part of a source is no error: MIS gives
-// that part to BSDF sampling. Constant after Build but for
-// Learn; queries are thread-safe.
+// that part to BSDF sampling. Constant after Build but for Learn; queries are thread-safe.
 #pragma once
 
 #include <array>

@@ -427,7 +427,7 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
   if (options.quick) {
     options.pairs = std::min(options.pairs, 2);
     options.reference_samples = std::min(options.reference_samples, 48);
-    options.quality_width = std::min(options.quality_width, 240);
+    options.quality_rigs = std::min(options.quality_rigs, 2);
   }
   ASSIGN_OR_RETURN(bench::LoadedScene scene,
                    bench::LoadScene(options.scene == "demo" ? "" : options.scene, options.seed));

@@ -11,6 +11,9 @@ namespace {
 
 constexpr float kCube_m = 0.3f;  // A spot is a cube's face.
 constexpr float kFewest = 4;     // Looks at a place before it is believed.
+// Part of a room's scattered light that the spots must give: with less, looking for them costs more
+// than it helps.
+constexpr double kLeastLight = 0.1;
 constexpr float kMostShare = 0.1f;
 constexpr float kLeastShare = 0.02f;  // Less is not worth the looking.
 
@@ -63,7 +66,7 @@ void BrightSpots::Learn() {
   }
   const auto others = static_cast<double>(sums_.size() - count);
   rest_ = others > 0 ? static_cast<float>((all - theirs) / others) : 0.0f;
-  known_ = count > 0;
+  known_ = count > 0 && theirs >= kLeastLight * all;
 }
 
 SpotView::SpotView(const BrightSpots& spots, const Vec3f& position, const Vec3f& normal) {

@@ -95,6 +95,25 @@ TEST(BrightSpots, WithoutLightThereIsNoShare) {
   EXPECT_EQ(SpotView(spots, Vec3f::Zero(), Vec3f::UnitZ()).share(), 0.0f);
 }
 
+// Few rooms have spots that are worth the time.
+TEST(BrightSpots, ARoomThatIsLitEvenlyDoesWithout) {
+  const auto share = [](float brightest) {
+    BrightSpots spots;
+    for (int x = 0; x < 400; ++x) {
+      const float radiance = x == 0 ? brightest : 1.0f;
+      for (int i = 0; i < 5; ++i) {
+        spots.Add({0.15f + 0.3f * static_cast<float>(x % 20),
+                   0.15f + 0.3f * static_cast<float>(x / 20), 2.5f},
+                  -Vec3f::UnitZ(), radiance);
+      }
+    }
+    spots.Learn();
+    return SpotView(spots, {1, 1, 1}, Vec3f::UnitZ()).share();
+  };
+  EXPECT_EQ(share(20), 0.0f);
+  EXPECT_GT(share(60), 0.0f);
+}
+
 // Whatever was learnt, right or wrong.
 TEST(BrightSpots, EstimatesStayUnbiased) {
   const TestScene test = LampAboveAPlate();

@@ -79,20 +79,18 @@ Vec3f GuideAlbedo(const SurfaceSample& s) {
   return (s.base_color * opaque + Vec3f::Constant(1.0f - opaque)).cwiseMax(0.0f).cwiseMin(1.0f);
 }
 
-// Part of what it reflects or lets through that goes to a few sides only.
-float SharpPart(const SurfaceSample& s) {
+// Whether most of what it reflects goes about equally to all sides.
+bool ScattersWidely(const SurfaceSample& s) {
   constexpr float kWideRoughness = 0.4f;
+  constexpr float kSharpShare = 0.35f;
   const float plastic = (1.0f - s.metallic) * (1.0f - s.transmission);
   const float base = Luminance(s.base_color);
   float wide = plastic * base;
   float sharp = 0.06f * s.clearcoat * (s.clearcoat_roughness < kWideRoughness ? 1.0f : 0.0f) +
                 (1.0f - s.metallic) * s.transmission;
   (s.roughness < kWideRoughness ? sharp : wide) += s.metallic * base + plastic * 0.12f * s.specular;
-  const float all = wide + sharp;
-  return all > 0.0f ? sharp / all : 0.0f;
+  return sharp <= kSharpShare * (wide + sharp);
 }
-constexpr float kMostSharpOfWide = 0.35f;   // Surfaces that scatter about equally to all sides.
-constexpr float kMostSharpOfPlain = 0.15f;  // Those that look alike from both eyes.
 
 }  // namespace
 
@@ -162,7 +160,6 @@ class PathTracer::Walk {
   Here Meet() const;
   void Remember(const Here& here, bool wide);
   void Guide(const Here& here, const Vec3f& normal);
-  void NamePlain(const Here& here);
   void Tint(const SurfaceSample& surface, const BsdfSample& next);
   void UseLight(const Here& here, const ShadingFrame& frame, const Bsdf& bsdf,
                 const Horizon& horizon, const LightReceiver& receiver, const SpotView& spots,
@@ -315,12 +312,6 @@ void PathTracer::Walk::Guide(const Here& here, const Vec3f& normal) {
   guided_ = true;
 }
 
-// For the other eye.
-void PathTracer::Walk::NamePlain(const Here& here) {
-  result().plain_distance = raw_.distance;
-  result().surface = here.hit.placed * 0x9e3779b1u + here.hit.slot;
-}
-
 // Where the surface is and which side is seen, not yet what it is like.
 PathTracer::Walk::Here PathTracer::Walk::Meet() const {
   Here here;
@@ -379,15 +370,13 @@ void PathTracer::Walk::Shade() {
   const Vec3f bumped = scene().BumpedNormal(here.hit, width_);
   const ShadingFrame frame(
       UsableNormal(here.outside ? bumped : Vec3f(-bumped), here.normal, here.out));
-  const float sharp = SharpPart(surface);
-  const bool wide = sharp <= kMostSharpOfWide;
+  const bool wide = ScattersWidely(surface);
   Remember(here, wide);
   const Bsdf bsdf(surface, frame.ToLocal(here.out), here.outside, min_alpha_);
   // What solid glass refracts is torn by its bumps: there the glass itself guides.
   const bool solid_glass = surface.transmission > 0.0f && !surface.thin_walled;
   if (!guided_ && (last || bounce_ >= kGuideBounces || !bsdf.mirror_like() || solid_glass)) {
     Guide(here, frame.z);
-    if (bounce_ == 0 && passages_ == 0 && sharp <= kMostSharpOfPlain) NamePlain(here);
   }
   ended_ = last && !(surface.thin_walled && surface.transmission > 0.0f);
   if (ended_) return;

@@ -57,10 +57,6 @@ struct PathResult {
   // reflects, or the pixel's guides would be noise.
   float guide_weight = 1;
   uint32_t rays = 0;  // Traced, shadow rays included.
-  // Along the ray to the first surface, if nothing before or on it looks different from a place
-  // nearby: no pane, mirror or gloss. Else 0.
-  float plain_distance = 0;
-  uint32_t surface = 0;  // Names that surface.
 };
 
 // A path from its camera ray on.

@@ -6,7 +6,6 @@ namespace parallax {
 namespace {
 
 constexpr int64_t kUsualCachePaths = 1'000'000;
-constexpr int kMostShared = 8;  // Samples a pixel; with more there is less to gain.
 
 // clang-format off
 constexpr RenderProfile kProfiles[] = {
@@ -44,8 +43,6 @@ absl::StatusOr<RenderProfile> ResolveProfile(const v1::RenderConfig& config) {
   if (config.cache() == v1::RenderConfig::CACHE_ON && profile.cache_paths == 0) {
     profile.cache_paths = kUsualCachePaths;
   }
-  profile.shares_eyes = profile.denoise != DenoiseQuality::kOff && profile.clamp > 0 &&
-                        profile.samples_per_pixel <= kMostShared;
   return profile;
 }
 

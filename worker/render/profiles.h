@@ -21,9 +21,6 @@ struct RenderProfile {
   float clamp = 0;
   // Paths that fill the radiance cache of a scene; 0: there is none.
   int64_t cache_paths = 0;
-  // Each eye's picture is made of both eyes' samples (eye_sharing.h): with a denoiser, few samples
-  // and a profile that need not be unbiased.
-  bool shares_eyes = false;
 };
 
 // The profile of a config with its overrides; `denoise: on` is the denoiser at its best. Errors:

@@ -16,7 +16,6 @@
 #include "worker/render/camera_rays.h"
 #include "worker/render/denoiser.h"
 #include "worker/render/exposure.h"
-#include "worker/render/eye_sharing.h"
 #include "worker/render/ground_truth.h"
 #include "worker/render/lights.h"
 #include "worker/render/path_tracer.h"
@@ -40,7 +39,6 @@ absl::Status CancelledError() {
 // One eye's picture before and for the denoiser.
 struct Film {
   ImageF3 color, albedo, normal;
-  EyeSamples samples;  // None where the eyes lend each other none.
   Film(int width, int height)
       : color(width, height), albedo(width, height), normal(width, height) {}
 };
@@ -122,11 +120,8 @@ class SceneRenderer final : public Renderer {
   absl::StatusOr<StereoFrame> Render(const v1::Rig& rig, const CancelToken& cancel,
                                      const ProgressFn& progress) {
     ASSIGN_OR_RETURN(const StereoCamera stereo, StereoCamera::FromRig(rig));
-    const auto samples_bytes = static_cast<int64_t>(2 * sizeof(EyeSample)) *
-                               (profile_.shares_eyes ? profile_.samples_per_pixel : 0);
-    RETURN_IF_ERROR(
-        CheckMemory("render: images of rig " + std::to_string(rig.index()),
-                    (kBytesPerPixel + samples_bytes) * rig.width_px() * rig.height_px()));
+    RETURN_IF_ERROR(CheckMemory("render: images of rig " + std::to_string(rig.index()),
+                                int64_t{kBytesPerPixel} * rig.width_px() * rig.height_px()));
     StereoFrame frame;
     View* views[2] = {&frame.left, &frame.right};
 
@@ -149,16 +144,11 @@ class SceneRenderer final : public Renderer {
     Meter meter{progress, 2.0 * rig.width_px() * rig.height_px()};
     for (int eye = 0; eye < 2; ++eye) {
       films.emplace_back(rig.width_px(), rig.height_px());
-      if (profile_.shares_eyes) {
-        films.back().samples =
-            EyeSamples(rig.width_px(), rig.height_px(), profile_.samples_per_pixel);
-      }
       TraceEye(stereo.eyes[eye],
                SampleStream{scene_seed_, rig.index(), static_cast<uint32_t>(eye), 0}, clamp, cancel,
                &meter, &films.back());
       if (cancel.cancelled()) return CancelledError();
     }
-    if (profile_.shares_eyes) ShareEyes(stereo, &films);
     // From what was traced, not from what the denoiser made of it: the same on every machine.
     frame.exposure = AutomaticExposure(films[0].color, films[1].color);
     frame.rays = meter.rays;
@@ -176,16 +166,6 @@ class SceneRenderer final : public Renderer {
     frame.denoise_s = SecondsSince(denoise_start);
     if (progress) progress(1.0);
     return frame;
-  }
-
-  static void ShareEyes(const StereoCamera& stereo, std::vector<Film>* films) {
-    const double shift_px_m = stereo.eyes[0].fx_px * stereo.baseline_m;
-    for (size_t eye = 0; eye < 2; ++eye) {
-      Film& own = (*films)[eye];
-      BorrowSamples(own.samples, (*films)[1 - eye].samples, eye == 0 ? shift_px_m : -shift_px_m,
-                    &own.color, &own.albedo);
-    }
-    for (Film& film : *films) film.samples = {};
   }
 
   struct Meter {
@@ -306,10 +286,6 @@ class SceneRenderer final : public Renderer {
       for (size_t i = 0; i < paths.size(); ++i) {
         const int64_t pixel = (begin + static_cast<int64_t>(i)) / samples;
         sums[static_cast<size_t>(pixel)].Add(paths[i].result);
-        if (!film->samples.empty()) {
-          const auto sample = static_cast<int>((begin + static_cast<int64_t>(i)) % samples);
-          film->samples.At(box.XOf(pixel), box.YOf(pixel))[sample] = ForOtherEye(camera, paths[i]);
-        }
         traced += paths[i].result.rays;
       }
     }
@@ -317,23 +293,6 @@ class SceneRenderer final : public Renderer {
       Develop(sums[static_cast<size_t>(pixel)], camera, box.XOf(pixel), box.YOf(pixel), film);
     }
     return traced;
-  }
-
-  static EyeSample ForOtherEye(const PinholeCamera& camera, const Path& path) {
-    EyeSample sample;
-    const PathResult& result = path.result;
-    if (!(result.plain_distance > 0.0f)) return sample;
-    const Vec3f direction = camera.world_from_camera.transpose().cast<float>() * path.ray.direction;
-    sample.x_px = static_cast<float>(camera.cx_px) +
-                  static_cast<float>(camera.fx_px) * direction.x() / direction.z();
-    sample.depth_m = result.plain_distance * direction.z();
-    sample.surface = result.surface;
-    for (int c = 0; c < 3; ++c) {
-      const auto at = static_cast<size_t>(c);
-      sample.radiance[at] = Eigen::half(std::min(result.radiance[c], 65504.0f));
-      sample.albedo[at] = Eigen::half(result.albedo[c]);
-    }
-    return sample;
   }
 
   // Few samples are spread over neighbouring pixels together; with many a pixel stands for itself.

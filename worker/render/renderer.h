@@ -27,8 +27,7 @@ class Renderer {
                                                           const v1::RenderConfig& config);
   virtual ~Renderer() = default;
 
-  // Both eyes and their ground truth. Their paths are independent; before
-  // denoising few samples, each counts in both pictures (eye_sharing.h).
+  // Both eyes and their ground truth. The noise of the eyes is independent.
   // Errors: kCancelled (within a second), kResourceExhausted.
   virtual absl::StatusOr<StereoFrame> RenderRig(const v1::Rig& rig, const CancelToken& cancel,
                                                 const ProgressFn& progress) = 0;

@@ -83,7 +83,6 @@ std::vector<double> Noise(const ImageRgb8& noisy, const ImageRgb8& clean) {
   return noise;
 }
 
-// Of their own paths: without a denoiser nothing is lent (eye_sharing_test).
 TEST(Renderer, NoiseOfTheTwoEyesIsIndependent) {
   // Eyes a hair apart see the same picture: with shared random numbers their noise would be the
   // same too.
@@ -302,31 +301,6 @@ TEST(Renderer, FarDetailDoesNotShimmerBetweenTheEyes) {
   const double filtered = difference(true), raw = difference(false);  // Levels of 255.
   EXPECT_LT(filtered, 1);
   EXPECT_GT(raw, 20);
-}
-
-// What one eye's paths found lands in the other's picture where that shows the same place.
-TEST(Renderer, TheEyesLendEachOtherWhatBothSee) {
-  class Stripes : public Material {
-   public:
-    SurfaceSample Evaluate(const SurfacePoint& point) const override {
-      const float phase = point.texture_m.x() / 0.5f;
-      return DiffuseSample(Vec3f::Constant(phase - std::floor(phase) < 0.5f ? 0.9f : 0.1f));
-    }
-  };
-  TestScene test;
-  test.AddMesh(MakeQuad({-8, 6, -8}, {16, 0, 0}, {0, 0, 16}),
-               test.AddMaterial(std::make_shared<Stripes>()));
-  test.AddPointLight({0, 0, 0}, 0, 2000);  // Without noise.
-  // A stripe is 6 pixels wide, the disparity 4.
-  const v1::Rig rig = MakeRig({0, 0, 0}, {0, 1, 0}, 160, 90, 150, 0.16);
-  const auto render = [&](const v1::RenderConfig& config) {
-    return *(*Renderer::Create(test.recipe, test.geometry, config))->RenderRig(rig, {}, {});
-  };
-  const StereoFrame clean = render(MakeConfig(64, 1, false));
-  const StereoFrame lent = render(MakeConfig(4, 1, true, "default"));
-  EXPECT_LT(std::sqrt(MeanSquare(lent.left.color, clean.left.color)), 8);
-  EXPECT_LT(std::sqrt(MeanSquare(lent.right.color, clean.right.color)), 8);
-  EXPECT_GT(std::sqrt(MeanSquare(clean.left.color, clean.right.color)), 40);
 }
 
 TEST(Renderer, AnEmptySceneIsSky) {

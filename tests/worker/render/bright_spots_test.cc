@@ -110,7 +110,7 @@ TEST(BrightSpots, ARoomThatIsLitEvenlyDoesWithout) {
     spots.Learn();
     return SpotView(spots, {1, 1, 1}, Vec3f::UnitZ()).share();
   };
-  EXPECT_EQ(share(20), 0.0f);
+  EXPECT_EQ(share(10), 0.0f);
   EXPECT_GT(share(60), 0.0f);
 }
 

@@ -39,6 +39,15 @@ absl::StatusOr<double> PairSeconds(const v1::SceneConfig& config) {
   return per_mpx * Megapixels(config);
 }
 
+// Of one scene: what its pairs share.
+absl::StatusOr<double> BuildSeconds(const v1::SceneConfig& config) {
+  ASSIGN_OR_RETURN(const RenderProfile profile, ResolveProfile(config.render()));
+  // Where everything moves from rig to rig nothing is cached.
+  if (config.type() == v1::SCENE_TYPE_DENSE) return kMeasuredCosts.build_s;
+  return kMeasuredCosts.build_s +
+         1e-6 * static_cast<double>(profile.cache_paths) * kMeasuredCosts.cache_s_per_mpath;
+}
+
 double LayoutSeconds(const v1::SceneConfig& config) {
   if (config.type() == v1::SCENE_TYPE_DENSE) return 0;
   return config.solver().mode() == v1::SolverConfig::MODE_FULL ? kMeasuredCosts.layout_full_s
@@ -99,11 +108,11 @@ absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor) {
     plan.solves_without_sharing += solved ? row.scenes : 0;
 
     ASSIGN_OR_RETURN(const double pair_s, PairSeconds(config));
+    ASSIGN_OR_RETURN(const double build_s, BuildSeconds(config));
     row.solve_core_s = factor * (static_cast<double>(new_layouts) * LayoutSeconds(config) +
                                  static_cast<double>(new_scenes) * DressSeconds(config));
     const double builds = static_cast<double>((new_pairs + rigs - 1) / rigs);
-    row.render_core_s =
-        factor * (static_cast<double>(new_pairs) * pair_s + builds * kMeasuredCosts.build_s);
+    row.render_core_s = factor * (static_cast<double>(new_pairs) * pair_s + builds * build_s);
     v1::StudySpec alone;
     alone.set_pairs(new_pairs);  // Shared pairs are hard links.
     *alone.add_variants()->mutable_config() = config;
@@ -124,7 +133,8 @@ absl::StatusOr<double> ReadMeasuredFactor(const std::string& archive_dir) {
     for (const v1::VariantSpec& spec : study.variants()) {
       if (spec.name() != variant.name) continue;
       ASSIGN_OR_RETURN(double pair_s, PairSeconds(spec.config()));
-      pair_s += kMeasuredCosts.build_s / std::max(1, RigsPerSceneOf(study, spec));
+      ASSIGN_OR_RETURN(const double build_s, BuildSeconds(spec.config()));
+      pair_s += build_s / std::max(1, RigsPerSceneOf(study, spec));
       for (const DatasetFrame& frame : variant.frames) {
         if (!frame.line.contains("seconds") || !frame.line["seconds"].contains("cpu")) continue;
         measured += frame.line["seconds"]["cpu"].get<double>();

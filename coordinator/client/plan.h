@@ -18,6 +18,7 @@ struct Costs {
   double dress_s;                          // Floating objects, rigs, lights, materials.
   double dense_scene_s, dense_keyframe_s;  // Objects of a dense scene; each keyframe's placement.
   double build_s;                          // Meshes, acceleration structure: once a render job.
+  double cache_s_per_mpath;                // A million paths of its radiance cache.
   // For each pair, by megapixels of ONE image.
   double trace_s_per_mpx_sample;
   double denoise_high_s_per_mpx, denoise_balanced_s_per_mpx, denoise_fast_s_per_mpx;

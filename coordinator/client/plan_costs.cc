@@ -14,6 +14,8 @@ const Costs kMeasuredCosts = {
     .dense_scene_s = 1.65,
     .dense_keyframe_s = 0.1,
     .build_s = 2.1,
+    // bench_render solve:1 --pairs 1 --quality-rigs 0: cache_s_per_scene on two cores, by paths.
+    .cache_s_per_mpath = 4.0,
     // bench_render solve:1 --pairs 2 --quality-rigs 0, stage_s on two cores by megapixels of one
     // image: trace 13 with 4 samples; denoise 6.1 at `high`, 2.8 at `balanced`, 1.6 at `fast`;
     // ground truth 0.6, encoding and writing 0.5, statistics.

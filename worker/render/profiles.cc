@@ -5,13 +5,13 @@
 namespace parallax {
 namespace {
 
-constexpr int64_t kUsualCachePaths = 1'000'000;
+constexpr int64_t kUsualCachePaths = 2'000'000;
 
 // clang-format off
 constexpr RenderProfile kProfiles[] = {
     // name         spp  bounces  denoise                     clamp  cache paths
-    {"preview",       2,       3, DenoiseQuality::kFast,      16.0f,    250'000},
-    {"default",       4,       6, DenoiseQuality::kBalanced, 1024.0f,  1'000'000},
+    {"preview",       2,       3, DenoiseQuality::kFast,      16.0f,    500'000},
+    {"default",       4,       6, DenoiseQuality::kBalanced, 1024.0f,  2'000'000},
     {"high",         64,      10, DenoiseQuality::kHigh,    2048.0f,  4'000'000},
     {"reference",  4096,      32, DenoiseQuality::kOff,        0.0f,          0},
 };

@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "common/config/config.h"
+#include "worker/render/profiles.h"
 
 namespace parallax::client {
 namespace {
@@ -65,6 +66,7 @@ TEST(Plan, SamplesAndPixelsCostWhatTheySay) {
   study.mutable_variants()->DeleteSubrange(1, 12);
   v1::RenderConfig& render = *study.mutable_variants(0)->mutable_config()->mutable_render();
   render.set_denoise(v1::RenderConfig::DENOISE_OFF);
+  render.set_cache(v1::RenderConfig::CACHE_OFF);
   const auto cost = [&](int samples, int width, int height) {
     render.set_samples_per_pixel(samples);
     v1::RigConfig& rigs = *study.mutable_variants(0)->mutable_config()->mutable_rigs();
@@ -80,6 +82,23 @@ TEST(Plan, SamplesAndPixelsCostWhatTheySay) {
   EXPECT_NEAR(cost(8, 640, 360) - small, kMeasuredCosts.denoise_balanced_s_per_mpx * 0.2304, 1e-6);
   render.set_denoise(v1::RenderConfig::DENOISE_ON);
   EXPECT_NEAR(cost(8, 640, 360) - small, kMeasuredCosts.denoise_high_s_per_mpx * 0.2304, 1e-6);
+}
+
+TEST(Plan, ARadianceCacheIsPaidOnceASceneAndNotByDenseScenes) {
+  const auto cost = [](int variant, v1::RenderConfig::Cache cache) {
+    v1::StudySpec study = LoadStudy("mix").value();
+    study.mutable_variants()->SwapElements(0, variant);
+    study.mutable_variants()->DeleteSubrange(1, study.variants_size() - 1);
+    study.mutable_variants(0)->mutable_config()->mutable_render()->set_cache(cache);
+    return PlanStudy(study, 1)->total.render_core_s;
+  };
+  constexpr int kIndoor = 0, kDense = 1;
+  const auto on = v1::RenderConfig::CACHE_PROFILE, off = v1::RenderConfig::CACHE_OFF;
+  const double paths = 1e-6 * static_cast<double>(ResolveProfile({})->cache_paths);
+  ASSERT_GT(paths, 0);
+  EXPECT_NEAR(cost(kIndoor, on) - cost(kIndoor, off),
+              250 * paths * kMeasuredCosts.cache_s_per_mpath, 1e-6);
+  EXPECT_EQ(cost(kDense, on), cost(kDense, off));
 }
 
 TEST(Plan, AFactorScalesTimesOnly) {

@@ -204,6 +204,11 @@ BsdfValue Bsdf::EvaluateThinPassage(const Vec3f& i) const {
   return value;
 }
 
+float Bsdf::PassChance() const {
+  if (p_straight_ > 0.0f) return p_straight_;
+  return p_glass_ * (1.0f - GlassReflectance(o_.z()));
+}
+
 std::optional<BsdfSample> Bsdf::Sample(float lobe, const Vec2f& u) const {
   if (o_.z() <= 0.0f) return std::nullopt;
   BsdfSample sample;

@@ -48,6 +48,8 @@ class Bsdf {
 
   // So sharp that light sampling is useless.
   bool mirror_like() const { return mirror_like_; }
+  // Chance that a sample of glass goes through it.
+  float PassChance() const;
   // What a smooth thin wall lets straight through.
   Vec3f Straight() const { return straight_; }
 

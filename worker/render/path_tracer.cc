@@ -7,7 +7,7 @@ namespace {
 
 constexpr int kMaxPassages = 32;  // Holes and thin panes that a path may pass.
 constexpr int kGuideBounces = 3;  // Mirrors that the denoiser's guides follow.
-constexpr float kGlintWeight = 0.02f;
+constexpr float kRareWayWeight = 0.02f;
 constexpr int kRouletteFrom = 2;  // First bounce that may end by chance.
 
 // The shading normal on the viewer's side, bent just enough that the mirror direction does not dip
@@ -160,7 +160,7 @@ class PathTracer::Walk {
   Here Meet() const;
   void Remember(const Here& here, bool wide);
   void Guide(const Here& here, const Vec3f& normal);
-  void Tint(const SurfaceSample& surface, const BsdfSample& next);
+  void Tint(const SurfaceSample& surface, const Bsdf& bsdf, const BsdfSample& next);
   void UseLight(const Here& here, const ShadingFrame& frame, const Bsdf& bsdf,
                 const Horizon& horizon, const LightReceiver& receiver, const SpotView& spots,
                 const LightSample& light);
@@ -337,10 +337,14 @@ void PathTracer::Walk::Remember(const Here& here, bool wide) {
 }
 
 // What the denoiser's guides make of a mirror or pane before the surface that guides.
-void PathTracer::Walk::Tint(const SurfaceSample& surface, const BsdfSample& next) {
+// A pixel's few samples are shared out by chance between what a pane shows and what it mirrors;
+// that of the two which most take guides.
+void PathTracer::Walk::Tint(const SurfaceSample& surface, const Bsdf& bsdf,
+                            const BsdfSample& next) {
   tint_ = tint_.cwiseProduct(next.weight.cwiseMin(1.0f));
-  const bool glint = surface.transmission > 0.0f && !next.straight && next.direction.z() > 0.0f;
-  if (glint) result().guide_weight = kGlintWeight;
+  if (surface.transmission <= 0.0f) return;
+  const bool passes = next.straight || next.direction.z() < 0.0f;
+  if (passes != (bsdf.PassChance() >= 0.5f)) result().guide_weight *= kRareWayWeight;
 }
 
 void PathTracer::Walk::Shade() {
@@ -394,7 +398,7 @@ void PathTracer::Walk::Shade() {
 
   const std::optional<BsdfSample> next = SampleDirection(frame, bsdf, spots, choices.x(), onward);
   ended_ = !next || (last && !next->straight);
-  if (next && !guided_) Tint(surface, *next);
+  if (next && !guided_) Tint(surface, bsdf, *next);
   if (ended_) return;
   if (next->straight) {
     throughput_ = throughput_.cwiseProduct(next->weight);

@@ -53,8 +53,8 @@ struct PathResult {
   // these show keeps its detail; the sky has its clamped radiance as albedo and no normal.
   Vec3f albedo = Vec3f::Zero();
   Vec3f normal = Vec3f::Zero();  // World.
-  // What this path's guides count among a pixel's: little where it is one of the few that glass
-  // reflects, or the pixel's guides would be noise.
+  // What this path's guides count among a pixel's: little where it goes the way of a pane, through
+  // or back, that fewer paths go, or the pixel's guides would be noise.
   float guide_weight = 1;
   uint32_t rays = 0;  // Traced, shadow rays included.
 };

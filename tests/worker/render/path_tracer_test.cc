@@ -69,5 +69,26 @@ TEST(PathTracer, GuidesLookThroughClearPanesWithoutNoise) {
   }
 }
 
+TEST(PathTracer, GuidesOfADarkPaneAreOfWhatItMirrorsWithoutNoise) {
+  TestScene test;
+  SurfaceSample pane;
+  pane.base_color = {0.02f, 0.06f, 0.02f};
+  pane.transmission = 1;
+  pane.thin_walled = true;
+  pane.roughness = 0;
+  test.AddMesh(MakeQuad({-9, -9, 0}, {18, 0, 0}, {0, 18, 0}), test.AddMaterial(pane));
+  const Vec3f green(0.1f, 0.7f, 0.2f), red(0.8f, 0.1f, 0.1f);
+  test.AddMesh(MakeQuad({-9, -9, -1}, {18, 0, 0}, {0, 18, 0}),
+               test.AddMaterial(DiffuseSample(green)));
+  test.AddMesh(MakeQuad({6, -9, 0.1f}, {0, 0, 9}, {0, 18, 0}),
+               test.AddMaterial(DiffuseSample(red)));
+  const Built built = Build(test);
+  for (const int samples : {16, 64}) {
+    const Guides seen = Look(built, {1, 0, -0.3f}, samples);
+    EXPECT_LT((seen.normal - Vec3f(-1, 0, 0)).norm(), 0.02f);
+    EXPECT_GT(seen.albedo.x(), 6 * seen.albedo.y());
+  }
+}
+
 }  // namespace
 }  // namespace parallax

@@ -54,7 +54,7 @@ absl::StatusOr<Study*> Ledger::FindStudy(int64_t id) {
   }
   Study& kept = studies_.emplace(id, std::move(study)).first->second;
   if (const absl::Status status = LoadVariants(kept); !status.ok()) {
-    studies_.erase(id);
+    Forget(id);
     return status;
   }
   return &kept;
@@ -66,7 +66,11 @@ absl::StatusOr<Variant*> Ledger::FindVariant(int64_t id) {
                    db_.Integer("SELECT study_id FROM variants WHERE id = ?1", id));
   if (!study) return NoSuch("variant", id);
   RETURN_IF_ERROR(FindStudy(*study).status());
-  return &variants_.at(id);
+  const auto loaded = variants_.find(id);
+  if (loaded != variants_.end()) return &loaded->second;
+  return MakeError(absl::StatusCode::kDataLoss, "database: variant " + std::to_string(id) +
+                                                    " is not among those of its study " +
+                                                    std::to_string(*study));
 }
 
 absl::Status Ledger::LoadVariants(Study& study) {

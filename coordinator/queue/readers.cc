@@ -54,7 +54,13 @@ absl::Status AddCounts(SqliteConnection& db, std::map<int64_t, v1::VariantStatus
                     " variant_id IN (SELECT id FROM variants WHERE study_id = ?1)",
                     study);
   while (query.Next()) {
-    v1::VariantStatus* status = variants.at(query.Int(0));
+    const auto variant = variants.find(query.Int(0));
+    if (variant == variants.end()) {
+      return MakeError(absl::StatusCode::kDataLoss,
+                       "database: variant " + std::to_string(query.Int(0)) +
+                           " is not among those of its study " + std::to_string(study));
+    }
+    v1::VariantStatus* status = variant->second;
     auto& jobs = WorkKindOf(query.Text(1)) == WorkKind::kSolve ? *status->mutable_solve_jobs()
                                                                : *status->mutable_render_jobs();
     jobs[std::string(query.Text(2))] = query.Int(3);

@@ -1,5 +1,6 @@
 #include "tests/faults/experiment.h"
 
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -58,6 +59,7 @@ int InChild(const std::function<void()>& life) {
     std::exit(1);
   }
   if (pid == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);  // A test that is killed leaves nobody behind.
     life();
     _exit(0);
   }

@@ -8,6 +8,7 @@
 
 #include "coordinator/queue/auditor.h"
 #include "coordinator/queue/database_file.h"
+#include "coordinator/queue/ledger.h"
 #include "coordinator/queue/migrations.h"
 #include "queue_fixture.h"
 
@@ -102,6 +103,39 @@ TEST_F(StorageTest, ReadersCannotWrite) {
   const auto reader = OpenReader(options_.db_path, "");
   ASSERT_TRUE(reader.ok()) << reader.status();
   EXPECT_FALSE((*reader)->Run("UPDATE studies SET name = 'x'").ok());
+}
+
+// As a broken index gives it: the variant's row names a study that does not list the variant.
+TEST_F(StorageTest, AVariantThatItsStudyDoesNotListIsDataLoss) {
+  const StudyId study = Submit({.pairs = 2});
+  queue_.reset();
+  const auto db = OpenWriter(options_.db_path, "");
+  ASSERT_TRUE(db.ok());
+  Ledger ledger(**db);
+  ASSERT_TRUE(ledger.FindStudy(study.value).ok());
+  ASSERT_TRUE((*db)
+                  ->Run("INSERT INTO variants (id, study_id, name, config_z, pairs_wanted,"
+                        " rigs_per_scene) SELECT 99, study_id, 'stray', config_z, 2, 1"
+                        " FROM variants LIMIT 1")
+                  .ok());
+  const absl::Status status = ledger.FindVariant(99).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("variant 99"));
+}
+
+// A study that can't be read whole leaves nothing of itself in memory.
+TEST_F(StorageTest, AStudyWithABrokenVariantIsNotHalfLoaded) {
+  const StudyId study = Submit({.pairs = 2, .variants = {"a", "b"}});
+  queue_.reset();
+  const auto db = OpenWriter(options_.db_path, "");
+  ASSERT_TRUE(db.ok());
+  ASSERT_TRUE((*db)->Run("UPDATE variants SET config_z = x'00' WHERE name = 'b'").ok());
+  Ledger ledger(**db);
+  const auto whole = (*db)->Integer("SELECT id FROM variants WHERE name = 'a'");
+  ASSERT_TRUE(whole.ok());
+  EXPECT_FALSE(ledger.FindStudy(study.value).ok());
+  EXPECT_FALSE(ledger.FindVariant(**whole).ok());
+  EXPECT_EQ(ledger.totals(), JobCounts{});
 }
 
 // Each is a move or a change that the schema itself must forbid.

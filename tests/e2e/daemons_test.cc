@@ -203,6 +203,8 @@ TEST_F(DaemonsTest, ADrainedWorkerHandsOverAndLeaves) {
            reply.workers(0).running() == 2;
   };
   ASSERT_TRUE(WaitFor(study, running)) << slow->Err();
+  // The coordinator counts leases whose reply is still on its way to the worker.
+  std::this_thread::sleep_for(seconds(1));
   slow->Signal(SIGTERM);
   slow->Signal(SIGINT);
   EXPECT_EQ(slow->Wait(), 4) << "work was handed back\n" << slow->Err();

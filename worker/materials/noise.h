@@ -10,13 +10,10 @@
 #include <cmath>
 #include <cstdint>
 
-#include "common/math/types.h"
+#include "common/math/lanes.h"
 
 namespace parallax::noise {
 
-using Float8 = float __attribute__((vector_size(32)));
-using Int8 = int32_t __attribute__((vector_size(32)));
-using Bits8 = uint32_t __attribute__((vector_size(32)));
 using Float4 = float __attribute__((vector_size(16)));
 using Int4 = int32_t __attribute__((vector_size(16)));
 using Bits4 = uint32_t __attribute__((vector_size(16)));

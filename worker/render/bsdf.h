@@ -1,5 +1,5 @@
-// The principled surface of one point as a scattering function: evaluated, sampled, and with the
-// density of sampling.
+// The principled surface as a scattering function: evaluated, sampled, and with the density of
+// sampling; of eight points at a time, for nothing here waits for memory. Bsdf is that of one.
 //
 // A blend of three bases - metal (GGX with Schlick's Fresnel of the base colour and what multiple
 // bounces between facets give back), plastic (GGX above a Lambert base that gets exactly what the
@@ -21,68 +21,110 @@
 
 namespace parallax {
 
+// Eight SurfaceSamples, as far as scattering asks.
+struct Surface8 {
+  Vec3x8 base_color;
+  Float8 metallic, roughness, specular, transmission, ior;
+  Float8 clearcoat, clearcoat_roughness, sheen, subsurface;
+  Mask8 thin_walled;
+
+  void Set(int lane, const SurfaceSample& surface);
+};
+
+struct BsdfValue8 {
+  Vec3x8 f_cos = Vec3x8::Zero();  // f * |cos of i|.
+  Float8 pdf = Splat(0);
+};
+
+struct BsdfDirection8 {
+  Vec3x8 direction;
+  Float8 blur;     // How much the ray cone widens, in radians.
+  Mask8 straight;  // Through a thin wall, direction = -o: no event for MIS.
+  Mask8 refracted;
+  Mask8 valid;  // Else it is absorbed.
+};
+
+class Bsdf8 {
+ public:
+  // `outside`: o is on the side that the triangle's winding faces. Alpha is at least `min_alpha`
+  // (path regularisation).
+  Bsdf8(const Surface8& surface, const Vec3x8& o, Mask8 outside, Float8 min_alpha);
+
+  // Value and density for light from i; the straight part is not in it.
+  BsdfValue8 Evaluate(const Vec3x8& i) const;
+
+  // `lobe` picks the part, `u` and `v` the direction; all in [0, 1). Its density is Evaluate's.
+  BsdfDirection8 Sample(Float8 lobe, Float8 u, Float8 v) const;
+
+  // So sharp that light sampling is useless.
+  Mask8 mirror_like() const { return mirror_like_; }
+  // Chance that a sample of glass goes through it.
+  Float8 PassChance() const;
+  // What a smooth thin wall lets straight through; and the chance of a sample to go there.
+  const Vec3x8& Straight() const { return straight_; }
+  Float8 StraightChance() const { return p_straight_; }
+
+ private:
+  BsdfValue8 EvaluateReflection(const Vec3x8& i) const;
+  BsdfValue8 EvaluateRefraction(const Vec3x8& i) const;
+  BsdfValue8 EvaluateThinPassage(const Vec3x8& i) const;
+  // Reflectance of the glass part for a facet seen at this cosine.
+  Float8 GlassReflectance(Float8 cosine) const;
+  // What sheen and clearcoat leave to the layers below; what clearcoat alone leaves.
+  Float8 Transmitted(Float8 cosine) const;
+  Float8 CoatLeft(Float8 cosine) const;
+
+  // What none of the eight has is not computed; what one lacks adds nothing to it.
+  bool any_metal_, any_glass_, any_coat_, any_sheen_, any_subsurface_;
+
+  Vec3x8 o_;
+  Vec3x8 metal_f0_;
+  Vec3x8 diffuse_;     // Base colour times the weight of plastic, over 1 - mean gloss.
+  Vec3x8 multiple_;    // Colour of light bouncing between a metal's facets, over 1 - mean energy.
+  Vec3x8 glass_tint_;  // Of one refraction or one pass through a thin wall.
+  Float8 metal_, plastic_, glass_;
+  Float8 plastic_f0_, plastic_f90_;
+  Float8 eta_;  // Index on the far side over that on o's.
+  Mask8 thin_;
+  Vec3x8 straight_;  // Passed straight through a smooth thin wall.
+  Mask8 mirror_like_;
+  Ggx8 gloss_;
+  EnergyOfAlpha8 gloss_energy_;
+  // Of o: Smith's Lambda, which part of the facets it sees over 4 cos o.
+  Float8 lambda_o_, seen_o_;
+  Ggx8 coat_gloss_;
+  EnergyOfAlpha8 coat_energy_;
+  Float8 coat_, sheen_, subsurface_;
+  Float8 scattered_o_;  // Subsurface light that leaves after one scattering.
+  Float8 kept_o_plastic_, kept_o_white_, transmitted_o_;
+  // Chances of the parts; they sum to 1.
+  Float8 p_coat_, p_gloss_, p_diffuse_, p_glass_, p_straight_;
+};
+
 struct BsdfSample {
   Vec3f direction = Vec3f::UnitZ();
   Vec3f weight = Vec3f::Zero();  // f * |cos| / density.
   float pdf = 0;                 // Per solid angle; unused when `straight`.
-  float blur = 0;                // How much the ray cone widens, in radians.
-  bool straight = false;         // Through a thin wall, direction = -o: no event for MIS.
+  float blur = 0;
+  bool straight = false;
 };
 
 struct BsdfValue {
-  Vec3f f_cos = Vec3f::Zero();  // f * |cos of i|.
+  Vec3f f_cos = Vec3f::Zero();
   float pdf = 0;
 };
 
 class Bsdf {
  public:
-  // `outside`: o is on the side that the triangle's winding faces. Alpha is at least `min_alpha`
-  // (path regularisation).
   Bsdf(const SurfaceSample& surface, const Vec3f& o, bool outside, float min_alpha = 0);
 
-  // Value and density for light from i; the straight part is not in it.
   BsdfValue Evaluate(const Vec3f& i) const;
-
-  // `lobe` picks the part, `u` the direction. None when the direction is absorbed.
+  // None when the direction is absorbed.
   std::optional<BsdfSample> Sample(float lobe, const Vec2f& u) const;
-
-  // So sharp that light sampling is useless.
-  bool mirror_like() const { return mirror_like_; }
-  // Chance that a sample of glass goes through it.
-  float PassChance() const;
-  // What a smooth thin wall lets straight through.
-  Vec3f Straight() const { return straight_; }
+  Vec3f Straight() const { return eight_.Straight().Get(0); }
 
  private:
-  BsdfValue EvaluateReflection(const Vec3f& i) const;
-  BsdfValue EvaluateRefraction(const Vec3f& i) const;
-  BsdfValue EvaluateThinPassage(const Vec3f& i) const;
-  // Reflectance of the glass part for a facet seen at this cosine.
-  float GlassReflectance(float cosine) const;
-  // What sheen and clearcoat leave to the layers below.
-  float Transmitted(float cosine) const;
-
-  Vec3f o_;
-  Vec3f metal_f0_;
-  Vec3f diffuse_;     // Base colour times the weight of plastic, over 1 - mean gloss.
-  Vec3f multiple_;    // Colour of light bouncing between a metal's facets, over 1 - mean energy.
-  Vec3f glass_tint_;  // Of one refraction or one pass through a thin wall.
-  float metal_ = 0, plastic_ = 0, glass_ = 0;
-  float plastic_f0_ = 0, plastic_f90_ = 0;
-  float eta_ = 1;  // Index on the far side over that on o's.
-  bool thin_ = false;
-  Vec3f straight_;  // Passed straight through a smooth thin wall.
-  bool mirror_like_ = false;
-  Ggx gloss_{1};
-  EnergyOfAlpha gloss_energy_;
-  // Of o: Smith's Lambda, which part of the facets it sees over 4 cos o.
-  float lambda_o_ = 0, seen_o_ = 0;
-  Ggx coat_gloss_{1};
-  float coat_ = 0, sheen_ = 0, subsurface_ = 0;
-  float scattered_o_ = 0;  // Subsurface light that leaves after one scattering.
-  float kept_o_plastic_ = 0, kept_o_white_ = 0, transmitted_o_ = 1;
-  // Chances of the parts; they sum to 1.
-  float p_coat_ = 0, p_gloss_ = 0, p_diffuse_ = 0, p_glass_ = 0, p_straight_ = 0;
+  Bsdf8 eight_;  // All alike.
 };
 
 }  // namespace parallax

@@ -1,69 +1,88 @@
 #include "worker/render/microfacet.h"
 
+#include <array>
+
 namespace parallax {
 namespace {
 
-constexpr int kSteps = EnergyOfAlpha::kSteps;
+constexpr int kSteps = EnergyOfAlpha8::kSteps;
+
+struct KeptEnergy {
+  float a = 0, b = 0;
+};
 
 struct EnergyTables {
-  std::array<EnergyOfAlpha::Row, kSteps> directional;  // By alpha.
-  std::array<KeptEnergy, kSteps> mean;
-  std::array<float, kSteps> sheen;
+  KeptEnergy directional[kSteps][kSteps];  // By alpha, then cosine.
+  KeptEnergy mean[kSteps];
+  float sheen[kSteps];
 
   EnergyTables();
 };
 
 float Node(int i) { return Square(static_cast<float>(i) / (kSteps - 1)); }
 
-Vec2f GridPoint(int i, int side) {
-  return {(static_cast<float>(i % side) + 0.5f) / static_cast<float>(side),
-          (static_cast<float>(i / side) + 0.5f) / static_cast<float>(side)};
+float Sum(Float8 x) {
+  float sum = 0;
+  for (int lane = 0; lane < kLanes; ++lane) sum += x[lane];
+  return sum;
+}
+
+// Calls `add` with the points of a grid over the unit square, eight at a time.
+template <typename Add>
+void ForGrid(int side, const Add& add) {
+  const auto step = 1.0f / static_cast<float>(side);
+  for (int i = 0; i < side * side; i += kLanes) {
+    Float8 u, v;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      u[lane] = (static_cast<float>((i + lane) % side) + 0.5f) * step;
+      v[lane] = (static_cast<float>((i + lane) / side) + 0.5f) * step;
+    }
+    add(u, v);
+  }
 }
 
 KeptEnergy IntegrateGgx(float cosine, float alpha) {
   constexpr int kSide = 16;
-  const Ggx ggx{std::max(alpha, 1e-3f)};
-  const Vec3f o = DirectionAt(std::max(cosine, 1e-3f), 0.0f);
-  KeptEnergy sum;
-  for (int i = 0; i < kSide * kSide; ++i) {
-    const Vec3f h = ggx.SampleVisible(o, GridPoint(i, kSide));
-    const Vec3f in = 2.0f * o.dot(h) * h - o;
-    if (in.z() <= 0.0f) continue;
-    const float weight = ggx.G2(o, in) / ggx.G1(o);
-    const float s = SchlickWeight(o.dot(h));
-    sum.a += weight * (1.0f - s);
-    sum.b += weight * s;
-  }
-  return {sum.a / (kSide * kSide), sum.b / (kSide * kSide)};
+  const Ggx8 ggx{Splat(std::max(alpha, 1e-3f))};
+  const Vec3x8 o = Vec3x8::All(DirectionAt(std::max(cosine, 1e-3f), 0.0f));
+  Float8 a = Splat(0), b = Splat(0);
+  ForGrid(kSide, [&](Float8 u, Float8 v) {
+    const Vec3x8 h = ggx.SampleVisible(o, Turn8(2.0f * kPi * u), v);
+    const Vec3x8 in = h * (2.0f * Dot(o, h)) - o;
+    const Float8 weight = in.z > 0.0f ? ggx.G2(o, in) / ggx.G1(o) : Splat(0);
+    const Float8 s = SchlickWeight(Dot(o, h));
+    a += weight * (1.0f - s);
+    b += weight * s;
+  });
+  return {Sum(a) / (kSide * kSide), Sum(b) / (kSide * kSide)};
 }
 
 float IntegrateSheen(float cosine) {
   constexpr int kSide = 64;
-  const Vec3f o = DirectionAt(std::max(cosine, 1e-4f), 0.0f);
-  float sum = 0;
-  for (int i = 0; i < kSide * kSide; ++i) {
-    const Vec3f in = SampleCosineHemisphere(GridPoint(i, kSide));
-    sum += SchlickWeight(std::sqrt(std::max(0.0f, 0.5f * (1.0f + o.dot(in)))));
-  }
-  return kPi * sum / (kSide * kSide);
+  const Vec3x8 o = Vec3x8::All(DirectionAt(std::max(cosine, 1e-4f), 0.0f));
+  Float8 sum = Splat(0);
+  ForGrid(kSide, [&](Float8 u, Float8 v) {
+    const Turn8 turn(2.0f * kPi * u);
+    const Float8 sine = Sqrt(v);
+    const Vec3x8 in{sine * turn.cosine, sine * turn.sine, Sqrt(1.0f - v)};
+    sum += SchlickWeight(Sqrt(Max(0.5f * (1.0f + Dot(o, in)), 0.0f)));
+  });
+  return kPi * Sum(sum) / (kSide * kSide);
 }
 
 EnergyTables::EnergyTables() {
   for (int a = 0; a < kSteps; ++a) {
-    const auto row = static_cast<size_t>(a);
-    for (int c = 0; c < kSteps; ++c) {
-      directional[row][static_cast<size_t>(c)] = IntegrateGgx(Node(c), Node(a));
-    }
+    for (int c = 0; c < kSteps; ++c) directional[a][c] = IntegrateGgx(Node(c), Node(a));
   }
-  for (int c = 0; c < kSteps; ++c) sheen[static_cast<size_t>(c)] = IntegrateSheen(Node(c));
+  for (int c = 0; c < kSteps; ++c) sheen[c] = IntegrateSheen(Node(c));
   // Means are taken of the interpolated table, so that layers built on both conserve energy.
-  for (size_t a = 0; a < kSteps; ++a) {
+  for (int a = 0; a < kSteps; ++a) {
     constexpr int kCosines = 256;
     KeptEnergy sum;
     for (int i = 0; i < kCosines; ++i) {
       const float cosine = (static_cast<float>(i) + 0.5f) / kCosines;
       const float x = std::sqrt(cosine) * (kSteps - 1);
-      const auto c = std::min<size_t>(static_cast<size_t>(x), kSteps - 2);
+      const int c = std::min(static_cast<int>(x), kSteps - 2);
       const float f = x - static_cast<float>(c);
       sum.a += 2 * cosine * (directional[a][c].a * (1 - f) + directional[a][c + 1].a * f);
       sum.b += 2 * cosine * (directional[a][c].b * (1 - f) + directional[a][c + 1].b * f);
@@ -78,46 +97,53 @@ const EnergyTables& Tables() {
 }
 
 struct Lookup {
-  size_t index;
-  float fraction;
-  explicit Lookup(float value) {
-    const float x = std::sqrt(std::clamp(value, 0.0f, 1.0f)) * (kSteps - 1);
-    index = std::min<size_t>(static_cast<size_t>(x), kSteps - 2);
-    fraction = x - static_cast<float>(index);
+  Int8 index;
+  Float8 fraction;
+  explicit Lookup(Float8 value) {
+    const Float8 x = Sqrt(Clamp(value, 0.0f, 1.0f)) * static_cast<float>(kSteps - 1);
+    const Int8 whole = __builtin_convertvector(x, Int8);
+    index = whole < kSteps - 2 ? whole : whole * 0 + (kSteps - 2);
+    fraction = x - __builtin_convertvector(index, Float8);
   }
 };
 
-KeptEnergy Lerp(const KeptEnergy& x, const KeptEnergy& y, float t) {
+KeptEnergy8 Gather(const KeptEnergy* table, Int8 index) {
+  KeptEnergy8 kept;
+  GatherPairs(&table->a, index, &kept.a, &kept.b);
+  return kept;
+}
+
+KeptEnergy8 Lerp(const KeptEnergy8& x, const KeptEnergy8& y, Float8 t) {
   return {x.a + (y.a - x.a) * t, x.b + (y.b - x.b) * t};
 }
 
 }  // namespace
 
-EnergyOfAlpha::EnergyOfAlpha(float alpha) {
+EnergyOfAlpha8::EnergyOfAlpha8(Float8 alpha) {
   const Lookup a(alpha);
-  low_ = &Tables().directional[a.index];
-  high_ = low_ + 1;
+  row_ = a.index;
   fraction_ = a.fraction;
 }
 
-KeptEnergy EnergyOfAlpha::At(float cosine) const {
+KeptEnergy8 EnergyOfAlpha8::At(Float8 cosine) const {
   const Lookup c(cosine);
-  const KeptEnergy* low = &(*low_)[c.index];
-  const KeptEnergy* high = &(*high_)[c.index];
-  return Lerp(Lerp(low[0], low[1], c.fraction), Lerp(high[0], high[1], c.fraction), fraction_);
+  const Int8 index = row_ * kSteps + c.index;
+  const KeptEnergy* table = Tables().directional[0];
+  const KeptEnergy8 low = Lerp(Gather(table, index), Gather(table + 1, index), c.fraction);
+  const KeptEnergy8 high =
+      Lerp(Gather(table + kSteps, index), Gather(table + kSteps + 1, index), c.fraction);
+  return Lerp(low, high, fraction_);
 }
 
-KeptEnergy DirectionalEnergy(float cosine, float alpha) { return EnergyOfAlpha(alpha).At(cosine); }
-
-KeptEnergy MeanEnergy(float alpha) {
-  const Lookup a(alpha);
-  return Lerp(Tables().mean[a.index], Tables().mean[a.index + 1], a.fraction);
+KeptEnergy8 EnergyOfAlpha8::Mean() const {
+  const KeptEnergy* table = Tables().mean;
+  return Lerp(Gather(table, row_), Gather(table + 1, row_), fraction_);
 }
 
-float SheenEnergy(float cosine) {
+Float8 SheenEnergy(Float8 cosine) {
   const Lookup c(cosine);
-  const auto& sheen = Tables().sheen;
-  return sheen[c.index] + (sheen[c.index + 1] - sheen[c.index]) * c.fraction;
+  const Float8 low = Gather(Tables().sheen, c.index);
+  return low + (Gather(Tables().sheen + 1, c.index) - low) * c.fraction;
 }
 
 }  // namespace parallax

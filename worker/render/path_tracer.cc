@@ -1,6 +1,6 @@
 #include "worker/render/path_tracer.h"
 
-#include "worker/render/bsdf.h"
+#include "worker/render/scatter.h"
 
 namespace parallax {
 namespace {
@@ -10,42 +10,10 @@ constexpr int kGuideBounces = 3;  // Mirrors that the denoiser's guides follow.
 constexpr float kRareWayWeight = 0.02f;
 constexpr int kRouletteFrom = 2;  // First bounce that may end by chance.
 
-// The shading normal on the viewer's side, bent just enough that the mirror direction does not dip
-// below the surface (which would turn glossy relief black).
-Vec3f UsableNormal(const Vec3f& shading, const Vec3f& geometric, const Vec3f& out) {
-  Vec3f n = shading;
-  const float facing = n.dot(out);
-  if (facing < 0.01f) n = (n + out * (0.01f - facing) * 1.02f).normalized();
-  const Vec3f mirrored = 2.0f * n.dot(out) * n - out;
-  const float height = mirrored.dot(geometric);
-  if (height < 0.01f) {
-    const Vec3f lifted = (mirrored + geometric * (0.01f - height)).normalized();
-    const Vec3f bisector = (lifted + out).normalized();
-    if (bisector.dot(out) > 0.0f) n = bisector;
-  }
-  return n;
-}
-
-// Where a smooth mesh's face is lit from near its true horizon: rises from 0 to 1 within half the
-// angle (its sine squared is `bend2`) by which the shading normal leans away from the true one. So
-// coarse faces cast no hard edge, and little light is lost: a factor that reaches further down to
-// the face (Chiang et al. 2019) took 0.7 % of a room's.
-float TerminatorFactor(float true_cosine, float bend2) {
-  if (4.0f * true_cosine * true_cosine >= bend2) return 1.0f;
-  const float t = 2.0f * true_cosine / std::sqrt(bend2);
-  return t * t * (3.0f - 2.0f * t);
-}
-
 Vec3f Clamped(const Vec3f& contribution, float limit) {
   if (limit <= 0.0f) return contribution;
   const float luminance = Luminance(contribution);
   return luminance > limit ? Vec3f(contribution * (limit / luminance)) : contribution;
-}
-
-// Density of a direction that is towards a bright spot now and then, else by the BSDF.
-float Mixed(const SpotView& spots, const Vec3f& direction, float by_bsdf) {
-  const float share = spots.share();
-  return share > 0.0f ? share * spots.Pdf(direction) + (1.0f - share) * by_bsdf : by_bsdf;
 }
 
 // Light on its way from a lamp or the sky to a surface, should nothing stand between.
@@ -56,22 +24,6 @@ struct ShadowRay {
   Vec3f contribution = Vec3f::Zero();  // To the path, if nothing weakens it.
   float limit = 0;                     // Luminance at which it is cut; 0 = never.
 };
-
-// It leaves from `start`, clear of the surface at `position`. It is aimed anew at the light's point
-// and ends clear of that: the start is nearer to the light by more than a fixed part of a short
-// way, and the light would shade itself. Distance 0: too short for anything to stand in it.
-void Aim(const Vec3f& position, const Vec3f& start, const LightSample& light, ShadowRay* shadow) {
-  shadow->origin = start;
-  shadow->direction = light.direction;
-  shadow->distance = light.distance;
-  if (!std::isfinite(light.distance)) return;
-  const Vec3f target = position + light.distance * light.direction;
-  const Vec3f to = target - start;
-  const float distance = to.norm();
-  const float clear = 2.0f * OffsetDistance(target) + 1e-4f * distance;
-  shadow->distance = std::max(0.0f, distance - clear);
-  shadow->direction = to / distance;
-}
 
 // What the denoiser is told about the first surface.
 Vec3f GuideAlbedo(const SurfaceSample& s) {
@@ -96,14 +48,40 @@ bool ScattersWidely(const SurfaceSample& s) {
 
 // ---- A path under way ----
 
+// What a walk keeps of the surface that it has reached until it departs.
+struct PathTracer::Reached {
+  Walk* walk = nullptr;
+  Vec3f position, normal;  // Geometric, on the viewer's side.
+  Vec3f albedo;            // For the denoiser.
+  bool transmits = false, thin = false;
+  bool last = false;  // No light is gathered, and nothing but a thin wall leads on.
+  bool lit = false;   // A light was chosen.
+  float survival = 0;
+  LightReceiver receiver;
+  LightSample light;
+};
+
+// Walks that scatter together.
+struct PathTracer::Group {
+  Standing8 at{};
+  Reached reached[kLanes];
+  int size = 0;
+};
+
 class PathTracer::Walk {
  public:
   Walk(const PathTracer& tracer, Path* path) : tracer_(&tracer), path_(path), ray_(path->ray) {}
 
-  // The steps, in their order; each begins to fetch what the next reads.
+  // The steps, in their order; each begins to fetch what the next reads. Walks that reach a
+  // surface scatter there in groups.
   static void IntersectAll(std::span<Walk* const> walks);
   void Identify();
-  void Shade();
+  // With what the cache knows, if it does.
+  bool EndInCache();
+  // True if it takes a lane of the group; else it has ended or passes straight on.
+  bool Reach(Group* group, int lane);
+  void Depart(const Group& group, int lane, const Shadow8& shadow, const Onward8& onward,
+              const Scatter8& scatter);
   void GatherLight();
 
   bool ended() const { return ended_; }
@@ -117,19 +95,6 @@ class PathTracer::Walk {
     Vec3f normal;  // Geometric, on the viewer's side.
     bool outside = true;
   };
-  // How much of the light from a direction is admitted: none when shading and true normal see it on
-  // different sides (it would leak or blacken), and less near the true horizon, so that the coarse
-  // faces of smooth meshes cast no hard edge.
-  struct Horizon {
-    Vec3f normal;
-    float bend2;
-    float Admits(const Vec3f& world, const Vec3f& local) const {
-      const float height = normal.dot(world);
-      if ((height > 0.0f) != (local.z() > 0.0f)) return 0.0f;
-      return local.z() > 0.0f ? TerminatorFactor(height, bend2) : 1.0f;
-    }
-  };
-
   const RenderScene& scene() const { return tracer_->scene_; }
   const LightTable& lights() const { return tracer_->lights_; }
   const PathOptions& options() const { return tracer_->options_; }
@@ -152,23 +117,16 @@ class PathTracer::Walk {
   void Met(bool met);
   void Escape();
   void AskCache();
-  bool EndInCache();
   Vec3f MeshLight(uint16_t slot, float cosine) const;
   void AddEmission(const Here& here);
   // Straight on through a hole or a thin pane.
-  void Pass(const Here& here);
+  void Pass(const Vec3f& position, const Vec3f& normal);
   Here Meet() const;
   void Remember(const Here& here, bool wide);
-  void Guide(const Here& here, const Vec3f& normal);
-  void Tint(const SurfaceSample& surface, const Bsdf& bsdf, const BsdfSample& next);
-  void UseLight(const Here& here, const ShadingFrame& frame, const Bsdf& bsdf,
-                const Horizon& horizon, const LightReceiver& receiver, const SpotView& spots,
-                const LightSample& light);
-  void Leave(const Here& here, const ShadingFrame& frame, const BsdfSample& next,
-             const Horizon& horizon, float survival);
-  std::optional<BsdfSample> SampleDirection(const ShadingFrame& frame, const Bsdf& bsdf,
-                                            const SpotView& spots, float choice,
-                                            const Vec2f& u) const;
+  void Guide(const Vec3f& albedo, const Vec3f& normal);
+  void Tint(const Reached& reached, int lane, const Onward8& onward, const Scatter8& scatter);
+  void UseLight(const Reached& reached, int lane, const Shadow8& shadow);
+  void Leave(const Reached& reached, int lane, const Onward8& onward);
 
   const PathTracer* tracer_;
   Path* path_;
@@ -268,7 +226,6 @@ void PathTracer::Walk::AskCache() {
   question_ = options().cache->Ask(place, jitter, width_);
 }
 
-// With what the cache knows, if it does.
 bool PathTracer::Walk::EndInCache() {
   Vec3f cached;
   if (!options().cache || !options().cache->Answer(question_, &cached)) return false;
@@ -300,14 +257,14 @@ void PathTracer::Walk::AddEmission(const Here& here) {
   }
 }
 
-void PathTracer::Walk::Pass(const Here& here) {
+void PathTracer::Walk::Pass(const Vec3f& position, const Vec3f& normal) {
   ended_ = ++passages_ > kMaxPassages;
-  ray_.origin = OffsetPoint(here.hit.position, -here.normal);
+  ray_.origin = OffsetPoint(position, -normal);
   ray_.width_m = width_;
 }
 
-void PathTracer::Walk::Guide(const Here& here, const Vec3f& normal) {
-  result().albedo = GuideAlbedo(here.surface).cwiseProduct(tint_);
+void PathTracer::Walk::Guide(const Vec3f& albedo, const Vec3f& normal) {
+  result().albedo = albedo.cwiseProduct(tint_);
   result().normal = normal;
   guided_ = true;
 }
@@ -336,133 +293,126 @@ void PathTracer::Walk::Remember(const Here& here, bool wide) {
   trial_ = &vertex.trial;
 }
 
-// What the denoiser's guides make of a mirror or pane before the surface that guides.
-// A pixel's few samples are shared out by chance between what a pane shows and what it mirrors;
-// that of the two which most take guides.
-void PathTracer::Walk::Tint(const SurfaceSample& surface, const Bsdf& bsdf,
-                            const BsdfSample& next) {
-  tint_ = tint_.cwiseProduct(next.weight.cwiseMin(1.0f));
-  if (surface.transmission <= 0.0f) return;
-  const bool passes = next.straight || next.direction.z() < 0.0f;
-  if (passes != (bsdf.PassChance() >= 0.5f)) result().guide_weight *= kRareWayWeight;
-}
-
-void PathTracer::Walk::Shade() {
-  shadowed_ = false;
+bool PathTracer::Walk::Reach(Group* group, int lane) {
   trial_ = nullptr;
-  if (EndInCache()) return;
   Here here = Meet();
   // Lobe and Russian roulette; opacity and light; the light's point; the way on.
   const auto [choices, through, light_point, onward] = path_->sampler.FourPairs();
-  const bool last = bounce_ >= options().max_bounces;
-  const bool use_lights =
-      options().direct != DirectLight::kBsdfSampling && !lights().empty() && !last;
+  Reached& reached = group->reached[lane];
+  reached.last = bounce_ >= options().max_bounces;
+  reached.lit =
+      options().direct != DirectLight::kBsdfSampling && !lights().empty() && !reached.last;
   // While the surface is looked at, the light's memory is fetched.
-  LightReceiver receiver;
   LightChoice light;
-  if (use_lights) {
+  reached.receiver = {};
+  if (reached.lit) {
     LightImportances importances;
-    receiver = lights().Receive(here.hit.position, here.normal, &importances);
-    light = lights().Choose(receiver, importances, through.y(), light_point);
+    reached.receiver = lights().Receive(here.hit.position, here.normal, &importances);
+    light = lights().Choose(reached.receiver, importances, through.y(), light_point);
   }
 
   here.surface = scene().Evaluate(here.hit, width_);
   const SurfaceSample& surface = here.surface;
   AddEmission(here);
-  if (surface.opacity < 1.0f && through.x() >= surface.opacity) return Pass(here);
-
+  if (surface.opacity < 1.0f && through.x() >= surface.opacity) {
+    Pass(here.hit.position, here.normal);
+    return false;
+  }
   const Vec3f bumped = scene().BumpedNormal(here.hit, width_);
-  const ShadingFrame frame(
-      UsableNormal(here.outside ? bumped : Vec3f(-bumped), here.normal, here.out));
   const bool wide = ScattersWidely(surface);
   Remember(here, wide);
-  const Bsdf bsdf(surface, frame.ToLocal(here.out), here.outside, min_alpha_);
+  reached.transmits = surface.transmission > 0.0f;
+  reached.thin = surface.thin_walled;
+  ended_ = reached.last && guided_ && !(reached.thin && reached.transmits);
+  if (ended_) return false;
+
+  reached.walk = this;
+  reached.position = here.hit.position;
+  reached.normal = here.normal;
+  reached.albedo = GuideAlbedo(surface);
+  reached.survival = choices.y();
+  reached.light = {};
+  if (reached.lit) reached.light = lights().Sample(reached.receiver, light, light_point);
+
+  Standing8& at = group->at;
+  at.position.Set(lane, here.hit.position);
+  at.out.Set(lane, here.out);
+  at.normal.Set(lane, here.normal);
+  at.shading.Set(lane, here.outside ? bumped : Vec3f(-bumped));
+  at.outside[lane] = here.outside ? -1 : 0;
+  at.surface.Set(lane, surface);
+  at.min_alpha[lane] = min_alpha_;
+  at.throughput.Set(lane, throughput_);
+  at.choice[lane] = choices.x();
+  at.u[lane] = onward.x();
+  at.v[lane] = onward.y();
+  at.spot_share[lane] = 0;
+  if (reached.lit && wide && reached.receiver.enclosure) {
+    at.spots[lane] = SpotView(reached.receiver.enclosure->spots, here.hit.position, here.normal);
+    at.spot_share[lane] = at.spots[lane].share();
+  }
+  at.light_direction.Set(lane, reached.light.direction);
+  at.light_radiance.Set(lane, reached.light.radiance);
+  at.light_distance[lane] = reached.light.distance;
+  at.light_pdf[lane] = reached.light.pdf;
+  at.ideal[lane] = reached.light.ideal ? -1 : 0;
+  return true;
+}
+
+void PathTracer::Walk::Depart(const Group& group, int lane, const Shadow8& shadow,
+                              const Onward8& onward, const Scatter8& scatter) {
+  const Reached& reached = group.reached[lane];
+  const bool mirror_like = scatter.bsdf().mirror_like()[lane] != 0;
   // What solid glass refracts is torn by its bumps: there the glass itself guides.
-  const bool solid_glass = surface.transmission > 0.0f && !surface.thin_walled;
-  if (!guided_ && (last || bounce_ >= kGuideBounces || !bsdf.mirror_like() || solid_glass)) {
-    Guide(here, frame.z);
+  const bool solid_glass = reached.transmits && !reached.thin;
+  if (!guided_ && (reached.last || bounce_ >= kGuideBounces || !mirror_like || solid_glass)) {
+    Guide(reached.albedo, scatter.normal().Get(lane));
   }
-  ended_ = last && !(surface.thin_walled && surface.transmission > 0.0f);
+  ended_ = reached.last && !(reached.thin && reached.transmits);
   if (ended_) return;
+  const bool gathers = reached.lit && !mirror_like;
+  if (gathers) UseLight(reached, lane, shadow);
 
-  const Horizon horizon{here.normal, 1.0f - Square(frame.z.dot(here.normal))};
-  const bool gathers = use_lights && !bsdf.mirror_like();
-  SpotView spots;
-  if (gathers) {
-    if (wide && receiver.enclosure) {
-      spots = SpotView(receiver.enclosure->spots, here.hit.position, here.normal);
-    }
-    UseLight(here, frame, bsdf, horizon, receiver, spots,
-             lights().Sample(receiver, light, light_point));
-  }
-
-  const std::optional<BsdfSample> next = SampleDirection(frame, bsdf, spots, choices.x(), onward);
-  ended_ = !next || (last && !next->straight);
-  if (next && !guided_) Tint(surface, bsdf, *next);
+  const bool goes = onward.goes[lane] != 0, straight = onward.straight[lane] != 0;
+  if (goes && !guided_) Tint(reached, lane, onward, scatter);
+  ended_ = !goes || (reached.last && !straight);
   if (ended_) return;
-  if (next->straight) {
-    throughput_ = throughput_.cwiseProduct(next->weight);
-    return Pass(here);
-  }
-  Leave(here, frame, *next, horizon, choices.y());
-  pdf_ = gathers ? next->pdf : kInfinity;
-  receiver_ = receiver;
+  throughput_ = throughput_.cwiseProduct(onward.weight.Get(lane));
+  if (straight) return Pass(reached.position, reached.normal);
+  Leave(reached, lane, onward);
+  pdf_ = gathers ? onward.pdf[lane] : kInfinity;
+  receiver_ = reached.receiver;
+}
+
+// What the denoiser's guides make of a mirror or pane before the surface that guides.
+// A pixel's few samples are shared out by chance between what a pane shows and what it mirrors;
+// that of the two which most take guides.
+void PathTracer::Walk::Tint(const Reached& reached, int lane, const Onward8& onward,
+                            const Scatter8& scatter) {
+  tint_ = tint_.cwiseProduct(onward.weight.Get(lane).cwiseMin(1.0f));
+  if (!reached.transmits) return;
+  const bool mostly_passes = scatter.bsdf().PassChance()[lane] >= 0.5f;
+  if ((onward.passes[lane] != 0) != mostly_passes) result().guide_weight *= kRareWayWeight;
 }
 
 // Next-event estimation; the shadow ray waits for its turn.
-void PathTracer::Walk::UseLight(const Here& here, const ShadingFrame& frame, const Bsdf& bsdf,
-                                const Horizon& horizon, const LightReceiver& receiver,
-                                const SpotView& spots, const LightSample& light) {
-  const float irradiance =
-      Luminance(light.radiance) * std::max(0.0f, here.normal.dot(light.direction));
-  if (trial_ && !(irradiance > 0.0f)) *trial_ = lights().Trial(receiver, light, 0.0f);
-  if (!(light.pdf > 0.0f) || light.radiance.isZero()) return;
-  const Vec3f i = frame.ToLocal(light.direction);
-  const float part = horizon.Admits(light.direction, i);
-  if (part <= 0.0f) return;
-  BsdfValue value = bsdf.Evaluate(i);
-  value.pdf = Mixed(spots, light.direction, value.pdf);
-  value.f_cos *= part;
-  if (IsBlack(value.f_cos)) return;
-  const float weight = light.ideal || options().direct == DirectLight::kLightSampling
-                           ? 1.0f
-                           : PowerHeuristic(light.pdf, value.pdf);
-  shadow_.contribution =
-      throughput_.cwiseProduct(value.f_cos).cwiseProduct(light.radiance) * (weight / light.pdf);
-  if (!(shadow_.contribution.maxCoeff() > 1e-7f) || !shadow_.contribution.allFinite()) return;
-  if (bounce_ > 0) shadow_.limit = options().clamp_luminance;
-  const float leave = i.z() > 0.0f ? 1.0f : -1.0f;
-  Aim(here.hit.position, OffsetPoint(here.hit.position, leave * here.normal), light, &shadow_);
-  shadowed_ = true;
-  if (trial_) *trial_ = lights().Trial(receiver, light, irradiance);
-}
-
-// Towards a bright spot or by the BSDF alone, with the density of that mixture.
-std::optional<BsdfSample> PathTracer::Walk::SampleDirection(const ShadingFrame& frame,
-                                                            const Bsdf& bsdf, const SpotView& spots,
-                                                            float choice, const Vec2f& u) const {
-  const float share = spots.share();
-  if (choice < share) {
-    const Vec3f world = spots.Sample(choice / share, u);
-    BsdfSample sample;
-    sample.direction = frame.ToLocal(world);
-    sample.blur = 0.5f;
-    const BsdfValue value = bsdf.Evaluate(sample.direction);
-    if (IsBlack(value.f_cos)) return std::nullopt;
-    sample.pdf = Mixed(spots, world, value.pdf);
-    sample.weight = value.f_cos / sample.pdf;
-    return sample;
+void PathTracer::Walk::UseLight(const Reached& reached, int lane, const Shadow8& shadow) {
+  shadowed_ = shadow.lit[lane] != 0;
+  if (shadowed_) {
+    shadow_ = {shadow.origin.Get(lane), shadow.direction.Get(lane), shadow.distance[lane],
+               shadow.contribution.Get(lane), bounce_ > 0 ? options().clamp_luminance : 0.0f};
   }
-  std::optional<BsdfSample> sample = bsdf.Sample((choice - share) / (1.0f - share), u);
-  if (!sample || sample->straight || share <= 0.0f) return sample;
-  const float pdf = Mixed(spots, frame.ToWorld(sample->direction), sample->pdf);
-  sample->weight *= sample->pdf / pdf;
-  sample->pdf = pdf;
-  return sample;
+  if (!trial_) return;
+  const LightSample& light = reached.light;
+  const float irradiance =
+      Luminance(light.radiance) * std::max(0.0f, reached.normal.dot(light.direction));
+  if (shadowed_ || !(irradiance > 0.0f)) {
+    *trial_ = lights().Trial(reached.receiver, light, irradiance);
+  }
 }
 
 void PathTracer::Walk::GatherLight() {
-  if (!shadowed_) return;
+  if (!std::exchange(shadowed_, false)) return;
   ++result().rays;
   Vec3f light = shadow_.contribution;
   if (shadow_.distance > 0.0f) {
@@ -474,33 +424,29 @@ void PathTracer::Walk::GatherLight() {
 }
 
 // Along the sampled direction, if chance lets it live.
-void PathTracer::Walk::Leave(const Here& here, const ShadingFrame& frame, const BsdfSample& next,
-                             const Horizon& horizon, float survival) {
-  const Vec3f direction = frame.ToWorld(next.direction).normalized();
-  const float part = horizon.Admits(direction, next.direction);
-  throughput_ = throughput_.cwiseProduct(next.weight) * part;
-  ended_ = part <= 0.0f || !throughput_.allFinite() || IsBlack(throughput_);
+void PathTracer::Walk::Leave(const Reached& reached, int lane, const Onward8& onward) {
+  ended_ = !throughput_.allFinite() || IsBlack(throughput_);
   if (ended_) return;
   ++bounce_;
   if (bounce_ >= kRouletteFrom) {
     const float survive = std::min(0.95f, throughput_.maxCoeff());
-    ended_ = survival >= survive;
+    ended_ = reached.survival >= survive;
     if (ended_) return;
     throughput_ /= survive;
   }
-  if (options().regularise && next.blur > 0.1f) min_alpha_ = 0.09f;
-  ray_.origin =
-      OffsetPoint(here.hit.position, next.direction.z() > 0.0f ? here.normal : Vec3f(-here.normal));
-  ray_.direction = direction;
+  const float blur = onward.blur[lane];
+  if (options().regularise && blur > 0.1f) min_alpha_ = 0.09f;
+  ray_.origin = onward.origin.Get(lane);
+  ray_.direction = onward.direction.Get(lane);
   ray_.width_m = width_;
-  ray_.spread = std::min(1.0f, ray_.spread + next.blur);
+  ray_.spread = std::min(1.0f, ray_.spread + blur);
 }
 
 // ---- Many paths ----
 
 PathTracer::PathTracer(const RenderScene& scene, const LightTable& lights,
                        const PathOptions& options)
-    : scene_(scene), lights_(lights), options_(options) {}
+    : scene_(scene), lights_(lights), options_(options), group_(std::make_unique<Group>()) {}
 PathTracer::~PathTracer() = default;
 
 void PathTracer::Trace(std::span<Path> paths) {
@@ -517,6 +463,22 @@ PathResult PathTracer::Trace(const Ray& ray, const Sampler& sampler) {
   return path.result;
 }
 
+void PathTracer::Shade(Walk* walk) {
+  if (walk->EndInCache() || !walk->Reach(group_.get(), group_->size)) return;
+  if (++group_->size == kLanes) ScatterGroup();
+}
+
+void PathTracer::ScatterGroup() {
+  if (group_->size == 0) return;
+  const Scatter8 scatter(group_->at);
+  const Shadow8 shadow = scatter.Light(options_.direct == DirectLight::kBoth);
+  const Onward8 onward = scatter.Onward();
+  for (int lane = 0; lane < group_->size; ++lane) {
+    group_->reached[lane].walk->Depart(*group_, lane, shadow, onward, scatter);
+  }
+  group_->size = 0;
+}
+
 void PathTracer::TraceTogether(std::span<Path> paths) {
   walks_.clear();
   for (Path& path : paths) walks_.emplace_back(*this, &path);
@@ -527,7 +489,8 @@ void PathTracer::TraceTogether(std::span<Path> paths) {
     Walk::IntersectAll(under_way_);
     for (Walk* walk : under_way_) walk->Identify();
     drop_ended();
-    for (Walk* walk : under_way_) walk->Shade();
+    for (Walk* walk : under_way_) Shade(walk);
+    ScatterGroup();
     for (Walk* walk : under_way_) walk->GatherLight();
     drop_ended();
   }

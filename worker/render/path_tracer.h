@@ -82,13 +82,18 @@ class PathTracer {
 
  private:
   class Walk;  // A path under way.
+  struct Reached;
+  struct Group;
   void TraceTogether(std::span<Path> paths);
+  void Shade(Walk* walk);
+  void ScatterGroup();
 
   const RenderScene& scene_;
   const LightTable& lights_;
   const PathOptions options_;
   std::vector<Walk> walks_;
   std::vector<Walk*> under_way_;
+  std::unique_ptr<Group> group_;  // Of the walks that are being shaded.
 };
 
 }  // namespace parallax

@@ -205,7 +205,7 @@ TEST(Bsdf, SmoothMirrorsReflectTheirFresnel) {
     glass.base_color.setOnes();
     for (const bool thin : {false, true}) {
       glass.thin_walled = thin;
-      const float r = DielectricFresnel(cosine, 1.5f);
+      const float r = DielectricFresnel(Splat(cosine), Splat(1.5f))[0];
       const float reflected = thin ? 2 * r / (1 + r) : r;
       Rng rng(SceneSeed{9}, "mirror");
       const Bsdf bsdf(glass, Outgoing(cosine), true);

@@ -1,0 +1,127 @@
+// Eight numbers side by side, one of each of eight things that are computed together. Operators
+// work lane by lane (GCC's and Clang's vector extensions); comparisons give masks, which
+// `mask ? a : b` chooses by. What one lane gets never depends on the others.
+#pragma once
+
+#include <immintrin.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include "common/math/types.h"
+
+namespace parallax {
+
+using Float8 = float __attribute__((vector_size(32)));
+using Int8 = int32_t __attribute__((vector_size(32)));
+using Bits8 = uint32_t __attribute__((vector_size(32)));
+using Mask8 = Int8;  // All bits of a lane or none.
+
+inline constexpr int kLanes = 8;
+
+inline Float8 Splat(float x) { return Float8{x, x, x, x, x, x, x, x}; }
+inline Float8 Min(Float8 a, Float8 b) { return _mm256_min_ps(a, b); }
+inline Float8 Max(Float8 a, Float8 b) { return _mm256_max_ps(a, b); }
+inline Float8 Min(Float8 a, float b) { return Min(a, Splat(b)); }
+inline Float8 Max(Float8 a, float b) { return Max(a, Splat(b)); }
+inline Float8 Clamp(Float8 x, Float8 low, Float8 high) { return Min(Max(x, low), high); }
+inline Float8 Clamp(Float8 x, float low, float high) { return Clamp(x, Splat(low), Splat(high)); }
+inline Float8 Sqrt(Float8 x) { return _mm256_sqrt_ps(x); }
+inline Float8 Abs(Float8 x) {
+  return _mm256_and_ps(x, _mm256_castsi256_ps(_mm256_set1_epi32(0x7fffffff)));
+}
+inline Float8 CopySign(float magnitude, Float8 sign) {
+  const __m256 bit = _mm256_castsi256_ps(_mm256_set1_epi32(INT32_MIN));
+  return _mm256_or_ps(_mm256_and_ps(sign, bit), _mm256_andnot_ps(bit, Splat(magnitude)));
+}
+inline Float8 Square(Float8 x) { return x * x; }
+
+inline bool Any(Mask8 mask) { return _mm256_movemask_ps(_mm256_castsi256_ps((__m256i)mask)) != 0; }
+inline Mask8 IsFinite(Float8 x) { return Abs(x) < Splat(INFINITY); }
+
+// table[index] of each lane.
+inline Float8 Gather(const float* table, Int8 index) {
+  const __m256 all = _mm256_castsi256_ps(_mm256_set1_epi32(-1));
+  return _mm256_mask_i32gather_ps(_mm256_setzero_ps(), table, (__m256i)index, all, 4);
+}
+// table[2 * index] and table[2 * index + 1].
+inline void GatherPairs(const float* table, Int8 index, Float8* first, Float8* second) {
+  const auto* pairs = reinterpret_cast<const double*>(table);
+  const __m256i at = (__m256i)index;
+  const auto gather = [&](__m128i four) {
+    const __m256d all = _mm256_castsi256_pd(_mm256_set1_epi32(-1));
+    return _mm256_castpd_ps(_mm256_mask_i32gather_pd(_mm256_setzero_pd(), pairs, four, all, 8));
+  };
+  const __m256 low = gather(_mm256_castsi256_si128(at));
+  const __m256 high = gather(_mm256_extracti128_si256(at, 1));
+  // Lanes 0 1 4 5 2 3 6 7.
+  const __m256d firsts = _mm256_castps_pd(_mm256_shuffle_ps(low, high, 0x88));
+  const __m256d seconds = _mm256_castps_pd(_mm256_shuffle_ps(low, high, 0xdd));
+  *first = _mm256_castpd_ps(_mm256_permute4x64_pd(firsts, 0xd8));
+  *second = _mm256_castpd_ps(_mm256_permute4x64_pd(seconds, 0xd8));
+}
+
+// By Eigen, lane by lane.
+template <typename Function>
+inline Float8 Apply(Float8 x, Function function) {
+  using Array = Eigen::Array<float, kLanes, 1>;
+  alignas(32) Array values;
+  std::memcpy(values.data(), &x, sizeof(x));
+  values = function(values);
+  std::memcpy(&x, values.data(), sizeof(x));
+  return x;
+}
+inline Float8 Sin(Float8 x) {
+  return Apply(x, [](const auto& a) { return a.sin(); });
+}
+inline Float8 Cos(Float8 x) {
+  return Apply(x, [](const auto& a) { return a.cos(); });
+}
+inline Float8 Log1p(Float8 x) {
+  return Apply(x, [](const auto& a) { return a.log1p(); });
+}
+
+// Eight vectors or colours.
+struct Vec3x8 {
+  Float8 x, y, z;
+
+  static Vec3x8 Zero() { return {Splat(0), Splat(0), Splat(0)}; }
+  static Vec3x8 All(Float8 value) { return {value, value, value}; }
+  static Vec3x8 All(const Vec3f& v) { return {Splat(v.x()), Splat(v.y()), Splat(v.z())}; }
+
+  void Set(int lane, const Vec3f& v) {
+    x[lane] = v.x();
+    y[lane] = v.y();
+    z[lane] = v.z();
+  }
+  Vec3f Get(int lane) const { return {x[lane], y[lane], z[lane]}; }
+};
+
+inline Vec3x8 operator+(const Vec3x8& a, const Vec3x8& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+inline Vec3x8 operator-(const Vec3x8& a, const Vec3x8& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+inline Vec3x8 operator-(const Vec3x8& a) { return {-a.x, -a.y, -a.z}; }
+// Colours by components, too.
+inline Vec3x8 operator*(const Vec3x8& a, const Vec3x8& b) {
+  return {a.x * b.x, a.y * b.y, a.z * b.z};
+}
+inline Vec3x8 operator*(const Vec3x8& a, Float8 s) { return {a.x * s, a.y * s, a.z * s}; }
+inline Vec3x8 operator*(const Vec3x8& a, float s) { return {a.x * s, a.y * s, a.z * s}; }
+inline Float8 Dot(const Vec3x8& a, const Vec3x8& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline Vec3x8 Normalized(const Vec3x8& a) { return a * (1.0f / Sqrt(Dot(a, a))); }
+inline Vec3x8 Select(Mask8 mask, const Vec3x8& a, const Vec3x8& b) {
+  return {mask ? a.x : b.x, mask ? a.y : b.y, mask ? a.z : b.z};
+}
+inline Vec3x8 Sqrt(const Vec3x8& a) { return {Sqrt(a.x), Sqrt(a.y), Sqrt(a.z)}; }
+inline Float8 MaxCoeff(const Vec3x8& a) { return Max(Max(a.x, a.y), a.z); }
+inline Mask8 IsFinite(const Vec3x8& a) { return IsFinite(a.x) & IsFinite(a.y) & IsFinite(a.z); }
+// Relative luminance.   Source: ITU-R BT.709.
+inline Float8 Luminance(const Vec3x8& rgb) {
+  return 0.2126f * rgb.x + 0.7152f * rgb.y + 0.0722f * rgb.z;
+}
+
+}  // namespace parallax

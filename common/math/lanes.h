@@ -37,6 +37,9 @@ inline Float8 CopySign(float magnitude, Float8 sign) {
 }
 inline Float8 Square(Float8 x) { return x * x; }
 
+inline float Sum(Float8 x) {
+  return ((x[0] + x[4]) + (x[1] + x[5])) + ((x[2] + x[6]) + (x[3] + x[7]));
+}
 inline bool Any(Mask8 mask) { return _mm256_movemask_ps(_mm256_castsi256_ps((__m256i)mask)) != 0; }
 inline Mask8 IsFinite(Float8 x) { return Abs(x) < Splat(INFINITY); }
 

@@ -47,22 +47,19 @@ void BrightSpots::Learn() {
   const size_t count = std::min<size_t>(places.size(), kMost);
   std::partial_sort(places.begin(), places.begin() + static_cast<int64_t>(count), places.end(),
                     std::greater<>());
-  strength_.setZero();
+  for (int group = 0; group < kGroups; ++group) {
+    center_[group] = normal_[group] = Vec3x8::Zero();
+    strength_[group] = Splat(0);
+  }
   double theirs = 0;
   for (size_t i = 0; i < count; ++i) {
     const Sum& sum = sums_[places[i].second];
-    const Vec3f normal = sum.normals.normalized();
-    const auto at = static_cast<int>(i);
-    for (int axis = 0; axis < 3; ++axis) {
-      center_[axis][at] = sum.positions[axis] / sum.count;
-      normal_[axis][at] = normal[axis];
-    }
-    strength_[at] = places[i].first * Square(kCube_m);
+    const size_t group = i / kLanes;
+    const int lane = static_cast<int>(i % kLanes);
+    center_[group].Set(lane, sum.positions / sum.count);
+    normal_[group].Set(lane, sum.normals.normalized());
+    strength_[group][lane] = places[i].first * Square(kCube_m);
     theirs += places[i].first;
-  }
-  for (int axis = 0; axis < 3; ++axis) {
-    center_[axis].tail(kMost - static_cast<int>(count)).setZero();
-    normal_[axis].tail(kMost - static_cast<int>(count)).setZero();
   }
   const auto others = static_cast<double>(sums_.size() - count);
   rest_ = others > 0 ? static_cast<float>((all - theirs) / others) : 0.0f;
@@ -71,47 +68,60 @@ void BrightSpots::Learn() {
 
 SpotView::SpotView(const BrightSpots& spots, const Vec3f& position, const Vec3f& normal) {
   if (!spots.known_) return;
-  constexpr float kRadius2 = BrightSpots::kRadius_m * BrightSpots::kRadius_m;
-  for (int i = 0; i < 3; ++i) axis_[i] = spots.center_[i] - position[i];
-  const Values d2 = axis_[0].square() + axis_[1].square() + axis_[2].square();
-  const Values inverse = d2.max(kRadius2).rsqrt();
-  for (Values& axis : axis_) axis *= inverse;
-  const Values rim = BrightSpots::kRadius_m * inverse;  // Sine of a cone's half angle.
-  const Values here = axis_[0] * normal.x() + axis_[1] * normal.y() + axis_[2] * normal.z() + rim;
-  const Values there = rim - (axis_[0] * spots.normal_[0] + axis_[1] * spots.normal_[1] +
-                              axis_[2] * spots.normal_[2]);
-  // Not of what is at hand: any direction may meet it.
-  importance_ =
-      (d2 > 2.0f * kRadius2)
-          .select(spots.strength_ * here.max(0.0f) * there.max(0.0f) * inverse.square(), 0.0f);
-  total_ = importance_.sum();
+  constexpr float kRadius = BrightSpots::kRadius_m, kRadius2 = kRadius * kRadius;
+  const Vec3x8 here = Vec3x8::All(position), facing = Vec3x8::All(normal);
+  Float8 inverses[kGroups];
+  Float8 sum = Splat(0);
+  for (int group = 0; group < kGroups; ++group) {
+    const Vec3x8 to = spots.center_[group] - here;
+    const Float8 d2 = Dot(to, to);
+    const Float8 inverse = 1.0f / Sqrt(Max(d2, kRadius2));
+    inverses[group] = inverse;
+    axis_[group] = to * inverse;
+    const Float8 rim = kRadius * inverse;  // Sine of a cone's half angle.
+    const Float8 seen_here = Dot(axis_[group], facing) + rim;
+    const Float8 seen_there = rim - Dot(axis_[group], spots.normal_[group]);
+    const Float8 importance =
+        spots.strength_[group] * Max(seen_here, 0.0f) * Max(seen_there, 0.0f) * Square(inverse);
+    // Not of what is at hand: any direction may meet it.
+    importance_[group] = d2 > 2.0f * kRadius2 ? importance : Splat(0);
+    sum += importance_[group];
+  }
+  total_ = Sum(sum);
   if (!(total_ > 0.0f)) return;
   const float part = total_ / (total_ + kPi * spots.rest_);
   if (part < kLeastShare) return;
   share_ = std::min(part, kMostShare);
-  cos_rim_ = (1.0f - rim.square()).max(0.5f).sqrt();
-  density_ = importance_ / ((2.0f * kPi * total_) * (1.0f - cos_rim_));
+  for (int group = 0; group < kGroups; ++group) {
+    cos_rim_[group] = Sqrt(Max(1.0f - Square(kRadius * inverses[group]), 0.5f));
+    density_[group] = importance_[group] / ((2.0f * kPi * total_) * (1.0f - cos_rim_[group]));
+  }
 }
 
 Vec3f SpotView::Sample(float choice, const Vec2f& u) const {
   float left = choice * total_;
-  int i = 0, last = 0;
-  for (; i < BrightSpots::kMost; ++i) {
-    if (importance_[i] <= 0.0f) continue;
+  int last = 0;
+  for (int i = 0; i < BrightSpots::kMost; ++i) {
+    const float importance = importance_[i / kLanes][i % kLanes];
+    if (importance <= 0.0f) continue;
     last = i;
-    if (left < importance_[i]) break;
-    left -= importance_[i];
+    if (left < importance) break;
+    left -= importance;
   }
-  const float cosine = 1.0f - u.x() * (1.0f - cos_rim_[last]);
-  return ShadingFrame({axis_[0][last], axis_[1][last], axis_[2][last]})
-      .ToWorld(DirectionAt(cosine, 2.0f * kPi * u.y()));
+  const int group = last / kLanes, lane = last % kLanes;
+  const float cosine = 1.0f - u.x() * (1.0f - cos_rim_[group][lane]);
+  return ShadingFrame(axis_[group].Get(lane)).ToWorld(DirectionAt(cosine, 2.0f * kPi * u.y()));
 }
 
 float SpotView::Pdf(const Vec3f& direction) const {
-  const Values cosine =
-      axis_[0] * direction.x() + axis_[1] * direction.y() + axis_[2] * direction.z();
-  // Directions on the rim may be a rounding outside.
-  return (cosine >= cos_rim_ - 3e-7f).select(density_, 0.0f).sum();
+  const Vec3x8 all = Vec3x8::All(direction);
+  Float8 sum = Splat(0);
+  for (int group = 0; group < kGroups; ++group) {
+    // Directions on the rim may be a rounding outside.
+    const Mask8 inside = Dot(axis_[group], all) >= cos_rim_[group] - 3e-7f;
+    sum += inside ? density_[group] : Splat(0);
+  }
+  return Sum(sum);
 }
 
 }  // namespace parallax

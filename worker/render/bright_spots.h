@@ -10,15 +10,15 @@
 #include <cstdint>
 #include <unordered_map>
 
-#include "common/math/types.h"
+#include "common/math/lanes.h"
 
 namespace parallax {
 
 class BrightSpots {
  public:
   static constexpr int kMost = 16;
-  using Values = Eigen::Array<float, kMost, 1>;  // One of each spot.
-  static constexpr float kRadius_m = 0.18f;      // Of a sphere around a spot.
+  static constexpr int kGroups = kMost / kLanes;
+  static constexpr float kRadius_m = 0.18f;  // Of a sphere around a spot.
 
   // Light that a surface scatters at a point; luminance.
   void Add(const Vec3f& position, const Vec3f& normal, float radiance);
@@ -34,9 +34,10 @@ class BrightSpots {
 
   std::unordered_map<uint64_t, Sum> sums_;  // By cube and facing.
   bool known_ = false;
-  Values center_[3], normal_[3];
-  Values strength_ = Values::Zero();  // Luminance times area; 0: no spot.
-  float rest_ = 0;                    // Mean luminance of all other places.
+  // Spots that there are not stand at the origin without strength.
+  Vec3x8 center_[kGroups]{}, normal_[kGroups]{};
+  Float8 strength_[kGroups]{};  // Luminance times area.
+  float rest_ = 0;              // Mean luminance of all other places.
 };
 
 // How the spots look from a point of a surface: a cone for each.
@@ -53,14 +54,15 @@ class SpotView {
   float Pdf(const Vec3f& direction) const;
 
  private:
-  using Values = BrightSpots::Values;
+  static constexpr int kGroups = BrightSpots::kGroups;
 
   float share_ = 0;
   // Only where there is a share.
-  Values axis_[3], cos_rim_;
-  Values importance_;
-  Values density_;  // Chance of a cone over its solid angle.
-  float total_;     // Sum of importances.
+  float total_;  // Sum of importances.
+  Vec3x8 axis_[kGroups];
+  Float8 cos_rim_[kGroups];
+  Float8 importance_[kGroups];
+  Float8 density_[kGroups];  // Chance of a cone over its solid angle.
 };
 
 }  // namespace parallax

@@ -21,12 +21,6 @@ struct EnergyTables {
 
 float Node(int i) { return Square(static_cast<float>(i) / (kSteps - 1)); }
 
-float Sum(Float8 x) {
-  float sum = 0;
-  for (int lane = 0; lane < kLanes; ++lane) sum += x[lane];
-  return sum;
-}
-
 // Calls `add` with the points of a grid over the unit square, eight at a time.
 template <typename Add>
 void ForGrid(int side, const Add& add) {

@@ -78,6 +78,7 @@ class PathTracer::Walk {
   void Identify();
   // With what the cache knows, if it does.
   bool EndInCache();
+  void Draw() { numbers_ = path_->sampler.FourPairs(); }
   // True if it takes a lane of the group; else it has ended or passes straight on.
   bool Reach(Group* group, int lane);
   void Depart(const Group& group, int lane, const Shadow8& shadow, const Onward8& onward,
@@ -141,6 +142,7 @@ class PathTracer::Walk {
   bool guided_ = false, ended_ = false;
 
   // Of the step under way.
+  std::array<Vec2f, 4> numbers_;
   bool met_ = false, shadowed_ = false;
   RawHit raw_;
   float width_ = 0;  // Of the ray's cone there.
@@ -297,7 +299,7 @@ bool PathTracer::Walk::Reach(Group* group, int lane) {
   trial_ = nullptr;
   Here here = Meet();
   // Lobe and Russian roulette; opacity and light; the light's point; the way on.
-  const auto [choices, through, light_point, onward] = path_->sampler.FourPairs();
+  const auto& [choices, through, light_point, onward] = numbers_;
   Reached& reached = group->reached[lane];
   reached.last = bounce_ >= options().max_bounces;
   reached.lit =
@@ -463,11 +465,6 @@ PathResult PathTracer::Trace(const Ray& ray, const Sampler& sampler) {
   return path.result;
 }
 
-void PathTracer::Shade(Walk* walk) {
-  if (walk->EndInCache() || !walk->Reach(group_.get(), group_->size)) return;
-  if (++group_->size == kLanes) ScatterGroup();
-}
-
 void PathTracer::ScatterGroup() {
   if (group_->size == 0) return;
   const Scatter8 scatter(group_->at);
@@ -489,7 +486,11 @@ void PathTracer::TraceTogether(std::span<Path> paths) {
     Walk::IntersectAll(under_way_);
     for (Walk* walk : under_way_) walk->Identify();
     drop_ended();
-    for (Walk* walk : under_way_) Shade(walk);
+    std::erase_if(under_way_, [](Walk* walk) { return walk->EndInCache(); });
+    for (Walk* walk : under_way_) walk->Draw();
+    for (Walk* walk : under_way_) {
+      if (walk->Reach(group_.get(), group_->size) && ++group_->size == kLanes) ScatterGroup();
+    }
     ScatterGroup();
     for (Walk* walk : under_way_) walk->GatherLight();
     drop_ended();

@@ -85,7 +85,6 @@ class PathTracer {
   struct Reached;
   struct Group;
   void TraceTogether(std::span<Path> paths);
-  void Shade(Walk* walk);
   void ScatterGroup();
 
   const RenderScene& scene_;

@@ -20,17 +20,21 @@ LightGains::LightGains(const Box3f& box, size_t lights) : box_(box), lights_(lig
   sums_.resize(static_cast<size_t>(size_.prod()) * 6 * lights);
 }
 
-uint32_t LightGains::CellOf(const Vec3f& position, const Vec3f& normal) const {
-  const Eigen::Array3i cube =
-      ((position - box_.min()).array() / box_.sizes().array() * size_.cast<float>())
-          .cast<int>()
-          .max(0)
-          .min(size_ - 1);
-  int axis = 0;
-  normal.cwiseAbs().maxCoeff(&axis);
-  const int face = 2 * axis + (normal[axis] < 0.0f ? 1 : 0);
-  return static_cast<uint32_t>(((cube.z() * size_.y() + cube.y()) * size_.x() + cube.x()) * 6 +
-                               face);
+Int8 LightGains::CellOf(const Vec3x8& position, const Vec3x8& normal) const {
+  const auto cube = [&](Float8 p, int axis) {
+    const float cubes = static_cast<float>(size_[axis]);
+    const Float8 at = (p - box_.min()[axis]) * (cubes / box_.sizes()[axis]);
+    return __builtin_convertvector(Clamp(at, 0.0f, cubes - 1.0f), Int8);
+  };
+  const Float8 x = Abs(normal.x), y = Abs(normal.y), z = Abs(normal.z);
+  const Mask8 along_x = (x >= y) & (x >= z), along_y = y >= z;
+  const Float8 height = along_x ? normal.x : along_y ? normal.y : normal.z;
+  const Int8 axis = along_x ? Int8{} : along_y ? Int8{} + 1 : Int8{} + 2;
+  const Int8 face = 2 * axis - (height < 0.0f);
+  return ((cube(position.z, 2) * size_.y() + cube(position.y, 1)) * size_.x() +
+          cube(position.x, 0)) *
+             6 +
+         face;
 }
 
 void LightGains::Add(uint32_t cell, uint32_t light, float gain) {

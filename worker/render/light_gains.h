@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/math/types.h"
+#include "common/math/lanes.h"
 
 namespace parallax {
 
@@ -23,10 +23,14 @@ class LightGains {
   LightGains() = default;
   LightGains(const Box3f& box, size_t lights);
 
-  uint32_t CellOf(const Vec3f& position, const Vec3f& normal) const;
-  // One for each light; nullptr until Learn.
-  const float* Of(uint32_t cell) const {
-    return gains_.empty() ? nullptr : &gains_[cell * lights_];
+  Int8 CellOf(const Vec3x8& position, const Vec3x8& normal) const;
+  // Of a light in cells; 1 until Learn.
+  Float8 Of(Int8 cells, size_t light) const {
+    if (gains_.empty()) return Splat(1);
+    return Gather(gains_.data() + light, cells * static_cast<int32_t>(lights_));
+  }
+  float Of(uint32_t cell, size_t light) const {
+    return gains_.empty() ? 1.0f : gains_[cell * lights_ + light];
   }
 
   // `gain`: irradiance that one sample of the light found, over the light's importance.

@@ -17,6 +17,12 @@ float HitSphere(const Vec3f& origin, const Vec3f& direction, const Vec3f& center
   return along - std::sqrt(radius * radius - miss2);
 }
 
+Mask8 Contains(const Box3f& box, const Vec3x8& p) {
+  const Vec3x8 low = Vec3x8::All(box.min()), high = Vec3x8::All(box.max());
+  return (p.x >= low.x) & (p.x <= high.x) & (p.y >= low.y) & (p.y <= high.y) & (p.z >= low.z) &
+         (p.z <= high.z);
+}
+
 // 1 - cos of the sphere's angular radius, exact for small angles.
 float ConeHeight(float sin2) { return sin2 / (1.0f + std::sqrt(std::max(0.0f, 1.0f - sin2))); }
 
@@ -209,54 +215,55 @@ void LightTable::AddSunWindows(Enclosure* enclosure) const {
   }
 }
 
-float LightTable::LampImportance(const Lamp& lamp, const Vec3f& position) const {
-  const Vec3f from = position - lamp.center;
-  const float d2 = from.squaredNorm();
-  const float importance = lamp.strength / std::max(d2, Square(lamp.radius) + 1e-4f);
-  if (!lamp.spot || d2 <= Square(lamp.radius)) return importance;
+Float8 LightTable::LampImportance(const Lamp& lamp, const Vec3x8& position) const {
+  const Vec3x8 from = position - Vec3x8::All(lamp.center);
+  const Float8 d2 = Dot(from, from);
+  const float radius2 = Square(lamp.radius);
+  const Float8 importance = lamp.strength / Max(d2, radius2 + 1e-4f);
+  if (!lamp.spot) return importance;
   // By the intensity towards the point; a sphere's rim may see it at a smaller angle.
-  const float cosine = std::clamp(from.dot(lamp.axis) / std::sqrt(d2), -1.0f, 1.0f);
-  const float sin2 = Square(lamp.radius) / d2;
-  const float cos_rim = std::sqrt(1.0f - sin2);
-  const float nearest =
-      cosine >= cos_rim ? 1.0f : cosine * cos_rim + std::sqrt((1.0f - cosine * cosine) * sin2);
-  if (nearest <= lamp.cos_outer) return 0.0f;
-  const float t =
-      lamp.cos_inner > lamp.cos_outer
-          ? std::min(1.0f, (nearest - lamp.cos_outer) / (lamp.cos_inner - lamp.cos_outer))
-          : 1.0f;
-  return importance * (0.05f + 0.95f * t * t * (3.0f - 2.0f * t));
+  const Float8 cosine = Clamp(Dot(from, Vec3x8::All(lamp.axis)) / Sqrt(d2), -1.0f, 1.0f);
+  const Float8 sin2 = radius2 / d2;
+  const Float8 cos_rim = Sqrt(1.0f - sin2);
+  const Float8 rim = cosine * cos_rim + Sqrt((1.0f - cosine * cosine) * sin2);
+  const Float8 nearest = cosine >= cos_rim ? Splat(1) : rim;
+  const float soft = lamp.cos_inner - lamp.cos_outer;
+  const Float8 t = soft > 0.0f ? Min((nearest - lamp.cos_outer) / soft, 1.0f) : Splat(1);
+  const Float8 part =
+      nearest > lamp.cos_outer ? 0.05f + 0.95f * t * t * (3.0f - 2.0f * t) : Splat(0);
+  return d2 > radius2 ? importance * part : importance;
 }
 
 // Mean luminance of the sky times about the solid angle of the opening.
-float LightTable::PortalImportance(const Portal& portal, const Vec3f& position) const {
-  const Vec3f to = portal.center() - position;
-  const float height = portal.normal.dot(to);
-  if (height <= 1e-4f) return 0;
-  const float d2 = to.squaredNorm();
-  const float d = std::sqrt(d2);
+Float8 LightTable::PortalImportance(const Portal& portal, const Vec3x8& position) const {
+  const Vec3x8 to = Vec3x8::All(portal.center()) - position;
+  const Float8 height = Dot(Vec3x8::All(portal.normal), to);
+  const Float8 d2 = Dot(to, to);
   // Mixed with its square root so that obliquely seen openings, nearer than their middle, keep
   // their share.
-  const float cosine = height / d;
-  return sky_.mean_luminance() * portal.area * (0.25f + 0.75f * cosine) / (d2 + 0.5f * portal.area);
+  const Float8 cosine = height / Sqrt(d2);
+  const Float8 importance =
+      sky_.mean_luminance() * portal.area * (0.25f + 0.75f * cosine) / (d2 + 0.5f * portal.area);
+  return height > 1e-4f ? importance : Splat(0);
 }
 
 float LightTable::DomeImportance() const {
   return sky_.has_sky() ? 2.0f * kPi * sky_.mean_luminance() : 0.0f;
 }
 
-float LightTable::SunImportance(const LightReceiver& at) const {
-  if (!sky_.has_sun()) return 0;
-  const float irradiance = Luminance(sky_.SunRadiance()) * sky_.sun_solid_angle();
-  if (!at.enclosure) return irradiance;
+Float8 LightTable::SunImportance(const Enclosure* in, const Vec3x8& position) const {
+  if (!sky_.has_sun()) return Splat(0);
+  const Float8 irradiance = Splat(Luminance(sky_.SunRadiance()) * sky_.sun_solid_angle());
+  if (!in) return irradiance;
   // Only through an opening.
-  for (const SunWindow& window : at.enclosure->sun_windows) {
-    const float a = window.along_u.dot(at.position) + window.from_u;
-    const float b = window.along_v.dot(at.position) + window.from_v;
+  Mask8 shone_on{};
+  for (const SunWindow& window : in->sun_windows) {
+    const Float8 a = Dot(Vec3x8::All(window.along_u), position) + window.from_u;
+    const Float8 b = Dot(Vec3x8::All(window.along_v), position) + window.from_v;
     // The disk's width at the opening may reach a little past its edge.
-    if (a > -0.05f && a < 1.05f && b > -0.05f && b < 1.05f) return irradiance;
+    shone_on |= (a > -0.05f) & (a < 1.05f) & (b > -0.05f) & (b < 1.05f);
   }
-  return 0;
+  return shone_on ? irradiance : Splat(0);
 }
 
 size_t LightTable::portals() const {
@@ -265,65 +272,88 @@ size_t LightTable::portals() const {
   return sum;
 }
 
-size_t LightTable::LightsAt(const LightReceiver& at) const {
-  return lamps_.size() + (at.enclosure ? at.enclosure->portals.size() : 1) + 1;
+size_t LightTable::LightsIn(const Enclosure* in) const {
+  return lamps_.size() + (in ? in->portals.size() : 1) + 1;
 }
 
-// Of a light in the order of LightImportances.
-float LightTable::Promise(const LightReceiver& at, size_t light) const {
-  if (light < lamps_.size()) return LampImportance(lamps_[light], at.position);
-  light -= lamps_.size();
-  const size_t ways = at.enclosure ? at.enclosure->portals.size() : 1;
-  if (light >= ways) return SunImportance(at);
-  return at.enclosure ? PortalImportance(at.enclosure->portals[light], at.position)
-                      : DomeImportance();
+Float8 LightTable::Importance(const Enclosure* in, const Vec3x8& position, Int8 cells,
+                              size_t light) const {
+  Float8 promise;
+  if (light < lamps_.size()) {
+    promise = LampImportance(lamps_[light], position);
+  } else if (light + 1 == LightsIn(in)) {
+    promise = SunImportance(in, position);
+  } else {
+    promise = in ? PortalImportance(in->portals[light - lamps_.size()], position)
+                 : Splat(DomeImportance());
+  }
+  return in ? promise * in->gains.Of(cells, light) : promise;
 }
 
-LightReceiver LightTable::Receive(const Vec3f& position, const Vec3f& normal,
-                                  LightImportances* importances) const {
-  LightReceiver at;
-  at.position = position;
+float LightTable::Importance(const LightReceiver& at, size_t light) const {
+  return Importance(at.enclosure, Vec3x8::All(at.position), Int8{} + static_cast<int32_t>(at.cell),
+                    light)[0];
+}
+
+float LightTable::Chance(const LightReceiver& at, size_t light) const {
+  return at.total > 0.0f ? Importance(at, light) / at.total : 0.0f;
+}
+
+void LightTable::Choose(const LightSeekers8& seekers, std::vector<Float8>* scratch,
+                        LightReceiver* receivers, LightChoice* choices) const {
+  Mask8 left{};
+  for (int lane = 0; lane < seekers.count; ++lane) left[lane] = -1;
   for (const Enclosure& enclosure : enclosures_) {
-    if (!enclosure.box.contains(position)) continue;
-    at.enclosure = &enclosure;
-    at.cell = enclosure.gains.CellOf(position, normal);
-    at.gains = enclosure.gains.Of(at.cell);
-    break;
+    const Mask8 members = left & Contains(enclosure.box, seekers.position);
+    if (!Any(members)) continue;
+    ChooseIn(&enclosure, members, seekers, scratch, receivers, choices);
+    left &= ~members;
   }
-  const size_t count = LightsAt(at);
-  for (size_t i = 0; i < count; ++i) {
-    const float importance = Importance(at, i);
-    if (i < importances->size()) (*importances)[i] = importance;
-    at.total += importance;
-  }
-  return at;
+  if (Any(left)) ChooseIn(nullptr, left, seekers, scratch, receivers, choices);
 }
 
-LightChoice LightTable::Choose(const LightReceiver& at, const LightImportances& importances,
-                               float choice, const Vec2f& u) const {
-  if (!(at.total > 0.0f)) return {};
-  float left = choice * at.total;
-  const size_t count = LightsAt(at);
-  for (size_t i = 0; i < count; ++i) {
-    const float importance = i < importances.size() ? importances[i] : Importance(at, i);
-    if (left >= importance) {
-      left -= importance;
-      continue;
-    }
-    if (i < lamps_.size() && lamps_[i].mesh) {
-      const Face* face = &lamps_[i].faces[lamps_[i].FirstFaceAt(u.x() * lamps_[i].area)];
-      __builtin_prefetch(face);
-      __builtin_prefetch(face + 1);
-    }
-    return {static_cast<uint32_t>(i), importance};
+void LightTable::ChooseIn(const Enclosure* in, Mask8 members, const LightSeekers8& seekers,
+                          std::vector<Float8>* importances, LightReceiver* receivers,
+                          LightChoice* choices) const {
+  const Int8 cells = in ? in->gains.CellOf(seekers.position, seekers.normal) : Int8{};
+  const size_t count = LightsIn(in);
+  if (importances->size() < count) importances->resize(count);
+  Float8* const of = importances->data();
+  Float8 total = Splat(0);
+  for (size_t light = 0; light < count; ++light) {
+    of[light] = Importance(in, seekers.position, cells, light);
+    total += of[light];
   }
-  return {};
+  Float8 rest = seekers.choice * total, importance = Splat(0);
+  Int8 chosen{};
+  Mask8 seeking = members;
+  for (size_t light = 0; light < count && Any(seeking); ++light) {
+    const Mask8 found = seeking & (rest < of[light]);
+    importance = found ? of[light] : importance;
+    chosen = found ? chosen * 0 + static_cast<int32_t>(light) : chosen;
+    rest -= of[light];
+    seeking &= ~found;
+  }
+  for (int lane = 0; lane < seekers.count; ++lane) {
+    if (members[lane] == 0) continue;
+    receivers[lane] = {seekers.position.Get(lane), in, static_cast<uint32_t>(cells[lane]),
+                       total[lane]};
+    choices[lane] = {static_cast<uint32_t>(chosen[lane]), importance[lane]};
+  }
+}
+
+void LightTable::Prefetch(const LightChoice& choice, const Vec2f& u) const {
+  if (choice.light >= lamps_.size() || !lamps_[choice.light].mesh) return;
+  const Lamp& lamp = lamps_[choice.light];
+  const Face* face = &lamp.faces[lamp.FirstFaceAt(u.x() * lamp.area)];
+  __builtin_prefetch(face);
+  __builtin_prefetch(face + 1);
 }
 
 LightTrial LightTable::Trial(const LightReceiver& at, const LightSample& sample,
                              float irradiance) const {
   if (!at.enclosure) return {};
-  const float gain = at.gains ? at.gains[sample.light] : 1.0f;
+  const float gain = at.enclosure->gains.Of(at.cell, sample.light);
   const float arrived = irradiance > 0.0f ? irradiance / sample.pdf : 0.0f;
   return {static_cast<int>(at.enclosure - enclosures_.data()), at.cell, sample.light,
           arrived * gain / at.total};
@@ -356,7 +386,7 @@ LightSample LightTable::Sample(const LightReceiver& at, const LightChoice& choic
                                const Vec2f& u) const {
   if (!(choice.importance > 0.0f)) return {};
   LightSample sample;
-  const size_t first_way = lamps_.size(), sun = LightsAt(at) - 1;
+  const size_t first_way = lamps_.size(), sun = LightsIn(at.enclosure) - 1;
   if (choice.light >= first_way && choice.light < sun) {
     // Their density is that of all ways to the sky.
     sample = at.enclosure ? SamplePortal(at.enclosure->portals[choice.light - first_way], at, u)
@@ -490,8 +520,7 @@ float LightTable::MeshPdf(const LightReceiver& at, uint32_t placed, uint16_t slo
   const int light = MeshLight(placed, slot);
   if (light < 0 || !(at.total > 0.0f) || cosine <= 1e-5f) return 0;
   const Lamp& lamp = lamps_[static_cast<size_t>(light)];
-  return Importance(at, static_cast<size_t>(light)) / at.total * Square(distance) /
-         (cosine * lamp.area);
+  return Chance(at, static_cast<size_t>(light)) * Square(distance) / (cosine * lamp.area);
 }
 
 Vec3f LightTable::SphereRadiance(const LightReceiver& at, const Vec3f& origin,
@@ -503,8 +532,7 @@ Vec3f LightTable::SphereRadiance(const LightReceiver& at, const Vec3f& origin,
     float weight = 1;
     if (std::isfinite(bsdf_pdf)) {
       const float sin2 = Square(lamp.radius) / (lamp.center - at.position).squaredNorm();
-      const float pdf =
-          sin2 < 1.0f ? Importance(at, index) / at.total / (2.0f * kPi * ConeHeight(sin2)) : 0.0f;
+      const float pdf = sin2 < 1.0f ? Chance(at, index) / (2.0f * kPi * ConeHeight(sin2)) : 0.0f;
       weight = PowerHeuristic(bsdf_pdf, pdf);
     }
     sum += lamp.radiance * (weight * lamp.Falloff(-direction));
@@ -522,7 +550,7 @@ Vec3f LightTable::EscapeRadiance(const LightReceiver& at, const Vec3f& direction
   }
   if (sky_.InSun(direction)) {
     const float pdf = weighted && at.total > 0.0f
-                          ? Importance(at, LightsAt(at) - 1) / at.total / sky_.sun_solid_angle()
+                          ? Chance(at, LightsIn(at.enclosure) - 1) / sky_.sun_solid_angle()
                           : 0.0f;
     sum += sky_.SunRadiance() * (weighted ? PowerHeuristic(bsdf_pdf, pdf) : 1.0f);
   }

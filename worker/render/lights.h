@@ -51,7 +51,6 @@ struct LightReceiver {
   Vec3f position = Vec3f::Zero();
   const Enclosure* enclosure = nullptr;  // The room that it is in; none: outdoors.
   uint32_t cell = 0;                     // Of the room's gains.
-  const float* gains = nullptr;          // By light; nullptr: none were learnt.
   float total = 0;                       // Sum of importances.
 };
 
@@ -70,12 +69,17 @@ struct LightSeen {
   float radiance = 0;  // Luminance.
 };
 
-// The importances themselves of a receiver's first lights: lamps, then portals or dome, then sun.
-using LightImportances = std::array<float, 32>;
+// Up to eight points of surfaces, each seen from the side of `normal`, that will take a sample of
+// one light each: `choice` in [0, 1) picks it.
+struct LightSeekers8 {
+  Vec3x8 position, normal;
+  Float8 choice;
+  int count = 0;
+};
 
 // The light that a receiver will take a sample of.
 struct LightChoice {
-  uint32_t light = 0;    // In the order of LightImportances.
+  uint32_t light = 0;    // Lamps come first, then portals or dome, then sun.
   float importance = 0;  // 0: there is none.
 };
 
@@ -86,7 +90,7 @@ struct LightSample {
                                    // chance of choosing it.
   float pdf = 0;       // Per solid angle, the choice of the light included; 0 = no light.
   bool ideal = false;  // No other strategy can find it.
-  uint32_t light = 0;  // In the order of LightImportances.
+  uint32_t light = 0;  // As in LightChoice.
 };
 
 class LightTable {
@@ -94,13 +98,15 @@ class LightTable {
   // Errors: kInvalidArgument for a light of unknown kind.  A mesh light without faces is left out.
   static absl::StatusOr<LightTable> Build(const v1::Scene& scene, const RenderScene& geometry);
 
-  // A point of a surface, seen from the side of `normal`.
-  LightReceiver Receive(const Vec3f& position, const Vec3f& normal,
-                        LightImportances* importances) const;
-  // What Sample will read of the chosen light at `u` begins to be fetched from memory.
-  LightChoice Choose(const LightReceiver& at, const LightImportances& importances, float choice,
-                     const Vec2f& u) const;
+  // `scratch` is kept for the next time.
+  void Choose(const LightSeekers8& seekers, std::vector<Float8>* scratch, LightReceiver* receivers,
+              LightChoice* choices) const;
+  // Begins to fetch from memory what Sample will read.
+  void Prefetch(const LightChoice& choice, const Vec2f& u) const;
   LightSample Sample(const LightReceiver& at, const LightChoice& choice, const Vec2f& u) const;
+
+  // With which a receiver's light is this one.
+  float Chance(const LightReceiver& at, size_t light) const;
 
   // The outcome of a sample of which this much irradiance arrived.
   LightTrial Trial(const LightReceiver& at, const LightSample& sample, float irradiance) const;
@@ -169,18 +175,20 @@ class LightTable {
     const Face& FaceAt(float at) const;
   };
 
-  size_t LightsAt(const LightReceiver& at) const;
-  float Importance(const LightReceiver& at, size_t light) const {
-    return (at.gains ? at.gains[light] : 1.0f) * Promise(at, light);
-  }
-  // By power and distance alone.
-  float Promise(const LightReceiver& at, size_t light) const;
+  // `in`: the room; none: outdoors.
+  size_t LightsIn(const Enclosure* in) const;
+  // By power and distance, and what was learnt in the cells.
+  Float8 Importance(const Enclosure* in, const Vec3x8& position, Int8 cells, size_t light) const;
+  float Importance(const LightReceiver& at, size_t light) const;
   static absl::Status AddSphereOrSpot(const v1::Light& light, const Vec3f& power, Lamp* lamp);
   int MeshLight(uint32_t placed, uint16_t slot) const;
-  float LampImportance(const Lamp& lamp, const Vec3f& position) const;
-  float PortalImportance(const Portal& portal, const Vec3f& position) const;
-  float SunImportance(const LightReceiver& at) const;
+  Float8 LampImportance(const Lamp& lamp, const Vec3x8& position) const;
+  Float8 PortalImportance(const Portal& portal, const Vec3x8& position) const;
+  Float8 SunImportance(const Enclosure* in, const Vec3x8& position) const;
   float DomeImportance() const;
+  void ChooseIn(const Enclosure* in, Mask8 members, const LightSeekers8& seekers,
+                std::vector<Float8>* importances, LightReceiver* receivers,
+                LightChoice* choices) const;
   float SkyPdf(const LightReceiver& at, const Vec3f& direction) const;
   LightSample SampleLamp(const Lamp& lamp, const Vec3f& position, const Vec2f& u) const;
   LightSample SamplePortal(const Portal& portal, const LightReceiver& at, const Vec2f& u) const;

@@ -48,6 +48,24 @@ bool ScattersWidely(const SurfaceSample& s) {
 
 // ---- A path under way ----
 
+// A surface as it is being shaded.
+struct PathTracer::Here {
+  SurfaceHit hit;
+  SurfaceSample surface;
+  Vec3f out;
+  Vec3f normal;  // Geometric, on the viewer's side.
+  bool outside = true;
+};
+
+// Walks and where they are, with the lights that they will look at.
+struct PathTracer::Meeting {
+  Here here[kLanes];
+  LightSeekers8 seekers{};
+  LightReceiver receivers[kLanes];
+  LightChoice lights[kLanes];
+  std::vector<Float8> scratch;
+};
+
 // What a walk keeps of the surface that it has reached until it departs.
 struct PathTracer::Reached {
   Walk* walk = nullptr;
@@ -79,8 +97,10 @@ class PathTracer::Walk {
   // With what the cache knows, if it does.
   bool EndInCache();
   void Draw() { numbers_ = path_->sampler.FourPairs(); }
+  // Chooses the light that each takes a sample of.
+  static void MeetAll(std::span<Walk* const> walks, Meeting* meeting);
   // True if it takes a lane of the group; else it has ended or passes straight on.
-  bool Reach(Group* group, int lane);
+  bool Reach(const Meeting& meeting, int which, Group* group);
   void Depart(const Group& group, int lane, const Shadow8& shadow, const Onward8& onward,
               const Scatter8& scatter);
   void GatherLight();
@@ -88,14 +108,6 @@ class PathTracer::Walk {
   bool ended() const { return ended_; }
 
  private:
-  // A surface as it is being shaded.
-  struct Here {
-    SurfaceHit hit;
-    SurfaceSample surface;
-    Vec3f out;
-    Vec3f normal;  // Geometric, on the viewer's side.
-    bool outside = true;
-  };
   const RenderScene& scene() const { return tracer_->scene_; }
   const LightTable& lights() const { return tracer_->lights_; }
   const PathOptions& options() const { return tracer_->options_; }
@@ -272,7 +284,7 @@ void PathTracer::Walk::Guide(const Vec3f& albedo, const Vec3f& normal) {
 }
 
 // Where the surface is and which side is seen, not yet what it is like.
-PathTracer::Walk::Here PathTracer::Walk::Meet() const {
+PathTracer::Here PathTracer::Walk::Meet() const {
   Here here;
   here.hit = scene().Resolve(raw_);
   here.out = -ray_.direction;
@@ -295,23 +307,34 @@ void PathTracer::Walk::Remember(const Here& here, bool wide) {
   trial_ = &vertex.trial;
 }
 
-bool PathTracer::Walk::Reach(Group* group, int lane) {
+void PathTracer::Walk::MeetAll(std::span<Walk* const> walks, Meeting* meeting) {
+  LightSeekers8& seekers = meeting->seekers;
+  seekers.count = static_cast<int>(walks.size());
+  for (int k = 0; k < seekers.count; ++k) {
+    const Walk& walk = *walks[static_cast<size_t>(k)];
+    meeting->here[k] = walk.Meet();
+    seekers.position.Set(k, meeting->here[k].hit.position);
+    seekers.normal.Set(k, meeting->here[k].normal);
+    seekers.choice[k] = walk.numbers_[1].y();
+  }
+  const LightTable& lights = walks[0]->lights();
+  lights.Choose(seekers, &meeting->scratch, meeting->receivers, meeting->lights);
+  for (int k = 0; k < seekers.count; ++k) {
+    lights.Prefetch(meeting->lights[k], walks[static_cast<size_t>(k)]->numbers_[2]);
+  }
+}
+
+bool PathTracer::Walk::Reach(const Meeting& meeting, int which, Group* group) {
   trial_ = nullptr;
-  Here here = Meet();
+  Here here = meeting.here[which];
   // Lobe and Russian roulette; opacity and light; the light's point; the way on.
   const auto& [choices, through, light_point, onward] = numbers_;
+  const int lane = group->size;
   Reached& reached = group->reached[lane];
   reached.last = bounce_ >= options().max_bounces;
   reached.lit =
       options().direct != DirectLight::kBsdfSampling && !lights().empty() && !reached.last;
-  // While the surface is looked at, the light's memory is fetched.
-  LightChoice light;
-  reached.receiver = {};
-  if (reached.lit) {
-    LightImportances importances;
-    reached.receiver = lights().Receive(here.hit.position, here.normal, &importances);
-    light = lights().Choose(reached.receiver, importances, through.y(), light_point);
-  }
+  reached.receiver = reached.lit ? meeting.receivers[which] : LightReceiver{};
 
   here.surface = scene().Evaluate(here.hit, width_);
   const SurfaceSample& surface = here.surface;
@@ -334,7 +357,8 @@ bool PathTracer::Walk::Reach(Group* group, int lane) {
   reached.albedo = GuideAlbedo(surface);
   reached.survival = choices.y();
   reached.light = {};
-  if (reached.lit) reached.light = lights().Sample(reached.receiver, light, light_point);
+  if (reached.lit)
+    reached.light = lights().Sample(reached.receiver, meeting.lights[which], light_point);
 
   Standing8& at = group->at;
   at.position.Set(lane, here.hit.position);
@@ -448,7 +472,11 @@ void PathTracer::Walk::Leave(const Reached& reached, int lane, const Onward8& on
 
 PathTracer::PathTracer(const RenderScene& scene, const LightTable& lights,
                        const PathOptions& options)
-    : scene_(scene), lights_(lights), options_(options), group_(std::make_unique<Group>()) {}
+    : scene_(scene),
+      lights_(lights),
+      options_(options),
+      meeting_(std::make_unique<Meeting>()),
+      group_(std::make_unique<Group>()) {}
 PathTracer::~PathTracer() = default;
 
 void PathTracer::Trace(std::span<Path> paths) {
@@ -488,8 +516,14 @@ void PathTracer::TraceTogether(std::span<Path> paths) {
     drop_ended();
     std::erase_if(under_way_, [](Walk* walk) { return walk->EndInCache(); });
     for (Walk* walk : under_way_) walk->Draw();
-    for (Walk* walk : under_way_) {
-      if (walk->Reach(group_.get(), group_->size) && ++group_->size == kLanes) ScatterGroup();
+    for (std::span<Walk* const> left = under_way_; !left.empty();) {
+      const auto some = left.first(std::min<size_t>(left.size(), kLanes));
+      Walk::MeetAll(some, meeting_.get());
+      for (size_t k = 0; k < some.size(); ++k) {
+        if (!some[k]->Reach(*meeting_, static_cast<int>(k), group_.get())) continue;
+        if (++group_->size == kLanes) ScatterGroup();
+      }
+      left = left.subspan(some.size());
     }
     ScatterGroup();
     for (Walk* walk : under_way_) walk->GatherLight();

@@ -82,6 +82,8 @@ class PathTracer {
 
  private:
   class Walk;  // A path under way.
+  struct Here;
+  struct Meeting;
   struct Reached;
   struct Group;
   void TraceTogether(std::span<Path> paths);
@@ -92,7 +94,9 @@ class PathTracer {
   const PathOptions options_;
   std::vector<Walk> walks_;
   std::vector<Walk*> under_way_;
-  std::unique_ptr<Group> group_;  // Of the walks that are being shaded.
+  // Of the walks that are being shaded.
+  std::unique_ptr<Meeting> meeting_;
+  std::unique_ptr<Group> group_;
 };
 
 }  // namespace parallax

@@ -13,7 +13,7 @@
 #include <array>
 #include <cstdint>
 
-#include "common/math/types.h"
+#include "common/math/lanes.h"
 
 namespace parallax {
 
@@ -101,7 +101,7 @@ class Sampler {
   }
 
  private:
-  using Lanes = uint32_t __attribute__((vector_size(32)));
+  using Lanes = Bits8;
 
   Sampler(uint32_t seed, uint32_t index) : seed_(seed), sample_(index) {}
   // The 16 low bits moved to the even places.
@@ -111,13 +111,24 @@ class Sampler {
     x = (x | x << 2) & 0x33333333u;
     return (x | x << 1) & 0x55555555u;
   }
-  template <typename Bits>
-  static Bits Reverse(Bits x) {
-    x = (x >> 16) | (x << 16);
-    x = ((x & 0x00ff00ffu) << 8) | ((x >> 8) & 0x00ff00ffu);
+  static uint32_t Reverse(uint32_t x) {
+    x = __builtin_bswap32(x);
     x = ((x & 0x0f0f0f0fu) << 4) | ((x >> 4) & 0x0f0f0f0fu);
     x = ((x & 0x33333333u) << 2) | ((x >> 2) & 0x33333333u);
     return ((x & 0x55555555u) << 1) | ((x >> 1) & 0x55555555u);
+  }
+  // Bytes by a shuffle, their halves by tables.
+  static Lanes Reverse(Lanes x) {
+    const __m256i low = _mm256_set1_epi8(0x0f);
+    const __m256i reversed = _mm256_broadcastsi128_si256(
+        _mm_setr_epi8(0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15));
+    const __m256i swap = _mm256_broadcastsi128_si256(
+        _mm_setr_epi8(3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12));
+    const __m256i bytes = _mm256_shuffle_epi8((__m256i)x, swap);
+    const __m256i high = _mm256_and_si256(_mm256_srli_epi16(bytes, 4), low);
+    const __m256i first =
+        _mm256_slli_epi16(_mm256_shuffle_epi8(reversed, _mm256_and_si256(bytes, low)), 4);
+    return (Lanes)_mm256_or_si256(first, _mm256_shuffle_epi8(reversed, high));
   }
   // Nested uniform scramble of a value whose most significant bit comes first: each bit is flipped
   // by a hash of the bits above it.

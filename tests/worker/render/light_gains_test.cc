@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "common/base/rng.h"
 #include "common/math/proto.h"
 #include "tests/worker/render/radiance.h"
@@ -38,9 +40,7 @@ CacheFill Paths(int64_t paths) {
 
 // Chance that the lamp at `light` is chosen from the floor of the half at `x`.
 float Chance(const LightTable& lights, float x, size_t light) {
-  LightImportances importances;
-  const LightReceiver at = lights.Receive({x, 1.2f, 0}, Vec3f::UnitZ(), &importances);
-  return importances[light] / at.total;
+  return lights.Chance(test::Seek(lights, {x, 1.2f, 0}).at, light);
 }
 
 TEST(LightGains, LampsBehindAWallAreSeldomChosen) {
@@ -61,11 +61,10 @@ TEST(LightGains, LampsBehindAWallAreSeldomChosen) {
 
 // Whatever was learnt, right or wrong: chances that are told are those by which lights are chosen.
 TEST(LightGains, EstimatesStayUnbiased) {
-  TestScene test = TwoCells();
-  Built built = Build(test);
-  LightImportances importances;
+  const TestScene cells = TwoCells();
+  Built built = Build(cells);
   const Vec3f floor(1.2f, 1.2f, 0);
-  const LightReceiver before = built.lights.Receive(floor, Vec3f::UnitZ(), &importances);
+  const LightReceiver before = test::Seek(built.lights, floor).at;
   std::vector<LightTrial> trials;
   for (int i = 0; i < 1000; ++i) {
     trials.push_back({0, before.cell, 0, 0.0f});  // A lie: this lamp does shine.
@@ -73,27 +72,46 @@ TEST(LightGains, EstimatesStayUnbiased) {
   }
   built.lights.Learn(std::vector<std::vector<LightTrial>>{trials});
   const test::Estimate learnt = Radiance(built, {1.2f, 1.2f, 0.5f}, floor, 200'000, 1);
-  const Built fresh = Build(test);
+  const Built fresh = Build(cells);
   const test::Estimate wanted = Radiance(fresh, {1.2f, 1.2f, 0.5f}, floor, 50'000, 1);
   EXPECT_LT(Chance(built.lights, 1.2f, 0), 0.3f);
   EXPECT_NEAR(learnt.mean.y(), wanted.mean.y(), 4 * (learnt.error + wanted.error));
 }
 
+uint32_t CellOf(const LightGains& gains, const Vec3f& position, const Vec3f& normal) {
+  return static_cast<uint32_t>(gains.CellOf(Vec3x8::All(position), Vec3x8::All(normal))[0]);
+}
+
 TEST(LightGains, CellsWithoutTrialsTakeTheRoomsWord) {
   LightGains gains(Box3f(Vec3f::Zero(), Vec3f(6, 6, 2)), 2);
-  EXPECT_EQ(gains.Of(0), nullptr);
-  const uint32_t seen = gains.CellOf({1, 1, 1}, Vec3f::UnitZ());
+  EXPECT_EQ(gains.Of(0u, 1), 1.0f);
+  const uint32_t seen = CellOf(gains, {1, 1, 1}, Vec3f::UnitZ());
   for (int i = 0; i < 10'000; ++i) {
     gains.Add(seen, 0, 0.5f);
     gains.Add(seen, 1, 0.0f);
   }
   gains.Learn();
   for (const Vec3f& at : {Vec3f(1, 1, 1), Vec3f(5, 5, 1), Vec3f(-9, 99, 1)}) {
-    const float* of = gains.Of(gains.CellOf(at, Vec3f::UnitZ()));
-    EXPECT_NEAR(of[0], 0.5f, 1e-3f);
-    EXPECT_FLOAT_EQ(of[1], LightGains::kLeast);
+    const uint32_t cell = CellOf(gains, at, Vec3f::UnitZ());
+    EXPECT_NEAR(gains.Of(cell, 0), 0.5f, 1e-3f);
+    EXPECT_FLOAT_EQ(gains.Of(cell, 1), LightGains::kLeast);
   }
-  EXPECT_NE(seen, gains.CellOf({1, 1, 1}, -Vec3f::UnitZ()));
+}
+
+// Every axis and sign is a way to face of its own, the longest component says which.
+TEST(LightGains, SixWaysToFaceAreSixCells) {
+  const LightGains gains(Box3f(Vec3f::Zero(), Vec3f(6, 6, 2)), 2);
+  std::set<uint32_t> cells;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const float sign : {-1.0f, 1.0f}) {
+      Vec3f normal = Vec3f::Constant(0.3f);
+      normal[axis] = 0.8f * sign;
+      cells.insert(CellOf(gains, {1, 1, 1}, normal));
+      EXPECT_EQ(CellOf(gains, {1, 1, 1}, normal), CellOf(gains, {1.1f, 1, 1.1f}, normal));
+      EXPECT_NE(CellOf(gains, {1, 1, 1}, normal), CellOf(gains, {1, 1.6f, 1}, normal));
+    }
+  }
+  EXPECT_EQ(cells.size(), 6u);
 }
 
 }  // namespace

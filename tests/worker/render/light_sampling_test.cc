@@ -19,9 +19,9 @@ using test::MakeQuad;
 using test::Radiance;
 using test::TestScene;
 
-LightSample SampleAt(const Built& built, const LightReceiver& at,
-                     const LightImportances& importances, float choice, const Vec2f& u) {
-  return built.lights.Sample(at, built.lights.Choose(at, importances, choice, u), u);
+LightSample SampleAt(const Built& built, const Vec3f& position, float choice, const Vec2f& u) {
+  const test::Sought sought = test::Seek(built.lights, position, choice);
+  return built.lights.Sample(sought.at, sought.light, u);
 }
 
 TestScene Floor(float albedo) {
@@ -75,13 +75,11 @@ TEST(LightSampling, DirectionsFollowTheClaimedDensity) {
   constexpr int kCosines = 100, kAngles = 100, kSamples = 400000;
   for (const NamedScene& named : OneOfEachKind()) {
     const Built built = Build(named.scene);
-    LightImportances importances;
-    const LightReceiver at = built.lights.Receive(Vec3f::Zero(), Vec3f::UnitZ(), &importances);
     Rng rng(SceneSeed{1}, named.name);
     const auto u = [&] { return static_cast<float>(rng.Uniform()); };
     std::vector<double> seen(kCosines * kAngles), inverse_density(kCosines * kAngles);
     for (int i = 0; i < kSamples; ++i) {
-      const LightSample sample = SampleAt(built, at, importances, u(), {u(), u()});
+      const LightSample sample = SampleAt(built, Vec3f::Zero(), u(), {u(), u()});
       if (!(sample.pdf > 0)) continue;
       const Vec3f& d = sample.direction;
       const double phi = std::atan2(d.y(), d.x()) + M_PI;
@@ -165,20 +163,19 @@ TEST(LightSampling, ManyLightsAgreeWithBruteForceAndAreChosenByWhatTheyGive) {
 
 TEST(LightSampling, IdealLightsAreChosenWithChancesThatSumToOne) {
   TestScene test = Floor(0.5f);
-  constexpr int kLights = 40;  // More than a receiver keeps the importances of.
+  constexpr int kLights = 40;
   for (int i = 0; i < kLights; ++i) {
     test.AddPointLight({0.2 * i - 3, 0.1 * i, 1 + 0.05 * i}, 0, 5.0 * (i + 1));
   }
   const Built built = Build(test);
-  LightImportances importances;
-  const LightReceiver at = built.lights.Receive(Vec3f(0.2f, 0.1f, 0), Vec3f::UnitZ(), &importances);
+  const Vec3f at(0.2f, 0.1f, 0);
   // The mean of 1 / chance counts the lights; the mean of the light sums them.
   Rng rng(SceneSeed{2}, "choice");
   double count = 0, light = 0;
   constexpr int kSamples = 200000;
   for (int i = 0; i < kSamples; ++i) {
     const LightSample sample =
-        SampleAt(built, at, importances, (static_cast<float>(i) + 0.5f) / kSamples, {0.5f, 0.5f});
+        SampleAt(built, at, (static_cast<float>(i) + 0.5f) / kSamples, {0.5f, 0.5f});
     count += 1 / sample.pdf;
     light += sample.radiance.y() / sample.pdf;
   }
@@ -189,6 +186,65 @@ TEST(LightSampling, IdealLightsAreChosenWithChancesThatSumToOne) {
   }
   EXPECT_NEAR(count / kSamples, kLights, 0.1);
   EXPECT_NEAR(light / kSamples, wanted, 1e-3 * wanted);
+}
+
+// Points of two rooms and of the garden, lamps of every kind in reach of all.
+TEST(LightSampling, EightPointsChooseAsEachAlone) {
+  TestScene test = Floor(0.5f);
+  test.recipe.mutable_sky()->set_strength(1);
+  test.recipe.mutable_sky()->set_sun_strength(1);
+  test.recipe.mutable_sky()->set_sun_elevation_rad(0.9);
+  for (const double x : {0.0, 4.0}) {
+    v1::Room* room = test.recipe.add_rooms();
+    room->set_origin_x_m(x);
+    room->set_width_m(3);
+    room->set_depth_m(3);
+    room->set_height_m(2.5);
+    for (int k = 0; k < (x > 0 ? 2 : 1); ++k) {
+      v1::Opening* window = room->add_openings();
+      window->set_kind(v1::Opening::KIND_WINDOW);
+      window->set_wall(k);
+      window->set_center_m(1.5);
+      window->set_width_m(1.2);
+      window->set_sill_m(0.9);
+      window->set_height_m(1.2);
+    }
+  }
+  test.AddPointLight({1, 1, 2}, 0.1, 50);
+  AddSpot(&test, {5, 1, 2}, {0.1, 0.2, -1}, 0.05, 50, 0.8, 0.5);
+  AddSpot(&test, {2, -1, 2}, {0.1, 0.6, -1}, 0, 50, 0.8, 0);
+  const Built built = Build(test);
+  ASSERT_GT(built.lights.portals(), 2u);
+
+  Rng rng(SceneSeed{4}, "places");
+  std::vector<int> chosen(8);
+  for (int round = 0; round < 200; ++round) {
+    LightSeekers8 seekers{};
+    seekers.count = 1 + round % kLanes;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      seekers.position.Set(lane, Vec3f(static_cast<float>(rng.Uniform(-1, 8)),
+                                       static_cast<float>(rng.Uniform(-1, 4)),
+                                       static_cast<float>(rng.Uniform(0, 2.4))));
+      seekers.normal.Set(lane, Vec3f::UnitZ());
+      seekers.choice[lane] = static_cast<float>(rng.Uniform());
+    }
+    LightReceiver at[kLanes];
+    LightChoice lights[kLanes];
+    std::vector<Float8> scratch;
+    built.lights.Choose(seekers, &scratch, at, lights);
+    for (int lane = 0; lane < seekers.count; ++lane) {
+      const test::Sought alone =
+          test::Seek(built.lights, seekers.position.Get(lane), seekers.choice[lane]);
+      EXPECT_EQ(at[lane].enclosure, alone.at.enclosure);
+      EXPECT_EQ(at[lane].total, alone.at.total);
+      EXPECT_EQ(lights[lane].light, alone.light.light);
+      EXPECT_EQ(lights[lane].importance / at[lane].total,
+                built.lights.Chance(alone.at, alone.light.light));
+      ++chosen[lights[lane].light];
+    }
+    for (int lane = seekers.count; lane < kLanes; ++lane) EXPECT_EQ(at[lane].total, 0);
+  }
+  for (int light = 0; light < 6; ++light) EXPECT_GT(chosen[static_cast<size_t>(light)], 5) << light;
 }
 
 TEST(LightSampling, ASpotSendsItsPowerIntoItsCone) {
@@ -204,11 +260,8 @@ TEST(LightSampling, ASpotSendsItsPowerIntoItsCone) {
       for (int i = 0; i < kSamples; ++i) {
         const Vec3f away = DirectionAt(static_cast<float>(rng.Uniform(-1, 1)),
                                        static_cast<float>(rng.Uniform(0, 2 * M_PI)));
-        LightImportances importances;
-        const LightReceiver at =
-            built.lights.Receive(Vec3f(0, 0, 2) + away, Vec3f::UnitZ(), &importances);
         const LightSample sample =
-            SampleAt(built, at, importances, 0.5f,
+            SampleAt(built, Vec3f(0, 0, 2) + away, 0.5f,
                      {static_cast<float>(rng.Uniform()), static_cast<float>(rng.Uniform())});
         if (!(sample.pdf > 0)) continue;
         flux +=
@@ -304,14 +357,12 @@ TEST(LightSampling, TheSunsDiskGivesItsIrradiance) {
   sky->set_sun_strength(0.7);
   sky->set_sun_elevation_rad(0.9);
   const Built built = Build(test);
-  LightImportances importances;
-  const LightReceiver at = built.lights.Receive(Vec3f::Zero(), Vec3f::UnitZ(), &importances);
   Rng rng(SceneSeed{7}, "sun");
   double sun = 0, solid_angle = 0;
   constexpr int kSamples = 100000;
   for (int i = 0; i < kSamples; ++i) {
     const LightSample sample =
-        SampleAt(built, at, importances, static_cast<float>(rng.Uniform()),
+        SampleAt(built, Vec3f::Zero(), static_cast<float>(rng.Uniform()),
                  {static_cast<float>(rng.Uniform()), static_cast<float>(rng.Uniform())});
     if (!(sample.pdf > 0) || !built.lights.sky().InSun(sample.direction)) continue;
     if (sample.pdf < 1) continue;  // The dome's samples may fall on the disk.

@@ -249,10 +249,9 @@ TEST(Lights, TheSunCountsWhereItsWayOutIsTheWindow) {
     const float a = (q.x() - 1.2f) / 1.6f, b = (q.z() - 0.9f) / 1.2f;
     const float inside = std::min({a, 1 - a, b, 1 - b});
     if (std::abs(inside + 0.03f) < 0.03f) continue;  // The rim.
-    LightImportances importances;
-    built.lights.Receive(p, Vec3f::UnitZ(), &importances);
-    ASSERT_EQ(importances[1] > 0, inside > 0) << p.transpose();
-    ASSERT_GT(importances[0], 0) << p.transpose();
+    const LightReceiver at = test::Seek(built.lights, p).at;
+    ASSERT_EQ(built.lights.Chance(at, 1) > 0, inside > 0) << p.transpose();
+    ASSERT_GT(built.lights.Chance(at, 0), 0) << p.transpose();
     ++(inside > 0 ? lit : dark);
   }
   EXPECT_GT(lit, 1000);
@@ -263,9 +262,7 @@ TEST(Lights, TheSunCountsWhereItsWayOutIsTheWindow) {
   const Built behind = Build(north);
   for (int i = 0; i < 1600; ++i) {
     const Vec3f p = 0.1f * Vec3f(static_cast<float>(i % 40), static_cast<float>(i / 40), 20);
-    LightImportances importances;
-    behind.lights.Receive(p, Vec3f::UnitZ(), &importances);
-    ASSERT_EQ(importances[1], 0) << p.transpose();
+    ASSERT_EQ(behind.lights.Chance(test::Seek(behind.lights, p).at, 1), 0) << p.transpose();
   }
 }
 

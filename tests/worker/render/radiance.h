@@ -23,6 +23,19 @@ inline Built Build(const TestScene& test) {
   return {*std::move(scene), *std::move(lights)};
 }
 
+// The light that a point of a floor chooses, whatever else is asked at once.
+struct Sought {
+  LightReceiver at;
+  LightChoice light;
+};
+inline Sought Seek(const LightTable& lights, const Vec3f& position, float choice = 0.5f) {
+  LightSeekers8 seekers{Vec3x8::All(position), Vec3x8::All(Vec3f::UnitZ()), Splat(choice), 1};
+  Sought sought;
+  std::vector<Float8> scratch;
+  lights.Choose(seekers, &scratch, &sought.at, &sought.light);
+  return sought;
+}
+
 struct Estimate {
   Vec3f mean = Vec3f::Zero();
   float error = 0;  // Standard error of the mean luminance.

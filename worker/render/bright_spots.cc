@@ -66,7 +66,8 @@ void BrightSpots::Learn() {
   known_ = count > 0 && theirs >= kLeastLight * all;
 }
 
-SpotView::SpotView(const BrightSpots& spots, const Vec3f& position, const Vec3f& normal) {
+void SpotView::Look(const BrightSpots& spots, const Vec3f& position, const Vec3f& normal) {
+  share_ = 0;
   if (!spots.known_) return;
   constexpr float kRadius = BrightSpots::kRadius_m, kRadius2 = kRadius * kRadius;
   const Vec3x8 here = Vec3x8::All(position), facing = Vec3x8::All(normal);

@@ -44,8 +44,11 @@ class BrightSpots {
 class SpotView {
  public:
   SpotView() = default;
+  SpotView(const BrightSpots& spots, const Vec3f& position, const Vec3f& normal) {
+    Look(spots, position, normal);
+  }
   // `normal`: of the surface, on the side that is lit.
-  SpotView(const BrightSpots& spots, const Vec3f& position, const Vec3f& normal);
+  void Look(const BrightSpots& spots, const Vec3f& position, const Vec3f& normal);
 
   // Part of all paths that should leave towards them.
   float share() const { return share_; }

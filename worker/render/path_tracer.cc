@@ -100,7 +100,7 @@ class PathTracer::Walk {
   // Chooses the light that each takes a sample of.
   static void MeetAll(std::span<Walk* const> walks, Meeting* meeting);
   // True if it takes a lane of the group; else it has ended or passes straight on.
-  bool Reach(const Meeting& meeting, int which, Group* group);
+  bool Reach(Meeting* meeting, int which, Group* group);
   void Depart(const Group& group, int lane, const Shadow8& shadow, const Onward8& onward,
               const Scatter8& scatter);
   void GatherLight();
@@ -134,7 +134,7 @@ class PathTracer::Walk {
   void AddEmission(const Here& here);
   // Straight on through a hole or a thin pane.
   void Pass(const Vec3f& position, const Vec3f& normal);
-  Here Meet() const;
+  void Meet(Here* here) const;
   void Remember(const Here& here, bool wide);
   void Guide(const Vec3f& albedo, const Vec3f& normal);
   void Tint(const Reached& reached, int lane, const Onward8& onward, const Scatter8& scatter);
@@ -284,13 +284,11 @@ void PathTracer::Walk::Guide(const Vec3f& albedo, const Vec3f& normal) {
 }
 
 // Where the surface is and which side is seen, not yet what it is like.
-PathTracer::Here PathTracer::Walk::Meet() const {
-  Here here;
-  here.hit = scene().Resolve(raw_);
-  here.out = -ray_.direction;
-  here.outside = here.out.dot(here.hit.geometric_normal) > 0.0f;
-  here.normal = here.outside ? here.hit.geometric_normal : Vec3f(-here.hit.geometric_normal);
-  return here;
+void PathTracer::Walk::Meet(Here* here) const {
+  scene().Resolve(raw_, id_, &here->hit);
+  here->out = -ray_.direction;
+  here->outside = here->out.dot(here->hit.geometric_normal) > 0.0f;
+  here->normal = here->outside ? here->hit.geometric_normal : Vec3f(-here->hit.geometric_normal);
 }
 
 // For the cache's filler.
@@ -312,7 +310,7 @@ void PathTracer::Walk::MeetAll(std::span<Walk* const> walks, Meeting* meeting) {
   seekers.count = static_cast<int>(walks.size());
   for (int k = 0; k < seekers.count; ++k) {
     const Walk& walk = *walks[static_cast<size_t>(k)];
-    meeting->here[k] = walk.Meet();
+    walk.Meet(&meeting->here[k]);
     seekers.position.Set(k, meeting->here[k].hit.position);
     seekers.normal.Set(k, meeting->here[k].normal);
     seekers.choice[k] = walk.numbers_[1].y();
@@ -324,9 +322,9 @@ void PathTracer::Walk::MeetAll(std::span<Walk* const> walks, Meeting* meeting) {
   }
 }
 
-bool PathTracer::Walk::Reach(const Meeting& meeting, int which, Group* group) {
+bool PathTracer::Walk::Reach(Meeting* meeting, int which, Group* group) {
   trial_ = nullptr;
-  Here here = meeting.here[which];
+  Here& here = meeting->here[which];
   // Lobe and Russian roulette; opacity and light; the light's point; the way on.
   const auto& [choices, through, light_point, onward] = numbers_;
   const int lane = group->size;
@@ -334,7 +332,7 @@ bool PathTracer::Walk::Reach(const Meeting& meeting, int which, Group* group) {
   reached.last = bounce_ >= options().max_bounces;
   reached.lit =
       options().direct != DirectLight::kBsdfSampling && !lights().empty() && !reached.last;
-  reached.receiver = reached.lit ? meeting.receivers[which] : LightReceiver{};
+  reached.receiver = reached.lit ? meeting->receivers[which] : LightReceiver{};
 
   here.surface = scene().Evaluate(here.hit, width_);
   const SurfaceSample& surface = here.surface;
@@ -358,7 +356,7 @@ bool PathTracer::Walk::Reach(const Meeting& meeting, int which, Group* group) {
   reached.survival = choices.y();
   reached.light = {};
   if (reached.lit)
-    reached.light = lights().Sample(reached.receiver, meeting.lights[which], light_point);
+    reached.light = lights().Sample(reached.receiver, meeting->lights[which], light_point);
 
   Standing8& at = group->at;
   at.position.Set(lane, here.hit.position);
@@ -374,7 +372,7 @@ bool PathTracer::Walk::Reach(const Meeting& meeting, int which, Group* group) {
   at.v[lane] = onward.y();
   at.spot_share[lane] = 0;
   if (reached.lit && wide && reached.receiver.enclosure) {
-    at.spots[lane] = SpotView(reached.receiver.enclosure->spots, here.hit.position, here.normal);
+    at.spots[lane].Look(reached.receiver.enclosure->spots, here.hit.position, here.normal);
     at.spot_share[lane] = at.spots[lane].share();
   }
   at.light_direction.Set(lane, reached.light.direction);
@@ -520,7 +518,7 @@ void PathTracer::TraceTogether(std::span<Path> paths) {
       const auto some = left.first(std::min<size_t>(left.size(), kLanes));
       Walk::MeetAll(some, meeting_.get());
       for (size_t k = 0; k < some.size(); ++k) {
-        if (!some[k]->Reach(*meeting_, static_cast<int>(k), group_.get())) continue;
+        if (!some[k]->Reach(meeting_.get(), static_cast<int>(k), group_.get())) continue;
         if (++group_->size == kLanes) ScatterGroup();
       }
       left = left.subspan(some.size());

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "common/base/memory_budget.h"
+#include "common/math/lanes.h"
 #include "worker/render/bsdf.h"
 #include "worker/render/sampling.h"
 
@@ -72,6 +73,11 @@ struct alignas(32) RenderScene::Vertex {
   Vec3f normal;
   Vec3f texture;
   Vec2f uv;
+
+  Vertex() = default;
+  Vertex(const Vec3f& n, const Vec3f& t, const Vec2f& at) : normal(n), texture(t), uv(at) {}
+  explicit Vertex(Float8 all) { _mm256_store_ps(normal.data(), all); }
+  Float8 Load() const { return _mm256_load_ps(normal.data()); }
 };
 
 // What a hit reads stands first and is one step away: shading waits for memory more than it
@@ -101,7 +107,7 @@ struct RenderScene::Body {
 std::shared_ptr<const std::vector<RenderScene::Vertex>> RenderScene::Pack(const Mesh& mesh) {
   auto all = std::make_shared<std::vector<Vertex>>(mesh.positions.size());
   for (size_t k = 0; k < all->size(); ++k) {
-    (*all)[k] = {mesh.normals[k], mesh.texture[k], mesh.uv[k]};
+    (*all)[k] = Vertex(mesh.normals[k], mesh.texture[k], mesh.uv[k]);
   }
   return all;
 }
@@ -301,45 +307,46 @@ SurfaceId RenderScene::Identify(const RawHit& raw) const {
       body.instanced ? Vec3f(body.normal_from_object * raw.edge_cross) : raw.edge_cross;
   const float length = cross.norm();
   if (length > 0.0f) id.geometric_normal = cross / length;
+  id.doubled_area = body.instanced ? raw.edge_cross.norm() * Square(body.scale) : length;
   return id;
 }
 
 SurfaceHit RenderScene::Resolve(const RawHit& raw) const {
+  SurfaceHit hit;
+  Resolve(raw, Identify(raw), &hit);
+  return hit;
+}
+
+void RenderScene::Resolve(const RawHit& raw, const SurfaceId& id, SurfaceHit* resolved) const {
   const Body& body = bodies_[raw.placed];
   const Triangle& t = body.triangles[raw.triangle];
-  const Vertex& a = body.vertices[t.a];
-  const Vertex& b = body.vertices[t.b];
-  const Vertex& c = body.vertices[t.c];
-  const float w = 1.0f - raw.u - raw.v;
+  const Float8 corner = body.vertices[t.a].Load();
+  const Float8 to_b = body.vertices[t.b].Load() - corner, to_c = body.vertices[t.c].Load() - corner;
+  const Vertex here(corner + raw.u * to_b + raw.v * to_c), b(to_b), c(to_c);
 
-  SurfaceHit hit;
+  SurfaceHit& hit = *resolved;
   hit.placed = raw.placed;
   hit.triangle = raw.triangle;
-  hit.slot = t.slot;
-  hit.material = body.MaterialOf(t);
+  hit.slot = id.slot;
+  hit.material = id.material;
   hit.position = raw.position;
-  const float doubled_area = raw.edge_cross.norm() * (body.instanced ? Square(body.scale) : 1.0f);
-  const Vec3f cross =
-      body.instanced ? Vec3f(body.normal_from_object * raw.edge_cross) : raw.edge_cross;
-  const float cross_length = cross.norm();
-  if (cross_length > 0.0f) hit.geometric_normal = cross / cross_length;
-  const Vec3f n = w * a.normal + raw.u * b.normal + raw.v * c.normal;
-  const float n_length = n.norm();
-  hit.point.normal = n_length > 1e-6f ? Vec3f(n / n_length) : a.normal;
+  hit.geometric_normal = id.geometric_normal;
+  hit.point.texture_m = body.scale * here.texture;
+  hit.point.uv = here.uv;
+
+  const Vec3f& n = here.normal;
   const Vec3f bent = body.normal_from_object * n;
-  const float length = bent.norm();
-  hit.shading_normal = length > 1e-12f ? Vec3f(bent / length) : hit.geometric_normal;
+  const Vec3f texture_cross = b.texture.cross(c.texture);
+  const float uv_area = std::abs(b.uv.x() * c.uv.y() - b.uv.y() * c.uv.x());
+  const Eigen::Array4f squares(n.squaredNorm(), bent.squaredNorm(), texture_cross.squaredNorm(),
+                               id.doubled_area > 0.0f ? uv_area / id.doubled_area : 0.0f);
+  const Eigen::Array4f lengths = squares.sqrt(), inverse = lengths.inverse();
+  hit.point.normal = lengths[0] > 1e-6f ? Vec3f(n * inverse[0]) : body.vertices[t.a].normal;
+  hit.shading_normal = lengths[1] > 1e-12f ? Vec3f(bent * inverse[1]) : hit.geometric_normal;
   if (hit.shading_normal.dot(hit.geometric_normal) < 0.0f) hit.shading_normal = -hit.shading_normal;
-  hit.point.texture_m = body.scale * (w * a.texture + raw.u * b.texture + raw.v * c.texture);
-  hit.point.uv = w * a.uv + raw.u * b.uv + raw.v * c.uv;
-  const Vec3f texture_cross = (b.texture - a.texture).cross(c.texture - a.texture);
-  const float texture_area = texture_cross.norm();
-  if (texture_area > 1e-20f) hit.point.texture_normal = texture_cross / texture_area;
-  const Vec2f q1 = b.uv - a.uv;
-  const Vec2f q2 = c.uv - a.uv;
-  const float uv_area = std::abs(q1.x() * q2.y() - q1.y() * q2.x());
-  if (uv_area > 0.0f && doubled_area > 0.0f) hit.uv_per_metre = std::sqrt(uv_area / doubled_area);
-  return hit;
+  hit.point.texture_normal =
+      lengths[2] > 1e-20f ? Vec3f(texture_cross * inverse[2]) : Vec3f(Vec3f::Zero());
+  hit.uv_per_metre = lengths[3];
 }
 
 SurfaceSample RenderScene::Evaluate(const SurfaceHit& hit, float footprint_m) const {

@@ -42,6 +42,7 @@ struct MaterialTraits {
 // The little of a hit that the radiance cache asks for.
 struct SurfaceId {
   Vec3f geometric_normal = Vec3f::UnitZ();  // As in SurfaceHit.
+  float doubled_area = 0;                   // Of the triangle, m^2.
   uint16_t slot = 0;
   uint32_t material = 0;
 };
@@ -74,8 +75,9 @@ class RenderScene final : public ShadowFilter {
   // Begin to fetch from memory what Identify, and what Resolve reads beyond that.
   void Prefetch(const RawHit& hit) const;
   void PrefetchVertices(const RawHit& hit) const;
-  SurfaceHit Resolve(const RawHit& hit) const;
   SurfaceId Identify(const RawHit& hit) const;
+  SurfaceHit Resolve(const RawHit& hit) const;
+  void Resolve(const RawHit& hit, const SurfaceId& id, SurfaceHit* resolved) const;
   // The surface there; objects without a material are plain grey.
   SurfaceSample Evaluate(const SurfaceHit& hit, float footprint_m) const;
   // The shading normal bent by the material's relief.

@@ -13,6 +13,9 @@
 
 namespace parallax {
 
+using Float4 = float __attribute__((vector_size(16)));
+using Int4 = int32_t __attribute__((vector_size(16)));
+using Bits4 = uint32_t __attribute__((vector_size(16)));
 using Float8 = float __attribute__((vector_size(32)));
 using Int8 = int32_t __attribute__((vector_size(32)));
 using Bits8 = uint32_t __attribute__((vector_size(32)));
@@ -37,8 +40,12 @@ inline Float8 CopySign(float magnitude, Float8 sign) {
 }
 inline Float8 Square(Float8 x) { return x * x; }
 
+inline float Sum(Float4 x) {
+  const Float4 pairs = _mm_add_ps(x, _mm_movehdup_ps(x));
+  return _mm_cvtss_f32(_mm_add_ss(pairs, _mm_movehl_ps(pairs, pairs)));
+}
 inline float Sum(Float8 x) {
-  return ((x[0] + x[4]) + (x[1] + x[5])) + ((x[2] + x[6]) + (x[3] + x[7]));
+  return Sum(Float4(_mm256_castps256_ps128(x)) + Float4(_mm256_extractf128_ps(x, 1)));
 }
 inline bool Any(Mask8 mask) { return _mm256_movemask_ps(_mm256_castsi256_ps((__m256i)mask)) != 0; }
 inline Mask8 IsFinite(Float8 x) { return Abs(x) < Splat(INFINITY); }

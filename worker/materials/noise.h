@@ -14,10 +14,6 @@
 
 namespace parallax::noise {
 
-using Float4 = float __attribute__((vector_size(16)));
-using Int4 = int32_t __attribute__((vector_size(16)));
-using Bits4 = uint32_t __attribute__((vector_size(16)));
-
 constexpr uint32_t kPrimeX = 0x8da6b343, kPrimeY = 0xd8163841, kPrimeZ = 0xcb1ab31f;
 
 // Scalars and vector lanes alike.   Source: "lowbias32", C. Wellons, hash prospector.
@@ -75,23 +71,21 @@ inline float Fade(float wavelength_m, float footprint_m) {
 }
 
 // Gradient noise, one feature a unit; mean 0, standard deviation about 0.3, almost all in [-1, 1];
-// C1 continuous.
-inline float Gradient3(float px, float py, float pz, uint32_t seed) {
+// C1 continuous. Of the vectors' lanes x, y, z and (unused) w; corner k of the lattice cell has
+// bits x, y, z from the lowest on.
+inline float Gradient3(const Float4& position, uint32_t seed) {
   // A constant shift: planes through the origin are common, and on a lattice plane the noise would
   // be weak.
-  px += 0.371f;
-  py += 0.293f;
-  pz += 0.437f;
-  const float fx = std::floor(px), fy = std::floor(py), fz = std::floor(pz);
-  const float x = px - fx, y = py - fy, z = pz - fz;
-  constexpr uint32_t X = kPrimeX, Y = kPrimeY, Z = kPrimeZ;
-  const Bits8 step_x = {0, X, 0, X, 0, X, 0, X};
-  const Bits8 step_y = {0, 0, Y, Y, 0, 0, Y, Y};
-  const Bits8 step_z = {0, 0, 0, 0, Z, Z, Z, Z};
-  const uint32_t hx = static_cast<uint32_t>(static_cast<int32_t>(fx)) * X;
-  const uint32_t hy = static_cast<uint32_t>(static_cast<int32_t>(fy)) * Y;
-  const uint32_t hz = static_cast<uint32_t>(static_cast<int32_t>(fz)) * Z;
-  Bits8 h = (hx + step_x) ^ (hy + step_y) ^ (hz + step_z) ^ seed;
+  const Float4 p = position + Float4{0.371f, 0.293f, 0.437f, 0};
+  const Float4 floor = _mm_floor_ps(p);
+  const Float4 t = p - floor;
+  const Float4 s = t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f);
+  const Bits4 primes = {kPrimeX, kPrimeY, kPrimeZ, 0};
+  const Bits4 low = (Bits4) __builtin_convertvector(floor, Int4) * primes;
+  const Bits4 high = low + primes;
+  Bits8 h = __builtin_shufflevector(low, high, 0, 4, 0, 4, 0, 4, 0, 4) ^
+            __builtin_shufflevector(low, high, 1, 1, 5, 5, 1, 1, 5, 5) ^
+            __builtin_shufflevector(low, high, 2, 2, 2, 2, 6, 6, 6, 6) ^ seed;
   h ^= h >> 15;
   h *= 0x2c1b3c6du;
   h ^= h >> 13;
@@ -100,52 +94,54 @@ inline float Gradient3(float px, float py, float pz, uint32_t seed) {
   const Float8 gx = __builtin_convertvector((Int8)(h & 0x3ff), Float8) - 511.5f;
   const Float8 gy = __builtin_convertvector((Int8)((h >> 10) & 0x3ff), Float8) - 511.5f;
   const Float8 gz = __builtin_convertvector((Int8)((h >> 20) & 0x3ff), Float8) - 511.5f;
-  const Float8 bx = {0, 1, 0, 1, 0, 1, 0, 1};
-  const Float8 by = {0, 0, 1, 1, 0, 0, 1, 1};
-  const Float8 bz = {0, 0, 0, 0, 1, 1, 1, 1};
-  const float sx = x * x * x * (x * (x * 6.0f - 15.0f) + 10.0f);
-  const float sy = y * y * y * (y * (y * 6.0f - 15.0f) + 10.0f);
-  const float sz = z * z * z * (z * (z * 6.0f - 15.0f) + 10.0f);
-  const Float8 weight = ((1.0f - bx) + (2.0f * bx - 1.0f) * sx) *
-                        ((1.0f - by) + (2.0f * by - 1.0f) * sy) *
-                        ((1.0f - bz) + (2.0f * bz - 1.0f) * sz);
-  const Float8 v = weight * (gx * (x - bx) + gy * (y - by) + gz * (z - bz));
-  return (((v[0] + v[4]) + (v[1] + v[5])) + ((v[2] + v[6]) + (v[3] + v[7]))) *
-         (1.0f / 511.5f * 1.56f);
+  const Float4 u = t - 1.0f, r = 1.0f - s;
+  const Float8 v = __builtin_shufflevector(r, s, 0, 4, 0, 4, 0, 4, 0, 4) *
+                   __builtin_shufflevector(r, s, 1, 1, 5, 5, 1, 1, 5, 5) *
+                   __builtin_shufflevector(r, s, 2, 2, 2, 2, 6, 6, 6, 6) *
+                   (gx * __builtin_shufflevector(t, u, 0, 4, 0, 4, 0, 4, 0, 4) +
+                    gy * __builtin_shufflevector(t, u, 1, 1, 5, 5, 1, 1, 5, 5) +
+                    gz * __builtin_shufflevector(t, u, 2, 2, 2, 2, 6, 6, 6, 6));
+  return Sum(v) * (1.0f / 511.5f * 1.56f);
+}
+inline float Gradient3(float x, float y, float z, uint32_t seed) {
+  return Gradient3(Float4{x, y, z, 0}, seed);
 }
 inline float Gradient3(const Vec3f& p, uint32_t seed) {
-  return Gradient3(p.x(), p.y(), p.z(), seed);
+  return Gradient3(Float4{p.x(), p.y(), p.z(), 0}, seed);
 }
 
 // The same in the plane.
 inline float Gradient2(float px, float py, uint32_t seed) {
-  const float fx = std::floor(px), fy = std::floor(py);
-  const float x = px - fx, y = py - fy;
-  const Bits4 step_x = {0, kPrimeX, 0, kPrimeX};
-  const Bits4 step_y = {0, 0, kPrimeY, kPrimeY};
-  const uint32_t hx = static_cast<uint32_t>(static_cast<int32_t>(fx)) * kPrimeX;
-  const uint32_t hy = static_cast<uint32_t>(static_cast<int32_t>(fy)) * kPrimeY;
-  const Bits4 h = Mix((hx + step_x) ^ (hy + step_y) ^ seed);
+  const Float4 p = {px, py, 0, 0};
+  const Float4 floor = _mm_floor_ps(p);
+  const Float4 t = p - floor;
+  const Float4 s = t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f);
+  const Bits4 primes = {kPrimeX, kPrimeY, 0, 0};
+  const Bits4 low = (Bits4) __builtin_convertvector(floor, Int4) * primes;
+  const Bits4 high = low + primes;
+  const Bits4 h = Mix(__builtin_shufflevector(low, high, 0, 4, 0, 4) ^
+                      __builtin_shufflevector(low, high, 1, 1, 5, 5) ^ seed);
   const Float4 gx = __builtin_convertvector((Int4)(h & 0xffff), Float4) - 32767.5f;
   const Float4 gy = __builtin_convertvector((Int4)(h >> 16), Float4) - 32767.5f;
-  const Float4 bx = {0, 1, 0, 1};
-  const Float4 by = {0, 0, 1, 1};
-  const float sx = x * x * x * (x * (x * 6.0f - 15.0f) + 10.0f);
-  const float sy = y * y * y * (y * (y * 6.0f - 15.0f) + 10.0f);
-  const Float4 v = ((1.0f - bx) + (2.0f * bx - 1.0f) * sx) *
-                   ((1.0f - by) + (2.0f * by - 1.0f) * sy) * (gx * (x - bx) + gy * (y - by));
-  return ((v[0] + v[2]) + (v[1] + v[3])) * (1.0f / 32767.5f * 1.70f);
+  const Float4 u = t - 1.0f, r = 1.0f - s;
+  const Float4 v = __builtin_shufflevector(r, s, 0, 4, 0, 4) *
+                   __builtin_shufflevector(r, s, 1, 1, 5, 5) *
+                   (gx * __builtin_shufflevector(t, u, 0, 4, 0, 4) +
+                    gy * __builtin_shufflevector(t, u, 1, 1, 5, 5));
+  return Sum(v) * (1.0f / 32767.5f * 1.70f);
 }
 
 // Sum of `octaves` of gradient noise, each 0.48 as long and `gain` as strong as the one before;
 // octaves finer than the footprint are left out. About [-1, 1] for gain 0.5.
 inline float Fbm3(const Vec3f& p_m, float wavelength_m, int octaves, float footprint_m,
                   uint32_t seed, float gain = 0.5f) {
+  const Float4 p = {p_m.x(), p_m.y(), p_m.z(), 0};
   float sum = 0, strength = 1;
   for (int i = 0; i < octaves; ++i) {
     const float fade = Fade(wavelength_m, footprint_m);
     if (fade <= 0) break;
-    sum += strength * fade * Gradient3(p_m / wavelength_m, seed + static_cast<uint32_t>(i) * 977u);
+    sum += strength * fade *
+           Gradient3(p * (1.0f / wavelength_m), seed + static_cast<uint32_t>(i) * 977u);
     wavelength_m *= 0.48f;
     strength *= gain;
   }
@@ -160,13 +156,14 @@ struct Filtered {
 };
 inline Filtered Fbm3Filtered(const Vec3f& p_m, float wavelength_m, int octaves, float footprint_m,
                              uint32_t seed, float gain = 0.5f) {
+  const Float4 p = {p_m.x(), p_m.y(), p_m.z(), 0};
   Filtered out;
   float strength = 1, variance = 0;
   for (int i = 0; i < octaves; ++i) {
     const float fade = Fade(wavelength_m, footprint_m);
     if (fade > 0) {
-      out.value +=
-          strength * fade * Gradient3(p_m / wavelength_m, seed + static_cast<uint32_t>(i) * 977u);
+      out.value += strength * fade *
+                   Gradient3(p * (1.0f / wavelength_m), seed + static_cast<uint32_t>(i) * 977u);
     }
     variance += strength * strength * (1.0f - fade * fade);
     wavelength_m *= 0.48f;

@@ -97,7 +97,7 @@ class PathTracer::Walk {
   // With what the cache knows, if it does.
   bool EndInCache();
   void Draw() { numbers_ = path_->sampler.FourPairs(); }
-  // Chooses the light that each takes a sample of.
+  // Up to eight. Chooses the light that each will take a sample of.
   static void MeetAll(std::span<Walk* const> walks, Meeting* meeting);
   // True if it takes a lane of the group; else it has ended or passes straight on.
   bool Reach(Meeting* meeting, int which, Group* group);
@@ -136,6 +136,8 @@ class PathTracer::Walk {
   void Pass(const Vec3f& position, const Vec3f& normal);
   void Meet(Here* here) const;
   void Remember(const Here& here, bool wide);
+  void Stand(const Here& here, const Vec3f& bumped, const Reached& reached, Standing8* at,
+             int lane) const;
   void Guide(const Vec3f& albedo, const Vec3f& normal);
   void Tint(const Reached& reached, int lane, const Onward8& onward, const Scatter8& scatter);
   void UseLight(const Reached& reached, int lane, const Shadow8& shadow);
@@ -154,6 +156,7 @@ class PathTracer::Walk {
   bool guided_ = false, ended_ = false;
 
   // Of the step under way.
+  // Lobe and Russian roulette; opacity and light; the light's point; the way on.
   std::array<Vec2f, 4> numbers_;
   bool met_ = false, shadowed_ = false;
   RawHit raw_;
@@ -325,8 +328,7 @@ void PathTracer::Walk::MeetAll(std::span<Walk* const> walks, Meeting* meeting) {
 bool PathTracer::Walk::Reach(Meeting* meeting, int which, Group* group) {
   trial_ = nullptr;
   Here& here = meeting->here[which];
-  // Lobe and Russian roulette; opacity and light; the light's point; the way on.
-  const auto& [choices, through, light_point, onward] = numbers_;
+  const Vec2f &choices = numbers_[0], &through = numbers_[1], &light_point = numbers_[2];
   const int lane = group->size;
   Reached& reached = group->reached[lane];
   reached.last = bounce_ >= options().max_bounces;
@@ -354,33 +356,38 @@ bool PathTracer::Walk::Reach(Meeting* meeting, int which, Group* group) {
   reached.normal = here.normal;
   reached.albedo = GuideAlbedo(surface);
   reached.survival = choices.y();
-  reached.light = {};
-  if (reached.lit)
-    reached.light = lights().Sample(reached.receiver, meeting->lights[which], light_point);
-
-  Standing8& at = group->at;
-  at.position.Set(lane, here.hit.position);
-  at.out.Set(lane, here.out);
-  at.normal.Set(lane, here.normal);
-  at.shading.Set(lane, here.outside ? bumped : Vec3f(-bumped));
-  at.outside[lane] = here.outside ? -1 : 0;
-  at.surface.Set(lane, surface);
-  at.min_alpha[lane] = min_alpha_;
-  at.throughput.Set(lane, throughput_);
-  at.choice[lane] = choices.x();
-  at.u[lane] = onward.x();
-  at.v[lane] = onward.y();
-  at.spot_share[lane] = 0;
+  reached.light = reached.lit
+                      ? lights().Sample(reached.receiver, meeting->lights[which], light_point)
+                      : LightSample{};
+  Stand(here, bumped, reached, &group->at, lane);
   if (reached.lit && wide && reached.receiver.enclosure) {
-    at.spots[lane].Look(reached.receiver.enclosure->spots, here.hit.position, here.normal);
-    at.spot_share[lane] = at.spots[lane].share();
+    SpotView& spots = group->at.spots[lane];
+    spots.Look(reached.receiver.enclosure->spots, here.hit.position, here.normal);
+    group->at.spot_share[lane] = spots.share();
   }
-  at.light_direction.Set(lane, reached.light.direction);
-  at.light_radiance.Set(lane, reached.light.radiance);
-  at.light_distance[lane] = reached.light.distance;
-  at.light_pdf[lane] = reached.light.pdf;
-  at.ideal[lane] = reached.light.ideal ? -1 : 0;
   return true;
+}
+
+// Takes its lane.
+void PathTracer::Walk::Stand(const Here& here, const Vec3f& bumped, const Reached& reached,
+                             Standing8* at, int lane) const {
+  at->position.Set(lane, here.hit.position);
+  at->out.Set(lane, here.out);
+  at->normal.Set(lane, here.normal);
+  at->shading.Set(lane, here.outside ? bumped : Vec3f(-bumped));
+  at->outside[lane] = here.outside ? -1 : 0;
+  at->surface.Set(lane, here.surface);
+  at->min_alpha[lane] = min_alpha_;
+  at->throughput.Set(lane, throughput_);
+  at->choice[lane] = numbers_[0].x();
+  at->u[lane] = numbers_[3].x();
+  at->v[lane] = numbers_[3].y();
+  at->spot_share[lane] = 0;
+  at->light_direction.Set(lane, reached.light.direction);
+  at->light_radiance.Set(lane, reached.light.radiance);
+  at->light_distance[lane] = reached.light.distance;
+  at->light_pdf[lane] = reached.light.pdf;
+  at->ideal[lane] = reached.light.ideal ? -1 : 0;
 }
 
 void PathTracer::Walk::Depart(const Group& group, int lane, const Shadow8& shadow,

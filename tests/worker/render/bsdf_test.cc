@@ -119,6 +119,50 @@ Vec3f Albedo(const SurfaceSample& surface, float cosine, bool outside, int sampl
   return sum / static_cast<float>(samples);
 }
 
+// Eight different surfaces, seen and lit from different sides.
+TEST(Bsdf, EightScatterAsEachAlone) {
+  const std::vector<NamedSurface> surfaces = Surfaces();
+  Rng rng(SceneSeed{11}, "eight");
+  const auto uniform = [&] { return static_cast<float>(rng.Uniform()); };
+  int sampled = 0;
+  for (int round = 0; round < 300; ++round) {
+    Surface8 eight;
+    Vec3x8 o, i;
+    Mask8 outside;
+    Float8 alpha, lobe, u, v;
+    std::vector<Bsdf> alone;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const SurfaceSample& surface =
+          surfaces[static_cast<size_t>(round + lane * 7) % surfaces.size()].surface;
+      eight.Set(lane, surface);
+      o.Set(lane, DirectionAt(0.02f + 0.98f * uniform(), 6 * uniform()));
+      i.Set(lane, DirectionAt(2 * uniform() - 1, 6 * uniform()));
+      outside[lane] = uniform() < 0.5f ? -1 : 0;
+      alpha[lane] = 0.2f * uniform();
+      lobe[lane] = uniform();
+      u[lane] = uniform();
+      v[lane] = uniform();
+      alone.emplace_back(surface, o.Get(lane), outside[lane] != 0, alpha[lane]);
+    }
+    const Bsdf8 bsdf(eight, o, outside, alpha);
+    const BsdfValue8 value = bsdf.Evaluate(i);
+    const BsdfDirection8 way = bsdf.Sample(lobe, u, v);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const Bsdf& one = alone[static_cast<size_t>(lane)];
+      EXPECT_EQ(value.f_cos.Get(lane), one.Evaluate(i.Get(lane)).f_cos);
+      EXPECT_EQ(value.pdf[lane], one.Evaluate(i.Get(lane)).pdf);
+      EXPECT_EQ(bsdf.Straight().Get(lane), one.Straight());
+      const auto sample = one.Sample(lobe[lane], {u[lane], v[lane]});
+      if (!sample) continue;
+      EXPECT_NE(way.valid[lane], 0);
+      EXPECT_EQ(way.direction.Get(lane), sample->direction);
+      EXPECT_EQ(way.blur[lane], sample->blur);
+      ++sampled;
+    }
+  }
+  EXPECT_GT(sampled, 1500);
+}
+
 TEST(Bsdf, WhiteDiffuseReturnsAllEnergy) {
   for (const float cosine : {0.05f, 0.3f, 0.7f, 1.0f}) {
     const Vec3f albedo = Albedo(test::DiffuseSample(Vec3f::Ones()), cosine, true, 1000);

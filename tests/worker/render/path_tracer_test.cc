@@ -1,8 +1,9 @@
-// What a path tells the denoiser about what it saw.
+// What a path tells the denoiser about what it saw; and that paths go together, yet each alone.
 #include "worker/render/path_tracer.h"
 
 #include <gtest/gtest.h>
 
+#include "common/base/rng.h"
 #include "tests/worker/render/radiance.h"
 
 namespace parallax {
@@ -88,6 +89,79 @@ TEST(PathTracer, GuidesOfADarkPaneAreOfWhatItMirrorsWithoutNoise) {
     EXPECT_LT((seen.normal - Vec3f(-1, 0, 0)).norm(), 0.02f);
     EXPECT_GT(seen.albedo.x(), 6 * seen.albedo.y());
   }
+}
+
+// A room with a lamp, a pane, gilt, glass, velvet and marble in it, and a sky above.
+TestScene Showroom() {
+  TestScene test;
+  const auto add = [&](const Vec3f& corner, const Vec3f& u, const Vec3f& v, auto change) {
+    SurfaceSample s;
+    s.base_color = {0.7f, 0.5f, 0.3f};
+    change(s);
+    return test.AddMesh(MakeQuad(corner, u, v), test.AddMaterial(s));
+  };
+  const auto nothing = [](SurfaceSample&) {};
+  add({-2, -2, 0}, {4, 0, 0}, {0, 4, 0}, nothing);
+  add({-2, -2, 0}, {0, 0, 2}, {0, 4, 0}, [](SurfaceSample& s) { s.sheen = 1; });
+  add({2, -2, 0}, {0, 4, 0}, {0, 0, 2}, [](SurfaceSample& s) { s.subsurface = 0.7f; });
+  add({-2, 2, 0}, {4, 0, 0}, {0, 0, 2}, [](SurfaceSample& s) {
+    s.metallic = 1;
+    s.roughness = 0.3f;
+  });
+  add({-2, -2, 0}, {4, 0, 0}, {0, 0, 2}, [](SurfaceSample& s) {
+    s.metallic = 1;
+    s.roughness = 0;
+  });
+  add({-1, -1, 0.5f}, {2, 0, 0}, {0, 2, 0.3f}, [](SurfaceSample& s) {
+    s.transmission = 1;
+    s.thin_walled = true;
+    s.roughness = 0;
+  });
+  add({-1, -1, 0.2f}, {2, 0, 0}, {0, 2, 0.1f}, [](SurfaceSample& s) {
+    s.transmission = 0.8f;
+    s.roughness = 0.4f;
+  });
+  add({-1, 0, 0.8f}, {0.7f, 0, 0.2f}, {0, 1, 0}, [](SurfaceSample& s) { s.opacity = 0.5f; });
+  add({0.5f, 0, 1}, {0.7f, 0, 0.2f}, {0, 1, 0}, [](SurfaceSample& s) { s.clearcoat = 1; });
+  test.AddMeshLight(add({-0.5f, -0.5f, 1.9f}, {0, 1, 0}, {1, 0, 0}, nothing), 60);
+  test.AddPointLight({1, 1, 1.5}, 0.1, 30);
+  test.AddPointLight({-1.5, 1, 1.5}, 0, 30);
+  test.recipe.mutable_sky()->set_strength(1);
+  return test;
+}
+
+// Their number is no multiple of what goes together; packets would round otherwise, so each starts
+// elsewhere.
+TEST(PathTracer, WhatAPathSeesDoesNotDependOnItsCompany) {
+  const Built built = Build(Showroom());
+  PathOptions options;
+  options.regularise = true;
+  PathTracer tracer(*built.scene, built.lights, options);
+  Rng rng(SceneSeed{5}, "rays");
+  std::vector<Path> together;
+  for (uint32_t i = 0; i < 700; ++i) {
+    Ray ray;
+    ray.origin = {static_cast<float>(rng.Uniform(-1.9, 1.9)),
+                  static_cast<float>(rng.Uniform(-1.9, 1.9)),
+                  static_cast<float>(rng.Uniform(0.05, 1.8))};
+    ray.direction = DirectionAt(static_cast<float>(rng.Uniform(-1, 1)),
+                                static_cast<float>(rng.Uniform(0, 6.28)));
+    together.push_back({ray, Sampler(9, i, 0, 0), nullptr, {}});
+  }
+  const std::vector<Path> paths = together;
+  tracer.Trace(together);
+  double light = 0;
+  for (size_t i = 0; i < paths.size(); ++i) {
+    const PathResult alone = tracer.Trace(paths[i].ray, paths[i].sampler);
+    const PathResult& seen = together[i].result;
+    ASSERT_EQ(seen.radiance, alone.radiance) << i;
+    ASSERT_EQ(seen.albedo, alone.albedo) << i;
+    ASSERT_EQ(seen.normal, alone.normal) << i;
+    ASSERT_EQ(seen.guide_weight, alone.guide_weight) << i;
+    ASSERT_EQ(seen.rays, alone.rays) << i;
+    light += Luminance(seen.radiance);
+  }
+  EXPECT_GT(light, 0);
 }
 
 }  // namespace

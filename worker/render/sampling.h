@@ -1,5 +1,5 @@
 // Small geometry and warps of light transport: orthonormal frames, maps from the unit square to
-// directions, MIS.
+// directions and triangles, MIS.
 #pragma once
 
 #include <algorithm>
@@ -33,23 +33,6 @@ struct ShadingFrame {
   Vec3f ToWorld(const Vec3f& local) const { return x * local.x() + y * local.y() + z * local.z(); }
   Vec3f ToLocal(const Vec3f& world) const { return {x.dot(world), y.dot(world), z.dot(world)}; }
 };
-
-// Concentric map of the unit square to the unit disk.
-inline Vec2f SampleDisk(const Vec2f& u) {
-  const float a = 2.0f * u.x() - 1.0f;
-  const float b = 2.0f * u.y() - 1.0f;
-  if (a == 0.0f && b == 0.0f) return Vec2f::Zero();
-  const bool wide = std::abs(a) > std::abs(b);
-  const float r = wide ? a : b;
-  const float phi = wide ? (kPi / 4) * (b / a) : (kPi / 2) - (kPi / 4) * (a / b);
-  return {r * std::cos(phi), r * std::sin(phi)};
-}
-
-// Density cos / pi around +z.
-inline Vec3f SampleCosineHemisphere(const Vec2f& u) {
-  const Vec2f d = SampleDisk(u);
-  return {d.x(), d.y(), std::sqrt(std::max(0.0f, 1.0f - d.squaredNorm()))};
-}
 
 // A direction with the given cosine to +z.
 inline Vec3f DirectionAt(float cos_theta, float phi) {

@@ -20,9 +20,6 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(HERE)))
 PROGRAM = os.path.join(ROOT, 'build', 'release', 'bin', 'compare_scene')
 
 
-REFERENCE_DEPTH = 33  # 32 scatterings, as our own reference.
-
-
 def say(text):
     print(text, file=sys.stderr, flush=True)
 
@@ -37,8 +34,8 @@ def arguments(what, default_out):
                         help='of each of the two independent references of either renderer')
     parser.add_argument('--ladder', default='2,4,8,16,32,64,128,256',
                         help='sample counts tried with denoising until the error is ours')
-    parser.add_argument('--depth', type=int, default=13,
-                        help="the other renderer's longest path; its references have 33")
+    parser.add_argument('--depth', type=int, default=33,
+                        help="the other renderer's longest path; 33 is what our reference has")
     parser.add_argument('--threads', type=int, default=2)
     parser.add_argument('--reference-dir', help='keeps references for the next time')
     parser.add_argument('--out', default=os.path.join(default_folder(), default_out),
@@ -212,7 +209,7 @@ class References:
     def __init__(self, options, recipe):
         self.folder = options.reference_dir
         with open(recipe, 'rb') as file:
-            what = file.read() + repr((options.reference_spp, REFERENCE_DEPTH)).encode()
+            what = file.read() + repr((options.reference_spp, options.depth)).encode()
         self.key = hashlib.sha256(what).hexdigest()[:16]
 
     def get(self, name, make):

@@ -15,11 +15,11 @@ const Costs kMeasuredCosts = {
     .dense_keyframe_s = 0.1,
     .build_s = 2.1,
     // bench_render solve:1 --pairs 1 --quality-rigs 0: cache_s_per_scene on two cores, by paths.
-    .cache_s_per_mpath = 4.0,
+    .cache_s_per_mpath = 3.6,
     // bench_render solve:1 --pairs 2 --quality-rigs 0, stage_s on two cores by megapixels of one
-    // image: trace 13 with 4 samples; denoise 6.1 at `high`, 2.8 at `balanced`, 1.6 at `fast`;
+    // image: trace 11.6 with 4 samples; denoise 6.1 at `high`, 2.8 at `balanced`, 1.6 at `fast`;
     // ground truth 0.6, encoding and writing 0.5, statistics.
-    .trace_s_per_mpx_sample = 3.5,
+    .trace_s_per_mpx_sample = 3.1,
     .denoise_high_s_per_mpx = 6.6,
     .denoise_balanced_s_per_mpx = 3.0,
     .denoise_fast_s_per_mpx = 1.8,

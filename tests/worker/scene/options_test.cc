@@ -82,7 +82,10 @@ TEST(FloatingClasses, AreTheGroupsAndClassesAskedForLessTheExcludedOnes) {
 
 class UserPictures : public testing::Test {
  protected:
-  UserPictures() : dir_(testing::TempDir() + "user_pictures") {
+  // A folder of its own: tests of one fixture run side by side.
+  UserPictures()
+      : dir_(testing::TempDir() + "user_pictures_" +
+             testing::UnitTest::GetInstance()->current_test_info()->name()) {
     std::filesystem::create_directories(dir_);
     ImageRgb8 image(2, 2, 0);
     for (int y = 0; y < 2; ++y) image(0, y, 0) = image(1, y, 2) = 255;  // Red left, blue right.

@@ -268,6 +268,7 @@ TEST_F(StorageTest, AFileThatACoordinatorHasOpenCanBeCopied) {
 TEST_F(StorageTest, AReaderThatTakesTheWriteLockForAMomentIsWaitedFor) {
   sqlite3* reader = nullptr;
   ASSERT_EQ(sqlite3_open(options_.db_path.c_str(), &reader), SQLITE_OK);
+  sqlite3_busy_timeout(reader, 10'000);  // The queue may be writing by itself.
   ASSERT_EQ(sqlite3_exec(reader, "BEGIN IMMEDIATE", nullptr, nullptr, nullptr), SQLITE_OK);
   std::thread submitting([this] { Submit({.name = "patient"}); });
   // Long enough for the writer to have met the lock; too short would only hide a failure.

@@ -17,8 +17,8 @@ struct CacheFill {
       1 << 20;  // Bounds memory: 56 bytes a cell at most while filling, 8 an entry later.
 };
 
-// `lights` learn from the same paths what each of them gives to each part of the scene, and where
-// its surfaces are bright.
+// `lights` forget what they learnt before, and learn from the same paths what each of them gives to
+// each part of the scene, and where its surfaces are bright.
 // Every `rig` gets the same share of paths, from both eyes. The first rounds of paths run to their
 // end, after 32 bounces at the least; later ones end at their third surface with what the rounds
 // before have learnt. The result depends on the arguments only, not on threads.

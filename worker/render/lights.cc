@@ -74,10 +74,15 @@ absl::StatusOr<LightTable> LightTable::Build(const v1::Scene& scene, const Rende
   }
   if (scene.has_room()) table.AddRoom(scene.room(), scene.ceiling_removed(), geometry);
   for (const v1::Room& room : scene.rooms()) table.AddRoom(room, false, geometry);
-  for (Enclosure& enclosure : table.enclosures_) {
-    enclosure.gains = LightGains(enclosure.box, table.lamps_.size() + enclosure.portals.size() + 1);
-  }
+  table.Forget();
   return table;
+}
+
+void LightTable::Forget() {
+  for (Enclosure& enclosure : enclosures_) {
+    enclosure.gains = LightGains(enclosure.box, lamps_.size() + enclosure.portals.size() + 1);
+    enclosure.spots = BrightSpots();
+  }
 }
 
 // False for a face without area.

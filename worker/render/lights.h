@@ -113,6 +113,8 @@ class LightTable {
   // Chooses lights by these from now on, and those learnt before. Not while samples are taken.
   void Learn(std::span<const std::vector<LightTrial>> trials);
   void Learn(std::span<const std::vector<LightSeen>> seen);
+  // As if nothing had been learnt.
+  void Forget();
 
   // Front radiance of a mesh light's face, zero for other faces; and the density with which Sample
   // would have found the point `distance` away along `direction`.

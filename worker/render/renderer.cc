@@ -18,6 +18,7 @@
 #include "worker/render/exposure.h"
 #include "worker/render/ground_truth.h"
 #include "worker/render/lights.h"
+#include "worker/render/overexposed.h"
 #include "worker/render/path_tracer.h"
 #include "worker/render/profiles.h"
 #include "worker/render/render_scene.h"
@@ -41,13 +42,6 @@ struct Film {
   ImageF3 color, albedo, normal;
   Film(int width, int height)
       : color(width, height), albedo(width, height), normal(width, height) {}
-};
-
-struct PixelBox {
-  int x0, y0, x1, y1;
-  int64_t pixels() const { return int64_t{x1 - x0} * (y1 - y0); }
-  int XOf(int64_t pixel) const { return x0 + static_cast<int>(pixel % (x1 - x0)); }
-  int YOf(int64_t pixel) const { return y0 + static_cast<int>(pixel / (x1 - x0)); }
 };
 
 // Of a pixel's samples.
@@ -144,13 +138,16 @@ class SceneRenderer final : public Renderer {
     Meter meter{progress, 2.0 * rig.width_px() * rig.height_px()};
     for (int eye = 0; eye < 2; ++eye) {
       films.emplace_back(rig.width_px(), rig.height_px());
-      TraceEye(stereo.eyes[eye],
-               SampleStream{scene_seed_, rig.index(), static_cast<uint32_t>(eye), 0}, clamp, cancel,
-               &meter, &films.back());
+      TraceEye(stereo.eyes[eye], StreamOf(rig, eye, 0), clamp, cancel, &meter, &films.back());
       if (cancel.cancelled()) return CancelledError();
     }
     // From what was traced, not from what the denoiser made of it: the same on every machine.
     frame.exposure = AutomaticExposure(films[0].color, films[1].color);
+    for (int eye = 0; eye < 2; ++eye) {
+      TraceEdges(stereo.eyes[eye], StreamOf(rig, eye, 3), clamp, frame.exposure, cancel, &meter,
+                 &films[static_cast<size_t>(eye)]);
+      if (cancel.cancelled()) return CancelledError();
+    }
     frame.rays = meter.rays;
     frame.trace_s = SecondsSince(trace_start);
 
@@ -158,7 +155,7 @@ class SceneRenderer final : public Renderer {
     for (int eye = 0; eye < 2; ++eye) {
       Film& film = films[static_cast<size_t>(eye)];
       if (denoiser_) {
-        RETURN_IF_ERROR(denoiser_->Execute(cancel, film.albedo, film.normal, &film.color));
+        RETURN_IF_ERROR(Denoise(frame.exposure, cancel, &film));
       }
       views[eye]->color = ToSrgb(film.color, frame.exposure);
       views[eye]->radiance = std::move(film.color);
@@ -166,6 +163,20 @@ class SceneRenderer final : public Renderer {
     frame.denoise_s = SecondsSince(denoise_start);
     if (progress) progress(1.0);
     return frame;
+  }
+
+  SampleStream StreamOf(const v1::Rig& rig, int eye, uint32_t pass) const {
+    return {scene_seed_, rig.index(), static_cast<uint32_t>(eye), pass};
+  }
+
+  // All but what is brighter than the display shows.
+  absl::Status Denoise(float exposure, const CancelToken& cancel, Film* film) const {
+    const ImageF3 excess = TakeExcess(Overexposed(film->color, exposure), exposure, &film->color);
+    RETURN_IF_ERROR(denoiser_->Execute(cancel, film->albedo, film->normal, &film->color));
+    for (size_t i = 0; i < excess.values().size(); ++i) {
+      film->color.values()[i] += excess.values()[i];
+    }
+    return absl::OkStatus();
   }
 
   struct Meter {
@@ -251,47 +262,74 @@ class SceneRenderer final : public Renderer {
     tbb::parallel_for(0, columns * rows, [&](int tile) {
       const int x0 = tile % columns * kTile;
       const int y0 = tile / columns * kTile;
-      const PixelBox box{x0, y0, std::min(x0 + kTile, camera.width_px),
-                         std::min(y0 + kTile, camera.height_px)};
-      meter->rays += TraceTile(camera, options, stream_hash, box, cancel, film);
-      if (!cancel.cancelled()) meter->Add(box.pixels());
+      std::vector<PixelAt> pixels;
+      for (int y = y0; y < std::min(y0 + kTile, camera.height_px); ++y) {
+        for (int x = x0; x < std::min(x0 + kTile, camera.width_px); ++x) pixels.push_back({x, y});
+      }
+      const auto sampler_of = [&](const PixelAt& at, int sample) {
+        return PixelSampler(stream_hash, at.x, at.y, sample);
+      };
+      meter->rays += TracePixels(camera, options, pixels, profile_.samples_per_pixel, sampler_of,
+                                 cancel, film);
+      if (!cancel.cancelled()) meter->Add(static_cast<int64_t>(pixels.size()));
+    });
+  }
+
+  // Edges of what is brighter than the display shows, with more samples anew.
+  void TraceEdges(const PinholeCamera& camera, const SampleStream& stream, float clamp,
+                  float exposure, const CancelToken& cancel, Meter* meter, Film* film) const {
+    constexpr int kTimes = 4;
+    constexpr int kFew = 16;
+    constexpr size_t kAtOnce = kTile * kTile;
+    if (profile_.clamp <= 0.0f || profile_.samples_per_pixel >= kFew) return;
+    const uint32_t stream_hash = stream.Hash();
+    const PathOptions options = Options(clamp);
+    const std::vector<PixelAt> edges = EdgesOf(Overexposed(film->color, exposure));
+    const auto sampler_of = [&](const PixelAt& at, int sample) {
+      return Sampler(stream_hash, static_cast<uint32_t>(at.x), static_cast<uint32_t>(at.y),
+                     static_cast<uint32_t>(sample));
+    };
+    tbb::parallel_for(size_t{0}, (edges.size() + kAtOnce - 1) / kAtOnce, [&](size_t part) {
+      const std::span all(edges);
+      const auto some = all.subspan(part * kAtOnce, std::min(kAtOnce, all.size() - part * kAtOnce));
+      meter->rays += TracePixels(camera, options, some, kTimes * profile_.samples_per_pixel,
+                                 sampler_of, cancel, film);
     });
   }
 
   // As many paths at a time as go well together. Returns rays traced.
-  uint64_t TraceTile(const PinholeCamera& camera, const PathOptions& options, uint32_t stream_hash,
-                     const PixelBox& box, const CancelToken& cancel, Film* film) const {
-    std::array<PixelSum, kTile * kTile> sums;
+  template <typename SamplerOf>
+  uint64_t TracePixels(const PinholeCamera& camera, const PathOptions& options,
+                       std::span<const PixelAt> pixels, int samples, const SamplerOf& sampler_of,
+                       const CancelToken& cancel, Film* film) const {
+    std::vector<PixelSum> sums(pixels.size());
     PathTracer tracer(*geometry_, lights_, options);
     std::vector<Path> paths;
     paths.reserve(PathTracer::kTogether);
-    const int samples = profile_.samples_per_pixel;
     const CameraRays rays(camera);
     uint64_t traced = 0;
-    const int64_t count = box.pixels() * samples;
-    for (int64_t begin = 0; begin < count && !cancel.cancelled();
-         begin += static_cast<int64_t>(paths.size())) {
+    const auto per_pixel = static_cast<size_t>(samples);
+    const size_t count = pixels.size() * per_pixel;
+    for (size_t begin = 0; begin < count && !cancel.cancelled(); begin += paths.size()) {
       paths.clear();
-      for (int64_t i = begin; i < count && paths.size() < PathTracer::kTogether; ++i) {
-        const int x = box.XOf(i / samples), y = box.YOf(i / samples);
-        Sampler sampler = PixelSampler(stream_hash, x, y, static_cast<int>(i % samples));
+      for (size_t i = begin; i < count && paths.size() < PathTracer::kTogether; ++i) {
+        const PixelAt& at = pixels[i / per_pixel];
+        Sampler sampler = sampler_of(at, static_cast<int>(i % per_pixel));
         const Vec2f jitter = sampler.Pair();
-        paths.push_back(
-            {rays.Through(static_cast<float>(x) + jitter.x(), static_cast<float>(y) + jitter.y()),
-             sampler,
-             nullptr,
-             {}});
+        paths.push_back({rays.Through(static_cast<float>(at.x) + jitter.x(),
+                                      static_cast<float>(at.y) + jitter.y()),
+                         sampler,
+                         nullptr,
+                         {}});
       }
       tracer.Trace(paths);
       for (size_t i = 0; i < paths.size(); ++i) {
-        const int64_t pixel = (begin + static_cast<int64_t>(i)) / samples;
-        sums[static_cast<size_t>(pixel)].Add(paths[i].result);
+        sums[(begin + i) / per_pixel].Add(paths[i].result);
         traced += paths[i].result.rays;
       }
     }
-    for (int64_t pixel = 0; pixel < box.pixels(); ++pixel) {
-      Develop(sums[static_cast<size_t>(pixel)], camera, box.XOf(pixel), box.YOf(pixel), film);
-    }
+    if (cancel.cancelled()) return traced;
+    for (size_t i = 0; i < pixels.size(); ++i) Develop(sums[i], samples, camera, pixels[i], film);
     return traced;
   }
 
@@ -306,13 +344,14 @@ class SceneRenderer final : public Renderer {
   }
 
   // Box filter one pixel wide: edges in the picture are where the ground truth has them.
-  void Develop(const PixelSum& sum, const PinholeCamera& camera, int x, int y, Film* film) const {
-    const float scale = 1.0f / static_cast<float>(profile_.samples_per_pixel);
+  static void Develop(const PixelSum& sum, int samples, const PinholeCamera& camera,
+                      const PixelAt& at, Film* film) {
+    const float scale = 1.0f / static_cast<float>(samples);
     const Vec3f normal = camera.world_from_camera.transpose().cast<float>() * sum.normal;
     for (int c = 0; c < 3; ++c) {
-      film->color(x, y, c) = sum.color[c] * scale;
-      film->albedo(x, y, c) = sum.albedo[c] / sum.guides;
-      film->normal(x, y, c) = normal[c] / sum.guides;
+      film->color(at.x, at.y, c) = sum.color[c] * scale;
+      film->albedo(at.x, at.y, c) = sum.albedo[c] / sum.guides;
+      film->normal(at.x, at.y, c) = normal[c] / sum.guides;
     }
   }
 

@@ -145,7 +145,7 @@ RadianceCache CacheBuilder::Freeze(int min_records) const {
   };
   struct Region {
     Vec3f excess = Vec3f::Zero();
-    float rough = 0;
+    Vec3f kept = Vec3f::Zero();
   };
   std::unordered_map<uint64_t, Region> regions;
   for (const Shard& shard : shards_) {
@@ -154,7 +154,7 @@ RadianceCache CacheBuilder::Freeze(int min_records) const {
       if (cell.rough == 0 || cell.bright()) continue;
       Region& region = regions[cell.region];
       region.excess += cell.excess;
-      region.rough += static_cast<float>(cell.rough);
+      region.kept += cell.sum;
     }
   }
   size_t size = 64;
@@ -169,7 +169,8 @@ RadianceCache CacheBuilder::Freeze(int min_records) const {
       Vec3f mean = (cell.bright() ? Vec3f(cell.sum + cell.excess) : cell.sum) / rough;
       if (!cell.bright()) {
         const Region& region = regions.at(cell.region);
-        mean += region.excess / region.rough;
+        const float kept = Luminance(region.kept);
+        if (kept > 0.0f) mean += region.excess * (Luminance(mean) / kept);
       }
       cache.table_[i] = {TagOf(cell.key), PackRadiance(mean)};
     }

@@ -116,23 +116,24 @@ TEST(RadianceCache, GivesTheLightOfARoomThatPathsGive) {
 }
 
 // A cell where most light is too bright, as in a lamp's shade, keeps it; what is cut elsewhere,
-// being rare, goes to all cells of the region, and to none beyond.
+// being rare, goes to all cells of the region as they are bright otherwise, and to none beyond.
 TEST(RadianceCache, BrightPlacesKeepTheirLightAndRareLightIsSpread) {
   const CacheGrid grid(Box3f(Vec3f::Zero(), Vec3f::Ones()), 0.1f);
   const auto place = [](float x) { return CachePlace{{x, 0.5f, 0.5f}, Vec3f::UnitZ(), 3, 0}; };
-  const float shade = 0.13f, wall = 0.33f, struck = 0.53f, afar = 7.3f;
+  const float shade = 0.13f, shadow = 0.33f, struck = 0.53f, afar = 7.3f;
   std::vector<CacheBuilder::Batch> batches(1);
-  const auto add = [&](float x, int count, float excess) {
+  const auto add = [&](float x, int count, float radiance, float excess) {
     for (int i = 0; i < count; ++i) {
-      batches[0].Add({grid.KeyOf(place(x)), Vec3f::Ones(), true, Vec3f::Constant(excess),
+      batches[0].Add({grid.KeyOf(place(x)), Vec3f::Constant(radiance), true,
+                      Vec3f::Constant(excess),
                       CacheGrid::KeyOf(place(x), 12 * grid.WidthAt(place(x).position))});
     }
   };
-  add(shade, 20, 9);
-  add(wall, 60, 0);
-  add(struck, 39, 0);
-  add(struck, 1, 50);
-  add(afar, 20, 0);
+  add(shade, 20, 1, 9);
+  add(shadow, 60, 0.25f, 0);
+  add(struck, 39, 1, 0);
+  add(struck, 1, 1, 11);  // A fifth of what the region has.
+  add(afar, 20, 1, 0);
   CacheBuilder builder(grid, 1000);
   builder.Add(batches);
   const RadianceCache cache = builder.Freeze(4);
@@ -142,8 +143,8 @@ TEST(RadianceCache, BrightPlacesKeepTheirLightAndRareLightIsSpread) {
     return radiance.x();
   };
   EXPECT_FLOAT_EQ(seen(shade), 10);
-  EXPECT_FLOAT_EQ(seen(wall), 1.5f);
-  EXPECT_FLOAT_EQ(seen(struck), 1.5f);
+  EXPECT_NEAR(seen(shadow), 0.3f, 0.3f / 256);
+  EXPECT_NEAR(seen(struck), 1.2f, 1.2f / 256);
   EXPECT_FLOAT_EQ(seen(afar), 1);
 }
 

@@ -7,7 +7,8 @@ namespace {
 
 // After exposure. Display levels end at 2.4 (RollOff).
 constexpr float kBeyondDisplay = 3.0f;
-constexpr int kMostOfNine = 4;  // At a straight edge, three may be dark.
+// Of nine: a pixel at the corner of something bright has four, fireflies seldom have more than two.
+constexpr int kFewestBright = 4;
 
 // Of the up to nine pixels around and with (x, y), how many have `is`.
 template <typename Is>
@@ -32,7 +33,7 @@ ImageU8 Overexposed(const ImageF3& radiance, float exposure) {
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       if (!beyond(x, y)) continue;
-      overexposed(x, y) = CountAround(width, height, x, y, beyond) >= kMostOfNine;
+      overexposed(x, y) = CountAround(width, height, x, y, beyond) >= kFewestBright;
     }
   }
   return overexposed;

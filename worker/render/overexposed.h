@@ -14,7 +14,8 @@ struct PixelAt {
   int x = 0, y = 0;
 };
 
-// 1 where `radiance` times `exposure` is beyond the display, and most of the neighbours' is.
+// 1 where `radiance` times `exposure` is beyond the display in at least four of the nine pixels at
+// and around it, itself among them.
 ImageU8 Overexposed(const ImageF3& radiance, float exposure);
 
 // Pixels of a map's edges, on both sides of them.

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <set>
 
 #include "common/base/rng.h"
@@ -60,31 +59,18 @@ TEST(LightGains, LampsBehindAWallAreSeldomChosen) {
   }
 }
 
-// Grey; cancels at its `looks`-th look.
-class CancellingMaterial : public Material {
- public:
-  CancellingMaterial(CancelToken cancel, int looks) : cancel_(std::move(cancel)), left_(looks) {}
-  SurfaceSample Evaluate(const SurfacePoint&) const override {
-    if (--left_ == 0) cancel_.Cancel();
-    return test::DiffuseSample(Vec3f::Constant(0.5f));
-  }
-
- private:
-  const CancelToken cancel_;
-  mutable std::atomic<int> left_;
-};
-
 TEST(LightGains, AFillThatWasCancelledLeavesNothingToTheNext) {
   const CancelToken cancel;
   TestScene cells = TwoCells();
-  cells.geometry.meshes[0].material_of_slot[0] =
-      cells.AddMaterial(std::make_shared<CancellingMaterial>(cancel, 20'000));
+  const auto material = std::make_shared<test::CancellingMaterial>(cancel);
+  cells.geometry.meshes[0].material_of_slot[0] = cells.AddMaterial(material);
   const std::vector<StereoCamera> rigs{
       *StereoCamera::FromRig(test::MakeRig({1, 0.2, 1}, {0, 1, -0.4}, 64, 48, 30, 0.1))};
   Built built = Build(cells);
   const auto fill = [&](const CancelToken& token) {
     return FillRadianceCache(*built.scene, &built.lights, {}, 1, rigs, Paths(20'000), token);
   };
+  material->Arm(20'000);
   ASSERT_TRUE(absl::IsCancelled(fill(cancel).status()));
   ASSERT_LT(Chance(built.lights, 1.2f, 1), 0.3f);  // It has learnt from its first round.
   ASSERT_TRUE(fill({}).ok());

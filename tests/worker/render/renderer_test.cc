@@ -156,35 +156,15 @@ TEST(Renderer, ProgressRisesToOne) {
   EXPECT_EQ(highest, 1.0);
 }
 
-// Cancels from inside of the tracing, at its thousandth look at the surface after Arm.
-class CancellingMaterial : public Material {
- public:
-  explicit CancellingMaterial(CancelToken cancel) : cancel_(std::move(cancel)) {}
-  void Arm() { left_ = 1000; }
-  SurfaceSample Evaluate(const SurfacePoint&) const override {
-    if (--left_ == 0) {
-      asked_ = Clock::System().Steady();
-      cancel_.Cancel();
-    }
-    return DiffuseSample(Vec3f::Constant(0.5f));
-  }
-  SteadyTime asked() const { return asked_; }
-
- private:
-  const CancelToken cancel_;
-  mutable std::atomic<int64_t> left_{int64_t{1} << 40};
-  mutable SteadyTime asked_;
-};
-
 TEST(Renderer, CancelEndsARenderWithinASecond) {
   TestScene test = MakeBoxRoom();
   const CancelToken cancel;
-  const auto material = std::make_shared<CancellingMaterial>(cancel);
+  const auto material = std::make_shared<test::CancellingMaterial>(cancel);
   test.geometry.meshes[0].material_of_slot[0] = test.AddMaterial(material);  // The floor.
   // Minutes of work, if nobody stopped it.
   auto renderer = Renderer::Create(test.recipe, test.geometry, MakeConfig(20000, 8, false));
   ASSERT_TRUE(renderer.ok());
-  material->Arm();
+  material->Arm(1000);
   const auto frame = (*renderer)->RenderRig(BoxRoomRig(160, 120), cancel, {});
   EXPECT_EQ(frame.status().code(), absl::StatusCode::kCancelled);
   ASSERT_TRUE(cancel.cancelled());

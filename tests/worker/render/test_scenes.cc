@@ -14,6 +14,14 @@ SurfaceSample DiffuseSample(const Vec3f& color) {
   return s;
 }
 
+SurfaceSample CancellingMaterial::Evaluate(const SurfacePoint& /*point*/) const {
+  if (--left_ == 0) {
+    asked_ = Clock::System().Steady();
+    cancel_.Cancel();
+  }
+  return DiffuseSample(Vec3f::Constant(0.5f));
+}
+
 uint32_t TestScene::AddMaterial(std::shared_ptr<const Material> material) {
   geometry.materials.push_back(std::move(material));
   return static_cast<uint32_t>(geometry.materials.size() - 1);

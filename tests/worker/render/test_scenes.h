@@ -2,10 +2,13 @@
 // with a lamp.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "common/base/cancel.h"
+#include "common/base/clock.h"
 #include "parallax/v1/scene.pb.h"
 #include "worker/scene/scene_geometry.h"
 
@@ -23,6 +26,20 @@ class ConstantMaterial : public Material {
 
 // Lambert's surface of the given colour: no gloss at all.
 SurfaceSample DiffuseSample(const Vec3f& color);
+
+// Grey; cancels from inside of the tracing, at its `looks`-th look at a surface after Arm.
+class CancellingMaterial : public Material {
+ public:
+  explicit CancellingMaterial(CancelToken cancel) : cancel_(std::move(cancel)) {}
+  void Arm(int64_t looks) { left_ = looks; }
+  SurfaceSample Evaluate(const SurfacePoint& point) const override;
+  SteadyTime asked() const { return asked_; }
+
+ private:
+  const CancelToken cancel_;
+  mutable std::atomic<int64_t> left_{int64_t{1} << 40};
+  mutable SteadyTime asked_;
+};
 
 // Geometry and recipe grow together, so that they agree.
 struct TestScene {

@@ -24,9 +24,7 @@ constexpr float kMeanSingleScattering = 0.40913709f;  // 4/3 (1 - ln 2).
 
 Float8 ThinReflectance(Float8 reflectance) { return 2.0f * reflectance / (1.0f + reflectance); }
 
-Float8 AlphaOf(Float8 roughness, Float8 min_alpha) {
-  return Clamp(Square(roughness), Max(min_alpha, kMinAlpha), Splat(1));
-}
+Float8 AlphaOf(Float8 roughness) { return Clamp(Square(roughness), Splat(kMinAlpha), Splat(1)); }
 
 // Of points of a unit square, concentric: which way, and how far from the pole of a
 // cosine-weighted hemisphere.
@@ -56,7 +54,7 @@ void Surface8::Set(int lane, const SurfaceSample& surface) {
   thin_walled[lane] = surface.thin_walled ? -1 : 0;
 }
 
-Bsdf8::Bsdf8(const Surface8& surface, const Vec3x8& o, Mask8 outside, Float8 min_alpha) : o_(o) {
+Bsdf8::Bsdf8(const Surface8& surface, const Vec3x8& o, Mask8 outside) : o_(o) {
   const Vec3x8 base = Clamp01(surface.base_color);
   const Float8 luminance = Luminance(base);
   const Float8 transmission = Clamp01(surface.transmission);
@@ -73,11 +71,11 @@ Bsdf8::Bsdf8(const Surface8& surface, const Vec3x8& o, Mask8 outside, Float8 min
   any_sheen_ = Any(sheen_ > 0.0f);
   any_subsurface_ = Any(subsurface_ > 0.0f);
 
-  gloss_ = {AlphaOf(surface.roughness, min_alpha)};
+  gloss_ = {AlphaOf(surface.roughness)};
   gloss_energy_ = EnergyOfAlpha8(gloss_.alpha);
   lambda_o_ = gloss_.Lambda(o);
   seen_o_ = 1.0f / ((1.0f + lambda_o_) * 4.0f * o.z);
-  coat_gloss_ = {AlphaOf(surface.clearcoat_roughness, min_alpha)};
+  coat_gloss_ = {AlphaOf(surface.clearcoat_roughness)};
   coat_energy_ = EnergyOfAlpha8(coat_gloss_.alpha);
 
   plastic_f0_ = 0.08f * Clamp01(surface.specular);
@@ -291,8 +289,8 @@ Surface8 Alike(const SurfaceSample& surface) {
 
 }  // namespace
 
-Bsdf::Bsdf(const SurfaceSample& surface, const Vec3f& o, bool outside, float min_alpha)
-    : eight_(Alike(surface), Vec3x8::All(o), Mask8{} - (outside ? 1 : 0), Splat(min_alpha)) {}
+Bsdf::Bsdf(const SurfaceSample& surface, const Vec3f& o, bool outside)
+    : eight_(Alike(surface), Vec3x8::All(o), Mask8{} - (outside ? 1 : 0)) {}
 
 BsdfValue Bsdf::Evaluate(const Vec3f& i) const {
   const BsdfValue8 value = eight_.Evaluate(Vec3x8::All(i));

@@ -46,9 +46,8 @@ struct BsdfDirection8 {
 
 class Bsdf8 {
  public:
-  // `outside`: o is on the side that the triangle's winding faces. Alpha is at least `min_alpha`
-  // (path regularisation).
-  Bsdf8(const Surface8& surface, const Vec3x8& o, Mask8 outside, Float8 min_alpha);
+  // `outside`: o is on the side that the triangle's winding faces.
+  Bsdf8(const Surface8& surface, const Vec3x8& o, Mask8 outside);
 
   // Value and density for light from i; the straight part is not in it.
   BsdfValue8 Evaluate(const Vec3x8& i) const;
@@ -116,7 +115,7 @@ struct BsdfValue {
 
 class Bsdf {
  public:
-  Bsdf(const SurfaceSample& surface, const Vec3f& o, bool outside, float min_alpha = 0);
+  Bsdf(const SurfaceSample& surface, const Vec3f& o, bool outside);
 
   BsdfValue Evaluate(const Vec3f& i) const;
   // None when the direction is absorbed.

@@ -17,14 +17,6 @@ constexpr int kRegion = 12;               // Cells across a region: 0.7 m near t
 constexpr uint32_t kFillPass = 2;         // SampleStream.pass.
 constexpr float kBrightestOverMean = 64;  // Brighter light than this is cut where it is rare.
 
-void Limit(float limit, CacheRecord* record) {
-  const float luminance = Luminance(record->radiance);
-  if (luminance <= limit) return;
-  const Vec3f kept = record->radiance * (limit / luminance);
-  record->excess = record->radiance - kept;
-  record->radiance = kept;
-}
-
 class Filler {
  public:
   Filler(const RenderScene& scene, const LightTable& lights, const PathOptions& options,
@@ -85,7 +77,7 @@ class Filler {
       if (!record.radiance.allFinite()) continue;
       record.radiance = record.radiance.cwiseMax(0.0f);
       seen->push_back({vertex.place.position, vertex.place.normal, Luminance(record.radiance)});
-      if (limit > 0.0f) Limit(limit, &record);
+      if (limit > 0.0f) record.Cut(limit);
       const float width_m = grid_.WidthAt(vertex.place.position);
       record.key = CacheGrid::KeyOf(vertex.place, width_m);
       record.region = CacheGrid::KeyOf(vertex.place, kRegion * width_m);
@@ -150,7 +142,7 @@ absl::StatusOr<RadianceCache> FillRadianceCache(const RenderScene& scene, LightT
       limit = kBrightestOverMean * TypicalLuminance(batches);
       for (CacheBuilder::Batch& batch : batches) {
         for (auto& shard : batch.shards) {
-          for (CacheRecord& record : shard) Limit(limit, &record);
+          for (CacheRecord& record : shard) record.Cut(limit);
         }
       }
     }

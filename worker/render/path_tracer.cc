@@ -150,7 +150,6 @@ class PathTracer::Walk {
   LightReceiver receiver_;  // The last vertex that gathered light.
   // With which the ray left it; infinity: no light sampling could have done this.
   float pdf_ = kInfinity;
-  float min_alpha_ = 0;
   Vec3f tint_ = Vec3f::Ones();  // Of the mirrors and panes before the surface that guides.
   int bounce_ = 0, passages_ = 0;
   bool guided_ = false, ended_ = false;
@@ -240,7 +239,7 @@ void PathTracer::Walk::AskCache() {
   const bool front = ray_.direction.dot(id_.geometric_normal) < 0.0f;
   const CachePlace place{raw_.position, front ? id_.geometric_normal : Vec3f(-id_.geometric_normal),
                          raw_.placed, id_.slot};
-  question_ = options().cache->Ask(place, jitter, width_);
+  question_ = options().cache->Ask(place, jitter, width_ / options().cache_footprint);
 }
 
 bool PathTracer::Walk::EndInCache() {
@@ -377,7 +376,6 @@ void PathTracer::Walk::Stand(const Here& here, const Vec3f& bumped, const Reache
   at->shading.Set(lane, here.outside ? bumped : Vec3f(-bumped));
   at->outside[lane] = here.outside ? -1 : 0;
   at->surface.Set(lane, here.surface);
-  at->min_alpha[lane] = min_alpha_;
   at->throughput.Set(lane, throughput_);
   at->choice[lane] = numbers_[0].x();
   at->u[lane] = numbers_[3].x();
@@ -465,12 +463,10 @@ void PathTracer::Walk::Leave(const Reached& reached, int lane, const Onward8& on
     if (ended_) return;
     throughput_ /= survive;
   }
-  const float blur = onward.blur[lane];
-  if (options().regularise && blur > 0.1f) min_alpha_ = 0.09f;
   ray_.origin = onward.origin.Get(lane);
   ray_.direction = onward.direction.Get(lane);
   ray_.width_m = width_;
-  ray_.spread = std::min(1.0f, ray_.spread + blur);
+  ray_.spread = std::min(1.0f, ray_.spread + onward.blur[lane]);
 }
 
 // ---- Many paths ----

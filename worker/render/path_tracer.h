@@ -1,6 +1,6 @@
 // Radiance along camera rays: unidirectional path tracing with next-event estimation, multiple
-// importance sampling and Russian roulette. Without `clamp` and `regularise` the estimate is
-// unbiased up to `max_bounces`.
+// importance sampling and Russian roulette. Without clamp and cache the estimate is unbiased up to
+// `max_bounces`.
 //
 // Many paths go forward together, a step at a time: all rays are traced, then all hits named, all
 // surfaces shaded, all shadow rays traced. What a path reads next is fetched while the others take
@@ -24,13 +24,13 @@ struct PathOptions {
   int max_bounces = 6;
   // Contributions after the first surface are cut at this luminance. 0 = never (unbiased).
   float clamp_luminance = 0;
-  // Rough up what follows a rough bounce: trades caustics that a few samples can't find for less
-  // noise.
-  bool regularise = false;
   DirectLight direct = DirectLight::kBoth;
   // Ends paths that have scattered `cache_from` times or more; nullptr: none is used. Borrowed.
   const RadianceCache* cache = nullptr;
   int cache_from = 1;
+  // A path's footprint must be this many cells wide: what mirrors show and what lies in corners is
+  // traced.
+  float cache_footprint = 1.5f;
 };
 
 // A surface on a path, as the cache is to learn it.

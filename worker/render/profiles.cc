@@ -9,11 +9,11 @@ constexpr int64_t kUsualCachePaths = 2'000'000;
 
 // clang-format off
 constexpr RenderProfile kProfiles[] = {
-    // name         spp  bounces  denoise                     clamp  cache paths
-    {"preview",       2,       3, DenoiseQuality::kFast,      16.0f,    500'000},
-    {"default",       4,       6, DenoiseQuality::kBalanced, 1024.0f,  2'000'000},
-    {"high",         64,      10, DenoiseQuality::kHigh,    2048.0f,  4'000'000},
-    {"reference",  4096,      32, DenoiseQuality::kOff,        0.0f,          0},
+    // name         spp  bounces  denoise                     clamp  cache paths  footprint
+    {"preview",       2,       3, DenoiseQuality::kFast,      16.0f,    500'000,      0.5f},
+    {"default",       4,       6, DenoiseQuality::kBalanced, 1024.0f, 2'000'000,      0.5f},
+    {"high",         64,      10, DenoiseQuality::kHigh,    2048.0f,  4'000'000,      1.5f},
+    {"reference",  4096,      32, DenoiseQuality::kOff,        0.0f,          0,      1.5f},
 };
 // clang-format on
 

@@ -17,10 +17,13 @@ struct RenderProfile {
   int max_bounces = 6;  // Surface interactions after the first.
   DenoiseQuality denoise = DenoiseQuality::kHigh;
   // Indirect light of one sample above this multiple of the picture's mean luminance is cut
-  // (fireflies). 0: never, and nothing else is biased either.
+  // (fireflies). 0: never.
   float clamp = 0;
   // Paths that fill the radiance cache of a scene; 0: there is none.
   int64_t cache_paths = 0;
+  // How many cells wide a path must be to end in the cache. Less is calmer, more keeps light in
+  // corners exact.
+  float cache_footprint = 1.5f;
 };
 
 // The profile of a config with its overrides; `denoise: on` is the denoiser at its best. Errors:

@@ -66,11 +66,11 @@ const RadianceCache::Entry* RadianceCache::Find(uint64_t key) const {
 }
 
 CacheQuestion RadianceCache::Ask(const CachePlace& place, const Vec2f& jitter,
-                                 float footprint_m) const {
+                                 float widest_m) const {
   CacheQuestion question{place, 0};
   if (cells_ == 0) return question;
   const float width = grid_.WidthAt(place.position);
-  if (footprint_m < kFootprint * width) return question;
+  if (widest_m < width) return question;
   const ShadingFrame frame(place.normal);
   CachePlace moved = place;
   moved.position += width * ((jitter.x() - 0.5f) * frame.x + (jitter.y() - 0.5f) * frame.y);
@@ -86,6 +86,14 @@ bool RadianceCache::Answer(const CacheQuestion& question, Vec3f* radiance) const
   if (!entry) return false;
   *radiance = UnpackRadiance(entry->radiance);
   return true;
+}
+
+void CacheRecord::Cut(float luminance) {
+  constexpr float kMostExcess = 64;
+  const float whole = Luminance(radiance);
+  if (whole <= luminance) return;
+  excess = radiance * (std::min(whole - luminance, kMostExcess * luminance) / whole);
+  radiance *= luminance / whole;
 }
 
 CacheBuilder::CacheBuilder(const CacheGrid& grid, size_t max_cells)

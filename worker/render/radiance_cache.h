@@ -56,17 +56,12 @@ struct CacheQuestion {
 
 class RadianceCache {
  public:
-  // A path's footprint must be at least this many cells wide to end at one: what mirrors show and
-  // what lies in corners is traced.
-  static constexpr float kFootprint = 1.5f;
-
   RadianceCache() = default;
 
-  // What the surface scatters towards a viewer whose ray is `footprint_m` wide there. `jitter`, in
-  // [0, 1)^2, moves the question by up to half a cell along the surface, so that cells have no
-  // edge. Not asked where cells are too wide for the ray. The memory that answers begins to be
-  // fetched.
-  CacheQuestion Ask(const CachePlace& place, const Vec2f& jitter, float footprint_m) const;
+  // What the surface scatters towards a viewer. `jitter`, in [0, 1)^2, moves the question by up to
+  // half a cell along the surface, so that cells have no edge. Not asked where cells are wider than
+  // `widest_m`. The memory that answers begins to be fetched.
+  CacheQuestion Ask(const CachePlace& place, const Vec2f& jitter, float widest_m) const;
   // False when the cache does not know or was not asked.
   bool Answer(const CacheQuestion& question, Vec3f* radiance) const;
 
@@ -94,6 +89,10 @@ struct CacheRecord {
   bool rough = true;             // So that the radiance is about the same from all sides.
   Vec3f excess = Vec3f::Zero();  // What was cut from it as too bright.
   uint64_t region = 0;           // Names the wide cell around it, over which an excess is spread.
+
+  // Cuts radiance above this luminance. 64 times as much is kept as excess; what is brighter still
+  // is dropped: a few such paths in a million lit whole parts of a room, or did not.
+  void Cut(float luminance);
 };
 
 // Not thread-safe; Add uses all cores itself.

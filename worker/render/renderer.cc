@@ -195,8 +195,8 @@ class SceneRenderer final : public Renderer {
     PathOptions options;
     options.max_bounces = profile_.max_bounces;
     options.clamp_luminance = clamp;
-    options.regularise = profile_.clamp > 0;
     options.cache = cache_ && !cache_->empty() ? &*cache_ : nullptr;
+    options.cache_footprint = profile_.cache_footprint;
     return options;
   }
 

@@ -60,7 +60,7 @@ Scatter8::Scatter8(const Standing8& at)
     : at_(at),
       frame_(UsableNormal(at.shading, at.normal, at.out)),
       bend2_(1.0f - Square(Dot(frame_.z, at.normal))),
-      bsdf_(at.surface, frame_.ToLocal(at.out), at.outside, at.min_alpha),
+      bsdf_(at.surface, frame_.ToLocal(at.out), at.outside),
       spot_share_(bsdf_.mirror_like() ? Splat(0) : at.spot_share) {}
 
 Float8 Scatter8::Admits(const Vec3x8& world, const Vec3x8& local) const {

@@ -27,7 +27,6 @@ struct Standing8 {
   Vec3x8 shading;        // With relief, likewise.
   Mask8 outside;
   Surface8 surface;
-  Float8 min_alpha;
   Vec3x8 throughput;
   // Bright spots' view from here; none where its share is 0.
   SpotView spots[kLanes];

@@ -129,7 +129,7 @@ TEST(Bsdf, EightScatterAsEachAlone) {
     Surface8 eight;
     Vec3x8 o, i;
     Mask8 outside;
-    Float8 alpha, lobe, u, v;
+    Float8 lobe, u, v;
     std::vector<Bsdf> alone;
     for (int lane = 0; lane < kLanes; ++lane) {
       const SurfaceSample& surface =
@@ -138,13 +138,12 @@ TEST(Bsdf, EightScatterAsEachAlone) {
       o.Set(lane, DirectionAt(0.02f + 0.98f * uniform(), 6 * uniform()));
       i.Set(lane, DirectionAt(2 * uniform() - 1, 6 * uniform()));
       outside[lane] = uniform() < 0.5f ? -1 : 0;
-      alpha[lane] = 0.2f * uniform();
       lobe[lane] = uniform();
       u[lane] = uniform();
       v[lane] = uniform();
-      alone.emplace_back(surface, o.Get(lane), outside[lane] != 0, alpha[lane]);
+      alone.emplace_back(surface, o.Get(lane), outside[lane] != 0);
     }
-    const Bsdf8 bsdf(eight, o, outside, alpha);
+    const Bsdf8 bsdf(eight, o, outside);
     const BsdfValue8 value = bsdf.Evaluate(i);
     const BsdfDirection8 way = bsdf.Sample(lobe, u, v);
     for (int lane = 0; lane < kLanes; ++lane) {

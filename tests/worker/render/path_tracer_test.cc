@@ -91,34 +91,6 @@ TEST(PathTracer, GuidesOfADarkPaneAreOfWhatItMirrorsWithoutNoise) {
   }
 }
 
-// A floor that a point light reaches by a mirror only, which no path finds by chance: seen once
-// mirrors after a rough bounce are roughened.
-TEST(PathTracer, RegularisedPathsFindCausticsOfPoints) {
-  TestScene test;
-  SurfaceSample silver;
-  silver.base_color = Vec3f::Constant(0.9f);
-  silver.metallic = 1;
-  silver.roughness = 0;
-  test.AddMesh(MakeQuad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}),
-               test.AddMaterial(DiffuseSample(Vec3f::Constant(0.5f))));
-  test.AddMesh(MakeQuad({-5, -5, 1}, {0, 10, 0}, {10, 0, 0}), test.AddMaterial(silver));
-  test.AddPointLight({3, 0, -0.5}, 0, 100);
-  const Built built = Build(test);
-  for (const bool regularise : {false, true}) {
-    PathOptions options;
-    options.regularise = regularise;
-    PathTracer tracer(*built.scene, built.lights, options);
-    double light = 0;
-    for (uint32_t i = 0; i < 2000; ++i) {
-      Ray ray;
-      ray.origin = {0.3f, 0.2f, 0.5f};
-      ray.direction = -Vec3f::UnitZ();
-      light += Luminance(tracer.Trace(ray, Sampler(5, i, 0, 0)).radiance);
-    }
-    EXPECT_EQ(light > 0, regularise) << light;
-  }
-}
-
 // A room with a lamp, a pane, gilt, glass, velvet and marble in it, and a sky above.
 TestScene Showroom() {
   TestScene test;
@@ -162,9 +134,7 @@ TestScene Showroom() {
 // elsewhere.
 TEST(PathTracer, WhatAPathSeesDoesNotDependOnItsCompany) {
   const Built built = Build(Showroom());
-  PathOptions options;
-  options.regularise = true;
-  PathTracer tracer(*built.scene, built.lights, options);
+  PathTracer tracer(*built.scene, built.lights, PathOptions());
   Rng rng(SceneSeed{5}, "rays");
   std::vector<Path> together;
   for (uint32_t i = 0; i < 700; ++i) {

@@ -148,6 +148,22 @@ TEST(RadianceCache, BrightPlacesKeepTheirLightAndRareLightIsSpread) {
   EXPECT_FLOAT_EQ(seen(afar), 1);
 }
 
+// Fireflies among the paths that fill the cache.
+TEST(RadianceCache, WhatIsMuchTooBrightCountsOnlySoMuch) {
+  const auto cut = [](float radiance) {
+    CacheRecord record;
+    record.radiance = Vec3f::Constant(radiance);
+    record.Cut(2);
+    return record;
+  };
+  EXPECT_EQ(cut(2).radiance, Vec3f::Constant(2));
+  EXPECT_TRUE(cut(2).excess.isZero());
+  EXPECT_TRUE(cut(50).radiance.isApproxToConstant(2));
+  EXPECT_TRUE(cut(50).excess.isApproxToConstant(48));
+  EXPECT_TRUE(cut(1e6f).radiance.isApproxToConstant(2));
+  EXPECT_TRUE(cut(1e6f).excess.isApproxToConstant(128));
+}
+
 // Two rooms with a wall of 1 cm between them, one lit, one closed and dark; a rig in each.
 TestScene TwoRooms() {
   TestScene test;

@@ -112,7 +112,7 @@ class CacheBuilder {
   // Cells met at least `min_records` times, nearly always by paths that found them rough. Where
   // many of a cell's records are too bright, it is the place that is: the inside of a lamp's shade.
   // There nothing is cut. What is cut elsewhere, being rare, is spread over the cell's region,
-  // to each cell as much as it is bright otherwise: no light is lost, none makes a blotch, and
+  // to each cell as much as it is bright otherwise: none of it is lost or makes a blotch, and
   // shadows stay dark.
   RadianceCache Freeze(int min_records) const;
   const CacheGrid& grid() const { return grid_; }

@@ -22,7 +22,8 @@ double Megapixels(const v1::SceneConfig& config) {
 absl::StatusOr<double> PairSeconds(const v1::SceneConfig& config) {
   ASSIGN_OR_RETURN(const RenderProfile profile, ResolveProfile(config.render()));
   const Costs& costs = kMeasuredCosts;
-  double per_mpx = costs.fixed_s_per_mpx + costs.trace_s_per_mpx_sample * profile.samples_per_pixel;
+  const int samples = profile.SamplesPerPixel(config.rigs().width_px(), config.rigs().height_px());
+  double per_mpx = costs.fixed_s_per_mpx + costs.trace_s_per_mpx_sample * samples;
   switch (profile.denoise) {
     case DenoiseQuality::kOff:
       break;

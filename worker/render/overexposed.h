@@ -7,12 +7,9 @@
 #include <vector>
 
 #include "common/image/image.h"
+#include "worker/render/film.h"
 
 namespace parallax {
-
-struct PixelAt {
-  int x = 0, y = 0;
-};
 
 // 1 where `radiance` times `exposure` is beyond the display in at least four of the nine pixels at
 // and around it, itself among them.

@@ -317,6 +317,7 @@ void PathTracer::Walk::MeetAll(std::span<Walk* const> walks, Meeting* meeting) {
     seekers.normal.Set(k, meeting->here[k].normal);
     seekers.choice[k] = walk.numbers_[1].y();
   }
+  if (walks[0]->options().only_guides) return;
   const LightTable& lights = walks[0]->lights();
   lights.Choose(seekers, &meeting->scratch, meeting->receivers, meeting->lights);
   for (int k = 0; k < seekers.count; ++k) {
@@ -331,8 +332,8 @@ bool PathTracer::Walk::Reach(Meeting* meeting, int which, Group* group) {
   const int lane = group->size;
   Reached& reached = group->reached[lane];
   reached.last = bounce_ >= options().max_bounces;
-  reached.lit =
-      options().direct != DirectLight::kBsdfSampling && !lights().empty() && !reached.last;
+  reached.lit = options().direct != DirectLight::kBsdfSampling && !lights().empty() &&
+                !reached.last && !options().only_guides;
   reached.receiver = reached.lit ? meeting->receivers[which] : LightReceiver{};
 
   here.surface = scene().Evaluate(here.hit, width_);
@@ -397,7 +398,8 @@ void PathTracer::Walk::Depart(const Group& group, int lane, const Shadow8& shado
   if (!guided_ && (reached.last || bounce_ >= kGuideBounces || !mirror_like || solid_glass)) {
     Guide(reached.albedo, scatter.normal().Get(lane));
   }
-  ended_ = reached.last && !(reached.thin && reached.transmits);
+  ended_ =
+      (reached.last && !(reached.thin && reached.transmits)) || (guided_ && options().only_guides);
   if (ended_) return;
   const bool gathers = reached.lit && !mirror_like;
   if (gathers) UseLight(reached, lane, shadow);

@@ -31,6 +31,8 @@ struct PathOptions {
   // A path's footprint must be this many cells wide: what mirrors show and what lies in corners is
   // traced.
   float cache_footprint = 1.5f;
+  // Paths end where the denoiser's guides are known; they gather no light.
+  bool only_guides = false;
 };
 
 // A surface on a path, as the cache is to learn it.

@@ -13,7 +13,9 @@ enum class DenoiseQuality { kOff = 0, kFast = 4, kBalanced = 5, kHigh = 6 };
 
 struct RenderProfile {
   std::string_view name;
-  int samples_per_pixel = 4;
+  int samples_per_pixel = 4;  // Of a picture of 1280x720; SamplesPerPixel for others.
+  // Smaller pictures hold more detail in a pixel and have more edges among their pixels.
+  bool more_when_small = false;
   int max_bounces = 6;  // Surface interactions after the first.
   DenoiseQuality denoise = DenoiseQuality::kHigh;
   // Indirect light of one sample above this multiple of the picture's mean luminance is cut
@@ -24,6 +26,10 @@ struct RenderProfile {
   // How many cells wide a path must be to end in the cache. Less is calmer, more keeps light in
   // corners exact.
   float cache_footprint = 1.5f;
+
+  // Of a picture of this size: `samples_per_pixel` times the power of two, up to 4, that is nearest
+  // to how often its width goes into that of 1280x720, where `more_when_small`.
+  int SamplesPerPixel(int width_px, int height_px) const;
 };
 
 // The profile of a config with its overrides; `denoise: on` is the denoiser at its best. Errors:

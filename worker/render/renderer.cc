@@ -16,6 +16,7 @@
 #include "worker/render/camera_rays.h"
 #include "worker/render/denoiser.h"
 #include "worker/render/exposure.h"
+#include "worker/render/film.h"
 #include "worker/render/ground_truth.h"
 #include "worker/render/lights.h"
 #include "worker/render/overexposed.h"
@@ -27,6 +28,7 @@ namespace parallax {
 namespace {
 
 constexpr int kTile = 16;
+constexpr int kFew = 16;  // Samples of a pixel; with as many, none need others of their own.
 constexpr int kBytesPerPixel = 400;  // Both eyes' films and maps, the denoiser's buffers.
 
 double SecondsSince(SteadyTime start) {
@@ -36,25 +38,6 @@ double SecondsSince(SteadyTime start) {
 absl::Status CancelledError() {
   return MakeError(absl::StatusCode::kCancelled, "render: cancelled");
 }
-
-// One eye's picture before and for the denoiser.
-struct Film {
-  ImageF3 color, albedo, normal;
-  Film(int width, int height)
-      : color(width, height), albedo(width, height), normal(width, height) {}
-};
-
-// Of a pixel's samples.
-struct PixelSum {
-  Vec3f color = Vec3f::Zero(), albedo = Vec3f::Zero(), normal = Vec3f::Zero();
-  float guides = 1e-9f;
-  void Add(const PathResult& path) {
-    color += path.radiance;
-    albedo += path.guide_weight * path.albedo;
-    normal += path.guide_weight * path.normal;
-    guides += path.guide_weight;
-  }
-};
 
 class SceneRenderer final : public Renderer {
  public:
@@ -137,8 +120,10 @@ class SceneRenderer final : public Renderer {
     std::vector<Film> films;
     Meter meter{progress, 2.0 * rig.width_px() * rig.height_px()};
     for (int eye = 0; eye < 2; ++eye) {
-      films.emplace_back(rig.width_px(), rig.height_px());
+      films.emplace_back(stereo.eyes[eye]);
       TraceEye(stereo.eyes[eye], StreamOf(rig, eye, 0), clamp, cancel, &meter, &films.back());
+      if (cancel.cancelled()) return CancelledError();
+      TraceGuides(stereo.eyes[eye], StreamOf(rig, eye, 4), cancel, &meter, &films.back());
       if (cancel.cancelled()) return CancelledError();
     }
     // From what was traced, not from what the denoiser made of it: the same on every machine.
@@ -163,6 +148,10 @@ class SceneRenderer final : public Renderer {
     frame.denoise_s = SecondsSince(denoise_start);
     if (progress) progress(1.0);
     return frame;
+  }
+
+  int SamplesOf(const PinholeCamera& camera) const {
+    return profile_.SamplesPerPixel(camera.width_px, camera.height_px);
   }
 
   SampleStream StreamOf(const v1::Rig& rig, int eye, uint32_t pass) const {
@@ -257,6 +246,7 @@ class SceneRenderer final : public Renderer {
                 const CancelToken& cancel, Meter* meter, Film* film) const {
     const uint32_t stream_hash = stream.Hash();
     const PathOptions options = Options(clamp);
+    const int samples = SamplesOf(camera);
     const int columns = (camera.width_px + kTile - 1) / kTile;
     const int rows = (camera.height_px + kTile - 1) / kTile;
     tbb::parallel_for(0, columns * rows, [&](int tile) {
@@ -267,33 +257,48 @@ class SceneRenderer final : public Renderer {
         for (int x = x0; x < std::min(x0 + kTile, camera.width_px); ++x) pixels.push_back({x, y});
       }
       const auto sampler_of = [&](const PixelAt& at, int sample) {
-        return PixelSampler(stream_hash, at.x, at.y, sample);
+        return PixelSampler(stream_hash, samples, at.x, at.y, sample);
       };
-      meter->rays += TracePixels(camera, options, pixels, profile_.samples_per_pixel, sampler_of,
-                                 cancel, film);
+      meter->rays += TracePixels(camera, options, pixels, samples, sampler_of, cancel, film);
       if (!cancel.cancelled()) meter->Add(static_cast<int64_t>(pixels.size()));
     });
+  }
+
+  // More samples of what guides the denoiser, without light, where a pixel's few differ.
+  void TraceGuides(const PinholeCamera& camera, const SampleStream& stream,
+                   const CancelToken& cancel, Meter* meter, Film* film) const {
+    constexpr int kMore = 8;
+    if (!denoiser_ || SamplesOf(camera) >= kFew) return;
+    PathOptions options = Options(0);
+    options.cache = nullptr;
+    options.only_guides = true;
+    TraceAnew(camera, stream, options, film->MixedPixels(), kMore, cancel, meter, film);
   }
 
   // Edges of what is brighter than the display shows, with more samples anew.
   void TraceEdges(const PinholeCamera& camera, const SampleStream& stream, float clamp,
                   float exposure, const CancelToken& cancel, Meter* meter, Film* film) const {
     constexpr int kTimes = 4;
-    constexpr int kFew = 16;
+    const int samples = SamplesOf(camera);
+    if (profile_.clamp <= 0.0f || samples >= kFew) return;
+    TraceAnew(camera, stream, Options(clamp), EdgesOf(Overexposed(film->color, exposure)),
+              kTimes * samples, cancel, meter, film);
+  }
+
+  // Some pixels, each for itself.
+  void TraceAnew(const PinholeCamera& camera, const SampleStream& stream,
+                 const PathOptions& options, const std::vector<PixelAt>& pixels, int samples,
+                 const CancelToken& cancel, Meter* meter, Film* film) const {
     constexpr size_t kAtOnce = kTile * kTile;
-    if (profile_.clamp <= 0.0f || profile_.samples_per_pixel >= kFew) return;
     const uint32_t stream_hash = stream.Hash();
-    const PathOptions options = Options(clamp);
-    const std::vector<PixelAt> edges = EdgesOf(Overexposed(film->color, exposure));
     const auto sampler_of = [&](const PixelAt& at, int sample) {
       return Sampler(stream_hash, static_cast<uint32_t>(at.x), static_cast<uint32_t>(at.y),
                      static_cast<uint32_t>(sample));
     };
-    tbb::parallel_for(size_t{0}, (edges.size() + kAtOnce - 1) / kAtOnce, [&](size_t part) {
-      const std::span all(edges);
+    tbb::parallel_for(size_t{0}, (pixels.size() + kAtOnce - 1) / kAtOnce, [&](size_t part) {
+      const std::span all(pixels);
       const auto some = all.subspan(part * kAtOnce, std::min(kAtOnce, all.size() - part * kAtOnce));
-      meter->rays += TracePixels(camera, options, some, kTimes * profile_.samples_per_pixel,
-                                 sampler_of, cancel, film);
+      meter->rays += TracePixels(camera, options, some, samples, sampler_of, cancel, film);
     });
   }
 
@@ -329,30 +334,24 @@ class SceneRenderer final : public Renderer {
       }
     }
     if (cancel.cancelled()) return traced;
-    for (size_t i = 0; i < pixels.size(); ++i) Develop(sums[i], samples, camera, pixels[i], film);
+    for (size_t i = 0; i < pixels.size(); ++i) {
+      if (options.only_guides) {
+        film->AddGuides(pixels[i], sums[i]);
+      } else {
+        film->Develop(pixels[i], sums[i], samples);
+      }
+    }
     return traced;
   }
 
   // Few samples are spread over neighbouring pixels together; with many a pixel stands for itself.
-  Sampler PixelSampler(uint32_t stream_hash, int x, int y, int sample) const {
-    constexpr int kFew = 64;
+  static Sampler PixelSampler(uint32_t stream_hash, int samples, int x, int y, int sample) {
+    constexpr int kMost = 64;
     const auto px = static_cast<uint32_t>(x), py = static_cast<uint32_t>(y);
-    const auto samples = static_cast<uint32_t>(profile_.samples_per_pixel);
     const auto s = static_cast<uint32_t>(sample);
-    if (samples > kFew || std::max(x, y) >= 1 << 13) return Sampler(stream_hash, px, py, s);
-    return Sampler::OfImage(stream_hash, px, py, std::bit_width(samples - 1), s);
-  }
-
-  // Box filter one pixel wide: edges in the picture are where the ground truth has them.
-  static void Develop(const PixelSum& sum, int samples, const PinholeCamera& camera,
-                      const PixelAt& at, Film* film) {
-    const float scale = 1.0f / static_cast<float>(samples);
-    const Vec3f normal = camera.world_from_camera.transpose().cast<float>() * sum.normal;
-    for (int c = 0; c < 3; ++c) {
-      film->color(at.x, at.y, c) = sum.color[c] * scale;
-      film->albedo(at.x, at.y, c) = sum.albedo[c] / sum.guides;
-      film->normal(at.x, at.y, c) = normal[c] / sum.guides;
-    }
+    if (samples > kMost || std::max(x, y) >= 1 << 13) return Sampler(stream_hash, px, py, s);
+    return Sampler::OfImage(stream_hash, px, py, std::bit_width(static_cast<uint32_t>(samples) - 1),
+                            s);
   }
 
   const uint64_t scene_seed_;

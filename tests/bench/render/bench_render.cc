@@ -25,6 +25,7 @@
 #include "tests/bench/render/where_time_goes.h"
 #include "worker/dataset/render_frames.h"
 #include "worker/render/exposure.h"
+#include "worker/render/profiles.h"
 #include "worker/render/renderer.h"
 
 namespace parallax {
@@ -434,6 +435,12 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
   int width = 0, height = 0;
   if (std::sscanf(options.size.c_str(), "%dx%d", &width, &height) == 2) {
     for (v1::Rig& rig : *scene.recipe.mutable_rigs()) rig = Resized(rig, width, height);
+  }
+  if (options.samples == 0 && scene.recipe.rigs_size() > 0) {
+    // Parts of a picture get as many as the whole does.
+    ASSIGN_OR_RETURN(const RenderProfile profile, ResolveProfile(ConfigOf(options)));
+    options.samples = profile.SamplesPerPixel(static_cast<int>(scene.recipe.rigs(0).width_px()),
+                                              static_cast<int>(scene.recipe.rigs(0).height_px()));
   }
   options.pairs = std::min(options.pairs, scene.recipe.rigs_size());
   options.quality_rigs = std::min(options.quality_rigs, scene.recipe.rigs_size());

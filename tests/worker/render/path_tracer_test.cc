@@ -130,23 +130,46 @@ TestScene Showroom() {
   return test;
 }
 
-// Their number is no multiple of what goes together; packets would round otherwise, so each starts
-// elsewhere.
-TEST(PathTracer, WhatAPathSeesDoesNotDependOnItsCompany) {
-  const Built built = Build(Showroom());
-  PathTracer tracer(*built.scene, built.lights, PathOptions());
+// Each starts elsewhere: packets would round otherwise.
+std::vector<Path> PathsInShowroom(uint32_t count) {
   Rng rng(SceneSeed{5}, "rays");
-  std::vector<Path> together;
-  for (uint32_t i = 0; i < 700; ++i) {
+  std::vector<Path> paths;
+  for (uint32_t i = 0; i < count; ++i) {
     Ray ray;
     ray.origin = {static_cast<float>(rng.Uniform(-1.9, 1.9)),
                   static_cast<float>(rng.Uniform(-1.9, 1.9)),
                   static_cast<float>(rng.Uniform(0.05, 1.8))};
     ray.direction = DirectionAt(static_cast<float>(rng.Uniform(-1, 1)),
                                 static_cast<float>(rng.Uniform(0, 6.28)));
-    together.push_back({ray, Sampler(9, i, 0, 0), nullptr, {}});
+    paths.push_back({ray, Sampler(9, i, 0, 0), nullptr, {}});
   }
-  const std::vector<Path> paths = together;
+  return paths;
+}
+
+TEST(PathTracer, GuidesAloneAreThoseOfWholePathsForFewerRays) {
+  const Built built = Build(Showroom());
+  std::vector<Path> whole = PathsInShowroom(700), guides = whole;
+  PathTracer(*built.scene, built.lights, PathOptions()).Trace(whole);
+  PathOptions options;
+  options.only_guides = true;
+  PathTracer(*built.scene, built.lights, options).Trace(guides);
+  uint32_t rays = 0, wanted = 0;
+  for (size_t i = 0; i < whole.size(); ++i) {
+    ASSERT_EQ(guides[i].result.albedo, whole[i].result.albedo) << i;
+    ASSERT_EQ(guides[i].result.normal, whole[i].result.normal) << i;
+    ASSERT_EQ(guides[i].result.guide_weight, whole[i].result.guide_weight) << i;
+    rays += guides[i].result.rays;
+    wanted += whole[i].result.rays;
+  }
+  EXPECT_LT(2 * rays, wanted);
+}
+
+// Their number is no multiple of what goes together.
+TEST(PathTracer, WhatAPathSeesDoesNotDependOnItsCompany) {
+  const Built built = Build(Showroom());
+  PathTracer tracer(*built.scene, built.lights, PathOptions());
+  const std::vector<Path> paths = PathsInShowroom(700);
+  std::vector<Path> together = paths;
   tracer.Trace(together);
   double light = 0;
   for (size_t i = 0; i < paths.size(); ++i) {

@@ -385,5 +385,18 @@ TEST(Profiles, OverridesReplaceTheTable) {
   EXPECT_FALSE(ResolveProfile(config).ok());
 }
 
+TEST(Profiles, SmallPicturesGetMoreSamplesOfAPixelUnlessAskedOtherwise) {
+  const RenderProfile usual = *ResolveProfile({});
+  EXPECT_EQ(usual.SamplesPerPixel(1920, 1080), usual.samples_per_pixel);
+  EXPECT_EQ(usual.SamplesPerPixel(1280, 720), usual.samples_per_pixel);
+  EXPECT_EQ(usual.SamplesPerPixel(960, 540), usual.samples_per_pixel);
+  EXPECT_EQ(usual.SamplesPerPixel(640, 360), 2 * usual.samples_per_pixel);
+  EXPECT_EQ(usual.SamplesPerPixel(480, 270), 2 * usual.samples_per_pixel);
+  EXPECT_EQ(usual.SamplesPerPixel(320, 180), 4 * usual.samples_per_pixel);
+  EXPECT_EQ(usual.SamplesPerPixel(16, 16), 4 * usual.samples_per_pixel);
+  EXPECT_EQ(ResolveProfile(MakeConfig(5, 2, true))->SamplesPerPixel(320, 180), 5);
+  EXPECT_EQ(ResolveProfile(MakeConfig(0, 0, true, "high"))->SamplesPerPixel(320, 180), 64);
+}
+
 }  // namespace
 }  // namespace parallax

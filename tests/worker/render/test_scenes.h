@@ -9,6 +9,7 @@
 
 #include "common/base/cancel.h"
 #include "common/base/clock.h"
+#include "common/image/image.h"
 #include "parallax/v1/scene.pb.h"
 #include "worker/scene/scene_geometry.h"
 
@@ -77,5 +78,8 @@ v1::Rig BoxRoomRig(int width_px, int height_px);
 
 v1::RenderConfig MakeConfig(int samples, int bounces, bool denoise,
                             const std::string& profile = "reference");
+
+// Of all channels' differences, in levels. Pictures of one size.
+double RootMeanSquare(const ImageRgb8& a, const ImageRgb8& b);
 
 }  // namespace parallax::test

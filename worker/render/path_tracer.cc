@@ -6,7 +6,7 @@ namespace parallax {
 namespace {
 
 constexpr int kMaxPassages = 32;  // Holes and thin panes that a path may pass.
-constexpr int kGuideBounces = 3;  // Mirrors that the denoiser's guides follow.
+constexpr int kGuideBounces = 1;  // Mirrors that the denoiser's guides follow.
 constexpr float kRareWayWeight = 0.02f;
 constexpr int kRouletteFrom = 2;  // First bounce that may end by chance.
 

@@ -51,6 +51,24 @@ TEST(PathTracer, GuidesShowWhatAMirrorShows) {
   EXPECT_LT((seen.normal - Vec3f(-1, 0, 0)).norm(), 0.05f);
 }
 
+// What several mirrors show is seldom seen, and dark glass that mirrors itself made guides of
+// noise.
+TEST(PathTracer, GuidesFollowOneMirrorAndThenShowTheNext) {
+  TestScene test;
+  SurfaceSample silver;
+  silver.base_color = Vec3f::Constant(0.9f);
+  silver.metallic = 1;
+  silver.roughness = 0.02f;
+  const uint32_t mirror = test.AddMaterial(silver);
+  test.AddMesh(MakeQuad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), mirror);
+  test.AddMesh(MakeQuad({2, -5, -5}, {0, 0, 10}, {0, 10, 0}), mirror);
+  test.AddMesh(MakeQuad({-3, -9, -9}, {0, 18, 0}, {0, 0, 18}),
+               test.AddMaterial(DiffuseSample(Vec3f(0.1f, 0.8f, 0.1f))));
+  const Guides seen = Look(Build(test), {0.5f, 0, -1}, 4);
+  EXPECT_LT((seen.albedo - Vec3f::Constant(0.81f)).norm(), 0.05f);
+  EXPECT_LT((seen.normal - Vec3f(-1, 0, 0)).norm(), 0.05f);
+}
+
 TEST(PathTracer, GuidesLookThroughClearPanesWithoutNoise) {
   TestScene test;
   SurfaceSample pane;

@@ -11,7 +11,7 @@
 #include "common/base/clock.h"
 #include "common/base/memory_budget.h"
 #include "common/base/rng.h"
-#include "tests/worker/render/test_scenes.h"
+#include "tests/worker/render/render_frame.h"
 #include "worker/render/exposure.h"
 #include "worker/render/profiles.h"
 #include "worker/render/render_scene.h"
@@ -27,26 +27,14 @@ using test::MakeConfig;
 using test::MakeQuad;
 using test::MakeRig;
 using test::MakeSphere;
+using test::MeanSquare;
 using test::TestScene;
 
 StereoFrame RenderBoxRoom(const v1::RenderConfig& config, const v1::Rig& rig,
                           uint64_t scene_seed = 1) {
   TestScene test = MakeBoxRoom();
   test.recipe.set_scene_seed(scene_seed);
-  auto renderer = Renderer::Create(test.recipe, test.geometry, config);
-  EXPECT_TRUE(renderer.ok()) << renderer.status();
-  auto frame = (*renderer)->RenderRig(rig, {}, {});
-  EXPECT_TRUE(frame.ok()) << frame.status();
-  return *std::move(frame);
-}
-
-double MeanSquare(const ImageRgb8& a, const ImageRgb8& b) {
-  double sum = 0;
-  for (size_t i = 0; i < a.values().size(); ++i) {
-    const double d = static_cast<double>(a.values()[i]) - b.values()[i];
-    sum += d * d;
-  }
-  return sum / static_cast<double>(a.values().size());
+  return test::RenderFrame(test, config, rig);
 }
 
 TEST(Renderer, ImagesDoNotDependOnTheNumberOfThreads) {

@@ -79,7 +79,7 @@ v1::Rig BoxRoomRig(int width_px, int height_px);
 v1::RenderConfig MakeConfig(int samples, int bounces, bool denoise,
                             const std::string& profile = "reference");
 
-// Of all channels' differences, in levels. Pictures of one size.
-double RootMeanSquare(const ImageRgb8& a, const ImageRgb8& b);
+// Of all channels' differences in levels. Pictures of one size.
+double MeanSquare(const ImageRgb8& a, const ImageRgb8& b);
 
 }  // namespace parallax::test

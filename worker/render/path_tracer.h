@@ -51,8 +51,9 @@ struct PathTrail {
 
 struct PathResult {
   Vec3f radiance = Vec3f::Zero();
-  // For the denoiser, of the first surface that is neither mirror nor clear glass, so that what
-  // these show keeps its detail; the sky has its clamped radiance as albedo and no normal.
+  // For the denoiser, of the first surface that is neither mirror nor clear glass, or of the second
+  // mirror, so that what these show keeps its detail; the sky has its clamped radiance as albedo
+  // and no normal.
   Vec3f albedo = Vec3f::Zero();
   Vec3f normal = Vec3f::Zero();  // World.
   // What this path's guides count among a pixel's: little where it goes the way of a pane, through

@@ -30,6 +30,7 @@ def arguments(what, default_out):
     parser.add_argument('--size', default='480x270')
     parser.add_argument('--views', default='0,10', help='rigs whose left images are compared')
     parser.add_argument('--rigs', type=int, default=20, help='rigs that share our cost')
+    parser.add_argument('--samples', type=int, default=0, help="of a pixel of ours; 0: the default profile's")
     parser.add_argument('--reference-spp', type=int, default=192,
                         help='of each of the two independent references of either renderer')
     parser.add_argument('--ladder', default='2,4,8,16,32,64,128,256',
@@ -235,9 +236,10 @@ def speed(options, folder, flavour, render_theirs):
     recipe = os.path.join(folder, 'recipe.pb')
     listed = ','.join(map(str, views))
     flavour_flag = ['--flavour', flavour]
+    samples_flag = ['--spp', options.samples]
     say(f'ours: {options.rigs} rigs by the default profile')
-    all_rigs = ours('render', recipe, folder, *flavour_flag, '--rigs', options.rigs, '--write', listed)
-    one_rig = ours('render', recipe, os.path.join(folder, 'one'), *flavour_flag, '--rigs', 1)
+    all_rigs = ours('render', recipe, folder, *flavour_flag, *samples_flag, '--rigs', options.rigs, '--write', listed)
+    one_rig = ours('render', recipe, os.path.join(folder, 'one'), *flavour_flag, *samples_flag, '--rigs', 1)
     exposure = {v: all_rigs['exposures'][str(v)] for v in views}
 
     def our_picture(name, view):

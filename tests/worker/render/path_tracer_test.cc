@@ -37,13 +37,17 @@ Guides Look(const Built& built, const Vec3f& direction, int samples) {
   return {sum.albedo / weights, sum.normal / weights};
 }
 
-TEST(PathTracer, GuidesShowWhatAMirrorShows) {
-  TestScene test;
+SurfaceSample Silver() {
   SurfaceSample silver;
   silver.base_color = Vec3f::Constant(0.9f);
   silver.metallic = 1;
   silver.roughness = 0.02f;
-  test.AddMesh(MakeQuad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), test.AddMaterial(silver));
+  return silver;
+}
+
+TEST(PathTracer, GuidesShowWhatAMirrorShows) {
+  TestScene test;
+  test.AddMesh(MakeQuad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), test.AddMaterial(Silver()));
   const Vec3f red(0.8f, 0.1f, 0.1f);
   test.AddMesh(MakeQuad({2, -5, -5}, {0, 0, 10}, {0, 10, 0}), test.AddMaterial(DiffuseSample(red)));
   const Guides seen = Look(Build(test), {0.5f, 0, -1}, 4);
@@ -55,11 +59,7 @@ TEST(PathTracer, GuidesShowWhatAMirrorShows) {
 // noise.
 TEST(PathTracer, GuidesFollowOneMirrorAndThenShowTheNext) {
   TestScene test;
-  SurfaceSample silver;
-  silver.base_color = Vec3f::Constant(0.9f);
-  silver.metallic = 1;
-  silver.roughness = 0.02f;
-  const uint32_t mirror = test.AddMaterial(silver);
+  const uint32_t mirror = test.AddMaterial(Silver());
   test.AddMesh(MakeQuad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), mirror);
   test.AddMesh(MakeQuad({2, -5, -5}, {0, 0, 10}, {0, 10, 0}), mirror);
   test.AddMesh(MakeQuad({-3, -9, -9}, {0, 18, 0}, {0, 0, 18}),

@@ -28,6 +28,8 @@ inline Float8 Min(Float8 a, Float8 b) { return _mm256_min_ps(a, b); }
 inline Float8 Max(Float8 a, Float8 b) { return _mm256_max_ps(a, b); }
 inline Float8 Min(Float8 a, float b) { return Min(a, Splat(b)); }
 inline Float8 Max(Float8 a, float b) { return Max(a, Splat(b)); }
+inline Float8 Min(float a, Float8 b) { return Min(Splat(a), b); }
+inline Float8 Max(float a, Float8 b) { return Max(Splat(a), b); }
 inline Float8 Clamp(Float8 x, Float8 low, Float8 high) { return Min(Max(x, low), high); }
 inline Float8 Clamp(Float8 x, float low, float high) { return Clamp(x, Splat(low), Splat(high)); }
 inline Float8 Sqrt(Float8 x) { return _mm256_sqrt_ps(x); }
@@ -39,6 +41,9 @@ inline Float8 CopySign(float magnitude, Float8 sign) {
   return _mm256_or_ps(_mm256_and_ps(sign, bit), _mm256_andnot_ps(bit, Splat(magnitude)));
 }
 inline Float8 Square(Float8 x) { return x * x; }
+inline Float8 Floor(Float8 x) { return _mm256_floor_ps(x); }
+inline Float8 ToFloat(Int8 x) { return __builtin_convertvector(x, Float8); }
+inline Int8 ToInt(Float8 x) { return __builtin_convertvector(x, Int8); }  // Towards zero.
 
 inline float Sum(Float4 x) {
   const Float4 pairs = _mm_add_ps(x, _mm_movehdup_ps(x));
@@ -96,9 +101,13 @@ inline Float8 Log1p(Float8 x) {
 struct Vec3x8 {
   Float8 x, y, z;
 
+  Vec3x8() = default;
+  Vec3x8(Float8 x_, Float8 y_, Float8 z_) : x(x_), y(y_), z(z_) {}
+  // One for all.
+  Vec3x8(const Vec3f& v) : x(Splat(v.x())), y(Splat(v.y())), z(Splat(v.z())) {}
+
   static Vec3x8 Zero() { return {Splat(0), Splat(0), Splat(0)}; }
   static Vec3x8 All(Float8 value) { return {value, value, value}; }
-  static Vec3x8 All(const Vec3f& v) { return {Splat(v.x()), Splat(v.y()), Splat(v.z())}; }
 
   void Set(int lane, const Vec3f& v) {
     x[lane] = v.x();
@@ -121,6 +130,10 @@ inline Vec3x8 operator*(const Vec3x8& a, const Vec3x8& b) {
 }
 inline Vec3x8 operator*(const Vec3x8& a, Float8 s) { return {a.x * s, a.y * s, a.z * s}; }
 inline Vec3x8 operator*(const Vec3x8& a, float s) { return {a.x * s, a.y * s, a.z * s}; }
+inline Vec3x8 operator*(const Vec3f& a, Float8 s) { return {a.x() * s, a.y() * s, a.z() * s}; }
+inline Vec3x8& operator*=(Vec3x8& a, Float8 s) { return a = a * s; }
+inline Vec3x8 operator/(const Vec3x8& a, Float8 s) { return {a.x / s, a.y / s, a.z / s}; }
+inline Vec3x8 operator/(const Vec3x8& a, float s) { return {a.x / s, a.y / s, a.z / s}; }
 inline Float8 Dot(const Vec3x8& a, const Vec3x8& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline Vec3x8 Normalized(const Vec3x8& a) { return a * (1.0f / Sqrt(Dot(a, a))); }
 inline Vec3x8 Select(Mask8 mask, const Vec3x8& a, const Vec3x8& b) {

@@ -27,8 +27,8 @@ AssetFigures MeasureAssetClass(const AssetClass& asset_class, int seeds);
 
 struct MaterialFigures {
   const MaterialClass* material_class = nullptr;
-  double evaluate_ns = 0;  // One Evaluate at a pixel's footprint, mean of three seeds.
-  double height_ns = 0;    // One Height.
+  double evaluate_ns = 0;  // A point of eight, at a pixel's footprint, mean of three seeds.
+  double height_ns = 0;    // Likewise.
 };
 
 MaterialFigures MeasureMaterialClass(const MaterialClass& material_class);

@@ -25,20 +25,18 @@ struct Pile {
   uint32_t seed = 0;
 
   // About [0, 1]: 1 on top of a tuft. `id` is the tuft's.
-  float At(const PlanePoint& plane, float w, uint32_t* id) const {
+  Float8 At(const PlanePoint8& plane, Float8 w, Bits8* id) const {
     const float mean = 0.55f;
-    const float fade = Fade(1.3f * tuft_m, w);
-    *id = 0x80808080u;
-    if (fade <= 0) return mean;
-    const noise::Cell cell = noise::Cells2(plane.u / tuft_m, plane.v / tuft_m, seed, 0.85f);
-    *id = cell.id;
-    float top =
+    const Float8 fade = Fade(1.3f * tuft_m, w);
+    const noise::Cell8 cell = noise::Cells2(plane.u / tuft_m, plane.v / tuft_m, seed, 0.85f);
+    *id = fade > 0 ? cell.id : Bits8{} + 0x80808080u;
+    Float8 top =
         Saturate(1.0f - 1.5f * cell.f1 * cell.f1) * SmoothStep(0.0f, 0.35f, cell.f2 - cell.f1);
     // Strands: a tuft is many yarns that lean this way and that.
-    const float lean =
+    const Float8 lean =
         noise::Gradient2(plane.u / (2.5f * tuft_m), plane.v / (2.5f * tuft_m), seed + 1);
-    const float a = plane.u * 4.0f / tuft_m + 5.0f * lean,
-                b = plane.v * 4.0f / tuft_m - 5.0f * lean;
+    const Float8 a = plane.u * 4.0f / tuft_m + 5.0f * lean,
+                 b = plane.v * 4.0f / tuft_m - 5.0f * lean;
     top += strands * Fade(0.3f * tuft_m, w) *
            (noise::Gradient2(a, 0.3f * b, seed + 2) + noise::Gradient2(0.3f * a, b, seed + 3));
     return mean + fade * (top - mean);
@@ -55,27 +53,28 @@ class Carpet final : public Material {
     height_m_ = 0.35f * pile_.tuft_m;
     trodden_ = Draw(rng, 0.04, 0.12);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const PlanePoint plane = OnPlane(point);
-    uint32_t id;
-    const float top = pile_.At(plane, w, &id);
-    const float fade = Fade(1.3f * pile_.tuft_m, w);
-    const float mottle = Fbm3(point.texture_m, 0.03f, 3, w, pile_.seed + 3, 0.6f);
-    const float trodden = Fbm3(point.texture_m, 0.5f, 3, w, pile_.seed + 4);
-    const float mix = Saturate(0.5f + fade * (UnitByte(id, 0) - 0.5f) + 0.4f * mottle);
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const PlanePoint8 plane = OnPlane(point);
+    Bits8 id;
+    const Float8 top = pile_.At(plane, w, &id);
+    const Float8 fade = Fade(1.3f * pile_.tuft_m, w);
+    const Float8 mottle = Fbm3(point.texture_m, 0.03f, 3, w, pile_.seed + 3, 0.6f);
+    const Float8 trodden = Fbm3(point.texture_m, 0.5f, 3, w, pile_.seed + 4);
+    const Float8 mix = Saturate(0.5f + fade * (UnitByte(id, 0) - 0.5f) + 0.4f * mottle);
+    SurfaceSample8 out;
     out.base_color = Albedo(Mix(yarn_, second_, mix) *
                             ((0.55f + 0.75f * top) * (1.0f + trodden_ * trodden + 0.06f * mottle)));
-    out.roughness = 0.95f;
-    out.specular = 0.15f;
-    out.sheen = 0.3f;
+    out.roughness = Splat(0.95f);
+    out.specular = Splat(0.15f);
+    out.sheen = Splat(0.3f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float fade = Fade(1.3f * pile_.tuft_m, point.footprint_m);
-    uint32_t id;
-    return fade <= 0 ? 0.0f : height_m_ * pile_.At(OnPlane(point), point.footprint_m, &id);
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 fade = Fade(1.3f * pile_.tuft_m, point.footprint_m);
+    Bits8 id;
+    const Float8 top = pile_.At(OnPlane(point), point.footprint_m, &id);
+    return fade > 0 ? height_m_ * top : Splat(0);
   }
 
  private:
@@ -86,7 +85,7 @@ class Carpet final : public Material {
 
 // A knotted pattern in steps of knots: repeats that are mirrored both ways, with bands between, as
 // kilims have.
-class RugPattern final : public Material {
+class RugPattern final : public PointMaterial {
  public:
   explicit RugPattern(Rng& rng) {
     const int dyes = static_cast<int>(dyes_.size());
@@ -124,7 +123,7 @@ class RugPattern final : public Material {
     seed_ = DrawSeed(rng);
     border_m_ = rng.Bernoulli(0.75) ? Draw(rng, 0.06, 0.2) : 0.0f;
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+  SurfaceSample EvaluatePoint(const SurfacePoint& point) const override {
     const float w = point.footprint_m;
     const PlanePoint plane = OnPlane(point);
     const float x = plane.u / knot_m_, y = plane.v / knot_m_;
@@ -146,7 +145,7 @@ class RugPattern final : public Material {
     out.sheen = 0.3f;
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  float HeightOfPoint(const SurfacePoint& point) const override {
     const float fade = Fade(1.5f * knot_m_, point.footprint_m);
     if (fade <= 0) return 0;
     const PlanePoint plane = OnPlane(point);

@@ -36,31 +36,31 @@ class GlazedCeramic final : public Material {
     crackle_m_ = Draw(rng, 0.006, 0.016);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
-    const float flow = Fbm3(Vec3f(p.x(), p.y(), 0.5f * p.z()), flow_m_, 4, w, seed_, 0.55f);
-    const float speck = Fade(2e-3f, w) * SmoothStep(0.5f, 0.75f, Gradient3(p * 420.0f, seed_ + 2));
-    SurfaceSample out;
-    Vec3f color = Mix(thick_, thin_, SmoothStep(-0.55f, 0.75f, flow)) * (1.0f + 0.06f * flow);
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
+    const Float8 flow = Fbm3(Vec3x8(p.x, p.y, 0.5f * p.z), flow_m_, 4, w, seed_, 0.55f);
+    const Float8 speck = Fade(2e-3f, w) * SmoothStep(0.5f, 0.75f, Gradient3(p * 420.0f, seed_ + 2));
+    SurfaceSample8 out;
+    Vec3x8 color = Mix(thick_, thin_, SmoothStep(-0.55f, 0.75f, flow)) * (1.0f + 0.06f * flow);
     color *= 1.0f - 0.35f * speck;
     if (crackle_ > 0) color *= 1.0f - crackle_ * Crackle(p, w);
     out.base_color = Albedo(color);
     out.roughness = Saturate(roughness_ * (1.0f + 0.2f * flow));
-    out.subsurface = 0.25f;
+    out.subsurface = Splat(0.25f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return 5e-5f * Fbm3(point.texture_m, 0.4f * flow_m_, 2, point.footprint_m, seed_ + 5, 0.3f);
   }
 
  private:
-  float Crackle(const Vec3f& p, float w) const {
-    const float fade = Fade(crackle_m_, w);
-    if (fade <= 0) return 0.08f;
-    const noise::Cell cell = noise::Cells3(p / crackle_m_, seed_ + 9);
-    const float wide = 0.05f + w / crackle_m_;
-    const float line = (0.05f / wide) * (1.0f - SmoothStep(0.0f, wide, cell.f2 - cell.f1));
+  Float8 Crackle(const Vec3x8& p, Float8 w) const {
+    const Float8 fade = Fade(crackle_m_, w);
+    if (!Any(fade > 0)) return Splat(0.08f);
+    const noise::Cell8 cell = noise::Cells3(p / crackle_m_, seed_ + 9);
+    const Float8 wide = 0.05f + w / crackle_m_;
+    const Float8 line = (0.05f / wide) * (1.0f - SmoothStep(0.0f, wide, cell.f2 - cell.f1));
     return 0.08f + fade * (line - 0.08f);
   }
 
@@ -82,34 +82,31 @@ class SpeckledCeramic final : public Material {
     roughness_ = rng.Bernoulli(0.5) ? Draw(rng, 0.1, 0.2) : Draw(rng, 0.4, 0.6);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
-    const float specks = Saturate(0.9f * Specks(p, size_m_, share_, seed_, w) +
-                                  0.7f * Specks(p, 0.42f * size_m_, share_, seed_ + 1, w));
-    const float tone = Fbm3(p, 0.06f, 3, w, seed_ + 2);
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
+    const Float8 specks = Saturate(0.9f * Specks(p, size_m_, share_, seed_, w) +
+                                   0.7f * Specks(p, 0.42f * size_m_, share_, seed_ + 1, w));
+    const Float8 tone = Fbm3(p, 0.06f, 3, w, seed_ + 2);
+    SurfaceSample8 out;
     out.base_color = Albedo(Mix(ground_ * (1.0f + 0.06f * tone), speck_, specks));
     out.roughness = Saturate(roughness_ * (1.0f + 0.4f * specks));
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return 3e-5f * Fbm3(point.texture_m, 0.012f, 2, point.footprint_m, seed_ + 5);
   }
 
  private:
-  static float Specks(const Vec3f& p, float size_m, float share, uint32_t seed, float w) {
+  static Float8 Specks(const Vec3x8& p, float size_m, float share, uint32_t seed, Float8 w) {
     const float mean = 0.10f * share;
-    const float fade = Fade(size_m, w);
-    if (fade <= 0) return mean;
-    const noise::Cell cell = noise::Cells3(p / size_m, seed);
-    float speck = 0;
-    if (noise::Unit(cell.id) < share) {
-      const float radius = 0.14f + 0.3f * UnitByte(Hash(1, cell.id), 1);
-      const float soft = std::max(0.3f * radius, w / size_m);
-      speck = 1.0f - SmoothStep(radius - 0.5f * soft, radius + 0.5f * soft, cell.f1);
-    }
-    return mean + fade * (speck - mean);
+    const Float8 fade = Fade(size_m, w);
+    if (!Any(fade > 0)) return Splat(mean);
+    const noise::Cell8 cell = noise::Cells3(p / size_m, seed);
+    const Float8 radius = 0.14f + 0.3f * UnitByte(Hash(1, cell.id), 1);
+    const Float8 soft = Max(0.3f * radius, w / size_m);
+    const Float8 speck = 1.0f - SmoothStep(radius - 0.5f * soft, radius + 0.5f * soft, cell.f1);
+    return mean + fade * ((noise::Unit(cell.id) < share ? speck : Splat(0)) - mean);
   }
 
   Vec3f ground_, speck_;
@@ -128,27 +125,27 @@ class Terracotta final : public Material {
     turn_m_ = Draw(rng, 0.003, 0.008);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
-    const float n = Fbm3(p, 0.08f, 5, w, seed_, 0.6f);
-    const float lime =
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
+    const Float8 n = Fbm3(p, 0.08f, 5, w, seed_, 0.6f);
+    const Float8 lime =
         bloom_ * noise::Above(noise::Fbm3Filtered(p, 0.1f, 5, w, seed_ + 3, 0.6f), 0.35f, 0.35f);
-    SurfaceSample out;
+    SurfaceSample8 out;
     out.base_color =
         Albedo(Mix(clay_ * (1.0f + 0.13f * n + 0.05f * Turns(p, w)), SrgbColor(0xd9cfc2), lime));
-    out.roughness = 0.85f;
-    out.specular = 0.3f;
+    out.roughness = Splat(0.85f);
+    out.specular = Splat(0.3f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return 5e-5f * Turns(point.texture_m, point.footprint_m) +
            5e-5f * Fbm3(point.texture_m, 0.003f, 2, point.footprint_m, seed_ + 6);
   }
 
  private:
-  float Turns(const Vec3f& p, float w) const {
-    return Fade(turn_m_, w) * Gradient3(p.x() * 6.0f, p.y() * 6.0f, p.z() / turn_m_, seed_ + 8);
+  Float8 Turns(const Vec3x8& p, Float8 w) const {
+    return Fade(turn_m_, w) * Gradient3(p.x * 6.0f, p.y * 6.0f, p.z / turn_m_, seed_ + 8);
   }
 
   Vec3f clay_;
@@ -191,64 +188,67 @@ class CeramicTiles final : public Material {
     cloudy_ = Draw(rng, 0.02, 0.12);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
     const Tile tile = At(OnPlane(point));
 
     const float mean_cover = 1.0f - gap_m_ / width_m_ - gap_m_ / length_m_;
-    const float fade = Fade(width_m_, w);
-    const float solid = noise::Lerp(
+    const Float8 fade = Fade(width_m_, w);
+    const Float8 solid = noise::Lerp(
         mean_cover, 1.0f - LineShare(tile.edge_m, 0.5f * gap_m_, 0.0006f, 1.2f * w), fade);
-    const float cloud = Fbm3(point.texture_m + Vec3f::Constant(4.0f * UnitByte(tile.id, 2)), 0.05f,
-                             4, w, seed_ + 3);
-    const float own = 1.0f + variation_ * fade * (UnitByte(tile.id, 0) - 0.5f);
-    const Vec3f glaze = Mix(mean_, glazes_[tile.glaze], fade) * (own * (1.0f + cloudy_ * cloud));
-    const float dirt = Fbm3(point.texture_m, 0.03f, 3, w, seed_ + 6);
-    SurfaceSample out;
+    const Float8 cloud =
+        Fbm3(point.texture_m + Vec3x8::All(4.0f * UnitByte(tile.id, 2)), 0.05f, 4, w, seed_ + 3);
+    const Float8 own = 1.0f + variation_ * fade * (UnitByte(tile.id, 0) - 0.5f);
+    const Vec3x8 glaze = Mix(mean_, tile.glaze, fade) * (own * (1.0f + cloudy_ * cloud));
+    const Float8 dirt = Fbm3(point.texture_m, 0.03f, 3, w, seed_ + 6);
+    SurfaceSample8 out;
     out.base_color = Albedo(Mix(grout_ * (1.0f + 0.2f * dirt), glaze, solid));
     out.roughness = Saturate(noise::Lerp(0.9f, roughness_ * (1.0f + 0.2f * cloud), solid));
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const float fade = Fade(width_m_, w);
-    if (fade <= 0) return 0;
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Float8 fade = Fade(width_m_, w);
+    if (!Any(fade > 0)) return Splat(0);
     const Tile tile = At(OnPlane(point));
-    const float rise =
+    const Float8 rise =
         1.0f - LineShare(tile.edge_m, 0.5f * gap_m_ + 0.3f * bevel_m_, bevel_m_, 2.0f * w);
     // Neighbours are tilted otherwise: the tilt is let in from the joint's middle.
-    const float own = SmoothStep(0.0f, 0.5f * gap_m_ + bevel_m_, tile.edge_m);
-    const float inside = SmoothStep(0.0f, 0.3f * width_m_, tile.edge_m);
+    const Float8 own = SmoothStep(0.0f, 0.5f * gap_m_ + bevel_m_, tile.edge_m);
+    const Float8 inside = SmoothStep(0.0f, 0.3f * width_m_, tile.edge_m);
     // Each tile is set a little askew; the glaze is a little wavy.
-    const float tilt = 3e-3f * ((UnitByte(tile.id, 1) - 0.5f) * tile.u_m +
-                                (UnitByte(tile.id, 3) - 0.5f) * tile.v_m);
-    const float wave = 2e-5f * Fbm3(point.texture_m, 0.02f, 2, w, seed_ + 8);
-    const float sand = 6e-5f * Fbm3(point.texture_m, 0.002f, 2, w, seed_ + 9);
+    const Float8 tilt = 3e-3f * ((UnitByte(tile.id, 1) - 0.5f) * tile.u_m +
+                                 (UnitByte(tile.id, 3) - 0.5f) * tile.v_m);
+    const Float8 wave = 2e-5f * Fbm3(point.texture_m, 0.02f, 2, w, seed_ + 8);
+    const Float8 sand = 6e-5f * Fbm3(point.texture_m, 0.002f, 2, w, seed_ + 9);
     return fade * (rise * (1.2e-3f + 1e-4f * inside + own * tilt + wave) + (1.0f - rise) * sand);
   }
 
  private:
   struct Tile {
-    float u_m = 0, v_m = 0;  // From its centre.
-    float edge_m = 0;        // To the middle of the nearest joint.
-    uint32_t id = 0;
-    size_t glaze = 0;
+    Float8 u_m, v_m;  // From its centre.
+    Float8 edge_m;    // To the middle of the nearest joint.
+    Bits8 id;
+    Vec3x8 glaze;
   };
 
-  Tile At(const PlanePoint& plane) const {
-    const float row = plane.v / width_m_;
-    const int j = noise::FloorInt(row);
-    const float column = plane.u / length_m_ + (style_.running_bond && (j & 1) ? 0.5f : 0.0f);
-    const int i = noise::FloorInt(column);
+  Tile At(const PlanePoint8& plane) const {
+    const Float8 row = plane.v / width_m_;
+    const Int8 j = noise::FloorInt(row);
+    const Float8 column =
+        plane.u / length_m_ + (style_.running_bond ? 0.5f * ToFloat(j & 1) : Splat(0));
+    const Int8 i = noise::FloorInt(column);
     Tile tile;
-    tile.u_m = (column - static_cast<float>(i) - 0.5f) * length_m_;
-    tile.v_m = (row - static_cast<float>(j) - 0.5f) * width_m_;
-    tile.edge_m =
-        std::min(0.5f * length_m_ - std::fabs(tile.u_m), 0.5f * width_m_ - std::fabs(tile.v_m));
+    tile.u_m = (column - ToFloat(i) - 0.5f) * length_m_;
+    tile.v_m = (row - ToFloat(j) - 0.5f) * width_m_;
+    tile.edge_m = Min(0.5f * length_m_ - Abs(tile.u_m), 0.5f * width_m_ - Abs(tile.v_m));
     tile.id = Hash(i, j, seed_);
-    tile.glaze = chequered_ ? static_cast<size_t>((i + j) & 1)
-                            : static_cast<size_t>(noise::Unit(Hash(i, j, seed_ + 1)) *
-                                                  static_cast<float>(style_.palette));
+    const Int8 glaze =
+        chequered_ ? (i + j) & 1
+                   : ToInt(noise::Unit(Hash(i, j, seed_ + 1)) * static_cast<float>(style_.palette));
+    for (int lane = 0; lane < kLanes; ++lane) {
+      tile.glaze.Set(lane, glazes_[static_cast<size_t>(glaze[lane])]);
+    }
     return tile;
   }
 

@@ -37,18 +37,18 @@ class Enamel final : public Material {
     used_ = rng.Bernoulli(0.4) ? Draw(rng, 0.05, 0.2) : 0.0f;
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const float n = Fbm3(point.texture_m, 0.25f, 3, w, seed_);
-    const float smear = Fbm3(point.texture_m, 0.09f, 4, w, seed_ + 1);
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Float8 n = Fbm3(point.texture_m, 0.25f, 3, w, seed_);
+    const Float8 smear = Fbm3(point.texture_m, 0.09f, 4, w, seed_ + 1);
+    SurfaceSample8 out;
     out.base_color = Albedo(color_ * (1.0f + 0.02f * n));
     // Where hands and cloths go it is duller.
-    out.roughness = Saturate(roughness_ + used_ * std::max(0.0f, smear));
-    out.clearcoat = 0.3f;
+    out.roughness = Saturate(roughness_ + used_ * Max(0.0f, smear));
+    out.clearcoat = Splat(0.3f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return depth_m_ * Fbm3(point.texture_m, peel_m_, 2, point.footprint_m, seed_ + 3);
   }
 

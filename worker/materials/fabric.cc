@@ -37,42 +37,39 @@ struct WovenStyle {
   double sheen = 0.3;
 };
 
-// What is to be seen at a point of a weave.
+// What is to be seen at points of a weave.
 struct Thread {
-  bool warp = false;  // Runs along v; else weft, along u.
-  int index = 0;      // Which one.
-  float height = 0;   // [0, 1]: over the ground of the cloth.
+  Mask8 warp;     // Runs along v; else weft, along u.
+  Int8 index;     // Which one.
+  Float8 height;  // [0, 1]: over the ground of the cloth.
 };
 
-Thread ThreadAt(Weave weave, float u, float v) {
-  const int i = noise::FloorInt(u), j = noise::FloorInt(v);
-  const float x = u - static_cast<float>(i) - 0.5f, y = v - static_cast<float>(j) - 0.5f;
-  bool warp_up;
-  float run_u, run_v;  // Place within a thread's float, -0.5..0.5: it dives at both ends.
+Thread ThreadAt(Weave weave, Float8 u, Float8 v) {
+  const Int8 i = noise::FloorInt(u), j = noise::FloorInt(v);
+  const Float8 x = u - ToFloat(i) - 0.5f, y = v - ToFloat(j) - 0.5f;
+  Mask8 warp_up;
+  Float8 run_u, run_v;  // Place within a thread's float, -0.5..0.5: it dives at both ends.
   if (weave == Weave::kPlain) {
     warp_up = ((i + j) & 1) == 0;
     run_u = x;
     run_v = y;
   } else if (weave == Weave::kTwill) {
-    const int k = (i + j) & 3;
+    const Int8 k = (i + j) & 3;
     warp_up = k < 2;
     // Of two cells that a float covers, which one is this?
-    run_v = ((k & 1) == 0 ? y - 0.5f : y + 0.5f) * 0.5f;
-    run_u = ((k & 1) == 0 ? x - 0.5f : x + 0.5f) * 0.5f;
+    const Mask8 first = (k & 1) == 0;
+    run_v = (first ? y - 0.5f : y + 0.5f) * 0.5f;
+    run_u = (first ? x - 0.5f : x + 0.5f) * 0.5f;
   } else {
     warp_up = (((i >> 1) + (j >> 1)) & 1) == 0;
     run_u = ((i & 1) == 0 ? x - 0.5f : x + 0.5f) * 0.5f;
     run_v = ((j & 1) == 0 ? y - 0.5f : y + 0.5f) * 0.5f;
   }
-  const float across = warp_up ? x : y;
-  const float along = warp_up ? run_v : run_u;
-  Thread thread;
-  thread.warp = warp_up;
-  thread.index = warp_up ? i : j;
+  const Float8 across = warp_up ? x : y;
+  const Float8 along = warp_up ? run_v : run_u;
   // Both factors are 0 at the ends, so that the relief is continuous from thread to thread.
-  const float bent = 4.0f * along * along;
-  thread.height = (1.0f - 4.0f * across * across) * (1.0f - bent * bent);
-  return thread;
+  const Float8 bent = 4.0f * along * along;
+  return {warp_up, warp_up ? i : j, (1.0f - 4.0f * across * across) * (1.0f - bent * bent)};
 }
 
 class WovenFabric : public Material {
@@ -90,36 +87,37 @@ class WovenFabric : public Material {
     seed_ = DrawSeed(rng);
   }
 
-  SurfaceSample Evaluate(const SurfacePoint& point) const final {
-    const PlanePoint plane = OnPlane(point);
-    const float w = point.footprint_m;
-    const float fade = Fade(2.0f * pitch_m_, w);
-    SurfaceSample out;
-    const Vec3f warp = DyeOf(true, plane, w), weft = DyeOf(false, plane, w);
-    Vec3f color = Mix(warp, weft, 0.5f);
-    if (fade > 0) {
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const final {
+    const PlanePoint8 plane = OnPlane(point);
+    const Float8 w = point.footprint_m;
+    const Float8 fade = Fade(2.0f * pitch_m_, w);
+    SurfaceSample8 out;
+    const Vec3x8 warp = DyeOf(true, plane, w), weft = DyeOf(false, plane, w);
+    Vec3x8 color = Mix(warp, weft, Splat(0.5f));
+    if (Any(fade > 0)) {
       const Thread thread = ThreadAt(style_.weave, plane.u / pitch_m_, plane.v / pitch_m_);
-      const float own =
-          1.0f + uneven_ * (UnitByte(Hash(thread.index, seed_ + thread.warp), 0) - 0.5f);
-      const Vec3f near = (thread.warp ? warp : weft) * (own * (0.62f + 0.55f * thread.height));
+      const Float8 own =
+          1.0f +
+          uneven_ * (UnitByte(Hash(thread.index, seed_ + (Bits8)(thread.warp & 1)), 0) - 0.5f);
+      const Vec3x8 near = Select(thread.warp, warp, weft) * (own * (0.62f + 0.55f * thread.height));
       color = Mix(color, near, fade);
     }
     // Slubs: stretches of thicker, lighter thread, long along their thread. Then wear, broad and
     // faint.
     color *= 1.0f + Slubs(plane, w);
-    color *= 1.0f + 0.07f * noise::Fbm3(Vec3f(plane.u, plane.v, 0.0f), 0.11f, 2, w, seed_ + 9);
+    color *= 1.0f + 0.07f * noise::Fbm3(Vec3x8(plane.u, plane.v, Splat(0)), 0.11f, 2, w, seed_ + 9);
     out.base_color = Albedo(color);
-    out.roughness = roughness_;
-    out.specular = 0.25f;
-    out.sheen = noise::Saturate(sheen_);
+    out.roughness = Splat(roughness_);
+    out.specular = Splat(0.25f);
+    out.sheen = Splat(noise::Saturate(sheen_));
     return out;
   }
 
-  float Height(const SurfacePoint& point) const final {
-    const PlanePoint plane = OnPlane(point);
-    const float fade = Fade(2.0f * pitch_m_, point.footprint_m);
-    float height = 0.08f * pitch_m_ * Slubs(plane, point.footprint_m);
-    if (fade > 0) {
+  Float8 Height(const SurfacePoint8& point) const final {
+    const PlanePoint8 plane = OnPlane(point);
+    const Float8 fade = Fade(2.0f * pitch_m_, point.footprint_m);
+    Float8 height = 0.08f * pitch_m_ * Slubs(plane, point.footprint_m);
+    if (Any(fade > 0)) {
       height += 0.3f * pitch_m_ * fade *
                 ThreadAt(style_.weave, plane.u / pitch_m_, plane.v / pitch_m_).height;
     }
@@ -128,7 +126,7 @@ class WovenFabric : public Material {
 
  protected:
   // The colour of the threads of one direction here.
-  virtual Vec3f DyeOf(bool warp, const PlanePoint& plane, float footprint_m) const {
+  virtual Vec3x8 DyeOf(bool warp, const PlanePoint8& plane, Float8 footprint_m) const {
     (void)plane, (void)footprint_m;
     return warp ? warp_ : weft_;
   }
@@ -138,16 +136,16 @@ class WovenFabric : public Material {
   uint32_t seed_;
 
  private:
-  float Slubs(const PlanePoint& plane, float w) const {
-    const float thin = Fade(3.0f * pitch_m_, w), thick = Fade(0.009f, w);
-    float sum = 0;
-    if (thin > 0) {
+  Float8 Slubs(const PlanePoint8& plane, Float8 w) const {
+    const Float8 thin = Fade(3.0f * pitch_m_, w), thick = Fade(0.009f, w);
+    Float8 sum = Splat(0);
+    if (Any(thin > 0)) {
       const float k = 0.35f / pitch_m_;
       sum += 0.22f * thin *
              (Gradient2(plane.u * 25.0f, plane.v * k, seed_ + 2) +
               Gradient2(plane.u * k, plane.v * 25.0f, seed_ + 3));
     }
-    if (thick > 0) {
+    if (Any(thick > 0)) {
       sum += 0.16f * thick *
              (Gradient2(plane.u * 9.0f, plane.v * 160.0f, seed_ + 4) +
               Gradient2(plane.u * 160.0f, plane.v * 9.0f, seed_ + 5));
@@ -189,18 +187,18 @@ class BandedFabric final : public WovenFabric {
  private:
   static constexpr size_t kMaxBands = 7;
 
-  Vec3f DyeOf(bool warp, const PlanePoint& plane, float w) const override {
+  Vec3x8 DyeOf(bool warp, const PlanePoint8& plane, Float8 w) const override {
     if (!warp && !both_) return Band(plane.u, w);  // Weft takes the warp's bands: solid stripes.
     return Band(warp ? plane.u : plane.v, w);
   }
-  Vec3f Band(float x, float w) const {
+  Vec3x8 Band(Float8 x, Float8 w) const {
     const float period = ends_m_[static_cast<size_t>(bands_ - 1)];
-    const float fade = Fade(period * 0.5f, w);
-    if (fade <= 0) return mean_;
+    const Float8 fade = Fade(period * 0.5f, w);
+    if (!Any(fade > 0)) return mean_;
     // Mirrored, so that neighbouring repeats meet in one colour.
-    const float t = noise::Fract(x / (2.0f * period)) * 2.0f;
-    const float place = (t < 1.0f ? t : 2.0f - t) * period;
-    Vec3f color = colors_[0];
+    const Float8 t = noise::Fract(x / (2.0f * period)) * 2.0f;
+    const Float8 place = (t < 1.0f ? t : 2.0f - t) * period;
+    Vec3x8 color = colors_[0];
     for (int i = 0; i + 1 < bands_; ++i) {
       const auto k = static_cast<size_t>(i);
       color = Mix(color, colors_[k + 1], Edge(place - ends_m_[k], 0.5f * pitch_m_, 1.5f * w));
@@ -232,10 +230,10 @@ class Denim final : public WovenFabric {
   }
 
  private:
-  Vec3f DyeOf(bool warp, const PlanePoint& plane, float w) const override {
-    const float worn =
-        wear_ *
-        SmoothStep(-0.1f, 0.8f, noise::Fbm3(Vec3f(plane.u, plane.v, 0), 0.16f, 3, w, seed_ + 20));
+  Vec3x8 DyeOf(bool warp, const PlanePoint8& plane, Float8 w) const override {
+    const Float8 worn = wear_ * SmoothStep(-0.1f, 0.8f,
+                                           noise::Fbm3(Vec3x8(plane.u, plane.v, Splat(0)), 0.16f, 3,
+                                                       w, seed_ + 20));
     return Mix(warp ? warp_ : weft_, weft_, worn);
   }
   float wear_;
@@ -255,48 +253,47 @@ class KnitFabric final : public Material {
     melange_ = Draw(rng, 0.05, 0.22);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const PlanePoint plane = OnPlane(point);
-    const float w = point.footprint_m;
-    const float fade = Fade(width_m_, w);
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const PlanePoint8 plane = OnPlane(point);
+    const Float8 w = point.footprint_m;
+    const Float8 fade = Fade(width_m_, w);
     const Stitch stitch = At(plane);
-    const int band = stitch.row >= 0 ? stitch.row / rows_ : ~(~stitch.row / rows_);
-    Vec3f color = (band & 1)
-                      ? Mix(Mix(yarn_, second_, 0.5f), second_, Fade(2 * rows_ * height_m_, w))
-                      : Mix(Mix(yarn_, second_, 0.5f), yarn_, Fade(2 * rows_ * height_m_, w));
+    const Int8 band = stitch.row >= 0 ? stitch.row / rows_ : ~(~stitch.row / rows_);
+    Vec3x8 color = Mix(Mix(yarn_, second_, 0.5f), Select((band & 1) != 0, second_, yarn_),
+                       Fade(2.0f * static_cast<float>(rows_) * height_m_, w));
     color *= 1.0f + fade * (0.6f * (stitch.height - 0.6f) +
                             0.15f * (UnitByte(Hash(stitch.column, stitch.row, seed_), 0) - 0.5f));
-    color *=
-        1.0f + melange_ * noise::Fbm3(Vec3f(plane.u, plane.v * 3.0f, 0), 0.012f, 3, w, seed_ + 1);
-    SurfaceSample out;
+    color *= 1.0f + melange_ * noise::Fbm3(Vec3x8(plane.u, plane.v * 3.0f, Splat(0)), 0.012f, 3, w,
+                                           seed_ + 1);
+    SurfaceSample8 out;
     out.base_color = Albedo(color);
-    out.roughness = 0.92f;
-    out.specular = 0.2f;
-    out.sheen = 0.45f;
+    out.roughness = Splat(0.92f);
+    out.specular = Splat(0.2f);
+    out.sheen = Splat(0.45f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const PlanePoint plane = OnPlane(point);
-    const float w = point.footprint_m;
+  Float8 Height(const SurfacePoint8& point) const override {
+    const PlanePoint8 plane = OnPlane(point);
+    const Float8 w = point.footprint_m;
     return 0.16f * width_m_ * Fade(width_m_, w) * At(plane).height +
-           3e-5f * noise::Fbm3(Vec3f(plane.u, plane.v, 0), 0.0015f, 2, w, seed_ + 2);
+           3e-5f * noise::Fbm3(Vec3x8(plane.u, plane.v, Splat(0)), 0.0015f, 2, w, seed_ + 2);
   }
 
  private:
   struct Stitch {
-    int column, row;
-    float height;  // [0, 1]
+    Int8 column, row;
+    Float8 height;  // [0, 1]
   };
-  Stitch At(const PlanePoint& plane) const {
-    const float s = plane.u / width_m_;
-    const int column = noise::FloorInt(s);
-    const float x = s - static_cast<float>(column) - 0.5f;  // -0.5..0.5, the V's axis at 0.
-    const float lean = 0.9f * std::fabs(x);
-    const float t = plane.v / height_m_ - lean;
-    const int row = noise::FloorInt(t);
-    const float y = t - static_cast<float>(row) - 0.5f;
+  Stitch At(const PlanePoint8& plane) const {
+    const Float8 s = plane.u / width_m_;
+    const Int8 column = noise::FloorInt(s);
+    const Float8 x = s - ToFloat(column) - 0.5f;  // -0.5..0.5, the V's axis at 0.
+    const Float8 lean = 0.9f * Abs(x);
+    const Float8 t = plane.v / height_m_ - lean;
+    const Int8 row = noise::FloorInt(t);
+    const Float8 y = t - ToFloat(row) - 0.5f;
     // A loop is an arch across its lean and rounds off towards the axis and the column's edge.
-    const float side = 4.0f * std::fabs(x) - 1.0f;
+    const Float8 side = 4.0f * Abs(x) - 1.0f;
     return {column, row, (1.0f - 4.0f * y * y) * (1.0f - 0.85f * side * side)};
   }
 
@@ -320,23 +317,23 @@ class VelvetFabric final : public Material {
     patch_m_ = Draw(rng, 0.05, 0.16);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const Vec3f& p = point.texture_m;
-    const float w = point.footprint_m;
-    const float warp = 0.4f * Gradient3(p / patch_m_, seed_);
-    const float nap =
-        noise::Fbm3(p + Vec3f::Constant(warp * patch_m_), patch_m_, 4, w, seed_ + 1, 0.6f);
-    const float grain = 0.12f * Fade(1e-3f, w) * Gradient3(p * 1000.0f, seed_ + 9);
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Vec3x8& p = point.texture_m;
+    const Float8 w = point.footprint_m;
+    const Float8 warp = 0.4f * Gradient3(p / patch_m_, seed_);
+    const Float8 nap =
+        noise::Fbm3(p + Vec3x8::All(warp * patch_m_), patch_m_, 4, w, seed_ + 1, 0.6f);
+    const Float8 grain = 0.12f * Fade(1e-3f, w) * Gradient3(p * 1000.0f, seed_ + 9);
+    SurfaceSample8 out;
     out.base_color = Albedo(pile_ * (1.0f + crush_ * nap + grain));
     out.roughness = noise::Saturate(0.8f + 0.15f * nap);
-    out.specular = 0.2f;
+    out.specular = Splat(0.2f);
     out.sheen = noise::Saturate(0.85f + 0.3f * nap);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const Vec3f& p = point.texture_m;
-    const float w = point.footprint_m;
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Vec3x8& p = point.texture_m;
+    const Float8 w = point.footprint_m;
     return 0.25e-3f * crush_ * noise::Fbm3(p, 0.25f * patch_m_, 3, w, seed_ + 2) +
            5e-5f * Fade(1e-3f, w) * Gradient3(p * 1000.0f, seed_ + 9);
   }
@@ -356,36 +353,37 @@ class BoucleFabric final : public Material {
     deep_ = yarn_ * Draw(rng, 0.45, 0.7);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const float fade = Fade(1.5f * loop_m_, w);
-    float top = 0.6f, own = 0;
-    if (fade > 0) {
-      const noise::Cell cell = CellAt(point.texture_m);
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Float8 fade = Fade(1.5f * loop_m_, w);
+    Float8 top = Splat(0.6f), own = Splat(0);
+    if (Any(fade > 0)) {
+      const noise::Cell8 cell = CellAt(point.texture_m);
       top += fade * (Loop(cell) - 0.6f);
       own = fade * (UnitByte(cell.id, 1) - 0.5f);
     }
-    const float broad = noise::Fbm3(point.texture_m, 0.05f, 2, w, seed_ + 3);
-    SurfaceSample out;
+    const Float8 broad = noise::Fbm3(point.texture_m, 0.05f, 2, w, seed_ + 3);
+    SurfaceSample8 out;
     out.base_color = Albedo(Mix(deep_, yarn_, top) * (1.0f + 0.2f * own + 0.08f * broad));
-    out.roughness = 0.95f;
-    out.specular = 0.2f;
-    out.sheen = 0.4f;
+    out.roughness = Splat(0.95f);
+    out.specular = Splat(0.2f);
+    out.sheen = Splat(0.4f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float fade = Fade(1.5f * loop_m_, point.footprint_m);
-    return fade <= 0 ? 0.0f : 0.3f * loop_m_ * fade * Loop(CellAt(point.texture_m));
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 fade = Fade(1.5f * loop_m_, point.footprint_m);
+    if (!Any(fade > 0)) return Splat(0);
+    return 0.3f * loop_m_ * fade * Loop(CellAt(point.texture_m));
   }
 
  private:
-  noise::Cell CellAt(const Vec3f& p) const {
+  noise::Cell8 CellAt(const Vec3x8& p) const {
     // Loops lean every way: the lattice is shaken at their own size.
-    const Vec3f q = p / loop_m_;
-    const float shake = 0.35f * Gradient3(q * 1.4f, seed_ + 5);
-    return noise::Cells3(q + Vec3f(shake, -shake, shake), seed_);
+    const Vec3x8 q = p / loop_m_;
+    const Float8 shake = 0.35f * Gradient3(q * 1.4f, seed_ + 5);
+    return noise::Cells3(q + Vec3x8(shake, -shake, shake), seed_);
   }
-  static float Loop(const noise::Cell& cell) {
+  static Float8 Loop(const noise::Cell8& cell) {
     return noise::Saturate(1.0f - 1.6f * cell.f1 * cell.f1) *
            SmoothStep(0.0f, 0.25f, cell.f2 - cell.f1);
   }

@@ -15,13 +15,13 @@ class ClearGlass final : public Material {
   explicit ClearGlass(Rng& rng) {
     color_ = Vec3f{Draw(rng, 0.86, 0.9), Draw(rng, 0.88, 0.9), Draw(rng, 0.87, 0.9)};
   }
-  SurfaceSample Evaluate(const SurfacePoint&) const override {
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8&) const override {
+    SurfaceSample8 out;
     out.base_color = color_;
-    out.roughness = 0.0f;
-    out.transmission = 1;
-    out.thin_walled = true;
-    out.ior = 1.52f;
+    out.roughness = Splat(0.0f);
+    out.transmission = Splat(1);
+    out.thin_walled = ~Mask8{};
+    out.ior = Splat(1.52f);
     return out;
   }
 
@@ -37,12 +37,12 @@ class SolidGlass final : public Material {
     color_ = Mix(Vec3f::Constant(0.9f), tint, Draw(rng, 0, 0.5));
     ior_ = Draw(rng, 1.46, 1.6);
   }
-  SurfaceSample Evaluate(const SurfacePoint&) const override {
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8&) const override {
+    SurfaceSample8 out;
     out.base_color = Albedo(color_);
-    out.roughness = 0.0f;
-    out.transmission = 1;
-    out.ior = ior_;
+    out.roughness = Splat(0.0f);
+    out.transmission = Splat(1);
+    out.ior = Splat(ior_);
     return out;
   }
 
@@ -62,17 +62,17 @@ class TintedGlass final : public Material {
     wave_m_ = Draw(rng, 0.015, 0.05);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float thick = noise::Fbm3(point.texture_m, 2 * wave_m_, 3, point.footprint_m, seed_);
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 thick = noise::Fbm3(point.texture_m, 2 * wave_m_, 3, point.footprint_m, seed_);
+    SurfaceSample8 out;
     out.base_color = Albedo(color_ * (1.0f - 0.22f * thick));
-    out.roughness = roughness_;
-    out.transmission = 1;
-    out.thin_walled = true;
-    out.ior = 1.5f;
+    out.roughness = Splat(roughness_);
+    out.transmission = Splat(1);
+    out.thin_walled = ~Mask8{};
+    out.ior = Splat(1.5f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return 4e-5f * noise::Fbm3(point.texture_m, wave_m_, 2, point.footprint_m, seed_ + 3);
   }
 
@@ -92,19 +92,19 @@ class FrostedGlass final : public Material {
     grain_m_ = rng.Bernoulli(0.5) ? Draw(rng, 0.004, 0.014) : 0.0015f;
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float n = noise::Fbm3(point.texture_m, 0.03f, 4, point.footprint_m, seed_, 0.6f);
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 n = noise::Fbm3(point.texture_m, 0.03f, 4, point.footprint_m, seed_, 0.6f);
+    SurfaceSample8 out;
     out.base_color = Albedo(color_ * (0.96f + 0.1f * n));
     out.roughness = Saturate(roughness_ * (1.0f + 0.3f * n));
-    out.transmission = 1;
-    out.thin_walled = true;
+    out.transmission = Splat(1);
+    out.thin_walled = ~Mask8{};
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float fade = noise::Fade(grain_m_, point.footprint_m);
-    if (fade <= 0) return 0;
-    const float d = noise::Cells3(point.texture_m / grain_m_, seed_ + 7).f1;
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 fade = noise::Fade(grain_m_, point.footprint_m);
+    if (!Any(fade > 0)) return Splat(0);
+    const Float8 d = noise::Cells3(point.texture_m / grain_m_, seed_ + 7).f1;
     return 0.02f * grain_m_ * fade * Saturate(1.0f - d * d);
   }
 
@@ -117,11 +117,11 @@ class FrostedGlass final : public Material {
 class Mirror final : public Material {
  public:
   explicit Mirror(Rng& rng) { color_ = Vec3f::Constant(Draw(rng, 0.82, 0.9)); }
-  SurfaceSample Evaluate(const SurfacePoint&) const override {
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8&) const override {
+    SurfaceSample8 out;
     out.base_color = color_;
-    out.metallic = 1;
-    out.roughness = 0.0f;
+    out.metallic = Splat(1);
+    out.roughness = Splat(0.0f);
     return out;
   }
 
@@ -136,12 +136,12 @@ class AntiqueMirror final : public Material {
     level_ = Draw(rng, -0.62, -0.12);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const float cloud = noise::Fbm3(point.texture_m, 0.03f, 3, w, seed_ + 7);
-    const float gone = noise::Above(noise::Fbm3Filtered(point.texture_m, 0.16f, 6, w, seed_, 0.62f),
-                                    0.32f - level_, 0.28f);
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Float8 cloud = noise::Fbm3(point.texture_m, 0.03f, 3, w, seed_ + 7);
+    const Float8 gone = noise::Above(
+        noise::Fbm3Filtered(point.texture_m, 0.16f, 6, w, seed_, 0.62f), 0.32f - level_, 0.28f);
+    SurfaceSample8 out;
     out.base_color = Albedo(Mix(Vec3f(0.84f, 0.83f, 0.8f), Vec3f(0.10f, 0.09f, 0.08f), gone) *
                             (1.0f - 0.06f * cloud));
     out.metallic = 1.0f - 0.6f * gone;

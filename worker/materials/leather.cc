@@ -31,24 +31,24 @@ class Leather final : public Material {
     crease_ = Draw(rng, 0.2, 1.0);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
-    const float groove = Groove(p, w);
-    const float broad = Fbm3(p, 0.14f, 5, w, seed_ + 2, 0.55f);
-    const float worn =
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
+    const Float8 groove = Groove(p, w);
+    const Float8 broad = Fbm3(p, 0.14f, 5, w, seed_ + 2, 0.55f);
+    const Float8 worn =
         wear_ * noise::Above(noise::Fbm3Filtered(p, 0.2f, 4, w, seed_ + 5), 0.2f, 0.3f);
-    const float crease = crease_ * Crease(p, w);
-    SurfaceSample out;
-    Vec3f color = Mix(hide_ * (1.0f + 0.13f * broad), worn_, worn);
+    const Float8 crease = crease_ * Crease(p, w);
+    SurfaceSample8 out;
+    Vec3x8 color = Mix(hide_ * (1.0f + 0.13f * broad), worn_, worn);
     color = Mix(color, deep_, Saturate(0.75f * groove + 0.5f * crease));
     out.base_color = Albedo(color);
     out.roughness = Saturate(roughness_ * (1.0f + 0.25f * groove + 0.12f * broad - 0.25f * worn));
-    out.specular = 0.45f;
+    out.specular = Splat(0.45f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
     return -0.06f * grain_m_ * Groove(point.texture_m, w) -
            2.5e-4f * crease_ * Crease(point.texture_m, w) +
            2e-4f * Fbm3(point.texture_m, 0.03f, 2, w, seed_ + 12);
@@ -56,19 +56,19 @@ class Leather final : public Material {
 
  private:
   // 1 in the valleys between the grain's cells.
-  float Groove(const Vec3f& p, float w) const {
+  Float8 Groove(const Vec3x8& p, Float8 w) const {
     const float mean = 0.30f;
-    const float fade = Fade(1.4f * grain_m_, w);
-    if (fade <= 0) return mean;
-    const noise::Cell cell = noise::Cells3(p / grain_m_, seed_);
-    const float groove = 1.0f - SmoothStep(0.0f, 0.32f, cell.f2 - cell.f1);
+    const Float8 fade = Fade(1.4f * grain_m_, w);
+    if (!Any(fade > 0)) return Splat(mean);
+    const noise::Cell8 cell = noise::Cells3(p / grain_m_, seed_);
+    const Float8 groove = 1.0f - SmoothStep(0.0f, 0.32f, cell.f2 - cell.f1);
     return mean + fade * (groove - mean);
   }
   // Long folds: where slow noise passes through zero.
-  float Crease(const Vec3f& p, float w) const {
-    const float n = Fbm3(Vec3f(p.x() * 0.6f, p.y(), p.z()), 0.07f, 3, w, seed_ + 9, 0.6f);
-    const float wide = 0.05f + std::min(0.85f, 2.0f * w / 0.07f);
-    return (0.05f / wide) * (1.0f - SmoothStep(0.0f, wide, std::fabs(n)));
+  Float8 Crease(const Vec3x8& p, Float8 w) const {
+    const Float8 n = Fbm3(Vec3x8(p.x * 0.6f, p.y, p.z), 0.07f, 3, w, seed_ + 9, 0.6f);
+    const Float8 wide = 0.05f + Min(0.85f, 2.0f * w / 0.07f);
+    return (0.05f / wide) * (1.0f - SmoothStep(0.0f, wide, Abs(n)));
   }
 
   Vec3f hide_, deep_, worn_;
@@ -83,19 +83,19 @@ class Suede final : public Material {
     brushed_ = Draw(rng, 0.12, 0.32);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
-    const float swipe = Fbm3(Vec3f(p.x() * 0.35f, p.y(), p.z()), 0.05f, 4, w, seed_, 0.6f);
-    const float nap = Fbm3(p, 0.0018f, 2, w, seed_ + 4);
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
+    const Float8 swipe = Fbm3(Vec3x8(p.x * 0.35f, p.y, p.z), 0.05f, 4, w, seed_, 0.6f);
+    const Float8 nap = Fbm3(p, 0.0018f, 2, w, seed_ + 4);
+    SurfaceSample8 out;
     out.base_color = Albedo(hide_ * (1.0f + brushed_ * swipe + 0.16f * nap));
-    out.roughness = 0.95f;
-    out.specular = 0.15f;
-    out.sheen = 0.5f;
+    out.roughness = Splat(0.95f);
+    out.specular = Splat(0.15f);
+    out.sheen = Splat(0.5f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return 6e-5f * Fbm3(point.texture_m, 0.0018f, 2, point.footprint_m, seed_ + 4);
   }
 
@@ -116,30 +116,30 @@ class QuiltedLeather final : public Material {
     roughness_ = Draw(rng, 0.3, 0.5);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const float seam = 1.0f - SmoothStep(0.0f, 0.0015f + w, EdgeOf(point));
-    const float fade = Fade(cell_m_, w);
-    const float broad = Fbm3(point.texture_m, 0.05f, 6, w, seed_, 0.6f);
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Float8 seam = 1.0f - SmoothStep(0.0f, 0.0015f + w, EdgeOf(point));
+    const Float8 fade = Fade(cell_m_, w);
+    const Float8 broad = Fbm3(point.texture_m, 0.05f, 6, w, seed_, 0.6f);
+    SurfaceSample8 out;
     out.base_color = Albedo(hide_ * ((1.0f + 0.12f * broad) * (1.0f - 0.45f * fade * seam)));
     out.roughness = Saturate(roughness_ * (1.0f + 0.2f * broad));
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const float t = Saturate(EdgeOf(point) / (0.35f * cell_m_));
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Float8 t = Saturate(EdgeOf(point) / (0.35f * cell_m_));
     return puff_m_ * Fade(cell_m_, w) * t * (2.0f - t) +
            4e-5f * Fbm3(point.texture_m, 0.003f, 2, w, seed_ + 3);
   }
 
  private:
-  float EdgeOf(const SurfacePoint& point) const {
-    const PlanePoint plane = OnPlane(point);
-    const float a = plane.u / cell_m_ + plane.v / (stretch_ * cell_m_);
-    const float b = plane.u / cell_m_ - plane.v / (stretch_ * cell_m_);
-    const float x = std::fabs(noise::Fract(a) - 0.5f), y = std::fabs(noise::Fract(b) - 0.5f);
-    return (0.5f - std::max(x, y)) * cell_m_ * 0.75f;
+  Float8 EdgeOf(const SurfacePoint8& point) const {
+    const PlanePoint8 plane = OnPlane(point);
+    const Float8 a = plane.u / cell_m_ + plane.v / (stretch_ * cell_m_);
+    const Float8 b = plane.u / cell_m_ - plane.v / (stretch_ * cell_m_);
+    const Float8 x = Abs(noise::Fract(a) - 0.5f), y = Abs(noise::Fract(b) - 0.5f);
+    return (0.5f - Max(x, y)) * cell_m_ * 0.75f;
   }
 
   Vec3f hide_;

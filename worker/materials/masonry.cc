@@ -33,63 +33,60 @@ class Brick final : public Material {
     spread_ = Draw(rng, 0.25, 0.7);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const PlanePoint plane = OnPlane(point);
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const PlanePoint8 plane = OnPlane(point);
     const Course brick = At(plane, w);
-    const float fade = Fade(height_m_, w);
+    const Float8 fade = Fade(height_m_, w);
     const float mean_solid = 1.0f - gap_m_ / height_m_ - gap_m_ / length_m_;
-    const float solid = noise::Lerp(
+    const Float8 solid = noise::Lerp(
         mean_solid, 1.0f - LineShare(brick.edge_m, 0.5f * gap_m_, 0.0015f, 1.2f * w), fade);
-    const float n = Fbm3(point.texture_m, 0.04f, 5, w, seed_ + 3, 0.65f);
-    SurfaceSample out;
-    out.roughness = 0.9f;
-    out.specular = 0.3f;
+    const Float8 n = Fbm3(point.texture_m, 0.04f, 5, w, seed_ + 3, 0.65f);
+    SurfaceSample8 out;
+    out.roughness = Splat(0.9f);
+    out.specular = Splat(0.3f);
     if (painted_) {
-      const float dirt = Fbm3(point.texture_m, 0.3f, 4, w, seed_ + 5);
+      const Float8 dirt = Fbm3(point.texture_m, 0.3f, 4, w, seed_ + 5);
       out.base_color =
           Albedo(paint_ * ((0.86f + 0.14f * solid) * (1.0f + 0.05f * n + 0.05f * dirt)));
-      out.roughness = 0.7f;
+      out.roughness = Splat(0.7f);
       return out;
     }
-    const float burnt =
+    const Float8 burnt =
         Saturate(0.35f + fade * spread_ * (2.0f * UnitByte(brick.id, 0) - 1.0f) + 0.25f * n);
-    const float tone = 1.0f + 0.2f * fade * (UnitByte(brick.id, 1) - 0.5f);
+    const Float8 tone = 1.0f + 0.2f * fade * (UnitByte(brick.id, 1) - 0.5f);
     out.base_color = Albedo(Mix(mortar_ * (1.0f + 0.2f * n),
                                 Mix(clay_, burnt_, burnt) * (tone * (1.0f + 0.18f * n)), solid));
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
     const Course brick = At(OnPlane(point), w);
-    const float fade = Fade(height_m_, w);
+    const Float8 fade = Fade(height_m_, w);
     const float soft = painted_ ? 0.006f : 0.004f;
-    const float rise = fade * (1.0f - LineShare(brick.edge_m, 0.5f * gap_m_, soft, 2.0f * w));
-    const float pits = Fbm3(point.texture_m, 0.012f, 4, w, seed_ + 7, 0.6f);
+    const Float8 rise = fade * (1.0f - LineShare(brick.edge_m, 0.5f * gap_m_, soft, 2.0f * w));
+    const Float8 pits = Fbm3(point.texture_m, 0.012f, 4, w, seed_ + 7, 0.6f);
     return depth_m_ * rise + (painted_ ? 1.5e-4f : 4e-4f) * pits;
   }
 
  private:
   struct Course {
-    float edge_m = 0;  // To the middle of the nearest joint.
-    uint32_t id = 0;
+    Float8 edge_m;  // To the middle of the nearest joint.
+    Bits8 id;
   };
-  Course At(const PlanePoint& plane, float w) const {
+  Course At(const PlanePoint8& plane, Float8 w) const {
     // Edges are not straight: the query is shaken before it is laid on the grid.
-    const float shake = ragged_m_ * Fade(0.02f, w);
-    const float u =
-        plane.u +
-        (shake > 0 ? shake * Gradient2(plane.u * 45.0f, plane.v * 45.0f, seed_ + 1) : 0.0f);
-    const float v =
-        plane.v +
-        (shake > 0 ? shake * Gradient2(plane.u * 45.0f, plane.v * 45.0f, seed_ + 2) : 0.0f);
-    const float row = v / height_m_;
-    const int j = noise::FloorInt(row);
-    const float column = u / length_m_ + ((j & 1) ? 0.5f : 0.0f);
-    const int i = noise::FloorInt(column);
-    const float x = (0.5f - std::fabs(column - static_cast<float>(i) - 0.5f)) * length_m_;
-    const float y = (0.5f - std::fabs(row - static_cast<float>(j) - 0.5f)) * height_m_;
-    return {std::min(x, y), Hash(i, j, seed_)};
+    const Float8 shake = ragged_m_ * Fade(0.02f, w);
+    const Float8 a = plane.u * 45.0f, b = plane.v * 45.0f;
+    const Float8 u = plane.u + shake * Gradient2(a, b, seed_ + 1);
+    const Float8 v = plane.v + shake * Gradient2(a, b, seed_ + 2);
+    const Float8 row = v / height_m_;
+    const Int8 j = noise::FloorInt(row);
+    const Float8 column = u / length_m_ + 0.5f * ToFloat(j & 1);
+    const Int8 i = noise::FloorInt(column);
+    const Float8 x = (0.5f - Abs(column - ToFloat(i) - 0.5f)) * length_m_;
+    const Float8 y = (0.5f - Abs(row - ToFloat(j) - 0.5f)) * height_m_;
+    return {Min(x, y), Hash(i, j, seed_)};
   }
 
   bool painted_;
@@ -111,46 +108,45 @@ class Concrete final : public Material {
     board_m_ = rng.Bernoulli(0.35) ? Draw(rng, 0.1, 0.2) : 0.0f;
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
-    const float cloud = Fbm3(p, 0.45f, 7, w, seed_, 0.62f);
-    const float grain = Fbm3(p, 0.004f, 2, w, seed_ + 4);
-    const float hole = Holes(OnPlane(point), w);
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
+    const Float8 cloud = Fbm3(p, 0.45f, 7, w, seed_, 0.62f);
+    const Float8 grain = Fbm3(p, 0.004f, 2, w, seed_ + 4);
+    const Float8 hole = Holes(OnPlane(point), w);
+    SurfaceSample8 out;
     out.base_color =
         Albedo(grey_ * ((1.0f + cloud_ * cloud + 0.07f * grain) * (1.0f - 0.6f * hole)));
     out.roughness = Saturate(roughness_ * (1.0f + 0.1f * cloud));
-    out.specular = 0.4f;
+    out.specular = Splat(0.4f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const PlanePoint plane = OnPlane(point);
-    float height = -1.2e-3f * Holes(plane, w);
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const PlanePoint8 plane = OnPlane(point);
+    Float8 height = -1.2e-3f * Holes(plane, w);
     if (!polished_) height += 1.5e-4f * Fbm3(point.texture_m, 0.01f, 3, w, seed_ + 6);
     if (board_m_ > 0) {
       // Fins between boards, and the grain that they left.
-      const float x = std::fabs(noise::Fract(plane.v / board_m_) - 0.5f) * board_m_;
-      height += 4e-4f * Fade(board_m_, w) * LineShare(0.5f * board_m_ - x, 0.0015f, 0.003f, 2 * w);
+      const Float8 x = Abs(noise::Fract(plane.v / board_m_) - 0.5f) * board_m_;
+      height +=
+          4e-4f * Fade(board_m_, w) * LineShare(0.5f * board_m_ - x, 0.0015f, 0.003f, 2.0f * w);
       height += 1e-4f * Fade(0.004f, w) * Gradient2(plane.u * 6.0f, plane.v * 280.0f, seed_ + 9);
     }
     return height;
   }
 
  private:
-  float Holes(const PlanePoint& plane, float w) const {
+  Float8 Holes(const PlanePoint8& plane, Float8 w) const {
     const float mean = 0.06f * holes_;
-    const float fade = Fade(0.6f * hole_m_, w);
-    if (fade <= 0) return mean;
-    const noise::Cell cell = noise::Cells2(plane.u / hole_m_, plane.v / hole_m_, seed_ + 2);
-    float hole = 0;
-    if (noise::Unit(cell.id) < holes_) {
-      const float size = UnitByte(Hash(3, cell.id), 1);
-      const float radius = 0.05f + 0.2f * size * size;
-      hole = (1.0f - SmoothStep(0.6f * radius, radius + w / hole_m_, cell.f1)) *
-             SmoothStep(0.0f, 0.1f, cell.f2 - cell.f1);
-    }
+    const Float8 fade = Fade(0.6f * hole_m_, w);
+    if (!Any(fade > 0)) return Splat(mean);
+    const noise::Cell8 cell = noise::Cells2(plane.u / hole_m_, plane.v / hole_m_, seed_ + 2);
+    const Float8 size = UnitByte(Hash(3, cell.id), 1);
+    const Float8 radius = 0.05f + 0.2f * size * size;
+    const Float8 deep = (1.0f - SmoothStep(0.6f * radius, radius + w / hole_m_, cell.f1)) *
+                        SmoothStep(0.0f, 0.1f, cell.f2 - cell.f1);
+    const Float8 hole = noise::Unit(cell.id) < holes_ ? deep : Splat(0);
     return mean + fade * (hole - mean);
   }
 
@@ -180,40 +176,39 @@ class Terrazzo final : public Material {
     roughness_ = Draw(rng, 0.08, 0.25);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
-    const float tone = Fbm3(p, 0.03f, 4, w, seed_ + 4);
-    Vec3f color = cement_ * (1.0f + 0.08f * tone);
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
+    const Float8 tone = Fbm3(p, 0.03f, 4, w, seed_ + 4);
+    Vec3x8 color = cement_ * (1.0f + 0.08f * tone);
     color = Chips(p, 0.4f * chip_m_, 0.6f * share_, seed_ + 1, w, color);
     color = Chips(p, chip_m_, share_, seed_, w, color);
-    SurfaceSample out;
+    SurfaceSample8 out;
     out.base_color = Albedo(color);
     out.roughness = Saturate(roughness_ * (1.0f + 0.15f * tone));
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return 1.5e-5f * Fbm3(point.texture_m, 0.02f, 3, point.footprint_m, seed_ + 6);
   }
 
  private:
-  Vec3f Chips(const Vec3f& p, float size_m, float share, uint32_t seed, float w,
-              const Vec3f& under) const {
-    const Vec3f mean = Mix(under, mean_chip_, 0.3f * share);
-    const float fade = Fade(1.2f * size_m, w);
-    if (fade <= 0) return mean;
-    const noise::Cell cell = noise::Cells3(p / size_m, seed, 0.9f);
-    Vec3f here = under;
-    if (noise::Unit(cell.id) < share) {
-      const uint32_t draw = Hash(5, cell.id);
-      const float gap = 0.08f + 0.3f * UnitByte(draw, 0);
-      const float soft = 0.03f + w / size_m;
-      const float inside = SmoothStep(gap - soft, gap + soft, cell.f2 - cell.f1) *
-                           (1.0f - SmoothStep(0.5f, 0.62f, cell.f1));
-      const Vec3f& chip = chips_[(draw >> 8) % chips_.size()];
-      here = Mix(under, chip * (0.85f + 0.3f * UnitByte(draw, 2)), inside);
-    }
-    return Mix(mean, here, fade);
+  Vec3x8 Chips(const Vec3x8& p, float size_m, float share, uint32_t seed, Float8 w,
+               const Vec3x8& under) const {
+    const Vec3x8 mean = Mix(under, mean_chip_, Splat(0.3f * share));
+    const Float8 fade = Fade(1.2f * size_m, w);
+    if (!Any(fade > 0)) return mean;
+    const noise::Cell8 cell = noise::Cells3(p / size_m, seed, 0.9f);
+    const Bits8 draw = Hash(5, cell.id);
+    const Float8 gap = 0.08f + 0.3f * UnitByte(draw, 0);
+    const Float8 soft = 0.03f + w / size_m;
+    const Float8 inside = SmoothStep(gap - soft, gap + soft, cell.f2 - cell.f1) *
+                          (1.0f - SmoothStep(0.5f, 0.62f, cell.f1));
+    const float* chips = chips_[0].data();
+    const Int8 at = (Int8)((draw >> 8) % static_cast<uint32_t>(chips_.size())) * 3;
+    const Vec3x8 chip(Gather(chips, at), Gather(chips + 1, at), Gather(chips + 2, at));
+    const Vec3x8 here = Mix(under, chip * (0.85f + 0.3f * UnitByte(draw, 2)), inside);
+    return Mix(mean, Select(noise::Unit(cell.id) < share, here, under), fade);
   }
 
   std::array<Vec3f, 5> chips_;

@@ -2,18 +2,19 @@
 //
 // A material is drawn once for each recipe entry (class + seed) and is then constant and
 // thread-safe. It is a solid texture: evaluated at `texture_m` (metres; x along the grain of the
-// part), so it needs no unwrapping.
+// part), so it needs no unwrapping. Eight points are looked at together, in vector lanes.
 #pragma once
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "common/base/rng.h"
 #include "common/base/status.h"
-#include "common/math/types.h"
+#include "common/math/lanes.h"
 
 namespace parallax {
 
@@ -49,13 +50,68 @@ struct SurfaceSample {
   Vec3f emission = Vec3f::Zero();  // Radiance, W / (m^2 sr).
 };
 
+// Eight of them. Lanes from `count` on hold a copy of another.
+struct SurfacePoint8 {
+  Vec3x8 texture_m, normal;
+  Float8 u, v;
+  Float8 footprint_m;
+  Vec3x8 texture_normal;
+  Float8 footprint_uv;
+  int count = 0;
+
+  SurfacePoint8() = default;
+  // Up to eight, at least one.
+  explicit SurfacePoint8(std::span<const SurfacePoint> points);
+  SurfacePoint Get(int lane) const;
+};
+
+struct SurfaceSample8 {
+  Vec3x8 base_color = Vec3x8::All(Splat(0.5f));
+  Float8 metallic = Splat(0);
+  Float8 roughness = Splat(0.5f);
+  Float8 specular = Splat(0.5f);
+  Float8 transmission = Splat(0);
+  Float8 ior = Splat(1.5f);
+  Float8 clearcoat = Splat(0);
+  Float8 clearcoat_roughness = Splat(0.1f);
+  Float8 sheen = Splat(0);
+  Float8 subsurface = Splat(0);
+  Float8 opacity = Splat(1);
+  Vec3x8 emission = Vec3x8::Zero();
+  Mask8 thin_walled = {};
+
+  void Set(int lane, const SurfaceSample& sample);
+  SurfaceSample Get(int lane) const;
+};
+
 class Material {
  public:
   virtual ~Material() = default;
-  virtual SurfaceSample Evaluate(const SurfacePoint& point) const = 0;
+  // What a point gets does not depend on the other seven.
+  virtual SurfaceSample8 Evaluate(const SurfacePoint8& points) const = 0;
   // Height of the relief above the mesh in metres (a few tenths of a millimetre to a few
   // millimetres); the renderer bends the shading normal by its gradient. 0 everywhere = smooth.
-  virtual float Height(const SurfacePoint& point) const {
+  virtual Float8 Height(const SurfacePoint8& points) const {
+    (void)points;
+    return Splat(0);
+  }
+
+  // Of one point.
+  SurfaceSample Evaluate(const SurfacePoint& point) const {
+    return Evaluate(SurfacePoint8({&point, 1})).Get(0);
+  }
+  float Height(const SurfacePoint& point) const { return Height(SurfacePoint8({&point, 1}))[0]; }
+};
+
+// A material that looks at each point by itself: what is drawn stroke by stroke.
+class PointMaterial : public Material {
+ public:
+  SurfaceSample8 Evaluate(const SurfacePoint8& points) const final;
+  Float8 Height(const SurfacePoint8& points) const final;
+
+ protected:
+  virtual SurfaceSample EvaluatePoint(const SurfacePoint& point) const = 0;
+  virtual float HeightOfPoint(const SurfacePoint& point) const {
     (void)point;
     return 0.0f;
   }

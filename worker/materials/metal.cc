@@ -43,30 +43,30 @@ class BrushedMetal final : public Material {
     depth_m_ = Draw(rng, 1.5e-6, 5e-6);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const float lines = Lines(point.texture_m, w);
-    const float broad = noise::Fbm3(point.texture_m, 0.12f, 2, w, seed_ + 5);
-    SurfaceSample out;
-    out.metallic = 1;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Float8 lines = Lines(point.texture_m, w);
+    const Float8 broad = noise::Fbm3(point.texture_m, 0.12f, 2, w, seed_ + 5);
+    SurfaceSample8 out;
+    out.metallic = Splat(1);
     out.base_color = Albedo(tint_ * (1.0f + 0.13f * lines + 0.05f * broad));
     out.roughness = Saturate(roughness_ * (1.0f + 0.25f * lines + 0.18f * broad));
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return depth_m_ * Lines(point.texture_m, point.footprint_m);
   }
 
  private:
-  float Lines(const Vec3f& p, float w) const {
-    float sum = 0;
-    const float fine = Fade(0.7e-3f, w), middle = Fade(2.2e-3f, w), wide = Fade(9e-3f, w);
-    if (fine > 0)
-      sum += 0.8f * fine * Gradient3(p.x() * 14.0f, p.y() * 1500.0f, p.z() * 1500.0f, seed_);
-    if (middle > 0)
-      sum += 0.7f * middle * Gradient3(p.x() * 5.0f, p.y() * 470.0f, p.z() * 470.0f, seed_ + 1);
-    if (wide > 0)
-      sum += 0.5f * wide * Gradient3(p.x() * 1.5f, p.y() * 110.0f, p.z() * 110.0f, seed_ + 2);
+  Float8 Lines(const Vec3x8& p, Float8 w) const {
+    Float8 sum = Splat(0);
+    const Float8 fine = Fade(0.7e-3f, w), middle = Fade(2.2e-3f, w), wide = Fade(9e-3f, w);
+    if (Any(fine > 0))
+      sum += 0.8f * fine * Gradient3(p.x * 14.0f, p.y * 1500.0f, p.z * 1500.0f, seed_);
+    if (Any(middle > 0))
+      sum += 0.7f * middle * Gradient3(p.x * 5.0f, p.y * 470.0f, p.z * 470.0f, seed_ + 1);
+    if (Any(wide > 0))
+      sum += 0.5f * wide * Gradient3(p.x * 1.5f, p.y * 110.0f, p.z * 110.0f, seed_ + 2);
     return sum;
   }
 
@@ -84,17 +84,17 @@ class PolishedMetal final : public Material {
     smudge_ = Draw(rng, 0.05, 0.22);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const float haze = SmoothStep(0.05f, 0.7f, noise::Fbm3(point.texture_m, 0.07f, 4, w, seed_));
-    SurfaceSample out;
-    out.metallic = 1;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Float8 haze = SmoothStep(0.05f, 0.7f, noise::Fbm3(point.texture_m, 0.07f, 4, w, seed_));
+    SurfaceSample8 out;
+    out.metallic = Splat(1);
     out.base_color = Albedo(tint_ * (1.0f - 0.14f * haze));
     out.roughness = Saturate(roughness_ + smudge_ * haze);
     return out;
   }
   // Sheet is never quite flat: long soft waves bend what is mirrored.
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return 6e-5f * noise::Fbm3(point.texture_m, 0.06f, 2, point.footprint_m, seed_ + 4, 0.25f);
   }
 
@@ -114,26 +114,27 @@ class HammeredMetal final : public Material {
     depth_ = Draw(rng, 0.035, 0.08);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const float fade = Fade(dent_m_, w);
-    const float bowl = fade > 0 ? 0.4f + fade * (Bowl(point) - 0.4f) : 0.4f;
-    const float stain = noise::Fbm3(point.texture_m, 0.05f, 3, w, seed_ + 3);
-    SurfaceSample out;
-    out.metallic = 1;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Float8 fade = Fade(dent_m_, w);
+    const Float8 bowl = Any(fade > 0) ? 0.4f + fade * (Bowl(point) - 0.4f) : Splat(0.4f);
+    const Float8 stain = noise::Fbm3(point.texture_m, 0.05f, 3, w, seed_ + 3);
+    SurfaceSample8 out;
+    out.metallic = Splat(1);
     out.base_color = Albedo(tint_ * (1.06f - 0.25f * bowl + 0.1f * stain));
     out.roughness = Saturate(roughness_ * (0.9f + 0.5f * bowl + 0.3f * stain));
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float fade = Fade(dent_m_, point.footprint_m);
-    return fade > 0 ? -depth_ * dent_m_ * fade * (1.0f - Bowl(point)) : 0.0f;
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 fade = Fade(dent_m_, point.footprint_m);
+    if (!Any(fade > 0)) return Splat(0);
+    return fade > 0 ? -depth_ * dent_m_ * fade * (1.0f - Bowl(point)) : Splat(0);
   }
 
  private:
   // 0 in the middle of a dent, 1 on the ridges.
-  float Bowl(const SurfacePoint& point) const {
-    const float d = noise::Cells3(point.texture_m / dent_m_, seed_, 0.8f).f1;
+  Float8 Bowl(const SurfacePoint8& point) const {
+    const Float8 d = noise::Cells3(point.texture_m / dent_m_, seed_, 0.8f).f1;
     return Saturate(d * d * 1.3f);
   }
 
@@ -152,28 +153,28 @@ class RustedMetal final : public Material {
     level_ = Draw(rng, -0.25, 0.45);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
-    const float rust = Rust(p, w);
-    const float tone = noise::Fbm3(p, 0.02f, 4, w, seed_ + 7, 0.65f);
-    const Vec3f oxide = Mix(brown_, orange_, SmoothStep(-0.5f, 0.6f, tone + 0.5f * rust - 0.3f));
-    const float stain = noise::Fbm3(p, 0.06f, 3, w, seed_ + 11);
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
+    const Float8 rust = Rust(p, w);
+    const Float8 tone = noise::Fbm3(p, 0.02f, 4, w, seed_ + 7, 0.65f);
+    const Vec3x8 oxide = Mix(brown_, orange_, SmoothStep(-0.5f, 0.6f, tone + 0.5f * rust - 0.3f));
+    const Float8 stain = noise::Fbm3(p, 0.06f, 3, w, seed_ + 11);
+    SurfaceSample8 out;
     out.base_color = Albedo(Mix(iron_ * (1.0f + 0.25f * stain), oxide, rust));
     out.metallic = 1.0f - rust;
     out.roughness = noise::Lerp(0.42f + 0.12f * stain, 0.9f, rust);
-    out.specular = 0.3f;
+    out.specular = Splat(0.3f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const float rust = Rust(point.texture_m, w);
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Float8 rust = Rust(point.texture_m, w);
     return rust * (1.5e-4f + 1.5e-4f * noise::Fbm3(point.texture_m, 0.006f, 3, w, seed_ + 7));
   }
 
  private:
-  float Rust(const Vec3f& p, float w) const {
+  Float8 Rust(const Vec3x8& p, Float8 w) const {
     return noise::Above(noise::Fbm3Filtered(p, 0.13f, 6, w, seed_, 0.6f), -level_, 0.12f);
   }
 
@@ -196,26 +197,26 @@ class PaintedMetal final : public Material {
     peel_m_ = Draw(rng, 0.0012, 0.004);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
-    const float dirt = noise::Fbm3(p, 0.15f, 4, w, seed_ + 3);
-    const float chip = Chip(p, w);
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
+    const Float8 dirt = noise::Fbm3(p, 0.15f, 4, w, seed_ + 3);
+    const Float8 chip = Chip(p, w);
+    SurfaceSample8 out;
     out.base_color = Albedo(Mix(coat_ * (1.0f + 0.11f * dirt), metal_, chip));
     out.metallic = chip;
     out.roughness = Saturate(roughness_ * (1.0f + 0.15f * dirt));
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
     return 1.6e-5f * noise::Fbm3(point.texture_m, peel_m_, 2, w, seed_ + 6) -
            1.2e-4f * Chip(point.texture_m, w);
   }
 
  private:
-  float Chip(const Vec3f& p, float w) const {
-    if (chips_ < 0) return 0;
+  Float8 Chip(const Vec3x8& p, Float8 w) const {
+    if (chips_ < 0) return Splat(0);
     return noise::Above(noise::Fbm3Filtered(p, 0.06f, 5, w, seed_, 0.6f), 0.8f - chips_, 0.02f);
   }
 
@@ -233,30 +234,30 @@ class GalvanizedMetal final : public Material {
     contrast_ = Draw(rng, 0.25, 0.55);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    float tone = 0, rough = 0;
-    const float fade = Fade(flake_m_, w);
-    if (fade > 0) {
-      const float wobble = 0.25f * Gradient3(point.texture_m / (0.3f * flake_m_), seed_ + 1);
-      const noise::Cell cell =
-          noise::Cells3(point.texture_m / flake_m_ + Vec3f::Constant(wobble), seed_);
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    Float8 tone = Splat(0), rough = Splat(0);
+    const Float8 fade = Fade(flake_m_, w);
+    if (Any(fade > 0)) {
+      const Float8 wobble = 0.25f * Gradient3(point.texture_m / (0.3f * flake_m_), seed_ + 1);
+      const noise::Cell8 cell =
+          noise::Cells3(point.texture_m / flake_m_ + Vec3x8::All(wobble), seed_);
       tone = fade * (UnitByte(cell.id, 0) - 0.5f);
       rough = fade * (UnitByte(cell.id, 1) - 0.5f);
       // Feathers within a flake, along its own direction.
-      const float turn = UnitByte(cell.id, 2);
-      const float feather = noise::CosTurn(
-          turn + 9.0f * (cell.offset.x() * (turn - 0.5f) + cell.offset.y() * UnitByte(cell.id, 3)));
+      const Float8 turn = UnitByte(cell.id, 2);
+      const Float8 feather = noise::CosTurn(
+          turn + 9.0f * (cell.offset.x * (turn - 0.5f) + cell.offset.y * UnitByte(cell.id, 3)));
       tone += 0.18f * feather * Fade(0.12f * flake_m_, w);
     }
-    const float broad = noise::Fbm3(point.texture_m, 0.2f, 2, w, seed_ + 3);
-    SurfaceSample out;
-    out.metallic = 1;
+    const Float8 broad = noise::Fbm3(point.texture_m, 0.2f, 2, w, seed_ + 3);
+    SurfaceSample8 out;
+    out.metallic = Splat(1);
     out.base_color = Albedo(zinc_ * (1.0f + contrast_ * tone + 0.08f * broad));
     out.roughness = Saturate(0.45f + 0.25f * rough + 0.05f * broad);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return 8e-6f * noise::Fbm3(point.texture_m, 0.004f, 2, point.footprint_m, seed_ + 4);
   }
 
@@ -274,16 +275,16 @@ class CastIron final : public Material {
     grain_m_ = Draw(rng, 0.0012, 0.003);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const float n = noise::Fbm3(point.texture_m, 0.05f, 5, w, seed_, 0.65f);
-    SurfaceSample out;
-    out.metallic = 0.8f;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Float8 n = noise::Fbm3(point.texture_m, 0.05f, 5, w, seed_, 0.65f);
+    SurfaceSample8 out;
+    out.metallic = Splat(0.8f);
     out.base_color = Albedo(iron_ * (1.0f + 0.35f * n));
     out.roughness = Saturate(0.55f + 0.12f * n);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return 7e-5f * noise::Fbm3(point.texture_m, grain_m_, 2, point.footprint_m, seed_ + 8);
   }
 

@@ -31,39 +31,39 @@ class Leaf final : public Material {
     mottle_ = Draw(rng, 0.0, 0.45);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
-    const float vein = Veins(OnPlane(point), w);
-    const float n = Fbm3(p, 0.03f, 5, w, seed_, 0.6f);
-    const float aged =
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
+    const Float8 vein = Veins(OnPlane(point), w);
+    const Float8 n = Fbm3(p, 0.03f, 5, w, seed_, 0.6f);
+    const Float8 aged =
         mottle_ * noise::Above(noise::Fbm3Filtered(p, 0.05f, 4, w, seed_ + 3), 0.3f, 0.5f);
-    SurfaceSample out;
-    Vec3f color = Mix(blade_ * (1.0f + 0.2f * n), patch_, aged);
+    SurfaceSample8 out;
+    Vec3x8 color = Mix(blade_ * (1.0f + 0.2f * n), patch_, aged);
     out.base_color = Albedo(Mix(color, vein_, 0.7f * vein));
     out.roughness = Saturate(roughness_ * (1.0f + 0.2f * n + 0.15f * vein));
-    out.subsurface = 0.5f;
-    out.specular = 0.4f;
+    out.subsurface = Splat(0.5f);
+    out.specular = Splat(0.4f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
     return -2.5e-4f * Veins(OnPlane(point), w) +
            1e-4f * Fbm3(point.texture_m, 0.006f, 3, w, seed_ + 6);
   }
 
  private:
-  float Veins(const PlanePoint& plane, float w) const {
-    const float v = std::fabs(plane.v);
-    const float rib = (1.2e-3f / (1.2e-3f + w)) * (1.0f - SmoothStep(0.6e-3f, 1.6e-3f + w, v));
-    const float fade = Fade(spacing_m_, w);
-    const float bend = 2e-3f * Gradient2(plane.u * 60.0f, v * 60.0f, seed_ + 8);
-    const float x = noise::Fract((plane.u - slant_ * v + bend) / spacing_m_);
-    const float d = std::fabs(x - 0.5f);
-    const float wide = 0.09f + w / spacing_m_;
+  Float8 Veins(const PlanePoint8& plane, Float8 w) const {
+    const Float8 v = Abs(plane.v);
+    const Float8 rib = (1.2e-3f / (1.2e-3f + w)) * (1.0f - SmoothStep(0.6e-3f, 1.6e-3f + w, v));
+    const Float8 fade = Fade(spacing_m_, w);
+    const Float8 bend = 2e-3f * Gradient2(plane.u * 60.0f, v * 60.0f, seed_ + 8);
+    const Float8 x = noise::Fract((plane.u - slant_ * v + bend) / spacing_m_);
+    const Float8 d = Abs(x - 0.5f);
+    const Float8 wide = 0.09f + w / spacing_m_;
     const float mean = 0.08f;
-    const float side = (0.09f / wide) * (1.0f - SmoothStep(0.0f, wide, d));
-    return std::max(rib, mean + fade * (0.8f * side - mean));
+    const Float8 side = (0.09f / wide) * (1.0f - SmoothStep(0.0f, wide, d));
+    return Max(rib, mean + fade * (0.8f * side - mean));
   }
 
   Vec3f blade_, vein_, patch_;
@@ -85,37 +85,37 @@ class Bark final : public Material {
     depth_m_ = plate_m_ * Draw(rng, 0.1, 0.2);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
-    const float top = Plates(p, w);
-    const float fibre = Fbm3(Vec3f(0.25f * p.x(), p.y(), p.z()), 0.008f, 4, w, seed_ + 2, 0.65f);
-    const float green =
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
+    const Float8 top = Plates(p, w);
+    const Float8 fibre = Fbm3(Vec3x8(0.25f * p.x, p.y, p.z), 0.008f, 4, w, seed_ + 2, 0.65f);
+    const Float8 green =
         lichen_ * noise::Above(noise::Fbm3Filtered(p, 0.12f, 5, w, seed_ + 5, 0.6f), 0.2f, 0.2f) *
         top;
-    SurfaceSample out;
-    const Vec3f color = Mix(deep_, bark_, top) * (1.0f + 0.25f * fibre);
+    SurfaceSample8 out;
+    const Vec3x8 color = Mix(deep_, bark_, top) * (1.0f + 0.25f * fibre);
     out.base_color = Albedo(Mix(color, SrgbColor(0x8f9a78), green));
-    out.roughness = 0.95f;
-    out.specular = 0.2f;
+    out.roughness = Splat(0.95f);
+    out.specular = Splat(0.2f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
     return depth_m_ * Plates(p, w) +
-           4e-4f * Fbm3(Vec3f(0.25f * p.x(), p.y(), p.z()), 0.008f, 3, w, seed_ + 2, 0.6f);
+           4e-4f * Fbm3(Vec3x8(0.25f * p.x, p.y, p.z), 0.008f, 3, w, seed_ + 2, 0.6f);
   }
 
  private:
-  float Plates(const Vec3f& p, float w) const {
+  Float8 Plates(const Vec3x8& p, Float8 w) const {
     const float mean = 0.36f;
-    const float fade = Fade(plate_m_, w);
-    if (fade <= 0) return mean;
-    const Vec3f q = Vec3f(p.x() / stretch_, p.y(), p.z()) / plate_m_;
-    const float shake = 0.4f * Gradient3(q * 1.7f, seed_ + 9);
-    const noise::Cell cell = noise::Cells3(q + Vec3f(shake, shake, -shake), seed_);
-    const float top = SmoothStep(0.0f, 0.45f, cell.f2 - cell.f1);
+    const Float8 fade = Fade(plate_m_, w);
+    if (!Any(fade > 0)) return Splat(mean);
+    const Vec3x8 q = Vec3x8(p.x / stretch_, p.y, p.z) / plate_m_;
+    const Float8 shake = 0.4f * Gradient3(q * 1.7f, seed_ + 9);
+    const noise::Cell8 cell = noise::Cells3(q + Vec3x8(shake, shake, -shake), seed_);
+    const Float8 top = SmoothStep(0.0f, 0.45f, cell.f2 - cell.f1);
     return mean + fade * (top - mean);
   }
 
@@ -135,39 +135,39 @@ class Soil final : public Material {
     stones_ = Draw(rng, 0.04, 0.22);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    uint32_t id;
-    const float top = Crumbs(point.texture_m, w, &id);
-    const float n = Fbm3(point.texture_m, 0.05f, 5, w, seed_ + 3, 0.65f);
-    const float fade = Fade(crumb_m_, w);
-    const float stone = noise::Lerp(stones_, noise::Unit(id) < stones_ ? 1.0f : 0.0f, fade);
-    const float own = 1.0f + 0.5f * fade * (UnitByte(Hash(1, id), 0) - 0.5f);
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    Bits8 id;
+    const Float8 top = Crumbs(point.texture_m, w, &id);
+    const Float8 n = Fbm3(point.texture_m, 0.05f, 5, w, seed_ + 3, 0.65f);
+    const Float8 fade = Fade(crumb_m_, w);
+    const Float8 stone = noise::Lerp(stones_, noise::Unit(id) < stones_ ? 1.0f : 0.0f, fade);
+    const Float8 own = 1.0f + 0.5f * fade * (UnitByte(Hash(1, id), 0) - 0.5f);
+    SurfaceSample8 out;
     out.base_color =
         Albedo(Mix(earth_, grit_, stone) * ((0.45f + 0.8f * top) * own * (1.0f + 0.25f * n)));
-    out.roughness = 0.95f;
-    out.specular = 0.25f;
+    out.roughness = Splat(0.95f);
+    out.specular = Splat(0.25f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    uint32_t id;
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    Bits8 id;
     return 0.3f * crumb_m_ * Fade(crumb_m_, w) * Crumbs(point.texture_m, w, &id) +
            8e-4f * Fbm3(point.texture_m, 0.02f, 4, w, seed_ + 3, 0.6f);
   }
 
  private:
-  float Crumbs(const Vec3f& p, float w, uint32_t* id) const {
+  Float8 Crumbs(const Vec3x8& p, Float8 w, Bits8* id) const {
     const float mean = 0.6f;
-    const float fade = Fade(crumb_m_, w);
-    *id = 0;
-    if (fade <= 0) return mean;
-    const Vec3f q = p / crumb_m_;
-    const float shake = 0.3f * Gradient3(q * 2.1f, seed_ + 7);
-    const noise::Cell cell = noise::Cells3(q + Vec3f(shake, -shake, shake), seed_);
+    const Float8 fade = Fade(crumb_m_, w);
+    *id = Bits8{};
+    if (!Any(fade > 0)) return Splat(mean);
+    const Vec3x8 q = p / crumb_m_;
+    const Float8 shake = 0.3f * Gradient3(q * 2.1f, seed_ + 7);
+    const noise::Cell8 cell = noise::Cells3(q + Vec3x8(shake, -shake, shake), seed_);
     *id = cell.id;
-    const float top =
+    const Float8 top =
         Saturate(1.0f - 1.1f * cell.f1 * cell.f1) * SmoothStep(0.0f, 0.2f, cell.f2 - cell.f1);
     return mean + fade * (top - mean);
   }
@@ -190,40 +190,40 @@ class Grass final : public Material {
     dryness_ = Draw(rng, 0.0, 0.5);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const PlanePoint plane = OnPlane(point);
-    const float blades = Blades(plane, w);
-    const float broad = Fbm3(point.texture_m, 0.5f, 5, w, seed_ + 3, 0.6f);
-    const float dry =
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const PlanePoint8 plane = OnPlane(point);
+    const Float8 blades = Blades(plane, w);
+    const Float8 broad = Fbm3(point.texture_m, 0.5f, 5, w, seed_ + 3, 0.6f);
+    const Float8 dry =
         dryness_ *
         noise::Above(noise::Fbm3Filtered(point.texture_m, 0.25f, 5, w, seed_ + 5), 0.2f, 0.3f);
-    SurfaceSample out;
+    SurfaceSample8 out;
     out.base_color = Albedo(Mix(Mix(root_, tip_, Saturate(0.55f + 0.6f * blades)), dry_, dry) *
                             (1.0f + 0.15f * broad));
-    out.roughness = 0.8f;
-    out.specular = 0.3f;
+    out.roughness = Splat(0.8f);
+    out.specular = Splat(0.3f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
     return 0.35f * blade_m_ * Blades(OnPlane(point), w) +
            2e-3f * Fbm3(point.texture_m, 0.06f, 3, w, seed_ + 8);
   }
 
  private:
   // Strokes in three directions, over each other.
-  float Blades(const PlanePoint& plane, float w) const {
-    const float fade = Fade(1.5f * blade_m_, w);
-    float sum = 0.5f * Fade(6.0f * blade_m_, w) *
-                Gradient2(plane.u / (4.0f * blade_m_), plane.v / (4.0f * blade_m_), seed_);
-    if (fade <= 0) return sum;
-    const float a = plane.u / blade_m_, b = plane.v / blade_m_;
-    const float c = 0.5f * a + 0.866f * b, d = 0.5f * b - 0.866f * a;
-    const float e = 0.5f * a - 0.866f * b, f = 0.5f * b + 0.866f * a;
-    const float x = Gradient2(a, 0.15f * b, seed_ + 1), y = Gradient2(c, 0.15f * d, seed_ + 2),
-                z = Gradient2(e, 0.15f * f, seed_ + 4);
-    return sum + 0.8f * fade * (std::max(x, std::max(y, z)) - 0.25f);
+  Float8 Blades(const PlanePoint8& plane, Float8 w) const {
+    const Float8 fade = Fade(1.5f * blade_m_, w);
+    Float8 sum = 0.5f * Fade(6.0f * blade_m_, w) *
+                 Gradient2(plane.u / (4.0f * blade_m_), plane.v / (4.0f * blade_m_), seed_);
+    if (!Any(fade > 0)) return sum;
+    const Float8 a = plane.u / blade_m_, b = plane.v / blade_m_;
+    const Float8 c = 0.5f * a + 0.866f * b, d = 0.5f * b - 0.866f * a;
+    const Float8 e = 0.5f * a - 0.866f * b, f = 0.5f * b + 0.866f * a;
+    const Float8 x = Gradient2(a, 0.15f * b, seed_ + 1), y = Gradient2(c, 0.15f * d, seed_ + 2),
+                 z = Gradient2(e, 0.15f * f, seed_ + 4);
+    return sum + 0.8f * fade * (Max(x, Max(y, z)) - 0.25f);
   }
 
   Vec3f tip_, root_, dry_;
@@ -241,36 +241,37 @@ class Gravel final : public Material {
     spread_ = Draw(rng, 0.3, 0.8);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const float fade = Fade(size_m_, w);
-    float top = 0.62f, tone = 0, warm = 0;
-    if (fade > 0) {
-      const noise::Cell cell = At(point.texture_m);
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Float8 fade = Fade(size_m_, w);
+    Float8 top = Splat(0.62f), tone = Splat(0), warm = Splat(0);
+    if (Any(fade > 0)) {
+      const noise::Cell8 cell = At(point.texture_m);
       top += fade * (Top(cell) - 0.62f);
       tone = fade * spread_ * (UnitByte(cell.id, 0) - 0.5f);
       warm = fade * 0.25f * spread_ * (UnitByte(cell.id, 1) - 0.5f);
     }
-    const float n = Fbm3(point.texture_m, 0.012f, 4, w, seed_ + 2, 0.6f);
-    SurfaceSample out;
-    const Vec3f tint(1.0f + warm, 1.0f, 1.0f - warm);
-    out.base_color = Albedo(stone_.cwiseProduct(tint) *
-                            ((1.0f + tone) * (0.3f + 0.85f * top) * (1.0f + 0.16f * n)));
-    out.roughness = 0.75f;
+    const Float8 n = Fbm3(point.texture_m, 0.012f, 4, w, seed_ + 2, 0.6f);
+    SurfaceSample8 out;
+    const Vec3x8 tint(1.0f + warm, Splat(1), 1.0f - warm);
+    out.base_color =
+        Albedo(stone_ * tint * ((1.0f + tone) * (0.3f + 0.85f * top) * (1.0f + 0.16f * n)));
+    out.roughness = Splat(0.75f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const float fade = Fade(size_m_, w);
-    return (fade > 0 ? 0.22f * size_m_ * fade * Top(At(point.texture_m)) : 0.0f) +
-           1e-4f * Fbm3(point.texture_m, 0.004f, 2, w, seed_ + 2);
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Float8 fade = Fade(size_m_, w);
+    const Float8 stones =
+        Any(fade > 0) ? 0.22f * size_m_ * fade * Top(At(point.texture_m)) : Splat(0);
+    return stones + 1e-4f * Fbm3(point.texture_m, 0.004f, 2, w, seed_ + 2);
   }
 
  private:
-  noise::Cell At(const Vec3f& p) const { return noise::Cells3(p / size_m_, seed_, 0.85f); }
-  static float Top(const noise::Cell& cell) {
-    const float t = Saturate((cell.f2 - cell.f1) * 1.6f);
-    return std::sqrt(std::max(1e-4f, t * (2.0f - t))) - 0.01f;
+  noise::Cell8 At(const Vec3x8& p) const { return noise::Cells3(p / size_m_, seed_, 0.85f); }
+  static Float8 Top(const noise::Cell8& cell) {
+    const Float8 t = Saturate((cell.f2 - cell.f1) * 1.6f);
+    return Sqrt(Max(1e-4f, t * (2.0f - t))) - 0.01f;
   }
 
   Vec3f stone_;
@@ -301,26 +302,26 @@ class FruitSkin final : public Material {
     roughness_ = Draw(rng, 0.18, 0.4);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
-    const float blush = noise::Above(noise::Fbm3Filtered(p, 0.09f, 3, w, seed_), -0.05f, 0.4f);
-    const float streak = Fbm3(Vec3f(p.x(), p.y(), 0.18f * p.z()), 0.008f, 3, w, seed_ + 2, 0.6f);
-    float dots = 0.03f;
-    const float fade = Fade(0.005f, w);
-    if (fade > 0) {
-      const noise::Cell cell = noise::Cells3(p / 0.0065f, seed_ + 5);
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
+    const Float8 blush = noise::Above(noise::Fbm3Filtered(p, 0.09f, 3, w, seed_), -0.05f, 0.4f);
+    const Float8 streak = Fbm3(Vec3x8(p.x, p.y, 0.18f * p.z), 0.008f, 3, w, seed_ + 2, 0.6f);
+    Float8 dots = Splat(0.03f);
+    const Float8 fade = Fade(0.005f, w);
+    if (Any(fade > 0)) {
+      const noise::Cell8 cell = noise::Cells3(p / 0.0065f, seed_ + 5);
       dots += fade * (1.0f - SmoothStep(0.05f, 0.13f + w / 0.0065f, cell.f1) - 0.03f);
     }
-    SurfaceSample out;
+    SurfaceSample8 out;
     out.base_color = Albedo(
         Mix(Mix(ground_, blush_, Saturate(blush + 0.35f * streak)), dot_, 0.55f * Saturate(dots)) *
         (1.0f + 0.06f * streak));
     out.roughness = Saturate(roughness_ * (1.0f + 0.2f * streak));
-    out.subsurface = 0.5f;
+    out.subsurface = Splat(0.5f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return 4e-5f * Fbm3(point.texture_m, 0.012f, 2, point.footprint_m, seed_ + 7);
   }
 
@@ -339,26 +340,26 @@ class CitrusPeel final : public Material {
     pit_m_ = Draw(rng, 0.0014, 0.0028);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const float pit = Pits(point.texture_m, w);
-    const float n = Fbm3(point.texture_m, 0.03f, 4, w, seed_ + 2);
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Float8 pit = Pits(point.texture_m, w);
+    const Float8 n = Fbm3(point.texture_m, 0.03f, 4, w, seed_ + 2);
+    SurfaceSample8 out;
     out.base_color = Albedo(peel_ * (1.0f - 0.3f * pit + 0.12f * n));
     out.roughness = Saturate(0.4f + 0.1f * n);
-    out.subsurface = 0.4f;
+    out.subsurface = Splat(0.4f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return -0.12f * pit_m_ * Pits(point.texture_m, point.footprint_m);
   }
 
  private:
-  float Pits(const Vec3f& p, float w) const {
+  Float8 Pits(const Vec3x8& p, Float8 w) const {
     const float mean = 0.35f;
-    const float fade = Fade(1.4f * pit_m_, w);
-    if (fade <= 0) return mean;
-    const float d = noise::Cells3(p / pit_m_, seed_).f1;
+    const Float8 fade = Fade(1.4f * pit_m_, w);
+    if (!Any(fade > 0)) return Splat(mean);
+    const Float8 d = noise::Cells3(p / pit_m_, seed_).f1;
     return mean + fade * (1.0f - SmoothStep(0.1f, 0.65f, d) - mean);
   }
 
@@ -377,22 +378,22 @@ class BreadCrust final : public Material {
     flour_ = rng.Bernoulli(0.5) ? Draw(rng, 0.2, 0.7) : 0.0f;
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
-    const float n = Fbm3(p, 0.04f, 6, w, seed_, 0.6f);
-    const float brown =
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
+    const Float8 n = Fbm3(p, 0.04f, 6, w, seed_, 0.6f);
+    const Float8 brown =
         noise::Above(noise::Fbm3Filtered(p, 0.04f, 6, w, seed_, 0.6f), -bake_, 0.55f);
-    const float dust =
+    const Float8 dust =
         flour_ * noise::Above(noise::Fbm3Filtered(p, 0.05f, 5, w, seed_ + 4, 0.62f), 0.3f, 0.25f);
-    SurfaceSample out;
+    SurfaceSample8 out;
     out.base_color = Albedo(
         Mix(Mix(crumb_, crust_, brown) * (1.0f + 0.08f * n), Vec3f(0.75f, 0.71f, 0.62f), dust));
     out.roughness = Saturate(0.6f + 0.1f * n + 0.3f * dust);
-    out.specular = 0.35f;
+    out.specular = Splat(0.35f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return 8e-4f * Fbm3(point.texture_m, 0.015f, 4, point.footprint_m, seed_, 0.55f);
   }
 

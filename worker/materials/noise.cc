@@ -1,84 +1,6 @@
 #include "worker/materials/noise.h"
 
-#include <cstring>
-
 namespace parallax::noise {
-namespace {
-
-struct Neighbours {
-  alignas(32) int32_t x[32], y[32], z[32];
-};
-
-// The 27 cells around a cell; the last lanes repeat its centre (they can only tie, and the first
-// one wins).
-constexpr Neighbours MakeNeighbours() {
-  Neighbours n{};
-  for (int i = 0; i < 27; ++i) {
-    n.x[i] = i % 3 - 1;
-    n.y[i] = i / 3 % 3 - 1;
-    n.z[i] = i / 9 - 1;
-  }
-  return n;
-}
-constexpr Neighbours kNeighbours = MakeNeighbours();
-
-template <typename Lanes, typename Value>
-Lanes Load(const Value* values) {
-  Lanes lanes;
-  std::memcpy(&lanes, values, sizeof(lanes));
-  return lanes;
-}
-template <typename Lanes, typename Value>
-void Store(Value* values, const Lanes& lanes) {
-  std::memcpy(values, &lanes, sizeof(lanes));
-}
-
-}  // namespace
-
-Cell Cells3(const Vec3f& p, uint32_t seed, float jitter) {
-  const float fx = std::floor(p.x()), fy = std::floor(p.y()), fz = std::floor(p.z());
-  const float x = p.x() - fx, y = p.y() - fy, z = p.z() - fz;
-  const int32_t ix = static_cast<int32_t>(fx), iy = static_cast<int32_t>(fy),
-                iz = static_cast<int32_t>(fz);
-  const float rest = 0.5f - 0.5f * jitter;
-  const float scale = jitter / 1023.0f;
-  alignas(32) float d2[32], ox[32], oy[32], oz[32];
-  alignas(32) uint32_t ids[32];
-  for (int lane = 0; lane < 32; lane += 8) {
-    const Int8 nx = Load<Int8>(kNeighbours.x + lane);
-    const Int8 ny = Load<Int8>(kNeighbours.y + lane);
-    const Int8 nz = Load<Int8>(kNeighbours.z + lane);
-    const Bits8 h = Mix((Bits8)(nx + ix) * kPrimeX ^ (Bits8)(ny + iy) * kPrimeY ^
-                        (Bits8)(nz + iz) * kPrimeZ ^ seed);
-    const Float8 dx = x - __builtin_convertvector(nx, Float8) - rest -
-                      __builtin_convertvector((Int8)(h & 0x3ff), Float8) * scale;
-    const Float8 dy = y - __builtin_convertvector(ny, Float8) - rest -
-                      __builtin_convertvector((Int8)((h >> 10) & 0x3ff), Float8) * scale;
-    const Float8 dz = z - __builtin_convertvector(nz, Float8) - rest -
-                      __builtin_convertvector((Int8)((h >> 20) & 0x3ff), Float8) * scale;
-    Store(d2 + lane, Float8(dx * dx + dy * dy + dz * dz));
-    Store(ox + lane, dx);
-    Store(oy + lane, dy);
-    Store(oz + lane, dz);
-    Store(ids + lane, h);
-  }
-  float best = d2[0], second = 1e9f;
-  int nearest = 0;
-  for (int i = 1; i < 27; ++i) {
-    if (d2[i] < best) {
-      second = best;
-      best = d2[i];
-      nearest = i;
-    } else if (d2[i] < second) {
-      second = d2[i];
-    }
-  }
-  // The position bits made the point; mix again, so that what is drawn from the id is independent
-  // of the place.
-  return {std::sqrt(best), std::sqrt(second), Mix(ids[nearest] + 0x9e3779b9u),
-          Vec3f(ox[nearest], oy[nearest], oz[nearest])};
-}
-
 Cell Cells2(float px, float py, uint32_t seed, float jitter) {
   const float fx = std::floor(px), fy = std::floor(py);
   const float x = px - fx, y = py - fy;
@@ -105,6 +27,65 @@ Cell Cells2(float px, float py, uint32_t seed, float jitter) {
     }
   }
   return {std::sqrt(best), std::sqrt(second), Mix(id + 0x9e3779b9u), Vec3f(best_x, best_y, 0)};
+}
+
+namespace {
+
+// The two nearest so far of each lane.
+struct Nearest8 {
+  Float8 best = Splat(1e9f), second = Splat(1e9f);
+  Bits8 id{};
+  Vec3x8 offset = Vec3x8::Zero();
+
+  void Meet(const Vec3x8& to, Float8 d2, Bits8 h) {
+    const Mask8 nearer = d2 < best;
+    second = nearer ? best : Min(second, d2);
+    best = Min(d2, best);
+    id = nearer ? h : id;
+    offset = Select(nearer, to, offset);
+  }
+  Cell8 Cell() const { return {Sqrt(best), Sqrt(second), Mix(id + 0x9e3779b9u), offset}; }
+};
+
+}  // namespace
+
+Cell8 Cells3(const Vec3x8& p, uint32_t seed, float jitter) {
+  const Float8 fx = Floor(p.x), fy = Floor(p.y), fz = Floor(p.z);
+  const Float8 x = p.x - fx, y = p.y - fy, z = p.z - fz;
+  const Bits8 hx = (Bits8)ToInt(fx) * kPrimeX, hy = (Bits8)ToInt(fy) * kPrimeY,
+              hz = (Bits8)ToInt(fz) * kPrimeZ;
+  const float rest = 0.5f - 0.5f * jitter;
+  const float scale = jitter / 1023.0f;
+  Nearest8 nearest;
+  for (int k = 0; k < 27; ++k) {
+    const int nx = k % 3 - 1, ny = k / 3 % 3 - 1, nz = k / 9 - 1;
+    const Bits8 h = Mix((hx + static_cast<uint32_t>(nx) * kPrimeX) ^
+                        (hy + static_cast<uint32_t>(ny) * kPrimeY) ^
+                        (hz + static_cast<uint32_t>(nz) * kPrimeZ) ^ seed);
+    const Vec3x8 to(x - static_cast<float>(nx) - rest - ToFloat((Int8)(h & 0x3ff)) * scale,
+                    y - static_cast<float>(ny) - rest - ToFloat((Int8)((h >> 10) & 0x3ff)) * scale,
+                    z - static_cast<float>(nz) - rest - ToFloat((Int8)((h >> 20) & 0x3ff)) * scale);
+    nearest.Meet(to, Dot(to, to), h);
+  }
+  return nearest.Cell();
+}
+
+Cell8 Cells2(Float8 px, Float8 py, uint32_t seed, float jitter) {
+  const Float8 fx = Floor(px), fy = Floor(py);
+  const Float8 x = px - fx, y = py - fy;
+  const Bits8 hx = (Bits8)ToInt(fx) * kPrimeX, hy = (Bits8)ToInt(fy) * kPrimeY;
+  const float rest = 0.5f - 0.5f * jitter;
+  const float scale = jitter / 65535.0f;
+  Nearest8 nearest;
+  for (int k = 0; k < 9; ++k) {
+    const int nx = k % 3 - 1, ny = k / 3 - 1;
+    const Bits8 h = Mix((hx + static_cast<uint32_t>(nx) * kPrimeX) ^
+                        (hy + static_cast<uint32_t>(ny) * kPrimeY) ^ seed);
+    const Float8 dx = x - static_cast<float>(nx) - rest - ToFloat((Int8)(h & 0xffff)) * scale;
+    const Float8 dy = y - static_cast<float>(ny) - rest - ToFloat((Int8)(h >> 16)) * scale;
+    nearest.Meet({dx, dy, Splat(0)}, dx * dx + dy * dy, h);
+  }
+  return nearest.Cell();
 }
 
 }  // namespace parallax::noise

@@ -23,21 +23,21 @@ class Paper final : public Material {
     foxing_ = rng.Bernoulli(0.4) ? Draw(rng, 0.05, 0.3) : 0.0f;
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
-    const float fibre = Fbm3(p, 0.012f, 4, w, seed_, 0.65f);
-    const float cloud = Fbm3(p, 0.12f, 4, w, seed_ + 2);
-    const float old =
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
+    const Float8 fibre = Fbm3(p, 0.012f, 4, w, seed_, 0.65f);
+    const Float8 cloud = Fbm3(p, 0.12f, 4, w, seed_ + 2);
+    const Float8 old =
         foxing_ * noise::Above(noise::Fbm3Filtered(p, 0.07f, 5, w, seed_ + 4, 0.6f), 0.4f, 0.3f);
-    SurfaceSample out;
+    SurfaceSample8 out;
     out.base_color =
         Albedo(Mix(sheet_ * (1.0f + fibre_ * fibre + 0.05f * cloud), SrgbColor(0xa8845a), old));
-    out.roughness = 0.85f;
-    out.specular = 0.3f;
+    out.roughness = Splat(0.85f);
+    out.specular = Splat(0.3f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return 1.2e-5f * Fbm3(point.texture_m, 0.002f, 2, point.footprint_m, seed_ + 7) +
            1e-4f * Fbm3(point.texture_m, 0.08f, 2, point.footprint_m, seed_ + 8);
   }
@@ -56,29 +56,27 @@ class PageEdges final : public Material {
     leaf_m_ = Draw(rng, 0.0003, 0.0007);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
-    float lines =
-        0.5f * Fade(leaf_m_, w) * Gradient3(p.x() * 8.0f, p.y() * 8.0f, p.z() / leaf_m_, seed_);
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
+    Float8 lines =
+        0.5f * Fade(leaf_m_, w) * Gradient3(p.x * 8.0f, p.y * 8.0f, p.z / leaf_m_, seed_);
     lines += 0.6f * Fade(5.0f * leaf_m_, w) *
-             Gradient3(p.x() * 3.0f, p.y() * 3.0f, 0.2f * p.z() / leaf_m_, seed_ + 1);
-    lines +=
-        0.5f * Fade(0.008f, w) * Gradient3(p.x() * 2.0f, p.y() * 2.0f, p.z() * 120.0f, seed_ + 2);
-    const float cloud = Fbm3(p, 0.06f, 3, w, seed_ + 3);
-    SurfaceSample out;
+             Gradient3(p.x * 3.0f, p.y * 3.0f, 0.2f * p.z / leaf_m_, seed_ + 1);
+    lines += 0.5f * Fade(0.008f, w) * Gradient3(p.x * 2.0f, p.y * 2.0f, p.z * 120.0f, seed_ + 2);
+    const Float8 cloud = Fbm3(p, 0.06f, 3, w, seed_ + 3);
+    SurfaceSample8 out;
     out.base_color = Albedo(sheet_ * (0.93f + 0.22f * lines + 0.05f * cloud));
-    out.roughness = 0.9f;
-    out.specular = 0.25f;
+    out.roughness = Splat(0.9f);
+    out.specular = Splat(0.25f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
-    return 4e-5f * Fade(leaf_m_, w) *
-               Gradient3(p.x() * 8.0f, p.y() * 8.0f, p.z() / leaf_m_, seed_) +
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
+    return 4e-5f * Fade(leaf_m_, w) * Gradient3(p.x * 8.0f, p.y * 8.0f, p.z / leaf_m_, seed_) +
            8e-5f * Fade(5.0f * leaf_m_, w) *
-               Gradient3(p.x() * 3.0f, p.y() * 3.0f, 0.2f * p.z() / leaf_m_, seed_ + 1);
+               Gradient3(p.x * 3.0f, p.y * 3.0f, 0.2f * p.z / leaf_m_, seed_ + 1);
   }
 
  private:
@@ -96,27 +94,28 @@ class Cardboard final : public Material {
     flutes_ = Draw(rng, 0.2, 1.0);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
-    const float fibre = Fbm3(Vec3f(0.5f * p.x(), p.y(), p.z()), 0.008f, 4, w, seed_, 0.65f);
-    const float speck = noise::Above(noise::Fbm3Filtered(p, 0.004f, 2, w, seed_ + 3), 0.75f, 0.08f);
-    const float scuff = Fbm3(p, 0.12f, 5, w, seed_ + 5, 0.6f);
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
+    const Float8 fibre = Fbm3(Vec3x8(0.5f * p.x, p.y, p.z), 0.008f, 4, w, seed_, 0.65f);
+    const Float8 speck =
+        noise::Above(noise::Fbm3Filtered(p, 0.004f, 2, w, seed_ + 3), 0.75f, 0.08f);
+    const Float8 scuff = Fbm3(p, 0.12f, 5, w, seed_ + 5, 0.6f);
+    SurfaceSample8 out;
     out.base_color =
         Albedo(board_ * ((1.0f + 0.09f * fibre + 0.07f * scuff) * (1.0f - 0.45f * speck) *
                          (1.0f + 0.03f * flutes_ * Flutes(OnPlane(point), w))));
     out.roughness = Saturate(0.82f + 0.06f * scuff);
-    out.specular = 0.3f;
+    out.specular = Splat(0.3f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return 6e-5f * flutes_ * Flutes(OnPlane(point), point.footprint_m) +
            1.5e-5f * Fbm3(point.texture_m, 0.003f, 2, point.footprint_m, seed_ + 6);
   }
 
  private:
-  float Flutes(const PlanePoint& plane, float w) const {
+  Float8 Flutes(const PlanePoint8& plane, Float8 w) const {
     return Fade(flute_m_, w) * noise::CosTurn(plane.u / flute_m_);
   }
 

@@ -20,9 +20,9 @@ using noise::UnitByte;
 enum class Ground { kCanvas, kPaper, kCoated };
 
 // What all pictures share: the ground they are on, and fading to one colour when they are far away.
-class Printed : public Material {
+class Printed : public PointMaterial {
  public:
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+  SurfaceSample EvaluatePoint(const SurfacePoint& point) const override {
     const float w = point.footprint_uv > 0 ? point.footprint_uv : point.footprint_m * 2.0f;
     const float u = Saturate(point.uv.x()), v = Saturate(point.uv.y());
     const float shown = Fade(0.9f, w);
@@ -36,7 +36,7 @@ class Printed : public Material {
     out.specular = ground_ == Ground::kCanvas ? 0.4f : 0.5f;
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  float HeightOfPoint(const SurfacePoint& point) const override {
     return (ground_ == Ground::kCanvas ? 7e-5f : 8e-6f) * Grain(point);
   }
 
@@ -456,8 +456,8 @@ class ScreenPicture final : public Printed {
     glow_ = kind_ == 0 ? 0.0f : Draw(rng, 0.5, 1.4);
     MeasureMean();
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    SurfaceSample out = Printed::Evaluate(point);
+  SurfaceSample EvaluatePoint(const SurfacePoint& point) const override {
+    SurfaceSample out = Printed::EvaluatePoint(point);
     if (kind_ == 0) {
       out.base_color = Vec3f::Constant(0.021f) + 0.06f * out.base_color;
     } else {
@@ -467,7 +467,7 @@ class ScreenPicture final : public Printed {
     out.roughness = 0.08f;
     return out;
   }
-  float Height(const SurfacePoint&) const override { return 0; }
+  float HeightOfPoint(const SurfacePoint&) const override { return 0; }
 
  private:
   Vec3f Ink(float u, float v, float w) const override {

@@ -8,10 +8,10 @@ namespace {
 class PlainGrey final : public Material {
  public:
   explicit PlainGrey(Rng&) {}
-  SurfaceSample Evaluate(const SurfacePoint&) const override {
-    SurfaceSample out;
-    out.base_color = Vec3f::Constant(0.5f);
-    out.roughness = 0.6f;
+  SurfaceSample8 Evaluate(const SurfacePoint8&) const override {
+    SurfaceSample8 out;
+    out.base_color = Vec3x8::All(Splat(0.5f));
+    out.roughness = Splat(0.6f);
     return out;
   }
 };
@@ -31,11 +31,11 @@ class LampBulb final : public Material {
     radiance_ = Draw(rng, 12, 40);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    SurfaceSample out;
-    const float n = noise::Fbm3(point.texture_m, 0.04f, 2, point.footprint_m, seed_);
-    out.base_color = Vec3f::Constant(0.78f * (1.0f + 0.09f * n));
-    out.roughness = 0.5f;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    SurfaceSample8 out;
+    const Float8 n = noise::Fbm3(point.texture_m, 0.04f, 2, point.footprint_m, seed_);
+    out.base_color = Vec3x8::All(0.78f * (1.0f + 0.09f * n));
+    out.roughness = Splat(0.5f);
     out.emission = color_ * (radiance_ * (1.0f + 0.08f * n));
     return out;
   }

@@ -42,18 +42,18 @@ class Plastic final : public Material {
     wear_ = Draw(rng, 0.02, 0.12);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const float n = noise::Fbm3(point.texture_m, 0.08f, 5, w, seed_, 0.6f);
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Float8 n = noise::Fbm3(point.texture_m, 0.08f, 5, w, seed_, 0.6f);
     // Handling polishes rough plastic and dulls smooth plastic, in patches.
-    const float worn =
+    const Float8 worn =
         noise::SmoothStep(0.1f, 0.8f, noise::Fbm3(point.texture_m, 0.05f, 3, w, seed_ + 6));
-    SurfaceSample out;
+    SurfaceSample8 out;
     out.base_color = Albedo(pigment_ * (1.0f + mottle_ * n));
     out.roughness = Saturate(roughness_ + wear_ * worn * (roughness_ > 0.4f ? -1.0f : 1.0f));
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return depth_m_ * noise::Fbm3(point.texture_m, grain_m_, 2, point.footprint_m, seed_ + 9);
   }
 
@@ -73,20 +73,20 @@ class MarbledPlastic final : public Material {
     roughness_ = Draw(rng, 0.15, 0.45);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
-    const Vec3f bend(noise::Gradient3(p / swirl_m_, seed_),
-                     noise::Gradient3(p / swirl_m_, seed_ + 1),
-                     noise::Gradient3(p / swirl_m_, seed_ + 2));
-    const float n = noise::Fbm3(p + bend * (0.9f * swirl_m_), swirl_m_, 4, w, seed_ + 3, 0.55f);
-    const float t = noise::SmoothStep(-0.35f, 0.35f, n);
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
+    const Vec3x8 bend(noise::Gradient3(p / swirl_m_, seed_),
+                      noise::Gradient3(p / swirl_m_, seed_ + 1),
+                      noise::Gradient3(p / swirl_m_, seed_ + 2));
+    const Float8 n = noise::Fbm3(p + bend * (0.9f * swirl_m_), swirl_m_, 4, w, seed_ + 3, 0.55f);
+    const Float8 t = noise::SmoothStep(-0.35f, 0.35f, n);
+    SurfaceSample8 out;
     out.base_color = Albedo(Mix(first_, second_, t));
-    out.roughness = roughness_;
+    out.roughness = Splat(roughness_);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return 6e-6f * noise::Fbm3(point.texture_m, 0.006f, 2, point.footprint_m, seed_ + 9);
   }
 
@@ -104,25 +104,25 @@ class FoamRubber final : public Material {
     pore_m_ = Draw(rng, 0.0018, 0.005);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float pore = Pore(point);
-    const float n = noise::Fbm3(point.texture_m, 0.06f, 3, point.footprint_m, seed_ + 2);
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 pore = Pore(point);
+    const Float8 n = noise::Fbm3(point.texture_m, 0.06f, 3, point.footprint_m, seed_ + 2);
+    SurfaceSample8 out;
     out.base_color = Albedo(color_ * (1.0f - 0.55f * pore + 0.1f * n));
-    out.roughness = 0.9f;
-    out.specular = 0.2f;
+    out.roughness = Splat(0.9f);
+    out.specular = Splat(0.2f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override { return -0.2f * pore_m_ * Pore(point); }
+  Float8 Height(const SurfacePoint8& point) const override { return -0.2f * pore_m_ * Pore(point); }
 
  private:
-  float Pore(const SurfacePoint& point) const {
-    const float fade = Fade(1.5f * pore_m_, point.footprint_m);
-    if (fade <= 0) return 0.1f;
-    const noise::Cell cell = noise::Cells3(point.texture_m / pore_m_, seed_);
-    const float radius = 0.2f + 0.35f * noise::UnitByte(cell.id, 0);
-    const float pore = (1.0f - noise::SmoothStep(0.5f * radius, radius, cell.f1)) *
-                       noise::SmoothStep(0.0f, 0.2f, cell.f2 - cell.f1);
+  Float8 Pore(const SurfacePoint8& point) const {
+    const Float8 fade = Fade(1.5f * pore_m_, point.footprint_m);
+    if (!Any(fade > 0)) return Splat(0.1f);
+    const noise::Cell8 cell = noise::Cells3(point.texture_m / pore_m_, seed_);
+    const Float8 radius = 0.2f + 0.35f * noise::UnitByte(cell.id, 0);
+    const Float8 pore = (1.0f - noise::SmoothStep(0.5f * radius, radius, cell.f1)) *
+                        noise::SmoothStep(0.0f, 0.2f, cell.f2 - cell.f1);
     return 0.1f + fade * (pore - 0.1f);
   }
 

@@ -35,30 +35,30 @@ class Skin final : public Material {
     seed_ = DrawSeed(rng);
   }
 
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
-    const float crease = Creases(p, w);
-    const float flush =
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
+    const Float8 crease = Creases(p, w);
+    const Float8 flush =
         flush_ * noise::Above(noise::Fbm3Filtered(p, 0.06f, 5, w, seed_ + 2, 0.6f), 0.0f, 0.5f);
-    const float mottle = Fbm3(p, 0.012f, 4, w, seed_ + 3, 0.6f);
-    const float shine = Fbm3(p, 0.04f, 3, w, seed_ + 4);
-    SurfaceSample out;
-    Vec3f color = Mix(Mix(skin_, pale_, Saturate(0.5f + 0.45f * mottle)), blood_, flush);
+    const Float8 mottle = Fbm3(p, 0.012f, 4, w, seed_ + 3, 0.6f);
+    const Float8 shine = Fbm3(p, 0.04f, 3, w, seed_ + 4);
+    SurfaceSample8 out;
+    Vec3x8 color = Mix(Mix(skin_, pale_, Saturate(0.5f + 0.45f * mottle)), blood_, flush);
     color = Mix(color, Albedo(skin_.cwiseProduct(Vec3f(0.72f, 0.86f, 0.9f))), Veins(p, w));
     color = Mix(color, freckle_, Freckles(p, w));
     out.base_color =
         Albedo(color * (1.0f - (hide_ ? 0.4f : 0.25f) * (crease - kMeanCrease) + 0.04f * mottle));
     out.roughness = Saturate(oil_ + 0.12f * shine + 0.1f * (crease - kMeanCrease));
-    out.specular = 0.4f;
-    out.subsurface = 0.75f;
-    out.sheen = 0.12f;
+    out.specular = Splat(0.4f);
+    out.subsurface = Splat(0.75f);
+    out.sheen = Splat(0.12f);
     return out;
   }
 
-  float Height(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
     return -0.09f * crease_m_ * Creases(p, w) + 6e-5f * Fbm3(p, 0.01f, 3, w, seed_ + 6);
   }
 
@@ -66,35 +66,36 @@ class Skin final : public Material {
   static constexpr float kMeanCrease = 0.42f;
 
   // Polygons of two sizes, the coarse creases deeper; 1 in a crease.
-  float Creases(const Vec3f& p, float w) const {
+  Float8 Creases(const Vec3x8& p, Float8 w) const {
     return kMeanCrease + 0.6f * Net(p, 2.2f * crease_m_, w, seed_) +
            0.4f * Net(p, crease_m_, w, seed_ + 1);
   }
   // Less its mean.
-  static float Net(const Vec3f& p, float size_m, float w, uint32_t seed) {
-    const float fade = Fade(size_m, w);
-    if (fade <= 0) return 0;
-    const Vec3f q(p.x() / size_m, p.y() / (1.25f * size_m), p.z() / size_m);
-    const float shake = 0.2f * Gradient3(q, seed + 9);
-    const noise::Cell cell = noise::Cells3(q + Vec3f(shake, shake, -shake), seed);
+  static Float8 Net(const Vec3x8& p, float size_m, Float8 w, uint32_t seed) {
+    const Float8 fade = Fade(size_m, w);
+    if (!Any(fade > 0)) return Splat(0);
+    const Vec3x8 q(p.x / size_m, p.y / (1.25f * size_m), p.z / size_m);
+    const Float8 shake = 0.2f * Gradient3(q, seed + 9);
+    const noise::Cell8 cell = noise::Cells3(q + Vec3x8(shake, shake, -shake), seed);
     return fade * (1.0f - SmoothStep(0.0f, 0.4f, cell.f2 - cell.f1) - kMeanCrease);
   }
-  float Freckles(const Vec3f& p, float w) const {
-    if (freckles_ <= 0) return 0;
+  Float8 Freckles(const Vec3x8& p, Float8 w) const {
+    if (freckles_ <= 0) return Splat(0);
     constexpr float kCell = 0.009f;
-    const float share = 0.05f * freckles_, fade = Fade(kCell, w);
-    if (fade <= 0) return share;
-    const noise::Cell cell = noise::Cells3(p / kCell, seed_ + 12);
-    const float is = UnitByte(cell.id, 0) < freckles_ ? 1.0f : 0.0f;
-    const float size = 0.12f + 0.22f * UnitByte(cell.id, 1);
+    const float share = 0.05f * freckles_;
+    const Float8 fade = Fade(kCell, w);
+    if (!Any(fade > 0)) return Splat(share);
+    const noise::Cell8 cell = noise::Cells3(p / kCell, seed_ + 12);
+    const Float8 is = UnitByte(cell.id, 0) < freckles_ ? Splat(1) : Splat(0);
+    const Float8 size = 0.12f + 0.22f * UnitByte(cell.id, 1);
     return share +
            fade * (0.7f * is * (1.0f - SmoothStep(0.4f * size, 1.2f * size, cell.f1)) - share);
   }
-  float Veins(const Vec3f& p, float w) const {
-    if (vein_ <= 0) return 0;
-    const float n = Fbm3(p, 0.07f, 2, w, seed_ + 14);
-    const float wide = 0.1f + w / 0.035f;
-    return vein_ * (0.1f / wide) * (1.0f - SmoothStep(0.0f, wide, std::fabs(n))) * Fade(0.07f, w);
+  Float8 Veins(const Vec3x8& p, Float8 w) const {
+    if (vein_ <= 0) return Splat(0);
+    const Float8 n = Fbm3(p, 0.07f, 2, w, seed_ + 14);
+    const Float8 wide = 0.1f + w / 0.035f;
+    return vein_ * (0.1f / wide) * (1.0f - SmoothStep(0.0f, wide, Abs(n))) * Fade(0.07f, w);
   }
 
   Vec3f skin_, blood_, pale_, freckle_;
@@ -121,45 +122,46 @@ class Wax final : public Material {
     seed_ = DrawSeed(rng);
   }
 
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
-    const float cloud =
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
+    const Float8 cloud =
         noise::Above(noise::Fbm3Filtered(p, 0.05f, 5, w, seed_ + 1, 0.6f), 0.05f, 0.35f);
-    const float bloom =
+    const Float8 bloom =
         bloom_ * noise::Above(noise::Fbm3Filtered(p, 0.02f, 5, w, seed_ + 2, 0.65f), 0.2f, 0.3f);
-    Vec3f base = wax_;
+    Vec3x8 base = wax_;
     if (layers_ > 0) {
       // Poured in layers of two colours that ran into each other.
-      const float bend = 0.35f * layer_m_ * Gradient3(p / (1.5f * layer_m_), seed_ + 3);
-      const float wave = noise::CosTurn((p.x() + bend) / layer_m_) * Fade(layer_m_, w);
+      const Float8 bend = 0.35f * layer_m_ * Gradient3(p / (1.5f * layer_m_), seed_ + 3);
+      const Float8 wave = noise::CosTurn((p.x + bend) / layer_m_) * Fade(layer_m_, w);
       base = Mix(wax_, second_, layers_ * (0.5f + 0.5f * wave));
     }
-    const float pit = Pits(p, w);
-    SurfaceSample out;
+    const Float8 pit = Pits(p, w);
+    SurfaceSample8 out;
     out.base_color =
-        Albedo(Mix(Mix(base, cloud_, 0.6f * cloud), Vec3f::Constant(0.85f), 0.07f * bloom) *
+        Albedo(Mix(Mix(base, cloud_, 0.6f * cloud), Vec3f(Vec3f::Constant(0.85f)), 0.07f * bloom) *
                (1.0f - 0.15f * pit));
     out.roughness = Saturate(roughness_ + 0.3f * bloom + 0.06f * Fbm3(p, 0.03f, 3, w, seed_ + 5));
-    out.specular = 0.45f;
-    out.subsurface = 0.85f;
+    out.specular = Splat(0.45f);
+    out.subsurface = Splat(0.85f);
     return out;
   }
 
-  float Height(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
     return 2.5e-4f * Fbm3(p, 0.03f, 3, w, seed_ + 6) - 2e-4f * Pits(p, w);
   }
 
  private:
-  float Pits(const Vec3f& p, float w) const {
+  Float8 Pits(const Vec3x8& p, Float8 w) const {
     constexpr float kCell = 0.006f;
-    const float share = 0.03f * pits_, fade = Fade(kCell, w);
-    if (fade <= 0) return share;
-    const noise::Cell cell = noise::Cells3(p / kCell, seed_ + 8);
-    const float is = UnitByte(cell.id, 0) < pits_ ? 1.0f : 0.0f;
-    const float size = 0.1f + 0.15f * UnitByte(cell.id, 1);
+    const float share = 0.03f * pits_;
+    const Float8 fade = Fade(kCell, w);
+    if (!Any(fade > 0)) return Splat(share);
+    const noise::Cell8 cell = noise::Cells3(p / kCell, seed_ + 8);
+    const Float8 is = UnitByte(cell.id, 0) < pits_ ? Splat(1) : Splat(0);
+    const Float8 size = 0.1f + 0.15f * UnitByte(cell.id, 1);
     return share + fade * (is * (1.0f - SmoothStep(0.3f * size, size, cell.f1)) - share);
   }
 

@@ -41,40 +41,40 @@ class Marble final : public Material {
     bedding_ = Vec3f{Draw(rng, 0.3, 1), Draw(rng, -1, 1), Draw(rng, 0.3, 1)}.normalized();
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
     // Veins run along the bedding: the body is stretched along a slanted direction.
-    const Vec3f p = point.texture_m - bedding_ * (0.62f * bedding_.dot(point.texture_m));
-    const float bend = Fbm3(p, scale_m_, 4, w, seed_, 0.6f);
-    const float twist = Fbm3(p, 0.6f * scale_m_, 3, w, seed_ + 31, 0.6f);
-    const Vec3f q = p + Vec3f(bend, twist, bend - twist) * (0.16f * scale_m_);
-    const float big =
+    const Vec3x8 p = point.texture_m - bedding_ * (0.62f * Along(bedding_, point.texture_m));
+    const Float8 bend = Fbm3(p, scale_m_, 4, w, seed_, 0.6f);
+    const Float8 twist = Fbm3(p, 0.6f * scale_m_, 3, w, seed_ + 31, 0.6f);
+    const Vec3x8 q = p + Vec3x8(bend, twist, bend - twist) * (0.16f * scale_m_);
+    const Float8 big =
         Vein(Fbm3(q, 0.8f * scale_m_, 4, w, seed_ + 7, 0.5f), thickness_, scale_m_, w);
-    const float small = Vein(Fbm3(q, 0.3f * scale_m_, 2, w, seed_ + 17, 0.5f), 0.6f * thickness_,
-                             0.3f * scale_m_, w);
-    const float cloud = SmoothStep(-0.5f, 0.6f, bend + 0.4f * twist);
+    const Float8 small = Vein(Fbm3(q, 0.3f * scale_m_, 2, w, seed_ + 17, 0.5f), 0.6f * thickness_,
+                              0.3f * scale_m_, w);
+    const Float8 cloud = SmoothStep(-0.5f, 0.6f, bend + 0.4f * twist);
     // A vein comes and goes along its way.
-    const float present = SmoothStep(-0.35f, 0.45f, twist);
-    const float crystal = 0.05f * Fade(2e-3f, w) * Gradient3(point.texture_m * 700.0f, seed_ + 3);
-    SurfaceSample out;
-    Vec3f color = Mix(ground_, cloud_, cloud);
+    const Float8 present = SmoothStep(-0.35f, 0.45f, twist);
+    const Float8 crystal = 0.05f * Fade(2e-3f, w) * Gradient3(point.texture_m * 700.0f, seed_ + 3);
+    SurfaceSample8 out;
+    Vec3x8 color = Mix(ground_, cloud_, cloud);
     color = Mix(color, vein_,
                 Saturate(strength_ * (big * (0.35f + 0.65f * present) + 0.4f * small * present)));
     out.base_color = Albedo(color * (1.0f + crystal));
     out.roughness = Saturate(roughness_ * (1.0f + 0.5f * big));
-    out.subsurface = 0.5f;
+    out.subsurface = Splat(0.5f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return 1.2e-5f * Fbm3(point.texture_m, 0.03f, 3, point.footprint_m, seed_ + 5);
   }
 
  private:
-  static float Vein(float n, float width, float wavelength_m, float w) {
+  static Float8 Vein(Float8 n, float width, float wavelength_m, Float8 w) {
     // |grad n| is about 2 a wavelength: a footprint widens the line and thins it by the same
     // factor.
-    const float wide = width + std::min(2.0f * w / wavelength_m, 0.85f);
-    const float line = 1.0f - SmoothStep(0.0f, wide, std::fabs(n));
+    const Float8 wide = width + Min(2.0f * w / wavelength_m, 0.85f);
+    const Float8 line = 1.0f - SmoothStep(0.0f, wide, Abs(n));
     return line * width / wide;
   }
 
@@ -106,32 +106,35 @@ class Granite final : public Material {
     roughness_ = rng.Bernoulli(0.65) ? Draw(rng, 0.08, 0.2) : Draw(rng, 0.45, 0.65);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const float fade = Fade(1.6f * grain_m_, w);
-    const float drift = Fbm3(point.texture_m, 0.12f, 3, w, seed_ + 4);
-    Vec3f color = mean_;
-    float mica = 0;
-    if (fade > 0) {
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Float8 fade = Fade(1.6f * grain_m_, w);
+    const Float8 drift = Fbm3(point.texture_m, 0.12f, 3, w, seed_ + 4);
+    Vec3x8 color = mean_;
+    Float8 mica = Splat(0);
+    if (Any(fade > 0)) {
       // Ragged borders: the query is shaken a little.
-      const Vec3f q = point.texture_m / grain_m_;
-      const float shake = 0.35f * Gradient3(q * 2.3f, seed_ + 1);
-      const noise::Cell coarse = Cells3(q + Vec3f(shake, -shake, shake), seed_);
-      const float pick = UnitByte(coarse.id, 0);
-      size_t kind = pick < 0.42f ? 0 : pick < 0.72f ? 1 : pick < 0.88f ? 2 : 3;
-      const float fine = Gradient3(q * 3.7f, seed_ + 2);
-      if (fine > 0.42f) kind = 3;
-      mica = kind == 3 ? 1.0f : 0.0f;
-      const Vec3f grain = grains_[kind] * (0.85f + 0.3f * UnitByte(coarse.id, 1) + 0.14f * fine +
-                                           0.12f * Gradient3(q * 9.0f, seed_ + 5));
+      const Vec3x8 q = point.texture_m / grain_m_;
+      const Float8 shake = 0.35f * Gradient3(q * 2.3f, seed_ + 1);
+      const noise::Cell8 coarse = Cells3(q + Vec3x8(shake, -shake, shake), seed_);
+      const Float8 pick = UnitByte(coarse.id, 0);
+      const Float8 fine = Gradient3(q * 3.7f, seed_ + 2);
+      const Mask8 dark = (fine > 0.42f) | (pick >= 0.88f);
+      mica = dark ? Splat(1) : Splat(0);
+      Vec3x8 kind = grains_[3];
+      kind = Select(~dark, grains_[2], kind);
+      kind = Select(~dark & (pick < 0.72f), grains_[1], kind);
+      kind = Select(~dark & (pick < 0.42f), grains_[0], kind);
+      const Vec3x8 grain = kind * (0.85f + 0.3f * UnitByte(coarse.id, 1) + 0.14f * fine +
+                                   0.12f * Gradient3(q * 9.0f, seed_ + 5));
       color = Mix(mean_, grain, fade);
     }
-    SurfaceSample out;
+    SurfaceSample8 out;
     out.base_color = Albedo(color * (1.0f + 0.1f * drift));
     out.roughness = Saturate(roughness_ * (1.0f + 0.5f * fade * mica));
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return 2e-5f * Fbm3(point.texture_m, grain_m_, 3, point.footprint_m, seed_ + 6) *
            (roughness_ > 0.4f ? 6.0f : 1.0f);
   }
@@ -156,29 +159,29 @@ class Slate final : public Material {
     roughness_ = Draw(rng, 0.45, 0.65);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const Vec3f& p = point.texture_m;
-    const float level = Terraces(p, w);
-    const float n = Fbm3(p, 0.09f, 5, w, seed_ + 3, 0.6f);
-    const float stain = rusty_ * SmoothStep(0.0f, 0.7f, Fbm3(p, 0.2f, 4, w, seed_ + 9));
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Vec3x8& p = point.texture_m;
+    const Float8 level = Terraces(p, w);
+    const Float8 n = Fbm3(p, 0.09f, 5, w, seed_ + 3, 0.6f);
+    const Float8 stain = rusty_ * SmoothStep(0.0f, 0.7f, Fbm3(p, 0.2f, 4, w, seed_ + 9));
+    SurfaceSample8 out;
     out.base_color = Albedo(Mix(stone_ * (0.85f + 0.25f * level + 0.28f * n), rust_, stain));
     out.roughness = Saturate(roughness_ * (1.0f + 0.2f * n));
-    out.specular = 0.45f;
+    out.specular = Splat(0.45f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
     return 1.6e-3f * Terraces(point.texture_m, w) +
            1e-4f * Fbm3(point.texture_m, 0.01f, 3, w, seed_ + 5);
   }
 
  private:
-  float Terraces(const Vec3f& p, float w) const {
-    const float n = 1.6f * Fbm3(p, 0.17f, 4, w, seed_, 0.5f) + 2.0f;
-    const float step = std::floor(n);
-    const float rise = n - step;
+  Float8 Terraces(const Vec3x8& p, Float8 w) const {
+    const Float8 n = 1.6f * Fbm3(p, 0.17f, 4, w, seed_, 0.5f) + 2.0f;
+    const Float8 step = Floor(n);
+    const Float8 rise = n - step;
     return (step + SmoothStep(0.42f, 0.58f, rise) - 2.0f) * 0.5f + 0.15f * (n - 2.0f);
   }
 
@@ -201,32 +204,32 @@ class Sandstone final : public Material {
     tilt_y_ = Draw(rng, -0.15, 0.15);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const float bed = Bed(point.texture_m, w);
-    const float n = Fbm3(point.texture_m, 0.1f, 6, w, seed_ + 2, 0.6f);
-    const float grain = Fade(1.2e-3f, w) * Gradient3(point.texture_m * 900.0f, seed_ + 8);
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Float8 bed = Bed(point.texture_m, w);
+    const Float8 n = Fbm3(point.texture_m, 0.1f, 6, w, seed_ + 2, 0.6f);
+    const Float8 grain = Fade(1.2e-3f, w) * Gradient3(point.texture_m * 900.0f, seed_ + 8);
+    SurfaceSample8 out;
     out.base_color = Albedo(Mix(sand_, dark_, Saturate(0.35f + banding_ * bed)) *
                             (1.0f + 0.16f * n + 0.16f * grain));
-    out.roughness = 0.9f;
-    out.specular = 0.3f;
+    out.roughness = Splat(0.9f);
+    out.specular = Splat(0.3f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
     return 3e-4f * banding_ * Bed(point.texture_m, w) +
            1e-4f * Fade(1.2e-3f, w) * Gradient3(point.texture_m * 900.0f, seed_ + 8) +
            2.5e-4f * Fbm3(point.texture_m, 0.02f, 3, w, seed_ + 12);
   }
 
  private:
-  float Bed(const Vec3f& p, float w) const {
-    const float t =
-        p.z() + tilt_x_ * p.x() + tilt_y_ * p.y() + 0.6f * bed_m_ * Gradient3(p * 6.0f, seed_);
-    return Fade(bed_m_, w) * Gradient3(0.5f * t / bed_m_, 0.5f, t / bed_m_, seed_ + 1) +
+  Float8 Bed(const Vec3x8& p, Float8 w) const {
+    const Float8 t =
+        p.z + tilt_x_ * p.x + tilt_y_ * p.y + 0.6f * bed_m_ * Gradient3(p * 6.0f, seed_);
+    return Fade(bed_m_, w) * Gradient3(0.5f * t / bed_m_, Splat(0.5f), t / bed_m_, seed_ + 1) +
            0.6f * Fade(0.3f * bed_m_, w) *
-               Gradient3(0.4f, t / bed_m_, 3.4f * t / bed_m_, seed_ + 5);
+               Gradient3(Splat(0.4f), t / bed_m_, 3.4f * t / bed_m_, seed_ + 5);
   }
 
   Vec3f sand_, dark_;

@@ -25,6 +25,14 @@ Vec3f Desaturate(const Vec3f& color, float amount);
 inline Vec3f Mix(const Vec3f& a, const Vec3f& b, float t) { return a + (b - a) * t; }
 // What real surfaces reflect: nothing is blacker than 2 % or whiter than 90 %.
 inline Vec3f Albedo(const Vec3f& c) { return c.cwiseMax(0.02f).cwiseMin(0.9f); }
+inline Vec3x8 Mix(const Vec3x8& a, const Vec3x8& b, Float8 t) { return a + (b - a) * t; }
+inline Vec3x8 Albedo(const Vec3x8& c) {
+  return {Clamp(c.x, 0.02f, 0.9f), Clamp(c.y, 0.02f, 0.9f), Clamp(c.z, 0.02f, 0.9f)};
+}
+// How far `p` goes along `axis`. Summed as Eigen's dot product is.
+inline Float8 Along(const Vec3f& axis, const Vec3x8& p) {
+  return axis.x() * p.x + (axis.y() * p.y + axis.z() * p.z);
+}
 inline float Float(double x) { return static_cast<float>(x); }
 inline float Draw(Rng& rng, double low, double high) { return Float(rng.Uniform(low, high)); }
 inline uint32_t DrawSeed(Rng& rng) { return rng.Bits32(); }
@@ -43,12 +51,35 @@ inline PlanePoint OnPlane(const SurfacePoint& point) {
   return {p.y(), p.z()};
 }
 
+struct PlanePoint8 {
+  Float8 u, v;
+};
+// Normal of the face in texture space, as far as it is known.
+inline Vec3x8 FaceOf(const SurfacePoint8& points) {
+  const Vec3x8& t = points.texture_normal;
+  return Select((t.x != 0) | (t.y != 0) | (t.z != 0), t, points.normal);
+}
+inline PlanePoint8 OnPlane(const SurfacePoint8& points) {
+  const Vec3x8 n = FaceOf(points);
+  const Vec3x8& p = points.texture_m;
+  const Float8 nx = Abs(n.x), ny = Abs(n.y), nz = Abs(n.z);
+  const Mask8 along_z = (nz >= nx) & (nz >= ny), along_y = ny >= nx;
+  return {along_z | along_y ? p.x : p.y, along_z ? p.y : p.z};
+}
+
 // 0 where `distance` < 0, 1 where it is > 0, with an edge at least as wide as `softness` and the
 // footprint.
 inline float Edge(float distance, float softness, float footprint) {
   const float width = std::max(softness, footprint);
   if (width <= 0) return distance > 0 ? 1.0f : 0.0f;
   return noise::SmoothStep(-0.5f * width, 0.5f * width, distance);
+}
+
+inline Float8 Edge(Float8 distance, float softness, Float8 footprint) {
+  const Float8 width = Max(softness, footprint);
+  const Float8 one = Splat(1), none = Splat(0);
+  const Float8 sharp = distance > 0 ? one : none;
+  return width <= 0 ? sharp : noise::SmoothStep(-0.5f * width, 0.5f * width, distance);
 }
 
 // The share of a footprint that lies within `half_width` of a line whose middle is `distance` away:
@@ -58,6 +89,16 @@ inline float LineShare(float distance, float half_width, float softness, float f
   const float low = std::max(distance - 0.5f * width, -half_width);
   const float high = std::min(distance + 0.5f * width, half_width);
   return std::max(0.0f, high - low) / width;
+}
+
+inline Float8 LineShare(Float8 distance, Float8 half_width, Float8 softness, Float8 footprint) {
+  const Float8 width = Max(Max(softness, footprint), 1e-6f);
+  const Float8 low = Max(distance - 0.5f * width, -half_width);
+  const Float8 high = Min(distance + 0.5f * width, half_width);
+  return Max(0.0f, high - low) / width;
+}
+inline Float8 LineShare(Float8 distance, float half_width, float softness, Float8 footprint) {
+  return LineShare(distance, Splat(half_width), Splat(softness), footprint);
 }
 
 // Makes a catalogue entry whose class is constructed from the stream and `args`.

@@ -36,34 +36,34 @@ class TerryCloth final : public Material {
     seed_ = DrawSeed(rng);
   }
 
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const PlanePoint plane = OnPlane(point);
-    const float fade = Fade(1.5f * loop_m_, w);
-    float top = kMean, own = 0;
-    if (fade > 0) {
-      const noise::Cell cell = At(plane);
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const PlanePoint8 plane = OnPlane(point);
+    const Float8 fade = Fade(1.5f * loop_m_, w);
+    Float8 top = Splat(kMean), own = Splat(0);
+    if (Any(fade > 0)) {
+      const noise::Cell8 cell = At(plane);
       top += fade * (Loop(cell) - kMean);
       own = fade * (UnitByte(cell.id, 1) - 0.5f);
     }
     // The nap lies this way and that, as after drying.
-    const float nap = Fbm3(point.texture_m, 0.045f, 4, w, seed_ + 3, 0.6f);
-    const Vec3f loops = Mix(deep_, pile_, top) * (1.0f + 0.22f * own + 0.35f * crush_ * nap);
-    const float band = Band(plane, w);
-    const Vec3f flat = band_ * (1.0f + 0.18f * Ribs(plane, w));
-    SurfaceSample out;
+    const Float8 nap = Fbm3(point.texture_m, 0.045f, 4, w, seed_ + 3, 0.6f);
+    const Vec3x8 loops = Mix(deep_, pile_, top) * (1.0f + 0.22f * own + 0.35f * crush_ * nap);
+    const Float8 band = Band(plane, w);
+    const Vec3x8 flat = band_ * (1.0f + 0.18f * Ribs(plane, w));
+    SurfaceSample8 out;
     out.base_color = Albedo(Mix(loops, flat, band));
-    out.roughness = 0.95f;
-    out.specular = 0.2f;
+    out.roughness = Splat(0.95f);
+    out.specular = Splat(0.2f);
     out.sheen = Saturate(0.5f + 0.2f * nap - 0.3f * band);
     return out;
   }
 
-  float Height(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const PlanePoint plane = OnPlane(point);
-    const float fade = Fade(1.5f * loop_m_, w), band = Band(plane, w);
-    const float loops = fade > 0 ? fade * Loop(At(plane)) : 0.0f;
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const PlanePoint8 plane = OnPlane(point);
+    const Float8 fade = Fade(1.5f * loop_m_, w), band = Band(plane, w);
+    const Float8 loops = Any(fade > 0) ? fade * Loop(At(plane)) : Splat(0);
     return (1 - band) * 0.42f * loop_m_ * loops + 0.08f * ribs_m_ * band * Ribs(plane, w) +
            crush_ * 5e-4f * Fbm3(point.texture_m, 0.02f, 2, w, seed_ + 4);
   }
@@ -71,29 +71,30 @@ class TerryCloth final : public Material {
  private:
   static constexpr float kMean = 0.46f;
 
-  noise::Cell At(const PlanePoint& plane) const {
-    const float u = plane.u / (stretch_ * loop_m_), v = plane.v / loop_m_;
-    const float shake = 0.25f * Gradient2(0.9f * u, 0.9f * v, seed_ + 5);
+  noise::Cell8 At(const PlanePoint8& plane) const {
+    const Float8 u = plane.u / (stretch_ * loop_m_), v = plane.v / loop_m_;
+    const Float8 shake = 0.25f * Gradient2(0.9f * u, 0.9f * v, seed_ + 5);
     return noise::Cells2(u + shake, v - shake, seed_, 0.7f);
   }
   // A small arch seen from above: long, narrow, turned its own way; 0 where it meets the next.
-  static float Loop(const noise::Cell& cell) {
-    const float turn = 0.25f * (UnitByte(cell.id, 2) - 0.5f);
-    const float c = noise::CosTurn(turn), s = noise::CosTurn(turn - 0.25f);
-    const float along = c * cell.offset.x() + s * cell.offset.y();
-    const float across = c * cell.offset.y() - s * cell.offset.x();
-    const float far = along * along / 0.5f + across * across / 0.2f;
+  static Float8 Loop(const noise::Cell8& cell) {
+    const Float8 turn = 0.25f * (UnitByte(cell.id, 2) - 0.5f);
+    const Float8 c = noise::CosTurn(turn), s = noise::CosTurn(turn - 0.25f);
+    const Float8 along = c * cell.offset.x + s * cell.offset.y;
+    const Float8 across = c * cell.offset.y - s * cell.offset.x;
+    const Float8 far = along * along / 0.5f + across * across / 0.2f;
     return Saturate(1.25f - far) * SmoothStep(0.0f, 0.22f, cell.f2 - cell.f1);
   }
   // 1 within a flat band.
-  float Band(const PlanePoint& plane, float w) const {
-    if (band_m_ <= 0) return 0;
-    const float share = band_m_ / period_m_, fade = Fade(period_m_, w);
-    if (fade <= 0) return share;
-    const float at = std::fabs(noise::Fract(plane.u / period_m_ + phase_) - 0.5f) * period_m_;
+  Float8 Band(const PlanePoint8& plane, Float8 w) const {
+    if (band_m_ <= 0) return Splat(0);
+    const float share = band_m_ / period_m_;
+    const Float8 fade = Fade(period_m_, w);
+    if (!Any(fade > 0)) return Splat(share);
+    const Float8 at = Abs(noise::Fract(plane.u / period_m_ + phase_) - 0.5f) * period_m_;
     return share + fade * (LineShare(at, 0.5f * band_m_, 0.002f, w) - share);
   }
-  float Ribs(const PlanePoint& plane, float w) const {
+  Float8 Ribs(const PlanePoint8& plane, Float8 w) const {
     return Fade(ribs_m_, w) * noise::CosTurn(plane.u / ribs_m_);
   }
 

@@ -42,7 +42,7 @@ Level Halved(const Level& fine) {
   return out;
 }
 
-class UserPicture final : public Material {
+class UserPicture final : public PointMaterial {
  public:
   UserPicture(const ImageRgb8& image, uint64_t seed) {
     Rng rng(SceneSeed{seed}, "user picture");
@@ -63,7 +63,7 @@ class UserPicture final : public Material {
     }
   }
 
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+  SurfaceSample EvaluatePoint(const SurfacePoint& point) const override {
     // Pictures are taken to be half a metre wide where the renderer doesn't know.
     const float width = point.footprint_uv > 0 ? point.footprint_uv : 2 * point.footprint_m;
     const auto size = static_cast<float>(std::max(levels_[0].width, levels_[0].height));

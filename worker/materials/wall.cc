@@ -35,20 +35,20 @@ class WallPaint final : public Material {
     blotch_ = Draw(rng, 0.02, 0.05);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const PlanePoint plane = OnPlane(point);
-    const float lane = Fade(lane_m_, w) * Gradient2(plane.u / lane_m_, 0.4f * plane.v, seed_ + 1);
-    const float blotch = Fbm3(point.texture_m, 0.4f, 5, w, seed_ + 2, 0.55f);
-    const float dust = Fbm3(point.texture_m, 0.025f, 3, w, seed_ + 7);
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const PlanePoint8 plane = OnPlane(point);
+    const Float8 lane = Fade(lane_m_, w) * Gradient2(plane.u / lane_m_, 0.4f * plane.v, seed_ + 1);
+    const Float8 blotch = Fbm3(point.texture_m, 0.4f, 5, w, seed_ + 2, 0.55f);
+    const Float8 dust = Fbm3(point.texture_m, 0.025f, 3, w, seed_ + 7);
+    SurfaceSample8 out;
     out.base_color =
         Albedo(color_ * (1.0f + blotch_ * blotch + 0.5f * blotch_ * lane + 0.025f * dust));
     out.roughness = Saturate(roughness_ * (1.0f + 0.08f * blotch + 0.05f * dust));
-    out.specular = 0.4f;
+    out.specular = Splat(0.4f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return depth_m_ * Fbm3(point.texture_m, nap_m_, 2, point.footprint_m, seed_) +
            2e-4f * Fbm3(point.texture_m, 0.15f, 2, point.footprint_m, seed_ + 4);
   }
@@ -70,32 +70,32 @@ class Plaster final : public Material {
     roughness_ = Draw(rng, 0.6, 0.9);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const float cloud = Fbm3(point.texture_m, 0.35f, 6, w, seed_ + 2, 0.6f);
-    const float stroke = Strokes(OnPlane(point), w);
-    const float grit = Fbm3(point.texture_m, 0.004f, 2, w, seed_ + 9);
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Float8 cloud = Fbm3(point.texture_m, 0.35f, 6, w, seed_ + 2, 0.6f);
+    const Float8 stroke = Strokes(OnPlane(point), w);
+    const Float8 grit = Fbm3(point.texture_m, 0.004f, 2, w, seed_ + 9);
+    SurfaceSample8 out;
     out.base_color = Albedo(color_ * (1.0f + cloud_ * (cloud + 0.5f * stroke) + 0.04f * grit));
     out.roughness = Saturate(roughness_ * (1.0f - 0.15f * stroke));
-    out.specular = 0.4f;
+    out.specular = Splat(0.4f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
     return depth_m_ * Strokes(OnPlane(point), w) +
            6e-5f * Fbm3(point.texture_m, 0.004f, 2, w, seed_ + 9);
   }
 
  private:
   // Long noise along directions that turn slowly: what a hand leaves.
-  float Strokes(const PlanePoint& plane, float w) const {
-    const float turn =
+  Float8 Strokes(const PlanePoint8& plane, Float8 w) const {
+    const Float8 turn =
         0.35f * Gradient2(plane.u / stroke_m_ * 0.7f, plane.v / stroke_m_ * 0.7f, seed_);
-    const float c = noise::CosTurn(turn), s = noise::CosTurn(turn - 0.25f);
-    const float a = (c * plane.u + s * plane.v) / stroke_m_,
-                b = (c * plane.v - s * plane.u) / stroke_m_;
-    float sum = 0.7f * Fade(0.5f * stroke_m_, w) * Gradient2(a, 2.2f * b, seed_ + 3);
+    const Float8 c = noise::CosTurn(turn), s = noise::CosTurn(turn - 0.25f);
+    const Float8 a = (c * plane.u + s * plane.v) / stroke_m_,
+                 b = (c * plane.v - s * plane.u) / stroke_m_;
+    Float8 sum = 0.7f * Fade(0.5f * stroke_m_, w) * Gradient2(a, 2.2f * b, seed_ + 3);
     sum += 0.3f * Fade(0.12f * stroke_m_, w) * Gradient2(2.0f * a, 7.0f * b, seed_ + 4);
     sum += 0.07f * Fade(0.03f * stroke_m_, w) * Gradient2(4.0f * a, 34.0f * b, seed_ + 5);
     return sum;
@@ -120,32 +120,32 @@ class LacquerPaint final : public Material {
     depth_m_ = Draw(rng, 8e-6, 3e-5);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const float hairs = Hairs(point.texture_m, w);
-    const float n = Fbm3(point.texture_m, 0.12f, 4, w, seed_ + 2);
-    SurfaceSample out;
-    const Vec3f paint = color_ * (1.0f + 0.035f * hairs + 0.05f * n);
-    const float bare = Bare(point.texture_m, w);
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Float8 hairs = Hairs(point.texture_m, w);
+    const Float8 n = Fbm3(point.texture_m, 0.12f, 4, w, seed_ + 2);
+    SurfaceSample8 out;
+    const Vec3x8 paint = color_ * (1.0f + 0.035f * hairs + 0.05f * n);
+    const Float8 bare = Bare(point.texture_m, w);
     out.base_color = Albedo(Mix(paint, wood_ * (1.0f + 0.25f * hairs), bare));
     out.roughness = Saturate(noise::Lerp(roughness_ * (1.0f + 0.15f * n), 0.7f, bare));
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
     return depth_m_ * Hairs(point.texture_m, w) - 8e-5f * Bare(point.texture_m, w);
   }
 
  private:
-  float Hairs(const Vec3f& p, float w) const {
-    float sum = 0.8f * Fade(4e-3f, w) *
-                noise::Gradient3(p.x() * 6.0f, p.y() * 260.0f, p.z() * 260.0f, seed_);
-    sum += 0.6f * Fade(15e-3f, w) *
-           noise::Gradient3(p.x() * 2.0f, p.y() * 70.0f, p.z() * 70.0f, seed_ + 1);
+  Float8 Hairs(const Vec3x8& p, Float8 w) const {
+    Float8 sum =
+        0.8f * Fade(4e-3f, w) * noise::Gradient3(p.x * 6.0f, p.y * 260.0f, p.z * 260.0f, seed_);
+    sum +=
+        0.6f * Fade(15e-3f, w) * noise::Gradient3(p.x * 2.0f, p.y * 70.0f, p.z * 70.0f, seed_ + 1);
     return sum;
   }
-  float Bare(const Vec3f& p, float w) const {
-    if (worn_ < 0) return 0;
+  Float8 Bare(const Vec3x8& p, Float8 w) const {
+    if (worn_ < 0) return Splat(0);
     return noise::Above(noise::Fbm3Filtered(p, 0.07f, 5, w, seed_ + 5, 0.62f), 0.76f - worn_,
                         0.04f);
   }

@@ -25,9 +25,9 @@ enum class Pattern {
   kCount
 };
 
-float Length(float x, float y) { return std::sqrt(x * x + y * y); }
+Float8 Length(Float8 x, Float8 y) { return Sqrt(x * x + y * y); }
 // Folds x into [-period / 2, period / 2).
-float Centred(float x, float period) { return (Fract(x / period + 0.5f) - 0.5f) * period; }
+Float8 Centred(Float8 x, float period) { return (Fract(x / period + 0.5f) - 0.5f) * period; }
 
 // Distance into the ink in repeats (positive inside), for a pattern whose repeat is 1 wide and
 // `kHeights` high.
@@ -50,95 +50,96 @@ struct InkField {
     }
   }
 
-  float At(float u, float v) const {
+  Float8 At(Float8 u, Float8 v) const {
     switch (pattern) {
       case Pattern::kStripes: {
-        const float x = std::fabs(Centred(u, 1.0f));
-        const float broad = 0.10f + 0.2f * weight - x;
-        const float pin = 0.018f - std::fabs(x - 0.40f);
-        return std::max(broad, pin);
+        const Float8 x = Abs(Centred(u, 1.0f));
+        const Float8 broad = 0.10f + 0.2f * weight - x;
+        const Float8 pin = 0.018f - Abs(x - 0.40f);
+        return Max(broad, pin);
       }
       case Pattern::kDots: {
         const float r = 0.08f + 0.14f * weight;
-        const float near = Length(Centred(u, 1.0f), Centred(v, 1.0f));
-        const float drop = Length(Centred(u + 0.5f, 1.0f), Centred(v + 0.5f, 1.0f));
-        return r - std::min(near, drop);
+        const Float8 near = Length(Centred(u, 1.0f), Centred(v, 1.0f));
+        const Float8 drop = Length(Centred(u + 0.5f, 1.0f), Centred(v + 0.5f, 1.0f));
+        return r - Min(near, drop);
       }
       case Pattern::kOgee:
         return 0.02f + 0.03f * weight - OgeeDistance(u, v);
       case Pattern::kChevron: {
-        const float zigzag = std::fabs(Centred(u, 1.0f)) * 0.8f;
-        return (0.10f + 0.12f * weight - std::fabs(Centred(v + zigzag, 0.5f))) * 0.78f;
+        const Float8 zigzag = Abs(Centred(u, 1.0f)) * 0.8f;
+        return (0.10f + 0.12f * weight - Abs(Centred(v + zigzag, 0.5f))) * 0.78f;
       }
       case Pattern::kDamask: {
-        const float frame = 0.02f + 0.02f * weight - OgeeDistance(u, v);
-        const float a = Flower(Centred(u, 1.0f), Centred(v, 1.6f));
-        const float b = Flower(Centred(u + 0.5f, 1.0f), Centred(v + 0.8f, 1.6f));
-        return std::max(frame, std::max(a, b));
+        const Float8 frame = 0.02f + 0.02f * weight - OgeeDistance(u, v);
+        const Float8 a = Flower(Centred(u, 1.0f), Centred(v, 1.6f));
+        const Float8 b = Flower(Centred(u + 0.5f, 1.0f), Centred(v + 0.8f, 1.6f));
+        return Max(frame, Max(a, b));
       }
       case Pattern::kSprigs: {
-        float best = -1;
+        Float8 best = Splat(-1);
         for (int side = 0; side < 2; ++side) {
-          const float x = Centred(u + 0.5f * static_cast<float>(side), 1.0f),
-                      y = v + 0.75f * static_cast<float>(side);
-          const float bend = x - 0.06f * CosTurn(y / 1.5f);
-          best = std::max(best, 0.012f - std::fabs(bend));
+          const Float8 x = Centred(u + 0.5f * static_cast<float>(side), 1.0f),
+                       y = v + 0.75f * static_cast<float>(side);
+          const Float8 bend = x - 0.06f * CosTurn(y / 1.5f);
+          best = Max(best, 0.012f - Abs(bend));
           // Leaves to the left and right of the stem in turn.
-          const float row = Fract(y / 0.25f) - 0.5f;
-          const bool left = noise::FloorInt(y / 0.25f) & 1;
-          const float lx = (left ? -bend : bend) - 0.14f, ly = row * 0.25f - 0.35f * lx;
+          const Float8 row = Fract(y / 0.25f) - 0.5f;
+          const Mask8 left = (noise::FloorInt(y / 0.25f) & 1) != 0;
+          const Float8 lx = (left ? -bend : bend) - 0.14f, ly = row * 0.25f - 0.35f * lx;
           const float length = 0.12f, width = 0.035f + 0.025f * weight;
-          const float along = lx / length;
-          if (along > -1 && along < 1) {
-            best = std::max(best, 0.7f * (width * (1 - along * along) - std::fabs(ly)));
-          }
+          const Float8 along = lx / length;
+          const Float8 leaf = 0.7f * (width * (1.0f - along * along) - Abs(ly));
+          best = (along > -1) & (along < 1) ? Max(best, leaf) : best;
         }
         return best;
       }
       case Pattern::kHoneycomb: {
         // Distance to the border between the two nearest centres of a hexagonal lattice.
-        const float ax = Centred(u, 1.0f), ay = Centred(v, 1.7320508f);
-        const float bx = Centred(u + 0.5f, 1.0f), by = Centred(v + 0.8660254f, 1.7320508f);
-        const bool a_near = ax * ax + ay * ay < bx * bx + by * by;
-        const float x = std::fabs(a_near ? ax : bx), y = std::fabs(a_near ? ay : by);
-        const float edge = 0.5f - std::max(x, 0.5f * x + 0.8660254f * y);
-        return std::max(0.02f + 0.035f * weight - edge, 0.012f - std::fabs(edge - 0.18f));
+        const Float8 ax = Centred(u, 1.0f), ay = Centred(v, 1.7320508f);
+        const Float8 bx = Centred(u + 0.5f, 1.0f), by = Centred(v + 0.8660254f, 1.7320508f);
+        const Mask8 a_near = ax * ax + ay * ay < bx * bx + by * by;
+        const Float8 x = Abs(a_near ? ax : bx), y = Abs(a_near ? ay : by);
+        const Float8 edge = 0.5f - Max(x, 0.5f * x + 0.8660254f * y);
+        return Max(0.02f + 0.035f * weight - edge, 0.012f - Abs(edge - 0.18f));
       }
       default: {  // Fans: rows of discs of concentric arcs, each row in front of the next higher
                   // one.
         const float line = 0.012f + 0.014f * weight;
-        const int row = noise::FloorInt(2.0f * v);
-        const auto radius = [&](int j) {
-          return Length(Centred(u + ((j & 1) ? 0.5f : 0.0f), 1.0f),
-                        v - 0.5f * static_cast<float>(j));
+        const Int8 row = noise::FloorInt(2.0f * v);
+        const auto radius = [&](Int8 j) {
+          return Length(Centred(u + 0.5f * ToFloat(j & 1), 1.0f), v - 0.5f * ToFloat(j));
         };
-        const auto arcs = [&](float r) { return line - std::fabs(Centred(r, 0.125f)); };
-        const float r = radius(row);
-        const float here = r < 0.5f ? arcs(r) : std::max(line - (r - 0.5f), arcs(radius(row + 1)));
-        return std::max(here, line - std::fabs(radius(row - 1) - 0.5f));
+        const auto arcs = [&](Float8 r) { return line - Abs(Centred(r, 0.125f)); };
+        const Float8 r = radius(row);
+        const Float8 here = r < 0.5f ? arcs(r) : Max(line - (r - 0.5f), arcs(radius(row + 1)));
+        return Max(here, line - Abs(radius(row - 1) - 0.5f));
       }
     }
   }
 
  private:
-  static float OgeeDistance(float u, float v) {
+  static Float8 OgeeDistance(Float8 u, Float8 v) {
     // Two wavy lines that swing against each other and touch.
-    const float swing = 0.25f * CosTurn(v / 1.6f);
-    const float a = std::fabs(Centred(u - 0.25f - swing, 1.0f)),
-                b = std::fabs(Centred(u + 0.25f + swing, 1.0f));
-    return 0.75f * std::min(a, b);
+    const Float8 swing = 0.25f * CosTurn(v / 1.6f);
+    const Float8 a = Abs(Centred(u - 0.25f - swing, 1.0f)),
+                 b = Abs(Centred(u + 0.25f + swing, 1.0f));
+    return 0.75f * Min(a, b);
   }
-  float Flower(float x, float y) const {
+  Float8 Flower(Float8 x, Float8 y) const {
     // Petals by angle, stretched upwards, with a ring cut out; a bud above and below.
-    const float r = Length(x, 0.62f * y);
-    const float turn = std::atan2(0.62f * y, std::fabs(x)) * (1.0f / 6.2831853f);
-    const float lobe = 0.5f + 0.5f * CosTurn(turn * static_cast<float>(petals) * 2.0f);
-    float d = (0.13f + 0.10f * lobe) * (0.8f + 0.3f * weight) - r;
-    d = std::min(d, std::fabs(r - 0.10f) - 0.012f);
-    const float bud = 0.05f - Length(x, 0.6f * (std::fabs(y) - 0.48f));
-    const float side = 0.04f - Length(std::fabs(x) - 0.13f - 0.2f * (std::fabs(y) - 0.33f),
-                                      0.7f * (std::fabs(y) - 0.36f));
-    return std::max(d, std::max(bud, side));
+    const Float8 r = Length(x, 0.62f * y);
+    Float8 turn;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      turn[lane] = std::atan2(0.62f * y[lane], std::fabs(x[lane])) * (1.0f / 6.2831853f);
+    }
+    const Float8 lobe = 0.5f + 0.5f * CosTurn(turn * static_cast<float>(petals) * 2.0f);
+    Float8 d = (0.13f + 0.10f * lobe) * (0.8f + 0.3f * weight) - r;
+    d = Min(d, Abs(r - 0.10f) - 0.012f);
+    const Float8 bud = 0.05f - Length(x, 0.6f * (Abs(y) - 0.48f));
+    const Float8 side =
+        0.04f - Length(Abs(x) - 0.13f - 0.2f * (Abs(y) - 0.33f), 0.7f * (Abs(y) - 0.36f));
+    return Max(d, Max(bud, side));
   }
 };
 
@@ -168,43 +169,44 @@ class Wallpaper final : public Material {
     // What the pattern fades to is its own coverage.
     constexpr int kSide = 48;
     int inked = 0;
-    for (int i = 0; i < kSide * kSide; ++i) {
-      const float u = (static_cast<float>(i % kSide) + 0.5f) / kSide,
-                  v = (static_cast<float>(i / kSide) + 0.5f) / kSide;
-      inked += field_.At(u, v * field_.height()) > 0;
+    for (int i = 0; i < kSide * kSide; i += kLanes) {
+      const Int8 k = i + Int8{0, 1, 2, 3, 4, 5, 6, 7};
+      const Float8 u = (ToFloat(k % kSide) + 0.5f) / kSide, v = (ToFloat(k / kSide) + 0.5f) / kSide;
+      const Mask8 ink = field_.At(u, v * field_.height()) > 0;
+      for (int lane = 0; lane < kLanes; ++lane) inked += ink[lane] != 0;
     }
     coverage_ = static_cast<float>(inked) / (kSide * kSide);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const PlanePoint plane = OnPlane(point);
-    const float ink = Ink(plane, 0.0004f, w);
-    const float cloud = Fbm3(point.texture_m, 0.3f, 5, w, seed_ + 1, 0.55f);
-    const float weave = Weave(plane, w);
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const PlanePoint8 plane = OnPlane(point);
+    const Float8 ink = Ink(plane, 0.0004f, w);
+    const Float8 cloud = Fbm3(point.texture_m, 0.3f, 5, w, seed_ + 1, 0.55f);
+    const Float8 weave = Weave(plane, w);
+    SurfaceSample8 out;
     out.base_color = Albedo(Mix(ground_, ink_, ink) * (1.0f + 0.04f * cloud + 0.08f * weave));
     out.roughness = Saturate(noise::Lerp(roughness_, ink_roughness_, ink) * (1.0f + 0.06f * cloud));
-    out.specular = 0.4f;
+    out.specular = Splat(0.4f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const PlanePoint plane = OnPlane(point);
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const PlanePoint8 plane = OnPlane(point);
     return relief_m_ * (Ink(plane, 0.0012f, w) - coverage_) + 3e-5f * Weave(plane, w) +
            1.5e-4f * Fbm3(point.texture_m, 0.2f, 2, w, seed_ + 4);
   }
 
  private:
-  float Ink(const PlanePoint& plane, float soft_m, float w) const {
-    const float fade = Fade(0.45f * repeat_m_, w);
-    if (fade <= 0) return coverage_;
-    const float d = repeat_m_ * field_.At(plane.u / repeat_m_, plane.v / repeat_m_);
+  Float8 Ink(const PlanePoint8& plane, float soft_m, Float8 w) const {
+    const Float8 fade = Fade(0.45f * repeat_m_, w);
+    if (!Any(fade > 0)) return Splat(coverage_);
+    const Float8 d = repeat_m_ * field_.At(plane.u / repeat_m_, plane.v / repeat_m_);
     return coverage_ + fade * (Edge(d, soft_m, 1.2f * w) - coverage_);
   }
   // The paper's own grain: threads or fleece.
-  float Weave(const PlanePoint& plane, float w) const {
-    const float fade = Fade(2.5e-3f, w);
-    if (fade <= 0) return 0;
+  Float8 Weave(const PlanePoint8& plane, Float8 w) const {
+    const Float8 fade = Fade(2.5e-3f, w);
+    if (!Any(fade > 0)) return Splat(0);
     if (!linen_) return fade * noise::Gradient2(plane.u * 380.0f, plane.v * 380.0f, seed_ + 2);
     return 0.7f * fade *
            (noise::Gradient2(plane.u * 60.0f, plane.v * 700.0f, seed_ + 2) +

@@ -8,20 +8,16 @@ namespace {
 using noise::Hash;
 using noise::UnitByte;
 
-Vec3f FaceOf(const SurfacePoint& point) {
-  return point.texture_normal != Vec3f::Zero() ? point.texture_normal : point.normal;
-}
-
 // One piece of solid wood.
 class Board final : public Material {
  public:
   Board(Rng& rng, const WoodSpecies& species) : grain_(rng, species), finish_(rng) {}
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    SurfaceSample out;
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    SurfaceSample8 out;
     finish_.Apply(grain_.At(point.texture_m, FaceOf(point), point.footprint_m), out);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
+  Float8 Height(const SurfacePoint8& point) const override {
     return grain_.HeightAt(point.texture_m, point.footprint_m);
   }
 
@@ -32,34 +28,35 @@ class Board final : public Material {
 
 // Where a point lies in a floor of laid pieces.
 struct Piece {
-  float along_m = 0, across_m = 0;  // From the piece's corner; along the grain of this piece.
-  float edge_m = 0;                 // To its nearest edge.
-  uint32_t id = 0;
+  Float8 along_m, across_m;  // From the piece's corner; along the grain of this piece.
+  Float8 edge_m;             // To its nearest edge.
+  Bits8 id;
 };
 
 // What planks and parquet share: a piece of wood, its own tint and place in the tree, and the gap
 // around it.
 class LaidWood : public Material {
  public:
-  SurfaceSample Evaluate(const SurfacePoint& point) const final {
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const final {
     const Piece piece = At(OnPlane(point));
-    const WoodGrain::Point grain = grain_.At(InTree(piece), Vec3f::UnitZ(), point.footprint_m);
-    SurfaceSample out;
+    const WoodGrain::Point grain =
+        grain_.At(InTree(piece), Vec3x8(Vec3f::UnitZ()), point.footprint_m);
+    SurfaceSample8 out;
     finish_.Apply(grain, out);
-    const float spread = spread_ * noise::Fade(2.5f * width_m_, point.footprint_m);
-    const float tone = 1.0f + spread * (UnitByte(piece.id, 0) - 0.5f);
-    const float warm = 1.0f + 0.25f * spread * (UnitByte(piece.id, 1) - 0.5f);
-    out.base_color = out.base_color.cwiseProduct(Vec3f(tone * warm, tone, tone / warm));
-    const float inside = Inside(piece, point.footprint_m);
+    const Float8 spread = spread_ * noise::Fade(2.5f * width_m_, point.footprint_m);
+    const Float8 tone = 1.0f + spread * (UnitByte(piece.id, 0) - 0.5f);
+    const Float8 warm = 1.0f + 0.25f * spread * (UnitByte(piece.id, 1) - 0.5f);
+    out.base_color = out.base_color * Vec3x8(tone * warm, tone, tone / warm);
+    const Float8 inside = Inside(piece, point.footprint_m);
     out.base_color = Albedo(Mix(out.base_color * 0.22f, out.base_color, inside));
     out.roughness = noise::Lerp(0.8f, out.roughness, inside);
     out.clearcoat *= inside;
     return out;
   }
-  float Height(const SurfacePoint& point) const final {
+  Float8 Height(const SurfacePoint8& point) const final {
     const Piece piece = At(OnPlane(point));
-    const float bevel =
-        noise::SmoothStep(0.0f, std::max(bevel_m_, 2.0f * point.footprint_m), piece.edge_m);
+    const Float8 bevel =
+        noise::SmoothStep(0.0f, Max(bevel_m_, 2.0f * point.footprint_m), piece.edge_m);
     // The grain fades out at the edge: neighbours come from elsewhere in the tree, and relief must
     // not jump.
     return bevel * grain_.HeightAt(InTree(piece), point.footprint_m) -
@@ -72,20 +69,20 @@ class LaidWood : public Material {
     bevel_m_ = Draw(rng, 0.0015, 0.004);
     depth_m_ = Draw(rng, 0.0004, 0.0012);
   }
-  virtual Piece At(const PlanePoint& plane) const = 0;
+  virtual Piece At(const PlanePoint8& plane) const = 0;
 
   float width_m_ = 0.1f;  // Of a piece; the subclass draws it.
 
  private:
-  static Vec3f InTree(const Piece& piece) {
+  static Vec3x8 InTree(const Piece& piece) {
     return {piece.along_m + 7.0f * UnitByte(piece.id, 1),
             piece.across_m + 0.35f * (UnitByte(piece.id, 2) - 0.5f),
             0.5f * (UnitByte(piece.id, 3) - 0.5f)};
   }
-  float Inside(const Piece& piece, float footprint_m) const {
+  Float8 Inside(const Piece& piece, Float8 footprint_m) const {
     // A gap of 0.8 mm; once it is finer than the footprint it only darkens its surroundings by its
     // share.
-    const float width = std::max(0.0008f, footprint_m);
+    const Float8 width = Max(0.0008f, footprint_m);
     return 1.0f - (0.0008f / width) * (1.0f - noise::SmoothStep(0.3f * width, width, piece.edge_m));
   }
 
@@ -104,16 +101,16 @@ class WoodPlanks final : public LaidWood {
   }
 
  private:
-  Piece At(const PlanePoint& plane) const override {
-    const float row = plane.v / width_m_ + 0.5f;
-    const int j = noise::FloorInt(row);
-    const float along = plane.u / length_m_ + noise::Unit(Hash(j, seed_));
-    const int i = noise::FloorInt(along);
+  Piece At(const PlanePoint8& plane) const override {
+    const Float8 row = plane.v / width_m_ + 0.5f;
+    const Int8 j = noise::FloorInt(row);
+    const Float8 along = plane.u / length_m_ + noise::Unit(Hash(j, seed_));
+    const Int8 i = noise::FloorInt(along);
     Piece piece;
-    piece.along_m = (along - static_cast<float>(i)) * length_m_;
-    piece.across_m = (row - static_cast<float>(j)) * width_m_;
-    piece.edge_m = std::min(std::min(piece.along_m, length_m_ - piece.along_m),
-                            std::min(piece.across_m, width_m_ - piece.across_m));
+    piece.along_m = (along - ToFloat(i)) * length_m_;
+    piece.across_m = (row - ToFloat(j)) * width_m_;
+    piece.edge_m = Min(Min(piece.along_m, length_m_ - piece.along_m),
+                       Min(piece.across_m, width_m_ - piece.across_m));
     piece.id = Hash(i, j, seed_ + 1);
     return piece;
   }
@@ -133,30 +130,24 @@ class ParquetHerringbone final : public LaidWood {
   }
 
  private:
-  Piece At(const PlanePoint& plane) const override {
+  Piece At(const PlanePoint8& plane) const override {
     // Laid at 45 degrees to the walls.
-    const float a = (plane.u + plane.v) * 0.70710678f / width_m_;
-    const float b = (plane.v - plane.u) * 0.70710678f / width_m_;
-    const int i = noise::FloorInt(a), j = noise::FloorInt(b);
-    const float x = a - static_cast<float>(i), y = b - static_cast<float>(j);
-    const int k = (((i - j) % (2 * n_)) + 2 * n_) % (2 * n_);
-    Piece piece;
+    const Float8 a = (plane.u + plane.v) * 0.70710678f / width_m_;
+    const Float8 b = (plane.v - plane.u) * 0.70710678f / width_m_;
+    const Int8 i = noise::FloorInt(a), j = noise::FloorInt(b);
+    const Float8 x = a - ToFloat(i), y = b - ToFloat(j);
+    // The quotient is exact enough for its floor as long as i - j fits into a float.
     const float length = static_cast<float>(n_);
-    float along, across;
-    if (k < n_) {
-      along = static_cast<float>(k) + x;
-      across = y;
-      piece.id = Hash(i - k, j, seed_);
-    } else {
-      const int m = 2 * n_ - 1 - k;
-      along = static_cast<float>(m) + y;
-      across = x;
-      piece.id = Hash(i, j - m, seed_ + 1);
-    }
+    const Int8 k = i - j - 2 * n_ * noise::FloorInt(ToFloat(i - j) / (2.0f * length));
+    const Int8 m = 2 * n_ - 1 - k;
+    const Mask8 lying = k < n_;
+    const Float8 along = lying ? ToFloat(k) + x : ToFloat(m) + y;
+    const Float8 across = lying ? y : x;
+    Piece piece;
+    piece.id = lying ? Hash(i - k, j, seed_) : Hash(i, j - m, seed_ + 1);
     piece.along_m = along * width_m_;
     piece.across_m = across * width_m_;
-    piece.edge_m =
-        width_m_ * std::min(std::min(along, length - along), std::min(across, 1 - across));
+    piece.edge_m = width_m_ * Min(Min(along, length - along), Min(across, 1.0f - across));
     return piece;
   }
 
@@ -173,31 +164,31 @@ class PlywoodEdge final : public Material {
     end_grain_ = Draw(rng, 0.45, 0.65);
     seed_ = DrawSeed(rng);
   }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    const float w = point.footprint_m;
-    const float t = point.texture_m.z() / layer_m_;
-    const int layer = noise::FloorInt(t);
-    const float phase = t - static_cast<float>(layer);
-    const float fade = noise::Fade(2.0f * layer_m_, w);
-    const float soft = std::max(0.12f, w / layer_m_);
-    const float edge =
-        noise::SmoothStep(0.0f, soft, phase) * noise::SmoothStep(0.0f, soft, 1 - phase);
-    const float cross = (layer & 1) ? 1.0f : 0.0f;
-    const float dark = 0.5f + (cross * edge + 0.5f * (1 - edge) - 0.5f) * fade;
-    const Vec3f& p = point.texture_m;
-    const WoodGrain::Point grain = grain_.At(p, Vec3f::UnitY(), w);
+  SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
+    const Float8 w = point.footprint_m;
+    const Float8 t = point.texture_m.z / layer_m_;
+    const Int8 layer = noise::FloorInt(t);
+    const Float8 phase = t - ToFloat(layer);
+    const Float8 fade = noise::Fade(2.0f * layer_m_, w);
+    const Float8 soft = Max(0.12f, w / layer_m_);
+    const Float8 edge =
+        noise::SmoothStep(0.0f, soft, phase) * noise::SmoothStep(0.0f, soft, 1.0f - phase);
+    const Float8 cross = ToFloat(layer & 1);
+    const Float8 dark = 0.5f + (cross * edge + 0.5f * (1.0f - edge) - 0.5f) * fade;
+    const Vec3x8& p = point.texture_m;
+    const WoodGrain::Point grain = grain_.At(p, Vec3x8(Vec3f::UnitY()), w);
     // End grain: short specks instead of lines.
-    const float speck = noise::Fbm3(Vec3f(p.x(), p.y(), p.z() * 2.0f), 0.0016f, 2, w, seed_);
-    const float tone = 1.0f - (1.0f - end_grain_) * dark * (1.0f + 0.5f * speck);
-    const float sheet = 1.0f + 0.08f * fade * (UnitByte(Hash(layer, seed_), 0) - 0.5f);
-    SurfaceSample out;
+    const Float8 speck = noise::Fbm3(Vec3x8(p.x, p.y, p.z * 2.0f), 0.0016f, 2, w, seed_);
+    const Float8 tone = 1.0f - (1.0f - end_grain_) * dark * (1.0f + 0.5f * speck);
+    const Float8 sheet = 1.0f + 0.08f * fade * (UnitByte(Hash(layer, seed_), 0) - 0.5f);
+    SurfaceSample8 out;
     out.base_color = Albedo(grain.color * (tone * sheet));
-    out.roughness = roughness_;
-    out.specular = 0.35f;
+    out.roughness = Splat(roughness_);
+    out.specular = Splat(0.35f);
     return out;
   }
-  float Height(const SurfacePoint& point) const override {
-    const float phase = noise::Fract(point.texture_m.z() / (2.0f * layer_m_));
+  Float8 Height(const SurfacePoint8& point) const override {
+    const Float8 phase = noise::Fract(point.texture_m.z / (2.0f * layer_m_));
     return -4e-5f * (0.5f + 0.5f * noise::CosTurn(phase)) *
                noise::Fade(2.0f * layer_m_, point.footprint_m) +
            2e-5f * noise::Fbm3(point.texture_m, 0.0016f, 2, point.footprint_m, seed_);

@@ -37,93 +37,89 @@ WoodGrain::WoodGrain(Rng& rng, const WoodSpecies& species) {
   seed_ = DrawSeed(rng);
 }
 
-float WoodGrain::Pores(const Vec3f& p_m, float footprint_m) const {
-  const float fade = pores_ * Fade(1.4e-3f, footprint_m);
-  if (fade <= 0) return 0;
-  const float n = Gradient3(p_m.x() * 90.0f, p_m.y() * 1400.0f, p_m.z() * 1400.0f, seed_ + 11);
+Float8 WoodGrain::Pores(const Vec3x8& p_m, Float8 footprint_m) const {
+  const Float8 fade = pores_ * Fade(1.4e-3f, footprint_m);
+  if (!Any(fade > 0)) return Splat(0);
+  const Float8 n = Gradient3(p_m.x * 90.0f, p_m.y * 1400.0f, p_m.z * 1400.0f, seed_ + 11);
   return fade * SmoothStep(0.22f, 0.5f, n);
 }
 
-float WoodGrain::Fold(float x_m) const {
+Float8 WoodGrain::Fold(Float8 x_m) const {
   return fold_m_ * (1.0f / 6.2831853f) * noise::CosTurn(x_m / fold_m_ - 0.25f);
 }
 
-WoodGrain::Point WoodGrain::At(const Vec3f& p_m, const Vec3f& face, float footprint_m) const {
-  const float x = p_m.x();
+WoodGrain::Point WoodGrain::At(const Vec3x8& p_m, const Vec3x8& face, Float8 footprint_m) const {
+  const Float8 x = p_m.x;
 
   // Distance from the heart, bent by slow wander, by figure, and by knots pushing the rings aside.
-  const float wander = Gradient3(x * 1.3f, p_m.y() * 2.0f, p_m.z() * 2.0f, seed_);
+  const Float8 wander = Gradient3(x * 1.3f, p_m.y * 2.0f, p_m.z * 2.0f, seed_);
   // The body is folded every few hands' breadths, so that no part of a wide panel lies so far from
   // a heart that its rings would be mere parallel lines.
-  const float y = Fold(p_m.y()) + heart_y_m_ + tilt_y_ * Fold(0.3f * x) + 0.02f * wander;
-  const float z = Fold(p_m.z() + 0.09f) + heart_z_m_ + tilt_z_ * Fold(0.3f * x) - 0.015f * wander;
-  float r = std::sqrt(y * y + z * z);
-  r += figure_m_ * Gradient3(x * 5.0f, p_m.y() * 22.0f, p_m.z() * 22.0f, seed_ + 1);
-  r += 0.25f * figure_m_ * Gradient3(x * 14.0f, p_m.y() * 90.0f, p_m.z() * 90.0f, seed_ + 2);
-  float knot = 0;
+  const Float8 y = Fold(p_m.y) + heart_y_m_ + tilt_y_ * Fold(0.3f * x) + 0.02f * wander;
+  const Float8 z = Fold(p_m.z + 0.09f) + heart_z_m_ + tilt_z_ * Fold(0.3f * x) - 0.015f * wander;
+  Float8 r = Sqrt(y * y + z * z);
+  r += figure_m_ * Gradient3(x * 5.0f, p_m.y * 22.0f, p_m.z * 22.0f, seed_ + 1);
+  r += 0.25f * figure_m_ * Gradient3(x * 14.0f, p_m.y * 90.0f, p_m.z * 90.0f, seed_ + 2);
+  Float8 knot = Splat(0);
   if (knots_ > 0) {
-    const noise::Cell cell =
-        noise::Cells3(Vec3f(x * 4.0f, p_m.y() * 8.3f, p_m.z() * 8.3f), seed_ + 3, 0.7f);
-    if (noise::Unit(cell.id) < knots_) {
-      const float d2 = cell.f1 * cell.f1;
-      knot = 1.0f / (1.0f + 900.0f * d2 * d2 + 90.0f * d2);
-      r += 0.028f * knot;
-      knot *= Fade(0.06f, footprint_m);
-    }
+    const noise::Cell8 cell =
+        noise::Cells3(Vec3x8(x * 4.0f, p_m.y * 8.3f, p_m.z * 8.3f), seed_ + 3, 0.7f);
+    const Float8 d2 = cell.f1 * cell.f1;
+    knot = noise::Unit(cell.id) < knots_ ? 1.0f / (1.0f + 900.0f * d2 * d2 + 90.0f * d2) : knot;
+    r += 0.028f * knot;
+    knot *= Fade(0.06f, footprint_m);
   }
 
   // Where in its year the point grew: pale in spring, dark towards autumn, then a sharp end.
-  const float years = r / ring_m_;
-  const float shift = 0.6f * Gradient3(years * 0.23f, 0.5f, 0.5f, seed_ + 4);
-  const float phase = noise::Fract(years + shift);
-  const float along = (y * face.y() + z * face.z()) / std::max(r, 1e-4f);
-  const float ring_shown_m = ring_m_ / std::sqrt(std::max(0.01f, 1.0f - along * along));
-  const float ring_fade = Fade(ring_shown_m, footprint_m);
-  const float sharp = std::max(0.05f, footprint_m / ring_shown_m);
-  const float rise = SmoothStep(0.85f - 1.6f * late_share_, 0.97f - sharp * 0.5f, phase);
-  const float late = rise * (1.0f - SmoothStep(1.0f - sharp, 1.0f, phase));
+  const Float8 years = r / ring_m_;
+  const Float8 shift = 0.6f * Gradient3(years * 0.23f, Splat(0.5f), Splat(0.5f), seed_ + 4);
+  const Float8 phase = noise::Fract(years + shift);
+  const Float8 along = (y * face.y + z * face.z) / Max(r, 1e-4f);
+  const Float8 ring_shown_m = ring_m_ / Sqrt(Max(0.01f, 1.0f - along * along));
+  const Float8 ring_fade = Fade(ring_shown_m, footprint_m);
+  const Float8 sharp = Max(0.05f, footprint_m / ring_shown_m);
+  const Float8 rise = SmoothStep(0.85f - 1.6f * late_share_, 0.97f - sharp * 0.5f, phase);
+  const Float8 late = rise * (1.0f - SmoothStep(1.0f - sharp, 1.0f, phase));
   const float mean_late = 0.55f * late_share_ + 0.1f;
   // Good and bad years come in groups: these bands still show where single rings have faded.
-  const float group =
-      Fade(7.0f * ring_shown_m, footprint_m) * Gradient3(years * 0.16f, 0.3f, 0.7f, seed_ + 8);
-  const float dark = contrast_ * (mean_late + (late - mean_late) * ring_fade + 0.3f * group);
+  const Float8 group = Fade(7.0f * ring_shown_m, footprint_m) *
+                       Gradient3(years * 0.16f, Splat(0.3f), Splat(0.7f), seed_ + 8);
+  const Float8 dark = contrast_ * (mean_late + (late - mean_late) * ring_fade + 0.3f * group);
 
   // Fibres at three widths run along x; the widest are the streaks that one sees from across the
   // room.
-  const float fine = Fade(1.5e-3f, footprint_m);
-  const float middle = Fade(5e-3f, footprint_m);
-  float fibre = 0;
-  if (middle > 0) {
-    fibre += 0.8f * middle * Gradient3(x * 5.0f, p_m.y() * 210.0f, p_m.z() * 210.0f, seed_ + 5);
+  const Float8 fine = Fade(1.5e-3f, footprint_m);
+  const Float8 middle = Fade(5e-3f, footprint_m);
+  Float8 fibre = Splat(0);
+  if (Any(middle > 0)) {
+    fibre += 0.8f * middle * Gradient3(x * 5.0f, p_m.y * 210.0f, p_m.z * 210.0f, seed_ + 5);
   }
-  if (fine > 0) {
-    fibre += fine * Gradient3(x * 16.0f, p_m.y() * 800.0f, p_m.z() * 800.0f, seed_ + 6);
+  if (Any(fine > 0)) {
+    fibre += fine * Gradient3(x * 16.0f, p_m.y * 800.0f, p_m.z * 800.0f, seed_ + 6);
   }
-  const float streak =
-      Fade(0.025f, footprint_m) * Gradient3(x * 1.7f, p_m.y() * 42.0f, p_m.z() * 42.0f, seed_ + 7);
-  const float pores = Pores(p_m, footprint_m) * (1.2f - late);
+  const Float8 streak =
+      Fade(0.025f, footprint_m) * Gradient3(x * 1.7f, p_m.y * 42.0f, p_m.z * 42.0f, seed_ + 7);
+  const Float8 pores = Pores(p_m, footprint_m) * (1.2f - late);
 
   Point out;
   out.color = Mix(early_, late_, Saturate(dark + 0.35f * streak));
-  out.color *= 1.0f + 0.16f * fibre + streaks_ * streak;
+  out.color = out.color * (1.0f + 0.16f * fibre + streaks_ * streak);
   out.color = Mix(out.color, pore_, Saturate(0.75f * pores));
-  if (knot > 0.15f) out.color = Mix(out.color, pore_, 0.75f * SmoothStep(0.15f, 0.75f, knot));
+  if (knots_ > 0) out.color = Mix(out.color, pore_, 0.75f * SmoothStep(0.15f, 0.75f, knot));
   out.color = Albedo(out.color);
   out.roughness_gain = 1.0f + 0.18f * fibre + 0.25f * pores - 0.1f * late;
   return out;
 }
 
-float WoodGrain::HeightAt(const Vec3f& p_m, float footprint_m) const {
-  float height = -6e-5f * Pores(p_m, footprint_m);
-  const float fine = Fade(1.5e-3f, footprint_m);
-  const float middle = Fade(5e-3f, footprint_m);
-  if (fine > 0) {
-    height +=
-        1.2e-5f * fine * Gradient3(p_m.x() * 16.0f, p_m.y() * 800.0f, p_m.z() * 800.0f, seed_ + 6);
+Float8 WoodGrain::HeightAt(const Vec3x8& p_m, Float8 footprint_m) const {
+  Float8 height = -6e-5f * Pores(p_m, footprint_m);
+  const Float8 fine = Fade(1.5e-3f, footprint_m);
+  const Float8 middle = Fade(5e-3f, footprint_m);
+  if (Any(fine > 0)) {
+    height += 1.2e-5f * fine * Gradient3(p_m.x * 16.0f, p_m.y * 800.0f, p_m.z * 800.0f, seed_ + 6);
   }
-  if (middle > 0) {
-    height +=
-        3e-5f * middle * Gradient3(p_m.x() * 5.0f, p_m.y() * 210.0f, p_m.z() * 210.0f, seed_ + 5);
+  if (Any(middle > 0)) {
+    height += 3e-5f * middle * Gradient3(p_m.x * 5.0f, p_m.y * 210.0f, p_m.z * 210.0f, seed_ + 5);
   }
   return height;
 }
@@ -146,12 +142,12 @@ WoodFinish::WoodFinish(Rng& rng) {
   }
 }
 
-void WoodFinish::Apply(const WoodGrain::Point& grain, SurfaceSample& out) const {
+void WoodFinish::Apply(const WoodGrain::Point& grain, SurfaceSample8& out) const {
   out.base_color = grain.color;
   out.roughness = Saturate(roughness * grain.roughness_gain);
-  out.specular = specular;
-  out.clearcoat = clearcoat;
-  out.clearcoat_roughness = clearcoat_roughness;
+  out.specular = Splat(specular);
+  out.clearcoat = Splat(clearcoat);
+  out.clearcoat_roughness = Splat(clearcoat_roughness);
 }
 
 }  // namespace parallax

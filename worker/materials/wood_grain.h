@@ -19,20 +19,20 @@ struct WoodSpecies {
 class WoodGrain {
  public:
   struct Point {
-    Vec3f color;
-    float roughness_gain;  // About 1.
+    Vec3x8 color;
+    Float8 roughness_gain;  // About 1.
   };
 
   WoodGrain(Rng& rng, const WoodSpecies& species);
   // `p_m` x along the grain; `face` the unit normal of the cut, only to know how wide a ring shows
   // on it.
-  Point At(const Vec3f& p_m, const Vec3f& face, float footprint_m) const;
+  Point At(const Vec3x8& p_m, const Vec3x8& face, Float8 footprint_m) const;
   // Relief of fibres and pores in metres, about +-0.1 mm.
-  float HeightAt(const Vec3f& p_m, float footprint_m) const;
+  Float8 HeightAt(const Vec3x8& p_m, Float8 footprint_m) const;
 
  private:
-  float Fold(float x_m) const;
-  float Pores(const Vec3f& p_m, float footprint_m) const;
+  Float8 Fold(Float8 x_m) const;
+  Float8 Pores(const Vec3x8& p_m, Float8 footprint_m) const;
 
   Vec3f early_, late_, pore_;
   float ring_m_, contrast_, late_share_, pores_, figure_m_, knots_, streaks_;
@@ -44,7 +44,7 @@ class WoodGrain {
 struct WoodFinish {
   float roughness, specular, clearcoat, clearcoat_roughness;
   explicit WoodFinish(Rng& rng);
-  void Apply(const WoodGrain::Point& grain, SurfaceSample& out) const;
+  void Apply(const WoodGrain::Point& grain, SurfaceSample8& out) const;
 };
 
 extern const WoodSpecies kOak, kWalnut, kPine, kCherry, kBeech, kMahogany, kAsh, kEbony;

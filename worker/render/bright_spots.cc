@@ -70,7 +70,7 @@ void SpotView::Look(const BrightSpots& spots, const Vec3f& position, const Vec3f
   share_ = 0;
   if (!spots.known_) return;
   constexpr float kRadius = BrightSpots::kRadius_m, kRadius2 = kRadius * kRadius;
-  const Vec3x8 here = Vec3x8::All(position), facing = Vec3x8::All(normal);
+  const Vec3x8 here = Vec3x8(position), facing = Vec3x8(normal);
   Float8 inverses[kGroups];
   Float8 sum = Splat(0);
   for (int group = 0; group < kGroups; ++group) {
@@ -115,7 +115,7 @@ Vec3f SpotView::Sample(float choice, const Vec2f& u) const {
 }
 
 float SpotView::Pdf(const Vec3f& direction) const {
-  const Vec3x8 all = Vec3x8::All(direction);
+  const Vec3x8 all = Vec3x8(direction);
   Float8 sum = Splat(0);
   for (int group = 0; group < kGroups; ++group) {
     // Directions on the rim may be a rounding outside.

@@ -40,21 +40,7 @@ void ConcentricDisk(Float8 u, Float8 v, Float8* angle, Float8* radius) {
 
 }  // namespace
 
-void Surface8::Set(int lane, const SurfaceSample& surface) {
-  base_color.Set(lane, surface.base_color);
-  metallic[lane] = surface.metallic;
-  roughness[lane] = surface.roughness;
-  specular[lane] = surface.specular;
-  transmission[lane] = surface.transmission;
-  ior[lane] = surface.ior;
-  clearcoat[lane] = surface.clearcoat;
-  clearcoat_roughness[lane] = surface.clearcoat_roughness;
-  sheen[lane] = surface.sheen;
-  subsurface[lane] = surface.subsurface;
-  thin_walled[lane] = surface.thin_walled ? -1 : 0;
-}
-
-Bsdf8::Bsdf8(const Surface8& surface, const Vec3x8& o, Mask8 outside) : o_(o) {
+Bsdf8::Bsdf8(const SurfaceSample8& surface, const Vec3x8& o, Mask8 outside) : o_(o) {
   const Vec3x8 base = Clamp01(surface.base_color);
   const Float8 luminance = Luminance(base);
   const Float8 transmission = Clamp01(surface.transmission);
@@ -281,8 +267,8 @@ BsdfDirection8 Bsdf8::Sample(Float8 lobe, Float8 u, Float8 v) const {
 
 namespace {
 
-Surface8 Alike(const SurfaceSample& surface) {
-  Surface8 eight;
+SurfaceSample8 Alike(const SurfaceSample& surface) {
+  SurfaceSample8 eight;
   for (int lane = 0; lane < kLanes; ++lane) eight.Set(lane, surface);
   return eight;
 }
@@ -290,10 +276,10 @@ Surface8 Alike(const SurfaceSample& surface) {
 }  // namespace
 
 Bsdf::Bsdf(const SurfaceSample& surface, const Vec3f& o, bool outside)
-    : eight_(Alike(surface), Vec3x8::All(o), Mask8{} - (outside ? 1 : 0)) {}
+    : eight_(Alike(surface), Vec3x8(o), Mask8{} - (outside ? 1 : 0)) {}
 
 BsdfValue Bsdf::Evaluate(const Vec3f& i) const {
-  const BsdfValue8 value = eight_.Evaluate(Vec3x8::All(i));
+  const BsdfValue8 value = eight_.Evaluate(Vec3x8(i));
   return {value.f_cos.Get(0), value.pdf[0]};
 }
 

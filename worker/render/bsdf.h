@@ -21,16 +21,6 @@
 
 namespace parallax {
 
-// Eight SurfaceSamples, as far as scattering asks.
-struct Surface8 {
-  Vec3x8 base_color;
-  Float8 metallic, roughness, specular, transmission, ior;
-  Float8 clearcoat, clearcoat_roughness, sheen, subsurface;
-  Mask8 thin_walled;
-
-  void Set(int lane, const SurfaceSample& surface);
-};
-
 struct BsdfValue8 {
   Vec3x8 f_cos = Vec3x8::Zero();  // f * |cos of i|.
   Float8 pdf = Splat(0);
@@ -47,7 +37,7 @@ struct BsdfDirection8 {
 class Bsdf8 {
  public:
   // `outside`: o is on the side that the triangle's winding faces.
-  Bsdf8(const Surface8& surface, const Vec3x8& o, Mask8 outside);
+  Bsdf8(const SurfaceSample8& surface, const Vec3x8& o, Mask8 outside);
 
   // Value and density for light from i; the straight part is not in it.
   BsdfValue8 Evaluate(const Vec3x8& i) const;

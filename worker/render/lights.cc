@@ -18,7 +18,7 @@ float HitSphere(const Vec3f& origin, const Vec3f& direction, const Vec3f& center
 }
 
 Mask8 Contains(const Box3f& box, const Vec3x8& p) {
-  const Vec3x8 low = Vec3x8::All(box.min()), high = Vec3x8::All(box.max());
+  const Vec3x8 low = Vec3x8(box.min()), high = Vec3x8(box.max());
   return (p.x >= low.x) & (p.x <= high.x) & (p.y >= low.y) & (p.y <= high.y) & (p.z >= low.z) &
          (p.z <= high.z);
 }
@@ -221,13 +221,13 @@ void LightTable::AddSunWindows(Enclosure* enclosure) const {
 }
 
 Float8 LightTable::LampImportance(const Lamp& lamp, const Vec3x8& position) const {
-  const Vec3x8 from = position - Vec3x8::All(lamp.center);
+  const Vec3x8 from = position - Vec3x8(lamp.center);
   const Float8 d2 = Dot(from, from);
   const float radius2 = Square(lamp.radius);
   const Float8 importance = lamp.strength / Max(d2, radius2 + 1e-4f);
   if (!lamp.spot) return importance;
   // By the intensity towards the point; a sphere's rim may see it at a smaller angle.
-  const Float8 cosine = Clamp(Dot(from, Vec3x8::All(lamp.axis)) / Sqrt(d2), -1.0f, 1.0f);
+  const Float8 cosine = Clamp(Dot(from, Vec3x8(lamp.axis)) / Sqrt(d2), -1.0f, 1.0f);
   const Float8 sin2 = radius2 / d2;
   const Float8 cos_rim = Sqrt(1.0f - sin2);
   const Float8 rim = cosine * cos_rim + Sqrt((1.0f - cosine * cosine) * sin2);
@@ -241,8 +241,8 @@ Float8 LightTable::LampImportance(const Lamp& lamp, const Vec3x8& position) cons
 
 // Mean luminance of the sky times about the solid angle of the opening.
 Float8 LightTable::PortalImportance(const Portal& portal, const Vec3x8& position) const {
-  const Vec3x8 to = Vec3x8::All(portal.center()) - position;
-  const Float8 height = Dot(Vec3x8::All(portal.normal), to);
+  const Vec3x8 to = Vec3x8(portal.center()) - position;
+  const Float8 height = Dot(Vec3x8(portal.normal), to);
   const Float8 d2 = Dot(to, to);
   // Mixed with its square root so that obliquely seen openings, nearer than their middle, keep
   // their share.
@@ -263,8 +263,8 @@ Float8 LightTable::SunImportance(const Enclosure* in, const Vec3x8& position) co
   // Only through an opening.
   Mask8 shone_on{};
   for (const SunWindow& window : in->sun_windows) {
-    const Float8 a = Dot(Vec3x8::All(window.along_u), position) + window.from_u;
-    const Float8 b = Dot(Vec3x8::All(window.along_v), position) + window.from_v;
+    const Float8 a = Dot(Vec3x8(window.along_u), position) + window.from_u;
+    const Float8 b = Dot(Vec3x8(window.along_v), position) + window.from_v;
     // The disk's width at the opening may reach a little past its edge.
     shone_on |= (a > -0.05f) & (a < 1.05f) & (b > -0.05f) & (b < 1.05f);
   }
@@ -296,7 +296,7 @@ Float8 LightTable::Importance(const Enclosure* in, const Vec3x8& position, Int8 
 }
 
 float LightTable::Importance(const LightReceiver& at, size_t light) const {
-  return Importance(at.enclosure, Vec3x8::All(at.position), Int8{} + static_cast<int32_t>(at.cell),
+  return Importance(at.enclosure, Vec3x8(at.position), Int8{} + static_cast<int32_t>(at.cell),
                     light)[0];
 }
 

@@ -38,7 +38,7 @@ void ForGrid(int side, const Add& add) {
 KeptEnergy IntegrateGgx(float cosine, float alpha) {
   constexpr int kSide = 16;
   const Ggx8 ggx{Splat(std::max(alpha, 1e-3f))};
-  const Vec3x8 o = Vec3x8::All(DirectionAt(std::max(cosine, 1e-3f), 0.0f));
+  const Vec3x8 o = Vec3x8(DirectionAt(std::max(cosine, 1e-3f), 0.0f));
   Float8 a = Splat(0), b = Splat(0);
   ForGrid(kSide, [&](Float8 u, Float8 v) {
     const Vec3x8 h = ggx.SampleVisible(o, Turn8(2.0f * kPi * u), v);
@@ -53,7 +53,7 @@ KeptEnergy IntegrateGgx(float cosine, float alpha) {
 
 float IntegrateSheen(float cosine) {
   constexpr int kSide = 64;
-  const Vec3x8 o = Vec3x8::All(DirectionAt(std::max(cosine, 1e-4f), 0.0f));
+  const Vec3x8 o = Vec3x8(DirectionAt(std::max(cosine, 1e-4f), 0.0f));
   Float8 sum = Splat(0);
   ForGrid(kSide, [&](Float8 u, Float8 v) {
     const Turn8 turn(2.0f * kPi * u);

@@ -52,14 +52,23 @@ bool ScattersWidely(const SurfaceSample& s) {
 struct PathTracer::Here {
   SurfaceHit hit;
   SurfaceSample surface;
+  Vec3f shading_normal;  // With relief, on the side of counter-clockwise winding.
   Vec3f out;
   Vec3f normal;  // Geometric, on the viewer's side.
   bool outside = true;
 };
 
-// Walks and where they are, with the lights that they will look at.
+// Walks on the same material, to be looked at together.
+struct PathTracer::Alike {
+  int count = 0;
+  std::array<Walk*, kLanes> walks;
+};
+
+// Where walks are, and the lights that eight of them will look at.
 struct PathTracer::Meeting {
-  Here here[kLanes];
+  std::array<Here, kTogether> here;
+  std::vector<Alike> alike;         // By material; empty between steps.
+  std::vector<uint32_t> materials;  // That some wait at.
   LightSeekers8 seekers{};
   LightReceiver receivers[kLanes];
   LightChoice lights[kLanes];
@@ -97,8 +106,10 @@ class PathTracer::Walk {
   // With what the cache knows, if it does.
   bool EndInCache();
   void Draw() { numbers_ = path_->sampler.FourPairs(); }
+  // Where the surface is and which side is seen, not yet what it is like.
+  void Meet(Here* here);
   // Up to eight. Chooses the light that each will take a sample of.
-  static void MeetAll(std::span<Walk* const> walks, Meeting* meeting);
+  static void ChooseLights(std::span<Walk* const> walks, Meeting* meeting);
   // True if it takes a lane of the group; else it has ended or passes straight on.
   bool Reach(Meeting* meeting, int which, Group* group);
   void Depart(const Group& group, int lane, const Shadow8& shadow, const Onward8& onward,
@@ -106,6 +117,9 @@ class PathTracer::Walk {
   void GatherLight();
 
   bool ended() const { return ended_; }
+  const Here& here() const { return *here_; }
+  Here* here() { return here_; }
+  float width() const { return width_; }
 
  private:
   const RenderScene& scene() const { return tracer_->scene_; }
@@ -134,10 +148,8 @@ class PathTracer::Walk {
   void AddEmission(const Here& here);
   // Straight on through a hole or a thin pane.
   void Pass(const Vec3f& position, const Vec3f& normal);
-  void Meet(Here* here) const;
   void Remember(const Here& here, bool wide);
-  void Stand(const Here& here, const Vec3f& bumped, const Reached& reached, Standing8* at,
-             int lane) const;
+  void Stand(const Here& here, const Reached& reached, Standing8* at, int lane) const;
   void Guide(const Vec3f& albedo, const Vec3f& normal);
   void Tint(const Reached& reached, int lane, const Onward8& onward, const Scatter8& scatter);
   void UseLight(const Reached& reached, int lane, const Shadow8& shadow);
@@ -162,6 +174,7 @@ class PathTracer::Walk {
   float width_ = 0;  // Of the ray's cone there.
   SurfaceId id_;
   CacheQuestion question_;
+  Here* here_ = nullptr;
   ShadowRay shadow_;
   LightTrial* trial_ = nullptr;  // Where the cache's filler wants to know of it.
 };
@@ -285,8 +298,8 @@ void PathTracer::Walk::Guide(const Vec3f& albedo, const Vec3f& normal) {
   guided_ = true;
 }
 
-// Where the surface is and which side is seen, not yet what it is like.
-void PathTracer::Walk::Meet(Here* here) const {
+void PathTracer::Walk::Meet(Here* here) {
+  here_ = here;
   scene().Resolve(raw_, id_, &here->hit);
   here->out = -ray_.direction;
   here->outside = here->out.dot(here->hit.geometric_normal) > 0.0f;
@@ -307,17 +320,16 @@ void PathTracer::Walk::Remember(const Here& here, bool wide) {
   trial_ = &vertex.trial;
 }
 
-void PathTracer::Walk::MeetAll(std::span<Walk* const> walks, Meeting* meeting) {
+void PathTracer::Walk::ChooseLights(std::span<Walk* const> walks, Meeting* meeting) {
+  if (walks[0]->options().only_guides) return;
   LightSeekers8& seekers = meeting->seekers;
   seekers.count = static_cast<int>(walks.size());
   for (int k = 0; k < seekers.count; ++k) {
     const Walk& walk = *walks[static_cast<size_t>(k)];
-    walk.Meet(&meeting->here[k]);
-    seekers.position.Set(k, meeting->here[k].hit.position);
-    seekers.normal.Set(k, meeting->here[k].normal);
+    seekers.position.Set(k, walk.here().hit.position);
+    seekers.normal.Set(k, walk.here().normal);
     seekers.choice[k] = walk.numbers_[1].y();
   }
-  if (walks[0]->options().only_guides) return;
   const LightTable& lights = walks[0]->lights();
   lights.Choose(seekers, &meeting->scratch, meeting->receivers, meeting->lights);
   for (int k = 0; k < seekers.count; ++k) {
@@ -327,7 +339,7 @@ void PathTracer::Walk::MeetAll(std::span<Walk* const> walks, Meeting* meeting) {
 
 bool PathTracer::Walk::Reach(Meeting* meeting, int which, Group* group) {
   trial_ = nullptr;
-  Here& here = meeting->here[which];
+  const Here& here = *here_;
   const Vec2f &choices = numbers_[0], &through = numbers_[1], &light_point = numbers_[2];
   const int lane = group->size;
   Reached& reached = group->reached[lane];
@@ -336,14 +348,12 @@ bool PathTracer::Walk::Reach(Meeting* meeting, int which, Group* group) {
                 !reached.last && !options().only_guides;
   reached.receiver = reached.lit ? meeting->receivers[which] : LightReceiver{};
 
-  here.surface = scene().Evaluate(here.hit, width_);
   const SurfaceSample& surface = here.surface;
   AddEmission(here);
   if (surface.opacity < 1.0f && through.x() >= surface.opacity) {
     Pass(here.hit.position, here.normal);
     return false;
   }
-  const Vec3f bumped = scene().BumpedNormal(here.hit, width_);
   const bool wide = ScattersWidely(surface);
   Remember(here, wide);
   reached.transmits = surface.transmission > 0.0f;
@@ -359,7 +369,7 @@ bool PathTracer::Walk::Reach(Meeting* meeting, int which, Group* group) {
   reached.light = reached.lit
                       ? lights().Sample(reached.receiver, meeting->lights[which], light_point)
                       : LightSample{};
-  Stand(here, bumped, reached, &group->at, lane);
+  Stand(here, reached, &group->at, lane);
   if (reached.lit && wide && reached.receiver.enclosure) {
     SpotView& spots = group->at.spots[lane];
     spots.Look(reached.receiver.enclosure->spots, here.hit.position, here.normal);
@@ -369,12 +379,12 @@ bool PathTracer::Walk::Reach(Meeting* meeting, int which, Group* group) {
 }
 
 // Takes its lane.
-void PathTracer::Walk::Stand(const Here& here, const Vec3f& bumped, const Reached& reached,
-                             Standing8* at, int lane) const {
+void PathTracer::Walk::Stand(const Here& here, const Reached& reached, Standing8* at,
+                             int lane) const {
   at->position.Set(lane, here.hit.position);
   at->out.Set(lane, here.out);
   at->normal.Set(lane, here.normal);
-  at->shading.Set(lane, here.outside ? bumped : Vec3f(-bumped));
+  at->shading.Set(lane, here.outside ? here.shading_normal : Vec3f(-here.shading_normal));
   at->outside[lane] = here.outside ? -1 : 0;
   at->surface.Set(lane, here.surface);
   at->throughput.Set(lane, throughput_);
@@ -479,7 +489,9 @@ PathTracer::PathTracer(const RenderScene& scene, const LightTable& lights,
       lights_(lights),
       options_(options),
       meeting_(std::make_unique<Meeting>()),
-      group_(std::make_unique<Group>()) {}
+      group_(std::make_unique<Group>()) {
+  meeting_->alike.resize(scene.geometry().materials.size());
+}
 PathTracer::~PathTracer() = default;
 
 void PathTracer::Trace(std::span<Path> paths) {
@@ -494,6 +506,39 @@ PathResult PathTracer::Trace(const Ray& ray, const Sampler& sampler) {
   Path path{ray, sampler, nullptr, {}};
   TraceTogether({&path, 1});
   return path.result;
+}
+
+// By eights of one material.
+void PathTracer::LookAtSurfaces() {
+  std::vector<Alike>& waiting = meeting_->alike;
+  for (Walk* walk : under_way_) {
+    const uint32_t material = walk->here()->hit.material;
+    Alike& alike = waiting[material];
+    if (alike.count == 0) meeting_->materials.push_back(material);
+    alike.walks[static_cast<size_t>(alike.count++)] = walk;
+    if (alike.count == kLanes) Look(&alike);
+  }
+  for (const uint32_t material : meeting_->materials) {
+    if (waiting[material].count > 0) Look(&waiting[material]);
+  }
+  meeting_->materials.clear();
+}
+
+void PathTracer::Look(Alike* alike) {
+  const int count = std::exchange(alike->count, 0);
+  const SurfaceHit* hits[kLanes];
+  float footprints_m[kLanes] = {};
+  for (int k = 0; k < count; ++k) {
+    const Walk& walk = *alike->walks[static_cast<size_t>(k)];
+    hits[k] = &walk.here().hit;
+    footprints_m[k] = walk.width();
+  }
+  const Look8 look = scene_.Look({hits, static_cast<size_t>(count)}, footprints_m);
+  for (int k = 0; k < count; ++k) {
+    Here* here = alike->walks[static_cast<size_t>(k)]->here();
+    here->surface = look.surface.Get(k);
+    here->shading_normal = look.shading_normal.Get(k);
+  }
 }
 
 void PathTracer::ScatterGroup() {
@@ -519,9 +564,11 @@ void PathTracer::TraceTogether(std::span<Path> paths) {
     drop_ended();
     std::erase_if(under_way_, [](Walk* walk) { return walk->EndInCache(); });
     for (Walk* walk : under_way_) walk->Draw();
+    for (size_t k = 0; k < under_way_.size(); ++k) under_way_[k]->Meet(&meeting_->here[k]);
+    LookAtSurfaces();
     for (std::span<Walk* const> left = under_way_; !left.empty();) {
       const auto some = left.first(std::min<size_t>(left.size(), kLanes));
-      Walk::MeetAll(some, meeting_.get());
+      Walk::ChooseLights(some, meeting_.get());
       for (size_t k = 0; k < some.size(); ++k) {
         if (!some[k]->Reach(meeting_.get(), static_cast<int>(k), group_.get())) continue;
         if (++group_->size == kLanes) ScatterGroup();

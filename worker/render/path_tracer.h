@@ -86,10 +86,13 @@ class PathTracer {
  private:
   class Walk;  // A path under way.
   struct Here;
+  struct Alike;
   struct Meeting;
   struct Reached;
   struct Group;
   void TraceTogether(std::span<Path> paths);
+  void LookAtSurfaces();
+  void Look(Alike* alike);
   void ScatterGroup();
 
   const RenderScene& scene_;

@@ -15,9 +15,6 @@ namespace {
 // Embree reads 16 bytes at a float3: the last vertex needs one more float behind it.
 using Positions = std::vector<Vec3f>;
 
-// Relief is a few millimetres high: a wider footprint than this averages it away.
-constexpr float kWidestRelief_m = 0.1f;
-
 // What Build adds for each triangle of a tree, each vertex and each position, its peak included
 // (bench_scale measures it).
 constexpr int64_t kBytesPerTriangle = 130;
@@ -358,46 +355,45 @@ SurfaceSample RenderScene::Evaluate(const SurfaceHit& hit, float footprint_m) co
   return material->Evaluate(point);
 }
 
-Vec3f RenderScene::BumpedNormal(const SurfaceHit& hit, float footprint_m) const {
-  const Material* material = geometry_.materials[hit.material].get();
-  if (!material || !traits_[hit.material].has_relief || footprint_m > kWidestRelief_m) {
-    return hit.shading_normal;
+Faces8 RenderScene::FacesOf(std::span<const SurfaceHit* const> hits) const {
+  Faces8 faces;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const SurfaceHit& hit = *hits[std::min(static_cast<size_t>(lane), hits.size() - 1)];
+    const Body& body = bodies_[hit.placed];
+    const Triangle& t = body.triangles[hit.triangle];
+    Vec3f corners[3];
+    Corners(hit.placed, hit.triangle, corners);
+    const Vertex& corner = body.vertices[t.a];
+    for (int k = 0; k < 2; ++k) {
+      const Vertex& other = body.vertices[k == 0 ? t.b : t.c];
+      faces.edge[k].Set(lane, corners[k + 1] - corners[0]);
+      faces.texture_edge[k].Set(lane, body.scale * (other.texture - corner.texture));
+      faces.u_edge[k][lane] = other.uv.x() - corner.uv.x();
+      faces.v_edge[k][lane] = other.uv.y() - corner.uv.y();
+    }
   }
-  const Body& body = bodies_[hit.placed];
-  const Triangle& t = body.triangles[hit.triangle];
-  Vec3f corners[3];
-  Corners(hit.placed, hit.triangle, corners);
-  const Vec3f e1 = corners[1] - corners[0];
-  const Vec3f e2 = corners[2] - corners[0];
-  const float g11 = e1.squaredNorm(), g12 = e1.dot(e2), g22 = e2.squaredNorm();
-  const float determinant = g11 * g22 - g12 * g12;
-  if (!(determinant > 1e-10f * g11 * g22)) return hit.shading_normal;  // A sliver has no plane.
-  const Vertex& corner = body.vertices[t.a];
-  const Vec3f d1 = body.scale * (body.vertices[t.b].texture - corner.texture);
-  const Vec3f d2 = body.scale * (body.vertices[t.c].texture - corner.texture);
-  const Vec2f q1 = body.vertices[t.b].uv - corner.uv;
-  const Vec2f q2 = body.vertices[t.c].uv - corner.uv;
+  return faces;
+}
 
-  const float step = std::clamp(0.5f * footprint_m, 5e-5f, 0.02f);
-  const ShadingFrame frame(hit.shading_normal);
-  SurfacePoint point = hit.point;
-  point.footprint_m = footprint_m;
-  point.footprint_uv = footprint_m * hit.uv_per_metre;
-  const float height = material->Height(point);
-  const auto slope = [&](const Vec3f& tangent) {
-    // The tangent in terms of the triangle's edges, then the same step in texture space.
-    const float b1 = tangent.dot(e1), b2 = tangent.dot(e2);
-    const float s = (g22 * b1 - g12 * b2) / determinant * step;
-    const float r = (g11 * b2 - g12 * b1) / determinant * step;
-    SurfacePoint moved = point;
-    moved.texture_m += s * d1 + r * d2;
-    moved.uv += s * q1 + r * q2;
-    return (material->Height(moved) - height) / step;
-  };
-  const float dx = std::clamp(slope(frame.x), -4.0f, 4.0f);
-  const float dy = std::clamp(slope(frame.y), -4.0f, 4.0f);
-  if (dx == 0.0f && dy == 0.0f) return hit.shading_normal;
-  return (frame.z - dx * frame.x - dy * frame.y).normalized();
+Look8 RenderScene::Look(std::span<const SurfaceHit* const> hits, const float* footprints_m) const {
+  const uint32_t index = hits[0]->material;
+  Look8 look;
+  SurfacePoint point[kLanes];
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const size_t k = std::min(static_cast<size_t>(lane), hits.size() - 1);
+    look.shading_normal.Set(lane, hits[k]->shading_normal);
+    point[lane] = hits[k]->point;
+    point[lane].footprint_m = footprints_m[k];
+    point[lane].footprint_uv = footprints_m[k] * hits[k]->uv_per_metre;
+  }
+  const Material* material = geometry_.materials[index].get();
+  if (!material) return look;
+  const SurfacePoint8 points({point, hits.size()});
+  look.surface = material->Evaluate(points);
+  if (traits_[index].has_relief) {
+    look.shading_normal = BendNormals(*material, points, FacesOf(hits), look.shading_normal);
+  }
+  return look;
 }
 
 }  // namespace parallax

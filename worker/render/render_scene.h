@@ -6,11 +6,13 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "common/base/cancel.h"
 #include "common/base/status.h"
 #include "worker/render/ray_trees.h"
+#include "worker/render/relief.h"
 #include "worker/scene/scene_geometry.h"
 
 namespace parallax {
@@ -26,6 +28,12 @@ struct SurfaceHit {
   uint32_t triangle = 0;
   uint16_t slot = 0;
   uint32_t material = 0;  // SceneMaterial.index; 0 = none bound.
+};
+
+// What up to eight hits look like.
+struct Look8 {
+  SurfaceSample8 surface;
+  Vec3x8 shading_normal;  // As in SurfaceHit, bent by the material's relief.
 };
 
 // What sampling a material at many points says about it, so that nobody asks it needlessly.
@@ -80,8 +88,8 @@ class RenderScene final : public ShadowFilter {
   void Resolve(const RawHit& hit, const SurfaceId& id, SurfaceHit* resolved) const;
   // The surface there; objects without a material are plain grey.
   SurfaceSample Evaluate(const SurfaceHit& hit, float footprint_m) const;
-  // The shading normal bent by the material's relief.
-  Vec3f BumpedNormal(const SurfaceHit& hit, float footprint_m) const;
+  // Of up to eight hits of one material, each with its own footprint.
+  Look8 Look(std::span<const SurfaceHit* const> hits, const float* footprints_m) const;
   // A triangle's corners in the world, as rays see them.
   void Corners(uint32_t placed, uint32_t triangle, Vec3f corners[3]) const;
 
@@ -99,6 +107,7 @@ class RenderScene final : public ShadowFilter {
   static std::shared_ptr<const std::vector<Vertex>> Pack(const Mesh& mesh);
   bool LetsLightThrough(const PlacedMesh& placed) const;
   void ProbeMaterials();
+  Faces8 FacesOf(std::span<const SurfaceHit* const> hits) const;
 
   SceneGeometry geometry_;
   std::vector<Body> bodies_;

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "common/math/color.h"
+#include "common/math/lanes.h"
 #include "common/math/types.h"
 
 namespace parallax {
@@ -32,6 +33,23 @@ struct ShadingFrame {
   }
   Vec3f ToWorld(const Vec3f& local) const { return x * local.x() + y * local.y() + z * local.z(); }
   Vec3f ToLocal(const Vec3f& world) const { return {x.dot(world), y.dot(world), z.dot(world)}; }
+};
+
+// One around each of eight.
+struct Frame8 {
+  Vec3x8 x, y, z;
+
+  explicit Frame8(const Vec3x8& normal) : z(normal) {
+    const Float8 sign = CopySign(1.0f, z.z);
+    const Float8 a = -1.0f / (sign + z.z);
+    const Float8 b = z.x * z.y * a;
+    x = {1.0f + sign * Square(z.x) * a, sign * b, -sign * z.x};
+    y = {b, sign + Square(z.y) * a, -z.y};
+  }
+  Vec3x8 ToWorld(const Vec3x8& local) const { return x * local.x + y * local.y + z * local.z; }
+  Vec3x8 ToLocal(const Vec3x8& world) const {
+    return {Dot(x, world), Dot(y, world), Dot(z, world)};
+  }
 };
 
 // A direction with the given cosine to +z.

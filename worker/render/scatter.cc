@@ -48,14 +48,6 @@ Vec3x8 OffsetPoint(const Vec3x8& position, const Vec3x8& normal) {
 
 }  // namespace
 
-Frame8::Frame8(const Vec3x8& normal) : z(normal) {
-  const Float8 sign = CopySign(1.0f, z.z);
-  const Float8 a = -1.0f / (sign + z.z);
-  const Float8 b = z.x * z.y * a;
-  x = {1.0f + sign * Square(z.x) * a, sign * b, -sign * z.x};
-  y = {b, sign + Square(z.y) * a, -z.y};
-}
-
 Scatter8::Scatter8(const Standing8& at)
     : at_(at),
       frame_(UsableNormal(at.shading, at.normal, at.out)),

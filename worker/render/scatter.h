@@ -5,20 +5,9 @@
 #include "common/math/lanes.h"
 #include "worker/render/bright_spots.h"
 #include "worker/render/bsdf.h"
+#include "worker/render/sampling.h"
 
 namespace parallax {
-
-// A right-handed frame around each unit vector z.
-// Source: Duff et al., "Building an orthonormal basis, revisited", JCGT 2017.
-struct Frame8 {
-  Vec3x8 x, y, z;
-
-  explicit Frame8(const Vec3x8& normal);
-  Vec3x8 ToWorld(const Vec3x8& local) const { return x * local.x + y * local.y + z * local.z; }
-  Vec3x8 ToLocal(const Vec3x8& world) const {
-    return {Dot(x, world), Dot(y, world), Dot(z, world)};
-  }
-};
 
 // Where eight paths stand. World frame.
 struct Standing8 {
@@ -26,7 +15,7 @@ struct Standing8 {
   Vec3x8 normal;         // Geometric, on the viewer's side.
   Vec3x8 shading;        // With relief, likewise.
   Mask8 outside;
-  Surface8 surface;
+  SurfaceSample8 surface;
   Vec3x8 throughput;
   // Bright spots' view from here; none where its share is 0.
   SpotView spots[kLanes];

@@ -21,12 +21,13 @@ class TintedMaterial final : public Material {
  public:
   TintedMaterial(std::unique_ptr<const Material> inner, const Vec3f& tint)
       : inner_(std::move(inner)), tint_(tint) {}
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
-    SurfaceSample sample = inner_->Evaluate(point);
-    sample.base_color = sample.base_color.cwiseProduct(tint_).cwiseMin(1.0f);
+  SurfaceSample8 Evaluate(const SurfacePoint8& points) const override {
+    SurfaceSample8 sample = inner_->Evaluate(points);
+    const Vec3x8 tinted = sample.base_color * tint_;
+    sample.base_color = {Min(tinted.x, 1.0f), Min(tinted.y, 1.0f), Min(tinted.z, 1.0f)};
     return sample;
   }
-  float Height(const SurfacePoint& point) const override { return inner_->Height(point); }
+  Float8 Height(const SurfacePoint8& points) const override { return inner_->Height(points); }
 
  private:
   std::unique_ptr<const Material> inner_;

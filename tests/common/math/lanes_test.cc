@@ -49,7 +49,7 @@ TEST(Lanes, GatheringReadsWhereEachLaneSays) {
 }
 
 TEST(Lanes, VectorsAreThoseOfEigen) {
-  Vec3x8 a = Vec3x8::Zero(), b = Vec3x8::All(Vec3f(0.5f, -2, 3));
+  Vec3x8 a = Vec3x8::Zero(), b = Vec3x8(Vec3f(0.5f, -2, 3));
   for (int k = 0; k < kLanes; ++k) a.Set(k, Vec3f(kSome[k], 1, -kSome[k]));
   const Vec3x8 sum = a + b * 2.0f - a * b, unit = Normalized(a);
   for (int k = 0; k < kLanes; ++k) {

@@ -35,14 +35,23 @@ SurfacePoint RandomPoint(Rng& rng) {
 }
 
 std::vector<float> Values(const SurfaceSample& s) {
-  return {s.base_color.x(), s.base_color.y(),
-          s.base_color.z(), s.metallic,
-          s.roughness,      s.specular,
-          s.transmission,   s.ior,
-          s.clearcoat,      s.clearcoat_roughness,
-          s.sheen,          s.opacity,
-          s.emission.x(),   s.emission.y(),
-          s.emission.z()};
+  return {s.base_color.x(),
+          s.base_color.y(),
+          s.base_color.z(),
+          s.metallic,
+          s.roughness,
+          s.specular,
+          s.transmission,
+          s.ior,
+          s.clearcoat,
+          s.clearcoat_roughness,
+          s.sheen,
+          s.opacity,
+          s.emission.x(),
+          s.emission.y(),
+          s.emission.z(),
+          s.subsurface,
+          s.thin_walled ? 1.0f : 0.0f};
 }
 
 float LuminanceOf(const SurfaceSample& s) {
@@ -106,6 +115,30 @@ TEST_P(EveryMaterial, SameSeedGivesTheSameBytes) {
     const std::vector<float> a = Values(first->Evaluate(point)), b = Values(again->Evaluate(point));
     ASSERT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(float)), 0);
     ASSERT_EQ(first->Height(point), again->Height(point));
+  }
+}
+
+// Eight points in lanes get what each gets alone, near one another or far apart.
+TEST_P(EveryMaterial, EightPointsGetWhatEachGetsAlone) {
+  for (uint64_t seed = 0; seed < kSeeds; ++seed) {
+    const auto material = Make(material_class(), seed);
+    Rng rng(SceneSeed{8}, "points");
+    for (int i = 0; i < 60; ++i) {
+      std::vector<SurfacePoint> points(static_cast<size_t>(1 + i % kLanes), RandomPoint(rng));
+      for (SurfacePoint& point : points) {
+        if (i % 2 == 0) point = RandomPoint(rng);
+        point.texture_m.x() += static_cast<float>(rng.Uniform(0, 0.02));
+        point.footprint_m *= static_cast<float>(rng.Uniform(0.5, 2));
+      }
+      const SurfacePoint8 eight(points);
+      const SurfaceSample8 samples = material->Evaluate(eight);
+      const Float8 heights = material->Height(eight);
+      for (size_t k = 0; k < points.size(); ++k) {
+        const int lane = static_cast<int>(k);
+        ASSERT_EQ(Values(samples.Get(lane)), Values(material->Evaluate(points[k])));
+        ASSERT_EQ(heights[lane], material->Height(points[k]));
+      }
+    }
   }
 }
 
@@ -273,7 +306,7 @@ TEST(MaterialCatalogue, TagsOfferEnoughForEachUse) {
   EXPECT_GE(MaterialsTagged(&MaterialTags::metal_or_glass).size(), 8u);
   for (const MaterialClass* c : MaterialsTagged(&MaterialTags::diffuse)) {
     for (uint64_t seed = 0; seed < 4; ++seed) {
-      const SurfaceSample s = Make(*c, seed)->Evaluate({});
+      const SurfaceSample s = Make(*c, seed)->Evaluate(SurfacePoint());
       EXPECT_EQ(s.metallic, 0.0f) << c->name;
       EXPECT_EQ(s.transmission, 0.0f) << c->name;
     }

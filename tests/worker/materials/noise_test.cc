@@ -58,17 +58,48 @@ TEST(Noise, GradientNoiseIsContinuousAcrossCells) {
 TEST(Noise, CellsFindTheNearestPointsOfAllCells) {
   // The nearest distance is 1-Lipschitz: a missed neighbour shows as a jump.
   Rng rng(SceneSeed{7}, "noise_test");
-  for (int i = 0; i < 20000; ++i) {
-    const Vec3f p(static_cast<float>(rng.Uniform(-8, 8)), static_cast<float>(rng.Uniform(-8, 8)),
-                  static_cast<float>(rng.Uniform(-8, 8)));
-    const Vec3f q = p + Vec3f(2e-3f, 1e-3f, -2e-3f);
-    const Cell a = Cells3(p, 4), b = Cells3(q, 4);
-    EXPECT_LE(a.f1, a.f2);
-    EXPECT_NEAR(a.f1, a.offset.norm(), 1e-4);
-    EXPECT_LE(std::fabs(a.f1 - b.f1), 3.1e-3);
-    const Cell c = Cells2(p.x(), p.y(), 4), d = Cells2(q.x(), q.y(), 4);
-    EXPECT_LE(c.f1, c.f2);
-    EXPECT_LE(std::fabs(c.f1 - d.f1), 2.4e-3);
+  const auto draw = [&] { return static_cast<float>(rng.Uniform(-8, 8)); };
+  for (int i = 0; i < 2500; ++i) {
+    Vec3x8 p;
+    for (int lane = 0; lane < kLanes; ++lane) p.Set(lane, Vec3f(draw(), draw(), draw()));
+    const Vec3x8 q = p + Vec3f(2e-3f, 1e-3f, -2e-3f);
+    const Cell8 a = Cells3(p, 4), b = Cells3(q, 4);
+    const Cell8 c = Cells2(p.x, p.y, 4), d = Cells2(q.x, q.y, 4);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      EXPECT_LE(a.f1[lane], a.f2[lane]);
+      EXPECT_NEAR(a.f1[lane], a.offset.Get(lane).norm(), 1e-4);
+      EXPECT_LE(std::fabs(a.f1[lane] - b.f1[lane]), 3.1e-3);
+      EXPECT_LE(c.f1[lane], c.f2[lane]);
+      EXPECT_LE(std::fabs(c.f1[lane] - d.f1[lane]), 2.4e-3);
+    }
+  }
+}
+
+TEST(Noise, EightPointsGetTheBitsOfOne) {
+  Rng rng(SceneSeed{8}, "noise_test");
+  for (int i = 0; i < 500; ++i) {
+    Vec3x8 p;
+    Float8 footprint;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      p.Set(lane,
+            Vec3f(static_cast<float>(rng.Uniform(-8, 8)), static_cast<float>(rng.Uniform(-8, 8)),
+                  static_cast<float>(rng.Uniform(-8, 8))));
+      footprint[lane] = static_cast<float>(rng.Uniform(0, 0.3));
+    }
+    const Float8 solid = Gradient3(p, 9), plane = Gradient2(p.x, p.y, 9);
+    const Float8 sum = Fbm3(p, 0.5f, 4, footprint, 9), turn = CosTurn(p.x);
+    const Cell8 flat = Cells2(p.x, p.y, 9);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const Vec3f q = p.Get(lane);
+      EXPECT_EQ(solid[lane], Gradient3(q, 9));
+      EXPECT_EQ(plane[lane], Gradient2(q.x(), q.y(), 9));
+      EXPECT_EQ(sum[lane], Fbm3(q, 0.5f, 4, footprint[lane], 9));
+      EXPECT_EQ(turn[lane], CosTurn(q.x()));
+      const Cell tile = Cells2(q.x(), q.y(), 9);
+      EXPECT_EQ(flat.f1[lane], tile.f1);
+      EXPECT_EQ(flat.f2[lane], tile.f2);
+      EXPECT_EQ(flat.id[lane], tile.id);
+    }
   }
 }
 

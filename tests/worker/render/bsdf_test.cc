@@ -126,7 +126,7 @@ TEST(Bsdf, EightScatterAsEachAlone) {
   const auto uniform = [&] { return static_cast<float>(rng.Uniform()); };
   int sampled = 0;
   for (int round = 0; round < 300; ++round) {
-    Surface8 eight;
+    SurfaceSample8 eight;
     Vec3x8 o, i;
     Mask8 outside;
     Float8 lobe, u, v;

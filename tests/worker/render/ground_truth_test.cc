@@ -219,9 +219,9 @@ TEST(GroundTruth, SlantedSurfacesAreNotOccludedByThemselves) {
 }
 
 // Black and clear stripes 10 cm wide along x.
-class Stripes : public Material {
+class Stripes : public PointMaterial {
  public:
-  SurfaceSample Evaluate(const SurfacePoint& point) const override {
+  SurfaceSample EvaluatePoint(const SurfacePoint& point) const override {
     SurfaceSample s;
     s.opacity = std::fmod(point.texture_m.x(), 0.2f) < 0.1f ? 1.0f : 0.0f;
     return s;

@@ -100,7 +100,7 @@ TEST(LightGains, EstimatesStayUnbiased) {
 }
 
 uint32_t CellOf(const LightGains& gains, const Vec3f& position, const Vec3f& normal) {
-  return static_cast<uint32_t>(gains.CellOf(Vec3x8::All(position), Vec3x8::All(normal))[0]);
+  return static_cast<uint32_t>(gains.CellOf(Vec3x8(position), Vec3x8(normal))[0]);
 }
 
 TEST(LightGains, CellsWithoutTrialsTakeTheRoomsWord) {

@@ -29,7 +29,7 @@ struct Sought {
   LightChoice light;
 };
 inline Sought Seek(const LightTable& lights, const Vec3f& position, float choice = 0.5f) {
-  LightSeekers8 seekers{Vec3x8::All(position), Vec3x8::All(Vec3f::UnitZ()), Splat(choice), 1};
+  LightSeekers8 seekers{Vec3x8(position), Vec3x8(Vec3f::UnitZ()), Splat(choice), 1};
   Sought sought;
   std::vector<Float8> scratch;
   lights.Choose(seekers, &scratch, &sought.at, &sought.light);

@@ -226,10 +226,10 @@ TEST(Renderer, CopiesOfASharedMeshCountBeforeTheyAreMade) {
 // Fine far detail: the texture is filtered by the ray's footprint, so that the same place looks
 // alike to both eyes although their pixels fall differently on it.
 TEST(Renderer, FarDetailDoesNotShimmerBetweenTheEyes) {
-  class Stripes : public Material {
+  class Stripes : public PointMaterial {
    public:
     explicit Stripes(bool filtered) : filtered_(filtered) {}
-    SurfaceSample Evaluate(const SurfacePoint& point) const override {
+    SurfaceSample EvaluatePoint(const SurfacePoint& point) const override {
       constexpr float kPeriod_m = 0.011f;
       const float phase = point.texture_m.x() / kPeriod_m;
       const float stripe = phase - std::floor(phase) < 0.5f ? 0.9f : 0.1f;

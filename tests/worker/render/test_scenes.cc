@@ -14,7 +14,7 @@ SurfaceSample DiffuseSample(const Vec3f& color) {
   return s;
 }
 
-SurfaceSample CancellingMaterial::Evaluate(const SurfacePoint& /*point*/) const {
+SurfaceSample CancellingMaterial::EvaluatePoint(const SurfacePoint& /*point*/) const {
   if (--left_ == 0) {
     asked_ = Clock::System().Steady();
     cancel_.Cancel();

@@ -16,10 +16,10 @@
 namespace parallax::test {
 
 // A material that is the same everywhere.
-class ConstantMaterial : public Material {
+class ConstantMaterial : public PointMaterial {
  public:
   explicit ConstantMaterial(const SurfaceSample& sample) : sample_(sample) {}
-  SurfaceSample Evaluate(const SurfacePoint&) const override { return sample_; }
+  SurfaceSample EvaluatePoint(const SurfacePoint&) const override { return sample_; }
 
  private:
   SurfaceSample sample_;
@@ -29,11 +29,11 @@ class ConstantMaterial : public Material {
 SurfaceSample DiffuseSample(const Vec3f& color);
 
 // Grey; cancels from inside of the tracing, at its `looks`-th look at a surface after Arm.
-class CancellingMaterial : public Material {
+class CancellingMaterial : public PointMaterial {
  public:
   explicit CancellingMaterial(CancelToken cancel) : cancel_(std::move(cancel)) {}
   void Arm(int64_t looks) { left_ = looks; }
-  SurfaceSample Evaluate(const SurfacePoint& point) const override;
+  SurfaceSample EvaluatePoint(const SurfacePoint& point) const override;
   SteadyTime asked() const { return asked_; }
 
  private:

@@ -77,6 +77,25 @@ inline void GatherPairs(const float* table, Int8 index, Float8* first, Float8* s
   *second = _mm256_castpd_ps(_mm256_permute4x64_pd(seconds, 0xd8));
 }
 
+// Eight rows to their eight columns.
+inline void Transpose(Float8 rows[kLanes]) {
+  __m256 pairs[kLanes], fours[kLanes];
+  for (int k = 0; k < kLanes; k += 2) {
+    pairs[k] = _mm256_unpacklo_ps(rows[k], rows[k + 1]);
+    pairs[k + 1] = _mm256_unpackhi_ps(rows[k], rows[k + 1]);
+  }
+  for (int k = 0; k < kLanes; k += 4) {
+    fours[k] = _mm256_shuffle_ps(pairs[k], pairs[k + 2], 0x44);
+    fours[k + 1] = _mm256_shuffle_ps(pairs[k], pairs[k + 2], 0xee);
+    fours[k + 2] = _mm256_shuffle_ps(pairs[k + 1], pairs[k + 3], 0x44);
+    fours[k + 3] = _mm256_shuffle_ps(pairs[k + 1], pairs[k + 3], 0xee);
+  }
+  for (int k = 0; k < 4; ++k) {
+    rows[k] = _mm256_permute2f128_ps(fours[k], fours[k + 4], 0x20);
+    rows[k + 4] = _mm256_permute2f128_ps(fours[k], fours[k + 4], 0x31);
+  }
+}
+
 // By Eigen, lane by lane.
 template <typename Function>
 inline Float8 Apply(Float8 x, Function function) {
@@ -135,6 +154,14 @@ inline Vec3x8& operator*=(Vec3x8& a, Float8 s) { return a = a * s; }
 inline Vec3x8 operator/(const Vec3x8& a, Float8 s) { return {a.x / s, a.y / s, a.z / s}; }
 inline Vec3x8 operator/(const Vec3x8& a, float s) { return {a.x / s, a.y / s, a.z / s}; }
 inline Float8 Dot(const Vec3x8& a, const Vec3x8& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+// As Eigen sums three: the bits of one vector's dot().
+inline Float8 Inner(const Vec3x8& a, const Vec3x8& b) {
+  return a.x * b.x + (a.y * b.y + a.z * b.z);
+}
+inline Float8 Norm(const Vec3x8& a) { return Sqrt(Inner(a, a)); }
+inline Vec3x8 Cross(const Vec3x8& a, const Vec3x8& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
 inline Vec3x8 Normalized(const Vec3x8& a) { return a * (1.0f / Sqrt(Dot(a, a))); }
 inline Vec3x8 Select(Mask8 mask, const Vec3x8& a, const Vec3x8& b) {
   return {mask ? a.x : b.x, mask ? a.y : b.y, mask ? a.z : b.z};

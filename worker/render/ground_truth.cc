@@ -59,11 +59,11 @@ class TruthTracer {
   PixelTruth Look(const Ray& ray, RawHit raw, bool met, const Vec3d& in_world) const {
     const auto spread = static_cast<float>(1.0 / camera_.fx_px);
     for (int hole = 0; hole <= kMaxHoles && met; ++hole) {
-      const SurfaceHit hit = scene_.Resolve(raw);
-      const MaterialTraits& traits = scene_.traits(hit.material);
+      const SurfaceId id = scene_.Identify(raw);
+      const MaterialTraits& traits = scene_.traits(id.material);
       uint8_t mask = 0;
       if (traits.may_be_open || traits.may_be_transmissive || traits.may_be_mirror) {
-        const SurfaceSample s = scene_.Evaluate(hit, spread * raw.distance);
+        const SurfaceSample s = scene_.Evaluate({&raw, &id, spread * raw.distance});
         if (s.opacity < 0.5f) {
           const float from = raw.distance + 1e-5f + 2e-6f * raw.distance;
           met = scene_.trees().Intersect(kTree, ray, from, &raw);
@@ -72,14 +72,14 @@ class TruthTracer {
         if (s.transmission * (1.0f - s.metallic) > 0.25f) mask |= kMaskTransparent;
         if (s.metallic >= 0.5f && s.roughness <= 0.1f) mask |= kMaskMirror;
       }
-      return Resolved(raw, hit, in_world, mask);
+      return Resolved(raw, id, in_world, mask);
     }
     PixelTruth sky;
     sky.mask = kMaskSky;
     return sky;
   }
 
-  PixelTruth Resolved(const RawHit& raw, const SurfaceHit& hit, const Vec3d& in_world,
+  PixelTruth Resolved(const RawHit& raw, const SurfaceId& id, const Vec3d& in_world,
                       uint8_t mask) const {
     Vec3f corners[3];
     scene_.Corners(raw.placed, raw.triangle, corners);
@@ -95,8 +95,8 @@ class TruthTracer {
     if (!(std::abs(truth.depth - by_ray) <= 1e-3 * by_ray)) truth.depth = by_ray;
 
     const Vec3f out = -in_world.normalized().cast<float>();
-    const float side = hit.geometric_normal.dot(out) >= 0.0f ? 1.0f : -1.0f;
-    Vec3f n = side * hit.shading_normal;
+    const float side = id.geometric_normal.dot(out) >= 0.0f ? 1.0f : -1.0f;
+    Vec3f n = side * scene_.ShadingNormal(raw, id);
     // At silhouettes of smooth meshes the interpolated normal may turn away: lay it flat against
     // the line of sight.
     const float facing = n.dot(out);
@@ -105,12 +105,12 @@ class TruthTracer {
     if (!truth.normal.allFinite()) {
       truth.normal = camera_.world_from_camera.transpose().cast<float>() * out;
     }
-    truth.object = scene_.geometry().meshes[hit.placed].object_index;
-    truth.material = hit.material;
+    truth.object = scene_.geometry().meshes[raw.placed].object_index;
+    truth.material = id.material;
     if (!rooms_.empty()) {
       // A step back towards the viewer: the face of a wall belongs to the side from which it is
       // seen.
-      const Vec3f at = hit.position + side * 2e-3f * hit.geometric_normal;
+      const Vec3f at = raw.position + side * 2e-3f * id.geometric_normal;
       const bool inside = std::any_of(rooms_.begin(), rooms_.end(),
                                       [&](const Box3f& room) { return room.contains(at); });
       if (!inside) truth.mask |= kMaskExterior;

@@ -50,7 +50,6 @@ bool ScattersWidely(const SurfaceSample& s) {
 
 // A surface as it is being shaded.
 struct PathTracer::Here {
-  SurfaceHit hit;
   SurfaceSample surface;
   Vec3f shading_normal;  // With relief, on the side of counter-clockwise winding.
   Vec3f out;
@@ -64,14 +63,14 @@ struct PathTracer::Alike {
   std::array<Walk*, kLanes> walks;
 };
 
-// Where walks are, and the lights that eight of them will look at.
+// Where walks are, and the lights that they will look at.
 struct PathTracer::Meeting {
   std::array<Here, kTogether> here;
   std::vector<Alike> alike;         // By material; empty between steps.
   std::vector<uint32_t> materials;  // That some wait at.
   LightSeekers8 seekers{};
-  LightReceiver receivers[kLanes];
-  LightChoice lights[kLanes];
+  std::array<LightReceiver, kTogether> receivers;
+  std::array<LightChoice, kTogether> lights;
   std::vector<Float8> scratch;
 };
 
@@ -108,18 +107,18 @@ class PathTracer::Walk {
   void Draw() { numbers_ = path_->sampler.FourPairs(); }
   // Where the surface is and which side is seen, not yet what it is like.
   void Meet(Here* here);
-  // Up to eight. Chooses the light that each will take a sample of.
+  // Chooses the light that each will take a sample of, for eight at a time.
   static void ChooseLights(std::span<Walk* const> walks, Meeting* meeting);
   // True if it takes a lane of the group; else it has ended or passes straight on.
-  bool Reach(Meeting* meeting, int which, Group* group);
+  bool Reach(const Meeting& meeting, size_t which, Group* group);
   void Depart(const Group& group, int lane, const Shadow8& shadow, const Onward8& onward,
               const Scatter8& scatter);
   void GatherLight();
 
   bool ended() const { return ended_; }
-  const Here& here() const { return *here_; }
   Here* here() { return here_; }
-  float width() const { return width_; }
+  uint32_t material() const { return id_.material; }
+  Sight sight() const { return {&raw_, &id_, width_}; }
 
  private:
   const RenderScene& scene() const { return tracer_->scene_; }
@@ -277,10 +276,9 @@ Vec3f PathTracer::Walk::MeshLight(uint16_t slot, float cosine) const {
 }
 
 void PathTracer::Walk::AddEmission(const Here& here) {
-  if (lights().IsMeshLight(here.hit.placed, here.hit.slot)) {
+  if (lights().IsMeshLight(raw_.placed, id_.slot)) {
     if (!here.outside || !FoundByBsdf()) return;
-    Add(throughput_.cwiseProduct(
-        MeshLight(here.hit.slot, here.out.dot(here.hit.geometric_normal))));
+    Add(throughput_.cwiseProduct(MeshLight(id_.slot, here.out.dot(id_.geometric_normal))));
   } else if (here.surface.emission.maxCoeff() > 0.0f) {
     Add(throughput_.cwiseProduct(here.surface.emission));
   }
@@ -300,19 +298,18 @@ void PathTracer::Walk::Guide(const Vec3f& albedo, const Vec3f& normal) {
 
 void PathTracer::Walk::Meet(Here* here) {
   here_ = here;
-  scene().Resolve(raw_, id_, &here->hit);
   here->out = -ray_.direction;
-  here->outside = here->out.dot(here->hit.geometric_normal) > 0.0f;
-  here->normal = here->outside ? here->hit.geometric_normal : Vec3f(-here->hit.geometric_normal);
+  here->outside = here->out.dot(id_.geometric_normal) > 0.0f;
+  here->normal = here->outside ? id_.geometric_normal : Vec3f(-id_.geometric_normal);
 }
 
 // For the cache's filler.
 void PathTracer::Walk::Remember(const Here& here, bool wide) {
   PathTrail* trail = path_->trail;
   if (!trail || trail->size >= static_cast<int>(trail->vertices.size())) return;
-  if (scene().traits(here.hit.material).needs_tracing) return;
+  if (scene().traits(id_.material).needs_tracing) return;
   PathVertex& vertex = trail->vertices[static_cast<size_t>(trail->size++)];
-  vertex = {{here.hit.position, here.normal, here.hit.placed, here.hit.slot},
+  vertex = {{raw_.position, here.normal, raw_.placed, id_.slot},
             wide,
             throughput_,
             result().radiance,
@@ -321,23 +318,26 @@ void PathTracer::Walk::Remember(const Here& here, bool wide) {
 }
 
 void PathTracer::Walk::ChooseLights(std::span<Walk* const> walks, Meeting* meeting) {
-  if (walks[0]->options().only_guides) return;
-  LightSeekers8& seekers = meeting->seekers;
-  seekers.count = static_cast<int>(walks.size());
-  for (int k = 0; k < seekers.count; ++k) {
-    const Walk& walk = *walks[static_cast<size_t>(k)];
-    seekers.position.Set(k, walk.here().hit.position);
-    seekers.normal.Set(k, walk.here().normal);
-    seekers.choice[k] = walk.numbers_[1].y();
-  }
+  if (walks.empty() || walks[0]->options().only_guides) return;
   const LightTable& lights = walks[0]->lights();
-  lights.Choose(seekers, &meeting->scratch, meeting->receivers, meeting->lights);
-  for (int k = 0; k < seekers.count; ++k) {
-    lights.Prefetch(meeting->lights[k], walks[static_cast<size_t>(k)]->numbers_[2]);
+  LightSeekers8& seekers = meeting->seekers;
+  for (size_t first = 0; first < walks.size(); first += kLanes) {
+    seekers.count = static_cast<int>(std::min<size_t>(kLanes, walks.size() - first));
+    for (int k = 0; k < seekers.count; ++k) {
+      const Walk& walk = *walks[first + static_cast<size_t>(k)];
+      seekers.position.Set(k, walk.raw_.position);
+      seekers.normal.Set(k, walk.here_->normal);
+      seekers.choice[k] = walk.numbers_[1].y();
+    }
+    LightChoice* choices = &meeting->lights[first];
+    lights.Choose(seekers, &meeting->scratch, &meeting->receivers[first], choices);
+    for (int k = 0; k < seekers.count; ++k) {
+      lights.Prefetch(choices[k], walks[first + static_cast<size_t>(k)]->numbers_[2]);
+    }
   }
 }
 
-bool PathTracer::Walk::Reach(Meeting* meeting, int which, Group* group) {
+bool PathTracer::Walk::Reach(const Meeting& meeting, size_t which, Group* group) {
   trial_ = nullptr;
   const Here& here = *here_;
   const Vec2f &choices = numbers_[0], &through = numbers_[1], &light_point = numbers_[2];
@@ -346,12 +346,12 @@ bool PathTracer::Walk::Reach(Meeting* meeting, int which, Group* group) {
   reached.last = bounce_ >= options().max_bounces;
   reached.lit = options().direct != DirectLight::kBsdfSampling && !lights().empty() &&
                 !reached.last && !options().only_guides;
-  reached.receiver = reached.lit ? meeting->receivers[which] : LightReceiver{};
+  reached.receiver = reached.lit ? meeting.receivers[which] : LightReceiver{};
 
   const SurfaceSample& surface = here.surface;
   AddEmission(here);
   if (surface.opacity < 1.0f && through.x() >= surface.opacity) {
-    Pass(here.hit.position, here.normal);
+    Pass(raw_.position, here.normal);
     return false;
   }
   const bool wide = ScattersWidely(surface);
@@ -362,17 +362,17 @@ bool PathTracer::Walk::Reach(Meeting* meeting, int which, Group* group) {
   if (ended_) return false;
 
   reached.walk = this;
-  reached.position = here.hit.position;
+  reached.position = raw_.position;
   reached.normal = here.normal;
   reached.albedo = GuideAlbedo(surface);
   reached.survival = choices.y();
   reached.light = reached.lit
-                      ? lights().Sample(reached.receiver, meeting->lights[which], light_point)
+                      ? lights().Sample(reached.receiver, meeting.lights[which], light_point)
                       : LightSample{};
   Stand(here, reached, &group->at, lane);
   if (reached.lit && wide && reached.receiver.enclosure) {
     SpotView& spots = group->at.spots[lane];
-    spots.Look(reached.receiver.enclosure->spots, here.hit.position, here.normal);
+    spots.Look(reached.receiver.enclosure->spots, raw_.position, here.normal);
     group->at.spot_share[lane] = spots.share();
   }
   return true;
@@ -381,7 +381,7 @@ bool PathTracer::Walk::Reach(Meeting* meeting, int which, Group* group) {
 // Takes its lane.
 void PathTracer::Walk::Stand(const Here& here, const Reached& reached, Standing8* at,
                              int lane) const {
-  at->position.Set(lane, here.hit.position);
+  at->position.Set(lane, raw_.position);
   at->out.Set(lane, here.out);
   at->normal.Set(lane, here.normal);
   at->shading.Set(lane, here.outside ? here.shading_normal : Vec3f(-here.shading_normal));
@@ -512,7 +512,7 @@ PathResult PathTracer::Trace(const Ray& ray, const Sampler& sampler) {
 void PathTracer::LookAtSurfaces() {
   std::vector<Alike>& waiting = meeting_->alike;
   for (Walk* walk : under_way_) {
-    const uint32_t material = walk->here()->hit.material;
+    const uint32_t material = walk->material();
     Alike& alike = waiting[material];
     if (alike.count == 0) meeting_->materials.push_back(material);
     alike.walks[static_cast<size_t>(alike.count++)] = walk;
@@ -526,14 +526,9 @@ void PathTracer::LookAtSurfaces() {
 
 void PathTracer::Look(Alike* alike) {
   const int count = std::exchange(alike->count, 0);
-  const SurfaceHit* hits[kLanes];
-  float footprints_m[kLanes] = {};
-  for (int k = 0; k < count; ++k) {
-    const Walk& walk = *alike->walks[static_cast<size_t>(k)];
-    hits[k] = &walk.here().hit;
-    footprints_m[k] = walk.width();
-  }
-  const Look8 look = scene_.Look({hits, static_cast<size_t>(count)}, footprints_m);
+  Sight sights[kLanes];
+  for (int k = 0; k < count; ++k) sights[k] = alike->walks[static_cast<size_t>(k)]->sight();
+  const Look8 look = scene_.Look({sights, static_cast<size_t>(count)});
   for (int k = 0; k < count; ++k) {
     Here* here = alike->walks[static_cast<size_t>(k)]->here();
     here->surface = look.surface.Get(k);
@@ -544,8 +539,13 @@ void PathTracer::Look(Alike* alike) {
 void PathTracer::ScatterGroup() {
   if (group_->size == 0) return;
   const Scatter8 scatter(group_->at);
-  const Shadow8 shadow = scatter.Light(options_.direct == DirectLight::kBoth);
-  const Onward8 onward = scatter.Onward();
+  Shadow8 shadow{};
+  Onward8 onward{};
+  // Where only guides are wanted, only mirrors lead on.
+  if (!options_.only_guides || Any(scatter.bsdf().mirror_like())) {
+    shadow = scatter.Light(options_.direct == DirectLight::kBoth);
+    onward = scatter.Onward();
+  }
   for (int lane = 0; lane < group_->size; ++lane) {
     group_->reached[lane].walk->Depart(*group_, lane, shadow, onward, scatter);
   }
@@ -566,14 +566,10 @@ void PathTracer::TraceTogether(std::span<Path> paths) {
     for (Walk* walk : under_way_) walk->Draw();
     for (size_t k = 0; k < under_way_.size(); ++k) under_way_[k]->Meet(&meeting_->here[k]);
     LookAtSurfaces();
-    for (std::span<Walk* const> left = under_way_; !left.empty();) {
-      const auto some = left.first(std::min<size_t>(left.size(), kLanes));
-      Walk::ChooseLights(some, meeting_.get());
-      for (size_t k = 0; k < some.size(); ++k) {
-        if (!some[k]->Reach(meeting_.get(), static_cast<int>(k), group_.get())) continue;
-        if (++group_->size == kLanes) ScatterGroup();
-      }
-      left = left.subspan(some.size());
+    Walk::ChooseLights(under_way_, meeting_.get());
+    for (size_t k = 0; k < under_way_.size(); ++k) {
+      if (!under_way_[k]->Reach(*meeting_, k, group_.get())) continue;
+      if (++group_->size == kLanes) ScatterGroup();
     }
     ScatterGroup();
     for (Walk* walk : under_way_) walk->GatherLight();

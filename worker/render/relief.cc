@@ -8,9 +8,6 @@ namespace {
 // Relief is a few millimetres high: a wider footprint than this averages it away.
 constexpr float kWidestRelief_m = 0.1f;
 
-// Summed in the order of Eigen's: one hit and eight get the same bits.
-Float8 Inner(const Vec3x8& a, const Vec3x8& b) { return a.x * b.x + (a.y * b.y + a.z * b.z); }
-
 }  // namespace
 
 Vec3x8 BendNormals(const Material& material, const SurfacePoint8& points, const Faces8& faces,
@@ -39,7 +36,7 @@ Vec3x8 BendNormals(const Material& material, const SurfacePoint8& points, const 
   const Float8 dx = slope(frame.x), dy = slope(frame.y);
   const Mask8 bent = seen & ((dx != 0) | (dy != 0));
   const Vec3x8 normal = frame.z - frame.x * dx - frame.y * dy;
-  return Select(bent, normal / Sqrt(Inner(normal, normal)), normals);
+  return Select(bent, normal / Norm(normal), normals);
 }
 
 }  // namespace parallax

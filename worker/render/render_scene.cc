@@ -73,9 +73,30 @@ struct alignas(32) RenderScene::Vertex {
 
   Vertex() = default;
   Vertex(const Vec3f& n, const Vec3f& t, const Vec2f& at) : normal(n), texture(t), uv(at) {}
-  explicit Vertex(Float8 all) { _mm256_store_ps(normal.data(), all); }
   Float8 Load() const { return _mm256_load_ps(normal.data()); }
 };
+
+namespace {
+
+const Sight& SightAt(std::span<const Sight> hits, int lane) {
+  return hits[std::min(static_cast<size_t>(lane), hits.size() - 1)];
+}
+
+// Eight vertices as they are loaded, or what is between them.
+struct Vertices8 {
+  Vec3x8 normal, texture;
+  Float8 u, v;
+
+  explicit Vertices8(Float8 rows[kLanes]) {
+    Transpose(rows);
+    normal = {rows[0], rows[1], rows[2]};
+    texture = {rows[3], rows[4], rows[5]};
+    u = rows[6];
+    v = rows[7];
+  }
+};
+
+}  // namespace
 
 // What a hit reads stands first and is one step away: shading waits for memory more than it
 // computes.
@@ -145,11 +166,11 @@ absl::StatusOr<std::unique_ptr<RenderScene>> RenderScene::Build(SceneGeometry ge
 }
 
 Vec3f RenderScene::Passes(const RawHit& raw, const Vec3f& direction) const {
-  const SurfaceHit hit = Resolve(raw);
-  const MaterialTraits& traits = traits_[hit.material];
+  const SurfaceId id = Identify(raw);
+  const MaterialTraits& traits = traits_[id.material];
   if (!traits.may_be_open && !traits.may_be_thin) return Vec3f::Zero();
-  const SurfaceSample surface = Evaluate(hit, 0.001f);
-  const float cosine = std::min(1.0f, std::abs(direction.dot(hit.geometric_normal)));
+  const SurfaceSample surface = Evaluate({&raw, &id, 0.001f});
+  const float cosine = std::min(1.0f, std::abs(direction.dot(id.geometric_normal)));
   const float opacity = std::clamp(surface.opacity, 0.0f, 1.0f);
   Vec3f passes = Vec3f::Constant(1.0f - opacity);
   if (traits.may_be_thin && surface.thin_walled) {
@@ -308,91 +329,93 @@ SurfaceId RenderScene::Identify(const RawHit& raw) const {
   return id;
 }
 
-SurfaceHit RenderScene::Resolve(const RawHit& raw) const {
-  SurfaceHit hit;
-  Resolve(raw, Identify(raw), &hit);
-  return hit;
+Interpolated8 RenderScene::Interpolate(std::span<const Sight> hits) const {
+  Float8 here[kLanes], to_b[kLanes], to_c[kLanes];
+  Vec3x8 bent, geometric;
+  Float8 scale, doubled_area, footprint_m;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const Sight& hit = SightAt(hits, lane);
+    const Body& body = bodies_[hit.raw->placed];
+    const Triangle& t = body.triangles[hit.raw->triangle];
+    const Float8 a = body.vertices[t.a].Load();
+    to_b[lane] = body.vertices[t.b].Load() - a;
+    to_c[lane] = body.vertices[t.c].Load() - a;
+    here[lane] = a + hit.raw->u * to_b[lane] + hit.raw->v * to_c[lane];
+    bent.Set(lane, body.normal_from_object * Vec3f(here[lane][0], here[lane][1], here[lane][2]));
+    geometric.Set(lane, hit.id->geometric_normal);
+    scale[lane] = body.scale;
+    doubled_area[lane] = hit.id->doubled_area;
+    footprint_m[lane] = hit.footprint_m;
+  }
+  const Vertices8 at(here), b(to_b), c(to_c);
+  Interpolated8 out;
+  SurfacePoint8& points = out.points;
+  points.count = static_cast<int>(hits.size());
+  points.texture_m = at.texture * scale;
+  points.u = at.u;
+  points.v = at.v;
+
+  const Float8 length = Norm(at.normal);
+  points.normal = at.normal * (1.0f / length);
+  const Mask8 none = ~(length > 1e-6f);
+  for (int lane = 0; Any(none) && lane < kLanes; ++lane) {
+    if (none[lane]) points.normal.Set(lane, FirstNormal(*SightAt(hits, lane).raw));
+  }
+  const Float8 bent_length = Norm(bent);
+  const Vec3x8 normal =
+      Select(bent_length > 1e-12f, bent * (1.0f / bent_length), geometric);
+  out.shading_normal = Select(Inner(normal, geometric) < 0.0f, -normal, normal);
+
+  const Vec3x8 cross = Cross(b.texture, c.texture);
+  const Float8 cross_length = Norm(cross);
+  points.texture_normal =
+      Select(cross_length > 1e-20f, cross * (1.0f / cross_length), Vec3x8::Zero());
+  const Float8 uv_area = Abs(b.u * c.v - b.v * c.u);
+  points.footprint_m = footprint_m;
+  points.footprint_uv =
+      footprint_m * Sqrt(doubled_area > 0.0f ? uv_area / doubled_area : Splat(0));
+  out.faces.texture_edge[0] = b.texture * scale;
+  out.faces.texture_edge[1] = c.texture * scale;
+  out.faces.u_edge[0] = b.u;
+  out.faces.u_edge[1] = c.u;
+  out.faces.v_edge[0] = b.v;
+  out.faces.v_edge[1] = c.v;
+  return out;
 }
 
-void RenderScene::Resolve(const RawHit& raw, const SurfaceId& id, SurfaceHit* resolved) const {
+Vec3f RenderScene::FirstNormal(const RawHit& raw) const {
   const Body& body = bodies_[raw.placed];
-  const Triangle& t = body.triangles[raw.triangle];
-  const Float8 corner = body.vertices[t.a].Load();
-  const Float8 to_b = body.vertices[t.b].Load() - corner, to_c = body.vertices[t.c].Load() - corner;
-  const Vertex here(corner + raw.u * to_b + raw.v * to_c), b(to_b), c(to_c);
-
-  SurfaceHit& hit = *resolved;
-  hit.placed = raw.placed;
-  hit.triangle = raw.triangle;
-  hit.slot = id.slot;
-  hit.material = id.material;
-  hit.position = raw.position;
-  hit.geometric_normal = id.geometric_normal;
-  hit.point.texture_m = body.scale * here.texture;
-  hit.point.uv = here.uv;
-
-  const Vec3f& n = here.normal;
-  const Vec3f bent = body.normal_from_object * n;
-  const Vec3f texture_cross = b.texture.cross(c.texture);
-  const float uv_area = std::abs(b.uv.x() * c.uv.y() - b.uv.y() * c.uv.x());
-  const Eigen::Array4f squares(n.squaredNorm(), bent.squaredNorm(), texture_cross.squaredNorm(),
-                               id.doubled_area > 0.0f ? uv_area / id.doubled_area : 0.0f);
-  const Eigen::Array4f lengths = squares.sqrt(), inverse = lengths.inverse();
-  hit.point.normal = lengths[0] > 1e-6f ? Vec3f(n * inverse[0]) : body.vertices[t.a].normal;
-  hit.shading_normal = lengths[1] > 1e-12f ? Vec3f(bent * inverse[1]) : hit.geometric_normal;
-  if (hit.shading_normal.dot(hit.geometric_normal) < 0.0f) hit.shading_normal = -hit.shading_normal;
-  hit.point.texture_normal =
-      lengths[2] > 1e-20f ? Vec3f(texture_cross * inverse[2]) : Vec3f(Vec3f::Zero());
-  hit.uv_per_metre = lengths[3];
+  return body.vertices[body.triangles[raw.triangle].a].normal;
 }
 
-SurfaceSample RenderScene::Evaluate(const SurfaceHit& hit, float footprint_m) const {
-  const Material* material = geometry_.materials[hit.material].get();
+Vec3f RenderScene::ShadingNormal(const RawHit& raw, const SurfaceId& id) const {
+  const Sight hit{&raw, &id, 0};
+  return Interpolate({&hit, 1}).shading_normal.Get(0);
+}
+
+SurfaceSample RenderScene::Evaluate(const Sight& hit) const {
+  const Material* material = geometry_.materials[hit.id->material].get();
   if (!material) return {};
-  SurfacePoint point = hit.point;
-  point.footprint_m = footprint_m;
-  point.footprint_uv = footprint_m * hit.uv_per_metre;
-  return material->Evaluate(point);
+  return material->Evaluate(Interpolate({&hit, 1}).points).Get(0);
 }
 
-Faces8 RenderScene::FacesOf(std::span<const SurfaceHit* const> hits) const {
-  Faces8 faces;
-  for (int lane = 0; lane < kLanes; ++lane) {
-    const SurfaceHit& hit = *hits[std::min(static_cast<size_t>(lane), hits.size() - 1)];
-    const Body& body = bodies_[hit.placed];
-    const Triangle& t = body.triangles[hit.triangle];
-    Vec3f corners[3];
-    Corners(hit.placed, hit.triangle, corners);
-    const Vertex& corner = body.vertices[t.a];
-    for (int k = 0; k < 2; ++k) {
-      const Vertex& other = body.vertices[k == 0 ? t.b : t.c];
-      faces.edge[k].Set(lane, corners[k + 1] - corners[0]);
-      faces.texture_edge[k].Set(lane, body.scale * (other.texture - corner.texture));
-      faces.u_edge[k][lane] = other.uv.x() - corner.uv.x();
-      faces.v_edge[k][lane] = other.uv.y() - corner.uv.y();
-    }
-  }
-  return faces;
-}
-
-Look8 RenderScene::Look(std::span<const SurfaceHit* const> hits, const float* footprints_m) const {
-  const uint32_t index = hits[0]->material;
+Look8 RenderScene::Look(std::span<const Sight> hits) const {
+  const uint32_t index = hits[0].id->material;
+  Interpolated8 at = Interpolate(hits);
   Look8 look;
-  SurfacePoint point[kLanes];
-  for (int lane = 0; lane < kLanes; ++lane) {
-    const size_t k = std::min(static_cast<size_t>(lane), hits.size() - 1);
-    look.shading_normal.Set(lane, hits[k]->shading_normal);
-    point[lane] = hits[k]->point;
-    point[lane].footprint_m = footprints_m[k];
-    point[lane].footprint_uv = footprints_m[k] * hits[k]->uv_per_metre;
-  }
+  look.shading_normal = at.shading_normal;
   const Material* material = geometry_.materials[index].get();
   if (!material) return look;
-  const SurfacePoint8 points({point, hits.size()});
-  look.surface = material->Evaluate(points);
-  if (traits_[index].has_relief) {
-    look.shading_normal = BendNormals(*material, points, FacesOf(hits), look.shading_normal);
+  look.surface = material->Evaluate(at.points);
+  if (!traits_[index].has_relief) return look;
+
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const RawHit& raw = *SightAt(hits, lane).raw;
+    Vec3f corners[3];
+    Corners(raw.placed, raw.triangle, corners);
+    for (int k = 0; k < 2; ++k) at.faces.edge[k].Set(lane, corners[k + 1] - corners[0]);
   }
+  look.shading_normal = BendNormals(*material, at.points, at.faces, at.shading_normal);
   return look;
 }
 

@@ -17,23 +17,32 @@
 
 namespace parallax {
 
-// What a hit means, world frame.
-struct SurfaceHit {
-  Vec3f position = Vec3f::Zero();
-  Vec3f geometric_normal = Vec3f::UnitZ();  // Unit, on the side of counter-clockwise winding.
-  Vec3f shading_normal = Vec3f::UnitZ();    // Unit, interpolated, on the same side.
-  SurfacePoint point;                       // For the material; footprint not set.
-  float uv_per_metre = 0;                   // Of the triangle.
-  uint32_t placed = 0;
-  uint32_t triangle = 0;
+// Which surface a hit is on; all that the radiance cache asks for.
+struct SurfaceId {
+  Vec3f geometric_normal = Vec3f::UnitZ();  // World, unit, on the side of counter-clockwise winding.
+  float doubled_area = 0;                   // Of the triangle, m^2.
   uint16_t slot = 0;
   uint32_t material = 0;  // SceneMaterial.index; 0 = none bound.
 };
 
-// What up to eight hits look like.
+// A hit that is to be looked at. Borrowed.
+struct Sight {
+  const RawHit* raw = nullptr;
+  const SurfaceId* id = nullptr;
+  float footprint_m = 0;  // Of the ray.
+};
+
+// Where eight hits are. Lanes beyond the last hold a copy of it.
+struct Interpolated8 {
+  SurfacePoint8 points;   // For their materials.
+  Vec3x8 shading_normal;  // World, unit, on the side of the geometric one.
+  Faces8 faces;           // All but the edges in the world.
+};
+
+// What eight hits look like.
 struct Look8 {
   SurfaceSample8 surface;
-  Vec3x8 shading_normal;  // As in SurfaceHit, bent by the material's relief.
+  Vec3x8 shading_normal;  // Bent by the material's relief.
 };
 
 // What sampling a material at many points says about it, so that nobody asks it needlessly.
@@ -45,14 +54,6 @@ struct MaterialTraits {
   bool has_relief = false;           // Height is not constant.
   // Open, transmissive or emissive somewhere: what it sends out is not only what it scatters.
   bool needs_tracing = false;
-};
-
-// The little of a hit that the radiance cache asks for.
-struct SurfaceId {
-  Vec3f geometric_normal = Vec3f::UnitZ();  // As in SurfaceHit.
-  float doubled_area = 0;                   // Of the triangle, m^2.
-  uint16_t slot = 0;
-  uint32_t material = 0;
 };
 
 class RenderScene final : public ShadowFilter {
@@ -80,16 +81,18 @@ class RenderScene final : public ShadowFilter {
   }
   Vec3f Passes(const RawHit& hit, const Vec3f& direction) const override;
 
-  // Begin to fetch from memory what Identify, and what Resolve reads beyond that.
+  // Begin to fetch from memory what Identify, and what Interpolate reads beyond that.
   void Prefetch(const RawHit& hit) const;
   void PrefetchVertices(const RawHit& hit) const;
   SurfaceId Identify(const RawHit& hit) const;
-  SurfaceHit Resolve(const RawHit& hit) const;
-  void Resolve(const RawHit& hit, const SurfaceId& id, SurfaceHit* resolved) const;
-  // The surface there; objects without a material are plain grey.
-  SurfaceSample Evaluate(const SurfaceHit& hit, float footprint_m) const;
-  // Of up to eight hits of one material, each with its own footprint.
-  Look8 Look(std::span<const SurfaceHit* const> hits, const float* footprints_m) const;
+  // Of one to eight hits.
+  Interpolated8 Interpolate(std::span<const Sight> hits) const;
+  // Of one to eight hits on one material; objects without a material are plain grey.
+  Look8 Look(std::span<const Sight> hits) const;
+  // Interpolated, without relief; as in Interpolated8.
+  Vec3f ShadingNormal(const RawHit& hit, const SurfaceId& id) const;
+  // The surface there, without its relief.
+  SurfaceSample Evaluate(const Sight& hit) const;
   // A triangle's corners in the world, as rays see them.
   void Corners(uint32_t placed, uint32_t triangle, Vec3f corners[3]) const;
 
@@ -107,7 +110,7 @@ class RenderScene final : public ShadowFilter {
   static std::shared_ptr<const std::vector<Vertex>> Pack(const Mesh& mesh);
   bool LetsLightThrough(const PlacedMesh& placed) const;
   void ProbeMaterials();
-  Faces8 FacesOf(std::span<const SurfaceHit* const> hits) const;
+  Vec3f FirstNormal(const RawHit& hit) const;
 
   SceneGeometry geometry_;
   std::vector<Body> bodies_;

@@ -55,11 +55,8 @@ class Filler {
     const auto views = static_cast<int64_t>(2 * rigs_.size());
     const auto view = static_cast<size_t>(index % views);
     const PinholeCamera& camera = rigs_[view / 2].eyes[view % 2];
-    Path path{
-        {},
-        Sampler(stream_hash_, static_cast<uint32_t>(view), 0, static_cast<uint32_t>(index / views)),
-        nullptr,
-        {}};
+    Path path(Sampler(stream_hash_, static_cast<uint32_t>(view), 0,
+                      static_cast<uint32_t>(index / views)));
     const Vec2f at = path.sampler.Pair();
     path.ray = CameraRays(camera).Through(at.x() * static_cast<float>(camera.width_px),
                                           at.y() * static_cast<float>(camera.height_px));

@@ -1,8 +1,9 @@
 // Rays of a pinhole camera, in single precision.
 #pragma once
 
+#include "common/math/lanes.h"
 #include "worker/render/camera.h"
-#include "worker/render/render_scene.h"
+#include "worker/render/ray_trees.h"
 
 namespace parallax {
 
@@ -18,6 +19,12 @@ class CameraRays {
   // The ray through the point (x, y) of the picture, in pixels; its cone is a pixel wide.
   Ray Through(float x, float y) const {
     return {origin_, (corner_ + x * right_ + y * down_).normalized(), 0, spread_};
+  }
+  // The first `count` of eight.
+  void Through(Float8 x, Float8 y, int count, Ray* const* rays) const {
+    const Vec3x8 to = corner_ + right_ * x + down_ * y;
+    const Vec3x8 direction = to / Norm(to);
+    for (int k = 0; k < count; ++k) *rays[k] = {origin_, direction.Get(k), 0, spread_};
   }
 
  private:

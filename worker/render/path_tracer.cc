@@ -102,9 +102,10 @@ class PathTracer::Walk {
   // surface scatter there in groups.
   static void IntersectAll(std::span<Walk* const> walks);
   void Identify();
+  static void AskCache(std::span<Walk* const> walks);
   // With what the cache knows, if it does.
   bool EndInCache();
-  void Draw() { numbers_ = path_->sampler.FourPairs(); }
+  static void Draw(std::span<Walk* const> walks);
   // Where the surface is and which side is seen, not yet what it is like.
   void Meet(Here* here);
   // Chooses the light that each will take a sample of, for eight at a time.
@@ -142,7 +143,8 @@ class PathTracer::Walk {
   static void IntersectPacket(std::span<Walk* const> walks);
   void Met(bool met);
   void Escape();
-  void AskCache();
+  bool MayAskCache() const;
+  CachePlace Place() const;
   Vec3f MeshLight(uint16_t slot, float cosine) const;
   void AddEmission(const Here& here);
   // Straight on through a hole or a thin pane.
@@ -172,7 +174,7 @@ class PathTracer::Walk {
   RawHit raw_;
   float width_ = 0;  // Of the ray's cone there.
   SurfaceId id_;
-  CacheQuestion question_;
+  uint64_t question_ = 0;  // To the cache.
   Here* here_ = nullptr;
   ShadowRay shadow_;
   LightTrial* trial_ = nullptr;  // Where the cache's filler wants to know of it.
@@ -231,9 +233,6 @@ void PathTracer::Walk::Identify() {
   if (!met_) return Escape();
   width_ = ray_.width_m + ray_.spread * raw_.distance;
   id_ = scene().Identify(raw_);
-  question_ = {};
-  if (options().cache) AskCache();
-  if (!question_.asked()) scene().PrefetchVertices(raw_);
 }
 
 void PathTracer::Walk::Escape() {
@@ -244,19 +243,58 @@ void PathTracer::Walk::Escape() {
   if (!guided_) result().albedo = sky.cwiseMin(1.0f).cwiseProduct(tint_);
 }
 
-void PathTracer::Walk::AskCache() {
-  if (bounce_ < options().cache_from || !guided_) return path_->sampler.Skip();
-  const Vec2f jitter = path_->sampler.Pair();
-  if (scene().traits(id_.material).needs_tracing) return;
+CachePlace PathTracer::Walk::Place() const {
   const bool front = ray_.direction.dot(id_.geometric_normal) < 0.0f;
-  const CachePlace place{raw_.position, front ? id_.geometric_normal : Vec3f(-id_.geometric_normal),
-                         raw_.placed, id_.slot};
-  question_ = options().cache->Ask(place, jitter, width_ / options().cache_footprint);
+  return {raw_.position, front ? id_.geometric_normal : Vec3f(-id_.geometric_normal), raw_.placed,
+          id_.slot};
+}
+
+bool PathTracer::Walk::MayAskCache() const {
+  return options().cache && bounce_ >= options().cache_from && guided_;
+}
+
+// By eights. Those that need no answer begin to fetch what shading reads.
+void PathTracer::Walk::AskCache(std::span<Walk* const> walks) {
+  CacheQuestions8 questions;
+  Walk* asking[kLanes];
+  Sampler* samplers[kLanes];
+  const auto ask = [&] {
+    if (questions.count == 0) return;
+    Sampler::Pairs(samplers, questions.count, &questions.jitter_u, &questions.jitter_v);
+    uint64_t keys[kLanes];
+    asking[0]->options().cache->Ask(questions, keys);
+    for (int k = 0; k < questions.count; ++k) {
+      asking[k]->question_ = keys[k];
+      if (keys[k] == 0) asking[k]->scene().PrefetchVertices(asking[k]->raw_);
+    }
+    questions.count = 0;
+  };
+  for (Walk* walk : walks) {
+    walk->question_ = 0;
+    if (!walk->MayAskCache()) {
+      if (walk->options().cache) walk->path_->sampler.Skip();
+      walk->scene().PrefetchVertices(walk->raw_);
+      continue;
+    }
+    const int lane = questions.count++;
+    asking[lane] = walk;
+    samplers[lane] = &walk->path_->sampler;
+    const CachePlace place = walk->Place();
+    questions.position.Set(lane, place.position);
+    questions.normal.Set(lane, place.normal);
+    questions.placed[lane] = place.placed;
+    questions.slot[lane] = place.slot;
+    questions.widest_m[lane] = walk->scene().traits(walk->id_.material).needs_tracing
+                                   ? 0.0f
+                                   : walk->width_ / walk->options().cache_footprint;
+    if (questions.count == kLanes) ask();
+  }
+  ask();
 }
 
 bool PathTracer::Walk::EndInCache() {
   Vec3f cached;
-  if (!options().cache || !options().cache->Answer(question_, &cached)) return false;
+  if (question_ == 0 || !options().cache->Answer(question_, Place(), &cached)) return false;
   const float cosine = -ray_.direction.dot(id_.geometric_normal);
   if (cosine > 0.0f && FoundByBsdf() && lights().IsMeshLight(raw_.placed, id_.slot)) {
     Add(throughput_.cwiseProduct(MeshLight(id_.slot, cosine)));
@@ -294,6 +332,19 @@ void PathTracer::Walk::Guide(const Vec3f& albedo, const Vec3f& normal) {
   result().albedo = albedo.cwiseProduct(tint_);
   result().normal = normal;
   guided_ = true;
+}
+
+void PathTracer::Walk::Draw(std::span<Walk* const> walks) {
+  for (size_t first = 0; first < walks.size(); first += kLanes) {
+    const auto some = walks.subspan(first, std::min<size_t>(kLanes, walks.size() - first));
+    Sampler* samplers[kLanes];
+    for (size_t k = 0; k < some.size(); ++k) samplers[k] = &some[k]->path_->sampler;
+    for (size_t pair = 0; pair < 4; ++pair) {
+      Float8 u, v;
+      Sampler::Pairs(samplers, static_cast<int>(some.size()), &u, &v);
+      for (size_t k = 0; k < some.size(); ++k) some[k]->numbers_[pair] = {u[k], v[k]};
+    }
+  }
 }
 
 void PathTracer::Walk::Meet(Here* here) {
@@ -503,7 +554,7 @@ void PathTracer::Trace(std::span<Path> paths) {
 }
 
 PathResult PathTracer::Trace(const Ray& ray, const Sampler& sampler) {
-  Path path{ray, sampler, nullptr, {}};
+  Path path(sampler, ray);
   TraceTogether({&path, 1});
   return path.result;
 }
@@ -562,8 +613,9 @@ void PathTracer::TraceTogether(std::span<Path> paths) {
     Walk::IntersectAll(under_way_);
     for (Walk* walk : under_way_) walk->Identify();
     drop_ended();
+    Walk::AskCache(under_way_);
     std::erase_if(under_way_, [](Walk* walk) { return walk->EndInCache(); });
-    for (Walk* walk : under_way_) walk->Draw();
+    Walk::Draw(under_way_);
     for (size_t k = 0; k < under_way_.size(); ++k) under_way_[k]->Meet(&meeting_->here[k]);
     LookAtSurfaces();
     Walk::ChooseLights(under_way_, meeting_.get());

@@ -64,6 +64,8 @@ struct PathResult {
 
 // A path from its camera ray on.
 struct Path {
+  explicit Path(const Sampler& draws, const Ray& start = {}) : ray(start), sampler(draws) {}
+
   Ray ray;
   Sampler sampler;
   PathTrail* trail = nullptr;  // Its surfaces are written there. Borrowed.

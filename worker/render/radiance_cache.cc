@@ -27,6 +27,13 @@ uint32_t FaceOf(const Vec3f& normal) {
   normal.cwiseAbs().maxCoeff(&axis);
   return static_cast<uint32_t>(2 * axis) + (normal[axis] < 0.0f ? 1 : 0);
 }
+Int8 FaceOf(const Vec3x8& normal) {
+  const Float8 x = Abs(normal.x), y = Abs(normal.y), z = Abs(normal.z);
+  const Mask8 by_x = (x >= y) & (x >= z), by_y = y >= z;
+  const Mask8 back =
+      by_x ? normal.x < 0.0f : (by_y ? normal.y < 0.0f : normal.z < 0.0f);  // -1 where it is.
+  return (by_x ? Int8{} : (by_y ? Int8{} + 2 : Int8{} + 4)) - back;
+}
 
 // Walls stand at round numbers: cubes must not have their faces there.
 const Vec3f kShift_m(0.0137f, 0.0219f, 0.0171f);
@@ -45,14 +52,34 @@ float CacheGrid::WidthAt(const Vec3f& position) const {
   return std::ldexp(cell_m_, std::ilogb(std::sqrt(d2) / kFullDetail_m));
 }
 
+Float8 CacheGrid::WidthAt(const Vec3x8& position) const {
+  const auto beyond = [](Float8 x, float low, float high) {
+    return Max(Max(low - x, x - high), 0.0f);
+  };
+  const Vec3f &low = eyes_.min(), &high = eyes_.max();
+  const Vec3x8 out{beyond(position.x, low.x(), high.x()), beyond(position.y, low.y(), high.y()),
+                   beyond(position.z, low.z(), high.z())};
+  Float8 width = Splat(cell_m_);
+  const Mask8 far = Dot(out, out) >= Square(2 * kFullDetail_m);
+  for (int lane = 0; Any(far) && lane < kLanes; ++lane) {
+    if (far[lane]) width[lane] = WidthAt(position.Get(lane));
+  }
+  return width;
+}
+
 uint64_t CacheGrid::KeyOf(const CachePlace& place, float width_m) {
   const Eigen::Vector3i cube =
       ((place.position + kShift_m) * (1.0f / width_m)).array().floor().cast<int>().matrix();
+  return KeyOf(cube, FaceOf(place.normal), place.placed, place.slot, width_m);
+}
+
+uint64_t CacheGrid::KeyOf(const Eigen::Vector3i& cube, uint32_t face, uint32_t placed,
+                          uint16_t slot, float width_m) {
   const auto bits = [](int x) { return static_cast<uint64_t>(static_cast<uint32_t>(x)); };
   const uint64_t a = bits(cube.x()) | bits(cube.y()) << 32;
-  const uint64_t b = bits(cube.z()) | static_cast<uint64_t>(FaceOf(place.normal)) << 32 |
-                     static_cast<uint64_t>(place.slot) << 35;
-  const uint64_t c = place.placed | static_cast<uint64_t>(std::bit_cast<uint32_t>(width_m)) << 32;
+  const uint64_t b = bits(cube.z()) | static_cast<uint64_t>(face) << 32 |
+                     static_cast<uint64_t>(slot) << 35;
+  const uint64_t c = placed | static_cast<uint64_t>(std::bit_cast<uint32_t>(width_m)) << 32;
   return Mix(a * 0x9e3779b97f4a7c15u + b * 0xc2b2ae3d27d4eb4fu + c * 0x165667b19e3779f9u) | 1u;
 }
 
@@ -65,24 +92,30 @@ const RadianceCache::Entry* RadianceCache::Find(uint64_t key) const {
   }
 }
 
-CacheQuestion RadianceCache::Ask(const CachePlace& place, const Vec2f& jitter,
-                                 float widest_m) const {
-  CacheQuestion question{place, 0};
-  if (cells_ == 0) return question;
-  const float width = grid_.WidthAt(place.position);
-  if (widest_m < width) return question;
-  const ShadingFrame frame(place.normal);
-  CachePlace moved = place;
-  moved.position += width * ((jitter.x() - 0.5f) * frame.x + (jitter.y() - 0.5f) * frame.y);
-  question.key = CacheGrid::KeyOf(moved, width);
-  __builtin_prefetch(&table_[(question.key >> 1) & (table_.size() - 1)]);
-  return question;
+void RadianceCache::Ask(const CacheQuestions8& questions, uint64_t* keys) const {
+  std::fill_n(keys, questions.count, uint64_t{0});
+  if (cells_ == 0) return;
+  const Float8 width = grid_.WidthAt(questions.position);
+  const Mask8 asked = width <= questions.widest_m;
+  const Frame8 frame(questions.normal);
+  const Vec3x8 moved =
+      questions.position +
+      (frame.x * (questions.jitter_u - 0.5f) + frame.y * (questions.jitter_v - 0.5f)) * width;
+  const Vec3x8 cube = (moved + kShift_m) * (1.0f / width);
+  const Int8 x = ToInt(Floor(cube.x)), y = ToInt(Floor(cube.y)), z = ToInt(Floor(cube.z));
+  const Int8 face = FaceOf(questions.normal);
+  for (int lane = 0; lane < questions.count; ++lane) {
+    if (asked[lane] == 0) continue;
+    keys[lane] =
+        CacheGrid::KeyOf({x[lane], y[lane], z[lane]}, static_cast<uint32_t>(face[lane]),
+                         questions.placed[lane], questions.slot[lane], width[lane]);
+    __builtin_prefetch(&table_[(keys[lane] >> 1) & (table_.size() - 1)]);
+  }
 }
 
-bool RadianceCache::Answer(const CacheQuestion& question, Vec3f* radiance) const {
-  if (!question.asked()) return false;
-  const Entry* entry = Find(question.key);
-  if (!entry) entry = Find(grid_.KeyOf(question.place));
+bool RadianceCache::Answer(uint64_t key, const CachePlace& place, Vec3f* radiance) const {
+  const Entry* entry = Find(key);
+  if (!entry) entry = Find(grid_.KeyOf(place));
   if (!entry) return false;
   *radiance = UnpackRadiance(entry->radiance);
   return true;

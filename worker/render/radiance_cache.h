@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/math/lanes.h"
 #include "common/math/types.h"
 
 namespace parallax {
@@ -38,32 +39,40 @@ class CacheGrid {
   CacheGrid(const Box3f& eyes, float cell_m) : eyes_(eyes), cell_m_(cell_m) {}
 
   float WidthAt(const Vec3f& position) const;
+  Float8 WidthAt(const Vec3x8& position) const;
   // Names the cell of a place among those of this width; never 0.
   static uint64_t KeyOf(const CachePlace& place, float width_m);
   uint64_t KeyOf(const CachePlace& place) const { return KeyOf(place, WidthAt(place.position)); }
+  // `cube`: its number among those of this width; `face`: one of the six ways to face.
+  static uint64_t KeyOf(const Eigen::Vector3i& cube, uint32_t face, uint32_t placed, uint16_t slot,
+                        float width_m);
 
  private:
   Box3f eyes_ = Box3f(Vec3f::Zero(), Vec3f::Zero());
   float cell_m_ = 0.06f;
 };
 
-// What a path asks of the cache, and where the answer would stand.
-struct CacheQuestion {
-  CachePlace place;
-  uint64_t key = 0;
-  bool asked() const { return key != 0; }
+// What up to eight paths ask of the cache: what the surface scatters towards them where they are.
+struct CacheQuestions8 {
+  Vec3x8 position, normal;  // As in CachePlace.
+  uint32_t placed[kLanes];
+  uint16_t slot[kLanes];
+  Float8 jitter_u, jitter_v;  // In [0, 1): moves the question by up to half a cell along the
+                              // surface, so that cells have no edge.
+  Float8 widest_m;            // Not asked where cells are wider.
+  int count = 0;
 };
 
 class RadianceCache {
  public:
   RadianceCache() = default;
 
-  // What the surface scatters towards a viewer. `jitter`, in [0, 1)^2, moves the question by up to
-  // half a cell along the surface, so that cells have no edge. Not asked where cells are wider than
-  // `widest_m`. The memory that answers begins to be fetched.
-  CacheQuestion Ask(const CachePlace& place, const Vec2f& jitter, float widest_m) const;
-  // False when the cache does not know or was not asked.
-  bool Answer(const CacheQuestion& question, Vec3f* radiance) const;
+  // Where the answers would stand: a key for each; 0 = not asked. The memory that answers begins to
+  // be fetched.
+  void Ask(const CacheQuestions8& questions, uint64_t* keys) const;
+  // What the surface at `place` scatters towards a viewer, for a question asked there. False when
+  // the cache does not know.
+  bool Answer(uint64_t key, const CachePlace& place, Vec3f* radiance) const;
 
   size_t cells() const { return cells_; }
   size_t bytes() const { return table_.size() * sizeof(Entry); }

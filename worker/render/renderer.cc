@@ -223,11 +223,9 @@ class SceneRenderer final : public Renderer {
         const Vec2f jitter = sampler.Pair();
         const Vec2f at((static_cast<float>(column) + jitter.x()) / kColumns,
                        (static_cast<float>(row) + jitter.y()) / kRows);
-        paths.push_back({rays.Through(at.x() * static_cast<float>(camera.width_px),
-                                      at.y() * static_cast<float>(camera.height_px)),
-                         sampler,
-                         nullptr,
-                         {}});
+        Path& path = paths.emplace_back(sampler);
+        path.ray = rays.Through(at.x() * static_cast<float>(camera.width_px),
+                                at.y() * static_cast<float>(camera.height_px));
       }
       PathTracer(*geometry_, lights_, Options(0)).Trace(paths);
       float sum = 0;
@@ -317,15 +315,24 @@ class SceneRenderer final : public Renderer {
     const size_t count = pixels.size() * per_pixel;
     for (size_t begin = 0; begin < count && !cancel.cancelled(); begin += paths.size()) {
       paths.clear();
-      for (size_t i = begin; i < count && paths.size() < PathTracer::kTogether; ++i) {
-        const PixelAt& at = pixels[i / per_pixel];
-        Sampler sampler = sampler_of(at, static_cast<int>(i % per_pixel));
-        const Vec2f jitter = sampler.Pair();
-        paths.push_back({rays.Through(static_cast<float>(at.x) + jitter.x(),
-                                      static_cast<float>(at.y) + jitter.y()),
-                         sampler,
-                         nullptr,
-                         {}});
+      const size_t end = std::min(count, begin + PathTracer::kTogether);
+      for (size_t i = begin; i < end; i += kLanes) {
+        const int some = static_cast<int>(std::min<size_t>(kLanes, end - i));
+        Float8 x, y;
+        Sampler* samplers[kLanes];
+        Ray* starts[kLanes];
+        for (int k = 0; k < some; ++k) {
+          const size_t sample = i + static_cast<size_t>(k);
+          const PixelAt& at = pixels[sample / per_pixel];
+          Path& path = paths.emplace_back(sampler_of(at, static_cast<int>(sample % per_pixel)));
+          samplers[k] = &path.sampler;
+          starts[k] = &path.ray;
+          x[k] = static_cast<float>(at.x);
+          y[k] = static_cast<float>(at.y);
+        }
+        Float8 u, v;
+        Sampler::Pairs(samplers, some, &u, &v);
+        rays.Through(x + u, y + v, some, starts);
       }
       tracer.Trace(paths);
       for (size_t i = 0; i < paths.size(); ++i) {

@@ -10,7 +10,7 @@
 // blue-noise diffusion of Monte Carlo sampling error via hierarchical ordering of pixels", 2020.
 #pragma once
 
-#include <array>
+#include <algorithm>
 #include <cstdint>
 
 #include "common/math/lanes.h"
@@ -68,21 +68,21 @@ class Sampler {
             ToUnit(Scramble(SecondDimension(first), MixBits(seed + 2)))};
   }
 
-  // The next four pairs, as four calls of Pair give them, in half of the time: all side by side.
-  std::array<Vec2f, 4> FourPairs() {
-    const Lanes dimension = {0, 1, 2, 3, 0, 1, 2, 3};
-    const Lanes seeds = CombineHash(dimension * 0u + seed_, dimension + dimension_);
-    dimension_ += 4;
-    const Lanes first = Permute(dimension * 0u + Reverse(sample_), seeds);
-    const Lanes second = SecondDimension(first);
-    // First dimensions of all four pairs, then second ones.
-    const Lanes reversed = {first[0],  first[1],  first[2],  first[3],
-                            second[0], second[1], second[2], second[3]};
-    const Lanes offset = {1, 1, 1, 1, 2, 2, 2, 2};
-    const Lanes bits = Scramble(reversed, MixBits(seeds + offset));
-    std::array<Vec2f, 4> pairs;
-    for (size_t k = 0; k < 4; ++k) pairs[k] = {ToUnit(bits[k]), ToUnit(bits[k + 4])};
-    return pairs;
+  // The next pair of each of one to eight samplers, as Pair gives them. Lanes from `count` on hold
+  // copies of the last.
+  static void Pairs(Sampler* const* samplers, int count, Float8* u, Float8* v) {
+    Bits8 seed, sample, dimension;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const Sampler& from = *samplers[std::min(lane, count - 1)];
+      seed[lane] = from.seed_;
+      sample[lane] = from.sample_;
+      dimension[lane] = from.dimension_;
+    }
+    for (int lane = 0; lane < count; ++lane) ++samplers[lane]->dimension_;
+    seed = CombineHash(seed, dimension);
+    const Bits8 first = Permute(Reverse(sample), seed);
+    *u = ToUnit(Scramble(first, MixBits(seed + 1)));
+    *v = ToUnit(Scramble(SecondDimension(first), MixBits(seed + 2)));
   }
   // Leaves the next pair out.
   void Skip() { ++dimension_; }
@@ -101,8 +101,6 @@ class Sampler {
   }
 
  private:
-  using Lanes = Bits8;
-
   Sampler(uint32_t seed, uint32_t index) : seed_(seed), sample_(index) {}
   // The 16 low bits moved to the even places.
   static uint32_t Spread(uint32_t x) {
@@ -118,7 +116,7 @@ class Sampler {
     return ((x & 0x55555555u) << 1) | ((x >> 1) & 0x55555555u);
   }
   // Bytes by a shuffle, their halves by tables.
-  static Lanes Reverse(Lanes x) {
+  static Bits8 Reverse(Bits8 x) {
     const __m256i low = _mm256_set1_epi8(0x0f);
     const __m256i reversed = _mm256_broadcastsi128_si256(
         _mm_setr_epi8(0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15));
@@ -128,7 +126,7 @@ class Sampler {
     const __m256i high = _mm256_and_si256(_mm256_srli_epi16(bytes, 4), low);
     const __m256i first =
         _mm256_slli_epi16(_mm256_shuffle_epi8(reversed, _mm256_and_si256(bytes, low)), 4);
-    return (Lanes)_mm256_or_si256(first, _mm256_shuffle_epi8(reversed, high));
+    return (Bits8)_mm256_or_si256(first, _mm256_shuffle_epi8(reversed, high));
   }
   // Nested uniform scramble of a value whose most significant bit comes first: each bit is flipped
   // by a hash of the bits above it.
@@ -148,6 +146,7 @@ class Sampler {
     return x;
   }
   static float ToUnit(uint32_t x) { return static_cast<float>(x >> 8) * 0x1p-24f; }
+  static Float8 ToUnit(Bits8 x) { return ToFloat((Int8)(x >> 8)) * 0x1p-24f; }
 
   uint32_t seed_;
   uint32_t sample_;

@@ -98,28 +98,23 @@ struct Vertices8 {
 
 }  // namespace
 
-// What a hit reads stands first and is one step away: shading waits for memory more than it
-// computes.
-struct RenderScene::Body {
+// What a hit reads, in one line of the cache: shading waits for memory more than it computes.
+struct alignas(64) RenderScene::Body {
   const Triangle* triangles = nullptr;
-  const Vertex* vertices = nullptr;     // Object frame.
-  const Vec3f* positions = nullptr;     // World frame, or object frame when instanced.
-  const uint32_t* materials = nullptr;  // By slot.
-  uint32_t slots = 0;
-  bool instanced = false;
-  float scale = 1;
+  const Vertex* vertices = nullptr;  // Object frame.
   Mat3f normal_from_object = Mat3f::Identity();
+  float scale = 1;
+  uint32_t first_material = 0;  // In materials_, by slot.
+  uint16_t slots = 0;
+  bool instanced = false;
+};
+
+// What else is kept of it.
+struct RenderScene::Stored {
+  const Vec3f* positions = nullptr;  // World frame, or object frame when instanced.
   Eigen::Affine3f world_from_object = Eigen::Affine3f::Identity();
   std::shared_ptr<const Positions> owned_positions;
   std::shared_ptr<const std::vector<Vertex>> owned_vertices;
-
-  uint32_t MaterialOf(const Triangle& t) const { return t.slot < slots ? materials[t.slot] : 0; }
-
-  void SetPlace(const Eigen::Affine3f& place) {
-    world_from_object = place;
-    scale = std::cbrt(std::abs(place.linear().determinant()));
-    normal_from_object = place.linear().inverse().transpose();
-  }
 };
 
 std::shared_ptr<const std::vector<RenderScene::Vertex>> RenderScene::Pack(const Mesh& mesh) {
@@ -190,31 +185,45 @@ void RenderScene::StoreBodies(bool one_tree) {
   for (const PlacedMesh& placed : geometry_.meshes) ++uses[placed.mesh.get()];
   std::map<const Mesh*, std::shared_ptr<const Positions>> shared_positions;
   std::map<const Mesh*, std::shared_ptr<const std::vector<Vertex>>> packed;
+  static_assert(sizeof(Body) == 64);
   bodies_.resize(geometry_.meshes.size());
+  stored_.resize(geometry_.meshes.size());
   for (uint32_t i = 0; i < geometry_.meshes.size(); ++i) {
     const PlacedMesh& placed = geometry_.meshes[i];
     const Mesh& mesh = *placed.mesh;
+    const std::vector<uint32_t>& materials = placed.material_of_slot;
     Body& body = bodies_[i];
-    body.SetPlace(placed.world_from_object);
+    SetPlace(i, placed.world_from_object);
     body.triangles = mesh.triangles.data();
-    body.materials = placed.material_of_slot.data();
-    body.slots = static_cast<uint32_t>(placed.material_of_slot.size());
+    body.first_material = static_cast<uint32_t>(materials_.size());
+    body.slots = static_cast<uint16_t>(std::min<size_t>(materials.size(), UINT16_MAX));
+    materials_.insert(materials_.end(), materials.begin(), materials.end());
     body.instanced = movable_ || (uses[&mesh] > 1 && !one_tree);
     if (mesh.triangles.empty()) continue;
     for (const Vec3f& p : mesh.positions) bounds_.extend(placed.world_from_object * p);
     auto& vertices = packed[&mesh];
     if (!vertices) vertices = Pack(mesh);
-    body.owned_vertices = vertices;
+    stored_[i].owned_vertices = vertices;
     body.vertices = vertices->data();
     if (body.instanced) {
       auto& positions = shared_positions[&mesh];
       if (!positions) positions = Placed(mesh, Eigen::Affine3f::Identity());
-      body.owned_positions = positions;
+      stored_[i].owned_positions = positions;
     } else {
-      body.owned_positions = Placed(mesh, placed.world_from_object);
+      stored_[i].owned_positions = Placed(mesh, placed.world_from_object);
     }
-    body.positions = body.owned_positions->data();
+    stored_[i].positions = stored_[i].owned_positions->data();
   }
+}
+
+void RenderScene::SetPlace(size_t i, const Eigen::Affine3f& place) {
+  stored_[i].world_from_object = place;
+  bodies_[i].scale = std::cbrt(std::abs(place.linear().determinant()));
+  bodies_[i].normal_from_object = place.linear().inverse().transpose();
+}
+
+uint32_t RenderScene::MaterialOf(const Body& body, uint16_t slot) const {
+  return slot < body.slots ? materials_[body.first_material + slot] : 0;
 }
 
 absl::Status RenderScene::BuildTrees(int64_t memory_limit_bytes) {
@@ -223,7 +232,7 @@ absl::Status RenderScene::BuildTrees(int64_t memory_limit_bytes) {
   std::vector<TreeBody> bodies;
   for (size_t i = 0; i < bodies_.size(); ++i) {
     const PlacedMesh& placed = geometry_.meshes[i];
-    bodies.push_back({placed.mesh.get(), bodies_[i].positions, bodies_[i].instanced,
+    bodies.push_back({placed.mesh.get(), stored_[i].positions, bodies_[i].instanced,
                       LetsLightThrough(placed), placed.world_from_object});
   }
   TreeOptions options;
@@ -245,7 +254,7 @@ absl::Status RenderScene::Move(const std::vector<Eigen::Affine3f>& world_from_ob
   for (uint32_t i = 0; i < bodies_.size(); ++i) {
     const Eigen::Affine3f& place = world_from_object[i];
     geometry_.meshes[i].world_from_object = place;
-    bodies_[i].SetPlace(place);
+    SetPlace(i, place);
     const Mesh& mesh = *geometry_.meshes[i].mesh;
     if (mesh.triangles.empty()) continue;
     for (const Vec3f& p : mesh.positions) bounds_.extend(place * p);
@@ -291,11 +300,12 @@ void RenderScene::ProbeMaterials() {
 void RenderScene::Corners(uint32_t placed, uint32_t triangle, Vec3f corners[3]) const {
   const Body& body = bodies_[placed];
   const Triangle& t = body.triangles[triangle];
-  corners[0] = body.positions[t.a];
-  corners[1] = body.positions[t.b];
-  corners[2] = body.positions[t.c];
+  const Stored& stored = stored_[placed];
+  corners[0] = stored.positions[t.a];
+  corners[1] = stored.positions[t.b];
+  corners[2] = stored.positions[t.c];
   if (body.instanced) {
-    for (int k = 0; k < 3; ++k) corners[k] = body.world_from_object * corners[k];
+    for (int k = 0; k < 3; ++k) corners[k] = stored.world_from_object * corners[k];
   }
 }
 
@@ -309,10 +319,11 @@ void RenderScene::PrefetchVertices(const RawHit& raw) const {
   __builtin_prefetch(body.vertices + t.a);
   __builtin_prefetch(body.vertices + t.b);
   __builtin_prefetch(body.vertices + t.c);
-  if (!traits_[body.MaterialOf(t)].has_relief) return;
-  __builtin_prefetch(body.positions + t.a);
-  __builtin_prefetch(body.positions + t.b);
-  __builtin_prefetch(body.positions + t.c);
+  if (!traits_[MaterialOf(body, t.slot)].has_relief) return;
+  const Vec3f* positions = stored_[raw.placed].positions;
+  __builtin_prefetch(positions + t.a);
+  __builtin_prefetch(positions + t.b);
+  __builtin_prefetch(positions + t.c);
 }
 
 SurfaceId RenderScene::Identify(const RawHit& raw) const {
@@ -320,7 +331,7 @@ SurfaceId RenderScene::Identify(const RawHit& raw) const {
   const Triangle& t = body.triangles[raw.triangle];
   SurfaceId id;
   id.slot = t.slot;
-  id.material = body.MaterialOf(t);
+  id.material = MaterialOf(body, t.slot);
   const Vec3f cross =
       body.instanced ? Vec3f(body.normal_from_object * raw.edge_cross) : raw.edge_cross;
   const float length = cross.norm();

@@ -101,12 +101,15 @@ class RenderScene final : public ShadowFilter {
   const Box3f& bounds() const { return bounds_; }
 
  private:
-  struct Body;    // How one placed mesh is stored.
+  struct Body;    // One placed mesh.
+  struct Stored;  // The rest of it.
   struct Vertex;  // What shading reads of a vertex, packed for the cache.
 
   RenderScene();
   absl::Status BuildTrees(int64_t memory_limit_bytes);
   void StoreBodies(bool one_tree);
+  void SetPlace(size_t body, const Eigen::Affine3f& world_from_object);
+  uint32_t MaterialOf(const Body& body, uint16_t slot) const;
   static std::shared_ptr<const std::vector<Vertex>> Pack(const Mesh& mesh);
   bool LetsLightThrough(const PlacedMesh& placed) const;
   void ProbeMaterials();
@@ -114,6 +117,8 @@ class RenderScene final : public ShadowFilter {
 
   SceneGeometry geometry_;
   std::vector<Body> bodies_;
+  std::vector<Stored> stored_;       // As many.
+  std::vector<uint32_t> materials_;  // Of all bodies' slots.
   std::vector<MaterialTraits> traits_;
   Box3f bounds_;
   bool movable_ = false;

@@ -99,6 +99,7 @@ bool LightTable::Lamp::AddFace(const Vec3f corners[3]) {
   face.back = cross / length;
   area = face.below + face.area;
   faces.push_back(face);
+  below.push_back(face.below);
   return true;
 }
 
@@ -107,20 +108,16 @@ void LightTable::Lamp::MakeGuide() {
   uint32_t face = 0;
   for (size_t i = 0; i < guide.size(); ++i) {
     const float start = area * static_cast<float>(i) / static_cast<float>(guide.size());
-    while (face + 1 < faces.size() && faces[face + 1].below <= start) ++face;
+    while (face + 1 < faces.size() && below[face + 1] <= start) ++face;
     guide[i] = face;
   }
 }
 
-size_t LightTable::Lamp::FirstFaceAt(float at) const {
+uint32_t LightTable::Lamp::FaceAt(float at) const {
   const auto part = static_cast<size_t>(at / area * static_cast<float>(guide.size()));
-  return guide[std::min(part, guide.size() - 1)];
-}
-
-const LightTable::Face& LightTable::Lamp::FaceAt(float at) const {
-  size_t face = FirstFaceAt(at);
-  while (face + 1 < faces.size() && faces[face + 1].below <= at) ++face;
-  return faces[face];
+  uint32_t face = guide[std::min(part, guide.size() - 1)];
+  while (face + 1 < below.size() && below[face + 1] <= at) ++face;
+  return face;
 }
 
 absl::Status LightTable::AddSphereOrSpot(const v1::Light& light, const Vec3f& power, Lamp* lamp) {
@@ -347,12 +344,11 @@ void LightTable::ChooseIn(const Enclosure* in, Mask8 members, const LightSeekers
   }
 }
 
-void LightTable::Prefetch(const LightChoice& choice, const Vec2f& u) const {
-  if (choice.light >= lamps_.size() || !lamps_[choice.light].mesh) return;
-  const Lamp& lamp = lamps_[choice.light];
-  const Face* face = &lamp.faces[lamp.FirstFaceAt(u.x() * lamp.area)];
-  __builtin_prefetch(face);
-  __builtin_prefetch(face + 1);
+void LightTable::Aim(const Vec2f& u, LightChoice* choice) const {
+  if (choice->light >= lamps_.size() || !lamps_[choice->light].mesh) return;
+  const Lamp& lamp = lamps_[choice->light];
+  choice->face = lamp.FaceAt(u.x() * lamp.area);
+  __builtin_prefetch(&lamp.faces[choice->face]);
 }
 
 LightTrial LightTable::Trial(const LightReceiver& at, const LightSample& sample,
@@ -397,34 +393,39 @@ LightSample LightTable::Sample(const LightReceiver& at, const LightChoice& choic
     sample = at.enclosure ? SamplePortal(at.enclosure->portals[choice.light - first_way], at, u)
                           : SampleDome(at, u);
   } else {
-    sample = choice.light == sun ? SampleSun(u) : SampleLamp(lamps_[choice.light], at.position, u);
+    const Lamp* lamp = choice.light == sun ? nullptr : &lamps_[choice.light];
+    sample = !lamp        ? SampleSun(u)
+             : lamp->mesh ? SampleFace(*lamp, lamp->faces[choice.face], at.position, u)
+                          : SampleLamp(*lamp, at.position, u);
     sample.pdf *= choice.importance / at.total;
   }
   sample.light = choice.light;
   return sample;
 }
 
+LightSample LightTable::SampleFace(const Lamp& lamp, const Face& face, const Vec3f& position,
+                                   const Vec2f& u) const {
+  LightSample sample;
+  // What is left of the first number after the choice serves again.
+  const float left = std::clamp((u.x() * lamp.area - face.below) / face.area, 0.0f, 1.0f);
+  const Vec2f b = SampleTriangle({left, u.y()});
+  const Vec3f v = face.corner + b.x() * face.edge_u + b.y() * face.edge_v - position;
+  const float v2 = v.squaredNorm();
+  if (!(v2 > 1e-12f)) return sample;
+  sample.distance = std::sqrt(v2);
+  sample.direction = v / sample.distance;
+  const float cosine = face.back.dot(sample.direction);
+  if (cosine <= 1e-5f) return sample;
+  sample.pdf = v2 / (cosine * lamp.area);
+  sample.radiance = lamp.radiance;
+  return sample;
+}
+
+// Spheres, spots and ideal points.
 LightSample LightTable::SampleLamp(const Lamp& lamp, const Vec3f& position, const Vec2f& u) const {
   LightSample sample;
   const Vec3f to = lamp.center - position;
   const float d2 = to.squaredNorm();
-  if (lamp.mesh) {
-    const float area = u.x() * lamp.area;
-    const Face& face = lamp.FaceAt(area);
-    // What is left of the first number after the choice serves again.
-    const Vec2f b =
-        SampleTriangle({std::clamp((area - face.below) / face.area, 0.0f, 1.0f), u.y()});
-    const Vec3f v = face.corner + b.x() * face.edge_u + b.y() * face.edge_v - position;
-    const float v2 = v.squaredNorm();
-    if (!(v2 > 1e-12f)) return sample;
-    sample.distance = std::sqrt(v2);
-    sample.direction = v / sample.distance;
-    const float cosine = face.back.dot(sample.direction);
-    if (cosine <= 1e-5f) return sample;
-    sample.pdf = v2 / (cosine * lamp.area);
-    sample.radiance = lamp.radiance;
-    return sample;
-  }
   if (lamp.radius <= 0.0f) {
     if (!(d2 > 1e-12f)) return sample;
     sample.distance = std::sqrt(d2);

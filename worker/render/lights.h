@@ -81,6 +81,7 @@ struct LightSeekers8 {
 struct LightChoice {
   uint32_t light = 0;    // Lamps come first, then portals or dome, then sun.
   float importance = 0;  // 0: there is none.
+  uint32_t face = 0;     // Of a mesh light; set by Aim.
 };
 
 struct LightSample {
@@ -101,8 +102,8 @@ class LightTable {
   // `scratch` is kept for the next time.
   void Choose(const LightSeekers8& seekers, std::vector<Float8>* scratch, LightReceiver* receivers,
               LightChoice* choices) const;
-  // Begins to fetch from memory what Sample will read.
-  void Prefetch(const LightChoice& choice, const Vec2f& u) const;
+  // Finds what of the light Sample will take for this `u`, and begins to fetch it from memory.
+  void Aim(const Vec2f& u, LightChoice* choice) const;
   LightSample Sample(const LightReceiver& at, const LightChoice& choice, const Vec2f& u) const;
 
   // With which a receiver's light is this one.
@@ -166,15 +167,15 @@ class LightTable {
     }
     // Mesh lights. `guide` says for equal parts of the area with which face each begins.
     std::vector<Face> faces;
+    std::vector<float> below;  // Of each face: the search touches no other memory.
     std::vector<uint32_t> guide;
     float area = 0;  // Of all faces, m^2.
     bool mesh = false;
 
     bool AddFace(const Vec3f corners[3]);
     void MakeGuide();
-    // No face at `at` of the cumulative area is before this one, and few are between.
-    size_t FirstFaceAt(float at) const;
-    const Face& FaceAt(float at) const;
+    // Which stands at `at` of the cumulative area.
+    uint32_t FaceAt(float at) const;
   };
 
   // `in`: the room; none: outdoors.
@@ -192,6 +193,8 @@ class LightTable {
                 std::vector<Float8>* importances, LightReceiver* receivers,
                 LightChoice* choices) const;
   float SkyPdf(const LightReceiver& at, const Vec3f& direction) const;
+  LightSample SampleFace(const Lamp& lamp, const Face& face, const Vec3f& position,
+                         const Vec2f& u) const;
   LightSample SampleLamp(const Lamp& lamp, const Vec3f& position, const Vec2f& u) const;
   LightSample SamplePortal(const Portal& portal, const LightReceiver& at, const Vec2f& u) const;
   LightSample SampleDome(const LightReceiver& at, const Vec2f& u) const;

@@ -383,7 +383,7 @@ void PathTracer::Walk::ChooseLights(std::span<Walk* const> walks, Meeting* meeti
     LightChoice* choices = &meeting->lights[first];
     lights.Choose(seekers, &meeting->scratch, &meeting->receivers[first], choices);
     for (int k = 0; k < seekers.count; ++k) {
-      lights.Prefetch(choices[k], walks[first + static_cast<size_t>(k)]->numbers_[2]);
+      lights.Aim(walks[first + static_cast<size_t>(k)]->numbers_[2], &choices[k]);
     }
   }
 }

@@ -60,21 +60,20 @@ inline Float8 Gather(const float* table, Int8 index) {
   const __m256 all = _mm256_castsi256_ps(_mm256_set1_epi32(-1));
   return _mm256_mask_i32gather_ps(_mm256_setzero_ps(), table, (__m256i)index, all, 4);
 }
-// table[2 * index] and table[2 * index + 1].
-inline void GatherPairs(const float* table, Int8 index, Float8* first, Float8* second) {
-  const auto* pairs = reinterpret_cast<const double*>(table);
-  const __m256i at = (__m256i)index;
-  const auto gather = [&](__m128i four) {
-    const __m256d all = _mm256_castsi256_pd(_mm256_set1_epi32(-1));
-    return _mm256_castpd_ps(_mm256_mask_i32gather_pd(_mm256_setzero_pd(), pairs, four, all, 8));
-  };
-  const __m256 low = gather(_mm256_castsi256_si128(at));
-  const __m256 high = gather(_mm256_extracti128_si256(at, 1));
-  // Lanes 0 1 4 5 2 3 6 7.
-  const __m256d firsts = _mm256_castps_pd(_mm256_shuffle_ps(low, high, 0x88));
-  const __m256d seconds = _mm256_castps_pd(_mm256_shuffle_ps(low, high, 0xdd));
-  *first = _mm256_castpd_ps(_mm256_permute4x64_pd(firsts, 0xd8));
-  *second = _mm256_castpd_ps(_mm256_permute4x64_pd(seconds, 0xd8));
+// table[stride * index + k] of each lane, k = 0 to 3: four neighbours cost one load a lane.
+inline void GatherFours(const float* table, Int8 index, int stride, Float8 out[4]) {
+  __m256 rows[4];
+  for (int k = 0; k < 4; ++k) {
+    rows[k] = _mm256_set_m128(_mm_loadu_ps(table + stride * index[k + 4]),
+                              _mm_loadu_ps(table + stride * index[k]));
+  }
+  const __m256 ab = _mm256_unpacklo_ps(rows[0], rows[1]), cd = _mm256_unpackhi_ps(rows[0], rows[1]);
+  const __m256 ab2 = _mm256_unpacklo_ps(rows[2], rows[3]),
+               cd2 = _mm256_unpackhi_ps(rows[2], rows[3]);
+  out[0] = _mm256_shuffle_ps(ab, ab2, 0x44);
+  out[1] = _mm256_shuffle_ps(ab, ab2, 0xee);
+  out[2] = _mm256_shuffle_ps(cd, cd2, 0x44);
+  out[3] = _mm256_shuffle_ps(cd, cd2, 0xee);
 }
 
 // Eight rows to their eight columns.

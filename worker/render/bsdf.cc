@@ -62,7 +62,7 @@ Bsdf8::Bsdf8(const SurfaceSample8& surface, const Vec3x8& o, Mask8 outside) : o_
   lambda_o_ = gloss_.Lambda(o);
   seen_o_ = 1.0f / ((1.0f + lambda_o_) * 4.0f * o.z);
   coat_gloss_ = {AlphaOf(surface.clearcoat_roughness)};
-  coat_energy_ = EnergyOfAlpha8(coat_gloss_.alpha);
+  if (any_coat_) coat_energy_ = EnergyOfAlpha8(coat_gloss_.alpha);
 
   plastic_f0_ = 0.08f * Clamp01(surface.specular);
   plastic_f90_ = Min(50.0f * plastic_f0_, 1.0f);
@@ -89,7 +89,8 @@ Bsdf8::Bsdf8(const SurfaceSample8& surface, const Vec3x8& o, Mask8 outside) : o_
   transmitted_o_ = Transmitted(o.z);
 
   // Chances by the energy of each part.
-  const Float8 coat = coat_ * coat_energy_.At(o.z).At(Splat(kCoatF0), Splat(1));
+  const Float8 coat =
+      any_coat_ ? coat_ * coat_energy_.At(o.z).At(Splat(kCoatF0), Splat(1)) : Splat(0);
   const Float8 metal_kept = kept.At(luminance, Splat(1));
   const Float8 gloss = transmitted_o_ * (metal_ * metal_kept + plastic_ * kept_o_plastic_);
   Float8 diffuse = transmitted_o_ * luminance *

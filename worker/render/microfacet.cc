@@ -101,14 +101,15 @@ struct Lookup {
   }
 };
 
-KeptEnergy8 Gather(const KeptEnergy* table, Int8 index) {
-  KeptEnergy8 kept;
-  GatherPairs(&table->a, index, &kept.a, &kept.b);
-  return kept;
-}
-
 KeptEnergy8 Lerp(const KeptEnergy8& x, const KeptEnergy8& y, Float8 t) {
   return {x.a + (y.a - x.a) * t, x.b + (y.b - x.b) * t};
+}
+
+// Between table[index] and the next.
+KeptEnergy8 Between(const KeptEnergy* table, Int8 index, Float8 t) {
+  Float8 pair[4];
+  GatherFours(&table->a, index, 2, pair);
+  return Lerp({pair[0], pair[1]}, {pair[2], pair[3]}, t);
 }
 
 }  // namespace
@@ -123,15 +124,13 @@ KeptEnergy8 EnergyOfAlpha8::At(Float8 cosine) const {
   const Lookup c(cosine);
   const Int8 index = row_ * kSteps + c.index;
   const KeptEnergy* table = Tables().directional[0];
-  const KeptEnergy8 low = Lerp(Gather(table, index), Gather(table + 1, index), c.fraction);
-  const KeptEnergy8 high =
-      Lerp(Gather(table + kSteps, index), Gather(table + kSteps + 1, index), c.fraction);
-  return Lerp(low, high, fraction_);
+  return Lerp(Between(table, index, c.fraction), Between(table + kSteps, index, c.fraction),
+              fraction_);
 }
 
 KeptEnergy8 EnergyOfAlpha8::Mean() const {
   const KeptEnergy* table = Tables().mean;
-  return Lerp(Gather(table, row_), Gather(table + 1, row_), fraction_);
+  return Between(table, row_, fraction_);
 }
 
 Float8 SheenEnergy(Float8 cosine) {

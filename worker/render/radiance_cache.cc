@@ -77,8 +77,8 @@ uint64_t CacheGrid::KeyOf(const Eigen::Vector3i& cube, uint32_t face, uint32_t p
                           uint16_t slot, float width_m) {
   const auto bits = [](int x) { return static_cast<uint64_t>(static_cast<uint32_t>(x)); };
   const uint64_t a = bits(cube.x()) | bits(cube.y()) << 32;
-  const uint64_t b = bits(cube.z()) | static_cast<uint64_t>(face) << 32 |
-                     static_cast<uint64_t>(slot) << 35;
+  const uint64_t b =
+      bits(cube.z()) | static_cast<uint64_t>(face) << 32 | static_cast<uint64_t>(slot) << 35;
   const uint64_t c = placed | static_cast<uint64_t>(std::bit_cast<uint32_t>(width_m)) << 32;
   return Mix(a * 0x9e3779b97f4a7c15u + b * 0xc2b2ae3d27d4eb4fu + c * 0x165667b19e3779f9u) | 1u;
 }
@@ -106,14 +106,14 @@ void RadianceCache::Ask(const CacheQuestions8& questions, uint64_t* keys) const 
   const Int8 face = FaceOf(questions.normal);
   for (int lane = 0; lane < questions.count; ++lane) {
     if (asked[lane] == 0) continue;
-    keys[lane] =
-        CacheGrid::KeyOf({x[lane], y[lane], z[lane]}, static_cast<uint32_t>(face[lane]),
-                         questions.placed[lane], questions.slot[lane], width[lane]);
+    keys[lane] = CacheGrid::KeyOf({x[lane], y[lane], z[lane]}, static_cast<uint32_t>(face[lane]),
+                                  questions.placed[lane], questions.slot[lane], width[lane]);
     __builtin_prefetch(&table_[(keys[lane] >> 1) & (table_.size() - 1)]);
   }
 }
 
 bool RadianceCache::Answer(uint64_t key, const CachePlace& place, Vec3f* radiance) const {
+  if (key == 0) return false;
   const Entry* entry = Find(key);
   if (!entry) entry = Find(grid_.KeyOf(place));
   if (!entry) return false;

@@ -373,8 +373,7 @@ Interpolated8 RenderScene::Interpolate(std::span<const Sight> hits) const {
     if (none[lane]) points.normal.Set(lane, FirstNormal(*SightAt(hits, lane).raw));
   }
   const Float8 bent_length = Norm(bent);
-  const Vec3x8 normal =
-      Select(bent_length > 1e-12f, bent * (1.0f / bent_length), geometric);
+  const Vec3x8 normal = Select(bent_length > 1e-12f, bent * (1.0f / bent_length), geometric);
   out.shading_normal = Select(Inner(normal, geometric) < 0.0f, -normal, normal);
 
   const Vec3x8 cross = Cross(b.texture, c.texture);
@@ -383,8 +382,7 @@ Interpolated8 RenderScene::Interpolate(std::span<const Sight> hits) const {
       Select(cross_length > 1e-20f, cross * (1.0f / cross_length), Vec3x8::Zero());
   const Float8 uv_area = Abs(b.u * c.v - b.v * c.u);
   points.footprint_m = footprint_m;
-  points.footprint_uv =
-      footprint_m * Sqrt(doubled_area > 0.0f ? uv_area / doubled_area : Splat(0));
+  points.footprint_uv = footprint_m * Sqrt(doubled_area > 0.0f ? uv_area / doubled_area : Splat(0));
   out.faces.texture_edge[0] = b.texture * scale;
   out.faces.texture_edge[1] = c.texture * scale;
   out.faces.u_edge[0] = b.u;

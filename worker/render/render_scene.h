@@ -19,8 +19,9 @@ namespace parallax {
 
 // Which surface a hit is on; all that the radiance cache asks for.
 struct SurfaceId {
-  Vec3f geometric_normal = Vec3f::UnitZ();  // World, unit, on the side of counter-clockwise winding.
-  float doubled_area = 0;                   // Of the triangle, m^2.
+  Vec3f geometric_normal =
+      Vec3f::UnitZ();      // World, unit, on the side of counter-clockwise winding.
+  float doubled_area = 0;  // Of the triangle, m^2.
   uint16_t slot = 0;
   uint32_t material = 0;  // SceneMaterial.index; 0 = none bound.
 };

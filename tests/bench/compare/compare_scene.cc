@@ -201,7 +201,7 @@ absl::Status Radiance(const Options& options) {
         const Vec2f jitter = sampler.Pair();
         const Ray ray =
             rays.Through(static_cast<float>(x) + jitter.x(), static_cast<float>(y) + jitter.y());
-        paths.push_back({ray, sampler, nullptr, {}});
+        paths.emplace_back(sampler, ray);
       }
       tracer.Trace(paths);
       Vec3d sum = Vec3d::Zero();

@@ -39,12 +39,24 @@ TEST(Lanes, GatheringReadsWhereEachLaneSays) {
   for (int i = 0; i < 64; ++i) table[i] = static_cast<float>(i);
   const Int8 index = {7, 0, 31, 2, 2, 30, 11, 5};
   const Float8 one = Gather(table, index);
-  Float8 first, second;
-  GatherPairs(table, index, &first, &second);
+  Float8 four[4];
+  GatherFours(table, index < 31 ? index : Int8{} + 30, 2, four);
   for (int k = 0; k < kLanes; ++k) {
     EXPECT_EQ(one[k], static_cast<float>(index[k]));
-    EXPECT_EQ(first[k], static_cast<float>(2 * index[k]));
-    EXPECT_EQ(second[k], static_cast<float>(2 * index[k] + 1));
+    for (int i = 0; i < 4; ++i) {
+      EXPECT_EQ(four[i][k], static_cast<float>(2 * std::min(index[k], 30) + i)) << i << " of " << k;
+    }
+  }
+}
+
+TEST(Lanes, RowsBecomeColumns) {
+  Float8 rows[kLanes];
+  for (int i = 0; i < kLanes; ++i) {
+    for (int k = 0; k < kLanes; ++k) rows[i][k] = static_cast<float>(10 * i + k);
+  }
+  Transpose(rows);
+  for (int i = 0; i < kLanes; ++i) {
+    for (int k = 0; k < kLanes; ++k) EXPECT_EQ(rows[i][k], static_cast<float>(10 * k + i));
   }
 }
 
@@ -57,6 +69,9 @@ TEST(Lanes, VectorsAreThoseOfEigen) {
     EXPECT_LT((sum.Get(k) - (x + 2 * y - x.cwiseProduct(y))).norm(), 1e-4f);
     EXPECT_LT((unit.Get(k) - x.normalized()).norm(), 1e-6f);
     EXPECT_FLOAT_EQ(Dot(a, b)[k], x.dot(y));
+    EXPECT_EQ(Inner(a, b)[k], x.dot(y));
+    EXPECT_EQ(Norm(a)[k], x.norm());
+    EXPECT_EQ(Cross(a, b).Get(k), x.cross(y));
     EXPECT_EQ(MaxCoeff(a)[k], x.maxCoeff());
   }
 }

@@ -159,7 +159,7 @@ std::vector<Path> PathsInShowroom(uint32_t count) {
                   static_cast<float>(rng.Uniform(0.05, 1.8))};
     ray.direction = DirectionAt(static_cast<float>(rng.Uniform(-1, 1)),
                                 static_cast<float>(rng.Uniform(0, 6.28)));
-    paths.push_back({ray, Sampler(9, i, 0, 0), nullptr, {}});
+    paths.emplace_back(Sampler(9, i, 0, 0), ray);
   }
   return paths;
 }

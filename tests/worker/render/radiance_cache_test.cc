@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "common/base/rng.h"
 #include "tests/worker/render/test_scenes.h"
 #include "worker/render/cache_fill.h"
 #include "worker/render/renderer.h"
@@ -23,6 +24,28 @@ using test::MakeConfig;
 using test::MakeQuad;
 using test::MakeRig;
 using test::TestScene;
+
+CacheQuestions8 Questions(std::span<const CachePlace> places, float widest_m) {
+  CacheQuestions8 questions;
+  questions.count = static_cast<int>(places.size());
+  questions.jitter_u = questions.jitter_v = Splat(0.5f);
+  questions.widest_m = Splat(widest_m);
+  for (int k = 0; k < questions.count; ++k) {
+    const CachePlace& place = places[static_cast<size_t>(k)];
+    questions.position.Set(k, place.position);
+    questions.normal.Set(k, place.normal);
+    questions.placed[k] = place.placed;
+    questions.slot[k] = place.slot;
+  }
+  return questions;
+}
+
+// What the cache answers right there.
+bool Answer(const RadianceCache& cache, const CachePlace& place, float widest_m, Vec3f* radiance) {
+  uint64_t key = 0;
+  cache.Ask(Questions({&place, 1}, widest_m), &key);
+  return cache.Answer(key, place, radiance);
+}
 
 // A scene ready to trace, with a cache filled from its rigs.
 struct Lit {
@@ -139,7 +162,7 @@ TEST(RadianceCache, BrightPlacesKeepTheirLightAndRareLightIsSpread) {
   const RadianceCache cache = builder.Freeze(4);
   const auto seen = [&](float x) {
     Vec3f radiance = Vec3f::Zero();
-    EXPECT_TRUE(cache.Answer(cache.Ask(place(x), Vec2f(0.5f, 0.5f), 1e3f), &radiance)) << x;
+    EXPECT_TRUE(Answer(cache, place(x), 1e3f, &radiance)) << x;
     return radiance.x();
   };
   EXPECT_FLOAT_EQ(seen(shade), 10);
@@ -205,6 +228,52 @@ TEST(RadianceCache, CellsGrowWithTheDistanceFromTheRigs) {
   EXPECT_EQ(grid.WidthAt({0.5f, 0.5f, 101}), 1.6f);
 }
 
+TEST(RadianceCache, EightQuestionsNameTheCellsOfEachAlone) {
+  const CacheGrid grid(Box3f(Vec3f::Zero(), Vec3f::Ones()), 0.1f);
+  std::vector<CacheBuilder::Batch> batches(1);
+  batches[0].Add({grid.KeyOf(CachePlace{}), Vec3f::Ones(), true});
+  CacheBuilder builder(grid, 1000);
+  builder.Add(batches);
+  const RadianceCache cache = builder.Freeze(1);
+  Rng rng(SceneSeed{5}, "places");
+  const auto draw = [&](double low, double high) {
+    return static_cast<float>(rng.Uniform(low, high));
+  };
+  int far = 0, moved = 0;
+  for (int round = 0; round < 200; ++round) {
+    std::vector<CachePlace> places(static_cast<size_t>(1 + round % kLanes));
+    for (CachePlace& place : places) {
+      place.position = Vec3f(draw(-30, 30), draw(-30, 30), draw(-9, 9));
+      place.normal = Vec3f(draw(-1, 1), draw(-1, 1), draw(-1, 1)).normalized();
+      place.placed = static_cast<uint32_t>(rng.UniformInt(0, 900));
+      place.slot = static_cast<uint16_t>(rng.UniformInt(0, 9));
+    }
+    CacheQuestions8 questions = Questions(places, 0.3f);
+    uint64_t keys[kLanes];
+    cache.Ask(questions, keys);
+    for (size_t k = 0; k < places.size(); ++k) {
+      const bool near = grid.WidthAt(places[k].position) <= 0.3f;
+      EXPECT_EQ(keys[k], near ? grid.KeyOf(places[k]) : 0);
+      far += near ? 0 : 1;
+    }
+    questions.jitter_u = Splat(0.9f);
+    questions.jitter_v = Splat(0.2f);
+    cache.Ask(questions, keys);
+    for (size_t k = 0; k < places.size(); ++k) {
+      const float width = grid.WidthAt(places[k].position);
+      const ShadingFrame frame(places[k].normal);
+      CachePlace there = places[k];
+      there.position += width * (0.4f * frame.x - 0.3f * frame.y);
+      if (keys[k] == 0) continue;
+      moved += keys[k] != grid.KeyOf(places[k]) ? 1 : 0;
+      const uint64_t key = CacheGrid::KeyOf(there, width);
+      EXPECT_EQ(keys[k], key) << "at " << there.position.transpose();
+    }
+  }
+  EXPECT_GT(far, 50);
+  EXPECT_GT(moved, 100);
+}
+
 TEST(RadianceCache, NarrowRaysAndUnknownPlacesAreNotAnswered) {
   const CacheGrid grid(Box3f(Vec3f::Zero(), Vec3f::Ones()), 0.1f);
   const CachePlace place{{0.5f, 0.5f, 0.5f}, Vec3f::UnitZ(), 3, 0};
@@ -214,13 +283,12 @@ TEST(RadianceCache, NarrowRaysAndUnknownPlacesAreNotAnswered) {
   builder.Add(batches);
   const RadianceCache cache = builder.Freeze(4);
   Vec3f radiance;
-  const Vec2f middle(0.5f, 0.5f);
-  ASSERT_TRUE(cache.Answer(cache.Ask(place, middle, 1.0f), &radiance));
+  ASSERT_TRUE(Answer(cache, place, 1.0f, &radiance));
   EXPECT_EQ(radiance, Vec3f(1, 2, 3));
-  EXPECT_FALSE(cache.Answer(cache.Ask(place, middle, 0.05f), &radiance));
+  EXPECT_FALSE(Answer(cache, place, 0.05f, &radiance));
   CachePlace elsewhere = place;
   elsewhere.position.x() += 1;
-  EXPECT_FALSE(cache.Answer(cache.Ask(elsewhere, middle, 1.0f), &radiance));
+  EXPECT_FALSE(Answer(cache, elsewhere, 1.0f, &radiance));
   EXPECT_EQ(builder.Freeze(5).cells(), 0u);  // Too few records.
   batches[0].Add({grid.KeyOf(place), Vec3f::Zero(), false});
   builder.Add(batches);

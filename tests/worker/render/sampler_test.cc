@@ -36,14 +36,28 @@ TEST(Sampler, EveryPairIsStratifiedInAllElementaryBoxes) {
   }
 }
 
-TEST(Sampler, FourPairsAtOnceAreThoseOfFourCalls) {
-  for (uint32_t i = 0; i < 1000; ++i) {
-    Sampler one(i * 7919, i, 3 * i, i % 64), four = one;
-    one.Pair();
-    four.Skip();
+TEST(Sampler, PairsOfEightAreThoseOfEachAlone) {
+  for (uint32_t i = 0; i < 200; ++i) {
+    const int count = 1 + static_cast<int>(i) % kLanes;
+    std::vector<Sampler> alone, together;
+    Sampler* samplers[kLanes];
+    for (uint32_t k = 0; k < kLanes; ++k) {
+      alone.emplace_back(i * 7919, i + k, 3 * i, (i + 5 * k) % 64);
+      for (uint32_t skipped = 0; skipped < k % 3; ++skipped) alone.back().Skip();
+    }
+    together = alone;
+    for (size_t k = 0; k < kLanes; ++k) samplers[k] = &together[k];
     for (int round = 0; round < 2; ++round) {
-      for (const Vec2f& pair : four.FourPairs()) ASSERT_EQ(pair, one.Pair()) << i;
-      ASSERT_EQ(four.Pair(), one.Pair()) << i;
+      Float8 u, v;
+      Sampler::Pairs(samplers, count, &u, &v);
+      for (int k = 0; k < count; ++k) {
+        ASSERT_EQ(Vec2f(u[k], v[k]), alone[static_cast<size_t>(k)].Pair()) << i << " lane " << k;
+      }
+    }
+    for (int k = count; k < kLanes;
+         ++k) {  // Those that were not asked for go on from where they are.
+      const auto lane = static_cast<size_t>(k);
+      ASSERT_EQ(together[lane].Pair(), alone[lane].Pair());
     }
   }
 }

@@ -2,8 +2,8 @@
 // detail that is finer than a ray's footprint. Pure functions of position and seed; no state, no
 // heap; thread-safe.
 //
-// All of it twice: for eight points in vector lanes, a cell's corners one after the other, 4 ns a
-// point and noise; and for one point, its corners in lanes, 13 ns. Both give the same bits.
+// Most of it twice: for eight points in vector lanes, a cell's corners one after the other; and for
+// one point, its corners in lanes. Both give the same bits.
 #pragma once
 
 #include <algorithm>

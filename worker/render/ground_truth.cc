@@ -46,49 +46,61 @@ class TruthTracer {
       raw_of[i] = &raws[i];
     }
     const uint32_t met = scene_.trees().Intersect(kTree, ray_of.data(), raw_of.data(), count);
+    std::array<SurfaceId, kRun> ids;
+    std::array<Sight, kRun> sights;
+    std::array<size_t, kRun> pixel;
+    size_t seen = 0;
     for (int k = 0; k < count; ++k) {
       const auto i = static_cast<size_t>(k);
-      truths[i] = Look(rays[i], raws[i], (met >> k & 1) != 0, in_world[i]);
+      truths[i] = Look(rays[i], (met >> k & 1) != 0, &raws[i], &ids[i]);
+      if (!truths[i].surface) continue;
+      sights[seen] = {&raws[i], &ids[i], 0};
+      pixel[seen++] = i;
+    }
+    if (seen == 0) return;
+    const Vec3x8 normals = scene_.Interpolate({sights.data(), seen}).shading_normal;
+    for (size_t j = 0; j < seen; ++j) {
+      const size_t i = pixel[j];
+      Measure(raws[i], ids[i], normals.Get(static_cast<int>(j)), in_world[i], &truths[i]);
     }
   }
 
  private:
   static constexpr RayTrees::Tree kTree = RayTrees::Tree::kRobust;
 
-  // Through holes; `raw` is the first hit, if it `met` anything.
-  PixelTruth Look(const Ray& ray, RawHit raw, bool met, const Vec3d& in_world) const {
+  // What is seen, through holes. `raw`: the first hit, if the ray `met` anything; then the
+  // surface's.
+  PixelTruth Look(const Ray& ray, bool met, RawHit* raw, SurfaceId* id) const {
+    PixelTruth truth;
     const auto spread = static_cast<float>(1.0 / camera_.fx_px);
     for (int hole = 0; hole <= kMaxHoles && met; ++hole) {
-      const SurfaceId id = scene_.Identify(raw);
-      const MaterialTraits& traits = scene_.traits(id.material);
-      uint8_t mask = 0;
+      *id = scene_.Identify(*raw);
+      const MaterialTraits& traits = scene_.traits(id->material);
       if (traits.may_be_open || traits.may_be_transmissive || traits.may_be_mirror) {
-        const SurfaceSample s = scene_.Evaluate({&raw, &id, spread * raw.distance});
+        const SurfaceSample s = scene_.Evaluate({raw, id, spread * raw->distance});
         if (s.opacity < 0.5f) {
-          const float from = raw.distance + 1e-5f + 2e-6f * raw.distance;
-          met = scene_.trees().Intersect(kTree, ray, from, &raw);
+          const float from = raw->distance + 1e-5f + 2e-6f * raw->distance;
+          met = scene_.trees().Intersect(kTree, ray, from, raw);
           continue;
         }
-        if (s.transmission * (1.0f - s.metallic) > 0.25f) mask |= kMaskTransparent;
-        if (s.metallic >= 0.5f && s.roughness <= 0.1f) mask |= kMaskMirror;
+        if (s.transmission * (1.0f - s.metallic) > 0.25f) truth.mask |= kMaskTransparent;
+        if (s.metallic >= 0.5f && s.roughness <= 0.1f) truth.mask |= kMaskMirror;
       }
-      return Resolved(raw, id, in_world, mask);
+      truth.surface = true;
+      return truth;
     }
-    PixelTruth sky;
-    sky.mask = kMaskSky;
-    return sky;
+    truth.mask = kMaskSky;
+    return truth;
   }
 
-  PixelTruth Resolved(const RawHit& raw, const SurfaceId& id, const Vec3d& in_world,
-                      uint8_t mask) const {
+  void Measure(const RawHit& raw, const SurfaceId& id, const Vec3f& shading_normal,
+               const Vec3d& in_world, PixelTruth* measured) const {
+    PixelTruth& truth = *measured;
     Vec3f corners[3];
     scene_.Corners(raw.placed, raw.triangle, corners);
     const Vec3d a = corners[0].cast<double>();
     const Vec3d plane = (corners[1].cast<double>() - a).cross(corners[2].cast<double>() - a);
     const double along = plane.dot(in_world);
-    PixelTruth truth;
-    truth.surface = true;
-    truth.mask = mask;
     truth.depth = along != 0 ? plane.dot(a - camera_.origin) / along : 0;
     // Seen edge-on the plane says nothing; the ray's own distance does.
     const double by_ray = raw.distance / in_world.norm();
@@ -96,7 +108,7 @@ class TruthTracer {
 
     const Vec3f out = -in_world.normalized().cast<float>();
     const float side = id.geometric_normal.dot(out) >= 0.0f ? 1.0f : -1.0f;
-    Vec3f n = side * scene_.ShadingNormal(raw, id);
+    Vec3f n = side * shading_normal;
     // At silhouettes of smooth meshes the interpolated normal may turn away: lay it flat against
     // the line of sight.
     const float facing = n.dot(out);
@@ -115,7 +127,6 @@ class TruthTracer {
                                       [&](const Box3f& room) { return room.contains(at); });
       if (!inside) truth.mask |= kMaskExterior;
     }
-    return truth;
   }
 
   // Surfaces of the room itself lie on the box; a millimetre keeps them in.

@@ -25,6 +25,7 @@ Mask8 Contains(const Box3f& box, const Vec3x8& p) {
 
 // 1 - cos of the sphere's angular radius, exact for small angles.
 float ConeHeight(float sin2) { return sin2 / (1.0f + std::sqrt(std::max(0.0f, 1.0f - sin2))); }
+Float8 ConeHeight(Float8 sin2) { return sin2 / (1.0f + Sqrt(Max(1.0f - sin2, 0.0f))); }
 
 }  // namespace
 
@@ -383,71 +384,128 @@ void LightTable::Learn(std::span<const std::vector<LightSeen>> seen) {
   for (Enclosure& enclosure : enclosures_) enclosure.spots.Learn();
 }
 
-LightSample LightTable::Sample(const LightReceiver& at, const LightChoice& choice,
-                               const Vec2f& u) const {
-  if (!(choice.importance > 0.0f)) return {};
-  LightSample sample;
-  const size_t first_way = lamps_.size(), sun = LightsIn(at.enclosure) - 1;
-  if (choice.light >= first_way && choice.light < sun) {
-    // Their density is that of all ways to the sky.
-    sample = at.enclosure ? SamplePortal(at.enclosure->portals[choice.light - first_way], at, u)
-                          : SampleDome(at, u);
-  } else {
-    const Lamp* lamp = choice.light == sun ? nullptr : &lamps_[choice.light];
-    sample = !lamp        ? SampleSun(u)
-             : lamp->mesh ? SampleFace(*lamp, lamp->faces[choice.face], at.position, u)
-                          : SampleLamp(*lamp, at.position, u);
-    sample.pdf *= choice.importance / at.total;
+void LightTable::Sample(const LightReceiver* at, const LightChoice* choices, int count, Float8 u,
+                        Float8 v, LightSample* samples) const {
+  Mask8 faces{}, spheres{};
+  for (int lane = 0; lane < count; ++lane) {
+    const LightChoice& choice = choices[lane];
+    LightSample& sample = samples[lane];
+    sample = {};
+    sample.light = choice.light;
+    if (!(choice.importance > 0.0f)) continue;
+    const Enclosure* in = at[lane].enclosure;
+    const Vec2f point(u[lane], v[lane]);
+    const size_t first_way = lamps_.size(), sun = LightsIn(in) - 1;
+    if (choice.light == sun) {
+      sample = SampleSun(point);
+    } else if (choice.light >= first_way) {
+      sample = in ? SamplePortal(in->portals[choice.light - first_way], at[lane], point)
+                  : SampleDome(at[lane], point);
+    } else if (lamps_[choice.light].mesh) {
+      faces[lane] = -1;
+    } else if (lamps_[choice.light].radius > 0.0f) {
+      spheres[lane] = -1;
+    } else {
+      sample = SampleIdeal(lamps_[choice.light], at[lane].position);
+    }
+    sample.light = choice.light;
   }
-  sample.light = choice.light;
-  return sample;
+  if (Any(faces)) SampleFaces(at, choices, faces, u, v, samples);
+  if (Any(spheres)) SampleSpheres(at, choices, spheres, u, v, samples);
+  for (int lane = 0; lane < count; ++lane) {
+    // The density of ways to the sky is that of all of them already.
+    const size_t sun = LightsIn(at[lane].enclosure) - 1;
+    if (choices[lane].light >= lamps_.size() && choices[lane].light != sun) continue;
+    if (samples[lane].pdf > 0.0f) samples[lane].pdf *= choices[lane].importance / at[lane].total;
+  }
 }
 
-LightSample LightTable::SampleFace(const Lamp& lamp, const Face& face, const Vec3f& position,
-                                   const Vec2f& u) const {
-  LightSample sample;
-  // What is left of the first number after the choice serves again.
-  const float left = std::clamp((u.x() * lamp.area - face.below) / face.area, 0.0f, 1.0f);
-  const Vec2f b = SampleTriangle({left, u.y()});
-  const Vec3f v = face.corner + b.x() * face.edge_u + b.y() * face.edge_v - position;
-  const float v2 = v.squaredNorm();
-  if (!(v2 > 1e-12f)) return sample;
-  sample.distance = std::sqrt(v2);
-  sample.direction = v / sample.distance;
-  const float cosine = face.back.dot(sample.direction);
-  if (cosine <= 1e-5f) return sample;
-  sample.pdf = v2 / (cosine * lamp.area);
-  sample.radiance = lamp.radiance;
-  return sample;
+void LightTable::SampleFaces(const LightReceiver* at, const LightChoice* choices, Mask8 lanes,
+                             Float8 u, Float8 v, LightSample* samples) const {
+  static_assert(sizeof(Face) == 16 * sizeof(float));
+  Float8 front[kLanes]{}, rest[kLanes]{};
+  Vec3x8 position = Vec3x8::Zero();
+  Float8 area = Splat(1);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (lanes[lane] == 0) continue;
+    const Lamp& lamp = lamps_[choices[lane].light];
+    const float* face = lamp.faces[choices[lane].face].corner.data();
+    front[lane] = _mm256_load_ps(face);
+    rest[lane] = _mm256_load_ps(face + kLanes);
+    position.Set(lane, at[lane].position);
+    area[lane] = lamp.area;
+  }
+  Transpose(front);
+  Transpose(rest);
+  const Vec3x8 corner(front[0], front[1], front[2]), edge_u(front[3], front[4], front[5]);
+  const Vec3x8 edge_v(front[6], front[7], rest[0]), back(rest[1], rest[2], rest[3]);
+  const Float8 below = rest[4], face_area = rest[5];
+  // What is left of the first number after the choice serves again, uniformly over the triangle.
+  const Float8 root = Sqrt(Clamp((u * area - below) / face_area, 0.0f, 1.0f));
+  const Vec3x8 to = corner + edge_u * (root * (1.0f - v)) + edge_v * (root * v) - position;
+  const Float8 d2 = Inner(to, to), distance = Sqrt(d2);
+  const Vec3x8 direction = to / distance;
+  const Float8 cosine = Inner(back, direction);
+  const Mask8 shines = lanes & (d2 > 1e-12f) & (cosine > 1e-5f);
+  const Float8 pdf = d2 / (cosine * area);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (shines[lane] == 0) continue;
+    LightSample& sample = samples[lane];
+    sample.distance = distance[lane];
+    sample.direction = direction.Get(lane);
+    sample.radiance = lamps_[choices[lane].light].radiance;
+    sample.pdf = pdf[lane];
+  }
 }
 
-// Spheres, spots and ideal points.
-LightSample LightTable::SampleLamp(const Lamp& lamp, const Vec3f& position, const Vec2f& u) const {
+void LightTable::SampleSpheres(const LightReceiver* at, const LightChoice* choices, Mask8 lanes,
+                               Float8 u, Float8 v, LightSample* samples) const {
+  Vec3x8 to = Vec3f(0, 0, 1);
+  Float8 radius = Splat(0.5f);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (lanes[lane] == 0) continue;
+    const Lamp& lamp = lamps_[choices[lane].light];
+    to.Set(lane, lamp.center - at[lane].position);
+    radius[lane] = lamp.radius;
+  }
+  const Float8 d2 = Inner(to, to), radius2 = radius * radius;
+  const Float8 sin2 = radius2 / d2;
+  const Mask8 shines = lanes & (sin2 < 1.0f);  // Not from inside of the lamp.
+  const Float8 cone = ConeHeight(sin2);
+  const Float8 one_minus_cos = u * cone;
+  const Float8 sin_theta = Sqrt(Max(one_minus_cos * (2.0f - one_minus_cos), 0.0f));
+  const Turn8 turn(2.0f * kPi * v);
+  const Frame8 frame(to / Sqrt(d2));
+  const Vec3x8 direction =
+      frame.ToWorld({sin_theta * turn.cosine, sin_theta * turn.sine, 1.0f - one_minus_cos});
+  // To the near side; at its rim, rounding may miss it.
+  const Float8 along = Inner(to, direction);
+  const Vec3x8 miss = to - direction * along;
+  const Float8 half2 = radius2 - Inner(miss, miss);
+  const Float8 distance = (along > 0.0f) & (half2 > 0.0f) ? along - Sqrt(Max(half2, 0.0f))
+                                                          : Sqrt(Max(d2 - radius2, 0.0f));
+  const Float8 pdf = 1.0f / (2.0f * kPi * cone);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (shines[lane] == 0) continue;
+    const Lamp& lamp = lamps_[choices[lane].light];
+    LightSample& sample = samples[lane];
+    sample.direction = direction.Get(lane);
+    sample.distance = distance[lane];
+    sample.pdf = pdf[lane];
+    sample.radiance = lamp.radiance * lamp.Falloff(-sample.direction);
+  }
+}
+
+LightSample LightTable::SampleIdeal(const Lamp& lamp, const Vec3f& position) const {
   LightSample sample;
   const Vec3f to = lamp.center - position;
   const float d2 = to.squaredNorm();
-  if (lamp.radius <= 0.0f) {
-    if (!(d2 > 1e-12f)) return sample;
-    sample.distance = std::sqrt(d2);
-    sample.direction = to / sample.distance;
-    sample.radiance = lamp.intensity * (lamp.Falloff(-sample.direction) / d2);
-    sample.pdf = 1;
-    sample.ideal = true;
-    return sample;
-  }
-  const float sin2 = Square(lamp.radius) / d2;
-  if (sin2 >= 1.0f) return sample;  // Inside of the lamp.
-  const float cone = ConeHeight(sin2);
-  const float one_minus_cos = u.x() * cone;
-  const float sin_theta = std::sqrt(std::max(0.0f, one_minus_cos * (2.0f - one_minus_cos)));
-  const float phi = 2.0f * kPi * u.y();
-  const ShadingFrame frame(to / std::sqrt(d2));
-  sample.direction =
-      frame.ToWorld({sin_theta * std::cos(phi), sin_theta * std::sin(phi), 1.0f - one_minus_cos});
-  sample.distance = HitSphere(position, sample.direction, lamp.center, lamp.radius);
-  if (!std::isfinite(sample.distance)) sample.distance = std::sqrt(d2 - Square(lamp.radius));
-  sample.pdf = 1.0f / (2.0f * kPi * cone);
-  sample.radiance = lamp.radiance * lamp.Falloff(-sample.direction);
+  if (!(d2 > 1e-12f)) return sample;
+  sample.distance = std::sqrt(d2);
+  sample.direction = to / sample.distance;
+  sample.radiance = lamp.intensity * (lamp.Falloff(-sample.direction) / d2);
+  sample.pdf = 1;
+  sample.ideal = true;
   return sample;
 }
 

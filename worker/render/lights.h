@@ -104,7 +104,9 @@ class LightTable {
               LightChoice* choices) const;
   // Finds what of the light Sample will take for this `u`, and begins to fetch it from memory.
   void Aim(const Vec2f& u, LightChoice* choice) const;
-  LightSample Sample(const LightReceiver& at, const LightChoice& choice, const Vec2f& u) const;
+  // Of one to eight receivers, each of the light that it chose; its numbers in lanes.
+  void Sample(const LightReceiver* at, const LightChoice* choices, int count, Float8 u, Float8 v,
+              LightSample* samples) const;
 
   // With which a receiver's light is this one.
   float Chance(const LightReceiver& at, size_t light) const;
@@ -143,6 +145,7 @@ class LightTable {
     Vec3f back;       // Unit, away from where it shines.
     float below = 0;  // Area of the faces before it, m^2.
     float area = 0;
+    float unused[2] = {};  // Loaded with the rest.
   };
 
   struct Lamp {
@@ -193,9 +196,12 @@ class LightTable {
                 std::vector<Float8>* importances, LightReceiver* receivers,
                 LightChoice* choices) const;
   float SkyPdf(const LightReceiver& at, const Vec3f& direction) const;
-  LightSample SampleFace(const Lamp& lamp, const Face& face, const Vec3f& position,
-                         const Vec2f& u) const;
-  LightSample SampleLamp(const Lamp& lamp, const Vec3f& position, const Vec2f& u) const;
+  // In lanes: those of mesh lights, and those of spheres and spots.
+  void SampleFaces(const LightReceiver* at, const LightChoice* choices, Mask8 lanes, Float8 u,
+                   Float8 v, LightSample* samples) const;
+  void SampleSpheres(const LightReceiver* at, const LightChoice* choices, Mask8 lanes, Float8 u,
+                     Float8 v, LightSample* samples) const;
+  LightSample SampleIdeal(const Lamp& lamp, const Vec3f& position) const;
   LightSample SamplePortal(const Portal& portal, const LightReceiver& at, const Vec2f& u) const;
   LightSample SampleDome(const LightReceiver& at, const Vec2f& u) const;
   LightSample SampleSun(const Vec2f& u) const;

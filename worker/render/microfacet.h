@@ -8,12 +8,6 @@
 
 namespace parallax {
 
-// A sine and cosine for each lane.
-struct Turn8 {
-  Float8 sine, cosine;
-  explicit Turn8(Float8 angle) : sine(Sin(angle)), cosine(Cos(angle)) {}
-};
-
 // Isotropic GGX of the given alpha (= roughness^2).
 struct Ggx8 {
   Float8 alpha;

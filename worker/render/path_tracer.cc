@@ -71,6 +71,7 @@ struct PathTracer::Meeting {
   LightSeekers8 seekers{};
   std::array<LightReceiver, kTogether> receivers;
   std::array<LightChoice, kTogether> lights;
+  std::array<LightSample, kTogether> samples;
   std::vector<Float8> scratch;
 };
 
@@ -83,8 +84,8 @@ struct PathTracer::Reached {
   bool last = false;  // No light is gathered, and nothing but a thin wall leads on.
   bool lit = false;   // A light was chosen.
   float survival = 0;
-  LightReceiver receiver;
-  LightSample light;
+  const LightReceiver* receiver = nullptr;
+  const LightSample* light = nullptr;
 };
 
 // Walks that scatter together.
@@ -110,6 +111,8 @@ class PathTracer::Walk {
   void Meet(Here* here);
   // Chooses the light that each will take a sample of, for eight at a time.
   static void ChooseLights(std::span<Walk* const> walks, Meeting* meeting);
+  // And takes it, once what it reads has come from memory.
+  static void SampleLights(std::span<Walk* const> walks, Meeting* meeting);
   // True if it takes a lane of the group; else it has ended or passes straight on.
   bool Reach(const Meeting& meeting, size_t which, Group* group);
   void Depart(const Group& group, int lane, const Shadow8& shadow, const Onward8& onward,
@@ -388,16 +391,34 @@ void PathTracer::Walk::ChooseLights(std::span<Walk* const> walks, Meeting* meeti
   }
 }
 
+void PathTracer::Walk::SampleLights(std::span<Walk* const> walks, Meeting* meeting) {
+  if (walks.empty() || walks[0]->options().only_guides) return;
+  for (size_t first = 0; first < walks.size(); first += kLanes) {
+    const int count = static_cast<int>(std::min<size_t>(kLanes, walks.size() - first));
+    Float8 u = Splat(0), v = u;
+    for (int k = 0; k < count; ++k) {
+      const Vec2f& point = walks[first + static_cast<size_t>(k)]->numbers_[2];
+      u[k] = point.x();
+      v[k] = point.y();
+    }
+    walks[0]->lights().Sample(&meeting->receivers[first], &meeting->lights[first], count, u, v,
+                              &meeting->samples[first]);
+  }
+}
+
 bool PathTracer::Walk::Reach(const Meeting& meeting, size_t which, Group* group) {
   trial_ = nullptr;
   const Here& here = *here_;
-  const Vec2f &choices = numbers_[0], &through = numbers_[1], &light_point = numbers_[2];
+  const Vec2f &choices = numbers_[0], &through = numbers_[1];
   const int lane = group->size;
   Reached& reached = group->reached[lane];
   reached.last = bounce_ >= options().max_bounces;
   reached.lit = options().direct != DirectLight::kBsdfSampling && !lights().empty() &&
                 !reached.last && !options().only_guides;
-  reached.receiver = reached.lit ? meeting.receivers[which] : LightReceiver{};
+  static const LightReceiver kNowhere;
+  static const LightSample kNoLight;
+  reached.receiver = reached.lit ? &meeting.receivers[which] : &kNowhere;
+  reached.light = reached.lit ? &meeting.samples[which] : &kNoLight;
 
   const SurfaceSample& surface = here.surface;
   AddEmission(here);
@@ -417,13 +438,10 @@ bool PathTracer::Walk::Reach(const Meeting& meeting, size_t which, Group* group)
   reached.normal = here.normal;
   reached.albedo = GuideAlbedo(surface);
   reached.survival = choices.y();
-  reached.light = reached.lit
-                      ? lights().Sample(reached.receiver, meeting.lights[which], light_point)
-                      : LightSample{};
   Stand(here, reached, &group->at, lane);
-  if (reached.lit && wide && reached.receiver.enclosure) {
+  if (reached.lit && wide && reached.receiver->enclosure) {
     SpotView& spots = group->at.spots[lane];
-    spots.Look(reached.receiver.enclosure->spots, raw_.position, here.normal);
+    spots.Look(reached.receiver->enclosure->spots, raw_.position, here.normal);
     group->at.spot_share[lane] = spots.share();
   }
   return true;
@@ -443,11 +461,11 @@ void PathTracer::Walk::Stand(const Here& here, const Reached& reached, Standing8
   at->u[lane] = numbers_[3].x();
   at->v[lane] = numbers_[3].y();
   at->spot_share[lane] = 0;
-  at->light_direction.Set(lane, reached.light.direction);
-  at->light_radiance.Set(lane, reached.light.radiance);
-  at->light_distance[lane] = reached.light.distance;
-  at->light_pdf[lane] = reached.light.pdf;
-  at->ideal[lane] = reached.light.ideal ? -1 : 0;
+  at->light_direction.Set(lane, reached.light->direction);
+  at->light_radiance.Set(lane, reached.light->radiance);
+  at->light_distance[lane] = reached.light->distance;
+  at->light_pdf[lane] = reached.light->pdf;
+  at->ideal[lane] = reached.light->ideal ? -1 : 0;
 }
 
 void PathTracer::Walk::Depart(const Group& group, int lane, const Shadow8& shadow,
@@ -473,7 +491,7 @@ void PathTracer::Walk::Depart(const Group& group, int lane, const Shadow8& shado
   if (straight) return Pass(reached.position, reached.normal);
   Leave(reached, lane, onward);
   pdf_ = gathers ? onward.pdf[lane] : kInfinity;
-  receiver_ = reached.receiver;
+  receiver_ = *reached.receiver;
 }
 
 // What the denoiser's guides make of a mirror or pane before the surface that guides.
@@ -495,11 +513,11 @@ void PathTracer::Walk::UseLight(const Reached& reached, int lane, const Shadow8&
                shadow.contribution.Get(lane), bounce_ > 0 ? options().clamp_luminance : 0.0f};
   }
   if (!trial_) return;
-  const LightSample& light = reached.light;
+  const LightSample& light = *reached.light;
   const float irradiance =
       Luminance(light.radiance) * std::max(0.0f, reached.normal.dot(light.direction));
   if (shadowed_ || !(irradiance > 0.0f)) {
-    *trial_ = lights().Trial(reached.receiver, light, irradiance);
+    *trial_ = lights().Trial(*reached.receiver, light, irradiance);
   }
 }
 
@@ -619,6 +637,7 @@ void PathTracer::TraceTogether(std::span<Path> paths) {
     for (size_t k = 0; k < under_way_.size(); ++k) under_way_[k]->Meet(&meeting_->here[k]);
     LookAtSurfaces();
     Walk::ChooseLights(under_way_, meeting_.get());
+    Walk::SampleLights(under_way_, meeting_.get());
     for (size_t k = 0; k < under_way_.size(); ++k) {
       if (!under_way_[k]->Reach(*meeting_, k, group_.get())) continue;
       if (++group_->size == kLanes) ScatterGroup();

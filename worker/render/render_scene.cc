@@ -397,11 +397,6 @@ Vec3f RenderScene::FirstNormal(const RawHit& raw) const {
   return body.vertices[body.triangles[raw.triangle].a].normal;
 }
 
-Vec3f RenderScene::ShadingNormal(const RawHit& raw, const SurfaceId& id) const {
-  const Sight hit{&raw, &id, 0};
-  return Interpolate({&hit, 1}).shading_normal.Get(0);
-}
-
 SurfaceSample RenderScene::Evaluate(const Sight& hit) const {
   const Material* material = geometry_.materials[hit.id->material].get();
   if (!material) return {};

@@ -90,8 +90,6 @@ class RenderScene final : public ShadowFilter {
   Interpolated8 Interpolate(std::span<const Sight> hits) const;
   // Of one to eight hits on one material; objects without a material are plain grey.
   Look8 Look(std::span<const Sight> hits) const;
-  // Interpolated, without relief; as in Interpolated8.
-  Vec3f ShadingNormal(const RawHit& hit, const SurfaceId& id) const;
   // The surface there, without its relief.
   SurfaceSample Evaluate(const Sight& hit) const;
   // A triangle's corners in the world, as rays see them.

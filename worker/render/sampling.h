@@ -58,11 +58,11 @@ inline Vec3f DirectionAt(float cos_theta, float phi) {
   return {sin_theta * std::cos(phi), sin_theta * std::sin(phi), cos_theta};
 }
 
-// Barycentric weights of the second and third corner, uniform over a triangle's area.
-inline Vec2f SampleTriangle(const Vec2f& u) {
-  const float root = std::sqrt(u.x());
-  return {root * (1.0f - u.y()), root * u.y()};
-}
+// A sine and cosine for each lane.
+struct Turn8 {
+  Float8 sine, cosine;
+  explicit Turn8(Float8 angle) : sine(Sin(angle)), cosine(Cos(angle)) {}
+};
 
 // Weight of the strategy with density `a` against one other with density `b`.
 inline float PowerHeuristic(float a, float b) {

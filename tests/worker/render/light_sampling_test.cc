@@ -20,8 +20,11 @@ using test::Radiance;
 using test::TestScene;
 
 LightSample SampleAt(const Built& built, const Vec3f& position, float choice, const Vec2f& u) {
-  const test::Sought sought = test::Seek(built.lights, position, choice);
-  return built.lights.Sample(sought.at, sought.light, u);
+  test::Sought sought = test::Seek(built.lights, position, choice);
+  built.lights.Aim(u, &sought.light);
+  LightSample sample;
+  built.lights.Sample(&sought.at, &sought.light, 1, Splat(u.x()), Splat(u.y()), &sample);
+  return sample;
 }
 
 TestScene Floor(float albedo) {
@@ -189,7 +192,7 @@ TEST(LightSampling, IdealLightsAreChosenWithChancesThatSumToOne) {
 }
 
 // Points of two rooms and of the garden, lamps of every kind in reach of all.
-TEST(LightSampling, EightPointsChooseAsEachAlone) {
+TEST(LightSampling, EightPointsChooseAndSampleAsEachAlone) {
   TestScene test = Floor(0.5f);
   test.recipe.mutable_sky()->set_strength(1);
   test.recipe.mutable_sky()->set_sun_strength(1);
@@ -213,6 +216,8 @@ TEST(LightSampling, EightPointsChooseAsEachAlone) {
   test.AddPointLight({1, 1, 2}, 0.1, 50);
   AddSpot(&test, {5, 1, 2}, {0.1, 0.2, -1}, 0.05, 50, 0.8, 0.5);
   AddSpot(&test, {2, -1, 2}, {0.1, 0.6, -1}, 0, 50, 0.8, 0);
+  const uint32_t black = test.AddMaterial(DiffuseSample(Vec3f::Zero()));
+  test.AddMeshLight(test.AddMesh(MakeQuad({3, 0, 2.3f}, {0, 1, 0.1f}, {0.5f, 0, 0}), black), 50);
   const Built built = Build(test);
   ASSERT_GT(built.lights.portals(), 2u);
 
@@ -232,6 +237,16 @@ TEST(LightSampling, EightPointsChooseAsEachAlone) {
     LightChoice lights[kLanes];
     std::vector<Float8> scratch;
     built.lights.Choose(seekers, &scratch, at, lights);
+    Float8 u, v;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      u[lane] = static_cast<float>(rng.Uniform());
+      v[lane] = static_cast<float>(rng.Uniform());
+    }
+    LightSample samples[kLanes];
+    for (int lane = 0; lane < seekers.count; ++lane) {
+      built.lights.Aim({u[lane], v[lane]}, &lights[lane]);
+    }
+    built.lights.Sample(at, lights, seekers.count, u, v, samples);
     for (int lane = 0; lane < seekers.count; ++lane) {
       const test::Sought alone =
           test::Seek(built.lights, seekers.position.Get(lane), seekers.choice[lane]);
@@ -240,11 +255,19 @@ TEST(LightSampling, EightPointsChooseAsEachAlone) {
       EXPECT_EQ(lights[lane].light, alone.light.light);
       EXPECT_EQ(lights[lane].importance / at[lane].total,
                 built.lights.Chance(alone.at, alone.light.light));
-      ++chosen[lights[lane].light];
+      const LightSample sample =
+          SampleAt(built, seekers.position.Get(lane), seekers.choice[lane], {u[lane], v[lane]});
+      EXPECT_EQ(samples[lane].direction, sample.direction);
+      EXPECT_EQ(samples[lane].distance, sample.distance);
+      EXPECT_EQ(samples[lane].radiance, sample.radiance);
+      EXPECT_EQ(samples[lane].pdf, sample.pdf);
+      EXPECT_EQ(samples[lane].ideal, sample.ideal);
+      EXPECT_EQ(samples[lane].light, lights[lane].light);
+      if (sample.pdf > 0.0f) ++chosen[lights[lane].light];
     }
     for (int lane = seekers.count; lane < kLanes; ++lane) EXPECT_EQ(at[lane].total, 0);
   }
-  for (int light = 0; light < 6; ++light) EXPECT_GT(chosen[static_cast<size_t>(light)], 5) << light;
+  for (int light = 0; light < 7; ++light) EXPECT_GT(chosen[static_cast<size_t>(light)], 5) << light;
 }
 
 TEST(LightSampling, ASpotSendsItsPowerIntoItsCone) {

@@ -87,7 +87,7 @@ TEST(RenderScene, AHitIsWhatTheMaterialSees) {
   EXPECT_EQ(look.surface.Get(0).base_color, seen.base_color);
   // The texture's x runs along the world's y.
   EXPECT_LT((look.shading_normal.Get(0) - Vec3f(1, -0.1f, 0).normalized()).norm(), 1e-3f);
-  const Vec3f smooth = wall.scene->ShadingNormal(hit.raw, hit.id);
+  const Vec3f smooth = wall.scene->Interpolate({{hit.sight()}}).shading_normal.Get(0);
   EXPECT_LT((smooth - Vec3f::UnitX()).norm(), 1e-6f);
 }
 

@@ -181,6 +181,7 @@ class MoodyServer {
       for (const std::string& answer : answers_) {
         const int peer = accept(fd_, nullptr, nullptr);
         if (peer < 0) return;
+        ++answered;  // Before the client can know: it may look at once.
         char request[4096];
         if (!answer.empty() && read(peer, request, sizeof request) > 0) {
           const std::string whole =
@@ -188,7 +189,6 @@ class MoodyServer {
           (void)!write(peer, whole.data(), whole.size());
         }
         close(peer);  // Without an answer: a broken connection.
-        ++answered;
       }
     });
   }

@@ -11,6 +11,16 @@
 
 #include "common/math/types.h"
 
+// Before a function that computes in lanes: it is compiled twice, for AVX2 and for AVX-512, whose
+// registers are twice as many; the loader takes what the processor has. Both give the same bits.
+// Not where a resolver would run before a sanitizer is ready.
+#if defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)
+#define PARALLAX_LANE_CLONES __attribute__((target_clones("arch=x86-64-v4", "default")))
+#else
+#define PARALLAX_LANE_CLONES
+#endif
+
 namespace parallax {
 
 using Float4 = float __attribute__((vector_size(16)));
@@ -51,6 +61,12 @@ inline float Sum(Float4 x) {
 }
 inline float Sum(Float8 x) {
   return Sum(Float4(_mm256_castps256_ps128(x)) + Float4(_mm256_extractf128_ps(x, 1)));
+}
+// The first `count` lanes.
+inline Mask8 FirstLanes(int count) { return Int8{0, 1, 2, 3, 4, 5, 6, 7} < count; }
+// Lane i as bit i.
+inline uint32_t BitsOf(Mask8 mask) {
+  return static_cast<uint32_t>(_mm256_movemask_ps(_mm256_castsi256_ps((__m256i)mask)));
 }
 inline bool Any(Mask8 mask) { return _mm256_movemask_ps(_mm256_castsi256_ps((__m256i)mask)) != 0; }
 inline Mask8 IsFinite(Float8 x) { return Abs(x) < Splat(INFINITY); }
@@ -111,8 +127,23 @@ inline Float8 Sin(Float8 x) {
 inline Float8 Cos(Float8 x) {
   return Apply(x, [](const auto& a) { return a.cos(); });
 }
+inline Float8 Exp(Float8 x) {
+  return Apply(x, [](const auto& a) { return a.exp(); });
+}
 inline Float8 Log1p(Float8 x) {
   return Apply(x, [](const auto& a) { return a.log1p(); });
+}
+
+// Of [-1, 1]; to 2e-8.   Source: Abramowitz and Stegun, 4.4.46.
+inline Float8 Acos(Float8 x) {
+  const Float8 a = Abs(x);
+  Float8 sum = Splat(-0.0012624911f);
+  for (const float c : {0.0066700901f, -0.0170881256f, 0.0308918810f, -0.0501743046f, 0.0889789874f,
+                        -0.2145988016f, 1.5707963050f}) {
+    sum = sum * a + c;
+  }
+  const Float8 angle = Sqrt(1.0f - a) * sum;
+  return x < 0.0f ? 3.14159265f - angle : angle;
 }
 
 // Eight vectors or colours.

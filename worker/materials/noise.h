@@ -165,34 +165,7 @@ inline float Gradient3(const Vec3f& p, uint32_t seed) {
 
 inline Float8 QuinticStep(Float8 t) { return t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f); }
 
-inline Float8 Gradient3(const Vec3x8& position, uint32_t seed) {
-  const Float8 x = position.x + 0.371f, y = position.y + 0.293f, z = position.z + 0.437f;
-  const Float8 x0 = Floor(x), y0 = Floor(y), z0 = Floor(z);
-  const Float8 tx = x - x0, ty = y - y0, tz = z - z0;
-  const Float8 sx = QuinticStep(tx), sy = QuinticStep(ty), sz = QuinticStep(tz);
-  const Bits8 hx = (Bits8)ToInt(x0) * kPrimeX, hy = (Bits8)ToInt(y0) * kPrimeY,
-              hz = (Bits8)ToInt(z0) * kPrimeZ;
-  const auto corner = [&](int k) {
-    const bool high_x = (k & 1) != 0, high_y = (k & 2) != 0, high_z = (k & 4) != 0;
-    Bits8 h = (high_x ? hx + kPrimeX : hx) ^ (high_y ? hy + kPrimeY : hy) ^
-              (high_z ? hz + kPrimeZ : hz) ^ seed;
-    h ^= h >> 15;
-    h *= 0x2c1b3c6du;
-    h ^= h >> 13;
-    h *= 0x297a2d39u;
-    h ^= h >> 16;
-    const Float8 gx = ToFloat((Int8)(h & 0x3ff)) - 511.5f;
-    const Float8 gy = ToFloat((Int8)((h >> 10) & 0x3ff)) - 511.5f;
-    const Float8 gz = ToFloat((Int8)((h >> 20) & 0x3ff)) - 511.5f;
-    return (high_x ? sx : 1.0f - sx) * (high_y ? sy : 1.0f - sy) * (high_z ? sz : 1.0f - sz) *
-           (gx * (high_x ? tx - 1.0f : tx) + gy * (high_y ? ty - 1.0f : ty) +
-            gz * (high_z ? tz - 1.0f : tz));
-  };
-  // In the order in which Sum adds the corners of one point.
-  const Float8 near = (corner(0) + corner(4)) + (corner(1) + corner(5));
-  const Float8 far = (corner(2) + corner(6)) + (corner(3) + corner(7));
-  return (near + far) * (1.0f / 511.5f * 1.56f);
-}
+Float8 Gradient3(const Vec3x8& position, uint32_t seed);
 inline Float8 Gradient3(Float8 x, Float8 y, Float8 z, uint32_t seed) {
   return Gradient3(Vec3x8(x, y, z), seed);
 }
@@ -218,21 +191,7 @@ inline float Gradient2(float px, float py, uint32_t seed) {
   return Sum(v) * (1.0f / 32767.5f * 1.70f);
 }
 
-inline Float8 Gradient2(Float8 x, Float8 y, uint32_t seed) {
-  const Float8 x0 = Floor(x), y0 = Floor(y);
-  const Float8 tx = x - x0, ty = y - y0;
-  const Float8 sx = QuinticStep(tx), sy = QuinticStep(ty);
-  const Bits8 hx = (Bits8)ToInt(x0) * kPrimeX, hy = (Bits8)ToInt(y0) * kPrimeY;
-  const auto corner = [&](int k) {
-    const bool high_x = (k & 1) != 0, high_y = (k & 2) != 0;
-    const Bits8 h = Mix((high_x ? hx + kPrimeX : hx) ^ (high_y ? hy + kPrimeY : hy) ^ seed);
-    const Float8 gx = ToFloat((Int8)(h & 0xffff)) - 32767.5f;
-    const Float8 gy = ToFloat((Int8)(h >> 16)) - 32767.5f;
-    return (high_x ? sx : 1.0f - sx) * (high_y ? sy : 1.0f - sy) *
-           (gx * (high_x ? tx - 1.0f : tx) + gy * (high_y ? ty - 1.0f : ty));
-  };
-  return ((corner(0) + corner(1)) + (corner(2) + corner(3))) * (1.0f / 32767.5f * 1.70f);
-}
+Float8 Gradient2(Float8 x, Float8 y, uint32_t seed);
 
 // Sum of `octaves` of gradient noise, each 0.48 as long and `gain` as strong as the one before;
 // octaves finer than the footprint are left out. About [-1, 1] for gain 0.5.

@@ -24,6 +24,23 @@ TEST(Lanes, FunctionsWorkLaneByLane) {
   EXPECT_FLOAT_EQ(Sum(kSome), -3.5f - 1 + 0.25f + 1 + 2.5f + 100);
 }
 
+TEST(Lanes, ExponentialsAndArcsAreThoseOfTheLibrary) {
+  for (int i = -1000; i <= 1000; ++i) {
+    const float x = static_cast<float>(i) / 1000;
+    EXPECT_NEAR(Acos(Splat(x))[3], std::acos(x), 5e-7f) << x;
+    EXPECT_NEAR(Exp(Splat(10 * x))[3] / std::exp(10 * x), 1, 1e-6f) << x;
+  }
+}
+
+TEST(Lanes, MasksAndBitsSayTheSame) {
+  for (int count = -1; count <= kLanes + 1; ++count) {
+    const Mask8 first = FirstLanes(count);
+    for (int k = 0; k < kLanes; ++k) EXPECT_EQ(first[k], k < count ? -1 : 0);
+    EXPECT_EQ(BitsOf(first), (1u << std::clamp(count, 0, kLanes)) - 1);
+  }
+  EXPECT_EQ(BitsOf(Mask8{0, -1, 0, 0, -1, 0, 0, -1}), 0x92u);
+}
+
 TEST(Lanes, MasksKnowWhatIsNotFinite) {
   Float8 x = kSome;
   EXPECT_FALSE(Any(~IsFinite(x)));

@@ -145,7 +145,7 @@ BsdfValue8 Bsdf8::Evaluate(const Vec3x8& i) const {
   return {Select(seen, value.f_cos, Vec3x8::Zero()), seen ? value.pdf : Splat(0)};
 }
 
-BsdfValue8 Bsdf8::EvaluateReflection(const Vec3x8& i) const {
+PARALLAX_LANE_CLONES BsdfValue8 Bsdf8::EvaluateReflection(const Vec3x8& i) const {
   BsdfValue8 value;
   const Vec3x8 h = Normalized(o_ + i);
   const Float8 cos_h = Max(Dot(o_, h), 0.0f);
@@ -228,7 +228,7 @@ Float8 Bsdf8::PassChance() const {
   return p_straight_ > 0.0f ? p_straight_ : p_glass_ * (1.0f - GlassReflectance(o_.z));
 }
 
-BsdfDirection8 Bsdf8::Sample(Float8 lobe, Float8 u, Float8 v) const {
+PARALLAX_LANE_CLONES BsdfDirection8 Bsdf8::Sample(Float8 lobe, Float8 u, Float8 v) const {
   BsdfDirection8 sample;
   sample.straight = lobe < p_straight_;
   const Float8 rest = lobe - p_straight_;

@@ -1,5 +1,6 @@
 #include "worker/render/cache_fill.h"
 
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include "worker/render/camera_rays.h"
@@ -29,18 +30,20 @@ class Filler {
   }
 
   void UseCache(const RadianceCache* cache) { options_.cache = cache; }
+  PathTracer Tracer() const { return PathTracer(scene_, lights_, options_); }
 
   // Adds what the paths of these indices learn. `limit`: luminance above which light is cut; 0 =
   // none.
-  void Trace(int64_t first, int64_t last, float limit, CacheBuilder::Batch* batch,
-             std::vector<LightTrial>* trials, std::vector<LightSeen>* seen) const {
+  void Trace(PathTracer* tracer, int64_t first, int64_t last, float limit,
+             CacheBuilder::Batch* batch, std::vector<LightTrial>* trials,
+             std::vector<LightSeen>* seen) const {
     std::vector<PathTrail> trails(static_cast<size_t>(last - first));
     std::vector<Path> paths;
     for (int64_t i = first; i < last; ++i) {
       paths.push_back(Start(i));
       paths.back().trail = &trails[static_cast<size_t>(i - first)];
     }
-    PathTracer(scene_, lights_, options_).Trace(paths);
+    tracer->Trace(paths);
     for (const Path& path : paths) {
       Learn(path, limit, batch, seen);
       for (int k = 0; k < path.trail->size; ++k) {
@@ -127,11 +130,13 @@ absl::StatusOr<RadianceCache> FillRadianceCache(const RenderScene& scene, LightT
         static_cast<size_t>((end - begin + kPathsPerBatch - 1) / kPathsPerBatch));
     std::vector<std::vector<LightTrial>> trials(batches.size());
     std::vector<std::vector<LightSeen>> seen(batches.size());
+    tbb::enumerable_thread_specific<PathTracer> tracers([&] { return filler.Tracer(); });
     tbb::parallel_for(size_t{0}, batches.size(), [&](size_t b) {
       const int64_t first = begin + static_cast<int64_t>(b) * kPathsPerBatch;
       const int64_t last = std::min(end, first + kPathsPerBatch);
       for (int64_t i = first; i < last && !cancel.cancelled(); i += kTogether) {
-        filler.Trace(i, std::min(i + kTogether, last), limit, &batches[b], &trials[b], &seen[b]);
+        filler.Trace(&tracers.local(), i, std::min(i + kTogether, last), limit, &batches[b],
+                     &trials[b], &seen[b]);
       }
     });
     if (cancel.cancelled()) return MakeError(absl::StatusCode::kCancelled, "render: cancelled");

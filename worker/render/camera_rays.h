@@ -20,12 +20,11 @@ class CameraRays {
   Ray Through(float x, float y) const {
     return {origin_, (corner_ + x * right_ + y * down_).normalized(), 0, spread_};
   }
-  // The first `count` of eight.
-  void Through(Float8 x, Float8 y, int count, Ray* const* rays) const {
+  Rays8 Through(Float8 x, Float8 y) const {
     const Vec3x8 to = corner_ + right_ * x + down_ * y;
-    const Vec3x8 direction = to / Norm(to);
-    for (int k = 0; k < count; ++k) *rays[k] = {origin_, direction.Get(k), 0, spread_};
+    return {Vec3x8(origin_), to / Norm(to)};
   }
+  float spread() const { return spread_; }
 
  private:
   const Vec3f origin_, corner_, right_, down_;

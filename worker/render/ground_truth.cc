@@ -28,40 +28,37 @@ class TruthTracer {
     for (const v1::Room& other : other_rooms) rooms_.push_back(BoxOf(other));
   }
 
-  static constexpr int kRun = RayTrees::kPacket;
+  static constexpr int kRun = kLanes;
 
   // Of up to kRun pixels of a row, from x on.
   void At(int x, int y, int count, PixelTruth* truths) const {
     std::array<Vec3d, kRun> in_world;
-    std::array<Ray, kRun> rays;
     std::array<RawHit, kRun> raws;
-    std::array<const Ray*, kRun> ray_of;
-    std::array<RawHit*, kRun> raw_of;
+    Rays8 rays{Vec3x8(camera_.origin.cast<float>()), Vec3x8::Zero()};
     for (int k = 0; k < count; ++k) {
       const auto i = static_cast<size_t>(k);
       in_world[i] = camera_.world_from_camera * camera_.DirectionAt(x + k + 0.5, y + 0.5);
-      rays[i].origin = camera_.origin.cast<float>();
-      rays[i].direction = in_world[i].normalized().cast<float>();
-      ray_of[i] = &rays[i];
-      raw_of[i] = &raws[i];
+      rays.direction.Set(k, in_world[i].normalized().cast<float>());
     }
-    const uint32_t met = scene_.trees().Intersect(kTree, ray_of.data(), raw_of.data(), count);
+    Hits8 hits;
+    scene_.trees().Intersect(kTree, rays, FirstLanes(count), true, &hits);
     std::array<SurfaceId, kRun> ids;
-    std::array<Sight, kRun> sights;
+    Sights8 sights{};
     std::array<size_t, kRun> pixel;
-    size_t seen = 0;
     for (int k = 0; k < count; ++k) {
       const auto i = static_cast<size_t>(k);
-      truths[i] = Look(rays[i], (met >> k & 1) != 0, &raws[i], &ids[i]);
+      raws[i] = hits.Get(k);
+      const Ray ray{rays.origin.Get(k), rays.direction.Get(k)};
+      truths[i] = Look(ray, hits.met[k] != 0, &raws[i], &ids[i]);
       if (!truths[i].surface) continue;
-      sights[seen] = {&raws[i], &ids[i], 0};
-      pixel[seen++] = i;
+      pixel[static_cast<size_t>(sights.count)] = i;
+      sights.Add(raws[i], ids[i], 0);
     }
-    if (seen == 0) return;
-    const Vec3x8 normals = scene_.Interpolate({sights.data(), seen}).shading_normal;
-    for (size_t j = 0; j < seen; ++j) {
-      const size_t i = pixel[j];
-      Measure(raws[i], ids[i], normals.Get(static_cast<int>(j)), in_world[i], &truths[i]);
+    if (sights.count == 0) return;
+    const Vec3x8 normals = scene_.Interpolate(sights).shading_normal;
+    for (int seen = 0; seen < sights.count; ++seen) {
+      const size_t i = pixel[static_cast<size_t>(seen)];
+      Measure(raws[i], ids[i], normals.Get(seen), in_world[i], &truths[i]);
     }
   }
 
@@ -77,7 +74,7 @@ class TruthTracer {
       *id = scene_.Identify(*raw);
       const MaterialTraits& traits = scene_.traits(id->material);
       if (traits.may_be_open || traits.may_be_transmissive || traits.may_be_mirror) {
-        const SurfaceSample s = scene_.Evaluate({raw, id, spread * raw->distance});
+        const SurfaceSample s = scene_.Evaluate(*raw, *id, spread * raw->distance);
         if (s.opacity < 0.5f) {
           const float from = raw->distance + 1e-5f + 2e-6f * raw->distance;
           met = scene_.trees().Intersect(kTree, ray, from, raw);

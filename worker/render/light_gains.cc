@@ -37,8 +37,8 @@ Int8 LightGains::CellOf(const Vec3x8& position, const Vec3x8& normal) const {
          face;
 }
 
-void LightGains::Add(uint32_t cell, uint32_t light, float gain) {
-  Sum& sum = sums_[cell * lights_ + light];
+void LightGains::Add(int32_t cell, int32_t light, float gain) {
+  Sum& sum = sums_[Place(cell, light)];
   sum.squares += Square(std::min(gain, kLongest));
   ++sum.trials;
 }

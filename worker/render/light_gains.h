@@ -29,12 +29,12 @@ class LightGains {
     if (gains_.empty()) return Splat(1);
     return Gather(gains_.data() + light, cells * static_cast<int32_t>(lights_));
   }
-  float Of(uint32_t cell, size_t light) const {
-    return gains_.empty() ? 1.0f : gains_[cell * lights_ + light];
+  float Of(int32_t cell, int32_t light) const {
+    return gains_.empty() ? 1.0f : gains_[Place(cell, light)];
   }
 
   // `gain`: irradiance that one sample of the light found, over the light's importance.
-  void Add(uint32_t cell, uint32_t light, float gain);
+  void Add(int32_t cell, int32_t light, float gain);
   // From all that was added so far.
   void Learn();
 
@@ -42,6 +42,10 @@ class LightGains {
   struct Sum {
     float squares = 0, trials = 0;
   };
+
+  size_t Place(int32_t cell, int32_t light) const {
+    return static_cast<size_t>(cell) * lights_ + static_cast<size_t>(light);
+  }
 
   Box3f box_;
   Eigen::Array3i size_ = Eigen::Array3i::Zero();  // In cubes.

@@ -22,55 +22,67 @@ Float8 ConeHeight(Float8 sin2) { return sin2 / (1.0f + Sqrt(Max(1.0f - sin2, 0.0
 
 }  // namespace
 
-void LightTable::Sample(const LightReceiver* at, const LightChoice* choices, int count, Float8 u,
-                        Float8 v, LightSample* samples) const {
-  Mask8 faces{}, spheres{};
-  for (int lane = 0; lane < count; ++lane) {
-    const LightChoice& choice = choices[lane];
-    LightSample& sample = samples[lane];
-    sample = {};
-    sample.light = choice.light;
-    if (!(choice.importance > 0.0f)) continue;
-    const Enclosure* in = at[lane].enclosure;
-    const Vec2f point(u[lane], v[lane]);
-    const size_t first_way = lamps_.size(), sun = LightsIn(in) - 1;
-    if (choice.light == sun) {
-      sample = SampleSun(point);
-    } else if (choice.light >= first_way) {
-      sample = in ? SamplePortal(in->portals[choice.light - first_way], at[lane], point)
-                  : SampleDome(at[lane], point);
-    } else if (lamps_[choice.light].mesh) {
-      faces[lane] = -1;
-    } else if (lamps_[choice.light].radius > 0.0f) {
-      spheres[lane] = -1;
-    } else {
-      sample = SampleIdeal(lamps_[choice.light], at[lane].position);
-    }
-    sample.light = choice.light;
-  }
-  if (Any(faces)) SampleFaces(at, choices, faces, u, v, samples);
-  if (Any(spheres)) SampleSpheres(at, choices, spheres, u, v, samples);
-  for (int lane = 0; lane < count; ++lane) {
-    // The density of ways to the sky is that of all of them already.
-    const size_t sun = LightsIn(at[lane].enclosure) - 1;
-    if (choices[lane].light >= lamps_.size() && choices[lane].light != sun) continue;
-    if (samples[lane].pdf > 0.0f) samples[lane].pdf *= choices[lane].importance / at[lane].total;
-  }
+void LightSamples8::Set(int lane, const LightSample& sample) {
+  direction.Set(lane, sample.direction);
+  radiance.Set(lane, sample.radiance);
+  distance[lane] = sample.distance;
+  pdf[lane] = sample.pdf;
+  ideal[lane] = sample.ideal ? -1 : 0;
 }
 
-void LightTable::SampleFaces(const LightReceiver* at, const LightChoice* choices, Mask8 lanes,
-                             Float8 u, Float8 v, LightSample* samples) const {
+LightSample LightSamples8::Get(int lane) const {
+  return {direction.Get(lane), distance[lane], radiance.Get(lane), pdf[lane], ideal[lane] != 0};
+}
+
+void LightTable::Sample(const LightReceivers8& at, const LightChoices8& choices, Float8 u, Float8 v,
+                        LightSamples8* out) const {
+  LightSamples8& samples = *out;
+  samples.direction = Vec3x8(Vec3f::UnitZ());
+  samples.radiance = Vec3x8::Zero();
+  samples.distance = samples.pdf = Splat(0);
+  samples.ideal = Mask8{};
+  Mask8 faces{}, spheres{}, skies{}, others{};
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (!(choices.importance[lane] > 0.0f)) continue;
+    const auto light = static_cast<size_t>(choices.light[lane]);
+    if (light >= lamps_.size()) {
+      const bool sun = light + 1 == LightsIn(RoomAt(at.room[lane]));
+      (sun ? others : skies)[lane] = -1;
+    } else if (lamps_[light].radius == 0.0f) {
+      others[lane] = -1;
+    } else {
+      (lamps_[light].mesh ? faces : spheres)[lane] = -1;
+    }
+  }
+  if (Any(faces)) SampleFaces(at, choices, faces, u, v, &samples);
+  if (Any(spheres)) SampleSpheres(at, choices, spheres, u, v, &samples);
+  if (Any(skies)) SampleSky(at, choices, skies, u, v, &samples);
+  for (int lane = 0; Any(others) && lane < kLanes; ++lane) {
+    if (others[lane] == 0) continue;
+    const auto light = static_cast<size_t>(choices.light[lane]);
+    samples.Set(lane, light < lamps_.size() ? SampleIdeal(lamps_[light], at.position.Get(lane))
+                                            : SampleSun({u[lane], v[lane]}));
+  }
+  // The density of ways to the sky is that of all of them already.
+  const Float8 chance = skies ? Splat(1) : choices.importance / at.total;
+  samples.pdf = samples.pdf > 0.0f ? samples.pdf * chance : samples.pdf;
+}
+
+PARALLAX_LANE_CLONES void LightTable::SampleFaces(const LightReceivers8& at,
+                                                  const LightChoices8& choices, Mask8 lanes,
+                                                  Float8 u, Float8 v,
+                                                  LightSamples8* samples) const {
   static_assert(sizeof(Face) == 16 * sizeof(float));
   Float8 front[kLanes]{}, rest[kLanes]{};
-  Vec3x8 position = Vec3x8::Zero();
+  Vec3x8 radiance = Vec3x8::Zero();
   Float8 area = Splat(1);
   for (int lane = 0; lane < kLanes; ++lane) {
     if (lanes[lane] == 0) continue;
-    const Lamp& lamp = lamps_[choices[lane].light];
-    const float* face = lamp.faces[choices[lane].face].corner.data();
+    const Lamp& lamp = lamps_[static_cast<size_t>(choices.light[lane])];
+    const float* face = lamp.faces[static_cast<size_t>(choices.face[lane])].corner.data();
     front[lane] = _mm256_load_ps(face);
     rest[lane] = _mm256_load_ps(face + kLanes);
-    position.Set(lane, at[lane].position);
+    radiance.Set(lane, lamp.radiance);
     area[lane] = lamp.area;
   }
   Transpose(front);
@@ -80,30 +92,28 @@ void LightTable::SampleFaces(const LightReceiver* at, const LightChoice* choices
   const Float8 below = rest[4], face_area = rest[5];
   // What is left of the first number after the choice serves again, uniformly over the triangle.
   const Float8 root = Sqrt(Clamp((u * area - below) / face_area, 0.0f, 1.0f));
-  const Vec3x8 to = corner + edge_u * (root * (1.0f - v)) + edge_v * (root * v) - position;
+  const Vec3x8 to = corner + edge_u * (root * (1.0f - v)) + edge_v * (root * v) - at.position;
   const Float8 d2 = Inner(to, to), distance = Sqrt(d2);
   const Vec3x8 direction = to / distance;
   const Float8 cosine = Inner(back, direction);
   const Mask8 shines = lanes & (d2 > 1e-12f) & (cosine > 1e-5f);
   const Float8 pdf = d2 / (cosine * area);
-  for (int lane = 0; lane < kLanes; ++lane) {
-    if (shines[lane] == 0) continue;
-    LightSample& sample = samples[lane];
-    sample.distance = distance[lane];
-    sample.direction = direction.Get(lane);
-    sample.radiance = lamps_[choices[lane].light].radiance;
-    sample.pdf = pdf[lane];
-  }
+  samples->distance = shines ? distance : samples->distance;
+  samples->direction = Select(shines, direction, samples->direction);
+  samples->radiance = Select(shines, radiance, samples->radiance);
+  samples->pdf = shines ? pdf : samples->pdf;
 }
 
-void LightTable::SampleSpheres(const LightReceiver* at, const LightChoice* choices, Mask8 lanes,
-                               Float8 u, Float8 v, LightSample* samples) const {
+PARALLAX_LANE_CLONES void LightTable::SampleSpheres(const LightReceivers8& at,
+                                                    const LightChoices8& choices, Mask8 lanes,
+                                                    Float8 u, Float8 v,
+                                                    LightSamples8* samples) const {
   Vec3x8 to = Vec3f(0, 0, 1);
   Float8 radius = Splat(0.5f);
   for (int lane = 0; lane < kLanes; ++lane) {
     if (lanes[lane] == 0) continue;
-    const Lamp& lamp = lamps_[choices[lane].light];
-    to.Set(lane, lamp.center - at[lane].position);
+    const Lamp& lamp = lamps_[static_cast<size_t>(choices.light[lane])];
+    to.Set(lane, lamp.center - at.position.Get(lane));
     radius[lane] = lamp.radius;
   }
   const Float8 d2 = Inner(to, to), radius2 = radius * radius;
@@ -125,13 +135,12 @@ void LightTable::SampleSpheres(const LightReceiver* at, const LightChoice* choic
   const Float8 pdf = 1.0f / (2.0f * kPi * cone);
   for (int lane = 0; lane < kLanes; ++lane) {
     if (shines[lane] == 0) continue;
-    const Lamp& lamp = lamps_[choices[lane].light];
-    LightSample& sample = samples[lane];
-    sample.direction = direction.Get(lane);
-    sample.distance = distance[lane];
-    sample.pdf = pdf[lane];
-    sample.radiance = lamp.radiance * lamp.Falloff(-sample.direction);
+    const Lamp& lamp = lamps_[static_cast<size_t>(choices.light[lane])];
+    samples->radiance.Set(lane, lamp.radiance * lamp.Falloff(-direction.Get(lane)));
   }
+  samples->distance = shines ? distance : samples->distance;
+  samples->direction = Select(shines, direction, samples->direction);
+  samples->pdf = shines ? pdf : samples->pdf;
 }
 
 LightSample LightTable::SampleIdeal(const Lamp& lamp, const Vec3f& position) const {
@@ -147,28 +156,30 @@ LightSample LightTable::SampleIdeal(const Lamp& lamp, const Vec3f& position) con
   return sample;
 }
 
-LightSample LightTable::SamplePortal(const Portal& portal, const LightReceiver& at,
-                                     const Vec2f& u) const {
-  LightSample sample;
-  const Vec3f to = portal.corner + portal.edge_u * u.x() + portal.edge_v * u.y() - at.position;
-  const float d2 = to.squaredNorm();
-  if (!(d2 > 1e-12f)) return sample;
-  sample.direction = to / std::sqrt(d2);
-  sample.distance = kInfinity;
-  sample.radiance = sky_.Radiance(sample.direction);
-  sample.pdf = SkyPdf(at, sample.direction);
-  return sample;
-}
-
-LightSample LightTable::SampleDome(const LightReceiver& at, const Vec2f& u) const {
-  LightSample sample;
-  const bool above = u.x() < kUpperShare;
-  const float z = above ? u.x() / kUpperShare : -(u.x() - kUpperShare) / (1.0f - kUpperShare);
-  sample.direction = DirectionAt(z, 2.0f * kPi * u.y());
-  sample.distance = kInfinity;
-  sample.radiance = sky_.Radiance(sample.direction);
-  sample.pdf = SkyPdf(at, sample.direction);
-  return sample;
+void LightTable::SampleSky(const LightReceivers8& at, const LightChoices8& choices, Mask8 lanes,
+                           Float8 u, Float8 v, LightSamples8* samples) const {
+  Vec3x8 to(Vec3f::UnitZ());
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (lanes[lane] == 0) continue;
+    if (const Enclosure* in = RoomAt(at.room[lane])) {
+      const size_t way = static_cast<size_t>(choices.light[lane]) - lamps_.size();
+      const Portal& portal = in->portals[way];
+      to.Set(lane, portal.corner + portal.edge_u * u[lane] + portal.edge_v * v[lane] -
+                       at.position.Get(lane));
+    } else {
+      const bool above = u[lane] < kUpperShare;
+      const float z =
+          above ? u[lane] / kUpperShare : -(u[lane] - kUpperShare) / (1.0f - kUpperShare);
+      to.Set(lane, DirectionAt(z, 2.0f * kPi * v[lane]));
+    }
+  }
+  const Float8 d2 = Inner(to, to);
+  const Mask8 shines = lanes & (d2 > 1e-12f);
+  const Vec3x8 direction = to / Sqrt(d2);
+  samples->direction = Select(shines, direction, samples->direction);
+  samples->radiance = Select(shines, sky_.Radiance(direction), samples->radiance);
+  samples->distance = shines ? Splat(kInfinity) : samples->distance;
+  samples->pdf = shines ? SkyPdf(at, direction) : samples->pdf;
 }
 
 LightSample LightTable::SampleSun(const Vec2f& u) const {
@@ -182,47 +193,64 @@ LightSample LightTable::SampleSun(const Vec2f& u) const {
   return sample;
 }
 
-float LightTable::SkyPdf(const LightReceiver& at, const Vec3f& direction) const {
-  if (!(at.total > 0.0f)) return 0;
-  if (!at.enclosure) {
-    const float pdf = (direction.z() >= 0.0f ? kUpperShare : 1.0f - kUpperShare) / (2.0f * kPi);
-    return pdf * DomeImportance() / at.total;
-  }
-  float pdf = 0;
-  for (size_t i = 0; i < at.enclosure->portals.size(); ++i) {
-    const Portal& portal = at.enclosure->portals[i];
-    const float cosine = portal.normal.dot(direction);
-    const float height = portal.normal.dot(portal.corner - at.position);
-    if (cosine <= 1e-5f || height <= 0.0f) continue;
-    const float distance = height / cosine;
-    const Vec3f q = at.position + direction * distance - portal.corner;
-    const float a = q.dot(portal.edge_u);
-    const float b = q.dot(portal.edge_v);
-    if (a < 0.0f || b < 0.0f || a > portal.edge_u.squaredNorm() ||
-        b > portal.edge_v.squaredNorm()) {
+Float8 LightTable::SkyPdf(const LightReceivers8& at, const Vec3x8& directions) const {
+  Float8 all = Splat(0);
+  Mask8 left = at.total > 0.0f;
+  while (Any(left)) {
+    const int32_t room = at.room[__builtin_ctz(BitsOf(left))];
+    const Mask8 members = left & (at.room == room);
+    left &= ~members;
+    const Enclosure* in = RoomAt(room);
+    if (!in) {
+      const Float8 share = directions.z >= 0.0f ? Splat(kUpperShare) : Splat(1.0f - kUpperShare);
+      all = members ? share / (2.0f * kPi) * DomeImportance() / at.total : all;
       continue;
     }
-    pdf += Importance(at, lamps_.size() + i) * Square(distance) / (cosine * portal.area);
+    Float8 pdf = Splat(0);
+    for (size_t i = 0; i < in->portals.size(); ++i) {
+      const Portal& portal = in->portals[i];
+      const Float8 cosine = Inner(Vec3x8(portal.normal), directions);
+      const Float8 height = Inner(Vec3x8(portal.normal), Vec3x8(portal.corner) - at.position);
+      const Float8 distance = height / cosine;
+      const Vec3x8 q = at.position + directions * distance - Vec3x8(portal.corner);
+      const Float8 a = Inner(q, Vec3x8(portal.edge_u)), b = Inner(q, Vec3x8(portal.edge_v));
+      const Mask8 through = members & (cosine > 1e-5f) & (height > 0.0f) & (a >= 0.0f) &
+                            (b >= 0.0f) & (a <= portal.edge_u.squaredNorm()) &
+                            (b <= portal.edge_v.squaredNorm());
+      if (!Any(through)) continue;
+      const Float8 importance = Importance(in, at.position, at.cell, lamps_.size() + i);
+      pdf += through ? importance * Square(distance) / (cosine * portal.area) : Splat(0);
+    }
+    all = members ? pdf / at.total : all;
   }
-  return pdf / at.total;
-}
-
-int LightTable::MeshLight(uint32_t placed, uint16_t slot) const {
-  const std::vector<int>& lights = mesh_lights_[placed];
-  return slot < lights.size() ? lights[slot] : -1;
+  return all;
 }
 
 Vec3f LightTable::MeshRadiance(uint32_t placed, uint16_t slot) const {
-  const int light = MeshLight(placed, slot);
+  const int32_t light = MeshLight(placed, slot);
   return light >= 0 ? lamps_[static_cast<size_t>(light)].radiance : Vec3f::Zero();
 }
 
 float LightTable::MeshPdf(const LightReceiver& at, uint32_t placed, uint16_t slot, float distance,
                           float cosine) const {
-  const int light = MeshLight(placed, slot);
+  const int32_t light = MeshLight(placed, slot);
   if (light < 0 || !(at.total > 0.0f) || cosine <= 1e-5f) return 0;
   const Lamp& lamp = lamps_[static_cast<size_t>(light)];
   return Chance(at, static_cast<size_t>(light)) * Square(distance) / (cosine * lamp.area);
+}
+
+Mask8 LightTable::MeetSpheres(const Vec3x8& origin, const Vec3x8& direction,
+                              Float8 distance) const {
+  Mask8 meet{};
+  for (const size_t index : spheres_) {
+    const Vec3x8 to = Vec3x8(lamps_[index].center) - origin;
+    const Float8 along = Inner(to, direction);
+    const Vec3x8 miss = to - direction * along;
+    // Or its far side: SphereRadiance says which.
+    meet |= (along > 0.0f) & (Inner(miss, miss) < Square(lamps_[index].radius)) &
+            (along - lamps_[index].radius < distance);
+  }
+  return meet;
 }
 
 Vec3f LightTable::SphereRadiance(const LightReceiver& at, const Vec3f& origin,
@@ -247,12 +275,16 @@ Vec3f LightTable::EscapeRadiance(const LightReceiver& at, const Vec3f& direction
   const bool weighted = std::isfinite(bsdf_pdf);
   Vec3f sum = Vec3f::Zero();
   if (sky_.has_sky()) {
-    const float weight = weighted ? PowerHeuristic(bsdf_pdf, SkyPdf(at, direction)) : 1.0f;
+    float weight = 1;
+    if (weighted) {
+      const Float8 pdf = SkyPdf(LightReceivers8::All(at), Vec3x8(direction));
+      weight = PowerHeuristic(bsdf_pdf, pdf[0]);
+    }
     sum += sky_.Radiance(direction) * weight;
   }
   if (sky_.InSun(direction)) {
     const float pdf = weighted && at.total > 0.0f
-                          ? Chance(at, LightsIn(at.enclosure) - 1) / sky_.sun_solid_angle()
+                          ? Chance(at, LightsIn(RoomAt(at.room)) - 1) / sky_.sun_solid_angle()
                           : 0.0f;
     sum += sky_.SunRadiance() * (weighted ? PowerHeuristic(bsdf_pdf, pdf) : 1.0f);
   }

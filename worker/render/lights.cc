@@ -16,7 +16,7 @@ Mask8 Contains(const Box3f& box, const Vec3x8& p) {
 absl::StatusOr<LightTable> LightTable::Build(const v1::Scene& scene, const RenderScene& geometry) {
   LightTable table;
   table.sky_ = SkyModel(scene.sky());
-  table.mesh_lights_.resize(geometry.geometry().meshes.size());
+  table.lights_of_body_.resize(geometry.geometry().meshes.size());
   for (const v1::Light& light : scene.lights()) {
     const Vec3f power = FromProto(light.power_w()).cast<float>().cwiseMax(0.0f);
     if (!(power.maxCoeff() > 0.0f)) continue;
@@ -38,15 +38,19 @@ absl::StatusOr<LightTable> LightTable::Build(const v1::Scene& scene, const Rende
       const PlacedMesh& placed = geometry.geometry().meshes[p];
       if (placed.object_index != light.object_index()) continue;
       const Mesh& mesh = *placed.mesh;
-      std::vector<int>& lights = table.mesh_lights_[p];
-      lights.resize(mesh.slots.size(), -1);
+      SlotLights& lights = table.lights_of_body_[p];
+      if (lights.count == 0) {
+        lights = {static_cast<uint32_t>(table.mesh_lights_.size()),
+                  static_cast<uint32_t>(mesh.slots.size())};
+        table.mesh_lights_.resize(lights.first + lights.count, -1);
+      }
       for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
         const uint16_t slot = mesh.triangles[t].slot;
         if (slot >= mesh.slots.size() || mesh.slots[slot].name != light.slot()) continue;
         Vec3f corners[3];
         geometry.Corners(p, t, corners);
         if (!lamp.AddFace(corners)) continue;
-        lights[slot] = static_cast<int>(table.lamps_.size());
+        table.mesh_lights_[lights.first + slot] = static_cast<int32_t>(table.lamps_.size());
         for (const Vec3f& corner : corners) box.extend(corner);
       }
     }
@@ -54,7 +58,7 @@ absl::StatusOr<LightTable> LightTable::Build(const v1::Scene& scene, const Rende
     lamp.center = box.center();
     lamp.radius = 0.5f * box.diagonal().norm();
     lamp.radiance = power / (kPi * lamp.area);
-    lamp.MakeGuide();
+    lamp.MakeGuides();
     table.lamps_.push_back(std::move(lamp));
   }
   if (scene.has_room()) table.AddRoom(scene.room(), scene.ceiling_removed(), geometry);
@@ -84,24 +88,28 @@ bool LightTable::Lamp::AddFace(const Vec3f corners[3]) {
   face.back = cross / length;
   area = face.below + face.area;
   faces.push_back(face);
-  below.push_back(face.below);
   return true;
 }
 
-void LightTable::Lamp::MakeGuide() {
-  guide.resize(faces.size());
+void LightTable::Lamp::MakeGuides() {
+  constexpr size_t kGuidesPerFace = 4;  // Most searches end where they begin.
+  guides.resize(kGuidesPerFace * faces.size());
+  guides_per_m2 = static_cast<float>(guides.size()) / area;
   uint32_t face = 0;
-  for (size_t i = 0; i < guide.size(); ++i) {
-    const float start = area * static_cast<float>(i) / static_cast<float>(guide.size());
-    while (face + 1 < faces.size() && below[face + 1] <= start) ++face;
-    guide[i] = face;
+  for (size_t i = 0; i < guides.size(); ++i) {
+    const float start = area * static_cast<float>(i) / static_cast<float>(guides.size());
+    while (face + 1 < faces.size() && faces[face + 1].below <= start) ++face;
+    guides[i] = {face, face + 1 < faces.size() ? faces[face + 1].below : kInfinity};
   }
 }
 
 uint32_t LightTable::Lamp::FaceAt(float at) const {
-  const auto part = static_cast<size_t>(at / area * static_cast<float>(guide.size()));
-  uint32_t face = guide[std::min(part, guide.size() - 1)];
-  while (face + 1 < below.size() && below[face + 1] <= at) ++face;
+  const Guide& guide = GuideAt(at);
+  uint32_t face = guide.face;
+  // A part may begin a rounding behind its place.
+  while (face > 0 && faces[face].below > at && guide.end > at) --face;
+  if (guide.end > at) return face;
+  while (face + 1 < faces.size() && faces[face + 1].below <= at) ++face;
   return face;
 }
 
@@ -278,8 +286,7 @@ Float8 LightTable::Importance(const Enclosure* in, const Vec3x8& position, Int8 
 }
 
 float LightTable::Importance(const LightReceiver& at, size_t light) const {
-  return Importance(at.enclosure, Vec3x8(at.position), Int8{} + static_cast<int32_t>(at.cell),
-                    light)[0];
+  return Importance(RoomAt(at.room), Vec3x8(at.position), Int8{} + at.cell, light)[0];
 }
 
 float LightTable::Chance(const LightReceiver& at, size_t light) const {
@@ -287,21 +294,25 @@ float LightTable::Chance(const LightReceiver& at, size_t light) const {
 }
 
 void LightTable::Choose(const LightSeekers8& seekers, std::vector<Float8>* scratch,
-                        LightReceiver* receivers, LightChoice* choices) const {
-  Mask8 left{};
-  for (int lane = 0; lane < seekers.count; ++lane) left[lane] = -1;
-  for (const Enclosure& enclosure : enclosures_) {
-    const Mask8 members = left & Contains(enclosure.box, seekers.position);
+                        LightReceivers8* receivers, LightChoices8* choices) const {
+  *receivers = {seekers.position, ~Int8{}, Int8{}, Splat(0)};
+  *choices = {Int8{}, Splat(0), Int8{}};
+  Mask8 left = FirstLanes(seekers.count);
+  for (size_t room = 0; room < enclosures_.size() && Any(left); ++room) {
+    const Mask8 members = left & Contains(enclosures_[room].box, seekers.position);
     if (!Any(members)) continue;
-    ChooseIn(&enclosure, members, seekers, scratch, receivers, choices);
+    ChooseIn(static_cast<int32_t>(room), members, seekers, scratch, receivers, choices);
     left &= ~members;
   }
-  if (Any(left)) ChooseIn(nullptr, left, seekers, scratch, receivers, choices);
+  if (Any(left)) ChooseIn(-1, left, seekers, scratch, receivers, choices);
 }
 
-void LightTable::ChooseIn(const Enclosure* in, Mask8 members, const LightSeekers8& seekers,
-                          std::vector<Float8>* importances, LightReceiver* receivers,
-                          LightChoice* choices) const {
+PARALLAX_LANE_CLONES void LightTable::ChooseIn(int32_t room, Mask8 members,
+                                               const LightSeekers8& seekers,
+                                               std::vector<Float8>* importances,
+                                               LightReceivers8* receivers,
+                                               LightChoices8* choices) const {
+  const Enclosure* in = RoomAt(room);
   const Int8 cells = in ? in->gains.CellOf(seekers.position, seekers.normal) : Int8{};
   const size_t count = LightsIn(in);
   if (importances->size() < count) importances->resize(count);
@@ -317,32 +328,42 @@ void LightTable::ChooseIn(const Enclosure* in, Mask8 members, const LightSeekers
   for (size_t light = 0; light < count && Any(seeking); ++light) {
     const Mask8 found = seeking & (rest < of[light]);
     importance = found ? of[light] : importance;
-    chosen = found ? chosen * 0 + static_cast<int32_t>(light) : chosen;
+    chosen = found ? Int8{} + static_cast<int32_t>(light) : chosen;
     rest -= of[light];
     seeking &= ~found;
   }
-  for (int lane = 0; lane < seekers.count; ++lane) {
-    if (members[lane] == 0) continue;
-    receivers[lane] = {seekers.position.Get(lane), in, static_cast<uint32_t>(cells[lane]),
-                       total[lane]};
-    choices[lane] = {static_cast<uint32_t>(chosen[lane]), importance[lane]};
+  receivers->room = members ? Int8{} + room : receivers->room;
+  receivers->cell = members ? cells : receivers->cell;
+  receivers->total = members ? total : receivers->total;
+  choices->light = members ? chosen : choices->light;
+  choices->importance = members ? importance : choices->importance;
+}
+
+void LightTable::PrefetchAim(Float8 u, const LightChoices8& choices) const {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const auto light = static_cast<size_t>(choices.light[lane]);
+    if (light >= lamps_.size() || !lamps_[light].mesh) continue;
+    __builtin_prefetch(&lamps_[light].GuideAt(u[lane] * lamps_[light].area));
   }
 }
 
-void LightTable::Aim(const Vec2f& u, LightChoice* choice) const {
-  if (choice->light >= lamps_.size() || !lamps_[choice->light].mesh) return;
-  const Lamp& lamp = lamps_[choice->light];
-  choice->face = lamp.FaceAt(u.x() * lamp.area);
-  __builtin_prefetch(&lamp.faces[choice->face]);
+void LightTable::Aim(Float8 u, LightChoices8* choices) const {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const auto light = static_cast<size_t>(choices->light[lane]);
+    if (light >= lamps_.size() || !lamps_[light].mesh) continue;
+    const Lamp& lamp = lamps_[light];
+    const uint32_t face = lamp.FaceAt(u[lane] * lamp.area);
+    choices->face[lane] = static_cast<int32_t>(face);
+    __builtin_prefetch(&lamp.faces[face]);
+  }
 }
 
-LightTrial LightTable::Trial(const LightReceiver& at, const LightSample& sample,
+LightTrial LightTable::Trial(const LightReceiver& at, int32_t light, float pdf,
                              float irradiance) const {
-  if (!at.enclosure) return {};
-  const float gain = at.enclosure->gains.Of(at.cell, sample.light);
-  const float arrived = irradiance > 0.0f ? irradiance / sample.pdf : 0.0f;
-  return {static_cast<int>(at.enclosure - enclosures_.data()), at.cell, sample.light,
-          arrived * gain / at.total};
+  if (at.room < 0) return {};
+  const float gain = RoomAt(at.room)->gains.Of(at.cell, light);
+  const float arrived = irradiance > 0.0f ? irradiance / pdf : 0.0f;
+  return {at.room, at.cell, light, arrived * gain / at.total};
 }
 
 void LightTable::Learn(std::span<const std::vector<LightTrial>> trials) {

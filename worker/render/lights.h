@@ -49,16 +49,30 @@ struct Enclosure {
 // A point that gathers light, with what choosing among lights needs to be computed once.
 struct LightReceiver {
   Vec3f position = Vec3f::Zero();
-  const Enclosure* enclosure = nullptr;  // The room that it is in; none: outdoors.
-  uint32_t cell = 0;                     // Of the room's gains.
-  float total = 0;                       // Sum of importances.
+  int32_t room = -1;  // That it is in, of the table's; none: outdoors.
+  int32_t cell = 0;   // Of the room's gains.
+  float total = 0;    // Sum of importances.
+};
+
+struct LightReceivers8 {
+  Vec3x8 position;
+  Int8 room, cell;
+  Float8 total;
+
+  // One for all.
+  static LightReceivers8 All(const LightReceiver& at) {
+    return {Vec3x8(at.position), Int8{} + at.room, Int8{} + at.cell, Splat(at.total)};
+  }
+  LightReceiver Get(int lane) const {
+    return {position.Get(lane), room[lane], cell[lane], total[lane]};
+  }
 };
 
 // What came of one light sample, for LightTable::Learn.
 struct LightTrial {
-  int room = -1;  // Of the table's; none: nothing to be learnt.
-  uint32_t cell = 0;
-  uint32_t light = 0;
+  int32_t room = -1;  // Of the table's; none: nothing to be learnt.
+  int32_t cell = 0;
+  int32_t light = 0;
   float gain = 0;
 };
 
@@ -77,11 +91,11 @@ struct LightSeekers8 {
   int count = 0;
 };
 
-// The light that a receiver will take a sample of.
-struct LightChoice {
-  uint32_t light = 0;    // Lamps come first, then portals or dome, then sun.
-  float importance = 0;  // 0: there is none.
-  uint32_t face = 0;     // Of a mesh light; set by Aim.
+// The lights that receivers will take a sample of.
+struct LightChoices8 {
+  Int8 light;         // Lamps come first, then portals or dome, then sun.
+  Float8 importance;  // 0: there is none.
+  Int8 face;          // Of a mesh light; set by Aim.
 };
 
 struct LightSample {
@@ -91,7 +105,15 @@ struct LightSample {
                                    // chance of choosing it.
   float pdf = 0;       // Per solid angle, the choice of the light included; 0 = no light.
   bool ideal = false;  // No other strategy can find it.
-  uint32_t light = 0;  // As in LightChoice.
+};
+
+struct LightSamples8 {
+  Vec3x8 direction, radiance;
+  Float8 distance, pdf;
+  Mask8 ideal;
+
+  void Set(int lane, const LightSample& sample);
+  LightSample Get(int lane) const;
 };
 
 class LightTable {
@@ -99,20 +121,22 @@ class LightTable {
   // Errors: kInvalidArgument for a light of unknown kind.  A mesh light without faces is left out.
   static absl::StatusOr<LightTable> Build(const v1::Scene& scene, const RenderScene& geometry);
 
-  // `scratch` is kept for the next time.
-  void Choose(const LightSeekers8& seekers, std::vector<Float8>* scratch, LightReceiver* receivers,
-              LightChoice* choices) const;
-  // Finds what of the light Sample will take for this `u`, and begins to fetch it from memory.
-  void Aim(const Vec2f& u, LightChoice* choice) const;
-  // Of one to eight receivers, each of the light that it chose; its numbers in lanes.
-  void Sample(const LightReceiver* at, const LightChoice* choices, int count, Float8 u, Float8 v,
-              LightSample* samples) const;
+  // `scratch` is kept for the next time. Lanes beyond the seekers are no receivers: total 0.
+  void Choose(const LightSeekers8& seekers, std::vector<Float8>* scratch,
+              LightReceivers8* receivers, LightChoices8* choices) const;
+  // Finds what of the lights Sample will take for these `u`, and begins to fetch it from memory;
+  // begins to fetch what that reads.
+  void Aim(Float8 u, LightChoices8* choices) const;
+  void PrefetchAim(Float8 u, const LightChoices8& choices) const;
+  // Of each receiver that has a light, with its numbers.
+  void Sample(const LightReceivers8& at, const LightChoices8& choices, Float8 u, Float8 v,
+              LightSamples8* samples) const;
 
   // With which a receiver's light is this one.
   float Chance(const LightReceiver& at, size_t light) const;
 
-  // The outcome of a sample of which this much irradiance arrived.
-  LightTrial Trial(const LightReceiver& at, const LightSample& sample, float irradiance) const;
+  // The outcome of a sample of density `pdf` of which this much irradiance arrived.
+  LightTrial Trial(const LightReceiver& at, int32_t light, float pdf, float irradiance) const;
   // Chooses lights by these from now on, and those learnt before. Not while samples are taken.
   void Learn(std::span<const std::vector<LightTrial>> trials);
   void Learn(std::span<const std::vector<LightSeen>> seen);
@@ -121,11 +145,16 @@ class LightTable {
 
   // Front radiance of a mesh light's face, zero for other faces; and the density with which Sample
   // would have found the point `distance` away along `direction`.
-  bool IsMeshLight(uint32_t placed, uint16_t slot) const { return MeshLight(placed, slot) >= 0; }
+  int32_t MeshLight(uint32_t placed, uint16_t slot) const {  // Which light it is, or -1.
+    const SlotLights& lights = lights_of_body_[placed];
+    return slot < lights.count ? mesh_lights_[lights.first + slot] : -1;
+  }
   Vec3f MeshRadiance(uint32_t placed, uint16_t slot) const;
   float MeshPdf(const LightReceiver& at, uint32_t placed, uint16_t slot, float distance,
                 float cosine) const;
 
+  // Which rays meet a point light's sphere before `distance`.
+  Mask8 MeetSpheres(const Vec3x8& origin, const Vec3x8& direction, Float8 distance) const;
   // Radiance of point lights' spheres that the ray meets before `distance`, each weighted by MIS
   // against `bsdf_pdf`.
   Vec3f SphereRadiance(const LightReceiver& at, const Vec3f& origin, const Vec3f& direction,
@@ -135,6 +164,10 @@ class LightTable {
   Vec3f EscapeRadiance(const LightReceiver& at, const Vec3f& direction, float bsdf_pdf) const;
 
   const SkyModel& sky() const { return sky_; }
+  // None outdoors.
+  const BrightSpots* SpotsIn(int32_t room) const {
+    return room < 0 ? nullptr : &RoomAt(room)->spots;
+  }
   bool empty() const { return lamps_.empty() && !sky_.has_sky() && !sky_.has_sun(); }
   // Of all rooms.
   size_t portals() const;
@@ -168,42 +201,55 @@ class LightTable {
       const float t = (cosine - cos_outer) / (cos_inner - cos_outer);
       return t * t * (3.0f - 2.0f * t);
     }
-    // Mesh lights. `guide` says for equal parts of the area with which face each begins.
+    // Mesh lights.
     std::vector<Face> faces;
-    std::vector<float> below;  // Of each face: the search touches no other memory.
-    std::vector<uint32_t> guide;
+    // For equal parts of the area, the face with which each begins and where that face ends.
+    struct Guide {
+      uint32_t face = 0;
+      float end = 0;
+    };
+    std::vector<Guide> guides;
     float area = 0;  // Of all faces, m^2.
+    float guides_per_m2 = 0;
     bool mesh = false;
 
     bool AddFace(const Vec3f corners[3]);
-    void MakeGuide();
-    // Which stands at `at` of the cumulative area.
+    void MakeGuides();
+    // That of a place in the cumulative area.
+    const Guide& GuideAt(float at) const {
+      const auto part = static_cast<size_t>(static_cast<uint32_t>(at * guides_per_m2));
+      return guides[std::min(part, guides.size() - 1)];
+    }
+    // Which stands there.
     uint32_t FaceAt(float at) const;
   };
 
+  // None outdoors.
+  const Enclosure* RoomAt(int32_t room) const {
+    return room < 0 ? nullptr : &enclosures_[static_cast<size_t>(room)];
+  }
   // `in`: the room; none: outdoors.
   size_t LightsIn(const Enclosure* in) const;
   // By power and distance, and what was learnt in the cells.
   Float8 Importance(const Enclosure* in, const Vec3x8& position, Int8 cells, size_t light) const;
   float Importance(const LightReceiver& at, size_t light) const;
   static absl::Status AddSphereOrSpot(const v1::Light& light, const Vec3f& power, Lamp* lamp);
-  int MeshLight(uint32_t placed, uint16_t slot) const;
   Float8 LampImportance(const Lamp& lamp, const Vec3x8& position) const;
   Float8 PortalImportance(const Portal& portal, const Vec3x8& position) const;
   Float8 SunImportance(const Enclosure* in, const Vec3x8& position) const;
   float DomeImportance() const;
-  void ChooseIn(const Enclosure* in, Mask8 members, const LightSeekers8& seekers,
-                std::vector<Float8>* importances, LightReceiver* receivers,
-                LightChoice* choices) const;
-  float SkyPdf(const LightReceiver& at, const Vec3f& direction) const;
+  void ChooseIn(int32_t room, Mask8 members, const LightSeekers8& seekers,
+                std::vector<Float8>* importances, LightReceivers8* receivers,
+                LightChoices8* choices) const;
+  Float8 SkyPdf(const LightReceivers8& at, const Vec3x8& directions) const;
   // In lanes: those of mesh lights, and those of spheres and spots.
-  void SampleFaces(const LightReceiver* at, const LightChoice* choices, Mask8 lanes, Float8 u,
-                   Float8 v, LightSample* samples) const;
-  void SampleSpheres(const LightReceiver* at, const LightChoice* choices, Mask8 lanes, Float8 u,
-                     Float8 v, LightSample* samples) const;
+  void SampleFaces(const LightReceivers8& at, const LightChoices8& choices, Mask8 lanes, Float8 u,
+                   Float8 v, LightSamples8* samples) const;
+  void SampleSpheres(const LightReceivers8& at, const LightChoices8& choices, Mask8 lanes, Float8 u,
+                     Float8 v, LightSamples8* samples) const;
   LightSample SampleIdeal(const Lamp& lamp, const Vec3f& position) const;
-  LightSample SamplePortal(const Portal& portal, const LightReceiver& at, const Vec2f& u) const;
-  LightSample SampleDome(const LightReceiver& at, const Vec2f& u) const;
+  void SampleSky(const LightReceivers8& at, const LightChoices8& choices, Mask8 lanes, Float8 u,
+                 Float8 v, LightSamples8* samples) const;
   LightSample SampleSun(const Vec2f& u) const;
   void AddRoom(const v1::Room& room, bool open_top, const RenderScene& geometry);
   void AddSunWindows(Enclosure* enclosure) const;
@@ -212,7 +258,11 @@ class LightTable {
   std::vector<Lamp> lamps_;
   std::vector<size_t> spheres_;  // Of `lamps_`.
   std::vector<Enclosure> enclosures_;
-  std::vector<std::vector<int>> mesh_lights_;  // [placed][slot] -> lamp or -1.
+  struct SlotLights {
+    uint32_t first = 0, count = 0;  // In mesh_lights_.
+  };
+  std::vector<SlotLights> lights_of_body_;
+  std::vector<int32_t> mesh_lights_;  // Lamp or -1 of each slot of the bodies that have lights.
 };
 
 }  // namespace parallax

@@ -2,9 +2,10 @@
 // importance sampling and Russian roulette. Without clamp and cache the estimate is unbiased up to
 // `max_bounces`.
 //
-// Many paths go forward together, a step at a time: all rays are traced, then all hits named, all
-// surfaces shaded, all shadow rays traced. What a path reads next is fetched while the others take
-// their step, so that few wait for memory. A path does not depend on its company.
+// Many paths go forward together, a step at a time and eight in vector lanes: all rays are traced,
+// then all hits named, all surfaces shaded, all shadow rays traced. What a path reads next is
+// fetched while the others take their step, so that few wait for memory. A path does not depend on
+// its company.
 #pragma once
 
 #include <array>
@@ -14,8 +15,13 @@
 #include "worker/render/radiance_cache.h"
 #include "worker/render/render_scene.h"
 #include "worker/render/sampler.h"
+#include "worker/render/walks.h"
 
 namespace parallax {
+
+class Scatter8;
+struct Onward8;
+struct Standing8;
 
 // Which estimators of direct light are used; tests compare them, everything else uses both.
 enum class DirectLight { kBoth, kLightSampling, kBsdfSampling };
@@ -62,6 +68,14 @@ struct PathResult {
   uint32_t rays = 0;  // Traced, shadow rays included.
 };
 
+// Up to eight paths from their camera rays on.
+struct PathStarts8 {
+  Rays8 rays;
+  Float8 spread;           // As Ray's; their cones begin as points.
+  Bits8 seed, sample;      // Of their samplers,
+  uint32_t dimension = 0;  // which have drawn so many pairs.
+};
+
 // A path from its camera ray on.
 struct Path {
   explicit Path(const Sampler& draws, const Ray& start = {}) : ray(start), sampler(draws) {}
@@ -76,35 +90,74 @@ struct Path {
 // outlive it.
 class PathTracer {
  public:
-  // Paths that fit in the nearest caches together and are enough to hide memory's latency.
-  static constexpr size_t kTogether = 256;
+  static constexpr size_t kTogether = kMostWalks;
 
   PathTracer(const RenderScene& scene, const LightTable& lights, const PathOptions& options);
   ~PathTracer();
 
+  // As many paths as results, eight of each start and fewer of the last. New ones join where others
+  // have ended, so that company stays numerous.
+  void Trace(std::span<const PathStarts8> starts, std::span<PathResult> results);
   void Trace(std::span<Path> paths);
   PathResult Trace(const Ray& ray, const Sampler& sampler);
 
  private:
-  class Walk;  // A path under way.
-  struct Here;
-  struct Alike;
-  struct Meeting;
-  struct Reached;
-  struct Group;
-  void TraceTogether(std::span<Path> paths);
-  void LookAtSurfaces();
-  void Look(Alike* alike);
-  void ScatterGroup();
+  struct State;
+  struct Stop8;
+
+  void Begin(std::span<PathResult> results);
+  // From `next` on, where there is room; returns the first that still waits.
+  size_t Admit(std::span<const PathStarts8> starts, size_t next);
+  // The next eight walks start afresh, as paths from `path` on.
+  void Admit(size_t path);
+  void Step();
+
+  // The steps, in their order; each begins to fetch what the next reads.
+  void Intersect();
+  void Identify();
+  void AskCache();
+  void EndInCache();  // Those of which the cache knows what they would see.
+  void Draw();
+  void Look();
+  void ChooseLights();
+  void Scatter();
+  void GatherLight();
+  // Those that have ended leave. `all`: however few, and what was met is still wanted; else when
+  // they are worth it.
+  void CloseUp(bool all);
+
+  // Of the step's parts. `walk`: one; `block`: eight.
+  size_t blocks() const;
+  Mask8 Live(size_t block) const;     // That there are.
+  Mask8 Staying(size_t block) const;  // That have not ended.
+  void End(size_t block, Mask8 walks);
+  void Add(size_t walk, const Vec3f& contribution);
+  void Add(size_t block, Mask8 walks, const Vec3x8& contribution);
+  bool FoundByBsdf(size_t walk) const;
+  Mask8 FoundByBsdf8(size_t block) const;
+  float MisPdf(size_t walk) const;
+  LightReceiver ReceiverOf(size_t walk) const;
+  void Escape(size_t walk);
+  Vec3f MeshLight(size_t walk, float cosine) const;
+  CachePlace PlaceOf(size_t walk, const Vec3f& normal) const;
+  void LookAt(uint32_t material);
+  void ScatterBlock(size_t block);
+  void Stand(Stop8* stop) const;
+  void AddEmission(size_t block, const Standing8& at);
+  void PassHoles(Stop8* stop);
+  void Pass(size_t block, Mask8 walks, const Vec3x8& normal);
+  void Remember(const Stop8& stop);
+  void TakeLight(Stop8* stop) const;
+  void Guide(const Stop8& stop, const Scatter8& scatter);
+  void AimAtLight(const Stop8& stop, const Scatter8& scatter);
+  void Tint(const Stop8& stop, const Scatter8& scatter, const Onward8& onward);
+  void Depart(const Stop8& stop, const Onward8& onward);
+  void Leave(const Stop8& stop, Mask8 walks, const Onward8& onward);
 
   const RenderScene& scene_;
   const LightTable& lights_;
   const PathOptions options_;
-  std::vector<Walk> walks_;
-  std::vector<Walk*> under_way_;
-  // Of the walks that are being shaded.
-  std::unique_ptr<Meeting> meeting_;
-  std::unique_ptr<Group> group_;
+  const std::unique_ptr<State> state_;
 };
 
 }  // namespace parallax

@@ -93,10 +93,10 @@ const RadianceCache::Entry* RadianceCache::Find(uint64_t key) const {
 }
 
 void RadianceCache::Ask(const CacheQuestions8& questions, uint64_t* keys) const {
-  std::fill_n(keys, questions.count, uint64_t{0});
+  std::fill_n(keys, kLanes, uint64_t{0});
   if (cells_ == 0) return;
   const Float8 width = grid_.WidthAt(questions.position);
-  const Mask8 asked = width <= questions.widest_m;
+  uint32_t asked = questions.asked & BitsOf(width <= questions.widest_m);
   const Frame8 frame(questions.normal);
   const Vec3x8 moved =
       questions.position +
@@ -104,10 +104,11 @@ void RadianceCache::Ask(const CacheQuestions8& questions, uint64_t* keys) const 
   const Vec3x8 cube = (moved + kShift_m) * (1.0f / width);
   const Int8 x = ToInt(Floor(cube.x)), y = ToInt(Floor(cube.y)), z = ToInt(Floor(cube.z));
   const Int8 face = FaceOf(questions.normal);
-  for (int lane = 0; lane < questions.count; ++lane) {
-    if (asked[lane] == 0) continue;
+  for (; asked != 0; asked &= asked - 1) {
+    const int lane = __builtin_ctz(asked);
     keys[lane] = CacheGrid::KeyOf({x[lane], y[lane], z[lane]}, static_cast<uint32_t>(face[lane]),
-                                  questions.placed[lane], questions.slot[lane], width[lane]);
+                                  static_cast<uint32_t>(questions.placed[lane]),
+                                  static_cast<uint16_t>(questions.slot[lane]), width[lane]);
     __builtin_prefetch(&table_[(keys[lane] >> 1) & (table_.size() - 1)]);
   }
 }

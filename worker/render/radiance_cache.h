@@ -55,20 +55,19 @@ class CacheGrid {
 // What up to eight paths ask of the cache: what the surface scatters towards them where they are.
 struct CacheQuestions8 {
   Vec3x8 position, normal;  // As in CachePlace.
-  uint32_t placed[kLanes];
-  uint16_t slot[kLanes];
+  Int8 placed, slot;
   Float8 jitter_u, jitter_v;  // In [0, 1): moves the question by up to half a cell along the
                               // surface, so that cells have no edge.
   Float8 widest_m;            // Not asked where cells are wider.
-  int count = 0;
+  uint32_t asked = 0;         // Which of the eight ask, as bits.
 };
 
 class RadianceCache {
  public:
   RadianceCache() = default;
 
-  // Where the answers would stand: a key for each; 0 = not asked. The memory that answers begins to
-  // be fetched.
+  // Where the answers would stand: a key for each of eight; 0 = not asked. The memory that answers
+  // begins to be fetched.
   void Ask(const CacheQuestions8& questions, uint64_t* keys) const;
   // What the surface at `place` scatters towards a viewer, for a question asked there. False when
   // the cache does not know.

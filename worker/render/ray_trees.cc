@@ -1,6 +1,7 @@
 #include "worker/render/ray_trees.h"
 
 #include <atomic>
+#include <cstring>
 #include <limits>
 #include <map>
 #include <tuple>
@@ -18,6 +19,21 @@ struct ShadowContext {
   Vec3f origin, direction;
   Vec3f transmittance;
 };
+
+bool Meets(RTCScene scene, const Vec3f& origin, const Vec3f& direction, float t_min,
+           RTCRayHit* query) {
+  query->ray = MakeRay(origin, direction, t_min, std::numeric_limits<float>::infinity());
+  query->hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query->hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(scene, &context, query);
+  return query->hit.geomID != RTC_INVALID_GEOMETRY_ID;
+}
+
+uint32_t BodyOf(const RTCHit& hit) {
+  return hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? hit.instID[0] : hit.geomID;
+}
 
 // Shadow rays ask only geometry that may let light through; all else stays opaque at no cost.
 void FilterOcclusion(const RTCFilterFunctionNArguments* args) {
@@ -171,16 +187,9 @@ RTCScene RayTrees::scene(Tree tree) const {
 
 bool RayTrees::Intersect(Tree tree, const Ray& ray, float t_min, RawHit* hit) const {
   RTCRayHit query;
-  query.ray = MakeRay(ray.origin, ray.direction, t_min, std::numeric_limits<float>::infinity());
-  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcIntersect1(scene(tree), &context, &query);
-  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
+  if (!Meets(scene(tree), ray.origin, ray.direction, t_min, &query)) return false;
   hit->distance = query.ray.tfar;
-  hit->placed =
-      query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? query.hit.instID[0] : query.hit.geomID;
+  hit->placed = BodyOf(query.hit);
   hit->triangle = query.hit.primID;
   hit->u = query.hit.u;
   hit->v = query.hit.v;
@@ -189,47 +198,64 @@ bool RayTrees::Intersect(Tree tree, const Ray& ray, float t_min, RawHit* hit) co
   return true;
 }
 
-uint32_t RayTrees::Intersect(Tree tree, const Ray* const* rays, RawHit* const* hits,
-                             int count) const {
+void RayTrees::Intersect(Tree tree, const Rays8& rays, Mask8 lanes, bool coherent,
+                         Hits8* hits) const {
+  coherent ? IntersectPacket(tree, rays, lanes, hits) : IntersectEach(tree, rays, lanes, hits);
+  hits->position = rays.origin + rays.direction * hits->distance;
+}
+
+// All but the position.
+void RayTrees::IntersectPacket(Tree tree, const Rays8& rays, Mask8 lanes, Hits8* hits) const {
   alignas(32) RTCRayHit8 query;
-  alignas(32) int valid[kPacket];
-  for (int k = 0; k < kPacket; ++k) {
-    valid[k] = k < count ? -1 : 0;
-    const Ray& ray = *rays[std::min(k, count - 1)];
-    query.ray.org_x[k] = ray.origin.x();
-    query.ray.org_y[k] = ray.origin.y();
-    query.ray.org_z[k] = ray.origin.z();
-    query.ray.dir_x[k] = ray.direction.x();
-    query.ray.dir_y[k] = ray.direction.y();
-    query.ray.dir_z[k] = ray.direction.z();
-    query.ray.tnear[k] = 0;
-    query.ray.tfar[k] = std::numeric_limits<float>::infinity();
-    query.ray.time[k] = 0;
-    query.ray.mask[k] = ~0u;
-    query.ray.id[k] = 0;
-    query.ray.flags[k] = 0;
-    query.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
-    query.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
-  }
+  const auto put = [](auto* to, auto from) { std::memcpy(to, &from, sizeof(from)); };
+  put(query.ray.org_x, rays.origin.x);
+  put(query.ray.org_y, rays.origin.y);
+  put(query.ray.org_z, rays.origin.z);
+  put(query.ray.dir_x, rays.direction.x);
+  put(query.ray.dir_y, rays.direction.y);
+  put(query.ray.dir_z, rays.direction.z);
+  put(query.ray.tnear, Splat(0));
+  put(query.ray.tfar, Splat(std::numeric_limits<float>::infinity()));
+  put(query.ray.time, Splat(0));
+  put(query.ray.mask, ~Int8{});
+  put(query.ray.id, Int8{});
+  put(query.ray.flags, Int8{});
+  put(query.hit.geomID, ~Int8{});  // RTC_INVALID_GEOMETRY_ID.
+  put(query.hit.instID[0], ~Int8{});
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcIntersect8(valid, scene(tree), &context, &query);
-  uint32_t met = 0;
-  for (int k = 0; k < count; ++k) {
-    if (query.hit.geomID[k] == RTC_INVALID_GEOMETRY_ID) continue;
-    met |= 1u << k;
-    RawHit& hit = *hits[k];
-    hit.distance = query.ray.tfar[k];
-    hit.placed = query.hit.instID[0][k] != RTC_INVALID_GEOMETRY_ID ? query.hit.instID[0][k]
-                                                                   : query.hit.geomID[k];
-    hit.triangle = query.hit.primID[k];
-    hit.u = query.hit.u[k];
-    hit.v = query.hit.v[k];
-    hit.position = rays[k]->origin + query.ray.tfar[k] * rays[k]->direction;
-    hit.edge_cross = Vec3f(query.hit.Ng_x[k], query.hit.Ng_y[k], query.hit.Ng_z[k]);
+  rtcIntersect8(reinterpret_cast<const int*>(&lanes), scene(tree), &context, &query);
+
+  const auto get = [](auto* to, const auto* from) { std::memcpy(to, from, sizeof(*to)); };
+  Int8 geometry, instance;
+  get(&geometry, query.hit.geomID);
+  get(&instance, query.hit.instID[0]);
+  hits->met = lanes & (geometry != -1);
+  hits->placed = instance != -1 ? instance : geometry;
+  get(&hits->distance, query.ray.tfar);
+  get(&hits->triangle, query.hit.primID);
+  get(&hits->u, query.hit.u);
+  get(&hits->v, query.hit.v);
+  get(&hits->edge_cross.x, query.hit.Ng_x);
+  get(&hits->edge_cross.y, query.hit.Ng_y);
+  get(&hits->edge_cross.z, query.hit.Ng_z);
+}
+
+void RayTrees::IntersectEach(Tree tree, const Rays8& rays, Mask8 lanes, Hits8* hits) const {
+  hits->met = Mask8{};
+  for (uint32_t left = BitsOf(lanes); left != 0; left &= left - 1) {
+    const int lane = __builtin_ctz(left);
+    RTCRayHit query;
+    if (!Meets(scene(tree), rays.origin.Get(lane), rays.direction.Get(lane), 0, &query)) continue;
+    hits->met[lane] = -1;
+    hits->distance[lane] = query.ray.tfar;
+    hits->placed[lane] = static_cast<int32_t>(BodyOf(query.hit));
+    hits->triangle[lane] = static_cast<int32_t>(query.hit.primID);
+    hits->u[lane] = query.hit.u;
+    hits->v[lane] = query.hit.v;
+    hits->edge_cross.Set(lane, {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z});
   }
-  return met;
 }
 
 Vec3f RayTrees::Transmittance(const ShadowFilter& filter, const Vec3f& origin,

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/base/status.h"
+#include "common/math/lanes.h"
 #include "common/math/types.h"
 #include "worker/geometry/embree_handles.h"
 #include "worker/geometry/mesh.h"
@@ -35,6 +36,28 @@ struct RawHit {
   // Cross product of the triangle's edges, in the frame of its stored positions (the object's for
   // instances).
   Vec3f edge_cross = Vec3f::UnitZ();
+};
+
+// Up to eight rays, and what they meet; as above.
+struct Rays8 {
+  Vec3x8 origin, direction;
+};
+
+struct Hits8 {
+  Mask8 met;  // Else the rest says nothing.
+  Float8 distance, u, v;
+  Int8 placed, triangle;
+  Vec3x8 position, edge_cross;
+
+  RawHit Get(int lane) const {
+    return {distance[lane],
+            static_cast<uint32_t>(placed[lane]),
+            static_cast<uint32_t>(triangle[lane]),
+            u[lane],
+            v[lane],
+            position.Get(lane),
+            edge_cross.Get(lane)};
+  }
 };
 
 // Asked by shadow rays what of their light passes a surface in their way.
@@ -63,8 +86,6 @@ struct TreeOptions {
 class RayTrees {
  public:
   enum class Tree { kFast, kRobust };
-  static constexpr int kPacket = 8;
-
   // Errors: kResourceExhausted when Embree needs more than the limit. Bodies' index = position in
   // the list.
   static absl::StatusOr<std::unique_ptr<RayTrees>> Build(const std::vector<TreeBody>& bodies,
@@ -76,9 +97,9 @@ class RayTrees {
 
   // The nearest hit beyond `t_min`; false if there is none.
   bool Intersect(Tree tree, const Ray& ray, float t_min, RawHit* hit) const;
-  // Up to kPacket rays that leave side by side and go about the same way. Bit i of the answer: ray
-  // i met something.
-  uint32_t Intersect(Tree tree, const Ray* const* rays, RawHit* const* hits, int count) const;
+  // Likewise of these of eight, beyond 0. `coherent`: they leave side by side and go
+  // about the same way; then they go as a packet.
+  void Intersect(Tree tree, const Rays8& rays, Mask8 lanes, bool coherent, Hits8* hits) const;
   // Part of the light that passes from `origin` along unit `direction` for `distance`.
   Vec3f Transmittance(const ShadowFilter& filter, const Vec3f& origin, const Vec3f& direction,
                       float distance) const;
@@ -90,6 +111,8 @@ class RayTrees {
   RayTrees();
   absl::Status Error() const;
   RTCScene scene(Tree tree) const;
+  void IntersectPacket(Tree tree, const Rays8& rays, Mask8 lanes, Hits8* hits) const;
+  void IntersectEach(Tree tree, const Rays8& rays, Mask8 lanes, Hits8* hits) const;
 
   std::unique_ptr<MemoryWatch> memory_;
   EmbreeDevice device_;

@@ -10,8 +10,8 @@ constexpr float kWidestRelief_m = 0.1f;
 
 }  // namespace
 
-Vec3x8 BendNormals(const Material& material, const SurfacePoint8& points, const Faces8& faces,
-                   const Vec3x8& normals) {
+PARALLAX_LANE_CLONES Vec3x8 BendNormals(const Material& material, const SurfacePoint8& points,
+                                        const Faces8& faces, const Vec3x8& normals) {
   const Vec3x8 &e1 = faces.edge[0], &e2 = faces.edge[1];
   const Float8 g11 = Inner(e1, e1), g12 = Inner(e1, e2), g22 = Inner(e2, e2);
   const Float8 determinant = g11 * g22 - g12 * g12;

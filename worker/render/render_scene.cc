@@ -78,8 +78,12 @@ struct alignas(32) RenderScene::Vertex {
 
 namespace {
 
-const Sight& SightAt(std::span<const Sight> hits, int lane) {
-  return hits[std::min(static_cast<size_t>(lane), hits.size() - 1)];
+// Of a lane, or of the last that counts.
+int Filled(const Sights8& sights, int lane) { return std::min(lane, sights.count - 1); }
+
+// Likewise, of a number of theirs.
+Float8 Filled(const Sights8& sights, Float8 x) {
+  return FirstLanes(sights.count) ? x : Splat(x[sights.count - 1]);
 }
 
 // Eight vertices as they are loaded, or what is between them.
@@ -98,20 +102,24 @@ struct Vertices8 {
 
 }  // namespace
 
-// What a hit reads, in one line of the cache: shading waits for memory more than it computes.
-struct alignas(64) RenderScene::Body {
+// What every hit reads, half a line of the cache: shading waits for memory more than it computes.
+struct alignas(32) RenderScene::Body {
   const Triangle* triangles = nullptr;
   const Vertex* vertices = nullptr;  // Object frame.
-  Mat3f normal_from_object = Mat3f::Identity();
-  float scale = 1;
-  uint32_t first_material = 0;  // In materials_, by slot.
+  const Vec3f* positions = nullptr;  // World frame, or object frame when instanced.
+  uint32_t first_material = 0;       // In materials_, by slot.
   uint16_t slots = 0;
   bool instanced = false;
 };
 
+// How it stands.
+struct alignas(64) RenderScene::Place {
+  Mat3f normal_from_object = Mat3f::Identity();
+  float scale = 1;
+};
+
 // What else is kept of it.
 struct RenderScene::Stored {
-  const Vec3f* positions = nullptr;  // World frame, or object frame when instanced.
   Eigen::Affine3f world_from_object = Eigen::Affine3f::Identity();
   std::shared_ptr<const Positions> owned_positions;
   std::shared_ptr<const std::vector<Vertex>> owned_vertices;
@@ -164,7 +172,7 @@ Vec3f RenderScene::Passes(const RawHit& raw, const Vec3f& direction) const {
   const SurfaceId id = Identify(raw);
   const MaterialTraits& traits = traits_[id.material];
   if (!traits.may_be_open && !traits.may_be_thin) return Vec3f::Zero();
-  const SurfaceSample surface = Evaluate({&raw, &id, 0.001f});
+  const SurfaceSample surface = Evaluate(raw, id, 0.001f);
   const float cosine = std::min(1.0f, std::abs(direction.dot(id.geometric_normal)));
   const float opacity = std::clamp(surface.opacity, 0.0f, 1.0f);
   Vec3f passes = Vec3f::Constant(1.0f - opacity);
@@ -185,8 +193,9 @@ void RenderScene::StoreBodies(bool one_tree) {
   for (const PlacedMesh& placed : geometry_.meshes) ++uses[placed.mesh.get()];
   std::map<const Mesh*, std::shared_ptr<const Positions>> shared_positions;
   std::map<const Mesh*, std::shared_ptr<const std::vector<Vertex>>> packed;
-  static_assert(sizeof(Body) == 64);
+  static_assert(sizeof(Body) == 32);
   bodies_.resize(geometry_.meshes.size());
+  places_.resize(geometry_.meshes.size());
   stored_.resize(geometry_.meshes.size());
   for (uint32_t i = 0; i < geometry_.meshes.size(); ++i) {
     const PlacedMesh& placed = geometry_.meshes[i];
@@ -212,14 +221,14 @@ void RenderScene::StoreBodies(bool one_tree) {
     } else {
       stored_[i].owned_positions = Placed(mesh, placed.world_from_object);
     }
-    stored_[i].positions = stored_[i].owned_positions->data();
+    body.positions = stored_[i].owned_positions->data();
   }
 }
 
 void RenderScene::SetPlace(size_t i, const Eigen::Affine3f& place) {
   stored_[i].world_from_object = place;
-  bodies_[i].scale = std::cbrt(std::abs(place.linear().determinant()));
-  bodies_[i].normal_from_object = place.linear().inverse().transpose();
+  places_[i].scale = std::cbrt(std::abs(place.linear().determinant()));
+  places_[i].normal_from_object = place.linear().inverse().transpose();
 }
 
 uint32_t RenderScene::MaterialOf(const Body& body, uint16_t slot) const {
@@ -232,7 +241,7 @@ absl::Status RenderScene::BuildTrees(int64_t memory_limit_bytes) {
   std::vector<TreeBody> bodies;
   for (size_t i = 0; i < bodies_.size(); ++i) {
     const PlacedMesh& placed = geometry_.meshes[i];
-    bodies.push_back({placed.mesh.get(), stored_[i].positions, bodies_[i].instanced,
+    bodies.push_back({placed.mesh.get(), bodies_[i].positions, bodies_[i].instanced,
                       LetsLightThrough(placed), placed.world_from_object});
   }
   TreeOptions options;
@@ -300,27 +309,30 @@ void RenderScene::ProbeMaterials() {
 void RenderScene::Corners(uint32_t placed, uint32_t triangle, Vec3f corners[3]) const {
   const Body& body = bodies_[placed];
   const Triangle& t = body.triangles[triangle];
-  const Stored& stored = stored_[placed];
-  corners[0] = stored.positions[t.a];
-  corners[1] = stored.positions[t.b];
-  corners[2] = stored.positions[t.c];
+  corners[0] = body.positions[t.a];
+  corners[1] = body.positions[t.b];
+  corners[2] = body.positions[t.c];
   if (body.instanced) {
-    for (int k = 0; k < 3; ++k) corners[k] = stored.world_from_object * corners[k];
+    for (int k = 0; k < 3; ++k) corners[k] = stored_[placed].world_from_object * corners[k];
   }
 }
 
-void RenderScene::Prefetch(const RawHit& raw) const {
-  __builtin_prefetch(bodies_[raw.placed].triangles + raw.triangle);
+void RenderScene::Prefetch(const Hits8& hits) const {
+  for (uint32_t left = BitsOf(hits.met); left != 0; left &= left - 1) {
+    const int lane = __builtin_ctz(left);
+    __builtin_prefetch(bodies_[static_cast<uint32_t>(hits.placed[lane])].triangles +
+                       static_cast<uint32_t>(hits.triangle[lane]));
+  }
 }
 
-void RenderScene::PrefetchVertices(const RawHit& raw) const {
-  const Body& body = bodies_[raw.placed];
-  const Triangle& t = body.triangles[raw.triangle];
+void RenderScene::PrefetchVertices(uint32_t placed, uint32_t triangle) const {
+  const Body& body = bodies_[placed];
+  const Triangle& t = body.triangles[triangle];
   __builtin_prefetch(body.vertices + t.a);
   __builtin_prefetch(body.vertices + t.b);
   __builtin_prefetch(body.vertices + t.c);
   if (!traits_[MaterialOf(body, t.slot)].has_relief) return;
-  const Vec3f* positions = stored_[raw.placed].positions;
+  const Vec3f* positions = body.positions;
   __builtin_prefetch(positions + t.a);
   __builtin_prefetch(positions + t.b);
   __builtin_prefetch(positions + t.c);
@@ -332,36 +344,76 @@ SurfaceId RenderScene::Identify(const RawHit& raw) const {
   SurfaceId id;
   id.slot = t.slot;
   id.material = MaterialOf(body, t.slot);
-  const Vec3f cross =
-      body.instanced ? Vec3f(body.normal_from_object * raw.edge_cross) : raw.edge_cross;
+  const Vec3f cross = body.instanced
+                          ? Vec3f(places_[raw.placed].normal_from_object * raw.edge_cross)
+                          : raw.edge_cross;
   const float length = cross.norm();
   if (length > 0.0f) id.geometric_normal = cross / length;
-  id.doubled_area = body.instanced ? raw.edge_cross.norm() * Square(body.scale) : length;
+  id.doubled_area =
+      body.instanced ? raw.edge_cross.norm() * Square(places_[raw.placed].scale) : length;
   return id;
 }
 
-Interpolated8 RenderScene::Interpolate(std::span<const Sight> hits) const {
-  Float8 here[kLanes], to_b[kLanes], to_c[kLanes];
-  Vec3x8 bent, geometric;
-  Float8 scale, doubled_area, footprint_m;
+SurfaceIds8 RenderScene::Identify(const Hits8& hits) const {
+  SurfaceIds8 ids{};
+  Vec3x8 cross = hits.edge_cross;
+  Float8 area_scale = Splat(1);  // Of the square of the cross product's length.
   for (int lane = 0; lane < kLanes; ++lane) {
-    const Sight& hit = SightAt(hits, lane);
-    const Body& body = bodies_[hit.raw->placed];
-    const Triangle& t = body.triangles[hit.raw->triangle];
+    if (hits.met[lane] == 0) continue;
+    const Body& body = bodies_[static_cast<uint32_t>(hits.placed[lane])];
+    const uint16_t slot = body.triangles[static_cast<uint32_t>(hits.triangle[lane])].slot;
+    ids.slot[lane] = slot;
+    ids.material[lane] = static_cast<int32_t>(MaterialOf(body, slot));
+    if (!body.instanced) continue;
+    const Place& place = places_[static_cast<uint32_t>(hits.placed[lane])];
+    cross.Set(lane, place.normal_from_object * cross.Get(lane));
+    area_scale[lane] = Square(place.scale);
+  }
+  const Float8 length = Norm(cross);
+  ids.geometric_normal = Select(length > 0.0f, cross / length, Vec3x8(Vec3f::UnitZ()));
+  ids.doubled_area = Norm(hits.edge_cross) * area_scale;
+  return ids;
+}
+
+// Neighbours are mostly on one body.
+Vec3x8 RenderScene::NormalsFromObject(const Sights8& sights, const Vec3x8& normals) const {
+  const int32_t first = sights.placed[0];
+  if (!Any(FirstLanes(sights.count) & (sights.placed != first))) {
+    const Mat3f& m = places_[static_cast<uint32_t>(first)].normal_from_object;
+    return {Inner(Vec3x8(Vec3f(m.row(0))), normals), Inner(Vec3x8(Vec3f(m.row(1))), normals),
+            Inner(Vec3x8(Vec3f(m.row(2))), normals)};
+  }
+  Vec3x8 turned;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const int32_t placed = sights.placed[Filled(sights, lane)];
+    turned.Set(lane, places_[static_cast<uint32_t>(placed)].normal_from_object * normals.Get(lane));
+  }
+  return turned;
+}
+
+PARALLAX_LANE_CLONES Interpolated8 RenderScene::Interpolate(const Sights8& sights) const {
+  Float8 here[kLanes], to_b[kLanes], to_c[kLanes];
+  Float8 scale;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const int from = Filled(sights, lane);
+    const Body& body = bodies_[static_cast<uint32_t>(sights.placed[from])];
+    const Triangle& t = body.triangles[static_cast<uint32_t>(sights.triangle[from])];
     const Float8 a = body.vertices[t.a].Load();
     to_b[lane] = body.vertices[t.b].Load() - a;
     to_c[lane] = body.vertices[t.c].Load() - a;
-    here[lane] = a + hit.raw->u * to_b[lane] + hit.raw->v * to_c[lane];
-    bent.Set(lane, body.normal_from_object * Vec3f(here[lane][0], here[lane][1], here[lane][2]));
-    geometric.Set(lane, hit.id->geometric_normal);
-    scale[lane] = body.scale;
-    doubled_area[lane] = hit.id->doubled_area;
-    footprint_m[lane] = hit.footprint_m;
+    here[lane] = a + sights.u[from] * to_b[lane] + sights.v[from] * to_c[lane];
+    scale[lane] = places_[static_cast<uint32_t>(sights.placed[from])].scale;
   }
+  const Vec3x8 geometric(Filled(sights, sights.geometric_normal.x),
+                         Filled(sights, sights.geometric_normal.y),
+                         Filled(sights, sights.geometric_normal.z));
+  const Float8 doubled_area = Filled(sights, sights.doubled_area);
+  const Float8 footprint_m = Filled(sights, sights.footprint_m);
   const Vertices8 at(here), b(to_b), c(to_c);
+  const Vec3x8 bent = NormalsFromObject(sights, at.normal);
   Interpolated8 out;
   SurfacePoint8& points = out.points;
-  points.count = static_cast<int>(hits.size());
+  points.count = sights.count;
   points.texture_m = at.texture * scale;
   points.u = at.u;
   points.v = at.v;
@@ -370,7 +422,10 @@ Interpolated8 RenderScene::Interpolate(std::span<const Sight> hits) const {
   points.normal = at.normal * (1.0f / length);
   const Mask8 none = ~(length > 1e-6f);
   for (int lane = 0; Any(none) && lane < kLanes; ++lane) {
-    if (none[lane]) points.normal.Set(lane, FirstNormal(*SightAt(hits, lane).raw));
+    const int from = Filled(sights, lane);
+    if (none[lane] == 0) continue;
+    points.normal.Set(lane, FirstNormal(static_cast<uint32_t>(sights.placed[from]),
+                                        static_cast<uint32_t>(sights.triangle[from])));
   }
   const Float8 bent_length = Norm(bent);
   const Vec3x8 normal = Select(bent_length > 1e-12f, bent * (1.0f / bent_length), geometric);
@@ -392,31 +447,32 @@ Interpolated8 RenderScene::Interpolate(std::span<const Sight> hits) const {
   return out;
 }
 
-Vec3f RenderScene::FirstNormal(const RawHit& raw) const {
-  const Body& body = bodies_[raw.placed];
-  return body.vertices[body.triangles[raw.triangle].a].normal;
+Vec3f RenderScene::FirstNormal(uint32_t placed, uint32_t triangle) const {
+  const Body& body = bodies_[placed];
+  return body.vertices[body.triangles[triangle].a].normal;
 }
 
-SurfaceSample RenderScene::Evaluate(const Sight& hit) const {
-  const Material* material = geometry_.materials[hit.id->material].get();
+SurfaceSample RenderScene::Evaluate(const RawHit& hit, const SurfaceId& id,
+                                    float footprint_m) const {
+  const Material* material = geometry_.materials[id.material].get();
   if (!material) return {};
-  return material->Evaluate(Interpolate({&hit, 1}).points).Get(0);
+  Sights8 sights{};
+  sights.Add(hit, id, footprint_m);
+  return material->Evaluate(Interpolate(sights).points).Get(0);
 }
 
-Look8 RenderScene::Look(std::span<const Sight> hits) const {
-  const uint32_t index = hits[0].id->material;
-  Interpolated8 at = Interpolate(hits);
-  Look8 look;
-  look.shading_normal = at.shading_normal;
+Look8 RenderScene::Look(const Sights8& sights, uint32_t index) const {
+  Interpolated8 at = Interpolate(sights);
   const Material* material = geometry_.materials[index].get();
-  if (!material) return look;
-  look.surface = material->Evaluate(at.points);
+  if (!material) return {.surface = {}, .shading_normal = at.shading_normal};
+  Look8 look{material->Evaluate(at.points), at.shading_normal};
   if (!traits_[index].has_relief) return look;
 
   for (int lane = 0; lane < kLanes; ++lane) {
-    const RawHit& raw = *SightAt(hits, lane).raw;
+    const int from = Filled(sights, lane);
     Vec3f corners[3];
-    Corners(raw.placed, raw.triangle, corners);
+    Corners(static_cast<uint32_t>(sights.placed[from]),
+            static_cast<uint32_t>(sights.triangle[from]), corners);
     for (int k = 0; k < 2; ++k) at.faces.edge[k].Set(lane, corners[k + 1] - corners[0]);
   }
   look.shading_normal = BendNormals(*material, at.points, at.faces, at.shading_normal);

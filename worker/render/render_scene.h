@@ -6,7 +6,6 @@
 #pragma once
 
 #include <memory>
-#include <span>
 #include <vector>
 
 #include "common/base/cancel.h"
@@ -26,11 +25,32 @@ struct SurfaceId {
   uint32_t material = 0;  // SceneMaterial.index; 0 = none bound.
 };
 
-// A hit that is to be looked at. Borrowed.
-struct Sight {
-  const RawHit* raw = nullptr;
-  const SurfaceId* id = nullptr;
-  float footprint_m = 0;  // Of the ray.
+// Of eight hits.
+struct SurfaceIds8 {
+  Vec3x8 geometric_normal;
+  Float8 doubled_area;
+  Int8 slot, material;
+};
+
+// Up to eight hits that are to be looked at.
+struct Sights8 {
+  Int8 placed, triangle;
+  Float8 u, v;
+  Vec3x8 geometric_normal;
+  Float8 doubled_area;
+  Float8 footprint_m;  // Of the rays.
+  int count = 0;
+
+  void Add(const RawHit& raw, const SurfaceId& id, float footprint) {
+    placed[count] = static_cast<int32_t>(raw.placed);
+    triangle[count] = static_cast<int32_t>(raw.triangle);
+    u[count] = raw.u;
+    v[count] = raw.v;
+    geometric_normal.Set(count, id.geometric_normal);
+    doubled_area[count] = id.doubled_area;
+    footprint_m[count] = footprint;
+    ++count;
+  }
 };
 
 // Where eight hits are. Lanes beyond the last hold a copy of it.
@@ -83,15 +103,16 @@ class RenderScene final : public ShadowFilter {
   Vec3f Passes(const RawHit& hit, const Vec3f& direction) const override;
 
   // Begin to fetch from memory what Identify, and what Interpolate reads beyond that.
-  void Prefetch(const RawHit& hit) const;
-  void PrefetchVertices(const RawHit& hit) const;
+  void Prefetch(const Hits8& hits) const;
+  void PrefetchVertices(uint32_t placed, uint32_t triangle) const;
   SurfaceId Identify(const RawHit& hit) const;
-  // Of one to eight hits.
-  Interpolated8 Interpolate(std::span<const Sight> hits) const;
-  // Of one to eight hits on one material; objects without a material are plain grey.
-  Look8 Look(std::span<const Sight> hits) const;
+  SurfaceIds8 Identify(const Hits8& hits) const;
+  // Of one to eight.
+  Interpolated8 Interpolate(const Sights8& sights) const;
+  // Of one to eight on this material; objects without a material are plain grey.
+  Look8 Look(const Sights8& sights, uint32_t material) const;
   // The surface there, without its relief.
-  SurfaceSample Evaluate(const Sight& hit) const;
+  SurfaceSample Evaluate(const RawHit& hit, const SurfaceId& id, float footprint_m) const;
   // A triangle's corners in the world, as rays see them.
   void Corners(uint32_t placed, uint32_t triangle, Vec3f corners[3]) const;
 
@@ -101,6 +122,7 @@ class RenderScene final : public ShadowFilter {
 
  private:
   struct Body;    // One placed mesh.
+  struct Place;   // How it stands.
   struct Stored;  // The rest of it.
   struct Vertex;  // What shading reads of a vertex, packed for the cache.
 
@@ -111,11 +133,13 @@ class RenderScene final : public ShadowFilter {
   uint32_t MaterialOf(const Body& body, uint16_t slot) const;
   static std::shared_ptr<const std::vector<Vertex>> Pack(const Mesh& mesh);
   bool LetsLightThrough(const PlacedMesh& placed) const;
+  Vec3x8 NormalsFromObject(const Sights8& sights, const Vec3x8& normals) const;
   void ProbeMaterials();
-  Vec3f FirstNormal(const RawHit& hit) const;
+  Vec3f FirstNormal(uint32_t placed, uint32_t triangle) const;
 
   SceneGeometry geometry_;
   std::vector<Body> bodies_;
+  std::vector<Place> places_;        // As many.
   std::vector<Stored> stored_;       // As many.
   std::vector<uint32_t> materials_;  // Of all bodies' slots.
   std::vector<MaterialTraits> traits_;
@@ -131,6 +155,14 @@ inline float OffsetDistance(const Vec3f& position) {
 
 // A start for a ray that leaves `position` towards the side of `normal`.
 inline Vec3f OffsetPoint(const Vec3f& position, const Vec3f& normal) {
+  return position + normal * OffsetDistance(position);
+}
+
+// Likewise, of eight.
+inline Float8 OffsetDistance(const Vec3x8& position) {
+  return 2e-5f + 2e-6f * Max(Max(Abs(position.x), Abs(position.y)), Abs(position.z));
+}
+inline Vec3x8 OffsetPoint(const Vec3x8& position, const Vec3x8& normal) {
   return position + normal * OffsetDistance(position);
 }
 

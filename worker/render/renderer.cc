@@ -1,11 +1,10 @@
 #include "worker/render/renderer.h"
 
-#include <tbb/blocked_range2d.h>
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <array>
 #include <atomic>
-#include <bit>
 #include <map>
 #include <optional>
 
@@ -20,7 +19,7 @@
 #include "worker/render/ground_truth.h"
 #include "worker/render/lights.h"
 #include "worker/render/overexposed.h"
-#include "worker/render/path_tracer.h"
+#include "worker/render/pixel_tracer.h"
 #include "worker/render/profiles.h"
 #include "worker/render/render_scene.h"
 
@@ -38,6 +37,8 @@ double SecondsSince(SteadyTime start) {
 absl::Status CancelledError() {
   return MakeError(absl::StatusCode::kCancelled, "render: cancelled");
 }
+
+using PixelTracers = tbb::enumerable_thread_specific<PixelTracer>;  // One a thread.
 
 class SceneRenderer final : public Renderer {
  public:
@@ -242,9 +243,10 @@ class SceneRenderer final : public Renderer {
 
   void TraceEye(const PinholeCamera& camera, const SampleStream& stream, float clamp,
                 const CancelToken& cancel, Meter* meter, Film* film) const {
-    const uint32_t stream_hash = stream.Hash();
-    const PathOptions options = Options(clamp);
     const int samples = SamplesOf(camera);
+    const PixelSampling sampling{stream.Hash(), samples, SampleTogether(camera, samples)};
+    PixelTracers tracers(
+        [&] { return PixelTracer(*geometry_, lights_, Options(clamp), camera, sampling); });
     const int columns = (camera.width_px + kTile - 1) / kTile;
     const int rows = (camera.height_px + kTile - 1) / kTile;
     tbb::parallel_for(0, columns * rows, [&](int tile) {
@@ -254,12 +256,16 @@ class SceneRenderer final : public Renderer {
       for (int y = y0; y < std::min(y0 + kTile, camera.height_px); ++y) {
         for (int x = x0; x < std::min(x0 + kTile, camera.width_px); ++x) pixels.push_back({x, y});
       }
-      const auto sampler_of = [&](const PixelAt& at, int sample) {
-        return PixelSampler(stream_hash, samples, at.x, at.y, sample);
-      };
-      meter->rays += TracePixels(camera, options, pixels, samples, sampler_of, cancel, film);
+      meter->rays += tracers.local().Trace(pixels, cancel, film);
       if (!cancel.cancelled()) meter->Add(static_cast<int64_t>(pixels.size()));
     });
+  }
+
+  // Few are spread over neighbouring pixels together; with many a pixel stands for itself.
+  static bool SampleTogether(const PinholeCamera& camera, int samples) {
+    constexpr int kMost = 64;
+    constexpr int kWidest = 1 << 13;  // Beyond, they could not be numbered.
+    return samples <= kMost && std::max(camera.width_px, camera.height_px) <= kWidest;
   }
 
   // More samples of what guides the denoiser, without light, where a pixel's few differ.
@@ -270,7 +276,7 @@ class SceneRenderer final : public Renderer {
     PathOptions options = Options(0);
     options.cache = nullptr;
     options.only_guides = true;
-    TraceAnew(camera, stream, options, film->MixedPixels(), kMore, cancel, meter, film);
+    TraceAnew(camera, {stream.Hash(), kMore}, options, film->MixedPixels(), cancel, meter, film);
   }
 
   // Edges of what is brighter than the display shows, with more samples anew.
@@ -279,86 +285,22 @@ class SceneRenderer final : public Renderer {
     constexpr int kTimes = 4;
     const int samples = SamplesOf(camera);
     if (profile_.clamp <= 0.0f || samples >= kFew) return;
-    TraceAnew(camera, stream, Options(clamp), EdgesOf(Overexposed(film->color, exposure)),
-              kTimes * samples, cancel, meter, film);
+    TraceAnew(camera, {stream.Hash(), kTimes * samples}, Options(clamp),
+              EdgesOf(Overexposed(film->color, exposure)), cancel, meter, film);
   }
 
   // Some pixels, each for itself.
-  void TraceAnew(const PinholeCamera& camera, const SampleStream& stream,
-                 const PathOptions& options, const std::vector<PixelAt>& pixels, int samples,
+  void TraceAnew(const PinholeCamera& camera, const PixelSampling& sampling,
+                 const PathOptions& options, const std::vector<PixelAt>& pixels,
                  const CancelToken& cancel, Meter* meter, Film* film) const {
     constexpr size_t kAtOnce = kTile * kTile;
-    const uint32_t stream_hash = stream.Hash();
-    const auto sampler_of = [&](const PixelAt& at, int sample) {
-      return Sampler(stream_hash, static_cast<uint32_t>(at.x), static_cast<uint32_t>(at.y),
-                     static_cast<uint32_t>(sample));
-    };
+    PixelTracers tracers(
+        [&] { return PixelTracer(*geometry_, lights_, options, camera, sampling); });
     tbb::parallel_for(size_t{0}, (pixels.size() + kAtOnce - 1) / kAtOnce, [&](size_t part) {
       const std::span all(pixels);
       const auto some = all.subspan(part * kAtOnce, std::min(kAtOnce, all.size() - part * kAtOnce));
-      meter->rays += TracePixels(camera, options, some, samples, sampler_of, cancel, film);
+      meter->rays += tracers.local().Trace(some, cancel, film);
     });
-  }
-
-  // As many paths at a time as go well together. Returns rays traced.
-  template <typename SamplerOf>
-  uint64_t TracePixels(const PinholeCamera& camera, const PathOptions& options,
-                       std::span<const PixelAt> pixels, int samples, const SamplerOf& sampler_of,
-                       const CancelToken& cancel, Film* film) const {
-    std::vector<PixelSum> sums(pixels.size());
-    PathTracer tracer(*geometry_, lights_, options);
-    std::vector<Path> paths;
-    paths.reserve(PathTracer::kTogether);
-    const CameraRays rays(camera);
-    uint64_t traced = 0;
-    const auto per_pixel = static_cast<size_t>(samples);
-    const size_t count = pixels.size() * per_pixel;
-    for (size_t begin = 0; begin < count && !cancel.cancelled(); begin += paths.size()) {
-      paths.clear();
-      const size_t end = std::min(count, begin + PathTracer::kTogether);
-      for (size_t i = begin; i < end; i += kLanes) {
-        const int some = static_cast<int>(std::min<size_t>(kLanes, end - i));
-        Float8 x, y;
-        Sampler* samplers[kLanes];
-        Ray* starts[kLanes];
-        for (int k = 0; k < some; ++k) {
-          const size_t sample = i + static_cast<size_t>(k);
-          const PixelAt& at = pixels[sample / per_pixel];
-          Path& path = paths.emplace_back(sampler_of(at, static_cast<int>(sample % per_pixel)));
-          samplers[k] = &path.sampler;
-          starts[k] = &path.ray;
-          x[k] = static_cast<float>(at.x);
-          y[k] = static_cast<float>(at.y);
-        }
-        Float8 u, v;
-        Sampler::Pairs(samplers, some, &u, &v);
-        rays.Through(x + u, y + v, some, starts);
-      }
-      tracer.Trace(paths);
-      for (size_t i = 0; i < paths.size(); ++i) {
-        sums[(begin + i) / per_pixel].Add(paths[i].result);
-        traced += paths[i].result.rays;
-      }
-    }
-    if (cancel.cancelled()) return traced;
-    for (size_t i = 0; i < pixels.size(); ++i) {
-      if (options.only_guides) {
-        film->AddGuides(pixels[i], sums[i]);
-      } else {
-        film->Develop(pixels[i], sums[i], samples);
-      }
-    }
-    return traced;
-  }
-
-  // Few samples are spread over neighbouring pixels together; with many a pixel stands for itself.
-  static Sampler PixelSampler(uint32_t stream_hash, int samples, int x, int y, int sample) {
-    constexpr int kMost = 64;
-    const auto px = static_cast<uint32_t>(x), py = static_cast<uint32_t>(y);
-    const auto s = static_cast<uint32_t>(sample);
-    if (samples > kMost || std::max(x, y) >= 1 << 13) return Sampler(stream_hash, px, py, s);
-    return Sampler::OfImage(stream_hash, px, py, std::bit_width(static_cast<uint32_t>(samples) - 1),
-                            s);
   }
 
   const uint64_t scene_seed_;

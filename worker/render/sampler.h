@@ -52,12 +52,21 @@ struct SampleStream {
 class Sampler {
  public:
   Sampler(uint32_t stream_hash, uint32_t x, uint32_t y, uint32_t sample)
-      : seed_(CombineHash(CombineHash(stream_hash, x), y)), sample_(sample) {}
+      : seed_(SeedOfPixel(stream_hash, x, y)), sample_(sample) {}
   // Of an image whose pixels share a sequence: 2^log2_samples samples a pixel. Where x, y < 2^k,
   // 2 k + log2_samples must not be above 32.
   static Sampler OfImage(uint32_t stream_hash, uint32_t x, uint32_t y, int log2_samples,
                          uint32_t sample) {
-    return Sampler(stream_hash, ((Spread(x) | Spread(y) << 1) << log2_samples) | sample);
+    return Sampler(stream_hash, NumberInImage(x, y, log2_samples, sample));
+  }
+  // What the two kinds of samplers are made of; of one, or of eight in lanes.
+  template <typename Bits>
+  static Bits SeedOfPixel(Bits stream_hash, Bits x, Bits y) {
+    return CombineHash(CombineHash(stream_hash, x), y);
+  }
+  template <typename Bits>
+  static Bits NumberInImage(Bits x, Bits y, int log2_samples, Bits sample) {
+    return ((Spread(x) | Spread(y) << 1) << log2_samples) | sample;
   }
 
   // The next pair of dimensions, in [0, 1).
@@ -68,24 +77,31 @@ class Sampler {
             ToUnit(Scramble(SecondDimension(first), MixBits(seed + 2)))};
   }
 
-  // The next pair of each of one to eight samplers, as Pair gives them. Lanes from `count` on hold
-  // copies of the last.
-  static void Pairs(Sampler* const* samplers, int count, Float8* u, Float8* v) {
-    Bits8 seed, sample, dimension;
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const Sampler& from = *samplers[std::min(lane, count - 1)];
-      seed[lane] = from.seed_;
-      sample[lane] = from.sample_;
-      dimension[lane] = from.dimension_;
-    }
-    for (int lane = 0; lane < count; ++lane) ++samplers[lane]->dimension_;
-    seed = CombineHash(seed, dimension);
-    const Bits8 first = Permute(Reverse(sample), seed);
-    *u = ToUnit(Scramble(first, MixBits(seed + 1)));
-    *v = ToUnit(Scramble(SecondDimension(first), MixBits(seed + 2)));
+  // The pairs of eight samplers of these seeds and samples, at these dimensions, as Pair gives
+  // them.
+  static void Pairs(Bits8 seed, Bits8 sample, Bits8 dimension, Float8* u, Float8* v) {
+    Points(Reverse(sample), CombineHash(seed, dimension), u, v);
   }
-  // Leaves the next pair out.
-  void Skip() { ++dimension_; }
+  // The next `count` pairs of each. Where all eight have one seed and dimension, as the pixels of
+  // an image have at first, hashes are computed once.
+  template <typename PutPair>
+  static void Draw(Bits8 seed, Bits8 sample, Bits8 dimension, uint32_t count, PutPair put) {
+    const bool alike = !Any((Mask8)((seed ^ seed[0]) | (dimension ^ dimension[0])) != 0);
+    const Bits8 reversed = Reverse(sample);
+    for (uint32_t pair = 0; pair < count; ++pair) {
+      Float8 u, v;
+      if (alike) {
+        Points(reversed, CombineHash(seed[0], dimension[0] + pair), &u, &v);
+      } else {
+        Points(reversed, CombineHash(seed, dimension + pair), &u, &v);
+      }
+      put(pair, u, v);
+    }
+  }
+
+  uint32_t seed() const { return seed_; }
+  uint32_t sample() const { return sample_; }
+  uint32_t dimension() const { return dimension_; }
 
   // Of the Sobol' sequence's second dimension, from the bit-reversed index. Its matrix is Pascal's
   // triangle modulo 2, so the product is a sum over supersets of bit positions: five shifts.
@@ -101,9 +117,29 @@ class Sampler {
   }
 
  private:
+  // `seeds`: one for all eight, or eight. `reversed`: bits of the samples' numbers.
+  template <typename Seeds>
+  static void Points(Bits8 reversed, Seeds seeds, Float8* u, Float8* v) {
+    // The shuffled index. Both dimensions are scrambled from its lowest bit up, so the second one's
+    // matrix is mirrored instead of its index.
+    const Bits8 index = Reverse(Permute(reversed, seeds));
+    *u = ToUnit(Reverse(Permute(index, MixBits(seeds + 1))));
+    *v = ToUnit(Reverse(Permute(MirroredSecondDimension(index), MixBits(seeds + 2))));
+  }
+  // SecondDimension of the reversed index, reversed.
+  static Bits8 MirroredSecondDimension(Bits8 x) {
+    x ^= (x >> 1) & 0x55555555u;
+    x ^= (x >> 2) & 0x33333333u;
+    x ^= (x >> 4) & 0x0f0f0f0fu;
+    x ^= (x >> 8) & 0x00ff00ffu;
+    x ^= (x >> 16) & 0x0000ffffu;
+    return x;
+  }
+
   Sampler(uint32_t seed, uint32_t index) : seed_(seed), sample_(index) {}
   // The 16 low bits moved to the even places.
-  static uint32_t Spread(uint32_t x) {
+  template <typename Bits>
+  static Bits Spread(Bits x) {
     x = (x | x << 8) & 0x00ff00ffu;
     x = (x | x << 4) & 0x0f0f0f0fu;
     x = (x | x << 2) & 0x33333333u;
@@ -136,8 +172,8 @@ class Sampler {
   }
   // Each bit of the result depends on the bits at and below it only.   Source: Laine and Karras
   // 2011; Burley's constants.
-  template <typename Bits>
-  static Bits Permute(Bits x, Bits seed) {
+  template <typename Bits, typename Seed>
+  static Bits Permute(Bits x, Seed seed) {
     x += seed;
     x ^= x * 0x6c50b47cu;
     x ^= x * 0xb82f1e52u;

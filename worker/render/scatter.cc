@@ -38,14 +38,6 @@ Float8 PowerHeuristic(Float8 a, Float8 b) {
   return IsFinite(a2) ? a2 / (a2 + b * b) : Splat(1);
 }
 
-Float8 OffsetDistance(const Vec3x8& position) {
-  return 2e-5f + 2e-6f * Max(Max(Abs(position.x), Abs(position.y)), Abs(position.z));
-}
-
-Vec3x8 OffsetPoint(const Vec3x8& position, const Vec3x8& normal) {
-  return position + normal * OffsetDistance(position);
-}
-
 }  // namespace
 
 Scatter8::Scatter8(const Standing8& at)
@@ -71,35 +63,34 @@ Float8 Scatter8::Mixed(const Vec3x8& world, Float8 by_bsdf) const {
   return spot_share_ * by_spots + (1.0f - spot_share_) * by_bsdf;
 }
 
-Shadow8 Scatter8::Light(bool weighted) const {
-  Shadow8 shadow;
-  const Vec3x8& world = at_.light_direction;
+PARALLAX_LANE_CLONES void Scatter8::Light(bool weighted, Shadow8* out) const {
+  Shadow8& shadow = *out;
+  const Vec3x8& world = at_.light.direction;
   const Vec3x8 i = frame_.ToLocal(world);
   const Float8 part = Admits(world, i);
   const BsdfValue8 value = bsdf_.Evaluate(i);
-  const Mask8 alone = weighted ? at_.ideal : ~Mask8{};
-  const Float8 weight = alone ? Splat(1) : PowerHeuristic(at_.light_pdf, Mixed(world, value.pdf));
+  const Mask8 alone = weighted ? at_.light.ideal : ~Mask8{};
+  const Float8 weight = alone ? Splat(1) : PowerHeuristic(at_.light.pdf, Mixed(world, value.pdf));
   shadow.contribution =
-      at_.throughput * value.f_cos * at_.light_radiance * (part * weight / at_.light_pdf);
-  shadow.lit = (at_.light_pdf > 0.0f) & ~bsdf_.mirror_like() & (part > 0.0f) &
+      at_.throughput * value.f_cos * at_.light.radiance * (part * weight / at_.light.pdf);
+  shadow.lit = (at_.light.pdf > 0.0f) & ~bsdf_.mirror_like() & (part > 0.0f) &
                (MaxCoeff(shadow.contribution) > 1e-7f) & IsFinite(shadow.contribution);
 
   // It leaves clear of the surface. It is aimed anew at the light's point and ends clear of that:
   // the start is nearer to the light by more than a fixed part of a short way, and the light would
   // shade itself.
   shadow.origin = OffsetPoint(at_.position, Select(i.z > 0.0f, at_.normal, -at_.normal));
-  const Mask8 far = ~IsFinite(at_.light_distance);
-  const Vec3x8 target = at_.position + world * at_.light_distance;
+  const Mask8 far = ~IsFinite(at_.light.distance);
+  const Vec3x8 target = at_.position + world * at_.light.distance;
   const Vec3x8 to = target - shadow.origin;
   const Float8 distance = Sqrt(Dot(to, to));
   const Float8 clear = 2.0f * OffsetDistance(target) + 1e-4f * distance;
-  shadow.distance = far ? at_.light_distance : Max(distance - clear, 0.0f);
+  shadow.distance = far ? at_.light.distance : Max(distance - clear, 0.0f);
   shadow.direction = Select(far, world, to * (1.0f / distance));
-  return shadow;
 }
 
 // Towards a bright spot or by the BSDF alone, with the density of that mixture.
-Onward8 Scatter8::Onward() const {
+PARALLAX_LANE_CLONES Onward8 Scatter8::Onward() const {
   Onward8 onward;
   const Mask8 to_spot = at_.choice < spot_share_;
   const BsdfDirection8 way =

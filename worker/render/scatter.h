@@ -5,6 +5,7 @@
 #include "common/math/lanes.h"
 #include "worker/render/bright_spots.h"
 #include "worker/render/bsdf.h"
+#include "worker/render/lights.h"
 #include "worker/render/sampling.h"
 
 namespace parallax {
@@ -22,10 +23,7 @@ struct Standing8 {
   Float8 spot_share;
   // Random numbers in [0, 1): lobe or spot; the direction.
   Float8 choice, u, v;
-  // The light's sample; pdf 0: none. As LightSample.
-  Vec3x8 light_direction, light_radiance;
-  Float8 light_distance, light_pdf;
-  Mask8 ideal;
+  LightSamples8 light;  // Density 0: none.
 };
 
 // Light on its way to the eight, should nothing stand between.
@@ -53,7 +51,7 @@ class Scatter8 {
   explicit Scatter8(const Standing8& at);
 
   // `weighted`: by MIS; else light sampling stands alone.
-  Shadow8 Light(bool weighted) const;
+  void Light(bool weighted, Shadow8* shadow) const;
   Onward8 Onward() const;
 
   const Vec3x8& normal() const { return frame_.z; }  // For shading.

@@ -59,7 +59,7 @@ SkyModel::SkyModel(const v1::Sky& sky) {
   for (int i = 0; i < kSide * kSide; ++i) {
     const Vec2f u((static_cast<float>(i % kSide) + 0.5f) / kSide,
                   (static_cast<float>(i / kSide) + 0.5f) / kSide);
-    const Vec3f radiance = Dome(DirectionAt(u.x(), 2.0f * kPi * u.y()));
+    const Vec3f radiance = Dome(Vec3x8(DirectionAt(u.x(), 2.0f * kPi * u.y()))).Get(0);
     irradiance += radiance * (2.0f * kPi * u.x() / (kSide * kSide));
     luminance += Luminance(radiance) / (kSide * kSide);
   }
@@ -68,11 +68,12 @@ SkyModel::SkyModel(const v1::Sky& sky) {
   ground_ = irradiance.cwiseProduct(Vec3f(0.21f, 0.20f, 0.17f)) * kInvPi;
 }
 
-Vec3f SkyModel::Dome(const Vec3f& direction) const {
-  const float up = std::max(direction.z(), 0.0f);
-  const Vec3f overcast = Vec3f(0.97f, 1.0f, 1.05f) * ((1.0f + 2.0f * up) / 3.0f);
-  if (clear_ <= 0.0f) return scale_.cwiseProduct(overcast);
-  return scale_.cwiseProduct(overcast + (ClearSky(direction) - overcast) * clear_);
+Vec3x8 SkyModel::Dome(const Vec3x8& directions) const {
+  const Float8 up = Max(directions.z, 0.0f);
+  const Vec3x8 overcast = Vec3f(0.97f, 1.0f, 1.05f) * ((1.0f + 2.0f * up) / 3.0f);
+  const Vec3x8 scale(scale_);
+  if (clear_ <= 0.0f) return scale * overcast;
+  return scale * (overcast + (ClearSky(directions) - overcast) * clear_);
 }
 
 void SkyModel::SetClearSky(float sun_elevation) {
@@ -90,32 +91,34 @@ void SkyModel::SetClearSky(float sun_elevation) {
                            (4.0453f * t - 4.9710f) * std::tan(chi) - 0.2155f * t + 2.4192f};
   for (int k = 0; k < 3; ++k) {
     perez_[k].zenith = 1.0f;
-    perez_[k].zenith = zenith[k] / perez_[k].At(1.0f, theta, std::cos(theta));
+    perez_[k].zenith = zenith[k] / perez_[k].At(Splat(1), Splat(theta), Splat(std::cos(theta)))[0];
   }
 }
 
 // Relative to the overcast zenith.
-Vec3f SkyModel::ClearSky(const Vec3f& direction) const {
-  const float up = std::max(direction.z(), 0.01f);
-  const float cos_gamma = std::clamp(direction.dot(sun_direction_), -1.0f, 1.0f);
-  const float gamma = std::acos(cos_gamma);
-  const float x = perez_[0].At(up, gamma, cos_gamma);
-  const float y = perez_[1].At(up, gamma, cos_gamma);
-  const float luminance = perez_[2].At(up, gamma, cos_gamma);
-  const Vec3f xyz(x / y, 1.0f, (1.0f - x - y) / y);
-  const Vec3f rgb(3.2406f * xyz.x() - 1.5372f * xyz.y() - 0.4986f * xyz.z(),
-                  -0.9689f * xyz.x() + 1.8758f * xyz.y() + 0.0415f * xyz.z(),
-                  0.0557f * xyz.x() - 0.2040f * xyz.y() + 1.0570f * xyz.z());
-  return rgb.cwiseMax(0.0f) * (luminance * (kRadiancePerKilocandela / kZenithRadiance));
+Vec3x8 SkyModel::ClearSky(const Vec3x8& directions) const {
+  const Float8 up = Max(directions.z, 0.01f);
+  const Float8 cos_gamma = Clamp(Inner(directions, Vec3x8(sun_direction_)), -1.0f, 1.0f);
+  const Float8 gamma = Acos(cos_gamma);
+  const Float8 x = perez_[0].At(up, gamma, cos_gamma);
+  const Float8 y = perez_[1].At(up, gamma, cos_gamma);
+  const Float8 luminance = perez_[2].At(up, gamma, cos_gamma);
+  const Float8 big_x = x / y, big_z = (1.0f - x - y) / y;
+  const Vec3x8 rgb(3.2406f * big_x - 1.5372f - 0.4986f * big_z,
+                   -0.9689f * big_x + 1.8758f + 0.0415f * big_z,
+                   0.0557f * big_x - 0.2040f + 1.0570f * big_z);
+  const Float8 scale = luminance * (kRadiancePerKilocandela / kZenithRadiance);
+  return Vec3x8(Max(rgb.x, 0.0f), Max(rgb.y, 0.0f), Max(rgb.z, 0.0f)) * scale;
 }
 
-Vec3f SkyModel::Radiance(const Vec3f& direction) const {
-  if (!has_sky_) return Vec3f::Zero();
+Vec3x8 SkyModel::Radiance(const Vec3x8& directions) const {
+  if (!has_sky_) return Vec3x8::Zero();
   // The horizon is a soft edge 2 degrees wide.
-  const float above = std::clamp(direction.z() / 0.035f + 0.5f, 0.0f, 1.0f);
-  if (above <= 0.0f) return ground_;
-  const Vec3f dome = Dome(direction);
-  return above >= 1.0f ? dome : Vec3f(ground_ + (dome - ground_) * above);
+  const Float8 above = Clamp(directions.z / 0.035f + 0.5f, 0.0f, 1.0f);
+  const Vec3x8 ground(ground_);
+  if (!Any(above > 0.0f)) return ground;
+  const Vec3x8 dome = Dome(directions);
+  return Select(above >= 1.0f, dome, ground + (dome - ground) * above);
 }
 
 }  // namespace parallax

@@ -24,7 +24,8 @@ class SkyModel {
   explicit SkyModel(const v1::Sky& sky);
 
   // From unit `direction` (world), without the sun's disk.
-  Vec3f Radiance(const Vec3f& direction) const;
+  Vec3x8 Radiance(const Vec3x8& directions) const;
+  Vec3f Radiance(const Vec3f& direction) const { return Radiance(Vec3x8(direction)).Get(0); }
   // Of the disk.
   const Vec3f& SunRadiance() const { return sun_radiance_; }
   bool InSun(const Vec3f& direction) const {
@@ -44,15 +45,15 @@ class SkyModel {
   // How a quantity is spread over a clear sky, relative to the zenith.
   struct Perez {
     float a = 0, b = 0, c = 0, d = 0, e = 0, zenith = 0;
-    float At(float cos_theta, float gamma, float cos_gamma) const {
-      return zenith * (1.0f + a * std::exp(b / cos_theta)) *
-             (1.0f + c * std::exp(d * gamma) + e * cos_gamma * cos_gamma);
+    Float8 At(Float8 cos_theta, Float8 gamma, Float8 cos_gamma) const {
+      return zenith * (1.0f + a * Exp(b / cos_theta)) *
+             (1.0f + c * Exp(d * gamma) + e * cos_gamma * cos_gamma);
     }
   };
 
   void SetClearSky(float sun_elevation);
-  Vec3f ClearSky(const Vec3f& direction) const;
-  Vec3f Dome(const Vec3f& direction) const;
+  Vec3x8 ClearSky(const Vec3x8& directions) const;
+  Vec3x8 Dome(const Vec3x8& directions) const;
 
   bool has_sky_ = false, has_sun_ = false;
   float clear_ = 0;  // [0, 1]

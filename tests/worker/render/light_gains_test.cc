@@ -40,7 +40,7 @@ CacheFill Paths(int64_t paths) {
 
 // Chance that the lamp at `light` is chosen from the floor of the half at `x`.
 float Chance(const LightTable& lights, float x, size_t light) {
-  return lights.Chance(test::Seek(lights, {x, 1.2f, 0}).at, light);
+  return lights.Chance(test::Seek(lights, {x, 1.2f, 0}).at(), light);
 }
 
 TEST(LightGains, LampsBehindAWallAreSeldomChosen) {
@@ -85,7 +85,7 @@ TEST(LightGains, EstimatesStayUnbiased) {
   const TestScene cells = TwoCells();
   Built built = Build(cells);
   const Vec3f floor(1.2f, 1.2f, 0);
-  const LightReceiver before = test::Seek(built.lights, floor).at;
+  const LightReceiver before = test::Seek(built.lights, floor).at();
   std::vector<LightTrial> trials;
   for (int i = 0; i < 1000; ++i) {
     trials.push_back({0, before.cell, 0, 0.0f});  // A lie: this lamp does shine.
@@ -99,21 +99,21 @@ TEST(LightGains, EstimatesStayUnbiased) {
   EXPECT_NEAR(learnt.mean.y(), wanted.mean.y(), 4 * (learnt.error + wanted.error));
 }
 
-uint32_t CellOf(const LightGains& gains, const Vec3f& position, const Vec3f& normal) {
-  return static_cast<uint32_t>(gains.CellOf(Vec3x8(position), Vec3x8(normal))[0]);
+int32_t CellOf(const LightGains& gains, const Vec3f& position, const Vec3f& normal) {
+  return gains.CellOf(Vec3x8(position), Vec3x8(normal))[0];
 }
 
 TEST(LightGains, CellsWithoutTrialsTakeTheRoomsWord) {
   LightGains gains(Box3f(Vec3f::Zero(), Vec3f(6, 6, 2)), 2);
-  EXPECT_EQ(gains.Of(0u, 1), 1.0f);
-  const uint32_t seen = CellOf(gains, {1, 1, 1}, Vec3f::UnitZ());
+  EXPECT_EQ(gains.Of(0, 1), 1.0f);
+  const int32_t seen = CellOf(gains, {1, 1, 1}, Vec3f::UnitZ());
   for (int i = 0; i < 10'000; ++i) {
     gains.Add(seen, 0, 0.5f);
     gains.Add(seen, 1, 0.0f);
   }
   gains.Learn();
   for (const Vec3f& at : {Vec3f(1, 1, 1), Vec3f(5, 5, 1), Vec3f(-9, 99, 1)}) {
-    const uint32_t cell = CellOf(gains, at, Vec3f::UnitZ());
+    const int32_t cell = CellOf(gains, at, Vec3f::UnitZ());
     EXPECT_NEAR(gains.Of(cell, 0), 0.5f, 1e-3f);
     EXPECT_FLOAT_EQ(gains.Of(cell, 1), LightGains::kLeast);
   }

@@ -21,10 +21,10 @@ using test::TestScene;
 
 LightSample SampleAt(const Built& built, const Vec3f& position, float choice, const Vec2f& u) {
   test::Sought sought = test::Seek(built.lights, position, choice);
-  built.lights.Aim(u, &sought.light);
-  LightSample sample;
-  built.lights.Sample(&sought.at, &sought.light, 1, Splat(u.x()), Splat(u.y()), &sample);
-  return sample;
+  built.lights.Aim(Splat(u.x()), &sought.lights);
+  LightSamples8 samples;
+  built.lights.Sample(sought.receivers, sought.lights, Splat(u.x()), Splat(u.y()), &samples);
+  return samples.Get(0);
 }
 
 TestScene Floor(float albedo) {
@@ -233,39 +233,40 @@ TEST(LightSampling, EightPointsChooseAndSampleAsEachAlone) {
       seekers.normal.Set(lane, Vec3f::UnitZ());
       seekers.choice[lane] = static_cast<float>(rng.Uniform());
     }
-    LightReceiver at[kLanes];
-    LightChoice lights[kLanes];
+    LightReceivers8 at;
+    LightChoices8 lights;
     std::vector<Float8> scratch;
-    built.lights.Choose(seekers, &scratch, at, lights);
+    built.lights.Choose(seekers, &scratch, &at, &lights);
     Float8 u, v;
     for (int lane = 0; lane < kLanes; ++lane) {
       u[lane] = static_cast<float>(rng.Uniform());
       v[lane] = static_cast<float>(rng.Uniform());
     }
-    LightSample samples[kLanes];
-    for (int lane = 0; lane < seekers.count; ++lane) {
-      built.lights.Aim({u[lane], v[lane]}, &lights[lane]);
-    }
-    built.lights.Sample(at, lights, seekers.count, u, v, samples);
+    LightSamples8 samples;
+    built.lights.Aim(u, &lights);
+    built.lights.Sample(at, lights, u, v, &samples);
     for (int lane = 0; lane < seekers.count; ++lane) {
       const test::Sought alone =
           test::Seek(built.lights, seekers.position.Get(lane), seekers.choice[lane]);
-      EXPECT_EQ(at[lane].enclosure, alone.at.enclosure);
-      EXPECT_EQ(at[lane].total, alone.at.total);
-      EXPECT_EQ(lights[lane].light, alone.light.light);
-      EXPECT_EQ(lights[lane].importance / at[lane].total,
-                built.lights.Chance(alone.at, alone.light.light));
+      const auto light = static_cast<size_t>(lights.light[lane]);
+      EXPECT_EQ(at.room[lane], alone.at().room);
+      EXPECT_EQ(at.total[lane], alone.at().total);
+      EXPECT_EQ(lights.light[lane], alone.lights.light[0]);
+      EXPECT_EQ(lights.importance[lane] / at.total[lane], built.lights.Chance(alone.at(), light));
       const LightSample sample =
           SampleAt(built, seekers.position.Get(lane), seekers.choice[lane], {u[lane], v[lane]});
-      EXPECT_EQ(samples[lane].direction, sample.direction);
-      EXPECT_EQ(samples[lane].distance, sample.distance);
-      EXPECT_EQ(samples[lane].radiance, sample.radiance);
-      EXPECT_EQ(samples[lane].pdf, sample.pdf);
-      EXPECT_EQ(samples[lane].ideal, sample.ideal);
-      EXPECT_EQ(samples[lane].light, lights[lane].light);
-      if (sample.pdf > 0.0f) ++chosen[lights[lane].light];
+      const LightSample seen = samples.Get(lane);
+      EXPECT_EQ(seen.direction, sample.direction);
+      EXPECT_EQ(seen.distance, sample.distance);
+      EXPECT_EQ(seen.radiance, sample.radiance);
+      EXPECT_EQ(seen.pdf, sample.pdf);
+      EXPECT_EQ(seen.ideal, sample.ideal);
+      if (sample.pdf > 0.0f) ++chosen[light];
     }
-    for (int lane = seekers.count; lane < kLanes; ++lane) EXPECT_EQ(at[lane].total, 0);
+    for (int lane = seekers.count; lane < kLanes; ++lane) {
+      EXPECT_EQ(at.total[lane], 0);
+      EXPECT_EQ(samples.pdf[lane], 0);
+    }
   }
   for (int light = 0; light < 7; ++light) EXPECT_GT(chosen[static_cast<size_t>(light)], 5) << light;
 }

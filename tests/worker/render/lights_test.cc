@@ -249,7 +249,7 @@ TEST(Lights, TheSunCountsWhereItsWayOutIsTheWindow) {
     const float a = (q.x() - 1.2f) / 1.6f, b = (q.z() - 0.9f) / 1.2f;
     const float inside = std::min({a, 1 - a, b, 1 - b});
     if (std::abs(inside + 0.03f) < 0.03f) continue;  // The rim.
-    const LightReceiver at = test::Seek(built.lights, p).at;
+    const LightReceiver at = test::Seek(built.lights, p).at();
     ASSERT_EQ(built.lights.Chance(at, 1) > 0, inside > 0) << p.transpose();
     ASSERT_GT(built.lights.Chance(at, 0), 0) << p.transpose();
     ++(inside > 0 ? lit : dark);
@@ -262,7 +262,7 @@ TEST(Lights, TheSunCountsWhereItsWayOutIsTheWindow) {
   const Built behind = Build(north);
   for (int i = 0; i < 1600; ++i) {
     const Vec3f p = 0.1f * Vec3f(static_cast<float>(i % 40), static_cast<float>(i / 40), 20);
-    ASSERT_EQ(behind.lights.Chance(test::Seek(behind.lights, p).at, 1), 0) << p.transpose();
+    ASSERT_EQ(behind.lights.Chance(test::Seek(behind.lights, p).at(), 1), 0) << p.transpose();
   }
 }
 

@@ -203,5 +203,35 @@ TEST(PathTracer, WhatAPathSeesDoesNotDependOnItsCompany) {
   EXPECT_GT(light, 0);
 }
 
+// Many at once, of which new ones join as others end, see what each sees alone.
+TEST(PathTracer, NewPathsJoinWhereOthersHaveEnded) {
+  const Built built = Build(Showroom());
+  PathTracer tracer(*built.scene, built.lights, PathOptions());
+  for (const size_t count : {1u, 7u, 256u, 261u, 3000u}) {
+    const std::vector<Path> paths = PathsInShowroom(static_cast<uint32_t>(count));
+    std::vector<PathStarts8> starts((count + kLanes - 1) / kLanes);
+    for (size_t i = 0; i < count; ++i) {
+      PathStarts8& start = starts[i / kLanes];
+      const int lane = static_cast<int>(i % kLanes);
+      start.rays.origin.Set(lane, paths[i].ray.origin);
+      start.rays.direction.Set(lane, paths[i].ray.direction);
+      start.spread[lane] = paths[i].ray.spread;
+      start.seed[lane] = paths[i].sampler.seed();
+      start.sample[lane] = paths[i].sampler.sample();
+      start.dimension = paths[i].sampler.dimension();
+    }
+    std::vector<PathResult> results(count);
+    tracer.Trace(starts, results);
+    for (size_t i = 0; i < count; ++i) {
+      const PathResult alone = tracer.Trace(paths[i].ray, paths[i].sampler);
+      ASSERT_EQ(results[i].radiance, alone.radiance) << i << " of " << count;
+      ASSERT_EQ(results[i].albedo, alone.albedo) << i << " of " << count;
+      ASSERT_EQ(results[i].normal, alone.normal) << i << " of " << count;
+      ASSERT_EQ(results[i].guide_weight, alone.guide_weight) << i << " of " << count;
+      ASSERT_EQ(results[i].rays, alone.rays) << i << " of " << count;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace parallax

@@ -23,16 +23,17 @@ inline Built Build(const TestScene& test) {
   return {*std::move(scene), *std::move(lights)};
 }
 
-// The light that a point of a floor chooses, whatever else is asked at once.
+// The light that a point of a floor chooses, whatever else is asked at once; all lanes are alike.
 struct Sought {
-  LightReceiver at;
-  LightChoice light;
+  LightReceivers8 receivers;
+  LightChoices8 lights;
+  LightReceiver at() const { return receivers.Get(0); }
 };
 inline Sought Seek(const LightTable& lights, const Vec3f& position, float choice = 0.5f) {
-  LightSeekers8 seekers{Vec3x8(position), Vec3x8(Vec3f::UnitZ()), Splat(choice), 1};
+  const LightSeekers8 seekers{Vec3x8(position), Vec3x8(Vec3f::UnitZ()), Splat(choice), kLanes};
   Sought sought;
   std::vector<Float8> scratch;
-  lights.Choose(seekers, &scratch, &sought.at, &sought.light);
+  lights.Choose(seekers, &scratch, &sought.receivers, &sought.lights);
   return sought;
 }
 

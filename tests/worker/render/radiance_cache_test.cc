@@ -26,15 +26,15 @@ using test::MakeRig;
 using test::TestScene;
 
 CacheQuestions8 Questions(std::span<const CachePlace> places, float widest_m) {
-  CacheQuestions8 questions;
-  questions.count = static_cast<int>(places.size());
+  CacheQuestions8 questions{};
+  questions.asked = (1u << places.size()) - 1;
   questions.jitter_u = questions.jitter_v = Splat(0.5f);
   questions.widest_m = Splat(widest_m);
-  for (int k = 0; k < questions.count; ++k) {
+  for (int k = 0; k < static_cast<int>(places.size()); ++k) {
     const CachePlace& place = places[static_cast<size_t>(k)];
     questions.position.Set(k, place.position);
     questions.normal.Set(k, place.normal);
-    questions.placed[k] = place.placed;
+    questions.placed[k] = static_cast<int32_t>(place.placed);
     questions.slot[k] = place.slot;
   }
   return questions;
@@ -42,9 +42,9 @@ CacheQuestions8 Questions(std::span<const CachePlace> places, float widest_m) {
 
 // What the cache answers right there.
 bool Answer(const RadianceCache& cache, const CachePlace& place, float widest_m, Vec3f* radiance) {
-  uint64_t key = 0;
-  cache.Ask(Questions({&place, 1}, widest_m), &key);
-  return cache.Answer(key, place, radiance);
+  uint64_t keys[kLanes];
+  cache.Ask(Questions({&place, 1}, widest_m), keys);
+  return cache.Answer(keys[0], place, radiance);
 }
 
 // A scene ready to trace, with a cache filled from its rigs.
@@ -256,6 +256,7 @@ TEST(RadianceCache, EightQuestionsNameTheCellsOfEachAlone) {
       EXPECT_EQ(keys[k], near ? grid.KeyOf(places[k]) : 0);
       far += near ? 0 : 1;
     }
+    for (size_t k = places.size(); k < kLanes; ++k) EXPECT_EQ(keys[k], 0u);
     questions.jitter_u = Splat(0.9f);
     questions.jitter_v = Splat(0.2f);
     cache.Ask(questions, keys);

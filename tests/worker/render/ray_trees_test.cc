@@ -67,33 +67,33 @@ TEST(RayTrees, BothTreesAndPacketsMeetTheSame) {
     int differ = 0, rays_traced = 0;
     for (int i = 0; i < 2000; ++i) {
       const Vec3f eye(0.5f, 0.2f, 1.4f), ahead = AnyDirection(rng);
-      const int count = 1 + i % RayTrees::kPacket;
-      std::array<Ray, RayTrees::kPacket> rays;
-      std::array<RawHit, RayTrees::kPacket> hits;
-      std::array<const Ray*, RayTrees::kPacket> ray_of{};
-      std::array<RawHit*, RayTrees::kPacket> hit_of{};
-      for (size_t k = 0; k < rays.size(); ++k) {
-        rays[k].origin = eye;
-        rays[k].direction = (ahead + 0.01f * AnyDirection(rng)).normalized();
-        ray_of[k] = &rays[k];
-        hit_of[k] = &hits[k];
+      Mask8 asked{};
+      Rays8 rays{Vec3x8(eye), Vec3x8::Zero()};
+      for (int k = 0; k < kLanes; ++k) {
+        rays.direction.Set(k, (ahead + 0.01f * AnyDirection(rng)).normalized());
+        asked[k] = (i >> (k % 4) & 1) != 0 || k == i % kLanes ? -1 : 0;
       }
       for (const Tree tree : {Tree::kFast, Tree::kRobust}) {
-        const uint32_t met = trees.Intersect(tree, ray_of.data(), hit_of.data(), count);
-        ASSERT_EQ(met >> count, 0u);
-        for (int k = 0; k < count; ++k) {
-          const auto n = static_cast<size_t>(k);
-          RawHit alone;
-          ASSERT_EQ(trees.Intersect(Tree::kRobust, rays[n], 0, &alone), (met >> k & 1) != 0);
-          ++rays_traced;
-          if (alone.placed != hits[n].placed || alone.triangle != hits[n].triangle) {
-            ++differ;  // Along an edge.
-            continue;
+        for (const bool coherent : {true, false}) {
+          Hits8 hits;
+          trees.Intersect(tree, rays, asked, coherent, &hits);
+          ASSERT_FALSE(Any(hits.met & ~asked));
+          for (int k = 0; k < kLanes; ++k) {
+            if (asked[k] == 0) continue;
+            const Ray ray{eye, rays.direction.Get(k)};
+            RawHit alone;
+            ASSERT_EQ(trees.Intersect(Tree::kRobust, ray, 0, &alone), hits.met[k] != 0);
+            ++rays_traced;
+            const RawHit hit = hits.Get(k);
+            if (alone.placed != hit.placed || alone.triangle != hit.triangle) {
+              ++differ;  // Along an edge.
+              continue;
+            }
+            EXPECT_NEAR(hit.distance, alone.distance, 1e-5f);
+            EXPECT_NEAR(hit.u, alone.u, 1e-4f);
+            EXPECT_NEAR((hit.position - alone.position).norm(), 0, 1e-5f);
+            EXPECT_NEAR((hit.edge_cross - alone.edge_cross).norm(), 0, 1e-5f);
           }
-          EXPECT_NEAR(hits[n].distance, alone.distance, 1e-5f);
-          EXPECT_NEAR(hits[n].u, alone.u, 1e-4f);
-          EXPECT_NEAR((hits[n].position - alone.position).norm(), 0, 1e-5f);
-          EXPECT_NEAR((hits[n].edge_cross - alone.edge_cross).norm(), 0, 1e-5f);
         }
       }
     }

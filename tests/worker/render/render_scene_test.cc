@@ -35,8 +35,13 @@ struct Hit {
   RawHit raw;
   SurfaceId id;
   float footprint_m = 0;
-  Sight sight() const { return {&raw, &id, footprint_m}; }
 };
+
+Sights8 SightsOf(std::span<const Hit> hits) {
+  Sights8 sights{};
+  for (const Hit& hit : hits) sights.Add(hit.raw, hit.id, hit.footprint_m);
+  return sights;
+}
 
 Hit Meet(const RenderScene& scene, const Vec3f& from, const Vec3f& to, float footprint_m) {
   Hit hit;
@@ -75,7 +80,7 @@ TEST(RenderScene, AHitIsWhatTheMaterialSees) {
   EXPECT_EQ(hit.id.material, wall.material);
   EXPECT_LT((hit.id.geometric_normal - Vec3f::UnitX()).norm(), 1e-6f);
   EXPECT_NEAR(hit.id.doubled_area, 4, 1e-5f);
-  const SurfaceSample seen = wall.scene->Evaluate(hit.sight());
+  const SurfaceSample seen = wall.scene->Evaluate(hit.raw, hit.id, hit.footprint_m);
   EXPECT_LT((seen.base_color - Vec3f(0.5f, 0.8f, 0)).norm(), 1e-5f);  // Metres of the world.
   EXPECT_NEAR(seen.roughness, 0.25f, 1e-5f);
   EXPECT_NEAR(seen.metallic, 0.4f, 1e-5f);
@@ -83,11 +88,11 @@ TEST(RenderScene, AHitIsWhatTheMaterialSees) {
   EXPECT_EQ(seen.clearcoat, 0.01f);
   EXPECT_LT((seen.emission - Vec3f::UnitZ()).norm(), 1e-5f);
 
-  const Look8 look = wall.scene->Look({{hit.sight()}});
+  const Look8 look = wall.scene->Look(SightsOf({{hit}}), hit.id.material);
   EXPECT_EQ(look.surface.Get(0).base_color, seen.base_color);
   // The texture's x runs along the world's y.
   EXPECT_LT((look.shading_normal.Get(0) - Vec3f(1, -0.1f, 0).normalized()).norm(), 1e-3f);
-  const Vec3f smooth = wall.scene->Interpolate({{hit.sight()}}).shading_normal.Get(0);
+  const Vec3f smooth = wall.scene->Interpolate(SightsOf({{hit}})).shading_normal.Get(0);
   EXPECT_LT((smooth - Vec3f::UnitX()).norm(), 1e-6f);
 }
 
@@ -111,16 +116,14 @@ TEST(RenderScene, EightHitsAreLookedAtAsEachAlone) {
     };
     for (int round = 0; round < 24; ++round) {
       std::vector<Hit> hits;
-      std::vector<Sight> sights;
       for (int k = 0; k <= round % kLanes; ++k) {
         const Vec3f center(3.0f * static_cast<float>(k % 3), 0, 0);
         const Vec3f from = center + Vec3f(draw(-1, 1), draw(-1, 1), 4);
         hits.push_back(Meet(*scene, from, center + Vec3f(0, draw(-0.5, 0.5), 0), draw(0, 0.02)));
       }
-      for (const Hit& hit : hits) sights.push_back(hit.sight());
-      const Look8 together = scene->Look(sights);
+      const Look8 together = scene->Look(SightsOf(hits), ramp);
       for (size_t k = 0; k < hits.size(); ++k) {
-        const Look8 alone = scene->Look({{sights[k]}});
+        const Look8 alone = scene->Look(SightsOf({{hits[k]}}), ramp);
         const int lane = static_cast<int>(k);
         EXPECT_EQ(together.shading_normal.Get(lane), alone.shading_normal.Get(0)) << k;
         const SurfaceSample a = together.surface.Get(lane), b = alone.surface.Get(0);
@@ -144,8 +147,7 @@ TEST(RenderScene, NormalsThatCancelAreThoseOfACornerOrTheFace) {
   test.AddMesh(std::make_shared<Mesh>(quad), 0);
   const auto scene = *RenderScene::Build(test.geometry, 0);
   const Hit hit = Meet(*scene, {1, 0.5f, 1}, {1, 0.5f, 0}, 0);
-  const Sight sight = hit.sight();
-  const Interpolated8 at = scene->Interpolate({&sight, 1});
+  const Interpolated8 at = scene->Interpolate(SightsOf({{hit}}));
   EXPECT_EQ(at.shading_normal.Get(0), Vec3f::UnitZ());
   EXPECT_EQ(std::abs(at.points.normal.x[0]), 1.0f);
 }
@@ -154,20 +156,52 @@ TEST(CameraRays, EightAreThoseOfEachAlone) {
   const CameraRays rays(
       StereoCamera::FromRig(test::MakeRig({1, 2, 3}, {1, 0.4, -0.2}, 64, 48, 50, 0.1))->eyes[0]);
   Float8 x, y;
-  Ray eight[kLanes], *starts[kLanes];
   for (int k = 0; k < kLanes; ++k) {
     x[k] = 7.3f * static_cast<float>(k);
     y[k] = 41.0f - 5.1f * static_cast<float>(k);
-    starts[k] = &eight[k];
   }
-  rays.Through(x, y, 7, starts);
-  for (int k = 0; k < 7; ++k) {
+  const Rays8 eight = rays.Through(x, y);
+  for (int k = 0; k < kLanes; ++k) {
     const Ray one = rays.Through(x[k], y[k]);
-    EXPECT_EQ(eight[k].direction, one.direction);
-    EXPECT_EQ(eight[k].origin, one.origin);
-    EXPECT_EQ(eight[k].spread, one.spread);
+    EXPECT_EQ(eight.direction.Get(k), one.direction);
+    EXPECT_EQ(eight.origin.Get(k), one.origin);
+    EXPECT_EQ(rays.spread(), one.spread);
   }
-  EXPECT_EQ(eight[7].direction, Ray().direction);
+}
+
+// Where all eight are on one body, on several, and where some met nothing.
+TEST(RenderScene, EightHitsAreNamedAsEachAlone) {
+  TestScene test;
+  const auto ball = test::MakeSphere({0, 0, 0}, 1, 12);
+  for (int k = 0; k < 3; ++k) {
+    Eigen::Affine3f place = Eigen::Affine3f::Identity();
+    place.translation() = Vec3f(3.0f * static_cast<float>(k), 0, 0);
+    place.scale(1 + 0.1f * static_cast<float>(k));
+    test.AddMesh(ball, test.AddMaterial(std::make_shared<Ramp>()), place);
+  }
+  for (const bool movable : {false, true}) {
+    const auto scene = *RenderScene::Build(test.geometry, 0, movable);
+    for (int round = 0; round < 8; ++round) {
+      Rays8 rays{Vec3x8::Zero(), Vec3x8(Vec3f(0, 0, -1))};
+      for (int lane = 0; lane < kLanes; ++lane) {
+        const int body = round < 4 ? 1 : lane % 4;  // Behind the last ball there is nothing.
+        rays.origin.Set(lane, {3.0f * static_cast<float>(body) + 0.1f * static_cast<float>(lane),
+                               0.05f * static_cast<float>(round), 4});
+      }
+      Hits8 hits;
+      scene->trees().Intersect(RayTrees::Tree::kFast, rays, ~Mask8{}, false, &hits);
+      const SurfaceIds8 ids = scene->Identify(hits);
+      for (int lane = 0; lane < kLanes; ++lane) {
+        ASSERT_EQ(hits.met[lane] != 0, round < 4 || lane % 4 < 3);
+        if (hits.met[lane] == 0) continue;
+        const SurfaceId alone = scene->Identify(hits.Get(lane));
+        EXPECT_EQ(ids.geometric_normal.Get(lane), alone.geometric_normal);
+        EXPECT_EQ(ids.doubled_area[lane], alone.doubled_area);
+        EXPECT_EQ(ids.slot[lane], alone.slot);
+        EXPECT_EQ(static_cast<uint32_t>(ids.material[lane]), alone.material);
+      }
+    }
+  }
 }
 
 }  // namespace

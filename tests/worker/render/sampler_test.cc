@@ -38,27 +38,29 @@ TEST(Sampler, EveryPairIsStratifiedInAllElementaryBoxes) {
 
 TEST(Sampler, PairsOfEightAreThoseOfEachAlone) {
   for (uint32_t i = 0; i < 200; ++i) {
-    const int count = 1 + static_cast<int>(i) % kLanes;
-    std::vector<Sampler> alone, together;
-    Sampler* samplers[kLanes];
+    const bool alike = i % 2 == 0;  // One seed and one dimension for all.
+    std::vector<Sampler> alone;
+    Bits8 seed, sample, dimension;
     for (uint32_t k = 0; k < kLanes; ++k) {
-      alone.emplace_back(i * 7919, i + k, 3 * i, (i + 5 * k) % 64);
-      for (uint32_t skipped = 0; skipped < k % 3; ++skipped) alone.back().Skip();
+      alone.emplace_back(i * 7919, alike ? i : i + k, 3 * i, (i + 5 * k) % 64);
+      for (uint32_t skipped = 0; skipped < (alike ? 2 : k % 3); ++skipped) alone.back().Pair();
+      seed[k] = alone.back().seed();
+      sample[k] = alone.back().sample();
+      dimension[k] = alone.back().dimension();
     }
-    together = alone;
-    for (size_t k = 0; k < kLanes; ++k) samplers[k] = &together[k];
-    for (int round = 0; round < 2; ++round) {
-      Float8 u, v;
-      Sampler::Pairs(samplers, count, &u, &v);
-      for (int k = 0; k < count; ++k) {
-        ASSERT_EQ(Vec2f(u[k], v[k]), alone[static_cast<size_t>(k)].Pair()) << i << " lane " << k;
+    Float8 u, v;
+    Sampler::Pairs(seed, sample, dimension, &u, &v);
+    uint32_t drawn = 0;
+    Sampler::Draw(seed, sample, dimension, 3, [&](uint32_t pair, Float8 x, Float8 y) {
+      ASSERT_EQ(pair, drawn++);
+      for (int k = 0; k < kLanes; ++k) {
+        if (pair == 0) {
+          EXPECT_EQ(Vec2f(u[k], v[k]), Vec2f(x[k], y[k]));
+        }
+        ASSERT_EQ(Vec2f(x[k], y[k]), alone[static_cast<size_t>(k)].Pair()) << i << " lane " << k;
       }
-    }
-    for (int k = count; k < kLanes;
-         ++k) {  // Those that were not asked for go on from where they are.
-      const auto lane = static_cast<size_t>(k);
-      ASSERT_EQ(together[lane].Pair(), alone[lane].Pair());
-    }
+    });
+    EXPECT_EQ(drawn, 3u);
   }
 }
 

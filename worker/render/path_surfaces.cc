@@ -1,0 +1,420 @@
+// What paths do at the surfaces that they have reached.
+#include "worker/render/path_state.h"
+
+namespace parallax {
+namespace {
+
+constexpr int kMaxPassages = 32;  // Holes and thin panes that a path may pass.
+constexpr int kGuideBounces = 1;  // Mirrors that the denoiser's guides follow.
+constexpr float kRareWayWeight = 0.02f;
+constexpr int kRouletteFrom = 2;  // First bounce that may end by chance.
+
+// What the denoiser is told about the first surface.
+Vec3x8 GuideAlbedo(const SurfaceSample8& s) {
+  const Float8 opaque = 1.0f - s.transmission * (1.0f - s.metallic);
+  const Float8 rest = 1.0f - opaque;
+  const auto part = [&](Float8 color) { return Clamp(color * opaque + rest, 0.0f, 1.0f); };
+  return {part(s.base_color.x), part(s.base_color.y), part(s.base_color.z)};
+}
+
+// Whether most of what it reflects goes about equally to all sides.
+Mask8 ScattersWidely(const SurfaceSample8& s) {
+  constexpr float kWideRoughness = 0.4f;
+  constexpr float kSharpShare = 0.35f;
+  const Float8 plastic = (1.0f - s.metallic) * (1.0f - s.transmission);
+  const Float8 base = Luminance(s.base_color);
+  Float8 wide = plastic * base;
+  const Float8 sharp_coat = s.clearcoat_roughness < kWideRoughness ? Splat(1) : Splat(0);
+  Float8 sharp = 0.06f * s.clearcoat * sharp_coat + (1.0f - s.metallic) * s.transmission;
+  const Float8 gloss = s.metallic * base + plastic * 0.12f * s.specular;
+  const Mask8 sharp_gloss = s.roughness < kWideRoughness;
+  sharp += sharp_gloss ? gloss : Splat(0);
+  wide += sharp_gloss ? Splat(0) : gloss;
+  return sharp <= kSharpShare * (wide + sharp);
+}
+
+template <typename Function>
+void ForEach(Mask8 lanes, Function function) {
+  for (uint32_t left = BitsOf(lanes); left != 0; left &= left - 1) function(__builtin_ctz(left));
+}
+
+}  // namespace
+
+// ---- What they look like ----
+
+void Looks::Put(const std::array<uint32_t, kLanes>& walks, int count, const Look8& look) {
+  const SurfaceSample8& s = look.surface;
+  const Vec3x8& n = look.shading_normal;
+  Float8 parts[kParts][kLanes] = {{s.base_color.x, s.base_color.y, s.base_color.z, s.metallic,
+                                   s.roughness, s.specular, s.transmission, s.ior},
+                                  {s.clearcoat, s.clearcoat_roughness, s.sheen, s.subsurface,
+                                   s.opacity, s.emission.x, s.emission.y, s.emission.z},
+                                  {(Float8)s.thin_walled, n.x, n.y, n.z}};
+  for (size_t part = 0; part < kParts; ++part) {
+    Transpose(parts[part]);
+    for (size_t k = 0; k < static_cast<size_t>(count); ++k) {
+      of_[walks[k] * kParts + part] = parts[part][k];
+    }
+  }
+}
+
+void Looks::Get(size_t first, SurfaceSample8* surface, Vec3x8* shading_normal) const {
+  Float8 parts[kParts][kLanes];
+  for (size_t part = 0; part < kParts; ++part) {
+    for (size_t k = 0; k < kLanes; ++k) parts[part][k] = of_[(first + k) * kParts + part];
+    Transpose(parts[part]);
+  }
+  const auto &a = parts[0], &b = parts[1], &c = parts[2];
+  surface->base_color = {a[0], a[1], a[2]};
+  surface->metallic = a[3];
+  surface->roughness = a[4];
+  surface->specular = a[5];
+  surface->transmission = a[6];
+  surface->ior = a[7];
+  surface->clearcoat = b[0];
+  surface->clearcoat_roughness = b[1];
+  surface->sheen = b[2];
+  surface->subsurface = b[3];
+  surface->opacity = b[4];
+  surface->emission = {b[5], b[6], b[7]};
+  surface->thin_walled = (Mask8)c[0];
+  *shading_normal = {c[1], c[2], c[3]};
+}
+
+PARALLAX_LANE_CLONES void PathTracer::Draw() {
+  State& state = *state_;
+  WalkRows& walks = state.walks;
+  for (size_t block = 0; block < blocks(); ++block) {
+    const auto put = [&](size_t pair, Float8 u, Float8 v) {
+      state.u[pair].At(block) = u;
+      state.v[pair].At(block) = v;
+    };
+    const auto pairs = static_cast<uint32_t>(state.u.size());
+    Sampler::Draw(walks.seed.At(block), walks.sample.At(block), walks.dimension.At(block), pairs,
+                  put);
+    walks.dimension.At(block) += pairs;
+  }
+}
+
+// By eights of one material.
+void PathTracer::Look() {
+  State& state = *state_;
+  for (size_t walk = 0; walk < state.count; ++walk) {
+    const auto material = static_cast<uint32_t>(state.hits.material[walk]);
+    Alike& alike = state.alike[material];
+    if (alike.count == 0) state.materials.push_back(material);
+    alike.walks[static_cast<size_t>(alike.count++)] = static_cast<uint32_t>(walk);
+    if (alike.count == kLanes) LookAt(material);
+  }
+  for (const uint32_t material : state.materials) {
+    if (state.alike[material].count > 0) LookAt(material);
+  }
+  state.materials.clear();
+}
+
+void PathTracer::LookAt(uint32_t material) {
+  State& state = *state_;
+  Alike& alike = state.alike[material];
+  const HitRows& hits = state.hits;
+  Sights8 sights;
+  sights.count = std::exchange(alike.count, 0);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    // Lanes beyond the last hold a copy of it.
+    const int from = std::min(lane, sights.count - 1);
+    const size_t walk = alike.walks[static_cast<size_t>(from)];
+    sights.placed[lane] = hits.placed[walk];
+    sights.triangle[lane] = hits.triangle[walk];
+    sights.u[lane] = hits.u[walk];
+    sights.v[lane] = hits.v[walk];
+    sights.geometric_normal.Set(lane, hits.normal[walk]);
+    sights.doubled_area[lane] = hits.doubled_area[walk];
+    sights.footprint_m[lane] = hits.footprint_m[walk];
+  }
+  state.looks.Put(alike.walks, sights.count, scene_.Look(sights, material));
+}
+
+// ---- Light that may arrive ----
+
+void PathTracer::ChooseLights() {
+  if (options_.only_guides) return;
+  State& state = *state_;
+  LightSeekers8 seekers;
+  for (size_t block = 0; block < blocks(); ++block) {
+    const Vec3x8 normal = state.hits.normal.At(block);
+    const Mask8 outside = Inner(-state.walks.direction.At(block), normal) > 0.0f;
+    seekers.position = state.hits.position.At(block);
+    seekers.normal = Select(outside, normal, -normal);
+    seekers.choice = state.v[1].At(block);
+    seekers.count = static_cast<int>(std::min<size_t>(kLanes, state.count - block * kLanes));
+    lights_.Choose(seekers, &state.scratch, &state.receivers[block], &state.lights[block]);
+    lights_.PrefetchAim(state.u[2].At(block), state.lights[block]);
+  }
+  for (size_t block = 0; block < blocks(); ++block) {
+    lights_.Aim(state.u[2].At(block), &state.lights[block]);
+  }
+}
+
+void PathTracer::GatherLight() {
+  State& state = *state_;
+  WalkRows& walks = state.walks;
+  for (size_t block = 0; block < blocks(); ++block) {
+    const ShadowRays8& shadow = state.shadows[block];
+    const Shadow8& rays = shadow.rays;
+    if (!Any(rays.lit)) continue;
+    Vec3x8 light = rays.contribution;
+    ForEach(rays.lit, [&](int lane) {
+      const size_t walk = block * kLanes + static_cast<size_t>(lane);
+      Vec3f arrived = light.Get(lane);
+      if (rays.distance[lane] > 0.0f) {
+        arrived = arrived.cwiseProduct(scene_.Transmittance(
+            rays.origin.Get(lane), rays.direction.Get(lane), rays.distance[lane]));
+        light.Set(lane, arrived);
+      }
+      if (state.learning && state.trials[walk]) {
+        state.trials[walk]->gain *= Luminance(arrived) / Luminance(rays.contribution.Get(lane));
+      }
+    });
+    walks.rays.At(block) -= rays.lit;  // One more of each that is lit.
+    const Vec3x8 kept = Clamped(light, shadow.clamped, options_.clamp_luminance);
+    walks.radiance.Put(block, walks.radiance.At(block) + Select(rays.lit, kept, Vec3x8::Zero()));
+  }
+}
+
+// ---- Scattering ----
+
+// Eight walks at the surfaces that they have reached.
+struct PathTracer::Stop8 {
+  const size_t block, first;  // Of blocks; of walks.
+  Mask8 here;                 // Those that have not ended or passed on.
+  Mask8 wide, transmits;      // By the look of the surface.
+  Mask8 last;                 // No light is gathered there.
+  Mask8 lit{};                // Took a sample of a light;
+  Mask8 gathers{};            // and may have its light by their own chance, too.
+  Standing8 at;
+
+  Stop8(size_t which, Mask8 walks) : block(which), first(which * kLanes), here(walks) {}
+  size_t Walk(int lane) const { return first + static_cast<size_t>(lane); }
+  void Drop(Mask8 walks, PathTracer* tracer);  // They have ended.
+};
+
+void PathTracer::AddEmission(size_t block, const Standing8& at) {
+  const HitRows& hits = state_->hits;
+  const WalkRows& walks = state_->walks;
+  const Mask8 lamp = hits.lamp.At(block) >= 0;
+  const Mask8 shines = Live(block) & (lamp | (MaxCoeff(at.surface.emission) > 0.0f));
+  ForEach(shines, [&](int lane) {
+    const size_t walk = block * kLanes + static_cast<size_t>(lane);
+    Vec3f emission = at.surface.emission.Get(lane);
+    if (lamp[lane] != 0) {
+      if (at.outside[lane] == 0 || !FoundByBsdf(walk)) return;
+      emission = MeshLight(walk, (-walks.direction[walk]).dot(hits.normal[walk]));
+    }
+    Add(walk, walks.throughput[walk].cwiseProduct(emission));
+  });
+}
+
+void PathTracer::Scatter() {
+  for (size_t block = 0; block < blocks(); ++block) ScatterBlock(block);
+}
+
+PARALLAX_LANE_CLONES void PathTracer::ScatterBlock(size_t block) {
+  Stop8 stop(block, Live(block));
+  state_->shadows[block].rays.lit = Mask8{};
+  Stand(&stop);
+  AddEmission(block, stop.at);
+  PassHoles(&stop);
+  if (state_->learning) Remember(stop);
+
+  // No light is gathered at the last, and nothing but a pane leads on.
+  const WalkRows& walks = state_->walks;
+  const Mask8 done = stop.last & ~(stop.at.surface.thin_walled & stop.transmits);
+  stop.Drop(stop.here & done & walks.guided.At(block), this);
+  if (!Any(stop.here)) return;
+
+  TakeLight(&stop);
+  const Scatter8 scatter(stop.at);
+  Guide(stop, scatter);
+  stop.Drop(stop.here & (done | (options_.only_guides ? walks.guided.At(block) : Mask8{})), this);
+  if (!Any(stop.here)) return;
+
+  stop.gathers = stop.here & stop.lit & ~scatter.bsdf().mirror_like();
+  if (Any(stop.gathers)) AimAtLight(stop, scatter);
+  const Onward8 onward = scatter.Onward();
+  Tint(stop, scatter, onward);
+  stop.Drop(stop.here & (~onward.goes | (stop.last & ~onward.straight)), this);
+  Depart(stop, onward);
+}
+
+void PathTracer::Stop8::Drop(Mask8 walks, PathTracer* tracer) {
+  tracer->End(block, walks);
+  here &= ~walks;
+}
+
+void PathTracer::Stand(Stop8* stop) const {
+  const State& state = *state_;
+  const size_t block = stop->block;
+  Standing8& at = stop->at;
+  state.looks.Get(stop->first, &at.surface, &at.shading);
+  at.position = state.hits.position.At(block);
+  at.out = -state.walks.direction.At(block);
+  const Vec3x8 geometric = state.hits.normal.At(block);
+  at.outside = Inner(at.out, geometric) > 0.0f;
+  at.normal = Select(at.outside, geometric, -geometric);
+  at.shading = Select(at.outside, at.shading, -at.shading);
+  at.throughput = state.walks.throughput.At(block);
+  at.spot_share = Splat(0);
+  at.choice = state.u[0].At(block);
+  at.u = state.u[3].At(block);
+  at.v = state.v[3].At(block);
+  stop->wide = ScattersWidely(at.surface);
+  stop->transmits = at.surface.transmission > 0.0f;
+  stop->last = state.walks.bounce.At(block) >= options_.max_bounces;
+}
+
+void PathTracer::PassHoles(Stop8* stop) {
+  const Float8 opacity = stop->at.surface.opacity;
+  const Mask8 holes = stop->here & (opacity < 1.0f) & (state_->u[1].At(stop->block) >= opacity);
+  if (!Any(holes)) return;
+  Pass(stop->block, holes, stop->at.normal);
+  stop->here &= ~holes;
+}
+
+// Straight on through a hole or a thin pane.
+void PathTracer::Pass(size_t block, Mask8 passing, const Vec3x8& normal) {
+  WalkRows& walks = state_->walks;
+  const HitRows& hits = state_->hits;
+  walks.passages.At(block) -= passing;
+  End(block, passing & (walks.passages.At(block) > kMaxPassages));
+  walks.origin.Put(block, Select(passing, OffsetPoint(hits.position.At(block), -normal),
+                                 walks.origin.At(block)));
+  walks.width_m.At(block) = passing ? hits.footprint_m.At(block) : walks.width_m.At(block);
+}
+
+// For the cache's filler.
+void PathTracer::Remember(const Stop8& stop) {
+  State& state = *state_;
+  for (size_t lane = 0; lane < kLanes; ++lane) state.trials[stop.first + lane] = nullptr;
+  ForEach(stop.here, [&](int lane) {
+    const size_t walk = stop.Walk(lane);
+    PathTrail* trail = state.trails[state.path(walk)];
+    if (!trail || trail->size >= static_cast<int>(trail->vertices.size())) return;
+    if (scene_.traits(static_cast<uint32_t>(state.hits.material[walk])).needs_tracing) return;
+    PathVertex& vertex = trail->vertices[static_cast<size_t>(trail->size++)];
+    vertex = {PlaceOf(walk, stop.at.normal.Get(lane)),
+              stop.wide[lane] != 0,
+              state.walks.throughput[walk],
+              state.walks.radiance[walk],
+              {}};
+    state.trials[walk] = &vertex.trial;
+  });
+}
+
+// A sample of the light that each has chosen, and how bright spots look from there.
+void PathTracer::TakeLight(Stop8* stop) const {
+  const bool lights =
+      options_.direct != DirectLight::kBsdfSampling && !lights_.empty() && !options_.only_guides;
+  stop->lit = lights ? stop->here & ~stop->last : Mask8{};
+  if (!Any(stop->lit)) return;
+  const State& state = *state_;
+  const size_t block = stop->block;
+  const LightReceivers8& receivers = state.receivers[block];
+  lights_.Sample(receivers, state.lights[block], state.u[2].At(block), state.v[2].At(block),
+                 &stop->at.light);
+  ForEach(stop->lit & stop->wide & (receivers.room >= 0), [&](int lane) {
+    SpotView& spots = stop->at.spots[lane];
+    spots.Look(*lights_.SpotsIn(receivers.room[lane]), state.hits.position[stop->Walk(lane)],
+               stop->at.normal.Get(lane));
+    stop->at.spot_share[lane] = spots.share();
+  });
+}
+
+// What solid glass refracts is torn by its bumps: there the glass itself guides.
+void PathTracer::Guide(const Stop8& stop, const Scatter8& scatter) {
+  WalkRows& walks = state_->walks;
+  const Mask8 solid_glass = stop.transmits & ~stop.at.surface.thin_walled;
+  const Mask8 shows_another = scatter.bsdf().mirror_like() & ~solid_glass & ~stop.last &
+                              (walks.bounce.At(stop.block) < kGuideBounces);
+  const Mask8 guides = stop.here & ~walks.guided.At(stop.block) & ~shows_another;
+  if (!Any(guides)) return;
+  const Vec3x8 albedo = GuideAlbedo(stop.at.surface) * walks.tint.At(stop.block);
+  ForEach(guides, [&](int lane) {
+    PathResult& result = state_->result(stop.Walk(lane));
+    result.albedo = albedo.Get(lane);
+    result.normal = scatter.normal().Get(lane);
+  });
+  walks.guided.At(stop.block) |= guides;
+}
+
+// Next-event estimation; the shadow rays wait for their turn.
+void PathTracer::AimAtLight(const Stop8& stop, const Scatter8& scatter) {
+  State& state = *state_;
+  ShadowRays8& shadow = state.shadows[stop.block];
+  scatter.Light(options_.direct == DirectLight::kBoth, &shadow.rays);
+  shadow.rays.lit &= stop.gathers;
+  shadow.clamped = state.walks.bounce.At(stop.block) > 0;
+  if (!state.learning) return;
+  const LightSamples8& light = stop.at.light;
+  const Float8 irradiance =
+      Luminance(light.radiance) * Max(Inner(stop.at.normal, light.direction), 0.0f);
+  ForEach(stop.gathers & (shadow.rays.lit | ~(irradiance > 0.0f)), [&](int lane) {
+    LightTrial* trial = state.trials[stop.Walk(lane)];
+    if (!trial) return;
+    *trial = lights_.Trial(state.receivers[stop.block].Get(lane),
+                           state.lights[stop.block].light[lane], light.pdf[lane], irradiance[lane]);
+  });
+}
+
+// What the denoiser's guides make of a mirror or pane before the surface that guides.
+// A pixel's few samples are shared out by chance between what a pane shows and what it mirrors;
+// that of the two which most take guides.
+void PathTracer::Tint(const Stop8& stop, const Scatter8& scatter, const Onward8& onward) {
+  WalkRows& walks = state_->walks;
+  const Mask8 tinted = stop.here & onward.goes & ~walks.guided.At(stop.block);
+  if (!Any(tinted)) return;
+  const Vec3x8 tint = walks.tint.At(stop.block), &weight = onward.weight;
+  const Vec3x8 part(Min(weight.x, 1.0f), Min(weight.y, 1.0f), Min(weight.z, 1.0f));
+  walks.tint.Put(stop.block, Select(tinted, tint * part, tint));
+  const Mask8 mostly_passes = scatter.bsdf().PassChance() >= 0.5f;
+  ForEach(tinted & stop.transmits & (onward.passes ^ mostly_passes),
+          [&](int lane) { state_->result(stop.Walk(lane)).guide_weight *= kRareWayWeight; });
+}
+
+void PathTracer::Depart(const Stop8& stop, const Onward8& onward) {
+  WalkRows& walks = state_->walks;
+  const Vec3x8 throughput = walks.throughput.At(stop.block);
+  walks.throughput.Put(stop.block, Select(stop.here, throughput * onward.weight, throughput));
+  const Mask8 straight = stop.here & onward.straight;
+  if (Any(straight)) Pass(stop.block, straight, stop.at.normal);
+  Leave(stop, stop.here & ~straight, onward);
+}
+
+// Along the sampled directions, where chance lets them live.
+void PathTracer::Leave(const Stop8& stop, Mask8 leaving, const Onward8& onward) {
+  State& state = *state_;
+  const size_t block = stop.block;
+  WalkRows& walks = state.walks;
+  const Vec3x8 throughput = walks.throughput.At(block);
+  const Mask8 lost = leaving & (~IsFinite(throughput) | ~(MaxCoeff(throughput) > 0.0f));
+  walks.bounce.At(block) -= leaving & ~lost;
+  const Float8 survive = Min(MaxCoeff(throughput), 0.95f);
+  const Mask8 chanced = leaving & (walks.bounce.At(block) >= kRouletteFrom);
+  const Mask8 killed = chanced & (state.v[0].At(block) >= survive);
+  End(block, lost | killed);
+  walks.throughput.Put(block, Select(chanced, throughput / survive, throughput));
+  const auto set = [&](Float8& to, Float8 value) { to = leaving ? value : to; };
+  const auto put = [&](Vec3Row& to, const Vec3x8& value) {
+    to.Put(block, Select(leaving, value, to.At(block)));
+  };
+  put(walks.origin, onward.origin);
+  put(walks.direction, onward.direction);
+  set(walks.width_m.At(block), state.hits.footprint_m.At(block));
+  set(walks.spread.At(block), Min(walks.spread.At(block) + onward.blur, 1.0f));
+  set(walks.pdf.At(block), stop.gathers ? onward.pdf : Splat(kInfinity));
+  const LightReceivers8& receivers = state.receivers[block];
+  put(walks.gathered_at, receivers.position);
+  set(walks.total.At(block), stop.lit ? receivers.total : Splat(0));
+  walks.room.At(block) = leaving ? receivers.room : walks.room.At(block);
+  walks.cell.At(block) = leaving ? receivers.cell : walks.cell.At(block);
+}
+
+}  // namespace parallax

@@ -1,0 +1,50 @@
+// Pixels of one eye's picture from paths through them.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "common/base/cancel.h"
+#include "worker/render/camera_rays.h"
+#include "worker/render/film.h"
+#include "worker/render/path_tracer.h"
+
+namespace parallax {
+
+// Which samples a pixel has.
+struct PixelSampling {
+  uint32_t stream_hash = 0;
+  int samples = 1;
+  // Few are spread over neighbouring pixels together; else a pixel stands for itself.
+  bool together = false;
+
+  // Seeds and numbers of the samplers of eight samples.
+  void Samplers(Bits8 x, Bits8 y, Bits8 sample, Bits8* seeds, Bits8* numbers) const;
+};
+
+// Keeps its scratch memory from one call to the next: not thread-safe. What it is given must
+// outlive it.
+class PixelTracer {
+ public:
+  PixelTracer(const RenderScene& scene, const LightTable& lights, const PathOptions& options,
+              const PinholeCamera& camera, const PixelSampling& sampling);
+
+  // These pixels of the film, or, of paths that only guide, more of what guides there. Left as they
+  // are once cancelled. Returns the number of rays traced.
+  uint64_t Trace(std::span<const PixelAt> pixels, const CancelToken& cancel, Film* film);
+
+ private:
+  // From the sample `first` of all on, up to kAtOnce; returns how many.
+  size_t Start(std::span<const PixelAt> pixels, size_t first);
+
+  PathTracer tracer_;
+  const CameraRays rays_;
+  const PixelSampling sampling_;
+  const bool only_guides_;
+  static constexpr size_t kAtOnce = 1024;  // Paths.
+  std::array<PathStarts8, kAtOnce / kLanes> starts_;
+  std::array<PathResult, kAtOnce> results_;
+  std::vector<PixelSum> sums_;
+};
+
+}  // namespace parallax

@@ -1,0 +1,134 @@
+// Paths under way, side by side: one row for each thing that is known of them, so that eight
+// neighbours are loaded into vector lanes at once. Walks that end leave, and the others close up in
+// their order.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+#include "common/math/lanes.h"
+
+namespace parallax {
+
+// As many as fit in the nearest caches together and are enough to hide memory's latency.
+inline constexpr size_t kMostWalks = 256;
+inline constexpr size_t kMostBlocks = kMostWalks / kLanes;  // Of eight walks.
+
+namespace lanes {
+template <typename T>
+struct Eight;
+template <>
+struct Eight<float> {
+  using Type = Float8;
+};
+template <>
+struct Eight<int32_t> {
+  using Type = Int8;
+};
+template <>
+struct Eight<uint32_t> {
+  using Type = Bits8;
+};
+}  // namespace lanes
+
+// One number of each walk.
+template <typename T>
+struct alignas(32) Row {
+  using Lanes = typename lanes::Eight<T>::Type;
+  std::array<T, kMostWalks> of;
+
+  T& operator[](size_t walk) { return of[walk]; }
+  const T& operator[](size_t walk) const { return of[walk]; }
+  // Those of a block. Vectors of the compiler's may alias their elements.
+  Lanes& At(size_t block) { return reinterpret_cast<Lanes*>(of.data())[block]; }
+  const Lanes& At(size_t block) const { return reinterpret_cast<const Lanes*>(of.data())[block]; }
+  // Of eight walks from this one on.
+  void PutFrom(size_t walk, Lanes eight) { std::memcpy(&of[walk], &eight, sizeof(eight)); }
+};
+
+struct Vec3Row {
+  Row<float> x, y, z;
+
+  Vec3f operator[](size_t walk) const { return {x[walk], y[walk], z[walk]}; }
+  void Set(size_t walk, const Vec3f& v) {
+    x[walk] = v.x();
+    y[walk] = v.y();
+    z[walk] = v.z();
+  }
+  void PutFrom(size_t walk, const Vec3x8& v) {
+    x.PutFrom(walk, v.x);
+    y.PutFrom(walk, v.y);
+    z.PutFrom(walk, v.z);
+  }
+  Vec3x8 At(size_t block) const { return {x.At(block), y.At(block), z.At(block)}; }
+  void Put(size_t block, const Vec3x8& v) {
+    x.At(block) = v.x;
+    y.At(block) = v.y;
+    z.At(block) = v.z;
+  }
+};
+
+// What is kept of a walk from one step to the next.
+struct WalkRows {
+  Row<int32_t> path;  // Which it is.
+  // The ray, with its cone.
+  Vec3Row origin, direction;
+  Row<float> width_m, spread;
+  Vec3Row throughput, radiance;
+  Vec3Row tint;  // Of the mirrors and panes before the surface that guides.
+  // The last vertex that gathered light; and with which density the ray left it, infinity: no light
+  // sampling could have done this.
+  Vec3Row gathered_at;
+  Row<int32_t> room, cell;
+  Row<float> total, pdf;
+  Row<int32_t> bounce, passages, rays;
+  Row<int32_t> guided;  // All bits or none.
+  // Of its sampler.
+  Row<uint32_t> seed, sample, dimension;
+};
+
+// Where the ray has met something, and what.
+struct HitRows {
+  Row<float> distance, u, v;
+  Row<int32_t> placed, triangle;
+  Vec3Row position;
+  Row<float> footprint_m;
+  Vec3Row normal;  // Geometric, as RenderScene::Identify gives it.
+  Row<float> doubled_area;
+  Row<int32_t> slot, material;
+  Row<int32_t> lamp;  // Whose face it is, or -1.
+};
+
+// Moves those that stay to the front, in their order, in every row of `Rows`: a struct of nothing
+// but rows. `stays`: by block, as bits; blocks from `blocks` on are left alone.
+template <typename Rows>
+void CloseUp(const uint8_t* stays, size_t blocks, Rows* rows);
+
+// For each set of lanes that stay, where the first lanes take theirs from.
+const Int8* ClosingOrders();
+
+template <typename Rows>
+void CloseUp(const uint8_t* stays, size_t blocks, Rows* rows) {
+  static_assert(sizeof(Rows) % sizeof(Row<int32_t>) == 0);
+  static const Int8* const orders = ClosingOrders();
+  // Nothing moves before the first that leaves.
+  size_t begin = 0;
+  while (begin < blocks && stays[begin] == 0xff) ++begin;
+  auto* const all = reinterpret_cast<char*>(rows);
+  for (size_t row = 0; row < sizeof(Rows); row += sizeof(Row<int32_t>)) {
+    char* const numbers = all + row;
+    char* to = numbers + begin * sizeof(Int8);
+    for (size_t block = begin; block < blocks; ++block) {
+      const __m256i from =
+          _mm256_load_si256(reinterpret_cast<const __m256i*>(numbers + block * sizeof(Int8)));
+      // Never beyond what has been read.
+      _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
+                          _mm256_permutevar8x32_epi32(from, (__m256i)orders[stays[block]]));
+      to += sizeof(int32_t) * static_cast<size_t>(__builtin_popcount(stays[block]));
+    }
+  }
+}
+
+}  // namespace parallax

@@ -257,7 +257,6 @@ void PathTracer::Identify() {
     }
     End(block, escape);
     const SurfaceIds8 ids = scene_.Identify(hits);
-    rows.distance.At(block) = hits.distance;
     rows.u.At(block) = hits.u;
     rows.v.At(block) = hits.v;
     rows.placed.At(block) = hits.placed;

@@ -91,7 +91,7 @@ struct WalkRows {
 
 // Where the ray has met something, and what.
 struct HitRows {
-  Row<float> distance, u, v;
+  Row<float> u, v;
   Row<int32_t> placed, triangle;
   Vec3Row position;
   Row<float> footprint_m;

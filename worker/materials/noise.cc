@@ -1,5 +1,7 @@
 #include "worker/materials/noise.h"
 
+#include <array>
+
 namespace parallax::noise {
 
 PARALLAX_LANE_CLONES Float8 Gradient3(const Vec3x8& position, uint32_t seed) {
@@ -11,16 +13,9 @@ PARALLAX_LANE_CLONES Float8 Gradient3(const Vec3x8& position, uint32_t seed) {
               hz = (Bits8)ToInt(z0) * kPrimeZ;
   const auto corner = [&](int k) {
     const bool high_x = (k & 1) != 0, high_y = (k & 2) != 0, high_z = (k & 4) != 0;
-    Bits8 h = (high_x ? hx + kPrimeX : hx) ^ (high_y ? hy + kPrimeY : hy) ^
-              (high_z ? hz + kPrimeZ : hz) ^ seed;
-    h ^= h >> 15;
-    h *= 0x2c1b3c6du;
-    h ^= h >> 13;
-    h *= 0x297a2d39u;
-    h ^= h >> 16;
-    const Float8 gx = ToFloat((Int8)(h & 0x3ff)) - 511.5f;
-    const Float8 gy = ToFloat((Int8)((h >> 10) & 0x3ff)) - 511.5f;
-    const Float8 gz = ToFloat((Int8)((h >> 20) & 0x3ff)) - 511.5f;
+    const Bits8 h = LatticeHash((high_x ? hx + kPrimeX : hx) ^ (high_y ? hy + kPrimeY : hy) ^
+                                (high_z ? hz + kPrimeZ : hz) ^ seed);
+    const Float8 gx = PartOf(h, 0), gy = PartOf(h, 1), gz = PartOf(h, 2);
     return (high_x ? sx : 1.0f - sx) * (high_y ? sy : 1.0f - sy) * (high_z ? sz : 1.0f - sz) *
            (gx * (high_x ? tx - 1.0f : tx) + gy * (high_y ? ty - 1.0f : ty) +
             gz * (high_z ? tz - 1.0f : tz));
@@ -28,7 +23,7 @@ PARALLAX_LANE_CLONES Float8 Gradient3(const Vec3x8& position, uint32_t seed) {
   // In the order in which Sum adds the corners of one point.
   const Float8 near = (corner(0) + corner(4)) + (corner(1) + corner(5));
   const Float8 far = (corner(2) + corner(6)) + (corner(3) + corner(7));
-  return (near + far) * (1.0f / 511.5f * 1.56f);
+  return (near + far) * kGradient3Scale;
 }
 
 PARALLAX_LANE_CLONES Float8 Gradient2(Float8 x, Float8 y, uint32_t seed) {
@@ -90,45 +85,81 @@ struct Nearest8 {
     id = nearer ? h : id;
     offset = Select(nearer, to, offset);
   }
+  // Whether a point of at least that squared distance may be one of the two of any lane.
+  bool MayMeet(Float8 d2) const { return Any(d2 < second); }
   Cell8 Cell() const { return {Sqrt(best), Sqrt(second), Mix(id + 0x9e3779b9u), offset}; }
 };
+
+// One axis of a lattice cell and of those beside it: below, itself, above.
+struct Axis8 {
+  Bits8 hash[3];
+  Float8 from[3];  // From what place in the cell (part `middle` of where points lie) to the point.
+  Float8 gap2[3];  // Squared distance to where points of the cell lie, a little less for rounding.
+
+  Axis8(Float8 p, uint32_t prime, float jitter, float middle) {
+    const Float8 floor = Floor(p), x = p - floor;
+    const float rest = 0.5f - 0.5f * jitter;
+    for (int k = 0; k < 3; ++k) {
+      const int n = k - 1;
+      hash[k] = (Bits8)ToInt(floor) * prime + static_cast<uint32_t>(n) * prime;
+      from[k] = x - static_cast<float>(n) - (rest + middle * jitter);
+    }
+    gap2[0] = 0.999f * (x + rest) * (x + rest);
+    gap2[1] = Splat(0);
+    gap2[2] = 0.999f * (1.0f + rest - x) * (1.0f + rest - x);
+  }
+};
+
+// The cells around one, near ones first: most of the far ones need not be looked at then.
+struct Neighbour {
+  int x, y, z;  // Of an axis' three.
+};
+constexpr std::array<Neighbour, 27> kNeighbours3 = [] {
+  std::array<Neighbour, 27> cells{};
+  size_t count = 0;
+  for (int steps = 0; steps <= 3; ++steps) {
+    for (int k = 0; k < 27; ++k) {
+      const Neighbour n{k % 3, k / 3 % 3, k / 9};
+      if ((n.x != 1) + (n.y != 1) + (n.z != 1) == steps) cells[count++] = n;
+    }
+  }
+  return cells;
+}();
+constexpr std::array<Neighbour, 9> kNeighbours2 = [] {
+  std::array<Neighbour, 9> cells{};
+  size_t count = 0;
+  for (const Neighbour& n : kNeighbours3) {
+    if (n.z == 1) cells[count++] = n;
+  }
+  return cells;
+}();
 
 }  // namespace
 
 PARALLAX_LANE_CLONES Cell8 Cells3(const Vec3x8& p, uint32_t seed, float jitter) {
-  const Float8 fx = Floor(p.x), fy = Floor(p.y), fz = Floor(p.z);
-  const Float8 x = p.x - fx, y = p.y - fy, z = p.z - fz;
-  const Bits8 hx = (Bits8)ToInt(fx) * kPrimeX, hy = (Bits8)ToInt(fy) * kPrimeY,
-              hz = (Bits8)ToInt(fz) * kPrimeZ;
-  const float rest = 0.5f - 0.5f * jitter;
-  const float scale = jitter / 1023.0f;
+  const Axis8 x(p.x, kPrimeX, jitter, 0.5f), y(p.y, kPrimeY, jitter, 0.5f),
+      z(p.z, kPrimeZ, jitter, 0.5f);
+  const float scale = jitter * 0x1p-32f;
   Nearest8 nearest;
-  for (int k = 0; k < 27; ++k) {
-    const int nx = k % 3 - 1, ny = k / 3 % 3 - 1, nz = k / 9 - 1;
-    const Bits8 h = Mix((hx + static_cast<uint32_t>(nx) * kPrimeX) ^
-                        (hy + static_cast<uint32_t>(ny) * kPrimeY) ^
-                        (hz + static_cast<uint32_t>(nz) * kPrimeZ) ^ seed);
-    const Vec3x8 to(x - static_cast<float>(nx) - rest - ToFloat((Int8)(h & 0x3ff)) * scale,
-                    y - static_cast<float>(ny) - rest - ToFloat((Int8)((h >> 10) & 0x3ff)) * scale,
-                    z - static_cast<float>(nz) - rest - ToFloat((Int8)((h >> 20) & 0x3ff)) * scale);
+  for (const auto [i, j, k] : kNeighbours3) {
+    if (!nearest.MayMeet(x.gap2[i] + y.gap2[j] + z.gap2[k])) continue;
+    const Bits8 h = LatticeHash(x.hash[i] ^ y.hash[j] ^ z.hash[k] ^ seed);
+    const Vec3x8 to(x.from[i] - PartOf(h, 0) * scale, y.from[j] - PartOf(h, 1) * scale,
+                    z.from[k] - PartOf(h, 2) * scale);
     nearest.Meet(to, Dot(to, to), h);
   }
   return nearest.Cell();
 }
 
 PARALLAX_LANE_CLONES Cell8 Cells2(Float8 px, Float8 py, uint32_t seed, float jitter) {
-  const Float8 fx = Floor(px), fy = Floor(py);
-  const Float8 x = px - fx, y = py - fy;
-  const Bits8 hx = (Bits8)ToInt(fx) * kPrimeX, hy = (Bits8)ToInt(fy) * kPrimeY;
-  const float rest = 0.5f - 0.5f * jitter;
+  const Axis8 x(px, kPrimeX, jitter, 0), y(py, kPrimeY, jitter, 0);
   const float scale = jitter / 65535.0f;
   Nearest8 nearest;
-  for (int k = 0; k < 9; ++k) {
-    const int nx = k % 3 - 1, ny = k / 3 - 1;
-    const Bits8 h = Mix((hx + static_cast<uint32_t>(nx) * kPrimeX) ^
-                        (hy + static_cast<uint32_t>(ny) * kPrimeY) ^ seed);
-    const Float8 dx = x - static_cast<float>(nx) - rest - ToFloat((Int8)(h & 0xffff)) * scale;
-    const Float8 dy = y - static_cast<float>(ny) - rest - ToFloat((Int8)(h >> 16)) * scale;
+  for (const auto [i, j, k] : kNeighbours2) {
+    if (!nearest.MayMeet(x.gap2[i] + y.gap2[j])) continue;
+    const Bits8 h = Mix(x.hash[i] ^ y.hash[j] ^ seed);
+    const Float8 dx = x.from[i] - ToFloat((Int8)(h & 0xffff)) * scale;
+    const Float8 dy = y.from[j] - ToFloat((Int8)(h >> 16)) * scale;
     nearest.Meet({dx, dy, Splat(0)}, dx * dx + dy * dy, h);
   }
   return nearest.Cell();

@@ -123,6 +123,18 @@ inline Float8 Fade(float wavelength_m, Float8 footprint_m) {
   return Fade(Splat(wavelength_m), footprint_m);
 }
 
+// A lattice point's gradient: three coordinates in [-2^31, 2^31) of one hash. Each is the hash
+// shifted until its own ten bits are the highest: those below are too small to be seen, and a whole
+// number of 32 bits becomes a float at once.
+inline Bits8 LatticeHash(Bits8 h) {
+  h ^= h >> 15;
+  h *= 0x2c1b3c6du;
+  h ^= h >> 13;
+  return h * 0x297a2d39u;
+}
+inline Float8 PartOf(Bits8 hash, int part) { return ToFloat((Int8)(hash << (10 * part))); }
+constexpr float kGradient3Scale = 0x1p-31f * 1.56f;
+
 // Gradient noise, one feature a unit; mean 0, standard deviation about 0.3, almost all in [-1, 1];
 // C1 continuous. Of the vectors' lanes x, y, z and (unused) w; corner k of the lattice cell has
 // bits x, y, z from the lowest on.
@@ -139,14 +151,8 @@ inline float Gradient3(const Float4& position, uint32_t seed) {
   Bits8 h = __builtin_shufflevector(low, high, 0, 4, 0, 4, 0, 4, 0, 4) ^
             __builtin_shufflevector(low, high, 1, 1, 5, 5, 1, 1, 5, 5) ^
             __builtin_shufflevector(low, high, 2, 2, 2, 2, 6, 6, 6, 6) ^ seed;
-  h ^= h >> 15;
-  h *= 0x2c1b3c6du;
-  h ^= h >> 13;
-  h *= 0x297a2d39u;
-  h ^= h >> 16;
-  const Float8 gx = __builtin_convertvector((Int8)(h & 0x3ff), Float8) - 511.5f;
-  const Float8 gy = __builtin_convertvector((Int8)((h >> 10) & 0x3ff), Float8) - 511.5f;
-  const Float8 gz = __builtin_convertvector((Int8)((h >> 20) & 0x3ff), Float8) - 511.5f;
+  h = LatticeHash(h);
+  const Float8 gx = PartOf(h, 0), gy = PartOf(h, 1), gz = PartOf(h, 2);
   const Float4 u = t - 1.0f, r = 1.0f - s;
   const Float8 v = __builtin_shufflevector(r, s, 0, 4, 0, 4, 0, 4, 0, 4) *
                    __builtin_shufflevector(r, s, 1, 1, 5, 5, 1, 1, 5, 5) *
@@ -154,7 +160,7 @@ inline float Gradient3(const Float4& position, uint32_t seed) {
                    (gx * __builtin_shufflevector(t, u, 0, 4, 0, 4, 0, 4, 0, 4) +
                     gy * __builtin_shufflevector(t, u, 1, 1, 5, 5, 1, 1, 5, 5) +
                     gz * __builtin_shufflevector(t, u, 2, 2, 2, 2, 6, 6, 6, 6));
-  return Sum(v) * (1.0f / 511.5f * 1.56f);
+  return Sum(v) * kGradient3Scale;
 }
 inline float Gradient3(float x, float y, float z, uint32_t seed) {
   return Gradient3(Float4{x, y, z, 0}, seed);

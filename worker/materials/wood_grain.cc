@@ -38,10 +38,11 @@ WoodGrain::WoodGrain(Rng& rng, const WoodSpecies& species) {
 }
 
 Float8 WoodGrain::Pores(const Vec3x8& p_m, Float8 footprint_m) const {
-  const Float8 fade = pores_ * Fade(1.4e-3f, footprint_m);
-  if (!Any(fade > 0)) return Splat(0);
+  constexpr float kMean = 0.12f;  // Of the step below.
+  const Float8 fade = Fade(1.4e-3f, footprint_m);
+  if (pores_ <= 0 || !Any(fade > 0)) return Splat(pores_ * kMean);
   const Float8 n = Gradient3(p_m.x * 90.0f, p_m.y * 1400.0f, p_m.z * 1400.0f, seed_ + 11);
-  return fade * SmoothStep(0.22f, 0.5f, n);
+  return pores_ * noise::Lerp(kMean, SmoothStep(0.22f, 0.5f, n), fade);
 }
 
 Float8 WoodGrain::Fold(Float8 x_m) const {
@@ -80,7 +81,7 @@ WoodGrain::Point WoodGrain::At(const Vec3x8& p_m, const Vec3x8& face, Float8 foo
   const Float8 sharp = Max(0.05f, footprint_m / ring_shown_m);
   const Float8 rise = SmoothStep(0.85f - 1.6f * late_share_, 0.97f - sharp * 0.5f, phase);
   const Float8 late = rise * (1.0f - SmoothStep(1.0f - sharp, 1.0f, phase));
-  const float mean_late = 0.55f * late_share_ + 0.1f;
+  const float mean_late = 0.8f * late_share_ + 0.07f;  // From where the rise is half done.
   // Good and bad years come in groups: these bands still show where single rings have faded.
   const Float8 group = Fade(7.0f * ring_shown_m, footprint_m) *
                        Gradient3(years * 0.16f, Splat(0.3f), Splat(0.7f), seed_ + 8);

@@ -75,6 +75,33 @@ TEST(Noise, CellsFindTheNearestPointsOfAllCells) {
   }
 }
 
+// The search skips cells that are too far; what it finds must not depend on what it skipped for the
+// other seven.
+TEST(Noise, EveryFeaturePointIsItsOwnNearest) {
+  Rng rng(SceneSeed{9}, "noise_test");
+  const auto draw = [&] { return static_cast<float>(rng.Uniform(-8, 8)); };
+  for (int i = 0; i < 1500; ++i) {
+    const float jitter = static_cast<float>(rng.Uniform(0.2, 1));
+    Vec3x8 p;
+    for (int lane = 0; lane < kLanes; ++lane) p.Set(lane, Vec3f(draw(), draw(), draw()));
+    const Cell8 cell = Cells3(p, 4, jitter), tile = Cells2(p.x, p.y, 4, jitter);
+    // The feature points themselves, and ways from them to the queries.
+    const Cell8 there = Cells3(p - cell.offset, 4, jitter);
+    const Vec3x8 q = p - tile.offset;
+    const Cell8 tile_there = Cells2(q.x, q.y, 4, jitter);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      EXPECT_NEAR(there.f1[lane], 0.0f, 4e-6f);
+      EXPECT_EQ(there.id[lane], cell.id[lane]);
+      EXPECT_NEAR(tile_there.f1[lane], 0.0f, 4e-6f);
+      EXPECT_EQ(tile_there.id[lane], tile.id[lane]);
+      const Cell8 alone = Cells3(Vec3x8(p.Get(lane)), 4, jitter);
+      EXPECT_EQ(alone.f1[0], cell.f1[lane]);
+      EXPECT_EQ(alone.f2[0], cell.f2[lane]);
+      EXPECT_EQ(alone.id[0], cell.id[lane]);
+    }
+  }
+}
+
 TEST(Noise, EightPointsGetTheBitsOfOne) {
   Rng rng(SceneSeed{8}, "noise_test");
   for (int i = 0; i < 500; ++i) {

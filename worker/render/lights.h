@@ -124,10 +124,8 @@ class LightTable {
   // `scratch` is kept for the next time. Lanes beyond the seekers are no receivers: total 0.
   void Choose(const LightSeekers8& seekers, std::vector<Float8>* scratch,
               LightReceivers8* receivers, LightChoices8* choices) const;
-  // Finds what of the lights Sample will take for these `u`, and begins to fetch it from memory;
-  // begins to fetch what that reads.
+  // Finds what of the lights Sample will take for these `u`, and begins to fetch it from memory.
   void Aim(Float8 u, LightChoices8* choices) const;
-  void PrefetchAim(Float8 u, const LightChoices8& choices) const;
   // Of each receiver that has a light, with its numbers.
   void Sample(const LightReceivers8& at, const LightChoices8& choices, Float8 u, Float8 v,
               LightSamples8* samples) const;
@@ -203,12 +201,13 @@ class LightTable {
     }
     // Mesh lights.
     std::vector<Face> faces;
-    // For equal parts of the area, the face with which each begins and where that face ends.
+    // For equal parts of the area, the face with which each begins and where that face ends. One
+    // for all where there are no faces.
     struct Guide {
       uint32_t face = 0;
       float end = 0;
     };
-    std::vector<Guide> guides;
+    std::vector<Guide> guides = {{0, kInfinity}};
     float area = 0;  // Of all faces, m^2.
     float guides_per_m2 = 0;
     bool mesh = false;
@@ -256,6 +255,7 @@ class LightTable {
 
   SkyModel sky_;
   std::vector<Lamp> lamps_;
+  Lamp no_lamp_;
   std::vector<size_t> spheres_;  // Of `lamps_`.
   std::vector<Enclosure> enclosures_;
   struct SlotLights {

@@ -53,8 +53,10 @@ struct PathTracer::State {
   // Of the step under way.
   std::array<Hits8, kMostBlocks> met;
   std::array<uint64_t, kMostWalks> questions;  // To the cache.
-  // Random numbers: lobe and Russian roulette; opacity and light; the light's point; the way on.
-  std::array<Row<float>, 4> u, v;
+  // Random numbers: lobe and light; the light's point; the way on.
+  std::array<Row<float>, 3> u, v;
+  enum class Chance : uint32_t { kHole = 1, kRoulette = 2 };
+  Float8 Random(size_t block, Chance chance) const;
   std::vector<Alike> alike;         // By material; empty between steps.
   std::vector<uint32_t> materials;  // That some wait at.
   Looks looks;

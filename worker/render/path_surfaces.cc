@@ -96,6 +96,11 @@ PARALLAX_LANE_CLONES void PathTracer::Draw() {
   }
 }
 
+Float8 PathTracer::State::Random(size_t block, Chance chance) const {
+  return Sampler::Random(walks.seed.At(block), walks.sample.At(block), walks.dimension.At(block),
+                         static_cast<uint32_t>(chance));
+}
+
 // By eights of one material.
 void PathTracer::Look() {
   State& state = *state_;
@@ -144,13 +149,12 @@ void PathTracer::ChooseLights() {
     const Mask8 outside = Inner(-state.walks.direction.At(block), normal) > 0.0f;
     seekers.position = state.hits.position.At(block);
     seekers.normal = Select(outside, normal, -normal);
-    seekers.choice = state.v[1].At(block);
+    seekers.choice = state.v[0].At(block);
     seekers.count = static_cast<int>(std::min<size_t>(kLanes, state.count - block * kLanes));
     lights_.Choose(seekers, &state.scratch, &state.receivers[block], &state.lights[block]);
-    lights_.PrefetchAim(state.u[2].At(block), state.lights[block]);
   }
   for (size_t block = 0; block < blocks(); ++block) {
-    lights_.Aim(state.u[2].At(block), &state.lights[block]);
+    lights_.Aim(state.u[1].At(block), &state.lights[block]);
   }
 }
 
@@ -264,8 +268,8 @@ void PathTracer::Stand(Stop8* stop) const {
   at.throughput = state.walks.throughput.At(block);
   at.spot_share = Splat(0);
   at.choice = state.u[0].At(block);
-  at.u = state.u[3].At(block);
-  at.v = state.v[3].At(block);
+  at.u = state.u[2].At(block);
+  at.v = state.v[2].At(block);
   stop->wide = ScattersWidely(at.surface);
   stop->transmits = at.surface.transmission > 0.0f;
   stop->last = state.walks.bounce.At(block) >= options_.max_bounces;
@@ -273,8 +277,9 @@ void PathTracer::Stand(Stop8* stop) const {
 
 void PathTracer::PassHoles(Stop8* stop) {
   const Float8 opacity = stop->at.surface.opacity;
-  const Mask8 holes = stop->here & (opacity < 1.0f) & (state_->u[1].At(stop->block) >= opacity);
+  Mask8 holes = stop->here & (opacity < 1.0f);
   if (!Any(holes)) return;
+  holes &= state_->Random(stop->block, State::Chance::kHole) >= opacity;
   Pass(stop->block, holes, stop->at.normal);
   stop->here &= ~holes;
 }
@@ -318,7 +323,7 @@ void PathTracer::TakeLight(Stop8* stop) const {
   const State& state = *state_;
   const size_t block = stop->block;
   const LightReceivers8& receivers = state.receivers[block];
-  lights_.Sample(receivers, state.lights[block], state.u[2].At(block), state.v[2].At(block),
+  lights_.Sample(receivers, state.lights[block], state.u[1].At(block), state.v[1].At(block),
                  &stop->at.light);
   ForEach(stop->lit & stop->wide & (receivers.room >= 0), [&](int lane) {
     SpotView& spots = stop->at.spots[lane];
@@ -398,7 +403,8 @@ void PathTracer::Leave(const Stop8& stop, Mask8 leaving, const Onward8& onward) 
   walks.bounce.At(block) -= leaving & ~lost;
   const Float8 survive = Min(MaxCoeff(throughput), 0.95f);
   const Mask8 chanced = leaving & (walks.bounce.At(block) >= kRouletteFrom);
-  const Mask8 killed = chanced & (state.v[0].At(block) >= survive);
+  Mask8 killed{};
+  if (Any(chanced)) killed = chanced & (state.Random(block, State::Chance::kRoulette) >= survive);
   End(block, lost | killed);
   walks.throughput.Put(block, Select(chanced, throughput / survive, throughput));
   const auto set = [&](Float8& to, Float8 value) { to = leaving ? value : to; };

@@ -86,6 +86,24 @@ Float8 Filled(const Sights8& sights, Float8 x) {
   return FirstLanes(sights.count) ? x : Splat(x[sights.count - 1]);
 }
 
+// Eight vectors, each by its body's matrix; neighbours are mostly on one body.
+template <typename MatrixOf>
+Vec3x8 Turned(const Sights8& sights, const Vec3x8& vectors, MatrixOf matrix_of) {
+  const auto placed = [&](int lane) {
+    return static_cast<uint32_t>(sights.placed[Filled(sights, lane)]);
+  };
+  if (!Any(FirstLanes(sights.count) & (sights.placed != sights.placed[0]))) {
+    const Mat3f m = matrix_of(placed(0));
+    return {Inner(Vec3x8(Vec3f(m.row(0))), vectors), Inner(Vec3x8(Vec3f(m.row(1))), vectors),
+            Inner(Vec3x8(Vec3f(m.row(2))), vectors)};
+  }
+  Vec3x8 turned;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    turned.Set(lane, matrix_of(placed(lane)) * vectors.Get(lane));
+  }
+  return turned;
+}
+
 // Eight vertices as they are loaded, or what is between them.
 struct Vertices8 {
   Vec3x8 normal, texture;
@@ -375,22 +393,6 @@ SurfaceIds8 RenderScene::Identify(const Hits8& hits) const {
   return ids;
 }
 
-// Neighbours are mostly on one body.
-Vec3x8 RenderScene::NormalsFromObject(const Sights8& sights, const Vec3x8& normals) const {
-  const int32_t first = sights.placed[0];
-  if (!Any(FirstLanes(sights.count) & (sights.placed != first))) {
-    const Mat3f& m = places_[static_cast<uint32_t>(first)].normal_from_object;
-    return {Inner(Vec3x8(Vec3f(m.row(0))), normals), Inner(Vec3x8(Vec3f(m.row(1))), normals),
-            Inner(Vec3x8(Vec3f(m.row(2))), normals)};
-  }
-  Vec3x8 turned;
-  for (int lane = 0; lane < kLanes; ++lane) {
-    const int32_t placed = sights.placed[Filled(sights, lane)];
-    turned.Set(lane, places_[static_cast<uint32_t>(placed)].normal_from_object * normals.Get(lane));
-  }
-  return turned;
-}
-
 PARALLAX_LANE_CLONES Interpolated8 RenderScene::Interpolate(const Sights8& sights) const {
   Float8 here[kLanes], to_b[kLanes], to_c[kLanes];
   Float8 scale;
@@ -410,7 +412,10 @@ PARALLAX_LANE_CLONES Interpolated8 RenderScene::Interpolate(const Sights8& sight
   const Float8 doubled_area = Filled(sights, sights.doubled_area);
   const Float8 footprint_m = Filled(sights, sights.footprint_m);
   const Vertices8 at(here), b(to_b), c(to_c);
-  const Vec3x8 bent = NormalsFromObject(sights, at.normal);
+  const Vec3x8 bent =
+      Turned(sights, at.normal, [&](uint32_t k) -> const Mat3f& {
+    return places_[k].normal_from_object;
+  });
   Interpolated8 out;
   SurfacePoint8& points = out.points;
   points.count = sights.count;
@@ -461,6 +466,30 @@ SurfaceSample RenderScene::Evaluate(const RawHit& hit, const SurfaceId& id,
   return material->Evaluate(Interpolate(sights).points).Get(0);
 }
 
+// Two edges of each triangle, in the world.
+PARALLAX_LANE_CLONES void RenderScene::FindEdges(const Sights8& sights, Vec3x8 edges[2]) const {
+  Float8 rows[kLanes];
+  bool instanced = false;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const int from = Filled(sights, lane);
+    const Body& body = bodies_[static_cast<uint32_t>(sights.placed[from])];
+    const Triangle& t = body.triangles[static_cast<uint32_t>(sights.triangle[from])];
+    // Of four numbers, as Embree loads them: one more position is behind the last.
+    const auto position = [&](uint32_t k) { return _mm_loadu_ps(body.positions[k].data()); };
+    const Float4 a = position(t.a), to_b = position(t.b) - a, to_c = position(t.c) - a;
+    rows[lane] = _mm256_set_m128(to_c, to_b);
+    instanced |= body.instanced;
+  }
+  Transpose(rows);
+  for (int k = 0; k < 2; ++k) edges[k] = {rows[4 * k], rows[4 * k + 1], rows[4 * k + 2]};
+  if (!instanced) return;
+  const auto world_from_positions = [&](uint32_t placed) -> Mat3f {
+    if (!bodies_[placed].instanced) return Mat3f::Identity();
+    return stored_[placed].world_from_object.linear();
+  };
+  for (int k = 0; k < 2; ++k) edges[k] = Turned(sights, edges[k], world_from_positions);
+}
+
 Look8 RenderScene::Look(const Sights8& sights, uint32_t index) const {
   Interpolated8 at = Interpolate(sights);
   const Material* material = geometry_.materials[index].get();
@@ -468,13 +497,7 @@ Look8 RenderScene::Look(const Sights8& sights, uint32_t index) const {
   Look8 look{material->Evaluate(at.points), at.shading_normal};
   if (!traits_[index].has_relief) return look;
 
-  for (int lane = 0; lane < kLanes; ++lane) {
-    const int from = Filled(sights, lane);
-    Vec3f corners[3];
-    Corners(static_cast<uint32_t>(sights.placed[from]),
-            static_cast<uint32_t>(sights.triangle[from]), corners);
-    for (int k = 0; k < 2; ++k) at.faces.edge[k].Set(lane, corners[k + 1] - corners[0]);
-  }
+  FindEdges(sights, at.faces.edge);
   look.shading_normal = BendNormals(*material, at.points, at.faces, at.shading_normal);
   return look;
 }

@@ -133,7 +133,7 @@ class RenderScene final : public ShadowFilter {
   uint32_t MaterialOf(const Body& body, uint16_t slot) const;
   static std::shared_ptr<const std::vector<Vertex>> Pack(const Mesh& mesh);
   bool LetsLightThrough(const PlacedMesh& placed) const;
-  Vec3x8 NormalsFromObject(const Sights8& sights, const Vec3x8& normals) const;
+  void FindEdges(const Sights8& sights, Vec3x8 edges[2]) const;
   void ProbeMaterials();
   Vec3f FirstNormal(uint32_t placed, uint32_t triangle) const;
 

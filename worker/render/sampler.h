@@ -85,7 +85,7 @@ class Sampler {
   // The next `count` pairs of each. Where all eight have one seed and dimension, as the pixels of
   // an image have at first, hashes are computed once.
   template <typename PutPair>
-  static void Draw(Bits8 seed, Bits8 sample, Bits8 dimension, uint32_t count, PutPair put) {
+  [[gnu::always_inline]] static void Draw(Bits8 seed, Bits8 sample, Bits8 dimension, uint32_t count, PutPair put) {
     const bool alike = !Any((Mask8)((seed ^ seed[0]) | (dimension ^ dimension[0])) != 0);
     const Bits8 reversed = Reverse(sample);
     for (uint32_t pair = 0; pair < count; ++pair) {
@@ -97,6 +97,12 @@ class Sampler {
       }
       put(pair, u, v);
     }
+  }
+
+  // A number of each of eight samplers that need not be well spread, for `use` (which of a
+  // dimension's): a third of a pair's cost.
+  static Float8 Random(Bits8 seed, Bits8 sample, Bits8 dimension, uint32_t use) {
+    return ToUnit(MixBits(CombineHash(seed + use, dimension) ^ (sample * 0x9e3779b9u)));
   }
 
   uint32_t seed() const { return seed_; }
@@ -119,7 +125,7 @@ class Sampler {
  private:
   // `seeds`: one for all eight, or eight. `reversed`: bits of the samples' numbers.
   template <typename Seeds>
-  static void Points(Bits8 reversed, Seeds seeds, Float8* u, Float8* v) {
+  [[gnu::always_inline]] static void Points(Bits8 reversed, Seeds seeds, Float8* u, Float8* v) {
     // The shuffled index. Both dimensions are scrambled from its lowest bit up, so the second one's
     // matrix is mirrored instead of its index.
     const Bits8 index = Reverse(Permute(reversed, seeds));

@@ -64,6 +64,42 @@ TEST(Sampler, PairsOfEightAreThoseOfEachAlone) {
   }
 }
 
+TEST(Sampler, RandomNumbersAreUniformAndUncorrelatedWithEachOtherAndPairs) {
+  constexpr uint32_t kBlocks = 1 << 14;
+  constexpr int kSeries = 5;  // Two uses, the next dimension, the pair of the same dimension.
+  std::array<double, kSeries> sum{};
+  std::array<std::array<double, kSeries>, kSeries> product{};
+  std::array<int, 16> bins{};
+  for (uint32_t block = 0; block < kBlocks; ++block) {
+    Bits8 sample;
+    for (uint32_t lane = 0; lane < kLanes; ++lane) sample[lane] = block * kLanes + lane;
+    const Bits8 seed = Bits8{} + 77u, dimension = Bits8{} + 4u;
+    Float8 x[kSeries];
+    x[0] = Sampler::Random(seed, sample, dimension, 1);
+    x[1] = Sampler::Random(seed, sample, dimension, 2);
+    x[2] = Sampler::Random(seed, sample, dimension + 1u, 1);
+    Sampler::Pairs(seed, sample, dimension, &x[3], &x[4]);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      ASSERT_GE(x[0][lane], 0.0f);
+      ASSERT_LT(x[0][lane], 1.0f);
+      ++bins[static_cast<size_t>(x[0][lane] * 16.0f)];
+      for (size_t i = 0; i < kSeries; ++i) {
+        sum[i] += x[i][lane] - 0.5;
+        for (size_t j = 0; j < i; ++j) product[i][j] += (x[i][lane] - 0.5) * (x[j][lane] - 0.5);
+      }
+    }
+  }
+  constexpr double kAll = static_cast<double>(kBlocks) * kLanes;
+  // Four to five standard deviations of truly random numbers.
+  for (const int bin : bins) EXPECT_NEAR(bin, kAll / 16.0, 4.5 * std::sqrt(kAll / 16.0));
+  for (size_t i = 0; i < kSeries; ++i) {
+    EXPECT_LT(std::abs(sum[i]), 4.5 * std::sqrt(kAll / 12.0)) << i;
+    for (size_t j = 0; j < i; ++j) {
+      EXPECT_LT(std::abs(product[i][j]), 4.5 * std::sqrt(kAll) / 12.0) << i << " " << j;
+    }
+  }
+}
+
 // What a denoiser averages over is spread as evenly as one pixel's samples are.
 TEST(Sampler, SquaresOfPixelsOfAnImageAreStratifiedTogether) {
   constexpr int kLogSamples = 2;

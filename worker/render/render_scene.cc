@@ -412,10 +412,8 @@ PARALLAX_LANE_CLONES Interpolated8 RenderScene::Interpolate(const Sights8& sight
   const Float8 doubled_area = Filled(sights, sights.doubled_area);
   const Float8 footprint_m = Filled(sights, sights.footprint_m);
   const Vertices8 at(here), b(to_b), c(to_c);
-  const Vec3x8 bent =
-      Turned(sights, at.normal, [&](uint32_t k) -> const Mat3f& {
-    return places_[k].normal_from_object;
-  });
+  const Vec3x8 bent = Turned(
+      sights, at.normal, [&](uint32_t k) -> const Mat3f& { return places_[k].normal_from_object; });
   Interpolated8 out;
   SurfacePoint8& points = out.points;
   points.count = sights.count;

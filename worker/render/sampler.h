@@ -85,7 +85,8 @@ class Sampler {
   // The next `count` pairs of each. Where all eight have one seed and dimension, as the pixels of
   // an image have at first, hashes are computed once.
   template <typename PutPair>
-  [[gnu::always_inline]] static void Draw(Bits8 seed, Bits8 sample, Bits8 dimension, uint32_t count, PutPair put) {
+  [[gnu::always_inline]] static void Draw(Bits8 seed, Bits8 sample, Bits8 dimension, uint32_t count,
+                                          PutPair put) {
     const bool alike = !Any((Mask8)((seed ^ seed[0]) | (dimension ^ dimension[0])) != 0);
     const Bits8 reversed = Reverse(sample);
     for (uint32_t pair = 0; pair < count; ++pair) {

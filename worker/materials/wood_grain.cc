@@ -3,6 +3,7 @@
 namespace parallax {
 
 using noise::Fade;
+using noise::Gradient2;
 using noise::Gradient3;
 using noise::Saturate;
 using noise::SmoothStep;
@@ -73,7 +74,7 @@ WoodGrain::Point WoodGrain::At(const Vec3x8& p_m, const Vec3x8& face, Float8 foo
 
   // Where in its year the point grew: pale in spring, dark towards autumn, then a sharp end.
   const Float8 years = r / ring_m_;
-  const Float8 shift = 0.6f * Gradient3(years * 0.23f, Splat(0.5f), Splat(0.5f), seed_ + 4);
+  const Float8 shift = 0.6f * Gradient2(years * 0.23f, Splat(0.3f), seed_ + 4);
   const Float8 phase = noise::Fract(years + shift);
   const Float8 along = (y * face.y + z * face.z) / Max(r, 1e-4f);
   const Float8 ring_shown_m = ring_m_ / Sqrt(Max(0.01f, 1.0f - along * along));
@@ -83,8 +84,8 @@ WoodGrain::Point WoodGrain::At(const Vec3x8& p_m, const Vec3x8& face, Float8 foo
   const Float8 late = rise * (1.0f - SmoothStep(1.0f - sharp, 1.0f, phase));
   const float mean_late = 0.8f * late_share_ + 0.07f;  // From where the rise is half done.
   // Good and bad years come in groups: these bands still show where single rings have faded.
-  const Float8 group = Fade(7.0f * ring_shown_m, footprint_m) *
-                       Gradient3(years * 0.16f, Splat(0.3f), Splat(0.7f), seed_ + 8);
+  const Float8 group =
+      Fade(7.0f * ring_shown_m, footprint_m) * Gradient2(years * 0.16f, Splat(0.3f), seed_ + 8);
   const Float8 dark = contrast_ * (mean_late + (late - mean_late) * ring_fade + 0.3f * group);
 
   // Fibres at three widths run along x; the widest are the streaks that one sees from across the

@@ -13,7 +13,7 @@ constexpr float kCube_m = 0.3f;  // A spot is a cube's face.
 constexpr float kFewest = 4;     // Looks at a place before it is believed.
 // Part of a room's scattered light that the spots must give: with less, looking for them costs more
 // than it helps.
-constexpr double kLeastLight = 0.1;
+constexpr double kLeastLight = 0.08;
 constexpr float kMostShare = 0.1f;
 constexpr float kLeastShare = 0.02f;  // Less is not worth the looking.
 

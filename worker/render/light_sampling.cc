@@ -41,18 +41,18 @@ void LightTable::Sample(const LightReceivers8& at, const LightChoices8& choices,
   samples.radiance = Vec3x8::Zero();
   samples.distance = samples.pdf = Splat(0);
   samples.ideal = Mask8{};
-  Mask8 faces{}, spheres{}, skies{}, others{};
-  for (int lane = 0; lane < kLanes; ++lane) {
-    if (!(choices.importance[lane] > 0.0f)) continue;
-    const auto light = static_cast<size_t>(choices.light[lane]);
-    if (light >= lamps_.size()) {
-      const bool sun = light + 1 == LightsIn(RoomAt(at.room[lane]));
-      (sun ? others : skies)[lane] = -1;
-    } else if (lamps_[light].radius == 0.0f) {
-      others[lane] = -1;
-    } else {
-      (lamps_[light].mesh ? faces : spheres)[lane] = -1;
-    }
+  const Int8 beyond_lamps = Int8{} + static_cast<int32_t>(lamps_.size());
+  const Mask8 lamp = choices.light < beyond_lamps;
+  const Float8 kind = Gather(kinds_.data(), lamp ? choices.light : beyond_lamps);
+  const Mask8 chosen = choices.importance > 0.0f;
+  const Mask8 faces = chosen & (kind == kFaces), spheres = chosen & (kind == kSphere);
+  Mask8 others = chosen & (kind == kIdeal), skies = chosen & ~lamp;
+  for (uint32_t left = BitsOf(skies); left != 0; left &= left - 1) {
+    const int lane = __builtin_ctz(left);
+    const auto last = static_cast<int32_t>(LightsIn(RoomAt(at.room[lane]))) - 1;
+    if (choices.light[lane] != last) continue;  // The sun is.
+    skies[lane] = 0;
+    others[lane] = -1;
   }
   if (Any(faces)) SampleFaces(at, choices, faces, u, v, &samples);
   if (Any(spheres)) SampleSpheres(at, choices, spheres, u, v, &samples);

@@ -61,6 +61,10 @@ absl::StatusOr<LightTable> LightTable::Build(const v1::Scene& scene, const Rende
     lamp.MakeGuides();
     table.lamps_.push_back(std::move(lamp));
   }
+  for (const Lamp& lamp : table.lamps_) {
+    table.kinds_.push_back(lamp.mesh ? kFaces : lamp.radius > 0.0f ? kSphere : kIdeal);
+  }
+  table.kinds_.push_back(kNoLamp);
   if (scene.has_room()) table.AddRoom(scene.room(), scene.ceiling_removed(), geometry);
   for (const v1::Room& room : scene.rooms()) table.AddRoom(room, false, geometry);
   table.Forget();

@@ -256,6 +256,9 @@ class LightTable {
   SkyModel sky_;
   std::vector<Lamp> lamps_;
   Lamp no_lamp_;
+  // What each lamp is, then what is none: numbers that are loaded into lanes.
+  static constexpr float kFaces = 0, kSphere = 1, kIdeal = 2, kNoLamp = 3;
+  std::vector<float> kinds_;
   std::vector<size_t> spheres_;  // Of `lamps_`.
   std::vector<Enclosure> enclosures_;
   struct SlotLights {

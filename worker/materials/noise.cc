@@ -93,7 +93,8 @@ struct Nearest8 {
 // One axis of a lattice cell and of those beside it: below, itself, above.
 struct Axis8 {
   Bits8 hash[3];
-  Float8 from[3];  // From what place in the cell (part `middle` of where points lie) to the point.
+  // To the query from where each cell's points begin, or from a part `middle` of their range on.
+  Float8 from[3];
   Float8 gap2[3];  // Squared distance to where points of the cell lie, a little less for rounding.
 
   Axis8(Float8 p, uint32_t prime, float jitter, float middle) {

@@ -96,7 +96,8 @@ bool LightTable::Lamp::AddFace(const Vec3f corners[3]) {
 }
 
 void LightTable::Lamp::MakeGuides() {
-  constexpr size_t kGuidesPerFace = 2;      // Of 4, more miss the caches than end where they begin.
+  // Four end more searches where they begin, but miss the caches; one leaves too many to walk.
+  constexpr size_t kGuidesPerFace = 2;
   constexpr float kRounded = 1.0f - 1e-6f;  // A part may begin a rounding before its place.
   guides.resize(kGuidesPerFace * faces.size());
   guides_per_m2 = static_cast<float>(guides.size()) / area;

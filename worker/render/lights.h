@@ -255,7 +255,7 @@ class LightTable {
 
   SkyModel sky_;
   std::vector<Lamp> lamps_;
-  Lamp no_lamp_;
+  Lamp no_lamp_;  // Stands in for sky and sun where all eight lights are treated alike.
   // What each lamp is, then what is none: numbers that are loaded into lanes.
   static constexpr float kFaces = 0, kSphere = 1, kIdeal = 2, kNoLamp = 3;
   std::vector<float> kinds_;

@@ -177,7 +177,7 @@ void DrawText(std::string_view text, ImageRgb8& sheet, int left, int top) {
 }
 
 int Run(int argc, char** argv) {
-  if (argc < 2) {
+  if (argc < 2 || argv[1][0] == '-') {
     std::cerr << "usage: material_sheet OUT.png [--seed FIRST] [NAME-PART|FAMILY...]\n";
     return 2;
   }

@@ -25,25 +25,25 @@ struct Pile {
   uint32_t seed = 0;
 
   // About [0, 1]: 1 on top of a tuft. `id` is the tuft's.
-  Float8 At(const PlanePoint8& plane, Float8 w, Bits8* id) const {
+  template <typename Real>
+  Real At(const PlaneOf8<Real>& plane, Float8 w, Bits8* id) const {
     const float mean = 0.55f;
     const Float8 fade = Fade(1.3f * tuft_m, w);
-    const noise::Cell8 cell = noise::Cells2(plane.u / tuft_m, plane.v / tuft_m, seed, 0.85f);
+    const auto cell = noise::Cells2(plane.u / tuft_m, plane.v / tuft_m, seed, 0.85f);
     *id = fade > 0 ? cell.id : Bits8{} + 0x80808080u;
-    Float8 top =
+    Real top =
         Saturate(1.0f - 1.5f * cell.f1 * cell.f1) * SmoothStep(0.0f, 0.35f, cell.f2 - cell.f1);
     // Strands: a tuft is many yarns that lean this way and that.
-    const Float8 lean =
+    const Real lean =
         noise::Gradient2(plane.u / (2.5f * tuft_m), plane.v / (2.5f * tuft_m), seed + 1);
-    const Float8 a = plane.u * 4.0f / tuft_m + 5.0f * lean,
-                 b = plane.v * 4.0f / tuft_m - 5.0f * lean;
+    const Real a = plane.u * 4.0f / tuft_m + 5.0f * lean, b = plane.v * 4.0f / tuft_m - 5.0f * lean;
     top += strands * Fade(0.3f * tuft_m, w) *
            (noise::Gradient2(a, 0.3f * b, seed + 2) + noise::Gradient2(0.3f * a, b, seed + 3));
     return mean + fade * (top - mean);
   }
 };
 
-class Carpet final : public Material {
+class Carpet final : public Carved<Carpet> {
  public:
   Carpet(Rng& rng, double tuft_low_mm, double tuft_high_mm) {
     yarn_ = VaryColor(rng, SrgbColor(rng.Pick(kYarns)), 0.12, 0.05);
@@ -70,11 +70,9 @@ class Carpet final : public Material {
     out.sheen = Splat(0.3f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
-    const Float8 fade = Fade(1.3f * pile_.tuft_m, point.footprint_m);
+  auto HeightOf(const auto& point) const {
     Bits8 id;
-    const Float8 top = pile_.At(OnPlane(point), point.footprint_m, &id);
-    return fade > 0 ? height_m_ * top : Splat(0);
+    return height_m_ * pile_.At(OnPlane(point), point.footprint_m, &id);
   }
 
  private:

@@ -24,7 +24,7 @@ Vec3f DrawGlaze(Rng& rng) {
 
 // Glass over clay: it runs thick and thin, breaks to another tone where it is thin, and holds
 // pinholes.
-class GlazedCeramic final : public Material {
+class GlazedCeramic final : public Carved<GlazedCeramic> {
  public:
   explicit GlazedCeramic(Rng& rng) {
     thick_ = DrawGlaze(rng);
@@ -50,7 +50,7 @@ class GlazedCeramic final : public Material {
     out.subsurface = Splat(0.25f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return 5e-5f * Fbm3(point.texture_m, 0.4f * flow_m_, 2, point.footprint_m, seed_ + 5, 0.3f);
   }
 
@@ -70,7 +70,7 @@ class GlazedCeramic final : public Material {
 };
 
 // Iron specks of two sizes under a pale glaze.
-class SpeckledCeramic final : public Material {
+class SpeckledCeramic final : public Carved<SpeckledCeramic> {
  public:
   explicit SpeckledCeramic(Rng& rng) {
     ground_ = DrawGlaze(rng);
@@ -93,7 +93,7 @@ class SpeckledCeramic final : public Material {
     out.roughness = Saturate(roughness_ * (1.0f + 0.4f * specks));
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return 3e-5f * Fbm3(point.texture_m, 0.012f, 2, point.footprint_m, seed_ + 5);
   }
 
@@ -115,7 +115,7 @@ class SpeckledCeramic final : public Material {
 };
 
 // Unglazed red clay with the marks of the wheel around z and a bloom of lime.
-class Terracotta final : public Material {
+class Terracotta final : public Carved<Terracotta> {
  public:
   explicit Terracotta(Rng& rng) {
     static constexpr std::array<uint32_t, 5> kClays = {0xb5694a, 0xa9583c, 0xc58a66, 0xd0b394,
@@ -138,13 +138,14 @@ class Terracotta final : public Material {
     out.specular = Splat(0.3f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return 5e-5f * Turns(point.texture_m, point.footprint_m) +
            5e-5f * Fbm3(point.texture_m, 0.003f, 2, point.footprint_m, seed_ + 6);
   }
 
  private:
-  Float8 Turns(const Vec3x8& p, Float8 w) const {
+  template <typename Vec>
+  RealOf<Vec> Turns(const Vec& p, Float8 w) const {
     return Fade(turn_m_, w) * Gradient3(p.x * 6.0f, p.y * 6.0f, p.z / turn_m_, seed_ + 8);
   }
 
@@ -163,7 +164,7 @@ struct TileStyle {
 };
 
 // Pressed tiles: rounded edges, a pillow each, own tint and own tilt; grout between.
-class CeramicTiles final : public Material {
+class CeramicTiles final : public Carved<CeramicTiles> {
  public:
   CeramicTiles(Rng& rng, const TileStyle& style) : style_(style) {
     width_m_ = Draw(rng, style.width_low_m, style.width_high_m);
@@ -190,7 +191,7 @@ class CeramicTiles final : public Material {
   }
   SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
     const Float8 w = point.footprint_m;
-    const Tile tile = At(OnPlane(point));
+    const auto tile = At(OnPlane(point));
 
     const float mean_cover = 1.0f - gap_m_ / width_m_ - gap_m_ / length_m_;
     const Float8 fade = Fade(width_m_, w);
@@ -206,39 +207,40 @@ class CeramicTiles final : public Material {
     out.roughness = Saturate(noise::Lerp(0.9f, roughness_ * (1.0f + 0.2f * cloud), solid));
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
-    const Float8 fade = Fade(width_m_, w);
-    if (!Any(fade > 0)) return Splat(0);
-    const Tile tile = At(OnPlane(point));
-    const Float8 rise =
+    const auto tile = At(OnPlane(point));
+    const auto rise =
         1.0f - LineShare(tile.edge_m, 0.5f * gap_m_ + 0.3f * bevel_m_, bevel_m_, 2.0f * w);
     // Neighbours are tilted otherwise: the tilt is let in from the joint's middle.
-    const Float8 own = SmoothStep(0.0f, 0.5f * gap_m_ + bevel_m_, tile.edge_m);
-    const Float8 inside = SmoothStep(0.0f, 0.3f * width_m_, tile.edge_m);
+    const auto own = SmoothStep(0.0f, 0.5f * gap_m_ + bevel_m_, tile.edge_m);
+    const auto inside = SmoothStep(0.0f, 0.3f * width_m_, tile.edge_m);
     // Each tile is set a little askew; the glaze is a little wavy.
-    const Float8 tilt = 3e-3f * ((UnitByte(tile.id, 1) - 0.5f) * tile.u_m +
-                                 (UnitByte(tile.id, 3) - 0.5f) * tile.v_m);
-    const Float8 wave = 2e-5f * Fbm3(point.texture_m, 0.02f, 2, w, seed_ + 8);
-    const Float8 sand = 6e-5f * Fbm3(point.texture_m, 0.002f, 2, w, seed_ + 9);
-    return fade * (rise * (1.2e-3f + 1e-4f * inside + own * tilt + wave) + (1.0f - rise) * sand);
+    const auto tilt = 3e-3f * ((UnitByte(tile.id, 1) - 0.5f) * tile.u_m +
+                               (UnitByte(tile.id, 3) - 0.5f) * tile.v_m);
+    const auto wave = 2e-5f * Fbm3(point.texture_m, 0.02f, 2, w, seed_ + 8);
+    const auto sand = 6e-5f * Fbm3(point.texture_m, 0.002f, 2, w, seed_ + 9);
+    return Fade(width_m_, w) *
+           (rise * (1.2e-3f + 1e-4f * inside + own * tilt + wave) + (1.0f - rise) * sand);
   }
 
  private:
+  template <typename Real>
   struct Tile {
-    Float8 u_m, v_m;  // From its centre.
-    Float8 edge_m;    // To the middle of the nearest joint.
+    Real u_m, v_m;  // From its centre.
+    Real edge_m;    // To the middle of the nearest joint.
     Bits8 id;
     Vec3x8 glaze;
   };
 
-  Tile At(const PlanePoint8& plane) const {
-    const Float8 row = plane.v / width_m_;
+  template <typename Real>
+  Tile<Real> At(const PlaneOf8<Real>& plane) const {
+    const Real row = plane.v / width_m_;
     const Int8 j = noise::FloorInt(row);
-    const Float8 column =
+    const Real column =
         plane.u / length_m_ + (style_.running_bond ? 0.5f * ToFloat(j & 1) : Splat(0));
     const Int8 i = noise::FloorInt(column);
-    Tile tile;
+    Tile<Real> tile;
     tile.u_m = (column - ToFloat(i) - 0.5f) * length_m_;
     tile.v_m = (row - ToFloat(j) - 0.5f) * width_m_;
     tile.edge_m = Min(0.5f * length_m_ - Abs(tile.u_m), 0.5f * width_m_ - Abs(tile.v_m));

@@ -26,7 +26,7 @@ constexpr uint32_t kSanitary[] = {0xf0efeb, 0xf1f0ee, 0xeceae4, 0xe9e5da, 0xefec
 constexpr uint32_t kBathrooms[] = {0xc9dcd6, 0xe6cfcb, 0xcfdbe6, 0xd8d2b4,
                                    0x2b3a4a, 0x232426, 0x8fa08c, 0xb98f84};
 
-class Enamel final : public Material {
+class Enamel final : public Carved<Enamel> {
  public:
   Enamel(Rng& rng, const EnamelStyle& style) {
     const bool usual = rng.Bernoulli(style.usual_share);
@@ -48,7 +48,7 @@ class Enamel final : public Material {
     out.clearcoat = Splat(0.3f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return depth_m_ * Fbm3(point.texture_m, peel_m_, 2, point.footprint_m, seed_ + 3);
   }
 

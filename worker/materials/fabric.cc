@@ -38,17 +38,19 @@ struct WovenStyle {
 };
 
 // What is to be seen at points of a weave.
+template <typename Real>
 struct Thread {
-  Mask8 warp;     // Runs along v; else weft, along u.
-  Int8 index;     // Which one.
-  Float8 height;  // [0, 1]: over the ground of the cloth.
+  Mask8 warp;   // Runs along v; else weft, along u.
+  Int8 index;   // Which one.
+  Real height;  // [0, 1]: over the ground of the cloth.
 };
 
-Thread ThreadAt(Weave weave, Float8 u, Float8 v) {
+template <typename Real>
+Thread<Real> ThreadAt(Weave weave, const Real& u, const Real& v) {
   const Int8 i = noise::FloorInt(u), j = noise::FloorInt(v);
-  const Float8 x = u - ToFloat(i) - 0.5f, y = v - ToFloat(j) - 0.5f;
+  const Real x = u - ToFloat(i) - 0.5f, y = v - ToFloat(j) - 0.5f;
   Mask8 warp_up;
-  Float8 run_u, run_v;  // Place within a thread's float, -0.5..0.5: it dives at both ends.
+  Real run_u, run_v;  // Place within a thread's float, -0.5..0.5: it dives at both ends.
   if (weave == Weave::kPlain) {
     warp_up = ((i + j) & 1) == 0;
     run_u = x;
@@ -58,21 +60,21 @@ Thread ThreadAt(Weave weave, Float8 u, Float8 v) {
     warp_up = k < 2;
     // Of two cells that a float covers, which one is this?
     const Mask8 first = (k & 1) == 0;
-    run_v = (first ? y - 0.5f : y + 0.5f) * 0.5f;
-    run_u = (first ? x - 0.5f : x + 0.5f) * 0.5f;
+    run_v = Select(first, y - 0.5f, y + 0.5f) * 0.5f;
+    run_u = Select(first, x - 0.5f, x + 0.5f) * 0.5f;
   } else {
     warp_up = (((i >> 1) + (j >> 1)) & 1) == 0;
-    run_u = ((i & 1) == 0 ? x - 0.5f : x + 0.5f) * 0.5f;
-    run_v = ((j & 1) == 0 ? y - 0.5f : y + 0.5f) * 0.5f;
+    run_u = Select((i & 1) == 0, x - 0.5f, x + 0.5f) * 0.5f;
+    run_v = Select((j & 1) == 0, y - 0.5f, y + 0.5f) * 0.5f;
   }
-  const Float8 across = warp_up ? x : y;
-  const Float8 along = warp_up ? run_v : run_u;
+  const Real across = Select(warp_up, x, y);
+  const Real along = Select(warp_up, run_v, run_u);
   // Both factors are 0 at the ends, so that the relief is continuous from thread to thread.
-  const Float8 bent = 4.0f * along * along;
+  const Real bent = 4.0f * along * along;
   return {warp_up, warp_up ? i : j, (1.0f - 4.0f * across * across) * (1.0f - bent * bent)};
 }
 
-class WovenFabric : public Material {
+class WovenFabric : public Carved<WovenFabric> {
  public:
   WovenFabric(Rng& rng, const WovenStyle& style) : style_(style) {
     pitch_m_ = Draw(rng, style.thread_low_mm, style.thread_high_mm) * 1e-3f;
@@ -113,10 +115,10 @@ class WovenFabric : public Material {
     return out;
   }
 
-  Float8 Height(const SurfacePoint8& point) const final {
-    const PlanePoint8 plane = OnPlane(point);
+  auto HeightOf(const auto& point) const {
+    const auto plane = OnPlane(point);
     const Float8 fade = Fade(2.0f * pitch_m_, point.footprint_m);
-    Float8 height = 0.08f * pitch_m_ * Slubs(plane, point.footprint_m);
+    auto height = 0.08f * pitch_m_ * Slubs(plane, point.footprint_m);
     if (Any(fade > 0)) {
       height += 0.3f * pitch_m_ * fade *
                 ThreadAt(style_.weave, plane.u / pitch_m_, plane.v / pitch_m_).height;
@@ -136,9 +138,10 @@ class WovenFabric : public Material {
   uint32_t seed_;
 
  private:
-  Float8 Slubs(const PlanePoint8& plane, Float8 w) const {
+  template <typename Real>
+  Real Slubs(const PlaneOf8<Real>& plane, Float8 w) const {
     const Float8 thin = Fade(3.0f * pitch_m_, w), thick = Fade(0.009f, w);
-    Float8 sum = Splat(0);
+    Real sum = Splat(0);
     if (Any(thin > 0)) {
       const float k = 0.35f / pitch_m_;
       sum += 0.22f * thin *
@@ -242,7 +245,7 @@ class Denim final : public WovenFabric {
 // ---- Knits ----------------------------------------------------------------------------------
 
 // Stocking stitch: columns of V, each V two leaning loops; cables are columns that swell.
-class KnitFabric final : public Material {
+class KnitFabric final : public Carved<KnitFabric> {
  public:
   explicit KnitFabric(Rng& rng) {
     width_m_ = Draw(rng, 0.003, 0.009);
@@ -257,7 +260,7 @@ class KnitFabric final : public Material {
     const PlanePoint8 plane = OnPlane(point);
     const Float8 w = point.footprint_m;
     const Float8 fade = Fade(width_m_, w);
-    const Stitch stitch = At(plane);
+    const auto stitch = At(plane);
     const Int8 band = stitch.row >= 0 ? stitch.row / rows_ : ~(~stitch.row / rows_);
     Vec3x8 color = Mix(Mix(yarn_, second_, 0.5f), Select((band & 1) != 0, second_, yarn_),
                        Fade(2.0f * static_cast<float>(rows_) * height_m_, w));
@@ -272,28 +275,30 @@ class KnitFabric final : public Material {
     out.sheen = Splat(0.45f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
-    const PlanePoint8 plane = OnPlane(point);
+  auto HeightOf(const auto& point) const {
+    const auto plane = OnPlane(point);
     const Float8 w = point.footprint_m;
-    return 0.16f * width_m_ * Fade(width_m_, w) * At(plane).height +
-           3e-5f * noise::Fbm3(Vec3x8(plane.u, plane.v, Splat(0)), 0.0015f, 2, w, seed_ + 2);
+    const auto fibre = noise::Fbm3(InPlane(plane), 0.0015f, 2, w, seed_ + 2);
+    return 0.16f * width_m_ * Fade(width_m_, w) * At(plane).height + 3e-5f * fibre;
   }
 
  private:
+  template <typename Real>
   struct Stitch {
     Int8 column, row;
-    Float8 height;  // [0, 1]
+    Real height;  // [0, 1]
   };
-  Stitch At(const PlanePoint8& plane) const {
-    const Float8 s = plane.u / width_m_;
+  template <typename Real>
+  Stitch<Real> At(const PlaneOf8<Real>& plane) const {
+    const Real s = plane.u / width_m_;
     const Int8 column = noise::FloorInt(s);
-    const Float8 x = s - ToFloat(column) - 0.5f;  // -0.5..0.5, the V's axis at 0.
-    const Float8 lean = 0.9f * Abs(x);
-    const Float8 t = plane.v / height_m_ - lean;
+    const Real x = s - ToFloat(column) - 0.5f;  // -0.5..0.5, the V's axis at 0.
+    const Real lean = 0.9f * Abs(x);
+    const Real t = plane.v / height_m_ - lean;
     const Int8 row = noise::FloorInt(t);
-    const Float8 y = t - ToFloat(row) - 0.5f;
+    const Real y = t - ToFloat(row) - 0.5f;
     // A loop is an arch across its lean and rounds off towards the axis and the column's edge.
-    const Float8 side = 4.0f * Abs(x) - 1.0f;
+    const Real side = 4.0f * Abs(x) - 1.0f;
     return {column, row, (1.0f - 4.0f * y * y) * (1.0f - 0.85f * side * side)};
   }
 
@@ -306,7 +311,7 @@ class KnitFabric final : public Material {
 // ---- Pile -----------------------------------------------------------------------------------
 
 // Short pile: hardly any relief, but the nap lies this way and that.
-class VelvetFabric final : public Material {
+class VelvetFabric final : public Carved<VelvetFabric> {
  public:
   explicit VelvetFabric(Rng& rng) {
     static constexpr std::array<uint32_t, 12> kJewels = {0x1f4a3f, 0x18385c, 0x5a1f33, 0x6b2a54,
@@ -331,8 +336,8 @@ class VelvetFabric final : public Material {
     out.sheen = noise::Saturate(0.85f + 0.3f * nap);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
-    const Vec3x8& p = point.texture_m;
+  auto HeightOf(const auto& point) const {
+    const auto& p = point.texture_m;
     const Float8 w = point.footprint_m;
     return 0.25e-3f * crush_ * noise::Fbm3(p, 0.25f * patch_m_, 3, w, seed_ + 2) +
            5e-5f * Fade(1e-3f, w) * Gradient3(p * 1000.0f, seed_ + 9);
@@ -345,7 +350,7 @@ class VelvetFabric final : public Material {
 };
 
 // Teddy, boucle, terry: small loops in disorder.
-class BoucleFabric final : public Material {
+class BoucleFabric final : public Carved<BoucleFabric> {
  public:
   explicit BoucleFabric(Rng& rng) {
     loop_m_ = Draw(rng, 0.002, 0.006);
@@ -370,20 +375,26 @@ class BoucleFabric final : public Material {
     out.sheen = Splat(0.4f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
-    const Float8 fade = Fade(1.5f * loop_m_, point.footprint_m);
-    if (!Any(fade > 0)) return Splat(0);
-    return 0.3f * loop_m_ * fade * Loop(CellAt(point.texture_m));
+  auto HeightOf(const auto& point) const {
+    return 0.3f * loop_m_ * Loops(point.texture_m, point.footprint_m);
   }
 
  private:
-  noise::Cell8 CellAt(const Vec3x8& p) const {
-    // Loops lean every way: the lattice is shaken at their own size.
-    const Vec3x8 q = p / loop_m_;
-    const Float8 shake = 0.35f * Gradient3(q * 1.4f, seed_ + 5);
-    return noise::Cells3(q + Vec3x8(shake, -shake, shake), seed_);
+  template <typename Vec>
+  RealOf<Vec> Loops(const Vec& p, Float8 w) const {
+    const Float8 fade = Fade(1.5f * loop_m_, w);
+    if (!Any(fade > 0)) return Splat(0);
+    return fade * Loop(CellAt(p));
   }
-  static Float8 Loop(const noise::Cell8& cell) {
+  template <typename Vec>
+  noise::CellOf8<Vec> CellAt(const Vec& p) const {
+    // Loops lean every way: the lattice is shaken at their own size.
+    const auto q = p / loop_m_;
+    const auto shake = 0.35f * Gradient3(q * 1.4f, seed_ + 5);
+    return noise::Cells3(q + VecOf(shake, -shake, shake), seed_);
+  }
+  template <typename Vec>
+  static RealOf<Vec> Loop(const noise::CellOf8<Vec>& cell) {
     return noise::Saturate(1.0f - 1.6f * cell.f1 * cell.f1) *
            SmoothStep(0.0f, 0.25f, cell.f2 - cell.f1);
   }

@@ -52,7 +52,7 @@ class SolidGlass final : public Material {
 };
 
 // Bottle green, amber, cobalt, smoke, rose; the tint runs a little thicker here and there.
-class TintedGlass final : public Material {
+class TintedGlass final : public Carved<TintedGlass> {
  public:
   explicit TintedGlass(Rng& rng) {
     static constexpr std::array<uint32_t, 9> kTints = {
@@ -72,7 +72,7 @@ class TintedGlass final : public Material {
     out.ior = Splat(1.5f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return 4e-5f * noise::Fbm3(point.texture_m, wave_m_, 2, point.footprint_m, seed_ + 3);
   }
 
@@ -83,7 +83,7 @@ class TintedGlass final : public Material {
 };
 
 // Sand-blasted or cast with a grain: lets light through but no picture.
-class FrostedGlass final : public Material {
+class FrostedGlass final : public Carved<FrostedGlass> {
  public:
   explicit FrostedGlass(Rng& rng) {
     const Vec3f tint = HsvColor(rng.Uniform(), 0.3, 0.9);
@@ -101,14 +101,19 @@ class FrostedGlass final : public Material {
     out.thin_walled = ~Mask8{};
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
-    const Float8 fade = noise::Fade(grain_m_, point.footprint_m);
-    if (!Any(fade > 0)) return Splat(0);
-    const Float8 d = noise::Cells3(point.texture_m / grain_m_, seed_ + 7).f1;
-    return 0.02f * grain_m_ * fade * Saturate(1.0f - d * d);
+  auto HeightOf(const auto& point) const {
+    return 0.02f * grain_m_ * Grains(point.texture_m, point.footprint_m);
   }
 
  private:
+  template <typename Vec>
+  RealOf<Vec> Grains(const Vec& p, Float8 w) const {
+    const Float8 fade = noise::Fade(grain_m_, w);
+    if (!Any(fade > 0)) return Splat(0);
+    const auto d = noise::Cells3(p / grain_m_, seed_ + 7).f1;
+    return fade * Saturate(1.0f - d * d);
+  }
+
   Vec3f color_;
   float roughness_, grain_m_;
   uint32_t seed_;

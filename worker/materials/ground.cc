@@ -16,7 +16,7 @@ using noise::UnitByte;
 
 // Grains of quartz, each its own tint, in ripples that the wind left; darker where it is damp, here
 // and there a bit of shell.
-class Sand final : public Material {
+class Sand final : public Carved<Sand> {
  public:
   explicit Sand(Rng& rng) {
     static constexpr std::array<uint32_t, 7> kSands = {0xd9c7a3, 0xc7ab7d, 0xe6dcc8, 0xb58a5f,
@@ -61,42 +61,47 @@ class Sand final : public Material {
     return out;
   }
 
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
-    const Vec3x8& p = point.texture_m;
-    const Float8 fade = Fade(2.0f * grain_m_, w);
-    const Float8 grains = Any(fade > 0)
-                              ? 0.2f * grain_m_ * fade * Grain(noise::Cells3(p / grain_m_, seed_))
-                              : Splat(0);
-    return grains + depth_m_ * Ripples(p, w) + 4e-4f * Fbm3(p, 0.025f, 3, w, seed_ + 6) +
-           6e-4f * Shells(p, w);
+    const auto& p = point.texture_m;
+    return 0.2f * grain_m_ * Grains(p, w) + depth_m_ * Ripples(p, w) +
+           4e-4f * Fbm3(p, 0.025f, 3, w, seed_ + 6) + 6e-4f * Shells(p, w);
   }
 
  private:
   static constexpr float kMeanTop = 0.55f;
 
-  static Float8 Grain(const noise::Cell8& cell) {
+  template <typename Vec>
+  RealOf<Vec> Grains(const Vec& p, Float8 w) const {
+    const Float8 fade = Fade(2.0f * grain_m_, w);
+    if (!Any(fade > 0)) return Splat(0);
+    return fade * Grain(noise::Cells3(p / grain_m_, seed_));
+  }
+  template <typename Vec>
+  static RealOf<Vec> Grain(const noise::CellOf8<Vec>& cell) {
     return Saturate(1.0f - 0.9f * cell.f1 * cell.f1) * SmoothStep(0.0f, 0.3f, cell.f2 - cell.f1);
   }
   // Crests that wander, fork and die out; about [-1, 1].
-  Float8 Ripples(const Vec3x8& p, Float8 w) const {
+  template <typename Vec>
+  RealOf<Vec> Ripples(const Vec& p, Float8 w) const {
     const Float8 fade = Fade(ripple_m_, w);
     if (!Any(fade > 0)) return Splat(0);
-    const Float8 wander = 0.9f * Gradient3(p / (2.6f * ripple_m_), seed_ + 8) +
-                          0.35f * Gradient3(p / (0.9f * ripple_m_), seed_ + 9);
-    const Float8 x = Along(across_, p) / ripple_m_ + wander;
-    const Float8 strength = SmoothStep(-0.7f, 0.3f, Gradient3(p / (5.0f * ripple_m_), seed_ + 10));
+    const auto wander = 0.9f * Gradient3(p / (2.6f * ripple_m_), seed_ + 8) +
+                        0.35f * Gradient3(p / (0.9f * ripple_m_), seed_ + 9);
+    const auto x = Along(across_, p) / ripple_m_ + wander;
+    const auto strength = SmoothStep(-0.7f, 0.3f, Gradient3(p / (5.0f * ripple_m_), seed_ + 10));
     // Sharper crests than troughs.
-    const Float8 wave = noise::CosTurn(x);
+    const auto wave = noise::CosTurn(x);
     return fade * strength * (0.75f * wave + 0.25f * wave * wave - 0.12f);
   }
-  Float8 Shells(const Vec3x8& p, Float8 w) const {
+  template <typename Vec>
+  RealOf<Vec> Shells(const Vec& p, Float8 w) const {
     if (shells_ <= 0) return Splat(0);
     constexpr float kCell = 0.012f;
     const float share = 0.3f * shells_;
     const Float8 fade = Fade(kCell, w);
     if (!Any(fade > 0)) return Splat(share);
-    const noise::Cell8 cell = noise::Cells3(p / kCell, seed_ + 12);
+    const auto cell = noise::Cells3(p / kCell, seed_ + 12);
     const Float8 size = 0.14f + 0.2f * UnitByte(cell.id, 2);
     const Float8 is = UnitByte(cell.id, 0) < 3.0f * shells_ ? Splat(1) : Splat(0);
     return share + fade * (is * (1.0f - SmoothStep(0.6f * size, size, cell.f1)) - share);
@@ -109,7 +114,7 @@ class Sand final : public Material {
 
 // Broken rock: beds that lean, joints across them, facets where it split, crystals, veins of quartz
 // and lichen on what has lain long.
-class Rock final : public Material {
+class Rock final : public Carved<Rock> {
  public:
   explicit Rock(Rng& rng) {
     struct Kind {
@@ -164,32 +169,33 @@ class Rock final : public Material {
     return out;
   }
 
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
-    const Vec3x8& p = point.texture_m;
+    const auto& p = point.texture_m;
     return 0.16f * facet_m_ * Facets(p, w) + 0.06f * bedding_ * bed_m_ * Beds(p, w) -
            0.06f * facet_m_ * Joints(p, w) + 7e-4f * Fbm3(p, 0.012f, 4, w, seed_ + 9, 0.6f);
   }
 
  private:
   // Layers of uneven thickness; about [-1, 1].
-  Float8 Beds(const Vec3x8& p, Float8 w) const {
-    const Float8 level =
-        Along(up_, p) + 0.25f * bed_m_ * Gradient3(p / (4.0f * bed_m_), seed_ + 11);
-    Float8 sum = Splat(0);
+  template <typename Vec>
+  RealOf<Vec> Beds(const Vec& p, Float8 w) const {
+    const auto level = Along(up_, p) + 0.25f * bed_m_ * Gradient3(p / (4.0f * bed_m_), seed_ + 11);
+    RealOf<Vec> sum = Splat(0);
     float wavelength = 3.0f * bed_m_, strength = 1;
     for (uint32_t i = 0; i < 3; ++i) {
       sum += strength * Fade(wavelength, w) *
-             noise::Gradient2(level / wavelength, Splat(0.5f), seed_ + 12 + i);
+             noise::Gradient2(level / wavelength, RealOf<Vec>(Splat(0.5f)), seed_ + 12 + i);
       wavelength *= 0.4f;
       strength *= 0.7f;
     }
     return 1.6f * sum;
   }
   // Broken faces: folds of two sizes, sharp along their ridges; about [-1, 1].
-  Float8 Facets(const Vec3x8& p, Float8 w) const {
-    const Vec3x8 q = p + up_ * (0.8f * Along(up_, p));
-    Float8 sum = Splat(0);
+  template <typename Vec>
+  RealOf<Vec> Facets(const Vec& p, Float8 w) const {
+    const Vec q = p + up_ * (0.8f * Along(up_, p));
+    RealOf<Vec> sum = Splat(0);
     float wavelength = 3.5f * facet_m_, strength = 1;
     for (uint32_t i = 0; i < 3; ++i) {
       const Float8 fade = Fade(wavelength, w);
@@ -201,14 +207,15 @@ class Rock final : public Material {
     return sum;
   }
   // Cracks that open and close along their way; 1 within.
-  Float8 Joints(const Vec3x8& p, Float8 w) const {
+  template <typename Vec>
+  RealOf<Vec> Joints(const Vec& p, Float8 w) const {
     const float wave = 5.0f * facet_m_, width = 0.035f;
     const Float8 fade = Fade(wave, w);
     if (!Any(fade > 0)) return Splat(0);
-    const Vec3x8 q = p + Vec3f(0.5f * up_) * Along(up_, p);
-    const Float8 n = Gradient3(q / wave, seed_ + 30) +
-                     0.22f * Fade(0.25f * wave, w) * Gradient3(q * (4.0f / wave), seed_ + 31);
-    const Float8 open = SmoothStep(-0.1f, 0.4f, Gradient3(p / (1.3f * wave), seed_ + 32));
+    const Vec q = p + Vec3f(0.5f * up_) * Along(up_, p);
+    const auto n = Gradient3(q / wave, seed_ + 30) +
+                   0.22f * Fade(0.25f * wave, w) * Gradient3(q * (4.0f / wave), seed_ + 31);
+    const auto open = SmoothStep(-0.1f, 0.4f, Gradient3(p / (1.3f * wave), seed_ + 32));
     const Float8 wide = width + 2.0f * w / wave;
     return fade * open * (width / wide) * (1.0f - SmoothStep(0.2f * wide, wide, Abs(n)));
   }

@@ -19,7 +19,7 @@ Vec3f DrawHide(Rng& rng) {
   return VaryColor(rng, SrgbColor(rng.Pick(kHides)), 0.12, 0.05);
 }
 
-class Leather final : public Material {
+class Leather final : public Carved<Leather> {
  public:
   explicit Leather(Rng& rng) {
     hide_ = DrawHide(rng);
@@ -47,7 +47,7 @@ class Leather final : public Material {
     out.specular = Splat(0.45f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
     return -0.06f * grain_m_ * Groove(point.texture_m, w) -
            2.5e-4f * crease_ * Crease(point.texture_m, w) +
@@ -56,17 +56,19 @@ class Leather final : public Material {
 
  private:
   // 1 in the valleys between the grain's cells.
-  Float8 Groove(const Vec3x8& p, Float8 w) const {
+  template <typename Vec>
+  RealOf<Vec> Groove(const Vec& p, Float8 w) const {
     const float mean = 0.30f;
     const Float8 fade = Fade(1.4f * grain_m_, w);
     if (!Any(fade > 0)) return Splat(mean);
-    const noise::Cell8 cell = noise::Cells3(p / grain_m_, seed_);
-    const Float8 groove = 1.0f - SmoothStep(0.0f, 0.32f, cell.f2 - cell.f1);
+    const auto cell = noise::Cells3(p / grain_m_, seed_);
+    const auto groove = 1.0f - SmoothStep(0.0f, 0.32f, cell.f2 - cell.f1);
     return mean + fade * (groove - mean);
   }
   // Long folds: where slow noise passes through zero.
-  Float8 Crease(const Vec3x8& p, Float8 w) const {
-    const Float8 n = Fbm3(Vec3x8(p.x * 0.6f, p.y, p.z), 0.07f, 3, w, seed_ + 9, 0.6f);
+  template <typename Vec>
+  RealOf<Vec> Crease(const Vec& p, Float8 w) const {
+    const auto n = Fbm3(VecOf(p.x * 0.6f, p.y, p.z), 0.07f, 3, w, seed_ + 9, 0.6f);
     const Float8 wide = 0.05f + Min(0.85f, 2.0f * w / 0.07f);
     return (0.05f / wide) * (1.0f - SmoothStep(0.0f, wide, Abs(n)));
   }
@@ -76,7 +78,7 @@ class Leather final : public Material {
   uint32_t seed_;
 };
 
-class Suede final : public Material {
+class Suede final : public Carved<Suede> {
  public:
   explicit Suede(Rng& rng) {
     hide_ = DrawHide(rng);
@@ -95,7 +97,7 @@ class Suede final : public Material {
     out.sheen = Splat(0.5f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return 6e-5f * Fbm3(point.texture_m, 0.0018f, 2, point.footprint_m, seed_ + 4);
   }
 
@@ -106,7 +108,7 @@ class Suede final : public Material {
 };
 
 // Diamonds sewn into upholstery: pillows between seams.
-class QuiltedLeather final : public Material {
+class QuiltedLeather final : public Carved<QuiltedLeather> {
  public:
   explicit QuiltedLeather(Rng& rng) {
     hide_ = DrawHide(rng);
@@ -118,7 +120,7 @@ class QuiltedLeather final : public Material {
   }
   SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
     const Float8 w = point.footprint_m;
-    const Float8 seam = 1.0f - SmoothStep(0.0f, 0.0015f + w, EdgeOf(point));
+    const Float8 seam = 1.0f - SmoothStep(0.0f, 0.0015f + w, EdgeOf(OnPlane(point)));
     const Float8 fade = Fade(cell_m_, w);
     const Float8 broad = Fbm3(point.texture_m, 0.05f, 6, w, seed_, 0.6f);
     SurfaceSample8 out;
@@ -126,19 +128,19 @@ class QuiltedLeather final : public Material {
     out.roughness = Saturate(roughness_ * (1.0f + 0.2f * broad));
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
-    const Float8 t = Saturate(EdgeOf(point) / (0.35f * cell_m_));
+    const auto t = Saturate(EdgeOf(OnPlane(point)) / (0.35f * cell_m_));
     return puff_m_ * Fade(cell_m_, w) * t * (2.0f - t) +
            4e-5f * Fbm3(point.texture_m, 0.003f, 2, w, seed_ + 3);
   }
 
  private:
-  Float8 EdgeOf(const SurfacePoint8& point) const {
-    const PlanePoint8 plane = OnPlane(point);
-    const Float8 a = plane.u / cell_m_ + plane.v / (stretch_ * cell_m_);
-    const Float8 b = plane.u / cell_m_ - plane.v / (stretch_ * cell_m_);
-    const Float8 x = Abs(noise::Fract(a) - 0.5f), y = Abs(noise::Fract(b) - 0.5f);
+  template <typename Real>
+  Real EdgeOf(const PlaneOf8<Real>& plane) const {
+    const auto a = plane.u / cell_m_ + plane.v / (stretch_ * cell_m_);
+    const auto b = plane.u / cell_m_ - plane.v / (stretch_ * cell_m_);
+    const auto x = Abs(noise::Fract(a) - 0.5f), y = Abs(noise::Fract(b) - 0.5f);
     return (0.5f - Max(x, y)) * cell_m_ * 0.75f;
   }
 

@@ -16,7 +16,7 @@ using noise::SmoothStep;
 using noise::UnitByte;
 
 // Running bond; each brick burnt its own way, edges worn, mortar raked.
-class Brick final : public Material {
+class Brick final : public Carved<Brick> {
  public:
   Brick(Rng& rng, bool painted) : painted_(painted) {
     static constexpr std::array<uint32_t, 6> kClays = {0x9c5442, 0x8a4638, 0xb5745a,
@@ -36,7 +36,7 @@ class Brick final : public Material {
   SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
     const Float8 w = point.footprint_m;
     const PlanePoint8 plane = OnPlane(point);
-    const Course brick = At(plane, w);
+    const auto brick = At(plane, w);
     const Float8 fade = Fade(height_m_, w);
     const float mean_solid = 1.0f - gap_m_ / height_m_ - gap_m_ / length_m_;
     const Float8 solid = noise::Lerp(
@@ -59,33 +59,35 @@ class Brick final : public Material {
                                 Mix(clay_, burnt_, burnt) * (tone * (1.0f + 0.18f * n)), solid));
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
-    const Course brick = At(OnPlane(point), w);
+    const auto brick = At(OnPlane(point), w);
     const Float8 fade = Fade(height_m_, w);
     const float soft = painted_ ? 0.006f : 0.004f;
-    const Float8 rise = fade * (1.0f - LineShare(brick.edge_m, 0.5f * gap_m_, soft, 2.0f * w));
-    const Float8 pits = Fbm3(point.texture_m, 0.012f, 4, w, seed_ + 7, 0.6f);
+    const auto rise = fade * (1.0f - LineShare(brick.edge_m, 0.5f * gap_m_, soft, 2.0f * w));
+    const auto pits = Fbm3(point.texture_m, 0.012f, 4, w, seed_ + 7, 0.6f);
     return depth_m_ * rise + (painted_ ? 1.5e-4f : 4e-4f) * pits;
   }
 
  private:
+  template <typename Real>
   struct Course {
-    Float8 edge_m;  // To the middle of the nearest joint.
+    Real edge_m;  // To the middle of the nearest joint.
     Bits8 id;
   };
-  Course At(const PlanePoint8& plane, Float8 w) const {
+  template <typename Real>
+  Course<Real> At(const PlaneOf8<Real>& plane, Float8 w) const {
     // Edges are not straight: the query is shaken before it is laid on the grid.
     const Float8 shake = ragged_m_ * Fade(0.02f, w);
-    const Float8 a = plane.u * 45.0f, b = plane.v * 45.0f;
-    const Float8 u = plane.u + shake * Gradient2(a, b, seed_ + 1);
-    const Float8 v = plane.v + shake * Gradient2(a, b, seed_ + 2);
-    const Float8 row = v / height_m_;
+    const Real a = plane.u * 45.0f, b = plane.v * 45.0f;
+    const Real u = plane.u + shake * Gradient2(a, b, seed_ + 1);
+    const Real v = plane.v + shake * Gradient2(a, b, seed_ + 2);
+    const Real row = v / height_m_;
     const Int8 j = noise::FloorInt(row);
-    const Float8 column = u / length_m_ + 0.5f * ToFloat(j & 1);
+    const Real column = u / length_m_ + 0.5f * ToFloat(j & 1);
     const Int8 i = noise::FloorInt(column);
-    const Float8 x = (0.5f - Abs(column - ToFloat(i) - 0.5f)) * length_m_;
-    const Float8 y = (0.5f - Abs(row - ToFloat(j) - 0.5f)) * height_m_;
+    const Real x = (0.5f - Abs(column - ToFloat(i) - 0.5f)) * length_m_;
+    const Real y = (0.5f - Abs(row - ToFloat(j) - 0.5f)) * height_m_;
     return {Min(x, y), Hash(i, j, seed_)};
   }
 
@@ -96,7 +98,7 @@ class Brick final : public Material {
 };
 
 // Cast against boards or steel: clouds, air holes, stains.
-class Concrete final : public Material {
+class Concrete final : public Carved<Concrete> {
  public:
   explicit Concrete(Rng& rng) {
     grey_ = VaryColor(rng, SrgbColor(rng.Bernoulli(0.7) ? 0xa5a29c : 0x7f7d7a), 0.15, 0.02);
@@ -121,14 +123,14 @@ class Concrete final : public Material {
     out.specular = Splat(0.4f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
-    const PlanePoint8 plane = OnPlane(point);
-    Float8 height = -1.2e-3f * Holes(plane, w);
+    const auto plane = OnPlane(point);
+    auto height = -1.2e-3f * Holes(plane, w);
     if (!polished_) height += 1.5e-4f * Fbm3(point.texture_m, 0.01f, 3, w, seed_ + 6);
     if (board_m_ > 0) {
       // Fins between boards, and the grain that they left.
-      const Float8 x = Abs(noise::Fract(plane.v / board_m_) - 0.5f) * board_m_;
+      const auto x = Abs(noise::Fract(plane.v / board_m_) - 0.5f) * board_m_;
       height +=
           4e-4f * Fade(board_m_, w) * LineShare(0.5f * board_m_ - x, 0.0015f, 0.003f, 2.0f * w);
       height += 1e-4f * Fade(0.004f, w) * Gradient2(plane.u * 6.0f, plane.v * 280.0f, seed_ + 9);
@@ -137,16 +139,17 @@ class Concrete final : public Material {
   }
 
  private:
-  Float8 Holes(const PlanePoint8& plane, Float8 w) const {
+  template <typename Real>
+  Real Holes(const PlaneOf8<Real>& plane, Float8 w) const {
     const float mean = 0.06f * holes_;
     const Float8 fade = Fade(0.6f * hole_m_, w);
     if (!Any(fade > 0)) return Splat(mean);
-    const noise::Cell8 cell = noise::Cells2(plane.u / hole_m_, plane.v / hole_m_, seed_ + 2);
+    const auto cell = noise::Cells2(plane.u / hole_m_, plane.v / hole_m_, seed_ + 2);
     const Float8 size = UnitByte(Hash(3, cell.id), 1);
     const Float8 radius = 0.05f + 0.2f * size * size;
-    const Float8 deep = (1.0f - SmoothStep(0.6f * radius, radius + w / hole_m_, cell.f1)) *
-                        SmoothStep(0.0f, 0.1f, cell.f2 - cell.f1);
-    const Float8 hole = noise::Unit(cell.id) < holes_ ? deep : Splat(0);
+    const Real deep = (1.0f - SmoothStep(0.6f * radius, radius + w / hole_m_, cell.f1)) *
+                      SmoothStep(0.0f, 0.1f, cell.f2 - cell.f1);
+    const Real hole = Select(noise::Unit(cell.id) < holes_, deep, Splat(0));
     return mean + fade * (hole - mean);
   }
 
@@ -157,7 +160,7 @@ class Concrete final : public Material {
 };
 
 // Chips of marble in cement, ground flat: two sizes of flat-sided grains with cement between.
-class Terrazzo final : public Material {
+class Terrazzo final : public Carved<Terrazzo> {
  public:
   explicit Terrazzo(Rng& rng) {
     static constexpr std::array<uint32_t, 6> kCements = {0xdad5cc, 0xc9c4bb, 0x8f9190,
@@ -188,7 +191,7 @@ class Terrazzo final : public Material {
     out.roughness = Saturate(roughness_ * (1.0f + 0.15f * tone));
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return 1.5e-5f * Fbm3(point.texture_m, 0.02f, 3, point.footprint_m, seed_ + 6);
   }
 

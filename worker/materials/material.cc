@@ -53,6 +53,19 @@ SurfaceSample SurfaceSample8::Get(int lane) const {
           .emission = emission.Get(lane)};
 }
 
+Dual8 Material::Relief(const SurfacePoint8& points, const Tangents8& tangents) const {
+  const Float8 height = Height(points);
+  const Float8 step = Clamp(0.5f * points.footprint_m, 5e-5f, 0.02f);
+  const auto slope = [&](int along) {
+    SurfacePoint8 moved = points;
+    moved.texture_m = points.texture_m + tangents.texture[along] * step;
+    moved.u += tangents.u[along] * step;
+    moved.v += tangents.v[along] * step;
+    return (Height(moved) - height) / step;
+  };
+  return {height, slope(0), slope(1)};
+}
+
 SurfaceSample8 PointMaterial::Evaluate(const SurfacePoint8& points) const {
   SurfaceSample8 samples;
   for (int lane = 0; lane < points.count; ++lane) {

@@ -15,6 +15,7 @@
 #include "common/base/rng.h"
 #include "common/base/status.h"
 #include "common/math/lanes.h"
+#include "worker/materials/dual.h"
 
 namespace parallax {
 
@@ -65,6 +66,12 @@ struct SurfacePoint8 {
   SurfacePoint Get(int lane) const;
 };
 
+// How eight points move in texture space, for each metre along two directions on their surfaces.
+struct Tangents8 {
+  Vec3x8 texture[2];  // Metres a metre.
+  Float8 u[2], v[2];  // uv a metre.
+};
+
 struct SurfaceSample8 {
   Vec3x8 base_color = Vec3x8::All(Splat(0.5f));
   Float8 metallic = Splat(0);
@@ -95,6 +102,9 @@ class Material {
     (void)points;
     return Splat(0);
   }
+  // The same, and its slopes along both directions. Unless a material knows better, from how the
+  // height differs half a footprint further.
+  virtual Dual8 Relief(const SurfacePoint8& points, const Tangents8& tangents) const;
 
   // Of one point.
   SurfaceSample Evaluate(const SurfacePoint& point) const {

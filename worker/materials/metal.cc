@@ -35,7 +35,7 @@ Vec3f DrawTint(Rng& rng) {
 }
 
 // Lines along x, as from a belt; some deeper scratches.
-class BrushedMetal final : public Material {
+class BrushedMetal final : public Carved<BrushedMetal> {
  public:
   explicit BrushedMetal(Rng& rng) {
     tint_ = DrawTint(rng);
@@ -53,13 +53,14 @@ class BrushedMetal final : public Material {
     out.roughness = Saturate(roughness_ * (1.0f + 0.25f * lines + 0.18f * broad));
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return depth_m_ * Lines(point.texture_m, point.footprint_m);
   }
 
  private:
-  Float8 Lines(const Vec3x8& p, Float8 w) const {
-    Float8 sum = Splat(0);
+  template <typename Vec>
+  RealOf<Vec> Lines(const Vec& p, Float8 w) const {
+    RealOf<Vec> sum = Splat(0);
     const Float8 fine = Fade(0.7e-3f, w), middle = Fade(2.2e-3f, w), wide = Fade(9e-3f, w);
     if (Any(fine > 0))
       sum += 0.8f * fine * Gradient3(p.x * 14.0f, p.y * 1500.0f, p.z * 1500.0f, seed_);
@@ -76,7 +77,7 @@ class BrushedMetal final : public Material {
 };
 
 // Bright, with the haze of hands and a few hairlines.
-class PolishedMetal final : public Material {
+class PolishedMetal final : public Carved<PolishedMetal> {
  public:
   explicit PolishedMetal(Rng& rng) {
     tint_ = DrawTint(rng);
@@ -94,7 +95,7 @@ class PolishedMetal final : public Material {
     return out;
   }
   // Sheet is never quite flat: long soft waves bend what is mirrored.
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return 6e-5f * noise::Fbm3(point.texture_m, 0.06f, 2, point.footprint_m, seed_ + 4, 0.25f);
   }
 
@@ -105,7 +106,7 @@ class PolishedMetal final : public Material {
 };
 
 // Overlapping blows of a round hammer.
-class HammeredMetal final : public Material {
+class HammeredMetal final : public Carved<HammeredMetal> {
  public:
   explicit HammeredMetal(Rng& rng) {
     tint_ = DrawTint(rng);
@@ -117,7 +118,7 @@ class HammeredMetal final : public Material {
   SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
     const Float8 w = point.footprint_m;
     const Float8 fade = Fade(dent_m_, w);
-    const Float8 bowl = Any(fade > 0) ? 0.4f + fade * (Bowl(point) - 0.4f) : Splat(0.4f);
+    const Float8 bowl = Any(fade > 0) ? 0.4f + fade * (Bowl(point.texture_m) - 0.4f) : Splat(0.4f);
     const Float8 stain = noise::Fbm3(point.texture_m, 0.05f, 3, w, seed_ + 3);
     SurfaceSample8 out;
     out.metallic = Splat(1);
@@ -125,16 +126,15 @@ class HammeredMetal final : public Material {
     out.roughness = Saturate(roughness_ * (0.9f + 0.5f * bowl + 0.3f * stain));
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
-    const Float8 fade = Fade(dent_m_, point.footprint_m);
-    if (!Any(fade > 0)) return Splat(0);
-    return fade > 0 ? -depth_ * dent_m_ * fade * (1.0f - Bowl(point)) : Splat(0);
+  auto HeightOf(const auto& point) const {
+    return -depth_ * dent_m_ * Fade(dent_m_, point.footprint_m) * (1.0f - Bowl(point.texture_m));
   }
 
  private:
   // 0 in the middle of a dent, 1 on the ridges.
-  Float8 Bowl(const SurfacePoint8& point) const {
-    const Float8 d = noise::Cells3(point.texture_m / dent_m_, seed_, 0.8f).f1;
+  template <typename Vec>
+  RealOf<Vec> Bowl(const Vec& p) const {
+    const auto d = noise::Cells3(p / dent_m_, seed_, 0.8f).f1;
     return Saturate(d * d * 1.3f);
   }
 
@@ -144,7 +144,7 @@ class HammeredMetal final : public Material {
 };
 
 // Iron with rust that spreads from patches, in tones from orange to brown.
-class RustedMetal final : public Material {
+class RustedMetal final : public Carved<RustedMetal> {
  public:
   explicit RustedMetal(Rng& rng) {
     iron_ = VaryColor(rng, Vec3f(0.34f, 0.34f, 0.35f), 0.15, 0.02);
@@ -167,14 +167,15 @@ class RustedMetal final : public Material {
     out.specular = Splat(0.3f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
-    const Float8 rust = Rust(point.texture_m, w);
+    const auto rust = Rust(point.texture_m, w);
     return rust * (1.5e-4f + 1.5e-4f * noise::Fbm3(point.texture_m, 0.006f, 3, w, seed_ + 7));
   }
 
  private:
-  Float8 Rust(const Vec3x8& p, Float8 w) const {
+  template <typename Vec>
+  RealOf<Vec> Rust(const Vec& p, Float8 w) const {
     return noise::Above(noise::Fbm3Filtered(p, 0.13f, 6, w, seed_, 0.6f), -level_, 0.12f);
   }
 
@@ -184,7 +185,7 @@ class RustedMetal final : public Material {
 };
 
 // Powder coat with orange peel; chipped to the metal in places.
-class PaintedMetal final : public Material {
+class PaintedMetal final : public Carved<PaintedMetal> {
  public:
   explicit PaintedMetal(Rng& rng) {
     static constexpr std::array<uint32_t, 14> kCoats = {
@@ -208,14 +209,15 @@ class PaintedMetal final : public Material {
     out.roughness = Saturate(roughness_ * (1.0f + 0.15f * dirt));
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
     return 1.6e-5f * noise::Fbm3(point.texture_m, peel_m_, 2, w, seed_ + 6) -
            1.2e-4f * Chip(point.texture_m, w);
   }
 
  private:
-  Float8 Chip(const Vec3x8& p, Float8 w) const {
+  template <typename Vec>
+  RealOf<Vec> Chip(const Vec& p, Float8 w) const {
     if (chips_ < 0) return Splat(0);
     return noise::Above(noise::Fbm3Filtered(p, 0.06f, 5, w, seed_, 0.6f), 0.8f - chips_, 0.02f);
   }
@@ -226,7 +228,7 @@ class PaintedMetal final : public Material {
 };
 
 // Zinc crystals, each turned its own way: bright and dull flakes.
-class GalvanizedMetal final : public Material {
+class GalvanizedMetal final : public Carved<GalvanizedMetal> {
  public:
   explicit GalvanizedMetal(Rng& rng) {
     zinc_ = VaryColor(rng, Vec3f(0.52f, 0.54f, 0.56f), 0.08, 0.02);
@@ -257,7 +259,7 @@ class GalvanizedMetal final : public Material {
     out.roughness = Saturate(0.45f + 0.25f * rough + 0.05f * broad);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return 8e-6f * noise::Fbm3(point.texture_m, 0.004f, 2, point.footprint_m, seed_ + 4);
   }
 
@@ -268,7 +270,7 @@ class GalvanizedMetal final : public Material {
 };
 
 // Sand-cast, dark and rough: stoves, pans, radiators.
-class CastIron final : public Material {
+class CastIron final : public Carved<CastIron> {
  public:
   explicit CastIron(Rng& rng) {
     iron_ = VaryColor(rng, Vec3f(0.09f, 0.09f, 0.095f), 0.2, 0.02);
@@ -284,7 +286,7 @@ class CastIron final : public Material {
     out.roughness = Saturate(0.55f + 0.12f * n);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return 7e-5f * noise::Fbm3(point.texture_m, grain_m_, 2, point.footprint_m, seed_ + 8);
   }
 

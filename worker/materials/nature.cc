@@ -17,7 +17,7 @@ using noise::SmoothStep;
 using noise::UnitByte;
 
 // A midrib along x (v = 0) and side veins that leave it forwards; mottled, waxy or dull.
-class Leaf final : public Material {
+class Leaf final : public Carved<Leaf> {
  public:
   explicit Leaf(Rng& rng) {
     static constexpr std::array<uint32_t, 9> kLeaves = {
@@ -46,24 +46,25 @@ class Leaf final : public Material {
     out.specular = Splat(0.4f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
     return -2.5e-4f * Veins(OnPlane(point), w) +
            1e-4f * Fbm3(point.texture_m, 0.006f, 3, w, seed_ + 6);
   }
 
  private:
-  Float8 Veins(const PlanePoint8& plane, Float8 w) const {
-    const Float8 v = Abs(plane.v);
-    const Float8 rib = (1.2e-3f / (1.2e-3f + w)) * (1.0f - SmoothStep(0.6e-3f, 1.6e-3f + w, v));
+  template <typename Real>
+  Real Veins(const PlaneOf8<Real>& plane, Float8 w) const {
+    const Real v = Abs(plane.v);
+    const Real rib = (1.2e-3f / (1.2e-3f + w)) * (1.0f - SmoothStep(0.6e-3f, 1.6e-3f + w, v));
     const Float8 fade = Fade(spacing_m_, w);
-    const Float8 bend = 2e-3f * Gradient2(plane.u * 60.0f, v * 60.0f, seed_ + 8);
-    const Float8 x = noise::Fract((plane.u - slant_ * v + bend) / spacing_m_);
-    const Float8 d = Abs(x - 0.5f);
+    const Real bend = 2e-3f * Gradient2(plane.u * 60.0f, v * 60.0f, seed_ + 8);
+    const Real x = noise::Fract((plane.u - slant_ * v + bend) / spacing_m_);
+    const Real d = Abs(x - 0.5f);
     const Float8 wide = 0.09f + w / spacing_m_;
     const float mean = 0.08f;
-    const Float8 side = (0.09f / wide) * (1.0f - SmoothStep(0.0f, wide, d));
-    return Max(rib, mean + fade * (0.8f * side - mean));
+    const Real side = (0.09f / wide) * (1.0f - SmoothStep(0.0f, wide, d));
+    return Max(rib, Real(mean + fade * (0.8f * side - mean)));
   }
 
   Vec3f blade_, vein_, patch_;
@@ -72,7 +73,7 @@ class Leaf final : public Material {
 };
 
 // Plates along x with deep cracks between; lichen on some.
-class Bark final : public Material {
+class Bark final : public Carved<Bark> {
  public:
   explicit Bark(Rng& rng) {
     static constexpr std::array<uint32_t, 5> kBarks = {0x6b5644, 0x54463a, 0x7f7264, 0x8f8577,
@@ -100,22 +101,23 @@ class Bark final : public Material {
     out.specular = Splat(0.2f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
-    const Vec3x8& p = point.texture_m;
+    const auto& p = point.texture_m;
     return depth_m_ * Plates(p, w) +
-           4e-4f * Fbm3(Vec3x8(0.25f * p.x, p.y, p.z), 0.008f, 3, w, seed_ + 2, 0.6f);
+           4e-4f * Fbm3(VecOf(0.25f * p.x, p.y, p.z), 0.008f, 3, w, seed_ + 2, 0.6f);
   }
 
  private:
-  Float8 Plates(const Vec3x8& p, Float8 w) const {
+  template <typename Vec>
+  RealOf<Vec> Plates(const Vec& p, Float8 w) const {
     const float mean = 0.36f;
     const Float8 fade = Fade(plate_m_, w);
     if (!Any(fade > 0)) return Splat(mean);
-    const Vec3x8 q = Vec3x8(p.x / stretch_, p.y, p.z) / plate_m_;
-    const Float8 shake = 0.4f * Gradient3(q * 1.7f, seed_ + 9);
-    const noise::Cell8 cell = noise::Cells3(q + Vec3x8(shake, shake, -shake), seed_);
-    const Float8 top = SmoothStep(0.0f, 0.45f, cell.f2 - cell.f1);
+    const Vec q = VecOf(p.x / stretch_, p.y, p.z) / plate_m_;
+    const auto shake = 0.4f * Gradient3(q * 1.7f, seed_ + 9);
+    const auto cell = noise::Cells3(q + VecOf(shake, shake, -shake), seed_);
+    const auto top = SmoothStep(0.0f, 0.45f, cell.f2 - cell.f1);
     return mean + fade * (top - mean);
   }
 
@@ -125,7 +127,7 @@ class Bark final : public Material {
 };
 
 // Crumbs in three sizes, bits of straw and grit.
-class Soil final : public Material {
+class Soil final : public Carved<Soil> {
  public:
   explicit Soil(Rng& rng) {
     static constexpr std::array<uint32_t, 4> kSoils = {0x4a382b, 0x5f4a38, 0x36291f, 0x7a5f48};
@@ -150,7 +152,7 @@ class Soil final : public Material {
     out.specular = Splat(0.25f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
     Bits8 id;
     return 0.3f * crumb_m_ * Fade(crumb_m_, w) * Crumbs(point.texture_m, w, &id) +
@@ -158,16 +160,17 @@ class Soil final : public Material {
   }
 
  private:
-  Float8 Crumbs(const Vec3x8& p, Float8 w, Bits8* id) const {
+  template <typename Vec>
+  RealOf<Vec> Crumbs(const Vec& p, Float8 w, Bits8* id) const {
     const float mean = 0.6f;
     const Float8 fade = Fade(crumb_m_, w);
     *id = Bits8{};
     if (!Any(fade > 0)) return Splat(mean);
-    const Vec3x8 q = p / crumb_m_;
-    const Float8 shake = 0.3f * Gradient3(q * 2.1f, seed_ + 7);
-    const noise::Cell8 cell = noise::Cells3(q + Vec3x8(shake, -shake, shake), seed_);
+    const Vec q = p / crumb_m_;
+    const auto shake = 0.3f * Gradient3(q * 2.1f, seed_ + 7);
+    const auto cell = noise::Cells3(q + VecOf(shake, -shake, shake), seed_);
     *id = cell.id;
-    const Float8 top =
+    const auto top =
         Saturate(1.0f - 1.1f * cell.f1 * cell.f1) * SmoothStep(0.0f, 0.2f, cell.f2 - cell.f1);
     return mean + fade * (top - mean);
   }
@@ -178,7 +181,7 @@ class Soil final : public Material {
 };
 
 // Lawn or moss seen as ground: tufts of blades, lit tips over dark roots.
-class Grass final : public Material {
+class Grass final : public Carved<Grass> {
  public:
   explicit Grass(Rng& rng) {
     static constexpr std::array<uint32_t, 5> kGrasses = {0x5a7a35, 0x456b30, 0x7a8a45, 0x8a8550,
@@ -205,7 +208,7 @@ class Grass final : public Material {
     out.specular = Splat(0.3f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
     return 0.35f * blade_m_ * Blades(OnPlane(point), w) +
            2e-3f * Fbm3(point.texture_m, 0.06f, 3, w, seed_ + 8);
@@ -213,16 +216,17 @@ class Grass final : public Material {
 
  private:
   // Strokes in three directions, over each other.
-  Float8 Blades(const PlanePoint8& plane, Float8 w) const {
+  template <typename Real>
+  Real Blades(const PlaneOf8<Real>& plane, Float8 w) const {
     const Float8 fade = Fade(1.5f * blade_m_, w);
-    Float8 sum = 0.5f * Fade(6.0f * blade_m_, w) *
-                 Gradient2(plane.u / (4.0f * blade_m_), plane.v / (4.0f * blade_m_), seed_);
+    Real sum = 0.5f * Fade(6.0f * blade_m_, w) *
+               Gradient2(plane.u / (4.0f * blade_m_), plane.v / (4.0f * blade_m_), seed_);
     if (!Any(fade > 0)) return sum;
-    const Float8 a = plane.u / blade_m_, b = plane.v / blade_m_;
-    const Float8 c = 0.5f * a + 0.866f * b, d = 0.5f * b - 0.866f * a;
-    const Float8 e = 0.5f * a - 0.866f * b, f = 0.5f * b + 0.866f * a;
-    const Float8 x = Gradient2(a, 0.15f * b, seed_ + 1), y = Gradient2(c, 0.15f * d, seed_ + 2),
-                 z = Gradient2(e, 0.15f * f, seed_ + 4);
+    const Real a = plane.u / blade_m_, b = plane.v / blade_m_;
+    const Real c = 0.5f * a + 0.866f * b, d = 0.5f * b - 0.866f * a;
+    const Real e = 0.5f * a - 0.866f * b, f = 0.5f * b + 0.866f * a;
+    const Real x = Gradient2(a, 0.15f * b, seed_ + 1), y = Gradient2(c, 0.15f * d, seed_ + 2),
+               z = Gradient2(e, 0.15f * f, seed_ + 4);
     return sum + 0.8f * fade * (Max(x, Max(y, z)) - 0.25f);
   }
 
@@ -232,7 +236,7 @@ class Grass final : public Material {
 };
 
 // River stones or gravel, each its own stone.
-class Gravel final : public Material {
+class Gravel final : public Carved<Gravel> {
  public:
   explicit Gravel(Rng& rng) {
     static constexpr std::array<uint32_t, 4> kStones = {0x9a938a, 0x7f7a75, 0xb5a890, 0x8a8078};
@@ -259,19 +263,27 @@ class Gravel final : public Material {
     out.roughness = Splat(0.75f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
-    const Float8 fade = Fade(size_m_, w);
-    const Float8 stones =
-        Any(fade > 0) ? 0.22f * size_m_ * fade * Top(At(point.texture_m)) : Splat(0);
-    return stones + 1e-4f * Fbm3(point.texture_m, 0.004f, 2, w, seed_ + 2);
+    return 0.22f * size_m_ * Stones(point.texture_m, w) +
+           1e-4f * Fbm3(point.texture_m, 0.004f, 2, w, seed_ + 2);
   }
 
  private:
-  noise::Cell8 At(const Vec3x8& p) const { return noise::Cells3(p / size_m_, seed_, 0.85f); }
-  static Float8 Top(const noise::Cell8& cell) {
-    const Float8 t = Saturate((cell.f2 - cell.f1) * 1.6f);
-    return Sqrt(Max(1e-4f, t * (2.0f - t))) - 0.01f;
+  template <typename Vec>
+  noise::CellOf8<Vec> At(const Vec& p) const {
+    return noise::Cells3(p / size_m_, seed_, 0.85f);
+  }
+  template <typename Vec>
+  RealOf<Vec> Stones(const Vec& p, Float8 w) const {
+    const Float8 fade = Fade(size_m_, w);
+    if (!Any(fade > 0)) return Splat(0);
+    return fade * Top(At(p));
+  }
+  template <typename Vec>
+  static RealOf<Vec> Top(const noise::CellOf8<Vec>& cell) {
+    const auto t = Saturate((cell.f2 - cell.f1) * 1.6f);
+    return Sqrt(Max(t * (2.0f - t), Splat(1e-4f))) - 0.01f;
   }
 
   Vec3f stone_;
@@ -282,7 +294,7 @@ class Gravel final : public Material {
 // ---- Food -----------------------------------------------------------------------------------
 
 // Apples, plums, tomatoes: a blush over a ground, lenticels, a waxy shine.
-class FruitSkin final : public Material {
+class FruitSkin final : public Carved<FruitSkin> {
  public:
   explicit FruitSkin(Rng& rng) {
     struct Kind {
@@ -321,7 +333,7 @@ class FruitSkin final : public Material {
     out.subsurface = Splat(0.5f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return 4e-5f * Fbm3(point.texture_m, 0.012f, 2, point.footprint_m, seed_ + 7);
   }
 
@@ -332,7 +344,7 @@ class FruitSkin final : public Material {
 };
 
 // Oranges and lemons: pits of oil.
-class CitrusPeel final : public Material {
+class CitrusPeel final : public Carved<CitrusPeel> {
  public:
   explicit CitrusPeel(Rng& rng) {
     static constexpr std::array<uint32_t, 4> kPeels = {0xdd8a2a, 0xd9b836, 0x8fa83a, 0xd9703a};
@@ -350,16 +362,17 @@ class CitrusPeel final : public Material {
     out.subsurface = Splat(0.4f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return -0.12f * pit_m_ * Pits(point.texture_m, point.footprint_m);
   }
 
  private:
-  Float8 Pits(const Vec3x8& p, Float8 w) const {
+  template <typename Vec>
+  RealOf<Vec> Pits(const Vec& p, Float8 w) const {
     const float mean = 0.35f;
     const Float8 fade = Fade(1.4f * pit_m_, w);
     if (!Any(fade > 0)) return Splat(mean);
-    const Float8 d = noise::Cells3(p / pit_m_, seed_).f1;
+    const auto d = noise::Cells3(p / pit_m_, seed_).f1;
     return mean + fade * (1.0f - SmoothStep(0.1f, 0.65f, d) - mean);
   }
 
@@ -369,7 +382,7 @@ class CitrusPeel final : public Material {
 };
 
 // Crust of bread and biscuits: browned on the heights, floury in the cracks, blisters.
-class BreadCrust final : public Material {
+class BreadCrust final : public Carved<BreadCrust> {
  public:
   explicit BreadCrust(Rng& rng) {
     crumb_ = VaryColor(rng, SrgbColor(0xd9b57a), 0.08, 0.04);
@@ -393,7 +406,7 @@ class BreadCrust final : public Material {
     out.specular = Splat(0.35f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return 8e-4f * Fbm3(point.texture_m, 0.015f, 4, point.footprint_m, seed_, 0.55f);
   }
 

@@ -2,15 +2,16 @@
 // detail that is finer than a ray's footprint. Pure functions of position and seed; no state, no
 // heap; thread-safe.
 //
-// Most of it twice: for eight points in vector lanes, a cell's corners one after the other; and for
-// one point, its corners in lanes. Both give the same bits.
+// Most of it three times: for eight points in vector lanes, a cell's corners one after the other;
+// of dual numbers, the same with its slopes; and for one point, its corners in lanes. All give the
+// same bits.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 
-#include "common/math/lanes.h"
+#include "worker/materials/dual.h"
 
 namespace parallax::noise {
 
@@ -87,7 +88,25 @@ inline Float8 SmoothStep(Float8 low, float high, Float8 x) {
 inline Float8 SmoothStep(float low, float high, Float8 x) {
   return SmoothStep(Splat(low), Splat(high), x);
 }
+inline Dual8 Saturate(const Dual8& x) {
+  const Mask8 inside = (x.value > 0) & (x.value < 1);
+  return Chain(x, Saturate(x.value), Select(inside, Splat(1), Splat(0)));
+}
+// Between edges that do not change.
+inline Dual8 SmoothStep(Float8 low, Float8 high, const Dual8& x) {
+  const Float8 scale = 1.0f / (high - low);
+  const Float8 t = Saturate((x.value - low) / (high - low));
+  return Chain(x, t * t * (3.0f - 2.0f * t), 6.0f * t * (1.0f - t) * scale);
+}
+inline Dual8 SmoothStep(float low, Float8 high, const Dual8& x) {
+  return SmoothStep(Splat(low), high, x);
+}
+inline Dual8 SmoothStep(float low, float high, const Dual8& x) {
+  return SmoothStep(Splat(low), Splat(high), x);
+}
 inline Int8 FloorInt(Float8 x) { return ToInt(Floor(x)); }
+inline Int8 FloorInt(const Dual8& x) { return FloorInt(x.value); }
+inline Dual8 Fract(const Dual8& x) { return {x.value - Floor(x.value), x.dx, x.dy}; }
 inline Float8 Fract(Float8 x) { return x - Floor(x); }
 inline int32_t FloorInt(float x) { return static_cast<int32_t>(std::floor(x)); }
 inline float Fract(float x) { return x - std::floor(x); }
@@ -105,6 +124,11 @@ inline Float8 CosTurn(Float8 x) {
   const Float8 s = t * 2.0f - 1.0f;
   const Float8 s2 = s * s;
   return s * (1.5707963f + s2 * (-0.6459641f + s2 * (0.0796926f - s2 * 0.0046818f)));
+}
+
+inline Dual8 CosTurn(const Dual8& x) {
+  // Cosine falls as sine, which is cosine a quarter turn earlier.
+  return Chain(x, CosTurn(x.value), -6.2831853f * CosTurn(x.value - 0.25f));
 }
 
 // How much of a detail of this wavelength a footprint leaves: 1 when it is four times finer, 0 from
@@ -175,6 +199,10 @@ Float8 Gradient3(const Vec3x8& position, uint32_t seed);
 inline Float8 Gradient3(Float8 x, Float8 y, Float8 z, uint32_t seed) {
   return Gradient3(Vec3x8(x, y, z), seed);
 }
+Dual8 Gradient3(const DualVec8& position, uint32_t seed);
+inline Dual8 Gradient3(const Dual8& x, const Dual8& y, const Dual8& z, uint32_t seed) {
+  return Gradient3(DualVec8{x, y, z}, seed);
+}
 
 // The same in the plane.
 inline float Gradient2(float px, float py, uint32_t seed) {
@@ -198,6 +226,7 @@ inline float Gradient2(float px, float py, uint32_t seed) {
 }
 
 Float8 Gradient2(Float8 x, Float8 y, uint32_t seed);
+Dual8 Gradient2(const Dual8& x, const Dual8& y, uint32_t seed);
 
 // Sum of `octaves` of gradient noise, each 0.48 as long and `gain` as strong as the one before;
 // octaves finer than the footprint are left out. About [-1, 1] for gain 0.5.
@@ -216,9 +245,11 @@ inline float Fbm3(const Vec3f& p_m, float wavelength_m, int octaves, float footp
   return sum;
 }
 
-inline Float8 Fbm3(const Vec3x8& p_m, float wavelength_m, int octaves, Float8 footprint_m,
-                   uint32_t seed, float gain = 0.5f) {
-  Float8 sum = Splat(0);
+// Of numbers and of duals: `Vec` is Vec3x8 or DualVec8.
+template <typename Vec>
+RealOf<Vec> Fbm3(const Vec& p_m, float wavelength_m, int octaves, Float8 footprint_m, uint32_t seed,
+                 float gain = 0.5f) {
+  RealOf<Vec> sum = Splat(0);
   float strength = 1;
   for (int i = 0; i < octaves; ++i) {
     const Float8 fade = Fade(wavelength_m, footprint_m);
@@ -234,37 +265,33 @@ inline Float8 Fbm3(const Vec3x8& p_m, float wavelength_m, int octaves, Float8 fo
 // The same sum, and the standard deviation of what the footprint took away: whoever cuts the sum at
 // a threshold needs both, or a stain that is seen from afar would vanish instead of becoming its
 // share of every pixel.
+template <typename Real>
 struct Filtered8 {
-  Float8 value, lost;
+  Real value;
+  Float8 lost;
 };
-inline Filtered8 Fbm3Filtered(const Vec3x8& p_m, float wavelength_m, int octaves,
-                              Float8 footprint_m, uint32_t seed, float gain = 0.5f) {
-  Filtered8 out{Splat(0), Splat(0)};
+template <typename Vec>
+Filtered8<RealOf<Vec>> Fbm3Filtered(const Vec& p_m, float wavelength_m, int octaves,
+                                    Float8 footprint_m, uint32_t seed, float gain = 0.5f) {
+  const auto value = Fbm3(p_m, wavelength_m, octaves, footprint_m, seed, gain);
   Float8 variance = Splat(0);
   float strength = 1;
   for (int i = 0; i < octaves; ++i) {
     const Float8 fade = Fade(wavelength_m, footprint_m);
-    if (Any(fade > 0)) {
-      out.value += strength * fade *
-                   Gradient3(p_m * (1.0f / wavelength_m), seed + static_cast<uint32_t>(i) * 977u);
-    }
     variance += strength * strength * (1.0f - fade * fade);
     wavelength_m *= 0.48f;
     strength *= gain;
   }
-  out.lost = 0.3f * Sqrt(variance);
-  return out;
+  return {value, 0.3f * Sqrt(variance)};
 }
 
 // The share of a footprint where the sum lies above `threshold`; `softness` is half the width of
 // the edge. A smooth step over [-s, s] is the integral of a bell of standard deviation 0.447 s.
-inline Float8 Above(const Filtered8& n, Float8 threshold, float softness) {
+template <typename Real>
+Real Above(const Filtered8<Real>& n, float threshold, float softness) {
   const Float8 lost = n.lost * (1.0f / 0.447f);
   const Float8 s = Sqrt(softness * softness + lost * lost);
   return SmoothStep(threshold - s, threshold + s, n.value);
-}
-inline Float8 Above(const Filtered8& n, float threshold, float softness) {
-  return Above(n, Splat(threshold), softness);
 }
 
 // The nearest and second nearest of one feature point a lattice cell.
@@ -276,15 +303,20 @@ struct Cell {
       Vec3f::Zero();  // From the nearest point to the query, in cells (z = 0 in the plane).
 };
 
-struct Cell8 {
-  Float8 f1, f2;
+template <typename Vec>
+struct CellOf8 {
+  RealOf<Vec> f1, f2;
   Bits8 id;
-  Vec3x8 offset;
+  Vec offset;
 };
+using Cell8 = CellOf8<Vec3x8>;
+using DualCell8 = CellOf8<DualVec8>;
 
 // `jitter` in [0, 1]: 0 = a regular grid.
 Cell Cells2(float x, float y, uint32_t seed, float jitter = 1.0f);
 Cell8 Cells3(const Vec3x8& p, uint32_t seed, float jitter = 1.0f);
 Cell8 Cells2(Float8 x, Float8 y, uint32_t seed, float jitter = 1.0f);
+DualCell8 Cells3(const DualVec8& p, uint32_t seed, float jitter = 1.0f);
+DualCell8 Cells2(const Dual8& x, const Dual8& y, uint32_t seed, float jitter = 1.0f);
 
 }  // namespace parallax::noise

@@ -13,7 +13,7 @@ using noise::Gradient3;
 using noise::Saturate;
 
 // Fibres in every direction, a little yellowed in clouds.
-class Paper final : public Material {
+class Paper final : public Carved<Paper> {
  public:
   explicit Paper(Rng& rng) {
     static constexpr std::array<uint32_t, 7> kSheets = {0xe9e6df, 0xe4dcc8, 0xdfd3b8, 0xd8d9da,
@@ -37,7 +37,7 @@ class Paper final : public Material {
     out.specular = Splat(0.3f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return 1.2e-5f * Fbm3(point.texture_m, 0.002f, 2, point.footprint_m, seed_ + 7) +
            1e-4f * Fbm3(point.texture_m, 0.08f, 2, point.footprint_m, seed_ + 8);
   }
@@ -49,7 +49,7 @@ class Paper final : public Material {
 };
 
 // The edges of a book's leaves: thin lines across z.
-class PageEdges final : public Material {
+class PageEdges final : public Carved<PageEdges> {
  public:
   explicit PageEdges(Rng& rng) {
     sheet_ = VaryColor(rng, SrgbColor(rng.Bernoulli(0.6) ? 0xe2dac6 : 0xe8e5de), 0.06, 0.03);
@@ -71,9 +71,9 @@ class PageEdges final : public Material {
     out.specular = Splat(0.25f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
-    const Vec3x8& p = point.texture_m;
+    const auto& p = point.texture_m;
     return 4e-5f * Fade(leaf_m_, w) * Gradient3(p.x * 8.0f, p.y * 8.0f, p.z / leaf_m_, seed_) +
            8e-5f * Fade(5.0f * leaf_m_, w) *
                Gradient3(p.x * 3.0f, p.y * 3.0f, 0.2f * p.z / leaf_m_, seed_ + 1);
@@ -86,7 +86,7 @@ class PageEdges final : public Material {
 };
 
 // Brown board: flutes show through as soft bands across x; specks of bark.
-class Cardboard final : public Material {
+class Cardboard final : public Carved<Cardboard> {
  public:
   explicit Cardboard(Rng& rng) {
     board_ = VaryColor(rng, SrgbColor(0xb08a5f), 0.12, 0.04);
@@ -109,13 +109,14 @@ class Cardboard final : public Material {
     out.specular = Splat(0.3f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return 6e-5f * flutes_ * Flutes(OnPlane(point), point.footprint_m) +
            1.5e-5f * Fbm3(point.texture_m, 0.003f, 2, point.footprint_m, seed_ + 6);
   }
 
  private:
-  Float8 Flutes(const PlanePoint8& plane, Float8 w) const {
+  template <typename Real>
+  Real Flutes(const PlaneOf8<Real>& plane, Float8 w) const {
     return Fade(flute_m_, w) * noise::CosTurn(plane.u / flute_m_);
   }
 

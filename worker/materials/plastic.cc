@@ -31,7 +31,7 @@ Vec3f DrawHousing(Rng& rng) {
   return VaryColor(rng, SrgbColor(rng.Pick(kHousings)), 0.08, 0.02);
 }
 
-class Plastic final : public Material {
+class Plastic final : public Carved<Plastic> {
  public:
   Plastic(Rng& rng, const PlasticStyle& style, Vec3f (*pigment)(Rng&) = DrawPigment) {
     pigment_ = pigment(rng);
@@ -53,7 +53,7 @@ class Plastic final : public Material {
     out.roughness = Saturate(roughness_ + wear_ * worn * (roughness_ > 0.4f ? -1.0f : 1.0f));
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return depth_m_ * noise::Fbm3(point.texture_m, grain_m_, 2, point.footprint_m, seed_ + 9);
   }
 
@@ -64,7 +64,7 @@ class Plastic final : public Material {
 };
 
 // Two or three colours that ran into each other in the press: bowls, toys, recycled boards.
-class MarbledPlastic final : public Material {
+class MarbledPlastic final : public Carved<MarbledPlastic> {
  public:
   explicit MarbledPlastic(Rng& rng) {
     first_ = DrawPigment(rng);
@@ -86,7 +86,7 @@ class MarbledPlastic final : public Material {
     out.roughness = Splat(roughness_);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return 6e-6f * noise::Fbm3(point.texture_m, 0.006f, 2, point.footprint_m, seed_ + 9);
   }
 
@@ -97,7 +97,7 @@ class MarbledPlastic final : public Material {
 };
 
 // Foam rubber and neoprene: dull, with open cells.
-class FoamRubber final : public Material {
+class FoamRubber final : public Carved<FoamRubber> {
  public:
   explicit FoamRubber(Rng& rng) {
     color_ = Desaturate(DrawPigment(rng), 0.4f) * 0.8f;
@@ -105,7 +105,7 @@ class FoamRubber final : public Material {
     seed_ = DrawSeed(rng);
   }
   SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
-    const Float8 pore = Pore(point);
+    const Float8 pore = Pore(point.texture_m, point.footprint_m);
     const Float8 n = noise::Fbm3(point.texture_m, 0.06f, 3, point.footprint_m, seed_ + 2);
     SurfaceSample8 out;
     out.base_color = Albedo(color_ * (1.0f - 0.55f * pore + 0.1f * n));
@@ -113,16 +113,19 @@ class FoamRubber final : public Material {
     out.specular = Splat(0.2f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override { return -0.2f * pore_m_ * Pore(point); }
+  auto HeightOf(const auto& point) const {
+    return -0.2f * pore_m_ * Pore(point.texture_m, point.footprint_m);
+  }
 
  private:
-  Float8 Pore(const SurfacePoint8& point) const {
-    const Float8 fade = Fade(1.5f * pore_m_, point.footprint_m);
+  template <typename Vec>
+  RealOf<Vec> Pore(const Vec& p, Float8 w) const {
+    const Float8 fade = Fade(1.5f * pore_m_, w);
     if (!Any(fade > 0)) return Splat(0.1f);
-    const noise::Cell8 cell = noise::Cells3(point.texture_m / pore_m_, seed_);
+    const auto cell = noise::Cells3(p / pore_m_, seed_);
     const Float8 radius = 0.2f + 0.35f * noise::UnitByte(cell.id, 0);
-    const Float8 pore = (1.0f - noise::SmoothStep(0.5f * radius, radius, cell.f1)) *
-                        noise::SmoothStep(0.0f, 0.2f, cell.f2 - cell.f1);
+    const auto pore = (1.0f - noise::SmoothStep(0.5f * radius, radius, cell.f1)) *
+                      noise::SmoothStep(0.0f, 0.2f, cell.f2 - cell.f1);
     return 0.1f + fade * (pore - 0.1f);
   }
 

@@ -16,7 +16,7 @@ using noise::SmoothStep;
 using noise::UnitByte;
 
 // A net of fine creases, pores where they cross, blood under it, freckles and a film of oil.
-class Skin final : public Material {
+class Skin final : public Carved<Skin> {
  public:
   explicit Skin(Rng& rng) {
     static constexpr std::array<uint32_t, 8> kSkins = {0xe8c0a6, 0xd9a98a, 0xc48f6c, 0xa9744f,
@@ -56,9 +56,9 @@ class Skin final : public Material {
     return out;
   }
 
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
-    const Vec3x8& p = point.texture_m;
+    const auto& p = point.texture_m;
     return -0.09f * crease_m_ * Creases(p, w) + 6e-5f * Fbm3(p, 0.01f, 3, w, seed_ + 6);
   }
 
@@ -66,17 +66,19 @@ class Skin final : public Material {
   static constexpr float kMeanCrease = 0.42f;
 
   // Polygons of two sizes, the coarse creases deeper; 1 in a crease.
-  Float8 Creases(const Vec3x8& p, Float8 w) const {
+  template <typename Vec>
+  RealOf<Vec> Creases(const Vec& p, Float8 w) const {
     return kMeanCrease + 0.6f * Net(p, 2.2f * crease_m_, w, seed_) +
            0.4f * Net(p, crease_m_, w, seed_ + 1);
   }
   // Less its mean.
-  static Float8 Net(const Vec3x8& p, float size_m, Float8 w, uint32_t seed) {
+  template <typename Vec>
+  static RealOf<Vec> Net(const Vec& p, float size_m, Float8 w, uint32_t seed) {
     const Float8 fade = Fade(size_m, w);
     if (!Any(fade > 0)) return Splat(0);
-    const Vec3x8 q(p.x / size_m, p.y / (1.25f * size_m), p.z / size_m);
-    const Float8 shake = 0.2f * Gradient3(q, seed + 9);
-    const noise::Cell8 cell = noise::Cells3(q + Vec3x8(shake, shake, -shake), seed);
+    const Vec q = VecOf(p.x / size_m, p.y / (1.25f * size_m), p.z / size_m);
+    const auto shake = 0.2f * Gradient3(q, seed + 9);
+    const auto cell = noise::Cells3(q + VecOf(shake, shake, -shake), seed);
     return fade * (1.0f - SmoothStep(0.0f, 0.4f, cell.f2 - cell.f1) - kMeanCrease);
   }
   Float8 Freckles(const Vec3x8& p, Float8 w) const {
@@ -105,7 +107,7 @@ class Skin final : public Material {
 };
 
 // Candle wax and soap: light in the depth, a bloom on the surface, marks of hands and small pits.
-class Wax final : public Material {
+class Wax final : public Carved<Wax> {
  public:
   explicit Wax(Rng& rng) {
     static constexpr std::array<uint32_t, 10> kWaxes = {0xefe6d0, 0xe0c994, 0xd9a64a, 0xa8322a,
@@ -147,19 +149,20 @@ class Wax final : public Material {
     return out;
   }
 
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
-    const Vec3x8& p = point.texture_m;
+    const auto& p = point.texture_m;
     return 2.5e-4f * Fbm3(p, 0.03f, 3, w, seed_ + 6) - 2e-4f * Pits(p, w);
   }
 
  private:
-  Float8 Pits(const Vec3x8& p, Float8 w) const {
+  template <typename Vec>
+  RealOf<Vec> Pits(const Vec& p, Float8 w) const {
     constexpr float kCell = 0.006f;
     const float share = 0.03f * pits_;
     const Float8 fade = Fade(kCell, w);
     if (!Any(fade > 0)) return Splat(share);
-    const noise::Cell8 cell = noise::Cells3(p / kCell, seed_ + 8);
+    const auto cell = noise::Cells3(p / kCell, seed_ + 8);
     const Float8 is = UnitByte(cell.id, 0) < pits_ ? Splat(1) : Splat(0);
     const Float8 size = 0.1f + 0.15f * UnitByte(cell.id, 1);
     return share + fade * (is * (1.0f - SmoothStep(0.3f * size, size, cell.f1)) - share);

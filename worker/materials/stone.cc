@@ -16,7 +16,7 @@ using noise::SmoothStep;
 using noise::UnitByte;
 
 // Veins are where warped noise passes through zero: strong ones, and a finer net between.
-class Marble final : public Material {
+class Marble final : public Carved<Marble> {
  public:
   explicit Marble(Rng& rng) {
     struct Kind {
@@ -65,7 +65,7 @@ class Marble final : public Material {
     out.subsurface = Splat(0.5f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return 1.2e-5f * Fbm3(point.texture_m, 0.03f, 3, point.footprint_m, seed_ + 5);
   }
 
@@ -84,7 +84,7 @@ class Marble final : public Material {
 };
 
 // Grains of feldspar, quartz and mica, in two sizes.
-class Granite final : public Material {
+class Granite final : public Carved<Granite> {
  public:
   explicit Granite(Rng& rng) {
     struct Kind {
@@ -134,7 +134,7 @@ class Granite final : public Material {
     out.roughness = Saturate(roughness_ * (1.0f + 0.5f * fade * mica));
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return 2e-5f * Fbm3(point.texture_m, grain_m_, 3, point.footprint_m, seed_ + 6) *
            (roughness_ > 0.4f ? 6.0f : 1.0f);
   }
@@ -148,7 +148,7 @@ class Granite final : public Material {
 };
 
 // Split along its layers: flat terraces with small cliffs between.
-class Slate final : public Material {
+class Slate final : public Carved<Slate> {
  public:
   explicit Slate(Rng& rng) {
     static constexpr std::array<uint32_t, 5> kSlates = {0x4a5057, 0x3a3d42, 0x5a6460, 0x6a5a5c,
@@ -171,17 +171,18 @@ class Slate final : public Material {
     out.specular = Splat(0.45f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
     return 1.6e-3f * Terraces(point.texture_m, w) +
            1e-4f * Fbm3(point.texture_m, 0.01f, 3, w, seed_ + 5);
   }
 
  private:
-  Float8 Terraces(const Vec3x8& p, Float8 w) const {
-    const Float8 n = 1.6f * Fbm3(p, 0.17f, 4, w, seed_, 0.5f) + 2.0f;
-    const Float8 step = Floor(n);
-    const Float8 rise = n - step;
+  template <typename Vec>
+  RealOf<Vec> Terraces(const Vec& p, Float8 w) const {
+    const auto n = 1.6f * Fbm3(p, 0.17f, 4, w, seed_, 0.5f) + 2.0f;
+    const Float8 step = Floor(ValueOf(n));
+    const auto rise = n - step;
     return (step + SmoothStep(0.42f, 0.58f, rise) - 2.0f) * 0.5f + 0.15f * (n - 2.0f);
   }
 
@@ -191,7 +192,7 @@ class Slate final : public Material {
 };
 
 // Beds of sand across z, each with its own tint; gritty.
-class Sandstone final : public Material {
+class Sandstone final : public Carved<Sandstone> {
  public:
   explicit Sandstone(Rng& rng) {
     static constexpr std::array<uint32_t, 5> kSands = {0xd0b48a, 0xc79a6b, 0xb9876a, 0xcfc3a8,
@@ -216,7 +217,7 @@ class Sandstone final : public Material {
     out.specular = Splat(0.3f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
     return 3e-4f * banding_ * Bed(point.texture_m, w) +
            1e-4f * Fade(1.2e-3f, w) * Gradient3(point.texture_m * 900.0f, seed_ + 8) +
@@ -224,12 +225,13 @@ class Sandstone final : public Material {
   }
 
  private:
-  Float8 Bed(const Vec3x8& p, Float8 w) const {
-    const Float8 t =
-        p.z + tilt_x_ * p.x + tilt_y_ * p.y + 0.6f * bed_m_ * Gradient3(p * 6.0f, seed_);
-    return Fade(bed_m_, w) * Gradient3(0.5f * t / bed_m_, Splat(0.5f), t / bed_m_, seed_ + 1) +
+  template <typename Vec>
+  RealOf<Vec> Bed(const Vec& p, Float8 w) const {
+    const auto t = p.z + tilt_x_ * p.x + tilt_y_ * p.y + 0.6f * bed_m_ * Gradient3(p * 6.0f, seed_);
+    return Fade(bed_m_, w) *
+               Gradient3(0.5f * t / bed_m_, RealOf<Vec>(Splat(0.5f)), t / bed_m_, seed_ + 1) +
            0.6f * Fade(0.3f * bed_m_, w) *
-               Gradient3(Splat(0.4f), t / bed_m_, 3.4f * t / bed_m_, seed_ + 5);
+               Gradient3(RealOf<Vec>(Splat(0.4f)), t / bed_m_, 3.4f * t / bed_m_, seed_ + 5);
   }
 
   Vec3f sand_, dark_;

@@ -29,8 +29,8 @@ inline Vec3x8 Mix(const Vec3x8& a, const Vec3x8& b, Float8 t) { return a + (b - 
 inline Vec3x8 Albedo(const Vec3x8& c) {
   return {Clamp(c.x, 0.02f, 0.9f), Clamp(c.y, 0.02f, 0.9f), Clamp(c.z, 0.02f, 0.9f)};
 }
-// How far `p` goes along `axis`. Summed as Eigen's dot product is.
-inline Float8 Along(const Vec3f& axis, const Vec3x8& p) {
+// How far `p` (numbers or duals) goes along `axis`. Summed as Eigen's dot product is.
+inline auto Along(const Vec3f& axis, const auto& p) {
   return axis.x() * p.x + (axis.y() * p.y + axis.z() * p.z);
 }
 inline float Float(double x) { return static_cast<float>(x); }
@@ -51,20 +51,60 @@ inline PlanePoint OnPlane(const SurfacePoint& point) {
   return {p.y(), p.z()};
 }
 
-struct PlanePoint8 {
-  Float8 u, v;
+// Eight points whose place in texture space knows its slopes.
+struct ReliefPoint8 {
+  DualVec8 texture_m;
+  Vec3x8 normal, texture_normal;
+  Float8 footprint_m;
+
+  ReliefPoint8(const SurfacePoint8& points, const Tangents8& tangents)
+      : texture_m{{points.texture_m.x, tangents.texture[0].x, tangents.texture[1].x},
+                  {points.texture_m.y, tangents.texture[0].y, tangents.texture[1].y},
+                  {points.texture_m.z, tangents.texture[0].z, tangents.texture[1].z}},
+        normal(points.normal),
+        texture_normal(points.texture_normal),
+        footprint_m(points.footprint_m) {}
 };
+
+// A material whose relief is one formula, `HeightOf(const auto& point)`, of numbers (SurfacePoint8)
+// and of duals (ReliefPoint8), whose slopes then are exact.
+template <typename Self>
+class Carved : public Material {
+ public:
+  Float8 Height(const SurfacePoint8& points) const final {
+    return static_cast<const Self*>(this)->HeightOf(points);
+  }
+  Dual8 Relief(const SurfacePoint8& points, const Tangents8& tangents) const final {
+    return static_cast<const Self*>(this)->HeightOf(ReliefPoint8(points, tangents));
+  }
+};
+
+// `Real` is Float8 or Dual8.
+template <typename Real>
+struct PlaneOf8 {
+  Real u, v;
+};
+using PlanePoint8 = PlaneOf8<Float8>;
 // Normal of the face in texture space, as far as it is known.
-inline Vec3x8 FaceOf(const SurfacePoint8& points) {
+inline Vec3x8 FaceOf(const auto& points) {
   const Vec3x8& t = points.texture_normal;
   return Select((t.x != 0) | (t.y != 0) | (t.z != 0), t, points.normal);
 }
-inline PlanePoint8 OnPlane(const SurfacePoint8& points) {
+inline auto OnPlane8(const auto& points) {
   const Vec3x8 n = FaceOf(points);
-  const Vec3x8& p = points.texture_m;
+  const auto& p = points.texture_m;
   const Float8 nx = Abs(n.x), ny = Abs(n.y), nz = Abs(n.z);
   const Mask8 along_z = (nz >= nx) & (nz >= ny), along_y = ny >= nx;
-  return {along_z | along_y ? p.x : p.y, along_z ? p.y : p.z};
+  const auto u = Select(along_z | along_y, p.x, p.y);
+  return PlaneOf8<std::remove_const_t<decltype(u)>>{u, Select(along_z, p.y, p.z)};
+}
+inline PlanePoint8 OnPlane(const SurfacePoint8& points) { return OnPlane8(points); }
+inline PlaneOf8<Dual8> OnPlane(const ReliefPoint8& points) { return OnPlane8(points); }
+
+// As a point in space: for noise of three dimensions.
+template <typename Real>
+auto InPlane(const PlaneOf8<Real>& plane) {
+  return VecOf(plane.u, plane.v, Real(Splat(0)));
 }
 
 // 0 where `distance` < 0, 1 where it is > 0, with an edge at least as wide as `softness` and the
@@ -99,6 +139,15 @@ inline Float8 LineShare(Float8 distance, Float8 half_width, Float8 softness, Flo
 }
 inline Float8 LineShare(Float8 distance, float half_width, float softness, Float8 footprint) {
   return LineShare(distance, Splat(half_width), Splat(softness), footprint);
+}
+inline Dual8 LineShare(const Dual8& distance, float half_width, float softness, Float8 footprint) {
+  const Float8 value = LineShare(distance.value, half_width, softness, footprint);
+  const Float8 width = Max(Max(softness, footprint), 1e-6f), one = Splat(1), none = Splat(0);
+  // It grows by what enters at one end and shrinks by what leaves at the other.
+  const Float8 low = distance.value - 0.5f * width, high = distance.value + 0.5f * width;
+  const Float8 enters = (high < half_width) & (high > -half_width) ? one : none;
+  const Float8 leaves = (low < half_width) & (low > -half_width) ? one : none;
+  return Chain(distance, value, (enters - leaves) / width);
 }
 
 // Makes a catalogue entry whose class is constructed from the stream and `args`.

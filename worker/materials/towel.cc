@@ -15,7 +15,7 @@ using noise::Saturate;
 using noise::SmoothStep;
 using noise::UnitByte;
 
-class TerryCloth final : public Material {
+class TerryCloth final : public Carved<TerryCloth> {
  public:
   explicit TerryCloth(Rng& rng) {
     static constexpr std::array<uint32_t, 16> kTowels = {
@@ -59,42 +59,52 @@ class TerryCloth final : public Material {
     return out;
   }
 
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
-    const PlanePoint8 plane = OnPlane(point);
-    const Float8 fade = Fade(1.5f * loop_m_, w), band = Band(plane, w);
-    const Float8 loops = Any(fade > 0) ? fade * Loop(At(plane)) : Splat(0);
-    return (1 - band) * 0.42f * loop_m_ * loops + 0.08f * ribs_m_ * band * Ribs(plane, w) +
+    const auto plane = OnPlane(point);
+    const auto band = Band(plane, w);
+    return (1.0f - band) * 0.42f * loop_m_ * Loops(plane, w) +
+           0.08f * ribs_m_ * band * Ribs(plane, w) +
            crush_ * 5e-4f * Fbm3(point.texture_m, 0.02f, 2, w, seed_ + 4);
   }
 
  private:
   static constexpr float kMean = 0.46f;
 
-  noise::Cell8 At(const PlanePoint8& plane) const {
-    const Float8 u = plane.u / (stretch_ * loop_m_), v = plane.v / loop_m_;
-    const Float8 shake = 0.25f * Gradient2(0.9f * u, 0.9f * v, seed_ + 5);
+  template <typename Real>
+  noise::CellOf8<Vec3Of8<Real>> At(const PlaneOf8<Real>& plane) const {
+    const Real u = plane.u / (stretch_ * loop_m_), v = plane.v / loop_m_;
+    const Real shake = 0.25f * Gradient2(0.9f * u, 0.9f * v, seed_ + 5);
     return noise::Cells2(u + shake, v - shake, seed_, 0.7f);
   }
+  template <typename Real>
+  Real Loops(const PlaneOf8<Real>& plane, Float8 w) const {
+    const Float8 fade = Fade(1.5f * loop_m_, w);
+    if (!Any(fade > 0)) return Splat(0);
+    return fade * Loop(At(plane));
+  }
   // A small arch seen from above: long, narrow, turned its own way; 0 where it meets the next.
-  static Float8 Loop(const noise::Cell8& cell) {
+  template <typename Vec>
+  static RealOf<Vec> Loop(const noise::CellOf8<Vec>& cell) {
     const Float8 turn = 0.25f * (UnitByte(cell.id, 2) - 0.5f);
     const Float8 c = noise::CosTurn(turn), s = noise::CosTurn(turn - 0.25f);
-    const Float8 along = c * cell.offset.x + s * cell.offset.y;
-    const Float8 across = c * cell.offset.y - s * cell.offset.x;
-    const Float8 far = along * along / 0.5f + across * across / 0.2f;
+    const auto along = c * cell.offset.x + s * cell.offset.y;
+    const auto across = c * cell.offset.y - s * cell.offset.x;
+    const auto far = along * along / 0.5f + across * across / 0.2f;
     return Saturate(1.25f - far) * SmoothStep(0.0f, 0.22f, cell.f2 - cell.f1);
   }
   // 1 within a flat band.
-  Float8 Band(const PlanePoint8& plane, Float8 w) const {
+  template <typename Real>
+  Real Band(const PlaneOf8<Real>& plane, Float8 w) const {
     if (band_m_ <= 0) return Splat(0);
     const float share = band_m_ / period_m_;
     const Float8 fade = Fade(period_m_, w);
     if (!Any(fade > 0)) return Splat(share);
-    const Float8 at = Abs(noise::Fract(plane.u / period_m_ + phase_) - 0.5f) * period_m_;
+    const Real at = Abs(noise::Fract(plane.u / period_m_ + phase_) - 0.5f) * period_m_;
     return share + fade * (LineShare(at, 0.5f * band_m_, 0.002f, w) - share);
   }
-  Float8 Ribs(const PlanePoint8& plane, Float8 w) const {
+  template <typename Real>
+  Real Ribs(const PlaneOf8<Real>& plane, Float8 w) const {
     return Fade(ribs_m_, w) * noise::CosTurn(plane.u / ribs_m_);
   }
 

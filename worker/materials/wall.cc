@@ -24,7 +24,7 @@ Vec3f DrawWallColor(Rng& rng, bool ceiling) {
 
 // The stipple of a roller: soft dots a few millimetres apart, a little denser in the roller's
 // lanes.
-class WallPaint final : public Material {
+class WallPaint final : public Carved<WallPaint> {
  public:
   WallPaint(Rng& rng, bool ceiling) {
     color_ = DrawWallColor(rng, ceiling);
@@ -48,7 +48,7 @@ class WallPaint final : public Material {
     out.specular = Splat(0.4f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return depth_m_ * Fbm3(point.texture_m, nap_m_, 2, point.footprint_m, seed_) +
            2e-4f * Fbm3(point.texture_m, 0.15f, 2, point.footprint_m, seed_ + 4);
   }
@@ -60,7 +60,7 @@ class WallPaint final : public Material {
 };
 
 // Strokes of a trowel: arcs that overlap, ridges where they end; clouds of lighter and darker lime.
-class Plaster final : public Material {
+class Plaster final : public Carved<Plaster> {
  public:
   Plaster(Rng& rng) {
     color_ = DrawWallColor(rng, false);
@@ -81,7 +81,7 @@ class Plaster final : public Material {
     out.specular = Splat(0.4f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
     return depth_m_ * Strokes(OnPlane(point), w) +
            6e-5f * Fbm3(point.texture_m, 0.004f, 2, w, seed_ + 9);
@@ -89,13 +89,14 @@ class Plaster final : public Material {
 
  private:
   // Long noise along directions that turn slowly: what a hand leaves.
-  Float8 Strokes(const PlanePoint8& plane, Float8 w) const {
-    const Float8 turn =
+  template <typename Real>
+  Real Strokes(const PlaneOf8<Real>& plane, Float8 w) const {
+    const auto turn =
         0.35f * Gradient2(plane.u / stroke_m_ * 0.7f, plane.v / stroke_m_ * 0.7f, seed_);
-    const Float8 c = noise::CosTurn(turn), s = noise::CosTurn(turn - 0.25f);
-    const Float8 a = (c * plane.u + s * plane.v) / stroke_m_,
-                 b = (c * plane.v - s * plane.u) / stroke_m_;
-    Float8 sum = 0.7f * Fade(0.5f * stroke_m_, w) * Gradient2(a, 2.2f * b, seed_ + 3);
+    const auto c = noise::CosTurn(turn), s = noise::CosTurn(turn - 0.25f);
+    const auto a = (c * plane.u + s * plane.v) / stroke_m_,
+               b = (c * plane.v - s * plane.u) / stroke_m_;
+    auto sum = 0.7f * Fade(0.5f * stroke_m_, w) * Gradient2(a, 2.2f * b, seed_ + 3);
     sum += 0.3f * Fade(0.12f * stroke_m_, w) * Gradient2(2.0f * a, 7.0f * b, seed_ + 4);
     sum += 0.07f * Fade(0.03f * stroke_m_, w) * Gradient2(4.0f * a, 34.0f * b, seed_ + 5);
     return sum;
@@ -107,7 +108,7 @@ class Plaster final : public Material {
 };
 
 // Furniture paint: the brush's hairs along x, worn to the ground at random edges on some.
-class LacquerPaint final : public Material {
+class LacquerPaint final : public Carved<LacquerPaint> {
  public:
   explicit LacquerPaint(Rng& rng) {
     static constexpr std::array<uint32_t, 12> kLacquers = {0xe8e5dd, 0xdedbd2, 0x2a2c2e, 0x39434a,
@@ -131,20 +132,22 @@ class LacquerPaint final : public Material {
     out.roughness = Saturate(noise::Lerp(roughness_ * (1.0f + 0.15f * n), 0.7f, bare));
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
     return depth_m_ * Hairs(point.texture_m, w) - 8e-5f * Bare(point.texture_m, w);
   }
 
  private:
-  Float8 Hairs(const Vec3x8& p, Float8 w) const {
-    Float8 sum =
+  template <typename Vec>
+  RealOf<Vec> Hairs(const Vec& p, Float8 w) const {
+    auto sum =
         0.8f * Fade(4e-3f, w) * noise::Gradient3(p.x * 6.0f, p.y * 260.0f, p.z * 260.0f, seed_);
     sum +=
         0.6f * Fade(15e-3f, w) * noise::Gradient3(p.x * 2.0f, p.y * 70.0f, p.z * 70.0f, seed_ + 1);
     return sum;
   }
-  Float8 Bare(const Vec3x8& p, Float8 w) const {
+  template <typename Vec>
+  RealOf<Vec> Bare(const Vec& p, Float8 w) const {
     if (worn_ < 0) return Splat(0);
     return noise::Above(noise::Fbm3Filtered(p, 0.07f, 5, w, seed_ + 5, 0.62f), 0.76f - worn_,
                         0.04f);

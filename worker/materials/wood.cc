@@ -9,7 +9,7 @@ using noise::Hash;
 using noise::UnitByte;
 
 // One piece of solid wood.
-class Board final : public Material {
+class Board final : public Carved<Board> {
  public:
   Board(Rng& rng, const WoodSpecies& species) : grain_(rng, species), finish_(rng) {}
   SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
@@ -17,7 +17,7 @@ class Board final : public Material {
     finish_.Apply(grain_.At(point.texture_m, FaceOf(point), point.footprint_m), out);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
+  auto HeightOf(const auto& point) const {
     return grain_.HeightAt(point.texture_m, point.footprint_m);
   }
 
@@ -27,18 +27,20 @@ class Board final : public Material {
 };
 
 // Where a point lies in a floor of laid pieces.
+template <typename Real>
 struct Piece {
-  Float8 along_m, across_m;  // From the piece's corner; along the grain of this piece.
-  Float8 edge_m;             // To its nearest edge.
+  Real along_m, across_m;  // From the piece's corner; along the grain of this piece.
+  Real edge_m;             // To its nearest edge.
   Bits8 id;
 };
 
 // What planks and parquet share: a piece of wood, its own tint and place in the tree, and the gap
-// around it.
-class LaidWood : public Material {
+// around it. `Self` knows how pieces are laid: `Piece<Real> At(const PlaneOf8<Real>&)`.
+template <typename Self>
+class LaidWood : public Carved<Self> {
  public:
   SurfaceSample8 Evaluate(const SurfacePoint8& point) const final {
-    const Piece piece = At(OnPlane(point));
+    const auto piece = PieceAt(point);
     const WoodGrain::Point grain =
         grain_.At(InTree(piece), Vec3x8(Vec3f::UnitZ()), point.footprint_m);
     SurfaceSample8 out;
@@ -53,9 +55,9 @@ class LaidWood : public Material {
     out.clearcoat *= inside;
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const final {
-    const Piece piece = At(OnPlane(point));
-    const Float8 bevel =
+  auto HeightOf(const auto& point) const {
+    const auto piece = PieceAt(point);
+    const auto bevel =
         noise::SmoothStep(0.0f, Max(bevel_m_, 2.0f * point.footprint_m), piece.edge_m);
     // The grain fades out at the edge: neighbours come from elsewhere in the tree, and relief must
     // not jump.
@@ -69,17 +71,19 @@ class LaidWood : public Material {
     bevel_m_ = Draw(rng, 0.0015, 0.004);
     depth_m_ = Draw(rng, 0.0004, 0.0012);
   }
-  virtual Piece At(const PlanePoint8& plane) const = 0;
-
   float width_m_ = 0.1f;  // Of a piece; the subclass draws it.
 
  private:
-  static Vec3x8 InTree(const Piece& piece) {
-    return {piece.along_m + 7.0f * UnitByte(piece.id, 1),
-            piece.across_m + 0.35f * (UnitByte(piece.id, 2) - 0.5f),
-            0.5f * (UnitByte(piece.id, 3) - 0.5f)};
+  auto PieceAt(const auto& point) const {
+    return static_cast<const Self*>(this)->At(OnPlane(point));
   }
-  Float8 Inside(const Piece& piece, Float8 footprint_m) const {
+  template <typename Real>
+  static auto InTree(const Piece<Real>& piece) {
+    return VecOf(piece.along_m + 7.0f * UnitByte(piece.id, 1),
+                 piece.across_m + 0.35f * (UnitByte(piece.id, 2) - 0.5f),
+                 Real(0.5f * (UnitByte(piece.id, 3) - 0.5f)));
+  }
+  Float8 Inside(const Piece<Float8>& piece, Float8 footprint_m) const {
     // A gap of 0.8 mm; once it is finer than the footprint it only darkens its surroundings by its
     // share.
     const Float8 width = Max(0.0008f, footprint_m);
@@ -92,21 +96,20 @@ class LaidWood : public Material {
 };
 
 // Floor boards along x with staggered ends.
-class WoodPlanks final : public LaidWood {
+class WoodPlanks final : public LaidWood<WoodPlanks> {
  public:
   explicit WoodPlanks(Rng& rng, const WoodSpecies& species) : LaidWood(rng, species) {
     width_m_ = Draw(rng, 0.07, 0.19);
     length_m_ = width_m_ * Draw(rng, 7, 13);
     seed_ = DrawSeed(rng);
   }
-
- private:
-  Piece At(const PlanePoint8& plane) const override {
-    const Float8 row = plane.v / width_m_ + 0.5f;
+  template <typename Real>
+  Piece<Real> At(const PlaneOf8<Real>& plane) const {
+    const Real row = plane.v / width_m_ + 0.5f;
     const Int8 j = noise::FloorInt(row);
-    const Float8 along = plane.u / length_m_ + noise::Unit(Hash(j, seed_));
+    const Real along = plane.u / length_m_ + noise::Unit(Hash(j, seed_));
     const Int8 i = noise::FloorInt(along);
-    Piece piece;
+    Piece<Real> piece;
     piece.along_m = (along - ToFloat(i)) * length_m_;
     piece.across_m = (row - ToFloat(j)) * width_m_;
     piece.edge_m = Min(Min(piece.along_m, length_m_ - piece.along_m),
@@ -115,35 +118,35 @@ class WoodPlanks final : public LaidWood {
     return piece;
   }
 
+ private:
   float length_m_;
   uint32_t seed_;
 };
 
 // Herringbone: on a grid of unit squares, (i - j) mod 2n tells a lying block (< n) from a standing
 // one.
-class ParquetHerringbone final : public LaidWood {
+class ParquetHerringbone final : public LaidWood<ParquetHerringbone> {
  public:
   explicit ParquetHerringbone(Rng& rng, const WoodSpecies& species) : LaidWood(rng, species) {
     width_m_ = Draw(rng, 0.05, 0.09);
     n_ = rng.UniformInt(4, 6);
     seed_ = DrawSeed(rng);
   }
-
- private:
-  Piece At(const PlanePoint8& plane) const override {
+  template <typename Real>
+  Piece<Real> At(const PlaneOf8<Real>& plane) const {
     // Laid at 45 degrees to the walls.
-    const Float8 a = (plane.u + plane.v) * 0.70710678f / width_m_;
-    const Float8 b = (plane.v - plane.u) * 0.70710678f / width_m_;
+    const Real a = (plane.u + plane.v) * 0.70710678f / width_m_;
+    const Real b = (plane.v - plane.u) * 0.70710678f / width_m_;
     const Int8 i = noise::FloorInt(a), j = noise::FloorInt(b);
-    const Float8 x = a - ToFloat(i), y = b - ToFloat(j);
+    const Real x = a - ToFloat(i), y = b - ToFloat(j);
     // The quotient is exact enough for its floor as long as i - j fits into a float.
     const float length = static_cast<float>(n_);
     const Int8 k = i - j - 2 * n_ * noise::FloorInt(ToFloat(i - j) / (2.0f * length));
     const Int8 m = 2 * n_ - 1 - k;
     const Mask8 lying = k < n_;
-    const Float8 along = lying ? ToFloat(k) + x : ToFloat(m) + y;
-    const Float8 across = lying ? y : x;
-    Piece piece;
+    const Real along = Select(lying, ToFloat(k) + x, ToFloat(m) + y);
+    const Real across = Select(lying, y, x);
+    Piece<Real> piece;
     piece.id = lying ? Hash(i - k, j, seed_) : Hash(i, j - m, seed_ + 1);
     piece.along_m = along * width_m_;
     piece.across_m = across * width_m_;
@@ -151,12 +154,13 @@ class ParquetHerringbone final : public LaidWood {
     return piece;
   }
 
+ private:
   int n_;
   uint32_t seed_;
 };
 
 // Cross-bonded veneers seen from the side: layers across z alternate long grain and end grain.
-class PlywoodEdge final : public Material {
+class PlywoodEdge final : public Carved<PlywoodEdge> {
  public:
   explicit PlywoodEdge(Rng& rng) : grain_(rng, kBeech) {
     layer_m_ = Draw(rng, 0.0011, 0.0022);
@@ -187,8 +191,8 @@ class PlywoodEdge final : public Material {
     out.specular = Splat(0.35f);
     return out;
   }
-  Float8 Height(const SurfacePoint8& point) const override {
-    const Float8 phase = noise::Fract(point.texture_m.z / (2.0f * layer_m_));
+  auto HeightOf(const auto& point) const {
+    const auto phase = noise::Fract(point.texture_m.z / (2.0f * layer_m_));
     return -4e-5f * (0.5f + 0.5f * noise::CosTurn(phase)) *
                noise::Fade(2.0f * layer_m_, point.footprint_m) +
            2e-5f * noise::Fbm3(point.texture_m, 0.0016f, 2, point.footprint_m, seed_);

@@ -38,12 +38,13 @@ WoodGrain::WoodGrain(Rng& rng, const WoodSpecies& species) {
   seed_ = DrawSeed(rng);
 }
 
-Float8 WoodGrain::Pores(const Vec3x8& p_m, Float8 footprint_m) const {
+template <typename Vec>
+RealOf<Vec> WoodGrain::Pores(const Vec& p_m, Float8 footprint_m) const {
   constexpr float kMean = 0.12f;  // Of the step below.
   const Float8 fade = Fade(1.4e-3f, footprint_m);
   if (pores_ <= 0 || !Any(fade > 0)) return Splat(pores_ * kMean);
-  const Float8 n = Gradient3(p_m.x * 90.0f, p_m.y * 1400.0f, p_m.z * 1400.0f, seed_ + 11);
-  return pores_ * noise::Lerp(kMean, SmoothStep(0.22f, 0.5f, n), fade);
+  const auto n = Gradient3(p_m.x * 90.0f, p_m.y * 1400.0f, p_m.z * 1400.0f, seed_ + 11);
+  return pores_ * (kMean + fade * (SmoothStep(0.22f, 0.5f, n) - kMean));
 }
 
 Float8 WoodGrain::Fold(Float8 x_m) const {
@@ -113,8 +114,9 @@ WoodGrain::Point WoodGrain::At(const Vec3x8& p_m, const Vec3x8& face, Float8 foo
   return out;
 }
 
-Float8 WoodGrain::HeightAt(const Vec3x8& p_m, Float8 footprint_m) const {
-  Float8 height = -6e-5f * Pores(p_m, footprint_m);
+template <typename Vec>
+RealOf<Vec> WoodGrain::ReliefAt(const Vec& p_m, Float8 footprint_m) const {
+  auto height = -6e-5f * Pores(p_m, footprint_m);
   const Float8 fine = Fade(1.5e-3f, footprint_m);
   const Float8 middle = Fade(5e-3f, footprint_m);
   if (Any(fine > 0)) {
@@ -124,6 +126,13 @@ Float8 WoodGrain::HeightAt(const Vec3x8& p_m, Float8 footprint_m) const {
     height += 3e-5f * middle * Gradient3(p_m.x * 5.0f, p_m.y * 210.0f, p_m.z * 210.0f, seed_ + 5);
   }
   return height;
+}
+
+Float8 WoodGrain::HeightAt(const Vec3x8& p_m, Float8 footprint_m) const {
+  return ReliefAt(p_m, footprint_m);
+}
+Dual8 WoodGrain::HeightAt(const DualVec8& p_m, Float8 footprint_m) const {
+  return ReliefAt(p_m, footprint_m);
 }
 
 WoodFinish::WoodFinish(Rng& rng) {

@@ -29,10 +29,15 @@ class WoodGrain {
   Point At(const Vec3x8& p_m, const Vec3x8& face, Float8 footprint_m) const;
   // Relief of fibres and pores in metres, about +-0.1 mm.
   Float8 HeightAt(const Vec3x8& p_m, Float8 footprint_m) const;
+  Dual8 HeightAt(const DualVec8& p_m, Float8 footprint_m) const;
 
  private:
   Float8 Fold(Float8 x_m) const;
-  Float8 Pores(const Vec3x8& p_m, Float8 footprint_m) const;
+  // Of numbers and of duals.
+  template <typename Vec>
+  RealOf<Vec> Pores(const Vec& p_m, Float8 footprint_m) const;
+  template <typename Vec>
+  RealOf<Vec> ReliefAt(const Vec& p_m, Float8 footprint_m) const;
 
   Vec3f early_, late_, pore_;
   float ring_m_, contrast_, late_share_, pores_, figure_m_, knots_, streaks_;

@@ -19,21 +19,20 @@ PARALLAX_LANE_CLONES Vec3x8 BendNormals(const Material& material, const SurfaceP
                      (points.footprint_m <= kWidestRelief_m);
   if (!Any(seen)) return normals;
 
-  const Float8 height = material.Height(points);
-  const Float8 step = Clamp(0.5f * points.footprint_m, 5e-5f, 0.02f);
-  const auto slope = [&](const Vec3x8& tangent) {
-    // The tangent in terms of the triangle's edges, then the same step in texture space.
-    const Float8 b1 = Inner(tangent, e1), b2 = Inner(tangent, e2), none = Splat(0);
-    const Float8 s = seen ? (g22 * b1 - g12 * b2) / determinant * step : none;
-    const Float8 r = seen ? (g11 * b2 - g12 * b1) / determinant * step : none;
-    SurfacePoint8 moved = points;
-    moved.texture_m = points.texture_m + (faces.texture_edge[0] * s + faces.texture_edge[1] * r);
-    moved.u += s * faces.u_edge[0] + r * faces.u_edge[1];
-    moved.v += s * faces.v_edge[0] + r * faces.v_edge[1];
-    return Clamp((material.Height(moved) - height) / step, -4.0f, 4.0f);
-  };
   const Frame8 frame(normals);
-  const Float8 dx = slope(frame.x), dy = slope(frame.y);
+  Tangents8 tangents;
+  for (const int along : {0, 1}) {
+    // The direction in terms of the triangle's edges, then as far in texture space.
+    const Vec3x8& direction = along == 0 ? frame.x : frame.y;
+    const Float8 b1 = Inner(direction, e1), b2 = Inner(direction, e2);
+    const Float8 s = seen ? (g22 * b1 - g12 * b2) / determinant : Splat(0);
+    const Float8 r = seen ? (g11 * b2 - g12 * b1) / determinant : Splat(0);
+    tangents.texture[along] = faces.texture_edge[0] * s + faces.texture_edge[1] * r;
+    tangents.u[along] = s * faces.u_edge[0] + r * faces.u_edge[1];
+    tangents.v[along] = s * faces.v_edge[0] + r * faces.v_edge[1];
+  }
+  const Dual8 height = material.Relief(points, tangents);
+  const Float8 dx = Clamp(height.dx, -4.0f, 4.0f), dy = Clamp(height.dy, -4.0f, 4.0f);
   const Mask8 bent = seen & ((dx != 0) | (dy != 0));
   const Vec3x8 normal = frame.z - frame.x * dx - frame.y * dy;
   return Select(bent, normal / Norm(normal), normals);

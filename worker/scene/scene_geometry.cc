@@ -28,6 +28,9 @@ class TintedMaterial final : public Material {
     return sample;
   }
   Float8 Height(const SurfacePoint8& points) const override { return inner_->Height(points); }
+  Dual8 Relief(const SurfacePoint8& points, const Tangents8& tangents) const override {
+    return inner_->Relief(points, tangents);
+  }
 
  private:
   std::unique_ptr<const Material> inner_;

@@ -275,6 +275,53 @@ TEST_P(EveryMaterial, HeightIsContinuous) {
   }
 }
 
+// The slopes that bend the normals are those of the height, but for the few points at a kink; what
+// is drawn stroke by stroke takes them from half a footprint further.
+TEST_P(EveryMaterial, ReliefHasTheSlopesOfItsHeight) {
+  constexpr float kStep = 4e-6f;
+  const std::string& family = material_class().family;
+  const bool drawn = family == "picture" || family == "wallpaper" || GetParam() == "RugPattern";
+  const double share = drawn ? 0.4 : 0.03;
+  for (uint64_t seed = 0; seed < kSeeds; ++seed) {
+    const auto material = Make(material_class(), seed);
+    Rng rng(SceneSeed{9}, "slopes");
+    double missed = 0, whole = 0;
+    for (int i = 0; i < 300; ++i) {
+      std::vector<SurfacePoint> some(kLanes);
+      Tangents8 tangents{};
+      for (int lane = 0; lane < kLanes; ++lane) {
+        SurfacePoint& point = some[static_cast<size_t>(lane)] = RandomPoint(rng);
+        point.texture_m *= 0.02f;  // Near the origin a float resolves the step.
+        point.footprint_m =
+            static_cast<float>(std::exp(rng.Uniform(std::log(2e-4), std::log(0.01))));
+        for (Vec3x8& tangent : tangents.texture) {
+          tangent.Set(lane,
+                      Vec3f(static_cast<float>(rng.Normal()), static_cast<float>(rng.Normal()),
+                            static_cast<float>(rng.Normal()))
+                          .normalized());
+        }
+      }
+      const SurfacePoint8 points(some);
+      const Dual8 relief = material->Relief(points, tangents);
+      const Float8 height = material->Height(points);
+      const auto moved = [&](int along, float far) {
+        SurfacePoint8 there = points;
+        there.texture_m = points.texture_m + tangents.texture[along] * far;
+        return material->Height(there);
+      };
+      const Float8 dx = (moved(0, kStep) - moved(0, -kStep)) / (2 * kStep);
+      const Float8 dy = (moved(1, kStep) - moved(1, -kStep)) / (2 * kStep);
+      for (int lane = 0; lane < kLanes; ++lane) {
+        ASSERT_NEAR(relief.value[lane], height[lane], 1e-7f);
+        ASSERT_TRUE(std::isfinite(relief.dx[lane]) && std::isfinite(relief.dy[lane]));
+        missed += std::fabs(relief.dx[lane] - dx[lane]) + std::fabs(relief.dy[lane] - dy[lane]);
+        whole += std::fabs(dx[lane]) + std::fabs(dy[lane]);
+      }
+    }
+    EXPECT_LE(missed, share * whole) << "seed " << seed;
+  }
+}
+
 // ---- The catalogue itself ---------------------------------------------------------------------
 
 TEST(MaterialCatalogue, IsSortedAndNamesAreUnique) {

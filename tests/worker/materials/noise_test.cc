@@ -130,6 +130,90 @@ TEST(Noise, EightPointsGetTheBitsOfOne) {
   }
 }
 
+// Eight random points that move along two random directions.
+DualVec8 Moving(Rng& rng) {
+  const auto dual = [&] {
+    Dual8 d;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      d.value[lane] = static_cast<float>(rng.Uniform(-3, 3));
+      d.dx[lane] = static_cast<float>(rng.Normal());
+      d.dy[lane] = static_cast<float>(rng.Normal());
+    }
+    return d;
+  };
+  return {dual(), dual(), dual()};
+}
+Vec3x8 At(const DualVec8& p, float x, float y) {
+  const auto at = [&](const Dual8& d) { return d.value + x * d.dx + y * d.dy; };
+  return {at(p.x), at(p.y), at(p.z)};
+}
+
+// `exact` is that of `f` at `p`, whose values differ as its slopes say; but for a few lanes between
+// whose neighbours there is a kink.
+template <typename Function>
+void ExpectSlopes(const char* what, const DualVec8& p, const Dual8& exact, const Function& f,
+                  int* kinks) {
+  constexpr float kStep = 1e-3f;
+  const Float8 here = f(At(p, 0, 0));
+  const Float8 dx = (f(At(p, kStep, 0)) - f(At(p, -kStep, 0))) / (2 * kStep);
+  const Float8 dy = (f(At(p, 0, kStep)) - f(At(p, 0, -kStep))) / (2 * kStep);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    EXPECT_EQ(exact.value[lane], here[lane]) << what;
+    *kinks += std::fabs(exact.dx[lane] - dx[lane]) > 0.01f + 0.01f * std::fabs(dx[lane]) ||
+              std::fabs(exact.dy[lane] - dy[lane]) > 0.01f + 0.01f * std::fabs(dy[lane]);
+  }
+}
+
+TEST(Noise, DualsGetTheSlopes) {
+  Rng rng(SceneSeed{10}, "noise_test");
+  constexpr int kRounds = 400;
+  int smooth = 0, kinked = 0;
+  for (int i = 0; i < kRounds; ++i) {
+    const DualVec8 p = Moving(rng);
+    const Float8 footprint = Splat(0.1f);
+    ExpectSlopes(
+        "Gradient3", p, Gradient3(p, 9), [](const Vec3x8& q) { return Gradient3(q, 9); }, &smooth);
+    ExpectSlopes(
+        "Gradient2", p, Gradient2(p.x, p.y, 9),
+        [](const Vec3x8& q) { return Gradient2(q.x, q.y, 9); }, &smooth);
+    ExpectSlopes(
+        "Fbm3", p, Fbm3(p, 2.0f, 3, footprint, 9),
+        [&](const Vec3x8& q) { return Fbm3(q, 2.0f, 3, footprint, 9); }, &smooth);
+    ExpectSlopes(
+        "SmoothStep", p, SmoothStep(-1.0f, 2.0f, p.x),
+        [](const Vec3x8& q) { return SmoothStep(-1.0f, 2.0f, q.x); }, &smooth);
+    ExpectSlopes(
+        "Above", p, Above(Fbm3Filtered(p, 2.0f, 2, footprint, 9), 0.1f, 0.5f),
+        [&](const Vec3x8& q) { return Above(Fbm3Filtered(q, 2.0f, 2, footprint, 9), 0.1f, 0.5f); },
+        &smooth);
+    ExpectSlopes(
+        "product", p, Sqrt(p.x * p.x + 1.0f) / 3.0f - p.y * (2.0f - p.z),
+        [](const Vec3x8& q) { return Sqrt(q.x * q.x + 1.0f) * (1.0f / 3.0f) - q.y * (2.0f - q.z); },
+        &smooth);
+    ExpectSlopes(
+        "kinks", p, Max(Abs(p.x), Min(p.y, Saturate(p.z))),
+        [](const Vec3x8& q) { return Max(Abs(q.x), Min(q.y, Saturate(q.z))); }, &kinked);
+    ExpectSlopes(
+        "CosTurn", p, CosTurn(Fract(0.3f * p.x)),
+        [](const Vec3x8& q) { return CosTurn(Fract(0.3f * q.x)); }, &kinked);
+    const DualCell8 cell = Cells3(p, 4), tile = Cells2(p.x, p.y, 4);
+    ExpectSlopes(
+        "f1", p, cell.f1, [](const Vec3x8& q) { return Cells3(q, 4).f1; }, &kinked);
+    ExpectSlopes(
+        "f2", p, cell.f2, [](const Vec3x8& q) { return Cells3(q, 4).f2; }, &kinked);
+    ExpectSlopes(
+        "offset", p, cell.offset.z, [](const Vec3x8& q) { return Cells3(q, 4).offset.z; }, &kinked);
+    ExpectSlopes(
+        "f2 in the plane", p, tile.f2, [](const Vec3x8& q) { return Cells2(q.x, q.y, 4).f2; },
+        &kinked);
+    ExpectSlopes(
+        "offset in the plane", p, tile.offset.x,
+        [](const Vec3x8& q) { return Cells2(q.x, q.y, 4).offset.x; }, &kinked);
+  }
+  EXPECT_LE(smooth, 6 * kRounds * kLanes / 1000);
+  EXPECT_LE(kinked, 7 * kRounds * kLanes / 100);
+}
+
 TEST(Noise, CosTurnFollowsTheCosine) {
   for (int i = -300; i <= 300; ++i) {
     const float x = static_cast<float>(i) * 0.0173f;

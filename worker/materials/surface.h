@@ -90,16 +90,15 @@ inline Vec3x8 FaceOf(const auto& points) {
   const Vec3x8& t = points.texture_normal;
   return Select((t.x != 0) | (t.y != 0) | (t.z != 0), t, points.normal);
 }
-inline auto OnPlane8(const auto& points) {
+// Of SurfacePoint8 and ReliefPoint8.
+inline auto OnPlane(const auto& points) {
   const Vec3x8 n = FaceOf(points);
   const auto& p = points.texture_m;
   const Float8 nx = Abs(n.x), ny = Abs(n.y), nz = Abs(n.z);
   const Mask8 along_z = (nz >= nx) & (nz >= ny), along_y = ny >= nx;
-  const auto u = Select(along_z | along_y, p.x, p.y);
-  return PlaneOf8<std::remove_const_t<decltype(u)>>{u, Select(along_z, p.y, p.z)};
+  using Real = RealOf<std::remove_cvref_t<decltype(p)>>;
+  return PlaneOf8<Real>{Select(along_z | along_y, p.x, p.y), Select(along_z, p.y, p.z)};
 }
-inline PlanePoint8 OnPlane(const SurfacePoint8& points) { return OnPlane8(points); }
-inline PlaneOf8<Dual8> OnPlane(const ReliefPoint8& points) { return OnPlane8(points); }
 
 // As a point in space: for noise of three dimensions.
 template <typename Real>

@@ -79,9 +79,6 @@ struct DualVec8 {
 inline DualVec8 operator+(const DualVec8& a, const DualVec8& b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
-inline DualVec8 operator+(const DualVec8& a, const Vec3x8& b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
 inline DualVec8 operator*(const DualVec8& a, float s) { return {a.x * s, a.y * s, a.z * s}; }
 inline DualVec8 operator*(const Vec3f& a, const Dual8& s) {
   return {a.x() * s, a.y() * s, a.z() * s};

@@ -40,6 +40,7 @@ inline Dual8 operator-(const Dual8& a, Float8 b) { return {a.value - b, a.dx, a.
 inline Dual8 operator-(Float8 a, const Dual8& b) { return {a - b.value, -b.dx, -b.dy}; }
 inline Dual8 operator*(const Dual8& a, Float8 b) { return {a.value * b, a.dx * b, a.dy * b}; }
 inline Dual8 operator*(Float8 a, const Dual8& b) { return b * a; }
+// By the reciprocal: a rounding away from what the same formula of numbers gives.
 inline Dual8 operator/(const Dual8& a, Float8 b) { return a * (1.0f / b); }
 inline Dual8 operator+(const Dual8& a, float b) { return a + Splat(b); }
 inline Dual8 operator+(float a, const Dual8& b) { return b + Splat(a); }

@@ -107,7 +107,7 @@ class WovenFabric : public Carved<WovenFabric> {
     // Slubs: stretches of thicker, lighter thread, long along their thread. Then wear, broad and
     // faint.
     color *= 1.0f + Slubs(plane, w);
-    color *= 1.0f + 0.07f * noise::Fbm3(Vec3x8(plane.u, plane.v, Splat(0)), 0.11f, 2, w, seed_ + 9);
+    color *= 1.0f + 0.07f * noise::Fbm3(InPlane(plane), 0.11f, 2, w, seed_ + 9);
     out.base_color = Albedo(color);
     out.roughness = Splat(roughness_);
     out.specular = Splat(0.25f);
@@ -234,9 +234,8 @@ class Denim final : public WovenFabric {
 
  private:
   Vec3x8 DyeOf(bool warp, const PlanePoint8& plane, Float8 w) const override {
-    const Float8 worn = wear_ * SmoothStep(-0.1f, 0.8f,
-                                           noise::Fbm3(Vec3x8(plane.u, plane.v, Splat(0)), 0.16f, 3,
-                                                       w, seed_ + 20));
+    const Float8 worn =
+        wear_ * SmoothStep(-0.1f, 0.8f, noise::Fbm3(InPlane(plane), 0.16f, 3, w, seed_ + 20));
     return Mix(warp ? warp_ : weft_, weft_, worn);
   }
   float wear_;

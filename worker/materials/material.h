@@ -102,8 +102,9 @@ class Material {
     (void)points;
     return Splat(0);
   }
-  // The same, and its slopes along both directions. Unless a material knows better, from how the
-  // height differs half a footprint further.
+  // The same, and its slopes along both directions, metres a metre: this bends the normals. Unless
+  // a material knows better (`Carved`, surface.h), from how the height differs half a footprint
+  // further.
   virtual Dual8 Relief(const SurfacePoint8& points, const Tangents8& tangents) const;
 
   // Of one point.

@@ -71,6 +71,7 @@ class LaidWood : public Carved<Self> {
     bevel_m_ = Draw(rng, 0.0015, 0.004);
     depth_m_ = Draw(rng, 0.0004, 0.0012);
   }
+
   float width_m_ = 0.1f;  // Of a piece; the subclass draws it.
 
  private:

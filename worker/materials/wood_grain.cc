@@ -115,7 +115,7 @@ WoodGrain::Point WoodGrain::At(const Vec3x8& p_m, const Vec3x8& face, Float8 foo
 }
 
 template <typename Vec>
-RealOf<Vec> WoodGrain::ReliefAt(const Vec& p_m, Float8 footprint_m) const {
+RealOf<Vec> WoodGrain::HeightAt(const Vec& p_m, Float8 footprint_m) const {
   auto height = -6e-5f * Pores(p_m, footprint_m);
   const Float8 fine = Fade(1.5e-3f, footprint_m);
   const Float8 middle = Fade(5e-3f, footprint_m);
@@ -128,12 +128,8 @@ RealOf<Vec> WoodGrain::ReliefAt(const Vec& p_m, Float8 footprint_m) const {
   return height;
 }
 
-Float8 WoodGrain::HeightAt(const Vec3x8& p_m, Float8 footprint_m) const {
-  return ReliefAt(p_m, footprint_m);
-}
-Dual8 WoodGrain::HeightAt(const DualVec8& p_m, Float8 footprint_m) const {
-  return ReliefAt(p_m, footprint_m);
-}
+template Float8 WoodGrain::HeightAt(const Vec3x8&, Float8) const;
+template Dual8 WoodGrain::HeightAt(const DualVec8&, Float8) const;
 
 WoodFinish::WoodFinish(Rng& rng) {
   const double kind = rng.Uniform();

@@ -27,23 +27,23 @@ class WoodGrain {
   // `p_m` x along the grain; `face` the unit normal of the cut, only to know how wide a ring shows
   // on it.
   Point At(const Vec3x8& p_m, const Vec3x8& face, Float8 footprint_m) const;
-  // Relief of fibres and pores in metres, about +-0.1 mm.
-  Float8 HeightAt(const Vec3x8& p_m, Float8 footprint_m) const;
-  Dual8 HeightAt(const DualVec8& p_m, Float8 footprint_m) const;
+  // Relief of fibres and pores in metres, about +-0.1 mm; of numbers and of duals.
+  template <typename Vec>
+  RealOf<Vec> HeightAt(const Vec& p_m, Float8 footprint_m) const;
 
  private:
   Float8 Fold(Float8 x_m) const;
-  // Of numbers and of duals.
   template <typename Vec>
   RealOf<Vec> Pores(const Vec& p_m, Float8 footprint_m) const;
-  template <typename Vec>
-  RealOf<Vec> ReliefAt(const Vec& p_m, Float8 footprint_m) const;
 
   Vec3f early_, late_, pore_;
   float ring_m_, contrast_, late_share_, pores_, figure_m_, knots_, streaks_;
   float heart_y_m_, heart_z_m_, tilt_y_, tilt_z_, fold_m_;
   uint32_t seed_;
 };
+
+extern template Float8 WoodGrain::HeightAt(const Vec3x8&, Float8) const;
+extern template Dual8 WoodGrain::HeightAt(const DualVec8&, Float8) const;
 
 // Draws what the finish does to light: oiled, satin or gloss varnish.
 struct WoodFinish {

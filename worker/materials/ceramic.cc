@@ -207,8 +207,11 @@ class CeramicTiles final : public Carved<CeramicTiles> {
     out.roughness = Saturate(noise::Lerp(0.9f, roughness_ * (1.0f + 0.2f * cloud), solid));
     return out;
   }
-  auto HeightOf(const auto& point) const {
+  template <typename Point>
+  typename Point::Real HeightOf(const Point& point) const {
     const Float8 w = point.footprint_m;
+    const Float8 fade = Fade(width_m_, w);
+    if (!Any(fade > 0)) return Splat(0);
     const auto tile = At(OnPlane(point));
     const auto rise =
         1.0f - LineShare(tile.edge_m, 0.5f * gap_m_ + 0.3f * bevel_m_, bevel_m_, 2.0f * w);
@@ -220,8 +223,7 @@ class CeramicTiles final : public Carved<CeramicTiles> {
                                (UnitByte(tile.id, 3) - 0.5f) * tile.v_m);
     const auto wave = 2e-5f * Fbm3(point.texture_m, 0.02f, 2, w, seed_ + 8);
     const auto sand = 6e-5f * Fbm3(point.texture_m, 0.002f, 2, w, seed_ + 9);
-    return Fade(width_m_, w) *
-           (rise * (1.2e-3f + 1e-4f * inside + own * tilt + wave) + (1.0f - rise) * sand);
+    return fade * (rise * (1.2e-3f + 1e-4f * inside + own * tilt + wave) + (1.0f - rise) * sand);
   }
 
  private:

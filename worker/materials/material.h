@@ -53,6 +53,8 @@ struct SurfaceSample {
 
 // Eight of them. Lanes from `count` on hold a copy of another.
 struct SurfacePoint8 {
+  using Real = Float8;  // Of what numbers a formula of these points is.
+
   Vec3x8 texture_m, normal;
   Float8 u, v;
   Float8 footprint_m;

@@ -126,8 +126,11 @@ class HammeredMetal final : public Carved<HammeredMetal> {
     out.roughness = Saturate(roughness_ * (0.9f + 0.5f * bowl + 0.3f * stain));
     return out;
   }
-  auto HeightOf(const auto& point) const {
-    return -depth_ * dent_m_ * Fade(dent_m_, point.footprint_m) * (1.0f - Bowl(point.texture_m));
+  template <typename Point>
+  typename Point::Real HeightOf(const Point& point) const {
+    const Float8 fade = Fade(dent_m_, point.footprint_m);
+    if (!Any(fade > 0)) return Splat(0);
+    return -depth_ * dent_m_ * fade * (1.0f - Bowl(point.texture_m));
   }
 
  private:

@@ -53,6 +53,8 @@ inline PlanePoint OnPlane(const SurfacePoint& point) {
 
 // Eight points whose place in texture space knows its slopes.
 struct ReliefPoint8 {
+  using Real = Dual8;
+
   DualVec8 texture_m;
   Vec3x8 normal, texture_normal;
   Float8 footprint_m;
@@ -67,7 +69,7 @@ struct ReliefPoint8 {
 };
 
 // A material whose relief is one formula, `HeightOf(const auto& point)`, of numbers (SurfacePoint8)
-// and of duals (ReliefPoint8), whose slopes then are exact.
+// and of duals (ReliefPoint8), whose slopes then are exact. It gives `Point::Real`.
 template <typename Self>
 class Carved : public Material {
  public:

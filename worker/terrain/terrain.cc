@@ -1,0 +1,156 @@
+#include "worker/terrain/terrain.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "common/base/rng.h"
+#include "worker/materials/noise.h"
+#include "worker/terrain/flow.h"
+
+namespace parallax {
+namespace {
+
+constexpr float kEarthRadius_m = 6.371e6f;
+
+Field SteepnessOf(const Field& height) {
+  Field steepness = height;
+  const int n = height.size;
+  for (int row = 0; row < n; ++row) {
+    for (int column = 0; column < n; ++column) {
+      const auto at = [&](int x, int y) {
+        return height.At(std::clamp(x, 0, n - 1), std::clamp(y, 0, n - 1));
+      };
+      steepness.At(column, row) = Vec2f(at(column + 1, row) - at(column - 1, row),
+                                        at(column, row + 1) - at(column, row - 1))
+                                      .norm() /
+                                  (2 * height.cell_m);
+    }
+  }
+  return BoxBlurred(steepness, 1);
+}
+
+}  // namespace
+
+float Terrain::Weight(const Field& field, const Vec2f& p) {
+  const float half = 0.5f * field.extent_m();
+  const Vec2f from_center = (p - field.origin - Vec2f::Constant(half)).cwiseAbs() / half;
+  return 1 - noise::SmoothStep(0.72f, 0.96f, from_center.maxCoeff());
+}
+
+float Terrain::Blend(const Field& site, const Field& region, const Vec2f& p) const {
+  const float weight = Weight(site, p);
+  if (weight <= 0) return region.Sample(p);
+  if (weight >= 1) return site.Sample(p);
+  return noise::Lerp(region.Sample(p), site.Sample(p), weight);
+}
+
+float Terrain::Base(const Vec2f& p) const {
+  const float in_site = Weight(site_, p);
+  if (in_site >= 1) return site_.SampleSmooth(p);
+  const float in_region = Weight(region_, p);
+  float height = 0;
+  if (in_region > 0) height += in_region * region_.SampleSmooth(p);
+  if (in_region < 1) {
+    float far = 0;
+    for (const TerrainTerm& term : spec_.terms) far += TermHeight(term, p, region_.cell_m);
+    height += (1 - in_region) * far;
+  }
+  return in_site > 0 ? noise::Lerp(height, site_.SampleSmooth(p), in_site) : height;
+}
+
+// Octaves from a few cells of the site down to the footprint. Steep ground is rocky and rough,
+// laid-down ground is smooth.
+float Terrain::Detail(const Vec2f& p, float footprint_m) const {
+  if (spec_.roughness <= 0) return 0;
+  const float steepness = Steepness(p), deposit = Deposit(p);
+  const float rocky = noise::SmoothStep(0.35f, 1.0f, steepness);
+  const float loose = noise::SmoothStep(0.05f, 0.6f, deposit);
+  const float strength = spec_.roughness * noise::Lerp(0.35f, 1.6f, rocky) * (1 - 0.5f * loose);
+  float sum = 0, wavelength_m = 9.0f, amplitude_m = 0.30f;
+  Vec2f q = p;
+  for (uint32_t octave = 0; octave < 9; ++octave) {
+    const float kept = noise::Fade(wavelength_m, footprint_m);
+    if (kept <= 0) break;
+    const Vec2f at = q / wavelength_m;
+    float value = noise::Gradient3(at.x(), at.y(), 0.31f * at.x() - 0.23f * at.y(),
+                                   detail_seed_ + octave * 131u);
+    // Rock has edges, soil has not.
+    const float edged = 0.55f - 1.9f * std::min(0.6f, std::fabs(value));
+    value = noise::Lerp(value, edged, 0.8f * rocky);
+    sum += kept * amplitude_m * value;
+    q = Vec2f(0.8f * q.x() - 0.6f * q.y(), 0.6f * q.x() + 0.8f * q.y());
+    wavelength_m *= 0.47f;
+    amplitude_m *= 0.45f;
+  }
+  return strength * sum;
+}
+
+float Terrain::Height(const Vec2f& p, float footprint_m) const {
+  return Base(p) + Detail(p, footprint_m) - p.squaredNorm() / (2 * kEarthRadius_m);
+}
+
+Vec2f Terrain::Slope(const Vec2f& p, float footprint_m) const {
+  const float half = std::max(0.5f * footprint_m, 0.01f);
+  const Vec2f along_x(half, 0), along_y(0, half);
+  return Vec2f(Height(p + along_x, footprint_m) - Height(p - along_x, footprint_m),
+               Height(p + along_y, footprint_m) - Height(p - along_y, footprint_m)) /
+         (2 * half);
+}
+
+float Terrain::DrainageArea(const Vec2f& p) const { return Blend(site_area_, region_area_, p); }
+float Terrain::Wetness(const Vec2f& p) const { return Blend(site_wetness_, region_wetness_, p); }
+float Terrain::Deposit(const Vec2f& p) const { return Blend(site_deposit_, region_deposit_, p); }
+float Terrain::Steepness(const Vec2f& p) const {
+  return Blend(site_steepness_, region_steepness_, p);
+}
+
+Terrain MakeTerrain(const TerrainSpec& spec) {
+  const Rng rng(SceneSeed{spec.seed}, "terrain");
+  Terrain terrain;
+  terrain.spec_ = spec;
+  terrain.detail_seed_ = rng.Child("detail").Bits32();
+
+  // The region: valleys.
+  Field region = Field::Square(spec.region_samples, spec.region_m);
+  FillWithTerms(spec.terms, region);
+  ErodeByStreams(region, spec.streams);
+  Field region_deposit = Field::Square(spec.region_samples, spec.region_m);
+  ThermalOptions gravity = spec.gravity;
+  gravity.seed = rng.Child("gravity").Bits32();
+  ErodeByGravity(region, region_deposit, gravity);
+
+  // The site: what the terms have between the region's samples, then gullies, fans and screes.
+  Field site = Field::Square(spec.site_samples, spec.site_m);
+  for (int row = 0; row < site.size; ++row) {
+    for (int column = 0; column < site.size; ++column) {
+      const Vec2f p = site.PositionOf(column, row);
+      float finer = 0;
+      for (const TerrainTerm& term : spec.terms) {
+        finer += TermHeight(term, p, site.cell_m) - TermHeight(term, p, region.cell_m);
+      }
+      site.At(column, row) = region.SampleSmooth(p) + finer;
+    }
+  }
+  Field site_deposit = Field::Square(spec.site_samples, spec.site_m);
+  DropletOptions rain = spec.rain;
+  rain.seed = rng.Child("rain").Bits64();
+  ErodeByDroplets(site, site_deposit, rain);
+  ErodeByGravity(site, site_deposit, gravity);
+
+  // Masks.
+  terrain.region_area_ = DrainageArea(region, RouteFlow(region));
+  terrain.site_area_ = DrainageArea(site, RouteFlow(site));
+  terrain.region_wetness_ = BoxBlurred(Wetness(region, terrain.region_area_), 1);
+  terrain.site_wetness_ = BoxBlurred(Wetness(site, terrain.site_area_), 2);
+  terrain.region_steepness_ = SteepnessOf(region);
+  terrain.site_steepness_ = SteepnessOf(site);
+  terrain.region_deposit_ = std::move(region_deposit);
+  terrain.site_deposit_ = std::move(site_deposit);
+  terrain.region_ = std::move(region);
+  terrain.site_ = std::move(site);
+  return terrain;
+}
+
+}  // namespace parallax

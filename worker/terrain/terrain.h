@@ -1,0 +1,74 @@
+// The ground of a landscape: forms (terms.h) worn by water and gravity (erosion.h) at two scales,
+// and what plants and materials ask of it.
+//
+// The region (some kilometres) is eroded by streams on a coarse raster; the site in its middle,
+// where the walk goes, again by rain and gravity on a fine one. Between samples the ground has
+// detail of every wavelength down to centimetres, rougher on steep ground. Beyond the region the
+// terms go on uneroded to the horizon, and the sphere of the Earth falls away.
+//
+// Constant after MakeTerrain; thread-safe. The same spec gives the same bits on every machine of
+// one build.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "worker/terrain/erosion.h"
+#include "worker/terrain/field.h"
+#include "worker/terrain/terms.h"
+
+namespace parallax {
+
+struct TerrainSpec {
+  uint64_t seed = 0;
+  std::vector<TerrainTerm> terms;
+  float region_m = 8192;  // Side of the coarse square; 16 m a cell.
+  int region_samples = 513;
+  float site_m = 1536;  // Side of the fine square; 1.5 m a cell.
+  int site_samples = 1025;
+  StreamPowerOptions streams;  // On the region.
+  DropletOptions rain;         // On the site; its seed is drawn from the spec's.
+  ThermalOptions gravity;      // On both.
+  float roughness = 1;         // Height of the detail between samples; 0: none.
+};
+
+class Terrain {
+ public:
+  // Height at `p`, metres, world frame (z up), without detail shorter than `footprint_m`. The
+  // sphere of the Earth is subtracted. Continuous in `p`.
+  float Height(const Vec2f& p, float footprint_m) const;
+  // Slope (d/dx, d/dy) of Height by central differences over the footprint.
+  Vec2f Slope(const Vec2f& p, float footprint_m) const;
+
+  // Where the site's masks hold; beyond it they fade to those of the region.
+  const Field& site() const { return site_; }
+  const Field& region() const { return region_; }
+  float DrainageArea(const Vec2f& p) const;  // Square metres.
+  float Wetness(const Vec2f& p) const;       // [0, 1]: 1 in valley bottoms.
+  float Deposit(const Vec2f& p) const;       // Metres of loose material: scree, sediment.
+  // Steepness of the rasters, without detail: rise over run.
+  float Steepness(const Vec2f& p) const;
+
+ private:
+  friend Terrain MakeTerrain(const TerrainSpec& spec);
+
+  float Base(const Vec2f& p) const;
+  float Detail(const Vec2f& p, float footprint_m) const;
+  // 1 inside of a field, 0 at its border and beyond, with a smooth band between.
+  static float Weight(const Field& field, const Vec2f& p);
+  float Blend(const Field& site, const Field& region, const Vec2f& p) const;
+
+  TerrainSpec spec_;
+  uint32_t detail_seed_ = 0;
+  Field region_, site_;
+  Field region_area_, site_area_;
+  Field region_wetness_, site_wetness_;
+  Field region_deposit_, site_deposit_;
+  Field region_steepness_, site_steepness_;
+};
+
+// Makes the ground: about 2 core-seconds with the default rasters. Requires rasters of at least 16
+// samples and a site that lies within the region.
+Terrain MakeTerrain(const TerrainSpec& spec);
+
+}  // namespace parallax

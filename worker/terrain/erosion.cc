@@ -14,19 +14,25 @@ namespace {
 
 constexpr float kKilometre = 1e3f, kSquareKilometre = 1e6f;
 
-// One implicit step: from the outlets upstream, each sample takes a height between its uplifted own
-// and that of its receiver.
-void CutStreams(Field& height, const StreamPowerOptions& options) {
+// One implicit step: from the outlets upstream, each sample takes a height between its own and that
+// of its receiver, and no slope stays steeper than its `talus`.
+void CutStreams(Field& height, const Field& talus, const StreamPowerOptions& options) {
   const FlowGraph flow = RouteFlow(height);
   const Field area = DrainageArea(height, flow);
+  height.values = flow.filled;
+  const auto n = static_cast<uint32_t>(height.size);
   for (const uint32_t sample : flow.order) {
     const uint32_t receiver = flow.receivers[sample];
     if (receiver == sample) continue;
+    const bool diagonal = sample % n != receiver % n && sample / n != receiver / n;
+    const float run_m = height.cell_m * (diagonal ? std::numbers::sqrt2_v<float> : 1.0f);
     const float power = options.erodibility *
                         std::pow(area.values[sample] / kSquareKilometre, options.area_exponent);
-    const float step = power * kKilometre / height.cell_m;
-    const float own = height.values[sample], below = height.values[receiver];
-    if (own > below) height.values[sample] = (own + step * below) / (1 + step);
+    const float step = power * kKilometre / run_m;
+    const float below = height.values[receiver];
+    float& own = height.values[sample];
+    if (own <= below) continue;
+    own = std::min((own + step * below) / (1 + step), below + talus.values[sample] * run_m);
   }
 }
 
@@ -42,6 +48,34 @@ void Creep(Field& height, float share) {
       height.At(column, row) = own[c] + share * (mean - own[c]);
     }
     above.swap(own);
+  }
+}
+
+// Rock differs from place to place: the slope that hillsides keep, in patches of many sizes.
+Field TalusField(const Field& raster, const StreamPowerOptions& options) {
+  Field talus = raster;
+  for (int row = 0; row < raster.size; ++row) {
+    for (int column = 0; column < raster.size; ++column) {
+      const Vec2f p = raster.PositionOf(column, row);
+      const float patches =
+          noise::Fbm3(Vec3f(p.x(), p.y(), 0.37f * p.x() - 0.29f * p.y()), 30 * raster.cell_m, 5,
+                      0.5f * raster.cell_m, options.seed, 0.8f);
+      talus.At(column, row) = options.talus * std::clamp(1 + 0.8f * patches, 0.25f, 1.9f);
+    }
+  }
+  return talus;
+}
+
+// The border is the sea that everything drains to: it does not rise, and the land rises up to full
+// within some samples.
+void LeaveBorder(Field& uplift) {
+  constexpr int kBand = 12;
+  const int n = uplift.size;
+  for (int row = 0; row < n; ++row) {
+    for (int column = 0; column < n; ++column) {
+      const int inside = std::min({column, row, n - 1 - column, n - 1 - row});
+      uplift.At(column, row) *= noise::SmoothStep(0, kBand, static_cast<float>(inside));
+    }
   }
 }
 
@@ -168,21 +202,28 @@ void Rain::RunDrop(Rng& rng) {
 }  // namespace
 
 void ErodeByStreams(Field& height, const StreamPowerOptions& options) {
-  if (options.steps <= 0) return;
-  const float relief = Relief(height);
-  if (relief <= 0) return;
-  // The land rises as it stood at first, a share in each step.
-  const float base = RangeOf(height).low;
+  const float wanted = Relief(height);
+  if (options.steps <= 0 || wanted <= 0) return;
+  // The land rises where it stood high; what it was at first only says where the first drops run.
+  const FieldRange range = RangeOf(height);
   Field uplift = height;
-  for (float& value : uplift.values) value = (value - base) / static_cast<float>(options.steps);
-  for (float& value : height.values) value = 0.35f * (value - base);
-  for (int step = 0; step < options.steps; ++step) {
-    for (size_t i = 0; i < height.values.size(); ++i) height.values[i] += uplift.values[i];
-    CutStreams(height, options);
-    Creep(height, options.diffusion);
+  for (float& value : uplift.values) {
+    value = 0.15f + (value - range.low) / (range.high - range.low);
   }
-  const float scale = relief / std::max(Relief(height), 1e-3f * relief);
-  for (float& value : height.values) value = base + scale * value;
+  for (float& value : height.values) value = 0.1f * (value - range.low);
+  LeaveBorder(uplift);
+  const Field talus = TalusField(height, options);
+  float rise_m = wanted / static_cast<float>(options.steps);
+  for (int step = 0; step < options.steps; ++step) {
+    for (size_t i = 0; i < height.values.size(); ++i) {
+      height.values[i] += rise_m * uplift.values[i];
+    }
+    CutStreams(height, talus, options);
+    Creep(height, options.diffusion);
+    rise_m *= std::clamp(wanted / std::max(Relief(height), 1e-3f * wanted), 0.8f, 1.25f);
+  }
+  const float low = RangeOf(height).low;
+  for (float& value : height.values) value += range.low - low;
 }
 
 void ErodeByDroplets(Field& height, Field& deposit, const DropletOptions& options) {

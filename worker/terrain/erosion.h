@@ -9,19 +9,23 @@
 namespace parallax {
 
 struct StreamPowerOptions {
-  int steps = 40;  // More: older landscape, longer valleys. About 20 ms each at 512^2.
-  // Wear of a step where one square kilometre drains, over a sample spacing of one kilometre;
-  // larger: deeper and wider valleys.
-  float erodibility = 0.02f;
+  int steps = 50;  // More: older landscape. About 20 ms each at 512^2.
+  // Kilometres that the cut of a stream which drains one square kilometre moves upstream in a step.
+  // Larger: valleys reach the divides sooner, and are wider.
+  float erodibility = 0.4f;
   float area_exponent = 0.45f;  // m of the stream power law; slope's exponent is 1.
+  float talus = 0.9f;           // Slope that hillsides keep, on average: rise over run.
   // Share of its difference from its neighbours that a sample loses in a step: rounds the divides.
   float diffusion = 0.02f;
+  uint32_t seed = 0;  // Where rock is hard.
 };
 
-// Raises the land by `height`, spread over the steps, while streams cut it: dendritic valleys in
-// which every sample drains to the border. The relief (5 % to 95 %) is kept.
-// Source: Braun, Willett, "A very efficient O(n), implicit method", Geomorphology 2013; Cordonnier
-// et al., "Large scale terrain generation from tectonic uplift and fluvial erosion", 2016.
+// Replaces `height` by land that rose where `height` is high while streams cut it: valleys that
+// branch, each sample draining to the border. The relief (5 % to 95 %) and the lowest point stay
+// about as they were.
+// Source: Braun, Willett, "A very efficient O(n), implicit and parallel method to solve the stream
+// power equation", Geomorphology 2013; Cordonnier et al., "Large scale terrain generation from
+// tectonic uplift and fluvial erosion", 2016.
 void ErodeByStreams(Field& height, const StreamPowerOptions& options);
 
 struct DropletOptions {

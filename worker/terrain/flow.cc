@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "worker/materials/noise.h"
+
 namespace parallax {
 namespace {
 
@@ -63,6 +65,14 @@ class BucketQueue {
   size_t bucket_ = 0;
 };
 
+// A number in [0, 1) for each pair of neighbours. Ground is never even: it keeps flow from running
+// in the raster's eight directions.
+float Chance(uint32_t from, uint32_t to) {
+  return noise::Unit(noise::Hash(static_cast<int32_t>(from), to * 0x9e3779b9u));
+}
+// A hollow is filled to a fan that rises by up to this slope away from its spill.
+constexpr float kFanSlope = 0.006f;
+
 }  // namespace
 
 FlowGraph RouteFlow(const Field& height) {
@@ -98,11 +108,13 @@ FlowGraph RouteFlow(const Field& height) {
       const uint32_t other = static_cast<uint32_t>(height.Index(x, y));
       if (state[other] == kUnseen) {
         flow.receivers[other] = sample;
-        flow.filled[other] = std::max(flow.filled[other], flow.filled[sample]);
+        const float fan_m = kFanSlope * height.cell_m * step.distance * Chance(sample, other);
+        flow.filled[other] = std::max(flow.filled[other], flow.filled[sample] + fan_m);
         state[other] = kQueued;
         queue.Push(other, flow.filled[other]);
       } else if (state[other] == kDrained && !outlet) {
-        const float slope = (flow.filled[sample] - flow.filled[other]) / step.distance;
+        const float slope = (flow.filled[sample] - flow.filled[other]) / step.distance *
+                            (0.5f + Chance(sample, other));
         if (slope > steepest) {
           steepest = slope;
           flow.receivers[sample] = other;

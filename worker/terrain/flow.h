@@ -1,6 +1,6 @@
 // Where water runs over a height field: the neighbour that each sample drains to, an order in which
-// everything downstream comes first, and drainage areas. Hollows are crossed as if filled to their
-// spill, so that all water reaches the border.
+// everything downstream comes first, and drainage areas. Hollows are crossed as if filled to gentle
+// fans that rise from their spill, so that all water reaches the border.
 //
 // Source: Barnes, Lehman, Mulla, "Priority-Flood", Computers & Geosciences 62, 2014, with a bucket
 // queue: heights are told apart to 1/2^16 of the relief.
@@ -16,7 +16,7 @@ namespace parallax {
 struct FlowGraph {
   std::vector<uint32_t> receivers;  // Index of the sample that each one drains to; outlets: itself.
   std::vector<uint32_t> order;      // Every sample once; a receiver stands before its donors.
-  std::vector<float> filled;        // Height with hollows filled to their spill.
+  std::vector<float> filled;        // Height with hollows filled.
 };
 
 // Drains `height` to the field's border. Requires at least 3 x 3 samples and finite values.

@@ -12,7 +12,7 @@ float Draw(Rng& rng, double low, double high) { return static_cast<float>(rng.Un
 void Plain(Rng& rng, TerrainSpec& spec) {
   spec.terms.push_back({.kind = TermKind::kHills,
                         .wavelength_m = Draw(rng, 2200, 4200),
-                        .amplitude_m = Draw(rng, 14, 34),
+                        .amplitude_m = Draw(rng, 5, 12),
                         .octaves = 4,
                         .seed = rng.Bits32()});
   spec.terms.push_back({.kind = TermKind::kHills,
@@ -23,10 +23,10 @@ void Plain(Rng& rng, TerrainSpec& spec) {
   // Hills at the edge of sight.
   spec.terms.push_back({.kind = TermKind::kBillows,
                         .wavelength_m = Draw(rng, 7000, 12000),
-                        .amplitude_m = Draw(rng, 30, 110),
+                        .amplitude_m = Draw(rng, 8, 40),
                         .octaves = 5,
                         .seed = rng.Bits32()});
-  spec.streams = {.steps = 30, .erodibility = 0.012f, .diffusion = 0.12f};
+  spec.streams = {.steps = 40, .erodibility = 0.3f, .talus = 0.4f, .diffusion = 0.5f};
   spec.rain.droplets = 60'000;
   spec.gravity.passes = 4;
   spec.roughness = 0.55f;
@@ -36,7 +36,7 @@ void Plain(Rng& rng, TerrainSpec& spec) {
 void Hills(Rng& rng, TerrainSpec& spec) {
   spec.terms.push_back({.kind = TermKind::kHills,
                         .wavelength_m = Draw(rng, 1100, 2000),
-                        .amplitude_m = Draw(rng, 45, 95),
+                        .amplitude_m = Draw(rng, 16, 40),
                         .octaves = 6,
                         .seed = rng.Bits32()});
   spec.terms.push_back({.kind = TermKind::kHills,
@@ -46,10 +46,10 @@ void Hills(Rng& rng, TerrainSpec& spec) {
                         .seed = rng.Bits32()});
   spec.terms.push_back({.kind = TermKind::kRidges,
                         .wavelength_m = Draw(rng, 8000, 12000),
-                        .amplitude_m = Draw(rng, 80, 240),
+                        .amplitude_m = Draw(rng, 25, 90),
                         .octaves = 6,
                         .seed = rng.Bits32()});
-  spec.streams = {.steps = 40, .erodibility = 0.02f, .diffusion = 0.06f};
+  spec.streams = {.steps = 45, .erodibility = 0.35f, .talus = 0.6f, .diffusion = 0.35f};
   spec.rain.droplets = 120'000;
   spec.gravity.passes = 10;
   spec.roughness = 1.0f;
@@ -59,8 +59,8 @@ void Hills(Rng& rng, TerrainSpec& spec) {
 void Mountains(Rng& rng, TerrainSpec& spec) {
   spec.terms.push_back({.kind = TermKind::kRidges,
                         .wavelength_m = Draw(rng, 3200, 5200),
-                        .amplitude_m = Draw(rng, 420, 760),
-                        .octaves = 8,
+                        .amplitude_m = Draw(rng, 260, 480),
+                        .octaves = 3,
                         .warp = 0.3f,
                         .seed = rng.Bits32()});
   spec.terms.push_back({.kind = TermKind::kHills,
@@ -68,7 +68,7 @@ void Mountains(Rng& rng, TerrainSpec& spec) {
                         .amplitude_m = Draw(rng, 14, 30),
                         .octaves = 5,
                         .seed = rng.Bits32()});
-  spec.streams = {.steps = 50, .erodibility = 0.035f, .diffusion = 0.02f};
+  spec.streams = {.steps = 55, .erodibility = 0.4f, .talus = 1.1f, .diffusion = 0.08f};
   spec.rain.droplets = 220'000;
   spec.gravity.passes = 30;
   spec.gravity.band_m = Draw(rng, 25, 60);

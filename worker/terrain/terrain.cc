@@ -31,6 +31,15 @@ Field SteepnessOf(const Field& height) {
   return BoxBlurred(steepness, 1);
 }
 
+// A shift of some metres that turns straight courses between the region's samples into bends.
+Vec2f Bend(const Vec2f& p, uint32_t seed) {
+  const auto noise = [&](float wavelength_m, uint32_t lane) {
+    const Vec2f q = p / wavelength_m;
+    return noise::Gradient3(q.x(), q.y(), 0.31f * q.x() - 0.23f * q.y(), seed + lane);
+  };
+  return 16.0f * Vec2f(noise(90, 0), noise(90, 1)) + 6.0f * Vec2f(noise(31, 2), noise(31, 3));
+}
+
 }  // namespace
 
 float Terrain::Weight(const Field& field, const Vec2f& p) {
@@ -115,13 +124,17 @@ Terrain MakeTerrain(const TerrainSpec& spec) {
   // The region: valleys.
   Field region = Field::Square(spec.region_samples, spec.region_m);
   FillWithTerms(spec.terms, region);
-  ErodeByStreams(region, spec.streams);
+  StreamPowerOptions streams = spec.streams;
+  streams.seed = rng.Child("streams").Bits32();
+  ErodeByStreams(region, streams);
+  region = BoxBlurred(region, 1);  // Streams follow the raster's diagonals: not seen after this.
   Field region_deposit = Field::Square(spec.region_samples, spec.region_m);
   ThermalOptions gravity = spec.gravity;
   gravity.seed = rng.Child("gravity").Bits32();
   ErodeByGravity(region, region_deposit, gravity);
 
   // The site: what the terms have between the region's samples, then gullies, fans and screes.
+  const uint32_t bend_seed = rng.Child("bend").Bits32();
   Field site = Field::Square(spec.site_samples, spec.site_m);
   for (int row = 0; row < site.size; ++row) {
     for (int column = 0; column < site.size; ++column) {
@@ -130,7 +143,7 @@ Terrain MakeTerrain(const TerrainSpec& spec) {
       for (const TerrainTerm& term : spec.terms) {
         finer += TermHeight(term, p, site.cell_m) - TermHeight(term, p, region.cell_m);
       }
-      site.At(column, row) = region.SampleSmooth(p) + finer;
+      site.At(column, row) = region.SampleSmooth(p + Bend(p, bend_seed)) + finer;
     }
   }
   Field site_deposit = Field::Square(spec.site_samples, spec.site_m);

@@ -1,0 +1,231 @@
+#include "worker/terrain/ground_mesh.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <queue>
+#include <utility>
+
+#include "worker/materials/noise.h"
+
+namespace parallax {
+namespace {
+
+// Balancing and corners of neighbours make about this many triangles of a leaf.
+constexpr float kTrianglesPerLeaf = 5.2f;
+
+// Angle between two headings, in [0, pi].
+float Turn(float a, float b) {
+  constexpr float kFull = 2 * std::numbers::pi_v<float>;
+  const float turn = std::fabs(std::remainder(a - b, kFull));
+  return turn;
+}
+
+}  // namespace
+
+GroundMesh::GroundMesh(const Terrain& terrain, const GroundMeshOptions& options)
+    : options_(options) {
+  side_ = 2;
+  unit_m_ = options.reach_m;
+  while (unit_m_ > 0.5f * options.least_edge_m) {
+    side_ *= 2;
+    unit_m_ *= 0.5f;
+  }
+  Refine(terrain);
+  Balance();
+  Triangulate(terrain);
+}
+
+Vec2f GroundMesh::PositionOf(int x, int y) const {
+  return Vec2f(static_cast<float>(x - side_ / 2), static_cast<float>(y - side_ / 2)) * unit_m_;
+}
+
+float GroundMesh::PixelAt(const Terrain& terrain, const Square& square) const {
+  const float half_m = 0.5f * static_cast<float>(square.side) * unit_m_;
+  const Vec2f center = PositionOf(square.x + square.side / 2, square.y + square.side / 2);
+  float least_m = options_.reach_m;
+  for (const ViewCone& view : options_.views) {
+    const Vec2f away = center - view.apex;
+    const float nearest_m = (away.cwiseAbs() - Vec2f::Constant(half_m)).cwiseMax(0.0f).norm();
+    const float distance_m = std::hypot(nearest_m, view.eye_height_m);
+    const float radius_m = half_m * std::numbers::sqrt2_v<float>;
+    const float spread = away.norm() > radius_m ? std::asin(radius_m / away.norm()) : 4.0f;
+    const bool seen =
+        Turn(std::atan2(away.y(), away.x()), view.heading_rad) <= view.half_angle_rad + spread;
+    least_m = std::min(least_m, distance_m / options_.focal_px * (seen ? 1 : options_.out_of_view));
+  }
+  // Steep ground turns its face to the walk and has edges; flat ground is seen at a glancing angle.
+  const float steep = noise::SmoothStep(0.2f, 0.9f, terrain.Steepness(center));
+  return least_m * noise::Lerp(1.3f, 0.55f, steep);
+}
+
+std::array<GroundMesh::Square, 4> GroundMesh::Split(const Square& square) {
+  const auto first = static_cast<uint32_t>(nodes_.size());
+  nodes_[square.node].first_child = first;
+  nodes_.resize(nodes_.size() + 4);
+  const int half = square.side / 2;
+  std::array<Square, 4> children;
+  for (uint32_t k = 0; k < 4; ++k) {
+    children[k] = {first + k, square.x + (k % 2 ? half : 0), square.y + (k / 2 ? half : 0), half};
+  }
+  return children;
+}
+
+// Divides the square whose edge looks longest until the budget is spent or all are short enough.
+void GroundMesh::Refine(const Terrain& terrain) {
+  struct Candidate {
+    float edge_px;
+    Square square;
+    bool operator<(const Candidate& other) const {
+      return edge_px != other.edge_px ? edge_px < other.edge_px : square.node > other.square.node;
+    }
+  };
+  const auto candidate = [&](const Square& square) {
+    return Candidate{static_cast<float>(square.side) * unit_m_ / PixelAt(terrain, square), square};
+  };
+  const auto most_leaves =
+      static_cast<size_t>(static_cast<float>(options_.most_triangles) / kTrianglesPerLeaf);
+  nodes_.assign(1, {});
+  std::priority_queue<Candidate> queue;
+  queue.push(candidate({0, 0, 0, side_}));
+  for (size_t leaves = 1; leaves + 3 <= most_leaves && !queue.empty(); leaves += 3) {
+    const Candidate longest = queue.top();
+    if (longest.edge_px <= options_.edge_px) break;
+    queue.pop();
+    for (const Square& child : Split(longest.square)) {
+      if (child.side > 2) queue.push(candidate(child));
+    }
+  }
+  longest_edge_px_ = queue.empty() ? 0 : queue.top().edge_px;
+}
+
+GroundMesh::Square GroundMesh::LeafAt(int x, int y) const {
+  Square square{0, 0, 0, side_};
+  while (nodes_[square.node].first_child != 0) {
+    square.side /= 2;
+    const bool right = x >= square.x + square.side, upper = y >= square.y + square.side;
+    square.node = nodes_[square.node].first_child + (right ? 1 : 0) + (upper ? 2 : 0);
+    square.x += right ? square.side : 0;
+    square.y += upper ? square.side : 0;
+  }
+  return square;
+}
+
+template <typename Visit>
+void GroundMesh::ForEachLeaf(const Visit& visit) const {
+  std::vector<Square> open = {{0, 0, 0, side_}};
+  while (!open.empty()) {
+    const Square square = open.back();
+    open.pop_back();
+    const uint32_t first = nodes_[square.node].first_child;
+    if (first == 0) {
+      visit(square);
+      continue;
+    }
+    const int half = square.side / 2;
+    for (uint32_t k = 4; k-- > 0;) {
+      open.push_back(
+          {first + k, square.x + (k % 2 ? half : 0), square.y + (k / 2 ? half : 0), half});
+    }
+  }
+}
+
+// Divides leaves until no one is more than twice as long as its neighbour.
+void GroundMesh::Balance() {
+  std::vector<Square> open;
+  ForEachLeaf([&](const Square& leaf) { open.push_back(leaf); });
+  while (!open.empty()) {
+    const Square leaf = open.back();
+    open.pop_back();
+    if (nodes_[leaf.node].first_child != 0) continue;
+    const std::array<std::array<int, 2>, 4> beside = {{{leaf.x - 1, leaf.y},
+                                                       {leaf.x + leaf.side, leaf.y},
+                                                       {leaf.x, leaf.y - 1},
+                                                       {leaf.x, leaf.y + leaf.side}}};
+    for (const auto& [x, y] : beside) {
+      if (!Contains(x, y)) continue;
+      for (Square other = LeafAt(x, y); other.side > 2 * leaf.side; other = LeafAt(x, y)) {
+        for (const Square& child : Split(other)) open.push_back(child);
+      }
+    }
+  }
+}
+
+uint32_t GroundMesh::VertexAt(const Terrain& terrain, int x, int y, float footprint_m) {
+  const uint64_t key = static_cast<uint64_t>(x) << 32 | static_cast<uint32_t>(y);
+  const auto [found, added] =
+      vertices_.try_emplace(key, static_cast<uint32_t>(mesh_.positions.size()));
+  if (!added) return found->second;
+  const Vec2f p = PositionOf(x, y);
+  const Vec2f slope = terrain.Slope(p, footprint_m);
+  mesh_.positions.emplace_back(p.x(), p.y(), terrain.Height(p, footprint_m));
+  mesh_.normals.push_back(Vec3f(-slope.x(), -slope.y(), 1).normalized());
+  mesh_.texture.push_back(mesh_.positions.back());
+  mesh_.uv.push_back(Vec2f::Zero());
+  return found->second;
+}
+
+void GroundMesh::AddFan(const Terrain& terrain, const Square& leaf) {
+  const float footprint_m = static_cast<float>(leaf.side) * unit_m_;
+  const int half = leaf.side / 2, end_x = leaf.x + leaf.side, end_y = leaf.y + leaf.side;
+  // Corners counter-clockwise, each followed by the edge's middle where a finer neighbour has it.
+  struct Corner {
+    int x, y, beside_x, beside_y, middle_x, middle_y;
+  };
+  const std::array<Corner, 4> corners = {{
+      {leaf.x, leaf.y, leaf.x, leaf.y - 1, leaf.x + half, leaf.y},
+      {end_x, leaf.y, end_x, leaf.y, end_x, leaf.y + half},
+      {end_x, end_y, leaf.x, end_y, leaf.x + half, end_y},
+      {leaf.x, end_y, leaf.x - 1, leaf.y, leaf.x, leaf.y + half},
+  }};
+  std::array<uint32_t, 8> ring;
+  size_t count = 0;
+  for (const Corner& corner : corners) {
+    ring[count++] = VertexAt(terrain, corner.x, corner.y, footprint_m);
+    if (Contains(corner.beside_x, corner.beside_y) &&
+        LeafAt(corner.beside_x, corner.beside_y).side < leaf.side) {
+      ring[count++] = VertexAt(terrain, corner.middle_x, corner.middle_y, footprint_m);
+    }
+  }
+  const uint32_t center = VertexAt(terrain, leaf.x + half, leaf.y + half, footprint_m);
+  Node& node = nodes_[leaf.node];
+  node.first_triangle = static_cast<uint32_t>(mesh_.triangles.size());
+  node.triangles = static_cast<uint16_t>(count);
+  for (size_t k = 0; k < count; ++k) {
+    mesh_.triangles.push_back({center, ring[k], ring[(k + 1) % count], 0});
+  }
+}
+
+void GroundMesh::Triangulate(const Terrain& terrain) {
+  mesh_.slots = {{"ground", {"soil"}, false}};
+  ForEachLeaf([&](const Square& leaf) { AddFan(terrain, leaf); });
+  vertices_ = {};
+}
+
+float GroundMesh::HeightAt(const Vec2f& p) const {
+  const float half_m = 0.5f * static_cast<float>(side_) * unit_m_;
+  const Vec2f inside = p.cwiseMax(-half_m).cwiseMin(half_m);
+  const Vec2f units = (inside + Vec2f::Constant(half_m)) / unit_m_;
+  const Node& leaf = nodes_[LeafAt(std::min(static_cast<int>(units.x()), side_ - 1),
+                                   std::min(static_cast<int>(units.y()), side_ - 1))
+                                .node];
+  // The triangle that holds the point, or is nearest to holding it when rounding says none does.
+  float best = -1e30f, height = 0;
+  for (uint32_t k = 0; k < leaf.triangles; ++k) {
+    const Triangle& triangle = mesh_.triangles[leaf.first_triangle + k];
+    const Vec3f &a = mesh_.positions[triangle.a], &b = mesh_.positions[triangle.b],
+                &c = mesh_.positions[triangle.c];
+    const Vec2f ab = (b - a).head<2>(), ac = (c - a).head<2>(), ap = inside - a.head<2>();
+    const float area = ab.x() * ac.y() - ab.y() * ac.x();
+    const float v = (ap.x() * ac.y() - ap.y() * ac.x()) / area;
+    const float w = (ab.x() * ap.y() - ab.y() * ap.x()) / area;
+    const float inside_by = std::min({1 - v - w, v, w});
+    if (inside_by <= best) continue;
+    best = inside_by;
+    height = a.z() + v * (b.z() - a.z()) + w * (c.z() - a.z());
+  }
+  return height;
+}
+
+}  // namespace parallax

@@ -1,0 +1,89 @@
+// The ground as one triangle mesh for a whole walk: fine where the walk sees it from near, coarse
+// far away, out to the horizon.
+//
+// A restricted quadtree (neighbouring leaves differ by one level at most), each leaf a fan about
+// its centre that takes the corners of finer neighbours along: no T-junctions, no cracks. The mesh
+// is the same for all frames and both eyes, so nothing pops. Plants ask HeightAt, which is the
+// height of the rendered triangles, not of the terrain behind them.
+//
+// Constant after construction; thread-safe.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "worker/geometry/mesh.h"
+#include "worker/terrain/terrain.h"
+
+namespace parallax {
+
+// What one frame of the walk sees, from above.
+struct ViewCone {
+  Vec2f apex = Vec2f::Zero();   // World, metres.
+  float eye_height_m = 1.6f;    // Above the ground.
+  float heading_rad = 0;        // Of the optical axis: 0 = +x, counter-clockwise.
+  float half_angle_rad = 0.5f;  // Half of the horizontal field of view and a margin.
+};
+
+struct GroundMeshOptions {
+  std::vector<ViewCone> views;  // At least one.
+  float focal_px = 2000;
+  float edge_px = 6;      // Edges are not made shorter than this in any view.
+  float out_of_view = 5;  // How many times longer edges are where no view looks.
+  float least_edge_m = 0.03f;
+  float reach_m = 28'000;        // Half of the mesh's side: to the horizon.
+  int most_triangles = 700'000;  // The budget goes to the edges that look longest.
+};
+
+class GroundMesh {
+ public:
+  GroundMesh(const Terrain& terrain, const GroundMeshOptions& options);
+
+  // World frame; texture = position; one slot, "ground". Normals are the terrain's, not the
+  // triangles'.
+  const Mesh& mesh() const { return mesh_; }
+  // Height of the mesh at `p`, metres; outside of it that of its border's nearest point.
+  float HeightAt(const Vec2f& p) const;
+  // The longest edge in any view, in pixels (edges of least_edge_m left out).
+  float longest_edge_px() const { return longest_edge_px_; }
+
+ private:
+  // A square of the quadtree.
+  struct Node {
+    uint32_t first_child = 0;  // Of four, ordered by y, then x; 0 = a leaf.
+    uint32_t first_triangle = 0;
+    uint16_t triangles = 0;  // A leaf's fan.
+  };
+  // A node and where it lies, in units: half of the finest leaf's side.
+  struct Square {
+    uint32_t node = 0;
+    int x = 0, y = 0, side = 0;
+  };
+
+  // Length that a pixel covers at the square, metres: the least over all views.
+  float PixelAt(const Terrain& terrain, const Square& square) const;
+  std::array<Square, 4> Split(const Square& square);
+  void Refine(const Terrain& terrain);
+  void Balance();
+  Square LeafAt(int x, int y) const;
+  bool Contains(int x, int y) const { return x >= 0 && y >= 0 && x < side_ && y < side_; }
+  template <typename Visit>
+  void ForEachLeaf(const Visit& visit) const;
+
+  void Triangulate(const Terrain& terrain);
+  void AddFan(const Terrain& terrain, const Square& leaf);
+  uint32_t VertexAt(const Terrain& terrain, int x, int y, float footprint_m);
+  Vec2f PositionOf(int x, int y) const;
+
+  GroundMeshOptions options_;
+  float unit_m_ = 1;
+  int side_ = 0;  // Of the root, in units.
+  float longest_edge_px_ = 0;
+  std::vector<Node> nodes_;
+  std::unordered_map<uint64_t, uint32_t> vertices_;  // By position; empty after construction.
+  Mesh mesh_;
+};
+
+}  // namespace parallax

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs what Parallax needs to build and run on Debian 12: packages, and Intel Open Image Denoise, which
-# Debian does not have, from a wheel pinned by version and hash; and, for the tests, an S3 server (moto) in a virtual
-# environment of its own. Idempotent: a second run changes nothing.
+# Debian does not have, from a wheel pinned by version and hash; a real stereo pair with truth that another wheel
+# ships (the benchmark `shipped`); and, for the tests, an S3 server (moto) in a virtual environment of its own.
+# Idempotent: a second run changes nothing.
 # Run as root or as a user with sudo.
 set -euo pipefail
 
@@ -9,6 +10,9 @@ readonly OIDN_VERSION=2.5.1
 readonly OIDN_WHEEL=pyoidn==2.5.1.0
 readonly OIDN_SHA256=32ad13368f8de1ef63001942ad05b02a00cd732d1206d97f352d3a3f606d823e
 readonly OIDN_ROOT=${PARALLAX_OIDN_ROOT:-/opt/parallax/oidn-$OIDN_VERSION}
+readonly SHIPPED_WHEEL=scikit-image==0.16.2
+readonly SHIPPED_SHA256=41e28db0136f29ecd305bef0408fdfc64be9d415e54f5099a95555c65f5c1865
+readonly SHIPPED_ROOT=${PARALLAX_BENCHMARKS_ROOT:-/opt/parallax/benchmarks}/shipped
 S3_TEST_REQUIREMENTS=$(dirname "$0")/s3-test-requirements.txt
 readonly S3_TEST_ROOT=${PARALLAX_S3_TEST_ROOT:-/opt/parallax/s3-test}
 readonly PACKAGES=(
@@ -62,6 +66,26 @@ install_oidn() {
   as_root mv "$OIDN_ROOT/lib.new" "$OIDN_ROOT/lib"
 }
 
+# Middlebury's Motorcycle: two pictures, and the true disparities as numpy stores them (inf = unknown).
+install_shipped_pair() {
+  if [ -e "$SHIPPED_ROOT/motorcycle_disp.npy" ]; then say "real stereo pair: present in $SHIPPED_ROOT"; return; fi
+  say "real stereo pair: installing into $SHIPPED_ROOT"
+  local tmp; tmp=$(mktemp -d)
+  # shellcheck disable=SC2064  # Expands now: tmp is local.
+  trap "rm -rf '$tmp'" EXIT
+  echo "$SHIPPED_WHEEL --hash=sha256:$SHIPPED_SHA256" > "$tmp/requirements.txt"
+  python3 -m pip download --quiet --disable-pip-version-check --no-deps --require-hashes --only-binary :all: \
+    --python-version 3.8 --platform manylinux1_x86_64 --dest "$tmp" --requirement "$tmp/requirements.txt"
+  unzip -q -j "$tmp"/scikit_image-*.whl 'skimage/data/motorcycle_*' -d "$tmp/pair"
+  unzip -q "$tmp/pair/motorcycle_disp.npz" arr_0.npy -d "$tmp/pair"
+  as_root rm -rf "$SHIPPED_ROOT.new"
+  as_root mkdir -p "$SHIPPED_ROOT.new"
+  mv "$tmp/pair/arr_0.npy" "$tmp/pair/motorcycle_disp.npy"
+  as_root install -m 644 "$tmp/pair/"motorcycle_{left.png,right.png,disp.npy} "$SHIPPED_ROOT.new"
+  as_root rm -rf "$SHIPPED_ROOT"
+  as_root mv "$SHIPPED_ROOT.new" "$SHIPPED_ROOT"
+}
+
 install_s3_test_server() {
   if cmp -s "$S3_TEST_REQUIREMENTS" "$S3_TEST_ROOT/requirements.txt"; then
     say "S3 server for the tests: present in $S3_TEST_ROOT"; return
@@ -78,5 +102,6 @@ install_s3_test_server() {
 [ -f /etc/debian_version ] || fail "made for Debian 12; on other systems install the packages listed in this file by hand"
 install_packages
 install_oidn
+install_shipped_pair
 install_s3_test_server
 say "ready"

@@ -1,0 +1,90 @@
+#include "worker/evaluate/benchmark.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+#include "worker/evaluate/benchmarks/kinds.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+
+absl::Status UnknownKind(std::string_view name) {
+  std::string known;
+  for (const BenchmarkKind& kind : BenchmarkKinds()) {
+    known += (known.empty() ? "" : ", ") + kind.name + (kind.takes_path ? ":PATH" : "");
+  }
+  return MakeError(absl::StatusCode::kInvalidArgument,
+                   "there is no benchmark '" + std::string(name) + "'; there are " + known);
+}
+
+// The last part of a path: "pairs" of "data/pairs.txt", "motorcycles" of "data/motorcycles/".
+std::string NameOfPath(const std::string& path) {
+  const fs::path normal = fs::path(path).lexically_normal();
+  return (normal.has_filename() ? normal : normal.parent_path()).stem();
+}
+
+absl::Status CheckPairs(const Benchmark& benchmark) {
+  if (benchmark.pairs.empty()) {
+    return MakeError(absl::StatusCode::kDataLoss, benchmark.name + ": has no pairs");
+  }
+  std::set<std::string> names;
+  for (const BenchmarkPair& pair : benchmark.pairs) {
+    if (!names.insert(pair.name).second) {
+      return MakeError(absl::StatusCode::kInvalidArgument,
+                       benchmark.name + ": two pairs are called " + pair.name);
+    }
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+const std::vector<BenchmarkKind>& BenchmarkKinds() {
+  static const auto& kinds = *new std::vector<BenchmarkKind>([] {
+    std::vector<BenchmarkKind> all;
+    AddMiddlebury2014(all);
+    AddMiddlebury2021(all);
+    AddEth3d(all);
+    AddKitti(all);
+    AddBooster(all);
+    AddMiddlebury2014Sets(all);
+    AddDrivingStereo(all);
+    AddShipped(all);
+    AddPairFolder(all);
+    AddPairList(all);
+    AddArchive(all);
+    return all;
+  }());
+  return kinds;
+}
+
+absl::StatusOr<Benchmark> OpenBenchmark(const std::string& what, const std::string& dir) {
+  const size_t equals = what.find('='), colon = what.find(':');
+  const bool named = equals != std::string::npos && equals < colon;
+  const std::string given = named ? what.substr(0, equals) : "";
+  const std::string rest = named ? what.substr(equals + 1) : what;
+  const std::string kind_name = rest.substr(0, rest.find(':'));
+  const bool has_path = rest.find(':') != std::string::npos;
+  const auto& kinds = BenchmarkKinds();
+  const auto kind = std::find_if(kinds.begin(), kinds.end(),
+                                 [&](const BenchmarkKind& k) { return k.name == kind_name; });
+  if (kind == kinds.end() || (has_path && !kind->takes_path)) return UnknownKind(rest);
+  if (kind->takes_path && (!has_path || rest.back() == ':')) {
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     "benchmark '" + what + "': wanted " + kind->name + ":PATH");
+  }
+  if (!kind->takes_path && dir.empty() && kind->name != "shipped") {
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     kind->name + ": the folder of benchmarks is not given");
+  }
+  const std::string path = has_path ? rest.substr(kind_name.size() + 1) : dir;
+  ASSIGN_OR_RETURN(Benchmark benchmark, kind->open(path));
+  benchmark.name = named ? given : has_path ? NameOfPath(path) : kind->name;
+  RETURN_IF_ERROR(CheckPairs(benchmark));
+  return benchmark;
+}
+
+}  // namespace parallax

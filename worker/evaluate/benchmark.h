@@ -1,0 +1,71 @@
+// Stereo pairs with truth, and how they are judged: one Benchmark for each public set, opened from
+// the folders that users download. A kind of benchmark is one file in benchmarks/, registered in
+// BenchmarkKinds().
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/status.h"
+#include "common/image/image.h"
+#include "worker/evaluate/metrics.h"
+
+namespace parallax {
+
+// Names of what is seen at each pixel, for errors by class or material.
+struct LabelMap {
+  ImageU16 labels;  // 0: none.
+  std::map<uint16_t, std::string> names;
+};
+
+struct PairTruth {
+  ImageF disparity_px;                     // Of the left view; 0 where no truth is known.
+  std::map<std::string, ImageU8> regions;  // Beside "all": 1 where a pixel belongs to it.
+  std::map<std::string, LabelMap> groups;  // "class", "material".
+};
+
+struct BenchmarkPair {
+  std::string name;         // Unique in the benchmark; letters, digits, '_', '-', '.'.
+  std::string left, right;  // Picture files.
+  int shrink = 1;           // The pictures are reduced by this factor before they are predicted.
+  // At the resolution of the reduced pictures. Errors: as ReadDisparity.
+  std::function<absl::StatusOr<PairTruth>()> read_truth;
+};
+
+struct Benchmark {
+  std::string name;
+  Metric headline;              // The figure that it is quoted with.
+  std::vector<Metric> figures;  // Others worth printing beside it.
+  std::string mimics;           // The implementation whose masks and means the headline follows.
+  int pairs_published = 0;      // Pairs of the whole set; 0 where that isn't fixed.
+  std::vector<BenchmarkPair> pairs;
+};
+
+struct BenchmarkKind {
+  std::string name;         // "middlebury2014-H"; also of the Benchmark that it opens.
+  std::string description;  // One line: pairs, figure.
+  std::string layout;       // Files that are looked for, below the folder of benchmarks.
+  // `dir` is the folder of benchmarks; for the kinds that take a path ("list", "folder",
+  // "archive"), that path. Every file is checked to be there.
+  std::function<absl::StatusOr<Benchmark>(const std::string& dir)> open;
+  bool takes_path = false;
+};
+
+// In the order of the paper's table, then what is not in it.
+const std::vector<BenchmarkKind>& BenchmarkKinds();
+
+// Where deploy/setup.sh puts the pairs that packages ship.
+inline constexpr char kShippedBenchmarksDir[] = "/opt/parallax/benchmarks";
+
+// `what` is a kind's name, or KIND:PATH for those that take a path ("list:pairs.txt"), or
+// NAME=KIND:PATH to give it a name of its own; without one it is called after the file or folder.
+// `dir` is the folder of benchmarks; "shipped" is looked for in kShippedBenchmarksDir as well.
+// Errors: kInvalidArgument for an unknown name, listing all; kNotFound naming the first missing
+// file or what was looked for; kDataLoss for a benchmark without any pair.
+absl::StatusOr<Benchmark> OpenBenchmark(const std::string& what, const std::string& dir);
+
+}  // namespace parallax

@@ -1,0 +1,35 @@
+// Finding the files of a benchmark below the folder that the user names. Reads only.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+#include "worker/evaluate/benchmark.h"
+
+namespace parallax {
+
+// The first of `candidates` that is a folder below `dir`, as an absolute path. Errors: kNotFound
+// naming `dir` and all candidates.
+absl::StatusOr<std::string> FindFolder(const std::string& dir,
+                                       const std::vector<std::string>& candidates);
+
+// Names of the folders in `dir`, sorted; those that begin with a dot are left out.
+std::vector<std::string> SubFolders(const std::string& dir);
+// Names of the files in `dir` that end so, sorted.
+std::vector<std::string> FilesEnding(const std::string& dir, const std::string& ending);
+
+bool IsFile(const std::string& path);
+
+// Errors: kNotFound naming the first file of `paths` that is not there, and how many more aren't.
+absl::Status RequireFiles(const std::vector<std::string>& paths);
+
+// Truth in Middlebury's files. `mask` (mask0nocc.png) and `right` (disp1.pfm, from which a mask is
+// made) may be empty. Regions: "nocc" where either is given. Errors: kInvalidArgument for maps of
+// different sizes; as ReadTruth.
+struct MiddleburyFiles {
+  std::string left, right, mask;
+};
+absl::StatusOr<PairTruth> ReadMiddleburyTruth(const MiddleburyFiles& files);
+
+}  // namespace parallax

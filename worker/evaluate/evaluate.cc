@@ -1,0 +1,158 @@
+#include "worker/evaluate/evaluate.h"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+
+#include "common/image/io.h"
+#include "common/image/jpeg.h"
+#include "worker/evaluate/shrink_picture.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string SizeText(int width, int height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
+
+absl::Status MakeFolder(const std::string& dir) {
+  std::error_code error;
+  fs::create_directories(dir, error);
+  if (error) return ErrnoError(error.value(), "make " + dir);
+  return absl::OkStatus();
+}
+
+// A picture reduced for the predictor, in the working folder.
+absl::StatusOr<std::string> ReducedPicture(const std::string& path, int shrink,
+                                           const std::string& reduced) {
+  if (shrink == 1) return fs::absolute(path).lexically_normal().string();
+  ASSIGN_OR_RETURN(const ImageRgb8 picture, ReadPictureRgb8(path));
+  RETURN_IF_ERROR(WritePng(reduced, ShrinkPicture(picture, shrink)));
+  return reduced;
+}
+
+absl::StatusOr<std::vector<PredictionTask>> MakeTasks(const Benchmark& benchmark,
+                                                      const std::string& work_dir) {
+  std::vector<PredictionTask> tasks;
+  std::error_code error;
+  for (const BenchmarkPair& pair : benchmark.pairs) {
+    PredictionTask task{.name = pair.name, .output = PredictionPath(work_dir, pair.name)};
+    const std::string reduced = work_dir + "/" + pair.name;
+    ASSIGN_OR_RETURN(task.left, ReducedPicture(pair.left, pair.shrink, reduced + "_left.png"));
+    ASSIGN_OR_RETURN(task.right, ReducedPicture(pair.right, pair.shrink, reduced + "_right.png"));
+    fs::remove(task.output, error);  // Of an earlier evaluation: it may be another predictor's.
+    tasks.push_back(std::move(task));
+  }
+  return tasks;
+}
+
+absl::Status CheckAllPredicted(const Predictor& predictor,
+                               const std::vector<PredictionTask>& tasks) {
+  std::error_code error;
+  const auto missing = [&](const PredictionTask& task) { return !fs::exists(task.output, error); };
+  const auto first = std::find_if(tasks.begin(), tasks.end(), missing);
+  if (first == tasks.end()) return absl::OkStatus();
+  const auto count = std::count_if(tasks.begin(), tasks.end(), missing);
+  return MakeError(absl::StatusCode::kNotFound,
+                   predictor.name() + ": left no prediction of pair " + first->name + " (" +
+                       first->output + ")" +
+                       (count > 1 ? " and " + std::to_string(count - 1) + " more" : ""));
+}
+
+Tallies TallyGroup(const ImageF& predicted_px, const ImageF& truth_px, const LabelMap& map) {
+  std::map<uint16_t, ErrorTally> by_label;
+  for (size_t i = 0; i < truth_px.pixels(); ++i) {
+    const uint16_t label = map.labels.values()[i];
+    if (label == 0 || !(truth_px.values()[i] > 0)) continue;
+    by_label[label].Add(predicted_px.values()[i], truth_px.values()[i], truth_px.width());
+  }
+  Tallies tallies;
+  for (const auto& [label, tally] : by_label) {
+    const auto name = map.names.find(label);
+    tallies[name == map.names.end() ? "unnamed" : name->second] += tally;
+  }
+  return tallies;
+}
+
+}  // namespace
+
+std::string PredictionPath(const std::string& work_dir, const std::string& pair) {
+  return fs::absolute(work_dir + "/" + pair + ".pfm").lexically_normal();
+}
+
+absl::StatusOr<Scores> ScorePair(const std::string& pair, const ImageF& predicted_px,
+                                 const PairTruth& truth) {
+  const ImageF& truth_px = truth.disparity_px;
+  if (predicted_px.width() != truth_px.width() || predicted_px.height() != truth_px.height()) {
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     "pair " + pair + ": a prediction of " +
+                         SizeText(predicted_px.width(), predicted_px.height()) + " for truth of " +
+                         SizeText(truth_px.width(), truth_px.height()));
+  }
+  Scores scores{.pair = pair, .width_px = truth_px.width(), .height_px = truth_px.height()};
+  scores.regions["all"] = TallyErrors(predicted_px, truth_px, {});
+  for (const auto& [name, region] : truth.regions) {
+    scores.regions[name] = TallyErrors(predicted_px, truth_px, region);
+  }
+  for (const auto& [group, map] : truth.groups) {
+    scores.groups[group] = TallyGroup(predicted_px, truth_px, map);
+  }
+  return scores;
+}
+
+Benchmark Thinned(Benchmark benchmark, int max_pairs) {
+  const size_t all = benchmark.pairs.size(), wanted = static_cast<size_t>(std::max(max_pairs, 0));
+  if (wanted == 0 || wanted >= all) return benchmark;
+  std::vector<BenchmarkPair> kept;
+  for (size_t i = 0; i < wanted; ++i) {
+    kept.push_back(benchmark.pairs[wanted == 1 ? 0 : i * (all - 1) / (wanted - 1)]);
+  }
+  benchmark.pairs = std::move(kept);
+  return benchmark;
+}
+
+absl::StatusOr<Evaluation> Evaluate(Predictor& predictor, const Benchmark& whole,
+                                    const EvaluateOptions& options) {
+  const Benchmark benchmark = Thinned(whole, options.max_pairs);
+  const int total = static_cast<int>(benchmark.pairs.size());
+  const std::string work_dir = fs::absolute(options.work_dir).lexically_normal();
+  RETURN_IF_ERROR(MakeFolder(work_dir));
+  ASSIGN_OR_RETURN(const std::vector<PredictionTask> tasks, MakeTasks(benchmark, work_dir));
+
+  const SteadyTime start = options.clock->Steady();
+  PredictionContext context{.work_dir = work_dir,
+                            .cancel = options.cancel,
+                            .clock = options.clock,
+                            .progress = [&](int done) { options.progress(done, total); }};
+  RETURN_IF_ERROR(predictor.Predict(tasks, context));
+  RETURN_IF_ERROR(CheckAllPredicted(predictor, tasks));
+
+  Evaluation evaluation{.benchmark = benchmark.name,
+                        .headline = benchmark.headline,
+                        .figures = benchmark.figures,
+                        .mimics = benchmark.mimics,
+                        .pairs_published = benchmark.pairs_published,
+                        .run = options.run,
+                        .predictor = predictor.name()};
+  evaluation.seconds = std::chrono::duration<double>(options.clock->Steady() - start).count();
+  for (size_t i = 0; i < tasks.size(); ++i) {
+    const BenchmarkPair& pair = benchmark.pairs[i];
+    ASSIGN_OR_RETURN(const PairTruth truth, pair.read_truth());
+    ASSIGN_OR_RETURN(const ImageF predicted_px, ReadPfm(tasks[i].output));
+    ASSIGN_OR_RETURN(Scores scores, ScorePair(pair.name, predicted_px, truth));
+    if (scores.regions["all"].pixels == 0) {
+      return MakeError(absl::StatusCode::kDataLoss,
+                       benchmark.name + ": pair " + pair.name + " has no pixel with truth");
+    }
+    evaluation.images.push_back(std::move(scores));
+  }
+  std::error_code error;
+  for (const PredictionTask& task : tasks) {
+    if (!options.keep_predictions) fs::remove(task.output, error);
+  }
+  return evaluation;
+}
+
+}  // namespace parallax

@@ -1,0 +1,46 @@
+// One predictor on one benchmark.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "common/base/cancel.h"
+#include "common/base/clock.h"
+#include "common/base/status.h"
+#include "worker/evaluate/benchmark.h"
+#include "worker/evaluate/predictors/predictor.h"
+#include "worker/evaluate/scores.h"
+
+namespace parallax {
+
+struct EvaluateOptions {
+  RunIdentity run;       // Whose predictions they are.
+  std::string work_dir;  // Made if need be: lists, logs, reduced pictures, predictions.
+  // Leaves the predictions in PredictionPath(); they take 4 bytes a pixel.
+  bool keep_predictions = false;
+  int max_pairs = 0;  // So many of the benchmark's pairs, spread evenly; 0: all.
+  CancelToken cancel;
+  Clock* clock = &Clock::System();
+  std::function<void(int done, int total)> progress = [](int, int) {};  // Pairs predicted.
+};
+
+// Predicts all pairs, then scores each against its truth. Nothing is scored unless every pair has a
+// prediction of the right size.
+//
+// Errors: as the predictor's; kNotFound naming the first pair without a prediction;
+// kInvalidArgument for a prediction of another size than its picture, and for pictures and truth
+// that don't fit; kDataLoss for a map of truth in which nothing is known; reading as ReadTruth.
+absl::StatusOr<Evaluation> Evaluate(Predictor& predictor, const Benchmark& benchmark,
+                                    const EvaluateOptions& options);
+
+// Where the prediction of a pair stands during, and with keep_predictions after, an evaluation.
+std::string PredictionPath(const std::string& work_dir, const std::string& pair);
+
+// Errors of one image. Errors: kInvalidArgument for a prediction of another size than the truth.
+absl::StatusOr<Scores> ScorePair(const std::string& pair, const ImageF& predicted_px,
+                                 const PairTruth& truth);
+
+// The benchmark with `max_pairs` of its pairs, spread evenly over them; unchanged for 0.
+Benchmark Thinned(Benchmark benchmark, int max_pairs);
+
+}  // namespace parallax

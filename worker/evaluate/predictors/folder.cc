@@ -1,0 +1,61 @@
+#include <filesystem>
+
+#include "common/image/io.h"
+#include "worker/evaluate/disparity_files.h"
+#include "worker/evaluate/predictors/predictor.h"
+
+namespace parallax {
+namespace {
+
+class FolderPredictor : public Predictor {
+ public:
+  explicit FolderPredictor(std::string dir) : dir_(std::move(dir)) {}
+  std::string name() const override { return dir_; }
+
+  absl::Status Predict(const std::vector<PredictionTask>& tasks,
+                       const PredictionContext& context) override {
+    RETURN_IF_ERROR(CheckAllThere(tasks));
+    int done = 0;
+    for (const PredictionTask& task : tasks) {
+      if (context.cancel.cancelled()) return absl::CancelledError(ToAbsl(dir_ + ": stopped"));
+      ASSIGN_OR_RETURN(const ImageF disparity_px, ReadDisparity(FileOf(task.name)));
+      RETURN_IF_ERROR(WritePfm(task.output, disparity_px));
+      context.progress(++done);
+    }
+    return absl::OkStatus();
+  }
+
+ private:
+  // "" when there is none.
+  std::string FileOf(const std::string& pair) const {
+    std::error_code error;
+    for (const char* extension : {".pfm", ".png", ".npy", ".exr"}) {
+      const std::string path = dir_ + "/" + pair + extension;
+      if (std::filesystem::is_regular_file(path, error)) return path;
+    }
+    return "";
+  }
+
+  absl::Status CheckAllThere(const std::vector<PredictionTask>& tasks) const {
+    std::string first;
+    int missing = 0;
+    for (const PredictionTask& task : tasks) {
+      if (!FileOf(task.name).empty()) continue;
+      if (missing++ == 0) first = task.name;
+    }
+    if (missing == 0) return absl::OkStatus();
+    return MakeError(absl::StatusCode::kNotFound,
+                     dir_ + "/" + first + ".pfm (or .png, .npy, .exr): missing" +
+                         (missing > 1 ? ", and " + std::to_string(missing - 1) + " more" : ""));
+  }
+
+  std::string dir_;
+};
+
+}  // namespace
+
+std::unique_ptr<Predictor> MakeFolderPredictor(std::string dir) {
+  return std::make_unique<FolderPredictor>(std::move(dir));
+}
+
+}  // namespace parallax

@@ -1,0 +1,67 @@
+// What predicts disparities: a classical method, a trained network by its command, or files that
+// are there already. All work through files, so that a crash of a network takes nothing along.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/base/cancel.h"
+#include "common/base/clock.h"
+#include "common/base/status.h"
+
+namespace parallax {
+
+// One pair to predict. Paths are absolute.
+struct PredictionTask {
+  std::string name;         // Of the pair.
+  std::string left, right;  // Rectified pictures of one size, in any codec that we read.
+  // A PFM to write: the left view's disparities in pixels of the left picture, same size, positive.
+  // A value that is not finite says "no prediction" (and is counted as wrong).
+  std::string output;
+};
+
+struct PredictionContext {
+  std::string work_dir;  // Exists; for lists and logs.
+  CancelToken cancel;
+  Clock* clock = &Clock::System();
+  std::function<void(int done)> progress = [](int) {};  // Pairs predicted so far.
+};
+
+class Predictor {
+ public:
+  virtual ~Predictor() = default;
+  virtual std::string name() const = 0;
+  // Writes each task's output. Errors: kCancelled; others as the predictor says, naming the pair or
+  // command.
+  virtual absl::Status Predict(const std::vector<PredictionTask>& tasks,
+                               const PredictionContext& context) = 0;
+};
+
+// OpenCV's semi-global block matching, holes filled from their row: the classical baseline.
+// Searches disparities up to a quarter of the image's width.
+std::unique_ptr<Predictor> MakeSgbmPredictor();
+
+struct CommandPredictorOptions {
+  // Run by /bin/sh; "{list}" is replaced by the path of a text file with a line `left right output`
+  // a pair. The command writes each output as PFM and exits with 0.
+  std::string command;
+  double start_s = 300;   // It may take this long,
+  double pair_s = 120;    // and this much longer for each pair; then it is killed.
+  std::string name = "";  // Of the predictor; the command if empty.
+};
+// Errors of Predict: kDeadlineExceeded, kAborted (killed by a signal) and kInternal (exit status)
+// with the last lines of what the command said. Standard output and error go to
+// `work_dir`/predictor.log.
+std::unique_ptr<Predictor> MakeCommandPredictor(CommandPredictorOptions options);
+
+// Files `dir`/<pair>.pfm, .png (16 bits, x256, 0 = none), .npy or .exr. Errors of Predict:
+// kNotFound naming the first pair without one and how many more there are.
+std::unique_ptr<Predictor> MakeFolderPredictor(std::string dir);
+
+// The command of the built-in trainer's program `trainer` for a checkpoint.
+std::string TrainerPredictCommand(const std::string& trainer_program,
+                                  const std::string& checkpoint);
+
+}  // namespace parallax

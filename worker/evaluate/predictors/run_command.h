@@ -1,0 +1,31 @@
+// Runs a shell command as a child of its own, with a time limit.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "common/base/cancel.h"
+#include "common/base/clock.h"
+#include "common/base/status.h"
+
+namespace parallax {
+
+struct CommandOptions {
+  std::string command;  // For /bin/sh -c.
+  std::string log;      // Standard output and error are written here.
+  double limit_s = 60;  // Then the child and all that it started are killed.
+  CancelToken cancel;
+  Clock* clock = &Clock::System();
+  std::function<void()> poll = [] {};  // Called a few times a second while it runs.
+};
+
+// Waits until the command has ended. The child is the leader of a process group, which is killed
+// with it, and also when this process dies. Errors: kInternal for another exit status than 0,
+// kAborted when a signal killed it (kernel's out-of-memory killer included), kDeadlineExceeded,
+// kCancelled; each with the log's last lines. As open(2) and fork(2).
+absl::Status RunCommand(const CommandOptions& options);
+
+// The last `lines` lines of a file, for messages; "" when it can't be read.
+std::string TailOfFile(const std::string& path, size_t lines);
+
+}  // namespace parallax

@@ -1,0 +1,65 @@
+// What an evaluation leaves: the errors of one predictor on the images of one benchmark, as a file
+// of JSON lines. Its first line says what was evaluated and how; each further line is one image.
+// The schema stands in README.md.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/status.h"
+#include "worker/evaluate/metrics.h"
+
+namespace parallax {
+
+using Tallies = std::map<std::string, ErrorTally>;
+
+// One image.
+struct Scores {
+  std::string pair;
+  int width_px = 0, height_px = 0;
+  Tallies regions;                        // "all" always; "nocc" and others where they are known.
+  std::map<std::string, Tallies> groups;  // "class" and "material" of our own archives.
+};
+
+// Whose predictions were evaluated. A row of a table is a (variant, trainer); its runs differ in
+// the seed. A predictor that needs no training has no seed.
+struct RunIdentity {
+  std::string variant;
+  std::string trainer;
+  std::optional<int64_t> seed;
+  std::string checkpoint;  // SHA-256 of the file; empty without one.
+};
+
+struct Evaluation {
+  std::string benchmark;
+  Metric headline;              // The figure that the benchmark is quoted with.
+  std::vector<Metric> figures;  // Others worth printing beside it.
+  std::string mimics;           // The implementation whose masks and means the headline follows.
+  int pairs_published = 0;      // Pairs of the whole benchmark; 0 where that isn't fixed.
+  RunIdentity run;
+  std::string predictor;  // "sgbm", or the command.
+  double seconds = 0;     // Time that the predictor took for all pairs.
+  std::vector<Scores> images;
+};
+
+// One file's content. The same evaluation gives the same bytes.
+std::string EncodeEvaluation(const Evaluation& evaluation);
+// Errors: kDataLoss for a file that ends early or is not one of ours, naming the line.
+absl::StatusOr<Evaluation> DecodeEvaluation(std::string_view text);
+
+absl::Status WriteEvaluation(const std::string& path, const Evaluation& evaluation);
+absl::StatusOr<Evaluation> ReadEvaluation(const std::string& path);
+
+// All score files (*.jsonl with our schema) in `dir` and the folders below it (not in "frames" and
+// hidden ones), in order of their paths. Errors: kNotFound when there is none; as ReadEvaluation;
+// kFailedPrecondition when two files hold the same run of the same benchmark with different scores.
+absl::StatusOr<std::vector<Evaluation>> ReadEvaluations(const std::string& dir);
+
+// The metric over all images that have its region: in percent or pixels; NaN if none has.
+double FigureOf(const Metric& metric, const Evaluation& evaluation);
+
+}  // namespace parallax

@@ -1,0 +1,74 @@
+// How sure a difference between two predictors is: bootstrap over seeds of training and over
+// images, with differences paired by both.
+//
+// Model. A figure is measured for S seeds on the same I images. Seeds and images are both drawn
+// from larger populations and cross each other: every seed sees every image, so an image that is
+// hard is hard for all seeds. A replicate draws S - 1 of the seeds and I - 1 of the images, with
+// replacement, and takes each drawn image under each drawn seed; drawing one fewer makes the
+// replicates' variance an unbiased estimate for few units. The interval is the figure -+ Student's
+// t times the replicates' standard deviation; its degrees of freedom weigh those of seeds and of
+// images by their shares of the variance (Satterthwaite). Without that, three seeds give intervals
+// less than half as long as they must be. With one seed nothing is known of the spread between
+// seeds, and the interval is that of the images alone. Source: Owen, "The pigeonhole bootstrap",
+// Annals of Applied Statistics 2007; Rao and Wu, "Resampling inference with complex survey data",
+// JASA 1988.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+#include "worker/evaluate/metrics.h"
+
+namespace parallax {
+
+// Figures of one row: table[seed][image], each image as numerator / denominator. With denominators
+// of 1 the figure is the mean over images; with counts of pixels it is that of the pool.
+using FigureTable = std::vector<std::vector<Quotient>>;
+
+struct BootstrapOptions {
+  int replicates = 2000;  // More make an interval's ends steadier, in proportion to its root.
+  double confidence = 0.95;
+  uint64_t seed = 1;  // The same gives the same intervals.
+};
+
+struct Interval {
+  double value = 0;
+  double low = 0, high = 0;
+};
+
+// The figure: its mean over seeds, each the quotient of sums over images.
+double MeanFigure(const FigureTable& table);
+
+// Errors: kInvalidArgument when the table is empty or its rows differ in length.
+absl::StatusOr<Interval> BootstrapFigure(const FigureTable& table, const BootstrapOptions& options);
+
+enum class Verdict { kBetter, kWorse, kNotToldApart };
+std::string VerdictName(Verdict verdict);  // "better", "worse", "not told apart"
+
+struct Comparison {
+  Interval difference;  // Of a - b; below 0: a is better, because all figures are errors.
+  Verdict verdict = Verdict::kNotToldApart;
+  int seeds = 0, images = 0;
+  // Whether S is 1 although the figures depend on a seed: nothing can be told then.
+  bool seeds_spread_unknown = false;
+  // For kNotToldApart: seeds to add until a difference of this size would be told, if that takes at
+  // most kMostSeeds; absent when more seeds alone would not tell, or their spread is unknown.
+  std::optional<int> more_seeds;
+};
+
+inline constexpr int kMostSeeds = 1000;
+
+// `a` and `b` have the same seeds and images, in the same order. `seeded`: whether either depends
+// on a seed; without (two classical methods, or files) images alone decide. Errors: as
+// BootstrapFigure; kInvalidArgument when the tables differ in shape.
+absl::StatusOr<Comparison> ComparePaired(const FigureTable& a, const FigureTable& b, bool seeded,
+                                         const BootstrapOptions& options);
+
+// The value that Student's t with `degrees` > 0 (not necessarily whole) exceeds with probability
+// 1 - `probability`, for probabilities in [0.5, 1).
+// Source: Abramowitz and Stegun 26.7.1, by the incomplete beta function's continued fraction.
+double StudentQuantile(double probability, double degrees);
+
+}  // namespace parallax

@@ -1,0 +1,68 @@
+// From score files to the study's table: a row a (variant, trainer), a figure with its interval for
+// each benchmark, and whether rows can be told apart from the baseline.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+#include "worker/evaluate/scores.h"
+#include "worker/evaluate/statistics.h"
+
+namespace parallax {
+
+struct TableFigure {
+  std::string metric;  // MetricName.
+  // NaN when no image has the metric's region.
+  Interval interval;  // Ends equal to the value: one seed and one image, so no spread is known.
+  int pairs = 0;      // Images with the metric's region.
+};
+
+struct TableCell {
+  TableFigure headline;
+  std::vector<TableFigure> others;  // The benchmark's further figures.
+  int pairs_published = 0;          // Of the whole benchmark; 0 where that isn't fixed.
+  std::string mimics;
+};
+
+struct TableRow {
+  std::string variant, trainer;
+  int seeds = 0;                           // 0: the predictor needs no training.
+  std::map<std::string, TableCell> cells;  // By benchmark.
+};
+
+struct TableComparison {
+  std::string benchmark, metric;
+  std::string variant, trainer;
+  std::string baseline, baseline_trainer;
+  Comparison comparison;
+};
+
+struct ResultTable {
+  std::vector<std::string> benchmarks;  // Columns, in order.
+  std::vector<TableRow> rows;
+  std::vector<TableComparison> comparisons;  // Each row against its baseline.
+  std::vector<std::string> notes;  // One sentence each: incomplete benchmarks, single seeds.
+};
+
+struct TableOptions {
+  // A variant; empty: "default", else "baseline", else the first row that has seeds. Rows of the
+  // same trainer are compared with it; rows without seeds with the first baseline there is.
+  std::string baseline;
+  std::vector<std::string> variant_order;  // Others follow by name.
+  BootstrapOptions bootstrap;
+};
+
+// Errors: kInvalidArgument for a baseline that is not there, naming the variants;
+// kFailedPrecondition when evaluations of one benchmark can't be compared: other pairs, other truth
+// or another metric, both named.
+absl::StatusOr<ResultTable> MakeTable(const std::vector<Evaluation>& evaluations,
+                                      const TableOptions& options);
+
+// Formats: "text", "markdown", "latex", "csv", "json". Errors: kInvalidArgument listing them.
+absl::StatusOr<std::string> FormatTable(const ResultTable& table, const std::string& format);
+const std::vector<std::string>& TableFormats();
+
+}  // namespace parallax

@@ -1,0 +1,324 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "worker/evaluate/table.h"
+
+namespace parallax {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string Fixed(double value) {
+  if (std::isnan(value)) return "-";
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f", value);
+  return text;
+}
+
+bool HasSpread(const Interval& interval) { return interval.high > interval.low; }
+
+// "9.53 [8.10, 10.96]"
+std::string FigureText(const TableFigure& figure) {
+  std::string text = Fixed(figure.interval.value);
+  if (HasSpread(figure.interval)) {
+    text += " [" + Fixed(figure.interval.low) + ", " + Fixed(figure.interval.high) + "]";
+  }
+  return text;
+}
+
+const TableComparison* FindComparison(const ResultTable& table, const TableRow& row,
+                                      const std::string& benchmark) {
+  for (const TableComparison& one : table.comparisons) {
+    if (one.variant == row.variant && one.trainer == row.trainer && one.benchmark == benchmark) {
+      return &one;
+    }
+  }
+  return nullptr;
+}
+
+// "worse by 3.10 [1.20, 5.00]", "not told apart; 4 more seeds would tell"
+std::string VerdictText(const Comparison& comparison) {
+  const Interval& d = comparison.difference;
+  if (comparison.verdict != Verdict::kNotToldApart) {
+    const double sign = d.value < 0 ? -1 : 1;
+    const double near = std::min(sign * d.low, sign * d.high);
+    const double far = std::max(sign * d.low, sign * d.high);
+    return VerdictName(comparison.verdict) + " by " + Fixed(sign * d.value) + " [" + Fixed(near) +
+           ", " + Fixed(far) + "]";
+  }
+  std::string text = VerdictName(comparison.verdict);
+  if (comparison.seeds_spread_unknown) return text + " (one seed)";
+  if (comparison.more_seeds) {
+    return text + "; " + std::to_string(*comparison.more_seeds) + " more seed" +
+           (*comparison.more_seeds == 1 ? "" : "s") + " would tell";
+  }
+  return text;
+}
+
+std::string SeedsText(const TableRow& row) {
+  return row.seeds == 0 ? "-" : std::to_string(row.seeds);
+}
+
+// A grid of cells whose first row is the heading.
+using Grid = std::vector<std::vector<std::string>>;
+
+std::vector<size_t> Widths(const Grid& grid) {
+  std::vector<size_t> widths;
+  for (const auto& row : grid) {
+    widths.resize(std::max(widths.size(), row.size()));
+    for (size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], row[c].size());
+  }
+  return widths;
+}
+
+std::string Aligned(const Grid& grid) {
+  const std::vector<size_t> widths = Widths(grid);
+  std::string text;
+  for (const auto& row : grid) {
+    std::string line = "  ";
+    for (size_t c = 0; c < row.size(); ++c) {
+      line += row[c] + std::string(widths[c] - row[c].size() + 2, ' ');
+    }
+    while (line.back() == ' ') line.pop_back();
+    text += line + "\n";
+  }
+  return text;
+}
+
+// One benchmark: rows by variant, columns by figure.
+Grid BenchmarkGrid(const ResultTable& table, const std::string& benchmark) {
+  Grid grid = {{"variant", "trainer", "seeds"}};
+  for (const TableRow& row : table.rows) {
+    const auto cell = row.cells.find(benchmark);
+    if (cell == row.cells.end()) continue;
+    if (grid[0].size() == 3) {
+      grid[0].push_back(cell->second.headline.metric);
+      for (const TableFigure& figure : cell->second.others) grid[0].push_back(figure.metric);
+      grid[0].push_back("against the baseline");
+    }
+    std::vector<std::string> line = {row.variant, row.trainer, SeedsText(row),
+                                     FigureText(cell->second.headline)};
+    for (const TableFigure& figure : cell->second.others) line.push_back(FigureText(figure));
+    const TableComparison* comparison = FindComparison(table, row, benchmark);
+    line.push_back(comparison == nullptr ? "" : VerdictText(comparison->comparison));
+    grid.push_back(std::move(line));
+  }
+  return grid;
+}
+
+const TableCell& AnyCell(const ResultTable& table, const std::string& benchmark) {
+  for (const TableRow& row : table.rows) {
+    if (const auto cell = row.cells.find(benchmark); cell != row.cells.end()) return cell->second;
+  }
+  static const TableCell none;
+  return none;
+}
+
+std::string Text(const ResultTable& table) {
+  std::string text;
+  for (const std::string& benchmark : table.benchmarks) {
+    const TableCell& any = AnyCell(table, benchmark);
+    text += benchmark + " (" + std::to_string(any.headline.pairs) +
+            (any.headline.pairs == 1 ? " pair" : " pairs") + "; as " + any.mimics + ")\n" +
+            Aligned(BenchmarkGrid(table, benchmark)) + "\n";
+  }
+  text += "Lower is better; bad-t and d1 in percent, epe in pixels; [95 % interval].\n";
+  for (const std::string& note : table.notes) text += "note: " + note + "\n";
+  return text;
+}
+
+// All benchmarks beside each other: the headline of each.
+Grid WideGrid(const ResultTable& table, const char* better, const char* worse) {
+  Grid grid = {{"variant", "trainer", "seeds"}};
+  for (const std::string& benchmark : table.benchmarks) {
+    grid[0].push_back(benchmark + " " + AnyCell(table, benchmark).headline.metric);
+  }
+  for (const TableRow& row : table.rows) {
+    std::vector<std::string> line = {row.variant, row.trainer, SeedsText(row)};
+    for (const std::string& benchmark : table.benchmarks) {
+      const auto cell = row.cells.find(benchmark);
+      std::string text = cell == row.cells.end() ? "" : FigureText(cell->second.headline);
+      if (const TableComparison* one = FindComparison(table, row, benchmark)) {
+        if (one->comparison.verdict == Verdict::kBetter) text += better;
+        if (one->comparison.verdict == Verdict::kWorse) text += worse;
+      }
+      line.push_back(std::move(text));
+    }
+    grid.push_back(std::move(line));
+  }
+  return grid;
+}
+
+std::string MarkdownGrid(const Grid& grid) {
+  std::string text;
+  for (size_t r = 0; r < grid.size(); ++r) {
+    text += "|";
+    for (const std::string& cell : grid[r]) text += " " + cell + " |";
+    text += "\n";
+    if (r > 0) continue;
+    text += "|";
+    for (size_t c = 0; c < grid[0].size(); ++c) text += c < 2 ? "---|" : "---:|";
+    text += "\n";
+  }
+  return text;
+}
+
+std::string Markdown(const ResultTable& table) {
+  std::string text = MarkdownGrid(WideGrid(table, " ✓", " ✗"));
+  text +=
+      "\nLower is better; bad-t and d1 in percent, epe in pixels; [95 % interval]. ✓ better and ✗ "
+      "worse than the baseline; without a mark: not told apart.\n";
+  for (const std::string& benchmark : table.benchmarks) {
+    const TableCell& any = AnyCell(table, benchmark);
+    text += "\n**" + benchmark + "** (" + std::to_string(any.headline.pairs) + " pairs; as " +
+            any.mimics + ")\n\n" + MarkdownGrid(BenchmarkGrid(table, benchmark));
+  }
+  if (!table.notes.empty()) text += "\n";
+  for (const std::string& note : table.notes) text += "- " + note + "\n";
+  return text;
+}
+
+std::string LatexEscaped(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (std::string("_%&#$").find(c) != std::string::npos) escaped += '\\';
+    escaped += c;
+  }
+  return escaped;
+}
+
+// As the paper's tables: booktabs, a column a benchmark; raised signs mark what differs from the
+// baseline.
+std::string Latex(const ResultTable& table) {
+  const Grid grid = WideGrid(table, "$^{+}$", "$^{-}$");
+  std::string text = "\\begin{tabular}{ll*{" + std::to_string(grid[0].size() - 2) + "}{r}}\n";
+  for (size_t r = 0; r < grid.size(); ++r) {
+    if (r == 0) text += "\\toprule\n";
+    for (size_t c = 0; c < grid[r].size(); ++c) {
+      std::string cell = grid[r][c];
+      const size_t mark = cell.find("$^{");
+      const std::string tail = mark == std::string::npos ? "" : cell.substr(mark);
+      text += (c > 0 ? " & " : "") + LatexEscaped(cell.substr(0, mark)) + tail;
+    }
+    text += " \\\\\n";
+    if (r == 0) text += "\\midrule\n";
+  }
+  text += "\\bottomrule\n\\end{tabular}\n";
+  text += "% + better, - worse than the baseline at 95 %; no mark: not told apart\n";
+  for (const std::string& note : table.notes) text += "% " + note + "\n";
+  return text;
+}
+
+std::string CsvField(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
+std::string Exact(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return text;
+}
+
+// A line a figure, so that spreadsheets and data frames can pivot it.
+std::string Csv(const ResultTable& table) {
+  std::string text = "variant,trainer,seeds,benchmark,metric,value,low,high,pairs,verdict\n";
+  const auto line = [&](const TableRow& row, const std::string& benchmark,
+                        const TableFigure& figure, const std::string& verdict) {
+    text += CsvField(row.variant) + "," + CsvField(row.trainer) + "," + std::to_string(row.seeds) +
+            "," + CsvField(benchmark) + "," + CsvField(figure.metric) + "," +
+            Exact(figure.interval.value) + "," + Exact(figure.interval.low) + "," +
+            Exact(figure.interval.high) + "," + std::to_string(figure.pairs) + "," + verdict + "\n";
+  };
+  for (const TableRow& row : table.rows) {
+    for (const auto& [benchmark, cell] : row.cells) {
+      const TableComparison* one = FindComparison(table, row, benchmark);
+      line(row, benchmark, cell.headline,
+           one == nullptr ? "" : VerdictName(one->comparison.verdict));
+      for (const TableFigure& figure : cell.others) line(row, benchmark, figure, "");
+    }
+  }
+  return text;
+}
+
+Json FigureJson(const TableFigure& figure) {
+  return {{"metric", figure.metric},
+          {"value", figure.interval.value},
+          {"low", figure.interval.low},
+          {"high", figure.interval.high},
+          {"pairs", figure.pairs}};
+}
+
+Json ComparisonJson(const TableComparison& one) {
+  const Comparison& c = one.comparison;
+  return {{"benchmark", one.benchmark},
+          {"metric", one.metric},
+          {"variant", one.variant},
+          {"trainer", one.trainer},
+          {"baseline", one.baseline},
+          {"baseline_trainer", one.baseline_trainer},
+          {"difference", c.difference.value},
+          {"low", c.difference.low},
+          {"high", c.difference.high},
+          {"verdict", VerdictName(c.verdict)},
+          {"seeds", c.seeds},
+          {"pairs", c.images},
+          {"more_seeds", c.more_seeds ? Json(*c.more_seeds) : Json()}};
+}
+
+std::string JsonText(const ResultTable& table) {
+  Json rows = Json::array(), comparisons = Json::array();
+  for (const TableRow& row : table.rows) {
+    Json benchmarks = Json::object();
+    for (const std::string& benchmark : table.benchmarks) {
+      const auto cell = row.cells.find(benchmark);
+      if (cell == row.cells.end()) continue;
+      benchmarks[benchmark] = FigureJson(cell->second.headline);
+      Json others = Json::array();
+      for (const TableFigure& figure : cell->second.others) others.push_back(FigureJson(figure));
+      benchmarks[benchmark]["others"] = std::move(others);
+    }
+    rows.push_back({{"variant", row.variant},
+                    {"trainer", row.trainer},
+                    {"seeds", row.seeds},
+                    {"benchmarks", std::move(benchmarks)}});
+  }
+  for (const TableComparison& one : table.comparisons) comparisons.push_back(ComparisonJson(one));
+  const Json json = {
+      {"rows", std::move(rows)}, {"comparisons", std::move(comparisons)}, {"notes", table.notes}};
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+struct Format {
+  const char* name;
+  std::string (*write)(const ResultTable&);
+};
+constexpr Format kFormats[] = {
+    {"text", Text}, {"markdown", Markdown}, {"latex", Latex}, {"csv", Csv}, {"json", JsonText}};
+
+}  // namespace
+
+const std::vector<std::string>& TableFormats() {
+  static const auto& names = *new std::vector<std::string>([] {
+    std::vector<std::string> all;
+    for (const Format& format : kFormats) all.push_back(format.name);
+    return all;
+  }());
+  return names;
+}
+
+absl::StatusOr<std::string> FormatTable(const ResultTable& table, const std::string& format) {
+  std::string known;
+  for (const Format& one : kFormats) {
+    if (format == one.name) return one.write(table);
+    known += (known.empty() ? "" : ", ") + std::string(one.name);
+  }
+  return MakeError(absl::StatusCode::kInvalidArgument,
+                   "there is no format '" + format + "'; there are " + known);
+}
+
+}  // namespace parallax

@@ -7,6 +7,7 @@
 #include "common/base/version.h"
 #include "coordinator/client/commands/catalogue.h"
 #include "coordinator/client/commands/command.h"
+#include "coordinator/client/commands/evaluate.h"
 #include "coordinator/client/help_formatter.h"
 #include "coordinator/client/text.h"
 
@@ -108,6 +109,9 @@ void RegisterAll(Registry& registry) {
   RegisterView(registry);
   RegisterExport(registry);
   RegisterVerify(registry);
+  RegisterEvaluate(registry);
+  RegisterPredict(registry);
+  RegisterTable(registry);
   RegisterScene(registry);
   RegisterCatalogue(registry);
   RegisterConfig(registry);

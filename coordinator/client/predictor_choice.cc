@@ -1,0 +1,73 @@
+#include "coordinator/client/predictor_choice.h"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <filesystem>
+
+#include "common/base/hash.h"
+
+namespace parallax::client {
+namespace {
+
+namespace fs = std::filesystem;
+
+absl::StatusOr<std::string> FindTrainerProgram(const std::string& given) {
+  const char* named = std::getenv("PARALLAX_TRAINER");
+  const std::string wanted = !given.empty() ? given : named != nullptr ? named : "";
+  if (!wanted.empty()) {
+    if (access(wanted.c_str(), X_OK) == 0) return fs::absolute(wanted).string();
+    return ErrnoError(errno, "the trainer program " + wanted);
+  }
+  std::error_code error;
+  const fs::path self = fs::read_symlink("/proc/self/exe", error);
+  const std::string beside = self.parent_path() / "trainer";
+  if (access(beside.c_str(), X_OK) == 0) return beside;
+  return MakeError(absl::StatusCode::kNotFound,
+                   "the program `trainer` was not found beside this one (" + beside +
+                       "); name it with --trainer-program or $PARALLAX_TRAINER");
+}
+
+absl::StatusOr<ChosenPredictor> FromCheckpoint(const PredictorChoice& choice) {
+  ChosenPredictor chosen;
+  const std::string checkpoint = fs::absolute(choice.what).lexically_normal();
+  ASSIGN_OR_RETURN(const std::string program, FindTrainerProgram(choice.trainer_program));
+  ASSIGN_OR_RETURN(chosen.run.checkpoint, Sha256HexOfFile(checkpoint));
+  chosen.run.variant = fs::path(checkpoint).stem();
+  chosen.run.trainer = "builtin";
+  chosen.predictor = MakeCommandPredictor({.command = TrainerPredictCommand(program, checkpoint),
+                                           .pair_s = choice.pair_s,
+                                           .name = choice.what});
+  return chosen;
+}
+
+}  // namespace
+
+absl::StatusOr<ChosenPredictor> ChoosePredictor(const PredictorChoice& choice) {
+  std::error_code error;
+  if (choice.what.empty() == choice.command.empty()) {
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     choice.what.empty()
+                         ? "what predicts? Give sgbm, a checkpoint, a folder, or --command"
+                         : "PREDICTOR and --command exclude each other");
+  }
+  if (!choice.command.empty()) {
+    return ChosenPredictor{
+        MakeCommandPredictor({.command = choice.command, .pair_s = choice.pair_s}),
+        {.variant = "command", .trainer = "command"}};
+  }
+  if (choice.what == "sgbm") {
+    return ChosenPredictor{MakeSgbmPredictor(), {.variant = "sgbm", .trainer = "opencv"}};
+  }
+  if (fs::is_directory(choice.what, error)) {
+    const fs::path dir = fs::absolute(choice.what / fs::path()).lexically_normal();
+    return ChosenPredictor{MakeFolderPredictor(dir.parent_path()),
+                           {.variant = dir.parent_path().filename(), .trainer = "files"}};
+  }
+  if (fs::is_regular_file(choice.what, error)) return FromCheckpoint(choice);
+  return MakeError(absl::StatusCode::kNotFound,
+                   choice.what + ": neither `sgbm`, nor a checkpoint, nor a folder of predictions");
+}
+
+}  // namespace parallax::client

@@ -1,0 +1,195 @@
+// evaluate, table and predict, as a user runs them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "common/image/jpeg.h"
+#include "coordinator/client/exit_code.h"
+#include "tests/coordinator/client/fake_coordinator.h"
+#include "tests/worker/dataset/synthetic_archive.h"
+#include "tests/worker/evaluate/test_tree.h"
+
+namespace parallax::client {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using Json = nlohmann::json;
+
+class EvaluateCommandTest : public ::testing::Test {
+ protected:
+  EvaluateCommandTest() {
+    for (const char* name : {"a", "b", "c"}) {
+      const std::string at = std::string("pairs/") + name + "/";
+      tree_.Pictures(at + "im0.png", at + "im1.png", 40, 20);
+      tree_.Pfm(at + "disp0GT.pfm", ImageF(40, 20, 10.0f));
+    }
+    on_ = "folder:" + tree_.dir() + "/pairs";
+    scores_ = tree_.dir() + "/scores";
+  }
+
+  // A folder of predictions that are `error_px` off on the first `columns` columns.
+  std::string Predictions(const std::string& name, float error_px, int columns) {
+    for (const char* pair : {"a", "b", "c"}) {
+      ImageF predicted(40, 20, 10.0f);
+      for (int y = 0; y < 20; ++y) {
+        for (int x = 0; x < columns + (pair[0] - 'a'); ++x) predicted(x, y) += error_px;
+      }
+      tree_.Pfm(name + "/" + pair + ".pfm", predicted);
+    }
+    return tree_.dir() + "/" + name;
+  }
+  Json RunJson(std::vector<std::string> arguments) {
+    arguments.push_back("--json");
+    const Outcome outcome = RunCommand(arguments);
+    EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+    return Json::parse(outcome.out, nullptr, false);
+  }
+
+  TestTree tree_;
+  std::string on_, scores_;
+};
+
+TEST_F(EvaluateCommandTest, HelpHasExamples) {
+  for (const char* command : {"evaluate", "table", "predict"}) {
+    const Outcome outcome = RunCommand({command, "--help"});
+    EXPECT_EQ(outcome.exit_code, kExitOk);
+    EXPECT_THAT(outcome.out, HasSubstr("Examples:\n  parallax " + std::string(command)));
+  }
+}
+
+TEST_F(EvaluateCommandTest, ListNamesEveryBenchmarkAndItsFiles) {
+  const Json listed = RunJson({"evaluate", "--list"});
+  EXPECT_GE(listed["benchmarks"].size(), 14);
+  const Outcome outcome = RunCommand({"evaluate", "--list"});
+  for (const char* wanted :
+       {"middlebury2014-F", "kitti2015", "booster-Q", "list:PATH", "disp_occ_0", "mask_cat.png"}) {
+    EXPECT_THAT(outcome.out, HasSubstr(wanted));
+  }
+}
+
+TEST_F(EvaluateCommandTest, ScoreFilesBecomeATableWithVerdicts) {
+  for (const std::string seed : {"1", "2", "3"}) {
+    const int s = std::stoi(seed);
+    for (const auto& [variant, columns] : {std::pair("default", 4), std::pair("narrow", 20)}) {
+      const Json json =
+          RunJson({"evaluate", Predictions(variant + seed, 5, columns + s % 2), "--on", on_,
+                   "--out", scores_, "--variant", variant, "--trainer", "mine", "--seed", seed});
+      EXPECT_EQ(json["evaluations"][0]["metric"], "bad-2 all");
+      EXPECT_EQ(json["evaluations"][0]["pairs"], 3);
+      EXPECT_NEAR(json["evaluations"][0]["value"], 100 * (columns + s % 2 + 1) / 40.0, 1e-9);
+    }
+  }
+  EXPECT_TRUE(std::filesystem::exists(scores_ + "/narrow.mine.seed2.pairs.jsonl"));
+  EXPECT_FALSE(std::filesystem::exists(scores_ + "/narrow.mine.seed2.pairs.predictions"));
+  const Json table = RunJson({"table", scores_});
+  ASSERT_EQ(table["rows"].size(), 2);
+  EXPECT_EQ(table["rows"][1]["variant"], "narrow");
+  EXPECT_EQ(table["rows"][1]["seeds"], 3);
+  EXPECT_EQ(table["comparisons"][0]["verdict"], "worse");
+  const Outcome better =
+      RunCommand({"table", scores_, "--baseline", "narrow", "--format", "markdown"});
+  EXPECT_THAT(better.out, HasSubstr("better by"));
+  const std::string file = tree_.Path("table.tex");
+  EXPECT_EQ(RunCommand({"table", scores_, "--format", "latex", "--out", file}).out, file + "\n");
+  EXPECT_TRUE(std::filesystem::exists(file));
+}
+
+TEST_F(EvaluateCommandTest, CommandsPredictThroughTheList) {
+  const std::string truth = tree_.dir() + "/pairs/a/disp0GT.pfm";
+  const Outcome outcome = RunCommand(
+      {"evaluate", "--command", "while read l r o; do cp " + truth + " \"$o\"; done < {list}",
+       "--on", on_, "--out", scores_, "--variant", "copied", "--keep-predictions"});
+  EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("bad-2 all 0"));
+  EXPECT_TRUE(std::filesystem::exists(scores_ + "/copied.command.pairs.predictions/a.pfm"));
+  const Outcome failed =
+      RunCommand({"evaluate", "--command", "echo out of memory; exit 9; : {list}", "--on", on_,
+                  "--out", scores_});
+  EXPECT_EQ(failed.exit_code, kExitFailed);
+  EXPECT_THAT(failed.err, HasSubstr("exit status 9"));
+  EXPECT_THAT(failed.err, HasSubstr("out of memory"));
+}
+
+TEST_F(EvaluateCommandTest, CheckpointsGoThroughTheTrainerProgram) {
+  // Stands for `trainer predict --checkpoint C --list LIST`: predicts what the checkpoint holds.
+  tree_.Text("trainer",
+             "#!/bin/sh\n[ \"$1 $2 $4\" = 'predict --checkpoint --list' ] || exit 7\n"
+             "while read l r o; do cp \"$3\" \"$o\"; done < \"$5\"\n");
+  std::filesystem::permissions(tree_.Path("trainer"), std::filesystem::perms::owner_all);
+  tree_.Pfm("net.pt", ImageF(40, 20, 11.5f));
+  const Json json = RunJson({"evaluate", tree_.Path("net.pt"), "--trainer-program",
+                             tree_.Path("trainer"), "--on", on_, "--out", scores_, "--seed", "5"});
+  EXPECT_EQ(json["variant"], "net");
+  EXPECT_EQ(json["trainer"], "builtin");
+  EXPECT_EQ(json["seed"], 5);
+  EXPECT_DOUBLE_EQ(json["evaluations"][0]["figures"]["epe all"], 1.5);
+  EXPECT_DOUBLE_EQ(json["evaluations"][0]["figures"]["bad-1 all"], 100);
+  const std::string left = tree_.Path("pairs/a/im0.png"), right = tree_.Path("pairs/a/im1.png");
+  const std::string out = tree_.Path("d.pfm");
+  const Outcome predicted = RunCommand({"predict", tree_.Path("net.pt"), left, right, "--out", out,
+                                        "--trainer-program", tree_.Path("trainer")});
+  EXPECT_EQ(predicted.exit_code, kExitOk) << predicted.err;
+  EXPECT_EQ(*ReadPfm(out), ImageF(40, 20, 11.5f));
+}
+
+TEST_F(EvaluateCommandTest, PredictWritesPngAndColours) {
+  const std::string left = tree_.Path("pairs/a/im0.png"), right = tree_.Path("pairs/a/im1.png");
+  const std::string png = tree_.Path("d.png"), colours = tree_.Path("colours.png");
+  const Json json = RunJson({"predict", "sgbm", left, right, "--out", png, "--picture", colours});
+  EXPECT_EQ(json["width_px"], 40);
+  EXPECT_EQ(ReadPngU16(png)->width(), 40);
+  EXPECT_EQ(ReadPngRgb8(colours)->height(), 20);
+}
+
+TEST_F(EvaluateCommandTest, ArchivesGivePicturesOfErrorsByClassAndMaterial) {
+  const std::string dir = tree_.dir() + "/archive";
+  MakeSyntheticArchive(dir, {.scenes = 1, .rigs = 2});
+  const Json json = RunJson(
+      {"evaluate", "sgbm", "--on", "heldout=archive:" + dir, "--out", scores_, "--pictures"});
+  EXPECT_EQ(json["evaluations"][0]["benchmark"], "heldout");
+  for (const char* name :
+       {"sgbm.opencv.heldout.png", "sgbm.opencv.heldout.by_class.png",
+        "sgbm.opencv.heldout.by_class.csv", "sgbm.opencv.heldout.by_material.png"}) {
+    EXPECT_TRUE(std::filesystem::exists(scores_ + "/" + name)) << name;
+  }
+  const std::string pictures = tree_.dir() + "/errors";
+  EXPECT_EQ(RunCommand({"table", scores_, "--pictures", pictures}).exit_code, kExitOk);
+  EXPECT_TRUE(std::filesystem::exists(pictures + "/sgbm.opencv.by_material.csv"));
+}
+
+TEST_F(EvaluateCommandTest, MistakesAreOneLineAndExitTwo) {
+  const std::string a = tree_.Path("pairs/a/im0.png");
+  tree_.Picture("small.png", 8, 8);
+  const struct {
+    std::vector<std::string> arguments;
+    const char* wanted;
+  } cases[] = {
+      {{"evaluate", "sgbm"}, "--out is required"},
+      {{"evaluate", "--out", scores_}, "what predicts?"},
+      {{"evaluate", "sgbm", "--command", "x {list}", "--out", scores_}, "exclude each other"},
+      {{"evaluate", "nothing.pt", "--out", scores_}, "nothing.pt: neither"},
+      {{"evaluate", "sgbm", "--out", scores_, "--on", "sintel"}, "there is no benchmark 'sintel'"},
+      {{"evaluate", "sgbm", "--out", scores_, "--on", "eth3d"}, "the folder of benchmarks"},
+      {{"evaluate", "sgbm", "--out", scores_, "--on", "eth3d", "--benchmarks", tree_.dir()},
+       "ETH3D/two_view_training"},
+      {{"evaluate", a, "--out", scores_, "--on", on_, "--trainer-program", "/none"}, "/none"},
+      {{"table", tree_.dir()}, "no score file"},
+      {{"table", tree_.dir(), "--format", "html"}, "html"},
+      {{"predict", "sgbm", a, a, "--out", "d.jpg"}, "wanted a .pfm or a .png"},
+      {{"predict", "sgbm", a, tree_.Path("small.png"), "--out", tree_.Path("d.pfm")}, "8x8"},
+      {{"predict", "sgbm", a}, "RIGHT is required"},
+  };
+  for (const auto& c : cases) {
+    const Outcome outcome = RunCommand(c.arguments);
+    EXPECT_EQ(outcome.exit_code, kExitUsage) << outcome.out << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr(c.wanted));
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  }
+}
+
+}  // namespace
+}  // namespace parallax::client

@@ -68,7 +68,7 @@ std::string Dotted(const std::string& path, const std::string& name) {
   return path.empty() ? name : path + "." + name;
 }
 
-std::string NearestHint(std::string_view name, const std::vector<std::string>& known) {
+std::string NearestName(std::string_view name, const std::vector<std::string>& known) {
   int best_distance = std::max(2, static_cast<int>(name.size()) / 3) + 1;
   std::string best;
   for (const std::string& candidate : known) {
@@ -78,6 +78,11 @@ std::string NearestHint(std::string_view name, const std::vector<std::string>& k
       best = candidate;
     }
   }
+  return best;
+}
+
+std::string NearestHint(std::string_view name, const std::vector<std::string>& known) {
+  const std::string best = NearestName(name, known);
   return best.empty() ? "" : ", did you mean " + best + "?";
 }
 

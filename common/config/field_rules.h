@@ -26,6 +26,8 @@ std::string Dotted(const std::string& path, const std::string& name);
 // Shortest text that reads back to the same number; "5" rather than "5.0".
 std::string NumberText(double value);
 std::string JoinNames(const std::vector<std::string>& names);
+// The known name that `name` was probably meant to be; "" when none is near.
+std::string NearestName(std::string_view name, const std::vector<std::string>& known);
 // ", did you mean X?" or nothing when no name is near.
 std::string NearestHint(std::string_view name, const std::vector<std::string>& known);
 

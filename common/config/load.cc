@@ -18,6 +18,7 @@ using config_internal::BuiltinFile;
 using config_internal::BuiltinFiles;
 using config_internal::ConfigErrors;
 using config_internal::JoinNames;
+using config_internal::NearestName;
 using config_internal::YamlReader;
 
 constexpr char kBuiltinPrefix[] = "builtin:";
@@ -189,64 +190,78 @@ class StudyLoader {
       reader_.Error(node, "variants",
                     std::string(node.IsSequence() ? "an empty list" : "not a list") +
                         ", allowed is a list of at least one {name, set}");
-      return;
     }
-    std::set<std::string> names;
-    for (size_t i = 0; i < node.size(); ++i) {
-      const std::string path = "variants[" + std::to_string(i) + "]";
-      v1::VariantSpec variant;
-      bool has_name = false, has_set = false, has_config = false;
-      *variant.mutable_config() = base;
-      const auto entries = reader_.Entries(node[i], path);
-      // First, wherever it stands: `set` is merged onto it.
-      for (const auto& [name, value] : entries) {
-        if (name != "base") continue;
+    for (size_t i = 0; node.IsSequence() && i < node.size(); ++i) {
+      ReadVariant(node[i], "variants[" + std::to_string(i) + "]", /*named=*/false, base);
+    }
+    // Told above; what stands in it is checked nevertheless.
+    for (auto entry = node.begin(); node.IsMap() && entry != node.end(); ++entry) {
+      if (!entry->first.IsScalar() || !entry->second.IsMap()) continue;
+      ReadVariant(entry->second, "variants." + entry->first.Scalar(), /*named=*/true, base);
+    }
+  }
+
+  // `named`: a name of its own may be absent.
+  void ReadVariant(const YAML::Node& node, const std::string& path, bool named,
+                   const v1::SceneConfig& base) {
+    v1::VariantSpec variant;
+    bool has_name = named, has_set = false, has_config = false;
+    *variant.mutable_config() = base;
+    const auto entries = reader_.Entries(node, path);
+    // First, wherever it stands: `set` is merged onto it.
+    for (const auto& [name, value] : entries) {
+      if (name != "base") continue;
+      *variant.mutable_config() = DefaultSceneConfig();
+      ReadBase(value, path + ".base", variant.mutable_config());
+    }
+    for (const auto& [name, value] : entries) {
+      const std::string field_path = path + "." + name;
+      if (name == "base") continue;
+      if (name == "pairs") {
+        if (const auto pairs = reader_.ReadInt(value, field_path, 1, kMostPairs)) {
+          variant.set_pairs(*pairs);
+        }
+      } else if (name == "rigs_per_scene") {
+        if (const auto rigs = reader_.ReadInt(value, field_path, 1, 1000)) {
+          variant.set_rigs_per_scene(static_cast<int32_t>(*rigs));
+          rigs_nodes_.emplace_back(spec_.variants_size(), value);
+        }
+      } else if (name == "name") {
+        has_name = true;
+        const auto text = reader_.ReadName(value, field_path);
+        if (text) variant.set_name(*text);
+        if (text && !names_.insert(*text).second) {
+          reader_.Error(
+              value, field_path,
+              "\"" + *text + "\" names another variant too, allowed is a name of its own");
+        }
+      } else if (name == "set") {
+        has_set = true;
+        if (!value.IsNull()) reader_.Merge(value, variant.mutable_config(), field_path);
+      } else if (name == "config") {
+        has_config = true;
         *variant.mutable_config() = DefaultSceneConfig();
-        ReadBase(value, path + ".base", variant.mutable_config());
-      }
-      for (const auto& [name, value] : entries) {
-        const std::string field_path = path + "." + name;
-        if (name == "base") continue;
-        if (name == "pairs") {
-          if (const auto pairs = reader_.ReadInt(value, field_path, 1, kMostPairs)) {
-            variant.set_pairs(*pairs);
-          }
-        } else if (name == "rigs_per_scene") {
-          if (const auto rigs = reader_.ReadInt(value, field_path, 1, 1000)) {
-            variant.set_rigs_per_scene(static_cast<int32_t>(*rigs));
-            rigs_nodes_.emplace_back(spec_.variants_size(), value);
-          }
-        } else if (name == "name") {
-          has_name = true;
-          const auto text = reader_.ReadName(value, field_path);
-          if (text) variant.set_name(*text);
-          if (text && !names.insert(*text).second) {
-            reader_.Error(
-                value, field_path,
-                "\"" + *text + "\" names another variant too, allowed is a name of its own");
-          }
-        } else if (name == "set") {
-          has_set = true;
-          if (!value.IsNull()) reader_.Merge(value, variant.mutable_config(), field_path);
-        } else if (name == "config") {
-          has_config = true;
-          *variant.mutable_config() = DefaultSceneConfig();
-          if (!value.IsNull()) reader_.Merge(value, variant.mutable_config(), field_path);
-        } else {
-          reader_.UnknownField(value, path, name,
-                               {"name", "base", "pairs", "rigs_per_scene", "set", "config"});
+        if (!value.IsNull()) reader_.Merge(value, variant.mutable_config(), field_path);
+      } else {
+        const std::vector<std::string> known = {"name",           "base", "pairs",
+                                                "rigs_per_scene", "set",  "config"};
+        reader_.UnknownField(value, path, name, known);
+        // What was probably meant is checked nevertheless.
+        v1::SceneConfig scratch = base;
+        if (NearestName(name, known) == "set" && value.IsMap()) {
+          reader_.Merge(value, &scratch, path + ".set");
         }
       }
-      if (has_set && has_config) {
-        reader_.Error(node[i], path,
-                      "both set and config, allowed is one: set is merged onto the base, config "
-                      "stands alone");
-      }
-      if (!has_name && node[i].IsMap()) {
-        reader_.Error(node[i], path + ".name", "missing, allowed is a folder's name");
-      }
-      *spec_.add_variants() = std::move(variant);
     }
+    if (has_set && has_config) {
+      reader_.Error(node, path,
+                    "both set and config, allowed is one: set is merged onto the base, config "
+                    "stands alone");
+    }
+    if (!has_name && node.IsMap()) {
+      reader_.Error(node, path + ".name", "missing, allowed is a folder's name");
+    }
+    *spec_.add_variants() = std::move(variant);
   }
 
   // rigs_per_scene against what each variant's scenes have; all of them when it is absent.
@@ -283,6 +298,7 @@ class StudyLoader {
   ConfigErrors errors_;
   YamlReader reader_;
   v1::StudySpec spec_;
+  std::set<std::string> names_;                         // Of variants.
   std::vector<std::pair<int, YAML::Node>> rigs_nodes_;  // Of variants with rigs_per_scene.
 };
 

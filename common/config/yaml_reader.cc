@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <set>
 #include <sstream>
 
@@ -138,7 +139,6 @@ std::optional<YAML::Node> YamlReader::Parse(std::string_view text) {
     }
     if (counter.documents > 1) {
       errors_->Add(file_, counter.last_line + 1, "", "a second YAML document, allowed is one");
-      return std::nullopt;
     }
     return YAML::Load(std::string(text));
   } catch (const YAML::Exception& error) {
@@ -164,7 +164,6 @@ std::vector<std::pair<std::string, YAML::Node>> YamlReader::Entries(const YAML::
     const std::string name = entry.first.Scalar();
     if (!names.insert(name).second) {
       Error(entry.first, Dotted(path, name), "stands twice, allowed is once");
-      continue;
     }
     entries.emplace_back(name, entry.second);
   }
@@ -180,17 +179,31 @@ void YamlReader::UnknownField(const YAML::Node& node, const std::string& path,
 void YamlReader::Merge(const YAML::Node& node, Message* message, const std::string& path) {
   const auto& type = *message->GetDescriptor();
   for (const auto& [name, value] : Entries(node, path)) {
-    const FieldDescriptor* field = type.FindFieldByName(name);
-    if (field == nullptr) {
-      UnknownField(value, path, name, FieldNames(type));
+    if (errors_->enough()) return;
+    if (const FieldDescriptor* field = type.FindFieldByName(name)) {
+      Set(value, Dotted(path, name), *field, message);
       continue;
     }
-    const std::string field_path = Dotted(path, name);
-    if (field->is_repeated()) {
-      SetList(value, field_path, *field, message);
-    } else {
-      SetField(value, field_path, *field, message);
+    const std::vector<std::string> known = FieldNames(type);
+    UnknownField(value, path, name, known);
+    // The value is checked as that of the field that was meant.
+    if (const std::string meant = NearestName(name, known); !meant.empty()) {
+      const std::unique_ptr<Message> scratch(message->New());
+      Set(value, Dotted(path, meant), *type.FindFieldByName(meant), scratch.get());
     }
+  }
+  // A list of maps is told by Entries; the fields in it are checked nevertheless.
+  for (size_t i = 0; node.IsSequence() && i < node.size() && !errors_->enough(); ++i) {
+    if (node[i].IsMap()) Merge(node[i], message, path);
+  }
+}
+
+void YamlReader::Set(const YAML::Node& node, const std::string& path, const FieldDescriptor& field,
+                     Message* message) {
+  if (field.is_repeated()) {
+    SetList(node, path, field, message);
+  } else {
+    SetField(node, path, field, message);
   }
 }
 
@@ -339,9 +352,9 @@ bool YamlReader::ReadDistribution(const YAML::Node& node, const std::string& pat
   for (size_t i = 0; i < value.size(); ++i) {
     const std::optional<double> number =
         ReadNumber(value[i], kind_path + "[" + std::to_string(i) + "]", any);
-    if (!number) return false;
-    numbers.push_back(*number);
+    if (number) numbers.push_back(*number);
   }
+  if (numbers.size() < value.size()) return false;
 
   if (kind == "choice") {
     for (const double number : numbers) out->mutable_choice()->add_values(number);

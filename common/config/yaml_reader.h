@@ -22,6 +22,8 @@ class ConfigErrors {
   // `line` counts from 1; 0 = the file as a whole.
   void Add(std::string_view file, int line, std::string_view path, std::string_view what);
   bool empty() const { return lines_.empty(); }
+  // So many that looking for more is a waste.
+  bool enough() const { return lines_.size() + static_cast<size_t>(dropped_) >= 100; }
   absl::Status ToStatus() const;
 
  private:
@@ -38,11 +40,12 @@ class YamlReader {
   // node.
   std::optional<YAML::Node> Parse(std::string_view text);
 
-  // Key and value of each entry, once; tells of duplicates, odd keys and anything but a map.
+  // Key and value of each entry; tells of duplicates, odd keys and anything but a map.
   std::vector<std::pair<std::string, YAML::Node>> Entries(const YAML::Node& node,
                                                           const std::string& path);
 
   // Sets the fields that `node` (a map) names: messages merge field by field, all else replaces.
+  // Goes on after what is wrong with the structure, so that one round tells all errors.
   void Merge(const YAML::Node& node, google::protobuf::Message* message, const std::string& path);
 
   // Scalars. Empty when wrong, which has been told then. Ranges are inclusive.
@@ -65,6 +68,8 @@ class YamlReader {
                         v1::Distribution* out);
   bool CheckSupport(const YAML::Node& node, const std::string& path, const v1::FieldRule& rule,
                     const v1::Distribution& distribution);
+  void Set(const YAML::Node& node, const std::string& path,
+           const google::protobuf::FieldDescriptor& field, google::protobuf::Message* message);
   void SetField(const YAML::Node& node, const std::string& path,
                 const google::protobuf::FieldDescriptor& field, google::protobuf::Message* message);
   void SetList(const YAML::Node& node, const std::string& path,

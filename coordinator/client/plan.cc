@@ -126,6 +126,13 @@ absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor) {
   return plan;
 }
 
+double WallClockS(const StudyPlan& plan, int cores) {
+  const double core_s = plan.total.solve_core_s + plan.total.render_core_s;
+  const double one_solve_s =
+      plan.total.solve_core_s / static_cast<double>(std::max<int64_t>(1, plan.total.solve_jobs));
+  return std::max(core_s / std::max(1, cores), one_solve_s);
+}
+
 absl::StatusOr<double> ReadMeasuredFactor(const std::string& archive_dir) {
   ASSIGN_OR_RETURN(const Dataset dataset, ReadDataset(archive_dir));
   ASSIGN_OR_RETURN(const v1::StudySpec study, LoadStudy(dataset.dir + "/study.lock.yaml"));

@@ -51,6 +51,10 @@ struct StudyPlan {
 // for an unknown render profile.
 absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor);
 
+// Seconds that the plan takes on `cores` cores (at least 1) of one machine or many: all cores are
+// busy but for the last scene, whose room is solved on one core.
+double WallClockS(const StudyPlan& plan, int cores);
+
 // Measured core-seconds of the pairs in an archive over what kMeasuredCosts foretells for them.
 // Errors: kNotFound without an index; kFailedPrecondition when no line says what it cost.
 absl::StatusOr<double> ReadMeasuredFactor(const std::string& archive_dir);

@@ -1,6 +1,5 @@
 #include "worker/agent/worker_program.h"
 
-#include <sched.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -9,9 +8,9 @@
 #include <iostream>
 #include <mutex>
 #include <sstream>
-#include <thread>
 
 #include "common/base/clock.h"
+#include "common/base/cores.h"
 #include "common/base/log.h"
 #include "common/base/memory_budget.h"
 #include "common/base/version.h"
@@ -39,6 +38,8 @@ Exit status:
   5  the parent died (--exit-when-orphaned)
   6  a job hung (--hang-s) and was reported as failed: start the worker again)";
 
+constexpr double kLongestS = 1e7;  // 115 days.
+
 struct CommandLine {
   std::string role;
   std::string coordinator;
@@ -57,12 +58,6 @@ struct CommandLine {
   bool log_json = false;
   std::string log_level = "info";
 };
-
-int UsableCores() {
-  cpu_set_t set;
-  if (sched_getaffinity(0, sizeof set, &set) == 0) return CPU_COUNT(&set);
-  return static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-}
 
 std::string DefaultName() {
   char host[256] = "worker";
@@ -107,9 +102,9 @@ void Declare(CLI::App& app, CommandLine& line) {
       ->check(CLI::Range(1, 4096));
   app.add_option("--memory-mb", line.memory_mb,
                  "Memory it may use: a scene that needs more fails its job\n"
-                 "(default: the machine's or container's)")
+                 "(default: what the machine, container or batch job has)")
       ->envname("PARALLAX_MEMORY_MB")  // For the workers that `parallax run` starts.
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1, 1 << 30));
   app.add_option("--tags", line.tags, "Words that studies may ask for, for example a,b");
   app.add_option("--name", line.name,
                  "Its name among the coordinator's workers (default: <host>-<pid>)");
@@ -120,11 +115,11 @@ void Declare(CLI::App& app, CommandLine& line) {
                  "(default: $XDG_STATE_HOME/parallax/outbox)");
   app.add_option("--grace", line.grace_s,
                  "Seconds that running jobs may take after SIGTERM (default 300)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::Range(0.0, kLongestS));
   app.add_option("--hang-s", line.hang_s,
                  "Seconds without progress after which a job counts as hung: it is reported as\n"
                  "failed and the worker drains (default 1800; 0: never)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::Range(0.0, kLongestS));
   app.add_option("--tls", line.tls_dir,
                  "Folder with ca.crt, tls.crt and tls.key, as `coordinator init --issue worker "
                  "NAME` makes it\n(default: $PARALLAX_TLS)")

@@ -163,7 +163,7 @@ std::string CardJson(const v1::StudySpec& study, const v1::VariantSpec& variant,
   json["format"] = "parallax-dataset-1";
   json["study"] = study.name();
   json["variant"] = variant.name();
-  json["seed"] = study.seed();
+  json["seed"] = std::to_string(study.seed());  // As in frame.json.
   json["versions"] = {{"generator", kGeneratorVersion}, {"program", kProgramVersion}};
   json["type"] = TypeName(variant.config());
   json["pairs_wanted"] = PairsWanted(study, variant);

@@ -18,7 +18,7 @@
 #include "common/base/version.h"
 #include "worker/dataset/dataset_reader.h"
 #include "worker/dataset/export_layouts.h"
-#include "worker/dataset/plain_formats.h"
+#include "worker/dataset/shards.h"
 
 namespace parallax {
 namespace {
@@ -171,7 +171,11 @@ Plan MakePlan(const std::vector<DatasetVariant>& variants, const ExportOptions& 
 class Exporter {
  public:
   Exporter(std::string staging, const ExportOptions& options, ExportResult& result)
-      : staging_(std::move(staging)), options_(options), result_(result) {}
+      : staging_(std::move(staging)),
+        options_(options),
+        result_(result),
+        train_shards_(staging_, "train", options.shard_pairs),
+        test_shards_(staging_, "test", options.shard_pairs) {}
 
   absl::Status Run(const Plan& plan) {
     const std::unique_ptr<ExportLayout> layout = MakeExportLayout(options_);
@@ -199,7 +203,7 @@ class Exporter {
                                             plan.frames.begin() + static_cast<ptrdiff_t>(end)}));
       for (const ExportFile& file : more) RETURN_IF_ERROR(Write(file.path, file.bytes));
     }
-    RETURN_IF_ERROR(CloseShard());
+    RETURN_IF_ERROR(FinishShards());
     RETURN_IF_ERROR(Write("train.txt", train));
     RETURN_IF_ERROR(Write("test.txt", test));
     RETURN_IF_ERROR(Write("export.json", Describe(plan)));
@@ -217,7 +221,7 @@ class Exporter {
     for (size_t i = 0; i < made.disparity_counts.size(); ++i) {
       result_.disparity.counts[i] += made.disparity_counts[i];
     }
-    if (shards) return AddToShard(frame, made.files);
+    if (shards) return (frame.test ? test_shards_ : train_shards_).Add(made.files);
     for (const ExportFile& file : made.files) {
       RETURN_IF_ERROR(file.link_to.empty() ? Write(file.path, file.bytes) : Link(file, frame));
     }
@@ -262,27 +266,19 @@ class Exporter {
     return Write(file.path, bytes);
   }
 
-  // A shard has pairs of one split only.
-  absl::Status AddToShard(const ExportFrame& frame, const std::vector<ExportFile>& files) {
-    const bool full = shard_frames_ >= options_.shard_pairs;
-    if (shard_frames_ > 0 && (full || shard_test_ != frame.test)) RETURN_IF_ERROR(CloseShard());
-    shard_test_ = frame.test;
-    for (const ExportFile& file : files) {
-      ASSIGN_OR_RETURN(const std::string member, TarMember(file.path, file.bytes));
-      shard_ += member;
+  absl::Status FinishShards() {
+    for (ShardWriter* shards : {&train_shards_, &test_shards_}) {
+      RETURN_IF_ERROR(shards->Finish());
+      for (const Shard& shard : shards->shards()) {
+        sums_.emplace_back(shard.file, shard.sha256);
+        ++result_.files_written;
+        result_.bytes_written += shard.bytes;
+        const char* split = shards == &test_shards_ ? "TEST" : "TRAIN";
+        shards_.push_back({{"file", shard.file}, {"pairs", shard.pairs}, {"split", split}});
+      }
     }
-    ++shard_frames_;
-    return absl::OkStatus();
-  }
-
-  absl::Status CloseShard() {
-    if (shard_frames_ == 0) return absl::OkStatus();
-    const std::string name = "shard-" + SixDigits(static_cast<uint32_t>(shards_.size())) + ".tar";
-    shards_.push_back(
-        {{"file", name}, {"pairs", shard_frames_}, {"split", shard_test_ ? "TEST" : "TRAIN"}});
-    const std::string bytes = std::exchange(shard_, "") + TarEnd();
-    shard_frames_ = 0;
-    return Write(name, bytes);
+    if (shards_.empty()) return absl::OkStatus();
+    return Write("README.md", ShardCard(train_shards_.shards(), test_shards_.shards()));
   }
 
   std::string Describe(const Plan& plan) const {
@@ -321,9 +317,7 @@ class Exporter {
   std::set<std::string> made_;  // Folders.
   std::vector<std::string> lines_;
   std::vector<std::pair<std::string, std::string>> sums_;
-  std::string shard_;
-  int shard_frames_ = 0;
-  bool shard_test_ = false;
+  ShardWriter train_shards_, test_shards_;
   Json shards_ = Json::array();
 };
 

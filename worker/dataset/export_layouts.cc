@@ -297,6 +297,45 @@ class Kitti final : public ExportLayout {
   }
 };
 
+// A sample's JSON has lists of rows where frame.json has tables: readers that put samples in typed
+// columns (Hugging Face `datasets`) take each key for a column and drop those that the first
+// samples lack.
+Json TableRows(const Json& table) {
+  Json rows = Json::array();
+  for (const auto& [index, entry] : table.items()) {
+    Json row = {{"index", std::strtoul(index.c_str(), nullptr, 10)}};
+    row.update(entry);
+    // Older archives have numbers.
+    if (const auto seed = SeedOf(entry.at("seed"))) row["seed"] = std::to_string(*seed);
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+Json PixelRows(const Json& pixels_by_class) {
+  Json rows = Json::array();
+  for (const auto& [name, pixels] : pixels_by_class.items()) {
+    rows.push_back({{"class", name}, {"pixels", pixels}});
+  }
+  return rows;
+}
+
+absl::StatusOr<Json> SampleJson(const ExportFrame& frame) {
+  ASSIGN_OR_RETURN(Json json, ReadFrameJson(frame.source->dir));
+  for (const char* table : {"objects", "materials"}) json[table] = TableRows(json.at(table));
+  for (const char* pixels : {"object_pixels", "material_pixels"}) {
+    json[pixels] = PixelRows(json.at(pixels));
+  }
+  if (const auto seed = SeedOf(json.at("seeds").at("scene"))) {
+    json["seeds"]["scene"] = std::to_string(*seed);
+  }
+  json["split"] = frame.test ? "TEST" : "TRAIN";
+  json["type"] = frame.type;
+  json["variant"] = frame.source->variant;
+  json["scene"] = frame.source->scene;
+  return json;
+}
+
 class WebDataset final : public ExportLayout {
  public:
   bool Shards() const override { return true; }
@@ -305,7 +344,7 @@ class WebDataset final : public ExportLayout {
     FrameFiles out;
     ASSIGN_OR_RETURN(const ImageF disparity, ReadDisparity(frame, "left", &out));
     ASSIGN_OR_RETURN(const ImageU8 occlusion, ReadPngU8(frame.source->dir + "/occlusion_left.png"));
-    ASSIGN_OR_RETURN(Json json, ReadFrameJson(frame.source->dir));
+    ASSIGN_OR_RETURN(const Json json, SampleJson(frame));
     const std::string key = frame.scene + "_" + RigName(frame, "%03d");
     for (const char* eye : {"left", "right"}) {
       ASSIGN_OR_RETURN(std::string png, ReadFile(frame.source->dir + "/" + eye + ".png"));
@@ -314,10 +353,6 @@ class WebDataset final : public ExportLayout {
     out.files.push_back({key + ".disp.npy", "", EncodeNpy(disparity)});
     ASSIGN_OR_RETURN(std::string occ, EncodePng(occlusion));
     out.files.push_back({key + ".occ.png", "", std::move(occ)});
-    json["split"] = frame.test ? "TEST" : "TRAIN";
-    json["type"] = frame.type;
-    json["variant"] = frame.source->variant;
-    json["scene"] = frame.source->scene;
     out.files.push_back({key + ".json", "", json.dump() + "\n"});
     out.list_line = key;
     return out;

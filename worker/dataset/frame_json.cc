@@ -16,6 +16,9 @@ Json RowsOf(const v1::Transform& transform) {
   return rows;
 }
 
+// Readers that keep JSON's numbers as doubles or signed integers would round or refuse a seed.
+std::string SeedText(uint64_t seed) { return std::to_string(seed); }
+
 // Trailing empty bins are left out.
 Json HistogramJson(const Histogram& histogram, const char* width_key) {
   std::vector<int64_t> counts = histogram.counts;
@@ -82,18 +85,19 @@ std::string FrameJson(const v1::Scene& scene, const v1::Rig& rig, double exposur
   json["exposure"] = exposure;
   json["rig"] = rig.index();
   json["room"] = scene.room().kind();
-  json["seeds"] = {{"scene", scene.scene_seed()}};
+  json["seeds"] = {{"scene", SeedText(scene.scene_seed())}};
   json["versions"] = {{"generator", scene.generator_version()}, {"program", kProgramVersion}};
   json["maps"] = std::vector<std::string>(render.maps().begin(), render.maps().end());
 
   Json objects = Json::object(), materials = Json::object();
   for (const v1::SceneObject& object : scene.objects()) {
     objects[std::to_string(object.index())] = {
-        {"class", ClassOf(object)}, {"name", object.name()}, {"seed", object.seed()}};
+        {"class", ClassOf(object)}, {"name", object.name()}, {"seed", SeedText(object.seed())}};
   }
   for (const v1::SceneMaterial& material : scene.materials()) {
-    materials[std::to_string(material.index())] = {
-        {"class", material.material_class()}, {"name", material.name()}, {"seed", material.seed()}};
+    materials[std::to_string(material.index())] = {{"class", material.material_class()},
+                                                   {"name", material.name()},
+                                                   {"seed", SeedText(material.seed())}};
   }
   json["objects"] = objects;
   json["materials"] = materials;

@@ -1,5 +1,7 @@
 #include "worker/dataset/frame_reader.h"
 
+#include <charconv>
+
 #include "common/base/file.h"
 #include "common/image/io.h"
 
@@ -26,6 +28,16 @@ absl::StatusOr<nlohmann::ordered_json> ReadFrameJson(const std::string& frame_di
       nlohmann::ordered_json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (!json.is_object()) return MakeError(absl::StatusCode::kDataLoss, path + ": not JSON");
   return json;
+}
+
+std::optional<uint64_t> SeedOf(const nlohmann::ordered_json& value) {
+  if (value.is_number_unsigned()) return value.get<uint64_t>();
+  if (!value.is_string()) return std::nullopt;
+  const auto& text = value.get_ref<const std::string&>();
+  uint64_t seed = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return seed;
 }
 
 absl::StatusOr<FrameOnDisk> ReadFrame(const std::string& dir) {

@@ -1,6 +1,7 @@
 // A frame folder back in memory, for pictures, checks and exports.
 #pragma once
 
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -20,7 +21,12 @@ struct FrameOnDisk {
   ImageF3 left_normals;
 };
 
+// frame.json of a frame's folder. Errors: kDataLoss if it isn't JSON; reading as ReadFile.
 absl::StatusOr<nlohmann::ordered_json> ReadFrameJson(const std::string& frame_dir);
+
+// A seed of frame.json: a string of decimal digits, since JSON's numbers are doubles to many
+// readers; or a number, as older archives have it. nullopt: neither.
+std::optional<uint64_t> SeedOf(const nlohmann::ordered_json& value);
 
 // The left view's maps and both images. Errors: kDataLoss for a map of another size than the image;
 // reading as Read*.

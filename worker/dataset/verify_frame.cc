@@ -223,6 +223,10 @@ class FrameChecker {
           return;
         }
       }
+      if (!SeedOf(entry["seed"])) {
+        Find("tables", "frame.json", std::string(table) + " " + key + ": its seed is no number");
+        return;
+      }
     }
     std::vector<bool> fine(1 << 16);
     for (const uint32_t index : known) {

@@ -4,6 +4,7 @@
 #include <istream>
 #include <nlohmann/json.hpp>
 
+#include "common/base/cores.h"
 #include "coordinator/client/commands/command.h"
 #include "coordinator/client/study_options.h"
 #include "coordinator/client/table.h"
@@ -18,6 +19,7 @@ using Json = nlohmann::ordered_json;
 struct PlanOptions {
   StudyOptions study;
   std::string from;
+  int cores = UsableCores();
   bool yes = false;
 };
 
@@ -36,7 +38,7 @@ Json RowJson(const PlanRow& row) {
           {"disk_bytes", row.disk_bytes}};
 }
 
-Json PlanJson(const v1::StudySpec& study, const StudyPlan& plan) {
+Json PlanJson(const v1::StudySpec& study, const StudyPlan& plan, int cores) {
   Json json = {{"name", study.name()}, {"variants", Json::array()}};
   for (const PlanRow& row : plan.rows) json["variants"].push_back(RowJson(row));
   json["total"] = RowJson(plan.total);
@@ -47,6 +49,8 @@ Json PlanJson(const v1::StudySpec& study, const StudyPlan& plan) {
   json["layouts_per_seed"] = plan.max_solves_per_seed;
   json["jobs"] = plan.total.solve_jobs + plan.total.render_jobs;
   json["core_hours"] = (plan.total.solve_core_s + plan.total.render_core_s) / 3600;
+  json["cores"] = cores;
+  json["wall_clock_s"] = WallClockS(plan, cores);
   json["disk_bytes"] = plan.total.disk_bytes;
   json["costs"] = {{"from", plan.costs_from}, {"factor", plan.factor}};
   return json;
@@ -54,7 +58,8 @@ Json PlanJson(const v1::StudySpec& study, const StudyPlan& plan) {
 
 std::string Hours(double core_s) { return FormatNumber(core_s / 3600); }
 
-void PrintPlan(const v1::StudySpec& study, const StudyPlan& plan, const Session& session) {
+void PrintPlan(const v1::StudySpec& study, const StudyPlan& plan, int cores,
+               const Session& session) {
   const Terminal& out = session.out();
   *out.stream << out.Paint(Tone::kBold, study.name()) << ": " << DescribeSize(study) << "\n";
   Table table({{"variant"},
@@ -80,6 +85,8 @@ void PrintPlan(const v1::StudySpec& study, const StudyPlan& plan, const Session&
               << "Core-hours: " << Hours(plan.total.solve_core_s) << " to solve, "
               << Hours(plan.total.render_core_s) << " to render; disk "
               << FormatBytes(static_cast<double>(plan.total.disk_bytes)) << "\n"
+              << "Time: about " << FormatDuration(WallClockS(plan, cores)) << " on "
+              << Plural(cores, "core") << "\n"
               << "Costs: " << plan.costs_from << "\n"
               << std::flush;
 }
@@ -108,10 +115,10 @@ absl::StatusOr<ExitCode> Plan(const PlanOptions& options, Session& session) {
                         : "of the pairs in " + options.from + ", " + FormatNumber(factor) +
                               " times the benchmarks'";
   if (session.options.json) {
-    session.PrintJson(PlanJson(study, plan));
+    session.PrintJson(PlanJson(study, plan, options.cores));
     if (!options.yes) return kExitOk;
   } else {
-    PrintPlan(study, plan, session);
+    PrintPlan(study, plan, options.cores, session);
     if (!Ask(options, session)) return kExitOk;
   }
   ASSIGN_OR_RETURN(const auto connection, session.Connect());
@@ -130,18 +137,23 @@ absl::StatusOr<ExitCode> Plan(const PlanOptions& options, Session& session) {
 void RegisterPlan(Registry& registry) {
   CLI::App* command = registry.AddCommand(
       registry.app, "plan", "Say what a study will take, and submit it if you like",
-      "Variants, scenes, jobs, rooms that variants share, core-hours and disk. Asks before it\n"
-      "submits; --yes submits at once, and where nobody can answer nothing is submitted.\n"
+      "Variants, scenes, jobs, rooms that variants share, core-hours, time and disk. Asks before\n"
+      "it submits; --yes submits at once, and where nobody can answer nothing is submitted.\n"
       "\n"
       "Examples:\n"
       "  parallax plan table1\n"
       "  parallax plan table1 --pairs 8 --width 320 --height 180 --json\n"
+      "  parallax plan table1 --cores 640             on a farm\n"
       "  parallax plan table1 --from out/quickstart   costs as measured on this machine\n");
   command->group(kLocalCommands);
   auto options = std::make_shared<PlanOptions>();
   AddStudyOptions(*command, options->study);
   command->add_option("--from", options->from, "A dataset whose pairs tell what pairs cost here")
       ->type_name("DIR");
+  command
+      ->add_option("--cores", options->cores,
+                   "Cores that will work, for the time it takes (default: this machine's)")
+      ->check(CLI::Range(1, 10'000'000));
   command->add_flag("-y,--yes", options->yes, "Submit without asking");
   registry.AddConnectionOptions(command);
   registry.SetAction(command, [options](Session& session) { return Plan(*options, session); });

@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <istream>
 #include <nlohmann/json.hpp>
-#include <thread>
 
+#include "common/base/cores.h"
 #include "coordinator/client/commands/command.h"
 #include "coordinator/client/embedded_run.h"
 #include "coordinator/client/out_dir.h"
@@ -26,7 +26,7 @@ struct RunOptions {
 // Rendering one job uses all cores by itself; a second worker fills the gaps that solving, building
 // and writing leave, and on large machines more do.
 int DefaultWorkers() {
-  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const int cores = UsableCores();
   return cores == 1 ? 1 : std::max(2, cores / 8);
 }
 
@@ -58,8 +58,8 @@ void PrintOpening(const v1::StudySpec& study, const OutDir& out, int workers,
                   const Session& session) {
   *session.err().stream << session.err().Paint(Tone::kBold, study.name()) << ": "
                         << DescribeSize(study) << " -> " << out.path() << " ("
-                        << Plural(workers, "worker") << ", "
-                        << Plural(std::thread::hardware_concurrency(), "core") << ")\n"
+                        << Plural(workers, "worker") << ", " << Plural(UsableCores(), "core")
+                        << ")\n"
                         << std::flush;
 }
 

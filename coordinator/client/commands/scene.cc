@@ -2,14 +2,12 @@
 #include <google/protobuf/text_format.h>
 #include <google/protobuf/util/json_util.h>
 
-#include <charconv>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "common/base/file.h"
 #include "coordinator/client/commands/command.h"
+#include "coordinator/client/scene_source.h"
 #include "coordinator/client/scene_text.h"
-#include "coordinator/client/study_view.h"
 #include "coordinator/client/text.h"
 #include "worker/dataset/gltf_export.h"
 #include "worker/scene/scene_geometry.h"
@@ -18,59 +16,10 @@ namespace parallax::client {
 namespace {
 
 struct SceneOptions {
-  std::vector<std::string> source;  // FILE, or STUDY VARIANT SCENE.
+  std::vector<std::string> source;  // As LoadScene takes it.
   std::string out;
   bool textproto = false;
 };
-
-absl::StatusOr<v1::Scene> ReadSceneFile(const std::string& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) {
-    return MakeError(absl::StatusCode::kNotFound, path + ": no such file");
-  }
-  ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path, 256 << 20));
-  v1::Scene scene;
-  const bool parsed = scene.ParseFromString(bytes);
-  // Any short file parses as a message with unknown fields; a recipe always says who made it.
-  if (!parsed || scene.generator_version().empty()) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     path + ": not a scene recipe (they are at <dataset>/<variant>/scenes/*.pb)");
-  }
-  return scene;
-}
-
-// The coordinator's words for an unknown variant or scene would not know what there is.
-absl::Status CheckVariant(const v1::StudyStatus& study, const std::string& variant) {
-  std::string known;
-  for (const v1::VariantStatus& status : study.variants()) {
-    if (status.name() == variant) return absl::OkStatus();
-    known += (known.empty() ? "" : ", ") + status.name();
-  }
-  return MakeError(absl::StatusCode::kNotFound, "study " + std::to_string(study.study_id()) + " (" +
-                                                    study.name() + ") has no variant '" + variant +
-                                                    "'; it has " + known);
-}
-
-absl::StatusOr<v1::Scene> LoadScene(const SceneOptions& options, const Session& session) {
-  if (options.source.size() == 1) return ReadSceneFile(options.source[0]);
-  if (options.source.size() != 3) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "a recipe is named by a file, or by STUDY VARIANT SCENE");
-  }
-  const std::string& number = options.source[2];
-  uint32_t index = 0;
-  const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), index);
-  if (error != std::errc() || end != number.data() + number.size()) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "'" + number + "' is not a scene's number; they count from 0");
-  }
-  ASSIGN_OR_RETURN(const auto connection, session.Connect());
-  ASSIGN_OR_RETURN(const v1::StudyStatus study, connection->FindStudy(options.source[0]));
-  RETURN_IF_ERROR(CheckVariant(study, options.source[1]));
-  ASSIGN_OR_RETURN(const v1::GetSceneReply reply,
-                   connection->GetScene(study.study_id(), options.source[1], index));
-  return reply.scene();
-}
 
 // World extents of all objects, from their regenerated meshes.
 absl::StatusOr<std::map<uint32_t, Extent>> ExtentsOf(const v1::Scene& scene) {
@@ -89,7 +38,7 @@ absl::StatusOr<std::map<uint32_t, Extent>> ExtentsOf(const v1::Scene& scene) {
 }
 
 absl::StatusOr<ExitCode> Show(const SceneOptions& options, Session& session) {
-  ASSIGN_OR_RETURN(const v1::Scene scene, LoadScene(options, session));
+  ASSIGN_OR_RETURN(const v1::Scene scene, LoadScene(options.source, session));
   std::string text;
   if (session.options.json) {
     google::protobuf::util::JsonPrintOptions json;
@@ -116,7 +65,7 @@ absl::StatusOr<ExitCode> Show(const SceneOptions& options, Session& session) {
 }
 
 absl::StatusOr<ExitCode> Export(const SceneOptions& options, Session& session) {
-  ASSIGN_OR_RETURN(const v1::Scene scene, LoadScene(options, session));
+  ASSIGN_OR_RETURN(const v1::Scene scene, LoadScene(options.source, session));
   RETURN_IF_ERROR(ExportGltf(scene, options.out));
   std::error_code error;
   const auto bytes = static_cast<double>(std::filesystem::file_size(options.out, error));
@@ -137,7 +86,8 @@ absl::StatusOr<ExitCode> Export(const SceneOptions& options, Session& session) {
 void AddSource(CLI::App* command, SceneOptions& options) {
   command
       ->add_option("SOURCE", options.source,
-                   "A recipe's file, or STUDY VARIANT SCENE of a coordinator")
+                   "A recipe's file, DIR VARIANT SCENE of a dataset, or STUDY VARIANT SCENE of a "
+                   "coordinator")
       ->required()
       ->expected(1, 3);
 }
@@ -154,6 +104,7 @@ void RegisterScene(Registry& registry) {
   CLI::App* show = registry.AddCommand(
       *scene, "show", "A recipe as text: room plan, objects, lights, rigs, solver",
       "Examples:\n"
+      "  parallax scene show out/quickstart indoor 0\n"
       "  parallax scene show out/quickstart/indoor/scenes/000000.pb\n"
       "  parallax scene show baseline narrow 12\n"
       "  parallax scene show FILE.pb --json | jq '.objects[].name'\n");
@@ -164,11 +115,11 @@ void RegisterScene(Registry& registry) {
                      [show_options](Session& session) { return Show(*show_options, session); });
 
   auto export_options = std::make_shared<SceneOptions>();
-  CLI::App* gltf = registry.AddCommand(
-      *scene, "export", "Write a scene as .glb: meshes, lights and all cameras",
-      "Examples:\n"
-      "  parallax scene export out/quickstart/indoor/scenes/000000.pb --out room.glb\n"
-      "  parallax scene export baseline narrow 12 --out room.glb\n");
+  CLI::App* gltf =
+      registry.AddCommand(*scene, "export", "Write a scene as .glb: meshes, lights and all cameras",
+                          "Examples:\n"
+                          "  parallax scene export out/quickstart indoor 0 --out room.glb\n"
+                          "  parallax scene export baseline narrow 12 --out room.glb\n");
   AddSource(gltf, *export_options);
   gltf->add_option("-o,--out", export_options->out, "The .glb file")->type_name("GLB")->required();
   registry.AddConnectionOptions(gltf);

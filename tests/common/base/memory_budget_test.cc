@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -18,6 +20,31 @@ TEST_F(MemoryBudget, ResidentMemoryGrowsWithWhatIsTouched) {
   const std::vector<char> block(64 << 20, 1);
   EXPECT_GT(ResidentMemory() - before, 50 << 20);
   EXPECT_EQ(block.back(), 1);
+}
+
+TEST_F(MemoryBudget, TheSmallestLimitOfAGroupAndThoseAboveItHolds) {
+  const std::string root = ::testing::TempDir() + "cgroup";
+  std::filesystem::remove_all(root);
+  const auto set = [&](const std::string& folder, const char* file, const char* limit) {
+    std::filesystem::create_directories(root + folder);
+    std::ofstream(root + folder + "/" + file) << limit << "\n";
+  };
+  // As Slurm makes them: the job is limited, its steps are not.
+  set("/system.slice/job_5/step_batch", "memory.max", "max");
+  set("/system.slice/job_5", "memory.max", "2000000000");
+  set("/system.slice", "memory.max", "8000000000");
+  EXPECT_EQ(CgroupMemoryLimit("0::/system.slice/job_5/step_batch\n", root), 2000000000);
+  EXPECT_EQ(CgroupMemoryLimit("0::/system.slice\n", root), 8000000000);
+  EXPECT_EQ(CgroupMemoryLimit("0::/\n", root), 0);
+  // In a container the group's own folder may not be seen, but its limit stands at the root.
+  set("", "memory.max", "1000000000");
+  EXPECT_EQ(CgroupMemoryLimit("0::/nowhere/to/be/seen\n", root), 1000000000);
+  // The older hierarchy.
+  set("/memory/slurm/job_5", "memory.limit_in_bytes", "500000000");
+  set("/memory", "memory.limit_in_bytes", "9223372036854771712");
+  EXPECT_EQ(CgroupMemoryLimit("3:cpu:/x\n4:memory:/slurm/job_5/step_0\n0::/\n", root), 500000000);
+  EXPECT_EQ(CgroupMemoryLimit("", root), 0);
+  EXPECT_EQ(CgroupMemoryLimit("nonsense\n4\n", root), 0);
 }
 
 TEST_F(MemoryBudget, WhatDoesNotFitIsRefusedWithAllNumbers) {

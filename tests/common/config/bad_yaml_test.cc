@@ -211,6 +211,56 @@ TEST(SceneConfigYaml, AllErrorsOfAFileAreToldInOrderUpToTwenty) {
   EXPECT_THAT(message, ::testing::EndsWith("\nand 5 more"));
 }
 
+TEST(SceneConfigYaml, WrongStructureDoesNotHideWrongValues) {
+  const struct {
+    const char* yaml;
+    std::vector<const char*> lines;
+  } rows[] = {
+      // A misspelled field, with a wrong value.
+      {"rigs: {basline_m: 9}",
+       {"f.yaml:1: rigs.basline_m: no such field", "f.yaml:1: rigs.baseline_m: 9 is out of range"}},
+      {"rig:\n  count: 0",
+       {"f.yaml:2: rig: no such field, did you mean rigs?", "f.yaml:2: rigs.count: 0 is out of"}},
+      {"render: {map: [a]}",
+       {"f.yaml:1: render.map: no such field", "f.yaml:1: render.maps[0]: \"a\" is not known"}},
+      // Twice, a list where a map is wanted, two documents.
+      {"rigs: {count: 2}\nrigs: {count: 0}",
+       {"f.yaml:2: rigs: stands twice", "f.yaml:2: rigs.count: 0 is out of range"}},
+      {"rigs:\n  - count: 0\n  - baseline_m: 9",
+       {"f.yaml:2: rigs: a list, allowed is a map of fields", "f.yaml:2: rigs.count: 0 is",
+        "f.yaml:3: rigs.baseline_m: 9 is"}},
+      {"type: x\n---\nrigs: {}", {"f.yaml:3: a second YAML document", "f.yaml:1: type: x is"}},
+      // All numbers of a distribution.
+      {"rigs: {baseline_m: {uniform: [a, b]}}",
+       {"f.yaml:1: rigs.baseline_m.uniform[0]: a is not a number",
+        "f.yaml:1: rigs.baseline_m.uniform[1]: b is not a number"}},
+  };
+  for (const auto& row : rows) {
+    const std::string message(ParseSceneConfig(row.yaml, "f.yaml").status().message());
+    EXPECT_EQ(std::count(message.begin(), message.end(), '\n') + 1, row.lines.size()) << message;
+    for (const char* line : row.lines) EXPECT_THAT(message, HasSubstr(line)) << row.yaml;
+  }
+}
+
+TEST(StudyYaml, WrongStructureDoesNotHideWrongValues) {
+  const std::string message(ParseStudy("pairs: 0\n"
+                                       "variants:\n"
+                                       "  narrow:\n"
+                                       "    set: {rigs: {count: 0}}\n"
+                                       "  wide:\n"
+                                       "    sets: {rigs: {count: 5000}}\n",
+                                       "s.yaml")
+                                .status()
+                                .message());
+  for (const char* line : {"s.yaml:1: study: missing", "s.yaml:1: pairs: 0 is out of range",
+                           "s.yaml:3: variants: not a list", "variants.wide.sets: no such field",
+                           "s.yaml:4: variants.narrow.set.rigs.count: 0 is out of range",
+                           "s.yaml:6: variants.wide.set.rigs.count: 5000 is out of range"}) {
+    EXPECT_THAT(message, HasSubstr(line));
+  }
+  EXPECT_EQ(std::count(message.begin(), message.end(), '\n'), 5) << message;
+}
+
 TEST(SceneConfigYaml, HostileTextIsAnErrorAndNotACrash) {
   EXPECT_FALSE(ParseSceneConfig(std::string(100000, '['), "f.yaml").ok());
   EXPECT_FALSE(ParseSceneConfig(std::string("type: indoor\0", 13), "f.yaml").ok());

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "common/base/cores.h"
 #include "coordinator/client/exit_code.h"
 #include "tests/coordinator/client/fake_coordinator.h"
 #include "worker/assets/asset.h"
@@ -462,12 +463,44 @@ TEST_F(CommandTest, SceneShowReadsFilesAndCoordinators) {
   EXPECT_THAT(RunCommand({"scene", "show", file}).out, HasSubstr("scene 00000000000000ff"));
   EXPECT_EQ(Json::parse(RunCommand({"scene", "show", file, "--json"}).out)["scene_seed"], "255");
   EXPECT_THAT(RunCommand({"scene", "show", file, "--textproto"}).out, HasSubstr("scene_seed: 255"));
+  // A dataset's folder, with no coordinator at hand.
+  for (const char* variant : {"narrow", "wide"}) {
+    fs::create_directories(dir_ + "/data/" + variant + "/scenes");
+    std::ofstream(dir_ + "/data/" + variant + "/scenes/000012.pb") << scene.SerializeAsString();
+  }
+  const auto from_folder = [&](const char* variant, const char* number) {
+    return RunCommand({"scene", "show", dir_ + "/data", variant, number});
+  };
+  EXPECT_THAT(from_folder("wide", "12").out, HasSubstr("scene 00000000000000ff"));
+  EXPECT_THAT(from_folder("huge", "12").err,
+              HasSubstr("data has no variant 'huge'; it has narrow, wide"));
+  EXPECT_THAT(from_folder("wide", "3").err,
+              HasSubstr("has no scene 3; it has 1, from 000012 to 000012"));
+  EXPECT_THAT(from_folder("wide", "x").err, HasSubstr("'x' is not a scene's number"));
+  EXPECT_THAT(RunCommand({"scene", "show", dir_, "wide", "0"}).err, HasSubstr("no dataset"));
   Outcome outcome = Run({"scene", "show", "3", "huge", "0"});
   EXPECT_EQ(outcome.exit_code, kExitUsage);
   EXPECT_THAT(outcome.err, HasSubstr("has no variant 'huge'; it has narrow, wide"));
   outcome = RunCommand({"scene", "show", WriteText("x.pb", "hello")});
   EXPECT_EQ(outcome.exit_code, kExitUsage);
   EXPECT_THAT(outcome.err, HasSubstr("not a scene recipe"));
+}
+
+TEST_F(CommandTest, PlanTellsTheTimeOnSomeCores) {
+  const auto plan = [](std::vector<std::string> more) {
+    std::vector<std::string> arguments = {"plan", "quickstart", "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return Json::parse(RunCommand(arguments).out);
+  };
+  const Json four = plan({"--cores", "4"});
+  EXPECT_EQ(four["cores"], 4);
+  EXPECT_NEAR(four["wall_clock_s"].get<double>(), four["core_hours"].get<double>() * 900, 1e-6);
+  EXPECT_EQ(plan({})["cores"], UsableCores());
+  EXPECT_THAT(RunCommand({"plan", "quickstart", "--cores", "2"}).out,
+              ::testing::ContainsRegex("Time: about .+ on 2 cores\n"));
+  const Outcome none = RunCommand({"plan", "quickstart", "--cores", "0"});
+  EXPECT_EQ(none.exit_code, kExitUsage);
+  EXPECT_THAT(none.err, HasSubstr("not in range 1 to 10000000"));
 }
 
 TEST_F(CommandTest, ConfigCheckAndShow) {

@@ -101,6 +101,17 @@ TEST(Plan, ARadianceCacheIsPaidOnceASceneAndNotByDenseScenes) {
   EXPECT_EQ(cost(kDense, on), cost(kDense, off));
 }
 
+TEST(Plan, WallClockIsCoreTimeOverCoresUntilOneSceneIsTheLimit) {
+  StudyPlan plan;
+  plan.total.solve_jobs = 10;
+  plan.total.solve_core_s = 20;
+  plan.total.render_core_s = 980;
+  EXPECT_DOUBLE_EQ(WallClockS(plan, 1), 1000);
+  EXPECT_DOUBLE_EQ(WallClockS(plan, 4), 250);
+  EXPECT_DOUBLE_EQ(WallClockS(plan, 100000), 2);
+  EXPECT_DOUBLE_EQ(WallClockS(StudyPlan(), 2), 0);
+}
+
 TEST(Plan, AFactorScalesTimesOnly) {
   const v1::StudySpec study = LoadStudy("table1").value();
   const StudyPlan one = PlanStudy(study, 1).value(), three = PlanStudy(study, 3).value();

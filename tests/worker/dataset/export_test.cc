@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
 
 #include "common/base/file.h"
 #include "common/image/io.h"
@@ -19,7 +21,9 @@ namespace parallax {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using Json = nlohmann::json;
 
 class ExportTest : public ::testing::Test {
@@ -92,6 +96,32 @@ TEST_F(ExportTest, FilteredAndUnfilteredAreTwoReadings) {
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_EQ(result->pairs, 6);
   EXPECT_TRUE(fs::exists(out_ + "/disparity/TEST/A/000002/left/001.pfm"));
+}
+
+TEST_F(ExportTest, WebdatasetShardsNameTheirSplitAndHoldSeedsAsStrings) {
+  MakeSyntheticArchive(dir_);
+  // As older archives have it.
+  const std::string path = Frame("000000/000/frame.json");
+  const std::string older = std::regex_replace(
+      *ReadFile(path), std::regex(R"re("(seed|scene)":"(\d+)")re"), R"re("$1":$2)re");
+  ASSERT_THAT(older, HasSubstr("{\"scene\":18446744073709551557}"));
+  fs::remove(path);
+  ASSERT_TRUE(WriteFile(path, older).ok());
+  ExportOptions options;
+  options.layout = "webdataset";
+  options.shard_pairs = 3;
+  const auto result = Export(options);
+  ASSERT_TRUE(result.ok()) << result.status();
+  std::set<std::string> files;
+  for (const auto& entry : fs::directory_iterator(out_)) files.insert(entry.path().filename());
+  EXPECT_THAT(files, ElementsAre("README.md", "SHA256SUMS", "export.json", "test-000000.tar",
+                                 "test.txt", "train-000000.tar", "train-000001.tar", "train.txt"));
+  EXPECT_THAT(*ReadFile(out_ + "/README.md"), HasSubstr("path: train-*.tar"));
+  const std::string shard = *ReadFile(out_ + "/train-000000.tar");
+  EXPECT_THAT(shard, HasSubstr("\"seeds\":{\"scene\":\"18446744073709551557\"}"));
+  EXPECT_THAT(shard, HasSubstr("\"seed\":\"201\""));
+  EXPECT_THAT(shard, Not(HasSubstr("\"seed\":201")));
+  EXPECT_EQ(VerifyDataset(out_)->findings_total, 0);
 }
 
 TEST_F(ExportTest, RefusesHolesAndLeavesNothingBehind) {

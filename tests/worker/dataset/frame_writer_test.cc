@@ -132,13 +132,14 @@ TEST_F(FrameWriterTest, FrameJsonHoldsCamerasAndTables) {
                                       {"height", 90}}));
   EXPECT_EQ(json["baseline_m"], 0.2);
   EXPECT_EQ(json["exposure"], 0.75);
-  EXPECT_EQ(json["seeds"]["scene"], 18446744073709551557u);
+  EXPECT_EQ(json["seeds"]["scene"], "18446744073709551557");
   EXPECT_EQ(json["versions"]["generator"], "1");
-  EXPECT_EQ(json["objects"]["1"], Json({{"class", "Floor"}, {"name", "floor"}, {"seed", 201}}));
+  EXPECT_EQ(json["objects"]["1"], Json({{"class", "Floor"}, {"name", "floor"}, {"seed", "201"}}));
   EXPECT_EQ(json["objects"]["2"]["class"], "Wall");
-  EXPECT_EQ(json["objects"]["3"], Json({{"class", "Ball"}, {"name", "Ball_3"}, {"seed", 203}}));
+  EXPECT_EQ(json["objects"]["3"], Json({{"class", "Ball"}, {"name", "Ball_3"}, {"seed", "203"}}));
   EXPECT_EQ(json["objects"].size(), 6u);
-  EXPECT_EQ(json["materials"]["2"], Json({{"class", "Brick"}, {"name", "Brick_2"}, {"seed", 102}}));
+  EXPECT_EQ(json["materials"]["2"],
+            Json({{"class", "Brick"}, {"name", "Brick_2"}, {"seed", "102"}}));
   EXPECT_GT(json["object_pixels"]["Ball"], 100);
   EXPECT_LT(json["near_m"], json["far_m"]);
   // Every index of the maps stands in its table.

@@ -20,6 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using Json = nlohmann::ordered_json;
 
 class VerifyTest : public ::testing::Test {
@@ -89,6 +90,15 @@ TEST_F(VerifyTest, AWholeDatasetHasNoFindings) {
   EXPECT_EQ(VerifyDataset(root_).status().code(), absl::StatusCode::kNotFound);
 }
 
+TEST_F(VerifyTest, SeedsOfOlderArchivesAreNumbers) {
+  ForgeJson([](Json& json) {
+    for (const char* table : {"objects", "materials"}) {
+      for (auto& [index, entry] : json[table].items()) entry["seed"] = 18446744073709551557u;
+    }
+  });
+  EXPECT_THAT(Checks(), IsEmpty());
+}
+
 TEST_F(VerifyTest, FindsChangedMissingAndStrayFiles) {
   std::string bytes = *ReadFile(frame_ + "/right.png");
   bytes[bytes.size() / 2] ^= 1;
@@ -134,6 +144,8 @@ TEST_F(VerifyTest, FindsGeometryThatContradictsItselfThoughAllHashesAgree) {
       {"pose", [&] { ForgeJson([](Json& j) { j["baseline_m"] = 1.5; }); }},
       {"disparity", [&] { ForgeJson([](Json& j) { j["intrinsics"]["fx"] = 50.0; }); }},
       {"tables", [&] { ForgeJson([](Json& j) { j["objects"].erase("1"); }); }},
+      {"tables", [&] { ForgeJson([](Json& j) { j["objects"]["1"]["seed"] = "red"; }); }},
+      {"tables", [&] { ForgeJson([](Json& j) { j["objects"]["1"]["seed"] = -1; }); }},
       {"frame.json", [&] { ForgeJson([](Json& j) { j.erase("intrinsics"); }); }},
   };
   SyntheticArchive archive;

@@ -7,7 +7,8 @@
     pair.left, pair.right        # uint8 RGB, (height, width, 3)
     pair.disparity, pair.valid   # float32 pixels, bool
 
-numpy and OpenCV are needed; `parallax_data.torch_dataset` needs torch.
+numpy is needed, the package OpenEXR (or an OpenCV that has OpenEXR), and OpenCV or Pillow for PNG;
+`parallax_data.torch_dataset` needs torch.
 """
 
 from .dataset import Frame, ParallaxDataset, Pair

@@ -8,8 +8,7 @@ from typing import Dict, Iterable, List, Optional, Sequence, Union
 
 import numpy as np
 
-from . import exr
-from .exr import cv2
+from . import exr, png
 from .masks import EXTERIOR, SKY
 
 TEST_EVERY = 20  # As `parallax export` splits: every so-many-th scene, one at least.
@@ -32,8 +31,7 @@ class Frame:
 
     def image(self, eye: str = "left") -> np.ndarray:
         """uint8 (height, width, 3), RGB."""
-        bgr = self._png(f"{eye}.png", cv2.IMREAD_COLOR)
-        return np.ascontiguousarray(bgr[:, :, ::-1])
+        return png.read_rgb(self.path / f"{eye}.png")
 
     def disparity(self, eye: str = "left") -> np.ndarray:
         return exr.read_disparity(self.path / f"disparity_{eye}.exr")
@@ -46,42 +44,42 @@ class Frame:
 
     def occluded(self, eye: str = "left") -> np.ndarray:
         """bool (height, width): not visible in the other eye."""
-        return self._png(f"occlusion_{eye}.png") != 0
+        return png.read_index(self.path / f"occlusion_{eye}.png") != 0
 
     def masks(self, eye: str = "left") -> np.ndarray:
         """uint8 (height, width), bits of parallax_data.masks."""
-        return self._png(f"masks_{eye}.png")
+        return png.read_index(self.path / f"masks_{eye}.png")
 
     def objects(self, eye: str = "left") -> np.ndarray:
         """uint16 (height, width), keys of camera()["objects"]; 0 = none."""
-        return self._png(f"objects_{eye}.png")
+        return png.read_index(self.path / f"objects_{eye}.png")
 
     def materials(self, eye: str = "left") -> np.ndarray:
-        return self._png(f"materials_{eye}.png")
+        return png.read_index(self.path / f"materials_{eye}.png")
 
     def camera(self) -> Dict:
-        """frame.json: intrinsics, baseline_m, poses, the tables of objects and materials."""
-        return json.loads((self.path / "frame.json").read_text())
+        """frame.json: intrinsics, baseline_m, poses, the tables of objects and materials. Seeds are int (files have
+        them as strings, because not every reader of JSON keeps 64 bits; older files as numbers)."""
+        camera = json.loads((self.path / "frame.json").read_text())
+        camera["seeds"] = {name: int(seed) for name, seed in camera.get("seeds", {}).items()}
+        for table in ("objects", "materials"):
+            for entry in camera.get(table, {}).values():
+                entry["seed"] = int(entry["seed"])
+        return camera
 
-    def valid(self, eye: str = "left", max_disparity: Optional[float] = None) -> np.ndarray:
+    def valid(self, eye: str = "left", max_disparity: Optional[float] = None,
+              disparity: Optional[np.ndarray] = None) -> np.ndarray:
         """bool (height, width): a surface of the scene's inside is there; as in the paper, sky and untextured
-        exteriors are masked out. Occluded pixels are valid: their disparity is exact, too."""
-        disparity = self.disparity(eye)
+        exteriors are masked out. Occluded pixels are valid: their disparity is exact, too. `disparity` is that of
+        the eye, where the caller has read it already."""
+        if disparity is None:
+            disparity = self.disparity(eye)
         valid = disparity > 0
         if (self.path / f"masks_{eye}.png").exists():
             valid &= (self.masks(eye) & (SKY | EXTERIOR)) == 0
         if max_disparity is not None:
             valid &= disparity < max_disparity
         return valid
-
-    def _png(self, name: str, flags: int = -1) -> np.ndarray:
-        path = self.path / name
-        image = cv2.imread(os.fspath(path), cv2.IMREAD_UNCHANGED if flags == -1 else flags)
-        if image is None:
-            if not path.exists():
-                raise FileNotFoundError(os.fspath(path))
-            raise ValueError(f"{path}: not an image")
-        return image
 
 
 @dataclass(frozen=True)
@@ -163,8 +161,9 @@ class ParallaxDataset:
 
     def __getitem__(self, index: int) -> Pair:
         frame = self.frames[index]
-        return Pair(frame.image("left"), frame.image("right"), frame.disparity("left"),
-                    frame.valid("left", self.max_disparity), frame)
+        disparity = frame.disparity("left")
+        return Pair(frame.image("left"), frame.image("right"), disparity,
+                    frame.valid("left", self.max_disparity, disparity), frame)
 
     def __iter__(self):
         return (self[i] for i in range(len(self)))

@@ -1,28 +1,54 @@
-"""OpenEXR maps through OpenCV, which reads them only when it is asked to before it is imported."""
+"""OpenEXR maps as numpy arrays.
+
+The package `OpenEXR` (3.3 or later) reads them; where it is missing, an OpenCV that was built with OpenEXR does (Debian's, and
+the wheels before 5)."""
 
 import os
-import sys
 
-_FLAG = "OPENCV_IO_ENABLE_OPENEXR"
-if "cv2" in sys.modules and os.environ.get(_FLAG) != "1":
-    # OpenCV looks at the variable at its first EXR, so it is not too late unless one was read.
-    os.environ[_FLAG] = "1"
-os.environ.setdefault(_FLAG, "1")
+import numpy as np
 
-import cv2  # noqa: E402
-import numpy as np  # noqa: E402
+try:
+    import OpenEXR
+    if not hasattr(OpenEXR, "File"):  # Releases before 3.3 have another interface.
+        OpenEXR = None
+except ImportError:
+    OpenEXR = None
+
+
+def _read_with_openexr(path):
+    """Channels in the order R, G, B (or Y), as they are stored."""
+    try:
+        with OpenEXR.File(path) as file:
+            channels = file.channels()
+            for name in ("Y", "RGB"):
+                if name in channels:
+                    return channels[name].pixels
+    except (RuntimeError, ValueError) as error:
+        raise ValueError(f"{path}: not an OpenEXR image ({error})") from None
+    raise ValueError(f"{path}: channels {', '.join(channels)}, wanted Y or RGB")
+
+
+def _read_with_opencv(path):
+    # OpenCV looks at the variable when it reads its first EXR.
+    os.environ.setdefault("OPENCV_IO_ENABLE_OPENEXR", "1")
+    try:
+        import cv2
+        image = cv2.imread(path, cv2.IMREAD_UNCHANGED)
+        version = "OpenCV " + cv2.__version__
+    except ImportError:
+        image, version = None, "no OpenCV"
+    except cv2.error:  # OpenCV 4 without the variable.
+        image = None
+    if image is None:
+        raise ValueError(f"{path}: can't be read with {version}; `pip install 'OpenEXR>=3.3'` gives a reader")
+    return image if image.ndim == 2 else image[:, :, ::-1]
 
 
 def _read(path):
     path = os.fspath(path)
     if not os.path.exists(path):
         raise FileNotFoundError(path)
-    image = cv2.imread(path, cv2.IMREAD_UNCHANGED)
-    if image is None:
-        raise ValueError(
-            f"{path}: OpenCV {cv2.__version__} can't read it. It needs an OpenCV before 5 with OpenEXR, and "
-            f"{_FLAG}=1 in the environment before the first EXR is read")
-    return image
+    return _read_with_opencv(path) if OpenEXR is None else _read_with_openexr(path)
 
 
 def read_depth(path):
@@ -43,4 +69,4 @@ def read_normals(path):
     image = _read(path)
     if image.ndim != 3 or image.shape[2] != 3:
         raise ValueError(f"{path}: shape {image.shape}, wanted three channels")
-    return np.ascontiguousarray(image[:, :, ::-1], dtype=np.float32)
+    return np.ascontiguousarray(image, dtype=np.float32)

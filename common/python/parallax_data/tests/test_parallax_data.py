@@ -3,6 +3,7 @@
 The decoders below are written from the formats' own descriptions, as public training code reads them; they share
 nothing with the exporter. MAKE_EXPORTS is the program that writes the files (tests/worker/dataset)."""
 
+import dataclasses
 import glob
 import io
 import json
@@ -15,7 +16,6 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import parallax_data  # Sets OpenCV's EXR flag.
 from parallax_data import ParallaxDataset
 
 import cv2
@@ -121,13 +121,26 @@ class Exports(unittest.TestCase):
         with self.assertRaisesRegex(FileNotFoundError, "depth_up"):
             self.data.frames[0].depth("up")
 
-    def test_exr_flag_is_set_by_the_package_alone(self):
+    def test_opencvs_exr_flag_is_set_by_the_package_alone(self):
         environment = {k: v for k, v in os.environ.items() if k != "OPENCV_IO_ENABLE_OPENEXR"}
-        code = ("import sys; from parallax_data import ParallaxDataset\n"
+        code = ("import sys, cv2; from parallax_data import ParallaxDataset\n"
                 "print(ParallaxDataset(sys.argv[1])[0].disparity.max() > 0)")
         done = subprocess.run([sys.executable, "-B", "-c", code, str(self.root / "archive")], env=environment,
                               capture_output=True, text=True, check=True)
         self.assertEqual(done.stdout.strip(), "True")
+
+    def test_seeds_are_exact_whether_they_are_strings_or_numbers(self):
+        frame = self.data.frames[0]
+        text = (frame.path / "frame.json").read_text()
+        self.assertIn('{"scene":"18446744073709551557"}', text)
+        camera = frame.camera()
+        self.assertEqual(camera["seeds"]["scene"], 18446744073709551557)
+        self.assertEqual(camera["objects"]["1"]["seed"], 201)
+        with tempfile.TemporaryDirectory() as folder:
+            older = re.sub(r'"(seed|scene)":"(\d+)"', r'"\1":\2', text)
+            self.assertNotEqual(older, text)
+            (Path(folder) / "frame.json").write_text(older)
+            self.assertEqual(dataclasses.replace(frame, path=Path(folder)).camera(), camera)
 
     # ---- the layouts ----------------------------------------------------------------------------
 
@@ -263,9 +276,9 @@ class Exports(unittest.TestCase):
             np.testing.assert_array_equal(noc, np.where(frame.occluded(), 0, occ))
 
     def test_webdataset(self):
-        shards = sorted((self.root / "webdataset").glob("shard-*.tar"))
-        self.assertEqual([s.name for s in shards], [f"shard-{i:06d}.tar" for i in range(3)])
-        splits = []
+        shards = sorted((self.root / "webdataset").glob("*.tar"), reverse=True)
+        self.assertEqual([s.name for s in shards], ["train-000001.tar", "train-000000.tar", "test-000000.tar"])
+        splits = set()
         for shard in shards:
             samples = {}
             with tarfile.open(shard) as archive:
@@ -282,8 +295,10 @@ class Exports(unittest.TestCase):
                 np.testing.assert_array_equal(decode("occ.png") != 0, frame.occluded())
                 info = json.loads(sample["json"])
                 self.assertEqual(info["baseline_m"], frame.camera()["baseline_m"])
-                splits.append(info["split"])
-        self.assertEqual(splits, ["TRAIN"] * 8 + ["TEST"])
+                splits.add((shard.name.split("-")[0], info["split"]))
+                self.assertEqual([row["index"] for row in info["objects"]],
+                                 [int(index) for index in frame.camera()["objects"]])
+        self.assertEqual(splits, {("train", "TRAIN"), ("test", "TEST")})
         self.assert_all_seen()
 
     def test_rules_that_readers_impose(self):

@@ -1,0 +1,115 @@
+#include "coordinator/client/scene_source.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+#include <filesystem>
+
+#include "common/base/file.h"
+#include "parallax/v1/service.pb.h"
+
+namespace parallax::client {
+namespace {
+
+namespace fs = std::filesystem;
+
+absl::StatusOr<v1::Scene> ReadSceneFile(const std::string& path) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) {
+    return MakeError(absl::StatusCode::kNotFound, path + ": no such file");
+  }
+  ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path, 256 << 20));
+  v1::Scene scene;
+  const bool parsed = scene.ParseFromString(bytes);
+  // Any short file parses as a message with unknown fields; a recipe always says who made it.
+  if (!parsed || scene.generator_version().empty()) {
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     path + ": not a scene recipe (they are at <dataset>/<variant>/scenes/*.pb)");
+  }
+  return scene;
+}
+
+absl::StatusOr<uint32_t> ParseNumber(const std::string& text) {
+  uint32_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error == std::errc() && end == text.data() + text.size()) return number;
+  return MakeError(absl::StatusCode::kInvalidArgument,
+                   "'" + text + "' is not a scene's number; they count from 0");
+}
+
+std::string Joined(std::vector<std::string> names) {
+  std::sort(names.begin(), names.end());
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+std::vector<std::string> VariantsIn(const std::string& dir) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(dir, error)) {
+    if (fs::is_directory(entry.path() / "scenes", error)) names.push_back(entry.path().filename());
+  }
+  return names;
+}
+
+absl::StatusOr<v1::Scene> ReadArchivedScene(const std::string& dir, const std::string& variant,
+                                            uint32_t number) {
+  std::error_code error;
+  const std::vector<std::string> variants = VariantsIn(dir);
+  if (variants.empty()) {
+    return MakeError(absl::StatusCode::kNotFound, dir + ": no dataset (no recipes in it)");
+  }
+  if (std::find(variants.begin(), variants.end(), variant) == variants.end()) {
+    return MakeError(absl::StatusCode::kNotFound,
+                     dir + " has no variant '" + variant + "'; it has " + Joined(variants));
+  }
+  char name[16];
+  std::snprintf(name, sizeof(name), "%06u.pb", number);
+  const fs::path scenes = fs::path(dir) / variant / "scenes";
+  if (fs::exists(scenes / name, error)) return ReadSceneFile(scenes / name);
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(scenes, error)) {
+    if (entry.path().extension() == ".pb") names.push_back(entry.path().stem());
+  }
+  std::sort(names.begin(), names.end());
+  return MakeError(absl::StatusCode::kNotFound,
+                   dir + ": variant '" + variant + "' has no scene " + std::to_string(number) +
+                       "; it has " + std::to_string(names.size()) +
+                       (names.empty() ? "" : ", from " + names.front() + " to " + names.back()));
+}
+
+// The coordinator's words for an unknown variant or scene would not know what there is.
+absl::Status CheckVariant(const v1::StudyStatus& study, const std::string& variant) {
+  std::vector<std::string> known;
+  for (const v1::VariantStatus& status : study.variants()) {
+    if (status.name() == variant) return absl::OkStatus();
+    known.push_back(status.name());
+  }
+  return MakeError(absl::StatusCode::kNotFound, "study " + std::to_string(study.study_id()) + " (" +
+                                                    study.name() + ") has no variant '" + variant +
+                                                    "'; it has " + Joined(known));
+}
+
+}  // namespace
+
+absl::StatusOr<v1::Scene> LoadScene(const std::vector<std::string>& source,
+                                    const Session& session) {
+  if (source.size() == 1) return ReadSceneFile(source[0]);
+  if (source.size() != 3) {
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     "a recipe is named by a file, by DIR VARIANT SCENE of a dataset or by STUDY "
+                     "VARIANT SCENE of a coordinator");
+  }
+  ASSIGN_OR_RETURN(const uint32_t number, ParseNumber(source[2]));
+  std::error_code error;
+  if (fs::is_directory(source[0], error)) return ReadArchivedScene(source[0], source[1], number);
+  ASSIGN_OR_RETURN(const auto connection, session.Connect());
+  ASSIGN_OR_RETURN(const v1::StudyStatus study, connection->FindStudy(source[0]));
+  RETURN_IF_ERROR(CheckVariant(study, source[1]));
+  ASSIGN_OR_RETURN(const v1::GetSceneReply reply,
+                   connection->GetScene(study.study_id(), source[1], number));
+  return reply.scene();
+}
+
+}  // namespace parallax::client

@@ -1,0 +1,87 @@
+#include "worker/dataset/shards.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <utility>
+
+#include "worker/dataset/plain_formats.h"
+
+namespace parallax {
+
+ShardWriter::ShardWriter(std::string folder, std::string split, int pairs_per_shard)
+    : folder_(std::move(folder)),
+      split_(std::move(split)),
+      pairs_per_shard_(std::max(1, pairs_per_shard)) {}
+
+absl::Status ShardWriter::Open() {
+  char number[16];
+  std::snprintf(number, sizeof(number), "%06d", static_cast<int>(shards_.size()));
+  shard_ = {.file = split_ + "-" + number + ".tar"};
+  const std::string path = folder_ + "/" + shard_.file;
+  file_.reset(std::fopen(path.c_str(), "wbe"));
+  if (file_ == nullptr) return ErrnoError(errno, "create " + path);
+  hash_ = std::make_unique<Sha256>();
+  return absl::OkStatus();
+}
+
+absl::Status ShardWriter::Append(const std::string& bytes) {
+  if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) {
+    return ErrnoError(errno, "write " + folder_ + "/" + shard_.file);
+  }
+  hash_->Update(bytes);
+  shard_.bytes += static_cast<int64_t>(bytes.size());
+  return absl::OkStatus();
+}
+
+absl::Status ShardWriter::Add(const std::vector<ExportFile>& members) {
+  if (file_ == nullptr) RETURN_IF_ERROR(Open());
+  for (const ExportFile& member : members) {
+    ASSIGN_OR_RETURN(const std::string bytes, TarMember(member.path, member.bytes));
+    RETURN_IF_ERROR(Append(bytes));
+  }
+  return ++shard_.pairs < pairs_per_shard_ ? absl::OkStatus() : Finish();
+}
+
+absl::Status ShardWriter::Finish() {
+  if (file_ == nullptr) return absl::OkStatus();
+  RETURN_IF_ERROR(Append(TarEnd()));
+  if (std::fclose(file_.release()) != 0) {
+    return ErrnoError(errno, "write " + folder_ + "/" + shard_.file);
+  }
+  shard_.sha256 = HexOf(hash_->Finish());
+  shards_.push_back(std::move(shard_));
+  return absl::OkStatus();
+}
+
+std::string ShardCard(const std::vector<Shard>& train, const std::vector<Shard>& test) {
+  std::string head = "---\nconfigs:\n- config_name: default\n  data_files:\n", table;
+  const std::pair<const char*, const std::vector<Shard>*> splits[] = {{"train", &train},
+                                                                      {"test", &test}};
+  for (const auto& [split, shards] : splits) {
+    if (shards->empty()) continue;
+    head += std::string("  - split: ") + split + "\n    path: " + split + "-*.tar\n";
+    int pairs = 0;
+    for (const Shard& shard : *shards) pairs += shard.pairs;
+    table += std::string("| ") + split + " | " + std::to_string(shards->size()) + " | " +
+             std::to_string(pairs) + " |\n";
+  }
+  return head +
+         "---\n"
+         "# Stereo pairs made by Parallax, in WebDataset shards\n"
+         "\n"
+         "| split | shards | pairs |\n"
+         "|---|---|---|\n" +
+         table +
+         "\n"
+         "```\n"
+         "datasets.load_dataset(\"webdataset\", data_files={\"train\": \"train-*.tar\", \"test\": "
+         "\"test-*.tar\"})\n"
+         "```\n"
+         "Each sample has `left.png`, `right.png`, `disp.npy` (float32, pixels of the left view, 0 "
+         "= no surface),\n"
+         "`occ.png` (255 = not visible in the right eye) and `json` (camera, tables of objects and "
+         "materials as lists of rows;\n"
+         "seeds are strings of decimal digits).\n";
+}
+
+}  // namespace parallax

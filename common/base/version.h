@@ -1,10 +1,34 @@
 // What this build is.
 #pragma once
 
+#include <string>
+
 namespace parallax {
 
-// Part of every result's key: raise it whenever equal inputs would give other bytes.
-inline constexpr char kGeneratorVersion[] = "17";
+// A version for each stage, part of the keys of its results. Raise the version of the first stage
+// whose results would differ for equal inputs; the stages after it follow, because recipes name the
+// versions of layout and scene, and a frame's key covers its recipe.
+//
+//   layout   rooms and furniture: worker/layout, and worker/assets, whose shapes it places
+//   scene    dress: worker/scene, and the catalogue of worker/materials that it chooses from
+//   frame    pictures and maps: worker/render, worker/dataset's encodings and statistics, and
+//            worker/materials as far as only looks change
+inline constexpr char kLayoutVersion[] = "18";
+inline constexpr char kSceneVersion[] = "18";
+inline constexpr char kFrameVersion[] = "18";
+
+// The versions as values, so that tests can have others.
+struct StageVersions {
+  std::string layout = kLayoutVersion;
+  std::string scene = kSceneVersion;
+  std::string frame = kFrameVersion;
+};
+
+// For people and log lines: "layout 17, scene 18, frame 18".
+inline std::string DescribeVersions(const StageVersions& versions = {}) {
+  return "layout " + versions.layout + ", scene " + versions.scene + ", frame " + versions.frame;
+}
+
 // Of the programs, for people.
 inline constexpr char kProgramVersion[] = PARALLAX_VERSION;
 

@@ -86,8 +86,7 @@ absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor) {
   StudyPlan plan;
   plan.factor = factor;
   // Scenes 0..n-1 asked for so far, by what they depend on.
-  std::map<Sha256Digest, int64_t> layouts, scenes;
-  std::map<std::pair<Sha256Digest, Sha256Digest>, int64_t> pairs;
+  std::map<std::vector<Sha256Digest>, int64_t> layouts, scenes, pairs;
   for (const v1::VariantSpec& variant : study.variants()) {
     const v1::SceneConfig& config = variant.config();
     const ConfigDigests digests = DigestsOf(config);
@@ -99,9 +98,10 @@ absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor) {
     row.solve_jobs = row.scenes;
     row.render_jobs = row.scenes;
     const bool solved = config.type() != v1::SCENE_TYPE_DENSE;
-    const int64_t new_layouts = solved ? TakeNew(layouts[digests.layout], row.scenes) : 0;
-    const int64_t new_scenes = TakeNew(scenes[digests.scene], row.scenes);
-    const int64_t new_pairs = TakeNew(pairs[{digests.scene, digests.render}], row.pairs);
+    const int64_t new_layouts = solved ? TakeNew(layouts[{digests.layout}], row.scenes) : 0;
+    const int64_t new_scenes = TakeNew(scenes[{digests.layout, digests.scene}], row.scenes);
+    const int64_t new_pairs =
+        TakeNew(pairs[{digests.layout, digests.scene, digests.frame}], row.pairs);
     row.layouts_shared = solved ? row.scenes - new_layouts : 0;
     row.scenes_shared = row.scenes - new_scenes;
     row.pairs_shared = row.pairs - new_pairs;

@@ -1,8 +1,5 @@
 #include "coordinator/client/study_options.h"
 
-#include <google/protobuf/io/coded_stream.h>
-#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -12,19 +9,10 @@
 #include "common/config/config.h"
 #include "coordinator/client/text.h"
 #include "coordinator/study/expansion.h"
+#include "coordinator/study/keys.h"
 
 namespace parallax::client {
 namespace {
-
-std::string DeterministicBytes(const google::protobuf::Message& message) {
-  std::string bytes;
-  google::protobuf::io::StringOutputStream stream(&bytes);
-  google::protobuf::io::CodedOutputStream coded(&stream);
-  coded.SetSerializationDeterministic(true);
-  message.SerializeToCodedStream(&coded);
-  coded.Trim();
-  return bytes;
-}
 
 // What a person's typing of the same study may differ in.
 v1::StudySpec WithoutIncidentals(v1::StudySpec study) {
@@ -136,7 +124,7 @@ std::string DescribeSize(const v1::StudySpec& study) {
 }
 
 std::string IdempotencyKey(const v1::StudySpec& study) {
-  return Sha256Hex(std::string("study ") + kGeneratorVersion + "\n" +
+  return Sha256Hex("study " + DescribeVersions() + "\n" +
                    DeterministicBytes(WithoutIncidentals(study)));
 }
 

@@ -38,8 +38,8 @@ absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options);
 // "3 variants x 5,000 pairs", or what they come to where variants differ in size.
 std::string DescribeSize(const v1::StudySpec& study);
 
-// Equal for studies that ask for the same pairs of the same data by the same generator version;
-// `source_yaml` and priority don't count.
+// Equal for studies that ask for the same pairs of the same data by the same versions of the
+// stages; `source_yaml` and priority don't count.
 std::string IdempotencyKey(const v1::StudySpec& study);
 
 }  // namespace parallax::client

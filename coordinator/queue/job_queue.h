@@ -54,7 +54,7 @@ struct JobQueueOptions {
   double linger_s = 0.002;      // A group under load waits so long for more commands.
   int readers = 3;              // Connections for the reading calls.
   double read_deadline_s = 10;  // A reading call gives up with kDeadlineExceeded.
-  std::string generator_version = kGeneratorVersion;  // Part of every result's key.
+  StageVersions versions;       // Part of every result's key.
   RetryPolicy retry;
   // Jobs of studies that finished so long ago go to the archive: still listed,
   // their results still reused, but not retried. 0: never.

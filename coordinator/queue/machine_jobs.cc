@@ -36,8 +36,7 @@ absl::StatusOr<Machine::Standing> Machine::StandingOf(const JobRow& job, const V
     ASSIGN_OR_RETURN(const std::vector<uint32_t> rigs, ParseRigs(job.rigs));
     bool all = true;
     for (const uint32_t rig : rigs) {
-      const Sha256Digest key =
-          FrameKey(options_.generator_version, variant.digests, job.group_key, rig);
+      const Sha256Digest key = FrameKey(options_.versions, variant.digests, job.group_key, rig);
       ASSIGN_OR_RETURN(const bool has, store_.HasFrameResult(key));
       if (!has) {
         all = false;
@@ -143,8 +142,8 @@ absl::Status Machine::InsertSolve(Study& study, Variant& variant, uint32_t ordin
   job.kind = WorkKind::kSolve;
   job.ordinal = ordinal;
   job.generation = generation;
-  job.work_key = SceneKey(options_.generator_version, variant.digests, seed);
-  job.group_key = LayoutKey(options_.generator_version, variant.digests, seed);
+  job.work_key = SceneKey(options_.versions, variant.digests, seed);
+  job.group_key = LayoutKey(options_.versions, variant.digests, seed);
   ASSIGN_OR_RETURN(const Standing standing, StandingOf(job, variant));
   job.state = standing.state;
   job.awaits_job = standing.awaits_job;
@@ -189,7 +188,7 @@ absl::Status Machine::InsertRender(Study& study, Variant& variant, uint32_t ordi
       left.push_back(rig);
       continue;
     }
-    const Sha256Digest key = FrameKey(options_.generator_version, variant.digests, scene_hash, rig);
+    const Sha256Digest key = FrameKey(options_.versions, variant.digests, scene_hash, rig);
     ASSIGN_OR_RETURN(const bool has, store_.HasFrameResult(key));
     (has ? reused : left).push_back(rig);
   }
@@ -202,7 +201,7 @@ absl::Status Machine::InsertRender(Study& study, Variant& variant, uint32_t ordi
   const std::vector<uint32_t>& own = left.empty() ? reused : left;
   job.rigs = RigsText(own);
   job.rig_count = static_cast<uint32_t>(own.size());
-  job.work_key = RenderKey(options_.generator_version, variant.digests, scene_hash, job.rigs);
+  job.work_key = RenderKey(options_.versions, variant.digests, scene_hash, job.rigs);
   if (left.empty()) {
     job.state = JobState::kSucceeded;
     job.reused = true;
@@ -265,8 +264,7 @@ absl::Status Machine::SplitIfIdle(JobRow& job, const WorkerFacts& worker) {
   JobRow first = job;
   first.rig_count = static_cast<uint32_t>(begin_of(1) - begin_of(0));
   first.rigs = RigsText(std::vector<uint32_t>(begin_of(0), begin_of(1)));
-  first.work_key =
-      RenderKey(options_.generator_version, variant->digests, job.group_key, first.rigs);
+  first.work_key = RenderKey(options_.versions, variant->digests, job.group_key, first.rigs);
   // Somebody may be at just that part, for another study.
   ASSIGN_OR_RETURN(const Standing standing, StandingAmongLeased(first, /*whole_group=*/false));
   if (standing.state != JobState::kReady) return absl::OkStatus();
@@ -284,8 +282,7 @@ absl::Status Machine::SplitIfIdle(JobRow& job, const WorkerFacts& worker) {
 absl::Status Machine::PublishReused(const JobRow& job, Variant& variant,
                                     std::span<const uint32_t> rigs) {
   for (const uint32_t rig : rigs) {
-    const Sha256Digest key =
-        FrameKey(options_.generator_version, variant.digests, job.group_key, rig);
+    const Sha256Digest key = FrameKey(options_.versions, variant.digests, job.group_key, rig);
     RETURN_IF_ERROR(store_.InsertFrame(job, rig, key, /*reused=*/true));
   }
   ledger_.Change(variant).frames_reused += static_cast<int64_t>(rigs.size());

@@ -159,7 +159,7 @@ absl::Status Machine::CompleteRender(const JobRow& job, const CheckedReport& rep
   ASSIGN_OR_RETURN(Variant * variant, ledger_.FindVariant(job.variant));
   for (const CheckedFrame& frame : report.frames) {
     const Sha256Digest key =
-        FrameKey(options_.generator_version, variant->digests, job.group_key, frame.rig);
+        FrameKey(options_.versions, variant->digests, job.group_key, frame.rig);
     ASSIGN_OR_RETURN(const bool is_new,
                      store_.InsertFrameResult(key, frame.frame_z, job.id, job.fence));
     RETURN_IF_ERROR(store_.InsertFrame(job, frame.rig, key, /*reused=*/!is_new));

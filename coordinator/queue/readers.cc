@@ -405,7 +405,6 @@ absl::StatusOr<v1::Lease> Readers::LeaseMessage(const GrantedLease& lease) {
   ASSIGN_OR_RETURN(const std::vector<uint32_t> rigs, ParseRigs(lease.rigs));
   render->mutable_rigs()->Add(rigs.begin(), rigs.end());
   *render->mutable_render() = lease.config->render();
-  *render->mutable_filters() = lease.config->filters();
   render->set_store_prefix(StorePrefixOf(lease.work_key));
   RETURN_IF_ERROR(Read(0, [&](SqliteConnection& db) {
     return ReadBlob(db, "SELECT scene_z FROM recipes WHERE scene_hash = ?1", lease.group_key,

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/base/version.h"
-
 namespace parallax {
 namespace {
 
@@ -14,6 +12,7 @@ constexpr int kMaxTags = 64;
 constexpr int kMaxSlots = 1024;
 constexpr int kMaxHeld = 4096;
 constexpr size_t kMaxKey = 200;
+constexpr int kMaxStages = 64;
 
 absl::Status Bad(const std::string& message) { return absl::InvalidArgumentError(message); }
 
@@ -45,16 +44,40 @@ absl::Status CheckRange(const char* field, Value value, Value low, Value high) {
              std::to_string(low) + ", " + std::to_string(high) + "]");
 }
 
-// A worker of another generator makes other bytes, and would publish them under keys of ours.
-absl::Status CheckGenerator(const v1::Hello& hello) {
-  const std::string prefix = "generator-";
-  if (hello.build_id().rfind(prefix, 0) != 0 || hello.build_id() == prefix + kGeneratorVersion) {
-    return absl::OkStatus();
+struct Stage {
+  const char* name;  // In Hello.stage_versions.
+  std::string StageVersions::*version;
+};
+constexpr Stage kLayout = {"layout", &StageVersions::layout};
+constexpr Stage kScene = {"scene", &StageVersions::scene};
+constexpr Stage kFrame = {"frame", &StageVersions::frame};
+
+// The stages whose results a kind of job makes.
+struct StagesOfKind {
+  v1::JobKind kind;
+  const char* name;
+  std::vector<Stage> stages;
+};
+const std::vector<StagesOfKind>& StagesOfKinds() {
+  static const auto& kinds = *new std::vector<StagesOfKind>{
+      {v1::JOB_KIND_SOLVE, "solve", {kLayout, kScene}},
+      {v1::JOB_KIND_RENDER, "render", {kFrame}},
+  };
+  return kinds;
+}
+
+// Why a worker with these versions must not do jobs of `kind`; empty if it may. It would publish
+// other bytes under keys of ours.
+std::string WhyNot(const v1::Hello& hello, const StagesOfKind& kind, const StageVersions& ours) {
+  for (const Stage& stage : kind.stages) {
+    const auto theirs = hello.stage_versions().find(stage.name);
+    const bool told = theirs != hello.stage_versions().end();
+    if (told && theirs->second == ours.*stage.version) continue;
+    return std::string("no ") + kind.name + " jobs: its stage " + stage.name + " has version " +
+           (told ? theirs->second : hello.build_id()) + ", this coordinator's has version " +
+           ours.*stage.version;
   }
-  return absl::FailedPreconditionError(
-      "worker " + hello.name() + " (" + hello.version() + ") makes data of generator " +
-      hello.build_id().substr(prefix.size()) + ", this coordinator's results are of generator " +
-      kGeneratorVersion + ": give both the same release");
+  return "";
 }
 
 }  // namespace
@@ -80,7 +103,34 @@ absl::Status CheckHello(const v1::Hello& hello) {
   RETURN_IF_ERROR(CheckText("hello.instance", hello.instance(), kMaxName));
   RETURN_IF_ERROR(CheckRange("hello.holding", hello.holding_size(), 0, kMaxHeld));
   for (const v1::AttemptId& attempt : hello.holding()) RETURN_IF_ERROR(CheckAttempt(attempt));
-  return CheckGenerator(hello);
+  return CheckRange("hello.stage_versions", hello.stage_versions_size(), 0, kMaxStages);
+}
+
+absl::StatusOr<std::vector<std::string>> DropKindsOfOtherVersions(const StageVersions& ours,
+                                                                  v1::Hello& hello) {
+  std::vector<std::string> notes;
+  // Simulators make no data.
+  if (hello.stage_versions().empty() && hello.build_id().rfind("generator-", 0) != 0) return notes;
+  const std::string worker = "worker " + hello.name() + " (" + hello.version() + "): ";
+  const google::protobuf::RepeatedField<int> kinds = hello.kinds();
+  hello.clear_kinds();
+  for (const int kind : kinds) {
+    std::string why;
+    for (const StagesOfKind& stages : StagesOfKinds()) {
+      if (stages.kind == kind) why = WhyNot(hello, stages, ours);
+    }
+    if (why.empty()) {
+      hello.add_kinds(static_cast<v1::JobKind>(kind));
+    } else {
+      notes.push_back(worker + why);
+    }
+  }
+  if (hello.kinds().empty()) {
+    return absl::FailedPreconditionError(notes.front() + "; give both the same release");
+  }
+  // What it holds may be of a kind that it must not finish.
+  if (!notes.empty()) hello.clear_holding();
+  return notes;
 }
 
 absl::Status CheckCredit(const v1::Credit& credit) {

@@ -2,7 +2,11 @@
 // kInvalidArgument and names the field, what was seen and what is allowed.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "common/base/status.h"
+#include "common/base/version.h"
 #include "parallax/v1/service.pb.h"
 
 namespace parallax {
@@ -19,5 +23,11 @@ absl::Status CheckFail(const v1::FailRequest& request);
 absl::Status CheckSubmit(const v1::SubmitRequest& request);
 absl::Status CheckStudyId(int64_t study_id);
 absl::Status CheckLimit(int32_t limit, int32_t most);  // [0, most]
+
+// Removes from `hello` the kinds of jobs of which the worker has a stage in another version than
+// `ours`, and with them what it holds, which may be of such a kind. Returns a line for each removed
+// kind. Errors: kFailedPrecondition with one line when no kind is left.
+absl::StatusOr<std::vector<std::string>> DropKindsOfOtherVersions(const StageVersions& ours,
+                                                                  v1::Hello& hello);
 
 }  // namespace parallax

@@ -54,9 +54,12 @@ void WorkStream::Join() {
   }
   const absl::Status status = CheckHello(incoming_.hello());
   if (!status.ok()) return EndUnlessOk(status);
+  const auto notes = DropKindsOfOtherVersions(StageVersions(), *incoming_.mutable_hello());
+  if (!notes.ok()) return EndUnlessOk(notes.status());
+  for (const std::string& note : *notes) LogWarning(note);
   worker_ = incoming_.hello().name();
-  shared_.pool.Run([self = shared_from_this()] {
-    const auto welcome = [&self](const std::vector<v1::AttemptId>& adopted) {
+  shared_.pool.Run([self = shared_from_this(), notes = *notes] {
+    const auto welcome = [&self, &notes](const std::vector<v1::AttemptId>& adopted) {
       v1::CoordinatorMessage message;
       v1::Welcome& body = *message.mutable_welcome();
       body.set_epoch(self->shared_.queue.epoch());
@@ -66,6 +69,7 @@ void WorkStream::Join() {
       body.set_store_access(self->shared_.store.access);
       body.set_coordinator_id(self->shared_.coordinator_id);
       for (const v1::AttemptId& attempt : adopted) *body.add_adopted() = attempt;
+      for (const std::string& note : notes) body.add_notes(note);
       self->Send(std::move(message));
     };
     self->EndUnlessOk(self->shared_.dispatcher.Join(self, self->incoming_.hello(), welcome));

@@ -1,5 +1,6 @@
 #include "coordinator/study/keys.h"
 
+#include "common/config/stages.h"
 #include "google/protobuf/io/coded_stream.h"
 #include "google/protobuf/io/zero_copy_stream_impl_lite.h"
 
@@ -52,50 +53,43 @@ SceneSeed SceneSeedOf(uint64_t study_seed, uint32_t ordinal) {
 }
 
 ConfigDigests DigestsOf(const v1::SceneConfig& config) {
-  v1::SceneConfig layout;
-  layout.set_type(config.type());
-  if (config.has_room()) *layout.mutable_room() = config.room();
-  // Not whether there is furniture: that is left to `dress`, so that both kinds share a layout.
-  if (config.has_furniture()) {
-    *layout.mutable_furniture() = config.furniture();
-    layout.mutable_furniture()->clear_enabled();
-  }
-  if (config.has_solver()) *layout.mutable_solver() = config.solver();
-  if (config.has_assets()) *layout.mutable_assets() = config.assets();
-
-  v1::SceneConfig scene = config;
-  scene.clear_render();
-  scene.clear_filters();
-
-  v1::SceneConfig render;
-  if (config.has_render()) *render.mutable_render() = config.render();
-  if (config.has_filters()) *render.mutable_filters() = config.filters();
-
-  return {Sha256Of(DeterministicBytes(layout)), Sha256Of(DeterministicBytes(scene)),
-          Sha256Of(DeterministicBytes(render))};
+  const auto digest = [&config](v1::FieldRule::Stage stage) {
+    return Sha256Of(DeterministicBytes(FieldsOf(config, stage)));
+  };
+  return {digest(v1::FieldRule::LAYOUT), digest(v1::FieldRule::SCENE),
+          digest(v1::FieldRule::FRAME)};
 }
 
-Sha256Digest LayoutKey(std::string_view version, const ConfigDigests& config, SceneSeed seed) {
-  return KeyBuilder("layout").Add(version).Add(config.layout).Add(seed.value).Finish();
+Sha256Digest LayoutKey(const StageVersions& versions, const ConfigDigests& config, SceneSeed seed) {
+  return KeyBuilder("layout").Add(versions.layout).Add(config.layout).Add(seed.value).Finish();
 }
 
-Sha256Digest SceneKey(std::string_view version, const ConfigDigests& config, SceneSeed seed) {
-  return KeyBuilder("scene").Add(version).Add(config.scene).Add(seed.value).Finish();
+Sha256Digest SceneKey(const StageVersions& versions, const ConfigDigests& config, SceneSeed seed) {
+  return KeyBuilder("scene")
+      .Add(versions.scene)
+      .Add(config.scene)
+      .Add(LayoutKey(versions, config, seed))
+      .Finish();
 }
 
-Sha256Digest FrameKey(std::string_view version, const ConfigDigests& config,
+Sha256Digest FrameKey(const StageVersions& versions, const ConfigDigests& config,
                       const Sha256Digest& scene_hash, uint32_t rig) {
   return KeyBuilder("frame")
-      .Add(version)
+      .Add(versions.frame)
+      .Add(config.frame)
       .Add(scene_hash)
-      .Add(config.render)
       .Add(static_cast<uint64_t>(rig))
       .Finish();
 }
 
-Sha256Digest RenderKey(std::string_view version, const ConfigDigests& config,
+Sha256Digest RenderKey(const StageVersions& versions, const ConfigDigests& config,
                        const Sha256Digest& scene_hash, std::string_view rigs) {
-  return KeyBuilder("render").Add(version).Add(scene_hash).Add(config.render).Add(rigs).Finish();
+  return KeyBuilder("render")
+      .Add(versions.frame)
+      .Add(config.frame)
+      .Add(scene_hash)
+      .Add(rigs)
+      .Finish();
 }
 
 std::string StorePrefixOf(const Sha256Digest& render_key) {

@@ -1,10 +1,12 @@
-// Keys of results: SHA-256 over a stage's name, the generator's version and exactly the inputs that
-// the stage reads. Equal keys mean equal results, within a study and across studies, on every
-// machine. Pure functions; thread-safe.
+// Keys of results: SHA-256 over a stage's name, its version, the config fields that it reads
+// (FieldRule.stage in config.proto) and the key of the stage before. Equal keys mean equal results,
+// within a study and across studies, on every machine. Pure functions; thread-safe.
 //
 // Decisions: a change to any function here orphans every stored result (nothing breaks, everything
-// is made again), so keys change only together with kGeneratorVersion. A key takes the SHA-256 of a
-// config's bytes rather than the bytes, so that a scene's keys cost microseconds.
+// is made again). A frame follows its recipe's content rather than the recipe's key: variants whose
+// recipes come out alike share frames. A key takes the SHA-256 of a config's bytes rather than the
+// bytes, so that a scene's keys cost microseconds. The stage `finish` stores nothing under a key:
+// its verdicts are made whenever an archive is written.
 #pragma once
 
 #include <cstdint>
@@ -13,6 +15,7 @@
 
 #include "common/base/hash.h"
 #include "common/base/ids.h"
+#include "common/base/version.h"
 #include "google/protobuf/message_lite.h"
 #include "parallax/v1/study.pb.h"
 
@@ -25,21 +28,21 @@ std::string DeterministicBytes(const google::protobuf::MessageLite& message);
 // Of scene `ordinal` of every variant of a study with this seed: common random numbers.
 SceneSeed SceneSeedOf(uint64_t study_seed, uint32_t ordinal);
 
-// What each stage reads of a variant's config, digested once for all its scenes.
+// The config fields of each stage alone, digested once for all scenes of a variant.
 struct ConfigDigests {
-  Sha256Digest layout;  // type, room, furniture, solver, assets
-  Sha256Digest scene;   // everything but render and filters
-  Sha256Digest render;  // render and filters
+  Sha256Digest layout;
+  Sha256Digest scene;
+  Sha256Digest frame;
 };
 ConfigDigests DigestsOf(const v1::SceneConfig& config);
 
-Sha256Digest LayoutKey(std::string_view version, const ConfigDigests& config, SceneSeed seed);
-Sha256Digest SceneKey(std::string_view version, const ConfigDigests& config, SceneSeed seed);
+Sha256Digest LayoutKey(const StageVersions& versions, const ConfigDigests& config, SceneSeed seed);
+Sha256Digest SceneKey(const StageVersions& versions, const ConfigDigests& config, SceneSeed seed);
 // `scene_hash` is the SHA-256 of the Scene's deterministic bytes.
-Sha256Digest FrameKey(std::string_view version, const ConfigDigests& config,
+Sha256Digest FrameKey(const StageVersions& versions, const ConfigDigests& config,
                       const Sha256Digest& scene_hash, uint32_t rig);
 // Of one render job: its rigs as text, for example "0-19".
-Sha256Digest RenderKey(std::string_view version, const ConfigDigests& config,
+Sha256Digest RenderKey(const StageVersions& versions, const ConfigDigests& config,
                        const Sha256Digest& scene_hash, std::string_view rigs);
 
 // Where a render job's attempts write: "<2 hex>/<64 hex>".

@@ -270,6 +270,44 @@ TEST_F(RunTest, AnotherStudyDoesNotMoveIntoADataset) {
   ExpectComplete(out, 2);
 }
 
+TEST_F(RunTest, OtherFiltersRenderNothingAndRewriteTheVerdicts) {
+  const std::string out = dir_ + "/out";
+  EXPECT_EQ(Run(out)["pairs_rendered"], 4);
+  const auto before = Content(out);
+  for (const Json& line : Index(out, "narrow")) EXPECT_EQ(line["filters"]["near"]["passed"], true);
+
+  // Nothing in a room is 50 m away.
+  std::string strict = kStudy;
+  const std::string render = "      render: {profile: preview, samples_per_pixel: 1}\n";
+  const size_t narrow = strict.find(render);
+  strict.insert(narrow, "      filters: {min_depth_m: 50, min_distance_m: 60}\n");
+  std::ofstream(study_) << strict;
+  const Json report = Run(out);
+  EXPECT_EQ(report["state"], "succeeded");
+  EXPECT_EQ(report["pairs_rendered"], 0);
+  EXPECT_LT(report["elapsed_s"].get<double>(), 30);
+  EXPECT_EQ(Content(out), before);
+  ExpectComplete(out, 2);
+  for (const Json& line : Index(out, "narrow")) {
+    EXPECT_EQ(line["passed"], false);
+    EXPECT_EQ(line["filters"]["near"]["passed"], false);
+    EXPECT_EQ(line["filters"]["near"]["threshold"], 50);
+    EXPECT_EQ(line["filters"]["close"]["threshold"], 60);
+  }
+  for (const Json& line : Index(out, "wide")) {
+    EXPECT_EQ(line["passed"], true);
+    EXPECT_EQ(line["filters"].count("close"), 0u);
+  }
+  const Json card = Json::parse(ReadText(out + "/narrow/dataset.json"));
+  EXPECT_EQ(card["pairs_passing_filters"], 0);
+  EXPECT_EQ(card["filters_failed"]["close"], 2);
+  EXPECT_THAT(ReadText(out + "/narrow/README.md"), HasSubstr("| passing all | 0 |"));
+  EXPECT_EQ(ReadText(out + "/study.yaml"), strict);
+  // Exports follow the verdicts: nothing of this variant is left.
+  Process filtered({PARALLAX_BINARY, "verify", out, "--json"});
+  EXPECT_EQ(filtered.Wait(), 0) << filtered.Err() << filtered.Out();
+}
+
 TEST_F(RunTest, WorkersThatCrashForEverEndTheRunWithTheirLog) {
   const std::string script = dir_ + "/worker.sh";
   std::ofstream(script) << "#!/bin/sh\necho the disk melted >&2\nexit 9\n";

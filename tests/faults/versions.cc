@@ -129,7 +129,7 @@ void OtherGeneratorIsRefused(Farm& farm, Tally& tally) {
   if (stream->Read(&message)) tally.Doubled("a worker of another generator is let in");
   const absl::Status status = FromGrpc(stream->Finish());
   if (status.code() != absl::StatusCode::kFailedPrecondition ||
-      status.message().find("generator 0") == absl::string_view::npos) {
+      status.message().find("generator-0") == absl::string_view::npos) {
     tally.Lost("a worker of another generator is told: " + status.ToString());
   }
 }

@@ -15,6 +15,7 @@
 
 #include "common/base/clock.h"
 #include "common/base/status.h"
+#include "common/base/version.h"
 #include "common/rpc/endpoint.h"
 #include "parallax/v1/service.pb.h"
 #include "worker/agent/job_runner.h"
@@ -33,7 +34,8 @@ struct AgentOptions {
   std::vector<std::string> tags;
   std::string version;
   std::string build_id;
-  std::string instance;  // Of this process; another one of the same name has another.
+  StageVersions versions;  // Of the stages that the runner has.
+  std::string instance;    // Of this process; another one of the same name has another.
   std::string
       store_uri;  // Overrides the coordinator's: the same store under another path of this machine.
   std::string outbox_root;  // Folder of all outboxes of this machine; see outbox.h.

@@ -129,8 +129,8 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.add_flag("--exit-when-orphaned", line.exit_when_orphaned, "End when the parent process dies");
   app.add_flag("--log-json", line.log_json, "One JSON object a log line");
   app.add_option("--log-level", line.log_level, "debug, info, warning or error (default info)");
-  app.set_version_flag("--version", std::string("worker ") + kProgramVersion + " (generator " +
-                                        kGeneratorVersion + ")");
+  app.set_version_flag("--version",
+                       std::string("worker ") + kProgramVersion + " (" + DescribeVersions() + ")");
   app.footer(kFooter);
 }
 
@@ -159,7 +159,9 @@ absl::StatusOr<AgentOptions> OptionsOf(const CommandLine& line) {
   options.version = kProgramVersion;
   options.instance = std::to_string(getpid()) + "-" +
                      std::to_string(Clock::System().Steady().time_since_epoch().count());
-  options.build_id = std::string("generator-") + kGeneratorVersion;
+  // Coordinators of before the stages had versions compare this and refuse.
+  options.build_id =
+      std::string("generator-") + kLayoutVersion + "." + kSceneVersion + "." + kFrameVersion;
   options.store_uri = line.store;
   options.outbox_root = line.outbox.empty() ? DefaultOutbox() : line.outbox;
   options.grace_s = line.grace_s;

@@ -17,6 +17,7 @@
 #include "common/base/log.h"
 #include "common/base/version.h"
 #include "common/config/config.h"
+#include "common/config/stages.h"
 #include "common/store/store.h"
 #include "worker/dataset/archive_index.h"
 #include "worker/dataset/dataset_card.h"
@@ -49,15 +50,22 @@ std::string SceneFile(uint32_t scene) {
   return text;
 }
 
-// What decides whether two lock files mean the same data. More pairs of the same study may be added
-// to its archive.
+std::string VersionLine() { return "# Parallax " + DescribeVersions(); }
+
 std::string LockText(const v1::StudySpec& study) {
-  return std::string("# Parallax generator ") + kGeneratorVersion + "\n" + StudyToYaml(study);
+  return VersionLine() + "\n" + StudyToYaml(study);
 }
 
-std::vector<std::string> ComparableLines(const std::string& lock) {
+// The lines of a lock file that decide about its frames: more pairs may be added to an archive, and
+// its filters may change.
+std::vector<std::string> LinesAboutFrames(v1::StudySpec study) {
+  for (v1::VariantSpec& variant : *study.mutable_variants()) {
+    *variant.mutable_config() = FieldsOf(variant.config(), [](v1::FieldRule::Stage stage) {
+      return stage != v1::FieldRule::FINISH;
+    });
+  }
   std::vector<std::string> lines;
-  std::istringstream in(lock);
+  std::istringstream in(StudyToYaml(study));
   for (std::string line; std::getline(in, line);) {
     if (line.rfind("pairs:", 0) == 0 || line.rfind("    pairs:", 0) == 0) continue;
     if (line.rfind("priority:", 0) == 0) continue;
@@ -66,21 +74,33 @@ std::vector<std::string> ComparableLines(const std::string& lock) {
   return lines;
 }
 
-absl::Status CheckSameStudy(const std::string& path, const std::string& lock) {
+absl::Status OtherStudy(const std::string& path, const std::string& there, const std::string& now) {
+  const auto trimmed = [](const std::string& line) {
+    return line.substr(std::min(line.find_first_not_of(' '), line.size()));
+  };
+  return MakeError(absl::StatusCode::kFailedPrecondition,
+                   path + " is of another study (there \"" + trimmed(there) + "\", now \"" +
+                       trimmed(now) + "\"): choose another folder");
+}
+
+absl::Status CheckSameStudy(const std::string& path, const v1::StudySpec& study) {
   const absl::StatusOr<std::string> present = ReadFile(path);
   if (absl::IsNotFound(present.status())) return absl::OkStatus();
   RETURN_IF_ERROR(present.status());
-  const std::vector<std::string> there = ComparableLines(*present), here = ComparableLines(lock);
+  const std::string version = present->substr(0, present->find('\n'));
+  if (version != VersionLine()) {
+    return MakeError(absl::StatusCode::kFailedPrecondition,
+                     path + " is of another version of Parallax (there \"" + version +
+                         "\", now \"" + VersionLine() +
+                         "\"), whose frames differ: choose another folder");
+  }
+  ASSIGN_OR_RETURN(v1::StudySpec locked, ParseStudy(*present, path));
+  const std::vector<std::string> there = LinesAboutFrames(std::move(locked));
+  const std::vector<std::string> here = LinesAboutFrames(study);
   for (size_t i = 0; i < std::max(there.size(), here.size()); ++i) {
     const std::string old_line = i < there.size() ? there[i] : "(end)";
     const std::string new_line = i < here.size() ? here[i] : "(end)";
-    if (old_line == new_line) continue;
-    const auto trimmed = [](const std::string& line) {
-      return line.substr(std::min(line.find_first_not_of(' '), line.size()));
-    };
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     path + " is of another study (there \"" + trimmed(old_line) + "\", now \"" +
-                         trimmed(new_line) + "\"): choose another folder");
+    if (old_line != new_line) return OtherStudy(path, old_line, new_line);
   }
   return absl::OkStatus();
 }
@@ -92,7 +112,7 @@ class Archive final : public ArchiveWriter {
   absl::Status Prepare() {
     RETURN_IF_ERROR(MakeFolders(out_));
     const std::string lock = LockText(study_);
-    RETURN_IF_ERROR(CheckSameStudy(out_ + "/study.lock.yaml", lock));
+    RETURN_IF_ERROR(CheckSameStudy(out_ + "/study.lock.yaml", study_));
     const std::string& source = study_.source_yaml();
     RETURN_IF_ERROR(
         WriteFileAtomically(out_ + "/study.yaml", source.empty() ? StudyToYaml(study_) : source));
@@ -100,7 +120,7 @@ class Archive final : public ArchiveWriter {
     for (const v1::VariantSpec& variant : study_.variants()) {
       RETURN_IF_ERROR(MakeFolders(out_ + "/" + variant.name() + "/scenes"));
       RETURN_IF_ERROR(MakeFolders(out_ + "/" + variant.name() + "/frames"));
-      RETURN_IF_ERROR(ReadIndex(variant.name()));
+      RETURN_IF_ERROR(ReadIndex(variant));
     }
     return absl::OkStatus();
   }
@@ -112,13 +132,13 @@ class Archive final : public ArchiveWriter {
 
   absl::Status AddScene(const std::string& variant, uint32_t scene,
                         const v1::Scene& recipe) override {
-    RETURN_IF_ERROR(CheckVariant(variant));
+    RETURN_IF_ERROR(FindVariant(variant).status());
     return WriteFileAtomically(out_ + "/" + variant + "/" + SceneFile(scene),
                                recipe.SerializeAsString());
   }
 
   absl::Status AddFrame(const v1::PublishedFrame& frame, const std::string& store_dir) override {
-    RETURN_IF_ERROR(CheckVariant(frame.variant()));
+    ASSIGN_OR_RETURN(const v1::VariantSpec* variant, FindVariant(frame.variant()));
     RETURN_IF_ERROR(CheckStorePath(frame.frame().path()));
     for (const v1::FileEntry& file : frame.frame().files()) {
       RETURN_IF_ERROR(CheckStorePath(file.name()));
@@ -127,7 +147,7 @@ class Archive final : public ArchiveWriter {
                          "frame file " + file.name() + ": allowed is a plain name");
       }
     }
-    IndexLine line = MakeIndexLine(frame);
+    ASSIGN_OR_RETURN(IndexLine line, MakeIndexLine(frame, variant->config().filters()));
     const std::string dir = out_ + "/" + frame.variant() + "/" + FramePath(line.key);
     const std::string source = store_dir + "/" + frame.frame().path();
     std::map<FrameKey, IndexLine>& index = index_[frame.variant()];
@@ -174,18 +194,18 @@ class Archive final : public ArchiveWriter {
   }
 
  private:
-  absl::Status CheckVariant(const std::string& name) const {
+  absl::StatusOr<const v1::VariantSpec*> FindVariant(const std::string& name) const {
     for (const v1::VariantSpec& variant : study_.variants()) {
-      if (variant.name() == name) return absl::OkStatus();
+      if (variant.name() == name) return &variant;
     }
     return MakeError(absl::StatusCode::kInvalidArgument,
                      "study " + study_.name() + " has no variant \"" + name + "\"");
   }
 
-  // Lines whose frame is not there any more are dropped; so are lines that an interrupted disk
-  // broke.
-  absl::Status ReadIndex(const std::string& variant) {
-    const std::string dir = out_ + "/" + variant;
+  // Judges each frame by the filters of today. Lines whose frame is not there any more are dropped;
+  // so are lines that an interrupted disk broke.
+  absl::Status ReadIndex(const v1::VariantSpec& variant) {
+    const std::string dir = out_ + "/" + variant.name();
     const absl::StatusOr<std::string> text = ReadFile(dir + "/index.jsonl");
     if (absl::IsNotFound(text.status())) return absl::OkStatus();
     RETURN_IF_ERROR(text.status());
@@ -197,7 +217,9 @@ class Archive final : public ArchiveWriter {
         LogWarning("dropped a line of the index", {{"file", dir + "/index.jsonl"}});
       } else if (fs::exists(dir + "/" + FramePath(line->key) + "/frame.json", error)) {
         const FrameKey key = line->key;
-        index_[variant].insert_or_assign(key, *std::move(line));
+        const absl::Status judged = JudgeAnew(variant.config().filters(), *line);
+        if (!judged.ok()) return WithContext(judged, dir + "/index.jsonl");
+        index_[variant.name()].insert_or_assign(key, *std::move(line));
       }
     }
     return absl::OkStatus();

@@ -41,8 +41,10 @@ class ArchiveWriter {
   };
 
   // Makes the folder, writes study.yaml and study.lock.yaml and reads the index files that an
-  // earlier run left. Errors: kFailedPrecondition when the folder belongs to another study (its
-  // lock file differs in more than `pairs`), naming the first line that differs; kPermissionDenied,
+  // earlier run left; frames that are there get the verdicts of this study's filters.
+  // Errors: kFailedPrecondition when the folder belongs to another study (its lock file differs in
+  // more than `pairs` and filters) or to other versions of the stages, naming the first line that
+  // differs, and when a frame's statistics lack what a filter needs; kPermissionDenied,
   // kResourceExhausted for what the disk says.
   static absl::StatusOr<std::unique_ptr<ArchiveWriter>> Open(const std::string& out_dir,
                                                              const v1::StudySpec& study);

@@ -3,9 +3,36 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "worker/dataset/verdicts.h"
+
 namespace parallax {
 
 using Json = nlohmann::ordered_json;
+
+namespace {
+
+// Sets "passed" and "filters" from "statistics" and writes the text anew.
+absl::Status SetVerdicts(const v1::FilterConfig& filters, Json& json, IndexLine& line) {
+  FrameFacts facts;
+  for (const auto& [name, value] : json["statistics"].items()) {
+    if (value.is_number()) facts.statistics[name] = value.get<double>();
+  }
+  auto verdicts = Judge(facts, filters);
+  if (!verdicts.ok()) return WithContext(verdicts.status(), FramePath(line.key));
+  Json by_name = Json::object();
+  bool passed = true;
+  for (const Verdict& verdict : *verdicts) {
+    by_name[verdict.name] = {
+        {"passed", verdict.passed}, {"value", verdict.value}, {"threshold", verdict.threshold}};
+    passed = passed && verdict.passed;
+  }
+  json["passed"] = passed;
+  json["filters"] = std::move(by_name);
+  line.text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return absl::OkStatus();
+}
+
+}  // namespace
 
 std::string FramePath(const FrameKey& key) {
   char text[64];
@@ -13,7 +40,8 @@ std::string FramePath(const FrameKey& key) {
   return text;
 }
 
-IndexLine MakeIndexLine(const v1::PublishedFrame& published) {
+absl::StatusOr<IndexLine> MakeIndexLine(const v1::PublishedFrame& published,
+                                        const v1::FilterConfig& filters) {
   const v1::FrameResult& frame = published.frame();
   IndexLine line;
   line.key = {published.scene(), frame.rig()};
@@ -22,29 +50,27 @@ IndexLine MakeIndexLine(const v1::PublishedFrame& published) {
     line.files.emplace(file.name(), file.sha256());
     bytes += file.size();
   }
-  Json filters = Json::object();
-  bool passed = true;
-  for (const v1::FilterVerdict& verdict : frame.filters()) {
-    filters[verdict.name()] = {{"passed", verdict.passed()},
-                               {"value", verdict.value()},
-                               {"threshold", verdict.threshold()}};
-    passed = passed && verdict.passed();
-  }
   const auto sorted = [](const auto& map) {
     return std::map<std::string, double>(map.begin(), map.end());
   };
-  const Json json = {{"variant", published.variant()},
-                     {"scene", published.scene()},
-                     {"rig", frame.rig()},
-                     {"path", FramePath(line.key)},
-                     {"passed", passed},
-                     {"filters", filters},
-                     {"statistics", sorted(frame.statistics())},
-                     {"seconds", sorted(frame.stage_s())},
-                     {"bytes", bytes},
-                     {"files", line.files}};
-  line.text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  Json json = {{"variant", published.variant()},
+               {"scene", published.scene()},
+               {"rig", frame.rig()},
+               {"path", FramePath(line.key)},
+               {"passed", nullptr},
+               {"filters", nullptr},
+               {"statistics", sorted(frame.statistics())},
+               {"seconds", sorted(frame.stage_s())},
+               {"bytes", bytes},
+               {"files", line.files}};
+  RETURN_IF_ERROR(SetVerdicts(filters, json, line));
   return line;
+}
+
+absl::Status JudgeAnew(const v1::FilterConfig& filters, IndexLine& line) {
+  Json json = Json::parse(line.text, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object()) return absl::DataLossError("not a line of an index");
+  return SetVerdicts(filters, json, line);
 }
 
 absl::StatusOr<IndexLine> ParseIndexLine(const std::string& text) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/base/status.h"
+#include "parallax/v1/config.pb.h"
 #include "parallax/v1/service.pb.h"
 
 namespace parallax {
@@ -24,7 +25,13 @@ struct IndexLine {
 // "frames/000012/003", relative to the variant's folder.
 std::string FramePath(const FrameKey& key);
 
-IndexLine MakeIndexLine(const v1::PublishedFrame& frame);
+// With the verdicts that `filters` ask for. Errors: those of Judge.
+absl::StatusOr<IndexLine> MakeIndexLine(const v1::PublishedFrame& frame,
+                                        const v1::FilterConfig& filters);
+
+// Replaces the line's verdicts by those that `filters` ask for, from the statistics in the line.
+// Errors: those of Judge; kDataLoss for a line that is not one of ours.
+absl::Status JudgeAnew(const v1::FilterConfig& filters, IndexLine& line);
 
 // Errors: kDataLoss for a line that is not one of ours.
 absl::StatusOr<IndexLine> ParseIndexLine(const std::string& text);

@@ -164,7 +164,11 @@ std::string CardJson(const v1::StudySpec& study, const v1::VariantSpec& variant,
   json["study"] = study.name();
   json["variant"] = variant.name();
   json["seed"] = std::to_string(study.seed());  // As in frame.json.
-  json["versions"] = {{"generator", kGeneratorVersion}, {"program", kProgramVersion}};
+  json["versions"] = {{"generator", kSceneVersion},
+                      {"program", kProgramVersion},
+                      {"layout", kLayoutVersion},
+                      {"scene", kSceneVersion},
+                      {"frame", kFrameVersion}};
   json["type"] = TypeName(variant.config());
   json["pairs_wanted"] = PairsWanted(study, variant);
   json["pairs"] = s.frames;
@@ -255,7 +259,7 @@ std::string CardMarkdown(const v1::StudySpec& study, const v1::VariantSpec& vari
   text += std::to_string(s.frames) + " stereo pairs of " + std::to_string(s.scenes.size()) +
           " procedural scenes with ground truth for both eyes, " +
           Fixed(static_cast<double>(s.bytes) / 1e6, 1) + " MB. Made by Parallax " +
-          kProgramVersion + " (generator " + kGeneratorVersion + ") with seed " +
+          kProgramVersion + " (" + DescribeVersions() + ") with seed " +
           std::to_string(study.seed()) +
           "; `study.lock.yaml` one folder up makes the same again.\n\n";
   if (s.frames < PairsWanted(study, variant)) {

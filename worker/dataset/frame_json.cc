@@ -86,7 +86,11 @@ std::string FrameJson(const v1::Scene& scene, const v1::Rig& rig, double exposur
   json["rig"] = rig.index();
   json["room"] = scene.room().kind();
   json["seeds"] = {{"scene", SeedText(scene.scene_seed())}};
-  json["versions"] = {{"generator", scene.generator_version()}, {"program", kProgramVersion}};
+  json["versions"] = {{"generator", scene.generator_version()},
+                      {"program", kProgramVersion},
+                      {"layout", scene.layout_version()},
+                      {"scene", scene.generator_version()},
+                      {"frame", kFrameVersion}};
   json["maps"] = std::vector<std::string>(render.maps().begin(), render.maps().end());
 
   Json objects = Json::object(), materials = Json::object();

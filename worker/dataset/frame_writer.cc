@@ -132,9 +132,6 @@ absl::StatusOr<v1::FrameResult> WriteFrame(const FrameJob& job) {
             [](const auto& a, const auto& b) { return a.name() < b.name(); });
   result.set_rig(job.rig.index());
   result.set_path(job.store_path);
-  for (v1::FilterVerdict& verdict : RunFilters(statistics, job.filters)) {
-    *result.add_filters() = std::move(verdict);
-  }
   for (const auto& [name, value] : StatisticsByName(statistics)) {
     (*result.mutable_statistics())[name] = value;
   }

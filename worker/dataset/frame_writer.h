@@ -17,7 +17,6 @@ struct FrameJob {
   const v1::Rig& rig;  // Of `scene`.
   const StereoFrame& frame;
   const v1::RenderConfig& render;  // `maps`: which maps are written beside the images.
-  const v1::FilterConfig& filters;
   std::string dir;         // Absolute; made anew: what an earlier try left there is removed.
   std::string store_path;  // FrameResult.path.
   CancelToken cancel;

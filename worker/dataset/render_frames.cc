@@ -100,7 +100,6 @@ absl::Status RenderAll(const v1::RenderJob& job, const RenderJobContext& context
                              .rig = rig,
                              .frame = *frame,
                              .render = job.render(),
-                             .filters = job.filters(),
                              .dir = context.attempt_dir + "/" + name,
                              .store_path = context.attempt_path + "/" + name,
                              .cancel = context.cancel});

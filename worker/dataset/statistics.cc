@@ -95,29 +95,6 @@ std::map<std::string, double> StatisticsByName(const FrameStatistics& s) {
           {"warp_median_difference", s.warp_median_difference}};
 }
 
-std::vector<v1::FilterVerdict> RunFilters(const FrameStatistics& statistics,
-                                          const v1::FilterConfig& config) {
-  v1::FilterVerdict dark;
-  dark.set_name("dark");
-  dark.set_value(statistics.mean_intensity);
-  dark.set_threshold(config.min_mean_intensity());
-  dark.set_passed(dark.value() >= dark.threshold());
-  v1::FilterVerdict near;
-  near.set_name("near");
-  near.set_value(statistics.min_depth_m);
-  near.set_threshold(config.min_depth_m());
-  near.set_passed(near.value() == 0 || near.value() >= near.threshold());
-  std::vector<v1::FilterVerdict> verdicts = {dark, near};
-  if (config.min_distance_m() > 0) {
-    v1::FilterVerdict close = near;
-    close.set_name("close");
-    close.set_threshold(config.min_distance_m());
-    close.set_passed(close.value() == 0 || close.value() >= close.threshold());
-    verdicts.push_back(close);
-  }
-  return verdicts;
-}
-
 std::string ClassOf(const v1::SceneObject& object) {
   if (!object.asset_class().empty()) return object.asset_class();
   static constexpr std::array<std::pair<std::string_view, const char*>, 6> kParts = {{

@@ -1,4 +1,4 @@
-// What a frame is like in numbers: for filters, frame.json and the dataset card.
+// What a frame is like in numbers: for verdicts, frame.json and the dataset card.
 #pragma once
 
 #include <cstdint>
@@ -6,8 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "parallax/v1/config.pb.h"
-#include "parallax/v1/jobs.pb.h"
 #include "parallax/v1/scene.pb.h"
 #include "worker/dataset/histogram.h"
 #include "worker/render/stereo_frame.h"
@@ -35,12 +33,6 @@ FrameStatistics ComputeStatistics(const v1::Scene& scene, const StereoFrame& fra
 
 // The numbers above by name, for FrameResult.statistics.
 std::map<std::string, double> StatisticsByName(const FrameStatistics& statistics);
-
-// "dark": mean_intensity >= min_mean_intensity; "near": min_depth_m >= min_depth_m of the config;
-// "close", unless its threshold is 0: min_depth_m >= min_distance_m. A frame that sees no surface
-// at all passes "near" and "close".
-std::vector<v1::FilterVerdict> RunFilters(const FrameStatistics& statistics,
-                                          const v1::FilterConfig& config);
 
 // The class of an object for tables: its asset class, or "Floor", "Ceiling", "Wall", "Skirting",
 // "Door", "Window" for a part of the room.

@@ -112,7 +112,8 @@ class DenseSolver {
     }
     *recipe.mutable_lights() = first.lights();
     *recipe.mutable_sky() = first.sky();
-    recipe.set_generator_version(kGeneratorVersion);
+    recipe.set_layout_version(kLayoutVersion);
+    recipe.set_generator_version(kSceneVersion);
     recipe.set_scene_seed(scene_.seed.value);
     recipe.set_type(v1::SCENE_TYPE_DENSE);
     return std::move(recipe);

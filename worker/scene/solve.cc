@@ -75,7 +75,8 @@ absl::Status Dress(const v1::SolveJob& job, const v1::Layout& layout, const Canc
   SceneInProgress scene;
   scene.seed = SceneSeed{job.scene_seed()};
   v1::Scene& recipe = scene.recipe;
-  recipe.set_generator_version(kGeneratorVersion);
+  recipe.set_layout_version(kLayoutVersion);
+  recipe.set_generator_version(kSceneVersion);
   recipe.set_scene_seed(job.scene_seed());
   recipe.set_type(job.config().type());
   *recipe.mutable_room() = layout.room();

@@ -51,7 +51,6 @@ absl::Status RunVariant(const Options& options, const v1::StudySpec& study,
     v1::RenderJob job;
     *job.mutable_scene() = solved.scene();
     *job.mutable_render() = variant.config().render();
-    *job.mutable_filters() = variant.config().filters();
     for (int rig = 0; rig < std::min<int64_t>(missing, study.rigs_per_scene()); ++rig) {
       job.add_rigs(solved.scene().rigs(rig).index());
     }

@@ -137,13 +137,54 @@ TEST_F(SharingTest, ARejectedDressingKeepsTheLayoutForOthers) {
   EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_SUCCEEDED);
 }
 
-TEST_F(SharingTest, AnotherGeneratorVersionMakesEverythingAgain) {
+TEST_F(SharingTest, AnotherLayoutVersionSolvesAgain) {
   Submit({.pairs = 2});
   EXPECT_EQ(WorkOff(AnyWorker("w")), 2);
-  options_.generator_version = "other";
+  options_.versions.layout = "other";
+  Reopen();
+  const v1::Lease solve = (Submit({.pairs = 2}), LeaseOne(Solver("w")));
+  EXPECT_FALSE(solve.solve().has_layout());
+}
+
+TEST_F(SharingTest, AnotherSceneVersionDressesTheLayoutsThatThereAre) {
+  Submit({.pairs = 2});
+  EXPECT_EQ(WorkOff(AnyWorker("w")), 2);
+  options_.versions.scene = "other";
   Reopen();
   Submit({.pairs = 2});
-  EXPECT_EQ(WorkOff(AnyWorker("w")), 2);
+  EXPECT_TRUE(LeaseOne(Solver("w")).solve().has_layout());
+}
+
+// A change of pictures alone keeps stored layouts and recipes.
+TEST_F(SharingTest, AStudyContinuedWithAnotherFrameVersionSolvesNothingAnew) {
+  Submit({.pairs = 4, .rigs_per_scene = 2});
+  EXPECT_EQ(WorkOff(AnyWorker("w")), 4);
+  options_.versions.frame = "other";
+  Reopen();
+  const StudyId again = Submit({.pairs = 6, .rigs_per_scene = 2});
+  // The third scene is new; the other two have their recipes and want new pictures.
+  EXPECT_EQ(Jobs(again, v1::JOB_KIND_SOLVE, "READY"), 1);
+  EXPECT_EQ(Jobs(again, v1::JOB_KIND_RENDER, "READY"), 2);
+  EXPECT_EQ(WorkOff(AnyWorker("w")), 4);
+  const v1::StudyStatus status = Status(again);
+  EXPECT_EQ(status.state(), v1::STUDY_STATE_SUCCEEDED);
+  EXPECT_EQ(Sum(status, &v1::VariantStatus::solves_reused), 2);
+  EXPECT_EQ(Sum(status, &v1::VariantStatus::frames_reused), 0);
+}
+
+TEST_F(SharingTest, OtherFiltersRenderNothing) {
+  v1::SubmitRequest request = MakeStudy({.pairs = 4});
+  ASSERT_TRUE(queue_->Submit(request, "tester").ok());
+  EXPECT_EQ(WorkOff(AnyWorker("w")), 4);
+  request.mutable_study()
+      ->mutable_variants(0)
+      ->mutable_config()
+      ->mutable_filters()
+      ->set_min_depth_m(2);
+  const auto again = queue_->Submit(request, "tester");
+  ASSERT_TRUE(again.ok());
+  EXPECT_EQ(WorkOff(AnyWorker("w")), 0);
+  EXPECT_EQ(Sum(Status(StudyId{again->study_id()}), &v1::VariantStatus::frames_reused), 4);
 }
 
 TEST_F(SharingTest, TheStorePrefixIsTheSameForEqualWork) {

@@ -6,8 +6,6 @@
 #include <functional>
 #include <limits>
 
-#include "common/base/version.h"
-
 namespace parallax {
 namespace {
 
@@ -22,16 +20,62 @@ v1::Hello GoodHello() {
   return hello;
 }
 
-TEST(Validation, AWorkerOfAnotherGeneratorIsRefusedBecauseItsBytesWouldBeOthers) {
+const StageVersions kOurs = {.layout = "5", .scene = "6", .frame = "7"};
+
+v1::Hello HelloOf(const StageVersions& versions) {
   v1::Hello hello = GoodHello();
-  hello.set_build_id(std::string("generator-") + kGeneratorVersion);
-  EXPECT_TRUE(CheckHello(hello).ok());
+  hello.add_kinds(v1::JOB_KIND_RENDER);
+  hello.set_build_id("generator-x");
+  (*hello.mutable_stage_versions())["layout"] = versions.layout;
+  (*hello.mutable_stage_versions())["scene"] = versions.scene;
+  (*hello.mutable_stage_versions())["frame"] = versions.frame;
+  hello.add_holding()->set_job_id(1);
+  return hello;
+}
+
+TEST(Validation, AWorkerGetsTheKindsOfJobsWhoseStagesHaveOurVersions) {
+  const struct {
+    const char* what;
+    StageVersions theirs;
+    std::vector<int> kinds;
+    std::string note;
+  } cases[] = {
+      {"all alike", kOurs, {v1::JOB_KIND_SOLVE, v1::JOB_KIND_RENDER}, ""},
+      {"another frame", {"5", "6", "8"}, {v1::JOB_KIND_SOLVE}, "no render jobs: its stage frame"},
+      {"another scene", {"5", "8", "7"}, {v1::JOB_KIND_RENDER}, "no solve jobs: its stage scene"},
+      {"another layout", {"8", "6", "7"}, {v1::JOB_KIND_RENDER}, "no solve jobs: its stage layout"},
+  };
+  for (const auto& row : cases) {
+    SCOPED_TRACE(row.what);
+    v1::Hello hello = HelloOf(row.theirs);
+    const auto notes = DropKindsOfOtherVersions(kOurs, hello);
+    ASSERT_TRUE(notes.ok()) << notes.status();
+    EXPECT_THAT(hello.kinds(), testing::ElementsAreArray(row.kinds));
+    EXPECT_EQ(hello.holding_size(), row.note.empty() ? 1 : 0);
+    ASSERT_EQ(notes->size(), row.note.empty() ? 0u : 1u);
+    if (!row.note.empty()) EXPECT_THAT(notes->front(), testing::HasSubstr(row.note));
+  }
+}
+
+TEST(Validation, AWorkerThatCanDoNothingForUsIsRefusedInOneLine) {
+  v1::Hello other = HelloOf({"4", "6", "8"});
+  v1::Hello old = GoodHello();  // Of a release before stages had versions.
+  old.set_build_id("generator-17");
+  for (v1::Hello* hello : {&other, &old}) {
+    const auto notes = DropKindsOfOtherVersions(kOurs, *hello);
+    EXPECT_EQ(notes.status().code(), absl::StatusCode::kFailedPrecondition);
+    const std::string line(notes.status().message());
+    EXPECT_THAT(line, testing::HasSubstr("its stage layout has version"));
+    EXPECT_THAT(line, testing::HasSubstr("give both the same release"));
+    EXPECT_EQ(line.find('\n'), std::string::npos);
+  }
+}
+
+TEST(Validation, ASimulatorMakesNoDataAndNeedsNoVersions) {
+  v1::Hello hello = GoodHello();
   hello.set_build_id("a simulator");
-  EXPECT_TRUE(CheckHello(hello).ok());
-  hello.set_build_id("generator-0");
-  const absl::Status status = CheckHello(hello);
-  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_THAT(std::string(status.message()), testing::HasSubstr("generator 0"));
+  EXPECT_TRUE(DropKindsOfOtherVersions(kOurs, hello).ok());
+  EXPECT_EQ(hello.kinds_size(), 1);
 }
 
 TEST(Validation, AHelloNamesItsWorkerAndStaysWithinBounds) {
@@ -52,6 +96,12 @@ TEST(Validation, AHelloNamesItsWorkerAndStaysWithinBounds) {
       {"tags",
        [](v1::Hello& hello) {
          for (int i = 0; i < 100; ++i) hello.add_tags("t");
+       }},
+      {"stage_versions",
+       [](v1::Hello& hello) {
+         for (int i = 0; i < 100; ++i) {
+           (*hello.mutable_stage_versions())["s" + std::to_string(i)] = "1";
+         }
        }},
       {"version", [](v1::Hello& hello) { hello.set_version(std::string(1000, 'v')); }},
       {"attempt", [](v1::Hello& hello) { hello.add_holding(); }},

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <set>
+
+#include "common/config/config.h"
+#include "common/config/stages.h"
 
 namespace parallax {
 namespace {
@@ -24,38 +26,61 @@ v1::SceneConfig SomeConfig() {
   return config;
 }
 
-// Each field of SceneConfig, and which stage's digest must notice a change of it.
-TEST(Keys, EachConfigFieldCountsForExactlyTheStagesThatReadIt) {
-  const struct {
-    const char* field;
-    std::function<void(v1::SceneConfig&)> change;
-    bool layout, scene, render;
-  } cases[] = {
-      {"type", [](auto& c) { c.set_type(v1::SCENE_TYPE_DENSE); }, true, true, false},
-      {"room", [](auto& c) { c.mutable_room()->mutable_width_m()->set_constant(5); }, true, true,
-       false},
-      {"furniture", [](auto& c) { c.mutable_furniture()->set_enabled(false); }, false, true, false},
-      {"solver", [](auto& c) { c.mutable_solver()->set_steps(61); }, true, true, false},
-      {"assets", [](auto& c) { c.mutable_assets()->add_exclude("Rack"); }, true, true, false},
-      {"floating", [](auto& c) { c.mutable_floating()->add_classes("Chair"); }, false, true, false},
-      {"materials", [](auto& c) { c.mutable_materials()->set_replace_probability(0.6); }, false,
-       true, false},
-      {"lighting", [](auto& c) { c.mutable_lighting()->set_ceiling_removed_p(0); }, false, true,
-       false},
-      {"rigs", [](auto& c) { c.mutable_rigs()->set_count(21); }, false, true, false},
-      {"render", [](auto& c) { c.mutable_render()->set_samples_per_pixel(9); }, false, false, true},
-      {"filters", [](auto& c) { c.mutable_filters()->set_min_depth_m(0.2); }, false, false, true},
-  };
-  EXPECT_EQ(std::size(cases), static_cast<size_t>(v1::SceneConfig::descriptor()->field_count()));
-  const ConfigDigests before = DigestsOf(SomeConfig());
-  for (const auto& c : cases) {
-    v1::SceneConfig config = SomeConfig();
-    c.change(config);
-    const ConfigDigests after = DigestsOf(config);
-    EXPECT_EQ(after.layout != before.layout, c.layout) << c.field;
-    EXPECT_EQ(after.scene != before.scene, c.scene) << c.field;
-    EXPECT_EQ(after.render != before.render, c.render) << c.field;
+// Gives the field at `path` another value, whatever its type.
+void Change(const std::string& path, google::protobuf::Message* message) {
+  const google::protobuf::Reflection& reflection = *message->GetReflection();
+  const size_t dot = path.find('.');
+  const auto& field = *message->GetDescriptor()->FindFieldByName(path.substr(0, dot));
+  using Field = google::protobuf::FieldDescriptor;
+  if (dot != std::string::npos) {
+    return Change(path.substr(dot + 1), reflection.MutableMessage(message, &field));
   }
+  if (field.is_repeated()) return reflection.AddString(message, &field, "another");
+  switch (field.cpp_type()) {
+    case Field::CPPTYPE_MESSAGE: {
+      auto* value = reflection.MutableMessage(message, &field);
+      return static_cast<v1::Distribution*>(value)->set_constant(987);
+    }
+    case Field::CPPTYPE_DOUBLE:
+      return reflection.SetDouble(message, &field, 987);
+    case Field::CPPTYPE_INT32:
+      return reflection.SetInt32(message, &field, 987);
+    case Field::CPPTYPE_BOOL:
+      return reflection.SetBool(message, &field, !reflection.GetBool(*message, &field));
+    case Field::CPPTYPE_STRING:
+      return reflection.SetString(message, &field, "another");
+    case Field::CPPTYPE_ENUM:
+      return reflection.SetEnumValue(message, &field,
+                                     reflection.GetEnumValue(*message, &field) == 1 ? 2 : 1);
+    default:
+      FAIL() << path << ": a type that no config field had so far";
+  }
+}
+
+// A layout's key follows the layout's fields, a scene's key those and the scene's, and so on.
+TEST(Keys, EachConfigFieldCountsForExactlyTheStagesThatReadIt) {
+  const struct Keys {
+    explicit Keys(const v1::SceneConfig& config)
+        : layout(LayoutKey({}, DigestsOf(config), SceneSeed{1})),
+          scene(SceneKey({}, DigestsOf(config), SceneSeed{1})),
+          frame(FrameKey({}, DigestsOf(config), Sha256Of("scene"), 0)),
+          render(RenderKey({}, DigestsOf(config), Sha256Of("scene"), "0-19")) {}
+    Sha256Digest layout, scene, frame, render;
+  } before(DefaultSceneConfig());
+  std::set<v1::FieldRule::Stage> seen;
+  for (const ConfigField& field : ConfigFields()) {
+    SCOPED_TRACE(field.path);
+    v1::SceneConfig config = DefaultSceneConfig();
+    Change(field.path, &config);
+    const Keys after(config);
+    seen.insert(field.stage);
+    EXPECT_EQ(after.layout != before.layout, field.stage == v1::FieldRule::LAYOUT);
+    EXPECT_EQ(after.scene != before.scene,
+              field.stage == v1::FieldRule::LAYOUT || field.stage == v1::FieldRule::SCENE);
+    EXPECT_EQ(after.frame != before.frame, field.stage == v1::FieldRule::FRAME);
+    EXPECT_EQ(after.render != before.render, field.stage == v1::FieldRule::FRAME);
+  }
+  EXPECT_EQ(seen.size(), 4u) << "layout, scene, frame, finish";
 }
 
 TEST(Keys, SceneSeedsAreTheSameForEqualStudySeedsAndDifferElsewhere) {
@@ -69,24 +94,53 @@ TEST(Keys, SceneSeedsAreTheSameForEqualStudySeedsAndDifferElsewhere) {
   EXPECT_EQ(seeds.size(), 3000u);
 }
 
-TEST(Keys, VersionSeedSceneAndRigEachChangeTheKey) {
+TEST(Keys, SeedSceneAndRigEachChangeTheKey) {
   const ConfigDigests config = DigestsOf(SomeConfig());
   const Sha256Digest scene = Sha256Of("scene");
-  std::set<Sha256Digest> keys = {
-      LayoutKey("1", config, SceneSeed{1}),  LayoutKey("2", config, SceneSeed{1}),
-      LayoutKey("1", config, SceneSeed{2}),  SceneKey("1", config, SceneSeed{1}),
-      SceneKey("2", config, SceneSeed{1}),   SceneKey("1", config, SceneSeed{2}),
-      FrameKey("1", config, scene, 0),       FrameKey("2", config, scene, 0),
-      FrameKey("1", config, scene, 1),       FrameKey("1", config, Sha256Of("other"), 0),
-      RenderKey("1", config, scene, "0-19"), RenderKey("1", config, scene, "0-9")};
-  EXPECT_EQ(keys.size(), 12u);
+  std::set<Sha256Digest> keys = {LayoutKey({}, config, SceneSeed{1}),
+                                 LayoutKey({}, config, SceneSeed{2}),
+                                 SceneKey({}, config, SceneSeed{1}),
+                                 SceneKey({}, config, SceneSeed{2}),
+                                 FrameKey({}, config, scene, 0),
+                                 FrameKey({}, config, scene, 1),
+                                 RenderKey({}, config, scene, "0-19"),
+                                 RenderKey({}, config, scene, "0-9"),
+                                 FrameKey({}, config, Sha256Of("other"), 0)};
+  EXPECT_EQ(keys.size(), 9u);
+}
+
+// A change of pictures alone keeps layouts and recipes. A frame follows its recipe, which names the
+// versions of layout and scene.
+TEST(Keys, AStagesVersionCountsForItAndTheStagesAfterIt) {
+  const ConfigDigests config = DigestsOf(SomeConfig());
+  const StageVersions before = {.layout = "1", .scene = "1", .frame = "1"};
+  const struct {
+    StageVersions versions;
+    bool layout, scene, frame;
+  } cases[] = {
+      {{"2", "1", "1"}, true, true, false},
+      {{"1", "2", "1"}, false, true, false},
+      {{"1", "1", "2"}, false, false, true},
+  };
+  const Sha256Digest hash = Sha256Of("scene");
+  for (const auto& row : cases) {
+    SCOPED_TRACE(DescribeVersions(row.versions));
+    const auto changes = [&](auto key_of) { return key_of(row.versions) != key_of(before); };
+    EXPECT_EQ(changes([&](auto& v) { return LayoutKey(v, config, SceneSeed{7}); }), row.layout);
+    EXPECT_EQ(changes([&](auto& v) { return SceneKey(v, config, SceneSeed{7}); }), row.scene);
+    EXPECT_EQ(changes([&](auto& v) { return FrameKey(v, config, hash, 0); }), row.frame);
+    EXPECT_EQ(changes([&](auto& v) { return RenderKey(v, config, hash, "0"); }), row.frame);
+  }
 }
 
 // Results of earlier runs are found by these; a change here makes everything again.
-TEST(Keys, StayWhatTheyAreWithinAGeneratorVersion) {
+TEST(Keys, StayWhatTheyAreWithinAVersion) {
   EXPECT_EQ(SceneSeedOf(1, 0).value, 13697308113189384837ull);
-  EXPECT_EQ(HexOf(LayoutKey("1", DigestsOf(SomeConfig()), SceneSeed{7})).substr(0, 16),
-            "71d83bcadf415c48");
+  const StageVersions versions = {.layout = "1", .scene = "1", .frame = "1"};
+  const ConfigDigests config = DigestsOf(SomeConfig());
+  EXPECT_EQ(HexOf(LayoutKey(versions, config, SceneSeed{7})).substr(0, 16), "6f5e5bb74412ca5a");
+  EXPECT_EQ(HexOf(SceneKey(versions, config, SceneSeed{7})).substr(0, 16), "63629d709041819e");
+  EXPECT_EQ(HexOf(FrameKey(versions, config, Sha256Of("scene"), 3)).substr(0, 16), "87b7461d9064a0e0");
 }
 
 TEST(Keys, StorePrefixIsTwoHexDigitsAndTheKey) {

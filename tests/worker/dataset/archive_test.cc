@@ -51,7 +51,6 @@ class ArchiveTest : public ::testing::Test {
                                               .rig = scene_.rigs(static_cast<int>(rig)),
                                               .frame = frame,
                                               .render = DefaultSceneConfig().render(),
-                                              .filters = DefaultSceneConfig().filters(),
                                               .dir = store_ + "/" + path,
                                               .store_path = path});
     return published;
@@ -250,6 +249,75 @@ TEST_F(ArchiveTest, AnotherStudysFolderIsRefusedButMorePairsAreWelcome) {
             out_ +
                 "/study.lock.yaml is of another study (there \"seed: 1\", now \"seed: 2\"): "
                 "choose another folder");
+}
+
+TEST_F(ArchiveTest, AnotherVersionsFolderIsRefusedInItsOwnWords) {
+  ASSERT_NE(Open(), nullptr);
+  const std::string lock = *ReadFile(out_ + "/study.lock.yaml");
+  ASSERT_TRUE(
+      WriteFile(out_ + "/study.lock.yaml", "# Parallax generator 17" + lock.substr(lock.find('\n')))
+          .ok());
+  const absl::Status status = ArchiveWriter::Open(out_, study_).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(
+      std::string(status.message()),
+      HasSubstr("is of another version of Parallax (there \"# Parallax generator 17\", now"));
+}
+
+// Also of frames that an earlier run left and this one does not bring again.
+TEST_F(ArchiveTest, OtherFiltersRewriteTheVerdictsAndNothingElse) {
+  const v1::PublishedFrame first = Publish("a", 0, 0), second = Publish("a", 0, 1);
+  {
+    auto archive = Open();
+    ASSERT_TRUE(archive->AddFrame(first, store_).ok());
+    ASSERT_TRUE(archive->AddFrame(second, store_).ok());
+    ASSERT_TRUE(archive->Finish().ok());
+  }
+  std::vector<Json> before = Index("a");
+  const double nearest = before[0]["filters"]["near"]["value"];
+  const std::vector<std::string> tree = Tree();
+  for (v1::VariantSpec& variant : *study_.mutable_variants()) {
+    variant.mutable_config()->mutable_filters()->set_min_depth_m(nearest + 0.001);
+  }
+  {
+    auto archive = Open();
+    ASSERT_TRUE(archive->AddFrame(second, store_).ok());
+    ASSERT_TRUE(archive->Finish().ok());
+    EXPECT_EQ(archive->totals().frames_present, 1);
+    EXPECT_EQ(archive->totals().frames_added + archive->totals().frames_replaced, 0);
+  }
+  std::vector<Json> after = Index("a");
+  ASSERT_EQ(after.size(), 2u);
+  EXPECT_EQ(after[0]["passed"], false);
+  EXPECT_EQ(after[0]["filters"]["near"]["passed"], false);
+  EXPECT_EQ(after[1]["filters"]["near"]["threshold"], nearest + 0.001);
+  EXPECT_EQ(Tree(), tree);
+  for (size_t i = 0; i < 2; ++i) {
+    for (const char* key : {"passed", "filters"}) {
+      before[i].erase(key);
+      after[i].erase(key);
+    }
+    EXPECT_EQ(before[i], after[i]);
+  }
+  const Json card = Json::parse(*ReadFile(out_ + "/a/dataset.json"));
+  EXPECT_GE(card["filters_failed"]["near"].get<int>(), 1);
+  EXPECT_EQ(LoadStudy(out_ + "/study.lock.yaml")->variants(0).config().filters().min_depth_m(),
+            nearest + 0.001);
+}
+
+TEST_F(ArchiveTest, AFrameThatLacksWhatAFilterNeedsIsNamed) {
+  {
+    auto archive = Open();
+    ASSERT_TRUE(archive->AddFrame(Publish("a", 0, 0), store_).ok());
+    ASSERT_TRUE(archive->Finish().ok());
+  }
+  Json line = Index("a")[0];
+  line["statistics"].erase("min_depth_m");
+  ASSERT_TRUE(WriteFile(out_ + "/a/index.jsonl", line.dump() + "\n").ok());
+  const absl::Status status = ArchiveWriter::Open(out_, study_).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()),
+              HasSubstr("/a/index.jsonl: frames/000000/000: filter near: there is no statistic"));
 }
 
 TEST_F(ArchiveTest, TheCardCountsWhatIsThere) {

@@ -37,7 +37,6 @@ class ContactSheetTest : public ::testing::Test {
                       .rig = scene.rigs(i),
                       .frame = RenderSyntheticFrame(scene, scene.rigs(i)),
                       .render = render,
-                      .filters = DefaultSceneConfig().filters(),
                       .dir = dir_ + "/data/indoor/frames/000000/00" + std::to_string(i),
                       .store_path = "x"});
       ASSERT_TRUE(result.ok()) << result.status();

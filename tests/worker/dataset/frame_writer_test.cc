@@ -37,7 +37,6 @@ class FrameWriterTest : public ::testing::Test {
                        .rig = scene_.rigs(1),
                        .frame = frame_,
                        .render = config_.render(),
-                       .filters = config_.filters(),
                        .dir = dir,
                        .store_path = "key/.attempt-7/001",
                        .cancel = cancel});
@@ -196,29 +195,6 @@ TEST_F(FrameWriterTest, CamerasDepthAndDisparityAgree) {
   EXPECT_GT(checked, 50);
 }
 
-TEST_F(FrameWriterTest, VerdictsFollowTheThresholds) {
-  const auto verdict = [&](const char* name) {
-    const auto result = Write(dir_);
-    for (const v1::FilterVerdict& filter : result->filters()) {
-      if (filter.name() == name) return filter;
-    }
-    ADD_FAILURE() << name;
-    return v1::FilterVerdict();
-  };
-  EXPECT_TRUE(verdict("dark").passed());
-  EXPECT_TRUE(verdict("near").passed());
-  EXPECT_EQ(verdict("near").threshold(), 0.125);
-  const double nearest = verdict("near").value();
-  config_.mutable_filters()->set_min_depth_m(nearest);
-  EXPECT_TRUE(verdict("near").passed());
-  config_.mutable_filters()->set_min_depth_m(nearest + 0.001);
-  EXPECT_FALSE(verdict("near").passed());
-  config_.mutable_filters()->set_min_mean_intensity(250);
-  EXPECT_FALSE(verdict("dark").passed());
-  for (uint8_t& value : frame_.left.color.values()) value = 3;
-  EXPECT_EQ(verdict("dark").value(), 3);
-}
-
 TEST_F(FrameWriterTest, ErrorsSayWhatIsWrong) {
   CancelToken cancel;
   cancel.Cancel();
@@ -258,7 +234,6 @@ TEST(Statistics, CountsOnlyPixelsThatSeeASurface) {
   EXPECT_EQ(none.sky_fraction, 1);
   EXPECT_EQ(none.min_depth_m, 0);
   EXPECT_EQ(none.disparity.Total(), 0);
-  EXPECT_TRUE(RunFilters(none, DefaultSceneConfig().filters())[1].passed());
   frame.left.depth_m(1, 1) = 2;
   frame.left.disparity_px(1, 1) = 6;
   frame.left.objects(1, 1) = 3;

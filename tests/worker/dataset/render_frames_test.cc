@@ -48,7 +48,6 @@ class RenderFramesTest : public ::testing::Test {
     fs::remove_all(dir_);
     *job_.mutable_scene() = MakeSyntheticScene(4, 64, 36);
     *job_.mutable_render() = DefaultSceneConfig().render();
-    *job_.mutable_filters() = DefaultSceneConfig().filters();
     for (uint32_t rig : {2, 0, 3}) job_.add_rigs(rig);
   }
   void TearDown() override { fs::remove_all(dir_); }

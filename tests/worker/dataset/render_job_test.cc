@@ -31,7 +31,6 @@ v1::RenderJob SmallJob() {
     if (result->has_scene()) *job.mutable_scene() = result->scene();
   }
   *job.mutable_render() = solve.config().render();
-  *job.mutable_filters() = solve.config().filters();
   job.add_rigs(0);
   job.add_rigs(1);
   return job;

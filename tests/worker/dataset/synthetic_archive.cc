@@ -81,7 +81,6 @@ void MakeSyntheticArchive(const std::string& dir, const SyntheticArchive& option
                                    .rig = scene.rigs(r),
                                    .frame = frame,
                                    .render = DefaultSceneConfig().render(),
-                                   .filters = DefaultSceneConfig().filters(),
                                    .dir = store + "/" + path,
                                    .store_path = path});
         Must(written.status());

@@ -1,0 +1,55 @@
+#include "worker/dataset/verdicts.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace parallax {
+namespace {
+
+v1::FilterConfig Filters(double intensity, double depth_m, double distance_m = 0) {
+  v1::FilterConfig filters;
+  filters.set_min_mean_intensity(intensity);
+  filters.set_min_depth_m(depth_m);
+  filters.set_min_distance_m(distance_m);
+  return filters;
+}
+
+TEST(Verdicts, FollowTheThresholds) {
+  const struct {
+    double mean_intensity, min_depth_m;
+    v1::FilterConfig filters;
+    std::vector<std::pair<std::string, bool>> verdicts;
+  } cases[] = {
+      {90, 0.5, Filters(10, 0.125), {{"dark", true}, {"near", true}}},
+      {9.9, 0.5, Filters(10, 0.125), {{"dark", false}, {"near", true}}},
+      {10, 0.125, Filters(10, 0.125), {{"dark", true}, {"near", true}}},
+      {90, 0.1249, Filters(10, 0.125), {{"dark", true}, {"near", false}}},
+      {90, 0.5, Filters(10, 0.125, 5), {{"dark", true}, {"near", true}, {"close", false}}},
+      {90, 5, Filters(10, 0.125, 5), {{"dark", true}, {"near", true}, {"close", true}}},
+      // Nothing but sky.
+      {90, 0, Filters(10, 0.125, 5), {{"dark", true}, {"near", true}, {"close", true}}},
+  };
+  for (const auto& row : cases) {
+    const FrameFacts frame{
+        {{"mean_intensity", row.mean_intensity}, {"min_depth_m", row.min_depth_m}}};
+    const auto verdicts = Judge(frame, row.filters);
+    ASSERT_TRUE(verdicts.ok()) << verdicts.status();
+    std::vector<std::pair<std::string, bool>> seen;
+    for (const Verdict& verdict : *verdicts) seen.emplace_back(verdict.name, verdict.passed);
+    EXPECT_EQ(seen, row.verdicts);
+    EXPECT_EQ((*verdicts)[0].value, row.mean_intensity);
+    EXPECT_EQ((*verdicts)[0].threshold, row.filters.min_mean_intensity());
+    EXPECT_EQ((*verdicts)[1].value, row.min_depth_m);
+    EXPECT_EQ((*verdicts)[1].threshold, row.filters.min_depth_m());
+  }
+}
+
+TEST(Verdicts, AMissingStatisticIsNoVerdict) {
+  const auto verdicts = Judge({{{"mean_intensity", 90}}}, Filters(10, 0.125));
+  EXPECT_EQ(verdicts.status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(verdicts.status().message()),
+              testing::HasSubstr("filter near: there is no statistic \"min_depth_m\""));
+}
+
+}  // namespace
+}  // namespace parallax

@@ -1,0 +1,37 @@
+// The stage `finish`: what a frame's stored numbers say about it. Verdicts are made when an archive
+// is written, and made anew when the study's filters have changed; nothing is rendered for them.
+//
+// To add a verdict, write its function in verdicts.cc and name it in kVerdicts there.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+#include "parallax/v1/config.pb.h"
+
+namespace parallax {
+
+struct Verdict {
+  std::string name;
+  bool passed = true;
+  double value = 0;
+  double threshold = 0;
+};
+
+// Everything that a frame is judged by.
+struct FrameFacts {
+  std::map<std::string, double> statistics;  // StatisticsByName, as the index keeps them.
+};
+
+// The verdicts that `filters` ask for, in the order in which they are listed:
+//   dark    mean_intensity is below min_mean_intensity
+//   near    min_depth_m is below min_depth_m of the filters
+//   close   the same with min_distance_m, unless that is 0
+// A frame that sees no surface at all passes "near" and "close".
+// Errors: kFailedPrecondition when the facts lack a number that a verdict needs, naming both.
+absl::StatusOr<std::vector<Verdict>> Judge(const FrameFacts& frame,
+                                           const v1::FilterConfig& filters);
+
+}  // namespace parallax

@@ -1,0 +1,296 @@
+#!/usr/bin/env python3
+"""Checks what must hold between the files of the tree. Fails with a line for each break.
+
+check_tree.py CHECK [ROOT]; the checks are the functions below."""
+
+import re
+import subprocess
+import sys
+from collections import defaultdict
+from pathlib import Path
+
+ROOT = Path(sys.argv[2] if len(sys.argv) > 2 else Path(__file__).parent.parent).resolve()
+
+# The worker's folders from the bottom up: each may use those on lines above its own. A new folder finds its line here.
+WORKER_LEVELS = (
+    ("geometry", "materials"),
+    ("assets", "terrain"),
+    ("layout",),
+    ("scene",),
+    ("render",),
+    ("dataset",),
+    ("catalogue", "train"),
+    ("evaluate",),
+    ("agent",),
+    ("jobs",),
+)
+# What jobs do is injected into it.
+USES_NO_OTHER = ("agent",)
+
+
+def tracked(*patterns):
+    """Paths in git, also those not added yet, or of the whole tree where there is no git."""
+    done = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard", *patterns], cwd=ROOT,
+                          capture_output=True, text=True)
+    if done.returncode != 0:
+        return sorted(str(path.relative_to(ROOT)) for pattern in patterns for path in ROOT.rglob(pattern)
+                      if not str(path.relative_to(ROOT)).startswith(("build/", "out/")))
+    return sorted({path for path in done.stdout.splitlines() if (ROOT / path).is_file()})
+
+
+def read(path):
+    return (ROOT / path).read_text()
+
+
+def sources(*roots):
+    return [path for path in tracked("*.h", "*.cc") if not roots or path.split("/")[0] in roots]
+
+
+def includes(path):
+    """(line number, included path) of our own headers."""
+    for number, line in enumerate(read(path).splitlines(), 1):
+        match = re.match(r'#include "([^"]+)"', line)
+        if match:
+            yield number, match.group(1)
+
+
+# ---- Checks: each yields a line for each break
+
+def registered():
+    """Every source, test and migration is listed in the CMakeLists.txt of its folder or of one above it."""
+    for path in tracked("*.cc", "*.sql"):
+        folder = Path(path).parent
+        name = re.compile(r"(?<![\w.])" + re.escape(Path(path).name) + r"(?![\w.])")
+        if path.split("/")[0] not in ("common", "coordinator", "worker", "tests"):
+            continue
+        lists = [parent / "CMakeLists.txt" for parent in (folder, *folder.parents)]
+        if not any((ROOT / file).is_file() and name.search(read(file)) for file in lists if file != Path("CMakeLists.txt")):
+            yield f"{path} is in no CMakeLists.txt"
+
+
+def parts():
+    """Includes point down: common uses itself; coordinator and worker use common; only the client sees both."""
+    for path in sources("common", "coordinator", "worker"):
+        part = path.split("/")[0]
+        for number, header in includes(path):
+            other = header.split("/")[0]
+            allowed = (other not in ("coordinator", "worker") or other == part
+                       or (other == "worker" and path.startswith("coordinator/client/")))
+            if not allowed:
+                yield f"{path}:{number}: {part} includes {header}"
+
+
+def worker_order():
+    """Within worker/, includes point to folders on lower levels."""
+    level_of = {folder: level for level, folders in enumerate(WORKER_LEVELS) for folder in folders}
+    for path in sources("worker"):
+        folder = path.split("/")[1]
+        if "/" not in path[len("worker/"):]:
+            continue  # main.cc sees all.
+        if folder not in level_of:
+            yield f"worker/{folder} has no level in tests/check_tree.py"
+            return
+        for number, header in includes(path):
+            other = header.split("/")[1] if header.startswith("worker/") else folder
+            below = level_of.get(other, len(WORKER_LEVELS)) < level_of[folder] and folder not in USES_NO_OTHER
+            if other != folder and not below:
+                yield f"{path}:{number}: {folder} includes {header}, which stands above it or beside it"
+
+
+def readable_ranges():
+    """CLI11's PositiveNumber and NonNegativeNumber print bounds of 309 digits; CLI::Range names its own."""
+    for path in sources("common", "coordinator", "worker"):
+        for number, line in enumerate(read(path).splitlines(), 1):
+            if re.search(r"CLI::(PositiveNumber|NonNegativeNumber|Number)\b", line):
+                yield f"{path}:{number}: use CLI::Range(low, high)"
+
+
+class Target:
+    def __init__(self, folder):
+        self.folder = folder
+        self.sources, self.public, self.private = [], [], []
+
+
+def parse_cmake():
+    """Targets of the CMakeLists.txt by name, as parallax_library, parallax_test, add_library, add_executable and
+    target_link_libraries declare them."""
+    targets, alias = {}, {}
+    for path in tracked("*CMakeLists.txt"):
+        folder = str(Path(path).parent)
+        text = re.sub(r"#.*", "", read(path))
+        for command, body in re.findall(r"\b(\w+)\s*\(([^()]*(?:\([^()]*\)[^()]*)*)\)", text):
+            words = re.findall(r'"[^"]*"|\S+', body)
+            if command in ("parallax_library", "parallax_test"):
+                name = ("parallax_" if command == "parallax_library" else "") + words[0]
+                target = targets.setdefault(name, Target(folder))
+                where = None
+                for word in words[1:]:
+                    if word in ("SOURCES", "DEPS", "PRIVATE_DEPS", "LABELS", "TIMEOUT"):
+                        where = {"SOURCES": target.sources, "DEPS": target.public,
+                                 "PRIVATE_DEPS": target.private}.get(word)
+                    elif where is not None:
+                        where.append(word)
+                if command == "parallax_library":
+                    alias["parallax::" + words[0]] = name
+            elif command in ("add_library", "add_executable") and len(words) > 1:
+                if words[1] == "ALIAS":
+                    alias[words[0]] = words[2]
+                else:
+                    targets.setdefault(words[0], Target(folder)).sources += words[1:]
+            elif command == "target_link_libraries" and words[0] in targets:
+                where = targets[words[0]].public
+                for word in words[1:]:
+                    if word in ("PUBLIC", "INTERFACE", "PRIVATE"):
+                        where = targets[words[0]].private if word == "PRIVATE" else targets[words[0]].public
+                    else:
+                        where.append(word)
+    for target in targets.values():
+        target.public = [alias.get(name, name) for name in target.public]
+        target.private = [alias.get(name, name) for name in target.private]
+    return targets
+
+
+def links():
+    """A target links the targets whose headers its sources include, itself or through what those link publicly."""
+    targets = parse_cmake()
+    owner = {}  # Of a .cc file.
+    for name, target in targets.items():
+        for source in target.sources:
+            owner.setdefault(f"{target.folder}/{source}", name)
+
+    def reached(name):
+        seen, todo = {name}, targets[name].public + targets[name].private
+        while todo:
+            other = todo.pop()
+            if other not in seen:
+                seen.add(other)
+                todo += targets[other].public if other in targets else []
+        return seen
+
+    def needs(path, seen):
+        """Targets whose code the headers of a file declare; headers without a .cc stand for what they include."""
+        for _, header in includes(path):
+            if header in seen or not (ROOT / header).is_file():
+                continue
+            seen.add(header)
+            body = header[:-2] + ".cc"
+            if body in owner:
+                yield owner[body], header
+            else:
+                yield from needs(header, seen)
+
+    for name, target in sorted(targets.items()):
+        linked = reached(name)
+        for source in target.sources:
+            path = f"{target.folder}/{source}"
+            if not path.endswith(".cc") or not (ROOT / path).is_file():
+                continue
+            for needed, header in needs(path, set()):
+                if needed not in linked:
+                    yield f"{path}: {name} includes {header}, but does not link {needed}"
+
+
+def rulers():
+    """A ruler is `// ---- Title`, on one line: nothing that the formatter could break in two."""
+    for path in sources():
+        for number, line in enumerate(read(path).splitlines(), 1):
+            if re.match(r"\s*//\s*-{3,}", line) and not re.fullmatch(r"\s*// ---- [^-].*(?<!-)", line):
+                yield f"{path}:{number}: a ruler is `// ---- Title`"
+
+
+def torn_fields():
+    """No declaration is broken in two because a trailing comment did not fit: such a comment goes above it."""
+    for path in sources():
+        lines = read(path).splitlines()
+        for number, (before, line) in enumerate(zip(lines, lines[1:]), 2):
+            code = re.match(r"""\s*([^/\s"].*?;)\s+//""", line)
+            whole = not before.strip() or re.search(r"""//|[;{},(:]$|^\s*#""", before.rstrip())
+            if code and not whole and len(before.rstrip()) + 1 + len(code.group(1)) <= 100:
+                yield f"{path}:{number}: the comment tears `{before.strip()} {code.group(1)}` in two; put it above"
+
+
+# `absl::StatusOr<T> Name(` or `absl::Status Name(` at the beginning of a declaration.
+STATUS_FUNCTION = re.compile(r"^\s*(?:\[\[nodiscard\]\] )?(?:static |virtual |inline |explicit |friend )*absl::Status(?:Or<.*?>+)?\s+(\w+)\(")
+
+
+def undocumented(path):
+    """Names of the public functions of a header that return Status or StatusOr and whose comment, or that of their group (no
+    blank line between), of their class or of the file, says nothing of errors."""
+    comment, head, in_head = "", "", True
+    classes = []  # (indentation, comment, access)
+    lines = read(path).splitlines()
+    statement_done, carried, comment_open = True, "", False
+    for number, line in enumerate(lines, 1):
+        text = line.strip()
+        if text.startswith("//"):
+            comment = comment + "\n" + text if comment_open else text
+            comment_open = True
+            if in_head:
+                head += "\n" + text
+            continue
+        in_head = in_head and text in ("", "#pragma once")
+        if not text:
+            comment, comment_open, carried = "", False, ""
+            continue
+        if comment_open:
+            carried = comment
+        comment_open = False
+        opened = re.match(r"(\s*)(?:template .*)?(?:class|struct) (?:\[\[\w+\]\] )?(\w+).*\{$", line)
+        if opened and statement_done:
+            classes.append([len(opened.group(1)), carried, "private" if " class " in " " + text + " " else "public"])
+            carried = ""
+        elif re.match(r"\s*(public|protected|private):$", line) and classes:
+            classes[-1][2] = text[:-1]
+            carried = ""
+        elif classes and re.match(r"\s*\};", line) and len(line) - len(line.lstrip()) == classes[-1][0]:
+            classes.pop()
+        else:
+            found = STATUS_FUNCTION.match(line) if statement_done else None
+            if found and all(entry[2] == "public" for entry in classes):
+                rest = " ".join(lines[number - 1:number + 8])
+                declaration = rest[:re.search(r"[;{]", rest).start()] if re.search(r"[;{]", rest) else rest
+                trailing = " ".join(re.findall(r"//(.*)", line))
+                told = carried + trailing + "".join(entry[1] for entry in classes) + head
+                if not re.search(r"\bErrors?\b[ :]", told) and not re.search(r"\boverride\b", declaration):
+                    yield found.group(1), number
+        code = re.sub(r"//.*", "", text).rstrip()
+        statement_done = code.endswith((";", "{", "}", ":")) or text.startswith("#")
+
+
+ALLOWED_FILE = "tests/undocumented_errors.txt"
+
+
+def errors():
+    """Each function of a public header that returns Status or StatusOr names its errors. Headers of ALLOWED_FILE may have as
+    many that don't as stand there, and not fewer: a smaller number goes into the file, which only shrinks."""
+    allowed = {}
+    for line in read(ALLOWED_FILE).splitlines():
+        if line and not line.startswith("#"):
+            count, path = line.split()
+            allowed[path] = int(count)
+    for path in sources("common", "coordinator", "worker"):
+        if not path.endswith(".h"):
+            continue
+        missing = list(undocumented(path))
+        most = allowed.pop(path, 0)
+        if len(missing) > most:
+            for name, number in missing:
+                yield f"{path}:{number}: {name} does not name its errors (`Errors: ...`)"
+        elif len(missing) < most:
+            yield f"{ALLOWED_FILE}: {path} has {len(missing)} now, not {most}"
+    for path in allowed:
+        yield f"{ALLOWED_FILE}: there is no {path}"
+
+
+def main():
+    check = sys.argv[1]
+    breaks = list(globals()[check]())
+    for line in breaks:
+        print(f"{check}: {line}")
+    if not breaks:
+        print(f"{check}: holds")
+    return 1 if breaks else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

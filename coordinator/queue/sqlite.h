@@ -113,8 +113,9 @@ class SqliteQuery {
       BindText(index, std::string_view(value));
     }
   }
+  // Not inlined: GCC 12 then takes the value of an empty one for read (-Wmaybe-uninitialized).
   template <typename T>
-  void Bind(int index, const std::optional<T>& value) {
+  [[gnu::noinline]] void Bind(int index, const std::optional<T>& value) {
     if (value) {
       Bind(index, *value);
     } else {

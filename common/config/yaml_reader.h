@@ -24,6 +24,7 @@ class ConfigErrors {
   bool empty() const { return lines_.empty(); }
   // So many that looking for more is a waste.
   bool enough() const { return lines_.size() + static_cast<size_t>(dropped_) >= 100; }
+  // Errors: kInvalidArgument with all lines; OK without any.
   absl::Status ToStatus() const;
 
  private:

@@ -21,6 +21,7 @@ struct HttpBody {
 
   int64_t size() const { return fd < 0 ? static_cast<int64_t>(bytes.size()) : file_bytes; }
   HttpBody Piece(int64_t begin, int64_t length) const;
+  // Errors: as pread(2); kDataLoss when the file is shorter than `file_bytes`.
   absl::StatusOr<std::string> Sha256Hex() const;
 };
 

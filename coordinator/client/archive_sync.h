@@ -25,6 +25,7 @@ class ArchiveSync {
   // through the coordinator otherwise. Errors: the connection's, the store's and the archive's.
   absl::Status CatchUp(Connection& connection, int64_t study_id);
   // Index and card of what is there; they read everything, so not after each frame.
+  // Errors: those of ArchiveWriter::Finish.
   absl::Status Finish() { return writer_->Finish(); }
 
   const ArchiveWriter& writer() const { return *writer_; }

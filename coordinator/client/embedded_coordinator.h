@@ -30,8 +30,8 @@ class EmbeddedCoordinator {
   EmbeddedCoordinator() = default;
 
   std::string socket_dir_;
-  std::string
-      socket_note_;  // The file that names socket_dir_ for a later run, should this one be killed.
+  // The file that names socket_dir_ for a later run, should this one be killed.
+  std::string socket_note_;
   std::string address_;
   std::unique_ptr<Store> store_;
   std::unique_ptr<JobQueue> queue_;

@@ -74,8 +74,8 @@ class EmbeddedRun {
   std::set<std::string> shown_problems_;
 };
 
-// kResourceExhausted for a job's error that no retry and no other worker mends: the disk is full or
-// may not be written.
+// Whether a job's error is one that no retry and no other worker mends. Errors: kResourceExhausted
+// when the disk is full or may not be written.
 absl::Status CheckDiskError(const std::string& error);
 
 }  // namespace parallax::client

@@ -15,6 +15,7 @@ namespace parallax::client {
 double SteadySeconds(Clock& clock);
 
 // One observation for the view: the study's status and its leased jobs.
+// Errors: the connection's.
 absl::Status LookAt(Connection& connection, int64_t study_id, double now_s, ProgressView& view);
 
 // Bars redrawn in place on an interactive terminal, lines now and then elsewhere.

@@ -33,7 +33,7 @@ class OutDir {
   std::string work_dir() const { return path_ + "/.parallax"; }
   // Bytes that may still be written; -1 when unknown.
   int64_t FreeBytes() const;
-  // kResourceExhausted below kLeastFreeBytes.
+  // Errors: kResourceExhausted below kLeastFreeBytes.
   absl::Status CheckFreeSpace() const;
 
  private:

@@ -41,8 +41,8 @@ class WorkerPool {
   // Errors: the log folder's; kNotFound without a worker program.
   absl::Status Start();
   // Looks after the children; call it about twice a second. `results`: any count that grows with
-  // the work done; its growth ends a row of crashes. kInternal for a crash loop or a worker that
-  // refuses its arguments, with the end of its log in the message.
+  // the work done; its growth ends a row of crashes. Errors: kInternal for a crash loop or a worker
+  // that refuses its arguments, with the end of its log in the message.
   absl::Status Poll(int64_t results);
   // SIGTERM: workers finish what they hold. After `grace_s`, or as soon as `hurry()`, a second one:
   // they hand it back; whoever is still there some seconds later is killed.

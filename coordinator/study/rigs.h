@@ -14,7 +14,7 @@ namespace parallax {
 
 // `rigs` must be ascending without repeats.
 std::string RigsText(std::span<const uint32_t> rigs);
-// kInvalidArgument for anything that RigsText doesn't write.
+// The rigs that a text names. Errors: kInvalidArgument for anything that RigsText doesn't write.
 absl::StatusOr<std::vector<uint32_t>> ParseRigs(std::string_view text);
 
 // first, first + 1, ... first + count - 1.

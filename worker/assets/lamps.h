@@ -23,8 +23,8 @@ Asset SampleFloorLamp(Rng& rng);
 
 struct DeskLampParams {
   float height_m = 0.5f;
-  int style =
-      0;  // 0 jointed arms, 1 vase body with shade, 2 turned column with shade, 3 gooseneck.
+  // 0 jointed arms, 1 vase body with shade, 2 turned column with shade, 3 gooseneck.
+  int style = 0;
   ShadeStyle shade = ShadeStyle::kEmpire;
   uint64_t seed = 0;
 };
@@ -34,8 +34,8 @@ Asset SampleDeskLamp(Rng& rng);
 struct CeilingLampParams {
   float drop_m = 0.7f;  // Ceiling to the lamp's underside.
   float radius_m = 0.22f;
-  int style =
-      0;  // 0 dome pendant, 1 drum pendant, 2 globe, 3 chandelier, 4 bowl close to the ceiling.
+  // 0 dome pendant, 1 drum pendant, 2 globe, 3 chandelier, 4 bowl close to the ceiling.
+  int style = 0;
   int arms = 5;  // Of a chandelier.
   uint64_t seed = 0;
 };

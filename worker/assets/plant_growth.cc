@@ -97,8 +97,8 @@ void GrowRosette(AssetBuilder& b, float base_z, float size, Rng& rng) {
   const int count = rng.UniformInt(26, 42);
   const float plump = Draw(rng, 0.02, 0.05), slim = Draw(rng, 0.2, 0.36);
   for (int i = 0; i < count; ++i) {
-    const float t =
-        static_cast<float>(i) / static_cast<float>(count - 1);  // 0 outside, 1 in the heart.
+    // 0 outside, 1 in the heart.
+    const float t = static_cast<float>(i) / static_cast<float>(count - 1);
     const float length = size * Lerp(1.0f, 0.42f, t);
     Path3 spine;
     for (int k = 0; k <= 8; ++k) {

@@ -7,12 +7,8 @@
 
 namespace parallax {
 
-enum class StairBody {
-  kClosed,
-  kOpen,
-  kSolid,
-  kCount
-};  // Risers and stringers; treads only on stringers; masonry.
+// Risers and stringers; treads only on stringers; masonry.
+enum class StairBody { kClosed, kOpen, kSolid, kCount };
 enum class StairRail { kBalusters, kCables, kGlass, kCount };
 
 struct StairParams {

@@ -19,8 +19,8 @@ struct SheetOptions {
 };
 
 struct SheetResult {
-  std::vector<std::string>
-      files;  // assets-01.png..., materials-01.png..., assets.jpg, materials.jpg.
+  // assets-01.png..., materials-01.png..., assets.jpg, materials.jpg.
+  std::vector<std::string> files;
   int classes = 0, materials = 0;
 };
 

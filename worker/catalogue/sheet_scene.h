@@ -25,11 +25,12 @@ struct SheetRow {
 };
 
 // Six seeds of a class from `first_seed` on, with the materials that rooms would give them, at one
-// scale.
+// scale. Errors: the catalogue's.
 absl::StatusOr<SheetRow> MakeAssetRow(const AssetClass& asset_class, uint64_t first_seed,
                                       int cell_px);
 
 // A ball of 24 cm, an upright board of 40 cm and a chair, each in two seeds of the material.
+// Errors: the catalogue's.
 absl::StatusOr<SheetRow> MakeMaterialRow(const MaterialClass& material_class, uint64_t first_seed,
                                          int cell_px);
 

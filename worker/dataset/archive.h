@@ -51,7 +51,8 @@ class ArchiveWriter {
   virtual ~ArchiveWriter() = default;
 
   virtual bool HasScene(const std::string& variant, uint32_t scene) const = 0;
-  // Writes <variant>/scenes/<scene>.pb.
+  // Writes <variant>/scenes/<scene>.pb. Errors: kInvalidArgument for an unknown variant; as
+  // WriteFileAtomically.
   virtual absl::Status AddScene(const std::string& variant, uint32_t scene,
                                 const v1::Scene& recipe) = 0;
 
@@ -61,7 +62,7 @@ class ArchiveWriter {
   virtual absl::Status AddFrame(const v1::PublishedFrame& frame, const std::string& store_dir) = 0;
 
   // Writes each variant's index.jsonl (sorted by scene, rig), dataset.json and README.md. May be
-  // called repeatedly.
+  // called repeatedly. Errors: those of MakeDatasetCard and WriteFileAtomically.
   virtual absl::Status Finish() = 0;
 
   virtual const Totals& totals() const = 0;

@@ -40,9 +40,9 @@ struct FrameFiles {
 class ExportLayout {
  public:
   virtual ~ExportLayout() = default;
-  // Thread-safe.
+  // Thread-safe. Errors: kDataLoss for maps or a frame.json that do not fit; as ReadFile.
   virtual absl::StatusOr<FrameFiles> Convert(const ExportFrame& frame) const = 0;
-  // Files of a whole scene, after its frames.
+  // Files of a whole scene, after its frames. Errors: as Convert.
   virtual absl::StatusOr<std::vector<ExportFile>> FinishScene(
       const std::vector<ExportFrame>& frames) const {
     (void)frames;

@@ -20,7 +20,7 @@ struct HistogramData {
   std::map<std::string, int64_t> object_pixels, material_pixels;  // By class.
 };
 
-// Sums of what the frames' frame.json say.
+// Sums of what the frames' frame.json say. Errors: those of ReadFrameJson.
 absl::StatusOr<HistogramData> SumHistograms(const std::vector<std::string>& frame_dirs);
 
 // Disparity with training code's limits marked, depth, classes and materials by share of pixels.

@@ -34,7 +34,8 @@ class RendererCache {
 };
 
 // RunRenderJob with the renderer of `factory`. While a rig is rendered the one before it is encoded
-// and written.
+// and written. Errors: kInvalidArgument for a rig that the scene does not have; the factory's;
+// the renderer's and WriteFrame's, naming the rig.
 absl::StatusOr<v1::RenderResult> RenderFrames(const v1::RenderJob& job,
                                               const RenderJobContext& context,
                                               const RendererFactory& factory, RendererCache& cache);

@@ -21,8 +21,8 @@ struct FrameStatistics {
   double median_disparity_px = 0;  // To the histogram's bin width; of pixels that see a surface.
   double occluded_fraction = 0;    // Of all pixels.
   double sky_fraction = 0;         // Pixels that see no surface.
-  double warp_median_difference =
-      0;  // WarpCheck's median, 8-bit steps; -1 when nothing could be compared.
+  // WarpCheck's median, 8-bit steps; -1 when nothing could be compared.
+  double warp_median_difference = 0;
   Histogram disparity = DisparityHistogram();
   Histogram depth = DepthHistogram();
   std::map<std::string, int64_t> object_pixels;    // By class.

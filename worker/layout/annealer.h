@@ -19,8 +19,9 @@ class ModelRack {
  public:
   ModelRack(SceneSeed seed, AssetPool& pool) : root_(seed, "layout/model"), pool_(&pool) {}
   // One of a few models of the row's classes; rows of one model always give the same.
-  // nullptr when no model is low enough for the row.
+  // nullptr when no model is low enough for the row. Errors: those of AssetPool::Get.
   absl::StatusOr<const PooledAsset*> Draw(const WantedRow& row, Rng& rng) const;
+  // Errors: those of AssetPool::Get.
   absl::StatusOr<const PooledAsset*> Get(const std::string& class_name, uint64_t model) const;
 
  private:

@@ -8,8 +8,8 @@ namespace parallax {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kLift_m =
-    0.0005;  // Things stand this far above what bears them: touching is not overlap.
+// Things stand this far above what bears them: touching is not overlap.
+constexpr double kLift_m = 0.0005;
 constexpr double kWallGap_m = 0.018;  // Skirting is 15 mm deep.
 constexpr double kItemGap_m = 0.012;
 constexpr double kDoorDepth_m = 0.85;   // Free floor before a door.

@@ -18,8 +18,8 @@ namespace {
 using Grain = PartBuilder::Grain;
 
 constexpr float kSlab_m = 0.2f;  // Floor and ceiling.
-constexpr float kReach_m =
-    0.05f;  // Walls reach this far into the slabs: no light leaks along the edges.
+// Walls reach this far into the slabs: no light leaks along the edges.
+constexpr float kReach_m = 0.05f;
 
 struct Hole {
   float left, right, bottom, top;

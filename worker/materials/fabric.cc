@@ -23,7 +23,7 @@ constexpr std::array<uint32_t, 26> kDyes = {
 
 Vec3f DrawDye(Rng& rng) { return VaryColor(rng, SrgbColor(rng.Pick(kDyes)), 0.12, 0.06); }
 
-// ---- Weaves ---------------------------------------------------------------------------------
+// ---- Weaves
 
 enum class Weave { kPlain, kTwill, kBasket };
 
@@ -31,8 +31,8 @@ struct WovenStyle {
   Weave weave = Weave::kPlain;
   double thread_low_mm = 0.5, thread_high_mm = 1.4;
   double slub = 0.5;  // Uneven thread: linen much, cotton little.
-  double thread_contrast =
-      0;  // How far the weft's colour may stand from the warp's, beyond one dye.
+  // How far the weft's colour may stand from the warp's, beyond one dye.
+  double thread_contrast = 0;
   bool two_dyes = false;
   double sheen = 0.3;
 };
@@ -241,7 +241,7 @@ class Denim final : public WovenFabric {
   float wear_;
 };
 
-// ---- Knits ----------------------------------------------------------------------------------
+// ---- Knits
 
 // Stocking stitch: columns of V, each V two leaning loops; cables are columns that swell.
 class KnitFabric final : public Carved<KnitFabric> {
@@ -307,7 +307,7 @@ class KnitFabric final : public Carved<KnitFabric> {
   uint32_t seed_;
 };
 
-// ---- Pile -----------------------------------------------------------------------------------
+// ---- Pile
 
 // Short pile: hardly any relief, but the nap lies this way and that.
 class VelvetFabric final : public Carved<VelvetFabric> {

@@ -291,7 +291,7 @@ class Gravel final : public Carved<Gravel> {
   uint32_t seed_;
 };
 
-// ---- Food -----------------------------------------------------------------------------------
+// ---- Food
 
 // Apples, plums, tomatoes: a blush over a ground, lenticels, a waxy shine.
 class FruitSkin final : public Carved<FruitSkin> {

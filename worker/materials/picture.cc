@@ -151,7 +151,7 @@ struct SmallPrint {
   }
 };
 
-// ---- Paintings ------------------------------------------------------------------------------
+// ---- Paintings
 
 class Painting final : public Printed {
  public:
@@ -178,7 +178,7 @@ class Painting final : public Printed {
   Vec3f mount_color_;
 };
 
-// ---- Prints with lettering ------------------------------------------------------------------
+// ---- Prints with lettering
 
 // Posters and book covers: a ground, a picture in a window, a title, small print.
 class Cover final : public Printed {

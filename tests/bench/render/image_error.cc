@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kPixelsPerDegree = 67;
 
-// ---- Colour spaces (D65) ----
+// ---- Colour spaces (D65)
 
 Vec3f LinearRgb(const uint8_t* p) {
   Vec3f rgb;
@@ -60,7 +60,7 @@ float HyAb(const Vec3f& a, const Vec3f& b) {
   return std::abs(a.x() - b.x()) + (a - b).tail<2>().norm();
 }
 
-// ---- Separable filters, edges repeated ----
+// ---- Separable filters, edges repeated
 
 using Plane = ImageF;
 using Kernel = std::vector<float>;  // Odd length.

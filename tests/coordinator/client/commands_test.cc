@@ -106,7 +106,6 @@ TEST_F(CommandTest, CatalogueListsEveryClassAndMaterialWithWhatTheyCost) {
 }
 
 // ---- Usage
-// ----------------------------------------------------------------------------------------
 
 TEST_F(CommandTest, EveryCommandHasHelpWithAnExample) {
   for (const char* command : {"run", "submit", "status", "watch", "cancel", "pause", "resume",
@@ -189,7 +188,6 @@ TEST_F(CommandTest, TheEnvironmentNamesTheCoordinatorAndTheOptionWins) {
 }
 
 // ---- submit
-// ---------------------------------------------------------------------------------------
 
 TEST_F(CommandTest, SubmitPrintsTheIdAloneAndSendsTheResolvedStudy) {
   coordinator_.studies = {Baseline(12)};
@@ -266,7 +264,6 @@ TEST_F(CommandTest, BadStudiesNameFileAndLine) {
 }
 
 // ---- status, watch
-// --------------------------------------------------------------------------------
 
 TEST_F(CommandTest, StatusListsStudies) {
   EXPECT_THAT(Run({"status"}).out, HasSubstr("no studies yet"));
@@ -355,7 +352,6 @@ TEST_F(CommandTest, WatchJsonIsAnObjectALine) {
 }
 
 // ---- Steering
-// -------------------------------------------------------------------------------------
 
 TEST_F(CommandTest, OrdersReachTheStudyWithTheirReason) {
   coordinator_.studies = {Baseline()};
@@ -410,7 +406,6 @@ TEST_F(CommandTest, JobsAndWorkersAreTables) {
 }
 
 // ---- Data
-// -----------------------------------------------------------------------------------------
 
 TEST_F(CommandTest, FetchFromAStoreThatNobodySendsIsClear) {
   coordinator_.studies = {Baseline()};
@@ -519,7 +514,6 @@ TEST_F(CommandTest, ConfigCheckAndShow) {
 }
 
 // ---- run: what is refused before anything starts
-// --------------------------------------------------
 
 TEST_F(CommandTest, RunAsksBeforeItMovesInWithOtherFiles) {
   fs::create_directories(dir_ + "/home");

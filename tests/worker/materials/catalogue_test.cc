@@ -322,7 +322,7 @@ TEST_P(EveryMaterial, ReliefHasTheSlopesOfItsHeight) {
   }
 }
 
-// ---- The catalogue itself ---------------------------------------------------------------------
+// ---- The catalogue itself
 
 TEST(MaterialCatalogue, IsSortedAndNamesAreUnique) {
   const auto names = AllNames();

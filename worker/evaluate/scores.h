@@ -51,7 +51,9 @@ std::string EncodeEvaluation(const Evaluation& evaluation);
 // Errors: kDataLoss for a file that ends early or is not one of ours, naming the line.
 absl::StatusOr<Evaluation> DecodeEvaluation(std::string_view text);
 
+// Errors: as WriteFile.
 absl::Status WriteEvaluation(const std::string& path, const Evaluation& evaluation);
+// Errors: those of ReadFile and DecodeEvaluation, naming the path.
 absl::StatusOr<Evaluation> ReadEvaluation(const std::string& path);
 
 // All score files (*.jsonl with our schema) in `dir` and the folders below it (not in "frames" and

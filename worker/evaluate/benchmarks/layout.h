@@ -24,12 +24,13 @@ bool IsFile(const std::string& path);
 // Errors: kNotFound naming the first file of `paths` that is not there, and how many more aren't.
 absl::Status RequireFiles(const std::vector<std::string>& paths);
 
-// Truth in Middlebury's files. `mask` (mask0nocc.png) and `right` (disp1.pfm, from which a mask is
-// made) may be empty. Regions: "nocc" where either is given. Errors: kInvalidArgument for maps of
-// different sizes; as ReadTruth.
+// Middlebury's files. `mask` (mask0nocc.png) and `right` (disp1.pfm, from which a mask is made) may
+// be empty.
 struct MiddleburyFiles {
   std::string left, right, mask;
 };
+// Truth in them. Regions: "nocc" where a mask or the right truth is given. Errors: kInvalidArgument
+// for maps of different sizes; as ReadTruth.
 absl::StatusOr<PairTruth> ReadMiddleburyTruth(const MiddleburyFiles& files);
 
 }  // namespace parallax

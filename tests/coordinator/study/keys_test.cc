@@ -140,7 +140,8 @@ TEST(Keys, StayWhatTheyAreWithinAVersion) {
   const ConfigDigests config = DigestsOf(SomeConfig());
   EXPECT_EQ(HexOf(LayoutKey(versions, config, SceneSeed{7})).substr(0, 16), "6f5e5bb74412ca5a");
   EXPECT_EQ(HexOf(SceneKey(versions, config, SceneSeed{7})).substr(0, 16), "63629d709041819e");
-  EXPECT_EQ(HexOf(FrameKey(versions, config, Sha256Of("scene"), 3)).substr(0, 16), "87b7461d9064a0e0");
+  EXPECT_EQ(HexOf(FrameKey(versions, config, Sha256Of("scene"), 3)).substr(0, 16),
+            "87b7461d9064a0e0");
 }
 
 TEST(Keys, StorePrefixIsTwoHexDigitsAndTheKey) {

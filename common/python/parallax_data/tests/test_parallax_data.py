@@ -142,6 +142,19 @@ class Exports(unittest.TestCase):
             (Path(folder) / "frame.json").write_text(older)
             self.assertEqual(dataclasses.replace(frame, path=Path(folder)).camera(), camera)
 
+    def test_no_number_in_any_json_is_larger_than_a_double_holds(self):
+        def parse_int(text):
+            self.assertLess(abs(int(text)), 2 ** 53)
+            return int(text)
+        texts = [path.read_text() for path in self.root.rglob("*.json*") if path.is_file()]
+        for shard in (self.root / "webdataset").glob("*.tar"):
+            with tarfile.open(shard) as archive:
+                texts += [archive.extractfile(m).read().decode() for m in archive if m.name.endswith(".json")]
+        self.assertGreater(len(texts), 30)
+        for text in texts:
+            for document in text.splitlines() if text.startswith('{"variant"') else [text]:
+                json.loads(document, parse_int=parse_int)
+
     # ---- the layouts ----------------------------------------------------------------------------
 
     def test_flyingthings_as_raft_stereo_reads_it(self):

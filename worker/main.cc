@@ -3,6 +3,7 @@
 
 #include "worker/agent/worker_program.h"
 #include "worker/dataset/render_job.h"
+#include "worker/materials/user_picture.h"
 #include "worker/scene/solve.h"
 
 namespace parallax {
@@ -12,7 +13,9 @@ class StageRunner final : public JobRunner {
  public:
   explicit StageRunner(const WorkerSettings& settings)
       : threads_(tbb::global_control::max_allowed_parallelism,
-                 static_cast<size_t>(settings.threads)) {}
+                 static_cast<size_t>(settings.threads)) {
+    SetPictureRoot(settings.picture_root);
+  }
 
   absl::StatusOr<v1::SolveResult> Solve(const v1::SolveJob& job, const CancelToken& cancel,
                                         const JobProgressFn& progress) override {

@@ -4,11 +4,14 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <atomic>
 #include <charconv>
 #include <cmath>
 #include <memory>
 #include <utility>
+
+#include "common/base/names.h"
 
 namespace parallax {
 namespace {
@@ -84,8 +87,24 @@ void AppendEscaped(std::string& out, std::string_view text) {
   }
 }
 
+// What no line may hold (direction marks, C1 controls, bytes that are no UTF-8) spelled out; the
+// controls below 0x20 are left to AppendEscaped.
+std::string Shown(std::string_view text) {
+  if (IsPlainText(text)) return std::string(text);
+  std::string shown;
+  for (size_t begin = 0; begin < text.size();) {
+    size_t end = begin;
+    while (end < text.size() && static_cast<unsigned char>(text[end]) >= 0x20) ++end;
+    shown += Printable(text.substr(begin, end - begin));
+    if (end < text.size()) shown += text[end++];
+    begin = end;
+  }
+  return shown;
+}
+
 bool NeedsQuotes(std::string_view text) {
-  return text.empty() || text.find_first_of(" \t\n\r\"=\\") != std::string_view::npos;
+  return text.empty() || !IsPlainText(text) ||
+         text.find_first_of(" \t\n\r\"=\\") != std::string_view::npos;
 }
 
 void AppendField(std::string& line, bool json, const LogField& field) {
@@ -93,13 +112,13 @@ void AppendField(std::string& line, bool json, const LogField& field) {
   line += field.key();
   line += json ? "\":" : "=";
   const bool quote = field.quoted() && (json || NeedsQuotes(field.text()));
-  if (quote) line += '"';
-  if (quote) {
-    AppendEscaped(line, field.text());
-  } else {
+  if (!quote) {
     line += field.text();
+    return;
   }
-  if (quote) line += '"';
+  line += '"';
+  AppendEscaped(line, Shown(field.text()));
+  line += '"';
 }
 
 void AppendContext(std::string& line, bool json, const LogContext& context) {
@@ -148,11 +167,13 @@ void Log(LogLevel level, std::string_view message, std::initializer_list<LogFiel
     line += "\"program\":\"";
     AppendEscaped(line, logger->program);
     line += "\",\"message\":\"";
-    AppendEscaped(line, message);
+    AppendEscaped(line, Shown(message));
     line += '"';
   } else {
     if (!logger->program.empty()) line += logger->program + ": ";
-    for (const char c : message) line += c == '\n' ? ' ' : c;  // One record, one line.
+    std::string text(message);
+    std::replace(text.begin(), text.end(), '\n', ' ');  // One record, one line.
+    line += Printable(text);
   }
   AppendContext(line, logger->json, ThreadContext());
   for (const LogField& field : fields) AppendField(line, logger->json, field);

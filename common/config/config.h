@@ -36,7 +36,10 @@ absl::StatusOr<v1::StudySpec> LoadStudy(const std::string& path);
 // `file_name` is for messages and as the place from which a relative `base` is looked for.
 absl::StatusOr<v1::StudySpec> ParseStudy(std::string_view yaml, const std::string& file_name);
 
-// Checks a study that came as a message rather than as a file: the same rules, the same words.
+// Checks a study that came as a message rather than as a file: the same rules, the same words, with
+// the field's path in place of file and line ("variants[0].config.rigs.width_px: -5 is out of
+// range, allowed 16 to 8192 px"). Fields of a config that are not set stand for their default.
+// Errors: kInvalidArgument.
 absl::Status ValidateStudy(const v1::StudySpec& study);
 
 // The lock file: every default written out. Loading it gives an equal StudySpec but for

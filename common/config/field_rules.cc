@@ -41,6 +41,14 @@ bool InRange(double value, const v1::FieldRule& rule) {
   return !(rule.has_min() && value < rule.min()) && !(rule.has_max() && value > rule.max());
 }
 
+std::string WhyNotNumber(double value, const v1::FieldRule& rule) {
+  const char* why = !std::isfinite(value)                          ? " is not a number"
+                    : rule.integer() && value != std::floor(value) ? " is not a whole number"
+                    : !InRange(value, rule)                        ? " is out of range"
+                                                                   : nullptr;
+  return why == nullptr ? "" : NumberText(value) + why + ", allowed " + AllowedRange(rule);
+}
+
 const v1::FieldRule& RuleOf(const FieldDescriptor& field) {
   return field.options().GetExtension(v1::rule);
 }

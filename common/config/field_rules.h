@@ -16,6 +16,10 @@ bool InRange(double value, const v1::FieldRule& rule);
 // "0 to 12 m", "at least 0 m", "a number".
 std::string AllowedRange(const v1::FieldRule& rule);
 
+// Nothing if the field may have this value; else the verdict: "7 is out of range, allowed 0 to 5
+// m".
+std::string WhyNotNumber(double value, const v1::FieldRule& rule);
+
 // "SCENE_TYPE_INDOOR" -> "indoor".
 std::string EnumText(const google::protobuf::EnumValueDescriptor& value);
 std::vector<std::string> EnumTexts(const google::protobuf::EnumDescriptor& type);

@@ -1,13 +1,16 @@
 #include <algorithm>
 #include <filesystem>
 #include <limits>
+#include <optional>
 #include <set>
 
 #include "common/base/file.h"
 #include "common/config/builtin.h"
+#include "common/config/checks.h"
 #include "common/config/config.h"
 #include "common/config/defaults.h"
 #include "common/config/field_rules.h"
+#include "common/config/limits.h"
 #include "common/config/yaml_reader.h"
 
 namespace parallax {
@@ -16,15 +19,16 @@ namespace {
 using config_internal::ApplyDefaults;
 using config_internal::BuiltinFile;
 using config_internal::BuiltinFiles;
+using config_internal::CheckConfig;
+using config_internal::CheckStudy;
 using config_internal::ConfigErrors;
+using config_internal::Findings;
 using config_internal::JoinNames;
 using config_internal::NearestName;
+using config_internal::Origins;
 using config_internal::YamlReader;
 
 constexpr char kBuiltinPrefix[] = "builtin:";
-constexpr int kMostPairs = 100'000'000;
-constexpr int64_t kMostMemoryMb = int64_t{1} << 30;
-constexpr size_t kMostTags = 32;
 
 const BuiltinFile* FindBuiltin(std::string_view name) {
   for (const BuiltinFile& file : BuiltinFiles()) {
@@ -78,8 +82,8 @@ v1::SceneConfig Defaults() {
   return config;
 }
 
-// Reads a study's map. The base's and the variants' trees are merged by the same reader, so that an
-// error names the file and line where the value stands.
+// Reads a study's map and checks what it gives. The base's and the variants' trees are merged by
+// the same reader, so that an error names the file and line where the value stands.
 class StudyLoader {
  public:
   StudyLoader(std::string_view yaml, const std::string& file)
@@ -88,8 +92,10 @@ class StudyLoader {
   absl::StatusOr<v1::StudySpec> Load() {
     const std::optional<YAML::Node> root = reader_.Parse(yaml_);
     if (root) ReadRoot(*root);
-    if (!errors_.empty()) return errors_.ToStatus();
     spec_.set_source_yaml(std::string(yaml_));
+    if (root) errors_.AddFindings(CheckStudy(spec_), origins_, reader_.file());
+    if (!errors_.empty()) return errors_.ToStatus();
+    std::sort(spec_.mutable_tags()->begin(), spec_.mutable_tags()->end());
     return std::move(spec_);
   }
 
@@ -98,31 +104,31 @@ class StudyLoader {
     static const std::vector<std::string> kKnown = {"study", "base",           "seed",
                                                     "pairs", "rigs_per_scene", "priority",
                                                     "tags",  "memory_mb",      "variants"};
-    YAML::Node variants, rigs_per_scene;
+    std::optional<YAML::Node> variants;
     std::set<std::string> seen;
-    v1::SceneConfig base = DefaultSceneConfig();
+    base_ = DefaultSceneConfig();
     spec_.set_seed(1);
     for (const auto& [name, node] : reader_.Entries(root, "")) {
       seen.insert(name);
+      Note(node, name);
       if (name == "study") {
-        if (const auto value = reader_.ReadName(node, name)) spec_.set_name(*value);
+        if (const auto value = reader_.ReadText(node, name)) spec_.set_name(*value);
       } else if (name == "base") {
-        ReadBase(node, "base", &base);
+        ReadBase(node, "base", &base_, &base_origins_);
       } else if (name == "seed") {
         if (const auto value = reader_.ReadUint64(node, name)) spec_.set_seed(*value);
       } else if (name == "pairs") {
-        if (const auto value = reader_.ReadInt(node, name, 1, kMostPairs)) spec_.set_pairs(*value);
+        if (const auto value = reader_.ReadInt(node, name, 1, kMaxPairs)) spec_.set_pairs(*value);
       } else if (name == "rigs_per_scene") {
-        rigs_per_scene = node;
-        const auto value = reader_.ReadInt(node, name, 1, 1000);
+        const auto value = reader_.ReadInt(node, name, 1, kMaxRigsPerScene);
         if (value) spec_.set_rigs_per_scene(static_cast<int32_t>(*value));
       } else if (name == "priority") {
-        const auto value = reader_.ReadInt(node, name, -1000, 1000);
+        const auto value = reader_.ReadInt(node, name, -kMaxPriority, kMaxPriority);
         if (value) spec_.set_priority(static_cast<int32_t>(*value));
       } else if (name == "tags") {
         ReadTags(node);
       } else if (name == "memory_mb") {
-        const auto value = reader_.ReadInt(node, name, 0, kMostMemoryMb, "MB");
+        const auto value = reader_.ReadInt(node, name, 0, kMaxMemoryMb, "MB");
         if (value) spec_.set_memory_mb(*value);
       } else if (name == "variants") {
         variants = node;
@@ -136,33 +142,33 @@ class StudyLoader {
       reader_.Error(root, "pairs",
                     "missing, allowed is the number of pairs of each variant, from 1");
     }
-    if (!seen.count("variants")) {
-      reader_.Error(root, "variants", "missing, allowed is a list of at least one {name, set}");
+    if (variants) {
+      ReadVariants(*variants);
     } else {
-      ReadVariants(variants, base);
+      reader_.Error(root, "variants", "missing, allowed is a list of at least one {name, set}");
     }
-    CheckRigs(seen.count("rigs_per_scene") > 0 ? &rigs_per_scene : nullptr);
+    if (!seen.count("rigs_per_scene")) FillInRigs();
+  }
+
+  void Note(const YAML::Node& node, const std::string& path) {
+    origins_.Set(path, reader_.OriginOf(node, path));
   }
 
   // What a worker must have to get the study's jobs.
   void ReadTags(const YAML::Node& node) {
-    if (!node.IsSequence() || node.size() > kMostTags) {
-      reader_.Error(node, "tags",
-                    "not a list of at most " + std::to_string(kMostTags) + ", allowed is [a, b]");
+    if (!node.IsSequence()) {
+      reader_.Error(node, "tags", "not a list, allowed is [a, b]");
       return;
     }
-    std::set<std::string> tags;
     for (size_t i = 0; i < node.size(); ++i) {
       const std::string path = "tags[" + std::to_string(i) + "]";
-      const auto tag = reader_.ReadName(node[i], path);
-      if (tag && !tags.insert(*tag).second) {
-        reader_.Error(node[i], path, "\"" + *tag + "\" is there already, allowed is each tag once");
-      }
+      Note(node[i], path);
+      spec_.add_tags(reader_.ReadText(node[i], path).value_or(""));
     }
-    for (const std::string& tag : tags) spec_.add_tags(tag);
   }
 
-  void ReadBase(const YAML::Node& node, const std::string& path, v1::SceneConfig* base) {
+  void ReadBase(const YAML::Node& node, const std::string& path, v1::SceneConfig* base,
+                Origins* origins) {
     const std::optional<std::string> named = reader_.ReadText(node, path);
     if (!named) return;
     const absl::StatusOr<Text> text = FindBase(*named);
@@ -172,7 +178,11 @@ class StudyLoader {
     }
     YamlReader base_reader(text->file, &errors_);
     const std::optional<YAML::Node> root = base_reader.Parse(text->text);
-    if (root && !root->IsNull()) base_reader.Merge(*root, base, "");
+    if (!root || root->IsNull()) return;
+    base_reader.Merge(*root, base, "", origins);
+    Findings findings;  // Also of values that every variant replaces.
+    CheckConfig(*base, "", &findings);
+    errors_.AddFindings(findings, *origins, text->file);
   }
 
   absl::StatusOr<Text> FindBase(const std::string& named) const {
@@ -185,121 +195,111 @@ class StudyLoader {
     return ReadFileOrBuiltin(path.lexically_normal(), "scenes", named);
   }
 
-  void ReadVariants(const YAML::Node& node, const v1::SceneConfig& base) {
-    if (!node.IsSequence() || node.size() == 0) {
-      reader_.Error(node, "variants",
-                    std::string(node.IsSequence() ? "an empty list" : "not a list") +
-                        ", allowed is a list of at least one {name, set}");
+  void ReadVariants(const YAML::Node& node) {
+    if (!node.IsSequence()) {
+      reader_.Error(node, "variants", "not a list, allowed is a list of at least one {name, set}");
     }
-    for (size_t i = 0; node.IsSequence() && i < node.size(); ++i) {
-      ReadVariant(node[i], "variants[" + std::to_string(i) + "]", /*named=*/false, base);
-    }
-    // Told above; what stands in it is checked nevertheless.
+    // What stands in a map is checked nevertheless.
     for (auto entry = node.begin(); node.IsMap() && entry != node.end(); ++entry) {
       if (!entry->first.IsScalar() || !entry->second.IsMap()) continue;
-      ReadVariant(entry->second, "variants." + entry->first.Scalar(), /*named=*/true, base);
+      ReadVariant(entry->second, "variants." + entry->first.Scalar(), /*named=*/true);
+    }
+    for (size_t i = 0; node.IsSequence() && i < node.size(); ++i) {
+      const std::string path = "variants[" + std::to_string(i) + "]";
+      Note(node[i], path);
+      // Each is checked; more than these can only be too many.
+      if (i > kMaxVariants) {
+        spec_.add_variants();
+      } else {
+        ReadVariant(node[i], path, /*named=*/false);
+      }
     }
   }
 
   // `named`: a name of its own may be absent.
-  void ReadVariant(const YAML::Node& node, const std::string& path, bool named,
-                   const v1::SceneConfig& base) {
-    v1::VariantSpec variant;
-    bool has_name = named, has_set = false, has_config = false;
-    *variant.mutable_config() = base;
+  void ReadVariant(const YAML::Node& node, const std::string& path, bool named) {
+    const std::string place = "variants[" + std::to_string(spec_.variants_size()) + "]";
+    v1::VariantSpec& variant = *spec_.add_variants();
+    v1::SceneConfig& config = *variant.mutable_config();
+    config = base_;
+    Origins origins = base_origins_;
     const auto entries = reader_.Entries(node, path);
     // First, wherever it stands: `set` is merged onto it.
     for (const auto& [name, value] : entries) {
       if (name != "base") continue;
-      *variant.mutable_config() = DefaultSceneConfig();
-      ReadBase(value, path + ".base", variant.mutable_config());
+      config = DefaultSceneConfig();
+      origins = {};
+      ReadBase(value, path + ".base", &config, &origins);
     }
+    std::set<std::string> seen;
     for (const auto& [name, value] : entries) {
+      seen.insert(name);
       const std::string field_path = path + "." + name;
+      Note(value, field_path);
       if (name == "base") continue;
       if (name == "pairs") {
-        if (const auto pairs = reader_.ReadInt(value, field_path, 1, kMostPairs)) {
+        if (const auto pairs = reader_.ReadInt(value, field_path, 1, kMaxPairs)) {
           variant.set_pairs(*pairs);
         }
       } else if (name == "rigs_per_scene") {
-        if (const auto rigs = reader_.ReadInt(value, field_path, 1, 1000)) {
+        if (const auto rigs = reader_.ReadInt(value, field_path, 1, kMaxRigsPerScene)) {
           variant.set_rigs_per_scene(static_cast<int32_t>(*rigs));
-          rigs_nodes_.emplace_back(spec_.variants_size(), value);
         }
       } else if (name == "name") {
-        has_name = true;
-        const auto text = reader_.ReadName(value, field_path);
-        if (text) variant.set_name(*text);
-        if (text && !names_.insert(*text).second) {
-          reader_.Error(
-              value, field_path,
-              "\"" + *text + "\" names another variant too, allowed is a name of its own");
-        }
+        if (const auto text = reader_.ReadText(value, field_path)) variant.set_name(*text);
       } else if (name == "set") {
-        has_set = true;
-        if (!value.IsNull()) reader_.Merge(value, variant.mutable_config(), field_path);
+        if (!value.IsNull()) reader_.Merge(value, &config, field_path, &origins);
       } else if (name == "config") {
-        has_config = true;
-        *variant.mutable_config() = DefaultSceneConfig();
-        if (!value.IsNull()) reader_.Merge(value, variant.mutable_config(), field_path);
+        config = DefaultSceneConfig();
+        origins = {};
+        if (!value.IsNull()) reader_.Merge(value, &config, field_path, &origins);
       } else {
         const std::vector<std::string> known = {"name",           "base", "pairs",
                                                 "rigs_per_scene", "set",  "config"};
         reader_.UnknownField(value, path, name, known);
-        // What was probably meant is checked nevertheless.
-        v1::SceneConfig scratch = base;
-        if (NearestName(name, known) == "set" && value.IsMap()) {
-          reader_.Merge(value, &scratch, path + ".set");
-        }
+        if (NearestName(name, known) == "set" && value.IsMap()) CheckMeantSet(value, path);
       }
     }
-    if (has_set && has_config) {
+    if (seen.count("set") && seen.count("config")) {
       reader_.Error(node, path,
                     "both set and config, allowed is one: set is merged onto the base, config "
                     "stands alone");
     }
-    if (!has_name && node.IsMap()) {
+    if (!seen.count("name") && !named && node.IsMap()) {
       reader_.Error(node, path + ".name", "missing, allowed is a folder's name");
     }
-    *spec_.add_variants() = std::move(variant);
+    origins_.SetBelow(place + ".config", origins);
   }
 
-  // rigs_per_scene against what each variant's scenes have; all of them when it is absent.
-  void CheckRigs(const YAML::Node* node) {
+  // What probably was meant to be `set` is checked as such.
+  void CheckMeantSet(const YAML::Node& node, const std::string& path) {
+    v1::SceneConfig scratch = base_;
+    Origins origins = base_origins_;
+    reader_.Merge(node, &scratch, path + ".set", &origins);
+    Findings findings;
+    CheckConfig(scratch, "", &findings);
+    errors_.AddFindings(findings, origins, reader_.file());
+  }
+
+  // Absent: all rigs that every variant has.
+  void FillInRigs() {
     int32_t fewest = std::numeric_limits<int32_t>::max();
     for (const v1::VariantSpec& variant : spec_.variants()) {
       if (variant.rigs_per_scene() > 0) continue;  // Has its own.
-      const int32_t count = variant.config().rigs().count();
-      fewest = std::min(fewest, count);
-      if (node != nullptr && spec_.rigs_per_scene() > count) {
-        reader_.Error(*node, "rigs_per_scene",
-                      std::to_string(spec_.rigs_per_scene()) + " is more than variant \"" +
-                          variant.name() +
-                          "\" has, allowed 1 to rigs.count = " + std::to_string(count));
-      }
+      fewest = std::min(fewest, variant.config().rigs().count());
     }
-    for (const auto& [index, own] : rigs_nodes_) {
-      const v1::VariantSpec& variant = spec_.variants(index);
-      const int32_t count = variant.config().rigs().count();
-      if (variant.rigs_per_scene() > count) {
-        reader_.Error(own, "variants[" + std::to_string(index) + "].rigs_per_scene",
-                      std::to_string(variant.rigs_per_scene()) +
-                          " is more than the variant has, allowed 1 to rigs.count = " +
-                          std::to_string(count));
-      }
-    }
-    if (node == nullptr && !spec_.variants().empty()) {
-      const bool all_own = fewest == std::numeric_limits<int32_t>::max();
-      spec_.set_rigs_per_scene(all_own ? spec_.variants(0).rigs_per_scene() : fewest);
-    }
+    if (spec_.variants().empty()) return;
+    const bool all_own = fewest == std::numeric_limits<int32_t>::max();
+    spec_.set_rigs_per_scene(all_own ? spec_.variants(0).rigs_per_scene() : fewest);
   }
 
   std::string_view yaml_;
   ConfigErrors errors_;
   YamlReader reader_;
+  Origins origins_;
   v1::StudySpec spec_;
-  std::set<std::string> names_;                         // Of variants.
-  std::vector<std::pair<int, YAML::Node>> rigs_nodes_;  // Of variants with rigs_per_scene.
+  v1::SceneConfig base_;
+  Origins base_origins_;
 };
 
 }  // namespace
@@ -315,7 +315,11 @@ absl::StatusOr<v1::SceneConfig> ParseSceneConfig(std::string_view yaml,
   YamlReader reader(std::string(file_name), &errors);
   v1::SceneConfig config = DefaultSceneConfig();
   const std::optional<YAML::Node> root = reader.Parse(yaml);
-  if (root && !root->IsNull()) reader.Merge(*root, &config, "");
+  Origins origins;
+  if (root && !root->IsNull()) reader.Merge(*root, &config, "", &origins);
+  Findings findings;
+  CheckConfig(config, "", &findings);
+  errors.AddFindings(findings, origins, reader.file());
   if (!errors.empty()) return errors.ToStatus();
   return config;
 }
@@ -335,7 +339,7 @@ absl::StatusOr<v1::StudySpec> LoadStudy(const std::string& path) {
 }
 
 absl::Status ValidateStudy(const v1::StudySpec& study) {
-  return ParseStudy(StudyToYaml(study), "study").status();
+  return config_internal::ToStatus(CheckStudy(study));
 }
 
 std::vector<std::string> BuiltinStudies() { return BuiltinNames("studies/"); }

@@ -9,9 +9,12 @@
 #include <memory>
 #include <set>
 #include <sstream>
+#include <utility>
 
-#include "common/config/config.h"
+#include "common/base/names.h"
+#include "common/config/checks.h"
 #include "common/config/field_rules.h"
+#include "common/config/limits.h"
 
 namespace parallax::config_internal {
 namespace {
@@ -20,25 +23,20 @@ using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using google::protobuf::Reflection;
 
-constexpr size_t kMostErrors = 20;
+constexpr size_t kMostShown = 60;  // Bytes of a value.
 
 // Only plain scalars are numbers and booleans: "5" in quotes is text.
 bool IsPlain(const YAML::Node& node) { return node.IsScalar() && node.Tag() == "?"; }
-
-std::string Shown(std::string_view text) {
-  constexpr size_t kMost = 60;
-  std::string shown = "\"";
-  for (const char c : text.substr(0, kMost)) {
-    shown += static_cast<unsigned char>(c) < 0x20 ? '?' : c;
-  }
-  return shown + (text.size() > kMost ? "...\"" : "\"");
-}
 
 // What stands there, in words.
 std::string Seen(const YAML::Node& node) {
   if (node.IsMap()) return "a map";
   if (node.IsSequence()) return "a list";
-  if (node.IsScalar()) return IsPlain(node) ? node.Scalar() : Shown(node.Scalar());
+  if (node.IsScalar()) {
+    return IsPlain(node) && IsPlainText(node.Scalar()) && node.Scalar().size() <= kMostShown
+               ? node.Scalar()
+               : Quoted(node.Scalar());
+  }
   return "nothing";
 }
 
@@ -51,9 +49,12 @@ std::optional<Number> ParseWhole(std::string_view text) {
   return value;
 }
 
-constexpr char kDistributionForms[] =
-    "a number, {uniform: [low, high]}, {uniform_int: [low, high]}, {choice: [a, b, ...]}, "
-    "{clip_gaussian: [mean, std, low, high]} or {bernoulli: p}";
+// The nearest 64-bit number; NaN gives one that is too large for any field.
+int64_t WholeOf(double value) {
+  constexpr double kMost = 9e18;
+  return static_cast<int64_t>(value >= -kMost && value <= kMost ? value
+                                                                : std::copysign(kMost, value));
+}
 
 // Counts documents; knows the line of the last one's first node.
 class DocumentCounter final : public YAML::EventHandler {
@@ -94,40 +95,27 @@ class DocumentCounter final : public YAML::EventHandler {
 
 }  // namespace
 
-void ConfigErrors::Add(std::string_view file, int line, std::string_view path,
-                       std::string_view what) {
-  if (lines_.size() == kMostErrors) {
-    ++dropped_;
-    return;
-  }
-  std::string text(file);
-  if (line > 0) text += ":" + std::to_string(line);
-  text += ": ";
-  if (!path.empty()) text += std::string(path) + ": ";
-  lines_.push_back(text += what);
-}
-
-absl::Status ConfigErrors::ToStatus() const {
-  if (lines_.empty()) return absl::OkStatus();
-  std::string message;
-  for (const std::string& line : lines_) message += (message.empty() ? "" : "\n") + line;
-  if (dropped_ > 0) message += "\nand " + std::to_string(dropped_) + " more";
-  return absl::InvalidArgumentError(message);
+Origin YamlReader::OriginOf(const YAML::Node& node, std::string_view path) const {
+  const YAML::Mark mark = node.Mark();
+  return {file_, mark.is_null() ? 0 : mark.line + 1, std::string(path)};
 }
 
 void YamlReader::Error(const YAML::Node& node, std::string_view path, std::string_view what) {
-  const YAML::Mark mark = node.Mark();
-  errors_->Add(file_, mark.is_null() ? 0 : mark.line + 1, path, what);
+  errors_->Add(OriginOf(node, path), what);
+}
+
+void YamlReader::Note(const YAML::Node& node, const std::string& path) {
+  if (origins_ != nullptr) origins_->Set(path.substr(prefix_), OriginOf(node, path));
 }
 
 std::optional<YAML::Node> YamlReader::Parse(std::string_view text) {
-  constexpr size_t kMostBytes = 4 << 20;
-  if (text.size() > kMostBytes) {
-    errors_->Add(file_, 0, "", "larger than 4 MiB: not a configuration");
+  if (text.size() > kMaxYamlBytes) {
+    errors_->Add({file_, 0, ""}, "larger than " + std::to_string(kMaxYamlBytes >> 10) +
+                                     " KiB: not a configuration");
     return std::nullopt;
   }
   if (text.find('\0') != std::string_view::npos) {
-    errors_->Add(file_, 0, "", "holds a NUL byte: not a text file");
+    errors_->Add({file_, 0, ""}, "holds a NUL byte: not a text file");
     return std::nullopt;
   }
   try {
@@ -138,11 +126,11 @@ std::optional<YAML::Node> YamlReader::Parse(std::string_view text) {
     while (counter.documents < 2 && parser.HandleNextDocument(counter)) {
     }
     if (counter.documents > 1) {
-      errors_->Add(file_, counter.last_line + 1, "", "a second YAML document, allowed is one");
+      errors_->Add({file_, counter.last_line + 1, ""}, "a second YAML document, allowed is one");
     }
     return YAML::Load(std::string(text));
   } catch (const YAML::Exception& error) {
-    errors_->Add(file_, error.mark.is_null() ? 0 : error.mark.line + 1, "",
+    errors_->Add({file_, error.mark.is_null() ? 0 : error.mark.line + 1, ""},
                  "not YAML: " + error.msg);
     return std::nullopt;
   }
@@ -176,7 +164,15 @@ void YamlReader::UnknownField(const YAML::Node& node, const std::string& path,
         "no such field" + NearestHint(name, known) + " (allowed: " + JoinNames(known) + ")");
 }
 
-void YamlReader::Merge(const YAML::Node& node, Message* message, const std::string& path) {
+void YamlReader::Merge(const YAML::Node& node, Message* message, const std::string& path,
+                       Origins* origins) {
+  origins_ = origins;
+  prefix_ = path.empty() ? 0 : path.size() + 1;
+  MergeFields(node, message, path);
+  origins_ = nullptr;
+}
+
+void YamlReader::MergeFields(const YAML::Node& node, Message* message, const std::string& path) {
   const auto& type = *message->GetDescriptor();
   for (const auto& [name, value] : Entries(node, path)) {
     if (errors_->enough()) return;
@@ -186,20 +182,31 @@ void YamlReader::Merge(const YAML::Node& node, Message* message, const std::stri
     }
     const std::vector<std::string> known = FieldNames(type);
     UnknownField(value, path, name, known);
-    // The value is checked as that of the field that was meant.
     if (const std::string meant = NearestName(name, known); !meant.empty()) {
-      const std::unique_ptr<Message> scratch(message->New());
-      Set(value, Dotted(path, meant), *type.FindFieldByName(meant), scratch.get());
+      CheckMeant(value, path, meant, *message);
     }
   }
   // A list of maps is told by Entries; the fields in it are checked nevertheless.
   for (size_t i = 0; node.IsSequence() && i < node.size() && !errors_->enough(); ++i) {
-    if (node[i].IsMap()) Merge(node[i], message, path);
+    if (node[i].IsMap()) MergeFields(node[i], message, path);
   }
+}
+
+void YamlReader::CheckMeant(const YAML::Node& node, const std::string& path,
+                            const std::string& meant, const Message& message) {
+  const std::unique_ptr<Message> scratch(message.New());
+  Origins own_origins;
+  Origins* const outer = std::exchange(origins_, &own_origins);
+  Set(node, Dotted(path, meant), *message.GetDescriptor()->FindFieldByName(meant), scratch.get());
+  origins_ = outer;
+  Findings findings;
+  CheckFields(*scratch, path.size() < prefix_ ? "" : path.substr(prefix_), &findings);
+  errors_->AddFindings(findings, own_origins, file_);
 }
 
 void YamlReader::Set(const YAML::Node& node, const std::string& path, const FieldDescriptor& field,
                      Message* message) {
+  Note(node, path);
   if (field.is_repeated()) {
     SetList(node, path, field, message);
   } else {
@@ -240,56 +247,12 @@ std::optional<std::string> YamlReader::ReadText(const YAML::Node& node, const st
   return std::nullopt;
 }
 
-std::optional<std::string> YamlReader::ReadName(const YAML::Node& node, const std::string& path) {
-  const std::optional<std::string> text = ReadText(node, path);
-  if (!text) return std::nullopt;
-  const auto is_plain = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9'); };
-  const auto is_inner = [&](char c) { return is_plain(c) || c == '_' || c == '-'; };
-  if (text->empty() || text->size() > 64 || !is_plain(text->front()) ||
-      !std::all_of(text->begin(), text->end(), is_inner)) {
-    Error(node, path,
-          Shown(*text) +
-              " can't be a folder's name, allowed are a-z, 0-9, _ and -, first a letter or digit, "
-              "at most 64");
-    return std::nullopt;
-  }
-  return text;
-}
-
 std::optional<double> YamlReader::ReadNumber(const YAML::Node& node, const std::string& path,
                                              const v1::FieldRule& rule) {
   const std::optional<double> value =
       IsPlain(node) ? ParseWhole<double>(node.Scalar()) : std::nullopt;
-  if (!value || !std::isfinite(*value)) {
-    Error(node, path, Seen(node) + " is not a number, allowed " + AllowedRange(rule));
-    return std::nullopt;
-  }
-  if (rule.integer() && *value != std::floor(*value)) {
-    Error(node, path, Seen(node) + " is not a whole number, allowed " + AllowedRange(rule));
-    return std::nullopt;
-  }
-  if (!InRange(*value, rule)) {
-    Error(node, path, Seen(node) + " is out of range, allowed " + AllowedRange(rule));
-    return std::nullopt;
-  }
+  if (!value) Error(node, path, Seen(node) + " is not a number, allowed " + AllowedRange(rule));
   return value;
-}
-
-bool YamlReader::CheckSupport(const YAML::Node& node, const std::string& path,
-                              const v1::FieldRule& rule, const v1::Distribution& distribution) {
-  const bool continuous = distribution.has_uniform() || distribution.has_clip_gaussian();
-  if (rule.integer() && continuous) {
-    Error(node, path,
-          "gives fractions, allowed are whole numbers: a number, {uniform_int: [low, high]}, "
-          "{choice: [a, b, ...]} or {bernoulli: p}");
-    return false;
-  }
-  const Support support = SupportOf(distribution);
-  if (InRange(support.low, rule) && InRange(support.high, rule)) return true;
-  Error(node, path,
-        "reaches from " + NumberText(support.low) + " to " + NumberText(support.high) +
-            ", allowed " + AllowedRange(rule));
-  return false;
 }
 
 bool YamlReader::ReadDistribution(const YAML::Node& node, const std::string& path,
@@ -310,98 +273,74 @@ bool YamlReader::ReadDistribution(const YAML::Node& node, const std::string& pat
   if (entries.empty()) return false;
   const auto& [kind, value] = entries.front();
   const std::string kind_path = path + "." + kind;
+  // The line of a distribution's own errors is that of its numbers.
+  Note(value, path);
+  Note(value, kind_path);
+  if (kind != "bernoulli") return ReadNumbers(value, kind_path, kind, out);
+  v1::FieldRule probability;
+  probability.set_min(0);
+  probability.set_max(1);
+  const std::optional<double> p = ReadNumber(value, kind_path, probability);
+  if (p) out->mutable_bernoulli()->set_p(*p);
+  return p.has_value();
+}
 
-  if (kind == "bernoulli") {
-    v1::FieldRule probability;
-    probability.set_min(0);
-    probability.set_max(1);
-    const std::optional<double> p = ReadNumber(value, kind_path, probability);
-    if (!p) return false;
-    out->mutable_bernoulli()->set_p(*p);
-    return CheckSupport(value, path, rule, *out);
-  }
-
-  // The others are lists of numbers.
+// The distributions that are lists of numbers.
+bool YamlReader::ReadNumbers(const YAML::Node& node, const std::string& path,
+                             const std::string& kind, v1::Distribution* out) {
   const struct {
     const char* kind;
-    size_t size;  // 0: any but none.
+    size_t size;  // 0: any.
     const char* form;
   } kForms[] = {{"uniform", 2, "[low, high]"},
                 {"uniform_int", 2, "[low, high]"},
                 {"choice", 0, "[a, b, ...] with at least one number"},
                 {"clip_gaussian", 4, "[mean, std, low, high]"}};
   const auto* form = std::find_if(std::begin(kForms), std::end(kForms),
-                                  [&kind = kind](const auto& f) { return kind == f.kind; });
+                                  [&](const auto& f) { return kind == f.kind; });
   if (form == std::end(kForms)) {
     Error(
-        value, kind_path,
+        node, path,
         "no such distribution" +
             NearestHint(kind, {"uniform", "uniform_int", "choice", "clip_gaussian", "bernoulli"}) +
             ", allowed is " + kDistributionForms);
     return false;
   }
-  if (!value.IsSequence() || (form->size != 0 ? value.size() != form->size : value.size() == 0)) {
-    Error(value, kind_path,
-          (value.IsSequence() ? "a list of " + std::to_string(value.size()) : Seen(value)) +
+  if (!node.IsSequence() || (form->size != 0 && node.size() != form->size)) {
+    Error(node, path,
+          (node.IsSequence() ? "a list of " + std::to_string(node.size()) : Seen(node)) +
               ", allowed is " + form->form);
     return false;
   }
-  v1::FieldRule any;
-  any.set_integer(kind == "uniform_int" || (kind == "choice" && rule.integer()));
   std::vector<double> numbers;
-  for (size_t i = 0; i < value.size(); ++i) {
-    const std::optional<double> number =
-        ReadNumber(value[i], kind_path + "[" + std::to_string(i) + "]", any);
-    if (number) numbers.push_back(*number);
+  for (size_t i = 0; i < node.size(); ++i) {
+    const std::string number_path = path + "[" + std::to_string(i) + "]";
+    Note(node[i], number_path);
+    const std::optional<double> number = ReadNumber(node[i], number_path, {});
+    if (!number) continue;
+    if (kind == "uniform_int" && *number != std::floor(*number)) {
+      Error(node[i], number_path, Seen(node[i]) + " is not a whole number, allowed a whole number");
+      continue;
+    }
+    numbers.push_back(*number);
   }
-  if (numbers.size() < value.size()) return false;
-
-  if (kind == "choice") {
-    for (const double number : numbers) out->mutable_choice()->add_values(number);
-    return CheckSupport(value, path, rule, *out);
-  }
-  const double low = numbers[numbers.size() - 2], high = numbers.back();
-  if (low > high || (kind == "clip_gaussian" && low == high)) {
-    Error(value, kind_path,
-          "low " + NumberText(low) + " is not below high " + NumberText(high) + ", allowed is " +
-              form->form + " with low < high");
-    return false;
-  }
+  if (numbers.size() < node.size()) return false;
   if (kind == "uniform") {
-    out->mutable_uniform()->set_low(low);
-    out->mutable_uniform()->set_high(high);
+    out->mutable_uniform()->set_low(numbers[0]);
+    out->mutable_uniform()->set_high(numbers[1]);
   } else if (kind == "uniform_int") {
-    if (std::abs(low) > 1e15 || std::abs(high) > 1e15) {
-      Error(value, kind_path, "too large, allowed is -1e15 to 1e15");
-      return false;
-    }
-    out->mutable_uniform_int()->set_low(static_cast<int64_t>(low));
-    out->mutable_uniform_int()->set_high(static_cast<int64_t>(high));
+    out->mutable_uniform_int()->set_low(WholeOf(numbers[0]));
+    out->mutable_uniform_int()->set_high(WholeOf(numbers[1]));
+  } else if (kind == "choice") {
+    out->mutable_choice()->mutable_values()->Add(numbers.begin(), numbers.end());
   } else {
-    if (numbers[1] <= 0) {
-      Error(value, kind_path, "std " + NumberText(numbers[1]) + ", allowed is above 0");
-      return false;
-    }
     auto* gaussian = out->mutable_clip_gaussian();
     gaussian->set_mean(numbers[0]);
     gaussian->set_std(numbers[1]);
-    gaussian->set_low(low);
-    gaussian->set_high(high);
+    gaussian->set_low(numbers[2]);
+    gaussian->set_high(numbers[3]);
   }
-  return CheckSupport(value, path, rule, *out);
-}
-
-std::optional<std::string> YamlReader::ReadAllowedText(const YAML::Node& node,
-                                                       const std::string& path,
-                                                       const v1::FieldRule& rule) {
-  std::optional<std::string> text = ReadText(node, path);
-  if (!text || rule.allowed_size() == 0) return text;
-  const std::vector<std::string> allowed(rule.allowed().begin(), rule.allowed().end());
-  if (std::find(allowed.begin(), allowed.end(), *text) != allowed.end()) return text;
-  Error(node, path,
-        Shown(*text) + " is not known" + NearestHint(*text, allowed) +
-            " (allowed: " + JoinNames(allowed) + ")");
-  return std::nullopt;
+  return true;
 }
 
 std::optional<bool> YamlReader::ReadBool(const YAML::Node& node, const std::string& path) {
@@ -427,7 +366,7 @@ void YamlReader::SetField(const YAML::Node& node, const std::string& path,
   };
   switch (field.cpp_type()) {
     case FieldDescriptor::CPPTYPE_MESSAGE:
-      Merge(node, reflection.MutableMessage(message, &field), path);
+      MergeFields(node, reflection.MutableMessage(message, &field), path);
       break;
     case FieldDescriptor::CPPTYPE_ENUM: {
       const std::vector<std::string> names = EnumTexts(*field.enum_type());
@@ -475,7 +414,7 @@ void YamlReader::SetField(const YAML::Node& node, const std::string& path,
       }
       break;
     case FieldDescriptor::CPPTYPE_STRING:
-      if (const auto value = ReadAllowedText(node, path, rule)) {
+      if (const auto value = ReadText(node, path)) {
         reflection.SetString(message, &field, *value);
       }
       break;
@@ -501,8 +440,10 @@ void YamlReader::SetList(const YAML::Node& node, const std::string& path,
   }
   std::vector<std::string> values;
   for (size_t i = 0; i < node.size(); ++i) {
-    const auto value = ReadAllowedText(node[i], path + "[" + std::to_string(i) + "]", rule);
-    if (value) values.push_back(*value);
+    const std::string item_path = path + "[" + std::to_string(i) + "]";
+    Note(node[i], item_path);
+    // A wrong item keeps its place: what follows it is told of with the index it has in the file.
+    values.push_back(ReadText(node[i], item_path).value_or(""));
   }
   const Reflection& reflection = *message->GetReflection();
   reflection.ClearField(message, &field);

@@ -85,6 +85,12 @@ std::string DistributionText(const v1::Distribution& d) {
   return "0";
 }
 
+// A number that has no name is written as such, and is told of when it is read.
+std::string EnumNumberText(const google::protobuf::EnumDescriptor& type, int number) {
+  const auto* value = type.FindValueByNumber(number);
+  return value == nullptr ? std::to_string(number) : EnumText(*value);
+}
+
 // Text of a scalar; `index` < 0 for fields that are no list.
 std::string ScalarText(const Message& message, const FieldDescriptor& field, int index) {
   const Reflection& r = *message.GetReflection();
@@ -115,8 +121,9 @@ std::string ScalarText(const Message& message, const FieldDescriptor& field, int
                  ? "true"
                  : "false";
     case FieldDescriptor::CPPTYPE_ENUM:
-      return EnumText(*pick([&] { return r.GetEnum(message, f); },
-                            [&] { return r.GetRepeatedEnum(message, f, index); }));
+      return EnumNumberText(*field.enum_type(),
+                            pick([&] { return r.GetEnumValue(message, f); },
+                                 [&] { return r.GetRepeatedEnumValue(message, f, index); }));
     case FieldDescriptor::CPPTYPE_STRING:
       return QuotedIfNeeded(pick([&] { return r.GetString(message, f); },
                                  [&] { return r.GetRepeatedString(message, f, index); }));
@@ -227,7 +234,7 @@ void WriteMessage(const Message& message, const std::string& indent, std::string
       out += indent + field.name() + ":";
       WriteNested(r.GetMessage(message, &field), indent, out);
     } else if (field.cpp_type() != FieldDescriptor::CPPTYPE_ENUM ||
-               r.GetEnum(message, &field)->number() != 0) {
+               r.GetEnumValue(message, &field) != 0) {
       out += indent + field.name() + ": " + ScalarText(message, field, -1) + "\n";
     }
   }
@@ -256,12 +263,12 @@ std::string StudyToYaml(const v1::StudySpec& study) {
     }
     out += "]\n";
   }
-  if (study.memory_mb() > 0) out += "memory_mb: " + std::to_string(study.memory_mb()) + "\n";
+  if (study.memory_mb() != 0) out += "memory_mb: " + std::to_string(study.memory_mb()) + "\n";
   out += study.variants().empty() ? "variants: []\n" : "variants:\n";
   for (const v1::VariantSpec& variant : study.variants()) {
     out += "  - name: " + QuotedIfNeeded(variant.name()) + "\n";
-    if (variant.pairs() > 0) out += "    pairs: " + std::to_string(variant.pairs()) + "\n";
-    if (variant.rigs_per_scene() > 0) {
+    if (variant.pairs() != 0) out += "    pairs: " + std::to_string(variant.pairs()) + "\n";
+    if (variant.rigs_per_scene() != 0) {
       out += "    rigs_per_scene: " + std::to_string(variant.rigs_per_scene()) + "\n";
     }
     out += "    config:\n";

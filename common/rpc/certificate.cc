@@ -16,6 +16,7 @@
 
 #include "common/base/file.h"
 #include "common/base/log.h"
+#include "common/base/names.h"
 
 namespace parallax {
 namespace {
@@ -48,17 +49,15 @@ absl::Status OpenSslError(const std::string& what) {
   return absl::InternalError(what + ": " + text);
 }
 
-absl::Status CheckName(const std::string& name) {
-  const auto allowed = [](unsigned char c) {
-    return std::isalnum(c) || c == '.' || c == '_' || c == '-';
-  };
-  if (!name.empty() && name.size() <= 64 && std::isalnum(static_cast<unsigned char>(name[0])) &&
-      std::all_of(name.begin(), name.end(), allowed)) {
-    return absl::OkStatus();
-  }
-  return absl::InvalidArgumentError(
-      "certificate name '" + name.substr(0, 64) +
-      "': wanted at most 64 letters, digits, '.', '_' or '-', starting with a letter or digit");
+// Source: RFC 5280, appendix A.1: ub-common-name.
+constexpr size_t kMaxCommonName = 64;
+
+absl::Status CheckCertificateName(const std::string& name) {
+  RETURN_IF_ERROR(CheckName("certificate name", name));
+  if (name.size() <= kMaxCommonName) return absl::OkStatus();
+  return absl::InvalidArgumentError("certificate name " + Quoted(name) +
+                                    " is too long, allowed are at most " +
+                                    std::to_string(kMaxCommonName) + " characters");
 }
 
 bool IsIpAddress(const std::string& host) {
@@ -159,7 +158,7 @@ double UnixSecondsOf(const ASN1_TIME* time) {
 
 absl::StatusOr<KeyPair> Make(const CertificateOrder& order, const std::string& unit, Parent parent,
                              const std::vector<std::pair<int, std::string>>& extensions) {
-  RETURN_IF_ERROR(CheckName(order.name));
+  RETURN_IF_ERROR(CheckCertificateName(order.name));
   if (!(order.days > 0 && order.days <= 36500)) {
     return absl::InvalidArgumentError("a certificate's days must be in (0, 36500]");
   }

@@ -10,6 +10,7 @@
 #include "coordinator/client/commands/evaluate.h"
 #include "coordinator/client/help_formatter.h"
 #include "coordinator/client/text.h"
+#include "worker/materials/user_picture.h"
 
 namespace parallax::client {
 namespace {
@@ -141,6 +142,7 @@ int Report(const absl::Status& status, const Session& session) {
 }  // namespace
 
 int RunClient(const std::vector<std::string>& arguments, Environment& environment) {
+  SetPictureRoot("/");  // This program reads what its user may read.
   CommonOptions options;
   // Not through CLI11: it would read the variable for every command that has the option, and so
   // once more after the option of the command given.

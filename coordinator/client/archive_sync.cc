@@ -2,15 +2,31 @@
 
 #include <unistd.h>
 
+#include "common/base/names.h"
+#include "common/store/store.h"
+
 namespace parallax::client {
 namespace {
 
 constexpr int kFramesAtOnce = 500;
 
+// Names become folders and files here, whoever gave them to the coordinator.
+absl::Status CheckNames(const v1::PublishedFrame& frame) {
+  RETURN_IF_ERROR(CheckName("variant", frame.variant()));
+  RETURN_IF_ERROR(CheckStorePath(frame.frame().path()));
+  for (const v1::FileEntry& file : frame.frame().files()) {
+    RETURN_IF_ERROR(CheckName("file", file.name()));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<ArchiveSync>> ArchiveSync::Open(const std::string& out_dir,
                                                                const v1::StudySpec& study) {
+  for (const v1::VariantSpec& variant : study.variants()) {
+    RETURN_IF_ERROR(CheckName("variant", variant.name()));
+  }
   ASSIGN_OR_RETURN(auto writer, ArchiveWriter::Open(out_dir, study));
   return std::unique_ptr<ArchiveSync>(new ArchiveSync(out_dir, std::move(writer)));
 }
@@ -25,6 +41,7 @@ absl::Status ArchiveSync::CatchUp(Connection& connection, int64_t study_id) {
                                    connection, out_dir_ + "/.fetch-" + std::to_string(::getpid())));
     }
     for (const v1::PublishedFrame& frame : reply.frames()) {
+      RETURN_IF_ERROR(CheckNames(frame));
       if (!writer_->HasScene(frame.variant(), frame.scene())) {
         ASSIGN_OR_RETURN(const v1::GetSceneReply scene,
                          connection.GetScene(study_id, frame.variant(), frame.scene()));
@@ -33,7 +50,6 @@ absl::Status ArchiveSync::CatchUp(Connection& connection, int64_t study_id) {
       RETURN_IF_ERROR(AddFrame(frame));
       cursor_ = frame.cursor();
     }
-    if (reply.frames_size() < kFramesAtOnce) break;
   }
   return absl::OkStatus();
 }

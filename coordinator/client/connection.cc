@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <charconv>
+#include <sstream>
 #include <vector>
 
+#include "common/base/names.h"
 #include "common/rpc/address.h"
 #include "common/rpc/endpoint.h"
-#include "common/rpc/grpc_status.h"
+#include "common/rpc/message_texts.h"
 #include "common/rpc/remote_store.h"
 #include "coordinator/client/text.h"
 #include "parallax/v1/service.grpc.pb.h"
@@ -17,6 +19,8 @@ namespace parallax::client {
 namespace {
 
 constexpr std::chrono::seconds kTimeout{20};
+constexpr int kStudiesUnlessTold = 100;
+constexpr int kAuditUnlessTold = 100;
 
 // gRPC's own words name sockets and addresses several times over; the cause is the part people
 // know.
@@ -26,7 +30,17 @@ std::string CauseOf(const std::string& message) {
     if (message.find(cause) != std::string::npos) return cause;
   }
   if (message.find("DNS resolution failed") != std::string::npos) return "unknown host";
-  return FirstLine(message);
+  return Printable(FirstLine(message));
+}
+
+// An error of several lines keeps them.
+std::string PrintableLines(const std::string& message) {
+  std::string lines;
+  std::istringstream stream(message);
+  for (std::string line; std::getline(stream, line);) {
+    lines += (lines.empty() ? "" : "\n") + Printable(line);
+  }
+  return lines;
 }
 
 }  // namespace
@@ -58,7 +72,14 @@ absl::StatusOr<Reply> Connection::Call(Method method, const Request& request) {
   SetRpcTimeout(context, kTimeout);
   Reply reply;
   const grpc::Status status = (stub_->coordinator.get()->*method)(&context, request, &reply);
-  if (status.ok()) return reply;
+  if (status.ok()) {
+    // Names and errors are printed, and may be those of an earlier version's database. Only errors
+    // have more than one line.
+    ChangeTexts(&reply, [](const std::string& field, std::string* text) {
+      *text = field == "error" || field == "detail" ? PrintableLines(*text) : Printable(*text);
+    });
+    return reply;
+  }
   if (status.error_code() == grpc::StatusCode::UNAVAILABLE) {
     RETURN_IF_ERROR(ExplainRpcSecurity(where_, security_));
     return MakeError(absl::StatusCode::kUnavailable,
@@ -76,7 +97,8 @@ absl::StatusOr<Reply> Connection::Call(Method method, const Request& request) {
                                                       " is not a Parallax coordinator of this "
                                                       "version");
   }
-  return FromGrpc(status);
+  return MakeError(static_cast<absl::StatusCode>(status.error_code()),
+                   PrintableLines(status.error_message()));
 }
 
 absl::StatusOr<v1::SubmitReply> Connection::Submit(const v1::SubmitRequest& request) {
@@ -84,10 +106,22 @@ absl::StatusOr<v1::SubmitReply> Connection::Submit(const v1::SubmitRequest& requ
 }
 
 absl::StatusOr<v1::ListStudiesReply> Connection::ListStudies(int limit) {
+  const int wanted = limit > 0 ? limit : kStudiesUnlessTold;
   v1::ListStudiesRequest request;
-  request.set_limit(limit);
-  return Call<v1::ListStudiesRequest, v1::ListStudiesReply>(&v1::Coordinator::Stub::ListStudies,
-                                                            request);
+  v1::ListStudiesReply all;
+  while (all.studies_size() < wanted) {
+    request.set_limit(wanted - all.studies_size());
+    ASSIGN_OR_RETURN(v1::ListStudiesReply page, (Call<v1::ListStudiesRequest, v1::ListStudiesReply>(
+                                                    &v1::Coordinator::Stub::ListStudies, request)));
+    // An earlier coordinator knows no `before` and begins anew.
+    if (page.studies().empty() ||
+        (request.before() > 0 && page.studies(0).study_id() >= request.before())) {
+      break;
+    }
+    request.set_before(page.studies(page.studies_size() - 1).study_id());
+    all.mutable_studies()->MergeFrom(page.studies());
+  }
+  return all;
 }
 
 absl::StatusOr<v1::StudyStatus> Connection::GetStudy(int64_t study_id) {
@@ -157,8 +191,22 @@ absl::StatusOr<v1::GetInfoReply> Connection::GetInfo() {
   return Call<v1::GetInfoRequest, v1::GetInfoReply>(&v1::Coordinator::Stub::GetInfo, {});
 }
 
-absl::StatusOr<v1::ListAuditReply> Connection::ListAudit(const v1::ListAuditRequest& request) {
-  return Call<v1::ListAuditRequest, v1::ListAuditReply>(&v1::Coordinator::Stub::ListAudit, request);
+absl::StatusOr<v1::ListAuditReply> Connection::ListAudit(v1::ListAuditRequest request) {
+  const int wanted = request.limit() > 0 ? request.limit() : kAuditUnlessTold;
+  v1::ListAuditReply all;
+  while (all.entries_size() < wanted) {
+    request.set_limit(wanted - all.entries_size());
+    ASSIGN_OR_RETURN(const v1::ListAuditReply page,
+                     (Call<v1::ListAuditRequest, v1::ListAuditReply>(
+                         &v1::Coordinator::Stub::ListAudit, request)));
+    if (page.entries().empty() ||
+        (request.before() > 0 && page.entries(0).id() >= request.before())) {
+      break;
+    }
+    request.set_before(page.entries(page.entries_size() - 1).id());
+    all.mutable_entries()->MergeFrom(page.entries());
+  }
+  return all;
 }
 
 std::unique_ptr<Store> Connection::RemoteStore() const {

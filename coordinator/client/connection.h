@@ -33,6 +33,7 @@ class Connection {
   // Errors of all: kUnavailable, saying how to start a coordinator, when there is none;
   // kDeadlineExceeded when it does not answer in time; else the coordinator's own.
   absl::StatusOr<v1::SubmitReply> Submit(const v1::SubmitRequest& request);
+  // Texts of replies are printable (common/base/names.h). Lists come in as many calls as they need.
   absl::StatusOr<v1::ListStudiesReply> ListStudies(int limit = 0);
   absl::StatusOr<v1::StudyStatus> GetStudy(int64_t study_id);
   absl::StatusOr<v1::StudyStatus> Cancel(int64_t study_id, const std::string& reason);
@@ -45,7 +46,7 @@ class Connection {
   absl::StatusOr<v1::GetSceneReply> GetScene(int64_t study_id, const std::string& variant,
                                              uint32_t scene);
   absl::StatusOr<v1::GetInfoReply> GetInfo();
-  absl::StatusOr<v1::ListAuditReply> ListAudit(const v1::ListAuditRequest& request);
+  absl::StatusOr<v1::ListAuditReply> ListAudit(v1::ListAuditRequest request);
 
   // The coordinator's store through the coordinator: to read from, for machines that do not see it.
   std::unique_ptr<Store> RemoteStore() const;

@@ -117,6 +117,8 @@ absl::Status EmbeddedRun::StartWorkers() {
             "--exit-when-orphaned",
             "--name",
             "local-" + std::to_string(index),
+            "--picture-root",
+            "/",  // They work for the user who started them.
             "--outbox",
             out_dir_.work_dir() + "/outbox"};
   };

@@ -21,14 +21,11 @@ v1::StudySpec WithoutIncidentals(v1::StudySpec study) {
   return study;
 }
 
-// The file itself was in order, so what is wrong comes from an option. The line is that of no file
-// that anybody has seen, and the variants would all say the same.
-absl::Status WithoutLineNumber(const absl::Status& status) {
+// The file itself was in order, so what is wrong comes from an option; the variants would all say
+// the same.
+absl::Status OfOptions(const absl::Status& status) {
   if (status.ok()) return status;
-  const std::string line = FirstLine(ToStd(status.message()));
-  const size_t place = line.find(": ");
-  return MakeError(status.code(),
-                   "with these options " + line.substr(place == std::string::npos ? 0 : place + 2));
+  return MakeError(status.code(), "with these options " + FirstLine(ToStd(status.message())));
 }
 
 void ApplyToVariant(const StudyOptions& options, int rigs_per_scene, v1::SceneConfig& config) {
@@ -39,11 +36,7 @@ void ApplyToVariant(const StudyOptions& options, int rigs_per_scene, v1::SceneCo
   if (options.height) rigs.set_height_px(*options.height);
   if (options.samples) config.mutable_render()->set_samples_per_pixel(*options.samples);
   if (options.profile) config.mutable_render()->set_profile(*options.profile);
-  if (options.picture_dir) {
-    // Workers have working directories of their own.
-    config.mutable_materials()->set_picture_dir(
-        std::filesystem::absolute(*options.picture_dir).lexically_normal().string());
-  }
+  if (options.picture_dir) config.mutable_materials()->set_picture_dir(*options.picture_dir);
 }
 
 }  // namespace
@@ -62,12 +55,24 @@ void AddStudyOptions(CLI::App& command, StudyOptions& options) {
       ->group(group);
   command
       .add_option("--picture-dir", options.picture_dir,
-                  "Your pictures for paintings, screens, covers and packages")
+                  "Your pictures for paintings, screens, covers and packages: a path below the\n"
+                  "workers' --picture-root (with `run`: any folder of this machine)")
       ->type_name("DIR")
-      ->check(CLI::ExistingDirectory)
       ->group(group);
   command.add_option("--width", options.width, "Image width, pixels")->group(group);
   command.add_option("--height", options.height, "Image height, pixels")->group(group);
+}
+
+absl::Status TakePicturesFromHere(StudyOptions& options) {
+  if (!options.picture_dir) return absl::OkStatus();
+  std::error_code error;
+  const std::filesystem::path dir = std::filesystem::canonical(*options.picture_dir, error);
+  if (error || !std::filesystem::is_directory(dir, error)) {
+    return MakeError(absl::StatusCode::kNotFound,
+                     "--picture-dir: there is no folder " + *options.picture_dir);
+  }
+  options.picture_dir = dir.relative_path().string();
+  return absl::OkStatus();
 }
 
 absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
@@ -79,9 +84,10 @@ absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
   const struct {
     const char* name;
     std::optional<int64_t> value;
-  } positives[] = {{"--pairs", options.pairs}, {"--scenes", options.scenes},
-                   {"--rigs", options.rigs},   {"--samples", options.samples},
-                   {"--width", options.width}, {"--height", options.height}};
+  } positives[] = {{"--pairs", options.pairs},
+                   {"--scenes", options.scenes},
+                   {"--rigs", options.rigs},
+                   {"--samples", options.samples}};
   for (const auto& option : positives) {
     if (option.value && *option.value < 1) {
       return MakeError(absl::StatusCode::kInvalidArgument, std::string(option.name) + ": " +
@@ -111,7 +117,7 @@ absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
   for (v1::VariantSpec& variant : *study.mutable_variants()) {
     ApplyToVariant(options, RigsPerSceneOf(study, variant), *variant.mutable_config());
   }
-  RETURN_IF_ERROR(WithoutLineNumber(ValidateStudy(study)));
+  RETURN_IF_ERROR(OfOptions(ValidateStudy(study)));
   return study;
 }
 

@@ -30,6 +30,10 @@ struct StudyOptions {
 // Adds the positional and options to a command; `options` outlives parsing.
 void AddStudyOptions(CLI::App& command, StudyOptions& options);
 
+// For workers of `run`, whose picture root is "/": makes `picture_dir`, a folder as the user names
+// it, a path below that. Errors: kNotFound.
+absl::Status TakePicturesFromHere(StudyOptions& options);
+
 // The study with overrides applied and checked anew.
 // Errors: those of LoadStudy; kInvalidArgument for both `pairs` and `scenes`, or values out of
 // range.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "common/base/names.h"
+
 namespace parallax {
 namespace {
 
@@ -207,7 +209,7 @@ PairCount CountPairs(const v1::StudyStatus& study) {
 
 std::string EscapeHtml(std::string_view text) {
   std::string escaped;
-  for (char c : text) {
+  for (const char c : Printable(text)) {
     switch (c) {
       case '&':
         escaped += "&amp;";

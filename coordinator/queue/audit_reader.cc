@@ -15,7 +15,8 @@ absl::StatusOr<std::vector<v1::AuditEntry>> Readers::ListAudit(
   RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) {
     const int64_t limit = request.limit() > 0 ? request.limit() : kEntriesUnlessTold;
     SqliteQuery query(db,
-                      "SELECT id, unix_s, actor, action, coalesce(study_id, 0), detail FROM audit"
+                      "SELECT id, unix_s, actor, action, coalesce(study_id, 0),"
+                      " substr(detail, 1, 2000) FROM audit"
                       " WHERE (?1 = 0 OR study_id = ?1) AND (?2 = 0 OR id < ?2)"
                       " ORDER BY id DESC LIMIT ?3",
                       request.study_id(), request.before(), limit);

@@ -452,8 +452,8 @@ absl::StatusOr<double> JobQueue::Tick() {
 absl::StatusOr<v1::StudyStatus> JobQueue::GetStudy(StudyId study) {
   return impl_->readers_->GetStudy(study.value);
 }
-absl::StatusOr<std::vector<v1::StudyStatus>> JobQueue::ListStudies(int limit) {
-  return impl_->readers_->ListStudies(limit);
+absl::StatusOr<std::vector<v1::StudyStatus>> JobQueue::ListStudies(int limit, int64_t before) {
+  return impl_->readers_->ListStudies(limit, before);
 }
 absl::StatusOr<std::vector<v1::JobStatus>> JobQueue::ListJobs(const v1::ListJobsRequest& request) {
   ASSIGN_OR_RETURN(std::vector<v1::JobStatus> jobs, impl_->readers_->ListJobs(request));

@@ -196,8 +196,9 @@ class JobQueue {
 
   // ---- Reads: own connections, consistent snapshots, never wait for the writer
   // --------------------
-  absl::StatusOr<v1::StudyStatus> GetStudy(StudyId study);              // With spec.
-  absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit);  // Newest first.
+  absl::StatusOr<v1::StudyStatus> GetStudy(StudyId study);  // With spec.
+  // Newest first; with `before` only those with smaller ids.
+  absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before = 0);
   // `state` empty: all but SUCCEEDED ones first by id. limit <= 10,000.
   absl::StatusOr<std::vector<v1::JobStatus>> ListJobs(const v1::ListJobsRequest& request);
   // In order of publication, after request.cursor. limit <= 10,000, 0 = 1,000.

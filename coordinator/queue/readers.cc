@@ -297,11 +297,12 @@ absl::StatusOr<v1::StudyStatus> Readers::GetStudy(int64_t id) {
   return study;
 }
 
-absl::StatusOr<std::vector<v1::StudyStatus>> Readers::ListStudies(int limit) {
+absl::StatusOr<std::vector<v1::StudyStatus>> Readers::ListStudies(int limit, int64_t before) {
   std::vector<v1::StudyStatus> studies;
   RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) {
-    const std::string sql = std::string(kStudyColumns) + "ORDER BY id DESC LIMIT ?1";
-    SqliteQuery query(db, sql.c_str(), Limit(limit, 100));
+    const std::string sql =
+        std::string(kStudyColumns) + "WHERE ?2 = 0 OR id < ?2 ORDER BY id DESC LIMIT ?1";
+    SqliteQuery query(db, sql.c_str(), Limit(limit, 100), before);
     while (query.Next()) RETURN_IF_ERROR(FillStudy(db, query, studies.emplace_back()));
     return query.status();
   }));

@@ -27,7 +27,7 @@ class Readers {
   absl::Status Read(double deadline_s, const std::function<absl::Status(SqliteConnection&)>& read);
 
   absl::StatusOr<v1::StudyStatus> GetStudy(int64_t study);
-  absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit);
+  absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before);
   absl::StatusOr<std::vector<v1::JobStatus>> ListJobs(const v1::ListJobsRequest& request);
   absl::StatusOr<std::vector<v1::PublishedFrame>> ListFrames(const v1::ListFramesRequest& request);
   absl::StatusOr<std::vector<std::string>> ListLitter(double before_unix_s, int limit);

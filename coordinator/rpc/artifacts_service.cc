@@ -3,13 +3,16 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <filesystem>
 
 #include "common/base/hash.h"
+#include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
 #include "common/store/store.h"
 #include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/seconds.h"
 #include "coordinator/rpc/validation.h"
 
 namespace parallax {
@@ -17,15 +20,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMostCalls = 64;
 constexpr int kFilesInAMessage = 1000;
 
 bool IsSha256Hex(const std::string& text) {
   return text.size() == 64 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
 }
 
+}  // namespace
+
 // A file of the spool: removed again unless the store took it.
-class SpoolFile {
+class ArtifactsService::SpoolFile {
  public:
   explicit SpoolFile(std::string path) : path_(std::move(path)) {}
   ~SpoolFile() {
@@ -54,7 +58,24 @@ class SpoolFile {
   int fd_ = -1;
 };
 
+namespace {
+
+constexpr double kOwnWork_s = 3600;  // Of a call that waits for the store, not for its peer.
+
+absl::Status NoStore() { return absl::FailedPreconditionError("this coordinator serves no files"); }
+
+// Whom a call counts for: the certificate and the machine. Callers of this machine are told apart
+// by their connection.
+std::string PeerOf(const grpc::ServerContext& context) {
+  std::string peer = context.peer();
+  const bool local = peer.rfind("ipv4:127.", 0) == 0 || peer.rfind("ipv6:%5B::1%5D", 0) == 0 ||
+                     peer.rfind("ipv6:[::1]", 0) == 0;
+  if (!local && peer.rfind("ip", 0) == 0) peer.resize(std::min(peer.rfind(':'), peer.size()));
+  return CallerOf(context).name + " " + peer;
+}
+
 absl::Status CheckHeader(const v1::PutFileHeader& header) {
+  RETURN_IF_ERROR(CheckPutHeader(header));
   RETURN_IF_ERROR(CheckStorePath(header.path()));
   if (header.size() < 0 || header.size() > kMaxFileBytes) {
     return absl::InvalidArgumentError("file " + header.path() + " of " +
@@ -114,8 +135,37 @@ ArtifactsService::Rule HolderWritesBelowItsAttempt(const JobQueue& queue) {
   };
 }
 
-ArtifactsService::ArtifactsService(Store* store, std::string spool_dir, Rule rule)
-    : store_(store), spool_dir_(std::move(spool_dir)), rule_(std::move(rule)) {}
+CallPlaces::Place::Place(CallPlaces& places, std::string caller)
+    : places_(places), caller_(std::move(caller)) {
+  const std::lock_guard lock(places_.mu_);
+  const auto own = places_.by_caller_.find(caller_);
+  const size_t held = own == places_.by_caller_.end() ? 0 : own->second;
+  granted_ = places_.taken_ < places_.all_ && held < places_.of_one_;
+  if (!granted_) return;
+  ++places_.taken_;
+  ++places_.by_caller_[caller_];
+}
+
+CallPlaces::Place::~Place() {
+  if (!granted_) return;
+  const std::lock_guard lock(places_.mu_);
+  --places_.taken_;
+  const auto own = places_.by_caller_.find(caller_);
+  if (--own->second == 0) places_.by_caller_.erase(own);
+}
+
+absl::Status CallPlaces::Place::status() const {
+  return granted_ ? absl::OkStatus() : absl::UnavailableError("busy");
+}
+
+ArtifactsService::ArtifactsService(Store* store, std::string spool_dir, Rule rule,
+                                   const ArtifactsLimits& limits)
+    : store_(store),
+      spool_dir_(std::move(spool_dir)),
+      rule_(std::move(rule)),
+      limits_(limits),
+      puts_(limits.puts, limits.puts_a_worker),
+      reads_(limits.reads, limits.reads_a_peer) {}
 
 absl::Status ArtifactsService::Prepare() {
   if (store_ == nullptr) return absl::OkStatus();
@@ -125,40 +175,83 @@ absl::Status ArtifactsService::Prepare() {
   return error ? ErrnoError(error.value(), "spool " + spool_dir_) : absl::OkStatus();
 }
 
-template <typename Body>
-grpc::Status ArtifactsService::Run(Body body) {
-  if (store_ == nullptr) {
-    return ToGrpc(absl::FailedPreconditionError("this coordinator serves no files"));
-  }
-  const int before = calls_.fetch_add(1);
-  const absl::Status status = before < kMostCalls ? body() : absl::UnavailableError("busy");
-  calls_.fetch_sub(1);
+// ---- Putting -----------------------------------------------------------------------------------
+grpc::Status ArtifactsService::Put(grpc::ServerContext* context, PutStream* stream) {
+  if (store_ == nullptr) return ToGrpc(NoStore());
+  CallWatch::Call call(
+      watch_, [context] { context->TryCancel(); }, limits_.header_s);
+  v1::PutFileHeader header;
+  absl::Status status = ReadHeader(*stream, call, &header);
+  if (status.ok()) status = PutOne(*stream, call, header);
+  if (call.expired()) status = absl::DeadlineExceededError("nothing came for too long");
   return ToGrpc(status);
 }
 
-grpc::Status ArtifactsService::Put(grpc::ServerContext*, PutStream* stream) {
-  return Run([&] { return PutOne(*stream); });
+absl::Status ArtifactsService::ReadHeader(PutStream& stream, CallWatch::Call& call,
+                                          v1::PutFileHeader* header) {
+  std::list<CallWatch::Call*>::iterator seat;
+  {
+    const std::lock_guard lock(waiting_mu_);
+    // A sender writes its header with the call itself: who has waited longest has nothing to send.
+    if (waiting_.size() >= limits_.waiting) {
+      for (CallWatch::Call* waiting : waiting_) {
+        if (waiting->expired()) continue;  // Is about to leave.
+        waiting->Expire();
+        break;
+      }
+    }
+    seat = waiting_.insert(waiting_.end(), &call);
+  }
+  v1::PutFileMessage first;
+  const bool read = stream.Read(&first);
+  {
+    const std::lock_guard lock(waiting_mu_);
+    waiting_.erase(seat);
+  }
+  if (!read || !first.has_header()) return absl::InvalidArgumentError("a file without a header");
+  *header = std::move(*first.mutable_header());
+  return CheckHeader(*header);
 }
 
-absl::Status ArtifactsService::PutOne(PutStream& stream) {
-  v1::PutFileMessage first;
-  if (!stream.Read(&first) || !first.has_header()) {
-    return absl::InvalidArgumentError("a file without a header");
-  }
-  const v1::PutFileHeader& header = first.header();
-  RETURN_IF_ERROR(CheckHeader(header));
+absl::Status ArtifactsService::PutOne(PutStream& stream, CallWatch::Call& call,
+                                      const v1::PutFileHeader& header) {
   RETURN_IF_ERROR(rule_(header.worker(), header.attempt(), header.path(), false));
+  const CallPlaces::Place place(puts_, header.worker());
+  RETURN_IF_ERROR(place.status());
+  call.Extend(kOwnWork_s);
   v1::PutFileReply reply;
   reply.set_wanted(!IsThere(*store_, header));
+  call.Extend(limits_.idle_s);
   stream.Write(reply);
   if (!reply.wanted()) return absl::OkStatus();
 
   const std::string spooled = spool_dir_ + "/" + std::to_string(++spooled_);
   SpoolFile file(spooled);
   RETURN_IF_ERROR(file.Create());
+  RETURN_IF_ERROR(Receive(stream, call, header, file));
+  call.Extend(kOwnWork_s);
+  // Its lease may have ended meanwhile.
+  RETURN_IF_ERROR(rule_(header.worker(), header.attempt(), header.path(), false));
+  RETURN_IF_ERROR(
+      store_->PutFile(header.path(), spooled, {header.size(), header.sha256()}, /*may_move=*/true));
+  reply.set_stored(true);
+  call.Extend(limits_.idle_s);
+  stream.Write(reply);
+  return absl::OkStatus();
+}
+
+absl::Status ArtifactsService::Receive(PutStream& stream, CallWatch::Call& call,
+                                       const v1::PutFileHeader& header, SpoolFile& file) {
+  const SteadyTime end =
+      SecondsAfter(Clock::System().Steady(),
+                   limits_.transfer_s + static_cast<double>(header.size()) / limits_.bytes_per_s);
+  const auto next = [&](v1::PutFileMessage* message) {
+    call.Extend(std::min(limits_.idle_s, SecondsBetween(Clock::System().Steady(), end)));
+    return stream.Read(message);
+  };
   Sha256 hash;
   int64_t size = 0;
-  for (v1::PutFileMessage message; size < header.size() && stream.Read(&message);) {
+  for (v1::PutFileMessage message; size < header.size() && next(&message);) {
     const std::string& chunk = message.chunk();
     if (!message.has_chunk() || chunk.empty() || chunk.size() > kFileChunkBytes) {
       return absl::InvalidArgumentError("wanted is a chunk of 1 to " +
@@ -172,34 +265,42 @@ absl::Status ArtifactsService::PutOne(PutStream& stream) {
   if (size != header.size() || HexOf(hash.Finish()) != header.sha256()) {
     return absl::DataLossError("file " + header.path() + ": what came is not what was announced");
   }
-  // Its lease may have ended meanwhile.
-  RETURN_IF_ERROR(rule_(header.worker(), header.attempt(), header.path(), false));
-  RETURN_IF_ERROR(
-      store_->PutFile(header.path(), spooled, {header.size(), header.sha256()}, /*may_move=*/true));
-  reply.set_stored(true);
-  stream.Write(reply);
   return absl::OkStatus();
+}
+
+// ---- Reading -----------------------------------------------------------------------------------
+template <typename Body>
+grpc::Status ArtifactsService::RunRead(grpc::ServerContext* context, Body body) {
+  if (store_ == nullptr) return ToGrpc(NoStore());
+  const CallPlaces::Place place(reads_, PeerOf(*context));
+  if (!place.status().ok()) return ToGrpc(place.status());
+  CallWatch::Call call(
+      watch_, [context] { context->TryCancel(); }, kOwnWork_s);
+  return ToGrpc(body(call));
 }
 
 grpc::Status ArtifactsService::Get(grpc::ServerContext* context, const v1::GetFileRequest* request,
                                    grpc::ServerWriter<v1::FileChunk>* writer) {
-  return Run([&]() -> absl::Status {
+  return RunRead(context, [&](CallWatch::Call& call) -> absl::Status {
     RETURN_IF_ERROR(CheckStorePath(request->path()));
     if (request->offset() < 0) return absl::InvalidArgumentError("offset below 0");
     for (int64_t offset = request->offset(); !context->IsCancelled();) {
       v1::FileChunk chunk;
+      call.Extend(kOwnWork_s);
       ASSIGN_OR_RETURN(*chunk.mutable_data(),
                        store_->GetPiece(request->path(), offset, kFileChunkBytes));
       offset += static_cast<int64_t>(chunk.data().size());
+      call.Extend(limits_.idle_s);
       if (chunk.data().empty() || !writer->Write(chunk)) break;
     }
     return absl::OkStatus();
   });
 }
 
-grpc::Status ArtifactsService::List(grpc::ServerContext*, const v1::ListFilesRequest* request,
+grpc::Status ArtifactsService::List(grpc::ServerContext* context,
+                                    const v1::ListFilesRequest* request,
                                     grpc::ServerWriter<v1::ListFilesReply>* writer) {
-  return Run([&]() -> absl::Status {
+  return RunRead(context, [&](CallWatch::Call& call) -> absl::Status {
     ASSIGN_OR_RETURN(const std::vector<StoreEntry> entries, store_->List(request->prefix()));
     v1::ListFilesReply reply;
     for (const StoreEntry& entry : entries) {
@@ -207,17 +308,20 @@ grpc::Status ArtifactsService::List(grpc::ServerContext*, const v1::ListFilesReq
       file.set_path(entry.path);
       file.set_size(entry.size);
       if (reply.files_size() < kFilesInAMessage) continue;
-      writer->Write(reply);
+      call.Extend(limits_.idle_s);
+      if (!writer->Write(reply)) return absl::OkStatus();
       reply.Clear();
     }
+    call.Extend(limits_.idle_s);
     if (reply.files_size() > 0) writer->Write(reply);
     return absl::OkStatus();
   });
 }
 
-grpc::Status ArtifactsService::Remove(grpc::ServerContext*, const v1::RemoveFilesRequest* request,
+grpc::Status ArtifactsService::Remove(grpc::ServerContext* context,
+                                      const v1::RemoveFilesRequest* request,
                                       v1::RemoveFilesReply*) {
-  return Run([&]() -> absl::Status {
+  return RunRead(context, [&](CallWatch::Call&) -> absl::Status {
     RETURN_IF_ERROR(CheckStorePath(request->path()));
     RETURN_IF_ERROR(rule_(request->worker(), request->attempt(), request->path(), true));
     return store_->RemoveTree(request->path());

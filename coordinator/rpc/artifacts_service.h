@@ -5,6 +5,9 @@
 // - Bytes go to the spool, are hashed on their way, brought to disk and moved into the store: a
 //   file is there whole and as announced, or not at all. The same file again costs one round trip.
 // - Memory is bounded: a chunk for each call, and a bound on calls.
+// - Nobody keeps others out. A stream without a header waits apart from those that move files, and
+//   the one that has waited longest makes room for the next. A call that keeps still is ended. One
+//   worker, or one machine that reads, has at most half of the places.
 //
 // Thread-safe.
 #pragma once
@@ -13,9 +16,13 @@
 
 #include <atomic>
 #include <functional>
+#include <list>
+#include <map>
+#include <mutex>
 #include <string>
 
 #include "common/base/status.h"
+#include "coordinator/rpc/call_watch.h"
 #include "parallax/v1/service.grpc.pb.h"
 
 namespace parallax {
@@ -26,6 +33,47 @@ class Store;
 inline constexpr size_t kFileChunkBytes = 1 << 20;
 inline constexpr int64_t kMaxFileBytes = int64_t{1} << 30;
 
+struct ArtifactsLimits {
+  double header_s = 10;      // A Put stream without header is ended after this.
+  double idle_s = 30;        // So is a call whose peer neither sends nor reads.
+  double transfer_s = 120;   // A whole file may take this and what its bytes take at the rate.
+  double bytes_per_s = 5e5;  // Half of what a sending worker itself waits for.
+  size_t waiting = 64;       // Streams without header.
+  size_t puts = 64;          // Files coming in.
+  size_t reads = 64;         // Get, List and Remove.
+  size_t puts_a_worker = 32;
+  size_t reads_a_peer = 32;
+};
+
+// How many calls there may be, in all and by one caller. Thread-safe.
+class CallPlaces {
+ public:
+  CallPlaces(size_t all, size_t of_one) : all_(all), of_one_(of_one) {}
+
+  // Gives the place back when it ends. `places` outlives it.
+  class Place {
+   public:
+    Place(CallPlaces& places, std::string caller);
+    ~Place();
+    Place(const Place&) = delete;
+    Place& operator=(const Place&) = delete;
+    // kUnavailable if there is none: try again later.
+    absl::Status status() const;
+
+   private:
+    CallPlaces& places_;
+    const std::string caller_;
+    bool granted_ = false;
+  };
+
+ private:
+  const size_t all_;
+  const size_t of_one_;
+  std::mutex mu_;
+  size_t taken_ = 0;  // Guarded by mu_, like the following.
+  std::map<std::string, size_t> by_caller_;
+};
+
 class ArtifactsService final : public v1::Artifacts::Service {
  public:
   // Whether this worker may change `path` now under this attempt; `folder`: remove it as a whole.
@@ -33,30 +81,41 @@ class ArtifactsService final : public v1::Artifacts::Service {
                                           const std::string& path, bool folder)>;
 
   // `store` null: every call is kFailedPrecondition. It outlives the service.
-  ArtifactsService(Store* store, std::string spool_dir, Rule rule);
+  ArtifactsService(Store* store, std::string spool_dir, Rule rule,
+                   const ArtifactsLimits& limits = {});
 
   // Empties and makes the spool.
   absl::Status Prepare();
 
   using PutStream = grpc::ServerReaderWriter<v1::PutFileReply, v1::PutFileMessage>;
-  grpc::Status Put(grpc::ServerContext*, PutStream* stream) override;
-  grpc::Status Get(grpc::ServerContext*, const v1::GetFileRequest*,
-                   grpc::ServerWriter<v1::FileChunk>*) override;
-  grpc::Status List(grpc::ServerContext*, const v1::ListFilesRequest*,
-                    grpc::ServerWriter<v1::ListFilesReply>*) override;
-  grpc::Status Remove(grpc::ServerContext*, const v1::RemoveFilesRequest*,
-                      v1::RemoveFilesReply*) override;
+  grpc::Status Put(grpc::ServerContext* context, PutStream* stream) override;
+  grpc::Status Get(grpc::ServerContext* context, const v1::GetFileRequest* request,
+                   grpc::ServerWriter<v1::FileChunk>* writer) override;
+  grpc::Status List(grpc::ServerContext* context, const v1::ListFilesRequest* request,
+                    grpc::ServerWriter<v1::ListFilesReply>* writer) override;
+  grpc::Status Remove(grpc::ServerContext* context, const v1::RemoveFilesRequest* request,
+                      v1::RemoveFilesReply* reply) override;
 
  private:
-  absl::Status PutOne(PutStream& stream);
+  class SpoolFile;
+  absl::Status ReadHeader(PutStream& stream, CallWatch::Call& call, v1::PutFileHeader* header);
+  absl::Status PutOne(PutStream& stream, CallWatch::Call& call, const v1::PutFileHeader& header);
+  absl::Status Receive(PutStream& stream, CallWatch::Call& call, const v1::PutFileHeader& header,
+                       SpoolFile& file);
+  // Runs `body(call)` in a place for reads, watched for a peer that does not read.
   template <typename Body>
-  grpc::Status Run(Body body);
+  grpc::Status RunRead(grpc::ServerContext* context, Body body);
 
   Store* const store_;
   const std::string spool_dir_;
   const Rule rule_;
-  std::atomic<int> calls_ = 0;         // Each holds a thread and a chunk.
-  std::atomic<uint64_t> spooled_ = 0;  // Names files.
+  const ArtifactsLimits limits_;
+  CallWatch watch_;
+  CallPlaces puts_;
+  CallPlaces reads_;
+  std::mutex waiting_mu_;
+  std::list<CallWatch::Call*> waiting_;  // Without header, the longest first. Guarded.
+  std::atomic<uint64_t> spooled_ = 0;    // Names files.
 };
 
 // The rule of a coordinator: kAborted unless the worker holds the attempt, kInvalidArgument for a

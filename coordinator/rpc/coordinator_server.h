@@ -43,6 +43,8 @@ struct CoordinatorServerOptions {
   // A stream that broke may come back within this before the worker counts as lost and its jobs go
   // to others. A stream that is open but silent has the queue's whole lease.
   double reconnect_grace_s = 10;
+  // A worker's stream that has not said hello is ended after this.
+  double hello_s = 10;
   Clock* clock = &Clock::System();
 };
 

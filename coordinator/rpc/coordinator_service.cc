@@ -3,9 +3,11 @@
 #include <algorithm>
 
 #include "common/base/log.h"
+#include "common/base/names.h"
 #include "common/base/version.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
+#include "coordinator/rpc/reply_size.h"
 #include "coordinator/rpc/validation.h"
 
 namespace parallax {
@@ -13,6 +15,7 @@ namespace {
 
 constexpr int kMostListed = 10'000;
 constexpr int kStudiesListed = 100;  // Unless told.
+constexpr int kStudiesAtOnce = 20;   // Read and cut before the next are read.
 constexpr size_t kMostStages = 32;
 constexpr size_t kSmallReport = 16384;  // Bytes.
 
@@ -28,15 +31,15 @@ std::string ShortName(v1::ReportOutcome outcome) {
 CoordinatorService::CoordinatorService(JobQueue& queue, Dispatcher& dispatcher,
                                        TaskPool& worker_pool, TaskPool& client_pool,
                                        AnnouncedStore store, std::string coordinator_id,
-                                       double lease_s)
+                                       double lease_s, double hello_s)
     : queue_(queue),
       dispatcher_(dispatcher),
       worker_pool_(worker_pool),
       client_pool_(client_pool),
       store_(std::move(store)),
       coordinator_id_(std::move(coordinator_id)),
-      streams_{queue,           dispatcher, worker_pool,        store_,
-               coordinator_id_, lease_s,    [this] { Leave(); }} {}
+      streams_{queue,   dispatcher,          worker_pool, store_, coordinator_id_,
+               lease_s, [this] { Leave(); }, watch_,      hello_s} {}
 
 void CoordinatorService::Enter() {
   std::lock_guard lock(mu_);
@@ -179,7 +182,7 @@ CoordinatorService::Reactor* CoordinatorService::Fail(Context* context,
   Reactor* const reactor = context->DefaultReactor();
   if (!Admit(reactor, reply, CheckFail(*request), request->coordinator_id())) return reactor;
   worker_pool_.Run([this, reactor, request, reply] {
-    const absl::StatusOr<v1::ReportOutcome> end = queue_.Fail(*request);
+    const absl::StatusOr<v1::ReportOutcome> end = queue_.Fail(CleanFail(*request));
     if (end.ok() && *end == v1::REPORT_OUTCOME_OK) dispatcher_.Reported(request->worker(), false);
     EndReport(reactor, reply, end, "FAILED");
     Leave();
@@ -193,9 +196,8 @@ CoordinatorService::Reactor* CoordinatorService::Fail(Context* context,
 CoordinatorService::Reactor* CoordinatorService::Submit(Context* context,
                                                         const v1::SubmitRequest* request,
                                                         v1::SubmitReply* reply) {
-  const absl::Status status = CheckSubmit(*request);
-  if (!status.ok()) return EndNow(context, status);
   return RunOn(client_pool_, context, [this, context, request, reply]() -> absl::Status {
+    RETURN_IF_ERROR(CheckSubmit(*request));
     ASSIGN_OR_RETURN(*reply, queue_.Submit(*request, ActorOf(*context)));
     LogInfo(reply->existed() ? "study submitted again" : "study submitted",
             {{"study", request->study().name()}, {"study_id", reply->study_id()}});
@@ -210,8 +212,15 @@ CoordinatorService::Reactor* CoordinatorService::ListStudies(Context* context,
   if (!status.ok()) return EndNow(context, status);
   return RunOn(client_pool_, context, [this, request, reply]() -> absl::Status {
     const int limit = request->limit() > 0 ? request->limit() : kStudiesListed;
-    ASSIGN_OR_RETURN(std::vector<v1::StudyStatus> studies, queue_.ListStudies(limit));
-    for (v1::StudyStatus& study : studies) *reply->add_studies() = std::move(study);
+    int64_t before = request->before();
+    while (reply->studies_size() < limit) {
+      const int wanted = std::min(limit - reply->studies_size(), kStudiesAtOnce);
+      ASSIGN_OR_RETURN(std::vector<v1::StudyStatus> studies, queue_.ListStudies(wanted, before));
+      if (studies.empty()) break;
+      before = studies.back().study_id();
+      for (v1::StudyStatus& study : studies) FitStudy(&study);
+      if (!AddItems(studies, reply->mutable_studies(), kMaxReasonBytes)) break;
+    }
     return absl::OkStatus();
   });
 }
@@ -223,6 +232,7 @@ CoordinatorService::Reactor* CoordinatorService::GetStudy(Context* context,
   if (!status.ok()) return EndNow(context, status);
   return RunOn(client_pool_, context, [this, request, reply]() -> absl::Status {
     ASSIGN_OR_RETURN(*reply, queue_.GetStudy(StudyId{request->study_id()}));
+    FitStudy(reply);
     return absl::OkStatus();
   });
 }
@@ -242,7 +252,7 @@ CoordinatorService::Reactor* CoordinatorService::ChangeStudy(Context* context,
                                                              const v1::StudyRequest* request,
                                                              v1::StudyStatus* reply,
                                                              StudyCall call) {
-  const absl::Status status = CheckStudyId(request->study_id());
+  const absl::Status status = CheckStudyChange(*request);
   if (!status.ok()) return EndNow(context, status);
   return RunOn(client_pool_, context, [this, context, request, reply, call]() -> absl::Status {
     const StudyId study{request->study_id()};
@@ -250,6 +260,7 @@ CoordinatorService::Reactor* CoordinatorService::ChangeStudy(Context* context,
     JobQueue& queue = queue_;  // GCC 12 checks `queue_.*call` with a `this` that it has not set.
     RETURN_IF_ERROR((queue.*call)(study, request->reason(), ActorOf(*context)));
     ASSIGN_OR_RETURN(*reply, queue.GetStudy(study));
+    FitStudy(reply);
     return absl::OkStatus();
   });
 }
@@ -275,7 +286,7 @@ CoordinatorService::Reactor* CoordinatorService::Resume(Context* context,
 CoordinatorService::Reactor* CoordinatorService::Retry(Context* context,
                                                        const v1::StudyRequest* request,
                                                        v1::RetryReply* reply) {
-  const absl::Status status = CheckStudyId(request->study_id());
+  const absl::Status status = CheckStudyChange(*request);
   if (!status.ok()) return EndNow(context, status);
   return RunOn(client_pool_, context, [this, context, request, reply]() -> absl::Status {
     RETURN_IF_ERROR(CheckSteering(*context, StudyId{request->study_id()}));
@@ -291,10 +302,11 @@ CoordinatorService::Reactor* CoordinatorService::ListJobs(Context* context,
                                                           v1::ListJobsReply* reply) {
   absl::Status status = CheckStudyId(request->study_id());
   if (status.ok()) status = CheckLimit(request->limit(), kMostListed);
+  if (status.ok()) status = CheckJobState(request->state());
   if (!status.ok()) return EndNow(context, status);
   return RunOn(client_pool_, context, [this, request, reply]() -> absl::Status {
     ASSIGN_OR_RETURN(std::vector<v1::JobStatus> jobs, queue_.ListJobs(*request));
-    for (v1::JobStatus& job : jobs) *reply->add_jobs() = std::move(job);
+    reply->set_cut(!AddItems(jobs, reply->mutable_jobs(), kMaxReasonBytes));
     return absl::OkStatus();
   });
 }
@@ -302,7 +314,8 @@ CoordinatorService::Reactor* CoordinatorService::ListJobs(Context* context,
 CoordinatorService::Reactor* CoordinatorService::ListWorkers(Context* context,
                                                              const v1::ListWorkersRequest*,
                                                              v1::ListWorkersReply* reply) {
-  for (v1::WorkerStatus& worker : dispatcher_.Workers()) *reply->add_workers() = std::move(worker);
+  std::vector<v1::WorkerStatus> workers = dispatcher_.Workers();
+  AddItems(workers, reply->mutable_workers(), kMaxNameBytes);
   return EndNow(context, absl::OkStatus());
 }
 
@@ -314,7 +327,7 @@ CoordinatorService::Reactor* CoordinatorService::ListFrames(Context* context,
   if (!status.ok()) return EndNow(context, status);
   return RunOn(client_pool_, context, [this, request, reply]() -> absl::Status {
     ASSIGN_OR_RETURN(std::vector<v1::PublishedFrame> frames, queue_.ListFrames(*request));
-    for (v1::PublishedFrame& frame : frames) *reply->add_frames() = std::move(frame);
+    AddItems(frames, reply->mutable_frames(), kMaxErrorBytes);
     reply->set_store_uri(store_.uri);
     return absl::OkStatus();
   });
@@ -323,7 +336,8 @@ CoordinatorService::Reactor* CoordinatorService::ListFrames(Context* context,
 CoordinatorService::Reactor* CoordinatorService::GetScene(Context* context,
                                                           const v1::GetSceneRequest* request,
                                                           v1::GetSceneReply* reply) {
-  const absl::Status status = CheckStudyId(request->study_id());
+  absl::Status status = CheckStudyId(request->study_id());
+  if (status.ok()) status = CheckName("variant", request->variant());
   if (!status.ok()) return EndNow(context, status);
   return RunOn(client_pool_, context, [this, request, reply]() -> absl::Status {
     ASSIGN_OR_RETURN(*reply->mutable_scene(), queue_.GetScene(*request));
@@ -350,7 +364,7 @@ CoordinatorService::Reactor* CoordinatorService::ListAudit(Context* context,
   if (!status.ok()) return EndNow(context, status);
   return RunOn(client_pool_, context, [this, request, reply]() -> absl::Status {
     ASSIGN_OR_RETURN(std::vector<v1::AuditEntry> entries, queue_.ListAudit(*request));
-    for (v1::AuditEntry& entry : entries) *reply->add_entries() = std::move(entry);
+    AddItems(entries, reply->mutable_entries(), kMaxErrorBytes);
     return absl::OkStatus();
   });
 }

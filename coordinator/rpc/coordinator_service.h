@@ -11,6 +11,7 @@
 #include <string>
 
 #include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/call_watch.h"
 #include "coordinator/rpc/coordinator_server.h"
 #include "coordinator/rpc/dispatcher.h"
 #include "coordinator/rpc/task_pool.h"
@@ -25,7 +26,7 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   // All outlive the service.
   CoordinatorService(JobQueue& queue, Dispatcher& dispatcher, TaskPool& worker_pool,
                      TaskPool& client_pool, AnnouncedStore store, std::string coordinator_id,
-                     double lease_s);
+                     double lease_s, double hello_s);
 
   void AddMetrics(ServerMetrics& metrics) const;  // Reports, stages and work.
   // Until no call is in progress.
@@ -75,6 +76,7 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   TaskPool& client_pool_;
   const AnnouncedStore store_;
   const std::string coordinator_id_;
+  CallWatch watch_;  // Over streams that have not said hello.
   const WorkStreamContext streams_;
 
   mutable std::mutex mu_;

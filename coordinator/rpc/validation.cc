@@ -3,38 +3,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/names.h"
+#include "common/config/config.h"
+#include "common/config/limits.h"
+
 namespace parallax {
 namespace {
 
-constexpr size_t kMaxName = 100;
-constexpr size_t kMaxText = 4000;
-constexpr int kMaxTags = 64;
-constexpr int kMaxSlots = 1024;
 constexpr int kMaxHeld = 4096;
 constexpr size_t kMaxKey = 200;
 constexpr int kMaxStages = 64;
+constexpr size_t kMaxPath = 1024;
 
 absl::Status Bad(const std::string& message) { return absl::InvalidArgumentError(message); }
 
-bool IsName(const std::string& text) {
-  const auto allowed = [](unsigned char c) {
-    return std::isalnum(c) || c == '.' || c == '_' || c == '-';
-  };
-  return !text.empty() && text.size() <= kMaxName &&
-         std::isalnum(static_cast<unsigned char>(text[0])) &&
-         std::all_of(text.begin(), text.end(), allowed);
-}
-
-absl::Status CheckWorker(const std::string& name) {
-  if (IsName(name)) return absl::OkStatus();
-  return Bad("worker name '" + name.substr(0, kMaxName) + "': wanted at most " +
-             std::to_string(kMaxName) + " letters, digits, '.', '_' or '-'");
-}
-
-absl::Status CheckText(const char* field, const std::string& text, size_t most) {
-  if (text.size() <= most) return absl::OkStatus();
-  return Bad(std::string(field) + " has " + std::to_string(text.size()) + " bytes, allowed are " +
-             std::to_string(most));
+// A word of another program, such as a version: plain and short.
+absl::Status CheckWord(const char* field, const std::string& text) {
+  return CheckPlainText(field, text, kMaxNameBytes);
 }
 
 template <typename Value>
@@ -83,7 +68,7 @@ std::string WhyNot(const v1::Hello& hello, const StagesOfKind& kind, const Stage
 }  // namespace
 
 absl::Status CheckHello(const v1::Hello& hello) {
-  RETURN_IF_ERROR(CheckWorker(hello.name()));
+  RETURN_IF_ERROR(CheckName("worker name", hello.name()));
   if (hello.kinds().empty()) return Bad("hello without kinds of jobs");
   for (int kind : hello.kinds()) {
     if (kind != v1::JOB_KIND_SOLVE && kind != v1::JOB_KIND_RENDER) {
@@ -91,18 +76,19 @@ absl::Status CheckHello(const v1::Hello& hello) {
     }
   }
   RETURN_IF_ERROR(CheckRange("hello.slots", hello.slots(), 1, kMaxSlots));
-  RETURN_IF_ERROR(CheckRange("hello.cores", hello.cores(), 0, 1 << 20));
-  RETURN_IF_ERROR(CheckRange("hello.memory_mb", hello.memory_mb(), int64_t{0}, int64_t{1} << 40));
+  RETURN_IF_ERROR(CheckRange("hello.cores", int64_t{hello.cores()}, int64_t{0}, kMaxCores));
+  RETURN_IF_ERROR(CheckRange("hello.memory_mb", hello.memory_mb(), int64_t{0}, kMaxMemoryMb));
   RETURN_IF_ERROR(CheckRange("hello.tags", hello.tags_size(), 0, kMaxTags));
-  for (const std::string& tag : hello.tags()) {
-    if (!IsName(tag))
-      return Bad("hello has a tag that is no name: '" + tag.substr(0, kMaxName) + "'");
-  }
-  RETURN_IF_ERROR(CheckText("hello.version", hello.version(), kMaxName));
-  RETURN_IF_ERROR(CheckText("hello.build_id", hello.build_id(), kMaxName));
-  RETURN_IF_ERROR(CheckText("hello.instance", hello.instance(), kMaxName));
+  for (const std::string& tag : hello.tags()) RETURN_IF_ERROR(CheckName("hello.tags: tag", tag));
+  RETURN_IF_ERROR(CheckWord("hello.version", hello.version()));
+  RETURN_IF_ERROR(CheckWord("hello.build_id", hello.build_id()));
+  RETURN_IF_ERROR(CheckWord("hello.instance", hello.instance()));
   RETURN_IF_ERROR(CheckRange("hello.holding", hello.holding_size(), 0, kMaxHeld));
   for (const v1::AttemptId& attempt : hello.holding()) RETURN_IF_ERROR(CheckAttempt(attempt));
+  for (const auto& [stage, version] : hello.stage_versions()) {
+    RETURN_IF_ERROR(CheckWord("hello.stage_versions: stage", stage));
+    RETURN_IF_ERROR(CheckWord("hello.stage_versions: version", version));
+  }
   return CheckRange("hello.stage_versions", hello.stage_versions_size(), 0, kMaxStages);
 }
 
@@ -146,7 +132,7 @@ absl::Status CheckHeartbeat(const v1::Heartbeat& heartbeat) {
       return Bad("heartbeat: progress " + std::to_string(progress.fraction()) +
                  " is not in [0, 1]");
     }
-    RETURN_IF_ERROR(CheckText("heartbeat.stage", progress.stage(), kMaxName));
+    RETURN_IF_ERROR(CheckWord("heartbeat.stage", progress.stage()));
   }
   return absl::OkStatus();
 }
@@ -159,7 +145,8 @@ absl::Status CheckAttempt(const v1::AttemptId& attempt) {
 
 absl::Status CheckComplete(const v1::CompleteRequest& request) {
   RETURN_IF_ERROR(CheckAttempt(request.attempt()));
-  RETURN_IF_ERROR(CheckWorker(request.worker()));
+  RETURN_IF_ERROR(CheckName("worker name", request.worker()));
+  RETURN_IF_ERROR(CheckWord("complete.coordinator_id", request.coordinator_id()));
   if (!request.has_solve() && !request.has_render()) return Bad("complete without a result");
   for (double seconds : {request.wall_s(), request.cpu_s()}) {
     if (!std::isfinite(seconds) || seconds < 0) return Bad("complete with a negative time");
@@ -169,14 +156,39 @@ absl::Status CheckComplete(const v1::CompleteRequest& request) {
 
 absl::Status CheckFail(const v1::FailRequest& request) {
   RETURN_IF_ERROR(CheckAttempt(request.attempt()));
-  RETURN_IF_ERROR(CheckWorker(request.worker()));
-  RETURN_IF_ERROR(CheckText("fail.error", request.error(), kMaxText));
-  return CheckText("fail.fingerprint", request.fingerprint(), kMaxText);
+  RETURN_IF_ERROR(CheckWord("fail.coordinator_id", request.coordinator_id()));
+  return CheckName("worker name", request.worker());
+}
+
+std::string CleanText(std::string_view text) {
+  return CutText(Printable(text.substr(0, kMaxErrorBytes)), kMaxErrorBytes);
+}
+
+v1::FailRequest CleanFail(const v1::FailRequest& request) {
+  v1::FailRequest clean = request;
+  clean.set_error(CleanText(request.error()));
+  clean.set_fingerprint(CleanText(request.fingerprint()));
+  return clean;
 }
 
 absl::Status CheckSubmit(const v1::SubmitRequest& request) {
   if (!request.has_study()) return Bad("submit without a study");
-  return CheckText("submit.idempotency_key", request.idempotency_key(), kMaxKey);
+  RETURN_IF_ERROR(CheckPlainText("submit.idempotency_key", request.idempotency_key(), kMaxKey));
+  return ValidateStudy(request.study());
+}
+
+absl::Status CheckStudyChange(const v1::StudyRequest& request) {
+  RETURN_IF_ERROR(CheckStudyId(request.study_id()));
+  return CheckPlainText("reason", request.reason(), kMaxReasonBytes);
+}
+
+absl::Status CheckJobState(const std::string& state) {
+  return state.empty() ? absl::OkStatus() : CheckName("state", state);
+}
+
+absl::Status CheckPutHeader(const v1::PutFileHeader& header) {
+  RETURN_IF_ERROR(CheckName("worker name", header.worker()));
+  return CheckPlainText("path", header.path(), kMaxPath);
 }
 
 absl::Status CheckStudyId(int64_t study_id) {

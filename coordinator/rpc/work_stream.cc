@@ -10,6 +10,17 @@ WorkStream* WorkStream::Open(const WorkStreamContext& shared, grpc::CallbackServ
   std::shared_ptr<WorkStream> stream(new WorkStream(shared, call));
   stream->self_ = stream;
   WorkStream* const raw = stream.get();
+  // On a thread of the pool, because closing a stream calls back into it.
+  stream->no_hello_.emplace(
+      shared.watch,
+      [weak = std::weak_ptr<WorkStream>(stream), &pool = shared.pool] {
+        pool.Run([weak] {
+          if (const auto self = weak.lock()) {
+            self->Close(absl::DeadlineExceededError("no hello on this stream"), false);
+          }
+        });
+      },
+      shared.hello_s);
   raw->ReadNext();
   return raw;
 }
@@ -22,6 +33,7 @@ void WorkStream::ReadNext() {
 }
 
 void WorkStream::OnReadDone(bool ok) {
+  no_hello_.reset();
   if (!ok) {
     if (!worker_.empty()) shared_.dispatcher.Left(worker_, this);
     return Close(absl::OkStatus(), false);
@@ -96,7 +108,8 @@ void WorkStream::HandleHandBack() {
   if (!status.ok()) return EndUnlessOk(status);
   shared_.pool.Run([self = shared_from_this()] {
     const v1::HandBack& back = self->incoming_.hand_back();
-    const auto outcome = self->shared_.queue.HandBack(self->worker_, back.attempt(), back.reason());
+    const auto outcome =
+        self->shared_.queue.HandBack(self->worker_, back.attempt(), CleanText(back.reason()));
     if (!outcome.ok()) {
       LogWarning("attempt not handed back", {{"worker", self->worker_},
                                              {"job", back.attempt().job_id()},

@@ -8,9 +8,11 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/call_watch.h"
 #include "coordinator/rpc/dispatcher.h"
 #include "coordinator/rpc/task_pool.h"
 #include "parallax/v1/service.grpc.pb.h"
@@ -33,6 +35,8 @@ struct WorkStreamContext {
   std::string coordinator_id;
   double lease_s;
   std::function<void()> on_done;  // Once for each stream, as the last thing.
+  CallWatch& watch;
+  double hello_s;  // A stream that has not said hello by then is closed.
 };
 
 // Keeps itself alive until gRPC is through with it.
@@ -66,6 +70,7 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkerMessage, v1::C
   std::shared_ptr<WorkStream> self_;
   v1::WorkerMessage incoming_;  // gRPC's while a read is under way, else of the one who handles it.
   std::string worker_;          // Empty before Hello. Set before the next read starts.
+  std::optional<CallWatch::Call> no_hello_;  // Until the first message.
 
   std::mutex mu_;
   // Guarded by mu_.

@@ -4,20 +4,14 @@
 #include <set>
 #include <string_view>
 
+#include "common/base/names.h"
+#include "common/config/limits.h"
+
 namespace parallax {
 namespace {
 
 absl::Status Bad(const std::string& message) {
   return MakeError(absl::StatusCode::kInvalidArgument, message);
-}
-
-bool IsLowerOrDigit(char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9'); }
-
-// [a-z0-9][a-z0-9_-]*: it becomes the name of a folder.
-bool IsFolderName(std::string_view name) {
-  if (name.empty() || name.size() > 100 || !IsLowerOrDigit(name.front())) return false;
-  return std::all_of(name.begin(), name.end(),
-                     [](char c) { return IsLowerOrDigit(c) || c == '_' || c == '-'; });
 }
 
 absl::Status CheckRange(std::string_view field, int64_t seen, int64_t low, int64_t high) {
@@ -29,31 +23,15 @@ absl::Status CheckRange(std::string_view field, int64_t seen, int64_t low, int64
 }  // namespace
 
 absl::Status CheckStudySpec(const v1::StudySpec& spec) {
-  if (spec.name().empty() || spec.name().size() > 200) {
-    return Bad("study.name: wanted 1 to 200 characters");
-  }
-  RETURN_IF_ERROR(CheckRange("study.pairs", spec.pairs(), 1, kMaxPairs));
-  RETURN_IF_ERROR(CheckRange("study.rigs_per_scene", spec.rigs_per_scene(), 1, kMaxRigsPerScene));
   RETURN_IF_ERROR(
       CheckRange("study.variants: their number", spec.variants_size(), 1, kMaxVariants));
-  RETURN_IF_ERROR(CheckRange("study.memory_mb", spec.memory_mb(), 0, int64_t{1} << 40));
   std::set<std::string_view> names;
   for (const v1::VariantSpec& variant : spec.variants()) {
-    const std::string where = "study.variants '" + variant.name() + "'";
-    if (!IsFolderName(variant.name())) {
-      return Bad(where +
-                 ": wanted a name of a-z, 0-9, _ and -, that begins with a letter or digit");
-    }
+    const std::string where = "study.variants " + Quoted(variant.name());
     if (!names.insert(variant.name()).second) return Bad(where + ": named twice");
     RETURN_IF_ERROR(WithContext(CheckRange("pairs", PairsOf(spec, variant), 1, kMaxPairs), where));
     RETURN_IF_ERROR(WithContext(
         CheckRange("rigs_per_scene", RigsPerSceneOf(spec, variant), 1, kMaxRigsPerScene), where));
-    if (variant.config().rigs().has_count()) {
-      RETURN_IF_ERROR(WithContext(
-          CheckRange("rigs_per_scene", RigsPerSceneOf(spec, variant), 1,
-                     variant.config().rigs().count()),
-          where + " has only " + std::to_string(variant.config().rigs().count()) + " rigs"));
-    }
   }
   return absl::OkStatus();
 }

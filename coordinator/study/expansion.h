@@ -18,12 +18,9 @@
 
 namespace parallax {
 
-inline constexpr int kMaxVariants = 1000;
-inline constexpr int64_t kMaxPairs = 1'000'000'000;
-inline constexpr int kMaxRigsPerScene = 1000;
-
-// kInvalidArgument naming the field: no or repeated or badly named variants, pairs or
-// rigs_per_scene out of range, rigs_per_scene above a variant's config.rigs.count.
+// The numbers that expansion relies on, so that it ends: variants, their pairs and rigs. Whether a
+// study may be submitted is for ValidateStudy (common/config), which every Submit passes first.
+// Errors: kInvalidArgument naming the variant.
 absl::Status CheckStudySpec(const v1::StudySpec& spec);
 
 // What a variant asks for: its own numbers, or the study's.

@@ -12,6 +12,7 @@
 #include "common/base/file.h"
 #include "common/base/hash.h"
 #include "common/base/log.h"
+#include "common/base/names.h"
 #include "common/store/store.h"
 
 namespace parallax {
@@ -116,19 +117,7 @@ const std::string& Report::coordinator_id() const {
                     body);
 }
 
-absl::Status CheckWorkerName(std::string_view name) {
-  const auto allowed = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' ||
-           c == '_' || c == '-';
-  };
-  const bool good = !name.empty() && name.size() <= 100 && name[0] != '.' && name[0] != '-' &&
-                    name[0] != '_' && std::all_of(name.begin(), name.end(), allowed);
-  if (good) return absl::OkStatus();
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   "worker name '" + std::string(name) +
-                       "': wanted at most 100 letters, digits, '.', '_' or '-', "
-                       "starting with a letter or digit");
-}
+absl::Status CheckWorkerName(std::string_view name) { return CheckName("worker name", name); }
 
 absl::StatusOr<std::unique_ptr<Outbox>> Outbox::Open(const std::string& root,
                                                      const std::string& worker) {

@@ -13,6 +13,7 @@
 #include "common/base/cores.h"
 #include "common/base/log.h"
 #include "common/base/memory_budget.h"
+#include "common/base/names.h"
 #include "common/base/version.h"
 #include "worker/agent/agent.h"
 #include "worker/agent/outbox.h"
@@ -52,6 +53,7 @@ struct CommandLine {
   double grace_s = 300;
   double hang_s = 1800;
   std::string outbox;
+  std::string picture_root;
   bool insecure = false;
   std::string tls_dir;
   bool exit_when_orphaned = false;
@@ -113,6 +115,12 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.add_option("--outbox", line.outbox,
                  "Folder for reports that are not acknowledged yet, on a local disk\n"
                  "(default: $XDG_STATE_HOME/parallax/outbox)");
+  app.add_option("--picture-root", line.picture_root,
+                 "Folder of pictures that studies may use: their picture_dir is a path below it\n"
+                 "(default: $PARALLAX_PICTURE_ROOT; without it such studies fail here)")
+      ->envname("PARALLAX_PICTURE_ROOT")
+      ->type_name("DIR")
+      ->check(CLI::ExistingDirectory);
   app.add_option("--grace", line.grace_s,
                  "Seconds that running jobs may take after SIGTERM (default 300)")
       ->check(CLI::Range(0.0, kLongestS));
@@ -156,6 +164,7 @@ absl::StatusOr<AgentOptions> OptionsOf(const CommandLine& line) {
   SetMemoryLimit(line.memory_mb << 20);
   options.memory_mb = MemoryLimit() >> 20;
   options.tags = SplitTags(line.tags);
+  for (const std::string& tag : options.tags) RETURN_IF_ERROR(CheckName("tag", tag));
   options.version = kProgramVersion;
   options.instance = std::to_string(getpid()) + "-" +
                      std::to_string(Clock::System().Steady().time_since_epoch().count());
@@ -212,7 +221,8 @@ int Work(const AgentOptions& options, const CommandLine& line, const MakeRunner&
   LogContext names;
   names.worker = options.name;
   const ScopedLogContext scope(names);
-  const std::unique_ptr<JobRunner> runner = make_runner({options.slots, options.cores});
+  const std::unique_ptr<JobRunner> runner =
+      make_runner({options.slots, options.cores, line.picture_root});
   auto created = Agent::Create(options, *runner, Clock::System());
   if (!created.ok()) return Complain(created.status(), kWorkerFailed);
   {

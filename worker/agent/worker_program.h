@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <string>
 
 #include "worker/agent/job_runner.h"
 
@@ -11,7 +12,8 @@ namespace parallax {
 
 struct WorkerSettings {
   int slots = 1;
-  int threads = 0;  // For all jobs together; > 0.
+  int threads = 0;           // For all jobs together; > 0.
+  std::string picture_root;  // The folder whose pictures studies may use; empty: none.
 };
 
 // What the process says when it ends. Part of the interface: never renumbered.

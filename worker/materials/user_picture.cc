@@ -91,18 +91,46 @@ bool IsPicture(const std::filesystem::path& path) {
          ending == ".tif" || ending == ".tiff" || ending == ".bmp";
 }
 
+std::string& PictureRoot() {
+  static auto* root = new std::string;
+  return *root;
+}
+
+// The path with links resolved, if it lies below the picture root.
+absl::StatusOr<std::filesystem::path> BelowRoot(const std::string& path) {
+  namespace fs = std::filesystem;
+  if (PictureRoot().empty()) {
+    return MakeError(absl::StatusCode::kFailedPrecondition,
+                     "picture_dir: this worker reads no pictures; its operator names their folder "
+                     "with --picture-root");
+  }
+  std::error_code error;
+  fs::path root = fs::weakly_canonical(PictureRoot(), error);
+  if (!root.has_filename() && root.has_relative_path()) root = root.parent_path();
+  const fs::path full = error ? fs::path() : fs::weakly_canonical(root / path, error);
+  const auto [root_end, unused] = std::mismatch(root.begin(), root.end(), full.begin(), full.end());
+  if (!error && root_end == root.end()) return full;
+  return MakeError(
+      absl::StatusCode::kFailedPrecondition,
+      "picture_dir: " + path + " is not below this worker's --picture-root " + PictureRoot());
+}
+
 }  // namespace
+
+void SetPictureRoot(std::string root) { PictureRoot() = std::move(root); }
 
 absl::StatusOr<std::unique_ptr<const Material>> MakeUserPicture(const std::string& file,
                                                                 uint64_t seed) {
-  ASSIGN_OR_RETURN(const ImageRgb8 image, ReadPictureRgb8(file));
+  ASSIGN_OR_RETURN(const std::filesystem::path path, BelowRoot(file));
+  ASSIGN_OR_RETURN(const ImageRgb8 image, ReadPictureRgb8(path.string()));
   return std::make_unique<UserPicture>(image, seed);
 }
 
 absl::StatusOr<std::vector<std::string>> ListPictures(const std::string& dir) {
+  ASSIGN_OR_RETURN(const std::filesystem::path folder, BelowRoot(dir));
   std::vector<std::string> files;
   std::error_code error;
-  for (std::filesystem::recursive_directory_iterator at(dir, error), end; !error && at != end;
+  for (std::filesystem::recursive_directory_iterator at(folder, error), end; !error && at != end;
        at.increment(error)) {
     if (at->is_regular_file(error) && IsPicture(at->path())) {
       files.push_back(std::filesystem::absolute(at->path()).lexically_normal().string());

@@ -14,13 +14,20 @@ namespace parallax {
 // The name under which recipes list it; it is in no catalogue, because it needs a file.
 inline constexpr char kUserPicture[] = "UserPicture";
 
+// The folder below which this process may read pictures. A study names folders in it and comes from
+// people whom the worker's operator may not know, so nothing is read before a root is set. "/": any
+// folder, for programs that work for the person who started them. Call it before other threads run.
+void SetPictureRoot(std::string root);
+
 // The picture in `file`, at most 1024 pixels wide or high; gloss and grain of the print are drawn
-// from `seed`. Errors: kNotFound and kInvalidArgument naming the file.
+// from `seed`. Errors: kNotFound and kInvalidArgument naming the file;
+// kFailedPrecondition outside the picture root.
 absl::StatusOr<std::unique_ptr<const Material>> MakeUserPicture(const std::string& file,
                                                                 uint64_t seed);
 
-// Absolute paths of the pictures in a folder and those below it, sorted.
-// Errors: kNotFound when there is no such folder or no picture in it.
+// Absolute paths of the pictures in a folder of the picture root and those below it, sorted.
+// Errors: kNotFound when there is no such folder or no picture in it; kFailedPrecondition without a
+// root, or for a folder that is not below it.
 absl::StatusOr<std::vector<std::string>> ListPictures(const std::string& dir);
 
 }  // namespace parallax

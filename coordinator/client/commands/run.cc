@@ -85,7 +85,9 @@ void DrawSheet(RunReport& report, const Session& session) {
 
 absl::StatusOr<ExitCode> Run(const RunOptions& options, Session& session) {
   EmbeddedRunOptions run_options;
-  ASSIGN_OR_RETURN(run_options.study, ResolveStudy(options.study));
+  StudyOptions study_options = options.study;
+  RETURN_IF_ERROR(TakePicturesFromHere(study_options));
+  ASSIGN_OR_RETURN(run_options.study, ResolveStudy(study_options));
   run_options.workers = options.workers > 0 ? options.workers : DefaultWorkers();
   RETURN_IF_ERROR(FindWorkerBinary().status());
   if (HoldsForeignFiles(options.out)) {

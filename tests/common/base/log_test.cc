@@ -4,12 +4,14 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <vector>
 
 #include "common/base/file.h"
+#include "common/base/names.h"
 
 namespace parallax {
 namespace {
@@ -46,6 +48,25 @@ TEST_F(LogTest, TextLineCarriesProgramContextAndFields) {
   EXPECT_THAT(line, MatchesRegex("....-..-..T..:..:......Z I worker: frame written job=42 "
                                  "attempt=12884901895 study=baseline variant=wide scene=5 "
                                  "worker=host-1 rig=3 seconds=1.25 path=\"a b\" reused=false\n"));
+}
+
+TEST_F(LogTest, NothingThatATerminalActsOnReachesALine) {
+  const std::string evil = "a\x1b[2J\u202e\x9b" + std::string(1, '\0') + "\nb";
+  for (const bool json : {false, true}) {
+    InitLogging({.json = json, .program = "p"});
+    const std::string line = Captured([&] {
+      LogContext context;
+      context.study = evil;
+      ScopedLogContext scope(context);
+      LogInfo("hello " + evil, {{"worker", evil}});
+    });
+    ASSERT_EQ(std::count(line.begin(), line.end(), '\n'), 1) << line;
+    EXPECT_TRUE(IsPlainText(line.substr(0, line.size() - 1))) << Printable(line);
+    if (json) {
+      const auto object = nlohmann::json::parse(line);
+      EXPECT_EQ(object["worker"], "a\x1b[2J\\u{202e}\\x9b" + std::string(1, '\0') + "\nb");
+    }
+  }
 }
 
 TEST_F(LogTest, LinesGoToTheFileThatIsNamed) {

@@ -70,7 +70,7 @@ TEST(SceneConfigYaml, WrittenConfigReadsBackEqual) {
       "type: nature\nroom: {doors: {choice: [0, 3]}, width_m: 3.1415926535897931, kinds: "
       "[office]}\n"
       "floating: {classes: [], count: {bernoulli: 0.1}}\nrender: {denoise: off, maps: []}\n"
-      "materials: {diffuse_material: 'a \"b\"\\c #: é'}\nassets: {exclude: [\"yes\", \"1\"]}",
+      "materials: {picture_dir: 'a \"b\"\\c #: é'}\nassets: {exclude: [\"TV\", Vase]}",
       "f");
   ASSERT_TRUE(config.ok()) << config.status();
   const std::string text = MessageToYaml(*config);

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/cores.h"
+#include "common/base/names.h"
 #include "coordinator/client/exit_code.h"
 #include "tests/coordinator/client/fake_coordinator.h"
 #include "worker/assets/asset.h"
@@ -403,6 +404,48 @@ TEST_F(CommandTest, JobsAndWorkersAreTables) {
   coordinator_.workers = {worker};
   EXPECT_THAT(Run({"workers"}).out, HasSubstr("w1      active  solve,render        1      2"));
   EXPECT_EQ(RunJson({"workers"})["workers"][0]["kinds"], Json({"solve", "render"}));
+}
+
+TEST_F(CommandTest, NothingThatATerminalActsOnIsPrinted) {
+  const std::string evil = "a\x1b[2J\u202e\u009b" + std::string(1, '\0') + "z";
+  v1::StudyStatus study = Baseline();
+  study.set_name(evil);
+  study.mutable_variants(0)->set_name(evil);
+  study.mutable_variants(0)->mutable_problems(0)->set_error(evil);
+  coordinator_.studies = {study};
+  v1::WorkerStatus worker;
+  worker.set_name(evil);
+  worker.set_state(evil);
+  worker.set_version(evil);
+  coordinator_.workers = {worker};
+  v1::JobStatus job;
+  job.set_state("FAILED");
+  job.set_variant(evil);
+  job.set_worker(evil);
+  job.set_error(evil);
+  coordinator_.jobs = {job};
+  v1::AuditEntry entry;
+  entry.set_id(1);
+  entry.set_actor(evil);
+  entry.set_action(evil);
+  entry.set_detail(evil);
+  coordinator_.audit = {entry};
+  for (const std::vector<std::string>& command :
+       std::vector<std::vector<std::string>>{{"status"},
+                                             {"status", "3"},
+                                             {"status", "no such study"},
+                                             {"workers"},
+                                             {"jobs", "3"},
+                                             {"audit"},
+                                             {"status", "--json"},
+                                             {"watch", "3"}}) {
+    if (command[0] == "watch") coordinator_.studies[0].set_state(v1::STUDY_STATE_CANCELLED);
+    const Outcome outcome = Run(command);
+    std::string all = outcome.out + outcome.err;
+    EXPECT_NE(all.find("a"), std::string::npos);
+    std::replace(all.begin(), all.end(), '\n', ' ');
+    EXPECT_TRUE(IsPlainText(all)) << command[0] << ": " << Printable(all);
+  }
 }
 
 // ---- Data

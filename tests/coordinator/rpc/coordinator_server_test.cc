@@ -395,6 +395,17 @@ TEST_F(CoordinatorServerTest, ASecondWorkerOfOneNameReplacesTheFirst) {
   EXPECT_EQ(server_->Metrics().workers_connected, 1);
 }
 
+TEST_F(CoordinatorServerTest, AStreamThatSaysNoHelloIsEndedInTime) {
+  options_.hello_s = 0.3;
+  StartCoordinator();
+  Puppet silent(*stub_), polite(*stub_);
+  polite.Hello("w");
+  EXPECT_EQ(silent.WaitForEnd(), absl::DeadlineExceededError("no hello on this stream"));
+  v1::CoordinatorMessage message;
+  ASSERT_TRUE(polite.ReadUntil(v1::CoordinatorMessage::kWelcome, &message));
+  EXPECT_EQ(server_->Metrics().workers_connected, 1) << "who said hello stays";
+}
+
 TEST_F(CoordinatorServerTest, AStreamThatDoesNotFollowTheContractEndsWithAReason) {
   StartCoordinator();
   {

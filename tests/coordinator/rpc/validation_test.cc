@@ -6,6 +6,8 @@
 #include <functional>
 #include <limits>
 
+#include "common/base/names.h"
+
 namespace parallax {
 namespace {
 
@@ -144,8 +146,24 @@ TEST(Validation, ReportsNameAttemptWorkerAndResult) {
   fail.set_worker("w");
   *fail.mutable_attempt() = complete.attempt();
   EXPECT_TRUE(CheckFail(fail).ok());
-  fail.set_error(std::string(100'000, 'x'));
+  fail.set_worker("a b");
   EXPECT_FALSE(CheckFail(fail).ok());
+}
+
+TEST(Validation, AFailureIsKeptInAPrintableFormRatherThanRefused) {
+  v1::FailRequest fail;
+  fail.set_worker("w");
+  fail.mutable_attempt()->set_job_id(1);
+  fail.mutable_attempt()->set_fence(1);
+  fail.set_error("bad\x1b[31m\n" + std::string(100'000, 'x'));
+  fail.set_fingerprint(std::string(100'000, '\x1b'));
+  EXPECT_TRUE(CheckFail(fail).ok()) << CheckFail(fail);
+  const v1::FailRequest clean = CleanFail(fail);
+  EXPECT_EQ(clean.error().substr(0, 17), "bad\\x1b[31m\\nxxxx");
+  EXPECT_LE(clean.error().size(), kMaxErrorBytes);
+  EXPECT_LE(clean.fingerprint().size(), kMaxErrorBytes);
+  EXPECT_TRUE(IsPlainText(clean.error()));
+  EXPECT_EQ(clean.worker(), "w");
 }
 
 TEST(Validation, CreditAndLimitsAreBounded) {

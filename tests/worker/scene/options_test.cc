@@ -86,12 +86,16 @@ class UserPictures : public testing::Test {
   UserPictures()
       : dir_(testing::TempDir() + "user_pictures_" +
              testing::UnitTest::GetInstance()->current_test_info()->name()) {
+    SetPictureRoot("/");
     std::filesystem::create_directories(dir_);
     ImageRgb8 image(2, 2, 0);
     for (int y = 0; y < 2; ++y) image(0, y, 0) = image(1, y, 2) = 255;  // Red left, blue right.
     EXPECT_TRUE(WritePng(dir_ + "/red_blue.png", image).ok());
   }
-  ~UserPictures() override { std::filesystem::remove_all(dir_); }
+  ~UserPictures() override {
+    SetPictureRoot("");
+    std::filesystem::remove_all(dir_);
+  }
 
   std::string dir_;
 };
@@ -134,6 +138,27 @@ TEST_F(UserPictures, MustBeThere) {
   const absl::Status status = ChooseMaterials(config, scene);
   EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
   EXPECT_THAT(std::string(status.message()), HasSubstr("nowhere"));
+}
+
+TEST_F(UserPictures, AreReadBelowTheRootOnly) {
+  const std::string inside = dir_ + "/inside", picture = dir_ + "/red_blue.png";
+  std::filesystem::create_directories(inside + "/posters");
+  std::filesystem::copy(picture, inside + "/posters/one.png");
+  std::filesystem::create_symlink(dir_, inside + "/way_out");
+  const auto code = [](const auto& result) { return result.status().code(); };
+  SetPictureRoot("");
+  EXPECT_EQ(code(ListPictures("posters")), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(code(MakeUserPicture(picture, 1)), absl::StatusCode::kFailedPrecondition);
+  for (const std::string& root : {inside, inside + "/"}) {
+    SetPictureRoot(root);
+    ASSERT_TRUE(ListPictures("posters").ok()) << ListPictures("posters").status();
+    const std::string listed = ListPictures("posters")->front();
+    EXPECT_TRUE(MakeUserPicture(listed, 1).ok());
+    for (const std::string& outside : {dir_, std::string(".."), std::string("way_out")}) {
+      EXPECT_EQ(code(ListPictures(outside)), absl::StatusCode::kFailedPrecondition) << outside;
+    }
+    EXPECT_EQ(code(MakeUserPicture(picture, 1)), absl::StatusCode::kFailedPrecondition);
+  }
 }
 
 TEST(TroublesomeMaterials, ReplaceOthersOnlyWhenAskedFor) {

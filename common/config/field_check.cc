@@ -1,0 +1,184 @@
+#include <algorithm>
+#include <cctype>
+
+#include "common/base/names.h"
+#include "common/config/catalogue_names.h"
+#include "common/config/checks.h"
+#include "common/config/field_rules.h"
+#include "common/config/limits.h"
+
+namespace parallax::config_internal {
+namespace {
+
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+using google::protobuf::Reflection;
+
+std::string Lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+bool Contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+std::vector<std::string> Joined(std::vector<std::string> names,
+                                const std::vector<std::string>& more) {
+  names.insert(names.end(), more.begin(), more.end());
+  return names;
+}
+
+// Nothing if `text` is among `known`.
+std::string WhyNotKnown(const std::string& text, const std::vector<std::string>& known,
+                        const std::string& allowed) {
+  if (Contains(known, text)) return "";
+  return Quoted(text) + " is not known" + NearestHint(text, known) + " (allowed: " + allowed + ")";
+}
+
+std::string WhyNotMaterial(const std::string& text) {
+  const std::vector<std::string>& known = ObjectMaterialNames();
+  const std::string wanted = Lower(text);
+  if (std::any_of(known.begin(), known.end(),
+                  [&](const std::string& name) { return Lower(name) == wanted; })) {
+    return "";
+  }
+  return WhyNotKnown(text, known,
+                     "a material or family that `parallax catalogue` lists for any object");
+}
+
+// A path that stays below the root it is joined to, without "..", "." or empty parts.
+std::string WhyNotBelowRoot(const std::string& text) {
+  constexpr char kAllowed[] =
+      ", allowed is a folder below the worker's --picture-root, such as posters/large";
+  if (text.empty()) return "";  // None wanted.
+  if (text.front() == '/') return Quoted(text) + " is an absolute path" + kAllowed;
+  for (size_t begin = 0; begin <= text.size();) {
+    const size_t end = std::min(text.find('/', begin), text.size());
+    const std::string part = text.substr(begin, end - begin);
+    if (part.empty() || part == "." || part == "..") {
+      return Quoted(text) + " is not a plain path" + kAllowed;
+    }
+    begin = end + 1;
+  }
+  return "";
+}
+
+std::string WhyNotText(const std::string& text, const v1::FieldRule& rule) {
+  if (text.size() > kMaxTextBytes) {
+    return "a text of " + std::to_string(text.size()) + " bytes, allowed are at most " +
+           std::to_string(kMaxTextBytes);
+  }
+  if (!IsPlainText(text)) {
+    return Quoted(text) +
+           " is not plain text, allowed is one line of UTF-8 without control "
+           "characters and direction marks";
+  }
+  if (rule.allowed_size() > 0) {
+    const std::vector<std::string> allowed(rule.allowed().begin(), rule.allowed().end());
+    return WhyNotKnown(text, allowed, JoinNames(allowed));
+  }
+  switch (rule.names()) {
+    case v1::FieldRule::NAMES_ASSET_CLASS:
+      return WhyNotKnown(text, AssetClassNames(), "a class that `parallax catalogue` lists");
+    case v1::FieldRule::NAMES_ASSET_CLASS_OR_GROUP:
+      return WhyNotKnown(
+          text, Joined(AssetClassNames(), AssetGroupNames()),
+          JoinNames(AssetGroupNames()) + ", or a class that `parallax catalogue` lists");
+    case v1::FieldRule::NAMES_OBJECT_MATERIAL:
+      return WhyNotMaterial(text);
+    case v1::FieldRule::NAMES_FOLDER_BELOW_ROOT:
+      return WhyNotBelowRoot(text);
+    default:
+      return "";
+  }
+}
+
+std::string WhyNotWhole(int64_t value, const v1::FieldRule& rule) {
+  if (InRange(static_cast<double>(value), rule)) return "";
+  return std::to_string(value) + " is out of range, allowed " + AllowedRange(rule);
+}
+
+std::string WhyNotEnum(int number, const google::protobuf::EnumDescriptor& type) {
+  // 0 stands for the default.
+  if (number == 0 || type.FindValueByNumber(number) != nullptr) return "";
+  return std::to_string(number) + " is not known (allowed: " + JoinNames(EnumTexts(type)) + ")";
+}
+
+// The verdict on a field that is no list and no message; nothing if it is in order.
+std::string WhyNotScalar(const Message& message, const FieldDescriptor& field) {
+  const Reflection& reflection = *message.GetReflection();
+  const v1::FieldRule& rule = RuleOf(field);
+  switch (field.cpp_type()) {
+    case FieldDescriptor::CPPTYPE_DOUBLE:
+      return WhyNotNumber(reflection.GetDouble(message, &field), rule);
+    case FieldDescriptor::CPPTYPE_INT32:
+      return WhyNotWhole(reflection.GetInt32(message, &field), rule);
+    case FieldDescriptor::CPPTYPE_INT64:
+      return WhyNotWhole(reflection.GetInt64(message, &field), rule);
+    case FieldDescriptor::CPPTYPE_ENUM:
+      return WhyNotEnum(reflection.GetEnumValue(message, &field), *field.enum_type());
+    case FieldDescriptor::CPPTYPE_STRING:
+      return WhyNotText(reflection.GetString(message, &field), rule);
+    default:
+      return "";  // Every bool and every uint64 is allowed.
+  }
+}
+
+void CheckTexts(const Message& message, const std::string& path, const FieldDescriptor& field,
+                Findings* findings) {
+  const Reflection& reflection = *message.GetReflection();
+  const int size = reflection.FieldSize(message, &field);
+  if (size > kMaxListItems) {
+    findings->push_back({path, "a list of " + std::to_string(size) + ", allowed are at most " +
+                                   std::to_string(kMaxListItems)});
+    return;
+  }
+  for (int i = 0; i < size; ++i) {
+    std::string why = WhyNotText(reflection.GetRepeatedString(message, &field, i), RuleOf(field));
+    if (!why.empty()) findings->push_back({path + "[" + std::to_string(i) + "]", std::move(why)});
+  }
+}
+
+}  // namespace
+
+void CheckFields(const Message& message, const std::string& path, Findings* findings) {
+  const Reflection& reflection = *message.GetReflection();
+  for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
+    const FieldDescriptor& field = *message.GetDescriptor()->field(i);
+    const std::string field_path = Dotted(path, field.name());
+    if (field.is_repeated()) {
+      if (field.cpp_type() == FieldDescriptor::CPPTYPE_STRING) {
+        CheckTexts(message, field_path, field, findings);
+      }
+    } else if (field.has_presence() && !reflection.HasField(message, &field)) {
+      continue;
+    } else if (IsDistribution(field)) {
+      CheckDistribution(
+          static_cast<const v1::Distribution&>(reflection.GetMessage(message, &field)), field_path,
+          RuleOf(field), findings);
+    } else if (field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
+      CheckFields(reflection.GetMessage(message, &field), field_path, findings);
+    } else {
+      std::string why = WhyNotScalar(message, field);
+      if (!why.empty()) findings->push_back({field_path, std::move(why)});
+    }
+  }
+}
+
+void CheckConfig(const v1::SceneConfig& config, const std::string& path, Findings* findings) {
+  const size_t before = findings->size();
+  CheckFields(config, path, findings);
+  if (findings->size() > before) return;  // Each number by itself first.
+  const v1::RigConfig& rigs = config.rigs();
+  const int64_t pixels = int64_t{rigs.width_px()} * rigs.height_px();
+  if (pixels > kMaxPixels) {
+    findings->push_back({Dotted(path, "rigs.height_px"),
+                         std::to_string(rigs.width_px()) + " x " +
+                             std::to_string(rigs.height_px()) + " = " + std::to_string(pixels) +
+                             " pixels an image, allowed are at most " +
+                             std::to_string(kMaxPixels)});
+  }
+}
+
+}  // namespace parallax::config_internal

@@ -1,0 +1,47 @@
+// The names that studies are checked against are those of the catalogues.
+#include "common/config/catalogue_names.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "common/config/config.h"
+#include "worker/assets/asset.h"
+#include "worker/materials/material.h"
+#include "worker/scene/place_floating.h"
+
+namespace parallax {
+namespace {
+
+using ::testing::UnorderedElementsAreArray;
+
+TEST(CatalogueNames, ListEveryAssetClass) {
+  std::vector<std::string> classes;
+  for (const AssetClass& c : AssetCatalogue()) classes.push_back(c.name);
+  EXPECT_THAT(AssetClassNames(), UnorderedElementsAreArray(classes));
+}
+
+TEST(CatalogueNames, ListEveryMaterialAndFamilyThatAnyObjectCanHave) {
+  std::set<std::string> names;
+  for (const MaterialClass& material : MaterialCatalogue()) {
+    if (!material.tags.any_object) continue;
+    names.insert(material.name);
+    names.insert(material.family);
+  }
+  EXPECT_THAT(ObjectMaterialNames(), UnorderedElementsAreArray(names));
+}
+
+TEST(CatalogueNames, OfClassesAndGroupsCanFloat) {
+  for (const std::vector<std::string>& names : {AssetClassNames(), AssetGroupNames()}) {
+    for (const std::string& name : names) {
+      v1::SceneConfig config = DefaultSceneConfig();
+      config.mutable_floating()->add_classes(name);
+      const auto classes = FloatingClasses(config);
+      EXPECT_TRUE(classes.ok()) << name << ": " << classes.status();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace parallax

@@ -43,7 +43,8 @@ class ConfigErrors {
   bool empty() const { return errors_.empty(); }
   // So many that looking for more is a waste.
   bool enough() const { return errors_.size() >= 100; }
-  // By file and line, at most 20 lines "file:line: path: what". OK if there are none.
+  // By file and line, at most 20 lines "file:line: path: what".
+  // Errors: kInvalidArgument with these lines; OK if there are none.
   absl::Status ToStatus() const;
 
  private:
@@ -59,7 +60,7 @@ class ConfigErrors {
   int dropped_ = 0;
 };
 
-// The same without files: lines "path: what".
+// The same without files. Errors: kInvalidArgument with lines "path: what"; OK without findings.
 absl::Status ToStatus(const Findings& findings);
 
 }  // namespace parallax::config_internal

@@ -30,10 +30,10 @@ class Connection {
 
   const std::string& address() const { return address_; }
 
+  // Texts of replies are printable (common/base/names.h). Lists come in as many calls as they need.
   // Errors of all: kUnavailable, saying how to start a coordinator, when there is none;
   // kDeadlineExceeded when it does not answer in time; else the coordinator's own.
   absl::StatusOr<v1::SubmitReply> Submit(const v1::SubmitRequest& request);
-  // Texts of replies are printable (common/base/names.h). Lists come in as many calls as they need.
   absl::StatusOr<v1::ListStudiesReply> ListStudies(int limit = 0);
   absl::StatusOr<v1::StudyStatus> GetStudy(int64_t study_id);
   absl::StatusOr<v1::StudyStatus> Cancel(int64_t study_id, const std::string& reason);

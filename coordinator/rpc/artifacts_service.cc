@@ -175,7 +175,7 @@ absl::Status ArtifactsService::Prepare() {
   return error ? ErrnoError(error.value(), "spool " + spool_dir_) : absl::OkStatus();
 }
 
-// ---- Putting -----------------------------------------------------------------------------------
+// ---- Putting
 grpc::Status ArtifactsService::Put(grpc::ServerContext* context, PutStream* stream) {
   if (store_ == nullptr) return ToGrpc(NoStore());
   CallWatch::Call call(
@@ -268,7 +268,7 @@ absl::Status ArtifactsService::Receive(PutStream& stream, CallWatch::Call& call,
   return absl::OkStatus();
 }
 
-// ---- Reading -----------------------------------------------------------------------------------
+// ---- Reading
 template <typename Body>
 grpc::Status ArtifactsService::RunRead(grpc::ServerContext* context, Body body) {
   if (store_ == nullptr) return ToGrpc(NoStore());

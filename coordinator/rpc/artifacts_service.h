@@ -84,7 +84,7 @@ class ArtifactsService final : public v1::Artifacts::Service {
   ArtifactsService(Store* store, std::string spool_dir, Rule rule,
                    const ArtifactsLimits& limits = {});
 
-  // Empties and makes the spool.
+  // Empties and makes the spool. Errors: the folder's.
   absl::Status Prepare();
 
   using PutStream = grpc::ServerReaderWriter<v1::PutFileReply, v1::PutFileMessage>;
@@ -122,7 +122,7 @@ class ArtifactsService final : public v1::Artifacts::Service {
 // path outside of the attempt's folder. `queue` outlives it.
 ArtifactsService::Rule HolderWritesBelowItsAttempt(const JobQueue& queue);
 
-// kInvalidArgument unless `path` lies below "<key>/.attempt-<fence>/", or is that folder with
+// Errors: kInvalidArgument unless `path` lies below "<key>/.attempt-<fence>/", or is that folder with
 // `folder_itself`.
 absl::Status CheckAttemptPath(std::string_view path, uint64_t fence, bool folder_itself);
 

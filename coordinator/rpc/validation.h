@@ -1,5 +1,6 @@
-// What a stranger's message must look like before anything acts on it. Each error is
-// kInvalidArgument and names the field, what was seen and what is allowed.
+// What a stranger's message must look like before anything acts on it.
+//
+// Errors: kInvalidArgument naming the field, what was seen and what is allowed.
 #pragma once
 
 #include <string>

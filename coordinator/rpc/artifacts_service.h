@@ -122,8 +122,8 @@ class ArtifactsService final : public v1::Artifacts::Service {
 // path outside of the attempt's folder. `queue` outlives it.
 ArtifactsService::Rule HolderWritesBelowItsAttempt(const JobQueue& queue);
 
-// Errors: kInvalidArgument unless `path` lies below "<key>/.attempt-<fence>/", or is that folder with
-// `folder_itself`.
+// Errors: kInvalidArgument unless `path` lies below "<key>/.attempt-<fence>/", or is that folder
+// with `folder_itself`.
 absl::Status CheckAttemptPath(std::string_view path, uint64_t fence, bool folder_itself);
 
 }  // namespace parallax

@@ -11,7 +11,7 @@ namespace parallax {
 namespace {
 
 constexpr int kMargin = 24, kTop = 84, kRow = 24, kNameWidth = 220, kBarWidth = 460,
-              kNumberWidth = 90;
+              kNumberWidth = 120;
 
 std::string Format(const char* format, double value) {
   char text[32];

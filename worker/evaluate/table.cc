@@ -72,6 +72,9 @@ absl::StatusOr<TableFigure> MakeFigure(const Metric& metric, const Runs& runs,
     return figure;
   }
   ASSIGN_OR_RETURN(figure.interval, BootstrapFigure(table, options));
+  const bool percent =
+      metric.measure.kind == Measure::Kind::kBad || metric.measure.kind == Measure::Kind::kD1;
+  if (percent) figure.interval.high = std::min(figure.interval.high, 100.0);
   return figure;
 }
 

@@ -201,7 +201,7 @@ TEST_F(CommandTest, CommandWithoutListIsRefused) {
 
 TEST(TrainerCommand, QuotesItsPaths) {
   EXPECT_EQ(TrainerPredictCommand("/opt/my tools/trainer", "it's.pt"),
-            "'/opt/my tools/trainer' predict --checkpoint 'it'\\''s.pt' --list {list}");
+            "'/opt/my tools/trainer' 'predict' '--checkpoint' 'it'\\''s.pt' '--list' {list}");
 }
 
 }  // namespace

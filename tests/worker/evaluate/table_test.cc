@@ -167,6 +167,17 @@ TEST(Table, FigureOfARegionThatNoPairHasIsNoZero) {
   EXPECT_THAT(*FormatTable(*table, "markdown"), HasSubstr("| default | builtin | 1 | - |"));
 }
 
+TEST(Table, IntervalsOfPercentagesStayWithin0And100) {
+  const auto table = MakeTable({SyntheticEvaluation("eth3d", "bad", std::nullopt, {95, 100, 99}),
+                                SyntheticEvaluation("eth3d", "good", std::nullopt, {0, 5, 1})},
+                               {});
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_EQ(table->rows[0].cells.at("eth3d").headline.interval.high, 100);
+  EXPECT_EQ(table->rows[1].cells.at("eth3d").headline.interval.low, 0);
+  // The mean error in pixels has no upper end.
+  EXPECT_GT(table->rows[0].cells.at("eth3d").others[0].interval.high, 9.8);
+}
+
 TEST(Table, LatexEscapesNames) {
   const auto table = MakeTable({SyntheticEvaluation("my_set", "50%_glass", 1, {5, 6})}, {});
   ASSERT_TRUE(table.ok());

@@ -98,9 +98,18 @@ std::unique_ptr<Predictor> MakeCommandPredictor(CommandPredictorOptions options)
   return std::make_unique<CommandPredictor>(std::move(options));
 }
 
+std::string CommandOfWords(const std::vector<std::string>& words) {
+  std::string command;
+  for (const std::string& word : words) {
+    command += (command.empty() ? "" : " ") + (word == kPlaceholder ? word : Quoted(word));
+  }
+  return command;
+}
+
 std::string TrainerPredictCommand(const std::string& trainer_program,
                                   const std::string& checkpoint) {
-  return Quoted(trainer_program) + " predict --checkpoint " + Quoted(checkpoint) + " --list {list}";
+  return CommandOfWords({trainer_program, "predict", "--checkpoint", checkpoint, "--list",
+                         std::string(kPlaceholder)});
 }
 
 }  // namespace parallax

@@ -60,6 +60,11 @@ std::unique_ptr<Predictor> MakeCommandPredictor(CommandPredictorOptions options)
 // kNotFound naming the first pair without one and how many more there are.
 std::unique_ptr<Predictor> MakeFolderPredictor(std::string dir);
 
+// A command for MakeCommandPredictor from words that hold no shell syntax: each is quoted, and a
+// word
+// "{list}" stays the placeholder.
+std::string CommandOfWords(const std::vector<std::string>& words);
+
 // The command of the built-in trainer's program `trainer` for a checkpoint.
 std::string TrainerPredictCommand(const std::string& trainer_program,
                                   const std::string& checkpoint);

@@ -1,4 +1,4 @@
-// What `evaluate` and `predict` predict with, from what the user names.
+// Finds the predictor that a user of `evaluate` or `predict` names.
 #pragma once
 
 #include <memory>

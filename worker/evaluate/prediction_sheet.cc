@@ -21,18 +21,6 @@ void Put(ImageRgb8& image, size_t pixel, const Rgb& color) {
   std::copy(color.begin(), color.end(), image.data() + 3 * pixel);
 }
 
-// What 2 % of the known disparities exceed.
-double FullScale(const ImageF& truth_px) {
-  std::vector<float> known;
-  for (const float value : truth_px.values()) {
-    if (value > 0) known.push_back(value);
-  }
-  if (known.empty()) return 1;
-  const auto near = known.end() - 1 - static_cast<std::ptrdiff_t>(known.size() / 50);
-  std::nth_element(known.begin(), near, known.end());
-  return *near;
-}
-
 double HeadlineOf(const Evaluation& evaluation, const Scores& scores) {
   const auto region = scores.regions.find(evaluation.headline.region);
   return region == scores.regions.end() || region->second.pixels == 0
@@ -88,6 +76,17 @@ std::string Caption(const Evaluation& evaluation, const Scores& scores) {
 
 }  // namespace
 
+double ColorScale(const ImageF& disparity_px) {
+  std::vector<float> known;
+  for (const float value : disparity_px.values()) {
+    if (std::isfinite(value) && value > 0) known.push_back(value);
+  }
+  if (known.empty()) return 1;
+  const auto near = known.end() - 1 - static_cast<std::ptrdiff_t>(known.size() / 50);
+  std::nth_element(known.begin(), near, known.end());
+  return *near;
+}
+
 ImageRgb8 ColorPrediction(const ImageF& predicted_px, double full_scale_px) {
   ImageRgb8 image = ColorDisparity(predicted_px, full_scale_px);
   for (size_t i = 0; i < predicted_px.pixels(); ++i) {
@@ -137,7 +136,7 @@ absl::Status DrawPredictionSheet(const Benchmark& benchmark, const Evaluation& e
   for (const Scores* scores : chosen) {
     ASSIGN_OR_RETURN(const SheetRow row, ReadRow(benchmark, *scores, work_dir));
     const int tile_height = height_of(*scores);
-    const double scale_px = FullScale(row.truth_px);
+    const double scale_px = ColorScale(row.truth_px);
     const ImageRgb8 tiles[] = {row.left, ColorDisparity(row.truth_px, scale_px),
                                ColorPrediction(row.predicted_px, scale_px),
                                ColorError(row.predicted_px, row.truth_px)};

@@ -25,6 +25,9 @@ absl::Status DrawPredictionSheet(const Benchmark& benchmark, const Evaluation& e
 
 // The error map's colours. Pixels without truth are dark grey.
 ImageRgb8 ColorError(const ImageF& predicted_px, const ImageF& truth_px);
+// The disparity that 2 % of the finite, positive ones exceed: the end of a picture's colours. 1
+// without any.
+double ColorScale(const ImageF& disparity_px);
 // Turbo over the square root of the disparity; not finite or negative: magenta.
 ImageRgb8 ColorPrediction(const ImageF& predicted_px, double full_scale_px);
 

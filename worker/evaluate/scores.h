@@ -1,4 +1,4 @@
-// What an evaluation leaves: the errors of one predictor on the images of one benchmark, as a file
+// Scores of an evaluation: the errors of one predictor on the images of one benchmark, as a file
 // of JSON lines. Its first line says what was evaluated and how; each further line is one image.
 // The schema stands in README.md.
 #pragma once

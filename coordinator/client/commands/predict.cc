@@ -1,8 +1,6 @@
 // predict: the disparities of one pair.
 #include <unistd.h>
 
-#include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -13,7 +11,6 @@
 #include "coordinator/client/commands/evaluate.h"
 #include "coordinator/client/predictor_choice.h"
 #include "coordinator/client/text.h"
-#include "worker/dataset/drawing.h"
 #include "worker/evaluate/disparity_files.h"
 #include "worker/evaluate/prediction_sheet.h"
 
@@ -67,18 +64,6 @@ absl::Status WriteOutput(const std::string& path, const ImageF& disparity_px) {
   return WriteFile(path, png);
 }
 
-// What 2 % of the finite disparities exceed: the end of the picture's colours.
-double FullScale(const ImageF& disparity_px) {
-  std::vector<float> known;
-  for (const float value : disparity_px.values()) {
-    if (std::isfinite(value) && value > 0) known.push_back(value);
-  }
-  if (known.empty()) return 1;
-  const auto near = known.end() - 1 - static_cast<std::ptrdiff_t>(known.size() / 50);
-  std::nth_element(known.begin(), near, known.end());
-  return *near;
-}
-
 absl::StatusOr<ImageF> PredictOne(const PredictOptions& options, Predictor& predictor,
                                   const Session& session) {
   ASSIGN_OR_RETURN(const TemporaryFolder work, TemporaryFolder::Make());
@@ -103,7 +88,7 @@ absl::StatusOr<ExitCode> Predict(const PredictOptions& options, Session& session
   RETURN_IF_ERROR(CheckPictures(options));
   ASSIGN_OR_RETURN(const ImageF disparity_px, PredictOne(options, *chosen.predictor, session));
   RETURN_IF_ERROR(WriteOutput(options.out, disparity_px));
-  const double full_scale_px = FullScale(disparity_px);
+  const double full_scale_px = ColorScale(disparity_px);
   if (!options.picture.empty()) {
     RETURN_IF_ERROR(WritePng(options.picture, ColorPrediction(disparity_px, full_scale_px), 3));
   }

@@ -26,6 +26,14 @@ TEST(PredictionSheet, ErrorColoursTellUnknownWrongAndFar) {
   EXPECT_EQ(At(ColorPrediction(Row({-1}), 10), 0, 0), wrong);
 }
 
+TEST(PredictionSheet, ColoursEndWhereTwoPercentOfThePixelsGoBeyond) {
+  ImageF ramp(101, 1);
+  for (int x = 0; x <= 100; ++x) ramp(x, 0) = static_cast<float>(x);
+  EXPECT_EQ(ColorScale(ramp), 98);
+  EXPECT_EQ(ColorScale(Row({kNan, kInf, -1, 0, 5})), 5);
+  EXPECT_EQ(ColorScale(Row({0, kNan})), 1);
+}
+
 TEST(PredictionSheet, DrawsTheWorstPairsFirstAndNeedsTheirPredictions) {
   const TestTree tree;
   for (int i = 0; i < 4; ++i) {

@@ -1,4 +1,4 @@
-// What predicts disparities: a classical method, a trained network by its command, or files that
+// Predictors of disparities: a classical method, a trained network by its command, or files that
 // are there already. All work through files, so that a crash of a network takes nothing along.
 #pragma once
 

@@ -99,7 +99,7 @@ absl::Status RunCommand(const CommandOptions& options) {
     int wait_status = 0;
     const pid_t ended = waitpid(pid, &wait_status, WNOHANG);
     if (ended == pid) {
-      kill(-pid, SIGKILL);  // What it left behind.
+      kill(-pid, SIGKILL);  // Children that it left.
       return StatusOf(wait_status, options);
     }
     if (options.cancel.cancelled()) {

@@ -461,11 +461,14 @@ TEST_F(CommandTest, FetchFromAStoreThatNobodySendsIsClear) {
   file.set_name("left.png");
   file.set_size(1);
   file.set_sha256(std::string(64, '0'));
+  (*frame.mutable_frame()->mutable_statistics())["mean_intensity"] = 90;
+  (*frame.mutable_frame()->mutable_statistics())["min_depth_m"] = 1;
   coordinator_.frames = {frame};
   // A coordinator of an older version, and neither an object store nor a folder that is here.
-  for (const std::string store : {std::string("s3://somewhere"), "file://" + dir_ + "/elsewhere"}) {
+  for (const std::string& store :
+       {std::string("s3://somewhere"), "file://" + dir_ + "/elsewhere"}) {
     coordinator_.store_uri = store;
-    const Outcome outcome = Run({"fetch", "3", "--out", dir_ + "/out"});
+    const Outcome outcome = Run({"fetch", "3", "--out", dir_ + "/out-" + store.substr(0, 2)});
     EXPECT_EQ(outcome.exit_code, kExitUsage) << outcome.err;
     EXPECT_THAT(outcome.err, HasSubstr("can't be seen from here"));
   }

@@ -5,8 +5,10 @@
 
 #include "common/base/log.h"
 #include "common/base/version.h"
+#include "common/store/store.h"
 #include "coordinator/init.h"
 #include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/output_check.h"
 #include "coordinator/serve.h"
 
 namespace parallax {
@@ -38,6 +40,7 @@ struct CommandLine {
   InitOptions init;
   std::string db;
   std::string backup_file;
+  std::string check_store;
   bool log_json = false;
   std::string log_level = "info";
 };
@@ -87,6 +90,8 @@ CLI::App* DeclareServe(CLI::App& app, CommandLine& line) {
                    "files come through this coordinator) or auto (default: direct where they see "
                    "it, else stream)")
       ->check(CLI::IsMember({"auto", "direct", "stream"}));
+  serve->add_flag("--trust-workers", options.trust_workers,
+                  "Don't look for the files that a result names before it is published");
   serve
       ->add_option("--tls", options.tls_dir,
                    "Folder with ca.crt, tls.crt and tls.key, as `coordinator init` makes it: TCP "
@@ -126,16 +131,34 @@ ProgramError Init(const InitOptions& options) {
   return {status, absl::IsInvalidArgument(status) ? kExitUsage : kExitFailed};
 }
 
-ProgramError Check(const std::string& db) {
+// Files that results name and the store does not have, at most `most` of them in `out`.
+absl::Status CheckOutputs(const std::string& db, const std::string& uri, size_t most,
+                          std::vector<std::string>& out) {
+  ASSIGN_OR_RETURN(const auto store, OpenStore(uri, {.create = false, .read_only = true}));
+  return JobQueue::VisitOutputs(db,
+                                [&](const std::vector<JobKind::OutputFile>& files) -> absl::Status {
+                                  ASSIGN_OR_RETURN(std::string why, WhyNotInStore(*store, files));
+                                  if (!why.empty() && out.size() < most)
+                                    out.push_back("a published file: " + std::move(why));
+                                  return absl::OkStatus();
+                                });
+}
+
+ProgramError Check(const std::string& db, const std::string& store) {
   // Its own exit status for a coordinator that is at work.
   if (std::filesystem::exists(db)) {
     if (ProgramError error = CheckDatabasePlace(db); !error.status.ok()) return error;
   }
-  const auto problems = JobQueue::CheckFile(db);
+  auto problems = JobQueue::CheckFile(db);
   if (!problems.ok()) return ExplainOpenError(problems.status(), db);
+  if (!store.empty()) {
+    const absl::Status looked = CheckOutputs(db, store, problems->size() + 100, *problems);
+    if (!looked.ok()) return {WithContext(looked, "store " + store), kExitFailed};
+  }
   for (const std::string& problem : *problems) std::cout << problem << "\n";
   if (problems->empty()) {
-    std::cout << db << ": every invariant holds" << std::endl;
+    std::cout << db << ": every invariant holds"
+              << (store.empty() ? "" : ", and every published file is in the store") << std::endl;
     return {};
   }
   return {
@@ -169,6 +192,8 @@ int Main(int argc, char** argv) {
   CLI::App* check = app.add_subcommand(
       "check", "Re-derive every invariant of a database that no coordinator has open");
   check->add_option("--db", line.db, "Database file")->required();
+  check->add_option("--store", line.check_store,
+                    "Look for every published file in this store as well");
   CLI::App* backup = app.add_subcommand(
       "backup", "Copy a database consistently, also while a coordinator serves it");
   backup->add_option("--db", line.db, "Database file")->required();
@@ -185,7 +210,7 @@ int Main(int argc, char** argv) {
   InitLogging({.json = line.log_json, .level = *level, .program = "coordinator"});
   if (serve->parsed()) return End(Serve(line.serve));
   if (init->parsed()) return End(Init(line.init));
-  if (check->parsed()) return End(Check(line.db));
+  if (check->parsed()) return End(Check(line.db, line.check_store));
   return End(Backup(line.db, line.backup_file));
 }
 

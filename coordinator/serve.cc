@@ -137,6 +137,7 @@ ProgramError Serve(const ServeOptions& options) {
   server_options.store_uri = (*store)->Uri();
   server_options.store = store->get();
   server_options.store_access = AccessOf(options.store_access);
+  server_options.check_outputs = !options.trust_workers;
   server_options.spool_dir = SpoolFor(**store, options.db);
   server_options.reconnect_grace_s = options.reconnect_grace_s;
   auto server = CoordinatorServer::Start(server_options, **queue);

@@ -17,6 +17,7 @@ struct ServeOptions {
   bool insecure = false;
   std::string tls_dir;                // Empty: none.
   std::string store_access = "auto";  // "direct", "stream", "auto"
+  bool trust_workers = false;         // Results are published without a look at their files.
   double lease_s = 60;
   double reconnect_grace_s = 10;
   double archive_after_days = 30;  // 0: never.

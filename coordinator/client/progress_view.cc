@@ -6,6 +6,7 @@
 
 #include "coordinator/client/study_view.h"
 #include "coordinator/client/text.h"
+#include "coordinator/queue/job_kind.h"
 
 namespace parallax::client {
 namespace {
@@ -32,14 +33,10 @@ void ProgressView::Observe(double time_s, const v1::StudyStatus& study,
   if (start_s_ < 0) start_s_ = time_s;
   now_s_ = time_s;
   study_ = study;
-  solving_ = rendering_ = 0;
+  at_work_.clear();
   for (auto& [name, variant] : variants_) variant.begun_pairs = 0;
   for (const v1::JobStatus& job : leased.jobs()) {
-    if (job.kind() == v1::JOB_KIND_SOLVE) {
-      ++solving_;
-      continue;
-    }
-    ++rendering_;
+    ++at_work_[job.kind()];
     variants_[job.variant()].begun_pairs += job.fraction() * job.rigs_size();
   }
   double begun = 0;
@@ -58,8 +55,11 @@ std::string ProgressView::JobsLine() const {
     line += (line.empty() ? "" : ", ") + Plural(count, one, more.empty() ? one : more);
   };
   const PairCounts counts = CountsOf(study_);
-  add(solving_, "solving");
-  add(rendering_, "rendering");
+  const KindRegistry& kinds = KindRegistry::Builtin();
+  for (size_t i = 0; i < kinds.size(); ++i) {
+    const auto count = at_work_.find(kinds.at(i).name());
+    if (count != at_work_.end()) add(count->second, kinds.at(i).traits().doing);
+  }
   add(JobsInState(study_, "READY"), "waiting");
   add(JobsInState(study_, "RETRY_WAIT"), "to be tried again");
   add(counts.layouts_reused, "layout reused", "layouts reused");

@@ -41,8 +41,7 @@ class ProgressView {
   double start_s_ = -1;
   double now_s_ = 0;
   v1::StudyStatus study_;
-  int64_t solving_ = 0;
-  int64_t rendering_ = 0;
+  std::map<std::string, int64_t> at_work_;  // By kind of job: how many are leased.
   RateEstimator rate_;
   std::map<std::string, Variant> variants_;
 };

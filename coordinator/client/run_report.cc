@@ -49,7 +49,8 @@ void PrintRunReport(const Terminal& terminal, const RunReport& report) {
     }
   }
   if (counts.layouts_reused > 0) {
-    line("layouts", Plural(counts.layouts_reused, "solve") + " saved by sharing between variants");
+    line("layouts", Plural(counts.layouts_reused, "solve saved", "solves saved") +
+                        " by sharing between variants");
   }
   if (counts.rejected > 0) {
     line("rejected", Plural(counts.rejected, "scene") + " without a valid layout, replaced");

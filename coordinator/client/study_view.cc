@@ -1,31 +1,34 @@
 #include "coordinator/client/study_view.h"
 
 #include <algorithm>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "coordinator/client/progress.h"
 #include "coordinator/client/table.h"
 #include "coordinator/client/text.h"
+#include "coordinator/queue/job_kind.h"
 
 namespace parallax::client {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using StateCounts = google::protobuf::Map<std::string, int64_t>;
-
-int64_t CountOf(const StateCounts& counts, const std::string& state) {
-  const auto found = counts.find(state);
-  return found == counts.end() ? 0 : found->second;
+int64_t CountOf(const v1::VariantStatus& variant, std::string_view state,
+                std::string_view kind = "") {
+  int64_t jobs = 0;
+  for (const v1::JobCount& count : variant.jobs()) {
+    if (count.state() == state && (kind.empty() || count.kind() == kind)) jobs += count.jobs();
+  }
+  return jobs;
 }
 
-// In alphabetical order: a protobuf map has none.
-Json CountsJson(const StateCounts& counts) {
-  Json json = Json::object();
-  for (const auto& [state, count] : std::map<std::string, int64_t>(counts.begin(), counts.end())) {
-    json[LowerName(state)] = count;
+// "solve_jobs": {"ready": 2}, for each kind of this release and each that the coordinator has.
+void AddJobs(const v1::VariantStatus& variant, Json& json) {
+  for (const std::string& kind : KindRegistry::Builtin().Names()) {
+    json[kind + "_jobs"] = Json::object();
   }
-  return json;
+  for (const v1::JobCount& count : variant.jobs()) {
+    json[count.kind() + "_jobs"][LowerName(count.state())] = count.jobs();
+  }
 }
 
 // Zero is nothing to read.
@@ -48,12 +51,11 @@ PairCounts CountsOf(const v1::VariantStatus& variant) {
   counts.done = variant.pairs_done();
   counts.reused = variant.frames_reused();
   counts.rejected = variant.scenes_rejected();
-  counts.solves_done = CountOf(variant.solve_jobs(), "SUCCEEDED");
+  const KindRegistry& kinds = KindRegistry::Builtin();
+  counts.solves_done = CountOf(variant, "SUCCEEDED", kinds[kinds.begins_scenes()].name());
   counts.solves_reused = variant.solves_reused();
   counts.layouts_reused = variant.layouts_reused();
-  for (const StateCounts* jobs : {&variant.solve_jobs(), &variant.render_jobs()}) {
-    counts.failed += CountOf(*jobs, "FAILED") + CountOf(*jobs, "QUARANTINED");
-  }
+  counts.failed = CountOf(variant, "FAILED") + CountOf(variant, "QUARANTINED");
   return counts;
 }
 
@@ -76,7 +78,7 @@ PairCounts CountsOf(const v1::StudyStatus& study) {
 int64_t JobsInState(const v1::StudyStatus& study, const std::string& state) {
   int64_t count = 0;
   for (const v1::VariantStatus& variant : study.variants()) {
-    count += CountOf(variant.solve_jobs(), state) + CountOf(variant.render_jobs(), state);
+    count += CountOf(variant, state);
   }
   return count;
 }
@@ -223,8 +225,7 @@ Json StudyJson(const v1::StudyStatus& study) {
   for (const v1::VariantStatus& variant : study.variants()) {
     Json entry = {{"name", variant.name()}};
     entry.update(CountsFields(CountsOf(variant)));
-    entry["solve_jobs"] = CountsJson(variant.solve_jobs());
-    entry["render_jobs"] = CountsJson(variant.render_jobs());
+    AddJobs(variant, entry);
     Json& problems = entry["problems"] = Json::array();
     for (const v1::JobProblem& problem : variant.problems()) {
       problems.push_back({{"job_id", problem.job_id()},

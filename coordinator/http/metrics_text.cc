@@ -74,7 +74,7 @@ void WriteQueue(const JobQueueStats& queue, Writer& out) {
   for (const auto& [outcome, count] : attempts) {
     out.Sample("attempts_total", {{"outcome", outcome}}, static_cast<double>(count));
   }
-  out.One("splits_total", "counter", "Render jobs made from rigs of another, since start.",
+  out.One("splits_total", "counter", "Jobs made from rigs of another, since start.",
           static_cast<double>(queue.splits));
   out.One("archived_jobs_total", "counter", "Jobs moved to the archive since start.",
           static_cast<double>(queue.archived_jobs));
@@ -109,7 +109,7 @@ void WriteWorkers(const StatusSnapshot& snapshot, Writer& out) {
   const ServerMetrics& server = snapshot.server;
   out.One("worker_slots", "gauge", "Slots of connected workers.",
           static_cast<double>(server.slots));
-  out.One("worker_running", "gauge", "Attempts that connected workers say they run.",
+  out.One("worker_running", "gauge", "Slots of connected workers that hold an attempt.",
           static_cast<double>(server.running));
   out.One("workers_lost_total", "counter", "Workers given up since start.",
           static_cast<double>(server.workers_lost));

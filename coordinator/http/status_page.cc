@@ -86,9 +86,12 @@ std::string Bar(int64_t done, int64_t wanted) {
          "\"><span style=\"width:" + width + "\"></span></div>";
 }
 
-int64_t StateCount(const google::protobuf::Map<std::string, int64_t>& counts, const char* state) {
-  const auto found = counts.find(state);
-  return found == counts.end() ? 0 : found->second;
+int64_t StateCount(const v1::VariantStatus& variant, std::string_view state) {
+  int64_t jobs = 0;
+  for (const v1::JobCount& count : variant.jobs()) {
+    if (count.state() == state) jobs += count.jobs();
+  }
+  return jobs;
 }
 
 // "2 running, 14 ready, 1 failed"
@@ -101,8 +104,7 @@ std::string JobsText(const v1::VariantStatus& variant) {
                {"REJECTED", "rejected"}};
   std::string text;
   for (const auto& [state, label] : shown) {
-    const int64_t count =
-        StateCount(variant.solve_jobs(), state) + StateCount(variant.render_jobs(), state);
+    const int64_t count = StateCount(variant, state);
     if (count == 0) continue;
     if (!text.empty()) text += ", ";
     text += CountText(count) + " " + label;
@@ -164,9 +166,8 @@ std::string WorkersCard(const std::vector<v1::WorkerStatus>& workers) {
       "<th>version</th></tr>\n";
   for (const v1::WorkerStatus& worker : workers) {
     std::string kinds;
-    for (int kind : worker.kinds()) {
-      if (!kinds.empty()) kinds += ", ";
-      kinds += kind == v1::JOB_KIND_SOLVE ? "solve" : "render";
+    for (const std::string& kind : worker.kinds()) {
+      kinds += (kinds.empty() ? "" : ", ") + EscapeHtml(kind);
     }
     html += "<tr><td>" + EscapeHtml(worker.name()) + "</td><td>" +
             Tag(worker.state(), StyleOfWorker(worker.state())) + "</td><td class=\"soft\">" +

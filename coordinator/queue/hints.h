@@ -54,12 +54,16 @@ class JobHints {
   void Entered(JobState state, const Sha256Digest& group_key, int64_t awaits_job) {
     if (state == JobState::kReady) ready_.Add(KeyOf(group_key));
     if (state == JobState::kLeased) leased_.Add(KeyOf(group_key));
-    if (state == JobState::kBlocked) awaited_.Add(static_cast<uint64_t>(awaits_job));
+    if (state == JobState::kBlocked && awaits_job != 0) {
+      awaited_.Add(static_cast<uint64_t>(awaits_job));
+    }
   }
   void Left(JobState state, const Sha256Digest& group_key, int64_t awaits_job) {
     if (state == JobState::kReady) ready_.RemoveAtCommit(KeyOf(group_key));
     if (state == JobState::kLeased) leased_.RemoveAtCommit(KeyOf(group_key));
-    if (state == JobState::kBlocked) awaited_.RemoveAtCommit(static_cast<uint64_t>(awaits_job));
+    if (state == JobState::kBlocked && awaits_job != 0) {
+      awaited_.RemoveAtCommit(static_cast<uint64_t>(awaits_job));
+    }
   }
 
   int64_t ReadyIn(const Sha256Digest& group_key) const { return ready_.AtMost(KeyOf(group_key)); }

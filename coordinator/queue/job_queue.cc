@@ -45,6 +45,31 @@ absl::StatusOr<uint64_t> RaiseEpoch(SqliteConnection& db, double now_unix_s, boo
   return static_cast<uint64_t>(epoch);
 }
 
+// What the schema must know of each kind. A database with jobs of a kind that this program does not
+// have is another program's.
+absl::Status EnterKinds(SqliteConnection& db, const KindRegistry& kinds) {
+  {
+    SqliteQuery used(db, "SELECT DISTINCT kind FROM job_counts");
+    while (used.Next()) {
+      if (kinds.Find(used.Text(0))) continue;
+      return MakeError(absl::StatusCode::kFailedPrecondition,
+                       "it has jobs of kind '" + std::string(used.Text(0)) +
+                           "', which this program does not know; use the one that made them");
+    }
+    RETURN_IF_ERROR(used.status());
+  }
+  RETURN_IF_ERROR(db.Run("BEGIN IMMEDIATE"));
+  for (size_t i = 0; i < kinds.size(); ++i) {
+    const JobTraits& t = kinds.at(i).traits();
+    RETURN_IF_ERROR(db.Run(
+        "INSERT INTO job_kinds(name, of_scene, may_reject, has_output, can_split,"
+        " shares_part) VALUES (?1, ?2, ?3, ?4, ?5, ?6) ON CONFLICT DO UPDATE SET"
+        " of_scene = ?2, may_reject = ?3, has_output = ?4, can_split = ?5, shares_part = ?6",
+        kinds.at(i).name(), t.of_scene, t.may_reject, t.has_output, t.can_split, t.shares_part));
+  }
+  return db.Run("COMMIT");
+}
+
 // Its first start, of which there is only one.
 absl::StatusOr<std::string> DatabaseId(SqliteConnection& db) {
   SqliteQuery first(db, "SELECT epoch, started_unix_s FROM epochs ORDER BY epoch LIMIT 1");
@@ -251,10 +276,11 @@ absl::Status JobQueue::Impl::Open() {
   ASSIGN_OR_RETURN(
       epoch_, RaiseEpoch(*db_, options_.clock->UnixSeconds(), options_.unsafe_for_test.keep_epoch));
   ASSIGN_OR_RETURN(database_id_, DatabaseId(*db_));
+  RETURN_IF_ERROR(WithContext(EnterKinds(*db_, *options_.kinds), options_.db_path));
   machine_ = std::make_unique<Machine>(*db_, options_, epoch_);
   RETURN_IF_ERROR(machine_->Load());
   ASSIGN_OR_RETURN(readers_, Readers::Open(options_.db_path, options_.vfs, options_.readers,
-                                           options_.read_deadline_s));
+                                           options_.read_deadline_s, *options_.kinds));
   SqliteQuery leased(*db_, "SELECT id, fence, worker FROM jobs WHERE state = 'LEASED'");
   while (leased.Next()) {
     book_.Add({leased.Int(0), static_cast<uint64_t>(leased.Int(1)), std::string(leased.Text(2)),
@@ -313,6 +339,7 @@ JobQueue::~JobQueue() {
 }
 
 uint64_t JobQueue::epoch() const { return impl_->epoch_; }
+const KindRegistry& JobQueue::kinds() const { return *impl_->options_.kinds; }
 const std::string& JobQueue::database_id() const { return impl_->database_id_; }
 int64_t JobQueue::schema_version() const { return impl_->schema_version_; }
 double JobQueue::lease_s() const { return impl_->options_.lease_s; }
@@ -380,17 +407,18 @@ void JobQueue::LeaseAsync(const WorkerFacts& worker, int max_jobs,
 }
 
 absl::StatusOr<v1::ReportOutcome> JobQueue::Complete(const v1::CompleteRequest& request) {
-  const CheckedReport report = CheckReport(request);
+  const CheckedReport report = CheckReport(request, *impl_->options_.kinds);
   ASSIGN_OR_RETURN(const Machine::Verdict verdict, impl_->Do<Machine::Verdict>("complete", [&] {
     return impl_->machine_->Complete(report);
   }));
   return Impl::OutcomeOf(verdict);
 }
 
-void JobQueue::CompleteAsync(const v1::CompleteRequest& request,
+void JobQueue::CompleteAsync(const v1::CompleteRequest& request, const std::string& invalid,
                              std::function<void(absl::StatusOr<v1::ReportOutcome>)> done) {
   Impl* impl = impl_.get();
-  auto report = std::make_shared<const CheckedReport>(CheckReport(request));
+  auto report = std::make_shared<CheckedReport>(CheckReport(request, *impl_->options_.kinds));
+  if (report->invalid.empty()) report->invalid = invalid;
   auto verdict = std::make_shared<Machine::Verdict>();
   impl->writer_->Enqueue({"complete",
                           [=] {
@@ -479,12 +507,12 @@ absl::StatusOr<std::string> JobQueue::SubmitterOf(StudyId study) {
 bool JobQueue::IsHeldBy(const std::string& worker, const v1::AttemptId& attempt) const {
   return impl_->book_.Holds(worker, attempt);
 }
+int JobQueue::HeldBy(const std::string& worker) const { return impl_->book_.HeldBy(worker); }
 absl::StatusOr<v1::Scene> JobQueue::GetScene(const v1::GetSceneRequest& request) {
   return impl_->readers_->GetScene(request);
 }
 
-// ---- Litter
-// -------------------------------------------------------------------------------------
+// ---- Litter -----------------------------------------------------------------------------------
 absl::StatusOr<std::vector<std::string>> JobQueue::ListLitter(double older_than_s, int limit) {
   return impl_->readers_->ListLitter(impl_->options_.clock->UnixSeconds() - older_than_s, limit);
 }
@@ -495,9 +523,9 @@ absl::Status JobQueue::ForgetLitter(const std::vector<std::string>& paths) {
 JobQueueStats JobQueue::Stats() const {
   const WriterStats writer = impl_->writer_->stats();
   JobQueueStats stats;
-  for (size_t kind = 0; kind < kWorkKinds; ++kind) {
+  for (size_t kind = 0; kind < kinds().size(); ++kind) {
     for (size_t state = 0; state < kJobStates; ++state) {
-      stats.jobs[{kWorkKindNames[kind], kJobStateNames[state]}] = writer.jobs[kind][state];
+      stats.jobs[{kinds().at(kind).name(), kJobStateNames[state]}] = writer.jobs[kind][state];
     }
   }
   stats.commits = writer.commits;
@@ -529,7 +557,7 @@ JobQueueStats JobQueue::Stats() const {
 absl::StatusOr<std::vector<std::string>> JobQueue::Check() {
   absl::StatusOr<std::vector<std::string>> found;
   RETURN_IF_ERROR(impl_->readers_->Read(0, [&](SqliteConnection& db) {
-    found = AuditDatabase(db);
+    found = AuditDatabase(db, *impl_->options_.kinds);
     return found.status();
   }));
   return found;
@@ -548,7 +576,23 @@ absl::StatusOr<std::vector<std::string>> JobQueue::CheckFile(const std::string& 
                          std::to_string(version.value_or(0)) + ", this program checks version " +
                          std::to_string(NewestSchemaVersion()));
   }
-  return AuditDatabase(*db);
+  return AuditDatabase(*db, KindRegistry::Builtin());
+}
+
+absl::Status JobQueue::VisitOutputs(
+    const std::string& db_path,
+    const std::function<absl::Status(const std::vector<JobKind::OutputFile>&)>& visit) {
+  ASSIGN_OR_RETURN(const auto lock, DatabaseLock::Acquire(db_path));
+  ASSIGN_OR_RETURN(const auto db, OpenWriter(db_path, ""));
+  const KindRegistry& kinds = KindRegistry::Builtin();
+  SqliteQuery results(*db, "SELECT stage, bytes FROM results WHERE bytes IS NOT NULL");
+  while (results.Next()) {
+    for (size_t i = 0; i < kinds.size(); ++i) {
+      const auto files = kinds.at(i).StoredFiles(results.Text(0), results.Blob(1));
+      if (!files.empty()) RETURN_IF_ERROR(visit(files));
+    }
+  }
+  return results.status();
 }
 
 absl::Status JobQueue::Backup(const std::string& path) {

@@ -4,8 +4,8 @@
 // Invariants (JobQueue::Check re-derives each of them from the tables):
 // - A job is in one state; only the holder of its newest fence can end it; a terminal row never
 // changes.
-// - What a completion implies (render jobs, replaced scenes, released followers, counters,
-// published frames) is committed
+// - What a completion implies (the jobs that it makes possible, replaced scenes,
+// released followers and waiters, counters, published frames) is committed
 //   in the same transaction as the completion itself. A call that returned OK is on disk.
 // - A fence is never issued twice, neither after a restart nor from a restored backup.
 // - One process and, in it, one thread writes the database; commands are committed in groups.
@@ -29,6 +29,7 @@
 #include "common/base/status.h"
 #include "common/base/version.h"
 #include "coordinator/queue/fail_point.h"
+#include "coordinator/queue/job_kind.h"
 #include "coordinator/queue/policy.h"
 #include "parallax/v1/service.pb.h"
 
@@ -55,6 +56,8 @@ struct JobQueueOptions {
   int readers = 3;              // Connections for the reading calls.
   double read_deadline_s = 10;  // A reading call gives up with kDeadlineExceeded.
   StageVersions versions;       // Part of every result's key.
+  // Kinds of jobs. Must outlive the queue; a database with jobs of others is refused.
+  const KindRegistry* kinds = &KindRegistry::Builtin();
   RetryPolicy retry;
   // Jobs of studies that finished so long ago go to the archive: still listed,
   // their results still reused, but not retried. 0: never.
@@ -67,18 +70,19 @@ struct JobQueueOptions {
   std::function<void(const absl::Status&)> on_fatal;
 };
 
+// Slots of the whole farm at one moment that take a kind of job.
+struct FarmSlots {
+  int idle = 0;  // Without a job, those asked for here included.
+  int all = 0;
+};
 // What the scheduler must know of a worker to choose for it.
 struct WorkerFacts {
   std::string name;
-  bool solves = false;
-  bool renders = false;
+  std::vector<std::string> kinds;  // Of jobs that it takes.
   int64_t memory_mb = 0;
   std::vector<std::string> tags;
-  // Of the whole farm at this moment: render slots without a job, those asked
-  // for here included, and all render slots. They decide whether a render job
-  // is split. 0: unknown, nothing is split.
-  int idle_render_slots = 0;
-  int render_slots = 0;
+  // By kind, of those whose jobs can be split: decides whether one is. Absent: it is not.
+  std::map<std::string, FarmSlots> farm;
 };
 
 // Told by the queue's thread after the commit that caused it. Must not block.
@@ -95,7 +99,8 @@ class JobQueueObserver {
 
 // For /metrics. Taken without touching the database.
 struct JobQueueStats {
-  // (kind "solve" or "render", state) -> jobs, of all studies that this process has loaded.
+  // (kind, state) -> jobs, of all studies that this process has loaded; every kind with every
+  // state.
   std::map<std::pair<std::string, std::string>, int64_t> jobs;
   int64_t leases_held = 0;
   uint64_t commits = 0;
@@ -105,7 +110,7 @@ struct JobQueueStats {
   uint64_t failures = 0;  // App failures reported.
   uint64_t losses = 0;    // Infra losses.
   uint64_t stale_reports = 0;
-  uint64_t splits = 0;         // Render jobs made from rigs of another.
+  uint64_t splits = 0;         // Jobs made from rigs of another.
   uint64_t archived_jobs = 0;  // Moved to the archive.
   double commit_seconds = 0;   // In COMMIT, fsync included, summed.
   double commit_seconds_max = 0;
@@ -132,6 +137,7 @@ class JobQueue {
   ~JobQueue();  // Finishes accepted commands, closes. Leases stay: the next start adopts them.
 
   uint64_t epoch() const;
+  const KindRegistry& kinds() const;
   // Names the database for as long as it exists, backups included: reports that carry it can't be
   // taken for those of another database's job of the same number.
   const std::string& database_id() const;
@@ -164,10 +170,11 @@ class JobQueue {
                   std::function<void(absl::StatusOr<std::vector<v1::Lease>>)> done);
   // OK, ALREADY_DONE, STALE_FENCE, CANCELLED are all definitive. kInvalidArgument too: the result
   // does not belong to the job (wrong kind, rigs not asked for, path outside the attempt's folder),
-  // and the attempt counts as failed.
+  // and the attempt counts as failed; or the reporter is not the holder, who then goes on.
   absl::StatusOr<v1::ReportOutcome> Complete(const v1::CompleteRequest& request);
-  // `request` is not needed after the call.
-  void CompleteAsync(const v1::CompleteRequest& request,
+  // `request` is not needed after the call. `invalid`: why the caller knows that the result can't
+  // be right (files that aren't in the store); empty if it may be.
+  void CompleteAsync(const v1::CompleteRequest& request, const std::string& invalid,
                      std::function<void(absl::StatusOr<v1::ReportOutcome>)> done);
   absl::StatusOr<v1::ReportOutcome> Fail(const v1::FailRequest& request);
   // Back without blame (drain): READY at once.
@@ -189,13 +196,14 @@ class JobQueue {
 
   // Whether this is the worker's lease now. In memory: cheap.
   bool IsHeldBy(const std::string& worker, const v1::AttemptId& attempt) const;
+  // How many leases the worker holds now. In memory: cheap.
+  int HeldBy(const std::string& worker) const;
 
   // Expires leases and ends back-offs that are due. Returns the seconds until there is something to
   // do again. Called by the queue itself with own_timer.
   absl::StatusOr<double> Tick();
 
-  // ---- Reads: own connections, consistent snapshots, never wait for the writer
-  // --------------------
+  // ---- Reads: own connections, consistent snapshots, never wait for the writer ----------------
   absl::StatusOr<v1::StudyStatus> GetStudy(StudyId study);  // With spec.
   // Newest first; with `before` only those with smaller ids.
   absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before = 0);
@@ -211,15 +219,13 @@ class JobQueue {
 
   JobQueueStats Stats() const;
 
-  // ---- Litter: folders of the store that no result names or ever will
-  // --------------------------- Paths in the store that became litter at least
-  // `older_than_s` ago, the oldest first.
+  // ---- Litter: folders of the store that no result names or ever will -------------------------
+  // Paths in the store that became litter at least `older_than_s` ago, the oldest first.
   absl::StatusOr<std::vector<std::string>> ListLitter(double older_than_s, int limit);
-  // They are gone.
+  // The janitor has removed them.
   absl::Status ForgetLitter(const std::vector<std::string>& paths);
 
-  // ---- Operations
-  // -------------------------------------------------------------------------------
+  // ---- Operations -----------------------------------------------------------------------------
   // Re-derives every invariant; empty when all hold. Reads everything: seconds
   // for a million rows.
   absl::StatusOr<std::vector<std::string>> Check();
@@ -228,6 +234,12 @@ class JobQueue {
 
   // Backup of a file that a coordinator may have open meanwhile (`coordinator backup`).
   static absl::Status BackupFile(const std::string& db_path, const std::string& path);
+
+  // Calls `visit` with the files of each stored result of a database that no coordinator has open
+  // (`coordinator check --store`), and stops at its first error.
+  static absl::Status VisitOutputs(
+      const std::string& db_path,
+      const std::function<absl::Status(const std::vector<JobKind::OutputFile>&)>& visit);
 
   // The same auditor on a file that no coordinator has open (`coordinator check`).
   static absl::StatusOr<std::vector<std::string>> CheckFile(const std::string& db_path);

@@ -7,23 +7,25 @@ constexpr char kFind[] = "SELECT " PARALLAX_JOB_COLUMNS " FROM jobs WHERE id = ?
 
 constexpr char kInsert[] = R"sql(
 INSERT INTO jobs(study_id, variant_id, kind, ordinal, rigs, rig_count, generation, state, work_key,
-                 group_key, reused, awaits_job, ready_unix_s, finished_unix_s, error)
-VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15))sql";
+                 group_key, reused, awaits_job, ready_unix_s, finished_unix_s, error, input,
+                 waits_open)
+VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17))sql";
 
 // READY -> LEASED
 constexpr char kMoveToLeased[] = R"sql(
 UPDATE jobs SET state = 'LEASED', fence = ?2, worker = ?3, attempts = attempts + 1,
-                layout_given = ?4
+                part_given = ?4
 WHERE id = ?1 AND state = 'READY')sql";
 
 // BLOCKED, RETRY_WAIT -> READY
 constexpr char kMoveToReady[] = R"sql(
-UPDATE jobs SET state = 'READY', awaits_job = NULL, not_before_unix_s = NULL, ready_unix_s = ?2
+UPDATE jobs SET state = 'READY', awaits_job = NULL, waits_open = 0, not_before_unix_s = NULL,
+                ready_unix_s = ?2
 WHERE id = ?1 AND state IN ('BLOCKED', 'RETRY_WAIT'))sql";
 
 // READY, BLOCKED, RETRY_WAIT -> BLOCKED
 constexpr char kMoveToBlocked[] = R"sql(
-UPDATE jobs SET state = 'BLOCKED', awaits_job = ?2, not_before_unix_s = NULL
+UPDATE jobs SET state = 'BLOCKED', awaits_job = ?2, waits_open = 0, not_before_unix_s = NULL
 WHERE id = ?1 AND state IN ('READY', 'BLOCKED', 'RETRY_WAIT'))sql";
 
 // LEASED -> SUCCEEDED, REJECTED: only the newest attempt can.
@@ -33,8 +35,8 @@ WHERE id = ?1 AND state = 'LEASED' AND fence = ?2)sql";
 
 // READY, BLOCKED, RETRY_WAIT -> SUCCEEDED, REJECTED: no attempt of its own won.
 constexpr char kMoveToReused[] = R"sql(
-UPDATE jobs SET state = ?2, reused = 1, fence = NULL, awaits_job = NULL, not_before_unix_s = NULL,
-                error = ?3, finished_unix_s = ?4
+UPDATE jobs SET state = ?2, reused = 1, fence = NULL, awaits_job = NULL, waits_open = 0,
+                not_before_unix_s = NULL, error = ?3, finished_unix_s = ?4
 WHERE id = ?1 AND state IN ('READY', 'BLOCKED', 'RETRY_WAIT'))sql";
 
 // LEASED -> READY, RETRY_WAIT, FAILED, QUARANTINED
@@ -45,8 +47,8 @@ WHERE id = ?1 AND state = 'LEASED' AND fence = ?2)sql";
 
 // any but the terminal ones -> CANCELLED
 constexpr char kMoveToCancelled[] = R"sql(
-UPDATE jobs SET state = 'CANCELLED', awaits_job = NULL, not_before_unix_s = NULL, error = ?2,
-                finished_unix_s = ?3
+UPDATE jobs SET state = 'CANCELLED', awaits_job = NULL, waits_open = 0, not_before_unix_s = NULL,
+                error = ?2, finished_unix_s = ?3
 WHERE id = ?1 AND state IN ('READY', 'BLOCKED', 'RETRY_WAIT', 'LEASED'))sql";
 
 int64_t Signed(uint64_t fence) { return static_cast<int64_t>(fence); }
@@ -57,17 +59,25 @@ std::optional<int64_t> NullIfZero(int64_t value) {
 
 }  // namespace
 
-JobRow JobRowOf(const SqliteQuery& query) {
+absl::StatusOr<JobRow> JobRowOf(const SqliteQuery& query, const KindRegistry& kinds) {
   JobRow row;
   row.id = query.Int(0);
   row.study = query.Int(1);
   row.variant = query.Int(2);
-  row.kind = WorkKindOf(query.Text(3));
+  const std::optional<KindId> kind = kinds.Find(query.Text(3));
+  const std::optional<JobState> state = JobStateOf(query.Text(8));
+  if (!kind || !state) {
+    return MakeError(absl::StatusCode::kDataLoss, "database: job " + std::to_string(row.id) +
+                                                      " is of kind '" + std::string(query.Text(3)) +
+                                                      "' in state '" + std::string(query.Text(8)) +
+                                                      "', which this program does not know");
+  }
+  row.kind = *kind;
   row.ordinal = static_cast<uint32_t>(query.Int(4));
   row.rigs = query.Text(5);
   row.rig_count = static_cast<uint32_t>(query.Int(6));
   row.generation = static_cast<int>(query.Int(7));
-  row.state = JobStateOf(query.Text(8));
+  row.state = *state;
   row.work_key = query.Digest(9);
   row.group_key = query.Digest(10);
   row.fence = static_cast<uint64_t>(query.Int(11));
@@ -75,30 +85,38 @@ JobRow JobRowOf(const SqliteQuery& query) {
   row.attempts = static_cast<int>(query.Int(13));
   row.app_failures = static_cast<int>(query.Int(14));
   row.infra_losses = static_cast<int>(query.Int(15));
-  row.layout_given = query.Int(16) != 0;
+  row.part_given = query.Int(16) != 0;
   row.reused = query.Int(17) != 0;
   row.awaits_job = query.Int(18);
   row.ready_unix_s = query.Real(19);
   row.error = query.Text(20);
+  row.input = query.Blob(21);
+  row.waits_open = query.Int(22);
   return row;
+}
+
+absl::StatusOr<std::optional<JobRow>> JobStore::OneRow(SqliteQuery& query) {
+  if (!query.Next()) {
+    RETURN_IF_ERROR(query.status());
+    return std::optional<JobRow>();
+  }
+  ASSIGN_OR_RETURN(JobRow row, JobRowOf(query, kinds_));
+  return std::optional<JobRow>(std::move(row));
 }
 
 // ---- Jobs ---------------------------------------------------------------------------------------
 absl::StatusOr<std::optional<JobRow>> JobStore::Find(int64_t id) {
   SqliteQuery query(db_, kFind, id);
-  std::optional<JobRow> row;
-  if (query.Next()) row = JobRowOf(query);
-  RETURN_IF_ERROR(query.status());
-  return row;
+  return OneRow(query);
 }
 
 absl::Status JobStore::Insert(JobRow& row, double now) {
   const std::optional<double> finished =
       IsTerminal(row.state) ? std::optional<double>(now) : std::nullopt;
-  RETURN_IF_ERROR(db_.Run(kInsert, row.study, row.variant, NameOf(row.kind), row.ordinal, row.rigs,
-                          row.rig_count, row.generation, NameOf(row.state), row.work_key,
+  RETURN_IF_ERROR(db_.Run(kInsert, row.study, row.variant, kinds_[row.kind].name(), row.ordinal,
+                          row.rigs, row.rig_count, row.generation, NameOf(row.state), row.work_key,
                           row.group_key, row.reused, NullIfZero(row.awaits_job), now, finished,
-                          row.error));
+                          row.error, SqlBlob{row.input}, row.waits_open));
   row.id = db_.last_insert_id();
   row.ready_unix_s = now;
   return absl::OkStatus();
@@ -129,7 +147,10 @@ absl::StatusOr<std::vector<JobRow>> JobStore::LeasedInGroup(const Sha256Digest& 
                     " FROM jobs WHERE group_key = ?1 AND state = 'LEASED' ORDER BY id",
                     group_key);
   std::vector<JobRow> rows;
-  while (query.Next()) rows.push_back(JobRowOf(query));
+  while (query.Next()) {
+    ASSIGN_OR_RETURN(JobRow row, JobRowOf(query, kinds_));
+    rows.push_back(std::move(row));
+  }
   RETURN_IF_ERROR(query.status());
   return rows;
 }
@@ -190,6 +211,17 @@ ORDER BY ordinal, id)sql",
   return Ids(query);
 }
 
+absl::StatusOr<std::optional<JobRow>> JobStore::FindNewest(int64_t id) {
+  ASSIGN_OR_RETURN(const auto newest, db_.Integer(R"sql(
+SELECT n.id FROM all_jobs AS j JOIN all_jobs AS n
+  ON n.variant_id = j.variant_id AND n.ordinal = j.ordinal AND n.kind = j.kind AND n.rigs = j.rigs
+WHERE j.id = ?1 ORDER BY n.generation DESC LIMIT 1)sql",
+                                                  id));
+  ASSIGN_OR_RETURN(std::optional<JobRow> job, Find(newest.value_or(id)));
+  if (job) return job;
+  return FindArchived(newest.value_or(id));
+}
+
 absl::Status JobStore::Moved(const absl::Status& status, int64_t id, JobState to) {
   RETURN_IF_ERROR(status);
   if (db_.changes() == 1) return absl::OkStatus();
@@ -199,8 +231,8 @@ absl::Status JobStore::Moved(const absl::Status& status, int64_t id, JobState to
 }
 
 absl::Status JobStore::MoveToLeased(const JobRow& row, uint64_t fence, const std::string& worker,
-                                    bool layout_given) {
-  return Moved(db_.Run(kMoveToLeased, row.id, Signed(fence), worker, layout_given), row.id,
+                                    bool part_given) {
+  return Moved(db_.Run(kMoveToLeased, row.id, Signed(fence), worker, part_given), row.id,
                JobState::kLeased);
 }
 
@@ -210,6 +242,12 @@ absl::Status JobStore::MoveToReady(int64_t id, double now) {
 
 absl::Status JobStore::MoveToBlocked(int64_t id, int64_t leader) {
   return Moved(db_.Run(kMoveToBlocked, id, leader), id, JobState::kBlocked);
+}
+
+absl::Status JobStore::SetWaitsOpen(int64_t id, int64_t waits_open) {
+  return Moved(db_.Run("UPDATE jobs SET waits_open = ?2 WHERE id = ?1 AND state = 'BLOCKED'", id,
+                       waits_open),
+               id, JobState::kBlocked);
 }
 
 absl::Status JobStore::MoveToResult(int64_t id, uint64_t fence, JobState state,
@@ -321,8 +359,7 @@ absl::Status JobStore::MoveLostToReturned(int64_t job, uint64_t fence) {
       job, Signed(fence));
 }
 
-// ---- Scenes
-// -------------------------------------------------------------------------------------
+// ---- Scenes -----------------------------------------------------------------------------------
 absl::Status JobStore::InsertScene(int64_t variant, uint32_t ordinal, const SceneRow& row) {
   return db_.Run(
       "INSERT INTO scenes(variant_id, ordinal, rigs, rigs_lost, "
@@ -367,79 +404,34 @@ absl::StatusOr<std::optional<uint32_t>> JobStore::HighestLiving(int64_t variant)
 }
 
 // ---- Results ------------------------------------------------------------------------------------
-absl::StatusOr<std::optional<JobStore::SceneResult>> JobStore::FindSceneResult(
-    const Sha256Digest& scene_key) {
-  SqliteQuery query(db_, "SELECT scene_hash, rejected FROM scene_results WHERE scene_key = ?1",
-                    scene_key);
-  std::optional<SceneResult> result;
+absl::StatusOr<std::optional<StoredResult>> JobStore::FindResult(const Sha256Digest& key) {
+  SqliteQuery query(db_, "SELECT bytes, rejected FROM results WHERE work_key = ?1", key);
+  std::optional<StoredResult> result;
   if (query.Next()) {
-    result.emplace();
-    if (!query.IsNull(0)) result->scene_hash = query.Digest(0);
-    result->rejected = query.Text(1);
+    result = StoredResult{std::string(query.Blob(0)), !query.IsNull(1), std::string(query.Text(1))};
   }
   RETURN_IF_ERROR(query.status());
   return result;
 }
 
-absl::StatusOr<std::optional<JobStore::LayoutResult>> JobStore::FindLayoutResult(
-    const Sha256Digest& layout_key) {
-  SqliteQuery query(db_,
-                    "SELECT rejected IS NULL, rejected FROM layout_results WHERE layout_key = ?1",
-                    layout_key);
-  std::optional<LayoutResult> result;
-  if (query.Next()) result = LayoutResult{query.Int(0) != 0, std::string(query.Text(1))};
-  RETURN_IF_ERROR(query.status());
-  return result;
-}
-
-absl::StatusOr<bool> JobStore::InsertRecipe(const Sha256Digest& scene_hash,
-                                            const std::string& scene_z) {
-  RETURN_IF_ERROR(
-      db_.Run("INSERT INTO recipes(scene_hash, scene_z) VALUES "
-              "(?1, ?2) ON CONFLICT DO NOTHING",
-              scene_hash, SqlBlob{scene_z}));
-  return db_.changes() == 1;
-}
-
-absl::StatusOr<bool> JobStore::InsertSceneResult(const Sha256Digest& scene_key,
-                                                 const std::optional<Sha256Digest>& scene_hash,
-                                                 const std::string& rejected) {
-  RETURN_IF_ERROR(db_.Run(
-      "INSERT INTO scene_results(scene_key, scene_hash, "
-      "rejected) VALUES (?1, ?2, ?3)"
-      " ON CONFLICT DO NOTHING",
-      scene_key, scene_hash, scene_hash ? std::nullopt : std::optional<std::string>(rejected)));
-  return db_.changes() == 1;
-}
-
-absl::Status JobStore::InsertLayoutResult(const Sha256Digest& layout_key,
-                                          const std::string& layout_z,
-                                          const std::string& rejected) {
-  const bool solved = !layout_z.empty();
-  return db_.Run(
-      "INSERT INTO layout_results(layout_key, layout_z, rejected) VALUES (?1, ?2, ?3)"
-      " ON CONFLICT DO NOTHING",
-      layout_key, solved ? std::optional<SqlBlob>(SqlBlob{layout_z}) : std::nullopt,
-      solved ? std::nullopt : std::optional<std::string>(rejected));
-}
-
-absl::StatusOr<bool> JobStore::HasFrameResult(const Sha256Digest& frame_key) {
-  ASSIGN_OR_RETURN(const auto found,
-                   db_.Integer("SELECT 1 FROM frame_results WHERE frame_key = ?1", frame_key));
+absl::StatusOr<bool> JobStore::HasResult(const Sha256Digest& key) {
+  ASSIGN_OR_RETURN(const auto found, db_.Integer("SELECT 1 FROM results WHERE work_key = ?1", key));
   return found.has_value();
 }
 
-absl::StatusOr<bool> JobStore::InsertFrameResult(const Sha256Digest& frame_key,
-                                                 const std::string& frame_z, int64_t job,
-                                                 uint64_t fence) {
-  RETURN_IF_ERROR(
-      db_.Run("INSERT INTO frame_results(frame_key, frame_z, job_id, fence) VALUES (?1, ?2, ?3, ?4)"
-              " ON CONFLICT DO NOTHING",
-              frame_key, SqlBlob{frame_z}, job, Signed(fence)));
+absl::StatusOr<bool> JobStore::InsertResult(const Sha256Digest& key, std::string_view stage,
+                                            const StoredResult& result, int64_t job,
+                                            uint64_t fence) {
+  RETURN_IF_ERROR(db_.Run(
+      "INSERT INTO results(work_key, stage, bytes, rejected, job_id, fence)"
+      " VALUES (?1, ?2, ?3, ?4, ?5, ?6) ON CONFLICT DO NOTHING",
+      key, stage, result.rejected ? std::nullopt : std::optional<SqlBlob>(SqlBlob{result.bytes}),
+      result.rejected ? std::optional<std::string>(result.reason) : std::nullopt, job,
+      Signed(fence)));
   return db_.changes() == 1;
 }
 
-absl::Status JobStore::InsertFrame(const JobRow& scene_of, uint32_t rig,
+absl::Status JobStore::InsertFrame(const JobFacts& scene_of, uint32_t rig,
                                    const Sha256Digest& frame_key, bool reused) {
   return db_.Run(
       "INSERT INTO frames(study_id, variant_id, ordinal, rig, frame_key, reused)"
@@ -447,8 +439,7 @@ absl::Status JobStore::InsertFrame(const JobRow& scene_of, uint32_t rig,
       scene_of.study, scene_of.variant, scene_of.ordinal, rig, frame_key, reused);
 }
 
-// ---- Litter and archive
-// -------------------------------------------------------------------------
+// ---- Litter and archive -----------------------------------------------------------------------
 absl::Status JobStore::InsertLitter(const std::string& path, double now) {
   return db_.Run(
       "INSERT INTO litter(path, since_unix_s) VALUES (?1, ?2) ON "
@@ -487,7 +478,8 @@ absl::StatusOr<int> JobStore::ArchiveJobs(int64_t study, int limit) {
          {"INSERT INTO archived_jobs SELECT * FROM jobs WHERE id = ?1",
           "INSERT INTO archived_losses SELECT * FROM attempt_losses WHERE "
           "job_id = ?1",
-          "DELETE FROM attempt_losses WHERE job_id = ?1", "DELETE FROM jobs WHERE id = ?1"}) {
+          "DELETE FROM attempt_losses WHERE job_id = ?1", "DELETE FROM waits WHERE job_id = ?1",
+          "DELETE FROM jobs WHERE id = ?1"}) {
       RETURN_IF_ERROR(db_.Run(sql, id));
     }
   }
@@ -496,10 +488,7 @@ absl::StatusOr<int> JobStore::ArchiveJobs(int64_t study, int limit) {
 
 absl::StatusOr<std::optional<JobRow>> JobStore::FindArchived(int64_t id) {
   SqliteQuery query(db_, "SELECT " PARALLAX_JOB_COLUMNS " FROM archived_jobs WHERE id = ?1", id);
-  std::optional<JobRow> row;
-  if (query.Next()) row = JobRowOf(query);
-  RETURN_IF_ERROR(query.status());
-  return row;
+  return OneRow(query);
 }
 
 absl::Status JobStore::Audit(double now, std::string_view actor, std::string_view action,

@@ -9,31 +9,22 @@
 #include <vector>
 
 #include "common/base/status.h"
+#include "coordinator/queue/job_kind.h"
 #include "coordinator/queue/job_state.h"
 #include "coordinator/queue/sqlite.h"
 
 namespace parallax {
 
-struct JobRow {
-  int64_t id = 0;
-  int64_t study = 0;
-  int64_t variant = 0;
-  WorkKind kind = WorkKind::kSolve;
-  uint32_t ordinal = 0;
-  std::string rigs;
-  uint32_t rig_count = 0;
-  int generation = 1;
+struct JobRow : JobFacts {
   JobState state = JobState::kReady;
-  Sha256Digest work_key{};
-  Sha256Digest group_key{};
   uint64_t fence = 0;  // 0: none.
   std::string worker;
   int attempts = 0;
   int app_failures = 0;
   int infra_losses = 0;
-  bool layout_given = false;
   bool reused = false;
-  int64_t awaits_job = 0;
+  int64_t awaits_job = 0;  // Whose lease it is blocked on; 0: none.
+  int64_t waits_open = 0;  // Rows of `waits` that are still to be met.
   double ready_unix_s = 0;
   std::string error;
 };
@@ -57,7 +48,8 @@ struct LossUpdate {
 
 class JobStore {
  public:
-  explicit JobStore(SqliteConnection& db) : db_(db) {}
+  // Both outlive the store.
+  JobStore(SqliteConnection& db, const KindRegistry& kinds) : db_(db), kinds_(kinds) {}
 
   // ---- Jobs -------------------------------------------------------------------------------------
   absl::StatusOr<std::optional<JobRow>> Find(int64_t id);
@@ -71,14 +63,19 @@ class JobStore {
   absl::StatusOr<std::vector<int64_t>> Unfinished(int64_t study, int64_t variant);
   absl::StatusOr<std::vector<int64_t>> BackoffsDue(double now, double longest_s, int limit);
   absl::StatusOr<std::optional<double>> NextBackoff();
+  // The newest generation of the job with this id, itself if there is no newer; archived ones too.
+  absl::StatusOr<std::optional<JobRow>> FindNewest(int64_t id);
   // Newest generations that ended as FAILED, QUARANTINED or CANCELLED, by ordinal.
   absl::StatusOr<std::vector<int64_t>> Lost(int64_t variant);
 
   // Moves. Each is guarded by the state it starts from; kInternal if the row was not in it.
   absl::Status MoveToLeased(const JobRow& row, uint64_t fence, const std::string& worker,
-                            bool layout_given);
+                            bool part_given);
+  // These three end a job's waits too.
   absl::Status MoveToReady(int64_t id, double now);
   absl::Status MoveToBlocked(int64_t id, int64_t leader);
+  // A BLOCKED job still waits for so much.
+  absl::Status SetWaitsOpen(int64_t id, int64_t waits_open);
   // By a report of the attempt `fence`.
   absl::Status MoveToResult(int64_t id, uint64_t fence, JobState state, const std::string& error,
                             double now);
@@ -87,7 +84,7 @@ class JobStore {
   absl::Status MoveAfterLoss(const JobRow& row, const LossUpdate& update, double now);
   absl::Status MoveToCancelled(int64_t id, const std::string& reason, double now);
 
-  // A READY render job gives up some of its rigs.
+  // A READY job gives up some of its rigs.
   absl::Status ShrinkReady(int64_t id, const std::string& rigs, uint32_t rig_count,
                            const Sha256Digest& work_key);
 
@@ -108,8 +105,7 @@ class JobStore {
   // The attempt's worker lives: it was away, and says nothing against the job.
   absl::Status MoveLostToReturned(int64_t job, uint64_t fence);
 
-  // ---- Scenes
-  // -----------------------------------------------------------------------------------
+  // ---- Scenes ---------------------------------------------------------------------------------
   absl::Status InsertScene(int64_t variant, uint32_t ordinal, const SceneRow& row);
   absl::StatusOr<SceneRow> FindScene(int64_t variant, uint32_t ordinal);
   absl::Status WriteScene(int64_t variant, uint32_t ordinal, const SceneRow& row);
@@ -117,32 +113,15 @@ class JobStore {
   absl::StatusOr<std::optional<uint32_t>> HighestLiving(int64_t variant);
 
   // ---- Results ----------------------------------------------------------------------------------
-  struct SceneResult {
-    std::optional<Sha256Digest> scene_hash;  // Absent: rejected.
-    std::string rejected;
-  };
-  absl::StatusOr<std::optional<SceneResult>> FindSceneResult(const Sha256Digest& scene_key);
-  struct LayoutResult {
-    bool solved = false;
-    std::string rejected;
-  };
-  absl::StatusOr<std::optional<LayoutResult>> FindLayoutResult(const Sha256Digest& layout_key);
-  // First committed wins: these leave an existing result alone. True if it is
-  // new.
-  absl::StatusOr<bool> InsertRecipe(const Sha256Digest& scene_hash, const std::string& scene_z);
-  absl::StatusOr<bool> InsertSceneResult(const Sha256Digest& scene_key,
-                                         const std::optional<Sha256Digest>& scene_hash,
-                                         const std::string& rejected);
-  absl::Status InsertLayoutResult(const Sha256Digest& layout_key, const std::string& layout_z,
-                                  const std::string& rejected);  // layout_z empty: rejected.
-  absl::StatusOr<bool> HasFrameResult(const Sha256Digest& frame_key);
-  absl::StatusOr<bool> InsertFrameResult(const Sha256Digest& frame_key, const std::string& frame_z,
-                                         int64_t job, uint64_t fence);
-  absl::Status InsertFrame(const JobRow& scene_of, uint32_t rig, const Sha256Digest& frame_key,
+  absl::StatusOr<std::optional<StoredResult>> FindResult(const Sha256Digest& key);
+  absl::StatusOr<bool> HasResult(const Sha256Digest& key);
+  // First committed wins: leaves an existing result alone. True if it is new.
+  absl::StatusOr<bool> InsertResult(const Sha256Digest& key, std::string_view stage,
+                                    const StoredResult& result, int64_t job, uint64_t fence);
+  absl::Status InsertFrame(const JobFacts& scene_of, uint32_t rig, const Sha256Digest& frame_key,
                            bool reused);
 
-  // ---- Litter and archive
-  // -----------------------------------------------------------------------
+  // ---- Litter and archive ---------------------------------------------------------------------
   absl::Status InsertLitter(const std::string& path, double now);
   absl::Status DeleteLitter(const std::string& path);
   // One that is finished since before `finished_before` and has jobs outside
@@ -157,18 +136,19 @@ class JobStore {
 
  private:
   absl::StatusOr<std::vector<int64_t>> Ids(SqliteQuery& query);
+  absl::StatusOr<std::optional<JobRow>> OneRow(SqliteQuery& query);
   absl::Status Moved(const absl::Status& status, int64_t id, JobState to);
 
   SqliteConnection& db_;
+  const KindRegistry& kinds_;
 };
 
 // The columns that JobRowOf reads, in order.
-#define PARALLAX_JOB_COLUMNS                                               \
-  "id, study_id, variant_id, kind, ordinal, rigs, rig_count, generation, " \
-  "state, work_key, "                                                      \
-  "group_key, fence, worker, attempts, app_failures, infra_losses, "       \
-  "layout_given, reused, "                                                 \
-  "awaits_job, ready_unix_s, error"
-JobRow JobRowOf(const SqliteQuery& query);
+#define PARALLAX_JOB_COLUMNS                                                                \
+  "id, study_id, variant_id, kind, ordinal, rigs, rig_count, generation, state, work_key, " \
+  "group_key, fence, worker, attempts, app_failures, infra_losses, part_given, reused, "    \
+  "awaits_job, ready_unix_s, error, input, waits_open"
+// Errors: kDataLoss for a kind or state that this program does not know.
+absl::StatusOr<JobRow> JobRowOf(const SqliteQuery& query, const KindRegistry& kinds);
 
 }  // namespace parallax

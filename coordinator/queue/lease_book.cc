@@ -7,13 +7,28 @@ namespace parallax {
 
 void LeaseBook::Add(const LeaseRef& lease) {
   const std::lock_guard lock(mutex_);
+  const auto known = entries_.find(lease.job);
+  if (known != entries_.end()) EraseLocked(known);
   entries_[lease.job] = {lease, clock_.Steady(), {}};
+  ++held_by_[lease.worker];
 }
 
 void LeaseBook::Remove(const LeaseRef& lease) {
   const std::lock_guard lock(mutex_);
   const auto found = entries_.find(lease.job);
-  if (found != entries_.end() && found->second.lease.fence == lease.fence) entries_.erase(found);
+  if (found != entries_.end() && found->second.lease.fence == lease.fence) EraseLocked(found);
+}
+
+void LeaseBook::EraseLocked(std::map<int64_t, Entry>::iterator entry) {
+  const auto held = held_by_.find(entry->second.lease.worker);
+  if (held != held_by_.end() && --held->second <= 0) held_by_.erase(held);
+  entries_.erase(entry);
+}
+
+int LeaseBook::HeldBy(const std::string& worker) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = held_by_.find(worker);
+  return found == held_by_.end() ? 0 : found->second;
 }
 
 LeaseBook::Entry* LeaseBook::FindLocked(const std::string& worker, const v1::AttemptId& attempt) {

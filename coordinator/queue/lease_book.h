@@ -36,6 +36,8 @@ class LeaseBook {
   bool Holds(const std::string& worker, const v1::AttemptId& attempt) const;
   LeaseProgress ProgressOf(int64_t job) const;
   int64_t size() const;
+  // Leases of a worker.
+  int HeldBy(const std::string& worker) const;
 
  private:
   struct Entry {
@@ -43,13 +45,16 @@ class LeaseBook {
     SteadyTime heard;
     LeaseProgress progress;
   };
+  void EraseLocked(std::map<int64_t, Entry>::iterator entry);
   Entry* FindLocked(const std::string& worker, const v1::AttemptId& attempt);
   double Age(const Entry& entry) const;
 
   Clock& clock_;
   const double lease_s_;
   mutable std::mutex mutex_;
-  std::map<int64_t, Entry> entries_;  // By job. Guarded by mutex_.
+  // Guarded by mutex_.
+  std::map<int64_t, Entry> entries_;    // By job.
+  std::map<std::string, int> held_by_;  // By worker; those of entries_, without zeros.
 };
 
 }  // namespace parallax

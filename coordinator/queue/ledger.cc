@@ -78,7 +78,7 @@ absl::Status Ledger::LoadVariants(Study& study) {
                     "SELECT id, name, config_z, pairs_wanted, rigs_per_scene, next_ordinal,"
                     " pairs_planned, pairs_done, scenes_open, solves_reused, layouts_reused,"
                     " frames_reused, scenes_rejected, tally_solved, tally_rejected, tally_lost,"
-                    " problem FROM variants WHERE study_id = ?1 ORDER BY id",
+                    " others_lost, problem FROM variants WHERE study_id = ?1 ORDER BY id",
                     study.id);
   while (query.Next()) {
     Variant variant;
@@ -96,14 +96,14 @@ absl::Status Ledger::LoadVariants(Study& study) {
     for (int64_t* field :
          {&tally.next_ordinal, &tally.pairs_planned, &tally.pairs_done, &tally.scenes_open,
           &tally.solves_reused, &tally.layouts_reused, &tally.frames_reused, &tally.scenes_rejected,
-          &tally.tally_solved, &tally.tally_rejected, &tally.tally_lost}) {
+          &tally.tally_solved, &tally.tally_rejected, &tally.tally_lost, &tally.others_lost}) {
       *field = query.Int(column++);
     }
     tally.problem = query.Text(column);
     Variant& kept = variants_.emplace(variant.id, std::move(variant)).first->second;
     study.variants.push_back(kept.id);
     RETURN_IF_ERROR(LoadCounts(kept));
-    for (size_t kind = 0; kind < kWorkKinds; ++kind) {
+    for (size_t kind = 0; kind < kinds_.size(); ++kind) {
       study.tally.ready[kind] += kept.tally.jobs[kind][static_cast<size_t>(JobState::kReady)];
     }
   }
@@ -114,8 +114,16 @@ absl::Status Ledger::LoadCounts(Variant& variant) {
   SqliteQuery query(db_, "SELECT kind, state, jobs FROM job_counts WHERE variant_id = ?1",
                     variant.id);
   while (query.Next()) {
-    const size_t kind = static_cast<size_t>(WorkKindOf(query.Text(0)));
-    const size_t state = static_cast<size_t>(JobStateOf(query.Text(1)));
+    const std::optional<KindId> known_kind = kinds_.Find(query.Text(0));
+    const std::optional<JobState> known_state = JobStateOf(query.Text(1));
+    if (!known_kind || !known_state) {
+      return MakeError(absl::StatusCode::kDataLoss,
+                       "database: it counts jobs of kind '" + std::string(query.Text(0)) +
+                           "' in state '" + std::string(query.Text(1)) +
+                           "', which this program does not know");
+    }
+    const size_t kind = known_kind->value;
+    const size_t state = static_cast<size_t>(*known_state);
     variant.tally.jobs[kind][state] = query.Int(2);
     totals_[kind][state] += query.Int(2);
     undo_totals_[kind][state] += query.Int(2);  // Undoing a command does not unload.
@@ -148,20 +156,20 @@ StudyTally& Ledger::Change(Study& study) {
   return study.tally;
 }
 
-void Ledger::Count(Variant& variant, WorkKind kind, JobState state, int64_t change) {
-  const size_t k = static_cast<size_t>(kind);
+void Ledger::Count(Variant& variant, KindId kind, JobState state, int64_t change) {
+  const size_t k = kind.value;
   const size_t s = static_cast<size_t>(state);
   variant.tally.jobs[k][s] += change;
   totals_[k][s] += change;
   if (state == JobState::kReady) Change(studies_.at(variant.study)).ready[k] += change;
 }
 
-void Ledger::CountNew(Variant& variant, WorkKind kind, JobState state) {
+void Ledger::CountNew(Variant& variant, KindId kind, JobState state) {
   Change(variant);
   Count(variant, kind, state, 1);
 }
 
-void Ledger::CountMove(Variant& variant, WorkKind kind, JobState from, JobState to) {
+void Ledger::CountMove(Variant& variant, KindId kind, JobState from, JobState to) {
   Change(variant);
   Count(variant, kind, from, -1);
   Count(variant, kind, to, 1);
@@ -199,18 +207,18 @@ absl::Status Ledger::Flush() {
         db_.Run("UPDATE variants SET next_ordinal = ?2, pairs_planned = ?3, pairs_done = ?4,"
                 " scenes_open = ?5, solves_reused = ?6, layouts_reused = ?7, frames_reused = ?8,"
                 " scenes_rejected = ?9, tally_solved = ?10, tally_rejected = ?11, tally_lost = ?12,"
-                " problem = ?13 WHERE id = ?1",
+                " problem = ?13, others_lost = ?14 WHERE id = ?1",
                 id, t.next_ordinal, t.pairs_planned, t.pairs_done, t.scenes_open, t.solves_reused,
                 t.layouts_reused, t.frames_reused, t.scenes_rejected, t.tally_solved,
-                t.tally_rejected, t.tally_lost, t.problem));
+                t.tally_rejected, t.tally_lost, t.problem, t.others_lost));
     JobCounts& written = written_[id];
-    for (size_t kind = 0; kind < kWorkKinds; ++kind) {
+    for (size_t kind = 0; kind < kinds_.size(); ++kind) {
       for (size_t state = 0; state < kJobStates; ++state) {
         if (written[kind][state] == t.jobs[kind][state]) continue;
         RETURN_IF_ERROR(
             db_.Run("INSERT INTO job_counts(variant_id, kind, state, jobs) VALUES (?1, ?2, ?3, ?4)"
                     " ON CONFLICT DO UPDATE SET jobs = ?4",
-                    id, kWorkKindNames[kind], kJobStateNames[state], t.jobs[kind][state]));
+                    id, kinds_.at(kind).name(), kJobStateNames[state], t.jobs[kind][state]));
         written[kind][state] = t.jobs[kind][state];
       }
     }
@@ -224,7 +232,7 @@ void Ledger::Forget(int64_t id) {
   const auto study = studies_.find(id);
   if (study == studies_.end() || dirty_studies_.count(id) > 0) return;
   for (const int64_t variant : study->second.variants) {
-    for (size_t kind = 0; kind < kWorkKinds; ++kind) {
+    for (size_t kind = 0; kind < kinds_.size(); ++kind) {
       for (size_t state = 0; state < kJobStates; ++state) {
         totals_[kind][state] -= written_[variant][kind][state];
         undo_totals_[kind][state] -= written_[variant][kind][state];

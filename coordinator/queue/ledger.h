@@ -16,14 +16,15 @@
 #include <vector>
 
 #include "common/base/status.h"
-#include "coordinator/queue/job_state.h"
+#include "coordinator/queue/job_kind.h"
 #include "coordinator/queue/sqlite.h"
 #include "coordinator/study/keys.h"
 #include "parallax/v1/study.pb.h"
 
 namespace parallax {
 
-using JobCounts = std::array<std::array<int64_t, kJobStates>, kWorkKinds>;
+// By kind's id and state. Those of ids that no kind has stay 0.
+using JobCounts = std::array<std::array<int64_t, kJobStates>, kMostKinds>;
 
 // The part of a variant that changes.
 struct VariantTally {
@@ -39,6 +40,7 @@ struct VariantTally {
   int64_t tally_solved = 0;
   int64_t tally_rejected = 0;
   int64_t tally_lost = 0;
+  int64_t others_lost = 0;  // Newest generations of jobs without scene that ended without a result.
   std::string problem;
 
   int64_t OpenJobs() const;
@@ -58,7 +60,7 @@ struct StudyTally {
   bool paused = false;
   bool cancelled = false;
   bool finished = false;
-  std::array<int64_t, kWorkKinds> ready{};
+  std::array<int64_t, kMostKinds> ready{};
 };
 struct Study {
   int64_t id = 0;
@@ -77,7 +79,8 @@ struct Study {
 
 class Ledger {
  public:
-  explicit Ledger(SqliteConnection& db) : db_(db) {}
+  // Both outlive the ledger.
+  Ledger(SqliteConnection& db, const KindRegistry& kinds) : db_(db), kinds_(kinds) {}
 
   // kNotFound. Pointers live until Drop.
   absl::StatusOr<Study*> FindStudy(int64_t id);
@@ -91,8 +94,8 @@ class Ledger {
   VariantTally& Change(Variant& variant);
   StudyTally& Change(Study& study);
   // Counts a job's move; no `from` for a new job.
-  void CountNew(Variant& variant, WorkKind kind, JobState state);
-  void CountMove(Variant& variant, WorkKind kind, JobState from, JobState to);
+  void CountNew(Variant& variant, KindId kind, JobState state);
+  void CountMove(Variant& variant, KindId kind, JobState from, JobState to);
 
   void BeginCommand();
   void UndoCommand();
@@ -109,9 +112,10 @@ class Ledger {
  private:
   absl::Status LoadVariants(Study& study);
   absl::Status LoadCounts(Variant& variant);
-  void Count(Variant& variant, WorkKind kind, JobState state, int64_t change);
+  void Count(Variant& variant, KindId kind, JobState state, int64_t change);
 
   SqliteConnection& db_;
+  const KindRegistry& kinds_;
   std::map<int64_t, Study> studies_;
   std::map<int64_t, Variant> variants_;
   std::map<int64_t, JobCounts> written_;  // Of each variant: what job_counts says.

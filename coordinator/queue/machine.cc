@@ -7,19 +7,18 @@
 
 #include "coordinator/queue/compress.h"
 #include "coordinator/study/expansion.h"
-#include "coordinator/study/rigs.h"
 
 namespace parallax {
 namespace {
 
-constexpr size_t kScenesRemembered = 4;  // Of each worker: it keeps about so many built.
+constexpr size_t kGroupsRemembered = 4;  // Of each worker: it keeps about so many scenes built.
 constexpr double kWorkerForgottenS = 120;
 constexpr int kCandidates = 16;  // Looked at for one lease before the next study has its turn.
 
 constexpr char kReadyOfStudy[] = "SELECT " PARALLAX_JOB_COLUMNS
                                  " FROM jobs WHERE study_id = ?1 AND kind = ?2 AND state = 'READY'"
                                  " ORDER BY ordinal, variant_id LIMIT ?3";
-constexpr char kReadyOfScene[] =
+constexpr char kReadyOfGroup[] =
     "SELECT " PARALLAX_JOB_COLUMNS
     " FROM jobs WHERE group_key = ?1 AND state = 'READY' ORDER BY id LIMIT ?2";
 
@@ -32,7 +31,13 @@ std::string JoinLines(const google::protobuf::RepeatedPtrField<std::string>& lin
 }  // namespace
 
 Machine::Machine(SqliteConnection& db, const JobQueueOptions& options, uint64_t epoch)
-    : db_(db), options_(options), epoch_(epoch), store_(db), ledger_(db) {}
+    : db_(db),
+      options_(options),
+      kinds_(*options.kinds),
+      epoch_(epoch),
+      store_(db, kinds_),
+      waits_(db),
+      ledger_(db, kinds_) {}
 
 double Machine::SteadySeconds() {
   return std::chrono::duration<double>(options_.clock->Steady().time_since_epoch()).count();
@@ -46,23 +51,26 @@ absl::Status Machine::Load() {
   ASSIGN_OR_RETURN(const auto leased,
                    db_.Integer("SELECT count(*) FROM jobs WHERE state = 'LEASED'"));
   leased_now_ = leased.value_or(0);
-  for (const char* sql : {"SELECT state, group_key, 0 FROM jobs WHERE state = 'READY'",
-                          "SELECT state, group_key, 0 FROM jobs WHERE state = 'LEASED'",
-                          "SELECT state, group_key, awaits_job FROM jobs WHERE state = "
-                          "'BLOCKED'"}) {
+  for (const char* sql :
+       {"SELECT state, group_key, 0 FROM jobs WHERE state = 'READY'",
+        "SELECT state, group_key, 0 FROM jobs WHERE state = 'LEASED'",
+        "SELECT state, group_key, awaits_job FROM jobs WHERE state = 'BLOCKED'"}) {
     SqliteQuery query(db_, sql);
     while (query.Next()) {
-      hints_.Entered(JobStateOf(query.Text(0)), query.Digest(1), query.Int(2));
+      const std::optional<JobState> state = JobStateOf(query.Text(0));
+      if (state) hints_.Entered(*state, query.Digest(1), query.Int(2));
     }
     RETURN_IF_ERROR(query.status());
   }
-  return absl::OkStatus();
+  return waits_.Load();
 }
 
 void Machine::BeginCommand() {
   ledger_.BeginCommand();
   hints_.BeginCommand();
   scene_.variant = 0;
+  ended_jobs_.clear();
+  changed_variants_.clear();
   granted_mark_ = effects_.granted.size();
   ended_mark_ = effects_.ended.size();
   counters_mark_ = Effects();
@@ -76,6 +84,7 @@ void Machine::BeginCommand() {
 }
 
 absl::Status Machine::EndCommand() {
+  RETURN_IF_ERROR(SettleWaiters());
   RETURN_IF_ERROR(FlushScene());
   scene_.variant = 0;
   return absl::OkStatus();
@@ -86,7 +95,7 @@ void Machine::UndoCommand() {
   hints_.UndoCommand();
   scene_.variant = 0;
   // Its knowledge may be of rows that are undone.
-  without_layout_.clear();
+  without_part_.clear();
   leased_now_ -= static_cast<int64_t>(effects_.granted.size() - granted_mark_);
   leased_now_ += static_cast<int64_t>(effects_.ended.size() - ended_mark_);
   effects_.granted.resize(granted_mark_);
@@ -112,7 +121,7 @@ absl::Status Machine::Reload() {
   TakeEffects();
   hungry_.clear();
   hints_.Clear();
-  without_layout_.clear();
+  without_part_.clear();
   scene_.variant = 0;
   return Load();
 }
@@ -159,6 +168,10 @@ absl::StatusOr<v1::SubmitReply> Machine::Submit(const v1::SubmitRequest& request
   ledger_.NoteCreated(id);
   ASSIGN_OR_RETURN(const Study* study, ledger_.FindStudy(id));
   hungry_.insert(study->variants.begin(), study->variants.end());
+  const std::vector<int64_t> variants = study->variants;
+  for (size_t i = 0; i < kinds_.size(); ++i) {
+    RETURN_IF_ERROR(kinds_.at(i).OnSubmit(*this, spec, variants));
+  }
   reply.set_study_id(id);
   return reply;
 }
@@ -168,6 +181,7 @@ absl::Status Machine::Cancel(int64_t id, std::string_view reason, std::string_vi
   if (study->tally.cancelled) return absl::OkStatus();
   RETURN_IF_ERROR(db_.Run("UPDATE studies SET cancelled = 1 WHERE id = ?1", id));
   ledger_.Change(*study).cancelled = true;
+  changed_variants_.insert(study->variants.begin(), study->variants.end());
   RETURN_IF_ERROR(store_.Audit(Now(), actor, "cancel", id, reason));
   return CancelJobs(id, 0, reason.empty() ? "cancelled" : "cancelled: " + std::string(reason));
 }
@@ -182,64 +196,35 @@ absl::Status Machine::SetPaused(int64_t id, bool paused, std::string_view reason
   return store_.Audit(Now(), actor, paused ? "pause" : "resume", id, reason);
 }
 
-absl::StatusOr<int64_t> Machine::Retry(int64_t id, std::string_view actor) {
-  ASSIGN_OR_RETURN(Study * study, ledger_.FindStudy(id));
-  if (study->tally.cancelled) {
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     "study " + std::to_string(id) + " is cancelled: submit it again instead");
+// ---- Leases -------------------------------------------------------------------------------------
+absl::StatusOr<Machine::Taker> Machine::TakerOf(const WorkerFacts& worker) const {
+  Taker taker{.facts = worker};
+  for (const std::string& name : worker.kinds) {
+    ASSIGN_OR_RETURN(const KindId kind, kinds_.IdOf(name));
+    const JobTraits& traits = kinds_[kind].traits();
+    StudyShare needs;
+    needs.needs_memory_mb = traits.needs_memory_mb;
+    needs.needs_tags = traits.needs_tags;
+    taker.takes[kind.value] = Fits(needs, {worker.memory_mb, worker.tags});
   }
-  ASSIGN_OR_RETURN(const auto archived,
-                   db_.Integer("SELECT archived FROM studies WHERE id = ?1", id));
-  if (archived.value_or(0) != 0) {
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     "study " + std::to_string(id) +
-                         " is archived: submit it again, what it has will be reused");
+  for (const auto& [name, slots] : worker.farm) {
+    ASSIGN_OR_RETURN(const KindId kind, kinds_.IdOf(name));
+    taker.idle_slots[kind.value] = slots.idle;
+    taker.slots[kind.value] = slots.all;
   }
-  int64_t retried = 0;
-  for (const int64_t variant_id : study->variants) {
-    ASSIGN_OR_RETURN(Variant * variant, ledger_.FindVariant(variant_id));
-    VariantTally& tally = ledger_.Change(*variant);
-    tally.tally_solved = tally.tally_rejected = tally.tally_lost = 0;
-    tally.problem.clear();
-    hungry_.insert(variant_id);
-    ASSIGN_OR_RETURN(const std::vector<int64_t> lost, store_.Lost(variant_id));
-    for (const int64_t job_id : lost) {
-      const int64_t missing = variant->pairs_wanted - variant->tally.pairs_planned;
-      if (missing <= 0) break;
-      ASSIGN_OR_RETURN(const std::optional<JobRow> job, store_.Find(job_id));
-      ASSIGN_OR_RETURN(SceneRow * scene, OpenScene(variant_id, job->ordinal, /*change=*/true));
-      if (job->kind == WorkKind::kRender) {
-        // A smaller gap than this job's rigs is filled by a new scene.
-        if (job->rig_count > missing) continue;
-        scene->rigs_lost -= job->rig_count;
-        tally.pairs_planned += job->rig_count;
-        ASSIGN_OR_RETURN(std::vector<uint32_t> rigs, ParseRigs(job->rigs));
-        RETURN_IF_ERROR(InsertRender(*study, *variant, job->ordinal,
-                                     Sha256Digest(*scene->scene_hash), std::move(rigs),
-                                     job->generation + 1));
-      } else {
-        scene->rigs = static_cast<uint32_t>(std::min<int64_t>(scene->rigs, missing));
-        scene->rigs_lost = 0;
-        tally.pairs_planned += scene->rigs;
-        RETURN_IF_ERROR(InsertSolve(*study, *variant, job->ordinal, job->generation + 1));
-      }
-      ++retried;
-    }
-  }
-  RETURN_IF_ERROR(store_.Audit(Now(), actor, "retry", id, std::to_string(retried) + " jobs"));
-  return retried;
+  return taker;
 }
 
-// ---- Leases -------------------------------------------------------------------------------------
 absl::StatusOr<std::vector<GrantedLease>> Machine::Lease(const WorkerFacts& worker, int max_jobs) {
   std::vector<GrantedLease> leases;
+  ASSIGN_OR_RETURN(Taker taker, TakerOf(worker));
   workers_[worker.name].seen_s = SteadySeconds();
-  idle_slots_ = worker.idle_render_slots;
-  for (int i = 0; i < max_jobs; ++i, --idle_slots_) {
-    ASSIGN_OR_RETURN(const std::optional<JobRow> job, Choose(worker));
+  for (int i = 0; i < max_jobs; ++i) {
+    ASSIGN_OR_RETURN(const std::optional<JobRow> job, Choose(taker));
     if (!job) break;
-    ASSIGN_OR_RETURN(GrantedLease lease, Grant(*job, worker));
+    ASSIGN_OR_RETURN(GrantedLease lease, Grant(*job, taker));
     leases.push_back(std::move(lease));
+    for (int& idle : taker.idle_slots) --idle;
   }
   return leases;
 }
@@ -251,10 +236,14 @@ bool Machine::OthersAround(const std::string& worker) {
   return workers_.size() > (workers_.count(worker) ? 1u : 0u);
 }
 
-StudyShare Machine::ShareOf(Study& study, const WorkerFacts& worker) {
-  const int64_t solves = study.tally.ready[static_cast<size_t>(WorkKind::kSolve)];
-  const int64_t renders = study.tally.ready[static_cast<size_t>(WorkKind::kRender)];
-  const bool hungry = solves + renders > 0 && !study.tally.paused && !study.tally.cancelled;
+StudyShare Machine::ShareOf(Study& study, const Taker& worker) {
+  int64_t ready = 0;
+  int64_t ready_for_it = 0;
+  for (size_t kind = 0; kind < kinds_.size(); ++kind) {
+    ready += study.tally.ready[kind];
+    if (worker.takes[kind]) ready_for_it += study.tally.ready[kind];
+  }
+  const bool hungry = ready > 0 && !study.tally.paused && !study.tally.cancelled;
   const double now = SteadySeconds();
   if (!hungry) {
     study.hungry_since_s = -1;
@@ -263,65 +252,64 @@ StudyShare Machine::ShareOf(Study& study, const WorkerFacts& worker) {
     study.hungry_since_s = now;
     study.pass = std::max(study.pass, virtual_pass_);
   }
-  const bool open = hungry && ((worker.solves && solves > 0) || (worker.renders && renders > 0));
   return {.study = study.id,
           .priority = study.priority,
           .pass = study.pass,
           .waiting_s = hungry ? now - study.hungry_since_s : 0,
-          .open = open,
+          .open = hungry && ready_for_it > 0,
           .needs_memory_mb = study.needs_memory_mb,
           .needs_tags = study.needs_tags};
 }
 
-absl::StatusOr<std::optional<JobRow>> Machine::Choose(const WorkerFacts& worker) {
-  if (worker.renders) {
-    ASSIGN_OR_RETURN(std::optional<JobRow> warm, ChooseWarm(worker));
-    if (warm) return warm;
-  }
+absl::StatusOr<std::optional<JobRow>> Machine::Choose(const Taker& worker) {
+  ASSIGN_OR_RETURN(std::optional<JobRow> warm, ChooseWarm(worker));
+  if (warm) return warm;
   std::vector<StudyShare> shares;
   for (auto& [id, study] : ledger_.loaded_studies()) {
     if (!study.tally.finished) shares.push_back(ShareOf(study, worker));
   }
-  for (const int64_t id : OrderStudies(shares, {worker.memory_mb, worker.tags})) {
+  for (const int64_t id : OrderStudies(shares, {worker.facts.memory_mb, worker.facts.tags})) {
     ASSIGN_OR_RETURN(Study * study, ledger_.FindStudy(id));
-    // Renders first: what has been begun is finished, and few scenes are open at a time.
-    for (const WorkKind kind : {WorkKind::kRender, WorkKind::kSolve}) {
-      if (!(kind == WorkKind::kRender ? worker.renders : worker.solves)) continue;
-      if (study->tally.ready[static_cast<size_t>(kind)] == 0) continue;
-      ASSIGN_OR_RETURN(std::optional<JobRow> job, ChooseOf(*study, kind, worker));
+    // Later stages first: what has been begun is finished, and few scenes are open at a time.
+    for (size_t kind = kinds_.size(); kind-- > 0;) {
+      if (!worker.takes[kind] || study->tally.ready[kind] == 0) continue;
+      ASSIGN_OR_RETURN(std::optional<JobRow> job,
+                       ChooseOf(*study, KindId{static_cast<uint8_t>(kind)}, worker));
       if (job) return job;
     }
   }
   return std::optional<JobRow>();
 }
 
-absl::StatusOr<std::optional<JobRow>> Machine::ChooseOf(Study& study, WorkKind kind,
-                                                        const WorkerFacts& worker) {
-  const bool others = OthersAround(worker.name);
-  SqliteQuery query(db_, kReadyOfStudy, study.id, NameOf(kind), kCandidates);
+absl::StatusOr<std::optional<JobRow>> Machine::ChooseOf(Study& study, KindId kind,
+                                                        const Taker& worker) {
+  const std::string& name = worker.facts.name;
+  const bool others = OthersAround(name);
+  SqliteQuery query(db_, kReadyOfStudy, study.id, kinds_[kind].name(), kCandidates);
   while (query.Next()) {
-    JobRow job = JobRowOf(query);
+    ASSIGN_OR_RETURN(JobRow job, JobRowOf(query, kinds_));
     const double waited = Now() - job.ready_unix_s;
     const JobCandidate candidate{job.id, job.worker, waited < 0 ? kElsewhereS : waited};
-    if (PickJob({&candidate, 1}, worker.name, others) == 0) return std::optional<JobRow>(job);
+    if (PickJob({&candidate, 1}, name, others) == 0) return std::optional<JobRow>(std::move(job));
   }
   RETURN_IF_ERROR(query.status());
   return std::optional<JobRow>();
 }
 
-absl::StatusOr<std::optional<JobRow>> Machine::ChooseWarm(const WorkerFacts& worker) {
-  const auto known = workers_.find(worker.name);
+absl::StatusOr<std::optional<JobRow>> Machine::ChooseWarm(const Taker& worker) {
+  const auto known = workers_.find(worker.facts.name);
   if (known == workers_.end()) return std::optional<JobRow>();
-  for (const Sha256Digest& scene : known->second.scenes) {
-    if (hints_.ReadyIn(scene) == 0) continue;
-    SqliteQuery query(db_, kReadyOfScene, scene, kCandidates);
+  for (const Sha256Digest& group : known->second.groups) {
+    if (hints_.ReadyIn(group) == 0) continue;
+    SqliteQuery query(db_, kReadyOfGroup, group, kCandidates);
     while (query.Next()) {
-      JobRow job = JobRowOf(query);
+      ASSIGN_OR_RETURN(JobRow job, JobRowOf(query, kinds_));
+      if (!worker.takes[job.kind.value] || job.worker == worker.facts.name) continue;
       ASSIGN_OR_RETURN(Study * study, ledger_.FindStudy(job.study));
       const StudyShare share = ShareOf(*study, worker);
-      if (job.kind == WorkKind::kRender && job.worker != worker.name && share.open &&
-          Fits(share, {worker.memory_mb, worker.tags})) {
-        return std::optional<JobRow>(job);
+      if (KindOf(job).traits().keeps_group_warm && share.open &&
+          Fits(share, {worker.facts.memory_mb, worker.facts.tags})) {
+        return std::optional<JobRow>(std::move(job));
       }
     }
     RETURN_IF_ERROR(query.status());
@@ -329,56 +317,47 @@ absl::StatusOr<std::optional<JobRow>> Machine::ChooseWarm(const WorkerFacts& wor
   return std::optional<JobRow>();
 }
 
-absl::StatusOr<GrantedLease> Machine::Grant(JobRow job, const WorkerFacts& worker) {
+absl::StatusOr<GrantedLease> Machine::Grant(JobRow job, const Taker& worker) {
   RETURN_IF_ERROR(SplitIfIdle(job, worker));
   ASSIGN_OR_RETURN(Variant * variant, ledger_.FindVariant(job.variant));
   ASSIGN_OR_RETURN(Study * study, ledger_.FindStudy(job.study));
-  GrantedLease lease;
-  if (job.kind == WorkKind::kSolve && without_layout_.erase(job.id) == 0) {
-    ASSIGN_OR_RETURN(const auto layout, store_.FindLayoutResult(job.group_key));
-    lease.layout_given = layout && layout->solved;
+  const JobKind& kind = KindOf(job);
+  job.part_given = false;
+  if (kind.traits().shares_part && without_part_.erase(job.id) == 0) {
+    ASSIGN_OR_RETURN(job.part_given, kind.HasPart(*this, job));
   }
-  lease.job = job.id;
-  lease.fence = NextFence();
-  lease.worker = worker.name;
-  lease.kind = job.kind;
-  lease.attempt_number = job.attempts + 1;
-  lease.study = study->name;
-  lease.variant = variant->name;
-  lease.ordinal = job.ordinal;
-  lease.seed = SceneSeedOf(study->seed, job.ordinal);
-  lease.config = variant->config;
-  lease.rigs = job.rigs;
-  lease.work_key = job.work_key;
-  lease.group_key = job.group_key;
-  RETURN_IF_ERROR(store_.MoveToLeased(job, lease.fence, worker.name, lease.layout_given));
+  GrantedLease lease{.work = {job, study->seed, variant->config},
+                     .fence = NextFence(),
+                     .worker = worker.facts.name,
+                     .attempt_number = job.attempts + 1,
+                     .study = study->name,
+                     .variant = variant->name};
+  RETURN_IF_ERROR(store_.MoveToLeased(job, lease.fence, lease.worker, job.part_given));
   NoteMove(*variant, job, JobState::kLeased);
-  RETURN_IF_ERROR(
-      BlockSiblings(job, /*whole_group=*/job.kind == WorkKind::kSolve && !lease.layout_given));
+  RETURN_IF_ERROR(BlockSiblings(job, /*whole_group=*/kind.traits().shares_part && !job.part_given));
 
   study->pass += 1;
   virtual_pass_ = study->pass;
   study->hungry_since_s = SteadySeconds();
-  if (job.kind == WorkKind::kRender) {
-    std::deque<Sha256Digest>& scenes = workers_[worker.name].scenes;
-    std::erase(scenes, job.group_key);
-    scenes.push_front(job.group_key);
-    if (scenes.size() > kScenesRemembered) scenes.pop_back();
+  if (kind.traits().keeps_group_warm) {
+    std::deque<Sha256Digest>& groups = workers_[lease.worker].groups;
+    std::erase(groups, job.group_key);
+    groups.push_front(job.group_key);
+    if (groups.size() > kGroupsRemembered) groups.pop_back();
   }
   ++leased_now_;
-  effects_.granted.push_back({lease.job, lease.fence, lease.worker, false, ""});
+  effects_.granted.push_back({job.id, lease.fence, lease.worker, false, ""});
   return lease;
 }
 
 // ---- Expansion ----------------------------------------------------------------------------------
-absl::Status Machine::TopUp(Study& study, Variant& variant, const ScenePlan& plan) {
+absl::Status Machine::TopUp(Variant& variant, const ScenePlan& plan) {
   ASSIGN_OR_RETURN(SceneRow * scene, OpenScene(variant.id, plan.ordinal, /*change=*/true));
   const uint32_t before = scene->rigs;
   scene->rigs = plan.rigs;
   ledger_.Change(variant).pairs_planned += plan.rigs - before;
-  if (!scene->scene_hash) return absl::OkStatus();  // Its solve will ask for all of them.
-  return InsertRender(study, variant, plan.ordinal, Sha256Digest(*scene->scene_hash),
-                      RigRange(before, plan.rigs - before), 1);
+  return kinds_[kinds_.begins_scenes()].OnMorePairs(*this, variant.id, plan.ordinal, before,
+                                                    plan.rigs - before);
 }
 
 absl::StatusOr<bool> Machine::Expand(int64_t limit) {
@@ -406,7 +385,7 @@ absl::StatusOr<bool> Machine::Expand(int64_t limit) {
       if (scene->rigs_lost == 0) plan.highest_living = ScenePlan{*highest, scene->rigs};
     }
     const Expansion expansion = NextScenes(plan, limit);
-    if (expansion.top_up) RETURN_IF_ERROR(TopUp(*study, *variant, *expansion.top_up));
+    if (expansion.top_up) RETURN_IF_ERROR(TopUp(*variant, *expansion.top_up));
     for (const ScenePlan& scene : expansion.scenes) {
       RETURN_IF_ERROR(FlushScene());
       scene_ = {.variant = id, .ordinal = scene.ordinal, .is_new = true, .changed = true};
@@ -414,7 +393,10 @@ absl::StatusOr<bool> Machine::Expand(int64_t limit) {
       VariantTally& tally = ledger_.Change(*variant);
       tally.next_ordinal = scene.ordinal + 1;
       tally.pairs_planned += scene.rigs;
-      RETURN_IF_ERROR(InsertSolve(*study, *variant, scene.ordinal, 1));
+      RETURN_IF_ERROR(AddJob({.kind = kinds_[kinds_.begins_scenes()].name(),
+                              .variant = id,
+                              .ordinal = scene.ordinal})
+                          .status());
       // Seeds known to be bad may have used up the variant's patience.
       if (!variant->tally.problem.empty()) break;
     }
@@ -425,8 +407,7 @@ absl::StatusOr<bool> Machine::Expand(int64_t limit) {
   return !hungry_.empty();
 }
 
-// ---- Litter and archive
-// -------------------------------------------------------------------------
+// ---- Litter and archive -----------------------------------------------------------------------
 absl::Status Machine::ForgetLitter(const std::vector<std::string>& paths) {
   for (const std::string& path : paths) RETURN_IF_ERROR(store_.DeleteLitter(path));
   return absl::OkStatus();

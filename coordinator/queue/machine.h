@@ -1,17 +1,24 @@
 // The job machine: what each command means, as changes of the tables inside the writer's
 // transaction. Each method is one command: it either does all of it or returns an error and the
 // writer undoes it. Everything that a move implies happens in the same call: followers are
-// released, render jobs inserted, lost scenes entered as missing, counters kept.
+// released, the jobs that a success makes possible inserted, lost scenes entered as missing,
+// counters kept. No kind of job is named here: what differs between kinds is asked of the
+// KindRegistry.
 //
-// Sharing of work. At most one attempt at a time computes a given layout or scene or set of frames:
-// when a job is leased, READY jobs that need the same thing become BLOCKED on it; whatever ends the
-// lease, each of them is settled anew (a result is there: done; somebody else computes it: BLOCKED
-// on that; else READY). So a BLOCKED job always awaits a LEASED one, and nothing can be stuck
-// behind a paused study, a back-off or a worker that never comes.
+// Sharing of work. At most one attempt at a time does a given piece of work or makes a group's
+// part: when a job is leased, READY jobs that need the same thing become BLOCKED on it; whatever
+// ends the lease, each of them is settled anew (a result is there: done; somebody else computes it:
+// BLOCKED on that; else READY). So such a BLOCKED job always awaits a LEASED one, and nothing can
+// be stuck behind a paused study, a back-off or a worker that never comes.
+//
+// Waiting for work. A job that is to wait for other jobs or for a variant's pairs is BLOCKED with
+// OPEN rows in `waits`. What ends is noted while a command runs; before the command ends, each
+// waiter whose last wait is met is settled, and each that waits in vain is cancelled.
 //
 // Used by the writing thread only.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -31,26 +38,19 @@
 #include "coordinator/queue/job_store.h"
 #include "coordinator/queue/ledger.h"
 #include "coordinator/queue/report_check.h"
+#include "coordinator/queue/waits.h"
 #include "coordinator/study/expansion.h"
 
 namespace parallax {
 
-// A lease as committed; its payload (layout, recipe) is fetched by the reader that hands it out.
+// A lease as committed; its spec is written by the reader that hands it out.
 struct GrantedLease {
-  int64_t job = 0;
+  LeasedJob work;
   uint64_t fence = 0;
   std::string worker;
-  WorkKind kind = WorkKind::kSolve;
   int attempt_number = 0;
   std::string study;
   std::string variant;
-  uint32_t ordinal = 0;
-  SceneSeed seed;
-  std::shared_ptr<const v1::SceneConfig> config;
-  std::string rigs;
-  Sha256Digest work_key{};
-  Sha256Digest group_key{};
-  bool layout_given = false;
 };
 
 // A lease's begin or end, for what is kept of leases in memory.
@@ -70,7 +70,7 @@ struct Effects {
   uint64_t completions = 0, failures = 0, losses = 0, stale = 0, splits = 0, archived = 0;
 };
 
-class Machine {
+class Machine final : private WorkDesk {
  public:
   // `options` and `db` must outlive the machine.
   Machine(SqliteConnection& db, const JobQueueOptions& options, uint64_t epoch);
@@ -126,30 +126,48 @@ class Machine {
   absl::Status Reload();
 
  private:
+  // A worker that asks for leases.
+  struct Taker {
+    const WorkerFacts& facts;
+    std::array<bool, kMostKinds> takes{};      // By kind; what it has fits the kind's needs.
+    std::array<int, kMostKinds> idle_slots{};  // Of the farm, that this call hasn't filled yet.
+    std::array<int, kMostKinds> slots{};
+  };
+
+  // machine_desk.cc: what kinds may do; see WorkDesk.
+  const StageVersions& versions() const override { return options_.versions; }
+  absl::StatusOr<VariantFacts> VariantOf(int64_t variant) override;
+  absl::StatusOr<SceneFacts> SceneOf(int64_t variant, uint32_t ordinal) override;
+  absl::StatusOr<std::optional<StoredResult>> FindResult(const Sha256Digest& key) override;
+  absl::StatusOr<bool> HasResult(const Sha256Digest& key) override;
+  absl::StatusOr<bool> PutResult(const JobFacts& by, std::string_view stage,
+                                 const Sha256Digest& key, const StoredResult& result) override;
+  absl::Status SetScene(const JobFacts& job, const Sha256Digest& scene_hash) override;
+  absl::Status Publish(const JobFacts& job, std::span<const FrameLink> frames) override;
+  absl::Status Discard(std::string_view path) override;
+  absl::StatusOr<int64_t> AddJob(const NewJob& job) override;
+
   // machine_jobs.cc: jobs come, move and go.
-  absl::Status InsertSolve(Study& study, Variant& variant, uint32_t ordinal, int generation);
-  absl::Status InsertRender(Study& study, Variant& variant, uint32_t ordinal,
-                            const Sha256Digest& scene_hash, std::vector<uint32_t> rigs,
-                            int generation, bool new_recipe = false);
+  absl::StatusOr<JobRow> RowOf(int64_t id);  // kInternal if it is gone.
+  const JobKind& KindOf(const JobFacts& job) const { return kinds_[job.kind]; }
   struct Standing {  // Where a job that nobody holds belongs.
     JobState state = JobState::kReady;
-    bool no_layout = false;  // A solve whose layout nobody has made yet.
+    bool part_missing = false;  // Nobody has made its group's part yet.
     int64_t awaits_job = 0;
-    std::optional<Sha256Digest> scene_hash;
-    std::string rejected;
+    std::string result;    // Of kSucceeded; see KnownWork.
+    std::string rejected;  // Of kRejected: why.
   };
-  absl::StatusOr<Standing> StandingOf(const JobRow& job, const Variant& variant);
+  absl::StatusOr<Standing> StandingOf(const JobRow& job);
   // BLOCKED on whoever computes what the job needs, else READY.
   absl::StatusOr<Standing> StandingAmongLeased(const JobRow& job, bool whole_group);
-  absl::Status SettleJob(int64_t job);
+  // Moves a job that nobody holds to where it belongs. `waits_met`: it waits for nothing any more.
+  absl::Status SettleJob(int64_t job, bool waits_met = false);
   absl::Status ReleaseFollowers(int64_t leader);
   absl::Status BlockSiblings(const JobRow& leader, bool whole_group);
-  // Leaves `job` the first of its rigs and makes jobs of the rest, if slots
-  // would idle otherwise.
-  absl::Status SplitIfIdle(JobRow& job, const WorkerFacts& worker);
-  // Nothing but the READY renders is left to do.
-  bool OnlyRendersLeft() const;
-  absl::Status PublishReused(const JobRow& job, Variant& variant, std::span<const uint32_t> rigs);
+  // Leaves `job` the first of its rigs and makes jobs of the rest, if slots would idle otherwise.
+  absl::Status SplitIfIdle(JobRow& job, const Taker& worker);
+  // Nothing but READY jobs of this kind is left to do for scenes.
+  bool OnlyTheseLeft(KindId kind) const;
   struct SceneChange {
     int jobs_open = 0;
     int rigs_lost = 0;
@@ -166,12 +184,33 @@ class Machine {
   // Counts a job that is new or has moved, in the ledger and the hints.
   void NoteNew(Variant& variant, const JobRow& job);
   void NoteMove(Variant& variant, const JobRow& before, JobState to, int64_t awaits_job = 0);
-  absl::Status Solved(const JobRow& job, Study& study, Variant& variant,
-                      const Sha256Digest& scene_hash, bool new_recipe);
+  // The job has succeeded or was lost, in whatever way; its row says so already.
+  absl::Status EnterSuccess(const JobRow& job, Variant& variant, const Ending& ending,
+                            bool by_own_attempt);
   absl::Status EnterLoss(const JobRow& job, Variant& variant, JobState state);
   absl::Status CancelJobs(int64_t study, int64_t variant, const std::string& reason);
+  absl::Status CancelJob(const JobRow& job, const std::string& reason);
   absl::Status GiveUpIfHopeless(Variant& variant);
-  absl::Status TopUp(Study& study, Variant& variant, const ScenePlan& scene);
+  absl::Status TopUp(Variant& variant, const ScenePlan& scene);
+
+  // machine_retry.cc: new generations.
+  absl::StatusOr<bool> RetryOfScene(Variant& variant, const JobRow& job);
+  absl::StatusOr<bool> RetryOther(Variant& variant, const JobRow& job);
+
+  // machine_waits.cc: who waits for what.
+  enum class Prospect { kMet, kOpen, kVain };
+  struct Outlook {
+    Prospect prospect = Prospect::kOpen;
+    std::string why;  // Of kVain: "job 12, which it waits for, is FAILED".
+  };
+  absl::StatusOr<Outlook> OutlookOf(const JobWait& wait);
+  // Sets the state of a new job that is to wait: BLOCKED, or CANCELLED if it would wait in vain.
+  // Returns the states of its rows, in order.
+  absl::StatusOr<std::vector<const char*>> PlanWaits(const std::vector<JobWait>& waits,
+                                                     JobRow& job);
+  absl::Status SettleWaiters();  // Of all that has ended in this command.
+  absl::Status Release(int64_t waiter);
+  absl::Status CancelWaiters(const std::vector<int64_t>& waiters, const std::string& why);
 
   // machine_report.cc: leases end.
   struct Holding {
@@ -179,9 +218,9 @@ class Machine {
     v1::ReportOutcome outcome = v1::REPORT_OUTCOME_OK;  // OK: the attempt holds the job.
   };
   absl::StatusOr<Holding> HoldingOf(const v1::AttemptId& attempt);
-  absl::Status CompleteSolve(const JobRow& job, const CheckedReport& report);
-  absl::Status CompleteRender(const JobRow& job, const CheckedReport& report);
-  std::string WhyNotOf(const JobRow& job, const Variant& variant, const CheckedReport& report);
+  absl::Status StoreResult(const JobRow& job, const CheckedReport& report);
+  absl::StatusOr<std::string> WhyNotOf(const JobRow& job, const CheckedReport& report);
+  std::string WhyNotHolder(const JobRow& job, const std::string& worker) const;
   struct AppFailure {
     std::string worker, error, fingerprint;
     bool retryable = true;
@@ -197,32 +236,36 @@ class Machine {
   absl::Status LitterOfLate(const JobRow& job, const CheckedReport& report);
 
   // machine.cc: choosing.
-  absl::StatusOr<std::optional<JobRow>> Choose(const WorkerFacts& worker);
-  absl::StatusOr<std::optional<JobRow>> ChooseOf(Study& study, WorkKind kind,
-                                                 const WorkerFacts& worker);
-  absl::StatusOr<std::optional<JobRow>> ChooseWarm(const WorkerFacts& worker);
-  absl::StatusOr<GrantedLease> Grant(JobRow job, const WorkerFacts& worker);
+  absl::StatusOr<Taker> TakerOf(const WorkerFacts& worker) const;
+  absl::StatusOr<std::optional<JobRow>> Choose(const Taker& worker);
+  absl::StatusOr<std::optional<JobRow>> ChooseOf(Study& study, KindId kind, const Taker& worker);
+  absl::StatusOr<std::optional<JobRow>> ChooseWarm(const Taker& worker);
+  absl::StatusOr<GrantedLease> Grant(JobRow job, const Taker& worker);
   bool OthersAround(const std::string& worker);
-  StudyShare ShareOf(Study& study, const WorkerFacts& worker);
+  StudyShare ShareOf(Study& study, const Taker& worker);
   uint64_t NextFence() { return (epoch_ << 32) | ++sequence_; }
   double Now() { return options_.clock->UnixSeconds(); }
   double SteadySeconds();
 
   SqliteConnection& db_;
   const JobQueueOptions& options_;
+  const KindRegistry& kinds_;
   const uint64_t epoch_;
   JobStore store_;
+  WaitTable waits_;
   Ledger ledger_;
   uint32_t sequence_ = 0;
   std::set<int64_t> hungry_;  // Variants that may need scenes; a superset.
   double virtual_pass_ = 0;   // Of the study served last.
   int64_t leased_now_ = 0;
-  int idle_slots_ = 0;  // Render slots that the Lease at hand hasn't filled yet.
   JobHints hints_;
-  // READY solves that had no layout to share when they became READY. As long as
-  // they are READY nobody makes one (they would be BLOCKED on it), so it
-  // needn't be looked for.
-  std::unordered_set<int64_t> without_layout_;
+  // READY jobs whose group had no part to share when they became READY. As long as they are READY
+  // nobody makes one (they would be BLOCKED on it), so it needn't be looked for.
+  std::unordered_set<int64_t> without_part_;
+  uint64_t ending_fence_ = 0;  // Of the attempt whose result is being stored.
+  // What has ended in the command at hand and whose waiters are not settled yet.
+  std::vector<std::pair<int64_t, JobState>> ended_jobs_;
+  std::set<int64_t> changed_variants_;  // Published pairs, gave up or were cancelled.
   struct {
     int64_t variant = 0;  // 0: none is open.
     uint32_t ordinal = 0;
@@ -234,7 +277,7 @@ class Machine {
   // What the scheduler remembers of workers; forgotten at restart.
   struct WorkerMemory {
     double seen_s = 0;
-    std::deque<Sha256Digest> scenes;  // Built most recently first.
+    std::deque<Sha256Digest> groups;  // Of kinds that keep a group warm, the latest first.
   };
   std::map<std::string, WorkerMemory> workers_;
   // What workers that were given up held, by job and fence. A guess, as long as nobody remembers

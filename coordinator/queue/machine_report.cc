@@ -3,20 +3,11 @@
 
 #include "common/base/rng.h"
 #include "coordinator/queue/machine.h"
-#include "coordinator/study/rigs.h"
 
 namespace parallax {
 namespace {
 
-constexpr size_t kErrorLength = 1000;    // Of what is kept of a worker's message.
 constexpr size_t kMostGivenUp = 10'000;  // Workers whose last leases are remembered.
-
-std::string OneLine(std::string_view text) {
-  std::string line(text.substr(0, kErrorLength));
-  std::replace_if(
-      line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
-  return line;
-}
 
 std::string AttemptFolder(const JobRow& job) {
   return StorePrefixOf(job.work_key) + "/.attempt-" + std::to_string(job.fence);
@@ -64,116 +55,57 @@ absl::StatusOr<Machine::Verdict> Machine::Complete(const CheckedReport& report) 
   }
   if (holding.outcome != v1::REPORT_OUTCOME_OK) return verdict;
   const JobRow& job = holding.job;
-  ASSIGN_OR_RETURN(const Variant* variant, ledger_.FindVariant(job.variant));
-  verdict.invalid = WhyNotOf(job, *variant, report);
+  verdict.invalid = WhyNotHolder(job, report.worker);
+  if (!verdict.invalid.empty()) return verdict;  // And the holder goes on.
+  ASSIGN_OR_RETURN(verdict.invalid, WhyNotOf(job, report));
   if (!verdict.invalid.empty()) {
     verdict.invalid = "job " + std::to_string(job.id) + ": " + verdict.invalid;
     RETURN_IF_ERROR(FailAttempt(
         job, {report.worker, "invalid result: " + verdict.invalid, "invalid-result", true}));
     return verdict;
   }
-  RETURN_IF_ERROR(job.kind == WorkKind::kSolve ? CompleteSolve(job, report)
-                                               : CompleteRender(job, report));
+  RETURN_IF_ERROR(StoreResult(job, report));
   ++effects_.completions;
   return verdict;
 }
 
-std::string Machine::WhyNotOf(const JobRow& job, const Variant& variant,
-                              const CheckedReport& report) {
-  if (!report.invalid.empty()) return report.invalid;
-  if (report.kind != job.kind) {
-    return std::string("a ") + NameOf(report.kind) + " result for a " + NameOf(job.kind) + " job";
-  }
-  if (job.kind == WorkKind::kSolve) {
-    if (report.rejected) return "";
-    const auto study = ledger_.FindStudy(job.study);
-    if (!study.ok()) return std::string(study.status().message());
-    const uint64_t seed = SceneSeedOf((*study)->seed, job.ordinal).value;
-    if (report.scene_seed != 0 && report.scene_seed != seed) {
-      return "a scene of seed " + std::to_string(report.scene_seed) + ", wanted " +
-             std::to_string(seed);
-    }
-    const uint32_t wanted =
-        std::max(variant.rigs_per_scene, static_cast<uint32_t>(variant.config->rigs().count()));
-    if (report.scene_rigs < wanted) {
-      return "a scene with " + std::to_string(report.scene_rigs) + " rigs, wanted " +
-             std::to_string(wanted);
-    }
-    return "";
-  }
-  std::vector<uint32_t> rigs;
-  const std::string folder = AttemptFolder(job) + "/";
-  for (const CheckedFrame& frame : report.frames) {
-    rigs.push_back(frame.rig);
-    if (frame.path.compare(0, folder.size(), folder) != 0) {
-      return "frame of rig " + std::to_string(frame.rig) + " at '" + frame.path +
-             "', wanted a folder under '" + folder + "'";
-    }
-  }
-  const auto wanted = ParseRigs(job.rigs);
-  if (!wanted.ok() || rigs != *wanted) {
-    return "frames of rigs '" + RigsText(rigs) + "', wanted exactly '" + job.rigs + "'";
-  }
-  return "";
+// A report in another's name, although it knows the fence.
+std::string Machine::WhyNotHolder(const JobRow& job, const std::string& worker) const {
+  if (worker.empty() || worker == job.worker || options_.unsafe_for_test.ignore_fences) return "";
+  return "job " + std::to_string(job.id) + ": attempt " + std::to_string(job.attempts) +
+         " reported by " + worker + ", but " + job.worker + " holds its lease";
 }
 
-absl::Status Machine::CompleteSolve(const JobRow& job, const CheckedReport& report) {
-  ASSIGN_OR_RETURN(Variant * variant, ledger_.FindVariant(job.variant));
-  ASSIGN_OR_RETURN(Study * study, ledger_.FindStudy(job.study));
-  const std::string reason = report.rejected ? OneLine(report.reject_reason) : "";
-
-  // A rejection without a layout, of a job that had to make one, holds for every scene with this
-  // layout.
-  const bool layout_rejected = report.rejected && report.layout_z.empty() && !job.layout_given;
-  if (!report.layout_z.empty() || layout_rejected) {
-    RETURN_IF_ERROR(store_.InsertLayoutResult(job.group_key, report.layout_z, reason));
+absl::StatusOr<std::string> Machine::WhyNotOf(const JobRow& job, const CheckedReport& report) {
+  if (!report.invalid.empty()) return report.invalid;
+  const JobKind& kind = KindOf(job);
+  if (*report.kind != job.kind) {
+    return "a " + kinds_[*report.kind].name() + " result for a " + kind.name() + " job";
   }
-  bool new_recipe = false;
-  if (!report.rejected) {
-    ASSIGN_OR_RETURN(new_recipe, store_.InsertRecipe(report.scene_hash, report.scene_z));
-  }
-
-  // What is committed first is the result, also for this job.
-  std::optional<Sha256Digest> scene_hash;
-  if (!layout_rejected) {
-    if (!report.rejected) scene_hash = report.scene_hash;
-    ASSIGN_OR_RETURN(const bool is_new, store_.InsertSceneResult(job.work_key, scene_hash, reason));
-    if (!is_new) {
-      ASSIGN_OR_RETURN(const auto result, store_.FindSceneResult(job.work_key));
-      scene_hash = result ? result->scene_hash : std::nullopt;
-      new_recipe = new_recipe && scene_hash == report.scene_hash;
+  const std::string folder = AttemptFolder(job) + "/";
+  for (const std::string& path : report.result->paths) {
+    if (!kind.traits().has_output || path.compare(0, folder.size(), folder) != 0) {
+      return "a result at '" + path + "', wanted a folder under '" + folder + "'";
     }
   }
-  const JobState end = scene_hash ? JobState::kSucceeded : JobState::kRejected;
-  RETURN_IF_ERROR(store_.MoveToResult(job.id, job.fence, end, reason, Now()));
+  return kind.WhyNot(*this, job, *report.result);
+}
+
+absl::Status Machine::StoreResult(const JobRow& job, const CheckedReport& report) {
+  const JobKind& kind = KindOf(job);
+  ASSIGN_OR_RETURN(Variant * variant, ledger_.FindVariant(job.variant));
+  ending_fence_ = job.fence;
+  auto stored = kind.Store(*this, job, *report.result);
+  ending_fence_ = 0;
+  ASSIGN_OR_RETURN(const Ending ending, std::move(stored));
+  const JobState end = ending.rejected ? JobState::kRejected : JobState::kSucceeded;
+  RETURN_IF_ERROR(store_.MoveToResult(job.id, job.fence, end, OneLine(ending.reason), Now()));
   NoteMove(*variant, job, end);
   --leased_now_;
   effects_.ended.push_back({job.id, job.fence, job.worker, false, ""});
-  if (job.layout_given) ++ledger_.Change(*variant).layouts_reused;
-  RETURN_IF_ERROR(scene_hash ? Solved(job, *study, *variant, *scene_hash, new_recipe)
-                             : EnterLoss(job, *variant, end));
-  return ReleaseFollowers(job.id);
-}
-
-absl::Status Machine::CompleteRender(const JobRow& job, const CheckedReport& report) {
-  ASSIGN_OR_RETURN(Variant * variant, ledger_.FindVariant(job.variant));
-  for (const CheckedFrame& frame : report.frames) {
-    const Sha256Digest key =
-        FrameKey(options_.versions, variant->digests, job.group_key, frame.rig);
-    ASSIGN_OR_RETURN(const bool is_new,
-                     store_.InsertFrameResult(key, frame.frame_z, job.id, job.fence));
-    RETURN_IF_ERROR(store_.InsertFrame(job, frame.rig, key, /*reused=*/!is_new));
-    if (is_new) continue;
-    ++ledger_.Change(*variant).frames_reused;
-    RETURN_IF_ERROR(store_.InsertLitter(frame.path, Now()));
-  }
-  RETURN_IF_ERROR(store_.MoveToResult(job.id, job.fence, JobState::kSucceeded, "", Now()));
-  NoteMove(*variant, job, JobState::kSucceeded);
-  --leased_now_;
-  effects_.ended.push_back({job.id, job.fence, job.worker, false, ""});
-  RETURN_IF_ERROR(ChangeScene(*variant, job.ordinal,
-                              {.jobs_open = -1, .rigs_done = static_cast<int>(job.rig_count)})
-                      .status());
+  if (job.part_given) ++ledger_.Change(*variant).layouts_reused;
+  RETURN_IF_ERROR(ending.rejected ? EnterLoss(job, *variant, end)
+                                  : EnterSuccess(job, *variant, ending, /*by_own_attempt=*/true));
   return ReleaseFollowers(job.id);
 }
 
@@ -181,6 +113,9 @@ absl::Status Machine::CompleteRender(const JobRow& job, const CheckedReport& rep
 absl::StatusOr<v1::ReportOutcome> Machine::Fail(const v1::FailRequest& request) {
   ASSIGN_OR_RETURN(const Holding holding, HoldingOf(request.attempt()));
   if (holding.outcome == v1::REPORT_OUTCOME_OK) {
+    if (std::string why = WhyNotHolder(holding.job, request.worker()); !why.empty()) {
+      return MakeError(absl::StatusCode::kInvalidArgument, why);
+    }
     RETURN_IF_ERROR(FailAttempt(holding.job, {request.worker(), request.error(),
                                               request.fingerprint(), request.retryable()}));
     return v1::REPORT_OUTCOME_OK;
@@ -262,22 +197,22 @@ absl::Status Machine::EndAttempt(const JobRow& job, const LossUpdate& update) {
 }
 
 absl::Status Machine::Litter(const JobRow& job) {
-  if (job.kind != WorkKind::kRender) return absl::OkStatus();
+  if (!KindOf(job).traits().has_output) return absl::OkStatus();
   return store_.InsertLitter(AttemptFolder(job), Now());
 }
 
 // A worker that was away for long may have written after its folder was
 // removed.
 absl::Status Machine::LitterOfLate(const JobRow& job, const CheckedReport& report) {
-  if (report.kind != WorkKind::kRender || report.frames.empty()) return absl::OkStatus();
+  if (report.result == nullptr || report.result->paths.empty()) return absl::OkStatus();
+  if (!kinds_[*report.kind].traits().has_output) return absl::OkStatus();
   ASSIGN_OR_RETURN(const bool lost, store_.WasLost(job.id, report.attempt.fence()));
   if (!lost) return absl::OkStatus();
-  // Its own folder, whatever rigs the job had then: no other attempt has this
-  // fence.
-  const std::string& path = report.frames.front().path;
+  // Its own folder, whatever rigs the job had then: no other attempt has this fence.
+  const std::string& path = report.result->paths.front();
   const std::string own = "/.attempt-" + std::to_string(report.attempt.fence());
   const size_t at = path.find(own + "/");
-  if (at != 67) return absl::OkStatus();  // "<2 hex>/<64 hex>"
+  if (at != StorePrefixOf(Sha256Digest{}).size()) return absl::OkStatus();
   return store_.InsertLitter(path.substr(0, at + own.size()), Now());
 }
 
@@ -309,19 +244,19 @@ absl::StatusOr<std::vector<v1::AttemptId>> Machine::Adopt(const std::string& wor
   const double now = Now();
   ASSIGN_OR_RETURN(const std::vector<int64_t> leased, store_.LeasedBy(worker));
   for (const int64_t id : leased) {
-    ASSIGN_OR_RETURN(const std::optional<JobRow> job, store_.Find(id));
+    ASSIGN_OR_RETURN(const JobRow job, RowOf(id));
     const auto known = std::find_if(holding.begin(), holding.end(), [&](const v1::AttemptId& a) {
-      return a.job_id() == id && a.fence() == job->fence;
+      return a.job_id() == id && a.fence() == job.fence;
     });
     if (known != holding.end()) {
       adopted.push_back(*known);
     } else {
       // Three lost workers quarantine a job; three lost messages must not. Who was leased to before
       // the last restart may be the same process: nobody knows.
-      RETURN_IF_ERROR(same_process || job->fence >> 32 != epoch_
-                          ? LoseAttempt(*job, LossKind::kReturned,
+      RETURN_IF_ERROR(same_process || job.fence >> 32 != epoch_
+                          ? LoseAttempt(job, LossKind::kReturned,
                                         "the lease did not reach worker " + worker, false, now)
-                          : LoseAttempt(*job, LossKind::kLost,
+                          : LoseAttempt(job, LossKind::kLost,
                                         "worker " + worker + " came back without it", false, now));
     }
   }
@@ -334,10 +269,9 @@ absl::StatusOr<int> Machine::WorkerLost(const std::string& worker) {
   if (given_up_.size() > kMostGivenUp) given_up_.clear();  // Most have gone for good.
   ASSIGN_OR_RETURN(const std::vector<int64_t> leased, store_.LeasedBy(worker));
   for (const int64_t id : leased) {
-    ASSIGN_OR_RETURN(const std::optional<JobRow> job, store_.Find(id));
-    RETURN_IF_ERROR(
-        LoseAttempt(*job, LossKind::kLost, "worker " + worker + " was lost", true, now));
-    given_up_[worker].emplace_back(id, job->fence);
+    ASSIGN_OR_RETURN(const JobRow job, RowOf(id));
+    RETURN_IF_ERROR(LoseAttempt(job, LossKind::kLost, "worker " + worker + " was lost", true, now));
+    given_up_[worker].emplace_back(id, job.fence);
   }
   workers_.erase(worker);
   return static_cast<int>(leased.size());

@@ -57,9 +57,9 @@ std::vector<int64_t> OrderStudies(std::span<const StudyShare> studies,
 }
 
 uint32_t PartsToSplitInto(const SplitFacts& facts) {
-  const int64_t ready = std::max<int64_t>(1, facts.ready_renders);
-  const int64_t idle = std::max<int64_t>(0, facts.idle_render_slots - facts.ready_solves);
-  const int64_t soon = facts.only_renders_left ? facts.render_slots : 0;
+  const int64_t ready = std::max<int64_t>(1, facts.ready_jobs);
+  const int64_t idle = std::max<int64_t>(0, facts.idle_slots - facts.ready_others);
+  const int64_t soon = facts.only_these_left ? facts.slots : 0;
   const int64_t parts = std::max((idle + ready - 1) / ready, soon / ready);
   return static_cast<uint32_t>(std::clamp<int64_t>(parts, 1, std::max(1u, facts.rigs)));
 }

@@ -42,8 +42,7 @@ enum class FailureVerdict { kRetryLater, kRetryNow, kFail, kQuarantine };
 FailureVerdict JudgeAppFailure(const RetryPolicy& policy, const FailureHistory& history);
 FailureVerdict JudgeLoss(const RetryPolicy& policy, const FailureHistory& history);
 
-// ---- Which study
-// ----------------------------------------------------------------------------------
+// ---- Which study ------------------------------------------------------------------------------
 struct StudyShare {
   int64_t study = 0;
   int priority = 0;
@@ -70,20 +69,19 @@ std::vector<int64_t> OrderStudies(std::span<const StudyShare> studies,
 
 // ---- Whether to split it
 struct SplitFacts {
-  uint32_t rigs = 0;               // Of the render job that is about to be leased.
-  int64_t ready_renders = 0;       // This one included.
-  int64_t ready_solves = 0;        // That the idle workers could do instead.
-  int idle_render_slots = 0;       // The one that asks included.
-  int render_slots = 0;            // All of the farm.
-  bool only_renders_left = false;  // Nothing else will become READY.
+  uint32_t rigs = 0;             // Of the job that is about to be leased.
+  int64_t ready_jobs = 0;        // Of its kind, this one included.
+  int64_t ready_others = 0;      // That the idle workers could do instead.
+  int idle_slots = 0;            // The one that asks included.
+  int slots = 0;                 // All of the farm.
+  bool only_these_left = false;  // Nothing else will become READY.
 };
 // In how many parts; 1: leave it whole. While more work will come, only slots
-// that idle now count. When these renders are the last, every slot will idle
+// that idle now count. When these jobs are the last, every slot will idle
 // soon: so the end of a study is shared by all, rather than waited for.
 uint32_t PartsToSplitInto(const SplitFacts& facts);
 
-// ---- Which job of it
-// ------------------------------------------------------------------------------
+// ---- Which job of it --------------------------------------------------------------------------
 struct JobCandidate {
   int64_t job = 0;
   std::string last_worker;  // Who had it when it failed or was lost; empty for none.

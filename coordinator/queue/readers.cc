@@ -51,7 +51,8 @@ absl::Status AddCounts(SqliteConnection& db, std::map<int64_t, v1::VariantStatus
                        int64_t study) {
   SqliteQuery query(db,
                     "SELECT variant_id, kind, state, jobs FROM job_counts WHERE jobs > 0 AND"
-                    " variant_id IN (SELECT id FROM variants WHERE study_id = ?1)",
+                    " variant_id IN (SELECT id FROM variants WHERE study_id = ?1)"
+                    " ORDER BY variant_id, kind, state",
                     study);
   while (query.Next()) {
     const auto variant = variants.find(query.Int(0));
@@ -60,10 +61,10 @@ absl::Status AddCounts(SqliteConnection& db, std::map<int64_t, v1::VariantStatus
                        "database: variant " + std::to_string(query.Int(0)) +
                            " is not among those of its study " + std::to_string(study));
     }
-    v1::VariantStatus* status = variant->second;
-    auto& jobs = WorkKindOf(query.Text(1)) == WorkKind::kSolve ? *status->mutable_solve_jobs()
-                                                               : *status->mutable_render_jobs();
-    jobs[std::string(query.Text(2))] = query.Int(3);
+    v1::JobCount* count = variant->second->add_jobs();
+    count->set_kind(std::string(query.Text(1)));
+    count->set_state(std::string(query.Text(2)));
+    count->set_jobs(query.Int(3));
   }
   return query.status();
 }
@@ -100,13 +101,15 @@ absl::Status AddArchivedProblems(SqliteConnection& db, int64_t variant, v1::Vari
   return query.status();
 }
 
-absl::Status AddVariants(SqliteConnection& db, v1::StudyStatus& study, bool archived) {
+// Returns how many jobs outside of scenes are lost.
+absl::StatusOr<int64_t> AddVariants(SqliteConnection& db, v1::StudyStatus& study, bool archived) {
+  int64_t others_lost = 0;
   std::map<int64_t, v1::VariantStatus*> by_id;
   {
     SqliteQuery query(db,
                       "SELECT id, name, pairs_wanted, pairs_done, solves_reused, layouts_reused,"
-                      " frames_reused, scenes_rejected, problem FROM variants WHERE study_id = ?1"
-                      " ORDER BY id",
+                      " frames_reused, scenes_rejected, problem, others_lost FROM variants"
+                      " WHERE study_id = ?1 ORDER BY id",
                       study.study_id());
     while (query.Next()) {
       v1::VariantStatus* status = study.add_variants();
@@ -122,6 +125,7 @@ absl::Status AddVariants(SqliteConnection& db, v1::StudyStatus& study, bool arch
         problem->set_state("GAVE_UP");
         problem->set_error(std::string(query.Text(8)));
       }
+      others_lost += query.Int(9);
       by_id[query.Int(0)] = status;
     }
     RETURN_IF_ERROR(query.status());
@@ -131,13 +135,15 @@ absl::Status AddVariants(SqliteConnection& db, v1::StudyStatus& study, bool arch
     RETURN_IF_ERROR(AddProblems(db, id, *status));
     if (archived) RETURN_IF_ERROR(AddArchivedProblems(db, id, *status));
   }
-  return absl::OkStatus();
+  return others_lost;
 }
 
-v1::StudyState StateOf(const v1::StudyStatus& study, bool paused, bool cancelled) {
+v1::StudyState StateOf(const v1::StudyStatus& study, bool paused, bool cancelled,
+                       int64_t others_lost) {
   if (cancelled) return v1::STUDY_STATE_CANCELLED;
   if (study.finished_unix_s() > 0) {
     const bool all =
+        others_lost == 0 &&
         std::all_of(study.variants().begin(), study.variants().end(),
                     [](const v1::VariantStatus& v) { return v.pairs_done() >= v.pairs_wanted(); });
     return all ? v1::STUDY_STATE_SUCCEEDED : v1::STUDY_STATE_FAILED;
@@ -150,13 +156,12 @@ absl::Status FillStudy(SqliteConnection& db, const SqliteQuery& row, v1::StudySt
   study.set_name(std::string(row.Text(1)));
   study.set_submitted_unix_s(row.Real(4));
   study.set_finished_unix_s(row.Real(5));
-  RETURN_IF_ERROR(AddVariants(db, study, row.Int(6) != 0));
-  study.set_state(StateOf(study, row.Int(2) != 0, row.Int(3) != 0));
+  ASSIGN_OR_RETURN(const int64_t others_lost, AddVariants(db, study, row.Int(6) != 0));
+  study.set_state(StateOf(study, row.Int(2) != 0, row.Int(3) != 0, others_lost));
   return absl::OkStatus();
 }
 
-// ---- Jobs
-// ---------------------------------------------------------------------------------------
+// ---- Jobs -------------------------------------------------------------------------------------
 #define PARALLAX_LISTED_JOB_OF(table)                                     \
   "SELECT j.id, j.kind, j.state, v.name, j.ordinal, j.rigs, j.attempts, " \
   "j.worker, j.error "                                                    \
@@ -167,8 +172,7 @@ absl::Status AddJobs(SqliteQuery& query, std::vector<v1::JobStatus>& jobs) {
   while (query.Next()) {
     v1::JobStatus& job = jobs.emplace_back();
     job.set_job_id(query.Int(0));
-    job.set_kind(WorkKindOf(query.Text(1)) == WorkKind::kSolve ? v1::JOB_KIND_SOLVE
-                                                               : v1::JOB_KIND_RENDER);
+    job.set_kind(std::string(query.Text(1)));
     job.set_state(std::string(query.Text(2)));
     job.set_variant(std::string(query.Text(3)));
     job.set_scene(static_cast<uint32_t>(query.Int(4)));
@@ -213,14 +217,13 @@ absl::Status AddArchivedJobs(SqliteConnection& db, int64_t study, JobState state
   return AddJobs(query, jobs);
 }
 
-// ---- Frames and scenes
-// --------------------------------------------------------------------------
+// ---- Frames and scenes ------------------------------------------------------------------------
 absl::Status AddFrames(SqliteConnection& db, const v1::ListFramesRequest& request,
                        std::vector<v1::PublishedFrame>& frames) {
   SqliteQuery query(db,
-                    "SELECT f.cursor, v.name, f.ordinal, f.reused, r.frame_z FROM frames AS f"
+                    "SELECT f.cursor, v.name, f.ordinal, f.reused, r.bytes FROM frames AS f"
                     " JOIN variants AS v ON v.id = f.variant_id"
-                    " JOIN frame_results AS r ON r.frame_key = f.frame_key"
+                    " JOIN results AS r ON r.work_key = f.frame_key"
                     " WHERE f.study_id = ?1 AND f.cursor > ?2 ORDER BY f.cursor LIMIT ?3",
                     request.study_id(), request.cursor(), Limit(request.limit(), 1000));
   while (query.Next()) {
@@ -234,21 +237,47 @@ absl::Status AddFrames(SqliteConnection& db, const v1::ListFramesRequest& reques
   return query.status();
 }
 
-absl::Status ReadBlob(SqliteConnection& db, const char* sql, const Sha256Digest& key,
-                      google::protobuf::MessageLite& message) {
-  SqliteQuery query(db, sql, key);
-  if (!query.Next()) {
-    return query.status().ok() ? NotFound("result " + HexOf(key)) : query.status();
+class CommittedResults final : public ResultReader {
+ public:
+  explicit CommittedResults(Readers& readers) : readers_(readers) {}
+
+  absl::StatusOr<std::string> ResultBytes(const Sha256Digest& key) override {
+    std::string bytes;
+    RETURN_IF_ERROR(readers_.Read(0, [&](SqliteConnection& db) -> absl::Status {
+      SqliteQuery query(db, "SELECT bytes FROM results WHERE work_key = ?1", key);
+      if (!query.Next()) {
+        return query.status().ok() ? NotFound("result " + HexOf(key)) : query.status();
+      }
+      bytes = query.Blob(0);
+      return absl::OkStatus();
+    }));
+    return bytes;
   }
-  return UnpackMessage(query.Blob(0), message);
-}
+
+  absl::StatusOr<std::vector<Sha256Digest>> FramesOf(int64_t variant, int64_t limit) override {
+    std::vector<Sha256Digest> keys;
+    RETURN_IF_ERROR(readers_.Read(0, [&](SqliteConnection& db) {
+      SqliteQuery query(db,
+                        "SELECT frame_key FROM frames WHERE variant_id = ?1"
+                        " ORDER BY ordinal, rig LIMIT ?2",
+                        variant, limit);
+      while (query.Next()) keys.push_back(query.Digest(0));
+      return query.status();
+    }));
+    return keys;
+  }
+
+ private:
+  Readers& readers_;
+};
 
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Readers>> Readers::Open(const std::string& path,
                                                        const std::string& vfs, int connections,
-                                                       double deadline_s) {
-  std::unique_ptr<Readers> readers(new Readers(deadline_s));
+                                                       double deadline_s,
+                                                       const KindRegistry& kinds) {
+  std::unique_ptr<Readers> readers(new Readers(deadline_s, kinds));
   for (int i = 0; i < std::max(1, connections); ++i) {
     ASSIGN_OR_RETURN(auto connection, OpenReader(path, vfs));
     readers->free_.push_back(std::move(connection));
@@ -317,14 +346,14 @@ absl::StatusOr<std::vector<v1::JobStatus>> Readers::ListJobs(const v1::ListJobsR
               JobState::kRetryWait, JobState::kReady,       JobState::kBlocked,
               JobState::kRejected,  JobState::kCancelled,   JobState::kSucceeded};
   } else {
-    const auto known = std::find(kJobStateNames.begin(), kJobStateNames.end(), request.state());
-    if (known == kJobStateNames.end()) {
+    const std::optional<JobState> known = JobStateOf(request.state());
+    if (!known) {
       std::string all;
       for (const char* name : kJobStateNames) all += std::string(all.empty() ? "" : ", ") + name;
       return MakeError(absl::StatusCode::kInvalidArgument,
                        "state '" + request.state() + "': wanted one of " + all);
     }
-    states = {JobStateOf(request.state())};
+    states = {*known};
   }
   const int limit = Limit(request.limit(), 1000);
   std::vector<v1::JobStatus> jobs;
@@ -368,9 +397,9 @@ absl::StatusOr<v1::Scene> Readers::GetScene(const v1::GetSceneRequest& request) 
   v1::Scene scene;
   RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) {
     SqliteQuery query(db,
-                      "SELECT r.scene_z FROM variants AS v"
+                      "SELECT r.bytes FROM variants AS v"
                       " JOIN scenes AS s ON s.variant_id = v.id AND s.ordinal = ?3"
-                      " JOIN recipes AS r ON r.scene_hash = s.scene_hash"
+                      " JOIN results AS r ON r.work_key = s.scene_hash"
                       " WHERE v.study_id = ?1 AND v.name = ?2",
                       request.study_id(), request.variant(), request.scene());
     if (query.Next()) return UnpackMessage(query.Blob(0), scene);
@@ -383,34 +412,17 @@ absl::StatusOr<v1::Scene> Readers::GetScene(const v1::GetSceneRequest& request) 
 
 absl::StatusOr<v1::Lease> Readers::LeaseMessage(const GrantedLease& lease) {
   v1::Lease message;
-  message.mutable_attempt()->set_job_id(lease.job);
+  message.mutable_attempt()->set_job_id(lease.work.job.id);
   message.mutable_attempt()->set_fence(lease.fence);
   message.set_attempt_number(lease.attempt_number);
   message.set_study(lease.study);
   message.set_variant(lease.variant);
-  message.set_scene(lease.ordinal);
-  if (lease.kind == WorkKind::kSolve) {
-    message.set_kind(v1::JOB_KIND_SOLVE);
-    v1::SolveJob* solve = message.mutable_solve();
-    solve->set_scene_seed(lease.seed.value);
-    *solve->mutable_config() = *lease.config;
-    if (!lease.layout_given) return message;
-    RETURN_IF_ERROR(Read(0, [&](SqliteConnection& db) {
-      return ReadBlob(db, "SELECT layout_z FROM layout_results WHERE layout_key = ?1",
-                      lease.group_key, *solve->mutable_layout());
-    }));
-    return message;
-  }
-  message.set_kind(v1::JOB_KIND_RENDER);
-  v1::RenderJob* render = message.mutable_render();
-  ASSIGN_OR_RETURN(const std::vector<uint32_t> rigs, ParseRigs(lease.rigs));
-  render->mutable_rigs()->Add(rigs.begin(), rigs.end());
-  *render->mutable_render() = lease.config->render();
-  render->set_store_prefix(StorePrefixOf(lease.work_key));
-  RETURN_IF_ERROR(Read(0, [&](SqliteConnection& db) {
-    return ReadBlob(db, "SELECT scene_z FROM recipes WHERE scene_hash = ?1", lease.group_key,
-                    *render->mutable_scene());
-  }));
+  message.set_scene(lease.work.job.ordinal);
+  const JobKind& kind = kinds_[lease.work.job.kind];
+  message.set_kind(kind.name());
+  if (kind.traits().has_output) message.set_store_prefix(StorePrefixOf(lease.work.job.work_key));
+  CommittedResults results(*this);
+  ASSIGN_OR_RETURN(*message.mutable_spec(), kind.Spec(lease.work, results));
   return message;
 }
 

@@ -19,9 +19,11 @@ namespace parallax {
 
 class Readers {
  public:
+  // `kinds` outlives the readers.
   static absl::StatusOr<std::unique_ptr<Readers>> Open(const std::string& path,
                                                        const std::string& vfs, int connections,
-                                                       double deadline_s);
+                                                       double deadline_s,
+                                                       const KindRegistry& kinds);
 
   // Runs `read` in a read transaction. deadline_s 0: none.
   absl::Status Read(double deadline_s, const std::function<absl::Status(SqliteConnection&)>& read);
@@ -38,9 +40,10 @@ class Readers {
   absl::StatusOr<v1::Lease> LeaseMessage(const GrantedLease& lease);
 
  private:
-  explicit Readers(double deadline_s) : deadline_s_(deadline_s) {}
+  Readers(double deadline_s, const KindRegistry& kinds) : deadline_s_(deadline_s), kinds_(kinds) {}
 
   const double deadline_s_;
+  const KindRegistry& kinds_;
   std::mutex mutex_;
   std::condition_variable free_one_;
   std::vector<std::unique_ptr<SqliteConnection>> free_;  // Guarded by mutex_.

@@ -2,42 +2,31 @@
 // without the job's row, and all hashing and compressing, happens here in the caller's thread.
 #pragma once
 
-#include <cstdint>
+#include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
-#include "common/base/hash.h"
-#include "coordinator/queue/job_state.h"
+#include "coordinator/queue/job_kind.h"
 #include "parallax/v1/service.pb.h"
 
 namespace parallax {
 
-struct CheckedFrame {
-  uint32_t rig = 0;
-  std::string path;
-  std::string frame_z;
-};
-
 struct CheckedReport {
   v1::AttemptId attempt;
   std::string worker;
+  std::optional<KindId> kind;  // Empty: a kind that there isn't; `invalid` says so.
+  std::shared_ptr<const CheckedResult> result;
   std::string invalid;  // Not empty: why no job can have this result.
-  WorkKind kind = WorkKind::kSolve;
-  // Solve.
-  bool rejected = false;
-  std::string reject_reason;
-  Sha256Digest scene_hash{};
-  std::string scene_z;
-  uint64_t scene_seed = 0;
-  uint32_t scene_rigs = 0;
-  std::string layout_z;  // Empty: the report has no layout.
-  // Render, by ascending rig.
-  std::vector<CheckedFrame> frames;
 };
-CheckedReport CheckReport(const v1::CompleteRequest& request);
+CheckedReport CheckReport(const v1::CompleteRequest& request, const KindRegistry& kinds);
 
 // True for a relative, normal path: no empty part, ".", "..", backslash or control character.
 bool IsConfinedPath(std::string_view path);
+
+bool IsSha256Hex(std::string_view text);
+
+// What is kept of a worker's message: at most 1,000 bytes, control characters as spaces.
+std::string OneLine(std::string_view text);
 
 }  // namespace parallax

@@ -36,7 +36,8 @@ class CoordinatorServerImpl final : public CoordinatorServer {
                  {.uri = options.store_uri,
                   .id = options.store == nullptr ? "" : options.store->Id(),
                   .access = options.store_access},
-                 queue.database_id(), LeaseFor(options, queue), options.hello_s),
+                 queue.database_id(), LeaseFor(options, queue),
+                 options.check_outputs ? options.store : nullptr, options.hello_s),
         artifacts_(options.store, options.spool_dir, HolderWritesBelowItsAttempt(queue)) {
     queue_.SetObserver(&dispatcher_);
     worker_pool_.Start();

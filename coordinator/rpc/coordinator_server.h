@@ -35,6 +35,9 @@ struct CoordinatorServerOptions {
   // send or fetch any. Outlives the server.
   Store* store = nullptr;
   v1::StoreAccess store_access = v1::STORE_ACCESS_DIRECT;
+  // Look for the files that a result names in `store` before it is published. Costs a listing of
+  // the attempt's folder.
+  bool check_outputs = true;
   // Folder for files that are coming in, best on the store's own disk.
   std::string spool_dir;
   // What workers are told. 0, or more than the queue's lease: the queue's. Shorter ones make them
@@ -67,7 +70,7 @@ struct ServerMetrics {
     double wall_s = 0;
     double cpu_s = 0;
   };
-  std::map<std::string, Work> work;  // Of results, by kind: "solve", "render".
+  std::map<std::string, Work> work;  // Of results, by kind of job.
   // Seconds from "a worker has credit and a job is ready" to the lease on its stream; cumulative
   // counts by bound.
   std::vector<double> lease_latency_bounds_s;

@@ -7,6 +7,7 @@
 #include "common/base/version.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
+#include "coordinator/rpc/output_check.h"
 #include "coordinator/rpc/reply_size.h"
 #include "coordinator/rpc/validation.h"
 
@@ -31,13 +32,14 @@ std::string ShortName(v1::ReportOutcome outcome) {
 CoordinatorService::CoordinatorService(JobQueue& queue, Dispatcher& dispatcher,
                                        TaskPool& worker_pool, TaskPool& client_pool,
                                        AnnouncedStore store, std::string coordinator_id,
-                                       double lease_s, double hello_s)
+                                       double lease_s, const Store* outputs, double hello_s)
     : queue_(queue),
       dispatcher_(dispatcher),
       worker_pool_(worker_pool),
       client_pool_(client_pool),
       store_(std::move(store)),
       coordinator_id_(std::move(coordinator_id)),
+      outputs_(outputs),
       streams_{queue,   dispatcher,          worker_pool, store_, coordinator_id_,
                lease_s, [this] { Leave(); }, watch_,      hello_s} {}
 
@@ -63,6 +65,11 @@ void CoordinatorService::AddMetrics(ServerMetrics& metrics) const {
   metrics.work = work_;
 }
 
+const JobKind* CoordinatorService::KindOf(const v1::CompleteRequest& request) const {
+  const std::optional<KindId> kind = queue_.kinds().Find(request.kind());
+  return kind ? &queue_.kinds()[*kind] : nullptr;
+}
+
 // What an accepted result says of its work.
 void CoordinatorService::NoteWork(const v1::CompleteRequest& request) {
   std::lock_guard lock(mu_);
@@ -72,19 +79,15 @@ void CoordinatorService::NoteWork(const v1::CompleteRequest& request) {
     ++total.count;
     total.seconds += seconds;
   };
-  if (request.has_solve()) {
-    add("layout", request.solve().layout_s());
-    add("dress", request.solve().dress_s());
-  } else {
-    add("build", request.render().build_s());
-    for (const v1::FrameResult& frame : request.render().frames()) {
-      for (const auto& [stage, seconds] : frame.stage_s()) {
-        // Names come from workers: no more than there can be stages.
-        if (stages_.count(stage) > 0 || stages_.size() < kMostStages) add(stage, seconds);
-      }
+  const JobKind* const kind = KindOf(request);
+  if (kind == nullptr) return;
+  for (const JobKind::StageSeconds& stage : kind->StagesOf(request.result())) {
+    // Names come from workers: no more than there can be stages.
+    if (stages_.count(stage.stage) > 0 || stages_.size() < kMostStages) {
+      add(stage.stage, stage.seconds);
     }
   }
-  ServerMetrics::Work& work = work_[request.has_solve() ? "solve" : "render"];
+  ServerMetrics::Work& work = work_[request.kind()];
   ++work.jobs;
   work.wall_s += std::max(0.0, request.wall_s());
   work.cpu_s += std::max(0.0, request.cpu_s());
@@ -108,8 +111,7 @@ CoordinatorService::Reactor* CoordinatorService::EndNow(Context* context,
   return reactor;
 }
 
-// ---- Workers
-// --------------------------------------------------------------------------------------
+// ---- Workers ----------------------------------------------------------------------------------
 
 grpc::ServerBidiReactor<v1::WorkerMessage, v1::CoordinatorMessage>* CoordinatorService::Work(
     Context* context) {
@@ -155,8 +157,20 @@ CoordinatorService::Reactor* CoordinatorService::Complete(Context* context,
                                                           v1::ReportReply* reply) {
   Reactor* const reactor = context->DefaultReactor();
   if (!Admit(reactor, reply, CheckComplete(*request), request->coordinator_id())) return reactor;
-  const auto ask = [this, reactor, request, reply] {
-    queue_.CompleteAsync(*request,
+  const JobKind* const kind = KindOf(*request);
+  const bool check = outputs_ != nullptr && kind != nullptr && kind->traits().has_output;
+  const auto ask = [this, reactor, request, reply, kind, check] {
+    std::string missing;
+    if (check) {
+      auto why = WhyNotInStore(*outputs_, kind->FilesOf(request->result()));
+      // The store can't be asked now: the worker keeps its report and tries again.
+      if (!why.ok()) {
+        EndReport(reactor, reply, absl::UnavailableError(why.status().message()), "");
+        return Leave();
+      }
+      missing = *std::move(why);
+    }
+    queue_.CompleteAsync(*request, missing,
                          [this, reactor, request, reply](absl::StatusOr<v1::ReportOutcome> end) {
                            if (end.ok() && *end == v1::REPORT_OUTCOME_OK) {
                              dispatcher_.Reported(request->worker(), true);
@@ -168,7 +182,7 @@ CoordinatorService::Reactor* CoordinatorService::Complete(Context* context,
   };
   // Packing a recipe takes its time, which is none of gRPC's threads'; a word to another thread
   // takes more than packing a few frames.
-  if (request->ByteSizeLong() <= kSmallReport) {
+  if (!check && request->ByteSizeLong() <= kSmallReport) {
     ask();
   } else {
     worker_pool_.Run(ask);
@@ -190,8 +204,7 @@ CoordinatorService::Reactor* CoordinatorService::Fail(Context* context,
   return reactor;
 }
 
-// ---- Clients
-// --------------------------------------------------------------------------------------
+// ---- Clients ----------------------------------------------------------------------------------
 
 CoordinatorService::Reactor* CoordinatorService::Submit(Context* context,
                                                         const v1::SubmitRequest* request,
@@ -354,6 +367,7 @@ CoordinatorService::Reactor* CoordinatorService::GetInfo(Context* context,
   reply->set_store_id(store_.id);
   reply->set_schema_version(queue_.schema_version());
   reply->set_coordinator_id(coordinator_id_);
+  reply->set_protocol(kWorkProtocol);
   return EndNow(context, absl::OkStatus());
 }
 

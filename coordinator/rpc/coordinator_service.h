@@ -20,13 +20,16 @@
 
 namespace parallax {
 
+class Store;
+
 // Thread-safe.
 class CoordinatorService final : public v1::Coordinator::CallbackService {
  public:
-  // All outlive the service.
+  // All outlive the service. `outputs`: where the files that results name must be; null: not looked
+  // for.
   CoordinatorService(JobQueue& queue, Dispatcher& dispatcher, TaskPool& worker_pool,
                      TaskPool& client_pool, AnnouncedStore store, std::string coordinator_id,
-                     double lease_s, double hello_s);
+                     double lease_s, const Store* outputs, double hello_s);
 
   void AddMetrics(ServerMetrics& metrics) const;  // Reports, stages and work.
   // Until no call is in progress.
@@ -63,6 +66,8 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   Reactor* EndNow(Context* context, const absl::Status& status);
   void EndReport(Reactor* reactor, v1::ReportReply* reply,
                  const absl::StatusOr<v1::ReportOutcome>& outcome, const char* if_ok);
+  // Null for an unknown kind.
+  const JobKind* KindOf(const v1::CompleteRequest& request) const;
   void NoteWork(const v1::CompleteRequest& request);
   bool Admit(Reactor* reactor, v1::ReportReply* reply, const absl::Status& status,
              const std::string& coordinator_id);
@@ -76,6 +81,7 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   TaskPool& client_pool_;
   const AnnouncedStore store_;
   const std::string coordinator_id_;
+  const Store* const outputs_;
   CallWatch watch_;  // Over streams that have not said hello.
   const WorkStreamContext streams_;
 

@@ -27,8 +27,9 @@ constexpr int kMostAskedAtOnce = 64;  // Jobs of one worker in one call.
 constexpr double kLookAgain_s = 1;
 // Credit for a slot that was about to become free: it is by now.
 constexpr double kAheadIsIdle_s = 2;
-constexpr double kForgetWorker_s = 3600;
-constexpr size_t kMostGoneWorkers = 1000;
+// Who has gone is shown for so long, the latest of them.
+constexpr double kForgetWorker_s = 300;
+constexpr size_t kMostGoneWorkers = 20;
 
 enum class Presence { kConnected, kAway, kLost, kLeft };
 
@@ -46,13 +47,10 @@ struct Worker {
   SteadyTime wants_since{};
   SteadyTime heard{};
   SteadyTime away_since{};
-  int running = 0;
 };
 
-using ClassKey = std::tuple<bool, bool, int64_t, std::vector<std::string>>;
-ClassKey ClassOf(const WorkerFacts& facts) {
-  return {facts.solves, facts.renders, facts.memory_mb, facts.tags};
-}
+using ClassKey = std::tuple<std::vector<std::string>, int64_t, std::vector<std::string>>;
+ClassKey ClassOf(const WorkerFacts& facts) { return {facts.kinds, facts.memory_mb, facts.tags}; }
 
 // What the queue's thread leaves for the dispatcher's. Outlives both while a call is under way.
 struct Note {
@@ -121,7 +119,6 @@ class Dispatcher::Impl {
     worker.hello.clear_holding();
     worker.link = link;
     worker.heard = clock_.Steady();
-    worker.running = static_cast<int>(adopted->size());
     LogInfo("worker connected", {{"worker", hello.name()},
                                  {"slots", hello.slots()},
                                  {"version", hello.version()},
@@ -149,7 +146,6 @@ class Dispatcher::Impl {
     if (worker == nullptr) return;
     worker->heard = clock_.Steady();
     worker->draining = heartbeat.draining();
-    worker->running = heartbeat.running_size();
   }
 
   void Left(const std::string& name, const WorkerLink* link) {
@@ -183,11 +179,11 @@ class Dispatcher::Impl {
       status.set_name(name);
       *status.mutable_kinds() = worker.hello.kinds();
       status.set_slots(worker.hello.slots());
-      status.set_running(worker.running);
+      status.set_running(Running(name, worker));
       status.set_state(conduct_.SuspendedFor(name, clock_.Steady()) > 0 &&
                                worker.presence == Presence::kConnected
                            ? "suspended"
-                           : StateName(worker));
+                           : StateName(name, worker));
       status.set_last_heard_s(SecondsBetween(worker.heard, clock_.Steady()));
       status.set_version(worker.hello.version());
     }
@@ -201,7 +197,7 @@ class Dispatcher::Impl {
       if (worker.presence != Presence::kConnected) continue;
       ++metrics.workers_connected;
       metrics.slots += worker.hello.slots();
-      metrics.running += worker.running;
+      metrics.running += Running(name, worker);
     }
     metrics.leases = leases_;
     metrics.workers_lost = workers_lost_;
@@ -248,20 +244,24 @@ class Dispatcher::Impl {
   static WorkerFacts FactsOf(const v1::Hello& hello) {
     WorkerFacts facts;
     facts.name = hello.name();
-    for (int kind : hello.kinds()) {
-      facts.solves |= kind == v1::JOB_KIND_SOLVE;
-      facts.renders |= kind == v1::JOB_KIND_RENDER;
-    }
+    facts.kinds.assign(hello.kinds().begin(), hello.kinds().end());
+    std::sort(facts.kinds.begin(), facts.kinds.end());
     facts.memory_mb = hello.memory_mb();
     facts.tags.assign(hello.tags().begin(), hello.tags().end());
     std::sort(facts.tags.begin(), facts.tags.end());
     return facts;
   }
 
-  static const char* StateName(const Worker& worker) {
+  // Slots that are busy: of the leases that it holds, those ahead of a free slot wait.
+  int Running(const std::string& name, const Worker& worker) const {
+    if (worker.presence == Presence::kLost || worker.presence == Presence::kLeft) return 0;
+    return std::min(queue_.HeldBy(name), worker.hello.slots());
+  }
+
+  const char* StateName(const std::string& name, const Worker& worker) const {
     switch (worker.presence) {
       case Presence::kConnected:
-        return worker.draining ? "draining" : worker.running > 0 ? "busy" : "idle";
+        return worker.draining ? "draining" : Running(name, worker) > 0 ? "busy" : "idle";
       case Presence::kAway:
         return "away";
       case Presence::kLost:
@@ -275,7 +275,7 @@ class Dispatcher::Impl {
   // ---- All below require mu_ unless said otherwise ----
   // How many jobs it may be asked for now.
   int TrustIn(const std::string& name, const Worker& worker, SteadyTime now) const {
-    return conduct_.TrustIn(name, worker.credit, worker.running, now);
+    return conduct_.TrustIn(name, worker.credit, queue_.HeldBy(name), now);
   }
 
   Worker* Present(const std::string& name, const WorkerLink* link) {
@@ -417,7 +417,6 @@ class Dispatcher::Impl {
       outbox->push_back({link, std::move(message)});
       --worker->credit;
       worker->ahead = std::min(worker->ahead, worker->credit);
-      ++worker->running;  // Until the next heartbeat says so itself.
       ++leases_;
       latency_s_.Add(latency_s);
       latency_sum_s_ += latency_s;
@@ -454,35 +453,42 @@ class Dispatcher::Impl {
       window.Asked();
       if (!farm) farm = LookAtFarm();
       AskFor(worker, key, *farm);
-      if (worker.facts.renders) farm->idle_render_slots -= IdleSlots(worker);
+      for (const std::string& kind : worker.facts.kinds) {
+        const auto slots = farm->find(kind);
+        if (slots != farm->end()) slots->second.idle -= IdleSlots(worker);
+      }
       last_asked_ = it->first;
     }
   }
 
-  // What splitting is decided by.
-  struct Farm {
-    int idle_render_slots = 0;
-    int render_slots = 0;
-  };
+  // What splitting is decided by: slots by kind of job that can be split.
+  using Farm = std::map<std::string, FarmSlots>;
   int IdleSlots(const Worker& worker) const {
     const bool busy_still = SecondsBetween(worker.ahead_since, clock_.Steady()) < kAheadIsIdle_s;
     return worker.credit - (busy_still ? worker.ahead : 0);
   }
   Farm LookAtFarm() const {
     Farm farm;
+    const KindRegistry& kinds = queue_.kinds();
+    for (size_t i = 0; i < kinds.size(); ++i) {
+      if (kinds.at(i).traits().can_split) farm[kinds.at(i).name()];
+    }
     for (const auto& [name, worker] : workers_) {
-      if (worker.link == nullptr || worker.draining || !worker.facts.renders) continue;
-      farm.render_slots += worker.hello.slots();
-      // Who has asked already was counted when it did.
-      if (!worker.asking) farm.idle_render_slots += IdleSlots(worker);
+      if (worker.link == nullptr || worker.draining) continue;
+      for (const std::string& kind : worker.facts.kinds) {
+        const auto slots = farm.find(kind);
+        if (slots == farm.end()) continue;
+        slots->second.all += worker.hello.slots();
+        // Who has asked already was counted when it did.
+        if (!worker.asking) slots->second.idle += IdleSlots(worker);
+      }
     }
     return farm;
   }
 
   void AskFor(Worker& worker, const ClassKey& key, const Farm& farm) {
     worker.asking = true;
-    worker.facts.idle_render_slots = farm.idle_render_slots;
-    worker.facts.render_slots = farm.render_slots;
+    worker.facts.farm = farm;
     const int jobs =
         std::min(TrustIn(worker.facts.name, worker, clock_.Steady()), kMostAskedAtOnce);
     Note note;
@@ -507,35 +513,36 @@ class Dispatcher::Impl {
                       });
   }
 
+  static bool IsGone(const Worker& worker) {
+    return worker.presence == Presence::kLost || worker.presence == Presence::kLeft;
+  }
+
   void CheckPresence(SteadyTime now) {
-    size_t gone = 0;
-    for (auto it = workers_.begin(); it != workers_.end();) {
-      Worker& worker = it->second;
+    std::vector<std::pair<SteadyTime, std::string>> gone;
+    for (auto& [name, worker] : workers_) {
       if (worker.presence == Presence::kConnected && SecondsBetween(worker.heard, now) > lease_s_) {
-        LogWarning("worker is silent", {{"worker", it->first}, {"lease_s", lease_s_}});
+        LogWarning("worker is silent", {{"worker", name}, {"lease_s", lease_s_}});
         worker.link->Close(absl::DeadlineExceededError("no heartbeat within the lease"), true);
         worker.link.reset();
-        Lose(it->first, worker);
+        Lose(name, worker);
       } else if (worker.presence == Presence::kAway &&
                  SecondsBetween(worker.away_since, now) > grace_s_) {
-        Lose(it->first, worker);
+        Lose(name, worker);
       }
-      const bool is_gone = worker.presence == Presence::kLost || worker.presence == Presence::kLeft;
-      gone += is_gone ? 1 : 0;
-      if (is_gone &&
-          (gone > kMostGoneWorkers || SecondsBetween(worker.heard, now) > kForgetWorker_s)) {
-        conduct_.Forget(it->first);
-        it = workers_.erase(it);
-      } else {
-        ++it;
-      }
+      if (IsGone(worker)) gone.emplace_back(worker.heard, name);
+    }
+    std::sort(gone.rbegin(), gone.rend());
+    for (size_t i = 0; i < gone.size(); ++i) {
+      const auto& [heard, name] = gone[i];
+      if (i < kMostGoneWorkers && SecondsBetween(heard, now) <= kForgetWorker_s) continue;
+      conduct_.Forget(name);
+      workers_.erase(name);
     }
   }
 
   void Lose(const std::string& name, Worker& worker) {
     worker.presence = Presence::kLost;
     worker.credit = 0;
-    worker.running = 0;
     ++workers_lost_;
     LogWarning("worker lost", {{"worker", name}});
     Forfeit(name);

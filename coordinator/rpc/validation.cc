@@ -29,50 +29,41 @@ absl::Status CheckRange(const char* field, Value value, Value low, Value high) {
              std::to_string(low) + ", " + std::to_string(high) + "]");
 }
 
-struct Stage {
-  const char* name;  // In Hello.stage_versions.
-  std::string StageVersions::*version;
-};
-constexpr Stage kLayout = {"layout", &StageVersions::layout};
-constexpr Stage kScene = {"scene", &StageVersions::scene};
-constexpr Stage kFrame = {"frame", &StageVersions::frame};
-
-// The stages whose results a kind of job makes.
-struct StagesOfKind {
-  v1::JobKind kind;
-  const char* name;
-  std::vector<Stage> stages;
-};
-const std::vector<StagesOfKind>& StagesOfKinds() {
-  static const auto& kinds = *new std::vector<StagesOfKind>{
-      {v1::JOB_KIND_SOLVE, "solve", {kLayout, kScene}},
-      {v1::JOB_KIND_RENDER, "render", {kFrame}},
-  };
-  return kinds;
+// By the names in Hello.stage_versions and JobTraits::stages. Empty for one that there isn't.
+std::string VersionOf(const StageVersions& versions, std::string_view stage) {
+  if (stage == "layout") return versions.layout;
+  if (stage == "scene") return versions.scene;
+  return stage == "frame" ? versions.frame : "";
 }
 
 // Why a worker with these versions must not do jobs of `kind`; empty if it may. It would publish
 // other bytes under keys of ours.
-std::string WhyNot(const v1::Hello& hello, const StagesOfKind& kind, const StageVersions& ours) {
-  for (const Stage& stage : kind.stages) {
-    const auto theirs = hello.stage_versions().find(stage.name);
+std::string WhyNot(const v1::Hello& hello, const JobKind& kind, const StageVersions& ours) {
+  for (const std::string& stage : kind.traits().stages) {
+    const auto theirs = hello.stage_versions().find(stage);
     const bool told = theirs != hello.stage_versions().end();
-    if (told && theirs->second == ours.*stage.version) continue;
-    return std::string("no ") + kind.name + " jobs: its stage " + stage.name + " has version " +
-           (told ? theirs->second : hello.build_id()) + ", this coordinator's has version " +
-           ours.*stage.version;
+    const std::string own = VersionOf(ours, stage);
+    if (told && theirs->second == own) continue;
+    return "no " + kind.name() + " jobs: its stage " + stage + " has version " +
+           (told ? theirs->second : hello.build_id()) + ", this coordinator's has version " + own;
   }
   return "";
 }
 
 }  // namespace
 
-absl::Status CheckHello(const v1::Hello& hello) {
+absl::Status CheckHello(const v1::Hello& hello, const KindRegistry& kinds) {
   RETURN_IF_ERROR(CheckName("worker name", hello.name()));
+  if (hello.protocol() != kWorkProtocol) {
+    return absl::FailedPreconditionError(
+        "worker " + hello.name() + " speaks work protocol " + std::to_string(hello.protocol()) +
+        ", this coordinator speaks " + std::to_string(kWorkProtocol) +
+        ": give both the same release");
+  }
   if (hello.kinds().empty()) return Bad("hello without kinds of jobs");
-  for (int kind : hello.kinds()) {
-    if (kind != v1::JOB_KIND_SOLVE && kind != v1::JOB_KIND_RENDER) {
-      return Bad("hello names an unknown kind of job: " + std::to_string(kind));
+  for (const std::string& kind : hello.kinds()) {
+    if (const auto known = kinds.IdOf(kind); !known.ok()) {
+      return Bad("hello: " + std::string(known.status().message()));
     }
   }
   RETURN_IF_ERROR(CheckRange("hello.slots", hello.slots(), 1, kMaxSlots));
@@ -93,20 +84,19 @@ absl::Status CheckHello(const v1::Hello& hello) {
 }
 
 absl::StatusOr<std::vector<std::string>> DropKindsOfOtherVersions(const StageVersions& ours,
+                                                                  const KindRegistry& registry,
                                                                   v1::Hello& hello) {
   std::vector<std::string> notes;
   // Simulators make no data.
   if (hello.stage_versions().empty() && hello.build_id().rfind("generator-", 0) != 0) return notes;
   const std::string worker = "worker " + hello.name() + " (" + hello.version() + "): ";
-  const google::protobuf::RepeatedField<int> kinds = hello.kinds();
+  const std::vector<std::string> kinds(hello.kinds().begin(), hello.kinds().end());
   hello.clear_kinds();
-  for (const int kind : kinds) {
-    std::string why;
-    for (const StagesOfKind& stages : StagesOfKinds()) {
-      if (stages.kind == kind) why = WhyNot(hello, stages, ours);
-    }
+  for (const std::string& kind : kinds) {
+    ASSIGN_OR_RETURN(const KindId id, registry.IdOf(kind));
+    const std::string why = WhyNot(hello, registry[id], ours);
     if (why.empty()) {
-      hello.add_kinds(static_cast<v1::JobKind>(kind));
+      hello.add_kinds(kind);
     } else {
       notes.push_back(worker + why);
     }
@@ -147,7 +137,7 @@ absl::Status CheckComplete(const v1::CompleteRequest& request) {
   RETURN_IF_ERROR(CheckAttempt(request.attempt()));
   RETURN_IF_ERROR(CheckName("worker name", request.worker()));
   RETURN_IF_ERROR(CheckWord("complete.coordinator_id", request.coordinator_id()));
-  if (!request.has_solve() && !request.has_render()) return Bad("complete without a result");
+  if (request.kind().empty()) return Bad("complete without a result");
   for (double seconds : {request.wall_s(), request.cpu_s()}) {
     if (!std::isfinite(seconds) || seconds < 0) return Bad("complete with a negative time");
   }

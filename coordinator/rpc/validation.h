@@ -9,6 +9,7 @@
 
 #include "common/base/status.h"
 #include "common/base/version.h"
+#include "coordinator/queue/job_kind.h"
 #include "parallax/v1/service.pb.h"
 
 namespace parallax {
@@ -16,7 +17,7 @@ namespace parallax {
 // More credit than this at a time is a mistake.
 inline constexpr int kMaxCredit = 4096;
 
-absl::Status CheckHello(const v1::Hello& hello);
+absl::Status CheckHello(const v1::Hello& hello, const KindRegistry& kinds);
 absl::Status CheckCredit(const v1::Credit& credit);
 absl::Status CheckHeartbeat(const v1::Heartbeat& heartbeat);
 absl::Status CheckAttempt(const v1::AttemptId& attempt);
@@ -35,6 +36,7 @@ absl::Status CheckLimit(int32_t limit, int32_t most);  // [0, most]
 // `ours`, and with them what it holds, which may be of such a kind. Returns a line for each removed
 // kind. Errors: kFailedPrecondition with one line when no kind is left.
 absl::StatusOr<std::vector<std::string>> DropKindsOfOtherVersions(const StageVersions& ours,
+                                                                  const KindRegistry& registry,
                                                                   v1::Hello& hello);
 // What a worker says of a failure or a job that it gives back is a program's text. It is kept in a
 // printable form of at most kMaxErrorBytes and never refused: a report must not be lost over its

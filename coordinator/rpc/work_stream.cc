@@ -64,9 +64,10 @@ void WorkStream::Join() {
   if (!incoming_.has_hello()) {
     return EndUnlessOk(absl::InvalidArgumentError("the first message on a stream must be hello"));
   }
-  const absl::Status status = CheckHello(incoming_.hello());
+  const absl::Status status = CheckHello(incoming_.hello(), shared_.queue.kinds());
   if (!status.ok()) return EndUnlessOk(status);
-  const auto notes = DropKindsOfOtherVersions(StageVersions(), *incoming_.mutable_hello());
+  const auto notes =
+      DropKindsOfOtherVersions(StageVersions(), shared_.queue.kinds(), *incoming_.mutable_hello());
   if (!notes.ok()) return EndUnlessOk(notes.status());
   for (const std::string& note : *notes) LogWarning(note);
   worker_ = incoming_.hello().name();

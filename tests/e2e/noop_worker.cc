@@ -36,7 +36,6 @@ class SlowNoopRunner final : public NoopRunner {
 }  // namespace parallax
 
 int main(int argc, char** argv) {
-  return parallax::RunWorkerProgram(argc, argv, [](const parallax::WorkerSettings&) {
-    return std::make_unique<parallax::SlowNoopRunner>();
-  });
+  static parallax::SlowNoopRunner runner;
+  return parallax::RunWorkerProgram(argc, argv, parallax::HandlersOf(runner));
 }

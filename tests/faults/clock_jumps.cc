@@ -37,7 +37,7 @@ class StumblingRunner final : public NoopRunner {
       const std::lock_guard lock(mu_);
       // One worker's stumble and no other's: equal failures of two would be a verdict.
       if (job.scene().scene_seed() % 2 == 0 && stumbled_.insert(job.scene().scene_seed()).second) {
-        return absl::UnavailableError("stumbled over " + job.store_prefix());
+        return absl::UnavailableError("stumbled over " + std::to_string(job.scene().scene_seed()));
       }
     }
     return NoopRunner::Render(job, folder, cancel, progress);
@@ -77,6 +77,7 @@ void ClockJumps(const ExperimentOptions& options, Tally& tally) {
     const StudyId study{submitted->study_id()};
 
     StumblingRunner runner;
+    const JobHandlers handlers = HandlersOf(runner);
     std::vector<std::unique_ptr<JumpyClock>> clocks;
     std::vector<std::unique_ptr<Agent>> agents;
     std::vector<std::thread> threads;
@@ -85,9 +86,9 @@ void ClockJumps(const ExperimentOptions& options, Tally& tally) {
       AgentOptions agent;
       agent.coordinator = *ParseRpcAddress((*server)->addresses()[0]);
       agent.name = "w" + std::to_string(i);
-      agent.kinds = {v1::JOB_KIND_SOLVE, v1::JOB_KIND_RENDER};
+      agent.kinds = {"solve", "render"};
       agent.outbox_root = folder.path() + "/outbox";
-      agents.push_back(*Agent::Create(agent, runner, *clocks.back()));
+      agents.push_back(*Agent::Create(agent, handlers, *clocks.back()));
       threads.emplace_back([agent = agents.back().get()] {
         const auto summary = agent->Run();
         if (!summary.ok()) std::fprintf(stderr, "%s\n", summary.status().ToString().c_str());

@@ -8,11 +8,13 @@
 
 #include "common/base/file.h"
 #include "common/base/hash.h"
+#include "common/base/version.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
 #include "coordinator/queue/job_queue.h"
 #include "tests/faults/farm.h"
 #include "tests/faults/tcp_proxy.h"
+#include "tests/job_messages.h"
 
 namespace parallax::faults {
 namespace {
@@ -27,8 +29,9 @@ class Ghost {
     stream_ = stub.Work(&context_);
     v1::WorkerMessage hello;
     hello.mutable_hello()->set_name(name);
-    hello.mutable_hello()->add_kinds(v1::JOB_KIND_SOLVE);
-    hello.mutable_hello()->add_kinds(v1::JOB_KIND_RENDER);
+    hello.mutable_hello()->set_protocol(kWorkProtocol);
+    hello.mutable_hello()->add_kinds("solve");
+    hello.mutable_hello()->add_kinds("render");
     hello.mutable_hello()->set_slots(1);
     stream_->Write(hello);
     v1::WorkerMessage credit;
@@ -52,13 +55,16 @@ class Ghost {
     v1::CompleteRequest request;
     *request.mutable_attempt() = lease_.attempt();
     request.set_worker(name_);
-    if (lease_.has_solve()) {
-      request.mutable_solve()->mutable_scene()->set_scene_seed(lease_.solve().scene_seed());
-      for (int i = 0; i < lease_.solve().config().rigs().count(); ++i) {
-        request.mutable_solve()->mutable_scene()->add_rigs()->set_index(static_cast<uint32_t>(i));
+    if (lease_.kind() == "solve") {
+      const v1::SolveJob job = SolveOf(lease_);
+      v1::SolveResult result;
+      result.mutable_scene()->set_scene_seed(job.scene_seed());
+      for (int i = 0; i < job.config().rigs().count(); ++i) {
+        result.mutable_scene()->add_rigs()->set_index(static_cast<uint32_t>(i));
       }
+      SetResult(result, request);
     } else {
-      request.mutable_render();
+      SetResult(v1::RenderResult(), request);
     }
     grpc::ClientContext context;
     SetRpcTimeout(context, std::chrono::seconds(10));
@@ -82,10 +88,7 @@ bool PairsDone(const v1::StudyStatus& status, int64_t pairs) {
 int64_t JobsIn(const v1::StudyStatus& status, const std::string& state) {
   int64_t n = 0;
   for (const v1::VariantStatus& variant : status.variants()) {
-    for (const auto* jobs : {&variant.solve_jobs(), &variant.render_jobs()}) {
-      const auto found = jobs->find(state);
-      if (found != jobs->end()) n += found->second;
-    }
+    n += JobsOf(variant, "", state);
   }
   return n;
 }

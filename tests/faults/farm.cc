@@ -15,6 +15,7 @@
 #include "common/base/hash.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
+#include "tests/job_messages.h"
 
 namespace parallax::faults {
 namespace {
@@ -256,10 +257,7 @@ void Farm::CheckPairs(int64_t study, size_t pairs, Tally& tally) {
   }
   const v1::StudyStatus status = Status(study);
   for (const v1::VariantStatus& variant : status.variants()) {
-    for (const auto* jobs : {&variant.solve_jobs(), &variant.render_jobs()}) {
-      const auto succeeded = jobs->find("SUCCEEDED");
-      if (succeeded != jobs->end()) tally.jobs += succeeded->second;
-    }
+    tally.jobs += JobsOf(variant, "", "SUCCEEDED");
   }
 }
 

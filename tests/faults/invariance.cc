@@ -14,6 +14,7 @@
 #include "common/image/io.h"
 #include "tests/faults/farm.h"
 #include "tests/faults/tcp_proxy.h"
+#include "tests/job_messages.h"
 
 namespace parallax::faults {
 namespace {
@@ -150,10 +151,7 @@ bool Succeeded(const v1::StudyStatus& status) {
 int64_t JobsDone(const v1::StudyStatus& status) {
   int64_t done = 0;
   for (const v1::VariantStatus& variant : status.variants()) {
-    for (const auto* jobs : {&variant.solve_jobs(), &variant.render_jobs()}) {
-      const auto found = jobs->find("SUCCEEDED");
-      if (found != jobs->end()) done += found->second;
-    }
+    done += JobsOf(variant, "", "SUCCEEDED");
   }
   return done;
 }

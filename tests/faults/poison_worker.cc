@@ -68,7 +68,6 @@ int main(int argc, char** argv) {
   setrlimit(RLIMIT_AS, &limit);
   const rlimit no_core{0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
-  return parallax::RunWorkerProgram(argc, argv, [](const parallax::WorkerSettings&) {
-    return std::make_unique<parallax::PoisonRunner>();
-  });
+  static parallax::PoisonRunner runner;
+  return parallax::RunWorkerProgram(argc, argv, parallax::HandlersOf(runner));
 }

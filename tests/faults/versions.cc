@@ -18,120 +18,59 @@
 namespace parallax::faults {
 namespace {
 
-v1::Hello OldHello(const std::string& name) {
+v1::Hello HelloOf(const std::string& name) {
   v1::Hello hello;
   hello.set_name(name);
-  hello.add_kinds(v1::JOB_KIND_SOLVE);
-  hello.add_kinds(v1::JOB_KIND_RENDER);
+  hello.add_kinds("solve");
+  hello.add_kinds("render");
+  hello.set_protocol(kWorkProtocol);
   hello.set_slots(1);
   hello.set_version("0.0.1");
   return hello;
 }
 
-// What the first worker said: no process identity, no credit ahead of time, no coordinator in
-// reports. Works until its stream ends, and then connects again, until it is told to stop.
-class OldWorker {
- public:
-  OldWorker(v1::Coordinator::Stub& stub, std::string name, std::string store)
-      : stub_(stub), name_(std::move(name)), store_(std::move(store)), thread_([this] {
-          while (!stopping_) {
-            Session();
-            if (!stopping_) Sleep(0.05);
-          }
-        }) {}
-  ~OldWorker() {
-    stopping_ = true;
-    {
-      const std::lock_guard lock(mu_);
-      if (context_ != nullptr) context_->TryCancel();
-    }
-    thread_.join();
-  }
-  int done() const { return done_; }
-
- private:
-  void Session() {
-    grpc::ClientContext context;
-    {
-      const std::lock_guard lock(mu_);
-      context_ = &context;
-    }
-    const auto stream = stub_.Work(&context);
-    v1::WorkerMessage hello;
-    *hello.mutable_hello() = OldHello(name_);
-    stream->Write(hello);
-    v1::WorkerMessage credit;
-    credit.mutable_credit()->set_jobs(1);
-    stream->Write(credit);
-    v1::CoordinatorMessage message;
-    while (!stopping_ && stream->Read(&message)) {
-      if (!message.has_lease()) continue;
-      if (Report(message.lease())) ++done_;
-      v1::WorkerMessage heartbeat;
-      heartbeat.mutable_heartbeat()->set_sequence(done_);
-      if (!stream->Write(heartbeat) || !stream->Write(credit)) break;
-    }
-    context.TryCancel();
-    while (stream->Read(&message)) {
-    }
-    stream->Finish().IgnoreError();
-    const std::lock_guard lock(mu_);
-    context_ = nullptr;
-  }
-
-  bool Report(const v1::Lease& lease) {
-    v1::CompleteRequest request;
-    *request.mutable_attempt() = lease.attempt();
-    request.set_worker(name_);
-    const CancelToken never;
-    const JobProgressFn silent = [](double, std::string_view) {};
-    if (lease.has_solve()) {
-      *request.mutable_solve() = *runner_.Solve(lease.solve(), never, silent);
-    } else {
-      const std::string path =
-          lease.render().store_prefix() + "/.attempt-" + std::to_string(lease.attempt().fence());
-      *request.mutable_render() =
-          *runner_.Render(lease.render(), {store_ + "/" + path, path}, never, silent);
-    }
-    while (!stopping_) {
-      grpc::ClientContext context;
-      SetRpcTimeout(context, std::chrono::seconds(5));
-      v1::ReportReply reply;
-      if (stub_.Complete(&context, request, &reply).ok()) {
-        return reply.outcome() == v1::REPORT_OUTCOME_OK;
-      }
-      Sleep(0.02);
-    }
-    return false;
-  }
-
-  v1::Coordinator::Stub& stub_;
-  const std::string name_;
-  const std::string store_;
-  NoopRunner runner_;
-  std::atomic<bool> stopping_{false};
-  std::atomic<int> done_{0};
-  std::mutex mu_;
-  grpc::ClientContext* context_ = nullptr;  // Guarded by mu_.
-  std::thread thread_;
-};
-
-// A worker of another generator would publish its own bytes under this one's keys.
-void OtherGeneratorIsRefused(Farm& farm, Tally& tally) {
+// Says hello and expects to be refused with a message that names `why`.
+void ExpectRefused(Farm& farm, const v1::Hello& hello, const std::string& why, Tally& tally) {
   grpc::ClientContext context;
   SetRpcTimeout(context, std::chrono::seconds(10));
   const auto stream = farm.stub().Work(&context);
-  v1::WorkerMessage hello;
-  *hello.mutable_hello() = OldHello("stranger");
-  hello.mutable_hello()->set_build_id("generator-0");
-  stream->Write(hello);
-  v1::CoordinatorMessage message;
-  if (stream->Read(&message)) tally.Doubled("a worker of another generator is let in");
+  v1::WorkerMessage message;
+  *message.mutable_hello() = hello;
+  stream->Write(message);
+  v1::CoordinatorMessage answer;
+  if (stream->Read(&answer)) tally.Doubled("worker " + hello.name() + " is let in");
   const absl::Status status = FromGrpc(stream->Finish());
   if (status.code() != absl::StatusCode::kFailedPrecondition ||
-      status.message().find("generator-0") == absl::string_view::npos) {
-    tally.Lost("a worker of another generator is told: " + status.ToString());
+      status.message().find(why) == absl::string_view::npos) {
+    tally.Lost("worker " + hello.name() + " is told: " + status.ToString());
   }
+}
+
+// As release 0.1 said it: kinds by number (field 2, "solve" and "render"), no protocol.
+v1::Hello OldHello(const std::string& name) {
+  v1::Hello hello = HelloOf(name);
+  hello.clear_kinds();
+  hello.clear_protocol();
+  hello.MergeFromString(std::string("\x12\x02\x01\x02", 4));
+  return hello;
+}
+
+// And what it reported: the result in field 4, "render".
+v1::CompleteRequest OldReport(const v1::AttemptId& attempt, const std::string& worker) {
+  v1::CompleteRequest report;
+  *report.mutable_attempt() = attempt;
+  report.set_worker(worker);
+  report.MergeFromString(std::string("\x22\x00", 2));
+  return report;
+}
+
+// A worker of another generator would publish its own bytes under this one's keys; one of another
+// protocol would not understand its jobs.
+void OthersAreRefused(Farm& farm, Tally& tally) {
+  v1::Hello stranger = HelloOf("stranger");
+  stranger.set_build_id("generator-0");
+  ExpectRefused(farm, stranger, "generator-0", tally);
+  ExpectRefused(farm, OldHello("old"), "work protocol 0", tally);
 }
 
 // As the older release wrote it: `sqlite3 queue.db .dump`.
@@ -178,34 +117,41 @@ void OldDatabase(const std::string& dump, Tally& tally) {
   farm.StopAndAudit(tally, "a database of the older release");
 }
 
-// Old and new workers on this coordinator, which is killed meanwhile.
+// An old worker and its late report, while a study runs: they are refused and change nothing.
 void OldMessages(Rng rng, Tally& tally) {
   Farm farm({.lease_s = 3, .reconnect_s = 0.5});
   farm.StartCoordinator();
-  OtherGeneratorIsRefused(farm, tally);
   const StudyShape shape{.pairs = 80};
   const int64_t study = farm.Submit(shape);
-  OldWorker first(farm.stub(), "old1", farm.store());
-  OldWorker second(farm.stub(), "old2", farm.store());
   const auto worker = farm.StartWorker("new", 5);
   for (int kill = 1; kill <= 2; ++kill) {
     farm.WaitFor(study, [&](const v1::StudyStatus& status) {
       return status.variants(0).pairs_done() >= kill * rng.UniformInt(10, 25);
     });
+    OthersAreRefused(farm, tally);
+    v1::AttemptId attempt;
+    attempt.set_job_id(1);
+    attempt.set_fence(1);
+    grpc::ClientContext context;
+    SetRpcTimeout(context, std::chrono::seconds(10));
+    v1::ReportReply reply;
+    const absl::Status status =
+        FromGrpc(farm.stub().Complete(&context, OldReport(attempt, "old"), &reply));
+    if (status.code() != absl::StatusCode::kInvalidArgument) {
+      tally.Lost("an old report is answered " + status.ToString());
+    }
     farm.KillCoordinator();
     ++tally.faults;
     farm.StartCoordinator();
   }
-  if (!farm.WaitForEnd(study)) tally.Lost("the study does not end with old workers");
-  tally.figures["jobs_by_old_messages"] += first.done() + second.done();
-  if (first.done() + second.done() == 0) tally.Lost("the old workers did nothing");
+  if (!farm.WaitForEnd(study)) tally.Lost("the study does not end beside old workers");
   Drain(*worker, tally);
   farm.CheckPairs(study, static_cast<size_t>(shape.pairs), tally);
   farm.StopAndAudit(tally, "old messages");
 }
 
-// The older release's programs: its coordinator with old and new workers, then this one's in its
-// place, in the middle of the study.
+// The older release's programs: its coordinator with old workers, then this one's in its place, in
+// the middle of the study. Workers of the other protocol are refused and say why.
 void OldPrograms(const std::string& bin, Rng rng, Tally& tally) {
   Farm farm({.lease_s = 5, .reconnect_s = 0.5});
   farm.SetCoordinatorProgram(bin + "/coordinator");
@@ -217,7 +163,6 @@ void OldPrograms(const std::string& bin, Rng rng, Tally& tally) {
     workers.push_back(farm.StartWorker("old" + std::to_string(i), rng.UniformInt(3, 25), "", {}, 2,
                                        bin + "/noop_worker"));
   }
-  workers.push_back(farm.StartWorker("new", rng.UniformInt(3, 25)));
   const auto some = [&](int64_t pairs) {
     return
         [pairs](const v1::StudyStatus& status) { return status.variants(0).pairs_done() >= pairs; };
@@ -227,11 +172,12 @@ void OldPrograms(const std::string& bin, Rng rng, Tally& tally) {
   ++tally.faults;
   farm.SetCoordinatorProgram("");
   farm.StartCoordinator();
+  workers.push_back(farm.StartWorker("new", rng.UniformInt(3, 25)));
   const int64_t at_upgrade = farm.Status(study).variants(0).pairs_done();
   if (!farm.WaitForEnd(study)) tally.Lost("the study does not end after the upgrade");
   for (const auto& worker : workers) {
-    // One of another generator is refused and has left; its message is the user's.
-    if (!worker->Running() && CountOf(worker->Err(), "generator") > 0) {
+    // One of another release is refused and has left; its message is the user's.
+    if (!worker->Running() && CountOf(worker->Err(), "the same release") > 0) {
       tally.figures["old_workers_refused"] += 1;
       continue;
     }

@@ -48,7 +48,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (!reply.ok()) return 0;
   const parallax::StudyId id{reply->study_id()};
   const auto leases =
-      queue.Lease({.name = "w", .solves = true, .renders = true, .memory_mb = int64_t{1} << 40}, 2);
+      queue.Lease({.name = "w", .kinds = {"solve", "render"}, .memory_mb = int64_t{1} << 40}, 2);
   const auto status = queue.GetStudy(id);
   if (!leases.ok() || !status.ok()) {
     std::fprintf(stderr, "%s\n%s\n", leases.status().ToString().c_str(),

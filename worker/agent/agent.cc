@@ -12,6 +12,7 @@
 
 #include "common/base/hash.h"
 #include "common/base/log.h"
+#include "common/base/version.h"
 #include "common/rpc/grpc_status.h"
 #include "worker/agent/attempt_folders.h"
 #include "worker/agent/backoff.h"
@@ -61,9 +62,10 @@ std::pair<int64_t, uint64_t> KeyOf(const v1::AttemptId& attempt) {
 // notes in the inbox and wake it.
 class AgentImpl final : public Agent {
  public:
-  AgentImpl(const AgentOptions& options, JobRunner& runner, Clock& clock,
+  AgentImpl(const AgentOptions& options, const JobHandlers& handlers, Clock& clock,
             std::unique_ptr<Outbox> outbox, const std::shared_ptr<grpc::Channel>& channel)
       : options_(options),
+        handlers_(handlers),
         clock_(clock),
         outbox_(std::move(outbox)),
         coordinator_(v1::Coordinator::NewStub(channel)),
@@ -75,7 +77,7 @@ class AgentImpl final : public Agent {
         reports_(options.reports, *outbox_, *coordinator_, clock,
                  Rng(SeedOf(options.name), "agent/reports"), [this] { Wake(); }),
         slots_(
-            options.slots, options.name, runner, clock,
+            options.slots, options.name, handlers, clock,
             [this](Report report) { reports_.Submit(std::move(report)); }, [this] { Wake(); }) {}
 
   ~AgentImpl() override { CloseSession(); }
@@ -155,6 +157,12 @@ class AgentImpl final : public Agent {
       }
     }
     if (!status.ok()) return Disconnected(status);
+    if (info.protocol() != kWorkProtocol) {
+      return Disconnected(absl::FailedPreconditionError(
+          "it speaks work protocol " + std::to_string(info.protocol()) + " (version " +
+          info.version() + "), this worker speaks " + std::to_string(kWorkProtocol) +
+          ": give both the same release"));
+    }
     if (!coordinator_id_.empty() && info.coordinator_id() != coordinator_id_) {
       LogWarning("another coordinator answers: its predecessor's work is stopped");
       slots_.StopAll(StopCause::kCoordinator);
@@ -186,7 +194,8 @@ class AgentImpl final : public Agent {
     v1::WorkerMessage message;
     v1::Hello& hello = *message.mutable_hello();
     hello.set_name(options_.name);
-    for (v1::JobKind kind : options_.kinds) hello.add_kinds(kind);
+    hello.set_protocol(kWorkProtocol);
+    for (const std::string& kind : options_.kinds) hello.add_kinds(kind);
     hello.set_slots(options_.slots);
     hello.set_cores(options_.cores);
     hello.set_memory_mb(options_.memory_mb);
@@ -285,13 +294,18 @@ class AgentImpl final : public Agent {
     Disconnected(end->ok() ? absl::UnavailableError("the coordinator ended the stream") : *end);
   }
 
+  bool NeedsStore() const {
+    return std::any_of(options_.kinds.begin(), options_.kinds.end(), [this](const auto& kind) {
+      return FindHandler(handlers_, kind)->writes_output();
+    });
+  }
+
   void HandleWelcome(const v1::Welcome& welcome) {
     if (!(welcome.lease_s() > 0)) {
       fatal_ = absl::InvalidArgumentError("the coordinator's lease is not positive");
       return;
     }
-    // Solvers write nothing.
-    if (std::count(options_.kinds.begin(), options_.kinds.end(), v1::JOB_KIND_RENDER) > 0) {
+    if (NeedsStore()) {
       fatal_ = folders_.Use(welcome);
       if (!fatal_.ok()) return;
     }
@@ -321,7 +335,12 @@ class AgentImpl final : public Agent {
     const v1::AttemptId attempt = lease.attempt();
     if (drain_ > 0) return SendHandBack(attempt, "draining");
     AttemptFolder folder;
-    if (lease.has_render()) {
+    const JobHandler* handler = FindHandler(handlers_, lease.kind());
+    if (handler == nullptr) {
+      return ReportUnusable(lease, absl::UnimplementedError("this worker does no jobs of kind '" +
+                                                            lease.kind() + "'"));
+    }
+    if (handler->writes_output()) {
       absl::StatusOr<AttemptFolder> found = folders_.Of(lease);
       if (!found.ok()) return ReportUnusable(lease, found.status());
       folder = *std::move(found);
@@ -540,6 +559,7 @@ class AgentImpl final : public Agent {
   }
 
   const AgentOptions options_;
+  const JobHandlers& handlers_;
   Clock& clock_;
 
   std::mutex mu_;
@@ -580,16 +600,21 @@ class AgentImpl final : public Agent {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<Agent>> Agent::Create(const AgentOptions& options, JobRunner& runner,
-                                                     Clock& clock) {
+absl::StatusOr<std::unique_ptr<Agent>> Agent::Create(const AgentOptions& options,
+                                                     const JobHandlers& handlers, Clock& clock) {
   if (options.slots < 1 || options.slots > 1024) {
     return absl::InvalidArgumentError("slots must be in [1, 1024], not " +
                                       std::to_string(options.slots));
   }
   if (options.kinds.empty()) return absl::InvalidArgumentError("a worker without kinds of jobs");
+  for (const std::string& kind : options.kinds) {
+    if (FindHandler(handlers, kind) != nullptr) continue;
+    return absl::InvalidArgumentError("this worker does no jobs of kind '" + kind + "'");
+  }
   ASSIGN_OR_RETURN(auto channel, ConnectRpc(options.coordinator, options.security));
   ASSIGN_OR_RETURN(auto outbox, Outbox::Open(options.outbox_root, options.name));
-  return std::unique_ptr<Agent>(new AgentImpl(options, runner, clock, std::move(outbox), channel));
+  return std::unique_ptr<Agent>(
+      new AgentImpl(options, handlers, clock, std::move(outbox), channel));
 }
 
 }  // namespace parallax

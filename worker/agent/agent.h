@@ -1,5 +1,5 @@
 // The worker daemon's heart: keeps one stream to the coordinator, leases jobs as slots are free,
-// runs them through a JobRunner and reports what became of them.
+// runs them through its kind's JobHandler and reports what became of them.
 //
 // - What runs goes on while the coordinator restarts; the coordinator then adopts it or tells it to
 // stop.
@@ -18,7 +18,7 @@
 #include "common/base/version.h"
 #include "common/rpc/endpoint.h"
 #include "parallax/v1/service.pb.h"
-#include "worker/agent/job_runner.h"
+#include "worker/agent/job_handler.h"
 #include "worker/agent/report_sender.h"
 
 namespace parallax {
@@ -26,9 +26,9 @@ namespace parallax {
 struct AgentOptions {
   RpcAddress coordinator;
   RpcSecurity security;
-  std::string name;  // See CheckWorkerName. Unique among the coordinator's workers.
-  std::vector<v1::JobKind> kinds;
-  int slots = 1;  // Jobs at a time.
+  std::string name;                // See CheckWorkerName. Unique among the coordinator's workers.
+  std::vector<std::string> kinds;  // Of jobs that it takes; each has a handler.
+  int slots = 1;                   // Jobs at a time.
   int cores = 1;
   int64_t memory_mb = 0;
   std::vector<std::string> tags;
@@ -69,10 +69,10 @@ struct AgentSummary {
 // Thread-safe.
 class Agent {
  public:
-  // Opens the outbox. `runner` and `clock` outlive the agent.
+  // Opens the outbox. `handlers` and `clock` outlive the agent.
   // Errors: kInvalidArgument for options; those of Outbox::Open and ConnectRpc.
   static absl::StatusOr<std::unique_ptr<Agent>> Create(const AgentOptions& options,
-                                                       JobRunner& runner, Clock& clock);
+                                                       const JobHandlers& handlers, Clock& clock);
   virtual ~Agent() = default;  // Stops running jobs and waits for them.
 
   // Works until it is drained; a coordinator out of reach is tried again for ever. Once.

@@ -36,7 +36,7 @@ absl::StatusOr<AttemptFolder> AttemptFolders::Of(const v1::Lease& lease) const {
   if (key_.empty()) return absl::FailedPreconditionError("this worker has no store");
   AttemptFolder folder;
   const std::string fence = std::to_string(lease.attempt().fence());
-  folder.path = lease.render().store_prefix() + "/.attempt-" + fence;
+  folder.path = lease.store_prefix() + "/.attempt-" + fence;
   RETURN_IF_ERROR(CheckStorePath(folder.path));
   if (store_ != nullptr) {
     const absl::StatusOr<std::string> local = store_->LocalPath(folder.path);

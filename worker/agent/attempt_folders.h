@@ -1,4 +1,4 @@
-// Where attempts of render jobs write: in the store itself where this machine sees it, else in a
+// Where attempts write: in the store itself where this machine sees it, else in a
 // folder here from which their files are sent to the store, directly or through the coordinator.
 //
 // Not thread-safe.
@@ -12,7 +12,7 @@
 #include "common/base/status.h"
 #include "common/store/store.h"
 #include "parallax/v1/service.pb.h"
-#include "worker/agent/job_runner.h"
+#include "worker/agent/job_handler.h"
 
 namespace parallax {
 
@@ -28,8 +28,8 @@ class AttemptFolders {
   // Opens the store that the coordinator names, if it isn't the one at hand.
   // Errors: those of OpenStore, if the worker must see the store itself.
   absl::Status Use(const v1::Welcome& welcome);
-  // Of a render job. Errors: kFailedPrecondition without a store; kInvalidArgument for a path that
-  // leaves it.
+  // Of a job that writes. Errors: kFailedPrecondition without a store; kInvalidArgument for a path
+  // that leaves it.
   absl::StatusOr<AttemptFolder> Of(const v1::Lease& lease) const;
 
  private:

@@ -47,8 +47,7 @@ struct Run {
   bool working = false;
 };
 
-// What a job gives: one of the two results, or an error.
-using Outcome = absl::StatusOr<std::variant<v1::SolveResult, v1::RenderResult>>;
+using Outcome = absl::StatusOr<JobOutcome>;
 
 bool SameAttempt(const v1::AttemptId& a, const v1::AttemptId& b) {
   return a.job_id() == b.job_id() && a.fence() == b.fence();
@@ -74,11 +73,11 @@ const char* CauseName(StopCause cause) {
 
 class JobSlots::Impl {
  public:
-  Impl(int slots, std::string worker, JobRunner& runner, Clock& clock, ReportSink sink,
+  Impl(int slots, std::string worker, const JobHandlers& handlers, Clock& clock, ReportSink sink,
        std::function<void()> on_end)
       : slots_(slots),
         worker_(std::move(worker)),
-        runner_(runner),
+        handlers_(handlers),
         clock_(clock),
         sink_(std::move(sink)),
         on_end_(std::move(on_end)),
@@ -220,14 +219,13 @@ class JobSlots::Impl {
     names.variant = run.lease.variant();
     names.scene = run.lease.scene();
     ScopedLogContext scope(names);
-    LogInfo("job started",
-            {{"kind", v1::JobKind_Name(run.lease.kind())}, {"try", run.lease.attempt_number()}});
+    LogInfo("job started", {{"kind", run.lease.kind()}, {"try", run.lease.attempt_number()}});
     const Outcome outcome =
         run.cancel.cancelled() ? absl::CancelledError("before it started") : Perform(run);
     Finish(run, outcome);
   }
 
-  // The runner's own errors and what escapes from the libraries under it.
+  // The handler's own errors and what escapes from the libraries under it.
   Outcome Perform(Run& run) {
     const JobProgressFn progress = [this, &run](double fraction, std::string_view stage) {
       const SteadyTime now = clock_.Steady();
@@ -236,24 +234,20 @@ class JobSlots::Impl {
       run.stage = stage;
       run.progressed = now;
     };
-    try {
-      if (run.lease.has_solve()) {
-        ASSIGN_OR_RETURN(auto result, runner_.Solve(run.lease.solve(), run.cancel, progress));
-        if (result.ByteSizeLong() > kMaxResultBytes) return TooLarge(result.ByteSizeLong());
-        return Outcome(std::move(result));
-      }
-      if (run.lease.has_render()) {
-        ASSIGN_OR_RETURN(auto result,
-                         runner_.Render(run.lease.render(), run.folder, run.cancel, progress));
-        if (result.ByteSizeLong() > kMaxResultBytes) return TooLarge(result.ByteSizeLong());
-        if (run.folder.send_to != nullptr) {
-          progress(1, "send");
-          RETURN_IF_ERROR(UploadFrames(*run.folder.send_to, run.folder.dir, run.folder.path, result,
-                                       run.cancel));
-        }
-        return Outcome(std::move(result));
-      }
+    JobHandler* const handler = FindHandler(handlers_, run.lease.kind());
+    if (handler == nullptr) {
       return absl::UnimplementedError("a job of a kind that this worker does not know");
+    }
+    try {
+      ASSIGN_OR_RETURN(JobOutcome outcome,
+                       handler->Run(run.lease.spec(), run.folder, run.cancel, progress));
+      if (outcome.result.size() > kMaxResultBytes) return TooLarge(outcome.result.size());
+      if (run.folder.send_to != nullptr) {
+        progress(1, "send");
+        RETURN_IF_ERROR(UploadFiles(*run.folder.send_to, run.folder.dir, run.folder.path,
+                                    outcome.files, run.cancel));
+      }
+      return outcome;
     } catch (const std::bad_alloc&) {
       return absl::ResourceExhaustedError("out of memory");
     } catch (const std::exception& error) {
@@ -315,8 +309,7 @@ class JobSlots::Impl {
 
   // Requires mu_.
   static std::string PlaceOf(const Run& run) {
-    return std::string(run.lease.has_solve() ? "solve" : "render") +
-           (run.stage.empty() ? "" : "/" + run.stage);
+    return run.lease.kind() + (run.stage.empty() ? "" : "/" + run.stage);
   }
 
   static void LogEnd(const Outcome& outcome, bool report, StopCause stop, double wall_s,
@@ -337,11 +330,8 @@ class JobSlots::Impl {
     complete.set_coordinator_id(run.coordinator_id);
     complete.set_wall_s(wall_s);
     complete.set_cpu_s(cpu_s);
-    if (const auto* solve = std::get_if<v1::SolveResult>(&*outcome)) {
-      *complete.mutable_solve() = *solve;
-    } else {
-      *complete.mutable_render() = std::get<v1::RenderResult>(*outcome);
-    }
+    complete.set_kind(run.lease.kind());
+    complete.set_result(outcome->result);
     return {std::move(complete)};
   }
 
@@ -379,7 +369,7 @@ class JobSlots::Impl {
 
   const int slots_;
   const std::string worker_;
-  JobRunner& runner_;
+  const JobHandlers& handlers_;
   Clock& clock_;
   const ReportSink sink_;
   const std::function<void()> on_end_;
@@ -391,15 +381,15 @@ class JobSlots::Impl {
   std::deque<std::shared_ptr<Run>> waiting_;
   std::vector<EndedAttempt> ended_;
   double cpu_seen_s_;
-  std::map<int, double> usual_s_;  // By kind of job.
+  std::map<std::string, double> usual_s_;  // By kind of job.
   bool closing_ = false;
 
   std::vector<std::thread> threads_;
 };
 
-JobSlots::JobSlots(int slots, std::string worker, JobRunner& runner, Clock& clock, ReportSink sink,
-                   std::function<void()> on_end)
-    : impl_(std::make_unique<Impl>(slots, std::move(worker), runner, clock, std::move(sink),
+JobSlots::JobSlots(int slots, std::string worker, const JobHandlers& handlers, Clock& clock,
+                   ReportSink sink, std::function<void()> on_end)
+    : impl_(std::make_unique<Impl>(slots, std::move(worker), handlers, clock, std::move(sink),
                                    std::move(on_end))) {}
 JobSlots::~JobSlots() = default;
 bool JobSlots::Start(v1::Lease lease, AttemptFolder folder, std::string coordinator_id) {

@@ -11,7 +11,7 @@
 
 #include "common/base/clock.h"
 #include "parallax/v1/service.pb.h"
-#include "worker/agent/job_runner.h"
+#include "worker/agent/job_handler.h"
 #include "worker/agent/outbox.h"
 
 namespace parallax {
@@ -48,13 +48,13 @@ class JobSlots {
  public:
   using ReportSink = std::function<void(Report)>;
 
-  // `sink` and `on_end` are called on the slots' threads. `runner` and `clock` outlive the slots.
-  JobSlots(int slots, std::string worker, JobRunner& runner, Clock& clock, ReportSink sink,
-           std::function<void()> on_end);
+  // `sink` and `on_end` are called on the slots' threads. `handlers` and `clock` outlive the slots.
+  JobSlots(int slots, std::string worker, const JobHandlers& handlers, Clock& clock,
+           ReportSink sink, std::function<void()> on_end);
   ~JobSlots();  // Stops all attempts and waits for them.
 
-  // `folder` is for render jobs. It begins when a slot is free. False when as many wait as there
-  // are slots.
+  // `folder` is for kinds that write output. It begins when a slot is free. False when as many wait
+  // as there are slots.
   bool Start(v1::Lease lease, AttemptFolder folder, std::string coordinator_id);
   // The first cause stays. False when that attempt doesn't run here.
   bool Stop(const v1::AttemptId& attempt, StopCause cause);

@@ -46,18 +46,11 @@ absl::Status PutUntilThere(Store& store, const std::string& path, const std::str
 
 }  // namespace
 
-absl::Status UploadFrames(Store& store, const std::string& dir, const std::string& path,
-                          const v1::RenderResult& result, const CancelToken& cancel) {
-  for (const v1::FrameResult& frame : result.frames()) {
-    if (frame.path().rfind(path + "/", 0) != 0) {
-      return absl::InternalError("frame " + frame.path() + " is not below its attempt's " + path);
-    }
-    const std::string folder = frame.path().substr(path.size());  // "/003"
-    for (const v1::FileEntry& file : frame.files()) {
-      RETURN_IF_ERROR(PutUntilThere(store, frame.path() + "/" + file.name(),
-                                    dir + folder + "/" + file.name(), {file.size(), file.sha256()},
-                                    cancel));
-    }
+absl::Status UploadFiles(Store& store, const std::string& dir, const std::string& path,
+                         const std::vector<OutputFile>& files, const CancelToken& cancel) {
+  for (const OutputFile& file : files) {
+    RETURN_IF_ERROR(PutUntilThere(store, path + "/" + file.name, dir + "/" + file.name,
+                                  {file.size, file.sha256}, cancel));
   }
   return absl::OkStatus();
 }

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <iostream>
@@ -91,8 +92,8 @@ std::string DefaultOutbox() {
 }
 
 void Declare(CLI::App& app, CommandLine& line) {
-  app.add_option("--role", line.role, "Jobs it takes: solve (scenes), render (images) or all")
-      ->check(CLI::IsMember({"solve", "render", "all"}))
+  app.add_option("--role", line.role,
+                 "Kinds of jobs it takes, for example solve (scenes) or solve,render; or all")
       ->required();
   app.add_option("--coordinator", line.coordinator,
                  "HOST:PORT or unix:/path of the coordinator (default: $PARALLAX_COORDINATOR)")
@@ -142,28 +143,27 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.footer(kFooter);
 }
 
-std::vector<std::string> SplitTags(const std::string& text) {
-  std::vector<std::string> tags;
-  std::stringstream words(text);
-  for (std::string tag; std::getline(words, tag, ',');) {
-    if (!tag.empty()) tags.push_back(tag);
+std::vector<std::string> SplitWords(const std::string& text) {
+  std::vector<std::string> words;
+  std::stringstream stream(text);
+  for (std::string word; std::getline(stream, word, ',');) {
+    if (!word.empty()) words.push_back(word);
   }
-  return tags;
+  return words;
 }
 
-absl::StatusOr<AgentOptions> OptionsOf(const CommandLine& line) {
+absl::StatusOr<AgentOptions> OptionsOf(const CommandLine& line, const JobHandlers& handlers) {
   AgentOptions options;
   ASSIGN_OR_RETURN(options.coordinator, ParseRpcAddress(line.coordinator));
   ASSIGN_OR_RETURN(options.security, MakeRpcSecurity(line.insecure, line.tls_dir, Clock::System()));
   options.name = line.name.empty() ? DefaultName() : line.name;
   RETURN_IF_ERROR(CheckWorkerName(options.name));
-  if (line.role != "render") options.kinds.push_back(v1::JOB_KIND_SOLVE);
-  if (line.role != "solve") options.kinds.push_back(v1::JOB_KIND_RENDER);
+  ASSIGN_OR_RETURN(options.kinds, KindsOfRole(line.role, handlers));
   options.slots = line.slots;
   options.cores = line.threads > 0 ? line.threads : UsableCores();
   SetMemoryLimit(line.memory_mb << 20);
   options.memory_mb = MemoryLimit() >> 20;
-  options.tags = SplitTags(line.tags);
+  options.tags = SplitWords(line.tags);
   for (const std::string& tag : options.tags) RETURN_IF_ERROR(CheckName("tag", tag));
   options.version = kProgramVersion;
   options.instance = std::to_string(getpid()) + "-" +
@@ -196,7 +196,7 @@ int ExitFor(const absl::Status& status) {
   }
 }
 
-int Work(const AgentOptions& options, const CommandLine& line, const MakeRunner& make_runner) {
+int Work(const AgentOptions& options, const CommandLine& line, const JobHandlers& handlers) {
   std::mutex mu;
   Agent* agent = nullptr;  // Guarded by mu, as is `wanted`.
   int wanted = 0;          // Signals that came before there was an agent count too.
@@ -208,22 +208,20 @@ int Work(const AgentOptions& options, const CommandLine& line, const MakeRunner&
     if (agent == nullptr) return;
     wanted == 1 ? agent->Drain() : agent->HandBack();
   };
-  SignalWatch::Handlers handlers;
-  handlers.on_signal = raise;
+  SignalWatch::Handlers on_signals;
+  on_signals.on_signal = raise;
   if (line.exit_when_orphaned) {
-    handlers.on_orphaned = [&] {
+    on_signals.on_orphaned = [&] {
       orphaned = true;
       raise(2);
     };
   }
-  const SignalWatch watch(std::move(handlers));
+  const SignalWatch watch(std::move(on_signals));
 
   LogContext names;
   names.worker = options.name;
   const ScopedLogContext scope(names);
-  const std::unique_ptr<JobRunner> runner =
-      make_runner({options.slots, options.cores, line.picture_root});
-  auto created = Agent::Create(options, *runner, Clock::System());
+  auto created = Agent::Create(options, handlers, Clock::System());
   if (!created.ok()) return Complain(created.status(), kWorkerFailed);
   {
     std::lock_guard lock(mu);
@@ -257,7 +255,27 @@ int Work(const AgentOptions& options, const CommandLine& line, const MakeRunner&
 
 }  // namespace
 
-int RunWorkerProgram(int argc, char** argv, const MakeRunner& make_runner) {
+absl::StatusOr<std::vector<std::string>> KindsOfRole(std::string_view role,
+                                                     const JobHandlers& handlers) {
+  std::vector<std::string> all;
+  for (const auto& handler : handlers) all.push_back(handler->kind());
+  if (role == "all") return all;
+  std::vector<std::string> kinds;
+  for (const std::string& word : SplitWords(std::string(role))) {
+    if (FindHandler(handlers, word) == nullptr) {
+      std::string known = "all";
+      for (const std::string& kind : all) known += ", " + kind;
+      return absl::InvalidArgumentError("--role: unknown kind of job '" + word + "'; there are " +
+                                        known);
+    }
+    if (std::count(kinds.begin(), kinds.end(), word) == 0) kinds.push_back(word);
+  }
+  if (kinds.empty()) return absl::InvalidArgumentError("--role: names no kind of job");
+  return kinds;
+}
+
+int RunWorkerProgram(int argc, char** argv, JobHandlers handlers,
+                     const std::function<void(const WorkerSettings&)>& before_work) {
   CommandLine line;
   CLI::App app("Leases jobs from a coordinator and does them: solves scenes, renders stereo pairs.",
                "worker");
@@ -272,11 +290,12 @@ int RunWorkerProgram(int argc, char** argv, const MakeRunner& make_runner) {
   const auto level = ParseLogLevel(line.log_level);
   if (!level.ok()) return Complain(level.status(), kWorkerUsage);
   InitLogging({.json = line.log_json, .level = *level, .program = "worker"});
-  const auto options = OptionsOf(line);
+  const auto options = OptionsOf(line, handlers);
   if (!options.ok()) return Complain(options.status(), kWorkerUsage);
   const absl::Status allowed = CheckRpcSecurity(options->coordinator, options->security);
   if (!allowed.ok()) return Complain(allowed, kWorkerUsage);
-  return Work(*options, line, make_runner);
+  if (before_work) before_work({options->slots, options->cores, line.picture_root});
+  return Work(*options, line, handlers);
 }
 
 }  // namespace parallax

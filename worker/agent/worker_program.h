@@ -1,12 +1,12 @@
 // The program `worker` but for the work: command line, log, signals, exit status. worker/main.cc
-// adds the real stages, tests add others.
+// adds the real jobs, tests add others.
 #pragma once
 
 #include <functional>
 #include <memory>
 #include <string>
 
-#include "worker/agent/job_runner.h"
+#include "worker/agent/job_handler.h"
 
 namespace parallax {
 
@@ -27,9 +27,15 @@ enum WorkerExit : int {
   kWorkerHung = 6,        // A job hung and was reported as failed; start the worker again.
 };
 
-using MakeRunner = std::function<std::unique_ptr<JobRunner>(const WorkerSettings& settings)>;
+// `handlers` are all that this program can do; --role says which of them it does. `before_work` is
+// called once, when the command line is right. Returns the exit status, or ends the process by
+// itself when a job doesn't stop.
+int RunWorkerProgram(int argc, char** argv, JobHandlers handlers,
+                     const std::function<void(const WorkerSettings&)>& before_work = nullptr);
 
-// Returns the exit status, or ends the process by itself when a job doesn't stop.
-int RunWorkerProgram(int argc, char** argv, const MakeRunner& make_runner);
+// Kinds of jobs by --role: "all", or names of handlers with commas between them.
+// Errors: kInvalidArgument that names those there are.
+absl::StatusOr<std::vector<std::string>> KindsOfRole(std::string_view role,
+                                                     const JobHandlers& handlers);
 
 }  // namespace parallax

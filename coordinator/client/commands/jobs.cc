@@ -18,8 +18,6 @@ struct JobsOptions {
 constexpr const char* kStates[] = {"blocked",  "ready",  "leased",      "retry_wait", "succeeded",
                                    "rejected", "failed", "quarantined", "cancelled"};
 
-std::string KindName(v1::JobKind kind) { return LowerName(v1::JobKind_Name(kind), "JOB_KIND_"); }
-
 Tone ToneOf(const std::string& state) {
   if (state == "SUCCEEDED") return Tone::kGood;
   if (state == "FAILED" || state == "QUARANTINED") return Tone::kBad;
@@ -43,7 +41,7 @@ std::string RigRanges(const v1::JobStatus& job) {
 
 nlohmann::ordered_json JobJson(const v1::JobStatus& job) {
   return {{"job_id", job.job_id()},
-          {"kind", KindName(job.kind())},
+          {"kind", job.kind()},
           {"state", LowerName(job.state())},
           {"variant", job.variant()},
           {"scene", job.scene()},
@@ -70,7 +68,7 @@ void PrintTable(const v1::ListJobsReply& reply, const Session& session) {
     if (job.state() == "LEASED") {
       detail = job.stage() + " " + std::to_string(static_cast<int>(job.fraction() * 100)) + "%";
     }
-    table.AddRow({std::to_string(job.job_id()), KindName(job.kind()),
+    table.AddRow({std::to_string(job.job_id()), job.kind(),
                   session.out().Paint(ToneOf(job.state()), LowerName(job.state())), job.variant(),
                   std::to_string(job.scene()), RigRanges(job), std::to_string(job.attempts()),
                   job.worker(), detail});

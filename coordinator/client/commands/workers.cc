@@ -9,11 +9,7 @@ namespace parallax::client {
 namespace {
 
 std::vector<std::string> KindNames(const v1::WorkerStatus& worker) {
-  std::vector<std::string> names;
-  for (const int kind : worker.kinds()) {
-    names.push_back(LowerName(v1::JobKind_Name(static_cast<v1::JobKind>(kind)), "JOB_KIND_"));
-  }
-  return names;
+  return {worker.kinds().begin(), worker.kinds().end()};
 }
 
 nlohmann::ordered_json WorkerJson(const v1::WorkerStatus& worker) {

@@ -45,6 +45,7 @@ absl::StatusOr<std::unique_ptr<CoordinatorProcess>> CoordinatorProcess::Start(
                                               options.store.c_str(),
                                               "--listen",
                                               "127.0.0.1:0",
+                                              "--trust-workers",  // Their files are not there.
                                               "--http",
                                               "127.0.0.1:0",
                                               "--lease-s",

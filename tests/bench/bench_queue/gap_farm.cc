@@ -12,13 +12,15 @@
 #include "common/base/rng.h"
 #include "no_op.h"
 #include "samples.h"
+#include "tests/job_messages.h"
+#include "tests/worker/agent/test_runner.h"
 #include "worker/agent/agent.h"
 
 namespace parallax {
 namespace {
 
 // Waits as long as a job takes; notes when each slot (a thread of the agent) was idle.
-class WaitingRunner final : public JobRunner {
+class WaitingRunner final : public TestRunner {
  public:
   WaitingRunner(int number, double job_s, const std::atomic<bool>& counting, Samples& gaps_ms)
       : number_(number), job_s_(job_s), counting_(counting), gaps_ms_(gaps_ms) {}
@@ -28,9 +30,9 @@ class WaitingRunner final : public JobRunner {
     Begin();
     Wait(cancel, progress);
     v1::Lease lease;
-    lease.set_kind(v1::JOB_KIND_SOLVE);
-    *lease.mutable_solve() = job;
-    v1::SolveResult result = NoOpAnswer(lease, "").solve();
+    lease.set_kind("solve");
+    lease.set_spec(job.SerializeAsString());
+    const v1::SolveResult result = SolveOf(NoOpAnswer(lease, ""));
     End();
     return result;
   }
@@ -86,18 +88,20 @@ absl::StatusOr<GapFigures> MeasureGaps(const GapOptions& options) {
   Samples gaps_ms;
   std::atomic<bool> counting = false;
   std::vector<std::unique_ptr<WaitingRunner>> runners;
+  std::vector<std::unique_ptr<JobHandlers>> handlers;
   std::vector<std::unique_ptr<Agent>> agents;
   for (int i = 0; i < options.workers; ++i) {
     AgentOptions agent;
     agent.coordinator = address;
     agent.name = "gap-" + std::to_string(i);
-    agent.kinds = {v1::JOB_KIND_SOLVE, v1::JOB_KIND_RENDER};
+    agent.kinds = {"solve", "render"};
     agent.memory_mb = 1024;
     agent.outbox_root = options.outbox_root + "/" + std::to_string(i);
     agent.grace_s = 0.1;
     agent.hand_back_s = 1;
     runners.push_back(std::make_unique<WaitingRunner>(i, options.job_s, counting, gaps_ms));
-    ASSIGN_OR_RETURN(auto made, Agent::Create(agent, *runners.back(), Clock::System()));
+    handlers.push_back(std::make_unique<JobHandlers>(HandlersOf(*runners.back())));
+    ASSIGN_OR_RETURN(auto made, Agent::Create(agent, *handlers.back(), Clock::System()));
     agents.push_back(std::move(made));
   }
   std::vector<std::thread> threads;

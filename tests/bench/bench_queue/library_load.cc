@@ -20,7 +20,7 @@ struct Tally {
 };
 
 void Work(JobQueue& queue, const std::string& name, int per_lease, Tally& tally) {
-  const WorkerFacts worker{.name = name, .solves = true, .renders = true};
+  const WorkerFacts worker{.name = name, .kinds = {"solve", "render"}};
   std::vector<double> lease_ms;
   while (tally.jobs_left > 0 && !tally.wrong) {
     const auto begin = BenchClock::now();
@@ -37,10 +37,12 @@ void Work(JobQueue& queue, const std::string& name, int per_lease, Tally& tally)
     lease_ms.push_back(1000 * SecondsSince(begin));
     std::atomic<int> open{static_cast<int>(leases->size())};
     for (const v1::Lease& lease : *leases) {
-      queue.CompleteAsync(NoOpAnswer(lease, name), [&](absl::StatusOr<v1::ReportOutcome> outcome) {
-        if (!outcome.ok() || *outcome != v1::REPORT_OUTCOME_OK) tally.wrong = true;
-        if (open.fetch_sub(1) == 1) open.notify_one();
-      });
+      queue.CompleteAsync(NoOpAnswer(lease, name), "",
+                          [&](absl::StatusOr<v1::ReportOutcome> outcome) {
+                            if (!outcome.ok() || *outcome != v1::REPORT_OUTCOME_OK)
+                              tally.wrong = true;
+                            if (open.fetch_sub(1) == 1) open.notify_one();
+                          });
     }
     for (int left = open.load(); left != 0; left = open.load()) open.wait(left);
     tally.transitions += 2 * static_cast<int64_t>(leases->size());

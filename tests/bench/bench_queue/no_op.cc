@@ -1,5 +1,8 @@
 #include "no_op.h"
 
+#include "common/config/frame_files.h"
+#include "tests/job_messages.h"
+
 namespace parallax {
 
 v1::SubmitRequest NoOpStudy(const std::string& name, uint64_t seed, int64_t scenes) {
@@ -19,19 +22,28 @@ v1::CompleteRequest NoOpAnswer(const v1::Lease& lease, const std::string& worker
   v1::CompleteRequest request;
   *request.mutable_attempt() = lease.attempt();
   request.set_worker(worker);
-  if (lease.kind() == v1::JOB_KIND_SOLVE) {
-    v1::Scene* scene = request.mutable_solve()->mutable_scene();
-    scene->set_scene_seed(lease.solve().scene_seed());
-    scene->add_rigs();
-    request.mutable_solve()->mutable_layout()->mutable_room()->set_width_m(3);
+  if (lease.kind() == "solve") {
+    v1::SolveResult result;
+    result.mutable_scene()->set_scene_seed(SolveOf(lease).scene_seed());
+    result.mutable_scene()->add_rigs();
+    result.mutable_layout()->mutable_room()->set_width_m(3);
+    SetResult(result, request);
     return request;
   }
-  for (const uint32_t rig : lease.render().rigs()) {
-    v1::FrameResult* frame = request.mutable_render()->add_frames();
+  v1::RenderResult result;
+  const v1::RenderJob job = RenderOf(lease);
+  for (const uint32_t rig : job.rigs()) {
+    v1::FrameResult* frame = result.add_frames();
     frame->set_rig(rig);
-    frame->set_path(lease.render().store_prefix() + "/.attempt-" +
-                    std::to_string(lease.attempt().fence()) + "/000");
+    frame->set_path(lease.store_prefix() + "/.attempt-" + std::to_string(lease.attempt().fence()) +
+                    "/000");
+    for (const std::string& name : FrameFileNames(job.render())) {
+      v1::FileEntry* file = frame->add_files();
+      file->set_name(name);
+      file->set_sha256(std::string(64, 'a'));
+    }
   }
+  SetResult(result, request);
   return request;
 }
 

@@ -8,6 +8,7 @@
 #include <mutex>
 #include <thread>
 
+#include "common/base/version.h"
 #include "common/rpc/grpc_status.h"
 #include "no_op.h"
 #include "parallax/v1/service.grpc.pb.h"
@@ -38,8 +39,9 @@ class SimulatedFarm::Worker {
     v1::WorkerMessage message;
     v1::Hello& hello = *message.mutable_hello();
     hello.set_name(name_);
-    hello.add_kinds(v1::JOB_KIND_SOLVE);
-    hello.add_kinds(v1::JOB_KIND_RENDER);
+    hello.set_protocol(kWorkProtocol);
+    hello.add_kinds("solve");
+    hello.add_kinds("render");
     hello.set_slots(slots_);
     hello.set_memory_mb(1024);
     session_->Send(std::move(message));

@@ -11,6 +11,7 @@
 #include "common/base/names.h"
 #include "coordinator/client/exit_code.h"
 #include "tests/coordinator/client/fake_coordinator.h"
+#include "tests/job_messages.h"
 #include "worker/assets/asset.h"
 #include "worker/materials/material.h"
 
@@ -34,9 +35,9 @@ v1::StudyStatus Baseline(int64_t id = 3) {
   narrow->set_name("narrow");
   narrow->set_pairs_wanted(40);
   narrow->set_pairs_done(20);
-  (*narrow->mutable_solve_jobs())["SUCCEEDED"] = 2;
-  (*narrow->mutable_render_jobs())["SUCCEEDED"] = 1;
-  (*narrow->mutable_render_jobs())["FAILED"] = 1;
+  AddJobCount(*narrow, "solve", "SUCCEEDED", 2);
+  AddJobCount(*narrow, "render", "SUCCEEDED", 1);
+  AddJobCount(*narrow, "render", "FAILED", 1);
   narrow->set_scenes_rejected(1);
   v1::JobProblem* problem = narrow->add_problems();
   problem->set_job_id(17);
@@ -377,7 +378,7 @@ TEST_F(CommandTest, JobsAndWorkersAreTables) {
   coordinator_.studies = {Baseline()};
   v1::JobStatus job;
   job.set_job_id(17);
-  job.set_kind(v1::JOB_KIND_RENDER);
+  job.set_kind("render");
   job.set_state("LEASED");
   job.set_variant("narrow");
   job.set_scene(4);
@@ -397,8 +398,8 @@ TEST_F(CommandTest, JobsAndWorkersAreTables) {
   v1::WorkerStatus worker;
   worker.set_name("w1");
   worker.set_state("ACTIVE");
-  worker.add_kinds(v1::JOB_KIND_SOLVE);
-  worker.add_kinds(v1::JOB_KIND_RENDER);
+  worker.add_kinds("solve");
+  worker.add_kinds("render");
   worker.set_slots(2);
   worker.set_running(1);
   coordinator_.workers = {worker};

@@ -84,7 +84,7 @@ v1::StudyStatus TwoVariants(int64_t done_a, int64_t reused_a, int64_t done_b) {
 v1::ListJobsReply OneRender(const std::string& variant, int rigs, double fraction) {
   v1::ListJobsReply reply;
   v1::JobStatus* job = reply.add_jobs();
-  job->set_kind(v1::JOB_KIND_RENDER);
+  job->set_kind("render");
   job->set_variant(variant);
   job->set_fraction(fraction);
   for (int i = 0; i < rigs; ++i) job->add_rigs(static_cast<uint32_t>(i));

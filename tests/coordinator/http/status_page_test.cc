@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "tests/job_messages.h"
+
 namespace parallax {
 namespace {
 
@@ -38,8 +40,8 @@ StatusSnapshot Example() {
       variant.set_name(variants[i]);
       variant.set_pairs_wanted(5000);
       variant.set_pairs_done(i == 2 ? 5000 : 1250 * (i + 1));
-      (*variant.mutable_render_jobs())["LEASED"] = 4;
-      (*variant.mutable_solve_jobs())["READY"] = 40;
+      AddJobCount(variant, "render", "LEASED", 4);
+      AddJobCount(variant, "solve", "READY", 40);
       variant.set_layouts_reused(250);
     }
   }
@@ -53,7 +55,7 @@ StatusSnapshot Example() {
     v1::WorkerStatus& worker = snapshot.workers.emplace_back();
     worker.set_name(std::string("render-node-") + state);
     worker.set_state(state);
-    worker.add_kinds(v1::JOB_KIND_RENDER);
+    worker.add_kinds("render");
     worker.set_slots(4);
     worker.set_running(3);
     worker.set_last_heard_s(2);

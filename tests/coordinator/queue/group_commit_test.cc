@@ -40,7 +40,7 @@ TEST_F(GroupCommit, ACommandThatFailsHalfWayTakesNothingAndNobodyWithIt) {
   std::map<uint32_t, bool> ok;
   std::counting_semaphore<> answered(0);
   for (const v1::Lease& lease : renders) {
-    queue_->CompleteAsync(RenderAnswer(lease, "r"),
+    queue_->CompleteAsync(RenderAnswer(lease, "r"), "",
                           [&, scene = lease.scene()](absl::StatusOr<v1::ReportOutcome> outcome) {
                             {
                               const std::lock_guard lock(mutex);
@@ -53,7 +53,7 @@ TEST_F(GroupCommit, ACommandThatFailsHalfWayTakesNothingAndNobodyWithIt) {
 
   for (uint32_t scene = 0; scene < 6; ++scene) EXPECT_EQ(ok[scene], scene != 2) << scene;
   EXPECT_EQ(Frames(study).size(), 5u);
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_RENDER, "LEASED"), 1);
+  EXPECT_EQ(Jobs(study, "render", "LEASED"), 1);
   EXPECT_EQ(Status(study).variants(0).pairs_done(), 5);
 }
 

@@ -21,24 +21,40 @@ TEST_F(JobFailuresTest, AResultThatIsNotTheJobsIsRefusedAndCountsAsAFailure) {
     void (*spoil)(v1::CompleteRequest&);
   } cases[] = {
       {"a solve result for a render job",
-       [](auto& r) { r.mutable_solve()->mutable_rejected()->set_reason("x"); }},
+       [](auto& r) {
+         v1::SolveResult other;
+         other.mutable_rejected()->set_reason("x");
+         SetResult(other, r);
+       }},
       {"without a result", [](auto& r) { r.clear_result(); }},
-      {"wanted exactly '0-1'", [](auto& r) { r.mutable_render()->mutable_frames()->RemoveLast(); }},
       {"wanted exactly '0-1'",
-       [](auto& r) { *r.mutable_render()->add_frames() = r.render().frames(0); }},
+       [](auto& r) { EditRender(r, [](auto& x) { x.mutable_frames()->RemoveLast(); }); }},
+      {"wanted exactly '0-1'",
+       [](auto& r) {
+         EditRender(r, [](auto& x) { *x.add_frames() = v1::FrameResult(x.frames(0)); });
+       }},
       {"wanted a folder under",
-       [](auto& r) { r.mutable_render()->mutable_frames(0)->set_path("elsewhere/000"); }},
+       [](auto& r) {
+         EditRender(r, [](auto& x) { x.mutable_frames(0)->set_path("elsewhere/000"); });
+       }},
       {"leaves the store",
        [](auto& r) {
-         auto* frame = r.mutable_render()->mutable_frames(0);
-         frame->set_path(frame->path() + "/../../../../etc");
+         EditRender(r, [](auto& x) {
+           x.mutable_frames(0)->set_path(x.frames(0).path() + "/../../../../etc");
+         });
        }},
       {"leaves its folder",
-       [](auto& r) { r.mutable_render()->mutable_frames(0)->mutable_files(0)->set_name("/x"); }},
+       [](auto& r) {
+         EditRender(r, [](auto& x) { x.mutable_frames(0)->mutable_files(0)->set_name("/x"); });
+       }},
       {"no SHA-256",
-       [](auto& r) { r.mutable_render()->mutable_frames(0)->mutable_files(0)->set_sha256("ab"); }},
+       [](auto& r) {
+         EditRender(r, [](auto& x) { x.mutable_frames(0)->mutable_files(0)->set_sha256("ab"); });
+       }},
       {"negative size",
-       [](auto& r) { r.mutable_render()->mutable_frames(0)->mutable_files(0)->set_size(-1); }},
+       [](auto& r) {
+         EditRender(r, [](auto& x) { x.mutable_frames(0)->mutable_files(0)->set_size(-1); });
+       }},
   };
   options_.retry.max_app_failures = 1000;
   options_.retry.quarantine_workers = 1000;
@@ -61,14 +77,14 @@ TEST_F(JobFailuresTest, ASceneWithTooFewRigsOrAnotherSeedIsRefused) {
   Submit({.pairs = 2, .rigs_per_scene = 2});
   v1::Lease lease = LeaseOne(AnyWorker("w"));
   v1::CompleteRequest request = SolveAnswer(lease, "w");
-  request.mutable_solve()->mutable_scene()->mutable_rigs()->RemoveLast();
+  EditSolve(request, [](auto& result) { result.mutable_scene()->mutable_rigs()->RemoveLast(); });
   EXPECT_THAT(std::string(queue_->Complete(request).status().message()),
               HasSubstr("1 rigs, wanted 2"));
   clock_.Advance(600);
   Tick();
   lease = LeaseOne(AnyWorker("w"));
   request = SolveAnswer(lease, "w");
-  request.mutable_solve()->mutable_scene()->set_scene_seed(5);
+  EditSolve(request, [](auto& result) { result.mutable_scene()->set_scene_seed(5); });
   EXPECT_THAT(std::string(queue_->Complete(request).status().message()),
               HasSubstr("a scene of seed 5"));
 }
@@ -82,14 +98,14 @@ TEST_F(JobFailuresTest, AFailedJobComesBackAfterAGrowingWaitAndFailsTheThirdTime
     EXPECT_EQ(lease.scene(), 0u);
     EXPECT_EQ(Fail(Failure(lease, "w", "boom")), v1::REPORT_OUTCOME_OK);
     if (attempt == 3) break;
-    EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "RETRY_WAIT"), 1);
+    EXPECT_EQ(Jobs(study, "solve", "RETRY_WAIT"), 1);
     clock_.Advance(4.9);
     Tick();
     EXPECT_THAT(Lease(AnyWorker("w")), IsEmpty());
     clock_.Advance(5 * std::pow(4, attempt));
     Tick();
   }
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "FAILED"), 1);
+  EXPECT_EQ(Jobs(study, "solve", "FAILED"), 1);
   const v1::StudyStatus status = Status(study);
   const auto& problems = status.variants(0).problems();
   ASSERT_THAT(problems, SizeIs(1));
@@ -126,7 +142,7 @@ TEST_F(JobFailuresTest, ABackOffSurvivesAClockSetBack) {
 TEST_F(JobFailuresTest, WhatCannotSucceedFailsAtOnce) {
   const StudyId study = Submit({.pairs = 2});
   Fail(Failure(LeaseOne(AnyWorker("w")), "w", "unknown class", /*retryable=*/false));
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "FAILED"), 1);
+  EXPECT_EQ(Jobs(study, "solve", "FAILED"), 1);
 }
 
 TEST_F(JobFailuresTest, OneFingerprintFromTwoWorkersQuarantines) {
@@ -135,7 +151,7 @@ TEST_F(JobFailuresTest, OneFingerprintFromTwoWorkersQuarantines) {
   clock_.Advance(60);
   Tick();
   Fail(Failure(LeaseOne(AnyWorker("v")), "v", "segfault in mesh"));
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 1);
+  EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 1);
   EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_RUNNING);
   WorkOff(AnyWorker("u"));
   EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_SUCCEEDED);
@@ -147,18 +163,18 @@ TEST_F(JobFailuresTest, DifferentFingerprintsDoNotQuarantine) {
   clock_.Advance(60);
   Tick();
   Fail(Failure(LeaseOne(AnyWorker("v")), "v", "out of memory"));
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "RETRY_WAIT"), 1);
+  EXPECT_EQ(Jobs(study, "solve", "RETRY_WAIT"), 1);
 }
 
 TEST_F(JobFailuresTest, ThreeWorkersLostWhileTheyHeldItQuarantine) {
   const StudyId study = Submit({.pairs = 2});
   for (const char* name : {"w", "v", "u"}) {
-    EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 0);
+    EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 0);
     LeaseOne(AnyWorker(name));
     EXPECT_EQ(*queue_->WorkerLost(name), 1);
   }
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 1);
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "READY"), 1);  // The next seed.
+  EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 1);
+  EXPECT_EQ(Jobs(study, "solve", "READY"), 1);  // The next seed.
 }
 
 TEST_F(JobFailuresTest, WhereWorkersAreLostWithoutItTooThreeSayNothingAgainstAJob) {
@@ -170,12 +186,12 @@ TEST_F(JobFailuresTest, WhereWorkersAreLostWithoutItTooThreeSayNothingAgainstAJo
   EXPECT_EQ(*queue_->WorkerLost("bystander"), 1);
   for (int i = 1; i < 10; ++i) {
     clock_.Advance(1);
-    EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 0) << i;
+    EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 0) << i;
     const std::string name = "v" + std::to_string(i);
     EXPECT_EQ(LeaseOne(AnyWorker(name)).attempt().job_id(), first.attempt().job_id());
     EXPECT_EQ(*queue_->WorkerLost(name), 1);
   }
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 1) << "the cap of ten losses holds";
+  EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 1) << "the cap of ten losses holds";
 }
 
 TEST_F(JobFailuresTest, OfTwoJobsThatLoseWorkersTogetherTheOneThatGoesOnIsQuarantined) {
@@ -185,7 +201,7 @@ TEST_F(JobFailuresTest, OfTwoJobsThatLoseWorkersTogetherTheOneThatGoesOnIsQuaran
     guilty = LeaseOne(AnyWorker(name));
     innocent = LeaseOne(AnyWorker(name));
     EXPECT_EQ(*queue_->WorkerLost(name), 2);
-    EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 0) << name;
+    EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 0) << name;
     clock_.Advance(1);
   }
   const v1::Lease alone = LeaseOne(AnyWorker("t"));
@@ -193,10 +209,10 @@ TEST_F(JobFailuresTest, OfTwoJobsThatLoseWorkersTogetherTheOneThatGoesOnIsQuaran
   EXPECT_EQ(alone.attempt().job_id(), guilty.attempt().job_id());
   EXPECT_EQ(apart.attempt().job_id(), innocent.attempt().job_id());
   EXPECT_EQ(*queue_->WorkerLost("t"), 1);
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 1);
+  EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 1);
   clock_.Advance(1);
   EXPECT_EQ(*queue_->WorkerLost("s"), 1);  // One was lost without it.
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 1);
+  EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 1);
 }
 
 TEST_F(JobFailuresTest, CompanyNowAndThenDoesNotClearAJob) {
@@ -213,7 +229,7 @@ TEST_F(JobFailuresTest, CompanyNowAndThenDoesNotClearAJob) {
   LeaseOne(AnyWorker("u"));
   LeaseOne(AnyWorker("u"));
   EXPECT_EQ(*queue_->WorkerLost("u"), 2);
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 1);
+  EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 1);
 }
 
 TEST_F(JobFailuresTest, AWorkerThatWasAwayAndComesBackWasNotLostWithItsJob) {
@@ -223,7 +239,7 @@ TEST_F(JobFailuresTest, AWorkerThatWasAwayAndComesBackWasNotLostWithItsJob) {
     LeaseOne(AnyWorker(name));
     EXPECT_EQ(*queue_->WorkerLost(name), 1);
     ASSERT_TRUE(queue_->Adopt(name, {}, /*same_process=*/true).ok());
-    EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 0) << i;
+    EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 0) << i;
     clock_.Advance(31);  // Past the time for which it is left to others.
   }
 }
@@ -237,10 +253,10 @@ TEST_F(JobFailuresTest, LossesAreRetriedAtOnceAndNeverFailAJob) {
     EXPECT_EQ(*outcome, v1::REPORT_OUTCOME_OK);
     EXPECT_EQ(*queue_->HandBack("w", lease.attempt(), "draining"), v1::REPORT_OUTCOME_ALREADY_DONE);
   }
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "READY"), 1);
+  EXPECT_EQ(Jobs(study, "solve", "READY"), 1);
   *queue_->HandBack("w", LeaseOne(AnyWorker("w")).attempt(), "draining");
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "FAILED"), 0);
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 1);
+  EXPECT_EQ(Jobs(study, "solve", "FAILED"), 0);
+  EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 1);
 }
 
 TEST_F(JobFailuresTest, AJobThatLostItsWorkerGoesElsewhereWhileThereIsAnElsewhere) {

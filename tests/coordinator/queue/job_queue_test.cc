@@ -25,8 +25,8 @@ TEST_F(JobQueueTest, AStudyIsSolvedRenderedAndPublished) {
   EXPECT_EQ(status.spec().pairs(), 5);
   ASSERT_THAT(status.variants(), SizeIs(1));
   EXPECT_EQ(status.variants(0).pairs_done(), 5);
-  EXPECT_EQ(status.variants(0).solve_jobs().at("SUCCEEDED"), 3);
-  EXPECT_EQ(status.variants(0).render_jobs().at("SUCCEEDED"), 3);
+  EXPECT_EQ(JobsOf(status.variants(0), "solve", "SUCCEEDED"), 3);
+  EXPECT_EQ(JobsOf(status.variants(0), "render", "SUCCEEDED"), 3);
 
   const auto frames = Frames(study);
   std::set<std::pair<uint32_t, uint32_t>> pairs;
@@ -42,16 +42,16 @@ TEST_F(JobQueueTest, AStudyIsSolvedRenderedAndPublished) {
 TEST_F(JobQueueTest, ASolvedSceneHasItsRenderJobAtOnce) {
   const StudyId study = Submit({.pairs = 2, .rigs_per_scene = 2});
   const v1::Lease solve = LeaseOne(AnyWorker("w"));
-  EXPECT_EQ(solve.kind(), v1::JOB_KIND_SOLVE);
+  EXPECT_EQ(solve.kind(), "solve");
   EXPECT_EQ(solve.attempt_number(), 1);
   EXPECT_EQ(Complete(SolveAnswer(solve, "w")), v1::REPORT_OUTCOME_OK);
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_RENDER, "READY"), 1);
+  EXPECT_EQ(Jobs(study, "render", "READY"), 1);
   const v1::Lease render = LeaseOne(AnyWorker("w"));
-  EXPECT_EQ(render.kind(), v1::JOB_KIND_RENDER);
-  EXPECT_EQ(render.render().scene().SerializeAsString(),
-            SolveAnswer(solve, "w").solve().scene().SerializeAsString());
-  EXPECT_THAT(render.render().rigs(), testing::ElementsAre(0, 1));
-  EXPECT_EQ(render.render().render().samples_per_pixel(), 4);
+  EXPECT_EQ(render.kind(), "render");
+  EXPECT_EQ(RenderOf(render).scene().SerializeAsString(),
+            SolveOf(SolveAnswer(solve, "w")).scene().SerializeAsString());
+  EXPECT_THAT(RenderOf(render).rigs(), testing::ElementsAre(0, 1));
+  EXPECT_EQ(RenderOf(render).render().samples_per_pixel(), 4);
 
   v1::GetSceneRequest request;
   request.set_study_id(study.value);
@@ -59,7 +59,7 @@ TEST_F(JobQueueTest, ASolvedSceneHasItsRenderJobAtOnce) {
   request.set_scene(0);
   const auto scene = queue_->GetScene(request);
   ASSERT_TRUE(scene.ok()) << scene.status();
-  EXPECT_EQ(scene->scene_seed(), solve.solve().scene_seed());
+  EXPECT_EQ(scene->scene_seed(), SolveOf(solve).scene_seed());
   request.set_scene(1);
   EXPECT_EQ(queue_->GetScene(request).status().code(), absl::StatusCode::kNotFound);
 }
@@ -70,7 +70,7 @@ TEST_F(JobQueueTest, VariantsOfAStudyHaveTheSameSceneSeeds) {
   // The second variant's scenes wait for the first's layouts.
   for (int round = 0; round < 2; ++round) {
     for (const v1::Lease& lease : Lease(Solver("w"), 100)) {
-      seeds[lease.scene()].insert(lease.solve().scene_seed());
+      seeds[lease.scene()].insert(SolveOf(lease).scene_seed());
       Complete(SolveAnswer(lease, "w"));
     }
   }
@@ -142,10 +142,10 @@ TEST_F(JobQueueTest, ExpiredLeaseReturnsJobToReady) {
   LeaseOne(AnyWorker("w"));
   clock_.Advance(29);
   Tick();
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "LEASED"), 1);
+  EXPECT_EQ(Jobs(study, "solve", "LEASED"), 1);
   clock_.Advance(1);
   Tick();
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "READY"), 1);
+  EXPECT_EQ(Jobs(study, "solve", "READY"), 1);
 }
 
 TEST_F(JobQueueTest, HeartbeatsKeepALeaseAndNameWhatMustStop) {
@@ -160,7 +160,7 @@ TEST_F(JobQueueTest, HeartbeatsKeepALeaseAndNameWhatMustStop) {
     EXPECT_THAT(queue_->Heartbeat("w", {progress}), IsEmpty());
     Tick();
   }
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "LEASED"), 1);
+  EXPECT_EQ(Jobs(study, "solve", "LEASED"), 1);
   const auto jobs = ListJobs(study, "LEASED");
   ASSERT_THAT(jobs, SizeIs(1));
   EXPECT_EQ(jobs[0].fraction(), 0.25);
@@ -184,8 +184,8 @@ TEST_F(JobQueueTest, ARestartAdoptsWhatAWorkerStillRuns) {
   ASSERT_TRUE(adopted.ok());
   ASSERT_THAT(*adopted, SizeIs(1));
   EXPECT_EQ((*adopted)[0].job_id(), leases[0].attempt().job_id());
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "LEASED"), 1);
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "READY"), 2);
+  EXPECT_EQ(Jobs(study, "solve", "LEASED"), 1);
+  EXPECT_EQ(Jobs(study, "solve", "READY"), 2);
   clock_.Advance(20);  // The adopted one counts from the adoption.
   Tick();
   EXPECT_EQ(Complete(Answer(leases[0], "w")), v1::REPORT_OUTCOME_OK);
@@ -202,7 +202,7 @@ TEST_F(JobQueueTest, LeasesThatNeverReachedTheirWorkersSayNothingAgainstTheJob) 
       clock_.Advance(31);  // Past the time for which it is left to others.
     }
     // Three workers lost while they held it: quarantined.
-    EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), same_process ? 0 : 1);
+    EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), same_process ? 0 : 1);
   }
 }
 
@@ -213,7 +213,7 @@ TEST_F(JobQueueTest, LeasesThatWereOnTheirWayInARestartSayNothingAgainstTheJob) 
     LeaseOne(Solver(worker));
     Reopen();
     ASSERT_TRUE(queue_->Adopt(worker, {}, /*same_process=*/false).ok());
-    EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "QUARANTINED"), 0) << i;
+    EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 0) << i;
   }
 }
 
@@ -247,7 +247,7 @@ TEST_F(JobQueueTest, ARejectedSeedIsReplacedSoThatThePairsAskedForAreMade) {
   for (;;) {
     const auto leases = Lease(AnyWorker("w"), 1);
     if (leases.empty()) break;
-    const bool solve = leases[0].kind() == v1::JOB_KIND_SOLVE;
+    const bool solve = leases[0].kind() == "solve";
     const bool reject = solve && ++solves % 2 == 1;
     Complete(reject ? RejectAnswer(leases[0], "w", false) : Answer(leases[0], "w"));
   }
@@ -314,7 +314,7 @@ TEST_F(JobQueueTest, CancelEndsEverythingAndStopsWhatRuns) {
   EXPECT_THAT(stops.stopped, SizeIs(2));
   EXPECT_THAT(stops.stopped[0], HasSubstr("cancelled: wrong seed"));
   EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_CANCELLED);
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "CANCELLED"), 10);
+  EXPECT_EQ(Jobs(study, "solve", "CANCELLED"), 10);
   EXPECT_THAT(Lease(AnyWorker("w")), IsEmpty());
   EXPECT_EQ(Complete(Answer(leases[0], "w")), v1::REPORT_OUTCOME_CANCELLED);
   EXPECT_EQ(queue_->Retry(study, "t").status().code(), absl::StatusCode::kFailedPrecondition);
@@ -381,7 +381,9 @@ TEST_F(JobQueueTest, AMillionPairsAreSubmittedInMillisecondsAndExpandedAsTheyAre
   int64_t jobs = 0;
   const v1::StudyStatus status = Status(study);
   for (const v1::VariantStatus& variant : status.variants()) {
-    for (const auto& [state, n] : variant.solve_jobs()) jobs += n;
+    for (const v1::JobCount& count : variant.jobs()) {
+      if (count.kind() == "solve") jobs += count.jobs();
+    }
   }
   EXPECT_GE(jobs, 1000);
   EXPECT_LT(jobs, 3000);

@@ -48,8 +48,9 @@ class MigrationTest : public QueueTest {
     std::map<std::string, int64_t> jobs;
     const v1::StudyStatus status = Status(study);
     for (const v1::VariantStatus& variant : status.variants()) {
-      for (const auto& [state, n] : variant.solve_jobs()) jobs["solve " + state] += n;
-      for (const auto& [state, n] : variant.render_jobs()) jobs["render " + state] += n;
+      for (const v1::JobCount& count : variant.jobs()) {
+        jobs[count.kind() + " " + count.state()] += count.jobs();
+      }
     }
     return jobs;
   }
@@ -57,9 +58,18 @@ class MigrationTest : public QueueTest {
 
 TEST_F(MigrationTest, EveryRowOfVersionOneComesOver) {
   ASSERT_EQ(Number("PRAGMA user_version"), 1);
-  const char* const kTables[] = {"jobs",    "scenes",         "studies",       "variants",
-                                 "frames",  "attempt_losses", "frame_results", "scene_results",
-                                 "recipes", "layout_results", "job_counts",    "audit"};
+  const char* const kTables[] = {"jobs",   "scenes",         "studies",    "variants",
+                                 "frames", "attempt_losses", "job_counts", "audit"};
+  // Whose rows are in `results` now, and the stage of each there.
+  const std::pair<const char*, const char*> kResults[] = {{"layout_results", "layout"},
+                                                          {"recipes", "recipe"},
+                                                          {"scene_results", "scene"},
+                                                          {"frame_results", "frame"}};
+  std::map<std::string, int64_t> results;
+  for (const auto& [table, stage] : kResults) {
+    results[stage] = Number(std::string("SELECT count(*) FROM ") + table);
+    EXPECT_GT(results[stage], 0) << table;
+  }
   std::map<std::string, int64_t> rows;
   for (const char* table : kTables) {
     rows[table] = Number(std::string("SELECT count(*) FROM ") + table);
@@ -78,6 +88,9 @@ TEST_F(MigrationTest, EveryRowOfVersionOneComesOver) {
   queue_.reset();
   for (const auto& [table, n] : rows) {
     EXPECT_EQ(Number("SELECT count(*) FROM " + table), n) << table;
+  }
+  for (const auto& [stage, n] : results) {
+    EXPECT_EQ(Number("SELECT count(*) FROM results WHERE stage = '" + stage + "'"), n) << stage;
   }
   EXPECT_EQ(Number("SELECT max(fence) + count(DISTINCT fence) FROM jobs"), fences);
   EXPECT_EQ(Number("SELECT count(*) FROM litter"), 2) << "of the two lost render attempts";

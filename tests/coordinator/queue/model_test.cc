@@ -20,8 +20,8 @@ class ModelTest : public QueueTest, public testing::WithParamInterface<int> {
   // Whether a seed is valid depends on the seed alone, as with the real solver.
   static bool Valid(uint64_t scene_seed) { return scene_seed % 5 != 0; }
   static v1::CompleteRequest Result(const Held& held) {
-    if (held.lease.kind() == v1::JOB_KIND_SOLVE && !Valid(held.lease.solve().scene_seed())) {
-      return RejectAnswer(held.lease, held.worker, !held.lease.solve().has_layout());
+    if (held.lease.kind() == "solve" && !Valid(SolveOf(held.lease).scene_seed())) {
+      return RejectAnswer(held.lease, held.worker, !SolveOf(held.lease).has_layout());
     }
     return Answer(held.lease, held.worker);
   }

@@ -11,7 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "common/config/frame_files.h"
 #include "coordinator/queue/job_queue.h"
+#include "tests/job_messages.h"
 
 namespace parallax {
 
@@ -34,10 +36,10 @@ class FakeClock final : public Clock {
 };
 
 inline WorkerFacts AnyWorker(const std::string& name) {
-  return {.name = name, .solves = true, .renders = true, .memory_mb = 8000};
+  return {.name = name, .kinds = {"solve", "render"}, .memory_mb = 8000};
 }
-inline WorkerFacts Solver(const std::string& name) { return {.name = name, .solves = true}; }
-inline WorkerFacts Renderer(const std::string& name) { return {.name = name, .renders = true}; }
+inline WorkerFacts Solver(const std::string& name) { return {.name = name, .kinds = {"solve"}}; }
+inline WorkerFacts Renderer(const std::string& name) { return {.name = name, .kinds = {"render"}}; }
 
 struct StudyOptions {
   std::string name = "study";
@@ -78,9 +80,9 @@ inline v1::CompleteRequest SolveAnswer(const v1::Lease& lease, const std::string
   v1::CompleteRequest request;
   *request.mutable_attempt() = lease.attempt();
   request.set_worker(worker);
-  v1::SolveResult* result = request.mutable_solve();
-  const v1::SolveJob& job = lease.solve();
-  v1::Scene* scene = result->mutable_scene();
+  v1::SolveResult result;
+  const v1::SolveJob job = SolveOf(lease);
+  v1::Scene* scene = result.mutable_scene();
   scene->set_scene_seed(job.scene_seed());
   for (int i = 0; i < job.config().rigs().count(); ++i) {
     v1::Rig* rig = scene->add_rigs();
@@ -88,9 +90,10 @@ inline v1::CompleteRequest SolveAnswer(const v1::Lease& lease, const std::string
     rig->set_baseline_m(job.config().rigs().baseline_m().constant());
   }
   if (!job.has_layout()) {
-    result->mutable_layout()->mutable_room()->set_width_m(
+    result.mutable_layout()->mutable_room()->set_width_m(
         static_cast<double>(job.scene_seed() % 1000));
   }
+  SetResult(result, request);
   return request;
 }
 inline v1::CompleteRequest RejectAnswer(const v1::Lease& lease, const std::string& worker,
@@ -98,32 +101,37 @@ inline v1::CompleteRequest RejectAnswer(const v1::Lease& lease, const std::strin
   v1::CompleteRequest request;
   *request.mutable_attempt() = lease.attempt();
   request.set_worker(worker);
-  request.mutable_solve()->mutable_rejected()->set_reason("no room for a rig");
-  if (with_layout) request.mutable_solve()->mutable_layout()->mutable_room()->set_width_m(3);
+  v1::SolveResult result;
+  result.mutable_rejected()->set_reason("no room for a rig");
+  if (with_layout) result.mutable_layout()->mutable_room()->set_width_m(3);
+  SetResult(result, request);
   return request;
 }
 inline v1::CompleteRequest RenderAnswer(const v1::Lease& lease, const std::string& worker) {
   v1::CompleteRequest request;
   *request.mutable_attempt() = lease.attempt();
   request.set_worker(worker);
-  request.mutable_render();
-  for (const uint32_t rig : lease.render().rigs()) {
-    v1::FrameResult* frame = request.mutable_render()->add_frames();
+  v1::RenderResult result;
+  const v1::RenderJob job = RenderOf(lease);
+  for (const uint32_t rig : job.rigs()) {
+    v1::FrameResult* frame = result.add_frames();
     frame->set_rig(rig);
     char name[16];
     std::snprintf(name, sizeof(name), "%03u", rig);
-    frame->set_path(lease.render().store_prefix() + "/.attempt-" +
-                    std::to_string(lease.attempt().fence()) + "/" + name);
-    v1::FileEntry* file = frame->add_files();
-    file->set_name("left.png");
-    file->set_size(100);
-    file->set_sha256(std::string(64, 'a'));
+    frame->set_path(lease.store_prefix() + "/.attempt-" + std::to_string(lease.attempt().fence()) +
+                    "/" + name);
+    for (const std::string& file_name : FrameFileNames(job.render())) {
+      v1::FileEntry* file = frame->add_files();
+      file->set_name(file_name);
+      file->set_size(100);
+      file->set_sha256(std::string(64, 'a'));
+    }
   }
+  SetResult(result, request);
   return request;
 }
 inline v1::CompleteRequest Answer(const v1::Lease& lease, const std::string& worker) {
-  return lease.kind() == v1::JOB_KIND_SOLVE ? SolveAnswer(lease, worker)
-                                            : RenderAnswer(lease, worker);
+  return lease.kind() == "solve" ? SolveAnswer(lease, worker) : RenderAnswer(lease, worker);
 }
 inline v1::FailRequest Failure(const v1::Lease& lease, const std::string& worker,
                                const std::string& fingerprint, bool retryable = true) {
@@ -211,13 +219,11 @@ class QueueTest : public testing::Test {
     EXPECT_TRUE(status.ok()) << status.status();
     return status.ok() ? *std::move(status) : v1::StudyStatus();
   }
-  int64_t Jobs(StudyId study, v1::JobKind kind, const std::string& state) {
+  int64_t Jobs(StudyId study, const std::string& kind, const std::string& state) {
     int64_t n = 0;
     const v1::StudyStatus status = Status(study);
     for (const v1::VariantStatus& variant : status.variants()) {
-      const auto& jobs = kind == v1::JOB_KIND_SOLVE ? variant.solve_jobs() : variant.render_jobs();
-      const auto found = jobs.find(state);
-      if (found != jobs.end()) n += found->second;
+      n += JobsOf(variant, kind, state);
     }
     return n;
   }

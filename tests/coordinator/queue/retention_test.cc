@@ -160,7 +160,7 @@ class Litter : public QueueTest {
     return LeaseOne(Renderer(worker));
   }
   static std::string FolderOf(const v1::Lease& lease) {
-    return lease.render().store_prefix() + "/.attempt-" + std::to_string(lease.attempt().fence());
+    return lease.store_prefix() + "/.attempt-" + std::to_string(lease.attempt().fence());
   }
 };
 

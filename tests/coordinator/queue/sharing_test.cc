@@ -20,16 +20,16 @@ class SharingTest : public QueueTest {
 TEST_F(SharingTest, ThreeVariantsSolveOneLayout) {
   const StudyId study = Submit({.pairs = 2, .variants = {"a", "b", "c"}});
   const v1::Lease leader = LeaseOne(Solver("w"));
-  EXPECT_FALSE(leader.solve().has_layout());
+  EXPECT_FALSE(SolveOf(leader).has_layout());
   EXPECT_THAT(Lease(Solver("v")), IsEmpty());
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "BLOCKED"), 2);
+  EXPECT_EQ(Jobs(study, "solve", "BLOCKED"), 2);
   Complete(Answer(leader, "w"));
   const auto followers = Lease(Solver("v"), 5);
   ASSERT_THAT(followers, SizeIs(2));
   for (const v1::Lease& lease : followers) {
-    ASSERT_TRUE(lease.solve().has_layout());
-    EXPECT_EQ(lease.solve().layout().SerializeAsString(),
-              Answer(leader, "w").solve().layout().SerializeAsString());
+    ASSERT_TRUE(SolveOf(lease).has_layout());
+    EXPECT_EQ(SolveOf(lease).layout().SerializeAsString(),
+              SolveOf(Answer(leader, "w")).layout().SerializeAsString());
     Complete(Answer(lease, "v"));
   }
   WorkOff(AnyWorker("u"));
@@ -65,9 +65,9 @@ TEST_F(SharingTest, FollowersGoOnWhateverBecomesOfTheirLeader) {
     const StudyId second =
         Submit({.seed = seed, .pairs = 1, .rigs_per_scene = 1, .variants = {"x", "b"}});
     const v1::Lease leader = LeaseOne(Solver("w"));
-    EXPECT_EQ(Jobs(second, v1::JOB_KIND_SOLVE, "BLOCKED"), 2);
+    EXPECT_EQ(Jobs(second, "solve", "BLOCKED"), 2);
     c.end(*queue_, leader, first);
-    EXPECT_GE(Jobs(second, v1::JOB_KIND_SOLVE, "READY"), 1);
+    EXPECT_GE(Jobs(second, "solve", "READY"), 1);
     ExpectSound();
     clock_.Advance(100);
     Tick();
@@ -121,7 +121,7 @@ TEST_F(SharingTest, ALargerStudyMakesOnlyWhatIsNew) {
 TEST_F(SharingTest, ARejectedLayoutRejectsItForAllVariants) {
   const StudyId study = Submit({.pairs = 1, .rigs_per_scene = 1, .variants = {"a", "b", "c"}});
   Complete(RejectAnswer(LeaseOne(Solver("w")), "w", /*with_layout=*/false));
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "REJECTED"), 3);
+  EXPECT_EQ(Jobs(study, "solve", "REJECTED"), 3);
   WorkOff(AnyWorker("w"));
   EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_SUCCEEDED);
 }
@@ -129,9 +129,9 @@ TEST_F(SharingTest, ARejectedLayoutRejectsItForAllVariants) {
 TEST_F(SharingTest, ARejectedDressingKeepsTheLayoutForOthers) {
   const StudyId study = Submit({.pairs = 1, .rigs_per_scene = 1, .variants = {"a", "b"}});
   Complete(RejectAnswer(LeaseOne(Solver("w")), "w", /*with_layout=*/true));
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_SOLVE, "REJECTED"), 1);
+  EXPECT_EQ(Jobs(study, "solve", "REJECTED"), 1);
   const v1::Lease other = LeaseOne(Solver("w"));
-  EXPECT_TRUE(other.solve().has_layout());
+  EXPECT_TRUE(SolveOf(other).has_layout());
   Complete(Answer(other, "w"));
   WorkOff(AnyWorker("w"));
   EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_SUCCEEDED);
@@ -143,7 +143,7 @@ TEST_F(SharingTest, AnotherLayoutVersionSolvesAgain) {
   options_.versions.layout = "other";
   Reopen();
   const v1::Lease solve = (Submit({.pairs = 2}), LeaseOne(Solver("w")));
-  EXPECT_FALSE(solve.solve().has_layout());
+  EXPECT_FALSE(SolveOf(solve).has_layout());
 }
 
 TEST_F(SharingTest, AnotherSceneVersionDressesTheLayoutsThatThereAre) {
@@ -152,7 +152,7 @@ TEST_F(SharingTest, AnotherSceneVersionDressesTheLayoutsThatThereAre) {
   options_.versions.scene = "other";
   Reopen();
   Submit({.pairs = 2});
-  EXPECT_TRUE(LeaseOne(Solver("w")).solve().has_layout());
+  EXPECT_TRUE(SolveOf(LeaseOne(Solver("w"))).has_layout());
 }
 
 // A change of pictures alone keeps stored layouts and recipes.
@@ -163,8 +163,8 @@ TEST_F(SharingTest, AStudyContinuedWithAnotherFrameVersionSolvesNothingAnew) {
   Reopen();
   const StudyId again = Submit({.pairs = 6, .rigs_per_scene = 2});
   // The third scene is new; the other two have their recipes and want new pictures.
-  EXPECT_EQ(Jobs(again, v1::JOB_KIND_SOLVE, "READY"), 1);
-  EXPECT_EQ(Jobs(again, v1::JOB_KIND_RENDER, "READY"), 2);
+  EXPECT_EQ(Jobs(again, "solve", "READY"), 1);
+  EXPECT_EQ(Jobs(again, "render", "READY"), 2);
   EXPECT_EQ(WorkOff(AnyWorker("w")), 4);
   const v1::StudyStatus status = Status(again);
   EXPECT_EQ(status.state(), v1::STUDY_STATE_SUCCEEDED);
@@ -193,8 +193,8 @@ TEST_F(SharingTest, TheStorePrefixIsTheSameForEqualWork) {
   const v1::Lease first = LeaseOne(Renderer("w"));
   (void)*queue_->WorkerLost("w");
   const v1::Lease second = LeaseOne(Renderer("v"));
-  EXPECT_EQ(first.render().store_prefix(), second.render().store_prefix());
-  EXPECT_THAT(first.render().store_prefix(), testing::MatchesRegex("[0-9a-f]{2}/[0-9a-f]{64}"));
+  EXPECT_EQ(first.store_prefix(), second.store_prefix());
+  EXPECT_THAT(first.store_prefix(), testing::MatchesRegex("[0-9a-f]{2}/[0-9a-f]{64}"));
   Complete(Answer(second, "v"));
 }
 
@@ -232,7 +232,7 @@ TEST_F(SharingTest, AWorkerGetsRendersOfASceneThatItHasBuilt) {
   const v1::Lease first = LeaseOne(Renderer("w"));
   const v1::Lease second = LeaseOne(Renderer("w"));
   EXPECT_EQ(first.scene(), second.scene());
-  EXPECT_NE(first.render().store_prefix(), second.render().store_prefix());
+  EXPECT_NE(first.store_prefix(), second.store_prefix());
 }
 
 }  // namespace

@@ -12,13 +12,14 @@ using testing::SizeIs;
 // A worker that asks while `idle` of `slots` render slots of the farm have nothing to do.
 WorkerFacts OfFarm(const std::string& name, int idle, int slots) {
   WorkerFacts worker = Renderer(name);
-  worker.idle_render_slots = idle;
-  worker.render_slots = slots;
+  worker.farm["render"].idle = idle;
+  worker.farm["render"].all = slots;
   return worker;
 }
 
 std::vector<uint32_t> RigsOf(const v1::Lease& lease) {
-  return {lease.render().rigs().begin(), lease.render().rigs().end()};
+  const v1::RenderJob job = RenderOf(lease);
+  return {job.rigs().begin(), job.rigs().end()};
 }
 
 class Splitting : public QueueTest {
@@ -33,25 +34,22 @@ class Splitting : public QueueTest {
 };
 
 TEST(PartsToSplitInto, OnlyIdleSlotsSplitWhileMoreWillCome) {
-  EXPECT_EQ(PartsToSplitInto({.rigs = 20, .ready_renders = 1}),
+  EXPECT_EQ(PartsToSplitInto({.rigs = 20, .ready_jobs = 1}),
             1u);  // Of the farm nothing is known.
-  EXPECT_EQ(PartsToSplitInto({.rigs = 20, .ready_renders = 1, .idle_render_slots = 4}), 4u);
-  EXPECT_EQ(PartsToSplitInto({.rigs = 20, .ready_renders = 4, .idle_render_slots = 4}), 1u);
-  EXPECT_EQ(PartsToSplitInto({.rigs = 20, .ready_renders = 3, .idle_render_slots = 4}), 2u);
-  EXPECT_EQ(PartsToSplitInto({.rigs = 3, .ready_renders = 1, .idle_render_slots = 9}), 3u);
+  EXPECT_EQ(PartsToSplitInto({.rigs = 20, .ready_jobs = 1, .idle_slots = 4}), 4u);
+  EXPECT_EQ(PartsToSplitInto({.rigs = 20, .ready_jobs = 4, .idle_slots = 4}), 1u);
+  EXPECT_EQ(PartsToSplitInto({.rigs = 20, .ready_jobs = 3, .idle_slots = 4}), 2u);
+  EXPECT_EQ(PartsToSplitInto({.rigs = 3, .ready_jobs = 1, .idle_slots = 9}), 3u);
   // Who can solve doesn't idle while there is something to solve.
-  EXPECT_EQ(
-      PartsToSplitInto({.rigs = 20, .ready_renders = 1, .ready_solves = 3, .idle_render_slots = 4}),
-      1u);
-  EXPECT_EQ(PartsToSplitInto({.rigs = 20, .ready_renders = 1, .render_slots = 8}), 1u);
+  EXPECT_EQ(PartsToSplitInto({.rigs = 20, .ready_jobs = 1, .ready_others = 3, .idle_slots = 4}),
+            1u);
+  EXPECT_EQ(PartsToSplitInto({.rigs = 20, .ready_jobs = 1, .slots = 8}), 1u);
 }
 
 TEST(PartsToSplitInto, TheLastRendersAreSharedByAllSlots) {
-  EXPECT_EQ(PartsToSplitInto(
-                {.rigs = 20, .ready_renders = 1, .render_slots = 8, .only_renders_left = true}),
+  EXPECT_EQ(PartsToSplitInto({.rigs = 20, .ready_jobs = 1, .slots = 8, .only_these_left = true}),
             8u);
-  EXPECT_EQ(PartsToSplitInto(
-                {.rigs = 20, .ready_renders = 9, .render_slots = 8, .only_renders_left = true}),
+  EXPECT_EQ(PartsToSplitInto({.rigs = 20, .ready_jobs = 9, .slots = 8, .only_these_left = true}),
             1u);
 }
 
@@ -106,7 +104,7 @@ TEST_F(Splitting, APartThatFailsLosesOnlyItsRigs) {
   WorkOff(AnyWorker("w"));
   const v1::StudyStatus status = Status(study);
   EXPECT_EQ(status.variants(0).pairs_done(), 20);  // The next seed gave the ten.
-  EXPECT_EQ(Jobs(study, v1::JOB_KIND_RENDER, "FAILED"), 1);
+  EXPECT_EQ(Jobs(study, "render", "FAILED"), 1);
 }
 
 TEST_F(Splitting, AZombieOfTheWholeSceneCantPublishAfterTheSplit) {

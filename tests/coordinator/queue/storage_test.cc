@@ -111,7 +111,7 @@ TEST_F(StorageTest, AVariantThatItsStudyDoesNotListIsDataLoss) {
   queue_.reset();
   const auto db = OpenWriter(options_.db_path, "");
   ASSERT_TRUE(db.ok());
-  Ledger ledger(**db);
+  Ledger ledger(**db, KindRegistry::Builtin());
   ASSERT_TRUE(ledger.FindStudy(study.value).ok());
   ASSERT_TRUE((*db)
                   ->Run("INSERT INTO variants (id, study_id, name, config_z, pairs_wanted,"
@@ -130,7 +130,7 @@ TEST_F(StorageTest, AStudyWithABrokenVariantIsNotHalfLoaded) {
   const auto db = OpenWriter(options_.db_path, "");
   ASSERT_TRUE(db.ok());
   ASSERT_TRUE((*db)->Run("UPDATE variants SET config_z = x'00' WHERE name = 'b'").ok());
-  Ledger ledger(**db);
+  Ledger ledger(**db, KindRegistry::Builtin());
   const auto whole = (*db)->Integer("SELECT id FROM variants WHERE name = 'a'");
   ASSERT_TRUE(whole.ok());
   EXPECT_FALSE(ledger.FindStudy(study.value).ok());
@@ -195,7 +195,7 @@ TEST_F(StorageTest, TheAuditorFindsPlantedCorruption) {
   // Triggers and checks would not let these in; a bug beneath them, or a bad disk, might.
   const std::string open_up =
       "PRAGMA ignore_check_constraints = ON;"
-      "DROP TRIGGER jobs_move; DROP TRIGGER jobs_stay; DROP TRIGGER frame_results_are_final;";
+      "DROP TRIGGER jobs_move; DROP TRIGGER jobs_stay; DROP TRIGGER results_are_final;";
   const struct {
     const char* sql;
     const char* found;
@@ -226,12 +226,13 @@ TEST_F(StorageTest, TheAuditorFindsPlantedCorruption) {
        "an attempt's or reused"},
       {"UPDATE studies SET cancelled = 1", "a cancelled study has nothing"},
       {"UPDATE studies SET finished_unix_s = 5", "finished exactly when"},
-      {"UPDATE recipes SET scene_z = x'0102'", "a recipe hashes to its name"},
-      {"UPDATE frame_results SET fence = fence + 1", "published by a job that succeeded"},
-      {"UPDATE frame_results SET frame_z = x'00'", "in the winner's folder"},
+      {"UPDATE results SET bytes = x'0102' WHERE stage = 'recipe'", "a recipe hashes to its name"},
+      {"UPDATE results SET fence = fence + 1 WHERE stage = 'frame'",
+       "published by a job that ended with it"},
+      {"UPDATE results SET bytes = x'00' WHERE stage = 'frame'", "in the winner's folder"},
       {"UPDATE jobs SET state = 'LEASED', fence = 1, worker = 'x', awaits_job = NULL"
        " WHERE state = 'BLOCKED'",
-       "make one layout"},
+       "make one group's part"},
       {"PRAGMA foreign_keys = OFF; DELETE FROM studies WHERE id = 2", "foreign key"},
   };
   for (const auto& c : cases) {

@@ -27,7 +27,7 @@ class JanitorTest : public QueueTest {
     return lease;
   }
   static std::string FolderOf(const v1::Lease& lease) {
-    return lease.render().store_prefix() + "/.attempt-" + std::to_string(lease.attempt().fence());
+    return lease.store_prefix() + "/.attempt-" + std::to_string(lease.attempt().fence());
   }
   bool Exists(const v1::Lease& lease) { return fs::exists(folder_ + "/store/" + FolderOf(lease)); }
   int Sweep() {

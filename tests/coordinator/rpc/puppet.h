@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/version.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
 #include "parallax/v1/service.grpc.pb.h"
@@ -24,8 +25,9 @@ class Puppet {
     v1::WorkerMessage message;
     v1::Hello& hello = *message.mutable_hello();
     hello.set_name(name);
-    hello.add_kinds(v1::JOB_KIND_SOLVE);
-    hello.add_kinds(v1::JOB_KIND_RENDER);
+    hello.set_protocol(kWorkProtocol);
+    hello.add_kinds("solve");
+    hello.add_kinds("render");
     hello.set_slots(1);
     for (const v1::AttemptId& attempt : holding) *hello.add_holding() = attempt;
     stream_->Write(message);

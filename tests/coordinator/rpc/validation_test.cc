@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "common/base/names.h"
+#include "common/base/version.h"
 
 namespace parallax {
 namespace {
@@ -14,7 +15,8 @@ namespace {
 v1::Hello GoodHello() {
   v1::Hello hello;
   hello.set_name("host-1.example-42");
-  hello.add_kinds(v1::JOB_KIND_SOLVE);
+  hello.add_kinds("solve");
+  hello.set_protocol(kWorkProtocol);
   hello.set_slots(4);
   hello.set_cores(8);
   hello.set_memory_mb(32000);
@@ -26,7 +28,7 @@ const StageVersions kOurs = {.layout = "5", .scene = "6", .frame = "7"};
 
 v1::Hello HelloOf(const StageVersions& versions) {
   v1::Hello hello = GoodHello();
-  hello.add_kinds(v1::JOB_KIND_RENDER);
+  hello.add_kinds("render");
   hello.set_build_id("generator-x");
   (*hello.mutable_stage_versions())["layout"] = versions.layout;
   (*hello.mutable_stage_versions())["scene"] = versions.scene;
@@ -39,18 +41,18 @@ TEST(Validation, AWorkerGetsTheKindsOfJobsWhoseStagesHaveOurVersions) {
   const struct {
     const char* what;
     StageVersions theirs;
-    std::vector<int> kinds;
+    std::vector<std::string> kinds;
     std::string note;
   } cases[] = {
-      {"all alike", kOurs, {v1::JOB_KIND_SOLVE, v1::JOB_KIND_RENDER}, ""},
-      {"another frame", {"5", "6", "8"}, {v1::JOB_KIND_SOLVE}, "no render jobs: its stage frame"},
-      {"another scene", {"5", "8", "7"}, {v1::JOB_KIND_RENDER}, "no solve jobs: its stage scene"},
-      {"another layout", {"8", "6", "7"}, {v1::JOB_KIND_RENDER}, "no solve jobs: its stage layout"},
+      {"all alike", kOurs, {"solve", "render"}, ""},
+      {"another frame", {"5", "6", "8"}, {"solve"}, "no render jobs: its stage frame"},
+      {"another scene", {"5", "8", "7"}, {"render"}, "no solve jobs: its stage scene"},
+      {"another layout", {"8", "6", "7"}, {"render"}, "no solve jobs: its stage layout"},
   };
   for (const auto& row : cases) {
     SCOPED_TRACE(row.what);
     v1::Hello hello = HelloOf(row.theirs);
-    const auto notes = DropKindsOfOtherVersions(kOurs, hello);
+    const auto notes = DropKindsOfOtherVersions(kOurs, KindRegistry::Builtin(), hello);
     ASSERT_TRUE(notes.ok()) << notes.status();
     EXPECT_THAT(hello.kinds(), testing::ElementsAreArray(row.kinds));
     EXPECT_EQ(hello.holding_size(), row.note.empty() ? 1 : 0);
@@ -64,7 +66,7 @@ TEST(Validation, AWorkerThatCanDoNothingForUsIsRefusedInOneLine) {
   v1::Hello old = GoodHello();  // Of a release before stages had versions.
   old.set_build_id("generator-17");
   for (v1::Hello* hello : {&other, &old}) {
-    const auto notes = DropKindsOfOtherVersions(kOurs, *hello);
+    const auto notes = DropKindsOfOtherVersions(kOurs, KindRegistry::Builtin(), *hello);
     EXPECT_EQ(notes.status().code(), absl::StatusCode::kFailedPrecondition);
     const std::string line(notes.status().message());
     EXPECT_THAT(line, testing::HasSubstr("its stage layout has version"));
@@ -76,12 +78,13 @@ TEST(Validation, AWorkerThatCanDoNothingForUsIsRefusedInOneLine) {
 TEST(Validation, ASimulatorMakesNoDataAndNeedsNoVersions) {
   v1::Hello hello = GoodHello();
   hello.set_build_id("a simulator");
-  EXPECT_TRUE(DropKindsOfOtherVersions(kOurs, hello).ok());
+  EXPECT_TRUE(DropKindsOfOtherVersions(kOurs, KindRegistry::Builtin(), hello).ok());
   EXPECT_EQ(hello.kinds_size(), 1);
 }
 
 TEST(Validation, AHelloNamesItsWorkerAndStaysWithinBounds) {
-  EXPECT_TRUE(CheckHello(GoodHello()).ok()) << CheckHello(GoodHello());
+  EXPECT_TRUE(CheckHello(GoodHello(), KindRegistry::Builtin()).ok())
+      << CheckHello(GoodHello(), KindRegistry::Builtin());
   const struct {
     const char* what;
     std::function<void(v1::Hello&)> spoil;
@@ -111,7 +114,7 @@ TEST(Validation, AHelloNamesItsWorkerAndStaysWithinBounds) {
   for (const auto& row : cases) {
     v1::Hello hello = GoodHello();
     row.spoil(hello);
-    const absl::Status status = CheckHello(hello);
+    const absl::Status status = CheckHello(hello, KindRegistry::Builtin());
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << row.what;
     EXPECT_NE(status.ToString().find(row.what), std::string::npos) << status;
   }
@@ -137,7 +140,7 @@ TEST(Validation, ReportsNameAttemptWorkerAndResult) {
   complete.mutable_attempt()->set_job_id(1);
   complete.mutable_attempt()->set_fence(1);
   EXPECT_FALSE(CheckComplete(complete).ok()) << "no result";
-  complete.mutable_solve();
+  complete.set_kind("solve");
   EXPECT_TRUE(CheckComplete(complete).ok()) << CheckComplete(complete);
   complete.set_wall_s(-1);
   EXPECT_FALSE(CheckComplete(complete).ok());

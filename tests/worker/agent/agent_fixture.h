@@ -17,6 +17,8 @@
 #include <vector>
 
 #include "fake_coordinator.h"
+#include "test_runner.h"
+#include "tests/job_messages.h"
 #include "worker/agent/agent.h"
 
 namespace parallax {
@@ -43,7 +45,7 @@ class Gate {
 };
 
 // Jobs do what the test says by seed; others succeed at once.
-class ScriptedRunner final : public JobRunner {
+class ScriptedRunner final : public TestRunner {
  public:
   using Solver = std::function<absl::StatusOr<v1::SolveResult>(const CancelToken&)>;
 
@@ -85,9 +87,11 @@ inline v1::Lease SolveLease(int64_t job, uint64_t fence, uint64_t seed) {
   v1::Lease lease;
   lease.mutable_attempt()->set_job_id(job);
   lease.mutable_attempt()->set_fence(fence);
-  lease.set_kind(v1::JOB_KIND_SOLVE);
+  lease.set_kind("solve");
   lease.set_attempt_number(1);
-  lease.mutable_solve()->set_scene_seed(seed);
+  v1::SolveJob job_spec;
+  job_spec.set_scene_seed(seed);
+  lease.set_spec(job_spec.SerializeAsString());
   return lease;
 }
 
@@ -95,9 +99,11 @@ inline v1::Lease RenderLease(int64_t job, uint64_t fence, std::vector<uint32_t> 
   v1::Lease lease;
   lease.mutable_attempt()->set_job_id(job);
   lease.mutable_attempt()->set_fence(fence);
-  lease.set_kind(v1::JOB_KIND_RENDER);
-  lease.mutable_render()->set_store_prefix("renders/ab12");
-  for (uint32_t rig : rigs) lease.mutable_render()->add_rigs(rig);
+  lease.set_kind("render");
+  lease.set_store_prefix("renders/ab12");
+  v1::RenderJob spec;
+  for (uint32_t rig : rigs) spec.add_rigs(rig);
+  lease.set_spec(spec.SerializeAsString());
   return lease;
 }
 
@@ -108,7 +114,7 @@ class AgentTest : public testing::Test {
         coordinator_(*ParseRpcAddress("unix:" + directory_ + "/coordinator.sock")) {
     options_.coordinator = *ParseRpcAddress("unix:" + directory_ + "/coordinator.sock");
     options_.name = "worker-1";
-    options_.kinds = {v1::JOB_KIND_SOLVE, v1::JOB_KIND_RENDER};
+    options_.kinds = {"solve", "render"};
     options_.slots = 2;
     options_.outbox_root = directory_ + "/outbox";
     options_.hand_back_s = 0.2;
@@ -131,7 +137,7 @@ class AgentTest : public testing::Test {
   }
 
   void StartAgent() {
-    auto agent = Agent::Create(options_, runner_, Clock::System());
+    auto agent = Agent::Create(options_, handlers_, Clock::System());
     ASSERT_TRUE(agent.ok()) << agent.status();
     agent_ = *std::move(agent);
     thread_ = std::thread([this] { summary_ = agent_->Run(); });
@@ -169,6 +175,7 @@ class AgentTest : public testing::Test {
   FakeCoordinator coordinator_;
   Gate started_, finish_, cancelled_;  // Outlive the agent's jobs.
   ScriptedRunner runner_;
+  const JobHandlers handlers_ = HandlersOf(runner_);
   AgentOptions options_;
   std::unique_ptr<Agent> agent_;
   std::thread thread_;

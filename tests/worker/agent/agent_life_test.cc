@@ -213,6 +213,24 @@ TEST_F(AgentTest, ACoordinatorThatRefusesTheWorkerEndsIt) {
   EXPECT_NE(summary_.status().ToString().find("go away"), std::string::npos);
 }
 
+TEST_F(AgentTest, ACoordinatorOfAnotherProtocolEndsTheWorkerWithOneLine) {
+  coordinator_.Change([](auto& how) { how.protocol = 0; });  // Of a release that does not tell it.
+  StartAgent();
+  JoinAgent();
+  EXPECT_EQ(summary_.status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_NE(summary_.status().ToString().find("speaks work protocol 0"), std::string::npos);
+  EXPECT_NE(summary_.status().ToString().find("give both the same release"), std::string::npos);
+}
+
+TEST_F(AgentTest, ALeaseOfAKindThatItDoesNotDoIsReportedAsFailed) {
+  StartAgent();
+  v1::Lease lease = SolveLease(1, 11, 1);
+  lease.set_kind("bake");
+  coordinator_.Offer(lease);
+  ASSERT_TRUE(coordinator_.WaitFor([](const Seen& seen) { return seen.fails.size() == 1; }));
+  EXPECT_NE(coordinator_.seen().fails[0].error().find("no jobs of kind 'bake'"), std::string::npos);
+}
+
 TEST_F(AgentTest, ACoordinatorThatComesLateIsWaitedFor) {
   coordinator_.Stop();
   StartAgent();
@@ -224,11 +242,15 @@ TEST_F(AgentTest, ACoordinatorThatComesLateIsWaitedFor) {
 TEST_F(AgentTest, BadOptionsAreRefused) {
   AgentOptions bad = options_;
   bad.slots = 0;
-  EXPECT_EQ(Agent::Create(bad, runner_, Clock::System()).status().code(),
+  EXPECT_EQ(Agent::Create(bad, handlers_, Clock::System()).status().code(),
+            absl::StatusCode::kInvalidArgument);
+  bad = options_;
+  bad.kinds = {"bake"};
+  EXPECT_EQ(Agent::Create(bad, handlers_, Clock::System()).status().code(),
             absl::StatusCode::kInvalidArgument);
   bad = options_;
   bad.name = "../worker";
-  EXPECT_EQ(Agent::Create(bad, runner_, Clock::System()).status().code(),
+  EXPECT_EQ(Agent::Create(bad, handlers_, Clock::System()).status().code(),
             absl::StatusCode::kInvalidArgument);
 }
 

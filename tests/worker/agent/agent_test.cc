@@ -17,7 +17,7 @@ TEST_F(AgentTest, RunsWhatItLeasesAndReportsIt) {
   EXPECT_EQ(complete.worker(), "worker-1");
   EXPECT_EQ(complete.coordinator_id(), "database-1");
   EXPECT_EQ(complete.attempt().fence(), 100u + complete.attempt().job_id());
-  EXPECT_TRUE(complete.has_solve());
+  EXPECT_EQ(complete.kind(), "solve");
   agent_->Drain();
   JoinAgent();
   ASSERT_TRUE(summary_.ok()) << summary_.status();
@@ -92,7 +92,7 @@ TEST_F(AgentTest, ARenderWritesIntoItsAttemptsFolder) {
   StartAgent();
   coordinator_.Offer(RenderLease(7, 42, {0}));
   ASSERT_TRUE(coordinator_.WaitFor([](const Seen& seen) { return seen.completes.size() == 1; }));
-  EXPECT_EQ(coordinator_.seen().completes[0].render().frames(0).path(),
+  EXPECT_EQ(RenderOf(coordinator_.seen().completes[0]).frames(0).path(),
             "renders/ab12/.attempt-42/000");
   EXPECT_TRUE(fs::exists(directory_ + "/store/renders/ab12/.attempt-42/left.png"));
 }
@@ -100,7 +100,7 @@ TEST_F(AgentTest, ARenderWritesIntoItsAttemptsFolder) {
 TEST_F(AgentTest, AFolderOutsideTheStoreIsRefused) {
   StartAgent();
   v1::Lease lease = RenderLease(7, 42, {0});
-  lease.mutable_render()->set_store_prefix("../elsewhere");
+  lease.set_store_prefix("../elsewhere");
   coordinator_.Offer(lease);
   ASSERT_TRUE(coordinator_.WaitFor([](const Seen& seen) { return seen.fails.size() == 1; }));
   EXPECT_FALSE(fs::exists(directory_ + "/elsewhere"));

@@ -143,6 +143,7 @@ grpc::Status FakeCoordinator::GetInfo(grpc::ServerContext*, const v1::GetInfoReq
                                       v1::GetInfoReply* reply) {
   std::lock_guard lock(mu_);
   reply->set_coordinator_id(behaviour_.id);
+  reply->set_protocol(behaviour_.protocol);
   return grpc::Status::OK;
 }
 

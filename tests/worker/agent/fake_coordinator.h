@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/version.h"
 #include "common/rpc/endpoint.h"
 #include "parallax/v1/service.grpc.pb.h"
 
@@ -30,6 +31,7 @@ class FakeCoordinator final : public v1::Coordinator::Service {
   };
   struct Behaviour {
     std::string id = "database-1";
+    int protocol = kWorkProtocol;
     double lease_s = 10;
     std::string store_uri;
     bool adopt = true;  // Every attempt that a worker says it holds.

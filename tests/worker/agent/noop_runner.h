@@ -1,4 +1,4 @@
-// Jobs without work: a solve gives a scene of as many rigs as asked for, a render a small file for
+// Jobs without work: a solve gives a scene of as many rigs as asked for, a render small files for
 // each pair. Equal jobs give equal bytes.
 #pragma once
 
@@ -7,11 +7,12 @@
 #include <string>
 
 #include "common/base/hash.h"
-#include "worker/agent/job_runner.h"
+#include "common/config/frame_files.h"
+#include "test_runner.h"
 
 namespace parallax {
 
-class NoopRunner : public JobRunner {
+class NoopRunner : public TestRunner {
  public:
   absl::StatusOr<v1::SolveResult> Solve(const v1::SolveJob& job, const CancelToken& cancel,
                                         const JobProgressFn& progress) override {
@@ -37,14 +38,16 @@ class NoopRunner : public JobRunner {
       const std::string pixels =
           "seed " + std::to_string(job.scene().scene_seed()) + " rig " + rig + "\n";
       std::filesystem::create_directories(folder.dir + "/" + rig);
-      std::ofstream(folder.dir + "/" + rig + "/left.png") << pixels;
       v1::FrameResult& frame = *result.add_frames();
       frame.set_rig(job.rigs(i));
       frame.set_path(folder.path + "/" + rig);
-      v1::FileEntry& file = *frame.add_files();
-      file.set_name("left.png");
-      file.set_size(static_cast<int64_t>(pixels.size()));
-      file.set_sha256(Sha256Hex(pixels));
+      for (const std::string& name : FrameFileNames(job.render())) {
+        std::ofstream(folder.dir + "/" + rig + "/" + name) << pixels;
+        v1::FileEntry& file = *frame.add_files();
+        file.set_name(name);
+        file.set_size(static_cast<int64_t>(pixels.size()));
+        file.set_sha256(Sha256Hex(pixels));
+      }
       progress(static_cast<double>(i + 1) / job.rigs_size(), "noop");
     }
     return result;

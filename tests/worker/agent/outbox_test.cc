@@ -29,7 +29,8 @@ class OutboxTest : public testing::Test {
     complete.mutable_attempt()->set_job_id(job);
     complete.mutable_attempt()->set_fence(fence);
     complete.set_coordinator_id("database-1");
-    complete.mutable_solve()->set_layout_s(1.5);
+    complete.set_kind("solve");
+    complete.set_result("bytes");
     return {complete};
   }
   static Report Failed(int64_t job, uint64_t fence) {

@@ -9,6 +9,7 @@
 #include "common/base/file.h"
 #include "common/base/hash.h"
 #include "common/config/config.h"
+#include "common/config/frame_files.h"
 #include "common/image/io.h"
 #include "common/math/proto.h"
 #include "tests/worker/dataset/synthetic_scene.h"
@@ -59,6 +60,7 @@ std::vector<std::string> NamesIn(const std::string& dir) {
 TEST_F(FrameWriterTest, WritesEveryMapAsDatasetFormatNamesIt) {
   const auto result = Write(dir_);
   ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(NamesIn(dir_), FrameFileNames(config_.render())) << "what the coordinator asks for";
   EXPECT_THAT(
       NamesIn(dir_),
       ElementsAre("depth_left.exr", "depth_right.exr", "disparity_left.exr", "disparity_right.exr",
@@ -117,6 +119,7 @@ TEST_F(FrameWriterTest, WritesOnlyTheMapsAskedForAndRemovesWhatWasThere) {
   ASSERT_TRUE(Write(dir_).ok());
   EXPECT_THAT(NamesIn(dir_), ElementsAre("disparity_left.exr", "disparity_right.exr", "frame.json",
                                          "left.png", "right.png"));
+  EXPECT_EQ(NamesIn(dir_), FrameFileNames(config_.render())) << "what the coordinator asks for";
   EXPECT_EQ(ReadJson()["maps"], Json({"disparity"}));
 }
 

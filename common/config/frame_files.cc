@@ -1,0 +1,27 @@
+#include "common/config/frame_files.h"
+
+#include <algorithm>
+
+namespace parallax {
+namespace {
+
+constexpr struct {
+  const char* map;
+  const char* extension;
+} kMaps[] = {{"depth", ".exr"},   {"disparity", ".exr"}, {"occlusion", ".png"},
+             {"objects", ".png"}, {"materials", ".png"}, {"normals", ".exr"},
+             {"masks", ".png"}};
+
+}  // namespace
+
+std::vector<std::string> FrameFileNames(const v1::RenderConfig& render) {
+  std::vector<std::string> names = {"frame.json", "left.png", "right.png"};
+  for (const auto& [map, extension] : kMaps) {
+    if (std::find(render.maps().begin(), render.maps().end(), map) == render.maps().end()) continue;
+    for (const char* eye : {"_left", "_right"}) names.push_back(std::string(map) + eye + extension);
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+}  // namespace parallax

@@ -1,0 +1,101 @@
+#include "coordinator/queue/job_kind.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+
+namespace parallax {
+namespace {
+
+[[noreturn]] void Die(const std::string& message) {
+  std::fprintf(stderr, "kinds of jobs: %s\n", message.c_str());
+  std::abort();
+}
+
+bool IsKindName(std::string_view name) {
+  return !name.empty() && name.size() <= 32 && name[0] >= 'a' && name[0] <= 'z' &&
+         std::all_of(name.begin(), name.end(), [](char c) {
+           return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
+         });
+}
+
+}  // namespace
+
+absl::StatusOr<KnownWork> JobKind::Look(WorkDesk& desk, const JobFacts& job) const {
+  KnownWork known;
+  ASSIGN_OR_RETURN(std::optional<StoredResult> result, desk.FindResult(job.work_key));
+  if (!result) return known;
+  known.state = result->rejected ? KnownWork::State::kRejected : KnownWork::State::kDone;
+  known.result = std::move(result->bytes);
+  known.reason = std::move(result->reason);
+  return known;
+}
+
+absl::Status JobKind::Trim(WorkDesk&, JobFacts&) const { return absl::OkStatus(); }
+
+absl::StatusOr<bool> JobKind::HasPart(WorkDesk&, const JobFacts&) const { return false; }
+
+absl::StatusOr<std::string> JobKind::WhyNot(WorkDesk&, const JobFacts&,
+                                            const CheckedResult&) const {
+  return std::string();
+}
+
+absl::Status JobKind::OnSuccess(WorkDesk&, const JobFacts&, const Ending&, bool) const {
+  return absl::OkStatus();
+}
+
+absl::Status JobKind::OnSubmit(WorkDesk&, const v1::StudySpec&, std::span<const int64_t>) const {
+  return absl::OkStatus();
+}
+
+absl::Status JobKind::OnMorePairs(WorkDesk&, int64_t, uint32_t, uint32_t, uint32_t) const {
+  return absl::OkStatus();
+}
+
+absl::Status JobKind::Audit(SqliteConnection&, std::vector<std::string>&) const {
+  return absl::OkStatus();
+}
+
+KindRegistry::KindRegistry(std::vector<const JobKind*> kinds) : kinds_(std::move(kinds)) {
+  if (kinds_.size() > kMostKinds) Die("more than " + std::to_string(kMostKinds));
+  int beginning = 0;
+  for (size_t i = 0; i < kinds_.size(); ++i) {
+    const std::string& name = kinds_[i]->name();
+    if (!IsKindName(name)) Die("'" + name + "' is no name");
+    if (Find(name)->value != i) Die("two are named '" + name + "'");
+    if (!kinds_[i]->traits().begins_scenes) continue;
+    ++beginning;
+    begins_scenes_ = KindId{static_cast<uint8_t>(i)};
+  }
+  if (beginning != 1) Die(std::to_string(beginning) + " begin scenes, wanted one");
+}
+
+KindRegistry KindRegistry::With(const JobKind& more) const {
+  std::vector<const JobKind*> kinds = kinds_;
+  kinds.push_back(&more);
+  return KindRegistry(std::move(kinds));
+}
+
+std::optional<KindId> KindRegistry::Find(std::string_view name) const {
+  for (size_t i = 0; i < kinds_.size(); ++i) {
+    if (kinds_[i]->name() == name) return KindId{static_cast<uint8_t>(i)};
+  }
+  return std::nullopt;
+}
+
+absl::StatusOr<KindId> KindRegistry::IdOf(std::string_view name) const {
+  if (const auto id = Find(name)) return *id;
+  std::string known;
+  for (const JobKind* kind : kinds_) known += (known.empty() ? "" : ", ") + kind->name();
+  return MakeError(
+      absl::StatusCode::kNotFound,
+      "unknown kind of job '" + std::string(name.substr(0, 40)) + "'; there are: " + known);
+}
+
+std::vector<std::string> KindRegistry::Names() const {
+  std::vector<std::string> names;
+  for (const JobKind* kind : kinds_) names.push_back(kind->name());
+  return names;
+}
+
+}  // namespace parallax

@@ -1,0 +1,14 @@
+// The kinds of jobs of this release. To add one: a file here with its class and its Make function,
+// a line below, a line in kinds.cc, and its handler in worker/jobs; see ../README.md.
+#pragma once
+
+#include <memory>
+
+#include "coordinator/queue/job_kind.h"
+
+namespace parallax {
+
+std::unique_ptr<JobKind> MakeSolveKind();   // A scene's recipe from a seed and a config.
+std::unique_ptr<JobKind> MakeRenderKind();  // A scene's stereo pairs.
+
+}  // namespace parallax

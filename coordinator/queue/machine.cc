@@ -167,11 +167,11 @@ absl::StatusOr<v1::SubmitReply> Machine::Submit(const v1::SubmitRequest& request
   RETURN_IF_ERROR(store_.Audit(Now(), actor, "submit", id, spec.name()));
   ledger_.NoteCreated(id);
   ASSIGN_OR_RETURN(const Study* study, ledger_.FindStudy(id));
-  hungry_.insert(study->variants.begin(), study->variants.end());
   const std::vector<int64_t> variants = study->variants;
   for (size_t i = 0; i < kinds_.size(); ++i) {
     RETURN_IF_ERROR(kinds_.at(i).OnSubmit(*this, spec, variants));
   }
+  hungry_.insert(variants.begin(), variants.end());  // Last: it isn't undone.
   reply.set_study_id(id);
   return reply;
 }

@@ -26,7 +26,9 @@ TEST_F(JobFailuresTest, AResultThatIsNotTheJobsIsRefusedAndCountsAsAFailure) {
          other.mutable_rejected()->set_reason("x");
          SetResult(other, r);
        }},
-      {"without a result", [](auto& r) { r.clear_result(); }},
+      {"unknown kind of job ''", [](auto& r) { r.clear_kind(); }},
+      {"no RenderResult", [](auto& r) { r.set_result("\xff\xff"); }},
+      {"wanted exactly '0-1'", [](auto& r) { r.clear_result(); }},
       {"wanted exactly '0-1'",
        [](auto& r) { EditRender(r, [](auto& x) { x.mutable_frames()->RemoveLast(); }); }},
       {"wanted exactly '0-1'",

@@ -33,7 +33,7 @@ TEST_F(JobQueueTest, AStudyIsSolvedRenderedAndPublished) {
   for (const v1::PublishedFrame& frame : frames) {
     pairs.insert({frame.scene(), frame.frame().rig()});
     EXPECT_FALSE(frame.reused());
-    EXPECT_EQ(frame.frame().files(0).name(), "left.png");
+    EXPECT_EQ(frame.frame().files(1).name(), "left.png");
   }
   EXPECT_EQ(pairs,
             (std::set<std::pair<uint32_t, uint32_t>>{{0, 0}, {0, 1}, {1, 0}, {1, 1}, {2, 0}}));

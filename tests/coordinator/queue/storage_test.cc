@@ -164,7 +164,7 @@ TEST_F(StorageTest, TheSchemaForbidsWhatTheMachineNeverDoes) {
       {"UPDATE jobs SET attempts = 'many' WHERE id = 2", "TEXT"},
       {"UPDATE variants SET pairs_done = pairs_wanted + 1", "CHECK"},
       {"UPDATE frames SET rig = 9", "never changes"},
-      {"UPDATE frame_results SET fence = 9", "never changes"},
+      {"UPDATE results SET fence = 9", "never changes"},
       {"INSERT INTO frames(study_id, variant_id, ordinal, rig, frame_key, reused)"
        " SELECT study_id, variant_id, ordinal, rig, frame_key, 0 FROM frames",
        "UNIQUE"},

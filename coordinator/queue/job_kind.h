@@ -6,7 +6,9 @@
 // and what they make ready. It can't decide who holds a job, when an attempt is tried again or what
 // is published: it sees no fence, lease or ledger, and changes the tables only through WorkDesk.
 //
-// Kinds are stateless and live as long as the program. Thread-safe.
+// Kinds are stateless and live as long as the program. Thread-safe. Errors of hooks: what WorkDesk
+// or ResultReader gave them, which undoes the whole command; a kind's own only for a broken
+// database (kDataLoss) or a mistake in the program (kInternal).
 #pragma once
 
 #include <cstdint>
@@ -215,7 +217,7 @@ class JobKind {
   const std::string& name() const { return name_; }
   const JobTraits& traits() const { return traits_; }
 
-  // ---- Messages. Any thread. --------------------------------------------------------------------
+  // ---- Messages. Any thread.
   // The message that the worker's handler parses. Errors: as the reader.
   virtual absl::StatusOr<std::string> Spec(const LeasedJob& lease, ResultReader& results) const = 0;
   // Parses a handler's answer. All hashing and compressing belongs here, because the writer's
@@ -239,7 +241,7 @@ class JobKind {
   };
   virtual std::vector<StageSeconds> StagesOf(std::string_view /*result*/) const { return {}; }
 
-  // ---- Hooks. The writer's thread, inside a command's transaction. ----------------------------
+  // ---- Hooks. The writer's thread, inside a command's transaction.
   virtual absl::StatusOr<JobKeys> Keys(WorkDesk& desk, const JobFacts& job) const = 0;
   // By default: done if a result of its work key is stored.
   virtual absl::StatusOr<KnownWork> Look(WorkDesk& desk, const JobFacts& job) const;
@@ -265,7 +267,7 @@ class JobKind {
   virtual absl::Status OnMorePairs(WorkDesk& desk, int64_t variant, uint32_t ordinal,
                                    uint32_t first, uint32_t count) const;
 
-  // ---- The auditor's. Inside a read transaction. ----------------------------------------------
+  // ---- The auditor's. Inside a read transaction.
   struct Invariant {
     const char* name;
     const char* sql;  // Gives a row for each violation.

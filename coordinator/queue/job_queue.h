@@ -236,12 +236,14 @@ class JobQueue {
   static absl::Status BackupFile(const std::string& db_path, const std::string& path);
 
   // Calls `visit` with the files of each stored result of a database that no coordinator has open
-  // (`coordinator check --store`), and stops at its first error.
+  // (`coordinator check --store`). Errors: the first of `visit`; as CheckFile.
   static absl::Status VisitOutputs(
       const std::string& db_path,
       const std::function<absl::Status(const std::vector<JobKind::OutputFile>&)>& visit);
 
-  // The same auditor on a file that no coordinator has open (`coordinator check`).
+  // The same auditor on a file that no coordinator has open (`coordinator check`). Errors:
+  // kNotFound; kFailedPrecondition for one that a coordinator has open or of another schema; the
+  // database's.
   static absl::StatusOr<std::vector<std::string>> CheckFile(const std::string& db_path);
 
  private:

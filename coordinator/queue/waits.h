@@ -1,6 +1,6 @@
 // The table `waits` as values and small functions: what jobs wait for. No decisions here; what an
 // end means for its waiters is in machine_waits.cc. Used inside a transaction by the writing thread
-// only.
+// only. Errors: those of the database.
 #pragma once
 
 #include <cstdint>

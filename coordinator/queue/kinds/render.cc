@@ -56,7 +56,7 @@ class RenderKind final : public JobKind {
                            .can_split = true,
                            .keeps_group_warm = true}) {}
 
-  // ---- Messages ----
+  // ---- Messages
   absl::StatusOr<std::string> Spec(const LeasedJob& lease, ResultReader& results) const override {
     v1::RenderJob spec;
     ASSIGN_OR_RETURN(const std::vector<uint32_t> rigs, ParseRigs(lease.job.rigs));
@@ -110,7 +110,7 @@ class RenderKind final : public JobKind {
     return stages;
   }
 
-  // ---- Hooks ----
+  // ---- Hooks
   absl::StatusOr<JobKeys> Keys(WorkDesk& desk, const JobFacts& job) const override {
     ASSIGN_OR_RETURN(const VariantFacts variant, desk.VariantOf(job.variant));
     ASSIGN_OR_RETURN(const Sha256Digest scene_hash, SceneHashOf(desk, job));
@@ -204,7 +204,7 @@ class RenderKind final : public JobKind {
     return desk.Publish(job, links);
   }
 
-  // ---- Audit ----
+  // ---- Audit
   absl::Status Audit(SqliteConnection& db, std::vector<std::string>& violations) const override {
     SqliteQuery frames(db,
                        "SELECT r.work_key, r.bytes, r.fence, j.work_key FROM results AS r"

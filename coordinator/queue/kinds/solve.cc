@@ -68,7 +68,7 @@ class SolveKind final : public JobKind {
                           .may_reject = true,
                           .shares_part = true}) {}
 
-  // ---- Messages ----
+  // ---- Messages
   absl::StatusOr<std::string> Spec(const LeasedJob& lease, ResultReader& results) const override {
     v1::SolveJob spec;
     spec.set_scene_seed(SceneSeedOf(lease.study_seed, lease.job.ordinal).value);
@@ -113,7 +113,7 @@ class SolveKind final : public JobKind {
     return {{"layout", result.layout_s()}, {"dress", result.dress_s()}};
   }
 
-  // ---- Hooks ----
+  // ---- Hooks
   absl::StatusOr<JobKeys> Keys(WorkDesk& desk, const JobFacts& job) const override {
     ASSIGN_OR_RETURN(const VariantFacts variant, desk.VariantOf(job.variant));
     const SceneSeed seed = SceneSeedOf(variant.study_seed, job.ordinal);
@@ -198,7 +198,7 @@ class SolveKind final : public JobKind {
     return AddRender(desk, variant, ordinal, RigRange(first, count), false);
   }
 
-  // ---- Audit ----
+  // ---- Audit
   std::span<const Invariant> Invariants() const override { return kInvariants; }
 
   absl::Status Audit(SqliteConnection& db, std::vector<std::string>& violations) const override {

@@ -67,7 +67,7 @@ TEST_F(JobKindsTest, AWorkerWithAnUnknownKindOrProtocolIsToldSo) {
   }
 }
 
-// ---- Files --------------------------------------------------------------------------------------
+// ---- Files
 class OutputsTest : public CoordinatorServerTest {
  protected:
   void SetUp() override {
@@ -204,7 +204,7 @@ TEST_F(OutputsTest, PublishedFilesCanBeLookedForLater) {
   EXPECT_EQ(files, result_.frames(0).files_size());
 }
 
-// ---- Busy slots ---------------------------------------------------------------------------------
+// ---- Busy slots
 // Works off short jobs by hand and never sends a heartbeat.
 class QuickWorker {
  public:

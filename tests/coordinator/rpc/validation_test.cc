@@ -93,7 +93,7 @@ TEST(Validation, AHelloNamesItsWorkerAndStaysWithinBounds) {
       {"name", [](v1::Hello& hello) { hello.set_name("../etc"); }},
       {"name", [](v1::Hello& hello) { hello.set_name(std::string(101, 'x')); }},
       {"kinds", [](v1::Hello& hello) { hello.clear_kinds(); }},
-      {"kind", [](v1::Hello& hello) { hello.add_kinds(static_cast<v1::JobKind>(99)); }},
+      {"kind", [](v1::Hello& hello) { hello.add_kinds("bake"); }},
       {"slots", [](v1::Hello& hello) { hello.set_slots(0); }},
       {"slots", [](v1::Hello& hello) { hello.set_slots(100'000); }},
       {"memory_mb", [](v1::Hello& hello) { hello.set_memory_mb(-1); }},

@@ -74,6 +74,7 @@ class OutputsTest : public CoordinatorServerTest {
     fs::create_directories(directory_ + "/store");
     store_ = *OpenStore(directory_ + "/store");
     options_.store = store_.get();
+    options_.spool_dir = directory_ + "/spool";
     StartCoordinator();
     puppet_ = std::make_unique<Puppet>(*stub_);
     puppet_->Hello("w");

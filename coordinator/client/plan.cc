@@ -10,6 +10,7 @@
 #include "coordinator/study/keys.h"
 #include "worker/dataset/dataset_reader.h"
 #include "worker/render/profiles.h"
+#include "worker/scene/types/types.h"
 
 namespace parallax::client {
 namespace {
@@ -41,23 +42,16 @@ absl::StatusOr<double> PairSeconds(const v1::SceneConfig& config) {
 }
 
 // Of one scene: what its pairs share.
-absl::StatusOr<double> BuildSeconds(const v1::SceneConfig& config) {
+absl::StatusOr<double> BuildSeconds(const v1::SceneConfig& config, const SceneCosts& costs) {
   ASSIGN_OR_RETURN(const RenderProfile profile, ResolveProfile(config.render()));
-  // Where everything moves from rig to rig nothing is cached.
-  if (config.type() == v1::SCENE_TYPE_DENSE) return kMeasuredCosts.build_s;
+  if (!costs.rigs_share_light) return kMeasuredCosts.build_s;
   return kMeasuredCosts.build_s +
          1e-6 * static_cast<double>(profile.cache_paths) * kMeasuredCosts.cache_s_per_mpath;
 }
 
-double LayoutSeconds(const v1::SceneConfig& config) {
-  if (config.type() == v1::SCENE_TYPE_DENSE) return 0;
-  return config.solver().mode() == v1::SolverConfig::MODE_FULL ? kMeasuredCosts.layout_full_s
-                                                               : kMeasuredCosts.layout_reduced_s;
-}
-
-double DressSeconds(const v1::SceneConfig& config) {
-  if (config.type() != v1::SCENE_TYPE_DENSE) return kMeasuredCosts.dress_s;
-  return kMeasuredCosts.dense_scene_s + kMeasuredCosts.dense_keyframe_s * config.rigs().count();
+absl::StatusOr<SceneCosts> SceneCostsOf(const v1::SceneConfig& config) {
+  ASSIGN_OR_RETURN(const SceneType* type, FindSceneType(config.type()));
+  return type->costs(config);
 }
 
 // How much of `wanted` is new when `had` was asked for before; remembers the larger.
@@ -97,7 +91,8 @@ absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor) {
     row.scenes = (row.pairs + rigs - 1) / rigs;
     row.solve_jobs = row.scenes;
     row.render_jobs = row.scenes;
-    const bool solved = config.type() != v1::SCENE_TYPE_DENSE;
+    ASSIGN_OR_RETURN(const SceneCosts costs, SceneCostsOf(config));
+    const bool solved = costs.layout_s > 0;
     const int64_t new_layouts = solved ? TakeNew(layouts[{digests.layout}], row.scenes) : 0;
     const int64_t new_scenes = TakeNew(scenes[{digests.layout, digests.scene}], row.scenes);
     const int64_t new_pairs =
@@ -109,9 +104,9 @@ absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor) {
     plan.solves_without_sharing += solved ? row.scenes : 0;
 
     ASSIGN_OR_RETURN(const double pair_s, PairSeconds(config));
-    ASSIGN_OR_RETURN(const double build_s, BuildSeconds(config));
-    row.solve_core_s = factor * (static_cast<double>(new_layouts) * LayoutSeconds(config) +
-                                 static_cast<double>(new_scenes) * DressSeconds(config));
+    ASSIGN_OR_RETURN(const double build_s, BuildSeconds(config, costs));
+    row.solve_core_s = factor * (static_cast<double>(new_layouts) * costs.layout_s +
+                                 static_cast<double>(new_scenes) * costs.dress_s);
     const double builds = static_cast<double>((new_pairs + rigs - 1) / rigs);
     row.render_core_s = factor * (static_cast<double>(new_pairs) * pair_s + builds * build_s);
     v1::StudySpec alone;
@@ -141,7 +136,8 @@ absl::StatusOr<double> ReadMeasuredFactor(const std::string& archive_dir) {
     for (const v1::VariantSpec& spec : study.variants()) {
       if (spec.name() != variant.name) continue;
       ASSIGN_OR_RETURN(double pair_s, PairSeconds(spec.config()));
-      ASSIGN_OR_RETURN(const double build_s, BuildSeconds(spec.config()));
+      ASSIGN_OR_RETURN(const SceneCosts costs, SceneCostsOf(spec.config()));
+      ASSIGN_OR_RETURN(const double build_s, BuildSeconds(spec.config(), costs));
       pair_s += build_s / std::max(1, RigsPerSceneOf(study, spec));
       for (const DatasetFrame& frame : variant.frames) {
         if (!frame.line.contains("seconds") || !frame.line["seconds"].contains("cpu")) continue;

@@ -11,14 +11,12 @@
 
 namespace parallax::client {
 
-// Core-seconds of one step each, all threads together. kMeasuredCosts is where they are kept; each
-// figure stands with the command that measured it.
+// Core-seconds of one step each, all threads together. Making scenes costs what their type says
+// (SceneType::costs); kMeasuredCosts has the rest. Each figure stands with the command that
+// measured it.
 struct Costs {
-  double layout_reduced_s, layout_full_s;  // One room.
-  double dress_s;                          // Floating objects, rigs, lights, materials.
-  double dense_scene_s, dense_keyframe_s;  // Objects of a dense scene; each keyframe's placement.
-  double build_s;                          // Meshes, acceleration structure: once a render job.
-  double cache_s_per_mpath;                // A million paths of its radiance cache.
+  double build_s;            // Meshes, acceleration structure: once a render job.
+  double cache_s_per_mpath;  // A million paths of its radiance cache.
   // For each pair, by megapixels of ONE image.
   double trace_s_per_mpx_sample;
   double denoise_high_s_per_mpx, denoise_balanced_s_per_mpx, denoise_fast_s_per_mpx;

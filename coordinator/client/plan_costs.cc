@@ -1,18 +1,11 @@
-// The one place where measured costs are kept. Core-seconds (user + system) on an AMD EPYC with
+// Measured costs of rendering. Core-seconds (user + system) on an AMD EPYC with
 // AVX-512, release build.
 #include "coordinator/client/plan.h"
 
 namespace parallax::client {
 
 const Costs kMeasuredCosts = {
-    // bench_solve --scenes 50 --kind any --mode reduced, and --mode full: solve_cpu_s 0.82 and
-    // 0.91, shared out as layout_s and dress_s are.
-    .layout_reduced_s = 0.26,
-    .layout_full_s = 0.30,
-    .dress_s = 0.58,
-    // dense_preview DIR --keyframes 3: objects_s, keyframe_s, build_s.
-    .dense_scene_s = 1.65,
-    .dense_keyframe_s = 0.1,
+    // dense_preview DIR --keyframes 3: build_s.
     .build_s = 2.1,
     // bench_render solve:1 --pairs 1 --quality-rigs 0: cache_s_per_scene on two cores, by paths.
     .cache_s_per_mpath = 3.6,

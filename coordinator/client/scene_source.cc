@@ -7,6 +7,7 @@
 
 #include "common/base/file.h"
 #include "parallax/v1/service.pb.h"
+#include "worker/scene/upgrade.h"
 
 namespace parallax::client {
 namespace {
@@ -19,14 +20,7 @@ absl::StatusOr<v1::Scene> ReadSceneFile(const std::string& path) {
     return MakeError(absl::StatusCode::kNotFound, path + ": no such file");
   }
   ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path, 256 << 20));
-  v1::Scene scene;
-  const bool parsed = scene.ParseFromString(bytes);
-  // Any short file parses as a message with unknown fields; a recipe always says who made it.
-  if (!parsed || scene.generator_version().empty()) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     path + ": not a scene recipe (they are at <dataset>/<variant>/scenes/*.pb)");
-  }
-  return scene;
+  return ParseScene(bytes, path);
 }
 
 absl::StatusOr<uint32_t> ParseNumber(const std::string& text) {
@@ -107,9 +101,10 @@ absl::StatusOr<v1::Scene> LoadScene(const std::vector<std::string>& source,
   ASSIGN_OR_RETURN(const auto connection, session.Connect());
   ASSIGN_OR_RETURN(const v1::StudyStatus study, connection->FindStudy(source[0]));
   RETURN_IF_ERROR(CheckVariant(study, source[1]));
-  ASSIGN_OR_RETURN(const v1::GetSceneReply reply,
+  ASSIGN_OR_RETURN(v1::GetSceneReply reply,
                    connection->GetScene(study.study_id(), source[1], number));
-  return reply.scene();
+  RETURN_IF_ERROR(UpgradeScene(*reply.mutable_scene()));
+  return std::move(*reply.mutable_scene());
 }
 
 }  // namespace parallax::client

@@ -34,43 +34,35 @@ void Heading(const Terminal& terminal, const std::string& title) {
   *terminal.stream << "\n" << terminal.Paint(Tone::kBold, title) << "\n";
 }
 
-void PrintSummary(const Terminal& terminal, const v1::Scene& scene) {
+void PrintSummary(const Terminal& terminal, const v1::Scene& scene,
+                  const SceneDescription& description) {
   std::ostream& out = *terminal.stream;
-  const v1::Room& room = scene.room();
   out << terminal.Paint(Tone::kBold, "scene " + Seed(scene.scene_seed())) << "  "
       << LowerName(v1::SceneType_Name(scene.type()), "SCENE_TYPE_") << "  generator version "
       << scene.generator_version() << "\n";
-  if (room.width_m() > 0) {
-    out << room.kind() << " " << Fixed(room.width_m()) << " x " << Fixed(room.depth_m()) << " x "
-        << Fixed(room.height_m()) << " m" << (scene.ceiling_removed() ? ", ceiling removed" : "")
-        << "\n";
-  }
-  for (const v1::Room& other : scene.rooms()) {
-    out << "  beside it: " << other.name() << " " << Fixed(other.width_m()) << " x "
-        << Fixed(other.depth_m()) << " x " << Fixed(other.height_m()) << " m at "
-        << Fixed(other.origin_x_m()) << " " << Fixed(other.origin_y_m()) << " "
-        << Fixed(other.floor_z_m()) << "\n";
-  }
+  for (const std::string& line : description.lines) out << line << "\n";
 }
 
-void PrintPlan(const Terminal& terminal, const v1::Scene& scene,
+void PrintPlan(const Terminal& terminal, const v1::Scene& scene, const GroundPlan& plan,
                const std::map<uint32_t, Extent>& extents, const std::map<uint32_t, char>& symbols) {
   std::vector<Footprint> footprints;
   for (const v1::SceneObject& object : scene.objects()) {
     const auto extent = extents.find(object.index());
-    if (!IsDrawn(object) || object.room_index() > 0 || extent == extents.end()) continue;
+    if (!IsDrawn(object) || extent == extents.end()) continue;
     const Extent& e = extent->second;
+    const Vec3d middle((e.x0 + e.x1) / 2, (e.y0 + e.y1) / 2, (e.z0 + e.z1) / 2);
+    if (!plan.extent.contains(middle)) continue;
     footprints.push_back({e.x0, e.y0, e.x1, e.y1, e.z1, symbols.at(object.index())});
   }
-  RoomPlanOptions options;
+  GroundPlanOptions options;
   options.columns = std::clamp(terminal.size().columns - 8, 24, 72);
   options.unicode = terminal.unicode;
-  const std::vector<std::string> lines = DrawRoomPlan(scene, footprints, options);
-  if (lines.empty()) return;
   Heading(
       terminal,
       "Plan (north up; capitals furniture, small letters floating, D door, = window, arrows rigs)");
-  for (const std::string& line : lines) *terminal.stream << "  " << line << "\n";
+  for (const std::string& line : DrawGroundPlan(plan, scene, footprints, options)) {
+    *terminal.stream << "  " << line << "\n";
+  }
 }
 
 std::string MaterialNames(const v1::Scene& scene, const v1::SceneObject& object) {
@@ -195,7 +187,7 @@ void PrintSolver(const Terminal& terminal, const v1::SolveReport& report) {
 }  // namespace
 
 void PrintScene(const Terminal& terminal, const v1::Scene& scene,
-                const std::map<uint32_t, Extent>& extents) {
+                const SceneDescription& description, const std::map<uint32_t, Extent>& extents) {
   std::map<uint32_t, char> symbols;
   size_t drawn[2] = {0, 0};  // Furniture, floating.
   for (const v1::SceneObject& object : scene.objects()) {
@@ -203,8 +195,8 @@ void PrintScene(const Terminal& terminal, const v1::Scene& scene,
     const bool floating = object.role() == v1::OBJECT_ROLE_FLOATING;
     symbols.emplace(object.index(), PlanSymbol(floating, drawn[floating]++));
   }
-  PrintSummary(terminal, scene);
-  PrintPlan(terminal, scene, extents, symbols);
+  PrintSummary(terminal, scene, description);
+  if (description.plan) PrintPlan(terminal, scene, *description.plan, extents, symbols);
   PrintObjects(terminal, scene, extents, symbols);
   PrintLights(terminal, scene);
   PrintRigs(terminal, scene);

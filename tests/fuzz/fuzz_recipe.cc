@@ -4,10 +4,12 @@
 
 #include "tests/fuzz/proto_mutator.h"
 #include "worker/scene/scene_geometry.h"
+#include "worker/scene/upgrade.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   parallax::v1::Scene scene;
   if (!scene.ParseFromArray(data, static_cast<int>(size))) return 0;
+  if (!parallax::UpgradeScene(scene).ok()) return 0;
   (void)parallax::BuildSceneGeometry(scene);
   return 0;
 }

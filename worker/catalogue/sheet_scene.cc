@@ -9,7 +9,7 @@
 #include "common/math/proto.h"
 #include "worker/assets/kernel/primitives.h"
 #include "worker/render/renderer.h"
-#include "worker/scene/dress.h"
+#include "worker/scene/choose_materials.h"
 
 namespace parallax {
 namespace {
@@ -62,6 +62,8 @@ v1::Rig LookAt(const ViewFrame& view, const Vec3d& target, double cell_m, double
 }
 
 void SetDaylight(v1::Scene& recipe) {
+  recipe.set_type(v1::SCENE_TYPE_DENSE);  // Things under the open sky.
+  recipe.mutable_place()->mutable_open_sky();
   recipe.mutable_sky()->set_strength(0.9);
   *recipe.mutable_sky()->mutable_tint() = ToProto(Vec3d(1, 1, 1));
   recipe.mutable_sky()->set_sun_elevation_rad(0.85);
@@ -163,7 +165,7 @@ absl::StatusOr<SheetRow> MakeAssetRow(const AssetClass& asset_class, uint64_t fi
   v1::MaterialConfig materials;
   materials.set_mode(v1::MaterialConfig::MODE_ALL);
   materials.set_replace_probability(0);
-  RETURN_IF_ERROR(ChooseMaterials(materials, scene));
+  RETURN_IF_ERROR(ChooseMaterials(materials, nullptr, scene));
 
   SheetRow row;
   row.recipe = scene.recipe;

@@ -13,6 +13,8 @@
 #include "common/config/config.h"
 #include "worker/dataset/histogram.h"
 #include "worker/dataset/statistics.h"
+#include "worker/scene/types/types.h"
+#include "worker/scene/upgrade.h"
 
 namespace parallax {
 namespace {
@@ -109,12 +111,14 @@ void AddFrameJson(const Json& frame, Summary& summary) {
   summary.pixels += intrinsics.at("width").get<int64_t>() * intrinsics.at("height").get<int64_t>();
 }
 
-void AddRecipe(const v1::Scene& scene, Summary& summary) {
-  ++summary.rooms[scene.room().kind()];
+absl::Status AddRecipe(const v1::Scene& scene, Summary& summary) {
+  ASSIGN_OR_RETURN(const SceneType* type, TypeOf(scene));
+  ++summary.rooms[type->describe(scene).kind];
   for (const v1::SceneObject& object : scene.objects()) ++summary.classes[ClassOf(object)].made;
   for (const v1::SceneMaterial& material : scene.materials()) {
     ++summary.materials[material.material_class()].made;
   }
+  return absl::OkStatus();
 }
 
 absl::StatusOr<Summary> Summarise(const std::string& dir, const std::vector<IndexLine>& index) {
@@ -135,11 +139,8 @@ absl::StatusOr<Summary> Summarise(const std::string& dir, const std::vector<Inde
     const absl::StatusOr<std::string> bytes = ReadFile(dir + name);
     if (absl::IsNotFound(bytes.status())) continue;  // The caller may fetch frames without recipes.
     RETURN_IF_ERROR(bytes.status());
-    v1::Scene scene;
-    if (!scene.ParseFromString(*bytes)) {
-      return MakeError(absl::StatusCode::kDataLoss, dir + name + ": not a scene recipe");
-    }
-    AddRecipe(scene, summary);
+    ASSIGN_OR_RETURN(const v1::Scene scene, ParseScene(*bytes, dir + name));
+    RETURN_IF_ERROR(AddRecipe(scene, summary));
   }
   return summary;
 }

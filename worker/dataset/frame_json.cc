@@ -3,7 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/version.h"
-#include "common/math/proto.h"
+#include "common/math/stereo.h"
+#include "worker/scene/types/types.h"
 
 namespace parallax {
 namespace {
@@ -63,28 +64,22 @@ std::array<std::array<double, 4>, 4> MatrixOf(const v1::Transform& transform) {
   return rows;
 }
 
-v1::Transform WorldFromRight(const v1::Rig& rig) {
-  Pose left_from_right;
-  left_from_right.translation.x() = rig.baseline_m();
-  Pose world_from_right = FromProto(rig.world_from_left());
-  world_from_right.translation = world_from_right * left_from_right.translation;
-  return ToProto(world_from_right);
-}
-
-std::string FrameJson(const v1::Scene& scene, const v1::Rig& rig, double exposure,
-                      const FrameStatistics& statistics, const v1::RenderConfig& render) {
+absl::StatusOr<std::string> FrameJson(const v1::Scene& scene, const v1::Rig& rig, double exposure,
+                                      const FrameStatistics& statistics,
+                                      const v1::RenderConfig& render) {
+  ASSIGN_OR_RETURN(const SceneType* type, TypeOf(scene));
   Json json;
   json["intrinsics"] = {{"fx", rig.fx_px()},       {"fy", rig.fy_px()},
                         {"cx", rig.cx_px()},       {"cy", rig.cy_px()},
                         {"width", rig.width_px()}, {"height", rig.height_px()}};
   json["baseline_m"] = rig.baseline_m();
   json["world_from_left"] = RowsOf(rig.world_from_left());
-  json["world_from_right"] = RowsOf(WorldFromRight(rig));
+  json["world_from_right"] = RowsOf(ToProto(WorldFromEye(rig, 1)));
   json["near_m"] = statistics.min_depth_m;
   json["far_m"] = statistics.max_depth_m;
   json["exposure"] = exposure;
   json["rig"] = rig.index();
-  json["room"] = scene.room().kind();
+  json["room"] = type->describe(scene).kind;
   json["seeds"] = {{"scene", SeedText(scene.scene_seed())}};
   json["versions"] = {{"generator", scene.generator_version()},
                       {"program", kProgramVersion},

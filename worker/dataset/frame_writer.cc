@@ -122,10 +122,9 @@ absl::StatusOr<v1::FrameResult> WriteFrame(const FrameJob& job) {
     RETURN_IF_ERROR(entry.status());
     *result.add_files() = *entry;
   }
-  ASSIGN_OR_RETURN(*result.add_files(),
-                   WriteEntry(job.dir, "frame.json",
-                              FrameJson(job.scene, job.rig, double{job.frame.exposure}, statistics,
-                                        job.render)));
+  ASSIGN_OR_RETURN(const std::string json, FrameJson(job.scene, job.rig, double{job.frame.exposure},
+                                                     statistics, job.render));
+  ASSIGN_OR_RETURN(*result.add_files(), WriteEntry(job.dir, "frame.json", json));
   RETURN_IF_ERROR(SyncPath(job.dir));
 
   std::sort(result.mutable_files()->begin(), result.mutable_files()->end(),

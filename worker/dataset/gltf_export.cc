@@ -11,7 +11,7 @@
 
 #include "common/base/file.h"
 #include "common/base/version.h"
-#include "common/math/proto.h"
+#include "common/math/stereo.h"
 #include "worker/render/sky.h"
 #include "worker/scene/scene_geometry.h"
 
@@ -316,7 +316,7 @@ class GltfBuilder {
     for (const v1::Rig& rig : scene_.rigs()) {
       tinygltf::Camera camera;
       camera.type = "perspective";
-      camera.perspective.yfov = 2 * std::atan(rig.height_px() / (2 * rig.fy_px()));
+      camera.perspective.yfov = 2 * std::atan(HalfTangents(rig).y());
       camera.perspective.aspectRatio =
           rig.width_px() * rig.fy_px() / (rig.height_px() * rig.fx_px());
       camera.perspective.znear = 0.01;
@@ -327,17 +327,15 @@ class GltfBuilder {
       const int index = static_cast<int>(model_.cameras.size());
       model_.cameras.push_back(camera);
       AddCamera(std::string(name) + "_left", index, rig, 0);
-      AddCamera(std::string(name) + "_right", index, rig, rig.baseline_m());
+      AddCamera(std::string(name) + "_right", index, rig, 1);
     }
   }
 
-  void AddCamera(const std::string& name, int camera, const v1::Rig& rig, double offset_m) {
-    const Pose world_from_left = FromProto(rig.world_from_left());
+  void AddCamera(const std::string& name, int camera, const v1::Rig& rig, int eye) {
     Eigen::Affine3d world_from_camera = Eigen::Affine3d::Identity();
     // glTF's cameras look along -z with y up; ours along +z with y down.
-    world_from_camera.linear() =
-        world_from_left.rotation.toRotationMatrix() * Eigen::DiagonalMatrix<double, 3>(1, -1, -1);
-    world_from_camera.translation() = world_from_left * Vec3d(offset_m, 0, 0);
+    world_from_camera.linear() = RigAxes(rig) * Eigen::DiagonalMatrix<double, 3>(1, -1, -1);
+    world_from_camera.translation() = EyePosition(rig, eye);
     tinygltf::Node node;
     node.name = name;
     node.camera = camera;

@@ -4,6 +4,7 @@
 
 #include "worker/dataset/render_frames.h"
 #include "worker/scene/scene_geometry.h"
+#include "worker/scene/upgrade.h"
 
 namespace parallax {
 namespace {
@@ -19,8 +20,10 @@ absl::StatusOr<std::unique_ptr<Renderer>> BuildRenderer(const v1::Scene& scene,
 absl::StatusOr<v1::RenderResult> RunRenderJob(const v1::RenderJob& job,
                                               const RenderJobContext& context) {
   static RendererCache* cache = new RendererCache;  // Lives as long as the worker.
+  v1::RenderJob upgraded = job;
+  RETURN_IF_ERROR(UpgradeScene(*upgraded.mutable_scene()));
   try {
-    return RenderFrames(job, context, &BuildRenderer, *cache);
+    return RenderFrames(upgraded, context, &BuildRenderer, *cache);
   } catch (const std::bad_alloc&) {
     return absl::ResourceExhaustedError("not enough memory to render the scene");
   }

@@ -1,10 +1,8 @@
 #include "worker/dataset/statistics.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
-#include <string_view>
 #include <vector>
 
 namespace parallax {
@@ -96,19 +94,7 @@ std::map<std::string, double> StatisticsByName(const FrameStatistics& s) {
 }
 
 std::string ClassOf(const v1::SceneObject& object) {
-  if (!object.asset_class().empty()) return object.asset_class();
-  static constexpr std::array<std::pair<std::string_view, const char*>, 6> kParts = {{
-      {"floor", "Floor"},
-      {"ceiling", "Ceiling"},
-      {"wall", "Wall"},
-      {"skirting", "Skirting"},
-      {"door", "Door"},
-      {"window", "Window"},
-  }};
-  for (const auto& [prefix, name] : kParts) {
-    if (object.room_part().compare(0, prefix.size(), prefix) == 0) return name;
-  }
-  return object.room_part().empty() ? "Unknown" : object.room_part();
+  return object.asset_class().empty() ? "Unknown" : object.asset_class();
 }
 
 WarpDifference WarpCheck(const ImageRgb8& left, const ImageRgb8& right,

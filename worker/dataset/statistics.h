@@ -34,8 +34,7 @@ FrameStatistics ComputeStatistics(const v1::Scene& scene, const StereoFrame& fra
 // The numbers above by name, for FrameResult.statistics.
 std::map<std::string, double> StatisticsByName(const FrameStatistics& statistics);
 
-// The class of an object for tables: its asset class, or "Floor", "Ceiling", "Wall", "Skirting",
-// "Door", "Window" for a part of the room.
+// The class of an object for tables; "Unknown" where the recipe does not say.
 std::string ClassOf(const v1::SceneObject& object);
 
 // How well the right image, warped by the left disparity, agrees with the left image outside

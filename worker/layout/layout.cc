@@ -18,15 +18,16 @@ namespace {
 
 class LayoutWriter {
  public:
-  explicit LayoutWriter(v1::Layout& layout) : layout_(layout) {}
+  explicit LayoutWriter(v1::Layout& layout)
+      : layout_(layout), house_(*layout.mutable_place()->mutable_house()) {}
 
-  // Which room the next entries belong to.
-  void SetRoom(size_t index) { room_ = static_cast<uint32_t>(index); }
+  // Which room of the house the next entries belong to.
+  void SetRoom(size_t index) { room_ = static_cast<int>(index); }
 
   void AddPart(const v1::Room& room, const std::string& part) {
     v1::SceneObject& object = Add(ClassOfPart(room, part));
     object.set_role(v1::OBJECT_ROLE_ARCHITECTURE);
-    object.set_room_part(part);
+    object.set_part(part);
     *object.mutable_world_from_object() = ToProto(Pose{});
   }
 
@@ -61,14 +62,15 @@ class LayoutWriter {
     v1::SceneObject& object = *layout_.add_objects();
     object.set_index(static_cast<uint32_t>(layout_.objects_size()));
     object.set_asset_class(asset_class);
-    object.set_room_index(room_);
+    if (room_ > 0) house_.mutable_rooms(room_)->add_object_index(object.index());
     object.set_name(asset_class + "_" + std::to_string(count_[asset_class]++));
     return object;
   }
 
   v1::Layout& layout_;
+  v1::House& house_;
   std::map<std::string, int> count_;
-  uint32_t room_ = 0;
+  int room_ = 0;
 };
 
 // The main room's streams are the scene's own: it does not change with the rest of the house.
@@ -134,8 +136,8 @@ absl::StatusOr<std::variant<v1::Layout, Rejected>> SolveLayout(const v1::SceneCo
   if (cancel.cancelled()) return absl::CancelledError("layout: cancelled");
   ASSIGN_OR_RETURN(const House house, DrawHouse(config.room(), seed));
   v1::Layout layout;
-  *layout.mutable_room() = house.rooms[0];
-  for (size_t i = 1; i < house.rooms.size(); ++i) *layout.add_rooms() = house.rooms[i];
+  for (const v1::Room& room : house.rooms)
+    *layout.mutable_place()->mutable_house()->add_rooms() = room;
   if (house.rooms.size() > 1) *layout.add_room_reports() = house.report;
   RETURN_IF_ERROR(FillLayout(config, seed, cancel, house, layout));
   return std::variant<v1::Layout, Rejected>(std::move(layout));

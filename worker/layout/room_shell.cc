@@ -365,20 +365,19 @@ absl::StatusOr<Mesh> MakeRoomPart(const v1::Room& room, std::string_view part) {
   return mesh;
 }
 
-const v1::Room& RoomOf(const v1::Scene& scene, const v1::SceneObject& object) {
-  const uint32_t index = object.room_index();
-  return index == 0 || index > static_cast<uint32_t>(scene.rooms_size())
-             ? scene.room()
-             : scene.rooms(static_cast<int>(index) - 1);
+int RoomIndexOf(const v1::House& house, uint32_t object_index) {
+  for (int i = 1; i < house.rooms_size(); ++i) {
+    const auto& own = house.rooms(i).object_index();
+    if (std::binary_search(own.begin(), own.end(), object_index)) return i;
+  }
+  return 0;
 }
 
-absl::StatusOr<Mesh> MakeRoomPart(const v1::Scene& scene, const v1::SceneObject& object) {
-  if (object.room_index() > static_cast<uint32_t>(scene.rooms_size())) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "room_index " + std::to_string(object.room_index()) + " of a house of " +
-                         std::to_string(1 + scene.rooms_size()) + " rooms");
+absl::StatusOr<Mesh> MakeRoomPart(const v1::House& house, const v1::SceneObject& object) {
+  if (house.rooms().empty()) {
+    return MakeError(absl::StatusCode::kNotFound, "the house has no rooms");
   }
-  return MakeRoomPart(RoomOf(scene, object), object.room_part());
+  return MakeRoomPart(house.rooms(RoomIndexOf(house, object.index())), object.part());
 }
 
 }  // namespace parallax

@@ -1,6 +1,6 @@
 // Meshes of a room's architecture, made from the recipe's Room: walls with openings, floor,
 // ceiling, skirting, door leaves, window frames. Each part is one object of the recipe
-// (SceneObject.room_part).
+// (SceneObject.part).
 #pragma once
 
 #include <string>
@@ -26,10 +26,9 @@ std::vector<std::string> BuildingClasses();
 // The class that a part is shown as: "PanelDoor", "Window", "UShapedStaircase", "Walls"...
 std::string ClassOfPart(const v1::Room& room, std::string_view part);
 
-// The part that an object of the recipe is. Errors: those above; kInvalidArgument for a room that
-// the house does not have.
-absl::StatusOr<Mesh> MakeRoomPart(const v1::Scene& scene, const v1::SceneObject& object);
-// The room that an object belongs to; the main one for a wrong index.
-const v1::Room& RoomOf(const v1::Scene& scene, const v1::SceneObject& object);
+// Which room of the house an object of the recipe belongs to, by SceneObject.index.
+int RoomIndexOf(const v1::House& house, uint32_t object_index);
+// The mesh of the part that an object of the recipe is. Errors: those above.
+absl::StatusOr<Mesh> MakeRoomPart(const v1::House& house, const v1::SceneObject& object);
 
 }  // namespace parallax

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "common/base/status.h"
-#include "common/math/proto.h"
+#include "common/math/stereo.h"
 
 namespace parallax {
 
@@ -38,14 +38,12 @@ struct StereoCamera {
                            ": wants a size of 1 to 16384 px, positive focal lengths and baseline, "
                            "a rotation, finite numbers");
     }
-    const Eigen::Matrix3d rotation =
-        Eigen::Quaterniond(t.qw(), t.qx(), t.qy(), t.qz()).normalized().toRotationMatrix();
     StereoCamera stereo;
     stereo.baseline_m = rig.baseline_m();
     for (int eye = 0; eye < 2; ++eye) {
       PinholeCamera& camera = stereo.eyes[eye];
-      camera.origin = Vec3d(t.tx(), t.ty(), t.tz()) + eye * rig.baseline_m() * rotation.col(0);
-      camera.world_from_camera = rotation;
+      camera.origin = EyePosition(rig, eye);
+      camera.world_from_camera = RigAxes(rig);
       camera.fx_px = rig.fx_px();
       camera.fy_px = rig.fy_px();
       camera.cx_px = rig.cx_px();

@@ -21,12 +21,8 @@ struct PixelTruth {
 
 class TruthTracer {
  public:
-  TruthTracer(const RenderScene& scene, const v1::Room* room,
-              const std::vector<v1::Room>& other_rooms, const PinholeCamera& camera)
-      : scene_(scene), camera_(camera) {
-    if (room && room->width_m() > 0) rooms_.push_back(BoxOf(*room));
-    for (const v1::Room& other : other_rooms) rooms_.push_back(BoxOf(other));
-  }
+  TruthTracer(const RenderScene& scene, const PinholeCamera& camera)
+      : scene_(scene), surroundings_(scene.geometry().surroundings), camera_(camera) {}
 
   static constexpr int kRun = kLanes;
 
@@ -116,27 +112,14 @@ class TruthTracer {
     }
     truth.object = scene_.geometry().meshes[raw.placed].object_index;
     truth.material = id.material;
-    if (!rooms_.empty()) {
-      // A step back towards the viewer: the face of a wall belongs to the side from which it is
-      // seen.
-      const Vec3f at = raw.position + side * 2e-3f * id.geometric_normal;
-      const bool inside = std::any_of(rooms_.begin(), rooms_.end(),
-                                      [&](const Box3f& room) { return room.contains(at); });
-      if (!inside) truth.mask |= kMaskExterior;
-    }
-  }
-
-  // Surfaces of the room itself lie on the box; a millimetre keeps them in.
-  static Box3f BoxOf(const v1::Room& room) {
-    const Vec3d low(room.origin_x_m(), room.origin_y_m(), room.floor_z_m());
-    const Vec3d high = low + Vec3d(room.width_m(), room.depth_m(), room.height_m());
-    return {low.cast<float>() - Vec3f::Constant(1e-3f),
-            high.cast<float>() + Vec3f::Constant(1e-3f)};
+    // A step back towards the viewer: the face of a wall belongs to the side from which it is seen.
+    const Vec3f at = raw.position + side * 2e-3f * id.geometric_normal;
+    if (surroundings_.IsExterior(at)) truth.mask |= kMaskExterior;
   }
 
   const RenderScene& scene_;
+  const Surroundings& surroundings_;
   const PinholeCamera& camera_;
-  std::vector<Box3f> rooms_;
 };
 
 bool Visible(const ImageF& other, int row, double x, double z) {
@@ -159,10 +142,8 @@ bool Visible(const ImageF& other, int row, double x, double z) {
 
 }  // namespace
 
-absl::Status TraceGroundTruth(const RenderScene& scene, const v1::Room* room,
-                              const PinholeCamera& camera, double baseline_m,
-                              const CancelToken& cancel, View* view,
-                              const std::vector<v1::Room>& other_rooms) {
+absl::Status TraceGroundTruth(const RenderScene& scene, const PinholeCamera& camera,
+                              double baseline_m, const CancelToken& cancel, View* view) {
   const int width = camera.width_px;
   const int height = camera.height_px;
   view->depth_m = ImageF(width, height);
@@ -171,7 +152,7 @@ absl::Status TraceGroundTruth(const RenderScene& scene, const v1::Room* room,
   view->materials = ImageU16(width, height);
   view->normals = ImageF3(width, height);
   view->masks = ImageU8(width, height);
-  const TruthTracer tracer(scene, room, other_rooms, camera);
+  const TruthTracer tracer(scene, camera);
   const double focal_times_baseline = camera.fx_px * baseline_m;
   tbb::parallel_for(0, height, [&](int y) {
     if (cancel.cancelled()) return;

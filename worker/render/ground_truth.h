@@ -6,21 +6,16 @@
 // objects, materials and masks are set here; occlusion needs both eyes (MarkOcclusion).
 #pragma once
 
-#include <vector>
-
 #include "worker/render/camera.h"
 #include "worker/render/render_scene.h"
 #include "worker/render/stereo_frame.h"
 
 namespace parallax {
 
-// Fills all maps of `view` but color and occlusion. `room`: null when the scene has none. What lies
-// neither in it nor in one of `other_rooms` of the house is exterior.
+// Fills all maps of `view` but color and occlusion. What is exterior the scene's surroundings say.
 // Errors: kCancelled.
-absl::Status TraceGroundTruth(const RenderScene& scene, const v1::Room* room,
-                              const PinholeCamera& camera, double baseline_m,
-                              const CancelToken& cancel, View* view,
-                              const std::vector<v1::Room>& other_rooms = {});
+absl::Status TraceGroundTruth(const RenderScene& scene, const PinholeCamera& camera,
+                              double baseline_m, const CancelToken& cancel, View* view);
 
 // Occlusion of both views by left-right re-projection. A pixel of depth z lands in the other view,
 // in the same row, at x -/+ fx * baseline / z. It is visible (0) when that is inside of the image,

@@ -15,7 +15,8 @@ Mask8 Contains(const Box3f& box, const Vec3x8& p) {
 
 absl::StatusOr<LightTable> LightTable::Build(const v1::Scene& scene, const RenderScene& geometry) {
   LightTable table;
-  table.sky_ = SkyModel(scene.sky());
+  const Surroundings& surroundings = geometry.geometry().surroundings;
+  table.sky_ = SkyModel(scene.sky(), surroundings.ground_below_horizon);
   table.lights_of_body_.resize(geometry.geometry().meshes.size());
   for (const v1::Light& light : scene.lights()) {
     const Vec3f power = FromProto(light.power_w()).cast<float>().cwiseMax(0.0f);
@@ -65,8 +66,9 @@ absl::StatusOr<LightTable> LightTable::Build(const v1::Scene& scene, const Rende
     table.kinds_.push_back(lamp.mesh ? kFaces : lamp.radius > 0.0f ? kSphere : kIdeal);
   }
   table.kinds_.push_back(kNoLamp);
-  if (scene.has_room()) table.AddRoom(scene.room(), scene.ceiling_removed(), geometry);
-  for (const v1::Room& room : scene.rooms()) table.AddRoom(room, false, geometry);
+  for (const SkyEnclosure& enclosure : surroundings.enclosures) {
+    table.AddEnclosure(enclosure, geometry);
+  }
   table.Forget();
   return table;
 }
@@ -146,48 +148,23 @@ absl::Status LightTable::AddSphereOrSpot(const v1::Light& light, const Vec3f& po
   return absl::OkStatus();
 }
 
-void LightTable::AddRoom(const v1::Room& room, bool open_top, const RenderScene& geometry) {
-  if (!(room.width_m() > 0)) return;
-  const Vec3f origin = Vec3d(room.origin_x_m(), room.origin_y_m(), room.floor_z_m()).cast<float>();
-  const Vec3f size = Vec3d(room.width_m(), room.depth_m(), room.height_m()).cast<float>();
-  const auto wall_m = [&](int wall) {
-    return static_cast<float>(room.wall_depth_m_size() == 4 ? room.wall_depth_m(wall)
-                                                            : room.wall_thickness_m());
-  };
-  // A little less than the walls' outer faces, whose own points are outside.
-  const auto rim = [&](int wall) { return std::max(0.0f, wall_m(wall) - 1e-3f); };
+void LightTable::AddEnclosure(const SkyEnclosure& from, const RenderScene& geometry) {
   Enclosure enclosure;
-  enclosure.box = Box3f(origin - Vec3f(rim(3), rim(0), rim(0)),
-                        origin + size + Vec3f(rim(1), rim(2), open_top ? -1e-3f : rim(0)));
-
-  const auto add = [&](const Vec3f& corner, const Vec3f& u, const Vec3f& v, const Vec3f& out,
-                       float depth) {
-    Portal portal{origin + corner, u, v, out, u.cross(v).norm()};
+  enclosure.box = from.box;
+  for (const SkyPortal& way : from.portals) {
+    const Portal portal{way.corner, way.edge_u, way.edge_v, way.normal,
+                        way.edge_u.cross(way.edge_v).norm()};
     // A portal that lets nothing through (a closed door) is not worth samples.
     constexpr int kProbes = 8;
     bool open = false;
     for (int i = 0; i < kProbes * kProbes && !open; ++i) {
-      const Vec3f p = portal.corner + u * ((static_cast<float>(i % kProbes) + 0.5f) / kProbes) +
-                      v * ((static_cast<float>(i / kProbes) + 0.5f) / kProbes);
-      open = geometry.Transmittance(p - out * (depth + 0.05f), out, 1e3f).maxCoeff() > 0.0f;
+      const Vec3f p = portal.corner +
+                      portal.edge_u * ((static_cast<float>(i % kProbes) + 0.5f) / kProbes) +
+                      portal.edge_v * ((static_cast<float>(i / kProbes) + 0.5f) / kProbes);
+      open = geometry.Transmittance(p - way.normal * (way.depth_m + 0.05f), way.normal, 1e3f)
+                 .maxCoeff() > 0.0f;
     }
     if (open && portal.area > 0.0f) enclosure.portals.push_back(portal);
-  };
-  for (const v1::Opening& opening : room.openings()) {
-    const auto start = static_cast<float>(opening.center_m() - 0.5 * opening.width_m());
-    const auto sill = static_cast<float>(opening.sill_m());
-    const bool along_x = opening.wall() == 0 || opening.wall() == 2;
-    const bool far = opening.wall() == 1 || opening.wall() == 2;
-    const float depth = wall_m(opening.wall());
-    const float across = far ? (along_x ? size.y() : size.x()) + depth : -depth;
-    const Vec3f along = along_x ? Vec3f::UnitX() : Vec3f::UnitY();
-    const Vec3f out = (far ? 1.0f : -1.0f) * (along_x ? Vec3f::UnitY() : Vec3f::UnitX());
-    add(along_x ? Vec3f(start, across, sill) : Vec3f(across, start, sill),
-        static_cast<float>(opening.width_m()) * along,
-        static_cast<float>(opening.height_m()) * Vec3f::UnitZ(), out, depth);
-  }
-  if (open_top) {
-    add({0, 0, size.z()}, {size.x(), 0, 0}, {0, size.y(), 0}, Vec3f::UnitZ(), wall_m(0));
   }
   if (sky_.has_sun()) AddSunWindows(&enclosure);
   enclosures_.push_back(std::move(enclosure));

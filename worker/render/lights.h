@@ -1,13 +1,13 @@
 // All light sources of a scene, chosen by what they can give to a point: lamps by power over
-// squared distance, the sky by the solid angle of the room's openings. For next-event estimation
-// and for the density that MIS needs.
+// squared distance, the sky by the solid angle of an enclosure's openings. For next-event
+// estimation and for the density that MIS needs.
 //
 // Point lights are spheres that only light sees: the camera looks through them, mirrors show them.
 // Spot lights are such spheres that shine into a cone.
-// Mesh lights shine from the front of their faces. Inside of a room the sky is sampled through that
-// room's openings (portals at the walls' outer faces, and the open top when there is no ceiling);
-// elsewhere over the whole sphere. Sampling that misses part of a source is no error: MIS gives
-// that part to BSDF sampling. Constant after Build but for Learn; queries are thread-safe.
+// Mesh lights shine from the front of their faces. Inside of one of the surroundings' enclosures
+// the sky is sampled through its portals; elsewhere over the whole sphere. Sampling that misses
+// part of a source is no error: MIS gives that part to BSDF sampling. Constant after Build but for
+// Learn; queries are thread-safe.
 #pragma once
 
 #include <array>
@@ -37,7 +37,7 @@ struct SunWindow {
   float from_u = 0, from_v = 0;
 };
 
-// A room, up to the outer faces of its walls.
+// A room up to the outer faces of its walls, say: SkyEnclosure with what sampling adds to it.
 struct Enclosure {
   Box3f box;
   std::vector<Portal> portals;
@@ -250,7 +250,7 @@ class LightTable {
   void SampleSky(const LightReceivers8& at, const LightChoices8& choices, Mask8 lanes, Float8 u,
                  Float8 v, LightSamples8* samples) const;
   LightSample SampleSun(const Vec2f& u) const;
-  void AddRoom(const v1::Room& room, bool open_top, const RenderScene& geometry);
+  void AddEnclosure(const SkyEnclosure& from, const RenderScene& geometry);
   void AddSunWindows(Enclosure* enclosure) const;
 
   SkyModel sky_;

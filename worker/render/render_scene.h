@@ -10,9 +10,9 @@
 
 #include "common/base/cancel.h"
 #include "common/base/status.h"
+#include "worker/geometry/scene_geometry.h"
 #include "worker/render/ray_trees.h"
 #include "worker/render/relief.h"
-#include "worker/scene/scene_geometry.h"
 
 namespace parallax {
 

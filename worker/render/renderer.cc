@@ -46,10 +46,7 @@ class SceneRenderer final : public Renderer {
                 std::unique_ptr<RenderScene> geometry, LightTable lights,
                 std::unique_ptr<Denoiser> denoiser)
       : scene_seed_(scene_seed),
-        has_room_(scene.has_room()),
-        room_(scene.room()),
         rigs_(scene.rigs().begin(), scene.rigs().end()),
-        other_rooms_(scene.rooms().begin(), scene.rooms().end()),
         profile_(profile),
         geometry_(std::move(geometry)),
         lights_(std::move(lights)),
@@ -58,8 +55,8 @@ class SceneRenderer final : public Renderer {
       keyframes_.emplace(scene.rigs(i).index(), scene.keyframes(i));
     }
     if (!keyframes_.empty()) {
-      surroundings_ = scene;
-      surroundings_.clear_keyframes();
+      lit_recipe_ = scene;
+      lit_recipe_.clear_keyframes();
     }
   }
 
@@ -89,9 +86,9 @@ class SceneRenderer final : public Renderer {
     std::vector<Eigen::Affine3f> places;
     for (int i = 0; i < count; ++i) places.push_back(KeyframePose(keyframe, i).Affine());
     RETURN_IF_ERROR(geometry_->Move(places));
-    *surroundings_.mutable_lights() = keyframe.lights();
-    *surroundings_.mutable_sky() = keyframe.sky();
-    ASSIGN_OR_RETURN(lights_, LightTable::Build(surroundings_, *geometry_));
+    *lit_recipe_.mutable_lights() = keyframe.lights();
+    *lit_recipe_.mutable_sky() = keyframe.sky();
+    ASSIGN_OR_RETURN(lights_, LightTable::Build(lit_recipe_, *geometry_));
     return absl::OkStatus();
   }
 
@@ -105,8 +102,8 @@ class SceneRenderer final : public Renderer {
 
     const SteadyTime truth_start = Clock::System().Steady();
     for (int eye = 0; eye < 2; ++eye) {
-      RETURN_IF_ERROR(TraceGroundTruth(*geometry_, has_room_ ? &room_ : nullptr, stereo.eyes[eye],
-                                       stereo.baseline_m, cancel, views[eye], other_rooms_));
+      RETURN_IF_ERROR(
+          TraceGroundTruth(*geometry_, stereo.eyes[eye], stereo.baseline_m, cancel, views[eye]));
     }
     MarkOcclusion(&frame.left, &frame.right);
     frame.truth_s = SecondsSince(truth_start);
@@ -304,16 +301,13 @@ class SceneRenderer final : public Renderer {
   }
 
   const uint64_t scene_seed_;
-  const bool has_room_;
-  const v1::Room room_;
   const std::vector<v1::Rig> rigs_;
-  const std::vector<v1::Room> other_rooms_;
   const RenderProfile profile_;
   const std::unique_ptr<RenderScene> geometry_;
   LightTable lights_;  // Constant but for keyframes.
   const std::unique_ptr<Denoiser> denoiser_;
   std::map<uint32_t, v1::Keyframe> keyframes_;  // By rig index; none unless the scene has them.
-  v1::Scene surroundings_;              // Of keyframes: the scene with one's lights and sky.
+  v1::Scene lit_recipe_;                // Of keyframes: the recipe with one's lights and sky.
   std::optional<RadianceCache> cache_;  // Filled by the first rig that is rendered.
 };
 

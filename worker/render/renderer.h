@@ -9,8 +9,8 @@
 #include "common/base/status.h"
 #include "parallax/v1/config.pb.h"
 #include "parallax/v1/scene.pb.h"
+#include "worker/geometry/scene_geometry.h"
 #include "worker/render/stereo_frame.h"
-#include "worker/scene/scene_geometry.h"
 
 namespace parallax {
 

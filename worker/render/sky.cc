@@ -27,7 +27,7 @@ constexpr float kZenithY[3][4] = {{0.00275f, -0.00610f, 0.00317f, 0.0f},
 
 }  // namespace
 
-SkyModel::SkyModel(const v1::Sky& sky) {
+SkyModel::SkyModel(const v1::Sky& sky, bool ground) {
   const float strength = static_cast<float>(std::max(0.0, sky.strength()));
   const float sun = static_cast<float>(std::max(0.0, sky.sun_strength()));
   const Vec3f tint =
@@ -65,7 +65,18 @@ SkyModel::SkyModel(const v1::Sky& sky) {
   }
   mean_luminance_ = luminance;
   if (has_sun_) irradiance += sun_radiance_ * (sun_solid_angle() * sun_direction_.z());
-  ground_ = irradiance.cwiseProduct(Vec3f(0.21f, 0.20f, 0.17f)) * kInvPi;
+  ground_ = ground ? Vec3f(irradiance.cwiseProduct(Vec3f(0.21f, 0.20f, 0.17f)) * kInvPi)
+                   : MeanAtHorizon();
+}
+
+Vec3f SkyModel::MeanAtHorizon() const {
+  constexpr int kDirections = 64;
+  Vec3f sum = Vec3f::Zero();
+  for (int i = 0; i < kDirections; ++i) {
+    const float azimuth = 2.0f * kPi * static_cast<float>(i) / kDirections;
+    sum += Dome(Vec3x8(DirectionAt(0.0f, azimuth))).Get(0);
+  }
+  return sum / kDirections;
 }
 
 Vec3x8 SkyModel::Dome(const Vec3x8& directions) const {

@@ -21,7 +21,9 @@ class SkyModel {
   static constexpr float kSunRadius = 0.0087f;     // Radians; twice the real one, as haze does.
 
   SkyModel() : SkyModel(v1::Sky()) {}
-  explicit SkyModel(const v1::Sky& sky);
+  // `ground`: a flat lit ground is seen below the horizon; else what stands at the horizon, all
+  // around alike.
+  explicit SkyModel(const v1::Sky& sky, bool ground = true);
 
   // From unit `direction` (world), without the sun's disk.
   Vec3x8 Radiance(const Vec3x8& directions) const;
@@ -54,12 +56,13 @@ class SkyModel {
   void SetClearSky(float sun_elevation);
   Vec3x8 ClearSky(const Vec3x8& directions) const;
   Vec3x8 Dome(const Vec3x8& directions) const;
+  Vec3f MeanAtHorizon() const;
 
   bool has_sky_ = false, has_sun_ = false;
   float clear_ = 0;  // [0, 1]
   Perez perez_[3];   // CIE x, y; luminance in kcd/m^2.
   Vec3f scale_ = Vec3f::Zero();
-  Vec3f ground_ = Vec3f::Zero();
+  Vec3f ground_ = Vec3f::Zero();  // Radiance below the horizon.
   Vec3f sun_radiance_ = Vec3f::Zero();
   Vec3f sun_direction_ = Vec3f::UnitZ();
   float cos_sun_ = 1;

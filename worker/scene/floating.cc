@@ -6,7 +6,6 @@
 #include "common/base/rng.h"
 #include "common/config/config.h"
 #include "common/math/proto.h"
-#include "worker/layout/room_shell.h"
 #include "worker/scene/dress.h"
 #include "worker/scene/place_floating.h"
 #include "worker/scene/view_guard.h"
@@ -19,12 +18,12 @@ namespace {
 constexpr int kTries = 600;
 constexpr double kWallGap_m = 0.02;
 
-// Where middles of objects may be: the config's box, or the room.
-Eigen::AlignedBox3d BoxOf(const v1::FloatingBox& box, const v1::Room& room) {
+// Where middles of objects may be: the config's box, or all of `bounds`.
+Eigen::AlignedBox3d BoxOf(const v1::FloatingBox& box, const Eigen::AlignedBox3d& bounds) {
   const Vec3d low(box.min_x_m(), box.min_y_m(), box.min_z_m());
   const Vec3d high(box.max_x_m(), box.max_y_m(), box.max_z_m());
   if ((low.array() < high.array()).all()) return {low, high};
-  return {Vec3d::Zero(), Vec3d(room.width_m(), room.depth_m(), room.height_m())};
+  return bounds;
 }
 
 // One object that floats: what it is, before it has a place.
@@ -41,8 +40,8 @@ class FloatingPlacer {
   FloatingPlacer(const v1::SceneConfig& config, SceneInProgress& scene)
       : config_(config.floating()),
         scene_(scene),
-        room_(scene.recipe.room()),
-        box_(BoxOf(config_.box(), room_)),
+        bounds_(scene.surroundings.bounds),
+        box_(BoxOf(config_.box(), bounds_)),
         guard_(config.rigs(), scene.recipe) {}
 
   absl::Status Place(const std::string& name, uint32_t index, const Rng& stream,
@@ -51,7 +50,7 @@ class FloatingPlacer {
     Rng poses = stream.Child("pose");
     for (int k = 0; k < kTries; ++k) {
       const std::optional<Pose> pose = Draft(poses, floater, number);
-      if (!pose || !InRoom(floater.bounds, *pose) || !guard_.Allows(floater.bounds, *pose)) {
+      if (!pose || !InBounds(floater.bounds, *pose) || !guard_.Allows(floater.bounds, *pose)) {
         continue;
       }
       if (!config_.allow_intersections() && scene_.solid.Overlaps(*floater.tree, pose->Affine())) {
@@ -121,60 +120,23 @@ class FloatingPlacer {
                      floater.bounds);
   }
 
-  bool InRoom(const Box3f& bounds, const Pose& pose) const {
+  bool InBounds(const Box3f& bounds, const Pose& pose) const {
     const Vec3d middle = pose * bounds.center().cast<double>();
     const Vec3d half =
         0.5 * pose.scale *
         (pose.rotation.toRotationMatrix().cwiseAbs() * bounds.diagonal().cast<double>());
-    const Vec3d size(room_.width_m(), room_.depth_m(), room_.height_m());
-    return ((middle - half).array() > kWallGap_m).all() &&
-           ((middle + half).array() < size.array() - kWallGap_m).all();
+    return ((middle - half).array() > bounds_.min().array() + kWallGap_m).all() &&
+           ((middle + half).array() < bounds_.max().array() - kWallGap_m).all();
   }
 
   const v1::FloatingConfig& config_;
   SceneInProgress& scene_;
-  const v1::Room& room_;
+  const Eigen::AlignedBox3d bounds_;
   const Eigen::AlignedBox3d box_;
   ViewGuard guard_;
 };
 
-// The box that stands for a small thing of another room: nothing comes near it.
-Mesh MeshOfBox(const Box3f& box) {
-  Mesh mesh;
-  for (int i = 0; i < 8; ++i) {
-    mesh.positions.push_back(box.corner(static_cast<Box3f::CornerType>(i)));
-  }
-  constexpr uint32_t kFaces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
-                                     {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
-  for (const auto& f : kFaces) {
-    mesh.triangles.push_back({f[0], f[1], f[2], 0});
-    mesh.triangles.push_back({f[0], f[2], f[3], 0});
-  }
-  return mesh;
-}
-
 }  // namespace
-
-absl::Status AddSolids(SceneInProgress& scene, int first) {
-  for (int i = first; i < scene.recipe.objects_size(); ++i) {
-    const v1::SceneObject& object = scene.recipe.objects(i);
-    const Eigen::Affine3f place = FromProto(object.world_from_object()).Affine();
-    if (!object.room_part().empty()) {
-      auto mesh = MakeRoomPart(scene.recipe, object);
-      if (!mesh.ok()) return WithContext(mesh.status(), "object " + object.name());
-      scene.solid.Add(*mesh, place);
-    } else {
-      auto asset = scene.pool.Get(object.asset_class(), object.seed());
-      if (!asset.ok()) return WithContext(asset.status(), "object " + object.name());
-      if (object.room_index() > 0 && object.relation() == "on_top_of") {
-        scene.solid.Add(MeshOfBox((*asset)->bounds), place);
-      } else {
-        scene.solid.Add((*asset)->Tree(), place);
-      }
-    }
-  }
-  return absl::OkStatus();
-}
 
 absl::Status AddFloating(const v1::SceneConfig& config, uint32_t first_index,
                          SceneInProgress& scene) {

@@ -18,7 +18,7 @@ bool IsGlass(const MaterialSlot& slot) {
 absl::Status OmitGlassParts(const v1::AssetConfig& config, SceneInProgress& scene) {
   if (!config.has_glass_parts() || config.glass_parts()) return absl::OkStatus();
   for (v1::SceneObject& object : *scene.recipe.mutable_objects()) {
-    if (!object.room_part().empty()) continue;
+    if (!object.part().empty()) continue;
     ASSIGN_OR_RETURN(const PooledAsset* asset, scene.pool.Get(object.asset_class(), object.seed()));
     const std::vector<MaterialSlot>& slots = asset->mesh->slots;
     if (std::all_of(slots.begin(), slots.end(), IsGlass)) continue;

@@ -9,7 +9,8 @@
 namespace parallax {
 
 // Lists the glass parts of every object as omitted unless the config keeps them. Things that are
-// all of glass keep what they are. Room parts have an option of their own (room.window_glass).
+// all of glass keep what they are. Parts of the place have options of their own
+// (room.window_glass).
 absl::Status OmitGlassParts(const v1::AssetConfig& config, SceneInProgress& scene);
 
 // The mesh without the triangles of the named slots, and without vertices and slots that only they

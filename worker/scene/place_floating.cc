@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-#include "common/math/proto.h"
+#include "common/math/stereo.h"
 #include "worker/assets/asset.h"
 
 namespace parallax {
@@ -66,8 +66,8 @@ Eigen::Quaterniond RandomRotation(Rng& rng) {
 
 RigView RigView::Of(const v1::Rig& rig) {
   const Pose pose = FromProto(rig.world_from_left());
-  return {pose.translation, pose.rotation.toRotationMatrix(), rig.width_px() / 2.0 / rig.fx_px(),
-          rig.height_px() / 2.0 / rig.fy_px(), rig.baseline_m()};
+  const Vec2d half = HalfTangents(rig);
+  return {pose.translation, pose.rotation.toRotationMatrix(), half.x(), half.y(), rig.baseline_m()};
 }
 
 Pose PoseAbout(const Vec3d& middle, const Eigen::Quaterniond& rotation, double scale,

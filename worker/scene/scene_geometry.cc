@@ -8,9 +8,9 @@
 
 #include "common/base/memory_budget.h"
 #include "common/math/proto.h"
-#include "worker/layout/room_shell.h"
 #include "worker/materials/user_picture.h"
 #include "worker/scene/glass_parts.h"
+#include "worker/scene/types/types.h"
 #include "worker/scene/warp.h"
 
 namespace parallax {
@@ -43,8 +43,8 @@ using MeshKey = std::tuple<std::string, uint64_t, uint64_t, double>;
 absl::StatusOr<std::shared_ptr<const Mesh>> MeshOf(
     const v1::Scene& scene, const v1::SceneObject& object,
     std::map<MeshKey, std::shared_ptr<const Mesh>>& made) {
-  if (!object.room_part().empty()) {
-    ASSIGN_OR_RETURN(Mesh mesh, MakeRoomPart(scene, object));
+  if (!object.part().empty()) {
+    ASSIGN_OR_RETURN(Mesh mesh, MakePart(scene, object));
     return std::make_shared<const Mesh>(std::move(mesh));
   }
   std::string key = object.asset_class();
@@ -80,7 +80,9 @@ absl::StatusOr<std::vector<uint32_t>> BindSlots(const v1::SceneObject& object, c
 }  // namespace
 
 absl::StatusOr<SceneGeometry> BuildSceneGeometry(const v1::Scene& scene) {
+  ASSIGN_OR_RETURN(const SceneType* type, TypeOf(scene));
   SceneGeometry geometry;
+  geometry.surroundings = type->surroundings(scene.place());
   for (const v1::SceneMaterial& entry : scene.materials()) {
     // The values of materials_*.png; a table is as long as its largest index.
     if (entry.index() > 0xffff) {

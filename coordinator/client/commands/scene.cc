@@ -11,6 +11,7 @@
 #include "coordinator/client/text.h"
 #include "worker/dataset/gltf_export.h"
 #include "worker/scene/scene_geometry.h"
+#include "worker/scene/types/types.h"
 
 namespace parallax::client {
 namespace {
@@ -55,12 +56,13 @@ absl::StatusOr<ExitCode> Show(const SceneOptions& options, Session& session) {
     *session.out().stream << text;
     return kExitOk;
   }
+  ASSIGN_OR_RETURN(const SceneType* type, TypeOf(scene));
   absl::StatusOr<std::map<uint32_t, Extent>> extents = ExtentsOf(scene);
   if (!extents.ok()) {
     session.PrintNote("no plan and sizes: " + FirstLine(ToStd(extents.status().message())));
     extents = std::map<uint32_t, Extent>();
   }
-  PrintScene(session.out(), scene, *extents);
+  PrintScene(session.out(), scene, type->describe(scene), *extents);
   return kExitOk;
 }
 
@@ -102,7 +104,7 @@ void RegisterScene(Registry& registry) {
 
   auto show_options = std::make_shared<SceneOptions>();
   CLI::App* show = registry.AddCommand(
-      *scene, "show", "A recipe as text: room plan, objects, lights, rigs, solver",
+      *scene, "show", "A recipe as text: plan, objects, lights, rigs, solver",
       "Examples:\n"
       "  parallax scene show out/quickstart indoor 0\n"
       "  parallax scene show out/quickstart/indoor/scenes/000000.pb\n"

@@ -26,7 +26,7 @@ v1::CompleteRequest NoOpAnswer(const v1::Lease& lease, const std::string& worker
     v1::SolveResult result;
     result.mutable_scene()->set_scene_seed(SolveOf(lease).scene_seed());
     result.mutable_scene()->add_rigs();
-    result.mutable_layout()->mutable_room()->set_width_m(3);
+    result.mutable_layout()->mutable_place()->mutable_house()->add_rooms()->set_width_m(3);
     SetResult(result, request);
     return request;
   }

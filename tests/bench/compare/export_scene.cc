@@ -180,8 +180,9 @@ class Exporter {
 
   void Portals() {
     json_["portals"] = Json::array();
-    if (!recipe_.has_room()) return;
-    const v1::Room& room = recipe_.room();
+    if (!recipe_.place().has_house()) return;
+    const v1::House& house = recipe_.place().house();
+    const v1::Room& room = house.rooms(0);
     const double w = room.width_m(), d = room.depth_m(), h = room.height_m();
     const double t = room.wall_thickness_m();
     const auto add = [&](const Vec3d& corner, const Vec3d& u, const Vec3d& v) {
@@ -209,7 +210,7 @@ class Exporter {
           break;
       }
     }
-    if (recipe_.ceiling_removed()) add({0, 0, h}, {0, d, 0}, {w, 0, 0});
+    if (house.ceiling_removed()) add({0, 0, h}, {0, d, 0}, {w, 0, 0});
   }
 
   absl::Status Cameras() {

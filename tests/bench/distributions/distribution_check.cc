@@ -155,8 +155,8 @@ void MeasureRoom(const v1::SolveResult& result, Samples& out) {
   }
   out["points"].push_back(points);
   if (points > 0) out["power"].push_back(point_w);
-  out["ceiling"].push_back(scene.ceiling_removed());
-  if (!scene.ceiling_removed()) {
+  out["ceiling"].push_back(scene.place().house().ceiling_removed());
+  if (!scene.place().house().ceiling_removed()) {
     std::map<uint32_t, std::string> relation;
     for (const auto& object : scene.objects()) relation[object.index()] = object.relation();
     for (const v1::Light& light : result.layout().lights()) {

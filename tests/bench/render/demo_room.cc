@@ -5,6 +5,7 @@
 #include "common/base/rng.h"
 #include "common/math/proto.h"
 #include "worker/assets/asset.h"
+#include "worker/scene/types/indoor/house.h"
 
 namespace parallax::bench {
 namespace {
@@ -53,7 +54,7 @@ class RoomMaker {
     wall({w, y1, 0}, {w + t, d, h});
     wall({w, y0, 0}, {w + t, y1, z0});
     wall({w, y0, z1}, {w + t, y1, h});
-    v1::Room* room = room_.recipe.mutable_room();
+    v1::Room* room = room_.recipe.mutable_place()->mutable_house()->add_rooms();
     room->set_width_m(w);
     room->set_depth_m(d);
     room->set_height_m(h);
@@ -65,6 +66,7 @@ class RoomMaker {
     opening->set_width_m(y1 - y0);
     opening->set_sill_m(z0);
     opening->set_height_m(z1 - z0);
+    room_.geometry.surroundings = HouseSurroundings(room_.recipe.place());
     v1::Sky* sky = room_.recipe.mutable_sky();
     sky->set_strength(1);
     *sky->mutable_tint() = ToProto(Vec3d::Ones());

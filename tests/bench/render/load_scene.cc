@@ -9,6 +9,7 @@
 #include "common/config/config.h"
 #include "tests/bench/render/demo_room.h"
 #include "worker/scene/solve.h"
+#include "worker/scene/upgrade.h"
 
 namespace parallax::bench {
 
@@ -50,6 +51,7 @@ absl::StatusOr<LoadedScene> LoadScene(const std::string& path, uint64_t seed) {
         text ? google::protobuf::TextFormat::ParseFromString(content.str(), &loaded.recipe)
              : loaded.recipe.ParseFromString(content.str());
     if (!parsed) return MakeError(absl::StatusCode::kInvalidArgument, path + ": not a scene");
+    RETURN_IF_ERROR(UpgradeScene(loaded.recipe));
     ASSIGN_OR_RETURN(loaded.geometry, BuildSceneGeometry(loaded.recipe));
   }
   loaded.geometry_s =

@@ -63,16 +63,14 @@ struct Solid {
 class Checker {
  public:
   Checker(const v1::Layout& layout, bool verbose) : layout_(layout), verbose_(verbose) {
-    *scene_.mutable_room() = layout.room();
-    *scene_.mutable_rooms() = layout.rooms();
     for (const v1::SceneObject& object : layout.objects()) {
       Solid solid;
       solid.object = &object;
       solid.place = FromProto(object.world_from_object()).Affine();
-      if (object.room_part().empty()) {
+      if (object.part().empty()) {
         solid.mesh = (*pool_.Get(object.asset_class(), object.seed()))->mesh;
       } else {
-        solid.mesh = std::make_shared<Mesh>(*MakeRoomPart(scene_, object));
+        solid.mesh = std::make_shared<Mesh>(*MakeRoomPart(layout.place().house(), object));
       }
       solid.own = solid.mesh->Bounds();
       for (const Vec3f& p : solid.mesh->positions) solid.box.extend(solid.place * p);
@@ -95,18 +93,21 @@ class Checker {
 
  private:
   const v1::Room& Room(size_t index) const {
-    return index == 0 ? layout_.room() : layout_.rooms(static_cast<int>(index) - 1);
+    return layout_.place().house().rooms(static_cast<int>(index));
   }
-  size_t RoomCount() const { return 1 + static_cast<size_t>(layout_.rooms_size()); }
+  size_t RoomCount() const { return static_cast<size_t>(layout_.place().house().rooms_size()); }
+  size_t RoomIndex(const v1::SceneObject& object) const {
+    return static_cast<size_t>(RoomIndexOf(layout_.place().house(), object.index()));
+  }
   void Say(const char* what, const std::string& a, const std::string& b = "") const {
     if (verbose_) std::fprintf(stderr, "  %s: %s %s\n", what, a.c_str(), b.c_str());
   }
 
   // Its name, its room, and what it takes up in the world.
-  static std::string Where(const Solid& solid) {
+  std::string Where(const Solid& solid) const {
     char text[160];
-    std::snprintf(text, sizeof text, "%s (room %u, %.2f %.2f %.2f to %.2f %.2f %.2f)",
-                  solid.object->name().c_str(), solid.object->room_index(),
+    std::snprintf(text, sizeof text, "%s (room %zu, %.2f %.2f %.2f to %.2f %.2f %.2f)",
+                  solid.object->name().c_str(), RoomIndex(*solid.object),
                   double{solid.box.min().x()}, double{solid.box.min().y()},
                   double{solid.box.min().z()}, double{solid.box.max().x()},
                   double{solid.box.max().y()}, double{solid.box.max().z()});
@@ -134,7 +135,7 @@ class Checker {
       for (size_t k = 0; k < i; ++k) {
         const Solid &a = solids_[i], &b = solids_[k];
         // Joinery is set into masonry on purpose; legs press into the pile of rugs.
-        if (!a.object->room_part().empty() && !b.object->room_part().empty()) continue;
+        if (!a.object->part().empty() && !b.object->part().empty()) continue;
         if (a.object->relation() == "under" || b.object->relation() == "under") continue;
         if (!a.box.intersects(b.box)) continue;
         fcl::CollisionObjectf first(ModelFor(a), RigidOf(a.place)),
@@ -155,7 +156,7 @@ class Checker {
     for (const Solid& solid : solids_) {
       const std::string& relation = solid.object->relation();
       if (relation.empty()) continue;
-      const v1::Room& room = RoomOf(scene_, *solid.object);
+      const v1::Room& room = Room(RoomIndex(*solid.object));
       bool held = true;
       if (relation == "on_ceiling") {
         held = std::abs(solid.box.max().z() - room.floor_z_m() - room.height_m()) < 0.05;
@@ -203,9 +204,8 @@ class Checker {
       std::vector<char> state(static_cast<size_t>(nx * ny), 0);
       for (const Solid& solid : solids_) {
         const std::string& relation = solid.object->relation();
-        if (solid.object->room_index() != r || relation == "under" || relation == "around")
-          continue;
-        if (!solid.object->room_part().empty() && solid.object->room_part() != "pillars") continue;
+        if (RoomIndex(*solid.object) != r || relation == "under" || relation == "around") continue;
+        if (!solid.object->part().empty() && solid.object->part() != "pillars") continue;
         const double z = room.floor_z_m();
         if (solid.box.min().z() > z + 0.7 || solid.box.max().z() < z + 0.05) continue;
         for (int i = 0; i < nx * ny; ++i) {
@@ -325,7 +325,6 @@ class Checker {
   }
 
   const v1::Layout& layout_;
-  v1::Scene scene_;
   bool verbose_;
   AssetPool pool_;
   std::map<const Mesh*, std::shared_ptr<Model>> models_;
@@ -376,7 +375,7 @@ int Main(const Options& options) {
       }
       if (options.verbose) {
         std::fprintf(stderr, "%s %d\n", table.kind.c_str(), options.first + i);
-        for (const v1::Room& room : layout->rooms()) SayRoom(room);
+        for (const v1::Room& room : layout->place().house().rooms()) SayRoom(room);
       }
       Checker(*layout, options.verbose).Check(tally);
       CountLacking(table, layout->report(), tally);

@@ -40,7 +40,7 @@ class Painter {
   size_t triangles() const { return triangles_; }
   void HideCeiling() {
     for (int i = 0; i < recipe_.objects_size(); ++i) {
-      if (recipe_.objects(i).room_part() == "ceiling")
+      if (recipe_.objects(i).part() == "ceiling")
         solid_.SetEnabled(static_cast<uint32_t>(i), false);
     }
     solid_.Commit();
@@ -55,8 +55,8 @@ class Painter {
     Rng rng(SceneSeed{object.seed()}, object.asset_class() + "/" + slot);
     Vec3f color;
     for (int c = 0; c < 3; ++c) color[c] = static_cast<float>(rng.Uniform(0.25, 0.9));
-    if (object.room_part() == "walls") color = {0.85f, 0.82f, 0.76f};
-    if (object.room_part() == "floor") color = {0.55f, 0.42f, 0.3f};
+    if (object.part() == "walls") color = {0.85f, 0.82f, 0.76f};
+    if (object.part() == "floor") color = {0.55f, 0.42f, 0.3f};
     const float facing = std::abs(hit->normal.dot(direction.normalized()));
     const Vec3f sun = Vec3f(0.4f, 0.25f, 0.88f);
     const float light = 0.25f + 0.5f * facing + 0.25f * std::abs(hit->normal.dot(sun));
@@ -156,15 +156,18 @@ int Main(const Options& options) {
   std::printf(
       "%s %.2f x %.2f x %.2f m, layout %.2f s, dress %.2f s, %d objects, %d materials, %zu "
       "triangles\n",
-      scene.room().kind().c_str(), scene.room().width_m(), scene.room().depth_m(),
-      scene.room().height_m(), result->layout_s(), result->dress_s(), scene.objects_size(),
-      scene.materials_size(), painter.triangles());
+      scene.place().house().rooms(0).kind().c_str(), scene.place().house().rooms(0).width_m(),
+      scene.place().house().rooms(0).depth_m(), scene.place().house().rooms(0).height_m(),
+      result->layout_s(), result->dress_s(), scene.objects_size(), scene.materials_size(),
+      painter.triangles());
   for (int i = 0; i < std::min(options.views, scene.rigs_size()); ++i) {
     const std::string path = options.out + "_" + std::to_string(i) + ".png";
     if (!WritePng(path, RigView(painter, scene.rigs(i), options.width_px)).ok()) return 1;
   }
   painter.HideCeiling();
-  return WritePng(options.out + "_top.png", TopView(painter, scene.room(), options.width_px)).ok()
+  return WritePng(options.out + "_top.png",
+                  TopView(painter, scene.place().house().rooms(0), options.width_px))
+                 .ok()
              ? 0
              : 1;
 }

@@ -50,7 +50,7 @@ v1::Rig FromCorner(const v1::Scene& scene, const SceneGeometry& geometry, int wi
   for (const PlacedMesh& placed : geometry.meshes)
     solid.Add(*placed.mesh, placed.world_from_object);
   solid.Commit();
-  const v1::Room& room = scene.room();
+  const v1::Room& room = scene.place().house().rooms(0);
   const Vec3d middle(room.width_m() / 2, room.depth_m() / 2, 0.95);
   v1::Rig best;
   double best_value = -1;
@@ -80,9 +80,9 @@ v1::Scene WithoutCeiling(const v1::Scene& scene) {
   v1::Scene cut = scene;
   cut.clear_objects();
   cut.clear_lights();
-  cut.set_ceiling_removed(true);
+  cut.mutable_place()->mutable_house()->set_ceiling_removed(true);
   for (const v1::SceneObject& object : scene.objects()) {
-    if (object.room_part() == "ceiling" || object.room_part() == "cornice" ||
+    if (object.part() == "ceiling" || object.part() == "cornice" ||
         object.relation() == "on_ceiling") {
       continue;
     }
@@ -158,12 +158,12 @@ absl::Status Run(const Options& options) {
       continue;
     }
     const v1::Scene& scene = result.scene();
-    const v1::Room& room = scene.room();
+    const v1::Room& room = scene.place().house().rooms(0);
     const v1::Scene cut = WithoutCeiling(scene);
     ASSIGN_OR_RETURN(const SceneGeometry open, BuildSceneGeometry(cut));
     ASSIGN_OR_RETURN(const SceneGeometry closed, BuildSceneGeometry(scene));
     Vec3d low(0, 0, 0), high(room.width_m(), room.depth_m(), 0);
-    for (const v1::Room& other : scene.rooms()) {
+    for (const v1::Room& other : scene.place().house().rooms()) {
       const Vec3d origin(other.origin_x_m(), other.origin_y_m(), 0);
       low = low.cwiseMin(origin);
       high = high.cwiseMax(Vec3d(origin + Vec3d(other.width_m(), other.depth_m(), 0)));

@@ -85,7 +85,7 @@ int Main(const Options& options) {
       scene_loss += report.final_loss();
     }
     loss.push_back(scene_loss);
-    rooms.push_back(1 + layout.rooms_size());
+    rooms.push_back(layout.place().house().rooms_size());
     if (result->has_rejected()) {
       ++rejected;
       continue;

@@ -499,6 +499,7 @@ TEST_F(CommandTest, SceneShowReadsFilesAndCoordinators) {
   v1::Scene scene;
   scene.set_generator_version("1");
   scene.set_scene_seed(255);
+  scene.set_type(v1::SCENE_TYPE_DENSE);
   coordinator_.scene = scene;
   EXPECT_THAT(Run({"scene", "show", "3", "narrow", "0"}).out, HasSubstr("scene 00000000000000ff"));
   const std::string file = WriteText("000000.pb", scene.SerializeAsString());

@@ -10,6 +10,7 @@
 
 #include "common/config/config.h"
 #include "worker/render/profiles.h"
+#include "worker/scene/types/indoor/indoor.h"
 
 namespace parallax::client {
 namespace {
@@ -43,8 +44,9 @@ TEST(Plan, TheFirstVariantPaysForWhatTheNextShares) {
   const double first = RowOf(plan, "default").solve_core_s;
   const double later = RowOf(plan, "floating-chairs").solve_core_s;
   // Two scenes: the later one only dresses them.
-  EXPECT_NEAR(first - later, 2 * kMeasuredCosts.layout_reduced_s, 1e-9);
-  EXPECT_NEAR(later, 2 * kMeasuredCosts.dress_s, 1e-9);
+  const SceneCosts costs = kIndoorScenes.costs(study.variants(0).config());
+  EXPECT_NEAR(first - later, 2 * costs.layout_s, 1e-9);
+  EXPECT_NEAR(later, 2 * costs.dress_s, 1e-9);
 }
 
 TEST(Plan, ATwinOfAVariantCostsNothing) {

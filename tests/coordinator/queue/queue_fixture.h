@@ -90,7 +90,7 @@ inline v1::CompleteRequest SolveAnswer(const v1::Lease& lease, const std::string
     rig->set_baseline_m(job.config().rigs().baseline_m().constant());
   }
   if (!job.has_layout()) {
-    result.mutable_layout()->mutable_room()->set_width_m(
+    result.mutable_layout()->mutable_place()->mutable_house()->add_rooms()->set_width_m(
         static_cast<double>(job.scene_seed() % 1000));
   }
   SetResult(result, request);
@@ -103,7 +103,8 @@ inline v1::CompleteRequest RejectAnswer(const v1::Lease& lease, const std::strin
   request.set_worker(worker);
   v1::SolveResult result;
   result.mutable_rejected()->set_reason("no room for a rig");
-  if (with_layout) result.mutable_layout()->mutable_room()->set_width_m(3);
+  if (with_layout)
+    result.mutable_layout()->mutable_place()->mutable_house()->add_rooms()->set_width_m(3);
   SetResult(result, request);
   return request;
 }

@@ -23,7 +23,8 @@ class NoopRunner : public TestRunner {
     scene.set_scene_seed(job.scene_seed());
     const int rigs = job.config().rigs().has_count() ? job.config().rigs().count() : 20;
     for (int i = 0; i < rigs; ++i) scene.add_rigs()->set_index(static_cast<uint32_t>(i));
-    if (!job.has_layout()) result.mutable_layout()->mutable_room()->set_kind("office");
+    if (!job.has_layout())
+      result.mutable_layout()->mutable_place()->mutable_house()->add_rooms()->set_kind("office");
     return result;
   }
 

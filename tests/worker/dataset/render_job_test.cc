@@ -89,7 +89,7 @@ TEST(RenderJob, ACancelledJobStops) {
 
 TEST(RenderJob, ABrokenRecipeIsAnErrorThatNamesTheObject) {
   v1::RenderJob job = SmallJob();
-  job.mutable_scene()->mutable_objects(0)->set_room_part("");
+  job.mutable_scene()->mutable_objects(0)->set_part("");
   job.mutable_scene()->mutable_objects(0)->set_asset_class("NoSuchThing");
   const absl::Status status =
       RunRenderJob(job,

@@ -117,7 +117,7 @@ v1::Scene MakeSyntheticScene(int rigs, int width_px, int height_px) {
   scene.set_generator_version("1");
   scene.set_scene_seed(18446744073709551557u);
   scene.set_type(v1::SCENE_TYPE_INDOOR);
-  scene.mutable_room()->set_kind("office");
+  scene.mutable_place()->mutable_house()->add_rooms()->set_kind("office");
   const auto add_material = [&](const std::string& name, const std::string& material_class) {
     auto* material = scene.add_materials();
     material->set_index(static_cast<uint32_t>(scene.materials_size()));
@@ -132,16 +132,16 @@ v1::Scene MakeSyntheticScene(int rigs, int width_px, int height_px) {
     object->set_index(static_cast<uint32_t>(scene.objects_size()));
     object->set_name(name);
     object->set_asset_class(asset_class);
-    object->set_room_part(part);
+    object->set_part(part);
     object->set_seed(200 + object->index());
     object->mutable_world_from_object()->set_qw(1);
     object->mutable_world_from_object()->set_scale(1);
     return object;
   };
-  add_object("floor", "", "floor")
+  add_object("floor", "Floor", "floor")
       ->add_materials()
       ->set_material_index(add_material("Tile_1", "Tile"));
-  add_object("walls", "", "walls")
+  add_object("walls", "Wall", "walls")
       ->add_materials()
       ->set_material_index(add_material("Brick_2", "Brick"));
   constexpr double kBalls[][4] = {

@@ -8,7 +8,7 @@
 
 namespace parallax {
 
-// Objects: 1 floor, 2 back wall (with room_part and no asset class), 3.. balls. Materials: 1 Tile,
+// Objects: 1 floor, 2 back wall (parts of the room), 3.. balls. Materials: 1 Tile,
 // 2 Brick, 3.. Plastic.
 v1::Scene MakeSyntheticScene(int rigs = 2, int width_px = 160, int height_px = 90);
 

@@ -158,22 +158,23 @@ TEST(House, FurnishedHouseNamesTheRoomOfEveryObjectAndReportsEachRoom) {
   const auto solved = SolveLayout(config, SceneSeed{5}, CancelToken());
   ASSERT_TRUE(solved.ok()) << solved.status();
   const v1::Layout& layout = std::get<v1::Layout>(*solved);
-  EXPECT_EQ(layout.rooms_size(), 3);
+  const v1::House& house = layout.place().house();
+  ASSERT_EQ(house.rooms_size(), 4);
   EXPECT_EQ(layout.room_reports_size(), 4);  // The floor plan and the three others.
-  std::map<uint32_t, int> furniture;
+  std::map<int, int> furniture;
   for (const v1::SceneObject& object : layout.objects()) {
-    ASSERT_LE(object.room_index(), 3u);
-    furniture[object.room_index()] += object.role() == v1::OBJECT_ROLE_FURNITURE;
-    const v1::Room& room =
-        object.room_index() == 0 ? layout.room() : layout.rooms(object.room_index() - 1);
-    if (!object.room_part().empty()) continue;
+    const int index = RoomIndexOf(house, object.index());
+    ASSERT_LE(index, 3);
+    furniture[index] += object.role() == v1::OBJECT_ROLE_FURNITURE;
+    const v1::Room& room = house.rooms(index);
+    if (!object.part().empty()) continue;
     const Box3f box = InnerBox(room);
     const v1::Transform& at = object.world_from_object();
     EXPECT_TRUE(box.contains(Vec3d(at.tx(), at.ty(), at.tz() + 0.01).cast<float>()) ||
                 object.relation() == "on_ceiling")
         << object.name();
   }
-  for (uint32_t r = 0; r < 4; ++r) EXPECT_GT(furniture[r], 0) << r;
+  for (int r = 0; r < 4; ++r) EXPECT_GT(furniture[r], 0) << r;
 }
 
 TEST(FloorPlan, AnnealingLowersTheLoss) {

@@ -42,10 +42,11 @@ std::vector<Solid> SolidsOf(const v1::Layout& layout, AssetPool& pool) {
     Solid solid;
     solid.object = &object;
     solid.place = FromProto(object.world_from_object()).Affine();
-    if (object.room_part().empty()) {
+    if (object.part().empty()) {
       solid.tree = (*pool.Get(object.asset_class(), object.seed()))->Tree();
     } else {
-      solid.tree = std::make_shared<TriangleTree>(*MakeRoomPart(layout.room(), object.room_part()));
+      solid.tree = std::make_shared<TriangleTree>(
+          *MakeRoomPart(layout.place().house().rooms(0), object.part()));
     }
     for (const auto& t : solid.tree->triangles()) {
       for (const uint32_t v : t) solid.box.extend(solid.place * solid.tree->positions()[v]);
@@ -75,7 +76,7 @@ void ExpectApart(const Solved& solved) {
     for (size_t k = 0; k < i; ++k) {
       const Solid &a = solids[i], &b = solids[k];
       // Joinery is set into walls and floor on purpose; legs press into the pile of rugs.
-      if (!a.object->room_part().empty() && !b.object->room_part().empty()) continue;
+      if (!a.object->part().empty() && !b.object->part().empty()) continue;
       if (IsRug(*a.object) || IsRug(*b.object)) continue;
       EXPECT_FALSE(Overlap(*a.tree, a.place, *b.tree, b.place))
           << "seed " << seed << ": " << a.object->name() << " and " << b.object->name();
@@ -86,10 +87,11 @@ void ExpectApart(const Solved& solved) {
 void ExpectInsideTheRoom(const Solved& solved) {
   const auto& [seed, layout, solids] = solved;
   const Vec3f size =
-      Vec3d(layout.room().width_m(), layout.room().depth_m(), layout.room().height_m())
+      Vec3d(layout.place().house().rooms(0).width_m(), layout.place().house().rooms(0).depth_m(),
+            layout.place().house().rooms(0).height_m())
           .cast<float>();
   for (const Solid& solid : solids) {
-    if (!solid.object->room_part().empty()) continue;
+    if (!solid.object->part().empty()) continue;
     EXPECT_TRUE((solid.box.min().array() > -1e-3f).all()) << seed << solid.object->name();
     EXPECT_TRUE((solid.box.max().array() < size.array() + 1e-3f).all())
         << seed << solid.object->name();
@@ -98,7 +100,7 @@ void ExpectInsideTheRoom(const Solved& solved) {
 
 void ExpectDoorsFree(const Solved& solved) {
   const auto& [seed, layout, solids] = solved;
-  const v1::Room& room = layout.room();
+  const v1::Room& room = layout.place().house().rooms(0);
   for (const v1::Opening& o : room.openings()) {
     if (o.kind() != v1::Opening::KIND_DOOR) continue;
     const double a = o.center_m() - o.width_m() / 2, b = o.center_m() + o.width_m() / 2;
@@ -107,7 +109,7 @@ void ExpectDoorsFree(const Solved& solved) {
     const Vec3d highs[] = {{b, deep, 1.8}, {w, b, 1.8}, {b, d, 1.8}, {deep, b, 1.8}};
     const Box3f zone(lows[o.wall()].cast<float>().eval(), highs[o.wall()].cast<float>().eval());
     for (const Solid& solid : solids) {
-      if (!solid.object->room_part().empty()) continue;
+      if (!solid.object->part().empty()) continue;
       EXPECT_FALSE(solid.box.intersects(zone)) << seed << " " << solid.object->name();
     }
   }
@@ -119,7 +121,8 @@ void ExpectBorne(const Solved& solved) {
     const std::string& relation = solid.object->relation();
     if (relation.empty() || relation == "on_wall") continue;
     if (relation == "on_ceiling") {
-      EXPECT_NEAR(solid.box.max().z(), layout.room().height_m(), 2e-3) << solid.object->name();
+      EXPECT_NEAR(solid.box.max().z(), layout.place().house().rooms(0).height_m(), 2e-3)
+          << solid.object->name();
     } else if (relation == "on_top_of") {
       // Some point of it touches its bearer, but for the half millimetre that keeps them apart.
       const Solid& bearer = solids[solid.object->parent_index() - 1];
@@ -178,7 +181,7 @@ TEST(Layout, WithoutFurnitureRoomAndLampsStayTheSame) {
     const v1::Layout full = LayoutOf(config, seed);
     config.mutable_furniture()->set_enabled(false);
     const v1::Layout bare = LayoutOf(config, seed);
-    EXPECT_EQ(full.room().SerializeAsString(), bare.room().SerializeAsString());
+    EXPECT_EQ(full.place().SerializeAsString(), bare.place().SerializeAsString());
     ASSERT_LE(bare.objects_size(), full.objects_size());
     for (int i = 0; i < bare.objects_size(); ++i) {
       EXPECT_NE(bare.objects(i).role(), v1::OBJECT_ROLE_FURNITURE);

@@ -10,6 +10,7 @@
 #include "tests/worker/render/radiance.h"
 #include "worker/render/cache_fill.h"
 #include "worker/render/sampling.h"
+#include "worker/scene/types/indoor/house.h"
 
 namespace parallax {
 namespace {
@@ -22,10 +23,11 @@ using test::TestScene;
 // all of its light from the small bright patch of ceiling.
 TestScene LampAboveAPlate() {
   TestScene test;
-  v1::Room* room = test.recipe.mutable_room();
+  v1::Room* room = test.recipe.mutable_place()->mutable_house()->add_rooms();
   room->set_width_m(4);
   room->set_depth_m(4);
   room->set_height_m(2.5);
+  test.geometry.surroundings = HouseSurroundings(test.recipe.place());
   const uint32_t grey = test.AddMaterial(test::DiffuseSample(Vec3f::Constant(0.5f)));
   test.AddMesh(test::MakeBox({0, 0, 0}, {4, 4, 2.5f}, true), grey);
   test.AddMesh(test::MakeBox({1.8f, 1.8f, 2.28f}, {2.2f, 2.2f, 2.3f}), grey);

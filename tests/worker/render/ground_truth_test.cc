@@ -25,7 +25,7 @@ struct Truth {
   View left, right;
 };
 
-Truth Trace(const TestScene& test, const v1::Rig& rig, const v1::Room* room = nullptr) {
+Truth Trace(const TestScene& test, const v1::Rig& rig) {
   Truth truth;
   auto scene = RenderScene::Build(test.geometry, 0);
   EXPECT_TRUE(scene.ok()) << scene.status();
@@ -35,9 +35,9 @@ Truth Trace(const TestScene& test, const v1::Rig& rig, const v1::Room* room = nu
   truth.stereo = *stereo;
   View* views[2] = {&truth.left, &truth.right};
   for (int eye = 0; eye < 2; ++eye) {
-    EXPECT_TRUE(TraceGroundTruth(*truth.scene, room, truth.stereo.eyes[eye], rig.baseline_m(), {},
-                                 views[eye])
-                    .ok());
+    EXPECT_TRUE(
+        TraceGroundTruth(*truth.scene, truth.stereo.eyes[eye], rig.baseline_m(), {}, views[eye])
+            .ok());
   }
   MarkOcclusion(&truth.left, &truth.right);
   return truth;
@@ -262,11 +262,8 @@ TEST(GroundTruth, MasksTellSkyExteriorGlassAndMirrors) {
   test.AddMesh(MakeQuad({1, 2, 0}, {1, 0, 0}, {0, 0, 1}), test.AddMaterial(mirror));
   test.AddMesh(MakeQuad({2, 2, 0}, {1, 0, 0}, {0, 0, 1}), grey);
   test.AddMesh(MakeQuad({3, 9, 0}, {4, 0, 0}, {0, 0, 4}), grey);  // Beyond the room.
-  v1::Room room;
-  room.set_width_m(4);
-  room.set_depth_m(4);
-  room.set_height_m(3);
-  const Truth truth = Trace(test, MakeRig({2, 0, 0.5}, {0, 1, 0}, 200, 60, 100, 0.1), &room);
+  test.geometry.surroundings.interiors = {Box3f(Vec3f(0, 0, 0), Vec3f(4, 4, 3))};
+  const Truth truth = Trace(test, MakeRig({2, 0, 0.5}, {0, 1, 0}, 200, 60, 100, 0.1));
   const auto mask = [&](double x, double depth) {
     return truth.left.masks(static_cast<int>((x - 2) / depth * 100 + 100), 30);
   };

@@ -9,6 +9,7 @@
 #include "common/math/proto.h"
 #include "tests/worker/render/radiance.h"
 #include "worker/render/cache_fill.h"
+#include "worker/scene/types/indoor/house.h"
 
 namespace parallax {
 namespace {
@@ -20,10 +21,11 @@ using test::TestScene;
 // A closed room of 4 x 2 x 2 m, cut in two by a wall at x = 2; in each half a lamp of its own.
 TestScene TwoCells() {
   TestScene test;
-  v1::Room* room = test.recipe.mutable_room();
+  v1::Room* room = test.recipe.mutable_place()->mutable_house()->add_rooms();
   room->set_width_m(4);
   room->set_depth_m(2);
   room->set_height_m(2);
+  test.geometry.surroundings = HouseSurroundings(test.recipe.place());
   const uint32_t grey = test.AddMaterial(test::DiffuseSample(Vec3f::Constant(0.5f)));
   test.AddMesh(test::MakeBox({0, 0, 0}, {4, 2, 2}, true), grey);
   test.AddMesh(test::MakeBox({1.98f, 0, 0}, {2.02f, 2, 2}), grey);

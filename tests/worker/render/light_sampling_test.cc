@@ -7,6 +7,7 @@
 #include "common/base/rng.h"
 #include "common/math/proto.h"
 #include "tests/worker/render/radiance.h"
+#include "worker/scene/types/indoor/house.h"
 
 namespace parallax {
 namespace {
@@ -198,7 +199,7 @@ TEST(LightSampling, EightPointsChooseAndSampleAsEachAlone) {
   test.recipe.mutable_sky()->set_sun_strength(1);
   test.recipe.mutable_sky()->set_sun_elevation_rad(0.9);
   for (const double x : {0.0, 4.0}) {
-    v1::Room* room = test.recipe.add_rooms();
+    v1::Room* room = test.recipe.mutable_place()->mutable_house()->add_rooms();
     room->set_origin_x_m(x);
     room->set_width_m(3);
     room->set_depth_m(3);
@@ -213,6 +214,7 @@ TEST(LightSampling, EightPointsChooseAndSampleAsEachAlone) {
       window->set_height_m(1.2);
     }
   }
+  test.geometry.surroundings = HouseSurroundings(test.recipe.place());
   test.AddPointLight({1, 1, 2}, 0.1, 50);
   AddSpot(&test, {5, 1, 2}, {0.1, 0.2, -1}, 0.05, 50, 0.8, 0.5);
   AddSpot(&test, {2, -1, 2}, {0.1, 0.6, -1}, 0, 50, 0.8, 0);

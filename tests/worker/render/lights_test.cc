@@ -7,6 +7,7 @@
 
 #include "common/math/proto.h"
 #include "tests/worker/render/radiance.h"
+#include "worker/scene/types/indoor/house.h"
 
 namespace parallax {
 namespace {
@@ -166,7 +167,8 @@ TestScene WindowRoom(bool ceiling, double sun) {
   box({2.8f, -0.2f, 0}, {4.2f, 0, 3});
   box({1.2f, -0.2f, 0}, {2.8f, 0, 0.9f});
   box({1.2f, -0.2f, 2.1f}, {2.8f, 0, 3});
-  v1::Room* room = test.recipe.mutable_room();
+  v1::House* house = test.recipe.mutable_place()->mutable_house();
+  v1::Room* room = house->add_rooms();
   room->set_width_m(4);
   room->set_depth_m(4);
   room->set_height_m(3);
@@ -178,7 +180,8 @@ TestScene WindowRoom(bool ceiling, double sun) {
   opening->set_width_m(1.6);
   opening->set_sill_m(0.9);
   opening->set_height_m(1.2);
-  test.recipe.set_ceiling_removed(!ceiling);
+  house->set_ceiling_removed(!ceiling);
+  test.geometry.surroundings = HouseSurroundings(test.recipe.place());
   v1::Sky* sky = test.recipe.mutable_sky();
   sky->set_strength(1);
   *sky->mutable_tint() = ToProto(Vec3d::Ones());
@@ -208,9 +211,11 @@ TEST(Lights, PortalsAgreeWithBruteForceAndBeatIt) {
 
 TEST(Lights, EveryRoomOfAHouseHasItsPortals) {
   TestScene test = WindowRoom(true, 0);
-  *test.recipe.add_rooms() = test.recipe.room();
-  test.recipe.mutable_room()->clear_openings();
-  test.recipe.mutable_room()->set_origin_x_m(-10);  // The first room stands apart and is closed.
+  v1::House* house = test.recipe.mutable_place()->mutable_house();
+  *house->add_rooms() = house->rooms(0);
+  house->mutable_rooms(0)->clear_openings();
+  house->mutable_rooms(0)->set_origin_x_m(-10);  // The first room stands apart and is closed.
+  test.geometry.surroundings = HouseSurroundings(test.recipe.place());
   const Built built = Build(test);
   EXPECT_EQ(built.lights.portals(), 1u);
   const Vec3f eye(2, 1.8f, 1.6f), target(2.5f, 2, 0);
@@ -264,6 +269,23 @@ TEST(Lights, TheSunCountsWhereItsWayOutIsTheWindow) {
     const Vec3f p = 0.1f * Vec3f(static_cast<float>(i % 40), static_cast<float>(i / 40), 20);
     ASSERT_EQ(behind.lights.Chance(test::Seek(behind.lights, p).at(), 1), 0) << p.transpose();
   }
+}
+
+TEST(Lights, PlacesWithAGroundOfTheirOwnSeeTheHorizonsLightBelowIt) {
+  v1::Sky sky;
+  sky.set_strength(1);
+  *sky.mutable_tint() = ToProto(Vec3d::Ones());
+  const Vec3f level = Vec3f(1, 0, 0.04f).normalized(), down(0.6f, 0, -0.8f);
+  const SkyModel grounded(sky), open(sky, /*ground=*/false);
+  EXPECT_LT(grounded.Radiance(down).y(), 0.7f * grounded.Radiance(level).y());
+  EXPECT_NEAR(open.Radiance(down).y(), open.Radiance(level).y(), 0.1f * open.Radiance(level).y());
+  EXPECT_EQ(open.Radiance(level), grounded.Radiance(level));
+
+  TestScene test;
+  *test.recipe.mutable_sky() = sky;
+  EXPECT_EQ(Build(test).lights.sky().Radiance(down), grounded.Radiance(down));
+  test.geometry.surroundings.ground_below_horizon = false;
+  EXPECT_EQ(Build(test).lights.sky().Radiance(down), open.Radiance(down));
 }
 
 TEST(Lights, OpenSkyAgreesWithBruteForce) {

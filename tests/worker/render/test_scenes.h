@@ -11,7 +11,8 @@
 #include "common/base/clock.h"
 #include "common/image/image.h"
 #include "parallax/v1/scene.pb.h"
-#include "worker/scene/scene_geometry.h"
+#include "worker/geometry/scene_geometry.h"
+#include "worker/materials/material.h"
 
 namespace parallax::test {
 

@@ -51,7 +51,7 @@ TEST(Dense, EveryKeyframePlacesAllObjectsAnewInTheViewOfItsRig) {
   ASSERT_EQ(scene.objects_size(), 40);
   ASSERT_EQ(scene.rigs_size(), 5);
   ASSERT_EQ(scene.keyframes_size(), 5);
-  EXPECT_FALSE(scene.has_room());
+  EXPECT_TRUE(scene.place().has_open_sky());
   const SceneGeometry geometry = BuildSceneGeometry(scene).value();
   std::set<double> baselines, strengths;
   std::set<std::string> tints;

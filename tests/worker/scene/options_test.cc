@@ -6,7 +6,7 @@
 
 #include "common/image/io.h"
 #include "worker/materials/user_picture.h"
-#include "worker/scene/dress.h"
+#include "worker/scene/choose_materials.h"
 #include "worker/scene/glass_parts.h"
 #include "worker/scene/place_floating.h"
 #include "worker/scene/scene_geometry.h"
@@ -19,6 +19,8 @@ using testing::HasSubstr;
 SceneInProgress OneObject(const std::string& asset_class, uint64_t seed) {
   SceneInProgress scene;
   scene.seed = SceneSeed{7};
+  scene.recipe.set_type(v1::SCENE_TYPE_DENSE);
+  scene.recipe.mutable_place()->mutable_open_sky();
   v1::SceneObject& object = *scene.recipe.add_objects();
   object.set_index(1);
   object.set_name(asset_class + "_1");
@@ -122,7 +124,7 @@ TEST_F(UserPictures, ReplaceProceduralPrints) {
   v1::MaterialConfig config;
   config.set_mode(v1::MaterialConfig::MODE_ALL);
   config.set_picture_dir(dir_);
-  ASSERT_TRUE(ChooseMaterials(config, scene).ok());
+  ASSERT_TRUE(ChooseMaterials(config, nullptr, scene).ok());
   int printed = 0;
   for (const v1::SceneMaterial& material : scene.recipe.materials()) {
     printed += material.picture_file() == std::filesystem::absolute(dir_ + "/red_blue.png");
@@ -135,7 +137,7 @@ TEST_F(UserPictures, MustBeThere) {
   SceneInProgress scene = OneObject("WallArt", 5);
   v1::MaterialConfig config;
   config.set_picture_dir(dir_ + "/nowhere");
-  const absl::Status status = ChooseMaterials(config, scene);
+  const absl::Status status = ChooseMaterials(config, nullptr, scene);
   EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
   EXPECT_THAT(std::string(status.message()), HasSubstr("nowhere"));
 }
@@ -170,7 +172,7 @@ TEST(TroublesomeMaterials, ReplaceOthersOnlyWhenAskedFor) {
       v1::MaterialConfig config;
       config.set_mode(v1::MaterialConfig::MODE_METAL_GLASS);
       config.set_troublesome(troublesome);
-      EXPECT_TRUE(ChooseMaterials(config, scene).ok());
+      EXPECT_TRUE(ChooseMaterials(config, nullptr, scene).ok());
       for (const auto& material : scene.recipe.materials()) names.insert(material.material_class());
     }
     return names.contains("ClearGlass") || names.contains("Mirror") || names.contains("SolidGlass");

@@ -222,9 +222,8 @@ TEST(Solve, FurnitureOffKeepsRoomLampsAndSky) {
   const v1::Scene full = SceneOf(job);
   job.mutable_config()->mutable_furniture()->set_enabled(false);
   const v1::Scene bare = SceneOf(job);
-  EXPECT_EQ(full.room().SerializeAsString(), bare.room().SerializeAsString());
+  EXPECT_EQ(full.place().SerializeAsString(), bare.place().SerializeAsString());
   EXPECT_EQ(full.sky().SerializeAsString(), bare.sky().SerializeAsString());
-  EXPECT_EQ(full.ceiling_removed(), bare.ceiling_removed());
   for (const auto& object : bare.objects()) EXPECT_NE(object.role(), v1::OBJECT_ROLE_FURNITURE);
 }
 
@@ -247,7 +246,7 @@ TEST(Solve, AugmentedLightingAddsPointLightsOfTheDrawnTotal) {
     }
     job.mutable_config()->mutable_lighting()->set_mode(v1::LightingConfig::MODE_REALISTIC);
     const v1::Scene realistic = SceneOf(job);
-    EXPECT_FALSE(realistic.ceiling_removed());
+    EXPECT_FALSE(realistic.place().house().ceiling_removed());
     for (const auto& light : realistic.lights()) EXPECT_NE(light.kind(), v1::Light::KIND_POINT);
   }
   EXPECT_GT(with_points, 1);
@@ -299,7 +298,7 @@ TEST(SceneGeometry, BrokenRecipesNameTheObject) {
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_NE(std::string(status.message()).find(scene.objects(0).name()), std::string::npos);
   broken = scene;
-  broken.mutable_objects(0)->set_room_part("moat");
+  broken.mutable_objects(0)->set_part("moat");
   EXPECT_EQ(BuildSceneGeometry(broken).status().code(), absl::StatusCode::kNotFound);
 }
 

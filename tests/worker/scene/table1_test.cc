@@ -44,7 +44,7 @@ Parts TakeApart(const v1::Scene& scene) {
     }
   }
   Parts parts;
-  parts["room"] = scene.room().SerializeAsString();
+  parts["room"] = scene.place().house().rooms(0).SerializeAsString();
   parts["architecture"] = Lines(of_kind[v1::OBJECT_ROLE_ARCHITECTURE]);
   parts["furniture"] = Lines(of_kind[v1::OBJECT_ROLE_FURNITURE]);
   parts["fixtures"] = Lines(of_kind[v1::OBJECT_ROLE_LIGHT_FIXTURE]);
@@ -55,7 +55,7 @@ Parts TakeApart(const v1::Scene& scene) {
       Lines(bound[v1::OBJECT_ROLE_FURNITURE]) + Lines(bound[v1::OBJECT_ROLE_LIGHT_FIXTURE]);
   parts["materials of floating"] = Lines(bound[v1::OBJECT_ROLE_FLOATING]);
   parts["sky"] = scene.sky().SerializeAsString();
-  parts["ceiling removed"] = std::to_string(scene.ceiling_removed());
+  parts["ceiling removed"] = std::to_string(scene.place().house().ceiling_removed());
   std::map<std::string, std::string> lamps, points;
   double total_w = 0;
   int count = 0;

@@ -1,4 +1,4 @@
-#include "coordinator/client/room_plan.h"
+#include "coordinator/client/ground_plan.h"
 
 #include <algorithm>
 #include <array>
@@ -9,22 +9,23 @@ namespace {
 
 constexpr double kCharacterAspect = 2.0;  // Height over width.
 
-// The floor's cells plus a border of one for the walls; each cell one glyph.
+// The ground's cells plus a border of one for the edge; each cell one glyph.
 class Canvas {
  public:
-  Canvas(const v1::Room& room, int columns)
-      : room_(room),
+  Canvas(const Eigen::AlignedBox3d& extent, int columns)
+      : low_(extent.min()),
+        size_(extent.sizes()),
         columns_(std::max(8, columns)),
-        rows_(std::max(4, static_cast<int>(std::lround(room.depth_m() / room.width_m() * columns_ /
-                                                       kCharacterAspect)))),
+        rows_(std::max(
+            4, static_cast<int>(std::lround(size_.y() / size_.x() * columns_ / kCharacterAspect)))),
         cells_(static_cast<size_t>(rows_ + 2),
                std::vector<std::string>(static_cast<size_t>(columns_ + 2), " ")) {}
 
   int columns() const { return columns_; }
   int rows() const { return rows_; }
-  // Cell of a world coordinate, from 1; clamped into the room.
-  int Column(double x) const { return Cell(x / room_.width_m(), columns_); }
-  int Row(double y) const { return Cell(1 - y / room_.depth_m(), rows_); }
+  // Cell of a world coordinate, from 1; clamped into the extent.
+  int Column(double x) const { return Cell((x - low_.x()) / size_.x(), columns_); }
+  int Row(double y) const { return Cell(1 - (y - low_.y()) / size_.y(), rows_); }
   void Set(int row, int column, std::string_view glyph) {
     cells_[static_cast<size_t>(row)][static_cast<size_t>(column)] = glyph;
   }
@@ -42,13 +43,13 @@ class Canvas {
     return 1 + std::clamp(static_cast<int>(fraction * count), 0, count - 1);
   }
 
-  const v1::Room& room_;
+  const Vec3d low_, size_;
   int columns_;
   int rows_;
   std::vector<std::vector<std::string>> cells_;
 };
 
-void DrawWalls(Canvas& canvas) {
+void DrawEdge(Canvas& canvas) {
   for (int c = 0; c < canvas.columns() + 2; ++c) {
     canvas.Set(0, c, "#");
     canvas.Set(canvas.rows() + 1, c, "#");
@@ -59,16 +60,18 @@ void DrawWalls(Canvas& canvas) {
   }
 }
 
-void DrawOpening(const v1::Opening& opening, Canvas& canvas) {
-  const char* glyph = opening.kind() == v1::Opening::KIND_DOOR ? "D" : "=";
-  const double low = opening.center_m() - opening.width_m() / 2;
-  const double high = opening.center_m() + opening.width_m() / 2;
-  if (opening.wall() == 0 || opening.wall() == 2) {
-    const int row = opening.wall() == 0 ? canvas.rows() + 1 : 0;
-    for (int c = canvas.Column(low); c <= canvas.Column(high); ++c) canvas.Set(row, c, glyph);
+void DrawGap(const GroundPlan& plan, const GroundPlan::Gap& gap, Canvas& canvas) {
+  const std::string glyph(1, gap.glyph);
+  if (gap.edge == 0 || gap.edge == 2) {
+    const double from = plan.extent.min().x();
+    const int row = gap.edge == 0 ? canvas.rows() + 1 : 0;
+    const int last = canvas.Column(from + gap.to_m);
+    for (int c = canvas.Column(from + gap.from_m); c <= last; ++c) canvas.Set(row, c, glyph);
   } else {
-    const int column = opening.wall() == 1 ? canvas.columns() + 1 : 0;
-    for (int r = canvas.Row(high); r <= canvas.Row(low); ++r) canvas.Set(r, column, glyph);
+    const double from = plan.extent.min().y();
+    const int column = gap.edge == 1 ? canvas.columns() + 1 : 0;
+    const int last = canvas.Row(from + gap.from_m);
+    for (int r = canvas.Row(from + gap.to_m); r <= last; ++r) canvas.Set(r, column, glyph);
   }
 }
 
@@ -98,14 +101,12 @@ std::string RigGlyph(const v1::Transform& pose, bool unicode) {
 
 }  // namespace
 
-std::vector<std::string> DrawRoomPlan(const v1::Scene& scene,
-                                      const std::vector<Footprint>& footprints,
-                                      const RoomPlanOptions& options) {
-  const v1::Room& room = scene.room();
-  if (room.width_m() <= 0 || room.depth_m() <= 0) return {};
-  Canvas canvas(room, options.columns);
-  DrawWalls(canvas);
-  for (const v1::Opening& opening : room.openings()) DrawOpening(opening, canvas);
+std::vector<std::string> DrawGroundPlan(const GroundPlan& plan, const v1::Scene& scene,
+                                        const std::vector<Footprint>& footprints,
+                                        const GroundPlanOptions& options) {
+  Canvas canvas(plan.extent, options.columns);
+  DrawEdge(canvas);
+  for (const GroundPlan::Gap& gap : plan.gaps) DrawGap(plan, gap, canvas);
   DrawFootprints(footprints, canvas);
   for (const v1::Rig& rig : scene.rigs()) {
     const v1::Transform& pose = rig.world_from_left();

@@ -1,28 +1,27 @@
-#include "worker/scene/dense.h"
+#include "worker/scene/types/dense/dense.h"
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "common/base/rng.h"
-#include "common/base/version.h"
 #include "common/config/config.h"
 #include "common/math/proto.h"
-#include "worker/scene/dress.h"
+#include "worker/scene/choose_materials.h"
 #include "worker/scene/glass_parts.h"
 #include "worker/scene/place_floating.h"
+#include "worker/scene/rigs/keyframes.h"
 #include "worker/scene/warp.h"
 
 namespace parallax {
 namespace {
 
 constexpr int kTries = 60;
-constexpr double kMargin =
-    0.12;  // Middles may lie this far (of half an image) outside of the view.
+// Middles may lie this far (of half an image) outside of the view.
+constexpr double kMargin = 0.12;
 
 struct DenseObject {
   std::shared_ptr<const TriangleTree> tree;
@@ -55,12 +54,11 @@ bool BoxesApart(const Box3f& a, const Pose& world_from_a, const Box3f& b,
   return apart(a, world_from_a, b, world_from_b) || apart(b, world_from_b, a, world_from_a);
 }
 
-class DenseSolver {
+class DenseDresser {
  public:
-  DenseSolver(const v1::SceneConfig& config, SceneSeed seed)
-      : config_(config), root_(seed, "dense") {
-    scene_.seed = seed;
-  }
+  // `scene` has its rigs.
+  DenseDresser(const v1::SceneConfig& config, SceneInProgress& scene)
+      : config_(config), scene_(scene), root_(scene.seed, "dense") {}
 
   absl::Status MakeObjects(const CancelToken& cancel) {
     const v1::FloatingConfig& floating = config_.floating();
@@ -89,22 +87,24 @@ class DenseSolver {
     return absl::OkStatus();
   }
 
-  void AddKeyframe(uint32_t index) {
-    const Rng root = root_.Child("keyframe", index);
-    v1::Rig& rig = *scene_.recipe.add_rigs();
-    MakeRig(root, index, rig);
+  // What rig `index` sees.
+  void AddKeyframe(int index) {
+    const Rng root = KeyframeStream(root_, static_cast<uint32_t>(index));
+    v1::Rig& rig = *scene_.recipe.mutable_rigs(index);
     v1::Keyframe& keyframe = *scene_.recipe.add_keyframes();
     const std::vector<Placed> placed = PlaceObjects(root, rig, keyframe);
     const Rng light = root.Child("lighting");
     ChooseSky(config_.lighting(), light, *keyframe.mutable_sky());
     if (config_.lighting().mode() == v1::LightingConfig::MODE_AUGMENTED) {
-      AddLights(light, RigView::Of(rig), placed, keyframe);
+      const RigView view = RigView::Of(rig);
+      AddPointLights(
+          config_.lighting(), light, [&](Rng& rng) { return PlaceLight(rng, view, placed); },
+          *keyframe.mutable_lights());
     }
   }
 
-  absl::StatusOr<v1::Scene> Finish() {
-    RETURN_IF_ERROR(OmitGlassParts(config_.assets(), scene_));
-    RETURN_IF_ERROR(ChooseMaterials(config_.materials(), scene_));
+  // For viewers that know nothing of keyframes.
+  void ShowFirstKeyframe() {
     v1::Scene& recipe = scene_.recipe;
     const v1::Keyframe& first = recipe.keyframes(0);
     for (int i = 0; i < recipe.objects_size(); ++i) {
@@ -112,39 +112,9 @@ class DenseSolver {
     }
     *recipe.mutable_lights() = first.lights();
     *recipe.mutable_sky() = first.sky();
-    recipe.set_layout_version(kLayoutVersion);
-    recipe.set_generator_version(kSceneVersion);
-    recipe.set_scene_seed(scene_.seed.value);
-    recipe.set_type(v1::SCENE_TYPE_DENSE);
-    return std::move(recipe);
   }
 
  private:
-  // At the origin, looking anywhere around.
-  void MakeRig(const Rng& root, uint32_t index, v1::Rig& rig) const {
-    const v1::RigConfig& config = config_.rigs();
-    Rng rng = root.Child("rig");
-    const double yaw = rng.Uniform(0, 2 * std::numbers::pi);
-    const double pitch = Draw(config.pitch_deg(), rng.Uniform()) * std::numbers::pi / 180;
-    const double fov = Draw(config.horizontal_fov_deg(), rng.Uniform()) * std::numbers::pi / 180;
-    Eigen::Matrix3d axes;
-    axes.col(2) =
-        Vec3d(std::sin(pitch) * std::cos(yaw), std::sin(pitch) * std::sin(yaw), -std::cos(pitch));
-    axes.col(0) = Vec3d(std::sin(yaw), -std::cos(yaw), 0);
-    axes.col(1) = axes.col(2).cross(axes.col(0));
-    rig.set_index(index);
-    *rig.mutable_world_from_left() =
-        ToProto(Pose{Vec3d::Zero(), Eigen::Quaterniond(axes).normalized(), 1.0});
-    rig.set_baseline_m(Draw(config.baseline_m(), root.Child("baseline").Uniform()));
-    rig.set_width_px(config.width_px());
-    rig.set_height_px(config.height_px());
-    const double focal = config.width_px() / 2.0 / std::tan(fov / 2);
-    rig.set_fx_px(focal);
-    rig.set_fy_px(focal);
-    rig.set_cx_px(config.width_px() / 2.0);
-    rig.set_cy_px(config.height_px() / 2.0);
-  }
-
   // All objects are in every keyframe. One that finds no free place takes its last one: among
   // hundreds nobody sees it, and the recipe keeps its shape.
   std::vector<Placed> PlaceObjects(const Rng& root, v1::Rig& rig, v1::Keyframe& keyframe) const {
@@ -205,58 +175,83 @@ class DenseSolver {
     return true;
   }
 
-  void AddLights(const Rng& root, const RigView& view, const std::vector<Placed>& placed,
-                 v1::Keyframe& keyframe) const {
-    const v1::LightingConfig& config = config_.lighting();
-    const long count = std::lround(Draw(config.point_lights(), root.Child("points").Uniform()));
-    const double total_w = Draw(config.point_power_w(), root.Child("power").Uniform());
-    std::vector<double> share;
-    double sum = 0;
-    for (long i = 0; i < count; ++i) {
-      share.push_back(root.Child("share", static_cast<uint64_t>(i)).Uniform(0.1, 1.0));
-      sum += share.back();
+  // Anywhere in front of the camera or beside it, but in no object.
+  LightPlace PlaceLight(Rng& rng, const RigView& view, const std::vector<Placed>& placed) const {
+    const double distance = Draw(config_.lighting().point_distance_m(), rng.Uniform());
+    LightPlace light;
+    light.whiteness = rng.Uniform();
+    light.radius_m = 0.015 * distance;
+    for (int k = 0; k < kTries; ++k) {
+      const double x = rng.Uniform(-2, 2), y = rng.Uniform(-2, 2);
+      light.position = view.eye + distance * view.Direction(x, y);
+      const bool inside = std::any_of(placed.begin(), placed.end(), [&](const Placed& thing) {
+        return (thing.middle - light.position).norm() < 0.5 * thing.radius_m + light.radius_m;
+      });
+      if (!inside) break;
     }
-    for (long i = 0; i < count; ++i) {
-      Rng rng = root.Child("point", static_cast<uint64_t>(i));
-      const double distance = Draw(config.point_distance_m(), rng.Uniform());
-      const double whiteness = rng.Uniform();
-      v1::Light& light = *keyframe.add_lights();
-      light.set_kind(v1::Light::KIND_POINT);
-      light.set_name("Point_" + std::to_string(i));
-      light.set_radius_m(0.015 * distance);
-      const double power = total_w * share[static_cast<size_t>(i)] / sum;
-      *light.mutable_power_w() = ToProto(LampColor(whiteness, power));
-      // Anywhere in front of the camera or beside it, but in no object.
-      Vec3d at = Vec3d::Zero();
-      for (int k = 0; k < kTries; ++k) {
-        const double x = rng.Uniform(-2, 2), y = rng.Uniform(-2, 2);
-        at = view.eye + distance * view.Direction(x, y);
-        const bool inside = std::any_of(placed.begin(), placed.end(), [&](const Placed& thing) {
-          return (thing.middle - at).norm() < 0.5 * thing.radius_m + light.radius_m();
-        });
-        if (!inside) break;
-      }
-      *light.mutable_position_m() = ToProto(at);
-    }
+    return light;
   }
 
   const v1::SceneConfig& config_;
+  SceneInProgress& scene_;
   const Rng root_;
-  SceneInProgress scene_;
   std::vector<DenseObject> objects_;
 };
 
+// Nothing stands still in a dense scene.
+absl::StatusOr<std::variant<v1::Layout, Rejected>> NoLayout(const v1::SceneConfig&, SceneSeed,
+                                                            const CancelToken&) {
+  v1::Layout layout;
+  layout.mutable_place()->mutable_open_sky();
+  return std::variant<v1::Layout, Rejected>(std::move(layout));
+}
+
+absl::Status PlaceRigs(const v1::SceneConfig& config, const CancelToken&, SceneInProgress& scene) {
+  KeyframeRigs(config.rigs(), Rng(scene.seed, "dense"), scene.recipe);
+  return absl::OkStatus();
+}
+
+absl::Status Dress(const v1::SceneConfig& config, const CancelToken& cancel,
+                   SceneInProgress& scene) {
+  DenseDresser dresser(config, scene);
+  RETURN_IF_ERROR(dresser.MakeObjects(cancel));
+  for (int i = 0; i < scene.recipe.rigs_size(); ++i) {
+    if (cancel.cancelled()) return absl::CancelledError("solve: cancelled");
+    dresser.AddKeyframe(i);
+  }
+  RETURN_IF_ERROR(OmitGlassParts(config.assets(), scene));
+  RETURN_IF_ERROR(ChooseMaterials(config.materials(), nullptr, scene));
+  dresser.ShowFirstKeyframe();
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Mesh> NoPart(const v1::Place&, const v1::SceneObject& object) {
+  return MakeError(absl::StatusCode::kNotFound,
+                   "the open sky has no part \"" + object.part() + "\"");
+}
+
+Surroundings OpenSkySurroundings(const v1::Place&) { return {}; }
+
+// dense_preview DIR --keyframes 3: objects_s, keyframe_s.
+SceneCosts CostsOf(const v1::SceneConfig& config) {
+  // Where everything moves from rig to rig nothing is cached.
+  return {.layout_s = 0, .dress_s = 1.65 + 0.1 * config.rigs().count(), .rigs_share_light = false};
+}
+
+SceneDescription Describe(const v1::Scene&) { return {}; }
+
 }  // namespace
 
-absl::StatusOr<v1::Scene> SolveDense(const v1::SceneConfig& config, SceneSeed seed,
-                                     const CancelToken& cancel) {
-  DenseSolver solver(config, seed);
-  RETURN_IF_ERROR(solver.MakeObjects(cancel));
-  for (int i = 0; i < config.rigs().count(); ++i) {
-    if (cancel.cancelled()) return absl::CancelledError("solve: cancelled");
-    solver.AddKeyframe(static_cast<uint32_t>(i));
-  }
-  return solver.Finish();
-}
+const SceneType kDenseScenes = {
+    .type = v1::SCENE_TYPE_DENSE,
+    .place = v1::Place::kOpenSky,
+    .layout = &NoLayout,
+    .rigs = &PlaceRigs,
+    .dress = &Dress,
+    .part = &NoPart,
+    .surroundings = &OpenSkySurroundings,
+    .costs = &CostsOf,
+    .describe = &Describe,
+};
 
 }  // namespace parallax

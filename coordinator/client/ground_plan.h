@@ -1,4 +1,4 @@
-// A room seen from above, drawn with characters. Pure.
+// A place seen from above, drawn with characters. Pure.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "parallax/v1/scene.pb.h"
+#include "worker/scene/types/types.h"
 
 namespace parallax::client {
 
@@ -16,17 +17,17 @@ struct Footprint {
   char symbol = '?';
 };
 
-struct RoomPlanOptions {
-  int columns = 64;      // Of the floor; walls come beside it.
+struct GroundPlanOptions {
+  int columns = 64;      // Of the ground; its edge comes beside it.
   bool unicode = false;  // Arrows for rigs; else '^', '>', 'v', '<'.
 };
 
-// One line a row, north (larger y) up. Walls are '#', doors gaps with 'D', windows '=', rigs arrows
+// One line a row, north (larger y) up. The edge is '#' but for the plan's gaps; rigs are arrows
 // that point where the camera looks. A character is about twice as high as wide, which the scale
 // allows for.
-std::vector<std::string> DrawRoomPlan(const v1::Scene& scene,
-                                      const std::vector<Footprint>& footprints,
-                                      const RoomPlanOptions& options);
+std::vector<std::string> DrawGroundPlan(const GroundPlan& plan, const v1::Scene& scene,
+                                        const std::vector<Footprint>& footprints,
+                                        const GroundPlanOptions& options);
 
 // Furniture is 'A'..'Z', floating objects 'a'..'z'; '+' when the letters are used up.
 char PlanSymbol(bool floating, size_t nth);

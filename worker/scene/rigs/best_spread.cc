@@ -1,3 +1,5 @@
+#include "worker/scene/rigs/best_spread.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,8 +10,7 @@
 
 #include "common/base/rng.h"
 #include "common/config/config.h"
-#include "common/math/proto.h"
-#include "worker/scene/dress.h"
+#include "common/math/stereo.h"
 
 namespace parallax {
 namespace {
@@ -40,18 +41,6 @@ struct Candidate {
   double value = 0;  // What it is ranked by.
 };
 
-// World axes of a camera without roll. `pitch` is measured from straight down.
-Mat3f CameraAxes(double yaw, double pitch) {
-  const Vec3d forward(std::sin(pitch) * std::cos(yaw), std::sin(pitch) * std::sin(yaw),
-                      -std::cos(pitch));
-  const Vec3d right(std::sin(yaw), -std::cos(yaw), 0);
-  Mat3f axes;
-  axes.col(0) = right.cast<float>();
-  axes.col(1) = forward.cross(right).cast<float>();
-  axes.col(2) = forward.cast<float>();
-  return axes;
-}
-
 struct Probe {
   double nearest_m = std::numeric_limits<double>::infinity();
   double std_m = 0;
@@ -60,7 +49,7 @@ struct Probe {
   double one_thing = 0;  // The largest share of a single thing of the room.
   double close = 0;
   double near_m = 0;  // A twentieth of the probes is nearer.
-  double things = 0;  // Neither room nor sky.
+  double things = 0;  // Neither a part of the place nor sky.
 };
 
 Probe ProbeView(const SceneInProgress& scene, const Vec3f& eye, const Mat3f& camera, double fov_rad,
@@ -79,7 +68,7 @@ Probe ProbeView(const SceneInProgress& scene, const Vec3f& eye, const Mat3f& cam
       const Vec3f direction = camera * local;
       const auto hit = solid.Intersect(eye, direction);
       if (!hit) continue;
-      if (scene.recipe.objects(static_cast<int>(hit->body)).room_part().empty()) {
+      if (scene.recipe.objects(static_cast<int>(hit->body)).part().empty()) {
         ++things;
         ++bodies[hit->body];
       }
@@ -140,7 +129,7 @@ class RigChooser {
   RigChooser(const v1::RigConfig& config, const SceneInProgress& scene)
       : config_(config),
         scene_(scene),
-        room_(scene.recipe.room()),
+        bounds_(scene.surroundings.bounds),
         solid_(scene.solid),
         root_(scene.seed, "dress/rigs"),
         reach_m_(static_cast<float>(
@@ -176,20 +165,22 @@ class RigChooser {
                         std::numbers::pi / 180;
     const double x = place.Uniform(), y = place.Uniform();
     const double yaw = 2 * std::numbers::pi * place.Uniform();
-    candidate.position = {x * room_.width_m(), y * room_.depth_m(), altitude};
-    candidate.camera = CameraAxes(yaw, pitch);
+    const Vec3d size = bounds_.sizes();
+    candidate.position = bounds_.min() + Vec3d(x * size.x(), y * size.y(), altitude);
+    candidate.camera = CameraAxes(yaw, pitch).cast<float>();
     return candidate;
   }
 
   bool Accept(Candidate& candidate) const {
     const double gap = config_.min_distance_m();
-    if (candidate.position.z() > room_.height_m() - kCeilingGap_m) return false;
+    if (candidate.position.z() > bounds_.max().z() - kCeilingGap_m) return false;
     const Vec3f eye = candidate.position.cast<float>(), right = candidate.camera.col(0);
     const Vec3f far_eye = eye + reach_m_ * right;
-    // Both eyes stay in the room: a segment may not lead out by a window.
+    // Both eyes stay within the bounds: a segment may not lead out by a window.
+    const Vec3d &low = bounds_.min(), &high = bounds_.max();
     for (const Vec3f& p : {eye, far_eye}) {
-      if (p.x() < gap || p.y() < gap || p.x() > room_.width_m() - gap ||
-          p.y() > room_.depth_m() - gap) {
+      if (p.x() < low.x() + gap || p.y() < low.y() + gap || p.x() > high.x() - gap ||
+          p.y() > high.y() - gap) {
         return false;
       }
     }
@@ -250,7 +241,7 @@ class RigChooser {
 
   const v1::RigConfig& config_;
   const SceneInProgress& scene_;
-  const v1::Room& room_;
+  const Eigen::AlignedBox3d bounds_;
   const RayScene& solid_;
   Rng root_;
   float reach_m_;
@@ -259,27 +250,21 @@ class RigChooser {
 
 }  // namespace
 
-int ChooseRigs(const v1::RigConfig& config, SceneInProgress& scene) {
+void BestSpreadRigs(const v1::RigConfig& config, SceneInProgress& scene) {
   const std::vector<Candidate> chosen = RigChooser(config, scene).Choose();
   const Rng root(scene.seed, "dress/rig");
   for (size_t i = 0; i < chosen.size(); ++i) {
     const Candidate& candidate = chosen[i];
     v1::Rig& rig = *scene.recipe.add_rigs();
-    rig.set_index(static_cast<uint32_t>(i));
-    const Eigen::Matrix3d axes = candidate.camera.cast<double>();
-    *rig.mutable_world_from_left() =
-        ToProto(Pose{candidate.position, Eigen::Quaterniond(axes).normalized(), 1.0});
-    rig.set_baseline_m(Draw(config.baseline_m(), root.Child("baseline", i).Uniform()));
-    rig.set_width_px(config.width_px());
-    rig.set_height_px(config.height_px());
-    const double focal = config.width_px() / 2.0 / std::tan(candidate.fov_rad / 2);
-    rig.set_fx_px(focal);
-    rig.set_fy_px(focal);
-    rig.set_cx_px(config.width_px() / 2.0);
-    rig.set_cy_px(config.height_px() / 2.0);
+    rig = MakeRig({.index = static_cast<uint32_t>(i),
+                   .position = candidate.position,
+                   .axes = candidate.camera.cast<double>(),
+                   .baseline_m = Draw(config.baseline_m(), root.Child("baseline", i).Uniform()),
+                   .horizontal_fov_rad = candidate.fov_rad,
+                   .width_px = config.width_px(),
+                   .height_px = config.height_px()});
     rig.set_depth_std_m(candidate.depth_std_m);
   }
-  return static_cast<int>(chosen.size());
 }
 
 }  // namespace parallax

@@ -1,4 +1,4 @@
-#include "coordinator/client/room_plan.h"
+#include "coordinator/client/ground_plan.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "coordinator/client/scene_text.h"
+#include "worker/scene/types/indoor/house.h"
 
 namespace parallax::client {
 namespace {
@@ -16,7 +17,8 @@ using ::testing::HasSubstr;
 v1::Scene SmallRoom() {
   v1::Scene scene;
   scene.set_generator_version("1");
-  v1::Room& room = *scene.mutable_room();
+  scene.set_type(v1::SCENE_TYPE_INDOOR);
+  v1::Room& room = *scene.mutable_place()->mutable_house()->add_rooms();
   room.set_kind("office");
   room.set_width_m(4);
   room.set_depth_m(4);
@@ -51,13 +53,16 @@ void AddRig(v1::Scene& scene, double tx, double ty, double angle) {
   pose.set_qz(std::sin(half) * s);
 }
 
-TEST(RoomPlan, DrawsWallsOpeningsFurnitureAndRigs) {
+TEST(GroundPlan, DrawsWallsOpeningsFurnitureAndRigs) {
   v1::Scene scene = SmallRoom();
   AddRig(scene, 2.1, 2.1, 0);          // East.
   AddRig(scene, 0.1, 3.9, -M_PI / 2);  // South.
   const std::vector<Footprint> footprints = {{0, 0, 1.9, 0.9, 0.7, 'A'},
                                              {0, 0, 0.9, 0.9, 1.0, 'B'}};
-  const std::vector<std::string> lines = DrawRoomPlan(scene, footprints, {.columns = 8});
+  const SceneDescription description = DescribeHouse(scene);
+  ASSERT_TRUE(description.plan.has_value());
+  const std::vector<std::string> lines =
+      DrawGroundPlan(*description.plan, scene, footprints, {.columns = 8});
   const std::vector<std::string> wanted = {
       "##########",  //
       "#v       =",  //
@@ -69,7 +74,16 @@ TEST(RoomPlan, DrawsWallsOpeningsFurnitureAndRigs) {
   EXPECT_EQ(lines, wanted);
 }
 
-TEST(RoomPlan, IsEmptyWithoutARoom) { EXPECT_TRUE(DrawRoomPlan(v1::Scene(), {}, {}).empty()); }
+TEST(GroundPlan, StandsWhereThePlaceStands) {
+  v1::Scene scene = SmallRoom();
+  AddRig(scene, 2.1, 2.1, 0);
+  GroundPlan plan = *DescribeHouse(scene).plan;
+  const auto lines = DrawGroundPlan(plan, scene, {{1, 1, 1.9, 1.9, 0.7, 'A'}}, {.columns = 8});
+  plan.extent.translate(Vec3d(-7, 5, 1));
+  scene.mutable_rigs(0)->mutable_world_from_left()->set_tx(2.1 - 7);
+  scene.mutable_rigs(0)->mutable_world_from_left()->set_ty(2.1 + 5);
+  EXPECT_EQ(DrawGroundPlan(plan, scene, {{-6, 6, -5.1, 6.9, 1.7, 'A'}}, {.columns = 8}), lines);
+}
 
 TEST(SceneText, ListsWhatTheRecipeHolds) {
   v1::Scene scene = SmallRoom();
@@ -94,7 +108,7 @@ TEST(SceneText, ListsWhatTheRecipeHolds) {
   std::ostringstream stream;
   Terminal terminal;
   terminal.stream = &stream;
-  PrintScene(terminal, scene, {{3, {1, 1, 0, 1.5, 1.5, 0.9}}});
+  PrintScene(terminal, scene, DescribeHouse(scene), {{3, {1, 1, 0, 1.5, 1.5, 0.9}}});
   const std::string text = stream.str();
   for (const char* wanted :
        {"office 4.00 x 4.00 x 2.50 m", "Chair_3", "on_floor", "1.25 1.25 0.45", "0.50 0.50 0.90",

@@ -1,4 +1,4 @@
-#include "worker/scene/room_materials.h"
+#include "worker/scene/types/indoor/room_materials.h"
 
 #include <algorithm>
 

@@ -1,0 +1,73 @@
+// Stereo rigs: two equal pinhole cameras that look the same way. The right camera stands baseline_m
+// along the left camera's +x, so that both images are rectified by construction. Camera frame: x
+// right, y down, z forward; pixel centres at integer coordinates + 0.5. Free functions, pure.
+#pragma once
+
+#include <cmath>
+
+#include "common/math/proto.h"
+
+namespace parallax {
+
+// World axes of a camera without roll; columns: right, down, forward. `yaw_rad` turns from world +x
+// towards +y. `pitch_rad` is measured from straight down: pi / 2 looks at the horizon.
+inline Eigen::Matrix3d CameraAxes(double yaw_rad, double pitch_rad) {
+  Eigen::Matrix3d axes;
+  axes.col(2) = Vec3d(std::sin(pitch_rad) * std::cos(yaw_rad),
+                      std::sin(pitch_rad) * std::sin(yaw_rad), -std::cos(pitch_rad));
+  axes.col(0) = Vec3d(std::sin(yaw_rad), -std::cos(yaw_rad), 0);
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  return axes;
+}
+
+// What a strategy decides about a rig.
+struct RigSpec {
+  uint32_t index = 0;                                  // The rig's folder in the dataset.
+  Vec3d position = Vec3d::Zero();                      // Left eye, world.
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // Columns: right, down, forward; world.
+  double baseline_m = 0.1;                             // > 0
+  double horizontal_fov_rad = 1;                       // (0, pi)
+  int width_px = 0, height_px = 0;                     // > 0
+};
+
+// The recipe's rig: square pixels, the optical axis through the middle of the image.
+inline v1::Rig MakeRig(const RigSpec& spec) {
+  v1::Rig rig;
+  rig.set_index(spec.index);
+  *rig.mutable_world_from_left() =
+      ToProto(Pose{spec.position, Eigen::Quaterniond(spec.axes).normalized(), 1.0});
+  rig.set_baseline_m(spec.baseline_m);
+  rig.set_width_px(spec.width_px);
+  rig.set_height_px(spec.height_px);
+  const double focal_px = spec.width_px / 2.0 / std::tan(spec.horizontal_fov_rad / 2);
+  rig.set_fx_px(focal_px);
+  rig.set_fy_px(focal_px);
+  rig.set_cx_px(spec.width_px / 2.0);
+  rig.set_cy_px(spec.height_px / 2.0);
+  return rig;
+}
+
+// World axes of both cameras; columns: right, down, forward.
+inline Eigen::Matrix3d RigAxes(const v1::Rig& rig) {
+  return FromProto(rig.world_from_left()).rotation.normalized().toRotationMatrix();
+}
+
+// World position of an eye, 0 left or 1 right. The only place that derives the right eye; `verify`
+// derives it anew, as a check.
+inline Vec3d EyePosition(const v1::Rig& rig, int eye) {
+  return FromProto(rig.world_from_left()).translation +
+         eye * rig.baseline_m() * RigAxes(rig).col(0);
+}
+
+inline Pose WorldFromEye(const v1::Rig& rig, int eye) {
+  Pose pose = FromProto(rig.world_from_left());
+  pose.translation = EyePosition(rig, eye);
+  return pose;
+}
+
+// Tangents of half of the horizontal and of half of the vertical field of view.
+inline Vec2d HalfTangents(const v1::Rig& rig) {
+  return {rig.width_px() / 2.0 / rig.fx_px(), rig.height_px() / 2.0 / rig.fy_px()};
+}
+
+}  // namespace parallax

@@ -1,0 +1,158 @@
+#include "worker/scene/types/types.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "common/config/config.h"
+#include "worker/scene/dress.h"
+#include "worker/scene/scene_geometry.h"
+#include "worker/scene/solve.h"
+#include "worker/scene/types/indoor/house.h"
+
+namespace parallax {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+// Quick: few things, small pictures.
+v1::SolveJob SmallJob(v1::SceneType type) {
+  v1::SolveJob job;
+  job.set_scene_seed(2);
+  *job.mutable_config() = DefaultSceneConfig();
+  job.mutable_config()->set_type(type);
+  job.mutable_config()->mutable_floating()->mutable_count()->set_constant(2);
+  job.mutable_config()->mutable_rigs()->set_count(2);
+  return job;
+}
+
+TEST(SceneTypes, EachIsFoundByItsTypeAndStandsOnce) {
+  std::set<int> types;
+  for (const SceneType* type : SceneTypes()) {
+    EXPECT_TRUE(types.insert(type->type).second);
+    const absl::StatusOr<const SceneType*> found = FindSceneType(type->type);
+    ASSERT_TRUE(found.ok()) << found.status();
+    EXPECT_EQ(*found, type);
+  }
+  EXPECT_GE(types.size(), 2u);
+}
+
+TEST(SceneTypes, AnUnknownTypeIsAnErrorThatNamesTheKnownOnes) {
+  for (const v1::SceneType type : {v1::SCENE_TYPE_UNSPECIFIED, static_cast<v1::SceneType>(99)}) {
+    const absl::Status status = FindSceneType(type).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(std::string(status.message()), HasSubstr("SCENE_TYPE_INDOOR, SCENE_TYPE_DENSE"));
+    EXPECT_EQ(Solve(SmallJob(type), CancelToken()).status().code(),
+              absl::StatusCode::kInvalidArgument);
+    v1::Scene scene;
+    scene.set_type(type);
+    scene.mutable_place()->mutable_open_sky();
+    EXPECT_EQ(BuildSceneGeometry(scene).status().code(), absl::StatusCode::kInvalidArgument);
+  }
+}
+
+TEST(SceneTypes, APlaceThatIsNotTheTypesIsAnError) {
+  v1::Scene scene;
+  scene.set_type(v1::SCENE_TYPE_INDOOR);
+  EXPECT_THAT(std::string(TypeOf(scene).status().message()), HasSubstr("nowhere"));
+  scene.mutable_place()->mutable_open_sky();
+  const absl::Status status = TypeOf(scene).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("open_sky, but"));
+  v1::SolveJob job = SmallJob(v1::SCENE_TYPE_INDOOR);
+  job.mutable_layout()->mutable_place()->mutable_open_sky();
+  EXPECT_EQ(Solve(job, CancelToken()).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+// What the rest of the program relies on, whatever the type.
+TEST(SceneTypes, ScenesOfEveryTypeSayWhatTheyAreAndBecomeSolid) {
+  for (const SceneType* type : SceneTypes()) {
+    SCOPED_TRACE(v1::SceneType_Name(type->type));
+    const v1::SolveJob job = SmallJob(type->type);
+    const absl::StatusOr<v1::SolveResult> result = Solve(job, CancelToken());
+    ASSERT_TRUE(result.ok()) << result.status();
+    ASSERT_TRUE(result->has_scene()) << result->rejected().reason();
+    const v1::Scene& scene = result->scene();
+    EXPECT_EQ(scene.type(), type->type);
+    EXPECT_EQ(scene.place().kind_case(), type->place);
+    EXPECT_EQ(result->layout().place().kind_case(), type->place);
+    EXPECT_EQ(scene.rigs_size(), 2);
+    EXPECT_TRUE(BuildSceneGeometry(scene).ok());
+    EXPECT_GT(type->costs(job.config()).dress_s, 0);
+    const SceneDescription description = type->describe(scene);
+    EXPECT_EQ(description.plan.has_value(), !type->surroundings(scene.place()).bounds.isEmpty());
+    for (const std::string& line : description.lines) EXPECT_FALSE(line.empty());
+  }
+}
+
+v1::Place TwoRooms() {
+  v1::Place place;
+  for (const double x : {0.0, 5.0}) {
+    v1::Room& room = *place.mutable_house()->add_rooms();
+    room.set_kind(x > 0 ? "kitchen" : "office");
+    room.set_origin_x_m(x);
+    room.set_width_m(4);
+    room.set_depth_m(3);
+    room.set_height_m(2.5);
+    room.set_wall_thickness_m(0.2);
+  }
+  v1::Opening& window = *place.mutable_house()->mutable_rooms(1)->add_openings();
+  window.set_kind(v1::Opening::KIND_WINDOW);
+  window.set_wall(1);
+  window.set_center_m(1.5);
+  window.set_width_m(1);
+  window.set_sill_m(0.9);
+  window.set_height_m(1.2);
+  return place;
+}
+
+TEST(HouseSurroundings, TellRoomsFromWhatIsOutside) {
+  const Surroundings around = HouseSurroundings(TwoRooms());
+  EXPECT_FALSE(around.IsExterior({1, 1, 1}));
+  EXPECT_FALSE(around.IsExterior({6, 1, 1}));
+  EXPECT_TRUE(around.IsExterior({4.5f, 1, 1})) << "between the rooms";
+  EXPECT_TRUE(around.IsExterior({1, 1, 2.6f}));
+  EXPECT_FALSE(Surroundings().IsExterior({1, 1, 1})) << "nothing is exterior under the open sky";
+  EXPECT_EQ(around.bounds.min(), Vec3d::Zero());
+  EXPECT_EQ(around.bounds.max(), Vec3d(4, 3, 2.5));
+}
+
+TEST(HouseSurroundings, LightComesThroughWindowsAndAMissingCeiling) {
+  v1::Place place = TwoRooms();
+  Surroundings around = HouseSurroundings(place);
+  ASSERT_EQ(around.enclosures.size(), 2u);
+  EXPECT_TRUE(around.enclosures[0].portals.empty());
+  ASSERT_EQ(around.enclosures[1].portals.size(), 1u);
+  const SkyPortal& window = around.enclosures[1].portals[0];
+  EXPECT_TRUE(window.corner.isApprox(Vec3f(9.2f, 1.0f, 0.9f), 1e-5f)) << "at the outer face";
+  EXPECT_EQ(window.normal, Vec3f::UnitX());
+  EXPECT_FLOAT_EQ(window.edge_u.cross(window.edge_v).norm(), 1.2f);
+  place.mutable_house()->set_ceiling_removed(true);
+  around = HouseSurroundings(place);
+  ASSERT_EQ(around.enclosures[0].portals.size(), 1u);
+  EXPECT_EQ(around.enclosures[0].portals[0].normal, Vec3f::UnitZ());
+  EXPECT_EQ(around.enclosures[1].portals.size(), 1u) << "only the first room's ceiling goes";
+}
+
+TEST(RemoveObjects, TakesTheirLightsAlongAndKeepsIndices) {
+  v1::Scene recipe;
+  for (uint32_t i = 1; i <= 4; ++i) {
+    recipe.add_objects()->set_index(i);
+    v1::Light& light = *recipe.add_lights();
+    light.set_kind(i == 4 ? v1::Light::KIND_POINT : v1::Light::KIND_MESH);
+    light.set_object_index(i == 4 ? 2 : i);
+    light.set_name(std::to_string(i));
+  }
+  RemoveObjects([](const v1::SceneObject& object) { return object.index() % 2 == 0; }, recipe);
+  std::vector<uint32_t> left;
+  for (const auto& object : recipe.objects()) left.push_back(object.index());
+  EXPECT_THAT(left, ElementsAre(1, 3));
+  std::vector<std::string> lights;
+  for (const auto& light : recipe.lights()) lights.push_back(light.name());
+  EXPECT_THAT(lights, ElementsAre("1", "3", "4")) << "a point light belongs to no object";
+}
+
+}  // namespace
+}  // namespace parallax

@@ -1,0 +1,13 @@
+// Dense scenes: many objects before an open sky. Objects, meshes and materials are made once for
+// the scene; each rig is a keyframe with its own placement, lights, sky and baseline
+// (v1::Keyframe). The scene's own poses, lights and sky are keyframe 0's. Keyframe k draws from
+// addresses of its own, so more rigs only add keyframes.
+#pragma once
+
+#include "worker/scene/types/types.h"
+
+namespace parallax {
+
+extern const SceneType kDenseScenes;
+
+}  // namespace parallax

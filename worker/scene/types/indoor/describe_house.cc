@@ -1,0 +1,52 @@
+#include <cstdio>
+
+#include "worker/scene/types/indoor/house.h"
+
+namespace parallax {
+namespace {
+
+std::string Metres(double value) {
+  char buffer[48];
+  std::snprintf(buffer, sizeof buffer, "%.2f", value);
+  return buffer;
+}
+
+std::string SizeOf(const v1::Room& room) {
+  return Metres(room.width_m()) + " x " + Metres(room.depth_m()) + " x " + Metres(room.height_m()) +
+         " m";
+}
+
+GroundPlan PlanOf(const v1::Room& room) {
+  GroundPlan plan;
+  const Vec3d origin(room.origin_x_m(), room.origin_y_m(), room.floor_z_m());
+  plan.extent = {origin, origin + Vec3d(room.width_m(), room.depth_m(), room.height_m())};
+  for (const v1::Opening& opening : room.openings()) {
+    plan.gaps.push_back({opening.wall(), opening.center_m() - opening.width_m() / 2,
+                         opening.center_m() + opening.width_m() / 2,
+                         opening.kind() == v1::Opening::KIND_DOOR ? 'D' : '='});
+  }
+  return plan;
+}
+
+}  // namespace
+
+SceneDescription DescribeHouse(const v1::Scene& scene) {
+  SceneDescription description;
+  const v1::House& house = scene.place().house();
+  if (house.rooms().empty()) return description;
+  const v1::Room& first = house.rooms(0);
+  description.kind = first.kind();
+  if (!(first.width_m() > 0 && first.depth_m() > 0)) return description;
+  description.lines.push_back(first.kind() + " " + SizeOf(first) +
+                              (house.ceiling_removed() ? ", ceiling removed" : ""));
+  for (int i = 1; i < house.rooms_size(); ++i) {
+    const v1::Room& other = house.rooms(i);
+    description.lines.push_back("  beside it: " + other.name() + " " + SizeOf(other) + " at " +
+                                Metres(other.origin_x_m()) + " " + Metres(other.origin_y_m()) +
+                                " " + Metres(other.floor_z_m()));
+  }
+  description.plan = PlanOf(first);
+  return description;
+}
+
+}  // namespace parallax

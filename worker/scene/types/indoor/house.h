@@ -1,0 +1,17 @@
+// A house as renderer, dataset and people see it. Private to this folder, and to tests.
+#pragma once
+
+#include "parallax/v1/scene.pb.h"
+#include "worker/geometry/surroundings.h"
+#include "worker/scene/types/types.h"
+
+namespace parallax {
+
+// Bounds are the first room; every room is an enclosure, with its windows, passages and doors for
+// portals, and the open top where the ceiling is removed. Rooms without a size are left out.
+Surroundings HouseSurroundings(const v1::Place& place);
+
+// Its rooms in words, and the first room's plan.
+SceneDescription DescribeHouse(const v1::Scene& scene);
+
+}  // namespace parallax

@@ -1,0 +1,64 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "common/math/proto.h"
+#include "worker/scene/types/indoor/dress_house.h"
+
+namespace parallax {
+namespace {
+
+constexpr double kLightGap_m = 0.12;
+constexpr int kTries = 60;
+
+// Anywhere in the first room above knee height, clear of everything.
+std::optional<LightPlace> FindPlace(const SceneInProgress& scene, Rng& rng) {
+  const Eigen::AlignedBox3d& bounds = scene.surroundings.bounds;
+  const Vec3d size = bounds.sizes();
+  LightPlace light;
+  light.radius_m = rng.Uniform(0.04, 0.09);
+  light.whiteness = rng.Uniform();
+  const auto reach = static_cast<float>(light.radius_m + kLightGap_m);
+  for (int k = 0; k < kTries; ++k) {
+    const double z = rng.Uniform(0.2, 1.0) * size.z();
+    const double y = rng.Uniform(0, size.y()), x = rng.Uniform(0, size.x());
+    light.position = bounds.min() + Vec3d(x, y, z);
+    const Vec3f at = light.position.cast<float>();
+    if (scene.solid.NearestDistance(at, reach) >= reach && !scene.solid.Inside(at)) return light;
+  }
+  return std::nullopt;
+}
+
+// Dims the ceiling lamps and gives them another colour.
+void DimCeiling(Rng rng, v1::Scene& recipe) {
+  const double factor = std::exp(rng.Uniform(std::log(0.04), std::log(0.5)));
+  const double hue = rng.Uniform(0, 2 * std::numbers::pi), saturation = rng.Uniform(0.2, 0.8);
+  const Vec3d color = TintOf(hue, saturation);
+  for (v1::Light& light : *recipe.mutable_lights()) {
+    if (light.kind() != v1::Light::KIND_MESH) continue;
+    const auto owner = std::find_if(
+        recipe.objects().begin(), recipe.objects().end(),
+        [&](const v1::SceneObject& object) { return object.index() == light.object_index(); });
+    if (owner == recipe.objects().end() || owner->relation() != "on_ceiling") continue;
+    const double power = FromProto(light.power_w()).mean() * factor;
+    *light.mutable_power_w() = ToProto(Vec3d(color * power));
+  }
+}
+
+}  // namespace
+
+void ChooseHouseLighting(const v1::LightingConfig& config, SceneInProgress& scene) {
+  const Rng root(scene.seed, "dress/lighting");
+  ChooseSky(config, root, *scene.recipe.mutable_sky());
+  if (config.mode() != v1::LightingConfig::MODE_AUGMENTED) return;
+  AddPointLights(
+      config, root, [&](Rng& rng) { return FindPlace(scene, rng); },
+      *scene.recipe.mutable_lights());
+  scene.recipe.mutable_place()->mutable_house()->set_ceiling_removed(
+      root.Child("ceiling removed").Bernoulli(config.ceiling_removed_p()));
+  if (root.Child("ceiling dimmed").Bernoulli(config.ceiling_dimmed_p())) {
+    DimCeiling(root.Child("dimming"), scene.recipe);
+  }
+}
+
+}  // namespace parallax

@@ -1,0 +1,10 @@
+// Indoor scenes: houses of furnished rooms, seen from the first room.
+#pragma once
+
+#include "worker/scene/types/types.h"
+
+namespace parallax {
+
+extern const SceneType kIndoorScenes;
+
+}  // namespace parallax

@@ -1,0 +1,52 @@
+#include "worker/scene/types/types.h"
+
+#include <google/protobuf/descriptor.h>
+
+#include "worker/scene/types/dense/dense.h"
+#include "worker/scene/types/indoor/indoor.h"
+
+namespace parallax {
+
+// The registry: one line a type.
+const std::vector<const SceneType*>& SceneTypes() {
+  static const std::vector<const SceneType*> types = {
+      &kIndoorScenes,
+      &kDenseScenes,
+  };
+  return types;
+}
+
+absl::StatusOr<const SceneType*> FindSceneType(v1::SceneType type) {
+  std::string known;
+  for (const SceneType* entry : SceneTypes()) {
+    if (entry->type == type) return entry;
+    known += (known.empty() ? "" : ", ") + v1::SceneType_Name(entry->type);
+  }
+  return MakeError(absl::StatusCode::kInvalidArgument,
+                   "type: no scenes of type " + std::to_string(static_cast<int>(type)) + " (" +
+                       v1::SceneType_Name(type) + ") can be made; there are " + known);
+}
+
+absl::StatusOr<const SceneType*> TypeOf(const v1::Scene& scene) {
+  ASSIGN_OR_RETURN(const SceneType* type, FindSceneType(scene.type()));
+  RETURN_IF_ERROR(CheckPlace(*type, scene.place()));
+  return type;
+}
+
+absl::Status CheckPlace(const SceneType& type, const v1::Place& place) {
+  if (place.kind_case() == type.place) return absl::OkStatus();
+  const auto name = [](int number) {
+    const auto* field = v1::Place::descriptor()->FindFieldByNumber(number);
+    return field == nullptr ? std::string("nowhere") : field->name();
+  };
+  return MakeError(absl::StatusCode::kInvalidArgument,
+                   "place: " + name(place.kind_case()) + ", but " + v1::SceneType_Name(type.type) +
+                       " scenes want " + name(type.place));
+}
+
+absl::StatusOr<Mesh> MakePart(const v1::Scene& scene, const v1::SceneObject& object) {
+  ASSIGN_OR_RETURN(const SceneType* type, TypeOf(scene));
+  return type->part(scene.place(), object);
+}
+
+}  // namespace parallax

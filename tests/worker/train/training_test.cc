@@ -1,0 +1,223 @@
+#include "worker/train/training.h"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <torch/csrc/jit/api/module.h>
+#include <torch/csrc/jit/serialization/import.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include "common/base/file.h"
+#include "common/base/hash.h"
+#include "tests/worker/dataset/synthetic_archive.h"
+#include "worker/train/predictor.h"
+#include "worker/train/torchscript.h"
+
+namespace parallax {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// One archive for the whole program: two scenes' pairs of 160x96 px.
+const std::string& Archive() {
+  static const std::string dir = [] {
+    const std::string path = testing::TempDir() + "train_" + std::to_string(getpid()) + "_pairs";
+    MakeSyntheticArchive(path, {.scenes = 2, .rigs = 2, .width_px = 160, .height_px = 96});
+    return path;
+  }();
+  return dir;
+}
+
+std::string FreshDir(const std::string& name) {
+  const std::string dir = testing::TempDir() + "train_" + std::to_string(getpid()) + "_" + name;
+  std::filesystem::remove_all(dir);
+  return dir;
+}
+
+TrainingJob TinyJob(const std::string& name, int64_t steps) {
+  TrainingJob job;
+  job.settings.steps = steps;
+  job.settings.crop_height = 64;
+  job.settings.crop_width = 128;
+  job.settings.max_disparity = 64;
+  job.out_dir = FreshDir(name);
+  job.sources = {*ReadTrainingSource(Archive(), {})};
+  return job;
+}
+
+std::string HashOf(const std::string& path) {
+  const auto hash = Sha256HexOfFile(path);
+  return hash.ok() ? *hash : hash.status().ToString();
+}
+
+// ---- The program ------------------------------------------------------------------------------
+
+struct Outcome {
+  int exit = -1;
+  std::string out, err;
+};
+
+// Runs a shell command line to its end.
+Outcome Shell(const std::string& line) {
+  const std::string out = FreshDir("stdout"), err = FreshDir("stderr");
+  const int status = std::system((line + " >" + out + " 2>" + err).c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, *ReadFile(out), *ReadFile(err)};
+}
+
+const std::string kSmall = "--crop 32x64 --threads 2 --checkpoint-every 3 ";
+
+std::string TrainLine(const std::string& dir, const std::string& more) {
+  return std::string(TRAINER) + " train --data " + Archive() + " --out " + dir +
+         " --seed 4 --progress-every 1 " + more;
+}
+
+// Starts the program and kills it as soon as a line of its output contains `sign`.
+void KillWhen(const std::string& line, const std::string& sign) {
+  int ends[2];
+  ASSERT_EQ(pipe(ends), 0);
+  const pid_t child = fork();
+  if (child == 0) {
+    dup2(ends[1], STDOUT_FILENO);
+    close(ends[0]);
+    close(ends[1]);
+    execl("/bin/sh", "sh", "-c", ("exec " + line).c_str(), nullptr);
+    _exit(127);
+  }
+  close(ends[1]);
+  std::FILE* lines = fdopen(ends[0], "r");
+  char text[4096];
+  bool seen = false;
+  while (!seen && std::fgets(text, sizeof text, lines) != nullptr)
+    seen = std::string(text).find(sign) != std::string::npos;
+  kill(child, SIGKILL);
+  int status = 0;
+  waitpid(child, &status, 0);
+  std::fclose(lines);
+  EXPECT_TRUE(seen) << "the program ended before it said " << sign;
+  EXPECT_TRUE(WIFSIGNALED(status));
+}
+
+TEST(Trainer, KilledAndResumedEndsInTheSameBytes) {
+  const std::string calm = FreshDir("calm"), killed = FreshDir("killed");
+  ASSERT_EQ(Shell(TrainLine(calm, kSmall + "--steps 9")).exit, 0);
+  KillWhen(TrainLine(killed, kSmall + "--steps 9"), "\"step\":5,");
+  ASSERT_FALSE(std::filesystem::exists(killed + "/final.pt"));
+  const Outcome resumed =
+      Shell(TrainLine(killed, kSmall + "--steps 9 --resume " + killed + "/checkpoint-000003.pt"));
+  ASSERT_EQ(resumed.exit, 0) << resumed.err;
+  EXPECT_EQ(resumed.out.find("\"step\":3,\"steps\""), std::string::npos) << "began anew";
+  EXPECT_EQ(HashOf(killed + "/final.pt"), HashOf(calm + "/final.pt"));
+  EXPECT_EQ(HashOf(killed + "/checkpoint-000006.pt"), HashOf(calm + "/checkpoint-000006.pt"));
+  EXPECT_NE(HashOf(calm + "/checkpoint-000006.pt"), HashOf(calm + "/final.pt"));
+
+  const Outcome other = Shell(TrainLine(
+      killed, kSmall + "--steps 9 --batch 1 --resume " + killed + "/checkpoint-000003.pt"));
+  EXPECT_EQ(other.exit, 1);
+  EXPECT_NE(other.err.find("it has batch: 2, but 1 is wanted"), std::string::npos) << other.err;
+}
+
+TEST(Trainer, StopsOnSigtermWithACheckpoint) {
+  const std::string dir = FreshDir("stopped");
+  const Outcome stopped =
+      Shell("timeout -s TERM 5 " +
+            TrainLine(dir, "--crop 32x64 --steps 100000 --checkpoint-every 100000"));
+  EXPECT_EQ(stopped.exit, 124);  // Of `timeout`.
+  EXPECT_NE(stopped.err.find("trainer: stopped at step "), std::string::npos) << stopped.err;
+  EXPECT_NE(stopped.out.find("\"event\":\"checkpoint\""), std::string::npos);
+}
+
+TEST(Trainer, ErrorsAreOneLineAndHaveTheirOwnExitStatus) {
+  struct Case {
+    std::string line;
+    int exit;
+    const char* says;
+  };
+  const std::string dir = FreshDir("errors"), trainer = TRAINER;
+  ASSERT_TRUE(WriteFile(dir + ".txt", "not a checkpoint").ok());
+  const Case cases[] = {
+      {trainer + " train --out " + dir + " --data /nowhere", 1, "/nowhere: no such folder"},
+      {TrainLine(dir, "--crop 64x100"), 2, "crop width is 100, but must be a multiple of 32"},
+      {TrainLine(dir, "--crop 64"), 2, "--crop is \"64\""},
+      {TrainLine(dir, "--crop 96x192"), 1,
+       "a pair of 160x96 px is smaller than the crop of 192x96"},
+      {TrainLine(dir, "--steps 5 --learning-rate 2"), 2, "learning rate is 2.0"},
+      {TrainLine(dir, kSmall + "--resume " + dir + ".txt"), 1, "not a checkpoint of this trainer"},
+      {TrainLine(dir, kSmall + "--resume /nowhere.pt"), 1, "/nowhere.pt"},
+      {trainer + " predict --checkpoint " + dir + ".txt --list x", 1, "not a checkpoint"},
+      {trainer + " predict --checkpoint x", 2, "give --list, or"},
+      {"ulimit -v 3000000; " + TrainLine(dir, "--crop 96x160 --batch 200 --steps 1 --threads 1"), 4,
+       "out of memory"},
+  };
+  for (const Case& c : cases) {
+    const Outcome outcome = Shell(c.line);
+    EXPECT_EQ(outcome.exit, c.exit) << c.line << "\n" << outcome.err;
+    EXPECT_NE(outcome.err.find(c.says), std::string::npos) << c.line << "\n" << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  }
+}
+
+// ---- Learning ---------------------------------------------------------------------------------
+
+TEST(Training, LossThatIsNotFiniteEndsTheRun) {
+  TrainingJob job = TinyJob("nan", 20);
+  job.settings.learning_rate = 1;
+  job.settings.gradient_clip = 1e30;
+  job.settings.weight_decay = 1e30;
+  const TrainingEnd end = RunTraining(job, false, [](const Json&) {});
+  EXPECT_EQ(end.exit, TrainerExit::kNotFinite) << end.message;
+  EXPECT_NE(end.message.find("not finite at step "), std::string::npos) << end.message;
+  EXPECT_FALSE(std::filesystem::exists(job.out_dir + "/final.pt"));
+}
+
+TEST(Training, OverfitsAFewPairsAndPredictsThem) {
+  TrainingJob job = TinyJob("overfit", 150);
+  job.settings.learning_rate = 3e-3;
+  job.settings.augment = {.scale_low = 0,
+                          .scale_high = 0,
+                          .stretch = 0,
+                          .flip_probability = 0,
+                          .colour_probability = 0,
+                          .erase_probability = 0,
+                          .y_jitter_probability = 0,
+                          .noise_probability = 0,
+                          .blur_probability = 0};
+  job.heldout = job.sources;
+  double epe_px = 0;
+  Json done;
+  const TrainingEnd end = RunTraining(job, false, [&](const Json& line) {
+    if (line.contains("epe_px")) epe_px = line["epe_px"];
+    if (line.value("event", "") == "done") done = line;
+  });
+  ASSERT_EQ(end.exit, TrainerExit::kDone) << end.message;
+  EXPECT_LT(epe_px, 0.5);
+  EXPECT_LT(done["heldout"]["epe_px"].get<double>(), 0.5) << done;
+
+  // Card: what repeats the run.
+  const Json card = Json::parse(*ReadFile(job.out_dir + "/train.json"));
+  EXPECT_EQ(card["data"][0]["sha256"], job.sources[0].data_hash);
+  EXPECT_EQ(card["settings"]["threads"], 2);
+  EXPECT_EQ(card["result"]["steps"], 150);
+
+  // Any size, deterministic, finite.
+  const auto predictor = Predictor::Load(job.out_dir + "/final.pt");
+  ASSERT_TRUE(predictor.ok()) << predictor.status();
+  for (const auto& [width, height] : {std::pair(160, 96), {33, 7}, {97, 65}}) {
+    ImageRgb8 left(width, height, 90), right(width, height, 90);
+    const auto once = predictor->Predict(left, right, {}),
+               again = predictor->Predict(left, right, {});
+    ASSERT_TRUE(once.ok()) << once.status();
+    EXPECT_EQ(once->width(), width);
+    EXPECT_EQ(once->height(), height);
+    EXPECT_EQ(*once, *again);
+    for (const float value : once->values()) ASSERT_TRUE(std::isfinite(value) && value >= 0);
+  }
+  EXPECT_TRUE(
+      absl::IsInvalidArgument(predictor->Predict(ImageRgb8(8, 8), ImageRgb8(9, 8), {}).status()));
+}
+
+}  // namespace
+}  // namespace parallax

@@ -1,0 +1,304 @@
+#include "worker/train/contract.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
+
+#include "common/base/file.h"
+
+namespace parallax {
+namespace {
+
+const std::set<std::string> kTrainNames = {"data",  "weight",  "out",    "seed",
+                                           "steps", "threads", "device", "repository"};
+const std::set<std::string> kResumeNames = {"resume", "out", "repository"};
+const std::set<std::string> kPredictNames = {"checkpoint", "list", "device",
+                                             "threads",    "out",  "repository"};
+const std::set<std::string> kFolderNames = {"out", "data", "repository"};
+
+const std::vector<std::string> kLayouts = {"archive",   "flyingthings", "fsd",   "crestereo",
+                                           "wmgstereo", "middlebury",   "kitti", "webdataset"};
+const std::vector<std::string> kProgressGroups = {"step", "loss", "epe_px", "eta_s"};
+
+std::string Listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+// Placeholder names in `text`, in order.
+std::vector<std::string> PlaceholdersIn(const std::string& text) {
+  static const std::regex kName(R"(\{([a-z_]+)\})");
+  std::vector<std::string> names;
+  for (std::sregex_iterator it(text.begin(), text.end(), kName), end; it != end; ++it)
+    names.push_back((*it)[1]);
+  return names;
+}
+
+// One file's errors and how its fields are read.
+class Reader {
+ public:
+  explicit Reader(std::string file) : file_(std::move(file)) {}
+
+  void Error(const YAML::Node& node, const std::string& what) {
+    const int line = node && node.Mark().line >= 0 ? node.Mark().line + 1 : 0;
+    errors_ += (errors_.empty() ? "" : "\n") + file_ +
+               (line > 0 ? ":" + std::to_string(line) : "") + ": " + what;
+  }
+
+  // Tells of keys that are not in `known`.
+  void CheckKeys(const YAML::Node& map, const std::string& where,
+                 const std::vector<std::string>& known) {
+    if (!map.IsMap()) return Error(map, where + " must be a map");
+    for (const auto& entry : map) {
+      const std::string key = entry.first.Scalar();
+      if (std::find(known.begin(), known.end(), key) == known.end()) {
+        Error(entry.first,
+              "unknown field \"" + key + "\" in " + where + " (there are " + Listed(known) + ")");
+      }
+    }
+  }
+
+  std::string Text(const YAML::Node& map, const char* key, bool needed) {
+    const YAML::Node node = map[key];
+    if (!node) {
+      if (needed) Error(map, std::string("\"") + key + "\" is missing");
+      return "";
+    }
+    if (!node.IsScalar()) Error(node, std::string("\"") + key + "\" must be a text");
+    return node.IsScalar() ? node.Scalar() : "";
+  }
+
+  std::vector<std::string> Texts(const YAML::Node& map, const char* key, bool needed) {
+    std::vector<std::string> texts;
+    const YAML::Node node = map[key];
+    if (!node && needed) Error(map, std::string("\"") + key + "\" is missing");
+    if (!node) return texts;
+    const bool list =
+        node.IsSequence() &&
+        std::all_of(node.begin(), node.end(), [](const YAML::Node& n) { return n.IsScalar(); });
+    if (!list) Error(node, std::string("\"") + key + "\" must be a list of arguments");
+    if (list)
+      for (const YAML::Node& item : node) texts.push_back(item.Scalar());
+    return texts;
+  }
+
+  int64_t Count(const YAML::Node& map, const char* key) {
+    const YAML::Node node = map[key];
+    if (!node) return 0;
+    int64_t value = -1;
+    if (!node.IsScalar() || !YAML::convert<int64_t>::decode(node, value) || value < 0) {
+      Error(node, std::string("\"") + key + "\" must be a whole number, 0 or more");
+      return 0;
+    }
+    return value;
+  }
+
+  void CheckPlaceholders(const YAML::Node& node, const std::vector<std::string>& command,
+                         const std::set<std::string>& known) {
+    for (const std::string& argument : command) {
+      for (const std::string& name : PlaceholdersIn(argument)) {
+        if (known.contains(name)) continue;
+        Error(node, "unknown placeholder {" + name + "} (there are " +
+                        Listed({known.begin(), known.end()}) + ")");
+      }
+    }
+  }
+
+  const std::string& errors() const { return errors_; }
+
+ private:
+  std::string file_, errors_;
+};
+
+void ReadProgressFields(Reader& reader, const YAML::Node& root, TrainerContract& contract) {
+  const YAML::Node node = root["progress"];
+  if (!node) return reader.Error(root, "\"progress\" is missing (json, or {pattern, groups})");
+  if (node.IsScalar()) {
+    if (node.Scalar() != "json")
+      reader.Error(node, "\"progress\" is \"" + node.Scalar() +
+                             "\", but must be json, or {pattern, groups}");
+    return;
+  }
+  reader.CheckKeys(node, "progress", {"pattern", "groups"});
+  contract.progress = ProgressFormat::kPattern;
+  contract.progress_pattern = reader.Text(node, "pattern", true);
+  contract.progress_groups = reader.Texts(node, "groups", true);
+  for (const std::string& group : contract.progress_groups) {
+    if (std::find(kProgressGroups.begin(), kProgressGroups.end(), group) == kProgressGroups.end()) {
+      reader.Error(node,
+                   "unknown group \"" + group + "\" (there are " + Listed(kProgressGroups) + ")");
+    }
+  }
+  try {
+    const std::regex pattern(contract.progress_pattern);
+    if (pattern.mark_count() != contract.progress_groups.size()) {
+      reader.Error(node, "the pattern has " + std::to_string(pattern.mark_count()) +
+                             " groups, but " + std::to_string(contract.progress_groups.size()) +
+                             " are named");
+    }
+  } catch (const std::regex_error&) {
+    reader.Error(node, "the pattern is not a regular expression (ECMAScript)");
+  }
+}
+
+void ReadOutcomeFields(Reader& reader, const YAML::Node& root, TrainerContract& contract) {
+  const YAML::Node leaves = root["leaves"];
+  if (!leaves) return reader.Error(root, "\"leaves\" is missing ({checkpoints, final})");
+  reader.CheckKeys(leaves, "leaves", {"checkpoints", "final"});
+  contract.checkpoint_pattern = reader.Text(leaves, "checkpoints", !contract.resume.empty());
+  contract.final_checkpoint = reader.Text(leaves, "final", true);
+  if (!contract.checkpoint_pattern.empty() &&
+      std::count(contract.checkpoint_pattern.begin(), contract.checkpoint_pattern.end(), '*') !=
+          1) {
+    reader.Error(leaves["checkpoints"], "\"checkpoints\" must have one * (for the step)");
+  }
+  const YAML::Node predict = root["predict"];
+  if (!predict)
+    return reader.Error(root, "\"predict\" is missing (a command, torchscript or onnx)");
+  if (predict.IsScalar()) {
+    if (predict.Scalar() == "torchscript")
+      contract.predictor = PredictorKind::kTorchScript;
+    else if (predict.Scalar() == "onnx")
+      contract.predictor = PredictorKind::kOnnx;
+    else
+      reader.Error(predict, "\"predict\" is \"" + predict.Scalar() +
+                                "\", but must be a command, torchscript or onnx");
+    return;
+  }
+  contract.predict = reader.Texts(root, "predict", true);
+  reader.CheckPlaceholders(predict, contract.predict, kPredictNames);
+}
+
+void ReadNeeds(Reader& reader, const YAML::Node& root, TrainerContract& contract) {
+  const YAML::Node needs = root["needs"];
+  if (!needs) return;
+  reader.CheckKeys(needs, "needs", {"gpus", "memory_mb", "tags"});
+  if (!needs.IsMap()) return;
+  contract.gpus = static_cast<int>(reader.Count(needs, "gpus"));
+  contract.memory_mb = reader.Count(needs, "memory_mb");
+  contract.tags = reader.Texts(needs, "tags", false);
+}
+
+}  // namespace
+
+absl::StatusOr<TrainerContract> ParseTrainerContract(std::string_view yaml,
+                                                     const std::string& file) {
+  TrainerContract contract;
+  Reader reader(file);
+  YAML::Node root;
+  try {
+    root = YAML::Load(std::string(yaml));
+  } catch (const YAML::Exception& error) {
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     file + ":" + std::to_string(error.mark.line + 1) + ": not YAML: " + error.msg);
+  }
+  if (!root.IsMap())
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     file + ": must be a map with \"trainer\", \"train\"...");
+  reader.CheckKeys(root, "the trainer",
+                   {"trainer", "layout", "directory", "links", "train", "resume", "steps",
+                    "progress", "leaves", "predict", "needs"});
+  contract.name = reader.Text(root, "trainer", true);
+  contract.layout = reader.Text(root, "layout", true);
+  if (!contract.layout.empty() &&
+      std::find(kLayouts.begin(), kLayouts.end(), contract.layout) == kLayouts.end()) {
+    reader.Error(root["layout"],
+                 "unknown layout \"" + contract.layout + "\" (there are " + Listed(kLayouts) + ")");
+  }
+  contract.directory = reader.Text(root, "directory", false);
+  reader.CheckPlaceholders(root["directory"], {contract.directory}, kFolderNames);
+  contract.links = reader.Texts(root, "links", false);
+  reader.CheckPlaceholders(root["links"], contract.links, kFolderNames);
+  contract.train = reader.Texts(root, "train", true);
+  reader.CheckPlaceholders(root["train"], contract.train, kTrainNames);
+  if (root["train"] && contract.train.empty())
+    reader.Error(root["train"], "\"train\" must not be empty");
+  contract.resume = reader.Texts(root, "resume", false);
+  reader.CheckPlaceholders(root["resume"], contract.resume, kResumeNames);
+  contract.default_steps = reader.Count(root, "steps");
+  ReadProgressFields(reader, root, contract);
+  ReadOutcomeFields(reader, root, contract);
+  ReadNeeds(reader, root, contract);
+  if (!reader.errors().empty())
+    return MakeError(absl::StatusCode::kInvalidArgument, reader.errors());
+  return contract;
+}
+
+absl::StatusOr<TrainerContract> ReadTrainerContract(const std::string& path) {
+  ASSIGN_OR_RETURN(const std::string text, ReadFile(path, size_t{1} << 20));
+  return ParseTrainerContract(text, path);
+}
+
+absl::StatusOr<std::vector<std::string>> ExpandCommand(const std::vector<std::string>& command,
+                                                       const CommandValues& values) {
+  std::vector<std::string> expanded;
+  const auto expand = [&](std::string argument,
+                          const std::map<std::string, std::string>& by_name) -> absl::Status {
+    std::string result;
+    size_t at = 0;
+    for (const std::string& name : PlaceholdersIn(argument)) {
+      const std::string token = "{" + name + "}";
+      const size_t place = argument.find(token, at);
+      const auto value = by_name.find(name);
+      if (value == by_name.end())
+        return MakeError(absl::StatusCode::kInvalidArgument,
+                         "no value for " + token + " in \"" + argument + "\"");
+      result += argument.substr(at, place - at) + value->second;
+      at = place + token.size();
+    }
+    expanded.push_back(result + argument.substr(at));
+    return absl::OkStatus();
+  };
+  for (const std::string& argument : command) {
+    const std::vector<std::string> names = PlaceholdersIn(argument);
+    if (std::find(names.begin(), names.end(), "data") == names.end()) {
+      RETURN_IF_ERROR(expand(argument, values.values));
+      continue;
+    }
+    for (const auto& [folder, weight] : values.data) {
+      std::map<std::string, std::string> by_name = values.values;
+      by_name["data"] = folder;
+      by_name["weight"] = weight;
+      RETURN_IF_ERROR(expand(argument, by_name));
+    }
+  }
+  return expanded;
+}
+
+std::optional<TrainerProgress> ReadProgress(const TrainerContract& contract,
+                                            const std::string& line) {
+  TrainerProgress progress;
+  if (contract.progress == ProgressFormat::kJsonLines) {
+    const nlohmann::json json = nlohmann::json::parse(line, nullptr, /*allow_exceptions=*/false);
+    if (!json.is_object() || !json.contains("step") || !json["step"].is_number_integer())
+      return std::nullopt;
+    progress.step = json["step"].get<int64_t>();
+    const auto number = [&](const char* key) -> std::optional<double> {
+      if (!json.contains(key) || !json[key].is_number()) return std::nullopt;
+      return json[key].get<double>();
+    };
+    progress.loss = number("loss");
+    progress.epe_px = number("epe_px");
+    progress.eta_s = number("eta_s");
+    return progress;
+  }
+  std::smatch match;
+  if (!std::regex_search(line, match, std::regex(contract.progress_pattern))) return std::nullopt;
+  for (size_t i = 0; i < contract.progress_groups.size(); ++i) {
+    const std::string &name = contract.progress_groups[i], text = match[i + 1];
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    if (end == text.c_str()) continue;
+    if (name == "step") progress.step = static_cast<int64_t>(value);
+    if (name == "loss") progress.loss = value;
+    if (name == "epe_px") progress.epe_px = value;
+    if (name == "eta_s") progress.eta_s = value;
+  }
+  return progress;
+}
+
+}  // namespace parallax

@@ -1,0 +1,72 @@
+// Trainers as YAML files: how a worker runs a training program, ours or someone else's, reads its
+// progress, finds what it leaves, and lets it predict. configs/trainers/ has examples.
+//
+// Commands are lists of arguments, never lines for a shell. An argument may hold placeholders:
+//   {data}       folder of one part of the training data, in the layout that the trainer names
+//   {weight}     share of that part; an argument with {data} is repeated for each part
+//   {out}        folder for what the trainer leaves, also its working folder unless `directory`
+//   says otherwise {seed} {steps} {threads} {device} {resume}     the checkpoint to go on from
+//   (`resume` only) {checkpoint} {list}   of `predict`: the trained checkpoint; lines "left right
+//   output.pfm" {repository} the folder of the trainer's own code on the worker
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/status.h"
+
+namespace parallax {
+
+enum class ProgressFormat { kJsonLines, kPattern };
+enum class PredictorKind { kCommand, kTorchScript, kOnnx };
+
+struct TrainerContract {
+  std::string name;
+  std::string layout;     // "archive", or a layout of `parallax export`.
+  std::string directory;  // Where commands run; may hold {out} and {repository}. Empty: {out}.
+  std::vector<std::string>
+      links;  // "path=target" made in {out} before the start; placeholders as above.
+  std::vector<std::string> train;   // The command.
+  std::vector<std::string> resume;  // Appended when there is a checkpoint; empty: it cannot resume.
+  int64_t default_steps = 0;        // 0: the study must say.
+  ProgressFormat progress = ProgressFormat::kJsonLines;
+  std::string progress_pattern;  // A regular expression with the groups below.
+  std::vector<std::string>
+      progress_groups;  // Of "step", "loss", "epe_px", "eta_s", in order of the groups.
+  std::string
+      checkpoint_pattern;        // Of files in {out}, with one "*" for the step: "checkpoint-*.pt".
+  std::string final_checkpoint;  // In {out}.
+  PredictorKind predictor = PredictorKind::kCommand;
+  std::vector<std::string> predict;  // The command of kCommand.
+  int gpus = 0;
+  int64_t memory_mb = 0;
+  std::vector<std::string> tags;
+};
+
+// Errors: kInvalidArgument: "FILE:LINE: what is wrong", all errors of the file, one a line.
+absl::StatusOr<TrainerContract> ParseTrainerContract(std::string_view yaml,
+                                                     const std::string& file);
+absl::StatusOr<TrainerContract> ReadTrainerContract(const std::string& path);
+
+struct CommandValues {
+  std::map<std::string, std::string> values;              // By placeholder, without braces.
+  std::vector<std::pair<std::string, std::string>> data;  // Folder and weight of each part.
+};
+
+// Errors: kInvalidArgument for a placeholder without a value.
+absl::StatusOr<std::vector<std::string>> ExpandCommand(const std::vector<std::string>& command,
+                                                       const CommandValues& values);
+
+struct TrainerProgress {
+  std::optional<int64_t> step;
+  std::optional<double> loss, epe_px, eta_s;
+};
+
+// Empty for a line that tells no progress.
+std::optional<TrainerProgress> ReadProgress(const TrainerContract& contract,
+                                            const std::string& line);
+
+}  // namespace parallax

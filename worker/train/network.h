@@ -1,0 +1,75 @@
+// The built-in stereo network: about half a million weights, made to be trained in minutes on a
+// CPU.
+//
+// Siamese features at 1/2, 1/4, 1/8 and 1/16; group-wise correlation of normalised features over
+// all disparities at 1/4; a light 3D hourglass steered by the left image's features; a soft-argmin
+// about the best disparity; convex upsampling to 1/2, where a local correlation corrects the
+// disparity, and again to full size. Group normalisation throughout: no statistics of batches.
+//   Sources: Guo et al., GwcNet, CVPR 2019 (group-wise correlation); Bangunharcana et al., CoEx,
+//   IROS 2021 (guided excitation); Teed and Deng, RAFT, ECCV 2020 (convex upsampling); Xu et al.,
+//   "Adaptive Multi-Modal Cross-Entropy Loss for Stereo Matching", CVPR 2024 (distribution loss,
+//   one mode read out).
+#pragma once
+
+#include <torch/nn/module.h>
+#include <torch/nn/modules/container/sequential.h>
+#include <torch/nn/modules/conv.h>
+#include <torch/types.h>
+
+#include <memory>
+
+namespace parallax {
+
+// Sizes must be multiples of this; PredictDisparity pads.
+inline constexpr int64_t kSizeMultiple = 32;
+
+struct StereoOutput {
+  torch::Tensor disparity;  // (batch, 1, height, width), pixels of the input.
+  torch::Tensor half;       // The same at 1/2, before the correction; still pixels of the input.
+  torch::Tensor quarter;    // At 1/4, pixels of the input.
+  torch::Tensor
+      log_scores;  // (batch, disparities / 4, height / 4, width / 4): log-probabilities at 1/4.
+};
+
+class StereoNetwork : public torch::nn::Module {
+ public:
+  StereoNetwork();
+
+  // `left` and `right` are (batch, 3, height, width) in [0, 1], sizes multiples of kSizeMultiple;
+  // `max_disparity` is in pixels, a multiple of 4 (16 or more).
+  StereoOutput Forward(const torch::Tensor& left, const torch::Tensor& right,
+                       int64_t max_disparity);
+
+  // From now on Forward consists of torch's own operations only, so that it can be traced. Slower.
+  void UsePlainOperations() { plain_ = true; }
+
+ private:
+  struct Features {
+    torch::Tensor half, quarter, eighth, sixteenth, match;
+  };
+  Features Describe(const torch::Tensor& images);
+  torch::Tensor Aggregate(const torch::Tensor& volume, const Features& left);
+
+  torch::nn::Sequential half_, quarter_, eighth_, sixteenth_;  // Features, downwards.
+  torch::nn::Sequential up_eighth_, up_quarter_, lateral_eighth_, lateral_quarter_, match_;
+  torch::nn::Sequential cost_eighth_, cost_sixteenth_;  // The hourglass, downwards,
+  torch::nn::Sequential narrow_sixteenth_, merge_eighth_, narrow_eighth_, merge_quarter_,
+      score_;  // and up.
+  torch::nn::Sequential guide_quarter_, guide_eighth_, guide_sixteenth_;
+  torch::nn::Sequential upsample_half_, correct_, correction_, upsample_full_;
+  bool plain_ = false;
+};
+
+// Normal weights of He et al. drawn from `seed` alone, tensor by tensor in order of names.
+void InitialiseWeights(StereoNetwork& network, uint64_t seed);
+
+// Disparity at twice the size: each fine pixel is a weighted mean of the 3x3 coarse pixels around
+// it. `weights` is (batch, 36, height, width): softmax over the nine of each of the four fine
+// pixels.
+torch::Tensor ConvexUpsample(const torch::Tensor& coarse, const torch::Tensor& weights);
+
+// Mean disparity of the five candidates about the most likely one, (batch, 1, height, width), in
+// candidates. `log_scores` is (batch, candidates, height, width).
+torch::Tensor ModeDisparity(const torch::Tensor& log_scores);
+
+}  // namespace parallax

@@ -1,0 +1,43 @@
+// AdamW over one flat vector of all weights, with a moving average of the weights beside it. Flat,
+// because a checkpoint is then four vectors, in the same bytes every time.
+//   Source: Loshchilov and Hutter, "Decoupled Weight Decay Regularization", ICLR 2019.
+#pragma once
+
+#include <torch/nn/module.h>
+#include <torch/types.h>
+
+#include <string>
+
+#include "worker/train/settings.h"
+
+namespace parallax {
+
+struct OptimiserState {
+  torch::Tensor weights, average, mean, square;  // One-dimensional, float32.
+};
+
+class Optimiser {
+ public:
+  // Moves the weights and gradients of `network`, which must outlive this, into flat vectors.
+  explicit Optimiser(torch::nn::Module& network);
+
+  // After backward(): clips the gradients, changes the weights and the average, clears the
+  // gradients. `step` counts from 0. Returns the norm of the gradients before clipping.
+  double Step(const TrainSettings& settings, int64_t step);
+
+  // The state itself, not a copy. `step` of the next Step must follow that of the state.
+  const OptimiserState& state() const { return state_; }
+  void Restore(const OptimiserState& state);
+
+ private:
+  OptimiserState state_;
+  torch::Tensor gradients_;
+};
+
+// Copies a flat vector into the network's weights. The sizes must be equal.
+void SetWeights(torch::nn::Module& network, const torch::Tensor& flat);
+
+// "name height x width ...;" for each weight, in the order of the flat vector.
+std::string LayoutOf(const torch::nn::Module& network);
+
+}  // namespace parallax

@@ -1,0 +1,101 @@
+#include "worker/train/predictor.h"
+
+#include <ATen/Parallel.h>
+#include <torch/nn/functional.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "worker/train/checkpoint.h"
+
+namespace parallax {
+namespace {
+
+namespace F = torch::nn::functional;
+using torch::Tensor;
+
+int RoundUp(double value, int multiple) {
+  return static_cast<int>(std::ceil(value / multiple - 1e-9)) * multiple;
+}
+
+// (1, 3, padded height, padded width) in [0, 1]; the last row and column are repeated.
+Tensor ToTensor(const ImageRgb8& image, const NetworkSize& size) {
+  cv::Mat pixels(image.height(), image.width(), CV_8UC3, const_cast<uint8_t*>(image.data()));
+  if (size.width != image.width() || size.height != image.height()) {
+    cv::resize(pixels, pixels, cv::Size(size.width, size.height), 0, 0, cv::INTER_AREA);
+  }
+  const Tensor bytes = torch::from_blob(pixels.data, {size.height, size.width, 3}, torch::kByte);
+  const Tensor planes = bytes.permute({2, 0, 1}).to(torch::kFloat).div(255).unsqueeze(0);
+  return F::pad(planes, F::PadFuncOptions({0, size.padded_width - size.width, 0,
+                                           size.padded_height - size.height})
+                            .mode(torch::kReplicate));
+}
+
+}  // namespace
+
+NetworkSize ChooseNetworkSize(int width, int height, int trained_disparity, double max_disparity) {
+  double scale = std::min(1.0, static_cast<double>(kNetworkWidth) / width);
+  if (max_disparity > 0) scale = std::min(scale, kNetworkDisparity / max_disparity);
+  NetworkSize size;
+  size.width = std::max(1, static_cast<int>(std::lround(width * scale)));
+  size.height = std::max(1, static_cast<int>(std::lround(height * scale)));
+  size.padded_width = RoundUp(size.width, static_cast<int>(kSizeMultiple));
+  size.padded_height = RoundUp(size.height, static_cast<int>(kSizeMultiple));
+  const double wanted = max_disparity > 0 ? max_disparity * scale : trained_disparity;
+  size.max_disparity = std::clamp(RoundUp(wanted, 16), 32, kNetworkDisparity);
+  return size;
+}
+
+struct Predictor::State {
+  std::shared_ptr<StereoNetwork> network = std::make_shared<StereoNetwork>();
+  int trained_disparity = 192;
+};
+
+Predictor::Predictor(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Predictor::Predictor(Predictor&&) noexcept = default;
+Predictor::~Predictor() = default;
+
+absl::StatusOr<Predictor> Predictor::Load(const std::string& path) {
+  auto state = std::make_unique<State>();
+  ASSIGN_OR_RETURN(const Checkpoint checkpoint, ReadCheckpoint(path, *state->network));
+  SetWeights(*state->network, checkpoint.state.average);
+  state->trained_disparity = checkpoint.settings.value("max_disparity", 192);
+  return Predictor(std::move(state));
+}
+
+absl::StatusOr<ImageF> Predictor::Predict(const ImageRgb8& left, const ImageRgb8& right,
+                                          const PredictOptions& options) const {
+  if (left.empty() || left.width() != right.width() || left.height() != right.height()) {
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     "the left image is " + std::to_string(left.width()) + "x" +
+                         std::to_string(left.height()) + " px, the right " +
+                         std::to_string(right.width()) + "x" + std::to_string(right.height()));
+  }
+  if (options.threads > 0) at::set_num_threads(options.threads);
+  const NetworkSize size = ChooseNetworkSize(left.width(), left.height(), state_->trained_disparity,
+                                             options.max_disparity);
+  const torch::NoGradGuard no_grad;
+  Tensor disparity;
+  try {
+    disparity =
+        state_->network->Forward(ToTensor(left, size), ToTensor(right, size), size.max_disparity)
+            .disparity;
+  } catch (const std::exception& error) {
+    const std::string text = error.what();
+    return MakeError(absl::StatusCode::kResourceExhausted, text.substr(0, text.find('\n')));
+  }
+  disparity = disparity.slice(2, 0, size.height).slice(3, 0, size.width).contiguous();
+  const double scale = static_cast<double>(left.width()) / size.width;
+  cv::Mat small(size.height, size.width, CV_32F, disparity.data_ptr<float>()), full;
+  cv::resize(small, full, cv::Size(left.width(), left.height()), 0, 0, cv::INTER_LINEAR);
+  ImageF result(left.width(), left.height());
+  for (int y = 0; y < left.height(); ++y) {
+    const float* row = full.ptr<float>(y);
+    for (int x = 0; x < left.width(); ++x)
+      result(x, y) = static_cast<float>(std::max(0.0, scale * row[x]));
+  }
+  return result;
+}
+
+}  // namespace parallax

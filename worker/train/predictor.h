@@ -1,0 +1,57 @@
+// Disparities of any stereo pair from a checkpoint. No torch in this header.
+//
+// Sizes and ranges: the pair is padded to a multiple of 32 px. A pair wider than kNetworkWidth is
+// reduced to that width first and its disparities are scaled back. At the size that the network
+// sees it searches `max_disparity` px (by default as far as it was trained, 192), at most
+// kNetworkDisparity: for more, the pair is reduced further. Truth beyond the range is missed, never
+// reported as an error.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "common/base/status.h"
+#include "common/image/image.h"
+
+namespace parallax {
+
+inline constexpr int kNetworkWidth = 1280;     // Pixels.
+inline constexpr int kNetworkDisparity = 384;  // Pixels.
+
+struct PredictOptions {
+  double max_disparity =
+      0;            // Pixels of the input; 0: the range of training, at the network's size.
+  int threads = 0;  // 0: as torch chooses.
+};
+
+// How an input is brought to the network.
+struct NetworkSize {
+  int width = 0, height = 0;                // After reduction.
+  int padded_width = 0, padded_height = 0;  // Multiples of 32.
+  int max_disparity = 0;                    // A multiple of 16.
+};
+
+NetworkSize ChooseNetworkSize(int width, int height, int trained_disparity, double max_disparity);
+
+// Thread-safe after Load.
+class Predictor {
+ public:
+  // Errors: as ReadCheckpoint.
+  static absl::StatusOr<Predictor> Load(const std::string& checkpoint);
+
+  // Disparity of each left pixel in pixels of the input, finite, >= 0, of the input's size. The
+  // same pair, options and threads give the same bytes. Errors: kInvalidArgument for an empty image
+  // or two sizes; kResourceExhausted when memory is short.
+  absl::StatusOr<ImageF> Predict(const ImageRgb8& left, const ImageRgb8& right,
+                                 const PredictOptions& options) const;
+
+  Predictor(Predictor&&) noexcept;
+  ~Predictor();
+
+ private:
+  struct State;
+  explicit Predictor(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace parallax

@@ -1,0 +1,17 @@
+// A checkpoint as a TorchScript module. No torch in this header.
+#pragma once
+
+#include <string>
+
+#include "common/base/status.h"
+
+namespace parallax {
+
+// Writes a module for pairs of exactly height x width px (multiples of 32), since tracing keeps
+// sizes: forward(left, right), each (1, 3, height, width) in [0, 1], gives (1, 1, height, width),
+// the left image's disparity in pixels. It searches as far as the checkpoint was trained. Errors:
+// kInvalidArgument for other sizes; as ReadCheckpoint and WriteFile.
+absl::Status ExportTorchScript(const std::string& checkpoint, const std::string& path, int height,
+                               int width);
+
+}  // namespace parallax

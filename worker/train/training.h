@@ -1,0 +1,40 @@
+// The training run: batches in, checkpoints and progress out. No torch in this header.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "worker/train/settings.h"
+#include "worker/train/training_data.h"
+
+namespace parallax {
+
+struct TrainingJob {
+  TrainSettings settings;
+  double minutes =
+      0;  // When above 0: `settings.steps` is set to what fits, by timing a few steps first.
+  std::vector<TrainingSource> sources;
+  std::vector<TrainingSource> heldout;  // Scored at the end; may be empty.
+  int heldout_pairs = 50;
+  std::string out_dir;
+  std::string resume;              // A checkpoint of the same run, or empty.
+  int64_t checkpoint_every = 250;  // Steps.
+  int progress_every = 10;         // Steps.
+  int loader_threads = 1;
+};
+
+struct TrainingEnd {
+  TrainerExit exit = TrainerExit::kDone;
+  std::string message;  // One line; empty when done.
+};
+
+// Writes `out_dir`/train.json, checkpoint-<step>.pt (step in six digits) and final.pt, and calls
+// `progress` with one JSON object for each event. A run that is killed and resumed from any of its
+// checkpoints ends in a final.pt of the same bytes as one that is left alone (same machine type and
+// threads). When `stop` becomes true: a checkpoint, and TrainerExit::kStopped.
+TrainingEnd RunTraining(const TrainingJob& job, const std::atomic<bool>& stop,
+                        const std::function<void(const nlohmann::ordered_json&)>& progress);
+
+}  // namespace parallax

@@ -18,8 +18,8 @@ struct TrainingCrop {
   int height = 0, width = 0;
   std::vector<float> left, right;   // Three planes R, G, B in [0, 1].
   std::vector<float> disparity_px;  // Pixels of the crop.
-  std::vector<float>
-      weight;  // Of the pixel's loss: 1 visible, less where occluded, 0 without truth.
+  // Of the pixel's loss: 1 visible, less where occluded, 0 without truth.
+  std::vector<float> weight;
 };
 
 // The placement of a crop in the pair, drawn by DrawGeometry.
@@ -41,7 +41,7 @@ TrainingCrop CutCrop(const TrainingPair& pair, const CropGeometry& geometry,
 // Colours, blur, noise and erased rectangles, in place; disparity and weight stay.
 void ChangeColours(TrainingCrop& crop, const AugmentSettings& settings, const Rng& rng);
 
-// All of the above.
+// All of the above. Errors: as DrawGeometry.
 absl::StatusOr<TrainingCrop> Augment(const TrainingPair& pair, const TrainSettings& settings,
                                      const Rng& rng);
 

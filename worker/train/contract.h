@@ -27,17 +27,17 @@ struct TrainerContract {
   std::string name;
   std::string layout;     // "archive", or a layout of `parallax export`.
   std::string directory;  // Where commands run; may hold {out} and {repository}. Empty: {out}.
-  std::vector<std::string>
-      links;  // "path=target" made in {out} before the start; placeholders as above.
+  // "path=target" made in {out} before the start; placeholders as above.
+  std::vector<std::string> links;
   std::vector<std::string> train;   // The command.
   std::vector<std::string> resume;  // Appended when there is a checkpoint; empty: it cannot resume.
   int64_t default_steps = 0;        // 0: the study must say.
   ProgressFormat progress = ProgressFormat::kJsonLines;
   std::string progress_pattern;  // A regular expression with the groups below.
-  std::vector<std::string>
-      progress_groups;  // Of "step", "loss", "epe_px", "eta_s", in order of the groups.
-  std::string
-      checkpoint_pattern;        // Of files in {out}, with one "*" for the step: "checkpoint-*.pt".
+  // Of "step", "loss", "epe_px", "eta_s", in order of the groups.
+  std::vector<std::string> progress_groups;
+  // Of files in {out}, with one "*" for the step: "checkpoint-*.pt".
+  std::string checkpoint_pattern;
   std::string final_checkpoint;  // In {out}.
   PredictorKind predictor = PredictorKind::kCommand;
   std::vector<std::string> predict;  // The command of kCommand.

@@ -31,7 +31,7 @@ void ForEachRow(const Shape& shape, RowFn row) {
   });
 }
 
-// ---- The whole range of disparities -----------------------------------------------------------
+// ---- The whole range of disparities
 
 struct VolumeFunction : public torch::autograd::Function<VolumeFunction> {
   static Tensor forward(AutogradContext* context, const Tensor& left_in, const Tensor& right_in,
@@ -83,7 +83,7 @@ struct VolumeFunction : public torch::autograd::Function<VolumeFunction> {
   }
 };
 
-// ---- Around one disparity ---------------------------------------------------------------------
+// ---- Around one disparity
 
 // Column x - disparity - r of the right image as the two columns around it and the second's weight.
 struct Columns {

@@ -34,7 +34,7 @@ int Fail(const absl::Status& status) {
               ToStd(status.message()));
 }
 
-// ---- train ------------------------------------------------------------------------------------
+// ---- train
 
 struct TrainOptions {
   TrainingJob job;
@@ -91,7 +91,7 @@ CLI::App* AddTrain(CLI::App& app, TrainOptions& o) {
       ->add_option("--minutes", o.job.minutes,
                    "Instead of --steps: as many as fit, by timing a few first")
       ->excludes(steps)
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(0.01, 1e6));
   command->add_option("--resume", o.job.resume, "A checkpoint of the same run to go on from");
   command->add_option("--threads", s.threads, "CPU threads; part of what decides the result")
       ->capture_default_str();
@@ -110,14 +110,14 @@ CLI::App* AddTrain(CLI::App& app, TrainOptions& o) {
       ->capture_default_str();
   command->add_option("--checkpoint-every", o.job.checkpoint_every, "Steps")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1, 1000000));
   command->add_option("--progress-every", o.job.progress_every, "Steps")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1, 1000000));
   command->add_option("--heldout", o.heldout, "Datasets to score at the end");
   command->add_option("--heldout-pairs", o.job.heldout_pairs, "Pairs of each")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1, 1000000));
   command->add_flag("--unfiltered", o.sources.unfiltered,
                     "Also train on pairs that a filter turned down");
   command->add_flag("--allow-missing", o.sources.allow_missing,
@@ -125,7 +125,7 @@ CLI::App* AddTrain(CLI::App& app, TrainOptions& o) {
   return command;
 }
 
-// ---- predict and export -----------------------------------------------------------------------
+// ---- predict and export
 
 struct PredictArguments {
   std::string checkpoint, list, left, right, out, size;
@@ -182,8 +182,8 @@ CLI::App* AddPredict(CLI::App& app, PredictArguments& a) {
   command
       ->add_option("--max-disparity", a.options.max_disparity,
                    "Pixels to search (default: as trained)")
-      ->check(CLI::PositiveNumber);
-  command->add_option("--threads", a.options.threads, "CPU threads")->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1.0, 1e5));
+  command->add_option("--threads", a.options.threads, "CPU threads")->check(CLI::Range(1, 1024));
   return command;
 }
 

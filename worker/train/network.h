@@ -27,8 +27,8 @@ struct StereoOutput {
   torch::Tensor disparity;  // (batch, 1, height, width), pixels of the input.
   torch::Tensor half;       // The same at 1/2, before the correction; still pixels of the input.
   torch::Tensor quarter;    // At 1/4, pixels of the input.
-  torch::Tensor
-      log_scores;  // (batch, disparities / 4, height / 4, width / 4): log-probabilities at 1/4.
+  // (batch, disparities / 4, height / 4, width / 4): log-probabilities at 1/4.
+  torch::Tensor log_scores;
 };
 
 class StereoNetwork : public torch::nn::Module {
@@ -52,9 +52,9 @@ class StereoNetwork : public torch::nn::Module {
 
   torch::nn::Sequential half_, quarter_, eighth_, sixteenth_;  // Features, downwards.
   torch::nn::Sequential up_eighth_, up_quarter_, lateral_eighth_, lateral_quarter_, match_;
-  torch::nn::Sequential cost_eighth_, cost_sixteenth_;  // The hourglass, downwards,
-  torch::nn::Sequential narrow_sixteenth_, merge_eighth_, narrow_eighth_, merge_quarter_,
-      score_;  // and up.
+  // The hourglass, downwards and up again.
+  torch::nn::Sequential cost_eighth_, cost_sixteenth_;
+  torch::nn::Sequential narrow_sixteenth_, merge_eighth_, narrow_eighth_, merge_quarter_, score_;
   torch::nn::Sequential guide_quarter_, guide_eighth_, guide_sixteenth_;
   torch::nn::Sequential upsample_half_, correct_, correction_, upsample_full_;
   bool plain_ = false;

@@ -19,8 +19,8 @@ inline constexpr int kNetworkWidth = 1280;     // Pixels.
 inline constexpr int kNetworkDisparity = 384;  // Pixels.
 
 struct PredictOptions {
-  double max_disparity =
-      0;            // Pixels of the input; 0: the range of training, at the network's size.
+  // Pixels of the input; 0: the range of training, at the network's size.
+  double max_disparity = 0;
   int threads = 0;  // 0: as torch chooses.
 };
 

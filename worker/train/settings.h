@@ -44,8 +44,8 @@ struct TrainSettings {
   double learning_rate = 1.0e-3;  // Peak of the one-cycle schedule.
   double weight_decay = 1.0e-5;
   double gradient_clip = 1.0;  // Norm of all gradients together.
-  double average_decay =
-      0.99;  // Weights that predict are a moving average over about 1 / (1 - decay) steps.
+  // Weights that predict are a moving average over about 1 / (1 - decay) steps.
+  double average_decay = 0.99;
   double occluded_weight = 0.2;  // Loss of pixels that the right eye does not see, against 1.
   AugmentSettings augment;
 };

@@ -13,8 +13,8 @@ namespace parallax {
 
 struct TrainingJob {
   TrainSettings settings;
-  double minutes =
-      0;  // When above 0: `settings.steps` is set to what fits, by timing a few steps first.
+  // When above 0: `settings.steps` is set to what fits, by timing a few steps first.
+  double minutes = 0;
   std::vector<TrainingSource> sources;
   std::vector<TrainingSource> heldout;  // Scored at the end; may be empty.
   int heldout_pairs = 50;

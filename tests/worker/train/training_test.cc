@@ -54,7 +54,7 @@ std::string HashOf(const std::string& path) {
   return hash.ok() ? *hash : hash.status().ToString();
 }
 
-// ---- The program ------------------------------------------------------------------------------
+// ---- The program
 
 struct Outcome {
   int exit = -1;
@@ -160,7 +160,7 @@ TEST(Trainer, ErrorsAreOneLineAndHaveTheirOwnExitStatus) {
   }
 }
 
-// ---- Learning ---------------------------------------------------------------------------------
+// ---- Learning
 
 TEST(Training, LossThatIsNotFiniteEndsTheRun) {
   TrainingJob job = TinyJob("nan", 20);

@@ -278,7 +278,7 @@ TrainingEnd RunTraining(const TrainingJob& job, const std::atomic<bool>& stop,
   } catch (const std::exception& error) {
     const std::string text = error.what();
     const std::string line = text.substr(0, text.find('\n'));
-    if (text.find("not enough memory") != std::string::npos ||
+    if (text.find("can't allocate memory") != std::string::npos ||
         text.find("out of memory") != std::string::npos) {
       return {TrainerExit::kOutOfMemory,
               "out of memory: take a smaller --crop or --batch (" + line + ")"};

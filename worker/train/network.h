@@ -1,4 +1,4 @@
-// The built-in stereo network: about half a million weights, made to be trained in minutes on a
+// The built-in stereo network: 0.64 million weights, made to be trained in minutes on a
 // CPU.
 //
 // Siamese features at 1/2, 1/4, 1/8 and 1/16; group-wise correlation of normalised features over

@@ -10,6 +10,7 @@
 #include "coordinator/client/text.h"
 #include "coordinator/study/expansion.h"
 #include "coordinator/study/keys.h"
+#include "worker/materials/picture_folder.h"
 
 namespace parallax::client {
 namespace {
@@ -119,6 +120,33 @@ absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
   }
   RETURN_IF_ERROR(OfOptions(ValidateStudy(study)));
   return study;
+}
+
+absl::Status HashPictures(v1::StudySpec& study) {
+  for (v1::VariantSpec& variant : *study.mutable_variants()) {
+    if (variant.config().materials().picture_dir().empty()) continue;
+    v1::MaterialConfig& materials = *variant.mutable_config()->mutable_materials();
+    // As the workers of `run` see it, and those of a farm whose picture root is "/".
+    const std::string dir = "/" + materials.picture_dir();
+    const auto pictures = ReadPictureFolder(dir);
+    if (absl::IsNotFound(pictures.status())) {
+      if (!materials.pictures_sha256().empty()) continue;
+      return MakeError(absl::StatusCode::kInvalidArgument,
+                       ToStd(pictures.status().message()) +
+                           ", as seen from here; where it is, `parallax config pictures DIR` tells "
+                           "what to write as materials.pictures_sha256");
+    }
+    RETURN_IF_ERROR(pictures.status());
+    const std::string seen = ContentHashOf(*pictures);
+    if (!materials.pictures_sha256().empty() && materials.pictures_sha256() != seen) {
+      return MakeError(absl::StatusCode::kFailedPrecondition,
+                       "variant " + variant.name() + ": the pictures in " + dir +
+                           " are not those of materials.pictures_sha256 (their content is " + seen +
+                           ")");
+    }
+    materials.set_pictures_sha256(seen);
+  }
+  return absl::OkStatus();
 }
 
 std::string DescribeSize(const v1::StudySpec& study) {

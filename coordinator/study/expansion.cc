@@ -32,6 +32,12 @@ absl::Status CheckStudySpec(const v1::StudySpec& spec) {
     RETURN_IF_ERROR(WithContext(CheckRange("pairs", PairsOf(spec, variant), 1, kMaxPairs), where));
     RETURN_IF_ERROR(WithContext(
         CheckRange("rigs_per_scene", RigsPerSceneOf(spec, variant), 1, kMaxRigsPerScene), where));
+    const v1::MaterialConfig& materials = variant.config().materials();
+    if (!materials.picture_dir().empty() && materials.pictures_sha256().empty()) {
+      return Bad(where +
+                 ": materials.pictures_sha256 is missing; results are kept by the content of the "
+                 "pictures, which this release's client tells");
+    }
   }
   return absl::OkStatus();
 }

@@ -56,12 +56,12 @@ std::string LockText(const v1::StudySpec& study) {
   return VersionLine() + "\n" + StudyToYaml(study);
 }
 
-// The lines of a lock file that decide about its frames: more pairs may be added to an archive, and
-// its filters may change.
+// The lines of a lock file that decide about its frames: more pairs may be added to an archive, its
+// filters may change, and its inputs may move.
 std::vector<std::string> LinesAboutFrames(v1::StudySpec study) {
   for (v1::VariantSpec& variant : *study.mutable_variants()) {
     *variant.mutable_config() = FieldsOf(variant.config(), [](v1::FieldRule::Stage stage) {
-      return stage != v1::FieldRule::FINISH;
+      return stage != v1::FieldRule::FINISH && stage != v1::FieldRule::PLACE;
     });
   }
   std::vector<std::string> lines;

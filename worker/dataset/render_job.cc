@@ -5,6 +5,7 @@
 #include "worker/dataset/render_frames.h"
 #include "worker/scene/scene_geometry.h"
 #include "worker/scene/upgrade.h"
+#include "worker/scene/scene_pictures.h"
 
 namespace parallax {
 namespace {
@@ -23,6 +24,7 @@ absl::StatusOr<v1::RenderResult> RunRenderJob(const v1::RenderJob& job,
   v1::RenderJob upgraded = job;
   RETURN_IF_ERROR(UpgradeScene(*upgraded.mutable_scene()));
   try {
+    RETURN_IF_ERROR(LocatePictures(job.picture_dir(), *upgraded.mutable_scene()));
     return RenderFrames(upgraded, context, &BuildRenderer, *cache);
   } catch (const std::bad_alloc&) {
     return absl::ResourceExhaustedError("not enough memory to render the scene");

@@ -20,7 +20,7 @@ struct RenderJobContext {
 };
 
 // Errors: kCancelled; kResourceExhausted (disk full, memory); kPermissionDenied; kInvalidArgument
-// for a broken recipe.
+// for a broken recipe; kNotFound and kDataLoss for a user's picture that is gone or has changed.
 absl::StatusOr<v1::RenderResult> RunRenderJob(const v1::RenderJob& job,
                                               const RenderJobContext& context);
 

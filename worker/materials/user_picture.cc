@@ -1,7 +1,6 @@
 #include "worker/materials/user_picture.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 
@@ -84,20 +83,16 @@ class UserPicture final : public PointMaterial {
   float roughness_ = 0.5f;
 };
 
-bool IsPicture(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return ending == ".png" || ending == ".jpg" || ending == ".jpeg" || ending == ".webp" ||
-         ending == ".tif" || ending == ".tiff" || ending == ".bmp";
-}
-
 std::string& PictureRoot() {
   static auto* root = new std::string;
   return *root;
 }
 
-// The path with links resolved, if it lies below the picture root.
-absl::StatusOr<std::filesystem::path> BelowRoot(const std::string& path) {
+}  // namespace
+
+void SetPictureRoot(std::string root) { PictureRoot() = std::move(root); }
+
+absl::StatusOr<std::string> BelowPictureRoot(const std::string& path) {
   namespace fs = std::filesystem;
   if (PictureRoot().empty()) {
     return MakeError(absl::StatusCode::kFailedPrecondition,
@@ -109,38 +104,17 @@ absl::StatusOr<std::filesystem::path> BelowRoot(const std::string& path) {
   if (!root.has_filename() && root.has_relative_path()) root = root.parent_path();
   const fs::path full = error ? fs::path() : fs::weakly_canonical(root / path, error);
   const auto [root_end, unused] = std::mismatch(root.begin(), root.end(), full.begin(), full.end());
-  if (!error && root_end == root.end()) return full;
+  if (!error && root_end == root.end()) return full.string();
   return MakeError(
       absl::StatusCode::kFailedPrecondition,
       "picture_dir: " + path + " is not below this worker's --picture-root " + PictureRoot());
 }
 
-}  // namespace
-
-void SetPictureRoot(std::string root) { PictureRoot() = std::move(root); }
-
 absl::StatusOr<std::unique_ptr<const Material>> MakeUserPicture(const std::string& file,
                                                                 uint64_t seed) {
-  ASSIGN_OR_RETURN(const std::filesystem::path path, BelowRoot(file));
-  ASSIGN_OR_RETURN(const ImageRgb8 image, ReadPictureRgb8(path.string()));
+  ASSIGN_OR_RETURN(const std::string path, BelowPictureRoot(file));
+  ASSIGN_OR_RETURN(const ImageRgb8 image, ReadPictureRgb8(path));
   return std::make_unique<UserPicture>(image, seed);
-}
-
-absl::StatusOr<std::vector<std::string>> ListPictures(const std::string& dir) {
-  ASSIGN_OR_RETURN(const std::filesystem::path folder, BelowRoot(dir));
-  std::vector<std::string> files;
-  std::error_code error;
-  for (std::filesystem::recursive_directory_iterator at(folder, error), end; !error && at != end;
-       at.increment(error)) {
-    if (at->is_regular_file(error) && IsPicture(at->path())) {
-      files.push_back(std::filesystem::absolute(at->path()).lexically_normal().string());
-    }
-  }
-  if (files.empty()) {
-    return MakeError(absl::StatusCode::kNotFound, "picture_dir: no pictures in " + dir);
-  }
-  std::sort(files.begin(), files.end());
-  return files;
 }
 
 }  // namespace parallax

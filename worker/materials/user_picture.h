@@ -19,15 +19,14 @@ inline constexpr char kUserPicture[] = "UserPicture";
 // folder, for programs that work for the person who started them. Call it before other threads run.
 void SetPictureRoot(std::string root);
 
+// The path of a file or folder that a study names: relative to the picture root, links resolved.
+// Errors: kFailedPrecondition without a root, or for a path that is not below it.
+absl::StatusOr<std::string> BelowPictureRoot(const std::string& path);
+
 // The picture in `file`, at most 1024 pixels wide or high; gloss and grain of the print are drawn
 // from `seed`. Errors: kNotFound and kInvalidArgument naming the file;
 // kFailedPrecondition outside the picture root.
 absl::StatusOr<std::unique_ptr<const Material>> MakeUserPicture(const std::string& file,
                                                                 uint64_t seed);
-
-// Absolute paths of the pictures in a folder of the picture root and those below it, sorted.
-// Errors: kNotFound when there is no such folder or no picture in it; kFailedPrecondition without a
-// root, or for a folder that is not below it.
-absl::StatusOr<std::vector<std::string>> ListPictures(const std::string& dir);
 
 }  // namespace parallax

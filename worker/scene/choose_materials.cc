@@ -8,6 +8,7 @@
 
 #include "common/base/rng.h"
 #include "worker/materials/material.h"
+#include "worker/materials/picture_folder.h"
 #include "worker/materials/sets.h"
 #include "worker/materials/user_picture.h"
 #include "worker/scene/palettes.h"
@@ -36,9 +37,7 @@ class MaterialChooser {
 
   absl::Status Run() {
     RETURN_IF_ERROR(FindReplacements());
-    if (!config_.picture_dir().empty()) {
-      ASSIGN_OR_RETURN(pictures_, ListPictures(config_.picture_dir()));
-    }
+    if (!config_.picture_dir().empty()) RETURN_IF_ERROR(ReadPictures());
     for (v1::SceneObject& object : *scene_.recipe.mutable_objects()) {
       auto slots = SlotsOf(object);
       if (!slots.ok()) return WithContext(slots.status(), "object " + object.name());
@@ -56,6 +55,18 @@ class MaterialChooser {
   }
 
  private:
+  absl::Status ReadPictures() {
+    ASSIGN_OR_RETURN(const std::string dir, BelowPictureRoot(config_.picture_dir()));
+    ASSIGN_OR_RETURN(pictures_, ReadPictureFolder(dir));
+    const std::string& wanted = config_.pictures_sha256();
+    const std::string seen = ContentHashOf(pictures_);
+    if (wanted.empty() || seen == wanted) return absl::OkStatus();
+    return MakeError(absl::StatusCode::kDataLoss,
+                     "picture_dir: the pictures in " + dir +
+                         " are not those that the study was submitted with (content " + seen +
+                         ", wanted " + wanted + ")");
+  }
+
   absl::Status FindReplacements() {
     switch (config_.mode()) {
       case v1::MaterialConfig::MODE_NONE:
@@ -108,8 +119,8 @@ class MaterialChooser {
     }
     if (Prints(slot) && !pictures_.empty()) {
       Rng draw = own.Child("picture/" + slot.name);
-      const std::string& file = draw.Pick(pictures_);
-      return palettes_.IndexOf(kUserPicture, draw.Seed(), file);
+      const FolderPicture& picture = draw.Pick(pictures_);
+      return palettes_.IndexOf(kUserPicture, draw.Seed(), picture);
     }
     const bool screen = Prints(slot) && slot.name.find("screen") != std::string::npos;
     if (Prints(slot) && !screen && object.relation() != "on_wall") {
@@ -141,7 +152,7 @@ class MaterialChooser {
   const Rng root_;
   Palettes palettes_;
   MaterialClasses replacements_;
-  std::vector<std::string> pictures_;  // The user's.
+  std::vector<FolderPicture> pictures_;  // The user's.
 };
 
 }  // namespace

@@ -47,16 +47,18 @@ MaterialClasses PrintsFor(const std::string& slot) {
   return classes.empty() ? MaterialsOfFamily("picture") : classes;
 }
 
-uint32_t Palettes::IndexOf(const std::string& name, uint64_t seed,
-                           const std::string& picture_file) {
-  auto [entry, is_new] = index_.try_emplace({name + ":" + picture_file, seed}, 0);
+uint32_t Palettes::IndexOf(const std::string& name, uint64_t seed, const FolderPicture& picture) {
+  auto [entry, is_new] = index_.try_emplace({name + ":" + picture.name, seed}, 0);
   if (is_new) {
     v1::SceneMaterial& added = *recipe_.add_materials();
     added.set_index(static_cast<uint32_t>(recipe_.materials_size()));
     added.set_name(name + "_" + std::to_string(added.index()));
     added.set_material_class(name);
     added.set_seed(seed);
-    if (!picture_file.empty()) added.set_picture_file(picture_file);
+    if (!picture.name.empty()) {
+      added.set_picture_file(picture.name);
+      added.set_picture_sha256(picture.sha256);
+    }
     entry->second = added.index();
   }
   return entry->second;

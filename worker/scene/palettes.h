@@ -11,6 +11,7 @@
 #include "parallax/v1/scene.pb.h"
 #include "worker/geometry/mesh.h"
 #include "worker/materials/material.h"
+#include "worker/materials/picture_folder.h"
 
 namespace parallax {
 
@@ -29,8 +30,8 @@ class Palettes {
 
   const Rng& root() const { return root_; }
 
-  // SceneMaterial.index of the entry. `picture_file`: of the class UserPicture, else empty.
-  uint32_t IndexOf(const std::string& name, uint64_t seed, const std::string& picture_file = "");
+  // SceneMaterial.index of the entry. `picture`: of the class UserPicture, else empty.
+  uint32_t IndexOf(const std::string& name, uint64_t seed, const FolderPicture& picture = {});
 
   // One of the `size` members of a palette of this scene. `where` draws which; the member draws its
   // class among `classes` (not empty) and its seed.

@@ -13,6 +13,7 @@
 #include "coordinator/client/study_options.h"
 #include "coordinator/client/text.h"
 #include "coordinator/study/expansion.h"
+#include "worker/materials/picture_folder.h"
 
 namespace parallax::client {
 namespace {
@@ -111,6 +112,17 @@ absl::StatusOr<ExitCode> Show(const ConfigOptions& options, Session& session) {
   return kExitOk;
 }
 
+absl::StatusOr<ExitCode> Pictures(const ConfigOptions& options, Session& session) {
+  ASSIGN_OR_RETURN(const std::vector<FolderPicture> pictures, ReadPictureFolder(options.file));
+  const std::string hash = ContentHashOf(pictures);
+  if (session.options.json) {
+    session.PrintJson({{"pictures", pictures.size()}, {"pictures_sha256", hash}});
+  } else {
+    *session.out().stream << hash << "\n";
+  }
+  return kExitOk;
+}
+
 absl::StatusOr<ExitCode> List(Session& session) {
   if (session.options.json) {
     session.PrintJson({{"studies", BuiltinStudies()}, {"scenes", BuiltinSceneConfigs()}});
@@ -154,6 +166,14 @@ void RegisterConfig(Registry& registry) {
       "Example:\n  parallax config show baseline > baseline-full.yaml\n",
       options);
   registry.SetAction(show, [options](Session& session) { return Show(*options, session); });
+  CLI::App* pictures =
+      registry.AddCommand(*config, "pictures", "The content hash of a folder of pictures",
+                          "What materials.pictures_sha256 must be for studies that are submitted "
+                          "where the folder can't\n"
+                          "be seen; otherwise `run` and `submit` find it themselves.\n");
+  pictures->add_option("DIR", options->file, "The folder")->required();
+  registry.AddJsonOption(pictures);
+  registry.SetAction(pictures, [options](Session& session) { return Pictures(*options, session); });
   CLI::App* list = registry.AddCommand(*config, "list", "Names of the built-in studies and scenes");
   registry.AddJsonOption(list);
   registry.SetAction(list, List);

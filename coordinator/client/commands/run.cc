@@ -88,6 +88,7 @@ absl::StatusOr<ExitCode> Run(const RunOptions& options, Session& session) {
   StudyOptions study_options = options.study;
   RETURN_IF_ERROR(TakePicturesFromHere(study_options));
   ASSIGN_OR_RETURN(run_options.study, ResolveStudy(study_options));
+  RETURN_IF_ERROR(HashPictures(run_options.study));
   run_options.workers = options.workers > 0 ? options.workers : DefaultWorkers();
   RETURN_IF_ERROR(FindWorkerBinary().status());
   if (HoldsForeignFiles(options.out)) {

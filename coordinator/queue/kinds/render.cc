@@ -62,6 +62,7 @@ class RenderKind final : public JobKind {
     ASSIGN_OR_RETURN(const std::vector<uint32_t> rigs, ParseRigs(lease.job.rigs));
     spec.mutable_rigs()->Add(rigs.begin(), rigs.end());
     *spec.mutable_render() = lease.config->render();
+    spec.set_picture_dir(lease.config->materials().picture_dir());
     ASSIGN_OR_RETURN(const std::string scene_z, results.ResultBytes(lease.job.group_key));
     RETURN_IF_ERROR(UnpackMessage(scene_z, *spec.mutable_scene()));
     return spec.SerializeAsString();

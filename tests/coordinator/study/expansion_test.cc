@@ -36,6 +36,10 @@ TEST(CheckStudySpec, NamesTheVariantWhoseExpansionWouldNotEnd) {
       {"study.variants", [](v1::StudySpec& s) { s.clear_variants(); }},
       {"\"narrow\": named twice",
        [](v1::StudySpec& s) { s.mutable_variants(1)->set_name("narrow"); }},
+      {"pictures_sha256 is missing",
+       [](v1::StudySpec& s) {
+         s.mutable_variants(1)->mutable_config()->mutable_materials()->set_picture_dir("p");
+       }},
   };
   for (const auto& c : cases) {
     v1::StudySpec spec = GoodSpec();

@@ -80,7 +80,7 @@ TEST(Keys, EachConfigFieldCountsForExactlyTheStagesThatReadIt) {
     EXPECT_EQ(after.frame != before.frame, field.stage == v1::FieldRule::FRAME);
     EXPECT_EQ(after.render != before.render, field.stage == v1::FieldRule::FRAME);
   }
-  EXPECT_EQ(seen.size(), 4u) << "layout, scene, frame, finish";
+  EXPECT_EQ(seen.size(), 5u) << "layout, scene, frame, finish, and none: a place";
 }
 
 TEST(Keys, SceneSeedsAreTheSameForEqualStudySeedsAndDifferElsewhere) {

@@ -251,6 +251,19 @@ TEST_F(ArchiveTest, AnotherStudysFolderIsRefusedButMorePairsAreWelcome) {
                 "choose another folder");
 }
 
+TEST_F(ArchiveTest, PicturesMayMoveButNotChange) {
+  v1::MaterialConfig& materials =
+      *study_.mutable_variants(0)->mutable_config()->mutable_materials();
+  materials.set_picture_dir("old/place");
+  materials.set_pictures_sha256(std::string(64, 'a'));
+  ASSERT_NE(Open(), nullptr);
+  materials.set_picture_dir("new/place");
+  ASSERT_NE(Open(), nullptr);
+  materials.set_pictures_sha256(std::string(64, 'b'));
+  EXPECT_THAT(std::string(ArchiveWriter::Open(out_, study_).status().message()),
+              HasSubstr("pictures_sha256"));
+}
+
 TEST_F(ArchiveTest, AnotherVersionsFolderIsRefusedInItsOwnWords) {
   ASSERT_NE(Open(), nullptr);
   const std::string lock = *ReadFile(out_ + "/study.lock.yaml");

@@ -5,11 +5,13 @@
 #include <filesystem>
 
 #include "common/image/io.h"
+#include "worker/materials/picture_folder.h"
 #include "worker/materials/user_picture.h"
 #include "worker/scene/choose_materials.h"
 #include "worker/scene/glass_parts.h"
 #include "worker/scene/place_floating.h"
 #include "worker/scene/scene_geometry.h"
+#include "worker/scene/scene_pictures.h"
 
 namespace parallax {
 namespace {
@@ -127,10 +129,61 @@ TEST_F(UserPictures, ReplaceProceduralPrints) {
   ASSERT_TRUE(ChooseMaterials(config, nullptr, scene).ok());
   int printed = 0;
   for (const v1::SceneMaterial& material : scene.recipe.materials()) {
-    printed += material.picture_file() == std::filesystem::absolute(dir_ + "/red_blue.png");
+    printed += material.picture_file() == "red_blue.png";
   }
   EXPECT_EQ(printed, 1);
+  ASSERT_TRUE(LocatePictures(dir_, scene.recipe).ok());
   EXPECT_TRUE(BuildSceneGeometry(scene.recipe).ok());
+}
+
+// A recipe names pictures by their content: it is the same wherever the folder lies.
+TEST_F(UserPictures, CountByTheirContentAndNotByTheirPlace) {
+  const auto recipe = [](const std::string& dir) {
+    SceneInProgress scene = OneObject("WallArt", 5);
+    v1::MaterialConfig config;
+    config.set_mode(v1::MaterialConfig::MODE_ALL);
+    config.set_picture_dir(dir);
+    EXPECT_TRUE(ChooseMaterials(config, scene).ok());
+    return scene.recipe.SerializeAsString();
+  };
+  const std::string before = recipe(dir_), hash = ContentHashOf(*ReadPictureFolder(dir_));
+  const std::string moved = dir_ + "_moved";
+  std::filesystem::remove_all(moved);
+  std::filesystem::rename(dir_, moved);
+  EXPECT_EQ(recipe(moved), before);
+  EXPECT_EQ(ContentHashOf(*ReadPictureFolder(moved)), hash);
+
+  ASSERT_TRUE(WritePng(moved + "/red_blue.png", ImageRgb8(2, 2, 9)).ok());
+  EXPECT_NE(recipe(moved), before);
+  const std::string changed = ContentHashOf(*ReadPictureFolder(moved));
+  EXPECT_NE(changed, hash);
+  std::filesystem::rename(moved + "/red_blue.png", moved + "/blue_red.png");
+  EXPECT_NE(ContentHashOf(*ReadPictureFolder(moved)), changed) << "another name";
+  std::filesystem::remove_all(moved);
+}
+
+TEST_F(UserPictures, ThatAreNotTheStudysFailTheJobAndSaySo) {
+  v1::MaterialConfig config;
+  config.set_mode(v1::MaterialConfig::MODE_ALL);
+  config.set_picture_dir(dir_);
+  config.set_pictures_sha256(ContentHashOf(*ReadPictureFolder(dir_)));
+  SceneInProgress scene = OneObject("WallArt", 5);
+  ASSERT_TRUE(ChooseMaterials(config, scene).ok());
+  v1::Scene located = scene.recipe;
+  ASSERT_TRUE(LocatePictures(dir_, located).ok());
+
+  ASSERT_TRUE(WritePng(dir_ + "/red_blue.png", ImageRgb8(2, 2, 9)).ok());
+  SceneInProgress again = OneObject("WallArt", 5);
+  const absl::Status solve = ChooseMaterials(config, again);
+  EXPECT_EQ(solve.code(), absl::StatusCode::kDataLoss);
+  EXPECT_THAT(std::string(solve.message()), HasSubstr("not those that the study was submitted"));
+  located = scene.recipe;
+  const absl::Status render = LocatePictures(dir_, located);
+  EXPECT_EQ(render.code(), absl::StatusCode::kDataLoss);
+  EXPECT_THAT(std::string(render.message()), HasSubstr("red_blue.png is not the one"));
+  EXPECT_EQ(LocatePictures("", located).code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(FindPicture(dir_, "../etc/passwd", "x").status().code(),
+            absl::StatusCode::kInvalidArgument);
 }
 
 TEST_F(UserPictures, MustBeThere) {
@@ -149,15 +202,15 @@ TEST_F(UserPictures, AreReadBelowTheRootOnly) {
   std::filesystem::create_symlink(dir_, inside + "/way_out");
   const auto code = [](const auto& result) { return result.status().code(); };
   SetPictureRoot("");
-  EXPECT_EQ(code(ListPictures("posters")), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(code(BelowPictureRoot("posters")), absl::StatusCode::kFailedPrecondition);
   EXPECT_EQ(code(MakeUserPicture(picture, 1)), absl::StatusCode::kFailedPrecondition);
   for (const std::string& root : {inside, inside + "/"}) {
     SetPictureRoot(root);
-    ASSERT_TRUE(ListPictures("posters").ok()) << ListPictures("posters").status();
-    const std::string listed = ListPictures("posters")->front();
-    EXPECT_TRUE(MakeUserPicture(listed, 1).ok());
+    const auto folder = BelowPictureRoot("posters");
+    ASSERT_TRUE(folder.ok()) << folder.status();
+    EXPECT_TRUE(MakeUserPicture(*folder + "/one.png", 1).ok());
     for (const std::string& outside : {dir_, std::string(".."), std::string("way_out")}) {
-      EXPECT_EQ(code(ListPictures(outside)), absl::StatusCode::kFailedPrecondition) << outside;
+      EXPECT_EQ(code(BelowPictureRoot(outside)), absl::StatusCode::kFailedPrecondition) << outside;
     }
     EXPECT_EQ(code(MakeUserPicture(picture, 1)), absl::StatusCode::kFailedPrecondition);
   }

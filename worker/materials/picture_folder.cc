@@ -1,0 +1,109 @@
+#include "worker/materials/picture_folder.h"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cerrno>
+#include <filesystem>
+#include <map>
+#include <mutex>
+
+#include "common/base/hash.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool IsPicture(const fs::path& path) {
+  std::string ending = path.extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  constexpr std::array kEndings = {".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp"};
+  return std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
+}
+
+// What differs when a file has been written since.
+struct FileStamp {
+  dev_t device = 0;
+  ino_t inode = 0;
+  off_t size = 0;
+  int64_t modified_ns = 0, changed_ns = 0;
+  bool operator==(const FileStamp&) const = default;
+};
+
+absl::StatusOr<FileStamp> StampOf(const std::string& path) {
+  struct stat info {};
+  if (::stat(path.c_str(), &info) != 0) return ErrnoError(errno, "picture " + path);
+  const auto nanoseconds = [](const timespec& t) {
+    return int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
+  };
+  return FileStamp{info.st_dev, info.st_ino, info.st_size, nanoseconds(info.st_mtim),
+                   nanoseconds(info.st_ctim)};
+}
+
+// Sha256HexOfFile, remembered by stamp.
+absl::StatusOr<std::string> HashOf(const std::string& path) {
+  static std::mutex mutex;
+  static auto& known = *new std::map<std::string, std::pair<FileStamp, std::string>>;
+  ASSIGN_OR_RETURN(const FileStamp stamp, StampOf(path));
+  {
+    std::lock_guard<std::mutex> lock(mutex);
+    const auto found = known.find(path);
+    if (found != known.end() && found->second.first == stamp) return found->second.second;
+  }
+  ASSIGN_OR_RETURN(std::string hash, Sha256HexOfFile(path));
+  std::lock_guard<std::mutex> lock(mutex);
+  known[path] = {stamp, hash};
+  return hash;
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<FolderPicture>> ReadPictureFolder(const std::string& dir) {
+  std::vector<FolderPicture> pictures;
+  std::error_code error;
+  for (fs::recursive_directory_iterator at(dir, error), end; !error && at != end;
+       at.increment(error)) {
+    if (!at->is_regular_file(error) || !IsPicture(at->path())) continue;
+    pictures.push_back({at->path().lexically_relative(dir).string(), ""});
+  }
+  if (pictures.empty()) {
+    return MakeError(absl::StatusCode::kNotFound, "picture_dir: no pictures in " + dir);
+  }
+  std::sort(pictures.begin(), pictures.end(),
+            [](const FolderPicture& a, const FolderPicture& b) { return a.name < b.name; });
+  for (FolderPicture& picture : pictures) {
+    ASSIGN_OR_RETURN(picture.sha256, HashOf(dir + "/" + picture.name));
+  }
+  return pictures;
+}
+
+std::string ContentHashOf(const std::vector<FolderPicture>& pictures) {
+  Sha256 hash;
+  for (const FolderPicture& picture : pictures) {
+    // A name holds no 0 byte and a hash has one length: no two lists give the same bytes.
+    hash.Update(picture.name).Update(std::string_view("\0", 1)).Update(picture.sha256);
+  }
+  return HexOf(hash.Finish());
+}
+
+absl::StatusOr<std::string> FindPicture(const std::string& dir, const std::string& name,
+                                        const std::string& sha256) {
+  const fs::path relative(name);
+  if (relative.is_absolute() ||
+      std::find(relative.begin(), relative.end(), "..") != relative.end()) {
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     "picture " + name + ": allowed is a name in the folder of pictures");
+  }
+  const std::string path = (fs::path(dir) / relative).string();
+  ASSIGN_OR_RETURN(const std::string hash, HashOf(path));
+  if (hash != sha256) {
+    return MakeError(absl::StatusCode::kDataLoss,
+                     "picture " + path + " is not the one that the scene was made with");
+  }
+  return path;
+}
+
+}  // namespace parallax

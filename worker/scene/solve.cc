@@ -6,6 +6,7 @@
 
 #include "common/base/clock.h"
 #include "common/base/version.h"
+#include "common/config/stages.h"
 #include "worker/layout/layout.h"
 #include "worker/scene/dress.h"
 #include "worker/scene/types/types.h"
@@ -30,7 +31,9 @@ absl::StatusOr<std::optional<v1::Layout>> LayoutOf(const SceneType& type, const 
     return layout;
   }
   const SteadyTime start = Clock::System().Steady();
-  ASSIGN_OR_RETURN(auto solved, type.layout(job.config(), SceneSeed{job.scene_seed()}, cancel));
+  // A layout is given nothing but the fields in its key.
+  ASSIGN_OR_RETURN(auto solved, type.layout(FieldsOf(job.config(), v1::FieldRule::LAYOUT),
+                                            SceneSeed{job.scene_seed()}, cancel));
   result.set_layout_s(SecondsSince(start));
   if (const Rejected* rejected = std::get_if<Rejected>(&solved)) {
     result.mutable_rejected()->set_reason(rejected->reason);

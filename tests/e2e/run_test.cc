@@ -303,9 +303,11 @@ TEST_F(RunTest, OtherFiltersRenderNothingAndRewriteTheVerdicts) {
   EXPECT_EQ(card["filters_failed"]["close"], 2);
   EXPECT_THAT(ReadText(out + "/narrow/README.md"), HasSubstr("| passing all | 0 |"));
   EXPECT_EQ(ReadText(out + "/study.yaml"), strict);
-  // Exports follow the verdicts: nothing of this variant is left.
-  Process filtered({PARALLAX_BINARY, "verify", out, "--json"});
-  EXPECT_EQ(filtered.Wait(), 0) << filtered.Err() << filtered.Out();
+  // Exports follow the verdicts.
+  Process exported({PARALLAX_BINARY, "export", out + "/narrow", "--layout", "middlebury", "--out",
+                    dir_ + "/exported"});
+  EXPECT_NE(exported.Wait(), 0);
+  EXPECT_THAT(exported.Err(), HasSubstr("no pair is left (2 fail a filter"));
 }
 
 TEST_F(RunTest, WorkersThatCrashForEverEndTheRunWithTheirLog) {

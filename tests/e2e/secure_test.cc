@@ -91,19 +91,23 @@ class SecureTest : public testing::Test {
     if (!tls.empty()) command.insert(command.end(), {"--tls", tls});
     return command;
   }
-  std::string WriteStudy() const {
+  std::string WriteStudy(const std::string& set = "") const {
     const std::string path = directory_ + "/study.yaml";
     EXPECT_TRUE(WriteFile(path,
                           "study: tiny\nbase: indoor\nseed: 5\npairs: 4\nrigs_per_scene: 2\n"
-                          "variants:\n  - name: v\n")
+                          "variants:\n  - name: v\n" +
+                              set)
                     .ok());
     return path;
   }
+  Outcome Submit(const std::string& study, const std::string& tls) const {
+    return Client({"submit", study, "--width", "64", "--height", "48", "--samples", "1",
+                   "--profile", "preview"},
+                  tls);
+  }
   // Submits, waits for the end and fetches.
   void MakeDataset(const std::string& tls) {
-    const Outcome submit = Client({"submit", WriteStudy(), "--width", "64", "--height", "48",
-                                   "--samples", "1", "--profile", "preview"},
-                                  tls);
+    const Outcome submit = Submit(WriteStudy(), tls);
     ASSERT_EQ(submit.exit, 0) << submit.err;
     const Outcome watch = Client({"watch", "tiny", "--json"}, tls);
     ASSERT_EQ(watch.exit, 0) << watch.err << watch.out;
@@ -168,6 +172,27 @@ TEST_F(SecureTest, AClientThatDoesNotSeeTheStoreStreamsItAndBringsNothingTwice) 
   const Outcome nothing_new = Client(again, "");
   EXPECT_THAT(nothing_new.out, HasSubstr("\"files_streamed\": 0"));
   EXPECT_THAT(nothing_new.out, HasSubstr("\"frames_present\": 4"));
+}
+
+TEST_F(SecureTest, OtherFiltersNeedNoWorkerAndFetchRewritesTheVerdicts) {
+  Serve({"--store-access", "direct"});
+  worker_ = std::make_unique<Process>(WorkerCommand(""));
+  MakeDataset("");
+  StopWorker();
+  const std::string index = directory_ + "/out/v/index.jsonl";
+  EXPECT_THAT(*ReadFile(index), Not(HasSubstr("\"threshold\":50.0")));
+
+  const Outcome submit = Submit(WriteStudy("    set: {filters: {min_depth_m: 50}}\n"), "");
+  ASSERT_EQ(submit.exit, 0) << submit.err;
+  const Outcome watch = Client({"watch", "tiny", "--json"}, "");
+  ASSERT_EQ(watch.exit, 0) << watch.err << watch.out;
+  const Outcome fetch = Client({"fetch", "tiny", "--out", directory_ + "/out", "--json"}, "");
+  ASSERT_EQ(fetch.exit, 0) << fetch.err;
+  EXPECT_THAT(fetch.out, HasSubstr("\"frames_present\": 4"));
+  EXPECT_THAT(fetch.out, HasSubstr("\"frames_added\": 0"));
+  EXPECT_THAT(*ReadFile(index), HasSubstr("\"threshold\":50.0"));
+  EXPECT_THAT(*ReadFile(directory_ + "/out/v/dataset.json"),
+              HasSubstr("\"pairs_passing_filters\": 0"));
 }
 
 TEST_F(SecureTest, AWorkerWithoutTheSharedDiskRefusesAndMakesNothing) {

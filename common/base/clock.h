@@ -10,8 +10,8 @@ using SteadyTime = std::chrono::steady_clock::time_point;
 class Clock {
  public:
   virtual ~Clock() = default;
-  virtual double
-  UnixSeconds() = 0;  // Wall clock: for people and for deadlines kept across restarts.
+  // Wall clock: for people and for deadlines kept across restarts.
+  virtual double UnixSeconds() = 0;
   virtual SteadyTime Steady() = 0;  // Never jumps: for durations and leases.
   static Clock& System();           // The machine's.
 };

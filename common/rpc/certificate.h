@@ -46,6 +46,7 @@ absl::StatusOr<KeyPair> IssueServer(const KeyPair& authority, const CertificateO
 absl::StatusOr<KeyPair> IssueClient(const KeyPair& authority, const CertificateOrder& order,
                                     Role role);
 
+// What a certificate says. Errors: kInvalidArgument for what is no PEM certificate.
 absl::StatusOr<CertificateFacts> ReadCertificate(const std::string& pem);
 
 std::string DateOf(double unix_s);         // "2026-11-21"

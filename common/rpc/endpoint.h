@@ -41,7 +41,8 @@ struct RpcSecurity {
 absl::StatusOr<RpcSecurity> MakeRpcSecurity(bool insecure, const std::string& tls_dir,
                                             Clock& clock);
 
-// kFailedPrecondition when `address` may not be used with `security`.
+// Whether `address` may be used with `security`. Errors: kFailedPrecondition, saying what is
+// needed.
 absl::Status CheckRpcSecurity(const RpcAddress& address, const RpcSecurity& security);
 
 // A channel that connects when first used, and again after losses. Errors: those of
@@ -50,9 +51,9 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> ConnectRpc(const RpcAddress& addr
                                                           const RpcSecurity& security);
 
 // Why a connection to `address` fails for reasons of security: no TLS on one side, a wrong
-// authority, an expired certificate, a wrong host name, a refused certificate. kUnauthenticated
-// saying what to do, OK when there is nothing wrong or nobody answers. Connects once more by hand,
-// at most a few seconds: for the moment after a failure.
+// authority, an expired certificate, a wrong host name, a refused certificate. OK when there is
+// nothing wrong or nobody answers. Errors: kUnauthenticated, saying what to do. Connects once more
+// by hand, at most a few seconds: for the moment after a failure.
 absl::Status ExplainRpcSecurity(const RpcAddress& address, const RpcSecurity& security);
 
 // A deadline from now on. Every unary call has one.

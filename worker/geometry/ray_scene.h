@@ -21,8 +21,8 @@ struct RayHit {
   float distance = 0;     // In units of the direction's length.
   uint32_t body = 0;      // Index of the Add call.
   uint32_t triangle = 0;  // In that mesh.
-  Vec3f normal =
-      Vec3f::Zero();  // Geometric, world frame, unit, on the side of counter-clockwise winding.
+  // Geometric, world frame, unit, on the side of counter-clockwise winding.
+  Vec3f normal = Vec3f::Zero();
 };
 
 // Placed triangle meshes that can be asked where rays and points meet them.

@@ -88,7 +88,7 @@ Wish operator+(const Wish& a, const Wish& b);
 Wish Worst(const Wish& a, const Wish& b);
 Wish If(const std::string& group, const Wish& wish);
 
-// --- Relations between groups. Each item is held to the nearest of the other group. ---
+// ---- Relations between groups. Each item is held to the nearest of the other group.
 // Its front (+y) turned to the target: 0 ahead .. 2 behind.
 Wish Facing(const std::string& group, const std::string& target);
 // Metres outside of [least, most], between middles.
@@ -105,7 +105,7 @@ Wish NearWindow(const std::string& group);
 // 1 for each item at another wall than the nearest of the target.
 Wish SameWall(const std::string& group, const std::string& target);
 
-// --- Accessibility. ---
+// ---- Accessibility.
 // Share of the floor that people need before each item (AssetClass::front_clearance_m) that is
 // taken.
 Wish FrontFree(const std::string& group);
@@ -117,7 +117,7 @@ Wish SpaceAround(const std::string& group, double wall_m, double thing_m);
 // that cannot be reached from the others.
 Wish Reachable();
 
-// --- Order. ---
+// ---- Order.
 // Seats evenly along the sides of what they stand around, as many on opposite sides.
 Wish EvenlyAround(const std::string& seats);
 // Items beside the anchor: one on each side rather than two on one.
@@ -131,7 +131,7 @@ Wish Apart(const std::string& group, double apart_m);
 // Middles of hanging things at one height.
 Wish LevelHeights(const std::string& group);
 
-// --- Fullness. ---
+// ---- Fullness.
 // Share of the floor under furniture outside of [least, most].
 Wish FloorShare(double least, double most);
 // Metres of wall beyond `most_m` in one stretch without furniture, art or openings.

@@ -23,15 +23,15 @@ struct SurfacePoint {
   Vec3f texture_m = Vec3f::Zero();  // Mesh::texture, interpolated, times the object's scale.
   Vec3f normal = Vec3f::UnitZ();    // Object frame, unit: to tell tops from sides.
   Vec2f uv = Vec2f::Zero();         // Printed pictures.
-  float footprint_m =
-      0;  // Width of the ray's footprint here; detail much finer than it is averaged away.
+  // Width of the ray's footprint here; detail much finer than it is averaged away.
+  float footprint_m = 0;
   // Unit normal of the triangle in texture space: cross product of the edges of its three
   // Mesh::texture points. Flat patterns (weaves, tiles, bricks, wallpaper) are laid on the texture
   // plane across its longest axis; where it is zero, `normal` stands in, which is right for parts
   // whose texture is not turned against the object.
   Vec3f texture_normal = Vec3f::Zero();
-  float footprint_uv =
-      0;  // The footprint in units of uv; 0 = unknown: pictures are taken to be half a metre wide.
+  // The footprint in units of uv; 0 = unknown: pictures are taken to be half a metre wide.
+  float footprint_uv = 0;
 };
 
 // The principled surface of one point. All linear, scene-referred Rec. 709.
@@ -137,8 +137,8 @@ struct MaterialTags {
   bool walls = false;           // Suits a room's walls...
   bool floor = false;           // ...its floor...
   bool ceiling = false;         // ...its ceiling.
-  bool any_object =
-      true;  // May replace the material of any object; false: needs the slot that it was made for.
+  // May replace the material of any object; false: needs the slot that it was made for.
+  bool any_object = true;
   bool needs_uv = false;   // Prints over uv in [0, 1]^2; elsewhere it shows one colour.
   bool weathered = false;  // Rust and the like: on indoor things only where a slot names the class,
                            // or as a replacement.

@@ -299,8 +299,8 @@ struct Cell {
   float f1 = 0,
         f2 = 0;     // Distances, in cells; f1 <= f2. f2 - f1 is 0 on the borders between cells.
   uint32_t id = 0;  // Hash of the nearest point's cell: its own random number.
-  Vec3f offset =
-      Vec3f::Zero();  // From the nearest point to the query, in cells (z = 0 in the plane).
+  // From the nearest point to the query, in cells (z = 0 in the plane).
+  Vec3f offset = Vec3f::Zero();
 };
 
 template <typename Vec>

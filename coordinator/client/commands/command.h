@@ -29,6 +29,7 @@ struct Session {
 
   const Terminal& out() const { return environment.out; }
   const Terminal& err() const { return environment.err; }
+  // Errors: those of MakeRpcSecurity and Connection::Open.
   absl::StatusOr<std::unique_ptr<Connection>> Connect() const;
   // A JSON document on standard output, indented unless `one_line`.
   void PrintJson(const nlohmann::ordered_json& json, bool one_line = false) const;

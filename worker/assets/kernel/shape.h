@@ -31,8 +31,8 @@ struct Shape {
   std::vector<Vec3f> points;   // Metres, part frame.
   std::vector<Vec3f> texture;  // Metres; x along the grain.
   std::vector<Face> faces;
-  float crease_rad =
-      0.9f;  // Edges that bend more are sharp; 0.9 keeps a 45 degree bevel step smooth.
+  // Edges that bend more are sharp; 0.9 keeps a 45 degree bevel step smooth.
+  float crease_rad = 0.9f;
 
   uint32_t AddPoint(const Vec3f& point) { return AddPoint(point, point); }
   uint32_t AddPoint(const Vec3f& point, const Vec3f& texture_m);

@@ -113,7 +113,7 @@ TEST(Trainer, KilledAndResumedEndsInTheSameBytes) {
   const Outcome resumed =
       Shell(TrainLine(killed, kSmall + "--steps 9 --resume " + killed + "/checkpoint-000003.pt"));
   ASSERT_EQ(resumed.exit, 0) << resumed.err;
-  EXPECT_EQ(resumed.out.find("\"step\":3,\"steps\""), std::string::npos) << "began anew";
+  EXPECT_EQ(resumed.out.find("\"step\":1,"), std::string::npos) << "began anew";
   EXPECT_EQ(HashOf(killed + "/final.pt"), HashOf(calm + "/final.pt"));
   EXPECT_EQ(HashOf(killed + "/checkpoint-000006.pt"), HashOf(calm + "/checkpoint-000006.pt"));
   EXPECT_NE(HashOf(calm + "/checkpoint-000006.pt"), HashOf(calm + "/final.pt"));

@@ -132,7 +132,7 @@ absl::Status HashPictures(v1::StudySpec& study) {
     if (absl::IsNotFound(pictures.status())) {
       if (!materials.pictures_sha256().empty()) continue;
       return MakeError(absl::StatusCode::kInvalidArgument,
-                       ToStd(pictures.status().message()) +
+                       std::string(ToStd(pictures.status().message())) +
                            ", as seen from here; where it is, `parallax config pictures DIR` tells "
                            "what to write as materials.pictures_sha256");
     }

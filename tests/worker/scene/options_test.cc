@@ -143,7 +143,7 @@ TEST_F(UserPictures, CountByTheirContentAndNotByTheirPlace) {
     v1::MaterialConfig config;
     config.set_mode(v1::MaterialConfig::MODE_ALL);
     config.set_picture_dir(dir);
-    EXPECT_TRUE(ChooseMaterials(config, scene).ok());
+    EXPECT_TRUE(ChooseMaterials(config, nullptr, scene).ok());
     return scene.recipe.SerializeAsString();
   };
   const std::string before = recipe(dir_), hash = ContentHashOf(*ReadPictureFolder(dir_));
@@ -168,13 +168,13 @@ TEST_F(UserPictures, ThatAreNotTheStudysFailTheJobAndSaySo) {
   config.set_picture_dir(dir_);
   config.set_pictures_sha256(ContentHashOf(*ReadPictureFolder(dir_)));
   SceneInProgress scene = OneObject("WallArt", 5);
-  ASSERT_TRUE(ChooseMaterials(config, scene).ok());
+  ASSERT_TRUE(ChooseMaterials(config, nullptr, scene).ok());
   v1::Scene located = scene.recipe;
   ASSERT_TRUE(LocatePictures(dir_, located).ok());
 
   ASSERT_TRUE(WritePng(dir_ + "/red_blue.png", ImageRgb8(2, 2, 9)).ok());
   SceneInProgress again = OneObject("WallArt", 5);
-  const absl::Status solve = ChooseMaterials(config, again);
+  const absl::Status solve = ChooseMaterials(config, nullptr, again);
   EXPECT_EQ(solve.code(), absl::StatusCode::kDataLoss);
   EXPECT_THAT(std::string(solve.message()), HasSubstr("not those that the study was submitted"));
   located = scene.recipe;

@@ -4,8 +4,8 @@
 
 #include "worker/dataset/render_frames.h"
 #include "worker/scene/scene_geometry.h"
-#include "worker/scene/upgrade.h"
 #include "worker/scene/scene_pictures.h"
+#include "worker/scene/upgrade.h"
 
 namespace parallax {
 namespace {

@@ -103,13 +103,13 @@ void RegisterScene(Registry& registry) {
   scene->group(kLocalCommands);
 
   auto show_options = std::make_shared<SceneOptions>();
-  CLI::App* show = registry.AddCommand(
-      *scene, "show", "A recipe as text: plan, objects, lights, rigs, solver",
-      "Examples:\n"
-      "  parallax scene show out/quickstart indoor 0\n"
-      "  parallax scene show out/quickstart/indoor/scenes/000000.pb\n"
-      "  parallax scene show baseline narrow 12\n"
-      "  parallax scene show FILE.pb --json | jq '.objects[].name'\n");
+  CLI::App* show =
+      registry.AddCommand(*scene, "show", "A recipe as text: plan, objects, lights, rigs, solver",
+                          "Examples:\n"
+                          "  parallax scene show out/quickstart indoor 0\n"
+                          "  parallax scene show out/quickstart/indoor/scenes/000000.pb\n"
+                          "  parallax scene show baseline narrow 12\n"
+                          "  parallax scene show FILE.pb --json | jq '.objects[].name'\n");
   AddSource(show, *show_options);
   show->add_flag("--textproto", show_options->textproto, "The recipe as protobuf text");
   registry.AddConnectionOptions(show);

@@ -36,7 +36,7 @@ absl::Status CheckStudySpec(const v1::StudySpec& spec) {
     if (!materials.picture_dir().empty() && materials.pictures_sha256().empty()) {
       return Bad(where +
                  ": materials.pictures_sha256 is missing; results are kept by the content of the "
-                 "pictures, which this release's client tells");
+                 "pictures, which `parallax config pictures DIR` tells");
     }
   }
   return absl::OkStatus();

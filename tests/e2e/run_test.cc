@@ -56,7 +56,7 @@ constexpr char kTooBig[] =
     "  - name: huge\n"
     "    set:\n"
     "      floating: {count: 2}\n"
-    "      rigs: {count: 4, width_px: 8192, height_px: 8192}\n"
+    "      rigs: {count: 4, width_px: 7680, height_px: 4320}\n"
     "      render: {profile: preview, samples_per_pixel: 1}\n"
     "  - name: small\n"
     "    set:\n"
@@ -386,7 +386,7 @@ TEST_F(RunTest, AJobTooBigForTheMemoryFailsAloneAndItsWorkerGoesOn) {
   ASSERT_TRUE(WaitUntil(*run, [&] { return says("RESOURCE_EXHAUSTED"); })) << run->Err();
   const std::vector<pid_t> daemons = run->Children();
   EXPECT_THAT(run->Err(), HasSubstr("huge scene"));
-  EXPECT_THAT(run->Err(), HasSubstr("needs about 25600 MB"));
+  EXPECT_THAT(run->Err(), HasSubstr("needs about 12656 MB"));
   EXPECT_THAT(run->Err(), HasSubstr("the limit is 900 MB"));
   // The other variant is rendered, and the failures go on, by the same processes.
   const auto failures = [&] {

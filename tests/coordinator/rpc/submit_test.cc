@@ -304,7 +304,10 @@ TEST_F(SubmitTest, GoodStudiesPassFromFileAndMessage) {
       [](v1::StudySpec& s) { ConfigOf(s).mutable_floating()->add_classes("Chair"); },
       [](v1::StudySpec& s) { ConfigOf(s).mutable_floating()->add_classes("shelves"); },
       [](v1::StudySpec& s) { ConfigOf(s).mutable_materials()->set_diffuse_material("WOOD"); },
-      [](v1::StudySpec& s) { ConfigOf(s).mutable_materials()->set_picture_dir("a/b c/..d"); },
+      [](v1::StudySpec& s) {
+        ConfigOf(s).mutable_materials()->set_picture_dir("a/b c/..d");
+        ConfigOf(s).mutable_materials()->set_pictures_sha256(std::string(64, 'a'));
+      },
       [](v1::StudySpec& s) { ConfigOf(s).mutable_rigs()->mutable_baseline_m()->set_constant(2); },
       [](v1::StudySpec& s) { ConfigOf(s).mutable_solver()->set_steps(100'000); },
   };

@@ -29,8 +29,8 @@ inline std::string DescribeVersions(const StageVersions& versions = {}) {
   return "layout " + versions.layout + ", scene " + versions.scene + ", frame " + versions.frame;
 }
 
-// Of the messages between a coordinator and its workers: raise it whenever one of them could
-// misread the other. 2: jobs travel as a kind and bytes.
+// Version of the messages between a coordinator and its workers: raise it whenever one of them
+// could misread the other. 2: jobs travel as a kind and bytes.
 inline constexpr int kWorkProtocol = 2;
 // Of the programs, for people.
 inline constexpr char kProgramVersion[] = PARALLAX_VERSION;

@@ -18,7 +18,7 @@ struct Footprint {
 };
 
 struct GroundPlanOptions {
-  int columns = 64;      // Of the ground; its edge comes beside it.
+  int columns = 64;      // Width of the ground; its edge comes beside it.
   bool unicode = false;  // Arrows for rigs; else '^', '>', 'v', '<'.
 };
 

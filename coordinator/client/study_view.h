@@ -24,7 +24,7 @@ struct PairCounts {
 };
 PairCounts CountsOf(const v1::VariantStatus& variant);
 PairCounts CountsOf(const v1::StudyStatus& study);
-// Of all variants' jobs, for example "LEASED".
+// Jobs of all variants in one state, for example "LEASED".
 int64_t JobsInState(const v1::StudyStatus& study, const std::string& state);
 
 bool IsFinished(v1::StudyState state);

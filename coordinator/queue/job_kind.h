@@ -68,7 +68,7 @@ struct JobFacts {
   int64_t study = 0;
   int64_t variant = 0;
   KindId kind;
-  uint32_t ordinal = 0;  // Of the scene; of a kind that has none: a number among its variant's.
+  uint32_t ordinal = 0;  // The scene's number; without a scene, the job's number in its variant.
   std::string rigs;      // Pairs that it stands for: "0-19"; see study/rigs.h. Empty: see of_scene.
   uint32_t rig_count = 0;
   std::string input;  // The kind's own bytes; the queue only keeps them.
@@ -104,7 +104,7 @@ struct NewJob {
   std::vector<uint32_t> rigs = {};
   std::string input = {};
   std::vector<JobWait> waits = {};
-  int generation = 1;  // Of a manual retry: its predecessor's and one more.
+  int generation = 1;  // A manual retry has its predecessor's plus one.
   // Nobody can have done this work before: results needn't be looked for.
   bool is_fresh = false;
 };
@@ -113,13 +113,13 @@ struct NewJob {
 struct StoredResult {
   std::string bytes;  // As the kind stored them; empty if rejected.
   bool rejected = false;
-  std::string reason;  // Of the rejection.
+  std::string reason;  // Why it was rejected.
 };
 
 // A published pair of a dataset.
 struct FrameLink {
   uint32_t rig = 0;
-  Sha256Digest key{};   // Of the frame's result.
+  Sha256Digest key{};   // Key of the frame's result.
   bool reused = false;  // Made by another job.
 };
 
@@ -192,17 +192,17 @@ struct CheckedResult {
 // What a kind made of a result.
 struct Ending {
   bool rejected = false;
-  std::string reason;     // Of the rejection.
+  std::string reason;     // Why it was rejected.
   std::string result;     // Bytes for OnSuccess.
   bool is_fresh = false;  // What it made was made by nobody before.
 };
 
-// What is known of a job's work before anybody does it.
+// Tells what is known about a job's work before a worker does it.
 struct KnownWork {
   enum class State { kOpen, kDone, kRejected } state = State::kOpen;
-  std::string result;         // Of kDone: bytes for OnSuccess.
-  std::string reason;         // Of kRejected.
-  bool part_missing = false;  // Of kOpen: nobody has made the group's part.
+  std::string result;         // Set with kDone: bytes for OnSuccess.
+  std::string reason;         // Set with kRejected.
+  bool part_missing = false;  // Set with kOpen: no worker has made the group's part.
 };
 
 class JobKind {
@@ -247,7 +247,7 @@ class JobKind {
   virtual absl::StatusOr<KnownWork> Look(WorkDesk& desk, const JobFacts& job) const;
   // Takes out of a new job what is done already. By default: nothing.
   virtual absl::Status Trim(WorkDesk& desk, JobFacts& job) const;
-  // Of kinds that share a part: whether there is one to give.
+  // Tells, for kinds that share a part, whether there is one to give.
   virtual absl::StatusOr<bool> HasPart(WorkDesk& desk, const JobFacts& job) const;
   // Why this job can't have that result; empty if it can.
   virtual absl::StatusOr<std::string> WhyNot(WorkDesk& desk, const JobFacts& job,

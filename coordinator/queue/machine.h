@@ -154,8 +154,8 @@ class Machine final : private WorkDesk {
     JobState state = JobState::kReady;
     bool part_missing = false;  // Nobody has made its group's part yet.
     int64_t awaits_job = 0;
-    std::string result;    // Of kSucceeded; see KnownWork.
-    std::string rejected;  // Of kRejected: why.
+    std::string result;    // Set with kSucceeded; see KnownWork.
+    std::string rejected;  // Set with kRejected: why.
   };
   absl::StatusOr<Standing> StandingOf(const JobRow& job);
   // BLOCKED on whoever computes what the job needs, else READY.
@@ -201,7 +201,7 @@ class Machine final : private WorkDesk {
   enum class Prospect { kMet, kOpen, kVain };
   struct Outlook {
     Prospect prospect = Prospect::kOpen;
-    std::string why;  // Of kVain: "job 12, which it waits for, is FAILED".
+    std::string why;  // Set with kVain: "job 12, which it waits for, is FAILED".
   };
   absl::StatusOr<Outlook> OutlookOf(const JobWait& wait);
   // Sets the state of a new job that is to wait: BLOCKED, or CANCELLED if it would wait in vain.
@@ -262,7 +262,7 @@ class Machine final : private WorkDesk {
   // READY jobs whose group had no part to share when they became READY. As long as they are READY
   // nobody makes one (they would be BLOCKED on it), so it needn't be looked for.
   std::unordered_set<int64_t> without_part_;
-  uint64_t ending_fence_ = 0;  // Of the attempt whose result is being stored.
+  uint64_t ending_fence_ = 0;  // Fence of the attempt whose result is being stored.
   // What has ended in the command at hand and whose waiters are not settled yet.
   std::vector<std::pair<int64_t, JobState>> ended_jobs_;
   std::set<int64_t> changed_variants_;  // Published pairs, gave up or were cancelled.

@@ -26,7 +26,7 @@ bool IsConfinedPath(std::string_view path);
 
 bool IsSha256Hex(std::string_view text);
 
-// What is kept of a worker's message: at most 1,000 bytes, control characters as spaces.
+// Cleans and cuts a worker's message: at most 1,000 bytes, control characters as spaces.
 std::string OneLine(std::string_view text);
 
 }  // namespace parallax

@@ -23,7 +23,7 @@ struct LabelMap {
 };
 
 struct PairTruth {
-  ImageF disparity_px;                     // Of the left view; 0 where no truth is known.
+  ImageF disparity_px;                     // Left view; 0 where no truth is known.
   std::map<std::string, ImageU8> regions;  // Beside "all": 1 where a pixel belongs to it.
   std::map<std::string, LabelMap> groups;  // "class", "material".
 };

@@ -48,7 +48,7 @@ enum class Verdict { kBetter, kWorse, kNotToldApart };
 std::string VerdictName(Verdict verdict);  // "better", "worse", "not told apart"
 
 struct Comparison {
-  Interval difference;  // Of a - b; below 0: a is better, because all figures are errors.
+  Interval difference;  // Interval of a - b; below 0: a is better, because all figures are errors.
   Verdict verdict = Verdict::kNotToldApart;
   int seeds = 0, images = 0;
   // Whether S is 1 although the figures depend on a seed: nothing can be told then.

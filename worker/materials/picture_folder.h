@@ -11,7 +11,7 @@ namespace parallax {
 
 struct FolderPicture {
   std::string name;    // Relative to the folder: "posters/sea.jpg".
-  std::string sha256;  // Of the file's bytes; 64 lower-case hex digits.
+  std::string sha256;  // Hash of the file's bytes; 64 lower-case hex digits.
 };
 
 // The pictures in `dir` and the folders below it, sorted by name. A process reads a file again only

@@ -19,7 +19,8 @@ using MaterialClasses = std::vector<const MaterialClass*>;
 
 // Whether a picture is printed on the slot.
 bool Prints(const MaterialSlot& slot);
-// What is printed on a slot of this name: covers on books, labels on cans, paintings in frames.
+// Materials that are printed on a slot of this name: covers on books, labels on cans, paintings in
+// frames.
 MaterialClasses PrintsFor(const std::string& slot);
 
 // Gives each drawn material one entry of the recipe, in order of first use.
@@ -38,8 +39,8 @@ class Palettes {
   uint32_t FromPalette(const MaterialClasses& classes, const std::string& palette, int size,
                        Rng where);
 
-  // Of the families that the slot names: the first mostly, a later one now and then. An empty
-  // `palette` is the family's own; size 0 is what things of the family usually share.
+  // Draws from the families that the slot names: the first mostly, a later one now and then. An
+  // empty `palette` is the family's own; size 0 is what things of the family usually share.
   uint32_t FromFamilies(const MaterialSlot& slot, Rng where, const std::string& palette, int size);
 
  private:

@@ -15,7 +15,7 @@ namespace parallax {
 
 // One pair to predict. Paths are absolute.
 struct PredictionTask {
-  std::string name;         // Of the pair.
+  std::string name;         // Name of the pair.
   std::string left, right;  // Rectified pictures of one size, in any codec that we read.
   // A PFM to write: the left view's disparities in pixels of the left picture, same size, positive.
   // A value that is not finite says "no prediction" (and is counted as wrong).
@@ -49,7 +49,7 @@ struct CommandPredictorOptions {
   std::string command;
   double start_s = 300;   // It may take this long,
   double pair_s = 120;    // and this much longer for each pair; then it is killed.
-  std::string name = "";  // Of the predictor; the command if empty.
+  std::string name = "";  // Name of the predictor; the command if empty.
 };
 // Errors of Predict: kDeadlineExceeded, kAborted (killed by a signal) and kInternal (exit status)
 // with the last lines of what the command said. Standard output and error go to

@@ -2,6 +2,9 @@
 #pragma once
 
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 namespace parallax {
 
@@ -13,16 +16,39 @@ namespace parallax {
 //   scene    dress: worker/scene, and the catalogue of worker/materials that it chooses from
 //   frame    pictures and maps: worker/render, worker/dataset's encodings and statistics, and
 //            worker/materials as far as only looks change
+//   train    networks: worker/train
+//   evaluate scores: worker/evaluate
 inline constexpr char kLayoutVersion[] = "18";
 inline constexpr char kSceneVersion[] = "18";
 inline constexpr char kFrameVersion[] = "18";
+inline constexpr char kTrainVersion[] = "1";
+inline constexpr char kEvaluateVersion[] = "1";
 
 // The versions as values, so that tests can have others.
 struct StageVersions {
   std::string layout = kLayoutVersion;
   std::string scene = kSceneVersion;
   std::string frame = kFrameVersion;
+  std::string train = kTrainVersion;
+  std::string evaluate = kEvaluateVersion;
 };
+
+// Stages by name, in the order of the way of the data.
+inline std::vector<std::pair<std::string, std::string>> ListVersions(
+    const StageVersions& versions) {
+  return {{"layout", versions.layout},
+          {"scene", versions.scene},
+          {"frame", versions.frame},
+          {"train", versions.train},
+          {"evaluate", versions.evaluate}};
+}
+// Empty for a stage that there isn't.
+inline std::string VersionOf(const StageVersions& versions, std::string_view stage) {
+  for (const auto& [name, version] : ListVersions(versions)) {
+    if (name == stage) return version;
+  }
+  return "";
+}
 
 // For people and log lines: "layout 17, scene 18, frame 18".
 inline std::string DescribeVersions(const StageVersions& versions = {}) {

@@ -29,13 +29,6 @@ absl::Status CheckRange(const char* field, Value value, Value low, Value high) {
              std::to_string(low) + ", " + std::to_string(high) + "]");
 }
 
-// By the names in Hello.stage_versions and JobTraits::stages. Empty for one that there isn't.
-std::string VersionOf(const StageVersions& versions, std::string_view stage) {
-  if (stage == "layout") return versions.layout;
-  if (stage == "scene") return versions.scene;
-  return stage == "frame" ? versions.frame : "";
-}
-
 // Why a worker with these versions must not do jobs of `kind`; empty if it may. It would publish
 // other bytes under keys of ours.
 std::string WhyNot(const v1::Hello& hello, const JobKind& kind, const StageVersions& ours) {

@@ -53,8 +53,11 @@ SceneSeed SceneSeedOf(uint64_t study_seed, uint32_t ordinal) {
 }
 
 ConfigDigests DigestsOf(const v1::SceneConfig& config) {
-  const auto digest = [&config](v1::FieldRule::Stage stage) {
-    return Sha256Of(DeterministicBytes(FieldsOf(config, stage)));
+  v1::SceneConfig read = config;
+  // Other types do not read it, so that its fields and defaults can change without touching them.
+  if (config.type() != v1::SCENE_TYPE_NATURE) read.clear_nature();
+  const auto digest = [&read](v1::FieldRule::Stage stage) {
+    return Sha256Of(DeterministicBytes(FieldsOf(read, stage)));
   };
   return {digest(v1::FieldRule::LAYOUT), digest(v1::FieldRule::SCENE),
           digest(v1::FieldRule::FRAME)};

@@ -202,9 +202,9 @@ class AgentImpl final : public Agent {
     for (const std::string& tag : options_.tags) hello.add_tags(tag);
     hello.set_version(options_.version);
     hello.set_build_id(options_.build_id);
-    (*hello.mutable_stage_versions())["layout"] = options_.versions.layout;
-    (*hello.mutable_stage_versions())["scene"] = options_.versions.scene;
-    (*hello.mutable_stage_versions())["frame"] = options_.versions.frame;
+    for (const auto& [stage, version] : ListVersions(options_.versions)) {
+      (*hello.mutable_stage_versions())[stage] = version;
+    }
     hello.set_instance(options_.instance);
     for (const v1::Progress& held : Held()) *hello.add_holding() = held.attempt();
     session_->Send(std::move(message));

@@ -53,10 +53,15 @@ TEST(SceneConfigYaml, IndoorWritesOutEveryDefault) {
   const auto config = LoadSceneConfig(kConfigs + "/scenes/indoor.yaml");
   ASSERT_TRUE(config.ok()) << config.status();
   EXPECT_TRUE(MessageDifferencer::Equals(*config, DefaultSceneConfig()));
-  // Every field of the message stands in the file.
-  const std::string text = *ReadFile(kConfigs + "/scenes/indoor.yaml");
+  const auto nature = LoadSceneConfig(kConfigs + "/scenes/nature.yaml");
+  ASSERT_TRUE(nature.ok()) << nature.status();
+  EXPECT_TRUE(MessageDifferencer::Equals(nature->nature(), DefaultSceneConfig().nature()));
+  // Every field of the message stands in the file; those of nature in nature.yaml.
+  const std::string indoor = *ReadFile(kConfigs + "/scenes/indoor.yaml");
+  const std::string of_nature = *ReadFile(kConfigs + "/scenes/nature.yaml");
   const auto& type = *v1::SceneConfig::descriptor();
   for (int i = 0; i < type.field_count(); ++i) {
+    const std::string& text = type.field(i)->name() == "nature" ? of_nature : indoor;
     EXPECT_THAT(text, HasSubstr("\n" + type.field(i)->name() + ":"));
     const auto* part = type.field(i)->message_type();
     for (int j = 0; part != nullptr && j < part->field_count(); ++j) {

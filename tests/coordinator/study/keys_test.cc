@@ -66,11 +66,16 @@ TEST(Keys, EachConfigFieldCountsForExactlyTheStagesThatReadIt) {
           frame(FrameKey({}, DigestsOf(config), Sha256Of("scene"), 0)),
           render(RenderKey({}, DigestsOf(config), Sha256Of("scene"), "0-19")) {}
     Sha256Digest layout, scene, frame, render;
-  } before(DefaultSceneConfig());
+  } of_defaults(DefaultSceneConfig());
+  v1::SceneConfig nature = DefaultSceneConfig();
+  nature.set_type(v1::SCENE_TYPE_NATURE);
+  const Keys of_nature(nature);
   std::set<v1::FieldRule::Stage> seen;
   for (const ConfigField& field : ConfigFields()) {
     SCOPED_TRACE(field.path);
-    v1::SceneConfig config = DefaultSceneConfig();
+    const bool of_type = field.path.rfind("nature.", 0) == 0;
+    v1::SceneConfig config = of_type ? nature : DefaultSceneConfig();
+    const Keys& before = of_type ? of_nature : of_defaults;
     Change(field.path, &config);
     const Keys after(config);
     seen.insert(field.stage);
@@ -81,6 +86,15 @@ TEST(Keys, EachConfigFieldCountsForExactlyTheStagesThatReadIt) {
     EXPECT_EQ(after.render != before.render, field.stage == v1::FieldRule::FRAME);
   }
   EXPECT_EQ(seen.size(), 5u) << "layout, scene, frame, finish, and none: a place";
+}
+
+TEST(Keys, FieldsOfAnotherTypeOfSceneCountForNothing) {
+  const v1::SceneConfig before = DefaultSceneConfig();
+  v1::SceneConfig after = before;
+  after.mutable_nature()->mutable_walk()->set_fps(2);
+  after.mutable_nature()->set_water(false);
+  EXPECT_EQ(SceneKey({}, DigestsOf(after), SceneSeed{1}),
+            SceneKey({}, DigestsOf(before), SceneSeed{1}));
 }
 
 TEST(Keys, SceneSeedsAreTheSameForEqualStudySeedsAndDifferElsewhere) {

@@ -1,24 +1,191 @@
 #include "common/image/jpeg.h"
 
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
+// jpeglib.h needs stdio.h before it.
+#include <cstdio>
+// clang-format off
+#include <jpeglib.h>
+// clang-format on
+
+#include <csetjmp>
+#include <cstdlib>
+#include <string_view>
+#include <vector>
 
 #include "common/base/file.h"
+#include "common/image/png_picture.h"
 
 namespace parallax {
+namespace {
+
+// libjpeg leaves a failed call by longjmp to here.
+struct ErrorManager {
+  jpeg_error_mgr manager;  // First, so that libjpeg's pointer to it is one to this struct.
+  std::jmp_buf escape;
+  char message[JMSG_LENGTH_MAX] = "";
+};
+
+[[noreturn]] void OnError(j_common_ptr codec) {
+  auto* errors = reinterpret_cast<ErrorManager*>(codec->err);
+  (*codec->err->format_message)(codec, errors->message);
+  std::longjmp(errors->escape, 1);
+}
+// Warnings: a picture that is cut off or damaged is refused, not shown half grey.
+void OnMessage(j_common_ptr codec, int level) {
+  if (level < 0) OnError(codec);
+}
+
+void Prepare(ErrorManager* errors) {
+  jpeg_std_error(&errors->manager);
+  errors->manager.error_exit = OnError;
+  errors->manager.emit_message = OnMessage;
+}
+
+// The encoder's buffer is malloc's; freed with this.
+struct Encoder {
+  Encoder() {
+    Prepare(&errors);
+    codec.err = &errors.manager;
+    jpeg_create_compress(&codec);
+  }
+  ~Encoder() {
+    jpeg_destroy_compress(&codec);
+    std::free(bytes);
+  }
+  ErrorManager errors;
+  jpeg_compress_struct codec{};
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+};
+
+struct Decoder {
+  Decoder() {
+    Prepare(&errors);
+    codec.err = &errors.manager;
+    jpeg_create_decompress(&codec);
+  }
+  ~Decoder() { jpeg_destroy_decompress(&codec); }
+  ErrorManager errors;
+  jpeg_decompress_struct codec{};
+};
+
+bool Compress(Encoder& encoder, const ImageRgb8& image, int quality) {
+  if (setjmp(encoder.errors.escape) != 0) return false;
+  jpeg_mem_dest(&encoder.codec, &encoder.bytes, &encoder.size);
+  encoder.codec.image_width = static_cast<JDIMENSION>(image.width());
+  encoder.codec.image_height = static_cast<JDIMENSION>(image.height());
+  encoder.codec.input_components = 3;
+  encoder.codec.in_color_space = JCS_RGB;
+  jpeg_set_defaults(&encoder.codec);
+  jpeg_set_quality(&encoder.codec, quality, TRUE);
+  jpeg_start_compress(&encoder.codec, TRUE);
+  const size_t stride = 3 * static_cast<size_t>(image.width());
+  while (encoder.codec.next_scanline < encoder.codec.image_height) {
+    JSAMPROW row = const_cast<uint8_t*>(image.data()) + encoder.codec.next_scanline * stride;
+    jpeg_write_scanlines(&encoder.codec, &row, 1);
+  }
+  jpeg_finish_compress(&encoder.codec);
+  return true;
+}
+
+bool Open(Decoder& decoder, std::string_view bytes) {
+  if (setjmp(decoder.errors.escape) != 0) return false;
+  jpeg_mem_src(&decoder.codec, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
+  jpeg_save_markers(&decoder.codec, JPEG_APP0 + 1, 0xffff);  // Exif.
+  jpeg_read_header(&decoder.codec, TRUE);
+  decoder.codec.out_color_space = JCS_RGB;
+  jpeg_start_decompress(&decoder.codec);
+  return true;
+}
+
+bool Decompress(Decoder& decoder, ImageRgb8& image) {
+  if (setjmp(decoder.errors.escape) != 0) return false;
+  const size_t stride = 3 * static_cast<size_t>(image.width());
+  while (decoder.codec.output_scanline < decoder.codec.output_height) {
+    JSAMPROW row = image.data() + decoder.codec.output_scanline * stride;
+    jpeg_read_scanlines(&decoder.codec, &row, 1);
+  }
+  jpeg_finish_decompress(&decoder.codec);
+  return true;
+}
+
+// How a camera was held: Exif's orientation, 1 (upright) to 8; 1 where there is none.
+//   Source: CIPA DC-008 (Exif 2.3), 4.6.2 and 4.6.4.
+int OrientationOf(std::string_view exif) {
+  constexpr size_t kHeader = 6;  // "Exif", two zeros; then a TIFF header.
+  if (exif.size() < kHeader + 8 || exif.substr(0, 4) != "Exif") return 1;
+  const std::string_view tiff = exif.substr(kHeader);
+  const bool big = tiff[0] == 'M';
+  const auto number = [&](size_t at, size_t bytes) -> size_t {
+    size_t value = 0;
+    if (at + bytes > tiff.size()) return 0;
+    for (size_t i = 0; i < bytes; ++i) {
+      value = value << 8 | static_cast<uint8_t>(tiff[at + (big ? i : bytes - 1 - i)]);
+    }
+    return value;
+  };
+  const size_t directory = number(4, 4);
+  const size_t entries = number(directory, 2);
+  for (size_t i = 0; i < entries; ++i) {
+    const size_t entry = directory + 2 + 12 * i;
+    if (number(entry, 2) != 0x0112) continue;
+    const size_t orientation = number(entry + 8, 2);
+    return orientation >= 1 && orientation <= 8 ? static_cast<int>(orientation) : 1;
+  }
+  return 1;
+}
+
+int OrientationOf(const Decoder& decoder) {
+  for (auto marker = decoder.codec.marker_list; marker != nullptr; marker = marker->next) {
+    if (marker->marker != JPEG_APP0 + 1) continue;
+    return OrientationOf({reinterpret_cast<const char*>(marker->data), marker->data_length});
+  }
+  return 1;
+}
+
+// Turns a picture as its Exif orientation asks for.
+ImageRgb8 Upright(const ImageRgb8& image, int orientation) {
+  if (orientation == 1) return image;
+  const bool swaps = orientation >= 5;
+  const int width = image.width(), height = image.height();
+  ImageRgb8 upright(swaps ? height : width, swaps ? width : height);
+  for (int y = 0; y < upright.height(); ++y) {
+    for (int x = 0; x < upright.width(); ++x) {
+      int from_x = swaps ? y : x, from_y = swaps ? x : y;
+      const bool mirror_x =
+          orientation == 2 || orientation == 3 || orientation == 7 || orientation == 8;
+      const bool mirror_y =
+          orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7;
+      if (mirror_x) from_x = width - 1 - from_x;
+      if (mirror_y) from_y = height - 1 - from_y;
+      for (int c = 0; c < 3; ++c) upright(x, y, c) = image(from_x, from_y, c);
+    }
+  }
+  return upright;
+}
+
+absl::StatusOr<ImageRgb8> DecodeJpeg(std::string_view bytes) {
+  Decoder decoder;
+  const auto broken = [&decoder] {
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     std::string("broken JPEG: ") + decoder.errors.message);
+  };
+  if (!Open(decoder, bytes)) return broken();
+  ImageRgb8 image(static_cast<int>(decoder.codec.output_width),
+                  static_cast<int>(decoder.codec.output_height));
+  const int orientation = OrientationOf(decoder);  // Decompress frees the markers.
+  if (!Decompress(decoder, image)) return broken();
+  return Upright(image, orientation);
+}
+
+}  // namespace
 
 absl::StatusOr<std::string> EncodeJpeg(const ImageRgb8& image, int quality) {
   if (image.empty()) return absl::InvalidArgumentError("JPEG of an empty image");
-  const cv::Mat rgb(image.height(), image.width(), CV_8UC3, const_cast<uint8_t*>(image.data()));
-  cv::Mat bgr;
-  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-  std::vector<uint8_t> bytes;
-  try {
-    cv::imencode(".jpg", bgr, bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
-  } catch (const cv::Exception& error) {
-    return MakeError(absl::StatusCode::kInternal, "JPEG: " + error.err);
+  Encoder encoder;
+  if (!Compress(encoder, image, quality)) {
+    return MakeError(absl::StatusCode::kInternal, std::string("JPEG: ") + encoder.errors.message);
   }
-  return std::string(bytes.begin(), bytes.end());
+  return std::string(reinterpret_cast<const char*>(encoder.bytes), encoder.size);
 }
 
 absl::Status WriteJpeg(const std::string& path, const ImageRgb8& image, int quality) {
@@ -28,20 +195,11 @@ absl::Status WriteJpeg(const std::string& path, const ImageRgb8& image, int qual
 
 absl::StatusOr<ImageRgb8> ReadPictureRgb8(const std::string& path) {
   ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
-  cv::Mat bgr;
-  try {
-    bgr = cv::imdecode(
-        cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
-        cv::IMREAD_COLOR);
-  } catch (const cv::Exception& error) {
-    return MakeError(absl::StatusCode::kInvalidArgument, path + ": " + error.err);
-  }
-  if (bgr.empty()) {
-    return MakeError(absl::StatusCode::kInvalidArgument, path + ": not a picture that can be read");
-  }
-  ImageRgb8 image(bgr.cols, bgr.rows);
-  cv::Mat out(bgr.rows, bgr.cols, CV_8UC3, image.data());
-  cv::cvtColor(bgr, out, cv::COLOR_BGR2RGB);
+  absl::StatusOr<ImageRgb8> image =
+      absl::InvalidArgumentError("neither a PNG nor a JPEG: convert it to one of them");
+  if (IsPng(bytes)) image = DecodeAnyPngAsRgb8(bytes);
+  if (bytes.substr(0, 2) == "\xff\xd8") image = DecodeJpeg(bytes);
+  if (!image.ok()) return WithContext(image.status(), path);
   return image;
 }
 

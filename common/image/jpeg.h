@@ -14,7 +14,7 @@ namespace parallax {
 absl::StatusOr<std::string> EncodeJpeg(const ImageRgb8& image, int quality);
 absl::Status WriteJpeg(const std::string& path, const ImageRgb8& image, int quality);
 
-// Any 8-bit picture that the codecs know (PNG, JPEG, WebP, TIFF...), made RGB.
+// A PNG or JPEG, made 8-bit R G B and upright as its camera was held.
 absl::StatusOr<ImageRgb8> ReadPictureRgb8(const std::string& path);
 
 }  // namespace parallax

@@ -1,62 +1,177 @@
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
+#include <png.h>
+
+#include <csetjmp>
+#include <cstring>
 
 #include "common/base/file.h"
 #include "common/image/io.h"
+#include "common/image/png_picture.h"
 
 namespace parallax {
 namespace {
 
-template <typename T>
-constexpr int kCvDepth = sizeof(T) == 1 ? CV_8U : CV_16U;
+// What libpng's callbacks need. libpng leaves a failed call by longjmp, so that between setjmp and
+// the end of a call nothing with a destructor may come to life: all of it stands here.
+struct Transfer {
+  std::string error;
+  std::string written;
+  std::string_view unread;
+  std::vector<png_bytep> rows;
+};
 
-// A view of the image's own memory.
-template <typename T, int channels>
-cv::Mat MatOf(const Image<T, channels>& image) {
-  return cv::Mat(image.height(), image.width(), CV_MAKETYPE(kCvDepth<T>, channels),
-                 const_cast<T*>(image.data()));
+[[noreturn]] void OnError(png_structp png, png_const_charp message) {
+  static_cast<Transfer*>(png_get_error_ptr(png))->error = message;
+  std::longjmp(png_jmpbuf(png), 1);
+}
+void OnWarning(png_structp, png_const_charp) {}
+
+void OnWrite(png_structp png, png_bytep data, png_size_t size) {
+  static_cast<Transfer*>(png_get_io_ptr(png))
+      ->written.append(reinterpret_cast<const char*>(data), size);
+}
+void OnFlush(png_structp) {}
+
+void OnRead(png_structp png, png_bytep out, png_size_t size) {
+  std::string_view& unread = static_cast<Transfer*>(png_get_io_ptr(png))->unread;
+  if (unread.size() < size) png_error(png, "ends early");
+  std::memcpy(out, unread.data(), size);
+  unread.remove_prefix(size);
 }
 
-absl::StatusOr<std::string> Encode(const cv::Mat& mat, int compression,
-                                   const std::vector<int>& more = {}) {
-  if (mat.empty()) return absl::InvalidArgumentError("PNG of an empty image");
-  std::vector<uint8_t> bytes;
-  std::vector<int> options = {cv::IMWRITE_PNG_COMPRESSION, compression, cv::IMWRITE_PNG_STRATEGY,
-                              cv::IMWRITE_PNG_STRATEGY_DEFAULT};
-  options.insert(options.end(), more.begin(), more.end());
-  try {
-    cv::imencode(".png", mat, bytes, options);
-  } catch (const cv::Exception& error) {
-    return MakeError(absl::StatusCode::kInternal, "PNG: " + error.err);
+// Frees libpng's structs when a call ends, whichever way.
+struct Writer {
+  explicit Writer(Transfer& transfer)
+      : png(png_create_write_struct(PNG_LIBPNG_VER_STRING, &transfer, OnError, OnWarning)),
+        info(png_create_info_struct(png)) {
+    png_set_write_fn(png, &transfer, OnWrite, OnFlush);
   }
-  return std::string(bytes.begin(), bytes.end());
+  ~Writer() { png_destroy_write_struct(&png, &info); }
+  png_structp png;
+  png_infop info;
+};
+struct Reader {
+  explicit Reader(Transfer& transfer)
+      : png(png_create_read_struct(PNG_LIBPNG_VER_STRING, &transfer, OnError, OnWarning)),
+        info(png_create_info_struct(png)) {
+    png_set_read_fn(png, &transfer, OnRead);
+  }
+  ~Reader() { png_destroy_read_struct(&png, &info, nullptr); }
+  png_structp png;
+  png_infop info;
+};
+
+template <typename ImageType>
+void PointToRows(ImageType& image, Transfer& transfer) {
+  const size_t stride = image.values().size() / static_cast<size_t>(image.height());
+  transfer.rows.resize(static_cast<size_t>(image.height()));
+  for (size_t y = 0; y < transfer.rows.size(); ++y) {
+    transfer.rows[y] = reinterpret_cast<png_bytep>(
+        const_cast<typename ImageType::Value*>(image.data()) + y * stride);
+  }
+}
+
+struct Layout {
+  int width = 0, height = 0, bits = 0, color_type = 0;
+};
+
+// Bilevel images come as one byte a pixel.
+bool WriteRows(Writer& writer, const Layout& layout, int compression, Transfer& transfer) {
+  if (setjmp(png_jmpbuf(writer.png)) != 0) return false;
+  png_set_compression_level(writer.png, compression);
+  png_set_compression_strategy(writer.png, 0);  // Z_DEFAULT_STRATEGY
+  png_set_IHDR(writer.png, writer.info, static_cast<png_uint_32>(layout.width),
+               static_cast<png_uint_32>(layout.height), layout.bits, layout.color_type,
+               PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_write_info(writer.png, writer.info);
+  if (layout.bits == 1) png_set_packing(writer.png);
+  if (layout.bits == 16) png_set_swap(writer.png);
+  png_write_image(writer.png, transfer.rows.data());
+  png_write_end(writer.png, writer.info);
+  return true;
+}
+
+template <typename T, int channels>
+absl::StatusOr<std::string> Encode(const Image<T, channels>& image, int compression, int bits) {
+  if (image.empty()) return absl::InvalidArgumentError("PNG of an empty image");
+  Transfer transfer;
+  PointToRows(image, transfer);
+  Writer writer(transfer);
+  const Layout layout = {image.width(), image.height(), bits,
+                         channels == 3 ? PNG_COLOR_TYPE_RGB : PNG_COLOR_TYPE_GRAY};
+  if (!WriteRows(writer, layout, compression, transfer)) {
+    return MakeError(absl::StatusCode::kInternal, "PNG: " + transfer.error);
+  }
+  return std::move(transfer.written);
+}
+
+// The header; palettes and fewer than eight bits a pixel count as what they unfold to.
+bool ReadHeader(Reader& reader, Layout* layout) {
+  if (setjmp(png_jmpbuf(reader.png)) != 0) return false;
+  png_read_info(reader.png, reader.info);
+  png_set_expand(reader.png);
+  png_set_interlace_handling(reader.png);
+  png_set_swap(reader.png);
+  png_read_update_info(reader.png, reader.info);
+  layout->width = static_cast<int>(png_get_image_width(reader.png, reader.info));
+  layout->height = static_cast<int>(png_get_image_height(reader.png, reader.info));
+  layout->bits = png_get_bit_depth(reader.png, reader.info);
+  layout->color_type = png_get_channels(reader.png, reader.info);
+  return true;
+}
+
+// As ReadHeader, but makes any PNG eight bits R G B; what is transparent keeps its colour.
+bool ReadHeaderAsRgb(Reader& reader, Layout* layout) {
+  if (setjmp(png_jmpbuf(reader.png)) != 0) return false;
+  png_read_info(reader.png, reader.info);
+  png_set_expand(reader.png);
+  png_set_strip_16(reader.png);
+  png_set_gray_to_rgb(reader.png);
+  png_set_strip_alpha(reader.png);
+  png_set_interlace_handling(reader.png);
+  png_read_update_info(reader.png, reader.info);
+  layout->width = static_cast<int>(png_get_image_width(reader.png, reader.info));
+  layout->height = static_cast<int>(png_get_image_height(reader.png, reader.info));
+  return true;
+}
+
+bool ReadRows(Reader& reader, Transfer& transfer) {
+  if (setjmp(png_jmpbuf(reader.png)) != 0) return false;
+  png_read_image(reader.png, transfer.rows.data());
+  png_read_end(reader.png, nullptr);
+  return true;
+}
+
+// Sizes that no picture has, but a damaged header may.
+absl::Status CheckSize(const Layout& layout) {
+  constexpr int64_t kMostPixels = int64_t{1} << 28;
+  if (int64_t{layout.width} * layout.height <= kMostPixels) return absl::OkStatus();
+  return MakeError(absl::StatusCode::kInvalidArgument, "PNG of " + std::to_string(layout.width) +
+                                                           " x " + std::to_string(layout.height) +
+                                                           " pixels, allowed are " +
+                                                           std::to_string(kMostPixels));
+}
+
+absl::Status Broken(const Transfer& transfer) {
+  return MakeError(absl::StatusCode::kInvalidArgument, "broken PNG: " + transfer.error);
 }
 
 template <typename T, int channels>
 absl::StatusOr<Image<T, channels>> Decode(std::string_view bytes) {
-  if (bytes.substr(0, 4) != "\x89PNG") return absl::InvalidArgumentError("not a PNG");
-  cv::Mat mat;
-  try {
-    mat = cv::imdecode(
-        cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
-        cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception& error) {
-    return MakeError(absl::StatusCode::kInvalidArgument, "broken PNG: " + error.err);
-  }
-  if (mat.empty()) return absl::InvalidArgumentError("broken PNG");
-  if (mat.depth() != kCvDepth<T> || mat.channels() != channels) {
+  if (!IsPng(bytes)) return absl::InvalidArgumentError("not a PNG");
+  Transfer transfer{.unread = bytes};
+  Reader reader(transfer);
+  Layout layout;
+  if (!ReadHeader(reader, &layout)) return Broken(transfer);
+  RETURN_IF_ERROR(CheckSize(layout));
+  if (layout.bits != 8 * static_cast<int>(sizeof(T)) || layout.color_type != channels) {
     return MakeError(absl::StatusCode::kInvalidArgument,
-                     "PNG of " + std::to_string(8 * mat.elemSize1()) + " bits and " +
-                         std::to_string(mat.channels()) + " channels, wanted " +
+                     "PNG of " + std::to_string(layout.bits) + " bits and " +
+                         std::to_string(layout.color_type) + " channels, wanted " +
                          std::to_string(8 * sizeof(T)) + " bits and " + std::to_string(channels));
   }
-  Image<T, channels> image(mat.cols, mat.rows);
-  cv::Mat out = MatOf(image);
-  if (channels == 3) {
-    cv::cvtColor(mat, out, cv::COLOR_BGR2RGB);
-  } else {
-    mat.copyTo(out);
-  }
+  Image<T, channels> image(layout.width, layout.height);
+  PointToRows(image, transfer);
+  if (!ReadRows(reader, transfer)) return Broken(transfer);
   return image;
 }
 
@@ -76,23 +191,35 @@ absl::Status Write(const std::string& path, const ImageType& image, int compress
 
 }  // namespace
 
+bool IsPng(std::string_view bytes) { return bytes.substr(0, 4) == "\x89PNG"; }
+
+absl::StatusOr<ImageRgb8> DecodeAnyPngAsRgb8(std::string_view bytes) {
+  Transfer transfer{.unread = bytes};
+  Reader reader(transfer);
+  Layout layout;
+  if (!ReadHeaderAsRgb(reader, &layout)) return Broken(transfer);
+  RETURN_IF_ERROR(CheckSize(layout));
+  ImageRgb8 image(layout.width, layout.height);
+  PointToRows(image, transfer);
+  if (!ReadRows(reader, transfer)) return Broken(transfer);
+  return image;
+}
+
 absl::StatusOr<std::string> EncodePng(const ImageRgb8& image, int compression) {
-  cv::Mat bgr;
-  if (!image.empty()) cv::cvtColor(MatOf(image), bgr, cv::COLOR_RGB2BGR);
-  return Encode(bgr, compression);
+  return Encode(image, compression, 8);
 }
 absl::StatusOr<std::string> EncodePng(const ImageU8& image, int compression) {
-  return Encode(MatOf(image), compression);
+  return Encode(image, compression, 8);
 }
 absl::StatusOr<std::string> EncodePng(const ImageU16& image, int compression) {
-  return Encode(MatOf(image), compression);
+  return Encode(image, compression, 16);
 }
 
 absl::StatusOr<std::string> EncodePngBits(const ImageU8& image) {
   if (image.empty()) return absl::InvalidArgumentError("PNG of an empty image");
-  ImageU8 full(image.width(), image.height());
-  for (size_t i = 0; i < image.pixels(); ++i) full.values()[i] = image.values()[i] ? 255 : 0;
-  return Encode(MatOf(full), kPngCompression, {cv::IMWRITE_PNG_BILEVEL, 1});
+  ImageU8 bits(image.width(), image.height());
+  for (size_t i = 0; i < image.pixels(); ++i) bits.values()[i] = image.values()[i] ? 1 : 0;
+  return Encode(bits, kPngCompression, 1);
 }
 
 absl::StatusOr<ImageRgb8> DecodePngRgb8(std::string_view bytes) {

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 bool IsPicture(const fs::path& path) {
   std::string ending = path.extension().string();
   for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  constexpr std::array kEndings = {".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp"};
+  constexpr std::array kEndings = {".png", ".jpg", ".jpeg"};
   return std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
 }
 
@@ -70,7 +70,7 @@ absl::StatusOr<std::vector<FolderPicture>> ReadPictureFolder(const std::string& 
     pictures.push_back({at->path().lexically_relative(dir).string(), ""});
   }
   if (pictures.empty()) {
-    return MakeError(absl::StatusCode::kNotFound, "picture_dir: no pictures in " + dir);
+    return MakeError(absl::StatusCode::kNotFound, "picture_dir: no PNG or JPEG in " + dir);
   }
   std::sort(pictures.begin(), pictures.end(),
             [](const FolderPicture& a, const FolderPicture& b) { return a.name < b.name; });

@@ -12,6 +12,7 @@
 
 #include "common/base/file.h"
 #include "common/base/rng.h"
+#include "common/image/jpeg.h"
 
 namespace parallax {
 namespace {
@@ -55,6 +56,109 @@ TEST(Png, RedIsRedForOtherReaders) {
   const cv::Mat bgr =
       cv::imdecode(std::vector<uint8_t>(bytes.begin(), bytes.end()), cv::IMREAD_UNCHANGED);
   EXPECT_EQ(bgr.at<cv::Vec3b>(0, 0), cv::Vec3b(0, 0, 255));
+}
+
+// Hashes of frames that are stored already must not change.
+TEST(Png, BytesAreThoseOfOpenCv) {
+  const auto rgb = Noise<ImageRgb8>(64, 33);
+  const cv::Mat mat(33, 64, CV_8UC3, const_cast<uint8_t*>(rgb.data()));
+  cv::Mat bgr(33, 64, CV_8UC3);
+  for (int y = 0; y < 33; ++y) {
+    for (int x = 0; x < 64; ++x) {
+      for (int c = 0; c < 3; ++c) bgr.at<cv::Vec3b>(y, x)[c] = mat.at<cv::Vec3b>(y, x)[2 - c];
+    }
+  }
+  std::vector<uint8_t> bytes;
+  cv::imencode(".png", bgr, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1, cv::IMWRITE_PNG_STRATEGY, 0});
+  EXPECT_EQ(*EncodePng(rgb), std::string(bytes.begin(), bytes.end()));
+}
+
+TEST(Png, BitsReadBackAsBlackAndWhite) {
+  ImageU8 bits(11, 2);
+  bits(3, 1) = 7;
+  const ImageU8 again = *DecodePngU8(*EncodePngBits(bits));
+  for (int y = 0; y < 2; ++y) {
+    for (int x = 0; x < 11; ++x) EXPECT_EQ(again(x, y), x == 3 && y == 1 ? 255 : 0);
+  }
+}
+
+TEST(Png, CutAndImpossibleFilesAreRefused) {
+  const std::string bytes = *EncodePng(Noise<ImageRgb8>(9, 4));
+  for (const size_t length : {size_t{4}, size_t{20}, bytes.size() / 2, bytes.size() - 13}) {
+    EXPECT_THAT(std::string(DecodePngRgb8(bytes.substr(0, length)).status().message()),
+                HasSubstr("broken PNG: "))
+        << length;
+  }
+  std::string huge = bytes;
+  huge[16] = huge[20] = 0x00;
+  huge[17] = huge[21] = 0x0f;  // About a million pixels each way.
+  EXPECT_FALSE(DecodePngRgb8(huge).ok());
+}
+
+// What OpenCV makes of the same file, R G B.
+ImageRgb8 ByOpenCv(const std::string& path) {
+  const cv::Mat bgr = cv::imread(path, cv::IMREAD_COLOR);
+  ImageRgb8 image(bgr.cols, bgr.rows);
+  for (int y = 0; y < bgr.rows; ++y) {
+    for (int x = 0; x < bgr.cols; ++x) {
+      for (int c = 0; c < 3; ++c) image(x, y, c) = bgr.at<cv::Vec3b>(y, x)[2 - c];
+    }
+  }
+  return image;
+}
+
+class PictureTest : public ::testing::Test {
+ protected:
+  void TearDown() override { std::filesystem::remove(path_); }
+  ImageRgb8 ReadAgain() {
+    const auto image = ReadPictureRgb8(path_);
+    EXPECT_TRUE(image.ok()) << image.status();
+    return image.ok() ? *image : ImageRgb8();
+  }
+  std::string path_ = ::testing::TempDir() + "io_test_picture";
+};
+
+TEST_F(PictureTest, GreyDeepAndTransparentPngsBecomeRgb) {
+  const cv::Mat samples[] = {cv::Mat(5, 7, CV_8UC1, cv::Scalar(90)),
+                             cv::Mat(5, 7, CV_16UC3, cv::Scalar(65535, 32768, 256)),
+                             cv::Mat(5, 7, CV_8UC4, cv::Scalar(10, 20, 30, 128))};
+  for (const cv::Mat& sample : samples) {
+    std::vector<uint8_t> bytes;
+    cv::imencode(".png", sample, bytes);
+    ASSERT_TRUE(WriteFile(path_, std::string(bytes.begin(), bytes.end())).ok());
+    EXPECT_EQ(ReadAgain(), ByOpenCv(path_)) << sample.channels() << " channels";
+  }
+}
+
+// A JPEG that says in Exif how its camera was held.
+std::string WithOrientation(const std::string& jpeg, int orientation) {
+  using std::string_literals::operator""s;
+  const std::string exif = "Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0"s +
+                           static_cast<char>(orientation) + "\0\0\0\0\0\0"s;
+  const size_t length = exif.size() + 2;
+  return jpeg.substr(0, 2) + "\xff\xe1" + static_cast<char>(length >> 8) +
+         static_cast<char>(length & 0xff) + exif + jpeg.substr(2);
+}
+
+TEST_F(PictureTest, JpegsStandUprightAsOpenCvShowsThem) {
+  const std::string jpeg = *EncodeJpeg(Noise<ImageRgb8>(23, 10), 95);
+  for (int orientation = 0; orientation <= 9; ++orientation) {
+    ASSERT_TRUE(WriteFile(path_, WithOrientation(jpeg, orientation)).ok());
+    EXPECT_EQ(ReadAgain(), ByOpenCv(path_)) << "orientation " << orientation;
+  }
+}
+
+TEST_F(PictureTest, ReadingFailsWithTheReason) {
+  const std::string jpeg = *EncodeJpeg(Noise<ImageRgb8>(64, 64), 95);
+  const std::pair<std::string, std::string> cases[] = {
+      {jpeg.substr(0, jpeg.size() / 2), "broken JPEG: Premature end"},
+      {"\xff\xd8 nothing", "broken JPEG: "},
+      {"RIFF....WEBP", "neither a PNG nor a JPEG"},
+      {"", "neither a PNG nor a JPEG"}};
+  for (const auto& [bytes, reason] : cases) {
+    ASSERT_TRUE(WriteFile(path_, bytes).ok());
+    EXPECT_THAT(std::string(ReadPictureRgb8(path_).status().message()), HasSubstr(reason));
+  }
 }
 
 TEST(Exr, FloatRoundTripsBitByBit) {

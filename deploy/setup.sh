@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs what Parallax needs to build and run on Debian 12: packages, and Intel Open Image Denoise, which
 # Debian does not have, from a wheel pinned by version and hash; a real stereo pair with truth that another wheel
-# ships (the benchmark `shipped`); and, for the tests, an S3 server (moto) in a virtual environment of its own.
+# ships (the benchmark `shipped`); and, in virtual environments of their own, an S3 server (moto) for the tests and
+# the tools that build the documentation.
 # Idempotent: a second run changes nothing.
 # Run as root or as a user with sudo.
 set -euo pipefail
@@ -15,12 +16,14 @@ readonly SHIPPED_SHA256=41e28db0136f29ecd305bef0408fdfc64be9d415e54f5099a95555c6
 readonly SHIPPED_ROOT=${PARALLAX_BENCHMARKS_ROOT:-/opt/parallax/benchmarks}/shipped
 S3_TEST_REQUIREMENTS=$(dirname "$0")/s3-test-requirements.txt
 readonly S3_TEST_ROOT=${PARALLAX_S3_TEST_ROOT:-/opt/parallax/s3-test}
+SITE_REQUIREMENTS=$(dirname "$0")/site/requirements.txt
+readonly SITE_ROOT=${PARALLAX_SITE_ROOT:-/opt/parallax/site}
 readonly PACKAGES=(
   build-essential cmake ninja-build ccache clang-format pkg-config git ca-certificates unzip python3 python3-numpy python3-opencv python3-pip python3-venv
   libeigen3-dev libembree-dev libfcl-dev libosd-dev libtbb-dev
   libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc libabsl-dev libssl-dev libcurl4-openssl-dev
-  libopencv-dev libopenexr-dev libpng-dev libjpeg62-turbo-dev libtinygltf-dev libzstd-dev
-  libsqlite3-dev sqlite3 libtorch-dev libspdlog-dev libfmt-dev libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libcpp-httplib-dev
+  patchelf libopencv-dev libopenexr-dev libpng-dev libjpeg62-turbo-dev libtinygltf-dev libzstd-dev
+  libsqlite3-dev sqlite3 libtorch-dev libspdlog-dev python3-protobuf libfmt-dev libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libcpp-httplib-dev
   libgtest-dev libgmock-dev libbenchmark-dev
   clang-14 libclang-rt-14-dev
 )
@@ -86,22 +89,23 @@ install_shipped_pair() {
   as_root mv "$SHIPPED_ROOT.new" "$SHIPPED_ROOT"
 }
 
-install_s3_test_server() {
-  if cmp -s "$S3_TEST_REQUIREMENTS" "$S3_TEST_ROOT/requirements.txt"; then
-    say "S3 server for the tests: present in $S3_TEST_ROOT"; return
-  fi
-  say "S3 server for the tests: installing into $S3_TEST_ROOT"
-  as_root rm -rf "$S3_TEST_ROOT"
-  as_root mkdir -p "$S3_TEST_ROOT"
-  as_root python3 -m venv "$S3_TEST_ROOT/venv"
-  as_root "$S3_TEST_ROOT/venv/bin/python" -m pip install --quiet --disable-pip-version-check --require-hashes \
-    --only-binary :all: --requirement "$S3_TEST_REQUIREMENTS"
-  as_root cp "$S3_TEST_REQUIREMENTS" "$S3_TEST_ROOT/requirements.txt"  # Last: it says that all is there.
+# Python packages in an environment of their own: what they are for, the environment's folder, pinned requirements.
+install_venv() {
+  local what=$1 root=$2 requirements=$3
+  if cmp -s "$requirements" "$root/requirements.txt"; then say "$what: present in $root"; return; fi
+  say "$what: installing into $root"
+  as_root rm -rf "$root"
+  as_root mkdir -p "$root"
+  as_root python3 -m venv "$root/venv"
+  as_root "$root/venv/bin/python" -m pip install --quiet --disable-pip-version-check --require-hashes \
+    --only-binary :all: --requirement "$requirements"
+  as_root cp "$requirements" "$root/requirements.txt"  # Last: it says that all is there.
 }
 
 [ -f /etc/debian_version ] || fail "made for Debian 12; on other systems install the packages listed in this file by hand"
 install_packages
 install_oidn
 install_shipped_pair
-install_s3_test_server
+install_venv "S3 server for the tests" "$S3_TEST_ROOT" "$S3_TEST_REQUIREMENTS"
+install_venv "tools of the documentation" "$SITE_ROOT" "$SITE_REQUIREMENTS"
 say "ready"

@@ -1,0 +1,252 @@
+#!/usr/bin/env python3
+"""Writes the generated pages of the documentation and the JSON Schemas of config files.
+
+Sources: the comments and FieldRules of proto/parallax/v1/*.proto, and the programs' own --help.
+  make_reference.py config --proto proto --out DIR     config.md, study.schema.json, scene.schema.json
+  make_reference.py commands --bin build/release/bin --out DIR     commands.md
+"""
+import argparse
+import importlib
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+PROTOS = ("config", "jobs", "scene", "train", "study")
+SECTIONS = {  # Shown with their own heading; the rest of the messages stand where they are used.
+    "SceneConfig": "Scenes", "TrainSpec": "Training", "EvaluateSpec": "Evaluating"}
+DISTRIBUTION = "A number, or `{uniform: [low, high]}`, `{uniform_int: [low, high]}`, `{choice: [...]}`, " \
+               "`{clip_gaussian: [mean, std, low, high]}`, `{bernoulli: p}`: drawn anew for each use."
+
+
+def load_files(proto_dir):
+    """FileDescriptorProtos by message name, and the FieldRule extension."""
+    with tempfile.TemporaryDirectory() as work:
+        files = [f"parallax/v1/{name}.proto" for name in PROTOS]
+        subprocess.run(["protoc", "-I", proto_dir, f"--python_out={work}", "--include_source_info",
+                        "--include_imports", f"--descriptor_set_out={work}/set.pb", *files], check=True)
+        sys.path.insert(0, work)
+        rules = importlib.import_module("parallax.v1.config_pb2")
+        from google.protobuf import descriptor_pb2
+        found = descriptor_pb2.FileDescriptorSet.FromString(pathlib.Path(work, "set.pb").read_bytes())
+    return [f for f in found.file if f.name.startswith("parallax/")], rules
+
+
+class Schema:
+    """Messages and enums by full name, with their comments."""
+
+    def __init__(self, files, rules):
+        self.rules, self.messages, self.enums, self.comments = rules, {}, {}, {}
+        for file in files:
+            comments = {tuple(l.path): (l.leading_comments + l.trailing_comments).strip()
+                        for l in file.source_code_info.location}
+            for i, message in enumerate(file.message_type):
+                self._add(f".{file.package}", message, (4, i), comments)
+            for i, enum in enumerate(file.enum_type):
+                self.enums[f".{file.package}.{enum.name}"] = (enum, comments, (5, i))
+
+    def _add(self, scope, message, path, comments):
+        name = f"{scope}.{message.name}"
+        self.messages[name] = message
+        self.comments[name] = comments.get(path, "")
+        for i, field in enumerate(message.field):
+            self.comments[f"{name}.{field.name}"] = comments.get(path + (2, i), "")
+        for i, nested in enumerate(message.nested_type):
+            self._add(name, nested, path + (3, i), comments)
+        for i, enum in enumerate(message.enum_type):
+            self.enums[f"{name}.{enum.name}"] = (enum, comments, path + (4, i))
+
+    def rule(self, field):
+        return field.options.Extensions[self.rules.rule]
+
+    def enum_values(self, type_name):
+        enum, comments, path = self.enums[type_name]
+        words = []
+        prefix = "".join("_" + c if c.isupper() else c for c in enum.name).upper().lstrip("_") + "_"
+        for i, value in enumerate(enum.value):
+            if value.number == 0:
+                continue
+            word = value.name[len(prefix):].lower() if value.name.startswith(prefix) else value.name.lower()
+            words.append((word, one_line(comments.get(path + (2, i), ""))))
+        return words
+
+
+def one_line(text):
+    return " ".join(text.split())
+
+
+def is_distribution(field):
+    return field.type_name.endswith(".Distribution")
+
+
+def is_group(schema, field):
+    return field.type == field.TYPE_MESSAGE and not is_distribution(field) and field.type_name in schema.messages
+
+
+def bounds(rule):
+    parts = []
+    if rule.HasField("min") or rule.HasField("max"):
+        low = f"{rule.min:g}" if rule.HasField("min") else "-"
+        high = f"{rule.max:g}" if rule.HasField("max") else "-"
+        parts.append(f"{low} to {high}" + (f" {rule.unit}" if rule.unit else ""))
+    if rule.allowed:
+        parts.append(", ".join(f"`{a}`" for a in rule.allowed))
+    return "; ".join(parts)
+
+
+def rows(schema, name, prefix=""):
+    """(path, default, allowed, meaning) of each field, groups unfolded."""
+    for field in schema.messages[name].field:
+        path = f"{prefix}{field.name}"
+        rule = schema.rule(field)
+        comment = one_line(schema.comments[f"{name}.{field.name}"])
+        if is_group(schema, field) and field.label != field.LABEL_REPEATED:
+            yield from rows(schema, field.type_name, path + ".")
+            continue
+        if is_group(schema, field):
+            yield path, "", "list", comment
+            yield from rows(schema, field.type_name, path + "[].")
+            continue
+        allowed = bounds(rule)
+        if field.type == field.TYPE_ENUM:
+            values = schema.enum_values(field.type_name)
+            allowed = ", ".join(f"`{word}`" for word, _ in values)
+            comment = " ".join([comment] + [f"`{w}`: {c}" for w, c in values if c]).strip()
+        if is_distribution(field):
+            allowed = "distribution" + (f", {allowed}" if allowed else "")
+        yield path, rule.default_yaml, allowed, comment
+
+
+def write_config_page(schema, out):
+    lines = ["# Config reference", "",
+             "Made from the comments in `proto/parallax/v1`. A field that is absent takes its default; an unknown one "
+             "is an error that names file, line and the nearest field.", "",
+             "**Distribution**: " + DISTRIBUTION, ""]
+    for message, title in SECTIONS.items():
+        name = f".parallax.v1.{message}"
+        lines += [f"## {title}", "", one_line(schema.comments[name]), "",
+                  "| field | default | allowed | meaning |", "|---|---|---|---|"]
+        for path, default, allowed, meaning in rows(schema, name):
+            cells = [f"`{path}`", f"`{default}`" if default else "", allowed, meaning]
+            lines.append("| " + " | ".join(c.replace("|", "\\|") for c in cells) + " |")
+        lines.append("")
+    (out / "config.md").write_text("\n".join(lines))
+
+
+def distribution_schema():
+    numbers = {"type": "array", "items": {"type": "number"}}
+    return {"oneOf": [{"type": "number"}] + [
+        {"type": "object", "properties": {kind: shape}, "required": [kind], "additionalProperties": False}
+        for kind, shape in (("uniform", numbers), ("uniform_int", numbers), ("choice", numbers),
+                            ("clip_gaussian", numbers), ("bernoulli", {"type": "number"}))]}
+
+
+def field_schema(schema, name, field):
+    rule = schema.rule(field)
+    if is_distribution(field):
+        item = {"$ref": "#/$defs/Distribution"}
+    elif field.type == field.TYPE_ENUM:
+        words = [word for word, _ in schema.enum_values(field.type_name)]
+        # YAML 1.1 reads on and off as true and false.
+        item = {"enum": words + ([True, False] if "on" in words else [])}
+    elif is_group(schema, field):
+        item = message_schema(schema, field.type_name)
+    elif field.type == field.TYPE_BOOL:
+        item = {"type": "boolean"}
+    elif field.type == field.TYPE_STRING:
+        item = {"enum": list(rule.allowed)} if rule.allowed else {"type": "string"}
+    else:
+        whole = field.type not in (field.TYPE_DOUBLE, field.TYPE_FLOAT)
+        item = {"type": "integer" if whole else "number"}
+        if rule.HasField("min"):
+            item["minimum"] = rule.min
+        if rule.HasField("max"):
+            item["maximum"] = rule.max
+    if field.label == field.LABEL_REPEATED:
+        item = {"type": "array", "items": item}
+    comment = one_line(schema.comments[f"{name}.{field.name}"])
+    if comment:
+        item["description"] = comment
+    return item
+
+
+def message_schema(schema, name):
+    return {"type": "object", "additionalProperties": False,
+            "properties": {f.name: field_schema(schema, name, f) for f in schema.messages[name].field}}
+
+
+def write_json_schemas(schema, out):
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$defs": {"Distribution": distribution_schema()}}
+    scene = message_schema(schema, ".parallax.v1.SceneConfig")
+    # A study's own words (common/config/load.cc); `base` names a scene config that `set` is merged onto.
+    number = {"type": "integer", "minimum": 1}
+    variant = {"type": "object", "required": ["name"], "additionalProperties": False, "properties": {
+        "name": {"type": "string"}, "base": {"type": "string"}, "pairs": number, "rigs_per_scene": number,
+        "seed": {"type": "integer", "minimum": 0}, "set": scene, "config": scene}}
+    study = {"type": "object", "additionalProperties": False, "required": ["study", "variants"], "properties": {
+        "study": {"type": "string"}, "base": {"type": "string"}, "seed": {"type": "integer", "minimum": 0},
+        "pairs": number, "rigs_per_scene": number, "priority": {"type": "integer"},
+        "tags": {"type": "array", "items": {"type": "string"}}, "memory_mb": {"type": "integer", "minimum": 0},
+        "variants": {"type": "array", "items": variant, "minItems": 1},
+        "train": message_schema(schema, ".parallax.v1.TrainSpec"),
+        "evaluate": message_schema(schema, ".parallax.v1.EvaluateSpec")}}
+    for name, body in (("scene", scene), ("study", study)):
+        text = json.dumps({**head, "title": f"Parallax {name}", **body}, indent=1)
+        (out / f"{name}.schema.json").write_text(text + "\n")
+
+
+def help_of(command):
+    run = subprocess.run([*command, "--help"], capture_output=True, text=True, check=True)
+    return run.stdout.rstrip()
+
+
+# Headings in a program's --help under which its commands stand.
+COMMAND_HEADINGS = ("On this machine:", "With a coordinator:", "Subcommands:", "Commands:")
+
+
+def subcommands(text):
+    """Names of the commands that a --help lists: the first words of indented lines below the headings."""
+    names, inside = [], False
+    for line in text.splitlines():
+        if line and not line.startswith(" "):
+            inside = line.strip() in COMMAND_HEADINGS
+        elif inside and line.startswith("  ") and not line.startswith("   "):
+            names.append(line.split()[0])
+    return names
+
+
+def sections(command, level):
+    text = help_of(command)
+    name = " ".join([pathlib.Path(command[0]).name, *command[1:]])
+    yield from [f"{'#' * level} {name}", "", "```text", text, "```", ""]
+    for child in subcommands(text):
+        yield from sections([*command, child], min(level + 1, 4))
+
+
+def write_commands_page(programs, out):
+    lines = ["# Command reference", "", "What each program's `--help` says.", ""]
+    for program in ("parallax", "worker", "coordinator"):
+        lines += sections([str(programs / program)], 2)
+    (out / "commands.md").write_text("\n".join(lines))
+
+
+def main():
+    args = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    args.add_argument("what", choices=("config", "commands"))
+    args.add_argument("--proto", default="proto")
+    args.add_argument("--bin", type=pathlib.Path, default=pathlib.Path("build/release/bin"))
+    args.add_argument("--out", type=pathlib.Path, required=True)
+    args.add_argument("--schemas", type=pathlib.Path, help="folder for the JSON Schemas (default: --out)")
+    args = args.parse_args()
+    args.out.mkdir(parents=True, exist_ok=True)
+    if args.what == "commands":
+        write_commands_page(args.bin, args.out)
+        return
+    schema = Schema(*load_files(args.proto))
+    write_config_page(schema, args.out)
+    write_json_schemas(schema, args.schemas or args.out)
+
+
+if __name__ == "__main__":
+    main()

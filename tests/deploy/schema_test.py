@@ -1,0 +1,62 @@
+#!/usr/bin/env python3
+"""The JSON Schemas of configs/schema are those of the messages, take every built-in file and refuse mistakes.
+Usage: schema_test.py SOURCE_DIR, with the environment of the documentation (jsonschema, PyYAML)."""
+import copy
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import jsonschema
+import yaml
+
+SOURCE = pathlib.Path(sys.argv.pop())
+SCHEMAS = SOURCE / "configs/schema"
+
+
+def schema(name):
+    return json.loads((SCHEMAS / f"{name}.schema.json").read_text())
+
+
+def load(path):
+    return yaml.safe_load(path.read_text())
+
+
+class SchemaTest(unittest.TestCase):
+    def test_schemas_are_those_of_the_messages(self):
+        with tempfile.TemporaryDirectory() as out:
+            subprocess.run(["/usr/bin/python3", "-B", SOURCE / "deploy/site/make_reference.py", "config",
+                            "--proto", SOURCE / "proto", "--out", out], check=True)
+            for name in ("scene.schema.json", "study.schema.json"):
+                self.assertEqual((SCHEMAS / name).read_text(), pathlib.Path(out, name).read_text(),
+                                 "run deploy/site/build.sh --schemas")
+
+    def test_built_in_files_fit(self):
+        files = sorted((SOURCE / "configs/scenes").glob("*.yaml"))
+        self.assertGreaterEqual(len(files), 3)
+        for path in files:
+            jsonschema.validate(load(path), schema("scene"))
+        files = sorted((SOURCE / "configs/studies").glob("*.yaml"))
+        self.assertGreaterEqual(len(files), 7)
+        for path in files:
+            with self.subTest(path.name):
+                jsonschema.validate(load(path), schema("study"))
+
+    def test_mistakes_do_not_fit(self):
+        good = load(SOURCE / "configs/studies/quickstart.yaml")
+        jsonschema.validate(good, schema("study"))
+        for wrong in ({"pairs": "many"}, {"variants": []}, {"varients": []},
+                      {"variants": [{"name": "a", "set": {"rigs": {"baseline": 1}}}]},
+                      {"variants": [{"name": "a", "set": {"rigs": {"width_px": 4}}}]},
+                      {"variants": [{"name": "a", "set": {"solver": {"mode": "fast"}}}]},
+                      {"train": {"seeds": 0}}):
+            study = copy.deepcopy(good)
+            study.update(wrong)
+            with self.subTest(wrong), self.assertRaises(jsonschema.ValidationError):
+                jsonschema.validate(study, schema("study"))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,14 +1,17 @@
 #!/usr/bin/env bash
 # Makes what users install, in dist/: a tarball that runs from any folder on any glibc that is new enough, a wheel
-# and a Debian package of the same files. Prints each file's size and the oldest glibc that the programs run on.
+# and a Debian package of the same files, and each of these once more for the trainer, whose libraries (Debian's libtorch
+# and what it draws in) are larger than all the rest: it is unpacked over the others. Prints each file's size and the
+# oldest glibc that the programs run on.
 #   deploy/package.sh                  build, then package
 #   deploy/package.sh --build DIR      package the programs in DIR/bin as they are
-#   deploy/package.sh --tree DIR       only collect the files in DIR, without making archives
+#   deploy/package.sh --tree DIR       only collect the files of the programs without trainer in DIR
 #   deploy/package.sh --check          and try tarball and wheel in a bare Debian without network (root, debootstrap)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 readonly SOURCE=$PWD
-readonly PROGRAMS=(parallax coordinator worker trainer)
+readonly PROGRAMS=(parallax coordinator worker)
+readonly ADDED_PROGRAMS=(trainer)
 # Of the system: the C library and its loader. All else comes along, the C++ library too.
 readonly SYSTEM='^(ld-linux-x86-64|libc|libm|libdl|libpthread|librt|libresolv|libutil|libanl|libnsl)\.so'
 
@@ -34,7 +37,7 @@ build_programs() {
   ./deploy/setup.sh
   mkdir -p build
   cmake --preset release >build/configure.log 2>&1 || { cat build/configure.log; exit 1; }
-  cmake --build --preset release --target "${PROGRAMS[@]}"
+  cmake --build --preset release --target "${PROGRAMS[@]}" "${ADDED_PROGRAMS[@]}"
   build=build/release
 }
 
@@ -46,16 +49,16 @@ closure_of() {
       done
 }
 
-# Programs, their libraries and what belongs to them, all below one folder that can be moved.
+# make_tree TREE PROGRAM...: programs with their libraries, below one folder that can be moved.
 make_tree() {
-  local tree=$1 oidn
+  local tree=$1 oidn; shift
   rm -rf "$tree"
   mkdir -p "$tree/bin" "$tree/lib" "$tree/share/doc/parallax" "$tree/share/parallax"
-  for program in "${PROGRAMS[@]}"; do
+  for program in "$@"; do
     [ -x "$build/bin/$program" ] || fail "$build/bin/$program is not there; build it, or leave out --build"
     cp "$build/bin/$program" "$tree/bin/"
   done
-  oidn=$(dirname "$(ldd "$build/bin/worker" | awk '/libOpenImageDenoise/ { print $3; exit }')")
+  oidn=$(dirname "$(ldd "$build/bin/worker" | awk '/libOpenImageDenoise/ { at = $3 } END { print at }')")
   # Open Image Denoise opens the files of its devices itself.
   closure_of "$tree"/bin/* "$oidn"/libOpenImageDenoise_*.so* | xargs cp -L -t "$tree/lib"
   cp -L "$oidn"/libOpenImageDenoise_*.so* "$tree/lib/"
@@ -63,16 +66,29 @@ make_tree() {
   strip --strip-unneeded "$tree"/bin/* "$tree"/lib/*
   for program in "$tree"/bin/*; do patchelf --set-rpath '$ORIGIN/../lib' "$program"; done
   for library in "$tree"/lib/*; do patchelf --set-rpath '$ORIGIN' "$library"; done
-  cp -r configs "$tree/share/parallax/configs"
-  cp -r deploy/systemd deploy/slurm deploy/kubernetes deploy/dashboards deploy/README.md "$tree/share/parallax/"
-  cp README.md LICENSE CHANGELOG.md "$tree/share/doc/parallax/"
-  third_party_notices > "$tree/share/doc/parallax/THIRD_PARTY"
+  third_party_notices "$@" > "$tree/share/doc/parallax/THIRD_PARTY"
+}
+
+# What belongs to the programs beside libraries.
+add_shared_files() {
+  cp -r configs "$1/share/parallax/configs"
+  cp -r deploy/systemd deploy/slurm deploy/kubernetes deploy/dashboards deploy/README.md "$1/share/parallax/"
+  cp README.md LICENSE CHANGELOG.md "$1/share/doc/parallax/"
+}
+
+# Leaves of a tree what another one lacks.
+remove_what_is_in() {
+  local tree=$1 other=$2
+  (cd "$tree" && find bin lib -type f) | while read -r file; do
+    if [ -e "$other/$file" ]; then rm "$tree/$file"; fi
+  done
+  mv "$tree/share/doc/parallax/THIRD_PARTY" "$tree/share/doc/parallax/THIRD_PARTY.trainer"
 }
 
 # Whose libraries these are: the Debian package of each, and its licence's file where Debian has one.
 third_party_notices() {
   echo "Libraries in lib/, by the Debian package that they are from. Licences: /usr/share/doc/PACKAGE/copyright there."
-  closure_of "${PROGRAMS[@]/#/$build/bin/}" | while read -r library; do
+  closure_of "${@/#/$build/bin/}" | while read -r library; do
     library=$(readlink -f "$library")
     # Files of /lib are registered there, though /lib is a link to /usr/lib.
     dpkg -S "$library" 2>/dev/null || dpkg -S "${library#/usr}" 2>/dev/null || true
@@ -99,70 +115,92 @@ check_tree_is_closed() {
   [ -z "$stray" ] || fail "libraries from outside of the tree: $stray"
 }
 
+# make_tarball TREE FILE
 make_tarball() {
   tar --sort=name --mtime="@$SOURCE_DATE_EPOCH" --owner=0 --group=0 --numeric-owner -C "$(dirname "$1")" \
-    -cf - "$(basename "$1")" | xz -T0 -6 > "$out/$NAME.tar.xz.new"
-  mv "$out/$NAME.tar.xz.new" "$out/$NAME.tar.xz"
+    -cf - "$(basename "$1")" | xz -T0 -6 > "$2.new"
+  mv "$2.new" "$2"
+  made+=("$2")
 }
 
+# make_wheel TREE NAME ARGUMENT...
+make_wheel() {
+  local tree=$1 name=$2; shift 2
+  local file; file=$(python3 -B deploy/package/make_wheel.py --tree "$tree" --name "$name" --version "$version" \
+    --glibc "$glibc" --out "$out" "$@")
+  made+=("$file")
+}
+
+# make_deb TREE NAME DEPENDENCIES SUMMARY PROGRAM...
 make_deb() {
-  local tree=$1 glibc=$2 root; root=$(mktemp -d)
-  mkdir -p "$root/DEBIAN" "$root/usr/bin" "$root/usr/lib/parallax" "$root/usr/lib/systemd/system" \
-    "$root/usr/lib/sysusers.d" "$root/usr/share/doc"
+  local tree=$1 name=$2 depends=$3 summary=$4 root; shift 4; root=$(mktemp -d)
+  mkdir -p "$root/DEBIAN" "$root/usr/bin" "$root/usr/lib/parallax" "$root/usr/share/doc"
   chmod 755 "$root"
   cp -r "$tree/bin" "$tree/lib" "$root/usr/lib/parallax/"
   cp -r "$tree/share/doc/parallax" "$root/usr/share/doc/parallax"
-  cp -r "$tree/share/parallax" "$root/usr/share/parallax"
-  for program in "${PROGRAMS[@]}"; do ln -s "../lib/parallax/bin/$program" "$root/usr/bin/$program"; done
-  for unit in deploy/systemd/*.service; do
-    sed 's|/usr/local/bin/|/usr/bin/|g' "$unit" > "$root/usr/lib/systemd/system/$(basename "$unit")"
-  done
-  echo 'u parallax - "Parallax" /var/lib/parallax' > "$root/usr/lib/sysusers.d/parallax.conf"
+  for program in "$@"; do ln -s "../lib/parallax/bin/$program" "$root/usr/bin/$program"; done
+  if [ -e "$tree/share/parallax/systemd" ]; then
+    cp -r "$tree/share/parallax" "$root/usr/share/parallax"
+    mkdir -p "$root/usr/lib/systemd/system"
+    for unit in "$tree"/share/parallax/systemd/*.service; do
+      sed 's|/usr/local/bin/|/usr/bin/|g' "$unit" > "$root/usr/lib/systemd/system/$(basename "$unit")"
+    done
+  fi
   cat > "$root/DEBIAN/control" <<CONTROL
-Package: parallax-stereo
+Package: $name
 Version: $version
 Architecture: amd64
 Maintainer: The Parallax authors <parallax@localhost>
 Installed-Size: $(du -sk "$root" | cut -f1)
-Depends: libc6 (>= $glibc)
-Recommends: ca-certificates
+Depends: $depends
 Section: science
 Priority: optional
-Description: synthetic stereo datasets with exact ground truth
+Description: $summary
  Parallax invents scenes, photographs them with stereo rigs and writes image pairs with exact disparity,
- trains networks on them and tells which data trains well. Programs: parallax, coordinator, worker, trainer.
+ trains networks on them and tells which data trains well.
 CONTROL
   find "$root" -exec touch -h -d "@$SOURCE_DATE_EPOCH" {} +
-  dpkg-deb --root-owner-group -Zxz --build "$root" "$out/parallax-stereo_${version}_amd64.deb" >/dev/null
+  dpkg-deb --root-owner-group -Zxz --build "$root" "$out/${name}_${version}_amd64.deb" >/dev/null
   rm -rf "$root"
+  made+=("$out/${name}_${version}_amd64.deb")
 }
+
+describe() { say "$1: $(find "$2/lib" -type f | wc -l) libraries, $(du -sm "$2" | cut -f1) MB"; }
 
 main() {
   command -v patchelf >/dev/null || fail "needs patchelf (Debian: apt-get install patchelf)"
   [ -n "$build" ] || build_programs
   if [ -n "$only_tree" ]; then
-    make_tree "$only_tree"
+    make_tree "$only_tree" "${PROGRAMS[@]}"
+    add_shared_files "$only_tree"
     check_tree_is_closed "$only_tree"
-    say "$(ls "$only_tree/lib" | wc -l) libraries, $(du -sm "$only_tree" | cut -f1) MB; glibc $(oldest_glibc "$only_tree")"
+    describe "programs" "$only_tree"
     exit
   fi
   mkdir -p "$out"
-  local work tree glibc; work=$(mktemp -d)
+  local work tree added glibc made=(); work=$(mktemp -d)
   # shellcheck disable=SC2064  # Expands now: work is local.
   trap "rm -rf '$work'" EXIT
-  tree=$work/$NAME
-  say "collecting programs and libraries"
-  make_tree "$tree"
+  tree=$work/$NAME added=$work/trainer/$NAME
+  make_tree "$tree" "${PROGRAMS[@]}"
+  add_shared_files "$tree"
   check_tree_is_closed "$tree"
-  glibc=$(oldest_glibc "$tree")
-  say "$(ls "$tree/lib" | wc -l) libraries, $(du -sm "$tree" | cut -f1) MB; runs on glibc $glibc and later"
-  make_tarball "$tree"
-  python3 -B deploy/package/make_wheel.py --tree "$tree" --version "$version" --glibc "$glibc" --out "$out" \
-    --data common/python/parallax_data/parallax_data
-  make_deb "$tree" "$glibc"
-  for file in "$out/$NAME.tar.xz" "$out"/parallax_stereo-"$version"-*.whl "$out/parallax-stereo_${version}_amd64.deb"; do
-    say "$(du -m "$file" | cut -f1) MB  $file"
-  done
+  describe "programs" "$tree"
+  make_tree "$added" "${PROGRAMS[@]}" "${ADDED_PROGRAMS[@]}"
+  check_tree_is_closed "$added"
+  glibc=$(oldest_glibc "$added")
+  remove_what_is_in "$added" "$tree"
+  describe "trainer" "$added"
+  say "runs on glibc $glibc and later, on processors with AVX2"
+
+  make_tarball "$tree" "$out/$NAME.tar.xz"
+  make_wheel "$tree" parallax-stereo --data common/python/parallax_data/parallax_data
+  make_deb "$tree" parallax-stereo "libc6 (>= $glibc)" "synthetic stereo datasets with exact ground truth" "${PROGRAMS[@]}"
+  make_tarball "$added" "$out/parallax-trainer-$version-linux-x86_64.tar.xz"
+  make_wheel "$added" parallax-stereo-trainer
+  make_deb "$added" parallax-stereo-trainer "parallax-stereo (= $version)" "the built-in trainer of Parallax" \
+    "${ADDED_PROGRAMS[@]}"
+  for file in "${made[@]}"; do say "$(du -m "$file" | cut -f1) MB  $file"; done
   if [ -n "$check" ]; then "$SOURCE/deploy/package/check_in_chroot.sh" "$out" "$version"; fi
 }
 main

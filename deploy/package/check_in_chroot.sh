@@ -18,8 +18,7 @@ debootstrap --variant=minbase --include=python3,python3-venv,xz-utils bookworm "
   || { tail -20 "$root.log"; exit 1; }
 rm -f "$root.log"
 mkdir -p "$root/home/user" "$root/dist"
-cp "$dist"/parallax-"$version"-linux-x86_64.tar.xz "$dist"/parallax_stereo-"$version"-*.whl \
-  "$dist"/parallax-stereo_"$version"_amd64.deb "$root/dist/"
+cp "$dist"/parallax*"$version"* "$root/dist/"
 chown -R 1000:1000 "$root/home/user"
 mount -t proc proc "$root/proc"
 trap 'umount "$root/proc"; rm -rf "$root"' EXIT
@@ -35,6 +34,9 @@ inside "cd; python3 -m venv venv; venv/bin/pip install --quiet --no-index --no-d
   venv/bin/parallax run one.yaml --out wheel-out; cmp tar-out/a/*/*/left.png wheel-out/a/*/*/left.png"
 say "wheel: installed and first pair in $(awk "BEGIN { print $(seconds) - $start }") s"
 
-chroot "$root" dpkg -i "/dist/parallax-stereo_${version}_amd64.deb" >/dev/null
+inside "cd 'else where'; tar -xJf /dist/parallax-trainer-$version-linux-x86_64.tar.xz --strip-components=1; bin/trainer --help >/dev/null"
+say "trainer: unpacked over the tarball; starts"
+
+chroot "$root" dpkg -i "/dist/parallax-stereo_${version}_amd64.deb" "/dist/parallax-stereo-trainer_${version}_amd64.deb" >/dev/null
 inside "cd; parallax --version; coordinator --version; worker --version; trainer --help >/dev/null"
 say "Debian package: installed; its programs start"

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Makes the wheel parallax-stereo from the tree that package.sh collects.
+"""Makes a wheel from a tree that package.sh collects: parallax-stereo or parallax-stereo-trainer.
 
-The wheel holds the programs with their libraries, commands that start them, and the reader parallax_data.
+A wheel holds programs with their libraries and commands that start them, the first one the reader parallax_data as well.
 The same tree and SOURCE_DATE_EPOCH give the same bytes."""
 import argparse
 import base64
@@ -31,18 +31,20 @@ def _start(program):
 
 ''' + "\n\n".join(f'def {name}():\n    _start("{name}")\n' for name in PROGRAMS)
 
-METADATA = """Metadata-Version: 2.1
-Name: parallax-stereo
-Version: {version}
-Summary: Synthetic stereo datasets with exact ground truth, and which of them train well
-License: See LICENSE
-Requires-Python: >=3.9
-Requires-Dist: numpy>=1.21
+READER_NEEDS = """Requires-Dist: numpy>=1.21
 Requires-Dist: OpenEXR>=3.3
 Requires-Dist: pillow>=9
 Provides-Extra: torch
 Requires-Dist: torch>=1.10; extra == "torch"
-Description-Content-Type: text/markdown
+"""
+
+METADATA = """Metadata-Version: 2.1
+Name: {name}
+Version: {version}
+Summary: {summary}
+License: See LICENSE
+Requires-Python: >=3.9
+{needs}Description-Content-Type: text/markdown
 
 """
 
@@ -76,30 +78,40 @@ def files_below(folder):
 
 def main():
     args = argparse.ArgumentParser(description=__doc__)
-    for option in ("--tree", "--data", "--out"):
+    for option in ("--tree", "--out"):
         args.add_argument(option, type=pathlib.Path, required=True)
+    args.add_argument("--name", required=True)
     args.add_argument("--version", required=True)
     args.add_argument("--glibc", required=True, help="oldest glibc, as in 2.36")
+    args.add_argument("--data", type=pathlib.Path, help="the reader's package; without it: programs for another wheel's folder")
     args = args.parse_args()
 
     tag = f"py3-none-manylinux_{args.glibc.replace('.', '_')}_x86_64"
-    info = f"parallax_stereo-{args.version}.dist-info"
-    path = args.out / f"parallax_stereo-{args.version}-{tag}.whl"
+    name = args.name.replace("-", "_")
+    info = f"{name}-{args.version}.dist-info"
+    path = args.out / f"{name}-{args.version}-{tag}.whl"
     wheel = Wheel(f"{path}.new", info)
-    wheel.add("parallax_stereo/__init__.py", START.encode())
     for part in ("bin", "lib", "share"):
         for file in files_below(args.tree / part):
-            name = f"parallax_stereo/{file.relative_to(args.tree)}"
-            wheel.add(name, file.read_bytes(), executable=part != "share")
-    for file in files_below(args.data):
-        wheel.add(f"parallax_data/{file.relative_to(args.data)}", file.read_bytes())
-    readme = (args.tree / "share/doc/parallax/README.md").read_text()
-    wheel.add(f"{info}/METADATA", (METADATA.format(version=args.version) + readme).encode())
+            wheel.add(f"parallax_stereo/{file.relative_to(args.tree)}", file.read_bytes(), executable=part != "share")
+    if args.data:
+        wheel.add("parallax_stereo/__init__.py", START.encode())
+        for file in files_below(args.data):
+            wheel.add(f"parallax_data/{file.relative_to(args.data)}", file.read_bytes())
+        summary, needs = "Synthetic stereo datasets with exact ground truth, and which of them train well", READER_NEEDS
+        text = (args.tree / "share/doc/parallax/README.md").read_text()
+    else:
+        summary, needs = "The built-in trainer of parallax-stereo", f"Requires-Dist: parallax-stereo=={args.version}\n"
+        text = "Adds the program `trainer` to parallax-stereo.\n"
+    head = METADATA.format(name=args.name, version=args.version, summary=summary, needs=needs)
+    wheel.add(f"{info}/METADATA", (head + text).encode())
     wheel.add(f"{info}/WHEEL", f"Wheel-Version: 1.0\nGenerator: parallax\nRoot-Is-Purelib: false\nTag: {tag}\n".encode())
-    commands = "".join(f"{name} = parallax_stereo:{name}\n" for name in PROGRAMS)
+    programs = [file.name for file in files_below(args.tree / "bin")]
+    commands = "".join(f"{program} = parallax_stereo:{program}\n" for program in programs)
     wheel.add(f"{info}/entry_points.txt", f"[console_scripts]\n{commands}".encode())
     wheel.close()
     os.replace(f"{path}.new", path)
+    print(path)
 
 
 if __name__ == "__main__":

@@ -115,7 +115,9 @@ class PictureTest : public ::testing::Test {
     EXPECT_TRUE(image.ok()) << image.status();
     return image.ok() ? *image : ImageRgb8();
   }
-  std::string path_ = ::testing::TempDir() + "io_test_picture";
+  // ctest runs tests of one program side by side.
+  std::string path_ = ::testing::TempDir() + "io_test_" +
+                      ::testing::UnitTest::GetInstance()->current_test_info()->name();
 };
 
 TEST_F(PictureTest, GreyDeepAndTransparentPngsBecomeRgb) {

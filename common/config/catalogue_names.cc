@@ -197,6 +197,13 @@ constexpr std::string_view kObjectMaterials[] = {"AntiqueMirror",
                                                  "wallpaper",
                                                  "wood"};
 
+constexpr std::string_view kBenchmarks[] = {
+    "booster-Q",           "drivingstereo",    "eth3d",
+    "kitti2012",           "kitti2015",        "middlebury2014-F",
+    "middlebury2014-H",    "middlebury2014-Q", "middlebury2014-heldout",
+    "middlebury2014-sets", "middlebury2021",   "shipped"};
+constexpr std::string_view kBaselines[] = {"sgbm"};
+
 template <size_t kCount>
 std::vector<std::string> ListOf(const std::string_view (&names)[kCount]) {
   return {std::begin(names), std::end(names)};
@@ -216,6 +223,16 @@ const std::vector<std::string>& AssetGroupNames() {
 
 const std::vector<std::string>& ObjectMaterialNames() {
   static const auto& names = *new std::vector<std::string>(ListOf(kObjectMaterials));
+  return names;
+}
+
+const std::vector<std::string>& BenchmarkNames() {
+  static const auto& names = *new std::vector<std::string>(ListOf(kBenchmarks));
+  return names;
+}
+
+const std::vector<std::string>& BaselineNames() {
+  static const auto& names = *new std::vector<std::string>(ListOf(kBaselines));
   return names;
 }
 

@@ -16,5 +16,9 @@ const std::vector<std::string>& AssetGroupNames();
 // What `materials.diffuse_material` may name, in any case: families and classes of worker/materials
 // that any object can have.
 const std::vector<std::string>& ObjectMaterialNames();
+// Benchmarks of worker/evaluate that need no path.
+const std::vector<std::string>& BenchmarkNames();
+// Predictors of worker/evaluate that need no training.
+const std::vector<std::string>& BaselineNames();
 
 }  // namespace parallax

@@ -19,8 +19,11 @@ void ApplyDefaults(Message* message) {
     const FieldDescriptor& field = *message->GetDescriptor()->field(i);
     const v1::FieldRule& rule = RuleOf(field);
     if (rule.default_yaml().empty()) {
-      if (field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE && !field.is_repeated()) {
-        ApplyDefaults(reflection.MutableMessage(message, &field));
+      if (field.cpp_type() != FieldDescriptor::CPPTYPE_MESSAGE) continue;
+      if (!field.is_repeated()) ApplyDefaults(reflection.MutableMessage(message, &field));
+      for (int item = 0; field.is_repeated() && item < reflection.FieldSize(*message, &field);
+           ++item) {
+        ApplyDefaults(reflection.MutableRepeatedMessage(message, &field, item));
       }
       continue;
     }

@@ -89,6 +89,12 @@ std::string WhyNotText(const std::string& text, const v1::FieldRule& rule) {
       return WhyNotMaterial(text);
     case v1::FieldRule::NAMES_FOLDER_BELOW_ROOT:
       return WhyNotBelowRoot(text);
+    case v1::FieldRule::NAMES_BENCHMARK:
+      return WhyNotKnown(text, BenchmarkNames(), JoinNames(BenchmarkNames()));
+    case v1::FieldRule::NAMES_BASELINE:
+      return WhyNotKnown(text, BaselineNames(), JoinNames(BaselineNames()));
+    case v1::FieldRule::NAMES_TRAINER:
+      return IsName(text) ? "" : WhyNotName(text);
     default:
       return "";
   }
@@ -140,6 +146,22 @@ void CheckTexts(const Message& message, const std::string& path, const FieldDesc
   }
 }
 
+// Messages of a list.
+void CheckItems(const Message& message, const std::string& path, const FieldDescriptor& field,
+                Findings* findings) {
+  const Reflection& reflection = *message.GetReflection();
+  const int size = reflection.FieldSize(message, &field);
+  if (size > kMaxListItems) {
+    findings->push_back({path, "a list of " + std::to_string(size) + ", allowed are at most " +
+                                   std::to_string(kMaxListItems)});
+    return;
+  }
+  for (int i = 0; i < size; ++i) {
+    CheckFields(reflection.GetRepeatedMessage(message, &field, i),
+                path + "[" + std::to_string(i) + "]", findings);
+  }
+}
+
 }  // namespace
 
 void CheckFields(const Message& message, const std::string& path, Findings* findings) {
@@ -150,6 +172,8 @@ void CheckFields(const Message& message, const std::string& path, Findings* find
     if (field.is_repeated()) {
       if (field.cpp_type() == FieldDescriptor::CPPTYPE_STRING) {
         CheckTexts(message, field_path, field, findings);
+      } else if (field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
+        CheckItems(message, field_path, field, findings);
       }
     } else if (field.has_presence() && !reflection.HasField(message, &field)) {
       continue;

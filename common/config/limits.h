@@ -23,5 +23,11 @@ inline constexpr int64_t kMaxPixels = 7680 * 4320;
 // Texts of a config, lists of a config, values of {choice: [...]}.
 inline constexpr size_t kMaxTextBytes = 1000;
 inline constexpr int kMaxListItems = 1000;
+// Trainings of a study: training sets times seeds.
+inline constexpr int64_t kMaxTrainings = 10'000;
+// Evaluations of a study: checkpoints of all trainings, and baselines, times benchmarks.
+inline constexpr int64_t kMaxEvaluations = 20'000;
+// Pairs of one training set, whose folders travel in one message: at most about 100 bytes a pair.
+inline constexpr int64_t kMaxTrainingPairs = 400'000;
 
 }  // namespace parallax

@@ -11,6 +11,7 @@
 #include "common/config/defaults.h"
 #include "common/config/field_rules.h"
 #include "common/config/limits.h"
+#include "common/config/training.h"
 #include "common/config/yaml_reader.h"
 
 namespace parallax {
@@ -96,14 +97,15 @@ class StudyLoader {
     if (root) errors_.AddFindings(CheckStudy(spec_), origins_, reader_.file());
     if (!errors_.empty()) return errors_.ToStatus();
     std::sort(spec_.mutable_tags()->begin(), spec_.mutable_tags()->end());
+    ResolveTraining(&spec_);
     return std::move(spec_);
   }
 
  private:
   void ReadRoot(const YAML::Node& root) {
-    static const std::vector<std::string> kKnown = {"study", "base",           "seed",
-                                                    "pairs", "rigs_per_scene", "priority",
-                                                    "tags",  "memory_mb",      "variants"};
+    static const std::vector<std::string> kKnown = {
+        "study", "base",      "seed",     "pairs", "rigs_per_scene", "priority",
+        "tags",  "memory_mb", "variants", "train", "evaluate"};
     std::optional<YAML::Node> variants;
     std::set<std::string> seen;
     base_ = DefaultSceneConfig();
@@ -132,6 +134,10 @@ class StudyLoader {
         if (value) spec_.set_memory_mb(*value);
       } else if (name == "variants") {
         variants = node;
+      } else if (name == "train") {
+        ReadPart(node, name, spec_.mutable_train());
+      } else if (name == "evaluate") {
+        ReadPart(node, name, spec_.mutable_evaluate());
       } else {
         reader_.UnknownField(node, "", name, kKnown);
       }
@@ -152,6 +158,15 @@ class StudyLoader {
 
   void Note(const YAML::Node& node, const std::string& path) {
     origins_.Set(path, reader_.OriginOf(node, path));
+  }
+
+  // A part of the study that is a message with rules.
+  void ReadPart(const YAML::Node& node, const std::string& path,
+                google::protobuf::Message* message) {
+    ApplyDefaults(message);
+    Origins origins;
+    reader_.Merge(node, message, path, &origins);
+    origins_.SetBelow(path, origins);
   }
 
   // What a worker must have to get the study's jobs.
@@ -247,6 +262,10 @@ class StudyLoader {
         }
       } else if (name == "name") {
         if (const auto text = reader_.ReadText(value, field_path)) variant.set_name(*text);
+      } else if (name == "seed") {
+        if (const auto seed = reader_.ReadUint64(value, field_path)) variant.set_seed(*seed);
+      } else if (name == "heldout") {
+        if (const auto heldout = reader_.ReadBool(value, field_path)) variant.set_heldout(*heldout);
       } else if (name == "set") {
         if (!value.IsNull()) reader_.Merge(value, &config, field_path, &origins);
       } else if (name == "config") {
@@ -254,8 +273,8 @@ class StudyLoader {
         origins = {};
         if (!value.IsNull()) reader_.Merge(value, &config, field_path, &origins);
       } else {
-        const std::vector<std::string> known = {"name",           "base", "pairs",
-                                                "rigs_per_scene", "set",  "config"};
+        const std::vector<std::string> known = {"name", "base", "pairs", "rigs_per_scene",
+                                                "seed", "set",  "config"};
         reader_.UnknownField(value, path, name, known);
         if (NearestName(name, known) == "set" && value.IsMap()) CheckMeantSet(value, path);
       }

@@ -4,6 +4,7 @@
 #include "common/config/checks.h"
 #include "common/config/field_rules.h"
 #include "common/config/limits.h"
+#include "common/config/training.h"
 
 namespace parallax::config_internal {
 namespace {
@@ -41,6 +42,7 @@ class StudyChecker {
     CheckSource();
     CheckVariants();
     CheckRigs();
+    CheckTraining(study_, &findings_);
     return findings_;
   }
 
@@ -81,9 +83,12 @@ class StudyChecker {
     if (study_.variants().empty()) {
       return Tell("variants", "an empty list, allowed is a list of at least one {name, set}");
     }
-    if (study_.variants_size() > kMaxVariants) {
-      return Tell("variants", "a list of " + std::to_string(study_.variants_size()) +
-                                  ", allowed are at most " + std::to_string(kMaxVariants));
+    const int most = kMaxVariants - (WantsHeldout(study_) ? 1 : 0);
+    int own = study_.variants_size();
+    for (const v1::VariantSpec& variant : study_.variants()) own -= variant.heldout() ? 1 : 0;
+    if (own > most || study_.variants_size() > kMaxVariants) {
+      return Tell("variants", "a list of " + std::to_string(own) + ", allowed are at most " +
+                                  std::to_string(most));
     }
     std::set<std::string> names;
     for (int i = 0; i < study_.variants_size(); ++i) {

@@ -423,9 +423,34 @@ void YamlReader::SetField(const YAML::Node& node, const std::string& path,
   }
 }
 
+void YamlReader::SetMessages(const YAML::Node& node, const std::string& path,
+                             const FieldDescriptor& field, Message* message) {
+  if (!node.IsSequence()) {
+    std::string names;
+    for (const std::string& name : FieldNames(*field.message_type())) {
+      names += (names.empty() ? "" : ", ") + name;
+    }
+    Error(node, path, Seen(node) + ", allowed is a list of {" + names + "}");
+    return;
+  }
+  const Reflection& reflection = *message->GetReflection();
+  reflection.ClearField(message, &field);
+  for (size_t i = 0; i < node.size(); ++i) {
+    const std::string item_path = path + "[" + std::to_string(i) + "]";
+    Note(node[i], item_path);
+    Message* item = reflection.AddMessage(message, &field);
+    if (i > kMaxListItems) continue;  // Can only be too many.
+    MergeFields(node[i], item, item_path);
+  }
+}
+
 void YamlReader::SetList(const YAML::Node& node, const std::string& path,
                          const FieldDescriptor& field, Message* message) {
   const v1::FieldRule& rule = RuleOf(field);
+  if (field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
+    SetMessages(node, path, field, message);
+    return;
+  }
   if (!node.IsSequence() || field.cpp_type() != FieldDescriptor::CPPTYPE_STRING) {
     Error(node, path, Seen(node) + ", allowed is a list of texts");
     return;

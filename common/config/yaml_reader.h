@@ -40,6 +40,7 @@ class YamlReader {
                                  int64_t max, std::string_view unit = "");
   std::optional<uint64_t> ReadUint64(const YAML::Node& node, const std::string& path);
   std::optional<std::string> ReadText(const YAML::Node& node, const std::string& path);
+  std::optional<bool> ReadBool(const YAML::Node& node, const std::string& path);
   Origin OriginOf(const YAML::Node& node, std::string_view path) const;
   void Error(const YAML::Node& node, std::string_view path, std::string_view what);
   void UnknownField(const YAML::Node& node, const std::string& path, const std::string& name,
@@ -63,9 +64,11 @@ class YamlReader {
                    v1::Distribution* out);
   void SetField(const YAML::Node& node, const std::string& path,
                 const google::protobuf::FieldDescriptor& field, google::protobuf::Message* message);
+  void SetMessages(const YAML::Node& node, const std::string& path,
+                   const google::protobuf::FieldDescriptor& field,
+                   google::protobuf::Message* message);
   void SetList(const YAML::Node& node, const std::string& path,
                const google::protobuf::FieldDescriptor& field, google::protobuf::Message* message);
-  std::optional<bool> ReadBool(const YAML::Node& node, const std::string& path);
 
   std::string file_;
   ConfigErrors* errors_;

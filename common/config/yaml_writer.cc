@@ -264,6 +264,14 @@ std::string StudyToYaml(const v1::StudySpec& study) {
     out += "]\n";
   }
   if (study.memory_mb() != 0) out += "memory_mb: " + std::to_string(study.memory_mb()) + "\n";
+  if (study.has_train()) {
+    out += "train:";
+    WriteNested(study.train(), "", out);
+  }
+  if (study.has_evaluate()) {
+    out += "evaluate:";
+    WriteNested(study.evaluate(), "", out);
+  }
   out += study.variants().empty() ? "variants: []\n" : "variants:\n";
   for (const v1::VariantSpec& variant : study.variants()) {
     out += "  - name: " + QuotedIfNeeded(variant.name()) + "\n";
@@ -271,6 +279,8 @@ std::string StudyToYaml(const v1::StudySpec& study) {
     if (variant.rigs_per_scene() != 0) {
       out += "    rigs_per_scene: " + std::to_string(variant.rigs_per_scene()) + "\n";
     }
+    if (variant.seed() != 0) out += "    seed: " + std::to_string(variant.seed()) + "\n";
+    if (variant.heldout()) out += "    heldout: true\n";
     out += "    config:\n";
     WriteMessage(variant.config(), "      ", out);
   }

@@ -74,9 +74,10 @@ absl::StatusOr<Reply> Connection::Call(Method method, const Request& request) {
   const grpc::Status status = (stub_->coordinator.get()->*method)(&context, request, &reply);
   if (status.ok()) {
     // Names and errors are printed, and may be those of an earlier version's database. Only errors
-    // have more than one line.
+    // and logs have more than one line.
     ChangeTexts(&reply, [](const std::string& field, std::string* text) {
-      *text = field == "error" || field == "detail" ? PrintableLines(*text) : Printable(*text);
+      const bool has_lines = field == "error" || field == "detail" || field == "log_tail";
+      *text = has_lines ? PrintableLines(*text) : Printable(*text);
     });
     return reply;
   }
@@ -176,6 +177,16 @@ absl::StatusOr<v1::ListFramesReply> Connection::ListFrames(int64_t study_id, int
   request.set_limit(limit);
   return Call<v1::ListFramesRequest, v1::ListFramesReply>(&v1::Coordinator::Stub::ListFrames,
                                                           request);
+}
+
+absl::StatusOr<v1::ListResultsReply> Connection::ListResults(int64_t study_id, int64_t cursor,
+                                                             int limit) {
+  v1::ListResultsRequest request;
+  request.set_study_id(study_id);
+  request.set_cursor(cursor);
+  request.set_limit(limit);
+  return Call<v1::ListResultsRequest, v1::ListResultsReply>(&v1::Coordinator::Stub::ListResults,
+                                                            request);
 }
 
 absl::StatusOr<v1::GetSceneReply> Connection::GetScene(int64_t study_id, const std::string& variant,

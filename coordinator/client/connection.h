@@ -43,6 +43,7 @@ class Connection {
   absl::StatusOr<v1::ListJobsReply> ListJobs(const v1::ListJobsRequest& request);
   absl::StatusOr<v1::ListWorkersReply> ListWorkers();
   absl::StatusOr<v1::ListFramesReply> ListFrames(int64_t study_id, int64_t cursor, int limit);
+  absl::StatusOr<v1::ListResultsReply> ListResults(int64_t study_id, int64_t cursor, int limit);
   absl::StatusOr<v1::GetSceneReply> GetScene(int64_t study_id, const std::string& variant,
                                              uint32_t scene);
   absl::StatusOr<v1::GetInfoReply> GetInfo();

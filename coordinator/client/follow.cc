@@ -23,7 +23,8 @@ absl::Status LookAt(Connection& connection, int64_t study_id, double now_s, Prog
   request.set_state("LEASED");
   request.set_limit(kMostLeased);
   ASSIGN_OR_RETURN(const v1::ListJobsReply leased, connection.ListJobs(request));
-  view.Observe(now_s, study, leased);
+  ASSIGN_OR_RETURN(const v1::ListWorkersReply workers, connection.ListWorkers());
+  view.Observe(now_s, study, leased, workers);
   return absl::OkStatus();
 }
 

@@ -5,12 +5,14 @@
 #include <utility>
 
 #include "common/config/config.h"
+#include "common/config/training.h"
 #include "coordinator/client/out_dir.h"
 #include "coordinator/study/expansion.h"
 #include "coordinator/study/keys.h"
 #include "worker/dataset/dataset_reader.h"
 #include "worker/render/profiles.h"
 #include "worker/scene/types/types.h"
+#include "worker/train/settings.h"
 
 namespace parallax::client {
 namespace {
@@ -74,16 +76,53 @@ void AddTo(PlanRow& total, const PlanRow& row) {
   total.disk_bytes += row.disk_bytes;
 }
 
+// Core-seconds of one training; 0 if nobody knows.
+double TrainingSeconds(const v1::TrainSpec& train) {
+  if (train.minutes() > 0) return 60 * train.minutes() * train.threads();
+  if (train.trainer() != "builtin") return 0;
+  const TrainSettings own;  // The trainer's own, where the study says nothing.
+  const auto given = [](int64_t value, int64_t otherwise) {
+    return static_cast<double>(value > 0 ? value : otherwise);
+  };
+  const double mpx = 1e-6 * given(train.batch(), own.batch) *
+                     given(train.width_px(), own.crop_width) *
+                     given(train.height_px(), own.crop_height);
+  return given(train.steps(), own.steps) * mpx * kMeasuredCosts.train_step_s_per_mpx;
+}
+
+TrainingPlan PlanTraining(const v1::StudySpec& study, double factor) {
+  TrainingPlan plan;
+  const v1::TrainSpec& train = study.train();
+  plan.trainings = static_cast<int64_t>(TrainingSetsOf(study).size()) * train.seeds();
+  const double one_s = factor * TrainingSeconds(train);
+  plan.train_core_s = one_s * static_cast<double>(plan.trainings);
+  plan.longest_s = one_s / std::max(1, train.threads());
+  if (plan.trainings > 0 && one_s == 0) plan.not_priced = train.trainer();
+  if (!study.has_evaluate()) return plan;
+  const v1::EvaluateSpec& evaluate = study.evaluate();
+  const int64_t predictors = plan.trainings * evaluate.checkpoints() + evaluate.baselines_size();
+  int64_t pairs = evaluate.heldout_pairs();
+  for (const std::string& benchmark : evaluate.benchmarks()) {
+    const int64_t all = PairsOfBenchmark(benchmark);
+    pairs += evaluate.max_pairs() > 0 ? std::min<int64_t>(all, evaluate.max_pairs()) : all;
+  }
+  plan.evaluations = predictors * (evaluate.benchmarks_size() + (WantsHeldout(study) ? 1 : 0));
+  plan.evaluate_core_s =
+      factor * kMeasuredCosts.evaluate_s_per_pair * static_cast<double>(predictors * pairs);
+  return plan;
+}
+
 }  // namespace
 
 absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor) {
   StudyPlan plan;
   plan.factor = factor;
   // Scenes 0..n-1 asked for so far, by what they depend on.
-  std::map<std::vector<Sha256Digest>, int64_t> layouts, scenes, pairs;
+  std::map<std::pair<uint64_t, std::vector<Sha256Digest>>, int64_t> layouts, scenes, pairs;
   for (const v1::VariantSpec& variant : study.variants()) {
     const v1::SceneConfig& config = variant.config();
     const ConfigDigests digests = DigestsOf(config);
+    const uint64_t seed = SeedOf(study, variant);
     PlanRow row;
     row.name = variant.name();
     row.pairs = PairsOf(study, variant);
@@ -93,10 +132,10 @@ absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor) {
     row.render_jobs = row.scenes;
     ASSIGN_OR_RETURN(const SceneCosts costs, SceneCostsOf(config));
     const bool solved = costs.layout_s > 0;
-    const int64_t new_layouts = solved ? TakeNew(layouts[{digests.layout}], row.scenes) : 0;
-    const int64_t new_scenes = TakeNew(scenes[{digests.layout, digests.scene}], row.scenes);
+    const int64_t new_layouts = solved ? TakeNew(layouts[{seed, {digests.layout}}], row.scenes) : 0;
+    const int64_t new_scenes = TakeNew(scenes[{seed, {digests.layout, digests.scene}}], row.scenes);
     const int64_t new_pairs =
-        TakeNew(pairs[{digests.layout, digests.scene, digests.frame}], row.pairs);
+        TakeNew(pairs[{seed, {digests.layout, digests.scene, digests.frame}}], row.pairs);
     row.layouts_shared = solved ? row.scenes - new_layouts : 0;
     row.scenes_shared = row.scenes - new_scenes;
     row.pairs_shared = row.pairs - new_pairs;
@@ -116,16 +155,21 @@ absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor) {
     AddTo(plan.total, row);
     plan.rows.push_back(std::move(row));
   }
-  plan.max_solves_per_seed = static_cast<int64_t>(layouts.size());
+  std::map<uint64_t, int64_t> layouts_of_seed;
+  for (const auto& [of, count] : layouts) {
+    plan.max_solves_per_seed = std::max(plan.max_solves_per_seed, ++layouts_of_seed[of.first]);
+  }
+  plan.training = PlanTraining(study, factor);
   plan.total.name = "total";
   return plan;
 }
 
 double WallClockS(const StudyPlan& plan, int cores) {
-  const double core_s = plan.total.solve_core_s + plan.total.render_core_s;
+  const double core_s = plan.total.solve_core_s + plan.total.render_core_s +
+                        plan.training.train_core_s + plan.training.evaluate_core_s;
   const double one_solve_s =
       plan.total.solve_core_s / static_cast<double>(std::max<int64_t>(1, plan.total.solve_jobs));
-  return std::max(core_s / std::max(1, cores), one_solve_s);
+  return std::max({core_s / std::max(1, cores), one_solve_s, plan.training.longest_s});
 }
 
 absl::StatusOr<double> ReadMeasuredFactor(const std::string& archive_dir) {

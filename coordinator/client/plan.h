@@ -21,6 +21,9 @@ struct Costs {
   double trace_s_per_mpx_sample;
   double denoise_high_s_per_mpx, denoise_balanced_s_per_mpx, denoise_fast_s_per_mpx;
   double fixed_s_per_mpx;  // Ground truth, statistics, encoding, writing.
+  // A step of the embedded trainer, by megapixels of its crops of one eye, the whole batch.
+  double train_step_s_per_mpx;
+  double evaluate_s_per_pair;  // A pair of a benchmark: prediction and scores.
 };
 extern const Costs kMeasuredCosts;
 
@@ -35,10 +38,19 @@ struct PlanRow {
   int64_t disk_bytes = 0;
 };
 
+// What is trained and evaluated. Equal trainings count each time.
+struct TrainingPlan {
+  int64_t trainings = 0, evaluations = 0;
+  double train_core_s = 0, evaluate_core_s = 0;
+  double longest_s = 0;    // One training, on the threads that it has.
+  std::string not_priced;  // A trainer whose steps cost nobody knows what.
+};
+
 struct StudyPlan {
   std::vector<PlanRow> rows;
   PlanRow total;
-  int64_t solves_without_sharing = 0, solves = 0;  // Of rooms: `solves` is what is left to do.
+  TrainingPlan training;
+  int64_t solves_without_sharing = 0, solves = 0;  // Of layouts: `solves` is what is left to do.
   int64_t max_solves_per_seed = 0;                 // Different layouts of one seed.
   double factor = 1;  // By which the costs were scaled to what was measured.
   std::string costs_from;
@@ -52,6 +64,9 @@ absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor);
 // Seconds that the plan takes on `cores` cores (at least 1) of one machine or many: all cores are
 // busy but for the last scene, whose room is solved on one core.
 double WallClockS(const StudyPlan& plan, int cores);
+
+// Pairs of the whole benchmark; 0 for one that nobody knows.
+int64_t PairsOfBenchmark(const std::string& name);
 
 // Measured core-seconds of the pairs in an archive over what kMeasuredCosts foretells for them.
 // Errors: kNotFound without an index; kFailedPrecondition when no line says what it cost.

@@ -1,5 +1,7 @@
 // Measured costs of rendering. Core-seconds (user + system) on an AMD EPYC with
 // AVX-512, release build.
+#include <map>
+
 #include "coordinator/client/plan.h"
 
 namespace parallax::client {
@@ -17,6 +19,21 @@ const Costs kMeasuredCosts = {
     .denoise_balanced_s_per_mpx = 3.0,
     .denoise_fast_s_per_mpx = 1.8,
     .fixed_s_per_mpx = 1.3,
+    // trainer --steps 100 --batch 2, crops of 192x384: 0.87 a step, forward and backward.
+    .train_step_s_per_mpx = 0.87 / (2 * 0.192 * 0.384),
+    // parallax evaluate, pairs of about 0.4 megapixels; larger ones take more.
+    .evaluate_s_per_pair = 3,
 };
+
+int64_t PairsOfBenchmark(const std::string& name) {
+  // As published; see worker/evaluate/benchmarks.
+  static const auto& pairs = *new std::map<std::string, int64_t>{
+      {"booster-Q", 228},          {"drivingstereo", 200},   {"eth3d", 27},
+      {"kitti2012", 194},          {"kitti2015", 200},       {"middlebury2014-F", 15},
+      {"middlebury2014-H", 15},    {"middlebury2014-Q", 15}, {"middlebury2014-heldout", 13},
+      {"middlebury2014-sets", 23}, {"middlebury2021", 24},   {"shipped", 1}};
+  const auto found = pairs.find(name);
+  return found == pairs.end() ? 0 : found->second;
+}
 
 }  // namespace parallax::client

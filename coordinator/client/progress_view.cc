@@ -1,6 +1,8 @@
 #include "coordinator/client/progress_view.h"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -28,15 +30,81 @@ std::optional<double> PerHour(std::optional<double> per_second) {
 
 }  // namespace
 
+std::string DescribeProgress(const v1::JobStatus& job) {
+  const auto figure = [&job](const char* name) -> std::optional<double> {
+    const auto found = job.figures().find(name);
+    if (found == job.figures().end()) return std::nullopt;
+    return found->second;
+  };
+  const std::string percent = std::to_string(static_cast<int>(job.fraction() * 100)) + "%";
+  const std::optional<double> step = figure("step");
+  if (!step) return job.stage() + " " + percent;
+  std::string text = "step " + FormatCount(std::llround(*step));
+  if (const auto steps = figure("steps")) text += " of " + FormatCount(std::llround(*steps));
+  if (const auto loss = figure("loss")) text += ", loss " + FormatNumber(*loss);
+  if (const auto eta_s = figure("eta_s")) {
+    text += ", " + FormatDuration(std::ceil(*eta_s)) + " left";
+  }
+  return text;
+}
+
+void ProgressView::NoteWaiting(const v1::ListWorkersReply& workers) {
+  waiting_.clear();
+  std::map<std::string, int64_t> ready;
+  for (const v1::VariantStatus& variant : study_.variants()) {
+    for (const v1::JobCount& count : variant.jobs()) {
+      if (count.state() == "READY") ready[count.kind()] += count.jobs();
+    }
+  }
+  if (study_.state() != v1::STUDY_STATE_RUNNING) return;
+  for (const auto& [kind, jobs] : ready) {
+    if (at_work_.count(kind) > 0 || jobs == 0) continue;
+    bool taken = false;
+    bool idle = false;
+    for (const v1::WorkerStatus& worker : workers.workers()) {
+      if (worker.state() != "idle" && worker.state() != "busy") continue;
+      const bool takes = std::count(worker.kinds().begin(), worker.kinds().end(), kind) > 0;
+      taken |= takes;
+      idle |= takes && worker.state() == "idle";
+    }
+    const std::string waits = Plural(jobs, kind + " job") + (jobs == 1 ? " waits: " : " wait: ");
+    if (!taken) {
+      waiting_.push_back(waits + "no connected worker does such jobs");
+    } else if (idle) {
+      waiting_.push_back(waits + "no connected worker has the GPU, memory or tags for " +
+                         (jobs == 1 ? "it" : "them"));
+    }
+  }
+}
+
+std::optional<double> ProgressView::SecondsLeft() const {
+  const PairCounts counts = CountsOf(study_);
+  if (counts.done < counts.wanted) {
+    return rate_.SecondsFor(static_cast<double>(counts.wanted - counts.done));
+  }
+  for (const char* state : {"READY", "BLOCKED", "RETRY_WAIT"}) {
+    if (JobsInState(study_, state) > 0) return std::nullopt;
+  }
+  double left_s = 0;
+  for (const v1::JobStatus& job : labelled_) {
+    const auto eta_s = job.figures().find("eta_s");
+    if (eta_s == job.figures().end()) return std::nullopt;
+    left_s = std::max(left_s, eta_s->second);
+  }
+  return left_s;
+}
+
 void ProgressView::Observe(double time_s, const v1::StudyStatus& study,
-                           const v1::ListJobsReply& leased) {
+                           const v1::ListJobsReply& leased, const v1::ListWorkersReply& workers) {
   if (start_s_ < 0) start_s_ = time_s;
   now_s_ = time_s;
   study_ = study;
   at_work_.clear();
+  labelled_.clear();
   for (auto& [name, variant] : variants_) variant.begun_pairs = 0;
   for (const v1::JobStatus& job : leased.jobs()) {
     ++at_work_[job.kind()];
+    if (!job.label().empty()) labelled_.push_back(job);
     variants_[job.variant()].begun_pairs += job.fraction() * job.rigs_size();
   }
   double begun = 0;
@@ -46,6 +114,7 @@ void ProgressView::Observe(double time_s, const v1::StudyStatus& study,
     begun += variant.begun_pairs;
   }
   rate_.Add(time_s, FreshPairs(CountsOf(study)) + begun);
+  NoteWaiting(workers);
 }
 
 std::string ProgressView::JobsLine() const {
@@ -125,8 +194,21 @@ std::vector<std::string> ProgressView::Lines(const Terminal& terminal) const {
                     Plural(static_cast<int64_t>(rows.size() - shown - 1), "more variant"));
     lines.push_back(line_of(rows.back()));
   }
+  for (const std::string& line : OtherJobLines(study_)) lines.push_back("  " + line);
+  constexpr size_t kMostShown = 4;
+  for (size_t i = 0; i < labelled_.size() && i < kMostShown; ++i) {
+    lines.push_back("  " + labelled_[i].kind() + " " + labelled_[i].label() + ": " +
+                    DescribeProgress(labelled_[i]));
+  }
+  if (labelled_.size() > kMostShown) {
+    lines.push_back("  and " + FormatCount(static_cast<int64_t>(labelled_.size() - kMostShown)) +
+                    " more running");
+  }
   if (const std::string jobs = JobsLine(); !jobs.empty()) {
     lines.push_back("  " + terminal.Paint(Tone::kDim, jobs));
+  }
+  for (const std::string& line : waiting_) {
+    lines.push_back("  " + terminal.Paint(Tone::kWarning, line));
   }
   return lines;
 }
@@ -140,24 +222,39 @@ std::string ProgressView::PlainLine() const {
                      FormatPercent(done, wanted) + ")";
   if (const auto rate = rate_.PerSecond()) {
     line += "  " + FormatRate(rate);
-    if (!IsFinished(study_.state())) line += "  " + FormatEta(rate_.SecondsFor(wanted - done));
+    if (!IsFinished(study_.state())) line += "  " + FormatEta(SecondsLeft());
   }
   if (study_.state() != v1::STUDY_STATE_RUNNING) line += "  " + StateName(study_.state());
   if (const std::string jobs = JobsLine(); !jobs.empty()) line += "  " + jobs;
+  for (const std::string& others : OtherJobLines(study_)) line += "; " + others;
+  for (const v1::JobStatus& job : labelled_) {
+    if (job.figures().empty()) continue;
+    line += "; " + job.kind() + " " + job.label() + ": " + DescribeProgress(job);
+    break;  // One tells enough.
+  }
+  for (const std::string& waits : waiting_) line += "; " + waits;
   return line;
 }
 
 Json ProgressView::Json() const {
   const PairCounts counts = CountsOf(study_);
-  nlohmann::ordered_json json = {
-      {"study_id", study_.study_id()},
-      {"name", study_.name()},
-      {"state", StateName(study_.state())},
-      {"pairs_done", counts.done},
-      {"pairs_wanted", counts.wanted},
-      {"elapsed_s", now_s_ - start_s_},
-      {"pairs_per_hour", OptionalJson(PerHour(rate_.PerSecond()))},
-      {"eta_s", OptionalJson(rate_.SecondsFor(static_cast<double>(counts.wanted - counts.done)))}};
+  nlohmann::ordered_json json = {{"study_id", study_.study_id()},
+                                 {"name", study_.name()},
+                                 {"state", StateName(study_.state())},
+                                 {"pairs_done", counts.done},
+                                 {"pairs_wanted", counts.wanted},
+                                 {"elapsed_s", now_s_ - start_s_},
+                                 {"pairs_per_hour", OptionalJson(PerHour(rate_.PerSecond()))},
+                                 {"eta_s", OptionalJson(SecondsLeft())}};
+  auto& running = json["running"] = nlohmann::ordered_json::array();
+  for (const v1::JobStatus& job : labelled_) {
+    running.push_back(
+        {{"kind", job.kind()},
+         {"label", job.label()},
+         {"fraction", job.fraction()},
+         {"figures", std::map<std::string, double>(job.figures().begin(), job.figures().end())}});
+  }
+  json["waiting"] = waiting_;
   auto& list = json["variants"] = nlohmann::ordered_json::array();
   for (const v1::VariantStatus& status : study_.variants()) {
     const Variant& variant = variants_.at(status.name());

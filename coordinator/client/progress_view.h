@@ -5,6 +5,7 @@
 
 #include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,11 +15,17 @@
 
 namespace parallax::client {
 
+// Where a running job is: "render 40%", or of one that tells figures of itself "step 420 of 1,500,
+// loss 1.83, 9:00 left".
+std::string DescribeProgress(const v1::JobStatus& job);
+
 class ProgressView {
  public:
   // `time_s` of any steady clock; must not decrease. `leased`: the study's jobs in state LEASED,
   // whose fractions make bars move between completions.
-  void Observe(double time_s, const v1::StudyStatus& study, const v1::ListJobsReply& leased);
+  // `workers`: those that are connected, for a word on jobs that none of them takes.
+  void Observe(double time_s, const v1::StudyStatus& study, const v1::ListJobsReply& leased,
+               const v1::ListWorkersReply& workers = {});
 
   // Heading, a bar a variant, a line on jobs. Asks for `terminal.size()`.
   std::vector<std::string> Lines(const Terminal& terminal) const;
@@ -37,6 +44,9 @@ class ProgressView {
     double begun_pairs = 0;  // Of leased render jobs, by their fractions.
   };
   std::string JobsLine() const;
+  void NoteWaiting(const v1::ListWorkersReply& workers);
+  // Seconds until the study ends, as far as anything tells.
+  std::optional<double> SecondsLeft() const;
 
   double start_s_ = -1;
   double now_s_ = 0;
@@ -44,6 +54,8 @@ class ProgressView {
   std::map<std::string, int64_t> at_work_;  // By kind of job: how many are leased.
   RateEstimator rate_;
   std::map<std::string, Variant> variants_;
+  std::vector<v1::JobStatus> labelled_;  // Leased jobs without a scene.
+  std::vector<std::string> waiting_;     // Kinds of jobs that no worker takes, in a line each.
 };
 
 }  // namespace parallax::client

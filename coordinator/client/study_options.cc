@@ -7,6 +7,7 @@
 #include "common/base/hash.h"
 #include "common/base/version.h"
 #include "common/config/config.h"
+#include "common/config/training.h"
 #include "coordinator/client/text.h"
 #include "coordinator/study/expansion.h"
 #include "coordinator/study/keys.h"
@@ -96,6 +97,11 @@ absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
                                                                " was given, at least 1 is needed");
     }
   }
+  // The pairs that are held out follow from the rest; the options do not change their number.
+  auto& variants = *study.mutable_variants();
+  for (int i = variants.size(); i-- > 0;) {
+    if (variants[i].heldout()) variants.DeleteSubrange(i, 1);
+  }
   if (options.name) study.set_name(*options.name);
   if (options.seed) study.set_seed(*options.seed);
   if (options.rigs) study.set_rigs_per_scene(*options.rigs);
@@ -119,6 +125,7 @@ absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
     ApplyToVariant(options, RigsPerSceneOf(study, variant), *variant.mutable_config());
   }
   RETURN_IF_ERROR(OfOptions(ValidateStudy(study)));
+  ResolveTraining(&study);
   return study;
 }
 

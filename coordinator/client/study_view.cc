@@ -83,6 +83,33 @@ int64_t JobsInState(const v1::StudyStatus& study, const std::string& state) {
   return count;
 }
 
+std::vector<std::string> OtherJobLines(const v1::StudyStatus& study) {
+  std::vector<std::string> lines;
+  const KindRegistry& kinds = KindRegistry::Builtin();
+  for (size_t i = 0; i < kinds.size(); ++i) {
+    if (kinds.at(i).traits().of_scene) continue;
+    const auto count = [&](std::initializer_list<const char*> states) {
+      int64_t jobs = 0;
+      for (const v1::VariantStatus& variant : study.variants()) {
+        for (const char* state : states) jobs += CountOf(variant, state, kinds.at(i).name());
+      }
+      return jobs;
+    };
+    std::string line;
+    const auto add = [&line](int64_t jobs, const char* what) {
+      if (jobs == 0) return;
+      line += (line.empty() ? "" : ", ") + FormatCount(jobs) + " " + what;
+    };
+    add(count({"SUCCEEDED"}), "done");
+    add(count({"LEASED"}), "running");
+    add(count({"BLOCKED", "READY", "RETRY_WAIT"}), "to come");
+    add(count({"FAILED", "QUARANTINED"}), "failed");
+    add(count({"CANCELLED"}), "cancelled");
+    if (!line.empty()) lines.push_back(kinds.at(i).name() + ": " + line);
+  }
+  return lines;
+}
+
 bool IsFinished(v1::StudyState state) {
   return state == v1::STUDY_STATE_SUCCEEDED || state == v1::STUDY_STATE_CANCELLED ||
          state == v1::STUDY_STATE_FAILED;
@@ -140,6 +167,7 @@ void PrintStudy(const Terminal& terminal, const v1::StudyStatus& study) {
   for (const v1::VariantStatus& variant : study.variants()) add(variant.name(), CountsOf(variant));
   if (study.variants_size() > 1) add(terminal.Paint(Tone::kDim, "total"), CountsOf(study));
   table.Print(terminal);
+  for (const std::string& line : OtherJobLines(study)) out << line << "\n";
   const std::vector<std::string> problems = ProblemLines(terminal, study, 10);
   if (problems.empty()) return;
   out << "\nProblems\n";
@@ -204,10 +232,12 @@ std::vector<std::string> ProblemLines(const Terminal& terminal, const v1::StudyS
     }
     const std::string& state = group.problem->state();
     const bool final = state == "FAILED" || state == "QUARANTINED";
+    const std::string scene = group.problem->scene() == kNoScene
+                                  ? ""
+                                  : " scene " + std::to_string(group.problem->scene());
     lines.push_back(
         terminal.Paint(final ? Tone::kBad : Tone::kWarning, LowerName(state)) + "  " +
-        group.variant + " scene " + std::to_string(group.problem->scene()) + " job " +
-        std::to_string(group.problem->job_id()) +
+        group.variant + scene + " job " + std::to_string(group.problem->job_id()) +
         (group.count > 1 ? " (and " + std::to_string(group.count - 1) + " like it)" : "") + ": " +
         FirstLine(group.problem->error()));
   }
@@ -228,9 +258,10 @@ Json StudyJson(const v1::StudyStatus& study) {
     AddJobs(variant, entry);
     Json& problems = entry["problems"] = Json::array();
     for (const v1::JobProblem& problem : variant.problems()) {
+      const bool has_scene = problem.scene() != kNoScene;
       problems.push_back({{"job_id", problem.job_id()},
                           {"state", LowerName(problem.state())},
-                          {"scene", problem.scene()},
+                          {"scene", has_scene ? Json(problem.scene()) : Json(nullptr)},
                           {"error", problem.error()}});
     }
     variants.push_back(std::move(entry));

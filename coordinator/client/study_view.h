@@ -27,6 +27,9 @@ PairCounts CountsOf(const v1::StudyStatus& study);
 // Jobs of all variants in one state, for example "LEASED".
 int64_t JobsInState(const v1::StudyStatus& study, const std::string& state);
 
+// "train: 2 done, 1 running, 3 to come", for each kind of job without scenes that the study has.
+std::vector<std::string> OtherJobLines(const v1::StudyStatus& study);
+
 bool IsFinished(v1::StudyState state);
 std::string StateName(v1::StudyState state);  // "running"
 Tone StateTone(v1::StudyState state);

@@ -242,6 +242,7 @@ class HttpServerImpl final : public HttpServer {
     fresh.workers = server_.Workers();
     fresh.server = server_.Metrics();
     fresh.queue = queue_.Stats();
+    ASSIGN_OR_RETURN(fresh.running, queue_.ListRunning());
     int64_t pairs = 0;
     for (const v1::StudyStatus& study : fresh.studies) pairs += CountPairs(study).done;
     rate_.Add(now, pairs);
@@ -266,7 +267,8 @@ class HttpServerImpl final : public HttpServer {
               .first->second;
       const PairCount pairs = CountPairs(study);
       rate.Add(now, pairs.done);
-      if (rate.per_hour() <= 0) continue;
+      // Of what follows the pairs nobody knows how long it takes.
+      if (rate.per_hour() <= 0 || pairs.done >= pairs.wanted) continue;
       fresh.eta_s[study.study_id()] =
           3600.0 * static_cast<double>(pairs.wanted - pairs.done) / rate.per_hour();
     }

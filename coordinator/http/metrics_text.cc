@@ -177,6 +177,21 @@ void WritePairs(const StatusSnapshot& snapshot, Writer& out) {
   }
 }
 
+void WriteRunning(const StatusSnapshot& snapshot, Writer& out) {
+  out.Head("job_figure", "gauge", "What running jobs tell of themselves: loss, step, eta_s.");
+  for (const RunningJob& job : snapshot.running) {
+    for (const auto& [figure, value] : job.figures) {
+      out.Sample("job_figure",
+                 {{"study", job.study},
+                  {"kind", job.kind},
+                  {"job_id", std::to_string(job.job_id)},
+                  {"label", job.label},
+                  {"figure", figure}},
+                 value);
+    }
+  }
+}
+
 }  // namespace
 
 std::string EscapeLabel(std::string_view value) {
@@ -207,6 +222,7 @@ std::string MetricsText(const StatusSnapshot& snapshot) {
   WriteLatency(snapshot.server, out);
   WriteWork(snapshot.server, out);
   WritePairs(snapshot, out);
+  WriteRunning(snapshot, out);
   return out.Take();
 }
 

@@ -24,6 +24,7 @@ struct StatusSnapshot {
   std::vector<v1::WorkerStatus> workers;
   ServerMetrics server;
   JobQueueStats queue;
+  std::vector<RunningJob> running;  // Jobs that tell figures of themselves.
 };
 
 // Pairs done and wanted of all variants.

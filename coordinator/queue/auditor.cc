@@ -121,6 +121,18 @@ constexpr JobKind::Invariant kInvariants[] = {
      "SELECT a.id FROM archived_jobs AS a JOIN studies AS s ON s.id = "
      "a.study_id"
      " WHERE s.archived = 0"},
+    {"a folder is kept only while its work is wanted and not done",
+     "SELECT k.path FROM kept_folders AS k WHERE EXISTS (SELECT 1 FROM results AS r"
+     " WHERE r.work_key = k.work_key) OR NOT EXISTS (SELECT 1 FROM jobs AS j"
+     " JOIN studies AS s ON s.id = j.study_id WHERE j.work_key = k.work_key"
+     " AND j.input <> x'' AND s.cancelled = 0 AND s.archived = 0)"},
+    {"a folder that is kept is not litter",
+     "SELECT k.path FROM kept_folders AS k JOIN litter AS l ON l.path = k.path"},
+    {"a study lists the results of its jobs that have files",
+     "SELECT j.id FROM all_jobs AS j JOIN job_kinds AS k ON k.name = j.kind"
+     " LEFT JOIN study_results AS r ON r.job_id = j.id WHERE k.of_scene = 0 AND k.has_output = 1"
+     " AND ((j.state = 'SUCCEEDED') <> (r.job_id IS NOT NULL)"
+     " OR r.work_key <> j.work_key OR r.study_id <> j.study_id)"},
     {"a cancelled study has nothing unfinished",
      "SELECT j.id FROM jobs AS j JOIN studies AS s ON s.id = j.study_id"
      " WHERE s.cancelled = 1 AND j.state NOT IN " TERMINAL},

@@ -57,10 +57,22 @@ struct JobTraits {
   bool shares_part = false;
   // A worker that has done one job of a group does the next one faster.
   bool keeps_group_warm = false;
-  // What a worker must have for this kind, beside what the study asks for.
+  // An attempt goes on from what earlier attempts of equal work have left in their folders: those
+  // stay until the work is done or nobody wants it any more. Its jobs have an input.
+  bool resumes = false;
+  // What a worker must have for this kind, beside what the study and the job ask for.
   int64_t needs_memory_mb = 0;
   std::vector<std::string> needs_tags = {};
 };
+
+// What a job asks of its worker.
+struct WorkNeeds {
+  int64_t memory_mb = 0;
+  std::vector<std::string> tags;
+};
+
+// In place of a scene's number in messages on jobs that have none.
+inline constexpr uint32_t kNoScene = UINT32_MAX;
 
 // A job as its kind sees it.
 struct JobFacts {
@@ -126,7 +138,7 @@ struct FrameLink {
 struct VariantFacts {
   int64_t id = 0;
   std::string_view name;
-  uint64_t study_seed = 0;
+  uint64_t seed = 0;  // That its scenes are drawn from.
   int64_t pairs_wanted = 0;
   uint32_t rigs_per_scene = 0;
   const v1::SceneConfig* config = nullptr;  // Lives until the hook returns.
@@ -146,6 +158,8 @@ class WorkDesk {
   virtual const StageVersions& versions() const = 0;
   virtual absl::StatusOr<VariantFacts> VariantOf(int64_t variant) = 0;
   virtual absl::StatusOr<SceneFacts> SceneOf(int64_t variant, uint32_t ordinal) = 0;
+  // The newest generation of the job with this id.
+  virtual absl::StatusOr<JobFacts> NewestOf(int64_t job) = 0;
 
   // ---- Results by content: the first one committed wins, none ever changes.
   virtual absl::StatusOr<std::optional<StoredResult>> FindResult(const Sha256Digest& key) = 0;
@@ -169,7 +183,7 @@ class WorkDesk {
 // A leased job, as the one who writes its spec sees it.
 struct LeasedJob {
   JobFacts job;
-  uint64_t study_seed = 0;
+  uint64_t seed = 0;  // Of the job's variant.
   std::shared_ptr<const v1::SceneConfig> config;
 };
 // Committed results, for specs. Any thread.
@@ -180,6 +194,11 @@ class ResultReader {
   virtual absl::StatusOr<std::string> ResultBytes(const Sha256Digest& key) = 0;
   // Keys of a variant's published frames in the order of scenes and rigs, at most `limit`.
   virtual absl::StatusOr<std::vector<Sha256Digest>> FramesOf(int64_t variant, int64_t limit) = 0;
+  // Where the same frames are in the store. kDataLoss for one that is in no folder of a rig.
+  virtual absl::StatusOr<std::vector<v1::FrameFolder>> FoldersOf(int64_t variant,
+                                                                 int64_t limit) = 0;
+  // The result of the one job that this one waited for. kNotFound.
+  virtual absl::StatusOr<std::string> ResultWaitedFor(int64_t job) = 0;
 };
 
 // A worker's result, checked and packed in the thread that received it. Kinds derive from it.
@@ -220,6 +239,10 @@ class JobKind {
   // ---- Messages. Any thread.
   // The message that the worker's handler parses. Errors: as the reader.
   virtual absl::StatusOr<std::string> Spec(const LeasedJob& lease, ResultReader& results) const = 0;
+  // What a job without a scene is, for people: "narrow, seed 1". By default: nothing.
+  virtual std::string LabelOf(std::string_view /*input*/) const { return ""; }
+  // What a worker must have for a job with this input, beside the traits. By default: nothing.
+  virtual WorkNeeds NeedsOf(std::string_view /*input*/) const { return {}; }
   // Parses a handler's answer. All hashing and compressing belongs here, because the writer's
   // thread calls the rest. Never null.
   virtual std::shared_ptr<const CheckedResult> CheckResult(std::string_view bytes) const = 0;
@@ -234,6 +257,13 @@ class JobKind {
                                               std::string_view /*bytes*/) const {
     return {};
   }
+  // A stored result as one folder of files with their names, for those who copy results; the
+  // same conditions.
+  struct StoredFolder {
+    std::string path;
+    google::protobuf::RepeatedPtrField<v1::FileEntry> files;
+  };
+  virtual std::optional<StoredFolder> FolderOf(std::string_view /*bytes*/) const { return {}; }
   // Seconds by stage that a result tells of, for the metrics.
   struct StageSeconds {
     std::string stage;

@@ -63,9 +63,11 @@ absl::Status EnterKinds(SqliteConnection& db, const KindRegistry& kinds) {
     const JobTraits& t = kinds.at(i).traits();
     RETURN_IF_ERROR(db.Run(
         "INSERT INTO job_kinds(name, of_scene, may_reject, has_output, can_split,"
-        " shares_part) VALUES (?1, ?2, ?3, ?4, ?5, ?6) ON CONFLICT DO UPDATE SET"
-        " of_scene = ?2, may_reject = ?3, has_output = ?4, can_split = ?5, shares_part = ?6",
-        kinds.at(i).name(), t.of_scene, t.may_reject, t.has_output, t.can_split, t.shares_part));
+        " shares_part, resumes) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7) ON CONFLICT DO UPDATE SET"
+        " of_scene = ?2, may_reject = ?3, has_output = ?4, can_split = ?5, shares_part = ?6,"
+        " resumes = ?7",
+        kinds.at(i).name(), t.of_scene, t.may_reject, t.has_output, t.can_split, t.shares_part,
+        t.resumes));
   }
   return db.Run("COMMIT");
 }
@@ -490,12 +492,17 @@ absl::StatusOr<std::vector<v1::JobStatus>> JobQueue::ListJobs(const v1::ListJobs
     const LeaseProgress progress = impl_->book_.ProgressOf(job.job_id());
     job.set_fraction(progress.fraction);
     job.set_stage(progress.stage);
+    job.mutable_figures()->insert(progress.figures.begin(), progress.figures.end());
   }
   return jobs;
 }
 absl::StatusOr<std::vector<v1::PublishedFrame>> JobQueue::ListFrames(
     const v1::ListFramesRequest& request) {
   return impl_->readers_->ListFrames(request);
+}
+absl::StatusOr<std::vector<v1::JobResult>> JobQueue::ListResults(
+    const v1::ListResultsRequest& request) {
+  return impl_->readers_->ListResults(request);
 }
 absl::StatusOr<std::vector<v1::AuditEntry>> JobQueue::ListAudit(
     const v1::ListAuditRequest& request) {
@@ -518,6 +525,11 @@ absl::StatusOr<std::vector<std::string>> JobQueue::ListLitter(double older_than_
 }
 absl::Status JobQueue::ForgetLitter(const std::vector<std::string>& paths) {
   return impl_->DoStatus("forget_litter", [&] { return impl_->machine_->ForgetLitter(paths); });
+}
+
+absl::StatusOr<std::vector<RunningJob>> JobQueue::ListRunning() {
+  constexpr size_t kMostRunning = 1000;
+  return impl_->readers_->ListRunning(impl_->book_.Figures(kMostRunning));
 }
 
 JobQueueStats JobQueue::Stats() const {

@@ -127,6 +127,13 @@ struct JobQueueStats {
   std::vector<uint64_t> batch_counts;
 };
 
+// A leased job that tells figures of itself.
+struct RunningJob {
+  int64_t job_id = 0;
+  std::string study, kind, label;
+  std::map<std::string, double> figures;  // See v1::Progress.
+};
+
 class JobQueue {
  public:
   // Opens or creates the database, migrates it forward, raises and commits the epoch, loads what is
@@ -211,12 +218,17 @@ class JobQueue {
   absl::StatusOr<std::vector<v1::JobStatus>> ListJobs(const v1::ListJobsRequest& request);
   // In order of publication, after request.cursor. limit <= 10,000, 0 = 1,000.
   absl::StatusOr<std::vector<v1::PublishedFrame>> ListFrames(const v1::ListFramesRequest& request);
+  // Results of jobs outside of scenes that have files, in the order of their ends, after
+  // request.cursor. limit <= 10,000, 0 = 1,000.
+  absl::StatusOr<std::vector<v1::JobResult>> ListResults(const v1::ListResultsRequest& request);
   absl::StatusOr<v1::Scene> GetScene(const v1::GetSceneRequest& request);
   // The newest first. limit <= 10,000, 0 = 100.
   absl::StatusOr<std::vector<v1::AuditEntry>> ListAudit(const v1::ListAuditRequest& request);
   // The actor of the study's submit. kNotFound.
   absl::StatusOr<std::string> SubmitterOf(StudyId study);
 
+  // At most 1,000 leased jobs that tell figures of themselves, by id.
+  absl::StatusOr<std::vector<RunningJob>> ListRunning();
   JobQueueStats Stats() const;
 
   // ---- Litter: folders of the store that no result names or ever will -------------------------

@@ -283,11 +283,12 @@ absl::Status JobStore::ShrinkReady(int64_t id, const std::string& rigs, uint32_t
 
 absl::Status JobStore::InsertLoss(int64_t job, uint64_t fence, const char* ledger,
                                   const std::string& worker, const std::string& fingerprint,
-                                  const std::string& error, double now) {
+                                  const std::string& error, double now,
+                                  const std::string& log_tail) {
   return db_.Run(
-      "INSERT INTO attempt_losses(job_id, fence, ledger, worker, fingerprint, error, unix_s)"
-      " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
-      job, Signed(fence), ledger, worker, fingerprint, error, now);
+      "INSERT INTO attempt_losses(job_id, fence, ledger, worker, fingerprint, error, unix_s,"
+      " log_tail) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
+      job, Signed(fence), ledger, worker, fingerprint, error, now, log_tail);
 }
 
 absl::StatusOr<bool> JobStore::WasLost(int64_t job, uint64_t fence) {
@@ -439,6 +440,11 @@ absl::Status JobStore::InsertFrame(const JobFacts& scene_of, uint32_t rig,
       scene_of.study, scene_of.variant, scene_of.ordinal, rig, frame_key, reused);
 }
 
+absl::Status JobStore::InsertStudyResult(const JobRow& job) {
+  return db_.Run("INSERT INTO study_results(study_id, job_id, work_key) VALUES (?1, ?2, ?3)",
+                 job.study, job.id, job.work_key);
+}
+
 // ---- Litter and archive -----------------------------------------------------------------------
 absl::Status JobStore::InsertLitter(const std::string& path, double now) {
   return db_.Run(
@@ -449,6 +455,41 @@ absl::Status JobStore::InsertLitter(const std::string& path, double now) {
 
 absl::Status JobStore::DeleteLitter(const std::string& path) {
   return db_.Run("DELETE FROM litter WHERE path = ?1", path);
+}
+
+absl::Status JobStore::InsertKept(const std::string& path, const Sha256Digest& work_key,
+                                  double now) {
+  return db_.Run(
+      "INSERT INTO kept_folders(path, work_key, since_unix_s) VALUES (?1, ?2, ?3)"
+      " ON CONFLICT DO NOTHING",
+      path, work_key, now);
+}
+
+absl::StatusOr<bool> JobStore::IsKept(const std::string& path) {
+  ASSIGN_OR_RETURN(const auto found,
+                   db_.Integer("SELECT 1 FROM kept_folders WHERE path = ?1", path));
+  return found.has_value();
+}
+
+absl::Status JobStore::SweepDone(const Sha256Digest& work_key, double now) {
+  RETURN_IF_ERROR(
+      db_.Run("INSERT INTO litter(path, since_unix_s) SELECT path, ?2 FROM kept_folders"
+              " WHERE work_key = ?1 ON CONFLICT DO NOTHING",
+              work_key, now));
+  return db_.Run("DELETE FROM kept_folders WHERE work_key = ?1", work_key);
+}
+
+absl::Status JobStore::SweepUnwanted(double now) {
+#define PARALLAX_UNWANTED                                                            \
+  "NOT EXISTS (SELECT 1 FROM jobs AS j JOIN studies AS s ON s.id = j.study_id"       \
+  " WHERE j.work_key = kept_folders.work_key AND j.input <> x'' AND s.cancelled = 0" \
+  " AND s.archived = 0)"
+  RETURN_IF_ERROR(
+      db_.Run("INSERT INTO litter(path, since_unix_s) SELECT path, ?1 FROM kept_folders"
+              " WHERE " PARALLAX_UNWANTED " ON CONFLICT DO NOTHING",
+              now));
+  return db_.Run("DELETE FROM kept_folders WHERE " PARALLAX_UNWANTED);
+#undef PARALLAX_UNWANTED
 }
 
 absl::StatusOr<std::optional<int64_t>> JobStore::StudyToArchive(double finished_before) {

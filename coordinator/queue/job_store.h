@@ -90,7 +90,7 @@ class JobStore {
 
   absl::Status InsertLoss(int64_t job, uint64_t fence, const char* ledger,
                           const std::string& worker, const std::string& fingerprint,
-                          const std::string& error, double now);
+                          const std::string& error, double now, const std::string& log_tail = "");
   absl::StatusOr<bool> WasLost(int64_t job,
                                uint64_t fence);  // In either ledger.
   absl::StatusOr<bool> HasLoss(int64_t job, uint64_t fence, const char* ledger);
@@ -121,9 +121,19 @@ class JobStore {
   absl::Status InsertFrame(const JobFacts& scene_of, uint32_t rig, const Sha256Digest& frame_key,
                            bool reused);
 
+  // A job outside of scenes has succeeded and has files.
+  absl::Status InsertStudyResult(const JobRow& job);
+
   // ---- Litter and archive ---------------------------------------------------------------------
   absl::Status InsertLitter(const std::string& path, double now);
   absl::Status DeleteLitter(const std::string& path);
+  // Folders that later attempts of equal work may go on from.
+  absl::Status InsertKept(const std::string& path, const Sha256Digest& work_key, double now);
+  absl::StatusOr<bool> IsKept(const std::string& path);
+  // The work is done: what was kept for it is litter now.
+  absl::Status SweepDone(const Sha256Digest& work_key, double now);
+  // The same of work that no study wants any more: all are cancelled or archived.
+  absl::Status SweepUnwanted(double now);
   // One that is finished since before `finished_before` and has jobs outside
   // the archive.
   absl::StatusOr<std::optional<int64_t>> StudyToArchive(double finished_before);

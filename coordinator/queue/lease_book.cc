@@ -53,7 +53,9 @@ std::vector<v1::AttemptId> LeaseBook::Heartbeat(const std::string& worker,
   for (const v1::Progress& progress : running) {
     if (Entry* entry = FindLocked(worker, progress.attempt())) {
       entry->heard = now;
-      entry->progress = {progress.fraction(), progress.stage()};
+      entry->progress = {progress.fraction(),
+                         progress.stage(),
+                         {progress.figures().begin(), progress.figures().end()}};
     } else {
       strangers.push_back(progress.attempt());
     }
@@ -92,6 +94,16 @@ LeaseProgress LeaseBook::ProgressOf(int64_t job) const {
   const std::lock_guard lock(mutex_);
   const auto found = entries_.find(job);
   return found == entries_.end() ? LeaseProgress() : found->second.progress;
+}
+
+std::map<int64_t, std::map<std::string, double>> LeaseBook::Figures(size_t most) const {
+  const std::lock_guard lock(mutex_);
+  std::map<int64_t, std::map<std::string, double>> figures;
+  for (const auto& [job, entry] : entries_) {
+    if (figures.size() == most) break;
+    if (!entry.progress.figures.empty()) figures[job] = entry.progress.figures;
+  }
+  return figures;
 }
 
 int64_t LeaseBook::size() const {

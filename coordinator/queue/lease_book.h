@@ -16,6 +16,7 @@ namespace parallax {
 struct LeaseProgress {
   double fraction = 0;
   std::string stage;
+  std::map<std::string, double> figures;  // What the job tells of itself; see v1::Progress.
 };
 
 class LeaseBook {
@@ -35,6 +36,8 @@ class LeaseBook {
   double SecondsToExpiry() const;
   bool Holds(const std::string& worker, const v1::AttemptId& attempt) const;
   LeaseProgress ProgressOf(int64_t job) const;
+  // Figures of at most `most` jobs that have any, by job.
+  std::map<int64_t, std::map<std::string, double>> Figures(size_t most) const;
   int64_t size() const;
   // Leases of a worker.
   int HeldBy(const std::string& worker) const;

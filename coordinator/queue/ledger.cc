@@ -78,7 +78,7 @@ absl::Status Ledger::LoadVariants(Study& study) {
                     "SELECT id, name, config_z, pairs_wanted, rigs_per_scene, next_ordinal,"
                     " pairs_planned, pairs_done, scenes_open, solves_reused, layouts_reused,"
                     " frames_reused, scenes_rejected, tally_solved, tally_rejected, tally_lost,"
-                    " others_lost, problem FROM variants WHERE study_id = ?1 ORDER BY id",
+                    " others_lost, problem, seed FROM variants WHERE study_id = ?1 ORDER BY id",
                     study.id);
   while (query.Next()) {
     Variant variant;
@@ -99,7 +99,8 @@ absl::Status Ledger::LoadVariants(Study& study) {
           &tally.tally_solved, &tally.tally_rejected, &tally.tally_lost, &tally.others_lost}) {
       *field = query.Int(column++);
     }
-    tally.problem = query.Text(column);
+    tally.problem = query.Text(column++);
+    variant.seed = static_cast<uint64_t>(query.Int(column));
     Variant& kept = variants_.emplace(variant.id, std::move(variant)).first->second;
     study.variants.push_back(kept.id);
     RETURN_IF_ERROR(LoadCounts(kept));

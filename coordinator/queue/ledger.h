@@ -49,6 +49,7 @@ struct Variant {
   int64_t id = 0;
   int64_t study = 0;
   std::string name;
+  uint64_t seed = 0;
   int64_t pairs_wanted = 0;
   uint32_t rigs_per_scene = 1;
   std::shared_ptr<const v1::SceneConfig> config;

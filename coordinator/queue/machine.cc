@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "common/config/training.h"
 #include "coordinator/queue/compress.h"
 #include "coordinator/study/expansion.h"
 
@@ -159,10 +160,10 @@ absl::StatusOr<v1::SubmitReply> Machine::Submit(const v1::SubmitRequest& request
   const int64_t id = db_.last_insert_id();
   for (const v1::VariantSpec& variant : spec.variants()) {
     RETURN_IF_ERROR(
-        db_.Run("INSERT INTO variants(study_id, name, config_z, pairs_wanted, rigs_per_scene)"
-                " VALUES (?1, ?2, ?3, ?4, ?5)",
+        db_.Run("INSERT INTO variants(study_id, name, config_z, pairs_wanted, rigs_per_scene, seed)"
+                " VALUES (?1, ?2, ?3, ?4, ?5, ?6)",
                 id, variant.name(), SqlBlob{PackMessage(variant.config())}, PairsOf(spec, variant),
-                RigsPerSceneOf(spec, variant)));
+                RigsPerSceneOf(spec, variant), static_cast<int64_t>(SeedOf(spec, variant))));
   }
   RETURN_IF_ERROR(store_.Audit(Now(), actor, "submit", id, spec.name()));
   ledger_.NoteCreated(id);
@@ -183,7 +184,9 @@ absl::Status Machine::Cancel(int64_t id, std::string_view reason, std::string_vi
   ledger_.Change(*study).cancelled = true;
   changed_variants_.insert(study->variants.begin(), study->variants.end());
   RETURN_IF_ERROR(store_.Audit(Now(), actor, "cancel", id, reason));
-  return CancelJobs(id, 0, reason.empty() ? "cancelled" : "cancelled: " + std::string(reason));
+  RETURN_IF_ERROR(
+      CancelJobs(id, 0, reason.empty() ? "cancelled" : "cancelled: " + std::string(reason)));
+  return store_.SweepUnwanted(Now());
 }
 
 absl::Status Machine::SetPaused(int64_t id, bool paused, std::string_view reason,
@@ -288,12 +291,19 @@ absl::StatusOr<std::optional<JobRow>> Machine::ChooseOf(Study& study, KindId kin
   SqliteQuery query(db_, kReadyOfStudy, study.id, kinds_[kind].name(), kCandidates);
   while (query.Next()) {
     ASSIGN_OR_RETURN(JobRow job, JobRowOf(query, kinds_));
+    if (!FitsJob(job, worker)) continue;
     const double waited = Now() - job.ready_unix_s;
     const JobCandidate candidate{job.id, job.worker, waited < 0 ? kElsewhereS : waited};
     if (PickJob({&candidate, 1}, name, others) == 0) return std::optional<JobRow>(std::move(job));
   }
   RETURN_IF_ERROR(query.status());
   return std::optional<JobRow>();
+}
+
+bool Machine::FitsJob(const JobRow& job, const Taker& worker) const {
+  const WorkNeeds needs = KindOf(job).NeedsOf(job.input);
+  return Fits({.needs_memory_mb = needs.memory_mb, .needs_tags = needs.tags},
+              {worker.facts.memory_mb, worker.facts.tags});
 }
 
 absl::StatusOr<std::optional<JobRow>> Machine::ChooseWarm(const Taker& worker) {
@@ -307,7 +317,7 @@ absl::StatusOr<std::optional<JobRow>> Machine::ChooseWarm(const Taker& worker) {
       if (!worker.takes[job.kind.value] || job.worker == worker.facts.name) continue;
       ASSIGN_OR_RETURN(Study * study, ledger_.FindStudy(job.study));
       const StudyShare share = ShareOf(*study, worker);
-      if (KindOf(job).traits().keeps_group_warm && share.open &&
+      if (KindOf(job).traits().keeps_group_warm && share.open && FitsJob(job, worker) &&
           Fits(share, {worker.facts.memory_mb, worker.facts.tags})) {
         return std::optional<JobRow>(std::move(job));
       }
@@ -326,7 +336,7 @@ absl::StatusOr<GrantedLease> Machine::Grant(JobRow job, const Taker& worker) {
   if (kind.traits().shares_part && without_part_.erase(job.id) == 0) {
     ASSIGN_OR_RETURN(job.part_given, kind.HasPart(*this, job));
   }
-  GrantedLease lease{.work = {job, study->seed, variant->config},
+  GrantedLease lease{.work = {job, variant->seed, variant->config},
                      .fence = NextFence(),
                      .worker = worker.facts.name,
                      .attempt_number = job.attempts + 1,
@@ -419,6 +429,7 @@ absl::StatusOr<bool> Machine::Archive(int limit) {
   if (!study) return false;
   ASSIGN_OR_RETURN(const int moved, store_.ArchiveJobs(*study, limit));
   effects_.archived += static_cast<uint64_t>(moved);
+  RETURN_IF_ERROR(store_.SweepUnwanted(Now()));
   ledger_.Forget(*study);
   return true;
 }

@@ -138,6 +138,7 @@ class Machine final : private WorkDesk {
   const StageVersions& versions() const override { return options_.versions; }
   absl::StatusOr<VariantFacts> VariantOf(int64_t variant) override;
   absl::StatusOr<SceneFacts> SceneOf(int64_t variant, uint32_t ordinal) override;
+  absl::StatusOr<JobFacts> NewestOf(int64_t job) override;
   absl::StatusOr<std::optional<StoredResult>> FindResult(const Sha256Digest& key) override;
   absl::StatusOr<bool> HasResult(const Sha256Digest& key) override;
   absl::StatusOr<bool> PutResult(const JobFacts& by, std::string_view stage,
@@ -224,6 +225,7 @@ class Machine final : private WorkDesk {
   struct AppFailure {
     std::string worker, error, fingerprint;
     bool retryable = true;
+    std::string log_tail;
   };
   absl::Status FailAttempt(const JobRow& job, const AppFailure& failure);
   enum class LossKind { kLost, kReturned };
@@ -231,7 +233,7 @@ class Machine final : private WorkDesk {
   absl::Status LoseAttempt(const JobRow& job, LossKind kind, const std::string& reason, bool stop,
                            double now);
   absl::Status EndAttempt(const JobRow& job, const LossUpdate& update);
-  // The folder of an attempt that will not win.
+  // The folder of an attempt that will not win: litter, unless later attempts may go on from it.
   absl::Status Litter(const JobRow& job);
   absl::Status LitterOfLate(const JobRow& job, const CheckedReport& report);
 
@@ -240,6 +242,7 @@ class Machine final : private WorkDesk {
   absl::StatusOr<std::optional<JobRow>> Choose(const Taker& worker);
   absl::StatusOr<std::optional<JobRow>> ChooseOf(Study& study, KindId kind, const Taker& worker);
   absl::StatusOr<std::optional<JobRow>> ChooseWarm(const Taker& worker);
+  bool FitsJob(const JobRow& job, const Taker& worker) const;  // What the job itself asks for.
   absl::StatusOr<GrantedLease> Grant(JobRow job, const Taker& worker);
   bool OthersAround(const std::string& worker);
   StudyShare ShareOf(Study& study, const Taker& worker);

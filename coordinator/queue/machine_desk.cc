@@ -5,10 +5,9 @@ namespace parallax {
 
 absl::StatusOr<VariantFacts> Machine::VariantOf(int64_t id) {
   ASSIGN_OR_RETURN(const Variant* variant, ledger_.FindVariant(id));
-  ASSIGN_OR_RETURN(const Study* study, ledger_.FindStudy(variant->study));
   return VariantFacts{.id = id,
                       .name = variant->name,
-                      .study_seed = study->seed,
+                      .seed = variant->seed,
                       .pairs_wanted = variant->pairs_wanted,
                       .rigs_per_scene = variant->rigs_per_scene,
                       .config = variant->config.get(),
@@ -18,6 +17,12 @@ absl::StatusOr<VariantFacts> Machine::VariantOf(int64_t id) {
 absl::StatusOr<SceneFacts> Machine::SceneOf(int64_t variant, uint32_t ordinal) {
   ASSIGN_OR_RETURN(const SceneRow* scene, OpenScene(variant, ordinal, /*change=*/false));
   return SceneFacts{scene->rigs, scene->scene_hash};
+}
+
+absl::StatusOr<JobFacts> Machine::NewestOf(int64_t id) {
+  ASSIGN_OR_RETURN(std::optional<JobRow> job, store_.FindNewest(id));
+  if (job) return JobFacts(*std::move(job));
+  return MakeError(absl::StatusCode::kInternal, "job " + std::to_string(id) + ": no such");
 }
 
 absl::StatusOr<std::optional<StoredResult>> Machine::FindResult(const Sha256Digest& key) {

@@ -111,6 +111,9 @@ absl::StatusOr<int64_t> Machine::AddJob(const NewJob& asked) {
   job.generation = asked.generation;
   const JobKind& kind = KindOf(job);
   const JobTraits& traits = kind.traits();
+  if (traits.resumes && job.input.empty()) {
+    return MakeError(absl::StatusCode::kInternal, "a " + kind.name() + " job without input");
+  }
   if (!asked.is_fresh) RETURN_IF_ERROR(kind.Trim(*this, job));
   ASSIGN_OR_RETURN(const JobKeys keys, kind.Keys(*this, job));
   job.work_key = keys.work;
@@ -273,8 +276,11 @@ absl::Status Machine::EnterSuccess(const JobRow& job, Variant& variant, const En
   const JobKind& kind = KindOf(job);
   if (kind.traits().begins_scenes && !by_own_attempt) ++ledger_.Change(variant).solves_reused;
   RETURN_IF_ERROR(kind.OnSuccess(*this, job, ending, by_own_attempt));
-  if (!kind.traits().of_scene) return absl::OkStatus();
-  return ChangeScene(variant, job.ordinal, {.jobs_open = -1}).status();
+  if (kind.traits().of_scene) {
+    return ChangeScene(variant, job.ordinal, {.jobs_open = -1}).status();
+  }
+  if (kind.traits().has_output) RETURN_IF_ERROR(store_.InsertStudyResult(job));
+  return kind.traits().resumes ? store_.SweepDone(job.work_key, Now()) : absl::OkStatus();
 }
 
 absl::Status Machine::EnterLoss(const JobRow& job, Variant& variant, JobState state) {

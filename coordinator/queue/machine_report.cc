@@ -84,7 +84,7 @@ absl::StatusOr<std::string> Machine::WhyNotOf(const JobRow& job, const CheckedRe
   }
   const std::string folder = AttemptFolder(job) + "/";
   for (const std::string& path : report.result->paths) {
-    if (!kind.traits().has_output || path.compare(0, folder.size(), folder) != 0) {
+    if (!kind.traits().has_output || (path + "/").compare(0, folder.size(), folder) != 0) {
       return "a result at '" + path + "', wanted a folder under '" + folder + "'";
     }
   }
@@ -116,8 +116,9 @@ absl::StatusOr<v1::ReportOutcome> Machine::Fail(const v1::FailRequest& request) 
     if (std::string why = WhyNotHolder(holding.job, request.worker()); !why.empty()) {
       return MakeError(absl::StatusCode::kInvalidArgument, why);
     }
-    RETURN_IF_ERROR(FailAttempt(holding.job, {request.worker(), request.error(),
-                                              request.fingerprint(), request.retryable()}));
+    RETURN_IF_ERROR(
+        FailAttempt(holding.job, {request.worker(), request.error(), request.fingerprint(),
+                                  request.retryable(), LogTail(request.log_tail())}));
     return v1::REPORT_OUTCOME_OK;
   }
   ASSIGN_OR_RETURN(const bool known,
@@ -130,7 +131,8 @@ absl::Status Machine::FailAttempt(const JobRow& job, const AppFailure& failure) 
   const std::string error = OneLine(failure.error);
   const std::string fingerprint =
       OneLine(failure.fingerprint.empty() ? failure.error : failure.fingerprint);
-  RETURN_IF_ERROR(store_.InsertLoss(job.id, job.fence, "app", worker, fingerprint, error, Now()));
+  RETURN_IF_ERROR(store_.InsertLoss(job.id, job.fence, "app", worker, fingerprint, error, Now(),
+                                    failure.log_tail));
   RETURN_IF_ERROR(Litter(job));
   ++effects_.failures;
 
@@ -197,7 +199,9 @@ absl::Status Machine::EndAttempt(const JobRow& job, const LossUpdate& update) {
 }
 
 absl::Status Machine::Litter(const JobRow& job) {
-  if (!KindOf(job).traits().has_output) return absl::OkStatus();
+  const JobTraits& traits = KindOf(job).traits();
+  if (!traits.has_output) return absl::OkStatus();
+  if (traits.resumes) return store_.InsertKept(AttemptFolder(job), job.work_key, Now());
   return store_.InsertLitter(AttemptFolder(job), Now());
 }
 
@@ -209,11 +213,13 @@ absl::Status Machine::LitterOfLate(const JobRow& job, const CheckedReport& repor
   ASSIGN_OR_RETURN(const bool lost, store_.WasLost(job.id, report.attempt.fence()));
   if (!lost) return absl::OkStatus();
   // Its own folder, whatever rigs the job had then: no other attempt has this fence.
-  const std::string& path = report.result->paths.front();
+  const std::string path = report.result->paths.front() + "/";
   const std::string own = "/.attempt-" + std::to_string(report.attempt.fence());
   const size_t at = path.find(own + "/");
   if (at != StorePrefixOf(Sha256Digest{}).size()) return absl::OkStatus();
-  return store_.InsertLitter(path.substr(0, at + own.size()), Now());
+  const std::string folder = path.substr(0, at + own.size());
+  ASSIGN_OR_RETURN(const bool kept, store_.IsKept(folder));  // Others may go on from it.
+  return kept ? absl::OkStatus() : store_.InsertLitter(folder, Now());
 }
 
 absl::StatusOr<v1::ReportOutcome> Machine::HandBack(const std::string& worker,

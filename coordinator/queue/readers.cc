@@ -69,40 +69,49 @@ absl::Status AddCounts(SqliteConnection& db, std::map<int64_t, v1::VariantStatus
   return query.status();
 }
 
-void AddProblemRows(SqliteQuery& query, v1::VariantStatus& status) {
+void AddProblemRows(SqliteQuery& query, const KindRegistry& kinds, v1::VariantStatus& status) {
   while (query.Next()) {
     v1::JobProblem* problem = status.add_problems();
     problem->set_job_id(query.Int(0));
     problem->set_state(std::string(query.Text(1)));
     problem->set_error(std::string(query.Text(2)));
     problem->set_scene(static_cast<uint32_t>(query.Int(3)));
+    const auto kind = kinds.Find(query.Text(4));
+    if (!kind || kinds[*kind].traits().of_scene) continue;
+    problem->set_scene(kNoScene);
+    const std::string label = kinds[*kind].LabelOf(query.Blob(5));
+    problem->set_error(kinds[*kind].name() + (label.empty() ? "" : " " + label) + ": " +
+                       problem->error());
   }
 }
 
-absl::Status AddProblems(SqliteConnection& db, int64_t variant, v1::VariantStatus& status) {
+absl::Status AddProblems(SqliteConnection& db, const KindRegistry& kinds, int64_t variant,
+                         v1::VariantStatus& status) {
   SqliteQuery query(db,
-                    "SELECT id, state, error, ordinal FROM jobs WHERE variant_id = ?1"
+                    "SELECT id, state, error, ordinal, kind, input FROM jobs WHERE variant_id = ?1"
                     " AND state IN ('FAILED', 'QUARANTINED')"
                     " ORDER BY finished_unix_s DESC, id DESC LIMIT ?2",
                     variant, kProblemsShown - status.problems_size());
-  AddProblemRows(query, status);
+  AddProblemRows(query, kinds, status);
   return query.status();
 }
 
 // Of an archived study, whose jobs are elsewhere.
-absl::Status AddArchivedProblems(SqliteConnection& db, int64_t variant, v1::VariantStatus& status) {
+absl::Status AddArchivedProblems(SqliteConnection& db, const KindRegistry& kinds, int64_t variant,
+                                 v1::VariantStatus& status) {
   SqliteQuery query(db,
-                    "SELECT id, state, error, ordinal FROM archived_jobs WHERE "
+                    "SELECT id, state, error, ordinal, kind, input FROM archived_jobs WHERE "
                     "variant_id = ?1"
                     " AND state IN ('FAILED', 'QUARANTINED')"
                     " ORDER BY finished_unix_s DESC, id DESC LIMIT ?2",
                     variant, kProblemsShown - status.problems_size());
-  AddProblemRows(query, status);
+  AddProblemRows(query, kinds, status);
   return query.status();
 }
 
 // Returns how many jobs outside of scenes are lost.
-absl::StatusOr<int64_t> AddVariants(SqliteConnection& db, v1::StudyStatus& study, bool archived) {
+absl::StatusOr<int64_t> AddVariants(SqliteConnection& db, const KindRegistry& kinds,
+                                    v1::StudyStatus& study, bool archived) {
   int64_t others_lost = 0;
   std::map<int64_t, v1::VariantStatus*> by_id;
   {
@@ -132,8 +141,8 @@ absl::StatusOr<int64_t> AddVariants(SqliteConnection& db, v1::StudyStatus& study
   }
   RETURN_IF_ERROR(AddCounts(db, by_id, study.study_id()));
   for (const auto& [id, status] : by_id) {
-    RETURN_IF_ERROR(AddProblems(db, id, *status));
-    if (archived) RETURN_IF_ERROR(AddArchivedProblems(db, id, *status));
+    RETURN_IF_ERROR(AddProblems(db, kinds, id, *status));
+    if (archived) RETURN_IF_ERROR(AddArchivedProblems(db, kinds, id, *status));
   }
   return others_lost;
 }
@@ -151,24 +160,35 @@ v1::StudyState StateOf(const v1::StudyStatus& study, bool paused, bool cancelled
   return paused ? v1::STUDY_STATE_PAUSED : v1::STUDY_STATE_RUNNING;
 }
 
-absl::Status FillStudy(SqliteConnection& db, const SqliteQuery& row, v1::StudyStatus& study) {
+absl::Status FillStudy(SqliteConnection& db, const KindRegistry& kinds, const SqliteQuery& row,
+                       v1::StudyStatus& study) {
   study.set_study_id(row.Int(0));
   study.set_name(std::string(row.Text(1)));
   study.set_submitted_unix_s(row.Real(4));
   study.set_finished_unix_s(row.Real(5));
-  ASSIGN_OR_RETURN(const int64_t others_lost, AddVariants(db, study, row.Int(6) != 0));
+  ASSIGN_OR_RETURN(const int64_t others_lost, AddVariants(db, kinds, study, row.Int(6) != 0));
   study.set_state(StateOf(study, row.Int(2) != 0, row.Int(3) != 0, others_lost));
   return absl::OkStatus();
 }
 
 // ---- Jobs -------------------------------------------------------------------------------------
-#define PARALLAX_LISTED_JOB_OF(table)                                     \
+// The log of the newest failed attempt comes along.
+#define PARALLAX_LISTED_JOB_OF(table, losses)                             \
   "SELECT j.id, j.kind, j.state, v.name, j.ordinal, j.rigs, j.attempts, " \
-  "j.worker, j.error "                                                    \
+  "j.worker, j.error, j.input, CASE WHEN j.app_failures > 0 THEN"         \
+  " (SELECT l.log_tail FROM " losses                                      \
+  " AS l WHERE l.job_id = j.id AND l.log_tail <> ''"                      \
+  " ORDER BY l.unix_s DESC LIMIT 1) END "                                 \
   "FROM " table " AS j JOIN variants AS v ON v.id = j.variant_id "
-#define PARALLAX_LISTED_JOB PARALLAX_LISTED_JOB_OF("jobs")
+#define PARALLAX_LISTED_JOB PARALLAX_LISTED_JOB_OF("jobs", "attempt_losses")
 
-absl::Status AddJobs(SqliteQuery& query, std::vector<v1::JobStatus>& jobs) {
+// Logs in one list, all together; further jobs come without theirs.
+constexpr size_t kMostLogBytes = 4 << 20;
+
+absl::Status AddJobs(SqliteQuery& query, const KindRegistry& kinds,
+                     std::vector<v1::JobStatus>& jobs) {
+  size_t log_bytes = 0;
+  for (const v1::JobStatus& job : jobs) log_bytes += job.log_tail().size();
   while (query.Next()) {
     v1::JobStatus& job = jobs.emplace_back();
     job.set_job_id(query.Int(0));
@@ -182,13 +202,18 @@ absl::Status AddJobs(SqliteQuery& query, std::vector<v1::JobStatus>& jobs) {
     job.set_attempts(static_cast<int>(query.Int(6)));
     job.set_worker(std::string(query.Text(7)));
     job.set_error(std::string(query.Text(8)));
+    if (const auto kind = kinds.Find(query.Text(1))) {
+      job.set_label(kinds[*kind].LabelOf(query.Blob(9)));
+    }
+    log_bytes += query.Text(10).size();
+    if (log_bytes <= kMostLogBytes) job.set_log_tail(std::string(query.Text(10)));
   }
   return query.status();
 }
 
 // Of one state, by id. The hot states have their own indexes; of the others, the variants' own.
-absl::Status AddJobsOfState(SqliteConnection& db, int64_t study, JobState state, int limit,
-                            std::vector<v1::JobStatus>& jobs) {
+absl::Status AddJobsOfState(SqliteConnection& db, const KindRegistry& kinds, int64_t study,
+                            JobState state, int limit, std::vector<v1::JobStatus>& jobs) {
   const bool hot = !IsTerminal(state);
   // The state is spelled out, because only so is a partial index found.
   const std::string where_state = "j.state = '" + std::string(NameOf(state)) + "' ";
@@ -201,20 +226,19 @@ absl::Status AddJobsOfState(SqliteConnection& db, int64_t study, JobState state,
                      : "") +
                 "AND j.variant_id IN (SELECT id FROM variants WHERE study_id = ?1) LIMIT ?2";
   SqliteQuery query(db, sql.c_str(), study, limit);
-  return AddJobs(query, jobs);
+  return AddJobs(query, kinds, jobs);
 }
 
 // Of one state, of an archived study.
-absl::Status AddArchivedJobs(SqliteConnection& db, int64_t study, JobState state, int limit,
-                             std::vector<v1::JobStatus>& jobs) {
+absl::Status AddArchivedJobs(SqliteConnection& db, const KindRegistry& kinds, int64_t study,
+                             JobState state, int limit, std::vector<v1::JobStatus>& jobs) {
   SqliteQuery query(
       db,
-      PARALLAX_LISTED_JOB_OF(
-          "archived_jobs") "WHERE j.state = ?2 AND j.variant_id IN"
+      PARALLAX_LISTED_JOB_OF("archived_jobs", "archived_losses") "WHERE j.state = ?2 AND j.variant_id IN"
                            " (SELECT id FROM variants WHERE study_id = ?1) "
                            "LIMIT ?3",
       study, NameOf(state), limit);
-  return AddJobs(query, jobs);
+  return AddJobs(query, kinds, jobs);
 }
 
 // ---- Frames and scenes ------------------------------------------------------------------------
@@ -233,6 +257,46 @@ absl::Status AddFrames(SqliteConnection& db, const v1::ListFramesRequest& reques
     frame.set_scene(static_cast<uint32_t>(query.Int(2)));
     frame.set_reused(query.Int(3) != 0);
     RETURN_IF_ERROR(UnpackMessage(query.Blob(4), *frame.mutable_frame()));
+  }
+  return query.status();
+}
+
+// "ab/ab12.../.attempt-7" of "ab/ab12.../.attempt-7/003", which must be rig 3's; empty if it is
+// not.
+std::string FolderOfRig(const std::string& path, uint32_t rig) {
+  char name[16];
+  std::snprintf(name, sizeof name, "/%03u", rig);
+  const size_t length = std::string_view(name).size();
+  if (path.size() <= length || path.compare(path.size() - length, length, name) != 0) return "";
+  return path.substr(0, path.size() - length);
+}
+
+// Frames of one attempt share its folder, so that only the first of them is unpacked.
+absl::Status AddFolders(SqliteConnection& db, int64_t variant, int64_t limit,
+                        std::vector<v1::FrameFolder>& folders) {
+  SqliteQuery query(db,
+                    "SELECT f.ordinal, f.rig, r.fence, r.bytes FROM frames AS f"
+                    " JOIN results AS r ON r.work_key = f.frame_key WHERE f.variant_id = ?1"
+                    " ORDER BY f.ordinal, f.rig LIMIT ?2",
+                    variant, limit);
+  std::pair<int64_t, int64_t> last = {-1, -1};
+  while (query.Next()) {
+    const uint32_t rig = static_cast<uint32_t>(query.Int(1));
+    const std::pair<int64_t, int64_t> attempt = {query.Int(0), query.Int(2)};
+    if (query.IsNull(2) || attempt != last) {
+      v1::FrameResult frame;
+      RETURN_IF_ERROR(UnpackMessage(query.Blob(3), frame));
+      const std::string folder = FolderOfRig(frame.path(), rig);
+      if (folder.empty()) {
+        return MakeError(absl::StatusCode::kDataLoss,
+                         "database: rig " + std::to_string(rig) + " of scene " +
+                             std::to_string(attempt.first) + " is in '" + frame.path() + "'");
+      }
+      folders.emplace_back().set_folder(folder);
+      folders.back().set_scene(static_cast<uint32_t>(attempt.first));
+      last = attempt;
+    }
+    folders.back().add_rigs(rig);
   }
   return query.status();
 }
@@ -265,6 +329,33 @@ class CommittedResults final : public ResultReader {
       return query.status();
     }));
     return keys;
+  }
+
+  absl::StatusOr<std::vector<v1::FrameFolder>> FoldersOf(int64_t variant, int64_t limit) override {
+    std::vector<v1::FrameFolder> folders;
+    RETURN_IF_ERROR(readers_.Read(
+        0, [&](SqliteConnection& db) { return AddFolders(db, variant, limit, folders); }));
+    return folders;
+  }
+
+  absl::StatusOr<std::string> ResultWaitedFor(int64_t job) override {
+    std::string bytes;
+    RETURN_IF_ERROR(readers_.Read(0, [&](SqliteConnection& db) -> absl::Status {
+      SqliteQuery query(db,
+                        "SELECT r.bytes FROM waits AS w LEFT JOIN jobs AS j ON j.id = w.on_job"
+                        " LEFT JOIN archived_jobs AS a ON a.id = w.on_job"
+                        " JOIN results AS r ON r.work_key = coalesce(j.work_key, a.work_key)"
+                        " WHERE w.job_id = ?1 AND w.state = 'MET' AND r.bytes IS NOT NULL",
+                        job);
+      if (!query.Next()) {
+        return query.status().ok()
+                   ? NotFound("result that job " + std::to_string(job) + " waited for")
+                   : query.status();
+      }
+      bytes = query.Blob(0);
+      return absl::OkStatus();
+    }));
+    return bytes;
   }
 
  private:
@@ -318,7 +409,7 @@ absl::StatusOr<v1::StudyStatus> Readers::GetStudy(int64_t id) {
     if (!query.Next()) {
       return query.status().ok() ? NotFound("study " + std::to_string(id)) : query.status();
     }
-    RETURN_IF_ERROR(FillStudy(db, query, study));
+    RETURN_IF_ERROR(FillStudy(db, kinds_, query, study));
     SqliteQuery spec(db, "SELECT spec_z FROM studies WHERE id = ?1", id);
     if (!spec.Next()) return spec.status();
     return UnpackMessage(spec.Blob(0), *study.mutable_spec());
@@ -332,7 +423,7 @@ absl::StatusOr<std::vector<v1::StudyStatus>> Readers::ListStudies(int limit, int
     const std::string sql =
         std::string(kStudyColumns) + "WHERE ?2 = 0 OR id < ?2 ORDER BY id DESC LIMIT ?1";
     SqliteQuery query(db, sql.c_str(), Limit(limit, 100), before);
-    while (query.Next()) RETURN_IF_ERROR(FillStudy(db, query, studies.emplace_back()));
+    while (query.Next()) RETURN_IF_ERROR(FillStudy(db, kinds_, query, studies.emplace_back()));
     return query.status();
   }));
   return studies;
@@ -363,9 +454,9 @@ absl::StatusOr<std::vector<v1::JobStatus>> Readers::ListJobs(const v1::ListJobsR
                      db.Integer("SELECT archived FROM studies WHERE id = ?1", request.study_id()));
     for (const JobState state : states) {
       if (left() <= 0) break;
-      RETURN_IF_ERROR(AddJobsOfState(db, request.study_id(), state, left(), jobs));
+      RETURN_IF_ERROR(AddJobsOfState(db, kinds_, request.study_id(), state, left(), jobs));
       if (archived.value_or(0) == 0 || left() <= 0 || !IsTerminal(state)) continue;
-      RETURN_IF_ERROR(AddArchivedJobs(db, request.study_id(), state, left(), jobs));
+      RETURN_IF_ERROR(AddArchivedJobs(db, kinds_, request.study_id(), state, left(), jobs));
     }
     return absl::OkStatus();
   }));
@@ -378,6 +469,63 @@ absl::StatusOr<std::vector<v1::PublishedFrame>> Readers::ListFrames(
   RETURN_IF_ERROR(
       Read(deadline_s_, [&](SqliteConnection& db) { return AddFrames(db, request, frames); }));
   return frames;
+}
+
+absl::StatusOr<std::vector<v1::JobResult>> Readers::ListResults(
+    const v1::ListResultsRequest& request) {
+  std::vector<v1::JobResult> results;
+  RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) -> absl::Status {
+    SqliteQuery query(db,
+                      "SELECT s.cursor, s.job_id, coalesce(j.kind, a.kind), v.name,"
+                      " coalesce(j.input, a.input), r.bytes FROM study_results AS s"
+                      " LEFT JOIN jobs AS j ON j.id = s.job_id"
+                      " LEFT JOIN archived_jobs AS a ON a.id = s.job_id"
+                      " JOIN variants AS v ON v.id = coalesce(j.variant_id, a.variant_id)"
+                      " JOIN results AS r ON r.work_key = s.work_key"
+                      " WHERE s.study_id = ?1 AND s.cursor > ?2 ORDER BY s.cursor LIMIT ?3",
+                      request.study_id(), request.cursor(), Limit(request.limit(), 1000));
+    while (query.Next()) {
+      ASSIGN_OR_RETURN(const KindId kind, kinds_.IdOf(query.Text(2)));
+      v1::JobResult& result = results.emplace_back();
+      result.set_cursor(query.Int(0));
+      result.set_job_id(query.Int(1));
+      result.set_kind(std::string(query.Text(2)));
+      result.set_variant(std::string(query.Text(3)));
+      result.set_label(kinds_[kind].LabelOf(query.Blob(4)));
+      auto folder = kinds_[kind].FolderOf(query.Blob(5));
+      if (!folder) {
+        return MakeError(
+            absl::StatusCode::kDataLoss,
+            "database: the result of job " + std::to_string(query.Int(1)) + " has no files");
+      }
+      result.set_path(folder->path);
+      *result.mutable_files() = std::move(folder->files);
+    }
+    return query.status();
+  }));
+  return results;
+}
+
+absl::StatusOr<std::vector<RunningJob>> Readers::ListRunning(
+    const std::map<int64_t, std::map<std::string, double>>& figures) {
+  std::vector<RunningJob> running;
+  if (figures.empty()) return running;
+  RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) -> absl::Status {
+    for (const auto& [id, of_job] : figures) {
+      SqliteQuery query(db,
+                        "SELECT s.name, j.kind, j.input FROM jobs AS j"
+                        " JOIN studies AS s ON s.id = j.study_id WHERE j.id = ?1",
+                        id);
+      if (query.Next()) {
+        ASSIGN_OR_RETURN(const KindId kind, kinds_.IdOf(query.Text(1)));
+        running.push_back({id, std::string(query.Text(0)), kinds_[kind].name(),
+                           kinds_[kind].LabelOf(query.Blob(2)), of_job});
+      }
+      RETURN_IF_ERROR(query.status());
+    }
+    return absl::OkStatus();
+  }));
+  return running;
 }
 
 absl::StatusOr<std::vector<std::string>> Readers::ListLitter(double before_unix_s, int limit) {
@@ -420,6 +568,7 @@ absl::StatusOr<v1::Lease> Readers::LeaseMessage(const GrantedLease& lease) {
   message.set_scene(lease.work.job.ordinal);
   const JobKind& kind = kinds_[lease.work.job.kind];
   message.set_kind(kind.name());
+  message.set_label(kind.LabelOf(lease.work.job.input));
   if (kind.traits().has_output) message.set_store_prefix(StorePrefixOf(lease.work.job.work_key));
   CommittedResults results(*this);
   ASSIGN_OR_RETURN(*message.mutable_spec(), kind.Spec(lease.work, results));

@@ -32,6 +32,10 @@ class Readers {
   absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before);
   absl::StatusOr<std::vector<v1::JobStatus>> ListJobs(const v1::ListJobsRequest& request);
   absl::StatusOr<std::vector<v1::PublishedFrame>> ListFrames(const v1::ListFramesRequest& request);
+  absl::StatusOr<std::vector<v1::JobResult>> ListResults(const v1::ListResultsRequest& request);
+  // What these jobs are; those that are gone meanwhile are left out.
+  absl::StatusOr<std::vector<RunningJob>> ListRunning(
+      const std::map<int64_t, std::map<std::string, double>>& figures);
   absl::StatusOr<std::vector<std::string>> ListLitter(double before_unix_s, int limit);
   absl::StatusOr<v1::Scene> GetScene(const v1::GetSceneRequest& request);
   absl::StatusOr<std::vector<v1::AuditEntry>> ListAudit(const v1::ListAuditRequest& request);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/base/names.h"
+
 namespace parallax {
 
 bool IsSha256Hex(std::string_view text) {
@@ -27,6 +29,22 @@ std::string OneLine(std::string_view text) {
   std::replace_if(
       line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
   return line;
+}
+
+std::string LogTail(std::string_view text) {
+  constexpr size_t kMostRead = 4 * kMaxLogTail;
+  if (text.size() > kMostRead) text.remove_prefix(text.size() - kMostRead);
+  std::string tail;
+  while (!text.empty()) {
+    if (text.back() == '\n') text.remove_suffix(1);
+    const size_t end = text.rfind('\n');
+    const size_t begin = end == std::string_view::npos ? 0 : end + 1;
+    const std::string line = CutText(Printable(text.substr(begin)), kMaxLogTail - 1) + "\n";
+    if (tail.size() + line.size() > kMaxLogTail) break;
+    tail.insert(0, line);
+    text = text.substr(0, begin);
+  }
+  return tail;
 }
 
 CheckedReport CheckReport(const v1::CompleteRequest& request, const KindRegistry& kinds) {

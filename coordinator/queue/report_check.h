@@ -29,4 +29,9 @@ bool IsSha256Hex(std::string_view text);
 // Cleans and cuts a worker's message: at most 1,000 bytes, control characters as spaces.
 std::string OneLine(std::string_view text);
 
+// The last lines of a program's output, at most kMaxLogTail bytes: whole lines as far as they fit,
+// with everything but line ends and tabs that a terminal could take for a command escaped.
+inline constexpr size_t kMaxLogTail = 16'000;
+std::string LogTail(std::string_view text);
+
 }  // namespace parallax

@@ -30,6 +30,8 @@ const std::vector<Row>& Table() {
       {"/parallax.v1.Coordinator/ListWorkers",
        {Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
       {"/parallax.v1.Coordinator/ListFrames", {Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
+      {"/parallax.v1.Coordinator/ListResults",
+       {Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
       {"/parallax.v1.Coordinator/GetScene", {Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
       {"/parallax.v1.Coordinator/GetInfo",
        {Role::kWorker, Role::kSubmitter, Role::kOperator, Role::kReadOnly}},

@@ -5,6 +5,7 @@
 #include "common/base/log.h"
 #include "common/base/names.h"
 #include "common/base/version.h"
+#include "common/config/training.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
 #include "coordinator/rpc/output_check.h"
@@ -211,7 +212,9 @@ CoordinatorService::Reactor* CoordinatorService::Submit(Context* context,
                                                         v1::SubmitReply* reply) {
   return RunOn(client_pool_, context, [this, context, request, reply]() -> absl::Status {
     RETURN_IF_ERROR(CheckSubmit(*request));
-    ASSIGN_OR_RETURN(*reply, queue_.Submit(*request, ActorOf(*context)));
+    v1::SubmitRequest resolved = *request;
+    ResolveTraining(resolved.mutable_study());
+    ASSIGN_OR_RETURN(*reply, queue_.Submit(resolved, ActorOf(*context)));
     LogInfo(reply->existed() ? "study submitted again" : "study submitted",
             {{"study", request->study().name()}, {"study_id", reply->study_id()}});
     return absl::OkStatus();
@@ -319,7 +322,14 @@ CoordinatorService::Reactor* CoordinatorService::ListJobs(Context* context,
   if (!status.ok()) return EndNow(context, status);
   return RunOn(client_pool_, context, [this, request, reply]() -> absl::Status {
     ASSIGN_OR_RETURN(std::vector<v1::JobStatus> jobs, queue_.ListJobs(*request));
+    // Logs are bounded already, and their ends count.
+    std::vector<std::string> logs;
+    for (v1::JobStatus& job : jobs) logs.push_back(std::move(*job.mutable_log_tail()));
+    for (v1::JobStatus& job : jobs) job.clear_log_tail();
     reply->set_cut(!AddItems(jobs, reply->mutable_jobs(), kMaxReasonBytes));
+    for (int i = 0; i < reply->jobs_size(); ++i) {
+      *reply->mutable_jobs(i)->mutable_log_tail() = std::move(logs[static_cast<size_t>(i)]);
+    }
     return absl::OkStatus();
   });
 }
@@ -330,6 +340,20 @@ CoordinatorService::Reactor* CoordinatorService::ListWorkers(Context* context,
   std::vector<v1::WorkerStatus> workers = dispatcher_.Workers();
   AddItems(workers, reply->mutable_workers(), kMaxNameBytes);
   return EndNow(context, absl::OkStatus());
+}
+
+CoordinatorService::Reactor* CoordinatorService::ListResults(Context* context,
+                                                             const v1::ListResultsRequest* request,
+                                                             v1::ListResultsReply* reply) {
+  absl::Status status = CheckStudyId(request->study_id());
+  if (status.ok()) status = CheckLimit(request->limit(), kMostListed);
+  if (!status.ok()) return EndNow(context, status);
+  return RunOn(client_pool_, context, [this, request, reply]() -> absl::Status {
+    ASSIGN_OR_RETURN(std::vector<v1::JobResult> results, queue_.ListResults(*request));
+    AddItems(results, reply->mutable_results(), kMaxErrorBytes);
+    reply->set_store_uri(store_.uri);
+    return absl::OkStatus();
+  });
 }
 
 CoordinatorService::Reactor* CoordinatorService::ListFrames(Context* context,

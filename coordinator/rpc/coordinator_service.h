@@ -50,6 +50,7 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   Reactor* ListJobs(Context*, const v1::ListJobsRequest*, v1::ListJobsReply*) override;
   Reactor* ListWorkers(Context*, const v1::ListWorkersRequest*, v1::ListWorkersReply*) override;
   Reactor* ListFrames(Context*, const v1::ListFramesRequest*, v1::ListFramesReply*) override;
+  Reactor* ListResults(Context*, const v1::ListResultsRequest*, v1::ListResultsReply*) override;
   Reactor* GetScene(Context*, const v1::GetSceneRequest*, v1::GetSceneReply*) override;
   Reactor* GetInfo(Context*, const v1::GetInfoRequest*, v1::GetInfoReply*) override;
   Reactor* ListAudit(Context*, const v1::ListAuditRequest*, v1::ListAuditReply*) override;

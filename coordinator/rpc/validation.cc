@@ -13,6 +13,7 @@ namespace {
 constexpr int kMaxHeld = 4096;
 constexpr size_t kMaxKey = 200;
 constexpr int kMaxStages = 64;
+constexpr int kMaxFigures = 8;  // Of one job's progress.
 constexpr size_t kMaxPath = 1024;
 
 absl::Status Bad(const std::string& message) { return absl::InvalidArgumentError(message); }
@@ -116,6 +117,11 @@ absl::Status CheckHeartbeat(const v1::Heartbeat& heartbeat) {
                  " is not in [0, 1]");
     }
     RETURN_IF_ERROR(CheckWord("heartbeat.stage", progress.stage()));
+    RETURN_IF_ERROR(CheckRange("heartbeat.figures", progress.figures_size(), 0, kMaxFigures));
+    for (const auto& [figure, value] : progress.figures()) {
+      RETURN_IF_ERROR(CheckName("heartbeat: figure", figure));
+      if (!std::isfinite(value)) return Bad("heartbeat: figure " + figure + " is not finite");
+    }
   }
   return absl::OkStatus();
 }

@@ -1,5 +1,7 @@
 #include "coordinator/study/keys.h"
 
+#include <bit>
+
 #include "common/config/stages.h"
 #include "google/protobuf/io/coded_stream.h"
 #include "google/protobuf/io/zero_copy_stream_impl_lite.h"
@@ -30,6 +32,17 @@ class KeyBuilder {
  private:
   std::string bytes_;
 };
+
+void AddParts(const StageVersions& versions, std::span<const DataPart> parts, KeyBuilder& key) {
+  key.Add(versions.layout).Add(versions.scene).Add(versions.frame);
+  key.Add(static_cast<uint64_t>(parts.size()));
+  for (const DataPart& part : parts) {
+    key.Add(part.config.layout).Add(part.config.scene).Add(part.config.frame);
+    key.Add(part.seed).Add(static_cast<uint64_t>(part.pairs));
+    key.Add(static_cast<uint64_t>(part.rigs_per_scene));
+    key.Add(std::bit_cast<uint64_t>(part.weight)).Add(part.filters);
+  }
+}
 
 }  // namespace
 
@@ -95,8 +108,24 @@ Sha256Digest RenderKey(const StageVersions& versions, const ConfigDigests& confi
       .Finish();
 }
 
-std::string StorePrefixOf(const Sha256Digest& render_key) {
-  const std::string hex = HexOf(render_key);
+Sha256Digest TrainKey(const StageVersions& versions, std::string_view settings,
+                      std::span<const DataPart> parts) {
+  KeyBuilder key("train");
+  key.Add(versions.train).Add(settings);
+  AddParts(versions, parts, key);
+  return key.Finish();
+}
+
+Sha256Digest EvaluateKey(const StageVersions& versions, std::string_view predictor,
+                         std::string_view settings, std::span<const DataPart> heldout) {
+  KeyBuilder key("evaluate");
+  key.Add(versions.evaluate).Add(predictor).Add(settings);
+  AddParts(versions, heldout, key);
+  return key.Finish();
+}
+
+std::string StorePrefixOf(const Sha256Digest& work_key) {
+  const std::string hex = HexOf(work_key);
   return hex.substr(0, 2) + "/" + hex;
 }
 

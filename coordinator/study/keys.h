@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -45,7 +46,26 @@ Sha256Digest FrameKey(const StageVersions& versions, const ConfigDigests& config
 Sha256Digest RenderKey(const StageVersions& versions, const ConfigDigests& config,
                        const Sha256Digest& scene_hash, std::string_view rigs);
 
-// Where a render job's attempts write: "<2 hex>/<64 hex>".
-std::string StorePrefixOf(const Sha256Digest& render_key);
+// A variant's pairs as a training or evaluation reads them: what decides which pairs they are.
+struct DataPart {
+  ConfigDigests config;
+  uint64_t seed = 0;  // That its scenes are drawn from.
+  int64_t pairs = 0;
+  uint32_t rigs_per_scene = 0;
+  double weight = 1;
+  std::string filters;  // Deterministic bytes of FilterConfig: who is left out.
+};
+// Of one training. `settings`: deterministic bytes of all else that decides the network. Scenes
+// that were lost to failures, and are replaced, are not in the key: the pairs are others then, but
+// of the same distribution.
+Sha256Digest TrainKey(const StageVersions& versions, std::string_view settings,
+                      std::span<const DataPart> parts);
+// Of one evaluation. `predictor`: bytes of a training's key, or a baseline's name. `heldout`: the
+// pairs, of a benchmark that the study makes itself.
+Sha256Digest EvaluateKey(const StageVersions& versions, std::string_view predictor,
+                         std::string_view settings, std::span<const DataPart> heldout);
+
+// Where the attempts of a job with this work key write: "<2 hex>/<64 hex>".
+std::string StorePrefixOf(const Sha256Digest& work_key);
 
 }  // namespace parallax

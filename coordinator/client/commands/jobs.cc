@@ -1,8 +1,11 @@
 // jobs: what a study's work consists of, and where it is.
 #include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "coordinator/client/commands/command.h"
+#include "coordinator/client/progress_view.h"
 #include "coordinator/client/table.h"
 #include "coordinator/client/text.h"
 
@@ -50,7 +53,10 @@ nlohmann::ordered_json JobJson(const v1::JobStatus& job) {
           {"worker", job.worker()},
           {"fraction", job.fraction()},
           {"stage", job.stage()},
-          {"error", job.error()}};
+          {"error", job.error()},
+          {"label", job.label()},
+          {"figures", std::map<std::string, double>(job.figures().begin(), job.figures().end())},
+          {"log_tail", job.log_tail()}};
 }
 
 void PrintTable(const v1::ListJobsReply& reply, const Session& session) {
@@ -65,15 +71,29 @@ void PrintTable(const v1::ListJobsReply& reply, const Session& session) {
                {"DETAIL"}});
   for (const v1::JobStatus& job : reply.jobs()) {
     std::string detail = FirstLine(job.error());
-    if (job.state() == "LEASED") {
-      detail = job.stage() + " " + std::to_string(static_cast<int>(job.fraction() * 100)) + "%";
-    }
+    if (job.state() == "LEASED") detail = DescribeProgress(job);
+    if (!job.label().empty()) detail = job.label() + (detail.empty() ? "" : ": ") + detail;
     table.AddRow({std::to_string(job.job_id()), job.kind(),
                   session.out().Paint(ToneOf(job.state()), LowerName(job.state())), job.variant(),
-                  std::to_string(job.scene()), RigRanges(job), std::to_string(job.attempts()),
-                  job.worker(), detail});
+                  job.label().empty() ? std::to_string(job.scene()) : "-", RigRanges(job),
+                  std::to_string(job.attempts()), job.worker(), detail});
   }
   table.Print(session.out());
+}
+
+// The ends of failed programs' logs, below the table.
+void PrintLogs(const v1::ListJobsReply& reply, const Session& session) {
+  constexpr int kMostLogs = 3;
+  int shown = 0;
+  for (const v1::JobStatus& job : reply.jobs()) {
+    if (job.log_tail().empty() || shown == kMostLogs) continue;
+    ++shown;
+    std::ostream& out = *session.out().stream;
+    out << "\nThe end of the log of job " << job.job_id()
+        << (job.label().empty() ? "" : " (" + job.label() + ")") << ":\n";
+    std::istringstream lines(job.log_tail());
+    for (std::string line; std::getline(lines, line);) out << "  " << line << "\n";
+  }
 }
 
 absl::StatusOr<ExitCode> Jobs(const JobsOptions& options, Session& session) {
@@ -98,6 +118,7 @@ absl::StatusOr<ExitCode> Jobs(const JobsOptions& options, Session& session) {
     return kExitOk;
   }
   PrintTable(reply, session);
+  PrintLogs(reply, session);
   if (reply.jobs_size() == options.limit) {
     session.PrintNote("the first " + std::to_string(options.limit) + "; --limit shows more");
   }

@@ -47,8 +47,16 @@ Json PlanJson(const v1::StudySpec& study, const StudyPlan& plan, int cores) {
   json["solves_without_sharing"] = plan.solves_without_sharing;
   json["solves_saved"] = plan.solves_without_sharing - plan.solves;
   json["layouts_per_seed"] = plan.max_solves_per_seed;
-  json["jobs"] = plan.total.solve_jobs + plan.total.render_jobs;
-  json["core_hours"] = (plan.total.solve_core_s + plan.total.render_core_s) / 3600;
+  const TrainingPlan& training = plan.training;
+  json["jobs"] =
+      plan.total.solve_jobs + plan.total.render_jobs + training.trainings + training.evaluations;
+  json["trainings"] = training.trainings;
+  json["evaluations"] = training.evaluations;
+  json["train_core_hours"] = training.train_core_s / 3600;
+  json["evaluate_core_hours"] = training.evaluate_core_s / 3600;
+  json["core_hours"] = (plan.total.solve_core_s + plan.total.render_core_s + training.train_core_s +
+                        training.evaluate_core_s) /
+                       3600;
   json["cores"] = cores;
   json["wall_clock_s"] = WallClockS(plan, cores);
   json["disk_bytes"] = plan.total.disk_bytes;
@@ -57,6 +65,21 @@ Json PlanJson(const v1::StudySpec& study, const StudyPlan& plan, int cores) {
 }
 
 std::string Hours(double core_s) { return FormatNumber(core_s / 3600); }
+
+void PrintTraining(const v1::StudySpec& study, const TrainingPlan& plan, const Terminal& out) {
+  if (plan.trainings > 0) {
+    *out.stream << "Trainings: " << FormatCount(plan.trainings) << " ("
+                << Plural(plan.trainings / study.train().seeds(), "training set") << " x "
+                << Plural(study.train().seeds(), "seed") << "), "
+                << (plan.not_priced.empty() ? Hours(plan.train_core_s) + " core-hours"
+                                            : "not priced: nobody has measured " + plan.not_priced)
+                << "\n";
+  }
+  if (plan.evaluations > 0) {
+    *out.stream << "Evaluations: " << FormatCount(plan.evaluations) << ", "
+                << Hours(plan.evaluate_core_s) << " core-hours\n";
+  }
+}
 
 void PrintPlan(const v1::StudySpec& study, const StudyPlan& plan, int cores,
                const Session& session) {
@@ -79,7 +102,8 @@ void PrintPlan(const v1::StudySpec& study, const StudyPlan& plan, int cores,
   for (const PlanRow& row : plan.rows) add(row);
   if (plan.rows.size() > 1) add(plan.total);
   table.Print(out, 2);
-  *out.stream << "Rooms to solve: " << FormatCount(plan.solves) << " ("
+  PrintTraining(study, plan.training, out);
+  *out.stream << "Scenes to solve: " << FormatCount(plan.solves) << " ("
               << FormatCount(plan.solves_without_sharing - plan.solves) << " of "
               << FormatCount(plan.solves_without_sharing) << " solves saved by sharing)\n"
               << "Core-hours: " << Hours(plan.total.solve_core_s) << " to solve, "

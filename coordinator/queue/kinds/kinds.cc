@@ -7,6 +7,8 @@ const KindRegistry& KindRegistry::Builtin() {
   static const KindRegistry* registry = new KindRegistry({
       MakeSolveKind().release(),
       MakeRenderKind().release(),
+      MakeTrainKind().release(),
+      MakeEvaluateKind().release(),
   });
   return *registry;
 }

@@ -8,7 +8,9 @@
 
 namespace parallax {
 
-std::unique_ptr<JobKind> MakeSolveKind();   // A scene's recipe from a seed and a config.
-std::unique_ptr<JobKind> MakeRenderKind();  // A scene's stereo pairs.
+std::unique_ptr<JobKind> MakeSolveKind();     // A scene's recipe from a seed and a config.
+std::unique_ptr<JobKind> MakeRenderKind();    // A scene's stereo pairs.
+std::unique_ptr<JobKind> MakeTrainKind();     // A network, from a training set.
+std::unique_ptr<JobKind> MakeEvaluateKind();  // A network's or baseline's scores on a benchmark.
 
 }  // namespace parallax

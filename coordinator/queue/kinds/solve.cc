@@ -71,7 +71,7 @@ class SolveKind final : public JobKind {
   // ---- Messages
   absl::StatusOr<std::string> Spec(const LeasedJob& lease, ResultReader& results) const override {
     v1::SolveJob spec;
-    spec.set_scene_seed(SceneSeedOf(lease.study_seed, lease.job.ordinal).value);
+    spec.set_scene_seed(SceneSeedOf(lease.seed, lease.job.ordinal).value);
     *spec.mutable_config() = *lease.config;
     if (lease.job.part_given) {
       ASSIGN_OR_RETURN(const std::string layout_z, results.ResultBytes(lease.job.group_key));
@@ -116,7 +116,7 @@ class SolveKind final : public JobKind {
   // ---- Hooks
   absl::StatusOr<JobKeys> Keys(WorkDesk& desk, const JobFacts& job) const override {
     ASSIGN_OR_RETURN(const VariantFacts variant, desk.VariantOf(job.variant));
-    const SceneSeed seed = SceneSeedOf(variant.study_seed, job.ordinal);
+    const SceneSeed seed = SceneSeedOf(variant.seed, job.ordinal);
     return JobKeys{SceneKey(desk.versions(), *variant.digests, seed),
                    LayoutKey(desk.versions(), *variant.digests, seed)};
   }
@@ -143,7 +143,7 @@ class SolveKind final : public JobKind {
     const auto& solve = static_cast<const CheckedSolve&>(result);
     if (solve.rejected) return std::string();
     ASSIGN_OR_RETURN(const VariantFacts variant, desk.VariantOf(job.variant));
-    const uint64_t seed = SceneSeedOf(variant.study_seed, job.ordinal).value;
+    const uint64_t seed = SceneSeedOf(variant.seed, job.ordinal).value;
     if (solve.seed != 0 && solve.seed != seed) {
       return "a scene of seed " + std::to_string(solve.seed) + ", wanted " + std::to_string(seed);
     }

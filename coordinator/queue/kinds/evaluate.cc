@@ -1,0 +1,270 @@
+// Kind `evaluate`: the scores of a trained network, or of a baseline, on a benchmark.
+//
+// Results: "evaluate" by work key, an EvaluateResult. The key covers the training's key, so that a
+// benchmark is scored once for each network, whichever study asks.
+#include <cmath>
+
+#include "common/base/names.h"
+#include "common/config/training.h"
+#include "coordinator/queue/compress.h"
+#include "coordinator/queue/kinds/kinds.h"
+#include "coordinator/queue/kinds/train_data.h"
+#include "coordinator/queue/report_check.h"
+
+namespace parallax {
+namespace {
+
+constexpr char kScoresFile[] = "scores.jsonl";
+constexpr int kBaselineThreads = 2;
+
+struct CheckedEvaluate final : CheckedResult {
+  std::string path;
+  std::string result_z;
+};
+
+std::string WhyBad(const v1::EvaluateResult& result) {
+  if (std::string why = WhyBadFiles(result.path(), result.files()); !why.empty()) return why;
+  const auto is_scores = [](const v1::FileEntry& file) { return file.name() == kScoresFile; };
+  if (std::none_of(result.files().begin(), result.files().end(), is_scores)) {
+    return std::string("no file ") + kScoresFile;
+  }
+  if (result.pairs() < 1) return std::to_string(result.pairs()) + " pairs scored";
+  if (result.metric().empty() || !IsPlainText(result.metric()) ||
+      result.metric().size() > kMaxNameBytes) {
+    return "a metric without a plain name";
+  }
+  if (!std::isfinite(result.value())) return "a value that is not finite";
+  if (!std::isfinite(result.predict_s()) || result.predict_s() < 0) return "a negative time";
+  return "";
+}
+
+// Checkpoint `index` of `wanted`, spread evenly over those that a training has left; the last is
+// the last.
+const v1::TrainedCheckpoint& PickCheckpoint(const v1::TrainResult& result, int index, int wanted) {
+  const int64_t there = result.checkpoints_size();
+  const int64_t at = there * (index + 1) / std::max(1, wanted) - 1;
+  return result.checkpoints(static_cast<int>(std::clamp<int64_t>(at, 0, there - 1)));
+}
+
+class EvaluateKind final : public JobKind {
+ public:
+  EvaluateKind()
+      : JobKind("evaluate", {.stages = {"evaluate"}, .doing = "evaluating", .has_output = true}) {}
+
+  // ---- Messages
+  absl::StatusOr<std::string> Spec(const LeasedJob& lease, ResultReader& results) const override {
+    ASSIGN_OR_RETURN(v1::EvaluateInput input, InputOf<v1::EvaluateInput>(lease.job.input));
+    v1::EvaluateJob& spec = *input.mutable_job();
+    if (input.heldout_variant_id() != 0) {
+      RETURN_IF_ERROR(AddFolders(input.heldout_variant_id(), input.heldout_pairs(), results,
+                                 spec.mutable_heldout()));
+    }
+    if (input.train_job() != 0) RETURN_IF_ERROR(AddCheckpoint(lease.job.id, input, results));
+    return spec.SerializeAsString();
+  }
+
+  std::string LabelOf(std::string_view bytes) const override {
+    const auto input = InputOf<v1::EvaluateInput>(bytes);
+    if (!input.ok()) return "";
+    const v1::EvaluateJob& job = input->job();
+    std::string label = job.name().empty() ? job.trainer() : job.name();
+    if (job.has_seed()) label += ", seed " + std::to_string(job.seed());
+    label += " on " + job.benchmark();
+    if (input->checkpoints() < 2) return label;
+    return label + ", checkpoint " + std::to_string(input->checkpoint() + 1) + " of " +
+           std::to_string(input->checkpoints());
+  }
+
+  WorkNeeds NeedsOf(std::string_view bytes) const override {
+    const auto input = InputOf<v1::EvaluateInput>(bytes);
+    return input.ok() ? parallax::NeedsOf(input->needs()) : WorkNeeds();
+  }
+
+  std::shared_ptr<const CheckedResult> CheckResult(std::string_view bytes) const override {
+    auto out = std::make_shared<CheckedEvaluate>();
+    v1::EvaluateResult result;
+    if (!result.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
+      out->invalid = "a result that is no EvaluateResult";
+      return out;
+    }
+    out->invalid = WhyBad(result);
+    out->path = result.path();
+    out->paths = {result.path()};
+    out->result_z = PackMessage(result);
+    return out;
+  }
+
+  std::vector<OutputFile> FilesOf(std::string_view bytes) const override {
+    v1::EvaluateResult result;
+    if (!result.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return {};
+    return OutputFilesOf(result.path(), result.files());
+  }
+
+  std::vector<StageSeconds> StagesOf(std::string_view bytes) const override {
+    v1::EvaluateResult result;
+    if (!result.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return {};
+    return {{"predict", result.predict_s()}};
+  }
+
+  std::optional<StoredFolder> FolderOf(std::string_view bytes) const override {
+    v1::EvaluateResult result;
+    if (!UnpackMessage(bytes, result).ok()) return std::nullopt;
+    return StoredFolder{result.path(), result.files()};
+  }
+
+  std::vector<OutputFile> StoredFiles(std::string_view stage,
+                                      std::string_view bytes) const override {
+    const auto folder = stage == name() ? FolderOf(bytes) : std::nullopt;
+    return folder ? OutputFilesOf(folder->path, folder->files) : std::vector<OutputFile>();
+  }
+
+  // ---- Hooks
+  absl::StatusOr<JobKeys> Keys(WorkDesk& desk, const JobFacts& job) const override {
+    ASSIGN_OR_RETURN(v1::EvaluateInput input, InputOf<v1::EvaluateInput>(job.input));
+    v1::EvaluateJob settings = input.job();
+    std::string predictor = settings.trainer();
+    if (input.train_job() != 0) {
+      ASSIGN_OR_RETURN(const JobFacts training, desk.NewestOf(input.train_job()));
+      predictor.assign(training.work_key.begin(), training.work_key.end());
+      predictor +=
+          "/" + std::to_string(input.checkpoint()) + "/" + std::to_string(input.checkpoints());
+    }
+    std::vector<DataPart> heldout;
+    if (input.heldout_variant_id() != 0) {
+      ASSIGN_OR_RETURN(const VariantFacts variant, desk.VariantOf(input.heldout_variant_id()));
+      heldout.push_back(DataPartOf(variant, settings.heldout()));
+    } else {
+      settings.clear_group_by();  // Only the pairs that are held out have groups.
+    }
+    // Names say nothing of the network; how many threads predict changes no score.
+    settings.clear_name();
+    settings.clear_trainer();
+    settings.clear_seed();
+    settings.clear_heldout();
+    settings.clear_threads();
+    const Sha256Digest key =
+        EvaluateKey(desk.versions(), predictor, DeterministicBytes(settings), heldout);
+    return JobKeys{key, key};
+  }
+
+  absl::StatusOr<Ending> Store(WorkDesk& desk, const JobFacts& job,
+                               const CheckedResult& result) const override {
+    const auto& evaluate = static_cast<const CheckedEvaluate&>(result);
+    ASSIGN_OR_RETURN(const bool is_first,
+                     desk.PutResult(job, name(), job.work_key, {evaluate.result_z, false, ""}));
+    if (!is_first) RETURN_IF_ERROR(desk.Discard(evaluate.path));
+    return Ending();
+  }
+
+  // Baselines; networks are evaluated after their trainings, which add those jobs.
+  absl::Status OnSubmit(WorkDesk& desk, const v1::StudySpec& given,
+                        std::span<const int64_t> variants) const override {
+    if (!given.has_evaluate() || variants.empty()) return absl::OkStatus();
+    v1::StudySpec study = given;
+    ResolveTraining(&study);
+    const EvaluationPlan plan = EvaluationPlanOf(study, variants);
+    uint32_t ordinal = kFirstBaselineOrdinal;
+    for (const std::string& baseline : study.evaluate().baselines()) {
+      v1::TrainJob none;
+      none.set_trainer(baseline);
+      RETURN_IF_ERROR(AddEvaluationsOf(desk, plan, variants[0], none, 0, &ordinal));
+    }
+    return absl::OkStatus();
+  }
+
+  // ---- Audit
+  std::span<const Invariant> Invariants() const override { return kInvariants; }
+  absl::Status Audit(SqliteConnection& db, std::vector<std::string>& violations) const override {
+    return AuditFolders(db, *this, violations);
+  }
+
+ private:
+  static constexpr Invariant kInvariants[] = {
+      {"an evaluation has its result",
+       "SELECT j.id FROM all_jobs AS j LEFT JOIN results AS r ON r.work_key = j.work_key"
+       " WHERE j.kind = 'evaluate' AND j.state = 'SUCCEEDED' AND r.stage IS NOT 'evaluate'"},
+      {"an evaluation began when its network was trained",
+       "SELECT j.id FROM jobs AS j JOIN waits AS w ON w.job_id = j.id"
+       " JOIN all_jobs AS t ON t.id = w.on_job WHERE j.kind = 'evaluate' AND j.attempts > 0"
+       " AND (t.kind <> 'train' OR t.state <> 'SUCCEEDED')"},
+  };
+
+  static absl::Status AddCheckpoint(int64_t job, v1::EvaluateInput& input, ResultReader& results) {
+    ASSIGN_OR_RETURN(const std::string bytes, results.ResultWaitedFor(job));
+    v1::TrainResult network;
+    RETURN_IF_ERROR(UnpackMessage(bytes, network));
+    if (network.checkpoints().empty()) {
+      return MakeError(absl::StatusCode::kDataLoss, "database: a training without checkpoints");
+    }
+    const v1::TrainedCheckpoint& picked =
+        PickCheckpoint(network, input.checkpoint(), input.checkpoints());
+    v1::EvaluateJob& spec = *input.mutable_job();
+    spec.set_step(picked.step());
+    spec.set_checkpoint_path(network.path() + "/" + picked.name());
+    for (const v1::FileEntry& file : network.files()) {
+      if (file.name() == picked.name()) *spec.mutable_checkpoint() = file;
+    }
+    return absl::OkStatus();
+  }
+};
+
+}  // namespace
+
+EvaluationPlan EvaluationPlanOf(const v1::StudySpec& study, std::span<const int64_t> variants) {
+  EvaluationPlan plan{.spec = study.evaluate()};
+  plan.threads = study.has_train() ? study.train().threads() : kBaselineThreads;
+  for (int i = 0; i < study.variants_size(); ++i) {
+    const v1::VariantSpec& variant = study.variants(i);
+    if (!variant.heldout()) continue;
+    plan.heldout_variant = variants[static_cast<size_t>(i)];
+    plan.heldout_pairs = variant.pairs();
+    plan.heldout.set_variant(variant.name());
+    plan.heldout.set_weight(1);
+    *plan.heldout.mutable_filters() = variant.config().filters();
+  }
+  return plan;
+}
+
+absl::Status AddEvaluationsOf(WorkDesk& desk, const EvaluationPlan& plan, int64_t variant,
+                              const v1::TrainJob& training, int64_t train_job,
+                              uint32_t* next_ordinal) {
+  std::vector<std::string> benchmarks(plan.spec.benchmarks().begin(), plan.spec.benchmarks().end());
+  if (plan.heldout_variant != 0) benchmarks.push_back(kHeldoutName);
+  const int checkpoints = train_job == 0 ? 1 : plan.spec.checkpoints();
+  for (int checkpoint = 0; checkpoint < checkpoints; ++checkpoint) {
+    for (const std::string& benchmark : benchmarks) {
+      v1::EvaluateInput input;
+      input.set_train_job(train_job);
+      input.set_checkpoint(checkpoint);
+      input.set_checkpoints(checkpoints);
+      *input.mutable_needs() = plan.spec.needs();
+      v1::EvaluateJob& job = *input.mutable_job();
+      job.set_name(training.name());
+      job.set_trainer(training.trainer());
+      if (train_job != 0) job.set_seed(training.seed());
+      job.set_benchmark(benchmark);
+      job.set_max_pairs(plan.spec.max_pairs());
+      *job.mutable_group_by() = plan.spec.group_by();
+      job.set_threads(plan.threads);
+      std::vector<JobWait> waits;
+      if (train_job != 0) waits.push_back(JobWait::OnJob(train_job));
+      if (benchmark == kHeldoutName) {
+        input.set_heldout_variant_id(plan.heldout_variant);
+        input.set_heldout_pairs(plan.heldout_pairs);
+        *job.mutable_heldout() = plan.heldout;
+        waits.push_back(JobWait::OnPairs(plan.heldout_variant, plan.heldout_pairs));
+      }
+      RETURN_IF_ERROR(desk.AddJob({.kind = "evaluate",
+                                   .variant = variant,
+                                   .ordinal = (*next_ordinal)++,
+                                   .input = DeterministicBytes(input),
+                                   .waits = std::move(waits)})
+                          .status());
+    }
+  }
+  return absl::OkStatus();
+}
+
+std::unique_ptr<JobKind> MakeEvaluateKind() { return std::make_unique<EvaluateKind>(); }
+
+}  // namespace parallax

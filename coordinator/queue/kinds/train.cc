@@ -1,0 +1,249 @@
+// Kind `train`: a network, from a training set: a variant's pairs or a mixture of several
+// variants'.
+//
+// Results: "train" by work key, a TrainResult. Training i of all sets of a study has the same
+// initial weights and order of batches, so that their differences are the data's.
+#include <cmath>
+#include <map>
+
+#include "common/base/names.h"
+#include "common/config/training.h"
+#include "coordinator/queue/compress.h"
+#include "coordinator/queue/kinds/kinds.h"
+#include "coordinator/queue/kinds/train_data.h"
+#include "coordinator/queue/report_check.h"
+
+namespace parallax {
+namespace {
+
+struct CheckedTrain final : CheckedResult {
+  std::string path;
+  std::string result_z;
+  int checkpoints = 0;
+};
+
+std::string WhyBadCheckpoints(const v1::TrainResult& result) {
+  if (result.checkpoints().empty()) return "no checkpoints";
+  int64_t last = 0;
+  for (const v1::TrainedCheckpoint& checkpoint : result.checkpoints()) {
+    const auto is_it = [&](const v1::FileEntry& file) { return file.name() == checkpoint.name(); };
+    if (std::none_of(result.files().begin(), result.files().end(), is_it)) {
+      return "checkpoint '" + OneLine(checkpoint.name()) + "' is not among its files";
+    }
+    if (checkpoint.step() <= last) {
+      return "a checkpoint of step " + std::to_string(checkpoint.step()) + " after one of step " +
+             std::to_string(last);
+    }
+    last = checkpoint.step();
+  }
+  return "";
+}
+
+std::string WhyBad(const v1::TrainResult& result) {
+  if (std::string why = WhyBadFiles(result.path(), result.files()); !why.empty()) return why;
+  if (std::string why = WhyBadCheckpoints(result); !why.empty()) return why;
+  if (!std::isfinite(result.loss())) return "a loss that is not finite";
+  if (!std::isfinite(result.train_s()) || result.train_s() < 0) return "a negative time";
+  if (result.pairs() < 1) return std::to_string(result.pairs()) + " pairs trained on";
+  return "";
+}
+
+class TrainKind final : public JobKind {
+ public:
+  TrainKind()
+      : JobKind("train",
+                {.stages = {"train"}, .doing = "training", .has_output = true, .resumes = true}) {}
+
+  // ---- Messages
+  absl::StatusOr<std::string> Spec(const LeasedJob& lease, ResultReader& results) const override {
+    ASSIGN_OR_RETURN(v1::TrainInput input, InputOf<v1::TrainInput>(lease.job.input));
+    v1::TrainJob& spec = *input.mutable_job();
+    for (int i = 0; i < spec.parts_size(); ++i) {
+      RETURN_IF_ERROR(
+          AddFolders(input.variant_ids(i), input.pairs(i), results, spec.mutable_parts(i)));
+    }
+    spec.set_resume_folder(StorePrefixOf(lease.job.work_key));
+    return spec.SerializeAsString();
+  }
+
+  std::string LabelOf(std::string_view bytes) const override {
+    const auto input = InputOf<v1::TrainInput>(bytes);
+    if (!input.ok()) return "";
+    return input->job().name() + ", seed " + std::to_string(input->job().seed());
+  }
+
+  WorkNeeds NeedsOf(std::string_view bytes) const override {
+    const auto input = InputOf<v1::TrainInput>(bytes);
+    return input.ok() ? parallax::NeedsOf(input->needs()) : WorkNeeds();
+  }
+
+  std::shared_ptr<const CheckedResult> CheckResult(std::string_view bytes) const override {
+    auto out = std::make_shared<CheckedTrain>();
+    v1::TrainResult result;
+    if (!result.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
+      out->invalid = "a result that is no TrainResult";
+      return out;
+    }
+    out->invalid = WhyBad(result);
+    out->path = result.path();
+    out->paths = {result.path()};
+    out->checkpoints = result.checkpoints_size();
+    out->result_z = PackMessage(result);
+    return out;
+  }
+
+  std::vector<OutputFile> FilesOf(std::string_view bytes) const override {
+    v1::TrainResult result;
+    if (!result.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return {};
+    return OutputFilesOf(result.path(), result.files());
+  }
+
+  std::vector<StageSeconds> StagesOf(std::string_view bytes) const override {
+    v1::TrainResult result;
+    if (!result.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return {};
+    return {{"train", result.train_s()}};
+  }
+
+  std::optional<StoredFolder> FolderOf(std::string_view bytes) const override {
+    v1::TrainResult result;
+    if (!UnpackMessage(bytes, result).ok()) return std::nullopt;
+    return StoredFolder{result.path(), result.files()};
+  }
+
+  std::vector<OutputFile> StoredFiles(std::string_view stage,
+                                      std::string_view bytes) const override {
+    const auto folder = stage == name() ? FolderOf(bytes) : std::nullopt;
+    return folder ? OutputFilesOf(folder->path, folder->files) : std::vector<OutputFile>();
+  }
+
+  // ---- Hooks
+  absl::StatusOr<JobKeys> Keys(WorkDesk& desk, const JobFacts& job) const override {
+    ASSIGN_OR_RETURN(v1::TrainInput input, InputOf<v1::TrainInput>(job.input));
+    std::vector<DataPart> parts;
+    for (int i = 0; i < input.job().parts_size(); ++i) {
+      ASSIGN_OR_RETURN(const VariantFacts variant, desk.VariantOf(input.variant_ids(i)));
+      parts.push_back(DataPartOf(variant, input.job().parts(i)));
+    }
+    // Equal data under other names are equal data.
+    v1::TrainJob settings = input.job();
+    settings.clear_name();
+    settings.clear_parts();
+    const Sha256Digest key = TrainKey(desk.versions(), DeterministicBytes(settings), parts);
+    return JobKeys{key, key};
+  }
+
+  absl::StatusOr<std::string> WhyNot(WorkDesk&, const JobFacts& job,
+                                     const CheckedResult& result) const override {
+    ASSIGN_OR_RETURN(const v1::TrainInput input, InputOf<v1::TrainInput>(job.input));
+    const int seen = static_cast<const CheckedTrain&>(result).checkpoints;
+    if (seen <= input.job().checkpoints()) return std::string();
+    return std::to_string(seen) + " checkpoints, wanted at most " +
+           std::to_string(input.job().checkpoints());
+  }
+
+  absl::StatusOr<Ending> Store(WorkDesk& desk, const JobFacts& job,
+                               const CheckedResult& result) const override {
+    const auto& train = static_cast<const CheckedTrain&>(result);
+    ASSIGN_OR_RETURN(const bool is_first,
+                     desk.PutResult(job, name(), job.work_key, {train.result_z, false, ""}));
+    if (!is_first) RETURN_IF_ERROR(desk.Discard(train.path));
+    return Ending();
+  }
+
+  // One training for each set and seed; the first seed of all sets comes first.
+  absl::Status OnSubmit(WorkDesk& desk, const v1::StudySpec& given,
+                        std::span<const int64_t> variants) const override {
+    if (!given.has_train()) return absl::OkStatus();
+    v1::StudySpec study = given;
+    ResolveTraining(&study);
+    const std::vector<v1::Mixture> sets = TrainingSetsOf(study);
+    const EvaluationPlan plan = EvaluationPlanOf(study, variants);
+    uint32_t ordinal = 0;
+    uint32_t evaluation = 0;
+    for (int seed = 0; seed < study.train().seeds(); ++seed) {
+      for (const v1::Mixture& set : sets) {
+        ASSIGN_OR_RETURN(const v1::TrainInput input, InputFor(desk, study, variants, set, seed));
+        NewJob job{.kind = name(),
+                   .variant = input.variant_ids(0),
+                   .ordinal = ordinal++,
+                   .input = DeterministicBytes(input)};
+        for (int i = 0; i < input.variant_ids_size(); ++i) {
+          job.waits.push_back(JobWait::OnPairs(input.variant_ids(i), input.pairs(i)));
+        }
+        ASSIGN_OR_RETURN(const int64_t id, desk.AddJob(job));
+        if (!study.has_evaluate()) continue;
+        RETURN_IF_ERROR(
+            AddEvaluationsOf(desk, plan, input.variant_ids(0), input.job(), id, &evaluation));
+      }
+    }
+    return absl::OkStatus();
+  }
+
+  // ---- Audit
+  std::span<const Invariant> Invariants() const override { return kInvariants; }
+  absl::Status Audit(SqliteConnection& db, std::vector<std::string>& violations) const override {
+    return AuditFolders(db, *this, violations);
+  }
+
+ private:
+  static constexpr Invariant kInvariants[] = {
+      {"a trained network has its result",
+       "SELECT j.id FROM all_jobs AS j LEFT JOIN results AS r ON r.work_key = j.work_key"
+       " WHERE j.kind = 'train' AND j.state = 'SUCCEEDED' AND r.stage IS NOT 'train'"},
+      {"a training began when its pairs were there",
+       "SELECT j.id FROM jobs AS j WHERE j.kind = 'train' AND j.attempts > 0"
+       " AND EXISTS (SELECT 1 FROM waits AS w WHERE w.job_id = j.id AND w.state <> 'MET')"},
+  };
+
+  static absl::StatusOr<v1::TrainInput> InputFor(WorkDesk& desk, const v1::StudySpec& study,
+                                                 std::span<const int64_t> variants,
+                                                 const v1::Mixture& set, int seed) {
+    std::map<std::string, int> by_name;
+    for (int i = 0; i < study.variants_size(); ++i) by_name[study.variants(i).name()] = i;
+    const v1::TrainSpec& train = study.train();
+    v1::TrainInput input;
+    *input.mutable_needs() = train.needs();
+    v1::TrainJob& job = *input.mutable_job();
+    job.set_name(set.name());
+    job.set_trainer(train.trainer());
+    job.set_seed(static_cast<uint64_t>(seed));
+    job.set_steps(train.steps());
+    job.set_minutes(train.minutes());
+    job.set_width_px(train.width_px());
+    job.set_height_px(train.height_px());
+    job.set_batch(train.batch());
+    job.set_threads(train.threads());
+    job.set_share(set.share());
+    job.set_mismatched(set.mismatched());
+    job.set_curated(set.curated());
+    job.set_checkpoints(study.has_evaluate() ? study.evaluate().checkpoints() : 1);
+    for (const v1::Mixture::Part& part : set.parts()) {
+      if (part.weight() <= 0) continue;  // Nothing is drawn from it.
+      const auto found = by_name.find(part.variant());
+      if (found == by_name.end()) {
+        return MakeError(absl::StatusCode::kInvalidArgument,
+                         "train: " + Quoted(part.variant()) + " is no variant of the study");
+      }
+      const int64_t id = variants[static_cast<size_t>(found->second)];
+      ASSIGN_OR_RETURN(const VariantFacts variant, desk.VariantOf(id));
+      v1::FrameSet& frames = *job.add_parts();
+      frames.set_variant(part.variant());
+      frames.set_weight(part.weight());
+      *frames.mutable_filters() = variant.config->filters();
+      input.add_variant_ids(id);
+      input.add_pairs(variant.pairs_wanted);
+    }
+    if (job.parts_size() == 1) job.mutable_parts(0)->set_weight(1);
+    if (job.parts().empty()) {
+      return MakeError(absl::StatusCode::kInvalidArgument,
+                       "train: training set " + Quoted(set.name()) + " has no parts");
+    }
+    return input;
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<JobKind> MakeTrainKind() { return std::make_unique<TrainKind>(); }
+
+}  // namespace parallax

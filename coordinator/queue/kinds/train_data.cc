@@ -1,0 +1,95 @@
+#include "coordinator/queue/kinds/train_data.h"
+
+#include <set>
+
+#include "coordinator/queue/report_check.h"
+#include "coordinator/queue/sqlite.h"
+
+namespace parallax {
+namespace {
+
+constexpr int kMostFiles = 10'000;
+constexpr char kGpuTag[] = "gpu";
+
+}  // namespace
+
+DataPart DataPartOf(const VariantFacts& variant, const v1::FrameSet& set) {
+  return {.config = *variant.digests,
+          .seed = variant.seed,
+          .pairs = variant.pairs_wanted,
+          .rigs_per_scene = variant.rigs_per_scene,
+          .weight = set.weight(),
+          .filters = DeterministicBytes(set.filters())};
+}
+
+absl::Status AddFolders(int64_t variant, int64_t pairs, ResultReader& results, v1::FrameSet* set) {
+  ASSIGN_OR_RETURN(const std::vector<v1::FrameFolder> folders, results.FoldersOf(variant, pairs));
+  int64_t found = 0;
+  for (const v1::FrameFolder& folder : folders) {
+    found += folder.rigs_size();
+    *set->add_folders() = folder;
+  }
+  if (found == pairs) return absl::OkStatus();
+  return MakeError(absl::StatusCode::kDataLoss, "database: variant " + set->variant() + " has " +
+                                                    std::to_string(found) + " pairs of " +
+                                                    std::to_string(pairs));
+}
+
+WorkNeeds NeedsOf(const v1::JobNeeds& needs) {
+  WorkNeeds out{.memory_mb = needs.memory_mb(), .tags = {needs.tags().begin(), needs.tags().end()}};
+  if (needs.gpus() > 0) out.tags.push_back(kGpuTag);
+  return out;
+}
+
+std::string WhyBadFiles(const std::string& path,
+                        const google::protobuf::RepeatedPtrField<v1::FileEntry>& files) {
+  if (!IsConfinedPath(path)) return "path '" + OneLine(path) + "' leaves the store";
+  if (files.empty()) return "no files";
+  if (files.size() > kMostFiles) {
+    return std::to_string(files.size()) + " files, allowed are at most " +
+           std::to_string(kMostFiles);
+  }
+  std::set<std::string> names;
+  for (const v1::FileEntry& file : files) {
+    const std::string name = OneLine(file.name());
+    if (!IsConfinedPath(file.name())) return "file name '" + name + "' leaves its folder";
+    if (!names.insert(file.name()).second) return "file " + name + " is named twice";
+    if (file.size() < 0) return name + " has a negative size";
+    if (!IsSha256Hex(file.sha256())) return name + " has no SHA-256 of 64 lower-case hex digits";
+  }
+  return "";
+}
+
+std::vector<JobKind::OutputFile> OutputFilesOf(
+    const std::string& path, const google::protobuf::RepeatedPtrField<v1::FileEntry>& files) {
+  std::vector<JobKind::OutputFile> out;
+  for (const v1::FileEntry& file : files) out.push_back({path + "/" + file.name(), file.size()});
+  return out;
+}
+
+absl::Status AuditFolders(SqliteConnection& db, const JobKind& kind,
+                          std::vector<std::string>& violations) {
+  SqliteQuery results(db,
+                      "SELECT r.work_key, r.bytes, r.fence FROM results AS r WHERE r.stage = ?1"
+                      " AND r.bytes IS NOT NULL",
+                      kind.name());
+  while (results.Next()) {
+    const std::string name = HexOf(results.Digest(0));
+    const auto stored = kind.FolderOf(results.Blob(1));
+    const std::string folder = StorePrefixOf(results.Digest(0)) + "/.attempt-" +
+                               std::to_string(static_cast<uint64_t>(results.Int(2)));
+    if (!stored || (stored->path + "/").compare(0, folder.size() + 1, folder + "/") != 0) {
+      violations.push_back("a result lies in the winner's folder: not " + name);
+      continue;
+    }
+    ASSIGN_OR_RETURN(
+        const auto swept,
+        db.Integer("SELECT 1 FROM litter WHERE path = ?1 OR path = ?2"
+                   " UNION ALL SELECT 1 FROM kept_folders WHERE path = ?1 OR path = ?2",
+                   folder, stored->path));
+    if (swept) violations.push_back("a published result is not litter: not " + name);
+  }
+  return results.status();
+}
+
+}  // namespace parallax

@@ -1,0 +1,76 @@
+// What workers that train and evaluate answer.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "coordinator/queue/job_queue.h"
+#include "parallax/v1/train.pb.h"
+
+namespace parallax {
+
+inline WorkerFacts Trainer(const std::string& name) {
+  return {.name = name, .kinds = {"train"}, .memory_mb = 8000};
+}
+inline WorkerFacts Evaluator(const std::string& name) {
+  return {.name = name, .kinds = {"evaluate"}, .memory_mb = 8000};
+}
+inline v1::TrainJob TrainJobOf(const v1::Lease& lease) {
+  v1::TrainJob job;
+  job.ParseFromString(lease.spec());
+  return job;
+}
+inline v1::EvaluateJob EvaluateJobOf(const v1::Lease& lease) {
+  v1::EvaluateJob job;
+  job.ParseFromString(lease.spec());
+  return job;
+}
+inline std::string AttemptFolderOf(const v1::Lease& lease) {
+  return lease.store_prefix() + "/.attempt-" + std::to_string(lease.attempt().fence());
+}
+
+template <typename Result>
+v1::CompleteRequest AnswerWith(const v1::Lease& lease, const std::string& worker, Result result) {
+  v1::CompleteRequest request;
+  *request.mutable_attempt() = lease.attempt();
+  request.set_worker(worker);
+  request.set_kind(lease.kind());
+  request.set_result(result.SerializeAsString());
+  return request;
+}
+
+inline v1::CompleteRequest TrainAnswer(const v1::Lease& lease, const std::string& worker,
+                                       const std::vector<int64_t>& steps = {100}) {
+  v1::TrainResult result;
+  result.set_path(AttemptFolderOf(lease));
+  for (const int64_t step : steps) {
+    const std::string name = "step-" + std::to_string(step) + ".pt";
+    v1::FileEntry* file = result.add_files();
+    file->set_name(name);
+    file->set_size(10);
+    file->set_sha256(std::string(64, 'b'));
+    v1::TrainedCheckpoint* checkpoint = result.add_checkpoints();
+    checkpoint->set_name(name);
+    checkpoint->set_step(step);
+  }
+  result.set_loss(1.5);
+  result.set_train_s(3);
+  result.set_pairs(4);
+  return AnswerWith(lease, worker, result);
+}
+
+inline v1::CompleteRequest EvaluateAnswer(const v1::Lease& lease, const std::string& worker) {
+  v1::EvaluateResult result;
+  result.set_path(AttemptFolderOf(lease));
+  v1::FileEntry* file = result.add_files();
+  file->set_name("scores.jsonl");
+  file->set_size(10);
+  file->set_sha256(std::string(64, 'c'));
+  result.set_pairs(1);
+  result.set_metric("bad-2 all");
+  result.set_value(12.5);
+  result.set_predict_s(2);
+  return AnswerWith(lease, worker, result);
+}
+
+}  // namespace parallax

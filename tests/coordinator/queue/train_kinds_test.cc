@@ -1,0 +1,460 @@
+// Trainings and evaluations: which jobs a study has, what they wait for, what workers are told,
+// which results are right, and whose work is equal.
+#include "common/config/training.h"
+#include "parallax/v1/train.pb.h"
+#include "queue_fixture.h"
+#include "train_answers.h"
+
+namespace parallax {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+using testing::UnorderedElementsAre;
+
+class TrainKindsTest : public QueueTest {
+ protected:
+  static v1::SubmitRequest Request(const StudyOptions& options = {.variants = {"wide", "narrow"}}) {
+    v1::SubmitRequest request = MakeStudy(options);
+    request.mutable_study()->mutable_train()->set_seeds(1);
+    request.mutable_study()->mutable_train()->set_steps(100);
+    return request;
+  }
+  StudyId SubmitRequest(v1::SubmitRequest request) {
+    ResolveTraining(request.mutable_study());
+    const auto reply = queue_->Submit(request, "tester");
+    EXPECT_TRUE(reply.ok()) << reply.status();
+    return StudyId{reply.ok() ? reply->study_id() : 0};
+  }
+  // "narrow, seed 0: READY", of jobs of these kinds, by id.
+  std::vector<std::string> States(StudyId study, const std::string& kind) {
+    std::vector<v1::JobStatus> jobs = ListJobs(study);
+    std::sort(jobs.begin(), jobs.end(),
+              [](const auto& a, const auto& b) { return a.job_id() < b.job_id(); });
+    std::vector<std::string> states;
+    for (const v1::JobStatus& job : jobs) {
+      if (job.kind() == kind) states.push_back(job.label() + ": " + job.state());
+    }
+    return states;
+  }
+  void MakePairs() { WorkOff(AnyWorker("w")); }
+  // Its one training, done.
+  void TrainAll() {
+    for (const v1::Lease& lease : Lease(Trainer("t"), 100)) {
+      EXPECT_EQ(Complete(TrainAnswer(lease, "t")), v1::REPORT_OUTCOME_OK);
+    }
+  }
+  void EvaluateAll() {
+    for (const v1::Lease& lease : Lease(Evaluator("e"), 100)) {
+      EXPECT_EQ(Complete(EvaluateAnswer(lease, "e")), v1::REPORT_OUTCOME_OK);
+    }
+  }
+  v1::StudyState State(StudyId study) { return Status(study).state(); }
+};
+
+TEST_F(TrainKindsTest, ATrainingOfEachSetAndSeedWaitsForThePairsOfItsParts) {
+  v1::SubmitRequest request = Request();
+  request.mutable_study()->mutable_train()->set_seeds(2);
+  v1::Mixture* both = request.mutable_study()->mutable_train()->add_mixtures();
+  both->set_name("both");
+  both->add_parts()->set_variant("wide");
+  both->add_parts()->set_variant("narrow");
+  const StudyId study = SubmitRequest(request);
+  EXPECT_THAT(
+      States(study, "train"),
+      ElementsAre("wide, seed 0: BLOCKED", "narrow, seed 0: BLOCKED", "both, seed 0: BLOCKED",
+                  "wide, seed 1: BLOCKED", "narrow, seed 1: BLOCKED", "both, seed 1: BLOCKED"));
+  EXPECT_THAT(Lease(Trainer("t"), 9), IsEmpty());
+  // The first variant's pairs alone.
+  for (;;) {
+    const auto leases = Lease(AnyWorker("w"), 8);
+    if (leases.empty()) break;
+    for (const v1::Lease& lease : leases) {
+      if (lease.variant() == "narrow" && lease.kind() == "render") {
+        Fail(Failure(lease, "w", "later"));
+      } else {
+        Complete(Answer(lease, "w"));
+      }
+    }
+  }
+  EXPECT_THAT(
+      States(study, "train"),
+      ElementsAre("wide, seed 0: READY", "narrow, seed 0: BLOCKED", "both, seed 0: BLOCKED",
+                  "wide, seed 1: READY", "narrow, seed 1: BLOCKED", "both, seed 1: BLOCKED"));
+  ExpectSound();
+  clock_.Advance(1000);
+  Tick();
+  MakePairs();
+  const auto leases = Lease(Trainer("t"), 9);
+  ASSERT_THAT(leases, SizeIs(6));
+  EXPECT_EQ(leases[0].label(), "wide, seed 0") << "the first seed of all sets comes first";
+  EXPECT_EQ(leases[2].label(), "both, seed 0");
+  EXPECT_EQ(State(study), v1::STUDY_STATE_RUNNING) << "its trainings are still to be done";
+  for (const v1::Lease& lease : leases) {
+    EXPECT_EQ(Complete(TrainAnswer(lease, "t")), v1::REPORT_OUTCOME_OK);
+  }
+  EXPECT_EQ(State(study), v1::STUDY_STATE_SUCCEEDED);
+}
+
+TEST_F(TrainKindsTest, AWorkerIsToldTheFoldersOfAllPairs) {
+  v1::SubmitRequest request = Request({.pairs = 5, .rigs_per_scene = 2, .variants = {"wide"}});
+  v1::TrainSpec& train = *request.mutable_study()->mutable_train();
+  train.set_width_px(64);
+  train.set_height_px(32);
+  train.set_batch(3);
+  train.set_threads(4);
+  SubmitRequest(request);
+  MakePairs();
+  const v1::Lease lease = LeaseOne(Trainer("t"));
+  const v1::TrainJob job = TrainJobOf(lease);
+  EXPECT_EQ(job.name(), "wide");
+  EXPECT_EQ(job.trainer(), "builtin");
+  EXPECT_EQ(job.steps(), 100);
+  EXPECT_EQ(job.width_px(), 64);
+  EXPECT_EQ(job.height_px(), 32);
+  EXPECT_EQ(job.batch(), 3);
+  EXPECT_EQ(job.threads(), 4);
+  EXPECT_EQ(job.share(), 1);
+  EXPECT_EQ(job.checkpoints(), 1);
+  EXPECT_EQ(job.resume_folder(), lease.store_prefix());
+  ASSERT_EQ(job.parts_size(), 1);
+  EXPECT_EQ(job.parts(0).variant(), "wide");
+  std::vector<std::pair<uint32_t, std::vector<uint32_t>>> seen;
+  for (const v1::FrameFolder& folder : job.parts(0).folders()) {
+    EXPECT_THAT(folder.folder(), HasSubstr("/.attempt-"));
+    seen.push_back({folder.scene(), {folder.rigs().begin(), folder.rigs().end()}});
+  }
+  using Rigs = std::vector<uint32_t>;
+  EXPECT_THAT(seen, ElementsAre(std::pair(0u, Rigs{0, 1}), std::pair(1u, Rigs{0, 1}),
+                                std::pair(2u, Rigs{0})));
+  // They are where the pairs are.
+  const auto frames = Frames(StudyId{1});
+  EXPECT_EQ(frames[0].frame().path(), job.parts(0).folders(0).folder() + "/000");
+  Complete(TrainAnswer(lease, "t"));
+}
+
+TEST_F(TrainKindsTest, EvaluationsWaitForTheirNetworkAndBaselinesForNothing) {
+  v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
+  v1::EvaluateSpec& evaluate = *request.mutable_study()->mutable_evaluate();
+  evaluate.add_benchmarks("shipped");
+  evaluate.add_benchmarks("eth3d");
+  evaluate.add_baselines("sgbm");
+  const StudyId study = SubmitRequest(request);
+  EXPECT_THAT(States(study, "evaluate"),
+              ElementsAre("wide, seed 0 on shipped: BLOCKED", "wide, seed 0 on eth3d: BLOCKED",
+                          "sgbm on shipped: READY", "sgbm on eth3d: READY"));
+  const v1::EvaluateJob baseline = EvaluateJobOf(LeaseOne(Evaluator("e")));
+  EXPECT_EQ(baseline.trainer(), "sgbm");
+  EXPECT_EQ(baseline.name(), "");
+  EXPECT_FALSE(baseline.has_seed());
+  EXPECT_FALSE(baseline.has_checkpoint());
+  ASSERT_TRUE(queue_->WorkerLost("e").ok());
+  MakePairs();
+  const v1::Lease training = LeaseOne(Trainer("t"));
+  Complete(TrainAnswer(training, "t"));
+  const auto leases = Lease(Evaluator("f"), 9);
+  ASSERT_THAT(leases, SizeIs(4));
+  const v1::EvaluateJob job = EvaluateJobOf(leases[0]);
+  EXPECT_EQ(leases[0].label(), "wide, seed 0 on shipped");
+  EXPECT_EQ(job.name(), "wide");
+  EXPECT_EQ(job.trainer(), "builtin");
+  EXPECT_EQ(job.seed(), 0u);
+  EXPECT_TRUE(job.has_seed());
+  EXPECT_EQ(job.benchmark(), "shipped");
+  EXPECT_EQ(job.step(), 100);
+  EXPECT_EQ(job.checkpoint_path(), AttemptFolderOf(training) + "/step-100.pt");
+  EXPECT_EQ(job.checkpoint().size(), 10);
+  EXPECT_EQ(State(study), v1::STUDY_STATE_RUNNING);
+  for (const v1::Lease& lease : leases) Complete(EvaluateAnswer(lease, "f"));
+  EXPECT_EQ(State(study), v1::STUDY_STATE_SUCCEEDED);
+}
+
+TEST_F(TrainKindsTest, HeldOutPairsAreABenchmarkThatNothingIsTrainedOn) {
+  v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
+  v1::EvaluateSpec& evaluate = *request.mutable_study()->mutable_evaluate();
+  evaluate.set_heldout_pairs(3);
+  evaluate.add_group_by("class");
+  const StudyId study = SubmitRequest(request);
+  EXPECT_THAT(States(study, "train"), ElementsAre("wide, seed 0: BLOCKED"));
+  EXPECT_THAT(States(study, "evaluate"), ElementsAre("wide, seed 0 on heldout: BLOCKED"));
+  MakePairs();
+  // Of other seeds: no scene of one is one of the other.
+  std::map<std::string, std::set<std::string>> paths;
+  for (const v1::PublishedFrame& frame : Frames(study)) {
+    paths[frame.variant()].insert(frame.frame().path());
+  }
+  EXPECT_THAT(paths["wide"], SizeIs(2));
+  EXPECT_THAT(paths["heldout"], SizeIs(3));
+  for (const std::string& path : paths["heldout"]) EXPECT_EQ(paths["wide"].count(path), 0u);
+  TrainAll();
+  const v1::EvaluateJob job = EvaluateJobOf(LeaseOne(Evaluator("e")));
+  EXPECT_EQ(job.heldout().variant(), "heldout");
+  int rigs = 0;
+  for (const v1::FrameFolder& folder : job.heldout().folders()) rigs += folder.rigs_size();
+  EXPECT_EQ(rigs, 3);
+  EXPECT_THAT(job.group_by(), ElementsAre("class"));
+}
+
+TEST_F(TrainKindsTest, EachCheckpointIsEvaluatedSpreadEvenlyUpToTheLast) {
+  v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
+  v1::EvaluateSpec& evaluate = *request.mutable_study()->mutable_evaluate();
+  evaluate.add_benchmarks("shipped");
+  evaluate.set_checkpoints(3);
+  const StudyId study = SubmitRequest(request);
+  MakePairs();
+  const v1::Lease training = LeaseOne(Trainer("t"));
+  EXPECT_EQ(TrainJobOf(training).checkpoints(), 3);
+  v1::CompleteRequest answer = TrainAnswer(training, "t", {30, 70, 100});
+  // One more than asked for.
+  EXPECT_THAT(
+      std::string(queue_->Complete(TrainAnswer(training, "t", {1, 2, 3, 4})).status().message()),
+      HasSubstr("4 checkpoints, wanted at most 3"));
+  clock_.Advance(1000);
+  Tick();
+  Complete(TrainAnswer(LeaseOne(Trainer("t")), "t", {30, 70, 100}));
+  std::vector<int64_t> steps;
+  for (const v1::Lease& lease : Lease(Evaluator("e"), 9)) {
+    steps.push_back(EvaluateJobOf(lease).step());
+    Complete(EvaluateAnswer(lease, "e"));
+  }
+  EXPECT_THAT(steps, ElementsAre(30, 70, 100));
+  EXPECT_THAT(States(study, "evaluate"),
+              ElementsAre("wide, seed 0 on shipped, checkpoint 1 of 3: SUCCEEDED",
+                          "wide, seed 0 on shipped, checkpoint 2 of 3: SUCCEEDED",
+                          "wide, seed 0 on shipped, checkpoint 3 of 3: SUCCEEDED"));
+}
+
+// ---- Whose work is equal
+TEST_F(TrainKindsTest, TheSameDataTrainerAndSeedAreTrainedOnceAcrossStudies) {
+  v1::SubmitRequest request = Request({.name = "first", .pairs = 2, .variants = {"wide"}});
+  request.mutable_study()->mutable_evaluate()->add_benchmarks("shipped");
+  SubmitRequest(request);
+  MakePairs();
+  TrainAll();
+  EvaluateAll();
+  // Other names, and one benchmark more.
+  request.mutable_study()->set_name("second");
+  request.mutable_study()->mutable_variants(0)->set_name("other");
+  request.mutable_study()->mutable_evaluate()->add_benchmarks("eth3d");
+  const StudyId second = SubmitRequest(request);
+  EXPECT_THAT(States(second, "train"), ElementsAre("other, seed 0: SUCCEEDED"));
+  EXPECT_THAT(States(second, "evaluate"),
+              ElementsAre("other, seed 0 on shipped: SUCCEEDED", "other, seed 0 on eth3d: READY"));
+  EXPECT_EQ(EvaluateJobOf(LeaseOne(Evaluator("e"))).step(), 100);
+}
+
+TEST_F(TrainKindsTest, WhatDecidesANetworkIsInItsKeyAndNamesAreNot) {
+  const auto prefix_of = [&](const std::function<void(v1::StudySpec&)>& change) {
+    static int number = 0;
+    v1::SubmitRequest request =
+        Request({.name = "s" + std::to_string(number++), .pairs = 2, .variants = {"wide"}});
+    change(*request.mutable_study());
+    SubmitRequest(request);
+    MakePairs();
+    const v1::Lease lease = LeaseOne(Trainer("t" + std::to_string(number)));
+    EXPECT_TRUE(queue_->Cancel(StudyId{number}, "", "tester").ok());
+    return lease.store_prefix();
+  };
+  const auto mixture = [](v1::StudySpec& study) -> v1::Mixture& {
+    study.mutable_train()->set_only_mixtures(true);
+    v1::Mixture* mixture = study.mutable_train()->add_mixtures();
+    mixture->set_name("m");
+    mixture->add_parts()->set_variant(study.variants(0).name());
+    return *mixture;
+  };
+  const std::string plain = prefix_of([](auto&) {});
+  const struct {
+    const char* name;
+    bool same;
+    std::function<void(v1::StudySpec&)> change;
+  } cases[] = {
+      {"variant's name", true, [](auto& s) { s.mutable_variants(0)->set_name("x"); }},
+      {"a mixture of it alone", true, [&](auto& s) { mixture(s); }},
+      {"weight of the only part", true,
+       [&](auto& s) { mixture(s).mutable_parts(0)->set_weight(7); }},
+      {"needs", true, [](auto& s) { s.mutable_train()->mutable_needs()->set_memory_mb(1); }},
+      {"study's seed, as the variant's own", true,
+       [](auto& s) { s.mutable_variants(0)->set_seed(s.seed()); }},
+      {"study's seed", false, [](auto& s) { s.set_seed(2); }},
+      {"variant's seed", false, [](auto& s) { s.mutable_variants(0)->set_seed(2); }},
+      {"pairs", false, [](auto& s) { s.set_pairs(3); }},
+      {"rigs per scene", false, [](auto& s) { s.set_rigs_per_scene(1); }},
+      {"config", false,
+       [](auto& s) {
+         s.mutable_variants(0)->mutable_config()->mutable_render()->set_samples_per_pixel(8);
+       }},
+      {"filters", false,
+       [](auto& s) {
+         s.mutable_variants(0)->mutable_config()->mutable_filters()->set_min_depth_m(1);
+       }},
+      {"steps", false, [](auto& s) { s.mutable_train()->set_steps(101); }},
+      {"threads", false, [](auto& s) { s.mutable_train()->set_threads(1); }},
+      {"batch", false, [](auto& s) { s.mutable_train()->set_batch(1); }},
+      {"trainer", false, [](auto& s) { s.mutable_train()->set_trainer("other"); }},
+      {"share", false, [&](auto& s) { mixture(s).set_share(0.5); }},
+      {"mismatched", false, [&](auto& s) { mixture(s).set_mismatched(true); }},
+      {"curated", false, [&](auto& s) { mixture(s).set_curated(true); }},
+      {"checkpoints", false,
+       [](auto& s) {
+         s.mutable_evaluate()->add_benchmarks("shipped");
+         s.mutable_evaluate()->set_checkpoints(2);
+       }},
+  };
+  for (const auto& c : cases) EXPECT_EQ(prefix_of(c.change) == plain, c.same) << c.name;
+}
+
+TEST_F(TrainKindsTest, EqualTrainingsOfTwoStudiesAreDoneByOneWorkerAtATime) {
+  SubmitRequest(Request({.name = "first", .pairs = 2, .variants = {"wide"}}));
+  const StudyId second = SubmitRequest(Request({.name = "second", .pairs = 2, .variants = {"x"}}));
+  MakePairs();
+  const v1::Lease lease = LeaseOne(Trainer("t"));
+  EXPECT_THAT(Lease(Trainer("u"), 4), IsEmpty());
+  EXPECT_THAT(States(second, "train"), ElementsAre("x, seed 0: BLOCKED"));
+  Complete(TrainAnswer(lease, "t"));
+  EXPECT_THAT(States(second, "train"), ElementsAre("x, seed 0: SUCCEEDED"));
+}
+
+// ---- Which results are right
+TEST_F(TrainKindsTest, WrongResultsAreRefused) {
+  options_.retry.max_app_failures = 100;
+  options_.retry.quarantine_workers = 100;
+  options_.retry.backoff_max_s = options_.retry.backoff_min_s = 1;
+  Reopen();
+  SubmitRequest(Request({.pairs = 2, .variants = {"wide"}}));
+  MakePairs();
+  const struct {
+    std::function<void(v1::TrainResult&)> breaks;
+    const char* want;
+  } cases[] = {
+      {[](auto& r) { r.set_path("../x"); }, "path '../x' leaves the store"},
+      {[](auto& r) { r.set_path("ab/cd/.attempt-1"); }, "wanted a folder under '"},
+      {[](auto& r) { r.clear_files(); }, "no files"},
+      {[](auto& r) { r.mutable_files(0)->set_name("../a"); }, "'../a' leaves its folder"},
+      {[](auto& r) { *r.add_files() = r.files(0); }, "is named twice"},
+      {[](auto& r) { r.mutable_files(0)->set_size(-1); }, "has a negative size"},
+      {[](auto& r) { r.mutable_files(0)->set_sha256("AA"); }, "has no SHA-256"},
+      {[](auto& r) { r.clear_checkpoints(); }, "no checkpoints"},
+      {[](auto& r) { r.mutable_checkpoints(0)->set_name("x.pt"); },
+       "checkpoint 'x.pt' is not among its files"},
+      {[](auto& r) { r.mutable_checkpoints(0)->set_step(0); },
+       "a checkpoint of step 0 after one of step 0"},
+      {[](auto& r) { r.set_loss(std::nan("")); }, "a loss that is not finite"},
+      {[](auto& r) { r.set_train_s(-1); }, "a negative time"},
+      {[](auto& r) { r.set_pairs(0); }, "0 pairs trained on"},
+  };
+  for (const auto& c : cases) {
+    const v1::Lease lease = LeaseOne(Trainer("t"));
+    v1::CompleteRequest request = TrainAnswer(lease, "t");
+    v1::TrainResult result;
+    ASSERT_TRUE(result.ParseFromString(request.result()));
+    c.breaks(result);
+    request.set_result(result.SerializeAsString());
+    const auto outcome = queue_->Complete(request);
+    EXPECT_EQ(outcome.status().code(), absl::StatusCode::kInvalidArgument) << c.want;
+    EXPECT_THAT(std::string(outcome.status().message()), HasSubstr(c.want));
+    clock_.Advance(100);
+    Tick();
+  }
+}
+
+TEST_F(TrainKindsTest, WrongScoresAreRefused) {
+  options_.retry.max_app_failures = 100;
+  options_.retry.quarantine_workers = 100;
+  options_.retry.backoff_max_s = options_.retry.backoff_min_s = 1;
+  Reopen();
+  v1::SubmitRequest request = MakeStudy({.pairs = 2});
+  request.mutable_study()->mutable_evaluate()->add_benchmarks("shipped");
+  request.mutable_study()->mutable_evaluate()->add_baselines("sgbm");
+  SubmitRequest(request);
+  const struct {
+    std::function<void(v1::EvaluateResult&)> breaks;
+    const char* want;
+  } cases[] = {
+      {[](auto& r) { r.mutable_files(0)->set_name("x"); }, "no file scores.jsonl"},
+      {[](auto& r) { r.set_pairs(0); }, "0 pairs scored"},
+      {[](auto& r) { r.set_metric(""); }, "a metric without a plain name"},
+      {[](auto& r) { r.set_metric("a\nb"); }, "a metric without a plain name"},
+      {[](auto& r) { r.set_value(std::nan("")); }, "a value that is not finite"},
+      {[](auto& r) { r.set_predict_s(-1); }, "a negative time"},
+      {[](auto& r) { r.set_path("a"); }, "wanted a folder under '"},
+  };
+  for (const auto& c : cases) {
+    v1::CompleteRequest answer = EvaluateAnswer(LeaseOne(Evaluator("e")), "e");
+    v1::EvaluateResult result;
+    ASSERT_TRUE(result.ParseFromString(answer.result()));
+    c.breaks(result);
+    answer.set_result(result.SerializeAsString());
+    EXPECT_THAT(std::string(queue_->Complete(answer).status().message()), HasSubstr(c.want));
+    clock_.Advance(100);
+    Tick();
+  }
+}
+
+// ---- Who gets them
+TEST_F(TrainKindsTest, OnlyAWorkerWithWhatATrainingNeedsGetsIt) {
+  v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
+  v1::JobNeeds& needs = *request.mutable_study()->mutable_train()->mutable_needs();
+  needs.set_gpus(1);
+  needs.set_memory_mb(4000);
+  needs.add_tags("fast");
+  SubmitRequest(request);
+  MakePairs();
+  WorkerFacts worker = Trainer("t");
+  worker.memory_mb = 4000;
+  worker.tags = {"fast"};
+  EXPECT_THAT(Lease(worker, 1), IsEmpty()) << "without a GPU";
+  worker.tags = {"gpu"};
+  EXPECT_THAT(Lease(worker, 1), IsEmpty());
+  worker.tags = {"fast", "gpu"};
+  worker.memory_mb = 3999;
+  EXPECT_THAT(Lease(worker, 1), IsEmpty());
+  worker.memory_mb = 4000;
+  EXPECT_THAT(Lease(worker, 1), SizeIs(1));
+}
+
+// ---- Failures
+TEST_F(TrainKindsTest, AFailedTrainingFailsTheStudyAndARetryGoesOn) {
+  options_.retry.max_app_failures = 1;
+  Reopen();
+  v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
+  request.mutable_study()->mutable_evaluate()->add_benchmarks("shipped");
+  const StudyId study = SubmitRequest(request);
+  MakePairs();
+  Fail(Failure(LeaseOne(Trainer("t")), "t", "loss is NaN", false));
+  EXPECT_THAT(States(study, "train"), ElementsAre("wide, seed 0: FAILED"));
+  EXPECT_THAT(States(study, "evaluate"), ElementsAre("wide, seed 0 on shipped: CANCELLED"));
+  const v1::StudyStatus status = Status(study);
+  EXPECT_EQ(status.state(), v1::STUDY_STATE_FAILED);
+  ASSERT_GE(status.variants(0).problems_size(), 1);
+  EXPECT_THAT(status.variants(0).problems(0).error(), HasSubstr("loss is NaN"));
+  ASSERT_TRUE(queue_->Retry(study, "tester").ok());
+  EXPECT_EQ(State(study), v1::STUDY_STATE_RUNNING);
+  TrainAll();
+  EvaluateAll();
+  EXPECT_EQ(State(study), v1::STUDY_STATE_SUCCEEDED);
+}
+
+TEST_F(TrainKindsTest, CancellingEndsTrainingsAndTellsTheWorker) {
+  const StudyId study = SubmitRequest(Request({.pairs = 2, .variants = {"wide"}}));
+  MakePairs();
+  const v1::Lease lease = LeaseOne(Trainer("t"));
+  ASSERT_TRUE(queue_->Pause(study, "", "tester").ok());
+  ASSERT_TRUE(queue_->Cancel(study, "enough", "tester").ok());
+  EXPECT_THAT(States(study, "train"), ElementsAre("wide, seed 0: CANCELLED"));
+  EXPECT_EQ(Complete(TrainAnswer(lease, "t")), v1::REPORT_OUTCOME_CANCELLED);
+  EXPECT_EQ(State(study), v1::STUDY_STATE_CANCELLED);
+}
+
+TEST_F(TrainKindsTest, APausedStudysTrainingsAreNotLeased) {
+  const StudyId study = SubmitRequest(Request({.pairs = 2, .variants = {"wide"}}));
+  MakePairs();
+  ASSERT_TRUE(queue_->Pause(study, "", "tester").ok());
+  EXPECT_THAT(Lease(Trainer("t"), 1), IsEmpty());
+  ASSERT_TRUE(queue_->Resume(study, "", "tester").ok());
+  EXPECT_THAT(Lease(Trainer("t"), 1), SizeIs(1));
+}
+
+}  // namespace
+}  // namespace parallax

@@ -231,8 +231,9 @@ TEST_F(WaitsTest, AnUnknownKindIsAnErrorEverywhere) {
   report.set_kind("bake");
   const auto outcome = queue_->Complete(report);
   EXPECT_EQ(outcome.status().code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_THAT(std::string(outcome.status().message()),
-              HasSubstr("unknown kind of job 'bake'; there are: solve, render, train, evaluate, noop"));
+  EXPECT_THAT(
+      std::string(outcome.status().message()),
+      HasSubstr("unknown kind of job 'bake'; there are: solve, render, train, evaluate, noop"));
   plan = [](WorkDesk& desk, const v1::StudySpec&, std::span<const int64_t> variants) {
     return desk.AddJob({.kind = "bake", .variant = variants[0]}).status();
   };

@@ -1,11 +1,14 @@
-// What workers that train and evaluate answer.
+// What tests of trainings and evaluations share: studies, and what their workers answer.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
+#include "common/config/training.h"
 #include "coordinator/queue/job_queue.h"
 #include "parallax/v1/train.pb.h"
+#include "queue_fixture.h"
 
 namespace parallax {
 
@@ -72,5 +75,45 @@ inline v1::CompleteRequest EvaluateAnswer(const v1::Lease& lease, const std::str
   result.set_predict_s(2);
   return AnswerWith(lease, worker, result);
 }
+
+class TrainQueueTest : public QueueTest {
+ protected:
+  static v1::SubmitRequest Request(const StudyOptions& options = {.variants = {"wide", "narrow"}}) {
+    v1::SubmitRequest request = MakeStudy(options);
+    request.mutable_study()->mutable_train()->set_seeds(1);
+    request.mutable_study()->mutable_train()->set_steps(100);
+    return request;
+  }
+  StudyId SubmitRequest(v1::SubmitRequest request) {
+    ResolveTraining(request.mutable_study());
+    const auto reply = queue_->Submit(request, "tester");
+    EXPECT_TRUE(reply.ok()) << reply.status();
+    return StudyId{reply.ok() ? reply->study_id() : 0};
+  }
+  // "narrow, seed 0: READY", of jobs of these kinds, by id.
+  std::vector<std::string> States(StudyId study, const std::string& kind) {
+    std::vector<v1::JobStatus> jobs = ListJobs(study);
+    std::sort(jobs.begin(), jobs.end(),
+              [](const auto& a, const auto& b) { return a.job_id() < b.job_id(); });
+    std::vector<std::string> states;
+    for (const v1::JobStatus& job : jobs) {
+      if (job.kind() == kind) states.push_back(job.label() + ": " + job.state());
+    }
+    return states;
+  }
+  void MakePairs() { WorkOff(AnyWorker("w")); }
+  // Its one training, done.
+  void TrainAll() {
+    for (const v1::Lease& lease : Lease(Trainer("t"), 100)) {
+      EXPECT_EQ(Complete(TrainAnswer(lease, "t")), v1::REPORT_OUTCOME_OK);
+    }
+  }
+  void EvaluateAll() {
+    for (const v1::Lease& lease : Lease(Evaluator("e"), 100)) {
+      EXPECT_EQ(Complete(EvaluateAnswer(lease, "e")), v1::REPORT_OUTCOME_OK);
+    }
+  }
+  v1::StudyState State(StudyId study) { return Status(study).state(); }
+};
 
 }  // namespace parallax

@@ -306,8 +306,8 @@ TEST_F(TrainKindsTest, WrongResultsAreRefused) {
       {[](auto& r) { r.set_pairs(0); }, "0 pairs trained on"},
   };
   for (const auto& c : cases) {
-    const v1::Lease lease = LeaseOne(Trainer("t"));
-    v1::CompleteRequest request = TrainAnswer(lease, "t");
+    const std::string worker = std::string("t") + std::to_string(&c - cases);
+    v1::CompleteRequest request = TrainAnswer(LeaseOne(Trainer(worker)), worker);
     v1::TrainResult result;
     ASSERT_TRUE(result.ParseFromString(request.result()));
     c.breaks(result);

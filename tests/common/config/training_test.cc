@@ -175,7 +175,7 @@ TEST(Training, EachWrongValueIsToldAlikeForFilesAndMessages) {
       {"train: {stpes: 3}", "s.yaml:11: train.stpes: no such field, did you mean steps? ..."},
       {"train: {steps: -1}", "s.yaml:11: train.steps: -1 is out of range, allowed 0 to 100000000"},
       {"train: {seeds: 0}", "s.yaml:11: train.seeds: 0 is out of range, allowed 1 to 100"},
-      {"train: {trainer: ../x}", "s.yaml:11: train.trainer: \"../x\" is not a name ..."},
+      {"train: {trainer: ../x}", "s.yaml:11: train.trainer: \"../x\" is not a name, ..."},
       {"train:\n  steps: 3\n  minutes: 1",
        "s.yaml:13: train.minutes: both steps and minutes, allowed is one: steps follow from "
        "minutes"},

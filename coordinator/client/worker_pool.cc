@@ -11,11 +11,12 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <limits>
 #include <thread>
+
+#include "common/base/child_process.h"
 
 namespace parallax::client {
 namespace {
@@ -35,14 +36,6 @@ double SecondsOf(const timeval& time) {
 // After the n-th crash in a row of one child.
 double PauseAfter(int crashes) {
   return std::min(5.0, 0.25 * static_cast<double>(1 << std::min(crashes, 8)));
-}
-
-std::string DescribeExit(int wait_status) {
-  if (WIFSIGNALED(wait_status)) {
-    return std::string("killed by signal ") + std::to_string(WTERMSIG(wait_status)) + " (" +
-           strsignal(WTERMSIG(wait_status)) + ")";
-  }
-  return "exit status " + std::to_string(WEXITSTATUS(wait_status));
 }
 
 std::vector<std::string> TailOf(const std::string& path, size_t lines) {

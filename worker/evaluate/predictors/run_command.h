@@ -19,10 +19,10 @@ struct CommandOptions {
   std::function<void()> poll = [] {};  // Called a few times a second while it runs.
 };
 
-// Waits until the command has ended. The child is the leader of a process group, which is killed
-// with it, and also when this process dies. Errors: kInternal for another exit status than 0,
-// kAborted when a signal killed it (kernel's out-of-memory killer included), kDeadlineExceeded,
-// kCancelled; each with the log's last lines. As open(2) and fork(2).
+// Waits until the command has ended. All that it started is killed with it, and also when this
+// process dies; see ChildProcess. Errors: kInternal for another exit status than 0, kAborted when a
+// signal killed it (kernel's out-of-memory killer included), kDeadlineExceeded, kCancelled; each
+// with the log's last lines. As ChildProcess::Start.
 absl::Status RunCommand(const CommandOptions& options);
 
 // The last `lines` lines of a file, for messages; "" when it can't be read.

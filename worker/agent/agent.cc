@@ -219,6 +219,7 @@ class AgentImpl final : public Agent {
       *progress.mutable_attempt() = run.attempt;
       progress.set_fraction(run.fraction);
       progress.set_stage(run.stage);
+      progress.mutable_figures()->insert(run.figures.begin(), run.figures.end());
     }
     for (const v1::AttemptId& attempt : reports_.Pending(coordinator_id_)) {
       v1::Progress& progress = held.emplace_back();

@@ -38,7 +38,9 @@ absl::StatusOr<AttemptFolder> AttemptFolders::Of(const v1::Lease& lease) const {
   const std::string fence = std::to_string(lease.attempt().fence());
   folder.path = lease.store_prefix() + "/.attempt-" + fence;
   RETURN_IF_ERROR(CheckStorePath(folder.path));
+  folder.scratch = options_.staging + "/" + fence + ".work";
   if (store_ != nullptr) {
+    folder.store = store_;
     const absl::StatusOr<std::string> local = store_->LocalPath(folder.path);
     if (local.ok()) {
       folder.dir = *local;
@@ -47,6 +49,7 @@ absl::StatusOr<AttemptFolder> AttemptFolders::Of(const v1::Lease& lease) const {
     folder.send_to = store_;
   } else {
     folder.send_to = MakeRemoteStore(channel_, {options_.worker, lease.attempt()});
+    folder.store = folder.send_to;
   }
   folder.dir = options_.staging + "/" + fence;
   return folder;

@@ -1,10 +1,15 @@
 #include "worker/agent/failure.h"
 
+#include "absl/strings/cord.h"
+
 namespace parallax {
 namespace {
 
 constexpr size_t kMaxErrorBytes = 1000;
 constexpr size_t kMaxFingerprintBytes = 200;
+constexpr size_t kTailLines = 200;
+constexpr size_t kMaxTailBytes = 16 << 10;
+constexpr char kLogTail[] = "parallax/log-tail";  // Of a status's payload.
 
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 
@@ -31,6 +36,26 @@ std::string WithoutNumbers(std::string_view text) {
 }
 
 }  // namespace
+
+absl::Status WithLogTail(absl::Status status, std::string_view log) {
+  while (!log.empty() && log.back() == '\n') log.remove_suffix(1);
+  size_t from = log.size();
+  for (size_t lines = 0; from > 0 && log.size() - from < kMaxTailBytes; --from) {
+    if (log[from - 1] == '\n' && ++lines == kTailLines) break;
+  }
+  std::string tail(log.substr(from));
+  // Messages carry UTF-8 only, and programs print what they like.
+  for (char& c : tail) {
+    if (static_cast<unsigned char>(c) >= 0x80 || (c < ' ' && c != '\n' && c != '\t')) c = '?';
+  }
+  if (!tail.empty()) status.SetPayload(kLogTail, absl::Cord(ToAbsl(tail)));
+  return status;
+}
+
+std::string LogTailOf(const absl::Status& status) {
+  const absl::optional<absl::Cord> tail = status.GetPayload(kLogTail);
+  return tail.has_value() ? std::string(*tail) : "";
+}
 
 bool IsRetryable(absl::StatusCode code) {
   switch (code) {

@@ -15,6 +15,12 @@ struct Failure {
   bool retryable = false;   // Another try, perhaps elsewhere, may succeed.
 };
 
+// `status` with the end of a program's log for the coordinator: its last 200 lines, at most 16 kB.
+// Errors: `status` itself.
+absl::Status WithLogTail(absl::Status status, std::string_view log);
+// Empty if there is none.
+std::string LogTailOf(const absl::Status& status);
+
 // `status` is not OK. `place` says where it happened: "solve", "render/trace".
 Failure DescribeFailure(const absl::Status& status, std::string_view place);
 

@@ -2,7 +2,9 @@
 // real ones, tests have others.
 #pragma once
 
+#include <concepts>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -15,8 +17,22 @@ namespace parallax {
 
 class Store;
 
-// Fraction in [0, 1] and the stage at hand. May be called from any thread, as often as one likes.
-using JobProgressFn = std::function<void(double fraction, std::string_view stage)>;
+// Numbers that a long job tells of itself: "step", "loss", "eta_s"... At most 8.
+using JobFigures = std::map<std::string, double>;
+
+// Tells a fraction in [0, 1] and the stage at hand. May be called from any thread, as often as one
+// likes.
+class JobProgressFn {
+ public:
+  template <std::invocable<double, std::string_view, const JobFigures&> Function>
+  JobProgressFn(Function tell) : tell_(std::move(tell)) {}
+  void operator()(double fraction, std::string_view stage, const JobFigures& figures = {}) const {
+    tell_(fraction, stage, figures);
+  }
+
+ private:
+  std::function<void(double, std::string_view, const JobFigures&)> tell_;
+};
 
 // Where an attempt writes.
 struct AttemptFolder {
@@ -24,6 +40,11 @@ struct AttemptFolder {
   std::string path;  // The same in the store: "<store_prefix>/.attempt-<fence>".
   // Null: `dir` is in the store. Else `dir` is a staging folder, and the agent sends what is in it.
   std::shared_ptr<Store> send_to = nullptr;
+  // The store itself, to read what other jobs left, and to put files below `path` while the job
+  // runs. Null only for kinds that write nothing.
+  std::shared_ptr<Store> store = nullptr;
+  // A local folder of this attempt alone, not yet made; gone when the attempt has ended.
+  std::string scratch = "";
 };
 
 // A file that an attempt has written.
@@ -36,18 +57,21 @@ struct OutputFile {
 struct JobOutcome {
   std::string result;             // The kind's own message, as its coordinator side parses it.
   std::vector<OutputFile> files;  // All that is to be kept of the folder. Durable.
+  double children_cpu_s = 0;      // Used by programs that it ran.
 };
 
 class JobHandler {
  public:
-  // `kind` is the coordinator's name of it.
-  JobHandler(std::string kind, bool writes_output)
-      : kind_(std::move(kind)), writes_output_(writes_output) {}
+  // `kind` is the coordinator's name of it. `resumes`: what an attempt put into the store stays
+  // there when it fails or stops, because the next one goes on from it.
+  JobHandler(std::string kind, bool writes_output, bool resumes = false)
+      : kind_(std::move(kind)), writes_output_(writes_output), resumes_(resumes) {}
   virtual ~JobHandler() = default;
 
   const std::string& kind() const { return kind_; }
   // Whether attempts write files; without, the worker needs no store.
   bool writes_output() const { return writes_output_; }
+  bool resumes() const { return resumes_; }
 
   // Does the job that `spec` describes, the message of the kind's coordinator side. Called from as
   // many threads at a time as the worker has slots. Returns soon after `cancel`, with any error.
@@ -59,6 +83,7 @@ class JobHandler {
  private:
   const std::string kind_;
   const bool writes_output_;
+  const bool resumes_;
 };
 
 // One handler a kind.

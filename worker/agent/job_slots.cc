@@ -42,6 +42,7 @@ struct Run {
   StopCause stop = StopCause::kNone;
   double fraction = 0;
   std::string stage;
+  JobFigures figures;
   SteadyTime progressed{};  // When it last told its progress.
   double cpu_s = 0;
   bool working = false;
@@ -151,8 +152,8 @@ class JobSlots::Impl {
       const double idle_s =
           run->working ? std::chrono::duration<double>(clock_.Steady() - run->progressed).count()
                        : 0;
-      running.push_back({run->lease.attempt(), run->stop, run->fraction, run->stage, idle_s,
-                         !run->working, RemainingSeconds(*run)});
+      running.push_back({run->lease.attempt(), run->stop, run->fraction, run->stage, run->figures,
+                         idle_s, !run->working, RemainingSeconds(*run)});
     }
     return running;
   }
@@ -227,11 +228,13 @@ class JobSlots::Impl {
 
   // The handler's own errors and what escapes from the libraries under it.
   Outcome Perform(Run& run) {
-    const JobProgressFn progress = [this, &run](double fraction, std::string_view stage) {
+    const JobProgressFn progress = [this, &run](double fraction, std::string_view stage,
+                                                const JobFigures& figures) {
       const SteadyTime now = clock_.Steady();
       std::lock_guard lock(mu_);
       run.fraction = fraction;
       run.stage = stage;
+      run.figures = figures;
       run.progressed = now;
     };
     JobHandler* const handler = FindHandler(handlers_, run.lease.kind());
@@ -279,21 +282,13 @@ class JobSlots::Impl {
         if (!first) usual->second += kNewestWeighs * (wall_s - usual->second);
       }
       place = PlaceOf(run);
-      cpu_s = run.cpu_s;
+      cpu_s = run.cpu_s + (outcome.ok() ? outcome->children_cpu_s : 0);
     }
     // Work that was finished before it heard of the drain is worth reporting; the fence decides.
     const bool report =
         ended.stop == StopCause::kNone || (ended.stop == StopCause::kHandBack && outcome.ok());
     LogEnd(outcome, report, ended.stop, wall_s, cpu_s);
-    if (!outcome.ok() || !report) {
-      RemoveFolder(run);
-      // Best effort: the coordinator's janitor comes by later.
-      if (run.folder.send_to != nullptr) {
-        run.folder.send_to->RemoveTree(run.folder.path).IgnoreError();
-      }
-    } else if (run.folder.send_to != nullptr) {
-      RemoveFolder(run);  // All of it has been sent.
-    }
+    CleanUp(run, /*kept=*/outcome.ok() && report);
     if (report) {
       sink_(outcome.ok() ? CompleteReport(run, outcome, wall_s, cpu_s)
                          : FailReport(run, outcome.status(), place));
@@ -344,15 +339,22 @@ class JobSlots::Impl {
     fail.set_error(failure.error);
     fail.set_fingerprint(failure.fingerprint);
     fail.set_retryable(failure.retryable);
+    fail.set_log_tail(LogTailOf(status));
     return {std::move(fail)};
   }
 
-  // Of an attempt that will never be published (a full disk is a reason why attempts fail), or one
-  // that was only staged here.
-  static void RemoveFolder(const Run& run) {
-    if (run.folder.dir.empty()) return;
+  // Removes what nobody needs any more: working files, what was only staged here, and the output of
+  // an attempt that will never be published (a full disk is a reason why attempts fail).
+  void CleanUp(const Run& run, bool kept) const {
     std::error_code ignored;
-    std::filesystem::remove_all(run.folder.dir, ignored);
+    if (!run.folder.scratch.empty()) std::filesystem::remove_all(run.folder.scratch, ignored);
+    if (run.folder.dir.empty()) return;
+    const bool staged = run.folder.send_to != nullptr;
+    const JobHandler* const handler = FindHandler(handlers_, run.lease.kind());
+    const bool goes_on = !kept && handler != nullptr && handler->resumes();
+    if (staged || (!kept && !goes_on)) std::filesystem::remove_all(run.folder.dir, ignored);
+    // Best effort: the coordinator's janitor comes by later.
+    if (staged && !kept && !goes_on) run.folder.send_to->RemoveTree(run.folder.path).IgnoreError();
   }
 
   // Shares the CPU time since the last call among the attempts at work: threads of a job can't be

@@ -29,6 +29,7 @@ struct RunningAttempt {
   StopCause stop = StopCause::kNone;
   double fraction = 0;
   std::string stage;
+  JobFigures figures;
   double idle_s = 0;     // Since it last told its progress.
   bool waiting = false;  // For a slot.
   // Until it ends, as far as its progress and earlier jobs of its kind tell; infinite if they

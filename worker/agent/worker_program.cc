@@ -27,6 +27,8 @@ constexpr char kFooter[] = R"(Examples:
   worker --role all --coordinator 127.0.0.1:7070 --slots 1
   worker --role solve --coordinator unix:/run/parallax/coordinator.sock --slots 8 --threads 8
   worker --role render --coordinator farm:7070 --tls worker-pool --tags avx512,bigmem
+  worker --role train,evaluate --coordinator farm:7070 --tags gpu --trainers /etc/parallax/trainers
+         --allow-trainers raft-stereo --benchmarks /data/stereo
 
 Signals:
   SIGTERM or SIGINT   drain: take nothing new, finish what runs within --grace, then hand it back
@@ -55,6 +57,12 @@ struct CommandLine {
   double hang_s = 1800;
   std::string outbox;
   std::string picture_root;
+  std::string allowed_trainers = "builtin";
+  std::string trainers_dir;
+  std::string benchmarks_dir;
+  std::string cores_dir;
+  std::string cache_dir;
+  int64_t cache_gb = 20;
   bool insecure = false;
   std::string tls_dir;
   bool exit_when_orphaned = false;
@@ -122,6 +130,31 @@ void Declare(CLI::App& app, CommandLine& line) {
       ->envname("PARALLAX_PICTURE_ROOT")
       ->type_name("DIR")
       ->check(CLI::ExistingDirectory);
+  app.add_option(
+         "--allow-trainers", line.allowed_trainers,
+         "Trainers that jobs may name here, for example builtin,raft-stereo (default builtin)")
+      ->type_name("NAMES");
+  app.add_option(
+         "--trainers", line.trainers_dir,
+         "Folder with NAME.yaml of each trainer beside the built-in one, and its code in NAME")
+      ->type_name("DIR")
+      ->check(CLI::ExistingDirectory);
+  app.add_option("--benchmarks", line.benchmarks_dir,
+                 "Folder of the real sets that evaluations name (default: $PARALLAX_BENCHMARKS;\n"
+                 "the pairs that Parallax installs are always there)")
+      ->envname("PARALLAX_BENCHMARKS")
+      ->type_name("DIR")
+      ->check(CLI::ExistingDirectory);
+  app.add_option("--cores-dir", line.cores_dir,
+                 "Workers of a machine with the same folder don't train beside other work\n"
+                 "(default: one for this worker's own slots)")
+      ->type_name("DIR");
+  app.add_option("--cache", line.cache_dir,
+                 "Folder for pairs to train on, where the store is elsewhere\n"
+                 "(default: $XDG_CACHE_HOME/parallax)")
+      ->type_name("DIR");
+  app.add_option("--cache-gb", line.cache_gb, "Its size (default 20)")
+      ->check(CLI::Range(1, 1 << 20));
   app.add_option("--grace", line.grace_s,
                  "Seconds that running jobs may take after SIGTERM (default 300)")
       ->check(CLI::Range(0.0, kLongestS));
@@ -141,6 +174,15 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.set_version_flag("--version",
                        std::string("worker ") + kProgramVersion + " (" + DescribeVersions() + ")");
   app.footer(kFooter);
+}
+
+// The user's; what is in it can be made again.
+std::string DefaultCache() {
+  const char* named = std::getenv("XDG_CACHE_HOME");
+  const char* home = std::getenv("HOME");
+  if (named != nullptr && named[0] == '/') return std::string(named) + "/parallax";
+  if (home != nullptr && home[0] == '/') return std::string(home) + "/.cache/parallax";
+  return "/var/tmp/parallax-cache-" + std::to_string(getuid());
 }
 
 std::vector<std::string> SplitWords(const std::string& text) {
@@ -176,6 +218,22 @@ absl::StatusOr<AgentOptions> OptionsOf(const CommandLine& line, const JobHandler
   options.grace_s = line.grace_s;
   options.hang_s = line.hang_s;
   return options;
+}
+
+WorkerSettings SettingsOf(const CommandLine& line, const AgentOptions& options) {
+  WorkerSettings settings;
+  settings.slots = options.slots;
+  settings.threads = options.cores;
+  settings.picture_root = line.picture_root;
+  settings.allowed_trainers = SplitWords(line.allowed_trainers);
+  settings.trainers_dir = line.trainers_dir;
+  settings.benchmarks_dir = line.benchmarks_dir;
+  settings.cores_dir = line.cores_dir.empty()
+                           ? options.outbox_root + "/" + options.name + "/staging/cores"
+                           : line.cores_dir;
+  settings.cache_dir = line.cache_dir.empty() ? DefaultCache() : line.cache_dir;
+  settings.cache_bytes = line.cache_gb << 30;
+  return settings;
 }
 
 int Complain(const absl::Status& status, int exit_status) {
@@ -275,10 +333,12 @@ absl::StatusOr<std::vector<std::string>> KindsOfRole(std::string_view role,
 }
 
 int RunWorkerProgram(int argc, char** argv, JobHandlers handlers,
-                     const std::function<void(const WorkerSettings&)>& before_work) {
+                     const std::function<absl::Status(const WorkerSettings&)>& before_work) {
   CommandLine line;
-  CLI::App app("Leases jobs from a coordinator and does them: solves scenes, renders stereo pairs.",
-               "worker");
+  CLI::App app(
+      "Leases jobs from a coordinator and does them: solves scenes, renders stereo pairs,\n"
+      "trains networks and evaluates them.",
+      "worker");
   Declare(app, line);
   try {
     app.parse(argc, argv);
@@ -294,7 +354,10 @@ int RunWorkerProgram(int argc, char** argv, JobHandlers handlers,
   if (!options.ok()) return Complain(options.status(), kWorkerUsage);
   const absl::Status allowed = CheckRpcSecurity(options->coordinator, options->security);
   if (!allowed.ok()) return Complain(allowed, kWorkerUsage);
-  if (before_work) before_work({options->slots, options->cores, line.picture_root});
+  if (before_work) {
+    const absl::Status ready = before_work(SettingsOf(line, *options));
+    if (!ready.ok()) return Complain(ready, kWorkerUsage);
+  }
   return Work(*options, line, handlers);
 }
 

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "worker/agent/job_handler.h"
 
@@ -14,6 +15,12 @@ struct WorkerSettings {
   int slots = 1;
   int threads = 0;           // For all jobs together; > 0.
   std::string picture_root;  // The folder whose pictures studies may use; empty: none.
+  std::vector<std::string> allowed_trainers;  // Programs that train and predict here.
+  std::string trainers_dir;                   // Their YAML files; may be empty.
+  std::string benchmarks_dir;                 // Public sets as users download them; may be empty.
+  std::string cores_dir;                      // Workers that have the same one share cores.
+  std::string cache_dir;                      // For files of the store that are needed again.
+  int64_t cache_bytes = 0;
 };
 
 // What the process says when it ends. Part of the interface: never renumbered.
@@ -28,10 +35,11 @@ enum WorkerExit : int {
 };
 
 // `handlers` are all that this program can do; --role says which of them it does. `before_work` is
-// called once, when the command line is right. Returns the exit status, or ends the process by
-// itself when a job doesn't stop.
-int RunWorkerProgram(int argc, char** argv, JobHandlers handlers,
-                     const std::function<void(const WorkerSettings&)>& before_work = nullptr);
+// called once, when the command line is right; its error ends the program. Returns the exit status,
+// or ends the process by itself when a job doesn't stop.
+int RunWorkerProgram(
+    int argc, char** argv, JobHandlers handlers,
+    const std::function<absl::Status(const WorkerSettings&)>& before_work = nullptr);
 
 // Kinds of jobs by --role: "all", or names of handlers with commas between them.
 // Errors: kInvalidArgument that names those there are.

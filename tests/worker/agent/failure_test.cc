@@ -27,6 +27,19 @@ TEST(Failure, IsOneBoundedLine) {
   EXPECT_LE(failure.fingerprint.size(), 200u);
 }
 
+TEST(Failure, CarriesTheEndOfALog) {
+  std::string log = "\xff first\n";
+  for (int i = 0; i < 300; ++i) log += "line " + std::to_string(i) + "\n";
+  const std::string tail = LogTailOf(WithLogTail(absl::InternalError("x"), log));
+  EXPECT_EQ(tail.substr(0, 9), "line 100\n");
+  EXPECT_EQ(tail.substr(tail.size() - 8), "line 299");
+  const std::string wide(100'000, '\xc3');
+  const std::string cut = LogTailOf(WithLogTail(absl::InternalError("x"), wide));
+  EXPECT_EQ(cut, std::string(16 << 10, '?')) << "bounded, and fit for messages";
+  EXPECT_EQ(LogTailOf(WithLogTail(absl::InternalError("x"), "\n\n")), "");
+  EXPECT_EQ(LogTailOf(absl::InternalError("x")), "");
+}
+
 TEST(Failure, WhatIsWrongWithTheJobItselfIsNotTriedAgain) {
   EXPECT_FALSE(IsRetryable(absl::StatusCode::kInvalidArgument));
   EXPECT_FALSE(IsRetryable(absl::StatusCode::kUnimplemented));

@@ -3,6 +3,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
@@ -12,8 +13,11 @@
 namespace parallax {
 namespace {
 
-const std::set<std::string> kTrainNames = {"data",  "weight",  "out",    "seed",
-                                           "steps", "threads", "device", "repository"};
+const std::set<std::string> kTrainNames = {"data",   "weight",     "out",
+                                           "seed",   "steps",      "threads",
+                                           "device", "repository", "checkpoint_every"};
+const std::set<std::string> kSizeNames = {"width", "height"};
+const std::set<std::string> kBatchNames = {"batch"};
 const std::set<std::string> kResumeNames = {"resume", "out", "repository"};
 const std::set<std::string> kPredictNames = {"checkpoint", "list", "device",
                                              "threads",    "out",  "repository"};
@@ -21,7 +25,9 @@ const std::set<std::string> kFolderNames = {"out", "data", "repository"};
 
 const std::vector<std::string> kLayouts = {"archive",   "flyingthings", "fsd",   "crestereo",
                                            "wmgstereo", "middlebury",   "kitti", "webdataset"};
-const std::vector<std::string> kProgressGroups = {"step", "loss", "epe_px", "eta_s"};
+const std::vector<std::string> kExits = {"not_finite", "out_of_memory"};
+const std::vector<std::string> kProgressGroups = {"step",  "loss",  "epe_px",
+                                                  "eta_s", "epoch", "epoch_steps"};
 
 std::string Listed(const std::vector<std::string>& names) {
   std::string text;
@@ -95,6 +101,15 @@ class Reader {
       return 0;
     }
     return value;
+  }
+
+  double Number(const YAML::Node& map, const char* key) {
+    const YAML::Node node = map[key];
+    double value = 0;
+    if (!node) return 0;
+    if (node.IsScalar() && YAML::convert<double>::decode(node, value) && value >= 0) return value;
+    Error(node, std::string("\"") + key + "\" must be a number, 0 or more");
+    return 0;
   }
 
   void CheckPlaceholders(const YAML::Node& node, const std::vector<std::string>& command,
@@ -173,6 +188,17 @@ void ReadOutcomeFields(Reader& reader, const YAML::Node& root, TrainerContract& 
   reader.CheckPlaceholders(predict, contract.predict, kPredictNames);
 }
 
+void ReadExits(Reader& reader, const YAML::Node& root, TrainerContract& contract) {
+  const YAML::Node exits = root["exits"];
+  if (!exits) return;
+  reader.CheckKeys(exits, "exits", kExits);
+  if (!exits.IsMap()) return;
+  for (const auto& entry : exits) {
+    const std::string name = entry.first.Scalar();
+    contract.exits[name] = static_cast<int>(reader.Count(exits, name.c_str()));
+  }
+}
+
 void ReadNeeds(Reader& reader, const YAML::Node& root, TrainerContract& contract) {
   const YAML::Node needs = root["needs"];
   if (!needs) return;
@@ -199,9 +225,10 @@ absl::StatusOr<TrainerContract> ParseTrainerContract(std::string_view yaml,
   if (!root.IsMap())
     return MakeError(absl::StatusCode::kInvalidArgument,
                      file + ": must be a map with \"trainer\", \"train\"...");
-  reader.CheckKeys(root, "the trainer",
-                   {"trainer", "layout", "directory", "links", "train", "resume", "steps",
-                    "progress", "leaves", "predict", "needs"});
+  reader.CheckKeys(
+      root, "the trainer",
+      {"trainer", "layout", "directory", "links", "train", "resume", "size", "batch", "environment",
+       "steps", "steps_per_minute", "progress", "leaves", "exits", "predict", "needs"});
   contract.name = reader.Text(root, "trainer", true);
   contract.layout = reader.Text(root, "layout", true);
   if (!contract.layout.empty() &&
@@ -219,9 +246,16 @@ absl::StatusOr<TrainerContract> ParseTrainerContract(std::string_view yaml,
     reader.Error(root["train"], "\"train\" must not be empty");
   contract.resume = reader.Texts(root, "resume", false);
   reader.CheckPlaceholders(root["resume"], contract.resume, kResumeNames);
+  contract.size = reader.Texts(root, "size", false);
+  reader.CheckPlaceholders(root["size"], contract.size, kSizeNames);
+  contract.batch = reader.Texts(root, "batch", false);
+  reader.CheckPlaceholders(root["batch"], contract.batch, kBatchNames);
+  contract.environment = reader.Texts(root, "environment", false);
   contract.default_steps = reader.Count(root, "steps");
+  contract.steps_per_minute = reader.Number(root, "steps_per_minute");
   ReadProgressFields(reader, root, contract);
   ReadOutcomeFields(reader, root, contract);
+  ReadExits(reader, root, contract);
   ReadNeeds(reader, root, contract);
   if (!reader.errors().empty())
     return MakeError(absl::StatusCode::kInvalidArgument, reader.errors());
@@ -269,16 +303,34 @@ absl::StatusOr<std::vector<std::string>> ExpandCommand(const std::vector<std::st
   return expanded;
 }
 
+namespace {
+
+constexpr char kNotANumber[] = "not a number";
+
+// JSON has no word for what a lost training tells of its loss; Python writes NaN and Infinity.
+nlohmann::json ParseLenient(std::string line) {
+  for (const std::string word : {"-Infinity", "Infinity", "NaN"}) {
+    for (size_t at; (at = line.find(": " + word)) != std::string::npos;) {
+      line.replace(at + 2, word.size(), std::string("\"") + kNotANumber + "\"");
+    }
+  }
+  return nlohmann::json::parse(line, nullptr, /*allow_exceptions=*/false);
+}
+
+}  // namespace
+
 std::optional<TrainerProgress> ReadProgress(const TrainerContract& contract,
                                             const std::string& line) {
   TrainerProgress progress;
   if (contract.progress == ProgressFormat::kJsonLines) {
-    const nlohmann::json json = nlohmann::json::parse(line, nullptr, /*allow_exceptions=*/false);
+    const nlohmann::json json = ParseLenient(line);
     if (!json.is_object() || !json.contains("step") || !json["step"].is_number_integer())
       return std::nullopt;
     progress.step = json["step"].get<int64_t>();
     const auto number = [&](const char* key) -> std::optional<double> {
-      if (!json.contains(key) || !json[key].is_number()) return std::nullopt;
+      if (!json.contains(key)) return std::nullopt;
+      if (json[key] == kNotANumber) return std::numeric_limits<double>::quiet_NaN();
+      if (!json[key].is_number()) return std::nullopt;
       return json[key].get<double>();
     };
     progress.loss = number("loss");
@@ -286,6 +338,7 @@ std::optional<TrainerProgress> ReadProgress(const TrainerContract& contract,
     progress.eta_s = number("eta_s");
     return progress;
   }
+  double epoch = 0, epoch_steps = 0;
   std::smatch match;
   if (!std::regex_search(line, match, std::regex(contract.progress_pattern))) return std::nullopt;
   for (size_t i = 0; i < contract.progress_groups.size(); ++i) {
@@ -293,11 +346,14 @@ std::optional<TrainerProgress> ReadProgress(const TrainerContract& contract,
     char* end = nullptr;
     const double value = std::strtod(text.c_str(), &end);
     if (end == text.c_str()) continue;
+    if (name == "epoch") epoch = value;
+    if (name == "epoch_steps") epoch_steps = value;
     if (name == "step") progress.step = static_cast<int64_t>(value);
     if (name == "loss") progress.loss = value;
     if (name == "epe_px") progress.epe_px = value;
     if (name == "eta_s") progress.eta_s = value;
   }
+  if (progress.step) *progress.step += static_cast<int64_t>(epoch * epoch_steps);
   return progress;
 }
 

@@ -2,12 +2,16 @@
 // progress, finds what it leaves, and lets it predict. configs/trainers/ has examples.
 //
 // Commands are lists of arguments, never lines for a shell. An argument may hold placeholders:
-//   {data}       folder of one part of the training data, in the layout that the trainer names
-//   {weight}     share of that part; an argument with {data} is repeated for each part
-//   {out}        folder for what the trainer leaves, also its working folder unless `directory`
-//   says otherwise {seed} {steps} {threads} {device} {resume}     the checkpoint to go on from
-//   (`resume` only) {checkpoint} {list}   of `predict`: the trained checkpoint; lines "left right
-//   output.pfm" {repository} the folder of the trainer's own code on the worker
+//   {data}        folder of one part of the training data, in the layout that the trainer names
+//   {weight}      share of that part; an argument with {data} is repeated for each part
+//   {out}         folder for what the trainer leaves, also its working folder unless `directory`
+//                 says otherwise
+//   {seed} {steps} {threads} {device} {checkpoint_every}
+//                 `checkpoint_every` divides the steps at which checkpoints are kept
+//   {resume}      the checkpoint to go on from (`resume` only)
+//   {width} {height} {batch}   (`size` and `batch` only, which are appended if the study sets them)
+//   {checkpoint} {list}        of `predict`: the trained checkpoint; lines "left right output.pfm"
+//   {repository}  the folder of the trainer's own code on the worker; see installed_trainers.h
 #pragma once
 
 #include <map>
@@ -31,14 +35,22 @@ struct TrainerContract {
   std::vector<std::string> links;
   std::vector<std::string> train;   // The command.
   std::vector<std::string> resume;  // Appended when there is a checkpoint; empty: it cannot resume.
-  int64_t default_steps = 0;        // 0: the study must say.
+  std::vector<std::string> size;    // Appended when the study names the size of crops.
+  std::vector<std::string> batch;   // Appended when the study names the number of crops in a step.
+  std::vector<std::string> environment;  // "NAME=value" for its commands.
+  int64_t default_steps = 0;             // 0: the study must say.
+  // What a study's `minutes` are worth, whatever the machine. 0: studies must name steps.
+  double steps_per_minute = 0;
   ProgressFormat progress = ProgressFormat::kJsonLines;
   std::string progress_pattern;  // A regular expression with the groups below.
-  // Of "step", "loss", "epe_px", "eta_s", in order of the groups.
+  // In order of the groups: "step", "loss", "epe_px", "eta_s". A trainer that counts its steps anew
+  // in each epoch has "epoch" (from 0) and "epoch_steps" as well.
   std::vector<std::string> progress_groups;
   // Of files in {out}, with one "*" for the step: "checkpoint-*.pt".
   std::string checkpoint_pattern;
   std::string final_checkpoint;  // In {out}.
+  // Exit statuses of the trainer that say more than "failed": "not_finite", "out_of_memory".
+  std::map<std::string, int> exits;
   PredictorKind predictor = PredictorKind::kCommand;
   std::vector<std::string> predict;  // The command of kCommand.
   int gpus = 0;

@@ -111,6 +111,11 @@ CLI::App* AddTrain(CLI::App& app, TrainOptions& o) {
   command->add_option("--checkpoint-every", o.job.checkpoint_every, "Steps")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000000));
+  command
+      ->add_option("--checkpoint-s", o.job.checkpoint_s,
+                   "Also when the last one is so old; seconds")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 1e9));
   command->add_option("--progress-every", o.job.progress_every, "Steps")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000000));
@@ -139,7 +144,9 @@ absl::Status PredictOne(const Predictor& predictor, const PredictArguments& a,
   ASSIGN_OR_RETURN(const ImageRgb8 right, ReadPictureRgb8(right_path));
   absl::StatusOr<ImageF> disparity = predictor.Predict(left, right, a.options);
   if (!disparity.ok()) return WithContext(disparity.status(), left_path + " and " + right_path);
-  return WritePfm(out, *disparity);
+  const absl::Status written = WritePfm(out, *disparity);
+  // A full disk has the code of exhausted memory, and another exit status.
+  return absl::IsResourceExhausted(written) ? absl::UnavailableError(written.message()) : written;
 }
 
 absl::Status PredictList(const Predictor& predictor, const PredictArguments& a) {

@@ -131,7 +131,7 @@ class Run {
     Json start = {
         {"event", "start"}, {"step", first_}, {"steps", settings_.steps}, {"pairs", PairCount()}};
     progress_(start);
-    began_ = Now();
+    began_ = saved_ = Now();
     for (int64_t step = first_; step < settings_.steps; ++step) {
       if (stop_) {
         RETURN_IF_ERROR(Save(CheckpointName(step)));
@@ -145,8 +145,8 @@ class Run {
       if (!std::isfinite(loss) || !std::isfinite(norm)) return NotFinite(step, batch);
       done_ = step + 1;
       if (done_ % job_.progress_every == 0 || done_ == settings_.steps) Report(result, loss, norm);
-      if (done_ % job_.checkpoint_every == 0 && done_ < settings_.steps)
-        RETURN_IF_ERROR(Save(CheckpointName(done_)));
+      const bool due = done_ % job_.checkpoint_every == 0 || Now() - saved_ >= job_.checkpoint_s;
+      if (due && done_ < settings_.steps) RETURN_IF_ERROR(Save(CheckpointName(done_)));
     }
     return TrainingEnd{};
   }
@@ -175,6 +175,7 @@ class Run {
     const int64_t step = name == "/final.pt" ? settings_.steps : std::max(done_, first_);
     RETURN_IF_ERROR(WriteCheckpoint(job_.out_dir + name, network_,
                                     {step, SettingsJson(), optimiser_->state()}));
+    saved_ = Now();
     progress_({{"event", "checkpoint"}, {"step", step}, {"path", job_.out_dir + name}});
     return absl::OkStatus();
   }
@@ -258,7 +259,7 @@ class Run {
   StereoNetwork network_;
   std::optional<Optimiser> optimiser_;
   int64_t first_ = 0, done_ = 0;
-  double began_ = 0;
+  double began_ = 0, saved_ = 0;
 };
 
 }  // namespace

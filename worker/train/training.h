@@ -21,6 +21,7 @@ struct TrainingJob {
   std::string out_dir;
   std::string resume;              // A checkpoint of the same run, or empty.
   int64_t checkpoint_every = 250;  // Steps.
+  double checkpoint_s = 1e9;       // Also when the last one is older.
   int progress_every = 10;         // Steps.
   int loader_threads = 1;
 };

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace parallax {
 namespace {
 
@@ -17,10 +19,15 @@ progress: {pattern: 'step (\d+) loss ([0-9.]+)', groups: [step, loss]}
 leaves: {checkpoints: "*.ckpt", final: last.ckpt}
 predict: onnx
 needs: {gpus: 2, tags: [a, b]}
+size: [--size, "{width},{height}"]
+batch: ["-b{batch}"]
+environment: [A=1]
+steps_per_minute: 2.5
+exits: {not_finite: 9}
 )";
 
 TEST(TrainerContract, ShippedTrainersAreGood) {
-  for (const char* name : {"builtin", "raft-stereo"}) {
+  for (const char* name : {"builtin", "openstereo", "raft-stereo"}) {
     const auto contract = ReadTrainerContract(std::string(TRAINER_CONFIGS) + "/" + name + ".yaml");
     ASSERT_TRUE(contract.ok()) << contract.status();
     EXPECT_EQ(contract->name, name);
@@ -34,6 +41,11 @@ TEST(TrainerContract, ReadsFieldsAndExpandsCommands) {
   EXPECT_EQ(contract->predictor, PredictorKind::kOnnx);
   EXPECT_EQ(contract->gpus, 2);
   EXPECT_THAT(contract->tags, ElementsAre("a", "b"));
+  EXPECT_EQ(contract->steps_per_minute, 2.5);
+  EXPECT_EQ(contract->exits.at("not_finite"), 9);
+  EXPECT_THAT(contract->environment, ElementsAre("A=1"));
+  EXPECT_THAT(*ExpandCommand(contract->size, {{{"width", "64"}, {"height", "32"}}, {}}),
+              ElementsAre("--size", "64,32"));
   CommandValues values{{{"out", "/o"}, {"seed", "7"}}, {{"/d1", "0.5"}, {"/d {seed}", "2"}}};
   const auto command = ExpandCommand(contract->train, values);
   ASSERT_TRUE(command.ok()) << command.status();
@@ -61,7 +73,18 @@ TEST(TrainerContract, ReadsProgressOfBothFormats) {
   EXPECT_EQ(json->epe_px, 2.5);
   EXPECT_EQ(json->eta_s, 60);
   EXPECT_FALSE(ReadProgress(*contract, R"({"event":"done"})").has_value());
+  // As Python's json writes a loss that is lost.
+  EXPECT_TRUE(std::isnan(*ReadProgress(*contract, R"({"step": 3, "loss": NaN})")->loss));
+  EXPECT_TRUE(std::isnan(*ReadProgress(*contract, R"({"step": 3, "loss": -Infinity})")->loss));
   EXPECT_FALSE(ReadProgress(*contract, "warning: {").has_value());
+
+  const auto open = ReadTrainerContract(std::string(TRAINER_CONFIGS) + "/openstereo.yaml");
+  ASSERT_TRUE(open.ok()) << open.status();
+  const auto epochs = ReadProgress(
+      *open, "INFO  Training Epoch: 2/90 Iter:  10/100 Loss:1.25000(1.3) LR:1.0e-03 DataTime:0.01");
+  ASSERT_TRUE(epochs.has_value());
+  EXPECT_EQ(epochs->step, 210);
+  EXPECT_EQ(epochs->loss, 1.25);
 
   const auto raft = ReadTrainerContract(std::string(TRAINER_CONFIGS) + "/raft-stereo.yaml");
   const auto line = ReadProgress(*raft,

@@ -7,10 +7,19 @@
 
 int main(int argc, char** argv) {
   std::unique_ptr<tbb::global_control> threads;  // Of all jobs together.
+  const auto options = std::make_shared<parallax::JobOptions>();
   return parallax::RunWorkerProgram(
-      argc, argv, parallax::MakeJobHandlers(), [&](const parallax::WorkerSettings& settings) {
+      argc, argv, parallax::MakeJobHandlers(options),
+      [&](const parallax::WorkerSettings& settings) -> absl::Status {
         threads = std::make_unique<tbb::global_control>(
             tbb::global_control::max_allowed_parallelism, static_cast<size_t>(settings.threads));
         parallax::SetPictureRoot(settings.picture_root);
+        options->cores =
+            std::make_unique<parallax::CoreShare>(settings.cores_dir, settings.threads);
+        options->frame_cache = {settings.cache_dir, settings.cache_bytes};
+        options->benchmarks_dir = settings.benchmarks_dir;
+        ASSIGN_OR_RETURN(options->trainers, parallax::InstalledTrainers::Load(
+                                                settings.allowed_trainers, settings.trainers_dir));
+        return absl::OkStatus();
       });
 }

@@ -3,13 +3,16 @@
 #pragma once
 
 #include "worker/agent/worker_program.h"
+#include "worker/jobs/job_options.h"
 
 namespace parallax {
 
 std::unique_ptr<JobHandler> MakeSolveHandler();
 std::unique_ptr<JobHandler> MakeRenderHandler();
+std::unique_ptr<JobHandler> MakeTrainHandler(std::shared_ptr<const JobOptions> options);
+std::unique_ptr<JobHandler> MakeEvaluateHandler(std::shared_ptr<const JobOptions> options);
 
-// All of them, in the order in which work flows.
-JobHandlers MakeJobHandlers();
+// All of them, in the order in which work flows. `options` may be filled in until the first job.
+JobHandlers MakeJobHandlers(std::shared_ptr<const JobOptions> options);
 
 }  // namespace parallax

@@ -1,0 +1,93 @@
+#include "worker/jobs/frame_folder.h"
+
+#include <gmock/gmock.h>
+
+#include "tests/worker/jobs/job_fixture.h"
+#include "worker/dataset/dataset_reader.h"
+#include "worker/jobs/training_data_folder.h"
+
+namespace parallax {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class FrameFolderTest : public JobTest {
+ protected:
+  absl::StatusOr<FrameFolderFacts> Bring(const std::string& name, FrameFolderOptions options) {
+    options.files = FilesForTraining();
+    return BringFrames(FramesOf("a"), *store_, FrameCache(options_->frame_cache),
+                       dir_ + "/" + name + "/a", options);
+  }
+  std::vector<DatasetFrame> FramesIn(const std::string& name) const {
+    return ReadDataset(dir_ + "/" + name)->variants.at(0).frames;
+  }
+};
+
+TEST_F(FrameFolderTest, IsAnArchiveOfThePairsThatPass) {
+  const auto facts = Bring("one", {});
+  ASSERT_TRUE(facts.ok()) << facts.status();
+  EXPECT_EQ(facts->pairs, 7);
+  EXPECT_EQ(facts->left_out, 1);
+  const auto dataset = ReadDataset(dir_ + "/one");
+  ASSERT_TRUE(dataset.ok()) << dataset.status();
+  EXPECT_THAT(dataset->variants.at(0).faults, ElementsAre());
+  EXPECT_EQ(dataset->variants.at(0).frames.size(), 7u);
+  EXPECT_EQ(Bring("two", {})->sha256, facts->sha256);
+}
+
+TEST_F(FrameFolderTest, AShareIsTheFirstPairs) {
+  const auto half = Bring("half", {.share = 0.5});
+  ASSERT_TRUE(half.ok()) << half.status();
+  EXPECT_EQ(half->pairs, 4);
+  EXPECT_EQ(FramesIn("half").back().scene, 1u);
+  EXPECT_EQ(Bring("least", {.share = 0.01})->pairs, 1);
+}
+
+TEST_F(FrameFolderTest, MismatchedPairsHaveTheRightImageOfAnotherScene) {
+  const auto facts = Bring("mixed", {.mismatched = true});
+  ASSERT_TRUE(facts.ok()) << facts.status();
+  ASSERT_TRUE(Bring("plain", {}).ok());
+  const auto mixed = FramesIn("mixed"), plain = FramesIn("plain");
+  ASSERT_EQ(mixed.size(), plain.size());
+  for (size_t i = 0; i < plain.size(); ++i) {
+    const DatasetFrame& other = plain[(i + plain.size() / 2) % plain.size()];
+    EXPECT_EQ(mixed[i].files.at("left.png"), plain[i].files.at("left.png"));
+    EXPECT_EQ(mixed[i].files.at("right.png"), other.files.at("right.png"));
+    EXPECT_NE(other.scene, plain[i].scene);
+  }
+  EXPECT_THAT(std::string(Bring("lone", {.share = 0.01, .mismatched = true}).status().message()),
+              HasSubstr("can't be mismatched"));
+}
+
+TEST_F(FrameFolderTest, FramesThatNobodyCuratedAreNotTakenForCurated) {
+  EXPECT_THAT(std::string(Bring("curated", {.curated = true}).status().message()),
+              HasSubstr("were not (parallax curate)"));
+}
+
+TEST(Repetitions, GiveEachPartItsWeight) {
+  EXPECT_THAT(Repetitions({100, 100}, {1, 1}), ElementsAre(1, 1));
+  EXPECT_THAT(Repetitions({300, 100}, {1, 1}), ElementsAre(1, 3));
+  EXPECT_THAT(Repetitions({100, 100}, {0.8, 0.2}), ElementsAre(4, 1));
+  EXPECT_THAT(Repetitions({1000, 1}, {1, 1}), ElementsAre(1, 20)) << "bounded";
+}
+
+TEST_F(FrameFolderTest, OtherLayoutsHoldAllPartsInOneFolder) {
+  v1::TrainJob job = TrainJobOf();
+  *job.add_parts() = FramesOf("b");
+  job.mutable_parts(1)->set_weight(2);
+  TrainerContract contract;
+  contract.layout = "kitti";
+  const auto data = MakeTrainingData(job, contract, {.store = store_.get(), .dir = dir_ + "/data"});
+  ASSERT_TRUE(data.ok()) << data.status();
+  ASSERT_EQ(data->parts.size(), 1u);
+  EXPECT_EQ(data->pairs, 14);
+  int images = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(data->parts[0].first)) {
+    images += entry.path().parent_path().filename() == "image_2";
+  }
+  EXPECT_EQ(images, 21) << "the second part twice";
+}
+
+}  // namespace
+}  // namespace parallax

@@ -1,0 +1,185 @@
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "common/base/hash.h"
+#include "tests/worker/jobs/job_fixture.h"
+#include "worker/agent/failure.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+using Json = nlohmann::json;
+
+std::string Message(const absl::Status& status) { return std::string(status.message()); }
+
+v1::TrainResult ResultOf(const absl::StatusOr<JobOutcome>& outcome) {
+  v1::TrainResult result;
+  EXPECT_TRUE(outcome.ok()) << outcome.status();
+  if (outcome.ok()) EXPECT_TRUE(result.ParseFromString(outcome->result));
+  return result;
+}
+
+std::string FinalHash(const v1::TrainResult& result) {
+  for (const v1::FileEntry& file : result.files()) {
+    if (file.name() == result.checkpoints(result.checkpoints_size() - 1).name())
+      return file.sha256();
+  }
+  return "";
+}
+
+using TrainJob = JobTest;
+
+TEST_F(TrainJob, LeavesNetworkLogCurveAndAllThatRepeatsIt) {
+  const v1::TrainResult result = ResultOf(Train(TrainJobOf(), 1));
+  EXPECT_EQ(result.path(), "work/.attempt-1");
+  EXPECT_EQ(result.pairs(), kScenes * kRigs - 1) << "one is dark";
+  ASSERT_EQ(result.checkpoints_size(), 1);
+  EXPECT_EQ(result.checkpoints(0).step(), 6) << "the trainer's own number";
+  EXPECT_NEAR(result.loss(), 0.7, 0.3);
+  for (const v1::FileEntry& file : result.files()) {
+    const std::string bytes = TextOf(result.path() + "/" + file.name());
+    EXPECT_EQ(Sha256Hex(bytes), file.sha256()) << file.name();
+    EXPECT_EQ(static_cast<int64_t>(bytes.size()), file.size());
+  }
+  EXPECT_EQ(figures_["step"], 6);
+  EXPECT_EQ(figures_.count("eta_s"), 1u);
+  EXPECT_THAT(TextOf(result.path() + "/curve.csv"), HasSubstr("\n3,0.333333,0.666667,"));
+  const Json card = Json::parse(TextOf(result.path() + "/training.json"));
+  EXPECT_EQ(card["seed"], 3);
+  EXPECT_EQ(card["data"]["parts"][0]["left_out_by_filters"], 1);
+  EXPECT_FALSE(fs::exists(dir_ + "/store/" + result.path() + "/resume"));
+}
+
+TEST_F(TrainJob, MinutesAreStepsAtTheTrainersRateAndSizesReachIt) {
+  v1::TrainJob job = TrainJobOf();
+  job.set_minutes(0.5);
+  const v1::TrainResult plain = ResultOf(Train(job, 1));
+  EXPECT_EQ(plain.checkpoints(0).step(), 4);
+  job.set_width_px(64);
+  job.set_height_px(32);
+  EXPECT_NE(FinalHash(ResultOf(Train(job, 2))), FinalHash(plain));
+  job.set_batch(2);
+  EXPECT_THAT(Message(Train(job, 3).status()), HasSubstr("can't be told the batch"));
+}
+
+// Killed after any step, with the newest checkpoint damaged, on a machine that sees the store or
+// not: the network is that of a calm run.
+TEST_F(TrainJob, GoesOnFromTheNewestWholeCheckpointWhicheverAttemptLeftIt) {
+  WriteTrainer("slow", "SCRIPT_PAUSE=0.3");
+  v1::TrainJob job = TrainJobOf();
+  job.set_steps(12);
+  job.set_checkpoints(4);
+  job.set_resume_folder("");
+  const v1::TrainResult calm = ResultOf(Train(job, 1));
+  job.set_resume_folder("work");
+  job.set_trainer("slow");
+  CancelToken cancel;
+  on_progress_ = [&](const JobFigures& figures) {
+    if (figures.count("step") != 0 && figures.at("step") >= 8) cancel.Cancel();
+  };
+  EXPECT_TRUE(absl::IsCancelled(Train(job, 2, cancel).status()));
+  on_progress_ = [](const JobFigures&) {};
+  const std::string newest = dir_ + "/store/work/.attempt-2/resume/000000006/net-6.json";
+  ASSERT_TRUE(fs::exists(newest));
+  std::ofstream(newest, std::ios::app) << "x";
+
+  job.set_trainer("script");
+  const v1::TrainResult resumed = ResultOf(Train(job, 3));
+  EXPECT_EQ(FinalHash(resumed), FinalHash(calm));
+  EXPECT_THAT(TextOf("work/.attempt-3/log.txt"), HasSubstr("resumed from 3"));
+  EXPECT_EQ(resumed.checkpoints_size(), calm.checkpoints_size());
+  for (int i = 0; i < calm.checkpoints_size(); ++i) {
+    EXPECT_EQ(resumed.checkpoints(i).SerializeAsString(), calm.checkpoints(i).SerializeAsString());
+  }
+  // A line a step, those of before included.
+  const std::string curve = TextOf("work/.attempt-3/curve.csv");
+  EXPECT_EQ(std::count(curve.begin(), curve.end(), '\n'), 13) << curve;
+}
+
+TEST_F(TrainJob, TellsNaNCrashMemoryAndFailureInOneLineWithTheLogsEnd) {
+  const struct {
+    const char* does;
+    absl::StatusCode code;
+    const char* says;
+    const char* log_has = "\"step\": 1";
+  } cases[] = {
+      {"nan 3", absl::StatusCode::kFailedPrecondition, "the loss is not finite at step 3"},
+      {"crash 2", absl::StatusCode::kAborted, "killed by signal 11 (Segmentation fault)"},
+      {"memory 2", absl::StatusCode::kResourceExhausted,
+       "out of memory: torch.cuda.OutOfMemoryError"},
+      {"fail 4", absl::StatusCode::kInternal, "exit status 1: no such luck", "line 200\n"},
+      {"lazy 2", absl::StatusCode::kInternal, "ended without last.json"},
+  };
+  int fence = 1;
+  for (const auto& c : cases) {
+    const std::string name = std::string(c.does).substr(0, std::string(c.does).find(' '));
+    WriteTrainer(name, "SCRIPT_TRAINER=" + std::string(c.does));
+    const absl::Status status = Train(TrainJobOf(name), fence++).status();
+    EXPECT_EQ(status.code(), c.code) << status;
+    EXPECT_THAT(Message(status), AllOf(HasSubstr(c.says), Not(HasSubstr("\n"))));
+    EXPECT_THAT(LogTailOf(status), HasSubstr(c.log_has));
+  }
+}
+
+TEST_F(TrainJob, RunsNothingThatTheOperatorDidNotAllow) {
+  std::ofstream(dir_ + "/trainers/other.yaml") << "trainer: other\n";
+  const absl::Status status = Train(TrainJobOf("other"), 1).status();
+  EXPECT_TRUE(absl::IsUnimplemented(status));
+  EXPECT_THAT(Message(status), HasSubstr("trainer 'other' is not allowed on this worker"));
+  EXPECT_THAT(Message(InstalledTrainers::Load({"builtin", "absent"}, dir_ + "/trainers").status()),
+              HasSubstr("absent.yaml"));
+}
+
+TEST_F(TrainJob, WaitsForItsCores) {
+  options_->cores = std::make_unique<CoreShare>(dir_ + "/cores", 2);
+  auto other = options_->cores->TakeShared({}, [] {});
+  ASSERT_TRUE(other.ok());
+  v1::TrainJob job = TrainJobOf();
+  job.set_threads(2);
+  int waited = 0;
+  on_progress_ = [&](const JobFigures& figures) {
+    if (figures.empty() && stages_["wait for cores"] == 3 && waited++ == 0)
+      *other = CoreShare::Hold();
+  };
+  ResultOf(Train(job, 1));
+  EXPECT_GE(stages_["wait for cores"], 3);
+}
+
+TEST_F(TrainJob, FromAStoreFarAwayItTrainsOnTheSamePairsAndSendsItsCheckpoints) {
+  const std::string here = FinalHash(ResultOf(Train(TrainJobOf(), 1)));
+  const auto far = std::make_shared<DistantStore>(store_);
+  const auto handler = MakeTrainHandler(options_);
+  v1::TrainJob job = TrainJobOf();
+  job.set_resume_folder("");
+  const auto first = Do(*handler, job, FolderOfAttempt(2, far));
+  EXPECT_EQ(FinalHash(ResultOf(first)), here);
+  EXPECT_TRUE(fs::exists(dir_ + "/staging/2/last.json") ||
+              fs::exists(dir_ + "/staging/2/final.json"));
+
+  // The second time nothing is brought again but what was damaged meanwhile.
+  const int brought = far->pieces;
+  for (const auto& entry : fs::recursive_directory_iterator(dir_ + "/cache/a1")) {
+    if (entry.path().filename().string().rfind("left.png~", 0) == 0) {
+      fs::resize_file(entry.path(), 10);
+      break;
+    }
+  }
+  EXPECT_EQ(FinalHash(ResultOf(Do(*handler, job, FolderOfAttempt(3, far)))), here);
+  EXPECT_EQ(far->pieces, brought + 1);
+
+  options_->frame_cache.max_bytes = 1000;
+  ResultOf(Do(*handler, job, FolderOfAttempt(4, far)));
+  int files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(dir_ + "/cache"))
+    files += entry.is_regular_file();
+  EXPECT_EQ(files, 0);
+}
+
+}  // namespace
+}  // namespace parallax

@@ -1,0 +1,212 @@
+// Kind `evaluate`: a trained network (or a classical baseline) x a benchmark -> scores of each
+// pair.
+#include "worker/evaluate/evaluate.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "common/base/file.h"
+#include "common/base/hash.h"
+#include "common/store/store.h"
+#include "parallax/v1/train.pb.h"
+#include "worker/agent/failure.h"
+#include "worker/evaluate/benchmark.h"
+#include "worker/evaluate/prediction_sheet.h"
+#include "worker/evaluate/predictors/run_command.h"
+#include "worker/jobs/frame_folder.h"
+#include "worker/jobs/jobs.h"
+#include "worker/jobs/kept_files.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kHeldout[] = "heldout";
+constexpr char kSgbm[] = "sgbm";
+constexpr size_t kPiece = 4 << 20;
+
+// Keeps the groups that the study asks for.
+void DropGroups(const google::protobuf::RepeatedPtrField<std::string>& wanted,
+                std::vector<Scores>& images) {
+  for (Scores& image : images) {
+    std::erase_if(image.groups, [&](const auto& group) {
+      return std::find(wanted.begin(), wanted.end(), group.first) == wanted.end();
+    });
+  }
+}
+
+// One attempt.
+class EvaluateAttempt {
+ public:
+  EvaluateAttempt(const v1::EvaluateJob& job, const JobOptions& options,
+                  const AttemptFolder& folder, const CancelToken& cancel,
+                  const JobProgressFn& progress)
+      : job_(job),
+        options_(options),
+        folder_(folder),
+        cancel_(cancel),
+        progress_(progress),
+        threads_(std::max(1, job.threads())),
+        work_dir_(folder.scratch + "/work"),
+        kept_(folder) {}
+
+  absl::StatusOr<JobOutcome> Run() {
+    std::error_code error;
+    fs::create_directories(work_dir_, error);
+    if (error) return ErrnoError(error.value(), "make " + work_dir_);
+    progress_(0, "data");
+    ASSIGN_OR_RETURN(const Benchmark benchmark, Open());
+    ASSIGN_OR_RETURN(const auto predictor, MakePredictor());
+    CoreShare::Hold cores;
+    if (options_.cores != nullptr) {
+      ASSIGN_OR_RETURN(cores, options_.cores->TakeAlone(
+                                  threads_, cancel_, [this] { progress_(0, "wait for cores"); }));
+    }
+    progress_(0, "predict");
+    absl::StatusOr<Evaluation> evaluation = Evaluate(*predictor, benchmark, Options());
+    if (!evaluation.ok())
+      return WithLogTail(evaluation.status(), TailOfFile(work_dir_ + "/predictor.log", 200));
+    DropGroups(job_.group_by(), evaluation->images);
+    return Keep(benchmark, *evaluation);
+  }
+
+ private:
+  absl::StatusOr<Benchmark> Open() const {
+    if (job_.benchmark() != kHeldout) {
+      // Kinds that take a path would let a submitter read this machine's files.
+      if (job_.benchmark().find_first_of(":=/") != std::string::npos) {
+        return absl::InvalidArgumentError("benchmark '" + job_.benchmark() +
+                                          "': a name, and no path");
+      }
+      return OpenBenchmark(job_.benchmark(), options_.benchmarks_dir);
+    }
+    const std::string dir = folder_.scratch + "/data/" + job_.heldout().variant();
+    FrameFolderOptions bring;
+    bring.files = FilesForEvaluation();
+    bring.cancel = cancel_;
+    bring.progress = [this](double fraction) { progress_(fraction, "data"); };
+    const FrameCache cache(options_.frame_cache);
+    RETURN_IF_ERROR(BringFrames(job_.heldout(), *folder_.store, cache, dir, bring).status());
+    cache.Trim();
+    return OpenBenchmark(std::string(kHeldout) + "=archive:" + dir, "");
+  }
+
+  absl::StatusOr<std::unique_ptr<Predictor>> MakePredictor() {
+    if (job_.checkpoint_path().empty()) {
+      if (job_.trainer() == kSgbm) return MakeSgbmPredictor();
+      return MakeError(absl::StatusCode::kUnimplemented,
+                       "there is no baseline '" + job_.trainer() + "' (there is sgbm)");
+    }
+    ASSIGN_OR_RETURN(const InstalledTrainer trainer, options_.trainers.Find(job_.trainer()));
+    if (trainer.contract.predictor != PredictorKind::kCommand) {
+      return MakeError(absl::StatusCode::kUnimplemented,
+                       "trainer " + job_.trainer() + ": only a command can predict here");
+    }
+    ASSIGN_OR_RETURN(const std::string checkpoint, BringCheckpoint());
+    CommandValues values;
+    values.values = {{"checkpoint", checkpoint},
+                     {"list", "{list}"},
+                     {"device", trainer.contract.gpus > 0 ? "cuda" : "cpu"},
+                     {"threads", std::to_string(threads_)},
+                     {"out", work_dir_},
+                     {"repository", trainer.repository}};
+    ASSIGN_OR_RETURN(std::vector<std::string> words,
+                     CommandToRun(trainer.contract.predict, values));
+    if (!trainer.contract.environment.empty()) {
+      words.insert(words.begin(), trainer.contract.environment.begin(),
+                   trainer.contract.environment.end());
+      words.insert(words.begin(), "env");
+    }
+    return MakeCommandPredictor({.command = CommandOfWords(words), .name = job_.trainer()});
+  }
+
+  // The network's file, checked.
+  absl::StatusOr<std::string> BringCheckpoint() {
+    const std::string path =
+        folder_.scratch + "/" + fs::path(job_.checkpoint_path()).filename().string();
+    std::string bytes;
+    while (static_cast<int64_t>(bytes.size()) < job_.checkpoint().size()) {
+      if (cancel_.cancelled()) return absl::CancelledError("while the network was brought");
+      ASSIGN_OR_RETURN(const std::string piece,
+                       folder_.store->GetPiece(job_.checkpoint_path(),
+                                               static_cast<int64_t>(bytes.size()), kPiece));
+      if (piece.empty()) break;
+      bytes += piece;
+    }
+    if (Sha256Hex(bytes) != job_.checkpoint().sha256()) {
+      return absl::DataLossError(job_.checkpoint_path() + ": is not the network that was trained");
+    }
+    RETURN_IF_ERROR(WriteFile(path, bytes));
+    return path;
+  }
+
+  EvaluateOptions Options() const {
+    EvaluateOptions options;
+    options.run.variant = job_.name().empty() ? job_.trainer() : job_.name();
+    options.run.trainer = job_.checkpoint_path().empty() ? "opencv" : job_.trainer();
+    if (!job_.checkpoint_path().empty()) options.run.seed = static_cast<int64_t>(job_.seed());
+    options.run.checkpoint = job_.checkpoint().sha256();
+    options.work_dir = work_dir_;
+    options.keep_predictions = true;
+    options.max_pairs = job_.max_pairs();
+    options.cancel = cancel_;
+    options.progress = [this](int done, int total) {
+      progress_(static_cast<double>(done) / std::max(1, total), "predict",
+                {{"pairs", static_cast<double>(done)}});
+    };
+    return options;
+  }
+
+  absl::StatusOr<JobOutcome> Keep(const Benchmark& benchmark, const Evaluation& evaluation) {
+    progress_(1, "keep");
+    const std::string sheet = work_dir_ + "/sheet.png";
+    RETURN_IF_ERROR(DrawPredictionSheet(benchmark, evaluation, work_dir_, sheet));
+    RETURN_IF_ERROR(kept_.KeepText(EncodeEvaluation(evaluation), "scores.jsonl"));
+    RETURN_IF_ERROR(kept_.Keep(sheet, "sheet.png").status());
+    v1::EvaluateResult result;
+    result.set_path(folder_.path);
+    *result.mutable_files() = kept_.entries();
+    result.set_pairs(static_cast<int64_t>(evaluation.images.size()));
+    result.set_metric(MetricName(evaluation.headline));
+    result.set_value(FigureOf(evaluation.headline, evaluation));
+    result.set_predict_s(evaluation.seconds);
+    return JobOutcome{result.SerializeAsString(), kept_.outputs()};
+  }
+
+  const v1::EvaluateJob& job_;
+  const JobOptions& options_;
+  const AttemptFolder& folder_;
+  const CancelToken& cancel_;
+  const JobProgressFn& progress_;
+  const int threads_;
+  const std::string work_dir_;
+  KeptFiles kept_;
+};
+
+class EvaluateHandler final : public JobHandler {
+ public:
+  explicit EvaluateHandler(std::shared_ptr<const JobOptions> options)
+      : JobHandler("evaluate", /*writes_output=*/true), options_(std::move(options)) {}
+
+  absl::StatusOr<JobOutcome> Run(std::string_view spec, const AttemptFolder& folder,
+                                 const CancelToken& cancel,
+                                 const JobProgressFn& progress) override {
+    v1::EvaluateJob job;
+    if (!job.ParseFromArray(spec.data(), static_cast<int>(spec.size()))) {
+      return absl::InvalidArgumentError("a spec that is no EvaluateJob");
+    }
+    return EvaluateAttempt(job, *options_, folder, cancel, progress).Run();
+  }
+
+ private:
+  const std::shared_ptr<const JobOptions> options_;
+};
+
+}  // namespace
+
+std::unique_ptr<JobHandler> MakeEvaluateHandler(std::shared_ptr<const JobOptions> options) {
+  return std::make_unique<EvaluateHandler>(std::move(options));
+}
+
+}  // namespace parallax

@@ -1,0 +1,217 @@
+#include "worker/jobs/frame_folder.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "common/base/file.h"
+#include "common/base/hash.h"
+#include "worker/dataset/archive_index.h"
+#include "worker/dataset/frame_reader.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+using Files = std::map<std::string, LocalFile>;
+
+constexpr char kFacts[] = "frame.json";
+constexpr char kRight[] = "right.png";
+
+struct Frame {
+  uint32_t scene = 0, rig = 0;
+  std::string path;  // In the store.
+};
+
+// In order of scenes and rigs, whatever the order of the set.
+std::vector<Frame> FramesOf(const v1::FrameSet& set) {
+  std::vector<Frame> frames;
+  for (const v1::FrameFolder& folder : set.folders()) {
+    for (const uint32_t rig : folder.rigs()) {
+      char name[16];
+      std::snprintf(name, sizeof name, "/%03u", rig);
+      frames.push_back({folder.scene(), rig, folder.folder() + name});
+    }
+  }
+  std::sort(frames.begin(), frames.end(), [](const Frame& a, const Frame& b) {
+    return std::pair(a.scene, a.rig) < std::pair(b.scene, b.rig);
+  });
+  return frames;
+}
+
+absl::Status Linked(const std::string& from, const std::string& to, bool from_store) {
+  if (::link(from.c_str(), to.c_str()) == 0) return absl::OkStatus();
+  if (from_store) {
+    if (::symlink(from.c_str(), to.c_str()) == 0) return absl::OkStatus();
+    return ErrnoError(errno, "link " + to);
+  }
+  std::error_code error;
+  fs::copy_file(from, to, error);
+  return error ? ErrnoError(error.value(), "copy " + to) : absl::OkStatus();
+}
+
+// One call of BringFrames.
+class Bringer {
+ public:
+  Bringer(const v1::FrameSet& set, const Store& store, const FrameCache& cache,
+          const std::string& dir, const FrameFolderOptions& options)
+      : set_(set),
+        store_(store),
+        cache_(cache),
+        dir_(dir),
+        options_(options),
+        filters_(set.filters()) {
+    if (!options.curated) filters_.set_max_ambiguous_share(1);  // Judges nothing.
+  }
+
+  absl::StatusOr<FrameFolderFacts> Bring() {
+    ASSIGN_OR_RETURN(std::vector<v1::PublishedFrame> passing, Passing());
+    const auto wanted = static_cast<size_t>(
+        std::max(1.0, std::ceil(options_.share * static_cast<double>(passing.size()) - 1e-9)));
+    if (passing.size() > wanted) passing.resize(wanted);
+    if (passing.empty()) {
+      return Refuse("no pair is left of " + std::to_string(facts_.left_out) +
+                    ": filters turn all down");
+    }
+    if (options_.mismatched && passing.size() < 2) return Refuse("one pair can't be mismatched");
+    std::string index;
+    for (size_t i = 0; i < passing.size(); ++i) {
+      if (options_.cancel.cancelled()) return absl::CancelledError("while frames were brought");
+      // Half a set away stands another scene wherever there is one.
+      const size_t other = (i + std::max<size_t>(1, passing.size() / 2)) % passing.size();
+      RETURN_IF_ERROR(Place(passing[i], options_.mismatched ? &passing[other] : nullptr));
+      ASSIGN_OR_RETURN(const IndexLine line, MakeIndexLine(passing[i], filters_));
+      index += line.text + "\n";
+      Count(passing[i]);
+      options_.progress(static_cast<double>(i + 1) / static_cast<double>(passing.size()));
+    }
+    RETURN_IF_ERROR(WriteFile(dir_ + "/index.jsonl", index));
+    facts_.pairs = static_cast<int64_t>(passing.size());
+    facts_.sha256 = HexOf(hash_.Finish());
+    const Json card = {
+        {"variant", set_.variant()}, {"pairs", facts_.pairs}, {"pairs_wanted", facts_.pairs}};
+    RETURN_IF_ERROR(WriteFile(dir_ + "/dataset.json", card.dump(2) + "\n"));
+    return facts_;
+  }
+
+ private:
+  absl::Status Refuse(const std::string& what) const {
+    return MakeError(absl::StatusCode::kFailedPrecondition,
+                     "variant " + set_.variant() + ": " + what);
+  }
+
+  absl::StatusOr<Files> FilesOf(const std::string& path,
+                                const std::vector<std::string>& names) const {
+    const absl::StatusOr<std::string> local = store_.LocalPath(path);
+    if (local.ok()) return FilesOfFrame(*local, names);
+    return cache_.Fetch(store_, path, names);
+  }
+
+  // Frames that pass the filters, with their statistics and the paths where the store has them.
+  absl::StatusOr<std::vector<v1::PublishedFrame>> Passing() {
+    std::vector<v1::PublishedFrame> passing;
+    for (const Frame& frame : FramesOf(set_)) {
+      if (options_.cancel.cancelled()) return absl::CancelledError("while frames were judged");
+      ASSIGN_OR_RETURN(Files files, FilesOf(frame.path, {kFacts}));
+      ASSIGN_OR_RETURN(const std::string text, ReadFile(files[kFacts].path));
+      const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
+      if (!json.is_object() || !json.contains("statistics")) {
+        return MakeError(absl::StatusCode::kDataLoss, frame.path + "/frame.json: no statistics");
+      }
+      v1::PublishedFrame published;
+      published.set_variant(set_.variant());
+      published.set_scene(frame.scene);
+      published.mutable_frame()->set_rig(frame.rig);
+      published.mutable_frame()->set_path(frame.path);
+      for (const auto& [name, value] : json["statistics"].items()) {
+        if (value.is_number()) (*published.mutable_frame()->mutable_statistics())[name] = value;
+      }
+      ASSIGN_OR_RETURN(const bool passes, Passes(published));
+      if (passes) passing.push_back(std::move(published));
+      if (!passes) ++facts_.left_out;
+    }
+    return passing;
+  }
+
+  absl::StatusOr<bool> Passes(const v1::PublishedFrame& frame) const {
+    ASSIGN_OR_RETURN(const IndexLine line, MakeIndexLine(frame, filters_));
+    const Json json = Json::parse(line.text);
+    if (options_.curated && !json["filters"].contains("ambiguous")) {
+      return Refuse("its frames are wanted curated, but were not (parallax curate)");
+    }
+    return json["passed"].get<bool>();
+  }
+
+  // Links the frame's files and fills in their hashes. `right_of`: whose right image it gets.
+  absl::Status Place(v1::PublishedFrame& frame, const v1::PublishedFrame* right_of) {
+    ASSIGN_OR_RETURN(Files files, FilesOf(frame.frame().path(), options_.files));
+    if (right_of != nullptr) {
+      ASSIGN_OR_RETURN(Files other, FilesOf(right_of->frame().path(), {kRight}));
+      files[kRight] = other[kRight];
+    }
+    const bool from_store = store_.LocalPath(frame.frame().path()).ok();
+    const std::string folder = dir_ + "/" + FramePath({frame.scene(), frame.frame().rig()});
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error) return ErrnoError(error.value(), "make " + folder);
+    for (const auto& [name, file] : files) {
+      RETURN_IF_ERROR(Linked(file.path, folder + "/" + name, from_store));
+      v1::FileEntry& entry = *frame.mutable_frame()->add_files();
+      entry.set_name(name);
+      entry.set_size(file.size);
+      entry.set_sha256(file.sha256);
+    }
+    return absl::OkStatus();
+  }
+
+  void Count(const v1::PublishedFrame& frame) {
+    hash_.Update(FramePath({frame.scene(), frame.frame().rig()})).Update("\n");
+    for (const v1::FileEntry& file : frame.frame().files()) {
+      hash_.Update(file.name()).Update(" ").Update(file.sha256()).Update("\n");
+    }
+  }
+
+  const v1::FrameSet& set_;
+  const Store& store_;
+  const FrameCache& cache_;
+  const std::string& dir_;
+  const FrameFolderOptions& options_;
+  v1::FilterConfig filters_;
+  FrameFolderFacts facts_;
+  Sha256 hash_;
+};
+
+}  // namespace
+
+std::vector<std::string> FilesForTraining() {
+  return {"left.png",
+          "right.png",
+          "disparity_left.exr",
+          "disparity_right.exr",
+          "occlusion_left.png",
+          "occlusion_right.png",
+          "masks_left.png",
+          "masks_right.png",
+          kFacts};
+}
+
+std::vector<std::string> FilesForEvaluation() {
+  std::vector<std::string> files = FilesForTraining();
+  files.insert(files.end(), {"objects_left.png", "materials_left.png"});
+  return files;
+}
+
+absl::StatusOr<FrameFolderFacts> BringFrames(const v1::FrameSet& set, const Store& store,
+                                             const FrameCache& cache, const std::string& dir,
+                                             const FrameFolderOptions& options) {
+  return Bringer(set, store, cache, dir, options).Bring();
+}
+
+}  // namespace parallax

@@ -1,0 +1,47 @@
+// A variant's frames, brought out of the store into a folder that trainers and benchmarks read: an
+// archive of this variant alone, without the frames that its filters turn down.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "common/base/cancel.h"
+#include "common/base/status.h"
+#include "common/store/store.h"
+#include "parallax/v1/train.pb.h"
+#include "worker/jobs/frame_cache.h"
+
+namespace parallax {
+
+// Maps that are read to train, and those for errors by class and material as well.
+std::vector<std::string> FilesForTraining();
+std::vector<std::string> FilesForEvaluation();
+
+struct FrameFolderOptions {
+  std::vector<std::string> files;  // Of each frame; those that were not rendered are left out.
+  double share = 1;                // Of the frames that pass, the first ones; at least one.
+  // A control: each pair gets the right image of the pair that stands half the set away.
+  bool mismatched = false;
+  bool curated = false;  // Ambiguous frames are turned down as well.
+  CancelToken cancel;
+  std::function<void(double fraction)> progress = [](double) {};
+};
+
+struct FrameFolderFacts {
+  int64_t pairs = 0;     // In the folder.
+  int64_t left_out = 0;  // Turned down by filters.
+  std::string sha256;    // Over names and contents, lower-case hex.
+};
+
+// Writes `dir`/index.jsonl, dataset.json and frames/<scene>/<rig>/. Files are hard links where that
+// can be, else links to a store's folder or copies of the cache's files. The same set gives the
+// same folder on every machine. `dir` ends in the variant's name.
+//
+// Errors: kFailedPrecondition when no frame is left, when two are needed for `mismatched`, and when
+// `curated` frames were not curated; kCancelled; those of Judge, the store and the cache.
+absl::StatusOr<FrameFolderFacts> BringFrames(const v1::FrameSet& set, const Store& store,
+                                             const FrameCache& cache, const std::string& dir,
+                                             const FrameFolderOptions& options);
+
+}  // namespace parallax

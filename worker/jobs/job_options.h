@@ -1,0 +1,21 @@
+// What handlers need of their worker's command line.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "worker/jobs/core_share.h"
+#include "worker/jobs/frame_cache.h"
+#include "worker/train/installed_trainers.h"
+
+namespace parallax {
+
+// Filled in after the handlers are made and before any job runs; all handlers see the same.
+struct JobOptions {
+  std::unique_ptr<CoreShare> cores;  // Null: jobs run without regard to others.
+  FrameCacheOptions frame_cache;
+  InstalledTrainers trainers;
+  std::string benchmarks_dir;  // Empty: only what is installed with Parallax.
+};
+
+}  // namespace parallax

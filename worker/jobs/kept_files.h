@@ -1,0 +1,36 @@
+// Files that a job leaves in its attempt's folder. Not thread-safe.
+#pragma once
+
+#include <google/protobuf/repeated_ptr_field.h>
+
+#include <string>
+
+#include "common/base/status.h"
+#include "parallax/v1/jobs.pb.h"
+#include "worker/agent/job_handler.h"
+
+namespace parallax {
+
+class KeptFiles {
+ public:
+  // `folder` outlives it.
+  explicit KeptFiles(const AttemptFolder& folder) : folder_(folder) {}
+
+  // Copies a file of this machine to `name` in the attempt's folder, durably. Returns its SHA-256.
+  // Errors: the disk's.
+  absl::StatusOr<std::string> Keep(const std::string& from, const std::string& name);
+  // As Keep, of a text. Errors: the disk's.
+  absl::Status KeepText(const std::string& text, const std::string& name);
+
+  // All so far, as results name them.
+  const google::protobuf::RepeatedPtrField<v1::FileEntry>& entries() const { return entries_; }
+  std::vector<OutputFile> outputs() const;
+
+ private:
+  absl::Status Note(const std::string& name, const std::string& sha256);
+
+  const AttemptFolder& folder_;
+  google::protobuf::RepeatedPtrField<v1::FileEntry> entries_;
+};
+
+}  // namespace parallax

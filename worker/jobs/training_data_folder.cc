@@ -1,0 +1,150 @@
+#include "worker/jobs/training_data_folder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include "common/base/file.h"
+#include "worker/dataset/export.h"
+#include "worker/jobs/frame_folder.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr int kMostRepetitions = 20;
+
+double WeightOf(const v1::FrameSet& part) { return part.weight() > 0 ? part.weight() : 1; }
+
+// The shortest text that reads back as the same number.
+std::string TextOf(double weight) {
+  char text[32];
+  for (int digits = 1; digits <= 17; ++digits) {
+    std::snprintf(text, sizeof text, "%.*g", digits, weight);
+    if (std::strtod(text, nullptr) == weight) break;
+  }
+  return text;
+}
+
+class Maker {
+ public:
+  Maker(const v1::TrainJob& job, const TrainerContract& contract,
+        const TrainingDataOptions& options)
+      : job_(job), contract_(contract), options_(options), cache_(options.cache) {}
+
+  absl::StatusOr<TrainingDataFolder> Make() {
+    data_.facts = {{"layout", contract_.layout},
+                   {"share", job_.share()},
+                   {"mismatched", job_.mismatched()},
+                   {"curated", job_.curated()},
+                   {"parts", Json::array()}};
+    if (contract_.layout == "archive") {
+      RETURN_IF_ERROR(MakeArchives());
+    } else {
+      RETURN_IF_ERROR(MakeExport());
+    }
+    cache_.Trim();
+    RETURN_IF_ERROR(WriteFile(options_.dir + "/manifest.json", data_.facts.dump(2) + "\n"));
+    return std::move(data_);
+  }
+
+ private:
+  absl::Status MakeArchives() {
+    for (int i = 0; i < job_.parts_size(); ++i) {
+      const v1::FrameSet& part = job_.parts(i);
+      const std::string dir = options_.dir + "/" + std::to_string(i) + "/" + part.variant();
+      ASSIGN_OR_RETURN(const FrameFolderFacts facts, Bring(i, dir));
+      Note(part, facts, 1);
+      data_.parts.push_back({dir, TextOf(WeightOf(part))});
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status MakeExport() {
+    const std::string archive = options_.dir + "/archive",
+                      exported = options_.dir + "/" + contract_.layout;
+    std::vector<FrameFolderFacts> facts;
+    std::vector<int64_t> pairs;
+    std::vector<double> weights;
+    for (int i = 0; i < job_.parts_size(); ++i) {
+      ASSIGN_OR_RETURN(facts.emplace_back(), Bring(i, NameIn(archive, i, 0)));
+      pairs.push_back(facts.back().pairs);
+      weights.push_back(WeightOf(job_.parts(i)));
+    }
+    const std::vector<int> times = Repetitions(pairs, weights);
+    for (int i = 0; i < job_.parts_size(); ++i) {
+      for (int again = 1; again < times[static_cast<size_t>(i)]; ++again) {
+        RETURN_IF_ERROR(Bring(i, NameIn(archive, i, again)).status());
+      }
+      Note(job_.parts(i), facts[static_cast<size_t>(i)], times[static_cast<size_t>(i)]);
+    }
+    ExportOptions export_options;
+    export_options.layout = contract_.layout;
+    export_options.cancel = options_.cancel;
+    RETURN_IF_ERROR(ExportDataset(archive, exported, export_options).status());
+    data_.parts.push_back({exported, "1"});
+    return absl::OkStatus();
+  }
+
+  std::string NameIn(const std::string& archive, int part, int again) const {
+    return archive + "/" + job_.parts(part).variant() +
+           (again == 0 ? "" : "." + std::to_string(again + 1));
+  }
+
+  absl::StatusOr<FrameFolderFacts> Bring(int part, const std::string& dir) {
+    FrameFolderOptions bring;
+    bring.files = FilesForTraining();
+    bring.share = job_.share() > 0 ? job_.share() : 1;
+    bring.mismatched = job_.mismatched();
+    bring.curated = job_.curated();
+    bring.cancel = options_.cancel;
+    const double parts = job_.parts_size();
+    bring.progress = [&, part, parts](double fraction) {
+      options_.progress((part + fraction) / parts);
+    };
+    return BringFrames(job_.parts(part), *options_.store, cache_, dir, bring);
+  }
+
+  void Note(const v1::FrameSet& part, const FrameFolderFacts& facts, int times) {
+    data_.pairs += facts.pairs;
+    data_.facts["parts"].push_back({{"variant", part.variant()},
+                                    {"weight", WeightOf(part)},
+                                    {"pairs", facts.pairs},
+                                    {"left_out_by_filters", facts.left_out},
+                                    {"repeated", times},
+                                    {"sha256", facts.sha256}});
+  }
+
+  const v1::TrainJob& job_;
+  const TrainerContract& contract_;
+  const TrainingDataOptions& options_;
+  const FrameCache cache_;
+  TrainingDataFolder data_;
+};
+
+}  // namespace
+
+std::vector<int> Repetitions(const std::vector<int64_t>& pairs,
+                             const std::vector<double>& weights) {
+  std::vector<double> wanted;  // Draws of a pair of each part.
+  for (size_t i = 0; i < pairs.size(); ++i)
+    wanted.push_back(weights[i] / static_cast<double>(pairs[i]));
+  const double least = *std::min_element(wanted.begin(), wanted.end());
+  std::vector<int> times;
+  for (const double draws : wanted) {
+    times.push_back(std::clamp(static_cast<int>(std::lround(draws / least)), 1, kMostRepetitions));
+  }
+  return times;
+}
+
+absl::StatusOr<TrainingDataFolder> MakeTrainingData(const v1::TrainJob& job,
+                                                    const TrainerContract& contract,
+                                                    const TrainingDataOptions& options) {
+  if (job.parts().empty()) return absl::InvalidArgumentError("a training without data");
+  return Maker(job, contract, options).Make();
+}
+
+}  // namespace parallax

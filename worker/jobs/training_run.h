@@ -1,0 +1,70 @@
+// A trainer's program, run for one job: its folder, its progress, its checkpoints on their way to
+// the store, and its end.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/base/cancel.h"
+#include "common/base/clock.h"
+#include "common/base/status.h"
+#include "worker/agent/job_handler.h"
+#include "worker/jobs/checkpoint_keeper.h"
+#include "worker/train/installed_trainers.h"
+
+namespace parallax {
+
+struct TrainingPlan {
+  InstalledTrainer trainer;
+  uint64_t seed = 0;
+  int64_t steps = 0;  // > 0.
+  int threads = 1;
+  int width_px = 0, height_px = 0, batch = 0;             // 0: the trainer's own.
+  int checkpoints = 1;                                    // For learning curves, the last included.
+  std::vector<std::pair<std::string, std::string>> data;  // Folder and weight of each part.
+  std::string work_dir;                                   // An existing folder: out/, log.txt.
+  Clock* clock = &Clock::System();
+};
+
+// Another attempt's checkpoint, brought here.
+struct ResumePoint {
+  CheckpointFacts facts;
+  std::string path;
+  std::string curve;  // Text of its curve.csv.
+};
+
+struct TrainedNetwork {
+  std::string final_path;  // The trained network.
+  // By step, without the last: those for learning curves.
+  std::vector<std::pair<int64_t, std::string>> checkpoints;
+  std::string log_path;
+  std::string curve;  // CSV: step, loss, epe_px, train_s.
+  std::vector<std::string> command;
+  double loss = 0;     // Smoothed, at the end; 0 if the trainer told none.
+  double train_s = 0;  // Over all attempts.
+  double cpu_s = 0;    // Of this attempt.
+};
+
+// The size of steps between checkpoints: at most about 250, and a divisor of the distance between
+// those for learning curves.
+int64_t CheckpointEvery(int64_t steps, int checkpoints);
+
+// Runs the trainer to its end. `keeper` gets each new checkpoint. `progress` is told the figures
+// "step", "steps", "loss", "epe_px" and "eta_s", as far as they are known, whenever the trainer
+// tells something.
+//
+// Errors: each with the log's tail (see WithLogTail): kFailedPrecondition when a loss is not finite
+// or the trainer's arguments are refused; kResourceExhausted when memory is exhausted; kAborted
+// when a signal ended it; kInternal for another exit status or a missing network; kCancelled;
+// kUnimplemented when the trainer knows no size or batch. As ChildProcess::Start and
+// CheckpointKeeper::Put.
+absl::StatusOr<TrainedNetwork> RunTrainer(const TrainingPlan& plan,
+                                          const std::optional<ResumePoint>& resume,
+                                          CheckpointKeeper& keeper, const CancelToken& cancel,
+                                          const JobProgressFn& progress);
+
+}  // namespace parallax

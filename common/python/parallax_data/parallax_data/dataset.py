@@ -2,6 +2,7 @@
 
 import json
 import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Dict, Iterable, List, Optional, Sequence, Union
@@ -161,9 +162,12 @@ class ParallaxDataset:
 
     def __getitem__(self, index: int) -> Pair:
         frame = self.frames[index]
-        disparity = frame.disparity("left")
-        return Pair(frame.image("left"), frame.image("right"), disparity,
-                    frame.valid("left", self.max_disparity, disparity), frame)
+        # Decoders let go of Python's lock. Threads of its own, because those of a pool don't survive a fork.
+        with ThreadPoolExecutor(2) as pool:
+            left, right = pool.submit(frame.image, "left"), pool.submit(frame.image, "right")
+            disparity = frame.disparity("left")
+            valid = frame.valid("left", self.max_disparity, disparity)
+            return Pair(left.result(), right.result(), disparity, valid, frame)
 
     def __iter__(self):
         return (self[i] for i in range(len(self)))

@@ -17,6 +17,7 @@
 #include "worker/agent/attempt_folders.h"
 #include "worker/agent/backoff.h"
 #include "worker/agent/job_slots.h"
+#include "worker/agent/retirement.h"
 #include "worker/agent/work_session.h"
 
 namespace parallax {
@@ -26,6 +27,18 @@ using Seconds = std::chrono::duration<double>;
 
 // How long the goodbye may take.
 constexpr double kGoodbye_s = 2;
+
+// How far a worker has been told to leave. Later ones are sharper.
+enum DrainLevel : int { kStay = 0, kDrainLong = 1, kDrain = 2, kHandBack = 3 };
+
+RetirementOptions RetirementOf(const AgentOptions& options, Clock& clock) {
+  RetirementOptions out{.idle_s = options.idle_exit_s, .deadline = {}, .margin_s = options.grace_s};
+  if (options.deadline_unix_s > 0) {
+    const Seconds left(options.deadline_unix_s - clock.UnixSeconds());
+    out.deadline = clock.Steady() + std::chrono::duration_cast<SteadyTime::duration>(left);
+  }
+  return out;
+}
 
 SteadyTime After(SteadyTime from, double seconds) {
   return from + std::chrono::duration_cast<SteadyTime::duration>(Seconds(seconds));
@@ -78,7 +91,8 @@ class AgentImpl final : public Agent {
                  Rng(SeedOf(options.name), "agent/reports"), [this] { Wake(); }),
         slots_(
             options.slots, options.name, handlers, clock,
-            [this](Report report) { reports_.Submit(std::move(report)); }, [this] { Wake(); }) {}
+            [this](Report report) { reports_.Submit(std::move(report)); }, [this] { Wake(); }),
+        retirement_(RetirementOf(options, clock), clock.Steady()) {}
 
   ~AgentImpl() override { CloseSession(); }
 
@@ -94,6 +108,7 @@ class AgentImpl final : public Agent {
       HandleEnded();
       CheckLease();
       CheckHung();
+      CheckRetirement();
       HandleDrain();
       if (!fatal_.ok()) {
         slots_.StopAll(StopCause::kLeaseLost);
@@ -111,8 +126,9 @@ class AgentImpl final : public Agent {
     return summary_;
   }
 
-  void Drain() override { RaiseDrain(1); }
-  void HandBack() override { RaiseDrain(2); }
+  void DrainLong() override { RaiseDrain(kDrainLong); }
+  void Drain() override { RaiseDrain(kDrain); }
+  void HandBack() override { RaiseDrain(kHandBack); }
 
  private:
   // ---- Notes from other threads ----
@@ -132,7 +148,7 @@ class AgentImpl final : public Agent {
     wake_.notify_all();
   }
 
-  void RaiseDrain(int level) {
+  void RaiseDrain(DrainLevel level) {
     std::lock_guard lock(mu_);
     drain_wanted_ = std::max(drain_wanted_, level);
     WakeLocked();
@@ -347,8 +363,9 @@ class AgentImpl final : public Agent {
       folder = *std::move(found);
     }
     if (!slots_.Start(std::move(lease), std::move(folder), coordinator_id_)) {
-      SendHandBack(attempt, "no free slot");
+      return SendHandBack(attempt, "no free slot");
     }
+    retirement_.Began(KeyOf(attempt), clock_.Steady());
   }
 
   void ReportUnusable(const v1::Lease& lease, const absl::Status& status) {
@@ -386,6 +403,7 @@ class AgentImpl final : public Agent {
   // ---- Upkeep ----
   void HandleEnded() {
     for (const EndedAttempt& ended : slots_.TakeEnded()) {
+      retirement_.Ended(KeyOf(ended.attempt), clock_.Steady());
       if (ended.reported) {
         ++(ended.succeeded ? summary_.succeeded : summary_.failed);
       } else if (ended.stop == StopCause::kHandBack) {
@@ -428,6 +446,15 @@ class AgentImpl final : public Agent {
     }
   }
 
+  void CheckRetirement() {
+    const SteadyTime now = clock_.Steady();
+    retirement_.Observe(slots_.busy() > 0, now);
+    const char* why = retirement_.WhyLeave(now);
+    if (why == nullptr || drain_ > 0) return;
+    LogInfo("leaving", {{"why", why}});
+    Drain();
+  }
+
   // Attempts that may still come to their end.
   int Unfinished() const {
     int hung = 0;
@@ -437,6 +464,7 @@ class AgentImpl final : public Agent {
 
   void GiveCredit() {
     if (session_ == nullptr || !welcomed_ || drain_ > 0) return;
+    if (!retirement_.TakesWork(clock_.Steady())) return;
     if (reports_.HasUntriedLeftovers(coordinator_id_)) return;
     const int taken = slots_.busy() + credit_;
     const int free = std::max(0, options_.slots - taken);
@@ -484,7 +512,7 @@ class AgentImpl final : public Agent {
     if (lease_s_ > 0 && (welcomed_ || HasWorkUnderLease())) {
       next = std::min(next, After(heard_at_, lease_s_));
     }
-    if (drain_ > 0) next = std::min(next, drain_deadline_);
+    next = drain_ > 0 ? std::min(next, drain_deadline_) : retirement_.NextLook(next);
     if (options_.hang_s > 0) {
       for (const RunningAttempt& run : slots_.Running()) {
         if (run.stop != StopCause::kNone) continue;
@@ -507,24 +535,21 @@ class AgentImpl final : public Agent {
 
   // ---- The end ----
   void HandleDrain() {
-    int wanted;
+    DrainLevel wanted;
     {
       std::lock_guard lock(mu_);
       wanted = drain_wanted_;
     }
-    if (wanted > 0 && drain_ == 0) {
-      drain_ = 1;
-      drain_deadline_ = After(clock_.Steady(), options_.grace_s);
-      heartbeat_at_ = clock_.Steady();  // The coordinator is to know now.
-      for (const v1::AttemptId& attempt : slots_.TakeWaiting()) {
-        ++summary_.handed_back;
-        SendHandBack(attempt, "draining");
-      }
-      LogInfo("draining", {{"running", slots_.busy()}, {"grace_s", options_.grace_s}});
+    if (wanted > kStay && drain_ == 0) BeginDrain();
+    if (drain_ == 1 && wanted > drain_level_) {  // Sharper than before: the end comes nearer.
+      drain_level_ = wanted;
+      const double grace_s = wanted == kDrainLong ? options_.long_grace_s : options_.grace_s;
+      drain_deadline_ = std::min(drain_deadline_, After(clock_.Steady(), grace_s));
+      LogInfo("draining", {{"running", slots_.busy()}, {"grace_s", grace_s}});
     }
     if (drain_ == 0) return;
     const bool late = clock_.Steady() >= drain_deadline_;
-    if (drain_ == 1 && (wanted > 1 || late)) {
+    if (drain_ == 1 && (wanted == kHandBack || late)) {
       drain_ = 2;
       drain_deadline_ = After(clock_.Steady(), options_.hand_back_s);
       LogInfo("handing back", {{"running", slots_.busy()}});
@@ -542,6 +567,16 @@ class AgentImpl final : public Agent {
       }
     }
     finished_ = (idle && nothing_to_send) || (drain_ == 2 && late);
+  }
+
+  void BeginDrain() {
+    drain_ = 1;
+    drain_deadline_ = SteadyTime::max();
+    heartbeat_at_ = clock_.Steady();  // The coordinator is to know now.
+    for (const v1::AttemptId& attempt : slots_.TakeWaiting()) {
+      ++summary_.handed_back;
+      SendHandBack(attempt, "draining");
+    }
   }
 
   // So that the coordinator has read the hand-backs when the process ends.
@@ -567,7 +602,7 @@ class AgentImpl final : public Agent {
   std::condition_variable wake_;
   // Guarded by mu_.
   bool woken_ = false;
-  int drain_wanted_ = 0;
+  DrainLevel drain_wanted_ = kStay;
   Inbox inbox_;  // Of session_.
 
   const std::unique_ptr<Outbox> outbox_;
@@ -590,6 +625,7 @@ class AgentImpl final : public Agent {
   int64_t sequence_ = 0;
   std::map<int64_t, SteadyTime> sent_at_;  // Of heartbeats without answer.
   int drain_ = 0;                          // 1: finish; 2: hand back.
+  DrainLevel drain_level_ = kStay;         // What drain_deadline_ stands for.
   bool finished_ = false;
   absl::Status fatal_;
   AgentSummary summary_;
@@ -597,6 +633,7 @@ class AgentImpl final : public Agent {
   // Last, so that their threads end first.
   ReportSender reports_;
   JobSlots slots_;
+  Retirement retirement_;
 };
 
 }  // namespace

@@ -38,8 +38,14 @@ struct AgentOptions {
   std::string instance;    // Of this process; another one of the same name has another.
   std::string
       store_uri;  // Overrides the coordinator's: the same store under another path of this machine.
-  std::string outbox_root;  // Folder of all outboxes of this machine; see outbox.h.
-  double grace_s = 300;     // From Drain() until running work is handed back.
+  std::string outbox_root;     // Folder of all outboxes of this machine; see outbox.h.
+  double grace_s = 300;        // From Drain() until running work is handed back.
+  double long_grace_s = 3600;  // The same from DrainLong().
+  // The worker drains by itself after idling for so long; 0: never.
+  double idle_exit_s = 0;
+  // Seconds since 1970 by which the process must be gone: it drains --grace before, and takes no
+  // job that would not end by then. 0: none.
+  double deadline_unix_s = 0;
   double hand_back_s =
       3;  // How long stopped work may take to notice before the agent goes without it.
   // A job that tells no progress for so long is reported as failed, and the worker drains: a thread
@@ -83,6 +89,8 @@ class Agent {
 
   // Takes nothing new, ends Run() when all is finished and reported, or after the grace.
   virtual void Drain() = 0;
+  // The same with the long grace. Drain() shortens it.
+  virtual void DrainLong() = 0;
   // Ends Run() soon: hands back what runs.
   virtual void HandBack() = 0;
 };

@@ -17,6 +17,7 @@ SignalWatch::SignalWatch(Handlers handlers) : handlers_(std::move(handlers)) {
   sigemptyset(&set);
   sigaddset(&set, SIGTERM);
   sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGUSR1);
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
   signal(SIGPIPE, SIG_IGN);
   stop_ = eventfd(0, EFD_CLOEXEC);
@@ -42,7 +43,12 @@ void SignalWatch::Loop(int signals, int parent) const {
     if (watched[0].revents != 0) break;
     if (watched[1].revents != 0) {
       signalfd_siginfo info;
-      if (read(signals, &info, sizeof info) == sizeof info) handlers_.on_signal(++count);
+      if (read(signals, &info, sizeof info) != sizeof info) continue;
+      if (info.ssi_signo != SIGUSR1) {
+        handlers_.on_signal(++count);
+      } else if (handlers_.on_long_drain != nullptr) {
+        handlers_.on_long_drain();
+      }
     }
     if (watched[2].revents != 0) {
       watched[2].fd = -1;

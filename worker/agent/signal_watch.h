@@ -1,4 +1,4 @@
-// SIGTERM, SIGINT and the parent's death as calls on a thread of their own.
+// SIGTERM, SIGINT, SIGUSR1 and the parent's death as calls on a thread of their own.
 #pragma once
 
 #include <functional>
@@ -11,7 +11,8 @@ class SignalWatch {
   struct Handlers {
     std::function<void(int count)>
         on_signal;  // count: 1 for the first SIGTERM or SIGINT, 2 for the second...
-    std::function<void()> on_orphaned;  // The parent died. Null: not watched.
+    std::function<void()> on_long_drain;  // SIGUSR1. Null: ignored.
+    std::function<void()> on_orphaned;    // The parent died. Null: not watched.
   };
 
   // Make it before any other thread: signals are blocked in the calling thread, and those made

@@ -31,6 +31,7 @@ constexpr char kFooter[] = R"(Examples:
          --allow-trainers raft-stereo --benchmarks /data/stereo
 
 Signals:
+  SIGUSR1             long drain: take nothing new, finish what runs within --long-grace
   SIGTERM or SIGINT   drain: take nothing new, finish what runs within --grace, then hand it back
   the second one      hand back at once
   the third one       end without a word
@@ -54,6 +55,9 @@ struct CommandLine {
   int threads = 0;
   int64_t memory_mb = 0;
   double grace_s = 300;
+  double long_grace_s = 3600;
+  double idle_exit_s = 0;
+  double deadline_unix_s = 0;
   double hang_s = 1800;
   std::string outbox;
   std::string picture_root;
@@ -158,6 +162,17 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.add_option("--grace", line.grace_s,
                  "Seconds that running jobs may take after SIGTERM (default 300)")
       ->check(CLI::Range(0.0, kLongestS));
+  app.add_option("--long-grace", line.long_grace_s,
+                 "Seconds that running jobs may take after SIGUSR1 (default 3600)")
+      ->check(CLI::Range(0.0, kLongestS));
+  app.add_option("--exit-when-idle", line.idle_exit_s,
+                 "End with status 0 after so many seconds without work (default: never)")
+      ->check(CLI::Range(30.0, kLongestS));
+  app.add_option(
+         "--deadline", line.deadline_unix_s,
+         "Be gone by then, in seconds since 1970: drain --grace before, and take no job that\n"
+         "is likely to last longer (default: none)")
+      ->check(CLI::Range(1e9, 1e11));
   app.add_option("--hang-s", line.hang_s,
                  "Seconds without progress after which a job counts as hung: it is reported as\n"
                  "failed and the worker drains (default 1800; 0: never)")
@@ -216,6 +231,9 @@ absl::StatusOr<AgentOptions> OptionsOf(const CommandLine& line, const JobHandler
   options.store_uri = line.store;
   options.outbox_root = line.outbox.empty() ? DefaultOutbox() : line.outbox;
   options.grace_s = line.grace_s;
+  options.long_grace_s = line.long_grace_s;
+  options.idle_exit_s = line.idle_exit_s;
+  options.deadline_unix_s = line.deadline_unix_s;
   options.hang_s = line.hang_s;
   return options;
 }
@@ -266,8 +284,14 @@ int Work(const AgentOptions& options, const CommandLine& line, const JobHandlers
     if (agent == nullptr) return;
     wanted == 1 ? agent->Drain() : agent->HandBack();
   };
+  bool long_drain = false;  // Guarded by mu: SIGUSR1 that came before there was an agent.
   SignalWatch::Handlers on_signals;
   on_signals.on_signal = raise;
+  on_signals.on_long_drain = [&] {
+    std::lock_guard lock(mu);
+    long_drain = true;
+    if (agent != nullptr) agent->DrainLong();
+  };
   if (line.exit_when_orphaned) {
     on_signals.on_orphaned = [&] {
       orphaned = true;
@@ -284,6 +308,7 @@ int Work(const AgentOptions& options, const CommandLine& line, const JobHandlers
   {
     std::lock_guard lock(mu);
     agent = created->get();
+    if (long_drain) agent->DrainLong();
     if (wanted > 0) wanted == 1 ? agent->Drain() : agent->HandBack();
   }
 

@@ -1,0 +1,49 @@
+// When a worker leaves by itself: after it has idled for a while, or before the allocation that it
+// runs in ends. So a batch system's nodes aren't held by workers that do nothing, and no job is
+// begun that the end would cut off. Single-threaded; the agent's own thread uses it.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "common/base/clock.h"
+
+namespace parallax {
+
+struct RetirementOptions {
+  double idle_s = 0;                   // Leave after this long without work. 0: never.
+  std::optional<SteadyTime> deadline;  // Everything must be over by then.
+  double margin_s = 0;                 // How long before the deadline running work must end.
+};
+
+class Retirement {
+ public:
+  using AttemptKey = std::pair<int64_t, uint64_t>;  // Job and fence.
+
+  Retirement(const RetirementOptions& options, SteadyTime now)
+      : options_(options), idle_since_(now) {}
+
+  void Began(AttemptKey attempt, SteadyTime now);
+  void Ended(AttemptKey attempt, SteadyTime now);
+  // `busy`: whether anything runs or waits here.
+  void Observe(bool busy, SteadyTime now);
+
+  // Whether a job as long as the longest so far would end in time.
+  bool TakesWork(SteadyTime now) const;
+  // Why the worker should drain now; null while it should stay.
+  const char* WhyLeave(SteadyTime now) const;
+  // When WhyLeave may answer something else, at the latest `until`.
+  SteadyTime NextLook(SteadyTime until) const;
+
+ private:
+  SteadyTime LastStart() const;  // Of a job as long as the longest so far. Requires a deadline.
+
+  const RetirementOptions options_;
+  std::map<AttemptKey, SteadyTime> running_;
+  SteadyTime::duration longest_{};
+  std::optional<SteadyTime> idle_since_;  // Empty while busy.
+};
+
+}  // namespace parallax

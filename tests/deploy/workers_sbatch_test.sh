@@ -56,8 +56,24 @@ expect --threads ""
 expect --memory-mb ""
 if grep -q '^PARALLAX_TLS' "$tmp/out/environment"; then fail "$case: PARALLAX_TLS is set"; fi
 grep -q '^PARALLAX_COORDINATOR=127.0.0.1:7070$' "$tmp/out/environment" || fail "$case: no coordinator"
-# Slurm kills 30 s after SIGTERM.
+expect --exit-when-idle 300
+expect --deadline ""
+# Slurm kills 30 s after SIGTERM, and 300 s after the signal that announces the end.
+[ "$(value_of --long-grace)" -lt 300 ] || fail "$case: long grace $(value_of --long-grace)"
 [ "$(value_of --grace)" -lt 30 ] || fail "$case: grace $(value_of --grace)"
+
+case="end of time, by Slurm's variable and by squeue"
+start PARALLAX_COORDINATOR=127.0.0.1:7070 SLURM_JOB_END_TIME=1800000000 PARALLAX_IDLE=60
+expect --deadline 1800000000
+expect --exit-when-idle 60
+mkdir "$tmp/path"
+printf '#!/bin/sh\necho 2027-01-15T08:00:00\n' > "$tmp/path/squeue"
+chmod +x "$tmp/path/squeue"
+start PARALLAX_COORDINATOR=127.0.0.1:7070 PATH="$tmp/path:$PATH"
+expect --deadline "$(date -d 2027-01-15T08:00:00 +%s)"
+printf '#!/bin/sh\nexit 1\n' > "$tmp/path/squeue"
+start PARALLAX_COORDINATOR=127.0.0.1:7070 PATH="$tmp/path:$PATH"
+[ "$rc" -eq 4 ] || fail "$case: rc $rc"
 
 case="unix socket, empty PARALLAX_TLS"
 start PARALLAX_COORDINATOR=unix:/run/c.sock PARALLAX_TLS=
@@ -108,5 +124,5 @@ wait "$started" || rc=$?
 [ "$rc" -eq 4 ] || fail "$case: rc $rc"
 [ "$(cat "$tmp/out/signals")" = 1 ] || fail "$case: $(cat "$tmp/out/signals") signals"
 
-if [ "$failed" -eq 0 ]; then echo "workers.sbatch: 13 environments and one signal as wanted"; fi
+if [ "$failed" -eq 0 ]; then echo "workers.sbatch: 16 environments and one signal as wanted"; fi
 exit "$failed"

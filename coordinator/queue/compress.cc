@@ -4,11 +4,11 @@
 
 #include <memory>
 
+#include "coordinator/queue/stored_size.h"
 #include "coordinator/study/keys.h"
 
 namespace parallax {
 namespace {
-constexpr unsigned long long kMaxBytes = 64ull << 20;
 constexpr int kLevel = 1;
 
 // Making a context costs more than compressing a small message.
@@ -34,7 +34,8 @@ std::string Compress(std::string_view bytes) {
 
 absl::StatusOr<std::string> Decompress(std::string_view bytes) {
   const unsigned long long size = ZSTD_getFrameContentSize(bytes.data(), bytes.size());
-  if (size > kMaxBytes) return MakeError(absl::StatusCode::kDataLoss, "not a zstd frame of ours");
+  if (size > kMaxStoredBytes)
+    return MakeError(absl::StatusCode::kDataLoss, "not a zstd frame of ours");
   std::string out(static_cast<size_t>(size), '\0');
   const size_t got =
       ZSTD_decompressDCtx(Decompressor(), out.data(), out.size(), bytes.data(), bytes.size());

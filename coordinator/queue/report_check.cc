@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/base/names.h"
+#include "coordinator/queue/stored_size.h"
 
 namespace parallax {
 
@@ -57,6 +58,11 @@ CheckedReport CheckReport(const v1::CompleteRequest& request, const KindRegistry
     return report;
   }
   report.kind = *kind;
+  if (request.result().size() > kMaxStoredBytes) {
+    report.invalid = "a result of " + std::to_string(request.result().size()) +
+                     " bytes, wanted at most " + std::to_string(kMaxStoredBytes);
+    return report;
+  }
   report.result = kinds[*kind].CheckResult(request.result());
   report.invalid = report.result->invalid;
   return report;

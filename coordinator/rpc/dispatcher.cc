@@ -16,6 +16,7 @@
 #include "coordinator/queue/histogram.h"
 #include "coordinator/rpc/ask_window.h"
 #include "coordinator/rpc/conduct.h"
+#include "coordinator/rpc/reply_size.h"
 #include "coordinator/rpc/seconds.h"
 #include "coordinator/rpc/validation.h"
 
@@ -97,9 +98,15 @@ class Dispatcher::Impl {
     bool same_process = false;
     {
       std::lock_guard lock(mu_);
-      if (!joining_.insert(hello.name()).second) {
+      if (joining_.count(hello.name()) > 0) {
         return absl::AbortedError("worker " + hello.name() + " is already being taken in");
       }
+      if (workers_.count(hello.name()) == 0 && workers_.size() + joining_.size() >= kMostWorkers) {
+        return absl::ResourceExhaustedError("no room for worker " + hello.name() +
+                                            ": a coordinator has at most " +
+                                            std::to_string(kMostWorkers));
+      }
+      joining_.insert(hello.name());
       DropLink(hello.name());
       const auto known = workers_.find(hello.name());
       same_process = known != workers_.end() && !hello.instance().empty() &&

@@ -16,6 +16,10 @@ namespace parallax {
 // A quarter of what gRPC carries here (kMaxRpcMessageBytes).
 inline constexpr size_t kMaxReplyBytes = 16 << 20;
 
+// Workers that a coordinator takes: a list of all, each with the longest texts that CheckHello lets
+// pass, is one reply.
+inline constexpr size_t kMostWorkers = 20'000;
+
 // Cuts every text of `message`, nested ones included, to `most` bytes; a cut one ends with "...".
 void CutTexts(google::protobuf::Message* message, size_t most);
 

@@ -55,6 +55,7 @@ absl::Status CheckHello(const v1::Hello& hello, const KindRegistry& kinds) {
         ": give both the same release");
   }
   if (hello.kinds().empty()) return Bad("hello without kinds of jobs");
+  RETURN_IF_ERROR(CheckRange("hello.kinds", hello.kinds_size(), 1, static_cast<int>(kinds.size())));
   for (const std::string& kind : hello.kinds()) {
     if (const auto known = kinds.IdOf(kind); !known.ok()) {
       return Bad("hello: " + std::string(known.status().message()));

@@ -23,6 +23,11 @@ absl::Status CheckRange(std::string_view field, int64_t seen, int64_t low, int64
 }  // namespace
 
 absl::Status CheckStudySpec(const v1::StudySpec& spec) {
+  // The queue has to read it back whoever submits it, a library's caller too.
+  if (const size_t bytes = spec.ByteSizeLong(); bytes > kMaxStudyBytes) {
+    return Bad("study: " + std::to_string(bytes) + " bytes, wanted at most " +
+               std::to_string(kMaxStudyBytes));
+  }
   RETURN_IF_ERROR(
       CheckRange("study.variants: their number", spec.variants_size(), 1, kMaxVariants));
   std::set<std::string_view> names;

@@ -406,6 +406,34 @@ TEST_F(JobQueueTest, FramesAreListedInOrderFromACursor) {
   EXPECT_EQ(seen, 10);
 }
 
+// What is larger can't be read back, for which the writer would end the program.
+TEST_F(JobQueueTest, AStudyThatIsTooLargeIsRefusedAndTheQueueGoesOn) {
+  v1::SubmitRequest huge = MakeStudy();
+  for (int i = 0; i < 70; ++i) {
+    huge.mutable_study()->mutable_variants(0)->mutable_config()->mutable_floating()->add_classes(
+        std::string(1 << 20, 'c'));
+  }
+  const absl::Status status = queue_->Submit(huge, "tester").status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("bytes, wanted at most 2097152"));
+  EXPECT_THAT(*queue_->ListStudies(10), IsEmpty());
+  Submit();
+  EXPECT_EQ(WorkOff(AnyWorker("w")), 4);
+}
+
+TEST_F(JobQueueTest, AResultThatIsTooLargeFailsItsAttempt) {
+  const StudyId study = Submit();
+  v1::CompleteRequest huge = SolveAnswer(LeaseOne(Solver("w")), "w");
+  v1::SolveResult solved;
+  ASSERT_TRUE(solved.ParseFromString(huge.result()));
+  solved.mutable_scene()->set_generator_version(std::string(65 << 20, 'v'));
+  SetResult(solved, huge);
+  const absl::Status status = queue_->Complete(huge).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("bytes, wanted at most 67108864"));
+  EXPECT_EQ(Jobs(study, "solve", "RETRY_WAIT"), 1);
+}
+
 TEST_F(JobQueueTest, JobsAreListedByState) {
   const StudyId study = Submit({.pairs = 6, .rigs_per_scene = 2});
   Complete(Answer(LeaseOne(Solver("w")), "w"));

@@ -372,59 +372,5 @@ TEST_F(SubmitTest, ReasonsAndNamesOfOtherCallsAreBoundedToo) {
             absl::StatusCode::kInvalidArgument);
 }
 
-// A database may hold what an earlier version took.
-TEST_F(SubmitTest, OversizeRowsOfAnOlderDatabaseAreCutInReplies) {
-  v1::SubmitRequest old;
-  *old.mutable_study() = GoodStudy();
-  old.mutable_study()->set_name("old\x1b[31m" + std::string(200, 'n'));
-  for (int i = 0; i < 40 * 1024; ++i) {
-    old.mutable_study()->mutable_variants(0)->mutable_config()->mutable_floating()->add_classes(
-        std::string(1000, 'c'));
-  }
-  const std::string reason(30 << 20, 'r');
-  ASSERT_TRUE(queue_->Submit(old, "t").ok());
-  ASSERT_TRUE(queue_->Pause(StudyId{1}, reason, "t").ok());
-  ASSERT_TRUE(queue_->Resume(StudyId{1}, reason, "t").ok());
-  ASSERT_TRUE(queue_->Pause(StudyId{1}, reason, "t").ok());
-
-  v1::GetStudyRequest get;
-  get.set_study_id(1);
-  v1::StudyStatus study;
-  absl::Status status = Call([&](auto& c) { return stub_->GetStudy(&c, get, &study); });
-  EXPECT_TRUE(status.ok()) << status;
-  EXPECT_EQ(study.state(), v1::STUDY_STATE_PAUSED);
-  EXPECT_EQ(study.variants_size(), 1);
-  EXPECT_FALSE(study.has_spec()) << "it does not fit";
-  v1::ListStudiesReply studies;
-  status = Call([&](auto& c) { return stub_->ListStudies(&c, {}, &studies); });
-  EXPECT_TRUE(status.ok()) << status;
-  EXPECT_EQ(studies.studies_size(), 1);
-  v1::ListAuditReply audit;
-  status = Call([&](auto& c) { return stub_->ListAudit(&c, {}, &audit); });
-  EXPECT_TRUE(status.ok()) << status;
-  EXPECT_EQ(audit.entries_size(), 4);
-  EXPECT_LT(audit.ByteSizeLong(), 20'000u);
-}
-
-TEST_F(SubmitTest, ListsArePagedFromTheLastEntryOn) {
-  for (int i = 0; i < 45; ++i) {
-    v1::StudySpec study = GoodStudy();
-    study.set_seed(static_cast<uint64_t>(i));
-    ASSERT_TRUE(Submit(study).ok());
-  }
-  std::vector<int64_t> ids;
-  v1::ListStudiesRequest request;
-  request.set_limit(30);
-  for (int page = 0; page < 3; ++page) {
-    v1::ListStudiesReply reply;
-    ASSERT_TRUE(Call([&](auto& c) { return stub_->ListStudies(&c, request, &reply); }).ok());
-    for (const v1::StudyStatus& study : reply.studies()) ids.push_back(study.study_id());
-    EXPECT_EQ(reply.studies_size(), page == 0 ? 30 : page == 1 ? 15 : 0);
-    request.set_before(ids.back());
-  }
-  ASSERT_EQ(ids.size(), 45u);
-  EXPECT_TRUE(std::is_sorted(ids.rbegin(), ids.rend()));
-}
-
 }  // namespace
 }  // namespace parallax

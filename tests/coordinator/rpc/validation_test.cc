@@ -95,6 +95,10 @@ TEST(Validation, AHelloNamesItsWorkerAndStaysWithinBounds) {
       {"name", [](v1::Hello& hello) { hello.set_name(std::string(101, 'x')); }},
       {"kinds", [](v1::Hello& hello) { hello.clear_kinds(); }},
       {"kind", [](v1::Hello& hello) { hello.add_kinds("bake"); }},
+      {"kinds",
+       [](v1::Hello& hello) {
+         for (int i = 0; i < 100; ++i) hello.add_kinds("solve");
+       }},
       {"slots", [](v1::Hello& hello) { hello.set_slots(0); }},
       {"slots", [](v1::Hello& hello) { hello.set_slots(100'000); }},
       {"memory_mb", [](v1::Hello& hello) { hello.set_memory_mb(-1); }},

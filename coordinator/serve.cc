@@ -123,6 +123,7 @@ ProgramError Serve(const ServeOptions& options) {
   if (ProgramError error = CheckDatabasePlace(options.db); !error.status.ok()) return error;
   JobQueueOptions queue_options;
   queue_options.db_path = options.db;
+  if (options.kinds != nullptr) queue_options.kinds = options.kinds;
   queue_options.lease_s = options.lease_s;
   queue_options.retry.backoff_min_s = options.backoff_s;
   // Who waits for a commit waits for a checkpoint too: short ones, often.

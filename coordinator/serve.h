@@ -9,6 +9,8 @@
 
 namespace parallax {
 
+class KindRegistry;
+
 struct ServeOptions {
   std::string db;
   std::string store;
@@ -20,8 +22,9 @@ struct ServeOptions {
   bool trust_workers = false;         // Results are published without a look at their files.
   double lease_s = 60;
   double reconnect_grace_s = 10;
-  double archive_after_days = 30;  // 0: never.
-  double backoff_s = 5;            // Before a failed job's first retry, at least.
+  double archive_after_days = 30;       // 0: never.
+  double backoff_s = 5;                 // Before a failed job's first retry, at least.
+  const KindRegistry* kinds = nullptr;  // Null: the program's own. Outlives the call.
 };
 
 // A status with the exit status that tells it apart.

@@ -56,6 +56,7 @@ void Partitions(const ExperimentOptions& options, Tally& tally);
 void ClockJumps(const ExperimentOptions& options, Tally& tally);
 void Poison(const ExperimentOptions& options, Tally& tally);
 void Invariance(const ExperimentOptions& options, Tally& tally);
+void InvarianceOfWaits(const ExperimentOptions& options, Tally& tally);  // A part of it.
 
 // A folder of this process's own, gone with it.
 class TempFolder {

@@ -59,6 +59,11 @@ class Client {
     for (int i = 0; i < kStudies; ++i) Submit(i);
     for (int i = 0; i < steps; ++i) Step();
   }
+  // The commands that are drawn so seldom that a life may end without them. Alone.
+  void RareCommands() {
+    Retry(0);
+    Cancel();
+  }
 
  private:
   struct Held {
@@ -108,9 +113,7 @@ class Client {
     } else if (draw < 92) {
       PauseOrResume();
     } else if (draw < 94) {
-      Acknowledge(Ack::kMayEnd, 0);
-      (void)queue_.Retry(StudyId{studies_[rng_.UniformInt(0, kStudies - 1)]}, "client");
-      Acknowledge(Ack::kGone, 0);
+      Retry(rng_.UniformInt(0, kStudies - 1));
     } else if (draw < 95) {
       Cancel();
     } else {
@@ -226,6 +229,12 @@ class Client {
     paused_ = !paused_;
   }
 
+  void Retry(int study) {
+    Acknowledge(Ack::kMayEnd, 0);
+    (void)queue_.Retry(StudyId{studies_[study]}, "client");
+    Acknowledge(Ack::kGone, 0);
+  }
+
   void Cancel() {
     const int64_t study = studies_[kStudies - 1];
     Acknowledge(Ack::kMayEnd, 0);
@@ -306,6 +315,7 @@ void Live(const LifeOptions& options, Rng rng, AckLog& acks) {
       Client client(**opened, *options.clock, i, rng.Child("client", static_cast<uint64_t>(i)),
                     acks, order);
       client.Run(options.steps);
+      if (options.rare_commands) client.RareCommands();
     };
     if (options.clients == 1) {
       run();

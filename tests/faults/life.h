@@ -62,6 +62,8 @@ struct LifeOptions {
   FakeClock* clock = nullptr;
   int steps = 40;   // Calls of each client.
   int clients = 1;  // At the same time; with one, a life is the same for the same stream.
+  // With one client: its life ends with each command that is seldom drawn.
+  bool rare_commands = false;
 };
 
 // To be called in a child. Returns when all steps are done.

@@ -124,6 +124,7 @@ void FailPoints(const ExperimentOptions& options, Tally& tally) {
     const auto life_in = [&](const std::string& folder, FakeClock& clock) {
       LifeOptions life = SmallLife(folder, clock);
       life.steps = 120;
+      life.rare_commands = true;
       return life;
     };
     std::vector<Point> points;

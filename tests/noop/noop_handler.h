@@ -5,7 +5,7 @@
 
 namespace parallax {
 
-class NoopHandler final : public JobHandler {
+class NoopHandler : public JobHandler {
  public:
   NoopHandler() : JobHandler("noop", /*writes_output=*/false) {}
   absl::StatusOr<JobOutcome> Run(std::string_view spec, const AttemptFolder&, const CancelToken&,

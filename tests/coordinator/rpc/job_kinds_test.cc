@@ -90,7 +90,8 @@ class OutputsTest : public CoordinatorServerTest {
     folder_ = {directory_ + "/store/" + lease_.store_prefix() + "/.attempt-" +
                    std::to_string(lease_.attempt().fence()),
                lease_.store_prefix() + "/.attempt-" + std::to_string(lease_.attempt().fence())};
-    result_ = *noop_.Render(RenderOf(lease_), folder_, {}, [](double, std::string_view) {});
+    result_ = *noop_.Render(RenderOf(lease_), folder_, {},
+                            [](double, std::string_view, const JobFigures&) {});
   }
   void TearDown() override {
     puppet_->Cut();

@@ -31,7 +31,7 @@ std::vector<std::string> NoopResults(const std::string& db_path, Tally& tally) {
     return results;
   }
   SqliteQuery query(**db, "SELECT bytes FROM results WHERE stage = 'noop' ORDER BY bytes");
-  while (query.Next()) results.push_back(query.Blob(0));
+  while (query.Next()) results.emplace_back(query.Blob(0));
   if (!query.status().ok()) tally.Lost("noop results: " + query.status().ToString());
   return results;
 }

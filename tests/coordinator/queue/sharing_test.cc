@@ -113,7 +113,10 @@ TEST_F(SharingTest, ALargerStudyMakesOnlyWhatIsNew) {
   WorkOff(AnyWorker("w"));
   const StudyId larger = Submit({.pairs = 8, .rigs_per_scene = 2});
   // Scene 2 has one of two frames; scene 3 is new.
-  EXPECT_EQ(WorkOff(AnyWorker("w")), 3);
+  const v1::Lease missing = LeaseOne(Renderer("w"));
+  EXPECT_THAT(RenderOf(missing).rigs(), testing::ElementsAre(1));
+  Complete(Answer(missing, "w"));
+  EXPECT_EQ(WorkOff(AnyWorker("w")), 2);
   EXPECT_EQ(Status(larger).state(), v1::STUDY_STATE_SUCCEEDED);
   EXPECT_EQ(Sum(Status(larger), &v1::VariantStatus::frames_reused), 5);
 }

@@ -88,6 +88,42 @@ TEST_F(WaitsTest, AJobIsReadyWhenTheVariantHasItsPairsAndNotBefore) {
   EXPECT_EQ(State(study), v1::STUDY_STATE_SUCCEEDED);
 }
 
+TEST_F(WaitsTest, EachWaitsForAsManyPairsAsItAsksAndForTheLastOfItsJobs) {
+  plan = [](WorkDesk& desk, const v1::StudySpec&, std::span<const int64_t> own) -> absl::Status {
+    ASSIGN_OR_RETURN(const int64_t early, desk.AddJob({.kind = "noop",
+                                                       .variant = own[0],
+                                                       .ordinal = 0,
+                                                       .input = "early",
+                                                       .waits = {JobWait::OnPairs(own[0], 2)}}));
+    ASSIGN_OR_RETURN(const int64_t late, desk.AddJob({.kind = "noop",
+                                                      .variant = own[0],
+                                                      .ordinal = 1,
+                                                      .input = "late",
+                                                      .waits = {JobWait::OnPairs(own[0], 4)}}));
+    return desk
+        .AddJob({.kind = "noop",
+                 .variant = own[0],
+                 .ordinal = 2,
+                 .input = "both",
+                 .waits = {JobWait::OnJob(early), JobWait::OnJob(late)}})
+        .status();
+  };
+  const StudyId study = Submit({.pairs = 4, .rigs_per_scene = 2});
+  for (const v1::Lease& solve : Lease(Solver("w"), 8)) Complete(Answer(solve, "w"));
+  const std::vector<v1::Lease> renders = Lease(Renderer("w"), 8);
+  ASSERT_EQ(renders.size(), 2u);
+  Complete(Answer(renders[0], "w"));
+  EXPECT_THAT(Noops(study), ElementsAre("READY", "BLOCKED", "BLOCKED"));
+  ExpectSound();
+  Complete(NoopAnswer(LeaseOne(Idler("i")), "i"));
+  EXPECT_THAT(Noops(study), ElementsAre("SUCCEEDED", "BLOCKED", "BLOCKED"));
+  ExpectSound();
+  Complete(Answer(renders[1], "w"));
+  EXPECT_THAT(Noops(study), ElementsAre("SUCCEEDED", "READY", "BLOCKED"));
+  Complete(NoopAnswer(LeaseOne(Idler("i")), "i"));
+  EXPECT_THAT(Noops(study), ElementsAre("SUCCEEDED", "SUCCEEDED", "READY"));
+}
+
 TEST_F(WaitsTest, WaitsOutliveARestart) {
   const StudyId study = Submit({.pairs = 2, .rigs_per_scene = 1});
   Reopen();
@@ -186,6 +222,27 @@ TEST_F(WaitsTest, AVariantThatGivesUpOrIsCancelledCancelsWhoWaitsForItsPairs) {
   ASSERT_TRUE(queue_->Cancel(source, "enough", "tester").ok());
   EXPECT_THAT(Noops(study), ElementsAre("CANCELLED"));
   EXPECT_THAT(ErrorOf(study, "CANCELLED"), HasSubstr("source"));
+}
+
+TEST_F(WaitsTest, AVariantThatFindsNoSceneCancelsWhoWaitsForItsPairs) {
+  plan = nullptr;
+  const StudyId source = Submit({.name = "source", .pairs = 8, .rigs_per_scene = 1, .priority = 1});
+  plan = [](WorkDesk& desk, const v1::StudySpec&, std::span<const int64_t> own) {
+    return desk
+        .AddJob({.kind = "noop",
+                 .variant = own[0],
+                 .input = "x",
+                 .waits = {JobWait::OnPairs(own[0] - 1, 3)}})
+        .status();
+  };
+  const StudyId study = Submit({.name = "waiter", .seed = 2, .pairs = 1, .rigs_per_scene = 1});
+  for (int i = 0; i < 200 && State(source) == v1::STUDY_STATE_RUNNING; ++i) {
+    EXPECT_THAT(Noops(study), ElementsAre("BLOCKED"));
+    Complete(RejectAnswer(LeaseOne(Solver("w")), "w", /*with_layout=*/false));
+  }
+  EXPECT_EQ(State(source), v1::STUDY_STATE_FAILED);
+  EXPECT_THAT(Noops(study), ElementsAre("CANCELLED"));
+  EXPECT_THAT(ErrorOf(study, "CANCELLED"), HasSubstr("gave up"));
 }
 
 TEST_F(WaitsTest, ARetryWaitsAnewForTheNewestGenerations) {

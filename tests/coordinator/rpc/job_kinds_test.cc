@@ -304,6 +304,22 @@ TEST_F(JobKindsTest, OfTenThousandShortJobsNeverMoreRunThanThereAreSlots) {
   EXPECT_EQ(server_->Metrics().running, 0) << "nothing is held any more";
 }
 
+TEST_F(JobKindsTest, LeasesAheadOfAFreeSlotAreNotBusy) {
+  StartCoordinator();
+  Submit(3, 1, {"only"});
+  Puppet puppet(*stub_);
+  puppet.Hello("ahead");  // One slot.
+  puppet.Credit(3);
+  v1::CoordinatorMessage message;
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(puppet.ReadUntil(v1::CoordinatorMessage::kLease, &message));
+  }
+  EXPECT_EQ(server_->Workers()[0].running(), 1);
+  EXPECT_EQ(server_->Metrics().running, 1);
+  puppet.Cut();
+  puppet.WaitForEnd().IgnoreError();
+}
+
 TEST_F(JobKindsTest, AWorkerThatHasGoneRunsNothing) {
   StartCoordinator(/*lease_s=*/1, /*reconnect_grace_s=*/0.2);
   Submit(2, 1, {"only"});

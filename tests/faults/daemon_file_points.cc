@@ -263,7 +263,10 @@ class Life {
   void CheckOutboxes() {
     std::error_code error;
     for (const auto& entry : fs::recursive_directory_iterator(farm_.folder() + "/outbox", error)) {
-      if (entry.is_regular_file() && entry.path().filename() != "lock") {
+      // The empty files by whose locks a worker's programs share out its cores.
+      const bool of_cores =
+          entry.path().parent_path().filename() == "cores" && fs::file_size(entry, error) == 0;
+      if (entry.is_regular_file() && entry.path().filename() != "lock" && !of_cores) {
         tally_.Found({"left in an outbox: " + entry.path().string()}, where_);
       }
     }

@@ -1,6 +1,7 @@
 #include "worker/geometry/mesh.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace parallax {
@@ -12,6 +13,26 @@ uint16_t SlotIndex(Mesh& mesh, const MaterialSlot& slot) {
   if (found != mesh.slots.end()) return static_cast<uint16_t>(found - mesh.slots.begin());
   mesh.slots.push_back(slot);
   return static_cast<uint16_t>(mesh.slots.size() - 1);
+}
+
+// Whether two triangles of sheets have the same three corners, whichever way round: rays would meet
+// one or the other by chance.
+bool HasCoincidentSheets(const Mesh& mesh) {
+  using Corner = std::array<float, 3>;
+  std::vector<std::array<Corner, 3>> sheets;
+  for (const Triangle& t : mesh.triangles) {
+    if (!mesh.slots[t.slot].sheet) continue;
+    std::array<Corner, 3> corners;
+    const uint32_t vertices[3] = {t.a, t.b, t.c};
+    for (size_t k = 0; k < 3; ++k) {
+      const Vec3f p = mesh.positions[vertices[k]] + Vec3f::Zero();  // -0 becomes 0.
+      corners[k] = {p.x(), p.y(), p.z()};
+    }
+    std::sort(corners.begin(), corners.end());
+    sheets.push_back(corners);
+  }
+  std::sort(sheets.begin(), sheets.end());
+  return std::adjacent_find(sheets.begin(), sheets.end()) != sheets.end();
 }
 
 }  // namespace
@@ -41,6 +62,9 @@ absl::Status ValidateMesh(const Mesh& mesh) {
       return absl::InvalidArgumentError("triangle index out of range");
     }
     if (t.slot >= mesh.slots.size()) return absl::InvalidArgumentError("slot index out of range");
+  }
+  if (HasCoincidentSheets(mesh)) {
+    return absl::InvalidArgumentError("two triangles of sheets have the same corners");
   }
   return absl::OkStatus();
 }

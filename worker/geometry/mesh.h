@@ -1,8 +1,9 @@
 // Triangle meshes as plain data: what assets make and everything else reads.
 //
 // Invariants (ValidateMesh checks them): all per-vertex arrays have one length; indices are in
-// range; normals are unit length; no NaN. Triangles are counter-clockwise seen from outside. Closed
-// surfaces unless an asset says otherwise.
+// range; normals are unit length; no NaN. Triangles are counter-clockwise seen from outside.
+// Surfaces are closed, but for those of slots marked as sheets; no two triangles of sheets have the
+// same corners.
 #pragma once
 
 #include <cstdint>
@@ -27,6 +28,9 @@ struct MaterialSlot {
   std::string name;
   std::vector<std::string> families;
   bool emissive = false;  // A lamp's bulb or shade lining: a mesh light of the fixture.
+  // Open surfaces without thickness that are seen from both sides (leaves, petals, blades of
+  // grass): nothing is inside of them.
+  bool sheet = false;
 };
 
 struct Mesh {
@@ -34,7 +38,9 @@ struct Mesh {
   std::vector<Vec3f> normals;    // Unit shading normals, object frame.
   std::vector<Vec3f>
       texture;  // Metres: where solid materials are evaluated; x runs along the part's grain.
-  std::vector<Vec2f> uv;  // Printed pictures only, else 0.
+  // Printed pictures; on sheets of plants (how this leaf differs from others, in [0, 1]; a second
+  // random number), constant over a leaf. Else 0.
+  std::vector<Vec2f> uv;
   std::vector<Triangle> triangles;
   std::vector<MaterialSlot> slots;
 

@@ -153,6 +153,13 @@ float PointTriangleDistance(const Vec3f& point, const std::array<Vec3f, 3>& tria
 TriangleTree::TriangleTree(const Mesh& mesh) : positions_(mesh.positions) {
   triangles_.reserve(mesh.triangles.size());
   for (const Triangle& t : mesh.triangles) triangles_.push_back({t.a, t.b, t.c});
+  if (std::any_of(mesh.slots.begin(), mesh.slots.end(),
+                  [](const MaterialSlot& slot) { return slot.sheet; })) {
+    sheet_.reserve(mesh.triangles.size());
+    for (const Triangle& t : mesh.triangles) {
+      sheet_.push_back(t.slot < mesh.slots.size() && mesh.slots[t.slot].sheet);
+    }
+  }
   bounds_ = mesh.Bounds();
   if (triangles_.empty()) return;
   FindParts();
@@ -246,6 +253,7 @@ int TriangleTree::SignedCrossings(const Vec3f& origin, const Vec3f& direction) c
       continue;
     }
     for (uint32_t i = node.first; i < node.first + node.count; ++i) {
+      if (!sheet_.empty() && sheet_[order_[i]]) continue;
       const auto [a, b, c] = Corners(*this, order_[i]);
       const Vec3f ab = b - a, ac = c - a;
       const Vec3f p = direction.cross(ac);

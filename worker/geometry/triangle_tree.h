@@ -37,7 +37,7 @@ class TriangleTree {
   const std::vector<Vec3f>& part_points() const { return part_points_; }
 
   // Whether an object-frame point lies inside a closed surface: majority of the signed crossings
-  // along three rays.
+  // along three rays. Sheets (MaterialSlot::sheet) hold nothing.
   bool Inside(const Vec3f& point) const;
 
  private:
@@ -47,6 +47,7 @@ class TriangleTree {
 
   std::vector<Vec3f> positions_;
   std::vector<std::array<uint32_t, 3>> triangles_;
+  std::vector<bool> sheet_;  // By triangle; empty when none is.
   std::vector<uint32_t> order_;
   std::vector<Node> nodes_;
   std::vector<Vec3f> part_points_;

@@ -108,6 +108,30 @@ TEST(TriangleTree, InsideFollowsTheSolid) {
   }
 }
 
+TEST(TriangleTree, SheetsHoldNothing) {
+  // A box with one leaf above it and one beside it, whose fronts look at it.
+  Mesh mesh = BoxMesh({0.3f, 0.3f, 0.3f});
+  mesh.slots.push_back({"leaves", {"leaf"}, false, true});
+  const auto corner = [&](const Vec3f& p) {
+    testing::AddVertex(mesh, p, Vec3f::UnitZ());
+    return static_cast<uint32_t>(mesh.positions.size() - 1);
+  };
+  const uint32_t a = corner({-2, -2, 0.6f}), b = corner({2, -2, 0.6f}), c = corner({0, 3, 0.6f});
+  mesh.triangles.push_back({a, b, c, 1});
+  const uint32_t d = corner({-2, -2, -0.6f}), e = corner({2, -2, -0.6f}), f = corner({0, 3, -0.6f});
+  mesh.triangles.push_back({d, f, e, 1});
+  const TriangleTree tree(mesh);
+  EXPECT_TRUE(tree.Inside({0.1f, 0.1f, 0.1f}));
+  EXPECT_FALSE(tree.Inside({0, 0.1f, 0.5f})) << "between the box and a sheet";
+  EXPECT_FALSE(tree.Inside({0.5f, 0.1f, 0.1f})) << "between both sheets";
+  // The same sheets taken for walls of a body do hold what lies between.
+  mesh.slots[1].sheet = false;
+  EXPECT_TRUE(TriangleTree(mesh).Inside({0.5f, 0.1f, 0.1f}));
+  EXPECT_TRUE(Overlap(tree, At({0, 0, 0}), TriangleTree(BoxMesh({0.1f, 0.1f, 0.1f})),
+                      At({0.5f, 0.1f, 0.6f})))
+      << "a box through a leaf";
+}
+
 TEST(TriangleTree, DistanceToATriangleIsTheMinimumOverItsPoints) {
   Rng rng(SceneSeed{10}, "distance");
   const auto point = [&] {

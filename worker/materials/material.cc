@@ -32,6 +32,7 @@ void SurfaceSample8::Set(int lane, const SurfaceSample& s) {
   clearcoat_roughness[lane] = s.clearcoat_roughness;
   sheen[lane] = s.sheen;
   subsurface[lane] = s.subsurface;
+  transmitted_color.Set(lane, s.transmitted_color);
   opacity[lane] = s.opacity;
   emission.Set(lane, s.emission);
   thin_walled[lane] = s.thin_walled ? -1 : 0;
@@ -49,6 +50,7 @@ SurfaceSample SurfaceSample8::Get(int lane) const {
           .clearcoat_roughness = clearcoat_roughness[lane],
           .sheen = sheen[lane],
           .subsurface = subsurface[lane],
+          .transmitted_color = transmitted_color.Get(lane),
           .opacity = opacity[lane],
           .emission = emission.Get(lane)};
 }

@@ -45,8 +45,11 @@ struct SurfaceSample {
   bool thin_walled = false;
   float clearcoat = 0;  // [0, 1]
   float clearcoat_roughness = 0.1f;
-  float sheen = 0;                 // [0, 1]
-  float subsurface = 0;            // [0, 1]; part of the base's light that is scattered inside.
+  float sheen = 0;       // [0, 1]
+  float subsurface = 0;  // [0, 1]; part of the base's light that is scattered inside.
+  // [0, 1], with base_color at most 1: light that an open sheet (MaterialSlot::sheet) scatters
+  // through to its other side, as a leaf does. Solids have none: it counts on sheets only.
+  Vec3f transmitted_color = Vec3f::Zero();
   float opacity = 1;               // [0, 1]; 0 = a hole.
   Vec3f emission = Vec3f::Zero();  // Radiance, W / (m^2 sr).
 };
@@ -85,6 +88,7 @@ struct SurfaceSample8 {
   Float8 clearcoat_roughness = Splat(0.1f);
   Float8 sheen = Splat(0);
   Float8 subsurface = Splat(0);
+  Vec3x8 transmitted_color = Vec3x8::Zero();
   Float8 opacity = Splat(1);
   Vec3x8 emission = Vec3x8::Zero();
   Mask8 thin_walled = {};

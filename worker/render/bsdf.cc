@@ -56,6 +56,10 @@ Bsdf8::Bsdf8(const SurfaceSample8& surface, const Vec3x8& o, Mask8 outside) : o_
   any_coat_ = Any(coat_ > 0.0f);
   any_sheen_ = Any(sheen_ > 0.0f);
   any_subsurface_ = Any(subsurface_ > 0.0f);
+  // No more than the base leaves.
+  const Vec3x8 left = Vec3x8::All(Splat(1)) - base, wanted = Clamp01(surface.transmitted_color);
+  const Vec3x8 through(Min(wanted.x, left.x), Min(wanted.y, left.y), Min(wanted.z, left.z));
+  any_through_ = Any(MaxCoeff(through) > 0.0f);
 
   gloss_ = {AlphaOf(surface.roughness)};
   gloss_energy_ = EnergyOfAlpha8(gloss_.alpha);
@@ -76,7 +80,9 @@ Bsdf8::Bsdf8(const SurfaceSample8& surface, const Vec3x8& o, Mask8 outside) : o_
   const KeptEnergy8 mean = gloss_energy_.Mean();
   kept_o_plastic_ = kept.At(plastic_f0_, plastic_f90_);
   kept_o_white_ = kept.White();
-  diffuse_ = base * (plastic_ / (1.0f - mean.At(plastic_f0_, plastic_f90_)));
+  const Float8 over_kept = plastic_ / (1.0f - mean.At(plastic_f0_, plastic_f90_));
+  diffuse_ = base * over_kept;
+  through_ = through * over_kept;
   multiple_ = Vec3x8::Zero();
   if (any_metal_) {
     const Float8 e = mean.White();
@@ -106,15 +112,20 @@ Bsdf8::Bsdf8(const SurfaceSample8& surface, const Vec3x8& o, Mask8 outside) : o_
     straight = Luminance(straight_);
     glass = transmitted_o_ * glass_ * (lets_straight ? reflectance : Splat(1));
   }
-  const Float8 total = coat + gloss + diffuse + straight + glass;
+  const Float8 passing =
+      any_through_ ? transmitted_o_ * Luminance(through) * plastic_ * (1.0f - kept_o_plastic_)
+                   : Splat(0);
+  const Float8 total = coat + gloss + diffuse + straight + glass + passing;
   const Float8 part = total > 0.0f ? 1.0f / total : Splat(0);
   p_coat_ = coat * part;
   p_gloss_ = gloss * part;
   p_diffuse_ = diffuse * part;
+  p_through_ = passing * part;
   p_straight_ = straight * part;
   p_glass_ = glass * part;
   mirror_like_ = (gloss_.alpha <= kMirrorAlpha) &
-                 ((coat_ <= 0.0f) | (coat_gloss_.alpha <= kMirrorAlpha)) & (p_diffuse_ < 0.02f);
+                 ((coat_ <= 0.0f) | (coat_gloss_.alpha <= kMirrorAlpha)) &
+                 (p_diffuse_ + p_through_ < 0.02f);
 }
 
 Float8 Bsdf8::GlassReflectance(Float8 cosine) const {
@@ -136,12 +147,19 @@ Float8 Bsdf8::Transmitted(Float8 cosine) const {
 BsdfValue8 Bsdf8::Evaluate(const Vec3x8& i) const {
   const Mask8 above = i.z > 0.0f;
   BsdfValue8 value = EvaluateReflection(i);
-  if (any_glass_ && Any(~above)) {
-    const BsdfValue8 refracted = EvaluateRefraction(i);
-    value.f_cos = Select(above, value.f_cos, refracted.f_cos);
-    value.pdf = above ? value.pdf : refracted.pdf;
+  if ((any_glass_ || any_through_) && Any(~above)) {
+    BsdfValue8 below;
+    if (any_glass_) below = EvaluateRefraction(i);
+    if (any_through_) {
+      const Mask8 glass = glass_ > 0.0f;
+      const BsdfValue8 through = EvaluateThroughSheet(i);
+      below.f_cos = Select(glass, below.f_cos, Vec3x8::Zero()) + through.f_cos;
+      below.pdf = (glass ? below.pdf : Splat(0)) + through.pdf;
+    }
+    value.f_cos = Select(above, value.f_cos, below.f_cos);
+    value.pdf = above ? value.pdf : below.pdf;
   }
-  const Mask8 seen = (o_.z > 0.0f) & (above | (glass_ > 0.0f));
+  const Mask8 seen = (o_.z > 0.0f) & (above | (glass_ > 0.0f) | translucent());
   return {Select(seen, value.f_cos, Vec3x8::Zero()), seen ? value.pdf : Splat(0)};
 }
 
@@ -213,6 +231,14 @@ BsdfValue8 Bsdf8::EvaluateRefraction(const Vec3x8& i) const {
           scatters ? (thin_ ? thin.pdf : pdf) : Splat(0)};
 }
 
+// Light enters below the gloss of one face and leaves through that of the other.
+BsdfValue8 Bsdf8::EvaluateThroughSheet(const Vec3x8& i) const {
+  const Float8 cosine = Abs(i.z);
+  const Float8 kept = gloss_energy_.At(cosine).At(plastic_f0_, plastic_f90_);
+  const Float8 common = (1.0f - kept_o_plastic_) * (1.0f - kept) * cosine * kInvPi;
+  return {through_ * (common * transmitted_o_ * Transmitted(i.z)), p_through_ * cosine * kInvPi};
+}
+
 // As if mirrored, then put on the other side.
 BsdfValue8 Bsdf8::EvaluateThinPassage(const Vec3x8& i) const {
   const Vec3x8 mirrored = MirroredAtPlane(i);
@@ -233,12 +259,15 @@ PARALLAX_LANE_CLONES BsdfDirection8 Bsdf8::Sample(Float8 lobe, Float8 u, Float8 
   sample.straight = lobe < p_straight_;
   const Float8 rest = lobe - p_straight_;
   const Mask8 diffuse = rest < p_diffuse_;
-  const Mask8 coat = ~diffuse & (rest < p_diffuse_ + p_coat_);
-  const Mask8 glass = (rest >= p_diffuse_ + p_coat_ + p_gloss_) & (p_glass_ > 0.0f);
+  const Float8 p_wide = p_diffuse_ + p_through_;
+  const Mask8 wide = rest < p_wide;
+  const Mask8 through = wide & ~diffuse;
+  const Mask8 coat = ~wide & (rest < p_wide + p_coat_);
+  const Mask8 glass = (rest >= p_wide + p_coat_ + p_gloss_) & (p_glass_ > 0.0f);
 
   Float8 angle, radius;
   ConcentricDisk(u, v, &angle, &radius);
-  const Turn8 turn(diffuse ? angle : 2.0f * kPi * u);
+  const Turn8 turn(wide ? angle : 2.0f * kPi * u);
   const Vec3x8 scattered{radius * turn.cosine, radius * turn.sine,
                          Sqrt(Max(1.0f - radius * radius, 0.0f))};
   const Ggx8 facets{coat ? coat_gloss_.alpha : gloss_.alpha};
@@ -246,11 +275,13 @@ PARALLAX_LANE_CLONES BsdfDirection8 Bsdf8::Sample(Float8 lobe, Float8 u, Float8 
   const Float8 cos_h = Dot(o_, h);
   const Vec3x8 mirrored = h * (2.0f * cos_h) - o_;
   sample.direction = Select(diffuse, scattered, mirrored);
-  sample.blur = diffuse ? Splat(0.5f) : 0.5f * facets.alpha;
+  if (any_through_)
+    sample.direction = Select(through, MirroredAtPlane(scattered), sample.direction);
+  sample.blur = wide ? Splat(0.5f) : 0.5f * facets.alpha;
   sample.refracted = Mask8{};
   if (Any(glass)) {
     const Float8 reflectance = p_straight_ > 0.0f ? Splat(1) : GlassReflectance(cos_h);
-    const Float8 choice = (rest - p_diffuse_ - p_coat_ - p_gloss_) / p_glass_;
+    const Float8 choice = (rest - p_wide - p_coat_ - p_gloss_) / p_glass_;
     sample.refracted = glass & (choice >= reflectance);
     const Float8 sin2_t = (1.0f - cos_h * cos_h) / (eta_ * eta_);
     const Float8 cos_t = Sqrt(Max(1.0f - sin2_t, 0.0f));
@@ -260,8 +291,8 @@ PARALLAX_LANE_CLONES BsdfDirection8 Bsdf8::Sample(Float8 lobe, Float8 u, Float8 
   }
   // Facets can mirror light into the surface; shadowing says that it is absorbed there.
   const Float8 height = sample.direction.z;
-  sample.valid =
-      (o_.z > 0.0f) & (sample.straight | (sample.refracted ? height < 0.0f : height > 0.0f));
+  sample.valid = (o_.z > 0.0f) &
+                 (sample.straight | ((sample.refracted | through) ? height < 0.0f : height > 0.0f));
   sample.direction = Select(sample.straight, -o_, sample.direction);
   return sample;
 }

@@ -6,8 +6,10 @@
 // gloss leaves) and glass (GGX reflection and refraction; thin-walled glass lets the rest straight
 // through) - below sheen below clearcoat. Diffuse, conductor and dielectric are its limits. Part of
 // the Lambert base may be subsurface scattering, without its sideways spread: the law of Lommel and
-// Seeliger (one scattering inside) and, as Lambert, what further scatterings give back. Every
-// setting reflects at most what it receives, and reflection is reciprocal. Refraction carries flux,
+// Seeliger (one scattering inside) and, as Lambert, what further scatterings give back. A sheet
+// scatters `transmitted_color` of the light below its gloss through to the other side, as Lambert;
+// both of its faces are alike. Every setting gives back at most what it receives, and reflection
+// and the passage through sheets are reciprocal. Refraction carries flux,
 // not radiance: the squared ratio of indices that cancels out over a closed body is left out.
 //
 // Local frame: z is the shading normal on the viewer's side; o and i are unit and point away from
@@ -47,6 +49,8 @@ class Bsdf8 {
 
   // So sharp that light sampling is useless.
   Mask8 mirror_like() const { return mirror_like_; }
+  // Scatters light from its far side, too.
+  Mask8 translucent() const { return p_through_ > 0.0f; }
   // Chance that a sample of glass goes through it.
   Float8 PassChance() const;
   // What a smooth thin wall lets straight through; and the chance of a sample to go there.
@@ -57,6 +61,7 @@ class Bsdf8 {
   BsdfValue8 EvaluateReflection(const Vec3x8& i) const;
   BsdfValue8 EvaluateRefraction(const Vec3x8& i) const;
   BsdfValue8 EvaluateThinPassage(const Vec3x8& i) const;
+  BsdfValue8 EvaluateThroughSheet(const Vec3x8& i) const;
   // Reflectance of the glass part for a facet seen at this cosine.
   Float8 GlassReflectance(Float8 cosine) const;
   // What sheen and clearcoat leave to the layers below; what clearcoat alone leaves.
@@ -64,11 +69,12 @@ class Bsdf8 {
   Float8 CoatLeft(Float8 cosine) const;
 
   // What none of the eight has is not computed; what one lacks adds nothing to it.
-  bool any_metal_, any_glass_, any_coat_, any_sheen_, any_subsurface_;
+  bool any_metal_, any_glass_, any_coat_, any_sheen_, any_subsurface_, any_through_;
 
   Vec3x8 o_;
   Vec3x8 metal_f0_;
   Vec3x8 diffuse_;     // Base colour times the weight of plastic, over 1 - mean gloss.
+  Vec3x8 through_;     // Likewise, of what a sheet scatters to its other side.
   Vec3x8 multiple_;    // Colour of light bouncing between a metal's facets, over 1 - mean energy.
   Vec3x8 glass_tint_;  // Of one refraction or one pass through a thin wall.
   Float8 metal_, plastic_, glass_;
@@ -87,7 +93,7 @@ class Bsdf8 {
   Float8 scattered_o_;  // Subsurface light that leaves after one scattering.
   Float8 kept_o_plastic_, kept_o_white_, transmitted_o_;
   // Chances of the parts; they sum to 1.
-  Float8 p_coat_, p_gloss_, p_diffuse_, p_glass_, p_straight_;
+  Float8 p_coat_, p_gloss_, p_diffuse_, p_through_, p_glass_, p_straight_;
 };
 
 struct BsdfSample {

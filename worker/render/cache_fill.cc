@@ -78,7 +78,7 @@ class Filler {
       record.radiance = record.radiance.cwiseMax(0.0f);
       seen->push_back({vertex.place.position, vertex.place.normal, Luminance(record.radiance)});
       if (limit > 0.0f) record.Cut(limit);
-      const float width_m = grid_.WidthAt(vertex.place.position);
+      const float width_m = grid_.WidthOf(vertex.place);
       record.key = CacheGrid::KeyOf(vertex.place, width_m);
       record.region = CacheGrid::KeyOf(vertex.place, kRegion * width_m);
       batch->Add(record);

@@ -14,7 +14,9 @@ Vec3x8 GuideAlbedo(const SurfaceSample8& s) {
   const Float8 opaque = 1.0f - s.transmission * (1.0f - s.metallic);
   const Float8 rest = 1.0f - opaque;
   const auto part = [&](Float8 color) { return Clamp(color * opaque + rest, 0.0f, 1.0f); };
-  return {part(s.base_color.x), part(s.base_color.y), part(s.base_color.z)};
+  // A sheet's colour is that of all light that it scatters, from either side.
+  const Vec3x8 color = s.base_color + s.transmitted_color;
+  return {part(color.x), part(color.y), part(color.z)};
 }
 
 // Whether most of what it reflects goes about equally to all sides.
@@ -23,7 +25,7 @@ Mask8 ScattersWidely(const SurfaceSample8& s) {
   constexpr float kSharpShare = 0.35f;
   const Float8 plastic = (1.0f - s.metallic) * (1.0f - s.transmission);
   const Float8 base = Luminance(s.base_color);
-  Float8 wide = plastic * base;
+  Float8 wide = plastic * (base + Luminance(s.transmitted_color));
   const Float8 sharp_coat = s.clearcoat_roughness < kWideRoughness ? Splat(1) : Splat(0);
   Float8 sharp = 0.06f * s.clearcoat * sharp_coat + (1.0f - s.metallic) * s.transmission;
   const Float8 gloss = s.metallic * base + plastic * 0.12f * s.specular;
@@ -49,7 +51,8 @@ void Looks::Put(const std::array<uint32_t, kLanes>& walks, int count, const Look
                                    s.roughness, s.specular, s.transmission, s.ior},
                                   {s.clearcoat, s.clearcoat_roughness, s.sheen, s.subsurface,
                                    s.opacity, s.emission.x, s.emission.y, s.emission.z},
-                                  {(Float8)s.thin_walled, n.x, n.y, n.z}};
+                                  {(Float8)s.thin_walled, n.x, n.y, n.z, s.transmitted_color.x,
+                                   s.transmitted_color.y, s.transmitted_color.z}};
   for (size_t part = 0; part < kParts; ++part) {
     Transpose(parts[part]);
     for (size_t k = 0; k < static_cast<size_t>(count); ++k) {
@@ -79,6 +82,7 @@ void Looks::Get(size_t first, SurfaceSample8* surface, Vec3x8* shading_normal) c
   surface->emission = {b[5], b[6], b[7]};
   surface->thin_walled = (Mask8)c[0];
   *shading_normal = {c[1], c[2], c[3]};
+  surface->transmitted_color = {c[4], c[5], c[6]};
 }
 
 PARALLAX_LANE_CLONES void PathTracer::Draw() {
@@ -359,8 +363,9 @@ void PathTracer::AimAtLight(const Stop8& stop, const Scatter8& scatter) {
   shadow.clamped = state.walks.bounce.At(stop.block) > 0;
   if (!state.learning) return;
   const LightSamples8& light = stop.at.light;
-  const Float8 irradiance =
-      Luminance(light.radiance) * Max(Inner(stop.at.normal, light.direction), 0.0f);
+  const Float8 cosine = Inner(stop.at.normal, light.direction);
+  const Float8 facing = scatter.bsdf().translucent() ? Abs(cosine) : Max(cosine, 0.0f);
+  const Float8 irradiance = Luminance(light.radiance) * facing;
   ForEach(stop.gathers & (shadow.rays.lit | ~(irradiance > 0.0f)), [&](int lane) {
     LightTrial* trial = state.trials[stop.Walk(lane)];
     if (!trial) return;

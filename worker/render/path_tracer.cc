@@ -289,8 +289,9 @@ void PathTracer::Escape(size_t walk) {
 
 CachePlace PathTracer::PlaceOf(size_t walk, const Vec3f& normal) const {
   const HitRows& hits = state_->hits;
-  return {hits.position[walk], normal, static_cast<uint32_t>(hits.placed[walk]),
-          static_cast<uint16_t>(hits.slot[walk])};
+  const auto slot = static_cast<uint16_t>(hits.slot[walk]);
+  const CacheGroup& group = scene_.cache_group(static_cast<uint32_t>(hits.placed[walk]));
+  return {hits.position[walk], normal, group.id, slot, group.Coarse(slot)};
 }
 
 // Those that need no answer begin to fetch what shading reads.
@@ -306,12 +307,13 @@ PARALLAX_LANE_CLONES void PathTracer::AskCache() {
     const uint32_t asking = options_.cache ? BitsOf(may) & state.stays[block] : 0;
     if (asking != 0) {
       CacheQuestions8 questions;
+      questions.group = Int8{};
+      questions.coarse = Splat(1);
       Sampler::Pairs(walks.seed.At(block), walks.sample.At(block), walks.dimension.At(block),
                      &questions.jitter_u, &questions.jitter_v);
       questions.position = hits.position.At(block);
       const Vec3x8 normal = hits.normal.At(block);
       questions.normal = Select(Inner(walks.direction.At(block), normal) < 0.0f, normal, -normal);
-      questions.placed = hits.placed.At(block);
       questions.slot = hits.slot.At(block);
       questions.widest_m = hits.footprint_m.At(block) / options_.cache_footprint;
       questions.asked = asking;
@@ -319,6 +321,10 @@ PARALLAX_LANE_CLONES void PathTracer::AskCache() {
         const int lane = __builtin_ctz(left);
         const auto material = static_cast<uint32_t>(hits.material.At(block)[lane]);
         if (scene_.traits(material).needs_tracing) questions.asked &= ~(1u << lane);
+        const auto placed = static_cast<uint32_t>(hits.placed.At(block)[lane]);
+        const CacheGroup& group = scene_.cache_group(placed);
+        questions.group[lane] = static_cast<int32_t>(group.id);
+        questions.coarse[lane] = group.Coarse(static_cast<uint16_t>(questions.slot[lane]));
       }
       options_.cache->Ask(questions, keys);
     }

@@ -70,16 +70,16 @@ Float8 CacheGrid::WidthAt(const Vec3x8& position) const {
 uint64_t CacheGrid::KeyOf(const CachePlace& place, float width_m) {
   const Eigen::Vector3i cube =
       ((place.position + kShift_m) * (1.0f / width_m)).array().floor().cast<int>().matrix();
-  return KeyOf(cube, FaceOf(place.normal), place.placed, place.slot, width_m);
+  return KeyOf(cube, FaceOf(place.normal), place.group, place.slot, width_m);
 }
 
-uint64_t CacheGrid::KeyOf(const Eigen::Vector3i& cube, uint32_t face, uint32_t placed,
-                          uint16_t slot, float width_m) {
+uint64_t CacheGrid::KeyOf(const Eigen::Vector3i& cube, uint32_t face, uint32_t group, uint16_t slot,
+                          float width_m) {
   const auto bits = [](int x) { return static_cast<uint64_t>(static_cast<uint32_t>(x)); };
   const uint64_t a = bits(cube.x()) | bits(cube.y()) << 32;
   const uint64_t b =
       bits(cube.z()) | static_cast<uint64_t>(face) << 32 | static_cast<uint64_t>(slot) << 35;
-  const uint64_t c = placed | static_cast<uint64_t>(std::bit_cast<uint32_t>(width_m)) << 32;
+  const uint64_t c = group | static_cast<uint64_t>(std::bit_cast<uint32_t>(width_m)) << 32;
   return Mix(a * 0x9e3779b97f4a7c15u + b * 0xc2b2ae3d27d4eb4fu + c * 0x165667b19e3779f9u) | 1u;
 }
 
@@ -95,7 +95,7 @@ const RadianceCache::Entry* RadianceCache::Find(uint64_t key) const {
 void RadianceCache::Ask(const CacheQuestions8& questions, uint64_t* keys) const {
   std::fill_n(keys, kLanes, uint64_t{0});
   if (cells_ == 0) return;
-  const Float8 width = grid_.WidthAt(questions.position);
+  const Float8 width = grid_.WidthAt(questions.position) * questions.coarse;
   uint32_t asked = questions.asked & BitsOf(width <= questions.widest_m);
   const Frame8 frame(questions.normal);
   const Vec3x8 moved =
@@ -107,7 +107,7 @@ void RadianceCache::Ask(const CacheQuestions8& questions, uint64_t* keys) const 
   for (; asked != 0; asked &= asked - 1) {
     const int lane = __builtin_ctz(asked);
     keys[lane] = CacheGrid::KeyOf({x[lane], y[lane], z[lane]}, static_cast<uint32_t>(face[lane]),
-                                  static_cast<uint32_t>(questions.placed[lane]),
+                                  static_cast<uint32_t>(questions.group[lane]),
                                   static_cast<uint16_t>(questions.slot[lane]), width[lane]);
     __builtin_prefetch(&table_[(keys[lane] >> 1) & (table_.size() - 1)]);
   }

@@ -4,8 +4,10 @@
 //
 // The world is cut into cubes (larger far from the rigs); a cell is one surface's part in one cube
 // and facing one of six ways, so that the two sides of a thin wall, and things that stand close
-// together, never share light. A cell holds the mean radiance that its surface scattered (not what
-// it emits) along the paths that met it.
+// together, never share light. In foliage the cubes are larger, and what stands in a cube shares
+// its light with its likes: no leaf or tuft of grass is met often enough to be learnt by itself. A
+// cell holds the mean radiance that its surface scattered (not what it emits) along the paths that
+// met it, from the side that they met: of a leaf also the light that came through.
 //
 // CacheBuilder adds records in the order of its calls and of the records in them, whatever the
 // number of threads: the same records give the same cache, bit for bit. RadianceCache is constant;
@@ -25,8 +27,9 @@ namespace parallax {
 struct CachePlace {
   Vec3f position = Vec3f::Zero();
   Vec3f normal = Vec3f::UnitZ();  // Geometric, unit, on the viewer's side.
-  uint32_t placed = 0;            // Of SceneGeometry.meshes.
+  uint32_t group = 0;             // RenderScene::CacheGroup: what shares its light.
   uint16_t slot = 0;
+  float coarse = 1;  // Widths of the grid's cells that its cells are wide.
 };
 
 // Where cells lie.
@@ -42,9 +45,10 @@ class CacheGrid {
   Float8 WidthAt(const Vec3x8& position) const;
   // Names the cell of a place among those of this width; never 0.
   static uint64_t KeyOf(const CachePlace& place, float width_m);
-  uint64_t KeyOf(const CachePlace& place) const { return KeyOf(place, WidthAt(place.position)); }
+  uint64_t KeyOf(const CachePlace& place) const { return KeyOf(place, WidthOf(place)); }
+  float WidthOf(const CachePlace& place) const { return place.coarse * WidthAt(place.position); }
   // `cube`: its number among those of this width; `face`: one of the six ways to face.
-  static uint64_t KeyOf(const Eigen::Vector3i& cube, uint32_t face, uint32_t placed, uint16_t slot,
+  static uint64_t KeyOf(const Eigen::Vector3i& cube, uint32_t face, uint32_t group, uint16_t slot,
                         float width_m);
 
  private:
@@ -55,7 +59,8 @@ class CacheGrid {
 // What up to eight paths ask of the cache: what the surface scatters towards them where they are.
 struct CacheQuestions8 {
   Vec3x8 position, normal;  // As in CachePlace.
-  Int8 placed, slot;
+  Int8 group, slot;
+  Float8 coarse;
   Float8 jitter_u, jitter_v;  // In [0, 1): moves the question by up to half a cell along the
                               // surface, so that cells have no edge.
   Float8 widest_m;            // Not asked where cells are wider.

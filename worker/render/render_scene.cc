@@ -243,6 +243,26 @@ void RenderScene::StoreBodies(bool one_tree) {
   }
 }
 
+void RenderScene::FindCacheGroups() {
+  constexpr int kMany = 32;  // More of one mesh than stand in a room.
+  std::map<const Mesh*, int> uses;
+  std::map<const Mesh*, uint32_t> first;
+  for (uint32_t i = 0; i < geometry_.meshes.size(); ++i) {
+    const Mesh* mesh = geometry_.meshes[i].mesh.get();
+    ++uses[mesh];
+    first.emplace(mesh, i);
+  }
+  cache_groups_.resize(geometry_.meshes.size());
+  for (uint32_t i = 0; i < geometry_.meshes.size(); ++i) {
+    const Mesh& mesh = *geometry_.meshes[i].mesh;
+    CacheGroup& group = cache_groups_[i];
+    for (size_t slot = 0; slot < std::min<size_t>(mesh.slots.size(), 32); ++slot) {
+      if (mesh.slots[slot].sheet) group.sheets |= 1u << slot;
+    }
+    group.id = group.sheets != 0 || uses[&mesh] >= kMany ? first[&mesh] : i;
+  }
+}
+
 void RenderScene::SetPlace(size_t i, const Eigen::Affine3f& place) {
   stored_[i].world_from_object = place;
   places_[i].scale = std::cbrt(std::abs(place.linear().determinant()));
@@ -253,9 +273,20 @@ uint32_t RenderScene::MaterialOf(const Body& body, uint16_t slot) const {
   return slot < body.slots ? materials_[body.first_material + slot] : 0;
 }
 
+Mask8 RenderScene::OnSheets(const Sights8& sights) const {
+  Mask8 on{};
+  for (int lane = 0; lane < sights.count; ++lane) {
+    const auto placed = static_cast<uint32_t>(sights.placed[lane]);
+    const uint16_t slot = bodies_[placed].triangles[sights.triangle[lane]].slot;
+    on[lane] = cache_groups_[placed].Sheet(slot) ? -1 : 0;
+  }
+  return on;
+}
+
 absl::Status RenderScene::BuildTrees(int64_t memory_limit_bytes) {
   const Plan plan(geometry_, movable_);
   StoreBodies(plan.one_tree);
+  FindCacheGroups();
   std::vector<TreeBody> bodies;
   for (size_t i = 0; i < bodies_.size(); ++i) {
     const PlacedMesh& placed = geometry_.meshes[i];
@@ -315,6 +346,7 @@ void RenderScene::ProbeMaterials() {
       traits.may_be_open |= s.opacity < 0.999f;
       traits.may_be_transmissive |= s.transmission > 0.0f;
       traits.may_be_thin |= s.thin_walled && s.transmission > 0.0f;
+      traits.may_be_translucent |= !s.transmitted_color.isZero();
       traits.may_be_mirror |= s.metallic >= 0.4f && s.roughness <= 0.15f;
       traits.needs_tracing |= s.opacity < 0.999f || s.transmission > 0.0f || !s.emission.isZero();
       const float height = geometry_.materials[m]->Height(point);
@@ -461,7 +493,9 @@ SurfaceSample RenderScene::Evaluate(const RawHit& hit, const SurfaceId& id,
   if (!material) return {};
   Sights8 sights{};
   sights.Add(hit, id, footprint_m);
-  return material->Evaluate(Interpolate(sights).points).Get(0);
+  SurfaceSample surface = material->Evaluate(Interpolate(sights).points).Get(0);
+  if (OnSheets(sights)[0] == 0) surface.transmitted_color.setZero();
+  return surface;
 }
 
 // Two edges of each triangle, in the world.
@@ -493,6 +527,10 @@ Look8 RenderScene::Look(const Sights8& sights, uint32_t index) const {
   const Material* material = geometry_.materials[index].get();
   if (!material) return {.surface = {}, .shading_normal = at.shading_normal};
   Look8 look{material->Evaluate(at.points), at.shading_normal};
+  if (traits_[index].may_be_translucent) {
+    Vec3x8& through = look.surface.transmitted_color;
+    through = Select(OnSheets(sights), through, Vec3x8::Zero());
+  }
   if (!traits_[index].has_relief) return look;
 
   FindEdges(sights, at.faces.edge);

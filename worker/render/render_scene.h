@@ -25,6 +25,18 @@ struct SurfaceId {
   uint32_t material = 0;  // SceneMaterial.index; 0 = none bound.
 };
 
+// What the radiance cache takes for one: a mesh by itself, or, of plants and of what lies about in
+// numbers, all meshes alike.
+struct CacheGroup {
+  static constexpr float kCoarse = 2.5f;  // Cells among leaves over those on walls.
+
+  uint32_t id = 0;      // The first mesh of the group.
+  uint32_t sheets = 0;  // Slots that are sheets (MaterialSlot::sheet), as bits.
+
+  bool Sheet(uint16_t slot) const { return slot < 32 && (sheets >> slot & 1) != 0; }
+  float Coarse(uint16_t slot) const { return Sheet(slot) ? kCoarse : 1.0f; }
+};
+
 // Of eight hits.
 struct SurfaceIds8 {
   Vec3x8 geometric_normal;
@@ -72,6 +84,7 @@ struct MaterialTraits {
   bool may_be_transmissive = false;  // Transmission > 0 somewhere.
   bool may_be_thin = false;          // Lets light straight through somewhere.
   bool may_be_mirror = false;        // Metallic and smooth somewhere.
+  bool may_be_translucent = false;   // Sheets of it let scattered light through somewhere.
   bool has_relief = false;           // Height is not constant.
   // Open, transmissive or emissive somewhere: what it sends out is not only what it scatters.
   bool needs_tracing = false;
@@ -118,6 +131,7 @@ class RenderScene final : public ShadowFilter {
 
   const SceneGeometry& geometry() const { return geometry_; }
   const MaterialTraits& traits(uint32_t material) const { return traits_[material]; }
+  const CacheGroup& cache_group(uint32_t placed) const { return cache_groups_[placed]; }
   const Box3f& bounds() const { return bounds_; }
 
  private:
@@ -129,8 +143,11 @@ class RenderScene final : public ShadowFilter {
   RenderScene();
   absl::Status BuildTrees(int64_t memory_limit_bytes);
   void StoreBodies(bool one_tree);
+  void FindCacheGroups();
   void SetPlace(size_t body, const Eigen::Affine3f& world_from_object);
   uint32_t MaterialOf(const Body& body, uint16_t slot) const;
+  // Which of the sights are on sheets.
+  Mask8 OnSheets(const Sights8& sights) const;
   static std::shared_ptr<const std::vector<Vertex>> Pack(const Mesh& mesh);
   bool LetsLightThrough(const PlacedMesh& placed) const;
   void FindEdges(const Sights8& sights, Vec3x8 edges[2]) const;
@@ -139,9 +156,10 @@ class RenderScene final : public ShadowFilter {
 
   SceneGeometry geometry_;
   std::vector<Body> bodies_;
-  std::vector<Place> places_;        // As many.
-  std::vector<Stored> stored_;       // As many.
-  std::vector<uint32_t> materials_;  // Of all bodies' slots.
+  std::vector<Place> places_;             // As many.
+  std::vector<Stored> stored_;            // As many.
+  std::vector<CacheGroup> cache_groups_;  // As many.
+  std::vector<uint32_t> materials_;       // Of all bodies' slots.
   std::vector<MaterialTraits> traits_;
   Box3f bounds_;
   bool movable_ = false;

@@ -50,7 +50,8 @@ Scatter8::Scatter8(const Standing8& at)
 Float8 Scatter8::Admits(const Vec3x8& world, const Vec3x8& local) const {
   const Float8 height = Dot(at_.normal, world);
   const Mask8 above = local.z > 0.0f;
-  const Float8 part = above ? TerminatorFactor(height, bend2_) : Splat(1);
+  const Mask8 soft = above | bsdf_.translucent();
+  const Float8 part = soft ? TerminatorFactor(Abs(height), bend2_) : Splat(1);
   return (height > 0.0f) == above ? part : Splat(0);
 }
 

@@ -80,6 +80,18 @@ std::vector<NamedSurface> Surfaces() {
     s.roughness = 0.6f;
     s.sheen = 0.3f;
   });
+  add("leaf", [](SurfaceSample& s) {
+    s.base_color = {0.1f, 0.2f, 0.05f};
+    s.transmitted_color = {0.2f, 0.4f, 0.02f};
+    s.subsurface = 0.3f;
+    s.roughness = 0.45f;
+  });
+  add("thin paper", [](SurfaceSample& s) {
+    s.base_color = {0.5f, 0.4f, 0.3f};
+    s.transmitted_color.setOnes();
+    s.roughness = 0.8f;
+    s.sheen = 0.4f;
+  });
   add("coated metal", [](SurfaceSample& s) {
     s.metallic = 1;
     s.roughness = 0.5f;
@@ -95,6 +107,7 @@ std::vector<NamedSurface> Surfaces() {
   add("everything", [](SurfaceSample& s) {
     s.metallic = 0.3f;
     s.subsurface = 0.4f;
+    s.transmitted_color = {0.1f, 0.3f, 0.5f};
     s.transmission = 0.3f;
     s.clearcoat = 0.5f;
     s.sheen = 0.7f;
@@ -206,6 +219,34 @@ TEST(Bsdf, WhiteSubsurfaceReturnsAllEnergyAndBrightensTheRim) {
   EXPECT_NEAR(ratio(1.0f), 1.06f, 0.02f);
 }
 
+// Single sheets in a white furnace: what is not reflected goes through, whatever the gloss.
+TEST(Bsdf, WhiteSheetReturnsAllEnergy) {
+  for (const float specular : {0.0f, 0.5f, 1.0f}) {
+    for (const float reflected : {0.0f, 0.3f, 0.9f}) {
+      SurfaceSample s;
+      s.specular = specular;
+      s.base_color.setConstant(reflected);
+      s.transmitted_color.setConstant(1 - reflected);
+      for (const float cosine : {0.1f, 0.5f, 1.0f}) {
+        EXPECT_NEAR(Albedo(s, cosine, true, 40000).x(), 1.0f, 0.015f)
+            << "specular " << specular << " reflected " << reflected << " cosine " << cosine;
+      }
+    }
+  }
+}
+
+TEST(Bsdf, DullSheetsScatterToBothSidesWhatTheyAreTold) {
+  SurfaceSample s = test::DiffuseSample({0.1f, 0.2f, 0.05f});
+  s.transmitted_color = {0.3f, 0.25f, 0.02f};
+  const Bsdf leaf(s, Outgoing(0.4f), true);
+  for (const float cosine : {0.05f, 0.5f, 1.0f}) {
+    const Vec3f above = leaf.Evaluate(DirectionAt(cosine, 3.0f)).f_cos;
+    const Vec3f below = leaf.Evaluate(DirectionAt(-cosine, 3.0f)).f_cos;
+    EXPECT_LT((above - s.base_color * (cosine * kInvPi)).norm(), 1e-5f) << cosine;
+    EXPECT_LT((below - s.transmitted_color * (cosine * kInvPi)).norm(), 1e-5f) << cosine;
+  }
+}
+
 // Simple cubature of the value over the sphere.
 Vec3f IntegratedAlbedo(const Bsdf& bsdf) {
   constexpr int kCosines = 300, kAngles = 240;
@@ -297,6 +338,10 @@ TEST(Bsdf, NoSettingReturnsMoreThanItReceives) {
     s.clearcoat_roughness = u();
     s.sheen = extreme();
     s.subsurface = extreme();
+    if (rng.Bernoulli(0.4)) {
+      s.base_color = {u(), u(), u()};
+      s.transmitted_color = {u(), u(), u()};
+    }
     const float cosine = 0.03f + 0.97f * u();
     const bool outside = rng.Bernoulli(0.6);
     const Vec3f albedo = Albedo(s, cosine, outside, 20000);
@@ -343,6 +388,28 @@ TEST(Bsdf, RefractionIsReciprocalUpToTheIndexSquared) {
     EXPECT_NEAR(ab / Square(s.ior), ba, 2e-3f * ba + 1e-6f);
   }
   EXPECT_GT(tried, 50);
+}
+
+// Light takes the same way through a sheet from either side.
+TEST(Bsdf, PassageThroughSheetsIsReciprocal) {
+  Rng rng(SceneSeed{12}, "sheets");
+  const auto u = [&] { return static_cast<float>(rng.Uniform()); };
+  int sheets = 0;
+  for (const NamedSurface& named : Surfaces()) {
+    if (named.surface.transmitted_color.isZero() || named.surface.transmission > 0) continue;
+    ++sheets;
+    for (int k = 0; k < 50; ++k) {
+      const Vec3f a = DirectionAt(0.05f + 0.95f * u(), 6.28f * u());
+      const Vec3f b = DirectionAt(-0.05f - 0.95f * u(), 6.28f * u());
+      const Vec3f turned_a(a.x(), a.y(), -a.z()), turned_b(b.x(), b.y(), -b.z());
+      const Vec3f ab = Bsdf(named.surface, a, true).Evaluate(b).f_cos / -b.z();
+      // Seen from the other side, the frame is turned over.
+      const Vec3f ba = Bsdf(named.surface, turned_b, false).Evaluate(turned_a).f_cos / a.z();
+      EXPECT_GT(ab.minCoeff(), 0.0f) << named.name;
+      EXPECT_LT((ab - ba).norm(), 1e-4f * (1.0f + ab.norm())) << named.name;
+    }
+  }
+  EXPECT_GE(sheets, 2);
 }
 
 // Pearson's test over cells of the sphere: counts of sampled directions against the density's

@@ -34,7 +34,8 @@ CacheQuestions8 Questions(std::span<const CachePlace> places, float widest_m) {
     const CachePlace& place = places[static_cast<size_t>(k)];
     questions.position.Set(k, place.position);
     questions.normal.Set(k, place.normal);
-    questions.placed[k] = static_cast<int32_t>(place.placed);
+    questions.group[k] = static_cast<int32_t>(place.group);
+    questions.coarse[k] = place.coarse;
     questions.slot[k] = place.slot;
   }
   return questions;
@@ -210,7 +211,7 @@ TEST(RadianceCache, TheTwoSidesOfASheetAreTwoCells) {
   const CachePlace front{{0.5f, 0.5f, 0.5f}, Vec3f::UnitZ(), 3, 0};
   CachePlace back = front, other_object = front, other_slot = front, beside = front;
   back.normal = -back.normal;
-  other_object.placed = 4;
+  other_object.group = 4;
   other_slot.slot = 1;
   beside.position.x() += 0.1f;
   for (const CachePlace& place : {back, other_object, other_slot, beside}) {
@@ -219,6 +220,15 @@ TEST(RadianceCache, TheTwoSidesOfASheetAreTwoCells) {
   CachePlace near = front;
   near.normal = Vec3f(0.1f, 0.2f, 0.9f).normalized();
   EXPECT_EQ(grid.KeyOf(front), grid.KeyOf(near));
+}
+
+TEST(RadianceCache, CellsAmongLeavesAreWider) {
+  const CacheGrid grid(Box3f(Vec3f::Zero(), Vec3f::Ones()), 0.1f);
+  CachePlace leaf{{0.5f, 0.5f, 0.5f}, Vec3f::UnitZ(), 3, 0, 2.5f}, next = leaf;
+  next.position.x() += 0.11f;
+  EXPECT_EQ(grid.KeyOf(leaf), grid.KeyOf(next));
+  leaf.coarse = next.coarse = 1;
+  EXPECT_NE(grid.KeyOf(leaf), grid.KeyOf(next));
 }
 
 TEST(RadianceCache, CellsGrowWithTheDistanceFromTheRigs) {
@@ -245,14 +255,15 @@ TEST(RadianceCache, EightQuestionsNameTheCellsOfEachAlone) {
     for (CachePlace& place : places) {
       place.position = Vec3f(draw(-30, 30), draw(-30, 30), draw(-9, 9));
       place.normal = Vec3f(draw(-1, 1), draw(-1, 1), draw(-1, 1)).normalized();
-      place.placed = static_cast<uint32_t>(rng.UniformInt(0, 900));
+      place.group = static_cast<uint32_t>(rng.UniformInt(0, 900));
       place.slot = static_cast<uint16_t>(rng.UniformInt(0, 9));
+      place.coarse = rng.Bernoulli(0.4) ? 2.5f : 1.0f;
     }
     CacheQuestions8 questions = Questions(places, 0.3f);
     uint64_t keys[kLanes];
     cache.Ask(questions, keys);
     for (size_t k = 0; k < places.size(); ++k) {
-      const bool near = grid.WidthAt(places[k].position) <= 0.3f;
+      const bool near = grid.WidthOf(places[k]) <= 0.3f;
       EXPECT_EQ(keys[k], near ? grid.KeyOf(places[k]) : 0);
       far += near ? 0 : 1;
     }
@@ -261,7 +272,7 @@ TEST(RadianceCache, EightQuestionsNameTheCellsOfEachAlone) {
     questions.jitter_v = Splat(0.2f);
     cache.Ask(questions, keys);
     for (size_t k = 0; k < places.size(); ++k) {
-      const float width = grid.WidthAt(places[k].position);
+      const float width = grid.WidthOf(places[k]);
       const ShadingFrame frame(places[k].normal);
       CachePlace there = places[k];
       there.position += width * (0.4f * frame.x - 0.3f * frame.y);

@@ -8,10 +8,12 @@ namespace {
 constexpr float kRadiancePerKilocandela = 0.9f;  // So that sun and overcast sky stand as in nature.
 // Of red, green and blue light (610, 550, 465 nm) by air and haze of kTurbidity, one air mass.
 const Vec3f kExtinction(0.241f, 0.301f, 0.448f);
+// What haze adds to it for each unit of turbidity: 0.04608 lambda^-1.3, lambda in micrometres.
+const Vec3f kHazeExtinction(0.0876f, 0.1002f, 0.1247f);
+constexpr float kLeastTurbidity = 1.8f, kMostTurbidity = 10.0f;  // The model's range.
 
 // Row polynomials of the zenith's chromaticity: (T^2, T, 1) x (theta^3, theta^2, theta, 1).
-float ZenithChromaticity(const float (&m)[3][4], float theta) {
-  constexpr float t = SkyModel::kTurbidity;
+float ZenithChromaticity(const float (&m)[3][4], float theta, float t) {
   const float powers[4] = {theta * theta * theta, theta * theta, theta, 1.0f};
   float sum = 0;
   for (int k = 0; k < 4; ++k) sum += powers[k] * (t * t * m[0][k] + t * m[1][k] + m[2][k]);
@@ -33,6 +35,10 @@ SkyModel::SkyModel(const v1::Sky& sky, bool ground) {
   const Vec3f tint =
       sky.has_tint() ? Vec3f(FromProto(sky.tint()).cast<float>().cwiseMax(0.0f)) : Vec3f::Ones();
   clear_ = sun / (sun + 0.5f);
+  if (sky.turbidity() > 0) {
+    turbidity_ = std::clamp(static_cast<float>(sky.turbidity()), kLeastTurbidity, kMostTurbidity);
+    hazy_ = turbidity_ != kTurbidity;
+  }
   scale_ = tint * (strength * kZenithRadiance);
   has_sky_ = scale_.maxCoeff() > 0.0f;
 
@@ -43,14 +49,8 @@ SkyModel::SkyModel(const v1::Sky& sky, bool ground) {
   cos_sun_ = std::cos(kSunRadius);
   has_sun_ = sun > 0.0f && strength > 0.0f && sun_direction_.z() > 0.0f;
   SetClearSky(elevation);
-  if (has_sun_) {
-    // A low sun shines through more air: weaker and warmer. Full at the zenith.
-    const float degrees = 90.0f - elevation * (180.0f / kPi);
-    const float air = 1.0f / (sun_direction_.z() + 0.15f * std::pow(93.885f - degrees, -1.253f));
-    const Vec3f passed = (-kExtinction * (air - 1.0f)).array().exp();
-    sun_radiance_ =
-        tint.cwiseProduct(passed) * (strength * sun * kSunIrradiance / sun_solid_angle());
-  }
+  if (has_sun_) SetSun(elevation, strength * sun, tint);
+  if (has_sky_ && sky.cloud_cover() > 0) AddClouds(sky);
 
   // Horizontal irradiance lights a ground of albedo 0.2.
   Vec3f irradiance = Vec3f::Zero();
@@ -69,6 +69,34 @@ SkyModel::SkyModel(const v1::Sky& sky, bool ground) {
                    : MeanAtHorizon();
 }
 
+// A low sun shines through more air: weaker and warmer. Full at the zenith of a usual sky.
+void SkyModel::SetSun(float elevation, float strength, const Vec3f& tint) {
+  const float degrees = 90.0f - elevation * (180.0f / kPi);
+  const float air = 1.0f / (sun_direction_.z() + 0.15f * std::pow(93.885f - degrees, -1.253f));
+  const Vec3f haze = kHazeExtinction * ((turbidity_ - kTurbidity) * air);
+  const Vec3f passed = (-kExtinction * (air - 1.0f) - haze).array().exp();
+  sun_radiance_ = tint.cwiseProduct(passed) * (strength * kSunIrradiance / sun_solid_angle());
+}
+
+void SkyModel::AddClouds(const v1::Sky& sky) {
+  CloudLight light;
+  light.sun_direction = sun_direction_;
+  if (has_sun_) light.sun_irradiance = sun_radiance_ * sun_solid_angle();
+  light.horizon = MeanAtHorizon();
+  light.sky = Vec3f::Zero();
+  constexpr int kDirections = 64;
+  for (int i = 0; i < kDirections; ++i) {
+    const float z = (static_cast<float>(i) + 0.5f) / kDirections;
+    light.sky +=
+        Dome(Vec3x8(DirectionAt(z, 2.39996f * static_cast<float>(i)))).Get(0) / kDirections;
+  }
+  const Vec3f down = light.sun_irradiance * std::max(0.0f, sun_direction_.z()) + kPi * light.sky;
+  light.ground = down * (0.2f * kInvPi);
+  clouds_ = Clouds::Bake(std::min(sky.cloud_cover(), 1.0), sky.cloud_seed(), light);
+  sun_radiance_ *= clouds_->sun_kept();
+  has_sun_ = has_sun_ && sun_radiance_.maxCoeff() > 0.0f;
+}
+
 Vec3f SkyModel::MeanAtHorizon() const {
   constexpr int kDirections = 64;
   Vec3f sum = Vec3f::Zero();
@@ -83,12 +111,15 @@ Vec3x8 SkyModel::Dome(const Vec3x8& directions) const {
   const Float8 up = Max(directions.z, 0.0f);
   const Vec3x8 overcast = Vec3f(0.97f, 1.0f, 1.05f) * ((1.0f + 2.0f * up) / 3.0f);
   const Vec3x8 scale(scale_);
-  if (clear_ <= 0.0f) return scale * overcast;
-  return scale * (overcast + (ClearSky(directions) - overcast) * clear_);
+  const Vec3x8 open =
+      clear_ <= 0.0f ? overcast : overcast + (ClearSky(directions) - overcast) * clear_;
+  if (!clouds_) return scale * open;
+  const Clouds::Layer8 clouds = clouds_->At(directions);
+  return scale * open * clouds.kept + clouds.radiance;
 }
 
 void SkyModel::SetClearSky(float sun_elevation) {
-  constexpr float t = kTurbidity;
+  const float t = turbidity_;
   perez_[0] = {-0.0193f * t - 0.2592f, -0.0665f * t + 0.0008f, -0.0004f * t + 0.2125f,
                -0.0641f * t - 0.8989f, -0.0033f * t + 0.0452f, 0.0f};
   perez_[1] = {-0.0167f * t - 0.2608f, -0.0950f * t + 0.0092f, -0.0079f * t + 0.2102f,
@@ -98,7 +129,8 @@ void SkyModel::SetClearSky(float sun_elevation) {
   // The model is made for the day; a sun lower than 5 degrees has the sky of 5 degrees.
   const float theta = std::clamp(0.5f * kPi - sun_elevation, 0.0f, 85.0f * kPi / 180.0f);
   const float chi = (4.0f / 9.0f - t / 120.0f) * (kPi - 2.0f * theta);
-  const float zenith[3] = {ZenithChromaticity(kZenithX, theta), ZenithChromaticity(kZenithY, theta),
+  const float zenith[3] = {ZenithChromaticity(kZenithX, theta, t),
+                           ZenithChromaticity(kZenithY, theta, t),
                            (4.0453f * t - 4.9710f) * std::tan(chi) - 0.2155f * t + 2.4192f};
   for (int k = 0; k < 3; ++k) {
     perez_[k].zenith = 1.0f;
@@ -119,7 +151,10 @@ Vec3x8 SkyModel::ClearSky(const Vec3x8& directions) const {
                    -0.9689f * big_x + 1.8758f + 0.0415f * big_z,
                    0.0557f * big_x - 0.2040f + 1.0570f * big_z);
   const Float8 scale = luminance * (kRadiancePerKilocandela / kZenithRadiance);
-  return Vec3x8(Max(rgb.x, 0.0f), Max(rgb.y, 0.0f), Max(rgb.z, 0.0f)) * scale;
+  Vec3x8 color(Max(rgb.x, 0.0f), Max(rgb.y, 0.0f), Max(rgb.z, 0.0f));
+  // The model's horizon turns green where haze is far from usual; no sky is.
+  if (hazy_) color.y = Min(color.y, 0.53f * (color.x + color.z));
+  return color * scale;
 }
 
 Vec3x8 SkyModel::Radiance(const Vec3x8& directions) const {

@@ -3,12 +3,17 @@
 // Radiance is in the renderer's units, where a lamp of P watts sends out P: strength 1 is an
 // overcast noon whose zenith gives kZenithRadiance. `sun_strength` s turns the sky clear (weight s
 // / (s + 0.5)) and adds s * kSunIrradiance, weakened and reddened by the air on its way, on a
-// surface that faces the sun. Constant; thread-safe.
+// surface that faces the sun. `turbidity` says how much haze scatters beside the air itself;
+// `cloud_cover` puts clouds into the dome, which also weaken the sun behind them. Constant;
+// thread-safe.
 // Source of the overcast gradient: Moon and Spencer, 1942; of the clear sky and the sun's colour:
 // Preetham, Shirley and Smits, "A practical analytic model for daylight", 1999.
 #pragma once
 
+#include <memory>
+
 #include "parallax/v1/scene.pb.h"
+#include "worker/render/clouds.h"
 #include "worker/render/sampling.h"
 
 namespace parallax {
@@ -17,7 +22,7 @@ class SkyModel {
  public:
   static constexpr float kZenithRadiance = 10.0f;  // W / (m^2 sr)
   static constexpr float kSunIrradiance = 90.0f;   // W / m^2
-  static constexpr float kTurbidity = 3.0f;        // A clear day of temperate summers.
+  static constexpr float kTurbidity = 3.0f;        // Usual: a clear day of temperate summers.
   static constexpr float kSunRadius = 0.0087f;     // Radians; twice the real one, as haze does.
 
   SkyModel() : SkyModel(v1::Sky()) {}
@@ -41,6 +46,7 @@ class SkyModel {
   // Solid angle of the disk.
   float sun_solid_angle() const { return 2.0f * kPi * (1.0f - cos_sun_); }
   float mean_luminance() const { return mean_luminance_; }  // Of the upper hemisphere.
+  float turbidity() const { return turbidity_; }
   float ground_luminance() const { return Luminance(ground_); }
 
  private:
@@ -54,13 +60,18 @@ class SkyModel {
   };
 
   void SetClearSky(float sun_elevation);
+  void SetSun(float elevation, float strength, const Vec3f& tint);
+  void AddClouds(const v1::Sky& sky);
   Vec3x8 ClearSky(const Vec3x8& directions) const;
   Vec3x8 Dome(const Vec3x8& directions) const;
   Vec3f MeanAtHorizon() const;
 
   bool has_sky_ = false, has_sun_ = false;
-  float clear_ = 0;  // [0, 1]
-  Perez perez_[3];   // CIE x, y; luminance in kcd/m^2.
+  float turbidity_ = kTurbidity;
+  bool hazy_ = false;  // Another turbidity than the usual: the horizon's green is held back.
+  std::shared_ptr<const Clouds> clouds_;  // None: a sky without.
+  float clear_ = 0;                       // [0, 1]
+  Perez perez_[3];                        // CIE x, y; luminance in kcd/m^2.
   Vec3f scale_ = Vec3f::Zero();
   Vec3f ground_ = Vec3f::Zero();  // Radiance below the horizon.
   Vec3f sun_radiance_ = Vec3f::Zero();

@@ -1,0 +1,167 @@
+// Haze and clouds of the sky.
+#include "worker/render/sky.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/worker/render/radiance.h"
+
+namespace parallax {
+namespace {
+
+v1::Sky ClearDay(double elevation = 0.8) {
+  v1::Sky sky;
+  sky.set_strength(1);
+  sky.set_sun_strength(1);
+  sky.set_sun_elevation_rad(elevation);
+  return sky;
+}
+
+std::vector<Vec3f> Directions(int count) {
+  std::vector<Vec3f> all;
+  for (int i = 0; i < count; ++i) {
+    const float z = (static_cast<float>(i) + 0.5f) / static_cast<float>(count);
+    all.push_back(DirectionAt(z, 2.39996f * static_cast<float>(i)));
+  }
+  return all;
+}
+
+TEST(Sky, TurbidityThreeIsTheUsualSky) {
+  v1::Sky said = ClearDay();
+  said.set_turbidity(3);
+  const SkyModel usual(ClearDay()), same(said);
+  for (const Vec3f& d : Directions(200)) EXPECT_EQ(usual.Radiance(d), same.Radiance(d));
+  EXPECT_EQ(usual.SunRadiance(), same.SunRadiance());
+}
+
+TEST(Sky, HazeReddensTheSunAndPalesTheSky) {
+  for (const double elevation : {0.2, 0.8, 1.4}) {
+    float last_sun = 1e9f, last_warmth = 0, last_blue = 1e9f;
+    for (const double turbidity : {2.0, 3.0, 5.0, 8.0}) {
+      v1::Sky sky = ClearDay(elevation);
+      sky.set_turbidity(turbidity);
+      const SkyModel model(sky);
+      const Vec3f sun = model.SunRadiance();
+      EXPECT_LT(Luminance(sun), last_sun) << turbidity;
+      EXPECT_GT(sun.x() / sun.z(), last_warmth) << turbidity;
+      // Away from the sun.
+      const Vec3f away = model.Radiance(Vec3f(-0.7f, 0, 0.7f).normalized());
+      if (turbidity > 3) {  // Clearer air than usual is as blue.
+        EXPECT_LT(away.z() / away.x(), last_blue) << turbidity;
+      }
+      last_sun = Luminance(sun);
+      last_warmth = sun.x() / sun.z();
+      last_blue = away.z() / away.x();
+      for (const Vec3f& d : Directions(300)) {
+        const Vec3f radiance = model.Radiance(d);
+        ASSERT_TRUE(radiance.allFinite());
+        ASSERT_GE(radiance.minCoeff(), 0.0f);
+        if (turbidity != 3) {
+          EXPECT_LE(radiance.y(), 0.531f * (radiance.x() + radiance.z())) << "a green sky";
+        }
+      }
+    }
+  }
+}
+
+CloudLight Noon() {
+  CloudLight light;
+  light.sun_direction = Vec3f(0.3f, 0.1f, 0.8f).normalized();
+  light.sun_irradiance = Vec3f::Constant(60);
+  return light;
+}
+
+// Overhead, where the layer is seen from below and not through its sides.
+double CoveredOverhead(const Clouds& clouds) {
+  int covered = 0, all = 0;
+  for (const Vec3f& d : Directions(6000)) {
+    if (d.z() < 0.6f) continue;
+    ++all;
+    covered += clouds.At(Vec3x8(d)).kept[0] < 0.6f ? 1 : 0;
+  }
+  return static_cast<double>(covered) / all;
+}
+
+TEST(Clouds, CoverWhatTheyAreToldOnAverage) {
+  double last = 0;
+  for (const double cover : {0.15, 0.4, 0.7, 0.95}) {
+    double sum = 0;
+    constexpr int kSeeds = 4;
+    for (uint64_t seed = 0; seed < kSeeds; ++seed) {
+      sum += CoveredOverhead(*Clouds::Bake(cover, seed, Noon())) / kSeeds;
+    }
+    EXPECT_NEAR(sum, cover, 0.22) << cover;
+    EXPECT_GT(sum, last) << cover;
+    last = sum;
+  }
+}
+
+TEST(Clouds, AreThoseOfTheirSeed) {
+  const auto one = Clouds::Bake(0.5, 7, Noon()), same = Clouds::Bake(0.5, 7, Noon()),
+             other = Clouds::Bake(0.5, 8, Noon());
+  int differ = 0;
+  for (const Vec3f& d : Directions(400)) {
+    const auto a = one->At(Vec3x8(d)), b = same->At(Vec3x8(d)), c = other->At(Vec3x8(d));
+    ASSERT_EQ(a.radiance.Get(0), b.radiance.Get(0));
+    ASSERT_EQ(a.kept[0], b.kept[0]);
+    ASSERT_GE(a.radiance.Get(0).minCoeff(), 0.0f);
+    ASSERT_GE(a.kept[0], 0.0f);
+    ASSERT_LE(a.kept[0], 1.0f);
+    differ += a.kept[0] != c.kept[0] ? 1 : 0;
+  }
+  EXPECT_GT(differ, 100);
+}
+
+// A white cloud in full sun is not brighter than a white board in it by much, nor black.
+TEST(Clouds, AreAsBrightAsWhatLightsThem) {
+  const auto clouds = Clouds::Bake(0.6, 3, Noon());
+  const float board = 60 * kInvPi;
+  double sum = 0, count = 0;
+  for (const Vec3f& d : Directions(2000)) {
+    const auto layer = clouds->At(Vec3x8(d));
+    if (layer.kept[0] > 0.1f || d.z() < 0.3f) continue;
+    const float radiance = layer.radiance.Get(0).y();
+    EXPECT_LT(radiance, 3 * board);
+    sum += static_cast<double>(radiance);
+    ++count;
+  }
+  ASSERT_GT(count, 100);
+  EXPECT_GT(sum / count, 0.1 * static_cast<double>(board));
+  EXPECT_LT(sum / count, 1.5 * static_cast<double>(board));
+}
+
+// They hide the sun where they stand before it, and the light on the ground follows.
+TEST(Clouds, WeakenTheSunBehindThem) {
+  const float open = Luminance(SkyModel(ClearDay()).SunRadiance());
+  int hidden = 0, seen = 0;
+  for (uint64_t seed = 0; seed < 12; ++seed) {
+    v1::Sky sky = ClearDay();
+    sky.set_cloud_cover(0.5);
+    sky.set_cloud_seed(seed);
+    const SkyModel model(sky);
+    const float sun = Luminance(model.SunRadiance());
+    EXPECT_LE(sun, open * 1.0001f);
+    hidden += sun < 0.3f * open ? 1 : 0;
+    seen += sun > 0.7f * open ? 1 : 0;
+  }
+  EXPECT_GE(hidden, 1);
+  EXPECT_GE(seen, 1);
+}
+
+TEST(Clouds, EstimatorsOfDirectLightAgreeBelowThem) {
+  test::TestScene scene;
+  scene.AddMesh(test::MakeQuad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}),
+                scene.AddMaterial(test::DiffuseSample(Vec3f::Constant(0.5f))));
+  *scene.recipe.mutable_sky() = ClearDay();
+  scene.recipe.mutable_sky()->set_sun_strength(0);
+  scene.recipe.mutable_sky()->set_cloud_cover(0.5);
+  const test::Built built = test::Build(scene);
+  const Vec3f from(0.2f, 0.1f, 1);
+  const test::Estimate both = test::Radiance(built, from, {0, 0, 0}, 20000, 1);
+  for (const DirectLight direct : {DirectLight::kLightSampling, DirectLight::kBsdfSampling}) {
+    const test::Estimate one = test::Radiance(built, from, {0, 0, 0}, 40000, 1, direct);
+    EXPECT_NEAR(Luminance(one.mean), Luminance(both.mean), 4 * (one.error + both.error));
+  }
+}
+
+}  // namespace
+}  // namespace parallax

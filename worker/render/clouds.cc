@@ -1,0 +1,224 @@
+#include "worker/render/clouds.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "worker/materials/noise.h"
+#include "worker/render/sampling.h"
+
+namespace parallax {
+namespace {
+
+constexpr float kLow_km = 1.2f, kHigh_km = 2.0f, kStreaks_km = 8.0f;
+constexpr float kEarth_km = 6371;
+constexpr float kHeap_km = 2.6f;    // Width of heaps and the gaps between them.
+constexpr float kDensity = 22.0f;   // Extinction inside, 1/km.
+constexpr float kReach_km = 45.0f;  // Beyond a few of it clouds are lost in the haze.
+constexpr int kSteps = 12, kLightSteps = 4;
+
+// Distance to a shell of this height above a round earth, from its ground.
+Float8 DistanceTo(float height_km, Float8 z) {
+  const Float8 along = kEarth_km * z;
+  return Sqrt(along * along + 2.0f * kEarth_km * height_km + height_km * height_km) - along;
+}
+
+float HenyeyGreenstein(float cosine, float g) {
+  const float d = 1.0f + g * g - 2.0f * g * cosine;
+  return (1.0f - g * g) / (4.0f * kPi * d * std::sqrt(d));
+}
+
+// Where there is cloud and how much.
+class Field {
+ public:
+  Field(double cover, uint64_t seed)
+      : heaps_(static_cast<uint32_t>(seed ^ seed >> 32) * 2654435761u),
+        detail_(heaps_ + 77),
+        streaks_(heaps_ + 191) {
+    // The value that so much of the layer lies above.
+    std::vector<float> values;
+    for (int y = 0; y < 64; ++y) {
+      for (int x = 0; x < 64; x += kLanes) {
+        Float8 at;
+        for (int lane = 0; lane < kLanes; ++lane) at[lane] = 0.83f * static_cast<float>(x + lane);
+        const Float8 form = Form(at, Splat(0.83f * static_cast<float>(y)));
+        for (int lane = 0; lane < kLanes; ++lane) values.push_back(form[lane]);
+      }
+    }
+    const auto rank = static_cast<size_t>(std::clamp(1.0 - cover, 0.0, 1.0) *
+                                          static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(rank),
+                     values.end());
+    least_ = values[rank];
+    most_ = *std::max_element(values.begin(), values.end());
+  }
+
+  // In [0, 1]; `height` in [0, 1] through the layer.
+  Float8 HeapsAt(Float8 x, Float8 y, Float8 height) const {
+    // Flat below, domed above: the further above the threshold, the higher a heap grows.
+    const Float8 rise = noise::Saturate((Form(x, y) - least_) / (most_ - least_ + 1e-3f));
+    const Mask8 any = (rise > 0.0f) & (height >= 0.0f) & (height <= 1.0f);
+    if (!Any(any)) return Splat(0);
+    const Float8 top = Sqrt(rise) * 1.15f;
+    const Float8 body = Min(height / 0.08f, (top - height) / 0.35f);
+    const Vec3x8 at(x, y, height * (kHigh_km - kLow_km));
+    Float8 rough = Splat(0);
+    float size = 0.42f, part = 0.55f;
+    for (uint32_t octave = 0; octave < 4; ++octave) {
+      rough += part * noise::Gradient3(at * (1.0f / size), detail_ + octave);
+      size *= 0.47f;
+      part *= 0.55f;
+    }
+    return any ? noise::Saturate(1.6f * (body + 0.75f * rough - 0.05f)) : Splat(0);
+  }
+
+  // Thin streaks, combed along x.
+  Float8 StreaksAt(Float8 x, Float8 y) const {
+    const Vec3x8 at(0.035f * x + 0.012f * y, 0.16f * y, Splat(0.5f));
+    Float8 sum = Splat(0);
+    float scale = 1, part = 1;
+    for (uint32_t octave = 0; octave < 5; ++octave) {
+      sum += part * noise::Gradient3(at * scale, streaks_ + octave);
+      scale *= 2.1f;
+      part *= 0.6f;
+    }
+    return noise::Saturate(0.9f * (sum - 0.12f));
+  }
+
+ private:
+  Float8 Form(Float8 x, Float8 y) const {
+    const Vec3x8 at(x / kHeap_km, y / kHeap_km, Splat(0.37f));
+    return noise::Gradient3(at * 0.31f, heaps_) * 0.7f + noise::Gradient3(at, heaps_ + 1) +
+           0.45f * noise::Gradient3(at * 2.3f, heaps_ + 2) +
+           0.2f * noise::Gradient3(at * 5.1f, heaps_ + 3);
+  }
+
+  uint32_t heaps_, detail_, streaks_;
+  float least_ = 0, most_ = 1;
+};
+
+class Baker {
+ public:
+  Baker(double cover, uint64_t seed, const CloudLight& light)
+      : field_(cover, seed), cover_(static_cast<float>(cover)), light_(light) {}
+
+  Clouds::Layer8 Through(const Vec3x8& d) const {
+    const Float8 z = Max(d.z, 0.004f);
+    const Float8 from = DistanceTo(kLow_km, z), to = DistanceTo(kHigh_km, z);
+    // A long way through the layer near the horizon is one through many heaps.
+    const Float8 step = Min((to - from) / static_cast<float>(kSteps), 0.35f);
+    const Float8 cosine = Inner(d, Vec3x8(light_.sun_direction));
+    Float8 forward, wide;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      forward[lane] = 0.65f * HenyeyGreenstein(cosine[lane], 0.75f) +
+                      0.35f * HenyeyGreenstein(cosine[lane], -0.15f);
+      wide[lane] = HenyeyGreenstein(cosine[lane], 0.2f);
+    }
+    Float8 kept = Splat(1);
+    Vec3x8 sum = Vec3x8::Zero();
+    for (int k = 0; k < kSteps; ++k) {
+      const Float8 distance = from + step * (static_cast<float>(k) + 0.5f);
+      const Vec3x8 at = d * distance;
+      const Float8 height = Splat((static_cast<float>(k) + 0.5f) / kSteps);
+      const Float8 density = field_.HeapsAt(at.x, at.y, height);
+      if (!Any(density > 0.0f)) continue;
+      const Float8 depth = Depth(at, height);
+      const Float8 near = 1.0f - Exp(-density * kDensity * step);
+      const Float8 sun = forward * Exp(-depth) + wide * 0.85f * Exp(-0.22f * depth);
+      const Float8 open = 0.35f + 0.65f * height;
+      const Vec3x8 light = Vec3x8(light_.sun_irradiance) * sun +
+                           Vec3x8(light_.sky) * (0.8f * open) +
+                           Vec3x8(light_.ground) * (0.45f * (1.0f - height));
+      sum = sum + light * (kept * near);
+      kept *= 1.0f - near;
+    }
+    return Faded(AddStreaks(d, z, forward, {sum, kept}), from);
+  }
+
+ private:
+  // Optical depth towards the sun.
+  Float8 Depth(const Vec3x8& at, Float8 height) const {
+    const float rise = std::max(0.12f, light_.sun_direction.z());
+    const Vec3f way = light_.sun_direction / rise;
+    const float step_km = 0.11f;
+    Float8 depth = Splat(0);
+    for (int k = 1; k <= kLightSteps; ++k) {
+      const float far = step_km * static_cast<float>(k) * std::min(1.0f, 1.6f * rise);
+      depth += field_.HeapsAt(at.x + way.x() * far, at.y + way.y() * far,
+                              height + far / (kHigh_km - kLow_km));
+    }
+    return depth * (kDensity * step_km);
+  }
+
+  Clouds::Layer8 AddStreaks(const Vec3x8& d, Float8 z, Float8 forward, Clouds::Layer8 below) const {
+    const Float8 distance = DistanceTo(kStreaks_km, z);
+    const Vec3x8 at = d * distance;
+    const Float8 thick = 0.5f * std::min(1.0f, 2 * cover_) * field_.StreaksAt(at.x, at.y);
+    const Vec3x8 light =
+        Vec3x8(light_.sun_irradiance) * (0.6f * forward + 0.05f) + Vec3x8(light_.sky) * 0.7f;
+    return {below.radiance + light * (below.kept * thick), below.kept * (1.0f - thick)};
+  }
+
+  // Clouds far away are as bright as the haze before them.
+  Clouds::Layer8 Faded(const Clouds::Layer8& layer, Float8 distance) const {
+    const Float8 seen = Exp(-distance / kReach_km);
+    const Float8 covered = 1.0f - layer.kept;
+    return {layer.radiance * seen + Vec3x8(light_.horizon) * (covered * (1.0f - seen)), layer.kept};
+  }
+
+  Field field_;
+  float cover_;
+  const CloudLight& light_;
+};
+
+}  // namespace
+
+std::shared_ptr<const Clouds> Clouds::Bake(double cover, uint64_t seed, const CloudLight& light) {
+  auto clouds = std::make_shared<Clouds>();
+  const Baker baker(cover, seed, light);
+  clouds->texels_.resize(size_t{4} * kSide * kSide);
+  tbb::parallel_for(0, kSide, [&](int row) {
+    const float y = 2 * (static_cast<float>(row) + 0.5f) / kSide - 1;
+    for (int x0 = 0; x0 < kSide; x0 += kLanes) {
+      Vec3x8 d;
+      for (int lane = 0; lane < kLanes; ++lane) {
+        const float x = 2 * (static_cast<float>(x0 + lane) + 0.5f) / kSide - 1;
+        const float r2 = std::min(x * x + y * y, 1.0f);
+        const float z = (1 - r2) / (1 + r2);
+        d.Set(lane, Vec3f(x * (1 + z), y * (1 + z), z).normalized());
+      }
+      const Layer8 layer = baker.Through(d);
+      for (int lane = 0; lane < kLanes; ++lane) {
+        float* texel = &clouds->texels_[size_t{4} * static_cast<size_t>(row * kSide + x0 + lane)];
+        for (int c = 0; c < 3; ++c) texel[c] = layer.radiance.Get(lane)[c];
+        texel[3] = layer.kept[lane];
+      }
+    }
+  });
+  clouds->sun_kept_ = clouds->At(Vec3x8(light.sun_direction)).kept[0];
+  return clouds;
+}
+
+Clouds::Layer8 Clouds::At(const Vec3x8& directions) const {
+  const Float8 z = Max(directions.z, 0.0f);
+  const Float8 level = Sqrt(Max(directions.x * directions.x + directions.y * directions.y, 1e-6f));
+  const Float8 scale = (0.5f * kSide) / (directions.z < 0.0f ? level : 1.0f + z);
+  const auto place = [&](Float8 p) {
+    return Clamp(p * scale + (0.5f * kSide - 0.5f), 0.0f, kSide - 1.001f);
+  };
+  const Float8 x = place(directions.x), y = place(directions.y);
+  const Float8 fx = x - Floor(x), fy = y - Floor(y);
+  const Int8 first = 4 * (ToInt(Floor(y)) * kSide + ToInt(Floor(x)));
+  Float8 out[4];
+  for (int c = 0; c < 4; ++c) {
+    const float* table = texels_.data() + c;
+    const Float8 top = Gather(table, first) * (1.0f - fx) + Gather(table, first + 4) * fx;
+    const Int8 next = first + 4 * kSide;
+    const Float8 low = Gather(table, next) * (1.0f - fx) + Gather(table, next + 4) * fx;
+    out[c] = top * (1.0f - fy) + low * fy;
+  }
+  return {{out[0], out[1], out[2]}, out[3]};
+}
+
+}  // namespace parallax

@@ -1,0 +1,49 @@
+// Clouds of a sky, baked once: for each direction of the upper hemisphere the light that they send
+// and what they leave of the sky behind them. They are infinitely far away, as the sky is.
+//
+// Two layers: heaps between 1.2 and 2 km, which a ray is marched through, lit by single scattering
+// towards the sun and, as further scattering, by a second, weaker extinction; and thin streaks at 8
+// km. Cover is the part of the hemisphere's layer that has heaps, by area. Constant; thread-safe.
+// Source of the two extinctions: Wrenninge et al., "Oz: the great and volumetric", SIGGRAPH 2013.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "common/math/lanes.h"
+#include "common/math/types.h"
+
+namespace parallax {
+
+struct CloudLight {
+  Vec3f sun_direction = Vec3f::UnitZ();
+  Vec3f sun_irradiance = Vec3f::Zero();  // On a surface that faces the sun; 0: no sun.
+  Vec3f sky = Vec3f::Ones();             // Mean radiance of the clear dome.
+  Vec3f ground = Vec3f::Zero();          // Radiance of the ground below.
+  Vec3f horizon = Vec3f::Ones();         // Clouds far away fade to it.
+};
+
+class Clouds {
+ public:
+  // `cover` in (0, 1].
+  static std::shared_ptr<const Clouds> Bake(double cover, uint64_t seed, const CloudLight& light);
+
+  struct Layer8 {
+    Vec3x8 radiance;
+    Float8 kept;  // Of the light behind, in [0, 1].
+  };
+  // Directions below the horizon are taken for those at it.
+  Layer8 At(const Vec3x8& directions) const;
+  // What they leave of the sun.
+  float sun_kept() const { return sun_kept_; }
+
+ private:
+  static constexpr int kSide = 768;
+
+  // Red, green, blue, kept; rows of a stereographic picture of the hemisphere, seen from below.
+  std::vector<float> texels_;
+  float sun_kept_ = 1;
+};
+
+}  // namespace parallax

@@ -3,7 +3,9 @@
 //
 // Object frame: z up, origin on the floor below the middle of the footprint; the front faces +y (a
 // person who uses it stands at +y and looks along -y). Wall things (WallArt, Window, doors): the
-// wall plane is y = 0, the thing at y >= 0.
+// wall plane is y = 0, the thing at y >= 0. Things of the ground outdoors (trees, stones): the
+// origin is the foot of the stem, or the middle of what has none, which need not be the middle of
+// the bounding box; the lowest point is at z = 0.
 #pragma once
 
 #include <functional>
@@ -16,7 +18,7 @@
 
 namespace parallax {
 
-enum class Placement { kFloor, kFloorAgainstWall, kOnTop, kOnWall, kCeiling, kOpening };
+enum class Placement { kFloor, kFloorAgainstWall, kOnTop, kOnWall, kCeiling, kOpening, kGround };
 
 // A horizontal rectangle that other things can stand on, object frame.
 struct SupportSurface {

@@ -29,6 +29,7 @@ std::vector<AssetClass> BuildCatalogue() {
   RegisterTableware(classes);
   RegisterLamps(classes);
   RegisterPlants(classes);
+  RegisterNature(classes);
   RegisterWall(classes);
   RegisterTextiles(classes);
   RegisterMisc(classes);

@@ -22,6 +22,7 @@ void RegisterBooks(std::vector<AssetClass>& classes);
 void RegisterTableware(std::vector<AssetClass>& classes);
 void RegisterLamps(std::vector<AssetClass>& classes);
 void RegisterPlants(std::vector<AssetClass>& classes);
+void RegisterNature(std::vector<AssetClass>& classes);
 void RegisterWall(std::vector<AssetClass>& classes);
 void RegisterTextiles(std::vector<AssetClass>& classes);
 void RegisterMisc(std::vector<AssetClass>& classes);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/kernel/detail.h"
+
 namespace parallax {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
@@ -101,8 +103,9 @@ void GrowRosette(AssetBuilder& b, float base_z, float size, Rng& rng) {
     const float t = static_cast<float>(i) / static_cast<float>(count - 1);
     const float length = size * Lerp(1.0f, 0.42f, t);
     Path3 spine;
-    for (int k = 0; k <= 8; ++k) {
-      const float s = static_cast<float>(k) / 8.0f;
+    const int pieces = DetailedPieces(8, length, 4);
+    for (int k = 0; k <= pieces; ++k) {
+      const float s = static_cast<float>(k) / static_cast<float>(pieces);
       spine.emplace_back(0, length * s, 0.22f * length * s * s);
     }
     const auto width =
@@ -114,8 +117,9 @@ void GrowRosette(AssetBuilder& b, float base_z, float size, Rng& rng) {
     // A section hollow on its upper side.
     Path2 section;
     const float w = slim * size * Lerp(1.0f, 0.7f, t), thick = plump * size * 2;
-    for (int k = 0; k < 16; ++k) {
-      const float a = 2 * kPi * static_cast<float>(k) / 16.0f;
+    const int sides = DetailedSegments(16, 0.5f * w);
+    for (int k = 0; k < sides; ++k) {
+      const float a = 2 * kPi * static_cast<float>(k) / static_cast<float>(sides);
       const float y = std::sin(a) * 0.5f * thick;
       section.emplace_back(0.5f * w * std::cos(a), y + 0.35f * thick * std::cos(a) * std::cos(a));
     }

@@ -129,6 +129,8 @@ const char* PlacementName(Placement placement) {
       return "on wall";
     case Placement::kCeiling:
       return "ceiling";
+    case Placement::kGround:
+      return "ground";
     case Placement::kOpening:
       return "opening";
   }

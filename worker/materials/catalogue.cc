@@ -25,10 +25,13 @@ std::string NearestName(std::string_view wanted) {
 
 MaterialList BuildCatalogue() {
   MaterialList list;
+  AddBarkMaterials(list);
   AddCarpetMaterials(list);
   AddCeramicMaterials(list);
   AddEnamelMaterials(list);
   AddFabricMaterials(list);
+  AddFoliageMaterials(list);
+  AddForestMaterials(list);
   AddGlassMaterials(list);
   AddGroundMaterials(list);
   AddLeatherMaterials(list);

@@ -9,10 +9,13 @@ namespace parallax {
 
 using MaterialList = std::vector<MaterialClass>;
 
+void AddBarkMaterials(MaterialList& list);
 void AddCarpetMaterials(MaterialList& list);
 void AddCeramicMaterials(MaterialList& list);
 void AddEnamelMaterials(MaterialList& list);
 void AddFabricMaterials(MaterialList& list);
+void AddFoliageMaterials(MaterialList& list);
+void AddForestMaterials(MaterialList& list);
 void AddGlassMaterials(MaterialList& list);
 void AddGroundMaterials(MaterialList& list);
 void AddLeatherMaterials(MaterialList& list);

@@ -21,6 +21,17 @@ const std::vector<std::pair<std::string, std::vector<std::string>>>& Groups() {
   return groups;
 }
 
+// Classes of the outdoors are drawn only where a config names them, their family or all of nature:
+// studies that float "all" keep their draws.
+bool AddNature(const std::string& name, std::vector<std::string>& names) {
+  const size_t before = names.size();
+  for (const AssetClass& entry : AssetCatalogue()) {
+    if (entry.placement != Placement::kGround) continue;
+    if (name == "nature" || name == entry.family) names.push_back(entry.name);
+  }
+  return names.size() > before;
+}
+
 void AddAll(const v1::AssetConfig& assets, std::vector<std::string>& names) {
   const auto& exclude = assets.exclude();
   for (const AssetClass& entry : AssetCatalogue()) {
@@ -42,10 +53,14 @@ absl::StatusOr<std::vector<std::string>> FloatingClasses(const v1::SceneConfig& 
       AddAll(config.assets(), names);
     } else if (FindAssetClass(name) != nullptr) {
       names.push_back(name);
+    } else if (AddNature(name, names)) {
+      continue;
     } else {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "floating.classes: there is no class \"" + name +
-                           "\" and no group of that name (all, chairs, shelves, bushes)");
+      return MakeError(
+          absl::StatusCode::kInvalidArgument,
+          "floating.classes: there is no class \"" + name +
+              "\" and no group of that name (all, chairs, shelves, bushes, nature, or a "
+              "family of nature: trees, dead_wood, shrubs, herbs, litter, stones)");
     }
   }
   if (config.floating().classes().empty()) AddAll(config.assets(), names);

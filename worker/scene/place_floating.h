@@ -12,7 +12,8 @@
 
 namespace parallax {
 
-// The classes that may float, groups (all, chairs, shelves, bushes) written out, each class once.
+// The classes that may float, groups (all, chairs, shelves, bushes, nature and its
+// families) written out, each class once.
 // Errors: kInvalidArgument for an unknown class or when nothing is left.
 absl::StatusOr<std::vector<std::string>> FloatingClasses(const v1::SceneConfig& config);
 

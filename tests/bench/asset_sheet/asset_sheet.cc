@@ -1,6 +1,7 @@
 // Draws a contact sheet of the asset catalogue with flat colours, sky light and a soft sun: to look
 // at the modelling.
-//   asset_sheet OUT.png [--seeds 2] [--cell 300] [--columns 8] [--first-seed 1] [CLASS...]
+//   asset_sheet OUT.png [--seeds 2] [--cell 300] [--columns 8] [--first-seed 1] [--edge-mm 0]
+//               [CLASS...]
 #include <embree3/rtcore.h>
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include "worker/assets/asset.h"
+#include "worker/assets/detail.h"
 
 namespace parallax {
 namespace {
@@ -43,6 +45,11 @@ Vec3f FamilyColor(const MaterialSlot& slot) {
   if (family == "carpet") color = {0.45f, 0.2f, 0.18f};
   if (family == "mirror") color = {0.7f, 0.75f, 0.8f};
   if (family == "bark") color = {0.25f, 0.17f, 0.11f};
+  if (slot.sheet) color = {0.12f, 0.2f, 0.06f};
+  const bool brown = family == "AutumnLeaf" || family == "DryLeaf" || family == "DryGrass";
+  if (brown) color = {0.4f, 0.25f, 0.1f};
+  if (family == "BirchBark" || family == "WhitePetal") color = {0.7f, 0.68f, 0.62f};
+  if (family == "FurrowedBark" || family == "ConiferBark") color = {0.22f, 0.17f, 0.13f};
   // A hue of its own for each slot name.
   const Vec3f tint(0.75f + 0.5f * static_cast<float>(hash / 97 % 89) / 89.0f,
                    0.8f + 0.4f * static_cast<float>(hash / 8633 % 83) / 83.0f,
@@ -100,8 +107,9 @@ cv::Mat Draw(RTCDevice device, const Asset& asset, Placement placement, int size
   rtcReleaseGeometry(geometry);
   rtcCommitScene(scene);
 
-  const Vec3f view =
-      placement == Placement::kCeiling ? Vec3f(0.55f, 0.8f, -0.12f) : Vec3f(0.62f, 0.85f, 0.48f);
+  const Vec3f view = placement == Placement::kCeiling  ? Vec3f(0.55f, 0.8f, -0.12f)
+                     : placement == Placement::kGround ? Vec3f(0.62f, 0.85f, 0.2f)
+                                                       : Vec3f(0.62f, 0.85f, 0.48f);
   const Vec3f forward = -view.normalized();
   const Vec3f right = forward.cross(Vec3f::UnitZ()).normalized(), up = right.cross(forward);
   const float fov = 0.42f;
@@ -110,8 +118,8 @@ cv::Mat Draw(RTCDevice device, const Asset& asset, Placement placement, int size
   const Vec3f target = box.center();
   for (int c = 0; c < 8; ++c) {
     const Vec3f p = box.corner(static_cast<Box3f::CornerType>(c)) - target;
-    distance = std::max({distance, -p.dot(forward) + std::abs(p.dot(right)) / std::tan(0.43f * fov),
-                         -p.dot(forward) + std::abs(p.dot(up)) / std::tan(0.43f * fov)});
+    distance = std::max({distance, -p.dot(forward) + std::abs(p.dot(right)) / std::tan(0.47f * fov),
+                         -p.dot(forward) + std::abs(p.dot(up)) / std::tan(0.47f * fov)});
   }
   const Vec3f eye = target - distance * forward;
   const Vec3f sun = Vec3f(0.75f, 0.35f, 1.0f).normalized();
@@ -164,7 +172,10 @@ cv::Mat Draw(RTCDevice device, const Asset& asset, Placement placement, int size
                w * mesh.normals[tri.c])
                   .normalized();
           const MaterialSlot& slot = mesh.slots[tri.slot];
+          if (slot.sheet && wrong) n = -n;
+          wrong &= !slot.sheet;
           color = FamilyColor(slot);
+          if (slot.sheet) color *= 0.75f + 0.5f * mesh.uv[tri.a].x();
           emissive = slot.emissive;
           const std::string family = slot.families.empty() ? "" : slot.families.front();
           if (family == "picture") {
@@ -226,7 +237,7 @@ cv::Mat Draw(RTCDevice device, const Asset& asset, Placement placement, int size
 }
 
 int Main(int argc, char** argv) {
-  int seeds = 2, cell = 300, columns = 8, first_seed = 1;
+  int seeds = 2, cell = 300, columns = 8, first_seed = 1, edge_mm = 0;
   std::vector<std::string> names;
   std::string out;
   for (int i = 1; i < argc; ++i) {
@@ -240,6 +251,8 @@ int Main(int argc, char** argv) {
       columns = value();
     else if (word == "--first-seed")
       first_seed = value();
+    else if (word == "--edge-mm")
+      edge_mm = value();
     else if (out.empty())
       out = word;
     else
@@ -248,7 +261,7 @@ int Main(int argc, char** argv) {
   if (out.empty()) {
     std::fprintf(stderr,
                  "usage: asset_sheet OUT.png [--seeds N] [--cell PX] [--columns N] [--first-seed "
-                 "N] [CLASS...]\n");
+                 "N] [--edge-mm N] [CLASS...]\n");
     return 2;
   }
   if (names.empty()) {
@@ -259,7 +272,8 @@ int Main(int argc, char** argv) {
   for (const std::string& name : names) {
     for (int s = 0; s < seeds; ++s) {
       const int64_t start = cv::getTickCount();
-      const auto asset = MakeAsset(name, static_cast<uint64_t>(first_seed + s));
+      const auto asset = MakeAsset(name, static_cast<uint64_t>(first_seed + s),
+                                   1e-3f * static_cast<float>(edge_mm));
       const double ms =
           1e3 * static_cast<double>(cv::getTickCount() - start) / cv::getTickFrequency();
       if (!asset.ok()) {

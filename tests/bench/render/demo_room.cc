@@ -76,6 +76,8 @@ class RoomMaker {
   }
 
   void Furniture() {
+    std::vector<AssetClass> indoors = AssetCatalogue();
+    std::erase_if(indoors, [](const AssetClass& c) { return c.placement == Placement::kGround; });
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 4; ++column) {
         Eigen::Affine3f place = Eigen::Affine3f::Identity();
@@ -84,7 +86,7 @@ class RoomMaker {
         place.rotate(Eigen::AngleAxisf(static_cast<float>(rng_.Uniform(0, 6.28)), Vec3f::UnitZ()));
         const int kind = rng_.UniformInt(0, 3);
         if (kind <= 1) {
-          const AssetClass& choice = rng_.Pick(AssetCatalogue());
+          const AssetClass& choice = rng_.Pick(indoors);
           auto asset = MakeAsset(choice.name, rng_.Seed());
           if (!asset.ok()) continue;
           auto mesh = std::make_shared<Mesh>(std::move(asset->mesh));

@@ -10,6 +10,12 @@
 
 namespace parallax::test {
 
+Mesh WithoutSheets(const Mesh& mesh) {
+  Mesh solid = mesh;
+  std::erase_if(solid.triangles, [&](const Triangle& t) { return mesh.slots[t.slot].sheet; });
+  return solid;
+}
+
 std::vector<uint32_t> Weld(const Mesh& mesh) {
   struct Key {
     std::array<uint32_t, 3> bits;

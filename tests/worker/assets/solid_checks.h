@@ -11,6 +11,9 @@
 
 namespace parallax::test {
 
+// The mesh without the triangles of sheets, which are neither closed nor hold anything.
+Mesh WithoutSheets(const Mesh& mesh);
+
 // Vertices of equal position become one: the surface without its creases. Index by vertex.
 std::vector<uint32_t> Weld(const Mesh& mesh);
 

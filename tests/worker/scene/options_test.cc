@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "common/image/io.h"
+#include "worker/assets/asset.h"
 #include "worker/materials/picture_folder.h"
 #include "worker/materials/user_picture.h"
 #include "worker/scene/choose_materials.h"
@@ -78,10 +79,33 @@ TEST(FloatingClasses, AreTheGroupsAndClassesAskedForLessTheExcludedOnes) {
   config.mutable_floating()->add_classes("Cactus");
   config.mutable_floating()->add_classes("Bush");
   EXPECT_THAT(*FloatingClasses(config), ElementsAre("Bush", "Cactus"));
+  config.mutable_floating()->add_classes("dead_wood");
+  EXPECT_THAT(*FloatingClasses(config),
+              ElementsAre("Bush", "Cactus", "FallenTrunk", "Log", "Snag", "Stump"));
   config.mutable_floating()->add_classes("Unicorn");
   const absl::Status unknown = FloatingClasses(config).status();
   EXPECT_EQ(unknown.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(unknown.message()), HasSubstr("\"Unicorn\""));
+}
+
+// What grows outdoors is drawn only where it is asked for: studies that float all classes keep
+// their draws.
+TEST(FloatingClasses, HoldNatureOnlyWhereItIsNamed) {
+  v1::SceneConfig config;
+  config.mutable_floating()->add_classes("all");
+  const auto all = FloatingClasses(config);
+  ASSERT_TRUE(all.ok()) << all.status();
+  for (const std::string& name : *all) {
+    EXPECT_NE(FindAssetClass(name)->placement, Placement::kGround) << name;
+  }
+  config.mutable_floating()->clear_classes();
+  config.mutable_floating()->add_classes("nature");
+  const auto nature = FloatingClasses(config);
+  ASSERT_TRUE(nature.ok()) << nature.status();
+  EXPECT_GE(nature->size(), 20u);
+  for (const std::string& name : *nature) {
+    EXPECT_EQ(FindAssetClass(name)->placement, Placement::kGround) << name;
+  }
 }
 
 class UserPictures : public testing::Test {

@@ -44,6 +44,7 @@ Asset AssetBuilder::Finish(Anchor anchor) {
   Vec3f shift = -box.center();
   shift.z() = anchor == Anchor::kCeiling ? -box.max().z() : -box.min().z();
   if (anchor == Anchor::kWall) shift.y() = -box.min().y();
+  if (anchor == Anchor::kGround) shift.head<2>().setZero();
   for (Vec3f& p : asset_.mesh.positions) p += shift;
   for (SupportSurface& s : asset_.supports) {
     s.area.translate(shift.head<2>());

@@ -16,6 +16,7 @@ enum class Anchor {
   kFloor,    // Lowest point at z = 0, footprint's middle at x = y = 0.
   kWall,     // y >= 0 with the wall at y = 0; x centred; lowest point at z = 0.
   kCeiling,  // Highest point at z = 0, middle at x = y = 0.
+  kGround,   // Lowest point at z = 0; x and y stay: the foot of a stem is the origin.
 };
 
 class AssetBuilder {
@@ -49,6 +50,9 @@ class AssetBuilder {
 // Slots with the families that suit them, best first.
 inline MaterialSlot Slot(std::string name, std::vector<std::string> families) {
   return {std::move(name), std::move(families), false};
+}
+inline MaterialSlot SheetSlot(std::string name, std::vector<std::string> families) {
+  return {std::move(name), std::move(families), false, true};
 }
 inline MaterialSlot EmissiveSlot(std::string name) { return {std::move(name), {"emissive"}, true}; }
 

@@ -16,6 +16,8 @@ DetailScope::DetailScope(float target_edge_m) : before_(target_edge) {
 
 DetailScope::~DetailScope() { target_edge = before_; }
 
+float TargetEdge() { return target_edge; }
+
 int DetailedPieces(int usual, float length_m, int least) {
   if (target_edge <= 0 || usual <= least) return usual;
   const int wanted = static_cast<int>(std::ceil(std::min(length_m / target_edge, 1e4f)));

@@ -17,6 +17,9 @@ class DetailScope {
   float before_;
 };
 
+// What the scope asks for; 0: nothing.
+float TargetEdge();
+
 // The pieces into which a length is cut: `usual`, or what the scope's target asks for, at least
 // `least` and at most four times the usual.
 int DetailedPieces(int usual, float length_m, int least = 2);

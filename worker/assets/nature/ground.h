@@ -1,0 +1,152 @@
+// What covers the ground outdoors: stones, litter, grass, herbs, shrubs. The origin is the foot of
+// a plant or the middle of a patch.
+#pragma once
+
+#include "worker/assets/asset.h"
+#include "worker/assets/nature/species.h"
+
+namespace parallax {
+
+// ---- Stones ----
+
+struct StoneForm {
+  Vec3f size = Vec3f::Constant(0.5f);  // Half of the extent along each axis, about.
+  int planes = 20;                     // That cut it from a block; few: angular.
+  int cracks = 0;
+  float sharpness = 14;  // Of its edges: 5 a pebble, 30 freshly broken.
+  float rough = 0.14f;   // Depth of chips and dents, in sizes.
+  float bedding = 0;     // Height of the steps between layers, in sizes.
+  int cells = 30;        // A side of the sphere it is made from; 12 n^2 triangles.
+};
+
+struct BoulderParams {
+  StoneForm form;
+  uint64_t seed = 0;
+};
+Asset MakeBoulder(const BoulderParams& params);
+Asset SampleBoulder(Rng& rng);
+Asset SampleSlab(Rng& rng);
+
+struct RockPileParams {
+  float size_m = 0.9f;  // Half of its width.
+  int stones = 12;
+  uint64_t seed = 0;
+};
+Asset MakeRockPile(const RockPileParams& params);
+Asset SampleRockPile(Rng& rng);
+
+struct PebblesParams {
+  float radius_m = 0.2f;  // Of the patch.
+  float coarse = 1;
+  int stones = 36;
+  uint64_t seed = 0;
+};
+Asset MakePebbles(const PebblesParams& params);
+Asset SamplePebbles(Rng& rng);
+
+// ---- Litter ----
+
+struct LitterParams {
+  float radius_m = 0.4f;
+  int count = 120;
+  uint64_t seed = 0;
+};
+// Fallen leaves that lie over each other, some curled.
+Asset MakeLeafLitter(const LitterParams& params);
+Asset SampleLeafLitter(Rng& rng);
+// Broken twigs.
+Asset MakeTwigs(const LitterParams& params);
+Asset SampleTwigs(Rng& rng);
+// Cones of pine or spruce.
+Asset MakeCones(const LitterParams& params);
+Asset SampleCones(Rng& rng);
+// Dry needles in pairs.
+Asset MakeNeedlePatch(const LitterParams& params);
+Asset SampleNeedlePatch(Rng& rng);
+
+// ---- Grass ----
+
+struct GrassParams {
+  int blades = 45;
+  float height_m = 0.25f;
+  float radius_m = 0.05f;  // Of the patch that blades rise from.
+  float width_m = 0.005f;
+  float droop = 0.8f;  // Radians that blades bend by, on average.
+  float lean = 0.15f;  // To one side, as wind combs.
+  float dry = 0.2f;    // Share of dry blades.
+  int seed_heads = 0;
+  bool short_outside = false;  // A mound: blades at the rim are shorter.
+  uint64_t seed = 0;
+};
+Asset MakeGrass(const GrassParams& params);
+Asset SampleGrassTuft(Rng& rng);
+Asset SampleGrassClump(Rng& rng);
+Asset SampleTussock(Rng& rng);
+
+struct ReedParams {
+  int stems = 14;
+  float height_m = 1.7f;
+  bool cattail = false;
+  uint64_t seed = 0;
+};
+Asset MakeReed(const ReedParams& params);
+Asset SampleReed(Rng& rng);
+
+// ---- Herbs ----
+
+struct FernParams {
+  int fronds = 10;
+  float length_m = 0.6f;
+  uint64_t seed = 0;
+};
+Asset MakeFern(const FernParams& params);
+Asset SampleFern(Rng& rng);
+
+enum class FlowerKind { kDaisy, kPoppy, kBell, kDandelion, kCount };
+struct FlowerParams {
+  FlowerKind kind = FlowerKind::kDaisy;
+  int stems = 6;
+  float height_m = 0.3f;
+  uint64_t seed = 0;
+};
+Asset MakeFlowerPlant(const FlowerParams& params);
+Asset SampleFlowerPlant(Rng& rng);
+
+struct MushroomParams {
+  int count = 5;
+  float height_m = 0.07f;
+  float cap_width = 1.1f;  // In heights.
+  float cap_dome = 0.5f;   // 0 flat, 1 a ball.
+  uint64_t seed = 0;
+};
+Asset MakeMushrooms(const MushroomParams& params);
+Asset SampleMushrooms(Rng& rng);
+
+// Rosettes of fleshy leaves.
+struct SucculentParams {
+  int rosettes = 3;
+  float size_m = 0.25f;
+  uint64_t seed = 0;
+};
+Asset MakeSucculent(const SucculentParams& params);
+Asset SampleSucculent(Rng& rng);
+
+// ---- Shrubs ----
+
+struct ShrubParams {
+  float height_m = 1.2f;
+  float width = 1.1f;  // In heights.
+  LeafForm leaf;
+  float leaf_m = 0.045f;
+  int leaves = 2200;
+  float blossoms = 0;  // Share of twigs that end in flowers.
+  bool bare = false;   // Dry: no leaves.
+  Season season = Season::kSummer;
+  uint64_t seed = 0;
+};
+Asset MakeShrub(const ShrubParams& params);
+Asset SampleShrub(Rng& rng);
+Asset SampleFlowerBush(Rng& rng);
+Asset SampleDryBush(Rng& rng);
+
+}  // namespace parallax

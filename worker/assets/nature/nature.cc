@@ -1,0 +1,40 @@
+// What grows and lies outdoors. Drawn only when a config names a class, `nature` or one of its
+// groups: see README.md.
+#include "worker/assets/families.h"
+#include "worker/assets/nature/ground.h"
+#include "worker/assets/nature/trees.h"
+
+namespace parallax {
+
+void RegisterNature(std::vector<AssetClass>& classes) {
+  const auto add = [&](const char* name, const char* family, Asset (*sample)(Rng&)) {
+    classes.push_back({name, family, Placement::kGround, false, 0, sample});
+  };
+  add("Boulder", "stones", SampleBoulder);
+  add("Pebbles", "stones", SamplePebbles);
+  add("RockPile", "stones", SampleRockPile);
+  add("Slab", "stones", SampleSlab);
+  add("Cones", "litter", SampleCones);
+  add("LeafLitter", "litter", SampleLeafLitter);
+  add("NeedlePatch", "litter", SampleNeedlePatch);
+  add("Twigs", "litter", SampleTwigs);
+  add("FernPlant", "herbs", SampleFern);
+  add("FlowerPlant", "herbs", SampleFlowerPlant);
+  add("GrassClump", "herbs", SampleGrassClump);
+  add("GrassTuft", "herbs", SampleGrassTuft);
+  add("Mushrooms", "herbs", SampleMushrooms);
+  add("Reed", "herbs", SampleReed);
+  add("Succulent", "herbs", SampleSucculent);
+  add("Tussock", "herbs", SampleTussock);
+  add("DryBush", "shrubs", SampleDryBush);
+  add("FlowerBush", "shrubs", SampleFlowerBush);
+  add("Shrub", "shrubs", SampleShrub);
+  add("BroadleafTree", "trees", SampleBroadleafTree);
+  add("Conifer", "trees", SampleConifer);
+  add("FallenTrunk", "dead_wood", SampleFallenTrunk);
+  add("Log", "dead_wood", SampleLog);
+  add("Snag", "dead_wood", SampleSnag);
+  add("Stump", "dead_wood", SampleStump);
+}
+
+}  // namespace parallax

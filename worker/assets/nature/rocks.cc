@@ -67,6 +67,7 @@ class Stone {
  public:
   Stone(const StoneForm& form, Rng& rng) : form_(form), noise_(rng) {
     planes_.push_back({-Vec3f::UnitZ(), Draw(rng, 0.5, 0.7)});  // It rests on a flat side.
+    if (form.bedding > 0) AddSides(rng);
     for (int k = 1; k < form.planes; ++k) {
       const float z = Draw(rng, -1, 1), a = Draw(rng, 0, 2 * kPi), s = std::sqrt(1 - z * z);
       planes_.push_back({Vec3f(s * std::cos(a), s * std::sin(a), z), Draw(rng, 0.62, 1.0)});
@@ -99,7 +100,8 @@ class Stone {
       r -= 0.075f * std::exp(-off * off / (2 * 0.02f * 0.02f));
     }
     const Vec3f out = way.cwiseQuotient(form_.size).normalized();
-    return p.cwiseProduct(form_.size) + (r - 1) * p.norm() * std::cbrt(form_.size.prod()) * out;
+    const float scale = std::min(std::cbrt(form_.size.prod()), 1.5f * form_.size.minCoeff());
+    return p.cwiseProduct(form_.size) + (r - 1) * p.norm() * scale * out;
   }
 
  private:
@@ -107,6 +109,15 @@ class Stone {
     Vec3f normal;
     float distance;
   };
+  // A slab broke off between two beds: level above, steep all around, not a lens.
+  void AddSides(Rng& rng) {
+    planes_.push_back({Vec3f::UnitZ(), Draw(rng, 0.45, 0.65)});
+    for (int k = 0; k < 7; ++k) {
+      const float a = 2.39996f * static_cast<float>(k) + Draw(rng, -0.3, 0.3);
+      const Vec3f side{std::cos(a), std::sin(a), Draw(rng, -0.15, 0.15)};
+      planes_.push_back({side.normalized(), Draw(rng, 0.55, 0.85)});
+    }
+  }
   // Layers that stand out by turns.
   float Bed(const Vec3f& p) const {
     const float level = 7 * beds_.dot(p) + 0.8f * noise_.At(1.2f * p);

@@ -138,6 +138,27 @@ std::string ProgressView::JobsLine() const {
   return line;
 }
 
+std::vector<std::string> ProgressView::LinesBelow(const Terminal& terminal) const {
+  std::vector<std::string> lines;
+  for (const std::string& line : OtherJobLines(study_)) lines.push_back("  " + line);
+  constexpr size_t kMostShown = 4;
+  for (size_t i = 0; i < labelled_.size() && i < kMostShown; ++i) {
+    lines.push_back("  " + labelled_[i].kind() + " " + labelled_[i].label() + ": " +
+                    DescribeProgress(labelled_[i]));
+  }
+  if (labelled_.size() > kMostShown) {
+    lines.push_back("  and " + FormatCount(static_cast<int64_t>(labelled_.size() - kMostShown)) +
+                    " more running");
+  }
+  if (const std::string jobs = JobsLine(); !jobs.empty()) {
+    lines.push_back("  " + terminal.Paint(Tone::kDim, jobs));
+  }
+  for (const std::string& line : waiting_) {
+    lines.push_back("  " + terminal.Paint(Tone::kWarning, line));
+  }
+  return lines;
+}
+
 std::vector<std::string> ProgressView::Lines(const Terminal& terminal) const {
   struct Row {
     std::string name;
@@ -186,7 +207,9 @@ std::vector<std::string> ProgressView::Lines(const Terminal& terminal) const {
                   PaintedState(terminal, study_.state()) + "  " +
                   FormatDuration(now_s_ - start_s_));
   // Bars that would not fit on the screen are told of in a line; the last one always fits.
-  const size_t room = static_cast<size_t>(std::max(2, terminal.size().rows - 4));
+  const std::vector<std::string> below = LinesBelow(terminal);
+  const int taken = 3 + std::max(1, static_cast<int>(below.size()));
+  const size_t room = static_cast<size_t>(std::max(2, terminal.size().rows - taken));
   const size_t shown = rows.size() <= room ? rows.size() : room - 2;
   for (size_t i = 0; i < shown; ++i) lines.push_back(line_of(rows[i]));
   if (shown < rows.size()) {
@@ -194,22 +217,7 @@ std::vector<std::string> ProgressView::Lines(const Terminal& terminal) const {
                     Plural(static_cast<int64_t>(rows.size() - shown - 1), "more variant"));
     lines.push_back(line_of(rows.back()));
   }
-  for (const std::string& line : OtherJobLines(study_)) lines.push_back("  " + line);
-  constexpr size_t kMostShown = 4;
-  for (size_t i = 0; i < labelled_.size() && i < kMostShown; ++i) {
-    lines.push_back("  " + labelled_[i].kind() + " " + labelled_[i].label() + ": " +
-                    DescribeProgress(labelled_[i]));
-  }
-  if (labelled_.size() > kMostShown) {
-    lines.push_back("  and " + FormatCount(static_cast<int64_t>(labelled_.size() - kMostShown)) +
-                    " more running");
-  }
-  if (const std::string jobs = JobsLine(); !jobs.empty()) {
-    lines.push_back("  " + terminal.Paint(Tone::kDim, jobs));
-  }
-  for (const std::string& line : waiting_) {
-    lines.push_back("  " + terminal.Paint(Tone::kWarning, line));
-  }
+  lines.insert(lines.end(), below.begin(), below.end());
   return lines;
 }
 

@@ -44,6 +44,7 @@ class ProgressView {
     double begun_pairs = 0;  // Of leased render jobs, by their fractions.
   };
   std::string JobsLine() const;
+  std::vector<std::string> LinesBelow(const Terminal& terminal) const;  // The bars.
   void NoteWaiting(const v1::ListWorkersReply& workers);
   // Seconds until the study ends, as far as anything tells.
   std::optional<double> SecondsLeft() const;

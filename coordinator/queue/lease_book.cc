@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 namespace parallax {
 
@@ -53,9 +54,11 @@ std::vector<v1::AttemptId> LeaseBook::Heartbeat(const std::string& worker,
   for (const v1::Progress& progress : running) {
     if (Entry* entry = FindLocked(worker, progress.attempt())) {
       entry->heard = now;
-      entry->progress = {progress.fraction(),
-                         progress.stage(),
-                         {progress.figures().begin(), progress.figures().end()}};
+      entry->progress = {progress.fraction(), progress.stage(), {}};
+      for (const auto& [name, value] : progress.figures()) {
+        // A loss that is none is no reason to lose the worker, and no number for a page.
+        if (std::isfinite(value)) entry->progress.figures[name] = value;
+      }
     } else {
       strangers.push_back(progress.attempt());
     }

@@ -121,7 +121,6 @@ absl::Status CheckHeartbeat(const v1::Heartbeat& heartbeat) {
     RETURN_IF_ERROR(CheckRange("heartbeat.figures", progress.figures_size(), 0, kMaxFigures));
     for (const auto& [figure, value] : progress.figures()) {
       RETURN_IF_ERROR(CheckName("heartbeat: figure", figure));
-      if (!std::isfinite(value)) return Bad("heartbeat: figure " + figure + " is not finite");
     }
   }
   return absl::OkStatus();

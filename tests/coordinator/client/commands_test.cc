@@ -394,6 +394,28 @@ TEST_F(CommandTest, JobsAndWorkersAreTables) {
   EXPECT_EQ(coordinator_.listed_jobs.state(), "FAILED");
   EXPECT_EQ(RunJson({"jobs", "3"})["jobs"][0]["rigs"], Json({0, 1, 2, 7}));
 
+  v1::JobStatus training;
+  training.set_job_id(18);
+  training.set_kind("train");
+  training.set_state("RETRY_WAIT");
+  training.set_variant("narrow");
+  training.set_scene(4);
+  training.set_label("narrow, seed 1");
+  training.set_attempts(1);
+  training.set_error("exit status 3");
+  training.set_log_tail("step 1\nbang \x1b[2J\n");
+  coordinator_.jobs = {training};
+  const std::string jobs = Run({"jobs", "3"}).out;
+  EXPECT_THAT(jobs,
+              HasSubstr("narrow      -             1          narrow, seed 1: exit status 3"));
+  EXPECT_THAT(jobs, HasSubstr("\nThe end of the log of job 18 (narrow, seed 1):\n  step 1\n"
+                              "  bang \\x1b[2J\n"));
+  EXPECT_EQ(RunJson({"jobs", "3"})["jobs"][0]["label"], "narrow, seed 1");
+  training.set_state("LEASED");
+  (*training.mutable_figures())["step"] = 7;
+  coordinator_.jobs = {training};
+  EXPECT_THAT(Run({"jobs", "3"}).out, HasSubstr("narrow, seed 1: step 7"));
+
   EXPECT_THAT(Run({"workers"}).out, HasSubstr("no workers: `worker --coordinator "));
   v1::WorkerStatus worker;
   worker.set_name("w1");

@@ -8,7 +8,9 @@
 #include <filesystem>
 #include <fstream>
 
+#include "common/config/catalogue_names.h"
 #include "common/config/config.h"
+#include "common/config/training.h"
 #include "worker/render/profiles.h"
 #include "worker/scene/types/indoor/indoor.h"
 
@@ -61,6 +63,55 @@ TEST(Plan, ATwinOfAVariantCostsNothing) {
   EXPECT_EQ(twin.scenes_shared, 2);
   EXPECT_EQ(twin.solve_core_s + twin.render_core_s, 0);
   EXPECT_EQ(twin.disk_bytes, 0);
+}
+
+TEST(Plan, VariantsOfOtherSeedsShareNothing) {
+  v1::StudySpec study = LoadStudy("table1").value();
+  study.set_pairs(30);
+  *study.add_variants() = study.variants(0);
+  study.mutable_variants(13)->set_name("other");
+  study.mutable_variants(13)->set_seed(99);
+  const StudyPlan plan = PlanStudy(study, 1).value();
+  EXPECT_EQ(RowOf(plan, "other").pairs_shared, 0);
+  EXPECT_EQ(RowOf(plan, "other").layouts_shared, 0);
+  EXPECT_EQ(plan.max_solves_per_seed, 2) << "of one seed";
+}
+
+TEST(Plan, TrainingsAndEvaluationsHaveTheirPrice) {
+  v1::StudySpec study = LoadStudy("table1").value();
+  EXPECT_EQ(PlanStudy(study, 1)->training.trainings, 0);
+  v1::TrainSpec& train = *study.mutable_train();
+  train.set_seeds(3);
+  v1::EvaluateSpec& evaluate = *study.mutable_evaluate();
+  evaluate.add_benchmarks("shipped");
+  evaluate.add_benchmarks("kitti2015");
+  evaluate.add_baselines("sgbm");
+  evaluate.set_max_pairs(20);
+  evaluate.set_heldout_pairs(10);
+  ResolveTraining(&study);
+  const auto priced = [&study](double factor = 1) { return PlanStudy(study, factor)->training; };
+  EXPECT_EQ(priced().trainings, 13 * 3);
+  // 1,500 steps of the trainer's own batch and crops at 0.87 core-seconds.
+  EXPECT_NEAR(priced().train_core_s, 39 * 1500 * 0.87, 1e-6);
+  EXPECT_NEAR(priced().longest_s, 1500 * 0.87 / 2, 1e-9) << "on two threads";
+  EXPECT_EQ(priced().evaluations, (39 + 1) * 3);
+  EXPECT_NEAR(priced().evaluate_core_s, 40 * (1 + 20 + 10) * 3, 1e-6);
+  EXPECT_NEAR(priced(2).train_core_s, 2 * priced().train_core_s, 1e-6);
+  train.set_steps(3000);
+  train.set_batch(4);
+  EXPECT_NEAR(priced().train_core_s, 39 * 3000 * 2 * 0.87, 1e-6);
+  train.set_steps(0);
+  train.set_minutes(2);
+  EXPECT_NEAR(priced().train_core_s, 39 * 2 * 60 * 2, 1e-6);
+  train.set_minutes(0);
+  train.set_trainer("raft-stereo");
+  EXPECT_EQ(priced().train_core_s, 0);
+  EXPECT_EQ(priced().not_priced, "raft-stereo");
+}
+
+TEST(Plan, EveryBenchmarkHasANumberOfPairs) {
+  for (const std::string& name : BenchmarkNames()) EXPECT_GT(PairsOfBenchmark(name), 0) << name;
+  EXPECT_EQ(PairsOfBenchmark("nothing"), 0);
 }
 
 TEST(Plan, SamplesAndPixelsCostWhatTheySay) {

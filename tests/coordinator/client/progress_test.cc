@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <tuple>
 
 #include "coordinator/client/progress_view.h"
 
@@ -143,6 +144,93 @@ TEST(ProgressView, PlainLineTellsAllInOne) {
   view.Observe(0, TwoVariants(0, 0, 0), {});
   view.Observe(3600, TwoVariants(10, 0, 10), OneRender("narrow", 4, 0));
   EXPECT_EQ(view.PlainLine(), "1:00:00  20/40 pairs (50%)  20.0 pairs/h  ETA 1:00:00  1 rendering");
+}
+
+// ---- Jobs without a scene
+v1::StudyStatus WithJobs(std::initializer_list<std::tuple<const char*, const char*, int>> counts) {
+  v1::StudyStatus study = TwoVariants(20, 0, 20);
+  for (const auto& [kind, state, jobs] : counts) {
+    v1::JobCount* count = study.mutable_variants(0)->add_jobs();
+    count->set_kind(kind);
+    count->set_state(state);
+    count->set_jobs(jobs);
+  }
+  return study;
+}
+v1::ListJobsReply OneTraining() {
+  v1::ListJobsReply reply;
+  v1::JobStatus* job = reply.add_jobs();
+  job->set_kind("train");
+  job->set_state("LEASED");
+  job->set_variant("narrow");
+  job->set_label("narrow, seed 1");
+  job->set_fraction(0.28);
+  job->set_stage("train");
+  auto& figures = *job->mutable_figures();
+  figures["step"] = 420;
+  figures["steps"] = 1500;
+  figures["loss"] = 1.8279;
+  figures["eta_s"] = 540;
+  return reply;
+}
+v1::ListWorkersReply OneWorker(const std::string& kind, const std::string& state) {
+  v1::ListWorkersReply reply;
+  v1::WorkerStatus* worker = reply.add_workers();
+  worker->set_name("w");
+  worker->add_kinds(kind);
+  worker->set_state(state);
+  return reply;
+}
+
+TEST(ProgressView, ATrainingTellsItsStepLossAndTime) {
+  std::ostringstream stream;
+  Terminal terminal;
+  terminal.stream = &stream;
+  terminal.size = [] { return TerminalSize{70, 24}; };
+  ProgressView view;
+  view.Observe(0, WithJobs({{"train", "LEASED", 1}, {"train", "SUCCEEDED", 2}}), OneTraining());
+  const std::vector<std::string> lines = view.Lines(terminal);
+  ASSERT_EQ(lines.size(), 7u);
+  EXPECT_EQ(lines[4], "  train: 2 done, 1 running");
+  EXPECT_EQ(lines[5], "  train narrow, seed 1: step 420 of 1,500, loss 1.83, 9:00 left");
+  EXPECT_EQ(lines[6], "  1 training");
+  EXPECT_THAT(view.PlainLine(),
+              testing::HasSubstr("; train: 2 done, 1 running; train narrow, seed 1: step 420 of "
+                                 "1,500, loss 1.83, 9:00 left"));
+  const auto json = view.Json();
+  EXPECT_EQ(json["running"][0]["label"], "narrow, seed 1");
+  EXPECT_EQ(json["running"][0]["figures"]["loss"], 1.8279);
+  EXPECT_EQ(json["eta_s"], 540) << "all pairs are there and nothing else is to come";
+}
+
+TEST(ProgressView, NobodyKnowsHowLongJobsThatAreToComeTake) {
+  ProgressView view;
+  view.Observe(0, WithJobs({{"train", "LEASED", 1}, {"train", "BLOCKED", 2}}), OneTraining());
+  EXPECT_EQ(view.Json()["eta_s"], nullptr);
+  EXPECT_THAT(view.PlainLine(), testing::HasSubstr("1 running, 2 to come"));
+  EXPECT_THAT(view.PlainLine(), testing::Not(testing::HasSubstr("ETA")));
+}
+
+TEST(ProgressView, JobsThatNoWorkerTakesAreTold) {
+  const auto waiting = [](const v1::StudyStatus& study, const v1::ListWorkersReply& workers,
+                          const v1::ListJobsReply& leased = {}) {
+    ProgressView view;
+    view.Observe(0, study, leased, workers);
+    const auto json = view.Json();
+    return json["waiting"].empty() ? std::string() : json["waiting"][0].get<std::string>();
+  };
+  const v1::StudyStatus one = WithJobs({{"train", "READY", 1}});
+  EXPECT_EQ(waiting(one, OneWorker("render", "idle")),
+            "1 train job waits: no connected worker does such jobs");
+  EXPECT_EQ(waiting(one, OneWorker("train", "lost")),
+            "1 train job waits: no connected worker does such jobs");
+  EXPECT_EQ(waiting(WithJobs({{"train", "READY", 2}}), OneWorker("train", "idle")),
+            "2 train jobs wait: no connected worker has the GPU, memory or tags for them");
+  EXPECT_EQ(waiting(one, OneWorker("train", "busy")), "") << "its turn comes";
+  EXPECT_EQ(waiting(one, OneWorker("train", "idle"), OneTraining()), "") << "one is at work";
+  v1::StudyStatus paused = one;
+  paused.set_state(v1::STUDY_STATE_PAUSED);
+  EXPECT_EQ(waiting(paused, {}), "");
 }
 
 }  // namespace

@@ -30,6 +30,7 @@ StatusSnapshot Example() {
   snapshot.server.stages["trace"] = {.count = 2, .seconds = 8.5};
   snapshot.server.work["render"] = {.jobs = 1, .wall_s = 9, .cpu_s = 16};
   snapshot.eta_s[9] = 270;
+  snapshot.running.push_back({12, "odd", "train", "narrow, seed 1", {{"loss", 1.5}, {"step", 20}}});
   snapshot.server.reports["OK"] = 7;
   snapshot.server.lease_latency_bounds_s = {0.001, 0.1};
   snapshot.server.lease_latency_counts = {1, 5, 6};
@@ -75,6 +76,8 @@ TEST(MetricsText, HasASampleForEachThingWorthWatching) {
            "parallax_lease_latency_seconds_sum 0.5",
            "parallax_lease_latency_seconds_count 6",
            "parallax_pairs_per_hour 120",
+           "parallax_job_figure{study=\"odd\",kind=\"train\",job_id=\"12\",label=\"narrow, seed "
+           "1\",figure=\"loss\"} 1.5",
            "parallax_pairs_published{study=\"odd \\\"name\\\"\\n\",study_id=\"9\",variant="
            "\"narrow\"} 11",
        }) {

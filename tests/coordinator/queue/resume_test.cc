@@ -2,6 +2,8 @@
 // list of results.
 #include <sqlite3.h>
 
+#include <cmath>
+
 #include "train_fixture.h"
 
 namespace parallax {
@@ -167,10 +169,12 @@ TEST_F(Resume, FiguresOfTheNewestHeartbeatAreToldWithTheJob) {
   (*progress.mutable_figures())["loss"] = 1.5;
   EXPECT_THAT(queue_->Heartbeat("a", {progress}), IsEmpty());
   (*progress.mutable_figures())["loss"] = 1.25;
+  (*progress.mutable_figures())["odd"] = std::nan("");
   EXPECT_THAT(queue_->Heartbeat("a", {progress}), IsEmpty());
   const std::vector<v1::JobStatus> jobs = ListJobs(study, "LEASED");
   ASSERT_THAT(jobs, SizeIs(1));
   EXPECT_EQ(jobs[0].figures().at("loss"), 1.25);
+  EXPECT_THAT(jobs[0].figures(), SizeIs(1)) << "without what is no number";
   const auto running = queue_->ListRunning();
   ASSERT_TRUE(running.ok()) << running.status();
   ASSERT_THAT(*running, SizeIs(1));

@@ -139,6 +139,23 @@ TEST(Validation, ProgressIsAFractionOfANamedAttempt) {
   }
 }
 
+TEST(Validation, ProgressTellsAtMostEightFigures) {
+  v1::Heartbeat heartbeat;
+  v1::Progress& progress = *heartbeat.add_running();
+  progress.mutable_attempt()->set_job_id(1);
+  progress.mutable_attempt()->set_fence(1);
+  auto& figures = *progress.mutable_figures();
+  for (int i = 0; i < 8; ++i) figures["figure" + std::to_string(i)] = i;
+  // A loss that is not finite ends the training, and not the stream.
+  figures["figure7"] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(CheckHeartbeat(heartbeat).ok()) << CheckHeartbeat(heartbeat);
+  figures["figure8"] = 8;
+  EXPECT_FALSE(CheckHeartbeat(heartbeat).ok());
+  figures.clear();
+  figures["a\nb"] = 1;
+  EXPECT_FALSE(CheckHeartbeat(heartbeat).ok());
+}
+
 TEST(Validation, ReportsNameAttemptWorkerAndResult) {
   v1::CompleteRequest complete;
   complete.set_worker("w");

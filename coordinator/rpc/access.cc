@@ -39,8 +39,11 @@ const std::vector<Row>& Table() {
       // ---- Files
       {"/parallax.v1.Artifacts/Put", {Role::kWorker}},
       {"/parallax.v1.Artifacts/Remove", {Role::kWorker}},
-      {"/parallax.v1.Artifacts/Get", {Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
-      {"/parallax.v1.Artifacts/List", {Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
+      // Workers read the pairs that they train on, and earlier attempts' checkpoints.
+      {"/parallax.v1.Artifacts/Get",
+       {Role::kWorker, Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
+      {"/parallax.v1.Artifacts/List",
+       {Role::kWorker, Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
   };
   return *table;
 }

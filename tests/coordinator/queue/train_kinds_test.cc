@@ -1,7 +1,10 @@
 // Trainings and evaluations: which jobs a study has, what they wait for, what workers are told,
 // which results are right, and whose work is equal.
+#include <chrono>
 #include <cmath>
 
+#include "common/config/limits.h"
+#include "common/rpc/endpoint.h"
 #include "train_fixture.h"
 
 namespace parallax {
@@ -94,6 +97,40 @@ TEST_F(TrainKindsTest, AWorkerIsToldTheFoldersOfAllPairs) {
   const auto frames = Frames(StudyId{1});
   EXPECT_EQ(frames[0].frame().path(), job.parts(0).folders(0).folder() + "/000");
   Complete(TrainAnswer(lease, "t"));
+}
+
+TEST_F(TrainKindsTest, SeventyFiveThousandPairsAreToldAtOnce) {
+  constexpr int64_t kPairs = 75'000;
+  SubmitRequest(Request({.pairs = kPairs, .rigs_per_scene = 1000, .variants = {"wide"}}));
+  for (;;) {
+    const auto leases = Lease(AnyWorker("w"), 8);
+    if (leases.empty()) break;
+    for (const v1::Lease& lease : leases) Complete(Answer(lease, "w"));
+  }
+  const auto start = std::chrono::steady_clock::now();
+  const v1::Lease lease = LeaseOne(Trainer("t"));
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  int64_t rigs = 0;
+  const v1::TrainJob job = TrainJobOf(lease);
+  for (const v1::FrameFolder& folder : job.parts(0).folders()) rigs += folder.rigs_size();
+  EXPECT_EQ(rigs, kPairs);
+  EXPECT_LT(lease.spec().size(), 1u << 20);
+  EXPECT_LT(took.count(), 5) << "0.1 s on an idle machine";
+  RecordProperty("spec_ms", static_cast<int>(1000 * took.count()));
+}
+
+TEST(TrainJobMessage, TheLargestTrainingSetFitsIntoALease) {
+  v1::TrainJob job;
+  v1::FrameSet* set = job.add_parts();
+  const std::string folder =
+      StorePrefixOf(Sha256Of("x")) + "/.attempt-" + std::to_string(uint64_t{1} << 63);
+  for (int64_t i = 0; i < kMaxTrainingPairs; ++i) {  // A pair a scene.
+    v1::FrameFolder* one = set->add_folders();
+    one->set_folder(folder);
+    one->add_rigs(0);
+    one->set_scene(static_cast<uint32_t>(i));
+  }
+  EXPECT_LT(job.ByteSizeLong(), static_cast<size_t>(kMaxRpcMessageBytes));
 }
 
 TEST_F(TrainKindsTest, EvaluationsWaitForTheirNetworkAndBaselinesForNothing) {

@@ -49,8 +49,8 @@ const std::map<std::string, std::string>& Rows() {
       {"Coordinator/ListAudit", "o"},
       {"Artifacts/Put", "w"},
       {"Artifacts/Remove", "w"},
-      {"Artifacts/Get", "sor"},
-      {"Artifacts/List", "sor"},
+      {"Artifacts/Get", "wsor"},
+      {"Artifacts/List", "wsor"},
   };
   return *rows;
 }

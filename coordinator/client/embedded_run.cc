@@ -184,7 +184,8 @@ absl::Status EmbeddedRun::Step(double now_s) {
   if (IsFinished(view_.study().state())) return absl::OkStatus();
   const int crashes = pool_->crashes();
   const PairCounts counts = CountsOf(view_.study());
-  RETURN_IF_ERROR(pool_->Poll(counts.done + counts.solves_done + counts.rejected));
+  RETURN_IF_ERROR(
+      pool_->Poll(counts.done + JobsInState(view_.study(), "SUCCEEDED") + counts.rejected));
   if (pool_->crashes() > crashes) {
     display_.Print(environment_.err.Paint(Tone::kWarning, "note:") +
                    " a worker crashed; its jobs are done again (logs: " + LogDir(out_dir_) + ")");

@@ -6,6 +6,7 @@
 #include <shared_mutex>
 #include <thread>
 
+#include "tests/coordinator/queue/train_fixture.h"
 #include "tests/noop/noop_kind.h"
 
 namespace parallax::faults {
@@ -22,13 +23,13 @@ const KindRegistry& Kinds() {
 }
 
 WorkerFacts LivingWorker(const std::string& name) {
-  WorkerFacts worker = AnyWorker(name);
+  WorkerFacts worker = Everyman(name);
   worker.kinds.push_back("noop");
   return worker;
 }
 
 v1::CompleteRequest AnswerOf(const v1::Lease& lease, const std::string& worker) {
-  if (lease.kind() != "noop") return Answer(lease, worker);
+  if (lease.kind() != "noop") return AnyAnswer(lease, worker);
   v1::CompleteRequest request;
   *request.mutable_attempt() = lease.attempt();
   request.set_worker(worker);
@@ -84,7 +85,8 @@ class Client {
   }
 
   void Submit(int index) {
-    const auto reply = queue_.Submit(MakeStudy(StudyOf(index)), "client");
+    const v1::SubmitRequest study = MakeStudy(StudyOf(index));
+    const auto reply = queue_.Submit(index == 0 ? WithTrainings(study, 2) : study, "client");
     if (!reply.ok()) return;
     studies_[index] = reply->study_id();
     Acknowledge(Ack::kStudy, reply->study_id());

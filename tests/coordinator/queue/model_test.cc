@@ -5,7 +5,8 @@
 #include <set>
 
 #include "common/base/rng.h"
-#include "queue_fixture.h"
+#include "coordinator/study/expansion.h"
+#include "train_fixture.h"
 
 namespace parallax {
 namespace {
@@ -15,7 +16,7 @@ struct Held {
   std::string worker;
 };
 
-class ModelTest : public QueueTest, public testing::WithParamInterface<int> {
+class ModelTest : public TrainQueueTest, public testing::WithParamInterface<int> {
  protected:
   // Whether a seed is valid depends on the seed alone, as with the real solver.
   static bool Valid(uint64_t scene_seed) { return scene_seed % 5 != 0; }
@@ -23,7 +24,7 @@ class ModelTest : public QueueTest, public testing::WithParamInterface<int> {
     if (held.lease.kind() == "solve" && !Valid(SolveOf(held.lease).scene_seed())) {
       return RejectAnswer(held.lease, held.worker, !SolveOf(held.lease).has_layout());
     }
-    return Answer(held.lease, held.worker);
+    return AnyAnswer(held.lease, held.worker);
   }
 
   void Step(Rng& rng);
@@ -62,7 +63,7 @@ void ModelTest::Step(Rng& rng) {
   const std::string worker = "w" + std::to_string(rng.UniformInt(0, 5));
   const int what = rng.UniformInt(0, 99);
   if (what < 35) {
-    for (const v1::Lease& lease : Lease(AnyWorker(worker), rng.UniformInt(1, 4))) {
+    for (const v1::Lease& lease : Lease(Everyman(worker), rng.UniformInt(1, 4))) {
       held_.push_back({lease, worker});
       newest_fence_[lease.attempt().job_id()] = lease.attempt().fence();
     }
@@ -82,12 +83,15 @@ void ModelTest::Step(Rng& rng) {
   } else if (what < 87) {
     (void)*queue_->WorkerLost(worker);
   } else if (what < 90 && studies_.size() < 8) {
-    studies_.push_back(Submit({.seed = static_cast<uint64_t>(rng.UniformInt(1, 2)),
-                               .pairs = rng.UniformInt(1, 14),
-                               .rigs_per_scene = rng.UniformInt(1, 3),
-                               .variants = rng.Bernoulli(0.5) ? std::vector<std::string>{"a", "b"}
-                                                              : std::vector<std::string>{"a"},
-                               .priority = rng.UniformInt(0, 1)}));
+    const v1::SubmitRequest request =
+        MakeStudy({.seed = static_cast<uint64_t>(rng.UniformInt(1, 2)),
+                   .pairs = rng.UniformInt(1, 14),
+                   .rigs_per_scene = rng.UniformInt(1, 3),
+                   .variants = rng.Bernoulli(0.5) ? std::vector<std::string>{"a", "b"}
+                                                  : std::vector<std::string>{"a"},
+                   .priority = rng.UniformInt(0, 1)});
+    studies_.push_back(
+        SubmitRequest(rng.Bernoulli(0.5) ? WithTrainings(request, rng.UniformInt(0, 3)) : request));
   } else if (!studies_.empty()) {
     const StudyId study = rng.Pick(studies_);
     if (what < 92) {
@@ -124,7 +128,8 @@ TEST_P(ModelTest, WhateverHappensPromisesAreKept) {
   Rng rng(SceneSeed{static_cast<uint64_t>(GetParam())}, "model");
   options_.scenes_ahead = rng.UniformInt(1, 6);
   Reopen();
-  studies_.push_back(Submit({.pairs = 10, .variants = {"a", "b"}}));
+  studies_.push_back(
+      SubmitRequest(WithTrainings(MakeStudy({.pairs = 10, .variants = {"a", "b"}}))));
   for (int step = 0; step < 600; ++step) {
     Step(rng);
     if (step % 100 == 99) {
@@ -143,7 +148,7 @@ TEST_P(ModelTest, WhateverHappensPromisesAreKept) {
     clock_.Advance(1000);
     Tick();
     for (;;) {
-      const auto leases = Lease(AnyWorker("calm"), 8);
+      const auto leases = Lease(Everyman("calm"), 8);
       if (leases.empty()) break;
       for (const v1::Lease& lease : leases) {
         EXPECT_EQ(Complete(Result({lease, "calm"})), v1::REPORT_OUTCOME_OK);
@@ -168,8 +173,7 @@ TEST_P(ModelTest, WhateverHappensPromisesAreKept) {
     for (const v1::VariantStatus& variant : status.variants()) {
       EXPECT_EQ(variant.pairs_done(), variant.pairs_wanted());
     }
-    EXPECT_EQ(static_cast<int64_t>(pairs.size()),
-              status.spec().pairs() * status.spec().variants_size());
+    EXPECT_EQ(static_cast<int64_t>(pairs.size()), TotalPairsOf(status.spec()));
   }
 }
 

@@ -8,7 +8,7 @@
 #include "common/config/training.h"
 #include "coordinator/queue/job_queue.h"
 #include "parallax/v1/train.pb.h"
-#include "queue_fixture.h"
+#include "tests/coordinator/queue/queue_fixture.h"
 
 namespace parallax {
 
@@ -74,6 +74,27 @@ inline v1::CompleteRequest EvaluateAnswer(const v1::Lease& lease, const std::str
   result.set_value(12.5);
   result.set_predict_s(2);
   return AnswerWith(lease, worker, result);
+}
+
+// A worker of all kinds, and its answer to any lease.
+inline WorkerFacts Everyman(const std::string& name) {
+  WorkerFacts worker = AnyWorker(name);
+  worker.kinds.insert(worker.kinds.end(), {"train", "evaluate"});
+  return worker;
+}
+inline v1::CompleteRequest AnyAnswer(const v1::Lease& lease, const std::string& worker) {
+  if (lease.kind() == "train") return TrainAnswer(lease, worker);
+  return lease.kind() == "evaluate" ? EvaluateAnswer(lease, worker) : Answer(lease, worker);
+}
+// The study with two trainings of each variant, their evaluations and a baseline's.
+inline v1::SubmitRequest WithTrainings(v1::SubmitRequest request, int heldout_pairs = 0) {
+  v1::StudySpec& study = *request.mutable_study();
+  study.mutable_train()->set_seeds(2);
+  study.mutable_evaluate()->add_benchmarks("shipped");
+  study.mutable_evaluate()->add_baselines("sgbm");
+  study.mutable_evaluate()->set_heldout_pairs(heldout_pairs);
+  ResolveTraining(&study);
+  return request;
 }
 
 class TrainQueueTest : public QueueTest {

@@ -62,6 +62,7 @@ absl::StatusOr<std::unique_ptr<EmbeddedRun>> EmbeddedRun::Open(const EmbeddedRun
   std::filesystem::create_directories(LogDir(out_dir), error);
   InitLogging({.program = "coordinator", .file = LogDir(out_dir) + "/coordinator.log"});
   ASSIGN_OR_RETURN(run->archive_, ArchiveSync::Open(out_dir.path(), options.study));
+  ASSIGN_OR_RETURN(run->results_, StudyResults::Open(out_dir.path(), options.study));
   ASSIGN_OR_RETURN(run->coordinator_, EmbeddedCoordinator::Start(out_dir.work_dir()));
   ASSIGN_OR_RETURN(run->connection_, Connection::Open(run->coordinator_->address()));
   RETURN_IF_ERROR(run->EnterStudy());
@@ -105,25 +106,36 @@ absl::Status EmbeddedRun::StartWorkers() {
   pool.workers = options_.workers;
   pool.log_dir = LogDir(out_dir_);
   pool.clock = environment_.clock;
-  pool.arguments = [this](int index) -> std::vector<std::string> {
-    return {"--coordinator",
-            coordinator_->address(),
-            "--role",
-            "all",
-            "--slots",
-            "1",
-            "--grace",
-            std::to_string(static_cast<int>(kDrainGrace_s)),
-            "--exit-when-orphaned",
-            "--name",
-            "local-" + std::to_string(index),
-            "--picture-root",
-            "/",  // They work for the user who started them.
-            "--outbox",
-            out_dir_.work_dir() + "/outbox"};
-  };
+  pool.arguments = [this](int index) { return ArgumentsOf(index); };
   pool_ = std::make_unique<WorkerPool>(std::move(pool));
   return pool_->Start();
+}
+
+std::vector<std::string> EmbeddedRun::ArgumentsOf(int worker) const {
+  std::vector<std::string> arguments = {"--coordinator",
+                                        coordinator_->address(),
+                                        "--role",
+                                        "all",
+                                        "--slots",
+                                        "1",
+                                        "--grace",
+                                        std::to_string(static_cast<int>(kDrainGrace_s)),
+                                        "--exit-when-orphaned",
+                                        "--name",
+                                        "local-" + std::to_string(worker),
+                                        "--picture-root",
+                                        "/",  // They work for the user who started them.
+                                        "--cores-dir",
+                                        out_dir_.work_dir() + "/cores",
+                                        "--outbox",
+                                        out_dir_.work_dir() + "/outbox"};
+  const auto add = [&](const char* option, const std::string& value) {
+    if (!value.empty()) arguments.insert(arguments.end(), {option, value});
+  };
+  add("--allow-trainers", options_.allow_trainers);
+  add("--trainers", options_.trainers_dir);
+  add("--benchmarks", options_.benchmarks_dir);
+  return arguments;
 }
 
 absl::StatusOr<RunReport> EmbeddedRun::Work() {
@@ -157,6 +169,8 @@ absl::StatusOr<RunReport> EmbeddedRun::Work() {
   for (const auto& [variant, frames] : archive_->writer().Frames()) {
     report.frames_in_dataset += frames;
   }
+  report.trainings = results_->trainings();
+  report.evaluations = results_->evaluations();
   report.elapsed_s = end_s - start_s;
   report.core_seconds = own_cpu_used_s + (pool_ == nullptr ? 0 : pool_->cpu_seconds());
   report.worker_crashes = pool_ == nullptr ? 0 : pool_->crashes();
@@ -237,6 +251,7 @@ void EmbeddedRun::Drain(bool hurry) {
 
 absl::Status EmbeddedRun::CatchUp(double now_s, bool last) {
   RETURN_IF_ERROR(archive_->CatchUp(*connection_, study_id_));
+  RETURN_IF_ERROR(results_->CatchUp(*connection_, study_id_));
   if (!last && now_s - indexed_s_ < kIndexEvery_s) return absl::OkStatus();
   indexed_s_ = now_s;
   return archive_->Finish();

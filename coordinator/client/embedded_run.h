@@ -18,6 +18,7 @@
 #include "coordinator/client/interrupt.h"
 #include "coordinator/client/out_dir.h"
 #include "coordinator/client/run_report.h"
+#include "coordinator/client/study_results.h"
 #include "coordinator/client/worker_pool.h"
 #include "parallax/v1/study.pb.h"
 
@@ -26,6 +27,8 @@ namespace parallax::client {
 struct EmbeddedRunOptions {
   v1::StudySpec study;
   int workers = 1;
+  // As the worker's options of these names; see worker --help.
+  std::string allow_trainers, trainers_dir, benchmarks_dir;
   bool json = false;  // Progress as lines of text all the same; they go to standard error.
 };
 
@@ -48,6 +51,7 @@ class EmbeddedRun {
   absl::Status EnterStudy();
   absl::Status StandAlone();  // Pauses other studies of this folder.
   absl::Status StartWorkers();
+  std::vector<std::string> ArgumentsOf(int worker) const;
   absl::Status Loop();
   absl::Status Step(double now_s);
   // Notes on jobs that failed; an error for those that make going on senseless.
@@ -62,6 +66,7 @@ class EmbeddedRun {
   const OutDir& out_dir_;
   Environment& environment_;
   std::unique_ptr<ArchiveSync> archive_;
+  std::unique_ptr<StudyResults> results_;
   std::unique_ptr<EmbeddedCoordinator> coordinator_;
   std::unique_ptr<Connection> connection_;
   std::unique_ptr<WorkerPool> pool_;

@@ -69,6 +69,16 @@ void PrintRunReport(const Terminal& terminal, const RunReport& report) {
     line("check", "right warped onto left differs by " +
                       FormatNumber(report.warp_median_difference) + "/255 in the median");
   }
+  if (report.trainings > 0) {
+    line("networks", Plural(report.trainings, "training") + " in " + report.out_dir + "/training");
+  }
+  if (report.evaluations > 0) {
+    line("scores", Plural(report.evaluations, "evaluation") + " in " + report.out_dir + "/scores");
+  }
+  if (!report.table.empty()) {
+    line("table", report.out_dir + "/table.txt, table.md, table.json");
+    out << "\n" << report.table;
+  }
 }
 
 nlohmann::ordered_json RunReportJson(const RunReport& report) {
@@ -86,6 +96,9 @@ nlohmann::ordered_json RunReportJson(const RunReport& report) {
   json["contact_sheet"] = path(report.contact_sheet);
   json["histograms"] = path(report.histograms);
   json["warp_median_difference"] = report.warp_median_difference;
+  json["trainings"] = report.trainings;
+  json["evaluations"] = report.evaluations;
+  json["table"] = path(report.table.empty() ? "" : report.out_dir + "/table.json");
   return json;
 }
 

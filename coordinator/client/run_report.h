@@ -21,6 +21,8 @@ struct RunReport {
   std::string contact_sheet;  // Empty: none was drawn.
   std::string histograms;
   double warp_median_difference = -1;
+  int trainings = 0, evaluations = 0;  // In the folder.
+  std::string table;                   // Text of table.txt; empty: there are no scores.
 };
 
 void PrintRunReport(const Terminal& terminal, const RunReport& report);

@@ -197,8 +197,9 @@ absl::StatusOr<std::vector<Evaluation>> ReadEvaluations(const std::string& dir) 
   for (auto entry = fs::recursive_directory_iterator(dir, error);
        entry != fs::recursive_directory_iterator(); entry.increment(error)) {
     const std::string name = entry->path().filename();
-    // A dataset's frames are many folders, and hold no scores.
-    if (name == "frames" || name[0] == '.') entry.disable_recursion_pending();
+    // A dataset's frames are many folders, and hold no scores; those of checkpoints before the last
+    // are in curves.
+    if (name == "frames" || name == "curves" || name[0] == '.') entry.disable_recursion_pending();
     if (name.ends_with(".jsonl")) paths.push_back(entry->path());
   }
   std::sort(paths.begin(), paths.end());

@@ -56,9 +56,10 @@ absl::Status WriteEvaluation(const std::string& path, const Evaluation& evaluati
 // Errors: those of ReadFile and DecodeEvaluation, naming the path.
 absl::StatusOr<Evaluation> ReadEvaluation(const std::string& path);
 
-// All score files (*.jsonl with our schema) in `dir` and the folders below it (not in "frames" and
-// hidden ones), in order of their paths. Errors: kNotFound when there is none; as ReadEvaluation;
-// kFailedPrecondition when two files hold the same run of the same benchmark with different scores.
+// All score files (*.jsonl with our schema) in `dir` and the folders below it (not in "frames",
+// "curves" and hidden ones), in order of their paths. Errors: kNotFound when there is none; as
+// ReadEvaluation; kFailedPrecondition when two files hold the same run of the same benchmark with
+// different scores.
 absl::StatusOr<std::vector<Evaluation>> ReadEvaluations(const std::string& dir);
 
 // The metric over all images that have its region: in percent or pixels; NaN if none has.

@@ -12,10 +12,10 @@
 #include "worker/agent/failure.h"
 #include "worker/evaluate/benchmark.h"
 #include "worker/evaluate/prediction_sheet.h"
-#include "worker/evaluate/predictors/run_command.h"
 #include "worker/jobs/frame_folder.h"
 #include "worker/jobs/jobs.h"
 #include "worker/jobs/kept_files.h"
+#include "worker/jobs/log_reader.h"
 
 namespace parallax {
 namespace {
@@ -65,13 +65,23 @@ class EvaluateAttempt {
     }
     progress_(0, "predict");
     absl::StatusOr<Evaluation> evaluation = Evaluate(*predictor, benchmark, Options());
-    if (!evaluation.ok())
-      return WithLogTail(evaluation.status(), TailOfFile(work_dir_ + "/predictor.log", 200));
+    if (!evaluation.ok()) return Failed(evaluation.status());
     DropGroups(job_.group_by(), evaluation->images);
     return Keep(benchmark, *evaluation);
   }
 
  private:
+  // What went wrong in one line, with the predictor's last word and the end of its log.
+  absl::Status Failed(const absl::Status& status) const {
+    const LogReader log(work_dir_ + "/predictor.log");
+    std::string message(ToStd(status.message()));
+    message = message.substr(0, message.find('\n'));
+    if (const size_t at = message.find("; the end of "); at != std::string::npos) {
+      message = message.substr(0, at) + ": " + log.LastLine();
+    }
+    return WithLogTail(MakeError(status.code(), message), log.Tail());
+  }
+
   absl::StatusOr<Benchmark> Open() const {
     if (job_.benchmark() != kHeldout) {
       // Kinds that take a path would let a submitter read this machine's files.

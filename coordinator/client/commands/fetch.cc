@@ -4,6 +4,8 @@
 #include "coordinator/client/archive_sync.h"
 #include "coordinator/client/commands/command.h"
 #include "coordinator/client/out_dir.h"
+#include "coordinator/client/study_results.h"
+#include "coordinator/client/study_table.h"
 #include "coordinator/client/study_view.h"
 #include "coordinator/client/text.h"
 
@@ -38,16 +40,27 @@ absl::StatusOr<ExitCode> Fetch(const FetchOptions& options, Session& session) {
   ASSIGN_OR_RETURN(const auto archive, ArchiveSync::Open(out->path(), study.spec()));
   RETURN_IF_ERROR(archive->CatchUp(*connection, study.study_id()));
   RETURN_IF_ERROR(archive->Finish());
+  ASSIGN_OR_RETURN(const auto results, StudyResults::Open(out->path(), study.spec()));
+  RETURN_IF_ERROR(results->CatchUp(*connection, study.study_id()));
+  ASSIGN_OR_RETURN(const std::string table, WriteStudyTable(out->path(), study.spec()));
   int64_t frames = 0;
   for (const auto& [variant, count] : archive->writer().Frames()) frames += count;
   if (session.options.json) {
-    session.PrintJson(FetchJson(study, out->path(), *archive, frames));
+    nlohmann::ordered_json json = FetchJson(study, out->path(), *archive, frames);
+    json["trainings"] = results->trainings();
+    json["evaluations"] = results->evaluations();
+    session.PrintJson(json);
     return kExitOk;
   }
   const ArchiveWriter::Totals& totals = archive->writer().totals();
   *session.out().stream << out->path() << ": " << Plural(frames, "pair") << " ("
                         << FormatCount(totals.frames_added + totals.frames_replaced) << " new, "
                         << FormatCount(totals.frames_present) << " there already)\n";
+  if (results->trainings() > 0 || results->evaluations() > 0) {
+    *session.out().stream << "  " << Plural(results->trainings(), "training") << ", "
+                          << Plural(results->evaluations(), "evaluation") << "\n";
+  }
+  if (!table.empty()) *session.out().stream << "\n" << table;
   if (!IsFinished(study.state())) {
     session.PrintNote("study " + std::to_string(study.study_id()) + " is " +
                       StateName(study.state()) + "; the same command later brings the rest");
@@ -58,15 +71,15 @@ absl::StatusOr<ExitCode> Fetch(const FetchOptions& options, Session& session) {
 }  // namespace
 
 void RegisterFetch(Registry& registry) {
-  CLI::App* command = registry.AddCommand(registry.app, "fetch",
-                                          "Bring a study's finished pairs into a dataset folder",
-                                          "Files are hard links into the coordinator's store where "
-                                          "this machine sees it, and come through the\n"
-                                          "coordinator otherwise. May be repeated while the study "
-                                          "runs: only what is new is brought.\n"
-                                          "\n"
-                                          "Example:\n"
-                                          "  parallax fetch baseline --out out/baseline\n");
+  CLI::App* command = registry.AddCommand(
+      registry.app, "fetch", "Bring a study's finished pairs, networks and scores into a folder",
+      "Files are hard links into the coordinator's store where "
+      "this machine sees it, and come through the\n"
+      "coordinator otherwise. May be repeated while the study "
+      "runs: only what is new is brought.\n"
+      "\n"
+      "Example:\n"
+      "  parallax fetch baseline --out out/baseline\n");
   auto options = std::make_shared<FetchOptions>();
   command->add_option("STUDY", options->study, "Id, or name (the newest of that name)")->required();
   command->add_option("-o,--out", options->out, "The dataset folder")->type_name("DIR")->required();

@@ -9,6 +9,7 @@
 #include "coordinator/client/embedded_run.h"
 #include "coordinator/client/out_dir.h"
 #include "coordinator/client/study_options.h"
+#include "coordinator/client/study_table.h"
 #include "coordinator/client/study_view.h"
 #include "coordinator/client/text.h"
 #include "worker/dataset/contact_sheet.h"
@@ -20,6 +21,7 @@ struct RunOptions {
   StudyOptions study;
   std::string out;
   int workers = 0;  // 0: as many as suit this machine.
+  std::string allow_trainers, trainers_dir, benchmarks_dir;
   bool yes = false;
 };
 
@@ -89,6 +91,9 @@ absl::StatusOr<ExitCode> Run(const RunOptions& options, Session& session) {
   RETURN_IF_ERROR(TakePicturesFromHere(study_options));
   ASSIGN_OR_RETURN(run_options.study, ResolveStudy(study_options));
   RETURN_IF_ERROR(HashPictures(run_options.study));
+  run_options.allow_trainers = options.allow_trainers;
+  run_options.trainers_dir = options.trainers_dir;
+  run_options.benchmarks_dir = options.benchmarks_dir;
   run_options.workers = options.workers > 0 ? options.workers : DefaultWorkers();
   RETURN_IF_ERROR(FindWorkerBinary().status());
   if (HoldsForeignFiles(options.out)) {
@@ -103,6 +108,7 @@ absl::StatusOr<ExitCode> Run(const RunOptions& options, Session& session) {
     ASSIGN_OR_RETURN(report, run->Work());
   }
   DrawSheet(report, session);
+  ASSIGN_OR_RETURN(report.table, WriteStudyTable(report.out_dir, run_options.study));
   if (session.options.json) {
     session.PrintJson(RunReportJson(report));
   } else {
@@ -126,11 +132,14 @@ void RegisterRun(Registry& registry) {
       "Pairs appear in DIR as they are finished. Ctrl-C stops after what is being rendered; the "
       "same\n"
       "command again goes on, a larger --pairs extends the dataset, and what is there is never\n"
-      "rendered again. What is needed for that, and worker logs, are in DIR/.parallax.\n"
+      "rendered again. A study that trains networks ends with its table: DIR/training, "
+      "DIR/scores,\n"
+      "DIR/table.txt. What is needed for that, and worker logs, are in DIR/.parallax.\n"
       "\n"
       "Examples:\n"
       "  parallax run quickstart --out out/quickstart\n"
       "  parallax run baseline --out out/baseline --pairs 100 --profile high\n"
+      "  parallax run table1-small --out out/table1\n"
       "  parallax run my.yaml --out /data/my --width 640 --height 480 --json > report.json\n");
   command->group(kLocalCommands);
   auto options = std::make_shared<RunOptions>();
@@ -140,6 +149,21 @@ void RegisterRun(Registry& registry) {
       ->add_option("--workers", options->workers,
                    "Worker processes (default: 2, more on large machines); each uses all cores")
       ->check(CLI::Range(1, 256));
+  command
+      ->add_option("--benchmarks", options->benchmarks_dir,
+                   "Folder of the real sets that evaluations name (default: $PARALLAX_BENCHMARKS)")
+      ->envname("PARALLAX_BENCHMARKS")
+      ->type_name("DIR")
+      ->check(CLI::ExistingDirectory);
+  command
+      ->add_option("--allow-trainers", options->allow_trainers,
+                   "Trainers that may run here (default: builtin)")
+      ->type_name("NAMES");
+  command
+      ->add_option("--trainers", options->trainers_dir,
+                   "Folder with NAME.yaml of each trainer beside the built-in one")
+      ->type_name("DIR")
+      ->check(CLI::ExistingDirectory);
   command->add_flag("-y,--yes", options->yes, "Ask nothing: foreign files in DIR, a small disk");
   registry.AddJsonOption(command);
   registry.SetAction(command, [options](Session& session) { return Run(*options, session); });

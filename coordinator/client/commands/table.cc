@@ -1,13 +1,16 @@
 // table: what trains well, from score files.
 #include "worker/evaluate/table.h"
 
+#include <stdlib.h>
+
 #include <filesystem>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "common/base/file.h"
+#include "common/config/config.h"
 #include "coordinator/client/commands/evaluate.h"
-#include "worker/evaluate/group_errors.h"
+#include "coordinator/client/study_results.h"
+#include "coordinator/client/study_table.h"
 
 namespace parallax::client {
 namespace {
@@ -19,39 +22,60 @@ struct TableCommandOptions {
   TableOptions table;
 };
 
-// Errors by class and material of each variant, over all its seeds and benchmarks that have them.
-absl::StatusOr<std::vector<std::string>> WriteGroups(const std::vector<Evaluation>& evaluations,
-                                                     const std::string& dir) {
+// Removed with what is in it.
+class TemporaryFolder {
+ public:
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
+  }
+  absl::Status Make() {
+    std::string name = std::filesystem::temp_directory_path() / "parallax-table-XXXXXX";
+    if (mkdtemp(name.data()) == nullptr) return ErrnoError(errno, "make " + name);
+    path_ = name;
+    return absl::OkStatus();
+  }
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+// Scores of a folder, or of a coordinator's study; `table` gets the study's order and reference.
+absl::StatusOr<std::vector<Evaluation>> FindScores(const std::string& what, TableOptions& table,
+                                                   Session& session) {
   std::error_code error;
-  std::filesystem::create_directories(dir, error);
-  if (error) return ErrnoError(error.value(), "make " + dir);
-  std::map<std::string, std::vector<Evaluation>> by_row;
-  for (const Evaluation& one : evaluations) {
-    by_row[one.run.variant + "." + one.run.trainer].push_back(one);
+  v1::StudySpec study;
+  std::string dir = what;
+  if (std::filesystem::is_directory(what, error)) {
+    const std::string lock = what + "/study.lock.yaml";
+    const auto loaded = std::filesystem::exists(lock, error)
+                            ? LoadStudy(lock)
+                            : absl::StatusOr<v1::StudySpec>(absl::NotFoundError(""));
+    if (loaded.ok()) study = *loaded;
   }
-  std::vector<std::string> files;
-  for (const auto& [row, its] : by_row) {
-    for (const std::string group : {"class", "material"}) {
-      const auto errors = GroupErrors(its, group);
-      if (!errors.ok()) continue;
-      const std::string name = dir + "/" + row + ".by_" + group;
-      RETURN_IF_ERROR(WriteFile(name + ".csv", GroupErrorsCsv(*errors)));
-      RETURN_IF_ERROR(DrawGroupErrors(*errors, "Error by " + group + ": " + row, name + ".png"));
-      files.insert(files.end(), {name + ".csv", name + ".png"});
-    }
+  TemporaryFolder brought;
+  if (!std::filesystem::exists(what, error)) {
+    ASSIGN_OR_RETURN(const auto connection, session.Connect());
+    ASSIGN_OR_RETURN(const v1::StudyStatus status, connection->FindStudy(what));
+    study = status.spec();
+    RETURN_IF_ERROR(brought.Make());
+    dir = brought.path();
+    ASSIGN_OR_RETURN(const auto results, StudyResults::Open(dir, study));
+    RETURN_IF_ERROR(results->CatchUp(*connection, status.study_id(), /*only_scores=*/true));
   }
-  if (files.empty()) {
-    return MakeError(absl::StatusCode::kNotFound,
-                     "no scores by class or material: they come from archives of Parallax "
-                     "(evaluate --on archive:DIR)");
-  }
-  return files;
+  const TableOptions of_study = TableOptionsOf(study);
+  if (table.variant_order.empty()) table.variant_order = of_study.variant_order;
+  if (table.baseline.empty()) table.baseline = of_study.baseline;
+  return ReadEvaluations(dir);
 }
 
 absl::StatusOr<ExitCode> MakeTables(const TableCommandOptions& options, Session& session) {
   const std::string format = session.options.json ? "json" : options.format;
-  ASSIGN_OR_RETURN(const std::vector<Evaluation> evaluations, ReadEvaluations(options.dir));
-  ASSIGN_OR_RETURN(const ResultTable table, MakeTable(evaluations, options.table));
+  TableOptions table_options = options.table;
+  ASSIGN_OR_RETURN(const std::vector<Evaluation> evaluations,
+                   FindScores(options.dir, table_options, session));
+  ASSIGN_OR_RETURN(const ResultTable table, MakeTable(evaluations, table_options));
   ASSIGN_OR_RETURN(const std::string text, FormatTable(table, format));
   if (options.out.empty()) {
     *session.out().stream << text << std::flush;
@@ -60,7 +84,7 @@ absl::StatusOr<ExitCode> MakeTables(const TableCommandOptions& options, Session&
     *session.out().stream << options.out << "\n";
   }
   if (!options.pictures.empty()) {
-    ASSIGN_OR_RETURN(const auto files, WriteGroups(evaluations, options.pictures));
+    ASSIGN_OR_RETURN(const auto files, WriteGroupErrors(evaluations, options.pictures));
     for (const std::string& file : files) *session.err().stream << file << "\n";
   }
   return kExitOk;
@@ -80,12 +104,19 @@ void RegisterTable(Registry& registry) {
       "\n"
       "Examples:\n"
       "  parallax table scores\n"
+      "  parallax table out/table1\n"
+      "  parallax table table1 --json         of the coordinator's study of that name\n"
       "  parallax table scores --baseline default --format markdown --out table.md\n"
       "  parallax table scores --json | jq '.comparisons[] | {variant, benchmark, verdict}'\n"
       "  parallax table scores --pictures out/errors     errors by class and material\n");
   command->group(kLocalCommands);
   auto options = std::make_shared<TableCommandOptions>();
-  command->add_option("DIR", options->dir, "Score files, in it or in folders below")->required();
+  command
+      ->add_option(
+          "STUDY|DIR", options->dir,
+          "A folder with score files, in it or below; or a study of the coordinator, by id "
+          "or name")
+      ->required();
   command
       ->add_option("-f,--format", options->format, "text (default), markdown, latex, csv or json")
       ->type_name("FORMAT")
@@ -105,7 +136,7 @@ void RegisterTable(Registry& registry) {
       ->add_option("--pictures", options->pictures,
                    "Also write errors by class and material, as PNG and CSV, into this folder")
       ->type_name("DIR2");
-  registry.AddJsonOption(command);
+  registry.AddConnectionOptions(command);
   registry.SetAction(command,
                      [options](Session& session) { return MakeTables(*options, session); });
 }

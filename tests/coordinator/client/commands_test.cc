@@ -407,7 +407,7 @@ TEST_F(CommandTest, JobsAndWorkersAreTables) {
   coordinator_.jobs = {training};
   const std::string jobs = Run({"jobs", "3"}).out;
   EXPECT_THAT(jobs,
-              HasSubstr("narrow      -             1          narrow, seed 1: exit status 3"));
+              HasSubstr("narrow       -            1          narrow, seed 1: exit status 3"));
   EXPECT_THAT(jobs, HasSubstr("\nThe end of the log of job 18 (narrow, seed 1):\n  step 1\n"
                               "  bang \\x1b[2J\n"));
   EXPECT_EQ(RunJson({"jobs", "3"})["jobs"][0]["label"], "narrow, seed 1");

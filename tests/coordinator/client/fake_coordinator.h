@@ -32,6 +32,7 @@ class FakeCoordinator : public v1::Coordinator::Service {
   std::vector<v1::JobStatus> jobs;
   std::vector<v1::WorkerStatus> workers;
   std::vector<v1::PublishedFrame> frames;
+  std::vector<v1::JobResult> results;
   std::vector<v1::AuditEntry> audit;
   v1::Scene scene;
   std::string store_uri = "s3://somewhere";
@@ -100,6 +101,13 @@ class FakeCoordinator : public v1::Coordinator::Service {
     reply->set_store_uri(store_uri);
     for (const auto& frame : frames) {
       if (frame.cursor() > request->cursor()) *reply->add_frames() = frame;
+    }
+    return grpc::Status::OK;
+  }
+  grpc::Status ListResults(grpc::ServerContext*, const v1::ListResultsRequest* request,
+                           v1::ListResultsReply* reply) override {
+    for (const auto& result : results) {
+      if (result.cursor() > request->cursor()) *reply->add_results() = result;
     }
     return grpc::Status::OK;
   }

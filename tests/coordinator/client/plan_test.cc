@@ -74,7 +74,7 @@ TEST(Plan, VariantsOfOtherSeedsShareNothing) {
   const StudyPlan plan = PlanStudy(study, 1).value();
   EXPECT_EQ(RowOf(plan, "other").pairs_shared, 0);
   EXPECT_EQ(RowOf(plan, "other").layouts_shared, 0);
-  EXPECT_EQ(plan.max_solves_per_seed, 2) << "of one seed";
+  EXPECT_EQ(plan.max_solves_per_seed, 1) << "of one seed";
 }
 
 TEST(Plan, TrainingsAndEvaluationsHaveTheirPrice) {

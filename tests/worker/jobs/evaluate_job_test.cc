@@ -2,6 +2,7 @@
 
 #include "common/base/hash.h"
 #include "tests/worker/jobs/job_fixture.h"
+#include "worker/agent/failure.h"
 #include "worker/evaluate/evaluate.h"
 
 namespace parallax {
@@ -57,6 +58,21 @@ TEST_F(EvaluateJobTest, ANetworkIsScoredByItsTrainersCommand) {
 
   job.mutable_checkpoint()->set_sha256(std::string(64, '0'));
   EXPECT_TRUE(absl::IsDataLoss(Evaluate(job, 3).status()));
+}
+
+TEST_F(EvaluateJobTest, APredictorThatFailsIsOneLineWithItsLogsEnd) {
+  v1::EvaluateJob job = JobOnHeldout();
+  job.set_trainer("script");
+  job.set_checkpoint_path("broken.json");
+  ASSERT_TRUE(store_->Put("broken.json", "[1, 2").ok());
+  job.mutable_checkpoint()->set_size(5);
+  job.mutable_checkpoint()->set_sha256(Sha256Hex("[1, 2"));
+  const absl::Status status = Evaluate(job, 1).status();
+  const std::string message(status.message());
+  EXPECT_THAT(message,
+              HasSubstr("`script` ended with exit status 1: json.decoder.JSONDecodeError"));
+  EXPECT_THAT(message, testing::Not(HasSubstr("\n")));
+  EXPECT_THAT(LogTailOf(status), HasSubstr("Traceback"));
 }
 
 TEST_F(EvaluateJobTest, ABaselineNeedsNoNetwork) {

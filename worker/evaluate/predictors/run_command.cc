@@ -21,9 +21,10 @@ constexpr std::chrono::milliseconds kPoll(20);
 // `what`, then the end of what the command said.
 absl::Status Failed(absl::StatusCode code, const CommandOptions& options, const std::string& what) {
   const std::string tail = TailOfFile(options.log, kTailLines);
-  return MakeError(code, "`" + options.command + "` " + what +
-                             (tail.empty() ? "; it said nothing"
-                                           : "; the end of " + options.log + ":\n" + tail));
+  return MakeError(
+      code,
+      "`" + (options.name.empty() ? options.command : options.name) + "` " + what +
+          (tail.empty() ? "; it said nothing" : "; the end of " + options.log + ":\n" + tail));
 }
 
 absl::Status StatusOf(int wait_status, const CommandOptions& options) {

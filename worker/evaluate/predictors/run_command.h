@@ -12,6 +12,7 @@ namespace parallax {
 
 struct CommandOptions {
   std::string command;  // For /bin/sh -c.
+  std::string name;     // For messages; the command if empty.
   std::string log;      // Standard output and error are written here.
   double limit_s = 60;  // Then the child and all that it started are killed.
   CancelToken cancel;

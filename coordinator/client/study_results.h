@@ -1,0 +1,63 @@
+// Brings what a study's jobs made beside pairs into its dataset folder: trained networks, scores
+// and sheets of predictions.
+//
+//   <out>/training/<set>/<trainer>/seed-<i>/   final.*, checkpoint-<step>.*, log.txt, curve.csv,
+//                                              training.json
+//   <out>/scores/<benchmark>.<set>.<trainer>.seed-<i>.jsonl     (of baselines without the seed)
+//   <out>/sheets/<the same>.png
+//   <out>/curves/<the same>.<k>-of-<n>.jsonl   scores of checkpoints before the last
+//
+// Not thread-safe. Borrows the connection.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "common/base/status.h"
+#include "coordinator/client/connection.h"
+#include "coordinator/client/store_reader.h"
+#include "parallax/v1/study.pb.h"
+
+namespace parallax::client {
+
+// What a job's label says: "narrow, seed 1 on shipped, checkpoint 2 of 5".
+struct ResultName {
+  std::string set;  // Training set, or the baseline's name.
+  std::optional<int64_t> seed;
+  std::string benchmark;  // Empty for a training.
+  int checkpoint = 1, checkpoints = 1;
+};
+// Nothing for another label, or one whose parts are no names.
+std::optional<ResultName> ParseResultLabel(const std::string& label);
+
+class StudyResults {
+ public:
+  // Errors: kFailedPrecondition for a variant or mixture that is called as one of our folders.
+  static absl::StatusOr<std::unique_ptr<StudyResults>> Open(const std::string& out_dir,
+                                                            const v1::StudySpec& study);
+
+  // All results by now, or scores without networks. What is there already is left alone. Errors:
+  // the connection's, the store's and the disk's.
+  absl::Status CatchUp(Connection& connection, int64_t study_id, bool only_scores = false);
+
+  int trainings() const { return trainings_; }  // In the folder, of this study.
+  int evaluations() const { return evaluations_; }
+
+ private:
+  StudyResults(std::string out_dir, std::string trainer)
+      : out_dir_(std::move(out_dir)), trainer_(std::move(trainer)) {}
+  absl::Status Add(const v1::JobResult& result, bool only_scores);
+  absl::Status AddTraining(const ResultName& name, const std::string& from,
+                           const v1::JobResult& result);
+  absl::Status AddScores(const ResultName& name, const std::string& from,
+                         const v1::JobResult& result);
+
+  const std::string out_dir_;
+  const std::string trainer_;
+  std::unique_ptr<StoreReader> store_;  // From the first result on.
+  int64_t cursor_ = 0;
+  int trainings_ = 0, evaluations_ = 0;
+};
+
+}  // namespace parallax::client

@@ -1,0 +1,29 @@
+// What a study's scores say: its table, errors by class and material, and learning curves, as files
+// beside the scores.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+#include "parallax/v1/study.pb.h"
+#include "worker/evaluate/scores.h"
+#include "worker/evaluate/table.h"
+
+namespace parallax::client {
+
+// Rows in the order of the study's training sets, compared with its reference.
+TableOptions TableOptionsOf(const v1::StudySpec& study);
+
+// Pictures and CSV files of errors by class and material for each variant and trainer, over all
+// seeds and benchmarks that have them, in `dir`. Returns the files. Errors: kNotFound if no
+// evaluation has such groups; those of writing.
+absl::StatusOr<std::vector<std::string>> WriteGroupErrors(
+    const std::vector<Evaluation>& evaluations, const std::string& dir);
+
+// Writes `out_dir`/table.txt, table.md and table.json from `out_dir`/scores, errors/ and, where
+// checkpoints before the last were evaluated, curves/learning_curves.csv and .png. Returns the text
+// of table.txt; empty if there are no scores. Errors: those of MakeTable and of writing.
+absl::StatusOr<std::string> WriteStudyTable(const std::string& out_dir, const v1::StudySpec& study);
+
+}  // namespace parallax::client

@@ -14,6 +14,9 @@
 // fsync); the ...Async forms call back from the queue's own thread instead, and such a callback
 // must neither block nor call a blocking method of the queue. An I/O error at commit ends the
 // process (see JobQueueOptions::on_fatal): a failed fsync can't be retried, a restart recovers.
+//
+// Errors: kNotFound for a study, variant or scene that there is not; those of the database; more
+// where a call says so.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,8 @@
 // The machine's tables as values and small functions: all SQL that changes jobs, scenes, results
 // and frames stands in job_store.cc, one guarded statement a move. No decisions here. Used inside a
 // transaction by the writing thread only.
+//
+// Errors: those of the database; kInternal for a row that a guard kept from changing.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,8 @@
 // What the queue tells: query_only connections, each call one short snapshot with a deadline. Reads
 // never wait for the writer and never checkpoint. Thread-safe.
+//
+// Errors: kNotFound for a study or scene that there is not; kDeadlineExceeded for a read that takes
+// too long; those of the database.
 #pragma once
 
 #include <chrono>

@@ -1,5 +1,8 @@
 // Inner part of the kinds that train and evaluate: the parts of their data, their inputs, and what
 // a worker must have for them.
+//
+// Errors: those of the desk, the reader or the database that a function is given; more where it
+// says so.
 #pragma once
 
 #include <string>

@@ -85,7 +85,8 @@ TEST_F(ChildProcessTest, TerminateLetsTheProgramFinish) {
   ASSERT_TRUE(Within10s([&] { return std::filesystem::exists(dir_ + "/pid"); }));
   (*child)->Terminate();
   EXPECT_EQ(DescribeExit(EndOf(**child)), "exit status 5");
-  EXPECT_EQ(Log(), "bye\n");
+  // A shell may tell first that its `sleep` was terminated, which got the signal as well.
+  EXPECT_THAT(Log(), testing::EndsWith("bye\n"));
 }
 
 TEST_F(ChildProcessTest, KillTakesItsChildrenAlong) {

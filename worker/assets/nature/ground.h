@@ -7,7 +7,7 @@
 
 namespace parallax {
 
-// ---- Stones ----
+// ---- Stones
 
 struct StoneForm {
   Vec3f size = Vec3f::Constant(0.5f);  // Half of the extent along each axis, about.
@@ -44,7 +44,7 @@ struct PebblesParams {
 Asset MakePebbles(const PebblesParams& params);
 Asset SamplePebbles(Rng& rng);
 
-// ---- Litter ----
+// ---- Litter
 
 struct LitterParams {
   float radius_m = 0.4f;
@@ -64,7 +64,7 @@ Asset SampleCones(Rng& rng);
 Asset MakeNeedlePatch(const LitterParams& params);
 Asset SampleNeedlePatch(Rng& rng);
 
-// ---- Grass ----
+// ---- Grass
 
 struct GrassParams {
   int blades = 45;
@@ -92,7 +92,7 @@ struct ReedParams {
 Asset MakeReed(const ReedParams& params);
 Asset SampleReed(Rng& rng);
 
-// ---- Herbs ----
+// ---- Herbs
 
 struct FernParams {
   int fronds = 10;
@@ -131,7 +131,7 @@ struct SucculentParams {
 Asset MakeSucculent(const SucculentParams& params);
 Asset SampleSucculent(Rng& rng);
 
-// ---- Shrubs ----
+// ---- Shrubs
 
 struct ShrubParams {
   float height_m = 1.2f;

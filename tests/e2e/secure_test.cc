@@ -138,9 +138,10 @@ TEST_F(SecureTest, AFarmWithCertificatesAndWithoutASharedFolderMakesADataset) {
   worker_ = std::make_unique<Process>(WorkerCommand(Tls("worker-pool")));
   MakeDataset(Tls("submitter-ada"));
   StopWorker();
-  EXPECT_TRUE(!fs::exists(directory_ + "/outbox/w/staging") ||
-              fs::is_empty(directory_ + "/outbox/w/staging"))
-      << "what was sent is not kept";
+  const std::string staging = directory_ + "/outbox/w/staging";
+  for (const auto& left : fs::directory_iterator(staging)) {
+    EXPECT_EQ(left.path().filename(), "cores") << "what was sent is not kept; locks may stay";
+  }
 
   const Outcome audit = Client({"audit", "--json"}, Tls("operator-olga"));
   EXPECT_EQ(audit.exit, 0) << audit.err;
@@ -166,7 +167,7 @@ TEST_F(SecureTest, AClientThatDoesNotSeeTheStoreStreamsItAndBringsNothingTwice) 
   const std::vector<std::string> again = {"fetch", "tiny", "--out", directory_ + "/out", "--json"};
   const Outcome streamed = Client(again, "");
   EXPECT_EQ(streamed.exit, 0) << streamed.err;
-  EXPECT_THAT(streamed.out, HasSubstr("\"files_streamed\": " + std::to_string(published) + "\n"));
+  EXPECT_THAT(streamed.out, HasSubstr("\"files_streamed\": " + std::to_string(published) + ","));
   EXPECT_THAT(streamed.out, HasSubstr("\"frames_added\": 4"));
   EXPECT_TRUE(ReadFile(directory_ + "/out/v/frames/000000/000/left.png").ok());
   const Outcome nothing_new = Client(again, "");

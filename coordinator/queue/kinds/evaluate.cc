@@ -162,6 +162,7 @@ class EvaluateKind final : public JobKind {
     if (!given.has_evaluate() || variants.empty()) return absl::OkStatus();
     v1::StudySpec study = given;
     ResolveTraining(&study);
+    RETURN_IF_ERROR(CheckResolved(study, variants));
     const EvaluationPlan plan = EvaluationPlanOf(study, variants);
     uint32_t ordinal = kFirstBaselineOrdinal;
     for (const std::string& baseline : study.evaluate().baselines()) {
@@ -209,6 +210,13 @@ class EvaluateKind final : public JobKind {
 };
 
 }  // namespace
+
+absl::Status CheckResolved(const v1::StudySpec& resolved, std::span<const int64_t> variants) {
+  if (static_cast<size_t>(resolved.variants_size()) == variants.size()) return absl::OkStatus();
+  return MakeError(absl::StatusCode::kInvalidArgument,
+                   "study.evaluate.heldout_pairs: the study has no variant '" +
+                       std::string(kHeldoutName) + "'; submit it as it is resolved");
+}
 
 EvaluationPlan EvaluationPlanOf(const v1::StudySpec& study, std::span<const int64_t> variants) {
   EvaluationPlan plan{.spec = study.evaluate()};

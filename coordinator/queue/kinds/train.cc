@@ -156,6 +156,7 @@ class TrainKind final : public JobKind {
     if (!given.has_train()) return absl::OkStatus();
     v1::StudySpec study = given;
     ResolveTraining(&study);
+    RETURN_IF_ERROR(CheckResolved(study, variants));
     const std::vector<v1::Mixture> sets = TrainingSetsOf(study);
     const EvaluationPlan plan = EvaluationPlanOf(study, variants);
     uint32_t ordinal = 0;

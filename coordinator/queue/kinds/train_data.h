@@ -45,6 +45,10 @@ struct EvaluationPlan {
   v1::FrameSet heldout;
   int threads = 2;
 };
+// Whether each variant of the resolved study is one of those that were submitted.
+// Errors: kInvalidArgument if the study was submitted without its held-out variant.
+absl::Status CheckResolved(const v1::StudySpec& resolved, std::span<const int64_t> variants);
+// Requires that CheckResolved passes.
 EvaluationPlan EvaluationPlanOf(const v1::StudySpec& study, std::span<const int64_t> variants);
 // Jobs for each checkpoint and benchmark of a training. `next_ordinal` numbers them.
 absl::Status AddEvaluationsOf(WorkDesk& desk, const EvaluationPlan& plan, int64_t variant,

@@ -55,6 +55,15 @@ class TrainTest : public ::testing::Test {
            "leaves: {checkpoints: net-*.json, final: last.json}\n"
            "predict: [" PYTHON ", -B, " SCRIPT_TRAINER
            ", predict, --checkpoint, '{checkpoint}', --list, '{list}']\n";
+    // The built-in trainer with small crops and many checkpoints.
+    std::ofstream(dir_ + "/trainers/often.yaml")
+        << "trainer: often\nlayout: archive\ntrain: [trainer, train, '--data={data}={weight}', "
+           "--out,"
+           " '{out}', --seed, '{seed}', --steps, '{steps}', --threads, '{threads}', --crop, 64x64,"
+           " --batch, '1', --checkpoint-every, '3']\n"
+           "resume: [--resume, '{resume}']\nenvironment: [OMP_WAIT_POLICY=passive]\nprogress: "
+           "json\n"
+           "leaves: {checkpoints: checkpoint-*.pt, final: final.pt}\npredict: torchscript\n";
   }
   void TearDown() override {
     if (HasFailure()) {
@@ -71,7 +80,7 @@ class TrainTest : public ::testing::Test {
     std::ofstream(study) << kPairs << training;
     return std::make_unique<Process>(
         std::vector<std::string>{PARALLAX_BINARY, "run", study, "--out", out, "--trainers",
-                                 dir_ + "/trainers", "--allow-trainers", "builtin,script"});
+                                 dir_ + "/trainers", "--allow-trainers", "often,script"});
   }
 
   // The process below `pid`, at any depth, whose command has `word` in it; 0: none.
@@ -170,10 +179,7 @@ TEST_F(TrainTest, AStudyRunsFromNothingToItsTable) {
 
 TEST_F(TrainTest, WhateverIsKilledTheNetworkIsTheSame) {
   constexpr char kTraining[] =
-      "train: {trainer: builtin, steps: 24, seeds: 1, threads: 2, width_px: 64, height_px: 64, "
-      "batch: 1,"
-      " variants: [wide]}\n"
-      "evaluate: {benchmarks: [shipped], checkpoints: 8, baselines: []}\n";
+      "train: {trainer: often, steps: 24, seeds: 1, threads: 2, variants: [wide]}\n";
   auto calm = Start(kTraining, dir_ + "/calm");
   const std::string out = dir_ + "/killed";
   ASSERT_EQ(calm->Wait(), 0) << calm->Err();
@@ -199,9 +205,9 @@ TEST_F(TrainTest, WhateverIsKilledTheNetworkIsTheSame) {
   const auto network = Networks(out, "final.pt");
   ASSERT_EQ(network.size(), 1u);
   EXPECT_EQ(network, Networks(dir_ + "/calm", "final.pt"));
-  EXPECT_THAT(ReadText(out + "/training/wide/builtin/seed-0/log.txt"),
+  EXPECT_THAT(ReadText(out + "/training/wide/often/seed-0/log.txt"),
               HasSubstr("\"event\":\"start\""));
-  const Json card = Json::parse(ReadText(out + "/training/wide/builtin/seed-0/training.json"));
+  const Json card = Json::parse(ReadText(out + "/training/wide/often/seed-0/training.json"));
   EXPECT_GT(card["trainer_says"]["resumed_from_step"], 0) << "it went on";
 }
 

@@ -314,7 +314,8 @@ class JobSlots::Impl {
     } else if (outcome.ok()) {
       LogInfo("job done", {{"wall_s", wall_s}, {"cpu_s", cpu_s}});
     } else {
-      LogWarning("job failed", {{"wall_s", wall_s}, {"error", outcome.status()}});
+      LogWarning("job failed",
+                 {{"wall_s", wall_s}, {"error", DescribeFailure(outcome.status(), "").error}});
     }
   }
 

@@ -38,7 +38,7 @@ class ChildProcess {
   std::optional<int> Poll();
   void Terminate();  // Sends SIGTERM to the whole group.
   void Kill();       // Ends the whole group and waits for it.
-  // Of the child and the children that it waited for, user + system, once it has ended.
+  // CPU time (user + system) of the child and of the children that it waited for, once it ended.
   double cpu_seconds() const { return cpu_seconds_; }
 
  private:

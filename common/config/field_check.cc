@@ -105,10 +105,13 @@ std::string WhyNotWhole(int64_t value, const v1::FieldRule& rule) {
   return std::to_string(value) + " is out of range, allowed " + AllowedRange(rule);
 }
 
-std::string WhyNotEnum(int number, const google::protobuf::EnumDescriptor& type) {
-  // 0 stands for the default.
-  if (number == 0 || type.FindValueByNumber(number) != nullptr) return "";
-  return std::to_string(number) + " is not known (allowed: " + JoinNames(EnumTexts(type)) + ")";
+std::string WhyNotEnum(int number, const FieldDescriptor& field) {
+  if (number == 0) return "";  // It stands for the default.
+  const std::vector<std::string> names = EnumTexts(field);
+  const auto* value = field.enum_type()->FindValueByNumber(number);
+  const std::string seen = value == nullptr ? std::to_string(number) : EnumText(*value);
+  if (std::find(names.begin(), names.end(), seen) != names.end()) return "";
+  return seen + " is not known (allowed: " + JoinNames(names) + ")";
 }
 
 // The verdict on a field that is no list and no message; nothing if it is in order.
@@ -123,7 +126,7 @@ std::string WhyNotScalar(const Message& message, const FieldDescriptor& field) {
     case FieldDescriptor::CPPTYPE_INT64:
       return WhyNotWhole(reflection.GetInt64(message, &field), rule);
     case FieldDescriptor::CPPTYPE_ENUM:
-      return WhyNotEnum(reflection.GetEnumValue(message, &field), *field.enum_type());
+      return WhyNotEnum(reflection.GetEnumValue(message, &field), field);
     case FieldDescriptor::CPPTYPE_STRING:
       return WhyNotText(reflection.GetString(message, &field), rule);
     default:

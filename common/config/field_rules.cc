@@ -58,7 +58,10 @@ bool IsDistribution(const FieldDescriptor& field) {
          field.message_type() == v1::Distribution::descriptor();
 }
 
-std::vector<std::string> EnumTexts(const EnumDescriptor& type) {
+std::vector<std::string> EnumTexts(const FieldDescriptor& field) {
+  const v1::FieldRule& rule = RuleOf(field);
+  if (rule.allowed_size() > 0) return {rule.allowed().begin(), rule.allowed().end()};
+  const EnumDescriptor& type = *field.enum_type();
   std::vector<std::string> names;
   for (int i = 0; i < type.value_count(); ++i) {
     if (type.value(i)->number() != 0) names.push_back(EnumText(*type.value(i)));

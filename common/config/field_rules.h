@@ -22,7 +22,8 @@ std::string WhyNotNumber(double value, const v1::FieldRule& rule);
 
 // "SCENE_TYPE_INDOOR" -> "indoor".
 std::string EnumText(const google::protobuf::EnumValueDescriptor& value);
-std::vector<std::string> EnumTexts(const google::protobuf::EnumDescriptor& type);
+// The values that a field of an enum type may have: those of its rule, or all but 0.
+std::vector<std::string> EnumTexts(const google::protobuf::FieldDescriptor& field);
 std::vector<std::string> FieldNames(const google::protobuf::Descriptor& type);
 // "render.profile"; `name` alone at the top.
 std::string Dotted(const std::string& path, const std::string& name);

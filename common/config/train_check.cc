@@ -1,4 +1,4 @@
-// What is wrong with `train` and `evaluate` of a study.
+// Checks `train` and `evaluate` of a study: names, numbers, and variants that they refer to.
 #include <algorithm>
 #include <set>
 
@@ -290,7 +290,7 @@ class TrainChecker {
 
   const v1::StudySpec& given_;
   const v1::StudySpec study_;          // With defaults.
-  std::vector<std::string> variants_;  // Those that may be trained on.
+  std::vector<std::string> variants_;  // Names of variants that may be trained on.
   Findings* findings_;
 };
 

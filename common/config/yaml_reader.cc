@@ -369,10 +369,12 @@ void YamlReader::SetField(const YAML::Node& node, const std::string& path,
       MergeFields(node, reflection.MutableMessage(message, &field), path);
       break;
     case FieldDescriptor::CPPTYPE_ENUM: {
-      const std::vector<std::string> names = EnumTexts(*field.enum_type());
-      for (int i = 0; node.IsScalar() && i < field.enum_type()->value_count(); ++i) {
+      const std::vector<std::string> names = EnumTexts(field);
+      const bool known =
+          node.IsScalar() && std::find(names.begin(), names.end(), node.Scalar()) != names.end();
+      for (int i = 0; known && i < field.enum_type()->value_count(); ++i) {
         const auto* value = field.enum_type()->value(i);
-        if (value->number() == 0 || EnumText(*value) != node.Scalar()) continue;
+        if (EnumText(*value) != node.Scalar()) continue;
         reflection.SetEnum(message, &field, value);
         return;
       }

@@ -38,21 +38,22 @@ struct PlanRow {
   int64_t disk_bytes = 0;
 };
 
-// What is trained and evaluated. Equal trainings count each time.
+// How many trainings and evaluations the study has, and their cost. Equal ones count each time.
 struct TrainingPlan {
   int64_t trainings = 0, evaluations = 0;
   double train_core_s = 0, evaluate_core_s = 0;
-  double longest_s = 0;    // One training, on the threads that it has.
-  std::string not_priced;  // A trainer whose steps cost nobody knows what.
+  double longest_s = 0;    // Wall time of the longest training, on the threads that it has.
+  std::string not_priced;  // A trainer whose cost of a step is unknown.
 };
 
 struct StudyPlan {
   std::vector<PlanRow> rows;
   PlanRow total;
   TrainingPlan training;
-  int64_t solves_without_sharing = 0, solves = 0;  // Of layouts: `solves` is what is left to do.
-  int64_t max_solves_per_seed = 0;                 // Different layouts of one seed.
-  double factor = 1;  // By which the costs were scaled to what was measured.
+  int64_t solves_without_sharing = 0;  // Layouts to solve if variants shared none.
+  int64_t solves = 0;                  // Layouts to solve.
+  int64_t max_solves_per_seed = 0;     // Different layouts of one seed.
+  double factor = 1;                   // By which the costs were scaled to what was measured.
   std::string costs_from;
 };
 

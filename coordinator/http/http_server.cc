@@ -267,7 +267,7 @@ class HttpServerImpl final : public HttpServer {
               .first->second;
       const PairCount pairs = CountPairs(study);
       rate.Add(now, pairs.done);
-      // Of what follows the pairs nobody knows how long it takes.
+      // The time that trainings take is unknown.
       if (rate.per_hour() <= 0 || pairs.done >= pairs.wanted) continue;
       fresh.eta_s[study.study_id()] =
           3600.0 * static_cast<double>(pairs.wanted - pairs.done) / rate.per_hour();

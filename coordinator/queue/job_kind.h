@@ -183,7 +183,7 @@ class WorkDesk {
 // A leased job, as the one who writes its spec sees it.
 struct LeasedJob {
   JobFacts job;
-  uint64_t seed = 0;  // Of the job's variant.
+  uint64_t seed = 0;  // The seed of the job's variant.
   std::shared_ptr<const v1::SceneConfig> config;
 };
 // Committed results, for specs. Any thread.

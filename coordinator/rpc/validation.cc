@@ -13,7 +13,7 @@ namespace {
 constexpr int kMaxHeld = 4096;
 constexpr size_t kMaxKey = 200;
 constexpr int kMaxStages = 64;
-constexpr int kMaxFigures = 8;  // Of one job's progress.
+constexpr int kMaxFigures = 8;  // A job's progress has no more.
 constexpr size_t kMaxPath = 1024;
 
 absl::Status Bad(const std::string& message) { return absl::InvalidArgumentError(message); }

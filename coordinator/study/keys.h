@@ -49,19 +49,19 @@ Sha256Digest RenderKey(const StageVersions& versions, const ConfigDigests& confi
 // A variant's pairs as a training or evaluation reads them: what decides which pairs they are.
 struct DataPart {
   ConfigDigests config;
-  uint64_t seed = 0;  // That its scenes are drawn from.
+  uint64_t seed = 0;  // Its scenes are drawn from this seed.
   int64_t pairs = 0;
   uint32_t rigs_per_scene = 0;
   double weight = 1;
-  std::string filters;  // Deterministic bytes of FilterConfig: who is left out.
+  std::string filters;  // Deterministic bytes of FilterConfig, which says what is left out.
 };
-// Of one training. `settings`: deterministic bytes of all else that decides the network. Scenes
-// that were lost to failures, and are replaced, are not in the key: the pairs are others then, but
-// of the same distribution.
+// Key of one training. `settings` is the deterministic bytes of all else that decides the network.
+// The key does not know of scenes that failed for good: their replacements give other pairs of the
+// same distribution.
 Sha256Digest TrainKey(const StageVersions& versions, std::string_view settings,
                       std::span<const DataPart> parts);
-// Of one evaluation. `predictor`: bytes of a training's key, or a baseline's name. `heldout`: the
-// pairs, of a benchmark that the study makes itself.
+// Key of one evaluation. `predictor` is the bytes of a training's key, or a baseline's name;
+// `heldout` names the pairs of the benchmark that the study makes itself.
 Sha256Digest EvaluateKey(const StageVersions& versions, std::string_view predictor,
                          std::string_view settings, std::span<const DataPart> heldout);
 

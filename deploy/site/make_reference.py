@@ -110,7 +110,7 @@ def rows(schema, name, prefix=""):
             continue
         allowed = bounds(rule)
         if field.type == field.TYPE_ENUM:
-            values = schema.enum_values(field.type_name)
+            values = [v for v in schema.enum_values(field.type_name) if not rule.allowed or v[0] in rule.allowed]
             allowed = ", ".join(f"`{word}`" for word, _ in values)
             comment = " ".join([comment] + [f"`{w}`: {c}" for w, c in values if c]).strip()
         if is_distribution(field):
@@ -147,7 +147,7 @@ def field_schema(schema, name, field):
     if is_distribution(field):
         item = {"$ref": "#/$defs/Distribution"}
     elif field.type == field.TYPE_ENUM:
-        words = [word for word, _ in schema.enum_values(field.type_name)]
+        words = list(rule.allowed) or [word for word, _ in schema.enum_values(field.type_name)]
         # YAML 1.1 reads on and off as true and false.
         item = {"enum": words + ([True, False] if "on" in words else [])}
     elif is_group(schema, field):

@@ -191,7 +191,7 @@ TEST_F(TrainTest, WhateverIsKilledTheNetworkIsTheSame) {
   const pid_t trainer = Find(run->pid(), "trainer train");
   ASSERT_GT(trainer, 0);
   kill(trainer, SIGKILL);
-  seen = Checkpoints(out).size() + 2;  // Those of the next attempt take over the last.
+  seen = Checkpoints(out).size() + 2;  // The next attempt takes over the last one.
   ASSERT_TRUE(WaitUntil(*run, more_checkpoints)) << run->Err();
   const std::vector<pid_t> workers = run->Children();
   for (const pid_t worker : workers) kill(worker, SIGKILL);

@@ -9,7 +9,7 @@ constexpr size_t kMaxErrorBytes = 1000;
 constexpr size_t kMaxFingerprintBytes = 200;
 constexpr size_t kTailLines = 200;
 constexpr size_t kMaxTailBytes = 16 << 10;
-constexpr char kLogTail[] = "parallax/log-tail";  // Of a status's payload.
+constexpr char kLogTail[] = "parallax/log-tail";  // Key of a status's payload.
 
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 

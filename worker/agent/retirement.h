@@ -38,7 +38,8 @@ class Retirement {
   SteadyTime NextLook(SteadyTime until) const;
 
  private:
-  SteadyTime LastStart() const;  // Of a job as long as the longest so far. Requires a deadline.
+  // When a job as long as the longest so far must begin to end in time. Requires a deadline.
+  SteadyTime LastStart() const;
 
   const RetirementOptions options_;
   std::map<AttemptKey, SteadyTime> running_;

@@ -33,8 +33,8 @@ struct LeftCheckpoint {
   std::string folder;  // In the store.
 };
 
-// Those below `resume_folder` whose facts can be read, by step, then in order of folders. Errors:
-// as Store::List.
+// Checkpoints below `resume_folder` whose facts can be read, by step, then in order of folders.
+// Errors: as Store::List.
 absl::StatusOr<std::vector<LeftCheckpoint>> ListCheckpoints(const Store& store,
                                                             const std::string& resume_folder);
 

@@ -29,9 +29,9 @@ class FrameCache {
  public:
   explicit FrameCache(FrameCacheOptions options) : options_(std::move(options)) {}
 
-  // Those of `names` that the frame `path` of the store has, by name. Errors: the store's and the
-  // disk's; kDataLoss for a file that comes in another size than the store says; kNotFound for a
-  // frame without any file.
+  // Returns those files of `names` that the frame `path` of the store has, by name. Errors: the
+  // store's and the disk's; kDataLoss for a file that comes in another size than the store says;
+  // kNotFound for a frame without any file.
   absl::StatusOr<std::map<std::string, LocalFile>> Fetch(
       const Store& store, const std::string& path, const std::vector<std::string>& names) const;
   // Removes the frames that were used longest ago until the rest fits.

@@ -46,7 +46,7 @@ struct TrainedNetwork {
   std::vector<std::string> command;
   double loss = 0;     // Smoothed, at the end; 0 if the trainer told none.
   double train_s = 0;  // Over all attempts.
-  double cpu_s = 0;    // Of this attempt.
+  double cpu_s = 0;    // CPU time of this attempt.
 };
 
 // The size of steps between checkpoints: at most about 250, and a divisor of the distance between

@@ -181,7 +181,7 @@ std::shared_ptr<const Clouds> Clouds::Bake(double cover, uint64_t seed, const Cl
   tbb::parallel_for(0, kSide, [&](int row) {
     const float y = 2 * (static_cast<float>(row) + 0.5f) / kSide - 1;
     for (int x0 = 0; x0 < kSide; x0 += kLanes) {
-      Vec3x8 d;
+      Vec3x8 d(Splat(0), Splat(0), Splat(0));
       for (int lane = 0; lane < kLanes; ++lane) {
         const float x = 2 * (static_cast<float>(x0 + lane) + 0.5f) / kSide - 1;
         const float r2 = std::min(x * x + y * y, 1.0f);

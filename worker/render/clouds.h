@@ -31,7 +31,7 @@ class Clouds {
 
   struct Layer8 {
     Vec3x8 radiance;
-    Float8 kept;  // Of the light behind, in [0, 1].
+    Float8 kept;  // Share of the light behind that passes, in [0, 1].
   };
   // Directions below the horizon are taken for those at it.
   Layer8 At(const Vec3x8& directions) const;

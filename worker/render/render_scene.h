@@ -159,7 +159,7 @@ class RenderScene final : public ShadowFilter {
   std::vector<Place> places_;             // As many.
   std::vector<Stored> stored_;            // As many.
   std::vector<CacheGroup> cache_groups_;  // As many.
-  std::vector<uint32_t> materials_;       // Of all bodies' slots.
+  std::vector<uint32_t> materials_;       // One for each slot of each body.
   std::vector<MaterialTraits> traits_;
   Box3f bounds_;
   bool movable_ = false;

@@ -34,9 +34,9 @@ class InstalledTrainers {
   std::map<std::string, InstalledTrainer> trainers_;
 };
 
-// The command ready to run: placeholders replaced, and a first word "trainer" by the path of our
-// own program beside this one, or of $PARALLAX_TRAINER. Errors: as ExpandCommand; kNotFound if that
-// program isn't there.
+// The command as it is run: every {name} has its value, and a first word "trainer" is the path of
+// our own program, $PARALLAX_TRAINER or the one beside this program.
+// Errors: as ExpandCommand; kNotFound if that program isn't there.
 absl::StatusOr<std::vector<std::string>> CommandToRun(const std::vector<std::string>& command,
                                                       const CommandValues& values);
 

@@ -6,9 +6,8 @@
 
 #include "common/base/names.h"
 #include "common/config/training.h"
-#include "coordinator/queue/compress.h"
+#include "coordinator/queue/kinds/folder_kind.h"
 #include "coordinator/queue/kinds/kinds.h"
-#include "coordinator/queue/kinds/train_data.h"
 #include "coordinator/queue/report_check.h"
 
 namespace parallax {
@@ -17,13 +16,7 @@ namespace {
 constexpr char kScoresFile[] = "scores.jsonl";
 constexpr int kBaselineThreads = 2;
 
-struct CheckedEvaluate final : CheckedResult {
-  std::string path;
-  std::string result_z;
-};
-
-std::string WhyBad(const v1::EvaluateResult& result) {
-  if (std::string why = WhyBadFiles(result.path(), result.files()); !why.empty()) return why;
+std::string WhyNoResult(const v1::EvaluateResult& result) {
   const auto is_scores = [](const v1::FileEntry& file) { return file.name() == kScoresFile; };
   if (std::none_of(result.files().begin(), result.files().end(), is_scores)) {
     return std::string("no file ") + kScoresFile;
@@ -46,10 +39,11 @@ const v1::TrainedCheckpoint& PickCheckpoint(const v1::TrainResult& result, int i
   return result.checkpoints(static_cast<int>(std::clamp<int64_t>(at, 0, there - 1)));
 }
 
-class EvaluateKind final : public JobKind {
+class EvaluateKind final : public FolderKind<v1::EvaluateInput, v1::EvaluateResult> {
  public:
   EvaluateKind()
-      : JobKind("evaluate", {.stages = {"evaluate"}, .doing = "evaluating", .has_output = true}) {}
+      : FolderKind("evaluate",
+                   {.stages = {"evaluate"}, .doing = "evaluating", .has_output = true}) {}
 
   // ---- Messages
   absl::StatusOr<std::string> Spec(const LeasedJob& lease, ResultReader& results) const override {
@@ -75,47 +69,10 @@ class EvaluateKind final : public JobKind {
            std::to_string(input->checkpoints());
   }
 
-  WorkNeeds NeedsOf(std::string_view bytes) const override {
-    const auto input = InputOf<v1::EvaluateInput>(bytes);
-    return input.ok() ? parallax::NeedsOf(input->needs()) : WorkNeeds();
-  }
-
-  std::shared_ptr<const CheckedResult> CheckResult(std::string_view bytes) const override {
-    auto out = std::make_shared<CheckedEvaluate>();
-    v1::EvaluateResult result;
-    if (!result.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
-      out->invalid = "a result that is no EvaluateResult";
-      return out;
-    }
-    out->invalid = WhyBad(result);
-    out->path = result.path();
-    out->paths = {result.path()};
-    out->result_z = PackMessage(result);
-    return out;
-  }
-
-  std::vector<OutputFile> FilesOf(std::string_view bytes) const override {
-    v1::EvaluateResult result;
-    if (!result.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return {};
-    return OutputFilesOf(result.path(), result.files());
-  }
-
   std::vector<StageSeconds> StagesOf(std::string_view bytes) const override {
     v1::EvaluateResult result;
     if (!result.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return {};
     return {{"predict", result.predict_s()}};
-  }
-
-  std::optional<StoredFolder> FolderOf(std::string_view bytes) const override {
-    v1::EvaluateResult result;
-    if (!UnpackMessage(bytes, result).ok()) return std::nullopt;
-    return StoredFolder{result.path(), result.files()};
-  }
-
-  std::vector<OutputFile> StoredFiles(std::string_view stage,
-                                      std::string_view bytes) const override {
-    const auto folder = stage == name() ? FolderOf(bytes) : std::nullopt;
-    return folder ? OutputFilesOf(folder->path, folder->files) : std::vector<OutputFile>();
   }
 
   // ---- Hooks
@@ -147,15 +104,6 @@ class EvaluateKind final : public JobKind {
     return JobKeys{key, key};
   }
 
-  absl::StatusOr<Ending> Store(WorkDesk& desk, const JobFacts& job,
-                               const CheckedResult& result) const override {
-    const auto& evaluate = static_cast<const CheckedEvaluate&>(result);
-    ASSIGN_OR_RETURN(const bool is_first,
-                     desk.PutResult(job, name(), job.work_key, {evaluate.result_z, false, ""}));
-    if (!is_first) RETURN_IF_ERROR(desk.Discard(evaluate.path));
-    return Ending();
-  }
-
   // Baselines; networks are evaluated after their trainings, which add those jobs.
   absl::Status OnSubmit(WorkDesk& desk, const v1::StudySpec& given,
                         std::span<const int64_t> variants) const override {
@@ -175,11 +123,12 @@ class EvaluateKind final : public JobKind {
 
   // ---- Audit
   std::span<const Invariant> Invariants() const override { return kInvariants; }
-  absl::Status Audit(SqliteConnection& db, std::vector<std::string>& violations) const override {
-    return AuditFolders(db, *this, violations);
-  }
 
  private:
+  std::string WhyBad(const v1::EvaluateResult& result) const override {
+    return WhyNoResult(result);
+  }
+
   static constexpr Invariant kInvariants[] = {
       {"an evaluation has its result",
        "SELECT j.id FROM all_jobs AS j LEFT JOIN results AS r ON r.work_key = j.work_key"

@@ -8,19 +8,12 @@
 
 #include "common/base/names.h"
 #include "common/config/training.h"
-#include "coordinator/queue/compress.h"
+#include "coordinator/queue/kinds/folder_kind.h"
 #include "coordinator/queue/kinds/kinds.h"
-#include "coordinator/queue/kinds/train_data.h"
 #include "coordinator/queue/report_check.h"
 
 namespace parallax {
 namespace {
-
-struct CheckedTrain final : CheckedResult {
-  std::string path;
-  std::string result_z;
-  int checkpoints = 0;
-};
 
 std::string WhyBadCheckpoints(const v1::TrainResult& result) {
   if (result.checkpoints().empty()) return "no checkpoints";
@@ -39,8 +32,7 @@ std::string WhyBadCheckpoints(const v1::TrainResult& result) {
   return "";
 }
 
-std::string WhyBad(const v1::TrainResult& result) {
-  if (std::string why = WhyBadFiles(result.path(), result.files()); !why.empty()) return why;
+std::string WhyNoResult(const v1::TrainResult& result) {
   if (std::string why = WhyBadCheckpoints(result); !why.empty()) return why;
   if (!std::isfinite(result.loss())) return "a loss that is not finite";
   if (!std::isfinite(result.train_s()) || result.train_s() < 0) return "a negative time";
@@ -48,11 +40,12 @@ std::string WhyBad(const v1::TrainResult& result) {
   return "";
 }
 
-class TrainKind final : public JobKind {
+class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
  public:
   TrainKind()
-      : JobKind("train",
-                {.stages = {"train"}, .doing = "training", .has_output = true, .resumes = true}) {}
+      : FolderKind(
+            "train",
+            {.stages = {"train"}, .doing = "training", .has_output = true, .resumes = true}) {}
 
   // ---- Messages
   absl::StatusOr<std::string> Spec(const LeasedJob& lease, ResultReader& results) const override {
@@ -72,48 +65,10 @@ class TrainKind final : public JobKind {
     return input->job().name() + ", seed " + std::to_string(input->job().seed());
   }
 
-  WorkNeeds NeedsOf(std::string_view bytes) const override {
-    const auto input = InputOf<v1::TrainInput>(bytes);
-    return input.ok() ? parallax::NeedsOf(input->needs()) : WorkNeeds();
-  }
-
-  std::shared_ptr<const CheckedResult> CheckResult(std::string_view bytes) const override {
-    auto out = std::make_shared<CheckedTrain>();
-    v1::TrainResult result;
-    if (!result.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
-      out->invalid = "a result that is no TrainResult";
-      return out;
-    }
-    out->invalid = WhyBad(result);
-    out->path = result.path();
-    out->paths = {result.path()};
-    out->checkpoints = result.checkpoints_size();
-    out->result_z = PackMessage(result);
-    return out;
-  }
-
-  std::vector<OutputFile> FilesOf(std::string_view bytes) const override {
-    v1::TrainResult result;
-    if (!result.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return {};
-    return OutputFilesOf(result.path(), result.files());
-  }
-
   std::vector<StageSeconds> StagesOf(std::string_view bytes) const override {
     v1::TrainResult result;
     if (!result.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return {};
     return {{"train", result.train_s()}};
-  }
-
-  std::optional<StoredFolder> FolderOf(std::string_view bytes) const override {
-    v1::TrainResult result;
-    if (!UnpackMessage(bytes, result).ok()) return std::nullopt;
-    return StoredFolder{result.path(), result.files()};
-  }
-
-  std::vector<OutputFile> StoredFiles(std::string_view stage,
-                                      std::string_view bytes) const override {
-    const auto folder = stage == name() ? FolderOf(bytes) : std::nullopt;
-    return folder ? OutputFilesOf(folder->path, folder->files) : std::vector<OutputFile>();
   }
 
   // ---- Hooks
@@ -135,19 +90,10 @@ class TrainKind final : public JobKind {
   absl::StatusOr<std::string> WhyNot(WorkDesk&, const JobFacts& job,
                                      const CheckedResult& result) const override {
     ASSIGN_OR_RETURN(const v1::TrainInput input, InputOf<v1::TrainInput>(job.input));
-    const int seen = static_cast<const CheckedTrain&>(result).checkpoints;
+    const int seen = ResultIn(result).checkpoints_size();
     if (seen <= input.job().checkpoints()) return std::string();
     return std::to_string(seen) + " checkpoints, wanted at most " +
            std::to_string(input.job().checkpoints());
-  }
-
-  absl::StatusOr<Ending> Store(WorkDesk& desk, const JobFacts& job,
-                               const CheckedResult& result) const override {
-    const auto& train = static_cast<const CheckedTrain&>(result);
-    ASSIGN_OR_RETURN(const bool is_first,
-                     desk.PutResult(job, name(), job.work_key, {train.result_z, false, ""}));
-    if (!is_first) RETURN_IF_ERROR(desk.Discard(train.path));
-    return Ending();
   }
 
   // One training for each set and seed; the first seed of all sets comes first.
@@ -182,11 +128,10 @@ class TrainKind final : public JobKind {
 
   // ---- Audit
   std::span<const Invariant> Invariants() const override { return kInvariants; }
-  absl::Status Audit(SqliteConnection& db, std::vector<std::string>& violations) const override {
-    return AuditFolders(db, *this, violations);
-  }
 
  private:
+  std::string WhyBad(const v1::TrainResult& result) const override { return WhyNoResult(result); }
+
   static constexpr Invariant kInvariants[] = {
       {"a trained network has its result",
        "SELECT j.id FROM all_jobs AS j LEFT JOIN results AS r ON r.work_key = j.work_key"
@@ -216,7 +161,6 @@ class TrainKind final : public JobKind {
     job.set_threads(train.threads());
     job.set_share(set.share());
     job.set_mismatched(set.mismatched());
-    job.set_curated(set.curated());
     job.set_checkpoints(study.has_evaluate() ? study.evaluate().checkpoints() : 1);
     for (const v1::Mixture::Part& part : set.parts()) {
       if (part.weight() <= 0) continue;  // Nothing is drawn from it.

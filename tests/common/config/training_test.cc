@@ -106,7 +106,7 @@ TEST(Heldout, IsAVariantOfTheChosenParametersWithASeedOfItsOwn) {
   EXPECT_NE(heldout.seed(), 0u);
   EXPECT_NE(heldout.seed(), study.seed());
   EXPECT_THAT(SetNames(study), ElementsAre("wide", "narrow", "dense")) << "never trained on";
-  // Of the first variant, unless told; and of the same seed, wherever it is resolved.
+  // It copies the first variant unless told, and gets the same seed wherever it is resolved.
   const v1::StudySpec other = Parsed("evaluate: {heldout_pairs: 7}\n");
   EXPECT_EQ(other.variants(3).seed(), heldout.seed());
   EXPECT_TRUE(MessageDifferencer::Equals(other.variants(3).config(), study.variants(0).config()));
@@ -194,8 +194,7 @@ TEST(Training, EachWrongValueIsToldAlikeForFilesAndMessages) {
       {mixture + "}], only_mixtures: true, variants: [wide]}",
        "s.yaml:11: train.variants: a list beside only_mixtures, allowed is one of them"},
       {"train: {mixtures: {a: 1}}",
-       "s.yaml:11: train.mixtures: a map, allowed is a list of {name, parts, share, mismatched, "
-       "curated}"},
+       "s.yaml:11: train.mixtures: a map, allowed is a list of {name, parts, share, mismatched}"},
       {"train: {mixtures: [3]}", "s.yaml:11: train.mixtures[0]: 3, allowed is a map of fields"},
       {"train: {mixtures: [{name: wide, parts: [{variant: wide}]}]}",
        "s.yaml:11: train.mixtures[0].name: \"wide\" names another variant too, allowed is a name "

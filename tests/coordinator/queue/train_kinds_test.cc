@@ -178,7 +178,7 @@ TEST_F(TrainKindsTest, HeldOutPairsAreABenchmarkThatNothingIsTrainedOn) {
   EXPECT_THAT(States(study, "train"), ElementsAre("wide, seed 0: BLOCKED"));
   EXPECT_THAT(States(study, "evaluate"), ElementsAre("wide, seed 0 on heldout: BLOCKED"));
   MakePairs();
-  // Of other seeds: no scene of one is one of the other.
+  // The seeds differ: no scene of one is one of the other.
   std::map<std::string, std::set<std::string>> paths;
   for (const v1::PublishedFrame& frame : Frames(study)) {
     paths[frame.variant()].insert(frame.frame().path());
@@ -293,7 +293,6 @@ TEST_F(TrainKindsTest, WhatDecidesANetworkIsInItsKeyAndNamesAreNot) {
       {"trainer", false, [](auto& s) { s.mutable_train()->set_trainer("other"); }},
       {"share", false, [&](auto& s) { mixture(s).set_share(0.5); }},
       {"mismatched", false, [&](auto& s) { mixture(s).set_mismatched(true); }},
-      {"curated", false, [&](auto& s) { mixture(s).set_curated(true); }},
       {"checkpoints", false,
        [](auto& s) {
          s.mutable_evaluate()->add_benchmarks("shipped");

@@ -103,7 +103,7 @@ TEST_F(ArtifactsCrowd, StreamsWithoutHeaderLockNobodyOut) {
     EXPECT_TRUE(status.ok()) << status;
   }
   EXPECT_TRUE(MakeRemoteStore(Channel(), {"honest", {}})->Get("k/.attempt-7/0").ok());
-  // Those who waited longest were ended long before their time.
+  // The streams that waited longest were ended long before their time.
   const int most = static_cast<int>(ArtifactsLimits().waiting);
   while (ended < kIdlers - most && SecondsSince(begin) < 15) std::this_thread::yield();
   EXPECT_LT(SecondsSince(begin), 15);

@@ -93,7 +93,7 @@ TEST(Trees, HaveTheTrianglesThatTheirLevelPromises) {
 
 TEST(Trees, HaveThousandsOfLeavesNear) {
   for (const Kind& kind : AllKinds()) {
-    // Of conifers sprays and tufts count, each of a dozen needles.
+    // A conifer's sprays and tufts count; each has a dozen needles.
     EXPECT_GE(SheetCount(TreeAt(PlantDetail::kNear, kind.conifer, kind.species, 5)), 5'000u)
         << NameOf(kind);
   }

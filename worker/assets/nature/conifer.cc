@@ -262,7 +262,7 @@ class ConiferGrower {
   std::vector<SheetTemplate> templates_;
   Path trunk_;
   struct Needles {
-    size_t form;  // Of templates_.
+    size_t form;  // Index into templates_.
     Vec3f along;
     SheetPlace place;
   };

@@ -114,7 +114,7 @@ LimbOptions CutTrunk(Timber& t, float radius, float flare, int sides) {
   return options;
 }
 
-// Of a foot below the ground, in its radii: no daylight between roots.
+// How deep a foot reaches below the ground, in its radii: no daylight between roots.
 constexpr float kBuried = 0.34f;
 
 // Roots that run out over the ground and into it.

@@ -13,7 +13,7 @@ struct StoneForm {
   Vec3f size = Vec3f::Constant(0.5f);  // Half of the extent along each axis, about.
   int planes = 20;                     // That cut it from a block; few: angular.
   int cracks = 0;
-  float sharpness = 14;  // Of its edges: 5 a pebble, 30 freshly broken.
+  float sharpness = 14;  // How sharp the edges are: 5 a pebble, 30 freshly broken.
   float rough = 0.14f;   // Depth of chips and dents, in sizes.
   float bedding = 0;     // Height of the steps between layers, in sizes.
   int cells = 30;        // A side of the sphere it is made from; 12 n^2 triangles.
@@ -36,7 +36,7 @@ Asset MakeRockPile(const RockPileParams& params);
 Asset SampleRockPile(Rng& rng);
 
 struct PebblesParams {
-  float radius_m = 0.2f;  // Of the patch.
+  float radius_m = 0.2f;  // Size of the patch.
   float coarse = 1;
   int stones = 36;
   uint64_t seed = 0;
@@ -69,7 +69,7 @@ Asset SampleNeedlePatch(Rng& rng);
 struct GrassParams {
   int blades = 45;
   float height_m = 0.25f;
-  float radius_m = 0.05f;  // Of the patch that blades rise from.
+  float radius_m = 0.05f;  // Size of the patch that blades rise from.
   float width_m = 0.005f;
   float droop = 0.8f;  // Radians that blades bend by, on average.
   float lean = 0.15f;  // To one side, as wind combs.

@@ -27,7 +27,7 @@ enum class LeafShape {
 struct SheetTemplate {
   std::vector<Vec3f> points, normals;
   std::vector<std::array<uint32_t, 3>> triangles;
-  float area = 0;  // Of a sheet one unit long.
+  float area = 0;  // Square units of a sheet one unit long.
 
   uint32_t Add(const Vec3f& point);
   // Normals from the triangles, smooth over shared points, and the area.

@@ -22,7 +22,7 @@ struct BroadleafSpecies {
   std::array<float, 5> profile;  // Crown's radius at 0, 1/4... 1 of its height; 1 is the widest.
   float trunk_radius;            // Above the flare.
   float leader;                  // Where the trunk dissolves into limbs.
-  float wander;                  // Of trunk and limbs.
+  float wander;                  // How far trunk and limbs wander.
   float up;                      // How much limbs turn upwards, in steps; negative: they hang.
   float gaps;                    // Share of the crown without limbs.
   float twig_m;

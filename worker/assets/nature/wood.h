@@ -12,7 +12,7 @@ struct WoodStyle {
   PlantDetail detail = PlantDetail::kNear;
   float flare = 1;        // How far the roots spread the foot, in the trunk's radii.
   bool has_trunk = true;  // The skeleton's first limb is one; false: a shrub's stems are all alike.
-  float lumps = 0.06f;    // Of the trunk's surface, in its radii.
+  float lumps = 0.06f;    // Height of the lumps of the surface, in radii of the trunk.
   MaterialSlot bark, twig_bark;
 };
 

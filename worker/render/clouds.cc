@@ -172,6 +172,21 @@ class Baker {
   const CloudLight& light_;
 };
 
+// Where eight texels of a row of the table look, from column `x0` on: a stereographic picture of
+// the dome.
+Vec3x8 DirectionsOf(int x0, int row, int side) {
+  Vec3x8 directions = Vec3x8::Zero();
+  const auto n = static_cast<float>(side);
+  const float y = 2 * (static_cast<float>(row) + 0.5f) / n - 1;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const float x = 2 * (static_cast<float>(x0 + lane) + 0.5f) / n - 1;
+    const float r2 = std::min(x * x + y * y, 1.0f);
+    const float z = (1 - r2) / (1 + r2);
+    directions.Set(lane, Vec3f(x * (1 + z), y * (1 + z), z).normalized());
+  }
+  return directions;
+}
+
 }  // namespace
 
 std::shared_ptr<const Clouds> Clouds::Bake(double cover, uint64_t seed, const CloudLight& light) {
@@ -179,16 +194,8 @@ std::shared_ptr<const Clouds> Clouds::Bake(double cover, uint64_t seed, const Cl
   const Baker baker(cover, seed, light);
   clouds->texels_.resize(size_t{4} * kSide * kSide);
   tbb::parallel_for(0, kSide, [&](int row) {
-    const float y = 2 * (static_cast<float>(row) + 0.5f) / kSide - 1;
     for (int x0 = 0; x0 < kSide; x0 += kLanes) {
-      Vec3x8 d(Splat(0), Splat(0), Splat(0));
-      for (int lane = 0; lane < kLanes; ++lane) {
-        const float x = 2 * (static_cast<float>(x0 + lane) + 0.5f) / kSide - 1;
-        const float r2 = std::min(x * x + y * y, 1.0f);
-        const float z = (1 - r2) / (1 + r2);
-        d.Set(lane, Vec3f(x * (1 + z), y * (1 + z), z).normalized());
-      }
-      const Layer8 layer = baker.Through(d);
+      const Layer8 layer = baker.Through(DirectionsOf(x0, row, kSide));
       for (int lane = 0; lane < kLanes; ++lane) {
         float* texel = &clouds->texels_[size_t{4} * static_cast<size_t>(row * kSide + x0 + lane)];
         for (int c = 0; c < 3; ++c) texel[c] = layer.radiance.Get(lane)[c];

@@ -523,10 +523,12 @@ void Witness::CountPairs(JobQueue& queue, int64_t study) {
     wanted += variant.pairs_wanted();
     tally_.jobs += JobsOf(variant, "", "SUCCEEDED");
   }
-  // What waits for pairs is over when they are there, in whatever way.
+  // A job that waits for pairs has ended, in some way, when they are there.
   for (const v1::VariantStatus& variant : status->variants()) {
-    if (JobsOf(variant, "noop", "BLOCKED") + JobsOf(variant, "noop", "READY") > 0) {
-      tally_.Lost("noop jobs of study " + std::to_string(study) + " are stuck");
+    for (const char* kind : {"noop", "train", "evaluate"}) {
+      if (JobsOf(variant, kind, "BLOCKED") + JobsOf(variant, kind, "READY") > 0) {
+        tally_.Lost(std::string(kind) + " jobs of study " + std::to_string(study) + " are stuck");
+      }
     }
   }
   // A variant that gave up after too many rejections has said so; its study is not short of a pair
@@ -537,8 +539,10 @@ void Witness::CountPairs(JobQueue& queue, int64_t study) {
     for (const v1::JobProblem& problem : variant.problems()) {
       gave_up |= problem.state() == "GAVE_UP";
     }
-    for (const char* state : {"FAILED", "QUARANTINED", "CANCELLED"}) {
-      others_lost += JobsOf(variant, "noop", state);
+    for (const char* kind : {"noop", "train", "evaluate"}) {
+      for (const char* state : {"FAILED", "QUARANTINED", "CANCELLED"}) {
+        others_lost += JobsOf(variant, kind, state);
+      }
     }
   }
   if (status->state() == v1::STUDY_STATE_CANCELLED || gave_up) return;

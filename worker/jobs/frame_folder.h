@@ -19,8 +19,8 @@ std::vector<std::string> FilesForTraining();
 std::vector<std::string> FilesForEvaluation();
 
 struct FrameFolderOptions {
-  std::vector<std::string>
-      files;         // Wanted of each frame; maps that were not rendered are left out.
+  // Files that are wanted of each frame; maps that were not rendered are left out.
+  std::vector<std::string> files;
   double share = 1;  // Part of the frames that pass, the first ones; at least one.
   // A control: each pair gets the right image of the pair that stands half the set away.
   bool mismatched = false;

@@ -58,7 +58,7 @@ inline std::string DescribeVersions(const StageVersions& versions = {}) {
 // Version of the messages between a coordinator and its workers: raise it whenever one of them
 // could misread the other. 2: jobs travel as a kind and bytes.
 inline constexpr int kWorkProtocol = 2;
-// Of the programs, for people.
-inline constexpr char kProgramVersion[] = PARALLAX_VERSION;
+// The version of the programs, for people.
+extern const char kProgramVersion[];
 
 }  // namespace parallax

@@ -62,7 +62,14 @@ class Bringer {
  public:
   Bringer(const v1::FrameSet& set, const Store& store, const FrameCache& cache,
           const std::string& dir, const FrameFolderOptions& options)
-      : set_(set), store_(store), cache_(cache), dir_(dir), options_(options) {}
+      : set_(set),
+        store_(store),
+        cache_(cache),
+        dir_(dir),
+        options_(options),
+        filters_(set.filters()) {
+    if (!options.curated) filters_.set_max_ambiguous_share(1);  // Judges nothing.
+  }
 
   absl::StatusOr<FrameFolderFacts> Bring() {
     ASSIGN_OR_RETURN(std::vector<v1::PublishedFrame> passing, Passing());
@@ -80,7 +87,7 @@ class Bringer {
       // Half a set away stands another scene wherever there is one.
       const size_t other = (i + std::max<size_t>(1, passing.size() / 2)) % passing.size();
       RETURN_IF_ERROR(Place(passing[i], options_.mismatched ? &passing[other] : nullptr));
-      ASSIGN_OR_RETURN(const IndexLine line, MakeIndexLine(passing[i], set_.filters()));
+      ASSIGN_OR_RETURN(const IndexLine line, MakeIndexLine(passing[i], filters_));
       index += line.text + "\n";
       Count(passing[i]);
       options_.progress(static_cast<double>(i + 1) / static_cast<double>(passing.size()));
@@ -134,8 +141,12 @@ class Bringer {
   }
 
   absl::StatusOr<bool> Passes(const v1::PublishedFrame& frame) const {
-    ASSIGN_OR_RETURN(const IndexLine line, MakeIndexLine(frame, set_.filters()));
-    return Json::parse(line.text)["passed"].get<bool>();
+    ASSIGN_OR_RETURN(const IndexLine line, MakeIndexLine(frame, filters_));
+    const Json json = Json::parse(line.text);
+    if (options_.curated && !json["filters"].contains("ambiguous")) {
+      return Refuse("its frames are wanted curated, but were not (parallax curate)");
+    }
+    return json["passed"].get<bool>();
   }
 
   // Links the frame's files and fills in their hashes. `right_of`: whose right image it gets.
@@ -172,6 +183,7 @@ class Bringer {
   const FrameCache& cache_;
   const std::string& dir_;
   const FrameFolderOptions& options_;
+  v1::FilterConfig filters_;
   FrameFolderFacts facts_;
   Sha256 hash_;
 };

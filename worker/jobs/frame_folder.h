@@ -24,6 +24,7 @@ struct FrameFolderOptions {
   double share = 1;  // Part of the frames that pass, the first ones; at least one.
   // A control: each pair gets the right image of the pair that stands half the set away.
   bool mismatched = false;
+  bool curated = false;  // Frames that curation calls ambiguous are turned down as well.
   CancelToken cancel;
   std::function<void(double fraction)> progress = [](double) {};
 };
@@ -38,8 +39,8 @@ struct FrameFolderFacts {
 // can be, else links to a store's folder or copies of the cache's files. The same set gives the
 // same folder on every machine. `dir` ends in the variant's name.
 //
-// Errors: kFailedPrecondition when no frame is left, and when two are needed for `mismatched`;
-// kCancelled; those of Judge, the store and the cache.
+// Errors: kFailedPrecondition when no frame is left, when two are needed for `mismatched`, and when
+// `curated` frames were not curated; kCancelled; those of Judge, the store and the cache.
 absl::StatusOr<FrameFolderFacts> BringFrames(const v1::FrameSet& set, const Store& store,
                                              const FrameCache& cache, const std::string& dir,
                                              const FrameFolderOptions& options);

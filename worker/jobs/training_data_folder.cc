@@ -39,6 +39,7 @@ class Maker {
     data_.facts = {{"layout", contract_.layout},
                    {"share", job_.share()},
                    {"mismatched", job_.mismatched()},
+                   {"curated", job_.curated()},
                    {"parts", Json::array()}};
     if (contract_.layout == "archive") {
       RETURN_IF_ERROR(MakeArchives());
@@ -98,6 +99,7 @@ class Maker {
     bring.files = FilesForTraining();
     bring.share = job_.share() > 0 ? job_.share() : 1;
     bring.mismatched = job_.mismatched();
+    bring.curated = job_.curated();
     bring.cancel = options_.cancel;
     const double parts = job_.parts_size();
     bring.progress = [&, part, parts](double fraction) {

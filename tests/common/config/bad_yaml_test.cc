@@ -118,8 +118,7 @@ TEST(SceneConfigYaml, EachWrongValueNamesLineFieldAndWhatIsAllowed) {
       // Closed lists.
       {"type: indor",
        "f.yaml:1: type: indor is not known, did you mean indoor? "
-       "(allowed: indoor, dense)"},
-      {"type: nature", "f.yaml:1: type: nature is not known (allowed: indoor, dense)"},
+       "(allowed: indoor, dense, nature)"},
       {"materials: {mode: 4}",
        "f.yaml:1: materials.mode: 4 is not known (allowed: all, none, one_diffuse, metal_glass)"},
       {"materials: {mode: unspecified}", "f.yaml:1: materials.mode: unspecified is not known ..."},

@@ -293,6 +293,7 @@ TEST_F(TrainKindsTest, WhatDecidesANetworkIsInItsKeyAndNamesAreNot) {
       {"trainer", false, [](auto& s) { s.mutable_train()->set_trainer("other"); }},
       {"share", false, [&](auto& s) { mixture(s).set_share(0.5); }},
       {"mismatched", false, [&](auto& s) { mixture(s).set_mismatched(true); }},
+      {"curated", false, [&](auto& s) { mixture(s).set_curated(true); }},
       {"checkpoints", false,
        [](auto& s) {
          s.mutable_evaluate()->add_benchmarks("shipped");

@@ -152,9 +152,6 @@ void AddTexts(std::vector<Row>& rows) {
   add(
       "type", [](v1::SceneConfig& c) { c.set_type(static_cast<v1::SceneType>(-1)); },
       "type: -1 is not known");
-  add(
-      "type that is not made", [](v1::SceneConfig& c) { c.set_type(v1::SCENE_TYPE_NATURE); },
-      "type: nature is not known (allowed: indoor, dense)");
   for (const std::string& dir :
        {std::string("/etc"), std::string("../secrets"), std::string("a/../../b"),
         std::string("a//b"), std::string("./a"), std::string("a/"), std::string("a\x1b[31m"),

@@ -60,6 +60,11 @@ TEST_F(FrameFolderTest, MismatchedPairsHaveTheRightImageOfAnotherScene) {
               HasSubstr("can't be mismatched"));
 }
 
+TEST_F(FrameFolderTest, FramesThatNobodyCuratedAreNotTakenForCurated) {
+  EXPECT_THAT(std::string(Bring("curated", {.curated = true}).status().message()),
+              HasSubstr("were not (parallax curate)"));
+}
+
 TEST(Repetitions, GiveEachPartItsWeight) {
   EXPECT_THAT(Repetitions({100, 100}, {1, 1}), ElementsAre(1, 1));
   EXPECT_THAT(Repetitions({300, 100}, {1, 1}), ElementsAre(1, 3));

@@ -105,6 +105,7 @@ class JobTest : public ::testing::Test {
     set.set_variant(variant);
     set.set_weight(1);
     set.mutable_filters()->set_min_mean_intensity(10);
+    set.mutable_filters()->set_max_ambiguous_share(1);
     for (int scene = 0; scene < kScenes; ++scene) {
       v1::FrameFolder& folder = *set.add_folders();
       folder.set_folder(FolderOf(variant, scene));

@@ -19,4 +19,4 @@ __all__ = [
     "Frame", "Pair", "ParallaxDataset", "read_depth", "read_disparity", "read_normals",
     "SKY", "EXTERIOR", "TRANSPARENT", "MIRROR",
 ]
-__version__ = "0.1.0"
+__version__ = "0.2.0"

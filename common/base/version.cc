@@ -3,6 +3,6 @@
 namespace parallax {
 
 // The build gives the version to this file alone, so that a new one compiles nothing else again.
-const char kProgramVersion[] = PARALLAX_VERSION;
+const char* const kProgramVersion = PARALLAX_VERSION;
 
 }  // namespace parallax

@@ -59,6 +59,6 @@ inline std::string DescribeVersions(const StageVersions& versions = {}) {
 // could misread the other. 2: jobs travel as a kind and bytes.
 inline constexpr int kWorkProtocol = 2;
 // The version of the programs, for people.
-extern const char kProgramVersion[];
+extern const char* const kProgramVersion;
 
 }  // namespace parallax

@@ -161,6 +161,7 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
     job.set_threads(train.threads());
     job.set_share(set.share());
     job.set_mismatched(set.mismatched());
+    job.set_curated(set.curated());
     job.set_checkpoints(study.has_evaluate() ? study.evaluate().checkpoints() : 1);
     for (const v1::Mixture::Part& part : set.parts()) {
       if (part.weight() <= 0) continue;  // Nothing is drawn from it.

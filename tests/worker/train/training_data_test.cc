@@ -65,7 +65,9 @@ TEST(TrainingPair, SkyHasNoTruthAndMapsMayBeAbsent) {
   std::set<int> trusts;
   for (size_t i = 0; i < pair->left.trust.pixels(); ++i) {
     trusts.insert(pair->left.trust.values()[i]);
-    if (pair->left.disparity_px.values()[i] <= 0) EXPECT_EQ(pair->left.trust.values()[i], kNoTruth);
+    if (pair->left.disparity_px.values()[i] <= 0) {
+      EXPECT_EQ(pair->left.trust.values()[i], kNoTruth);
+    }
   }
   EXPECT_TRUE(trusts.contains(kOccluded) && trusts.contains(kVisible));
   std::filesystem::remove(dir + "/disparity_right.exr");

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <vector>
 
 #include "worker/train/checkpoint.h"
 
@@ -15,6 +16,12 @@ namespace {
 namespace F = torch::nn::functional;
 using torch::Tensor;
 
+// A second look pays from this enlargement on.
+constexpr double kLeastEnlarged = 1.1;
+// The nearest things decide how far a pair may be enlarged: this part of the first disparities is
+// not larger than theirs, and the search goes somewhat beyond them.
+constexpr double kNearestShare = 0.995, kDisparityMargin = 1.1;
+
 int RoundUp(double value, int multiple) {
   return static_cast<int>(std::ceil(value / multiple - 1e-9)) * multiple;
 }
@@ -23,7 +30,9 @@ int RoundUp(double value, int multiple) {
 Tensor ToTensor(const ImageRgb8& image, const NetworkSize& size) {
   cv::Mat pixels(image.height(), image.width(), CV_8UC3, const_cast<uint8_t*>(image.data()));
   if (size.width != image.width() || size.height != image.height()) {
-    cv::resize(pixels, pixels, cv::Size(size.width, size.height), 0, 0, cv::INTER_AREA);
+    const bool larger = size.width > image.width();
+    cv::resize(pixels, pixels, cv::Size(size.width, size.height), 0, 0,
+               larger ? cv::INTER_CUBIC : cv::INTER_AREA);
   }
   const Tensor bytes = torch::from_blob(pixels.data, {size.height, size.width, 3}, torch::kByte);
   const Tensor planes = bytes.permute({2, 0, 1}).to(torch::kFloat).div(255).unsqueeze(0);
@@ -32,55 +41,51 @@ Tensor ToTensor(const ImageRgb8& image, const NetworkSize& size) {
                             .mode(torch::kReplicate));
 }
 
-}  // namespace
-
-NetworkSize ChooseNetworkSize(int width, int height, int trained_disparity, double max_disparity) {
-  double scale = std::min(1.0, static_cast<double>(kNetworkWidth) / width);
-  if (max_disparity > 0) scale = std::min(scale, kNetworkDisparity / max_disparity);
+NetworkSize SizeAt(int width, int height, double scale, double max_disparity) {
   NetworkSize size;
   size.width = std::max(1, static_cast<int>(std::lround(width * scale)));
   size.height = std::max(1, static_cast<int>(std::lround(height * scale)));
   size.padded_width = RoundUp(size.width, static_cast<int>(kSizeMultiple));
   size.padded_height = RoundUp(size.height, static_cast<int>(kSizeMultiple));
-  const double wanted = max_disparity > 0 ? max_disparity * scale : trained_disparity;
-  size.max_disparity = std::clamp(RoundUp(wanted, 16), 32, kNetworkDisparity);
+  size.max_disparity = std::clamp(RoundUp(max_disparity, 16), 32, kNetworkDisparity);
   return size;
+}
+
+}  // namespace
+
+NetworkSize ChooseNetworkSize(int width, int height, int trained_disparity, double max_disparity) {
+  double scale = std::min(1.0, static_cast<double>(kNetworkWidth) / width);
+  if (max_disparity > 0) scale = std::min(scale, kNetworkDisparity / max_disparity);
+  return SizeAt(width, height, scale,
+                max_disparity > 0 ? max_disparity * scale : trained_disparity);
+}
+
+double ChooseEnlargement(const ImageF& disparity_px, int trained_disparity) {
+  std::vector<float> seen(disparity_px.values().begin(), disparity_px.values().end());
+  const auto far =
+      seen.begin() + static_cast<int64_t>(kNearestShare * static_cast<double>(seen.size()));
+  std::nth_element(seen.begin(), far, seen.end());
+  const double room = trained_disparity / std::max(1.0, kDisparityMargin * *far);
+  return std::min({kMostEnlarged, static_cast<double>(kNetworkWidth) / disparity_px.width(), room});
 }
 
 struct Predictor::State {
   std::shared_ptr<StereoNetwork> network = std::make_shared<StereoNetwork>();
   int trained_disparity = 192;
+  bool one_scale = false;  // It was trained at one scale, and is not shown another.
+
+  // One pass of the network. Disparities are in pixels of the input.
+  absl::StatusOr<ImageF> See(const ImageRgb8& left, const ImageRgb8& right,
+                             const NetworkSize& size) const;
 };
 
-Predictor::Predictor(std::unique_ptr<State> state) : state_(std::move(state)) {}
-Predictor::Predictor(Predictor&&) noexcept = default;
-Predictor::~Predictor() = default;
-
-absl::StatusOr<Predictor> Predictor::Load(const std::string& path) {
-  auto state = std::make_unique<State>();
-  ASSIGN_OR_RETURN(const Checkpoint checkpoint, ReadCheckpoint(path, *state->network));
-  SetWeights(*state->network, checkpoint.state.average);
-  state->trained_disparity = checkpoint.settings.value("max_disparity", 192);
-  return Predictor(std::move(state));
-}
-
-absl::StatusOr<ImageF> Predictor::Predict(const ImageRgb8& left, const ImageRgb8& right,
-                                          const PredictOptions& options) const {
-  if (left.empty() || left.width() != right.width() || left.height() != right.height()) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "the left image is " + std::to_string(left.width()) + "x" +
-                         std::to_string(left.height()) + " px, the right " +
-                         std::to_string(right.width()) + "x" + std::to_string(right.height()));
-  }
-  if (options.threads > 0) at::set_num_threads(options.threads);
-  const NetworkSize size = ChooseNetworkSize(left.width(), left.height(), state_->trained_disparity,
-                                             options.max_disparity);
+absl::StatusOr<ImageF> Predictor::State::See(const ImageRgb8& left, const ImageRgb8& right,
+                                             const NetworkSize& size) const {
   const torch::NoGradGuard no_grad;
   Tensor disparity;
   try {
     disparity =
-        state_->network->Forward(ToTensor(left, size), ToTensor(right, size), size.max_disparity)
-            .disparity;
+        network->Forward(ToTensor(left, size), ToTensor(right, size), size.max_disparity).disparity;
   } catch (const std::exception& error) {
     const std::string text = error.what();
     return MakeError(absl::StatusCode::kResourceExhausted, text.substr(0, text.find('\n')));
@@ -96,6 +101,40 @@ absl::StatusOr<ImageF> Predictor::Predict(const ImageRgb8& left, const ImageRgb8
       result(x, y) = static_cast<float>(std::max(0.0, scale * row[x]));
   }
   return result;
+}
+
+Predictor::Predictor(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Predictor::Predictor(Predictor&&) noexcept = default;
+Predictor::~Predictor() = default;
+
+absl::StatusOr<Predictor> Predictor::Load(const std::string& path) {
+  auto state = std::make_unique<State>();
+  ASSIGN_OR_RETURN(const Checkpoint checkpoint, ReadCheckpoint(path, *state->network));
+  SetWeights(*state->network, checkpoint.state.average);
+  state->trained_disparity = checkpoint.settings.value("max_disparity", 192);
+  state->one_scale = checkpoint.settings.value("scale_high", 0.0) <= 0;
+  return Predictor(std::move(state));
+}
+
+absl::StatusOr<ImageF> Predictor::Predict(const ImageRgb8& left, const ImageRgb8& right,
+                                          const PredictOptions& options) const {
+  if (left.empty() || left.width() != right.width() || left.height() != right.height()) {
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     "the left image is " + std::to_string(left.width()) + "x" +
+                         std::to_string(left.height()) + " px, the right " +
+                         std::to_string(right.width()) + "x" + std::to_string(right.height()));
+  }
+  if (options.threads > 0) at::set_num_threads(options.threads);
+  const int width = left.width(), height = left.height();
+  ASSIGN_OR_RETURN(ImageF first,
+                   state_->See(left, right,
+                               ChooseNetworkSize(width, height, state_->trained_disparity,
+                                                 options.max_disparity)));
+  const double scale = ChooseEnlargement(first, state_->trained_disparity);
+  if (state_->one_scale || scale < kLeastEnlarged) return first;
+  const double search =
+      options.max_disparity > 0 ? options.max_disparity * scale : state_->trained_disparity;
+  return state_->See(left, right, SizeAt(width, height, scale, search));
 }
 
 }  // namespace parallax

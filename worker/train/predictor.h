@@ -5,6 +5,11 @@
 // sees it searches `max_disparity` px (by default as far as it was trained, 192), at most
 // kNetworkDisparity: for more, the pair is reduced further. Truth beyond the range is missed, never
 // reported as an error.
+//
+// A smaller pair is predicted twice: the first disparities tell how far it may be enlarged, up to
+// kNetworkWidth and kMostEnlarged, so that the search still reaches them. The errors of the network
+// are the same in its own pixels, so they are smaller in those of the input. A network that was
+// trained without changes of scale gets no second look.
 #pragma once
 
 #include <memory>
@@ -17,6 +22,7 @@ namespace parallax {
 
 inline constexpr int kNetworkWidth = 1280;     // Pixels.
 inline constexpr int kNetworkDisparity = 384;  // Pixels.
+inline constexpr double kMostEnlarged = 2;
 
 struct PredictOptions {
   // Pixels of the input; 0: the range of training, at the network's size.
@@ -26,12 +32,16 @@ struct PredictOptions {
 
 // How an input is brought to the network.
 struct NetworkSize {
-  int width = 0, height = 0;                // After reduction.
+  int width = 0, height = 0;                // After reduction or enlargement.
   int padded_width = 0, padded_height = 0;  // Multiples of 32.
   int max_disparity = 0;                    // A multiple of 16.
 };
 
 NetworkSize ChooseNetworkSize(int width, int height, int trained_disparity, double max_disparity);
+
+// How much larger than the input a second look may be; 1 or less: there is no second look.
+// `disparity_px` is what the first one saw, in pixels of the input.
+double ChooseEnlargement(const ImageF& disparity_px, int trained_disparity);
 
 // Thread-safe after Load.
 class Predictor {

@@ -183,5 +183,19 @@ TEST(NetworkSize, PadsReducesAndLimits) {
   }
 }
 
+TEST(NetworkSize, SmallPairsAreEnlargedAsFarAsTheSearchReaches) {
+  const auto seen = [](int width, float most) {
+    ImageF disparity_px(width, 10, 5.0f);
+    for (int x = 0; x < width / 10; ++x) disparity_px(x, 0) = most;
+    return disparity_px;
+  };
+  EXPECT_DOUBLE_EQ(ChooseEnlargement(seen(400, 20), 192), 2) << "at most twice";
+  EXPECT_DOUBLE_EQ(ChooseEnlargement(seen(1000, 20), 192), 1.28) << "at most 1,280 px wide";
+  EXPECT_NEAR(ChooseEnlargement(seen(400, 160), 192), 192 / (1.1 * 160), 1e-6);
+  EXPECT_LT(ChooseEnlargement(seen(400, 190), 192), 1);
+  EXPECT_DOUBLE_EQ(ChooseEnlargement(seen(2560, 20), 192), 0.5);
+  EXPECT_DOUBLE_EQ(ChooseEnlargement(seen(400, 0), 192), 2);
+}
+
 }  // namespace
 }  // namespace parallax

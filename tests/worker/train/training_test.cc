@@ -15,6 +15,7 @@
 #include "common/base/file.h"
 #include "common/base/hash.h"
 #include "tests/worker/dataset/synthetic_archive.h"
+#include "worker/train/checkpoint.h"
 #include "worker/train/predictor.h"
 #include "worker/train/torchscript.h"
 
@@ -221,6 +222,18 @@ TEST(Training, OverfitsAFewPairsAndPredictsThem) {
   }
   EXPECT_TRUE(
       absl::IsInvalidArgument(predictor->Predict(ImageRgb8(8, 8), ImageRgb8(9, 8), {}).status()));
+
+  // The same weights look twice at a small pair if they were trained at several scales.
+  StereoNetwork network;
+  absl::StatusOr<Checkpoint> checkpoint = ReadCheckpoint(job.out_dir + "/final.pt", network);
+  ASSERT_TRUE(checkpoint.ok()) << checkpoint.status();
+  checkpoint->settings["scale_high"] = 0.4;
+  const std::string scaled = job.out_dir + "/scaled.pt";
+  ASSERT_TRUE(WriteCheckpoint(scaled, network, *checkpoint).ok());
+  const absl::StatusOr<TrainingPair> pair = ReadTrainingPair(job.sources[0].frames[0].dir);
+  ASSERT_TRUE(pair.ok()) << pair.status();
+  EXPECT_NE(*predictor->Predict(pair->left.image, pair->right.image, {}),
+            *Predictor::Load(scaled)->Predict(pair->left.image, pair->right.image, {}));
 }
 
 }  // namespace

@@ -19,9 +19,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr int kMargin = 28, kGap = 8, kHeader = 96, kLegendRows = 10, kLegendRow = 15;
-constexpr int kLegend = 14 + kLegendRows * kLegendRow, kRowGap = 18;
-constexpr const char* kColumns[] = {"left",    "right",     "disparity (left)", "occlusion (left)",
-                                    "objects", "materials", "normals (left)"};
+constexpr int kLegendLines = 6;  // Without a list of objects or materials.
+constexpr int kRowGap = 26;
 
 std::string Format(const char* format, double value) {
   char text[64];
@@ -128,39 +127,99 @@ void DrawWarp(Canvas& canvas, int x, int y, const WarpDifference& warp) {
                   8, kText);
 }
 
-void DrawRow(Canvas& canvas, int y, int tile_width, int tile_height, const Row& row) {
+// ---- Columns -------------------------------------------------------------------------------------
+// What a column of a row is drawn from.
+struct Cell {
+  const Row& row;
+  double full_scale_px;  // The disparity of the last colour.
+  int x, y, width;       // Place of the legend.
+};
+
+struct Column {
+  const char* title;
+  const char* file;  // In a frame's folder; a column whose file no frame has is left out.
+  bool exact;        // Indices: neighbouring pixels are not mixed.
+  int legend_lines;
+  ImageRgb8 (*tile)(const FrameOnDisk& frame, double full_scale_px);
+  void (*legend)(Canvas& canvas, const Cell& cell);
+};
+
+void DrawIndexLegend(Canvas& canvas, const Cell& cell, const char* table, const ImageU16& indices) {
+  const Json& json = cell.row.frame.json;
+  if (json.contains(table)) {
+    DrawLegend(canvas, cell.x, cell.y, cell.width, indices, json[table]);
+  }
+}
+
+const Column kColumns[] = {
+    {"left", "left.png", false, kLegendLines,
+     [](const FrameOnDisk& frame, double) { return frame.left; },
+     [](Canvas& canvas, const Cell& cell) {
+       DrawFacts(canvas, cell.x, cell.y, cell.width, cell.row);
+     }},
+    {"right", "right.png", false, kLegendLines,
+     [](const FrameOnDisk& frame, double) { return frame.right; },
+     [](Canvas& canvas, const Cell& cell) { DrawWarp(canvas, cell.x, cell.y, cell.row.warp); }},
+    {"disparity (left)", "disparity_left.exr", false, kLegendLines,
+     [](const FrameOnDisk& frame, double full_scale_px) {
+       return ColorDisparity(frame.left_disparity_px, full_scale_px);
+     },
+     [](Canvas& canvas, const Cell& cell) {
+       DrawColorBar(canvas, cell.x, cell.y, cell.width, cell.full_scale_px);
+     }},
+    {"occlusion (left)", "occlusion_left.png", false, kLegendLines,
+     [](const FrameOnDisk& frame, double) { return ColorOcclusion(frame.left_occlusion); },
+     [](Canvas& canvas, const Cell& cell) {
+       canvas.DrawText(cell.x, cell.y + 10, "white: hidden from or outside the right view", 8,
+                       kFaint);
+     }},
+    {"objects", "objects_left.png", true, kLegendRows,
+     [](const FrameOnDisk& frame, double) { return ColorIndices(frame.left_objects); },
+     [](Canvas& canvas, const Cell& cell) {
+       DrawIndexLegend(canvas, cell, "objects", cell.row.frame.left_objects);
+     }},
+    {"materials", "materials_left.png", true, kLegendRows,
+     [](const FrameOnDisk& frame, double) { return ColorIndices(frame.left_materials); },
+     [](Canvas& canvas, const Cell& cell) {
+       DrawIndexLegend(canvas, cell, "materials", cell.row.frame.left_materials);
+     }},
+    {"normals (left)", "normals_left.exr", false, kLegendLines,
+     [](const FrameOnDisk& frame, double) { return ColorNormals(frame.left_normals); },
+     [](Canvas& canvas, const Cell& cell) {
+       canvas.DrawText(cell.x, cell.y + 10, "camera's frame: red right, green up,", 8, kFaint);
+       canvas.DrawText(cell.x, cell.y + 26, "blue towards the camera", 8, kFaint);
+     }},
+};
+
+// The columns that at least one of the frames has a file for.
+std::vector<const Column*> ColumnsOf(const std::vector<std::string>& frames) {
+  std::vector<const Column*> columns;
+  for (const Column& column : kColumns) {
+    const bool found = std::any_of(frames.begin(), frames.end(), [&](const std::string& frame) {
+      std::error_code error;
+      return fs::exists(fs::path(frame) / column.file, error);
+    });
+    if (found) columns.push_back(&column);
+  }
+  return columns;
+}
+
+void DrawRow(Canvas& canvas, const std::vector<const Column*>& columns, int y, int tile_width,
+             int tile_height, const Row& row) {
   const FrameOnDisk& frame = row.frame;
-  const double full_scale =
+  const double full_scale_px =
       frame.left_disparity_px.empty() ? 1 : FullScale(frame.left_disparity_px);
-  const ImageRgb8 tiles[] = {frame.left,
-                             frame.right,
-                             ColorDisparity(frame.left_disparity_px, full_scale),
-                             ColorOcclusion(frame.left_occlusion),
-                             ColorIndices(frame.left_objects),
-                             ColorIndices(frame.left_materials),
-                             ColorNormals(frame.left_normals)};
-  const int legend_y = y + tile_height + 10;
-  for (int i = 0; i < 7; ++i) {
-    const int x = kMargin + i * (tile_width + kGap);
+  int x = kMargin;
+  for (const Column* column : columns) {
+    const ImageRgb8 tile = column->tile(frame, full_scale_px);
     canvas.FillBox(x, y, tile_width, tile_height, kPanel);
-    if (tiles[i].empty()) {
+    if (tile.empty()) {
       canvas.DrawText(x + 12, y + tile_height / 2, "not written", 10, kFaint);
+    } else {
+      canvas.DrawImage(x, y, tile_width, tile_height, tile, column->exact);
+      column->legend(canvas, {row, full_scale_px, x, y + tile_height + 10, tile_width});
     }
-    canvas.DrawImage(x, y, tile_width, tile_height, tiles[i], /*exact=*/i == 4 || i == 5);
-    if (i == 0) DrawFacts(canvas, x, legend_y, tile_width, row);
-    if (i == 1) DrawWarp(canvas, x, legend_y, row.warp);
-    if (i == 2 && !tiles[i].empty()) DrawColorBar(canvas, x, legend_y, tile_width, full_scale);
-    if (i == 3)
-      canvas.DrawText(x, legend_y + 10, "white: hidden from or outside the right view", 8, kFaint);
-    const char* table = i == 4 ? "objects" : i == 5 ? "materials" : nullptr;
-    if (table != nullptr && frame.json.contains(table)) {
-      DrawLegend(canvas, x, legend_y, tile_width,
-                 i == 4 ? frame.left_objects : frame.left_materials, frame.json[table]);
-    }
-    if (i == 6) {
-      canvas.DrawText(x, legend_y + 10, "camera's frame: red right, green up,", 8, kFaint);
-      canvas.DrawText(x, legend_y + 26, "blue towards the camera", 8, kFaint);
-    }
+    x += tile_width + kGap;
   }
 }
 
@@ -233,16 +292,21 @@ absl::StatusOr<ContactSheetResult> MakeContactSheet(const std::string& dir,
   const int tile_height = std::max(
       1,
       static_cast<int>(std::lround(double(tile_width) * first.left.height() / first.left.width())));
-  const int row_height = tile_height + kLegend + kRowGap;
-  Canvas canvas(2 * kMargin + 7 * tile_width + 6 * kGap,
+  const std::vector<const Column*> columns = ColumnsOf(chosen);
+  int lines = 0;
+  for (const Column* column : columns) lines = std::max(lines, column->legend_lines);
+  const int row_height = tile_height + 10 + lines * kLegendRow + kRowGap;
+  const auto count_of_columns = static_cast<int>(columns.size());
+  Canvas canvas(2 * kMargin + count_of_columns * (tile_width + kGap) - kGap,
                 kHeader + static_cast<int>(chosen.size()) * row_height + kMargin);
   canvas.DrawText(kMargin, 46, TitleOf(dir), 19, kText, true);
   const std::string count = std::to_string(chosen.size()) + " of " + std::to_string(found.size()) +
                             (found.size() == 1 ? " pair" : " pairs");
   canvas.DrawText(canvas.image().width() - kMargin - Canvas::TextWidth(count, 12), 46, count, 12,
                   kFaint);
-  for (int i = 0; i < 7; ++i) {
-    canvas.DrawText(kMargin + i * (tile_width + kGap), kHeader - 12, kColumns[i], 10.5, kAccent);
+  for (int i = 0; i < count_of_columns; ++i) {
+    canvas.DrawText(kMargin + i * (tile_width + kGap), kHeader - 12,
+                    columns[static_cast<size_t>(i)]->title, 10.5, kAccent);
   }
 
   std::vector<double> medians;
@@ -255,7 +319,8 @@ absl::StatusOr<ContactSheetResult> MakeContactSheet(const std::string& dir,
                            row.frame.left_occlusion);
       if (row.warp.median >= 0) medians.push_back(row.warp.median);
     }
-    DrawRow(canvas, kHeader + static_cast<int>(i) * row_height, tile_width, tile_height, row);
+    DrawRow(canvas, columns, kHeader + static_cast<int>(i) * row_height, tile_width, tile_height,
+            row);
   }
   result.frames = static_cast<int>(chosen.size());
   result.warp_median_difference = MedianOf(medians);

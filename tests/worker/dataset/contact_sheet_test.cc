@@ -60,13 +60,16 @@ TEST_F(ContactSheetTest, DrawsARowAFrameAndAPageOfHistograms) {
   EXPECT_FALSE(ReadPngRgb8(result->histogram_png)->empty());
 }
 
-TEST_F(ContactSheetTest, MapsThatWereNotWrittenLeaveTheirPlaceFree) {
+TEST_F(ContactSheetTest, MapsThatNoFrameHasGetNoColumn) {
   v1::RenderConfig render = DefaultSceneConfig().render();
   render.clear_maps();
   WriteFrames(1, 64, 36, render);
   const auto result = MakeContactSheet(dir_ + "/data", dir_ + "/sheet.png");
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_EQ(result->warp_median_difference, -1);
+  const ImageRgb8 sheet = *ReadPngRgb8(result->sheet_png);
+  EXPECT_LT(sheet.width(), 3 * 360) << "two images only";
+  EXPECT_GT(sheet.width(), 2 * 360);
 }
 
 TEST_F(ContactSheetTest, AFolderWithoutFramesIsNotFound) {

@@ -22,11 +22,12 @@ double Megapixels(const v1::SceneConfig& config) {
 }
 
 // Of one pair, the scene's share left out.
-absl::StatusOr<double> PairSeconds(const v1::SceneConfig& config) {
+absl::StatusOr<double> PairSeconds(const v1::SceneConfig& config, const SceneCosts& scene) {
   ASSIGN_OR_RETURN(const RenderProfile profile, ResolveProfile(config.render()));
   const Costs& costs = kMeasuredCosts;
   const int samples = profile.SamplesPerPixel(config.rigs().width_px(), config.rigs().height_px());
-  double per_mpx = costs.fixed_s_per_mpx + costs.trace_s_per_mpx_sample * samples;
+  double per_mpx =
+      costs.fixed_s_per_mpx + scene.trace_times * costs.trace_s_per_mpx_sample * samples;
   switch (profile.denoise) {
     case DenoiseQuality::kOff:
       break;
@@ -46,9 +47,10 @@ absl::StatusOr<double> PairSeconds(const v1::SceneConfig& config) {
 // Of one scene: what its pairs share.
 absl::StatusOr<double> BuildSeconds(const v1::SceneConfig& config, const SceneCosts& costs) {
   ASSIGN_OR_RETURN(const RenderProfile profile, ResolveProfile(config.render()));
-  if (!costs.rigs_share_light) return kMeasuredCosts.build_s;
-  return kMeasuredCosts.build_s +
-         1e-6 * static_cast<double>(profile.cache_paths) * kMeasuredCosts.cache_s_per_mpath;
+  const double build_s = kMeasuredCosts.build_s + costs.build_s;
+  if (!costs.rigs_share_light) return build_s;
+  return build_s + costs.trace_times * 1e-6 * static_cast<double>(profile.cache_paths) *
+                       kMeasuredCosts.cache_s_per_mpath;
 }
 
 absl::StatusOr<SceneCosts> SceneCostsOf(const v1::SceneConfig& config) {
@@ -142,7 +144,7 @@ absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor) {
     plan.solves += new_layouts;
     plan.solves_without_sharing += solved ? row.scenes : 0;
 
-    ASSIGN_OR_RETURN(const double pair_s, PairSeconds(config));
+    ASSIGN_OR_RETURN(const double pair_s, PairSeconds(config, costs));
     ASSIGN_OR_RETURN(const double build_s, BuildSeconds(config, costs));
     row.solve_core_s = factor * (static_cast<double>(new_layouts) * costs.layout_s +
                                  static_cast<double>(new_scenes) * costs.dress_s);
@@ -179,8 +181,8 @@ absl::StatusOr<double> ReadMeasuredFactor(const std::string& archive_dir) {
   for (const DatasetVariant& variant : dataset.variants) {
     for (const v1::VariantSpec& spec : study.variants()) {
       if (spec.name() != variant.name) continue;
-      ASSIGN_OR_RETURN(double pair_s, PairSeconds(spec.config()));
       ASSIGN_OR_RETURN(const SceneCosts costs, SceneCostsOf(spec.config()));
+      ASSIGN_OR_RETURN(double pair_s, PairSeconds(spec.config(), costs));
       ASSIGN_OR_RETURN(const double build_s, BuildSeconds(spec.config(), costs));
       pair_s += build_s / std::max(1, RigsPerSceneOf(study, spec));
       for (const DatasetFrame& frame : variant.frames) {

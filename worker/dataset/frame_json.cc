@@ -89,9 +89,15 @@ absl::StatusOr<std::string> FrameJson(const v1::Scene& scene, const v1::Rig& rig
   json["maps"] = std::vector<std::string>(render.maps().begin(), render.maps().end());
 
   Json objects = Json::object(), materials = Json::object();
-  for (const v1::SceneObject& object : scene.objects()) {
+  const auto list = [&](const v1::SceneObject& object) {
     objects[std::to_string(object.index())] = {
         {"class", ClassOf(object)}, {"name", object.name()}, {"seed", SeedText(object.seed())}};
+  };
+  for (const v1::SceneObject& object : scene.objects()) list(object);
+  // Landscapes have thousands: those that are seen.
+  for (const uint32_t index : statistics.objects_seen) {
+    if (!type->grown) break;
+    if (const auto object = type->grown(scene, index)) list(*object);
   }
   for (const v1::SceneMaterial& material : scene.materials()) {
     materials[std::to_string(material.index())] = {{"class", material.material_class()},

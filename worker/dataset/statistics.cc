@@ -5,6 +5,8 @@
 #include <numeric>
 #include <vector>
 
+#include "worker/scene/types/types.h"
+
 namespace parallax {
 namespace {
 
@@ -39,6 +41,19 @@ double Median(const Histogram& histogram) {
   return 0;
 }
 
+// Pixels of what stands there by the place's rules.
+void AddGrown(const v1::Scene& scene, const std::vector<int64_t>& pixels,
+              FrameStatistics& statistics) {
+  const auto type = TypeOf(scene);
+  if (!type.ok() || !(*type)->grown) return;
+  for (const uint32_t index : statistics.objects_seen) {
+    const auto object = (*type)->grown(scene, index);
+    if (object && index < pixels.size() && pixels[index] > 0) {
+      statistics.object_pixels[ClassOf(*object)] += pixels[index];
+    }
+  }
+}
+
 }  // namespace
 
 FrameStatistics ComputeStatistics(const v1::Scene& scene, const StereoFrame& frame) {
@@ -70,6 +85,13 @@ FrameStatistics ComputeStatistics(const v1::Scene& scene, const StereoFrame& fra
     const int64_t count = object.index() < objects.size() ? objects[object.index()] : 0;
     if (count > 0) statistics.object_pixels[ClassOf(object)] += count;
   }
+  const std::vector<int64_t> on_right = CountIndices(frame.right.objects);
+  for (uint32_t i = 1; i < std::max(objects.size(), on_right.size()); ++i) {
+    const bool seen =
+        (i < objects.size() && objects[i] > 0) || (i < on_right.size() && on_right[i] > 0);
+    if (seen) statistics.objects_seen.push_back(i);
+  }
+  AddGrown(scene, objects, statistics);
   const std::vector<int64_t> materials = CountIndices(left.materials);
   for (const v1::SceneMaterial& material : scene.materials()) {
     const int64_t count = material.index() < materials.size() ? materials[material.index()] : 0;

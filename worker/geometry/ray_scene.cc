@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <utility>
 
 #include "worker/geometry/embree_handles.h"
@@ -16,7 +17,6 @@ struct Body {
   std::shared_ptr<const TriangleTree> tree;
   Eigen::Affine3f world_from_object;
   Box3f bounds;  // World.
-  EmbreeScene scene;
   EmbreeGeometry instance;
   bool enabled = true;
 };
@@ -55,8 +55,30 @@ struct RayScene::State {
   // One thread: a solve is one of many jobs of a worker.
   EmbreeDevice device{rtcNewDevice("threads=1,set_affinity=0")};
   EmbreeScene top;
+  // One for each tree, however often it stands.
+  std::map<std::shared_ptr<const TriangleTree>, EmbreeScene> scenes;
   std::vector<Body> bodies;
+
+  RTCScene SceneOf(const std::shared_ptr<const TriangleTree>& tree);
 };
+
+RTCScene RayScene::State::SceneOf(const std::shared_ptr<const TriangleTree>& tree) {
+  EmbreeScene& scene = scenes[tree];
+  if (scene.get()) return scene.get();
+  scene = EmbreeScene(rtcNewScene(device.get()));
+  rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
+  EmbreeGeometry triangles(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
+  rtcSetSharedGeometryBuffer(triangles.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                             tree->positions().data(), 0, sizeof(Vec3f),
+                             tree->positions().empty() ? 0 : tree->positions().size() - 1);
+  rtcSetSharedGeometryBuffer(triangles.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                             tree->triangles().data(), 0, sizeof(tree->triangles()[0]),
+                             tree->triangles().size());
+  rtcCommitGeometry(triangles.get());
+  rtcAttachGeometryByID(scene.get(), triangles.get(), 0);
+  rtcCommitScene(scene.get());
+  return scene.get();
+}
 
 RayScene::RayScene() : state_(std::make_unique<State>()) {}
 RayScene::~RayScene() = default;
@@ -74,21 +96,8 @@ uint32_t RayScene::Add(std::shared_ptr<const TriangleTree> tree,
   body.world_from_object = world_from_object;
   body.bounds = TransformBox(world_from_object, tree->bounds());
 
-  body.scene = EmbreeScene(rtcNewScene(device));
-  rtcSetSceneFlags(body.scene.get(), RTC_SCENE_FLAG_ROBUST);
-  EmbreeGeometry triangles(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE));
-  rtcSetSharedGeometryBuffer(triangles.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                             tree->positions().data(), 0, sizeof(Vec3f),
-                             tree->positions().empty() ? 0 : tree->positions().size() - 1);
-  rtcSetSharedGeometryBuffer(triangles.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                             tree->triangles().data(), 0, sizeof(tree->triangles()[0]),
-                             tree->triangles().size());
-  rtcCommitGeometry(triangles.get());
-  rtcAttachGeometryByID(body.scene.get(), triangles.get(), 0);
-  rtcCommitScene(body.scene.get());
-
   body.instance = EmbreeGeometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE));
-  rtcSetGeometryInstancedScene(body.instance.get(), body.scene.get());
+  rtcSetGeometryInstancedScene(body.instance.get(), state_->SceneOf(tree));
   rtcSetGeometryTimeStepCount(body.instance.get(), 1);
   const Eigen::Matrix<float, 3, 4> matrix = world_from_object.affine();  // Column-major.
   rtcSetGeometryTransform(body.instance.get(), 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, matrix.data());

@@ -20,9 +20,32 @@ struct PlacedMesh {
   std::vector<uint32_t> material_of_slot;  // SceneMaterial.index by Mesh::slots; 0 = none bound.
 };
 
+// A mesh that stands in many places.
+struct Prototype {
+  std::shared_ptr<const Mesh> mesh;
+  std::vector<uint32_t> material_of_slot;  // As PlacedMesh's.
+};
+
+// One place of a prototype, in 56 bytes: landscapes have a hundred thousand.
+struct Instance {
+  Eigen::Matrix<float, 3, 4, Eigen::DontAlign> world_from_object;
+  uint32_t prototype = 0;     // Into SceneGeometry::prototypes.
+  uint32_t object_index = 0;  // The value of objects_*.png.
+
+  Eigen::Affine3f Affine() const {
+    Eigen::Affine3f affine = Eigen::Affine3f::Identity();
+    affine.matrix().topRows<3>() = world_from_object;
+    return affine;
+  }
+};
+static_assert(sizeof(Instance) == 56);
+
 // Constant once made; shared by everything that reads a scene.
 struct SceneGeometry {
-  std::vector<PlacedMesh> meshes;                          // In order of the recipe's objects.
+  std::vector<PlacedMesh> meshes;  // In order of the recipe's objects.
+  // Beside them: what the place's rules make.
+  std::vector<Prototype> prototypes;
+  std::vector<Instance> instances;
   std::vector<std::shared_ptr<const Material>> materials;  // By SceneMaterial.index; [0] is null.
   Surroundings surroundings;
 };

@@ -25,6 +25,7 @@ Film::Film(const PinholeCamera& camera)
     : color(camera.width_px, camera.height_px),
       albedo(color),
       normal(color),
+      ambiguous(camera.width_px, camera.height_px),
       camera_from_world_(camera.world_from_camera.transpose().cast<float>()),
       guides_(camera.width_px, camera.height_px),
       mixed_(camera.width_px, camera.height_px) {}
@@ -32,6 +33,7 @@ Film::Film(const PinholeCamera& camera)
 void Film::Develop(const PixelAt& at, const PixelSum& sum, int samples) {
   for (int c = 0; c < 3; ++c) color(at.x, at.y, c) = sum.color[c] / static_cast<float>(samples);
   mixed_(at.x, at.y) = sum.GuideVariance() > kMixed;
+  if (sum.judged) ambiguous(at.x, at.y) = 2 * sum.agreeing < samples;
   guides_(at.x, at.y) = 0;
   AddGuides(at, sum);
 }

@@ -18,6 +18,8 @@ struct PixelSum {
   Vec3f color = Vec3f::Zero(), albedo = Vec3f::Zero(), normal = Vec3f::Zero();
   float guides = 1e-9f;     // Weight of all.
   float guide_squares = 0;  // Squared lengths of albedo and normal.
+  bool judged = false;      // Whether samples were held against the ground truth,
+  int agreeing = 0;         // and how many of them lie within 1 px of its disparity.
   void Add(const PathResult& path);
   // Variance of the guides: what one pixel's samples found differs.
   float GuideVariance() const;
@@ -42,6 +44,7 @@ class Film {
 
   ImageF3 color;           // Radiance.
   ImageF3 albedo, normal;  // Means; normals in the camera's frame.
+  ImageU8 ambiguous;       // 1 where less than half of the samples lie where the ground truth does.
 
  private:
   const Mat3f camera_from_world_;

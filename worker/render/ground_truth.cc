@@ -110,7 +110,7 @@ class TruthTracer {
     if (!truth.normal.allFinite()) {
       truth.normal = camera_.world_from_camera.transpose().cast<float>() * out;
     }
-    truth.object = scene_.geometry().meshes[raw.placed].object_index;
+    truth.object = scene_.ObjectIndex(raw.placed);
     truth.material = id.material;
     // A step back towards the viewer: the face of a wall belongs to the side from which it is seen.
     const Vec3f at = raw.position + side * 2e-3f * id.geometric_normal;
@@ -194,6 +194,28 @@ void MarkOcclusion(View* left, View* right) {
       }
     });
   }
+}
+
+void MarkVeiled(const Haze& haze, const PinholeCamera& camera, View* view) {
+  if (haze.clear()) return;
+  const Vec3x8 origin(camera.origin.cast<float>());
+  tbb::parallel_for(0, camera.height_px, [&](int y) {
+    for (int x = 0; x < camera.width_px; x += kLanes) {
+      Vec3x8 to = Vec3x8(Vec3f::UnitZ());
+      Float8 depth = Splat(0);
+      const int count = std::min(kLanes, camera.width_px - x);
+      for (int k = 0; k < count; ++k) {
+        const Vec3d along = camera.DirectionAt(x + k + 0.5, y + 0.5);
+        to.Set(k, (camera.world_from_camera * along).cast<float>());
+        depth[k] = view->depth_m(x + k, y);
+      }
+      const Float8 length = Norm(to);
+      const Float8 passes = haze.Transmittance(origin, to / length, depth * length);
+      for (int k = 0; k < count; ++k) {
+        if (depth[k] > 0 && passes[k] < 0.05f) view->masks(x + k, y) |= kMaskVeiled;
+      }
+    }
+  });
 }
 
 }  // namespace parallax

@@ -7,6 +7,7 @@
 #pragma once
 
 #include "worker/render/camera.h"
+#include "worker/render/haze.h"
 #include "worker/render/render_scene.h"
 #include "worker/render/stereo_frame.h"
 
@@ -24,6 +25,9 @@ absl::Status TraceGroundTruth(const RenderScene& scene, const PinholeCamera& cam
 // rather than the nearest pixel alone: on slanted surfaces depth changes by more than 1 % from one
 // pixel to the next. Sky lands at its own x and is visible when the other view shows sky there.
 void MarkOcclusion(View* left, View* right);
+
+// Sets kMaskVeiled where haze leaves less than a twentieth of what is seen.
+void MarkVeiled(const Haze& haze, const PinholeCamera& camera, View* view);
 
 inline constexpr float kOcclusionThreshold = 0.01f;
 

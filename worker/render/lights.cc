@@ -17,7 +17,8 @@ absl::StatusOr<LightTable> LightTable::Build(const v1::Scene& scene, const Rende
   LightTable table;
   const Surroundings& surroundings = geometry.geometry().surroundings;
   table.sky_ = SkyModel(scene.sky(), surroundings.ground_below_horizon);
-  table.lights_of_body_.resize(geometry.geometry().meshes.size());
+  if (scene.has_air()) table.haze_ = Haze(scene.air());
+  table.lights_of_body_.resize(geometry.body_count());
   for (const v1::Light& light : scene.lights()) {
     const Vec3f power = FromProto(light.power_w()).cast<float>().cwiseMax(0.0f);
     if (!(power.maxCoeff() > 0.0f)) continue;

@@ -17,6 +17,7 @@
 
 #include "parallax/v1/scene.pb.h"
 #include "worker/render/bright_spots.h"
+#include "worker/render/haze.h"
 #include "worker/render/light_gains.h"
 #include "worker/render/render_scene.h"
 #include "worker/render/sky.h"
@@ -162,6 +163,7 @@ class LightTable {
   Vec3f EscapeRadiance(const LightReceiver& at, const Vec3f& direction, float bsdf_pdf) const;
 
   const SkyModel& sky() const { return sky_; }
+  const Haze& haze() const { return haze_; }
   // None outdoors.
   const BrightSpots* SpotsIn(int32_t room) const {
     return room < 0 ? nullptr : &RoomAt(room)->spots;
@@ -254,6 +256,7 @@ class LightTable {
   void AddSunWindows(Enclosure* enclosure) const;
 
   SkyModel sky_;
+  Haze haze_;
   std::vector<Lamp> lamps_;
   Lamp no_lamp_;  // Stands in for sky and sun where all eight lights are treated alike.
   // What each lamp is, then what is none: numbers that are loaded into lanes.

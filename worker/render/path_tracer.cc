@@ -256,6 +256,7 @@ void PathTracer::Identify() {
       if (escape[lane] != 0) Escape(walk);
     }
     End(block, escape);
+    PassHaze(block, hits);
     const SurfaceIds8 ids = scene_.Identify(hits);
     rows.u.At(block) = hits.u;
     rows.v.At(block) = hits.v;
@@ -283,6 +284,28 @@ void PathTracer::Escape(size_t walk) {
   Add(walk, walks.throughput[walk].cwiseProduct(sky));
   if (walks.guided[walk]) return;
   state_->result(walk).albedo = sky.cwiseMin(1.0f).cwiseProduct(walks.tint[walk]);
+}
+
+// Of rays that come from an eye: how far they go, and what the air does to them.
+void PathTracer::PassHaze(size_t block, const Hits8& hits) {
+  State& state = *state_;
+  WalkRows& walks = state.walks;
+  const Mask8 seen = Staying(block) & hits.met & (walks.bounce.At(block) == 0);
+  const Mask8 first = seen | (Live(block) & ~hits.met & (walks.bounce.At(block) == 0));
+  if (!Any(first)) return;
+  for (uint32_t left = BitsOf(first); left != 0; left &= left - 1) {
+    const int lane = __builtin_ctz(left);
+    float& distance = state.result(block * kLanes + static_cast<size_t>(lane)).distance;
+    distance = seen[lane] != 0 ? distance + hits.distance[lane] : 0.0f;
+  }
+  const Haze& haze = lights_.haze();
+  if (haze.clear() || options_.only_guides || !Any(seen)) return;
+  const Vec3x8 direction = walks.direction.At(block);
+  const Float8 passes =
+      haze.Transmittance(walks.origin.At(block), direction, hits.met ? hits.distance : Splat(0));
+  const Vec3x8 throughput = walks.throughput.At(block);
+  Add(block, seen, throughput * haze.Glow(lights_.sky(), direction) * (1.0f - passes));
+  walks.throughput.Put(block, Select(seen, throughput * passes, throughput));
 }
 
 // ---- The radiance cache ----

@@ -66,6 +66,8 @@ struct PathResult {
   // or back, that fewer paths go, or the pixel's guides would be noise.
   float guide_weight = 1;
   uint32_t rays = 0;  // Traced, shadow rays included.
+  // From the eye to the first surface that is no hole; 0: none.
+  float distance = 0;
 };
 
 // Up to eight paths from their camera rays on.
@@ -138,6 +140,7 @@ class PathTracer {
   float MisPdf(size_t walk) const;
   LightReceiver ReceiverOf(size_t walk) const;
   void Escape(size_t walk);
+  void PassHaze(size_t block, const Hits8& hits);
   Vec3f MeshLight(size_t walk, float cosine) const;
   CachePlace PlaceOf(size_t walk, const Vec3f& normal) const;
   void LookAt(uint32_t material);

@@ -21,6 +21,7 @@ PixelTracer::PixelTracer(const RenderScene& scene, const LightTable& lights,
     : tracer_(scene, lights, options),
       rays_(camera),
       sampling_(sampling),
+      camera_(camera),
       only_guides_(options.only_guides) {}
 
 size_t PixelTracer::Start(std::span<const PixelAt> pixels, size_t first) {
@@ -48,6 +49,14 @@ size_t PixelTracer::Start(std::span<const PixelAt> pixels, size_t first) {
   return count;
 }
 
+bool PixelTracer::Agrees(const PixelAt& at, const PathResult& result) const {
+  const double along = camera_.DirectionAt(at.x + 0.5, at.y + 0.5).norm();
+  const double seen = result.distance > 0 ? sampling_.focal_times_baseline * along /
+                                                static_cast<double>(result.distance)
+                                          : 0;
+  return std::abs(seen - static_cast<double>((*sampling_.disparity_px)(at.x, at.y))) <= 1;
+}
+
 uint64_t PixelTracer::Trace(std::span<const PixelAt> pixels, const CancelToken& cancel,
                             Film* film) {
   sums_.assign(pixels.size(), {});
@@ -61,6 +70,10 @@ uint64_t PixelTracer::Trace(std::span<const PixelAt> pixels, const CancelToken& 
     size_t pixel = first / samples, left = samples - first % samples;
     for (const PathResult& result : results) {
       sums_[pixel].Add(result);
+      if (sampling_.disparity_px) {
+        sums_[pixel].judged = true;
+        sums_[pixel].agreeing += Agrees(pixels[pixel], result);
+      }
       rays += result.rays;
       if (--left > 0) continue;
       left = samples;

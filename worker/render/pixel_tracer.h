@@ -17,6 +17,10 @@ struct PixelSampling {
   int samples = 1;
   // Few are spread over neighbouring pixels together; else a pixel stands for itself.
   bool together = false;
+  // Ground truth that samples are held against (Film::ambiguous), and focal length times baseline;
+  // none: they are not. Borrowed.
+  const ImageF* disparity_px = nullptr;
+  double focal_times_baseline = 0;
 
   // Seeds and numbers of the samplers of eight samples.
   void Samplers(Bits8 x, Bits8 y, Bits8 sample, Bits8* seeds, Bits8* numbers) const;
@@ -36,10 +40,13 @@ class PixelTracer {
  private:
   // From the sample `first` of all on, up to kAtOnce; returns how many.
   size_t Start(std::span<const PixelAt> pixels, size_t first);
+  // Whether a sample of the pixel lies within 1 px of its ground truth.
+  bool Agrees(const PixelAt& at, const PathResult& result) const;
 
   PathTracer tracer_;
   const CameraRays rays_;
   const PixelSampling sampling_;
+  const PinholeCamera& camera_;
   const bool only_guides_;
   static constexpr size_t kAtOnce = 1024;  // Paths.
   std::array<PathStarts8, kAtOnce / kLanes> starts_;

@@ -20,6 +20,7 @@ using Positions = std::vector<Vec3f>;
 constexpr int64_t kBytesPerTriangle = 130;
 constexpr int64_t kBytesPerVertex = 32;  // For shading; copies of a mesh share it.
 constexpr int64_t kBytesPerPosition = 12;
+constexpr int64_t kBytesPerInstance = 470;
 
 // How a scene is stored.
 struct Plan {
@@ -28,6 +29,7 @@ struct Plan {
   bool one_tree = false;
   bool twins = false;
   int64_t triangles = 0, vertices = 0, positions = 0;  // Copies that are stored apart count.
+  int64_t instances = 0;                               // Of prototypes.
 
   Plan(const SceneGeometry& geometry, bool movable) {
     constexpr int64_t kMost = 3'000'000;
@@ -35,7 +37,7 @@ struct Plan {
     for (const PlacedMesh& placed : geometry.meshes) {
       placed_triangles += static_cast<int64_t>(placed.mesh->triangles.size());
     }
-    one_tree = placed_triangles <= kMost && !movable;
+    one_tree = placed_triangles <= kMost && !movable && geometry.instances.empty();
     std::set<const Mesh*> seen;
     for (const PlacedMesh& placed : geometry.meshes) {
       const bool first = seen.insert(placed.mesh.get()).second;
@@ -45,6 +47,13 @@ struct Plan {
       positions += count;
       triangles += static_cast<int64_t>(placed.mesh->triangles.size());
     }
+    for (const Prototype& prototype : geometry.prototypes) {
+      const auto count = static_cast<int64_t>(prototype.mesh->positions.size());
+      vertices += count;
+      positions += count;
+      triangles += static_cast<int64_t>(prototype.mesh->triangles.size());
+    }
+    instances = static_cast<int64_t>(geometry.instances.size());
     twins = triangles <= kMost;
   }
 
@@ -52,7 +61,7 @@ struct Plan {
     return parallax::CheckMemory(
         "render: acceleration structure of " + std::to_string(triangles) + " triangles",
         triangles * kBytesPerTriangle * (twins ? 2 : 1) + vertices * kBytesPerVertex +
-            positions * kBytesPerPosition);
+            positions * kBytesPerPosition + instances * kBytesPerInstance * (twins ? 2 : 1));
   }
 };
 
@@ -138,7 +147,6 @@ struct alignas(64) RenderScene::Place {
 
 // What else is kept of it.
 struct RenderScene::Stored {
-  Eigen::Affine3f world_from_object = Eigen::Affine3f::Identity();
   std::shared_ptr<const Positions> owned_positions;
   std::shared_ptr<const std::vector<Vertex>> owned_vertices;
 };
@@ -161,20 +169,7 @@ absl::StatusOr<std::unique_ptr<RenderScene>> RenderScene::Build(SceneGeometry ge
     std::unique_ptr<RenderScene> scene(new RenderScene);
     scene->geometry_ = std::move(geometry);
     if (scene->geometry_.materials.empty()) scene->geometry_.materials.resize(1);
-    for (const PlacedMesh& placed : scene->geometry_.meshes) {
-      if (!placed.mesh) {
-        return MakeError(absl::StatusCode::kInvalidArgument,
-                         "object " + std::to_string(placed.object_index) + ": no mesh");
-      }
-      for (const uint32_t material : placed.material_of_slot) {
-        if (material >= scene->geometry_.materials.size()) {
-          return MakeError(absl::StatusCode::kInvalidArgument,
-                           "object " + std::to_string(placed.object_index) + ": material " +
-                               std::to_string(material) + " of " +
-                               std::to_string(scene->geometry_.materials.size()));
-        }
-      }
-    }
+    RETURN_IF_ERROR(scene->CheckReferences());
     RETURN_IF_ERROR(Plan(scene->geometry_, movable).CheckMemory());
     scene->ProbeMaterials();
     scene->movable_ = movable;
@@ -184,6 +179,36 @@ absl::StatusOr<std::unique_ptr<RenderScene>> RenderScene::Build(SceneGeometry ge
     return MakeError(absl::StatusCode::kResourceExhausted,
                      "render: geometry does not fit in memory");
   }
+}
+
+absl::Status RenderScene::CheckReferences() const {
+  const auto check = [&](const std::string& what, const Mesh* mesh,
+                         const std::vector<uint32_t>& bound) -> absl::Status {
+    if (!mesh) return MakeError(absl::StatusCode::kInvalidArgument, what + ": no mesh");
+    for (const uint32_t material : bound) {
+      if (material < geometry_.materials.size()) continue;
+      return MakeError(absl::StatusCode::kInvalidArgument,
+                       what + ": material " + std::to_string(material) + " of " +
+                           std::to_string(geometry_.materials.size()));
+    }
+    return absl::OkStatus();
+  };
+  for (const PlacedMesh& placed : geometry_.meshes) {
+    RETURN_IF_ERROR(check("object " + std::to_string(placed.object_index), placed.mesh.get(),
+                          placed.material_of_slot));
+  }
+  for (size_t i = 0; i < geometry_.prototypes.size(); ++i) {
+    RETURN_IF_ERROR(check("prototype " + std::to_string(i), geometry_.prototypes[i].mesh.get(),
+                          geometry_.prototypes[i].material_of_slot));
+  }
+  for (const Instance& instance : geometry_.instances) {
+    if (instance.prototype < geometry_.prototypes.size()) continue;
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     "object " + std::to_string(instance.object_index) + ": prototype " +
+                         std::to_string(instance.prototype) + " of " +
+                         std::to_string(geometry_.prototypes.size()));
+  }
+  return absl::OkStatus();
 }
 
 Vec3f RenderScene::Passes(const RawHit& raw, const Vec3f& direction) const {
@@ -201,8 +226,8 @@ Vec3f RenderScene::Passes(const RawHit& raw, const Vec3f& direction) const {
   return passes;
 }
 
-bool RenderScene::LetsLightThrough(const PlacedMesh& placed) const {
-  return std::any_of(placed.material_of_slot.begin(), placed.material_of_slot.end(),
+bool RenderScene::LetsLightThrough(const std::vector<uint32_t>& materials) const {
+  return std::any_of(materials.begin(), materials.end(),
                      [&](uint32_t m) { return traits_[m].may_be_open || traits_[m].may_be_thin; });
 }
 
@@ -212,19 +237,16 @@ void RenderScene::StoreBodies(bool one_tree) {
   std::map<const Mesh*, std::shared_ptr<const Positions>> shared_positions;
   std::map<const Mesh*, std::shared_ptr<const std::vector<Vertex>>> packed;
   static_assert(sizeof(Body) == 32);
-  bodies_.resize(geometry_.meshes.size());
-  places_.resize(geometry_.meshes.size());
-  stored_.resize(geometry_.meshes.size());
-  for (uint32_t i = 0; i < geometry_.meshes.size(); ++i) {
+  const size_t meshes = geometry_.meshes.size();
+  bodies_.resize(meshes + geometry_.instances.size());
+  places_.resize(bodies_.size());
+  stored_.resize(meshes + geometry_.prototypes.size());
+  for (uint32_t i = 0; i < meshes; ++i) {
     const PlacedMesh& placed = geometry_.meshes[i];
     const Mesh& mesh = *placed.mesh;
-    const std::vector<uint32_t>& materials = placed.material_of_slot;
     Body& body = bodies_[i];
     SetPlace(i, placed.world_from_object);
-    body.triangles = mesh.triangles.data();
-    body.first_material = static_cast<uint32_t>(materials_.size());
-    body.slots = static_cast<uint16_t>(std::min<size_t>(materials.size(), UINT16_MAX));
-    materials_.insert(materials_.end(), materials.begin(), materials.end());
+    body = BodyOf(mesh, placed.material_of_slot);
     body.instanced = movable_ || (uses[&mesh] > 1 && !one_tree);
     if (mesh.triangles.empty()) continue;
     for (const Vec3f& p : mesh.positions) bounds_.extend(placed.world_from_object * p);
@@ -241,6 +263,51 @@ void RenderScene::StoreBodies(bool one_tree) {
     }
     body.positions = stored_[i].owned_positions->data();
   }
+  StoreInstances();
+}
+
+RenderScene::Body RenderScene::BodyOf(const Mesh& mesh, const std::vector<uint32_t>& materials) {
+  Body body;
+  body.triangles = mesh.triangles.data();
+  body.first_material = static_cast<uint32_t>(materials_.size());
+  body.slots = static_cast<uint16_t>(std::min<size_t>(materials.size(), UINT16_MAX));
+  materials_.insert(materials_.end(), materials.begin(), materials.end());
+  return body;
+}
+
+void RenderScene::StoreInstances() {
+  const size_t meshes = geometry_.meshes.size();
+  std::vector<Body> prototypes;
+  std::vector<Box3f> boxes;
+  for (size_t k = 0; k < geometry_.prototypes.size(); ++k) {
+    const Mesh& mesh = *geometry_.prototypes[k].mesh;
+    Stored& stored = stored_[meshes + k];
+    stored.owned_vertices = Pack(mesh);
+    stored.owned_positions = Placed(mesh, Eigen::Affine3f::Identity());
+    Body body = BodyOf(mesh, geometry_.prototypes[k].material_of_slot);
+    body.vertices = stored.owned_vertices->data();
+    body.positions = stored.owned_positions->data();
+    body.instanced = true;
+    prototypes.push_back(body);
+    boxes.push_back(mesh.Bounds());
+  }
+  for (size_t i = 0; i < geometry_.instances.size(); ++i) {
+    const Instance& instance = geometry_.instances[i];
+    const Eigen::Affine3f place = instance.Affine();
+    bodies_[meshes + i] = prototypes[instance.prototype];
+    SetPlace(meshes + i, place);
+    const Box3f& box = boxes[instance.prototype];
+    if (box.isEmpty()) continue;
+    for (int corner = 0; corner < 8; ++corner) {
+      bounds_.extend(place * box.corner(static_cast<Box3f::CornerType>(corner)));
+    }
+  }
+}
+
+Eigen::Affine3f RenderScene::PlaceOf(uint32_t placed) const {
+  const size_t meshes = geometry_.meshes.size();
+  return placed < meshes ? geometry_.meshes[placed].world_from_object
+                         : geometry_.instances[placed - meshes].Affine();
 }
 
 void RenderScene::FindCacheGroups() {
@@ -252,19 +319,26 @@ void RenderScene::FindCacheGroups() {
     ++uses[mesh];
     first.emplace(mesh, i);
   }
-  cache_groups_.resize(geometry_.meshes.size());
+  const auto sheets_of = [](const Mesh& mesh) {
+    uint32_t sheets = 0;
+    for (size_t slot = 0; slot < std::min<size_t>(mesh.slots.size(), 32); ++slot) {
+      if (mesh.slots[slot].sheet) sheets |= 1u << slot;
+    }
+    return sheets;
+  };
   for (uint32_t i = 0; i < geometry_.meshes.size(); ++i) {
     const Mesh& mesh = *geometry_.meshes[i].mesh;
-    CacheGroup& group = cache_groups_[i];
-    for (size_t slot = 0; slot < std::min<size_t>(mesh.slots.size(), 32); ++slot) {
-      if (mesh.slots[slot].sheet) group.sheets |= 1u << slot;
-    }
+    CacheGroup& group = cache_groups_.emplace_back();
+    group.sheets = sheets_of(mesh);
     group.id = group.sheets != 0 || uses[&mesh] >= kMany ? first[&mesh] : i;
+  }
+  for (const Prototype& prototype : geometry_.prototypes) {
+    const auto id = static_cast<uint32_t>(cache_groups_.size());
+    cache_groups_.push_back({id, sheets_of(*prototype.mesh)});
   }
 }
 
 void RenderScene::SetPlace(size_t i, const Eigen::Affine3f& place) {
-  stored_[i].world_from_object = place;
   places_[i].scale = std::cbrt(std::abs(place.linear().determinant()));
   places_[i].normal_from_object = place.linear().inverse().transpose();
 }
@@ -278,7 +352,7 @@ Mask8 RenderScene::OnSheets(const Sights8& sights) const {
   for (int lane = 0; lane < sights.count; ++lane) {
     const auto placed = static_cast<uint32_t>(sights.placed[lane]);
     const uint16_t slot = bodies_[placed].triangles[sights.triangle[lane]].slot;
-    on[lane] = cache_groups_[placed].Sheet(slot) ? -1 : 0;
+    on[lane] = cache_group(placed).Sheet(slot) ? -1 : 0;
   }
   return on;
 }
@@ -288,10 +362,20 @@ absl::Status RenderScene::BuildTrees(int64_t memory_limit_bytes) {
   StoreBodies(plan.one_tree);
   FindCacheGroups();
   std::vector<TreeBody> bodies;
-  for (size_t i = 0; i < bodies_.size(); ++i) {
+  bodies.reserve(bodies_.size());
+  for (size_t i = 0; i < geometry_.meshes.size(); ++i) {
     const PlacedMesh& placed = geometry_.meshes[i];
     bodies.push_back({placed.mesh.get(), bodies_[i].positions, bodies_[i].instanced,
-                      LetsLightThrough(placed), placed.world_from_object});
+                      LetsLightThrough(placed.material_of_slot), placed.world_from_object});
+  }
+  std::vector<bool> open;
+  for (const Prototype& prototype : geometry_.prototypes) {
+    open.push_back(LetsLightThrough(prototype.material_of_slot));
+  }
+  for (const Instance& instance : geometry_.instances) {
+    bodies.push_back({geometry_.prototypes[instance.prototype].mesh.get(),
+                      bodies_[bodies.size()].positions, true, open[instance.prototype],
+                      instance.Affine()});
   }
   TreeOptions options;
   options.one_tree = plan.one_tree;
@@ -302,7 +386,7 @@ absl::Status RenderScene::BuildTrees(int64_t memory_limit_bytes) {
 }
 
 absl::Status RenderScene::Move(const std::vector<Eigen::Affine3f>& world_from_object) {
-  if (!movable_ || world_from_object.size() != bodies_.size()) {
+  if (!movable_ || !geometry_.instances.empty() || world_from_object.size() != bodies_.size()) {
     return MakeError(absl::StatusCode::kInvalidArgument,
                      "render: " + std::to_string(world_from_object.size()) + " placements for " +
                          std::to_string(bodies_.size()) +
@@ -363,7 +447,8 @@ void RenderScene::Corners(uint32_t placed, uint32_t triangle, Vec3f corners[3]) 
   corners[1] = body.positions[t.b];
   corners[2] = body.positions[t.c];
   if (body.instanced) {
-    for (int k = 0; k < 3; ++k) corners[k] = stored_[placed].world_from_object * corners[k];
+    const Eigen::Affine3f place = PlaceOf(placed);
+    for (int k = 0; k < 3; ++k) corners[k] = place * corners[k];
   }
 }
 
@@ -517,7 +602,7 @@ PARALLAX_LANE_CLONES void RenderScene::FindEdges(const Sights8& sights, Vec3x8 e
   if (!instanced) return;
   const auto world_from_positions = [&](uint32_t placed) -> Mat3f {
     if (!bodies_[placed].instanced) return Mat3f::Identity();
-    return stored_[placed].world_from_object.linear();
+    return PlaceOf(placed).linear();
   };
   for (int k = 0; k < 2; ++k) edges[k] = Turned(sights, edges[k], world_from_positions);
 }

@@ -1,7 +1,8 @@
 // The scene as rays see it: placed meshes in one Embree scene, materials, and what a hit means.
 //
-// Meshes that several objects share are instanced; others are built in world space. Geometry id or,
-// for instances, instance id = index of the placed mesh. Constant after Build but for Move; queries
+// Meshes that several objects share are instanced; others are built in world space. Bodies are the
+// placed meshes, then the instances of prototypes. Geometry id or, for instances, instance id =
+// index of the body. Constant after Build but for Move; queries
 // are thread-safe.
 #pragma once
 
@@ -30,7 +31,7 @@ struct SurfaceId {
 struct CacheGroup {
   static constexpr float kCoarse = 2.5f;  // Cells among leaves over those on walls.
 
-  uint32_t id = 0;      // The first mesh of the group.
+  uint32_t id = 0;      // The first mesh of the group; of instances, their prototype behind them.
   uint32_t sheets = 0;  // Slots that are sheets (MaterialSlot::sheet), as bits.
 
   bool Sheet(uint16_t slot) const { return slot < 32 && (sheets >> slot & 1) != 0; }
@@ -106,8 +107,19 @@ class RenderScene final : public ShadowFilter {
   // `movable`, or for another number of placements; kInternal for what Embree says.
   absl::Status Move(const std::vector<Eigen::Affine3f>& world_from_object);
 
-  // RawHit.placed is an index into geometry().meshes.
+  // RawHit.placed is a body: below geometry().meshes.size() one of these, from there on an
+  // instance.
   const RayTrees& trees() const { return *trees_; }
+  size_t body_count() const { return geometry_.meshes.size() + geometry_.instances.size(); }
+  uint32_t ObjectIndex(uint32_t placed) const {
+    const size_t meshes = geometry_.meshes.size();
+    return placed < meshes ? geometry_.meshes[placed].object_index
+                           : geometry_.instances[placed - meshes].object_index;
+  }
+  const Mesh& MeshOf(uint32_t placed) const {
+    return placed < geometry_.meshes.size() ? *geometry_.meshes[placed].mesh
+                                            : *PrototypeOf(placed).mesh;
+  }
   // Part of the light that passes from `origin` along unit `direction` for `distance`: 0 when
   // something opaque stands there; holes (opacity) and thin glass weaken it.
   Vec3f Transmittance(const Vec3f& origin, const Vec3f& direction, float distance) const {
@@ -131,7 +143,11 @@ class RenderScene final : public ShadowFilter {
 
   const SceneGeometry& geometry() const { return geometry_; }
   const MaterialTraits& traits(uint32_t material) const { return traits_[material]; }
-  const CacheGroup& cache_group(uint32_t placed) const { return cache_groups_[placed]; }
+  const CacheGroup& cache_group(uint32_t placed) const {
+    const size_t meshes = geometry_.meshes.size();
+    return cache_groups_[placed < meshes ? placed
+                                         : meshes + geometry_.instances[placed - meshes].prototype];
+  }
   const Box3f& bounds() const { return bounds_; }
 
  private:
@@ -141,15 +157,22 @@ class RenderScene final : public ShadowFilter {
   struct Vertex;  // What shading reads of a vertex, packed for the cache.
 
   RenderScene();
+  absl::Status CheckReferences() const;
   absl::Status BuildTrees(int64_t memory_limit_bytes);
   void StoreBodies(bool one_tree);
   void FindCacheGroups();
+  void StoreInstances();
+  Body BodyOf(const Mesh& mesh, const std::vector<uint32_t>& materials);
+  const Prototype& PrototypeOf(uint32_t placed) const {
+    return geometry_.prototypes[geometry_.instances[placed - geometry_.meshes.size()].prototype];
+  }
+  Eigen::Affine3f PlaceOf(uint32_t placed) const;
   void SetPlace(size_t body, const Eigen::Affine3f& world_from_object);
   uint32_t MaterialOf(const Body& body, uint16_t slot) const;
   // Which of the sights are on sheets.
   Mask8 OnSheets(const Sights8& sights) const;
   static std::shared_ptr<const std::vector<Vertex>> Pack(const Mesh& mesh);
-  bool LetsLightThrough(const PlacedMesh& placed) const;
+  bool LetsLightThrough(const std::vector<uint32_t>& materials) const;
   void FindEdges(const Sights8& sights, Vec3x8 edges[2]) const;
   void ProbeMaterials();
   Vec3f FirstNormal(uint32_t placed, uint32_t triangle) const;
@@ -157,9 +180,9 @@ class RenderScene final : public ShadowFilter {
   SceneGeometry geometry_;
   std::vector<Body> bodies_;
   std::vector<Place> places_;             // As many.
-  std::vector<Stored> stored_;            // As many.
-  std::vector<CacheGroup> cache_groups_;  // As many.
-  std::vector<uint32_t> materials_;       // One for each slot of each body.
+  std::vector<Stored> stored_;            // Of the meshes, then of the prototypes.
+  std::vector<CacheGroup> cache_groups_;  // Likewise.
+  std::vector<uint32_t> materials_;       // Of all bodies' slots.
   std::vector<MaterialTraits> traits_;
   Box3f bounds_;
   bool movable_ = false;

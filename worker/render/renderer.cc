@@ -106,6 +106,7 @@ class SceneRenderer final : public Renderer {
           TraceGroundTruth(*geometry_, stereo.eyes[eye], stereo.baseline_m, cancel, views[eye]));
     }
     MarkOcclusion(&frame.left, &frame.right);
+    for (int eye = 0; eye < 2; ++eye) MarkVeiled(lights_.haze(), stereo.eyes[eye], views[eye]);
     frame.truth_s = SecondsSince(truth_start);
 
     const SteadyTime fill_start = Clock::System().Steady();
@@ -119,7 +120,9 @@ class SceneRenderer final : public Renderer {
     Meter meter{progress, 2.0 * rig.width_px() * rig.height_px()};
     for (int eye = 0; eye < 2; ++eye) {
       films.emplace_back(stereo.eyes[eye]);
-      TraceEye(stereo.eyes[eye], StreamOf(rig, eye, 0), clamp, cancel, &meter, &films.back());
+      const Truth truth{&views[eye]->disparity_px, stereo.eyes[eye].fx_px * stereo.baseline_m};
+      TraceEye(stereo.eyes[eye], StreamOf(rig, eye, 0), truth, clamp, cancel, &meter,
+               &films.back());
       if (cancel.cancelled()) return CancelledError();
       TraceGuides(stereo.eyes[eye], StreamOf(rig, eye, 4), cancel, &meter, &films.back());
       if (cancel.cancelled()) return CancelledError();
@@ -130,6 +133,9 @@ class SceneRenderer final : public Renderer {
       TraceEdges(stereo.eyes[eye], StreamOf(rig, eye, 3), clamp, frame.exposure, cancel, &meter,
                  &films[static_cast<size_t>(eye)]);
       if (cancel.cancelled()) return CancelledError();
+    }
+    for (int eye = 0; eye < 2; ++eye) {
+      MarkMixed(films[static_cast<size_t>(eye)].ambiguous, &views[eye]->masks);
     }
     frame.rays = meter.rays;
     frame.trace_s = SecondsSince(trace_start);
@@ -146,6 +152,12 @@ class SceneRenderer final : public Renderer {
     frame.denoise_s = SecondsSince(denoise_start);
     if (progress) progress(1.0);
     return frame;
+  }
+
+  static void MarkMixed(const ImageU8& ambiguous, ImageU8* masks) {
+    for (size_t i = 0; i < ambiguous.values().size(); ++i) {
+      if (ambiguous.values()[i]) masks->values()[i] |= kMaskMixed;
+    }
   }
 
   int SamplesOf(const PinholeCamera& camera) const {
@@ -238,10 +250,17 @@ class SceneRenderer final : public Renderer {
     return std::max(Square(sum / (2 * kRows * kColumns)), 1e-3f);
   }
 
-  void TraceEye(const PinholeCamera& camera, const SampleStream& stream, float clamp,
-                const CancelToken& cancel, Meter* meter, Film* film) const {
+  // What samples are held against.
+  struct Truth {
+    const ImageF* disparity_px;
+    double focal_times_baseline;
+  };
+
+  void TraceEye(const PinholeCamera& camera, const SampleStream& stream, const Truth& truth,
+                float clamp, const CancelToken& cancel, Meter* meter, Film* film) const {
     const int samples = SamplesOf(camera);
-    const PixelSampling sampling{stream.Hash(), samples, SampleTogether(camera, samples)};
+    const PixelSampling sampling{stream.Hash(), samples, SampleTogether(camera, samples),
+                                 truth.disparity_px, truth.focal_times_baseline};
     PixelTracers tracers(
         [&] { return PixelTracer(*geometry_, lights_, Options(clamp), camera, sampling); });
     const int columns = (camera.width_px + kTile - 1) / kTile;

@@ -29,7 +29,7 @@ constexpr float kZenithY[3][4] = {{0.00275f, -0.00610f, 0.00317f, 0.0f},
 
 }  // namespace
 
-SkyModel::SkyModel(const v1::Sky& sky, bool ground) {
+SkyModel::SkyModel(const v1::Sky& sky, bool ground) : has_ground_(ground) {
   const float strength = static_cast<float>(std::max(0.0, sky.strength()));
   const float sun = static_cast<float>(std::max(0.0, sky.sun_strength()));
   const Vec3f tint =
@@ -159,6 +159,7 @@ Vec3x8 SkyModel::ClearSky(const Vec3x8& directions) const {
 
 Vec3x8 SkyModel::Radiance(const Vec3x8& directions) const {
   if (!has_sky_) return Vec3x8::Zero();
+  if (!has_ground_) return Dome(directions);
   // The horizon is a soft edge 2 degrees wide.
   const Float8 above = Clamp(directions.z / 0.035f + 0.5f, 0.0f, 1.0f);
   const Vec3x8 ground(ground_);

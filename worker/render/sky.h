@@ -26,8 +26,7 @@ class SkyModel {
   static constexpr float kSunRadius = 0.0087f;     // Radians; twice the real one, as haze does.
 
   SkyModel() : SkyModel(v1::Sky()) {}
-  // `ground`: a flat lit ground is seen below the horizon; else what stands at the horizon, all
-  // around alike.
+  // `ground`: a flat lit ground is seen below the horizon; else what stands at the horizon above.
   explicit SkyModel(const v1::Sky& sky, bool ground = true);
 
   // From unit `direction` (world), without the sun's disk.
@@ -66,6 +65,7 @@ class SkyModel {
   Vec3x8 Dome(const Vec3x8& directions) const;
   Vec3f MeanAtHorizon() const;
 
+  bool has_ground_ = true;
   bool has_sky_ = false, has_sun_ = false;
   float turbidity_ = kTurbidity;
   bool hazy_ = false;  // Another turbidity than the usual: the horizon's green is held back.

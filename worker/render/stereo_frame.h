@@ -9,7 +9,16 @@
 namespace parallax {
 
 // Bits of View::masks.
-enum MaskBit : uint8_t { kMaskSky = 1, kMaskExterior = 2, kMaskTransparent = 4, kMaskMirror = 8 };
+enum MaskBit : uint8_t {
+  kMaskSky = 1,
+  kMaskExterior = 2,
+  kMaskTransparent = 4,
+  kMaskMirror = 8,
+  // Less than half of the samples that the pixel's colour is made of lie within 1 px of its
+  // disparity: fine structure, a label that the picture does not show.
+  kMaskMixed = 16,
+  kMaskVeiled = 32,  // Haze leaves less than a twentieth of it.
+};
 
 struct View {
   ImageRgb8 color;      // 8-bit sRGB.

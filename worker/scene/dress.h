@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "common/base/ids.h"
@@ -27,6 +28,7 @@ struct SceneInProgress {
   RayScene solid;
   AssetPool pool;
   SceneSeed seed;
+  std::string why_no_rigs;  // Where there are fewer than wanted: the reason, if the type knows it.
 };
 
 // Takes objects out of the recipe, and the lights that they emit. What is left keeps its indices,

@@ -118,6 +118,7 @@ absl::StatusOr<SceneGeometry> BuildSceneGeometry(const v1::Scene& scene) {
     placed.object_index = object.index();
     geometry.meshes.push_back(std::move(placed));
   }
+  if (type->expand) RETURN_IF_ERROR(type->expand(scene, geometry));
   return geometry;
 }
 

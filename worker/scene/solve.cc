@@ -67,8 +67,10 @@ absl::Status Dress(const SceneType& type, const v1::SolveJob& job, v1::Layout la
   RETURN_IF_ERROR(type.rigs(job.config(), cancel, scene));
   const int rigs = scene.recipe.rigs_size(), wanted = job.config().rigs().count();
   if (rigs < wanted) {
-    result.mutable_rejected()->set_reason("rigs: only " + std::to_string(rigs) + " of " +
-                                          std::to_string(wanted) + " places are free");
+    result.mutable_rejected()->set_reason(!scene.why_no_rigs.empty()
+                                              ? scene.why_no_rigs
+                                              : "rigs: only " + std::to_string(rigs) + " of " +
+                                                    std::to_string(wanted) + " places are free");
     return absl::OkStatus();
   }
   RETURN_IF_ERROR(type.dress(job.config(), cancel, scene));

@@ -62,7 +62,11 @@ absl::StatusOr<ExitCode> Show(const SceneOptions& options, Session& session) {
     session.PrintNote("no plan and sizes: " + FirstLine(ToStd(extents.status().message())));
     extents = std::map<uint32_t, Extent>();
   }
-  PrintScene(session.out(), scene, type->describe(scene), *extents);
+  SceneDescription description = type->describe(scene);
+  if (type->map) {
+    for (std::string& line : type->map(scene)) description.lines.push_back(std::move(line));
+  }
+  PrintScene(session.out(), scene, description, *extents);
   return kExitOk;
 }
 

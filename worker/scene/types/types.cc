@@ -4,6 +4,7 @@
 
 #include "worker/scene/types/dense/dense.h"
 #include "worker/scene/types/indoor/indoor.h"
+#include "worker/scene/types/nature/nature.h"
 
 namespace parallax {
 
@@ -12,6 +13,7 @@ const std::vector<const SceneType*>& SceneTypes() {
   static const std::vector<const SceneType*> types = {
       &kIndoorScenes,
       &kDenseScenes,
+      &kNatureScenes,
   };
   return types;
 }
@@ -46,7 +48,7 @@ absl::Status CheckPlace(const SceneType& type, const v1::Place& place) {
 
 absl::StatusOr<Mesh> MakePart(const v1::Scene& scene, const v1::SceneObject& object) {
   ASSIGN_OR_RETURN(const SceneType* type, TypeOf(scene));
-  return type->part(scene.place(), object);
+  return type->part(scene, object);
 }
 
 }  // namespace parallax

@@ -13,6 +13,7 @@
 #include "parallax/v1/config.pb.h"
 #include "parallax/v1/scene.pb.h"
 #include "worker/geometry/mesh.h"
+#include "worker/geometry/scene_geometry.h"
 #include "worker/geometry/surroundings.h"
 #include "worker/layout/layout.h"
 #include "worker/scene/dress.h"
@@ -25,6 +26,8 @@ struct SceneCosts {
   double dress_s = 0;   // All of its rigs included.
   // Whether the rigs of a scene read one radiance cache.
   bool rigs_share_light = true;
+  double build_s = 0;      // Of a scene's renderer, beside what every scene takes.
+  double trace_times = 1;  // Tracing of a sample over that in a room.
 };
 
 // A place seen from above: what `scene show` draws.
@@ -70,11 +73,20 @@ struct SceneType {
 
   // Mesh of an object that is a part of the place (SceneObject.part), object frame.
   // Errors: kNotFound for a part that the place does not have.
-  absl::StatusOr<Mesh> (*part)(const v1::Place& place, const v1::SceneObject& object);
+  absl::StatusOr<Mesh> (*part)(const v1::Scene& scene, const v1::SceneObject& object);
   Surroundings (*surroundings)(const v1::Place& place);
 
   SceneCosts (*costs)(const v1::SceneConfig& config);
   SceneDescription (*describe)(const v1::Scene& scene);
+
+  // Adds what stands there by the place's rules rather than as an object of the recipe; nullptr:
+  // nothing does. Errors: kInternal when it is not what the recipe was made with.
+  absl::Status (*expand)(const v1::Scene& scene, SceneGeometry& geometry) = nullptr;
+  // Such an object: class, name, seed and role by its index; nothing for an index of no object.
+  std::optional<v1::SceneObject> (*grown)(const v1::Scene& scene, uint32_t index) = nullptr;
+  // The place from above as lines of text, for people; may take seconds. nullptr: `describe` says
+  // all.
+  std::vector<std::string> (*map)(const v1::Scene& scene) = nullptr;
 };
 
 // In the order in which they were added.

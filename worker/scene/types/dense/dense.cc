@@ -225,7 +225,7 @@ absl::Status Dress(const v1::SceneConfig& config, const CancelToken& cancel,
   return absl::OkStatus();
 }
 
-absl::StatusOr<Mesh> NoPart(const v1::Place&, const v1::SceneObject& object) {
+absl::StatusOr<Mesh> NoPart(const v1::Scene&, const v1::SceneObject& object) {
   return MakeError(absl::StatusCode::kNotFound,
                    "the open sky has no part \"" + object.part() + "\"");
 }

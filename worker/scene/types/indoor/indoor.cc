@@ -16,8 +16,8 @@ absl::StatusOr<std::variant<v1::Layout, Rejected>> SolveHouse(const v1::SceneCon
   return SolveLayout(furnished, seed, cancel);
 }
 
-absl::StatusOr<Mesh> MakeHousePart(const v1::Place& place, const v1::SceneObject& object) {
-  return MakeRoomPart(place.house(), object);
+absl::StatusOr<Mesh> MakeHousePart(const v1::Scene& scene, const v1::SceneObject& object) {
+  return MakeRoomPart(scene.place().house(), object);
 }
 
 // bench_solve --scenes 50 --kind any --mode reduced, and --mode full: solve_cpu_s 0.82 and 0.91,

@@ -1,0 +1,167 @@
+#include "worker/scene/types/nature/nature.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <cmath>
+#include <set>
+
+#include "common/config/config.h"
+#include "common/math/stereo.h"
+#include "worker/scene/scene_geometry.h"
+#include "worker/scene/solve.h"
+#include "worker/scene/types/nature/arena.h"
+#include "worker/scene/types/nature/biomes.h"
+#include "worker/scene/types/nature/expand.h"
+
+namespace parallax {
+namespace {
+
+v1::SceneConfig SmallNature(const std::string& biome) {
+  v1::SceneConfig config = LoadSceneConfig("nature").value();
+  v1::BiomeWeights& weights = *config.mutable_nature()->mutable_biomes();
+  weights.set_plain(biome == "plain");
+  weights.set_forest(biome == "forest");
+  weights.set_mountain(biome == "mountain");
+  config.mutable_rigs()->set_count(6);
+  config.mutable_rigs()->set_width_px(320);
+  config.mutable_rigs()->set_height_px(180);
+  return config;
+}
+
+v1::SolveResult SolveFor(const v1::SceneConfig& config, uint64_t seed) {
+  v1::SolveJob job;
+  job.set_scene_seed(seed);
+  *job.mutable_config() = config;
+  auto result = Solve(job, CancelToken());
+  EXPECT_TRUE(result.ok()) << result.status();
+  return *std::move(result);
+}
+
+// Made once: a landscape takes seconds.
+const v1::Scene& Plain() {
+  static const v1::Scene& scene = *new v1::Scene([] {
+    for (uint64_t seed = 1;; ++seed) {
+      const v1::SolveResult result = SolveFor(SmallNature("plain"), seed);
+      if (result.has_scene()) return result.scene();
+    }
+  }());
+  return scene;
+}
+
+TEST(Nature, ARecipeOfRulesIsSmallAndSaysWhatItExpandsTo) {
+  const v1::Scene& scene = Plain();
+  const v1::Terrain& land = scene.place().terrain();
+  EXPECT_EQ(land.biome(), "plain");
+  EXPECT_LE(scene.ByteSizeLong(), 64u << 10);
+  EXPECT_NE(land.expansion_hash(), 0u);
+  EXPECT_GT(land.instances(), 1000u);
+  EXPECT_EQ(scene.rigs_size(), 6);
+}
+
+TEST(Nature, ExpansionIsTheSameOnAnyNumberOfThreads) {
+  v1::Terrain land = Plain().place().terrain();
+  for (const int threads : {1, 2, 16}) {
+    // A seed of nothing but the memo's key: each is expanded anew.
+    land.set_placed_triangles(static_cast<uint64_t>(threads));
+    tbb::global_control most(tbb::global_control::max_allowed_parallelism,
+                             static_cast<size_t>(threads));
+    tbb::task_arena(threads).execute([&] {
+      const auto expansion = ExpandTerrain(land, Plain().rigs());
+      ASSERT_TRUE(expansion.ok()) << expansion.status();
+      EXPECT_EQ((*expansion)->hash, land.expansion_hash());
+      EXPECT_EQ((*expansion)->instances.size(), land.instances());
+    });
+  }
+}
+
+TEST(Nature, AWorkerThatExpandsToSomethingElseFails) {
+  v1::Scene scene = Plain();
+  EXPECT_TRUE(BuildSceneGeometry(scene).ok());
+  v1::Terrain& land = *scene.mutable_place()->mutable_terrain();
+  land.mutable_layers(land.layers_size() - 1)->set_seed(1);
+  const absl::Status status = BuildSceneGeometry(scene).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInternal);
+  EXPECT_THAT(std::string(status.message()), testing::HasSubstr("expansion"));
+}
+
+TEST(Nature, BothEyesStayClearOfEverythingAtTheLargestBaseline) {
+  const v1::Scene& scene = Plain();
+  const v1::SceneConfig config = SmallNature("plain");
+  const auto expansion = ExpandTerrain(scene.place().terrain(), scene.rigs()).value();
+  const auto nearby = MakeNearby(scene.place().terrain(), *expansion, scene.rigs(), 1).value();
+  const double clearance = config.nature().walk().clearance_m();
+  for (const v1::Rig& rig : scene.rigs()) {
+    for (int k = 0; k <= 10; ++k) {
+      const Vec3d eye = EyePosition(rig, 0) +
+                        k / 10.0 * config.rigs().clearance_baseline_m() * RigAxes(rig).col(0);
+      EXPECT_GE(static_cast<double>(nearby->NearestDistance(eye.cast<float>(), 2)),
+                clearance - 0.01);
+    }
+  }
+}
+
+TEST(Nature, AWalkKeepsItsSpeedItsLensAndItsBaseline) {
+  const v1::Scene& scene = Plain();
+  const v1::SceneConfig config = SmallNature("plain");
+  const auto& speed = config.nature().walk().speed_mps().uniform();
+  for (int i = 0; i + 1 < scene.rigs_size(); ++i) {
+    const v1::Rig &a = scene.rigs(i), &b = scene.rigs(i + 1);
+    EXPECT_EQ(a.baseline_m(), b.baseline_m());
+    EXPECT_EQ(a.fx_px(), b.fx_px());
+    const double step = (EyePosition(b, 0) - EyePosition(a, 0)).head<2>().norm();
+    EXPECT_GT(step * config.nature().walk().fps(), 0.8 * speed.low());
+    EXPECT_LT(step * config.nature().walk().fps(), 1.2 * speed.high());
+  }
+  EXPECT_GE(scene.rigs(0).baseline_m(), 0.075);
+  EXPECT_LE(scene.rigs(0).baseline_m(), 0.5);
+}
+
+TEST(Nature, EveryInstanceHasAnObjectThatTheRecipeKnows) {
+  const v1::Scene& scene = Plain();
+  const SceneGeometry geometry = BuildSceneGeometry(scene).value();
+  ASSERT_EQ(geometry.instances.size(), scene.place().terrain().instances());
+  std::set<uint32_t> indices;
+  for (const Instance& instance : geometry.instances) indices.insert(instance.object_index);
+  for (const uint32_t index : indices) {
+    const auto object = kNatureScenes.grown(scene, index);
+    ASSERT_TRUE(object.has_value()) << index;
+    EXPECT_FALSE(object->asset_class().empty());
+    EXPECT_NE(object->role(), v1::OBJECT_ROLE_UNSPECIFIED);
+  }
+  EXPECT_FALSE(kNatureScenes.grown(scene, 0).has_value());
+  EXPECT_FALSE(kNatureScenes.grown(scene, kGroundIndex).has_value()) << "is in the recipe";
+  EXPECT_FALSE(kNatureScenes.grown(scene, 65000).has_value());
+}
+
+TEST(Nature, NothingStandsOnDaylight) {
+  const v1::Scene& scene = Plain();
+  const auto expansion = ExpandTerrain(scene.place().terrain(), scene.rigs()).value();
+  size_t index = 0;
+  for (int l = 0; l < scene.place().terrain().layers_size(); ++l) {
+    const v1::ScatterLayer& layer = scene.place().terrain().layers(l);
+    for (uint32_t k = 0; k < expansion->of_layer[static_cast<size_t>(l)]; ++k, ++index) {
+      if (layer.upright() < 1) continue;
+      const Eigen::Affine3f place = expansion->instances[index].Affine();
+      const auto r = static_cast<float>(0.5 * layer.claim_m());
+      for (const Vec3f& p : {Vec3f(r, 0, 0), Vec3f(-r, 0, 0), Vec3f(0, r, 0), Vec3f(0, -r, 0)}) {
+        const Vec3f at = place * p;
+        EXPECT_LE(at.z(), expansion->ground.HeightAt(at.head<2>()) + 0.02f) << layer.name();
+      }
+    }
+  }
+}
+
+TEST(Nature, WeightsOfBiomesChooseAndAllZeroIsAnError) {
+  v1::SceneConfig config = SmallNature("none");
+  const absl::Status status = kNatureScenes.layout(config, SceneSeed{1}, CancelToken()).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(Biomes().size(), 3u);
+  for (const Biome* biome : Biomes()) EXPECT_EQ(FindBiome(biome->name), biome);
+  EXPECT_EQ(FindBiome("reef"), nullptr);
+}
+
+}  // namespace
+}  // namespace parallax

@@ -1,0 +1,65 @@
+// Rig strategy: frames of walks through open land, as somebody carries a rig who looks about.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/base/rng.h"
+#include "parallax/v1/config.pb.h"
+#include "parallax/v1/scene.pb.h"
+#include "worker/geometry/ray_scene.h"
+
+namespace parallax {
+
+// The land that walks lead through. Whatever it refers to outlives it.
+struct WalkLand {
+  std::function<float(const Vec2f& p)> height;  // The ground's, world, metres.
+  const RayScene& solid;                        // Ground, trunks, crowns, stones; committed.
+  Vec2f middle = Vec2f::Zero();                 // Walks begin about here,
+  float radius_m = 25;                          // so far from it at most.
+};
+
+// One of them.
+struct Walk {
+  struct Frame {
+    Vec3d eye;  // Left, world.
+    double yaw_rad = 0, pitch_rad = 0;
+  };
+  std::vector<Frame> frames;
+  double fov_rad = 1;        // Horizontal.
+  double far_share = 0;      // Share of frames in which nothing is nearer than 5 m, by probe rays.
+  double log_depth_std = 0;  // Mean over frames.
+  double score() const { return log_depth_std * (0.35 + far_share); }
+};
+
+// Draws walks and says why those fail that do. Height above the ground, pitch and speed are drawn
+// as the config says, once a walk.
+class WalkFinder {
+ public:
+  // `frames`: of one walk.
+  WalkFinder(const v1::SceneConfig& config, int frames);
+
+  // A walk from `rng`, or nothing; then the reason is counted.
+  std::optional<Walk> Try(const WalkLand& land, const Rng& rng, double fov_rad);
+  // Whether both eyes stay `clearance` away from everything in `solid`, in and between frames.
+  bool Clear(const RayScene& solid, const Walk& walk) const;
+
+  // How many failed of each reason: "blocked", "sky"...
+  const std::map<std::string, int>& reasons() const { return reasons_; }
+  std::string Reasons() const;
+
+ private:
+  Walk Draft(const WalkLand& land, const Rng& rng, double fov_rad) const;
+  bool Probe(const WalkLand& land, Walk& walk, std::string& reason) const;
+
+  const v1::RigConfig& rigs_;
+  const v1::WalkConfig& walks_;
+  const int frames_;
+  const float reach_m_;  // The largest baseline.
+  std::map<std::string, int> reasons_;
+};
+
+}  // namespace parallax

@@ -1,0 +1,50 @@
+// The biomes: one row each of a table. A row says which landform a biome stands on, what its ground
+// is made of, and writes its prototypes and layers.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/rng.h"
+#include "parallax/v1/config.pb.h"
+#include "parallax/v1/scene.pb.h"
+#include "worker/terrain/terrain.h"
+
+namespace parallax {
+
+// Heights of the site where the walk goes: masks are told in them.
+struct SiteHeights {
+  float low_m = 0, middle_m = 0, high_m = 0;  // 5 %, 50 %, 95 %.
+  // The height below which this share of the relief lies, 0 to 1 between low and high.
+  float At(float share) const { return low_m + share * (high_m - low_m); }
+};
+
+// The random numbers that a row draws and the recipe that it writes.
+struct BiomeDraft {
+  const Rng& rng;            // The biome's own address.
+  const std::string season;  // "spring", "summer", "autumn", "winter".
+  double density = 1;        // Scales every layer's.
+  SiteHeights heights;
+  v1::Terrain& recipe;
+};
+
+struct Biome {
+  std::string_view name;
+  std::string_view landform;
+  double (*weight)(const v1::BiomeWeights& weights);
+  // Classes of the ground's materials, one for each rule that `write` adds, in their order; the
+  // last is bare rock.
+  std::vector<std::string> (*ground)(const std::string& season);
+  void (*write)(BiomeDraft& draft);
+};
+
+// One file each in biomes/.
+extern const Biome kForest, kMountain, kPlain;
+
+// In order of name.
+const std::vector<const Biome*>& Biomes();
+// nullptr when there is none of that name.
+const Biome* FindBiome(std::string_view name);
+
+}  // namespace parallax

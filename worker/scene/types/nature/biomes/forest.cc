@@ -1,0 +1,239 @@
+#include "worker/scene/types/nature/biomes/shared.h"
+
+namespace parallax {
+namespace {
+
+std::vector<std::string> ForestGround(const std::string&) {
+  return {"ForestFloor", "Moss", "Grass", "Soil", "Rock"};
+}
+
+struct ForestKind {
+  TreeKind first, second;
+  bool needles;
+};
+
+ForestKind DrawForest(Rng& rng) {
+  const TreeKind oak{"oaks", "BroadleafTree/oak", 3.4, 0.022, 3.0, 420, 0.9, 1.7};
+  const TreeKind maple{"maples", "BroadleafTree/maple", 3.0, 0.03, 2.6, 420, 0.9, 1.7};
+  const TreeKind birch{"birches", "BroadleafTree/birch", 2.1, 0.05, 1.9, 420, 0.9, 1.6};
+  const TreeKind spruce{"spruces", "Conifer/spruce", 2.2, 0.05, 2.0, 420, 0.8, 1.7};
+  const TreeKind pine{"pines", "Conifer/pine", 2.3, 0.035, 2.4, 420, 0.9, 1.7};
+  const TreeKind larch{"larches", "Conifer/larch", 2.2, 0.04, 2.2, 420, 0.8, 1.6};
+  switch (rng.UniformInt(0, 5)) {
+    case 0:
+      return {oak, birch, false};
+    case 1:
+      return {maple, oak, false};
+    case 2:
+      return {birch, spruce, false};
+    case 3:
+      return {spruce, pine, true};
+    case 4:
+      return {pine, birch, true};
+    default:
+      return {larch, spruce, true};
+  }
+}
+
+void WriteForest(BiomeDraft& draft) {
+  LayerWriter w(draft);
+  Rng rng = w.Stream("forest");
+  const bool winter = w.bare();
+  w.AddGround({});
+  w.AddGround({.patches_m = 4.5, .cover = rng.Uniform(0.15, 0.45), .soft = 0.1});
+  w.AddGround({.patches_m = 19, .cover = winter ? 0.04 : rng.Uniform(0.05, 0.3), .soft = 0.1});
+  w.AddGround({.patches_m = 7, .cover = 0.14, .soft = 0.1});
+  w.AddGround({.slope = kSteep});
+  const ForestKind kind = DrawForest(rng);
+  const MaskSpec stands = {.slope = kWalkable,
+                           .patches_m = rng.Uniform(35, 70),
+                           .cover = rng.Uniform(0.62, 0.9),
+                           .soft = 0.12};
+  TreeKind second = kind.second;
+  second.per_m2 *= rng.Uniform(0.2, 0.6);
+  AddTrees(w, kind.first, stands);
+  AddTrees(w, second, {.slope = kWalkable, .patches_m = 45, .cover = 0.6, .soft = 0.15});
+  w.Add({.name = "snags",
+         .asset = "Snag",
+         .shapes = 2,
+         .each = true,
+         .per_m2 = 0.0018,
+         .spacing_m = 5,
+         .reach_m = 160,
+         .low = 0.8,
+         .high = 1.6,
+         .sink_m = 0.1,
+         .claim_m = 0.4,
+         .mask = {.slope = kWalkable}});
+  AddSaplings(w, kind.first, {.slope = kWalkable, .patches_m = 21, .cover = 0.35, .soft = 0.1});
+  AddSaplings(w, second, {.slope = kWalkable, .patches_m = 16, .cover = 0.35, .soft = 0.1});
+  w.Add({.name = "fallen trunks",
+         .asset = "FallenTrunk",
+         .shapes = 3,
+         .each = true,
+         .per_m2 = 0.0028,
+         .spacing_m = 3,
+         .reach_m = 110,
+         .low = 0.8,
+         .high = 1.6,
+         .upright = 0,
+         .sink_m = 0.05,
+         .claim_m = 0.6,
+         .mask = {.slope = kWalkable}});
+  w.Add({.name = "logs",
+         .asset = "Log",
+         .shapes = 2,
+         .each = true,
+         .per_m2 = 0.0015,
+         .spacing_m = 2,
+         .reach_m = 90,
+         .low = 0.8,
+         .high = 1.3,
+         .upright = 0,
+         .sink_m = 0.03,
+         .claim_m = 0.5,
+         .mask = {.slope = kWalkable}});
+  w.Add({.name = "stumps",
+         .asset = "Stump",
+         .shapes = 3,
+         .each = true,
+         .per_m2 = 0.003,
+         .spacing_m = 2,
+         .reach_m = 90,
+         .low = 0.8,
+         .high = 1.5,
+         .sink_m = 0.04,
+         .claim_m = 0.4,
+         .mask = {.slope = kWalkable}});
+  w.Add({.name = "undergrowth",
+         .asset = winter ? "DryBush" : "Shrub",
+         .shapes = 4,
+         .each = true,
+         .per_m2 = 0.06,
+         .spacing_m = 1.1,
+         .reach_m = 110,
+         .low = 0.4,
+         .high = 1.2,
+         .sink_m = 0.03,
+         .claim_m = 0.3,
+         .crown_m = 0.6,
+         .mask = {
+             .slope = kWalkable, .patches_m = 15, .cover = rng.Uniform(0.15, 0.45), .soft = 0.08}});
+  AddStones(w, rng.Uniform(0.001, 0.012), 0.12, {.patches_m = 30, .cover = 0.4, .soft = 0.12});
+  if (!winter) {
+    w.Add({.name = "ferns",
+           .asset = "FernPlant",
+           .shapes = 6,
+           .per_m2 = 0.9,
+           .spacing_m = 0.3,
+           .reach_m = 70,
+           .low = 0.5,
+           .high = 1.25,
+           .upright = 0.7,
+           .sink_m = 0.01,
+           .mask = {.slope = kWalkable,
+                    .shade = {0.3, 1, 0.2},
+                    .patches_m = 10,
+                    .cover = rng.Uniform(0.12, 0.5),
+                    .soft = 0.08}});
+  }
+  w.Add({.name = "grass",
+         .asset = "GrassTuft",
+         .shapes = 6,
+         .per_m2 = 5,
+         .reach_m = 32,
+         .low = 0.5,
+         .high = 1.1,
+         .upright = 0.5,
+         .sink_m = 0.006,
+         .mask = {.slope = kWalkable,
+                  .shade = {0, 0.6, 0.3},
+                  .patches_m = 4,
+                  .cover = 0.45,
+                  .soft = 0.12}});
+  w.Add({.name = "meadow",
+         .asset = "GrassClump",
+         .shapes = 4,
+         .per_m2 = 0.9,
+         .reach_m = 80,
+         .low = 0.6,
+         .high = 1.2,
+         .upright = 0.4,
+         .sink_m = 0.015,
+         .mask = {.slope = kWalkable,
+                  .shade = {0, 0.5, 0.3},
+                  .patches_m = 11,
+                  .cover = 0.4,
+                  .soft = 0.1}});
+  w.Add({.name = "leaves",
+         .asset = "LeafLitter",
+         .shapes = 6,
+         .per_m2 = kind.needles ? 0.5 : 2.2,
+         .reach_m = 42,
+         .low = 0.8,
+         .high = 1.4,
+         .upright = 0.05,
+         .sink_m = -0.002,
+         .near_parents_m = 7,
+         .mask = {.slope = kWalkable, .patches_m = 3, .cover = 0.7, .soft = 0.2}});
+  if (kind.needles) {
+    w.Add({.name = "needles",
+           .asset = "NeedlePatch",
+           .shapes = 5,
+           .per_m2 = 2,
+           .reach_m = 26,
+           .low = 0.8,
+           .high = 1.5,
+           .upright = 0.05,
+           .sink_m = -0.001,
+           .near_parents_m = 6,
+           .mask = {.slope = kWalkable}});
+    w.Add({.name = "cones",
+           .asset = "Cones",
+           .shapes = 4,
+           .per_m2 = 0.4,
+           .reach_m = 22,
+           .upright = 0.05,
+           .sink_m = 0.002,
+           .near_parents_m = 5,
+           .mask = {.slope = kWalkable}});
+  }
+  w.Add({.name = "twigs",
+         .asset = "Twigs",
+         .shapes = 6,
+         .per_m2 = 0.9,
+         .reach_m = 30,
+         .low = 0.7,
+         .high = 1.6,
+         .upright = 0.05,
+         .sink_m = 0,
+         .near_parents_m = 8,
+         .mask = {.slope = kWalkable, .patches_m = 3.5, .cover = 0.6, .soft = 0.2}});
+  if (draft.season == "autumn" || draft.season == "summer") {
+    w.Add({.name = "mushrooms",
+           .asset = "Mushrooms",
+           .shapes = 5,
+           .per_m2 = 0.3,
+           .reach_m = 16,
+           .low = 0.7,
+           .high = 1.5,
+           .sink_m = 0.004,
+           .mask = {.slope = kWalkable,
+                    .shade = {0.3, 1, 0.2},
+                    .patches_m = 5,
+                    .cover = 0.2,
+                    .soft = 0.05}});
+  }
+}
+
+}  // namespace
+
+const Biome kForest = {
+    .name = "forest",
+    .landform = "hills",
+    .weight = [](const v1::BiomeWeights& weights) { return weights.forest(); },
+    .ground = &ForestGround,
+    .write = &WriteForest,
+};
+
+}  // namespace parallax

@@ -1,0 +1,145 @@
+#include <array>
+
+#include "worker/scene/types/nature/biomes/shared.h"
+
+namespace parallax {
+namespace {
+
+std::vector<std::string> PlainGround(const std::string& season) {
+  const bool dry = season == "winter";
+  return {dry ? "Soil" : "Grass", "Soil", "Gravel", "Rock"};
+}
+
+void WritePlain(BiomeDraft& draft) {
+  LayerWriter w(draft);
+  Rng rng = w.Stream("plain");
+  w.AddGround({});
+  w.AddGround({.patches_m = 5.5, .cover = 0.3, .soft = 0.2});
+  w.AddGround({.patches_m = 14, .cover = 0.07, .soft = 0.1});
+  w.AddGround({.slope = kSteep});
+  const std::array<TreeKind, 4> kinds = {{
+      {"oaks", "BroadleafTree/oak", 3.6, 0.012, 5.5, 1100, 0.75, 1.5},
+      {"maples", "BroadleafTree/maple", 3.1, 0.012, 5, 1100, 0.7, 1.4},
+      {"birches", "BroadleafTree/birch", 2.2, 0.02, 3, 1100, 0.7, 1.35},
+      {"acacias", "BroadleafTree/acacia", 3.6, 0.008, 6, 1100, 0.8, 1.4},
+  }};
+  const size_t first = static_cast<size_t>(rng.UniformInt(0, 3));
+  const double cover = rng.Uniform(0.04, 0.2);
+  const MaskSpec groves = {
+      .slope = kWalkable, .patches_m = rng.Uniform(70, 150), .cover = cover, .soft = 0.05};
+  AddTrees(w, kinds[first], groves);
+  AddSaplings(w, kinds[first], {.slope = kWalkable, .patches_m = 70, .cover = 0.2, .soft = 0.1});
+  if (rng.Bernoulli(0.5)) {
+    AddTrees(w, kinds[(first + 1) % 3],
+             {.slope = kWalkable, .patches_m = 90, .cover = 0.5 * cover, .soft = 0.05});
+  }
+  const MaskSpec thickets = {
+      .slope = kWalkable, .patches_m = 32, .cover = rng.Uniform(0.08, 0.3), .soft = 0.07};
+  w.Add({.name = "bushes",
+         .asset = w.bare() ? "DryBush" : "Shrub",
+         .shapes = 4,
+         .each = true,
+         .per_m2 = 0.05,
+         .spacing_m = 1.5,
+         .reach_m = 260,
+         .low = 0.5,
+         .high = 1.5,
+         .sink_m = 0.04,
+         .claim_m = 0.35,
+         .crown_m = 0.8,
+         .mask = thickets});
+  if (!w.bare() && rng.Bernoulli(0.5)) {
+    w.Add({.name = "flowering bushes",
+           .asset = "FlowerBush",
+           .shapes = 2,
+           .each = true,
+           .per_m2 = 0.02,
+           .spacing_m = 1.5,
+           .reach_m = 160,
+           .low = 0.6,
+           .high = 1.2,
+           .sink_m = 0.04,
+           .claim_m = 0.35,
+           .crown_m = 0.8,
+           .mask = {.slope = kWalkable, .patches_m = 40, .cover = 0.12, .soft = 0.07}});
+  }
+  AddStones(w, rng.Uniform(0.0006, 0.006), 0.25, {.patches_m = 40, .cover = 0.4, .soft = 0.15});
+  const MaskSpec::Range open = {0, 0.75, 0.15};
+  w.Add({.name = "tussocks",
+         .asset = "Tussock",
+         .shapes = 4,
+         .per_m2 = rng.Uniform(0.1, 0.5),
+         .spacing_m = 0.5,
+         .reach_m = 75,
+         .low = 0.6,
+         .high = 1.2,
+         .upright = 0.6,
+         .sink_m = 0.02,
+         .mask = {.slope = kWalkable, .shade = open, .patches_m = 17, .cover = 0.45, .soft = 0.1}});
+  w.Add({.name = "meadow",
+         .asset = "GrassClump",
+         .shapes = 6,
+         .per_m2 = 1.7,
+         .reach_m = 120,
+         .low = 0.7,
+         .high = 1.35,
+         .upright = 0.35,
+         .sink_m = 0.015,
+         .mask = {.slope = kWalkable,
+                  .shade = {0, 0.85, 0.1},
+                  .patches_m = 6.5,
+                  .cover = 0.72,
+                  .soft = 0.16}});
+  w.Add({.name = "grass",
+         .asset = "GrassTuft",
+         .shapes = 8,
+         .per_m2 = 11,
+         .reach_m = 30,
+         .low = 0.5,
+         .high = 1.2,
+         .upright = 0.5,
+         .sink_m = 0.006,
+         .mask = {.slope = kWalkable, .patches_m = 2.2, .cover = 0.7, .soft = 0.2}});
+  if (draft.season == "spring" || draft.season == "summer") {
+    w.Add(
+        {.name = "flowers",
+         .asset = "FlowerPlant",
+         .shapes = 6,
+         .per_m2 = rng.Uniform(0.6, 2.4),
+         .reach_m = 45,
+         .low = 0.7,
+         .high = 1.4,
+         .sink_m = 0.004,
+         .mask = {.slope = kWalkable, .shade = open, .patches_m = 8, .cover = 0.25, .soft = 0.1}});
+  }
+  w.Add({.name = "leaves",
+         .asset = "LeafLitter",
+         .shapes = 5,
+         .per_m2 = 0.8,
+         .reach_m = 30,
+         .upright = 0.05,
+         .sink_m = -0.002,
+         .near_parents_m = 5,
+         .mask = {.slope = kWalkable}});
+  w.Add({.name = "twigs",
+         .asset = "Twigs",
+         .shapes = 4,
+         .per_m2 = 0.25,
+         .reach_m = 20,
+         .upright = 0.05,
+         .sink_m = 0,
+         .near_parents_m = 5,
+         .mask = {.slope = kWalkable}});
+}
+
+}  // namespace
+
+const Biome kPlain = {
+    .name = "plain",
+    .landform = "plain",
+    .weight = [](const v1::BiomeWeights& weights) { return weights.plain(); },
+    .ground = &PlainGround,
+    .write = &WritePlain,
+};
+
+}  // namespace parallax

@@ -1,0 +1,186 @@
+// Stage scene: light, air, what everything is made of, and the hash of what the rules make.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "common/config/config.h"
+#include "common/math/proto.h"
+#include "worker/assets/nature/species.h"
+#include "worker/materials/material.h"
+#include "worker/scene/types/nature/biomes.h"
+#include "worker/scene/types/nature/expand.h"
+#include "worker/scene/types/nature/nature.h"
+#include "worker/scene/types/nature/prototypes.h"
+
+namespace parallax {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+class LandDresser {
+ public:
+  LandDresser(const v1::SceneConfig& config, SceneInProgress& scene)
+      : config_(config),
+        recipe_(scene.recipe),
+        land_(*scene.recipe.mutable_place()->mutable_terrain()),
+        root_(scene.seed, "dress/nature") {}
+
+  absl::Status Run() {
+    ChooseLight();
+    RETURN_IF_ERROR(ChooseMaterials());
+    land_.clear_expansion_hash();
+    ASSIGN_OR_RETURN(const auto expansion, ExpandTerrain(land_, recipe_.rigs()));
+    NumberLayers(*expansion, kGroundIndex + 1, land_);
+    const v1::ScatterLayer* last =
+        land_.layers().empty() ? nullptr : &land_.layers(land_.layers_size() - 1);
+    if (last && last->first_object_index() + last->indices() > 65535) {
+      return MakeError(absl::StatusCode::kResourceExhausted, "terrain: more than 65535 objects");
+    }
+    land_.set_expansion_hash(expansion->hash);
+    land_.set_instances(static_cast<uint32_t>(expansion->instances.size()));
+    return absl::OkStatus();
+  }
+
+ private:
+  void ChooseLight() {
+    const v1::NatureConfig& nature = config_.nature();
+    v1::Sky& sky = *recipe_.mutable_sky();
+    ChooseSky(config_.lighting(), root_, sky);
+    const auto draw = [&](const v1::Distribution& from, const char* name) {
+      return Draw(from, root_.Child(name).Uniform());
+    };
+    sky.set_sun_elevation_rad(draw(nature.sun_elevation_deg(), "sun elevation") * kDegree);
+    sky.set_turbidity(draw(nature.turbidity(), "turbidity"));
+    sky.set_cloud_cover(draw(nature.cloud_cover(), "cloud cover"));
+    sky.set_cloud_seed(root_.Child("clouds").Seed());
+    v1::Air& air = *recipe_.mutable_air();
+    // As thick at the eye as drawn, whatever its height.
+    air.set_scale_height_m(root_.Child("haze height").Uniform(120, 900));
+    const double eye_m = recipe_.rigs(0).world_from_left().tz();
+    air.set_haze_per_m(draw(nature.haze_per_m(), "haze") *
+                       std::exp(std::clamp(eye_m / air.scale_height_m(), -6.0, 6.0)));
+    air.set_forward(0.5);
+    *air.mutable_tint() = ToProto(Vec3d(0.97, 0.99, 1.04));
+  }
+
+  uint32_t AddMaterial(const std::string& material_class, uint64_t seed) {
+    v1::SceneMaterial& made = *recipe_.add_materials();
+    made.set_index(static_cast<uint32_t>(recipe_.materials_size()));
+    made.set_material_class(material_class);
+    made.set_name(material_class + "_" + std::to_string(made.index()));
+    made.set_seed(seed);
+    return made.index();
+  }
+
+  // Things of one scene share what they are made of, as rock and grass of one place do; only leaves
+  // of different plants differ.
+  uint32_t MaterialFor(const std::string& material_class, const std::string& owner) {
+    const std::string key = material_class + "/" + owner;
+    const auto found = material_index_.find(key);
+    if (found != material_index_.end()) return found->second;
+    return material_index_[key] = AddMaterial(material_class, SeedOf(key));
+  }
+
+  // Stones are of the rock that the ground is of.
+  uint64_t SeedOf(const std::string& key) const {
+    return root_.Child("material").Child(key).Seed();
+  }
+
+  absl::Status ChooseMaterials() {
+    const Biome* biome = FindBiome(land_.biome());
+    if (biome == nullptr) {
+      return MakeError(absl::StatusCode::kInvalidArgument,
+                       "terrain: no biome \"" + land_.biome() + "\"");
+    }
+    const std::vector<std::string> classes = biome->ground(land_.season());
+    if (classes.size() != static_cast<size_t>(land_.ground_size())) {
+      return MakeError(absl::StatusCode::kInvalidArgument,
+                       "terrain: " + std::to_string(land_.ground_size()) + " ground rules, but " +
+                           std::to_string(classes.size()) + " materials");
+    }
+    v1::SceneObject* ground = nullptr;
+    for (v1::SceneObject& object : *recipe_.mutable_objects()) {
+      if (object.index() == land_.ground_object_index()) ground = &object;
+    }
+    for (size_t i = 0; i < classes.size(); ++i) {
+      // Rules have materials of their own, though their classes may be alike.
+      const uint32_t index = AddMaterial(classes[i], SeedOf(classes[i] + "/"));
+      // Scree is of the land's rock, which is darker than a path's gravel.
+      if (classes[i] == "Gravel") {
+        *recipe_.mutable_materials(static_cast<int>(index) - 1)->mutable_tint() =
+            ToProto(Vec3d(0.56, 0.54, 0.52));
+      }
+      land_.mutable_ground(static_cast<int>(i))->set_material_index(index);
+      if (ground == nullptr) continue;
+      v1::MaterialBinding& binding = *ground->add_materials();
+      binding.set_slot("rule_" + std::to_string(i));
+      binding.set_material_index(index);
+    }
+    for (v1::Prototype& prototype : *land_.mutable_prototypes()) {
+      RETURN_IF_ERROR(BindSlots(prototype));
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status BindSlots(v1::Prototype& prototype) {
+    std::map<std::string, uint32_t> bound;
+    for (uint32_t shape = 0; shape < prototype.shapes(); ++shape) {
+      ASSIGN_OR_RETURN(const auto mesh, PrototypeMesh(prototype, shape, PlantDetail::kFar));
+      for (const MaterialSlot& slot : mesh->slots) {
+        if (bound.contains(slot.name)) continue;
+        const std::string material_class = ClassFor(prototype, slot);
+        if (material_class.empty()) continue;
+        const bool own = slot.sheet && material_class.ends_with("Leaf");
+        bound[slot.name] =
+            MaterialFor(material_class, own ? prototype.asset_class() : std::string());
+        v1::MaterialBinding& binding = *prototype.add_materials();
+        binding.set_slot(slot.name);
+        binding.set_material_index(bound[slot.name]);
+      }
+    }
+    return absl::OkStatus();
+  }
+
+  // A class of the first family of the slot that has any; what the season changes.
+  std::string ClassFor(const v1::Prototype& prototype, const MaterialSlot& slot) const {
+    const std::string& season = land_.season();
+    for (const std::string& family : slot.families) {
+      const auto classes = MaterialsOfFamily(family);
+      if (classes.empty()) continue;
+      Rng rng = root_.Child("class").Child(prototype.asset_class()).Child(slot.name);
+      std::string name = rng.Pick(classes)->name;
+      if (prototype.season().empty() &&
+          (name == "SummerLeaf" || name == "SpringLeaf" || name == "AutumnLeaf") &&
+          CatalogueClass(prototype) != "LeafLitter") {
+        if (season == "spring") name = "SpringLeaf";
+        if (season == "summer") name = "SummerLeaf";
+        if (season == "autumn") name = "AutumnLeaf";
+      }
+      // Moss needs the damp of woods.
+      if (name == "MossyRock" && land_.biome() != "forest") name = "Rock";
+      const bool withers = season == "winter" || (season == "autumn" && rng.Bernoulli(0.35));
+      if (name == "GrassBlade" && withers) name = "DryGrass";
+      return name;
+    }
+    return {};
+  }
+
+  const v1::SceneConfig& config_;
+  v1::Scene& recipe_;
+  v1::Terrain& land_;
+  const Rng root_;
+  std::map<std::string, uint32_t> material_index_;
+};
+
+}  // namespace
+
+absl::Status DressLand(const v1::SceneConfig& config, const CancelToken& cancel,
+                       SceneInProgress& scene) {
+  if (cancel.cancelled()) return absl::CancelledError("solve: cancelled");
+  return LandDresser(config, scene).Run();
+}
+
+}  // namespace parallax

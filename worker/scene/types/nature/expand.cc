@@ -1,0 +1,280 @@
+#include "worker/scene/types/nature/expand.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "worker/scene/types/nature/prototypes.h"
+#include "worker/scene/types/nature/recipe.h"
+#include "worker/scene/types/nature/views.h"
+
+namespace parallax {
+namespace {
+
+// Everything stands this far around the walk, seen or not: for shadows and bounced light.
+constexpr float kNearDisc_m = 14, kCasterDisc_m = 55;
+constexpr float kTube_m = 0.4f;           // Nothing that can be dropped comes so near to an eye.
+constexpr uint32_t kMostIndices = 9'000;  // A layer's; things beyond share the last.
+
+// FNV-1a over 64 bits a step.
+class Hasher {
+ public:
+  void Add(uint64_t word) { hash_ = (hash_ ^ word) * 0x100000001b3u ^ (hash_ >> 29); }
+  uint64_t hash() const { return hash_; }
+
+ private:
+  uint64_t hash_ = 0xcbf29ce484222325u;
+};
+
+float DiscOf(const v1::ScatterLayer& layer) {
+  return std::min(static_cast<float>(layer.reach_m()),
+                  layer.crown_m() > 0 ? kCasterDisc_m : kNearDisc_m);
+}
+
+// Whether the walk is kept clear of the layer by the choice of the walk: its things are not
+// dropped.
+bool IsSolid(const v1::ScatterLayer& layer) { return layer.index_each(); }
+
+float SquaredDistance(const Vec3f& p, const Vec3f& a, const Vec3f& b) {
+  const Vec3f along = b - a;
+  const float t =
+      std::clamp((p - a).dot(along) / std::max(along.squaredNorm(), 1e-12f), 0.0f, 1.0f);
+  return (p - (a + t * along)).squaredNorm();
+}
+
+// Whether a ball comes into the tube about both eyes' ways.
+bool InTube(const Views& views, const Vec3f& middle, float radius_m) {
+  const float reach = kTube_m + radius_m;
+  const std::vector<Views::Eyes>& eyes = views.eyes();
+  for (size_t i = 0; i < eyes.size(); ++i) {
+    const Views::Eyes& next = eyes[std::min(i + 1, eyes.size() - 1)];
+    // Between walks the eyes jump; nothing is on their way then.
+    const bool walks_on = (next.left - eyes[i].left).squaredNorm() < 4;
+    if (SquaredDistance(middle, eyes[i].left, eyes[i].right) < reach * reach) return true;
+    if (!walks_on) continue;
+    if (SquaredDistance(middle, eyes[i].left, next.left) < reach * reach) return true;
+    if (SquaredDistance(middle, eyes[i].right, next.right) < reach * reach) return true;
+  }
+  return false;
+}
+
+class Expander {
+ public:
+  Expander(const v1::Terrain& recipe, const Views& views, Expansion& out)
+      : recipe_(recipe), views_(views), out_(out) {}
+
+  absl::Status Run() {
+    std::vector<TileSet> tiles;
+    for (const v1::ScatterLayer& layer : recipe_.layers()) {
+      tiles.push_back(views_.Tiles(DiscOf(layer), static_cast<float>(layer.reach_m())));
+    }
+    const auto things = Scatter(recipe_, *out_.terrain).Place(tiles);
+    for (int layer = 0; layer < recipe_.layers_size(); ++layer) {
+      RETURN_IF_ERROR(Add(layer, things[static_cast<size_t>(layer)]));
+    }
+    out_.hash = hasher_.hash();
+    return absl::OkStatus();
+  }
+
+ private:
+  struct Kept {
+    bool wanted = false;
+    PlantDetail detail = PlantDetail::kNear;
+    Eigen::Matrix<float, 3, 4> place;
+  };
+
+  absl::Status Add(int index, const std::vector<Standing>& things) {
+    const v1::ScatterLayer& layer = recipe_.layers(index);
+    ASSIGN_OR_RETURN(const std::vector<std::vector<Box3f>> boxes, BoxesOf(layer));
+    std::vector<Kept> kept(things.size());
+    tbb::parallel_for(size_t{0}, things.size(),
+                      [&](size_t i) { kept[i] = Keep(layer, things[i], boxes); });
+    uint32_t count = 0;
+    for (size_t i = 0; i < things.size(); ++i) {
+      if (!kept[i].wanted) continue;
+      const Standing& thing = things[i];
+      if (out_.instances.size() >= kMostInstances) {
+        return MakeError(absl::StatusCode::kResourceExhausted,
+                         "terrain: more than " + std::to_string(kMostInstances) + " instances");
+      }
+      const uint32_t prototype = layer.prototypes(thing.prototype);
+      Instance instance;
+      instance.world_from_object = kept[i].place;
+      instance.prototype = ShapeIndex({prototype, thing.shape, kept[i].detail});
+      instance.object_index =
+          (layer.index_each() ? std::min(count, kMostIndices - 1) : thing.prototype);
+      Hash(index, thing, instance);
+      out_.instances.push_back(instance);
+      ++count;
+    }
+    out_.of_layer.push_back(count);
+    out_.indices.push_back(layer.index_each() ? std::min(count, kMostIndices)
+                                              : static_cast<uint32_t>(layer.prototypes_size()));
+    return absl::OkStatus();
+  }
+
+  // How large the small things of a layer are, for the tube.
+  absl::StatusOr<std::vector<std::vector<Box3f>>> BoxesOf(const v1::ScatterLayer& layer) const {
+    std::vector<std::vector<Box3f>> boxes;
+    if (IsSolid(layer)) return boxes;
+    for (const uint32_t index : layer.prototypes()) {
+      const v1::Prototype& prototype = recipe_.prototypes(static_cast<int>(index));
+      std::vector<Box3f>& own = boxes.emplace_back();
+      for (uint32_t shape = 0; shape < prototype.shapes(); ++shape) {
+        ASSIGN_OR_RETURN(const auto mesh, PrototypeMesh(prototype, shape, PlantDetail::kFar));
+        own.push_back(mesh->Bounds());
+      }
+    }
+    return boxes;
+  }
+
+  Kept Keep(const v1::ScatterLayer& layer, const Standing& thing,
+            const std::vector<std::vector<Box3f>>& boxes) const {
+    Kept kept;
+    const Vec2f p = thing.position();
+    const float radius = static_cast<float>(layer.crown_m()) * thing.scale() + 0.5f;
+    const auto reach = static_cast<float>(layer.reach_m());
+    kept.wanted = views_.Wants(p, radius, DiscOf(layer), reach);
+    if (!kept.wanted) return kept;
+    const float distance = views_.Distance(p);
+    // Small things thin out towards their reach instead of ending at a line.
+    if (!IsSolid(layer)) {
+      const float gone = std::clamp((distance / reach - 0.6f) / 0.4f, 0.0f, 1.0f);
+      kept.wanted = static_cast<float>(thing.rank & 0xffff) * 0x1p-16f >= gone;
+      if (!kept.wanted) return kept;
+    }
+    kept.detail = DetailAt(layer, distance, views_.focal_px());
+    kept.place = PlaceOf(layer, thing, out_.ground);
+    if (!boxes.empty() && distance < 6) {
+      const Box3f& box = boxes[thing.prototype][thing.shape];
+      const Vec3f middle = kept.place.leftCols<3>() * box.center() + kept.place.col(3);
+      kept.wanted = !InTube(views_, middle, 0.5f * thing.scale() * box.diagonal().norm());
+    }
+    return kept;
+  }
+
+  uint32_t ShapeIndex(const ShapeKey& key) {
+    const auto [found, added] = shape_index_.try_emplace(key, out_.shapes.size());
+    if (added) out_.shapes.push_back(key);
+    return found->second;
+  }
+
+  void Hash(int layer, const Standing& thing, const Instance& instance) {
+    const auto millimetres = std::lround(1000.0f * instance.world_from_object(2, 3));
+    hasher_.Add(static_cast<uint64_t>(static_cast<uint32_t>(thing.x_mm)) << 32 |
+                static_cast<uint32_t>(thing.y_mm));
+    hasher_.Add(static_cast<uint64_t>(millimetres));
+    hasher_.Add(static_cast<uint64_t>(thing.turn) << 48 | static_cast<uint64_t>(thing.size) << 32 |
+                static_cast<uint64_t>(layer) << 24 | static_cast<uint64_t>(thing.prototype) << 16 |
+                static_cast<uint64_t>(thing.shape) << 8 |
+                static_cast<uint64_t>(out_.shapes[instance.prototype].detail));
+  }
+
+  const v1::Terrain& recipe_;
+  const Views& views_;
+  Expansion& out_;
+  std::map<ShapeKey, uint32_t> shape_index_;
+  Hasher hasher_;
+};
+
+// All that an expansion depends on.
+std::string KeyOf(v1::Terrain recipe, const google::protobuf::RepeatedPtrField<v1::Rig>& rigs) {
+  recipe.clear_ground();
+  recipe.clear_expansion_hash();
+  recipe.clear_instances();
+  for (v1::Prototype& prototype : *recipe.mutable_prototypes()) prototype.clear_materials();
+  for (v1::ScatterLayer& layer : *recipe.mutable_layers()) {
+    layer.clear_first_object_index();
+    layer.clear_indices();
+  }
+  std::string key = recipe.SerializeAsString();
+  for (const v1::Rig& rig : rigs) key += rig.SerializeAsString();
+  return key;
+}
+
+GroundMesh MakeGround(const Terrain& terrain, const Views& views) {
+  GroundMeshOptions options;
+  options.views = views.Cones(terrain);
+  options.focal_px = views.focal_px();
+  return {terrain, options};
+}
+
+}  // namespace
+
+PlantDetail DetailAt(const v1::ScatterLayer& layer, float distance_m, float focal_px) {
+  // In metres for the paper's lens, whose pixel is 1/2000 of the distance.
+  const bool tall = layer.crown_m() > 0;
+  const float near = tall ? 32 : 9, mid = tall ? 105 : 26, far = tall ? 330 : 60;
+  const float distance = distance_m * 2000 / std::max(focal_px, 300.0f);
+  if (distance < near) return PlantDetail::kNear;
+  if (distance < mid) return PlantDetail::kMid;
+  return distance < far ? PlantDetail::kFar : PlantDetail::kShell;
+}
+
+Eigen::Matrix<float, 3, 4> PlaceOf(const v1::ScatterLayer& layer, const Standing& thing,
+                                   const GroundMesh& ground) {
+  const Vec2f p = thing.position();
+  const float scale = thing.scale(),
+              base = std::max(0.08f, 0.5f * static_cast<float>(layer.claim_m()) * scale);
+  const float e = std::max(0.15f, base);
+  const float middle = ground.HeightAt(p);
+  const float east = ground.HeightAt(p + Vec2f(e, 0)), west = ground.HeightAt(p - Vec2f(e, 0));
+  const float north = ground.HeightAt(p + Vec2f(0, e)), south = ground.HeightAt(p - Vec2f(0, e));
+  const Vec3f normal = Vec3f(west - east, south - north, 2 * e).normalized();
+  const auto upright = static_cast<float>(layer.upright());
+  const Vec3f up = (normal + upright * (Vec3f::UnitZ() - normal)).normalized();
+  // The foot is as deep as the ground falls below the base; what lies along the slope stays on it.
+  const float lowest = std::min({middle, east, west, north, south});
+  float z = middle + upright * (lowest - middle) - static_cast<float>(layer.sink_m()) * scale;
+  z = static_cast<float>(std::floor(1000.0f * z)) / 1000.0f;
+  const float turn = 2 * std::numbers::pi_v<float> * static_cast<float>(thing.turn) / 65536.0f;
+  const Mat3f rotation = (Eigen::Quaternionf::FromTwoVectors(Vec3f::UnitZ(), up) *
+                          Eigen::Quaternionf(Eigen::AngleAxisf(turn, Vec3f::UnitZ())))
+                             .toRotationMatrix();
+  Eigen::Matrix<float, 3, 4> place;
+  place.leftCols<3>() = scale * rotation;
+  place.col(3) = Vec3f(p.x(), p.y(), z);
+  return place;
+}
+
+absl::StatusOr<std::shared_ptr<const Expansion>> ExpandTerrain(
+    const v1::Terrain& recipe, const google::protobuf::RepeatedPtrField<v1::Rig>& rigs) {
+  if (rigs.empty()) {
+    return MakeError(absl::StatusCode::kInvalidArgument, "terrain: a landscape without rigs");
+  }
+  RETURN_IF_ERROR(CheckRules(recipe));
+  std::string key = KeyOf(recipe, rigs);
+  static std::mutex& mutex = *new std::mutex;
+  static std::string& newest_key = *new std::string;
+  static std::shared_ptr<const Expansion>& newest = *new std::shared_ptr<const Expansion>;
+  {
+    std::lock_guard<std::mutex> lock(mutex);
+    if (newest && newest_key == key) return newest;
+  }
+  ASSIGN_OR_RETURN(std::shared_ptr<const Terrain> terrain, TerrainOf(recipe));
+  const Views views(rigs);
+  auto made = std::make_shared<Expansion>(Expansion{terrain, MakeGround(*terrain, views)});
+  RETURN_IF_ERROR(Expander(recipe, views, *made).Run());
+  std::lock_guard<std::mutex> lock(mutex);
+  newest_key = std::move(key);
+  newest = made;
+  return newest;
+}
+
+void NumberLayers(const Expansion& expansion, uint32_t first, v1::Terrain& recipe) {
+  for (int i = 0; i < recipe.layers_size(); ++i) {
+    v1::ScatterLayer& layer = *recipe.mutable_layers(i);
+    layer.set_first_object_index(first);
+    layer.set_indices(expansion.indices[static_cast<size_t>(i)]);
+    first += layer.indices();
+  }
+}
+
+}  // namespace parallax

@@ -1,0 +1,56 @@
+// A recipe's rules made into things: the ground's mesh and every instance on it.
+//
+// Pure: the same recipe (terrain and rigs) gives the same expansion on any number of threads. Its
+// hash stands in the recipe.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "common/base/status.h"
+#include "parallax/v1/scene.pb.h"
+#include "worker/assets/nature/detail.h"
+#include "worker/geometry/scene_geometry.h"
+#include "worker/scene/types/nature/scatter.h"
+#include "worker/terrain/ground_mesh.h"
+
+namespace parallax {
+
+// A mesh that instances use.
+struct ShapeKey {
+  uint32_t prototype = 0;  // Into v1::Terrain.prototypes.
+  uint32_t shape = 0;
+  PlantDetail detail = PlantDetail::kNear;
+  auto operator<=>(const ShapeKey&) const = default;
+};
+
+struct Expansion {
+  std::shared_ptr<const Terrain> terrain;
+  GroundMesh ground;
+  std::vector<ShapeKey> shapes;  // Instance::prototype is an index into them.
+  // In order of layers; their object indices count from their layer's first.
+  std::vector<Instance> instances;
+  std::vector<uint32_t> of_layer;  // How many instances each layer has.
+  std::vector<uint32_t> indices;   // How many object indices each layer has.
+  uint64_t hash = 0;
+};
+
+// Expands a recipe that has its rigs. The process remembers the newest expansion. Thread-safe.
+// Errors: kInvalidArgument for a recipe that breaks the rules' bounds or has no rigs;
+// kResourceExhausted for more than kMostInstances.
+absl::StatusOr<std::shared_ptr<const Expansion>> ExpandTerrain(
+    const v1::Terrain& recipe, const google::protobuf::RepeatedPtrField<v1::Rig>& rigs);
+inline constexpr size_t kMostInstances = 250'000;
+
+// How one thing stands: foot on the ground below all of its base, turned, leaning with the slope.
+Eigen::Matrix<float, 3, 4> PlaceOf(const v1::ScatterLayer& layer, const Standing& thing,
+                                   const GroundMesh& ground);
+
+// The level of detail of a layer's things at this distance from the eyes.
+PlantDetail DetailAt(const v1::ScatterLayer& layer, float distance_m, float focal_px);
+
+// Numbers the layers' objects from `first` on, as an expansion counted them.
+void NumberLayers(const Expansion& expansion, uint32_t first, v1::Terrain& recipe);
+
+}  // namespace parallax

@@ -1,0 +1,177 @@
+#include "worker/scene/types/nature/ground.h"
+
+#include <tbb/parallel_for.h>
+
+#include <string>
+#include <utility>
+
+#include "worker/materials/surface.h"
+#include "worker/scene/types/nature/masks.h"
+
+namespace parallax {
+namespace {
+
+std::vector<MaskOnGround> MasksOf(const v1::Terrain& recipe) {
+  std::vector<MaskOnGround> masks;
+  for (const v1::GroundRule& rule : recipe.ground()) masks.emplace_back(rule.mask());
+  return masks;
+}
+
+class GroundMaterial final : public Material {
+ public:
+  GroundMaterial(const v1::Terrain& recipe, std::shared_ptr<const Terrain> terrain,
+                 std::vector<std::shared_ptr<const Material>> materials)
+      : terrain_(std::move(terrain)),
+        materials_(std::move(materials)),
+        masks_(MasksOf(recipe)),
+        seed_(static_cast<uint32_t>(recipe.seed()) * 2654435761u + 17u) {}
+
+  SurfaceSample8 Evaluate(const SurfacePoint8& points) const override {
+    const std::vector<Float8> cover = CoversAt(points);
+    SurfaceSample8 sum = materials_[0]->Evaluate(points);
+    for (size_t i = 1; i < materials_.size(); ++i) {
+      if (!Any(cover[i] > 0)) continue;
+      const SurfaceSample8 over = materials_[i]->Evaluate(points);
+      sum.base_color = Mix(sum.base_color, over.base_color, cover[i]);
+      sum.roughness += (over.roughness - sum.roughness) * cover[i];
+      sum.specular += (over.specular - sum.specular) * cover[i];
+      sum.sheen += (over.sheen - sum.sheen) * cover[i];
+    }
+    const Float8 rock = cover.back();
+    Vec3x8 tone = Tone(points);
+    if (Any(rock > 0)) tone = tone * (1.0f + rock * (RockTone(points) - 1.0f));
+    sum.base_color = Albedo(sum.base_color * tone);
+    sum.transmission = Splat(0);
+    sum.opacity = Splat(1);
+    sum.subsurface = Splat(0);
+    return sum;
+  }
+
+  Float8 Height(const SurfacePoint8& points) const override {
+    const std::vector<Float8> cover = CoversAt(points);
+    Float8 height = materials_[0]->Height(points);
+    for (size_t i = 1; i < materials_.size(); ++i) {
+      if (!Any(cover[i] > 0)) continue;
+      height += (materials_[i]->Height(points) - height) * cover[i];
+    }
+    return height + cover.back() * Ledges(points.texture_m, points.footprint_m);
+  }
+
+  // The covers' own slopes are gentle beside the materials'.
+  Dual8 Relief(const SurfacePoint8& points, const Tangents8& tangents) const override {
+    const std::vector<Float8> cover = CoversAt(points);
+    Dual8 relief = materials_[0]->Relief(points, tangents);
+    for (size_t i = 1; i < materials_.size(); ++i) {
+      if (!Any(cover[i] > 0)) continue;
+      const Dual8 over = materials_[i]->Relief(points, tangents);
+      relief.value += (over.value - relief.value) * cover[i];
+      relief.dx += (over.dx - relief.dx) * cover[i];
+      relief.dy += (over.dy - relief.dy) * cover[i];
+    }
+    if (!Any(cover.back() > 0)) return relief;
+    const DualVec8 p = ReliefPoint8(points, tangents).texture_m;
+    return relief + cover.back() * Ledges(p, points.footprint_m);
+  }
+
+ private:
+  // Bare rock, the last rule, from blocks of metres down to chips: layers that stand out, and
+  // cracks.
+  template <typename Vec>
+  RealOf<Vec> Ledges(const Vec& p, Float8 footprint_m) const {
+    RealOf<Vec> height = Splat(0);
+    float wavelength_m = 4.3f;
+    for (uint32_t i = 0; i < 5; ++i) {
+      const Float8 fade = noise::Fade(wavelength_m, footprint_m);
+      if (!Any(fade > 0)) break;
+      // Flatter than wide: beds.
+      const Vec q = VecOf(p.x, p.y, p.z * 2.1f) / wavelength_m;
+      const auto crease = noise::Gradient3(q, seed_ + 31 + i);
+      const auto crack = 1.0f - Abs(crease) * 2.2f;
+      height += (fade * (0.10f * wavelength_m)) *
+                (0.7f * noise::SmoothStep(-0.15f, Splat(0.12f),
+                                          noise::Gradient3(q * 0.7f, seed_ + 51 + i)) -
+                 0.35f * noise::SmoothStep(0.8f, Splat(1.0f), crack));
+      wavelength_m *= 0.43f;
+    }
+    return height;
+  }
+
+  // Beds of other stone, stains that water drew, lichen.
+  Float8 RockTone(const SurfacePoint8& points) const {
+    const Vec3x8& p = points.texture_m;
+    const Float8 w = points.footprint_m;
+    const Vec3x8 bent(p.x * 0.12f, p.y * 0.12f,
+                      p.z + 1.5f * noise::Fbm3(p, 11.0f, 2, w, seed_ + 71));
+    const Float8 beds = noise::Fbm3(bent, 2.6f, 4, w, seed_ + 72, 0.6f);
+    const Float8 stains = noise::Fbm3(Vec3x8(p.x, p.y, 0.25f * p.z), 1.7f, 4, w, seed_ + 73, 0.6f);
+    return Clamp(1.0f + 0.42f * beds + 0.36f * stains, 0.35f, 1.7f);
+  }
+
+  // How much of what lies below each rule covers, sharpened by detail of some decimetres: borders
+  // are ragged, not a cross-fade.
+  std::vector<Float8> CoversAt(const SurfacePoint8& points) const {
+    std::vector<Float8> covers(masks_.size(), Splat(1));
+    const Vec3x8& p = points.texture_m;
+    const Float8 ragged = noise::Fbm3(p, 0.7f, 4, points.footprint_m, seed_ + 5, 0.6f);
+    for (size_t i = 1; i < masks_.size(); ++i) {
+      Float8 mask;
+      for (int lane = 0; lane < kLanes; ++lane) {
+        mask[lane] = lane < points.count || lane == 0
+                         ? masks_[i].At(*terrain_, Vec2f(p.x[lane], p.y[lane]))
+                         : mask[lane - 1];
+      }
+      const Float8 open = 4.0f * mask * (1.0f - mask);
+      covers[i] = noise::Saturate(mask + open * (ragged * 1.4f));
+    }
+    return covers;
+  }
+
+  // Nothing outdoors has one colour over ten metres: broad patches, lighter and drier or darker.
+  Vec3x8 Tone(const SurfacePoint8& points) const {
+    const Vec3x8& p = points.texture_m;
+    const Float8 w = points.footprint_m;
+    const Float8 broad = noise::Fbm3(p, 37.0f, 3, w, seed_, 0.55f);
+    const Float8 middle = noise::Fbm3(p, 5.3f, 3, w, seed_ + 3, 0.55f);
+    const Float8 dry = noise::Fbm3(p, 90.0f, 4, w, seed_ + 9, 0.6f);
+    const Float8 value = 1.0f + 0.32f * broad + 0.22f * middle;
+    return {value * (1.0f + 0.22f * dry), value * (1.0f + 0.06f * dry),
+            value * (1.0f - 0.15f * dry)};
+  }
+
+  const std::shared_ptr<const Terrain> terrain_;
+  const std::vector<std::shared_ptr<const Material>> materials_;
+  const std::vector<MaskOnGround> masks_;
+  const uint32_t seed_;
+};
+
+}  // namespace
+
+void AssignGroundSlots(const v1::Terrain& recipe, const Terrain& terrain, Mesh& mesh) {
+  const std::vector<MaskOnGround> masks = MasksOf(recipe);
+  mesh.slots.clear();
+  for (size_t i = 0; i < masks.size(); ++i) {
+    mesh.slots.push_back({"rule_" + std::to_string(i), {"soil"}, false});
+  }
+  tbb::parallel_for(size_t{0}, mesh.triangles.size(), [&](size_t t) {
+    Triangle& triangle = mesh.triangles[t];
+    const Vec3f middle =
+        (mesh.positions[triangle.a] + mesh.positions[triangle.b] + mesh.positions[triangle.c]) / 3;
+    float left = 1, most = 0;  // `left`: what the rules above this one leave uncovered.
+    for (size_t i = masks.size(); i-- > 0;) {
+      const float cover = i == 0 ? 1 : masks[i].At(terrain, middle.head<2>());
+      if (left * cover > most) {
+        most = left * cover;
+        triangle.slot = static_cast<uint16_t>(i);
+      }
+      left *= 1 - cover;
+    }
+  });
+}
+
+std::shared_ptr<const Material> MakeGroundMaterial(
+    const v1::Terrain& recipe, std::shared_ptr<const Terrain> terrain,
+    std::vector<std::shared_ptr<const Material>> materials) {
+  return std::make_shared<const GroundMaterial>(recipe, std::move(terrain), std::move(materials));
+}
+
+}  // namespace parallax

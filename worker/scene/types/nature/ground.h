@@ -1,0 +1,24 @@
+// The ground's material: materials by rules, blended where their masks are soft.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "parallax/v1/scene.pb.h"
+#include "worker/geometry/mesh.h"
+#include "worker/materials/material.h"
+#include "worker/terrain/terrain.h"
+
+namespace parallax {
+
+// The ground's slots are its rules: "rule_0"... Each triangle gets that of the strongest rule.
+void AssignGroundSlots(const v1::Terrain& recipe, const Terrain& terrain, Mesh& mesh);
+
+// One material for all of the rules, in the order of recipe.ground(): each lies over those before
+// it as thick as its mask says, with ragged borders. The last rule is bare rock, in ledges and
+// beds.
+std::shared_ptr<const Material> MakeGroundMaterial(
+    const v1::Terrain& recipe, std::shared_ptr<const Terrain> terrain,
+    std::vector<std::shared_ptr<const Material>> materials);
+
+}  // namespace parallax

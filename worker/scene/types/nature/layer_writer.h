@@ -1,0 +1,60 @@
+// How the biomes' rows write layers, prototypes and ground rules: with the fields that they need.
+#pragma once
+
+#include <string>
+
+#include "worker/scene/types/nature/biomes.h"
+
+namespace parallax {
+
+struct MaskSpec {
+  // Ranges {low, high, soft}; {0, 0, 0}: everywhere.
+  struct Range {
+    double low = 0, high = 0, soft = 0;
+  };
+  Range slope, height_m, wetness, deposit_m, shade;
+  double patches_m = 0;  // Wavelength of patches; 0: none.
+  double cover = 0.5;    // Share of the ground that they cover.
+  double soft = 0.08;    // Width of their borders.
+};
+
+struct LayerSpec {
+  std::string name;
+  std::string asset;  // A class; trees with their species: "Conifer/spruce".
+  v1::ObjectRole role = v1::OBJECT_ROLE_VEGETATION;
+  uint32_t shapes = 4;
+  bool each = false;  // Each has an object index of its own; the walk keeps clear of it.
+  double per_m2 = 0;
+  double spacing_m = 0;
+  double reach_m = 40;
+  double low = 0.7, high = 1.3;  // Sizes.
+  double upright = 1;
+  double sink_m = 0.02;
+  double claim_m = 0;
+  double crown_m = 0;
+  bool litter = false;  // Litter lies below it.
+  double near_parents_m = 0;
+  MaskSpec mask;
+};
+
+class LayerWriter {
+ public:
+  explicit LayerWriter(BiomeDraft& draft) : draft_(draft) {}
+
+  // A layer of one prototype. Equal assets share theirs.
+  void Add(const LayerSpec& spec);
+  // The ground's next rule; the first lies everywhere.
+  void AddGround(const MaskSpec& mask);
+
+  Rng Stream(std::string_view name) const { return draft_.rng.Child(name); }
+  const BiomeDraft& draft() const { return draft_; }
+  bool bare() const { return draft_.season == "winter"; }
+
+ private:
+  uint32_t PrototypeFor(const LayerSpec& spec);
+  v1::GroundMask MaskOf(const MaskSpec& spec, const std::string& name) const;
+
+  BiomeDraft& draft_;
+};
+
+}  // namespace parallax

@@ -1,0 +1,35 @@
+// Where on the ground something is: GroundMask of a recipe, evaluated. Pure; thread-safe.
+#pragma once
+
+#include "parallax/v1/scene.pb.h"
+#include "worker/terrain/terrain.h"
+
+namespace parallax {
+
+// A GroundMask without its shade, which the ground alone does not know.
+class MaskOnGround {
+ public:
+  explicit MaskOnGround(const v1::GroundMask& mask);
+
+  // In [0, 1] at `p`, world.
+  float At(const Terrain& terrain, const Vec2f& p) const;
+  // The factor of shade in [0, 1].
+  float OfShade(float shade) const { return shade_.At(shade); }
+  bool needs_shade() const { return !shade_.everywhere; }
+
+ private:
+  // v1::SoftRange.
+  struct Range {
+    float low = 0, high = 0, soft = 0;
+    bool everywhere = true;
+    explicit Range(const v1::SoftRange& range);
+    float At(float x) const;
+  };
+  float NoiseAt(const Vec2f& p) const;
+
+  Range slope_, height_, wetness_, deposit_, shade_;
+  float noise_m_, threshold_, noise_soft_;
+  uint32_t noise_seed_;
+};
+
+}  // namespace parallax

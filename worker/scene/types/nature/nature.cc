@@ -1,0 +1,131 @@
+#include "worker/scene/types/nature/nature.h"
+
+#include <cinttypes>
+#include <cstdio>
+#include <string>
+#include <utility>
+
+#include "worker/scene/types/nature/expand.h"
+#include "worker/scene/types/nature/ground.h"
+#include "worker/scene/types/nature/prototypes.h"
+
+namespace parallax {
+namespace {
+
+absl::StatusOr<Mesh> GroundPart(const v1::Scene& scene, const v1::SceneObject& object) {
+  if (object.part() != "ground") {
+    return MakeError(absl::StatusCode::kNotFound,
+                     "a landscape has no part \"" + object.part() + "\"");
+  }
+  const v1::Terrain& land = scene.place().terrain();
+  ASSIGN_OR_RETURN(const auto expansion, ExpandTerrain(land, scene.rigs()));
+  Mesh mesh = expansion->ground.mesh();
+  AssignGroundSlots(land, *expansion->terrain, mesh);
+  return mesh;
+}
+
+// Its ground reaches the horizon.
+Surroundings LandSurroundings(const v1::Place&) {
+  Surroundings around;
+  around.ground_below_horizon = false;
+  return around;
+}
+
+std::string Hex(uint64_t number) {
+  char buffer[24];
+  std::snprintf(buffer, sizeof buffer, "%016" PRIx64, number);
+  return buffer;
+}
+
+absl::Status ExpandLand(const v1::Scene& scene, SceneGeometry& geometry) {
+  const v1::Terrain& land = scene.place().terrain();
+  ASSIGN_OR_RETURN(const auto expansion, ExpandTerrain(land, scene.rigs()));
+  if (land.expansion_hash() != expansion->hash) {
+    return MakeError(absl::StatusCode::kInternal,
+                     "terrain: this worker's expansion is " + Hex(expansion->hash) +
+                         ", the recipe was made with " + Hex(land.expansion_hash()) +
+                         "; it would show something else");
+  }
+  std::vector<std::shared_ptr<const Material>> rules;
+  for (const v1::GroundRule& rule : land.ground()) {
+    const uint32_t index = rule.material_index();
+    if (index >= geometry.materials.size() || geometry.materials[index] == nullptr) {
+      return MakeError(absl::StatusCode::kInvalidArgument,
+                       "terrain: a ground rule has missing material " + std::to_string(index));
+    }
+    rules.push_back(geometry.materials[index]);
+  }
+  const auto blend = MakeGroundMaterial(land, expansion->terrain, rules);
+  for (const v1::GroundRule& rule : land.ground()) {
+    geometry.materials[rule.material_index()] = blend;
+  }
+  for (const ShapeKey& key : expansion->shapes) {
+    const v1::Prototype& prototype = land.prototypes(static_cast<int>(key.prototype));
+    Prototype& made = geometry.prototypes.emplace_back();
+    ASSIGN_OR_RETURN(made.mesh, PrototypeMesh(prototype, key.shape, key.detail));
+    made.material_of_slot.resize(made.mesh->slots.size(), 0);
+    for (const v1::MaterialBinding& binding : prototype.materials()) {
+      for (size_t i = 0; i < made.mesh->slots.size(); ++i) {
+        if (made.mesh->slots[i].name == binding.slot()) {
+          made.material_of_slot[i] = binding.material_index();
+        }
+      }
+    }
+  }
+  geometry.instances = expansion->instances;
+  auto instance = geometry.instances.begin();
+  for (int layer = 0; layer < land.layers_size(); ++layer) {
+    const uint32_t first = land.layers(layer).first_object_index();
+    for (uint32_t i = 0; i < expansion->of_layer[static_cast<size_t>(layer)]; ++i) {
+      (instance++)->object_index += first;
+    }
+  }
+  return absl::OkStatus();
+}
+
+std::optional<v1::SceneObject> GrownObject(const v1::Scene& scene, uint32_t index) {
+  const v1::Terrain& land = scene.place().terrain();
+  for (const v1::ScatterLayer& layer : land.layers()) {
+    const uint32_t first = layer.first_object_index();
+    if (index < first || index - first >= layer.indices()) continue;
+    const uint32_t place = index - first;
+    const int which = layer.index_each() ? 0 : static_cast<int>(place);
+    if (which >= layer.prototypes_size()) return std::nullopt;
+    const auto at = static_cast<int>(layer.prototypes(which));
+    if (at >= land.prototypes_size()) return std::nullopt;
+    const v1::Prototype& prototype = land.prototypes(at);
+    v1::SceneObject object;
+    object.set_index(index);
+    object.set_name(layer.name() + "_" + std::to_string(place));
+    object.set_asset_class(CatalogueClass(prototype));
+    object.set_seed(prototype.seed());
+    object.set_role(prototype.role());
+    return object;
+  }
+  return std::nullopt;
+}
+
+// nature_check --scenes 10: layout_s and dress_s.
+SceneCosts LandCosts(const v1::SceneConfig&) {
+  return {
+      .layout_s = 4.0, .dress_s = 6.0, .rigs_share_light = true, .build_s = 4, .trace_times = 1.6};
+}
+
+}  // namespace
+
+const SceneType kNatureScenes = {
+    .type = v1::SCENE_TYPE_NATURE,
+    .place = v1::Place::kTerrain,
+    .layout = &LayOutLand,
+    .rigs = &PlaceWalkRigs,
+    .dress = &DressLand,
+    .part = &GroundPart,
+    .surroundings = &LandSurroundings,
+    .costs = &LandCosts,
+    .describe = &DescribeLand,
+    .expand = &ExpandLand,
+    .grown = &GrownObject,
+    .map = &DescribeMap,
+};
+
+}  // namespace parallax

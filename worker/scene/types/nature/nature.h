@@ -1,0 +1,27 @@
+// Scenes of the type nature: landscapes seen from a walk.
+#pragma once
+
+#include "worker/scene/types/types.h"
+
+namespace parallax {
+
+extern const SceneType kNatureScenes;
+
+// Its members, one file each; see types.h.
+// Errors: kInvalidArgument when no biome has a weight; kCancelled.
+absl::StatusOr<std::variant<v1::Layout, Rejected>> LayOutLand(const v1::SceneConfig& config,
+                                                              SceneSeed seed,
+                                                              const CancelToken& cancel);
+// Errors: kCancelled; as ExpandTerrain.
+absl::Status PlaceWalkRigs(const v1::SceneConfig& config, const CancelToken& cancel,
+                           SceneInProgress& scene);
+// Errors: kCancelled; kResourceExhausted for more objects than indices; as ExpandTerrain.
+absl::Status DressLand(const v1::SceneConfig& config, const CancelToken& cancel,
+                       SceneInProgress& scene);
+SceneDescription DescribeLand(const v1::Scene& scene);
+std::vector<std::string> DescribeMap(const v1::Scene& scene);
+
+// Index of the ground among a landscape's objects; layers are numbered from the next on.
+inline constexpr uint32_t kGroundIndex = 1;
+
+}  // namespace parallax

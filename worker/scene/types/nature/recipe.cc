@@ -1,0 +1,207 @@
+#include "worker/scene/types/nature/recipe.h"
+
+#include <cmath>
+#include <mutex>
+#include <string>
+#include <utility>
+
+namespace parallax {
+namespace {
+
+absl::Status Bad(const std::string& what) {
+  return MakeError(absl::StatusCode::kInvalidArgument, "terrain: " + what);
+}
+
+absl::Status CheckNumber(const char* name, double value, double low, double high) {
+  if (value >= low && value <= high) return absl::OkStatus();  // False for NaN.
+  return Bad(std::string(name) + " is " + std::to_string(value) + ", allowed is " +
+             std::to_string(low) + " to " + std::to_string(high));
+}
+
+absl::StatusOr<TerrainTerm> TermOf(const v1::TerrainTerm& term) {
+  TerrainTerm made;
+  ASSIGN_OR_RETURN(made.kind, ParseTermKind(term.kind()));
+  RETURN_IF_ERROR(CheckNumber("wavelength_m", term.wavelength_m(), 1, 1e6));
+  RETURN_IF_ERROR(CheckNumber("amplitude_m", term.amplitude_m(), -5000, 5000));
+  RETURN_IF_ERROR(CheckNumber("octaves", term.octaves(), 1, 16));
+  RETURN_IF_ERROR(CheckNumber("gain", term.gain(), 0, 1));
+  RETURN_IF_ERROR(CheckNumber("warp", term.warp(), 0, 4));
+  RETURN_IF_ERROR(CheckNumber("sharpness", term.sharpness(), 0, 1));
+  RETURN_IF_ERROR(CheckNumber("direction_rad", term.direction_rad(), -10, 10));
+  made.wavelength_m = static_cast<float>(term.wavelength_m());
+  made.amplitude_m = static_cast<float>(term.amplitude_m());
+  made.octaves = term.octaves();
+  made.gain = static_cast<float>(term.gain());
+  made.warp = static_cast<float>(term.warp());
+  made.sharpness = static_cast<float>(term.sharpness());
+  made.direction_rad = static_cast<float>(term.direction_rad());
+  made.seed = term.seed();
+  return made;
+}
+
+absl::Status CheckErosion(const v1::Erosion& e) {
+  RETURN_IF_ERROR(CheckNumber("stream_steps", e.stream_steps(), 0, 400));
+  RETURN_IF_ERROR(CheckNumber("erodibility", e.erodibility(), 0, 100));
+  RETURN_IF_ERROR(CheckNumber("area_exponent", e.area_exponent(), 0, 2));
+  RETURN_IF_ERROR(CheckNumber("stream_talus", e.stream_talus(), 0.01, 100));
+  RETURN_IF_ERROR(CheckNumber("diffusion", e.diffusion(), 0, 1));
+  RETURN_IF_ERROR(CheckNumber("droplets", e.droplets(), 0, 3e6));
+  RETURN_IF_ERROR(CheckNumber("inertia", e.inertia(), 0, 1));
+  RETURN_IF_ERROR(CheckNumber("capacity", e.capacity(), 0, 100));
+  RETURN_IF_ERROR(CheckNumber("erosion", e.erosion(), 0, 1));
+  RETURN_IF_ERROR(CheckNumber("deposition", e.deposition(), 0, 1));
+  RETURN_IF_ERROR(CheckNumber("evaporation", e.evaporation(), 0, 1));
+  RETURN_IF_ERROR(CheckNumber("lifetime", e.lifetime(), 0, 1000));
+  RETURN_IF_ERROR(CheckNumber("gravity_passes", e.gravity_passes(), 0, 400));
+  RETURN_IF_ERROR(CheckNumber("talus", e.talus(), 0.01, 100));
+  RETURN_IF_ERROR(CheckNumber("hardness_low", e.hardness_low(), 0, 100));
+  RETURN_IF_ERROR(CheckNumber("hardness_high", e.hardness_high(), 0, 100));
+  return CheckNumber("band_m", e.band_m(), 0.1, 1e5);
+}
+
+absl::Status CheckLayer(const v1::Terrain& recipe, const v1::ScatterLayer& layer) {
+  const auto number = [&](const char* name, double value, double low, double high) {
+    return WithContext(CheckNumber(name, value, low, high), "layer \"" + layer.name() + "\"");
+  };
+  RETURN_IF_ERROR(number("prototypes", layer.prototypes_size(), 1, 16));
+  if (layer.weights_size() != layer.prototypes_size()) {
+    return Bad("layer \"" + layer.name() + "\": weights for " +
+               std::to_string(layer.weights_size()) + " of its " +
+               std::to_string(layer.prototypes_size()) + " prototypes");
+  }
+  if (layer.index_each()) RETURN_IF_ERROR(number("prototypes", layer.prototypes_size(), 1, 1));
+  for (const uint32_t prototype : layer.prototypes()) {
+    RETURN_IF_ERROR(number("prototype", prototype, 0, recipe.prototypes_size() - 1));
+  }
+  double weights = 0;
+  for (const double weight : layer.weights()) {
+    RETURN_IF_ERROR(number("weight", weight, 0, 1e6));
+    weights += weight;
+  }
+  RETURN_IF_ERROR(number("sum of weights", weights, 1e-9, 1e8));
+  RETURN_IF_ERROR(number("per_m2", layer.per_m2(), 0, 60));
+  RETURN_IF_ERROR(number("spacing_m", layer.spacing_m(), 0, 12));
+  RETURN_IF_ERROR(number("reach_m", layer.reach_m(), 0, 3000));
+  RETURN_IF_ERROR(number("size_low", layer.size_low(), 0.01, 15));
+  RETURN_IF_ERROR(number("size_high", layer.size_high(), layer.size_low(), 15));
+  RETURN_IF_ERROR(number("upright", layer.upright(), 0, 1));
+  RETURN_IF_ERROR(number("sink_m", layer.sink_m(), -1, 10));
+  RETURN_IF_ERROR(number("claim_m", layer.claim_m(), 0, 8));
+  RETURN_IF_ERROR(number("crown_m", layer.crown_m(), 0, 12));
+  RETURN_IF_ERROR(number("near_parents_m", layer.near_parents_m(), 0, 14));
+  return number("first_object_index", layer.first_object_index(), 0, 65535);
+}
+
+}  // namespace
+
+void SetTerrainSpec(const TerrainSpec& spec, v1::Terrain& recipe) {
+  recipe.set_seed(spec.seed);
+  for (const TerrainTerm& term : spec.terms) {
+    v1::TerrainTerm& made = *recipe.add_terms();
+    made.set_kind(std::string(TermKindName(term.kind)));
+    made.set_wavelength_m(term.wavelength_m);
+    made.set_amplitude_m(term.amplitude_m);
+    made.set_octaves(term.octaves);
+    made.set_gain(term.gain);
+    made.set_warp(term.warp);
+    made.set_sharpness(term.sharpness);
+    made.set_direction_rad(term.direction_rad);
+    made.set_seed(term.seed);
+  }
+  recipe.set_region_m(spec.region_m);
+  recipe.set_region_samples(spec.region_samples);
+  recipe.set_site_m(spec.site_m);
+  recipe.set_site_samples(spec.site_samples);
+  v1::Erosion& e = *recipe.mutable_erosion();
+  e.set_stream_steps(spec.streams.steps);
+  e.set_erodibility(spec.streams.erodibility);
+  e.set_area_exponent(spec.streams.area_exponent);
+  e.set_stream_talus(spec.streams.talus);
+  e.set_diffusion(spec.streams.diffusion);
+  e.set_droplets(spec.rain.droplets);
+  e.set_inertia(spec.rain.inertia);
+  e.set_capacity(spec.rain.capacity);
+  e.set_erosion(spec.rain.erosion);
+  e.set_deposition(spec.rain.deposition);
+  e.set_evaporation(spec.rain.evaporation);
+  e.set_lifetime(spec.rain.lifetime);
+  e.set_gravity_passes(spec.gravity.passes);
+  e.set_talus(spec.gravity.talus);
+  e.set_hardness_low(spec.gravity.hardness_low);
+  e.set_hardness_high(spec.gravity.hardness_high);
+  e.set_band_m(spec.gravity.band_m);
+  recipe.set_roughness(spec.roughness);
+}
+
+absl::StatusOr<TerrainSpec> TerrainSpecOf(const v1::Terrain& recipe) {
+  TerrainSpec spec;
+  spec.seed = recipe.seed();
+  RETURN_IF_ERROR(CheckNumber("terms", recipe.terms_size(), 1, 16));
+  for (const v1::TerrainTerm& term : recipe.terms()) {
+    ASSIGN_OR_RETURN(spec.terms.emplace_back(), TermOf(term));
+  }
+  RETURN_IF_ERROR(CheckNumber("region_samples", recipe.region_samples(), 16, 2049));
+  RETURN_IF_ERROR(CheckNumber("site_samples", recipe.site_samples(), 16, 2049));
+  RETURN_IF_ERROR(CheckNumber("region_m", recipe.region_m(), 100, 1e5));
+  RETURN_IF_ERROR(CheckNumber("site_m", recipe.site_m(), 50, recipe.region_m()));
+  RETURN_IF_ERROR(CheckNumber("roughness", recipe.roughness(), 0, 20));
+  RETURN_IF_ERROR(CheckErosion(recipe.erosion()));
+  spec.region_m = static_cast<float>(recipe.region_m());
+  spec.region_samples = recipe.region_samples();
+  spec.site_m = static_cast<float>(recipe.site_m());
+  spec.site_samples = recipe.site_samples();
+  const v1::Erosion& e = recipe.erosion();
+  spec.streams.steps = e.stream_steps();
+  spec.streams.erodibility = static_cast<float>(e.erodibility());
+  spec.streams.area_exponent = static_cast<float>(e.area_exponent());
+  spec.streams.talus = static_cast<float>(e.stream_talus());
+  spec.streams.diffusion = static_cast<float>(e.diffusion());
+  spec.rain.droplets = e.droplets();
+  spec.rain.inertia = static_cast<float>(e.inertia());
+  spec.rain.capacity = static_cast<float>(e.capacity());
+  spec.rain.erosion = static_cast<float>(e.erosion());
+  spec.rain.deposition = static_cast<float>(e.deposition());
+  spec.rain.evaporation = static_cast<float>(e.evaporation());
+  spec.rain.lifetime = e.lifetime();
+  spec.gravity.passes = e.gravity_passes();
+  spec.gravity.talus = static_cast<float>(e.talus());
+  spec.gravity.hardness_low = static_cast<float>(e.hardness_low());
+  spec.gravity.hardness_high = static_cast<float>(e.hardness_high());
+  spec.gravity.band_m = static_cast<float>(e.band_m());
+  spec.roughness = static_cast<float>(recipe.roughness());
+  return spec;
+}
+
+absl::StatusOr<std::shared_ptr<const Terrain>> TerrainOf(const v1::Terrain& recipe) {
+  ASSIGN_OR_RETURN(const TerrainSpec spec, TerrainSpecOf(recipe));
+  v1::Terrain only_spec;
+  SetTerrainSpec(spec, only_spec);
+  const std::string key = only_spec.SerializeAsString();
+  static std::mutex& mutex = *new std::mutex;
+  static std::string& newest_key = *new std::string;
+  static std::shared_ptr<const Terrain>& newest = *new std::shared_ptr<const Terrain>;
+  {
+    std::lock_guard<std::mutex> lock(mutex);
+    if (newest && newest_key == key) return newest;
+  }
+  auto made = std::make_shared<const Terrain>(MakeTerrain(spec));
+  std::lock_guard<std::mutex> lock(mutex);
+  newest_key = key;
+  newest = made;
+  return made;
+}
+
+absl::Status CheckRules(const v1::Terrain& recipe) {
+  RETURN_IF_ERROR(CheckNumber("layers", recipe.layers_size(), 0, 64));
+  RETURN_IF_ERROR(CheckNumber("prototypes", recipe.prototypes_size(), 0, 128));
+  RETURN_IF_ERROR(CheckNumber("ground rules", recipe.ground_size(), 1, 12));
+  for (const v1::Prototype& prototype : recipe.prototypes()) {
+    RETURN_IF_ERROR(CheckNumber("shapes", prototype.shapes(), 1, 16));
+  }
+  for (const v1::ScatterLayer& layer : recipe.layers()) {
+    RETURN_IF_ERROR(CheckLayer(recipe, layer));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace parallax

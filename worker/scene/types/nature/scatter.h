@@ -1,0 +1,70 @@
+// The things that a recipe's layers put on the ground.
+//
+// Order-free: whether a thing stands depends on its own draws, the ground, and on what stands
+// within some metres of it, never on which part of the land is asked for, in which order, by how
+// many threads. Each layer's ground is cut into cells; candidate k of cell (x, y) draws from a hash
+// of (layer's seed, x, y, k). A candidate lives if its mask lets it, no earlier layer claims the
+// place, and no larger candidate of its layer is within the spacing (self-thinning).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "parallax/v1/scene.pb.h"
+#include "worker/scene/types/nature/masks.h"
+#include "worker/terrain/terrain.h"
+
+namespace parallax {
+
+// A thing on the ground. Everything is rounded before it is used, so that equal recipes give equal
+// bytes.
+struct Standing {
+  int32_t x_mm = 0, y_mm = 0;  // World.
+  uint16_t turn = 0;           // About z, in 2^-16 turns.
+  uint16_t size = 1 << 12;     // Scale in 2^-12.
+  uint8_t prototype = 0;       // Place in the layer's list.
+  uint8_t shape = 0;
+  uint32_t rank = 0;  // A random number of its own.
+
+  Vec2f position() const {
+    return 0.001f * Vec2f(static_cast<float>(x_mm), static_cast<float>(y_mm));
+  }
+  float scale() const { return static_cast<float>(size) / 4096.0f; }
+  bool operator==(const Standing&) const = default;
+};
+
+// Squares of kTile_m by which the land is asked for.
+using Tile = std::pair<int32_t, int32_t>;  // (y, x), so that order is by rows.
+using TileSet = std::set<Tile>;
+inline constexpr float kTile_m = 16;
+Tile TileAt(const Vec2f& p);
+Box2f BoxOf(const Tile& tile);
+
+class Scatter {
+ public:
+  // Both must outlive it. The recipe has passed CheckRules.
+  Scatter(const v1::Terrain& recipe, const Terrain& terrain);
+  ~Scatter();
+
+  // For each layer all that stands on its tiles, tile by tile. `tiles`: one set a layer.
+  std::vector<std::vector<Standing>> Place(const std::vector<TileSet>& tiles) const;
+
+ private:
+  struct Layer;
+  struct Influence;
+  using Tiles = std::vector<std::pair<Tile, std::vector<Standing>>>;  // In order of tiles.
+
+  std::vector<Standing> Candidates(const Layer& layer, const Box2f& area) const;
+  Influence InfluenceOn(size_t layer, const Tile& tile, const std::vector<Tiles>& placed) const;
+  bool Lives(const Layer& layer, const Standing& thing, const Influence& influence) const;
+  std::vector<Standing> PlaceTile(size_t layer, const Tile& tile,
+                                  const std::vector<Tiles>& placed) const;
+
+  const Terrain& terrain_;
+  std::vector<Layer> layers_;
+};
+
+}  // namespace parallax

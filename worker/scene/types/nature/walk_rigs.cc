@@ -1,0 +1,145 @@
+// Stage scene: the walks, and the rigs along them.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "common/config/config.h"
+#include "common/math/stereo.h"
+#include "worker/scene/rigs/walk.h"
+#include "worker/scene/types/nature/arena.h"
+#include "worker/scene/types/nature/nature.h"
+#include "worker/scene/types/nature/recipe.h"
+
+namespace parallax {
+namespace {
+
+constexpr int kArenas = 5;         // Parts of the land in which walks are looked for.
+constexpr int kTries = 160;        // In each.
+constexpr size_t kEnough = 7;      // Walks to choose the best from, for each that is wanted.
+constexpr double kAround_m = 380;  // The site's ground is at its finest there.
+constexpr float kNearby_m = 1.5f;
+// Places are looked at until one is so even (rise over run), or this many.
+constexpr float kEven = 0.22f;
+constexpr uint64_t kPlaces = 40;
+
+double DegreesToRad(double degrees) { return degrees * std::numbers::pi / 180; }
+
+class WalkRigs {
+ public:
+  WalkRigs(const v1::SceneConfig& config, SceneInProgress& scene)
+      : config_(config),
+        recipe_(scene.recipe),
+        land_(*scene.recipe.mutable_place()->mutable_terrain()),
+        root_(scene.seed, "dress/rigs"),
+        baselines_(scene.seed, "dress/rig"),
+        walks_(std::clamp(config.nature().walk().walks(), 1, config.rigs().count())) {}
+
+  // Leaves the recipe without rigs, and says why, where no walk is found.
+  absl::Status Place(const CancelToken& cancel, std::string& why_not) {
+    ASSIGN_OR_RETURN(const std::shared_ptr<const Terrain> terrain, TerrainOf(land_));
+    const int frames = (config_.rigs().count() + walks_ - 1) / walks_;
+    const double fov =
+        DegreesToRad(Draw(config_.rigs().horizontal_fov_deg(), root_.Child("fov", 0).Uniform()));
+    WalkFinder finder(config_, frames);
+    for (int arena = 0; arena < kArenas; ++arena) {
+      const Rng rng = root_.Child("arena", static_cast<uint64_t>(arena));
+      const Vec2f middle = MiddleOf(*terrain, rng);
+      ASSIGN_OR_RETURN(const auto solid, MakeArena(land_, *terrain, middle));
+      const WalkLand land{[&](const Vec2f& p) { return terrain->Height(p, 0.15f); }, *solid, middle,
+                          walks_ > 1 ? 60.0f : 28.0f};
+      std::vector<Walk> found;
+      for (int i = 0; i < kTries && found.size() < kEnough * static_cast<size_t>(walks_); ++i) {
+        if (cancel.cancelled()) return absl::CancelledError("solve: cancelled");
+        auto walk = finder.Try(land, rng.Child("try", static_cast<uint64_t>(i)), fov);
+        if (walk) found.push_back(*std::move(walk));
+      }
+      std::stable_sort(found.begin(), found.end(),
+                       [](const Walk& a, const Walk& b) { return a.score() > b.score(); });
+      ASSIGN_OR_RETURN(const bool taken, Take(found, finder));
+      if (taken) return absl::OkStatus();
+    }
+    why_not = "walk: none of " + std::to_string(kArenas) + " places has one: " + finder.Reasons();
+    return absl::OkStatus();
+  }
+
+ private:
+  // Somewhere that people would walk: the least steep of some places.
+  static Vec2f MiddleOf(const Terrain& terrain, const Rng& rng) {
+    Vec2f best = Vec2f::Zero();
+    float least = 1e9f;
+    for (uint64_t i = 0; i < kPlaces && least > kEven; ++i) {
+      Rng place = rng.Child("place", i);
+      const double angle = place.Uniform(0, 2 * std::numbers::pi);
+      const double away = kAround_m * std::sqrt(place.Uniform());
+      const Vec2f middle = Vec2d(away * std::cos(angle), away * std::sin(angle)).cast<float>();
+      const float steep = SteepnessAround(terrain, middle);
+      if (steep >= least) continue;
+      least = steep;
+      best = middle;
+    }
+    return best;
+  }
+
+  // Mean over the ground where walks may begin.
+  static float SteepnessAround(const Terrain& terrain, const Vec2f& middle) {
+    float sum = 0;
+    constexpr int kPoints = 24;
+    for (int i = 0; i < kPoints; ++i) {
+      const float angle = 2.399963f * static_cast<float>(i);
+      const float away = 35 * std::sqrt((static_cast<float>(i) + 0.5f) / kPoints);
+      sum += terrain.Steepness(middle + away * Vec2f(std::cos(angle), std::sin(angle)));
+    }
+    return sum / kPoints;
+  }
+
+  // The best of those found whose way is clear on what is rendered, too.
+  absl::StatusOr<bool> Take(const std::vector<Walk>& found, const WalkFinder& finder) {
+    const auto wanted = static_cast<size_t>(walks_);
+    for (size_t first = 0; first + wanted <= found.size() && first < 3; ++first) {
+      recipe_.clear_rigs();
+      for (size_t k = 0; k < wanted; ++k) AddRigs(found[first + k]);
+      ASSIGN_OR_RETURN(const auto expansion, ExpandTerrain(land_, recipe_.rigs()));
+      ASSIGN_OR_RETURN(const auto nearby, MakeNearby(land_, *expansion, recipe_.rigs(), kNearby_m));
+      bool clear = true;
+      for (size_t k = 0; clear && k < wanted; ++k) clear = finder.Clear(*nearby, found[first + k]);
+      if (clear) return true;
+    }
+    recipe_.clear_rigs();
+    return false;
+  }
+
+  void AddRigs(const Walk& walk) {
+    const bool each = config_.nature().walk().baseline_per() == v1::WalkConfig::BASELINE_PER_FRAME;
+    for (const Walk::Frame& frame : walk.frames) {
+      if (recipe_.rigs_size() >= config_.rigs().count()) return;
+      const auto index = static_cast<uint32_t>(recipe_.rigs_size());
+      Rng baseline = baselines_.Child("baseline", each ? index : 0);
+      *recipe_.add_rigs() =
+          MakeRig({.index = index,
+                   .position = frame.eye,
+                   .axes = CameraAxes(frame.yaw_rad, frame.pitch_rad),
+                   .baseline_m = Draw(config_.rigs().baseline_m(), baseline.Uniform()),
+                   .horizontal_fov_rad = walk.fov_rad,
+                   .width_px = config_.rigs().width_px(),
+                   .height_px = config_.rigs().height_px()});
+      recipe_.mutable_rigs(static_cast<int>(index))->set_depth_std_m(walk.log_depth_std);
+    }
+  }
+
+  const v1::SceneConfig& config_;
+  v1::Scene& recipe_;
+  v1::Terrain& land_;
+  const Rng root_, baselines_;
+  const int walks_;
+};
+
+}  // namespace
+
+absl::Status PlaceWalkRigs(const v1::SceneConfig& config, const CancelToken& cancel,
+                           SceneInProgress& scene) {
+  return WalkRigs(config, scene).Place(cancel, scene.why_no_rigs);
+}
+
+}  // namespace parallax

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <map>
+#include <set>
 
 #include "common/base/file.h"
 #include "common/config/config.h"
@@ -208,10 +210,10 @@ TEST(BaselineStudy, HasThePapersThreeRangesAndNothingElseDiffers) {
 TEST(MixStudy, VariantsHaveTheirOwnBaseNumberOfPairsAndRigs) {
   const auto study = LoadStudy("mix");
   ASSERT_TRUE(study.ok()) << study.status();
-  ASSERT_GE(study->variants_size(), 4);
+  ASSERT_GE(study->variants_size(), 5);
   EXPECT_EQ(study->rigs_per_scene(), 20);
   const v1::VariantSpec& indoor = study->variants(0);
-  const v1::VariantSpec& part = study->variants(3);
+  const v1::VariantSpec& part = study->variants(4);
   EXPECT_EQ(indoor.pairs(), 0);
   EXPECT_EQ(indoor.rigs_per_scene(), 0);
   EXPECT_EQ(part.name(), "m-10-80-10_dense");
@@ -219,6 +221,24 @@ TEST(MixStudy, VariantsHaveTheirOwnBaseNumberOfPairsAndRigs) {
   EXPECT_EQ(part.rigs_per_scene(), 200);
   EXPECT_TRUE(MessageDifferencer::Equals(part.config(), *LoadSceneConfig("dense")));
   EXPECT_TRUE(MessageDifferencer::Equals(part.config(), study->variants(1).config()));
+}
+
+TEST(MixStudy, PartsOfEachMixtureAreFiveThousandPairsOfAllThreeTypes) {
+  const auto study = LoadStudy("mix");
+  ASSERT_TRUE(study.ok()) << study.status();
+  std::map<std::string, std::pair<int, std::set<v1::SceneType>>> mixtures;
+  for (const v1::VariantSpec& variant : study->variants()) {
+    const size_t end = variant.name().find('_');
+    if (end == std::string::npos) continue;
+    auto& [pairs, types] = mixtures[variant.name().substr(0, end)];
+    pairs += variant.pairs();
+    types.insert(variant.config().type());
+  }
+  EXPECT_EQ(mixtures.size(), 4u);
+  for (const auto& [name, parts] : mixtures) {
+    EXPECT_EQ(parts.first, 5000) << name;
+    EXPECT_EQ(parts.second.size(), 3u) << name;
+  }
 }
 
 TEST(VariantBase, IsReadBeforeSetWhereverItStands) {

@@ -13,6 +13,7 @@
 #include "common/config/training.h"
 #include "worker/render/profiles.h"
 #include "worker/scene/types/indoor/indoor.h"
+#include "worker/scene/types/nature/nature.h"
 
 namespace parallax::client {
 namespace {
@@ -63,6 +64,17 @@ TEST(Plan, ATwinOfAVariantCostsNothing) {
   EXPECT_EQ(twin.scenes_shared, 2);
   EXPECT_EQ(twin.solve_core_s + twin.render_core_s, 0);
   EXPECT_EQ(twin.disk_bytes, 0);
+}
+
+TEST(Plan, LandscapesCostMoreThanRoomsByTheirBuildAndTheirTracing) {
+  const StudyPlan plan = PlanStudy(LoadStudy("mix").value(), 1).value();
+  const PlanRow &indoor = RowOf(plan, "indoor"), &nature = RowOf(plan, "nature");
+  ASSERT_EQ(nature.pairs, indoor.pairs);
+  EXPECT_EQ(nature.scenes, 100) << "of 50 frames";
+  const SceneCosts costs = kNatureScenes.costs(LoadSceneConfig("nature").value());
+  EXPECT_NEAR(nature.solve_core_s, 100 * (costs.layout_s + costs.dress_s), 1e-6);
+  EXPECT_GT(costs.trace_times, 1);
+  EXPECT_GT(nature.render_core_s, indoor.render_core_s + 100 * costs.build_s);
 }
 
 TEST(Plan, VariantsOfOtherSeedsShareNothing) {

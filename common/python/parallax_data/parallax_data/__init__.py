@@ -13,10 +13,10 @@ numpy is needed, the package OpenEXR (or an OpenCV that has OpenEXR), and OpenCV
 
 from .dataset import Frame, ParallaxDataset, Pair
 from .exr import read_depth, read_disparity, read_normals
-from .masks import EXTERIOR, MIRROR, SKY, TRANSPARENT
+from .masks import EXTERIOR, MIRROR, MIXED, SKY, TRANSPARENT, VEILED
 
 __all__ = [
     "Frame", "Pair", "ParallaxDataset", "read_depth", "read_disparity", "read_normals",
-    "SKY", "EXTERIOR", "TRANSPARENT", "MIRROR",
+    "SKY", "EXTERIOR", "TRANSPARENT", "MIRROR", "MIXED", "VEILED",
 ]
 __version__ = "0.2.0"

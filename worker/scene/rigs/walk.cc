@@ -15,7 +15,7 @@ constexpr double kKey_m = 3;  // Between the points that a walk leads through.
 constexpr int kProbesX = 16, kProbesY = 9;
 constexpr double kFar_m = 5;                      // The stricter filter of the study.
 constexpr double kClose_m = 1, kMaxClose = 0.05;  // Share of a view that may be nearer.
-constexpr double kSteepest = 0.5;                // Rise over run under the feet.
+constexpr double kSteepest = 0.5;                 // Rise over run under the feet.
 constexpr double kMaxOneDistance = 0.9;           // Share of a view within a tenth of one depth.
 
 // Catmull-Rom through keys; `at` in keys.

@@ -1,0 +1,301 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "common/base/names.h"
+#include "tests/coordinator/client/command_test.h"
+
+namespace parallax::client {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using Json = nlohmann::json;
+
+// ---- submit
+
+TEST_F(CommandTest, SubmitPrintsTheIdAloneAndSendsTheResolvedStudy) {
+  coordinator_.studies = {Baseline(12)};
+  const Outcome outcome =
+      Run({"submit",    "quickstart", "--pairs",    "6",        "--rigs", "3",         "--seed",
+           "9",         "--width",    "64",         "--height", "48",     "--samples", "2",
+           "--profile", "preview",    "--priority", "5",        "--name", "tiny"});
+  EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_EQ(outcome.out, "12\n");
+  EXPECT_THAT(outcome.err, HasSubstr("parallax watch 12"));
+  ASSERT_EQ(coordinator_.submitted.size(), 1u);
+  const v1::StudySpec& study = coordinator_.submitted[0].study();
+  EXPECT_EQ(study.name(), "tiny");
+  EXPECT_EQ(study.pairs(), 6);
+  EXPECT_EQ(study.rigs_per_scene(), 3);
+  EXPECT_EQ(study.seed(), 9u);
+  EXPECT_EQ(study.priority(), 5);
+  EXPECT_EQ(study.variants(0).config().rigs().width_px(), 64);
+  EXPECT_EQ(study.variants(0).config().rigs().height_px(), 48);
+  EXPECT_EQ(study.variants(0).config().render().samples_per_pixel(), 2);
+  EXPECT_EQ(study.variants(0).config().render().profile(), "preview");
+}
+
+TEST_F(CommandTest, ScenesAreCountedInPairs) {
+  EXPECT_EQ(Run({"submit", "quickstart", "--scenes", "5"}).exit_code, kExitOk);
+  const v1::StudySpec& study = coordinator_.submitted.at(0).study();
+  EXPECT_EQ(study.pairs(), 5 * study.rigs_per_scene());
+}
+
+TEST_F(CommandTest, TheKeyIsThatOfTheResolvedStudy) {
+  const auto key = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments = {"submit", "quickstart"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    EXPECT_EQ(Run(arguments).exit_code, kExitOk);
+    return coordinator_.submitted.back().idempotency_key();
+  };
+  const std::string plain = key({});
+  EXPECT_EQ(key({}), plain);
+  EXPECT_EQ(key({"--pairs", "8"}), plain) << "what the file says anyway";
+  EXPECT_EQ(key({"--priority", "7"}), plain) << "does not change what is made";
+  EXPECT_NE(key({"--pairs", "9"}), plain);
+  EXPECT_NE(key({"--seed", "2"}), plain);
+  EXPECT_NE(key({"--again"}), plain);
+}
+
+TEST_F(CommandTest, SubmittingTheSameStudyAgainSaysSo) {
+  coordinator_.studies = {Baseline()};
+  coordinator_.submit_existed = true;
+  const Outcome outcome = Run({"submit", "baseline"});
+  EXPECT_EQ(outcome.exit_code, kExitOk);
+  EXPECT_EQ(outcome.out, "3\n");
+  EXPECT_THAT(outcome.err, HasSubstr("there already as study 3 (running)"));
+  const Json json = RunJson({"submit", "baseline"});
+  EXPECT_EQ(json["study_id"], 3);
+  EXPECT_EQ(json["existed"], true);
+  EXPECT_EQ(json["state"], "running");
+}
+
+TEST_F(CommandTest, BadStudiesNameFileAndLine) {
+  const std::string unknown = WriteText(
+      "unknown.yaml", "study: s\npairs: 2\nvariants:\n  - name: a\n    set: {rigs: {colour: 1}}\n");
+  Outcome outcome = Run({"submit", unknown});
+  EXPECT_EQ(outcome.exit_code, kExitUsage);
+  EXPECT_THAT(outcome.err, HasSubstr(unknown + ":5"));
+  EXPECT_THAT(outcome.err, HasSubstr("colour"));
+  const std::string broken = WriteText("broken.yaml", "study: s\npairs: [\n");
+  outcome = Run({"submit", broken});
+  EXPECT_EQ(outcome.exit_code, kExitUsage);
+  EXPECT_THAT(outcome.err, HasSubstr(broken + ":"));
+  outcome = RunCommand({"run", broken, "--out", dir_ + "/out"});
+  EXPECT_EQ(outcome.exit_code, kExitUsage);
+  EXPECT_FALSE(std::filesystem::exists(dir_ + "/out"))
+      << "nothing is made for a study that can't run";
+  EXPECT_TRUE(coordinator_.submitted.empty());
+}
+
+// ---- status, watch
+
+TEST_F(CommandTest, StatusListsStudies) {
+  EXPECT_THAT(Run({"status"}).out, HasSubstr("no studies yet"));
+  coordinator_.studies = {Baseline(3)};
+  const Outcome outcome = Run({"status"});
+  EXPECT_THAT(outcome.out, HasSubstr("ID  NAME      STATE    VARIANTS  PAIRS"));
+  EXPECT_THAT(outcome.out, HasSubstr(" 3  baseline  running         2  60/80  75%"));
+  const Json json = RunJson({"status"});
+  EXPECT_EQ(json["studies"][0]["pairs_done"], 60);
+}
+
+TEST_F(CommandTest, StatusOfAStudyShowsVariantsAndProblems) {
+  coordinator_.studies = {Baseline()};
+  const Outcome outcome = Run({"status", "baseline"});
+  EXPECT_EQ(outcome.exit_code, kExitOk);
+  for (const char* wanted : {"baseline  study 3  running", "narrow   20/40   50%",
+                             "wide     40/40  100%", "total    60/80   75%", "LAYOUTS REUSED",
+                             "failed  narrow scene 1 job 17: it burns\n", "parallax retry 3"}) {
+    EXPECT_THAT(outcome.out, HasSubstr(wanted));
+  }
+  EXPECT_THAT(outcome.out, Not(HasSubstr("and more")));
+}
+
+TEST_F(CommandTest, StatusJsonHasTheDocumentedFields) {
+  coordinator_.studies = {Baseline()};
+  const Json json = RunJson({"status", "3"});
+  EXPECT_EQ(json["study_id"], 3);
+  EXPECT_EQ(json["name"], "baseline");
+  EXPECT_EQ(json["state"], "running");
+  EXPECT_EQ(json["pairs_wanted"], 80);
+  EXPECT_EQ(json["frames_reused"], 5);
+  EXPECT_EQ(json["layouts_reused"], 2);
+  EXPECT_EQ(json["solves_done"], 2);
+  EXPECT_EQ(json["scenes_rejected"], 1);
+  EXPECT_EQ(json["jobs_failed"], 1);
+  EXPECT_EQ(json["variants"][0]["render_jobs"]["failed"], 1);
+  EXPECT_EQ(json["variants"][0]["problems"][0]["error"], "it burns\nand more");
+}
+
+TEST_F(CommandTest, UnknownStudiesAreAnsweredWithThoseThereAre) {
+  coordinator_.studies = {Baseline()};
+  for (const char* name : {"99", "nothing"}) {
+    const Outcome outcome = Run({"status", name});
+    EXPECT_EQ(outcome.exit_code, kExitUsage);
+    EXPECT_THAT(outcome.err, HasSubstr("no study '" + std::string(name) + "'"));
+    EXPECT_THAT(outcome.err, HasSubstr("there are 3 (baseline)"));
+    EXPECT_EQ(Lines(outcome.err), 1);
+  }
+}
+
+TEST_F(CommandTest, ANameMeansItsNewestStudy) {
+  coordinator_.studies = {Baseline(3), Baseline(8), Baseline(5)};
+  EXPECT_EQ(RunJson({"status", "baseline"})["study_id"], 8);
+}
+
+TEST_F(CommandTest, WatchEndsWithTheStudyAndTellsItsEnd) {
+  const struct {
+    v1::StudyState end;
+    int exit_code;
+  } cases[] = {{v1::STUDY_STATE_SUCCEEDED, kExitOk},
+               {v1::STUDY_STATE_FAILED, kExitFailed},
+               {v1::STUDY_STATE_CANCELLED, kExitFailed}};
+  for (const auto& c : cases) {
+    coordinator_.studies = {Baseline()};
+    int looks = 0;
+    coordinator_.on_get_study = [&](FakeCoordinator& self) {
+      if (++looks == 4) self.studies[0].set_state(c.end);
+    };
+    const Outcome outcome = Run({"watch", "3"});
+    EXPECT_EQ(outcome.exit_code, c.exit_code) << outcome.err;
+    EXPECT_EQ(Lines(outcome.out), 3) << outcome.out;
+    EXPECT_THAT(outcome.out, HasSubstr("60/80 pairs (75%)"));
+    EXPECT_THAT(outcome.err, HasSubstr("it burns"));
+  }
+}
+
+TEST_F(CommandTest, WatchJsonIsAnObjectALine) {
+  coordinator_.studies = {Baseline()};
+  coordinator_.studies[0].set_state(v1::STUDY_STATE_SUCCEEDED);
+  const Outcome outcome = Run({"watch", "3", "--json"});
+  EXPECT_EQ(Lines(outcome.out), 1);
+  const Json json = Json::parse(outcome.out);
+  EXPECT_EQ(json["state"], "succeeded");
+  EXPECT_EQ(json["pairs_done"], 60);
+  EXPECT_EQ(json["variants"][1]["name"], "wide");
+}
+
+// ---- Steering
+
+TEST_F(CommandTest, OrdersReachTheStudyWithTheirReason) {
+  coordinator_.studies = {Baseline()};
+  Outcome outcome = Run({"pause", "baseline", "--reason", "lunch"});
+  EXPECT_EQ(outcome.out, "study 3 (baseline) is now paused: 60 of 80 pairs done\n");
+  EXPECT_EQ(RunJson({"resume", "3"})["state"], "running");
+  EXPECT_THAT(Run({"cancel", "3"}).out, HasSubstr("is now cancelled"));
+  EXPECT_THAT(Run({"cancel", "3"}).out, HasSubstr("was and is cancelled"));
+  EXPECT_THAT(coordinator_.orders,
+              ElementsAre("pause 3 lunch", "resume 3 ", "cancel 3 ", "cancel 3 "));
+}
+
+TEST_F(CommandTest, RetryCountsJobs) {
+  coordinator_.studies = {Baseline()};
+  EXPECT_THAT(Run({"retry", "3"}).out, HasSubstr("no failed jobs"));
+  coordinator_.retried_jobs = 2;
+  EXPECT_THAT(Run({"retry", "3"}).out, HasSubstr("2 jobs of study 3"));
+  EXPECT_EQ(RunJson({"retry", "3"})["jobs"], 2);
+}
+
+TEST_F(CommandTest, JobsAndWorkersAreTables) {
+  coordinator_.studies = {Baseline()};
+  v1::JobStatus job;
+  job.set_job_id(17);
+  job.set_kind("render");
+  job.set_state("LEASED");
+  job.set_variant("narrow");
+  job.set_scene(4);
+  for (const uint32_t rig : {0u, 1u, 2u, 7u}) job.add_rigs(rig);
+  job.set_attempts(1);
+  job.set_worker("w1");
+  job.set_fraction(0.5);
+  job.set_stage("trace");
+  coordinator_.jobs = {job};
+  EXPECT_THAT(Run({"jobs", "3"}).out,
+              HasSubstr(" 17  render  leased  narrow       4  0-2,7      1  w1      trace 50%"));
+  EXPECT_THAT(Run({"jobs", "3", "--state", "failed"}).out, HasSubstr("no failed jobs"));
+  EXPECT_EQ(coordinator_.listed_jobs.state(), "FAILED");
+  EXPECT_EQ(RunJson({"jobs", "3"})["jobs"][0]["rigs"], Json({0, 1, 2, 7}));
+
+  v1::JobStatus training;
+  training.set_job_id(18);
+  training.set_kind("train");
+  training.set_state("RETRY_WAIT");
+  training.set_variant("narrow");
+  training.set_scene(4);
+  training.set_label("narrow, seed 1");
+  training.set_attempts(1);
+  training.set_error("exit status 3");
+  training.set_log_tail("step 1\nbang \x1b[2J\n");
+  coordinator_.jobs = {training};
+  const std::string jobs = Run({"jobs", "3"}).out;
+  EXPECT_THAT(jobs,
+              HasSubstr("narrow       -            1          narrow, seed 1: exit status 3"));
+  EXPECT_THAT(jobs, HasSubstr("\nThe end of the log of job 18 (narrow, seed 1):\n  step 1\n"
+                              "  bang \\x1b[2J\n"));
+  EXPECT_EQ(RunJson({"jobs", "3"})["jobs"][0]["label"], "narrow, seed 1");
+  training.set_state("LEASED");
+  (*training.mutable_figures())["step"] = 7;
+  coordinator_.jobs = {training};
+  EXPECT_THAT(Run({"jobs", "3"}).out, HasSubstr("narrow, seed 1: step 7"));
+
+  EXPECT_THAT(Run({"workers"}).out, HasSubstr("no workers: `worker --coordinator "));
+  v1::WorkerStatus worker;
+  worker.set_name("w1");
+  worker.set_state("ACTIVE");
+  worker.add_kinds("solve");
+  worker.add_kinds("render");
+  worker.set_slots(2);
+  worker.set_running(1);
+  coordinator_.workers = {worker};
+  EXPECT_THAT(Run({"workers"}).out, HasSubstr("w1      active  solve,render        1      2"));
+  EXPECT_EQ(RunJson({"workers"})["workers"][0]["kinds"], Json({"solve", "render"}));
+}
+
+TEST_F(CommandTest, NothingThatATerminalActsOnIsPrinted) {
+  const std::string evil = "a\x1b[2J\u202e\u009b" + std::string(1, '\0') + "z";
+  v1::StudyStatus study = Baseline();
+  study.set_name(evil);
+  study.mutable_variants(0)->set_name(evil);
+  study.mutable_variants(0)->mutable_problems(0)->set_error(evil);
+  coordinator_.studies = {study};
+  v1::WorkerStatus worker;
+  worker.set_name(evil);
+  worker.set_state(evil);
+  worker.set_version(evil);
+  coordinator_.workers = {worker};
+  v1::JobStatus job;
+  job.set_state("FAILED");
+  job.set_variant(evil);
+  job.set_worker(evil);
+  job.set_error(evil);
+  coordinator_.jobs = {job};
+  v1::AuditEntry entry;
+  entry.set_id(1);
+  entry.set_actor(evil);
+  entry.set_action(evil);
+  entry.set_detail(evil);
+  coordinator_.audit = {entry};
+  for (const std::vector<std::string>& command :
+       std::vector<std::vector<std::string>>{{"status"},
+                                             {"status", "3"},
+                                             {"status", "no such study"},
+                                             {"workers"},
+                                             {"jobs", "3"},
+                                             {"audit"},
+                                             {"status", "--json"},
+                                             {"watch", "3"}}) {
+    if (command[0] == "watch") coordinator_.studies[0].set_state(v1::STUDY_STATE_CANCELLED);
+    const Outcome outcome = Run(command);
+    std::string all = outcome.out + outcome.err;
+    EXPECT_NE(all.find("a"), std::string::npos);
+    std::replace(all.begin(), all.end(), '\n', ' ');
+    EXPECT_TRUE(IsPlainText(all)) << command[0] << ": " << Printable(all);
+  }
+}
+
+}  // namespace
+}  // namespace parallax::client

@@ -7,7 +7,7 @@
 #include "common/base/version.h"
 #include "common/store/store.h"
 #include "coordinator/init.h"
-#include "coordinator/queue/job_queue.h"
+#include "coordinator/queue/database_tools.h"
 #include "coordinator/rpc/output_check.h"
 #include "coordinator/serve.h"
 
@@ -135,13 +135,11 @@ ProgramError Init(const InitOptions& options) {
 absl::Status CheckOutputs(const std::string& db, const std::string& uri, size_t most,
                           std::vector<std::string>& out) {
   ASSIGN_OR_RETURN(const auto store, OpenStore(uri, {.create = false, .read_only = true}));
-  return JobQueue::VisitOutputs(db,
-                                [&](const std::vector<JobKind::OutputFile>& files) -> absl::Status {
-                                  ASSIGN_OR_RETURN(std::string why, WhyNotInStore(*store, files));
-                                  if (!why.empty() && out.size() < most)
-                                    out.push_back("a published file: " + std::move(why));
-                                  return absl::OkStatus();
-                                });
+  return VisitStoredOutputs(db, [&](const std::vector<JobKind::OutputFile>& files) -> absl::Status {
+    ASSIGN_OR_RETURN(std::string why, WhyNotInStore(*store, files));
+    if (!why.empty() && out.size() < most) out.push_back("a published file: " + std::move(why));
+    return absl::OkStatus();
+  });
 }
 
 ProgramError Check(const std::string& db, const std::string& store) {
@@ -149,7 +147,7 @@ ProgramError Check(const std::string& db, const std::string& store) {
   if (std::filesystem::exists(db)) {
     if (ProgramError error = CheckDatabasePlace(db); !error.status.ok()) return error;
   }
-  auto problems = JobQueue::CheckFile(db);
+  auto problems = AuditDatabaseFile(db);
   if (!problems.ok()) return ExplainOpenError(problems.status(), db);
   if (!store.empty()) {
     const absl::Status looked = CheckOutputs(db, store, problems->size() + 100, *problems);
@@ -167,7 +165,7 @@ ProgramError Check(const std::string& db, const std::string& store) {
 }
 
 ProgramError Backup(const std::string& db, const std::string& file) {
-  const absl::Status status = JobQueue::BackupFile(db, file);
+  const absl::Status status = BackUpFile(db, file);
   if (!status.ok()) return {status, kExitFailed};
   std::cout << file << std::endl;
   return {};

@@ -1,176 +1,27 @@
 #include "coordinator/queue/job_queue.h"
 
-#include <fcntl.h>
-#include <pthread.h>
-#include <sqlite3.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <condition_variable>
-#include <deque>
-#include <filesystem>
 #include <mutex>
 #include <semaphore>
-#include <thread>
 #include <utility>
 
 #include "coordinator/queue/auditor.h"
+#include "coordinator/queue/backup.h"
 #include "coordinator/queue/database_file.h"
+#include "coordinator/queue/finisher.h"
 #include "coordinator/queue/lease_book.h"
 #include "coordinator/queue/machine.h"
 #include "coordinator/queue/migrations.h"
 #include "coordinator/queue/readers.h"
+#include "coordinator/queue/startup.h"
 #include "coordinator/queue/writer.h"
 
 namespace parallax {
 namespace {
 
-constexpr double kEpochZeroUnixS = 1577836800;  // 2020-01-01
-constexpr int kMostLeases = 1024;               // In one call.
-constexpr int kArchivedAtOnce = 500;            // Jobs in one tick: some milliseconds.
+constexpr int kMostLeases = 1024;     // In one call.
+constexpr int kArchivedAtOnce = 500;  // Jobs in one tick: some milliseconds.
 constexpr std::chrono::seconds kArchiveEvery{60};
-
-// Above the last one and not below the clock: a restored backup, which doesn't know the epochs that
-// came after it, starts above them as well.
-absl::StatusOr<uint64_t> RaiseEpoch(SqliteConnection& db, double now_unix_s, bool keep_epoch) {
-  ASSIGN_OR_RETURN(const auto last, db.Integer("SELECT max(epoch) FROM epochs"));
-  if (keep_epoch && last) return static_cast<uint64_t>(*last);
-  RETURN_IF_ERROR(db.Run("BEGIN IMMEDIATE"));
-  const int64_t by_clock = std::clamp<int64_t>(static_cast<int64_t>(now_unix_s - kEpochZeroUnixS),
-                                               1, (int64_t{1} << 31) - 1);
-  const int64_t epoch = std::max(last.value_or(0) + 1, by_clock);
-  RETURN_IF_ERROR(db.Run("INSERT INTO epochs(epoch, started_unix_s, program) VALUES (?1, ?2, ?3)",
-                         epoch, now_unix_s, kProgramVersion));
-  RETURN_IF_ERROR(db.Run("COMMIT"));
-  return static_cast<uint64_t>(epoch);
-}
-
-// What the schema must know of each kind. A database with jobs of a kind that this program does not
-// have is another program's.
-absl::Status EnterKinds(SqliteConnection& db, const KindRegistry& kinds) {
-  {
-    SqliteQuery used(db, "SELECT DISTINCT kind FROM job_counts");
-    while (used.Next()) {
-      if (kinds.Find(used.Text(0))) continue;
-      return MakeError(absl::StatusCode::kFailedPrecondition,
-                       "it has jobs of kind '" + std::string(used.Text(0)) +
-                           "', which this program does not know; use the one that made them");
-    }
-    RETURN_IF_ERROR(used.status());
-  }
-  RETURN_IF_ERROR(db.Run("BEGIN IMMEDIATE"));
-  for (size_t i = 0; i < kinds.size(); ++i) {
-    const JobTraits& t = kinds.at(i).traits();
-    RETURN_IF_ERROR(db.Run(
-        "INSERT INTO job_kinds(name, of_scene, may_reject, has_output, can_split,"
-        " shares_part, resumes) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7) ON CONFLICT DO UPDATE SET"
-        " of_scene = ?2, may_reject = ?3, has_output = ?4, can_split = ?5, shares_part = ?6,"
-        " resumes = ?7",
-        kinds.at(i).name(), t.of_scene, t.may_reject, t.has_output, t.can_split, t.shares_part,
-        t.resumes));
-  }
-  return db.Run("COMMIT");
-}
-
-// Its first start, of which there is only one.
-absl::StatusOr<std::string> DatabaseId(SqliteConnection& db) {
-  SqliteQuery first(db, "SELECT epoch, started_unix_s FROM epochs ORDER BY epoch LIMIT 1");
-  if (!first.Next()) return MakeError(absl::StatusCode::kDataLoss, "no epoch");
-  const std::string start = std::to_string(first.Int(0)) + " " + std::to_string(first.Real(1));
-  return Sha256Hex(start).substr(0, 16);
-}
-
-// Runs what may take its time after a commit, so that the writer doesn't wait for it. Leases first:
-// who asks for work is idle, who reports is at its next job already.
-class Finisher {
- public:
-  Finisher() : thread_([this] { Loop(); }) {}
-  ~Finisher() {
-    {
-      const std::lock_guard lock(mutex_);
-      stopping_ = true;
-    }
-    wake_.notify_one();
-    thread_.join();
-  }
-  enum class Turn { kFirst, kAfterThose };
-  void Enqueue(Turn turn, std::function<void()> task) {
-    {
-      const std::lock_guard lock(mutex_);
-      (turn == Turn::kFirst ? first_ : after_those_).push_back(std::move(task));
-    }
-    wake_.notify_one();
-  }
-
- private:
-  void Loop() {
-    pthread_setname_np(pthread_self(), "queue-finisher");
-    for (;;) {
-      std::function<void()> task;
-      {
-        std::unique_lock lock(mutex_);
-        wake_.wait(lock, [&] { return stopping_ || !first_.empty() || !after_those_.empty(); });
-        auto& tasks = first_.empty() ? after_those_ : first_;
-        if (tasks.empty()) return;
-        task = std::move(tasks.front());
-        tasks.pop_front();
-      }
-      task();
-    }
-  }
-
-  std::mutex mutex_;
-  std::condition_variable wake_;
-  std::deque<std::function<void()>> first_, after_those_;  // Guarded by mutex_.
-  bool stopping_ = false;
-  std::thread thread_;
-};
-
-absl::Status CopyDatabase(SqliteConnection& source, const std::string& path) {
-  ASSIGN_OR_RETURN(auto target,
-                   SqliteConnection::Open(path, SqliteConnection::Mode::kReadWriteCreate));
-  sqlite3_backup* backup = sqlite3_backup_init(target->raw(), "main", source.raw(), "main");
-  if (backup == nullptr) {
-    return MakeError(absl::StatusCode::kInternal,
-                     std::string("backup: ") + sqlite3_errmsg(target->raw()));
-  }
-  sqlite3_backup_step(backup, -1);
-  const int code = sqlite3_backup_finish(backup);
-  if (code == SQLITE_OK) return absl::OkStatus();
-  return MakeError((code & 0xff) == SQLITE_FULL ? absl::StatusCode::kResourceExhausted
-                                                : absl::StatusCode::kUnavailable,
-                   "backup to " + path + ": " + sqlite3_errstr(code));
-}
-
-absl::Status SyncFile(const std::string& path) {
-  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (fd < 0) return ErrnoError(errno, "open " + path);
-  const int code = fsync(fd);
-  const int error = errno;
-  close(fd);
-  return code == 0 ? absl::OkStatus() : ErrnoError(error, "fsync " + path);
-}
-
-// `copy` writes the file; it gets its name when it is whole and on disk.
-absl::Status MakeCopy(const std::string& path,
-                      const std::function<absl::Status(const std::string& temporary)>& copy) {
-  if (std::filesystem::exists(path)) {
-    return MakeError(absl::StatusCode::kAlreadyExists, "backup " + path + ": exists already");
-  }
-  const std::string temporary = path + ".partial";
-  std::error_code ignored;
-  std::filesystem::remove(temporary, ignored);
-  absl::Status status = copy(temporary);
-  if (status.ok()) status = SyncFile(temporary);
-  // link refuses to replace a file that has come meanwhile.
-  if (status.ok() && link(temporary.c_str(), path.c_str()) != 0) {
-    status = ErrnoError(errno, "backup " + path);
-  }
-  std::filesystem::remove(temporary, ignored);
-  RETURN_IF_ERROR(status);
-  const std::string folder = std::filesystem::path(path).parent_path().string();
-  return SyncFile(folder.empty() ? "." : folder);
-}
 
 }  // namespace
 
@@ -206,6 +57,22 @@ class JobQueue::Impl {
                       return true;
                     })
         .status();
+  }
+
+  // Runs a command on the writing thread; after its commit, `finish` gets the result on the
+  // finisher's.
+  template <typename T, typename Apply, typename Finish>
+  void DoAsync(const char* name, Finisher::Turn turn, Apply apply, Finish finish) {
+    auto result = std::make_shared<absl::StatusOr<T>>();
+    writer_->Enqueue({name,
+                      [result, apply = std::move(apply)] {
+                        *result = apply();
+                        return result->status();
+                      },
+                      [this, turn, result, finish = std::move(finish)](const absl::Status& status) {
+                        if (!status.ok()) *result = status;
+                        finisher_->Enqueue(turn, [result, finish] { finish(*result); });
+                      }});
   }
 
   absl::StatusOr<std::vector<v1::Lease>> Messages(const std::vector<GrantedLease>& granted) {
@@ -246,6 +113,10 @@ class JobQueue::Impl {
   }
 
   void Published(Effects effects);
+  JobQueueStats Counted() const {
+    const std::lock_guard lock(mutex_);
+    return counted_;
+  }
 
   JobQueueOptions options_;
   std::unique_ptr<DatabaseLock> lock_;
@@ -261,9 +132,8 @@ class JobQueue::Impl {
   std::unique_ptr<Writer> writer_;
 
   mutable std::mutex mutex_;
-  JobQueueObserver* observer_ = nullptr;  // Guarded by mutex_, like the counters below.
-  uint64_t granted_ = 0, completions_ = 0, failures_ = 0, losses_ = 0, stale_ = 0;
-  uint64_t splits_ = 0, archived_ = 0;
+  JobQueueObserver* observer_ = nullptr;  // Guarded by mutex_.
+  JobQueueStats counted_;  // Counters of published effects, nothing else. Guarded by mutex_.
 };
 
 absl::Status JobQueue::Impl::Open() {
@@ -308,13 +178,13 @@ void JobQueue::Impl::Published(Effects effects) {
   for (const LeaseRef& lease : effects.granted) book_.Add(lease);
   for (const LeaseRef& lease : effects.ended) book_.Remove(lease);
   const std::lock_guard lock(mutex_);
-  granted_ += effects.granted.size();
-  completions_ += effects.completions;
-  failures_ += effects.failures;
-  losses_ += effects.losses;
-  stale_ += effects.stale;
-  splits_ += effects.splits;
-  archived_ += effects.archived;
+  counted_.leases_granted += effects.granted.size();
+  counted_.completions += effects.completions;
+  counted_.failures += effects.failures;
+  counted_.losses += effects.losses;
+  counted_.stale_reports += effects.stale;
+  counted_.splits += effects.splits;
+  counted_.archived_jobs += effects.archived;
   if (observer_ == nullptr) return;
   for (const LeaseRef& lease : effects.ended) {
     if (!lease.stop) continue;
@@ -389,23 +259,14 @@ absl::StatusOr<std::vector<v1::Lease>> JobQueue::Lease(const WorkerFacts& worker
 
 void JobQueue::LeaseAsync(const WorkerFacts& worker, int max_jobs,
                           std::function<void(absl::StatusOr<std::vector<v1::Lease>>)> done) {
-  const int n = std::min(max_jobs, kMostLeases);
   Impl* impl = impl_.get();
-  auto granted = std::make_shared<std::vector<GrantedLease>>();
-  impl->writer_->Enqueue({"lease",
-                          [=] {
-                            ASSIGN_OR_RETURN(*granted, impl->machine_->Lease(worker, n));
-                            return absl::OkStatus();
-                          },
-                          [=](const absl::Status& status) {
-                            impl->finisher_->Enqueue(Finisher::Turn::kFirst, [=] {
-                              if (status.ok()) {
-                                done(impl->Messages(*granted));
-                              } else {
-                                done(status);
-                              }
-                            });
-                          }});
+  impl->DoAsync<std::vector<GrantedLease>>(
+      "lease", Finisher::Turn::kFirst,
+      [=] { return impl->machine_->Lease(worker, std::min(max_jobs, kMostLeases)); },
+      [=](const absl::StatusOr<std::vector<GrantedLease>>& granted) {
+        if (!granted.ok()) return done(granted.status());
+        done(impl->Messages(*granted));
+      });
 }
 
 absl::StatusOr<v1::ReportOutcome> JobQueue::Complete(const v1::CompleteRequest& request) {
@@ -421,21 +282,12 @@ void JobQueue::CompleteAsync(const v1::CompleteRequest& request, const std::stri
   Impl* impl = impl_.get();
   auto report = std::make_shared<CheckedReport>(CheckReport(request, *impl_->options_.kinds));
   if (report->invalid.empty()) report->invalid = invalid;
-  auto verdict = std::make_shared<Machine::Verdict>();
-  impl->writer_->Enqueue({"complete",
-                          [=] {
-                            ASSIGN_OR_RETURN(*verdict, impl->machine_->Complete(*report));
-                            return absl::OkStatus();
-                          },
-                          [=](const absl::Status& status) {
-                            impl->finisher_->Enqueue(Finisher::Turn::kAfterThose, [=] {
-                              if (status.ok()) {
-                                done(Impl::OutcomeOf(*verdict));
-                              } else {
-                                done(status);
-                              }
-                            });
-                          }});
+  impl->DoAsync<Machine::Verdict>(
+      "complete", Finisher::Turn::kAfterThose, [=] { return impl->machine_->Complete(*report); },
+      [=](const absl::StatusOr<Machine::Verdict>& verdict) {
+        if (!verdict.ok()) return done(verdict.status());
+        done(Impl::OutcomeOf(*verdict));
+      });
 }
 
 absl::StatusOr<v1::ReportOutcome> JobQueue::Fail(const v1::FailRequest& request) {
@@ -534,7 +386,7 @@ absl::StatusOr<std::vector<RunningJob>> JobQueue::ListRunning() {
 
 JobQueueStats JobQueue::Stats() const {
   const WriterStats writer = impl_->writer_->stats();
-  JobQueueStats stats;
+  JobQueueStats stats = impl_->Counted();
   for (size_t kind = 0; kind < kinds().size(); ++kind) {
     for (size_t state = 0; state < kJobStates; ++state) {
       stats.jobs[{kinds().at(kind).name(), kJobStateNames[state]}] = writer.jobs[kind][state];
@@ -554,14 +406,6 @@ JobQueueStats JobQueue::Stats() const {
   stats.batch_bounds = writer.batch.bounds();
   stats.batch_counts = writer.batch.Cumulative();
   stats.leases_held = impl_->book_.size();
-  const std::lock_guard lock(impl_->mutex_);
-  stats.leases_granted = impl_->granted_;
-  stats.completions = impl_->completions_;
-  stats.failures = impl_->failures_;
-  stats.losses = impl_->losses_;
-  stats.stale_reports = impl_->stale_;
-  stats.splits = impl_->splits_;
-  stats.archived_jobs = impl_->archived_;
   return stats;
 }
 
@@ -575,53 +419,8 @@ absl::StatusOr<std::vector<std::string>> JobQueue::Check() {
   return found;
 }
 
-absl::StatusOr<std::vector<std::string>> JobQueue::CheckFile(const std::string& db_path) {
-  if (!std::filesystem::exists(db_path)) {
-    return MakeError(absl::StatusCode::kNotFound, "database " + db_path + ": no such file");
-  }
-  ASSIGN_OR_RETURN(const auto lock, DatabaseLock::Acquire(db_path));
-  ASSIGN_OR_RETURN(const auto db, OpenWriter(db_path, ""));
-  ASSIGN_OR_RETURN(const auto version, db->Integer("PRAGMA user_version"));
-  if (version.value_or(0) != NewestSchemaVersion()) {
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     "database " + db_path + " has schema version " +
-                         std::to_string(version.value_or(0)) + ", this program checks version " +
-                         std::to_string(NewestSchemaVersion()));
-  }
-  return AuditDatabase(*db, KindRegistry::Builtin());
-}
-
-absl::Status JobQueue::VisitOutputs(
-    const std::string& db_path,
-    const std::function<absl::Status(const std::vector<JobKind::OutputFile>&)>& visit) {
-  ASSIGN_OR_RETURN(const auto lock, DatabaseLock::Acquire(db_path));
-  ASSIGN_OR_RETURN(const auto db, OpenWriter(db_path, ""));
-  const KindRegistry& kinds = KindRegistry::Builtin();
-  SqliteQuery results(*db, "SELECT stage, bytes FROM results WHERE bytes IS NOT NULL");
-  while (results.Next()) {
-    for (size_t i = 0; i < kinds.size(); ++i) {
-      const auto files = kinds.at(i).StoredFiles(results.Text(0), results.Blob(1));
-      if (!files.empty()) RETURN_IF_ERROR(visit(files));
-    }
-  }
-  return results.status();
-}
-
 absl::Status JobQueue::Backup(const std::string& path) {
-  return MakeCopy(path, [this](const std::string& temporary) {
-    return impl_->readers_->Read(0,
-                                 [&](SqliteConnection& db) { return CopyDatabase(db, temporary); });
-  });
-}
-
-absl::Status JobQueue::BackupFile(const std::string& db_path, const std::string& path) {
-  if (!std::filesystem::exists(db_path)) {
-    return MakeError(absl::StatusCode::kNotFound, "database " + db_path + ": no such file");
-  }
-  return MakeCopy(path, [&](const std::string& temporary) -> absl::Status {
-    ASSIGN_OR_RETURN(const auto db, OpenReader(db_path, ""));
-    return CopyDatabase(*db, temporary);
-  });
+  return impl_->readers_->Read(0, [&](SqliteConnection& db) { return BackUp(db, path); });
 }
 
 }  // namespace parallax

@@ -244,22 +244,8 @@ class JobQueue {
   // Re-derives every invariant; empty when all hold. Reads everything: seconds
   // for a million rows.
   absl::StatusOr<std::vector<std::string>> Check();
-  // A consistent copy while work goes on; appears at `path` whole or not at all. kAlreadyExists.
+  // A consistent copy while work goes on; see backup.h.
   absl::Status Backup(const std::string& path);
-
-  // Backup of a file that a coordinator may have open meanwhile (`coordinator backup`).
-  static absl::Status BackupFile(const std::string& db_path, const std::string& path);
-
-  // Calls `visit` with the files of each stored result of a database that no coordinator has open
-  // (`coordinator check --store`). Errors: the first of `visit`; as CheckFile.
-  static absl::Status VisitOutputs(
-      const std::string& db_path,
-      const std::function<absl::Status(const std::vector<JobKind::OutputFile>&)>& visit);
-
-  // The same auditor on a file that no coordinator has open (`coordinator check`). Errors:
-  // kNotFound; kFailedPrecondition for one that a coordinator has open or of another schema; the
-  // database's.
-  static absl::StatusOr<std::vector<std::string>> CheckFile(const std::string& db_path);
 
  private:
   class Impl;

@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "common/base/log.h"
+#include "coordinator/queue/database_tools.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator_process.h"
 #include "gap_farm.h"
@@ -193,7 +194,7 @@ struct Bench {
     out["jobs"] = arguments.jobs;
     out["workers"] = arguments.workers;
     out["slots"] = arguments.slots;
-    ASSIGN_OR_RETURN(const std::vector<std::string> violations, JobQueue::CheckFile(db()));
+    ASSIGN_OR_RETURN(const std::vector<std::string> violations, AuditDatabaseFile(db()));
     out["audit"] = violations.empty() ? "sound" : violations.front();
     out["machine"] = MachineText();
     out["commit"] = FirstLineOf("git rev-parse --short HEAD");

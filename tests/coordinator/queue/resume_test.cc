@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "coordinator/queue/database_tools.h"
 #include "train_fixture.h"
 
 namespace parallax {
@@ -315,7 +316,7 @@ TEST_F(Resume, TheAuditorFindsEveryBrokenPromise) {
     char* error = nullptr;
     EXPECT_EQ(sqlite3_exec(db, sql.c_str(), nullptr, nullptr, &error), SQLITE_OK) << error;
     sqlite3_close(db);
-    const auto violations = JobQueue::CheckFile(options_.db_path);
+    const auto violations = AuditDatabaseFile(options_.db_path);
     ASSERT_TRUE(violations.ok()) << violations.status();
     EXPECT_THAT(*violations, Contains(HasSubstr(c.found))) << c.sql;
   }

@@ -8,6 +8,7 @@
 
 #include "coordinator/queue/auditor.h"
 #include "coordinator/queue/database_file.h"
+#include "coordinator/queue/database_tools.h"
 #include "coordinator/queue/ledger.h"
 #include "coordinator/queue/migrations.h"
 #include "queue_fixture.h"
@@ -37,7 +38,7 @@ TEST_F(StorageTest, ASecondCoordinatorIsRefused) {
   const absl::Status status = OpenStatus();
   EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(std::string(status.message()), HasSubstr("open in another coordinator (process "));
-  EXPECT_EQ(JobQueue::CheckFile(options_.db_path).status().code(),
+  EXPECT_EQ(AuditDatabaseFile(options_.db_path).status().code(),
             absl::StatusCode::kFailedPrecondition);
 }
 
@@ -240,7 +241,7 @@ TEST_F(StorageTest, TheAuditorFindsPlantedCorruption) {
     std::filesystem::copy_file(original, options_.db_path,
                                std::filesystem::copy_options::overwrite_existing);
     Meddle(open_up + c.sql);
-    const auto violations = JobQueue::CheckFile(options_.db_path);
+    const auto violations = AuditDatabaseFile(options_.db_path);
     ASSERT_TRUE(violations.ok()) << c.sql << violations.status();
     EXPECT_THAT(*violations, testing::Contains(HasSubstr(c.found))) << c.sql;
   }
@@ -249,10 +250,10 @@ TEST_F(StorageTest, TheAuditorFindsPlantedCorruption) {
 TEST_F(StorageTest, AFileThatACoordinatorHasOpenCanBeCopied) {
   Submit({.pairs = 4});
   const std::string backup = folder_ + "/copy.db";
-  EXPECT_EQ(JobQueue::BackupFile(folder_ + "/none.db", backup).code(), absl::StatusCode::kNotFound);
-  const absl::Status copied = JobQueue::BackupFile(options_.db_path, backup);
+  EXPECT_EQ(BackUpFile(folder_ + "/none.db", backup).code(), absl::StatusCode::kNotFound);
+  const absl::Status copied = BackUpFile(options_.db_path, backup);
   ASSERT_TRUE(copied.ok()) << copied;
-  EXPECT_EQ(JobQueue::BackupFile(options_.db_path, backup).code(),
+  EXPECT_EQ(BackUpFile(options_.db_path, backup).code(),
             absl::StatusCode::kAlreadyExists);
   Submit({.name = "later"});
   const std::string id = queue_->database_id();
@@ -293,7 +294,7 @@ TEST_F(StorageTest, ABackupIsWholeWhileWorkGoesOn) {
   EXPECT_EQ(queue_->Backup(backup).code(), absl::StatusCode::kAlreadyExists);
   stop = true;
   worker.join();
-  EXPECT_THAT(*JobQueue::CheckFile(backup), IsEmpty());
+  EXPECT_THAT(*AuditDatabaseFile(backup), IsEmpty());
   options_.db_path = backup;
   Reopen();
   clock_.Advance(31);

@@ -1,6 +1,7 @@
 // Jobs that wait for other jobs or for a variant's pairs, by the kind `noop`.
 #include <sqlite3.h>
 
+#include "coordinator/queue/database_tools.h"
 #include "queue_fixture.h"
 #include "tests/noop/noop_kind.h"
 
@@ -346,7 +347,7 @@ TEST_F(WaitsTest, TheAuditorFindsEveryBrokenWait) {
     char* error = nullptr;
     EXPECT_EQ(sqlite3_exec(db, sql.c_str(), nullptr, nullptr, &error), SQLITE_OK) << error;
     sqlite3_close(db);
-    const auto violations = JobQueue::CheckFile(options_.db_path);
+    const auto violations = AuditDatabaseFile(options_.db_path);
     ASSERT_TRUE(violations.ok()) << violations.status();
     EXPECT_THAT(*violations, testing::Contains(HasSubstr(c.found))) << c.sql;
   }

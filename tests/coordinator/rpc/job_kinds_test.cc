@@ -3,6 +3,7 @@
 #include <atomic>
 
 #include "common/store/store.h"
+#include "coordinator/queue/database_tools.h"
 #include "puppet.h"
 #include "server_fixture.h"
 #include "tests/noop/noop_handler.h"
@@ -202,7 +203,7 @@ TEST_F(OutputsTest, PublishedFilesCanBeLookedForLater) {
     files += static_cast<int>(some.size());
     return absl::OkStatus();
   };
-  ASSERT_TRUE(JobQueue::VisitOutputs(directory_ + "/queue.db", count).ok());
+  ASSERT_TRUE(VisitStoredOutputs(directory_ + "/queue.db", count).ok());
   EXPECT_EQ(files, result_.frames(0).files_size());
 }
 

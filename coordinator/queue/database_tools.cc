@@ -1,0 +1,53 @@
+#include "coordinator/queue/database_tools.h"
+
+#include <filesystem>
+
+#include "coordinator/queue/auditor.h"
+#include "coordinator/queue/backup.h"
+#include "coordinator/queue/database_file.h"
+#include "coordinator/queue/migrations.h"
+#include "coordinator/queue/sqlite.h"
+
+namespace parallax {
+
+absl::StatusOr<std::vector<std::string>> AuditDatabaseFile(const std::string& db_path) {
+  if (!std::filesystem::exists(db_path)) {
+    return MakeError(absl::StatusCode::kNotFound, "database " + db_path + ": no such file");
+  }
+  ASSIGN_OR_RETURN(const auto lock, DatabaseLock::Acquire(db_path));
+  ASSIGN_OR_RETURN(const auto db, OpenWriter(db_path, ""));
+  ASSIGN_OR_RETURN(const auto version, db->Integer("PRAGMA user_version"));
+  if (version.value_or(0) != NewestSchemaVersion()) {
+    return MakeError(absl::StatusCode::kFailedPrecondition,
+                     "database " + db_path + " has schema version " +
+                         std::to_string(version.value_or(0)) + ", this program checks version " +
+                         std::to_string(NewestSchemaVersion()));
+  }
+  return AuditDatabase(*db, KindRegistry::Builtin());
+}
+
+absl::Status VisitStoredOutputs(
+    const std::string& db_path,
+    const std::function<absl::Status(const std::vector<JobKind::OutputFile>&)>& visit) {
+  ASSIGN_OR_RETURN(const auto lock, DatabaseLock::Acquire(db_path));
+  ASSIGN_OR_RETURN(const auto db, OpenWriter(db_path, ""));
+  const KindRegistry& kinds = KindRegistry::Builtin();
+  SqliteQuery results(*db, "SELECT stage, bytes FROM results WHERE bytes IS NOT NULL");
+  while (results.Next()) {
+    for (size_t i = 0; i < kinds.size(); ++i) {
+      const auto files = kinds.at(i).StoredFiles(results.Text(0), results.Blob(1));
+      if (!files.empty()) RETURN_IF_ERROR(visit(files));
+    }
+  }
+  return results.status();
+}
+
+absl::Status BackUpFile(const std::string& db_path, const std::string& path) {
+  if (!std::filesystem::exists(db_path)) {
+    return MakeError(absl::StatusCode::kNotFound, "database " + db_path + ": no such file");
+  }
+  ASSIGN_OR_RETURN(const auto db, OpenReader(db_path, ""));
+  return BackUp(*db, path);
+}
+
+}  // namespace parallax

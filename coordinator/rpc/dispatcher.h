@@ -19,19 +19,10 @@
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
 #include "coordinator/rpc/task_pool.h"
+#include "coordinator/rpc/worker_link.h"
 #include "parallax/v1/service.pb.h"
 
 namespace parallax {
-
-// A worker's stream, seen from here. Neither call blocks nor calls back into the dispatcher on the
-// same stack.
-class WorkerLink {
- public:
-  virtual ~WorkerLink() = default;
-  virtual void Send(v1::CoordinatorMessage message) = 0;
-  // `abort`: the peer doesn't answer, don't wait for it.
-  virtual void Close(const absl::Status& status, bool abort) = 0;
-};
 
 class Dispatcher final : public JobQueueObserver {
  public:

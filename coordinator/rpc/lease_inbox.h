@@ -1,0 +1,93 @@
+// What the queue's threads leave for the dispatcher's: answers to calls for leases, orders to stop,
+// and word that work may be ready.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/base/status.h"
+#include "coordinator/rpc/worker_link.h"
+#include "parallax/v1/service.pb.h"
+
+namespace parallax {
+
+// Workers of equal abilities: kinds of jobs, memory, tags.
+using WorkerClass = std::tuple<std::vector<std::string>, int64_t, std::vector<std::string>>;
+
+struct LeaseNote {
+  enum Kind { kLeases, kStop } kind = kLeases;
+  std::string worker;
+  // With kLeases: what was asked, and the answer.
+  std::weak_ptr<WorkerLink> link;  // The worker's when it asked.
+  WorkerClass of_class;
+  uint64_t round = 0;
+  int asked = 0;
+  absl::StatusOr<std::vector<v1::Lease>> leases = std::vector<v1::Lease>();
+  // With kStop.
+  v1::AttemptId attempt;
+  std::string reason;
+};
+
+// Thread-safe. Shared by the dispatcher and the calls under way, so that it outlives both.
+class LeaseInbox {
+ public:
+  void Leave(LeaseNote note) {
+    std::lock_guard lock(mu_);
+    notes_.push_back(std::move(note));
+    changed_.notify_one();
+  }
+  void WorkIsReady() {
+    std::lock_guard lock(mu_);
+    work_ready_ = true;
+    changed_.notify_one();
+  }
+  // Ends the wait of Take without a note.
+  void Poke() {
+    std::lock_guard lock(mu_);
+    poked_ = true;
+    changed_.notify_one();
+  }
+  void CallBegins() {
+    std::lock_guard lock(mu_);
+    ++calls_in_flight_;
+  }
+  void CallEnds(LeaseNote answer) {
+    std::lock_guard lock(mu_);
+    --calls_in_flight_;
+    notes_.push_back(std::move(answer));
+    changed_.notify_one();
+  }
+
+  // Waits for something or the deadline, and takes all notes. True when work may be ready.
+  bool Take(SteadyTime deadline, std::deque<LeaseNote>* notes) {
+    std::unique_lock lock(mu_);
+    changed_.wait_until(lock, deadline,
+                        [this] { return !notes_.empty() || work_ready_ || poked_; });
+    notes->swap(notes_);
+    poked_ = false;
+    return std::exchange(work_ready_, false);
+  }
+  bool IsQuiet() {
+    std::lock_guard lock(mu_);
+    return calls_in_flight_ == 0 && notes_.empty();
+  }
+
+ private:
+  std::mutex mu_;
+  std::condition_variable changed_;
+  // Guarded by mu_.
+  std::deque<LeaseNote> notes_;
+  bool work_ready_ = false;
+  bool poked_ = false;
+  int calls_in_flight_ = 0;
+};
+
+}  // namespace parallax

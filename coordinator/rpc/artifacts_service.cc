@@ -8,11 +8,11 @@
 #include <filesystem>
 
 #include "common/base/hash.h"
+#include "common/base/seconds.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
 #include "common/store/store.h"
 #include "coordinator/queue/job_queue.h"
-#include "coordinator/rpc/seconds.h"
 #include "coordinator/rpc/validation.h"
 
 namespace parallax {

@@ -2,7 +2,7 @@
 
 #include <pthread.h>
 
-#include "coordinator/rpc/seconds.h"
+#include "common/base/seconds.h"
 
 namespace parallax {
 namespace {

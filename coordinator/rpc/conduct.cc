@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "coordinator/rpc/seconds.h"
+#include "common/base/seconds.h"
 
 namespace parallax {
 namespace {

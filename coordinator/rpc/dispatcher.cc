@@ -11,11 +11,12 @@
 #include <thread>
 
 #include "common/base/log.h"
+#include "common/base/seconds.h"
 #include "coordinator/queue/histogram.h"
 #include "coordinator/rpc/ask_window.h"
 #include "coordinator/rpc/fleet.h"
 #include "coordinator/rpc/lease_inbox.h"
-#include "coordinator/rpc/seconds.h"
+#include "coordinator/rpc/reply_size.h"
 #include "coordinator/rpc/validation.h"
 
 namespace parallax {

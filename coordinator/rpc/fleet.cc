@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "common/base/log.h"
-#include "coordinator/rpc/seconds.h"
+#include "common/base/seconds.h"
 #include "coordinator/rpc/validation.h"
 
 namespace parallax {

@@ -1,16 +1,10 @@
 #include "worker/agent/retirement.h"
 
 #include <algorithm>
-#include <chrono>
+
+#include "common/base/seconds.h"
 
 namespace parallax {
-namespace {
-
-SteadyTime::duration Duration(double seconds) {
-  return std::chrono::duration_cast<SteadyTime::duration>(std::chrono::duration<double>(seconds));
-}
-
-}  // namespace
 
 void Retirement::Began(AttemptKey attempt, SteadyTime now) { running_[attempt] = now; }
 
@@ -30,27 +24,27 @@ void Retirement::Observe(bool busy, SteadyTime now) {
 }
 
 SteadyTime Retirement::LastStart() const {
-  return *options_.deadline - std::max(Duration(options_.margin_s), longest_);
+  return *options_.deadline - std::max(SteadySpan(options_.margin_s), longest_);
 }
 
 bool Retirement::TakesWork(SteadyTime now) const { return !options_.deadline || now < LastStart(); }
 
 const char* Retirement::WhyLeave(SteadyTime now) const {
-  if (options_.idle_s > 0 && idle_since_ && now >= *idle_since_ + Duration(options_.idle_s)) {
+  if (options_.idle_s > 0 && idle_since_ && now >= *idle_since_ + SteadySpan(options_.idle_s)) {
     return "idle";
   }
   if (!options_.deadline) return nullptr;
-  if (now >= *options_.deadline - Duration(options_.margin_s)) return "the deadline is near";
+  if (now >= *options_.deadline - SteadySpan(options_.margin_s)) return "the deadline is near";
   if (idle_since_ && !TakesWork(now)) return "no further job would end before the deadline";
   return nullptr;
 }
 
 SteadyTime Retirement::NextLook(SteadyTime until) const {
   if (options_.idle_s > 0 && idle_since_) {
-    until = std::min(until, *idle_since_ + Duration(options_.idle_s));
+    until = std::min(until, *idle_since_ + SteadySpan(options_.idle_s));
   }
   if (options_.deadline) {
-    until = std::min(until, *options_.deadline - Duration(options_.margin_s));
+    until = std::min(until, *options_.deadline - SteadySpan(options_.margin_s));
     if (idle_since_) until = std::min(until, LastStart());
   }
   return until;

@@ -5,9 +5,13 @@
 
 namespace parallax {
 
+// `seconds` as a span of steady time, cut to whole ticks of the clock.
+inline SteadyTime::duration SteadySpan(double seconds) {
+  return std::chrono::duration_cast<SteadyTime::duration>(std::chrono::duration<double>(seconds));
+}
+
 inline SteadyTime SecondsAfter(SteadyTime from, double seconds) {
-  return from +
-         std::chrono::duration_cast<SteadyTime::duration>(std::chrono::duration<double>(seconds));
+  return from + SteadySpan(seconds);
 }
 
 inline double SecondsBetween(SteadyTime from, SteadyTime to) {

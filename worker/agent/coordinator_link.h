@@ -1,0 +1,111 @@
+// The agent's sessions with its coordinator, one after another: finds out who answers, opens the
+// stream, says hello, tries again after a break, and knows until when the coordinator is sure to
+// have heard of this worker.
+//
+// Used by the agent's own thread. The streams' threads only fill the inbox and call Hooks::wake.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/base/status.h"
+#include "parallax/v1/service.grpc.pb.h"
+#include "worker/agent/agent.h"
+#include "worker/agent/backoff.h"
+#include "worker/agent/work_session.h"
+
+namespace parallax {
+
+class CoordinatorLink {
+ public:
+  struct Hooks {
+    std::function<void()> wake;      // From any thread: the inbox has something.
+    std::function<void()> on_break;  // A session is over or did not come about.
+  };
+
+  // `options`, `coordinator` and `clock` outlive the link. `rng` draws the waits between tries.
+  CoordinatorLink(const AgentOptions& options, v1::Coordinator::Stub& coordinator, Clock& clock,
+                  Rng rng, Hooks hooks);
+  ~CoordinatorLink() { Close(); }
+
+  bool IsOpen() const { return session_ != nullptr; }
+  bool IsWelcomed() const { return welcomed_; }
+  // Of the coordinator that answered last; "" before the first.
+  const std::string& coordinator_id() const { return coordinator_id_; }
+  // Not OK: no retry mends it.
+  const absl::Status& fatal() const { return fatal_; }
+
+  // Without a session, and the back-off is over.
+  bool ConnectIsDue() const { return session_ == nullptr && clock_.Steady() >= connect_at_; }
+  // Asks who is there. False when nobody is, or nobody that this worker can work with.
+  bool Meet();
+  // Opens a session with whom Meet found and says hello. `held`: attempts that are ours.
+  void Open(const std::vector<v1::Progress>& held);
+  // The welcome came: from now on leases are counted.
+  void Welcomed(const v1::Welcome& welcome);
+
+  std::deque<v1::CoordinatorMessage> TakeMessages();
+  // Ends the session if its stream has ended.
+  void HandleEnd();
+  // Ends a session that has no welcome in time, or no answer to heartbeats for as long as a lease.
+  void BreakIfSilent();
+
+  // Without effect between sessions.
+  void Send(v1::WorkerMessage message);
+  bool HeartbeatIsDue() const { return welcomed_ && clock_.Steady() >= heartbeat_at_; }
+  void HurryHeartbeat() { heartbeat_at_ = clock_.Steady(); }
+  void SendHeartbeat(std::vector<v1::Progress> held, bool draining);
+  void Answered(int64_t heartbeat_sequence);
+  // The coordinator may have given our leases to others: it is longer than a lease ago that the
+  // last message which is known to have arrived was sent.
+  bool LeaseIsOver() const;
+
+  // Nothing more will be sent; the end of the stream is no news.
+  void Finish();
+  void Close();
+
+  // When there is something to do, at the latest `until`. `has_work`: leased work runs.
+  SteadyTime NextLook(SteadyTime until, bool has_work) const;
+
+ private:
+  // Filled by the stream of session_.
+  struct Inbox {
+    std::deque<v1::CoordinatorMessage> messages;
+    std::optional<absl::Status> end;
+  };
+
+  void SendHello(const std::vector<v1::Progress>& held);
+  void Break(const absl::Status& status);
+
+  const AgentOptions& options_;
+  v1::Coordinator::Stub& coordinator_;
+  Clock& clock_;
+  const Hooks hooks_;
+
+  std::mutex mu_;
+  Inbox inbox_;  // Guarded by mu_.
+
+  Backoff backoff_;
+  std::unique_ptr<WorkSession> session_;  // Null between sessions.
+  bool welcomed_ = false;
+  bool complained_ = false;  // Of the break at hand.
+  std::string coordinator_id_;
+  double lease_s_ = 0;  // 0 before the first welcome.
+  SteadyTime connect_at_;
+  SteadyTime hello_at_{};
+  SteadyTime heard_at_{};  // When the last message that is known to have arrived was sent.
+  SteadyTime heartbeat_at_{};
+  int64_t sequence_ = 0;
+  std::map<int64_t, SteadyTime> sent_at_;  // Heartbeats without answer.
+  absl::Status fatal_;
+};
+
+}  // namespace parallax

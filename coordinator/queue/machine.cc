@@ -74,14 +74,7 @@ void Machine::BeginCommand() {
   changed_variants_.clear();
   granted_mark_ = effects_.granted.size();
   ended_mark_ = effects_.ended.size();
-  counters_mark_ = Effects();
-  counters_mark_.work_ready = effects_.work_ready;
-  counters_mark_.completions = effects_.completions;
-  counters_mark_.failures = effects_.failures;
-  counters_mark_.losses = effects_.losses;
-  counters_mark_.stale = effects_.stale;
-  counters_mark_.splits = effects_.splits;
-  counters_mark_.archived = effects_.archived;
+  counts_mark_ = effects_;
 }
 
 absl::Status Machine::EndCommand() {
@@ -101,13 +94,7 @@ void Machine::UndoCommand() {
   leased_now_ += static_cast<int64_t>(effects_.ended.size() - ended_mark_);
   effects_.granted.resize(granted_mark_);
   effects_.ended.resize(ended_mark_);
-  effects_.work_ready = counters_mark_.work_ready;
-  effects_.completions = counters_mark_.completions;
-  effects_.failures = counters_mark_.failures;
-  effects_.losses = counters_mark_.losses;
-  effects_.stale = counters_mark_.stale;
-  effects_.splits = counters_mark_.splits;
-  effects_.archived = counters_mark_.archived;
+  static_cast<EffectCounts&>(effects_) = counts_mark_;
 }
 
 Effects Machine::TakeEffects() {

@@ -62,12 +62,14 @@ struct LeaseRef {
   std::string reason;
 };
 
-// What must happen outside the database once the command is on disk.
-struct Effects {
-  std::vector<LeaseRef> granted;
-  std::vector<LeaseRef> ended;
+struct EffectCounts {
   bool work_ready = false;
   uint64_t completions = 0, failures = 0, losses = 0, stale = 0, splits = 0, archived = 0;
+};
+// What must happen outside the database once the command is on disk.
+struct Effects : EffectCounts {
+  std::vector<LeaseRef> granted;
+  std::vector<LeaseRef> ended;
 };
 
 class Machine final : private WorkDesk {
@@ -289,7 +291,7 @@ class Machine final : private WorkDesk {
 
   Effects effects_;
   size_t granted_mark_ = 0, ended_mark_ = 0;
-  Effects counters_mark_;
+  EffectCounts counts_mark_;
 };
 
 }  // namespace parallax

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "coordinator/client/progress.h"
 #include "coordinator/client/study_view.h"
 #include "coordinator/client/text.h"
 #include "coordinator/queue/job_kind.h"

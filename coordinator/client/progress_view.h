@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "coordinator/client/progress.h"
+#include "common/base/rate_estimator.h"
 #include "coordinator/client/terminal.h"
 #include "parallax/v1/service.pb.h"
 

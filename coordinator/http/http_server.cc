@@ -11,10 +11,11 @@
 #include "common/base/file.h"
 #include "common/base/hash.h"
 #include "common/base/log.h"
+#include "common/base/rate_estimator.h"
+#include "common/base/seconds.h"
 #include "common/base/version.h"
 #include "common/rpc/endpoint.h"
 #include "coordinator/http/metrics_text.h"
-#include "coordinator/http/pair_rate.h"
 #include "coordinator/http/status_page.h"
 
 namespace parallax {
@@ -220,17 +221,12 @@ class HttpServerImpl final : public HttpServer {
     response.set_content(render(*snapshot), type);
   }
 
-  double Uptime() const {
-    return std::chrono::duration<double>(options_.clock->Steady() - started_).count();
-  }
+  double Uptime() const { return SecondsBetween(started_, options_.clock->Steady()); }
 
   absl::StatusOr<StatusSnapshot> TakeSnapshot() {
     std::lock_guard lock(snapshot_mu_);
     const SteadyTime now = options_.clock->Steady();
-    if (has_snapshot_ &&
-        std::chrono::duration<double>(now - snapshot_at_).count() < kSnapshotAge_s) {
-      return snapshot_;
-    }
+    if (has_snapshot_ && SecondsBetween(snapshot_at_, now) < kSnapshotAge_s) return snapshot_;
     StatusSnapshot fresh;
     ASSIGN_OR_RETURN(fresh.studies, queue_.ListStudies(kStudiesShown));
     fresh.version = kProgramVersion;
@@ -245,9 +241,9 @@ class HttpServerImpl final : public HttpServer {
     ASSIGN_OR_RETURN(fresh.running, queue_.ListRunning());
     int64_t pairs = 0;
     for (const v1::StudyStatus& study : fresh.studies) pairs += CountPairs(study).done;
-    rate_.Add(now, pairs);
-    fresh.pairs_per_hour = rate_.per_hour();
-    NoteEtas(now, fresh);
+    rate_.Add(fresh.uptime_s, static_cast<double>(pairs));
+    fresh.pairs_per_hour = 3600 * rate_.PerSecond().value_or(0);
+    NoteEtas(fresh);
     snapshot_ = std::move(fresh);
     snapshot_at_ = now;
     has_snapshot_ = true;
@@ -255,22 +251,20 @@ class HttpServerImpl final : public HttpServer {
   }
 
   // Requires snapshot_mu_.
-  void NoteEtas(SteadyTime now, StatusSnapshot& fresh) {
-    std::map<int64_t, PairRate> rates;
+  void NoteEtas(StatusSnapshot& fresh) {
+    std::map<int64_t, RateEstimator> rates;
     for (const v1::StudyStatus& study : fresh.studies) {
       if (study.state() != v1::STUDY_STATE_RUNNING) continue;
-      const auto known = study_rates_.find(study.study_id());
-      PairRate& rate =
-          rates
-              .emplace(study.study_id(), known == study_rates_.end() ? PairRate(kRateWindow_s)
-                                                                     : std::move(known->second))
-              .first->second;
+      RateEstimator& rate = rates.emplace(study.study_id(), kRateWindow_s).first->second;
+      if (const auto known = study_rates_.find(study.study_id()); known != study_rates_.end()) {
+        rate = std::move(known->second);
+      }
       const PairCount pairs = CountPairs(study);
-      rate.Add(now, pairs.done);
+      rate.Add(fresh.uptime_s, static_cast<double>(pairs.done));
       // The time that trainings take is unknown.
-      if (rate.per_hour() <= 0 || pairs.done >= pairs.wanted) continue;
-      fresh.eta_s[study.study_id()] =
-          3600.0 * static_cast<double>(pairs.wanted - pairs.done) / rate.per_hour();
+      if (pairs.done >= pairs.wanted) continue;
+      const auto eta_s = rate.SecondsFor(static_cast<double>(pairs.wanted - pairs.done));
+      if (eta_s) fresh.eta_s[study.study_id()] = *eta_s;
     }
     study_rates_ = std::move(rates);
   }
@@ -305,8 +299,8 @@ class HttpServerImpl final : public HttpServer {
 
   std::mutex snapshot_mu_;
   // Guarded by snapshot_mu_.
-  PairRate rate_;
-  std::map<int64_t, PairRate> study_rates_;  // Of those that run.
+  RateEstimator rate_;
+  std::map<int64_t, RateEstimator> study_rates_;  // By running study.
   StatusSnapshot snapshot_;
   SteadyTime snapshot_at_{};
   bool has_snapshot_ = false;

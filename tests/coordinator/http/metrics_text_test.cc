@@ -5,7 +5,6 @@
 #include <set>
 #include <sstream>
 
-#include "coordinator/http/pair_rate.h"
 
 namespace parallax {
 namespace {
@@ -102,22 +101,6 @@ TEST(MetricsText, DeclaresEachMetricOnceBeforeItsSamples) {
       EXPECT_EQ(declared.count(name), 1u) << line;
     }
   }
-}
-
-TEST(PairRate, CountsWhatCameWithinTheWindow) {
-  PairRate rate(600);
-  const SteadyTime start{};
-  EXPECT_EQ(rate.per_hour(), 0);
-  rate.Add(start, 100);
-  EXPECT_EQ(rate.per_hour(), 0) << "one sample is no rate";
-  rate.Add(start + std::chrono::seconds(60), 110);
-  EXPECT_DOUBLE_EQ(rate.per_hour(), 600);
-  for (int minute = 2; minute <= 20; ++minute) {
-    rate.Add(start + std::chrono::minutes(minute), 110);
-  }
-  EXPECT_DOUBLE_EQ(rate.per_hour(), 0) << "the burst is out of the window";
-  rate.Add(start + std::chrono::minutes(21), 5);
-  EXPECT_DOUBLE_EQ(rate.per_hour(), 0) << "a falling total is no negative rate";
 }
 
 }  // namespace

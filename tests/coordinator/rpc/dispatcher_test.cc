@@ -25,7 +25,8 @@ class DispatcherTest : public testing::Test {
   DispatcherTest() {
     char name[] = "/tmp/parallax-dispatcher-XXXXXX";
     directory_ = mkdtemp(name);
-    queue_ = *JobQueue::Open({.db_path = directory_ + "/queue.db"});
+    // No worker falls silent, however long the disk takes for twenty thousand commits.
+    queue_ = *JobQueue::Open({.db_path = directory_ + "/queue.db", .lease_s = 3600});
     pool_.Start();
     dispatcher_ = std::make_unique<Dispatcher>(*queue_, pool_, Clock::System(), 60);
   }

@@ -110,6 +110,7 @@ void RegisterAll(Registry& registry) {
   RegisterView(registry);
   RegisterExport(registry);
   RegisterVerify(registry);
+  RegisterCurate(registry);
   RegisterEvaluate(registry);
   RegisterPredict(registry);
   RegisterTable(registry);

@@ -36,9 +36,10 @@ absl::StatusOr<ChosenPredictor> FromCheckpoint(const PredictorChoice& choice) {
   ASSIGN_OR_RETURN(chosen.run.checkpoint, Sha256HexOfFile(checkpoint));
   chosen.run.variant = fs::path(checkpoint).stem();
   chosen.run.trainer = "builtin";
-  chosen.predictor = MakeCommandPredictor({.command = TrainerPredictCommand(program, checkpoint),
-                                           .pair_s = choice.pair_s,
-                                           .name = choice.what});
+  chosen.predictor =
+      MakeCommandPredictor({.command = TrainerPredictCommand(program, checkpoint, choice.threads),
+                            .pair_s = choice.pair_s,
+                            .name = choice.what});
   return chosen;
 }
 

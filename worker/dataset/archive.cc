@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <sstream>
 #include <vector>
 
@@ -156,6 +157,11 @@ class Archive final : public ArchiveWriter {
     const bool present = fs::exists(dir, error);
     const auto known = index.find(line.key);
     const bool indexed = known != index.end() && known->second.files == line.files;
+    if (indexed) {  // Curation judged these very files; the coordinator knows nothing of it.
+      if (const std::optional<double> share = AmbiguousShareOf(known->second)) {
+        RETURN_IF_ERROR(SetAmbiguousShare(share, variant->config().filters(), line));
+      }
+    }
     if (present && IsEqual(dir, source, frame.frame(), indexed)) {
       ++totals_.frames_present;
     } else {

@@ -73,6 +73,25 @@ absl::Status JudgeAnew(const v1::FilterConfig& filters, IndexLine& line) {
   return SetVerdicts(filters, json, line);
 }
 
+absl::Status SetAmbiguousShare(std::optional<double> share, const v1::FilterConfig& filters,
+                               IndexLine& line) {
+  Json json = Json::parse(line.text, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object() || !json.contains("statistics") || !json["statistics"].is_object()) {
+    return absl::DataLossError("not a line of an index");
+  }
+  json["statistics"].erase(kAmbiguousShare);
+  if (share) json["statistics"][kAmbiguousShare] = *share;
+  return SetVerdicts(filters, json, line);
+}
+
+std::optional<double> AmbiguousShareOf(const IndexLine& line) {
+  const Json json = Json::parse(line.text, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object() || !json.contains("statistics")) return std::nullopt;
+  const auto share = json["statistics"].find(kAmbiguousShare);
+  if (share == json["statistics"].end() || !share->is_number()) return std::nullopt;
+  return share->get<double>();
+}
+
 absl::StatusOr<IndexLine> ParseIndexLine(const std::string& text) {
   const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
   const auto number = [&](const char* key) {

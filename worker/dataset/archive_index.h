@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -32,6 +33,13 @@ absl::StatusOr<IndexLine> MakeIndexLine(const v1::PublishedFrame& frame,
 // Replaces the line's verdicts by those that `filters` ask for, from the statistics in the line.
 // Errors: those of Judge; kDataLoss for a line that is not one of ours.
 absl::Status JudgeAnew(const v1::FilterConfig& filters, IndexLine& line);
+
+// Sets the line's statistic `ambiguous_share`, in [0, 1], or removes it, and judges the line anew.
+// Errors: those of JudgeAnew.
+absl::Status SetAmbiguousShare(std::optional<double> share, const v1::FilterConfig& filters,
+                               IndexLine& line);
+// Nothing for a frame that was not curated. Requires a line of ParseIndexLine or MakeIndexLine.
+std::optional<double> AmbiguousShareOf(const IndexLine& line);
 
 // Errors: kDataLoss for a line that is not one of ours.
 absl::StatusOr<IndexLine> ParseIndexLine(const std::string& text);

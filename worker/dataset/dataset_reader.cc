@@ -97,6 +97,11 @@ absl::StatusOr<DatasetVariant> ReadVariant(const std::string& dir) {
   return variant;
 }
 
+bool Matches(const std::string& pattern, const std::string& name) {
+  if (pattern.empty() || pattern.back() != '*') return pattern == name;
+  return name.compare(0, pattern.size() - 1, pattern, 0, pattern.size() - 1) == 0;
+}
+
 }  // namespace
 
 absl::StatusOr<Dataset> ReadDataset(const std::string& path) {
@@ -126,6 +131,30 @@ absl::StatusOr<Dataset> ReadDataset(const std::string& path) {
     dataset.variants.push_back(std::move(variant));
   }
   return dataset;
+}
+
+absl::StatusOr<std::vector<DatasetVariant>> ChooseVariants(
+    Dataset dataset, const std::vector<std::string>& patterns) {
+  if (patterns.empty()) return std::move(dataset.variants);
+  std::vector<DatasetVariant> chosen;
+  for (const std::string& pattern : patterns) {
+    const bool known =
+        std::any_of(dataset.variants.begin(), dataset.variants.end(),
+                    [&](const DatasetVariant& v) { return Matches(pattern, v.name); });
+    if (known) continue;
+    std::string names;
+    for (const DatasetVariant& v : dataset.variants) names += (names.empty() ? "" : ", ") + v.name;
+    return MakeError(
+        absl::StatusCode::kInvalidArgument,
+        "no variant \"" + pattern + "\" in " + dataset.dir + " (there are " + names + ")");
+  }
+  for (DatasetVariant& variant : dataset.variants) {
+    if (std::any_of(patterns.begin(), patterns.end(),
+                    [&](const std::string& p) { return Matches(p, variant.name); })) {
+      chosen.push_back(std::move(variant));
+    }
+  }
+  return chosen;
 }
 
 }  // namespace parallax

@@ -40,4 +40,10 @@ struct Dataset {
 // Errors: kNotFound when there is no index; kDataLoss for an index line that is not one.
 absl::StatusOr<Dataset> ReadDataset(const std::string& dir);
 
+// The dataset's variants whose names match one of `patterns`; a trailing * matches the rest. All of
+// them for no pattern. Errors: kInvalidArgument for a pattern that matches none, listing what there
+// is.
+absl::StatusOr<std::vector<DatasetVariant>> ChooseVariants(
+    Dataset dataset, const std::vector<std::string>& patterns);
+
 }  // namespace parallax

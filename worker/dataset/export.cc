@@ -30,35 +30,6 @@ absl::Status Refuse(const std::string& message) {
   return MakeError(absl::StatusCode::kFailedPrecondition, message);
 }
 
-bool Matches(const std::string& pattern, const std::string& name) {
-  if (pattern.empty() || pattern.back() != '*') return pattern == name;
-  return name.compare(0, pattern.size() - 1, pattern, 0, pattern.size() - 1) == 0;
-}
-
-absl::StatusOr<std::vector<DatasetVariant>> ChooseVariants(Dataset dataset,
-                                                           const ExportOptions& options) {
-  if (options.variants.empty()) return std::move(dataset.variants);
-  std::vector<DatasetVariant> chosen;
-  for (const std::string& pattern : options.variants) {
-    const bool known =
-        std::any_of(dataset.variants.begin(), dataset.variants.end(),
-                    [&](const DatasetVariant& v) { return Matches(pattern, v.name); });
-    if (known) continue;
-    std::string names;
-    for (const DatasetVariant& v : dataset.variants) names += (names.empty() ? "" : ", ") + v.name;
-    return MakeError(
-        absl::StatusCode::kInvalidArgument,
-        "no variant \"" + pattern + "\" in " + dataset.dir + " (there are " + names + ")");
-  }
-  for (DatasetVariant& variant : dataset.variants) {
-    if (std::any_of(options.variants.begin(), options.variants.end(),
-                    [&](const std::string& p) { return Matches(p, variant.name); })) {
-      chosen.push_back(std::move(variant));
-    }
-  }
-  return chosen;
-}
-
 // Every file that the layouts read must be there: half a dataset must not pass for a whole one.
 absl::Status CheckWhole(const DatasetVariant& variant, const ExportOptions& options) {
   if (!variant.faults.empty()) return Refuse("the dataset has holes: " + variant.faults.front());
@@ -334,7 +305,7 @@ absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::st
   ASSIGN_OR_RETURN(Dataset dataset, ReadDataset(dir));
   const std::string from = dataset.dir;
   ASSIGN_OR_RETURN(const std::vector<DatasetVariant> variants,
-                   ChooseVariants(std::move(dataset), options));
+                   ChooseVariants(std::move(dataset), options.variants));
   for (const DatasetVariant& variant : variants) RETURN_IF_ERROR(CheckWhole(variant, options));
 
   std::string out = fs::absolute(out_dir).lexically_normal();

@@ -37,6 +37,13 @@ Opinion Close(const FrameFacts& frame, const v1::FilterConfig& filters) {
   return NearestIsAtLeast(frame, filters.min_distance_m());
 }
 
+Opinion Ambiguous(const FrameFacts& frame, const v1::FilterConfig& filters) {
+  const double most = filters.has_max_ambiguous_share() ? filters.max_ambiguous_share() : 1;
+  const auto share = frame.statistics.find(kAmbiguousShare);
+  if (most >= 1 || share == frame.statistics.end()) return std::nullopt;
+  return Verdict{.passed = share->second <= most, .value = share->second, .threshold = most};
+}
+
 constexpr struct {
   const char* name;
   Opinion (*judge)(const FrameFacts& frame, const v1::FilterConfig& filters);
@@ -44,6 +51,7 @@ constexpr struct {
     {"dark", &Dark},
     {"near", &Near},
     {"close", &Close},
+    {"ambiguous", &Ambiguous},
 };
 
 }  // namespace

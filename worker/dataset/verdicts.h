@@ -13,6 +13,9 @@
 
 namespace parallax {
 
+// The statistic of the verdict `ambiguous`, in a line of the index. Only curation writes it.
+inline constexpr char kAmbiguousShare[] = "ambiguous_share";
+
 struct Verdict {
   std::string name;
   bool passed = true;
@@ -29,6 +32,9 @@ struct FrameFacts {
 //   dark    mean_intensity is below min_mean_intensity
 //   near    min_depth_m is below min_depth_m of the filters
 //   close   the same with min_distance_m, unless that is 0
+//   ambiguous  ambiguous_share is above max_ambiguous_share, unless that is 1 or absent; frames
+//   that
+//              were not curated are not judged
 // A frame that sees no surface at all passes "near" and "close".
 // Errors: kFailedPrecondition when the facts lack a number that a verdict needs, naming both.
 absl::StatusOr<std::vector<Verdict>> Judge(const FrameFacts& frame,

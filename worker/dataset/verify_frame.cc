@@ -342,7 +342,9 @@ class FrameChecker {
         }
         const double value = verdict["value"], threshold = verdict["threshold"];
         const bool is_distance = name == "near" || name == "close";
-        const bool expected = value >= threshold || (is_distance && value == 0);
+        const bool is_ambiguous = name == "ambiguous";
+        const bool expected =
+            is_ambiguous ? value <= threshold : value >= threshold || (is_distance && value == 0);
         passed = passed && verdict["passed"].get<bool>();
         if (verdict["passed"].get<bool>() != expected) {
           Find("filters", "",
@@ -351,6 +353,7 @@ class FrameChecker {
         }
         if (is_distance) CompareNearest(name, value);
         if (name == "dark") CompareMean(value);
+        if (is_ambiguous) CompareShare(value);
       }
     } else {
       Find("filters", "", "the index has no filter verdicts for it");
@@ -371,6 +374,16 @@ class FrameChecker {
            "\"" + name + "\" judged a nearest depth of " + Text(value) + " m, the maps have " +
                Text(nearest));
     }
+  }
+
+  // What networks found can't be seen from the maps.
+  void CompareShare(double value) {
+    const Json share =
+        frame_.line.value("statistics", Json::object()).value("ambiguous_share", Json());
+    if (share.is_number() && share.get<double>() == value && value >= 0 && value <= 1) return;
+    Find(
+        "filters", "",
+        "\"ambiguous\" judged a share of " + Text(value) + ", the statistics have " + share.dump());
   }
 
   void CompareMean(double value) {

@@ -4,6 +4,7 @@
 
 namespace parallax::client {
 
+void RegisterCurate(Registry& registry);
 void RegisterEvaluate(Registry& registry);
 void RegisterPredict(Registry& registry);
 void RegisterTable(Registry& registry);

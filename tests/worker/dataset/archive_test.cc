@@ -12,6 +12,7 @@
 #include "common/config/config.h"
 #include "tests/worker/dataset/synthetic_scene.h"
 #include "worker/dataset/frame_writer.h"
+#include "worker/dataset/judge_archive.h"
 
 namespace parallax {
 namespace {
@@ -316,6 +317,42 @@ TEST_F(ArchiveTest, OtherFiltersRewriteTheVerdictsAndNothingElse) {
   EXPECT_GE(card["filters_failed"]["near"].get<int>(), 1);
   EXPECT_EQ(LoadStudy(out_ + "/study.lock.yaml")->variants(0).config().filters().min_depth_m(),
             nearest + 0.001);
+}
+
+// The coordinator knows nothing of curation: frames that come again keep what networks said of
+// these very files.
+TEST_F(ArchiveTest, ScoresOfCurationStayWithTheirFiles) {
+  const v1::PublishedFrame frame = Publish("a", 0, 0);
+  for (v1::VariantSpec& variant : *study_.mutable_variants()) {
+    variant.mutable_config()->mutable_filters()->set_max_ambiguous_share(0.6);
+  }
+  {
+    auto archive = Open();
+    ASSERT_TRUE(archive->AddFrame(frame, store_).ok());
+    ASSERT_TRUE(archive->Finish().ok());
+  }
+  EXPECT_FALSE(Index("a")[0]["filters"].contains("ambiguous"));
+  const v1::VariantSpec& variant = study_.variants(0);
+  const auto judged = JudgeVariant(out_ + "/a", study_, variant, {{{0, 0}, 0.7}});
+  ASSERT_TRUE(judged.ok()) << judged.status();
+  EXPECT_EQ(judged->frames, 1);
+  EXPECT_EQ(judged->passed, 0);
+  EXPECT_EQ(judged->ambiguous, 1);
+  {
+    auto archive = Open();
+    ASSERT_TRUE(archive->AddFrame(frame, store_).ok());
+    ASSERT_TRUE(archive->Finish().ok());
+  }
+  EXPECT_EQ(Index("a")[0]["statistics"]["ambiguous_share"], 0.7);
+  EXPECT_EQ(Index("a")[0]["passed"], false);
+  EXPECT_EQ(Json::parse(*ReadFile(out_ + "/a/dataset.json"))["filters_failed"]["ambiguous"], 1);
+  {
+    auto archive = Open();
+    ASSERT_TRUE(archive->AddFrame(Publish("a", 0, 0, /*first_pixel=*/9), store_).ok());
+    ASSERT_TRUE(archive->Finish().ok());
+  }
+  EXPECT_FALSE(Index("a")[0]["statistics"].contains("ambiguous_share"));
+  EXPECT_EQ(Index("a")[0]["passed"], true);
 }
 
 TEST_F(ArchiveTest, AFrameThatLacksWhatAFilterNeedsIsNamed) {

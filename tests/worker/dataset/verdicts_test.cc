@@ -44,6 +44,29 @@ TEST(Verdicts, FollowTheThresholds) {
   }
 }
 
+TEST(Verdicts, OnlyCuratedFramesAreAmbiguousAndOnlyWhenAsked) {
+  v1::FilterConfig filters = Filters(10, 0.125);
+  FrameFacts frame{{{"mean_intensity", 90}, {"min_depth_m", 1}, {"ambiguous_share", 0.5}}};
+  EXPECT_EQ(Judge(frame, filters)->size(), 2);
+  filters.set_max_ambiguous_share(1);
+  EXPECT_EQ(Judge(frame, filters)->size(), 2);
+  const struct {
+    double most;
+    bool passed;
+  } cases[] = {{0.6, true}, {0.5, true}, {0.49, false}, {0, false}};
+  for (const auto& row : cases) {
+    filters.set_max_ambiguous_share(row.most);
+    const auto verdicts = Judge(frame, filters);
+    ASSERT_EQ(verdicts->size(), 3);
+    EXPECT_EQ((*verdicts)[2].name, "ambiguous");
+    EXPECT_EQ((*verdicts)[2].passed, row.passed) << row.most;
+    EXPECT_EQ((*verdicts)[2].value, 0.5);
+    EXPECT_EQ((*verdicts)[2].threshold, row.most);
+  }
+  frame.statistics.erase("ambiguous_share");
+  EXPECT_EQ(Judge(frame, filters)->size(), 2);
+}
+
 TEST(Verdicts, AMissingStatisticIsNoVerdict) {
   const auto verdicts = Judge({{{"mean_intensity", 90}}}, Filters(10, 0.125));
   EXPECT_EQ(verdicts.status().code(), absl::StatusCode::kFailedPrecondition);

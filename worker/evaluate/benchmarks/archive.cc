@@ -4,6 +4,7 @@
 #include "common/image/io.h"
 #include "worker/dataset/dataset_reader.h"
 #include "worker/dataset/frame_reader.h"
+#include "worker/evaluate/benchmarks/frame_truth.h"
 #include "worker/evaluate/benchmarks/kinds.h"
 #include "worker/evaluate/benchmarks/layout.h"
 #include "worker/evaluate/disparity_files.h"
@@ -53,6 +54,8 @@ absl::Status ApplyMasks(const std::string& path, PairTruth& truth) {
   return absl::OkStatus();
 }
 
+}  // namespace
+
 absl::StatusOr<PairTruth> ReadFrameTruth(const std::string& dir) {
   ASSIGN_OR_RETURN(FrameOnDisk frame, ReadFrame(dir));
   PairTruth truth;
@@ -74,6 +77,8 @@ absl::StatusOr<PairTruth> ReadFrameTruth(const std::string& dir) {
   }
   return truth;
 }
+
+namespace {
 
 std::string FrameName(const DatasetFrame& frame) {
   char place[32];

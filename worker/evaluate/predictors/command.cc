@@ -107,10 +107,12 @@ std::string CommandOfWords(const std::vector<std::string>& words) {
   return command;
 }
 
-std::string TrainerPredictCommand(const std::string& trainer_program,
-                                  const std::string& checkpoint) {
-  return CommandOfWords({trainer_program, "predict", "--checkpoint", checkpoint, "--list",
-                         std::string(kPlaceholder)});
+std::string TrainerPredictCommand(const std::string& trainer_program, const std::string& checkpoint,
+                                  int threads) {
+  std::vector<std::string> words = {trainer_program, "predict", "--checkpoint",
+                                    checkpoint,      "--list",  std::string(kPlaceholder)};
+  if (threads > 0) words.insert(words.end(), {"--threads", std::to_string(threads)});
+  return CommandOfWords(words);
 }
 
 }  // namespace parallax

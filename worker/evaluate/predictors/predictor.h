@@ -65,8 +65,9 @@ std::unique_ptr<Predictor> MakeFolderPredictor(std::string dir);
 // "{list}" stays the placeholder.
 std::string CommandOfWords(const std::vector<std::string>& words);
 
-// The command of the built-in trainer's program `trainer` for a checkpoint.
-std::string TrainerPredictCommand(const std::string& trainer_program,
-                                  const std::string& checkpoint);
+// The command of the built-in trainer's program `trainer` for a checkpoint. `threads` 0: as it
+// chooses.
+std::string TrainerPredictCommand(const std::string& trainer_program, const std::string& checkpoint,
+                                  int threads = 0);
 
 }  // namespace parallax

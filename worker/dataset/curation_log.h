@@ -1,0 +1,51 @@
+// What trained networks found of a variant's frames: <variant>/curation.jsonl, a line for each
+// frame and network that scored it. Lines are added while frames are scored, so that an interrupted
+// curation goes on where it was.
+//
+//   {"scene": 3, "rig": 0, "frame": SHA-256 of the hashes of its pictures and truth,
+//    "network": SHA-256 of the checkpoint, "versions": "1/1", "pixels": 57600, "bad": 8211}
+//
+// "pixels" have truth; "bad" of them are missed by more than 2 px.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "common/base/status.h"
+#include "worker/dataset/dataset_reader.h"
+
+namespace parallax {
+
+struct CurationScore {
+  int64_t pixels = 0;
+  int64_t bad = 0;
+};
+
+// One writer at a time. Not thread-safe.
+class CurationLog {
+ public:
+  // Reads what is there. Lines that an interruption broke are dropped. Errors: as ReadFile.
+  static absl::StatusOr<CurationLog> Open(const std::string& variant_dir);
+
+  // Nothing when this network, in today's version of the trainer, has not scored these very files.
+  std::optional<CurationScore> Find(const DatasetFrame& frame, const std::string& network) const;
+
+  struct Entry {
+    const DatasetFrame* frame = nullptr;
+    CurationScore score;
+  };
+  // They are on the disk when it returns. Errors: as WriteFile.
+  absl::Status Add(const std::string& network, const std::vector<Entry>& entries);
+
+ private:
+  using Key = std::tuple<std::string, std::string>;  // Frame, network.
+  explicit CurationLog(std::string path) : path_(std::move(path)) {}
+
+  std::string path_;
+  std::map<Key, CurationScore> scores_;
+};
+
+}  // namespace parallax

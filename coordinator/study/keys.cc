@@ -1,6 +1,11 @@
 #include "coordinator/study/keys.h"
 
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/message.h>
+
+#include <algorithm>
 #include <bit>
+#include <cctype>
 
 #include "common/config/stages.h"
 #include "google/protobuf/io/coded_stream.h"
@@ -44,6 +49,21 @@ void AddParts(const StageVersions& versions, std::span<const DataPart> parts, Ke
   }
 }
 
+// A scene type's own fields stand in the message that has its name; other types do not read them,
+// so that they and their defaults can change without touching those.
+void ClearOtherTypes(v1::SceneConfig& config) {
+  constexpr std::string_view kPrefix = "SCENE_TYPE_";
+  const google::protobuf::EnumDescriptor& types = *v1::SceneType_descriptor();
+  for (int i = 0; i < types.value_count(); ++i) {
+    if (types.value(i)->number() == config.type()) continue;
+    std::string name = types.value(i)->name().substr(kPrefix.size());
+    std::transform(name.begin(), name.end(), name.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const auto* field = v1::SceneConfig::descriptor()->FindFieldByName(name);
+    if (field != nullptr) config.GetReflection()->ClearField(&config, field);
+  }
+}
+
 }  // namespace
 
 std::string DeterministicBytes(const google::protobuf::MessageLite& message) {
@@ -67,8 +87,7 @@ SceneSeed SceneSeedOf(uint64_t study_seed, uint32_t ordinal) {
 
 ConfigDigests DigestsOf(const v1::SceneConfig& config) {
   v1::SceneConfig read = config;
-  // Other types do not read it, so that its fields and defaults can change without touching them.
-  if (config.type() != v1::SCENE_TYPE_NATURE) read.clear_nature();
+  ClearOtherTypes(read);
   const auto digest = [&read](v1::FieldRule::Stage stage) {
     return Sha256Of(DeterministicBytes(FieldsOf(read, stage)));
   };

@@ -1,9 +1,10 @@
 // The kinds of jobs that this worker can do. To add one: a file here with its handler and its Make
-// function, a line below, a line in jobs.cc, and its coordinator side in coordinator/queue/kinds.
+// function, two lines below, and its coordinator side in coordinator/queue/kinds.
 #pragma once
 
 #include "worker/agent/worker_program.h"
 #include "worker/jobs/job_options.h"
+#include "worker/jobs/sharing_handler.h"
 
 namespace parallax {
 
@@ -13,6 +14,13 @@ std::unique_ptr<JobHandler> MakeTrainHandler(std::shared_ptr<const JobOptions> o
 std::unique_ptr<JobHandler> MakeEvaluateHandler(std::shared_ptr<const JobOptions> options);
 
 // All of them, in the order in which work flows. `options` may be filled in until the first job.
-JobHandlers MakeJobHandlers(std::shared_ptr<const JobOptions> options);
+inline JobHandlers MakeJobHandlers(std::shared_ptr<const JobOptions> options) {
+  JobHandlers handlers;
+  handlers.push_back(ShareCores(MakeSolveHandler(), options));
+  handlers.push_back(ShareCores(MakeRenderHandler(), options));
+  handlers.push_back(MakeTrainHandler(options));
+  handlers.push_back(MakeEvaluateHandler(options));
+  return handlers;
+}
 
 }  // namespace parallax

@@ -7,7 +7,6 @@
 #include "common/base/names.h"
 #include "common/config/training.h"
 #include "coordinator/queue/kinds/folder_kind.h"
-#include "coordinator/queue/kinds/kinds.h"
 #include "coordinator/queue/report_check.h"
 
 namespace parallax {

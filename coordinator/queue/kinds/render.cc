@@ -5,7 +5,7 @@
 
 #include "common/config/frame_files.h"
 #include "coordinator/queue/compress.h"
-#include "coordinator/queue/kinds/kinds.h"
+#include "coordinator/queue/job_kind.h"
 #include "coordinator/queue/report_check.h"
 #include "coordinator/queue/sqlite.h"
 #include "coordinator/study/rigs.h"

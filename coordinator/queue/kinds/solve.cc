@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "coordinator/queue/compress.h"
-#include "coordinator/queue/kinds/kinds.h"
+#include "coordinator/queue/job_kind.h"
 #include "coordinator/queue/sqlite.h"
 #include "coordinator/study/rigs.h"
 #include "parallax/v1/jobs.pb.h"

@@ -1,9 +1,8 @@
-#include "worker/jobs/jobs.h"
+#include "worker/jobs/sharing_handler.h"
 
 namespace parallax {
 namespace {
 
-// Lets a job whose threads are the whole worker's wait while others have all cores alone.
 class SharingHandler final : public JobHandler {
  public:
   SharingHandler(std::unique_ptr<JobHandler> handler, std::shared_ptr<const JobOptions> options)
@@ -29,13 +28,9 @@ class SharingHandler final : public JobHandler {
 
 }  // namespace
 
-JobHandlers MakeJobHandlers(std::shared_ptr<const JobOptions> options) {
-  JobHandlers handlers;
-  handlers.push_back(std::make_unique<SharingHandler>(MakeSolveHandler(), options));
-  handlers.push_back(std::make_unique<SharingHandler>(MakeRenderHandler(), options));
-  handlers.push_back(MakeTrainHandler(options));
-  handlers.push_back(MakeEvaluateHandler(options));
-  return handlers;
+std::unique_ptr<JobHandler> ShareCores(std::unique_ptr<JobHandler> handler,
+                                       std::shared_ptr<const JobOptions> options) {
+  return std::make_unique<SharingHandler>(std::move(handler), std::move(options));
 }
 
 }  // namespace parallax

@@ -1,7 +1,7 @@
-// The short form of tests/bench/distributions.
+// The short form of tests/check/distributions.
 #include <gtest/gtest.h>
 
-#include "tests/bench/distributions/distribution_check.h"
+#include "tests/check/distributions/distribution_check.h"
 
 namespace parallax {
 namespace {

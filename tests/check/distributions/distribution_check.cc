@@ -1,4 +1,4 @@
-#include "tests/bench/distributions/distribution_check.h"
+#include "tests/check/distributions/distribution_check.h"
 
 #include <tbb/parallel_for.h>
 

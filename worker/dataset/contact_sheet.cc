@@ -127,7 +127,7 @@ void DrawWarp(Canvas& canvas, int x, int y, const WarpDifference& warp) {
                   8, kText);
 }
 
-// ---- Columns -------------------------------------------------------------------------------------
+// ---- Columns
 // What a column of a row is drawn from.
 struct Cell {
   const Row& row;

@@ -27,11 +27,13 @@ class DispatcherTest : public testing::Test {
     directory_ = mkdtemp(name);
     // No worker falls silent, however long the disk takes for twenty thousand commits.
     queue_ = *JobQueue::Open({.db_path = directory_ + "/queue.db", .lease_s = 3600});
-    pool_.Start();
-    dispatcher_ = std::make_unique<Dispatcher>(*queue_, pool_, Clock::System(), 60);
+    pool_ = std::make_unique<TaskPool>(1);
+    pool_->Start();
+    dispatcher_ = std::make_unique<Dispatcher>(*queue_, *pool_, Clock::System(), 60);
   }
   ~DispatcherTest() override {
     dispatcher_.reset();
+    pool_.reset();  // Its last tasks still use the queue.
     queue_.reset();
     std::filesystem::remove_all(directory_);
   }
@@ -54,7 +56,7 @@ class DispatcherTest : public testing::Test {
 
   std::string directory_;
   std::unique_ptr<JobQueue> queue_;
-  TaskPool pool_{1};
+  std::unique_ptr<TaskPool> pool_;
   std::unique_ptr<Dispatcher> dispatcher_;
 };
 

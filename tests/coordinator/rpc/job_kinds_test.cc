@@ -97,6 +97,7 @@ class OutputsTest : public CoordinatorServerTest {
   void TearDown() override {
     puppet_->Cut();
     puppet_->WaitForEnd().IgnoreError();
+    StopCoordinator();  // Before the store that it reads goes.
   }
 
   v1::Lease NextLease() {

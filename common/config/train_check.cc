@@ -170,6 +170,11 @@ class TrainChecker {
     if (mixture.share() <= 0) {
       Tell(path + ".share", "0, allowed is more: of no pairs nothing can be learnt");
     }
+    if (mixture.curated()) {
+      Tell(path + ".curated",
+           "true, allowed is false: no job of a study scores frames; make the dataset, curate it "
+           "(`parallax curate`) and train on it with `trainer train`");
+    }
     if (mixture.parts().empty()) {
       return Tell(path + ".parts",
                   "an empty list, allowed is a list of at least one {variant, "

@@ -202,6 +202,9 @@ TEST(Training, EachWrongValueIsToldAlikeForFilesAndMessages) {
        "of its own"},
       {mixture + "}, {name: m, parts: [{variant: wide}]}]}",
        "s.yaml:11: train.mixtures[1].name: \"m\" names another mixture too, ..."},
+      {mixture + ", curated: true}]}",
+       "s.yaml:11: train.mixtures[0].curated: true, allowed is false: no job of a study scores "
+       "frames; ..."},
       {"train: {mixtures: [{name: heldout, parts: [{variant: wide}]}]}",
        "s.yaml:11: train.mixtures[0].name: \"heldout\" is reserved, allowed is another name"},
       {"train: {mixtures: [{name: m}]}",

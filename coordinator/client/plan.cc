@@ -12,6 +12,7 @@
 #include "worker/dataset/dataset_reader.h"
 #include "worker/render/profiles.h"
 #include "worker/scene/types/types.h"
+#include "worker/train/predictor.h"
 #include "worker/train/settings.h"
 
 namespace parallax::client {
@@ -103,18 +104,36 @@ TrainingPlan PlanTraining(const v1::StudySpec& study, double factor) {
   if (!study.has_evaluate()) return plan;
   const v1::EvaluateSpec& evaluate = study.evaluate();
   const int64_t predictors = plan.trainings * evaluate.checkpoints() + evaluate.baselines_size();
-  int64_t pairs = evaluate.heldout_pairs();
+  double mpx = 0;  // That one predictor sees.
+  for (const v1::VariantSpec& variant : study.variants()) {
+    if (!variant.heldout()) continue;
+    const v1::RigConfig& rigs = variant.config().rigs();
+    mpx +=
+        static_cast<double>(evaluate.heldout_pairs()) * SeenMpx(rigs.width_px(), rigs.height_px());
+  }
   for (const std::string& benchmark : evaluate.benchmarks()) {
-    const int64_t all = PairsOfBenchmark(benchmark);
-    pairs += evaluate.max_pairs() > 0 ? std::min<int64_t>(all, evaluate.max_pairs()) : all;
+    const BenchmarkSize size = SizeOfBenchmark(benchmark);
+    const int64_t pairs =
+        evaluate.max_pairs() > 0 ? std::min<int64_t>(size.pairs, evaluate.max_pairs()) : size.pairs;
+    mpx += static_cast<double>(pairs) * SeenMpx(size.width_px, size.height_px);
   }
   plan.evaluations = predictors * (evaluate.benchmarks_size() + (WantsHeldout(study) ? 1 : 0));
   plan.evaluate_core_s =
-      factor * kMeasuredCosts.evaluate_s_per_pair * static_cast<double>(predictors * pairs);
+      factor * kMeasuredCosts.evaluate_s_per_mpx * static_cast<double>(predictors) * mpx;
   return plan;
 }
 
 }  // namespace
+
+double SeenMpx(int width_px, int height_px) {
+  if (width_px <= 0) return 0;
+  const double mpx = 1e-6 * width_px * height_px;
+  const double scale = static_cast<double>(kNetworkWidth) / width_px;
+  if (scale <= 1) return mpx * scale * scale;
+  if (scale < kLeastEnlarged) return mpx;
+  const double second = std::min(scale, kMostEnlarged);
+  return mpx * (1 + second * second);
+}
 
 absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor) {
   StudyPlan plan;

@@ -23,7 +23,8 @@ struct Costs {
   double fixed_s_per_mpx;  // Ground truth, statistics, encoding, writing.
   // A step of the embedded trainer, by megapixels of its crops of one eye, the whole batch.
   double train_step_s_per_mpx;
-  double evaluate_s_per_pair;  // A pair of a benchmark: prediction and scores.
+  // A pair of a benchmark, by megapixels of one image that the built-in network sees (SeenMpx).
+  double evaluate_s_per_mpx;
 };
 extern const Costs kMeasuredCosts;
 
@@ -66,8 +67,18 @@ absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor);
 // busy but for the last scene, whose room is solved on one core.
 double WallClockS(const StudyPlan& plan, int cores);
 
-// Pairs of the whole benchmark; 0 for one that nobody knows.
-int64_t PairsOfBenchmark(const std::string& name);
+// The whole benchmark, and the size of a typical picture as it is predicted. Zeros for one that
+// nobody knows.
+struct BenchmarkSize {
+  int64_t pairs = 0;
+  int width_px = 0, height_px = 0;
+};
+BenchmarkSize SizeOfBenchmark(const std::string& name);
+
+// Megapixels of one image that the built-in network sees of such a pair, in both looks together
+// (see worker/train/predictor.h). A second look as large as it may be: near surfaces make it
+// smaller.
+double SeenMpx(int width_px, int height_px);
 
 // Measured core-seconds of the pairs in an archive over what kMeasuredCosts foretells for them.
 // Errors: kNotFound without an index; kFailedPrecondition when no line says what it cost.

@@ -21,19 +21,28 @@ const Costs kMeasuredCosts = {
     .fixed_s_per_mpx = 1.3,
     // trainer --steps 100 --batch 2, crops of 192x384: 0.87 a step, forward and backward.
     .train_step_s_per_mpx = 0.87 / (2 * 0.192 * 0.384),
-    // parallax evaluate, pairs of about 0.4 megapixels; larger ones take more.
-    .evaluate_s_per_pair = 3,
+    // trainer predict --threads 2, another pair in its list: 3.0 at 480x270, 4.2 at 741x500, 3.6 at
+    // 1280x720, 4.6 at 2880x1920, each by SeenMpx: 4.6, 2.8, 3.9, 4.2.
+    .evaluate_s_per_mpx = 3.9,
 };
 
-int64_t PairsOfBenchmark(const std::string& name) {
+BenchmarkSize SizeOfBenchmark(const std::string& name) {
   // As published; see worker/evaluate/benchmarks.
-  static const auto& pairs = *new std::map<std::string, int64_t>{
-      {"booster-Q", 228},          {"drivingstereo", 200},   {"eth3d", 27},
-      {"kitti2012", 194},          {"kitti2015", 200},       {"middlebury2014-F", 15},
-      {"middlebury2014-H", 15},    {"middlebury2014-Q", 15}, {"middlebury2014-heldout", 13},
-      {"middlebury2014-sets", 23}, {"middlebury2021", 24},   {"shipped", 1}};
-  const auto found = pairs.find(name);
-  return found == pairs.end() ? 0 : found->second;
+  static const auto& sizes =
+      *new std::map<std::string, BenchmarkSize>{{"booster-Q", {228, 1028, 752}},
+                                                {"drivingstereo", {200, 881, 400}},
+                                                {"eth3d", {27, 900, 490}},
+                                                {"kitti2012", {194, 1242, 375}},
+                                                {"kitti2015", {200, 1242, 375}},
+                                                {"middlebury2014-F", {15, 2880, 1980}},
+                                                {"middlebury2014-H", {15, 1440, 990}},
+                                                {"middlebury2014-Q", {15, 720, 495}},
+                                                {"middlebury2014-heldout", {13, 2880, 1980}},
+                                                {"middlebury2014-sets", {23, 2880, 1980}},
+                                                {"middlebury2021", {24, 1920, 1080}},
+                                                {"shipped", {1, 741, 500}}};
+  const auto found = sizes.find(name);
+  return found == sizes.end() ? BenchmarkSize{} : found->second;
 }
 
 }  // namespace parallax::client

@@ -17,7 +17,6 @@ namespace F = torch::nn::functional;
 using torch::Tensor;
 
 // A second look pays from this enlargement on.
-constexpr double kLeastEnlarged = 1.1;
 // The nearest things decide how far a pair may be enlarged: this part of the first disparities is
 // not larger than theirs, and the search goes somewhat beyond them.
 constexpr double kNearestShare = 0.995, kDisparityMargin = 1.1;

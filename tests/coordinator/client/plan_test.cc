@@ -107,7 +107,12 @@ TEST(Plan, TrainingsAndEvaluationsHaveTheirPrice) {
   EXPECT_NEAR(priced().train_core_s, 39 * 1500 * 0.87, 1e-6);
   EXPECT_NEAR(priced().longest_s, 1500 * 0.87 / 2, 1e-9) << "on two threads";
   EXPECT_EQ(priced().evaluations, (39 + 1) * 3);
-  EXPECT_NEAR(priced().evaluate_core_s, 40 * (1 + 20 + 10) * 3, 1e-6);
+  // Motorcycle is looked at twice, the second time 1280 px wide; KITTI once, as it is; held-out
+  // pairs too.
+  const double shipped_mpx = 0.741 * 0.5 + 1.28 * 0.5 * 1280 / 741;
+  const double kitti_mpx = 1.242 * 0.375, heldout_mpx = 1.28 * 0.72;
+  EXPECT_NEAR(priced().evaluate_core_s,
+              40 * 3.9 * (1 * shipped_mpx + 20 * kitti_mpx + 10 * heldout_mpx), 1e-6);
   EXPECT_NEAR(priced(2).train_core_s, 2 * priced().train_core_s, 1e-6);
   train.set_steps(3000);
   train.set_batch(4);
@@ -121,9 +126,19 @@ TEST(Plan, TrainingsAndEvaluationsHaveTheirPrice) {
   EXPECT_EQ(priced().not_priced, "raft-stereo");
 }
 
-TEST(Plan, EveryBenchmarkHasANumberOfPairs) {
-  for (const std::string& name : BenchmarkNames()) EXPECT_GT(PairsOfBenchmark(name), 0) << name;
-  EXPECT_EQ(PairsOfBenchmark("nothing"), 0);
+TEST(Plan, EveryBenchmarkHasASize) {
+  for (const std::string& name : BenchmarkNames()) {
+    EXPECT_GT(SizeOfBenchmark(name).pairs, 0) << name;
+    EXPECT_GT(SeenMpx(SizeOfBenchmark(name).width_px, SizeOfBenchmark(name).height_px), 0) << name;
+  }
+  EXPECT_EQ(SizeOfBenchmark("nothing").pairs, 0);
+  EXPECT_EQ(SeenMpx(0, 0), 0);
+}
+
+TEST(Plan, TheNetworkSeesLargePicturesReducedAndSmallOnesTwice) {
+  EXPECT_NEAR(SeenMpx(1280, 720), 0.9216, 1e-9);
+  EXPECT_NEAR(SeenMpx(2560, 1440), 0.9216, 1e-9);
+  EXPECT_NEAR(SeenMpx(320, 180), 0.0576 * (1 + 4), 1e-9);
 }
 
 TEST(Plan, SamplesAndPixelsCostWhatTheySay) {

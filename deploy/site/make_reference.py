@@ -183,7 +183,9 @@ def write_json_schemas(schema, out):
     number = {"type": "integer", "minimum": 1}
     variant = {"type": "object", "required": ["name"], "additionalProperties": False, "properties": {
         "name": {"type": "string"}, "base": {"type": "string"}, "pairs": number, "rigs_per_scene": number,
-        "seed": {"type": "integer", "minimum": 0}, "set": scene, "config": scene}}
+        "seed": {"type": "integer", "minimum": 0}, "set": scene, "config": scene,
+        "heldout": {"type": "boolean", "description":
+                    one_line(schema.comments[".parallax.v1.VariantSpec.heldout"]) + " Only in study.lock.yaml."}}}
     study = {"type": "object", "additionalProperties": False, "required": ["study", "variants"], "properties": {
         "study": {"type": "string"}, "base": {"type": "string"}, "seed": {"type": "integer", "minimum": 0},
         "pairs": number, "rigs_per_scene": number, "priority": {"type": "integer"},

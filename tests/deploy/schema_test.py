@@ -44,6 +44,14 @@ class SchemaTest(unittest.TestCase):
             with self.subTest(path.name):
                 jsonschema.validate(load(path), schema("study"))
 
+    def test_the_variant_that_a_lock_file_holds_out_fits(self):
+        study = load(SOURCE / "configs/studies/quickstart.yaml")
+        study["variants"].append({"name": "heldout", "seed": 2, "pairs": 40, "heldout": True})
+        jsonschema.validate(study, schema("study"))
+        study["variants"][-1]["heldout"] = 1
+        with self.assertRaises(jsonschema.ValidationError):
+            jsonschema.validate(study, schema("study"))
+
     def test_mistakes_do_not_fit(self):
         good = load(SOURCE / "configs/studies/quickstart.yaml")
         jsonschema.validate(good, schema("study"))

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "common/image/jpeg.h"
 #include "coordinator/client/exit_code.h"
@@ -96,6 +97,63 @@ TEST_F(EvaluateCommandTest, ScoreFilesBecomeATableWithVerdicts) {
   const std::string file = tree_.Path("table.tex");
   EXPECT_EQ(RunCommand({"table", scores_, "--format", "latex", "--out", file}).out, file + "\n");
   EXPECT_TRUE(std::filesystem::exists(file));
+}
+
+// Three seeds of `default` (6, 5, 6 columns of 40 are bad, on average of its pairs) and of `narrow`
+// with 16 columns more in each pair.
+class TableCommandTest : public EvaluateCommandTest {
+ protected:
+  TableCommandTest() {
+    for (const std::string seed : {"1", "2", "3"}) {
+      for (const auto& [variant, columns] : {std::pair("default", 4), std::pair("narrow", 20)}) {
+        RunJson({"evaluate", Predictions(variant + seed, 5, columns + std::stoi(seed) % 2), "--on",
+                 on_, "--out", scores_ + "/scores", "--variant", variant, "--trainer", "mine",
+                 "--seed", seed});
+      }
+    }
+  }
+  // The line of the output that starts with `start`.
+  std::string Line(const std::string& text, const std::string& start) {
+    std::istringstream in(text);
+    for (std::string line; std::getline(in, line);) {
+      if (line.rfind(start, 0) == 0) return line;
+    }
+    return "no line " + start + " in:\n" + text;
+  }
+};
+
+TEST_F(TableCommandTest, EveryFormatTellsTheSame) {
+  const auto table = [&](const std::string& format) {
+    const Outcome outcome = RunCommand({"table", scores_, "--format", format});
+    EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+    return outcome.out;
+  };
+  EXPECT_EQ(RunCommand({"table", scores_}).out, table("text"));
+  EXPECT_THAT(Line(table("text"), "  narrow"), HasSubstr("worse by 40.00 [40.00, 40.00]"));
+  EXPECT_THAT(Line(table("text"), "  default"), HasSubstr("mine     3      14.17 ["));
+  EXPECT_THAT(Line(table("markdown"), "| narrow | mine | 3 | 54.17 ["), HasSubstr("] ✗ |"));
+  EXPECT_THAT(Line(table("markdown"), "| default | mine | 3 | 14.17 ["), Not(HasSubstr("✗")));
+  EXPECT_THAT(Line(table("latex"), "narrow & mine & 3 & 54.17 ["), HasSubstr("]$^{-}$ \\\\"));
+  EXPECT_THAT(Line(table("latex"), "default & mine & 3 & 14.17 ["), Not(HasSubstr("$")));
+  EXPECT_THAT(Line(table("csv"), "narrow,mine,3,pairs,bad-2 all,54.1667,"), HasSubstr(",3,worse"));
+  EXPECT_THAT(Line(table("csv"), "default,mine,3,pairs,bad-2 all,14.1667,"), HasSubstr(",3,"));
+  EXPECT_EQ(Json::parse(table("json")), RunJson({"table", scores_}));
+  EXPECT_NEAR(RunJson({"table", scores_})["comparisons"][0]["difference"], 40, 1e-9);
+}
+
+TEST_F(TableCommandTest, AStudysFolderHasItsOrderAndReferenceUnlessOthersAreGiven) {
+  EXPECT_EQ(RunJson({"table", scores_})["rows"][0]["variant"], "default");
+  tree_.Text("scores/study.lock.yaml",
+             "study: s\npairs: 2\nvariants: [{name: narrow}, {name: default}]\ntrain: {}\n");
+  const Json own = RunJson({"table", scores_});
+  EXPECT_EQ(own["rows"][0]["variant"], "narrow");
+  EXPECT_EQ(own["comparisons"][0]["baseline"], "narrow");
+  EXPECT_EQ(own["comparisons"][0]["verdict"], "better");
+  const Json given =
+      RunJson({"table", scores_, "--baseline", "default", "--order", "default,narrow"});
+  EXPECT_EQ(given["rows"][0]["variant"], "default");
+  EXPECT_EQ(given["comparisons"][0]["variant"], "narrow");
+  EXPECT_EQ(given["comparisons"][0]["verdict"], "worse");
 }
 
 TEST_F(EvaluateCommandTest, CommandsPredictThroughTheList) {

@@ -147,6 +147,21 @@ TEST_F(StudyResultsTest, TheTableOfAStudyComesFromItsCoordinator) {
   EXPECT_EQ(table["rows"][0]["benchmarks"]["toy"]["value"], 6);
 }
 
+TEST_F(StudyResultsTest, ATableOfACoordinatorsStudyIsAFileInAnyFormat) {
+  const std::string csv = dir_ + "/table.csv";
+  const std::vector<std::string> command = {
+      "table", "s", "--coordinator", coordinator_.address(), "--format", "csv", "--out", csv};
+  const Outcome outcome = RunCommand(command);
+  ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_EQ(outcome.out, csv + "\n");
+  const std::string text = ReadFile(csv).value_or("");
+  EXPECT_EQ(text.find("variant,trainer,seeds,benchmark,metric,value,low,high,pairs,verdict\n"), 0u);
+  EXPECT_LT(text.find("\nzebra,builtin,2,toy,bad-2 all,6,"), text.find("\nagain,builtin,2,toy,"));
+  const Outcome unknown = RunCommand({"table", "nothing", "--coordinator", coordinator_.address()});
+  EXPECT_NE(unknown.exit_code, kExitOk);
+  EXPECT_THAT(unknown.err, HasSubstr("nothing"));
+}
+
 TEST_F(StudyResultsTest, AVariantDoesNotTakeTheirPlace) {
   study_.mutable_variants(0)->set_name("scores");
   const auto results = StudyResults::Open(dir_, study_);

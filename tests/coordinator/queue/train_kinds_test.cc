@@ -115,7 +115,7 @@ TEST_F(TrainKindsTest, SeventyFiveThousandPairsAreToldAtOnce) {
   for (const v1::FrameFolder& folder : job.parts(0).folders()) rigs += folder.rigs_size();
   EXPECT_EQ(rigs, kPairs);
   EXPECT_LT(lease.spec().size(), 1u << 20);
-  EXPECT_LT(took.count(), 5) << "0.1 s on an idle machine";
+  EXPECT_LT(took.count(), 5);
   RecordProperty("spec_ms", static_cast<int>(1000 * took.count()));
 }
 

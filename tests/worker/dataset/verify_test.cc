@@ -120,6 +120,32 @@ TEST_F(VerifyTest, FindsChangedMissingAndStrayFiles) {
   EXPECT_THAT(Checks(), Contains("index"));
 }
 
+TEST_F(VerifyTest, VerdictsOfCurationFitTheirScores) {
+  const auto forge = [&](double share, double value, bool passed) {
+    const std::string index = dir_ + "/a/index.jsonl";
+    std::string text;
+    std::istringstream in(*ReadFile(index));
+    for (std::string line; std::getline(in, line);) {
+      Json json = Json::parse(line);
+      json["statistics"]["ambiguous_share"] = share;
+      json["filters"]["ambiguous"] = {{"passed", passed}, {"value", value}, {"threshold", 0.6}};
+      json["passed"] = passed;
+      text += json.dump() + "\n";
+    }
+    ASSERT_TRUE(WriteFile(index, text).ok());
+  };
+  for (const auto& [share, passed] : {std::pair(0.5, true), {0.6, true}, {0.7, false}}) {
+    forge(share, share, passed);
+    EXPECT_THAT(Checks(), IsEmpty()) << share;
+    forge(share, share, !passed);
+    EXPECT_THAT(Checks(), Contains("filters")) << share;
+  }
+  forge(0.5, 0.4, true);
+  EXPECT_THAT(Checks(), Contains("filters"));
+  forge(1.5, 1.5, false);
+  EXPECT_THAT(Checks(), Contains("filters"));
+}
+
 TEST_F(VerifyTest, FindsGeometryThatContradictsItselfThoughAllHashesAgree) {
   const struct {
     const char* check;

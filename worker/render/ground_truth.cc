@@ -39,7 +39,7 @@ class TruthTracer {
     Hits8 hits;
     scene_.trees().Intersect(kTree, rays, FirstLanes(count), true, &hits);
     std::array<SurfaceId, kRun> ids;
-    Sights8 sights{};
+    HitBatch8 batch{};
     std::array<size_t, kRun> pixel;
     for (int k = 0; k < count; ++k) {
       const auto i = static_cast<size_t>(k);
@@ -47,12 +47,12 @@ class TruthTracer {
       const Ray ray{rays.origin.Get(k), rays.direction.Get(k)};
       truths[i] = Look(ray, hits.met[k] != 0, &raws[i], &ids[i]);
       if (!truths[i].surface) continue;
-      pixel[static_cast<size_t>(sights.count)] = i;
-      sights.Add(raws[i], ids[i], 0);
+      pixel[static_cast<size_t>(batch.count)] = i;
+      batch.Add(raws[i], ids[i], 0);
     }
-    if (sights.count == 0) return;
-    const Vec3x8 normals = scene_.Interpolate(sights).shading_normal;
-    for (int seen = 0; seen < sights.count; ++seen) {
+    if (batch.count == 0) return;
+    const Vec3x8 normals = scene_.Interpolate(batch).shading_normal;
+    for (int seen = 0; seen < batch.count; ++seen) {
       const size_t i = pixel[static_cast<size_t>(seen)];
       Measure(raws[i], ids[i], normals.Get(seen), in_world[i], &truths[i]);
     }

@@ -275,36 +275,36 @@ float LightTable::Chance(const LightReceiver& at, size_t light) const {
   return at.total > 0.0f ? Importance(at, light) / at.total : 0.0f;
 }
 
-void LightTable::Choose(const LightSeekers8& seekers, std::vector<Float8>* scratch,
+void LightTable::Choose(const LightQueries8& queries, std::vector<Float8>* scratch,
                         LightReceivers8* receivers, LightChoices8* choices) const {
-  *receivers = {seekers.position, ~Int8{}, Int8{}, Splat(0)};
+  *receivers = {queries.position, ~Int8{}, Int8{}, Splat(0)};
   *choices = {Int8{}, Splat(0), Int8{}};
-  Mask8 left = FirstLanes(seekers.count);
+  Mask8 left = FirstLanes(queries.count);
   for (size_t room = 0; room < enclosures_.size() && Any(left); ++room) {
-    const Mask8 members = left & Contains(enclosures_[room].box, seekers.position);
+    const Mask8 members = left & Contains(enclosures_[room].box, queries.position);
     if (!Any(members)) continue;
-    ChooseIn(static_cast<int32_t>(room), members, seekers, scratch, receivers, choices);
+    ChooseIn(static_cast<int32_t>(room), members, queries, scratch, receivers, choices);
     left &= ~members;
   }
-  if (Any(left)) ChooseIn(-1, left, seekers, scratch, receivers, choices);
+  if (Any(left)) ChooseIn(-1, left, queries, scratch, receivers, choices);
 }
 
 PARALLAX_LANE_CLONES void LightTable::ChooseIn(int32_t room, Mask8 members,
-                                               const LightSeekers8& seekers,
+                                               const LightQueries8& queries,
                                                std::vector<Float8>* importances,
                                                LightReceivers8* receivers,
                                                LightChoices8* choices) const {
   const Enclosure* in = RoomAt(room);
-  const Int8 cells = in ? in->gains.CellOf(seekers.position, seekers.normal) : Int8{};
+  const Int8 cells = in ? in->gains.CellOf(queries.position, queries.normal) : Int8{};
   const size_t count = LightsIn(in);
   if (importances->size() < count) importances->resize(count);
   Float8* const of = importances->data();
   Float8 total = Splat(0);
   for (size_t light = 0; light < count; ++light) {
-    of[light] = Importance(in, seekers.position, cells, light);
+    of[light] = Importance(in, queries.position, cells, light);
     total += of[light];
   }
-  Float8 rest = seekers.choice * total, importance = Splat(0);
+  Float8 rest = queries.choice * total, importance = Splat(0);
   Int8 chosen{};
   Mask8 seeking = members;
   for (size_t light = 0; light < count && Any(seeking); ++light) {

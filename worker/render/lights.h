@@ -86,7 +86,7 @@ struct LightSeen {
 
 // Up to eight points of surfaces, each seen from the side of `normal`, that will take a sample of
 // one light each: `choice` in [0, 1) picks it.
-struct LightSeekers8 {
+struct LightQueries8 {
   Vec3x8 position, normal;
   Float8 choice;
   int count = 0;
@@ -122,8 +122,8 @@ class LightTable {
   // Errors: kInvalidArgument for a light of unknown kind.  A mesh light without faces is left out.
   static absl::StatusOr<LightTable> Build(const v1::Scene& scene, const RenderScene& geometry);
 
-  // `scratch` is kept for the next time. Lanes beyond the seekers are no receivers: total 0.
-  void Choose(const LightSeekers8& seekers, std::vector<Float8>* scratch,
+  // `scratch` is kept for the next time. Lanes beyond `queries.count` are no receivers: total 0.
+  void Choose(const LightQueries8& queries, std::vector<Float8>* scratch,
               LightReceivers8* receivers, LightChoices8* choices) const;
   // Finds what of the lights Sample will take for these `u`, and begins to fetch it from memory.
   void Aim(Float8 u, LightChoices8* choices) const;
@@ -239,7 +239,7 @@ class LightTable {
   Float8 PortalImportance(const Portal& portal, const Vec3x8& position) const;
   Float8 SunImportance(const Enclosure* in, const Vec3x8& position) const;
   float DomeImportance() const;
-  void ChooseIn(int32_t room, Mask8 members, const LightSeekers8& seekers,
+  void ChooseIn(int32_t room, Mask8 members, const LightQueries8& queries,
                 std::vector<Float8>* importances, LightReceivers8* receivers,
                 LightChoices8* choices) const;
   Float8 SkyPdf(const LightReceivers8& at, const Vec3x8& directions) const;

@@ -25,11 +25,11 @@ inline Vec3x8 Clamped(const Vec3x8& light, Mask8 may, float limit) {
   return Select(may & (luminance > limit), light * (limit / luminance), light);
 }
 
-// What surfaces look like: written by material, read by walk.
-class Looks {
+// Evaluated materials: written by material, read by walk.
+class MaterialSamples {
  public:
-  void Put(const std::array<uint32_t, kLanes>& walks, int count, const Look8& look);
-  // Of the eight walks from `first` on.
+  void Put(const std::array<uint32_t, kLanes>& walks, int count, const MaterialSample8& look);
+  // Reads those of the eight walks from `first` on.
   void Get(size_t first, SurfaceSample8* surface, Vec3x8* shading_normal) const;
 
  private:
@@ -59,7 +59,7 @@ struct PathTracer::State {
   Float8 Random(size_t block, Chance chance) const;
   std::vector<Alike> alike;         // By material; empty between steps.
   std::vector<uint32_t> materials;  // That some wait at.
-  Looks looks;
+  MaterialSamples materials_seen;
   std::array<LightReceivers8, kMostBlocks> receivers;
   std::array<LightChoices8, kMostBlocks> lights;
   std::vector<Float8> scratch;

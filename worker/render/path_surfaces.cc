@@ -44,7 +44,8 @@ void ForEach(Mask8 lanes, Function function) {
 
 // ---- What they look like ----
 
-void Looks::Put(const std::array<uint32_t, kLanes>& walks, int count, const Look8& look) {
+void MaterialSamples::Put(const std::array<uint32_t, kLanes>& walks, int count,
+                          const MaterialSample8& look) {
   const SurfaceSample8& s = look.surface;
   const Vec3x8& n = look.shading_normal;
   Float8 parts[kParts][kLanes] = {{s.base_color.x, s.base_color.y, s.base_color.z, s.metallic,
@@ -61,7 +62,7 @@ void Looks::Put(const std::array<uint32_t, kLanes>& walks, int count, const Look
   }
 }
 
-void Looks::Get(size_t first, SurfaceSample8* surface, Vec3x8* shading_normal) const {
+void MaterialSamples::Get(size_t first, SurfaceSample8* surface, Vec3x8* shading_normal) const {
   Float8 parts[kParts][kLanes];
   for (size_t part = 0; part < kParts; ++part) {
     for (size_t k = 0; k < kLanes; ++k) parts[part][k] = of_[(first + k) * kParts + part];
@@ -85,7 +86,7 @@ void Looks::Get(size_t first, SurfaceSample8* surface, Vec3x8* shading_normal) c
   surface->transmitted_color = {c[4], c[5], c[6]};
 }
 
-PARALLAX_LANE_CLONES void PathTracer::Draw() {
+PARALLAX_LANE_CLONES void PathTracer::DrawSamples() {
   State& state = *state_;
   WalkRows& walks = state.walks;
   for (size_t block = 0; block < blocks(); ++block) {
@@ -106,40 +107,40 @@ Float8 PathTracer::State::Random(size_t block, Chance chance) const {
 }
 
 // By eights of one material.
-void PathTracer::Look() {
+void PathTracer::EvaluateMaterials() {
   State& state = *state_;
   for (size_t walk = 0; walk < state.count; ++walk) {
     const auto material = static_cast<uint32_t>(state.hits.material[walk]);
     Alike& alike = state.alike[material];
     if (alike.count == 0) state.materials.push_back(material);
     alike.walks[static_cast<size_t>(alike.count++)] = static_cast<uint32_t>(walk);
-    if (alike.count == kLanes) LookAt(material);
+    if (alike.count == kLanes) EvaluateMaterial(material);
   }
   for (const uint32_t material : state.materials) {
-    if (state.alike[material].count > 0) LookAt(material);
+    if (state.alike[material].count > 0) EvaluateMaterial(material);
   }
   state.materials.clear();
 }
 
-void PathTracer::LookAt(uint32_t material) {
+void PathTracer::EvaluateMaterial(uint32_t material) {
   State& state = *state_;
   Alike& alike = state.alike[material];
   const HitRows& hits = state.hits;
-  Sights8 sights;
-  sights.count = std::exchange(alike.count, 0);
+  HitBatch8 batch;
+  batch.count = std::exchange(alike.count, 0);
   for (int lane = 0; lane < kLanes; ++lane) {
     // Lanes beyond the last hold a copy of it.
-    const int from = std::min(lane, sights.count - 1);
+    const int from = std::min(lane, batch.count - 1);
     const size_t walk = alike.walks[static_cast<size_t>(from)];
-    sights.placed[lane] = hits.placed[walk];
-    sights.triangle[lane] = hits.triangle[walk];
-    sights.u[lane] = hits.u[walk];
-    sights.v[lane] = hits.v[walk];
-    sights.geometric_normal.Set(lane, hits.normal[walk]);
-    sights.doubled_area[lane] = hits.doubled_area[walk];
-    sights.footprint_m[lane] = hits.footprint_m[walk];
+    batch.placed[lane] = hits.placed[walk];
+    batch.triangle[lane] = hits.triangle[walk];
+    batch.u[lane] = hits.u[walk];
+    batch.v[lane] = hits.v[walk];
+    batch.geometric_normal.Set(lane, hits.normal[walk]);
+    batch.doubled_area[lane] = hits.doubled_area[walk];
+    batch.footprint_m[lane] = hits.footprint_m[walk];
   }
-  state.looks.Put(alike.walks, sights.count, scene_.Look(sights, material));
+  state.materials_seen.Put(alike.walks, batch.count, scene_.EvaluateMaterial(batch, material));
 }
 
 // ---- Light that may arrive ----
@@ -147,22 +148,22 @@ void PathTracer::LookAt(uint32_t material) {
 void PathTracer::ChooseLights() {
   if (options_.only_guides) return;
   State& state = *state_;
-  LightSeekers8 seekers;
+  LightQueries8 queries;
   for (size_t block = 0; block < blocks(); ++block) {
     const Vec3x8 normal = state.hits.normal.At(block);
     const Mask8 outside = Inner(-state.walks.direction.At(block), normal) > 0.0f;
-    seekers.position = state.hits.position.At(block);
-    seekers.normal = Select(outside, normal, -normal);
-    seekers.choice = state.v[0].At(block);
-    seekers.count = static_cast<int>(std::min<size_t>(kLanes, state.count - block * kLanes));
-    lights_.Choose(seekers, &state.scratch, &state.receivers[block], &state.lights[block]);
+    queries.position = state.hits.position.At(block);
+    queries.normal = Select(outside, normal, -normal);
+    queries.choice = state.v[0].At(block);
+    queries.count = static_cast<int>(std::min<size_t>(kLanes, state.count - block * kLanes));
+    lights_.Choose(queries, &state.scratch, &state.receivers[block], &state.lights[block]);
   }
   for (size_t block = 0; block < blocks(); ++block) {
     lights_.Aim(state.u[1].At(block), &state.lights[block]);
   }
 }
 
-void PathTracer::GatherLight() {
+void PathTracer::TraceShadowRays() {
   State& state = *state_;
   WalkRows& walks = state.walks;
   for (size_t block = 0; block < blocks(); ++block) {
@@ -191,21 +192,21 @@ void PathTracer::GatherLight() {
 // ---- Scattering ----
 
 // Eight walks at the surfaces that they have reached.
-struct PathTracer::Stop8 {
+struct PathTracer::PathVertex8 {
   const size_t block, first;  // Of blocks; of walks.
   Mask8 here;                 // Those that have not ended or passed on.
   Mask8 wide, transmits;      // By the look of the surface.
   Mask8 last;                 // No light is gathered there.
   Mask8 lit{};                // Took a sample of a light;
   Mask8 gathers{};            // and may have its light by their own chance, too.
-  Standing8 at;
+  SurfaceInteraction8 at;
 
-  Stop8(size_t which, Mask8 walks) : block(which), first(which * kLanes), here(walks) {}
+  PathVertex8(size_t which, Mask8 walks) : block(which), first(which * kLanes), here(walks) {}
   size_t Walk(int lane) const { return first + static_cast<size_t>(lane); }
   void Drop(Mask8 walks, PathTracer* tracer);  // They have ended.
 };
 
-void PathTracer::AddEmission(size_t block, const Standing8& at) {
+void PathTracer::AddEmission(size_t block, const SurfaceInteraction8& at) {
   const HitRows& hits = state_->hits;
   const WalkRows& walks = state_->walks;
   const Mask8 lamp = hits.lamp.At(block) >= 0;
@@ -221,48 +222,49 @@ void PathTracer::AddEmission(size_t block, const Standing8& at) {
   });
 }
 
-void PathTracer::Scatter() {
-  for (size_t block = 0; block < blocks(); ++block) ScatterBlock(block);
+void PathTracer::ShadeSurfaces() {
+  for (size_t block = 0; block < blocks(); ++block) ShadeBlock(block);
 }
 
-PARALLAX_LANE_CLONES void PathTracer::ScatterBlock(size_t block) {
-  Stop8 stop(block, Live(block));
+PARALLAX_LANE_CLONES void PathTracer::ShadeBlock(size_t block) {
+  PathVertex8 vertex(block, Live(block));
   state_->shadows[block].rays.lit = Mask8{};
-  Stand(&stop);
-  AddEmission(block, stop.at);
-  PassHoles(&stop);
-  if (state_->learning) Remember(stop);
+  LoadInteraction(&vertex);
+  AddEmission(block, vertex.at);
+  PassHoles(&vertex);
+  if (state_->learning) RecordTrail(vertex);
 
   // No light is gathered at the last, and nothing but a pane leads on.
   const WalkRows& walks = state_->walks;
-  const Mask8 done = stop.last & ~(stop.at.surface.thin_walled & stop.transmits);
-  stop.Drop(stop.here & done & walks.guided.At(block), this);
-  if (!Any(stop.here)) return;
+  const Mask8 done = vertex.last & ~(vertex.at.surface.thin_walled & vertex.transmits);
+  vertex.Drop(vertex.here & done & walks.guided.At(block), this);
+  if (!Any(vertex.here)) return;
 
-  TakeLight(&stop);
-  const Scatter8 scatter(stop.at);
-  Guide(stop, scatter);
-  stop.Drop(stop.here & (done | (options_.only_guides ? walks.guided.At(block) : Mask8{})), this);
-  if (!Any(stop.here)) return;
+  SampleLights(&vertex);
+  const Scatter8 scatter(vertex.at);
+  RecordGuides(vertex, scatter);
+  vertex.Drop(vertex.here & (done | (options_.only_guides ? walks.guided.At(block) : Mask8{})),
+              this);
+  if (!Any(vertex.here)) return;
 
-  stop.gathers = stop.here & stop.lit & ~scatter.bsdf().mirror_like();
-  if (Any(stop.gathers)) AimAtLight(stop, scatter);
-  const Onward8 onward = scatter.Onward();
-  Tint(stop, scatter, onward);
-  stop.Drop(stop.here & (~onward.goes | (stop.last & ~onward.straight)), this);
-  Depart(stop, onward);
+  vertex.gathers = vertex.here & vertex.lit & ~scatter.bsdf().mirror_like();
+  if (Any(vertex.gathers)) MakeShadowRays(vertex, scatter);
+  const BsdfSample8 next = scatter.SampleBsdf();
+  TintGuides(vertex, scatter, next);
+  vertex.Drop(vertex.here & (~next.goes | (vertex.last & ~next.straight)), this);
+  ContinuePaths(vertex, next);
 }
 
-void PathTracer::Stop8::Drop(Mask8 walks, PathTracer* tracer) {
+void PathTracer::PathVertex8::Drop(Mask8 walks, PathTracer* tracer) {
   tracer->End(block, walks);
   here &= ~walks;
 }
 
-void PathTracer::Stand(Stop8* stop) const {
+void PathTracer::LoadInteraction(PathVertex8* vertex) const {
   const State& state = *state_;
-  const size_t block = stop->block;
-  Standing8& at = stop->at;
-  state.looks.Get(stop->first, &at.surface, &at.shading);
+  const size_t block = vertex->block;
+  SurfaceInteraction8& at = vertex->at;
+  state.materials_seen.Get(vertex->first, &at.surface, &at.shading);
   at.position = state.hits.position.At(block);
   at.out = -state.walks.direction.At(block);
   const Vec3x8 geometric = state.hits.normal.At(block);
@@ -274,18 +276,18 @@ void PathTracer::Stand(Stop8* stop) const {
   at.choice = state.u[0].At(block);
   at.u = state.u[2].At(block);
   at.v = state.v[2].At(block);
-  stop->wide = ScattersWidely(at.surface);
-  stop->transmits = at.surface.transmission > 0.0f;
-  stop->last = state.walks.bounce.At(block) >= options_.max_bounces;
+  vertex->wide = ScattersWidely(at.surface);
+  vertex->transmits = at.surface.transmission > 0.0f;
+  vertex->last = state.walks.bounce.At(block) >= options_.max_bounces;
 }
 
-void PathTracer::PassHoles(Stop8* stop) {
-  const Float8 opacity = stop->at.surface.opacity;
-  Mask8 holes = stop->here & (opacity < 1.0f);
+void PathTracer::PassHoles(PathVertex8* vertex) {
+  const Float8 opacity = vertex->at.surface.opacity;
+  Mask8 holes = vertex->here & (opacity < 1.0f);
   if (!Any(holes)) return;
-  holes &= state_->Random(stop->block, State::Chance::kHole) >= opacity;
-  Pass(stop->block, holes, stop->at.normal);
-  stop->here &= ~holes;
+  holes &= state_->Random(vertex->block, State::Chance::kHole) >= opacity;
+  Pass(vertex->block, holes, vertex->at.normal);
+  vertex->here &= ~holes;
 }
 
 // Straight on through a hole or a thin pane.
@@ -300,108 +302,110 @@ void PathTracer::Pass(size_t block, Mask8 passing, const Vec3x8& normal) {
 }
 
 // For the cache's filler.
-void PathTracer::Remember(const Stop8& stop) {
+void PathTracer::RecordTrail(const PathVertex8& vertex) {
   State& state = *state_;
-  for (size_t lane = 0; lane < kLanes; ++lane) state.trials[stop.first + lane] = nullptr;
-  ForEach(stop.here, [&](int lane) {
-    const size_t walk = stop.Walk(lane);
+  for (size_t lane = 0; lane < kLanes; ++lane) state.trials[vertex.first + lane] = nullptr;
+  ForEach(vertex.here, [&](int lane) {
+    const size_t walk = vertex.Walk(lane);
     PathTrail* trail = state.trails[state.path(walk)];
     if (!trail || trail->size >= static_cast<int>(trail->vertices.size())) return;
     if (scene_.traits(static_cast<uint32_t>(state.hits.material[walk])).needs_tracing) return;
-    PathVertex& vertex = trail->vertices[static_cast<size_t>(trail->size++)];
-    vertex = {PlaceOf(walk, stop.at.normal.Get(lane)),
-              stop.wide[lane] != 0,
-              state.walks.throughput[walk],
-              state.walks.radiance[walk],
-              {}};
-    state.trials[walk] = &vertex.trial;
+    PathVertex& entry = trail->vertices[static_cast<size_t>(trail->size++)];
+    entry = {PlaceOf(walk, vertex.at.normal.Get(lane)),
+             vertex.wide[lane] != 0,
+             state.walks.throughput[walk],
+             state.walks.radiance[walk],
+             {}};
+    state.trials[walk] = &entry.trial;
   });
 }
 
 // A sample of the light that each has chosen, and how bright spots look from there.
-void PathTracer::TakeLight(Stop8* stop) const {
+void PathTracer::SampleLights(PathVertex8* vertex) const {
   const bool lights =
       options_.direct != DirectLight::kBsdfSampling && !lights_.empty() && !options_.only_guides;
-  stop->lit = lights ? stop->here & ~stop->last : Mask8{};
-  if (!Any(stop->lit)) return;
+  vertex->lit = lights ? vertex->here & ~vertex->last : Mask8{};
+  if (!Any(vertex->lit)) return;
   const State& state = *state_;
-  const size_t block = stop->block;
+  const size_t block = vertex->block;
   const LightReceivers8& receivers = state.receivers[block];
   lights_.Sample(receivers, state.lights[block], state.u[1].At(block), state.v[1].At(block),
-                 &stop->at.light);
-  ForEach(stop->lit & stop->wide & (receivers.room >= 0), [&](int lane) {
-    SpotView& spots = stop->at.spots[lane];
-    spots.Look(*lights_.SpotsIn(receivers.room[lane]), state.hits.position[stop->Walk(lane)],
-               stop->at.normal.Get(lane));
-    stop->at.spot_share[lane] = spots.share();
+                 &vertex->at.light);
+  ForEach(vertex->lit & vertex->wide & (receivers.room >= 0), [&](int lane) {
+    SpotView& spots = vertex->at.spots[lane];
+    spots.Look(*lights_.SpotsIn(receivers.room[lane]), state.hits.position[vertex->Walk(lane)],
+               vertex->at.normal.Get(lane));
+    vertex->at.spot_share[lane] = spots.share();
   });
 }
 
 // What solid glass refracts is torn by its bumps: there the glass itself guides.
-void PathTracer::Guide(const Stop8& stop, const Scatter8& scatter) {
+void PathTracer::RecordGuides(const PathVertex8& vertex, const Scatter8& scatter) {
   WalkRows& walks = state_->walks;
-  const Mask8 solid_glass = stop.transmits & ~stop.at.surface.thin_walled;
-  const Mask8 shows_another = scatter.bsdf().mirror_like() & ~solid_glass & ~stop.last &
-                              (walks.bounce.At(stop.block) < kGuideBounces);
-  const Mask8 guides = stop.here & ~walks.guided.At(stop.block) & ~shows_another;
+  const Mask8 solid_glass = vertex.transmits & ~vertex.at.surface.thin_walled;
+  const Mask8 shows_another = scatter.bsdf().mirror_like() & ~solid_glass & ~vertex.last &
+                              (walks.bounce.At(vertex.block) < kGuideBounces);
+  const Mask8 guides = vertex.here & ~walks.guided.At(vertex.block) & ~shows_another;
   if (!Any(guides)) return;
-  const Vec3x8 albedo = GuideAlbedo(stop.at.surface) * walks.tint.At(stop.block);
+  const Vec3x8 albedo = GuideAlbedo(vertex.at.surface) * walks.tint.At(vertex.block);
   ForEach(guides, [&](int lane) {
-    PathResult& result = state_->result(stop.Walk(lane));
+    PathResult& result = state_->result(vertex.Walk(lane));
     result.albedo = albedo.Get(lane);
     result.normal = scatter.normal().Get(lane);
   });
-  walks.guided.At(stop.block) |= guides;
+  walks.guided.At(vertex.block) |= guides;
 }
 
 // Next-event estimation; the shadow rays wait for their turn.
-void PathTracer::AimAtLight(const Stop8& stop, const Scatter8& scatter) {
+void PathTracer::MakeShadowRays(const PathVertex8& vertex, const Scatter8& scatter) {
   State& state = *state_;
-  ShadowRays8& shadow = state.shadows[stop.block];
+  ShadowRays8& shadow = state.shadows[vertex.block];
   scatter.Light(options_.direct == DirectLight::kBoth, &shadow.rays);
-  shadow.rays.lit &= stop.gathers;
-  shadow.clamped = state.walks.bounce.At(stop.block) > 0;
+  shadow.rays.lit &= vertex.gathers;
+  shadow.clamped = state.walks.bounce.At(vertex.block) > 0;
   if (!state.learning) return;
-  const LightSamples8& light = stop.at.light;
-  const Float8 cosine = Inner(stop.at.normal, light.direction);
+  const LightSamples8& light = vertex.at.light;
+  const Float8 cosine = Inner(vertex.at.normal, light.direction);
   const Float8 facing = scatter.bsdf().translucent() ? Abs(cosine) : Max(cosine, 0.0f);
   const Float8 irradiance = Luminance(light.radiance) * facing;
-  ForEach(stop.gathers & (shadow.rays.lit | ~(irradiance > 0.0f)), [&](int lane) {
-    LightTrial* trial = state.trials[stop.Walk(lane)];
+  ForEach(vertex.gathers & (shadow.rays.lit | ~(irradiance > 0.0f)), [&](int lane) {
+    LightTrial* trial = state.trials[vertex.Walk(lane)];
     if (!trial) return;
-    *trial = lights_.Trial(state.receivers[stop.block].Get(lane),
-                           state.lights[stop.block].light[lane], light.pdf[lane], irradiance[lane]);
+    *trial =
+        lights_.Trial(state.receivers[vertex.block].Get(lane),
+                      state.lights[vertex.block].light[lane], light.pdf[lane], irradiance[lane]);
   });
 }
 
 // What the denoiser's guides make of a mirror or pane before the surface that guides.
 // A pixel's few samples are shared out by chance between what a pane shows and what it mirrors;
 // that of the two which most take guides.
-void PathTracer::Tint(const Stop8& stop, const Scatter8& scatter, const Onward8& onward) {
+void PathTracer::TintGuides(const PathVertex8& vertex, const Scatter8& scatter,
+                            const BsdfSample8& next) {
   WalkRows& walks = state_->walks;
-  const Mask8 tinted = stop.here & onward.goes & ~walks.guided.At(stop.block);
+  const Mask8 tinted = vertex.here & next.goes & ~walks.guided.At(vertex.block);
   if (!Any(tinted)) return;
-  const Vec3x8 tint = walks.tint.At(stop.block), &weight = onward.weight;
+  const Vec3x8 tint = walks.tint.At(vertex.block), &weight = next.weight;
   const Vec3x8 part(Min(weight.x, 1.0f), Min(weight.y, 1.0f), Min(weight.z, 1.0f));
-  walks.tint.Put(stop.block, Select(tinted, tint * part, tint));
+  walks.tint.Put(vertex.block, Select(tinted, tint * part, tint));
   const Mask8 mostly_passes = scatter.bsdf().PassChance() >= 0.5f;
-  ForEach(tinted & stop.transmits & (onward.passes ^ mostly_passes),
-          [&](int lane) { state_->result(stop.Walk(lane)).guide_weight *= kRareWayWeight; });
+  ForEach(tinted & vertex.transmits & (next.passes ^ mostly_passes),
+          [&](int lane) { state_->result(vertex.Walk(lane)).guide_weight *= kRareWayWeight; });
 }
 
-void PathTracer::Depart(const Stop8& stop, const Onward8& onward) {
+void PathTracer::ContinuePaths(const PathVertex8& vertex, const BsdfSample8& next) {
   WalkRows& walks = state_->walks;
-  const Vec3x8 throughput = walks.throughput.At(stop.block);
-  walks.throughput.Put(stop.block, Select(stop.here, throughput * onward.weight, throughput));
-  const Mask8 straight = stop.here & onward.straight;
-  if (Any(straight)) Pass(stop.block, straight, stop.at.normal);
-  Leave(stop, stop.here & ~straight, onward);
+  const Vec3x8 throughput = walks.throughput.At(vertex.block);
+  walks.throughput.Put(vertex.block, Select(vertex.here, throughput * next.weight, throughput));
+  const Mask8 straight = vertex.here & next.straight;
+  if (Any(straight)) Pass(vertex.block, straight, vertex.at.normal);
+  SpawnRays(vertex, vertex.here & ~straight, next);
 }
 
 // Along the sampled directions, where chance lets them live.
-void PathTracer::Leave(const Stop8& stop, Mask8 leaving, const Onward8& onward) {
+void PathTracer::SpawnRays(const PathVertex8& vertex, Mask8 leaving, const BsdfSample8& next) {
   State& state = *state_;
-  const size_t block = stop.block;
+  const size_t block = vertex.block;
   WalkRows& walks = state.walks;
   const Vec3x8 throughput = walks.throughput.At(block);
   const Mask8 lost = leaving & (~IsFinite(throughput) | ~(MaxCoeff(throughput) > 0.0f));
@@ -416,14 +420,14 @@ void PathTracer::Leave(const Stop8& stop, Mask8 leaving, const Onward8& onward) 
   const auto put = [&](Vec3Row& to, const Vec3x8& value) {
     to.Put(block, Select(leaving, value, to.At(block)));
   };
-  put(walks.origin, onward.origin);
-  put(walks.direction, onward.direction);
+  put(walks.origin, next.origin);
+  put(walks.direction, next.direction);
   set(walks.width_m.At(block), state.hits.footprint_m.At(block));
-  set(walks.spread.At(block), Min(walks.spread.At(block) + onward.blur, 1.0f));
-  set(walks.pdf.At(block), stop.gathers ? onward.pdf : Splat(kInfinity));
+  set(walks.spread.At(block), Min(walks.spread.At(block) + next.blur, 1.0f));
+  set(walks.pdf.At(block), vertex.gathers ? next.pdf : Splat(kInfinity));
   const LightReceivers8& receivers = state.receivers[block];
   put(walks.gathered_at, receivers.position);
-  set(walks.total.At(block), stop.lit ? receivers.total : Splat(0));
+  set(walks.total.At(block), vertex.lit ? receivers.total : Splat(0));
   walks.room.At(block) = leaving ? receivers.room : walks.room.At(block);
   walks.cell.At(block) = leaving ? receivers.cell : walks.cell.At(block);
 }

@@ -16,7 +16,7 @@ void PathTracer::Trace(std::span<const PathStarts8> starts, std::span<PathResult
   Begin(results);
   size_t next = 0;
   do {
-    next = Admit(starts, next);
+    next = AddPaths(starts, next);
     Step();
   } while (state_->count > 0 || next < results.size());
 }
@@ -26,7 +26,7 @@ void PathTracer::Trace(std::span<Path> paths) {
   WalkRows& walks = state.walks;
   for (; !paths.empty(); paths = paths.subspan(state.results.size())) {
     Begin(std::span(state.own_results).first(std::min(paths.size(), kTogether)));
-    while (state.count < state.results.size()) Admit(state.count);
+    while (state.count < state.results.size()) AddPaths(state.count);
     for (size_t walk = 0; walk < state.count; ++walk) {
       const Path& path = paths[walk];
       walks.origin.Set(walk, path.ray.origin);
@@ -59,7 +59,7 @@ void PathTracer::Begin(std::span<PathResult> results) {
   std::fill(results.begin(), results.end(), PathResult());
 }
 
-size_t PathTracer::Admit(std::span<const PathStarts8> starts, size_t next) {
+size_t PathTracer::AddPaths(std::span<const PathStarts8> starts, size_t next) {
   constexpr size_t kWorthwhile = 64;  // Fewer would seldom go in packets.
   State& state = *state_;
   WalkRows& walks = state.walks;
@@ -74,13 +74,13 @@ size_t PathTracer::Admit(std::span<const PathStarts8> starts, size_t next) {
     walks.seed.PutFrom(walk, start.seed);
     walks.sample.PutFrom(walk, start.sample);
     walks.dimension.PutFrom(walk, Bits8{} + start.dimension);
-    Admit(next);
+    AddPaths(next);
     next += kLanes;
   }
   return next;
 }
 
-void PathTracer::Admit(size_t path) {
+void PathTracer::AddPaths(size_t path) {
   State& state = *state_;
   WalkRows& walks = state.walks;
   const size_t walk = state.count;
@@ -105,16 +105,16 @@ void PathTracer::Admit(size_t path) {
 
 void PathTracer::Step() {
   Intersect();
-  Identify();
-  AskCache();
-  EndInCache();
-  CloseUp(true);
-  Draw();
-  Look();
+  LoadHits();
+  QueryCache();
+  EndPathsInCache();
+  CompactPaths(true);
+  DrawSamples();
+  EvaluateMaterials();
   ChooseLights();
-  Scatter();
-  GatherLight();
-  CloseUp(false);
+  ShadeSurfaces();
+  TraceShadowRays();
+  CompactPaths(false);
 }
 
 size_t PathTracer::blocks() const { return (state_->count + kLanes - 1) / kLanes; }
@@ -132,7 +132,7 @@ void PathTracer::End(size_t block, Mask8 walks) {
   state_->stays[block] &= static_cast<uint8_t>(~BitsOf(walks));
 }
 
-void PathTracer::CloseUp(bool all) {
+void PathTracer::CompactPaths(bool all) {
   constexpr size_t kWorthwhile = 8;  // One in so many.
   State& state = *state_;
   size_t staying = 0;
@@ -150,8 +150,8 @@ void PathTracer::CloseUp(bool all) {
       result.rays = static_cast<uint32_t>(state.walks.rays[walk]);
     }
   }
-  parallax::CloseUp(state.stays.data(), blocks(), &state.walks);
-  if (all) parallax::CloseUp(state.stays.data(), blocks(), &state.hits);
+  parallax::CompactRows(state.stays.data(), blocks(), &state.walks);
+  if (all) parallax::CompactRows(state.stays.data(), blocks(), &state.hits);
   state.count = staying;
   for (size_t block = 0; block < kMostBlocks; ++block) {
     state.stays[block] = static_cast<uint8_t>(BitsOf(Live(block)));
@@ -232,7 +232,7 @@ void PathTracer::Intersect() {
   }
 }
 
-void PathTracer::Identify() {
+void PathTracer::LoadHits() {
   State& state = *state_;
   const WalkRows& walks = state.walks;
   HitRows& rows = state.hits;
@@ -318,7 +318,7 @@ CachePlace PathTracer::PlaceOf(size_t walk, const Vec3f& normal) const {
 }
 
 // Those that need no answer begin to fetch what shading reads.
-PARALLAX_LANE_CLONES void PathTracer::AskCache() {
+PARALLAX_LANE_CLONES void PathTracer::QueryCache() {
   State& state = *state_;
   WalkRows& walks = state.walks;
   const HitRows& hits = state.hits;
@@ -361,7 +361,7 @@ PARALLAX_LANE_CLONES void PathTracer::AskCache() {
   }
 }
 
-void PathTracer::EndInCache() {
+void PathTracer::EndPathsInCache() {
   if (!options_.cache) return;
   State& state = *state_;
   const WalkRows& walks = state.walks;

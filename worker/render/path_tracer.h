@@ -20,8 +20,8 @@
 namespace parallax {
 
 class Scatter8;
-struct Onward8;
-struct Standing8;
+struct BsdfSample8;
+struct SurfaceInteraction8;
 
 // Which estimators of direct light are used; tests compare them, everything else uses both.
 enum class DirectLight { kBoth, kLightSampling, kBsdfSampling };
@@ -105,33 +105,36 @@ class PathTracer {
 
  private:
   struct State;
-  struct Stop8;
+  struct PathVertex8;
 
   void Begin(std::span<PathResult> results);
   // From `next` on, where there is room; returns the first that still waits.
-  size_t Admit(std::span<const PathStarts8> starts, size_t next);
+  size_t AddPaths(std::span<const PathStarts8> starts, size_t next);
   // The next eight walks start afresh, as paths from `path` on.
-  void Admit(size_t path);
+  void AddPaths(size_t path);
   void Step();
 
-  // The steps, in their order; each begins to fetch what the next reads.
+  // A step of all paths, in this order; each part begins to fetch what the next reads.
   void Intersect();
-  void Identify();
-  void AskCache();
-  void EndInCache();  // Those of which the cache knows what they would see.
-  void Draw();
-  void Look();
+  // Adds light of what rays met outside of surfaces, and reads which surfaces the others met.
+  void LoadHits();
+  void QueryCache();
+  // Ends the paths for which the cache knows the radiance.
+  void EndPathsInCache();
+  // Removes finished paths and compacts the rest. With `all`, always compacts and keeps the hit
+  // rows; otherwise only when at least one path in eight has finished.
+  void CompactPaths(bool all);
+  void DrawSamples();
+  void EvaluateMaterials();
   void ChooseLights();
-  void Scatter();
-  void GatherLight();
-  // Those that have ended leave. `all`: however few, and what was met is still wanted; else when
-  // they are worth it.
-  void CloseUp(bool all);
+  // Emission, holes, direct light, guides and the next ray of each path at its surface.
+  void ShadeSurfaces();
+  void TraceShadowRays();
 
-  // Of the step's parts. `walk`: one; `block`: eight.
+  // Parts of a step. `walk`: one path; `block`: eight.
   size_t blocks() const;
-  Mask8 Live(size_t block) const;     // That there are.
-  Mask8 Staying(size_t block) const;  // That have not ended.
+  Mask8 Live(size_t block) const;     // Lanes with a path.
+  Mask8 Staying(size_t block) const;  // Paths that have not ended.
   void End(size_t block, Mask8 walks);
   void Add(size_t walk, const Vec3f& contribution);
   void Add(size_t block, Mask8 walks, const Vec3x8& contribution);
@@ -143,19 +146,19 @@ class PathTracer {
   void PassHaze(size_t block, const Hits8& hits);
   Vec3f MeshLight(size_t walk, float cosine) const;
   CachePlace PlaceOf(size_t walk, const Vec3f& normal) const;
-  void LookAt(uint32_t material);
-  void ScatterBlock(size_t block);
-  void Stand(Stop8* stop) const;
-  void AddEmission(size_t block, const Standing8& at);
-  void PassHoles(Stop8* stop);
+  void EvaluateMaterial(uint32_t material);
+  void ShadeBlock(size_t block);
+  void LoadInteraction(PathVertex8* vertex) const;
+  void AddEmission(size_t block, const SurfaceInteraction8& at);
+  void PassHoles(PathVertex8* vertex);
   void Pass(size_t block, Mask8 walks, const Vec3x8& normal);
-  void Remember(const Stop8& stop);
-  void TakeLight(Stop8* stop) const;
-  void Guide(const Stop8& stop, const Scatter8& scatter);
-  void AimAtLight(const Stop8& stop, const Scatter8& scatter);
-  void Tint(const Stop8& stop, const Scatter8& scatter, const Onward8& onward);
-  void Depart(const Stop8& stop, const Onward8& onward);
-  void Leave(const Stop8& stop, Mask8 walks, const Onward8& onward);
+  void RecordTrail(const PathVertex8& vertex);
+  void SampleLights(PathVertex8* vertex) const;
+  void RecordGuides(const PathVertex8& vertex, const Scatter8& scatter);
+  void MakeShadowRays(const PathVertex8& vertex, const Scatter8& scatter);
+  void TintGuides(const PathVertex8& vertex, const Scatter8& scatter, const BsdfSample8& next);
+  void ContinuePaths(const PathVertex8& vertex, const BsdfSample8& next);
+  void SpawnRays(const PathVertex8& vertex, Mask8 walks, const BsdfSample8& next);
 
   const RenderScene& scene_;
   const LightTable& lights_;

@@ -88,20 +88,20 @@ struct alignas(32) RenderScene::Vertex {
 namespace {
 
 // Of a lane, or of the last that counts.
-int Filled(const Sights8& sights, int lane) { return std::min(lane, sights.count - 1); }
+int Filled(const HitBatch8& batch, int lane) { return std::min(lane, batch.count - 1); }
 
 // Likewise, of a number of theirs.
-Float8 Filled(const Sights8& sights, Float8 x) {
-  return FirstLanes(sights.count) ? x : Splat(x[sights.count - 1]);
+Float8 Filled(const HitBatch8& batch, Float8 x) {
+  return FirstLanes(batch.count) ? x : Splat(x[batch.count - 1]);
 }
 
 // Eight vectors, each by its body's matrix; neighbours are mostly on one body.
 template <typename MatrixOf>
-Vec3x8 Turned(const Sights8& sights, const Vec3x8& vectors, MatrixOf matrix_of) {
+Vec3x8 Turned(const HitBatch8& batch, const Vec3x8& vectors, MatrixOf matrix_of) {
   const auto placed = [&](int lane) {
-    return static_cast<uint32_t>(sights.placed[Filled(sights, lane)]);
+    return static_cast<uint32_t>(batch.placed[Filled(batch, lane)]);
   };
-  if (!Any(FirstLanes(sights.count) & (sights.placed != sights.placed[0]))) {
+  if (!Any(FirstLanes(batch.count) & (batch.placed != batch.placed[0]))) {
     const Mat3f m = matrix_of(placed(0));
     return {Inner(Vec3x8(Vec3f(m.row(0))), vectors), Inner(Vec3x8(Vec3f(m.row(1))), vectors),
             Inner(Vec3x8(Vec3f(m.row(2))), vectors)};
@@ -347,11 +347,11 @@ uint32_t RenderScene::MaterialOf(const Body& body, uint16_t slot) const {
   return slot < body.slots ? materials_[body.first_material + slot] : 0;
 }
 
-Mask8 RenderScene::OnSheets(const Sights8& sights) const {
+Mask8 RenderScene::OnSheets(const HitBatch8& batch) const {
   Mask8 on{};
-  for (int lane = 0; lane < sights.count; ++lane) {
-    const auto placed = static_cast<uint32_t>(sights.placed[lane]);
-    const uint16_t slot = bodies_[placed].triangles[sights.triangle[lane]].slot;
+  for (int lane = 0; lane < batch.count; ++lane) {
+    const auto placed = static_cast<uint32_t>(batch.placed[lane]);
+    const uint16_t slot = bodies_[placed].triangles[batch.triangle[lane]].slot;
     on[lane] = cache_group(placed).Sheet(slot) ? -1 : 0;
   }
   return on;
@@ -510,30 +510,30 @@ SurfaceIds8 RenderScene::Identify(const Hits8& hits) const {
   return ids;
 }
 
-PARALLAX_LANE_CLONES Interpolated8 RenderScene::Interpolate(const Sights8& sights) const {
+PARALLAX_LANE_CLONES Interpolated8 RenderScene::Interpolate(const HitBatch8& batch) const {
   Float8 here[kLanes], to_b[kLanes], to_c[kLanes];
   Float8 scale;
   for (int lane = 0; lane < kLanes; ++lane) {
-    const int from = Filled(sights, lane);
-    const Body& body = bodies_[static_cast<uint32_t>(sights.placed[from])];
-    const Triangle& t = body.triangles[static_cast<uint32_t>(sights.triangle[from])];
+    const int from = Filled(batch, lane);
+    const Body& body = bodies_[static_cast<uint32_t>(batch.placed[from])];
+    const Triangle& t = body.triangles[static_cast<uint32_t>(batch.triangle[from])];
     const Float8 a = body.vertices[t.a].Load();
     to_b[lane] = body.vertices[t.b].Load() - a;
     to_c[lane] = body.vertices[t.c].Load() - a;
-    here[lane] = a + sights.u[from] * to_b[lane] + sights.v[from] * to_c[lane];
-    scale[lane] = places_[static_cast<uint32_t>(sights.placed[from])].scale;
+    here[lane] = a + batch.u[from] * to_b[lane] + batch.v[from] * to_c[lane];
+    scale[lane] = places_[static_cast<uint32_t>(batch.placed[from])].scale;
   }
-  const Vec3x8 geometric(Filled(sights, sights.geometric_normal.x),
-                         Filled(sights, sights.geometric_normal.y),
-                         Filled(sights, sights.geometric_normal.z));
-  const Float8 doubled_area = Filled(sights, sights.doubled_area);
-  const Float8 footprint_m = Filled(sights, sights.footprint_m);
+  const Vec3x8 geometric(Filled(batch, batch.geometric_normal.x),
+                         Filled(batch, batch.geometric_normal.y),
+                         Filled(batch, batch.geometric_normal.z));
+  const Float8 doubled_area = Filled(batch, batch.doubled_area);
+  const Float8 footprint_m = Filled(batch, batch.footprint_m);
   const Vertices8 at(here), b(to_b), c(to_c);
   const Vec3x8 bent = Turned(
-      sights, at.normal, [&](uint32_t k) -> const Mat3f& { return places_[k].normal_from_object; });
+      batch, at.normal, [&](uint32_t k) -> const Mat3f& { return places_[k].normal_from_object; });
   Interpolated8 out;
   SurfacePoint8& points = out.points;
-  points.count = sights.count;
+  points.count = batch.count;
   points.texture_m = at.texture * scale;
   points.u = at.u;
   points.v = at.v;
@@ -542,10 +542,10 @@ PARALLAX_LANE_CLONES Interpolated8 RenderScene::Interpolate(const Sights8& sight
   points.normal = at.normal * (1.0f / length);
   const Mask8 none = ~(length > 1e-6f);
   for (int lane = 0; Any(none) && lane < kLanes; ++lane) {
-    const int from = Filled(sights, lane);
+    const int from = Filled(batch, lane);
     if (none[lane] == 0) continue;
-    points.normal.Set(lane, FirstNormal(static_cast<uint32_t>(sights.placed[from]),
-                                        static_cast<uint32_t>(sights.triangle[from])));
+    points.normal.Set(lane, FirstNormal(static_cast<uint32_t>(batch.placed[from]),
+                                        static_cast<uint32_t>(batch.triangle[from])));
   }
   const Float8 bent_length = Norm(bent);
   const Vec3x8 normal = Select(bent_length > 1e-12f, bent * (1.0f / bent_length), geometric);
@@ -576,21 +576,21 @@ SurfaceSample RenderScene::Evaluate(const RawHit& hit, const SurfaceId& id,
                                     float footprint_m) const {
   const Material* material = geometry_.materials[id.material].get();
   if (!material) return {};
-  Sights8 sights{};
-  sights.Add(hit, id, footprint_m);
-  SurfaceSample surface = material->Evaluate(Interpolate(sights).points).Get(0);
-  if (OnSheets(sights)[0] == 0) surface.transmitted_color.setZero();
+  HitBatch8 batch{};
+  batch.Add(hit, id, footprint_m);
+  SurfaceSample surface = material->Evaluate(Interpolate(batch).points).Get(0);
+  if (OnSheets(batch)[0] == 0) surface.transmitted_color.setZero();
   return surface;
 }
 
 // Two edges of each triangle, in the world.
-PARALLAX_LANE_CLONES void RenderScene::FindEdges(const Sights8& sights, Vec3x8 edges[2]) const {
+PARALLAX_LANE_CLONES void RenderScene::FindEdges(const HitBatch8& batch, Vec3x8 edges[2]) const {
   Float8 rows[kLanes];
   bool instanced = false;
   for (int lane = 0; lane < kLanes; ++lane) {
-    const int from = Filled(sights, lane);
-    const Body& body = bodies_[static_cast<uint32_t>(sights.placed[from])];
-    const Triangle& t = body.triangles[static_cast<uint32_t>(sights.triangle[from])];
+    const int from = Filled(batch, lane);
+    const Body& body = bodies_[static_cast<uint32_t>(batch.placed[from])];
+    const Triangle& t = body.triangles[static_cast<uint32_t>(batch.triangle[from])];
     // Of four numbers, as Embree loads them: one more position is behind the last.
     const auto position = [&](uint32_t k) { return _mm_loadu_ps(body.positions[k].data()); };
     const Float4 a = position(t.a), to_b = position(t.b) - a, to_c = position(t.c) - a;
@@ -604,21 +604,21 @@ PARALLAX_LANE_CLONES void RenderScene::FindEdges(const Sights8& sights, Vec3x8 e
     if (!bodies_[placed].instanced) return Mat3f::Identity();
     return PlaceOf(placed).linear();
   };
-  for (int k = 0; k < 2; ++k) edges[k] = Turned(sights, edges[k], world_from_positions);
+  for (int k = 0; k < 2; ++k) edges[k] = Turned(batch, edges[k], world_from_positions);
 }
 
-Look8 RenderScene::Look(const Sights8& sights, uint32_t index) const {
-  Interpolated8 at = Interpolate(sights);
+MaterialSample8 RenderScene::EvaluateMaterial(const HitBatch8& batch, uint32_t index) const {
+  Interpolated8 at = Interpolate(batch);
   const Material* material = geometry_.materials[index].get();
   if (!material) return {.surface = {}, .shading_normal = at.shading_normal};
-  Look8 look{material->Evaluate(at.points), at.shading_normal};
+  MaterialSample8 look{material->Evaluate(at.points), at.shading_normal};
   if (traits_[index].may_be_translucent) {
     Vec3x8& through = look.surface.transmitted_color;
-    through = Select(OnSheets(sights), through, Vec3x8::Zero());
+    through = Select(OnSheets(batch), through, Vec3x8::Zero());
   }
   if (!traits_[index].has_relief) return look;
 
-  FindEdges(sights, at.faces.edge);
+  FindEdges(batch, at.faces.edge);
   look.shading_normal = BendNormals(*material, at.points, at.faces, at.shading_normal);
   return look;
 }

@@ -46,7 +46,7 @@ struct SurfaceIds8 {
 };
 
 // Up to eight hits that are to be looked at.
-struct Sights8 {
+struct HitBatch8 {
   Int8 placed, triangle;
   Float8 u, v;
   Vec3x8 geometric_normal;
@@ -74,7 +74,7 @@ struct Interpolated8 {
 };
 
 // What eight hits look like.
-struct Look8 {
+struct MaterialSample8 {
   SurfaceSample8 surface;
   Vec3x8 shading_normal;  // Bent by the material's relief.
 };
@@ -133,9 +133,9 @@ class RenderScene final : public ShadowFilter {
   SurfaceId Identify(const RawHit& hit) const;
   SurfaceIds8 Identify(const Hits8& hits) const;
   // Of one to eight.
-  Interpolated8 Interpolate(const Sights8& sights) const;
+  Interpolated8 Interpolate(const HitBatch8& batch) const;
   // Of one to eight on this material; objects without a material are plain grey.
-  Look8 Look(const Sights8& sights, uint32_t material) const;
+  MaterialSample8 EvaluateMaterial(const HitBatch8& batch, uint32_t material) const;
   // The surface there, without its relief.
   SurfaceSample Evaluate(const RawHit& hit, const SurfaceId& id, float footprint_m) const;
   // A triangle's corners in the world, as rays see them.
@@ -169,11 +169,11 @@ class RenderScene final : public ShadowFilter {
   Eigen::Affine3f PlaceOf(uint32_t placed) const;
   void SetPlace(size_t body, const Eigen::Affine3f& world_from_object);
   uint32_t MaterialOf(const Body& body, uint16_t slot) const;
-  // Which of the sights are on sheets.
-  Mask8 OnSheets(const Sights8& sights) const;
+  // Which of the batch are on sheets.
+  Mask8 OnSheets(const HitBatch8& batch) const;
   static std::shared_ptr<const std::vector<Vertex>> Pack(const Mesh& mesh);
   bool LetsLightThrough(const std::vector<uint32_t>& materials) const;
-  void FindEdges(const Sights8& sights, Vec3x8 edges[2]) const;
+  void FindEdges(const HitBatch8& batch, Vec3x8 edges[2]) const;
   void ProbeMaterials();
   Vec3f FirstNormal(uint32_t placed, uint32_t triangle) const;
 

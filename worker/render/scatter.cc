@@ -40,7 +40,7 @@ Float8 PowerHeuristic(Float8 a, Float8 b) {
 
 }  // namespace
 
-Scatter8::Scatter8(const Standing8& at)
+Scatter8::Scatter8(const SurfaceInteraction8& at)
     : at_(at),
       frame_(UsableNormal(at.shading, at.normal, at.out)),
       bend2_(1.0f - Square(Dot(frame_.z, at.normal))),
@@ -91,36 +91,36 @@ PARALLAX_LANE_CLONES void Scatter8::Light(bool weighted, Shadow8* out) const {
 }
 
 // Towards a bright spot or by the BSDF alone, with the density of that mixture.
-PARALLAX_LANE_CLONES Onward8 Scatter8::Onward() const {
-  Onward8 onward;
+PARALLAX_LANE_CLONES BsdfSample8 Scatter8::SampleBsdf() const {
+  BsdfSample8 next;
   const Mask8 to_spot = at_.choice < spot_share_;
   const BsdfDirection8 way =
       bsdf_.Sample((at_.choice - spot_share_) / (1.0f - spot_share_), at_.u, at_.v);
-  onward.straight = way.straight & ~to_spot;
-  onward.blur = to_spot ? Splat(0.5f) : way.blur;
-  onward.direction = frame_.ToWorld(way.direction);
+  next.straight = way.straight & ~to_spot;
+  next.blur = to_spot ? Splat(0.5f) : way.blur;
+  next.direction = frame_.ToWorld(way.direction);
   Vec3x8 local = way.direction;
   if (Any(to_spot)) {
     for (int lane = 0; lane < kLanes; ++lane) {
       if (to_spot[lane] == 0) continue;
       const float choice = at_.choice[lane] / spot_share_[lane];
-      onward.direction.Set(lane, at_.spots[lane].Sample(choice, {at_.u[lane], at_.v[lane]}));
+      next.direction.Set(lane, at_.spots[lane].Sample(choice, {at_.u[lane], at_.v[lane]}));
     }
-    local = Select(to_spot, frame_.ToLocal(onward.direction), local);
+    local = Select(to_spot, frame_.ToLocal(next.direction), local);
   }
   const BsdfValue8 value = bsdf_.Evaluate(local);
   const Mask8 scattered = (value.pdf > 0.0f) & IsFinite(value.pdf);
-  onward.pdf = Mixed(onward.direction, value.pdf);
-  onward.direction = Normalized(onward.direction);
-  const Float8 part = Admits(onward.direction, local);
-  onward.weight = Select(onward.straight, bsdf_.Straight() * (1.0f / bsdf_.StraightChance()),
-                         value.f_cos * (part / onward.pdf));
-  onward.goes = (way.valid | to_spot) & (onward.straight | (scattered & (part > 0.0f))) &
-                IsFinite(onward.weight) & (MaxCoeff(onward.weight) > 0.0f);
+  next.pdf = Mixed(next.direction, value.pdf);
+  next.direction = Normalized(next.direction);
+  const Float8 part = Admits(next.direction, local);
+  next.weight = Select(next.straight, bsdf_.Straight() * (1.0f / bsdf_.StraightChance()),
+                       value.f_cos * (part / next.pdf));
+  next.goes = (way.valid | to_spot) & (next.straight | (scattered & (part > 0.0f))) &
+              IsFinite(next.weight) & (MaxCoeff(next.weight) > 0.0f);
   const Mask8 above = local.z > 0.0f;
-  onward.passes = ~above;
-  onward.origin = OffsetPoint(at_.position, Select(above, at_.normal, -at_.normal));
-  return onward;
+  next.passes = ~above;
+  next.origin = OffsetPoint(at_.position, Select(above, at_.normal, -at_.normal));
+  return next;
 }
 
 }  // namespace parallax

@@ -10,8 +10,8 @@
 
 namespace parallax {
 
-// Where eight paths stand. World frame.
-struct Standing8 {
+// Where eight paths met surfaces. World frame.
+struct SurfaceInteraction8 {
   Vec3x8 position, out;  // `out`: unit, back along the ray.
   Vec3x8 normal;         // Geometric, on the viewer's side.
   Vec3x8 shading;        // With relief, likewise.
@@ -34,8 +34,8 @@ struct Shadow8 {
   Vec3x8 contribution;  // To the path, if nothing weakens it.
 };
 
-// How the eight go on.
-struct Onward8 {
+// The next rays of eight paths, sampled from their BSDFs or towards bright spots.
+struct BsdfSample8 {
   Mask8 goes;  // Else the path ends.
   Mask8 straight;
   Mask8 passes;  // To the surface's other side, straight or not.
@@ -48,11 +48,11 @@ struct Onward8 {
 class Scatter8 {
  public:
   // `at` must outlive it.
-  explicit Scatter8(const Standing8& at);
+  explicit Scatter8(const SurfaceInteraction8& at);
 
   // `weighted`: by MIS; else light sampling stands alone.
   void Light(bool weighted, Shadow8* shadow) const;
-  Onward8 Onward() const;
+  BsdfSample8 SampleBsdf() const;
 
   const Vec3x8& normal() const { return frame_.z; }  // For shading.
   const Bsdf8& bsdf() const { return bsdf_; }
@@ -65,7 +65,7 @@ class Scatter8 {
   // Density of a direction that is towards a bright spot now and then, else by the BSDF.
   Float8 Mixed(const Vec3x8& world, Float8 by_bsdf) const;
 
-  const Standing8& at_;
+  const SurfaceInteraction8& at_;
   Frame8 frame_;
   Float8 bend2_;  // Sine squared of the angle by which the frame leans away from the true normal.
   Bsdf8 bsdf_;

@@ -2,7 +2,7 @@
 
 namespace parallax {
 
-const Int8* ClosingOrders() {
+const Int8* CompactionOrders() {
   static const auto orders = [] {
     std::array<Int8, 256> all{};
     for (uint32_t stays = 0; stays < all.size(); ++stays) {

@@ -1,6 +1,6 @@
 // Paths under way, side by side: one row for each thing that is known of them, so that eight
-// neighbours are loaded into vector lanes at once. Walks that end leave, and the others close up in
-// their order.
+// neighbours are loaded into vector lanes at once. Finished walks are removed, and the others
+// compacted in their order.
 #pragma once
 
 #include <array>
@@ -104,15 +104,15 @@ struct HitRows {
 // Moves those that stay to the front, in their order, in every row of `Rows`: a struct of nothing
 // but rows. `stays`: by block, as bits; blocks from `blocks` on are left alone.
 template <typename Rows>
-void CloseUp(const uint8_t* stays, size_t blocks, Rows* rows);
+void CompactRows(const uint8_t* stays, size_t blocks, Rows* rows);
 
 // For each set of lanes that stay, where the first lanes take theirs from.
-const Int8* ClosingOrders();
+const Int8* CompactionOrders();
 
 template <typename Rows>
-void CloseUp(const uint8_t* stays, size_t blocks, Rows* rows) {
+void CompactRows(const uint8_t* stays, size_t blocks, Rows* rows) {
   static_assert(sizeof(Rows) % sizeof(Row<int32_t>) == 0);
-  static const Int8* const orders = ClosingOrders();
+  static const Int8* const orders = CompactionOrders();
   // Nothing moves before the first that leaves.
   size_t begin = 0;
   while (begin < blocks && stays[begin] == 0xff) ++begin;

@@ -226,19 +226,19 @@ TEST(LightSampling, EightPointsChooseAndSampleAsEachAlone) {
   Rng rng(SceneSeed{4}, "places");
   std::vector<int> chosen(8);
   for (int round = 0; round < 200; ++round) {
-    LightSeekers8 seekers{};
-    seekers.count = 1 + round % kLanes;
+    LightQueries8 queries{};
+    queries.count = 1 + round % kLanes;
     for (int lane = 0; lane < kLanes; ++lane) {
-      seekers.position.Set(lane, Vec3f(static_cast<float>(rng.Uniform(-1, 8)),
+      queries.position.Set(lane, Vec3f(static_cast<float>(rng.Uniform(-1, 8)),
                                        static_cast<float>(rng.Uniform(-1, 4)),
                                        static_cast<float>(rng.Uniform(0, 2.4))));
-      seekers.normal.Set(lane, Vec3f::UnitZ());
-      seekers.choice[lane] = static_cast<float>(rng.Uniform());
+      queries.normal.Set(lane, Vec3f::UnitZ());
+      queries.choice[lane] = static_cast<float>(rng.Uniform());
     }
     LightReceivers8 at;
     LightChoices8 lights;
     std::vector<Float8> scratch;
-    built.lights.Choose(seekers, &scratch, &at, &lights);
+    built.lights.Choose(queries, &scratch, &at, &lights);
     Float8 u, v;
     for (int lane = 0; lane < kLanes; ++lane) {
       u[lane] = static_cast<float>(rng.Uniform());
@@ -247,16 +247,16 @@ TEST(LightSampling, EightPointsChooseAndSampleAsEachAlone) {
     LightSamples8 samples;
     built.lights.Aim(u, &lights);
     built.lights.Sample(at, lights, u, v, &samples);
-    for (int lane = 0; lane < seekers.count; ++lane) {
+    for (int lane = 0; lane < queries.count; ++lane) {
       const test::Sought alone =
-          test::Seek(built.lights, seekers.position.Get(lane), seekers.choice[lane]);
+          test::Seek(built.lights, queries.position.Get(lane), queries.choice[lane]);
       const auto light = static_cast<size_t>(lights.light[lane]);
       EXPECT_EQ(at.room[lane], alone.at().room);
       EXPECT_EQ(at.total[lane], alone.at().total);
       EXPECT_EQ(lights.light[lane], alone.lights.light[0]);
       EXPECT_EQ(lights.importance[lane] / at.total[lane], built.lights.Chance(alone.at(), light));
       const LightSample sample =
-          SampleAt(built, seekers.position.Get(lane), seekers.choice[lane], {u[lane], v[lane]});
+          SampleAt(built, queries.position.Get(lane), queries.choice[lane], {u[lane], v[lane]});
       const LightSample seen = samples.Get(lane);
       EXPECT_EQ(seen.direction, sample.direction);
       EXPECT_EQ(seen.distance, sample.distance);
@@ -265,7 +265,7 @@ TEST(LightSampling, EightPointsChooseAndSampleAsEachAlone) {
       EXPECT_EQ(seen.ideal, sample.ideal);
       if (sample.pdf > 0.0f) ++chosen[light];
     }
-    for (int lane = seekers.count; lane < kLanes; ++lane) {
+    for (int lane = queries.count; lane < kLanes; ++lane) {
       EXPECT_EQ(at.total[lane], 0);
       EXPECT_EQ(samples.pdf[lane], 0);
     }

@@ -30,10 +30,10 @@ struct Sought {
   LightReceiver at() const { return receivers.Get(0); }
 };
 inline Sought Seek(const LightTable& lights, const Vec3f& position, float choice = 0.5f) {
-  const LightSeekers8 seekers{Vec3x8(position), Vec3x8(Vec3f::UnitZ()), Splat(choice), kLanes};
+  const LightQueries8 queries{Vec3x8(position), Vec3x8(Vec3f::UnitZ()), Splat(choice), kLanes};
   Sought sought;
   std::vector<Float8> scratch;
-  lights.Choose(seekers, &scratch, &sought.receivers, &sought.lights);
+  lights.Choose(queries, &scratch, &sought.receivers, &sought.lights);
   return sought;
 }
 

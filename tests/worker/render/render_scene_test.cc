@@ -37,10 +37,10 @@ struct Hit {
   float footprint_m = 0;
 };
 
-Sights8 SightsOf(std::span<const Hit> hits) {
-  Sights8 sights{};
-  for (const Hit& hit : hits) sights.Add(hit.raw, hit.id, hit.footprint_m);
-  return sights;
+HitBatch8 BatchOf(std::span<const Hit> hits) {
+  HitBatch8 batch{};
+  for (const Hit& hit : hits) batch.Add(hit.raw, hit.id, hit.footprint_m);
+  return batch;
 }
 
 Hit Meet(const RenderScene& scene, const Vec3f& from, const Vec3f& to, float footprint_m) {
@@ -88,11 +88,11 @@ TEST(RenderScene, AHitIsWhatTheMaterialSees) {
   EXPECT_EQ(seen.clearcoat, 0.01f);
   EXPECT_LT((seen.emission - Vec3f::UnitZ()).norm(), 1e-5f);
 
-  const Look8 look = wall.scene->Look(SightsOf({{hit}}), hit.id.material);
+  const MaterialSample8 look = wall.scene->EvaluateMaterial(BatchOf({{hit}}), hit.id.material);
   EXPECT_EQ(look.surface.Get(0).base_color, seen.base_color);
   // The texture's x runs along the world's y.
   EXPECT_LT((look.shading_normal.Get(0) - Vec3f(1, -0.1f, 0).normalized()).norm(), 1e-3f);
-  const Vec3f smooth = wall.scene->Interpolate(SightsOf({{hit}})).shading_normal.Get(0);
+  const Vec3f smooth = wall.scene->Interpolate(BatchOf({{hit}})).shading_normal.Get(0);
   EXPECT_LT((smooth - Vec3f::UnitX()).norm(), 1e-6f);
 }
 
@@ -121,9 +121,9 @@ TEST(RenderScene, EightHitsAreLookedAtAsEachAlone) {
         const Vec3f from = center + Vec3f(draw(-1, 1), draw(-1, 1), 4);
         hits.push_back(Meet(*scene, from, center + Vec3f(0, draw(-0.5, 0.5), 0), draw(0, 0.02)));
       }
-      const Look8 together = scene->Look(SightsOf(hits), ramp);
+      const MaterialSample8 together = scene->EvaluateMaterial(BatchOf(hits), ramp);
       for (size_t k = 0; k < hits.size(); ++k) {
-        const Look8 alone = scene->Look(SightsOf({{hits[k]}}), ramp);
+        const MaterialSample8 alone = scene->EvaluateMaterial(BatchOf({{hits[k]}}), ramp);
         const int lane = static_cast<int>(k);
         EXPECT_EQ(together.shading_normal.Get(lane), alone.shading_normal.Get(0)) << k;
         const SurfaceSample a = together.surface.Get(lane), b = alone.surface.Get(0);
@@ -147,7 +147,7 @@ TEST(RenderScene, NormalsThatCancelAreThoseOfACornerOrTheFace) {
   test.AddMesh(std::make_shared<Mesh>(quad), 0);
   const auto scene = *RenderScene::Build(test.geometry, 0);
   const Hit hit = Meet(*scene, {1, 0.5f, 1}, {1, 0.5f, 0}, 0);
-  const Interpolated8 at = scene->Interpolate(SightsOf({{hit}}));
+  const Interpolated8 at = scene->Interpolate(BatchOf({{hit}}));
   EXPECT_EQ(at.shading_normal.Get(0), Vec3f::UnitZ());
   EXPECT_EQ(std::abs(at.points.normal.x[0]), 1.0f);
 }

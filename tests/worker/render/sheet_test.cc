@@ -153,7 +153,7 @@ TEST(Sheets, LikePlantsAreOneGroupOfTheCache) {
 // Relief or smooth normals lean away from the true one: what a leaf gives back stays below what it
 // receives, and its halves are lit from behind as from before.
 TEST(Sheets, LeaningNormalsKeepBothSidesAlike) {
-  Standing8 at;
+  SurfaceInteraction8 at;
   at.position = Vec3x8::Zero();
   at.normal = Vec3x8(Vec3f::UnitZ());
   at.shading = Vec3x8(Vec3f(0.35f, 0, 1).normalized());

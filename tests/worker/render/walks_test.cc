@@ -30,7 +30,7 @@ TEST(Walks, ThoseThatStayCloseUpInTheirOrder) {
       stays[walk / kLanes] |= static_cast<uint8_t>(1u << walk % kLanes);
       wanted.push_back(number);
     }
-    CloseUp(stays.data(), (count + kLanes - 1) / kLanes, rows.get());
+    CompactRows(stays.data(), (count + kLanes - 1) / kLanes, rows.get());
     for (size_t k = 0; k < wanted.size(); ++k) {
       ASSERT_EQ(rows->number[k], wanted[k]) << "round " << round;
       ASSERT_EQ(rows->place[k], Vec3f(Vec3f(1, 2, 3) * static_cast<float>(wanted[k])));

@@ -15,7 +15,7 @@ constexpr float kLow_km = 1.2f, kHigh_km = 2.0f, kStreaks_km = 8.0f;
 constexpr float kEarth_km = 6371;
 constexpr float kHeap_km = 2.6f;    // Width of heaps and the gaps between them.
 constexpr float kDensity = 22.0f;   // Extinction inside, 1/km.
-constexpr float kReach_km = 45.0f;  // Beyond a few of it clouds are lost in the haze.
+constexpr float kReach_km = 22.0f;  // Beyond a few of it clouds are lost in the haze.
 constexpr int kSteps = 12, kLightSteps = 4;
 
 // Distance to a shell of this height above a round earth, from its ground.
@@ -160,11 +160,10 @@ class Baker {
     return {below.radiance + light * (below.kept * thick), below.kept * (1.0f - thick)};
   }
 
-  // Clouds far away are as bright as the haze before them.
+  // Clouds far away are lost in the haze before them, which is the clear sky of their direction.
   Clouds::Layer8 Faded(const Clouds::Layer8& layer, Float8 distance) const {
     const Float8 seen = Exp(-distance / kReach_km);
-    const Float8 covered = 1.0f - layer.kept;
-    return {layer.radiance * seen + Vec3x8(light_.horizon) * (covered * (1.0f - seen)), layer.kept};
+    return {layer.radiance * seen, 1.0f - (1.0f - layer.kept) * seen};
   }
 
   Field field_;
@@ -185,6 +184,15 @@ Vec3x8 DirectionsOf(int x0, int row, int side) {
     directions.Set(lane, Vec3f(x * (1 + z), y * (1 + z), z).normalized());
   }
   return directions;
+}
+
+// Weights of the four texels around a place that is `t` of the way from the second to the third.
+void SplineWeights(Float8 t, Float8 weights[4]) {
+  const Float8 u = 1.0f - t, t2 = t * t, u2 = u * u;
+  weights[0] = u2 * u * (1.0f / 6);
+  weights[1] = 2.0f / 3 - t2 + 0.5f * t2 * t;
+  weights[2] = 2.0f / 3 - u2 + 0.5f * u2 * u;
+  weights[3] = t2 * t * (1.0f / 6);
 }
 
 }  // namespace
@@ -211,20 +219,27 @@ Clouds::Layer8 Clouds::At(const Vec3x8& directions) const {
   const Float8 z = Max(directions.z, 0.0f);
   const Float8 level = Sqrt(Max(directions.x * directions.x + directions.y * directions.y, 1e-6f));
   const Float8 scale = (0.5f * kSide) / (directions.z < 0.0f ? level : 1.0f + z);
+  // Uniform cubic B-splines: a texel is some pixels of a picture wide, and shows none of its edges.
   const auto place = [&](Float8 p) {
-    return Clamp(p * scale + (0.5f * kSide - 0.5f), 0.0f, kSide - 1.001f);
+    return Clamp(p * scale + (0.5f * kSide - 0.5f), 1.0f, kSide - 2.001f);
   };
   const Float8 x = place(directions.x), y = place(directions.y);
-  const Float8 fx = x - Floor(x), fy = y - Floor(y);
-  const Int8 first = 4 * (ToInt(Floor(y)) * kSide + ToInt(Floor(x)));
+  Float8 across[4], down[4];
+  SplineWeights(x - Floor(x), across);
+  SplineWeights(y - Floor(y), down);
+  const Int8 first = 4 * ((ToInt(Floor(y)) - 1) * kSide + ToInt(Floor(x)) - 1);
   Float8 out[4];
   for (int c = 0; c < 4; ++c) {
-    const float* table = texels_.data() + c;
-    const Float8 top = Gather(table, first) * (1.0f - fx) + Gather(table, first + 4) * fx;
-    const Int8 next = first + 4 * kSide;
-    const Float8 low = Gather(table, next) * (1.0f - fx) + Gather(table, next + 4) * fx;
-    out[c] = top * (1.0f - fy) + low * fy;
+    out[c] = Splat(0);
+    for (int row = 0; row < 4; ++row) {
+      for (int column = 0; column < 4; ++column) {
+        const Int8 at = first + 4 * (row * kSide + column);
+        out[c] += down[row] * across[column] * Gather(texels_.data() + c, at);
+      }
+    }
+    out[c] = Max(out[c], 0.0f);
   }
+  out[3] = Min(out[3], 1.0f);
   return {{out[0], out[1], out[2]}, out[3]};
 }
 

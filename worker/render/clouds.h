@@ -21,7 +21,6 @@ struct CloudLight {
   Vec3f sun_irradiance = Vec3f::Zero();  // On a surface that faces the sun; 0: no sun.
   Vec3f sky = Vec3f::Ones();             // Mean radiance of the clear dome.
   Vec3f ground = Vec3f::Zero();          // Radiance of the ground below.
-  Vec3f horizon = Vec3f::Ones();         // Clouds far away fade to it.
 };
 
 class Clouds {
@@ -39,7 +38,7 @@ class Clouds {
   float sun_kept() const { return sun_kept_; }
 
  private:
-  static constexpr int kSide = 768;
+  static constexpr int kSide = 1280;
 
   // Red, green, blue, kept; rows of a stereographic picture of the hemisphere, seen from below.
   std::vector<float> texels_;

@@ -82,7 +82,6 @@ void SkyModel::AddClouds(const v1::Sky& sky) {
   CloudLight light;
   light.sun_direction = sun_direction_;
   if (has_sun_) light.sun_irradiance = sun_radiance_ * sun_solid_angle();
-  light.horizon = MeanAtHorizon();
   light.sky = Vec3f::Zero();
   constexpr int kDirections = 64;
   for (int i = 0; i < kDirections; ++i) {

@@ -129,6 +129,41 @@ TEST(Clouds, AreAsBrightAsWhatLightsThem) {
   EXPECT_LT(sum / count, 1.5 * static_cast<double>(board));
 }
 
+// The haze before clouds far away is all that is seen of them, alike in every direction: what
+// stands below the horizon of a hill shows no streaks.
+TEST(Clouds, AreLostInTheHazeAtTheHorizon) {
+  const auto clouds = Clouds::Bake(0.9, 5, Noon());
+  for (int i = 0; i < 360; ++i) {
+    const float azimuth = static_cast<float>(i) * kPi / 180;
+    for (const float z : {0.0f, -0.1f}) {
+      const float level = std::sqrt(1 - z * z);
+      const auto layer =
+          clouds->At(Vec3x8(Vec3f(level * std::cos(azimuth), level * std::sin(azimuth), z)));
+      EXPECT_GT(layer.kept[0], 0.96f) << i;
+      EXPECT_LT(Luminance(layer.radiance.Get(0)), 1.0f) << i;
+    }
+  }
+}
+
+// No edge of a texel shows: half a texel on, the slope has hardly changed.
+TEST(Clouds, HaveNoEdgesOfTheTableTheyAreKeptIn) {
+  const auto clouds = Clouds::Bake(0.5, 11, Noon());
+  constexpr float kStep = 2e-4f;  // Radians; a texel is four times as wide at least.
+  double worst = 0, most = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const auto kept = [&](int k) {
+      const float angle = static_cast<float>(i + k) * kStep;
+      const Vec3f d(0.8f * std::cos(angle), 0.8f * std::sin(angle), 0.6f);
+      return static_cast<double>(clouds->At(Vec3x8(d)).kept[0]);
+    };
+    const double before = kept(1) - kept(0), after = kept(2) - kept(1);
+    worst = std::max(worst, std::abs(after - before));
+    most = std::max(most, std::abs(before));
+  }
+  EXPECT_GT(most, 1e-3) << "clouds have borders";
+  EXPECT_LT(worst, 0.35 * most);
+}
+
 // They hide the sun where they stand before it, and the light on the ground follows.
 TEST(Clouds, WeakenTheSunBehindThem) {
   const float open = Luminance(SkyModel(ClearDay()).SunRadiance());

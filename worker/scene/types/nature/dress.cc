@@ -63,7 +63,9 @@ class LandDresser {
     air.set_haze_per_m(draw(nature.haze_per_m(), "haze") *
                        std::exp(std::clamp(eye_m / air.scale_height_m(), -6.0, 6.0)));
     air.set_forward(0.5);
-    *air.mutable_tint() = ToProto(Vec3d(0.97, 0.99, 1.04));
+    // Air under crowns is in their shade.
+    const double lit = land_.biome() == "forest" ? 0.4 : 1;
+    *air.mutable_tint() = ToProto(Vec3d(lit * Vec3d(0.97, 0.99, 1.04)));
   }
 
   uint32_t AddMaterial(const std::string& material_class, uint64_t seed) {
@@ -75,13 +77,25 @@ class LandDresser {
     return made.index();
   }
 
+  void Tint(uint32_t index, const Vec3d& tint) {
+    *recipe_.mutable_materials(static_cast<int>(index) - 1)->mutable_tint() = ToProto(tint);
+  }
+
+  Vec3d ThatchTint() const {
+    const bool dry = land_.season() == "winter" || land_.season() == "autumn";
+    return dry ? Vec3d(0.85, 0.95, 0.8) : Vec3d(0.62, 1.0, 0.8);
+  }
+
   // Things of one scene share what they are made of, as rock and grass of one place do; only leaves
   // of different plants differ.
   uint32_t MaterialFor(const std::string& material_class, const std::string& owner) {
     const std::string key = material_class + "/" + owner;
     const auto found = material_index_.find(key);
     if (found != material_index_.end()) return found->second;
-    return material_index_[key] = AddMaterial(material_class, SeedOf(key));
+    const uint32_t index = material_index_[key] = AddMaterial(material_class, SeedOf(key));
+    // Larches are as bright as their new needles for some weeks of a year only.
+    if (material_class == "FreshNeedle") Tint(index, {0.78, 0.7, 0.72});
+    return index;
   }
 
   // Stones are of the rock that the ground is of.
@@ -109,10 +123,9 @@ class LandDresser {
       // Rules have materials of their own, though their classes may be alike.
       const uint32_t index = AddMaterial(classes[i], SeedOf(classes[i] + "/"));
       // Scree is of the land's rock, which is darker than a path's gravel.
-      if (classes[i] == "Gravel") {
-        *recipe_.mutable_materials(static_cast<int>(index) - 1)->mutable_tint() =
-            ToProto(Vec3d(0.56, 0.54, 0.52));
-      }
+      if (classes[i] == "Gravel") Tint(index, {0.56, 0.54, 0.52});
+      // Between a meadow's tufts lie last year's blades and what is green below them.
+      if (classes[i] == "ForestFloor" && land_.biome() != "forest") Tint(index, ThatchTint());
       land_.mutable_ground(static_cast<int>(i))->set_material_index(index);
       if (ground == nullptr) continue;
       v1::MaterialBinding& binding = *ground->add_materials();

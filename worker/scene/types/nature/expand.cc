@@ -211,7 +211,7 @@ GroundMesh MakeGround(const Terrain& terrain, const Views& views) {
 PlantDetail DetailAt(const v1::ScatterLayer& layer, float distance_m, float focal_px) {
   // In metres for the paper's lens, whose pixel is 1/2000 of the distance.
   const bool tall = layer.crown_m() > 0;
-  const float near = tall ? 32 : 9, mid = tall ? 105 : 26, far = tall ? 330 : 60;
+  const float near = tall ? 60 : 9, mid = tall ? 200 : 28, far = tall ? 520 : 60;
   const float distance = distance_m * 2000 / std::max(focal_px, 300.0f);
   if (distance < near) return PlantDetail::kNear;
   if (distance < mid) return PlantDetail::kMid;

@@ -85,12 +85,17 @@ class GroundMaterial final : public Material {
       if (!Any(fade > 0)) break;
       // Flatter than wide: beds.
       const Vec q = VecOf(p.x, p.y, p.z * 2.1f) / wavelength_m;
-      const auto crease = noise::Gradient3(q, seed_ + 31 + i);
-      const auto crack = 1.0f - Abs(crease) * 2.2f;
-      height += (fade * (0.10f * wavelength_m)) *
-                (0.7f * noise::SmoothStep(-0.15f, Splat(0.12f),
-                                          noise::Gradient3(q * 0.7f, seed_ + 51 + i)) -
-                 0.35f * noise::SmoothStep(0.8f, Splat(1.0f), crack));
+      auto form = 0.7f * noise::SmoothStep(-0.15f, Splat(0.12f),
+                                           noise::Gradient3(q * 0.7f, seed_ + 51 + i));
+      // Joints part the rock into blocks with corners; they are not open everywhere.
+      if (i % 2 == 0) {
+        const auto blocks = noise::Cells3(q, seed_ + 31 + i);
+        const auto open =
+            noise::SmoothStep(-0.1f, Splat(0.25f), noise::Gradient3(q * 0.4f, seed_ + 91 + i));
+        form = form -
+               0.45f * open * (1.0f - noise::SmoothStep(0.0f, Splat(0.09f), blocks.f2 - blocks.f1));
+      }
+      height += (fade * (0.10f * wavelength_m)) * form;
       wavelength_m *= 0.43f;
     }
     return height;

@@ -12,11 +12,11 @@ struct ForestKind {
   bool needles;
 };
 
+// No spruces: their sprays are flat pieces, which show where a walk leads below them.
 ForestKind DrawForest(Rng& rng) {
   const TreeKind oak{"oaks", "BroadleafTree/oak", 3.4, 0.022, 3.0, 420, 0.9, 1.7};
   const TreeKind maple{"maples", "BroadleafTree/maple", 3.0, 0.03, 2.6, 420, 0.9, 1.7};
   const TreeKind birch{"birches", "BroadleafTree/birch", 2.1, 0.05, 1.9, 420, 0.9, 1.6};
-  const TreeKind spruce{"spruces", "Conifer/spruce", 2.2, 0.05, 2.0, 420, 0.8, 1.7};
   const TreeKind pine{"pines", "Conifer/pine", 2.3, 0.035, 2.4, 420, 0.9, 1.7};
   const TreeKind larch{"larches", "Conifer/larch", 2.2, 0.04, 2.2, 420, 0.8, 1.6};
   switch (rng.UniformInt(0, 5)) {
@@ -25,13 +25,13 @@ ForestKind DrawForest(Rng& rng) {
     case 1:
       return {maple, oak, false};
     case 2:
-      return {birch, spruce, false};
+      return {birch, pine, false};
     case 3:
-      return {spruce, pine, true};
+      return {pine, larch, true};
     case 4:
       return {pine, birch, true};
     default:
-      return {larch, spruce, true};
+      return {larch, birch, true};
   }
 }
 
@@ -119,12 +119,12 @@ void WriteForest(BiomeDraft& draft) {
          .crown_m = 0.6,
          .mask = {
              .slope = kWalkable, .patches_m = 15, .cover = rng.Uniform(0.15, 0.45), .soft = 0.08}});
-  AddStones(w, rng.Uniform(0.001, 0.012), 0.12, {.patches_m = 30, .cover = 0.4, .soft = 0.12});
+  AddStones(w, rng.Uniform(0.001, 0.012), 0.5, {.patches_m = 30, .cover = 0.4, .soft = 0.12});
   if (!winter) {
     w.Add({.name = "ferns",
            .asset = "FernPlant",
            .shapes = 6,
-           .per_m2 = 0.9,
+           .per_m2 = 1.6,
            .spacing_m = 0.3,
            .reach_m = 70,
            .low = 0.5,
@@ -140,8 +140,8 @@ void WriteForest(BiomeDraft& draft) {
   w.Add({.name = "grass",
          .asset = "GrassTuft",
          .shapes = 6,
-         .per_m2 = 5,
-         .reach_m = 32,
+         .per_m2 = 14,
+         .reach_m = 36,
          .low = 0.5,
          .high = 1.1,
          .upright = 0.5,
@@ -154,8 +154,8 @@ void WriteForest(BiomeDraft& draft) {
   w.Add({.name = "meadow",
          .asset = "GrassClump",
          .shapes = 4,
-         .per_m2 = 0.9,
-         .reach_m = 80,
+         .per_m2 = 1.6,
+         .reach_m = 90,
          .low = 0.6,
          .high = 1.2,
          .upright = 0.4,
@@ -168,20 +168,20 @@ void WriteForest(BiomeDraft& draft) {
   w.Add({.name = "leaves",
          .asset = "LeafLitter",
          .shapes = 6,
-         .per_m2 = kind.needles ? 0.5 : 2.2,
-         .reach_m = 42,
+         .per_m2 = kind.needles ? 2.5 : 9,
+         .reach_m = 48,
          .low = 0.8,
          .high = 1.4,
          .upright = 0.05,
          .sink_m = -0.002,
          .near_parents_m = 7,
-         .mask = {.slope = kWalkable, .patches_m = 3, .cover = 0.7, .soft = 0.2}});
+         .mask = {.slope = kWalkable, .patches_m = 3, .cover = 0.85, .soft = 0.25}});
   if (kind.needles) {
     w.Add({.name = "needles",
            .asset = "NeedlePatch",
            .shapes = 5,
-           .per_m2 = 2,
-           .reach_m = 26,
+           .per_m2 = 7,
+           .reach_m = 36,
            .low = 0.8,
            .high = 1.5,
            .upright = 0.05,
@@ -201,8 +201,8 @@ void WriteForest(BiomeDraft& draft) {
   w.Add({.name = "twigs",
          .asset = "Twigs",
          .shapes = 6,
-         .per_m2 = 0.9,
-         .reach_m = 30,
+         .per_m2 = 3.5,
+         .reach_m = 36,
          .low = 0.7,
          .high = 1.6,
          .upright = 0.05,

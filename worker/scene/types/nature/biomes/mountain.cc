@@ -5,8 +5,8 @@
 namespace parallax {
 namespace {
 
-std::vector<std::string> MountainGround(const std::string& season) {
-  return {"Gravel", season == "winter" ? "Soil" : "Grass", "Soil", "Gravel", "Rock"};
+std::vector<std::string> MountainGround(const std::string&) {
+  return {"Gravel", "ForestFloor", "Soil", "Gravel", "Rock"};
 }
 
 void WriteMountain(BiomeDraft& draft) {
@@ -70,7 +70,7 @@ void WriteMountain(BiomeDraft& draft) {
          .low = 2.2,
          .high = 6.5,
          .upright = 0.3,
-         .sink_m = 0.2,
+         .sink_m = 0.1,
          .claim_m = 0.8,
          .mask = {.patches_m = 60, .cover = 0.3, .soft = 0.1}});
   w.Add({.name = "slabs",
@@ -101,18 +101,31 @@ void WriteMountain(BiomeDraft& draft) {
          .sink_m = 0.1,
          .claim_m = 0.7,
          .mask = {.patches_m = 28, .cover = 0.3, .soft = 0.1}});
-  AddStones(w, rng.Uniform(0.02, 0.06), 1.3, {.patches_m = 22, .cover = 0.5, .soft = 0.15});
+  AddStones(w, rng.Uniform(0.02, 0.06), 5, {.patches_m = 22, .cover = 0.5, .soft = 0.15});
+  w.Add({.name = "rubble",
+         .asset = "Boulder",
+         .role = v1::OBJECT_ROLE_ROCK,
+         .shapes = 6,
+         .per_m2 = 0.22,
+         .spacing_m = 0.6,
+         .reach_m = 220,
+         .low = 0.22,
+         .high = 0.85,
+         .upright = 0.2,
+         .sink_m = 0.1,
+         .claim_m = 0.3,
+         .mask = {.patches_m = 19, .cover = 0.45, .soft = 0.2}});
   w.Add({.name = "stones",
          .asset = "Boulder",
          .role = v1::OBJECT_ROLE_ROCK,
          .shapes = 6,
-         .per_m2 = 0.9,
-         .reach_m = 60,
-         .low = 0.06,
-         .high = 0.3,
+         .per_m2 = 8,
+         .reach_m = 75,
+         .low = 0.05,
+         .high = 0.34,
          .upright = 0.2,
          .sink_m = 0.12,
-         .mask = {.patches_m = 12, .cover = 0.45, .soft = 0.15}});
+         .mask = {.patches_m = 12, .cover = 0.75, .soft = 0.3}});
   w.Add({.name = "bushes",
          .asset = w.bare() || rng.Bernoulli(0.3) ? "DryBush" : "Shrub",
          .shapes = 4,
@@ -133,7 +146,7 @@ void WriteMountain(BiomeDraft& draft) {
   w.Add({.name = "tussocks",
          .asset = "Tussock",
          .shapes = 4,
-         .per_m2 = rng.Uniform(0.3, 1.0),
+         .per_m2 = rng.Uniform(0.6, 1.6),
          .spacing_m = 0.4,
          .reach_m = 80,
          .low = 0.4,
@@ -148,8 +161,8 @@ void WriteMountain(BiomeDraft& draft) {
   w.Add({.name = "meadow",
          .asset = "GrassClump",
          .shapes = 5,
-         .per_m2 = 1.2,
-         .reach_m = 100,
+         .per_m2 = 3,
+         .reach_m = 110,
          .low = 0.5,
          .high = 1.0,
          .upright = 0.3,
@@ -162,8 +175,8 @@ void WriteMountain(BiomeDraft& draft) {
   w.Add({.name = "grass",
          .asset = "GrassTuft",
          .shapes = 6,
-         .per_m2 = 6,
-         .reach_m = 30,
+         .per_m2 = 20,
+         .reach_m = 34,
          .low = 0.4,
          .high = 0.9,
          .upright = 0.4,
@@ -191,8 +204,8 @@ void WriteMountain(BiomeDraft& draft) {
   w.Add({.name = "needles",
          .asset = "NeedlePatch",
          .shapes = 4,
-         .per_m2 = 1,
-         .reach_m = 22,
+         .per_m2 = 4,
+         .reach_m = 30,
          .low = 0.8,
          .high = 1.4,
          .upright = 0.05,
@@ -202,8 +215,8 @@ void WriteMountain(BiomeDraft& draft) {
   w.Add({.name = "twigs",
          .asset = "Twigs",
          .shapes = 4,
-         .per_m2 = 0.4,
-         .reach_m = 22,
+         .per_m2 = 1.5,
+         .reach_m = 28,
          .low = 0.7,
          .high = 1.4,
          .upright = 0.05,

@@ -5,9 +5,8 @@
 namespace parallax {
 namespace {
 
-std::vector<std::string> PlainGround(const std::string& season) {
-  const bool dry = season == "winter";
-  return {dry ? "Soil" : "Grass", "Soil", "Gravel", "Rock"};
+std::vector<std::string> PlainGround(const std::string&) {
+  return {"ForestFloor", "Soil", "Gravel", "Rock"};
 }
 
 void WritePlain(BiomeDraft& draft) {
@@ -63,7 +62,7 @@ void WritePlain(BiomeDraft& draft) {
            .crown_m = 0.8,
            .mask = {.slope = kWalkable, .patches_m = 40, .cover = 0.12, .soft = 0.07}});
   }
-  AddStones(w, rng.Uniform(0.0006, 0.006), 0.25, {.patches_m = 40, .cover = 0.4, .soft = 0.15});
+  AddStones(w, rng.Uniform(0.0006, 0.006), 1.0, {.patches_m = 40, .cover = 0.4, .soft = 0.15});
   const MaskSpec::Range open = {0, 0.75, 0.15};
   w.Add({.name = "tussocks",
          .asset = "Tussock",
@@ -79,8 +78,8 @@ void WritePlain(BiomeDraft& draft) {
   w.Add({.name = "meadow",
          .asset = "GrassClump",
          .shapes = 6,
-         .per_m2 = 1.7,
-         .reach_m = 120,
+         .per_m2 = 3.6,
+         .reach_m = 130,
          .low = 0.7,
          .high = 1.35,
          .upright = 0.35,
@@ -88,18 +87,18 @@ void WritePlain(BiomeDraft& draft) {
          .mask = {.slope = kWalkable,
                   .shade = {0, 0.85, 0.1},
                   .patches_m = 6.5,
-                  .cover = 0.72,
-                  .soft = 0.16}});
+                  .cover = 0.78,
+                  .soft = 0.2}});
   w.Add({.name = "grass",
          .asset = "GrassTuft",
          .shapes = 8,
-         .per_m2 = 11,
-         .reach_m = 30,
+         .per_m2 = 34,
+         .reach_m = 34,
          .low = 0.5,
          .high = 1.2,
          .upright = 0.5,
          .sink_m = 0.006,
-         .mask = {.slope = kWalkable, .patches_m = 2.2, .cover = 0.7, .soft = 0.2}});
+         .mask = {.slope = kWalkable, .patches_m = 2.2, .cover = 0.82, .soft = 0.25}});
   if (draft.season == "spring" || draft.season == "summer") {
     w.Add(
         {.name = "flowers",
@@ -115,8 +114,8 @@ void WritePlain(BiomeDraft& draft) {
   w.Add({.name = "leaves",
          .asset = "LeafLitter",
          .shapes = 5,
-         .per_m2 = 0.8,
-         .reach_m = 30,
+         .per_m2 = 4,
+         .reach_m = 36,
          .upright = 0.05,
          .sink_m = -0.002,
          .near_parents_m = 5,
@@ -124,8 +123,8 @@ void WritePlain(BiomeDraft& draft) {
   w.Add({.name = "twigs",
          .asset = "Twigs",
          .shapes = 4,
-         .per_m2 = 0.25,
-         .reach_m = 20,
+         .per_m2 = 1.2,
+         .reach_m = 24,
          .upright = 0.05,
          .sink_m = 0,
          .near_parents_m = 5,

@@ -83,7 +83,9 @@ TEST_F(CurateCommandTest, AmbiguousPairsAreFilteredOutAndVerifyAgrees) {
     EXPECT_EQ(line["filters"]["ambiguous"]["value"], share);
     EXPECT_EQ(line["filters"]["ambiguous"]["threshold"], 0.5);
     EXPECT_EQ(line["filters"]["ambiguous"]["passed"], share <= 0.5);
-    if (line["rig"] == 1) EXPECT_EQ(share, 0);
+    if (line["rig"] == 1) {
+      EXPECT_EQ(share, 0);
+    }
     ambiguous += !line["passed"].get<bool>();
   }
   EXPECT_EQ(ambiguous, json["variants"][0]["ambiguous"]);

@@ -12,7 +12,6 @@
 #include "worker/dataset/dataset_reader.h"
 #include "worker/render/profiles.h"
 #include "worker/scene/types/types.h"
-#include "worker/train/predictor.h"
 #include "worker/train/settings.h"
 
 namespace parallax::client {

@@ -76,7 +76,7 @@ struct BenchmarkSize {
 BenchmarkSize SizeOfBenchmark(const std::string& name);
 
 // Megapixels of one image that the built-in network sees of such a pair, in both looks together
-// (see worker/train/predictor.h). A second look as large as it may be: near surfaces make it
+// (worker/train/predictor.h). A second look as large as it may be: near surfaces make it
 // smaller.
 double SeenMpx(int width_px, int height_px);
 

@@ -17,13 +17,9 @@
 
 #include "common/base/status.h"
 #include "common/image/image.h"
+#include "worker/train/settings.h"
 
 namespace parallax {
-
-inline constexpr int kNetworkWidth = 1280;     // Pixels.
-inline constexpr int kNetworkDisparity = 384;  // Pixels.
-inline constexpr double kMostEnlarged = 2;
-inline constexpr double kLeastEnlarged = 1.1;  // Below it there is no second look.
 
 struct PredictOptions {
   // Pixels of the input; 0: the range of training, at the network's size.

@@ -19,6 +19,12 @@ enum class TrainerExit {
   kStopped = 5,      // SIGTERM or SIGINT; a checkpoint of the last step was written.
 };
 
+// How pictures are brought to a network that predicts; see predictor.h.
+inline constexpr int kNetworkWidth = 1280;     // Pixels.
+inline constexpr int kNetworkDisparity = 384;  // Pixels.
+inline constexpr double kMostEnlarged = 2;
+inline constexpr double kLeastEnlarged = 1.1;  // Below it there is no second look.
+
 // Ranges of the random changes made to every training pair.
 struct AugmentSettings {
   // The crop is enlarged by 2^U(scale_low, scale_high); each axis then by another 2^U(-stretch,

@@ -80,7 +80,9 @@ absl::StatusOr<TableFigure> MakeFigure(const Metric& metric, const Runs& runs,
 
 absl::StatusOr<TableCell> MakeCell(const Runs& runs, const BootstrapOptions& options) {
   const Evaluation& any = *runs.begin()->second;
-  TableCell cell{.pairs_published = any.pairs_published, .mimics = any.mimics};
+  TableCell cell;
+  cell.pairs_published = any.pairs_published;
+  cell.mimics = any.mimics;
   ASSIGN_OR_RETURN(cell.headline, MakeFigure(any.headline, runs, options));
   for (const Metric& metric : any.figures) {
     ASSIGN_OR_RETURN(TableFigure figure, MakeFigure(metric, runs, options));

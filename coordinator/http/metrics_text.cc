@@ -1,5 +1,6 @@
 #include "coordinator/http/metrics_text.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <map>
 
@@ -99,6 +100,29 @@ void WriteQueue(const JobQueueStats& queue, Writer& out) {
           queue.largest_batch);
   out.One("wal_pages", "gauge", "Pages in the write-ahead log.",
           static_cast<double>(queue.wal_pages));
+}
+
+// What autoscalers follow. Jobs of paused studies wait for a person, not for a slot.
+void WriteDemand(const StatusSnapshot& snapshot, Writer& out) {
+  const auto waits = [](const std::string& state) {
+    return state == "READY" || state == "RETRY_WAIT";
+  };
+  std::map<std::string, int64_t> slots;
+  for (const auto& [key, count] : snapshot.queue.jobs) {
+    slots[key.first] += waits(key.second) || key.second == "LEASED" ? count : 0;
+  }
+  for (const v1::StudyStatus& study : snapshot.studies) {
+    if (study.state() != v1::STUDY_STATE_PAUSED) continue;
+    for (const v1::VariantStatus& variant : study.variants()) {
+      for (const v1::JobCount& count : variant.jobs()) {
+        if (waits(count.state())) slots[count.kind()] -= count.jobs();
+      }
+    }
+  }
+  out.Head("demand_slots", "gauge", "Slots that leased jobs and those that may start would fill.");
+  for (const auto& [kind, count] : slots) {
+    out.Sample("demand_slots", {{"kind", kind}}, static_cast<double>(std::max<int64_t>(0, count)));
+  }
 }
 
 void WriteWorkers(const StatusSnapshot& snapshot, Writer& out) {
@@ -218,6 +242,7 @@ std::string MetricsText(const StatusSnapshot& snapshot) {
           static_cast<double>(snapshot.epoch));
   out.One("uptime_seconds", "gauge", "Since this start.", snapshot.uptime_s);
   WriteQueue(snapshot.queue, out);
+  WriteDemand(snapshot, out);
   WriteWorkers(snapshot, out);
   WriteLatency(snapshot.server, out);
   WriteWork(snapshot.server, out);

@@ -5,7 +5,6 @@
 #include <set>
 #include <sstream>
 
-
 namespace parallax {
 namespace {
 
@@ -82,6 +81,27 @@ TEST(MetricsText, HasASampleForEachThingWorthWatching) {
        }) {
     EXPECT_TRUE(HasLine(text, line)) << line << "\nnot in\n" << text;
   }
+}
+
+TEST(MetricsText, DemandIsWhatMayStartAndWhatRunsWithoutPausedStudies) {
+  StatusSnapshot snapshot;
+  const std::pair<const char*, int64_t> states[] = {
+      {"BLOCKED", 100}, {"READY", 10}, {"RETRY_WAIT", 5}, {"LEASED", 2}, {"SUCCEEDED", 1000}};
+  for (const auto& [state, count] : states) snapshot.queue.jobs[{"render", state}] = count;
+  snapshot.queue.jobs[{"solve", "SUCCEEDED"}] = 3;
+  EXPECT_TRUE(HasLine(MetricsText(snapshot), "parallax_demand_slots{kind=\"render\"} 17"));
+  EXPECT_TRUE(HasLine(MetricsText(snapshot), "parallax_demand_slots{kind=\"solve\"} 0"));
+
+  v1::StudyStatus& paused = snapshot.studies.emplace_back();
+  paused.set_state(v1::STUDY_STATE_PAUSED);
+  v1::VariantStatus* variant = paused.add_variants();
+  for (const auto& [state, count] : {std::pair{"READY", 4}, std::pair{"LEASED", 1}}) {
+    v1::JobCount* jobs = variant->add_jobs();
+    jobs->set_kind("render");
+    jobs->set_state(state);
+    jobs->set_jobs(count);
+  }
+  EXPECT_TRUE(HasLine(MetricsText(snapshot), "parallax_demand_slots{kind=\"render\"} 13"));
 }
 
 TEST(MetricsText, DeclaresEachMetricOnceBeforeItsSamples) {

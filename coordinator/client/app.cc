@@ -8,6 +8,7 @@
 #include "coordinator/client/commands/catalogue.h"
 #include "coordinator/client/commands/command.h"
 #include "coordinator/client/commands/evaluate.h"
+#include "coordinator/client/commands/farm.h"
 #include "coordinator/client/help_formatter.h"
 #include "coordinator/client/text.h"
 #include "worker/materials/user_picture.h"
@@ -122,6 +123,7 @@ void RegisterAll(Registry& registry) {
   RegisterStatus(registry);
   RegisterJobs(registry);
   RegisterWorkers(registry);
+  RegisterFarm(registry);
   RegisterSteer(registry);
   RegisterFetch(registry);
   RegisterAudit(registry);

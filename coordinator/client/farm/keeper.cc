@@ -1,0 +1,75 @@
+#include "coordinator/client/farm/keeper.h"
+
+#include <algorithm>
+
+#include "coordinator/client/text.h"
+
+namespace parallax::client {
+namespace {
+
+double SteadySeconds(Clock& clock) {
+  return std::chrono::duration<double>(clock.Steady().time_since_epoch()).count();
+}
+
+}  // namespace
+
+bool KeeperStep::finished() const {
+  return view.demand.waiting + view.demand.leased == 0 && view.pilots.empty();
+}
+
+bool KeeperStep::did_something() const { return decision.submit > 0 || !decision.cancel.empty(); }
+
+std::string KeeperStep::Line() const {
+  std::string line =
+      FormatCount(view.demand.waiting) + " jobs wait, " + FormatCount(view.demand.leased) +
+      " run; pilots: " + std::to_string(decision.running) + " run, " +
+      std::to_string(decision.pending) + " wait, " + std::to_string(decision.wanted) + " wanted: ";
+  if (decision.submit > 0 && paused_s > 0) {
+    return line + "no worker came of the last ones; submits " + std::to_string(decision.submit) +
+           " in " + FormatDuration(paused_s);
+  }
+  if (decision.submit > 0) {
+    return line + (array.empty() ? "would submit " : "submitted ") +
+           std::to_string(decision.submit) + (array.empty() ? "" : " as array " + array);
+  }
+  if (decision.cancel.empty()) return line + "nothing to do";
+  return line + "cancels " + std::to_string(decision.cancel.size()) + " that still wait";
+}
+
+void FarmKeeper::Remember(const std::vector<v1::WorkerStatus>& workers) {
+  for (const v1::WorkerStatus& worker : workers) {
+    const bool connected =
+        worker.state() == "idle" || worker.state() == "busy" || worker.state() == "draining";
+    if (connected && worker.name().starts_with(kSlurmWorkerPrefix)) fruitless_ = 0;
+  }
+}
+
+absl::StatusOr<FarmView> FarmKeeper::See() {
+  FarmView view;
+  ASSIGN_OR_RETURN(const auto studies, world_.studies());
+  ASSIGN_OR_RETURN(const auto workers, world_.workers());
+  ASSIGN_OR_RETURN(view.pilots, world_.pilots());
+  view.demand = DemandOf(studies);
+  view.other_slots = OtherSlots(workers, kSlurmWorkerPrefix);
+  Remember(workers);
+  return view;
+}
+
+absl::StatusOr<KeeperStep> FarmKeeper::Look(bool dry) {
+  KeeperStep step;
+  ASSIGN_OR_RETURN(step.view, See());
+  step.decision = Decide(step.view, options_.limits);
+  if (dry) return step;
+  RETURN_IF_ERROR(world_.cancel(step.decision.cancel));
+  if (step.decision.submit == 0) return step;
+  const double now_s = SteadySeconds(*world_.clock);
+  if (fruitless_ > 0 && now_s < next_submission_s_) {
+    step.paused_s = next_submission_s_ - now_s;
+    return step;
+  }
+  ASSIGN_OR_RETURN(step.array, world_.submit(step.decision.submit));
+  next_submission_s_ = now_s + SubmissionPause(options_.interval_s, ++fruitless_);
+  return step;
+}
+
+}  // namespace parallax::client

@@ -1,0 +1,64 @@
+// Keeps the number of pilots in step with a coordinator's demand, one look at a time.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "common/base/clock.h"
+#include "common/base/status.h"
+#include "coordinator/client/farm/policy.h"
+
+namespace parallax::client {
+
+// Names of workers that pilots run begin so (deploy/slurm/workers.sbatch).
+inline constexpr char kSlurmWorkerPrefix[] = "slurm-";
+
+struct KeeperOptions {
+  FarmLimits limits;
+  double interval_s = 30;  // Between two looks; longer if the pilots come to nothing.
+};
+
+// The keeper's hands and eyes; tests have their own.
+struct KeeperWorld {
+  std::function<absl::StatusOr<std::vector<v1::StudyStatus>>()> studies;
+  std::function<absl::StatusOr<std::vector<v1::WorkerStatus>>()> workers;
+  std::function<absl::StatusOr<std::vector<Pilot>>()> pilots;
+  std::function<absl::StatusOr<std::string>(int)> submit;  // The array's id.
+  std::function<absl::Status(const std::vector<std::string>&)> cancel;
+  Clock* clock = nullptr;
+};
+
+// What a look saw and did.
+struct KeeperStep {
+  FarmView view;
+  FarmDecision decision;
+  std::string array;  // Of the pilots that were submitted.
+  double paused_s =
+      0;  // Until pilots may be submitted again; the decision's `submit` waits for it.
+  bool finished() const;  // No work and no pilot is left.
+  // "12 jobs wait, 4 run; pilots: 2 run, 0 wait, 5 wanted: submitted 3 as array 17"
+  std::string Line() const;
+  bool did_something() const;
+};
+
+// Not thread-safe.
+class FarmKeeper {
+ public:
+  FarmKeeper(KeeperOptions options, KeeperWorld world)
+      : options_(options), world_(std::move(world)) {}
+
+  // Looks and decides. Unless `dry`, submits and cancels. Nothing is done on half a view.
+  // Errors: those of the world, whichever comes first; the next look is a new chance.
+  absl::StatusOr<KeeperStep> Look(bool dry = false);
+
+ private:
+  absl::StatusOr<FarmView> See();
+  void Remember(const std::vector<v1::WorkerStatus>& workers);
+
+  const KeeperOptions options_;
+  const KeeperWorld world_;
+  int fruitless_ = 0;  // Submissions in a row of which no worker came.
+  double next_submission_s_ = 0;
+};
+
+}  // namespace parallax::client

@@ -33,8 +33,8 @@ struct KeeperStep {
   FarmView view;
   FarmDecision decision;
   std::string array;  // Of the pilots that were submitted.
-  double paused_s =
-      0;  // Until pilots may be submitted again; the decision's `submit` waits for it.
+  // Until pilots may be submitted again; the decision's `submit` waits for it.
+  double paused_s = 0;
   bool finished() const;  // No work and no pilot is left.
   // "12 jobs wait, 4 run; pilots: 2 run, 0 wait, 5 wanted: submitted 3 as array 17"
   std::string Line() const;

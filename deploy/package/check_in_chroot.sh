@@ -8,6 +8,7 @@ mirror=${PARALLAX_DEBIAN_MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' '
   'Codename: bookworm' | sed -n 1p)}
 mirror=${mirror:-http://deb.debian.org/debian}
 root=$(mktemp -d)
+chmod 755 "$root"  # The user inside must get in.
 trap 'rm -rf "$root"' EXIT
 
 say() { printf 'check: %s\n' "$*"; }

@@ -36,7 +36,7 @@ $(awk "BEGIN { print $(seconds) - $start }") s"
 
 start=$(seconds)
 inside "cd; python3 -m venv venv; venv/bin/pip install --quiet --no-index --no-deps /dist/parallax_stereo-$version-*.whl;
-  venv/bin/parallax $FIRST_PAIR --out wheel-out; cmp tar-out/*/*/*/left.png wheel-out/*/*/*/left.png"
+  venv/bin/parallax $FIRST_PAIR --out wheel-out; cmp \$(find tar-out wheel-out -name left.png -not -path '*/.parallax/*' | sort)"
 say "wheel of $(megabytes "$root"/dist/parallax_stereo-"$version"-*.whl) MB: installed and first pair in \
 $(awk "BEGIN { print $(seconds) - $start }") s"
 

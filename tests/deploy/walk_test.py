@@ -30,6 +30,9 @@ def main():
         assert all(len(row["benchmarks"]) == 2 for row in rows.values()), rows
         assert (folder / "out/walk/table.txt").stat().st_size > 0
         assert (folder / "out/walk-export/train.txt").stat().st_size > 0
+        for published in ("out/walk/wide", "out/walk-export"):
+            for file in ("README.md", "LICENSE", "croissant.json"):
+                assert (folder / published / file).stat().st_size > 0, (published, file)
     print(f"{len(commands)} commands of {page.name} ran")
 
 

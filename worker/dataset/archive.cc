@@ -175,16 +175,9 @@ class Archive final : public ArchiveWriter {
   absl::Status Finish() override {
     for (const v1::VariantSpec& variant : study_.variants()) {
       const std::string dir = out_ + "/" + variant.name();
-      std::string text;
       std::vector<IndexLine> lines;
-      for (const auto& [key, line] : index_[variant.name()]) {
-        text += line.text + "\n";
-        lines.push_back(line);
-      }
-      RETURN_IF_ERROR(WriteFileAtomically(dir + "/index.jsonl", text));
-      ASSIGN_OR_RETURN(const DatasetCard card, MakeDatasetCard(dir, study_, variant, lines));
-      RETURN_IF_ERROR(WriteFileAtomically(dir + "/dataset.json", card.json));
-      RETURN_IF_ERROR(WriteFileAtomically(dir + "/README.md", card.markdown));
+      for (const auto& [key, line] : index_[variant.name()]) lines.push_back(line);
+      RETURN_IF_ERROR(WriteDatasetCard(dir, study_, variant, lines));
     }
     return absl::OkStatus();
   }

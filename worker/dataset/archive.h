@@ -2,7 +2,8 @@
 // tree of dataset-format, with index, recipes, dataset card and study files.
 //
 //   <out>/study.yaml  study.lock.yaml
-//   <out>/<variant>/index.jsonl  dataset.json  README.md  scenes/<scene>.pb
+//   <out>/<variant>/index.jsonl  dataset.json  README.md  LICENSE  croissant.json
+//   scenes/<scene>.pb
 //   frames/<scene>/<rig>/...
 //
 // Files are hard links into the store, or copies where that can't be. A frame's folder appears only
@@ -61,8 +62,9 @@ class ArchiveWriter {
   // manifest's, kInvalidArgument for a path that leaves the store or an unknown variant.
   virtual absl::Status AddFrame(const v1::PublishedFrame& frame, const std::string& store_dir) = 0;
 
-  // Writes each variant's index.jsonl (sorted by scene, rig), dataset.json and README.md. May be
-  // called repeatedly. Errors: those of MakeDatasetCard and WriteFileAtomically.
+  // Writes each variant's index.jsonl (sorted by scene, rig), dataset.json, README.md,
+  // croissant.json and LICENSE; a LICENSE that is there already stays. May be called repeatedly.
+  // Errors: those of WriteDatasetCard.
   virtual absl::Status Finish() = 0;
 
   virtual const Totals& totals() const = 0;

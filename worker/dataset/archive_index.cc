@@ -34,6 +34,12 @@ absl::Status SetVerdicts(const v1::FilterConfig& filters, Json& json, IndexLine&
 
 }  // namespace
 
+std::string IndexText(const std::vector<IndexLine>& index) {
+  std::string text;
+  for (const IndexLine& line : index) text += line.text + "\n";
+  return text;
+}
+
 std::string FramePath(const FrameKey& key) {
   char text[64];
   std::snprintf(text, sizeof(text), "frames/%06u/%03u", key.first, key.second);

@@ -23,6 +23,9 @@ struct IndexLine {
   std::map<std::string, std::string> files;  // SHA-256 by name.
 };
 
+// Content of index.jsonl: each line with its end.
+std::string IndexText(const std::vector<IndexLine>& index);
+
 // "frames/000012/003", relative to the variant's folder.
 std::string FramePath(const FrameKey& key);
 

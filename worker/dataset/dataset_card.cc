@@ -11,7 +11,9 @@
 #include "common/base/file.h"
 #include "common/base/version.h"
 #include "common/config/config.h"
+#include "common/store/store.h"
 #include "worker/dataset/histogram.h"
+#include "worker/dataset/publication.h"
 #include "worker/dataset/statistics.h"
 #include "worker/scene/types/types.h"
 #include "worker/scene/upgrade.h"
@@ -254,9 +256,10 @@ std::string ShareTable(const std::map<std::string, Share>& shares, int64_t pixel
 }
 
 std::string CardMarkdown(const v1::StudySpec& study, const v1::VariantSpec& variant,
-                         const Summary& s) {
+                         const Summary& s, bool other_licence) {
   const double frames = static_cast<double>(std::max<int64_t>(s.frames, 1));
-  std::string text = "# " + study.name() + " / " + variant.name() + "\n\n";
+  std::string text = CardHead(s.frames, other_licence, /*more=*/"");
+  text += "# " + study.name() + " / " + variant.name() + "\n\n";
   text += std::to_string(s.frames) + " stereo pairs of " + std::to_string(s.scenes.size()) +
           " procedural scenes with ground truth for both eyes, " +
           Fixed(static_cast<double>(s.bytes) / 1e6, 1) + " MB. Made by Parallax " +
@@ -311,18 +314,52 @@ std::string CardMarkdown(const v1::StudySpec& study, const v1::VariantSpec& vari
     text += " " + stage + " " + Fixed(seconds / frames, 2) + ",";
   }
   text.back() = '.';
-  text += "\n\n## Configuration\n\n```yaml\n" + MessageToYaml(variant.config()) + "```\n";
+  text += "\n\n" + CitationSection(other_licence);
+  text += "\n## Configuration\n\n```yaml\n" + MessageToYaml(variant.config()) + "```\n";
   return text;
+}
+
+std::string CardCroissant(const v1::StudySpec& study, const v1::VariantSpec& variant,
+                          const std::vector<IndexLine>& index, bool other_licence) {
+  Publication publication;
+  publication.name = study.name() + "-" + variant.name();
+  publication.description = "Variant " + variant.name() + " of the study " + study.name() + ": " +
+                            std::to_string(index.size()) +
+                            " synthetic stereo pairs with exact ground truth for both eyes. `path` "
+                            "is a pair's folder.";
+  publication.version = kProgramVersion;
+  publication.other_licence = other_licence;
+  publication.table_file = "index.jsonl";
+  publication.table_bytes = IndexText(index);
+  publication.fields = {{"scene", "Number of the scene.", "Integer"},
+                        {"rig", "Number of the rig in its scene.", "Integer"},
+                        {"path", "Folder of the pair's files.", "Text"},
+                        {"passed", "Whether the pair passes all filters.", "Boolean"},
+                        {"bytes", "Size of the pair's files.", "Integer"}};
+  return CroissantJson(publication);
 }
 
 }  // namespace
 
-absl::StatusOr<DatasetCard> MakeDatasetCard(const std::string& variant_dir,
-                                            const v1::StudySpec& study,
-                                            const v1::VariantSpec& variant,
-                                            const std::vector<IndexLine>& index) {
+absl::Status WriteDatasetCard(const std::string& variant_dir, const v1::StudySpec& study,
+                              const v1::VariantSpec& variant, const std::vector<IndexLine>& index) {
   ASSIGN_OR_RETURN(const Summary summary, Summarise(variant_dir, index));
-  return DatasetCard{CardJson(study, variant, summary), CardMarkdown(study, variant, summary)};
+  absl::StatusOr<std::string> licence = ReadFile(variant_dir + "/LICENSE");
+  if (absl::IsNotFound(licence.status())) {
+    licence = DataLicence(!variant.config().materials().picture_dir().empty());
+  }
+  RETURN_IF_ERROR(licence.status());
+  const bool other = *licence != DataLicence(/*own_pictures=*/false);
+  const std::pair<const char*, std::string> files[] = {
+      {"index.jsonl", IndexText(index)},
+      {"dataset.json", CardJson(study, variant, summary)},
+      {"README.md", CardMarkdown(study, variant, summary, other)},
+      {"croissant.json", CardCroissant(study, variant, index, other)},
+      {"LICENSE", *licence}};
+  for (const auto& [name, text] : files) {
+    RETURN_IF_ERROR(WriteFileAtomically(variant_dir + "/" + name, text));
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace parallax

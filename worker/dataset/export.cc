@@ -17,6 +17,7 @@
 #include "common/base/hash.h"
 #include "common/base/version.h"
 #include "worker/dataset/dataset_reader.h"
+#include "worker/dataset/export_card.h"
 #include "worker/dataset/export_layouts.h"
 #include "worker/dataset/shards.h"
 
@@ -141,8 +142,10 @@ Plan MakePlan(const std::vector<DatasetVariant>& variants, const ExportOptions& 
 
 class Exporter {
  public:
-  Exporter(std::string staging, const ExportOptions& options, ExportResult& result)
+  Exporter(std::string staging, std::string licence, const ExportOptions& options,
+           ExportResult& result)
       : staging_(std::move(staging)),
+        licence_(std::move(licence)),
         options_(options),
         result_(result),
         train_shards_(staging_, "train", options.shard_pairs),
@@ -177,7 +180,7 @@ class Exporter {
     RETURN_IF_ERROR(FinishShards());
     RETURN_IF_ERROR(Write("train.txt", train));
     RETURN_IF_ERROR(Write("test.txt", test));
-    RETURN_IF_ERROR(Write("export.json", Describe(plan)));
+    RETURN_IF_ERROR(WriteCards(plan));
     std::sort(sums_.begin(), sums_.end(),
               [](const auto& a, const auto& b) { return a.first < b.first; });
     std::string text;
@@ -248,8 +251,17 @@ class Exporter {
         shards_.push_back({{"file", shard.file}, {"pairs", shard.pairs}, {"split", split}});
       }
     }
-    if (shards_.empty()) return absl::OkStatus();
-    return Write("README.md", ShardCard(train_shards_.shards(), test_shards_.shards()));
+    return absl::OkStatus();
+  }
+
+  absl::Status WriteCards(const Plan& plan) {
+    const std::string list = Describe(plan);
+    const ExportCard card = MakeExportCard(options_.layout, result_, list, licence_,
+                                           train_shards_.shards(), test_shards_.shards());
+    RETURN_IF_ERROR(Write("export.json", list));
+    RETURN_IF_ERROR(Write("LICENSE", licence_));
+    RETURN_IF_ERROR(Write("croissant.json", card.croissant));
+    return Write("README.md", card.markdown);
   }
 
   std::string Describe(const Plan& plan) const {
@@ -283,6 +295,7 @@ class Exporter {
   }
 
   const std::string staging_;
+  const std::string licence_;  // Text of LICENSE.
   const ExportOptions& options_;
   ExportResult& result_;
   std::set<std::string> made_;  // Folders.
@@ -319,6 +332,8 @@ absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::st
   }
   ExportResult result;
   const Plan plan = MakePlan(variants, options, result);
+  absl::StatusOr<std::string> licence = LicenceOf(variants);
+  RETURN_IF_ERROR(licence.status());
   if (plan.frames.empty()) {
     return MakeError(absl::StatusCode::kNotFound, dir + ": no pair is left (" +
                                                       std::to_string(result.pairs_filtered_out) +
@@ -339,7 +354,7 @@ absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::st
   fs::remove_all(staging, error);
   fs::create_directories(staging, error);
   if (error) return ErrnoError(error.value(), "make folder " + staging);
-  const absl::Status status = Exporter(staging, options, result).Run(plan);
+  const absl::Status status = Exporter(staging, *std::move(licence), options, result).Run(plan);
   if (!status.ok()) {
     fs::remove_all(staging, error);
     return status;

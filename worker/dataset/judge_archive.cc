@@ -4,7 +4,6 @@
 #include <sstream>
 
 #include "common/base/file.h"
-#include "common/store/store.h"
 #include "worker/dataset/dataset_card.h"
 
 namespace parallax {
@@ -29,7 +28,6 @@ absl::StatusOr<JudgedVariant> JudgeVariant(const std::string& dir, const v1::Stu
   ASSIGN_OR_RETURN(const std::string before, ReadFile(path));
   JudgedVariant judged;
   std::vector<IndexLine> lines;
-  std::string text;
   std::istringstream in(before);
   for (std::string row; std::getline(in, row);) {
     absl::StatusOr<IndexLine> line = ParseIndexLine(row);
@@ -40,13 +38,9 @@ absl::StatusOr<JudgedVariant> JudgeVariant(const std::string& dir, const v1::Stu
                           variant.config().filters(), *line);
     if (!status.ok()) return WithContext(status, path);
     Count(*line, judged);
-    text += line->text + "\n";
     lines.push_back(*std::move(line));
   }
-  ASSIGN_OR_RETURN(const DatasetCard card, MakeDatasetCard(dir, study, variant, lines));
-  RETURN_IF_ERROR(WriteFileAtomically(path, text));
-  RETURN_IF_ERROR(WriteFileAtomically(dir + "/dataset.json", card.json));
-  RETURN_IF_ERROR(WriteFileAtomically(dir + "/README.md", card.markdown));
+  RETURN_IF_ERROR(WriteDatasetCard(dir, study, variant, lines));
   return judged;
 }
 

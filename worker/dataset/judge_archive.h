@@ -17,12 +17,12 @@ struct JudgedVariant {
   int64_t ambiguous = 0;  // Fail the filter of that name, and maybe others too.
 };
 
-// Writes index.jsonl, dataset.json and README.md of the variant in `dir`, each at once. `shares`
+// Writes index.jsonl and the card of the variant in `dir`, each file at once. `shares`
 // are the frames' ambiguous_share; frames without one lose theirs. `variant` belongs to `study` and
 // has the filters to judge by. The caller holds the folder's lock.
 //
-// Errors: kDataLoss for a line of the index that is not one; those of JudgeAnew, MakeDatasetCard
-// and WriteFileAtomically.
+// Errors: kDataLoss for a line of the index that is not one; those of JudgeAnew and
+// WriteDatasetCard.
 absl::StatusOr<JudgedVariant> JudgeVariant(const std::string& dir, const v1::StudySpec& study,
                                            const v1::VariantSpec& variant,
                                            const std::map<FrameKey, double>& shares);

@@ -53,23 +53,25 @@ absl::Status ShardWriter::Finish() {
   return absl::OkStatus();
 }
 
-std::string ShardCard(const std::vector<Shard>& train, const std::vector<Shard>& test) {
-  std::string head = "---\nconfigs:\n- config_name: default\n  data_files:\n", table;
-  const std::pair<const char*, const std::vector<Shard>*> splits[] = {{"train", &train},
-                                                                      {"test", &test}};
-  for (const auto& [split, shards] : splits) {
+std::string ShardHead(const std::vector<Shard>& train, const std::vector<Shard>& test) {
+  std::string head = "configs:\n- config_name: default\n  data_files:\n";
+  for (const auto& [split, shards] : {std::pair{"train", &train}, std::pair{"test", &test}}) {
     if (shards->empty()) continue;
     head += std::string("  - split: ") + split + "\n    path: " + split + "-*.tar\n";
+  }
+  return head;
+}
+
+std::string ShardCard(const std::vector<Shard>& train, const std::vector<Shard>& test) {
+  std::string table;
+  for (const auto& [split, shards] : {std::pair{"train", &train}, std::pair{"test", &test}}) {
+    if (shards->empty()) continue;
     int pairs = 0;
     for (const Shard& shard : *shards) pairs += shard.pairs;
     table += std::string("| ") + split + " | " + std::to_string(shards->size()) + " | " +
              std::to_string(pairs) + " |\n";
   }
-  return head +
-         "---\n"
-         "# Stereo pairs made by Parallax, in WebDataset shards\n"
-         "\n"
-         "| split | shards | pairs |\n"
+  return "| split | shards | pairs |\n"
          "|---|---|---|\n" +
          table +
          "\n"

@@ -53,8 +53,11 @@ class ShardWriter {
   std::unique_ptr<Sha256> hash_;
 };
 
-// README.md of an export in shards. Its YAML head names the files of each split, so that Hugging
+// YAML that names the files of each split, for the head of an export's README.md: by it Hugging
 // Face `datasets` opens the folder by its name alone.
+std::string ShardHead(const std::vector<Shard>& train, const std::vector<Shard>& test);
+
+// Markdown: the table of shards and how to read them.
 std::string ShardCard(const std::vector<Shard>& train, const std::vector<Shard>& test);
 
 }  // namespace parallax

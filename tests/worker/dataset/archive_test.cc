@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "common/base/file.h"
+#include "common/base/hash.h"
 #include "common/config/config.h"
 #include "tests/worker/dataset/synthetic_scene.h"
 #include "worker/dataset/frame_writer.h"
@@ -20,6 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 using Json = nlohmann::json;
 
 class ArchiveTest : public ::testing::Test {
@@ -398,13 +400,39 @@ TEST_F(ArchiveTest, TheCardCountsWhatIsThere) {
   EXPECT_EQ(depth, surface);
   EXPECT_EQ(card["disparity_fraction_below_px"]["192"], 1.0);
   const std::string readme = *ReadFile(out_ + "/a/README.md");
-  EXPECT_THAT(readme, HasSubstr("# s / a\n"));
+  EXPECT_THAT(readme, StartsWith("---\nlicense: cc-by-4.0\n"));
+  EXPECT_THAT(readme, HasSubstr("size_categories:\n- n<1K\n---\n# s / a\n"));
+  EXPECT_THAT(readme, HasSubstr("@inproceedings{yan2026stereo"));
   EXPECT_THAT(readme, HasSubstr("2 stereo pairs of 1 procedural scenes"));
   EXPECT_THAT(readme, HasSubstr("**Incomplete:** 4 pairs were asked for."));
   EXPECT_THAT(readme, HasSubstr("| Ball | 4 | 2 |"));
   EXPECT_THAT(readme, HasSubstr("baseline_m: {uniform: [0.04, 0.4]}"));
   const Json empty = Json::parse(*ReadFile(out_ + "/b/dataset.json"));
   EXPECT_EQ(empty["pairs"], 0);
+}
+
+TEST_F(ArchiveTest, CroissantNamesTheIndexByItsHashAndAnotherLicenceStays) {
+  auto archive = Open();
+  ASSERT_TRUE(archive->AddFrame(Publish("a", 0, 0), store_).ok());
+  ASSERT_TRUE(archive->Finish().ok());
+  const std::string index = *ReadFile(out_ + "/a/index.jsonl");
+  Json croissant = Json::parse(*ReadFile(out_ + "/a/croissant.json"));
+  EXPECT_EQ(croissant["name"], "s-a");
+  EXPECT_EQ(croissant["license"], "https://creativecommons.org/licenses/by/4.0/");
+  EXPECT_EQ(croissant["distribution"][0]["sha256"], Sha256Hex(index));
+  const Json row = Json::parse(index);
+  for (const Json& field : croissant["recordSet"][0]["field"]) {
+    EXPECT_TRUE(row.contains(field["source"]["extract"]["column"].get<std::string>())) << field;
+    EXPECT_EQ(field["source"]["fileObject"]["@id"], croissant["distribution"][0]["@id"]);
+  }
+  EXPECT_THAT(*ReadFile(out_ + "/a/LICENSE"), HasSubstr("CC BY 4.0"));
+
+  ASSERT_TRUE(WriteFile(out_ + "/a/LICENSE", "Ask me.\n").ok());
+  ASSERT_TRUE(archive->Finish().ok());
+  EXPECT_EQ(*ReadFile(out_ + "/a/LICENSE"), "Ask me.\n");
+  EXPECT_THAT(*ReadFile(out_ + "/a/README.md"), StartsWith("---\nlicense: other\n"));
+  croissant = Json::parse(*ReadFile(out_ + "/a/croissant.json"));
+  EXPECT_EQ(croissant["license"], "LICENSE");
 }
 
 }  // namespace

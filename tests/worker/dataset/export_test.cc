@@ -114,8 +114,9 @@ TEST_F(ExportTest, WebdatasetShardsNameTheirSplitAndHoldSeedsAsStrings) {
   ASSERT_TRUE(result.ok()) << result.status();
   std::set<std::string> files;
   for (const auto& entry : fs::directory_iterator(out_)) files.insert(entry.path().filename());
-  EXPECT_THAT(files, ElementsAre("README.md", "SHA256SUMS", "export.json", "test-000000.tar",
-                                 "test.txt", "train-000000.tar", "train-000001.tar", "train.txt"));
+  EXPECT_THAT(files, ElementsAre("LICENSE", "README.md", "SHA256SUMS", "croissant.json",
+                                 "export.json", "test-000000.tar", "test.txt", "train-000000.tar",
+                                 "train-000001.tar", "train.txt"));
   EXPECT_THAT(*ReadFile(out_ + "/README.md"), HasSubstr("path: train-*.tar"));
   const std::string shard = *ReadFile(out_ + "/train-000000.tar");
   EXPECT_THAT(shard, HasSubstr("\"seeds\":{\"scene\":\"18446744073709551557\"}"));

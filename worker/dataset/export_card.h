@@ -1,0 +1,29 @@
+// What an export says of itself beside its pairs: README.md, LICENSE and croissant.json.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+#include "worker/dataset/dataset_reader.h"
+#include "worker/dataset/export.h"
+#include "worker/dataset/shards.h"
+
+namespace parallax {
+
+struct ExportCard {
+  std::string markdown, croissant;
+};
+
+// Makes the card of an export of `result.pairs` pairs. `export_json` is the content of export.json,
+// which croissant.json names by its hash; `licence` that of LICENSE. The shards are empty in
+// layouts without them.
+ExportCard MakeExportCard(const std::string& layout, const ExportResult& result,
+                          const std::string& export_json, const std::string& licence,
+                          const std::vector<Shard>& train, const std::vector<Shard>& test);
+
+// The variants' different LICENSE files, one after the other; the usual one for an archive of an
+// earlier release, which has none. Errors: those of ReadFile but kNotFound.
+absl::StatusOr<std::string> LicenceOf(const std::vector<DatasetVariant>& variants);
+
+}  // namespace parallax

@@ -20,7 +20,7 @@ namespace parallax {
 //   evaluate scores: worker/evaluate
 inline constexpr char kLayoutVersion[] = "18";
 inline constexpr char kSceneVersion[] = "18";
-inline constexpr char kFrameVersion[] = "18";
+inline constexpr char kFrameVersion[] = "19";
 inline constexpr char kTrainVersion[] = "1";
 inline constexpr char kEvaluateVersion[] = "1";
 

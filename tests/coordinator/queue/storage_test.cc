@@ -253,8 +253,7 @@ TEST_F(StorageTest, AFileThatACoordinatorHasOpenCanBeCopied) {
   EXPECT_EQ(BackUpFile(folder_ + "/none.db", backup).code(), absl::StatusCode::kNotFound);
   const absl::Status copied = BackUpFile(options_.db_path, backup);
   ASSERT_TRUE(copied.ok()) << copied;
-  EXPECT_EQ(BackUpFile(options_.db_path, backup).code(),
-            absl::StatusCode::kAlreadyExists);
+  EXPECT_EQ(BackUpFile(options_.db_path, backup).code(), absl::StatusCode::kAlreadyExists);
   Submit({.name = "later"});
   const std::string id = queue_->database_id();
   options_.db_path = backup;

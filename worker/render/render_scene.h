@@ -151,9 +151,9 @@ class RenderScene final : public ShadowFilter {
   const Box3f& bounds() const { return bounds_; }
 
  private:
-  struct Body;    // One placed mesh.
-  struct Place;   // How it stands.
-  struct Stored;  // The rest of it.
+  struct Body;    // The part of a body that every hit reads.
+  struct Place;   // How a body stands.
+  struct Stored;  // The arrays that a mesh or a prototype owns.
   struct Vertex;  // What shading reads of a vertex, packed for the cache.
 
   RenderScene();
@@ -169,7 +169,7 @@ class RenderScene final : public ShadowFilter {
   Eigen::Affine3f PlaceOf(uint32_t placed) const;
   void SetPlace(size_t body, const Eigen::Affine3f& world_from_object);
   uint32_t MaterialOf(const Body& body, uint16_t slot) const;
-  // Which of the batch are on sheets.
+  // The lanes whose hits are on sheets.
   Mask8 OnSheets(const HitBatch8& batch) const;
   static std::shared_ptr<const std::vector<Vertex>> Pack(const Mesh& mesh);
   bool LetsLightThrough(const std::vector<uint32_t>& materials) const;
@@ -179,10 +179,10 @@ class RenderScene final : public ShadowFilter {
 
   SceneGeometry geometry_;
   std::vector<Body> bodies_;
-  std::vector<Place> places_;             // As many.
-  std::vector<Stored> stored_;            // Of the meshes, then of the prototypes.
-  std::vector<CacheGroup> cache_groups_;  // Likewise.
-  std::vector<uint32_t> materials_;       // Of all bodies' slots.
+  std::vector<Place> places_;             // Parallel to bodies_.
+  std::vector<Stored> stored_;            // The meshes' arrays, then the prototypes'.
+  std::vector<CacheGroup> cache_groups_;  // Parallel to stored_.
+  std::vector<uint32_t> materials_;       // The materials of all bodies' slots, one behind another.
   std::vector<MaterialTraits> traits_;
   Box3f bounds_;
   bool movable_ = false;

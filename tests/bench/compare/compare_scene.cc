@@ -19,6 +19,7 @@
 #include "common/image/io.h"
 #include "tests/bench/compare/export_scene.h"
 #include "tests/bench/compare/plain_materials.h"
+#include "tests/bench/program_main.h"
 #include "tests/bench/render/load_scene.h"
 #include "worker/render/camera_rays.h"
 #include "worker/render/denoiser.h"
@@ -275,9 +276,5 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
 }  // namespace parallax
 
 int main(int argc, char** argv) {
-  int exit_code = 0;
-  const absl::Status status = parallax::Run(argc, argv, &exit_code);
-  if (status.ok()) return exit_code;
-  std::fprintf(stderr, "compare_scene: %s\n", std::string(status.message()).c_str());
-  return 1;
+  return parallax::ProgramMain("compare_scene", parallax::Run, argc, argv);
 }

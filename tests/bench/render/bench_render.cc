@@ -20,6 +20,7 @@
 #include "common/base/clock.h"
 #include "common/base/hash.h"
 #include "common/image/io.h"
+#include "tests/bench/program_main.h"
 #include "tests/bench/render/image_error.h"
 #include "tests/bench/render/load_scene.h"
 #include "tests/bench/render/where_time_goes.h"
@@ -468,9 +469,5 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
 }  // namespace parallax
 
 int main(int argc, char** argv) {
-  int exit_code = 0;
-  const absl::Status status = parallax::Run(argc, argv, &exit_code);
-  if (status.ok()) return exit_code;
-  std::fprintf(stderr, "bench_render: %s\n", std::string(status.message()).c_str());
-  return 1;
+  return parallax::ProgramMain("bench_render", parallax::Run, argc, argv);
 }

@@ -10,6 +10,7 @@
 #include <cstdio>
 
 #include "common/base/memory_budget.h"
+#include "tests/bench/program_main.h"
 #include "tests/worker/render/test_scenes.h"
 #include "worker/render/renderer.h"
 #include "worker/render/sampler.h"
@@ -101,9 +102,5 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
 }  // namespace parallax
 
 int main(int argc, char** argv) {
-  int exit_code = 0;
-  const absl::Status status = parallax::Run(argc, argv, &exit_code);
-  if (status.ok()) return exit_code;
-  std::fprintf(stderr, "bench_scale: %s\n", std::string(status.message()).c_str());
-  return exit_code != 0 ? exit_code : 1;
+  return parallax::ProgramMain("bench_scale", parallax::Run, argc, argv);
 }

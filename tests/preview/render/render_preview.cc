@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "common/image/io.h"
+#include "tests/bench/program_main.h"
 #include "tests/bench/render/image_error.h"
 #include "tests/bench/render/load_scene.h"
 #include "worker/render/renderer.h"
@@ -200,9 +201,5 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
 }  // namespace parallax
 
 int main(int argc, char** argv) {
-  int exit_code = 0;
-  const absl::Status status = parallax::Run(argc, argv, &exit_code);
-  if (status.ok()) return exit_code;
-  std::fprintf(stderr, "render_preview: %s\n", std::string(status.message()).c_str());
-  return 1;
+  return parallax::ProgramMain("render_preview", parallax::Run, argc, argv);
 }

@@ -103,7 +103,7 @@ TrainingPlan PlanTraining(const v1::StudySpec& study, double factor) {
   if (!study.has_evaluate()) return plan;
   const v1::EvaluateSpec& evaluate = study.evaluate();
   const int64_t predictors = plan.trainings * evaluate.checkpoints() + evaluate.baselines_size();
-  double mpx = 0;  // That one predictor sees.
+  double mpx = 0;  // Megapixels that one predictor sees.
   for (const v1::VariantSpec& variant : study.variants()) {
     if (!variant.heldout()) continue;
     const v1::RigConfig& rigs = variant.config().rigs();

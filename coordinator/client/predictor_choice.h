@@ -15,7 +15,7 @@ struct PredictorChoice {
   std::string command;          // Instead of `what`: a command with {list}.
   std::string trainer_program;  // Empty: `trainer` beside this program, or $PARALLAX_TRAINER.
   double pair_s = 120;          // Time limit of a pair.
-  int threads = 0;              // Of a checkpoint's network; 0: as its program chooses.
+  int threads = 0;              // CPU threads of a checkpoint's network; 0: its program chooses.
 };
 
 struct ChosenPredictor {

@@ -102,7 +102,8 @@ void WriteQueue(const JobQueueStats& queue, Writer& out) {
           static_cast<double>(queue.wal_pages));
 }
 
-// What autoscalers follow. Jobs of paused studies wait for a person, not for a slot.
+// Writes the slots that work wants, which autoscalers follow. Jobs of paused studies wait for a
+// person, not for a slot.
 void WriteDemand(const StatusSnapshot& snapshot, Writer& out) {
   const auto waits = [](const std::string& state) {
     return state == "READY" || state == "RETRY_WAIT";

@@ -1,4 +1,4 @@
-// What an operator does to a database file without a JobQueue: `coordinator check` and `backup`.
+// Tools for a database file without a JobQueue: `coordinator check` and `coordinator backup`.
 #pragma once
 
 #include <functional>

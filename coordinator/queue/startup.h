@@ -1,5 +1,5 @@
-// What a coordinator's start writes into its database before any command: a new epoch and the kinds
-// of jobs that the program knows. Errors: the database's, beside those named.
+// A coordinator's start writes two things into its database before any command: a new epoch and the
+// kinds of jobs that the program knows. Errors: the database's, beside those named.
 #pragma once
 
 #include <cstdint>

@@ -11,7 +11,7 @@ namespace {
 
 // Credit for a slot that was about to become free: after this long it is.
 constexpr double kAheadIsIdle_s = 2;
-// Who has gone is shown for so long, the latest of them.
+// A worker that has gone is listed for this long, the latest ones only.
 constexpr double kForgetWorker_s = 300;
 constexpr size_t kMostGoneWorkers = 20;
 
@@ -87,7 +87,7 @@ bool Fleet::Break(FleetWorker& worker, SteadyTime now) {
   worker.link.reset();
   worker.credit = 0;
   worker.away_since = now;
-  // Who drained and hung up said all there was to say.
+  // A worker that drained and then ended its stream has left for good.
   worker.presence = worker.draining ? Presence::kLeft : Presence::kAway;
   LogInfo(worker.draining ? "worker left" : "worker's stream broke",
           {{"worker", worker.facts.name}});
@@ -166,7 +166,7 @@ FarmByKind Fleet::SlotsByKind(SteadyTime now) const {
       const auto slots = farm.find(kind);
       if (slots == farm.end()) continue;
       slots->second.all += worker.hello.slots();
-      // Who has asked already was counted when it did.
+      // A worker that has asked already was counted when it asked.
       if (!worker.asking) slots->second.idle += worker.IdleSlots(now);
     }
   }

@@ -1,5 +1,5 @@
-// What the queue's threads leave for the dispatcher's: answers to calls for leases, orders to stop,
-// and word that work may be ready.
+// Messages from the queue's threads to the dispatcher's: answers to calls for leases, orders to
+// stop, and word that work may be ready.
 #pragma once
 
 #include <condition_variable>

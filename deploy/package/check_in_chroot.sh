@@ -6,7 +6,7 @@ dist=$(realpath "$1") version=$2
 # Debian's own archive among those that apt knows (a file of sources may be missing, and others may be listed before it).
 mirror=${PARALLAX_DEBIAN_MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' 'Origin: Debian' \
   'Codename: bookworm' | sed -n 1p)}
-mirror=${mirror:-http://deb.debian.org/debian}
+[ -n "$mirror" ] || { echo "check: apt knows no archive of Debian 12; name one in PARALLAX_DEBIAN_MIRROR" >&2; exit 1; }
 root=$(mktemp -d)
 chmod 755 "$root"  # The user inside must get in.
 trap 'rm -rf "$root"' EXIT

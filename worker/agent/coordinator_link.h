@@ -38,7 +38,7 @@ class CoordinatorLink {
 
   bool IsOpen() const { return session_ != nullptr; }
   bool IsWelcomed() const { return welcomed_; }
-  // Of the coordinator that answered last; "" before the first.
+  // The id of the coordinator that answered last; "" before the first answer.
   const std::string& coordinator_id() const { return coordinator_id_; }
   // Not OK: no retry mends it.
   const absl::Status& fatal() const { return fatal_; }
@@ -96,7 +96,7 @@ class CoordinatorLink {
   Backoff backoff_;
   std::unique_ptr<WorkSession> session_;  // Null between sessions.
   bool welcomed_ = false;
-  bool complained_ = false;  // Of the break at hand.
+  bool complained_ = false;  // This break has been logged.
   std::string coordinator_id_;
   double lease_s_ = 0;  // 0 before the first welcome.
   SteadyTime connect_at_;

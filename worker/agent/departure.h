@@ -22,7 +22,7 @@ class Departure {
  public:
   explicit Departure(const DepartureOptions& options) : options_(options) {}
 
-  // What is to be done now.
+  // The actions that the agent takes now.
   struct Step {
     bool begins = false;            // Take nothing new from now on.
     std::optional<double> grace_s;  // The order is a sharper one: running work has this long.

@@ -1,4 +1,4 @@
-// What the agent concludes from the attempts that run in its slots.
+// Questions about the attempts that run in the agent's slots, as pure functions.
 #pragma once
 
 #include <utility>
@@ -9,16 +9,16 @@
 
 namespace parallax {
 
-// What is ours, for the coordinator: attempts that run and were not told to stop, and finished ones
-// whose reports are `unanswered`.
+// Lists the attempts that this worker still holds, for a heartbeat: those that run and were not
+// told to stop, and the finished ones whose reports are `unanswered`.
 std::vector<v1::Progress> ProgressOf(const std::vector<RunningAttempt>& running,
                                      const std::vector<v1::AttemptId>& unanswered);
 
-// Whether one was not told to stop.
+// Whether at least one attempt was not told to stop.
 bool HasWorkUnderLease(const std::vector<RunningAttempt>& running);
-// How many likely end within `seconds`.
+// Counts the attempts that likely end within `seconds`.
 int CountEndingSoon(const std::vector<RunningAttempt>& running, double seconds);
-// How many were given up as hung: they won't come to their end.
+// Counts the attempts that were given up as hung.
 int CountHung(const std::vector<RunningAttempt>& running);
 
 }  // namespace parallax

@@ -128,7 +128,7 @@ void DrawWarp(Canvas& canvas, int x, int y, const WarpDifference& warp) {
 }
 
 // ---- Columns
-// What a column of a row is drawn from.
+// The inputs of one legend.
 struct Cell {
   const Row& row;
   double full_scale_px;  // The disparity of the last colour.

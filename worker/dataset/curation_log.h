@@ -1,6 +1,6 @@
-// What trained networks found of a variant's frames: <variant>/curation.jsonl, a line for each
-// frame and network that scored it. Lines are added while frames are scored, so that an interrupted
-// curation goes on where it was.
+// Scores that trained networks gave to a variant's frames: <variant>/curation.jsonl, a line for
+// each frame and network that scored it. Lines are added while frames are scored, so that an
+// interrupted curation goes on where it was.
 //
 //   {"scene": 3, "rig": 0, "frame": SHA-256 of the hashes of its pictures and truth,
 //    "network": SHA-256 of the checkpoint, "versions": "1/1", "pixels": 57600, "bad": 8211}

@@ -1,4 +1,4 @@
-// What an export says of itself beside its pairs: README.md, LICENSE and croissant.json.
+// Files beside the pairs of an export that describe it: README.md, LICENSE and croissant.json.
 #pragma once
 
 #include <string>

@@ -376,7 +376,7 @@ class FrameChecker {
     }
   }
 
-  // What networks found can't be seen from the maps.
+  // The maps can't tell a network's score, so the verdict is compared with the index's statistics.
   void CompareShare(double value) {
     const Json share =
         frame_.line.value("statistics", Json::object()).value("ambiguous_share", Json());

@@ -46,7 +46,7 @@ std::vector<PredictionTask> MakeTasks(const std::vector<const DatasetFrame*>& fr
                      .right = frames[i]->dir + "/right.png",
                      .output = PredictionPath(work_dir, NameOf(*frames[i]))});
     std::error_code error;
-    fs::remove(tasks.back().output, error);  // Of a curation that was killed.
+    fs::remove(tasks.back().output, error);  // A curation that was killed may have left one.
   }
   return tasks;
 }

@@ -286,7 +286,7 @@ void PathTracer::Escape(size_t walk) {
   state_->result(walk).albedo = sky.cwiseMin(1.0f).cwiseProduct(walks.tint[walk]);
 }
 
-// Of rays that come from an eye: how far they go, and what the air does to them.
+// Notes how far rays from the eye go, and lets the air weaken and brighten what they see.
 void PathTracer::PassHaze(size_t block, const Hits8& hits) {
   State& state = *state_;
   WalkRows& walks = state.walks;

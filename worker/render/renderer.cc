@@ -250,7 +250,7 @@ class SceneRenderer final : public Renderer {
     return std::max(Square(sum / (2 * kRows * kColumns)), 1e-3f);
   }
 
-  // What samples are held against.
+  // The exact disparities that samples are compared with.
   struct Truth {
     const ImageF* disparity_px;
     double focal_times_baseline;

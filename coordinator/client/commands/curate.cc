@@ -220,8 +220,8 @@ class Curation {
   std::vector<Task> tasks_;
   std::map<std::string, ChosenPredictor> networks_;  // By path.
   Json json_ = Json::array();
-  int64_t total_ = 0, done_ = 0;  // Of frames times networks.
-  int64_t first_ = -1;            // Done when the first one was shown.
+  int64_t total_ = 0, done_ = 0;  // Predictions: each network looks at each frame once.
+  int64_t first_ = -1;            // `done_` when progress was shown first.
   SteadyTime start_;
 };
 

@@ -28,11 +28,11 @@ struct KeeperWorld {
   Clock* clock = nullptr;
 };
 
-// What a look saw and did.
+// The result of one look: the view, the decision, and the submission if there was one.
 struct KeeperStep {
   FarmView view;
   FarmDecision decision;
-  std::string array;  // Of the pilots that were submitted.
+  std::string array;  // The id of the array that was submitted; empty: none was.
   // Until pilots may be submitted again; the decision's `submit` waits for it.
   double paused_s = 0;
   bool finished() const;  // No work and no pilot is left.

@@ -28,7 +28,7 @@ class Slurm {
   // Submits an array of so many pilots; its job id.
   absl::StatusOr<std::string> Submit(int pilots) const;
   absl::Status Cancel(const std::vector<std::string>& ids) const;
-  // What Submit runs, as one line for people.
+  // The command that Submit runs, as one line for people.
   std::string SubmitCommand(int pilots) const;
 
  private:

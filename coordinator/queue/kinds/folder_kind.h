@@ -1,4 +1,4 @@
-// What kinds have in common whose result is one folder of files in the store: `Result` is a message
+// The base of kinds whose result is one folder of files in the store: `Result` is a message
 // with `path` and `files`, kept packed under the job's work key; `Input` is the message with
 // `needs` that the coordinator keeps for a job. A derived kind says what else makes a result bad.
 //

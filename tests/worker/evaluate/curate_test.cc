@@ -57,7 +57,7 @@ class CurateTest : public ::testing::Test {
     return ScoreFrames(variant_, {.id = id, .predictor = &predictor},
                        {.work_dir = tree_.dir(), .cancel = cancel_}, log);
   }
-  // Of scene 1, by hand: pixels with truth in the first columns over all with truth.
+  // The share of scene 1, by hand: pixels with truth in the first columns over all with truth.
   double Expected(int columns) {
     const ImageF truth = ReadFrameTruth(variant_.frames[1].dir)->disparity_px;
     double bad = 0, all = 0;

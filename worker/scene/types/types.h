@@ -26,7 +26,7 @@ struct SceneCosts {
   double dress_s = 0;   // All of its rigs included.
   // Whether the rigs of a scene read one radiance cache.
   bool rigs_share_light = true;
-  double build_s = 0;      // Of a scene's renderer, beside what every scene takes.
+  double build_s = 0;      // A scene's renderer takes this much longer to build than a room's.
   double trace_times = 1;  // Tracing of a sample over that in a room.
 };
 

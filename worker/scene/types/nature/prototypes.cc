@@ -16,7 +16,7 @@
 namespace parallax {
 namespace {
 
-constexpr size_t kMostTriangles = 4'000'000;  // That the process keeps.
+constexpr size_t kMostTriangles = 4'000'000;  // The process keeps at most this many in all.
 
 Season SeasonOf(std::string_view name) {
   if (name == "spring") return Season::kSpring;

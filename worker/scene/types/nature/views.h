@@ -1,4 +1,4 @@
-// What the frames of a scene see of the land, from above. Constant; thread-safe.
+// The parts of the land that a scene's frames see, on a map. Constant; thread-safe.
 #pragma once
 
 #include <vector>

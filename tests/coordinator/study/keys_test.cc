@@ -92,7 +92,7 @@ TEST(Keys, FieldsOfAnotherTypeOfSceneCountForNothing) {
   const v1::SceneConfig before = DefaultSceneConfig();
   v1::SceneConfig after = before;
   after.mutable_nature()->mutable_walk()->set_fps(2);
-  after.mutable_nature()->set_water(false);
+  after.mutable_nature()->add_seasons("winter");
   EXPECT_EQ(SceneKey({}, DigestsOf(after), SceneSeed{1}),
             SceneKey({}, DigestsOf(before), SceneSeed{1}));
 }

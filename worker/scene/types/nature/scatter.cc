@@ -11,6 +11,7 @@ namespace parallax {
 namespace {
 
 constexpr float kShadeOfCrown = 0.85f;
+constexpr float kParentReach_m = 14;  // Litter lies at most this far from its plant.
 
 // Source: "splitmix64", Steele et al., 2014.
 uint64_t Mixed(uint64_t x) {
@@ -113,7 +114,7 @@ struct Scatter::Layer {
   // How far it reaches out for others, and others are reached by it.
   float spread_m() const { return spacing_m * size_high; }
   float influence_m() const {
-    return std::max({claim_m * size_high, crown_m * size_high, parent ? 14.0f : 0.0f});
+    return std::max({claim_m * size_high, crown_m * size_high, parent ? kParentReach_m : 0.0f});
   }
 };
 
@@ -216,7 +217,7 @@ Scatter::Influence Scatter::InfluenceOn(size_t layer, const Tile& tile,
           const float claim = other.claim_m * thing.scale(), crown = other.crown_m * thing.scale();
           if (claim > away) influence.claims.push_back({p, claim});
           if (crown > away) influence.crowns.push_back({p, crown});
-          if (other.parent && away < 14) influence.parents.push_back(p);
+          if (other.parent && away < kParentReach_m) influence.parents.push_back(p);
         }
       }
     }

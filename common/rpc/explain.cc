@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "common/rpc/endpoint.h"
+#include "common/rpc/free_with.h"
 
 namespace parallax {
 namespace {
@@ -17,14 +18,6 @@ namespace {
 constexpr int kPatience_s = 3;
 constexpr char kHowToIssue[] =
     "a certificate that the farm's operator made with `coordinator init DIR --issue ROLE NAME`";
-
-template <auto Free>
-struct Deleter {
-  template <typename T>
-  void operator()(T* object) const {
-    Free(object);
-  }
-};
 
 absl::Status Refused(const std::string& message) { return absl::UnauthenticatedError(message); }
 
@@ -78,10 +71,10 @@ void KeepAlert(Handshake& handshake) {
 Handshake Try(int fd, const RpcAddress& address, const TlsIdentity* own) {
   Handshake result;
   ERR_clear_error();
-  const std::unique_ptr<SSL_CTX, Deleter<SSL_CTX_free>> context(SSL_CTX_new(TLS_client_method()));
+  const std::unique_ptr<SSL_CTX, FreeWith<SSL_CTX_free>> context(SSL_CTX_new(TLS_client_method()));
   if (context == nullptr) return result;
   const auto load = [](const std::string& pem) {
-    return std::unique_ptr<BIO, Deleter<BIO_free_all>>(
+    return std::unique_ptr<BIO, FreeWith<BIO_free_all>>(
         BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
   };
   if (own != nullptr) {
@@ -98,7 +91,7 @@ Handshake Try(int fd, const RpcAddress& address, const TlsIdentity* own) {
     X509_free(crt);
     EVP_PKEY_free(key);
   }
-  const std::unique_ptr<SSL, Deleter<SSL_free>> ssl(SSL_new(context.get()));
+  const std::unique_ptr<SSL, FreeWith<SSL_free>> ssl(SSL_new(context.get()));
   if (ssl == nullptr) return result;
   constexpr unsigned char kHttp2[] = {2, 'h', '2'};
   SSL_set_alpn_protos(ssl.get(), kHttp2, sizeof kHttp2);
@@ -117,7 +110,7 @@ Handshake Try(int fd, const RpcAddress& address, const TlsIdentity* own) {
   result.other_side_speaks_tls = result.done || theirs != nullptr || !result.alert.empty();
   if (theirs != nullptr) {
     result.verify_error = SSL_get_verify_result(ssl.get());
-    const std::unique_ptr<BIO, Deleter<BIO_free_all>> bio(BIO_new(BIO_s_mem()));
+    const std::unique_ptr<BIO, FreeWith<BIO_free_all>> bio(BIO_new(BIO_s_mem()));
     char* data = nullptr;
     PEM_write_bio_X509(bio.get(), theirs);
     const long size = BIO_get_mem_data(bio.get(), &data);

@@ -10,9 +10,9 @@ namespace {
 constexpr double kCharacterAspect = 2.0;  // Height over width.
 
 // The ground's cells plus a border of one for the edge; each cell one glyph.
-class Canvas {
+class GlyphCanvas {
  public:
-  Canvas(const Eigen::AlignedBox3d& extent, int columns)
+  GlyphCanvas(const Eigen::AlignedBox3d& extent, int columns)
       : low_(extent.min()),
         size_(extent.sizes()),
         columns_(std::max(8, columns)),
@@ -49,7 +49,7 @@ class Canvas {
   std::vector<std::vector<std::string>> cells_;
 };
 
-void DrawEdge(Canvas& canvas) {
+void DrawEdge(GlyphCanvas& canvas) {
   for (int c = 0; c < canvas.columns() + 2; ++c) {
     canvas.Set(0, c, "#");
     canvas.Set(canvas.rows() + 1, c, "#");
@@ -60,7 +60,7 @@ void DrawEdge(Canvas& canvas) {
   }
 }
 
-void DrawGap(const GroundPlan& plan, const GroundPlan::Gap& gap, Canvas& canvas) {
+void DrawGap(const GroundPlan& plan, const GroundPlan::Gap& gap, GlyphCanvas& canvas) {
   const std::string glyph(1, gap.glyph);
   if (gap.edge == 0 || gap.edge == 2) {
     const double from = plan.extent.min().x();
@@ -75,7 +75,7 @@ void DrawGap(const GroundPlan& plan, const GroundPlan::Gap& gap, Canvas& canvas)
   }
 }
 
-void DrawFootprints(std::vector<Footprint> footprints, Canvas& canvas) {
+void DrawFootprints(std::vector<Footprint> footprints, GlyphCanvas& canvas) {
   std::stable_sort(footprints.begin(), footprints.end(),
                    [](const auto& a, const auto& b) { return a.top_m < b.top_m; });
   for (const Footprint& print : footprints) {
@@ -104,7 +104,7 @@ std::string RigGlyph(const v1::Transform& pose, bool unicode) {
 std::vector<std::string> DrawGroundPlan(const GroundPlan& plan, const v1::Scene& scene,
                                         const std::vector<Footprint>& footprints,
                                         const GroundPlanOptions& options) {
-  Canvas canvas(plan.extent, options.columns);
+  GlyphCanvas canvas(plan.extent, options.columns);
   DrawEdge(canvas);
   for (const GroundPlan::Gap& gap : plan.gaps) DrawGap(plan, gap, canvas);
   DrawFootprints(footprints, canvas);

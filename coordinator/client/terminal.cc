@@ -32,14 +32,14 @@ std::string_view Code(Tone tone) {
   return "";
 }
 
-std::string_view Environment(const char* name) {
+std::string_view EnvironmentVariable(const char* name) {
   const char* value = std::getenv(name);
   return value == nullptr ? "" : value;
 }
 
 bool LocaleIsUtf8() {
   for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"}) {
-    std::string value(Environment(name));
+    std::string value(EnvironmentVariable(name));
     if (value.empty()) continue;
     std::transform(value.begin(), value.end(), value.begin(), ::toupper);
     return value.find("UTF-8") != std::string::npos || value.find("UTF8") != std::string::npos;
@@ -54,7 +54,8 @@ TerminalSize SizeOf(int file_descriptor) {
   if (ioctl(file_descriptor, TIOCGWINSZ, &window) == 0 && window.ws_col > 0) {
     size.columns = window.ws_col;
     if (window.ws_row > 0) size.rows = window.ws_row;
-  } else if (int columns = std::atoi(std::string(Environment("COLUMNS")).c_str()); columns > 0) {
+  } else if (int columns = std::atoi(std::string(EnvironmentVariable("COLUMNS")).c_str());
+             columns > 0) {
     size.columns = columns;
   }
   return size;
@@ -75,8 +76,8 @@ bool IsContinuation(char byte) { return (static_cast<unsigned char>(byte) & 0xc0
 Terminal Terminal::Standard(int file_descriptor) {
   Terminal terminal;
   terminal.stream = file_descriptor == 2 ? &std::cerr : &std::cout;
-  terminal.interactive = isatty(file_descriptor) != 0 && Environment("TERM") != "dumb";
-  terminal.colour = terminal.interactive && Environment("NO_COLOR").empty();
+  terminal.interactive = isatty(file_descriptor) != 0 && EnvironmentVariable("TERM") != "dumb";
+  terminal.colour = terminal.interactive && EnvironmentVariable("NO_COLOR").empty();
   terminal.unicode = LocaleIsUtf8();
   terminal.size = [file_descriptor] { return SizeOf(file_descriptor); };
   return terminal;

@@ -8,7 +8,7 @@ namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
-MaterialSlot LeafSlot() { return Slot("leaf", {"wood", "paint"}); }
+MaterialSlot DoorLeafSlot() { return Slot("leaf", {"wood", "paint"}); }
 
 // A rectangle of the leaf's plane that the frame leaves open.
 struct Opening {
@@ -27,14 +27,14 @@ void AddBeads(AssetBuilder& b, const Opening& o, float t) {
       beads.Add(Tube({Vec3f(x, y, o.z0 - 0.002f), Vec3f(x, y, o.z1 + 0.002f)}, 0.5f * s, 0, 8));
     }
   }
-  b.Add(beads, LeafSlot());
+  b.Add(beads, DoorLeafSlot());
 }
 
 void AddPanel(AssetBuilder& b, const Opening& o, const DoorParams& p) {
   const float t = p.thickness_m, tongue = 0.006f;
   b.Add(Board({o.x0 - tongue, 0.34f * t, o.z0 - tongue}, {o.x1 + tongue, 0.66f * t, o.z1 + tongue},
               0.001f),
-        LeafSlot());
+        DoorLeafSlot());
   const float in = std::min(0.045f, 0.2f * std::min(o.x1 - o.x0, o.z1 - o.z0));
   if (p.raised) {
     // The field rises towards both faces over a broad bevel.
@@ -42,7 +42,7 @@ void AddPanel(AssetBuilder& b, const Opening& o, const DoorParams& p) {
     options.bevel_m = 0.19f * t;
     const Vec3f size(o.x1 - o.x0 - 2 * in, 0.8f * t, o.z1 - o.z0 - 2 * in);
     b.Add(RoundedBox(size, options).Moved(0.5f * (o.x0 + o.x1), 0.5f * t, 0.5f * (o.z0 + o.z1)),
-          LeafSlot());
+          DoorLeafSlot());
   }
   AddBeads(b, o, t);
 }
@@ -56,12 +56,12 @@ void AddGlass(AssetBuilder& b, const Opening& o, const DoorParams& p, const Door
   for (int i = 1; i < row.lites_x; ++i) {
     const float x = Lerp(o.x0, o.x1, static_cast<float>(i) / static_cast<float>(row.lites_x));
     b.Add(Board({x - bar, 0.12f * t, o.z0 - 0.003f}, {x + bar, 0.88f * t, o.z1 + 0.003f}, 0.004f),
-          LeafSlot());
+          DoorLeafSlot());
   }
   for (int i = 1; i < row.lites_y; ++i) {
     const float z = Lerp(o.z0, o.z1, static_cast<float>(i) / static_cast<float>(row.lites_y));
     b.Add(Board({o.x0 - 0.003f, 0.13f * t, z - bar}, {o.x1 + 0.003f, 0.87f * t, z + bar}, 0.004f),
-          LeafSlot());
+          DoorLeafSlot());
   }
 }
 
@@ -75,7 +75,7 @@ void AddLouver(AssetBuilder& b, const Opening& o, const DoorParams& p) {
     b.Add(RoundedBox({o.x1 - o.x0 + 0.008f, 1.1f * t, 0.007f}, options)
               .TurnedX(-0.62f)
               .Moved(0.5f * (o.x0 + o.x1), 0.5f * t, z),
-          LeafSlot());
+          DoorLeafSlot());
   }
 }
 
@@ -135,7 +135,7 @@ void AddFittings(AssetBuilder& b, const DoorParams& p) {
 Asset MakeDoor(const DoorParams& p) {
   AssetBuilder b(p.seed);
   const float w = 0.5f * p.width_m, t = p.thickness_m, bevel = 0.0025f;
-  const MaterialSlot leaf = LeafSlot();
+  const MaterialSlot leaf = DoorLeafSlot();
   for (const float s : {-1.0f, 1.0f})
     b.Add(Board({s * (w - p.stile_m), 0, 0}, {s * w, t, p.height_m}, bevel), leaf);
   float shares = 0;

@@ -17,6 +17,14 @@ MaterialSlot CeramicSlot(const std::string& name) {
 MaterialSlot GlassSlot(const std::string& name) { return Slot(name, {"glass"}); }
 MaterialSlot PictureSlot(const std::string& name) { return Slot(name, {"picture"}); }
 
+Asset FinishMeshes(const std::vector<const Mesh*>& meshes, uint64_t seed) {
+  AssetBuilder b(seed);
+  for (const Mesh* mesh : meshes) {
+    if (!mesh->triangles.empty()) b.AddMesh(*mesh, Eigen::Affine3f::Identity());
+  }
+  return b.Finish(Anchor::kGround);
+}
+
 Shape AlongZ(const Shape& shape, const Vec3f& from, const Vec3f& to) {
   Eigen::Affine3f place = Eigen::Affine3f::Identity();
   place.translate(from);

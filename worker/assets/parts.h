@@ -2,7 +2,9 @@
 // their usual slots.
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "common/base/rng.h"
 #include "worker/assets/kernel/builder.h"
@@ -30,6 +32,10 @@ MaterialSlot PlasticSlot(const std::string& name);
 MaterialSlot CeramicSlot(const std::string& name);
 MaterialSlot GlassSlot(const std::string& name);
 MaterialSlot PictureSlot(const std::string& name = "picture");
+
+// The asset that these meshes make where they lie, with its base on the ground. Empty meshes add
+// nothing.
+Asset FinishMeshes(const std::vector<const Mesh*>& meshes, uint64_t seed);
 
 // Moves a shape that stands along +z from the origin so that it runs from `from` towards `to`.
 kernel::Shape AlongZ(const kernel::Shape& shape, const Vec3f& from, const Vec3f& to);

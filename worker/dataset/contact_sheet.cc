@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr int kMargin = 28, kGap = 8, kHeader = 96, kLegendRows = 10, kLegendRow = 15;
+constexpr int kSheetMargin = 28, kGap = 8, kHeader = 96, kLegendRows = 10, kLegendRow = 15;
 constexpr int kLegendLines = 6;  // Without a list of objects or materials.
 constexpr int kRowGap = 26;
 
@@ -209,7 +209,7 @@ void DrawRow(Canvas& canvas, const std::vector<const Column*>& columns, int y, i
   const FrameOnDisk& frame = row.frame;
   const double full_scale_px =
       frame.left_disparity_px.empty() ? 1 : FullScale(frame.left_disparity_px);
-  int x = kMargin;
+  int x = kSheetMargin;
   for (const Column* column : columns) {
     const ImageRgb8 tile = column->tile(frame, full_scale_px);
     canvas.FillBox(x, y, tile_width, tile_height, kPanel);
@@ -297,15 +297,15 @@ absl::StatusOr<ContactSheetResult> MakeContactSheet(const std::string& dir,
   for (const Column* column : columns) lines = std::max(lines, column->legend_lines);
   const int row_height = tile_height + 10 + lines * kLegendRow + kRowGap;
   const auto count_of_columns = static_cast<int>(columns.size());
-  Canvas canvas(2 * kMargin + count_of_columns * (tile_width + kGap) - kGap,
-                kHeader + static_cast<int>(chosen.size()) * row_height + kMargin);
-  canvas.DrawText(kMargin, 46, TitleOf(dir), 19, kText, true);
+  Canvas canvas(2 * kSheetMargin + count_of_columns * (tile_width + kGap) - kGap,
+                kHeader + static_cast<int>(chosen.size()) * row_height + kSheetMargin);
+  canvas.DrawText(kSheetMargin, 46, TitleOf(dir), 19, kText, true);
   const std::string count = std::to_string(chosen.size()) + " of " + std::to_string(found.size()) +
                             (found.size() == 1 ? " pair" : " pairs");
-  canvas.DrawText(canvas.image().width() - kMargin - Canvas::TextWidth(count, 12), 46, count, 12,
-                  kFaint);
+  canvas.DrawText(canvas.image().width() - kSheetMargin - Canvas::TextWidth(count, 12), 46, count,
+                  12, kFaint);
   for (int i = 0; i < count_of_columns; ++i) {
-    canvas.DrawText(kMargin + i * (tile_width + kGap), kHeader - 12,
+    canvas.DrawText(kSheetMargin + i * (tile_width + kGap), kHeader - 12,
                     columns[static_cast<size_t>(i)]->title, 10.5, kAccent);
   }
 

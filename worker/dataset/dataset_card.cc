@@ -155,7 +155,7 @@ Json SharesJson(const std::map<std::string, Share>& shares) {
   return json;
 }
 
-Json HistogramJson(const Histogram& histogram, const char* width_key) {
+Json WholeHistogramJson(const Histogram& histogram, const char* width_key) {
   return {{width_key, histogram.bin_width},
           {"counts", histogram.counts},
           {"last_bin", "everything larger"}};
@@ -187,13 +187,13 @@ std::string CardJson(const v1::StudySpec& study, const v1::VariantSpec& variant,
                         {"max", range.max}};
   }
   json["statistics"] = statistics;
-  json["disparity_histogram"] = HistogramJson(s.disparity, "bin_px");
+  json["disparity_histogram"] = WholeHistogramJson(s.disparity, "bin_px");
   Json limits = Json::object();
   for (const int limit : kDisparityLimitsPx) {
     limits[std::to_string(limit)] = s.disparity.FractionBelow(limit);
   }
   json["disparity_fraction_below_px"] = limits;
-  json["depth_histogram"] = HistogramJson(s.depth, "bin_m");
+  json["depth_histogram"] = WholeHistogramJson(s.depth, "bin_m");
   json["classes"] = SharesJson(s.classes);
   json["materials"] = SharesJson(s.materials);
   json["wall_seconds"] = s.seconds;

@@ -21,7 +21,7 @@ Json RowsOf(const v1::Transform& transform) {
 std::string SeedText(uint64_t seed) { return std::to_string(seed); }
 
 // Trailing empty bins are left out.
-Json HistogramJson(const Histogram& histogram, const char* width_key) {
+Json TrimmedHistogramJson(const Histogram& histogram, const char* width_key) {
   std::vector<int64_t> counts = histogram.counts;
   while (!counts.empty() && counts.back() == 0) counts.pop_back();
   return {{width_key, histogram.bin_width}, {"counts", counts}};
@@ -110,8 +110,8 @@ absl::StatusOr<std::string> FrameJson(const v1::Scene& scene, const v1::Rig& rig
   json["statistics"] = StatisticsByName(statistics);
   json["object_pixels"] = statistics.object_pixels;
   json["material_pixels"] = statistics.material_pixels;
-  json["disparity_histogram"] = HistogramJson(statistics.disparity, "bin_px");
-  json["depth_histogram"] = HistogramJson(statistics.depth, "bin_m");
+  json["disparity_histogram"] = TrimmedHistogramJson(statistics.disparity, "bin_px");
+  json["depth_histogram"] = TrimmedHistogramJson(statistics.depth, "bin_m");
   return Lines(json);
 }
 

@@ -10,7 +10,7 @@
 namespace parallax {
 namespace {
 
-constexpr int kWidth = 1800, kMargin = 40, kPanelHeight = 380, kBarRows = 22, kBarHeight = 26;
+constexpr int kWidth = 1800, kPageMargin = 40, kPanelHeight = 380, kBarRows = 22, kBarHeight = 26;
 
 std::string Percent(double share) {
   char text[32];
@@ -126,21 +126,21 @@ absl::StatusOr<HistogramData> SumHistograms(const std::vector<std::string>& fram
 }
 
 ImageRgb8 DrawHistogramPage(const std::string& title, const HistogramData& data) {
-  const int half = (kWidth - 3 * kMargin) / 2;
+  const int half = (kWidth - 3 * kPageMargin) / 2;
   const int shares_y = 90 + 2 * (kPanelHeight + 24);
-  Canvas canvas(kWidth, shares_y + 60 + kBarRows * kBarHeight + kMargin);
-  canvas.DrawText(kMargin, 56, title, 19, kText, true);
+  Canvas canvas(kWidth, shares_y + 60 + kBarRows * kBarHeight + kPageMargin);
+  canvas.DrawText(kPageMargin, 56, title, 19, kText, true);
   const std::string count = std::to_string(data.frames) + (data.frames == 1 ? " pair" : " pairs");
-  canvas.DrawText(kWidth - kMargin - Canvas::TextWidth(count, 13), 56, count, 13, kFaint);
+  canvas.DrawText(kWidth - kPageMargin - Canvas::TextWidth(count, 13), 56, count, 13, kFaint);
   DrawHistogram(
-      canvas, kMargin, 90, kWidth - 2 * kMargin,
+      canvas, kPageMargin, 90, kWidth - 2 * kPageMargin,
       "Disparity of the left view, pixels; below each limit of training code: share of pixels",
       data.disparity, 64, {std::begin(kDisparityLimitsPx), std::end(kDisparityLimitsPx)});
-  DrawHistogram(canvas, kMargin, 90 + kPanelHeight + 24, kWidth - 2 * kMargin,
+  DrawHistogram(canvas, kPageMargin, 90 + kPanelHeight + 24, kWidth - 2 * kPageMargin,
                 "Depth of the left view, metres", data.depth, 1, {});
-  DrawShares(canvas, kMargin, shares_y, half, "Classes by share of pixels", data.object_pixels,
+  DrawShares(canvas, kPageMargin, shares_y, half, "Classes by share of pixels", data.object_pixels,
              data.pixels);
-  DrawShares(canvas, 2 * kMargin + half, shares_y, half, "Materials by share of pixels",
+  DrawShares(canvas, 2 * kPageMargin + half, shares_y, half, "Materials by share of pixels",
              data.material_pixels, data.pixels);
   return canvas.image();
 }

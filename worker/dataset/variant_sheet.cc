@@ -17,7 +17,7 @@
 namespace parallax {
 namespace {
 
-constexpr int kMargin = 24, kGap = 8, kTitle = 60, kLabel = 24, kBlockTitle = 34;
+constexpr int kVariantsMargin = 24, kGap = 8, kTitle = 60, kLabel = 24, kBlockTitle = 34;
 
 std::set<FrameKey> CommonKeys(const Dataset& dataset) {
   std::map<FrameKey, size_t> count;
@@ -90,23 +90,24 @@ absl::StatusOr<VariantSheetResult> MakeVariantSheet(const std::string& dir,
   const int tile_height = std::max(
       1, static_cast<int>(std::lround(double{1.0} * tile * first.height() / first.width())));
   const int block_height = kBlockTitle + rows * (tile_height + kLabel + kGap);
-  Canvas canvas(2 * kMargin + columns * tile + (columns - 1) * kGap,
-                kTitle + static_cast<int>(blocks) * block_height + kMargin);
+  Canvas canvas(2 * kVariantsMargin + columns * tile + (columns - 1) * kGap,
+                kTitle + static_cast<int>(blocks) * block_height + kVariantsMargin);
   const std::string title =
       std::filesystem::path(dataset.dir).filename().string() +
       ": the same pair in each of its variants (left images; disparity to one scale)";
-  canvas.DrawText(kMargin, 38, FitText(title, 15, canvas.image().width() - 2 * kMargin), 15, kText,
+  canvas.DrawText(kVariantsMargin, 38,
+                  FitText(title, 15, canvas.image().width() - 2 * kVariantsMargin), 15, kText,
                   true);
   for (size_t b = 0; b < blocks; ++b) {
     const FrameKey key = all[blocks == 1 ? 0 : b * (all.size() - 1) / (blocks - 1)];
     const int top = kTitle + static_cast<int>(b) * block_height;
-    canvas.DrawText(kMargin, top + 20,
+    canvas.DrawText(kVariantsMargin, top + 20,
                     "scene " + std::to_string(key.first) + ", rig " + std::to_string(key.second),
                     11, kFaint);
     double full_scale_px = 0;  // The first variant's, so that other baselines show.
     for (size_t v = 0; v < dataset.variants.size(); ++v) {
       const DatasetVariant& variant = dataset.variants[v];
-      const int x = kMargin + static_cast<int>(v) % columns * (tile + kGap);
+      const int x = kVariantsMargin + static_cast<int>(v) % columns * (tile + kGap);
       const int y =
           top + kBlockTitle + static_cast<int>(v) / columns * (tile_height + kLabel + kGap);
       ASSIGN_OR_RETURN(const FrameOnDisk frame, ReadFrame(variant.dir + "/" + FramePath(key)));

@@ -10,7 +10,7 @@
 namespace parallax {
 namespace {
 
-constexpr int kMargin = 24, kTop = 84, kRow = 24, kNameWidth = 220, kBarWidth = 460,
+constexpr int kGroupsMargin = 24, kTop = 84, kRow = 24, kNameWidth = 220, kBarWidth = 460,
               kNumberWidth = 120;
 
 std::string Format(const char* format, double value) {
@@ -65,10 +65,10 @@ absl::Status DrawGroupErrors(const std::vector<GroupError>& errors, const std::s
                              const std::string& out_png) {
   double largest = 1e-9;
   for (const GroupError& error : errors) largest = std::max(largest, Epe(error));
-  const int bars_x = kMargin + kNameWidth, numbers_x = bars_x + kBarWidth + 12;
-  Canvas canvas(numbers_x + 3 * kNumberWidth + kMargin,
-                kTop + kRow * static_cast<int>(errors.size()) + kMargin);
-  canvas.DrawText(kMargin, 36, title, 14, kText, true);
+  const int bars_x = kGroupsMargin + kNameWidth, numbers_x = bars_x + kBarWidth + 12;
+  Canvas canvas(numbers_x + 3 * kNumberWidth + kGroupsMargin,
+                kTop + kRow * static_cast<int>(errors.size()) + kGroupsMargin);
+  canvas.DrawText(kGroupsMargin, 36, title, 14, kText, true);
   const char* headings[] = {"mean error px", "bad-2 %", "of pixels %"};
   for (int c = 0; c < 3; ++c) {
     canvas.DrawText(numbers_x + c * kNumberWidth, kTop - 12, headings[c], 9, kFaint);
@@ -77,7 +77,7 @@ absl::Status DrawGroupErrors(const std::vector<GroupError>& errors, const std::s
     const GroupError& error = errors[i];
     const int top = kTop + kRow * static_cast<int>(i), text_y = top + 16;
     const double part = Epe(error) / largest;
-    canvas.DrawText(kMargin, text_y, FitText(error.name, 10, kNameWidth - 12), 10);
+    canvas.DrawText(kGroupsMargin, text_y, FitText(error.name, 10, kNameWidth - 12), 10);
     canvas.FillBox(bars_x, top + 3, kBarWidth, kRow - 6, kPanel);
     canvas.FillBox(bars_x, top + 3, std::max(1, static_cast<int>(std::lround(kBarWidth * part))),
                    kRow - 6, kAccent);

@@ -12,7 +12,7 @@
 namespace parallax {
 namespace {
 
-constexpr int kMargin = 24, kGap = 8, kTitle = 78, kLabel = 30;
+constexpr int kPredictionsMargin = 24, kGap = 8, kTitle = 78, kLabel = 30;
 constexpr float kFullError_px = 5;
 constexpr Rgb kUnknown = {40, 42, 48};
 constexpr Rgb kWrong = {255, 0, 255};
@@ -120,17 +120,17 @@ absl::Status DrawPredictionSheet(const Benchmark& benchmark, const Evaluation& e
     return std::max(1, static_cast<int>(std::lround(1.0 * tile * scores.height_px /
                                                     std::max(scores.width_px, 1))));
   };
-  int height = kTitle + kMargin;
+  int height = kTitle + kPredictionsMargin;
   for (const Scores* scores : chosen) height += height_of(*scores) + kLabel + kGap;
-  Canvas canvas(2 * kMargin + 4 * tile + 3 * kGap, height);
-  canvas.DrawText(kMargin, 36,
+  Canvas canvas(2 * kPredictionsMargin + 4 * tile + 3 * kGap, height);
+  canvas.DrawText(kPredictionsMargin, 36,
                   FitText(evaluation.run.variant + " on " + evaluation.benchmark + ", " +
                               MetricName(evaluation.headline),
-                          15, canvas.image().width() - 2 * kMargin),
+                          15, canvas.image().width() - 2 * kPredictionsMargin),
                   15, kText, true);
   const char* headings[] = {"left", "truth", "prediction", "error: blue 0, red 5 px and more"};
   for (int c = 0; c < 4; ++c) {
-    canvas.DrawText(kMargin + c * (tile + kGap), kTitle - 12, headings[c], 10, kFaint);
+    canvas.DrawText(kPredictionsMargin + c * (tile + kGap), kTitle - 12, headings[c], 10, kFaint);
   }
   int y = kTitle;
   for (const Scores* scores : chosen) {
@@ -141,9 +141,10 @@ absl::Status DrawPredictionSheet(const Benchmark& benchmark, const Evaluation& e
                                ColorPrediction(row.predicted_px, scale_px),
                                ColorError(row.predicted_px, row.truth_px)};
     for (int c = 0; c < 4; ++c) {
-      canvas.DrawImage(kMargin + c * (tile + kGap), y, tile, tile_height, tiles[c], c > 0);
+      canvas.DrawImage(kPredictionsMargin + c * (tile + kGap), y, tile, tile_height, tiles[c],
+                       c > 0);
     }
-    canvas.DrawText(kMargin, y + tile_height + 18,
+    canvas.DrawText(kPredictionsMargin, y + tile_height + 18,
                     FitText(Caption(evaluation, *scores), 10, 4 * tile), 10, kAccent);
     y += tile_height + kLabel + kGap;
   }

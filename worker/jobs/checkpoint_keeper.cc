@@ -16,7 +16,7 @@ constexpr char kFactsName[] = "facts.json";
 constexpr char kCurveName[] = "curve.csv";
 constexpr char kResumeFolder[] = "/resume/";
 constexpr size_t kNewest = 2;  // A checkpoint that is cut off has one before it.
-constexpr size_t kPiece = 4 << 20;
+constexpr size_t kCheckpointPiece = 4 << 20;
 
 Json ToJson(const CheckpointFacts& facts) {
   return {{"step", facts.step},     {"name", facts.name},           {"size", facts.size},
@@ -37,7 +37,7 @@ absl::StatusOr<std::string> GetWhole(const Store& store, const std::string& path
   std::string bytes;
   while (static_cast<int64_t>(bytes.size()) < size) {
     ASSIGN_OR_RETURN(const std::string piece,
-                     store.GetPiece(path, static_cast<int64_t>(bytes.size()), kPiece));
+                     store.GetPiece(path, static_cast<int64_t>(bytes.size()), kCheckpointPiece));
     if (piece.empty()) break;
     bytes += piece;
   }

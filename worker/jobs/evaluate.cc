@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 constexpr char kHeldout[] = "heldout";
 constexpr char kSgbm[] = "sgbm";
-constexpr size_t kPiece = 4 << 20;
+constexpr size_t kNetworkPiece = 4 << 20;
 
 // Keeps the groups that the study asks for.
 void DropGroups(const google::protobuf::RepeatedPtrField<std::string>& wanted,
@@ -140,7 +140,7 @@ class EvaluateAttempt {
       if (cancel_.cancelled()) return absl::CancelledError("while the network was brought");
       ASSIGN_OR_RETURN(const std::string piece,
                        folder_.store->GetPiece(job_.checkpoint_path(),
-                                               static_cast<int64_t>(bytes.size()), kPiece));
+                                               static_cast<int64_t>(bytes.size()), kNetworkPiece));
       if (piece.empty()) break;
       bytes += piece;
     }

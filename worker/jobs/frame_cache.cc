@@ -14,9 +14,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kPiece = 4 << 20;
+constexpr size_t kFramePiece = 4 << 20;
 
-absl::Status MakeFolder(const std::string& dir) {
+absl::Status MakeFrameFolder(const std::string& dir) {
   std::error_code error;
   fs::create_directories(dir, error);
   return error ? ErrnoError(error.value(), "make " + dir) : absl::OkStatus();
@@ -41,9 +41,9 @@ absl::StatusOr<std::string> GetWhole(const Store& store, const std::string& path
   std::string bytes;
   while (true) {
     ASSIGN_OR_RETURN(const std::string piece,
-                     store.GetPiece(path, static_cast<int64_t>(bytes.size()), kPiece));
+                     store.GetPiece(path, static_cast<int64_t>(bytes.size()), kFramePiece));
     bytes += piece;
-    if (piece.size() < kPiece) return bytes;
+    if (piece.size() < kFramePiece) return bytes;
   }
 }
 
@@ -70,7 +70,7 @@ absl::StatusOr<std::map<std::string, LocalFile>> FrameCache::Fetch(
     const Store& store, const std::string& path, const std::vector<std::string>& names) const {
   RETURN_IF_ERROR(CheckStorePath(path));
   const std::string dir = options_.dir + "/" + path;
-  RETURN_IF_ERROR(MakeFolder(dir));
+  RETURN_IF_ERROR(MakeFrameFolder(dir));
   ASSIGN_OR_RETURN(const std::vector<StoreEntry> entries, store.List(path));
   std::map<std::string, LocalFile> files;
   for (const StoreEntry& entry : entries) {

@@ -6,7 +6,7 @@
 namespace parallax {
 namespace {
 
-constexpr size_t kPiece = 1 << 16;
+constexpr size_t kLogPiece = 1 << 16;
 constexpr size_t kLongestLine = 1 << 16;  // A program that ends no line must not fill the memory.
 constexpr std::streamoff kTailBytes = 16 << 10;
 constexpr int kTailLines = 200;
@@ -19,8 +19,8 @@ std::vector<std::string> LogReader::NewLines(bool last) {
   std::vector<std::string> lines;
   std::ifstream file(path_, std::ios::binary);
   file.seekg(read_);
-  std::string piece(kPiece, '\0');
-  while (file && (file.read(piece.data(), kPiece), file.gcount() > 0)) {
+  std::string piece(kLogPiece, '\0');
+  while (file && (file.read(piece.data(), kLogPiece), file.gcount() > 0)) {
     read_ += file.gcount();
     for (const char c : piece.substr(0, static_cast<size_t>(file.gcount()))) {
       if (!EndsLine(c) && open_line_.size() < kLongestLine) open_line_ += c;

@@ -11,9 +11,9 @@ namespace {
 
 constexpr uint64_t kModelsPerClass = 3;
 constexpr int kModelDraws = 6;
-constexpr int kTries = 40;         // Proposals of a move until one keeps the hard constraints.
+constexpr int kMoveTries = 40;     // Proposals of a move until one keeps the hard constraints.
 constexpr double kMakesWay = 2.0;  // Rows of this weight and more may push lighter things out.
-constexpr double kHot = 3.0, kCold = 0.001;
+constexpr double kHotRoom = 3.0, kColdRoom = 0.001;
 constexpr double kGreedyShare = 0.15;
 
 enum class Move { kAdd, kDelete, kResample, kTranslate, kRotate, kSwap, kRelate };
@@ -46,7 +46,7 @@ class Annealer {
     const Move move = additions_only ? Move::kAdd : DrawMove();
     // Moves get smaller as it cools.
     const double reach =
-        additions_only ? 1.0 : std::clamp(std::sqrt(temperature / kHot), 0.04, 0.6);
+        additions_only ? 1.0 : std::clamp(std::sqrt(temperature / kHotRoom), 0.04, 0.6);
     ASSIGN_OR_RETURN(std::optional<Proposal> next, Propose(move, reach));
     if (!next) return absl::OkStatus();
     const double worse = score_.Try(next->state, next->touched) - score_.total();
@@ -88,14 +88,14 @@ class Annealer {
 
   // The first of a few random changes of that kind that keeps the hard constraints.
   absl::StatusOr<std::optional<Proposal>> Propose(Move move, double reach) {
-    for (int k = 0; k < kTries; ++k) {
+    for (int k = 0; k < kMoveTries; ++k) {
       Proposal next{state_, {}};
       removed_.clear();
       ASSIGN_OR_RETURN(std::vector<int> changed, Change(move, reach, next.state));
-      if (move == Move::kAdd && k >= 2 * kTries / 3 && changed.size() == 1) {
+      if (move == Move::kAdd && k >= 2 * kMoveTries / 3 && changed.size() == 1) {
         RETURN_IF_ERROR(TakeAnchorElsewhere(next.state, changed));
       }
-      if (move == Move::kAdd && k >= kTries / 3 && changed.size() == 1) {
+      if (move == Move::kAdd && k >= kMoveTries / 3 && changed.size() == 1) {
         // Lighter things make way for what finds no place.
         next.state = MakeWay(next.state, changed[0]);
         const int added = next.state.size() - 1;
@@ -425,7 +425,7 @@ absl::StatusOr<AnnealResult> Anneal(const RoomProblem& problem, const std::vecto
     for (int step = 0; step < steps; ++step) {
       if (step % 16 == 0 && cancel.cancelled()) return absl::CancelledError("layout: cancelled");
       const double t = steps > 1 ? static_cast<double>(step) / (steps - 1) : 1;
-      const double temperature = kHot * std::pow(kCold / kHot, t);
+      const double temperature = kHotRoom * std::pow(kColdRoom / kHotRoom, t);
       annealer.SetStage(step >= plan.large_steps);
       RETURN_IF_ERROR(
           annealer.Step(temperature, plan.reduced || t > 1 - kGreedyShare, plan.reduced));

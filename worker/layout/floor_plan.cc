@@ -12,7 +12,7 @@ constexpr double kTouch_m = 1e-6;
 constexpr double kLeastGap_m = 0.9;
 constexpr double kDoorRoom_m = 1.35;  // Shared wall that a door with its casings takes.
 constexpr double kWindowRoom_m = 1.5;
-constexpr double kHot = 3.0, kCold = 0.01;
+constexpr double kHotPlan = 3.0, kColdPlan = 0.01;
 
 bool ShareStorey(const Cell& a, const Cell& b) {
   const auto on = [](const Cell& c, int storey) {
@@ -113,7 +113,7 @@ class Planner {
     plan.initial_loss = loss_;
     for (int step = 0; step < steps; ++step) {
       const double t = static_cast<double>(step) / std::max(1, steps - 1);
-      const double temperature = kHot * std::pow(kCold / kHot, t);
+      const double temperature = kHotPlan * std::pow(kColdPlan / kHotPlan, t);
       plan.accepted += Step(temperature, t > 0.85);
       if (step % 32 == 0) plan.loss_curve.push_back(loss_);
     }

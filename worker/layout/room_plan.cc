@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kOpeningGap_m = 0.35;
 constexpr double kLintel_m = 0.12;  // Least masonry above an opening.
-constexpr int kTries = 40;
+constexpr int kRoomTries = 40;
 
 // One over the other: doors of two storeys.
 bool Above(const v1::Opening& upper, const v1::Opening& lower) {
@@ -45,7 +45,7 @@ std::vector<WallStretch> WholeWalls(const v1::Room& room) {
 bool AddOpening(v1::Room& room, v1::Opening opening, const std::vector<WallStretch>& stretches,
                 const OpeningOdds& odds, Rng& rng) {
   if (stretches.empty()) return false;
-  for (int i = 0; i < kTries; ++i) {
+  for (int i = 0; i < kRoomTries; ++i) {
     const WallStretch& stretch = rng.Pick(stretches);
     opening.set_wall(stretch.wall);
     const double length = stretch.high_m - stretch.low_m;
@@ -93,7 +93,7 @@ void AddPillars(v1::Room& room, Rng rng) {
   const bool any = rng.Bernoulli(area > 18 ? 0.25 : 0), free_standing = rng.Bernoulli(0.35);
   const double side = rng.Uniform(0.24, 0.4);
   if (!any) return;
-  for (int i = 0; i < kTries; ++i) {
+  for (int i = 0; i < kRoomTries; ++i) {
     v1::Pillar pillar;
     pillar.set_side_m(side);
     if (free_standing) {  // Off the middle, so that tables find their place.

@@ -19,7 +19,7 @@ constexpr double kGap_m = 0.008;
 constexpr double kSillBoard_m = 0.1;  // Sill boards reach into the room.
 constexpr double kEdge_m = 0.01;
 constexpr double kHeadroom_m = 0.03;
-constexpr int kTries = 24;
+constexpr int kThingTries = 24;
 constexpr int kModels = 5;
 
 // A thing on a bearer, bearer frame.
@@ -290,7 +290,7 @@ class Filler {
 
   absl::Status AddLoose(Task& task, std::vector<SmallThing>& things) {
     Bearer& bearer = bearers_[task.bearer];
-    for (int k = 0; k < kTries; ++k) {
+    for (int k = 0; k < kThingTries; ++k) {
       if (k % 6 == 0) {
         ASSIGN_OR_RETURN(current_, DrawThing(task));
       }
@@ -315,7 +315,7 @@ class Filler {
     Bearer& bearer = bearers_[task.bearer];
     const Box3f& box = bearer.own().asset->bounds;
     const Vec2d low = box.min().head<2>().cast<double>(), high = box.max().head<2>().cast<double>();
-    for (int k = 0; k < kTries; ++k) {
+    for (int k = 0; k < kThingTries; ++k) {
       if (k % 6 == 0) {
         ASSIGN_OR_RETURN(current_, DrawThing(task));
       }

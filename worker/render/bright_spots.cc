@@ -9,8 +9,8 @@
 namespace parallax {
 namespace {
 
-constexpr float kCube_m = 0.3f;  // A spot is a cube's face.
-constexpr float kFewest = 4;     // Looks at a place before it is believed.
+constexpr float kSpotCube_m = 0.3f;  // A spot is a cube's face.
+constexpr float kFewest = 4;         // Looks at a place before it is believed.
 // Part of a room's scattered light that the spots must give: with less, looking for them costs more
 // than it helps.
 constexpr double kLeastLight = 0.08;
@@ -18,7 +18,7 @@ constexpr float kMostShare = 0.1f;
 constexpr float kLeastShare = 0.02f;  // Less is not worth the looking.
 
 uint64_t KeyOf(const Vec3f& position, const Vec3f& normal) {
-  const Eigen::Array3i cube = (position / kCube_m).array().floor().cast<int>();
+  const Eigen::Array3i cube = (position / kSpotCube_m).array().floor().cast<int>();
   int axis = 0;
   normal.cwiseAbs().maxCoeff(&axis);
   const uint64_t face = static_cast<uint64_t>(2 * axis + (normal[axis] < 0.0f ? 1 : 0));
@@ -58,7 +58,7 @@ void BrightSpots::Learn() {
     const int lane = static_cast<int>(i % kLanes);
     center_[group].Set(lane, sum.positions / sum.count);
     normal_[group].Set(lane, sum.normals.normalized());
-    strength_[group][lane] = places[i].first * Square(kCube_m);
+    strength_[group][lane] = places[i].first * Square(kSpotCube_m);
     theirs += places[i].first;
   }
   const auto others = static_cast<double>(sums_.size() - count);

@@ -8,7 +8,7 @@
 namespace parallax {
 namespace {
 
-constexpr float kCube_m = 0.6f;
+constexpr float kGainCube_m = 0.6f;
 constexpr int kMostCubes = 64;    // Along an axis.
 constexpr float kPrior = 16;      // Trials that what the whole room says counts for in a cell.
 constexpr float kLongest = 4.0f;  // Gains are cut here: a light's surface at hand is no rule.
@@ -16,7 +16,7 @@ constexpr float kLongest = 4.0f;  // Gains are cut here: a light's surface at ha
 }  // namespace
 
 LightGains::LightGains(const Box3f& box, size_t lights) : box_(box), lights_(lights) {
-  size_ = (box.sizes() / kCube_m).array().ceil().cast<int>().max(1).min(kMostCubes);
+  size_ = (box.sizes() / kGainCube_m).array().ceil().cast<int>().max(1).min(kMostCubes);
   sums_.resize(static_cast<size_t>(size_.prod()) * 6 * lights);
 }
 

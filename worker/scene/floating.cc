@@ -15,7 +15,7 @@ namespace parallax {
 namespace {
 
 // Most are turned down by comparing boxes, which costs nothing.
-constexpr int kTries = 600;
+constexpr int kFloatTries = 600;
 constexpr double kWallGap_m = 0.02;
 
 // Where middles of objects may be: the config's box, or all of `bounds`.
@@ -48,7 +48,7 @@ class FloatingPlacer {
                      const std::vector<std::string>& classes, size_t number) {
     ASSIGN_OR_RETURN(const Floater floater, Make(stream, classes));
     Rng poses = stream.Child("pose");
-    for (int k = 0; k < kTries; ++k) {
+    for (int k = 0; k < kFloatTries; ++k) {
       const std::optional<Pose> pose = Draft(poses, floater, number);
       if (!pose || !InBounds(floater.bounds, *pose) || !guard_.Allows(floater.bounds, *pose)) {
         continue;

@@ -8,8 +8,6 @@
 namespace parallax::kernel {
 namespace {
 
-constexpr float kTau = 6.28318530717959f;
-
 template <typename V>
 std::vector<V> SplineOf(const std::vector<V>& p, int steps, bool closed) {
   const int n = static_cast<int>(p.size());

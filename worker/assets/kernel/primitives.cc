@@ -9,8 +9,6 @@
 namespace parallax::kernel {
 namespace {
 
-constexpr float kTau = 2 * kPi;
-
 // Grid stations along one axis of a rounded box: bevel, flat, bevel.
 std::vector<float> Stations(float half, float radius, int bevel_steps, int pieces) {
   std::vector<float> out;

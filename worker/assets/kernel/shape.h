@@ -18,6 +18,7 @@
 namespace parallax::kernel {
 
 inline constexpr float kPi = 3.14159265358979f;
+inline constexpr float kTau = 2 * kPi;
 
 // A triangle or quad. `group` separates faces that get other slots (a book's cover and its pages).
 struct Face {

@@ -56,14 +56,6 @@ void AddSeedHead(Mesh& stalks, SheetGrower& ears, const GrassParams& p, Rng& rng
   }
 }
 
-Asset Finished(const std::vector<const Mesh*>& parts, uint64_t seed) {
-  AssetBuilder b(seed);
-  for (const Mesh* part : parts) {
-    if (!part->triangles.empty()) b.AddMesh(*part, Eigen::Affine3f::Identity());
-  }
-  return b.Finish(Anchor::kGround);
-}
-
 struct ReedParts {
   SheetGrower leaves, plumes;
   Mesh stems;
@@ -152,7 +144,7 @@ Asset MakeGrass(const GrassParams& p) {
     if (k % static_cast<int>(BladeStride()) == 0) (is_dry ? dry : green).Add(blades[form], place);
   }
   for (int k = 0; k < p.seed_heads; ++k) AddSeedHead(stalks, dry, p, rng);
-  return Finished({&green.mesh(), &dry.mesh(), &stalks}, p.seed);
+  return FinishMeshes({&green.mesh(), &dry.mesh(), &stalks}, p.seed);
 }
 
 Asset SampleGrassTuft(Rng& rng) {
@@ -203,7 +195,7 @@ Asset MakeReed(const ReedParams& p) {
   Rng rng(SceneSeed{p.seed}, "reed");
   ReedParts parts(p, rng);
   for (int k = 0; k < p.stems; ++k) AddReed(parts, p, k, rng);
-  return Finished({&parts.leaves.mesh(), &parts.plumes.mesh(), &parts.stems}, p.seed);
+  return FinishMeshes({&parts.leaves.mesh(), &parts.plumes.mesh(), &parts.stems}, p.seed);
 }
 
 Asset SampleReed(Rng& rng) {

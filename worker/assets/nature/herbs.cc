@@ -219,13 +219,8 @@ Asset MakeFlowerPlant(const FlowerParams& p) {
   FlowerParts parts(p, rng);
   AddLeafRosette(parts.leaves, 0.32f * p.height_m, rng.UniformInt(9, 16), rng);
   for (int k = 0; k < p.stems; ++k) AddFlower(parts, p, k, rng);
-  AssetBuilder b(p.seed);
-  const Mesh* const meshes[] = {&parts.stalks, &parts.leaves.mesh(), &parts.petals.mesh(),
-                                &parts.discs};
-  for (const Mesh* part : meshes) {
-    if (!part->triangles.empty()) b.AddMesh(*part, Eigen::Affine3f::Identity());
-  }
-  return b.Finish(Anchor::kGround);
+  return FinishMeshes({&parts.stalks, &parts.leaves.mesh(), &parts.petals.mesh(), &parts.discs},
+                      p.seed);
 }
 
 Asset SampleFlowerPlant(Rng& rng) {

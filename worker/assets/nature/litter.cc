@@ -26,14 +26,6 @@ LitterParams PatchOf(Rng& rng, double least_m, double most_m, int least, int mos
   return p;
 }
 
-Asset Finished(const std::vector<const Mesh*>& parts, uint64_t seed) {
-  AssetBuilder b(seed);
-  for (const Mesh* part : parts) {
-    if (!part->triangles.empty()) b.AddMesh(*part, Eigen::Affine3f::Identity());
-  }
-  return b.Finish(Anchor::kGround);
-}
-
 // A twig that lies: it wanders, forks, and rests on its ends.
 void AddTwig(Mesh& wood, const Vec3f& from, float turn, float length, float radius, int forks,
              Rng& rng) {
@@ -116,7 +108,7 @@ Asset MakeLeafLitter(const LitterParams& p) {
     place.length_m = Draw(rng, 0.05, 0.11);
     leaves.Add(forms[static_cast<size_t>(rng.UniformInt(0, 4) + (turned ? 5 : 0))], place);
   }
-  return Finished({&leaves.mesh()}, p.seed);
+  return FinishMeshes({&leaves.mesh()}, p.seed);
 }
 
 Asset SampleLeafLitter(Rng& rng) { return MakeLeafLitter(PatchOf(rng, 0.25, 0.55, 130, 260)); }
@@ -131,7 +123,7 @@ Asset MakeTwigs(const LitterParams& p) {
     const float turn = Draw(rng, 0, 2 * kPi), length = Draw(rng, 0.12, 0.5);
     AddTwig(wood, from, turn, length, radius, rng.UniformInt(0, 3), rng);
   }
-  return Finished({&wood}, p.seed);
+  return FinishMeshes({&wood}, p.seed);
 }
 
 Asset SampleTwigs(Rng& rng) { return MakeTwigs(PatchOf(rng, 0.2, 0.45, 9, 20)); }
@@ -152,7 +144,7 @@ Asset MakeCones(const LitterParams& p) {
     place.rotate(Eigen::AngleAxisf(tilt, Vec3f::UnitX()));
     AddCone(core, scales, place, length, open, rng);
   }
-  return Finished({&core, &scales.mesh()}, p.seed);
+  return FinishMeshes({&core, &scales.mesh()}, p.seed);
 }
 
 Asset SampleCones(Rng& rng) { return MakeCones(PatchOf(rng, 0.1, 0.3, 4, 11)); }
@@ -172,7 +164,7 @@ Asset MakeNeedlePatch(const LitterParams& p) {
                   {at, {std::cos(own), std::sin(own), rise}, {0.3f * side, 0.1f, 1}, length});
     }
   }
-  return Finished({&needles.mesh()}, p.seed);
+  return FinishMeshes({&needles.mesh()}, p.seed);
 }
 
 Asset SampleNeedlePatch(Rng& rng) { return MakeNeedlePatch(PatchOf(rng, 0.15, 0.35, 260, 520)); }

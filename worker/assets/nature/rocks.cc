@@ -173,12 +173,6 @@ Eigen::Affine3f Turned(const Vec3f& at, float turn, float tilt, float tilt_to) {
   return place;
 }
 
-Asset Finished(const Mesh& mesh, uint64_t seed) {
-  AssetBuilder b(seed);
-  b.AddMesh(mesh, Eigen::Affine3f::Identity());
-  return b.Finish(Anchor::kGround);
-}
-
 MaterialSlot StoneSlot(uint64_t seed) {
   return Slot("stone", {seed % 5 < 3 ? "MossyRock" : "Rock", "MossyRock"});
 }
@@ -190,7 +184,7 @@ Asset MakeBoulder(const BoulderParams& p) {
   mesh.slots.push_back(StoneSlot(p.seed));
   Rng rng(SceneSeed{p.seed}, "boulder");
   AddStone(mesh, p.form, 0, Eigen::Affine3f::Identity(), rng);
-  return Finished(mesh, p.seed);
+  return FinishMeshes({&mesh}, p.seed);
 }
 
 Asset SampleBoulder(Rng& rng) {
@@ -244,7 +238,7 @@ Asset MakeRockPile(const RockPileParams& p) {
     const float drop = LowestFrom(mesh, first) - up;
     for (size_t i = first; i < mesh.positions.size(); ++i) mesh.positions[i].z() -= drop;
   }
-  return Finished(mesh, p.seed);
+  return FinishMeshes({&mesh}, p.seed);
 }
 
 Asset SampleRockPile(Rng& rng) {
@@ -276,7 +270,7 @@ Asset MakePebbles(const PebblesParams& p) {
     const float drop = LowestFrom(mesh, first);
     for (size_t i = first; i < mesh.positions.size(); ++i) mesh.positions[i].z() -= drop;
   }
-  return Finished(mesh, p.seed);
+  return FinishMeshes({&mesh}, p.seed);
 }
 
 Asset SamplePebbles(Rng& rng) {

@@ -86,7 +86,7 @@ std::string FrameName(const DatasetFrame& frame) {
   return frame.variant + place;
 }
 
-absl::StatusOr<Benchmark> Open(const std::string& dir) {
+absl::StatusOr<Benchmark> OpenArchive(const std::string& dir) {
   ASSIGN_OR_RETURN(const Dataset dataset, ReadDataset(dir));
   Benchmark benchmark;
   benchmark.headline = {.measure = BadAt(2), .region = "nocc"};
@@ -125,7 +125,7 @@ void AddArchive(std::vector<BenchmarkKind>& kinds) {
                    .description = "A dataset of Parallax, frames that pass its filters: bad-2, not "
                                   "occluded; errors by class and material",
                    .layout = "PATH: what `parallax run` or `fetch` wrote, or one of its variants",
-                   .open = Open,
+                   .open = OpenArchive,
                    .takes_path = true});
 }
 

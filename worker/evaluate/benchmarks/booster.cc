@@ -7,7 +7,7 @@
 namespace parallax {
 namespace {
 
-constexpr int kPairs = 228;
+constexpr int kBoosterPairs = 228;
 constexpr int kShrink = 4;
 constexpr int kMaterialClasses = 4;  // 3: transparent or mirror.
 
@@ -38,7 +38,7 @@ absl::StatusOr<PairTruth> ReadBoosterTruth(const BoosterFiles& files) {
   return truth;
 }
 
-absl::StatusOr<Benchmark> Open(const std::string& dir) {
+absl::StatusOr<Benchmark> OpenBooster(const std::string& dir) {
   ASSIGN_OR_RETURN(const std::string root,
                    FindFolder(dir, {"Booster/train/balanced", "booster/train/balanced",
                                     "Booster/booster_gt/train/balanced",
@@ -53,7 +53,7 @@ absl::StatusOr<Benchmark> Open(const std::string& dir) {
       "Booster's benchmark at Q: pictures reduced to a quarter, truth every 4th pixel and divided "
       "by "
       "4, all pixels, mean over images; 'class3' is transparent or mirror";
-  benchmark.pairs_published = kPairs;
+  benchmark.pairs_published = kBoosterPairs;
   std::vector<std::string> files;
   for (const std::string& scene : SubFolders(root)) {
     const std::string at = root + "/" + scene + "/";
@@ -84,7 +84,7 @@ void AddBooster(std::vector<BenchmarkKind>& kinds) {
                                   "resolution: bad-2, all pixels",
                    .layout = "Booster/train/balanced/SCENE/{camera_00,camera_02}/im*.png, "
                              "disp_00.npy, mask_00.png, mask_cat.png",
-                   .open = Open});
+                   .open = OpenBooster});
 }
 
 }  // namespace parallax

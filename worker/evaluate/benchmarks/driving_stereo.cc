@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kPairs = 200;
+constexpr size_t kDrivingStereoPairs = 200;
 constexpr char kTruthName[] = "disparity-map";
 
 // `path`, which names a disparity map, with `name` in all places instead. The archives are unpacked
@@ -50,7 +50,7 @@ std::string PictureOf(const std::string& path) {
 // The paper's own choice is not published: this one is the same for everybody.
 std::vector<std::string> FixedSubset(std::vector<std::string> paths) {
   Rng(SceneSeed{0}, "evaluate/driving_stereo").Shuffle(paths);
-  if (paths.size() > kPairs) paths.resize(kPairs);
+  if (paths.size() > kDrivingStereoPairs) paths.resize(kDrivingStereoPairs);
   std::sort(paths.begin(), paths.end());
   return paths;
 }
@@ -61,7 +61,7 @@ absl::StatusOr<PairTruth> ReadDrivingTruth(const std::string& path) {
   return truth;
 }
 
-absl::StatusOr<Benchmark> Open(const std::string& dir) {
+absl::StatusOr<Benchmark> OpenDrivingStereo(const std::string& dir) {
   ASSIGN_OR_RETURN(const std::string root,
                    FindFolder(dir, {"DrivingStereo", "drivingstereo", "driving_stereo"}));
   Benchmark benchmark;
@@ -70,7 +70,7 @@ absl::StatusOr<Benchmark> Open(const std::string& dir) {
   benchmark.mimics =
       "OpenStereo at half resolution (all pixels with truth, mean over images); 200 test pairs "
       "drawn once with a fixed seed; the set has no map of occlusion";
-  benchmark.pairs_published = kPairs;
+  benchmark.pairs_published = kDrivingStereoPairs;
   std::vector<std::string> files;
   for (const std::string& truth : FixedSubset(FindTruth(root))) {
     BenchmarkPair pair;
@@ -92,7 +92,7 @@ void AddDrivingStereo(std::vector<BenchmarkKind>& kinds) {
                    .description = "DrivingStereo, 200 test pairs at half resolution: bad-3",
                    .layout = "DrivingStereo/test-{left-image,right-image,disparity-map}/"
                              "{left-image,right-image,disparity-map}-half-size/*",
-                   .open = Open});
+                   .open = OpenDrivingStereo});
 }
 
 }  // namespace parallax

@@ -5,9 +5,9 @@
 namespace parallax {
 namespace {
 
-constexpr int kPairs = 27;
+constexpr int kEth3dPairs = 27;
 
-absl::StatusOr<Benchmark> Open(const std::string& dir) {
+absl::StatusOr<Benchmark> OpenEth3d(const std::string& dir) {
   ASSIGN_OR_RETURN(
       const std::string images,
       FindFolder(dir, {"ETH3D/two_view_training", "eth3d/two_view_training", "two_view_training"}));
@@ -22,7 +22,7 @@ absl::StatusOr<Benchmark> Open(const std::string& dir) {
   benchmark.mimics =
       "RAFT-Stereo evaluate_stereo.py (all pixels with truth, mean over images); 'nocc' is the "
       "benchmark's own table";
-  benchmark.pairs_published = kPairs;
+  benchmark.pairs_published = kEth3dPairs;
   std::vector<std::string> files;
   for (const std::string& scene : SubFolders(images)) {
     const std::string at = images + "/" + scene + "/";
@@ -45,7 +45,7 @@ void AddEth3d(std::vector<BenchmarkKind>& kinds) {
                    .description = "ETH3D two-view, 27 training pairs: bad-1, all pixels",
                    .layout = "ETH3D/two_view_training/SCENE/{im0,im1}.png, "
                              "two_view_training_gt/SCENE/{disp0GT.pfm,mask0nocc.png}",
-                   .open = Open});
+                   .open = OpenEth3d});
 }
 
 }  // namespace parallax

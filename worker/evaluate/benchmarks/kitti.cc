@@ -70,7 +70,7 @@ absl::StatusOr<std::vector<BenchmarkPair>> FindPairs(const std::string& root, co
   return pairs;
 }
 
-Benchmark Judged(int pairs_published) {
+Benchmark KittiJudged(int pairs_published) {
   Benchmark benchmark;
   benchmark.headline = {.measure = BadAt(3), .pooled = true};
   benchmark.figures = {{.measure = BadAt(3), .region = "nocc", .pooled = true},
@@ -99,7 +99,7 @@ absl::StatusOr<Benchmark> Open2012(const std::string& dir) {
     year.left = "image_0";
     year.right = "image_1";
   }
-  Benchmark benchmark = Judged(194);
+  Benchmark benchmark = KittiJudged(194);
   benchmark.mimics += "; the devkit's own figure is bad-3 nocc, mean over images";
   ASSIGN_OR_RETURN(benchmark.pairs, FindPairs(root, year));
   return benchmark;
@@ -115,7 +115,7 @@ absl::StatusOr<Benchmark> Open2015(const std::string& dir) {
                      .noc = "disp_noc_0",
                      .objects = "obj_map"};
   ASSIGN_OR_RETURN(const std::string root, FindFolder(dir, year.roots));
-  Benchmark benchmark = Judged(200);
+  Benchmark benchmark = KittiJudged(200);
   benchmark.mimics += "; the devkit's own figure is d1, pooled";
   ASSIGN_OR_RETURN(benchmark.pairs, FindPairs(root, year));
   return benchmark;

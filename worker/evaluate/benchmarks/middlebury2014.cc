@@ -17,7 +17,7 @@ constexpr std::array<const char*, 13> kHeldOut = {
     "Backpack", "Bicycle1", "Cable",   "Classroom1", "Couch",  "Flowers", "Mask",
     "Shopvac",  "Sticks",   "Storage", "Sword1",     "Sword2", "Umbrella"};
 
-Benchmark Judged(int pairs_published) {
+Benchmark Middlebury2014Judged(int pairs_published) {
   Benchmark benchmark;
   benchmark.headline = {.measure = BadAt(2), .region = "nocc"};
   benchmark.figures = {{.measure = BadAt(2)},
@@ -36,7 +36,7 @@ absl::StatusOr<Benchmark> OpenEvaluation(const std::string& dir, const std::stri
   ASSIGN_OR_RETURN(const std::string root,
                    FindFolder(dir, {"Middlebury/" + folder, "middlebury/" + folder, folder,
                                     "training" + resolution}));
-  Benchmark benchmark = Judged(kEvaluationPairs);
+  Benchmark benchmark = Middlebury2014Judged(kEvaluationPairs);
   std::vector<std::string> files;
   for (const std::string& scene : SubFolders(root)) {
     const std::string at = root + "/" + scene + "/";
@@ -63,7 +63,7 @@ absl::StatusOr<Benchmark> OpenSets(const std::string& dir, bool held_out) {
   ASSIGN_OR_RETURN(const std::string root,
                    FindFolder(dir, {"Middlebury/2014", "middlebury/2014", "Middlebury/scenes2014",
                                     "scenes2014", "2014"}));
-  Benchmark benchmark = Judged(held_out ? static_cast<int>(kHeldOut.size()) : kSets);
+  Benchmark benchmark = Middlebury2014Judged(held_out ? static_cast<int>(kHeldOut.size()) : kSets);
   std::vector<std::string> files;
   for (const std::string& scene : SubFolders(root)) {
     if (!scene.ends_with("-perfect") || (held_out && !IsHeldOut(scene))) continue;

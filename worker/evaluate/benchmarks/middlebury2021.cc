@@ -5,9 +5,9 @@
 namespace parallax {
 namespace {
 
-constexpr int kPairs = 24;
+constexpr int kMiddlebury2021Pairs = 24;
 
-absl::StatusOr<Benchmark> Open(const std::string& dir) {
+absl::StatusOr<Benchmark> OpenMiddlebury2021(const std::string& dir) {
   ASSIGN_OR_RETURN(
       const std::string root,
       FindFolder(dir, {"Middlebury/2021/data", "Middlebury/2021/all/data", "middlebury/2021/data",
@@ -18,7 +18,7 @@ absl::StatusOr<Benchmark> Open(const std::string& dir) {
       {.measure = BadAt(2), .region = "nocc"}, {.measure = kEpeMeasure}, {.measure = BadAt(1)}};
   benchmark.mimics =
       "StereoAnywhere's test (all pixels with truth, mean over images); 'nocc' by disp0 and disp1";
-  benchmark.pairs_published = kPairs;
+  benchmark.pairs_published = kMiddlebury2021Pairs;
   std::vector<std::string> files;
   for (const std::string& scene : SubFolders(root)) {
     const std::string at = root + "/" + scene + "/";
@@ -39,7 +39,7 @@ void AddMiddlebury2021(std::vector<BenchmarkKind>& kinds) {
   kinds.push_back({.name = "middlebury2021",
                    .description = "Middlebury 2021 (mobile), 24 pairs: bad-2, all pixels",
                    .layout = "Middlebury/2021/data/SCENE/{im0,im1}.png, disp0.pfm, disp1.pfm",
-                   .open = Open});
+                   .open = OpenMiddlebury2021});
 }
 
 }  // namespace parallax

@@ -17,7 +17,7 @@ std::string FirstOf(const std::string& at, const std::vector<std::string>& names
   return "";
 }
 
-absl::StatusOr<Benchmark> Open(const std::string& dir) {
+absl::StatusOr<Benchmark> OpenPairFolder(const std::string& dir) {
   std::error_code error;
   if (!fs::is_directory(dir, error)) {
     return MakeError(absl::StatusCode::kNotFound, dir + ": no such folder");
@@ -58,7 +58,7 @@ void AddPairFolder(std::vector<BenchmarkKind>& kinds) {
   kinds.push_back({.name = "folder",
                    .description = "Your own pairs in Middlebury's layout: bad-2, all pixels",
                    .layout = "PATH/PAIR/{im0,im1}.png, disp0GT.pfm, [mask0nocc.png | disp1GT.pfm]",
-                   .open = Open,
+                   .open = OpenPairFolder,
                    .takes_path = true});
 }
 

@@ -43,7 +43,7 @@ std::string PairName(int index, const std::string& left) {
   return name;
 }
 
-absl::StatusOr<Benchmark> Open(const std::string& path) {
+absl::StatusOr<Benchmark> OpenPairList(const std::string& path) {
   ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
   const fs::path base = fs::absolute(path).parent_path();
   const auto absolute = [&](const std::string& file) {
@@ -90,7 +90,7 @@ void AddPairList(std::vector<BenchmarkKind>& kinds) {
                    .description = "Your own pairs, one a line: bad-2, all pixels",
                    .layout = "PATH: lines `left right disparity [mask]`, relative to it; disparity "
                              ".pfm, .npy, .exr or 16-bit .png (x256); mask 255 visible, 0 left out",
-                   .open = Open,
+                   .open = OpenPairList,
                    .takes_path = true});
 }
 

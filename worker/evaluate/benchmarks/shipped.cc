@@ -26,7 +26,7 @@ absl::StatusOr<PairTruth> ReadShippedTruth(const std::string& path) {
   return truth;
 }
 
-absl::StatusOr<Benchmark> Open(const std::string& dir) {
+absl::StatusOr<Benchmark> OpenShipped(const std::string& dir) {
   ASSIGN_OR_RETURN(const std::string root, FindShipped(dir));
   const std::string at = root + "/motorcycle_";
   RETURN_IF_ERROR(RequireFiles({at + "left.png", at + "right.png", at + "disp.npy"}));
@@ -50,7 +50,7 @@ void AddShipped(std::vector<BenchmarkKind>& kinds) {
                    .description = "Motorcycle (Middlebury 2014, 741x500) as scikit-image ships it: "
                                   "bad-2, all pixels",
                    .layout = "shipped/motorcycle_{left.png,right.png,disp.npy}",
-                   .open = Open});
+                   .open = OpenShipped});
 }
 
 }  // namespace parallax

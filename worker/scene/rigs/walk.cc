@@ -12,11 +12,11 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kKey_m = 3;  // Between the points that a walk leads through.
-constexpr int kProbesX = 16, kProbesY = 9;
-constexpr double kFar_m = 5;                      // The stricter filter of the study.
-constexpr double kClose_m = 1, kMaxClose = 0.05;  // Share of a view that may be nearer.
-constexpr double kSteepest = 0.5;                 // Rise over run under the feet.
-constexpr double kMaxOneDistance = 0.9;           // Share of a view within a tenth of one depth.
+constexpr int kWalkProbesX = 16, kWalkProbesY = 9;
+constexpr double kFar_m = 5;                              // The stricter filter of the study.
+constexpr double kWalkClose_m = 1, kWalkMaxClose = 0.05;  // Share of a view that may be nearer.
+constexpr double kSteepest = 0.5;                         // Rise over run under the feet.
+constexpr double kMaxOneDistance = 0.9;  // Share of a view within a tenth of one depth.
 
 // Catmull-Rom through keys; `at` in keys.
 double Smooth(const std::vector<double>& keys, double at) {
@@ -40,20 +40,20 @@ View Look(const RayScene& solid, const Vec3f& eye, const Mat3f& axes, double fov
   View view;
   const double half_x = std::tan(fov_rad / 2), half_y = half_x * aspect;
   std::vector<double> logs;
-  for (int y = 0; y < kProbesY; ++y) {
-    for (int x = 0; x < kProbesX; ++x) {
+  for (int y = 0; y < kWalkProbesY; ++y) {
+    for (int x = 0; x < kWalkProbesX; ++x) {
       // The outermost probes are at the picture's border.
-      const Vec3f local(static_cast<float>(half_x * (2.0 * x / (kProbesX - 1) - 1)),
-                        static_cast<float>(half_y * (2.0 * y / (kProbesY - 1) - 1)), 1);
+      const Vec3f local(static_cast<float>(half_x * (2.0 * x / (kWalkProbesX - 1) - 1)),
+                        static_cast<float>(half_y * (2.0 * y / (kWalkProbesY - 1) - 1)), 1);
       const auto hit = solid.Intersect(eye, axes * local);
       if (!hit) continue;
       const auto depth = static_cast<double>(hit->distance);
       view.nearest_m = std::min(view.nearest_m, depth);
-      view.close += depth < kClose_m;
+      view.close += depth < kWalkClose_m;
       logs.push_back(std::log(std::max(depth, 0.01)));
     }
   }
-  constexpr double kCount = kProbesX * kProbesY;
+  constexpr double kCount = kWalkProbesX * kWalkProbesY;
   view.sky = 1 - static_cast<double>(logs.size()) / kCount;
   view.close /= kCount;
   if (logs.empty()) return view;
@@ -147,7 +147,7 @@ bool WalkFinder::Probe(const WalkLand& land, Walk& walk, std::string& reason) co
     const View view = Look(land.solid, frame.eye.cast<float>(), axes, walk.fov_rad, aspect);
     if (view.sky > walks_.max_sky_share()) return reason = "sky", false;
     if (view.nearest_m < rigs_.min_distance_m()) return reason = "near", false;
-    if (view.close > kMaxClose) return reason = "close", false;
+    if (view.close > kWalkMaxClose) return reason = "close", false;
     if (view.one_distance > kMaxOneDistance) return reason = "bare", false;
     far += view.nearest_m >= kFar_m;
     spread += view.log_std;

@@ -19,7 +19,7 @@
 namespace parallax {
 namespace {
 
-constexpr int kTries = 60;
+constexpr int kDenseTries = 60;
 // Middles may lie this far (of half an image) outside of the view.
 constexpr double kMargin = 0.12;
 
@@ -124,7 +124,7 @@ class DenseDresser {
     for (size_t i = 0; i < objects_.size(); ++i) {
       Rng rng = root.Child("object", i);
       Placed thing;
-      for (int k = 0; k < kTries; ++k) {
+      for (int k = 0; k < kDenseTries; ++k) {
         thing = Draft(rng, view, i);
         if (config_.floating().allow_intersections() || IsFree(thing, placed)) break;
       }
@@ -181,7 +181,7 @@ class DenseDresser {
     LightPlace light;
     light.whiteness = rng.Uniform();
     light.radius_m = 0.015 * distance;
-    for (int k = 0; k < kTries; ++k) {
+    for (int k = 0; k < kDenseTries; ++k) {
       const double x = rng.Uniform(-2, 2), y = rng.Uniform(-2, 2);
       light.position = view.eye + distance * view.Direction(x, y);
       const bool inside = std::any_of(placed.begin(), placed.end(), [&](const Placed& thing) {

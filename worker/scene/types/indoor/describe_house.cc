@@ -11,7 +11,7 @@ std::string Metres(double value) {
   return buffer;
 }
 
-std::string SizeOf(const v1::Room& room) {
+std::string SizeText(const v1::Room& room) {
   return Metres(room.width_m()) + " x " + Metres(room.depth_m()) + " x " + Metres(room.height_m()) +
          " m";
 }
@@ -37,11 +37,11 @@ SceneDescription DescribeHouse(const v1::Scene& scene) {
   const v1::Room& first = house.rooms(0);
   description.kind = first.kind();
   if (!(first.width_m() > 0 && first.depth_m() > 0)) return description;
-  description.lines.push_back(first.kind() + " " + SizeOf(first) +
+  description.lines.push_back(first.kind() + " " + SizeText(first) +
                               (house.ceiling_removed() ? ", ceiling removed" : ""));
   for (int i = 1; i < house.rooms_size(); ++i) {
     const v1::Room& other = house.rooms(i);
-    description.lines.push_back("  beside it: " + other.name() + " " + SizeOf(other) + " at " +
+    description.lines.push_back("  beside it: " + other.name() + " " + SizeText(other) + " at " +
                                 Metres(other.origin_x_m()) + " " + Metres(other.origin_y_m()) +
                                 " " + Metres(other.floor_z_m()));
   }

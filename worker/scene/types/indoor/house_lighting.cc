@@ -9,7 +9,7 @@ namespace parallax {
 namespace {
 
 constexpr double kLightGap_m = 0.12;
-constexpr int kTries = 60;
+constexpr int kLampTries = 60;
 
 // Anywhere in the first room above knee height, clear of everything.
 std::optional<LightPlace> FindPlace(const SceneInProgress& scene, Rng& rng) {
@@ -19,7 +19,7 @@ std::optional<LightPlace> FindPlace(const SceneInProgress& scene, Rng& rng) {
   light.radius_m = rng.Uniform(0.04, 0.09);
   light.whiteness = rng.Uniform();
   const auto reach = static_cast<float>(light.radius_m + kLightGap_m);
-  for (int k = 0; k < kTries; ++k) {
+  for (int k = 0; k < kLampTries; ++k) {
     const double z = rng.Uniform(0.2, 1.0) * size.z();
     const double y = rng.Uniform(0, size.y()), x = rng.Uniform(0, size.x());
     light.position = bounds.min() + Vec3d(x, y, z);

@@ -16,7 +16,7 @@ namespace parallax {
 namespace {
 
 constexpr int kArenas = 5;         // Parts of the land in which walks are looked for.
-constexpr int kTries = 160;        // In each.
+constexpr int kWalkTries = 160;    // In each.
 constexpr size_t kEnough = 7;      // Walks to choose the best from, for each that is wanted.
 constexpr double kAround_m = 380;  // The site's ground is at its finest there.
 constexpr float kNearby_m = 1.5f;
@@ -50,7 +50,7 @@ class WalkRigs {
       const WalkLand land{[&](const Vec2f& p) { return terrain->Height(p, 0.15f); }, *solid, middle,
                           walks_ > 1 ? 60.0f : 28.0f};
       std::vector<Walk> found;
-      for (int i = 0; i < kTries && found.size() < kEnough * static_cast<size_t>(walks_); ++i) {
+      for (int i = 0; i < kWalkTries && found.size() < kEnough * static_cast<size_t>(walks_); ++i) {
         if (cancel.cancelled()) return absl::CancelledError("solve: cancelled");
         auto walk = finder.Try(land, rng.Child("try", static_cast<uint64_t>(i)), fov);
         if (walk) found.push_back(*std::move(walk));

@@ -1,26 +1,46 @@
 #!/usr/bin/env python3
-"""The manifests by the schemas of Kubernetes, strictly (an unknown field is an error), and what they must agree on.
+"""The manifests by the schemas of Kubernetes, strictly (an unknown field is an error), what they must agree on, and
+what kustomize makes of all components together.
 
-kubernetes_test.py SOURCE_DIR     status 77: the schemas (PyPI: kubernetes-validate) are not installed"""
+kubernetes_test.py SOURCE_DIR     status 77: the schemas (PyPI: kubernetes-validate) or kubectl are not installed"""
 
+import shutil
+import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import yaml
 
 FOLDER = Path(sys.argv[1]) / "deploy/kubernetes"
 NEWEST, OLDEST = "1.37", "1.29"
+# Kinds that operators bring; the schemas know nothing of them.
+OPERATORS = ("keda.sh/", "cert-manager.io/", "monitoring.coreos.com/")
 
 
 def documents():
-    for path in sorted(FOLDER.glob("*.yaml")):
+    for path in sorted(FOLDER.rglob("*.yaml")):
         for document in yaml.safe_load_all(path.read_text()):
-            yield path.name, document
+            if not document["apiVersion"].startswith("kustomize"):
+                yield path.name, document
 
 
-def schema_errors(validate):
-    for name, document in documents():
-        if document["apiVersion"].startswith("keda.sh/"):
+def rendered():
+    """The objects of a farm with all components, as `kubectl kustomize` makes them. Fails like it."""
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copytree(FOLDER, f"{folder}/kubernetes")
+        farm = Path(folder, "farm")
+        farm.mkdir()
+        shutil.copy(FOLDER / "farm.example.yaml", farm / "kustomization.yaml")
+        made = subprocess.run(["kubectl", "kustomize", str(farm)], capture_output=True, text=True, timeout=60)
+        if made.returncode != 0:
+            raise SystemExit(made.stderr)
+        return list(yaml.safe_load_all(made.stdout))
+
+
+def schema_errors(validate, objects):
+    for name, document in objects:
+        if document["apiVersion"].startswith(OPERATORS):
             continue
         for version in (NEWEST, OLDEST):
             try:
@@ -48,28 +68,69 @@ def disagreements():
     for probe in ("startupProbe", "readinessProbe", "livenessProbe"):
         if probe not in coordinator:
             yield f"the coordinator has no {probe}"
-    arguments = workers["spec"]["containers"][0]["args"]
+    worker = workers["spec"]["containers"][0]
+    arguments = worker["args"]
+    listened = int(arguments[arguments.index("--health") + 1].rpartition(":")[2])
+    for probe in ("startupProbe", "readinessProbe", "livenessProbe"):
+        if worker.get(probe, {}).get("grpc", {}).get("port") != listened:
+            yield f"the worker's {probe} does not ask at its --health"
+    rules = yaml.safe_load((Path(sys.argv[1]) / "deploy/dashboards/alerts.yml").read_text())
+    if found["PrometheusRule", "parallax"]["spec"] != rules:
+        yield "monitoring/alerts.yaml is not deploy/dashboards/alerts.yml"
+    service = found["Service", "parallax-coordinator"]
+    monitor = found["ServiceMonitor", "parallax"]["spec"]
+    if not monitor["selector"]["matchLabels"].items() <= service["metadata"]["labels"].items():
+        yield "the ServiceMonitor selects no service"
+    if not {end["port"] for end in monitor["endpoints"]} <= {port["name"] for port in service["spec"]["ports"]}:
+        yield "the ServiceMonitor scrapes a port that the service does not have"
     grace_s = int(arguments[arguments.index("--grace") + 1])
     if grace_s >= workers["spec"]["terminationGracePeriodSeconds"]:
         yield f"workers are killed before their grace of {grace_s} s is over"
 
 
+def farm_errors(objects):
+    found = {(document["kind"], document["metadata"]["name"]): document for document in objects}
+    secrets = {found[key]["spec"]["secretName"] for key in found if key[0] == "Certificate"}
+    for kind, name in (("StatefulSet", "parallax-coordinator"), ("Deployment", "parallax-worker")):
+        pod = found[kind, name]["spec"]["template"]["spec"]
+        volume = next(volume for volume in pod["volumes"] if volume["name"] == "tls")
+        sources = volume.get("projected", {}).get("sources", [volume])
+        names = {source["secret"].get("name", source["secret"].get("secretName")) for source in sources}
+        if not names & secrets:
+            yield f"{name}: no Certificate makes one of its secrets {sorted(names)}"
+        if pod["containers"][0]["image"] != "registry.example/parallax:0.2.0":
+            yield f"{name}: the farm's registry is not named in its image"
+    credentials = found["ServiceMonitor", "parallax"]["spec"]["endpoints"][0]["authorization"]["credentials"]
+    if credentials["name"] != "coordinator-token":
+        yield "the ServiceMonitor takes its token from a secret that has none beside cert-manager's"
+    if "kueue.x-k8s.io/queue-name" not in found["Deployment", "parallax-worker"]["metadata"]["labels"]:
+        yield "the workers' deployment names no queue of Kueue"
+
+
 def main():
     errors = list(disagreements())
+    objects = list(documents())
+    kubectl = shutil.which("kubectl")
+    if kubectl:
+        farm = rendered()
+        errors += farm_errors(farm)
+        objects += [("farm.example.yaml", document) for document in farm]
     try:
         import kubernetes_validate
     except ImportError:
         kubernetes_validate = None
     if kubernetes_validate:
-        errors += schema_errors(kubernetes_validate)
+        errors += schema_errors(kubernetes_validate, objects)
     for error in errors:
         print(error)
     if errors:
         return 1
-    if not kubernetes_validate:
-        print("SKIPPED: the schemas; pip install kubernetes-validate brings them")
+    if not kubernetes_validate or not kubectl:
+        print("SKIPPED: " + "; ".join(
+            ([] if kubernetes_validate else ["the schemas (pip install kubernetes-validate brings them)"])
+            + ([] if kubectl else ["what kustomize makes of the components (needs kubectl)"])))
         return 77
-    print(f"{len(list(documents()))} objects fit Kubernetes {OLDEST} to {NEWEST}")
+    print(f"{len(objects)} objects fit Kubernetes {OLDEST} to {NEWEST}")
     return 0
 
 

@@ -78,6 +78,7 @@ class AgentImpl final : public Agent {
     names.worker = options_.name;
     ScopedLogContext scope(names);
     while (true) {
+      NoteHealth();
       if (link_.ConnectIsDue()) Connect();
       HandleMessages();
       link_.HandleEnd();
@@ -106,7 +107,19 @@ class AgentImpl final : public Agent {
   void Drain() override { Order(LeaveOrder::kDrain); }
   void HandBack() override { Order(LeaveOrder::kHandBack); }
 
+  WorkerHealth Health() const override {
+    std::lock_guard lock(mu_);
+    return {SecondsBetween(looked_, clock_.Steady()), ready_};
+  }
+
  private:
+  void NoteHealth() {
+    const bool ready = link_.IsWelcomed() && !departure_.leaving();
+    std::lock_guard lock(mu_);
+    looked_ = clock_.Steady();
+    ready_ = ready;
+  }
+
   void Wake() {
     std::lock_guard lock(mu_);
     WakeLocked();
@@ -393,10 +406,12 @@ class AgentImpl final : public Agent {
   const JobHandlers& handlers_;
   Clock& clock_;
 
-  std::mutex mu_;
+  mutable std::mutex mu_;
   std::condition_variable wake_;
   // Guarded by mu_.
   bool woken_ = false;
+  SteadyTime looked_ = clock_.Steady();  // When Run() last went round.
+  bool ready_ = false;
   LeaveOrder order_ = LeaveOrder::kStay;
 
   const std::unique_ptr<Outbox> outbox_;

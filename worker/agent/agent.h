@@ -18,6 +18,7 @@
 #include "common/base/version.h"
 #include "common/rpc/endpoint.h"
 #include "parallax/v1/service.pb.h"
+#include "worker/agent/health.h"
 #include "worker/agent/job_handler.h"
 #include "worker/agent/report_sender.h"
 
@@ -93,6 +94,8 @@ class Agent {
   virtual void DrainLong() = 0;
   // Ends Run() soon: hands back what runs.
   virtual void HandBack() = 0;
+
+  virtual WorkerHealth Health() const = 0;
 };
 
 }  // namespace parallax

@@ -17,6 +17,7 @@
 #include "common/base/names.h"
 #include "common/base/version.h"
 #include "worker/agent/agent.h"
+#include "worker/agent/health.h"
 #include "worker/agent/outbox.h"
 #include "worker/agent/signal_watch.h"
 
@@ -69,6 +70,7 @@ struct CommandLine {
   int64_t cache_gb = 20;
   bool insecure = false;
   std::string tls_dir;
+  std::string health;
   bool exit_when_orphaned = false;
   bool log_json = false;
   std::string log_level = "info";
@@ -183,6 +185,10 @@ void Declare(CLI::App& app, CommandLine& line) {
       ->envname("PARALLAX_TLS")
       ->type_name("DIR");
   app.add_flag("--insecure", line.insecure, "Allow an unencrypted connection to another machine");
+  app.add_option("--health", line.health,
+                 "HOST:PORT or unix:/path where probes ask by gRPC's health protocol whether the\n"
+                 "worker is `alive` and `ready`, for example 0.0.0.0:7090 (default: nowhere)")
+      ->type_name("ADDRESS");
   app.add_flag("--exit-when-orphaned", line.exit_when_orphaned, "End when the parent process dies");
   app.add_flag("--log-json", line.log_json, "One JSON object a log line");
   app.add_option("--log-level", line.log_level, "debug, info, warning or error (default info)");
@@ -310,6 +316,18 @@ int Work(const AgentOptions& options, const CommandLine& line, const JobHandlers
     agent = created->get();
     if (long_drain) agent->DrainLong();
     if (wanted > 0) wanted == 1 ? agent->Drain() : agent->HandBack();
+  }
+
+  std::unique_ptr<HealthServer> health;
+  if (!line.health.empty()) {
+    auto started = HealthServer::Start(line.health, [&created] { return (*created)->Health(); });
+    if (!started.ok()) {
+      std::lock_guard lock(mu);
+      agent = nullptr;
+      const bool bad_address = absl::IsInvalidArgument(started.status());
+      return Complain(started.status(), bad_address ? kWorkerUsage : kWorkerFailed);
+    }
+    health = *std::move(started);
   }
 
   LogInfo("worker starts", {{"coordinator", line.coordinator},

@@ -103,7 +103,7 @@ def farm_errors(objects):
     credentials = found["ServiceMonitor", "parallax"]["spec"]["endpoints"][0]["authorization"]["credentials"]
     if credentials["name"] != "coordinator-token":
         yield "the ServiceMonitor takes its token from a secret that has none beside cert-manager's"
-    if "kueue.x-k8s.io/queue-name" not in found["Deployment", "parallax-worker"]["metadata"]["labels"]:
+    if "kueue.x-k8s.io/queue-name" not in found["Deployment", "parallax-worker"]["metadata"].get("labels", {}):
         yield "the workers' deployment names no queue of Kueue"
 
 

@@ -1,6 +1,6 @@
 #include "worker/agent/health.h"
 
-#include <grpcpp/ext/health_check_service_server_builder_option.h>
+#include <grpcpp/generic/async_generic_service.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 
@@ -21,9 +21,10 @@ constexpr std::chrono::milliseconds kAskEvery{500};
 
 class HealthServerImpl final : public HealthServer {
  public:
-  HealthServerImpl(std::unique_ptr<grpc::Server> server, int port,
+  HealthServerImpl(std::unique_ptr<grpc::CallbackGenericService> others,
+                   std::unique_ptr<grpc::Server> server, int port,
                    std::function<WorkerHealth()> ask)
-      : server_(std::move(server)), port_(port), ask_(std::move(ask)) {
+      : others_(std::move(others)), server_(std::move(server)), port_(port), ask_(std::move(ask)) {
     Tell();
     asker_ = std::thread([this] {
       std::unique_lock lock(mu_);
@@ -53,6 +54,7 @@ class HealthServerImpl final : public HealthServer {
     service->SetServingStatus("ready", alive && health.ready);
   }
 
+  const std::unique_ptr<grpc::CallbackGenericService> others_;
   const std::unique_ptr<grpc::Server> server_;
   const int port_;
   const std::function<WorkerHealth()> ask_;
@@ -70,13 +72,17 @@ absl::StatusOr<std::unique_ptr<HealthServer>> HealthServer::Start(
   grpc::EnableDefaultHealthCheckService(true);
   grpc::ServerBuilder builder;
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  // A server with nothing but the health service would not start; this one refuses all else.
+  auto others = std::make_unique<grpc::CallbackGenericService>();
+  builder.RegisterCallbackGenericService(others.get());
   int port = 0;
   builder.AddListeningPort(where.ToString(), grpc::InsecureServerCredentials(), &port);
   std::unique_ptr<grpc::Server> server = builder.BuildAndStart();
   if (server == nullptr) {
     return absl::UnavailableError("can't listen on " + address + " for probes");
   }
-  return std::make_unique<HealthServerImpl>(std::move(server), port, std::move(ask));
+  return std::make_unique<HealthServerImpl>(std::move(others), std::move(server), port,
+                                            std::move(ask));
 }
 
 }  // namespace parallax

@@ -32,22 +32,6 @@ double ProcessCpuSeconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-struct Run {
-  v1::Lease lease;
-  AttemptFolder folder;
-  std::string coordinator_id;
-  CancelToken cancel;
-  SteadyTime started{};
-  // Guarded by Impl::mu_.
-  StopCause stop = StopCause::kNone;
-  double fraction = 0;
-  std::string stage;
-  JobFigures figures;
-  SteadyTime progressed{};  // When it last told its progress.
-  double cpu_s = 0;
-  bool working = false;
-};
-
 using Outcome = absl::StatusOr<JobOutcome>;
 
 bool SameAttempt(const v1::AttemptId& a, const v1::AttemptId& b) {
@@ -73,6 +57,22 @@ const char* CauseName(StopCause cause) {
 }  // namespace
 
 class JobSlots::Impl {
+  struct Run {
+    v1::Lease lease;
+    AttemptFolder folder;
+    std::string coordinator_id;
+    CancelToken cancel;
+    SteadyTime started{};
+    // Guarded by mu_.
+    StopCause stop = StopCause::kNone;
+    double fraction = 0;
+    std::string stage;
+    JobFigures figures;
+    SteadyTime progressed{};  // When it last told its progress.
+    double cpu_s = 0;
+    bool working = false;
+  };
+
  public:
   Impl(int slots, std::string worker, const JobHandlers& handlers, Clock& clock, ReportSink sink,
        std::function<void()> on_end)

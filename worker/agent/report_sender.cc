@@ -17,17 +17,17 @@ namespace {
 
 using Seconds = std::chrono::duration<double>;
 
-struct Entry {
-  Report report;
-  Backoff backoff;
-  SteadyTime due{};
-  bool leftover = false;
-  bool tried = false;
-};
-
 }  // namespace
 
 class ReportSender::Impl {
+  struct Entry {
+    Report report;
+    Backoff backoff;
+    SteadyTime due{};
+    bool leftover = false;
+    bool tried = false;
+  };
+
  public:
   Impl(const ReportSenderOptions& options, Outbox& outbox,
        v1::Coordinator::StubInterface& coordinator, Clock& clock, Rng rng,

@@ -13,7 +13,7 @@
 namespace parallax {
 namespace {
 
-enum Serving { kUnknown = 0, kServing = 1, kNotServing = 2 };
+enum Serving { kServing = 1, kNotServing = 2 };
 
 // One question as grpc.health.v1 puts it on the wire: HealthCheckRequest{1: service},
 // HealthCheckResponse{1: status}. -1: no answer; that of a service nobody has heard of, too.
@@ -44,7 +44,7 @@ int Probe(int port, const std::string& service) {
   for (const grpc::Slice& part : parts) {
     bytes.append(reinterpret_cast<const char*>(part.begin()), part.size());
   }
-  return bytes.size() == 2 && bytes[0] == 8 ? bytes[1] : kUnknown;
+  return bytes.size() == 2 && bytes[0] == 8 ? bytes[1] : 0;
 }
 
 int ProbeUntil(int port, const std::string& service, int wanted) {

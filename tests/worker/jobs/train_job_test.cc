@@ -21,7 +21,9 @@ std::string Message(const absl::Status& status) { return std::string(status.mess
 v1::TrainResult ResultOf(const absl::StatusOr<JobOutcome>& outcome) {
   v1::TrainResult result;
   EXPECT_TRUE(outcome.ok()) << outcome.status();
-  if (outcome.ok()) EXPECT_TRUE(result.ParseFromString(outcome->result));
+  if (outcome.ok()) {
+    EXPECT_TRUE(result.ParseFromString(outcome->result));
+  }
   return result;
 }
 

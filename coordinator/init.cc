@@ -7,10 +7,12 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <filesystem>
 
 #include "common/base/file.h"
 #include "common/rpc/certificate.h"
+#include "common/rpc/revocation.h"
 #include "common/store/store.h"
 
 namespace parallax {
@@ -32,9 +34,10 @@ struct FileToMake {
   std::string bytes;
 };
 
-// The folder with its files appears whole or not at all, private from its first moment.
+// The folder with its files appears whole or not at all, private from its first moment. `replace`:
+// in place of the one that is there.
 absl::Status MakeFolder(const std::string& dir, const std::string& name,
-                        const std::vector<FileToMake>& files) {
+                        const std::vector<FileToMake>& files, bool replace = false) {
   const std::string folder = dir + "/" + name;
   const std::string temporary = dir + "/.new-" + name;
   std::error_code error;
@@ -44,10 +47,13 @@ absl::Status MakeFolder(const std::string& dir, const std::string& name,
     RETURN_IF_ERROR(WritePrivate(temporary + "/" + file.name, file.bytes));
   }
   RETURN_IF_ERROR(SyncPath(temporary));
-  if (rename(temporary.c_str(), folder.c_str()) != 0) {
+  const unsigned flags = replace ? RENAME_EXCHANGE : RENAME_NOREPLACE;
+  if (renameat2(AT_FDCWD, temporary.c_str(), AT_FDCWD, folder.c_str(), flags) != 0) {
     return ErrnoError(errno, "make " + folder);
   }
-  return SyncPath(dir);
+  RETURN_IF_ERROR(SyncPath(dir));
+  if (replace) fs::remove_all(temporary, error);
+  return absl::OkStatus();
 }
 
 std::vector<FileToMake> IdentityFiles(const KeyPair& authority, const KeyPair& own) {
@@ -108,10 +114,21 @@ absl::Status Check(const InitOptions& options) {
         "/server is there already; remove it and run this again for a certificate with other "
         "hosts");
   }
-  if (has_server && options.issue.empty()) {
+  const bool has_more_to_do =
+      !options.issue.empty() || !options.renew.empty() || !options.revoke.empty();
+  if (has_server && !has_more_to_do) {
     return absl::AlreadyExistsError(dir +
                                     " has an authority and a server's certificate already; issue "
                                     "others with --issue ROLE NAME");
+  }
+  for (const auto* folders : {&options.revoke, &options.renew}) {
+    for (const std::string& folder : *folders) {
+      if (folder.find('/') == std::string::npos && Exists(dir + "/" + folder + "/tls.crt"))
+        continue;
+      return absl::NotFoundError(dir + " has no folder '" + folder +
+                                 "' with a certificate; folders are server, worker-NAME, "
+                                 "submitter-NAME, operator-NAME, read-only-NAME");
+    }
   }
   for (const auto& issue : options.issue) {
     if (!ParseRole(issue.first)) {
@@ -122,6 +139,46 @@ absl::Status Check(const InitOptions& options) {
       return absl::AlreadyExistsError(folder + " is there already; nothing was overwritten");
     }
   }
+  return absl::OkStatus();
+}
+
+absl::Status Revoke(const std::string& dir, const std::string& folder, std::ostream& out) {
+  ASSIGN_OR_RETURN(const std::string pem, ReadFile(dir + "/" + folder + "/tls.crt", 1 << 20));
+  ASSIGN_OR_RETURN(const CertificateFacts facts, ReadCertificate(pem));
+  const std::string list = dir + "/server/" + kRevokedFile;
+  ASSIGN_OR_RETURN(const auto revoked, RevokedCertificates::Open(list, Clock::System()));
+  if (!revoked->Contains(facts.sha256)) {
+    std::string text;
+    if (Exists(list)) {
+      ASSIGN_OR_RETURN(text, ReadFile(list, 16 << 20));
+    }
+    if (!text.empty() && text.back() != '\n') text += '\n';
+    RETURN_IF_ERROR(WriteFileAtomically(list, text + facts.sha256 + "  # " + folder + "\n"));
+  }
+  out << list << "  names the certificate of " << folder
+      << "; a coordinator that has this file refuses it from now on\n";
+  return absl::OkStatus();
+}
+
+// The same party with a new key and a new term. What else the folder holds stays.
+absl::Status Renew(const InitOptions& options, const std::string& folder, const KeyPair& authority,
+                   double now_s, std::ostream& out) {
+  const std::string place = options.dir + "/" + folder;
+  ASSIGN_OR_RETURN(const std::string pem, ReadFile(place + "/tls.crt", 1 << 20));
+  ASSIGN_OR_RETURN(const CertificateFacts facts, ReadCertificate(pem));
+  const CertificateOrder order{.name = facts.name, .now_unix_s = now_s, .days = options.days};
+  absl::StatusOr<KeyPair> own = facts.role ? IssueClient(authority, order, *facts.role)
+                                           : IssueServer(authority, order, facts.hosts);
+  RETURN_IF_ERROR(own.status());
+  std::vector<FileToMake> files = IdentityFiles(authority, *own);
+  for (const char* kept : {"http.token", kRevokedFile}) {
+    if (!Exists(place + "/" + kept)) continue;
+    ASSIGN_OR_RETURN(std::string bytes, ReadFile(place + "/" + kept, 16 << 20));
+    files.push_back({kept, std::move(bytes)});
+  }
+  RETURN_IF_ERROR(MakeFolder(options.dir, folder, files, /*replace=*/true));
+  out << place << "  renewed for " << options.days
+      << " days; whoever uses it reads it at its next start\n";
   return absl::OkStatus();
 }
 
@@ -182,6 +239,12 @@ absl::Status InitFarm(const InitOptions& options, Clock& clock, std::ostream& ou
   ASSIGN_OR_RETURN(const KeyPair authority, TakeAuthority(options, now_s, out));
   if (!Exists(options.dir + "/server")) {
     RETURN_IF_ERROR(MakeServer(options, authority, now_s, out));
+  }
+  for (const std::string& folder : options.revoke) {
+    RETURN_IF_ERROR(Revoke(options.dir, folder, out));
+  }
+  for (const std::string& folder : options.renew) {
+    RETURN_IF_ERROR(Renew(options, folder, authority, now_s, out));
   }
   for (const auto& issue : options.issue) {
     const Role role = *ParseRole(issue.first);

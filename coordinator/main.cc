@@ -26,13 +26,17 @@ with what they run and come back to the next start.
 constexpr char kInitFooter[] = R"(Examples:
   coordinator init farm-tls --host farm.example.org --issue worker pool --issue submitter ada
   coordinator init farm-tls --issue read-only dashboard      later, with the same authority
+  coordinator init farm-tls --renew server --renew worker-pool     before they expire; then restart
+  coordinator init farm-tls --revoke submitter-ada                 at once, no restart
 
   coordinator serve ... --listen 0.0.0.0:7070 --tls farm-tls/server
   worker --role all --coordinator farm.example.org:7070 --tls worker-pool
   parallax submit my-study.yaml --coordinator farm.example.org:7070 --tls submitter-ada
 
 Roles: worker does jobs; submitter submits studies and steers its own; operator steers all and reads the audit;
-read-only looks and fetches. Nothing is ever overwritten: remove a folder to have it made anew.
+read-only looks and fetches. Nothing is overwritten but by --renew.
+The list of revoked certificates is farm-tls/server/revoked: copy it to the coordinator's --tls folder if that is another
+one. Calls are checked as they begin; what a worker has under way ends when its connection does.
 )";
 
 struct CommandLine {
@@ -118,6 +122,15 @@ CLI::App* DeclareInit(CLI::App& app, InitOptions& options) {
                    "A certificate: role (worker, submitter, operator, read-only) and name; again "
                    "for more")
       ->type_name("ROLE NAME");
+  init->add_option("--renew", options.renew,
+                   "A folder of DIR (server, worker-NAME...): its certificate is made anew for the "
+                   "same party; again for more")
+      ->type_name("FOLDER");
+  init->add_option(
+          "--revoke", options.revoke,
+          "A folder of DIR: the coordinator refuses the certificate in it from now on; with "
+          "--renew the old one; again for more")
+      ->type_name("FOLDER");
   init->add_option("--days", options.days, "How long certificates are valid (default 398)")
       ->check(CLI::Range(0.01, 3650.0));
   init->footer(kInitFooter);

@@ -15,6 +15,7 @@
 #include <ctime>
 
 #include "common/base/file.h"
+#include "common/base/hash.h"
 #include "common/base/log.h"
 #include "common/base/names.h"
 #include "common/rpc/free_with.h"
@@ -231,6 +232,15 @@ absl::StatusOr<std::string> ReadPem(const std::string& dir, const char* name) {
 
 absl::Status Unusable(const std::string& message) { return absl::FailedPreconditionError(message); }
 
+std::string FingerprintOf(X509* certificate) {
+  unsigned char* der = nullptr;
+  const int size = i2d_X509(certificate, &der);
+  if (size < 0) return "";
+  const std::string bytes(reinterpret_cast<const char*>(der), static_cast<size_t>(size));
+  OPENSSL_free(der);
+  return Sha256Hex(bytes);
+}
+
 }  // namespace
 
 std::string DateAndTimeOf(double unix_s) {
@@ -285,6 +295,7 @@ absl::StatusOr<CertificateFacts> ReadCertificate(const std::string& pem) {
   }
   facts.not_before_unix_s = UnixSecondsOf(X509_get0_notBefore(certificate.get()));
   facts.not_after_unix_s = UnixSecondsOf(X509_get0_notAfter(certificate.get()));
+  facts.sha256 = FingerprintOf(certificate.get());
   return facts;
 }
 

@@ -29,6 +29,7 @@ struct CertificateFacts {
   std::vector<std::string> hosts;  // Of a server: names and addresses it may be reached by.
   double not_before_unix_s = 0;
   double not_after_unix_s = 0;
+  std::string sha256;  // Its fingerprint: of the DER form, lower-case hex.
 };
 
 // What a new certificate says. Valid from five minutes before `now_unix_s` (clocks differ) for

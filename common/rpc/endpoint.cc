@@ -118,6 +118,7 @@ RpcCaller CallerOf(const grpc::AuthContext& peer) {
   const auto facts = ReadCertificate(std::string(pem[0].begin(), pem[0].end()));
   if (!facts.ok()) return caller;
   caller.name = facts->name;
+  caller.sha256 = facts->sha256;
   caller.role = facts->role;
   return caller;
 }

@@ -64,6 +64,7 @@ void SetRpcTimeout(grpc::ClientContext& context, std::chrono::duration<double> t
 struct RpcCaller {
   bool has_certificate = false;
   std::string name;          // Of the certificate.
+  std::string sha256;        // Its fingerprint.
   std::optional<Role> role;  // Absent in a certificate that isn't for clients.
 
   bool Is(Role wanted) const { return !has_certificate || role == wanted; }

@@ -4,6 +4,7 @@
 #include <mutex>
 
 #include "common/rpc/endpoint.h"
+#include "common/rpc/revocation.h"
 #include "common/store/store.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/access.h"
@@ -52,8 +53,17 @@ class CoordinatorServerImpl final : public CoordinatorServer {
       ASSIGN_OR_RETURN(addresses.emplace_back(), ParseRpcAddress(text));
     }
     RETURN_IF_ERROR(artifacts_.Prepare());
-    ASSIGN_OR_RETURN(server_, RpcServer::Start(addresses, options.security,
-                                               {&service_, &artifacts_}, CheckAccess));
+    if (options.security.tls != nullptr) {
+      ASSIGN_OR_RETURN(revoked_,
+                       RevokedCertificates::Open(options.security.tls->dir + "/" + kRevokedFile,
+                                                 *options.clock));
+    }
+    ASSIGN_OR_RETURN(server_,
+                     RpcServer::Start(addresses, options.security, {&service_, &artifacts_},
+                                      [this](const RpcCaller& caller, std::string_view method) {
+                                        RETURN_IF_ERROR(CheckNotRevoked(caller));
+                                        return CheckAccess(caller, method);
+                                      }));
     return absl::OkStatus();
   }
 
@@ -82,12 +92,20 @@ class CoordinatorServerImpl final : public CoordinatorServer {
   }
 
  private:
+  absl::Status CheckNotRevoked(const RpcCaller& caller) const {
+    if (!caller.has_certificate || !revoked_->Contains(caller.sha256)) return absl::OkStatus();
+    return absl::UnauthenticatedError("the certificate of '" + caller.name +
+                                      "' is revoked; the farm's operator issues another one with "
+                                      "`coordinator init DIR --renew FOLDER`");
+  }
+
   JobQueue& queue_;
   TaskPool worker_pool_;
   TaskPool client_pool_;
   Dispatcher dispatcher_;
   CoordinatorService service_;
   ArtifactsService artifacts_;
+  std::unique_ptr<RevokedCertificates> revoked_;  // Present where callers have certificates.
   std::unique_ptr<RpcServer> server_;
   std::mutex shutdown_mu_;
   bool shut_down_ = false;  // Guarded by shutdown_mu_.

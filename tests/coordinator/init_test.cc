@@ -10,6 +10,7 @@
 
 #include "common/base/file.h"
 #include "common/rpc/certificate.h"
+#include "common/rpc/revocation.h"
 
 namespace parallax {
 namespace {
@@ -89,6 +90,48 @@ TEST_F(InitTest, NothingIsEverOverwritten) {
   fs::remove_all(options_.dir + "/server");
   ASSERT_TRUE(Init().ok());
   EXPECT_THAT((*Load("server"))->facts.hosts, Contains("other"));
+}
+
+TEST_F(InitTest, RenewedPartiesStayWhoTheyAre) {
+  options_.hosts = {"farm.example.org"};
+  options_.issue = {{"worker", "pool"}};
+  options_.days = 1;
+  ASSERT_TRUE(Init().ok());
+  const auto server = *Load("server"), pool = *Load("worker-pool");
+  const std::string token = *ReadFile(options_.dir + "/server/http.token");
+  options_.hosts = {};
+  options_.issue = {};
+  options_.days = 100;
+  options_.renew = {"server", "worker-pool"};
+  ASSERT_TRUE(Init().ok()) << Init();
+  const auto new_server = *Load("server"), new_pool = *Load("worker-pool");
+  EXPECT_EQ(new_server->facts.hosts, server->facts.hosts);
+  EXPECT_EQ(new_pool->facts.name, "pool");
+  EXPECT_EQ(new_pool->facts.role, Role::kWorker);
+  EXPECT_EQ(new_pool->ca_pem, pool->ca_pem);
+  EXPECT_GT(new_pool->facts.not_after_unix_s, pool->facts.not_after_unix_s + 90 * 86400);
+  EXPECT_NE(new_pool->facts.sha256, pool->facts.sha256);
+  EXPECT_NE(new_pool->own.key_pem, pool->own.key_pem);
+  EXPECT_EQ(*ReadFile(options_.dir + "/server/http.token"), token);
+  EXPECT_EQ(ModeOf("worker-pool"), 0700u);
+  EXPECT_FALSE(fs::exists(options_.dir + "/.new-worker-pool")) << "old keys stay nowhere";
+}
+
+TEST_F(InitTest, ARevokedCertificateIsListedAndOutlivesTheServersRenewal) {
+  options_.issue = {{"submitter", "ada"}};
+  ASSERT_TRUE(Init().ok());
+  const std::string old = (*Load("submitter-ada"))->facts.sha256;
+  options_.issue = {};
+  options_.revoke = {"submitter-ada"};
+  options_.renew = {"submitter-ada", "server"};
+  ASSERT_TRUE(Init().ok());
+  const auto revoked = RevokedCertificates::Open(options_.dir + "/server/revoked", Clock::System());
+  ASSERT_TRUE(revoked.ok()) << revoked.status();
+  EXPECT_TRUE((*revoked)->Contains(old));
+  EXPECT_FALSE((*revoked)->Contains((*Load("submitter-ada"))->facts.sha256));
+  EXPECT_EQ(*ReadFile(options_.dir + "/server/revoked"), old + "  # submitter-ada\n");
+  options_.revoke = {"submitter-eve"};
+  EXPECT_THAT(std::string(Init().message()), HasSubstr("has no folder 'submitter-eve'"));
 }
 
 TEST_F(InitTest, MistakesLeaveNothingBehind) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -217,6 +218,19 @@ TEST_F(SecureTest, EachRoleIsHeldToItsOwn) {
   std::vector<std::string> command = WorkerCommand(Tls("submitter-ada"));
   command.insert(command.end(), {"--log-level", "error"});
   ExpectLine(Run(command), 3, "Work is for the role worker");
+}
+
+TEST_F(SecureTest, ARevokedCertificateIsRefusedWithoutARestart) {
+  Init();
+  Serve({"--tls", Tls("server")});
+  EXPECT_EQ(Client({"status"}, Tls("submitter-ada")).exit, 0);
+  fs::copy(Tls("submitter-ada"), directory_ + "/stolen");
+  const Outcome init = Run({kCoordinator, "init", directory_ + "/tls", "--revoke", "submitter-ada",
+                            "--renew", "submitter-ada"});
+  ASSERT_EQ(init.exit, 0) << init.err;
+  usleep(1'100'000);  // The coordinator looks once a second.
+  ExpectLine(Client({"status"}, directory_ + "/stolen"), 2, "the certificate of 'ada' is revoked");
+  EXPECT_EQ(Client({"status"}, Tls("submitter-ada")).exit, 0);
 }
 
 TEST_F(SecureTest, AClientOrWorkerWithoutCertificateIsToldWhatToDo) {

@@ -21,6 +21,7 @@ WORKER_LEVELS = (
     ("layout",),
     ("scene",),
     ("render",),
+    ("sensor",),
     ("dataset",),
     ("catalogue", "train"),
     ("evaluate",),

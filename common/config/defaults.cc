@@ -11,6 +11,20 @@ using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using google::protobuf::Reflection;
 
+namespace {
+
+// A distribution without default stays absent, and so does a group none of whose fields has one.
+void ApplyToGroup(const FieldDescriptor& field, Message* message) {
+  const Reflection& reflection = *message->GetReflection();
+  if (IsDistribution(field)) return;
+  const bool present = reflection.HasField(*message, &field);
+  Message* group = reflection.MutableMessage(message, &field);
+  ApplyDefaults(group);
+  if (!present && group->ByteSizeLong() == 0) reflection.ClearField(message, &field);
+}
+
+}  // namespace
+
 void ApplyDefaults(Message* message) {
   const Reflection& reflection = *message->GetReflection();
   ConfigErrors errors;
@@ -20,7 +34,7 @@ void ApplyDefaults(Message* message) {
     const v1::FieldRule& rule = RuleOf(field);
     if (rule.default_yaml().empty()) {
       if (field.cpp_type() != FieldDescriptor::CPPTYPE_MESSAGE) continue;
-      if (!field.is_repeated()) ApplyDefaults(reflection.MutableMessage(message, &field));
+      if (!field.is_repeated()) ApplyToGroup(field, message);
       for (int item = 0; field.is_repeated() && item < reflection.FieldSize(*message, &field);
            ++item) {
         ApplyDefaults(reflection.MutableRepeatedMessage(message, &field, item));

@@ -4,6 +4,7 @@
 #include "common/base/names.h"
 #include "common/config/catalogue_names.h"
 #include "common/config/checks.h"
+#include "common/config/config.h"
 #include "common/config/field_rules.h"
 #include "common/config/limits.h"
 
@@ -165,6 +166,24 @@ void CheckItems(const Message& message, const std::string& path, const FieldDesc
   }
 }
 
+// What a sensor makes its pictures of must be kept.
+void CheckSensor(const v1::SceneConfig& config, const std::string& path, Findings* findings) {
+  const v1::SensorConfig& sensor = config.sensor();
+  if (sensor.preset().empty() || sensor.preset() == "off") return;
+  const auto& maps = config.render().maps();
+  const auto tell = [&](const char* field, std::string what) {
+    findings->push_back({Dotted(path, field), std::move(what)});
+  };
+  if (!config.render().keep_hdr()) {
+    tell("render.keep_hdr",
+         "false, but a sensor makes its pictures of what it keeps, allowed is true");
+  }
+  if (SupportOf(sensor.defocus_px()).high > 0 &&
+      std::find(maps.begin(), maps.end(), "depth") == maps.end()) {
+    tell("render.maps", "without depth, which sensor.defocus_px is worked out from");
+  }
+}
+
 }  // namespace
 
 void CheckFields(const Message& message, const std::string& path, Findings* findings) {
@@ -197,6 +216,7 @@ void CheckConfig(const v1::SceneConfig& config, const std::string& path, Finding
   const size_t before = findings->size();
   CheckFields(config, path, findings);
   if (findings->size() > before) return;  // Each number by itself first.
+  CheckSensor(config, path, findings);
   const v1::RigConfig& rigs = config.rigs();
   const int64_t pixels = int64_t{rigs.width_px()} * rigs.height_px();
   if (pixels > kMaxPixels) {

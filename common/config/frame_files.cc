@@ -20,6 +20,7 @@ std::vector<std::string> FrameFileNames(const v1::RenderConfig& render) {
     if (std::find(render.maps().begin(), render.maps().end(), map) == render.maps().end()) continue;
     for (const char* eye : {"_left", "_right"}) names.push_back(std::string(map) + eye + extension);
   }
+  if (render.keep_hdr()) names.insert(names.end(), {kLinearFiles[0], kLinearFiles[1]});
   std::sort(names.begin(), names.end());
   return names;
 }

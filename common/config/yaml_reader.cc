@@ -15,6 +15,7 @@
 #include "common/config/checks.h"
 #include "common/config/field_rules.h"
 #include "common/config/limits.h"
+#include "common/config/sensor_presets.h"
 
 namespace parallax::config_internal {
 namespace {
@@ -174,6 +175,12 @@ void YamlReader::Merge(const YAML::Node& node, Message* message, const std::stri
 
 void YamlReader::MergeFields(const YAML::Node& node, Message* message, const std::string& path) {
   const auto& type = *message->GetDescriptor();
+  if (auto* sensor = dynamic_cast<v1::SensorConfig*>(message); sensor != nullptr && node.IsMap()) {
+    // Before the fields beside it, wherever it stands among them.
+    if (const YAML::Node preset = node["preset"]; preset && preset.IsScalar()) {
+      TakeSensorPreset(preset.Scalar(), sensor);
+    }
+  }
   for (const auto& [name, value] : Entries(node, path)) {
     if (errors_->enough()) return;
     if (const FieldDescriptor* field = type.FindFieldByName(name)) {

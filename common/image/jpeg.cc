@@ -193,12 +193,15 @@ absl::Status WriteJpeg(const std::string& path, const ImageRgb8& image, int qual
   return WriteFile(path, bytes);
 }
 
+absl::StatusOr<ImageRgb8> DecodePictureRgb8(std::string_view bytes) {
+  if (IsPng(bytes)) return DecodeAnyPngAsRgb8(bytes);
+  if (bytes.substr(0, 2) == "\xff\xd8") return DecodeJpeg(bytes);
+  return absl::InvalidArgumentError("neither a PNG nor a JPEG: convert it to one of them");
+}
+
 absl::StatusOr<ImageRgb8> ReadPictureRgb8(const std::string& path) {
   ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
-  absl::StatusOr<ImageRgb8> image =
-      absl::InvalidArgumentError("neither a PNG nor a JPEG: convert it to one of them");
-  if (IsPng(bytes)) image = DecodeAnyPngAsRgb8(bytes);
-  if (bytes.substr(0, 2) == "\xff\xd8") image = DecodeJpeg(bytes);
+  absl::StatusOr<ImageRgb8> image = DecodePictureRgb8(bytes);
   if (!image.ok()) return WithContext(image.status(), path);
   return image;
 }

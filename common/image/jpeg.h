@@ -4,6 +4,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "common/base/status.h"
 #include "common/image/image.h"
@@ -16,5 +17,6 @@ absl::Status WriteJpeg(const std::string& path, const ImageRgb8& image, int qual
 
 // A PNG or JPEG, made 8-bit R G B and upright as its camera was held.
 absl::StatusOr<ImageRgb8> ReadPictureRgb8(const std::string& path);
+absl::StatusOr<ImageRgb8> DecodePictureRgb8(std::string_view bytes);
 
 }  // namespace parallax

@@ -310,6 +310,41 @@ TEST_F(RunTest, OtherFiltersRenderNothingAndRewriteTheVerdicts) {
   EXPECT_THAT(exported.Err(), HasSubstr("no pair is left (2 fail a filter"));
 }
 
+TEST_F(RunTest, AnotherSensorRendersNothingAndMakesOtherPictures) {
+  const std::string out = dir_ + "/out";
+  const auto with_sensor = [&](const std::string& preset) {
+    std::string text = kStudy;
+    const std::string render = "render: {profile: preview, samples_per_pixel: 1}";
+    for (size_t at = text.find(render); at != std::string::npos; at = text.find(render, at + 1)) {
+      text.replace(at, render.size(),
+                   "sensor: {preset: " + preset + "}\n" +
+                       "      render: {profile: preview, samples_per_pixel: 1, keep_hdr: true}");
+    }
+    std::ofstream(study_) << text;
+  };
+  const auto picture = [&] { return ReadText(out + "/narrow/frames/000000/000/left.png"); };
+  with_sensor("'off'");
+  EXPECT_EQ(Run(out)["pairs_rendered"], 4);
+  const auto truth = Content(out);
+  const std::string rendered = picture();
+  with_sensor("webcam");
+  Json report = Run(out);
+  EXPECT_EQ(report["state"], "succeeded");
+  EXPECT_EQ(report["pairs_rendered"], 0);
+  EXPECT_EQ(Content(out), truth);
+  const std::string webcam = picture();
+  EXPECT_NE(webcam, rendered);
+  Process verified({PARALLAX_BINARY, "verify", out});
+  EXPECT_EQ(verified.Wait(), 0) << verified.Out() << verified.Err();
+  // In a folder of its own nothing is known: the same pictures all the same.
+  const std::string fresh = dir_ + "/fresh";
+  EXPECT_EQ(Run(fresh)["pairs_rendered"], 4);
+  EXPECT_EQ(ReadText(fresh + "/narrow/frames/000000/000/left.png"), webcam);
+  with_sensor("'off'");
+  EXPECT_EQ(Run(out)["pairs_rendered"], 0);
+  EXPECT_EQ(picture(), rendered);
+}
+
 TEST_F(RunTest, WorkersThatCrashForEverEndTheRunWithTheirLog) {
   const std::string script = dir_ + "/worker.sh";
   std::ofstream(script) << "#!/bin/sh\necho the disk melted >&2\nexit 9\n";

@@ -22,6 +22,8 @@
 #include "common/store/store.h"
 #include "worker/dataset/archive_index.h"
 #include "worker/dataset/dataset_card.h"
+#include "worker/dataset/frame_reader.h"
+#include "worker/dataset/sensor_stage.h"
 
 namespace parallax {
 namespace {
@@ -58,11 +60,12 @@ std::string LockText(const v1::StudySpec& study) {
 }
 
 // The lines of a lock file that decide about its frames: more pairs may be added to an archive, its
-// filters may change, and its inputs may move.
+// filters and sensors may change, and its inputs may move.
 std::vector<std::string> LinesAboutFrames(v1::StudySpec study) {
   for (v1::VariantSpec& variant : *study.mutable_variants()) {
     *variant.mutable_config() = FieldsOf(variant.config(), [](v1::FieldRule::Stage stage) {
-      return stage != v1::FieldRule::FINISH && stage != v1::FieldRule::PLACE;
+      return stage != v1::FieldRule::FINISH && stage != v1::FieldRule::SENSOR &&
+             stage != v1::FieldRule::PLACE;
     });
   }
   std::vector<std::string> lines;
@@ -148,10 +151,17 @@ class Archive final : public ArchiveWriter {
                          "frame file " + file.name() + ": allowed is a plain name");
       }
     }
-    ASSIGN_OR_RETURN(IndexLine line, MakeIndexLine(frame, variant->config().filters()));
-    const std::string dir = out_ + "/" + frame.variant() + "/" + FramePath(line.key);
+    const FrameKey key = {frame.scene(), frame.frame().rig()};
+    const std::string dir = out_ + "/" + frame.variant() + "/" + FramePath(key);
     const std::string source = store_dir + "/" + frame.frame().path();
     std::map<FrameKey, IndexLine>& index = index_[frame.variant()];
+    Content content{frame, {}, false};
+    if (SensorIsOn(variant->config().sensor())) {
+      const absl::Status exposed =
+          Expose(variant->config().sensor(), dir, source, index.find(key), content);
+      if (!exposed.ok()) return WithContext(exposed, frame.variant() + "/" + FramePath(key));
+    }
+    ASSIGN_OR_RETURN(IndexLine line, MakeIndexLine(content.frame, variant->config().filters()));
 
     std::error_code error;
     const bool present = fs::exists(dir, error);
@@ -162,10 +172,10 @@ class Archive final : public ArchiveWriter {
         RETURN_IF_ERROR(SetAmbiguousShare(share, variant->config().filters(), line));
       }
     }
-    if (present && IsEqual(dir, source, frame.frame(), indexed)) {
+    if (present && !content.made_anew && IsEqual(dir, source, content.frame.frame(), indexed)) {
       ++totals_.frames_present;
     } else {
-      RETURN_IF_ERROR(Materialise(dir, source, frame.frame(), present));
+      RETURN_IF_ERROR(Materialise(dir, source, content, present));
       ++(present ? totals_.frames_replaced : totals_.frames_added);
     }
     index.insert_or_assign(line.key, std::move(line));
@@ -193,6 +203,55 @@ class Archive final : public ArchiveWriter {
   }
 
  private:
+  // A frame as the archive has it: files that a sensor made are in memory, the others in the store.
+  struct Content {
+    v1::PublishedFrame frame;
+    std::map<std::string, std::string> made;  // Bytes by name.
+    bool made_anew = false;
+  };
+  using Known = std::map<FrameKey, IndexLine>::const_iterator;
+
+  // Puts a sensor's pictures in place of the rendered ones. Those that stand in `dir` already, as
+  // the index knows them, are taken from there.
+  absl::Status Expose(const v1::SensorConfig& sensor, const std::string& dir,
+                      const std::string& source, Known known, Content& content) {
+    v1::FrameResult& frame = *content.frame.mutable_frame();
+    const std::string key = SensorKey(sensor, frame.files());
+    content.made = MadeBefore(dir, key, known, index_[content.frame.variant()].end());
+    if (content.made.empty()) {
+      ASSIGN_OR_RETURN(content.made, MakeSensorFiles(sensor, key, [&](const std::string& name) {
+                         return source + "/" + name;
+                       }));
+      content.made_anew = true;
+    }
+    for (v1::FileEntry& file : *frame.mutable_files()) {
+      const auto made = content.made.find(file.name());
+      if (made == content.made.end()) continue;
+      file.set_size(static_cast<int64_t>(made->second.size()));
+      file.set_sha256(Sha256Hex(made->second));
+    }
+    return absl::OkStatus();
+  }
+
+  // Empty where there are none of this key, or where they are not what the index says.
+  static std::map<std::string, std::string> MadeBefore(const std::string& dir,
+                                                       const std::string& key, Known known,
+                                                       Known none) {
+    std::map<std::string, std::string> made;
+    if (known == none) return {};
+    const auto json = ReadFrameJson(dir);
+    if (!json.ok() || SensorKeyOf(*json) != key) return {};
+    for (const char* name : {"left.png", "right.png", "frame.json"}) {
+      const absl::StatusOr<std::string> bytes = ReadFile(dir + "/" + name);
+      const auto hash = known->second.files.find(name);
+      if (!bytes.ok() || hash == known->second.files.end() || Sha256Hex(*bytes) != hash->second) {
+        return {};
+      }
+      made.emplace(name, *bytes);
+    }
+    return made;
+  }
+
   absl::StatusOr<const v1::VariantSpec*> FindVariant(const std::string& name) const {
     for (const v1::VariantSpec& variant : study_.variants()) {
       if (variant.name() == name) return &variant;
@@ -247,7 +306,7 @@ class Archive final : public ArchiveWriter {
   }
 
   absl::Status Materialise(const std::string& dir, const std::string& source,
-                           const v1::FrameResult& frame, bool replace) {
+                           const Content& content, bool replace) {
     const std::string parent = fs::path(dir).parent_path();
     const std::string name = fs::path(dir).filename();
     const std::string temporary = parent + "/.new-" + name, old = parent + "/.old-" + name;
@@ -255,9 +314,12 @@ class Archive final : public ArchiveWriter {
     RETURN_IF_ERROR(RemoveAll(temporary));  // Of a run that was interrupted.
     RETURN_IF_ERROR(RemoveAll(old));
     RETURN_IF_ERROR(MakeFolders(temporary));
-    for (const v1::FileEntry& file : frame.files()) {
-      const absl::Status status =
-          BringFile(source + "/" + file.name(), temporary + "/" + file.name(), file);
+    for (const v1::FileEntry& file : content.frame.frame().files()) {
+      const std::string to = temporary + "/" + file.name();
+      const auto made = content.made.find(file.name());
+      const absl::Status status = made != content.made.end()
+                                      ? WriteFile(to, made->second, /*sync=*/true)
+                                      : BringFile(source + "/" + file.name(), to, file);
       if (!status.ok()) {
         (void)RemoveAll(temporary).ok();  // The first error is what counts.
         return status;

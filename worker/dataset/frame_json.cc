@@ -1,7 +1,5 @@
 #include "worker/dataset/frame_json.h"
 
-#include <nlohmann/json.hpp>
-
 #include "common/base/version.h"
 #include "common/math/stereo.h"
 #include "worker/scene/types/types.h"
@@ -27,8 +25,9 @@ Json TrimmedHistogramJson(const Histogram& histogram, const char* width_key) {
   return {{width_key, histogram.bin_width}, {"counts", counts}};
 }
 
-// Top-level keys on lines of their own; the tables' entries too.
-std::string Lines(const Json& json) {
+}  // namespace
+
+std::string FrameJsonText(const Json& json) {
   std::string text = "{\n";
   bool first = true;
   for (const auto& [key, value] : json.items()) {
@@ -48,8 +47,6 @@ std::string Lines(const Json& json) {
   }
   return text + "\n}\n";
 }
-
-}  // namespace
 
 std::array<std::array<double, 4>, 4> MatrixOf(const v1::Transform& transform) {
   const Pose pose = FromProto(transform);
@@ -112,7 +109,7 @@ absl::StatusOr<std::string> FrameJson(const v1::Scene& scene, const v1::Rig& rig
   json["material_pixels"] = statistics.material_pixels;
   json["disparity_histogram"] = TrimmedHistogramJson(statistics.disparity, "bin_px");
   json["depth_histogram"] = TrimmedHistogramJson(statistics.depth, "bin_m");
-  return Lines(json);
+  return FrameJsonText(json);
 }
 
 }  // namespace parallax

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "common/base/status.h"
@@ -18,5 +19,8 @@ std::array<std::array<double, 4>, 4> MatrixOf(const v1::Transform& transform);
 absl::StatusOr<std::string> FrameJson(const v1::Scene& scene, const v1::Rig& rig, double exposure,
                                       const FrameStatistics& statistics,
                                       const v1::RenderConfig& render);
+
+// The text of frame.json: one top-level key a line, one entry of the tables a line.
+std::string FrameJsonText(const nlohmann::ordered_json& json);
 
 }  // namespace parallax

@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <functional>
 #include <set>
@@ -12,6 +13,7 @@
 #include "common/base/clock.h"
 #include "common/base/file.h"
 #include "common/base/hash.h"
+#include "common/config/frame_files.h"
 #include "common/image/io.h"
 #include "common/store/store.h"
 #include "worker/dataset/frame_json.h"
@@ -66,6 +68,15 @@ void AddOutputs(const View& view, const std::string& eye, const std::set<std::st
   add("masks", ".png", [&view] { return EncodePng(view.masks); });
 }
 
+// Light as the 8-bit picture was exposed, within what a half float can hold.
+absl::StatusOr<std::string> EncodeLight(const View& view, float exposure) {
+  ImageF3 light = view.radiance;
+  for (float& value : light.values()) {
+    value = std::isfinite(value) ? std::clamp(value * exposure, 0.0f, kMostLight) : 0.0f;
+  }
+  return EncodeExrHalfRgb(light);
+}
+
 absl::Status MakeEmptyFolder(const std::string& dir) {
   std::error_code error;
   std::filesystem::remove_all(dir, error);
@@ -103,6 +114,13 @@ absl::StatusOr<v1::FrameResult> WriteFrame(const FrameJob& job) {
   std::vector<Output> outputs;
   AddOutputs(job.frame.left, "left", maps, outputs);
   AddOutputs(job.frame.right, "right", maps, outputs);
+  if (job.render.keep_hdr()) {
+    const StereoFrame& frame = job.frame;
+    outputs.push_back(
+        {kLinearFiles[0], [&frame] { return EncodeLight(frame.left, frame.exposure); }});
+    outputs.push_back(
+        {kLinearFiles[1], [&frame] { return EncodeLight(frame.right, frame.exposure); }});
+  }
   RETURN_IF_ERROR(MakeEmptyFolder(job.dir));
 
   std::vector<absl::StatusOr<v1::FileEntry>> entries(outputs.size(), v1::FileEntry());

@@ -13,6 +13,7 @@
 #include "parallax/v1/scene.pb.h"
 #include "worker/dataset/dataset_reader.h"
 #include "worker/dataset/verify_frame.h"
+#include "worker/dataset/verify_light.h"
 
 namespace parallax {
 namespace {
@@ -76,7 +77,10 @@ absl::Status VerifyVariant(const DatasetVariant& variant, const VerifyOptions& o
     std::vector<int64_t> bytes(end - begin);
     tbb::parallel_for(begin, end, [&](size_t i) {
       CheckFiles(variant.frames[i], options.hashes, found[i - begin], bytes[i - begin]);
-      if (options.geometry) CheckGeometry(variant.frames[i], found[i - begin]);
+      if (options.geometry) {
+        CheckGeometry(variant.frames[i], found[i - begin]);
+        CheckLight(variant.frames[i], found[i - begin]);
+      }
     });
     for (size_t i = begin; i < end; ++i) {
       ++result.frames;

@@ -8,12 +8,14 @@
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 
 #include "common/base/file.h"
 #include "common/base/hash.h"
 #include "worker/dataset/archive_index.h"
 #include "worker/dataset/frame_reader.h"
+#include "worker/dataset/sensor_stage.h"
 
 namespace parallax {
 namespace {
@@ -24,6 +26,13 @@ using Files = std::map<std::string, LocalFile>;
 
 constexpr char kFacts[] = "frame.json";
 constexpr char kRight[] = "right.png";
+
+// A file of a frame: where it is, or what a sensor made in its place.
+struct Piece {
+  LocalFile file;
+  std::optional<std::string> made;
+};
+using Pieces = std::map<std::string, Piece>;
 
 struct Frame {
   uint32_t scene = 0, rig = 0;
@@ -114,6 +123,51 @@ class Bringer {
     return cache_.Fetch(store_, path, names);
   }
 
+  // Those files of a frame, with the pictures of the variant's sensor if it has one.
+  absl::StatusOr<Pieces> PiecesOf(const std::string& path,
+                                  const std::vector<std::string>& names) const {
+    const bool exposes = SensorIsOn(set_.sensor());
+    std::vector<std::string> read = names;
+    if (exposes) {
+      const std::vector<std::string> more = FilesForSensor(set_.sensor());
+      read.insert(read.end(), more.begin(), more.end());
+    }
+    ASSIGN_OR_RETURN(const Files files, FilesOf(path, read));
+    Pieces pieces;
+    for (const std::string& name : names) {
+      const auto file = files.find(name);
+      if (file != files.end()) pieces[name] = {file->second, std::nullopt};
+    }
+    if (exposes) {
+      const absl::Status made = PutExposed(files, pieces);
+      if (!made.ok()) return WithContext(made, path);
+    }
+    return pieces;
+  }
+
+  absl::Status PutExposed(const Files& files, Pieces& pieces) const {
+    google::protobuf::RepeatedPtrField<v1::FileEntry> entries;
+    for (const auto& [name, file] : files) {
+      v1::FileEntry& entry = *entries.Add();
+      entry.set_name(name);
+      entry.set_sha256(file.sha256);
+    }
+    const auto path_of = [&files](const std::string& name) {
+      const auto file = files.find(name);
+      return file == files.end() ? name : file->second.path;
+    };
+    ASSIGN_OR_RETURN(
+        auto made, MakeSensorFiles(set_.sensor(), SensorKey(set_.sensor(), entries), path_of));
+    for (auto& [name, bytes] : made) {
+      const auto piece = pieces.find(name);
+      if (piece == pieces.end()) continue;
+      piece->second.file.size = static_cast<int64_t>(bytes.size());
+      piece->second.file.sha256 = Sha256Hex(bytes);
+      piece->second.made = std::move(bytes);
+    }
+    return absl::OkStatus();
+  }
+
   // Frames that pass the filters, with their statistics and the paths where the store has them.
   absl::StatusOr<std::vector<v1::PublishedFrame>> Passing() {
     std::vector<v1::PublishedFrame> passing;
@@ -151,18 +205,20 @@ class Bringer {
 
   // Links the frame's files and fills in their hashes. `right_of`: whose right image it gets.
   absl::Status Place(v1::PublishedFrame& frame, const v1::PublishedFrame* right_of) {
-    ASSIGN_OR_RETURN(Files files, FilesOf(frame.frame().path(), options_.files));
+    ASSIGN_OR_RETURN(Pieces pieces, PiecesOf(frame.frame().path(), options_.files));
     if (right_of != nullptr) {
-      ASSIGN_OR_RETURN(Files other, FilesOf(right_of->frame().path(), {kRight}));
-      files[kRight] = other[kRight];
+      ASSIGN_OR_RETURN(Pieces other, PiecesOf(right_of->frame().path(), {kRight}));
+      pieces[kRight] = other[kRight];
     }
     const bool from_store = store_.LocalPath(frame.frame().path()).ok();
     const std::string folder = dir_ + "/" + FramePath({frame.scene(), frame.frame().rig()});
     std::error_code error;
     fs::create_directories(folder, error);
     if (error) return ErrnoError(error.value(), "make " + folder);
-    for (const auto& [name, file] : files) {
-      RETURN_IF_ERROR(Linked(file.path, folder + "/" + name, from_store));
+    for (const auto& [name, piece] : pieces) {
+      const std::string to = folder + "/" + name;
+      const LocalFile& file = piece.file;
+      RETURN_IF_ERROR(piece.made ? WriteFile(to, *piece.made) : Linked(file.path, to, from_store));
       v1::FileEntry& entry = *frame.mutable_frame()->add_files();
       entry.set_name(name);
       entry.set_size(file.size);

@@ -176,7 +176,7 @@ EvaluationPlan EvaluationPlanOf(const v1::StudySpec& study, std::span<const int6
     plan.heldout_pairs = variant.pairs();
     plan.heldout.set_variant(variant.name());
     plan.heldout.set_weight(1);
-    *plan.heldout.mutable_filters() = variant.config().filters();
+    TakeFinish(variant.config(), &plan.heldout);
   }
   return plan;
 }

@@ -174,7 +174,7 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
       v1::FrameSet& frames = *job.add_parts();
       frames.set_variant(part.variant());
       frames.set_weight(part.weight());
-      *frames.mutable_filters() = variant.config->filters();
+      TakeFinish(*variant.config, &frames);
       input.add_variant_ids(id);
       input.add_pairs(variant.pairs_wanted);
     }

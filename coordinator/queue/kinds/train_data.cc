@@ -2,6 +2,7 @@
 
 #include <set>
 
+#include "common/config/frame_files.h"
 #include "coordinator/queue/report_check.h"
 #include "coordinator/queue/sqlite.h"
 
@@ -11,7 +12,19 @@ namespace {
 constexpr int kMostFiles = 10'000;
 constexpr char kGpuTag[] = "gpu";
 
+// Nothing without a sensor: such sets have the keys that they always had.
+std::string SensorBytes(const v1::FrameSet& set) {
+  if (!set.has_sensor()) return "";
+  return std::string("\nsensor ") + kSensorVersion + "\n" + DeterministicBytes(set.sensor());
+}
+
 }  // namespace
+
+void TakeFinish(const v1::SceneConfig& config, v1::FrameSet* set) {
+  *set->mutable_filters() = config.filters();
+  const std::string& preset = config.sensor().preset();
+  if (!preset.empty() && preset != "off") *set->mutable_sensor() = config.sensor();
+}
 
 DataPart DataPartOf(const VariantFacts& variant, const v1::FrameSet& set) {
   return {.config = *variant.digests,
@@ -19,7 +32,7 @@ DataPart DataPartOf(const VariantFacts& variant, const v1::FrameSet& set) {
           .pairs = variant.pairs_wanted,
           .rigs_per_scene = variant.rigs_per_scene,
           .weight = set.weight(),
-          .filters = DeterministicBytes(set.filters())};
+          .filters = DeterministicBytes(set.filters()) + SensorBytes(set)};
 }
 
 absl::Status AddFolders(int64_t variant, int64_t pairs, ResultReader& results, v1::FrameSet* set) {

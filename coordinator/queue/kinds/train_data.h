@@ -12,6 +12,10 @@
 
 namespace parallax {
 
+// Gives the set the variant's filters and, if it has one, its sensor: what is done to frames as they
+// are brought out of the store.
+void TakeFinish(const v1::SceneConfig& config, v1::FrameSet* set);
+
 // Which pairs `variant` gives, for keys.
 DataPart DataPartOf(const VariantFacts& variant, const v1::FrameSet& set);
 

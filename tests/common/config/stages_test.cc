@@ -23,7 +23,7 @@ TEST(Stages, FieldsComeOutOnceAndGroupsWithoutAnyAreLeftOut) {
   const v1::SceneConfig config = DefaultSceneConfig();
   v1::SceneConfig together;
   for (const auto stage : {v1::FieldRule::LAYOUT, v1::FieldRule::SCENE, v1::FieldRule::FRAME,
-                           v1::FieldRule::FINISH, v1::FieldRule::PLACE}) {
+                           v1::FieldRule::SENSOR, v1::FieldRule::FINISH, v1::FieldRule::PLACE}) {
     together.MergeFrom(FieldsOf(config, stage));
   }
   EXPECT_EQ(together.SerializeAsString(), config.SerializeAsString());

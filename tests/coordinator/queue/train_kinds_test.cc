@@ -287,6 +287,14 @@ TEST_F(TrainKindsTest, WhatDecidesANetworkIsInItsKeyAndNamesAreNot) {
        [](auto& s) {
          s.mutable_variants(0)->mutable_config()->mutable_filters()->set_min_depth_m(1);
        }},
+      {"a sensor that is off", true,
+       [](auto& s) {
+         s.mutable_variants(0)->mutable_config()->mutable_sensor()->set_preset("off");
+       }},
+      {"sensor", false,
+       [](auto& s) {
+         s.mutable_variants(0)->mutable_config()->mutable_sensor()->set_preset("webcam");
+       }},
       {"steps", false, [](auto& s) { s.mutable_train()->set_steps(101); }},
       {"threads", false, [](auto& s) { s.mutable_train()->set_threads(1); }},
       {"batch", false, [](auto& s) { s.mutable_train()->set_batch(1); }},

@@ -7,6 +7,7 @@
 #include <iostream>
 
 #include "common/config/config.h"
+#include "common/config/sensor_presets.h"
 #include "tests/worker/dataset/synthetic_scene.h"
 #include "worker/dataset/archive.h"
 #include "worker/dataset/frame_writer.h"
@@ -55,6 +56,8 @@ void MakeSyntheticArchive(const std::string& dir, const SyntheticArchive& option
     v1::VariantSpec& variant = *study.add_variants();
     variant.set_name(name);
     *variant.mutable_config() = DefaultSceneConfig();
+    variant.mutable_config()->mutable_render()->set_keep_hdr(options.keep_hdr);
+    TakeSensorPreset(options.sensor, variant.mutable_config()->mutable_sensor());
   }
   const v1::Scene scene = MakeSyntheticScene(options.rigs, options.width_px, options.height_px);
   auto archive = ArchiveWriter::Open(dir, study);
@@ -73,6 +76,7 @@ void MakeSyntheticArchive(const std::string& dir, const SyntheticArchive& option
         }
         // Frames tell each other apart.
         frame.left.color(0, 0) = static_cast<uint8_t>(10 * s + r);
+        if (options.keep_hdr) GiveLight(frame);
         const std::string path = variant + std::to_string(s) + "/.attempt-1/" + std::to_string(r);
         v1::PublishedFrame published;
         published.set_variant(variant);
@@ -80,7 +84,7 @@ void MakeSyntheticArchive(const std::string& dir, const SyntheticArchive& option
         auto written = WriteFrame({.scene = scene,
                                    .rig = scene.rigs(r),
                                    .frame = frame,
-                                   .render = DefaultSceneConfig().render(),
+                                   .render = study.variants(0).config().render(),
                                    .dir = store + "/" + path,
                                    .store_path = path});
         Must(written.status());

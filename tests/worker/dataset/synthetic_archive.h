@@ -14,6 +14,8 @@ struct SyntheticArchive {
   int width_px = 96, height_px = 54;
   bool last_frame_dark = false;  // Fails the filter "dark".
   bool last_frame_missing = false;
+  bool keep_hdr = false;
+  std::string sensor = "off";  // A preset; needs keep_hdr.
 };
 
 // Writes `dir` (made anew) and, beside it, the store that it links to: `dir`.store. CHECKs on

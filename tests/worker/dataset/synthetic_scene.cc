@@ -1,9 +1,11 @@
 #include "tests/worker/dataset/synthetic_scene.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "common/math/proto.h"
+#include "worker/render/exposure.h"
 
 namespace parallax {
 namespace {
@@ -176,6 +178,24 @@ v1::Scene MakeSyntheticScene(int rigs, int width_px, int height_px) {
     rig->set_cy_px(height_px / 2.0);
   }
   return scene;
+}
+
+void GiveLight(StereoFrame& frame) {
+  std::array<float, 256> light{};
+  for (int level = 0; level < 256; ++level) {
+    float low = 0, high = 8;  // The curve rises: halve the interval.
+    for (int i = 0; i < 40; ++i) {
+      const float middle = 0.5f * (low + high);
+      (DisplayLevel(middle) < static_cast<float>(level) ? low : high) = middle;
+    }
+    light[static_cast<size_t>(level)] = low;
+  }
+  for (View* view : {&frame.left, &frame.right}) {
+    view->radiance = ImageF3(view->color.width(), view->color.height());
+    for (size_t i = 0; i < view->color.values().size(); ++i) {
+      view->radiance.values()[i] = light[view->color.values()[i]] / frame.exposure;
+    }
+  }
 }
 
 StereoFrame RenderSyntheticFrame(const v1::Scene& scene, const v1::Rig& rig) {

@@ -15,4 +15,7 @@ v1::Scene MakeSyntheticScene(int rigs = 2, int width_px = 160, int height_px = 9
 // Both eyes of a rig of that scene. Deterministic.
 StereoFrame RenderSyntheticFrame(const v1::Scene& scene, const v1::Rig& rig);
 
+// Gives both views the light that their pictures were made of: developed, it gives them again.
+void GiveLight(StereoFrame& frame);
+
 }  // namespace parallax

@@ -2,8 +2,10 @@
 
 #include <gmock/gmock.h>
 
+#include "common/config/sensor_presets.h"
 #include "tests/worker/jobs/job_fixture.h"
 #include "worker/dataset/dataset_reader.h"
+#include "worker/dataset/sensor_stage.h"
 #include "worker/jobs/training_data_folder.h"
 
 namespace parallax {
@@ -63,6 +65,44 @@ TEST_F(FrameFolderTest, MismatchedPairsHaveTheRightImageOfAnotherScene) {
 TEST_F(FrameFolderTest, FramesThatNobodyCuratedAreNotTakenForCurated) {
   EXPECT_THAT(std::string(Bring("curated", {.curated = true}).status().message()),
               HasSubstr("were not (parallax curate)"));
+}
+
+TEST_F(FrameFolderTest, ASensorsPicturesAreThoseThatAnArchiveGets) {
+  v1::FrameSet set = FramesOf("a");
+  TakeSensorPreset("webcam", set.mutable_sensor());
+  FrameFolderOptions options;
+  options.files = FilesForTraining();
+  const FrameCache cache(options_->frame_cache);
+  const auto facts = BringFrames(set, *store_, cache, dir_ + "/near/a", options);
+  ASSERT_TRUE(facts.ok()) << facts.status();
+  EXPECT_EQ(facts->pairs, 7) << "verdicts are the rendered pictures'";
+  const auto plain = Bring("plain", {});
+  EXPECT_NE(facts->sha256, plain->sha256);
+  EXPECT_EQ(FramesIn("near")[0].files.size(), FramesIn("plain")[0].files.size());
+
+  const std::string stored = dir_ + "/store/" + FolderOf("a", 0) + "/000/";
+  const auto files = FilesOfFrame(stored, FilesForSensor(set.sensor()));
+  ASSERT_TRUE(files.ok()) << files.status();
+  google::protobuf::RepeatedPtrField<v1::FileEntry> entries;
+  for (const auto& [name, file] : *files) {
+    entries.Add()->set_name(name);
+    entries.rbegin()->set_sha256(file.sha256);
+  }
+  const auto made = MakeSensorFiles(set.sensor(), SensorKey(set.sensor(), entries),
+                                    [&](const std::string& name) { return stored + name; });
+  ASSERT_TRUE(made.ok()) << made.status();
+  for (const auto& [name, bytes] : *made) {
+    EXPECT_EQ(*ReadFile(dir_ + "/near/a/frames/000000/000/" + name), bytes) << name;
+  }
+
+  const DistantStore distant(store_);
+  const auto far = BringFrames(set, distant, cache, dir_ + "/far/a", options);
+  ASSERT_TRUE(far.ok()) << far.status();
+  EXPECT_EQ(far->sha256, facts->sha256);
+  options.mismatched = true;
+  ASSERT_TRUE(BringFrames(set, *store_, cache, dir_ + "/mixed/a", options).ok());
+  const auto mixed = FramesIn("mixed"), near = FramesIn("near");
+  EXPECT_EQ(mixed[0].files.at("right.png"), near[3].files.at("right.png"));
 }
 
 TEST(Repetitions, GiveEachPartItsWeight) {

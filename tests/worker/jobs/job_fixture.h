@@ -57,7 +57,7 @@ class JobTest : public ::testing::Test {
     dir_ = name;
     MakeSyntheticArchive(
         dir_ + "/archive",
-        {.variants = {"a", "b"}, .scenes = kScenes, .rigs = kRigs, .last_frame_dark = true});
+        {.variants = {"a", "b"}, .scenes = kScenes, .rigs = kRigs, .last_frame_dark = true, .keep_hdr = true});
     auto store = OpenStore(dir_ + "/store");
     ASSERT_TRUE(store.ok()) << store.status();
     store_ = *std::move(store);

@@ -1,0 +1,40 @@
+#include "worker/sensor/draw.h"
+
+#include <cmath>
+
+#include "common/base/rng.h"
+#include "common/config/config.h"
+
+namespace parallax {
+
+bool SensorIsOn(const v1::SensorConfig& config) {
+  return !config.preset().empty() && config.preset() != "off";
+}
+
+SensorDraw DrawSensor(const v1::SensorConfig& config, SceneSeed seed, uint32_t rig) {
+  const Rng root = Rng(seed, "sensor").Child("rig", rig);
+  const auto number = [&root](const v1::Distribution& of, const char* address) {
+    return Draw(of, root.Child(address).Uniform());
+  };
+  // Of the left eye, and of the right eye by what it differs.
+  const auto both = [&](const v1::Distribution& of, const v1::Distribution& mismatch,
+                        const std::string& address) {
+    const double left = number(of, address.c_str());
+    return std::array<double, 2>{left, left + number(mismatch, (address + " mismatch").c_str())};
+  };
+  SensorDraw draw;
+  draw.exposure_ev = both(config.exposure_ev(), config.exposure_mismatch_ev(), "exposure");
+  draw.red_ev = both(config.white_balance_ev(), config.white_balance_mismatch_ev(), "red");
+  draw.blue_ev = both(config.white_balance_ev(), config.white_balance_mismatch_ev(), "blue");
+  draw.white_e = number(config.white_e(), "white");
+  draw.read_noise_e = number(config.read_noise_e(), "read noise");
+  draw.psf_sigma_px = number(config.psf_sigma_px(), "psf");
+  draw.defocus_px = number(config.defocus_px(), "defocus");
+  draw.focus_m = number(config.focus_m(), "focus");
+  draw.vignetting = number(config.vignetting(), "vignetting");
+  draw.bayer = config.bayer();
+  draw.jpeg_quality = static_cast<int>(std::lround(number(config.jpeg_quality(), "jpeg")));
+  return draw;
+}
+
+}  // namespace parallax

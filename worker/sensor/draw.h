@@ -1,0 +1,34 @@
+// The numbers of one pair's two cameras, drawn from a SensorConfig.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "common/base/ids.h"
+#include "parallax/v1/config.pb.h"
+
+namespace parallax {
+
+// As SensorConfig says of each field. Arrays: left eye, right eye.
+struct SensorDraw {
+  std::array<double, 2> exposure_ev = {0, 0};
+  std::array<double, 2> red_ev = {0, 0};   // Against green.
+  std::array<double, 2> blue_ev = {0, 0};  // Likewise.
+  double white_e = 0;                      // 0: no noise.
+  double read_noise_e = 0;
+  double psf_sigma_px = 0;
+  double defocus_px = 0;
+  double focus_m = 2;
+  double vignetting = 0;
+  bool bayer = false;
+  int jpeg_quality = 0;  // 0: none.
+};
+
+// Whether the config asks for pictures other than those that were rendered.
+bool SensorIsOn(const v1::SensorConfig& config);
+
+// The numbers for rig `rig` of a scene. Each draws from an address of its own: a config that differs
+// in one field gives the same numbers in all others. Requires a config whose fields are all set.
+SensorDraw DrawSensor(const v1::SensorConfig& config, SceneSeed seed, uint32_t rig);
+
+}  // namespace parallax

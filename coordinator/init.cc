@@ -1,7 +1,6 @@
 #include "coordinator/init.h"
 
 #include <fcntl.h>
-#include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -11,6 +10,7 @@
 #include <filesystem>
 
 #include "common/base/file.h"
+#include "common/base/secret.h"
 #include "common/rpc/certificate.h"
 #include "common/rpc/revocation.h"
 #include "common/store/store.h"
@@ -60,17 +60,6 @@ std::vector<FileToMake> IdentityFiles(const KeyPair& authority, const KeyPair& o
   return {{"ca.crt", authority.certificate_pem},
           {"tls.crt", own.certificate_pem},
           {"tls.key", own.key_pem}};
-}
-
-absl::StatusOr<std::string> NewToken() {
-  unsigned char bytes[16];
-  if (getrandom(bytes, sizeof bytes, 0) != sizeof bytes) return ErrnoError(errno, "random number");
-  std::string hex;
-  for (const unsigned char byte : bytes) {
-    hex += "0123456789abcdef"[byte >> 4];
-    hex += "0123456789abcdef"[byte & 15];
-  }
-  return hex;
 }
 
 std::vector<std::string> HostsOf(const InitOptions& options) {
@@ -207,7 +196,7 @@ absl::Status MakeServer(const InitOptions& options, const KeyPair& authority, do
       IssueServer(authority, {.name = "coordinator", .now_unix_s = now_s, .days = options.days},
                   hosts));
   std::vector<FileToMake> files = IdentityFiles(authority, own);
-  ASSIGN_OR_RETURN(const std::string token, NewToken());
+  ASSIGN_OR_RETURN(const std::string token, NewSecret());
   files.push_back({"http.token", token + "\n"});
   RETURN_IF_ERROR(MakeFolder(options.dir, "server", files));
   out << options.dir << "/server  coordinator serve --tls " << options.dir << "/server   (for "

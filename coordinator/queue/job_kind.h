@@ -264,6 +264,22 @@ class JobKind {
     google::protobuf::RepeatedPtrField<v1::FileEntry> files;
   };
   virtual std::optional<StoredFolder> FolderOf(std::string_view /*bytes*/) const { return {}; }
+  // What a stored result has measured, of a job with this input: a network's figure, or a
+  // baseline's, on a benchmark; the same conditions.
+  struct Score {
+    std::string set;        // The training set; empty for a baseline.
+    std::string predictor;  // The trainer or the baseline.
+    std::optional<uint64_t> seed;
+    std::string benchmark;
+    int checkpoint = 1, checkpoints = 1;  // Which of how many, from 1; the last is the network.
+    std::string metric;
+    double value = 0;
+    int64_t pairs = 0;  // Scored.
+  };
+  virtual std::optional<Score> ScoreOf(std::string_view /*input*/,
+                                       std::string_view /*bytes*/) const {
+    return {};
+  }
   // Seconds by stage that a result tells of, for the metrics.
   struct StageSeconds {
     std::string stage;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "coordinator/queue/compress.h"
 #include "coordinator/queue/database_file.h"
@@ -229,6 +230,19 @@ absl::Status AddJobsOfState(SqliteConnection& db, const KindRegistry& kinds, int
   return AddJobs(query, kinds, jobs);
 }
 
+// States in which the study has jobs: the others need no search, which for some is a long one.
+absl::StatusOr<std::set<std::string, std::less<>>> StatesThere(SqliteConnection& db,
+                                                               int64_t study) {
+  SqliteQuery query(db,
+                    "SELECT DISTINCT state FROM job_counts WHERE jobs > 0 AND variant_id IN"
+                    " (SELECT id FROM variants WHERE study_id = ?1)",
+                    study);
+  std::set<std::string, std::less<>> states;
+  while (query.Next()) states.emplace(query.Text(0));
+  RETURN_IF_ERROR(query.status());
+  return states;
+}
+
 // Of one state, of an archived study.
 absl::Status AddArchivedJobs(SqliteConnection& db, const KindRegistry& kinds, int64_t study,
                              JobState state, int limit, std::vector<v1::JobStatus>& jobs) {
@@ -452,8 +466,10 @@ absl::StatusOr<std::vector<v1::JobStatus>> Readers::ListJobs(const v1::ListJobsR
     const auto left = [&] { return limit - static_cast<int>(jobs.size()); };
     ASSIGN_OR_RETURN(const auto archived,
                      db.Integer("SELECT archived FROM studies WHERE id = ?1", request.study_id()));
+    ASSIGN_OR_RETURN(const auto there, StatesThere(db, request.study_id()));
     for (const JobState state : states) {
       if (left() <= 0) break;
+      if (there.find(NameOf(state)) == there.end()) continue;
       RETURN_IF_ERROR(AddJobsOfState(db, kinds_, request.study_id(), state, left(), jobs));
       if (archived.value_or(0) == 0 || left() <= 0 || !IsTerminal(state)) continue;
       RETURN_IF_ERROR(AddArchivedJobs(db, kinds_, request.study_id(), state, left(), jobs));

@@ -10,6 +10,7 @@
 #include "common/rpc/grpc_status.h"
 #include "coordinator/rpc/output_check.h"
 #include "coordinator/rpc/reply_size.h"
+#include "coordinator/rpc/steering.h"
 #include "coordinator/rpc/validation.h"
 
 namespace parallax {
@@ -253,17 +254,6 @@ CoordinatorService::Reactor* CoordinatorService::GetStudy(Context* context,
   });
 }
 
-absl::Status CoordinatorService::CheckSteering(const Context& context, StudyId study) {
-  const RpcCaller caller = CallerOf(context);
-  if (caller.Is(Role::kOperator)) return absl::OkStatus();
-  ASSIGN_OR_RETURN(const std::string owner, queue_.SubmitterOf(study));
-  const std::string own = std::string(RoleName(Role::kSubmitter)) + " " + caller.name + " ";
-  if (owner.rfind(own, 0) == 0) return absl::OkStatus();
-  return absl::PermissionDeniedError("study " + std::to_string(study.value) +
-                                     " was not submitted by '" + caller.name +
-                                     "'; others' studies are the operator's to steer");
-}
-
 CoordinatorService::Reactor* CoordinatorService::ChangeStudy(Context* context,
                                                              const v1::StudyRequest* request,
                                                              v1::StudyStatus* reply,
@@ -272,7 +262,7 @@ CoordinatorService::Reactor* CoordinatorService::ChangeStudy(Context* context,
   if (!status.ok()) return EndNow(context, status);
   return RunOn(client_pool_, context, [this, context, request, reply, call]() -> absl::Status {
     const StudyId study{request->study_id()};
-    RETURN_IF_ERROR(CheckSteering(*context, study));
+    RETURN_IF_ERROR(CheckSteering(queue_, CallerOf(*context), study));
     JobQueue& queue = queue_;  // GCC 12 checks `queue_.*call` with a `this` that it has not set.
     RETURN_IF_ERROR((queue.*call)(study, request->reason(), ActorOf(*context)));
     ASSIGN_OR_RETURN(*reply, queue.GetStudy(study));
@@ -305,7 +295,7 @@ CoordinatorService::Reactor* CoordinatorService::Retry(Context* context,
   const absl::Status status = CheckStudyChange(*request);
   if (!status.ok()) return EndNow(context, status);
   return RunOn(client_pool_, context, [this, context, request, reply]() -> absl::Status {
-    RETURN_IF_ERROR(CheckSteering(*context, StudyId{request->study_id()}));
+    RETURN_IF_ERROR(CheckSteering(queue_, CallerOf(*context), StudyId{request->study_id()}));
     ASSIGN_OR_RETURN(const int64_t jobs,
                      queue_.Retry(StudyId{request->study_id()}, ActorOf(*context)));
     reply->set_jobs(jobs);

@@ -62,8 +62,6 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   Reactor* RunOn(TaskPool& pool, Context* context, std::function<absl::Status()> body);
   Reactor* ChangeStudy(Context* context, const v1::StudyRequest* request, v1::StudyStatus* reply,
                        StudyCall call);
-  // A submitter's certificate steers only what was submitted with it.
-  absl::Status CheckSteering(const Context& context, StudyId study);
   Reactor* EndNow(Context* context, const absl::Status& status);
   void EndReport(Reactor* reactor, v1::ReportReply* reply,
                  const absl::StatusOr<v1::ReportOutcome>& outcome, const char* if_ok);

@@ -68,6 +68,25 @@ class EvaluateKind final : public FolderKind<v1::EvaluateInput, v1::EvaluateResu
            std::to_string(input->checkpoints());
   }
 
+  std::optional<Score> ScoreOf(std::string_view input_bytes,
+                               std::string_view packed) const override {
+    const auto input = InputOf<v1::EvaluateInput>(input_bytes);
+    v1::EvaluateResult result;
+    if (!input.ok() || !UnpackMessage(packed, result).ok()) return std::nullopt;
+    const v1::EvaluateJob& job = input->job();
+    Score score;
+    score.set = job.name();
+    score.predictor = job.trainer();
+    if (job.has_seed()) score.seed = job.seed();
+    score.benchmark = job.benchmark();
+    score.checkpoint = input->checkpoint() + 1;
+    score.checkpoints = std::max(1, input->checkpoints());
+    score.metric = result.metric();
+    score.value = result.value();
+    score.pairs = result.pairs();
+    return score;
+  }
+
   std::vector<StageSeconds> StagesOf(std::string_view bytes) const override {
     v1::EvaluateResult result;
     if (!result.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return {};

@@ -66,8 +66,9 @@ CLI::App* DeclareServe(CLI::App& app, CommandLine& line) {
                    "(default 127.0.0.1:7070; port 0: any free one)")
       ->type_name("ADDRESS");
   serve
-      ->add_option("--http", options.http,
-                   "Status page, /metrics and /healthz (default 127.0.0.1:7080; \"\": none)")
+      ->add_option(
+          "--http", options.http,
+          "The page with its API, /metrics and /healthz (default 127.0.0.1:7080; \"\": none)")
       ->type_name("ADDRESS");
   serve
       ->add_option("--lease-s", options.lease_s,

@@ -152,6 +152,8 @@ ProgramError Serve(const ServeOptions& options) {
     http_options.listen = options.http;
     http_options.security = *security;
     http_options.store_uri = (*store)->Uri();
+    http_options.db_path = options.db;
+    http_options.store = store->get();
     auto started = HttpServer::Start(http_options, **queue, **server);
     if (!started.ok()) return ListenError(started.status());
     http = *std::move(started);

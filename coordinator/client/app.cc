@@ -127,6 +127,7 @@ void RegisterAll(Registry& registry) {
   RegisterSteer(registry);
   RegisterFetch(registry);
   RegisterAudit(registry);
+  RegisterPage(registry);
 }
 
 int Report(const absl::Status& status, const Session& session) {

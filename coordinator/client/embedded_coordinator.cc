@@ -10,6 +10,7 @@
 #include "common/base/file.h"
 #include "common/store/store.h"
 #include "coordinator/client/exit_code.h"
+#include "coordinator/http/http_server.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
 
@@ -78,6 +79,7 @@ absl::StatusOr<std::unique_ptr<EmbeddedCoordinator>> EmbeddedCoordinator::Start(
   queue.lease_s = kLease_s;
   queue.on_fatal = EndOnCommitFailure;
   ASSIGN_OR_RETURN(coordinator->queue_, JobQueue::Open(queue));
+  coordinator->db_path_ = queue.db_path;
 
   CoordinatorServerOptions server;
   coordinator->address_ = "unix:" + coordinator->socket_dir_ + kSocketName;
@@ -90,7 +92,19 @@ absl::StatusOr<std::unique_ptr<EmbeddedCoordinator>> EmbeddedCoordinator::Start(
   return coordinator;
 }
 
+absl::StatusOr<std::string> EmbeddedCoordinator::ServePage(const std::string& listen) {
+  HttpServerOptions options;
+  options.listen = listen;
+  options.store_uri = store_->Uri();
+  options.store = store_.get();
+  options.db_path = db_path_;
+  options.by_link_only = true;
+  ASSIGN_OR_RETURN(page_, HttpServer::Start(options, *queue_, *server_));
+  return page_->link_url();
+}
+
 EmbeddedCoordinator::~EmbeddedCoordinator() {
+  page_.reset();
   if (server_ != nullptr) server_->Shutdown();
   server_.reset();
   queue_.reset();

@@ -10,6 +10,7 @@
 
 namespace parallax {
 class CoordinatorServer;
+class HttpServer;
 class JobQueue;
 class Store;
 }  // namespace parallax
@@ -26,6 +27,10 @@ class EmbeddedCoordinator {
 
   const std::string& address() const { return address_; }  // "unix:/..."
 
+  // Serves the page on `listen` ("127.0.0.1:0": any free port of this machine) until the end.
+  // Returns its address with a code that opens it once. Errors: those of HttpServer::Start.
+  absl::StatusOr<std::string> ServePage(const std::string& listen);
+
  private:
   EmbeddedCoordinator() = default;
 
@@ -36,6 +41,8 @@ class EmbeddedCoordinator {
   std::unique_ptr<Store> store_;
   std::unique_ptr<JobQueue> queue_;
   std::unique_ptr<CoordinatorServer> server_;
+  std::string db_path_;
+  std::unique_ptr<HttpServer> page_;
 };
 
 // A new folder that only this user may enter, whose path leaves room for a socket's name (a

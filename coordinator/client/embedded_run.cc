@@ -67,6 +67,9 @@ absl::StatusOr<std::unique_ptr<EmbeddedRun>> EmbeddedRun::Open(const EmbeddedRun
   ASSIGN_OR_RETURN(run->connection_, Connection::Open(run->coordinator_->address()));
   RETURN_IF_ERROR(run->EnterStudy());
   RETURN_IF_ERROR(run->StandAlone());
+  if (!options.page.empty()) {
+    ASSIGN_OR_RETURN(run->page_link_, run->coordinator_->ServePage(options.page));
+  }
   return run;
 }
 

@@ -29,6 +29,7 @@ struct EmbeddedRunOptions {
   int workers = 1;
   // As the worker's options of these names; see worker --help.
   std::string allow_trainers, trainers_dir, benchmarks_dir;
+  std::string page;   // "HOST:PORT" where the page is shown while it runs; empty: nowhere.
   bool json = false;  // Progress as lines of text all the same; they go to standard error.
 };
 
@@ -44,6 +45,9 @@ class EmbeddedRun {
   // (drained, with what is done in the message); kResourceExhausted or kPermissionDenied when the
   // disk refuses; kInternal for crash loops.
   absl::StatusOr<RunReport> Work();
+
+  // The page's address with its one-time code; empty without one.
+  const std::string& page_link() const { return page_link_; }
 
  private:
   EmbeddedRun(const EmbeddedRunOptions& options, const OutDir& out_dir, Environment& environment);
@@ -73,6 +77,7 @@ class EmbeddedRun {
   InterruptScope interrupts_;
   ProgressDisplay display_;
   ProgressView view_;
+  std::string page_link_;
   int64_t study_id_ = 0;
   int64_t fresh_before_ = 0;  // Pairs rendered for this study by earlier runs.
   double indexed_s_ = 0;      // When index and card were last written.

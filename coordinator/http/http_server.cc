@@ -2,32 +2,45 @@
 
 #include <httplib.h>
 
+#include <algorithm>
+#include <atomic>
 #include <condition_variable>
-#include <map>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "common/base/file.h"
 #include "common/base/hash.h"
-#include "common/base/log.h"
-#include "common/base/rate_estimator.h"
 #include "common/base/seconds.h"
-#include "common/base/version.h"
-#include "common/rpc/endpoint.h"
-#include "coordinator/http/metrics_text.h"
-#include "coordinator/http/status_page.h"
+#include "common/base/secret.h"
+#include "common/rpc/revocation.h"
+#include "coordinator/http/api.h"
+#include "coordinator/http/api_json.h"
+#include "coordinator/http/credentials.h"
+#include "coordinator/http/page_files.h"
+#include "coordinator/http/peer.h"
+#include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/steering.h"
 
 namespace parallax {
 namespace {
 
-constexpr int kStudiesShown = 50;
-constexpr int kThreads = 4;
+using httplib::Request;
+using httplib::Response;
+using Handled = httplib::Server::HandlerResponse;
+
+// A browser keeps up to six connections, and each holds a thread for as long as it lasts.
+constexpr int kThreads = 64;
+constexpr int kMostStreams = 32;
+constexpr int kKeepAlive_s = 3;
 constexpr size_t kShortestToken = 16;
-constexpr double kRateWindow_s = 600;
-constexpr double kSampleEvery_s = 10;
-// Many watchers cost as much as a few.
-constexpr double kSnapshotAge_s = 0.5;
+constexpr double kCodeValid_s = 86400;
+// Streams of events look this often whether something is new, and say so much later that they live.
+constexpr double kEventEvery_s = 2;
+constexpr double kBeatEvery_s = 15;
+constexpr char kCsrfHeader[] = "X-Parallax-Csrf";
+constexpr char kPolicy[] =
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 // Like httplib's own, but without SO_REUSEPORT, which lets two coordinators share a port in
 // silence.
@@ -36,31 +49,15 @@ void SetSocketOptions(int socket) {
   setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
 }
 
-// Without padding or what follows a character that is none.
-std::string DecodeBase64(const std::string& text) {
-  constexpr std::string_view kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string bytes;
-  unsigned bits = 0;
-  int count = 0;
-  for (const char c : text) {
-    const size_t digit = kDigits.find(c);
-    if (digit == std::string_view::npos) break;
-    bits = bits << 6 | static_cast<unsigned>(digit);
-    count += 6;
-    if (count >= 8) bytes += static_cast<char>(bits >> (count -= 8) & 255);
-  }
-  return bytes;
-}
-
 class HttpServerImpl final : public HttpServer {
  public:
   HttpServerImpl(const HttpServerOptions& options, JobQueue& queue, const CoordinatorServer& server)
       : options_(options),
         queue_(queue),
         server_(server),
-        started_(options.clock->Steady()),
-        rate_(kRateWindow_s) {}
+        sampler_(options.store_uri, *options.clock, queue, server),
+        pictures_(options.store),
+        sessions_(*options.clock) {}
 
   ~HttpServerImpl() override { Stop(); }
 
@@ -71,12 +68,20 @@ class HttpServerImpl final : public HttpServer {
     }
     RETURN_IF_ERROR(CheckRpcSecurity(address_, options_.security));
     if (!address_.is_local() && options_.security.tls != nullptr) RETURN_IF_ERROR(UseTls());
+    if (is_tls_) {
+      ASSIGN_OR_RETURN(revoked_,
+                       RevokedCertificates::Open(options_.security.tls->dir + "/" + kRevokedFile,
+                                                 *options_.clock));
+    }
+    ASSIGN_OR_RETURN(csrf_secret_, NewSecret());
+    ASSIGN_OR_RETURN(reader_, PageReader::Open(options_.db_path, queue_.kinds()));
     http_->set_socket_options(SetSocketOptions);
-    http_->set_payload_max_length(4096);
+    http_->set_payload_max_length(8192);
     http_->set_read_timeout(5, 0);
     http_->set_write_timeout(5, 0);
+    http_->set_keep_alive_timeout(kKeepAlive_s);
+    http_->set_keep_alive_max_count(1000);
     http_->new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
-    Route();
     errno = 0;
     if (address_.port == 0) {
       address_.port = http_->bind_to_any_port(address_.host);
@@ -84,17 +89,22 @@ class HttpServerImpl final : public HttpServer {
     } else if (!http_->bind_to_port(address_.host, address_.port)) {
       return BindError();
     }
+    Route();
     serving_ = std::thread([this] {
       http_->listen_after_bind();
       serving_ended_ = true;
     });
-    sampling_ = std::thread([this] { SampleLoop(); });
+    sampler_.Start();
     return absl::OkStatus();
   }
 
   std::string address() const override { return address_.ToString(); }
   std::string url() const override {
-    return (token_.empty() ? "http://" : "https://") + address_.ToString() + "/";
+    return (is_tls_ ? "https://" : "http://") + address_.ToString() + "/";
+  }
+  absl::StatusOr<std::string> link_url() override {
+    ASSIGN_OR_RETURN(const std::string code, sessions_.NewCode(RpcCaller(), kCodeValid_s));
+    return url() + "#code=" + code;
   }
 
   void Stop() override {
@@ -109,7 +119,7 @@ class HttpServerImpl final : public HttpServer {
       http_->stop();
       serving_.join();
     }
-    if (sampling_.joinable()) sampling_.join();
+    sampler_.Stop();
   }
 
  private:
@@ -119,7 +129,7 @@ class HttpServerImpl final : public HttpServer {
     if (!token.ok()) {
       return absl::FailedPreconditionError(
           std::string(ToStd(token.status().message())) +
-          "; the status page on another address than loopback needs a token there, as "
+          "; the page on another address than loopback needs a token there, as "
           "`coordinator init` makes it");
     }
     token_ = token->substr(0, token->find_last_not_of(" \r\n") + 1);
@@ -127,30 +137,14 @@ class HttpServerImpl final : public HttpServer {
       return absl::FailedPreconditionError(dir + "/http.token: shorter than " +
                                            std::to_string(kShortestToken) + " characters");
     }
-    auto server = std::make_unique<httplib::SSLServer>((dir + "/tls.crt").c_str(),
-                                                       (dir + "/tls.key").c_str());
+    auto server = std::make_unique<httplib::SSLServer>(
+        [&dir](SSL_CTX& context) { return SetUpTls(dir, context); });
     if (!server->is_valid()) {
       return absl::FailedPreconditionError(dir + ": tls.crt and tls.key can't be used for HTTPS");
     }
     http_ = std::move(server);
+    is_tls_ = true;
     return absl::OkStatus();
-  }
-
-  bool IsAllowed(const httplib::Request& request) const {
-    if (token_.empty()) return true;
-    const std::string given = request.get_header_value("Authorization");
-    std::string token;
-    if (given.rfind("Bearer ", 0) == 0) {
-      token = given.substr(7);
-    } else if (given.rfind("Basic ", 0) == 0) {
-      const std::string pair = DecodeBase64(given.substr(6));
-      token = pair.substr(std::min(pair.size(), pair.find(':') + 1));
-    }
-    // Of equal length digests: how long the comparison takes tells nothing.
-    const Sha256Digest ours = Sha256Of(token_), theirs = Sha256Of(token);
-    unsigned difference = 0;
-    for (size_t i = 0; i < ours.size(); ++i) difference |= ours[i] ^ theirs[i];
-    return difference == 0;
   }
 
   absl::Status BindError() const {
@@ -161,149 +155,215 @@ class HttpServerImpl final : public HttpServer {
     return ErrnoError(error, what);
   }
 
+  // ---- Who asks
+  // Whether everybody who reaches the port is known: may do everything, or, in a farm with
+  // certificates, look.
+  bool IsOpen() const { return token_.empty() && !options_.by_link_only; }
+
+  std::optional<WebCaller> Identify(const Request& request) {
+    WebCaller caller;
+    const std::string from = (is_tls_ ? "https:" : "http:") + request.remote_addr;
+    const std::string session = CookieIn(request.get_header_value("Cookie"), parts_->cookie);
+    if (const auto certified = CallerOf(request.ssl)) {
+      caller.rpc = *certified;
+    } else if (const auto known = sessions_.Find(session)) {
+      caller.rpc = *known;
+      caller.session = session;
+    } else if (!token_.empty() &&
+               SameSecret(TokenIn(request.get_header_value("Authorization")), token_)) {
+      caller.rpc = TokenCaller();
+    } else if (!IsOpen()) {
+      return std::nullopt;
+    } else if (options_.security.tls != nullptr) {
+      caller.rpc = MachineCaller();
+    }
+    if (revoked_ != nullptr && revoked_->Contains(caller.rpc.sha256)) return std::nullopt;
+    caller.actor = caller.rpc.has_certificate ? ActorName(caller.rpc) + " " + from : from;
+    caller.csrf = Sha256Hex(csrf_secret_ + "\n" + caller.session + "\n" + caller.rpc.name);
+    return caller;
+  }
+
+  // Errors: kPermissionDenied for a request that another site's page may have caused.
+  absl::Status CheckOrigin(const WebRoute& route, const Request& request,
+                           const std::optional<WebCaller>& caller) const {
+    if (std::string_view(route.method) != "POST") return absl::OkStatus();
+    const std::string site = request.get_header_value("Sec-Fetch-Site");
+    if (!site.empty() && site != "same-origin") {
+      return absl::PermissionDeniedError("a page of another site may change nothing here");
+    }
+    if (route.access == WebAccess::kAnybody) return absl::OkStatus();
+    if (SameSecret(request.get_header_value(kCsrfHeader), caller->csrf)) return absl::OkStatus();
+    return absl::PermissionDeniedError(std::string("the header ") + kCsrfHeader +
+                                       " must say what /api/v1/me calls csrf");
+  }
+
+  // ---- Routes
   void Route() {
-    using httplib::Request;
-    using httplib::Response;
-    http_->set_default_headers(
-        {{"X-Content-Type-Options", "nosniff"},
-         {"Cache-Control", "no-store"},
-         {"Content-Security-Policy", "default-src 'none'; style-src 'unsafe-inline'"}});
-    http_->set_pre_routing_handler([this](const Request& request, Response& response) {
-      if (request.path == "/healthz" || IsAllowed(request)) {
-        return httplib::Server::HandlerResponse::Unhandled;
+    parts_.emplace(ApiParts{queue_, server_, sampler_, *reader_, pictures_, sessions_, token_,
+                            "parallax_" + std::to_string(address_.port), is_tls_});
+    routes_ = ApiRoutes(*parts_);
+    http_->set_default_headers({{"X-Content-Type-Options", "nosniff"},
+                                {"Referrer-Policy", "no-referrer"},
+                                {"Cross-Origin-Resource-Policy", "same-origin"},
+                                {"Content-Security-Policy", kPolicy}});
+    http_->set_pre_routing_handler(
+        [this](const Request& request, Response& response) { return Gate(request, response); });
+    for (const PageFile& file : PageFiles()) {
+      http_->Get(std::string(file.path), [&file](const Request& request, Response& response) {
+        response.set_header("Cache-Control", "no-cache");
+        response.set_header("ETag", std::string(file.etag));
+        if (request.get_header_value("If-None-Match") == file.etag) {
+          response.status = 304;
+          return;
+        }
+        response.set_content(file.bytes.data(), file.bytes.size(), std::string(file.type));
+      });
+    }
+    for (const WebRoute& route : routes_) {
+      const auto handler = [this, &route](const Request& request, Response& response) {
+        Serve(route, request, response);
+      };
+      if (std::string_view(route.method) == "POST") {
+        http_->Post(route.pattern, handler);
+      } else {
+        http_->Get(route.pattern, handler);
       }
-      response.status = 401;
+    }
+  }
+
+  // Strangers come no further than to what is open to anybody, also on paths that are no route.
+  Handled Gate(const Request& request, Response& response) {
+    if (!is_tls_ && address_.is_local() && !IsLoopbackHost(request.get_header_value("Host"))) {
+      Send(ErrorReply(absl::PermissionDeniedError("this port is for names of this machine only")),
+           response);
+      return Handled::Handled;
+    }
+    const bool open =
+        std::any_of(PageFiles().begin(), PageFiles().end(),
+                    [&](const PageFile& file) { return file.path == request.path; }) ||
+        std::any_of(routes_.begin(), routes_.end(), [&](const WebRoute& route) {
+          return route.access == WebAccess::kAnybody && route.example == request.path;
+        });
+    if (open || Identify(request)) return Handled::Unhandled;
+    SendError(CheckWebAccess({.access = WebAccess::kKnown}, nullptr), request, response);
+    return Handled::Handled;
+  }
+
+  void Serve(const WebRoute& route, const Request& request, Response& response) {
+    const std::optional<WebCaller> caller = Identify(request);
+    absl::Status status = CheckWebAccess(route, caller ? &*caller : nullptr);
+    if (status.ok()) status = CheckOrigin(route, request, caller);
+    if (!status.ok()) return SendError(status, request, response);
+    if (route.events) return Stream(caller->session, response);
+    WebRequest asked;
+    for (size_t i = 1; i < request.matches.size(); ++i) asked.parts.push_back(request.matches[i]);
+    for (const auto& [name, value] : request.params) asked.query[name] = value;
+    asked.body = request.body;
+    if (caller) asked.caller = *caller;
+    const absl::StatusOr<WebReply> reply = route.handler(asked);
+    if (!reply.ok()) return SendError(reply.status(), request, response);
+    Send(*reply, response);
+  }
+
+  static void Send(const WebReply& reply, Response& response) {
+    response.status = reply.status;
+    bool cached = false;
+    for (const auto& [name, value] : reply.headers) {
+      response.set_header(name, value);
+      cached |= name == "Cache-Control";
+    }
+    if (!cached) response.set_header("Cache-Control", "no-store");
+    response.set_content(reply.body, reply.type);
+  }
+
+  // Programs that scrape know passwords; the page asks for itself.
+  static void SendError(const absl::Status& status, const Request& request, Response& response) {
+    if (absl::IsUnauthenticated(status) && request.path.rfind("/api/", 0) != 0) {
       response.set_header("WWW-Authenticate", "Basic realm=\"parallax: any name, the token\"");
-      response.set_content("the token of the coordinator's http.token is needed\n", "text/plain");
-      return httplib::Server::HandlerResponse::Handled;
-    });
-    http_->Get("/healthz", [this](const Request& request, Response& response) {
-      Health(response, IsAllowed(request));
-    });
-    http_->Get("/metrics", [this](const Request&, Response& response) {
-      Answer(response, "text/plain; version=0.0.4; charset=utf-8", MetricsText);
-    });
-    http_->Get("/", [this](const Request&, Response& response) {
-      Answer(response, "text/html; charset=utf-8", StatusPage);
-    });
-  }
-
-  // Healthy: the database answers.
-  void Health(httplib::Response& response, bool in_full) {
-    const absl::Status status = queue_.ListStudies(1).status();
-    if (!in_full) {
-      response.status = status.ok() ? 200 : 503;
-      response.set_content(status.ok() ? "{\"status\":\"ok\"}\n" : "{\"status\":\"failing\"}\n",
-                           "application/json");
-      return;
     }
-    nlohmann::ordered_json body = {{"status", status.ok() ? "ok" : "failing"},
-                                   {"version", kProgramVersion},
-                                   {"epoch", queue_.epoch()},
-                                   {"schema_version", queue_.schema_version()},
-                                   {"uptime_s", Uptime()},
-                                   {"workers", server_.Metrics().workers_connected}};
-    if (!status.ok()) {
-      body["error"] = status.ToString();
-      response.status = 503;
+    Send(ErrorReply(status), response);
+  }
+
+  // ---- Events
+  // "farm" with what /api/v1/farm says, whenever it says something else; ends with the session.
+  void Stream(const std::string& session, Response& response) {
+    if (streams_.fetch_add(1) >= kMostStreams) {
+      streams_.fetch_sub(1);
+      return Send(ErrorReply(absl::UnavailableError("too many watch already; ask now and then")),
+                  response);
     }
-    response.set_content(body.dump() + "\n", "application/json");
+    response.set_header("Cache-Control", "no-store");
+    struct State {
+      std::string last;
+      double silent_s = 0;
+    };
+    response.set_chunked_content_provider(
+        "text/event-stream",
+        [this, session, state = std::make_shared<State>()](size_t, httplib::DataSink& sink) {
+          const bool is_first = state->last.empty();
+          if ((!is_first && WaitForStop(kEventEvery_s)) || IsStopping() ||
+              (!session.empty() && !sessions_.Find(session))) {
+            sink.done();
+            return true;
+          }
+          const std::string text = EventText(state->last, state->silent_s);
+          return text.empty() || sink.write(text.data(), text.size());
+        },
+        [this](bool) { streams_.fetch_sub(1); });
   }
 
-  void Answer(httplib::Response& response, const char* type,
-              std::string (*render)(const StatusSnapshot&)) {
-    const absl::StatusOr<StatusSnapshot> snapshot = TakeSnapshot();
-    if (!snapshot.ok()) {
-      response.status = 503;
-      response.set_content(snapshot.status().ToString() + "\n", "text/plain");
-      return;
-    }
-    response.set_content(render(*snapshot), type);
-  }
-
-  double Uptime() const { return SecondsBetween(started_, options_.clock->Steady()); }
-
-  absl::StatusOr<StatusSnapshot> TakeSnapshot() {
-    std::lock_guard lock(snapshot_mu_);
-    const SteadyTime now = options_.clock->Steady();
-    if (has_snapshot_ && SecondsBetween(snapshot_at_, now) < kSnapshotAge_s) return snapshot_;
-    StatusSnapshot fresh;
-    ASSIGN_OR_RETURN(fresh.studies, queue_.ListStudies(kStudiesShown));
-    fresh.version = kProgramVersion;
-    fresh.epoch = queue_.epoch();
-    fresh.schema_version = queue_.schema_version();
-    fresh.store_uri = options_.store_uri;
-    fresh.uptime_s = Uptime();
-    fresh.now_unix_s = options_.clock->UnixSeconds();
-    fresh.workers = server_.Workers();
-    fresh.server = server_.Metrics();
-    fresh.queue = queue_.Stats();
-    ASSIGN_OR_RETURN(fresh.running, queue_.ListRunning());
-    int64_t pairs = 0;
-    for (const v1::StudyStatus& study : fresh.studies) pairs += CountPairs(study).done;
-    rate_.Add(fresh.uptime_s, static_cast<double>(pairs));
-    fresh.pairs_per_hour = 3600 * rate_.PerSecond().value_or(0);
-    NoteEtas(fresh);
-    snapshot_ = std::move(fresh);
-    snapshot_at_ = now;
-    has_snapshot_ = true;
-    return snapshot_;
-  }
-
-  // Requires snapshot_mu_.
-  void NoteEtas(StatusSnapshot& fresh) {
-    std::map<int64_t, RateEstimator> rates;
-    for (const v1::StudyStatus& study : fresh.studies) {
-      if (study.state() != v1::STUDY_STATE_RUNNING) continue;
-      RateEstimator& rate = rates.emplace(study.study_id(), kRateWindow_s).first->second;
-      if (const auto known = study_rates_.find(study.study_id()); known != study_rates_.end()) {
-        rate = std::move(known->second);
+  std::string EventText(std::string& last, double& silent_s) {
+    const auto snapshot = sampler_.Take();
+    if (snapshot.ok()) {
+      Json farm = FarmJson(**snapshot);
+      Json still = farm;
+      still.erase("uptime_s");
+      still.erase("now_unix_s");
+      std::string text = JsonText(still);
+      if (text != last) {
+        last = std::move(text);
+        silent_s = 0;
+        return "event: farm\ndata: " + JsonText(farm) + "\n";
       }
-      const PairCount pairs = CountPairs(study);
-      rate.Add(fresh.uptime_s, static_cast<double>(pairs.done));
-      // The time that trainings take is unknown.
-      if (pairs.done >= pairs.wanted) continue;
-      const auto eta_s = rate.SecondsFor(static_cast<double>(pairs.wanted - pairs.done));
-      if (eta_s) fresh.eta_s[study.study_id()] = *eta_s;
     }
-    study_rates_ = std::move(rates);
+    silent_s += kEventEvery_s;
+    if (silent_s < kBeatEvery_s) return "";
+    silent_s = 0;
+    return ": still here\n\n";
   }
 
-  // So that the rate is there when somebody looks.
-  void SampleLoop() {
+  bool IsStopping() {
+    std::lock_guard lock(mu_);
+    return stopping_;
+  }
+  bool WaitForStop(double seconds) {
     std::unique_lock lock(mu_);
-    while (!stopping_) {
-      lock.unlock();
-      const absl::Status status = TakeSnapshot().status();
-      if (!status.ok()) LogWarning("status page: no snapshot", {{"error", status}});
-      lock.lock();
-      stop_.wait_for(lock, std::chrono::duration<double>(kSampleEvery_s),
-                     [this] { return stopping_; });
-    }
+    return stop_.wait_for(lock, std::chrono::duration<double>(seconds),
+                          [this] { return stopping_; });
   }
 
   const HttpServerOptions options_;
   JobQueue& queue_;
   const CoordinatorServer& server_;
-  const SteadyTime started_;
   RpcAddress address_;
+  bool is_tls_ = false;
+  std::string token_;                             // Empty: none is known.
+  std::unique_ptr<RevokedCertificates> revoked_;  // Present where callers have certificates.
+  std::string csrf_secret_;
+  StatusSampler sampler_;
+  Pictures pictures_;
+  Sessions sessions_;
+  std::unique_ptr<PageReader> reader_;
+  std::optional<ApiParts> parts_;
+  std::vector<WebRoute> routes_;  // Constant once it serves.
   std::unique_ptr<httplib::Server> http_ = std::make_unique<httplib::Server>();
-  std::string token_;  // Empty: not asked for.
   std::thread serving_;
-  std::thread sampling_;
   std::atomic<bool> serving_ended_ = false;
+  std::atomic<int> streams_ = 0;
 
   std::mutex mu_;
   std::condition_variable stop_;
   bool stopping_ = false;  // Guarded by mu_.
-
-  std::mutex snapshot_mu_;
-  // Guarded by snapshot_mu_.
-  RateEstimator rate_;
-  std::map<int64_t, RateEstimator> study_rates_;  // By running study.
-  StatusSnapshot snapshot_;
-  SteadyTime snapshot_at_{};
-  bool has_snapshot_ = false;
 };
 
 }  // namespace

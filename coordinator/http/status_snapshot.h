@@ -1,4 +1,4 @@
-// What /metrics and the status page are drawn from, taken at one moment.
+// What /metrics and the page are drawn from, taken at one moment.
 #pragma once
 
 #include <map>

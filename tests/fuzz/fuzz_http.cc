@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <string_view>
 
 #include "coordinator/http/http_server.h"
 #include "coordinator/queue/job_queue.h"
@@ -46,6 +47,7 @@ struct World {
     parallax::HttpServerOptions http_options;
     http_options.listen = "127.0.0.1:0";
     http_options.store_uri = "file:///nowhere";
+    http_options.db_path = options.db_path;
     http = *parallax::HttpServer::Start(http_options, *queue, server);
     const std::string address = http->address();
     port = std::atoi(address.substr(address.rfind(':') + 1).c_str());
@@ -92,9 +94,14 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   shutdown(fd, SHUT_WR);
   char bytes[1 << 14];
   ssize_t n;
+  bool endless = false;  // A stream of events: its head is answer enough.
   do {
     n = recv(fd, bytes, sizeof bytes, 0);
-  } while (n > 0 || (n < 0 && errno == EINTR));
+    if (n > 0) {
+      const std::string_view piece(bytes, static_cast<size_t>(n));
+      endless |= piece.find("text/event-stream") != piece.npos;
+    }
+  } while (!endless && (n > 0 || (n < 0 && errno == EINTR)));
   if (n < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
     std::fprintf(stderr, "the server neither answers nor hangs up\n");
     std::abort();

@@ -67,6 +67,7 @@ void RegisterJobs(Registry& registry);
 void RegisterWorkers(Registry& registry);
 void RegisterSteer(Registry& registry);  // cancel, pause, resume, retry
 void RegisterAudit(Registry& registry);
+void RegisterPage(Registry& registry);
 void RegisterFetch(Registry& registry);
 void RegisterView(Registry& registry);
 void RegisterPlan(Registry& registry);

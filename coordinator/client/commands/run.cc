@@ -22,6 +22,8 @@ struct RunOptions {
   std::string out;
   int workers = 0;  // 0: as many as suit this machine.
   std::string allow_trainers, trainers_dir, benchmarks_dir;
+  bool page = false;
+  std::string page_listen = "127.0.0.1:0";
   bool yes = false;
 };
 
@@ -94,6 +96,7 @@ absl::StatusOr<ExitCode> Run(const RunOptions& options, Session& session) {
   run_options.allow_trainers = options.allow_trainers;
   run_options.trainers_dir = options.trainers_dir;
   run_options.benchmarks_dir = options.benchmarks_dir;
+  if (options.page) run_options.page = options.page_listen;
   run_options.workers = options.workers > 0 ? options.workers : DefaultWorkers();
   RETURN_IF_ERROR(FindWorkerBinary().status());
   if (HoldsForeignFiles(options.out)) {
@@ -105,6 +108,9 @@ absl::StatusOr<ExitCode> Run(const RunOptions& options, Session& session) {
   {
     ASSIGN_OR_RETURN(const auto run, EmbeddedRun::Open(run_options, *out, session.environment));
     PrintOpening(run_options.study, *out, run_options.workers, session);
+    if (!run->page_link().empty()) {
+      *session.err().stream << "page: " << run->page_link() << " (opens once)\n" << std::flush;
+    }
     ASSIGN_OR_RETURN(report, run->Work());
   }
   DrawSheet(report, session);
@@ -128,7 +134,8 @@ absl::StatusOr<ExitCode> Run(const RunOptions& options, Session& session) {
 void RegisterRun(Registry& registry) {
   CLI::App* command = registry.AddCommand(
       registry.app, "run", "Make a dataset on this machine, with nothing to set up",
-      "A coordinator runs inside this command and workers beside it; nothing listens on a port.\n"
+      "A coordinator runs inside this command and workers beside it; nothing listens on a port\n"
+      "unless --page is given.\n"
       "Pairs appear in DIR as they are finished. Ctrl-C stops after what is being rendered; the "
       "same\n"
       "command again goes on, a larger --pairs extends the dataset, and what is there is never\n"
@@ -139,7 +146,7 @@ void RegisterRun(Registry& registry) {
       "Examples:\n"
       "  parallax run quickstart --out out/quickstart\n"
       "  parallax run baseline --out out/baseline --pairs 100 --profile high\n"
-      "  parallax run table1-small --out out/table1\n"
+      "  parallax run table1-small --out out/table1 --page\n"
       "  parallax run my.yaml --out /data/my --width 640 --height 480 --json > report.json\n");
   command->group(kLocalCommands);
   auto options = std::make_shared<RunOptions>();
@@ -164,6 +171,12 @@ void RegisterRun(Registry& registry) {
                    "Folder with NAME.yaml of each trainer beside the built-in one")
       ->type_name("DIR")
       ->check(CLI::ExistingDirectory);
+  command->add_flag("--page", options->page,
+                    "Show the run in the browser while it goes on; prints a link that opens once");
+  command
+      ->add_option("--page-listen", options->page_listen,
+                   "Address of the page (default 127.0.0.1 and any free port)")
+      ->type_name("HOST:PORT");
   command->add_flag("-y,--yes", options->yes, "Ask nothing: foreign files in DIR, a small disk");
   registry.AddJsonOption(command);
   registry.SetAction(command, [options](Session& session) { return Run(*options, session); });

@@ -59,7 +59,7 @@ struct Watched {
   void Look(const CoordinatorProcess& coordinator, const std::string& db) {
     rss_mb = std::max(rss_mb, PeakRssMb(coordinator.pid()));
     wal_mb = std::max(wal_mb, FileMb(db + "-wal"));
-    const auto page = TimeGet(coordinator.http_address(), "/");
+    const auto page = TimeGet(coordinator.http_address(), "/api/v1/farm");
     if (page.ok()) {
       status_page_ms.Add(1000 * *page);
     } else {

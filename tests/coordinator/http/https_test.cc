@@ -1,4 +1,4 @@
-// The status page on other addresses than loopback.
+// The page on other addresses than loopback.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <httplib.h>
@@ -34,6 +34,7 @@ class HttpsTest : public testing::Test {
     std::ostringstream said;
     EXPECT_TRUE(InitFarm({.dir = directory_ + "/tls"}, Clock::System(), said).ok());
     options_.listen = "0.0.0.0:0";
+    options_.db_path = queue.db_path;
     options_.security = *MakeRpcSecurity(false, directory_ + "/tls/server", Clock::System());
   }
   ~HttpsTest() override {
@@ -48,7 +49,7 @@ class HttpsTest : public testing::Test {
   HttpServerOptions options_;
 };
 
-TEST_F(HttpsTest, OtherMachinesNeedTheTokenForAllButABareHealth) {
+TEST_F(HttpsTest, OtherMachinesNeedTheTokenForAllButABareHealthAndThePagesFiles) {
   const auto http = HttpServer::Start(options_, *queue_, *server_);
   ASSERT_TRUE(http.ok()) << http.status();
   EXPECT_EQ((*http)->url().rfind("https://0.0.0.0:", 0), 0u);
@@ -56,7 +57,7 @@ TEST_F(HttpsTest, OtherMachinesNeedTheTokenForAllButABareHealth) {
   httplib::SSLClient client("127.0.0.1", std::stoi(address.substr(address.rfind(':') + 1)));
   client.set_ca_cert_path((directory_ + "/tls/server/ca.crt").c_str());
   client.enable_server_certificate_verification(true);
-  for (const char* page : {"/", "/metrics", "/nowhere"}) {
+  for (const char* page : {"/metrics", "/nowhere"}) {
     const auto refused = client.Get(page);
     ASSERT_TRUE(refused) << page << " " << static_cast<int>(refused.error());
     EXPECT_EQ(refused->status, 401) << page;
@@ -75,7 +76,9 @@ TEST_F(HttpsTest, OtherMachinesNeedTheTokenForAllButABareHealth) {
     return answer ? answer->status : -1;
   };
   EXPECT_EQ(get("/metrics", {{"Authorization", "Bearer " + token}}), 200);
-  EXPECT_EQ(get("/", {httplib::make_basic_authentication_header("me", token)}), 200);
+  EXPECT_EQ(get("/", {}), 200);
+  EXPECT_EQ(get("/api/v1/farm", {}), 401);
+  EXPECT_EQ(get("/api/v1/farm", {httplib::make_basic_authentication_header("me", token)}), 200);
   EXPECT_EQ(get("/metrics", {{"Authorization", "Bearer " + token + "x"}}), 401);
   EXPECT_EQ(get("/metrics", {{"Authorization", "Bearer "}}), 401);
   EXPECT_EQ(get("/metrics", {{"Authorization", "Basic ####"}}), 401);

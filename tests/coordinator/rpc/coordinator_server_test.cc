@@ -346,13 +346,14 @@ TEST_F(CoordinatorServerTest, AnAddressInUseIsRefusedByName) {
   EXPECT_NE(second.status().ToString().find(address_), std::string::npos);
 }
 
-TEST_F(CoordinatorServerTest, HttpTellsHealthMetricsAndStatus) {
+TEST_F(CoordinatorServerTest, HttpTellsHealthMetricsAndWorkers) {
   StartCoordinator();
   StartAgent("worker-7", noop_);
   const int64_t id = Submit(4, 2, {"v"});
   ASSERT_TRUE(WaitForState(id, v1::STUDY_STATE_SUCCEEDED));
   HttpServerOptions options;
   options.listen = "127.0.0.1:0";
+  options.db_path = directory_ + "/queue.db";
   auto http = HttpServer::Start(options, *queue_, *server_);
   ASSERT_TRUE(http.ok()) << http.status();
   httplib::Client client("http://" + (*http)->address());
@@ -366,12 +367,13 @@ TEST_F(CoordinatorServerTest, HttpTellsHealthMetricsAndStatus) {
                                std::to_string(id) + "\",variant=\"v\"} 4\n"),
             std::string::npos)
       << metrics->body;
-  const auto page = client.Get("/");
-  ASSERT_TRUE(page);
-  EXPECT_NE(page->body.find("worker-7"), std::string::npos);
+  const auto workers = client.Get("/api/v1/workers");
+  ASSERT_TRUE(workers);
+  EXPECT_NE(workers->body.find("worker-7"), std::string::npos);
+  EXPECT_EQ(client.Get("/")->status, 200);
   EXPECT_EQ(client.Get("/nothing")->status, 404);
 
-  HttpServerOptions taken;
+  HttpServerOptions taken = options;
   taken.listen = (*http)->address();
   const auto second = HttpServer::Start(taken, *queue_, *server_);
   ASSERT_FALSE(second.ok());

@@ -1,0 +1,90 @@
+// The farm as a whole: figures, history, workers, who did what, health and metrics.
+#include "common/base/version.h"
+#include "coordinator/http/api.h"
+#include "coordinator/http/api_json.h"
+#include "coordinator/http/metrics_text.h"
+#include "coordinator/queue/job_queue.h"
+
+namespace parallax {
+namespace {
+
+using Reply = absl::StatusOr<WebReply>;
+
+Reply Farm(ApiParts& parts, const WebRequest&) {
+  ASSIGN_OR_RETURN(const auto snapshot, parts.sampler.Take());
+  return JsonReply(JsonText(FarmJson(*snapshot)));
+}
+
+Reply FarmHistory(ApiParts& parts, const WebRequest&) {
+  return JsonReply(JsonText(HistoryJson(parts.sampler.History())));
+}
+
+Reply Workers(ApiParts& parts, const WebRequest&) {
+  ASSIGN_OR_RETURN(const auto snapshot, parts.sampler.Take());
+  return JsonReply(JsonText(WorkersJson(*snapshot)));
+}
+
+Reply Audit(ApiParts& parts, const WebRequest& request) {
+  v1::ListAuditRequest asked;
+  ASSIGN_OR_RETURN(const int64_t study, NumberIn(request, "study", 0, 0, INT64_MAX));
+  ASSIGN_OR_RETURN(const int64_t before, NumberIn(request, "before", 0, 0, INT64_MAX));
+  asked.set_study_id(study);
+  asked.set_before(before);
+  ASSIGN_OR_RETURN(const auto entries, parts.queue.ListAudit(asked));
+  Json json = {{"entries", Json::array()}};
+  for (const v1::AuditEntry& entry : entries) {
+    json["entries"].push_back({{"id", entry.id()},
+                               {"unix_s", entry.unix_s()},
+                               {"actor", entry.actor()},
+                               {"action", entry.action()},
+                               {"study_id", entry.study_id()},
+                               {"detail", entry.detail()}});
+  }
+  return JsonReply(JsonText(json));
+}
+
+Reply Metrics(ApiParts& parts, const WebRequest&) {
+  ASSIGN_OR_RETURN(const auto snapshot, parts.sampler.Take());
+  WebReply reply;
+  reply.type = "text/plain; version=0.0.4; charset=utf-8";
+  reply.body = MetricsText(*snapshot);
+  return reply;
+}
+
+// Healthy: the database answers. Strangers learn no more than that.
+Reply Health(ApiParts& parts, const WebRequest& request) {
+  const absl::Status status = parts.queue.ListStudies(1).status();
+  Json body = {{"status", status.ok() ? "ok" : "failing"}};
+  if (!request.caller.actor.empty()) {
+    body["version"] = kProgramVersion;
+    body["epoch"] = parts.queue.epoch();
+    body["schema_version"] = parts.queue.schema_version();
+    body["uptime_s"] = parts.sampler.Uptime();
+    body["workers"] = parts.server.Metrics().workers_connected;
+    if (!status.ok()) body["error"] = status.ToString();
+  }
+  WebReply reply = JsonReply(JsonText(body));
+  reply.status = status.ok() ? 200 : 503;
+  return reply;
+}
+
+}  // namespace
+
+void AddFarmRoutes(ApiParts& parts, std::vector<WebRoute>& routes) {
+  const auto add = [&](const char* path, WebAccess access, const char* rpc,
+                       Reply (*handler)(ApiParts&, const WebRequest&)) {
+    routes.push_back({"GET", path, path, access, rpc,
+                      [&parts, handler](const WebRequest& r) { return handler(parts, r); }});
+  };
+  add("/healthz", WebAccess::kAnybody, "", Health);
+  add("/metrics", WebAccess::kRoles, "ListStudies", Metrics);
+  add("/api/v1/farm", WebAccess::kRoles, "ListStudies", Farm);
+  add("/api/v1/history", WebAccess::kRoles, "ListStudies", FarmHistory);
+  add("/api/v1/workers", WebAccess::kRoles, "ListWorkers", Workers);
+  add("/api/v1/audit", WebAccess::kRoles, "ListAudit", Audit);
+  WebRoute& events = routes.emplace_back();
+  events = {"GET", "/api/v1/events", "/api/v1/events", WebAccess::kRoles, "ListStudies"};
+  events.events = true;
+}
+
+}  // namespace parallax

@@ -1,0 +1,107 @@
+// A pair: its pictures, its maps, and what it was made from.
+#include <google/protobuf/util/json_util.h>
+
+#include <algorithm>
+
+#include "coordinator/http/api.h"
+#include "coordinator/http/api_json.h"
+#include "coordinator/queue/job_queue.h"
+
+namespace parallax {
+namespace {
+
+using Reply = absl::StatusOr<WebReply>;
+
+constexpr int kLeastWidth_px = 64, kMostWidth_px = 4096;
+// A pair's files never change, so that browsers may keep what they have of them.
+constexpr char kKeep[] = "private, max-age=86400, immutable";
+
+absl::StatusOr<PublishedPair> PairOf(ApiParts& parts, const WebRequest& request) {
+  ASSIGN_OR_RETURN(const int64_t number, NumberOf(request, 0));
+  return parts.reader.Pair(number);
+}
+
+// Path in the store of one of the pair's files. Errors: kNotFound.
+absl::StatusOr<std::string> FileOf(const PublishedPair& pair, const std::string& name) {
+  const auto& files = pair.frame.files();
+  if (std::any_of(files.begin(), files.end(), [&](const auto& f) { return f.name() == name; })) {
+    return pair.frame.path() + "/" + name;
+  }
+  return absl::NotFoundError("pair " + std::to_string(pair.number) + " has no " + name);
+}
+
+WebReply Kept(const char* type, std::string bytes) {
+  WebReply reply;
+  reply.type = type;
+  reply.body = std::move(bytes);
+  reply.headers.emplace_back("Cache-Control", kKeep);
+  return reply;
+}
+
+Reply Pair(ApiParts& parts, const WebRequest& request) {
+  ASSIGN_OR_RETURN(const PublishedPair pair, PairOf(parts, request));
+  ASSIGN_OR_RETURN(const auto neighbours, parts.reader.NeighboursOf(pair));
+  return JsonReply(JsonText(PairJson(pair, neighbours)));
+}
+
+Reply Picture(ApiParts& parts, const WebRequest& request) {
+  ASSIGN_OR_RETURN(const int64_t width,
+                   NumberIn(request, "width", kMostWidth_px, kLeastWidth_px, kMostWidth_px));
+  ASSIGN_OR_RETURN(const PublishedPair pair, PairOf(parts, request));
+  ASSIGN_OR_RETURN(const std::string path, FileOf(pair, request.parts[1] + ".png"));
+  ASSIGN_OR_RETURN(std::string jpeg, parts.pictures.Jpeg(path, static_cast<int>(width)));
+  return Kept("image/jpeg", std::move(jpeg));
+}
+
+Reply Map(ApiParts& parts, const WebRequest& request) {
+  ASSIGN_OR_RETURN(const PublishedPair pair, PairOf(parts, request));
+  auto path = FileOf(pair, request.parts[1] + ".exr");
+  if (!path.ok()) path = FileOf(pair, request.parts[1] + ".png");
+  if (!path.ok()) return path.status();
+  ASSIGN_OR_RETURN(std::string bytes, parts.pictures.Map(*path));
+  return Kept("application/octet-stream", std::move(bytes));
+}
+
+// frame.json as the worker wrote it.
+Reply Frame(ApiParts& parts, const WebRequest& request) {
+  ASSIGN_OR_RETURN(const PublishedPair pair, PairOf(parts, request));
+  ASSIGN_OR_RETURN(const std::string path, FileOf(pair, "frame.json"));
+  ASSIGN_OR_RETURN(std::string text, parts.pictures.File(path));
+  return Kept("application/json", std::move(text));
+}
+
+Reply Recipe(ApiParts& parts, const WebRequest& request) {
+  ASSIGN_OR_RETURN(const PublishedPair pair, PairOf(parts, request));
+  v1::GetSceneRequest asked;
+  asked.set_study_id(pair.study_id);
+  asked.set_variant(pair.variant);
+  asked.set_scene(pair.scene);
+  ASSIGN_OR_RETURN(const v1::Scene scene, parts.queue.GetScene(asked));
+  std::string json;
+  google::protobuf::util::JsonPrintOptions options;
+  options.add_whitespace = true;
+  options.preserve_proto_field_names = true;
+  if (!google::protobuf::util::MessageToJsonString(scene, &json, options).ok()) {
+    return absl::InternalError("this recipe has no JSON form");
+  }
+  return Kept("application/json", std::move(json));
+}
+
+}  // namespace
+
+void AddPairRoutes(ApiParts& parts, std::vector<WebRoute>& routes) {
+  const auto add = [&](const char* pattern, const char* example, const char* rpc,
+                       Reply (*handler)(ApiParts&, const WebRequest&)) {
+    routes.push_back({"GET", pattern, example, WebAccess::kRoles, rpc,
+                      [&parts, handler](const WebRequest& r) { return handler(parts, r); }});
+  };
+  add("/api/v1/pairs/(\\d+)", "/api/v1/pairs/1", "ListFrames", Pair);
+  add("/api/v1/pairs/(\\d+)/picture/(left|right)", "/api/v1/pairs/1/picture/left", "ListFrames",
+      Picture);
+  add("/api/v1/pairs/(\\d+)/map/([a-z]+_(?:left|right))", "/api/v1/pairs/1/map/disparity_left",
+      "ListFrames", Map);
+  add("/api/v1/pairs/(\\d+)/frame", "/api/v1/pairs/1/frame", "ListFrames", Frame);
+  add("/api/v1/pairs/(\\d+)/recipe", "/api/v1/pairs/1/recipe", "GetScene", Recipe);
+}
+
+}  // namespace parallax

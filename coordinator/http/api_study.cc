@@ -1,0 +1,140 @@
+// A study: progress, problems, pairs, scores, jobs; and what may be done with it.
+#include "common/base/names.h"
+#include "coordinator/http/api.h"
+#include "coordinator/http/api_json.h"
+#include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/access.h"
+#include "coordinator/rpc/steering.h"
+
+namespace parallax {
+namespace {
+
+using Reply = absl::StatusOr<WebReply>;
+using StudyCall = absl::Status (JobQueue::*)(StudyId, std::string_view, std::string_view);
+
+constexpr int kMostStudies = 200;
+constexpr int kMostJobs = 1000;
+
+Reply Studies(ApiParts& parts, const WebRequest& request) {
+  ASSIGN_OR_RETURN(const int64_t limit, NumberIn(request, "limit", 50, 1, kMostStudies));
+  ASSIGN_OR_RETURN(const int64_t before, NumberIn(request, "before", 0, 0, INT64_MAX));
+  ASSIGN_OR_RETURN(const auto studies, parts.queue.ListStudies(static_cast<int>(limit), before));
+  Json json = {{"studies", Json::array()}};
+  for (const v1::StudyStatus& study : studies) json["studies"].push_back(StudyLineJson(study, -1));
+  return JsonReply(JsonText(json));
+}
+
+// Words of the actions that the caller may take now.
+Json ActionsFor(ApiParts& parts, const WebCaller& caller, const v1::StudyStatus& study) {
+  Json actions = Json::array();
+  if (!CheckAccess(caller.rpc, "/parallax.v1.Coordinator/Pause").ok()) return actions;
+  if (!CheckSteering(parts.queue, caller.rpc, StudyId{study.study_id()}).ok()) return actions;
+  const bool running = study.state() == v1::STUDY_STATE_RUNNING;
+  const bool paused = study.state() == v1::STUDY_STATE_PAUSED;
+  bool has_failed = study.state() == v1::STUDY_STATE_FAILED;
+  for (const v1::VariantStatus& variant : study.variants()) {
+    for (const v1::JobCount& count : variant.jobs()) {
+      has_failed |= count.state() == "FAILED" || count.state() == "QUARANTINED";
+    }
+  }
+  if (running) actions.push_back("pause");
+  if (paused) actions.push_back("resume");
+  if (has_failed && study.state() != v1::STUDY_STATE_CANCELLED) actions.push_back("retry");
+  if (running || paused) actions.push_back("cancel");
+  return actions;
+}
+
+Reply StudyReply(ApiParts& parts, const WebCaller& caller, int64_t id) {
+  ASSIGN_OR_RETURN(const v1::StudyStatus study, parts.queue.GetStudy(StudyId{id}));
+  ASSIGN_OR_RETURN(const auto causes, parts.reader.Problems(id));
+  ASSIGN_OR_RETURN(const auto snapshot, parts.sampler.Take());
+  const auto eta = snapshot->eta_s.find(id);
+  Json json = StudyJson(study, eta == snapshot->eta_s.end() ? -1 : eta->second, causes);
+  json["actions"] = ActionsFor(parts, caller, study);
+  json["now_unix_s"] = snapshot->now_unix_s;
+  return JsonReply(JsonText(json));
+}
+
+Reply Study(ApiParts& parts, const WebRequest& request) {
+  ASSIGN_OR_RETURN(const int64_t id, NumberOf(request, 0));
+  return StudyReply(parts, request.caller, id);
+}
+
+Reply Pairs(ApiParts& parts, const WebRequest& request) {
+  PairQuery query;
+  ASSIGN_OR_RETURN(query.study_id, NumberOf(request, 0));
+  ASSIGN_OR_RETURN(query.before, NumberIn(request, "before", 0, 0, INT64_MAX));
+  ASSIGN_OR_RETURN(const int64_t limit, NumberIn(request, "limit", query.limit, 1, 200));
+  query.limit = static_cast<int>(limit);
+  if (const auto variant = request.query.find("variant"); variant != request.query.end()) {
+    query.variant = variant->second;
+  }
+  ASSIGN_OR_RETURN(const auto pairs, parts.reader.NewestPairs(query));
+  Json json = {{"pairs", Json::array()}};
+  for (const PublishedPair& pair : pairs) json["pairs"].push_back(PairLineJson(pair));
+  return JsonReply(JsonText(json));
+}
+
+Reply Scores(ApiParts& parts, const WebRequest& request) {
+  ASSIGN_OR_RETURN(const int64_t id, NumberOf(request, 0));
+  ASSIGN_OR_RETURN(const auto scores, parts.reader.Scores(id));
+  return JsonReply(JsonText(ScoresJson(scores)));
+}
+
+Reply Jobs(ApiParts& parts, const WebRequest& request) {
+  v1::ListJobsRequest asked;
+  ASSIGN_OR_RETURN(const int64_t id, NumberOf(request, 0));
+  ASSIGN_OR_RETURN(const int64_t limit, NumberIn(request, "limit", 200, 1, kMostJobs));
+  asked.set_study_id(id);
+  asked.set_limit(static_cast<int>(limit));
+  if (const auto state = request.query.find("state"); state != request.query.end()) {
+    asked.set_state(state->second);
+  }
+  ASSIGN_OR_RETURN(const auto jobs, parts.queue.ListJobs(asked));
+  Json json = {{"jobs", Json::array()}, {"limit", limit}};
+  for (const v1::JobStatus& job : jobs) json["jobs"].push_back(JobLineJson(job));
+  return JsonReply(JsonText(json));
+}
+
+// ---- Actions
+Reply Steer(ApiParts& parts, const WebRequest& request, StudyCall call) {
+  ASSIGN_OR_RETURN(const int64_t id, NumberOf(request, 0));
+  ASSIGN_OR_RETURN(const std::string reason, TextIn(request, "reason", kMaxReasonBytes));
+  RETURN_IF_ERROR(CheckSteering(parts.queue, request.caller.rpc, StudyId{id}));
+  JobQueue& queue = parts.queue;
+  RETURN_IF_ERROR((queue.*call)(StudyId{id}, reason, request.caller.actor));
+  return StudyReply(parts, request.caller, id);
+}
+
+Reply Retry(ApiParts& parts, const WebRequest& request) {
+  ASSIGN_OR_RETURN(const int64_t id, NumberOf(request, 0));
+  RETURN_IF_ERROR(CheckSteering(parts.queue, request.caller.rpc, StudyId{id}));
+  RETURN_IF_ERROR(parts.queue.Retry(StudyId{id}, request.caller.actor).status());
+  return StudyReply(parts, request.caller, id);
+}
+
+}  // namespace
+
+void AddStudyRoutes(ApiParts& parts, std::vector<WebRoute>& routes) {
+  const auto add = [&](const char* method, const char* pattern, const char* example,
+                       const char* rpc, Reply (*handler)(ApiParts&, const WebRequest&)) {
+    routes.push_back({method, pattern, example, WebAccess::kRoles, rpc,
+                      [&parts, handler](const WebRequest& r) { return handler(parts, r); }});
+  };
+  const auto steer = [&](const char* pattern, const char* example, const char* rpc,
+                         StudyCall call) {
+    routes.push_back({"POST", pattern, example, WebAccess::kRoles, rpc,
+                      [&parts, call](const WebRequest& r) { return Steer(parts, r, call); }});
+  };
+  add("GET", "/api/v1/studies", "/api/v1/studies", "ListStudies", Studies);
+  add("GET", "/api/v1/studies/(\\d+)", "/api/v1/studies/1", "GetStudy", Study);
+  add("GET", "/api/v1/studies/(\\d+)/pairs", "/api/v1/studies/1/pairs", "ListFrames", Pairs);
+  add("GET", "/api/v1/studies/(\\d+)/scores", "/api/v1/studies/1/scores", "ListResults", Scores);
+  add("GET", "/api/v1/studies/(\\d+)/jobs", "/api/v1/studies/1/jobs", "ListJobs", Jobs);
+  steer("/api/v1/studies/(\\d+)/pause", "/api/v1/studies/1/pause", "Pause", &JobQueue::Pause);
+  steer("/api/v1/studies/(\\d+)/resume", "/api/v1/studies/1/resume", "Resume", &JobQueue::Resume);
+  steer("/api/v1/studies/(\\d+)/cancel", "/api/v1/studies/1/cancel", "Cancel", &JobQueue::Cancel);
+  add("POST", "/api/v1/studies/(\\d+)/retry", "/api/v1/studies/1/retry", "Retry", Retry);
+}
+
+}  // namespace parallax

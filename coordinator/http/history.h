@@ -1,0 +1,37 @@
+// How the farm did over the last day: a sample a minute in a ring, for the page's charts. In
+// memory; a restart begins anew. Not thread-safe.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+
+namespace parallax {
+
+struct HistorySample {
+  double unix_s = 0;
+  double pairs_per_hour = 0;
+  int64_t ready = 0, running = 0, waiting = 0;  // Jobs; waiting: BLOCKED or RETRY_WAIT.
+  int64_t workers = 0, slots = 0, busy = 0;
+};
+
+class History {
+ public:
+  static constexpr double kEvery_s = 60;
+  static constexpr size_t kMost = 24 * 60;
+
+  // A sample within a minute of the last one kept replaces nothing and is dropped.
+  void Add(const HistorySample& sample) {
+    if (!samples_.empty() && sample.unix_s < samples_.back().unix_s + kEvery_s &&
+        sample.unix_s >= samples_.back().unix_s) {
+      return;
+    }
+    samples_.push_back(sample);
+    if (samples_.size() > kMost) samples_.pop_front();
+  }
+  const std::deque<HistorySample>& samples() const { return samples_; }  // The oldest first.
+
+ private:
+  std::deque<HistorySample> samples_;
+};
+
+}  // namespace parallax

@@ -1,0 +1,93 @@
+// The farm: how fast, how much is left, who works, and every study.
+import { html, useEffect, useState } from "/vendor/preact-htm.js";
+import { get, useApi, useFarm } from "./api.js";
+import { TimeChart } from "./charts.js";
+import { Bar, Card, Empty, Head, STATES, Tag, Waiting, count, duration, figure, follow, moment, plural, stateWord, tone } from "./common.js";
+
+function Charts({ farm }) {
+  const history = useApi("history", { once: true });
+  useEffect(() => {
+    const timer = setInterval(history.again, 60000);
+    return () => clearInterval(timer);
+  }, []);
+  const h = history.data;
+  const { workers } = farm;
+  const ready = farm.jobs.filter((j) => j.state === "READY").reduce((sum, j) => sum + j.jobs, 0);
+  const running = farm.jobs.filter((j) => j.state === "LEASED").reduce((sum, j) => sum + j.jobs, 0);
+  const chart = (series, stacked) => h && html`<${TimeChart} times=${h.unix_s} every=${h.every_s} series=${series} stacked=${stacked} />`;
+  return html`<div class="charts">
+    <section class="card chartcard" aria-label="Pairs per hour"><header><h2>Pairs per hour</h2><b>${figure(farm.pairs_per_hour)}</b></header>
+      ${chart([{ name: "pairs/h", values: h?.pairs_per_hour, tone: "run" }])}</section>
+    <section class="card chartcard" aria-label="Jobs"><header><h2>Jobs <small>running, ready</small></h2><b>${count(running)}<span> / ${count(ready)}</span></b></header>
+      ${chart([{ name: "running", values: h?.running, tone: "run" }, { name: "ready", values: h?.ready, tone: "soft" }], true)}</section>
+    <section class="card chartcard" aria-label="Slots"><header><h2>Slots busy <small>of ${plural(workers.connected, "worker")}</small></h2><b>${count(workers.busy)}<span> / ${count(workers.slots)}</span></b></header>
+      ${chart([{ name: "busy", values: h?.busy, tone: "good" }, { name: "slots", values: h?.slots, tone: "soft" }])}</section>
+  </div>`;
+}
+
+function Queue({ jobs }) {
+  const kinds = [...new Set(jobs.map((j) => j.kind))];
+  const states = STATES.filter((s) => jobs.some((j) => j.state === s));
+  const of = (kind, state) => jobs.find((j) => j.kind === kind && j.state === state)?.jobs || 0;
+  if (kinds.length === 0) return html`<${Empty}>The queue is empty.<//>`;
+  return html`<div class="scroll"><table class="numbers">
+    <thead><tr><th scope="col">kind</th>${states.map((s) => html`<th scope="col">${stateWord(s)}</th>`)}</tr></thead>
+    <tbody>${kinds.map((kind) => html`<tr><th scope="row">${kind}</th>
+      ${states.map((s) => html`<td class="${of(kind, s) ? tone(s) : "none"}">${of(kind, s) ? count(of(kind, s)) : "·"}</td>`)}</tr>`)}</tbody>
+  </table></div>`;
+}
+
+export function StudyRow({ study, now }) {
+  const over = study.finished_unix_s;
+  const left = study.eta_s !== null && study.state === "running" ? `${duration(study.eta_s)} left`
+    : over ? `in ${duration(over - study.submitted_unix_s)}` : `for ${duration(now - study.submitted_unix_s)}`;
+  return html`<tr class="link" onClick=${follow}>
+    <th scope="row"><a href="#/study/${study.id}">${study.name}</a> <small>#${study.id}</small></th>
+    <td><${Tag} state=${study.state} /></td>
+    <td class="wide"><${Bar} ...${study} /></td>
+    <td class="num">${count(study.done)}<span class="soft"> / ${count(study.wanted)}</span></td>
+    <td class="num soft optional">${plural(study.variants, "variant")}</td>
+    <td class="num optional">${study.problems ? html`<span class="bad">${plural(study.problems, "problem")}</span>` : ""}</td>
+    <td class="num soft">${left}</td>
+  </tr>`;
+}
+
+function Studies({ farm }) {
+  const [older, setOlder] = useState([]);
+  const [end, setEnd] = useState(false);
+  const all = [...farm.studies, ...older.filter((o) => !farm.studies.some((s) => s.id === o.id))];
+  const more = () => get(`studies?before=${all[all.length - 1].id}`).then(({ studies }) => {
+    setOlder([...older, ...studies]);
+    setEnd(studies.length < 50);
+  });
+  if (all.length === 0) {
+    return html`<${Empty}>Nothing submitted yet. <code>parallax submit STUDY.yaml</code> adds a study.<//>`;
+  }
+  return html`<table class="studies"><thead class="visually-hidden"><tr><th>study</th><th>state</th><th>progress</th><th>pairs</th><th>variants</th><th>problems</th><th>time</th></tr></thead>
+    <tbody>${all.map((s) => html`<${StudyRow} key=${s.id} study=${s} now=${farm.now_unix_s} />`)}</tbody></table>
+    ${farm.studies.length >= 50 && !end && html`<button class="more" onClick=${more}>Older studies</button>`}`;
+}
+
+function Trainings({ running }) {
+  const rows = running.filter((r) => Object.keys(r.figures).length > 0);
+  if (rows.length === 0) return null;
+  return html`<${Card} title="Running now" id="running"><table><tbody>
+    ${rows.slice(0, 12).map((r) => html`<tr class="link" onClick=${follow}><th scope="row"><a href="#/job/${r.job}">${r.kind}</a> <small>${r.study} · ${r.label}</small></th>
+      <td class="num soft">${Object.entries(r.figures).map(([name, value]) => html`<span class="pairing">${name.replace(/_s$/, "")} <b>${name.endsWith("_s") ? duration(value) : figure(value)}</b></span>`)}</td></tr>`)}
+  </tbody></table><//>`;
+}
+
+export function Farm() {
+  const { data } = useFarm();
+  // The stream may be late or refused: the page does not wait for it.
+  const first = useApi(data ? null : "farm");
+  const farm = data || first.data;
+  useEffect(() => { document.title = "Farm · Parallax"; }, []);
+  if (!farm) return html`<${Head} title="Farm" /><${Waiting} of=${first} />`;
+  return html`<${Head} title="Farm"><span class="soft">${plural(farm.pairs.done, "pair")} made · version ${farm.version} · up ${duration(farm.uptime_s)}</span><//>
+    <${Charts} farm=${farm} />
+    <${Card} title="Studies" id="studies"><${Studies} farm=${farm} /><//>
+    <${Trainings} running=${farm.running} />
+    <${Card} title="Queue" id="queue"><${Queue} jobs=${farm.jobs} /><//>
+    <p class="foot soft">store <code>${farm.store}</code> · epoch ${farm.epoch} · ${moment(farm.now_unix_s)}</p>`;
+}

@@ -1,0 +1,112 @@
+// A study: how far each variant is, what went wrong, the newest pairs, and what training says.
+import { html, useRef, useState } from "/vendor/preact-htm.js";
+import { post, useApi } from "./api.js";
+import { LineChart } from "./charts.js";
+import { Bar, Card, Empty, Fact, Head, STATES, Tag, Waiting, count, duration, errorLine, figure, moment, plural, stateWord, tone } from "./common.js";
+import { Wall } from "./wall.js";
+
+const ACTIONS = {
+  pause: { name: "Pause", doing: "Pause this study?", tells: "Nothing new is given to workers. What runs now goes on to its end." },
+  resume: { name: "Resume" },
+  retry: { name: "Try failed jobs again" },
+  cancel: { name: "Cancel", doing: "Cancel this study for good?", tells: "Unfinished jobs end, running ones are stopped. Finished pairs stay. This cannot be undone.", danger: true },
+};
+
+function Actions({ study, put }) {
+  const dialog = useRef(null);
+  const [asked, setAsked] = useState(null);
+  const [reason, setReason] = useState("");
+  const [problem, setProblem] = useState("");
+  const act = (action, why) => post(`studies/${study.id}/${action}`, { reason: why }).then((after) => {
+    setProblem("");
+    dialog.current.close();
+    put(after);
+  }).catch((error) => setProblem(error.message));
+  const click = (action) => {
+    if (!ACTIONS[action].doing) return act(action, "");
+    setAsked(action);
+    setReason("");
+    setProblem("");
+    return dialog.current.showModal();
+  };
+  const chosen = ACTIONS[asked] || {};
+  return html`${study.actions.map((a) => html`<button class=${ACTIONS[a].danger ? "danger" : ""} data-action=${a} onClick=${() => click(a)}>${ACTIONS[a].name}</button>`)}
+    ${problem && html`<span class="bad" role="alert">${problem}</span>`}
+    <dialog ref=${dialog} aria-labelledby="asks">${asked && html`<form method="dialog" onSubmit=${(e) => { e.preventDefault(); act(asked, reason); }}>
+      <h2 id="asks">${chosen.doing}</h2><p>${chosen.tells}</p>
+      <label for="reason">Reason, for those who wonder later</label>
+      <input id="reason" maxlength="500" value=${reason} onInput=${(e) => setReason(e.target.value)} autofocus />
+      <div class="buttons"><button type="button" onClick=${() => dialog.current.close()}>Back</button>
+        <button class=${chosen.danger ? "danger" : "primary"} data-confirm=${asked}>${chosen.name}</button></div>
+    </form>`}</dialog>`;
+}
+
+const sumOf = (variant, state) => Object.values(variant.jobs).reduce((sum, states) => sum + (states[state] || 0), 0);
+
+function Variants({ study }) {
+  return html`<div class="scroll"><table class="variants">
+    <thead><tr><th scope="col">variant</th><th scope="col" class="wide"><span class="visually-hidden">progress</span></th><th scope="col" class="num">pairs</th>
+      <th scope="col">jobs</th><th scope="col" class="num optional">seeds rejected</th><th scope="col" class="num optional">work reused</th></tr></thead>
+    <tbody>${study.variant_list.map((v) => html`<tr>
+      <th scope="row">${v.name}</th>
+      <td class="wide"><${Bar} done=${v.done} wanted=${v.wanted} state=${study.state} /></td>
+      <td class="num">${count(v.done)}<span class="soft"> / ${count(v.wanted)}</span></td>
+      <td class="states">${STATES.filter((s) => s !== "SUCCEEDED" && s !== "REJECTED" && sumOf(v, s)).map((s) => html`<span class=${tone(s)}>${count(sumOf(v, s))} ${stateWord(s)}</span>`)}</td>
+      <td class="num soft optional">${v.scenes_rejected || ""}</td>
+      <td class="num soft optional">${v.solves_reused + v.layouts_reused + v.frames_reused || ""}</td>
+    </tr>`)}</tbody></table></div>`;
+}
+
+function Problems({ study }) {
+  return html`<ul class="causes">
+    ${study.gave_up.map((g) => html`<li><div class="bad">${g.variant} gave up</div><pre>${g.error}</pre></li>`)}
+    ${study.causes.map((c) => html`<li>
+      <div><strong>${plural(c.jobs, "job")}</strong> <span class="soft">${c.kind} · ${Object.entries(c.states).map(([s, n]) => `${count(n)} ${stateWord(s)}`).join(", ")} · last ${moment(c.newest_unix_s)}</span></div>
+      <pre>${errorLine(c.error)}</pre>
+      <div class="soft">${c.examples.map((id) => html`<a href="#/job/${id}">job ${id}</a> `)}</div>
+    </li>`)}
+  </ul>`;
+}
+
+function Scores({ study }) {
+  const scores = useApi(`studies/${study.id}/scores`);
+  if (!scores.data) return html`<${Waiting} of=${scores} />`;
+  const { rows, curves } = scores.data;
+  const benchmarks = [...new Set(rows.map((r) => r.benchmark))];
+  if (rows.length === 0) return html`<${Empty}>No network is scored yet.<//>`;
+  return benchmarks.map((benchmark) => {
+    const of = rows.filter((r) => r.benchmark === benchmark);
+    const most = Math.max(...of.map((r) => r.mean + r.deviation), 1e-9);
+    const lines = curves.filter((c) => c.benchmark === benchmark)
+      .map((c) => ({ name: c.set || c.predictor, points: c.points.map((p) => ({ x: p.share, y: p.value })) }));
+    return html`<div class="scores"><h3>${benchmark} <small>${of[0].metric}, ${plural(of[0].pairs, "pair")}; less is better</small></h3>
+      <div class="two ${lines.length ? "" : "one"}"><div class="scroll"><table>
+        <thead><tr><th scope="col">training set</th><th scope="col">network</th><th scope="col" class="num">mean</th><th scope="col" class="wide"><span class="visually-hidden">compared</span></th><th scope="col" class="num">seeds</th></tr></thead>
+        <tbody>${of.map((r) => html`<tr><th scope="row">${r.set || html`<span class="soft">baseline</span>`}</th><td class="soft">${r.predictor}</td>
+          <td class="num"><b>${figure(r.mean)}</b>${r.seeds.length > 1 ? html`<span class="soft"> ± ${figure(r.deviation)}</span>` : ""}</td>
+          <td class="wide"><meter min="0" max=${most} value=${r.mean}></meter></td>
+          <td class="num soft">${r.seeds.map((s, i) => html`${i > 0 ? " " : ""}<a href="#/job/${s.job}" title=${s.seed === null ? "" : `seed ${s.seed}`}>${figure(s.value)}</a>`)}</td></tr>`)}</tbody>
+      </table></div>
+      ${lines.length > 0 && html`<${LineChart} lines=${lines} xLabel="share of the training" yLabel=${of[0].metric} />`}</div></div>`;
+  });
+}
+
+export function Study({ numbers: [id] }) {
+  const asked = useApi(`studies/${id}`);
+  const study = asked.data;
+  if (!study) return html`<${Head} trail=${[["Farm", "#/"]]} title="Study ${id}" /><${Waiting} of=${asked} />`;
+  const states = STATES.map((s) => [s, study.variant_list.reduce((sum, v) => sum + sumOf(v, s), 0)]).filter(([, n]) => n);
+  const share = study.wanted ? (100 * study.done) / study.wanted : 0;
+  return html`<${Head} trail=${[["Farm", "#/"]]} title=${study.name} tag=${html`<${Tag} state=${study.state} />`}><${Actions} study=${study} put=${asked.put} /><//>
+    <dl class="facts">
+      <${Fact} name="pairs">${count(study.done)} <small>of ${count(study.wanted)}, ${share.toFixed(share < 10 || share >= 99.95 || share === 0 ? 0 : 1)} %</small><//>
+      <${Fact} name=${study.finished_unix_s ? "took" : "left"}>${study.finished_unix_s ? duration(study.finished_unix_s - study.submitted_unix_s) : study.eta_s === null ? html`<small>not known yet</small>` : duration(study.eta_s)}<//>
+      <${Fact} name="submitted">${moment(study.submitted_unix_s)} <small>#${study.id}</small><//>
+      <${Fact} name="jobs"><span class="jobstates">${states.map(([s, n]) => html`<a href="#/study/${id}/jobs?state=${s}" class=${tone(s)}>${count(n)} ${stateWord(s)}</a>`)}</span><//>
+    </dl>
+    ${(study.causes.length > 0 || study.gave_up.length > 0) && html`<${Card} title="Problems" id="problems" kind="problem"><${Problems} study=${study} /><//>`}
+    <${Card} title="Variants" id="variants" side=${html`<a href="#/study/${id}/jobs">all jobs</a>`}><${Variants} study=${study} /><//>
+    <${Card} title="Newest pairs" id="wall"><${Wall} study=${id} variants=${study.variant_list.map((v) => v.name)} /><//>
+    ${study.trains && html`<${Card} title="Results" id="results"><${Scores} study=${study} /><//>`}
+    ${study.yaml && html`<${Card} id="source"><details><summary>The study as it was submitted</summary><pre class="code">${study.yaml}</pre></details><//>`}`;
+}

@@ -1,0 +1,70 @@
+#include "coordinator/http/sessions.h"
+
+#include <algorithm>
+
+#include "common/base/hash.h"
+#include "common/base/seconds.h"
+#include "common/base/secret.h"
+
+namespace parallax {
+namespace {
+
+constexpr double kSession_s = 12 * 3600;
+constexpr size_t kMostEntries = 1000;
+
+}  // namespace
+
+double Sessions::Now() const { return SecondsBetween(SteadyTime{}, clock_.Steady()); }
+
+void Sessions::Add(Entries& entries, const std::string& secret, Entry entry, double now_s) {
+  std::erase_if(entries, [now_s](const auto& one) { return one.second.until_s <= now_s; });
+  if (entries.size() >= kMostEntries) {
+    entries.erase(std::min_element(
+        entries.begin(), entries.end(),
+        [](const auto& a, const auto& b) { return a.second.until_s < b.second.until_s; }));
+  }
+  entries[Sha256Hex(secret)] = std::move(entry);
+}
+
+absl::StatusOr<std::string> Sessions::NewCode(const RpcCaller& caller, double valid_s) {
+  ASSIGN_OR_RETURN(std::string code, NewSecret());
+  std::lock_guard lock(mu_);
+  Add(codes_, code, {caller, Now() + valid_s}, Now());
+  return code;
+}
+
+absl::StatusOr<std::string> Sessions::Redeem(const std::string& code) {
+  RpcCaller caller;
+  {
+    std::lock_guard lock(mu_);
+    const auto found = codes_.find(Sha256Hex(code));
+    if (found == codes_.end() || found->second.until_s <= Now()) {
+      return absl::UnauthenticatedError(
+          "this link was used already, or is too old: ask for another");
+    }
+    caller = found->second.caller;
+    codes_.erase(found);
+  }
+  return Open(caller);
+}
+
+absl::StatusOr<std::string> Sessions::Open(const RpcCaller& caller) {
+  ASSIGN_OR_RETURN(std::string name, NewSecret());
+  std::lock_guard lock(mu_);
+  Add(sessions_, name, {caller, Now() + kSession_s}, Now());
+  return name;
+}
+
+std::optional<RpcCaller> Sessions::Find(const std::string& name) {
+  std::lock_guard lock(mu_);
+  const auto found = sessions_.find(Sha256Hex(name));
+  if (found == sessions_.end() || found->second.until_s <= Now()) return std::nullopt;
+  return found->second.caller;
+}
+
+void Sessions::End(const std::string& name) {
+  std::lock_guard lock(mu_);
+  sessions_.erase(Sha256Hex(name));
+}
+
+}  // namespace parallax

@@ -1,0 +1,135 @@
+#include "coordinator/http/status_sampler.h"
+
+#include "common/base/log.h"
+#include "common/base/seconds.h"
+#include "common/base/version.h"
+
+namespace parallax {
+namespace {
+
+constexpr int kStudiesShown = 50;
+constexpr double kRateWindow_s = 600;
+constexpr double kSampleEvery_s = 10;
+// Many watchers cost as much as a few.
+constexpr double kSnapshotAge_s = 0.5;
+
+}  // namespace
+
+PairCount CountPairs(const v1::StudyStatus& study) {
+  PairCount pairs;
+  for (const v1::VariantStatus& variant : study.variants()) {
+    pairs.done += variant.pairs_done();
+    pairs.wanted += variant.pairs_wanted();
+  }
+  return pairs;
+}
+
+StatusSampler::StatusSampler(std::string store_uri, Clock& clock, JobQueue& queue,
+                             const CoordinatorServer& server)
+    : store_uri_(std::move(store_uri)),
+      clock_(clock),
+      queue_(queue),
+      server_(server),
+      started_(clock.Steady()),
+      rate_(kRateWindow_s) {}
+
+StatusSampler::~StatusSampler() { Stop(); }
+
+void StatusSampler::Start() {
+  sampling_ = std::thread([this] { Loop(); });
+}
+
+void StatusSampler::Stop() {
+  {
+    std::lock_guard lock(stop_mu_);
+    stopping_ = true;
+  }
+  stop_.notify_all();
+  if (sampling_.joinable()) sampling_.join();
+}
+
+double StatusSampler::Uptime() const { return SecondsBetween(started_, clock_.Steady()); }
+
+std::vector<HistorySample> StatusSampler::History() const {
+  std::lock_guard lock(mu_);
+  return {history_.samples().begin(), history_.samples().end()};
+}
+
+absl::StatusOr<std::shared_ptr<const StatusSnapshot>> StatusSampler::Take() {
+  std::lock_guard lock(mu_);
+  const SteadyTime now = clock_.Steady();
+  if (snapshot_ != nullptr && SecondsBetween(snapshot_at_, now) < kSnapshotAge_s) return snapshot_;
+  ASSIGN_OR_RETURN(StatusSnapshot fresh, Read());
+  snapshot_ = std::make_shared<const StatusSnapshot>(std::move(fresh));
+  snapshot_at_ = now;
+  return snapshot_;
+}
+
+absl::StatusOr<StatusSnapshot> StatusSampler::Read() {
+  StatusSnapshot fresh;
+  ASSIGN_OR_RETURN(fresh.studies, queue_.ListStudies(kStudiesShown));
+  fresh.version = kProgramVersion;
+  fresh.epoch = queue_.epoch();
+  fresh.schema_version = queue_.schema_version();
+  fresh.store_uri = store_uri_;
+  fresh.uptime_s = Uptime();
+  fresh.now_unix_s = clock_.UnixSeconds();
+  fresh.workers = server_.Workers();
+  fresh.server = server_.Metrics();
+  fresh.queue = queue_.Stats();
+  ASSIGN_OR_RETURN(fresh.running, queue_.ListRunning());
+  int64_t pairs = 0;
+  for (const v1::StudyStatus& study : fresh.studies) pairs += CountPairs(study).done;
+  rate_.Add(fresh.uptime_s, static_cast<double>(pairs));
+  fresh.pairs_per_hour = 3600 * rate_.PerSecond().value_or(0);
+  NoteEtas(fresh);
+  NoteHistory(fresh);
+  return fresh;
+}
+
+void StatusSampler::NoteEtas(StatusSnapshot& fresh) {
+  std::map<int64_t, RateEstimator> rates;
+  for (const v1::StudyStatus& study : fresh.studies) {
+    if (study.state() != v1::STUDY_STATE_RUNNING) continue;
+    RateEstimator& rate = rates.emplace(study.study_id(), kRateWindow_s).first->second;
+    if (const auto known = study_rates_.find(study.study_id()); known != study_rates_.end()) {
+      rate = std::move(known->second);
+    }
+    const PairCount pairs = CountPairs(study);
+    rate.Add(fresh.uptime_s, static_cast<double>(pairs.done));
+    // The time that trainings take is unknown.
+    if (pairs.done >= pairs.wanted) continue;
+    const auto eta_s = rate.SecondsFor(static_cast<double>(pairs.wanted - pairs.done));
+    if (eta_s) fresh.eta_s[study.study_id()] = *eta_s;
+  }
+  study_rates_ = std::move(rates);
+}
+
+void StatusSampler::NoteHistory(const StatusSnapshot& fresh) {
+  HistorySample sample;
+  sample.unix_s = fresh.now_unix_s;
+  sample.pairs_per_hour = fresh.pairs_per_hour;
+  for (const auto& [key, jobs] : fresh.queue.jobs) {
+    if (key.second == "READY") sample.ready += jobs;
+    if (key.second == "LEASED") sample.running += jobs;
+    if (key.second == "BLOCKED" || key.second == "RETRY_WAIT") sample.waiting += jobs;
+  }
+  sample.workers = fresh.server.workers_connected;
+  sample.slots = fresh.server.slots;
+  sample.busy = fresh.server.running;
+  history_.Add(sample);
+}
+
+void StatusSampler::Loop() {
+  std::unique_lock lock(stop_mu_);
+  while (!stopping_) {
+    lock.unlock();
+    const absl::Status status = Take().status();
+    if (!status.ok()) LogWarning("http: no snapshot", {{"error", status}});
+    lock.lock();
+    stop_.wait_for(lock, std::chrono::duration<double>(kSampleEvery_s),
+                   [this] { return stopping_; });
+  }
+}
+
+}  // namespace parallax

@@ -1,0 +1,63 @@
+// The farm at one moment, read at most twice a second whoever asks, and regularly so that rates
+// and the day's history are there when somebody looks. Thread-safe.
+#pragma once
+
+#include <condition_variable>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/base/rate_estimator.h"
+#include "common/base/status.h"
+#include "coordinator/http/history.h"
+#include "coordinator/http/status_snapshot.h"
+
+namespace parallax {
+
+class StatusSampler {
+ public:
+  // All outlive the sampler.
+  StatusSampler(std::string store_uri, Clock& clock, JobQueue& queue,
+                const CoordinatorServer& server);
+  ~StatusSampler();  // Stop().
+
+  void Start();
+  void Stop();  // Idempotent.
+
+  // Never older than half a second. Errors: the queue's.
+  absl::StatusOr<std::shared_ptr<const StatusSnapshot>> Take();
+  std::vector<HistorySample> History() const;  // The oldest first.
+  double Uptime() const;
+
+ private:
+  // Requires mu_.
+  absl::StatusOr<StatusSnapshot> Read();
+  void NoteEtas(StatusSnapshot& fresh);
+  void NoteHistory(const StatusSnapshot& fresh);
+  void Loop();
+
+  const std::string store_uri_;
+  Clock& clock_;
+  JobQueue& queue_;
+  const CoordinatorServer& server_;
+  const SteadyTime started_;
+  std::thread sampling_;
+
+  std::mutex stop_mu_;
+  std::condition_variable stop_;
+  bool stopping_ = false;  // Guarded by stop_mu_.
+
+  mutable std::mutex mu_;
+  // Guarded by mu_.
+  RateEstimator rate_;
+  std::map<int64_t, RateEstimator> study_rates_;  // By running study.
+  std::shared_ptr<const StatusSnapshot> snapshot_;
+  SteadyTime snapshot_at_{};
+  parallax::History history_;
+};
+
+}  // namespace parallax

@@ -1,0 +1,351 @@
+// The page's API as a browser sees it: what it tells, what it does, and for whom.
+#include <algorithm>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "common/rpc/certificate.h"
+#include "common/rpc/revocation.h"
+#include "coordinator/http/api_json.h"
+#include "tests/coordinator/http/http_fixture.h"
+
+namespace parallax {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+class ApiTest : public HttpTest {};
+
+std::vector<std::string> Actions(const json& study) {
+  return study["actions"].get<std::vector<std::string>>();
+}
+
+TEST_F(ApiTest, SubmittersSteerTheirOwnStudiesOnly) {
+  const int64_t study = Submit({}, "submitter ada ipv4:10.0.0.7:4711");
+  ServeTls();
+  const std::string path = "/api/v1/studies/" + std::to_string(study);
+  const auto ada = TlsClient("submitter-ada"), bert = TlsClient("submitter-bert"),
+             olga = TlsClient("operator-olga");
+  EXPECT_THAT(Actions(Json(*ada, path)), testing::ElementsAre("pause", "cancel"));
+  EXPECT_THAT(Actions(Json(*bert, path)), testing::IsEmpty());
+  EXPECT_THAT(Actions(Json(*TlsClient("read-only-board"), path)), testing::IsEmpty());
+  EXPECT_EQ(Post(*bert, path + "/pause")->status, 403);
+  EXPECT_EQ(queue_->GetStudy(StudyId{study})->state(), v1::STUDY_STATE_RUNNING);
+  EXPECT_EQ(Post(*ada, path + "/pause", R"({"reason": "too warm"})")->status, 200);
+  EXPECT_EQ(queue_->GetStudy(StudyId{study})->state(), v1::STUDY_STATE_PAUSED);
+  EXPECT_EQ(Post(*olga, path + "/resume")->status, 200);
+  const json entries = Json(*olga, "/api/v1/audit")["entries"];
+  EXPECT_EQ(entries[1]["actor"], "submitter ada https:127.0.0.1");
+  EXPECT_EQ(entries[1]["detail"], "too warm");
+}
+
+TEST_F(ApiTest, RevokedCertificatesAreStrangersAndSoAreTheirSessions) {
+  ServeTls();
+  const auto olga = TlsClient("operator-olga"), browser = TlsClient("");
+  const json link = json::parse(Post(*olga, "/api/v1/links")->body);
+  const auto entered =
+      browser->Post("/api/v1/session", "{\"code\": \"" + link["code"].get<std::string>() + "\"}",
+                    "application/json");
+  ASSERT_EQ(entered->status, 200) << entered->body;
+  const std::string cookie = entered->get_header_value("Set-Cookie");
+  const httplib::Headers session = {{"Cookie", cookie.substr(0, cookie.find(';'))}};
+  EXPECT_EQ(Json(*browser, "/api/v1/me", 200, session)["name"], "olga");
+
+  const std::string pem = *ReadFile(Tls("operator-olga") + "/tls.crt");
+  ASSERT_TRUE(
+      WriteFile(Tls("server") + "/" + kRevokedFile, ReadCertificate(pem)->sha256 + "\n").ok());
+  const auto until_refused = [&](httplib::Client& client, const httplib::Headers& headers) {
+    for (int i = 0; i < 100; ++i) {
+      if (client.Get("/api/v1/me", headers)->status == 401) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    return false;
+  };
+  httplib::Client client("https://127.0.0.1:" + std::to_string(Port()),
+                         Tls("operator-olga") + "/tls.crt", Tls("operator-olga") + "/tls.key");
+  client.enable_server_certificate_verification(false);
+  EXPECT_TRUE(until_refused(client, {}));
+  EXPECT_EQ(browser->Get("/api/v1/me", session)->status, 401);
+}
+
+TEST_F(ApiTest, OnLoopbackAFarmWithCertificatesLetsThisMachineLookOnly) {
+  const int64_t study = Submit();
+  ServeTls();
+  http_.reset();
+  options_.listen = "127.0.0.1:0";
+  Serve();
+  const auto client = Client();
+  const std::string path = "/api/v1/studies/" + std::to_string(study);
+  EXPECT_EQ(Json(*client, "/api/v1/me")["role"], "read-only");
+  EXPECT_THAT(Actions(Json(*client, path)), testing::IsEmpty());
+  EXPECT_EQ(Post(*client, path + "/pause")->status, 403);
+  EXPECT_EQ(client->Get("/api/v1/audit")->status, 403);
+}
+
+TEST_F(ApiTest, ChangesNeedTheCsrfHeaderAndOurOwnPage) {
+  const int64_t study = Submit();
+  Serve();
+  const auto client = Client();
+  const std::string path = "/api/v1/studies/" + std::to_string(study) + "/pause";
+  EXPECT_EQ(client->Post(path, "{}", "application/json")->status, 403);
+  EXPECT_EQ(client->Post(path, {{"X-Parallax-Csrf", "guess"}}, "{}", "application/json")->status,
+            403);
+  EXPECT_EQ(Post(*client, path, "{}", {{"Sec-Fetch-Site", "cross-site"}})->status, 403);
+  EXPECT_EQ(client->Get(path)->status, 404) << "nothing changes by a GET";
+  EXPECT_EQ(queue_->GetStudy(StudyId{study})->state(), v1::STUDY_STATE_RUNNING);
+  EXPECT_EQ(Post(*client, path, "{}", {{"Sec-Fetch-Site", "same-origin"}})->status, 200);
+  EXPECT_EQ(queue_->GetStudy(StudyId{study})->state(), v1::STUDY_STATE_PAUSED);
+  EXPECT_EQ(Post(*client, path, "[1]")->status, 400);
+  EXPECT_EQ(Post(*client, path, "{\"reason\": \"a\\u0007b\"}")->status, 400);
+}
+
+TEST_F(ApiTest, ForeignNamesForThisMachineAreRefused) {
+  Serve();
+  const auto client = Client();
+  for (const char* path : {"/", "/api/v1/me", "/metrics"}) {
+    EXPECT_EQ(client->Get(path, {{"Host", "evil.example"}})->status, 403) << path;
+    EXPECT_EQ(client->Get(path, {{"Host", "localhost:1"}})->status, 200) << path;
+  }
+}
+
+TEST_F(ApiTest, EveryAnswerCarriesThePolicy) {
+  Serve();
+  const auto client = Client();
+  for (const char* path : {"/", "/js/app.js", "/api/v1/me", "/api/v1/studies/77"}) {
+    const auto answer = client->Get(path);
+    const std::string policy = answer->get_header_value("Content-Security-Policy");
+    EXPECT_THAT(policy, HasSubstr("default-src 'none'; script-src 'self'; style-src 'self'"));
+    EXPECT_EQ(policy.find("unsafe"), std::string::npos) << path;
+    EXPECT_EQ(answer->get_header_value_count("Cache-Control"), 1u) << path;
+  }
+  const std::string etag = client->Get("/js/app.js")->get_header_value("ETag");
+  EXPECT_EQ(client->Get("/js/app.js", {{"If-None-Match", etag}})->status, 304);
+}
+
+TEST_F(ApiTest, ByLinkOnlyOneBrowserComesInOnce) {
+  options_.by_link_only = true;
+  Serve();
+  const auto client = Client();
+  EXPECT_EQ(client->Get("/")->status, 200) << "the page's files are no secret";
+  EXPECT_EQ(client->Get("/api/v1/farm")->status, 401);
+  const std::string link = *http_->link_url();
+  const std::string code = link.substr(link.find("#code=") + 6);
+  const auto enter = [&](const std::string& body) {
+    return client->Post("/api/v1/session", body, "application/json");
+  };
+  EXPECT_EQ(enter(R"({"token": ""})")->status, 401);
+  const auto entered = enter("{\"code\": \"" + code + "\"}");
+  ASSERT_EQ(entered->status, 200) << entered->body;
+  const std::string cookie = entered->get_header_value("Set-Cookie");
+  EXPECT_THAT(cookie, HasSubstr("HttpOnly; SameSite=Strict"));
+  EXPECT_THAT(cookie, testing::StartsWith("parallax_" + std::to_string(Port()) + "="));
+  EXPECT_EQ(enter("{\"code\": \"" + code + "\"}")->status, 401) << "a link opens once";
+
+  const httplib::Headers session = {{"Cookie", cookie.substr(0, cookie.find(';'))}};
+  EXPECT_EQ(Json(*client, "/api/v1/me", 200, session)["role"], "operator");
+  EXPECT_EQ(Post(*client, "/api/v1/links", "{}", session)->status, 403);
+  EXPECT_EQ(Post(*client, "/api/v1/session/end", "{}", session)->status, 200);
+  EXPECT_EQ(client->Get("/api/v1/me", session)->status, 401);
+}
+
+TEST_F(ApiTest, TheTokenOpensASessionThatLooks) {
+  const int64_t study = Submit();
+  ServeTls();
+  std::string token = *ReadFile(Tls("server") + "/http.token");
+  token.pop_back();  // The line's end.
+  const auto client = TlsClient("");
+  const auto entered =
+      client->Post("/api/v1/session", "{\"token\": \"" + token + "\"}", "application/json");
+  ASSERT_EQ(entered->status, 200) << entered->body;
+  const std::string cookie = entered->get_header_value("Set-Cookie");
+  EXPECT_THAT(cookie, HasSubstr("; Secure"));
+  const httplib::Headers session = {{"Cookie", cookie.substr(0, cookie.find(';'))}};
+  const std::string path = "/api/v1/studies/" + std::to_string(study);
+  EXPECT_EQ(Json(*client, "/api/v1/me", 200, session)["role"], "read-only");
+  EXPECT_EQ(Json(*client, path, 200, session)["state"], "running");
+  EXPECT_EQ(Post(*client, path + "/pause", "{}", session)->status, 403);
+}
+
+// ---- What it tells
+TEST_F(ApiTest, TellsOfAFarmAtWork) {
+  const int64_t study = Submit({.name = "odd", .pairs = 4, .variants = {"narrow", "wide"}});
+  Work();
+  Serve();
+  const auto client = Client();
+  const json farm = Json(*client, "/api/v1/farm");
+  EXPECT_EQ(farm["pairs"]["done"], 8);
+  EXPECT_EQ(farm["studies"][0]["name"], "odd");
+  EXPECT_EQ(farm["studies"][0]["state"], "succeeded");
+  EXPECT_EQ(Json(*client, "/api/v1/studies")["studies"][0]["id"], study);
+  EXPECT_EQ(Json(*client, "/api/v1/history")["unix_s"].size(), 1u);
+  EXPECT_EQ(Json(*client, "/api/v1/workers")["workers"].size(), 0u);
+  const json one = Json(*client, "/api/v1/studies/" + std::to_string(study));
+  EXPECT_EQ(one["variant_list"][1]["name"], "wide");
+  EXPECT_EQ(one["variant_list"][1]["done"], 4);
+  EXPECT_EQ(one["variant_list"][0]["jobs"]["render"]["SUCCEEDED"], 2);
+  EXPECT_THAT(Actions(one), testing::IsEmpty()) << "nothing is left to do";
+  EXPECT_EQ(client->Get("/api/v1/studies/77")->status, 404);
+  EXPECT_EQ(client->Get("/api/v1/studies?limit=0")->status, 400);
+  EXPECT_EQ(client->Get("/api/v1/studies/99999999999999999999")->status, 400);
+}
+
+TEST_F(ApiTest, TheWallHasTheNewestPairsFirstAndGoesOn) {
+  const int64_t study = Submit({.pairs = 6, .variants = {"narrow", "wide"}});
+  Work();
+  Serve();
+  const auto client = Client();
+  const std::string path = "/api/v1/studies/" + std::to_string(study) + "/pairs";
+  std::vector<int64_t> numbers;
+  std::string before;
+  for (int page = 0; page < 4; ++page) {
+    const json listed = Json(*client, path + "?limit=5" + before)["pairs"];
+    for (const json& pair : listed) {
+      numbers.push_back(pair["id"]);
+    }
+    before = "&before=" + std::to_string(numbers.back());
+  }
+  EXPECT_EQ(numbers.size(), 12u);
+  EXPECT_TRUE(std::is_sorted(numbers.rbegin(), numbers.rend()));
+
+  const json wide = Json(*client, path + "?variant=wide&limit=4")["pairs"];
+  ASSERT_EQ(wide.size(), 4u);
+  EXPECT_EQ(wide[0]["scene"], 2);
+  EXPECT_EQ(wide[0]["rig"], 1);
+  const json rest = Json(
+      *client, path + "?variant=wide&before=" + std::to_string(wide[3]["id"].get<int>()))["pairs"];
+  ASSERT_EQ(rest.size(), 2u);
+  EXPECT_EQ(rest[0]["scene"], 0);
+  EXPECT_EQ(client->Get(path + "?variant=none")->status, 404);
+}
+
+TEST_F(ApiTest, APairHasPicturesMapsAndItsRecipe) {
+  const int64_t study = Submit();
+  Work();
+  Serve();
+  const auto client = Client();
+  const json newest = Json(*client, "/api/v1/studies/" + std::to_string(study) + "/pairs")["pairs"];
+  const std::string path = "/api/v1/pairs/" + std::to_string(newest[1]["id"].get<int>());
+  const json pair = Json(*client, path);
+  EXPECT_EQ(pair["newer"], newest[0]["id"]);
+  EXPECT_EQ(pair["older"], newest[2]["id"]);
+  EXPECT_EQ(pair["study_id"], study);
+  const auto picture = client->Get(path + "/picture/left?width=64");
+  EXPECT_EQ(picture->get_header_value("Content-Type"), "image/jpeg");
+  EXPECT_EQ(picture->body.substr(0, 2), "\xff\xd8");
+  EXPECT_EQ(client->Get(path + "/map/disparity_left")->body.size(), 8u + 4u * kWidth * kHeight);
+  EXPECT_EQ(Json(*client, path + "/frame")["rig"], 0);
+  EXPECT_TRUE(Json(*client, path + "/recipe").contains("rigs"));
+  for (const char* absent : {"/map/nonsense_left", "/map/frame_left", "/picture/middle",
+                             "/picture/left?width=1", "/map/..%2f..%2fqueue_left"}) {
+    EXPECT_GE(client->Get(path + absent)->status, 400) << absent;
+  }
+  EXPECT_EQ(client->Get("/api/v1/pairs/999")->status, 404);
+}
+
+TEST_F(ApiTest, AFailedJobShowsItsAttemptsAndTheirLogs) {
+  const int64_t study = Submit();
+  const int64_t job = FailOne("mesh-has-no-faces", true);
+  Serve();
+  const auto client = Client();
+  const std::string path = "/api/v1/jobs/" + std::to_string(job);
+  const json shown = Json(*client, path);
+  EXPECT_EQ(shown["state"], "RETRY_WAIT");
+  EXPECT_EQ(shown["study_id"], study);
+  EXPECT_EQ(shown["app_failures"], 1);
+  ASSERT_EQ(shown["lost_attempts"].size(), 1u);
+  EXPECT_EQ(shown["lost_attempts"][0]["end"], "app");
+  EXPECT_EQ(shown["lost_attempts"][0]["worker"], "w2");
+  EXPECT_EQ(shown["lost_attempts"][0]["has_log"], true);
+  EXPECT_THAT(Json(*client, path + "/log")["attempts"][0]["log"].get<std::string>(),
+              HasSubstr("mesh-has-no-faces happened"));
+  const json jobs =
+      Json(*client, "/api/v1/studies/" + std::to_string(study) + "/jobs?state=RETRY_WAIT")["jobs"];
+  ASSERT_EQ(jobs.size(), 1u);
+  EXPECT_EQ(jobs[0]["id"], job);
+  EXPECT_EQ(client->Get("/api/v1/studies/1/jobs?state=NONSENSE")->status, 400);
+  EXPECT_EQ(client->Get("/api/v1/jobs/999")->status, 404);
+}
+
+TEST_F(ApiTest, AFinishedRenderShowsItsPairs) {
+  Submit();
+  Work();
+  Serve();
+  const auto client = Client();
+  for (int64_t id = 1; id <= 4; ++id) {
+    const json job = Json(*client, "/api/v1/jobs/" + std::to_string(id));
+    EXPECT_EQ(job["pairs"].size(), job["kind"] == "render" ? 2u : 0u) << job;
+  }
+}
+
+TEST_F(ApiTest, ProblemsAreGroupedByTheirCause) {
+  const int64_t study = Submit({.pairs = 8});
+  FailOne("no-faces", false);
+  FailOne("no-faces", false);
+  FailOne("out-of-memory", true);
+  Serve();
+  const json causes = Json(*Client(), "/api/v1/studies/" + std::to_string(study))["causes"];
+  ASSERT_EQ(causes.size(), 2u) << causes;
+  EXPECT_EQ(causes[0]["fingerprint"], "no-faces");
+  EXPECT_EQ(causes[0]["jobs"], 2);
+  EXPECT_EQ(causes[0]["examples"].size(), 2u);
+  EXPECT_EQ(causes[1]["states"]["RETRY_WAIT"], 1);
+}
+
+StudyScore ScoreOf(const std::string& set, uint64_t seed, double value, int checkpoint = 2) {
+  StudyScore score{.job_id = 7};
+  score.score = {.set = set,
+                 .predictor = set.empty() ? "sgbm" : "builtin",
+                 .seed = seed,
+                 .benchmark = "shipped",
+                 .checkpoint = checkpoint,
+                 .checkpoints = 2,
+                 .metric = "bad-2 nocc",
+                 .value = value,
+                 .pairs = 48};
+  return score;
+}
+
+TEST(ScoresJson, RowsAreMeansOfLastCheckpointsAndCurvesHaveAll) {
+  const auto scores =
+      ScoresJson({ScoreOf("narrow", 0, 14), ScoreOf("narrow", 1, 16), ScoreOf("narrow", 0, 30, 1),
+                  ScoreOf("narrow", 1, 34, 1), ScoreOf("wide", 0, 8)});
+  ASSERT_EQ(scores["rows"].size(), 2u);
+  EXPECT_EQ(scores["rows"][0]["set"], "wide") << "the best comes first";
+  EXPECT_DOUBLE_EQ(scores["rows"][1]["mean"], 15);
+  EXPECT_NEAR(scores["rows"][1]["deviation"], 1.41421, 1e-4);
+  EXPECT_EQ(scores["rows"][1]["seeds"].size(), 2u);
+  ASSERT_EQ(scores["curves"][0]["points"].size(), 2u);
+  EXPECT_DOUBLE_EQ(scores["curves"][0]["points"][0]["share"], 0.5);
+  EXPECT_DOUBLE_EQ(scores["curves"][0]["points"][0]["value"], 32);
+}
+
+TEST_F(ApiTest, EventsTellOfChangesAndEndWithTheServer) {
+  Submit({.name = "streamed"});
+  Serve();
+  std::string heard;
+  std::mutex mu;
+  std::condition_variable changed;
+  std::thread listening([&] {
+    Client()->Get("/api/v1/events", [&](const char* data, size_t size) {
+      std::lock_guard lock(mu);
+      heard.append(data, size);
+      changed.notify_all();
+      return true;
+    });
+  });
+  const auto wait_for = [&](const std::string& text) {
+    std::unique_lock lock(mu);
+    return changed.wait_for(lock, std::chrono::seconds(20),
+                            [&] { return heard.find(text) != std::string::npos; });
+  };
+  EXPECT_TRUE(wait_for("event: farm\ndata: {"));
+  EXPECT_TRUE(wait_for("streamed"));
+  ASSERT_TRUE(queue_->Pause(StudyId{1}, "", "tester").ok());
+  EXPECT_TRUE(wait_for("\"paused\""));
+  http_->Stop();
+  listening.join();
+}
+
+}  // namespace
+}  // namespace parallax

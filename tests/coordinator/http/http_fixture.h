@@ -1,0 +1,166 @@
+// What tests of the page share: a queue with a store, a study that a worker has worked on, and the
+// page in front of them.
+#pragma once
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <httplib.h>
+#include <stdlib.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "common/base/file.h"
+#include "common/image/io.h"
+#include "common/store/store.h"
+#include "coordinator/http/http_server.h"
+#include "coordinator/init.h"
+#include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/coordinator_server.h"
+#include "tests/coordinator/queue/queue_fixture.h"
+
+namespace parallax {
+
+class HttpTest : public testing::Test {
+ public:
+  static constexpr int kWidth = 64, kHeight = 36;
+
+  HttpTest() {
+    std::string name = testing::TempDir() + "parallax-http-XXXXXX";
+    directory_ = mkdtemp(name.data());
+    JobQueueOptions queue;
+    queue.db_path = directory_ + "/queue.db";
+    queue.retry.backoff_min_s = 100;
+    queue_ = *JobQueue::Open(queue);
+    store_ = *OpenStore(directory_ + "/store");
+    CoordinatorServerOptions server;
+    server.listen = {"unix:" + directory_ + "/s"};
+    server.store_uri = store_->Uri();
+    server_ = *CoordinatorServer::Start(server, *queue_);
+    options_.listen = "127.0.0.1:0";
+    options_.store_uri = store_->Uri();
+    options_.store = store_.get();
+    options_.db_path = queue.db_path;
+  }
+  ~HttpTest() override {
+    http_.reset();
+    server_.reset();
+    queue_.reset();
+    std::filesystem::remove_all(directory_);
+  }
+
+  void Serve() {
+    auto http = HttpServer::Start(options_, *queue_, *server_);
+    ASSERT_TRUE(http.ok()) << http.status();
+    http_ = *std::move(http);
+  }
+  // With certificates for worker pool, submitters ada and bert, operator olga, read-only board.
+  void ServeTls() {
+    std::ostringstream said;
+    ASSERT_TRUE(InitFarm({.dir = directory_ + "/tls",
+                          .issue = {{"worker", "pool"},
+                                    {"submitter", "ada"},
+                                    {"submitter", "bert"},
+                                    {"operator", "olga"},
+                                    {"read-only", "board"}}},
+                         Clock::System(), said)
+                    .ok());
+    options_.listen = "0.0.0.0:0";
+    options_.security = *MakeRpcSecurity(false, Tls("server"), Clock::System());
+    Serve();
+  }
+  std::string Tls(const std::string& party) const { return directory_ + "/tls/" + party; }
+  int Port() const {
+    const std::string address = http_->address();
+    return std::stoi(address.substr(address.rfind(':') + 1));
+  }
+
+  std::unique_ptr<httplib::Client> Client() const {
+    return std::make_unique<httplib::Client>("127.0.0.1", Port());
+  }
+  // Empty: a stranger.
+  std::unique_ptr<httplib::SSLClient> TlsClient(const std::string& party) const {
+    auto client = party.empty()
+                      ? std::make_unique<httplib::SSLClient>("127.0.0.1", Port())
+                      : std::make_unique<httplib::SSLClient>(
+                            "127.0.0.1", Port(), Tls(party) + "/tls.crt", Tls(party) + "/tls.key");
+    client->set_ca_cert_path((Tls("server") + "/ca.crt").c_str());
+    client->enable_server_certificate_verification(true);
+    return client;
+  }
+
+  template <typename C>
+  static nlohmann::json Json(C& client, const std::string& path, int status = 200,
+                             const httplib::Headers& headers = {}) {
+    const auto answer = client.Get(path, headers);
+    EXPECT_TRUE(answer) << path;
+    if (!answer) return {};
+    EXPECT_EQ(answer->status, status) << path << ": " << answer->body;
+    return nlohmann::json::parse(answer->body, nullptr, false);
+  }
+  // As the page does it: with the CSRF header that /api/v1/me tells.
+  template <typename C>
+  static httplib::Result Post(C& client, const std::string& path, const std::string& body = "{}",
+                              httplib::Headers headers = {}) {
+    const auto me = client.Get("/api/v1/me", headers);
+    const nlohmann::json json = nlohmann::json::parse(me ? me->body : "", nullptr, false);
+    if (json.is_object()) headers.emplace("X-Parallax-Csrf", json.value("csrf", std::string()));
+    return client.Post(path, headers, body, "application/json");
+  }
+
+  int64_t Submit(const StudyOptions& options = {}, const std::string& actor = "tester") {
+    v1::SubmitRequest request = MakeStudy(options);
+    for (v1::VariantSpec& variant : *request.mutable_study()->mutable_variants()) {
+      variant.mutable_config()->mutable_render()->add_maps("disparity");
+    }
+    return queue_->Submit(request, actor)->study_id();
+  }
+  // Ends `jobs` jobs as a worker would, with pictures in the store.
+  void Work(int jobs = 1000) {
+    for (; jobs > 0; --jobs) {
+      const auto leases = queue_->Lease(AnyWorker("w1"), 1);
+      ASSERT_TRUE(leases.ok()) << leases.status();
+      if (leases->empty()) return;
+      const v1::CompleteRequest answer = Answer(leases->front(), "w1");
+      const v1::RenderResult made =
+          leases->front().kind() == "render" ? RenderOf(answer) : v1::RenderResult();
+      for (const v1::FrameResult& frame : made.frames()) PutPictures(frame.path());
+      ASSERT_TRUE(queue_->Complete(answer).ok());
+    }
+  }
+  // A worker fails the next job, and its log says so.
+  int64_t FailOne(const std::string& fingerprint, bool retryable) {
+    const auto leases = queue_->Lease(AnyWorker("w2"), 1);
+    v1::FailRequest failure = Failure(leases->at(0), "w2", fingerprint, retryable);
+    failure.set_log_tail("first line\n" + fingerprint + " happened\n");
+    EXPECT_TRUE(queue_->Fail(failure).ok());
+    return leases->at(0).attempt().job_id();
+  }
+
+  void PutPictures(const std::string& folder) {
+    ImageRgb8 left(kWidth, kHeight, 40);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int c = 0; c < 3; ++c) left(kWidth / 2, y, c) = 250;
+    }
+    ImageF disparity(kWidth, kHeight, 7.25f);
+    disparity(3, 2) = 0;
+    ASSERT_TRUE(store_->Put(folder + "/left.png", *EncodePng(left)).ok());
+    ASSERT_TRUE(store_->Put(folder + "/right.png", *EncodePng(left)).ok());
+    ASSERT_TRUE(store_->Put(folder + "/disparity_left.exr", *EncodeExrY(disparity)).ok());
+    ASSERT_TRUE(
+        store_->Put(folder + "/masks_left.png", *EncodePng(ImageU8(kWidth, kHeight, 5))).ok());
+    ASSERT_TRUE(store_->Put(folder + "/frame.json", "{\"rig\": 0}\n").ok());
+  }
+
+  std::string directory_;
+  std::unique_ptr<JobQueue> queue_;
+  std::unique_ptr<Store> store_;
+  std::unique_ptr<CoordinatorServer> server_;
+  HttpServerOptions options_;
+  std::unique_ptr<HttpServer> http_;
+};
+
+}  // namespace parallax

@@ -37,6 +37,7 @@ const SizeRange* FindSizeRange(std::string_view name) {
       {"CurvedStaircase", {1.0f, 1.5f, 2.4f}, {4.5f, 5.5f, 4.4f}},
       {"DeskLamp", {0.14f, 0.16f, 0.34f}, {0.46f, 0.46f, 0.66f}},
       {"Dishwasher", {0.42f, 0.52f, 0.78f}, {0.64f, 0.72f, 0.9f}},
+      {"Driftwood", {0.7f, 0.06f, 0.06f}, {4.6f, 2.6f, 2.4f}},
       {"DryBush", {0.4f, 0.4f, 0.4f}, {3.4f, 3.4f, 2.6f}},
       {"FallenTrunk", {2.8f, 0.2f, 0.2f}, {9, 3, 2.5f}},
       {"FernPlant", {0.35f, 0.35f, 0.15f}, {1.9f, 1.9f, 1.1f}},
@@ -51,6 +52,8 @@ const SizeRange* FindSizeRange(std::string_view name) {
       {"GrassClump", {0.6f, 0.6f, 0.1f}, {1.7f, 1.7f, 0.65f}},
       {"GrassTuft", {0.08f, 0.08f, 0.07f}, {0.9f, 0.9f, 0.65f}},
       {"Hardware", {0.05f, 0.03f, 0.008f}, {0.36f, 0.08f, 0.21f}},
+      {"IceBlock", {0.5f, 0.35f, 0.2f}, {3.4f, 2.6f, 2.0f}},
+      {"IceFloe", {0.9f, 0.9f, 0.15f}, {3.2f, 3.2f, 0.6f}},
       {"Jar", {0.06f, 0.06f, 0.07f}, {0.15f, 0.15f, 0.28f}},
       {"KitchenCabinet", {0.8f, 0.55f, 0.83f}, {3.1f, 0.7f, 0.96f}},
       {"KitchenIsland", {0.85f, 0.55f, 0.84f}, {2.7f, 1.4f, 1.35f}},
@@ -86,6 +89,8 @@ const SizeRange* FindSizeRange(std::string_view name) {
       {"Reed", {0.3f, 0.3f, 0.9f}, {2.2f, 2.2f, 2.6f}},
       {"RockPile", {0.6f, 0.6f, 0.18f}, {3.6f, 3.6f, 1.8f}},
       {"Rug", {1.1f, 0.55f, 0.005f}, {3, 2.6f, 0.03f}},
+      {"SeaStack", {0.8f, 0.6f, 0.6f}, {3.6f, 3.0f, 4.6f}},
+      {"Shells", {0.15f, 0.15f, 0.005f}, {1.2f, 1.2f, 0.12f}},
       {"Shirt", {0.42f, 0.55f, 0.01f}, {1.75f, 0.85f, 0.09f}},
       {"Shrub", {0.4f, 0.4f, 0.4f}, {3.4f, 3.4f, 2.6f}},
       {"SideTable", {0.36f, 0.34f, 0.48f}, {0.75f, 0.75f, 0.68f}},
@@ -116,6 +121,7 @@ const SizeRange* FindSizeRange(std::string_view name) {
       {"WallArt", {0.25f, 0.015f, 0.25f}, {1.2f, 0.05f, 1.15f}},
       {"Window", {0.6f, 0.08f, 0.85f}, {3.6f, 1.0f, 1.95f}},
       {"Wineglass", {0.04f, 0.04f, 0.11f}, {0.16f, 0.16f, 0.25f}},
+      {"Wrack", {0.4f, 0.25f, 0.01f}, {1.9f, 1.4f, 0.3f}},
   };
   for (const SizeRange& range : table) {
     if (range.name == name) return &range;

@@ -2,7 +2,7 @@
 #include <cctype>
 
 #include "common/base/edit_distance.h"
-#include "worker/materials/families.h"
+#include "worker/materials/shore.h"
 
 namespace parallax {
 namespace {
@@ -42,6 +42,7 @@ MaterialList BuildCatalogue() {
   AddPictureMaterials(list);
   AddPlainMaterials(list);
   AddPlasticMaterials(list);
+  AddShoreMaterials(list);
   AddSkinMaterials(list);
   AddStoneMaterials(list);
   AddTowelMaterials(list);

@@ -19,6 +19,10 @@ struct PixelTruth {
   uint8_t mask = 0;
 };
 
+bool IsWater(const MaterialSlot& slot) {
+  return !slot.families.empty() && slot.families.front() == "water";
+}
+
 class TruthTracer {
  public:
   TruthTracer(const RenderScene& scene, const PinholeCamera& camera)
@@ -112,6 +116,10 @@ class TruthTracer {
     }
     truth.object = scene_.ObjectIndex(raw.placed);
     truth.material = id.material;
+    // Water shows its bed and mirrors what is above it, though its material is opaque.
+    if (IsWater(scene_.MeshOf(raw.placed).slots[id.slot])) {
+      truth.mask |= kMaskTransparent | kMaskMirror;
+    }
     // A step back towards the viewer: the face of a wall belongs to the side from which it is seen.
     const Vec3f at = raw.position + side * 2e-3f * id.geometric_normal;
     if (surroundings_.IsExterior(at)) truth.mask |= kMaskExterior;

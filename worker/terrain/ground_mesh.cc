@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <queue>
 #include <utility>
@@ -14,6 +15,15 @@ namespace {
 
 // Balancing and corners of neighbours make about this many triangles of a leaf.
 constexpr float kTrianglesPerLeaf = 5.2f;
+// Beds are seen, through water or in the troughs of waves, so far from the shore; beyond, edges are
+// so many times longer.
+constexpr float kShownBed_m = 1.5f, kHidden = 12;
+// Water reaches so far below the land beside it.
+constexpr float kUnderLand_m = 9;
+// Width of an edge of water's mesh below the eye, SeenWidth's.
+constexpr float kSquareEdge_m = 0.03f;
+// A square's diagonal over its side, and what lines that bend add.
+constexpr float kSquareSpan = 2.4f;
 
 // Angle between two headings, in [0, pi].
 float Turn(float a, float b) {
@@ -24,7 +34,48 @@ float Turn(float a, float b) {
 
 }  // namespace
 
+MeshedSurface GroundOf(const Terrain& terrain) {
+  MeshedSurface ground;
+  ground.slot = "ground";
+  ground.family = "soil";
+  ground.height = [&](const Vec2f& p, float footprint_m) { return terrain.Height(p, footprint_m); };
+  ground.slope = [&](const Vec2f& p, float footprint_m) { return terrain.Slope(p, footprint_m); };
+  ground.steepness = [&](const Vec2f& p) { return terrain.Steepness(p); };
+  if (terrain.water() != nullptr) {
+    ground.coarser = [&](const Vec2f& center, float half_m) {
+      return terrain.water()->FromShore(center) < -kShownBed_m - kSquareSpan * half_m ? kHidden
+                                                                                      : 1.0f;
+    };
+  }
+  return ground;
+}
+
+MeshedSurface WaterOf(const Terrain& terrain) {
+  const Water& water = *terrain.water();
+  MeshedSurface surface;
+  surface.slot = surface.family = "water";
+  surface.footprint = [](float edge_m) { return SeenWidth(edge_m, kSquareEdge_m); };
+  surface.height = [&](const Vec2f& p, float footprint_m) {
+    return water.Level(p) + water.Waves(p, footprint_m);
+  };
+  surface.slope = [&](const Vec2f& p, float footprint_m) {
+    const float half = std::max(0.25f * footprint_m, 0.01f);
+    const Vec2f x(half, 0), y(0, half);
+    const auto height = [&](const Vec2f& at) { return water.Waves(at, footprint_m); };
+    return Vec2f(Vec2f(height(p + x) - height(p - x), height(p + y) - height(p - y)) / (2 * half));
+  };
+  surface.steepness = [](const Vec2f&) { return 0.0f; };
+  surface.coarser = [&](const Vec2f& center, float half_m) {
+    const float least_m = water.FromShore(center) - kSquareSpan * half_m;
+    return least_m > kUnderLand_m ? std::numeric_limits<float>::infinity() : 1.0f;
+  };
+  return surface;
+}
+
 GroundMesh::GroundMesh(const Terrain& terrain, const GroundMeshOptions& options)
+    : GroundMesh(GroundOf(terrain), options) {}
+
+GroundMesh::GroundMesh(const MeshedSurface& surface, const GroundMeshOptions& options)
     : options_(options) {
   side_ = 2;
   unit_m_ = options.reach_m;
@@ -32,18 +83,19 @@ GroundMesh::GroundMesh(const Terrain& terrain, const GroundMeshOptions& options)
     side_ *= 2;
     unit_m_ *= 0.5f;
   }
-  Refine(terrain);
+  Refine(surface);
   Balance();
-  Triangulate(terrain);
+  Triangulate(surface);
 }
 
 Vec2f GroundMesh::PositionOf(int x, int y) const {
   return Vec2f(static_cast<float>(x - side_ / 2), static_cast<float>(y - side_ / 2)) * unit_m_;
 }
 
-float GroundMesh::PixelAt(const Terrain& terrain, const Square& square) const {
+float GroundMesh::PixelAt(const MeshedSurface& surface, const Square& square) const {
   const float half_m = 0.5f * static_cast<float>(square.side) * unit_m_;
   const Vec2f center = PositionOf(square.x + square.side / 2, square.y + square.side / 2);
+  const float coarser = surface.coarser ? surface.coarser(center, half_m) : 1;
   float least_m = options_.reach_m;
   for (const ViewCone& view : options_.views) {
     const Vec2f away = center - view.apex;
@@ -56,8 +108,8 @@ float GroundMesh::PixelAt(const Terrain& terrain, const Square& square) const {
     least_m = std::min(least_m, distance_m / options_.focal_px * (seen ? 1 : options_.out_of_view));
   }
   // Steep ground turns its face to the walk and has edges; flat ground is seen at a glancing angle.
-  const float steep = noise::SmoothStep(0.2f, 0.9f, terrain.Steepness(center));
-  return least_m * noise::Lerp(1.3f, 0.55f, steep);
+  const float steep = noise::SmoothStep(0.2f, 0.9f, surface.steepness(center));
+  return coarser * least_m * noise::Lerp(1.3f, 0.55f, steep);
 }
 
 std::array<GroundMesh::Square, 4> GroundMesh::Split(const Square& square) {
@@ -73,7 +125,7 @@ std::array<GroundMesh::Square, 4> GroundMesh::Split(const Square& square) {
 }
 
 // Divides the square whose edge looks longest until the budget is spent or all are short enough.
-void GroundMesh::Refine(const Terrain& terrain) {
+void GroundMesh::Refine(const MeshedSurface& surface) {
   struct Candidate {
     float edge_px;
     Square square;
@@ -82,7 +134,7 @@ void GroundMesh::Refine(const Terrain& terrain) {
     }
   };
   const auto candidate = [&](const Square& square) {
-    return Candidate{static_cast<float>(square.side) * unit_m_ / PixelAt(terrain, square), square};
+    return Candidate{static_cast<float>(square.side) * unit_m_ / PixelAt(surface, square), square};
   };
   const auto most_leaves =
       static_cast<size_t>(static_cast<float>(options_.most_triangles) / kTrianglesPerLeaf);
@@ -152,22 +204,23 @@ void GroundMesh::Balance() {
   }
 }
 
-uint32_t GroundMesh::VertexAt(const Terrain& terrain, int x, int y, float footprint_m) {
+uint32_t GroundMesh::VertexAt(const MeshedSurface& surface, int x, int y, float footprint_m) {
   const uint64_t key = static_cast<uint64_t>(x) << 32 | static_cast<uint32_t>(y);
   const auto [found, added] =
       vertices_.try_emplace(key, static_cast<uint32_t>(mesh_.positions.size()));
   if (!added) return found->second;
   const Vec2f p = PositionOf(x, y);
-  const Vec2f slope = terrain.Slope(p, footprint_m);
-  mesh_.positions.emplace_back(p.x(), p.y(), terrain.Height(p, footprint_m));
+  const Vec2f slope = surface.slope(p, footprint_m);
+  mesh_.positions.emplace_back(p.x(), p.y(), surface.height(p, footprint_m));
   mesh_.normals.push_back(Vec3f(-slope.x(), -slope.y(), 1).normalized());
   mesh_.texture.push_back(mesh_.positions.back());
-  mesh_.uv.push_back(Vec2f::Zero());
+  mesh_.uv.emplace_back(surface.footprint ? footprint_m : 0.0f, 0.0f);
   return found->second;
 }
 
-void GroundMesh::AddFan(const Terrain& terrain, const Square& leaf) {
-  const float footprint_m = static_cast<float>(leaf.side) * unit_m_;
+void GroundMesh::AddFan(const MeshedSurface& surface, const Square& leaf) {
+  const float edge_m = static_cast<float>(leaf.side) * unit_m_;
+  const float footprint_m = surface.footprint ? surface.footprint(edge_m) : edge_m;
   const int half = leaf.side / 2, end_x = leaf.x + leaf.side, end_y = leaf.y + leaf.side;
   // Corners counter-clockwise, each followed by the edge's middle where a finer neighbour has it.
   struct Corner {
@@ -182,13 +235,13 @@ void GroundMesh::AddFan(const Terrain& terrain, const Square& leaf) {
   std::array<uint32_t, 8> ring;
   size_t count = 0;
   for (const Corner& corner : corners) {
-    ring[count++] = VertexAt(terrain, corner.x, corner.y, footprint_m);
+    ring[count++] = VertexAt(surface, corner.x, corner.y, footprint_m);
     if (Contains(corner.beside_x, corner.beside_y) &&
         LeafAt(corner.beside_x, corner.beside_y).side < leaf.side) {
-      ring[count++] = VertexAt(terrain, corner.middle_x, corner.middle_y, footprint_m);
+      ring[count++] = VertexAt(surface, corner.middle_x, corner.middle_y, footprint_m);
     }
   }
-  const uint32_t center = VertexAt(terrain, leaf.x + half, leaf.y + half, footprint_m);
+  const uint32_t center = VertexAt(surface, leaf.x + half, leaf.y + half, footprint_m);
   Node& node = nodes_[leaf.node];
   node.first_triangle = static_cast<uint32_t>(mesh_.triangles.size());
   node.triangles = static_cast<uint16_t>(count);
@@ -197,9 +250,14 @@ void GroundMesh::AddFan(const Terrain& terrain, const Square& leaf) {
   }
 }
 
-void GroundMesh::Triangulate(const Terrain& terrain) {
-  mesh_.slots = {{"ground", {"soil"}, false}};
-  ForEachLeaf([&](const Square& leaf) { AddFan(terrain, leaf); });
+void GroundMesh::Triangulate(const MeshedSurface& surface) {
+  mesh_.slots = {{surface.slot, {surface.family}, false}};
+  ForEachLeaf([&](const Square& leaf) {
+    const float half_m = 0.5f * static_cast<float>(leaf.side) * unit_m_;
+    const Vec2f center = PositionOf(leaf.x + leaf.side / 2, leaf.y + leaf.side / 2);
+    if (surface.coarser && std::isinf(surface.coarser(center, half_m))) return;
+    AddFan(surface, leaf);
+  });
   vertices_ = {};
 }
 

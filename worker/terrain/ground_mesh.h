@@ -6,11 +6,15 @@
 // is the same for all frames and both eyes, so nothing pops. Plants ask HeightAt, which is the
 // height of the rendered triangles, not of the terrain behind them.
 //
+// Water's surface is meshed by the same tree: of another height, and only where water may be.
+//
 // Constant after construction; thread-safe.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <string>
 #include <unordered_map>
 #include <vector>
 
@@ -37,14 +41,33 @@ struct GroundMeshOptions {
   int most_triangles = 700'000;  // The budget goes to the edges that look longest.
 };
 
+// What is meshed. Functions of places, metres, world frame; all are asked during construction only.
+struct MeshedSurface {
+  std::string slot, family;  // Of the mesh's only slot: its name, and what suits it.
+  std::function<float(const Vec2f& p, float footprint_m)> height;
+  std::function<Vec2f(const Vec2f& p, float footprint_m)> slope;  // d/dx, d/dy.
+  std::function<float(const Vec2f& p)> steepness;                 // Rise over run, without detail.
+  // How many times longer edges may be in the square about `center`, half a side long, because
+  // less is seen of it; infinity: the square is not part of the mesh. Null: 1.
+  std::function<float(const Vec2f& center, float half_m)> coarser;
+  // The footprint with which edges of a length ask; then it is the first number of vertices' uv.
+  // Null: their length, and uv is 0.
+  std::function<float(float edge_m)> footprint;
+};
+// `terrain` must outlive it. Ground that deep water hides is coarse.
+MeshedSurface GroundOf(const Terrain& terrain);
+// Requires water. With waves, as far as edges show them.
+MeshedSurface WaterOf(const Terrain& terrain);
+
 class GroundMesh {
  public:
   GroundMesh(const Terrain& terrain, const GroundMeshOptions& options);
+  GroundMesh(const MeshedSurface& surface, const GroundMeshOptions& options);
 
-  // World frame; texture = position; one slot, "ground". Normals are the terrain's, not the
-  // triangles'.
+  // World frame; texture = position; one slot. Normals are the surface's, not the triangles'.
   const Mesh& mesh() const { return mesh_; }
-  // Height of the mesh at `p`, metres; outside of it that of its border's nearest point.
+  // Height of the mesh at `p`, metres; outside of it that of its border's nearest point. 0 in a
+  // square that is not part of it.
   float HeightAt(const Vec2f& p) const;
   // The longest edge in any view, in pixels (edges of least_edge_m left out).
   float longest_edge_px() const { return longest_edge_px_; }
@@ -62,19 +85,20 @@ class GroundMesh {
     int x = 0, y = 0, side = 0;
   };
 
-  // Length that a pixel covers at the square, metres: the least over all views.
-  float PixelAt(const Terrain& terrain, const Square& square) const;
+  // Length that a pixel covers at the square, metres: the least over all views. Infinity outside
+  // of the surface.
+  float PixelAt(const MeshedSurface& surface, const Square& square) const;
   std::array<Square, 4> Split(const Square& square);
-  void Refine(const Terrain& terrain);
+  void Refine(const MeshedSurface& surface);
   void Balance();
   Square LeafAt(int x, int y) const;
   bool Contains(int x, int y) const { return x >= 0 && y >= 0 && x < side_ && y < side_; }
   template <typename Visit>
   void ForEachLeaf(const Visit& visit) const;
 
-  void Triangulate(const Terrain& terrain);
-  void AddFan(const Terrain& terrain, const Square& leaf);
-  uint32_t VertexAt(const Terrain& terrain, int x, int y, float footprint_m);
+  void Triangulate(const MeshedSurface& surface);
+  void AddFan(const MeshedSurface& surface, const Square& leaf);
+  uint32_t VertexAt(const MeshedSurface& surface, int x, int y, float footprint_m);
   Vec2f PositionOf(int x, int y) const;
 
   GroundMeshOptions options_;

@@ -12,8 +12,6 @@
 namespace parallax {
 namespace {
 
-constexpr float kEarthRadius_m = 6.371e6f;
-
 Field SteepnessOf(const Field& height) {
   Field steepness = height;
   const int n = height.size;
@@ -29,6 +27,16 @@ Field SteepnessOf(const Field& height) {
     }
   }
   return BoxBlurred(steepness, 1);
+}
+
+void Shape(const std::optional<Water>& water, Field& height) {
+  if (!water) return;
+  for (int row = 0; row < height.size; ++row) {
+    for (int column = 0; column < height.size; ++column) {
+      float& at = height.At(column, row);
+      at = water->Shaped(height.PositionOf(column, row), at).height_m;
+    }
+  }
 }
 
 // A shift of some metres that turns straight courses between the region's samples into bends.
@@ -97,7 +105,16 @@ float Terrain::Detail(const Vec2f& p, float footprint_m) const {
 }
 
 float Terrain::Height(const Vec2f& p, float footprint_m) const {
-  return Base(p) + Detail(p, footprint_m) - p.squaredNorm() / (2 * kEarthRadius_m);
+  Water::Form form{Base(p), 1};
+  if (water_) form = water_->Shaped(p, form.height_m);
+  return form.height_m + form.detail * Detail(p, footprint_m) -
+         p.squaredNorm() / (2 * kEarthRadius_m);
+}
+
+float Terrain::AboveWater(const Vec2f& p) const {
+  constexpr float kFootprint_m = 0.4f;
+  if (!water_ || water_->FromShore(p) > water_->reach_m()) return kDry;
+  return Height(p, kFootprint_m) - water_->Level(p);
 }
 
 Vec2f Terrain::Slope(const Vec2f& p, float footprint_m) const {
@@ -120,10 +137,12 @@ Terrain MakeTerrain(const TerrainSpec& spec) {
   Terrain terrain;
   terrain.spec_ = spec;
   terrain.detail_seed_ = rng.Child("detail").Bits32();
+  if (spec.water) terrain.water_.emplace(*spec.water);
 
   // The region: valleys.
   Field region = Field::Square(spec.region_samples, spec.region_m);
   FillWithTerms(spec.terms, region);
+  Shape(terrain.water_, region);
   StreamPowerOptions streams = spec.streams;
   streams.seed = rng.Child("streams").Bits32();
   ErodeByStreams(region, streams);
@@ -151,6 +170,9 @@ Terrain MakeTerrain(const TerrainSpec& spec) {
   rain.seed = rng.Child("rain").Bits64();
   ErodeByDroplets(site, site_deposit, rain);
   ErodeByGravity(site, site_deposit, gravity);
+
+  Shape(terrain.water_, region);
+  Shape(terrain.water_, site);
 
   // Masks.
   terrain.region_area_ = DrainageArea(region, RouteFlow(region));

@@ -11,11 +11,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "worker/terrain/erosion.h"
 #include "worker/terrain/field.h"
 #include "worker/terrain/terms.h"
+#include "worker/terrain/water.h"
 
 namespace parallax {
 
@@ -30,6 +32,7 @@ struct TerrainSpec {
   DropletOptions rain;         // On the site; its seed is drawn from the spec's.
   ThermalOptions gravity;      // On both.
   float roughness = 1;         // Height of the detail between samples; 0: none.
+  std::optional<WaterSpec> water;
 };
 
 class Terrain {
@@ -48,6 +51,11 @@ class Terrain {
   float Deposit(const Vec2f& p) const;       // Metres of loose material: scree, sediment.
   // Steepness of the rasters, without detail: rise over run.
   float Steepness(const Vec2f& p) const;
+  // nullptr: none.
+  const Water* water() const { return water_ ? &*water_ : nullptr; }
+  // Height of the ground above the water's still level, negative under water; kDry far from it.
+  float AboveWater(const Vec2f& p) const;
+  static constexpr float kDry = 1000;
 
  private:
   friend Terrain MakeTerrain(const TerrainSpec& spec);
@@ -59,6 +67,7 @@ class Terrain {
   float Blend(const Field& site, const Field& region, const Vec2f& p) const;
 
   TerrainSpec spec_;
+  std::optional<Water> water_;
   uint32_t detail_seed_ = 0;
   Field region_, site_;
   Field region_area_, site_area_;

@@ -1,4 +1,4 @@
-// nature_check [--biome plain|forest|mountain] [--season NAME] [--seed N] [--scenes N] [--frames N]
+// nature_check [--biome NAME] [--season NAME] [--seed N] [--scenes N] [--frames N]
 // [--render K] [--size WxH] [--profile NAME] [--out DIR]:
 // solves scenes of the type nature, makes them solid, checks how things stand, renders K frames of
 // each (evenly along the walk) and prints one JSON line a scene: sizes, core-seconds of all
@@ -65,6 +65,7 @@ Rooting CheckRoots(const v1::Terrain& land, const Expansion& expansion, const Ve
       if ((p - from).norm() > 40) continue;
       // Half of the ground that it claims, or a stem; in its own frame.
       const auto radius = static_cast<float>(std::max(0.02, 0.5 * layer.claim_m()));
+      if (layer.floats()) continue;
       ++rooting.checked;
       double highest = -1;
       for (const Vec3f& q :
@@ -207,9 +208,15 @@ absl::StatusOr<Options> ParseOptions(int argc, char** argv) {
     const std::string name = argv[i], value = argv[i + 1];
     if (name == "--biome") {
       v1::BiomeWeights& weights = *config.mutable_nature()->mutable_biomes();
-      weights.set_plain(value == "plain");
-      weights.set_forest(value == "forest");
-      weights.set_mountain(value == "mountain");
+      // Each field of BiomeWeights is named as its biome.
+      const auto* fields = weights.GetDescriptor();
+      if (fields->FindFieldByName(value) == nullptr) {
+        return absl::InvalidArgumentError("no biome " + value);
+      }
+      for (int k = 0; k < fields->field_count(); ++k) {
+        weights.GetReflection()->SetDouble(&weights, fields->field(k),
+                                           fields->field(k)->name() == value ? 1 : 0);
+      }
     } else if (name == "--season") {
       config.mutable_nature()->clear_seasons();
       config.mutable_nature()->add_seasons(value);

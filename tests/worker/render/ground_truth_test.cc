@@ -278,6 +278,20 @@ TEST(GroundTruth, MasksTellSkyExteriorGlassAndMirrors) {
   EXPECT_EQ(truth.left.occlusion(1, 1), 0);
 }
 
+TEST(GroundTruth, WaterIsMarkedAsTransparentAndMirrorLikeThoughOpaque) {
+  TestScene test;
+  const uint32_t grey = test.AddMaterial(DiffuseSample(Vec3f::Constant(0.5f)));
+  const auto water = std::make_shared<Mesh>(*MakeQuad({0, 2, 0}, {1, 0, 0}, {0, 0, 1}));
+  ASSERT_EQ(water->slots.size(), 1u);
+  water->slots[0].families = {"water"};
+  test.AddMesh(water, grey);
+  test.AddMesh(MakeQuad({1, 2, 0}, {1, 0, 0}, {0, 0, 1}), grey);
+  const Truth truth = Trace(test, MakeRig({1, 0, 0.5}, {0, 1, 0}, 200, 60, 100, 0.1));
+  EXPECT_EQ(truth.left.masks(75, 30), kMaskTransparent | kMaskMirror);
+  EXPECT_EQ(truth.left.masks(125, 30), 0);
+  EXPECT_NEAR(truth.left.depth_m(75, 30), 2, 1e-5) << "its surface, not its bed";
+}
+
 TEST(GroundTruth, BrokenRigsAreRefused) {
   const v1::Rig good = BoxRoomRig(64, 48);
   EXPECT_TRUE(StereoCamera::FromRig(good).ok());

@@ -81,7 +81,7 @@ TEST(FloatingClasses, AreTheGroupsAndClassesAskedForLessTheExcludedOnes) {
   EXPECT_THAT(*FloatingClasses(config), ElementsAre("Bush", "Cactus"));
   config.mutable_floating()->add_classes("dead_wood");
   EXPECT_THAT(*FloatingClasses(config),
-              ElementsAre("Bush", "Cactus", "FallenTrunk", "Log", "Snag", "Stump"));
+              ElementsAre("Bush", "Cactus", "Driftwood", "FallenTrunk", "Log", "Snag", "Stump"));
   config.mutable_floating()->add_classes("Unicorn");
   const absl::Status unknown = FloatingClasses(config).status();
   EXPECT_EQ(unknown.code(), absl::StatusCode::kInvalidArgument);

@@ -207,7 +207,9 @@ Asset SampleStump(Rng& rng) {
 
 Asset MakeLog(const LogParams& p) {
   Rng choice(SceneSeed{p.seed}, "bark");
-  Timber t(p.seed, Slot("bark", BarkFor(choice)), Slot("wood", {p.cut ? "EndGrain" : "DeadWood"}));
+  Timber t(p.seed,
+           Slot("bark", p.bleached ? std::vector<std::string>{"DeadWood"} : BarkFor(choice)),
+           Slot("wood", {p.cut ? "EndGrain" : "DeadWood"}));
   const float end = p.radius_m * Draw(t.rng, p.cut ? 0.8 : 0.4, p.cut ? 0.95 : 0.7);
   const float tilt = (end - p.radius_m) / p.length_m;  // Both ends lie on the ground.
   const Vec3f way = Vec3f(1, 0, tilt).normalized();
@@ -218,8 +220,8 @@ Asset MakeLog(const LogParams& p) {
     AddSplinters(t, rings.front().at, -way, p.radius_m, 1.6f * p.radius_m);
     AddSplinters(t, rings.back().at, way, end, 2.0f * end);
   }
-  const int stubs =
-      static_cast<int>(p.length_m * Draw(t.rng, p.cut ? 0.3 : 1.2, p.cut ? 1.2 : 2.4));
+  const int stubs = static_cast<int>(
+      p.length_m * Draw(t.rng, p.cut ? 0.3 : 1.2, p.cut ? 1.2 : 2.4) * (p.bleached ? 0.5f : 1.0f));
   for (int k = 0; k < stubs; ++k) {
     const auto ring =
         static_cast<size_t>(Draw(t.rng, 0.1, 0.95) * static_cast<float>(rings.size()));
@@ -236,6 +238,16 @@ Asset SampleLog(Rng& rng) {
   LogParams p;
   p.length_m = Draw(rng, 0.9, 3.2);
   p.radius_m = Draw(rng, 0.09, 0.22);
+  p.seed = rng.Seed();
+  return MakeLog(p);
+}
+
+Asset SampleDriftwood(Rng& rng) {
+  LogParams p;
+  p.cut = false;
+  p.bleached = true;
+  p.length_m = Draw(rng, 0.8, 3.4);
+  p.radius_m = 0.045f * p.length_m * Draw(rng, 0.7, 1.3);
   p.seed = rng.Seed();
   return MakeLog(p);
 }

@@ -44,6 +44,11 @@ struct PebblesParams {
 Asset MakePebbles(const PebblesParams& params);
 Asset SamplePebbles(Rng& rng);
 
+// A pillar or a block of bedded rock that stands in the surf.
+Asset SampleSeaStack(Rng& rng);
+// A block of ice that pressure heaved up or that broke off a glacier.
+Asset SampleIceBlock(Rng& rng);
+
 // ---- Litter
 
 struct LitterParams {
@@ -63,6 +68,23 @@ Asset SampleCones(Rng& rng);
 // Dry needles in pairs.
 Asset MakeNeedlePatch(const LitterParams& params);
 Asset SampleNeedlePatch(Rng& rng);
+
+// ---- Shores
+
+struct IceFloeParams {
+  float radius_m = 1;
+  float thick_m = 0.28f;
+  int sides = 7;  // Of the polygon that it broke off as.
+  uint64_t seed = 0;
+};
+// The origin is in the middle of its lower side.
+Asset MakeIceFloe(const IceFloeParams& params);
+Asset SampleIceFloe(Rng& rng);
+Asset MakeShells(const LitterParams& params);
+Asset SampleShells(Rng& rng);
+// Seaweed at the tide's line.
+Asset MakeWrack(const LitterParams& params);
+Asset SampleWrack(Rng& rng);
 
 // ---- Grass
 

@@ -11,13 +11,18 @@ void RegisterNature(std::vector<AssetClass>& classes) {
     classes.push_back({name, family, Placement::kGround, false, 0, sample});
   };
   add("Boulder", "stones", SampleBoulder);
+  add("IceBlock", "stones", SampleIceBlock);
+  add("IceFloe", "stones", SampleIceFloe);
   add("Pebbles", "stones", SamplePebbles);
   add("RockPile", "stones", SampleRockPile);
+  add("SeaStack", "stones", SampleSeaStack);
   add("Slab", "stones", SampleSlab);
   add("Cones", "litter", SampleCones);
   add("LeafLitter", "litter", SampleLeafLitter);
   add("NeedlePatch", "litter", SampleNeedlePatch);
+  add("Shells", "litter", SampleShells);
   add("Twigs", "litter", SampleTwigs);
+  add("Wrack", "litter", SampleWrack);
   add("FernPlant", "herbs", SampleFern);
   add("FlowerPlant", "herbs", SampleFlowerPlant);
   add("GrassClump", "herbs", SampleGrassClump);
@@ -31,6 +36,7 @@ void RegisterNature(std::vector<AssetClass>& classes) {
   add("Shrub", "shrubs", SampleShrub);
   add("BroadleafTree", "trees", SampleBroadleafTree);
   add("Conifer", "trees", SampleConifer);
+  add("Driftwood", "dead_wood", SampleDriftwood);
   add("FallenTrunk", "dead_wood", SampleFallenTrunk);
   add("Log", "dead_wood", SampleLog);
   add("Snag", "dead_wood", SampleSnag);

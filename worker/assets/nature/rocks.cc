@@ -212,6 +212,42 @@ Asset SampleSlab(Rng& rng) {
   return MakeBoulder(p);
 }
 
+Asset SampleSeaStack(Rng& rng) {
+  BoulderParams p;
+  const float size = Draw(rng, 0.7, 1.1);
+  const bool pillar = rng.Bernoulli(0.5);
+  p.form.size = size * Vec3f{Draw(rng, 0.8, 1.3), Draw(rng, 0.6, 1.0),
+                             pillar ? Draw(rng, 1.1, 1.8) : Draw(rng, 0.5, 0.9)};
+  p.form.planes = rng.UniformInt(13, 20);
+  p.form.cracks = rng.UniformInt(4, 8);
+  p.form.sharpness = Draw(rng, 12, 24);
+  p.form.rough = Draw(rng, 0.3, 0.42);
+  p.form.cells = 56;
+  p.seed = rng.Seed();
+  Mesh mesh;
+  mesh.slots.push_back(Slot("stone", {"Rock"}));
+  Rng stone(SceneSeed{p.seed}, "stack");
+  AddStone(mesh, p.form, 0, Eigen::Affine3f::Identity(), stone);
+  return FinishMeshes({&mesh}, p.seed);
+}
+
+Asset SampleIceBlock(Rng& rng) {
+  BoulderParams p;
+  const float size = Draw(rng, 0.4, 1.0);
+  p.form.size = size * Vec3f{Draw(rng, 0.9, 1.4), Draw(rng, 0.6, 1.0), Draw(rng, 0.35, 0.8)};
+  p.form.planes = rng.UniformInt(10, 15);
+  p.form.cracks = rng.UniformInt(1, 4);
+  p.form.sharpness = Draw(rng, 24, 42);
+  p.form.rough = Draw(rng, 0.06, 0.12);
+  p.form.cells = 36;
+  p.seed = rng.Seed();
+  Mesh mesh;
+  mesh.slots.push_back(Slot("ice", {"SeaIce"}));
+  Rng block(SceneSeed{p.seed}, "ice");
+  AddStone(mesh, p.form, 0, Eigen::Affine3f::Identity(), block);
+  return FinishMeshes({&mesh}, p.seed);
+}
+
 Asset MakeRockPile(const RockPileParams& p) {
   Mesh mesh;
   mesh.slots.push_back(StoneSlot(p.seed));

@@ -46,12 +46,14 @@ Asset SampleStump(Rng& rng);
 
 struct LogParams {
   float length_m = 3, radius_m = 0.14f;
-  bool cut = true;  // By a saw at both ends; false: a fallen trunk with torn ends and limbs.
+  bool cut = true;        // By a saw at both ends; false: a fallen trunk with torn ends and limbs.
+  bool bleached = false;  // Driftwood: without bark.
   uint64_t seed = 0;
 };
 // Lies along x on the ground.
 Asset MakeLog(const LogParams& params);
 Asset SampleLog(Rng& rng);
 Asset SampleFallenTrunk(Rng& rng);
+Asset SampleDriftwood(Rng& rng);
 
 }  // namespace parallax

@@ -17,6 +17,8 @@ constexpr double kFar_m = 5;                              // The stricter filter
 constexpr double kWalkClose_m = 1, kWalkMaxClose = 0.05;  // Share of a view that may be nearer.
 constexpr double kSteepest = 0.5;                         // Rise over run under the feet.
 constexpr double kMaxOneDistance = 0.9;  // Share of a view within a tenth of one depth.
+// Mean share of a walk's views, beside water.
+constexpr double kLeastWater = 0.1, kMostWater = 0.65;
 
 // Catmull-Rom through keys; `at` in keys.
 double Smooth(const std::vector<double>& keys, double at) {
@@ -33,9 +35,10 @@ struct View {
   double nearest_m = 1e9;     // Depth.
   double log_std = 0;
   double one_distance = 0;  // Largest share whose depths differ by a tenth at most.
+  double water = 0;         // Share of the probes.
 };
 
-View Look(const RayScene& solid, const Vec3f& eye, const Mat3f& axes, double fov_rad,
+View Look(const WalkLand& land, const Vec3f& eye, const Mat3f& axes, double fov_rad,
           double aspect) {
   View view;
   const double half_x = std::tan(fov_rad / 2), half_y = half_x * aspect;
@@ -45,17 +48,19 @@ View Look(const RayScene& solid, const Vec3f& eye, const Mat3f& axes, double fov
       // The outermost probes are at the picture's border.
       const Vec3f local(static_cast<float>(half_x * (2.0 * x / (kWalkProbesX - 1) - 1)),
                         static_cast<float>(half_y * (2.0 * y / (kWalkProbesY - 1) - 1)), 1);
-      const auto hit = solid.Intersect(eye, axes * local);
+      const auto hit = land.solid.Intersect(eye, axes * local);
       if (!hit) continue;
       const auto depth = static_cast<double>(hit->distance);
       view.nearest_m = std::min(view.nearest_m, depth);
       view.close += depth < kWalkClose_m;
+      view.water += land.wet && hit->body == land.water_body;
       logs.push_back(std::log(std::max(depth, 0.01)));
     }
   }
   constexpr double kCount = kWalkProbesX * kWalkProbesY;
   view.sky = 1 - static_cast<double>(logs.size()) / kCount;
   view.close /= kCount;
+  view.water /= kCount;
   if (logs.empty()) return view;
   double sum = 0, squares = 0;
   for (const double log : logs) {
@@ -140,19 +145,23 @@ Walk WalkFinder::Draft(const WalkLand& land, const Rng& rng, double fov_rad) con
 
 bool WalkFinder::Probe(const WalkLand& land, Walk& walk, std::string& reason) const {
   const double aspect = static_cast<double>(rigs_.height_px()) / rigs_.width_px();
-  double far = 0, spread = 0, seen = 0;
+  double far = 0, spread = 0, seen = 0, water = 0;
   for (size_t i = 0; i < walk.frames.size(); i += i + 2 < walk.frames.size() ? 2 : 1) {
     const Walk::Frame& frame = walk.frames[i];
     const Mat3f axes = CameraAxes(frame.yaw_rad, frame.pitch_rad).cast<float>();
-    const View view = Look(land.solid, frame.eye.cast<float>(), axes, walk.fov_rad, aspect);
+    const View view = Look(land, frame.eye.cast<float>(), axes, walk.fov_rad, aspect);
     if (view.sky > walks_.max_sky_share()) return reason = "sky", false;
     if (view.nearest_m < rigs_.min_distance_m()) return reason = "near", false;
     if (view.close > kWalkMaxClose) return reason = "close", false;
     if (view.one_distance > kMaxOneDistance) return reason = "bare", false;
     far += view.nearest_m >= kFar_m;
     spread += view.log_std;
+    water += view.water;
     ++seen;
   }
+  walk.water_share = water / seen;
+  if (land.wet && walk.water_share < kLeastWater) return reason = "no water", false;
+  if (land.wet && walk.water_share > kMostWater) return reason = "water only", false;
   walk.far_share = far / seen;
   walk.log_depth_std = spread / seen;
   return true;
@@ -185,6 +194,12 @@ std::optional<Walk> WalkFinder::Try(const WalkLand& land, const Rng& rng, double
     }
     return false;
   };
+  const auto wet = [&] {
+    return land.wet &&
+           std::any_of(walk.frames.begin(), walk.frames.end(), [&](const Walk::Frame& frame) {
+             return land.wet(frame.eye.head<2>().cast<float>());
+           });
+  };
   const auto turns = [&] {
     for (size_t i = 0; i + 1 < walk.frames.size(); ++i) {
       const Walk::Frame &a = walk.frames[i], &b = walk.frames[i + 1];
@@ -197,6 +212,8 @@ std::optional<Walk> WalkFinder::Try(const WalkLand& land, const Rng& rng, double
     reason = "steep";
   } else if (turns()) {
     reason = "turns";
+  } else if (wet()) {
+    reason = "wet";
   } else if (!Clear(land.solid, walk)) {
     reason = "blocked";
   } else if (Probe(land, walk, reason)) {

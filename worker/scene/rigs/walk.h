@@ -20,6 +20,10 @@ struct WalkLand {
   const RayScene& solid;                        // Ground, trunks, crowns, stones; committed.
   Vec2f middle = Vec2f::Zero();                 // Walks begin about here,
   float radius_m = 25;                          // so far from it at most.
+  // Beside water: whether feet are wet at a place, and which body of `solid` the water is. Walks
+  // stay dry and see it.
+  std::function<bool(const Vec2f& p)> wet = nullptr;
+  uint32_t water_body = 0;
 };
 
 // One of them.
@@ -32,6 +36,7 @@ struct Walk {
   double fov_rad = 1;        // Horizontal.
   double far_share = 0;      // Share of frames in which nothing is nearer than 5 m, by probe rays.
   double log_depth_std = 0;  // Mean over frames.
+  double water_share = 0;    // Of the probes, mean over frames.
   double score() const { return log_depth_std * (0.35 + far_share); }
 };
 

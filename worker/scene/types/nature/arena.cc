@@ -33,14 +33,14 @@ class Trees {
   std::map<ShapeKey, std::shared_ptr<const TriangleTree>> made_;
 };
 
-GroundMesh CoarseGround(const Terrain& terrain, const Vec2f& middle) {
+GroundMeshOptions CoarseMesh(const Vec2f& middle) {
   GroundMeshOptions options;
   options.views = {{middle, 2.0f, 0.0f, std::numbers::pi_v<float>}};
   options.focal_px = 250;
   options.out_of_view = 1;
   options.least_edge_m = 0.4f;
   options.most_triangles = 60'000;
-  return {terrain, options};
+  return options;
 }
 
 TileSet TilesWithin(const Vec2f& middle, float radius_m) {
@@ -60,8 +60,12 @@ TileSet TilesWithin(const Vec2f& middle, float radius_m) {
 absl::StatusOr<std::unique_ptr<RayScene>> MakeArena(const v1::Terrain& recipe,
                                                     const Terrain& terrain, const Vec2f& middle) {
   auto solid = std::make_unique<RayScene>();
-  const GroundMesh ground = CoarseGround(terrain, middle);
+  const GroundMesh ground(terrain, CoarseMesh(middle));
   solid->Add(ground.mesh(), Eigen::Affine3f::Identity());
+  if (terrain.water() != nullptr) {
+    const GroundMesh water(WaterOf(terrain), CoarseMesh(middle));
+    solid->Add(water.mesh(), Eigen::Affine3f::Identity());
+  }
   std::vector<TileSet> tiles;
   for (const v1::ScatterLayer& layer : recipe.layers()) {
     const float radius = std::min(static_cast<float>(layer.reach_m()), kReach_m);
@@ -74,7 +78,7 @@ absl::StatusOr<std::unique_ptr<RayScene>> MakeArena(const v1::Terrain& recipe,
     for (const Standing& thing : things[static_cast<size_t>(index)]) {
       const bool near = (thing.position() - middle).norm() < kNear_m;
       Eigen::Affine3f place = Eigen::Affine3f::Identity();
-      place.matrix().topRows<3>() = PlaceOf(layer, thing, ground);
+      place.matrix().topRows<3>() = PlaceOf(layer, thing, ground, terrain);
       ASSIGN_OR_RETURN(const auto tree, trees.Of({layer.prototypes(thing.prototype), thing.shape,
                                                   near ? PlantDetail::kMid : PlantDetail::kFar}));
       solid->Add(tree, place);
@@ -89,12 +93,15 @@ absl::StatusOr<std::unique_ptr<RayScene>> MakeNearby(
     const google::protobuf::RepeatedPtrField<v1::Rig>& rigs, float within_m) {
   const Views views(rigs);
   auto solid = std::make_unique<RayScene>();
-  Mesh ground = expansion.ground.mesh();
-  std::erase_if(ground.triangles, [&](const Triangle& t) {
-    const float radius = (ground.positions[t.a] - ground.positions[t.b]).norm();
-    return views.Distance(ground.positions[t.a].head<2>()) > within_m + radius;
-  });
-  solid->Add(ground, Eigen::Affine3f::Identity());
+  for (const Mesh* sheet : {&expansion.ground.mesh(), expansion.water.get()}) {
+    if (sheet == nullptr) continue;
+    Mesh near = *sheet;
+    std::erase_if(near.triangles, [&](const Triangle& t) {
+      const float radius = (near.positions[t.a] - near.positions[t.b]).norm();
+      return views.Distance(near.positions[t.a].head<2>()) > within_m + radius;
+    });
+    solid->Add(near, Eigen::Affine3f::Identity());
+  }
   // A mesh's box hardly depends on its level of detail.
   std::vector<Box3f> boxes;
   for (const ShapeKey& key : expansion.shapes) {

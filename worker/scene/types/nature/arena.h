@@ -12,7 +12,8 @@
 namespace parallax {
 
 // Everything of the layers with indices of their own within sight of `middle`, coarser with
-// distance, on a coarse ground that reaches the horizon. Errors: as PrototypeMesh.
+// distance, on a coarse ground that reaches the horizon, which is body 0; body 1 is the water's
+// surface, where there is water. Errors: as PrototypeMesh.
 absl::StatusOr<std::unique_ptr<RayScene>> MakeArena(const v1::Terrain& recipe,
                                                     const Terrain& terrain, const Vec2f& middle);
 

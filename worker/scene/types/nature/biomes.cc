@@ -4,7 +4,7 @@ namespace parallax {
 
 const std::vector<const Biome*>& Biomes() {
   static const std::vector<const Biome*>& biomes =
-      *new std::vector<const Biome*>{&kForest, &kMountain, &kPlain};
+      *new std::vector<const Biome*>{&kArctic, &kCoast, &kForest, &kMountain, &kPlain, &kRiver};
   return biomes;
 }
 

@@ -40,7 +40,10 @@ std::vector<std::string> MapOf(const v1::Scene& scene, const Terrain& terrain) {
       const Vec2f p = place(column, row);
       const float t = (terrain.Height(p, 15) - low) / std::max(high - low, 0.01f);
       const auto shade = std::clamp(static_cast<int>(t * 10), 0, 9);
-      line += terrain.DrainageArea(p) > 4e4f ? '~' : kShades[static_cast<size_t>(shade)];
+      const bool water = terrain.AboveWater(p) < 0;
+      line += water                            ? '='
+              : terrain.DrainageArea(p) > 4e4f ? '~'
+                                               : kShades[static_cast<size_t>(shade)];
     }
     lines.push_back("  |" + line + "|");
   }
@@ -53,9 +56,10 @@ std::vector<std::string> MapOf(const v1::Scene& scene, const Terrain& terrain) {
         static_cast<char>('0' + i / 10 % 10);
   }
   char scale[160];
-  std::snprintf(scale, sizeof scale,
-                "map: %.0f m across, north up, %.0f to %.0f m high, ~ streams, digits the walk",
-                static_cast<double>(kSide_m), static_cast<double>(low), static_cast<double>(high));
+  std::snprintf(
+      scale, sizeof scale,
+      "map: %.0f m across, north up, %.0f to %.0f m high, = water, ~ streams, digits the walk",
+      static_cast<double>(kSide_m), static_cast<double>(low), static_cast<double>(high));
   lines.insert(lines.begin(), scale);
   return lines;
 }

@@ -33,7 +33,11 @@ class LandDresser {
     RETURN_IF_ERROR(ChooseMaterials());
     land_.clear_expansion_hash();
     ASSIGN_OR_RETURN(const auto expansion, ExpandTerrain(land_, recipe_.rigs()));
-    NumberLayers(*expansion, kGroundIndex + 1, land_);
+    uint32_t last_part = kGroundIndex;
+    for (const v1::SceneObject& part : recipe_.objects()) {
+      last_part = std::max(last_part, part.index());
+    }
+    NumberLayers(*expansion, last_part + 1, land_);
     const v1::ScatterLayer* last =
         land_.layers().empty() ? nullptr : &land_.layers(land_.layers_size() - 1);
     if (last && last->first_object_index() + last->indices() > 65535) {
@@ -124,6 +128,8 @@ class LandDresser {
       const uint32_t index = AddMaterial(classes[i], SeedOf(classes[i] + "/"));
       // Scree is of the land's rock, which is darker than a path's gravel.
       if (classes[i] == "Gravel") Tint(index, {0.56, 0.54, 0.52});
+      // Beaches are paler than dunes of red sand.
+      if (classes[i] == "Sand" && land_.has_water()) Tint(index, {0.84, 0.97, 1.1});
       // Between a meadow's tufts lie last year's blades and what is green below them.
       if (classes[i] == "ForestFloor" && land_.biome() != "forest") Tint(index, ThatchTint());
       land_.mutable_ground(static_cast<int>(i))->set_material_index(index);
@@ -132,10 +138,22 @@ class LandDresser {
       binding.set_slot("rule_" + std::to_string(i));
       binding.set_material_index(index);
     }
+    if (land_.has_water()) ChooseWater();
     for (v1::Prototype& prototype : *land_.mutable_prototypes()) {
       RETURN_IF_ERROR(BindSlots(prototype));
     }
     return absl::OkStatus();
+  }
+
+  void ChooseWater() {
+    const uint32_t index = AddMaterial("StillWater", SeedOf("water"));
+    land_.mutable_water()->set_material_index(index);
+    for (v1::SceneObject& object : *recipe_.mutable_objects()) {
+      if (object.index() != land_.water().object_index()) continue;
+      v1::MaterialBinding& binding = *object.add_materials();
+      binding.set_slot("water");
+      binding.set_material_index(index);
+    }
   }
 
   absl::Status BindSlots(v1::Prototype& prototype) {

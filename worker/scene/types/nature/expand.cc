@@ -20,7 +20,9 @@ namespace {
 
 // Everything stands this far around the walk, seen or not: for shadows and bounced light.
 constexpr float kNearDisc_m = 14, kCasterDisc_m = 55;
-constexpr float kTube_m = 0.4f;           // Nothing that can be dropped comes so near to an eye.
+constexpr float kTube_m = 0.4f;  // Nothing that can be dropped comes so near to an eye.
+// Water's waves are no finer than this asks for.
+constexpr float kEyesAboveWater_m = 0.5f;
 constexpr uint32_t kMostIndices = 9'000;  // A layer's; things beyond share the last.
 
 // FNV-1a over 64 bits a step.
@@ -79,6 +81,7 @@ class Expander {
     for (int layer = 0; layer < recipe_.layers_size(); ++layer) {
       RETURN_IF_ERROR(Add(layer, things[static_cast<size_t>(layer)]));
     }
+    if (out_.water) HashWater(*out_.water);
     out_.hash = hasher_.hash();
     return absl::OkStatus();
   }
@@ -151,7 +154,7 @@ class Expander {
       if (!kept.wanted) return kept;
     }
     kept.detail = DetailAt(layer, distance, views_.focal_px());
-    kept.place = PlaceOf(layer, thing, out_.ground);
+    kept.place = PlaceOf(layer, thing, out_.ground, *out_.terrain);
     if (!boxes.empty() && distance < 6) {
       const Box3f& box = boxes[thing.prototype][thing.shape];
       const Vec3f middle = kept.place.leftCols<3>() * box.center() + kept.place.col(3);
@@ -177,6 +180,13 @@ class Expander {
                 static_cast<uint64_t>(out_.shapes[instance.prototype].detail));
   }
 
+  void HashWater(const Mesh& water) {
+    hasher_.Add(water.triangles.size());
+    for (const Vec3f& p : water.positions) {
+      hasher_.Add(static_cast<uint64_t>(std::lround(1000.0f * p.z())));
+    }
+  }
+
   const v1::Terrain& recipe_;
   const Views& views_;
   Expansion& out_;
@@ -189,6 +199,7 @@ std::string KeyOf(v1::Terrain recipe, const google::protobuf::RepeatedPtrField<v
   recipe.clear_ground();
   recipe.clear_expansion_hash();
   recipe.clear_instances();
+  if (recipe.has_water()) recipe.mutable_water()->clear_material_index();
   for (v1::Prototype& prototype : *recipe.mutable_prototypes()) prototype.clear_materials();
   for (v1::ScatterLayer& layer : *recipe.mutable_layers()) {
     layer.clear_first_object_index();
@@ -206,6 +217,16 @@ GroundMesh MakeGround(const Terrain& terrain, const Views& views) {
   return {terrain, options};
 }
 
+std::shared_ptr<const Mesh> MakeWater(const Terrain& terrain, const Views& views) {
+  if (terrain.water() == nullptr) return nullptr;
+  GroundMeshOptions options;
+  options.views = views.Cones(terrain);
+  for (ViewCone& view : options.views) view.eye_height_m += kEyesAboveWater_m;
+  options.focal_px = views.focal_px();
+  options.most_triangles = 320'000;
+  return std::make_shared<const Mesh>(GroundMesh(WaterOf(terrain), options).mesh());
+}
+
 }  // namespace
 
 PlantDetail DetailAt(const v1::ScatterLayer& layer, float distance_m, float focal_px) {
@@ -219,7 +240,7 @@ PlantDetail DetailAt(const v1::ScatterLayer& layer, float distance_m, float foca
 }
 
 Eigen::Matrix<float, 3, 4> PlaceOf(const v1::ScatterLayer& layer, const Standing& thing,
-                                   const GroundMesh& ground) {
+                                   const GroundMesh& ground, const Terrain& terrain) {
   const Vec2f p = thing.position();
   const float scale = thing.scale(),
               base = std::max(0.08f, 0.5f * static_cast<float>(layer.claim_m()) * scale);
@@ -229,10 +250,17 @@ Eigen::Matrix<float, 3, 4> PlaceOf(const v1::ScatterLayer& layer, const Standing
   const float north = ground.HeightAt(p + Vec2f(0, e)), south = ground.HeightAt(p - Vec2f(0, e));
   const Vec3f normal = Vec3f(west - east, south - north, 2 * e).normalized();
   const auto upright = static_cast<float>(layer.upright());
-  const Vec3f up = (normal + upright * (Vec3f::UnitZ() - normal)).normalized();
+  Vec3f up = (normal + upright * (Vec3f::UnitZ() - normal)).normalized();
   // The foot is as deep as the ground falls below the base; what lies along the slope stays on it.
   const float lowest = std::min({middle, east, west, north, south});
   float z = middle + upright * (lowest - middle) - static_cast<float>(layer.sink_m()) * scale;
+  if (layer.floats() && terrain.water() != nullptr) {
+    const float level = terrain.water()->Level(p) - static_cast<float>(layer.sink_m()) * scale;
+    if (level > z) {
+      z = level;
+      up = Vec3f::UnitZ();
+    }
+  }
   z = static_cast<float>(std::floor(1000.0f * z)) / 1000.0f;
   const float turn = 2 * std::numbers::pi_v<float> * static_cast<float>(thing.turn) / 65536.0f;
   const Mat3f rotation = (Eigen::Quaternionf::FromTwoVectors(Vec3f::UnitZ(), up) *
@@ -260,7 +288,8 @@ absl::StatusOr<std::shared_ptr<const Expansion>> ExpandTerrain(
   }
   ASSIGN_OR_RETURN(std::shared_ptr<const Terrain> terrain, TerrainOf(recipe));
   const Views views(rigs);
-  auto made = std::make_shared<Expansion>(Expansion{terrain, MakeGround(*terrain, views)});
+  auto made = std::make_shared<Expansion>(
+      Expansion{terrain, MakeGround(*terrain, views), MakeWater(*terrain, views)});
   RETURN_IF_ERROR(Expander(recipe, views, *made).Run());
   std::lock_guard<std::mutex> lock(mutex);
   newest_key = std::move(key);

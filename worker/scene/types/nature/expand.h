@@ -28,7 +28,8 @@ struct ShapeKey {
 struct Expansion {
   std::shared_ptr<const Terrain> terrain;
   GroundMesh ground;
-  std::vector<ShapeKey> shapes;  // Instance::prototype is an index into them.
+  std::shared_ptr<const Mesh> water;  // nullptr: none.
+  std::vector<ShapeKey> shapes;       // Instance::prototype is an index into them.
   // In order of layers; their object indices count from their layer's first.
   std::vector<Instance> instances;
   std::vector<uint32_t> of_layer;  // How many instances each layer has.
@@ -44,8 +45,9 @@ absl::StatusOr<std::shared_ptr<const Expansion>> ExpandTerrain(
 inline constexpr size_t kMostInstances = 250'000;
 
 // How one thing stands: foot on the ground below all of its base, turned, leaning with the slope.
+// What floats lies level on still water where the ground is lower.
 Eigen::Matrix<float, 3, 4> PlaceOf(const v1::ScatterLayer& layer, const Standing& thing,
-                                   const GroundMesh& ground);
+                                   const GroundMesh& ground, const Terrain& terrain);
 
 // The level of detail of a layer's things at this distance from the eyes.
 PlantDetail DetailAt(const v1::ScatterLayer& layer, float distance_m, float focal_px);

@@ -41,6 +41,7 @@ class GroundMaterial final : public Material {
     Vec3x8 tone = Tone(points);
     if (Any(rock > 0)) tone = tone * (1.0f + rock * (RockTone(points) - 1.0f));
     sum.base_color = Albedo(sum.base_color * tone);
+    if (terrain_->water() != nullptr) Moisten(points, sum);
     sum.transmission = Splat(0);
     sum.opacity = Splat(1);
     sum.subsurface = Splat(0);
@@ -74,6 +75,31 @@ class GroundMaterial final : public Material {
   }
 
  private:
+  // What waves and seeping water wet is darker and shines; a film lies where they have just run
+  // off.
+  void Moisten(const SurfacePoint8& points, SurfaceSample8& sum) const {
+    const Water& water = *terrain_->water();
+    const bool sea = water.spec().kind == WaterKind::kSea;
+    const float dry_m = sea ? 0.2f + 0.03f * water.spec().wind_mps : 0.2f;
+    Float8 above = Splat(Terrain::kDry);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const Vec2f p(points.texture_m.x[lane], points.texture_m.y[lane]);
+      const float level = points.texture_m.z[lane] - water.Level(p);
+      if (level < 2 * dry_m && water.FromShore(p) < water.reach_m()) above[lane] = level;
+    }
+    if (!Any(above < 2 * dry_m)) return;
+    const Float8 ragged =
+        noise::Fbm3(points.texture_m, 2.3f, 4, points.footprint_m, seed_ + 13, 0.55f);
+    const Float8 at = above + 0.3f * dry_m * ragged;
+    const Float8 wet = 1.0f - noise::SmoothStep(0.3f * dry_m, Splat(dry_m), at);
+    const Float8 film = 1.0f - noise::SmoothStep(0.02f, Splat(0.5f * dry_m), at);
+    sum.base_color *= 1.0f - 0.48f * wet;
+    sum.roughness += (0.42f - sum.roughness) * 0.8f * wet;
+    if (sea) sum.roughness += (0.14f - sum.roughness) * 0.75f * film;
+    sum.specular += (0.4f - sum.specular) * wet;
+    sum.sheen *= 1.0f - wet;
+  }
+
   // Bare rock, the last rule, from blocks of metres down to chips: layers that stand out, and
   // cracks.
   template <typename Vec>

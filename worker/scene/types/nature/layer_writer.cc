@@ -3,6 +3,9 @@
 namespace parallax {
 namespace {
 
+// Higher than waves run up a beach and than a bank's edge.
+constexpr MaskSpec::Range kDry = {0.4, 1e4, 0.15};
+
 void Set(const MaskSpec::Range& range, v1::SoftRange* (v1::GroundMask::*field)(),
          v1::GroundMask& mask) {
   if (range.low == 0 && range.high == 0) return;
@@ -18,6 +21,7 @@ v1::GroundMask LayerWriter::MaskOf(const MaskSpec& spec, const std::string& name
   v1::GroundMask mask;
   Set(spec.slope, &v1::GroundMask::mutable_slope, mask);
   Set(spec.height_m, &v1::GroundMask::mutable_height_m, mask);
+  Set(spec.above_water_m, &v1::GroundMask::mutable_above_water_m, mask);
   Set(spec.wetness, &v1::GroundMask::mutable_wetness, mask);
   Set(spec.deposit_m, &v1::GroundMask::mutable_deposit_m, mask);
   Set(spec.shade, &v1::GroundMask::mutable_shade, mask);
@@ -62,7 +66,12 @@ void LayerWriter::Add(const LayerSpec& spec) {
   layer.set_casts_litter(spec.litter);
   layer.set_near_parents_m(spec.near_parents_m);
   layer.set_seed(draft_.rng.Child("layer").Child(spec.name).Seed());
-  *layer.mutable_mask() = MaskOf(spec.mask, spec.name);
+  layer.set_floats(spec.floats);
+  MaskSpec mask = spec.mask;
+  if (draft_.recipe.has_water() && mask.above_water_m.low == 0 && mask.above_water_m.high == 0) {
+    mask.above_water_m = kDry;
+  }
+  *layer.mutable_mask() = MaskOf(mask, spec.name);
 }
 
 void LayerWriter::AddGround(const MaskSpec& mask) {

@@ -12,7 +12,7 @@ struct MaskSpec {
   struct Range {
     double low = 0, high = 0, soft = 0;
   };
-  Range slope, height_m, wetness, deposit_m, shade;
+  Range slope, height_m, above_water_m, wetness, deposit_m, shade;
   double patches_m = 0;  // Wavelength of patches; 0: none.
   double cover = 0.5;    // Share of the ground that they cover.
   double soft = 0.08;    // Width of their borders.
@@ -34,7 +34,8 @@ struct LayerSpec {
   double crown_m = 0;
   bool litter = false;  // Litter lies below it.
   double near_parents_m = 0;
-  MaskSpec mask;
+  bool floats = false;
+  MaskSpec mask;  // Beside water, what does not say how high above it it stands stands dry.
 };
 
 class LayerWriter {

@@ -1,9 +1,12 @@
 // Stage layout: which land, and the rules for what grows on it.
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <string>
 #include <utility>
 
 #include "common/config/config.h"
+#include "common/math/proto.h"
 #include "worker/scene/types/nature/biomes.h"
 #include "worker/scene/types/nature/nature.h"
 #include "worker/scene/types/nature/recipe.h"
@@ -37,6 +40,39 @@ SiteHeights HeightsOf(const Terrain& terrain) {
           Quantile(terrain.site(), 0.95f)};
 }
 
+// Wind, clarity and colour of the land's water.
+void ChooseWater(const v1::WaterConfig& config, const Biome& biome, const Rng& rng,
+                 v1::Water& water) {
+  water.set_wind_mps(biome.wind * Draw(config.wind_mps(), rng.Child("wind").Uniform()));
+  // It blows towards land more often than not, as waves do that bend towards a shore.
+  water.set_wind_rad(std::remainder(
+      water.direction_rad() + std::numbers::pi + rng.Child("wind from").Normal(0, 0.7),
+      2 * std::numbers::pi));
+  const double clarity = std::clamp(
+      biome.clarity * Draw(config.clarity_m(), rng.Child("clarity").Uniform()), 0.02, 40.0);
+  water.set_clarity_m(clarity);
+  const double murky = 1 / (1 + clarity / 0.7);
+  Vec3d tint;
+  for (int k = 0; k < 3; ++k) {
+    const auto i = static_cast<size_t>(k);
+    const auto clear = static_cast<double>(biome.clear_water[i]);
+    tint[k] = clear + murky * (static_cast<double>(biome.murky_water[i]) - clear);
+  }
+  *water.mutable_tint() = ToProto(tint);
+}
+
+void AddPart(uint32_t index, const char* name, const char* asset_class, const char* part,
+             v1::ObjectRole role, v1::Layout& layout) {
+  v1::SceneObject& object = *layout.add_objects();
+  object.set_index(index);
+  object.set_name(name);
+  object.set_asset_class(asset_class);
+  object.set_part(part);
+  object.set_role(role);
+  object.mutable_world_from_object()->set_qw(1);
+  object.mutable_world_from_object()->set_scale(1);
+}
+
 }  // namespace
 
 absl::StatusOr<std::variant<v1::Layout, Rejected>> LayOutLand(const v1::SceneConfig& config,
@@ -51,6 +87,10 @@ absl::StatusOr<std::variant<v1::Layout, Rejected>> LayOutLand(const v1::SceneCon
   v1::Terrain& recipe = *layout.mutable_place()->mutable_terrain();
   recipe.set_biome(std::string(biome->name));
   SetTerrainSpec(spec, recipe);
+  if (recipe.has_water()) {
+    ChooseWater(nature.water(), *biome, root.Child("water").Child(biome->name),
+                *recipe.mutable_water());
+  }
   if (cancel.cancelled()) return absl::CancelledError("layout: cancelled");
   ASSIGN_OR_RETURN(const std::shared_ptr<const Terrain> terrain, TerrainOf(recipe));
 
@@ -63,14 +103,11 @@ absl::StatusOr<std::variant<v1::Layout, Rejected>> LayOutLand(const v1::SceneCon
   recipe.set_ground_object_index(kGroundIndex);
   RETURN_IF_ERROR(CheckRules(recipe));
 
-  v1::SceneObject& ground = *layout.add_objects();
-  ground.set_index(kGroundIndex);
-  ground.set_name("Ground");
-  ground.set_asset_class("Terrain");
-  ground.set_part("ground");
-  ground.set_role(v1::OBJECT_ROLE_TERRAIN);
-  ground.mutable_world_from_object()->set_qw(1);
-  ground.mutable_world_from_object()->set_scale(1);
+  AddPart(kGroundIndex, "Ground", "Terrain", "ground", v1::OBJECT_ROLE_TERRAIN, layout);
+  if (recipe.has_water()) {
+    recipe.mutable_water()->set_object_index(kGroundIndex + 1);
+    AddPart(kGroundIndex + 1, "Water", "Water", "water", v1::OBJECT_ROLE_WATER, layout);
+  }
   return std::variant<v1::Layout, Rejected>(std::move(layout));
 }
 

@@ -35,6 +35,7 @@ float MaskOnGround::Range::At(float x) const {
 MaskOnGround::MaskOnGround(const v1::GroundMask& mask)
     : slope_(mask.slope()),
       height_(mask.height_m()),
+      above_water_(mask.above_water_m()),
       wetness_(mask.wetness()),
       deposit_(mask.deposit_m()),
       shade_(mask.shade()),
@@ -64,6 +65,7 @@ float MaskOnGround::At(const Terrain& terrain, const Vec2f& p) const {
   if (!slope_.everywhere) mask *= slope_.At(terrain.Steepness(p));
   if (mask > 0 && !wetness_.everywhere) mask *= wetness_.At(terrain.Wetness(p));
   if (mask > 0 && !deposit_.everywhere) mask *= deposit_.At(terrain.Deposit(p));
+  if (mask > 0 && !above_water_.everywhere) mask *= above_water_.At(terrain.AboveWater(p));
   if (mask > 0 && !height_.everywhere) mask *= height_.At(terrain.Height(p, kHeightFootprint_m));
   return mask;
 }

@@ -8,17 +8,20 @@
 #include "worker/scene/types/nature/expand.h"
 #include "worker/scene/types/nature/ground.h"
 #include "worker/scene/types/nature/prototypes.h"
+#include "worker/scene/types/nature/water_surface.h"
 
 namespace parallax {
 namespace {
 
-absl::StatusOr<Mesh> GroundPart(const v1::Scene& scene, const v1::SceneObject& object) {
-  if (object.part() != "ground") {
+absl::StatusOr<Mesh> LandPart(const v1::Scene& scene, const v1::SceneObject& object) {
+  const v1::Terrain& land = scene.place().terrain();
+  const bool water = object.part() == "water" && land.has_water();
+  if (object.part() != "ground" && !water) {
     return MakeError(absl::StatusCode::kNotFound,
                      "a landscape has no part \"" + object.part() + "\"");
   }
-  const v1::Terrain& land = scene.place().terrain();
   ASSIGN_OR_RETURN(const auto expansion, ExpandTerrain(land, scene.rigs()));
+  if (water) return *expansion->water;
   Mesh mesh = expansion->ground.mesh();
   AssignGroundSlots(land, *expansion->terrain, mesh);
   return mesh;
@@ -58,6 +61,14 @@ absl::Status ExpandLand(const v1::Scene& scene, SceneGeometry& geometry) {
   const auto blend = MakeGroundMaterial(land, expansion->terrain, rules);
   for (const v1::GroundRule& rule : land.ground()) {
     geometry.materials[rule.material_index()] = blend;
+  }
+  if (land.has_water()) {
+    const uint32_t index = land.water().material_index();
+    if (index == 0 || index >= geometry.materials.size()) {
+      return MakeError(absl::StatusCode::kInvalidArgument,
+                       "terrain: water has missing material " + std::to_string(index));
+    }
+    geometry.materials[index] = MakeWaterSurface(land.water(), expansion->terrain, blend);
   }
   for (const ShapeKey& key : expansion->shapes) {
     const v1::Prototype& prototype = land.prototypes(static_cast<int>(key.prototype));
@@ -119,7 +130,7 @@ const SceneType kNatureScenes = {
     .layout = &LayOutLand,
     .rigs = &PlaceWalkRigs,
     .dress = &DressLand,
-    .part = &GroundPart,
+    .part = &LandPart,
     .surroundings = &LandSurroundings,
     .costs = &LandCosts,
     .describe = &DescribeLand,

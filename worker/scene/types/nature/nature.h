@@ -21,7 +21,8 @@ absl::Status DressLand(const v1::SceneConfig& config, const CancelToken& cancel,
 SceneDescription DescribeLand(const v1::Scene& scene);
 std::vector<std::string> DescribeMap(const v1::Scene& scene);
 
-// Index of the ground among a landscape's objects; layers are numbered from the next on.
+// Index of the ground among a landscape's objects. Then its other parts, as water; layers are
+// numbered from the next on.
 inline constexpr uint32_t kGroundIndex = 1;
 
 }  // namespace parallax

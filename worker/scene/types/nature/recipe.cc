@@ -59,6 +59,55 @@ absl::Status CheckErosion(const v1::Erosion& e) {
   return CheckNumber("band_m", e.band_m(), 0.1, 1e5);
 }
 
+absl::StatusOr<WaterSpec> WaterSpecOf(const v1::Water& water) {
+  WaterSpec spec;
+  ASSIGN_OR_RETURN(spec.kind, ParseWaterKind(water.kind()));
+  RETURN_IF_ERROR(CheckNumber("water.direction_rad", water.direction_rad(), -10, 10));
+  RETURN_IF_ERROR(CheckNumber("water.level_m", water.level_m(), -5000, 5000));
+  RETURN_IF_ERROR(CheckNumber("water.fall", water.fall(), 0, 0.2));
+  RETURN_IF_ERROR(CheckNumber("water.bend_m", water.bend_m(), 20, 1e5));
+  RETURN_IF_ERROR(CheckNumber("water.swing_m", water.swing_m(), 0, 0.2 * water.bend_m()));
+  RETURN_IF_ERROR(CheckNumber("water.width_m", water.width_m(), 1, 500));
+  RETURN_IF_ERROR(CheckNumber("water.depth_m", water.depth_m(), 0.05, 200));
+  RETURN_IF_ERROR(CheckNumber("water.slope", water.slope(), 0.02, 3));
+  RETURN_IF_ERROR(CheckNumber("water.bank_m", water.bank_m(), 0.3, 100));
+  RETURN_IF_ERROR(CheckNumber("water.plain_m", water.plain_m(), 5, 2000));
+  RETURN_IF_ERROR(CheckNumber("water.wind_mps", water.wind_mps(), 0, 20));
+  RETURN_IF_ERROR(CheckNumber("water.wind_rad", water.wind_rad(), -10, 10));
+  RETURN_IF_ERROR(CheckNumber("water.clarity_m", water.clarity_m(), 0.02, 40));
+  spec.direction_rad = static_cast<float>(water.direction_rad());
+  spec.level_m = static_cast<float>(water.level_m());
+  spec.fall = static_cast<float>(water.fall());
+  spec.bend_m = static_cast<float>(water.bend_m());
+  spec.swing_m = static_cast<float>(water.swing_m());
+  spec.width_m = static_cast<float>(water.width_m());
+  spec.depth_m = static_cast<float>(water.depth_m());
+  spec.slope = static_cast<float>(water.slope());
+  spec.bank_m = static_cast<float>(water.bank_m());
+  spec.plain_m = static_cast<float>(water.plain_m());
+  spec.seed = water.seed();
+  spec.wind_mps = static_cast<float>(water.wind_mps());
+  spec.wind_rad = static_cast<float>(water.wind_rad());
+  return spec;
+}
+
+void SetWaterSpec(const WaterSpec& spec, v1::Water& water) {
+  water.set_kind(std::string(WaterKindName(spec.kind)));
+  water.set_direction_rad(spec.direction_rad);
+  water.set_level_m(spec.level_m);
+  water.set_fall(spec.fall);
+  water.set_bend_m(spec.bend_m);
+  water.set_swing_m(spec.swing_m);
+  water.set_width_m(spec.width_m);
+  water.set_depth_m(spec.depth_m);
+  water.set_slope(spec.slope);
+  water.set_bank_m(spec.bank_m);
+  water.set_plain_m(spec.plain_m);
+  water.set_seed(spec.seed);
+  water.set_wind_mps(spec.wind_mps);
+  water.set_wind_rad(spec.wind_rad);
+}
+
 absl::Status CheckLayer(const v1::Terrain& recipe, const v1::ScatterLayer& layer) {
   const auto number = [&](const char* name, double value, double low, double high) {
     return WithContext(CheckNumber(name, value, low, high), "layer \"" + layer.name() + "\"");
@@ -131,6 +180,7 @@ void SetTerrainSpec(const TerrainSpec& spec, v1::Terrain& recipe) {
   e.set_hardness_high(spec.gravity.hardness_high);
   e.set_band_m(spec.gravity.band_m);
   recipe.set_roughness(spec.roughness);
+  if (spec.water) SetWaterSpec(*spec.water, *recipe.mutable_water());
 }
 
 absl::StatusOr<TerrainSpec> TerrainSpecOf(const v1::Terrain& recipe) {
@@ -169,6 +219,9 @@ absl::StatusOr<TerrainSpec> TerrainSpecOf(const v1::Terrain& recipe) {
   spec.gravity.hardness_high = static_cast<float>(e.hardness_high());
   spec.gravity.band_m = static_cast<float>(e.band_m());
   spec.roughness = static_cast<float>(recipe.roughness());
+  if (recipe.has_water()) {
+    ASSIGN_OR_RETURN(spec.water, WaterSpecOf(recipe.water()));
+  }
   return spec;
 }
 

@@ -20,6 +20,9 @@ constexpr int kWalkTries = 160;    // In each.
 constexpr size_t kEnough = 7;      // Walks to choose the best from, for each that is wanted.
 constexpr double kAround_m = 380;  // The site's ground is at its finest there.
 constexpr float kNearby_m = 1.5f;
+constexpr float kShoreLeast_m = 3, kShoreMost_m = 22;
+constexpr float kDryFeet_m = 0.12f;  // Above the water's level.
+constexpr uint32_t kWaterBody = 1;   // MakeArena.
 // Places are looked at until one is so even (rise over run), or this many.
 constexpr float kEven = 0.22f;
 constexpr uint64_t kPlaces = 40;
@@ -47,8 +50,12 @@ class WalkRigs {
       const Rng rng = root_.Child("arena", static_cast<uint64_t>(arena));
       const Vec2f middle = MiddleOf(*terrain, rng);
       ASSIGN_OR_RETURN(const auto solid, MakeArena(land_, *terrain, middle));
-      const WalkLand land{[&](const Vec2f& p) { return terrain->Height(p, 0.15f); }, *solid, middle,
-                          walks_ > 1 ? 60.0f : 28.0f};
+      WalkLand land{[&](const Vec2f& p) { return terrain->Height(p, 0.15f); }, *solid, middle,
+                    walks_ > 1 ? 60.0f : 28.0f};
+      if (terrain->water() != nullptr) {
+        land.wet = [&](const Vec2f& p) { return IsWet(*terrain, p); };
+        land.water_body = kWaterBody;
+      }
       std::vector<Walk> found;
       for (int i = 0; i < kWalkTries && found.size() < kEnough * static_cast<size_t>(walks_); ++i) {
         if (cancel.cancelled()) return absl::CancelledError("solve: cancelled");
@@ -65,15 +72,34 @@ class WalkRigs {
   }
 
  private:
+  // Whether feet, half a step around too, are in water or where the last wave ran.
+  static bool IsWet(const Terrain& terrain, const Vec2f& p) {
+    for (const Vec2f& step :
+         {Vec2f(0, 0), Vec2f(0.5f, 0), Vec2f(-0.5f, 0), Vec2f(0, 0.5f), Vec2f(0, -0.5f)}) {
+      if (terrain.AboveWater(p + step) < kDryFeet_m) return true;
+    }
+    return false;
+  }
+
+  // Somewhere in the site; beside water, near its shore.
+  static Vec2f PlaceIn(const Terrain& terrain, Rng& place) {
+    if (terrain.water() != nullptr) {
+      const auto along = static_cast<float>(place.Uniform(-kAround_m, kAround_m));
+      const auto away = static_cast<float>(place.Uniform(kShoreLeast_m, kShoreMost_m));
+      return terrain.water()->Beside(along, away, place.Bernoulli(0.5) ? 1.0f : -1.0f);
+    }
+    const double angle = place.Uniform(0, 2 * std::numbers::pi);
+    const double away = kAround_m * std::sqrt(place.Uniform());
+    return Vec2d(away * std::cos(angle), away * std::sin(angle)).cast<float>();
+  }
+
   // Somewhere that people would walk: the least steep of some places.
   static Vec2f MiddleOf(const Terrain& terrain, const Rng& rng) {
     Vec2f best = Vec2f::Zero();
     float least = 1e9f;
     for (uint64_t i = 0; i < kPlaces && least > kEven; ++i) {
       Rng place = rng.Child("place", i);
-      const double angle = place.Uniform(0, 2 * std::numbers::pi);
-      const double away = kAround_m * std::sqrt(place.Uniform());
-      const Vec2f middle = Vec2d(away * std::cos(angle), away * std::sin(angle)).cast<float>();
+      const Vec2f middle = PlaceIn(terrain, place);
       const float steep = SteepnessAround(terrain, middle);
       if (steep >= least) continue;
       least = steep;

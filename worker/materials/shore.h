@@ -1,0 +1,10 @@
+// Family `shore`. Private to worker/materials.
+#pragma once
+
+#include "worker/materials/families.h"
+
+namespace parallax {
+
+void AddShoreMaterials(MaterialList& list);
+
+}  // namespace parallax

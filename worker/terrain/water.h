@@ -1,0 +1,136 @@
+// A river or a sea in a landscape: the line that it follows, the form that it gives to the land
+// beside it, and its surface with waves.
+//
+// A river's middle and a sea's shore are lines that bend: the sum of some waves along a straight
+// axis. `u` runs along a river's axis or a shore's, `v` across it. Constant; thread-safe. The same
+// spec gives the same bits on every machine: sines are noise::CosTurn, not the library's.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "common/base/status.h"
+#include "common/math/types.h"
+#include "worker/materials/dual.h"
+
+namespace parallax {
+
+inline constexpr float kEarthRadius_m = 6.371e6f;
+
+enum class WaterKind { kRiver, kSea };
+std::string_view WaterKindName(WaterKind kind);
+// Errors: kInvalidArgument naming the kinds that there are.
+absl::StatusOr<WaterKind> ParseWaterKind(std::string_view name);
+
+// v1::Water says what the numbers are.
+struct WaterSpec {
+  WaterKind kind = WaterKind::kRiver;
+  float direction_rad = 0, level_m = 0, fall = 0, bend_m = 200, swing_m = 20;
+  float width_m = 12, depth_m = 1.2f, slope = 0.3f, bank_m = 1, plain_m = 30;
+  uint32_t seed = 0;
+  float wind_mps = 3, wind_rad = 0;
+};
+
+// Geometric mean of the width and the length of a patch of water that looks `across_m` wide and as
+// high: at a glance it is the longer the farther it lies. `square_m`: the width of one that is as
+// long as wide, at the distance of the eye's height. Waves shorter than twice the mean are not told
+// apart.
+float SeenWidth(float across_m, float square_m);
+
+class Water {
+ public:
+  explicit Water(const WaterSpec& spec);
+
+  const WaterSpec& spec() const { return spec_; }
+
+  // World z of the still surface, where there is water and beside it. The sphere of the Earth is
+  // subtracted, as of the ground's height.
+  float Level(const Vec2f& p) const;
+  // Metres from the line where still water ends, about; negative over water.
+  float FromShore(const Vec2f& p) const;
+  // The place that is `from_shore_m` away from the shore at `along_m` of its axis; `side`: which of
+  // a river's, 1 or -1.
+  Vec2f Beside(float along_m, float from_shore_m, float side) const;
+  // Farther from the shore than this the land is as it would be without water, and may lie lower
+  // than the water's level.
+  float reach_m() const;
+
+  // Height of the land with the water's bed, banks and beach, of the height that it would have
+  // without; neither counts the sphere of the Earth. And the share of the ground's detail that is
+  // left: beds and beaches are smooth.
+  struct Form {
+    float height_m = 0, detail = 1;
+  };
+  Form Shaped(const Vec2f& p, float height_m) const;
+
+  // Height of the surface above Level with the waves that are longer than twice the footprint.
+  float Waves(const Vec2f& p, float footprint_m) const;
+  // The most that Waves gives, about.
+  float most_wave_m() const { return most_wave_m_; }
+
+  // What waves shorter than the mesh's edges add to the surface, and their slopes along both
+  // tangents: for normals. `edge_m`: of the mesh at each point. `x`, `y`: world.
+  Dual8 Ripples(const Dual8& x, const Dual8& y, Float8 edge_m, Float8 footprint_m) const;
+  // Mean square slope of the waves that neither the mesh nor the footprint shows.
+  float LostSlope(const Vec2f& p, float footprint_m) const;
+
+  // Share of the surface that foam covers, before its pattern: 0 none, 1 closed.
+  float Foam(const Vec2f& p, float depth_m) const;
+  // The way that a river flows or a shore runs: unit, world.
+  Vec2f Along(const Vec2f& p) const;
+
+ private:
+  // A line v = At(u) that bends.
+  struct Bend {
+    float turns_per_m = 0, phase = 0, height_m = 0;
+  };
+  struct OnLine {
+    float v = 0, slope = 0, bow = 0;  // And its first and second derivative.
+  };
+  // A place in the water's own frame.
+  struct Local {
+    float u = 0, v = 0;  // Along the axis and across it.
+    float from_shore_m = 0;
+    float off = 0;      // River: from its middle, signed; sea: out from the shore.
+    float half_m = 0;   // River: half of its width here.
+    float outer = 0;    // River: how much this side is a bend's outer one, [-1, 1].
+    float riffle = 0;   // River: [0, 1], shallow and quick.
+    float stretch = 1;  // Length of the line over that of its axis.
+  };
+  struct Wave {
+    Vec2f turns_per_m;
+    float phase = 0, height_m = 0, length_m = 1;
+  };
+
+  OnLine LineAt(float u) const;
+  Local LocalOf(const Vec2f& p) const;
+  float Wandering(float u, float wavelength_m, int which) const;
+  float DetailShare(const Local& at) const;
+  float RiverBed(const Local& at) const;
+  float SeaBed(const Local& at) const;
+  // Depth of still water above its own bed's form, metres.
+  float DepthAt(const Local& at) const;
+  // Share of a wave's height that is left in shallow water.
+  float Kept(float length_m, float depth_m) const;
+  struct Surf {
+    float height_m = 0, crest = 0, strength = 0;
+  };
+  Surf SurfAt(const Local& at) const;
+  float Swash(const Local& at) const;
+  void MakeSeaWaves();
+  void MakeRiverWaves();
+  // How high waves are here over those of Wave::height_m.
+  float Liveliness(const Local& at) const;
+
+  WaterSpec spec_;
+  Vec2f ahead_, left_;  // Of the line's axis; a sea lies to the right of its shore.
+  std::vector<Bend> bends_;
+  std::array<float, 12> phases_;
+  std::vector<Wave> waves_;  // In order of length, the longest first.
+  float lost_slope_ = 0;     // Of waves shorter than all of `waves_`.
+  float most_wave_m_ = 0;
+};
+
+}  // namespace parallax

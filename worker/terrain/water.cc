@@ -349,9 +349,10 @@ float Water::Foam(const Vec2f& p, float depth_m) const {
   return std::clamp(std::max({broken, lace, edge}), 0.0f, 1.0f);
 }
 
-Vec2f Water::Along(const Vec2f& p) const {
-  const OnLine line = LineAt(ahead_.dot(p));
-  return (ahead_ + line.slope * left_).normalized();
+Vec2f Water::Adrift(const Vec2f& p) const {
+  if (spec_.kind == WaterKind::kSea) return p;
+  const Local at = LocalOf(p);
+  return {at.u, at.off};
 }
 
 }  // namespace parallax

@@ -78,8 +78,8 @@ class Water {
 
   // Share of the surface that foam covers, before its pattern: 0 none, 1 closed.
   float Foam(const Vec2f& p, float depth_m) const;
-  // The way that a river flows or a shore runs: unit, world.
-  Vec2f Along(const Vec2f& p) const;
+  // A place in the frame of what drifts: along a river and across it; a sea's is the place itself.
+  Vec2f Adrift(const Vec2f& p) const;
 
  private:
   // A line v = At(u) that bends.

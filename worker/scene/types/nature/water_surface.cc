@@ -76,7 +76,7 @@ class WaterSurface final : public Material {
  private:
   struct Local {
     Float8 depth, lost_slope, foam;  // `foam` before its pattern.
-    Float8 along, across;            // Metres along the stream or shore, and across.
+    Float8 along, across;            // Water::Adrift.
   };
 
   Local LocalOf(const SurfacePoint8& points) const {
@@ -97,9 +97,9 @@ class WaterSurface final : public Material {
       local.lost_slope[lane] =
           water_.LostSlope(p, SeenWidth(points.footprint_m[lane], kSquarePixel_m));
       local.foam[lane] = water_.Foam(p, depth);
-      const Vec2f along = water_.Along(p);
-      local.along[lane] = along.dot(p);
-      local.across[lane] = along.x() * p.y() - along.y() * p.x();
+      const Vec2f drift = water_.Adrift(p);
+      local.along[lane] = drift.x();
+      local.across[lane] = drift.y();
     }
     return local;
   }

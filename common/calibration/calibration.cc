@@ -1,0 +1,82 @@
+#include "common/calibration/calibration.h"
+
+#include "common/calibration/formats.h"
+
+namespace parallax {
+namespace {
+
+using namespace calibration_internal;  // NOLINT: the formats of this library.
+
+constexpr char kFormats[] =
+    "allowed are calib.txt of Middlebury or ETH3D, calib_cam_to_cam.txt or calib.txt of KITTI, a "
+    "stereo file of OpenCV (YAML, XML), RealSense JSON and a ZED's .conf";
+
+absl::StatusOr<StereoCalibration> Parse(std::string_view text, const std::string& file,
+                                        const CalibrationOptions& options) {
+  const auto has = [&](std::string_view word) { return text.find(word) != text.npos; };
+  if (has("[LEFT_CAM_") || has("[STEREO]")) return FromZed(ReadLines(text, file, '='), options);
+  if (has("cam0=") || has("cam0 =")) return FromMiddlebury(ReadLines(text, file, '='), options);
+  if (has("P_rect_0") || has("P0:") || has("P2:")) {
+    return FromKitti(ReadLines(text, file, ':'), options);
+  }
+  const size_t first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf");
+  if (first == text.npos) {
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     file + ": empty, " + std::string(kFormats));
+  }
+  if (text[first] == '<') {
+    ASSIGN_OR_RETURN(const Fields fields, ReadXml(text, file));
+    return FromOpenCv(fields, options);
+  }
+  ASSIGN_OR_RETURN(const Fields fields, ReadYaml(text, file));
+  if (has("ppx") || has("\"fx\"")) return FromRealSense(fields, options);
+  if (fields.Names().size() < 2) {
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     file + ": not a calibration, " + std::string(kFormats));
+  }
+  return FromOpenCv(fields, options);
+}
+
+absl::Status Wrong(const std::string& file, const std::string& what) {
+  return MakeError(absl::StatusCode::kInvalidArgument, file + ": " + what);
+}
+
+// Bounds that hold for every format; those of config.proto.
+absl::Status CheckBounds(const StereoCalibration& calibration, const std::string& file) {
+  const auto size_fits = [](int width, int height) {
+    return width >= 16 && height >= 16 && width <= 16384 && height <= 16384;
+  };
+  if ((calibration.width_px != 0 || calibration.height_px != 0) &&
+      !size_fits(calibration.width_px, calibration.height_px)) {
+    return Wrong(file, "a picture of " + std::to_string(calibration.width_px) + " x " +
+                           std::to_string(calibration.height_px) +
+                           " px, allowed are sides of 16 to 16384");
+  }
+  if (calibration.baseline_m &&
+      !(*calibration.baseline_m >= 1e-3 && *calibration.baseline_m <= 2)) {
+    return Wrong(file, "a baseline of " + std::to_string(*calibration.baseline_m) +
+                           " m, allowed 0.001 to 2; camera.calibration_unit_m says in which unit "
+                           "the file is, such as 0.001 for millimetres");
+  }
+  if (!calibration.raw) return absl::OkStatus();
+  for (const RawIntrinsics& raw : *calibration.raw) {
+    if (raw.width_px != 0 && !size_fits(raw.width_px, raw.height_px)) {
+      return Wrong(file, "a raw picture of " + std::to_string(raw.width_px) + " x " +
+                             std::to_string(raw.height_px) +
+                             " px, allowed are sides of 16 to 16384");
+    }
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<StereoCalibration> ParseCalibration(std::string_view text, const std::string& file,
+                                                   const CalibrationOptions& options) {
+  if (text.find('\0') != text.npos) return Wrong(file, "holds a NUL byte: not a text file");
+  ASSIGN_OR_RETURN(StereoCalibration calibration, Parse(text, file, options));
+  RETURN_IF_ERROR(CheckBounds(calibration, file));
+  return calibration;
+}
+
+}  // namespace parallax

@@ -1,0 +1,57 @@
+// Calibrations of stereo cameras: files of the common formats, and a table of known cameras.
+//
+// Everything comes out in the project's units and frames: metres; camera x right, y down, z
+// forward; the right camera stands at +x of the left one. Intrinsics are the numbers of the file:
+// a file whose pixel centres are at integers (OpenCV, KITTI, Middlebury) means a principal point
+// half a pixel further right and down than the same numbers here.
+//
+// All functions are pure but for reading the file, and thread-safe.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/status.h"
+#include "common/math/raw_camera.h"
+
+namespace parallax {
+
+struct StereoCalibration {
+  std::string format;  // "middlebury", "kitti", "opencv", "realsense", "zed", "preset".
+  int width_px = 0, height_px = 0;  // Size that `rectified` is given for; 0: the file does not say.
+  Intrinsics rectified;             // Of both eyes.
+  std::optional<double> baseline_m;
+  // Left and right camera before rectification; absent: the file is of a rectified pair.
+  std::optional<std::array<RawIntrinsics, 2>> raw;
+};
+
+struct CalibrationOptions {
+  std::string part;              // ZED: "2K", "FHD", "HD", "VGA"...; KITTI: "00" or "02".
+  std::optional<double> unit_m;  // Length of the file's unit; absent: as the format says.
+};
+
+// Reads the text of a calibration file, whose format is told from its content.
+//   Middlebury, ETH3D   calib.txt: cam0=[...], baseline (mm), width, height; cam1 and doffs are
+//                       not used, because pairs have one K
+//   KITTI               calib_cam_to_cam.txt: P_rect_02, P_rect_03, S_rect_02, and of the raw pair
+//                       K, D, S, R_rect; or calib.txt with P2 and P3, which does not say the size
+//   OpenCV              YAML or XML of cv::FileStorage: M1 D1 M2 D2 with R T, or P1 P2, and their
+//                       usual other names; image_width, image_height or imageSize
+//   RealSense           JSON with rs2_intrinsics (width, height, fx, fy, ppx, ppy, model, coeffs)
+//                       of `left` and `right` or `infrared1` and `infrared2`, and rs2_extrinsics
+//                       (rotation, column by column; translation) or a baseline
+//   ZED                 SN*.conf: [LEFT_CAM_HD], [RIGHT_CAM_HD], [STEREO]
+// `file` is for messages.
+// Errors: kInvalidArgument "file:line: field: what was seen, what is allowed".
+absl::StatusOr<StereoCalibration> ParseCalibration(std::string_view text, const std::string& file,
+                                                   const CalibrationOptions& options = {});
+
+// Names of the known cameras, sorted as in config.proto.
+const std::vector<std::string>& CameraPresets();
+// The camera of that name, or nothing. Sources: presets.cc.
+std::optional<StereoCalibration> FindCameraPreset(std::string_view name);
+
+}  // namespace parallax

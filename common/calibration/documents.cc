@@ -1,0 +1,149 @@
+// YAML, JSON and XML as fields.
+#include <expat.h>
+#include <yaml-cpp/yaml.h>
+
+#include <memory>
+
+#include "common/calibration/fields.h"
+
+namespace parallax::calibration_internal {
+namespace {
+
+constexpr size_t kMostValues = 10'000;
+constexpr int kDeepest = 16;
+
+// One document's tree, flattened.
+class YamlFlattener {
+ public:
+  explicit YamlFlattener(Fields* fields) : fields_(fields) {}
+
+  void Add(const YAML::Node& node, const std::string& name, int depth) {
+    if (depth > kDeepest || ++values_ > kMostValues) return;
+    if (node.IsMap()) {
+      const YAML::Node rows = node["rows"], data = node["data"];
+      if (rows && data && data.IsSequence()) return Add(data, name, depth + 1);
+      for (const auto& entry : node) {
+        if (!entry.first.IsScalar()) continue;
+        Add(entry.second, (name.empty() ? "" : name + ".") + entry.first.Scalar(), depth + 1);
+      }
+    } else if (node.IsSequence() && IsNumbers(node, depth)) {
+      fields_->Add(name, Numbers(node), LineOf(node));
+    } else if (node.IsSequence()) {
+      for (size_t i = 0; i < node.size(); ++i) {
+        Add(node[i], name + "[" + std::to_string(i) + "]", depth + 1);
+      }
+    } else if (node.IsScalar()) {
+      fields_->Add(name, node.Scalar(), LineOf(node));
+    }
+  }
+
+ private:
+  static int LineOf(const YAML::Node& node) {
+    return node.Mark().is_null() ? 0 : node.Mark().line + 1;
+  }
+
+  // Whether it holds nothing but scalars, in lists at most.
+  static bool IsNumbers(const YAML::Node& node, int depth) {
+    if (depth > kDeepest) return false;
+    for (const YAML::Node& item : node) {
+      if (!item.IsScalar() && !(item.IsSequence() && IsNumbers(item, depth + 1))) return false;
+    }
+    return true;
+  }
+
+  static std::string Numbers(const YAML::Node& node) {
+    std::string text;
+    for (const YAML::Node& item : node) {
+      text += (item.IsScalar() ? item.Scalar() : Numbers(item)) + " ";
+    }
+    return text;
+  }
+
+  Fields* fields_;
+  size_t values_ = 0;
+};
+
+// Elements right below the root are fields; what stands in an element <data> of theirs is their
+// value, where they have one.
+class XmlReader {
+ public:
+  explicit XmlReader(Fields* fields) : fields_(fields), parser_(XML_ParserCreate(nullptr)) {
+    XML_SetUserData(parser_.get(), this);
+    XML_SetElementHandler(parser_.get(), &XmlReader::Open, &XmlReader::Close);
+    XML_SetCharacterDataHandler(parser_.get(), &XmlReader::Characters);
+    // No calibration declares entities; those of a hostile file could grow without bound.
+    XML_SetEntityDeclHandler(
+        parser_.get(), [](void* self, const XML_Char*, int, const XML_Char*, int, const XML_Char*,
+                          const XML_Char*, const XML_Char*, const XML_Char*) {
+          XML_StopParser(static_cast<XmlReader*>(self)->parser_.get(), XML_FALSE);
+        });
+  }
+
+  absl::Status Read(std::string_view text, const std::string& file) {
+    if (XML_Parse(parser_.get(), text.data(), static_cast<int>(text.size()), 1) == XML_STATUS_OK) {
+      return absl::OkStatus();
+    }
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     file + ":" + std::to_string(XML_GetCurrentLineNumber(parser_.get())) +
+                         ": not XML: " + XML_ErrorString(XML_GetErrorCode(parser_.get())));
+  }
+
+ private:
+  static void Open(void* self, const XML_Char* name, const XML_Char**) {
+    XmlReader& reader = *static_cast<XmlReader*>(self);
+    ++reader.depth_;
+    if (reader.depth_ == 2) {
+      reader.name_ = name;
+      reader.text_.clear();
+      reader.data_.clear();
+      reader.line_ = static_cast<int>(XML_GetCurrentLineNumber(reader.parser_.get()));
+    }
+    reader.in_data_ = reader.depth_ == 3 && std::string_view(name) == "data";
+  }
+  static void Close(void* self, const XML_Char*) {
+    XmlReader& reader = *static_cast<XmlReader*>(self);
+    if (reader.depth_ == 2) {
+      reader.fields_->Add(reader.name_, reader.data_.empty() ? reader.text_ : reader.data_,
+                          reader.line_);
+    }
+    reader.in_data_ = false;
+    --reader.depth_;
+  }
+  static void Characters(void* self, const XML_Char* text, int length) {
+    XmlReader& reader = *static_cast<XmlReader*>(self);
+    if (reader.depth_ == 2) reader.text_.append(text, static_cast<size_t>(length));
+    if (reader.in_data_) reader.data_.append(text, static_cast<size_t>(length));
+  }
+
+  struct Free {
+    void operator()(XML_Parser parser) const { XML_ParserFree(parser); }
+  };
+  Fields* fields_;
+  std::unique_ptr<XML_ParserStruct, Free> parser_;
+  int depth_ = 0, line_ = 0;
+  bool in_data_ = false;
+  std::string name_, text_, data_;
+};
+
+}  // namespace
+
+absl::StatusOr<Fields> ReadYaml(std::string_view text, const std::string& file) {
+  try {
+    const YAML::Node root = YAML::Load(std::string(text));
+    Fields fields(file);
+    YamlFlattener(&fields).Add(root, "", 0);
+    return fields;
+  } catch (const YAML::Exception& error) {
+    const std::string line = error.mark.is_null() ? "" : std::to_string(error.mark.line + 1) + ":";
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     file + ":" + line + " neither YAML nor JSON: " + error.msg);
+  }
+}
+
+absl::StatusOr<Fields> ReadXml(std::string_view text, const std::string& file) {
+  Fields fields(file);
+  RETURN_IF_ERROR(XmlReader(&fields).Read(text, file));
+  return fields;
+}
+
+}  // namespace parallax::calibration_internal

@@ -1,0 +1,248 @@
+#include "common/calibration/calibration.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/calib3d.hpp>
+
+#include "common/base/file.h"
+
+namespace parallax {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+const std::string kData = PARALLAX_CALIBRATION_DATA;
+
+std::string TextOf(const std::string& name) { return *ReadFile(kData + "/" + name); }
+
+StereoCalibration Parse(const std::string& name, const CalibrationOptions& options = {}) {
+  auto calibration = ParseCalibration(TextOf(name), name, options);
+  EXPECT_TRUE(calibration.ok()) << calibration.status();
+  return calibration.ok() ? *calibration : StereoCalibration();
+}
+
+void ExpectIntrinsics(const Intrinsics& k, double fx, double fy, double cx, double cy) {
+  EXPECT_EQ(k.fx_px, fx);
+  EXPECT_EQ(k.fy_px, fy);
+  EXPECT_EQ(k.cx_px, cx);
+  EXPECT_EQ(k.cy_px, cy);
+}
+
+cv::Matx33d MatxOf(const Intrinsics& k) {
+  return {k.fx_px, 0, k.cx_px, 0, k.fy_px, k.cy_px, 0, 0, 1};
+}
+
+Eigen::Matrix3d EigenOf(const cv::Mat& m) {
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(m.ptr<double>());
+}
+
+TEST(Calibration, MiddleburyHasTheLeftKAndItsBaselineInMillimetres) {
+  const StereoCalibration calibration = Parse("middlebury_calib.txt");
+  EXPECT_EQ(calibration.format, "middlebury");
+  ExpectIntrinsics(calibration.rectified, 4161.221, 4161.221, 1445.577, 984.686);
+  EXPECT_EQ(calibration.width_px, 2880);
+  EXPECT_EQ(calibration.height_px, 1988);
+  EXPECT_NEAR(*calibration.baseline_m, 0.176252, 1e-12);
+  EXPECT_FALSE(calibration.raw);
+}
+
+TEST(Calibration, KittiHasTheColourPairItsBaselineAndTheRawCameras) {
+  const StereoCalibration calibration = Parse("kitti_calib_cam_to_cam.txt");
+  EXPECT_EQ(calibration.format, "kitti");
+  ExpectIntrinsics(calibration.rectified, 721.5377, 721.5377, 609.5593, 172.854);
+  EXPECT_EQ(calibration.width_px, 1242);
+  EXPECT_EQ(calibration.height_px, 375);
+  EXPECT_NEAR(*calibration.baseline_m, 0.5327254279, 1e-9);
+  ASSERT_TRUE(calibration.raw);
+  const RawIntrinsics& right = (*calibration.raw)[1];
+  ExpectIntrinsics(right.k, 903.7596, 901.9653, 695.7519, 224.2509);
+  EXPECT_EQ(right.width_px, 1392);
+  EXPECT_EQ(right.height_px, 512);
+  EXPECT_EQ(right.lens.model, LensDistortion::Model::kBrownConrady);
+  EXPECT_EQ(right.lens.c[4], -5.38246e-02) << "k3";
+  EXPECT_NEAR(right.rectified_from_raw(0, 2), 1.685599e-02, 1e-6);
+  EXPECT_TRUE((right.rectified_from_raw.transpose() * right.rectified_from_raw).isIdentity(1e-14));
+}
+
+TEST(Calibration, KittiWithoutSizesLeavesThemOpen) {
+  const std::string text =
+      "P0: 718.856 0 607.1928 0 0 718.856 185.2157 0 0 0 1 0\n"
+      "P1: 718.856 0 607.1928 -386.1448 0 718.856 185.2157 0 0 0 1 0\n"
+      "P2: 718.856 0 607.1928 45.38225 0 718.856 185.2157 -0.1130887 0 0 1 0.003779761\n"
+      "P3: 718.856 0 607.1928 -337.2877 0 718.856 185.2157 2.369057 0 0 1 0.004915215\n";
+  const auto colour = ParseCalibration(text, "calib.txt");
+  ASSERT_TRUE(colour.ok()) << colour.status();
+  EXPECT_EQ(colour->width_px, 0);
+  EXPECT_NEAR(*colour->baseline_m, (45.38225 + 337.2877) / 718.856, 1e-12);
+  const auto grey = ParseCalibration(text, "calib.txt", {.part = "00", .unit_m = {}});
+  ASSERT_TRUE(grey.ok()) << grey.status();
+  EXPECT_NEAR(*grey->baseline_m, 386.1448 / 718.856, 1e-12);
+}
+
+TEST(Calibration, ZedHasARawPairOfTheChosenResolution) {
+  const StereoCalibration hd = Parse("zed.conf");
+  EXPECT_EQ(hd.format, "zed");
+  ExpectIntrinsics(hd.rectified, 701.88, 701.7, 641.285, 344.1835);
+  EXPECT_EQ(hd.width_px, 1280);
+  EXPECT_NEAR(*hd.baseline_m, 0.119978, 1e-7);
+  ASSERT_TRUE(hd.raw);
+  EXPECT_EQ((*hd.raw)[1].lens.c[0], -0.172795);
+  // Together the cameras are turned against each other by the file's vector.
+  const Eigen::Matrix3d between =
+      (*hd.raw)[1].rectified_from_raw.transpose() * (*hd.raw)[0].rectified_from_raw;
+  EXPECT_NEAR(Eigen::AngleAxisd(between).angle(),
+              Vec3d(-0.000916611, 0.00623976, 0.000770041).norm(), 1e-9);
+  const StereoCalibration large = Parse("zed.conf", {.part = "2K", .unit_m = {}});
+  EXPECT_EQ(large.width_px, 2208);
+  EXPECT_EQ(large.rectified.fx_px, 1403.76);
+}
+
+TEST(Calibration, OpenCvIsRectifiedAsOpenCvRectifies) {
+  const StereoCalibration ours = Parse("opencv.yml", {.part = "", .unit_m = 1e-3});
+  EXPECT_EQ(ours.format, "opencv");
+  EXPECT_EQ(ours.width_px, 640);
+  EXPECT_EQ(ours.rectified.fx_px, 534.80490112304688);
+  ASSERT_TRUE(ours.raw);
+  EXPECT_EQ((*ours.raw)[0].lens.c[7], 0.012) << "k6 of eight";
+  cv::FileStorage file(kData + "/opencv.yml", cv::FileStorage::READ);
+  cv::Mat rotation, translation, r1, r2, p1, p2, q;
+  file["R"] >> rotation;
+  file["T"] >> translation;
+  // To the nearest rotation first: the file has six digits.
+  const cv::SVD svd(rotation);
+  rotation = svd.u * svd.vt;
+  const cv::Mat none = cv::Mat::zeros(1, 5, CV_64F);
+  cv::stereoRectify(MatxOf((*ours.raw)[0].k), none, MatxOf((*ours.raw)[1].k), none, {640, 480},
+                    rotation, translation, r1, r2, p1, p2, q);
+  EXPECT_LT((EigenOf(r1) - (*ours.raw)[0].rectified_from_raw).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT((EigenOf(r2) - (*ours.raw)[1].rectified_from_raw).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_NEAR(*ours.baseline_m, 1e-3 * cv::norm(translation), 1e-12);
+}
+
+TEST(Calibration, OpenCvXmlOfBoosterHasItsProjections) {
+  const StereoCalibration calibration = Parse("opencv.xml");
+  ExpectIntrinsics(calibration.rectified, 800.25, 801.5, 514.5, 376.25);
+  EXPECT_EQ(calibration.width_px, 1028);
+  EXPECT_EQ(calibration.height_px, 752);
+  EXPECT_NEAR(*calibration.baseline_m, 0.08, 1e-12);
+  EXPECT_FALSE(calibration.raw);
+}
+
+TEST(Calibration, RealSenseOfARectifiedPairHasNoRawCameras) {
+  const StereoCalibration calibration = Parse("realsense.json");
+  EXPECT_EQ(calibration.format, "realsense");
+  ExpectIntrinsics(calibration.rectified, 641.5, 641.25, 640.4, 363.8);
+  EXPECT_EQ(calibration.width_px, 1280);
+  EXPECT_NEAR(*calibration.baseline_m, 0.0950137, 1e-12);
+  EXPECT_FALSE(calibration.raw);
+  // The other direction of the extrinsics, and one camera that is turned.
+  std::string text = TextOf("realsense.json");
+  text.replace(text.find("[1, 0, 0, 0, 1, 0, 0, 0, 1]"), 27, "[1,0,0, 0,0.8,0.6, 0,-0.6,0.8]");
+  text.replace(text.find("-0.0950137"), 10, "0.0950137");
+  const auto turned = ParseCalibration(text, "f");
+  ASSERT_TRUE(turned.ok()) << turned.status();
+  ASSERT_TRUE(turned->raw);
+  EXPECT_NEAR(*turned->baseline_m, 0.0950137, 1e-12);
+  EXPECT_NEAR(TurnOfRotation((*turned->raw)[0].rectified_from_raw).pitch_rad,
+              -TurnOfRotation((*turned->raw)[1].rectified_from_raw).pitch_rad, 1e-12);
+}
+
+TEST(Calibration, EveryPresetIsAPlausibleRectifiedCamera) {
+  EXPECT_EQ(CameraPresets().size(), 7u);
+  for (const std::string& name : CameraPresets()) {
+    SCOPED_TRACE(name);
+    const auto preset = FindCameraPreset(name);
+    ASSERT_TRUE(preset);
+    const double angle = 2 * std::atan(preset->width_px / 2.0 / preset->rectified.fx_px);
+    EXPECT_GT(angle, 0.6);
+    EXPECT_LT(angle, 1.8);
+    EXPECT_NEAR(preset->rectified.cx_px, preset->width_px / 2.0, 0.18 * preset->width_px);
+    EXPECT_NEAR(preset->rectified.cy_px, preset->height_px / 2.0, 0.1 * preset->height_px);
+    EXPECT_GT(*preset->baseline_m, 0.05);
+    EXPECT_LT(*preset->baseline_m, 0.6);
+    EXPECT_FALSE(preset->raw);
+  }
+  EXPECT_FALSE(FindCameraPreset("zed"));
+}
+
+TEST(Calibration, EachBadFileNamesItsLineFieldAndWhatIsAllowed) {
+  const struct {
+    const char* file;
+    const char* from;
+    const char* to;
+    const char* want;
+  } rows[] = {
+      {"middlebury_calib.txt", "cam0=[4161.221 0", "cam0=[fast 0",
+       "f:1: cam0: \"fast\" is not a number, allowed is 9 numbers"},
+      {"middlebury_calib.txt", "; 0 0 1]\ncam1", "]\ncam1",
+       "f:1: cam0: 6 numbers, allowed is 9 numbers"},
+      {"middlebury_calib.txt", "cam0=[4161.221 0", "cam0=[4161.221 2",
+       "f:1: cam0: not of the form [fx 0 cx; 0 fy cy; 0 0 1]"},
+      {"middlebury_calib.txt", "cam0=[4161.221", "cam0=[-1",
+       "f:1: cam0: its focal lengths are not above 0"},
+      {"middlebury_calib.txt", "baseline=176.252\n", "",
+       "f: baseline: missing, allowed is a number"},
+      {"middlebury_calib.txt", "width=2880", "width=28.5",
+       "f:5: width: \"28.5\", allowed is a whole number from 1 to 16384"},
+      {"middlebury_calib.txt", "baseline=176.252", "baseline=17625",
+       "f: a baseline of 17.625000 m, allowed 0.001 to 2; camera.calibration_unit_m says"},
+      {"kitti_calib_cam_to_cam.txt", "P_rect_03: 7.215377e+02",
+       "P_rect_03: ", "f:18: P_rect_03: 11 numbers, allowed is 12 numbers"},
+      {"kitti_calib_cam_to_cam.txt",
+       "S_rect_02:", "S_wrong:", "f: S_rect_02: missing, allowed is 2 numbers"},
+      {"kitti_calib_cam_to_cam.txt", "R_rect_02: 9.998817e-01", "R_rect_02: 0.5",
+       "f:9: R_rect_02: not a rotation"},
+      {"zed.conf", "[RIGHT_CAM_HD]", "[RIGHT_CAM_VGA]",
+       "f: RIGHT_CAM_HD.fx: missing, allowed is a number"},
+      {"zed.conf", "cy=344.1835", "cy=nan",
+       "f:25: LEFT_CAM_HD.cy: \"nan\" is not a number, allowed is a number"},
+      {"opencv.yml", "T: !!opencv-matrix", "U: !!opencv-matrix",
+       "f: T: missing, allowed is 3 numbers"},
+      {"opencv.yml", "-83.1, 1.0", "83.1, 1.0",
+       "f:38: T: the second camera does not stand to the right of the first"},
+      {"opencv.yml", "-2.6591e-01, -3.9e-02, 1.8e-03,", "1.8e-03,",
+       "f:27: D2: 3 coefficients, allowed are 4, 5 or 8"},
+      {"opencv.yml", "data: [ -83.1", "data: [ -83.1 {", "f:"},
+      {"opencv.xml", "</proj_matL>", "</proj_mat>", "f:10: not XML: mismatched tag"},
+      {"opencv.xml", "-64020.", "far", "f:11: proj_matR: \"far\" is not a number"},
+      {"realsense.json",
+       "\"ppx\": 640.4, \"ppy\": 363.8,\n\t\t\"model\": \"distortion.brown_conrady\", \"coeffs\": "
+       "[0.0, 0.0, 0.0, 0.0, 0.0]},\n\t\"infrared2\"",
+       "\"ppy\": 363.8},\n\t\"infrared2\"", "f: infrared1.ppx: missing, allowed is a number"},
+      {"realsense.json", "\"model\": \"distortion.brown_conrady\", \"coeffs\": [0.0",
+       "\"model\": \"distortion.inverse_brown_conrady\", \"coeffs\": [0.1",
+       "f:4: infrared1.model: \"distortion.inverse_brown_conrady\" with coefficients"},
+  };
+  for (const auto& row : rows) {
+    SCOPED_TRACE(std::string(row.file) + ": " + row.to);
+    std::string text = TextOf(row.file);
+    const size_t at = text.find(row.from);
+    ASSERT_NE(at, std::string::npos);
+    text.replace(at, std::string(row.from).size(), row.to);
+    const auto result = ParseCalibration(text, "f");
+    ASSERT_FALSE(result.ok());
+    EXPECT_EQ(result.status().code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(std::string(ToStd(result.status().message())), StartsWith(row.want));
+  }
+}
+
+TEST(Calibration, AFileThatIsNoCalibrationIsToldWhatIsAllowed) {
+  for (const std::string text :
+       {"", "  \n", "hello", "{}", "a: 1\n", "<html></html>", "%YAML:1.0\n---\nx: [1, 2]\n"}) {
+    const auto result = ParseCalibration(text, "f");
+    ASSERT_FALSE(result.ok()) << text;
+    EXPECT_THAT(std::string(ToStd(result.status().message())), HasSubstr("allowed")) << text;
+  }
+  EXPECT_FALSE(ParseCalibration(std::string("cam0=\0[", 7), "f").ok());
+  // Entities that would grow without bound.
+  const std::string bomb =
+      "<?xml version=\"1.0\"?><!DOCTYPE a [<!ENTITY x \"xxxxxxxxxx\">"
+      "<!ENTITY y \"&x;&x;&x;&x;\">]><opencv_storage><M1>&y;</M1></opencv_storage>";
+  EXPECT_THAT(std::string(ToStd(ParseCalibration(bomb, "f").status().message())),
+              HasSubstr("not XML"));
+}
+
+}  // namespace
+}  // namespace parallax

@@ -2,6 +2,7 @@
 #include <cctype>
 
 #include "common/base/names.h"
+#include "common/config/camera.h"
 #include "common/config/catalogue_names.h"
 #include "common/config/checks.h"
 #include "common/config/config.h"
@@ -226,6 +227,7 @@ void CheckConfig(const v1::SceneConfig& config, const std::string& path, Finding
                              " pixels an image, allowed are at most " +
                              std::to_string(kMaxPixels)});
   }
+  CheckCamera(config, path, findings);
 }
 
 }  // namespace parallax::config_internal

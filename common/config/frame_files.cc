@@ -21,6 +21,13 @@ std::vector<std::string> FrameFileNames(const v1::RenderConfig& render) {
     for (const char* eye : {"_left", "_right"}) names.push_back(std::string(map) + eye + extension);
   }
   if (render.keep_hdr()) names.insert(names.end(), {kLinearFiles[0], kLinearFiles[1]});
+  if (std::find(render.maps().begin(), render.maps().end(), "raw") != render.maps().end()) {
+    for (const char* eye : {"left", "right"}) {
+      names.push_back(std::string("raw_") + eye + ".png");
+      names.push_back(std::string("raw_flow_") + eye + ".exr");
+      names.push_back(std::string("raw_occlusion_") + eye + ".png");
+    }
+  }
   std::sort(names.begin(), names.end());
   return names;
 }

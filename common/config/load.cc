@@ -6,6 +6,7 @@
 
 #include "common/base/file.h"
 #include "common/config/builtin.h"
+#include "common/config/camera.h"
 #include "common/config/checks.h"
 #include "common/config/config.h"
 #include "common/config/defaults.h"
@@ -25,6 +26,7 @@ using config_internal::CheckStudy;
 using config_internal::ConfigErrors;
 using config_internal::Findings;
 using config_internal::JoinNames;
+using config_internal::MergeSceneConfig;
 using config_internal::NearestName;
 using config_internal::Origins;
 using config_internal::YamlReader;
@@ -194,7 +196,7 @@ class StudyLoader {
     YamlReader base_reader(text->file, &errors_);
     const std::optional<YAML::Node> root = base_reader.Parse(text->text);
     if (!root || root->IsNull()) return;
-    base_reader.Merge(*root, base, "", origins);
+    MergeSceneConfig(base_reader, *root, base, "", origins);
     Findings findings;  // Also of values that every variant replaces.
     CheckConfig(*base, "", &findings);
     errors_.AddFindings(findings, *origins, text->file);
@@ -267,11 +269,11 @@ class StudyLoader {
       } else if (name == "heldout") {
         if (const auto heldout = reader_.ReadBool(value, field_path)) variant.set_heldout(*heldout);
       } else if (name == "set") {
-        if (!value.IsNull()) reader_.Merge(value, &config, field_path, &origins);
+        if (!value.IsNull()) MergeSceneConfig(reader_, value, &config, field_path, &origins);
       } else if (name == "config") {
         config = DefaultSceneConfig();
         origins = {};
-        if (!value.IsNull()) reader_.Merge(value, &config, field_path, &origins);
+        if (!value.IsNull()) MergeSceneConfig(reader_, value, &config, field_path, &origins);
       } else {
         const std::vector<std::string> known = {"name", "base", "pairs", "rigs_per_scene",
                                                 "seed", "set",  "config"};
@@ -294,7 +296,7 @@ class StudyLoader {
   void CheckMeantSet(const YAML::Node& node, const std::string& path) {
     v1::SceneConfig scratch = base_;
     Origins origins = base_origins_;
-    reader_.Merge(node, &scratch, path + ".set", &origins);
+    MergeSceneConfig(reader_, node, &scratch, path + ".set", &origins);
     Findings findings;
     CheckConfig(scratch, "", &findings);
     errors_.AddFindings(findings, origins, reader_.file());
@@ -335,7 +337,7 @@ absl::StatusOr<v1::SceneConfig> ParseSceneConfig(std::string_view yaml,
   v1::SceneConfig config = DefaultSceneConfig();
   const std::optional<YAML::Node> root = reader.Parse(yaml);
   Origins origins;
-  if (root && !root->IsNull()) reader.Merge(*root, &config, "", &origins);
+  if (root && !root->IsNull()) MergeSceneConfig(reader, *root, &config, "", &origins);
   Findings findings;
   CheckConfig(config, "", &findings);
   errors.AddFindings(findings, origins, reader.file());

@@ -147,6 +147,15 @@ absl::StatusOr<std::string> EncodeExrHalfRgb(const ImageF3& image) {
                  {"B", Imf::HALF, data + 2 * sizeof(half), kStride}});
 }
 
+absl::StatusOr<std::string> EncodeExrRgb(const ImageF3& image) {
+  char* data = reinterpret_cast<char*>(const_cast<float*>(image.data()));
+  constexpr size_t kStride = 3 * sizeof(float);
+  return Encode(image.width(), image.height(),
+                {{"R", Imf::FLOAT, data, kStride},
+                 {"G", Imf::FLOAT, data + sizeof(float), kStride},
+                 {"B", Imf::FLOAT, data + 2 * sizeof(float), kStride}});
+}
+
 absl::StatusOr<ImageF> DecodeExrY(std::string_view bytes) { return Decode<1>(bytes, {"Y"}); }
 absl::StatusOr<ImageF3> DecodeExrRgb(std::string_view bytes) {
   return Decode<3>(bytes, {"R", "G", "B"});

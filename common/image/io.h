@@ -28,6 +28,8 @@ absl::StatusOr<std::string> EncodePngBits(const ImageU8& image);
 absl::StatusOr<std::string> EncodeExrY(const ImageF& image);
 // Half float, channels R G B = the image's channels 0 1 2, rounded to nearest.
 absl::StatusOr<std::string> EncodeExrHalfRgb(const ImageF3& image);
+// float32, channels R G B = the image's channels 0 1 2.
+absl::StatusOr<std::string> EncodeExrRgb(const ImageF3& image);
 // "Pf", little-endian, bottom row first.
 absl::StatusOr<std::string> EncodePfm(const ImageF& image);
 

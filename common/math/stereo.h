@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "common/math/proto.h"
+#include "common/math/raw_camera.h"
 
 namespace parallax {
 
@@ -26,11 +27,17 @@ struct RigSpec {
   Vec3d position = Vec3d::Zero();                      // Left eye, world.
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // Columns: right, down, forward; world.
   double baseline_m = 0.1;                             // > 0
-  double horizontal_fov_rad = 1;                       // (0, pi)
+  Intrinsics k;                                        // Of both eyes.
   int width_px = 0, height_px = 0;                     // > 0
 };
 
-// The recipe's rig: square pixels, the optical axis through the middle of the image.
+// Square pixels, the optical axis through the middle of the image; the angle in (0, pi).
+inline Intrinsics CentredIntrinsics(double horizontal_fov_rad, int width_px, int height_px) {
+  const double focal_px = width_px / 2.0 / std::tan(horizontal_fov_rad / 2);
+  return {focal_px, focal_px, width_px / 2.0, height_px / 2.0};
+}
+
+// The recipe's rig.
 inline v1::Rig MakeRig(const RigSpec& spec) {
   v1::Rig rig;
   rig.set_index(spec.index);
@@ -39,11 +46,10 @@ inline v1::Rig MakeRig(const RigSpec& spec) {
   rig.set_baseline_m(spec.baseline_m);
   rig.set_width_px(spec.width_px);
   rig.set_height_px(spec.height_px);
-  const double focal_px = spec.width_px / 2.0 / std::tan(spec.horizontal_fov_rad / 2);
-  rig.set_fx_px(focal_px);
-  rig.set_fy_px(focal_px);
-  rig.set_cx_px(spec.width_px / 2.0);
-  rig.set_cy_px(spec.height_px / 2.0);
+  rig.set_fx_px(spec.k.fx_px);
+  rig.set_fy_px(spec.k.fy_px);
+  rig.set_cx_px(spec.k.cx_px);
+  rig.set_cy_px(spec.k.cy_px);
   return rig;
 }
 
@@ -68,6 +74,12 @@ inline Pose WorldFromEye(const v1::Rig& rig, int eye) {
 // Tangents of half of the horizontal and of half of the vertical field of view.
 inline Vec2d HalfTangents(const v1::Rig& rig) {
   return {rig.width_px() / 2.0 / rig.fx_px(), rig.height_px() / 2.0 / rig.fy_px()};
+}
+
+// Tangents at which the middle of the image lies from the optical axis; 0 for a centred axis.
+inline Vec2d ShiftTangents(const v1::Rig& rig) {
+  return {(rig.width_px() / 2.0 - rig.cx_px()) / rig.fx_px(),
+          (rig.height_px() / 2.0 - rig.cy_px()) / rig.fy_px()};
 }
 
 }  // namespace parallax

@@ -41,7 +41,10 @@ absl::StatusOr<double> PairSeconds(const v1::SceneConfig& config, const SceneCos
       per_mpx += costs.denoise_high_s_per_mpx;
       break;
   }
-  return per_mpx * Megapixels(config);
+  // The pair before rectification is traced and denoised like the rectified one.
+  const auto& maps = config.render().maps();
+  const bool raw = std::find(maps.begin(), maps.end(), "raw") != maps.end();
+  return per_mpx * Megapixels(config) * (raw ? 2 : 1);
 }
 
 // Of one scene: what its pairs share.

@@ -1,6 +1,9 @@
 #include "worker/dataset/frame_json.h"
 
+#include <algorithm>
+
 #include "common/base/version.h"
+#include "common/math/raw_rig.h"
 #include "common/math/stereo.h"
 #include "worker/scene/types/types.h"
 
@@ -23,6 +26,28 @@ Json TrimmedHistogramJson(const Histogram& histogram, const char* width_key) {
   std::vector<int64_t> counts = histogram.counts;
   while (!counts.empty() && counts.back() == 0) counts.pop_back();
   return {{width_key, histogram.bin_width}, {"counts", counts}};
+}
+
+// A camera before rectification, with its distortion in OpenCV's order.
+Json RawJson(const v1::RawCamera& given) {
+  const RawIntrinsics raw = FromProto(given);
+  using Model = LensDistortion::Model;
+  Json rows = Json::array();
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Vector3d row = raw.rectified_from_raw.row(i);
+    rows.push_back({row[0], row[1], row[2]});
+  }
+  return {{"fx", raw.k.fx_px},
+          {"fy", raw.k.fy_px},
+          {"cx", raw.k.cx_px},
+          {"cy", raw.k.cy_px},
+          {"width", raw.width_px},
+          {"height", raw.height_px},
+          {"lens", raw.lens.model == Model::kNone           ? "none"
+                   : raw.lens.model == Model::kBrownConrady ? "brown_conrady"
+                                                            : "kannala_brandt"},
+          {"distortion", std::vector<double>(given.distortion().begin(), given.distortion().end())},
+          {"rectified_from_raw", rows}};
 }
 
 }  // namespace
@@ -72,6 +97,9 @@ absl::StatusOr<std::string> FrameJson(const v1::Scene& scene, const v1::Rig& rig
   json["baseline_m"] = rig.baseline_m();
   json["world_from_left"] = RowsOf(rig.world_from_left());
   json["world_from_right"] = RowsOf(ToProto(WorldFromEye(rig, 1)));
+  if (std::find(render.maps().begin(), render.maps().end(), "raw") != render.maps().end()) {
+    json["raw"] = {{"left", RawJson(rig.raw_left())}, {"right", RawJson(rig.raw_right())}};
+  }
   json["near_m"] = statistics.min_depth_m;
   json["far_m"] = statistics.max_depth_m;
   json["exposure"] = exposure;

@@ -52,6 +52,25 @@ absl::Status CheckSizes(const View& view, const v1::Rig& rig, const char* eye) {
   return absl::OkStatus();
 }
 
+absl::Status CheckRawSizes(const RawView& view, const v1::RawCamera& camera,
+                           const std::string& eye) {
+  const auto fits = [&](const auto& image) {
+    return !image.empty() && image.width() == camera.width_px() &&
+           image.height() == camera.height_px();
+  };
+  if (fits(view.color) && fits(view.flow) && fits(view.occlusion)) return absl::OkStatus();
+  return MakeError(absl::StatusCode::kInvalidArgument,
+                   "the raw " + eye + " picture is not " + std::to_string(camera.width_px()) +
+                       " x " + std::to_string(camera.height_px()));
+}
+
+void AddRawOutputs(const RawView& view, const std::string& eye, std::vector<Output>& outputs) {
+  outputs.push_back({"raw_" + eye + ".png", [&view] { return EncodePng(view.color); }});
+  outputs.push_back({"raw_flow_" + eye + ".exr", [&view] { return EncodeExrRgb(view.flow); }});
+  outputs.push_back(
+      {"raw_occlusion_" + eye + ".png", [&view] { return EncodePng(view.occlusion); }});
+}
+
 // Files of one eye; `eye` is "left" or "right".
 void AddOutputs(const View& view, const std::string& eye, const std::set<std::string>& maps,
                 std::vector<Output>& outputs) {
@@ -120,6 +139,12 @@ absl::StatusOr<v1::FrameResult> WriteFrame(const FrameJob& job) {
         {kLinearFiles[0], [&frame] { return EncodeLight(frame.left, frame.exposure); }});
     outputs.push_back(
         {kLinearFiles[1], [&frame] { return EncodeLight(frame.right, frame.exposure); }});
+  }
+  if (maps.count("raw")) {
+    RETURN_IF_ERROR(CheckRawSizes(job.frame.raw_left, job.rig.raw_left(), "left"));
+    RETURN_IF_ERROR(CheckRawSizes(job.frame.raw_right, job.rig.raw_right(), "right"));
+    AddRawOutputs(job.frame.raw_left, "left", outputs);
+    AddRawOutputs(job.frame.raw_right, "right", outputs);
   }
   RETURN_IF_ERROR(MakeEmptyFolder(job.dir));
 

@@ -24,7 +24,8 @@ class RendererCache {
   std::unique_ptr<Renderer> Take(const std::string& key);
   void Keep(const std::string& key, std::unique_ptr<Renderer> renderer);
 
-  // Equal when a renderer can be used again: the recipe and all of the config but `maps`.
+  // Equal when a renderer can be used again: the recipe and all of the config but `maps`, of
+  // which only `raw` counts.
   static std::string KeyOf(const v1::Scene& scene, const v1::RenderConfig& config);
 
  private:

@@ -10,8 +10,10 @@
 
 #include "common/base/file.h"
 #include "common/base/hash.h"
+#include "common/config/config.h"
 #include "parallax/v1/scene.pb.h"
 #include "worker/dataset/dataset_reader.h"
+#include "worker/dataset/verify_camera.h"
 #include "worker/dataset/verify_frame.h"
 #include "worker/dataset/verify_light.h"
 
@@ -59,6 +61,18 @@ std::vector<Finding> CheckRecipes(const DatasetVariant& variant) {
   return findings;
 }
 
+// The lock file above the variant's folder says which camera its frames have. One that is missing
+// or can't be read is for others to tell.
+std::vector<Finding> CheckStudyCameras(const DatasetVariant& variant) {
+  const fs::path lock = fs::path(variant.dir).parent_path() / "study.lock.yaml";
+  const absl::StatusOr<v1::StudySpec> study = LoadStudy(lock);
+  if (!study.ok()) return {};
+  for (const v1::VariantSpec& spec : study->variants()) {
+    if (spec.name() == variant.name) return CheckCameras(variant, spec.config());
+  }
+  return {};
+}
+
 absl::Status VerifyVariant(const DatasetVariant& variant, const VerifyOptions& options,
                            VerifyResult& result) {
   std::vector<Finding> of_folder;
@@ -68,6 +82,7 @@ absl::Status VerifyVariant(const DatasetVariant& variant, const VerifyOptions& o
   }
   Collect(std::move(of_folder), options, result);
   Collect(CheckRecipes(variant), options, result);
+  if (options.geometry) Collect(CheckStudyCameras(variant), options, result);
   // In blocks, so that findings stay in order and memory small.
   constexpr size_t kBlock = 32;
   for (size_t begin = 0; begin < variant.frames.size(); begin += kBlock) {

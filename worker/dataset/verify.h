@@ -37,7 +37,8 @@ struct VerifyResult {
 //   depth 0 together; occlusion 0 or 255 and equal to what re-projection with 1 % gives (0.1 % of
 //   the pixels may differ); object and material indices in their tables; normals of length 1 that
 //   face the camera; poses rigid, the right camera at +x by the baseline; statistics and filter
-//   verdicts of the index as the maps give them.
+//   verdicts of the index as the maps give them; where the study gives a camera (rigs.camera), its
+//   K, size and baseline to 1e-6; of raw pairs, correspondences that are epipolar once rectified.
 // Errors: kNotFound when `dir` is no dataset; kDataLoss for an index that can't be read. What is
 // wrong with the dataset is no error but a finding.
 absl::StatusOr<VerifyResult> VerifyDataset(const std::string& dir,

@@ -14,6 +14,7 @@
 #include "common/math/types.h"
 #include "worker/dataset/frame_reader.h"
 #include "worker/dataset/sensor_stage.h"
+#include "worker/dataset/verify_raw.h"
 
 namespace parallax {
 namespace {
@@ -60,6 +61,8 @@ class FrameChecker {
     CheckOcclusion(eyes_[0], eyes_[1], -1);
     CheckOcclusion(eyes_[1], eyes_[0], 1);
     CheckIndex();
+    if (!json_.contains("raw")) return;
+    for (Finding& finding : CheckRawPair(frame_, json_)) findings_.push_back(std::move(finding));
   }
 
  private:

@@ -1,9 +1,13 @@
-// A rig's two pinholes. Camera frame: x right, y down, z forward; pixel centres at integer
-// coordinates + 0.5.
+// A rig's two cameras: pinholes, or before rectification cameras with a lens. Camera frame: x
+// right, y down, z forward; pixel centres at integer coordinates + 0.5.
 #pragma once
 
+#include <memory>
+
 #include "common/base/status.h"
+#include "common/math/raw_rig.h"
 #include "common/math/stereo.h"
+#include "worker/render/lens_rays.h"
 
 namespace parallax {
 
@@ -12,9 +16,12 @@ struct PinholeCamera {
   Eigen::Matrix3d world_from_camera = Eigen::Matrix3d::Identity();  // Rotation.
   double fx_px = 1, fy_px = 1, cx_px = 0, cy_px = 0;
   int width_px = 0, height_px = 0;
+  std::shared_ptr<const LensRays> lens;  // None: a pinhole.
 
-  // In the camera frame with z = 1, through image point (x, y) in pixels.
+  // In the camera frame, through image point (x, y) in pixels. A pinhole's has z = 1; a lens's has
+  // length 1, and what is measured along it is a distance, not a depth.
   Vec3d DirectionAt(double x, double y) const {
+    if (lens != nullptr) return lens->DirectionAt(x, y);
     return {(x - cx_px) / fx_px, (y - cy_px) / fy_px, 1.0};
   }
 };
@@ -50,6 +57,27 @@ struct StereoCamera {
       camera.cy_px = rig.cy_px();
       camera.width_px = rig.width_px();
       camera.height_px = rig.height_px();
+    }
+    return stereo;
+  }
+
+  // The rig's cameras before rectification, which it must have.
+  // Errors: as FromRig and CheckRawCamera.
+  static absl::StatusOr<StereoCamera> RawFromRig(const v1::Rig& rig) {
+    ASSIGN_OR_RETURN(StereoCamera stereo, FromRig(rig));
+    for (int eye = 0; eye < 2; ++eye) {
+      const v1::RawCamera& given = eye == 0 ? rig.raw_left() : rig.raw_right();
+      RETURN_IF_ERROR(CheckRawCamera(given));
+      const RawIntrinsics raw = FromProto(given);
+      PinholeCamera& camera = stereo.eyes[eye];
+      camera.world_from_camera = camera.world_from_camera * raw.rectified_from_raw;
+      camera.fx_px = raw.k.fx_px;
+      camera.fy_px = raw.k.fy_px;
+      camera.cx_px = raw.k.cx_px;
+      camera.cy_px = raw.k.cy_px;
+      camera.width_px = raw.width_px;
+      camera.height_px = raw.height_px;
+      camera.lens = LensRays::Make(raw);
     }
     return stereo;
   }

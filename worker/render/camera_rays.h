@@ -1,4 +1,4 @@
-// Rays of a pinhole camera, in single precision.
+// Rays of a camera, in single precision.
 #pragma once
 
 #include "common/math/lanes.h"
@@ -11,24 +11,40 @@ class CameraRays {
  public:
   explicit CameraRays(const PinholeCamera& camera)
       : origin_(camera.origin.cast<float>()),
-        corner_((camera.world_from_camera * camera.DirectionAt(0, 0)).cast<float>()),
+        corner_((camera.world_from_camera *
+                 Vec3d(-camera.cx_px / camera.fx_px, -camera.cy_px / camera.fy_px, 1))
+                    .cast<float>()),
         right_((camera.world_from_camera.col(0) / camera.fx_px).cast<float>()),
         down_((camera.world_from_camera.col(1) / camera.fy_px).cast<float>()),
-        spread_(static_cast<float>(1.0 / camera.fx_px)) {}
+        spread_(static_cast<float>(1.0 / camera.fx_px)),
+        lens_(camera.lens),
+        world_from_camera_(camera.world_from_camera.cast<float>()) {}
 
   // The ray through the point (x, y) of the picture, in pixels; its cone is a pixel wide.
   Ray Through(float x, float y) const {
+    if (lens_ != nullptr) return {origin_, world_from_camera_ * lens_->SampleAt(x, y), 0, spread_};
     return {origin_, (corner_ + x * right_ + y * down_).normalized(), 0, spread_};
   }
   Rays8 Through(Float8 x, Float8 y) const {
+    if (lens_ != nullptr) return ThroughLens(x, y);
     const Vec3x8 to = corner_ + right_ * x + down_ * y;
     return {Vec3x8(origin_), to / Norm(to)};
   }
   float spread() const { return spread_; }
 
  private:
+  Rays8 ThroughLens(Float8 x, Float8 y) const {
+    Rays8 rays{Vec3x8(origin_), Vec3x8::Zero()};
+    for (int k = 0; k < kLanes; ++k) {
+      rays.direction.Set(k, world_from_camera_ * lens_->SampleAt(x[k], y[k]));
+    }
+    return rays;
+  }
+
   const Vec3f origin_, corner_, right_, down_;
   const float spread_;
+  const std::shared_ptr<const LensRays> lens_;
+  const Mat3f world_from_camera_;
 };
 
 }  // namespace parallax

@@ -3,6 +3,7 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <map>
@@ -21,6 +22,7 @@
 #include "worker/render/overexposed.h"
 #include "worker/render/pixel_tracer.h"
 #include "worker/render/profiles.h"
+#include "worker/render/raw_pair.h"
 #include "worker/render/render_scene.h"
 
 namespace parallax {
@@ -42,12 +44,13 @@ using PixelTracers = tbb::enumerable_thread_specific<PixelTracer>;  // One a thr
 
 class SceneRenderer final : public Renderer {
  public:
-  SceneRenderer(uint64_t scene_seed, const v1::Scene& scene, RenderProfile profile,
+  SceneRenderer(uint64_t scene_seed, const v1::Scene& scene, RenderProfile profile, bool with_raw,
                 std::unique_ptr<RenderScene> geometry, LightTable lights,
                 std::unique_ptr<Denoiser> denoiser)
       : scene_seed_(scene_seed),
         rigs_(scene.rigs().begin(), scene.rigs().end()),
         profile_(profile),
+        with_raw_(with_raw),
         geometry_(std::move(geometry)),
         lights_(std::move(lights)),
         denoiser_(std::move(denoiser)) {
@@ -72,6 +75,18 @@ class SceneRenderer final : public Renderer {
   }
 
  private:
+  struct Meter {
+    const ProgressFn& progress;
+    double pixels;
+    std::atomic<int64_t> done{0};
+    std::atomic<uint64_t> rays{0};
+    // Tracing is nearly all of the work; the rest is the last twentieth.
+    void Add(int64_t count) {
+      const int64_t now = done.fetch_add(count) + count;
+      if (progress) progress(0.95 * static_cast<double>(now) / pixels);
+    }
+  };
+
   // Dense scenes: everything stands as the rig's keyframe says. Meshes, their acceleration
   // structures and materials are those of the scene.
   absl::Status Enter(const v1::Rig& rig) {
@@ -97,6 +112,7 @@ class SceneRenderer final : public Renderer {
     ASSIGN_OR_RETURN(const StereoCamera stereo, StereoCamera::FromRig(rig));
     RETURN_IF_ERROR(CheckMemory("render: images of rig " + std::to_string(rig.index()),
                                 int64_t{kBytesPerPixel} * rig.width_px() * rig.height_px()));
+    const bool with_raw = with_raw_ && rig.has_raw_left();
     StereoFrame frame;
     View* views[2] = {&frame.left, &frame.right};
 
@@ -117,7 +133,7 @@ class SceneRenderer final : public Renderer {
     const float clamp =
         profile_.clamp > 0 ? profile_.clamp * PilotLuminance(rig.index(), stereo) : 0;
     std::vector<Film> films;
-    Meter meter{progress, 2.0 * rig.width_px() * rig.height_px()};
+    Meter meter{progress, (with_raw ? 4.0 : 2.0) * rig.width_px() * rig.height_px()};
     for (int eye = 0; eye < 2; ++eye) {
       films.emplace_back(stereo.eyes[eye]);
       const Truth truth{&views[eye]->disparity_px, stereo.eyes[eye].fx_px * stereo.baseline_m};
@@ -150,8 +166,40 @@ class SceneRenderer final : public Renderer {
       views[eye]->radiance = std::move(film.color);
     }
     frame.denoise_s = SecondsSince(denoise_start);
+    if (with_raw) RETURN_IF_ERROR(RenderRaw(rig, clamp, cancel, &meter, &frame));
     if (progress) progress(1.0);
     return frame;
+  }
+
+  // The pair before rectification, exposed as the rectified one.
+  absl::Status RenderRaw(const v1::Rig& rig, float clamp, const CancelToken& cancel, Meter* meter,
+                         StereoFrame* frame) const {
+    constexpr int kFirstStream = 2;  // Of eyes: the noise of no two pictures is the same.
+    const SteadyTime start = Clock::System().Steady();
+    ASSIGN_OR_RETURN(const StereoCamera raw, StereoCamera::RawFromRig(rig));
+    RETURN_IF_ERROR(
+        CheckMemory("render: raw images of rig " + std::to_string(rig.index()),
+                    int64_t{kBytesPerPixel} * raw.eyes[0].width_px * raw.eyes[0].height_px));
+    RETURN_IF_ERROR(
+        TraceCorrespondence(*geometry_, raw, cancel, &frame->raw_left, &frame->raw_right));
+    RawView* views[2] = {&frame->raw_left, &frame->raw_right};
+    for (int eye = 0; eye < 2; ++eye) {
+      const PinholeCamera& camera = raw.eyes[eye];
+      const auto stream = [&](uint32_t pass) { return StreamOf(rig, kFirstStream + eye, pass); };
+      Film film(camera);
+      TraceEye(camera, stream(0), {nullptr, 0}, clamp, cancel, meter, &film);
+      if (cancel.cancelled()) return CancelledError();
+      TraceGuides(camera, stream(4), cancel, meter, &film);
+      TraceEdges(camera, stream(3), clamp, frame->exposure, cancel, meter, &film);
+      if (cancel.cancelled()) return CancelledError();
+      if (denoiser_) RETURN_IF_ERROR(Denoise(frame->exposure, cancel, &film));
+      BlackenUnseen(*camera.lens, &film.color);
+      views[eye]->color = ToSrgb(film.color, frame->exposure);
+      views[eye]->radiance = std::move(film.color);
+    }
+    frame->rays = meter->rays;
+    frame->trace_s += SecondsSince(start);
+    return absl::OkStatus();
   }
 
   static void MarkMixed(const ImageU8& ambiguous, ImageU8* masks) {
@@ -177,18 +225,6 @@ class SceneRenderer final : public Renderer {
     }
     return absl::OkStatus();
   }
-
-  struct Meter {
-    const ProgressFn& progress;
-    double pixels;
-    std::atomic<int64_t> done{0};
-    std::atomic<uint64_t> rays{0};
-    // Tracing is nearly all of the work; the rest is the last twentieth.
-    void Add(int64_t count) {
-      const int64_t now = done.fetch_add(count) + count;
-      if (progress) progress(0.95 * static_cast<double>(now) / pixels);
-    }
-  };
 
   PathOptions Options(float clamp) const {
     PathOptions options;
@@ -322,6 +358,7 @@ class SceneRenderer final : public Renderer {
   const uint64_t scene_seed_;
   const std::vector<v1::Rig> rigs_;
   const RenderProfile profile_;
+  const bool with_raw_;  // Rigs that have raw cameras show what these see, too.
   const std::unique_ptr<RenderScene> geometry_;
   LightTable lights_;  // Constant but for keyframes.
   const std::unique_ptr<Denoiser> denoiser_;
@@ -348,6 +385,8 @@ absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(const v1::Scene& scen
                                                            const v1::RenderConfig& config) {
   try {
     ASSIGN_OR_RETURN(const RenderProfile profile, ResolveProfile(config));
+    const bool with_raw =
+        std::find(config.maps().begin(), config.maps().end(), "raw") != config.maps().end();
     RETURN_IF_ERROR(CheckKeyframes(scene));
     ASSIGN_OR_RETURN(std::unique_ptr<RenderScene> built,
                      RenderScene::Build(std::move(geometry), 0, scene.keyframes_size() > 0));
@@ -356,7 +395,7 @@ absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(const v1::Scene& scen
     if (profile.denoise != DenoiseQuality::kOff) {
       ASSIGN_OR_RETURN(denoiser, Denoiser::Create(profile.denoise));
     }
-    return std::unique_ptr<Renderer>(new SceneRenderer(scene.scene_seed(), scene, profile,
+    return std::unique_ptr<Renderer>(new SceneRenderer(scene.scene_seed(), scene, profile, with_raw,
                                                        std::move(built), std::move(lights),
                                                        std::move(denoiser)));
   } catch (const std::bad_alloc&) {

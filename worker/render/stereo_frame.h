@@ -33,8 +33,18 @@ struct View {
   ImageU8 masks;        // MaskBit.
 };
 
+// One picture of the pair before rectification.
+struct RawView {
+  ImageRgb8 color;    // 8-bit sRGB, exposed as the rectified pair.
+  ImageF3 radiance;   // As View's.
+  ImageF3 flow;       // From a pixel to where the other raw picture shows the same point: x, y, px,
+                      // and 1; 0 0 0 where the other lens does not see it at all.
+  ImageU8 occlusion;  // 255 = occluded or outside the other picture, 0 = visible in both.
+};
+
 struct StereoFrame {
   View left, right;
+  RawView raw_left, raw_right;  // Empty unless render.maps has `raw` and the rig raw cameras.
   float exposure =
       1;  // Scene radiance is multiplied by it before the sRGB curve; one value for both eyes.
   double trace_s = 0, denoise_s = 0, truth_s = 0;

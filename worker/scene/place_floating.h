@@ -23,14 +23,15 @@ Eigen::Quaterniond RandomRotation(Rng& rng);
 // What a rig's left camera sees, for placing things in it.
 struct RigView {
   Vec3d eye;
-  Eigen::Matrix3d axes;   // Columns: right, down, forward; world frame.
-  double half_x, half_y;  // Tangents of half of the field of view.
+  Eigen::Matrix3d axes;     // Columns: right, down, forward; world frame.
+  double half_x, half_y;    // Tangents of half of the field of view.
+  double shift_x, shift_y;  // Tangents of the picture's middle.
   double baseline_m;
 
   static RigView Of(const v1::Rig& rig);
   // Unit direction through a point of the image, x and y in [-1, 1].
   Vec3d Direction(double x, double y) const {
-    return (axes * Vec3d(half_x * x, half_y * y, 1)).normalized();
+    return (axes * Vec3d(shift_x + half_x * x, shift_y + half_y * y, 1)).normalized();
   }
 };
 

@@ -105,8 +105,8 @@ bool ViewGuard::Allows(const Box3f& bounds, const Pose& pose) {
                          (pose * box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(c)) - eye);
         ahead = ahead || at.z() > kLeastDepth_m;
         const double z = std::max(at.z(), kLeastDepth_m);
-        corners[static_cast<size_t>(c)] =
-            Vec2d(at.x() / (z * view.half_x), at.y() / (z * view.half_y));
+        corners[static_cast<size_t>(c)] = Vec2d((at.x() - z * view.shift_x) / (z * view.half_x),
+                                                (at.y() - z * view.shift_y) / (z * view.half_y));
       }
       if (!ahead) continue;
       const double filled = AreaOf(ClipToImage(ConvexHull(corners))) / 4;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "common/base/file.h"
 #include "coordinator/client/commands/command.h"
@@ -22,6 +23,12 @@ using Json = nlohmann::ordered_json;
 
 struct ConfigOptions {
   std::string file;
+};
+
+struct CameraOptions {
+  std::string source, part;
+  std::optional<double> unit_m;
+  std::optional<int> width, height;
 };
 
 // One of the two kinds of file there are.
@@ -123,6 +130,36 @@ absl::StatusOr<ExitCode> Pictures(const ConfigOptions& options, Session& session
   return kExitOk;
 }
 
+// What rigs becomes of a preset or of a calibration file.
+absl::StatusOr<ExitCode> Camera(const CameraOptions& options, Session& session) {
+  std::error_code error;
+  const bool is_file = std::filesystem::exists(options.source, error);
+  v1::CameraConfig given;
+  if (is_file) {
+    given.set_calibration(std::filesystem::absolute(options.source));
+  } else {
+    given.set_preset(options.source);
+  }
+  if (!options.part.empty()) given.set_calibration_part(options.part);
+  if (options.unit_m) given.set_calibration_unit_m(*options.unit_m);
+  v1::SceneConfig wanted;
+  *wanted.mutable_rigs()->mutable_camera() = given;
+  if (options.width && options.height) {
+    wanted.mutable_rigs()->set_width_px(*options.width);
+    wanted.mutable_rigs()->set_height_px(*options.height);
+  }
+  ASSIGN_OR_RETURN(const v1::SceneConfig read,
+                   ParseSceneConfig(MessageToYaml(wanted), options.source));
+  v1::SceneConfig shown;
+  v1::RigConfig& rigs = *shown.mutable_rigs();
+  *rigs.mutable_baseline_m() = read.rigs().baseline_m();
+  rigs.set_width_px(read.rigs().width_px());
+  rigs.set_height_px(read.rigs().height_px());
+  *rigs.mutable_camera() = read.rigs().camera();
+  *session.out().stream << MessageToYaml(shown);
+  return kExitOk;
+}
+
 absl::StatusOr<ExitCode> List(Session& session) {
   if (session.options.json) {
     session.PrintJson({{"studies", BuiltinStudies()}, {"scenes", BuiltinSceneConfigs()}});
@@ -174,6 +211,19 @@ void RegisterConfig(Registry& registry) {
   pictures->add_option("DIR", options->file, "The folder")->required();
   registry.AddJsonOption(pictures);
   registry.SetAction(pictures, [options](Session& session) { return Pictures(*options, session); });
+  auto camera_options = std::make_shared<CameraOptions>();
+  CLI::App* camera = registry.AddCommand(
+      *config, "camera", "What a calibration file or a preset says, as a study's `rigs`",
+      "Examples:\n  parallax config camera SN8452341.conf --part 2K\n"
+      "  parallax config camera kitti\n");
+  camera->add_option("SOURCE", camera_options->source, "A calibration file, or a preset")
+      ->required();
+  camera->add_option("--part", camera_options->part, "ZED: 2K, FHD, HD, VGA; KITTI: 00 or 02");
+  camera->add_option("--unit-m", camera_options->unit_m, "Length of the file's unit, metres");
+  camera->add_option("--width", camera_options->width, "Of files that do not say it, pixels");
+  camera->add_option("--height", camera_options->height, "Of files that do not say it, pixels");
+  registry.SetAction(
+      camera, [camera_options](Session& session) { return Camera(*camera_options, session); });
   CLI::App* list = registry.AddCommand(*config, "list", "Names of the built-in studies and scenes");
   registry.AddJsonOption(list);
   registry.SetAction(list, List);

@@ -14,7 +14,7 @@ RigSpec SpecAt(double yaw, double pitch) {
           .position = {1, 2, 1.5},
           .axes = CameraAxes(yaw, pitch),
           .baseline_m = 0.25,
-          .horizontal_fov_rad = 70 * kPi / 180,
+          .k = CentredIntrinsics(70 * kPi / 180, 640, 360),
           .width_px = 640,
           .height_px = 360};
 }

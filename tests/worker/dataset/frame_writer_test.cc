@@ -123,6 +123,39 @@ TEST_F(FrameWriterTest, WritesOnlyTheMapsAskedForAndRemovesWhatWasThere) {
   EXPECT_EQ(ReadJson()["maps"], Json({"disparity"}));
 }
 
+TEST_F(FrameWriterTest, TheRawPairHasFilesAndCamerasOfItsOwn) {
+  config_.mutable_render()->add_maps("raw");
+  EXPECT_EQ(Write(dir_).status().code(), absl::StatusCode::kInvalidArgument) << "no raw pictures";
+  v1::RawCamera& left = *scene_.mutable_rigs(1)->mutable_raw_left();
+  left.set_fx_px(110);
+  left.set_fy_px(111);
+  left.set_cx_px(60);
+  left.set_cy_px(40);
+  left.set_width_px(120);
+  left.set_height_px(80);
+  left.set_lens(v1::LensConfig::MODEL_BROWN_CONRADY);
+  for (const double k : {-0.2, 0.05, 1e-3, 2e-3, 0.01}) left.add_distortion(k);
+  left.set_qw(std::cos(0.1));
+  left.set_qz(std::sin(0.1));
+  *scene_.mutable_rigs(1)->mutable_raw_right() = left;
+  for (RawView* view : {&frame_.raw_left, &frame_.raw_right}) {
+    view->color = ImageRgb8(120, 80, 7);
+    view->flow = ImageF3(120, 80, -3.25f);
+    view->occlusion = ImageU8(120, 80, 255);
+  }
+  ASSERT_TRUE(Write(dir_).ok()) << Write(dir_).status();
+  EXPECT_EQ(NamesIn(dir_), FrameFileNames(config_.render())) << "what the coordinator asks for";
+  EXPECT_EQ(*ReadPngRgb8(dir_ + "/raw_left.png"), frame_.raw_left.color);
+  EXPECT_EQ(*ReadExrRgb(dir_ + "/raw_flow_right.exr"), frame_.raw_right.flow);
+  EXPECT_EQ(*ReadPngU8(dir_ + "/raw_occlusion_left.png"), frame_.raw_left.occlusion);
+  const Json raw = ReadJson()["raw"]["left"];
+  EXPECT_EQ(raw["fy"], 111);
+  EXPECT_EQ(raw["width"], 120);
+  EXPECT_EQ(raw["lens"], "brown_conrady");
+  EXPECT_EQ(raw["distortion"], Json({-0.2, 0.05, 1e-3, 2e-3, 0.01}));
+  EXPECT_NEAR(raw["rectified_from_raw"][1][0].get<double>(), std::sin(0.2), 1e-12);
+}
+
 TEST_F(FrameWriterTest, FrameJsonHoldsCamerasAndTables) {
   ASSERT_TRUE(Write(dir_).ok());
   const Json json = ReadJson();

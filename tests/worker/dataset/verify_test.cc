@@ -11,6 +11,7 @@
 
 #include "common/base/file.h"
 #include "common/base/hash.h"
+#include "common/config/config.h"
 #include "common/image/io.h"
 #include "tests/worker/dataset/synthetic_archive.h"
 
@@ -76,6 +77,7 @@ class VerifyTest : public ::testing::Test {
   }
 
   std::string root_, dir_, frame_;
+  double fx_px_ = 0;
 };
 
 TEST_F(VerifyTest, AWholeDatasetHasNoFindings) {
@@ -88,6 +90,41 @@ TEST_F(VerifyTest, AWholeDatasetHasNoFindings) {
   EXPECT_GT(result->bytes, 10000);
   EXPECT_EQ(VerifyDataset(dir_ + "/a")->findings_total, 0);
   EXPECT_EQ(VerifyDataset(root_).status().code(), absl::StatusCode::kNotFound);
+}
+
+TEST_F(VerifyTest, CamerasAreThoseOfTheStudy) {
+  const std::string lock = dir_ + "/study.lock.yaml";
+  v1::StudySpec study = *LoadStudy(lock);
+  const auto wants = [&](double cx, double low_m, double high_m) {
+    v1::RigConfig& rigs = *study.mutable_variants(0)->mutable_config()->mutable_rigs();
+    rigs.clear_horizontal_fov_deg();
+    rigs.set_width_px(96);
+    rigs.set_height_px(54);
+    rigs.mutable_baseline_m()->mutable_uniform()->set_low(low_m);
+    rigs.mutable_baseline_m()->mutable_uniform()->set_high(high_m);
+    // Twice the size, so that K is scaled.
+    v1::CameraConfig& camera = *rigs.mutable_camera();
+    camera.set_width_px(192);
+    camera.set_height_px(108);
+    camera.mutable_fx_px()->set_constant(2 * fx_px_);
+    camera.mutable_cx_px()->set_constant(cx);
+    fs::remove(lock);
+    ASSERT_TRUE(WriteFile(lock, StudyToYaml(study)).ok());
+  };
+  const Json json = Json::parse(*ReadFile(frame_ + "/frame.json"));
+  fx_px_ = json["intrinsics"]["fx"];
+  wants(96, 0.001, 2);
+  EXPECT_THAT(Checks(), IsEmpty());
+  wants(96 + 1e-3, 0.001, 2);
+  EXPECT_THAT(Checks(), Contains("camera"));
+  wants(96, 0.001, 0.002);
+  EXPECT_THAT(Checks(), Contains("camera"));
+  fx_px_ *= 1 + 3e-6;
+  wants(96, 0.001, 2);
+  EXPECT_THAT(Checks(), Contains("camera"));
+  VerifyOptions options;
+  options.geometry = false;
+  EXPECT_THAT(Checks(options), IsEmpty());
 }
 
 TEST_F(VerifyTest, SeedsOfOlderArchivesAreNumbers) {

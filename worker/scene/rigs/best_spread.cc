@@ -11,6 +11,7 @@
 #include "common/base/rng.h"
 #include "common/config/config.h"
 #include "common/math/stereo.h"
+#include "worker/scene/rigs/rig_camera.h"
 
 namespace parallax {
 namespace {
@@ -36,7 +37,7 @@ struct Candidate {
   size_t slot = 0;  // Which rig it would be.
   Vec3d position = Vec3d::Zero();
   Mat3f camera = Mat3f::Identity();  // Columns: right, down, forward; world frame.
-  double fov_rad = 1;
+  RigCamera view;
   double depth_std_m = 0;
   double value = 0;  // What it is ranked by.
 };
@@ -52,18 +53,18 @@ struct Probe {
   double things = 0;  // Neither a part of the place nor sky.
 };
 
-Probe ProbeView(const SceneInProgress& scene, const Vec3f& eye, const Mat3f& camera, double fov_rad,
-                double aspect) {
+Probe ProbeView(const SceneInProgress& scene, const Vec3f& eye, const Mat3f& camera,
+                const RigCamera& view) {
   const RayScene& solid = scene.solid;
   int things = 0;
-  const double half_x = std::tan(fov_rad / 2), half_y = half_x * aspect;
   std::vector<double> depths;
   std::map<std::array<int, 4>, int> planes;  // Body and normal.
   std::map<uint32_t, int> bodies;            // Things only.
   for (int y = 0; y < kProbesY; ++y) {
     for (int x = 0; x < kProbesX; ++x) {
-      const Vec3f local(static_cast<float>(half_x * (2 * (x + 0.5) / kProbesX - 1)),
-                        static_cast<float>(half_y * (2 * (y + 0.5) / kProbesY - 1)), 1.0f);
+      const Vec3f local =
+          view.DirectionAt(2 * (x + 0.5) / kProbesX - 1, 2 * (y + 0.5) / kProbesY - 1)
+              .cast<float>();
       // The direction has length 1 along the axis, so a hit's distance is its depth.
       const Vec3f direction = camera * local;
       const auto hit = solid.Intersect(eye, direction);
@@ -133,8 +134,7 @@ class RigChooser {
         solid_(scene.solid),
         root_(scene.seed, "dress/rigs"),
         reach_m_(static_cast<float>(
-            std::max(config.clearance_baseline_m(), SupportOf(config.baseline_m()).high))),
-        aspect_(static_cast<double>(config.height_px()) / config.width_px()) {}
+            std::max(config.clearance_baseline_m(), SupportOf(config.baseline_m()).high))) {}
 
   // Each rig has its own height, pitch and field of view, drawn as the config says; only where it
   // stands and which way it turns is chosen among candidates. So the choice does not bend those
@@ -161,8 +161,8 @@ class RigChooser {
     candidate.slot = slot;
     const double altitude = Draw(config_.altitude_m(), shape.Uniform());
     const double pitch = Draw(config_.pitch_deg(), shape.Uniform()) * std::numbers::pi / 180;
-    candidate.fov_rad = Draw(config_.horizontal_fov_deg(), root_.Child("fov", slot).Uniform()) *
-                        std::numbers::pi / 180;
+    candidate.view =
+        DrawRigCamera(config_, root_.Child("fov", slot).Uniform(), root_.Child("camera", slot));
     const double x = place.Uniform(), y = place.Uniform();
     const double yaw = 2 * std::numbers::pi * place.Uniform();
     const Vec3d size = bounds_.sizes();
@@ -185,18 +185,16 @@ class RigChooser {
       }
     }
     // Depth is measured along the axis: what is `gap` away at a corner of the image is less deep.
-    const double half_x = std::tan(candidate.fov_rad / 2);
-    const double corner = std::sqrt(1 + half_x * half_x * (1 + aspect_ * aspect_));
-    const float clear = static_cast<float>(gap * corner + 0.002);
+    const float clear = static_cast<float>(gap * candidate.view.Corner() + 0.002);
     if (!SegmentClear(solid_, eye, right, reach_m_, clear)) return false;
     if (solid_.Inside(eye) || solid_.Inside(far_eye)) return false;
-    const Probe left = ProbeView(scene_, eye, candidate.camera, candidate.fov_rad, aspect_);
+    const Probe left = ProbeView(scene_, eye, candidate.camera, candidate.view);
     if (left.nearest_m < gap || left.sky > kMaxSky) return false;
     if (left.one_plane > kMaxOnePlane || left.close > kMaxClose) return false;
     if (left.one_thing > kMaxOneThing) return false;
     for (const float t : {0.5f, 1.0f}) {
-      const Probe other = ProbeView(scene_, eye + t * reach_m_ * right, candidate.camera,
-                                    candidate.fov_rad, aspect_);
+      const Probe other =
+          ProbeView(scene_, eye + t * reach_m_ * right, candidate.camera, candidate.view);
       if (other.nearest_m < gap) return false;
     }
     candidate.depth_std_m = left.std_m;
@@ -245,7 +243,6 @@ class RigChooser {
   const RayScene& solid_;
   Rng root_;
   float reach_m_;
-  double aspect_;
 };
 
 }  // namespace
@@ -260,10 +257,11 @@ void BestSpreadRigs(const v1::RigConfig& config, SceneInProgress& scene) {
                    .position = candidate.position,
                    .axes = candidate.camera.cast<double>(),
                    .baseline_m = Draw(config.baseline_m(), root.Child("baseline", i).Uniform()),
-                   .horizontal_fov_rad = candidate.fov_rad,
+                   .k = candidate.view.k,
                    .width_px = config.width_px(),
                    .height_px = config.height_px()});
     rig.set_depth_std_m(candidate.depth_std_m);
+    AddRawCameras(config, Rng(scene.seed, "dress/rigs").Child("camera", candidate.slot), &rig);
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include "common/config/config.h"
 #include "common/math/stereo.h"
+#include "worker/scene/rigs/rig_camera.h"
 
 namespace parallax {
 
@@ -13,14 +14,15 @@ void KeyframeRigs(const v1::RigConfig& config, const Rng& root, v1::Scene& recip
     Rng rng = keyframe.Child("rig");
     const double yaw = rng.Uniform(0, 2 * std::numbers::pi);
     const double pitch = Draw(config.pitch_deg(), rng.Uniform()) * std::numbers::pi / 180;
-    const double fov = Draw(config.horizontal_fov_deg(), rng.Uniform()) * std::numbers::pi / 180;
-    *recipe.add_rigs() =
-        MakeRig({.index = k,
-                 .axes = CameraAxes(yaw, pitch),
-                 .baseline_m = Draw(config.baseline_m(), keyframe.Child("baseline").Uniform()),
-                 .horizontal_fov_rad = fov,
-                 .width_px = config.width_px(),
-                 .height_px = config.height_px()});
+    const RigCamera camera = DrawRigCamera(config, rng.Uniform(), keyframe.Child("camera"));
+    v1::Rig& rig = *recipe.add_rigs();
+    rig = MakeRig({.index = k,
+                   .axes = CameraAxes(yaw, pitch),
+                   .baseline_m = Draw(config.baseline_m(), keyframe.Child("baseline").Uniform()),
+                   .k = camera.k,
+                   .width_px = config.width_px(),
+                   .height_px = config.height_px()});
+    AddRawCameras(config, keyframe.Child("camera"), &rig);
   }
 }
 

@@ -38,16 +38,15 @@ struct View {
   double water = 0;         // Share of the probes.
 };
 
-View Look(const WalkLand& land, const Vec3f& eye, const Mat3f& axes, double fov_rad,
-          double aspect) {
+View Look(const WalkLand& land, const Vec3f& eye, const Mat3f& axes, const RigCamera& camera) {
   View view;
-  const double half_x = std::tan(fov_rad / 2), half_y = half_x * aspect;
   std::vector<double> logs;
   for (int y = 0; y < kWalkProbesY; ++y) {
     for (int x = 0; x < kWalkProbesX; ++x) {
       // The outermost probes are at the picture's border.
-      const Vec3f local(static_cast<float>(half_x * (2.0 * x / (kWalkProbesX - 1) - 1)),
-                        static_cast<float>(half_y * (2.0 * y / (kWalkProbesY - 1) - 1)), 1);
+      const Vec3f local =
+          camera.DirectionAt(2.0 * x / (kWalkProbesX - 1) - 1, 2.0 * y / (kWalkProbesY - 1) - 1)
+              .cast<float>();
       const auto hit = land.solid.Intersect(eye, axes * local);
       if (!hit) continue;
       const auto depth = static_cast<double>(hit->distance);
@@ -100,7 +99,7 @@ WalkFinder::WalkFinder(const v1::SceneConfig& config, int frames)
       reach_m_(static_cast<float>(std::max(config.rigs().clearance_baseline_m(),
                                            SupportOf(config.rigs().baseline_m()).high))) {}
 
-Walk WalkFinder::Draft(const WalkLand& land, const Rng& rng, double fov_rad) const {
+Walk WalkFinder::Draft(const WalkLand& land, const Rng& rng, const RigCamera& camera) const {
   Rng shape = rng.Child("shape"), way = rng.Child("way");
   const double altitude = Draw(rigs_.altitude_m(), shape.Uniform());
   const double pitch = Draw(rigs_.pitch_deg(), shape.Uniform()) * kDegree;
@@ -131,7 +130,7 @@ Walk WalkFinder::Draft(const WalkLand& land, const Rng& rng, double fov_rad) con
     at += kKey_m * Vec2d(std::cos(heading), std::sin(heading));
   }
   Walk walk;
-  walk.fov_rad = fov_rad;
+  walk.camera = camera;
   for (int i = 0; i < frames_; ++i) {
     const double key = step * i / kKey_m;
     Walk::Frame frame;
@@ -144,12 +143,11 @@ Walk WalkFinder::Draft(const WalkLand& land, const Rng& rng, double fov_rad) con
 }
 
 bool WalkFinder::Probe(const WalkLand& land, Walk& walk, std::string& reason) const {
-  const double aspect = static_cast<double>(rigs_.height_px()) / rigs_.width_px();
   double far = 0, spread = 0, seen = 0, water = 0;
   for (size_t i = 0; i < walk.frames.size(); i += i + 2 < walk.frames.size() ? 2 : 1) {
     const Walk::Frame& frame = walk.frames[i];
     const Mat3f axes = CameraAxes(frame.yaw_rad, frame.pitch_rad).cast<float>();
-    const View view = Look(land, frame.eye.cast<float>(), axes, walk.fov_rad, aspect);
+    const View view = Look(land, frame.eye.cast<float>(), axes, walk.camera);
     if (view.sky > walks_.max_sky_share()) return reason = "sky", false;
     if (view.nearest_m < rigs_.min_distance_m()) return reason = "near", false;
     if (view.close > kWalkMaxClose) return reason = "close", false;
@@ -184,8 +182,8 @@ bool WalkFinder::Clear(const RayScene& solid, const Walk& walk) const {
   return true;
 }
 
-std::optional<Walk> WalkFinder::Try(const WalkLand& land, const Rng& rng, double fov_rad) {
-  Walk walk = Draft(land, rng, fov_rad);
+std::optional<Walk> WalkFinder::Try(const WalkLand& land, const Rng& rng, const RigCamera& camera) {
+  Walk walk = Draft(land, rng, camera);
   std::string reason;
   const auto steep = [&] {
     for (size_t i = 0; i + 1 < walk.frames.size(); ++i) {

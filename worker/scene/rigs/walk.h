@@ -11,6 +11,7 @@
 #include "parallax/v1/config.pb.h"
 #include "parallax/v1/scene.pb.h"
 #include "worker/geometry/ray_scene.h"
+#include "worker/scene/rigs/rig_camera.h"
 
 namespace parallax {
 
@@ -33,7 +34,7 @@ struct Walk {
     double yaw_rad = 0, pitch_rad = 0;
   };
   std::vector<Frame> frames;
-  double fov_rad = 1;        // Horizontal.
+  RigCamera camera;
   double far_share = 0;      // Share of frames in which nothing is nearer than 5 m, by probe rays.
   double log_depth_std = 0;  // Mean over frames.
   double water_share = 0;    // Of the probes, mean over frames.
@@ -48,7 +49,7 @@ class WalkFinder {
   WalkFinder(const v1::SceneConfig& config, int frames);
 
   // A walk from `rng`, or nothing; then the reason is counted.
-  std::optional<Walk> Try(const WalkLand& land, const Rng& rng, double fov_rad);
+  std::optional<Walk> Try(const WalkLand& land, const Rng& rng, const RigCamera& camera);
   // Whether both eyes stay `clearance` away from everything in `solid`, in and between frames.
   bool Clear(const RayScene& solid, const Walk& walk) const;
 
@@ -57,7 +58,7 @@ class WalkFinder {
   std::string Reasons() const;
 
  private:
-  Walk Draft(const WalkLand& land, const Rng& rng, double fov_rad) const;
+  Walk Draft(const WalkLand& land, const Rng& rng, const RigCamera& camera) const;
   bool Probe(const WalkLand& land, Walk& walk, std::string& reason) const;
 
   const v1::RigConfig& rigs_;

@@ -15,11 +15,11 @@ constexpr float kMargin_rad = 5 * std::numbers::pi_v<float> / 180;
 // Half of the angle that the picture spans from above; pi where it looks straight down or up.
 double HalfAngle(const v1::Rig& rig, double heading) {
   const Eigen::Matrix3d axes = RigAxes(rig);
-  const Vec2d half = HalfTangents(rig);
+  const Vec2d half = HalfTangents(rig), shift = ShiftTangents(rig);
   double widest = 0;
   for (const double x : {-1.0, 0.0, 1.0}) {
     for (const double y : {-1.0, 0.0, 1.0}) {
-      const Vec3d to = axes * Vec3d(x * half.x(), y * half.y(), 1);
+      const Vec3d to = axes * Vec3d(shift.x() + x * half.x(), shift.y() + y * half.y(), 1);
       if (to.head<2>().norm() < 0.15 * to.norm()) return std::numbers::pi;
       const double turn =
           std::remainder(std::atan2(to.y(), to.x()) - heading, 2 * std::numbers::pi);

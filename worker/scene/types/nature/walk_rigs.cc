@@ -27,8 +27,6 @@ constexpr uint32_t kWaterBody = 1;   // MakeArena.
 constexpr float kEven = 0.22f;
 constexpr uint64_t kPlaces = 40;
 
-double DegreesToRad(double degrees) { return degrees * std::numbers::pi / 180; }
-
 class WalkRigs {
  public:
   WalkRigs(const v1::SceneConfig& config, SceneInProgress& scene)
@@ -43,8 +41,8 @@ class WalkRigs {
   absl::Status Place(const CancelToken& cancel, std::string& why_not) {
     ASSIGN_OR_RETURN(const std::shared_ptr<const Terrain> terrain, TerrainOf(land_));
     const int frames = (config_.rigs().count() + walks_ - 1) / walks_;
-    const double fov =
-        DegreesToRad(Draw(config_.rigs().horizontal_fov_deg(), root_.Child("fov", 0).Uniform()));
+    const RigCamera camera =
+        DrawRigCamera(config_.rigs(), root_.Child("fov", 0).Uniform(), root_.Child("camera", 0));
     WalkFinder finder(config_, frames);
     for (int arena = 0; arena < kArenas; ++arena) {
       const Rng rng = root_.Child("arena", static_cast<uint64_t>(arena));
@@ -59,7 +57,7 @@ class WalkRigs {
       std::vector<Walk> found;
       for (int i = 0; i < kWalkTries && found.size() < kEnough * static_cast<size_t>(walks_); ++i) {
         if (cancel.cancelled()) return absl::CancelledError("solve: cancelled");
-        auto walk = finder.Try(land, rng.Child("try", static_cast<uint64_t>(i)), fov);
+        auto walk = finder.Try(land, rng.Child("try", static_cast<uint64_t>(i)), camera);
         if (walk) found.push_back(*std::move(walk));
       }
       std::stable_sort(found.begin(), found.end(),
@@ -147,10 +145,12 @@ class WalkRigs {
                    .position = frame.eye,
                    .axes = CameraAxes(frame.yaw_rad, frame.pitch_rad),
                    .baseline_m = Draw(config_.rigs().baseline_m(), baseline.Uniform()),
-                   .horizontal_fov_rad = walk.fov_rad,
+                   .k = walk.camera.k,
                    .width_px = config_.rigs().width_px(),
                    .height_px = config_.rigs().height_px()});
-      recipe_.mutable_rigs(static_cast<int>(index))->set_depth_std_m(walk.log_depth_std);
+      v1::Rig& rig = *recipe_.mutable_rigs(static_cast<int>(index));
+      rig.set_depth_std_m(walk.log_depth_std);
+      AddRawCameras(config_.rigs(), root_.Child("camera", 0), &rig);
     }
   }
 

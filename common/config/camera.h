@@ -1,0 +1,25 @@
+// Inner part of common/config: rigs.camera. Its preset or calibration file becomes numbers while a
+// study is read, so that whoever gets the resolved config needs neither.
+#pragma once
+
+#include <string>
+
+#include "common/config/checks.h"
+#include "common/config/yaml_reader.h"
+
+namespace parallax::config_internal {
+
+// As YamlReader::Merge of a scene config, which `node` is, with what rigs.camera says:
+// - A preset or calibration replaces the camera, size and baseline that `config` has; what stands
+//   beside it in `node` wins. The calibration is looked for relative to the reader's file. One that
+//   has calibration_sha256 and fx_px beside it is resolved already: nothing is read.
+// - A focal length takes the place of rigs.horizontal_fov_deg, which is cleared unless `node` has
+//   it, too (CheckCamera tells then).
+// - The size that the numbers are given for is noted.
+void MergeSceneConfig(YamlReader& reader, const YAML::Node& node, v1::SceneConfig* config,
+                      const std::string& path, Origins* origins);
+
+// What the fields of rigs.camera allow each other and the fields around them.
+void CheckCamera(const v1::SceneConfig& config, const std::string& path, Findings* findings);
+
+}  // namespace parallax::config_internal

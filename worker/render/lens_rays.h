@@ -1,0 +1,43 @@
+// Rays through a lens that distorts.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "common/math/raw_camera.h"
+
+namespace parallax {
+
+// Constant after Make; thread-safe.
+class LensRays {
+ public:
+  static std::shared_ptr<const LensRays> Make(const RawIntrinsics& camera);
+
+  // Whether a direction leads to the image point: distortion that was fitted to a real lens may end
+  // before the picture's corners.
+  bool Sees(double x, double y) const { return whole_ || Unproject(x, y).has_value(); }
+  // The unit direction, in the camera's frame, through the image point (x, y) in pixels, exactly.
+  // Where no direction leads, that of the last point on the way there from the principal point.
+  Vec3d DirectionAt(double x, double y) const;
+  // The same from directions at the corners of the pixels, linear in between: within 1e-3 px. For
+  // the samples of a picture, of which there are many.
+  Vec3f SampleAt(float x, float y) const;
+  // The image point, in pixels, of a direction in the camera's frame; nothing if the lens does not
+  // see it. The point may lie outside of the picture.
+  std::optional<Vec2d> PointOf(const Vec3d& direction) const;
+
+ private:
+  explicit LensRays(const RawIntrinsics& camera) : camera_(camera), reach_(camera.lens.Reach()) {}
+
+  std::optional<Vec3d> Unproject(double x, double y) const {
+    return camera_.lens.Unproject(
+        {(x - camera_.k.cx_px) / camera_.k.fx_px, (y - camera_.k.cy_px) / camera_.k.fy_px}, reach_);
+  }
+
+  const RawIntrinsics camera_;
+  const double reach_;
+  std::vector<Vec3f> corners_;  // Rows of width + 1.
+  bool whole_ = false;          // Every corner is seen.
+};
+
+}  // namespace parallax

@@ -1,0 +1,39 @@
+// The camera of a rig, as rigs.camera says. Private to worker/scene.
+#pragma once
+
+#include "common/base/rng.h"
+#include "common/base/status.h"
+#include "common/math/stereo.h"
+#include "parallax/v1/config.pb.h"
+#include "parallax/v1/scene.pb.h"
+
+namespace parallax {
+
+// What a camera sees, for probing: tangents. The point (x, y) of the picture, each in [-1, 1], lies
+// in the direction (shift_x + half_x * x, shift_y + half_y * y, 1).
+struct RigCamera {
+  Intrinsics k;  // For rigs.width_px x rigs.height_px.
+  double half_x = 1, half_y = 1;
+  double shift_x = 0, shift_y = 0;  // 0: the axis goes through the middle.
+
+  Vec3d DirectionAt(double x, double y) const {
+    return {shift_x + half_x * x, shift_y + half_y * y, 1};
+  }
+  // How much longer than the axis the longest of its rays is, down to the same depth.
+  double Corner() const;
+};
+
+// Draws a camera. `fov_draw` in [0, 1) draws rigs.horizontal_fov_deg, where that counts; all else
+// is drawn from children of `stream`.
+RigCamera DrawRigCamera(const v1::RigConfig& config, double fov_draw, const Rng& stream);
+
+// Gives `rig`, which has its intrinsics, its raw cameras, where the config has any; drawn from
+// children of `stream`.
+void AddRawCameras(const v1::RigConfig& config, const Rng& stream, v1::Rig* rig);
+
+// Whether every raw camera shows something at the sides of its picture (CheckRawCamera).
+// Errors: kInvalidArgument, naming the rig, the eye and the point, for a lens whose image ends
+// before.
+absl::Status CheckRawCameras(const v1::Scene& scene);
+
+}  // namespace parallax

@@ -122,10 +122,14 @@ constexpr JobKind::Invariant kInvariants[] = {
      "a.study_id"
      " WHERE s.archived = 0"},
     {"a folder is kept only while its work is wanted and not done",
-     "SELECT k.path FROM kept_folders AS k WHERE EXISTS (SELECT 1 FROM results AS r"
-     " WHERE r.work_key = k.work_key) OR NOT EXISTS (SELECT 1 FROM jobs AS j"
+     "SELECT k.path FROM kept_folders AS k WHERE k.variant_id IS NULL AND (EXISTS (SELECT 1"
+     " FROM results AS r WHERE r.work_key = k.work_key) OR NOT EXISTS (SELECT 1 FROM jobs AS j"
      " JOIN studies AS s ON s.id = j.study_id WHERE j.work_key = k.work_key"
-     " AND j.input <> x'' AND s.cancelled = 0 AND s.archived = 0)"},
+     " AND j.input <> x'' AND s.cancelled = 0 AND s.archived = 0))"},
+    {"a scene's folder is kept only while one of its jobs is open",
+     "SELECT k.path FROM kept_folders AS k WHERE k.variant_id IS NOT NULL AND NOT EXISTS ("
+     "SELECT 1 FROM scenes AS s WHERE s.variant_id = k.variant_id AND s.ordinal = k.ordinal"
+     " AND s.jobs_open > 0)"},
     {"a folder that is kept is not litter",
      "SELECT k.path FROM kept_folders AS k JOIN litter AS l ON l.path = k.path"},
     {"a study lists the results of its jobs that have files",

@@ -21,6 +21,10 @@ bool IsKindName(std::string_view name) {
 
 }  // namespace
 
+absl::StatusOr<Sha256Digest> JobKind::KeepKey(WorkDesk&, const JobFacts& job) const {
+  return job.work_key;
+}
+
 absl::StatusOr<KnownWork> JobKind::Look(WorkDesk& desk, const JobFacts& job) const {
   KnownWork known;
   ASSIGN_OR_RETURN(std::optional<StoredResult> result, desk.FindResult(job.work_key));

@@ -57,8 +57,9 @@ struct JobTraits {
   bool shares_part = false;
   // A worker that has done one job of a group does the next one faster.
   bool keeps_group_warm = false;
-  // An attempt goes on from what earlier attempts of equal work have left in their folders: those
-  // stay until the work is done or nobody wants it any more. Its jobs have an input.
+  // An attempt goes on from what earlier attempts have left in their folders. Those stay until the
+  // work is done or nobody wants it any more; jobs of scenes: until no job of the scene is open.
+  // Jobs without a scene have an input.
   bool resumes = false;
   // What a worker must have for this kind, beside what the study and the job ask for.
   int64_t needs_memory_mb = 0;
@@ -185,6 +186,8 @@ struct LeasedJob {
   JobFacts job;
   uint64_t seed = 0;  // The seed of the job's variant.
   std::shared_ptr<const v1::SceneConfig> config;
+  // Of kinds that resume: folders in the store of ended attempts with its keep key, the newest first.
+  std::vector<std::string> kept_folders = {};
 };
 // Committed results, for specs. Any thread.
 class ResultReader {
@@ -289,6 +292,9 @@ class JobKind {
 
   // ---- Hooks. The writer's thread, inside a command's transaction.
   virtual absl::StatusOr<JobKeys> Keys(WorkDesk& desk, const JobFacts& job) const = 0;
+  // Of kinds that resume: equal for jobs whose attempts may go on from each other's folders. By
+  // default: the work key.
+  virtual absl::StatusOr<Sha256Digest> KeepKey(WorkDesk& desk, const JobFacts& job) const;
   // By default: done if a result of its work key is stored.
   virtual absl::StatusOr<KnownWork> Look(WorkDesk& desk, const JobFacts& job) const;
   // Takes out of a new job what is done already. By default: nothing.

@@ -457,12 +457,25 @@ absl::Status JobStore::DeleteLitter(const std::string& path) {
   return db_.Run("DELETE FROM litter WHERE path = ?1", path);
 }
 
-absl::Status JobStore::InsertKept(const std::string& path, const Sha256Digest& work_key,
-                                  double now) {
+absl::Status JobStore::InsertKept(const std::string& path, const Sha256Digest& keep_key,
+                                  const std::optional<KeptFor>& scene, double now) {
   return db_.Run(
-      "INSERT INTO kept_folders(path, work_key, since_unix_s) VALUES (?1, ?2, ?3)"
-      " ON CONFLICT DO NOTHING",
-      path, work_key, now);
+      "INSERT INTO kept_folders(path, work_key, since_unix_s, variant_id, ordinal)"
+      " VALUES (?1, ?2, ?3, ?4, ?5) ON CONFLICT DO NOTHING",
+      path, keep_key, now, scene ? std::optional<int64_t>(scene->variant) : std::nullopt,
+      scene ? std::optional<int64_t>(scene->ordinal) : std::nullopt);
+}
+
+absl::StatusOr<std::vector<std::string>> JobStore::KeptFolders(const Sha256Digest& keep_key,
+                                                               int limit) {
+  SqliteQuery query(db_,
+                    "SELECT path FROM kept_folders WHERE work_key = ?1"
+                    " ORDER BY since_unix_s DESC, path DESC LIMIT ?2",
+                    keep_key, limit);
+  std::vector<std::string> paths;
+  while (query.Next()) paths.emplace_back(query.Text(0));
+  RETURN_IF_ERROR(query.status());
+  return paths;
 }
 
 absl::StatusOr<bool> JobStore::IsKept(const std::string& path) {
@@ -479,9 +492,24 @@ absl::Status JobStore::SweepDone(const Sha256Digest& work_key, double now) {
   return db_.Run("DELETE FROM kept_folders WHERE work_key = ?1", work_key);
 }
 
+absl::Status JobStore::SweepScene(const KeptFor& scene, double now) {
+  ASSIGN_OR_RETURN(
+      const auto any,
+      db_.Integer("SELECT 1 FROM kept_folders WHERE variant_id = ?1 AND ordinal = ?2 LIMIT 1",
+                  scene.variant, scene.ordinal));
+  if (!any) return absl::OkStatus();
+  RETURN_IF_ERROR(
+      db_.Run("INSERT INTO litter(path, since_unix_s) SELECT path, ?3 FROM kept_folders"
+              " WHERE variant_id = ?1 AND ordinal = ?2 ON CONFLICT DO NOTHING",
+              scene.variant, scene.ordinal, now));
+  return db_.Run("DELETE FROM kept_folders WHERE variant_id = ?1 AND ordinal = ?2", scene.variant,
+                 scene.ordinal);
+}
+
 absl::Status JobStore::SweepUnwanted(double now) {
 #define PARALLAX_UNWANTED                                                            \
-  "NOT EXISTS (SELECT 1 FROM jobs AS j JOIN studies AS s ON s.id = j.study_id"       \
+  "variant_id IS NULL AND"                                                           \
+  " NOT EXISTS (SELECT 1 FROM jobs AS j JOIN studies AS s ON s.id = j.study_id"      \
   " WHERE j.work_key = kept_folders.work_key AND j.input <> x'' AND s.cancelled = 0" \
   " AND s.archived = 0)"
   RETURN_IF_ERROR(

@@ -48,6 +48,12 @@ struct LossUpdate {
   std::string error;
 };
 
+// The scene whose jobs may go on from a folder.
+struct KeptFor {
+  int64_t variant = 0;
+  uint32_t ordinal = 0;
+};
+
 class JobStore {
  public:
   // Both outlive the store.
@@ -129,12 +135,17 @@ class JobStore {
   // ---- Litter and archive ---------------------------------------------------------------------
   absl::Status InsertLitter(const std::string& path, double now);
   absl::Status DeleteLitter(const std::string& path);
-  // Folders that later attempts of equal work may go on from.
-  absl::Status InsertKept(const std::string& path, const Sha256Digest& work_key, double now);
+  // Folders that later attempts may go on from; `scene` of jobs of scenes.
+  absl::Status InsertKept(const std::string& path, const Sha256Digest& keep_key,
+                          const std::optional<KeptFor>& scene, double now);
+  // The newest first.
+  absl::StatusOr<std::vector<std::string>> KeptFolders(const Sha256Digest& keep_key, int limit);
   absl::StatusOr<bool> IsKept(const std::string& path);
   // The work is done: what was kept for it is litter now.
   absl::Status SweepDone(const Sha256Digest& work_key, double now);
-  // The same of work that no study wants any more: all are cancelled or archived.
+  // No job of the scene is open: what was kept for it is litter now.
+  absl::Status SweepScene(const KeptFor& scene, double now);
+  // The same of work without scenes that no study wants any more: all are cancelled or archived.
   absl::Status SweepUnwanted(double now);
   // One that is finished since before `finished_before` and has jobs outside
   // the archive.

@@ -14,6 +14,7 @@ namespace {
 
 constexpr size_t kGroupsRemembered = 4;  // Of each worker: it keeps about so many scenes built.
 constexpr double kWorkerForgottenS = 120;
+constexpr int kMostKept = 16;  // Folders of earlier attempts that a lease tells of.
 constexpr int kCandidates = 16;  // Looked at for one lease before the next study has its turn.
 
 constexpr char kReadyOfStudy[] = "SELECT " PARALLAX_JOB_COLUMNS
@@ -329,6 +330,10 @@ absl::StatusOr<GrantedLease> Machine::Grant(JobRow job, const Taker& worker) {
                      .attempt_number = job.attempts + 1,
                      .study = study->name,
                      .variant = variant->name};
+  if (kind.traits().resumes) {
+    ASSIGN_OR_RETURN(const Sha256Digest keep_key, kind.KeepKey(*this, job));
+    ASSIGN_OR_RETURN(lease.work.kept_folders, store_.KeptFolders(keep_key, kMostKept));
+  }
   RETURN_IF_ERROR(store_.MoveToLeased(job, lease.fence, lease.worker, job.part_given));
   NoteMove(*variant, job, JobState::kLeased);
   RETURN_IF_ERROR(BlockSiblings(job, /*whole_group=*/kind.traits().shares_part && !job.part_given));

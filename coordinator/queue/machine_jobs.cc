@@ -111,7 +111,7 @@ absl::StatusOr<int64_t> Machine::AddJob(const NewJob& asked) {
   job.generation = asked.generation;
   const JobKind& kind = KindOf(job);
   const JobTraits& traits = kind.traits();
-  if (traits.resumes && job.input.empty()) {
+  if (traits.resumes && !traits.of_scene && job.input.empty()) {
     return MakeError(absl::StatusCode::kInternal, "a " + kind.name() + " job without input");
   }
   if (!asked.is_fresh) RETURN_IF_ERROR(kind.Trim(*this, job));
@@ -268,6 +268,9 @@ absl::StatusOr<SceneRow> Machine::ChangeScene(Variant& variant, uint32_t ordinal
   tally.scenes_open += (scene.jobs_open > 0) - (before.jobs_open > 0);
   if (scene.jobs_open == 0 || scene.rigs_lost != before.rigs_lost) hungry_.insert(variant.id);
   if (change.rigs_done > 0) changed_variants_.insert(variant.id);
+  if (before.jobs_open > 0 && scene.jobs_open == 0) {
+    RETURN_IF_ERROR(store_.SweepScene({variant.id, ordinal}, Now()));
+  }
   return scene;
 }
 
@@ -330,9 +333,10 @@ absl::Status Machine::CancelJob(const JobRow& job, const std::string& reason) {
   if (job.waits_open > 0) RETURN_IF_ERROR(waits_.Drop(job.id));
   without_part_.erase(job.id);
   NoteMove(*variant, job, JobState::kCancelled);
+  // Before its scene may be over, with which goes what was kept of it.
+  if (job.state == JobState::kLeased) RETURN_IF_ERROR(Litter(job));
   RETURN_IF_ERROR(EnterLoss(job, *variant, JobState::kCancelled));
   if (job.state != JobState::kLeased) return absl::OkStatus();
-  RETURN_IF_ERROR(Litter(job));
   --leased_now_;
   effects_.ended.push_back({job.id, job.fence, job.worker, /*stop=*/true, reason});
   return ReleaseFollowers(job.id);

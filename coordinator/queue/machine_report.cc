@@ -201,8 +201,11 @@ absl::Status Machine::EndAttempt(const JobRow& job, const LossUpdate& update) {
 absl::Status Machine::Litter(const JobRow& job) {
   const JobTraits& traits = KindOf(job).traits();
   if (!traits.has_output) return absl::OkStatus();
-  if (traits.resumes) return store_.InsertKept(AttemptFolder(job), job.work_key, Now());
-  return store_.InsertLitter(AttemptFolder(job), Now());
+  if (!traits.resumes) return store_.InsertLitter(AttemptFolder(job), Now());
+  std::optional<KeptFor> scene;
+  if (traits.of_scene) scene = KeptFor{job.variant, job.ordinal};
+  ASSIGN_OR_RETURN(const Sha256Digest keep_key, KindOf(job).KeepKey(*this, job));
+  return store_.InsertKept(AttemptFolder(job), keep_key, scene, Now());
 }
 
 // A worker that was away for long may have written after its folder was

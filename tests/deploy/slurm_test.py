@@ -8,6 +8,7 @@ Each scenario prints one line with its figures."""
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -119,10 +120,10 @@ def follows_demand(farm):
 
 
 def scancel(farm):
-    """The worker ends by itself before Slurm kills it, and its job is there for others at once."""
+    """The worker ends by itself before Slurm kills it; its job is there for others at once, with the pairs it has."""
     study = farm.submit("scancel", pairs=10, rigs=10, width=512)
     job = farm.pilot()
-    before = farm.wait("a job that renders", lambda: [j for j in farm.leased(study, "render") if j["fraction"] > 0.1], 120)[0]
+    before = farm.wait("a job that renders", lambda: [j for j in farm.leased(study, "render") if j["fraction"] > 0.3], 120)[0]
     start = time.monotonic()
     farm.cluster.run("scancel", job)
     farm.wait("the pilot's end", lambda: not farm.queued(job), 60)
@@ -137,6 +138,8 @@ def scancel(farm):
     farm.wait("the study's end", lambda: farm.succeeded(study), 240)
     farm.cluster.run("scancel", second)
     farm.wait("the second pilot's end", lambda: not farm.queued(second), 60)
+    kept += sum(int(n) for n in re.findall(r"pairs of earlier attempts are taken over.*?pairs=(\d+)", farm.pilot_log(second)))
+    require(kept >= 3, f"{kept} of the pairs that were finished at {before['fraction']:.0%} of the job are kept")
     return (f"gone in {gone_s:.1f} s at {before['fraction']:.0%} of a job of {len(before['rigs'])} pairs; {kept} pairs kept; "
             "another pilot finished the study")
 

@@ -215,6 +215,64 @@ TEST_F(RunTest, AKilledWorkerCostsNothingButTime) {
   ExpectComplete(out, 6);
 }
 
+// The attempt that renders has noted so many pairs as finished.
+int FinishedPairs(const std::string& out) {
+  int notes = 0;
+  std::error_code error;
+  const fs::recursive_directory_iterator end;
+  for (fs::recursive_directory_iterator it(out + "/.parallax/store", error); !error && it != end;
+       it.increment(error)) {
+    notes += it->path().parent_path().filename() == "finished" && it->path().extension() == ".pb";
+  }
+  return notes;
+}
+
+// "3 of 8": what a worker's log says of pairs that it took over; "" if it took none.
+std::string TakenOver(const std::string& out) {
+  std::string taken;
+  for (const auto& entry : fs::recursive_directory_iterator(out + "/.parallax")) {
+    if (entry.path().extension() != ".log") continue;
+    std::istringstream text(ReadText(entry.path()));
+    for (std::string line; std::getline(text, line);) {
+      const size_t at = line.find("pairs of earlier attempts are taken over");
+      if (at == std::string::npos) continue;
+      std::istringstream fields(line.substr(at));
+      std::string pairs, of;
+      for (std::string field; fields >> field;) {
+        if (field.rfind("pairs=", 0) == 0) pairs = field.substr(6);
+        if (field.rfind("of=", 0) == 0) of = field.substr(3);
+      }
+      taken = pairs + " of " + of;
+    }
+  }
+  return taken;
+}
+
+TEST_F(RunTest, AKilledWorkerCostsThePairAtHandAndNotItsJob) {
+  constexpr int kPairs = 8;
+  std::ofstream(study_) << "study: tiny\nseed: 5\npairs: 8\nrigs_per_scene: 8\nvariants:\n"
+                           "  - name: narrow\n    set:\n      floating: {count: 2}\n"
+                           "      rigs: {count: 8, width_px: 160, height_px: 96}\n"
+                           "      render: {profile: preview, samples_per_pixel: 1}\n";
+  const std::string calm = dir_ + "/calm", out = dir_ + "/out";
+  Run(calm, {"--workers", "1"});
+  EXPECT_EQ(TakenOver(calm), "");
+  const auto run = Start(out, {"--workers", "1"});
+  ASSERT_TRUE(WaitUntil(*run, [&] { return FinishedPairs(out) >= 3; })) << run->Err();
+  const std::vector<pid_t> workers = run->Children();
+  ASSERT_EQ(workers.size(), 1u);
+  kill(workers[0], SIGKILL);
+  while (IsAlive(workers[0])) usleep(1000);
+  const int finished = FinishedPairs(out);
+  ASSERT_LT(finished, kPairs) << "it was too quick";
+  EXPECT_EQ(run->Wait(), 0) << run->Err();
+  EXPECT_EQ(Json::parse(run->Out())["worker_crashes"], 1);
+  EXPECT_EQ(TakenOver(out), std::to_string(finished) + " of " + std::to_string(kPairs));
+  const auto want = Content(calm);
+  EXPECT_EQ(want.size(), kPairs * std::size(kTruth) + 1);
+  EXPECT_EQ(Content(out), want);
+}
+
 TEST_F(RunTest, AKilledRunTakesItsWorkersAlongAndGoesOnLater) {
   const std::string out = dir_ + "/out";
   std::vector<pid_t> workers;

@@ -22,14 +22,14 @@ constexpr int kSampledPoints = 4;  // Of a case, in a round that isn't full.
 // Small, but all of it is made as in any study.
 constexpr char kStudy[] = R"(study: points
 seed: 5
-pairs: 2
-rigs_per_scene: 2
+pairs: %d
+rigs_per_scene: %d
 variants:
   - name: v
     set:
       floating: {count: 1}
       furniture: {enabled: false}
-      rigs: {count: 2, width_px: 32, height_px: 18}
+      rigs: {count: %d, width_px: 32, height_px: 18}
       render: {profile: preview, denoise: "off"}
 )";
 
@@ -39,11 +39,13 @@ struct Case {
   bool real_worker;   // The program `worker`, with its own frames.
   bool stream;        // Files go through the coordinator.
   const char* under;  // Of the farm's folder: whose operations are counted.
+  bool heir = false;  // Another worker was killed before it, in the midst of the job.
 };
 constexpr Case kCases[] = {
     {"a worker that writes into the store", false, true, false, ""},
     {"a worker that sends its files", false, false, true, "/outbox"},
     {"a coordinator that takes files", true, false, true, "/store"},
+    {"a worker that goes on from another's pairs", false, true, false, "", true},
 };
 
 // What of the logged operations has not reached the disk.
@@ -58,7 +60,9 @@ class Disk {
     words >> operation >> path >> to;
     ++operations_;
     if (operation == "failed") return "";
-    if (operation == "create") {
+    if (operation == "link") {
+      entries_.try_emplace(path);  // Its bytes are those of a file that is on disk.
+    } else if (operation == "create") {
       entries_.try_emplace(path);
       dirty_.insert(path);
     } else if (operation == "write") {
@@ -180,8 +184,9 @@ class Life {
     };
     const std::vector<std::string> none;
     farm_.StartCoordinator(what_.coordinator ? shim : none);
-    const int64_t study = what_.real_worker ? farm_.SubmitFile(kStudy)
+    const int64_t study = what_.real_worker ? farm_.SubmitFile(StudyOf(pairs_))
                                             : farm_.Submit({.pairs = 2, .rigs_per_scene = 2});
+    if (what_.heir) KillInTheMidst();
     auto worker = StartWorker("first", what_.coordinator ? none : shim);
     if (what_.coordinator) {
       // All that it writes into the store lies between the worker's start and the study's end.
@@ -213,7 +218,7 @@ class Life {
     while (CountOf(worker->Err(), "connected") == 0 && SecondsSince(begin) < 30) Sleep(0.005);
     Drain(*worker, tally_);
     if (!outcome_.died) ReadLog();
-    farm_.CheckPairs(study, 2, tally_);
+    farm_.CheckPairs(study, static_cast<size_t>(pairs_), tally_);
     for (const auto& [key, frame] : farm_.Frames(study, tally_)) {
       outcome_.files[key] = frame.sha256;
       outcome_.files[key].erase("frame.json");  // Tells how long it took.
@@ -225,6 +230,30 @@ class Life {
   }
 
  private:
+  static std::string StudyOf(int pairs) {
+    char text[1024];
+    std::snprintf(text, sizeof text, kStudy, pairs, pairs, pairs);
+    return text;
+  }
+
+  // A worker that is killed once it has finished a pair.
+  void KillInTheMidst() {
+    const auto earlier = StartWorker("earlier", {});
+    const auto finished_one = [this] {
+      std::error_code error;
+      const fs::recursive_directory_iterator end;
+      for (fs::recursive_directory_iterator it(farm_.store(), error); !error && it != end;
+           it.increment(error)) {
+        if (it->path().parent_path().filename() == "finished") return true;
+      }
+      return false;
+    };
+    const auto begin = std::chrono::steady_clock::now();
+    while (!finished_one() && SecondsSince(begin) < 60) Sleep(0.001);
+    earlier->Signal(SIGKILL);
+    if (earlier->Wait() != 128 + SIGKILL) tally_.Lost(where_ + ": it was no kill that ended it");
+  }
+
   std::unique_ptr<Process> StartWorker(const std::string& name,
                                        const std::vector<std::string>& environment) {
     return farm_.StartWorker(name, 0, "", environment, 1,
@@ -277,6 +306,7 @@ class Life {
   Rng rng_;
   Tally& tally_;
   const std::string where_;
+  const int pairs_ = what_.heir ? 4 : 2;
   const TempFolder logs_{true};
   Farm farm_;
   Disk disk_;

@@ -206,6 +206,15 @@ int renameat(int from_dir, const char* from, int to_dir, const char* to) {
 }
 int rename(const char* from, const char* to) { return renameat(AT_FDCWD, from, AT_FDCWD, to); }
 
+int linkat(int from_dir, const char* from, int to_dir, const char* to, int flags) {
+  const auto make = [&] {
+    return static_cast<int>(syscall(SYS_linkat, from_dir, from, to_dir, to, flags));
+  };
+  const std::string whole = Absolute(to_dir, to);
+  return Counts(whole) ? Point("link " + whole, make) : make();
+}
+int link(const char* from, const char* to) { return linkat(AT_FDCWD, from, AT_FDCWD, to, 0); }
+
 int unlinkat(int dir, const char* path, int flags) {
   const auto remove = [&] { return static_cast<int>(syscall(SYS_unlinkat, dir, path, flags)); };
   const std::string whole = Absolute(dir, path);

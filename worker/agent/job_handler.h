@@ -52,6 +52,7 @@ struct OutputFile {
   std::string name;    // Below the attempt's folder: "003/left.png".
   int64_t size = 0;    // Bytes.
   std::string sha256;  // Lower-case hex.
+  bool sent = false;   // In the store already, although the folder is a staging folder.
 };
 
 struct JobOutcome {

@@ -49,6 +49,7 @@ absl::Status PutUntilThere(Store& store, const std::string& path, const std::str
 absl::Status UploadFiles(Store& store, const std::string& dir, const std::string& path,
                          const std::vector<OutputFile>& files, const CancelToken& cancel) {
   for (const OutputFile& file : files) {
+    if (file.sent) continue;
     RETURN_IF_ERROR(PutUntilThere(store, path + "/" + file.name, dir + "/" + file.name,
                                   {file.size, file.sha256}, cancel));
   }

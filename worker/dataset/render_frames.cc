@@ -46,20 +46,6 @@ absl::StatusOr<std::vector<const v1::Rig*>> FindRigs(const v1::RenderJob& job) {
   return rigs;
 }
 
-// The folder and its way from the store are on disk.
-absl::Status MakeAttemptFolder(const std::string& dir) {
-  std::error_code error;
-  std::filesystem::create_directories(dir, error);
-  if (error) return ErrnoError(error.value(), "make folder " + dir);
-  std::filesystem::path above = dir;
-  // In a store "<2 hex>/<64 hex>" and, for the first of these, its root.
-  for (int i = 0; i < 3 && above.has_parent_path(); ++i) {
-    above = above.parent_path();
-    RETURN_IF_ERROR(SyncPath(above));
-  }
-  return absl::OkStatus();
-}
-
 // All threads, user and system.
 double ProcessCpuSeconds() {
   rusage usage{};
@@ -68,6 +54,24 @@ double ProcessCpuSeconds() {
     return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
   };
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+// `cpu_s`: the share of this frame, as far as it is known.
+absl::StatusOr<v1::FrameResult> WriteOne(const v1::RenderJob& job, const RenderJobContext& context,
+                                         const v1::Rig& rig, const StereoFrame& frame,
+                                         double cpu_s) {
+  const std::string name = ThreeDigits(rig.index());
+  ASSIGN_OR_RETURN(v1::FrameResult result,
+                   WriteFrame({.scene = job.scene(),
+                               .rig = rig,
+                               .frame = frame,
+                               .render = job.render(),
+                               .dir = context.attempt_dir + "/" + name,
+                               .store_path = context.attempt_path + "/" + name,
+                               .cancel = context.finished ? CancelToken() : context.cancel}));
+  (*result.mutable_stage_s())["cpu"] = cpu_s;
+  if (context.finished) context.finished(result);
+  return result;
 }
 
 // Renders and writes the rigs; the renderer stays with the caller. Each frame gets an equal share
@@ -92,18 +96,12 @@ absl::Status RenderAll(const v1::RenderJob& job, const RenderJobContext& context
     absl::StatusOr<StereoFrame> frame = renderer.RenderRig(rig, context.cancel, progress);
     if (!frame.ok()) return WithContext(frame.status(), "rig " + std::to_string(rig.index()));
     RETURN_IF_ERROR(collect());
+    const double cpu_s = (ProcessCpuSeconds() - cpu_begin_s) / static_cast<double>(i + 1);
     writing =
-        std::async(std::launch::async, [&job, &context, &rig, log = CurrentLogContext(),
+        std::async(std::launch::async, [&job, &context, &rig, cpu_s, log = CurrentLogContext(),
                                         frame = std::make_shared<StereoFrame>(*std::move(frame))] {
           ScopedLogContext scope(log);
-          const std::string name = ThreeDigits(rig.index());
-          return WriteFrame({.scene = job.scene(),
-                             .rig = rig,
-                             .frame = *frame,
-                             .render = job.render(),
-                             .dir = context.attempt_dir + "/" + name,
-                             .store_path = context.attempt_path + "/" + name,
-                             .cancel = context.cancel});
+          return WriteOne(job, context, rig, *frame, cpu_s);
         });
   }
   RETURN_IF_ERROR(collect());
@@ -114,6 +112,19 @@ absl::Status RenderAll(const v1::RenderJob& job, const RenderJobContext& context
 }
 
 }  // namespace
+
+absl::Status MakeAttemptFolder(const std::string& dir) {
+  std::error_code error;
+  std::filesystem::create_directories(dir, error);
+  if (error) return ErrnoError(error.value(), "make folder " + dir);
+  std::filesystem::path above = dir;
+  // In a store "<2 hex>/<64 hex>" and, for the first of these, its root.
+  for (int i = 0; i < 3 && above.has_parent_path(); ++i) {
+    above = above.parent_path();
+    RETURN_IF_ERROR(SyncPath(above));
+  }
+  return absl::OkStatus();
+}
 
 std::unique_ptr<Renderer> RendererCache::Take(const std::string& key) {
   std::unique_ptr<Renderer> taken;

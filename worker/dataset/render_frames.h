@@ -34,6 +34,9 @@ class RendererCache {
   std::unique_ptr<Renderer> renderer_;  // Guarded by mutex_.
 };
 
+// Makes the folder of an attempt; it and its way from the store are on disk. Errors: the disk's.
+absl::Status MakeAttemptFolder(const std::string& dir);
+
 // RunRenderJob with the renderer of `factory`. While a rig is rendered the one before it is encoded
 // and written. Errors: kInvalidArgument for a rig that the scene does not have; the factory's;
 // the renderer's and WriteFrame's, naming the rig.

@@ -2,6 +2,7 @@
 // what was written.
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include "common/base/cancel.h"
@@ -17,6 +18,9 @@ struct RenderJobContext {
   std::string attempt_path;  // The same folder's path in the store: prefix of FrameResult.path.
   CancelToken cancel;
   ProgressFn progress;
+  // Told of each frame as soon as its files are on disk, one at a time, on another thread. With it,
+  // a frame that is being written when the job is cancelled is written to its end.
+  std::function<void(const v1::FrameResult&)> finished;
 };
 
 // Errors: kCancelled; kResourceExhausted (disk full, memory); kPermissionDenied; kInvalidArgument

@@ -1,13 +1,18 @@
 // Kind `render`: the recipe of a scene -> folders of stereo pairs.
+#include <algorithm>
+#include <set>
+
 #include "parallax/v1/jobs.pb.h"
 #include "worker/dataset/render_job.h"
+#include "worker/jobs/finished_frames.h"
 #include "worker/jobs/jobs.h"
 
 namespace parallax {
 namespace {
 
 absl::StatusOr<std::vector<OutputFile>> FilesOf(const v1::RenderResult& result,
-                                                const std::string& attempt_path) {
+                                                const std::string& attempt_path,
+                                                const FinishedFrames& finished) {
   std::vector<OutputFile> files;
   for (const v1::FrameResult& frame : result.frames()) {
     if (frame.path().rfind(attempt_path + "/", 0) != 0) {
@@ -16,15 +21,53 @@ absl::StatusOr<std::vector<OutputFile>> FilesOf(const v1::RenderResult& result,
     }
     const std::string folder = frame.path().substr(attempt_path.size() + 1);  // "003"
     for (const v1::FileEntry& file : frame.files()) {
-      files.push_back({folder + "/" + file.name(), file.size(), file.sha256()});
+      files.push_back({folder + "/" + file.name(), file.size(), file.sha256(),
+                       /*sent=*/finished.IsSent(frame.rig())});
     }
   }
   return files;
 }
 
+// The frames that earlier attempts have not finished, rendered, and those that they have.
+absl::StatusOr<v1::RenderResult> RenderTheRest(const v1::RenderJob& job,
+                                               const AttemptFolder& folder,
+                                               FinishedFrames& finished, const CancelToken& cancel,
+                                               const JobProgressFn& progress) {
+  ASSIGN_OR_RETURN(const std::vector<v1::FrameResult> taken, finished.TakeOver(job, cancel));
+  std::set<uint32_t> there;
+  for (const v1::FrameResult& frame : taken) there.insert(frame.rig());
+  v1::RenderJob rest = job;
+  rest.clear_rigs();
+  for (const uint32_t rig : job.rigs()) {
+    if (there.count(rig) == 0) rest.add_rigs(rig);
+  }
+  const double begin =
+      static_cast<double>(taken.size()) / static_cast<double>(std::max(1, job.rigs_size()));
+  RenderJobContext context;
+  context.attempt_dir = folder.dir;
+  context.attempt_path = folder.path;
+  context.cancel = cancel;
+  context.progress = [&progress, begin](double fraction) {
+    progress(begin + (1 - begin) * fraction, "render");
+  };
+  // A job of one pair that ends early has nothing to keep.
+  if (job.rigs_size() > 1) {
+    context.finished = [&finished](const v1::FrameResult& frame) { finished.Note(frame); };
+  }
+  v1::RenderResult result;
+  if (taken.empty() || rest.rigs_size() > 0) {
+    progress(begin, "build");
+    ASSIGN_OR_RETURN(result, RunRenderJob(rest, context));
+  }
+  for (const v1::FrameResult& frame : taken) *result.add_frames() = frame;
+  std::sort(result.mutable_frames()->begin(), result.mutable_frames()->end(),
+            [](const v1::FrameResult& a, const v1::FrameResult& b) { return a.rig() < b.rig(); });
+  return result;
+}
+
 class RenderHandler final : public JobHandler {
  public:
-  RenderHandler() : JobHandler("render", /*writes_output=*/true) {}
+  RenderHandler() : JobHandler("render", /*writes_output=*/true, /*resumes=*/true) {}
 
   absl::StatusOr<JobOutcome> Run(std::string_view spec, const AttemptFolder& folder,
                                  const CancelToken& cancel,
@@ -33,16 +76,16 @@ class RenderHandler final : public JobHandler {
     if (!job.ParseFromArray(spec.data(), static_cast<int>(spec.size()))) {
       return absl::InvalidArgumentError("a spec that is no RenderJob");
     }
-    RenderJobContext context;
-    context.attempt_dir = folder.dir;
-    context.attempt_path = folder.path;
-    context.cancel = cancel;
-    context.progress = [&progress](double fraction) { progress(fraction, "render"); };
-    progress(0, "build");
-    ASSIGN_OR_RETURN(const v1::RenderResult result, RunRenderJob(job, context));
+    FinishedFrames finished(folder);
+    const auto result = RenderTheRest(job, folder, finished, cancel, progress);
+    if (!result.ok()) {
+      finished.RemoveUnfinished();
+      return result.status();
+    }
+    finished.RemoveNotes();
     JobOutcome outcome;
-    ASSIGN_OR_RETURN(outcome.files, FilesOf(result, folder.path));
-    outcome.result = result.SerializeAsString();
+    ASSIGN_OR_RETURN(outcome.files, FilesOf(*result, folder.path, finished));
+    outcome.result = result->SerializeAsString();
     return outcome;
   }
 };

@@ -54,7 +54,8 @@ class RenderKind final : public JobKind {
                            .of_scene = true,
                            .has_output = true,
                            .can_split = true,
-                           .keeps_group_warm = true}) {}
+                           .keeps_group_warm = true,
+                           .resumes = true}) {}
 
   // ---- Messages
   absl::StatusOr<std::string> Spec(const LeasedJob& lease, ResultReader& results) const override {
@@ -63,6 +64,7 @@ class RenderKind final : public JobKind {
     spec.mutable_rigs()->Add(rigs.begin(), rigs.end());
     *spec.mutable_render() = lease.config->render();
     spec.set_picture_dir(lease.config->materials().picture_dir());
+    for (const std::string& folder : lease.kept_folders) spec.add_earlier_folders(folder);
     ASSIGN_OR_RETURN(const std::string scene_z, results.ResultBytes(lease.job.group_key));
     RETURN_IF_ERROR(UnpackMessage(scene_z, *spec.mutable_scene()));
     return spec.SerializeAsString();
@@ -116,6 +118,13 @@ class RenderKind final : public JobKind {
     ASSIGN_OR_RETURN(const VariantFacts variant, desk.VariantOf(job.variant));
     ASSIGN_OR_RETURN(const Sha256Digest scene_hash, SceneHashOf(desk, job));
     return JobKeys{RenderKey(desk.versions(), *variant.digests, scene_hash, job.rigs), scene_hash};
+  }
+
+  // A frame fits every job of its scene that has its rig, however the rigs were divided then.
+  absl::StatusOr<Sha256Digest> KeepKey(WorkDesk& desk, const JobFacts& job) const override {
+    ASSIGN_OR_RETURN(const VariantFacts variant, desk.VariantOf(job.variant));
+    ASSIGN_OR_RETURN(const Sha256Digest scene_hash, SceneHashOf(desk, job));
+    return RenderKey(desk.versions(), *variant.digests, scene_hash, "");
   }
 
   absl::StatusOr<KnownWork> Look(WorkDesk& desk, const JobFacts& job) const override {
@@ -210,7 +219,8 @@ class RenderKind final : public JobKind {
     SqliteQuery frames(db,
                        "SELECT r.work_key, r.bytes, r.fence, j.work_key FROM results AS r"
                        " LEFT JOIN all_jobs AS j ON j.id = r.job_id WHERE r.stage = 'frame'");
-    ASSIGN_OR_RETURN(const auto litter, db.Integer("SELECT count(*) FROM litter"));
+    ASSIGN_OR_RETURN(const auto litter,
+                     db.Integer("SELECT (SELECT count(*) FROM litter) + count(*) FROM kept_folders"));
     while (frames.Next()) {
       v1::FrameResult frame;
       const std::string folder = StorePrefixOf(frames.Digest(3)) + "/.attempt-" +
@@ -222,7 +232,9 @@ class RenderKind final : public JobKind {
       if (litter.value_or(0) == 0) continue;
       for (const std::string& path : {frame.path(), folder.substr(0, folder.size() - 1)}) {
         ASSIGN_OR_RETURN(const auto found,
-                         db.Integer("SELECT 1 FROM litter WHERE path = ?1", path));
+                         db.Integer("SELECT 1 FROM litter WHERE path = ?1"
+                                    " UNION ALL SELECT 1 FROM kept_folders WHERE path = ?1",
+                                    path));
         if (found) violations.push_back("a published frame is not litter: not " + path);
       }
     }

@@ -164,16 +164,18 @@ class Litter : public QueueTest {
   }
 };
 
-TEST_F(Litter, IsTheFolderOfEveryAttemptThatDidNotWin) {
+TEST_F(Litter, IsTheFolderOfEveryAttemptThatDidNotWinOnceItsSceneIsOver) {
   const StudyId study = Submit({.pairs = 6, .rigs_per_scene = 2});
   const v1::Lease failed = RenderOf("a");
   Fail(Failure(failed, "a", "boom"));
   const v1::Lease lost = LeaseOne(Renderer("b"));
   ASSERT_TRUE(queue_->WorkerLost("b").ok());
+  EXPECT_THAT(List(), IsEmpty()) << "the next attempts may go on from them";
   const v1::Lease won = LeaseOne(Renderer("c"));
+  ASSERT_EQ(won.scene(), lost.scene());
   Complete(RenderAnswer(won, "c"));
+  EXPECT_THAT(List(), ElementsAre(FolderOf(lost)));
   const v1::Lease cancelled = LeaseOne(Renderer("d"));
-  EXPECT_THAT(List(), UnorderedElementsAre(FolderOf(failed), FolderOf(lost)));
   ASSERT_TRUE(queue_->Cancel(study, "", "tester").ok());
   EXPECT_THAT(List(), UnorderedElementsAre(FolderOf(failed), FolderOf(lost), FolderOf(cancelled)));
 }
@@ -181,7 +183,7 @@ TEST_F(Litter, IsTheFolderOfEveryAttemptThatDidNotWin) {
 TEST_F(Litter, IsToldOfOnlyWhenItIsOldEnoughAndUntilItIsForgotten) {
   Submit({.pairs = 2, .rigs_per_scene = 2});
   const v1::Lease failed = RenderOf("a");
-  Fail(Failure(failed, "a", "boom"));
+  Fail(Failure(failed, "a", "boom", /*retryable=*/false));
   EXPECT_THAT(List(100), IsEmpty());
   clock_.Advance(101);
   EXPECT_THAT(List(100), ElementsAre(FolderOf(failed)));
@@ -193,6 +195,8 @@ TEST_F(Litter, ComesBackWhenAZombieReportsLate) {
   Submit({.pairs = 2, .rigs_per_scene = 2});
   const v1::Lease late = RenderOf("zombie");
   ASSERT_TRUE(queue_->WorkerLost("zombie").ok());
+  Complete(RenderAnswer(LeaseOne(Renderer("heir")), "heir"));
+  EXPECT_THAT(List(), ElementsAre(FolderOf(late)));
   ASSERT_TRUE(queue_->ForgetLitter(List()).ok());
   EXPECT_EQ(Complete(RenderAnswer(late, "zombie")), v1::REPORT_OUTCOME_STALE_FENCE);
   EXPECT_THAT(List(), ElementsAre(FolderOf(late)));
@@ -204,6 +208,7 @@ TEST_F(Litter, OfAStrangersReportIsNotBelieved) {
   Complete(RenderAnswer(won, "a"));
   const v1::Lease lost = LeaseOne(Renderer("b"));
   ASSERT_TRUE(queue_->WorkerLost("b").ok());
+  Complete(RenderAnswer(LeaseOne(Renderer("c")), "c"));
   ASSERT_TRUE(queue_->ForgetLitter(List()).ok());
   // A late report that names the winner's files.
   v1::CompleteRequest report = RenderAnswer(won, "b");

@@ -1,0 +1,172 @@
+#include "worker/jobs/finished_frames.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+
+#include "common/base/file.h"
+#include "common/base/hash.h"
+#include "common/base/log.h"
+#include "common/config/frame_files.h"
+#include "common/store/store.h"
+#include "worker/dataset/render_frames.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kNotes[] = "finished";
+constexpr size_t kDownloadPiece = 4 << 20;
+
+std::string RigFolder(uint32_t rig) {
+  char name[16];
+  std::snprintf(name, sizeof name, "%03u", rig);
+  return name;
+}
+
+std::string NoteOf(uint32_t rig) { return std::string(kNotes) + "/" + RigFolder(rig) + ".pb"; }
+
+absl::Status MakeFrameDir(const std::string& dir) {
+  std::error_code error;
+  fs::create_directories(dir, error);
+  return error ? ErrnoError(error.value(), "make " + dir) : absl::OkStatus();
+}
+
+std::vector<std::string> FileNamesOf(const v1::FrameResult& frame) {
+  std::vector<std::string> names;
+  for (const v1::FileEntry& file : frame.files()) names.push_back(file.name());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+// Of a store that is no folder of this machine.
+absl::Status DownloadFile(const Store& store, const std::string& from, int64_t size,
+                          const std::string& to) {
+  std::string bytes;
+  while (static_cast<int64_t>(bytes.size()) < size) {
+    ASSIGN_OR_RETURN(const std::string piece,
+                     store.GetPiece(from, static_cast<int64_t>(bytes.size()), kDownloadPiece));
+    if (piece.empty()) break;
+    bytes += piece;
+  }
+  return WriteFileAtomically(to, bytes);
+}
+
+// A second name of the file, else a copy, durable but for its entry in the folder.
+absl::Status LinkOrCopy(const std::string& from, const std::string& to) {
+  if (::link(from.c_str(), to.c_str()) == 0) return absl::OkStatus();
+  std::error_code error;
+  fs::copy_file(from, to, fs::copy_options::overwrite_existing, error);
+  if (error) return ErrnoError(error.value(), "copy " + from);
+  return SyncPath(to);
+}
+
+absl::Status BringFile(const Store& store, const std::string& from, const v1::FileEntry& file,
+                       const std::string& to) {
+  const absl::StatusOr<std::string> local = store.LocalPath(from);
+  RETURN_IF_ERROR(local.ok() ? LinkOrCopy(*local, to) : DownloadFile(store, from, file.size(), to));
+  ASSIGN_OR_RETURN(const std::string hash, Sha256HexOfFile(to));
+  if (hash == file.sha256()) return absl::OkStatus();
+  return MakeError(absl::StatusCode::kDataLoss, from + " is not what its note says");
+}
+
+}  // namespace
+
+absl::Status FinishedFrames::SendAndNote(const v1::FrameResult& frame) {
+  const std::string name = RigFolder(frame.rig());
+  if (folder_.send_to != nullptr) {
+    for (const v1::FileEntry& file : frame.files()) {
+      const std::string path = name + "/" + file.name();
+      RETURN_IF_ERROR(folder_.send_to->PutFile(folder_.path + "/" + path, folder_.dir + "/" + path,
+                                               {file.size(), file.sha256()}, /*may_move=*/false));
+    }
+    sent_.insert(frame.rig());
+    return folder_.send_to->Put(folder_.path + "/" + NoteOf(frame.rig()),
+                                frame.SerializeAsString());
+  }
+  RETURN_IF_ERROR(MakeFrameDir(folder_.dir + "/" + kNotes));
+  RETURN_IF_ERROR(SyncPath(folder_.dir));  // A note on disk tells of a frame on disk.
+  return WriteFileAtomically(folder_.dir + "/" + NoteOf(frame.rig()), frame.SerializeAsString());
+}
+
+void FinishedFrames::Note(const v1::FrameResult& frame) {
+  const absl::Status status = SendAndNote(frame);
+  if (status.ok()) {
+    noted_.insert(frame.rig());
+  } else {
+    LogWarning("a finished pair is not kept for later attempts",
+               {{"rig", frame.rig()}, {"error", status}});
+  }
+}
+
+absl::StatusOr<v1::FrameResult> FinishedFrames::TakeOverFrom(
+    const std::string& earlier, uint32_t rig, const std::vector<std::string>& wanted) {
+  ASSIGN_OR_RETURN(const std::string note, folder_.store->Get(earlier + "/" + NoteOf(rig)));
+  v1::FrameResult frame;
+  if (!frame.ParseFromString(note) || frame.rig() != rig || FileNamesOf(frame) != wanted) {
+    return MakeError(absl::StatusCode::kDataLoss, "the note on rig " + std::to_string(rig) +
+                                                      " in " + earlier + " is none of this job's");
+  }
+  const std::string dir = folder_.dir + "/" + RigFolder(rig);
+  std::error_code ignored;
+  fs::remove_all(dir, ignored);
+  RETURN_IF_ERROR(MakeFrameDir(dir));
+  for (const v1::FileEntry& file : frame.files()) {
+    RETURN_IF_ERROR(BringFile(*folder_.store, earlier + "/" + RigFolder(rig) + "/" + file.name(),
+                              file, dir + "/" + file.name()));
+  }
+  RETURN_IF_ERROR(SyncPath(dir));
+  RETURN_IF_ERROR(SyncPath(folder_.dir));
+  frame.set_path(folder_.path + "/" + RigFolder(rig));
+  return frame;
+}
+
+absl::StatusOr<std::vector<v1::FrameResult>> FinishedFrames::TakeOver(const v1::RenderJob& job,
+                                                                      const CancelToken& cancel) {
+  std::vector<v1::FrameResult> taken;
+  if (job.earlier_folders().empty() || folder_.store == nullptr) return taken;
+  RETURN_IF_ERROR(MakeAttemptFolder(folder_.dir));
+  const std::vector<std::string> wanted = FrameFileNames(job.render());
+  for (const uint32_t rig : job.rigs()) {
+    for (const std::string& earlier : job.earlier_folders()) {
+      if (cancel.cancelled()) return absl::CancelledError("while pairs were taken over");
+      absl::StatusOr<v1::FrameResult> frame = TakeOverFrom(earlier, rig, wanted);
+      if (frame.ok()) {
+        Note(*frame);
+        taken.push_back(*std::move(frame));
+        break;
+      }
+      if (absl::IsNotFound(frame.status())) continue;
+      LogWarning("a finished pair can't be taken over", {{"rig", rig}, {"error", frame.status()}});
+    }
+  }
+  LogInfo("pairs of earlier attempts are taken over",
+          {{"pairs", taken.size()}, {"of", job.rigs_size()}});
+  return taken;
+}
+
+void FinishedFrames::RemoveNotes() {
+  if (noted_.empty()) return;
+  std::error_code ignored;
+  if (folder_.send_to == nullptr) {
+    fs::remove_all(folder_.dir + "/" + kNotes, ignored);
+  } else {
+    folder_.send_to->RemoveTree(folder_.path + "/" + kNotes).IgnoreError();
+  }
+}
+
+void FinishedFrames::RemoveUnfinished() {
+  std::set<std::string> stay = {kNotes};
+  for (const uint32_t rig : noted_) stay.insert(RigFolder(rig));
+  std::error_code ignored;
+  std::vector<fs::path> go;
+  for (const auto& entry : fs::directory_iterator(folder_.dir, ignored)) {
+    if (stay.count(entry.path().filename()) == 0) go.push_back(entry.path());
+  }
+  for (const fs::path& path : go) fs::remove_all(path, ignored);
+}
+
+}  // namespace parallax

@@ -1,0 +1,55 @@
+// Frames that an attempt at a render job has finished, noted where the next attempt finds them: a
+// killed worker costs the pair at hand and not all of its job.
+//
+//   <attempt's folder>/003/...           the frame, whole and durable
+//                      finished/003.pb   its FrameResult, written after that
+//
+// Not thread-safe.
+#pragma once
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include "common/base/cancel.h"
+#include "common/base/status.h"
+#include "parallax/v1/jobs.pb.h"
+#include "worker/agent/job_handler.h"
+
+namespace parallax {
+
+class FinishedFrames {
+ public:
+  // `folder` outlives it.
+  explicit FinishedFrames(const AttemptFolder& folder) : folder_(folder) {}
+
+  // Notes a frame whose files are on disk below the attempt's folder; a frame in a staging folder
+  // is sent to the store first. Best effort: a frame that can't be noted is only lost to others.
+  void Note(const v1::FrameResult& frame);
+
+  // Puts the frames of `job` that its earlier attempts have noted into this attempt's folder, as
+  // links where that can be, and notes them. Each is there with the files that the job asks for and
+  // their hashes, or is not taken over at all. Returns them by rig, as of this attempt. Errors:
+  // kCancelled; making the folder.
+  absl::StatusOr<std::vector<v1::FrameResult>> TakeOver(const v1::RenderJob& job,
+                                                        const CancelToken& cancel);
+
+  // Whether the frame is in the store already, although the folder is a staging folder.
+  bool IsSent(uint32_t rig) const { return sent_.count(rig) > 0; }
+
+  // The job is done, so that nobody goes on from here: removes the notes. Best effort.
+  void RemoveNotes();
+  // The attempt ends without result: removes what it has begun here and not noted. Best effort.
+  void RemoveUnfinished();
+
+ private:
+  absl::Status SendAndNote(const v1::FrameResult& frame);
+  absl::StatusOr<v1::FrameResult> TakeOverFrom(const std::string& earlier, uint32_t rig,
+                                               const std::vector<std::string>& wanted);
+
+  const AttemptFolder& folder_;
+  std::set<uint32_t> noted_;
+  std::set<uint32_t> sent_;
+};
+
+}  // namespace parallax

@@ -1,5 +1,6 @@
 #include "common/base/log.h"
 
+#include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
@@ -8,12 +9,37 @@
 #include <atomic>
 #include <charconv>
 #include <cmath>
+#include <deque>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <utility>
 
+#include "common/base/log_capture.h"
 #include "common/base/names.h"
 
 namespace parallax {
+
+class LogCapture::Lines {
+ public:
+  void Add(std::string line) {
+    constexpr size_t kMostLines = 200;
+    const std::lock_guard lock(mu_);
+    lines_.push_back(std::move(line));
+    if (lines_.size() > kMostLines) lines_.pop_front();
+  }
+  std::string Text() const {
+    const std::lock_guard lock(mu_);
+    std::string text;
+    for (const std::string& line : lines_) text += line + "\n";
+    return text;
+  }
+
+ private:
+  mutable std::mutex mu_;
+  std::deque<std::string> lines_;  // Guarded by mu_.
+};
+
 namespace {
 
 struct Logger {
@@ -21,6 +47,8 @@ struct Logger {
   std::string program;
   std::shared_ptr<spdlog::logger> out;
 };
+
+constexpr char kTextPattern[] = "%Y-%m-%dT%H:%M:%S.%eZ %L %v";
 
 spdlog::sink_ptr MakeSink(const std::string& file) {
   if (!file.empty()) {
@@ -42,10 +70,28 @@ std::shared_ptr<const Logger> MakeLogger(const LogOptions& options) {
                                                    spdlog::level::warn, spdlog::level::err};
   logger->out->set_level(kLevels[static_cast<int>(options.level)]);
   logger->out->flush_on(spdlog::level::debug);
-  logger->out->set_pattern(options.json ? "{\"time\":\"%Y-%m-%dT%H:%M:%S.%eZ\",\"level\":\"%l\",%v}"
-                                        : "%Y-%m-%dT%H:%M:%S.%eZ %L %v",
-                           spdlog::pattern_time_type::utc);
+  logger->out->set_pattern(
+      options.json ? "{\"time\":\"%Y-%m-%dT%H:%M:%S.%eZ\",\"level\":\"%l\",%v}" : kTextPattern,
+      spdlog::pattern_time_type::utc);
   return logger;
+}
+
+// Captures by attempt.
+struct Captures {
+  std::mutex mu;
+  std::map<uint64_t, std::shared_ptr<LogCapture::Lines>> by_fence;  // Guarded by mu.
+};
+Captures& TheCaptures() {
+  static auto* captures = new Captures;  // As CurrentLogger.
+  return *captures;
+}
+
+std::shared_ptr<LogCapture::Lines> CaptureOf(const LogContext& context) {
+  if (!context.attempt) return nullptr;
+  Captures& captures = TheCaptures();
+  const std::lock_guard lock(captures.mu);
+  const auto found = captures.by_fence.find(*context.attempt);
+  return found == captures.by_fence.end() ? nullptr : found->second;
 }
 
 std::atomic<std::shared_ptr<const Logger>>& CurrentLogger() {
@@ -130,7 +176,38 @@ void AppendContext(std::string& line, bool json, const LogContext& context) {
   if (!context.worker.empty()) AppendField(line, json, {"worker", context.worker});
 }
 
+std::string TextOf(std::string_view message) {
+  std::string text(message);
+  std::replace(text.begin(), text.end(), '\n', ' ');  // One record, one line.
+  return Printable(text);
+}
+
+void Capture(LogCapture::Lines& lines, spdlog::level::level_enum level, std::string_view message,
+             std::initializer_list<LogField> fields) {
+  std::string text = TextOf(message);
+  for (const LogField& field : fields) AppendField(text, /*json=*/false, field);
+  spdlog::pattern_formatter formatter(kTextPattern, spdlog::pattern_time_type::utc, "");
+  spdlog::memory_buf_t line;
+  formatter.format(
+      spdlog::details::log_msg("", level, spdlog::string_view_t(text.data(), text.size())), line);
+  lines.Add(std::string(line.data(), line.size()));
+}
+
 }  // namespace
+
+LogCapture::LogCapture(uint64_t fence) : fence_(fence), lines_(std::make_shared<Lines>()) {
+  Captures& captures = TheCaptures();
+  const std::lock_guard lock(captures.mu);
+  captures.by_fence[fence_] = lines_;
+}
+
+LogCapture::~LogCapture() {
+  Captures& captures = TheCaptures();
+  const std::lock_guard lock(captures.mu);
+  captures.by_fence.erase(fence_);
+}
+
+std::string LogCapture::Text() const { return lines_->Text(); }
 
 LogField::LogField(std::string_view key, double value) : key_(key), quoted_(false) {
   if (!std::isfinite(value)) {  // JSON has no such number.
@@ -160,6 +237,9 @@ void Log(LogLevel level, std::string_view message, std::initializer_list<LogFiel
   constexpr spdlog::level::level_enum kLevels[] = {spdlog::level::debug, spdlog::level::info,
                                                    spdlog::level::warn, spdlog::level::err};
   const spdlog::level::level_enum spdlog_level = kLevels[static_cast<int>(level)];
+  const std::shared_ptr<LogCapture::Lines> capture =
+      level == LogLevel::kDebug ? nullptr : CaptureOf(ThreadContext());
+  if (capture != nullptr) Capture(*capture, spdlog_level, message, fields);
   if (!logger->out->should_log(spdlog_level)) return;
 
   std::string line;
@@ -171,9 +251,7 @@ void Log(LogLevel level, std::string_view message, std::initializer_list<LogFiel
     line += '"';
   } else {
     if (!logger->program.empty()) line += logger->program + ": ";
-    std::string text(message);
-    std::replace(text.begin(), text.end(), '\n', ' ');  // One record, one line.
-    line += Printable(text);
+    line += TextOf(message);
   }
   AppendContext(line, logger->json, ThreadContext());
   for (const LogField& field : fields) AppendField(line, logger->json, field);

@@ -122,6 +122,7 @@ void RegisterAll(Registry& registry) {
   RegisterWatch(registry);
   RegisterStatus(registry);
   RegisterJobs(registry);
+  RegisterLogs(registry);
   RegisterWorkers(registry);
   RegisterFarm(registry);
   RegisterSteer(registry);

@@ -160,6 +160,24 @@ absl::StatusOr<v1::RetryReply> Connection::Retry(int64_t study_id) {
                                                 MakeStudyRequest(study_id, ""));
 }
 
+absl::StatusOr<v1::ForgetReply> Connection::Forget(int64_t study_id, const std::string& reason) {
+  return Call<v1::StudyRequest, v1::ForgetReply>(&v1::Coordinator::Stub::Forget,
+                                                 MakeStudyRequest(study_id, reason));
+}
+
+absl::StatusOr<v1::ListAttemptsReply> Connection::ListAttempts(int64_t job_id) {
+  v1::ListAttemptsRequest request;
+  request.set_job_id(job_id);
+  return Call<v1::ListAttemptsRequest, v1::ListAttemptsReply>(&v1::Coordinator::Stub::ListAttempts,
+                                                              request);
+}
+
+absl::StatusOr<v1::DrainWorkersReply> Connection::DrainWorkers(
+    const v1::DrainWorkersRequest& request) {
+  return Call<v1::DrainWorkersRequest, v1::DrainWorkersReply>(&v1::Coordinator::Stub::DrainWorkers,
+                                                              request);
+}
+
 absl::StatusOr<v1::ListJobsReply> Connection::ListJobs(const v1::ListJobsRequest& request) {
   return Call<v1::ListJobsRequest, v1::ListJobsReply>(&v1::Coordinator::Stub::ListJobs, request);
 }

@@ -12,6 +12,10 @@ constexpr size_t kShownOfAKind = 10;
 #define OF_SCENE "(SELECT name FROM job_kinds WHERE of_scene = 1)"
 #define SHARES "(SELECT name FROM job_kinds WHERE shares_part = 1)"
 #define WITH_PART "j.part_given = 1 AND j.reused = 0 AND j.state IN ('SUCCEEDED', 'REJECTED')"
+// Variants of forgotten studies, whose rows go bit by bit.
+#define GOING                                                              \
+  "(SELECT v.id FROM variants AS v JOIN studies AS s ON s.id = v.study_id" \
+  " WHERE s.forgotten > 0)"
 #define LOST_OTHER "j.kind NOT IN " OF_SCENE " AND j.state IN " LOST
 
 constexpr JobKind::Invariant kInvariants[] = {
@@ -83,7 +87,8 @@ constexpr JobKind::Invariant kInvariants[] = {
      " WHERE state <> 'MET')"},
     // ---- Expansion
     {"a scene's pairs are done, lost or asked for",
-     "SELECT s.variant_id || '/' || s.ordinal FROM scenes AS s WHERE s.rigs - s.rigs_lost"
+     "SELECT s.variant_id || '/' || s.ordinal FROM scenes AS s WHERE s.variant_id NOT IN " GOING
+     " AND s.rigs - s.rigs_lost"
      " <> s.rigs_done + (SELECT coalesce(sum(CASE j.rig_count WHEN 0 THEN s.rigs"
      " ELSE j.rig_count END), 0) FROM jobs AS j WHERE j.variant_id = s.variant_id"
      " AND j.ordinal = s.ordinal AND j.kind IN " OF_SCENE " AND j.state NOT IN " TERMINAL ")"},
@@ -92,19 +97,23 @@ constexpr JobKind::Invariant kInvariants[] = {
      " (SELECT count(*) FROM jobs AS j WHERE j.variant_id = s.variant_id"
      " AND j.ordinal = s.ordinal AND j.kind IN " OF_SCENE " AND j.state NOT IN " TERMINAL ")"},
     {"a scene counts its frames",
-     "SELECT s.variant_id || '/' || s.ordinal FROM scenes AS s WHERE s.rigs_done <>"
-     " (SELECT count(*) FROM frames AS f WHERE f.variant_id = s.variant_id"
+     "SELECT s.variant_id || '/' || s.ordinal FROM scenes AS s WHERE s.variant_id NOT IN " GOING
+     " AND s.rigs_done <> (SELECT count(*) FROM frames AS f WHERE f.variant_id = s.variant_id"
      " AND f.ordinal = s.ordinal)"},
     {"a variant's scenes are its ordinals without gaps",
-     "SELECT v.id FROM variants AS v WHERE v.next_ordinal <> (SELECT count(*) FROM scenes AS s"
-     " WHERE s.variant_id = v.id) OR v.next_ordinal <> (SELECT coalesce(max(ordinal) + 1, 0)"
-     " FROM scenes AS s WHERE s.variant_id = v.id)"},
+     "SELECT v.id FROM variants AS v WHERE v.id NOT IN " GOING
+     " AND (v.next_ordinal <> (SELECT count(*) FROM scenes AS s WHERE s.variant_id = v.id)"
+     " OR v.next_ordinal <> (SELECT coalesce(max(ordinal) + 1, 0) FROM scenes AS s"
+     " WHERE s.variant_id = v.id))"},
     {"a frame belongs to a scene and its job",
      "SELECT cursor FROM frames AS f WHERE NOT EXISTS (SELECT 1 FROM scenes AS s"
      " WHERE s.variant_id = f.variant_id AND s.ordinal = f.ordinal AND f.rig < s.rigs)"},
     {"a published result was published by a job that ended with it",
      "SELECT hex(r.work_key) FROM results AS r LEFT JOIN jobs AS j ON j.id = r.job_id"
      " LEFT JOIN archived_jobs AS a ON a.id = r.job_id WHERE r.job_id IS NOT NULL"
+     // Another study may use it after its maker's was forgotten.
+     " AND (j.id IS NOT NULL OR a.id IS NOT NULL"
+     " OR NOT EXISTS (SELECT 1 FROM studies WHERE forgotten > 0))"
      " AND (coalesce(j.state, a.state, '') NOT IN ('SUCCEEDED', 'REJECTED')"
      " OR coalesce(j.fence, a.fence) IS NOT r.fence)"},
     {"a frame's result is one",
@@ -135,7 +144,7 @@ constexpr JobKind::Invariant kInvariants[] = {
     {"a study lists the results of its jobs that have files",
      "SELECT j.id FROM all_jobs AS j JOIN job_kinds AS k ON k.name = j.kind"
      " LEFT JOIN study_results AS r ON r.job_id = j.id WHERE k.of_scene = 0 AND k.has_output = 1"
-     " AND ((j.state = 'SUCCEEDED') <> (r.job_id IS NOT NULL)"
+     " AND j.variant_id NOT IN " GOING " AND ((j.state = 'SUCCEEDED') <> (r.job_id IS NOT NULL)"
      " OR r.work_key <> j.work_key OR r.study_id <> j.study_id)"},
     {"a cancelled study has nothing unfinished",
      "SELECT j.id FROM jobs AS j JOIN studies AS s ON s.id = j.study_id"
@@ -153,30 +162,40 @@ constexpr JobKind::Invariant kInvariants[] = {
      "-count(*) FROM jobs"
      " GROUP BY variant_id, kind, state UNION ALL SELECT variant_id, kind, "
      "state, -count(*)"
-     " FROM archived_jobs GROUP BY variant_id, kind, state) GROUP BY "
+     " FROM archived_jobs GROUP BY variant_id, kind, state) WHERE variant_id NOT IN " GOING
+     " GROUP BY "
      "variant_id, kind, state HAVING sum(n) <> 0"},
-    {"pairs planned are right",
-     "SELECT id FROM variants AS v WHERE pairs_planned <> (SELECT coalesce(sum(rigs - "
-     "rigs_lost), 0)"
-     " FROM scenes AS s WHERE s.variant_id = v.id)"},
-    {"pairs done are right",
-     "SELECT id FROM variants AS v WHERE pairs_done <> (SELECT count(*) FROM frames AS f"
-     " WHERE f.variant_id = v.id)"},
-    {"open scenes are counted right",
-     "SELECT id FROM variants AS v WHERE scenes_open <> (SELECT count(*) FROM scenes AS s"
-     " WHERE s.variant_id = v.id AND s.jobs_open > 0)"},
+    {"pairs planned are right", "SELECT id FROM variants AS v WHERE v.id NOT IN " GOING
+                                " AND pairs_planned <> (SELECT coalesce(sum(rigs - "
+                                "rigs_lost), 0)"
+                                " FROM scenes AS s WHERE s.variant_id = v.id)"},
+    {"pairs done are right", "SELECT id FROM variants AS v WHERE v.id NOT IN " GOING
+                             " AND pairs_done <> (SELECT count(*) FROM frames AS f"
+                             " WHERE f.variant_id = v.id)"},
+    {"open scenes are counted right", "SELECT id FROM variants AS v WHERE v.id NOT IN " GOING
+                                      " AND scenes_open <> (SELECT count(*) FROM scenes AS s"
+                                      " WHERE s.variant_id = v.id AND s.jobs_open > 0)"},
     {"reuse is counted right",
-     "SELECT id FROM variants AS v WHERE frames_reused <> (SELECT count(*) FROM frames AS f"
+     "SELECT id FROM variants AS v WHERE v.id NOT IN " GOING
+     " AND (frames_reused <> (SELECT count(*) FROM frames AS f"
      " WHERE f.variant_id = v.id AND f.reused = 1) OR layouts_reused <>"
      " (SELECT count(*) FROM jobs AS j WHERE j.variant_id = v.id AND " WITH_PART ")"
-     " + (SELECT count(*) FROM archived_jobs AS j WHERE j.variant_id = v.id AND " WITH_PART ")"},
+     " + (SELECT count(*) FROM archived_jobs AS j WHERE j.variant_id = v.id AND " WITH_PART "))"},
+    // ---- Forgotten studies
+    {"only finished studies are forgotten",
+     "SELECT id FROM studies WHERE forgotten > 0 AND (finished_unix_s IS NULL OR archived = 0)"},
+    {"nothing is left of a forgotten study that is gone",
+     "SELECT s.id FROM studies AS s JOIN variants AS v ON v.study_id = s.id"
+     " WHERE s.forgotten = 2"},
     {"rejections are counted right",
-     "SELECT id FROM variants AS v WHERE scenes_rejected <> (SELECT count(*) FROM jobs AS j"
+     "SELECT id FROM variants AS v WHERE v.id NOT IN " GOING
+     " AND scenes_rejected <> (SELECT count(*) FROM jobs AS j"
      " WHERE j.variant_id = v.id AND j.state = 'REJECTED' AND j.kind IN " OF_SCENE ")"
      " + (SELECT count(*) FROM archived_jobs AS j WHERE j.variant_id = v.id"
      " AND j.state = 'REJECTED' AND j.kind IN " OF_SCENE ")"},
     {"lost jobs outside of scenes are counted right",
-     "SELECT id FROM variants AS v WHERE others_lost <> (SELECT count(*) FROM jobs AS j"
+     "SELECT id FROM variants AS v WHERE v.id NOT IN " GOING
+     " AND others_lost <> (SELECT count(*) FROM jobs AS j"
      " WHERE j.variant_id = v.id AND " LOST_OTHER " AND NOT EXISTS (SELECT 1 FROM jobs AS n"
      " WHERE n.variant_id = j.variant_id AND n.ordinal = j.ordinal AND n.kind = j.kind"
      " AND n.generation > j.generation)) + (SELECT count(*) FROM archived_jobs AS j"
@@ -215,7 +234,8 @@ absl::Status CheckFile(SqliteConnection& db, Violations& out) {
 absl::Status CheckRigs(SqliteConnection& db, Violations& out) {
   SqliteQuery jobs(db,
                    "SELECT id, variant_id, ordinal, rigs, rig_count FROM all_jobs"
-                   " WHERE rig_count > 0 AND state = 'SUCCEEDED'");
+                   " WHERE rig_count > 0 AND state = 'SUCCEEDED'"
+                   " AND variant_id NOT IN " GOING);
   while (jobs.Next()) {
     const auto rigs = ParseRigs(jobs.Text(3));
     bool all = rigs.ok() && static_cast<int64_t>(rigs->size()) == jobs.Int(4);

@@ -186,7 +186,8 @@ struct LeasedJob {
   JobFacts job;
   uint64_t seed = 0;  // The seed of the job's variant.
   std::shared_ptr<const v1::SceneConfig> config;
-  // Of kinds that resume: folders in the store of ended attempts with its keep key, the newest first.
+  // Of kinds that resume: folders in the store of ended attempts with its keep key, the newest
+  // first.
   std::vector<std::string> kept_folders = {};
 };
 // Committed results, for specs. Any thread.

@@ -21,6 +21,7 @@ namespace {
 
 constexpr int kMostLeases = 1024;     // In one call.
 constexpr int kArchivedAtOnce = 500;  // Jobs in one tick: some milliseconds.
+constexpr int kRemovedAtOnce = 200;   // Rows of forgotten studies, likewise.
 constexpr std::chrono::seconds kArchiveEvery{60};
 
 }  // namespace
@@ -98,9 +99,19 @@ class JobQueue::Impl {
   bool ArchiveIsDue() const { return options_.clock->Steady() >= archive_at_; }
   absl::Status ArchiveSome() {
     if (!ArchiveIsDue()) return absl::OkStatus();
-    ASSIGN_OR_RETURN(const bool more, machine_->Archive(kArchivedAtOnce));
+    ASSIGN_OR_RETURN(bool more, machine_->RemoveForgotten(kRemovedAtOnce));
+    if (!more) {
+      ASSIGN_OR_RETURN(more, machine_->Archive(kArchivedAtOnce));
+    }
     if (!more) archive_at_ = options_.clock->Steady() + kArchiveEvery;
     return absl::OkStatus();
+  }
+  void AddProgress(v1::JobStatus& job) const {
+    if (job.state() != NameOf(JobState::kLeased)) return;
+    const LeaseProgress progress = book_.ProgressOf(job.job_id());
+    job.set_fraction(progress.fraction);
+    job.set_stage(progress.stage);
+    job.mutable_figures()->insert(progress.figures.begin(), progress.figures.end());
   }
   double SecondsToTick(const std::optional<double>& next_backoff) {
     double seconds = book_.SecondsToExpiry();
@@ -193,6 +204,7 @@ void JobQueue::Impl::Published(Effects effects) {
     attempt.set_fence(lease.fence);
     observer_->OnStop(lease.worker, attempt, lease.reason);
   }
+  if (effects.drains != nullptr) observer_->OnDrains(*effects.drains);
   if (effects.work_ready) observer_->OnWorkReady();
 }
 
@@ -246,6 +258,20 @@ absl::Status JobQueue::Resume(StudyId study, std::string_view reason, std::strin
 
 absl::StatusOr<int64_t> JobQueue::Retry(StudyId study, std::string_view actor) {
   return impl_->Do<int64_t>("retry", [&] { return impl_->machine_->Retry(study.value, actor); });
+}
+
+absl::StatusOr<v1::ForgetReply> JobQueue::Forget(StudyId study, std::string_view reason,
+                                                 std::string_view actor) {
+  return impl_->Do<v1::ForgetReply>("forget", [&]() -> absl::StatusOr<v1::ForgetReply> {
+    ASSIGN_OR_RETURN(const v1::ForgetReply had,
+                     impl_->machine_->Forget(study.value, reason, actor));
+    impl_->archive_at_ = impl_->options_.clock->Steady();
+    return had;
+  });
+}
+
+absl::Status JobQueue::Drain(const v1::DrainOrder& order, bool undo) {
+  return impl_->DoStatus("drain", [&] { return impl_->machine_->Drain(order, undo); });
 }
 
 // ---- Workers ------------------------------------------------------------------------------------
@@ -339,14 +365,21 @@ absl::StatusOr<std::vector<v1::StudyStatus>> JobQueue::ListStudies(int limit, in
 }
 absl::StatusOr<std::vector<v1::JobStatus>> JobQueue::ListJobs(const v1::ListJobsRequest& request) {
   ASSIGN_OR_RETURN(std::vector<v1::JobStatus> jobs, impl_->readers_->ListJobs(request));
-  for (v1::JobStatus& job : jobs) {
-    if (job.state() != NameOf(JobState::kLeased)) continue;
-    const LeaseProgress progress = impl_->book_.ProgressOf(job.job_id());
-    job.set_fraction(progress.fraction);
-    job.set_stage(progress.stage);
-    job.mutable_figures()->insert(progress.figures.begin(), progress.figures.end());
-  }
+  for (v1::JobStatus& job : jobs) impl_->AddProgress(job);
   return jobs;
+}
+absl::StatusOr<v1::ListAttemptsReply> JobQueue::ListAttempts(int64_t job) {
+  ASSIGN_OR_RETURN(v1::ListAttemptsReply reply, impl_->readers_->ListAttempts(job));
+  impl_->AddProgress(*reply.mutable_job());
+  return reply;
+}
+absl::StatusOr<std::vector<v1::DrainOrder>> JobQueue::Drains() {
+  std::vector<v1::DrainOrder> drains;
+  RETURN_IF_ERROR(impl_->readers_->Read(0, [&](SqliteConnection& db) -> absl::Status {
+    ASSIGN_OR_RETURN(drains, ListDrains(db));
+    return absl::OkStatus();
+  }));
+  return drains;
 }
 absl::StatusOr<std::vector<v1::PublishedFrame>> JobQueue::ListFrames(
     const v1::ListFramesRequest& request) {

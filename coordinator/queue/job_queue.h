@@ -65,6 +65,8 @@ struct JobQueueOptions {
   // Jobs of studies that finished so long ago go to the archive: still listed,
   // their results still reused, but not retried. 0: never.
   double archive_after_s = 30 * 86400.0;
+  // Logs of failed attempts that are kept, of at most 16 kB, and as many of archived jobs.
+  int most_logs = 1000;
   std::string vfs;             // SQLite VFS by name; empty: the system's.
   FailPoint::Hook fail_point;  // For fault tests; null: as the environment says.
   UnsafeForTest unsafe_for_test;
@@ -98,6 +100,8 @@ class JobQueueObserver {
   // it.
   virtual void OnStop(const std::string& worker, const v1::AttemptId& attempt,
                       const std::string& reason) = 0;
+  // These are now all orders to drain.
+  virtual void OnDrains(const std::vector<v1::DrainOrder>& /*drains*/) {}
 };
 
 // For /metrics. Taken without touching the database.
@@ -173,6 +177,16 @@ class JobQueue {
   // kFailedPrecondition if cancelled.
   absl::StatusOr<int64_t> Retry(StudyId study, std::string_view actor);
 
+  // Removes a study that has ended for good: its jobs, and what it made and no other study uses. It
+  // is gone at once; its rows go in the background, and its files become litter. Returns what it
+  // had. kFailedPrecondition if it has not ended.
+  absl::StatusOr<v1::ForgetReply> Forget(StudyId study, std::string_view reason,
+                                         std::string_view actor);
+  // Workers whose names match `order.pattern` (CheckDrainPattern) are to get no leases, until it is
+  // undone; the queue itself only keeps the orders and tells the observer. kNotFound for an undone
+  // order that there is not.
+  absl::Status Drain(const v1::DrainOrder& order, bool undo);
+
   // ---- Workers ----------------------------------------------------------------------------------
   // Up to `max_jobs` leases, fewer or none if nothing fits.
   absl::StatusOr<std::vector<v1::Lease>> Lease(const WorkerFacts& worker, int max_jobs);
@@ -219,6 +233,9 @@ class JobQueue {
   absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before = 0);
   // `state` empty: all but SUCCEEDED ones first by id. limit <= 10,000.
   absl::StatusOr<std::vector<v1::JobStatus>> ListJobs(const v1::ListJobsRequest& request);
+  // A job with all its attempts, the newest first. kNotFound.
+  absl::StatusOr<v1::ListAttemptsReply> ListAttempts(int64_t job);
+  absl::StatusOr<std::vector<v1::DrainOrder>> Drains();
   // In order of publication, after request.cursor. limit <= 10,000, 0 = 1,000.
   absl::StatusOr<std::vector<v1::PublishedFrame>> ListFrames(const v1::ListFramesRequest& request);
   // Results of jobs outside of scenes that have files, in the order of their ends, after

@@ -285,10 +285,15 @@ absl::Status JobStore::InsertLoss(int64_t job, uint64_t fence, const char* ledge
                                   const std::string& worker, const std::string& fingerprint,
                                   const std::string& error, double now,
                                   const std::string& log_tail) {
-  return db_.Run(
+  RETURN_IF_ERROR(db_.Run(
       "INSERT INTO attempt_losses(job_id, fence, ledger, worker, fingerprint, error, unix_s,"
       " log_tail) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
-      job, Signed(fence), ledger, worker, fingerprint, error, now, log_tail);
+      job, Signed(fence), ledger, worker, fingerprint, error, now, log_tail));
+  if (log_tail.empty()) return absl::OkStatus();
+#define PARALLAX_DROP_LOGS(table)                                                                  \
+  "UPDATE " table " SET log_tail = '' WHERE log_tail <> '' AND fence <= (SELECT fence FROM " table \
+  " WHERE log_tail <> '' ORDER BY fence DESC LIMIT 1 OFFSET ?1)"
+  return db_.Run(PARALLAX_DROP_LOGS("attempt_losses"), most_logs_);
 }
 
 absl::StatusOr<bool> JobStore::WasLost(int64_t job, uint64_t fence) {
@@ -541,7 +546,7 @@ absl::StatusOr<int> JobStore::ArchiveJobs(int64_t study, int limit) {
                       study, limit);
     ASSIGN_OR_RETURN(ids, Ids(query));
   }
-  RETURN_IF_ERROR(db_.Run("UPDATE studies SET archived = 1 WHERE id = ?1", study));
+  RETURN_IF_ERROR(db_.Run("UPDATE studies SET archived = 1 WHERE id = ?1 AND archived = 0", study));
   for (const int64_t id : ids) {
     for (const char* sql :
          {"INSERT INTO archived_jobs SELECT * FROM jobs WHERE id = ?1",
@@ -551,6 +556,25 @@ absl::StatusOr<int> JobStore::ArchiveJobs(int64_t study, int limit) {
           "DELETE FROM jobs WHERE id = ?1"}) {
       RETURN_IF_ERROR(db_.Run(sql, id));
     }
+  }
+  RETURN_IF_ERROR(db_.Run(PARALLAX_DROP_LOGS("archived_losses"), most_logs_));
+#undef PARALLAX_DROP_LOGS
+  return static_cast<int>(ids.size());
+}
+
+absl::StatusOr<int> JobStore::RemoveArchivedJobs(int64_t study, int limit) {
+  std::vector<int64_t> ids;
+  {
+    SqliteQuery query(
+        db_,
+        "SELECT a.id FROM variants AS v JOIN archived_jobs AS a ON a.variant_id = v.id"
+        " WHERE v.study_id = ?1 LIMIT ?2",
+        study, limit);
+    ASSIGN_OR_RETURN(ids, Ids(query));
+  }
+  for (const int64_t id : ids) {
+    RETURN_IF_ERROR(db_.Run("DELETE FROM archived_losses WHERE job_id = ?1", id));
+    RETURN_IF_ERROR(db_.Run("DELETE FROM archived_jobs WHERE id = ?1", id));
   }
   return static_cast<int>(ids.size());
 }

@@ -56,8 +56,10 @@ struct KeptFor {
 
 class JobStore {
  public:
-  // Both outlive the store.
-  JobStore(SqliteConnection& db, const KindRegistry& kinds) : db_(db), kinds_(kinds) {}
+  // Both outlive the store. `most_logs`: of failed attempts, here and once more in the archive; the
+  // oldest are dropped.
+  JobStore(SqliteConnection& db, const KindRegistry& kinds, int most_logs)
+      : db_(db), kinds_(kinds), most_logs_(most_logs) {}
 
   // ---- Jobs -------------------------------------------------------------------------------------
   absl::StatusOr<std::optional<JobRow>> Find(int64_t id);
@@ -152,6 +154,8 @@ class JobStore {
   absl::StatusOr<std::optional<int64_t>> StudyToArchive(double finished_before);
   // Moves up to `limit` ended jobs of the study, with their losses; how many.
   absl::StatusOr<int> ArchiveJobs(int64_t study, int limit);
+  // Removes up to `limit` archived jobs of a forgotten study, with their losses; how many.
+  absl::StatusOr<int> RemoveArchivedJobs(int64_t study, int limit);
   absl::StatusOr<std::optional<JobRow>> FindArchived(int64_t id);
 
   absl::Status Audit(double now, std::string_view actor, std::string_view action, int64_t study,
@@ -164,6 +168,7 @@ class JobStore {
 
   SqliteConnection& db_;
   const KindRegistry& kinds_;
+  const int most_logs_;
 };
 
 // The columns that JobRowOf reads, in order.

@@ -34,12 +34,15 @@ int64_t VariantTally::OpenJobs() const {
 }
 
 absl::StatusOr<Study*> Ledger::FindStudy(int64_t id) {
-  if (const auto found = studies_.find(id); found != studies_.end()) return &found->second;
+  if (const auto found = studies_.find(id); found != studies_.end()) {
+    return found->second.tally.forgotten ? NoSuch("study", id)
+                                         : absl::StatusOr<Study*>(&found->second);
+  }
   Study study;
   {
     SqliteQuery query(db_,
                       "SELECT name, seed, priority, needs_memory_mb, needs_tags, paused, cancelled,"
-                      " finished_unix_s IS NOT NULL FROM studies WHERE id = ?1",
+                      " finished_unix_s IS NOT NULL FROM studies WHERE id = ?1 AND forgotten = 0",
                       id);
     if (!query.Next()) return query.status().ok() ? NoSuch("study", id) : query.status();
     study.id = id;

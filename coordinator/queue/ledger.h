@@ -61,6 +61,7 @@ struct StudyTally {
   bool paused = false;
   bool cancelled = false;
   bool finished = false;
+  bool forgotten = false;  // Its rows go; nobody is told of it.
   std::array<int64_t, kMostKinds> ready{};
 };
 struct Study {

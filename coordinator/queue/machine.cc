@@ -14,7 +14,7 @@ namespace {
 
 constexpr size_t kGroupsRemembered = 4;  // Of each worker: it keeps about so many scenes built.
 constexpr double kWorkerForgottenS = 120;
-constexpr int kMostKept = 16;  // Folders of earlier attempts that a lease tells of.
+constexpr int kMostKept = 16;    // Folders of earlier attempts that a lease tells of.
 constexpr int kCandidates = 16;  // Looked at for one lease before the next study has its turn.
 
 constexpr char kReadyOfStudy[] = "SELECT " PARALLAX_JOB_COLUMNS
@@ -37,7 +37,7 @@ Machine::Machine(SqliteConnection& db, const JobQueueOptions& options, uint64_t 
       options_(options),
       kinds_(*options.kinds),
       epoch_(epoch),
-      store_(db, kinds_),
+      store_(db, kinds_, options.most_logs),
       waits_(db),
       ledger_(db, kinds_) {}
 
@@ -428,7 +428,8 @@ absl::StatusOr<bool> Machine::Archive(int limit) {
 
 absl::Status Machine::Settle() {
   for (const int64_t id : ledger_.changed_studies()) {
-    ASSIGN_OR_RETURN(Study * study, ledger_.FindStudy(id));
+    Study* const study = &ledger_.loaded_studies().at(id);
+    if (study->tally.forgotten) continue;
     bool finished = true;
     for (const int64_t variant_id : study->variants) {
       ASSIGN_OR_RETURN(const Variant* variant, ledger_.FindVariant(variant_id));

@@ -65,6 +65,7 @@ struct LeaseRef {
 struct EffectCounts {
   bool work_ready = false;
   uint64_t completions = 0, failures = 0, losses = 0, stale = 0, splits = 0, archived = 0;
+  std::shared_ptr<const std::vector<v1::DrainOrder>> drains;  // All of now, if they have changed.
 };
 // What must happen outside the database once the command is on disk.
 struct Effects : EffectCounts {
@@ -86,6 +87,13 @@ class Machine final : private WorkDesk {
   absl::Status SetPaused(int64_t study, bool paused, std::string_view reason,
                          std::string_view actor);
   absl::StatusOr<int64_t> Retry(int64_t study, std::string_view actor);
+  // Errors: kNotFound; kFailedPrecondition if the study has not ended.
+  absl::StatusOr<v1::ForgetReply> Forget(int64_t study, std::string_view reason,
+                                         std::string_view actor);
+  // Removes some rows of a forgotten study. True if there may be more. Errors: the database's.
+  absl::StatusOr<bool> RemoveForgotten(int limit);
+  // Errors: kNotFound for an order to undo that there is not.
+  absl::Status Drain(const v1::DrainOrder& order, bool undo);
   absl::StatusOr<std::vector<GrantedLease>> Lease(const WorkerFacts& worker, int max_jobs);
   struct Verdict {
     v1::ReportOutcome outcome = v1::REPORT_OUTCOME_OK;
@@ -200,6 +208,21 @@ class Machine final : private WorkDesk {
   absl::StatusOr<bool> RetryOfScene(Variant& variant, const JobRow& job);
   absl::StatusOr<bool> RetryOther(Variant& variant, const JobRow& job);
 
+  // machine_forget.cc: what operators order.
+  absl::Status NoSuchDrain(const std::string& pattern);
+  absl::StatusOr<bool> RemoveSomeOf(int64_t study, int limit);
+  absl::StatusOr<int> RemoveReferences(int64_t study, const char* table, const char* key,
+                                       int limit);
+  absl::StatusOr<int> RemoveScenes(int64_t study, int limit);
+  struct Twins {
+    std::vector<int64_t> of_layout, of_scene;
+  };
+  absl::StatusOr<Twins> TwinsOf(int64_t variant);
+  absl::StatusOr<bool> AnyHasScene(const std::vector<int64_t>& variants, uint32_t ordinal);
+  absl::Status RemoveScene(int64_t variant, uint32_t ordinal,
+                           const std::optional<Sha256Digest>& recipe, const Twins& twins);
+  absl::Status RemoveResult(const Sha256Digest& key);
+
   // machine_waits.cc: who waits for what.
   enum class Prospect { kMet, kOpen, kVain };
   struct Outlook {
@@ -293,5 +316,8 @@ class Machine final : private WorkDesk {
   size_t granted_mark_ = 0, ended_mark_ = 0;
   EffectCounts counts_mark_;
 };
+
+// Orders that workers take nothing new, by pattern. Errors: the database's.
+absl::StatusOr<std::vector<v1::DrainOrder>> ListDrains(SqliteConnection& db);
 
 }  // namespace parallax

@@ -418,7 +418,7 @@ absl::StatusOr<v1::StudyStatus> Readers::GetStudy(int64_t id) {
   v1::StudyStatus study;
   RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) {
     // Outlives the query, whose errors quote it.
-    const std::string sql = std::string(kStudyColumns) + "WHERE id = ?1";
+    const std::string sql = std::string(kStudyColumns) + "WHERE id = ?1 AND forgotten = 0";
     SqliteQuery query(db, sql.c_str(), id);
     if (!query.Next()) {
       return query.status().ok() ? NotFound("study " + std::to_string(id)) : query.status();
@@ -434,8 +434,8 @@ absl::StatusOr<v1::StudyStatus> Readers::GetStudy(int64_t id) {
 absl::StatusOr<std::vector<v1::StudyStatus>> Readers::ListStudies(int limit, int64_t before) {
   std::vector<v1::StudyStatus> studies;
   RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) {
-    const std::string sql =
-        std::string(kStudyColumns) + "WHERE ?2 = 0 OR id < ?2 ORDER BY id DESC LIMIT ?1";
+    const std::string sql = std::string(kStudyColumns) +
+                            "WHERE forgotten = 0 AND (?2 = 0 OR id < ?2) ORDER BY id DESC LIMIT ?1";
     SqliteQuery query(db, sql.c_str(), Limit(limit, 100), before);
     while (query.Next()) RETURN_IF_ERROR(FillStudy(db, kinds_, query, studies.emplace_back()));
     return query.status();
@@ -477,6 +477,70 @@ absl::StatusOr<std::vector<v1::JobStatus>> Readers::ListJobs(const v1::ListJobsR
     return absl::OkStatus();
   }));
   return jobs;
+}
+
+namespace {
+
+const char* EndingOf(std::string_view ledger) {
+  return ledger == "app" ? "failed" : ledger == "lost" ? "lost" : "returned";
+}
+
+// The attempt that holds the job or has ended it, unless it is among the lost ones.
+absl::Status AddLastAttempt(SqliteConnection& db, int64_t job, v1::ListAttemptsReply& reply) {
+  SqliteQuery query(db,
+                    "SELECT j.fence, j.state, j.worker, j.finished_unix_s FROM all_jobs AS j"
+                    " WHERE j.id = ?1 AND j.fence IS NOT NULL AND NOT EXISTS (SELECT 1"
+                    " FROM all_losses AS l WHERE l.job_id = j.id AND l.fence = j.fence)",
+                    job);
+  if (!query.Next()) return query.status();
+  v1::AttemptStatus& attempt = *reply.add_attempts();
+  attempt.mutable_attempt()->set_job_id(job);
+  attempt.mutable_attempt()->set_fence(static_cast<uint64_t>(query.Int(0)));
+  std::string ending(query.Text(1));
+  for (char& c : ending) c = static_cast<char>(std::tolower(c));
+  attempt.set_ending(ending == "leased" ? "running" : ending);
+  attempt.set_worker(std::string(query.Text(2)));
+  attempt.set_unix_s(query.Real(3));
+  return absl::OkStatus();
+}
+
+absl::Status AddLostAttempts(SqliteConnection& db, int64_t job, v1::ListAttemptsReply& reply) {
+  SqliteQuery query(db,
+                    "SELECT fence, ledger, worker, unix_s, error, log_tail FROM all_losses"
+                    " WHERE job_id = ?1 ORDER BY fence DESC",
+                    job);
+  while (query.Next()) {
+    v1::AttemptStatus& attempt = *reply.add_attempts();
+    attempt.mutable_attempt()->set_job_id(job);
+    attempt.mutable_attempt()->set_fence(static_cast<uint64_t>(query.Int(0)));
+    attempt.set_ending(EndingOf(query.Text(1)));
+    attempt.set_worker(std::string(query.Text(2)));
+    attempt.set_unix_s(query.Real(3));
+    attempt.set_error(std::string(query.Text(4)));
+    attempt.set_log_tail(std::string(query.Text(5)));
+  }
+  return query.status();
+}
+
+}  // namespace
+
+absl::StatusOr<v1::ListAttemptsReply> Readers::ListAttempts(int64_t job) {
+  v1::ListAttemptsReply reply;
+  RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) -> absl::Status {
+    std::vector<v1::JobStatus> jobs;
+    for (const char* sql :
+         {PARALLAX_LISTED_JOB "WHERE j.id = ?1",
+          PARALLAX_LISTED_JOB_OF("archived_jobs", "archived_losses") "WHERE j.id = ?1"}) {
+      SqliteQuery query(db, sql, job);
+      RETURN_IF_ERROR(AddJobs(query, kinds_, jobs));
+    }
+    if (jobs.empty()) return NotFound("job " + std::to_string(job));
+    *reply.mutable_job() = std::move(jobs.front());
+    reply.mutable_job()->clear_log_tail();  // The attempts have theirs.
+    RETURN_IF_ERROR(AddLastAttempt(db, job, reply));
+    return AddLostAttempts(db, job, reply);
+  }));
+  return reply;
 }
 
 absl::StatusOr<std::vector<v1::PublishedFrame>> Readers::ListFrames(

@@ -34,6 +34,7 @@ class Readers {
   absl::StatusOr<v1::StudyStatus> GetStudy(int64_t study);
   absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before);
   absl::StatusOr<std::vector<v1::JobStatus>> ListJobs(const v1::ListJobsRequest& request);
+  absl::StatusOr<v1::ListAttemptsReply> ListAttempts(int64_t job);
   absl::StatusOr<std::vector<v1::PublishedFrame>> ListFrames(const v1::ListFramesRequest& request);
   absl::StatusOr<std::vector<v1::JobResult>> ListResults(const v1::ListResultsRequest& request);
   // What these jobs are; those that are gone meanwhile are left out.

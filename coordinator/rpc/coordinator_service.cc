@@ -303,6 +303,20 @@ CoordinatorService::Reactor* CoordinatorService::Retry(Context* context,
   });
 }
 
+CoordinatorService::Reactor* CoordinatorService::Forget(Context* context,
+                                                        const v1::StudyRequest* request,
+                                                        v1::ForgetReply* reply) {
+  const absl::Status status = CheckStudyChange(*request);
+  if (!status.ok()) return EndNow(context, status);
+  return RunOn(client_pool_, context, [this, context, request, reply]() -> absl::Status {
+    const StudyId study{request->study_id()};
+    RETURN_IF_ERROR(CheckSteering(queue_, CallerOf(*context), study));
+    ASSIGN_OR_RETURN(*reply, queue_.Forget(study, request->reason(), ActorOf(*context)));
+    LogInfo("study forgotten", {{"study_id", study.value}, {"pairs", reply->pairs()}});
+    return absl::OkStatus();
+  });
+}
+
 CoordinatorService::Reactor* CoordinatorService::ListJobs(Context* context,
                                                           const v1::ListJobsRequest* request,
                                                           v1::ListJobsReply* reply) {
@@ -327,9 +341,42 @@ CoordinatorService::Reactor* CoordinatorService::ListJobs(Context* context,
 CoordinatorService::Reactor* CoordinatorService::ListWorkers(Context* context,
                                                              const v1::ListWorkersRequest*,
                                                              v1::ListWorkersReply* reply) {
-  std::vector<v1::WorkerStatus> workers = dispatcher_.Workers();
-  AddItems(workers, reply->mutable_workers(), kMaxNameBytes);
-  return EndNow(context, absl::OkStatus());
+  return RunOn(client_pool_, context, [this, reply]() -> absl::Status {
+    std::vector<v1::WorkerStatus> workers = dispatcher_.Workers();
+    AddItems(workers, reply->mutable_workers(), kMaxNameBytes);
+    ASSIGN_OR_RETURN(std::vector<v1::DrainOrder> drains, queue_.Drains());
+    AddItems(drains, reply->mutable_drains(), kMaxReasonBytes);
+    return absl::OkStatus();
+  });
+}
+
+CoordinatorService::Reactor* CoordinatorService::DrainWorkers(
+    Context* context, const v1::DrainWorkersRequest* request, v1::DrainWorkersReply* reply) {
+  const absl::Status status = CheckDrain(*request);
+  if (!status.ok()) return EndNow(context, status);
+  return RunOn(client_pool_, context, [this, context, request, reply]() -> absl::Status {
+    v1::DrainOrder order;
+    order.set_pattern(request->pattern());
+    order.set_reason(request->reason());
+    order.set_actor(ActorOf(*context));
+    RETURN_IF_ERROR(queue_.Drain(order, request->undo()));
+    LogInfo(request->undo() ? "workers take work again" : "workers are drained",
+            {{"pattern", request->pattern()}, {"reason", request->reason()}});
+    for (const std::string& name : dispatcher_.ConnectedLike(request->pattern())) {
+      reply->add_workers(name);
+    }
+    return absl::OkStatus();
+  });
+}
+
+CoordinatorService::Reactor* CoordinatorService::ListAttempts(
+    Context* context, const v1::ListAttemptsRequest* request, v1::ListAttemptsReply* reply) {
+  const absl::Status status = CheckJobId(request->job_id());
+  if (!status.ok()) return EndNow(context, status);
+  return RunOn(client_pool_, context, [this, request, reply]() -> absl::Status {
+    ASSIGN_OR_RETURN(*reply, queue_.ListAttempts(request->job_id()));
+    return absl::OkStatus();
+  });
 }
 
 CoordinatorService::Reactor* CoordinatorService::ListResults(Context* context,

@@ -47,6 +47,9 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   Reactor* Pause(Context*, const v1::StudyRequest*, v1::StudyStatus*) override;
   Reactor* Resume(Context*, const v1::StudyRequest*, v1::StudyStatus*) override;
   Reactor* Retry(Context*, const v1::StudyRequest*, v1::RetryReply*) override;
+  Reactor* Forget(Context*, const v1::StudyRequest*, v1::ForgetReply*) override;
+  Reactor* ListAttempts(Context*, const v1::ListAttemptsRequest*, v1::ListAttemptsReply*) override;
+  Reactor* DrainWorkers(Context*, const v1::DrainWorkersRequest*, v1::DrainWorkersReply*) override;
   Reactor* ListJobs(Context*, const v1::ListJobsRequest*, v1::ListJobsReply*) override;
   Reactor* ListWorkers(Context*, const v1::ListWorkersRequest*, v1::ListWorkersReply*) override;
   Reactor* ListFrames(Context*, const v1::ListFramesRequest*, v1::ListFramesReply*) override;

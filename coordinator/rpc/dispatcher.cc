@@ -43,6 +43,12 @@ class Dispatcher::Impl {
         clock_(clock),
         check_every_s_(std::min(0.25, GraceOf(queue, reconnect_grace_s) / 4)),
         fleet_(queue, queue.lease_s(), GraceOf(queue, reconnect_grace_s)) {
+    auto drains = queue.Drains();
+    if (drains.ok()) {
+      fleet_.SetDrains(*std::move(drains));
+    } else {
+      LogError("orders to drain are not known", {{"error", drains.status()}});
+    }
     thread_ = std::thread([this] { Loop(); });
   }
 
@@ -108,8 +114,9 @@ class Dispatcher::Impl {
     fleet_.Reported(name, succeeded, clock_.Steady());
   }
 
-  std::vector<v1::WorkerStatus> Workers() const {
+  std::vector<v1::WorkerStatus> Workers() {
     std::lock_guard lock(mu_);
+    TakeNewDrains();
     return fleet_.Statuses(clock_.Steady());
   }
 
@@ -138,6 +145,19 @@ class Dispatcher::Impl {
 
   void OnWorkReady() { inbox_->WorkIsReady(); }
 
+  void OnDrains(const std::vector<v1::DrainOrder>& drains) {
+    {
+      std::lock_guard lock(drains_mu_);
+      new_drains_ = drains;
+    }
+    inbox_->Poke();
+  }
+
+  std::vector<std::string> ConnectedLike(const std::string& pattern) const {
+    std::lock_guard lock(mu_);
+    return fleet_.ConnectedLike(pattern);
+  }
+
   void OnStop(const std::string& worker, const v1::AttemptId& attempt, const std::string& reason) {
     LeaseNote note;
     note.kind = LeaseNote::kStop;
@@ -153,6 +173,12 @@ class Dispatcher::Impl {
   }
 
   // ---- All below require mu_ unless said otherwise ----
+  void TakeNewDrains() {
+    std::lock_guard lock(drains_mu_);
+    if (new_drains_) fleet_.SetDrains(*std::move(new_drains_));
+    new_drains_.reset();
+  }
+
   // Its leases are nobody's now. The commit is waited for on the pool.
   void Forfeit(const std::string& name) {
     pool_.Run([queue = &queue_, name] {
@@ -187,6 +213,7 @@ class Dispatcher::Impl {
   bool Turn(std::deque<LeaseNote>& notes, bool work_ready, SteadyTime* look_at,
             SteadyTime* check_at, std::vector<Outgoing>* outbox) {
     std::lock_guard lock(mu_);
+    TakeNewDrains();
     for (LeaseNote& note : notes) Handle(note, outbox);
     const SteadyTime now = clock_.Steady();
     if (now >= *look_at) {
@@ -278,7 +305,7 @@ class Dispatcher::Impl {
     for (size_t i = 0; i < workers.size(); ++i, ++it) {
       if (it == workers.end()) it = workers.begin();
       FleetWorker& worker = it->second;
-      if (worker.link == nullptr || worker.draining || worker.asking || worker.credit <= 0 ||
+      if (!fleet_.TakesWork(worker) || worker.asking || worker.credit <= 0 ||
           worker.served_round == round_ || fleet_.TrustIn(worker, now) <= 0) {
         continue;
       }
@@ -321,6 +348,10 @@ class Dispatcher::Impl {
   const double check_every_s_;
   const std::shared_ptr<LeaseInbox> inbox_ = std::make_shared<LeaseInbox>();
 
+  // The queue's thread leaves orders here and never waits for mu_. Taken after mu_.
+  std::mutex drains_mu_;
+  std::optional<std::vector<v1::DrainOrder>> new_drains_;  // Guarded by drains_mu_.
+
   mutable std::mutex mu_;  // Taken before the inbox's.
   // Guarded by mu_.
   Fleet fleet_;
@@ -362,6 +393,10 @@ std::vector<v1::WorkerStatus> Dispatcher::Workers() const { return impl_->Worker
 ServerMetrics Dispatcher::Metrics() const { return impl_->Metrics(); }
 void Dispatcher::Stop() { impl_->Stop(); }
 void Dispatcher::OnWorkReady() { impl_->OnWorkReady(); }
+void Dispatcher::OnDrains(const std::vector<v1::DrainOrder>& drains) { impl_->OnDrains(drains); }
+std::vector<std::string> Dispatcher::ConnectedLike(const std::string& pattern) const {
+  return impl_->ConnectedLike(pattern);
+}
 void Dispatcher::OnStop(const std::string& worker, const v1::AttemptId& attempt,
                         const std::string& reason) {
   impl_->OnStop(worker, attempt, reason);

@@ -46,6 +46,8 @@ class Dispatcher final : public JobQueueObserver {
 
   std::vector<v1::WorkerStatus> Workers() const;
   ServerMetrics Metrics() const;  // Without `reports`.
+  // Connected workers whose names match the pattern; see CheckDrain.
+  std::vector<std::string> ConnectedLike(const std::string& pattern) const;
 
   // No more leases; waits for those asked for and gives them back to the queue. Closes all links.
   // Idempotent.
@@ -55,6 +57,7 @@ class Dispatcher final : public JobQueueObserver {
   void OnWorkReady() override;
   void OnStop(const std::string& worker, const v1::AttemptId& attempt,
               const std::string& reason) override;
+  void OnDrains(const std::vector<v1::DrainOrder>& drains) override;
 
  private:
   class Impl;

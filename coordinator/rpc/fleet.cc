@@ -1,5 +1,7 @@
 #include "coordinator/rpc/fleet.h"
 
+#include <fnmatch.h>
+
 #include <algorithm>
 
 #include "common/base/log.h"
@@ -24,6 +26,11 @@ WorkerFacts FactsOf(const v1::Hello& hello) {
   facts.tags.assign(hello.tags().begin(), hello.tags().end());
   std::sort(facts.tags.begin(), facts.tags.end());
   return facts;
+}
+
+// Names have no character that means more than itself but * and ?; see CheckDrain.
+bool Matches(const std::string& pattern, const std::string& name) {
+  return ::fnmatch(pattern.c_str(), name.c_str(), FNM_NOESCAPE) == 0;
 }
 
 bool IsGone(const FleetWorker& worker) {
@@ -107,6 +114,25 @@ int Fleet::TrustIn(const FleetWorker& worker, SteadyTime now) const {
   return conduct_.TrustIn(name, worker.credit, queue_.HeldBy(name), now);
 }
 
+std::string Fleet::DrainedBy(const std::string& name) const {
+  for (const v1::DrainOrder& drain : drains_) {
+    if (Matches(drain.pattern(), name)) return drain.pattern();
+  }
+  return "";
+}
+
+std::vector<std::string> Fleet::ConnectedLike(const std::string& pattern) const {
+  std::vector<std::string> names;
+  for (const auto& [name, worker] : workers_) {
+    if (worker.link != nullptr && Matches(pattern, name)) names.push_back(name);
+  }
+  return names;
+}
+
+bool Fleet::TakesWork(const FleetWorker& worker) const {
+  return worker.link != nullptr && !worker.draining && DrainedBy(worker.facts.name).empty();
+}
+
 bool Fleet::IsOverdue(const FleetWorker& worker, SteadyTime now) const {
   switch (worker.presence) {
     case Presence::kConnected:
@@ -161,7 +187,7 @@ FarmByKind Fleet::SlotsByKind(SteadyTime now) const {
     if (kinds.at(i).traits().can_split) farm[kinds.at(i).name()];
   }
   for (const auto& [name, worker] : workers_) {
-    if (worker.link == nullptr || worker.draining) continue;
+    if (!TakesWork(worker)) continue;
     for (const std::string& kind : worker.facts.kinds) {
       const auto slots = farm.find(kind);
       if (slots == farm.end()) continue;
@@ -183,7 +209,10 @@ const char* Fleet::StateName(const FleetWorker& worker, SteadyTime now) const {
   switch (worker.presence) {
     case Presence::kConnected:
       if (conduct_.SuspendedFor(worker.facts.name, now) > 0) return "suspended";
-      return worker.draining ? "draining" : Running(worker) > 0 ? "busy" : "idle";
+      if (worker.draining) return "draining";
+      if (!DrainedBy(worker.facts.name).empty())
+        return Running(worker) > 0 ? "draining" : "drained";
+      return Running(worker) > 0 ? "busy" : "idle";
     case Presence::kAway:
       return "away";
     case Presence::kLost:
@@ -205,6 +234,7 @@ std::vector<v1::WorkerStatus> Fleet::Statuses(SteadyTime now) const {
     status.set_state(StateName(worker, now));
     status.set_last_heard_s(SecondsBetween(worker.heard, now));
     status.set_version(worker.hello.version());
+    status.set_drained_by(DrainedBy(name));
   }
   return all;
 }

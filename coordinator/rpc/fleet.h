@@ -71,6 +71,14 @@ class Fleet {
   // How many jobs it may be asked for now.
   int TrustIn(const FleetWorker& worker, SteadyTime now) const;
 
+  // These are now the orders to drain; who they name gets no leases.
+  void SetDrains(std::vector<v1::DrainOrder> drains) { drains_ = std::move(drains); }
+  // The pattern of an order that names the worker; "" if none does.
+  std::string DrainedBy(const std::string& name) const;
+  std::vector<std::string> ConnectedLike(const std::string& pattern) const;
+  // It is there, doesn't drain by itself and isn't ordered to.
+  bool TakesWork(const FleetWorker& worker) const;
+
   // Finds who is silent or away for too long and forgets who has gone long ago. Returns the workers
   // that are lost since the last call.
   std::vector<std::string> CheckPresence(SteadyTime now);
@@ -91,6 +99,7 @@ class Fleet {
   const double grace_s_;
   std::map<std::string, FleetWorker> workers_;
   ConductBook conduct_;  // Entries of workers_.
+  std::vector<v1::DrainOrder> drains_;
   int64_t lost_ = 0;
 };
 

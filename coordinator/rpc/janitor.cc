@@ -34,7 +34,8 @@ absl::StatusOr<int> Janitor::Sweep() const {
         const std::lock_guard lock(mu_);
         if (stopping_) break;
       }
-      const absl::Status status = store_.RemoveTree(path);
+      absl::Status status = store_.RemoveTree(path);
+      if (status.ok()) status = RemoveEmptyAttempt(path);
       if (status.ok() || absl::IsNotFound(status)) {
         gone.push_back(path);
       } else {
@@ -45,6 +46,15 @@ absl::StatusOr<int> Janitor::Sweep() const {
     removed += static_cast<int>(gone.size());
     if (gone.size() < kPathsAtOnce) return removed;
   }
+}
+
+// The folder of the attempt above a frame's, once its last frame is gone. An attempt that is over
+// writes nothing more, and no other one ever writes there.
+absl::Status Janitor::RemoveEmptyAttempt(const std::string& path) const {
+  const std::string above = path.substr(0, path.rfind('/'));
+  if (above.find("/.attempt-") == std::string::npos) return absl::OkStatus();
+  ASSIGN_OR_RETURN(const std::vector<StoreEntry> left, store_.List(above));
+  return left.empty() ? store_.RemoveTree(above) : absl::OkStatus();
 }
 
 void Janitor::Loop() {

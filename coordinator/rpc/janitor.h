@@ -36,6 +36,7 @@ class Janitor {
 
  private:
   void Loop();
+  absl::Status RemoveEmptyAttempt(const std::string& path) const;
 
   JobQueue& queue_;
   Store& store_;

@@ -171,6 +171,23 @@ absl::Status CheckStudyChange(const v1::StudyRequest& request) {
   return CheckPlainText("reason", request.reason(), kMaxReasonBytes);
 }
 
+absl::Status CheckJobId(int64_t job_id) {
+  if (job_id > 0) return absl::OkStatus();
+  return Bad("job id " + std::to_string(job_id) + ": ids start at 1");
+}
+
+absl::Status CheckDrain(const v1::DrainWorkersRequest& request) {
+  std::string name = request.pattern();
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return c == '*' || c == '?'; }, 'x');
+  if (!IsName(name)) {
+    return Bad("pattern " + Quoted(request.pattern()) +
+               " matches no name of a worker; it is a name in which * stands for any characters "
+               "and ? for one");
+  }
+  return CheckPlainText("reason", request.reason(), kMaxReasonBytes);
+}
+
 absl::Status CheckJobState(const std::string& state) {
   return state.empty() ? absl::OkStatus() : CheckName("state", state);
 }

@@ -28,6 +28,9 @@ absl::Status CheckSubmit(const v1::SubmitRequest& request);
 absl::Status CheckStudyId(int64_t study_id);
 // A pause, cancel, resume or retry: id and reason.
 absl::Status CheckStudyChange(const v1::StudyRequest& request);
+absl::Status CheckJobId(int64_t job_id);
+// A worker's name in which * stands for any characters and ? for one, and the reason.
+absl::Status CheckDrain(const v1::DrainWorkersRequest& request);
 absl::Status CheckJobState(const std::string& state);  // Empty: any.
 absl::Status CheckPutHeader(const v1::PutFileHeader& header);
 absl::Status CheckLimit(int32_t limit, int32_t most);  // [0, most]

@@ -64,6 +64,8 @@ class Client {
   void RareCommands() {
     Retry(0);
     Cancel();
+    Forget();
+    Drain();
   }
 
  private:
@@ -244,6 +246,29 @@ class Client {
       Acknowledge(Ack::kCancelled, study);
     }
     Acknowledge(Ack::kGone, 0);
+  }
+
+  // A study of its own, equal to the first as far as that has come.
+  void Forget() {
+    StudyOptions options = StudyOf(0);
+    options.name = "gone";
+    options.key = "gone" + std::to_string(number_);
+    const auto reply = queue_.Submit(MakeStudy(options), "client");
+    if (!reply.ok()) return;
+    Lease();
+    Acknowledge(Ack::kMayEnd, 0);
+    (void)queue_.Cancel(StudyId{reply->study_id()}, "enough", "client");
+    Acknowledge(Ack::kGone, 0);
+    (void)queue_.Forget(StudyId{reply->study_id()}, "not needed", "client");
+    for (int i = 0; i < 4; ++i) Tick();
+  }
+
+  void Drain() {
+    v1::DrainOrder order;
+    order.set_pattern("w?-*");
+    order.set_actor("client");
+    (void)queue_.Drain(order, /*undo=*/false);
+    (void)queue_.Drain(order, /*undo=*/true);
   }
 
   // What the zombie does: a result under a lease that ended long ago.

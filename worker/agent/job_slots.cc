@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "common/base/log.h"
+#include "common/base/log_capture.h"
 #include "common/store/store.h"
 #include "worker/agent/failure.h"
 #include "worker/agent/upload.h"
@@ -63,6 +64,7 @@ class JobSlots::Impl {
     std::string coordinator_id;
     CancelToken cancel;
     SteadyTime started{};
+    std::shared_ptr<const LogCapture> log;  // Set before it works, for good.
     // Guarded by mu_.
     StopCause stop = StopCause::kNone;
     double fraction = 0;
@@ -207,6 +209,7 @@ class JobSlots::Impl {
         ChargeCpu();
         run->started = run->progressed = clock_.Steady();
         run->working = true;
+        run->log = std::make_shared<LogCapture>(run->lease.attempt().fence());
       }
       Work(*run);
     }
@@ -302,6 +305,11 @@ class JobSlots::Impl {
     on_end_();
   }
 
+  // A program that the job ran says more of its end than our own log.
+  static absl::Status WithLogUnlessThere(const absl::Status& status, const LogCapture& log) {
+    return LogTailOf(status).empty() ? WithLogTail(status, log.Text()) : status;
+  }
+
   // Requires mu_.
   static std::string PlaceOf(const Run& run) {
     return run.lease.kind() + (run.stage.empty() ? "" : "/" + run.stage);
@@ -340,7 +348,8 @@ class JobSlots::Impl {
     fail.set_error(failure.error);
     fail.set_fingerprint(failure.fingerprint);
     fail.set_retryable(failure.retryable);
-    fail.set_log_tail(LogTailOf(status));
+    fail.set_log_tail(
+        LogTailOf(run.log == nullptr ? status : WithLogUnlessThere(status, *run.log)));
     return {std::move(fail)};
   }
 

@@ -26,6 +26,18 @@ void Session::PrintNote(const std::string& message) const {
   *err().stream << err().Paint(Tone::kWarning, "note:") << " " << message << "\n" << std::flush;
 }
 
+absl::Status Session::Confirm(const std::string& what, bool yes) const {
+  if (yes) return absl::OkStatus();
+  std::istream* answers = environment.answers;
+  if (answers != nullptr && err().interactive) {
+    *err().stream << what << "; go on? [y/N] " << std::flush;
+    std::string answer;
+    std::getline(*answers, answer);
+    if (answer == "y" || answer == "Y" || answer == "yes") return absl::OkStatus();
+  }
+  return MakeError(absl::StatusCode::kFailedPrecondition, what + "; --yes goes on nevertheless");
+}
+
 CLI::App* Registry::AddCommand(CLI::App& parent, const std::string& name,
                                const std::string& description, const std::string& footer) {
   CLI::App* command = parent.add_subcommand(name, description);
@@ -35,7 +47,10 @@ CLI::App* Registry::AddCommand(CLI::App& parent, const std::string& name,
 }
 
 void Registry::SetAction(CLI::App* command, Action action) {
-  command->callback([this_chosen = &chosen, action = std::move(action)] { *this_chosen = action; });
+  command->callback([command, this_chosen = &chosen, action = std::move(action)] {
+    // Of a subcommand that was given, the callback comes before its parent's.
+    if (command->get_subcommands().empty()) *this_chosen = action;
+  });
 }
 
 void Registry::AddJsonOption(CLI::App* command) {

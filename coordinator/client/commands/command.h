@@ -36,6 +36,9 @@ struct Session {
   // "error: ..." and "note: ..." on standard error.
   void PrintError(const std::string& message) const;
   void PrintNote(const std::string& message) const;
+  // Asks whether to go on although `what`. Errors: kFailedPrecondition unless the user agrees, or
+  // agreed beforehand (`yes`: the option --yes).
+  absl::Status Confirm(const std::string& what, bool yes) const;
 };
 
 using Action = std::function<absl::StatusOr<ExitCode>(Session&)>;
@@ -64,8 +67,9 @@ void RegisterSubmit(Registry& registry);
 void RegisterStatus(Registry& registry);
 void RegisterWatch(Registry& registry);
 void RegisterJobs(Registry& registry);
+void RegisterLogs(Registry& registry);
 void RegisterWorkers(Registry& registry);
-void RegisterSteer(Registry& registry);  // cancel, pause, resume, retry
+void RegisterSteer(Registry& registry);  // cancel, pause, resume, retry, forget
 void RegisterAudit(Registry& registry);
 void RegisterPage(Registry& registry);
 void RegisterFetch(Registry& registry);

@@ -34,28 +34,15 @@ int DefaultWorkers() {
   return cores == 1 ? 1 : std::max(2, cores / 8);
 }
 
-// kFailedPrecondition unless the user agrees, or agreed beforehand with --yes.
-absl::Status Confirm(const std::string& what, const RunOptions& options, const Session& session) {
-  if (options.yes) return absl::OkStatus();
-  std::istream* answers = session.environment.answers;
-  if (answers != nullptr && session.err().interactive) {
-    *session.err().stream << what << "; go on? [y/N] " << std::flush;
-    std::string answer;
-    std::getline(*answers, answer);
-    if (answer == "y" || answer == "Y" || answer == "yes") return absl::OkStatus();
-  }
-  return MakeError(absl::StatusCode::kFailedPrecondition, what + "; --yes goes on nevertheless");
-}
-
 absl::Status ConfirmSpace(const v1::StudySpec& study, const OutDir& out, const RunOptions& options,
                           const Session& session) {
   const int64_t free = out.FreeBytes();
   const int64_t needed = EstimateBytes(study);
   if (free < 0 || needed < free) return absl::OkStatus();
-  return Confirm("the study needs about " + FormatBytes(static_cast<double>(needed)) +
-                     ", but only " + FormatBytes(static_cast<double>(free)) +
-                     " are free on the disk of " + out.path(),
-                 options, session);
+  return session.Confirm("the study needs about " + FormatBytes(static_cast<double>(needed)) +
+                             ", but only " + FormatBytes(static_cast<double>(free)) +
+                             " are free on the disk of " + out.path(),
+                         options.yes);
 }
 
 void PrintOpening(const v1::StudySpec& study, const OutDir& out, int workers,
@@ -100,7 +87,7 @@ absl::StatusOr<ExitCode> Run(const RunOptions& options, Session& session) {
   run_options.workers = options.workers > 0 ? options.workers : DefaultWorkers();
   RETURN_IF_ERROR(FindWorkerBinary().status());
   if (HoldsForeignFiles(options.out)) {
-    RETURN_IF_ERROR(Confirm(options.out + " holds files that are no dataset", options, session));
+    RETURN_IF_ERROR(session.Confirm(options.out + " holds files that are no dataset", options.yes));
   }
   ASSIGN_OR_RETURN(const auto out, OutDir::Open(options.out));
   RETURN_IF_ERROR(ConfirmSpace(run_options.study, *out, options, session));

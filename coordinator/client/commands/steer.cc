@@ -1,4 +1,4 @@
-// cancel, pause, resume, retry: a person's hand on a running study.
+// cancel, pause, resume, retry, forget: a person's hand on a study.
 #include <nlohmann/json.hpp>
 
 #include "coordinator/client/commands/command.h"
@@ -11,6 +11,7 @@ namespace {
 struct SteerOptions {
   std::string study;
   std::string reason;
+  bool yes = false;  // Of forget.
 };
 
 using Order = absl::StatusOr<v1::StudyStatus> (Connection::*)(int64_t, const std::string&);
@@ -45,6 +46,37 @@ absl::StatusOr<ExitCode> Retry(const SteerOptions& options, Session& session) {
     *session.out().stream << Plural(reply.jobs(), "job") << " of study " << study.study_id()
                           << " will be tried again\n";
   }
+  return kExitOk;
+}
+
+// "3 jobs, 12 pairs and 1 network or score", without what there is none of.
+std::string Having(const v1::ForgetReply& had) {
+  std::string text = Plural(had.jobs(), "job") + (had.results() > 0 ? ", " : " and ") +
+                     Plural(had.pairs(), "pair");
+  if (had.results() > 0) {
+    text += " and " + Plural(had.results(), "network or score", "networks and scores");
+  }
+  return text;
+}
+
+absl::StatusOr<ExitCode> Forget(const SteerOptions& options, Session& session) {
+  ASSIGN_OR_RETURN(const auto connection, session.Connect());
+  ASSIGN_OR_RETURN(const v1::StudyStatus study, connection->FindStudy(options.study));
+  const std::string name = "study " + std::to_string(study.study_id()) + " (" + study.name() + ")";
+  RETURN_IF_ERROR(session.Confirm(
+      name + " with its " + Plural(CountsOf(study).done, "pair") +
+          ", its networks and its history will be gone for good, but for what others use",
+      options.yes));
+  ASSIGN_OR_RETURN(const v1::ForgetReply had, connection->Forget(study.study_id(), options.reason));
+  if (session.options.json) {
+    session.PrintJson({{"study_id", study.study_id()},
+                       {"jobs", had.jobs()},
+                       {"pairs", had.pairs()},
+                       {"results", had.results()}});
+    return kExitOk;
+  }
+  *session.out().stream << name << " is forgotten: it had " << Having(had)
+                        << "; the files that no other study uses are removed in the background\n";
   return kExitOk;
 }
 
@@ -85,6 +117,12 @@ void RegisterSteer(Registry& registry) {
   CLI::App* command =
       Add(registry, options, "retry", "Try a study's failed and quarantined jobs again", false);
   registry.SetAction(command, [options](Session& session) { return Retry(*options, session); });
+
+  auto forget = std::make_shared<SteerOptions>();
+  command = Add(registry, forget, "forget",
+                "Remove an ended study: jobs, pairs and networks that no other study uses", true);
+  command->add_flag("--yes", forget->yes, "Do not ask");
+  registry.SetAction(command, [forget](Session& session) { return Forget(*forget, session); });
 }
 
 }  // namespace parallax::client

@@ -38,8 +38,8 @@ std::string KeeperStep::Line() const {
 
 void FarmKeeper::Remember(const std::vector<v1::WorkerStatus>& workers) {
   for (const v1::WorkerStatus& worker : workers) {
-    const bool connected =
-        worker.state() == "idle" || worker.state() == "busy" || worker.state() == "draining";
+    const bool connected = worker.state() == "idle" || worker.state() == "busy" ||
+                           worker.state() == "draining" || worker.state() == "drained";
     if (connected && worker.name().starts_with(kSlurmWorkerPrefix)) fruitless_ = 0;
   }
 }

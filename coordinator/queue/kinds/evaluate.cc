@@ -150,7 +150,8 @@ class EvaluateKind final : public FolderKind<v1::EvaluateInput, v1::EvaluateResu
   static constexpr Invariant kInvariants[] = {
       {"an evaluation has its result",
        "SELECT j.id FROM all_jobs AS j LEFT JOIN results AS r ON r.work_key = j.work_key"
-       " WHERE j.kind = 'evaluate' AND j.state = 'SUCCEEDED' AND r.stage IS NOT 'evaluate'"},
+       " WHERE j.kind = 'evaluate' AND j.state = 'SUCCEEDED' AND r.stage IS NOT 'evaluate'"
+       " AND j.study_id IN (SELECT id FROM studies WHERE forgotten = 0)"},
       {"an evaluation began when its network was trained",
        "SELECT j.id FROM jobs AS j JOIN waits AS w ON w.job_id = j.id"
        " JOIN all_jobs AS t ON t.id = w.on_job WHERE j.kind = 'evaluate' AND j.attempts > 0"

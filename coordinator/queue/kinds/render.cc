@@ -219,14 +219,19 @@ class RenderKind final : public JobKind {
     SqliteQuery frames(db,
                        "SELECT r.work_key, r.bytes, r.fence, j.work_key FROM results AS r"
                        " LEFT JOIN all_jobs AS j ON j.id = r.job_id WHERE r.stage = 'frame'");
-    ASSIGN_OR_RETURN(const auto litter,
-                     db.Integer("SELECT (SELECT count(*) FROM litter) + count(*) FROM kept_folders"));
+    ASSIGN_OR_RETURN(
+        const auto litter,
+        db.Integer("SELECT (SELECT count(*) FROM litter) + count(*) FROM kept_folders"));
     while (frames.Next()) {
       v1::FrameResult frame;
-      const std::string folder = StorePrefixOf(frames.Digest(3)) + "/.attempt-" +
-                                 std::to_string(static_cast<uint64_t>(frames.Int(2))) + "/";
-      if (!UnpackMessage(frames.Blob(1), frame).ok() ||
-          frame.path().compare(0, folder.size(), folder) != 0) {
+      const bool unpacked = UnpackMessage(frames.Blob(1), frame).ok();
+      // Without its job, which was forgotten, its attempt is known by the fence alone.
+      const std::string prefix = frames.IsNull(3)
+                                     ? frame.path().substr(0, StorePrefixOf(Sha256Digest{}).size())
+                                     : StorePrefixOf(frames.Digest(3));
+      const std::string folder =
+          prefix + "/.attempt-" + std::to_string(static_cast<uint64_t>(frames.Int(2))) + "/";
+      if (!unpacked || frame.path().compare(0, folder.size(), folder) != 0) {
         violations.push_back("a frame lies in the winner's folder: not " + HexOf(frames.Digest(0)));
       }
       if (litter.value_or(0) == 0) continue;

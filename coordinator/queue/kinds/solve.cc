@@ -39,10 +39,12 @@ constexpr JobKind::Invariant kInvariants[] = {
     {"a solved scene has its result",
      "SELECT j.id FROM all_jobs AS j LEFT JOIN results AS r ON r.work_key = j.work_key"
      " LEFT JOIN scenes AS s ON s.variant_id = j.variant_id AND s.ordinal = j.ordinal"
-     " WHERE j.kind = 'solve' AND j.state = 'SUCCEEDED' AND (r.bytes IS NULL"
+     " WHERE j.kind = 'solve' AND j.state = 'SUCCEEDED' AND j.study_id IN"
+     " (SELECT id FROM studies WHERE forgotten = 0) AND (r.bytes IS NULL"
      " OR s.scene_hash IS NULL OR r.bytes <> s.scene_hash)"},
     {"a rejected scene has its verdict",
      "SELECT j.id FROM all_jobs AS j WHERE j.kind = 'solve' AND j.state = 'REJECTED'"
+     " AND j.study_id IN (SELECT id FROM studies WHERE forgotten = 0)"
      " AND NOT EXISTS (SELECT 1 FROM results AS r WHERE r.work_key = j.work_key"
      " AND r.rejected IS NOT NULL) AND NOT EXISTS (SELECT 1 FROM results AS r"
      " WHERE r.work_key = j.group_key AND r.rejected IS NOT NULL)"},
@@ -53,7 +55,8 @@ constexpr JobKind::Invariant kInvariants[] = {
      "SELECT hex(s.work_key) FROM results AS s LEFT JOIN results AS r ON r.work_key = s.bytes"
      " WHERE s.stage = 'scene' AND s.rejected IS NULL AND r.stage IS NOT 'recipe'"},
     {"reused scenes are counted right",
-     "SELECT id FROM variants AS v WHERE solves_reused <> (SELECT count(*) FROM all_jobs AS j"
+     "SELECT id FROM variants AS v WHERE study_id IN (SELECT id FROM studies"
+     " WHERE forgotten = 0) AND solves_reused <> (SELECT count(*) FROM all_jobs AS j"
      " WHERE j.variant_id = v.id AND j.kind = 'solve' AND j.state = 'SUCCEEDED'"
      " AND j.reused = 1)"},
 };

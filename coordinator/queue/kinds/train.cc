@@ -134,7 +134,8 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
   static constexpr Invariant kInvariants[] = {
       {"a trained network has its result",
        "SELECT j.id FROM all_jobs AS j LEFT JOIN results AS r ON r.work_key = j.work_key"
-       " WHERE j.kind = 'train' AND j.state = 'SUCCEEDED' AND r.stage IS NOT 'train'"},
+       " WHERE j.kind = 'train' AND j.state = 'SUCCEEDED' AND r.stage IS NOT 'train'"
+       " AND j.study_id IN (SELECT id FROM studies WHERE forgotten = 0)"},
       {"a training began when its pairs were there",
        "SELECT j.id FROM jobs AS j WHERE j.kind = 'train' AND j.attempts > 0"
        " AND EXISTS (SELECT 1 FROM waits AS w WHERE w.job_id = j.id AND w.state <> 'MET')"},

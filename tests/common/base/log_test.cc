@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/base/file.h"
+#include "common/base/log_capture.h"
 #include "common/base/names.h"
 
 namespace parallax {
@@ -48,6 +49,35 @@ TEST_F(LogTest, TextLineCarriesProgramContextAndFields) {
   EXPECT_THAT(line, MatchesRegex("....-..-..T..:..:......Z I worker: frame written job=42 "
                                  "attempt=12884901895 study=baseline variant=wide scene=5 "
                                  "worker=host-1 rig=3 seconds=1.25 path=\"a b\" reused=false\n"));
+}
+
+TEST_F(LogTest, ACaptureKeepsTheLastLinesOfItsAttemptAndOfNoOther) {
+  InitLogging({.json = true, .level = LogLevel::kError, .program = "worker"});
+  const LogContext job = Job();
+  LogContext other = job;
+  other.attempt = 8;
+  std::string text;
+  Captured([&] {
+    const LogCapture capture(*job.attempt);
+    LogInfo("of nobody");
+    {
+      ScopedLogContext scope(other);
+      LogInfo("of another");
+    }
+    std::thread([&] {
+      ScopedLogContext scope(job);
+      for (int i = 0; i < 250; ++i) LogInfo("line", {{"i", i}});
+      LogDebug("too fine");
+      LogWarning("a\x1b[2J", {{"path", "b c"}});
+    }).join();
+    text = capture.Text();
+  });
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 200);
+  EXPECT_THAT(text.substr(0, text.find('\n')),
+              MatchesRegex("....-..-..T..:..:......Z I line i=51"));
+  EXPECT_THAT(text, testing::EndsWith("Z W a\\x1b[2J path=\"b c\"\n"));
+  const LogCapture later(*job.attempt);
+  EXPECT_EQ(later.Text(), "");
 }
 
 TEST_F(LogTest, NothingThatATerminalActsOnReachesALine) {

@@ -43,8 +43,9 @@ TEST_F(CommandTest, CatalogueListsEveryClassAndMaterialWithWhatTheyCost) {
 // ---- Usage
 
 TEST_F(CommandTest, EveryCommandHasHelpWithAnExample) {
-  for (const char* command : {"run", "submit", "status", "watch", "cancel", "pause", "resume",
-                              "retry", "workers", "jobs", "fetch", "view", "catalogue"}) {
+  for (const char* command :
+       {"run", "submit", "status", "watch", "cancel", "pause", "resume", "retry", "forget",
+        "workers", "jobs", "logs", "fetch", "view", "catalogue"}) {
     const Outcome outcome = RunCommand({command, "--help"});
     EXPECT_EQ(outcome.exit_code, kExitOk) << command;
     EXPECT_THAT(outcome.out, HasSubstr("Usage: parallax " + std::string(command)));
@@ -76,6 +77,10 @@ TEST_F(CommandTest, UsageErrorsAreOneLineAndExitTwo) {
        "error: with these options variants[0].config.rigs.width_px: 3 is out of range"},
       {{"jobs", "3", "--state", "lazy"}, "lazy"},
       {{"status", "--coordinator", "nonsense"}, "nonsense"},
+      {{"logs", "last"}, "JOB"},
+      {{"logs", "0"}, "JOB"},
+      {{"workers", "drian"}, "did you mean `parallax workers drain`?"},
+      {{"workers", "drain"}, "NAME is required"},
       {{"view", "/nowhere"}, "/nowhere: no such folder"},
       {{"scene", "show", "/nowhere.pb"}, "/nowhere.pb: no such file"},
       {{"scene", "show", "a", "b"}, "STUDY VARIANT SCENE"},

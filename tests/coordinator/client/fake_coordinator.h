@@ -34,6 +34,10 @@ class FakeCoordinator : public v1::Coordinator::Service {
   std::vector<v1::PublishedFrame> frames;
   std::vector<v1::JobResult> results;
   std::vector<v1::AuditEntry> audit;
+  std::vector<v1::DrainOrder> drains;
+  std::vector<std::string> drained_workers;
+  v1::ListAttemptsReply attempts;
+  v1::ForgetReply forgotten;
   v1::Scene scene;
   std::string store_uri = "s3://somewhere";
   bool submit_existed = false;
@@ -82,6 +86,29 @@ class FakeCoordinator : public v1::Coordinator::Service {
     reply->set_jobs(retried_jobs);
     return grpc::Status::OK;
   }
+  grpc::Status Forget(grpc::ServerContext*, const v1::StudyRequest* request,
+                      v1::ForgetReply* reply) override {
+    std::lock_guard lock(mutex_);
+    orders.push_back("forget " + std::to_string(request->study_id()) + " " + request->reason());
+    *reply = forgotten;
+    return grpc::Status::OK;
+  }
+  grpc::Status ListAttempts(grpc::ServerContext*, const v1::ListAttemptsRequest* request,
+                            v1::ListAttemptsReply* reply) override {
+    if (request->job_id() != attempts.job().job_id()) {
+      return {grpc::StatusCode::NOT_FOUND, "job " + std::to_string(request->job_id())};
+    }
+    *reply = attempts;
+    return grpc::Status::OK;
+  }
+  grpc::Status DrainWorkers(grpc::ServerContext*, const v1::DrainWorkersRequest* request,
+                            v1::DrainWorkersReply* reply) override {
+    std::lock_guard lock(mutex_);
+    orders.push_back(std::string(request->undo() ? "undrain " : "drain ") + request->pattern() +
+                     " " + request->reason());
+    for (const std::string& name : drained_workers) reply->add_workers(name);
+    return grpc::Status::OK;
+  }
   grpc::Status ListJobs(grpc::ServerContext*, const v1::ListJobsRequest* request,
                         v1::ListJobsReply* reply) override {
     std::lock_guard lock(mutex_);
@@ -94,6 +121,7 @@ class FakeCoordinator : public v1::Coordinator::Service {
   grpc::Status ListWorkers(grpc::ServerContext*, const v1::ListWorkersRequest*,
                            v1::ListWorkersReply* reply) override {
     for (const auto& worker : workers) *reply->add_workers() = worker;
+    for (const auto& drain : drains) *reply->add_drains() = drain;
     return grpc::Status::OK;
   }
   grpc::Status ListFrames(grpc::ServerContext*, const v1::ListFramesRequest* request,

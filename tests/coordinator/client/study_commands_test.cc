@@ -255,6 +255,91 @@ TEST_F(CommandTest, JobsAndWorkersAreTables) {
   EXPECT_EQ(RunJson({"workers"})["workers"][0]["kinds"], Json({"solve", "render"}));
 }
 
+TEST_F(CommandTest, LogsTellHowEachAttemptEnded) {
+  v1::JobStatus& job = *coordinator_.attempts.mutable_job();
+  job.set_job_id(17);
+  job.set_kind("render");
+  job.set_state("SUCCEEDED");
+  job.set_variant("narrow");
+  job.set_scene(4);
+  EXPECT_EQ(Run({"logs", "17"}).out,
+            "job 17 (render narrow, scene 4) is succeeded; nobody has tried it\n");
+  const double now = Clock::System().UnixSeconds();
+  const auto add = [&](const char* ending, const char* worker, double ago_s, const char* error,
+                       const char* log) {
+    v1::AttemptStatus& attempt = *coordinator_.attempts.add_attempts();
+    attempt.mutable_attempt()->set_job_id(17);
+    attempt.mutable_attempt()->set_fence(18443116268015309785u);
+    attempt.set_ending(ending);
+    attempt.set_worker(worker);
+    attempt.set_unix_s(now - ago_s);
+    attempt.set_error(error);
+    attempt.set_log_tail(log);
+  };
+  add("succeeded", "w3", 100, "", "");
+  add("returned", "w2", 3600, "handed back by w2: drained", "");
+  add("failed", "w1", 7200, "INTERNAL: it burns", "first\nbang \x1b[2J\n");
+  const std::string out = Run({"logs", "17"}).out;
+  EXPECT_THAT(out, HasSubstr("is succeeded; 3 attempts\n\nfailed on w1, 2:00:0"));
+  EXPECT_THAT(out,
+              HasSubstr(" ago: INTERNAL: it burns\n  first\n  bang \\x1b[2J\n\nhanded back on"));
+  EXPECT_THAT(out, HasSubstr("\n\nsucceeded on w3, 1:40 ago\n"));
+  const Json json = RunJson({"logs", "17"});
+  EXPECT_EQ(json["attempts"][2]["log_tail"], "first\nbang \\x1b[2J");
+  EXPECT_EQ(json["attempts"][0]["fence"], "18443116268015309785") << "no number of JavaScript's";
+  coordinator_.attempts.mutable_attempts(2)->clear_log_tail();
+  EXPECT_THAT(Run({"logs", "17"}).out, HasSubstr("it burns\n  (its log is gone)\n"));
+  EXPECT_EQ(Run({"logs", "18"}).exit_code, kExitUsage);
+}
+
+TEST_F(CommandTest, WorkersAreDrainedByNameAndSeenAsDrained) {
+  coordinator_.drained_workers = {"node1-1", "node1-2"};
+  EXPECT_EQ(Run({"workers", "drain", "node1-*", "--reason", "new disk"}).out,
+            "node1-1 finishes what it has and gets nothing new\n"
+            "node1-2 finishes what it has and gets nothing new\n");
+  EXPECT_EQ(RunJson({"workers", "drain", "node1-*", "--undo"})["workers"],
+            Json({"node1-1", "node1-2"}));
+  EXPECT_EQ(coordinator_.orders,
+            (std::vector<std::string>{"drain node1-* new disk", "undrain node1-* "}));
+  coordinator_.drained_workers.clear();
+  EXPECT_THAT(Run({"workers", "drain", "x"}).out, HasSubstr("those that come get no work"));
+  v1::WorkerStatus worker;
+  worker.set_name("node1-1");
+  worker.set_state("drained");
+  worker.set_drained_by("node1-*");
+  coordinator_.workers = {worker};
+  v1::DrainOrder order;
+  order.set_pattern("node1-*");
+  order.set_reason("new disk");
+  order.set_actor("operator ada");
+  order.set_unix_s(1.7e9);
+  coordinator_.drains = {order};
+  const std::string out = Run({"workers"}).out;
+  EXPECT_THAT(out, HasSubstr("node1-1  drained"));
+  EXPECT_THAT(out, HasSubstr("drained: 'node1-*', since 2023-11-1"));
+  EXPECT_THAT(out, HasSubstr("by operator ada: new disk\n"));
+  EXPECT_EQ(RunJson({"workers"})["drains"][0]["pattern"], "node1-*");
+  EXPECT_EQ(RunJson({"workers"})["workers"][0]["drained_by"], "node1-*");
+}
+
+TEST_F(CommandTest, ForgettingAStudyAsksFirst) {
+  coordinator_.studies = {Baseline()};
+  coordinator_.forgotten.set_jobs(4);
+  coordinator_.forgotten.set_pairs(60);
+  coordinator_.forgotten.set_results(1);
+  const Outcome asked = Run({"forget", "baseline"});
+  EXPECT_EQ(asked.exit_code, kExitUsage);
+  EXPECT_THAT(asked.err, HasSubstr("study 3 (baseline) with its 60 pairs"));
+  EXPECT_THAT(asked.err, HasSubstr("--yes goes on nevertheless"));
+  EXPECT_TRUE(coordinator_.orders.empty());
+  const Outcome done = Run({"forget", "baseline", "--yes", "--reason", "old"});
+  EXPECT_EQ(done.exit_code, kExitOk) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("study 3 (baseline) is forgotten: it had 4 jobs, 60 pairs and 1 "
+                                  "network or score; "));
+  EXPECT_EQ(coordinator_.orders, std::vector<std::string>{"forget 3 old"});
+  EXPECT_EQ(RunJson({"forget", "3", "--yes"})["pairs"], 60);
+}
+
 TEST_F(CommandTest, NothingThatATerminalActsOnIsPrinted) {
   const std::string evil = "a\x1b[2J\u202e\u009b" + std::string(1, '\0') + "z";
   v1::StudyStatus study = Baseline();

@@ -227,6 +227,133 @@ TEST_F(CoordinatorServerTest, AHandedBackJobIsLeasedAgainAtOnce) {
   EXPECT_TRUE(puppet.Finish().ok());
 }
 
+// ---- Operators' orders
+class OrdersTest : public CoordinatorServerTest {
+ protected:
+  absl::StatusOr<std::vector<std::string>> Drain(const std::string& pattern, bool undo = false) {
+    v1::DrainWorkersRequest request;
+    request.set_pattern(pattern);
+    request.set_undo(undo);
+    request.set_reason("new disk");
+    grpc::ClientContext context;
+    v1::DrainWorkersReply reply;
+    RETURN_IF_ERROR(FromGrpc(stub_->DrainWorkers(&context, request, &reply)));
+    return std::vector<std::string>(reply.workers().begin(), reply.workers().end());
+  }
+  v1::ListWorkersReply Workers() {
+    grpc::ClientContext context;
+    SetRpcTimeout(context, std::chrono::seconds(20));
+    v1::ListWorkersReply reply;
+    const absl::Status status = FromGrpc(stub_->ListWorkers(&context, {}, &reply));
+    EXPECT_TRUE(status.ok()) << status;
+    return reply;
+  }
+  bool WaitForWorker(const std::string& state) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (std::chrono::steady_clock::now() < deadline) {
+      const v1::ListWorkersReply reply = Workers();
+      if (reply.workers_size() == 1 && reply.workers(0).state() == state) return true;
+      std::this_thread::yield();
+    }
+    return false;
+  }
+};
+
+TEST_F(OrdersTest, ADrainedWorkerFinishesWhatItHasAndGetsNothingNewUntilItIsUndone) {
+  StartCoordinator();
+  StartAgent("node17-1", gated_);
+  const int64_t study = Submit(4, 2, {"v"});
+  ASSERT_TRUE(gated_.WaitForStart());
+  const auto named = Drain("node1?-*");
+  ASSERT_TRUE(named.ok()) << named.status();
+  EXPECT_EQ(*named, std::vector<std::string>{"node17-1"});
+  EXPECT_TRUE(WaitForWorker("draining"));
+  gated_.Release();
+  EXPECT_TRUE(WaitForWorker("drained"));
+  const uint64_t done = queue_->Stats().completions;
+  EXPECT_GE(done, 1u) << "what it had";
+  // One that is named by nothing gets all the rest.
+  EXPECT_EQ(Workers().workers(0).drained_by(), "node1?-*");
+  ASSERT_EQ(Workers().drains_size(), 1);
+  EXPECT_EQ(Workers().drains(0).reason(), "new disk");
+  StartAgent("node2", noop_);
+  ASSERT_TRUE(WaitForState(study, v1::STUDY_STATE_SUCCEEDED));
+  EXPECT_EQ(gated_.started(), 1);
+  agents_[1].Stop();
+
+  // The order outlives the coordinator.
+  StopCoordinator();
+  StartCoordinator();
+  const int64_t second = Submit(2, 2, {"w"});
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (Workers().workers_size() == 0 && std::chrono::steady_clock::now() < deadline) {
+    std::this_thread::yield();
+  }
+  ASSERT_EQ(Workers().workers(0).state(), "drained");
+  EXPECT_EQ(queue_->Stats().leases_granted, 0u);
+  ASSERT_TRUE(Drain("node1?-*", /*undo=*/true).ok());
+  EXPECT_TRUE(WaitForState(second, v1::STUDY_STATE_SUCCEEDED));
+  EXPECT_EQ(Workers().drains_size(), 0);
+}
+
+TEST_F(OrdersTest, PatternsThatNoNameCanMatchAreRefused) {
+  StartCoordinator();
+  for (const char* pattern : {"", "a b", "[ab]", "-x", "a/*", "a\\*"}) {
+    EXPECT_EQ(Drain(pattern).status().code(), absl::StatusCode::kInvalidArgument) << pattern;
+  }
+  for (const char* pattern : {"*", "?", "node.1_a-*", "n*?"}) {
+    EXPECT_TRUE(Drain(pattern).ok()) << pattern;
+  }
+  EXPECT_EQ(Drain("none", true).status().code(), absl::StatusCode::kNotFound);
+}
+
+TEST_F(OrdersTest, AStudyIsForgottenAndItsJobsWithIt) {
+  StartCoordinator();
+  StartAgent("w", noop_);
+  const int64_t study = Submit(4, 2, {"v"});
+  v1::StudyRequest request;
+  request.set_study_id(study);
+  v1::ForgetReply had;
+  const auto forget = [&] {
+    grpc::ClientContext context;
+    return FromGrpc(stub_->Forget(&context, request, &had));
+  };
+  ASSERT_TRUE(WaitForState(study, v1::STUDY_STATE_SUCCEEDED));
+  v1::ListJobsRequest list;
+  list.set_study_id(study);
+  v1::ListJobsReply jobs;
+  grpc::ClientContext context;
+  ASSERT_TRUE(stub_->ListJobs(&context, list, &jobs).ok());
+  ASSERT_GT(jobs.jobs_size(), 0);
+  const auto attempts_of = [&](int64_t job) -> absl::StatusOr<v1::ListAttemptsReply> {
+    v1::ListAttemptsRequest ask;
+    ask.set_job_id(job);
+    grpc::ClientContext call;
+    v1::ListAttemptsReply reply;
+    RETURN_IF_ERROR(FromGrpc(stub_->ListAttempts(&call, ask, &reply)));
+    return reply;
+  };
+  const auto attempts = attempts_of(jobs.jobs(0).job_id());
+  ASSERT_TRUE(attempts.ok()) << attempts.status();
+  EXPECT_EQ(attempts->attempts(0).ending(), "succeeded");
+  EXPECT_EQ(attempts->attempts(0).worker(), "w");
+  EXPECT_EQ(attempts_of(0).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(attempts_of(9999).status().code(), absl::StatusCode::kNotFound);
+
+  ASSERT_TRUE(forget().ok());
+  EXPECT_EQ(had.pairs(), 4);
+  EXPECT_EQ(forget().code(), absl::StatusCode::kNotFound);
+  // In the background; a newer job lets the newest of these go.
+  const int64_t next = Submit(2, 2, {"w"});
+  ASSERT_TRUE(WaitForState(next, v1::STUDY_STATE_SUCCEEDED));
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (attempts_of(jobs.jobs(0).job_id()).ok() && std::chrono::steady_clock::now() < deadline) {
+    std::this_thread::yield();
+  }
+  EXPECT_EQ(attempts_of(jobs.jobs(0).job_id()).status().code(), absl::StatusCode::kNotFound);
+  ExpectEveryInvariant();
+}
+
 TEST_F(CoordinatorServerTest, CancelStopsWhatRuns) {
   StartCoordinator();
   StartAgent("w", gated_);

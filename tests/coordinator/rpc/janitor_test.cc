@@ -61,6 +61,9 @@ TEST_F(JanitorTest, SweepsAgainBehindAZombie) {
   const v1::Lease lost = BeginRender("a");
   ASSERT_TRUE(queue_->WorkerLost("a").ok());
   clock_.Advance(61);
+  EXPECT_EQ(Sweep(), 0) << "the next attempt may go on from it";
+  EXPECT_EQ(Complete(RenderAnswer(BeginRender("b"), "b")), v1::REPORT_OUTCOME_OK);
+  clock_.Advance(61);
   EXPECT_EQ(Sweep(), 1);
   ASSERT_TRUE(store_->Put(FolderOf(lost) + "/001/left.png", "late").ok());
   EXPECT_EQ(Complete(RenderAnswer(lost, "a")), v1::REPORT_OUTCOME_STALE_FENCE);
@@ -73,10 +76,23 @@ TEST_F(JanitorTest, ForgetsWhatIsGoneAlready) {
   Submit({.pairs = 2, .rigs_per_scene = 2});
   const v1::Lease failed = BeginRender("a");
   fs::remove_all(folder_ + "/store/" + FolderOf(failed));
-  EXPECT_EQ(Fail(Failure(failed, "a", "boom")), v1::REPORT_OUTCOME_OK);
+  EXPECT_EQ(Fail(Failure(failed, "a", "boom", /*retryable=*/false)), v1::REPORT_OUTCOME_OK);
   clock_.Advance(61);
   EXPECT_EQ(Sweep(), 1);
   EXPECT_EQ(Sweep(), 0);
+}
+
+TEST_F(JanitorTest, OfAForgottenStudyNoFolderOfAnAttemptIsLeft) {
+  const StudyId study = Submit({.pairs = 2, .rigs_per_scene = 2});
+  const v1::Lease lease = BeginRender("a");
+  EXPECT_TRUE(store_->Put(FolderOf(lease) + "/001/left.png", "pixels").ok());
+  EXPECT_EQ(Complete(RenderAnswer(lease, "a")), v1::REPORT_OUTCOME_OK);
+  ASSERT_TRUE(queue_->Forget(study, "", "tester").ok());
+  for (int i = 0; i < 8; ++i) Tick();
+  EXPECT_EQ(Sweep(), 0);
+  clock_.Advance(61);
+  EXPECT_EQ(Sweep(), 2) << "its two pairs";
+  EXPECT_FALSE(Exists(lease));
 }
 
 }  // namespace

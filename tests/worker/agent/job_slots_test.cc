@@ -8,6 +8,7 @@
 #include <fstream>
 #include <mutex>
 
+#include "common/base/log.h"
 #include "worker/agent/failure.h"
 
 namespace parallax {
@@ -27,6 +28,10 @@ class LongJob final : public JobHandler {
     }
     progress(0.5, "train", {{"loss", 0.25}, {"step", 7}});
     at_work(folder);
+    if (spec == "log") {
+      for (int i = 0; i < 300; ++i) LogInfo("at work", {{"step", i}});
+      return absl::InternalError("lost");
+    }
     if (spec == "fail") return WithLogTail(absl::InternalError("lost"), "first\nlast\n");
     return JobOutcome{"result", {}, /*children_cpu_s=*/1000};
   }
@@ -99,6 +104,18 @@ TEST_F(JobSlotsTest, OnlyKindsThatResumeKeepWhatAFailedAttemptLeft) {
   const auto& fail = std::get<v1::FailRequest>(report.body);
   EXPECT_EQ(fail.log_tail(), "first\nlast");
   EXPECT_EQ(fail.error(), "INTERNAL: lost");
+}
+
+TEST_F(JobSlotsTest, AFailedAttemptTellsTheEndOfItsOwnLog) {
+  testing::internal::CaptureStderr();
+  const Report report = Do(true, "log");
+  testing::internal::GetCapturedStderr();
+  const std::string log = std::get<v1::FailRequest>(report.body).log_tail();
+  EXPECT_LE(std::count(log.begin(), log.end(), '\n'), 200);
+  EXPECT_EQ(log.find("step=98\n"), std::string::npos) << log.substr(0, 300);
+  EXPECT_NE(log.find(" I at work step=150\n"), std::string::npos) << log.substr(0, 300);
+  EXPECT_NE(log.find("step=299\n"), std::string::npos);
+  EXPECT_NE(log.find(" W job failed "), std::string::npos) << "its last line";
 }
 
 }  // namespace

@@ -1,9 +1,11 @@
 // The farm as a whole: figures, history, workers, who did what, health and metrics.
+#include "common/base/names.h"
 #include "common/base/version.h"
 #include "coordinator/http/api.h"
 #include "coordinator/http/api_json.h"
 #include "coordinator/http/metrics_text.h"
 #include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/validation.h"
 
 namespace parallax {
 namespace {
@@ -21,7 +23,22 @@ Reply FarmHistory(ApiParts& parts, const WebRequest&) {
 
 Reply Workers(ApiParts& parts, const WebRequest&) {
   ASSIGN_OR_RETURN(const auto snapshot, parts.sampler.Take());
-  return JsonReply(JsonText(WorkersJson(*snapshot)));
+  return JsonReply(JsonText(WorkersJson(snapshot->workers)));
+}
+
+// An order to drain, or its end: workers whose names match go on with what they have and get
+// nothing new.
+Reply Drain(ApiParts& parts, const WebRequest& request, bool undo) {
+  v1::DrainWorkersRequest asked;
+  ASSIGN_OR_RETURN(*asked.mutable_pattern(), TextIn(request, "pattern", kMaxNameBytes));
+  ASSIGN_OR_RETURN(*asked.mutable_reason(), TextIn(request, "reason", kMaxReasonBytes));
+  RETURN_IF_ERROR(CheckDrain(asked));
+  v1::DrainOrder order;
+  order.set_pattern(asked.pattern());
+  order.set_reason(asked.reason());
+  order.set_actor(request.caller.actor);
+  RETURN_IF_ERROR(parts.queue.Drain(order, undo));
+  return JsonReply(JsonText(WorkersJson(parts.server.Workers())));
 }
 
 Reply Audit(ApiParts& parts, const WebRequest& request) {
@@ -81,6 +98,12 @@ void AddFarmRoutes(ApiParts& parts, std::vector<WebRoute>& routes) {
   add("/api/v1/farm", WebAccess::kRoles, "ListStudies", Farm);
   add("/api/v1/history", WebAccess::kRoles, "ListStudies", FarmHistory);
   add("/api/v1/workers", WebAccess::kRoles, "ListWorkers", Workers);
+  routes.push_back({"POST", "/api/v1/workers/drain", "/api/v1/workers/drain", WebAccess::kRoles,
+                    "DrainWorkers",
+                    [&parts](const WebRequest& r) { return Drain(parts, r, /*undo=*/false); }});
+  routes.push_back({"POST", "/api/v1/workers/undrain", "/api/v1/workers/undrain", WebAccess::kRoles,
+                    "DrainWorkers",
+                    [&parts](const WebRequest& r) { return Drain(parts, r, /*undo=*/true); }});
   add("/api/v1/audit", WebAccess::kRoles, "ListAudit", Audit);
   WebRoute& events = routes.emplace_back();
   events = {"GET", "/api/v1/events", "/api/v1/events", WebAccess::kRoles, "ListStudies"};

@@ -122,9 +122,9 @@ Json HistoryJson(const std::vector<HistorySample>& samples) {
   return json;
 }
 
-Json WorkersJson(const StatusSnapshot& snapshot) {
+Json WorkersJson(const std::vector<v1::WorkerStatus>& all) {
   Json workers = Json::array();
-  for (const v1::WorkerStatus& worker : snapshot.workers) {
+  for (const v1::WorkerStatus& worker : all) {
     workers.push_back(
         {{"name", worker.name()},
          {"state", worker.state()},
@@ -132,6 +132,7 @@ Json WorkersJson(const StatusSnapshot& snapshot) {
          {"slots", worker.slots()},
          {"running", worker.running()},
          {"last_heard_s", worker.last_heard_s()},
+         {"drained_by", worker.drained_by()},
          {"version", worker.version()}});
   }
   return {{"workers", workers}};

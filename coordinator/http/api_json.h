@@ -19,7 +19,7 @@ std::string JsonText(const Json& json);
 
 Json FarmJson(const StatusSnapshot& snapshot);
 Json HistoryJson(const std::vector<HistorySample>& samples);
-Json WorkersJson(const StatusSnapshot& snapshot);
+Json WorkersJson(const std::vector<v1::WorkerStatus>& workers);
 
 // `eta_s` < 0: unknown.
 Json StudyLineJson(const v1::StudyStatus& study, double eta_s);

@@ -41,6 +41,7 @@ Json ActionsFor(ApiParts& parts, const WebCaller& caller, const v1::StudyStatus&
   if (paused) actions.push_back("resume");
   if (has_failed && study.state() != v1::STUDY_STATE_CANCELLED) actions.push_back("retry");
   if (running || paused) actions.push_back("cancel");
+  if (study.finished_unix_s() > 0) actions.push_back("forget");
   return actions;
 }
 
@@ -113,6 +114,18 @@ Reply Retry(ApiParts& parts, const WebRequest& request) {
   return StudyReply(parts, request.caller, id);
 }
 
+Reply Forget(ApiParts& parts, const WebRequest& request) {
+  ASSIGN_OR_RETURN(const int64_t id, NumberOf(request, 0));
+  ASSIGN_OR_RETURN(const std::string reason, TextIn(request, "reason", kMaxReasonBytes));
+  RETURN_IF_ERROR(CheckSteering(parts.queue, request.caller.rpc, StudyId{id}));
+  ASSIGN_OR_RETURN(const v1::ForgetReply had,
+                   parts.queue.Forget(StudyId{id}, reason, request.caller.actor));
+  return JsonReply(JsonText({{"forgotten", true},
+                             {"jobs", had.jobs()},
+                             {"pairs", had.pairs()},
+                             {"results", had.results()}}));
+}
+
 }  // namespace
 
 void AddStudyRoutes(ApiParts& parts, std::vector<WebRoute>& routes) {
@@ -135,6 +148,7 @@ void AddStudyRoutes(ApiParts& parts, std::vector<WebRoute>& routes) {
   steer("/api/v1/studies/(\\d+)/resume", "/api/v1/studies/1/resume", "Resume", &JobQueue::Resume);
   steer("/api/v1/studies/(\\d+)/cancel", "/api/v1/studies/1/cancel", "Cancel", &JobQueue::Cancel);
   add("POST", "/api/v1/studies/(\\d+)/retry", "/api/v1/studies/1/retry", "Retry", Retry);
+  add("POST", "/api/v1/studies/(\\d+)/forget", "/api/v1/studies/1/forget", "Forget", Forget);
 }
 
 }  // namespace parallax

@@ -167,6 +167,29 @@ TEST_F(ApiTest, TheTokenOpensASessionThatLooks) {
   EXPECT_EQ(Post(*client, path + "/pause", "{}", session)->status, 403);
 }
 
+TEST_F(ApiTest, OperatorsDrainWorkersAndForgetStudies) {
+  const int64_t study = Submit();
+  Work();
+  ServeTls();
+  const auto olga = TlsClient("operator-olga"), ada = TlsClient("submitter-ada");
+  const std::string order = R"({"pattern": "node-*", "reason": "new disks"})";
+  EXPECT_EQ(Post(*ada, "/api/v1/workers/drain", order)->status, 403);
+  EXPECT_EQ(Post(*olga, "/api/v1/workers/drain", R"({"pattern": "a b"})")->status, 400);
+  EXPECT_EQ(Post(*olga, "/api/v1/workers/drain", order)->status, 200);
+  const auto drains = queue_->Drains();
+  ASSERT_EQ(drains->size(), 1u);
+  EXPECT_EQ(drains->at(0).pattern(), "node-*");
+  EXPECT_EQ(drains->at(0).actor(), "operator olga https:127.0.0.1");
+  EXPECT_EQ(Post(*olga, "/api/v1/workers/undrain", order)->status, 200);
+  EXPECT_TRUE(queue_->Drains()->empty());
+
+  const std::string path = "/api/v1/studies/" + std::to_string(study);
+  EXPECT_THAT(Actions(Json(*olga, path)), testing::ElementsAre("forget"));
+  EXPECT_EQ(Post(*ada, path + "/forget")->status, 403);
+  EXPECT_EQ(Post(*olga, path + "/forget")->status, 200);
+  EXPECT_EQ(olga->Get(path)->status, 404);
+}
+
 // ---- What it tells
 TEST_F(ApiTest, TellsOfAFarmAtWork) {
   const int64_t study = Submit({.name = "odd", .pairs = 4, .variants = {"narrow", "wide"}});
@@ -184,7 +207,7 @@ TEST_F(ApiTest, TellsOfAFarmAtWork) {
   EXPECT_EQ(one["variant_list"][1]["name"], "wide");
   EXPECT_EQ(one["variant_list"][1]["done"], 4);
   EXPECT_EQ(one["variant_list"][0]["jobs"]["render"]["SUCCEEDED"], 2);
-  EXPECT_THAT(Actions(one), testing::IsEmpty()) << "nothing is left to do";
+  EXPECT_THAT(Actions(one), testing::ElementsAre("forget")) << "nothing else is left to do";
   EXPECT_EQ(client->Get("/api/v1/studies/77")->status, 404);
   EXPECT_EQ(client->Get("/api/v1/studies?limit=0")->status, 400);
   EXPECT_EQ(client->Get("/api/v1/studies/99999999999999999999")->status, 400);

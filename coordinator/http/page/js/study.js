@@ -10,6 +10,7 @@ const ACTIONS = {
   resume: { name: "Resume" },
   retry: { name: "Try failed jobs again" },
   cancel: { name: "Cancel", doing: "Cancel this study for good?", tells: "Unfinished jobs end, running ones are stopped. Finished pairs stay. This cannot be undone.", danger: true },
+  forget: { name: "Forget", doing: "Forget this study?", tells: "Its jobs, its pairs and its networks are removed, but for what other studies use. This cannot be undone.", danger: true },
 };
 
 function Actions({ study, put }) {
@@ -20,7 +21,8 @@ function Actions({ study, put }) {
   const act = (action, why) => post(`studies/${study.id}/${action}`, { reason: why }).then((after) => {
     setProblem("");
     dialog.current.close();
-    put(after);
+    if (after.forgotten) location.hash = "#/";
+    else put(after);
   }).catch((error) => setProblem(error.message));
   const click = (action) => {
     if (!ACTIONS[action].doing) return act(action, "");

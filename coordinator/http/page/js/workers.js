@@ -1,16 +1,26 @@
 // Who works for the farm, and, for operators, who did what.
 import { html, useState } from "/vendor/preact-htm.js";
-import { useApi } from "./api.js";
+import { post, useApi } from "./api.js";
 import { Card, Empty, Head, Tag, Waiting, count, duration, follow, moment, plural } from "./common.js";
 
 const SHOWN = 200;
 const ORDER = ["busy", "draining", "idle", "suspended", "away", "lost", "left"];
 
-export function Workers() {
+// Whoever may, lets a worker finish what it has and gives it nothing new.
+function Drain({ worker, act }) {
+  if (worker.drained_by) return html`<button class="quiet" aria-label="Undo the drain of ${worker.drained_by}" onClick=${() => act("undrain", worker.drained_by)}>undo drain</button>`;
+  return worker.state === "left" || worker.state === "lost" ? "" : html`<button class="quiet" aria-label="Drain ${worker.name}" onClick=${() => act("drain", worker.name)}>drain</button>`;
+}
+
+export function Workers({ me }) {
   const asked = useApi("workers");
   const [filter, setFilter] = useState("");
   const [state, setState] = useState("");
   const [all, setAll] = useState(false);
+  const [problem, setProblem] = useState("");
+  const steers = me.role === "operator";
+  const act = (action, pattern) => post(`workers/${action}`, { pattern }).then((after) => { setProblem(""); asked.put(after); })
+    .catch((error) => setProblem(error.message));
   if (!asked.data) return html`<${Head} title="Workers" /><${Waiting} of=${asked} />`;
   const { workers } = asked.data;
   const states = ORDER.filter((s) => workers.some((w) => w.state === s));
@@ -22,12 +32,13 @@ export function Workers() {
     <div class="chips"><div role="group" aria-label="State">
       ${["", ...states].map((s) => html`<button class="chip" aria-pressed=${state === s} onClick=${() => setState(s)}>${s || "all"} <span>${count(s ? workers.filter((w) => w.state === s).length : workers.length)}</span></button>`)}</div>
       <input type="search" placeholder="name, kind or version" aria-label="Filter by name, kind or version" value=${filter} onInput=${(e) => setFilter(e.target.value)} /></div>
+    ${problem && html`<div class="card notice bad" role="alert">${problem}</div>`}
     <${Card} id="workers">
       ${found.length === 0 && html`<${Empty}>${workers.length ? "No worker fits the filter." : html`No worker has connected yet. <code>worker --coordinator HOST:PORT</code> on any machine adds one.`}<//>`}
       ${found.length > 0 && html`<div class="scroll"><table>
-        <thead><tr><th scope="col">worker</th><th scope="col">state</th><th scope="col">takes</th><th scope="col" class="num">running</th><th scope="col" class="num">heard</th><th scope="col" class="num optional">version</th></tr></thead>
-        <tbody>${shown.map((w) => html`<tr key=${w.name}><th scope="row">${w.name}</th><td><${Tag} state=${w.state} /></td><td class="soft">${w.kinds.join(", ")}</td>
-          <td class="num">${w.running}<span class="soft"> / ${w.slots}</span></td><td class="num soft">${duration(w.last_heard_s)} ago</td><td class="num soft optional">${w.version}</td></tr>`)}</tbody>
+        <thead><tr><th scope="col">worker</th><th scope="col">state</th><th scope="col">takes</th><th scope="col" class="num">running</th><th scope="col" class="num">heard</th><th scope="col" class="num optional">version</th>${steers && html`<th scope="col"><span class="visually-hidden">drain</span></th>`}</tr></thead>
+        <tbody>${shown.map((w) => html`<tr key=${w.name}><th scope="row">${w.name}</th><td><${Tag} state=${w.state} />${w.drained_by && w.state !== "draining" ? html` <small class="warn">drained</small>` : ""}</td><td class="soft">${w.kinds.join(", ")}</td>
+          <td class="num">${w.running}<span class="soft"> / ${w.slots}</span></td><td class="num soft">${duration(w.last_heard_s)} ago</td><td class="num soft optional">${w.version}</td>${steers && html`<td class="num"><${Drain} worker=${w} act=${act} /></td>`}</tr>`)}</tbody>
       </table></div>`}
       ${shown.length < found.length && html`<button class="more" onClick=${() => setAll(true)}>All ${count(found.length)}</button>`}<//>`;
 }

@@ -84,9 +84,14 @@ std::string WhyNotText(const std::string& text, const v1::FieldRule& rule) {
     case v1::FieldRule::NAMES_ASSET_CLASS:
       return WhyNotKnown(text, AssetClassNames(), "a class that `parallax catalogue` lists");
     case v1::FieldRule::NAMES_ASSET_CLASS_OR_GROUP:
-      return WhyNotKnown(
-          text, Joined(AssetClassNames(), AssetGroupNames()),
-          JoinNames(AssetGroupNames()) + ", or a class that `parallax catalogue` lists");
+      if (text == "own") return "";
+      if (text.starts_with("own:")) {
+        const std::string name = text.substr(4);
+        return IsName(name) ? "" : WhyNotName(name);
+      }
+      return WhyNotKnown(text, Joined(AssetClassNames(), AssetGroupNames()),
+                         JoinNames(AssetGroupNames()) +
+                             ", own, own:FOLDER, or a class that `parallax catalogue` lists");
     case v1::FieldRule::NAMES_OBJECT_MATERIAL:
       return WhyNotMaterial(text);
     case v1::FieldRule::NAMES_FOLDER_BELOW_ROOT:

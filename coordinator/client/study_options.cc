@@ -8,10 +8,10 @@
 #include "common/base/version.h"
 #include "common/config/config.h"
 #include "common/config/training.h"
+#include "coordinator/client/own_content.h"
 #include "coordinator/client/text.h"
 #include "coordinator/study/expansion.h"
 #include "coordinator/study/keys.h"
-#include "worker/materials/picture_folder.h"
 
 namespace parallax::client {
 namespace {
@@ -129,29 +129,68 @@ absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
   return study;
 }
 
-absl::Status HashPictures(v1::StudySpec& study) {
+namespace {
+
+// One folder, or list of folders, of a variant: `seen` is its content's hash as seen from here.
+absl::Status TakeHash(const absl::StatusOr<std::string>& seen, const std::string& dir,
+                      const char* field, const char* command, std::string* sha256) {
+  if (absl::IsNotFound(seen.status())) {
+    if (!sha256->empty()) return absl::OkStatus();
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     std::string(ToStd(seen.status().message())) +
+                         ", as seen from here; where it is, `parallax config " + command +
+                         " DIR` tells what to write as " + field);
+  }
+  RETURN_IF_ERROR(seen.status());
+  if (!sha256->empty() && *sha256 != *seen) {
+    return MakeError(
+        absl::StatusCode::kFailedPrecondition,
+        "the content of " + dir + " is not that of " + field + " (it is " + *seen + ")");
+  }
+  *sha256 = *seen;
+  return absl::OkStatus();
+}
+
+// As the workers of `run` see a folder, and those of a farm whose picture root is "/".
+std::string FromRoot(const std::string& dir) { return "/" + dir; }
+
+absl::Status HashContentOf(v1::SceneConfig& config, ContentHashes& hashes) {
+  v1::MaterialConfig& materials = *config.mutable_materials();
+  if (!materials.picture_dir().empty()) {
+    const std::string dir = FromRoot(materials.picture_dir());
+    RETURN_IF_ERROR(TakeHash(hashes.Of(ContentKind::kPictures, {dir}), dir,
+                             "materials.pictures_sha256", "pictures",
+                             materials.mutable_pictures_sha256()));
+  }
+  if (!materials.texture_dir().empty()) {
+    const std::string dir = FromRoot(materials.texture_dir());
+    RETURN_IF_ERROR(TakeHash(hashes.Of(ContentKind::kTextures, {dir}), dir,
+                             "materials.textures_sha256", "textures",
+                             materials.mutable_textures_sha256()));
+  }
+  v1::LightingConfig& lighting = *config.mutable_lighting();
+  if (!lighting.hdri_dir().empty()) {
+    const std::string dir = FromRoot(lighting.hdri_dir());
+    RETURN_IF_ERROR(TakeHash(hashes.Of(ContentKind::kHdris, {dir}), dir, "lighting.hdris_sha256",
+                             "hdris", lighting.mutable_hdris_sha256()));
+  }
+  v1::AssetConfig& assets = *config.mutable_assets();
+  if (!assets.include().empty()) {
+    std::vector<std::string> dirs;
+    for (const std::string& name : assets.include()) dirs.push_back(FromRoot(name));
+    RETURN_IF_ERROR(TakeHash(hashes.Of(ContentKind::kMeshes, dirs), dirs.front(),
+                             "assets.include_sha256", "meshes", assets.mutable_include_sha256()));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status HashContent(v1::StudySpec& study) {
+  ContentHashes hashes;
   for (v1::VariantSpec& variant : *study.mutable_variants()) {
-    if (variant.config().materials().picture_dir().empty()) continue;
-    v1::MaterialConfig& materials = *variant.mutable_config()->mutable_materials();
-    // As the workers of `run` see it, and those of a farm whose picture root is "/".
-    const std::string dir = "/" + materials.picture_dir();
-    const auto pictures = ReadPictureFolder(dir);
-    if (absl::IsNotFound(pictures.status())) {
-      if (!materials.pictures_sha256().empty()) continue;
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       std::string(ToStd(pictures.status().message())) +
-                           ", as seen from here; where it is, `parallax config pictures DIR` tells "
-                           "what to write as materials.pictures_sha256");
-    }
-    RETURN_IF_ERROR(pictures.status());
-    const std::string seen = ContentHashOf(*pictures);
-    if (!materials.pictures_sha256().empty() && materials.pictures_sha256() != seen) {
-      return MakeError(absl::StatusCode::kFailedPrecondition,
-                       "variant " + variant.name() + ": the pictures in " + dir +
-                           " are not those of materials.pictures_sha256 (their content is " + seen +
-                           ")");
-    }
-    materials.set_pictures_sha256(seen);
+    const absl::Status status = HashContentOf(*variant.mutable_config(), hashes);
+    if (!status.ok()) return WithContext(status, "variant " + variant.name());
   }
   return absl::OkStatus();
 }

@@ -39,11 +39,12 @@ absl::Status TakePicturesFromHere(StudyOptions& options);
 // range.
 absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options);
 
-// Sets each variant's pictures_sha256 to the content of its picture_dir below "/". Variants whose
-// folder cannot be seen there keep the pictures_sha256 that they have.
-// Errors: kFailedPrecondition when the pictures are not those that the study names;
-// kInvalidArgument when they can't be seen and the study does not say what they are.
-absl::Status HashPictures(v1::StudySpec& study);
+// Sets the hash of each variant's folders (pictures_sha256, textures_sha256, hdris_sha256,
+// include_sha256) to their content below "/", and checks that content. Variants whose folders
+// cannot be seen there keep the hashes that they have. Errors: kFailedPrecondition when the content
+// is not what the study names; kInvalidArgument when it can't be seen and the study does not say
+// what it is; those of ContentHashes.
+absl::Status HashContent(v1::StudySpec& study);
 
 // "3 variants x 5,000 pairs", or what they come to where variants differ in size.
 std::string DescribeSize(const v1::StudySpec& study);

@@ -20,6 +20,32 @@ absl::Status CheckRange(std::string_view field, int64_t seen, int64_t low, int64
              " to " + std::to_string(high));
 }
 
+// Folders of the user's are named with the hash of their content: results are kept by it.
+absl::Status CheckContentIsNamed(const v1::SceneConfig& config) {
+  const v1::MaterialConfig& materials = config.materials();
+  const struct {
+    bool wanted;
+    const std::string& sha256;
+    const char* field;
+    const char* command;
+  } folders[] = {{!materials.picture_dir().empty(), materials.pictures_sha256(),
+                  "materials.pictures_sha256", "pictures"},
+                 {!materials.texture_dir().empty(), materials.textures_sha256(),
+                  "materials.textures_sha256", "textures"},
+                 {!config.lighting().hdri_dir().empty(), config.lighting().hdris_sha256(),
+                  "lighting.hdris_sha256", "hdris"},
+                 {!config.assets().include().empty(), config.assets().include_sha256(),
+                  "assets.include_sha256", "meshes"}};
+  for (const auto& folder : folders) {
+    if (!folder.wanted || !folder.sha256.empty()) continue;
+    return Bad(
+        std::string(folder.field) +
+        " is missing; results are kept by the content of the folder, which `parallax config " +
+        folder.command + " DIR` tells");
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::Status CheckStudySpec(const v1::StudySpec& spec) {
@@ -37,12 +63,7 @@ absl::Status CheckStudySpec(const v1::StudySpec& spec) {
     RETURN_IF_ERROR(WithContext(CheckRange("pairs", PairsOf(spec, variant), 1, kMaxPairs), where));
     RETURN_IF_ERROR(WithContext(
         CheckRange("rigs_per_scene", RigsPerSceneOf(spec, variant), 1, kMaxRigsPerScene), where));
-    const v1::MaterialConfig& materials = variant.config().materials();
-    if (!materials.picture_dir().empty() && materials.pictures_sha256().empty()) {
-      return Bad(where +
-                 ": materials.pictures_sha256 is missing; results are kept by the content of the "
-                 "pictures, which `parallax config pictures DIR` tells");
-    }
+    RETURN_IF_ERROR(WithContext(CheckContentIsNamed(variant.config()), where));
   }
   return absl::OkStatus();
 }

@@ -12,6 +12,7 @@
 #include "common/base/file.h"
 #include "common/rpc/certificate.h"
 #include "tests/e2e/process.h"
+#include "tests/worker/assets/own_files.h"
 
 namespace parallax {
 namespace {
@@ -148,6 +149,61 @@ TEST_F(SecureTest, AFarmWithCertificatesAndWithoutASharedFolderMakesADataset) {
   EXPECT_EQ(audit.exit, 0) << audit.err;
   EXPECT_THAT(audit.out, HasSubstr("submitter ada ipv4:127.0.0.1:"));
   ExpectLine(Client({"audit"}, Tls("submitter-ada")), 4, "ListAudit is for the role operator");
+}
+
+// Two machines' worth of workers, each with its own copy of the user's content at another place.
+TEST_F(SecureTest, OwnContentIsTheSameOnWorkersThatShareNoDisk) {
+  const std::string here = directory_ + "/a/content", there = directory_ + "/b/content";
+  fs::create_directories(here + "/meshes/crates");
+  fs::create_directories(here + "/hdris");
+  ASSERT_TRUE(WriteFile(here + "/meshes/crates/one.glb", test::GlbBox(1, 2, 1)).ok());
+  std::string grey;
+  for (int i = 0; i < 8; ++i) grey += "\x80\x80\x80\x81";
+  ASSERT_TRUE(WriteFile(here + "/hdris/grey.hdr",
+                        std::string("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n") + grey)
+                  .ok());
+  fs::copy(directory_ + "/a", directory_ + "/b", fs::copy_options::recursive);
+  const auto hash_of = [&](const char* kind, const std::string& dir) {
+    const Outcome outcome = Run({kClient, "config", kind, dir});
+    EXPECT_EQ(outcome.exit, 0) << outcome.err;
+    return outcome.out.substr(0, 64);
+  };
+  const std::string set =
+      "    set:\n"
+      "      floating: {count: 4, classes: [own]}\n"
+      "      assets: {include: [content/meshes], include_sha256: '" +
+      hash_of("meshes", here + "/meshes") + "'}\n" +
+      "      lighting: {hdri_dir: content/hdris, hdris_sha256: '" +
+      hash_of("hdris", here + "/hdris") + "'}\n";
+
+  Serve({"--store-access", "stream"});
+  std::vector<std::unique_ptr<Process>> workers;
+  for (const char* name : {"a", "b"}) {
+    std::vector<std::string> command = WorkerCommand("");
+    command[6] = name;
+    command[8] = directory_ + "/outbox-" + name;
+    command.insert(command.end(), {"--picture-root", directory_ + "/" + name});
+    workers.push_back(std::make_unique<Process>(command));
+  }
+  const Outcome submit = Submit(WriteStudy(set), "");
+  ASSERT_EQ(submit.exit, 0) << submit.err;
+  const Outcome watch = Client({"watch", "tiny", "--json"}, "");
+  ASSERT_EQ(watch.exit, 0) << watch.err << watch.out;
+  const Outcome fetch = Client({"fetch", "tiny", "--out", directory_ + "/out", "--json"}, "");
+  ASSERT_EQ(fetch.exit, 0) << fetch.err;
+  for (const char* rig : {"000", "001"}) {
+    EXPECT_THAT(*ReadFile(directory_ + "/out/v/frames/000000/" + rig + "/frame.json"),
+                HasSubstr("\"class\":\"own:crates\""));
+  }
+  EXPECT_EQ(Run({kClient, "verify", directory_ + "/out"}).exit, 0);
+
+  // Another mesh on one of them is not taken for the study's.
+  ASSERT_TRUE(WriteFile(there + "/meshes/crates/one.glb", test::GlbBox(2, 1, 1)).ok());
+  EXPECT_NE(hash_of("meshes", there + "/meshes"), hash_of("meshes", here + "/meshes"));
+  const Outcome bad = Run({kClient, "config", "meshes", directory_ + "/b/content/hdris"});
+  ExpectLine(bad, bad.exit, "no file of .glb, .obj, .ply");
+  for (const auto& worker : workers) worker->Signal(SIGTERM);
+  for (const auto& worker : workers) EXPECT_EQ(worker->Wait(), 0) << worker->Err();
 }
 
 TEST_F(SecureTest, AClientThatDoesNotSeeTheStoreStreamsItAndBringsNothingTwice) {

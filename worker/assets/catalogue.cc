@@ -8,6 +8,7 @@
 #include "worker/assets/detail.h"
 #include "worker/assets/families.h"
 #include "worker/assets/kernel/detail.h"
+#include "worker/assets/own_meshes.h"
 
 namespace parallax {
 namespace {
@@ -54,6 +55,10 @@ const AssetClass* FindAssetClass(std::string_view name) {
 }
 
 absl::StatusOr<Asset> MakeAsset(std::string_view class_name, uint64_t seed) {
+  if (IsOwnClass(class_name)) {
+    ASSIGN_OR_RETURN(const std::shared_ptr<const MeshFile> file, OpenOwnMesh(class_name, seed));
+    return Asset{file->mesh, {}};
+  }
   const AssetClass* found = FindAssetClass(class_name);
   if (found == nullptr) {
     size_t least = std::numeric_limits<size_t>::max();

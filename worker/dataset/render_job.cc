@@ -3,6 +3,7 @@
 #include <new>
 
 #include "worker/dataset/render_frames.h"
+#include "worker/scene/own_content.h"
 #include "worker/scene/scene_geometry.h"
 #include "worker/scene/scene_pictures.h"
 #include "worker/scene/upgrade.h"
@@ -25,6 +26,7 @@ absl::StatusOr<v1::RenderResult> RunRenderJob(const v1::RenderJob& job,
   RETURN_IF_ERROR(UpgradeScene(*upgraded.mutable_scene()));
   try {
     RETURN_IF_ERROR(LocatePictures(job.picture_dir(), *upgraded.mutable_scene()));
+    RETURN_IF_ERROR(LocateOwnContent(upgraded));
     return RenderFrames(upgraded, context, &BuildRenderer, *cache);
   } catch (const std::bad_alloc&) {
     return absl::ResourceExhaustedError("not enough memory to render the scene");

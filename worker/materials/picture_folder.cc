@@ -3,7 +3,6 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cerrno>
 #include <filesystem>
@@ -17,11 +16,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool IsPicture(const fs::path& path) {
+constexpr std::string_view kPictures[] = {".png", ".jpg", ".jpeg"};
+
+bool EndsIn(const fs::path& path, std::span<const std::string_view> endings) {
   std::string ending = path.extension().string();
   for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  constexpr std::array kEndings = {".png", ".jpg", ".jpeg"};
-  return std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
+  return std::find(endings.begin(), endings.end(), ending) != endings.end();
 }
 
 // What differs when a file has been written since.
@@ -61,28 +61,45 @@ absl::StatusOr<std::string> HashOf(const std::string& path) {
 
 }  // namespace
 
-absl::StatusOr<std::vector<FolderPicture>> ReadPictureFolder(const std::string& dir) {
-  std::vector<FolderPicture> pictures;
+absl::StatusOr<std::vector<FolderFile>> ReadContentFolder(
+    const std::string& dir, std::span<const std::string_view> endings) {
+  std::vector<FolderFile> files;
   std::error_code error;
   for (fs::recursive_directory_iterator at(dir, error), end; !error && at != end;
        at.increment(error)) {
-    if (!at->is_regular_file(error) || !IsPicture(at->path())) continue;
-    pictures.push_back({at->path().lexically_relative(dir).string(), ""});
+    if (!at->is_regular_file(error) || !EndsIn(at->path(), endings)) continue;
+    files.push_back({at->path().lexically_relative(dir).string(), ""});
   }
-  if (pictures.empty()) {
+  if (files.empty()) {
+    std::string wanted;
+    for (const std::string_view ending : endings) {
+      wanted += (wanted.empty() ? "" : ", ") + std::string(ending);
+    }
+    return MakeError(absl::StatusCode::kNotFound, "no file of " + wanted + " in " + dir);
+  }
+  std::sort(files.begin(), files.end(),
+            [](const FolderFile& a, const FolderFile& b) { return a.name < b.name; });
+  for (FolderFile& file : files) {
+    ASSIGN_OR_RETURN(file.sha256, HashOf(dir + "/" + file.name));
+  }
+  return files;
+}
+
+absl::StatusOr<std::vector<FolderFile>> ReadPictureFolder(const std::string& dir) {
+  absl::StatusOr<std::vector<FolderFile>> pictures = ReadContentFolder(dir, kPictures);
+  if (absl::IsNotFound(pictures.status())) {
     return MakeError(absl::StatusCode::kNotFound, "picture_dir: no PNG or JPEG in " + dir);
-  }
-  std::sort(pictures.begin(), pictures.end(),
-            [](const FolderPicture& a, const FolderPicture& b) { return a.name < b.name; });
-  for (FolderPicture& picture : pictures) {
-    ASSIGN_OR_RETURN(picture.sha256, HashOf(dir + "/" + picture.name));
   }
   return pictures;
 }
 
-std::string ContentHashOf(const std::vector<FolderPicture>& pictures) {
+uint64_t ContentSeed(std::string_view sha256) {
+  return std::stoull(std::string(sha256.substr(0, 16)), nullptr, 16);
+}
+
+std::string ContentHashOf(const std::vector<FolderFile>& pictures) {
   Sha256 hash;
-  for (const FolderPicture& picture : pictures) {
+  for (const FolderFile& picture : pictures) {
     // A name holds no 0 byte and a hash has one length: no two lists give the same bytes.
     hash.Update(picture.name).Update(std::string_view("\0", 1)).Update(picture.sha256);
   }

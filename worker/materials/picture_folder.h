@@ -1,15 +1,19 @@
-// A user's folder of pictures. What it holds counts, not where it lies: pictures are named relative
-// to it, and their content is hashed, so that keys of results follow the pictures. Thread-safe.
+// A user's folder of pictures, or of other content. What it holds counts, not where it lies: files
+// are named relative to it, and their content is hashed, so that keys of results follow it.
+// Thread-safe.
 #pragma once
 
+#include <cstdint>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/base/status.h"
 
 namespace parallax {
 
-struct FolderPicture {
+struct FolderFile {
   std::string name;    // Relative to the folder: "posters/sea.jpg".
   std::string sha256;  // Hash of the file's bytes; 64 lower-case hex digits.
 };
@@ -17,10 +21,18 @@ struct FolderPicture {
 // The pictures in `dir` and the folders below it, sorted by name. A process reads a file again only
 // when its size or a time of it has changed.
 // Errors: kNotFound when there is no such folder or no picture in it; reading as ReadFile.
-absl::StatusOr<std::vector<FolderPicture>> ReadPictureFolder(const std::string& dir);
+absl::StatusOr<std::vector<FolderFile>> ReadPictureFolder(const std::string& dir);
+
+// The same of files whose names end in one of `endings` (".png"; case does not count). Errors:
+// likewise.
+absl::StatusOr<std::vector<FolderFile>> ReadContentFolder(
+    const std::string& dir, std::span<const std::string_view> endings);
+
+// The first 8 bytes of a SHA-256 in hex, big-endian: how recipes name content of the user's.
+uint64_t ContentSeed(std::string_view sha256);
 
 // SHA-256 over the names and contents of all pictures, as hex: equal wherever the folder lies.
-std::string ContentHashOf(const std::vector<FolderPicture>& pictures);
+std::string ContentHashOf(const std::vector<FolderFile>& pictures);
 
 // The path of the picture `name` in `dir`, whose content must be `sha256`.
 // Errors: kInvalidArgument for a name that leads out of the folder; kNotFound when the picture is

@@ -166,6 +166,8 @@ void LightTable::SampleSky(const LightReceivers8& at, const LightChoices8& choic
       const Portal& portal = in->portals[way];
       to.Set(lane, portal.corner + portal.edge_u * u[lane] + portal.edge_v * v[lane] -
                        at.position.Get(lane));
+    } else if (sky_.has_environment()) {
+      to.Set(lane, sky_.SampleEnvironment(u[lane], v[lane]));
     } else {
       const bool above = u[lane] < kUpperShare;
       const float z =
@@ -201,6 +203,14 @@ Float8 LightTable::SkyPdf(const LightReceivers8& at, const Vec3x8& directions) c
     const Mask8 members = left & (at.room == room);
     left &= ~members;
     const Enclosure* in = RoomAt(room);
+    if (!in && sky_.has_environment()) {
+      Float8 pdf = Splat(0);
+      for (int lane = 0; lane < kLanes; ++lane) {
+        if (members[lane] != 0) pdf[lane] = sky_.EnvironmentPdf(directions.Get(lane));
+      }
+      all = members ? pdf * DomeImportance() / at.total : all;
+      continue;
+    }
     if (!in) {
       const Float8 share = directions.z >= 0.0f ? Splat(kUpperShare) : Splat(1.0f - kUpperShare);
       all = members ? share / (2.0f * kPi) * DomeImportance() / at.total : all;

@@ -16,7 +16,11 @@ Mask8 Contains(const Box3f& box, const Vec3x8& p) {
 absl::StatusOr<LightTable> LightTable::Build(const v1::Scene& scene, const RenderScene& geometry) {
   LightTable table;
   const Surroundings& surroundings = geometry.geometry().surroundings;
-  table.sky_ = SkyModel(scene.sky(), surroundings.ground_below_horizon);
+  std::shared_ptr<const Environment> environment;
+  if (scene.sky().environment() != 0) {
+    ASSIGN_OR_RETURN(environment, OpenEnvironment(scene.sky().environment()));
+  }
+  table.sky_ = SkyModel(scene.sky(), surroundings.ground_below_horizon, std::move(environment));
   if (scene.has_air()) table.haze_ = Haze(scene.air());
   table.lights_of_body_.resize(geometry.body_count());
   for (const v1::Light& light : scene.lights()) {

@@ -29,7 +29,8 @@ constexpr float kZenithY[3][4] = {{0.00275f, -0.00610f, 0.00317f, 0.0f},
 
 }  // namespace
 
-SkyModel::SkyModel(const v1::Sky& sky, bool ground) : has_ground_(ground) {
+SkyModel::SkyModel(const v1::Sky& sky, bool ground, std::shared_ptr<const Environment> environment)
+    : has_ground_(ground) {
   const float strength = static_cast<float>(std::max(0.0, sky.strength()));
   const float sun = static_cast<float>(std::max(0.0, sky.sun_strength()));
   const Vec3f tint =
@@ -67,6 +68,19 @@ SkyModel::SkyModel(const v1::Sky& sky, bool ground) : has_ground_(ground) {
   if (has_sun_) irradiance += sun_radiance_ * (sun_solid_angle() * sun_direction_.z());
   ground_ = ground ? Vec3f(irradiance.cwiseProduct(Vec3f(0.21f, 0.20f, 0.17f)) * kInvPi)
                    : MeanAtHorizon();
+  if (environment && has_sky_) {
+    UseEnvironment(std::move(environment), sky.environment_turn_rad(), tint, Luminance(irradiance));
+  }
+}
+
+void SkyModel::UseEnvironment(std::shared_ptr<const Environment> environment, double turn_rad,
+                              const Vec3f& tint, float ground_irradiance) {
+  environment_ = std::move(environment);
+  turn_ = Eigen::AngleAxisf(static_cast<float>(turn_rad), Vec3f::UnitZ()).toRotationMatrix();
+  const float scale = ground_irradiance / environment_->ground_irradiance();
+  environment_scale_ = tint * (scale / Luminance(tint));
+  mean_luminance_ = scale * environment_->mean_luminance();
+  has_sun_ = false;
 }
 
 // A low sun shines through more air: weaker and warmer. Full at the zenith of a usual sky.
@@ -158,6 +172,12 @@ Vec3x8 SkyModel::ClearSky(const Vec3x8& directions) const {
 
 Vec3x8 SkyModel::Radiance(const Vec3x8& directions) const {
   if (!has_sky_) return Vec3x8::Zero();
+  if (environment_) {
+    const Mat3f& t = turn_;  // About z.
+    const Vec3x8 seen(t(0, 0) * directions.x + t(1, 0) * directions.y,
+                      t(0, 1) * directions.x + t(1, 1) * directions.y, directions.z);
+    return environment_->Radiance(seen) * Vec3x8(environment_scale_);
+  }
   if (!has_ground_) return Dome(directions);
   // The horizon is a soft edge 2 degrees wide.
   const Float8 above = Clamp(directions.z / 0.035f + 0.5f, 0.0f, 1.0f);

@@ -14,6 +14,7 @@
 
 #include "parallax/v1/scene.pb.h"
 #include "worker/render/clouds.h"
+#include "worker/render/environment.h"
 #include "worker/render/sampling.h"
 
 namespace parallax {
@@ -27,7 +28,10 @@ class SkyModel {
 
   SkyModel() : SkyModel(v1::Sky()) {}
   // `ground`: a flat lit ground is seen below the horizon; else what stands at the horizon above.
-  explicit SkyModel(const v1::Sky& sky, bool ground = true);
+  // `environment` stands in for sky, sun and ground, turned as the recipe says and scaled so that
+  // it lights a horizontal plane as strongly as they would.
+  explicit SkyModel(const v1::Sky& sky, bool ground = true,
+                    std::shared_ptr<const Environment> environment = nullptr);
 
   // From unit `direction` (world), without the sun's disk.
   Vec3x8 Radiance(const Vec3x8& directions) const;
@@ -40,6 +44,13 @@ class SkyModel {
 
   bool has_sky() const { return has_sky_; }
   bool has_sun() const { return has_sun_; }
+  // Only with an environment: a direction drawn by its light, and the density of that.
+  bool has_environment() const { return environment_ != nullptr; }
+  Vec3f SampleEnvironment(float u, float v) const { return turn_ * environment_->Sample(u, v); }
+  float EnvironmentPdf(const Vec3f& direction) const {
+    return environment_->Pdf(turn_.transpose() * direction);
+  }
+
   const Vec3f& sun_direction() const { return sun_direction_; }
   float cos_sun() const { return cos_sun_; }
   // Solid angle of the disk.
@@ -61,6 +72,8 @@ class SkyModel {
   void SetClearSky(float sun_elevation);
   void SetSun(float elevation, float strength, const Vec3f& tint);
   void AddClouds(const v1::Sky& sky);
+  void UseEnvironment(std::shared_ptr<const Environment> environment, double turn_rad,
+                      const Vec3f& tint, float ground_irradiance);
   Vec3x8 ClearSky(const Vec3x8& directions) const;
   Vec3x8 Dome(const Vec3x8& directions) const;
   Vec3f MeanAtHorizon() const;
@@ -69,9 +82,12 @@ class SkyModel {
   bool has_sky_ = false, has_sun_ = false;
   float turbidity_ = kTurbidity;
   bool hazy_ = false;  // Another turbidity than the usual: the horizon's green is held back.
-  std::shared_ptr<const Clouds> clouds_;  // None: a sky without.
-  float clear_ = 0;                       // [0, 1]
-  Perez perez_[3];                        // CIE x, y; luminance in kcd/m^2.
+  std::shared_ptr<const Clouds> clouds_;            // None: a sky without.
+  std::shared_ptr<const Environment> environment_;  // Likewise.
+  Mat3f turn_ = Mat3f::Identity();                  // World from environment.
+  Vec3f environment_scale_ = Vec3f::Zero();
+  float clear_ = 0;  // [0, 1]
+  Perez perez_[3];   // CIE x, y; luminance in kcd/m^2.
   Vec3f scale_ = Vec3f::Zero();
   Vec3f ground_ = Vec3f::Zero();  // Radiance below the horizon.
   Vec3f sun_radiance_ = Vec3f::Zero();

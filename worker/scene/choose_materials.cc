@@ -113,13 +113,21 @@ class MaterialChooser {
     if (slot.emissive) return Emissive(object, slot, own, lit);
     const bool all = config_.mode() == v1::MaterialConfig::MODE_ALL;
     if (!all || (!Prints(slot) && own.Child("replaced").Bernoulli(config_.replace_probability()))) {
+      const std::vector<TextureSet>& sets = scene_.own.textures;
+      if (all && !sets.empty() && own.Child("own texture").Bernoulli(config_.texture_p())) {
+        const TextureSet& set = own.Child("texture set").Pick(sets);
+        return palettes_.IndexOf(set.name, set.seed);
+      }
       Rng draw = own.Child("replacement");
       const MaterialClass& material = *draw.Pick(replacements_);
       return palettes_.IndexOf(material.name, draw.Seed());
     }
+    if (IsOwnClass(object.asset_class()) && HasOwnLooks(object, slot)) {
+      return palettes_.IndexOf(OwnMeshMaterial(slot.name), object.seed());
+    }
     if (Prints(slot) && !pictures_.empty()) {
       Rng draw = own.Child("picture/" + slot.name);
-      const FolderPicture& picture = draw.Pick(pictures_);
+      const FolderFile& picture = draw.Pick(pictures_);
       return palettes_.IndexOf(kUserPicture, draw.Seed(), picture);
     }
     const bool screen = Prints(slot) && slot.name.find("screen") != std::string::npos;
@@ -138,6 +146,17 @@ class MaterialChooser {
     return palettes_.FromFamilies(slot, model, "", 0);
   }
 
+  // Whether the user's mesh says itself what the slot is made of.
+  bool HasOwnLooks(const v1::SceneObject& object, const MaterialSlot& slot) const {
+    const auto file = OpenOwnMesh(object.asset_class(), object.seed());
+    if (!file.ok()) return false;  // SlotsOf has told.
+    const auto& slots = (*file)->mesh.slots;
+    for (size_t i = 0; i < slots.size(); ++i) {
+      if (slots[i].name == slot.name) return (*file)->materials[i].has_value();
+    }
+    return false;
+  }
+
   uint32_t Emissive(const v1::SceneObject& object, const MaterialSlot& slot, const Rng& own,
                     bool lit) {
     // A lamp that is not on shows a white bulb.
@@ -152,7 +171,7 @@ class MaterialChooser {
   const Rng root_;
   Palettes palettes_;
   MaterialClasses replacements_;
-  std::vector<FolderPicture> pictures_;  // The user's.
+  std::vector<FolderFile> pictures_;  // The user's.
 };
 
 }  // namespace

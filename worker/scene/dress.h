@@ -17,6 +17,7 @@
 #include "worker/geometry/ray_scene.h"
 #include "worker/geometry/surroundings.h"
 #include "worker/layout/asset_pool.h"
+#include "worker/scene/own_content.h"
 
 namespace parallax {
 
@@ -28,6 +29,7 @@ struct SceneInProgress {
   RayScene solid;
   AssetPool pool;
   SceneSeed seed;
+  OwnContent own;
   std::string why_no_rigs;  // Where there are fewer than wanted: the reason, if the type knows it.
 };
 

@@ -7,6 +7,7 @@
 #include "common/config/config.h"
 #include "common/math/proto.h"
 #include "worker/scene/dress.h"
+#include "worker/scene/floating_choice.h"
 #include "worker/scene/place_floating.h"
 #include "worker/scene/view_guard.h"
 #include "worker/scene/warp.h"
@@ -45,8 +46,8 @@ class FloatingPlacer {
         guard_(config.rigs(), scene.recipe) {}
 
   absl::Status Place(const std::string& name, uint32_t index, const Rng& stream,
-                     const std::vector<std::string>& classes, size_t number) {
-    ASSIGN_OR_RETURN(const Floater floater, Make(stream, classes));
+                     const FloatingChoice& choice, size_t number) {
+    ASSIGN_OR_RETURN(const Floater floater, Make(stream, choice));
     Rng poses = stream.Child("pose");
     for (int k = 0; k < kFloatTries; ++k) {
       const std::optional<Pose> pose = Draft(poses, floater, number);
@@ -74,10 +75,11 @@ class FloatingPlacer {
   }
 
  private:
-  absl::StatusOr<Floater> Make(const Rng& stream, const std::vector<std::string>& classes) {
+  absl::StatusOr<Floater> Make(const Rng& stream, const FloatingChoice& choice) {
     Floater floater;
-    floater.class_name = stream.Child("class").Pick(classes);
-    floater.seed = stream.Child("asset").Seed();
+    const FloatingChoice::Model model = choice.Draw(stream);
+    floater.class_name = model.asset_class;
+    floater.seed = model.seed;
     floater.size_m = Draw(config_.size_m(), stream.Child("size").Uniform());
     floater.warp = Draw(config_.warp(), stream.Child("warp").Uniform());
     if (floater.warp > 0) {
@@ -141,13 +143,13 @@ class FloatingPlacer {
 absl::Status AddFloating(const v1::SceneConfig& config, uint32_t first_index,
                          SceneInProgress& scene) {
   const Rng root(scene.seed, "dress/floating");
-  ASSIGN_OR_RETURN(const std::vector<std::string> classes, FloatingClasses(config));
+  ASSIGN_OR_RETURN(const FloatingChoice choice, FloatingChoice::Of(config, scene.own));
   const long count = std::lround(Draw(config.floating().count(), root.Child("count").Uniform()));
   FloatingPlacer placer(config, scene);
   for (long i = 0; i < count; ++i) {
     const auto number = static_cast<size_t>(i);
     RETURN_IF_ERROR(placer.Place(std::to_string(i), first_index + static_cast<uint32_t>(i),
-                                 root.Child("object", number), classes, number));
+                                 root.Child("object", number), choice, number));
   }
   return absl::OkStatus();
 }

@@ -47,7 +47,7 @@ MaterialClasses PrintsFor(const std::string& slot) {
   return classes.empty() ? MaterialsOfFamily("picture") : classes;
 }
 
-uint32_t Palettes::IndexOf(const std::string& name, uint64_t seed, const FolderPicture& picture) {
+uint32_t Palettes::IndexOf(const std::string& name, uint64_t seed, const FolderFile& picture) {
   auto [entry, is_new] = index_.try_emplace({name + ":" + picture.name, seed}, 0);
   if (is_new) {
     v1::SceneMaterial& added = *recipe_.add_materials();

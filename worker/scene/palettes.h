@@ -32,7 +32,7 @@ class Palettes {
   const Rng& root() const { return root_; }
 
   // SceneMaterial.index of the entry. `picture`: of the class UserPicture, else empty.
-  uint32_t IndexOf(const std::string& name, uint64_t seed, const FolderPicture& picture = {});
+  uint32_t IndexOf(const std::string& name, uint64_t seed, const FolderFile& picture = {});
 
   // One of the `size` members of a palette of this scene. `where` draws which; the member draws its
   // class among `classes` (not empty) and its seed.

@@ -8,6 +8,8 @@
 
 #include "common/base/memory_budget.h"
 #include "common/math/proto.h"
+#include "worker/assets/own_meshes.h"
+#include "worker/materials/texture_sets.h"
 #include "worker/materials/user_picture.h"
 #include "worker/scene/glass_parts.h"
 #include "worker/scene/types/types.h"
@@ -36,6 +38,14 @@ class TintedMaterial final : public Material {
   std::unique_ptr<const Material> inner_;
   Vec3f tint_;
 };
+
+absl::StatusOr<std::unique_ptr<const Material>> MakeListedMaterial(const v1::SceneMaterial& entry) {
+  const std::string& name = entry.material_class();
+  if (!entry.picture_file().empty()) return MakeUserPicture(entry.picture_file(), entry.seed());
+  if (name.starts_with(kOwnPrefix)) return MakeOwnTexture(name, entry.seed());
+  if (IsOwnMeshMaterial(name)) return MakeOwnMeshMaterial(name, entry.seed());
+  return MakeMaterial(name, entry.seed());
+}
 
 // Class and omitted slots, seed, warp's seed, warp.
 using MeshKey = std::tuple<std::string, uint64_t, uint64_t, double>;
@@ -90,9 +100,7 @@ absl::StatusOr<SceneGeometry> BuildSceneGeometry(const v1::Scene& scene) {
                        "material " + entry.name() + " has index " + std::to_string(entry.index()) +
                            ", allowed is at most 65535");
     }
-    auto material = entry.picture_file().empty()
-                        ? MakeMaterial(entry.material_class(), entry.seed())
-                        : MakeUserPicture(entry.picture_file(), entry.seed());
+    auto material = MakeListedMaterial(entry);
     if (!material.ok()) return WithContext(material.status(), "material " + entry.name());
     if (geometry.materials.size() <= entry.index()) geometry.materials.resize(entry.index() + 1);
     if (entry.has_tint()) {

@@ -65,6 +65,7 @@ SceneInProgress Begin(const SceneType& type, const v1::SolveJob& job, v1::Layout
 absl::Status Dress(const SceneType& type, const v1::SolveJob& job, v1::Layout layout,
                    const CancelToken& cancel, v1::SolveResult& result) {
   SceneInProgress scene = Begin(type, job, std::move(layout));
+  ASSIGN_OR_RETURN(scene.own, ReadOwnContent(job.config()));
   RETURN_IF_ERROR(type.rigs(job.config(), cancel, scene));
   const int rigs = scene.recipe.rigs_size(), wanted = job.config().rigs().count();
   if (rigs < wanted) {
@@ -76,6 +77,7 @@ absl::Status Dress(const SceneType& type, const v1::SolveJob& job, v1::Layout la
   }
   RETURN_IF_ERROR(CheckRawCameras(scene.recipe));
   RETURN_IF_ERROR(type.dress(job.config(), cancel, scene));
+  ChooseEnvironments(job.config().lighting(), scene.own, scene.seed, scene.recipe);
   *result.mutable_scene() = std::move(scene.recipe);
   return absl::OkStatus();
 }

@@ -11,10 +11,10 @@
 #include "common/base/file.h"
 #include "coordinator/client/commands/command.h"
 #include "coordinator/client/out_dir.h"
+#include "coordinator/client/own_content.h"
 #include "coordinator/client/study_options.h"
 #include "coordinator/client/text.h"
 #include "coordinator/study/expansion.h"
-#include "worker/materials/picture_folder.h"
 
 namespace parallax::client {
 namespace {
@@ -119,11 +119,19 @@ absl::StatusOr<ExitCode> Show(const ConfigOptions& options, Session& session) {
   return kExitOk;
 }
 
-absl::StatusOr<ExitCode> Pictures(const ConfigOptions& options, Session& session) {
-  ASSIGN_OR_RETURN(const std::vector<FolderPicture> pictures, ReadPictureFolder(options.file));
-  const std::string hash = ContentHashOf(pictures);
+struct ContentCommand {
+  ContentKind kind;
+  const char* name;
+  const char* description;
+  const char* field;  // That takes the hash.
+};
+
+absl::StatusOr<ExitCode> HashFolders(const ContentCommand& command,
+                                     const std::vector<std::string>& dirs, Session& session) {
+  ASSIGN_OR_RETURN(const std::string hash, ContentHashes().Of(command.kind, dirs));
   if (session.options.json) {
-    session.PrintJson({{"pictures", pictures.size()}, {"pictures_sha256", hash}});
+    const std::string field = command.field;
+    session.PrintJson({{field.substr(field.find('.') + 1), hash}});
   } else {
     *session.out().stream << hash << "\n";
   }
@@ -158,6 +166,23 @@ absl::StatusOr<ExitCode> Camera(const CameraOptions& options, Session& session) 
   *rigs.mutable_camera() = read.rigs().camera();
   *session.out().stream << MessageToYaml(shown);
   return kExitOk;
+}
+
+void AddContentCommand(Registry& registry, CLI::App& parent, const ContentCommand& command) {
+  CLI::App* app = registry.AddCommand(
+      parent, command.name, command.description,
+      std::string(
+          "Opens every file and says what is wrong with the first bad one. The hash is what ") +
+          command.field +
+          "\nmust be for studies that are submitted where the folder can't be seen; otherwise "
+          "`run`\n"
+          "and `submit` find it themselves.\n");
+  auto dirs = std::make_shared<std::vector<std::string>>();
+  CLI::Option* option = app->add_option("DIR", *dirs, "The folder")->required();
+  if (command.kind != ContentKind::kMeshes) option->expected(1);
+  registry.AddJsonOption(app);
+  registry.SetAction(
+      app, [command, dirs](Session& session) { return HashFolders(command, *dirs, session); });
 }
 
 absl::StatusOr<ExitCode> List(Session& session) {
@@ -203,14 +228,16 @@ void RegisterConfig(Registry& registry) {
       "Example:\n  parallax config show baseline > baseline-full.yaml\n",
       options);
   registry.SetAction(show, [options](Session& session) { return Show(*options, session); });
-  CLI::App* pictures =
-      registry.AddCommand(*config, "pictures", "The content hash of a folder of pictures",
-                          "What materials.pictures_sha256 must be for studies that are submitted "
-                          "where the folder can't\n"
-                          "be seen; otherwise `run` and `submit` find it themselves.\n");
-  pictures->add_option("DIR", options->file, "The folder")->required();
-  registry.AddJsonOption(pictures);
-  registry.SetAction(pictures, [options](Session& session) { return Pictures(*options, session); });
+  const ContentCommand contents[] = {
+      {ContentKind::kPictures, "pictures", "The content hash of a folder of pictures",
+       "materials.pictures_sha256"},
+      {ContentKind::kMeshes, "meshes", "Check folders of your own meshes; their content hash",
+       "assets.include_sha256"},
+      {ContentKind::kTextures, "textures", "Check a folder of texture sets; its content hash",
+       "materials.textures_sha256"},
+      {ContentKind::kHdris, "hdris",
+       "Check a folder of .hdr and .exr surroundings; its content hash", "lighting.hdris_sha256"}};
+  for (const ContentCommand& content : contents) AddContentCommand(registry, *config, content);
   auto camera_options = std::make_shared<CameraOptions>();
   CLI::App* camera = registry.AddCommand(
       *config, "camera", "What a calibration file or a preset says, as a study's `rigs`",

@@ -79,7 +79,7 @@ absl::StatusOr<ExitCode> Run(const RunOptions& options, Session& session) {
   StudyOptions study_options = options.study;
   RETURN_IF_ERROR(TakePicturesFromHere(study_options));
   ASSIGN_OR_RETURN(run_options.study, ResolveStudy(study_options));
-  RETURN_IF_ERROR(HashPictures(run_options.study));
+  RETURN_IF_ERROR(HashContent(run_options.study));
   run_options.allow_trainers = options.allow_trainers;
   run_options.trainers_dir = options.trainers_dir;
   run_options.benchmarks_dir = options.benchmarks_dir;

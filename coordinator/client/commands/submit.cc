@@ -17,7 +17,7 @@ struct SubmitOptions {
 
 absl::StatusOr<ExitCode> Submit(const SubmitOptions& options, Session& session) {
   ASSIGN_OR_RETURN(v1::StudySpec study, ResolveStudy(options.study));
-  RETURN_IF_ERROR(HashPictures(study));
+  RETURN_IF_ERROR(HashContent(study));
   ASSIGN_OR_RETURN(const auto connection, session.Connect());
   v1::SubmitRequest request;
   *request.mutable_study() = study;

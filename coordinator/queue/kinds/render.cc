@@ -65,6 +65,9 @@ class RenderKind final : public JobKind {
     *spec.mutable_render() = lease.config->render();
     spec.set_picture_dir(lease.config->materials().picture_dir());
     for (const std::string& folder : lease.kept_folders) spec.add_earlier_folders(folder);
+    *spec.mutable_include() = lease.config->assets().include();
+    spec.set_texture_dir(lease.config->materials().texture_dir());
+    spec.set_hdri_dir(lease.config->lighting().hdri_dir());
     ASSIGN_OR_RETURN(const std::string scene_z, results.ResultBytes(lease.job.group_key));
     RETURN_IF_ERROR(UnpackMessage(scene_z, *spec.mutable_scene()));
     return spec.SerializeAsString();

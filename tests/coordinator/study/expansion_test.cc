@@ -40,6 +40,18 @@ TEST(CheckStudySpec, NamesTheVariantWhoseExpansionWouldNotEnd) {
        [](v1::StudySpec& s) {
          s.mutable_variants(1)->mutable_config()->mutable_materials()->set_picture_dir("p");
        }},
+      {"materials.textures_sha256 is missing",
+       [](v1::StudySpec& s) {
+         s.mutable_variants(1)->mutable_config()->mutable_materials()->set_texture_dir("p");
+       }},
+      {"lighting.hdris_sha256 is missing",
+       [](v1::StudySpec& s) {
+         s.mutable_variants(1)->mutable_config()->mutable_lighting()->set_hdri_dir("p");
+       }},
+      {"`parallax config meshes DIR` tells",
+       [](v1::StudySpec& s) {
+         s.mutable_variants(1)->mutable_config()->mutable_assets()->add_include("p");
+       }},
   };
   for (const auto& c : cases) {
     v1::StudySpec spec = GoodSpec();

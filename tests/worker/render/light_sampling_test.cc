@@ -1,12 +1,17 @@
 // Every kind of light: its sampler against its density and against brute force, many lights at
 // once, and form factors with closed forms.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <filesystem>
 
 #include "common/base/rng.h"
+#include "common/image/io.h"
 #include "common/math/proto.h"
 #include "tests/worker/render/radiance.h"
+#include "worker/materials/environment_folder.h"
+#include "worker/render/environment.h"
 #include "worker/scene/types/indoor/house.h"
 
 namespace parallax {
@@ -45,6 +50,24 @@ void AddSpot(TestScene* test, const Vec3d& position, const Vec3d& direction, dou
   light->set_cone_blend(blend);
 }
 
+// The seed of surroundings whose one half is ten times as bright as the other.
+uint64_t BrightPatch() {
+  const std::string dir = testing::TempDir() + "light_sampling_" + std::to_string(getpid());
+  std::filesystem::create_directories(dir);
+  ImageF3 picture(64, 32, 0.3f);
+  for (int y = 4; y < 14; ++y) {
+    for (int x = 10; x < 30; ++x) {
+      for (int c = 0; c < 3; ++c) picture(x, y, c) = 3;
+    }
+  }
+  EXPECT_TRUE(WriteExrHalfRgb(dir + "/patch.exr", picture).ok());
+  const auto folder = ReadEnvironmentFolder(dir);
+  EXPECT_TRUE(folder.ok()) << folder.status();
+  EXPECT_TRUE(OpenEnvironment(folder->seeds[0]).ok());  // It stays open.
+  std::filesystem::remove_all(dir);
+  return folder->seeds[0];
+}
+
 struct NamedScene {
   std::string name;
   TestScene scene;
@@ -70,6 +93,11 @@ std::vector<NamedScene> OneOfEachKind() {
     t->recipe.mutable_sky()->set_strength(0.7);
     t->recipe.mutable_sky()->set_sun_strength(0.4);
     t->recipe.mutable_sky()->set_sun_elevation_rad(-0.1);  // Glow without a disk.
+  });
+  add("environment", [](TestScene* t) {
+    t->recipe.mutable_sky()->set_strength(0.7);
+    t->recipe.mutable_sky()->set_environment(BrightPatch());
+    t->recipe.mutable_sky()->set_environment_turn_rad(1);
   });
   return all;
 }

@@ -11,6 +11,7 @@
 #include "common/config/config.h"
 #include "common/math/proto.h"
 #include "worker/scene/choose_materials.h"
+#include "worker/scene/floating_choice.h"
 #include "worker/scene/glass_parts.h"
 #include "worker/scene/place_floating.h"
 #include "worker/scene/rigs/keyframes.h"
@@ -62,16 +63,17 @@ class DenseDresser {
 
   absl::Status MakeObjects(const CancelToken& cancel) {
     const v1::FloatingConfig& floating = config_.floating();
-    ASSIGN_OR_RETURN(const std::vector<std::string> classes, FloatingClasses(config_));
+    ASSIGN_OR_RETURN(const FloatingChoice choice, FloatingChoice::Of(config_, scene_.own));
     const long count = std::lround(Draw(floating.count(), root_.Child("count").Uniform()));
     for (long i = 0; i < count; ++i) {
       if (cancel.cancelled()) return absl::CancelledError("solve: cancelled");
       const Rng stream = root_.Child("object", static_cast<uint64_t>(i));
       v1::SceneObject& object = *scene_.recipe.add_objects();
       object.set_index(static_cast<uint32_t>(i) + 1);
-      object.set_asset_class(stream.Child("class").Pick(classes));
+      const FloatingChoice::Model model = choice.Draw(stream);
+      object.set_asset_class(model.asset_class);
       object.set_name(object.asset_class() + "_floating_" + std::to_string(i));
-      object.set_seed(stream.Child("asset").Seed());
+      object.set_seed(model.seed);
       object.set_warp(Draw(floating.warp(), stream.Child("warp").Uniform()));
       if (object.warp() > 0) object.set_warp_seed(stream.Child("warp seed").Seed());
       object.set_role(v1::OBJECT_ROLE_FLOATING);

@@ -7,6 +7,7 @@
 #include "worker/layout/room_shell.h"
 #include "worker/scene/choose_materials.h"
 #include "worker/scene/glass_parts.h"
+#include "worker/scene/own_furniture.h"
 #include "worker/scene/rigs/best_spread.h"
 #include "worker/scene/types/indoor/house_materials.h"
 
@@ -91,6 +92,7 @@ absl::Status Stop(const CancelToken& cancel) {
 
 absl::Status PlaceHouseRigs(const v1::SceneConfig& config, const CancelToken& cancel,
                             SceneInProgress& scene) {
+  RETURN_IF_ERROR(PutOwnFurniture(config.assets(), scene));
   RETURN_IF_ERROR(MakeSolid(scene));
   RETURN_IF_ERROR(Stop(cancel));
   BestSpreadRigs(config.rigs(), scene);

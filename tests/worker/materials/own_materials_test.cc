@@ -1,0 +1,129 @@
+// Texture sets of the user's: which pictures make one, and what surfaces they give.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "common/base/file.h"
+#include "common/image/io.h"
+#include "worker/materials/pbr_material.h"
+#include "worker/materials/texture_sets.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class TextureSetsTest : public testing::Test {
+ protected:
+  TextureSetsTest()
+      : dir_(testing::TempDir() + "texture_sets_" +
+             testing::UnitTest::GetInstance()->current_test_info()->name()) {
+    fs::remove_all(dir_);
+    fs::create_directories(dir_);
+  }
+  ~TextureSetsTest() override { fs::remove_all(dir_); }
+
+  void Write(const std::string& name, uint8_t red, uint8_t green, uint8_t blue) const {
+    ImageRgb8 picture(4, 4);
+    for (size_t i = 0; i < picture.values().size(); ++i) {
+      picture.values()[i] = i % 3 == 0 ? red : i % 3 == 1 ? green : blue;
+    }
+    fs::create_directories(fs::path(dir_ + "/" + name).parent_path());
+    ASSERT_TRUE(WritePng(dir_ + "/" + name, picture).ok());
+  }
+  SurfaceSample SampleOf(const TextureSet& set) const {
+    const auto material = MakeOwnTexture(set.name, set.seed);
+    EXPECT_TRUE(material.ok()) << material.status();
+    return (*material)->Evaluate(SurfacePoint());
+  }
+
+  std::string dir_;
+};
+
+TEST_F(TextureSetsTest, UsualNamesMakeSets) {
+  Write("brick_albedo.png", 200, 10, 10);
+  Write("brick_roughness.png", 51, 51, 51);
+  Write("Bricks076_1K-PNG_Color.png", 10, 200, 10);  // ambientCG
+  Write("Bricks076_1K-PNG_Roughness.png", 102, 102, 102);
+  Write("Bricks076_1K-PNG_NormalGL.png", 128, 128, 255);
+  Write("metal_plate_diff_1k.png", 100, 100, 100);  // Poly Haven
+  Write("metal_plate_metal_1k.png", 255, 255, 255);
+  Write("metal_plate_nor_gl_1k.png", 128, 128, 255);
+  Write("wood/basecolor.png", 10, 10, 200);  // A folder a set.
+  Write("wood/preview.png", 1, 2, 3);
+  const auto folder = ReadTextureFolder(dir_);
+  ASSERT_TRUE(folder.ok()) << folder.status();
+  std::vector<std::string> names;
+  for (const TextureSet& set : folder->sets) names.push_back(set.name);
+  EXPECT_THAT(names, testing::ElementsAre("own:brick", "own:bricks076_1k_png", "own:metal_plate_1k",
+                                          "own:wood"));
+  EXPECT_NEAR(SampleOf(folder->sets[0]).roughness, 0.2f, 1e-3f);
+  EXPECT_GT(SampleOf(folder->sets[0]).base_color.x(), 0.3f);
+  EXPECT_NEAR(SampleOf(folder->sets[1]).roughness, 0.4f, 1e-3f);
+  EXPECT_NEAR(SampleOf(folder->sets[2]).metallic, 1, 1e-3f);
+  EXPECT_EQ(SampleOf(folder->sets[3]).metallic, 0);
+}
+
+TEST_F(TextureSetsTest, CountByTheirContent) {
+  Write("a/brick_albedo.png", 200, 10, 10);
+  const auto before = ReadTextureFolder(dir_ + "/a");
+  fs::rename(dir_ + "/a", dir_ + "/b");
+  EXPECT_EQ(MakeOwnTexture(before->sets[0].name, before->sets[0].seed).status().code(),
+            absl::StatusCode::kNotFound);
+  const auto moved = ReadTextureFolder(dir_ + "/b");
+  EXPECT_EQ(moved->sha256, before->sha256);
+  EXPECT_EQ(moved->sets[0].seed, before->sets[0].seed);
+  EXPECT_GT(SampleOf(moved->sets[0]).base_color.x(), 0.3f);
+  Write("b/brick_albedo.png", 10, 200, 10);
+  EXPECT_NE(ReadTextureFolder(dir_ + "/b")->sets[0].seed, before->sets[0].seed);
+}
+
+TEST_F(TextureSetsTest, BadSetsAreRefusedWithWhatIsWrong) {
+  const auto message = [&] { return std::string(ReadTextureFolder(dir_).status().message()); };
+  EXPECT_THAT(message(), HasSubstr("no file of .png, .jpg, .jpeg"));
+  Write("holiday.png", 1, 2, 3);
+  EXPECT_THAT(message(), HasSubstr("wanted pictures named like brick_albedo.png"));
+  Write("brick_roughness.png", 1, 2, 3);
+  EXPECT_THAT(message(), HasSubstr("brick_roughness.png has no albedo"));
+  ASSERT_TRUE(WriteFile(dir_ + "/brick_albedo.png", "no picture").ok());
+  const auto folder = ReadTextureFolder(dir_);
+  ASSERT_TRUE(folder.ok()) << folder.status();
+  EXPECT_THAT(std::string(CheckTextureSet(folder->sets[0]).message()),
+              HasSubstr("brick_albedo.png"));
+}
+
+// The slope along u of a normal that leans by 30 degrees against it.
+TEST(PbrMaterial, NormalsBendAlongTheirPicture) {
+  PbrPictures pictures;
+  ImageRgb8 leaning(4, 4);
+  for (size_t i = 0; i < leaning.pixels(); ++i) {
+    leaning.values()[3 * i] = 191;  // x = 0.5
+    leaning.values()[3 * i + 1] = 128;
+    leaning.values()[3 * i + 2] = 238;  // z = 0.866
+  }
+  pictures.normal = leaning;
+  SurfacePoint point;
+  point.texture_normal = Vec3f::UnitZ();
+  Tangents8 tangents;
+  tangents.texture[0] = Vec3x8(Vec3f::UnitX());
+  tangents.texture[1] = Vec3x8(Vec3f::UnitY());
+  tangents.u[0] = Splat(3);  // Three tiles a metre.
+  tangents.u[1] = Splat(0);
+  tangents.v[0] = Splat(0);
+  tangents.v[1] = Splat(3);
+  for (const PbrMapping mapping : {PbrMapping::kUv, PbrMapping::kPlane}) {
+    const auto material = MakePbrMaterial(pictures, mapping);
+    const Dual8 relief = material->Relief(SurfacePoint8({&point, 1}), tangents);
+    EXPECT_NEAR(relief.dx[0], -0.577f, 0.02f);
+    EXPECT_NEAR(relief.dy[0], 0, 0.02f);
+  }
+  pictures.normal.reset();
+  const auto flat = MakePbrMaterial(pictures, PbrMapping::kUv);
+  EXPECT_EQ(flat->Relief(SurfacePoint8({&point, 1}), tangents).dx[0], 0);
+  EXPECT_EQ(flat->Height(point), 0);
+}
+
+}  // namespace
+}  // namespace parallax

@@ -1,0 +1,194 @@
+#include "worker/materials/texture_sets.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <optional>
+
+#include "common/base/file.h"
+#include "common/base/hash.h"
+#include "common/image/jpeg.h"
+#include "worker/materials/pbr_material.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kSetPictures[] = {".png", ".jpg", ".jpeg"};
+
+enum class PictureRole { kAlbedo, kRoughness, kMetallic, kNormal, kNormalDown };
+
+std::optional<PictureRole> PictureRoleOf(std::string_view word) {
+  static const auto& roles = *new std::map<std::string_view, PictureRole>{
+      {"albedo", PictureRole::kAlbedo},      {"basecolor", PictureRole::kAlbedo},
+      {"color", PictureRole::kAlbedo},       {"colour", PictureRole::kAlbedo},
+      {"col", PictureRole::kAlbedo},         {"diffuse", PictureRole::kAlbedo},
+      {"diff", PictureRole::kAlbedo},        {"roughness", PictureRole::kRoughness},
+      {"rough", PictureRole::kRoughness},    {"metallic", PictureRole::kMetallic},
+      {"metalness", PictureRole::kMetallic}, {"metal", PictureRole::kMetallic},
+      {"normal", PictureRole::kNormal},      {"normalgl", PictureRole::kNormal},
+      {"nor", PictureRole::kNormal},         {"nrm", PictureRole::kNormal},
+      {"norm", PictureRole::kNormal},        {"normaldx", PictureRole::kNormalDown}};
+  const auto found = roles.find(word);
+  if (found == roles.end()) return std::nullopt;
+  return found->second;
+}
+
+// "Brick_Wall-1k" -> brick, wall, 1k.
+std::vector<std::string> WordsOfName(const std::string& stem) {
+  std::vector<std::string> words(1);
+  for (const char c : stem) {
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0) {
+      words.back() += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    } else if (!words.back().empty()) {
+      words.emplace_back();
+    }
+  }
+  return words;
+}
+
+struct NamedPicture {
+  std::string set;  // With its folder.
+  PictureRole role;
+};
+// Nothing for a name that says no role.
+std::optional<NamedPicture> ParseSetName(const std::string& name) {
+  std::vector<std::string> words = WordsOfName(fs::path(name).stem().string());
+  for (size_t i = words.size(); i-- > 0;) {
+    std::optional<PictureRole> role = PictureRoleOf(words[i]);
+    if (!role) continue;
+    words.erase(words.begin() + static_cast<std::ptrdiff_t>(i));
+    // Which way a normal's y points: "nor_gl", "nor_dx".
+    if (*role == PictureRole::kNormal && i < words.size() &&
+        (words[i] == "gl" || words[i] == "dx")) {
+      if (words[i] == "dx") role = PictureRole::kNormalDown;
+      words.erase(words.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+    std::string set;
+    for (const std::string& word : words) set += (set.empty() ? "" : "_") + word;
+    const std::string folder = fs::path(name).parent_path().string();
+    if (set.empty()) set = fs::path(folder).filename().string();
+    return NamedPicture{folder + "/" + set, *role};
+  }
+  return std::nullopt;
+}
+
+struct SetPlace {
+  std::string dir;
+  std::map<PictureRole, FolderFile> pictures;
+};
+
+// The places that this process knows, by name and seed.
+class SetPlaces {
+ public:
+  void Set(const TextureSet& set, const SetPlace& place) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    places_[{set.name, set.seed}] = place;
+  }
+  std::optional<SetPlace> Find(std::string_view name, uint64_t seed) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    const auto found = places_.find({std::string(name), seed});
+    if (found == places_.end()) return std::nullopt;
+    return found->second;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::pair<std::string, uint64_t>, SetPlace> places_;
+};
+
+SetPlaces& KnownSets() {
+  static auto* places = new SetPlaces;
+  return *places;
+}
+
+TextureSet SetOf(const std::string& path, const std::map<PictureRole, FolderFile>& pictures) {
+  Sha256 hash;
+  for (const auto& [role, file] : pictures) {
+    hash.Update(std::to_string(static_cast<int>(role))).Update(":").Update(file.sha256);
+  }
+  return {std::string(kOwnPrefix) + fs::path(path).filename().string(),
+          ContentSeed(HexOf(hash.Finish()))};
+}
+
+absl::StatusOr<PbrPictures> ReadSet(const SetPlace& place) {
+  PbrPictures pictures;
+  for (const auto& [role, file] : place.pictures) {
+    ASSIGN_OR_RETURN(const std::string path, FindPicture(place.dir, file.name, file.sha256));
+    ASSIGN_OR_RETURN(ImageRgb8 image, ReadPictureRgb8(path));
+    switch (role) {
+      case PictureRole::kAlbedo:
+        pictures.albedo = std::move(image);
+        break;
+      case PictureRole::kRoughness:
+        pictures.roughness = {1, std::move(image), 0};
+        break;
+      case PictureRole::kMetallic:
+        pictures.metallic = {1, std::move(image), 0};
+        break;
+      case PictureRole::kNormalDown:
+        if (pictures.normal) break;  // The other way round is there too.
+        for (size_t i = 1; i < image.values().size(); i += 3) {
+          image.values()[i] = static_cast<uint8_t>(255 - image.values()[i]);
+        }
+        pictures.normal = std::move(image);
+        break;
+      case PictureRole::kNormal:
+        pictures.normal = std::move(image);
+    }
+  }
+  return pictures;
+}
+
+}  // namespace
+
+absl::StatusOr<TextureFolder> ReadTextureFolder(const std::string& dir) {
+  ASSIGN_OR_RETURN(const std::vector<FolderFile> files, ReadContentFolder(dir, kSetPictures));
+  std::map<std::string, std::map<PictureRole, FolderFile>> sets;
+  std::vector<FolderFile> used;
+  for (const FolderFile& file : files) {
+    const std::optional<NamedPicture> named = ParseSetName(file.name);
+    if (!named) continue;
+    sets[named->set].emplace(named->role, file);
+    used.push_back(file);
+  }
+  TextureFolder folder;
+  folder.sha256 = ContentHashOf(used);
+  for (const auto& [path, pictures] : sets) {
+    if (!pictures.contains(PictureRole::kAlbedo)) {
+      return MakeError(absl::StatusCode::kInvalidArgument,
+                       "texture_dir: the set of " + dir + "/" + pictures.begin()->second.name +
+                           " has no albedo, wanted a picture named like it with albedo, "
+                           "basecolor, color or diffuse");
+    }
+    folder.sets.push_back(SetOf(path, pictures));
+    KnownSets().Set(folder.sets.back(), {dir, pictures});
+  }
+  if (folder.sets.empty()) {
+    return MakeError(absl::StatusCode::kNotFound,
+                     "texture_dir: no texture set in " + dir +
+                         ", wanted pictures named like brick_albedo.png, brick_roughness.png");
+  }
+  return folder;
+}
+
+absl::Status CheckTextureSet(const TextureSet& set) {
+  return MakeOwnTexture(set.name, set.seed).status();
+}
+
+absl::StatusOr<std::unique_ptr<const Material>> MakeOwnTexture(std::string_view name,
+                                                               uint64_t seed) {
+  const std::optional<SetPlace> place = KnownSets().Find(name, seed);
+  if (!place) {
+    return MakeError(absl::StatusCode::kNotFound,
+                     "texture set " + std::string(name) +
+                         " is in no folder that this job names (materials.texture_dir)");
+  }
+  ASSIGN_OR_RETURN(const PbrPictures pictures, ReadSet(*place));
+  return MakePbrMaterial(pictures, PbrMapping::kPlane);
+}
+
+}  // namespace parallax

@@ -1,0 +1,37 @@
+// What the user brings along: meshes, texture sets and surroundings, from folders below the picture
+// root. Recipes name them by their content (OwnMesh, TextureSet, Sky.environment).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/base/ids.h"
+#include "common/base/status.h"
+#include "parallax/v1/config.pb.h"
+#include "parallax/v1/jobs.pb.h"
+#include "worker/assets/own_meshes.h"
+#include "worker/materials/texture_sets.h"
+
+namespace parallax {
+
+struct OwnContent {
+  std::vector<OwnMesh> meshes;
+  std::vector<TextureSet> textures;
+  std::vector<uint64_t> environments;
+};
+
+// Reads the folders that the config names; this process knows their content from now on.
+// Errors: those of BelowPictureRoot and of reading the folders; kDataLoss when the content of one
+// is not what the config says it is (include_sha256 and so on; empty: not compared).
+absl::StatusOr<OwnContent> ReadOwnContent(const v1::SceneConfig& config);
+
+// For a render job: the folders of what its recipe uses. Errors: as ReadOwnContent;
+// kInvalidArgument when the recipe uses content and the job says no folder for it.
+absl::Status LocateOwnContent(const v1::RenderJob& job);
+
+// Gives the recipe's sky, or that of each keyframe, one of the surroundings with chance
+// `config.hdri_p`, turned at random. Without any, it changes nothing.
+void ChooseEnvironments(const v1::LightingConfig& config, const OwnContent& own, SceneSeed seed,
+                        v1::Scene& recipe);
+
+}  // namespace parallax

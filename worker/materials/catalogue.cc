@@ -34,6 +34,7 @@ MaterialList BuildCatalogue() {
   AddForestMaterials(list);
   AddGlassMaterials(list);
   AddGroundMaterials(list);
+  AddLandMaterials(list);
   AddLeatherMaterials(list);
   AddMasonryMaterials(list);
   AddMetalMaterials(list);

@@ -18,6 +18,7 @@ void AddFoliageMaterials(MaterialList& list);
 void AddForestMaterials(MaterialList& list);
 void AddGlassMaterials(MaterialList& list);
 void AddGroundMaterials(MaterialList& list);
+void AddLandMaterials(MaterialList& list);
 void AddLeatherMaterials(MaterialList& list);
 void AddMasonryMaterials(MaterialList& list);
 void AddMetalMaterials(MaterialList& list);

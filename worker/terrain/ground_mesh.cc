@@ -24,6 +24,7 @@ constexpr float kUnderLand_m = 9;
 constexpr float kSquareEdge_m = 0.03f;
 // A square's diagonal over its side, and what lines that bend add.
 constexpr float kSquareSpan = 2.4f;
+constexpr float kFace_m = 2.5f;  // Faces look where the ground falls over this length.
 
 // Angle between two headings, in [0, pi].
 float Turn(float a, float b) {
@@ -41,6 +42,9 @@ MeshedSurface GroundOf(const Terrain& terrain) {
   ground.height = [&](const Vec2f& p, float footprint_m) { return terrain.Height(p, footprint_m); };
   ground.slope = [&](const Vec2f& p, float footprint_m) { return terrain.Slope(p, footprint_m); };
   ground.steepness = [&](const Vec2f& p) { return terrain.Steepness(p); };
+  if (terrain.has_ledges()) {
+    ground.ledge = [&](const Vec2f& p, float height_m) { return terrain.Ledge(p, height_m); };
+  }
   if (terrain.water() != nullptr) {
     ground.coarser = [&](const Vec2f& center, float half_m) {
       return terrain.water()->FromShore(center) < -kShownBed_m - kSquareSpan * half_m ? kHidden
@@ -86,6 +90,7 @@ GroundMesh::GroundMesh(const MeshedSurface& surface, const GroundMeshOptions& op
   Refine(surface);
   Balance();
   Triangulate(surface);
+  if (surface.ledge) StandOut(surface);
 }
 
 Vec2f GroundMesh::PositionOf(int x, int y) const {
@@ -108,8 +113,11 @@ float GroundMesh::PixelAt(const MeshedSurface& surface, const Square& square) co
     least_m = std::min(least_m, distance_m / options_.focal_px * (seen ? 1 : options_.out_of_view));
   }
   // Steep ground turns its face to the walk and has edges; flat ground is seen at a glancing angle.
-  const float steep = noise::SmoothStep(0.2f, 0.9f, surface.steepness(center));
-  return coarser * least_m * noise::Lerp(1.3f, 0.55f, steep);
+  const float steepness = surface.steepness(center);
+  const float steep = noise::SmoothStep(0.2f, 0.9f, steepness);
+  least_m *= coarser * noise::Lerp(1.3f, 0.55f, steep);
+  // Faces are longer than they look from above.
+  return surface.ledge ? least_m / std::hypot(1.0f, 0.7f * steepness) : least_m;
 }
 
 std::array<GroundMesh::Square, 4> GroundMesh::Split(const Square& square) {
@@ -261,6 +269,31 @@ void GroundMesh::Triangulate(const MeshedSurface& surface) {
   vertices_ = {};
 }
 
+void GroundMesh::StandOut(const MeshedSurface& surface) {
+  plan_.reserve(mesh_.positions.size());
+  for (const Vec3f& at : mesh_.positions) plan_.push_back(at.head<2>());
+  std::vector<bool> moved(mesh_.positions.size());
+  for (size_t i = 0; i < plan_.size(); ++i) {
+    const float out = surface.ledge(plan_[i], mesh_.positions[i].z());
+    if (out <= 0) continue;
+    const Vec2f downhill = -surface.slope(plan_[i], kFace_m);
+    if (downhill.squaredNorm() < 1e-4f) continue;
+    mesh_.positions[i].head<2>() += out * downhill.normalized();
+    mesh_.texture[i] = mesh_.positions[i];
+    moved[i] = true;
+  }
+  // The terrain does not know these normals.
+  std::vector<Vec3f> sums(mesh_.positions.size(), Vec3f::Zero());
+  for (const Triangle& t : mesh_.triangles) {
+    const Vec3f normal = (mesh_.positions[t.b] - mesh_.positions[t.a])
+                             .cross(mesh_.positions[t.c] - mesh_.positions[t.a]);
+    for (const uint32_t v : {t.a, t.b, t.c}) sums[v] += normal;
+  }
+  for (size_t i = 0; i < sums.size(); ++i) {
+    if (moved[i] && sums[i].squaredNorm() > 1e-20f) mesh_.normals[i] = sums[i].stableNormalized();
+  }
+}
+
 float GroundMesh::HeightAt(const Vec2f& p) const {
   const float half_m = 0.5f * static_cast<float>(side_) * unit_m_;
   const Vec2f inside = p.cwiseMax(-half_m).cwiseMin(half_m);
@@ -274,7 +307,11 @@ float GroundMesh::HeightAt(const Vec2f& p) const {
     const Triangle& triangle = mesh_.triangles[leaf.first_triangle + k];
     const Vec3f &a = mesh_.positions[triangle.a], &b = mesh_.positions[triangle.b],
                 &c = mesh_.positions[triangle.c];
-    const Vec2f ab = (b - a).head<2>(), ac = (c - a).head<2>(), ap = inside - a.head<2>();
+    const auto plan = [&](uint32_t v, const Vec3f& at) -> Vec2f {
+      return plan_.empty() ? Vec2f(at.head<2>()) : plan_[v];
+    };
+    const Vec2f pa = plan(triangle.a, a);
+    const Vec2f ab = plan(triangle.b, b) - pa, ac = plan(triangle.c, c) - pa, ap = inside - pa;
     const float area = ab.x() * ac.y() - ab.y() * ac.x();
     const float v = (ap.x() * ac.y() - ap.y() * ac.x()) / area;
     const float w = (ab.x() * ap.y() - ab.y() * ap.x()) / area;

@@ -50,6 +50,8 @@ struct MeshedSurface {
   // How many times longer edges may be in the square about `center`, half a side long, because
   // less is seen of it; infinity: the square is not part of the mesh. Null: 1.
   std::function<float(const Vec2f& center, float half_m)> coarser;
+  // How far a face stands out downhill at a place and height, metres. Null: nowhere.
+  std::function<float(const Vec2f& p, float height_m)> ledge;
   // The footprint with which edges of a length ask; then it is the first number of vertices' uv.
   // Null: their length, and uv is 0.
   std::function<float(float edge_m)> footprint;
@@ -66,8 +68,8 @@ class GroundMesh {
 
   // World frame; texture = position; one slot. Normals are the surface's, not the triangles'.
   const Mesh& mesh() const { return mesh_; }
-  // Height of the mesh at `p`, metres; outside of it that of its border's nearest point. 0 in a
-  // square that is not part of it.
+  // Height of the mesh at `p`, metres, without ledges; outside of it that of its border's nearest
+  // point. 0 in a square that is not part of it.
   float HeightAt(const Vec2f& p) const;
   // The longest edge in any view, in pixels (edges of least_edge_m left out).
   float longest_edge_px() const { return longest_edge_px_; }
@@ -97,6 +99,8 @@ class GroundMesh {
   void ForEachLeaf(const Visit& visit) const;
 
   void Triangulate(const MeshedSurface& surface);
+  // Moves the vertices of steep faces out to where the ledges are.
+  void StandOut(const MeshedSurface& surface);
   void AddFan(const MeshedSurface& surface, const Square& leaf);
   uint32_t VertexAt(const MeshedSurface& surface, int x, int y, float footprint_m);
   Vec2f PositionOf(int x, int y) const;
@@ -107,6 +111,7 @@ class GroundMesh {
   float longest_edge_px_ = 0;
   std::vector<Node> nodes_;
   std::unordered_map<uint64_t, uint32_t> vertices_;  // By position; empty after construction.
+  std::vector<Vec2f> plan_;  // Where vertices were before they stood out; empty: where they are.
   Mesh mesh_;
 };
 

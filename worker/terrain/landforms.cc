@@ -199,12 +199,204 @@ void Arctic(Rng& rng, TerrainSpec& spec) {
   spec.roughness = 0.5f;
 }
 
+float Direction(Rng& rng) { return Draw(rng, 0, 2 * std::numbers::pi); }
+
+// Low swells that wind and rare floods left.
+void Lowland(Rng& rng, double rough_m, TerrainSpec& spec) {
+  spec.terms.push_back({.kind = TermKind::kHills,
+                        .wavelength_m = Draw(rng, 1500, 3000),
+                        .amplitude_m = Draw(rng, 3, 9),
+                        .octaves = 4,
+                        .seed = rng.Bits32()});
+  spec.terms.push_back({.kind = TermKind::kHills,
+                        .wavelength_m = Draw(rng, 70, 160),
+                        .amplitude_m = static_cast<float>(rough_m) * Draw(rng, 0.7, 1.4),
+                        .octaves = 4,
+                        .seed = rng.Bits32()});
+  spec.streams = {.steps = 30, .erodibility = 0.3f, .talus = 0.6f, .diffusion = 0.3f};
+  spec.rain.droplets = 60'000;
+  spec.gravity.passes = 6;
+}
+
+// A sea of sand: large dunes, small ones on their backs, all from one wind.
+void SandSea(Rng& rng, TerrainSpec& spec) {
+  Lowland(rng, 0.7, spec);
+  spec.rain.droplets = 0;
+  const float wind = Direction(rng);
+  const float length = Draw(rng, 90, 210);
+  spec.cover.push_back({.kind = TermKind::kDunes,
+                        .wavelength_m = length,
+                        .amplitude_m = length * Draw(rng, 0.03, 0.055),
+                        .warp = Draw(rng, 0.18, 0.4),
+                        .direction_rad = wind,
+                        .seed = rng.Bits32()});
+  spec.cover.push_back({.kind = TermKind::kDunes,
+                        .wavelength_m = Draw(rng, 17, 30),
+                        .amplitude_m = Draw(rng, 0.25, 0.6),
+                        .warp = 0.45f,
+                        .direction_rad = wind + Draw(rng, -0.4, 0.4),
+                        .seed = rng.Bits32()});
+  spec.roughness = 0.08f;
+}
+
+// A plain of stones below mesas.
+void StonyDesert(Rng& rng, TerrainSpec& spec) {
+  Lowland(rng, 1.6, spec);
+  spec.terms.push_back({.kind = TermKind::kPlateau,
+                        .wavelength_m = Draw(rng, 900, 1700),
+                        .amplitude_m = Draw(rng, 18, 55),
+                        .octaves = 4,
+                        .sharpness = 0.9f,
+                        .seed = rng.Bits32()});
+  spec.terms.push_back({.kind = TermKind::kRidges,
+                        .wavelength_m = Draw(rng, 5000, 9000),
+                        .amplitude_m = Draw(rng, 60, 200),
+                        .octaves = 6,
+                        .seed = rng.Bits32()});
+  spec.streams = {.steps = 35, .erodibility = 0.3f, .talus = 0.8f, .diffusion = 0.12f};
+  spec.rain.droplets = 140'000;
+  spec.gravity.passes = 14;
+  spec.strata = {.bed_m = Draw(rng, 5, 11),
+                 .step = Draw(rng, 0.6, 0.85),
+                 .ledge_m = 0.9f,
+                 .dip = Draw(rng, 0, 0.03),
+                 .dip_rad = Direction(rng),
+                 .seed = rng.Bits32()};
+  spec.roughness = 0.9f;
+}
+
+void Desert(Rng& rng, TerrainSpec& spec) {
+  rng.Bernoulli(0.42) ? SandSea(rng, spec) : StonyDesert(rng, spec);
+}
+
+// A river's valley in bedded rock: steps, walls, screes, a floor to walk on.
+void Canyon(Rng& rng, TerrainSpec& spec) {
+  spec.terms.push_back({.kind = TermKind::kHills,
+                        .wavelength_m = Draw(rng, 1200, 2400),
+                        .amplitude_m = Draw(rng, 8, 20),
+                        .octaves = 5,
+                        .seed = rng.Bits32()});
+  spec.terms.push_back({.kind = TermKind::kHills,
+                        .wavelength_m = Draw(rng, 60, 120),
+                        .amplitude_m = Draw(rng, 1.0, 2.2),
+                        .octaves = 4,
+                        .seed = rng.Bits32()});
+  const float depth = Draw(rng, 70, 150);
+  spec.cover.push_back({.kind = TermKind::kGorge,
+                        .wavelength_m = Draw(rng, 260, 480),
+                        .amplitude_m = depth,
+                        .warp = Draw(rng, 0.16, 0.3),
+                        .sharpness = Draw(rng, 0.25, 0.55),
+                        .direction_rad = Direction(rng),
+                        .width_m = Draw(rng, 30, 70),
+                        .seed = rng.Bits32()});
+  spec.streams = {.steps = 35, .erodibility = 0.35f, .talus = 0.7f, .diffusion = 0.2f};
+  spec.rain.droplets = 120'000;
+  spec.gravity.passes = 10;
+  spec.strata = {.bed_m = Draw(rng, 11, 24),
+                 .step = Draw(rng, 0.75, 0.95),
+                 .ledge_m = Draw(rng, 1.0, 1.9),
+                 .dip = Draw(rng, 0, 0.025),
+                 .dip_rad = Direction(rng),
+                 .seed = rng.Bits32()};
+  spec.roughness = 1.1f;
+}
+
+// A wall of rock between two levels, with debris at its foot.
+void Cliff(Rng& rng, TerrainSpec& spec) {
+  spec.terms.push_back({.kind = TermKind::kHills,
+                        .wavelength_m = Draw(rng, 900, 1700),
+                        .amplitude_m = Draw(rng, 8, 20),
+                        .octaves = 5,
+                        .seed = rng.Bits32()});
+  spec.terms.push_back({.kind = TermKind::kHills,
+                        .wavelength_m = Draw(rng, 60, 120),
+                        .amplitude_m = Draw(rng, 1.2, 2.6),
+                        .octaves = 4,
+                        .seed = rng.Bits32()});
+  spec.terms.push_back({.kind = TermKind::kRidges,
+                        .wavelength_m = Draw(rng, 6000, 9000),
+                        .amplitude_m = Draw(rng, 30, 120),
+                        .octaves = 6,
+                        .seed = rng.Bits32()});
+  const float height = Draw(rng, 35, 85);
+  spec.cover.push_back({.kind = TermKind::kScarp,
+                        .wavelength_m = Draw(rng, 180, 360),
+                        .amplitude_m = height,
+                        .warp = Draw(rng, 0.2, 0.38),
+                        .sharpness = Draw(rng, 0.3, 0.8),
+                        .direction_rad = Direction(rng),
+                        .width_m = height * Draw(rng, 0.12, 0.3),
+                        .seed = rng.Bits32()});
+  spec.streams = {.steps = 40, .erodibility = 0.35f, .talus = 0.6f, .diffusion = 0.3f};
+  spec.rain.droplets = 140'000;
+  spec.gravity.passes = 10;
+  spec.strata = {.bed_m = Draw(rng, 7, 15),
+                 .step = Draw(rng, 0.35, 0.7),
+                 .ledge_m = Draw(rng, 1.2, 2.2),
+                 .dip = Draw(rng, 0, 0.1),
+                 .dip_rad = Direction(rng),
+                 .seed = rng.Bits32()};
+  spec.roughness = 1.2f;
+}
+
+// Mountains under snow.
+void SnowyMountains(Rng& rng, TerrainSpec& spec) {
+  Mountains(rng, spec);
+  spec.snow = {.depth_m = Draw(rng, 0.35, 0.9),
+               .line_m = -2000,
+               .line_soft_m = 100,
+               .slope = Draw(rng, 0.6, 0.8),
+               .wind_rad = Direction(rng)};
+}
+
+// A narrow gorge below a hill, which a roof makes a cave.
+void Cave(Rng& rng, TerrainSpec& spec) {
+  spec.terms.push_back({.kind = TermKind::kHills,
+                        .wavelength_m = Draw(rng, 500, 900),
+                        .amplitude_m = Draw(rng, 2, 5),
+                        .octaves = 4,
+                        .seed = rng.Bits32()});
+  spec.terms.push_back({.kind = TermKind::kHills,
+                        .wavelength_m = Draw(rng, 14, 26),
+                        .amplitude_m = Draw(rng, 0.25, 0.5),
+                        .octaves = 4,
+                        .seed = rng.Bits32()});
+  spec.cover.push_back({.kind = TermKind::kGorge,
+                        .wavelength_m = Draw(rng, 50, 80),
+                        .amplitude_m = Draw(rng, 17, 22),
+                        .warp = Draw(rng, 0.14, 0.22),
+                        .sharpness = 0.9f,
+                        .direction_rad = Direction(rng),
+                        .width_m = Draw(rng, 11, 17),
+                        .seed = rng.Bits32()});
+  spec.streams = {.steps = 10, .erodibility = 0.2f, .talus = 0.6f, .diffusion = 0.5f};
+  spec.rain.droplets = 20'000;
+  spec.gravity.passes = 4;
+  spec.strata = {.bed_m = Draw(rng, 2.2, 4),
+                 .step = 0.25f,
+                 .ledge_m = Draw(rng, 0.9, 1.5),
+                 .dip = Draw(rng, 0, 0.1),
+                 .dip_rad = Direction(rng),
+                 .seed = rng.Bits32()};
+  spec.roughness = 1.0f;
+}
+
 struct Landform {
   std::string_view name;
   void (*draw)(Rng& rng, TerrainSpec& spec);
 };
-constexpr Landform kLandforms[] = {{"arctic", Arctic},       {"coast", Coast}, {"hills", Hills},
-                                   {"mountains", Mountains}, {"plain", Plain}, {"river", River}};
+constexpr Landform kLandforms[] = {{"arctic", Arctic},
+                                   {"canyon", Canyon},
+                                   {"cave", Cave},
+                                   {"cliff", Cliff},
+                                   {"coast", Coast},
+                                   {"desert", Desert},
+                                   {"hills", Hills},
+                                   {"mountains", Mountains},
+                                   {"plain", Plain},
+                                   {"river", River},
+                                   {"snowy mountains", SnowyMountains}};
 
 }  // namespace
 

@@ -11,7 +11,7 @@
 
 namespace parallax {
 
-// "arctic", "coast", "hills"...: in order of name.
+// "arctic", "canyon", "cave"...: in order of name.
 std::vector<std::string> LandformNames();
 
 // Terms, erosion and roughness of a landform, drawn from `rng`; rasters as TerrainSpec's defaults.

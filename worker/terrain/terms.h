@@ -18,6 +18,9 @@ enum class TermKind {
   kPlateau,  // Hills cut into benches with steep steps between them: mesas, canyons.
   kDunes,    // Asymmetric ridges across the wind: gentle windward side, steep lee.
   kRamp,     // An even slope that rises along `direction_rad`.
+  kGorge,    // A valley with a floor between walls, about a line along `direction_rad` through the
+             // origin that winds; 0 outside, minus the amplitude on its floor.
+  kScarp,    // A cliff across `direction_rad`: level below, level above, crags and bays between.
 };
 
 struct TerrainTerm {
@@ -28,9 +31,11 @@ struct TerrainTerm {
   int octaves = 5;     // Each 0.48 as long as the one before.
   float gain = 0.5f;   // Height of an octave over that of the one before.
   float warp = 0.25f;  // The position is moved by noise of this many wavelengths: no form repeats.
-  float sharpness = 0.5f;   // Plateau: share of the height that stands in steps. Dunes: lee over
-                            // windward length is 1 - this.
-  float direction_rad = 0;  // Ramp: uphill. Dunes: wind blows towards.
+  // Plateau: share of the height that stands in steps. Gorge: how steep the walls are. Scarp: how
+  // little debris lies at its foot.
+  float sharpness = 0.5f;
+  float direction_rad = 0;  // Ramp, scarp: uphill. Dunes: wind blows towards. Gorge: along it.
+  float width_m = 0;        // Gorge: of its floor. Scarp: of its face.
   uint32_t seed = 0;
 };
 
@@ -40,7 +45,22 @@ std::string_view TermKindName(TermKind kind);
 absl::StatusOr<TermKind> ParseTermKind(std::string_view name);
 
 // Height at a world position, metres; detail shorter than `footprint_m` is left out.
-float TermHeight(const TerrainTerm& term, const Vec2f& p, float footprint_m);
+// `debris`, if given, becomes how much loose rock lies there because of the term, in [0, 1]: aprons
+// at the feet of walls.
+float TermHeight(const TerrainTerm& term, const Vec2f& p, float footprint_m,
+                 float* debris = nullptr);
+
+// Where a point lies in a gorge.
+struct GorgePlace {
+  float along_m = 0;  // From the origin.
+  float away_m = 0;   // From its middle line, >= 0.
+  float half_m = 0;   // Half of the floor's width there.
+};
+GorgePlace PlaceInGorge(const TerrainTerm& gorge, const Vec2f& p);
+// A point of the gorge's middle line.
+Vec2f GorgeMiddle(const TerrainTerm& gorge, float along_m);
+// The point `out_m` uphill of the foot of a scarp's wall, below it where negative.
+Vec2f ScarpFoot(const TerrainTerm& scarp, float along_m, float out_m);
 
 // The sum of all terms at each sample of `field`, whose spacing is the footprint.
 void FillWithTerms(const std::vector<TerrainTerm>& terms, Field& field);

@@ -12,6 +12,8 @@
 namespace parallax {
 namespace {
 
+constexpr float kDebris_m = 2;  // Depth of the aprons of walls.
+
 Field SteepnessOf(const Field& height) {
   Field steepness = height;
   const int n = height.size;
@@ -104,17 +106,54 @@ float Terrain::Detail(const Vec2f& p, float footprint_m) const {
   return strength * sum;
 }
 
+float Terrain::Covered(const Vec2f& p, float eroded_m, float footprint_m, float* loose) const {
+  float height = eroded_m, most = 0;
+  for (const TerrainTerm& term : spec_.cover) {
+    float debris = 0;
+    height += TermHeight(term, p, footprint_m, &debris);
+    most = std::max(most, debris);
+  }
+  if (loose) *loose = most;
+  return strata_.any() ? strata_.Stepped(p, height, most) : height;
+}
+
+void Terrain::AddCover(Field& height, Field& deposit) const {
+  for (int row = 0; row < height.size; ++row) {
+    for (int column = 0; column < height.size; ++column) {
+      const Vec2f p = height.PositionOf(column, row);
+      float& at = height.At(column, row);
+      float loose = 0;
+      at = Covered(p, at, height.cell_m, &loose);
+      deposit.At(column, row) += kDebris_m * loose;
+    }
+  }
+}
+
 float Terrain::Height(const Vec2f& p, float footprint_m) const {
   Water::Form form{Base(p), 1};
   if (water_) form = water_->Shaped(p, form.height_m);
-  return form.height_m + form.detail * Detail(p, footprint_m) -
-         p.squaredNorm() / (2 * kEarthRadius_m);
+  float height = form.height_m;
+  if (!spec_.cover.empty() || strata_.any()) height = Covered(p, height, footprint_m);
+  float detail = form.detail * Detail(p, footprint_m);
+  if (site_snow_.size > 0) {
+    const float snow = SnowDepth(p);
+    height += snow;
+    detail *= 1 - 0.93f * noise::SmoothStep(0.04f, 0.4f, snow);
+  }
+  return height + detail - p.squaredNorm() / (2 * kEarthRadius_m);
 }
 
 float Terrain::AboveWater(const Vec2f& p) const {
   constexpr float kFootprint_m = 0.4f;
   if (!water_ || water_->FromShore(p) > water_->reach_m()) return kDry;
   return Height(p, kFootprint_m) - water_->Level(p);
+}
+
+float Terrain::Ledge(const Vec2f& p, float height_m) const {
+  if (!has_ledges()) return 0;
+  const float face =
+      noise::SmoothStep(0.9f, 1.6f, Steepness(p)) * (1 - noise::SmoothStep(0.2f, 0.8f, Deposit(p)));
+  return face > 0 ? face * strata_.Ledge({p.x(), p.y(), height_m}) : 0;
 }
 
 Vec2f Terrain::Slope(const Vec2f& p, float footprint_m) const {
@@ -131,11 +170,15 @@ float Terrain::Deposit(const Vec2f& p) const { return Blend(site_deposit_, regio
 float Terrain::Steepness(const Vec2f& p) const {
   return Blend(site_steepness_, region_steepness_, p);
 }
+float Terrain::SnowDepth(const Vec2f& p) const {
+  return site_snow_.size > 0 ? Blend(site_snow_, region_snow_, p) : 0;
+}
 
 Terrain MakeTerrain(const TerrainSpec& spec) {
   const Rng rng(SceneSeed{spec.seed}, "terrain");
   Terrain terrain;
   terrain.spec_ = spec;
+  terrain.strata_ = Strata(spec.strata);
   terrain.detail_seed_ = rng.Child("detail").Bits32();
   if (spec.water) terrain.water_.emplace(*spec.water);
 
@@ -179,8 +222,21 @@ Terrain MakeTerrain(const TerrainSpec& spec) {
   terrain.site_area_ = DrainageArea(site, RouteFlow(site));
   terrain.region_wetness_ = BoxBlurred(Wetness(region, terrain.region_area_), 1);
   terrain.site_wetness_ = BoxBlurred(Wetness(site, terrain.site_area_), 2);
-  terrain.region_steepness_ = SteepnessOf(region);
-  terrain.site_steepness_ = SteepnessOf(site);
+  Field region_surface = region;
+  if (!spec.cover.empty() || terrain.strata_.any()) {
+    terrain.surface_ = site;
+    terrain.AddCover(region_surface, region_deposit);
+    terrain.AddCover(terrain.surface_, site_deposit);
+  }
+  const Field& site_surface = terrain.surface_.size > 0 ? terrain.surface_ : site;
+  terrain.region_steepness_ = SteepnessOf(region_surface);
+  terrain.site_steepness_ = SteepnessOf(site_surface);
+  if (spec.snow.depth_m > 0) {
+    SnowSpec snow = spec.snow;
+    snow.seed = rng.Child("snow").Bits32();
+    terrain.region_snow_ = SnowOn(region_surface, snow);
+    terrain.site_snow_ = SnowOn(site_surface, snow);
+  }
   terrain.region_deposit_ = std::move(region_deposit);
   terrain.site_deposit_ = std::move(site_deposit);
   terrain.region_ = std::move(region);

@@ -16,6 +16,8 @@
 
 #include "worker/terrain/erosion.h"
 #include "worker/terrain/field.h"
+#include "worker/terrain/snow.h"
+#include "worker/terrain/strata.h"
 #include "worker/terrain/terms.h"
 #include "worker/terrain/water.h"
 
@@ -33,6 +35,10 @@ struct TerrainSpec {
   ThermalOptions gravity;      // On both.
   float roughness = 1;         // Height of the detail between samples; 0: none.
   std::optional<WaterSpec> water;
+  // Nothing erodes these; they keep their edges at every scale.
+  std::vector<TerrainTerm> cover;
+  StrataSpec strata;
+  SnowSpec snow;
 };
 
 class Terrain {
@@ -42,10 +48,17 @@ class Terrain {
   float Height(const Vec2f& p, float footprint_m) const;
   // Slope (d/dx, d/dy) of Height by central differences over the footprint.
   Vec2f Slope(const Vec2f& p, float footprint_m) const;
+  // How far the ground at `p`, `height_m` high, stands out horizontally where it is steep: ledges
+  // of hard beds, metres. Only faces in which nothing stands have any.
+  float Ledge(const Vec2f& p, float height_m) const;
+  bool has_ledges() const { return strata_.has_ledges(); }
 
+  const TerrainSpec& spec() const { return spec_; }
   // Where the site's masks hold; beyond it they fade to those of the region.
   const Field& site() const { return site_; }
   const Field& region() const { return region_; }
+  // Heights of the site with all that lies on the eroded ground.
+  const Field& surface() const { return surface_.size > 0 ? surface_ : site_; }
   float DrainageArea(const Vec2f& p) const;  // Square metres.
   float Wetness(const Vec2f& p) const;       // [0, 1]: 1 in valley bottoms.
   float Deposit(const Vec2f& p) const;       // Metres of loose material: scree, sediment.
@@ -56,11 +69,15 @@ class Terrain {
   // Height of the ground above the water's still level, negative under water; kDry far from it.
   float AboveWater(const Vec2f& p) const;
   static constexpr float kDry = 1000;
+  float SnowDepth(const Vec2f& p) const;  // Metres.
 
  private:
   friend Terrain MakeTerrain(const TerrainSpec& spec);
 
   float Base(const Vec2f& p) const;
+  // Height with what lies on the eroded ground, cover and strata; `loose`: debris in [0, 1].
+  float Covered(const Vec2f& p, float eroded_m, float footprint_m, float* loose = nullptr) const;
+  void AddCover(Field& height, Field& deposit) const;
   float Detail(const Vec2f& p, float footprint_m) const;
   // 1 inside of a field, 0 at its border and beyond, with a smooth band between.
   static float Weight(const Field& field, const Vec2f& p);
@@ -74,6 +91,9 @@ class Terrain {
   Field region_wetness_, site_wetness_;
   Field region_deposit_, site_deposit_;
   Field region_steepness_, site_steepness_;
+  Field region_snow_, site_snow_;  // Empty: none.
+  Field surface_;                  // Empty: as site_.
+  Strata strata_;
 };
 
 // Makes the ground: about 2 core-seconds with the default rasters. Requires rasters of at least 16

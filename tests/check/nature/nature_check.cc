@@ -60,6 +60,7 @@ Rooting CheckRoots(const v1::Terrain& land, const Expansion& expansion, const Ve
   for (int l = 0; l < land.layers_size(); ++l) {
     const v1::ScatterLayer& layer = land.layers(l);
     for (uint32_t k = 0; k < expansion.of_layer[static_cast<size_t>(l)]; ++k, ++index) {
+      if (layer.hangs()) continue;
       const Instance& instance = expansion.instances[index];
       const Vec2f p = instance.world_from_object.col(3).head<2>();
       if ((p - from).norm() > 40) continue;
@@ -101,7 +102,7 @@ absl::Status Render(const v1::Scene& scene, SceneGeometry geometry, const Option
                    Renderer::Create(scene, std::move(geometry), options.config.render()));
   json["create_s"] = CpuSeconds() - start;
   std::vector<float> disparities;
-  double sky = 0, pixels = 0, far = 0, mixed = 0, veiled = 0;
+  double sky = 0, pixels = 0, far = 0, mixed = 0, veiled = 0, level = 0;
   start = CpuSeconds();
   Json parts = Json::object();
   for (int k = 0; k < options.render; ++k) {
@@ -111,6 +112,9 @@ absl::Status Render(const v1::Scene& scene, SceneGeometry geometry, const Option
     ASSIGN_OR_RETURN(const StereoFrame frame, renderer->RenderRig(rig, CancelToken(), {}));
     const View& left = frame.left;
     float nearest = 1e9f;
+    double sum = 0;
+    for (const uint8_t value : left.color.values()) sum += value;
+    level += sum / static_cast<double>(left.color.values().size());
     for (size_t i = 0; i < left.depth_m.values().size(); ++i) {
       const float depth = left.depth_m.values()[i];
       ++pixels;
@@ -148,6 +152,7 @@ absl::Status Render(const v1::Scene& scene, SceneGeometry geometry, const Option
   json["sky_share"] = sky / pixels;
   json["mixed_share"] = mixed / pixels;
   json["veiled_share"] = veiled / pixels;
+  json["mean_level"] = level / options.render;
   json["frames_beyond_5_m"] = far / options.render;
   return absl::OkStatus();
 }
@@ -200,6 +205,19 @@ absl::StatusOr<Json> Check(const Options& options, uint64_t seed) {
   return json;
 }
 
+// Only the biome of this name is drawn.
+absl::Status ChooseBiome(const std::string& name, v1::BiomeWeights& weights) {
+  const auto* fields = weights.GetDescriptor();
+  if (fields->FindFieldByName(name) == nullptr) {
+    return absl::InvalidArgumentError("there is no biome " + name);
+  }
+  for (int i = 0; i < fields->field_count(); ++i) {
+    weights.GetReflection()->SetDouble(&weights, fields->field(i),
+                                       fields->field(i)->name() == name);
+  }
+  return absl::OkStatus();
+}
+
 absl::StatusOr<Options> ParseOptions(int argc, char** argv) {
   Options options;
   ASSIGN_OR_RETURN(options.config, LoadSceneConfig("nature"));
@@ -207,16 +225,7 @@ absl::StatusOr<Options> ParseOptions(int argc, char** argv) {
   for (int i = 1; i + 1 < argc; i += 2) {
     const std::string name = argv[i], value = argv[i + 1];
     if (name == "--biome") {
-      v1::BiomeWeights& weights = *config.mutable_nature()->mutable_biomes();
-      // Each field of BiomeWeights is named as its biome.
-      const auto* fields = weights.GetDescriptor();
-      if (fields->FindFieldByName(value) == nullptr) {
-        return absl::InvalidArgumentError("no biome " + value);
-      }
-      for (int k = 0; k < fields->field_count(); ++k) {
-        weights.GetReflection()->SetDouble(&weights, fields->field(k),
-                                           fields->field(k)->name() == value ? 1 : 0);
-      }
+      RETURN_IF_ERROR(ChooseBiome(value, *config.mutable_nature()->mutable_biomes()));
     } else if (name == "--season") {
       config.mutable_nature()->clear_seasons();
       config.mutable_nature()->add_seasons(value);

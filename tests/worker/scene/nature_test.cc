@@ -157,10 +157,71 @@ TEST(Nature, NothingStandsOnDaylight) {
   }
 }
 
+// The landscapes of dry lands, of snow and of caves: what each is for, and what all must hold.
+class DryLands : public testing::TestWithParam<const char*> {
+ protected:
+  // The first seed that has a walk.
+  static v1::Scene SceneOf(const std::string& biome) {
+    int rejected = 0;
+    for (uint64_t seed = 1;; ++seed) {
+      const v1::SolveResult result = SolveFor(SmallNature(biome), seed);
+      if (result.has_scene()) return result.scene();
+      EXPECT_LT(++rejected, 3) << result.rejected().reason();
+    }
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Nature, DryLands,
+                         testing::Values("desert", "snowy_mountain", "canyon", "cliff", "cave"));
+
+TEST_P(DryLands, ExpandAlikeStandOnTheirGroundAndKeepTheWalkClear) {
+  const v1::Scene scene = SceneOf(GetParam());
+  v1::Terrain land = scene.place().terrain();
+  EXPECT_EQ(land.biome(), GetParam());
+  EXPECT_LE(scene.ByteSizeLong(), 64u << 10);
+  EXPECT_EQ(land.has_snow(), land.biome() == "snowy_mountain");
+  EXPECT_EQ(land.has_roof(), land.biome() == "cave");
+  std::shared_ptr<const Expansion> expansion;
+  for (const int threads : {1, 2, 16}) {
+    land.set_placed_triangles(static_cast<uint64_t>(threads));
+    tbb::global_control most(tbb::global_control::max_allowed_parallelism,
+                             static_cast<size_t>(threads));
+    tbb::task_arena(threads).execute(
+        [&] { expansion = ExpandTerrain(land, scene.rigs()).value(); });
+    EXPECT_EQ(expansion->hash, land.expansion_hash());
+  }
+  size_t index = 0;
+  for (int l = 0; l < land.layers_size(); ++l) {
+    const v1::ScatterLayer& layer = land.layers(l);
+    for (uint32_t k = 0; k < expansion->of_layer[static_cast<size_t>(l)]; ++k, ++index) {
+      const Vec3f at = expansion->instances[index].Affine().translation();
+      if (layer.hangs()) {
+        const auto ceiling = expansion->roof->CeilingAt(at.head<2>());
+        ASSERT_TRUE(ceiling.has_value());
+        EXPECT_GE(at.z(), *ceiling - 0.01f) << layer.name();
+        continue;
+      }
+      if (layer.upright() < 1) continue;
+      EXPECT_LE(at.z(), expansion->ground.HeightAt(at.head<2>()) + 0.02f) << layer.name();
+    }
+  }
+  const auto nearby = MakeNearby(land, *expansion, scene.rigs(), 1).value();
+  const v1::SceneConfig config = SmallNature(GetParam());
+  for (const v1::Rig& rig : scene.rigs()) {
+    for (int k = 0; k <= 5; ++k) {
+      const Vec3d eye = EyePosition(rig, 0) +
+                        k / 5.0 * config.rigs().clearance_baseline_m() * RigAxes(rig).col(0);
+      EXPECT_GE(static_cast<double>(nearby->NearestDistance(eye.cast<float>(), 2)),
+                config.nature().walk().clearance_m() - 0.01);
+    }
+  }
+}
+
 TEST(Nature, WeightsOfBiomesChooseAndAllZeroIsAnError) {
   v1::SceneConfig config = SmallNature("none");
   const absl::Status status = kNatureScenes.layout(config, SceneSeed{1}, CancelToken()).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  for (const Biome* biome : Biomes()) EXPECT_EQ(FindBiome(biome->name), biome);
   EXPECT_EQ(FindBiome("reef"), nullptr);
 }
 

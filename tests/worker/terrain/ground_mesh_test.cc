@@ -107,5 +107,32 @@ TEST(GroundMesh, StaysNearTheTerrainWhereTheWalkIs) {
   }
 }
 
+// Beds of rock stand out of a wall; what asks for heights does not see them.
+TEST(GroundMesh, LedgesOverhangAndLeaveTheMeshWhole) {
+  TerrainSpec spec = *DrawLandform("cliff", Rng(SceneSeed{2}));
+  spec.region_samples = spec.site_samples = 257;
+  spec.site_m = 400;
+  spec.streams.steps = 4;
+  spec.rain.droplets = 2000;
+  const Terrain terrain = MakeTerrain(spec);
+  ASSERT_TRUE(terrain.has_ledges());
+  GroundMeshOptions options = Options(150'000);
+  options.views[0].apex = ScarpFoot(spec.cover[0], 0, -40);
+  options.views[0].half_angle_rad = 4;
+  const GroundMesh ground(terrain, options);
+  ASSERT_TRUE(ValidateMesh(ground.mesh()).ok()) << ValidateMesh(ground.mesh());
+  int overhangs = 0;
+  for (const Triangle& t : ground.mesh().triangles) {
+    const Vec3f &a = ground.mesh().positions[t.a], &b = ground.mesh().positions[t.b],
+                &c = ground.mesh().positions[t.c];
+    overhangs += (b - a).cross(c - a).z() < 0;
+  }
+  EXPECT_GT(overhangs, 30);
+  for (float along = -60; along < 60; along += 7) {
+    const Vec2f p = ScarpFoot(spec.cover[0], along, -30);
+    EXPECT_NEAR(ground.HeightAt(p), terrain.Height(p, 0.3f), 0.4f);
+  }
+}
+
 }  // namespace
 }  // namespace parallax

@@ -30,11 +30,13 @@ TEST(Terrain, TheSameSpecGivesTheSameBitsAndAnotherSeedOthers) {
 }
 
 TEST(Terrain, HeightIsContinuousFromTheSiteToTheHorizon) {
-  const Terrain terrain = MakeTerrain(SmallSpec("hills", 4));
-  for (float x = 0; x < 12'000; x += 3.7f) {
-    const float here = terrain.Height({x, 0.3f * x}, 2.0f);
-    const float there = terrain.Height({x + 0.01f, 0.3f * x}, 2.0f);
-    ASSERT_NEAR(here, there, 0.2f) << x;
+  for (const char* landform : {"hills", "desert", "canyon", "cliff", "snowy mountains"}) {
+    const Terrain terrain = MakeTerrain(SmallSpec(landform, 4));
+    for (float x = 0; x < 12'000; x += 3.7f) {
+      const float here = terrain.Height({x, 0.3f * x}, 2.0f);
+      const float there = terrain.Height({x + 0.01f, 0.3f * x}, 2.0f);
+      ASSERT_NEAR(here, there, 0.5f) << landform << " " << x;
+    }
   }
 }
 
@@ -83,8 +85,10 @@ TEST(Terrain, MountainsAreSteeperThanHillsAndHillsThanPlains) {
 TEST(Landforms, AnUnknownNameIsAnErrorThatListsTheKnownOnes) {
   const auto spec = DrawLandform("moon", Rng(SceneSeed{1}));
   ASSERT_FALSE(spec.ok());
-  EXPECT_EQ(std::string(spec.status().message()),
-            "there is no landform \"moon\": allowed are hills, mountains, plain");
+  EXPECT_EQ(
+      std::string(spec.status().message()),
+      "there is no landform \"moon\": allowed are arctic, canyon, cave, cliff, coast, desert, "
+      "hills, mountains, plain, river, snowy mountains");
 }
 
 }  // namespace

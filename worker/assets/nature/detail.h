@@ -2,6 +2,7 @@
 // covers as much of the picture at each.
 #pragma once
 
+#include <array>
 #include <cstddef>
 
 namespace parallax {
@@ -20,6 +21,12 @@ PlantDetail DetailOfEdge(float target_edge_m);
 float EdgeOfDetail(PlantDetail detail);
 // The level that the thread's scope asks for.
 PlantDetail CurrentDetail();
+
+// The number for the level that the thread's scope asks for: near, mid, far, shell.
+template <typename T>
+T ByDetail(const std::array<T, 4>& each) {
+  return each[static_cast<size_t>(CurrentDetail())];
+}
 
 // One of so many leaves is kept, larger by the root of it, so that a crown of `leaves` with so many
 // triangles each stays within what its level may have.

@@ -153,6 +153,92 @@ struct SucculentParams {
 Asset MakeSucculent(const SucculentParams& params);
 Asset SampleSucculent(Rng& rng);
 
+// ---- Dry lands
+
+struct ColumnCactusParams {
+  float height_m = 3, radius_m = 0.16f;
+  int ribs = 14;
+  int arms = 2;
+  uint64_t seed = 0;
+};
+Asset MakeColumnCactus(const ColumnCactusParams& params);
+Asset SampleColumnCactus(Rng& rng);
+
+struct BarrelCactusParams {
+  float radius_m = 0.22f;
+  float tall = 1;  // Height over width.
+  int ribs = 18;
+  int heads = 1;
+  uint64_t seed = 0;
+};
+Asset MakeBarrelCactus(const BarrelCactusParams& params);
+Asset SampleBarrelCactus(Rng& rng);
+
+struct PricklyPearParams {
+  float pad_m = 0.24f;
+  int stems = 4;
+  int levels = 3;  // Of pads on each other.
+  uint64_t seed = 0;
+};
+Asset MakePricklyPear(const PricklyPearParams& params);
+Asset SamplePricklyPear(Rng& rng);
+
+struct AgaveParams {
+  float size_m = 0.6f;  // Length of its leaves.
+  float width = 0.2f;   // Of a leaf, in lengths.
+  int leaves = 34;
+  float mast_m = 0;  // Of the dry mast that bore its flowers; 0: none.
+  uint64_t seed = 0;
+};
+Asset MakeAgave(const AgaveParams& params);
+Asset SampleAgave(Rng& rng);
+
+struct PalmParams {
+  float height_m = 6;
+  float lean = 0.1f;
+  float frond_m = 2.2f;
+  int fronds = 26;
+  int dead = 4;  // Dry fronds that hang below the crown.
+  uint64_t seed = 0;
+};
+Asset MakePalm(const PalmParams& params);
+Asset SamplePalm(Rng& rng);
+
+// ---- Formations of rock
+
+struct RockArchParams {
+  float span_m = 9, rise_m = 6;
+  float thick_m = 1.6f;  // Radius of its rock.
+  float bed_m = 0.9f;    // Thickness of its beds.
+  uint64_t seed = 0;
+};
+// An arch along x whose feet reach into the ground.
+Asset MakeRockArch(const RockArchParams& params);
+Asset SampleRockArch(Rng& rng);
+
+struct RockPillarParams {
+  float height_m = 10, radius_m = 2;
+  float cap = 0;  // How far a hard bed on top stands out, in radii.
+  float bed_m = 0.9f;
+  uint64_t seed = 0;
+};
+// A stack that the sea or rain left standing.
+Asset MakeRockPillar(const RockPillarParams& params);
+Asset SampleRockPillar(Rng& rng);
+
+struct DripstoneParams {
+  float length_m = 0.8f, radius_m = 0.09f;
+  int count = 5;
+  float spread_m = 0.5f;
+  bool hangs = true;    // From a roof, else it stands on the floor.
+  bool column = false;  // Both grown together.
+  uint64_t seed = 0;
+};
+Asset MakeDripstone(const DripstoneParams& params);
+Asset SampleStalactites(Rng& rng);
+Asset SampleStalagmites(Rng& rng);
+Asset SampleDripstoneColumn(Rng& rng);
+
 // ---- Shrubs
 
 struct ShrubParams {

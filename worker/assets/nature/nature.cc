@@ -10,6 +10,16 @@ void RegisterNature(std::vector<AssetClass>& classes) {
   const auto add = [&](const char* name, const char* family, Asset (*sample)(Rng&)) {
     classes.push_back({name, family, Placement::kGround, false, 0, sample});
   };
+  add("Agave", "desert_plants", SampleAgave);
+  add("BarrelCactus", "desert_plants", SampleBarrelCactus);
+  add("ColumnCactus", "desert_plants", SampleColumnCactus);
+  add("PricklyPear", "desert_plants", SamplePricklyPear);
+  add("DripstoneColumn", "formations", SampleDripstoneColumn);
+  add("RockArch", "formations", SampleRockArch);
+  add("RockPillar", "formations", SampleRockPillar);
+  add("Stalagmites", "formations", SampleStalagmites);
+  classes.push_back(
+      {"Stalactites", "formations", Placement::kCeiling, false, 0, SampleStalactites});
   add("Boulder", "stones", SampleBoulder);
   add("IceBlock", "stones", SampleIceBlock);
   add("IceFloe", "stones", SampleIceFloe);
@@ -36,6 +46,7 @@ void RegisterNature(std::vector<AssetClass>& classes) {
   add("Shrub", "shrubs", SampleShrub);
   add("BroadleafTree", "trees", SampleBroadleafTree);
   add("Conifer", "trees", SampleConifer);
+  add("Palm", "trees", SamplePalm);
   add("Driftwood", "dead_wood", SampleDriftwood);
   add("FallenTrunk", "dead_wood", SampleFallenTrunk);
   add("Log", "dead_wood", SampleLog);

@@ -11,7 +11,7 @@
 namespace parallax {
 namespace {
 
-constexpr float kNear_m = 55, kReach_m = 170;
+constexpr float kNear_m = 55, kReach_m = 170, kArenaRoofCell_m = 0.5f;
 
 // Trees of boxes over meshes, made once each.
 class Trees {
@@ -66,6 +66,8 @@ absl::StatusOr<std::unique_ptr<RayScene>> MakeArena(const v1::Terrain& recipe,
     const GroundMesh water(WaterOf(terrain), CoarseMesh(middle));
     solid->Add(water.mesh(), Eigen::Affine3f::Identity());
   }
+  const auto roof = RoofOf(recipe, terrain, kArenaRoofCell_m);
+  if (roof) solid->Add(roof->mesh(), Eigen::Affine3f::Identity());
   std::vector<TileSet> tiles;
   for (const v1::ScatterLayer& layer : recipe.layers()) {
     const float radius = std::min(static_cast<float>(layer.reach_m()), kReach_m);
@@ -78,7 +80,13 @@ absl::StatusOr<std::unique_ptr<RayScene>> MakeArena(const v1::Terrain& recipe,
     for (const Standing& thing : things[static_cast<size_t>(index)]) {
       const bool near = (thing.position() - middle).norm() < kNear_m;
       Eigen::Affine3f place = Eigen::Affine3f::Identity();
-      place.matrix().topRows<3>() = PlaceOf(layer, thing, ground, terrain);
+      if (layer.hangs()) {
+        const auto under = PlaceUnder(layer, thing, *roof);
+        if (!under) continue;
+        place.matrix().topRows<3>() = *under;
+      } else {
+        place.matrix().topRows<3>() = PlaceOf(layer, thing, ground, terrain);
+      }
       ASSIGN_OR_RETURN(const auto tree, trees.Of({layer.prototypes(thing.prototype), thing.shape,
                                                   near ? PlantDetail::kMid : PlantDetail::kFar}));
       solid->Add(tree, place);
@@ -102,6 +110,7 @@ absl::StatusOr<std::unique_ptr<RayScene>> MakeNearby(
     });
     solid->Add(near, Eigen::Affine3f::Identity());
   }
+  if (expansion.roof) solid->Add(expansion.roof->mesh(), Eigen::Affine3f::Identity());
   // A mesh's box hardly depends on its level of detail.
   std::vector<Box3f> boxes;
   for (const ShapeKey& key : expansion.shapes) {

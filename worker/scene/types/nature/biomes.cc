@@ -3,8 +3,9 @@
 namespace parallax {
 
 const std::vector<const Biome*>& Biomes() {
-  static const std::vector<const Biome*>& biomes =
-      *new std::vector<const Biome*>{&kArctic, &kCoast, &kForest, &kMountain, &kPlain, &kRiver};
+  static const std::vector<const Biome*>& biomes = *new std::vector<const Biome*>{
+      &kArctic, &kCanyon,   &kCave,  &kCliff, &kCoast,        &kDesert,
+      &kForest, &kMountain, &kPlain, &kRiver, &kSnowyMountain};
   return biomes;
 }
 

@@ -46,7 +46,8 @@ struct Biome {
 };
 
 // One file each in biomes/.
-extern const Biome kArctic, kCoast, kForest, kMountain, kPlain, kRiver;
+extern const Biome kArctic, kCanyon, kCave, kCliff, kCoast, kDesert, kForest, kMountain, kPlain,
+    kRiver, kSnowyMountain;
 
 // In order of name.
 const std::vector<const Biome*>& Biomes();

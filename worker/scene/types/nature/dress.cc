@@ -14,6 +14,7 @@
 #include "worker/scene/types/nature/expand.h"
 #include "worker/scene/types/nature/nature.h"
 #include "worker/scene/types/nature/prototypes.h"
+#include "worker/scene/types/nature/recipe.h"
 
 namespace parallax {
 namespace {
@@ -30,6 +31,7 @@ class LandDresser {
 
   absl::Status Run() {
     ChooseLight();
+    if (land_.has_roof()) RETURN_IF_ERROR(HangLamps());
     RETURN_IF_ERROR(ChooseMaterials());
     land_.clear_expansion_hash();
     ASSIGN_OR_RETURN(const auto expansion, ExpandTerrain(land_, recipe_.rigs()));
@@ -72,6 +74,35 @@ class LandDresser {
     *air.mutable_tint() = ToProto(Vec3d(lit * Vec3d(0.97, 0.99, 1.04)));
   }
 
+  // A cave's lamps, as those that show people around have: on ledges beside the way, warm or pale.
+  absl::Status HangLamps() {
+    ASSIGN_OR_RETURN(const auto terrain, TerrainOf(land_));
+    const TerrainTerm& gorge = terrain->spec().cover.front();
+    const double half = land_.roof().half_length_m() - 4;
+    Rng rng = root_.Child("lamps");
+    const double warm = rng.Uniform(), power_w = rng.Uniform(350, 1100);
+    for (double along = -half + rng.Uniform(0, 8); along < half; along += rng.Uniform(9, 15)) {
+      const auto at = static_cast<float>(along);
+      const Vec2f middle = GorgeMiddle(gorge, at);
+      const float away =
+          PlaceInGorge(gorge, middle).half_m * static_cast<float>(rng.Uniform(0.55, 0.9));
+      const Vec2f ahead = (GorgeMiddle(gorge, at + 1) - middle).normalized();
+      const float side = rng.Bernoulli(0.5) ? away : -away;
+      const Vec2f p = middle + side * Vec2f(-ahead.y(), ahead.x());
+      const double up = rng.Uniform(1.6, 0.6 * land_.roof().rise_m());
+      v1::Light& lamp = *recipe_.add_lights();
+      lamp.set_kind(v1::Light::KIND_POINT);
+      lamp.set_name("Lamp_" + std::to_string(recipe_.lights_size()));
+      *lamp.mutable_position_m() =
+          ToProto(Vec3d(p.x(), p.y(), static_cast<double>(terrain->Height(p, 1)) + up));
+      lamp.set_radius_m(0.12);
+      const Vec3d color(1.0, 0.9 - 0.2 * warm, 0.8 - 0.45 * warm);
+      *lamp.mutable_power_w() =
+          ToProto(Vec3d(color / color.mean() * power_w * rng.Uniform(0.6, 1.4)));
+    }
+    return absl::OkStatus();
+  }
+
   uint32_t AddMaterial(const std::string& material_class, uint64_t seed) {
     v1::SceneMaterial& made = *recipe_.add_materials();
     made.set_index(static_cast<uint32_t>(recipe_.materials_size()));
@@ -84,6 +115,9 @@ class LandDresser {
   void Tint(uint32_t index, const Vec3d& tint) {
     *recipe_.mutable_materials(static_cast<int>(index) - 1)->mutable_tint() = ToProto(tint);
   }
+
+  // Deserts and canyons are of red and yellow sandstone; so is what broke off it.
+  bool RedLand() const { return land_.biome() == "desert" || land_.biome() == "canyon"; }
 
   Vec3d ThatchTint() const {
     const bool dry = land_.season() == "winter" || land_.season() == "autumn";
@@ -119,15 +153,18 @@ class LandDresser {
                        "terrain: " + std::to_string(land_.ground_size()) + " ground rules, but " +
                            std::to_string(classes.size()) + " materials");
     }
-    v1::SceneObject* ground = nullptr;
+    v1::SceneObject *ground = nullptr, *roof = nullptr;
     for (v1::SceneObject& object : *recipe_.mutable_objects()) {
       if (object.index() == land_.ground_object_index()) ground = &object;
+      if (object.part() == "roof") roof = &object;
     }
     for (size_t i = 0; i < classes.size(); ++i) {
       // Rules have materials of their own, though their classes may be alike.
       const uint32_t index = AddMaterial(classes[i], SeedOf(classes[i] + "/"));
       // Scree is of the land's rock, which is darker than a path's gravel.
-      if (classes[i] == "Gravel") Tint(index, {0.56, 0.54, 0.52});
+      if (classes[i] == "Gravel") {
+        Tint(index, RedLand() ? Vec3d(1.8, 1.12, 0.64) : Vec3d(0.56, 0.54, 0.52));
+      }
       // Beaches are paler than dunes of red sand.
       if (classes[i] == "Sand" && land_.has_water()) Tint(index, {0.84, 0.97, 1.1});
       // Between a meadow's tufts lie last year's blades and what is green below them.
@@ -139,6 +176,11 @@ class LandDresser {
       binding.set_material_index(index);
     }
     if (land_.has_water()) ChooseWater();
+    if (roof != nullptr) {
+      v1::MaterialBinding& binding = *roof->add_materials();
+      binding.set_slot("rock");
+      binding.set_material_index(AddMaterial(classes.back(), SeedOf(classes.back() + "/")));
+    }
     for (v1::Prototype& prototype : *land_.mutable_prototypes()) {
       RETURN_IF_ERROR(BindSlots(prototype));
     }
@@ -192,7 +234,13 @@ class LandDresser {
       }
       // Moss needs the damp of woods.
       if (name == "MossyRock" && land_.biome() != "forest") name = "Rock";
-      const bool withers = season == "winter" || (season == "autumn" && rng.Bernoulli(0.35));
+      // Stones are of the rock that they broke from.
+      if ((name == "Rock" || name == "Sandstone") && land_.biome() != "forest") {
+        const std::string bedrock = FindBiome(land_.biome())->ground(season).back();
+        if (bedrock != "Rock") name = bedrock;
+      }
+      const bool withers =
+          RedLand() || season == "winter" || (season == "autumn" && rng.Bernoulli(0.35));
       if (name == "GrassBlade" && withers) name = "DryGrass";
       return name;
     }

@@ -20,6 +20,7 @@ namespace {
 
 // Everything stands this far around the walk, seen or not: for shadows and bounced light.
 constexpr float kNearDisc_m = 14, kCasterDisc_m = 55;
+constexpr float kRoofCell_m = 0.2f;
 constexpr float kTube_m = 0.4f;  // Nothing that can be dropped comes so near to an eye.
 // Water's waves are no finer than this asks for.
 constexpr float kEyesAboveWater_m = 0.5f;
@@ -154,7 +155,14 @@ class Expander {
       if (!kept.wanted) return kept;
     }
     kept.detail = DetailAt(layer, distance, views_.focal_px());
-    kept.place = PlaceOf(layer, thing, out_.ground, *out_.terrain);
+    if (layer.hangs()) {
+      const auto place = PlaceUnder(layer, thing, *out_.roof);
+      kept.wanted = place.has_value();
+      if (!place) return kept;
+      kept.place = *place;
+    } else {
+      kept.place = PlaceOf(layer, thing, out_.ground, *out_.terrain);
+    }
     if (!boxes.empty() && distance < 6) {
       const Box3f& box = boxes[thing.prototype][thing.shape];
       const Vec3f middle = kept.place.leftCols<3>() * box.center() + kept.place.col(3);
@@ -272,6 +280,31 @@ Eigen::Matrix<float, 3, 4> PlaceOf(const v1::ScatterLayer& layer, const Standing
   return place;
 }
 
+std::optional<Eigen::Matrix<float, 3, 4>> PlaceUnder(const v1::ScatterLayer& layer,
+                                                     const Standing& thing, const CaveRoof& roof) {
+  const Vec2f p = thing.position();
+  const float scale = thing.scale();
+  const float e = std::max(0.1f, 0.5f * static_cast<float>(layer.claim_m()) * scale);
+  float highest = -1e9f;
+  for (const Vec2f& at : {p, Vec2f(p + Vec2f(e, 0)), Vec2f(p - Vec2f(e, 0)), Vec2f(p + Vec2f(0, e)),
+                          Vec2f(p - Vec2f(0, e))}) {
+    const std::optional<float> ceiling = roof.CeilingAt(at);
+    if (!ceiling) return std::nullopt;
+    highest = std::max(highest, *ceiling);
+  }
+  const float z = std::floor(1000.0f * (highest + static_cast<float>(layer.sink_m()) * scale));
+  const float turn = 2 * std::numbers::pi_v<float> * static_cast<float>(thing.turn) / 65536.0f;
+  Eigen::Matrix<float, 3, 4> place;
+  place.leftCols<3>() = scale * Eigen::AngleAxisf(turn, Vec3f::UnitZ()).toRotationMatrix();
+  place.col(3) = Vec3f(p.x(), p.y(), z / 1000.0f);
+  return place;
+}
+
+std::shared_ptr<const CaveRoof> RoofOf(const v1::Terrain& recipe, const Terrain& terrain,
+                                       float cell_m) {
+  return recipe.has_roof() ? std::make_shared<const CaveRoof>(recipe, terrain, cell_m) : nullptr;
+}
+
 absl::StatusOr<std::shared_ptr<const Expansion>> ExpandTerrain(
     const v1::Terrain& recipe, const google::protobuf::RepeatedPtrField<v1::Rig>& rigs) {
   if (rigs.empty()) {
@@ -288,8 +321,9 @@ absl::StatusOr<std::shared_ptr<const Expansion>> ExpandTerrain(
   }
   ASSIGN_OR_RETURN(std::shared_ptr<const Terrain> terrain, TerrainOf(recipe));
   const Views views(rigs);
-  auto made = std::make_shared<Expansion>(
-      Expansion{terrain, MakeGround(*terrain, views), MakeWater(*terrain, views)});
+  auto made = std::make_shared<Expansion>(Expansion{terrain, MakeGround(*terrain, views),
+                                                    MakeWater(*terrain, views),
+                                                    RoofOf(recipe, *terrain, kRoofCell_m)});
   RETURN_IF_ERROR(Expander(recipe, views, *made).Run());
   std::lock_guard<std::mutex> lock(mutex);
   newest_key = std::move(key);

@@ -6,12 +6,14 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "common/base/status.h"
 #include "parallax/v1/scene.pb.h"
 #include "worker/assets/nature/detail.h"
 #include "worker/geometry/scene_geometry.h"
+#include "worker/scene/types/nature/roof.h"
 #include "worker/scene/types/nature/scatter.h"
 #include "worker/terrain/ground_mesh.h"
 
@@ -28,8 +30,9 @@ struct ShapeKey {
 struct Expansion {
   std::shared_ptr<const Terrain> terrain;
   GroundMesh ground;
-  std::shared_ptr<const Mesh> water;  // nullptr: none.
-  std::vector<ShapeKey> shapes;       // Instance::prototype is an index into them.
+  std::shared_ptr<const Mesh> water;     // nullptr: none.
+  std::shared_ptr<const CaveRoof> roof;  // Null: under the open sky.
+  std::vector<ShapeKey> shapes;          // Instance::prototype is an index into them.
   // In order of layers; their object indices count from their layer's first.
   std::vector<Instance> instances;
   std::vector<uint32_t> of_layer;  // How many instances each layer has.
@@ -48,6 +51,14 @@ inline constexpr size_t kMostInstances = 250'000;
 // What floats lies level on still water where the ground is lower.
 Eigen::Matrix<float, 3, 4> PlaceOf(const v1::ScatterLayer& layer, const Standing& thing,
                                    const GroundMesh& ground, const Terrain& terrain);
+
+// How a thing hangs from a roof, all of its base in the rock; nothing where there is none above it.
+std::optional<Eigen::Matrix<float, 3, 4>> PlaceUnder(const v1::ScatterLayer& layer,
+                                                     const Standing& thing, const CaveRoof& roof);
+
+// The roof of a recipe that has one, else null. `cell_m`: spacing of its vertices.
+std::shared_ptr<const CaveRoof> RoofOf(const v1::Terrain& recipe, const Terrain& terrain,
+                                       float cell_m);
 
 // The level of detail of a layer's things at this distance from the eyes.
 PlantDetail DetailAt(const v1::ScatterLayer& layer, float distance_m, float focal_px);

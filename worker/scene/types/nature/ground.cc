@@ -2,6 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -24,14 +25,20 @@ class GroundMaterial final : public Material {
       : terrain_(std::move(terrain)),
         materials_(std::move(materials)),
         masks_(MasksOf(recipe)),
-        seed_(static_cast<uint32_t>(recipe.seed()) * 2654435761u + 17u) {}
+        seed_(static_cast<uint32_t>(recipe.seed()) * 2654435761u + 17u),
+        wind_(WindOf(recipe)) {
+    for (int i = 0; i < recipe.ground_size(); ++i) {
+      if (recipe.ground(i).mask().snow_m().low() > 0) snow_rule_ = static_cast<size_t>(i);
+    }
+  }
 
   SurfaceSample8 Evaluate(const SurfacePoint8& points) const override {
     const std::vector<Float8> cover = CoversAt(points);
-    SurfaceSample8 sum = materials_[0]->Evaluate(points);
+    const SurfacePoint8 in_wind = InWind(points);
+    SurfaceSample8 sum = materials_[0]->Evaluate(in_wind);
     for (size_t i = 1; i < materials_.size(); ++i) {
       if (!Any(cover[i] > 0)) continue;
-      const SurfaceSample8 over = materials_[i]->Evaluate(points);
+      const SurfaceSample8 over = materials_[i]->Evaluate(in_wind);
       sum.base_color = Mix(sum.base_color, over.base_color, cover[i]);
       sum.roughness += (over.roughness - sum.roughness) * cover[i];
       sum.specular += (over.specular - sum.specular) * cover[i];
@@ -40,6 +47,11 @@ class GroundMaterial final : public Material {
     const Float8 rock = cover.back();
     Vec3x8 tone = Tone(points);
     if (Any(rock > 0)) tone = tone * (1.0f + rock * (RockTone(points) - 1.0f));
+    if (snow_rule_ > 0) {
+      // Snow is white all over.
+      const Float8 snow = cover[snow_rule_] * (1.0f - rock);
+      tone = Mix(tone, Vec3x8::All(Splat(1)), snow);
+    }
     sum.base_color = Albedo(sum.base_color * tone);
     if (terrain_->water() != nullptr) Moisten(points, sum);
     sum.transmission = Splat(0);
@@ -50,10 +62,11 @@ class GroundMaterial final : public Material {
 
   Float8 Height(const SurfacePoint8& points) const override {
     const std::vector<Float8> cover = CoversAt(points);
-    Float8 height = materials_[0]->Height(points);
+    const SurfacePoint8 in_wind = InWind(points);
+    Float8 height = materials_[0]->Height(in_wind);
     for (size_t i = 1; i < materials_.size(); ++i) {
       if (!Any(cover[i] > 0)) continue;
-      height += (materials_[i]->Height(points) - height) * cover[i];
+      height += (materials_[i]->Height(in_wind) - height) * cover[i];
     }
     return height + cover.back() * Ledges(points.texture_m, points.footprint_m);
   }
@@ -61,10 +74,13 @@ class GroundMaterial final : public Material {
   // The covers' own slopes are gentle beside the materials'.
   Dual8 Relief(const SurfacePoint8& points, const Tangents8& tangents) const override {
     const std::vector<Float8> cover = CoversAt(points);
-    Dual8 relief = materials_[0]->Relief(points, tangents);
+    const SurfacePoint8 in_wind = InWind(points);
+    Tangents8 along = tangents;
+    for (Vec3x8& way : along.texture) way = InWind(way);
+    Dual8 relief = materials_[0]->Relief(in_wind, along);
     for (size_t i = 1; i < materials_.size(); ++i) {
       if (!Any(cover[i] > 0)) continue;
-      const Dual8 over = materials_[i]->Relief(points, tangents);
+      const Dual8 over = materials_[i]->Relief(in_wind, along);
       relief.value += (over.value - relief.value) * cover[i];
       relief.dx += (over.dx - relief.dx) * cover[i];
       relief.dy += (over.dy - relief.dy) * cover[i];
@@ -98,6 +114,24 @@ class GroundMaterial final : public Material {
     if (sea) sum.roughness += (0.14f - sum.roughness) * 0.75f * film;
     sum.specular += (0.4f - sum.specular) * wet;
     sum.sheen *= 1.0f - wet;
+  }
+
+  static Vec2f WindOf(const v1::Terrain& recipe) {
+    for (const v1::TerrainTerm& term : recipe.cover()) {
+      if (term.kind() != TermKindName(TermKind::kDunes)) continue;
+      return Vec2d(std::cos(term.direction_rad()), std::sin(term.direction_rad())).cast<float>();
+    }
+    return Vec2f::UnitX();
+  }
+  // Materials have their ripples across x: the wind's direction.
+  Vec3x8 InWind(const Vec3x8& p) const {
+    return {wind_.x() * p.x + wind_.y() * p.y, wind_.x() * p.y - wind_.y() * p.x, p.z};
+  }
+  SurfacePoint8 InWind(const SurfacePoint8& points) const {
+    SurfacePoint8 turned = points;
+    turned.texture_m = InWind(points.texture_m);
+    turned.texture_normal = InWind(points.texture_normal);
+    return turned;
   }
 
   // Bare rock, the last rule, from blocks of metres down to chips: layers that stand out, and
@@ -135,7 +169,9 @@ class GroundMaterial final : public Material {
                       p.z + 1.5f * noise::Fbm3(p, 11.0f, 2, w, seed_ + 71));
     const Float8 beds = noise::Fbm3(bent, 2.6f, 4, w, seed_ + 72, 0.6f);
     const Float8 stains = noise::Fbm3(Vec3x8(p.x, p.y, 0.25f * p.z), 1.7f, 4, w, seed_ + 73, 0.6f);
-    return Clamp(1.0f + 0.42f * beds + 0.36f * stains, 0.35f, 1.7f);
+    // Bedded rock has beds and streaks of its own.
+    const float strength = terrain_->spec().strata.bed_m > 0 ? 0.3f : 1.0f;
+    return Clamp(1.0f + strength * (0.42f * beds + 0.36f * stains), 0.35f, 1.7f);
   }
 
   // How much of what lies below each rule covers, sharpened by detail of some decimetres: borders
@@ -173,6 +209,8 @@ class GroundMaterial final : public Material {
   const std::vector<std::shared_ptr<const Material>> materials_;
   const std::vector<MaskOnGround> masks_;
   const uint32_t seed_;
+  size_t snow_rule_ = 0;  // The rule that lies where snow is; 0: none does.
+  const Vec2f wind_;      // Unit; along x where no dunes say where it blows to.
 };
 
 }  // namespace

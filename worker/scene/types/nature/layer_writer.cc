@@ -25,6 +25,7 @@ v1::GroundMask LayerWriter::MaskOf(const MaskSpec& spec, const std::string& name
   Set(spec.wetness, &v1::GroundMask::mutable_wetness, mask);
   Set(spec.deposit_m, &v1::GroundMask::mutable_deposit_m, mask);
   Set(spec.shade, &v1::GroundMask::mutable_shade, mask);
+  Set(spec.snow_m, &v1::GroundMask::mutable_snow_m, mask);
   if (spec.patches_m <= 0) return mask;
   mask.set_noise_m(spec.patches_m);
   mask.set_noise_cover(spec.cover);
@@ -36,7 +37,9 @@ v1::GroundMask LayerWriter::MaskOf(const MaskSpec& spec, const std::string& name
 uint32_t LayerWriter::PrototypeFor(const LayerSpec& spec) {
   auto& prototypes = *draft_.recipe.mutable_prototypes();
   for (int i = 0; i < prototypes.size(); ++i) {
-    if (prototypes[i].asset_class() == spec.asset) return static_cast<uint32_t>(i);
+    if (prototypes[i].asset_class() == spec.asset && prototypes[i].snow_m() == spec.snow_m) {
+      return static_cast<uint32_t>(i);
+    }
   }
   v1::Prototype& made = *prototypes.Add();
   made.set_asset_class(spec.asset);
@@ -44,6 +47,7 @@ uint32_t LayerWriter::PrototypeFor(const LayerSpec& spec) {
   made.set_shapes(spec.shapes);
   if (spec.asset.find('/') != std::string::npos) made.set_season(draft_.season);
   made.set_role(spec.role);
+  if (spec.snow_m > 0) made.set_snow_m(spec.snow_m);
   return static_cast<uint32_t>(prototypes.size() - 1);
 }
 
@@ -65,6 +69,7 @@ void LayerWriter::Add(const LayerSpec& spec) {
   layer.set_crown_m(spec.crown_m);
   layer.set_casts_litter(spec.litter);
   layer.set_near_parents_m(spec.near_parents_m);
+  if (spec.hangs) layer.set_hangs(true);
   layer.set_seed(draft_.rng.Child("layer").Child(spec.name).Seed());
   layer.set_floats(spec.floats);
   MaskSpec mask = spec.mask;
@@ -72,6 +77,10 @@ void LayerWriter::Add(const LayerSpec& spec) {
     mask.above_water_m = kDry;
   }
   *layer.mutable_mask() = MaskOf(mask, spec.name);
+}
+
+void LayerWriter::SetWalk(const MaskSpec& mask) {
+  *draft_.recipe.mutable_walk() = MaskOf(mask, "walk");
 }
 
 void LayerWriter::AddGround(const MaskSpec& mask) {

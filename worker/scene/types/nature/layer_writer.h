@@ -12,7 +12,7 @@ struct MaskSpec {
   struct Range {
     double low = 0, high = 0, soft = 0;
   };
-  Range slope, height_m, above_water_m, wetness, deposit_m, shade;
+  Range slope, height_m, above_water_m, wetness, deposit_m, shade, snow_m;
   double patches_m = 0;  // Wavelength of patches; 0: none.
   double cover = 0.5;    // Share of the ground that they cover.
   double soft = 0.08;    // Width of their borders.
@@ -35,7 +35,9 @@ struct LayerSpec {
   bool litter = false;  // Litter lies below it.
   double near_parents_m = 0;
   bool floats = false;
-  MaskSpec mask;  // Beside water, what does not say how high above it it stands stands dry.
+  bool hangs = false;  // From the roof of a cave.
+  double snow_m = 0;   // Depth of the snow on it.
+  MaskSpec mask;       // Beside water, what does not say how high above it it stands stands dry.
 };
 
 class LayerWriter {
@@ -46,6 +48,8 @@ class LayerWriter {
   void Add(const LayerSpec& spec);
   // The ground's next rule; the first lies everywhere.
   void AddGround(const MaskSpec& mask);
+  // Walks begin where this is strong.
+  void SetWalk(const MaskSpec& mask);
 
   Rng Stream(std::string_view name) const { return draft_.rng.Child(name); }
   const BiomeDraft& draft() const { return draft_; }

@@ -36,8 +36,20 @@ absl::StatusOr<const Biome*> DrawBiome(const v1::BiomeWeights& weights, const Rn
 
 // Heights of the middle of the site, where the walk goes and what is near stands.
 SiteHeights HeightsOf(const Terrain& terrain) {
-  return {Quantile(terrain.site(), 0.05f), Quantile(terrain.site(), 0.5f),
-          Quantile(terrain.site(), 0.95f)};
+  return {Quantile(terrain.surface(), 0.05f), Quantile(terrain.surface(), 0.5f),
+          Quantile(terrain.surface(), 0.95f)};
+}
+
+void AddPart(uint32_t index, const char* name, const char* asset_class, const char* part,
+             v1::ObjectRole role, v1::Layout& layout) {
+  v1::SceneObject& object = *layout.add_objects();
+  object.set_index(index);
+  object.set_name(name);
+  object.set_asset_class(asset_class);
+  object.set_part(part);
+  object.set_role(role);
+  object.mutable_world_from_object()->set_qw(1);
+  object.mutable_world_from_object()->set_scale(1);
 }
 
 // Wind, clarity and colour of the land's water.
@@ -59,18 +71,6 @@ void ChooseWater(const v1::WaterConfig& config, const Biome& biome, const Rng& r
     tint[k] = clear + murky * (static_cast<double>(biome.murky_water[i]) - clear);
   }
   *water.mutable_tint() = ToProto(tint);
-}
-
-void AddPart(uint32_t index, const char* name, const char* asset_class, const char* part,
-             v1::ObjectRole role, v1::Layout& layout) {
-  v1::SceneObject& object = *layout.add_objects();
-  object.set_index(index);
-  object.set_name(name);
-  object.set_asset_class(asset_class);
-  object.set_part(part);
-  object.set_role(role);
-  object.mutable_world_from_object()->set_qw(1);
-  object.mutable_world_from_object()->set_scale(1);
 }
 
 }  // namespace
@@ -107,6 +107,9 @@ absl::StatusOr<std::variant<v1::Layout, Rejected>> LayOutLand(const v1::SceneCon
   if (recipe.has_water()) {
     recipe.mutable_water()->set_object_index(kGroundIndex + 1);
     AddPart(kGroundIndex + 1, "Water", "Water", "water", v1::OBJECT_ROLE_WATER, layout);
+  }
+  if (recipe.has_roof()) {
+    AddPart(kRoofIndex, "Roof", "CaveRoof", "roof", v1::OBJECT_ROLE_ROCK, layout);
   }
   return std::variant<v1::Layout, Rejected>(std::move(layout));
 }

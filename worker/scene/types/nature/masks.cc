@@ -39,6 +39,7 @@ MaskOnGround::MaskOnGround(const v1::GroundMask& mask)
       wetness_(mask.wetness()),
       deposit_(mask.deposit_m()),
       shade_(mask.shade()),
+      snow_(mask.snow_m()),
       noise_m_(static_cast<float>(mask.noise_m())),
       threshold_(ThresholdOf(mask.noise_cover())),
       noise_soft_(static_cast<float>(std::max(mask.noise_soft(), 1e-3))),
@@ -67,6 +68,7 @@ float MaskOnGround::At(const Terrain& terrain, const Vec2f& p) const {
   if (mask > 0 && !deposit_.everywhere) mask *= deposit_.At(terrain.Deposit(p));
   if (mask > 0 && !above_water_.everywhere) mask *= above_water_.At(terrain.AboveWater(p));
   if (mask > 0 && !height_.everywhere) mask *= height_.At(terrain.Height(p, kHeightFootprint_m));
+  if (mask > 0 && !snow_.everywhere) mask *= snow_.At(terrain.SnowDepth(p));
   return mask;
 }
 

@@ -27,7 +27,7 @@ class MaskOnGround {
   };
   float NoiseAt(const Vec2f& p) const;
 
-  Range slope_, height_, above_water_, wetness_, deposit_, shade_;
+  Range slope_, height_, above_water_, wetness_, deposit_, shade_, snow_;
   float noise_m_, threshold_, noise_soft_;
   uint32_t noise_seed_;
 };

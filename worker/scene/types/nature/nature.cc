@@ -8,6 +8,7 @@
 #include "worker/scene/types/nature/expand.h"
 #include "worker/scene/types/nature/ground.h"
 #include "worker/scene/types/nature/prototypes.h"
+#include "worker/scene/types/nature/recipe.h"
 #include "worker/scene/types/nature/water_surface.h"
 
 namespace parallax {
@@ -16,21 +17,26 @@ namespace {
 absl::StatusOr<Mesh> LandPart(const v1::Scene& scene, const v1::SceneObject& object) {
   const v1::Terrain& land = scene.place().terrain();
   const bool water = object.part() == "water" && land.has_water();
-  if (object.part() != "ground" && !water) {
+  const bool roof = object.part() == "roof" && land.has_roof();
+  if (object.part() != "ground" && !water && !roof) {
     return MakeError(absl::StatusCode::kNotFound,
                      "a landscape has no part \"" + object.part() + "\"");
   }
   ASSIGN_OR_RETURN(const auto expansion, ExpandTerrain(land, scene.rigs()));
   if (water) return *expansion->water;
+  if (roof) return expansion->roof->mesh();
   Mesh mesh = expansion->ground.mesh();
   AssignGroundSlots(land, *expansion->terrain, mesh);
   return mesh;
 }
 
 // Its ground reaches the horizon.
-Surroundings LandSurroundings(const v1::Place&) {
+Surroundings LandSurroundings(const v1::Place& place) {
   Surroundings around;
   around.ground_below_horizon = false;
+  if (!place.terrain().has_roof() || !CheckRules(place.terrain()).ok()) return around;
+  const auto terrain = TerrainOf(place.terrain());
+  if (terrain.ok()) around.enclosures.push_back(EnclosureUnder(place.terrain(), **terrain));
   return around;
 }
 

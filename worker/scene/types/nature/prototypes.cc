@@ -12,6 +12,7 @@
 #include "worker/assets/detail.h"
 #include "worker/assets/kernel/detail.h"
 #include "worker/assets/nature/trees.h"
+#include "worker/scene/types/nature/snow_caps.h"
 
 namespace parallax {
 namespace {
@@ -71,7 +72,8 @@ absl::StatusOr<Mesh> Make(const v1::Prototype& prototype, uint64_t seed, PlantDe
   return MakeError(absl::StatusCode::kNotFound, "no asset class with species \"" + name + "\"");
 }
 
-using Key = std::tuple<std::string, std::string, uint64_t, PlantDetail>;  // Class, season, seed.
+// Class, season, snow, seed.
+using Key = std::tuple<std::string, std::string, double, uint64_t, PlantDetail>;
 
 // Remembers what was made last.
 class Store {
@@ -112,9 +114,10 @@ Store& TheStore() {
 absl::StatusOr<std::shared_ptr<const Mesh>> PrototypeMesh(const v1::Prototype& prototype,
                                                           uint32_t shape, PlantDetail detail) {
   const uint64_t seed = Rng(SceneSeed{prototype.seed()}, "prototype").Child("shape", shape).Seed();
-  const Key key(prototype.asset_class(), prototype.season(), seed, detail);
+  const Key key(prototype.asset_class(), prototype.season(), prototype.snow_m(), seed, detail);
   if (auto found = TheStore().Find(key)) return found;
   ASSIGN_OR_RETURN(Mesh mesh, Make(prototype, seed, detail));
+  AddSnowCaps(static_cast<float>(prototype.snow_m()), mesh);
   return TheStore().Keep(key, std::move(mesh));
 }
 

@@ -28,6 +28,11 @@ absl::StatusOr<TerrainTerm> TermOf(const v1::TerrainTerm& term) {
   RETURN_IF_ERROR(CheckNumber("warp", term.warp(), 0, 4));
   RETURN_IF_ERROR(CheckNumber("sharpness", term.sharpness(), 0, 1));
   RETURN_IF_ERROR(CheckNumber("direction_rad", term.direction_rad(), -10, 10));
+  RETURN_IF_ERROR(CheckNumber("width_m", term.width_m(), 0, 10'000));
+  if (made.kind == TermKind::kGorge || made.kind == TermKind::kScarp ||
+      made.kind == TermKind::kDunes) {
+    RETURN_IF_ERROR(CheckNumber("amplitude_m of walls and dunes", term.amplitude_m(), 0.01, 5000));
+  }
   made.wavelength_m = static_cast<float>(term.wavelength_m());
   made.amplitude_m = static_cast<float>(term.amplitude_m());
   made.octaves = term.octaves();
@@ -35,7 +40,77 @@ absl::StatusOr<TerrainTerm> TermOf(const v1::TerrainTerm& term) {
   made.warp = static_cast<float>(term.warp());
   made.sharpness = static_cast<float>(term.sharpness());
   made.direction_rad = static_cast<float>(term.direction_rad());
+  made.width_m = static_cast<float>(term.width_m());
   made.seed = term.seed();
+  return made;
+}
+
+void SetTerm(const TerrainTerm& term, v1::TerrainTerm& made) {
+  made.set_kind(std::string(TermKindName(term.kind)));
+  made.set_wavelength_m(term.wavelength_m);
+  made.set_amplitude_m(term.amplitude_m);
+  made.set_octaves(term.octaves);
+  made.set_gain(term.gain);
+  made.set_warp(term.warp);
+  made.set_sharpness(term.sharpness);
+  made.set_direction_rad(term.direction_rad);
+  made.set_width_m(term.width_m);
+  made.set_seed(term.seed);
+}
+
+void SetStrata(const StrataSpec& spec, v1::Terrain& recipe) {
+  if (spec.bed_m <= 0) return;
+  v1::Strata& made = *recipe.mutable_strata();
+  made.set_bed_m(spec.bed_m);
+  made.set_step(spec.step);
+  made.set_ledge_m(spec.ledge_m);
+  made.set_dip(spec.dip);
+  made.set_dip_rad(spec.dip_rad);
+  made.set_seed(spec.seed);
+}
+
+void SetSnow(const SnowSpec& spec, v1::Terrain& recipe) {
+  if (spec.depth_m <= 0) return;
+  v1::Snow& made = *recipe.mutable_snow();
+  made.set_depth_m(spec.depth_m);
+  made.set_line_m(spec.line_m);
+  made.set_line_soft_m(spec.line_soft_m);
+  made.set_slope(spec.slope);
+  made.set_wind_rad(spec.wind_rad);
+}
+
+absl::StatusOr<StrataSpec> StrataOf(const v1::Terrain& recipe) {
+  StrataSpec made;
+  if (!recipe.has_strata()) return made;
+  const v1::Strata& strata = recipe.strata();
+  RETURN_IF_ERROR(CheckNumber("strata.bed_m", strata.bed_m(), 0.2, 1000));
+  RETURN_IF_ERROR(CheckNumber("strata.step", strata.step(), 0, 1));
+  RETURN_IF_ERROR(CheckNumber("strata.ledge_m", strata.ledge_m(), 0, 20));
+  RETURN_IF_ERROR(CheckNumber("strata.dip", strata.dip(), -1, 1));
+  RETURN_IF_ERROR(CheckNumber("strata.dip_rad", strata.dip_rad(), -10, 10));
+  made.bed_m = static_cast<float>(strata.bed_m());
+  made.step = static_cast<float>(strata.step());
+  made.ledge_m = static_cast<float>(strata.ledge_m());
+  made.dip = static_cast<float>(strata.dip());
+  made.dip_rad = static_cast<float>(strata.dip_rad());
+  made.seed = strata.seed();
+  return made;
+}
+
+absl::StatusOr<SnowSpec> SnowOf(const v1::Terrain& recipe) {
+  SnowSpec made;
+  if (!recipe.has_snow()) return made;
+  const v1::Snow& snow = recipe.snow();
+  RETURN_IF_ERROR(CheckNumber("snow.depth_m", snow.depth_m(), 0.01, 20));
+  RETURN_IF_ERROR(CheckNumber("snow.line_m", snow.line_m(), -1e4, 1e4));
+  RETURN_IF_ERROR(CheckNumber("snow.line_soft_m", snow.line_soft_m(), 0.01, 1e4));
+  RETURN_IF_ERROR(CheckNumber("snow.slope", snow.slope(), 0.05, 10));
+  RETURN_IF_ERROR(CheckNumber("snow.wind_rad", snow.wind_rad(), -10, 10));
+  made.depth_m = static_cast<float>(snow.depth_m());
+  made.line_m = static_cast<float>(snow.line_m());
+  made.line_soft_m = static_cast<float>(snow.line_soft_m());
+  made.slope = static_cast<float>(snow.slope());
+  made.wind_rad = static_cast<float>(snow.wind_rad());
   return made;
 }
 
@@ -138,25 +213,36 @@ absl::Status CheckLayer(const v1::Terrain& recipe, const v1::ScatterLayer& layer
   RETURN_IF_ERROR(number("claim_m", layer.claim_m(), 0, 8));
   RETURN_IF_ERROR(number("crown_m", layer.crown_m(), 0, 12));
   RETURN_IF_ERROR(number("near_parents_m", layer.near_parents_m(), 0, 14));
+  if (layer.hangs() && !recipe.has_roof()) {
+    return Bad("layer \"" + layer.name() + "\" hangs, but there is no roof");
+  }
   return number("first_object_index", layer.first_object_index(), 0, 65535);
+}
+
+absl::Status CheckRoof(const v1::Terrain& recipe) {
+  const v1::CaveRoof& roof = recipe.roof();
+  if (recipe.cover().empty() || recipe.cover(0).kind() != TermKindName(TermKind::kGorge)) {
+    return Bad("a roof needs a gorge, the first of cover");
+  }
+  RETURN_IF_ERROR(CheckNumber("roof.rise_m", roof.rise_m(), 2, 100));
+  RETURN_IF_ERROR(CheckNumber("roof.spring_m", roof.spring_m(), 0.5, roof.rise_m()));
+  RETURN_IF_ERROR(CheckNumber("roof.reach_m", roof.reach_m(), 2, 200));
+  RETURN_IF_ERROR(CheckNumber("roof.half_length_m", roof.half_length_m(), 5, 500));
+  RETURN_IF_ERROR(CheckNumber("roof.skylights", roof.skylights_size(), 0, 64));
+  for (const v1::CaveRoof::Skylight& hole : roof.skylights()) {
+    RETURN_IF_ERROR(CheckNumber("skylight.radius_m", hole.radius_m(), 0.2, 50));
+  }
+  return CheckNumber("roof.object_index", roof.object_index(), 1, 65535);
 }
 
 }  // namespace
 
 void SetTerrainSpec(const TerrainSpec& spec, v1::Terrain& recipe) {
   recipe.set_seed(spec.seed);
-  for (const TerrainTerm& term : spec.terms) {
-    v1::TerrainTerm& made = *recipe.add_terms();
-    made.set_kind(std::string(TermKindName(term.kind)));
-    made.set_wavelength_m(term.wavelength_m);
-    made.set_amplitude_m(term.amplitude_m);
-    made.set_octaves(term.octaves);
-    made.set_gain(term.gain);
-    made.set_warp(term.warp);
-    made.set_sharpness(term.sharpness);
-    made.set_direction_rad(term.direction_rad);
-    made.set_seed(term.seed);
-  }
+  for (const TerrainTerm& term : spec.terms) SetTerm(term, *recipe.add_terms());
+  for (const TerrainTerm& term : spec.cover) SetTerm(term, *recipe.add_cover());
+  SetStrata(spec.strata, recipe);
+  SetSnow(spec.snow, recipe);
   recipe.set_region_m(spec.region_m);
   recipe.set_region_samples(spec.region_samples);
   recipe.set_site_m(spec.site_m);
@@ -190,6 +276,12 @@ absl::StatusOr<TerrainSpec> TerrainSpecOf(const v1::Terrain& recipe) {
   for (const v1::TerrainTerm& term : recipe.terms()) {
     ASSIGN_OR_RETURN(spec.terms.emplace_back(), TermOf(term));
   }
+  RETURN_IF_ERROR(CheckNumber("cover", recipe.cover_size(), 0, 8));
+  for (const v1::TerrainTerm& term : recipe.cover()) {
+    ASSIGN_OR_RETURN(spec.cover.emplace_back(), TermOf(term));
+  }
+  ASSIGN_OR_RETURN(spec.strata, StrataOf(recipe));
+  ASSIGN_OR_RETURN(spec.snow, SnowOf(recipe));
   RETURN_IF_ERROR(CheckNumber("region_samples", recipe.region_samples(), 16, 2049));
   RETURN_IF_ERROR(CheckNumber("site_samples", recipe.site_samples(), 16, 2049));
   RETURN_IF_ERROR(CheckNumber("region_m", recipe.region_m(), 100, 1e5));
@@ -250,11 +342,12 @@ absl::Status CheckRules(const v1::Terrain& recipe) {
   RETURN_IF_ERROR(CheckNumber("ground rules", recipe.ground_size(), 1, 12));
   for (const v1::Prototype& prototype : recipe.prototypes()) {
     RETURN_IF_ERROR(CheckNumber("shapes", prototype.shapes(), 1, 16));
+    RETURN_IF_ERROR(CheckNumber("snow_m", prototype.snow_m(), 0, 2));
   }
   for (const v1::ScatterLayer& layer : recipe.layers()) {
     RETURN_IF_ERROR(CheckLayer(recipe, layer));
   }
-  return absl::OkStatus();
+  return recipe.has_roof() ? CheckRoof(recipe) : absl::OkStatus();
 }
 
 }  // namespace parallax

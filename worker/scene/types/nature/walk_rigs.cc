@@ -9,6 +9,7 @@
 #include "common/math/stereo.h"
 #include "worker/scene/rigs/walk.h"
 #include "worker/scene/types/nature/arena.h"
+#include "worker/scene/types/nature/masks.h"
 #include "worker/scene/types/nature/nature.h"
 #include "worker/scene/types/nature/recipe.h"
 
@@ -26,6 +27,11 @@ constexpr uint32_t kWaterBody = 1;   // MakeArena.
 // Places are looked at until one is so even (rise over run), or this many.
 constexpr float kEven = 0.22f;
 constexpr uint64_t kPlaces = 40;
+constexpr float kCoarseRoof_m = 4;
+constexpr double kInCave = 0.55;                // Walks begin in this part of a cave's length.
+constexpr double kBelow_m = 75, kAbove_m = 35;  // From the foot of a cliff.
+constexpr double kTowards = 0.4;                // Cosine of the angle between view and uphill.
+constexpr float kUnlikely = 4;  // Steepness that stands for a place where no walk begins.
 
 class WalkRigs {
  public:
@@ -44,12 +50,15 @@ class WalkRigs {
     const RigCamera camera =
         DrawRigCamera(config_.rigs(), root_.Child("fov", 0).Uniform(), root_.Child("camera", 0));
     WalkFinder finder(config_, frames);
+    const auto roof = RoofOf(land_, *terrain, kCoarseRoof_m);
     for (int arena = 0; arena < kArenas; ++arena) {
       const Rng rng = root_.Child("arena", static_cast<uint64_t>(arena));
-      const Vec2f middle = MiddleOf(*terrain, rng);
+      const Vec2f middle = MiddleOf(*terrain, MaskOnGround(land_.walk()), rng);
       ASSIGN_OR_RETURN(const auto solid, MakeArena(land_, *terrain, middle));
       WalkLand land{[&](const Vec2f& p) { return terrain->Height(p, 0.15f); }, *solid, middle,
-                    walks_ > 1 ? 60.0f : 28.0f};
+                    land_.has_roof() ? 12.0f
+                    : walks_ > 1     ? 60.0f
+                                     : 28.0f};
       if (terrain->water() != nullptr) {
         land.wet = [&](const Vec2f& p) { return IsWet(*terrain, p); };
         land.water_body = kWaterBody;
@@ -58,7 +67,8 @@ class WalkRigs {
       for (int i = 0; i < kWalkTries && found.size() < kEnough * static_cast<size_t>(walks_); ++i) {
         if (cancel.cancelled()) return absl::CancelledError("solve: cancelled");
         auto walk = finder.Try(land, rng.Child("try", static_cast<uint64_t>(i)), camera);
-        if (walk) found.push_back(*std::move(walk));
+        if (!walk || !Inside(*walk, roof.get()) || !SeesWall(*walk, terrain->spec())) continue;
+        found.push_back(*std::move(walk));
       }
       std::stable_sort(found.begin(), found.end(),
                        [](const Walk& a, const Walk& b) { return a.score() > b.score(); });
@@ -80,30 +90,45 @@ class WalkRigs {
   }
 
   // Somewhere in the site; beside water, near its shore.
-  static Vec2f PlaceIn(const Terrain& terrain, Rng& place) {
+  Vec2f PlaceIn(const Terrain& terrain, Rng& place) const {
     if (terrain.water() != nullptr) {
       const auto along = static_cast<float>(place.Uniform(-kAround_m, kAround_m));
       const auto away = static_cast<float>(place.Uniform(kShoreLeast_m, kShoreMost_m));
       return terrain.water()->Beside(along, away, place.Bernoulli(0.5) ? 1.0f : -1.0f);
     }
-    const double angle = place.Uniform(0, 2 * std::numbers::pi);
-    const double away = kAround_m * std::sqrt(place.Uniform());
-    return Vec2d(away * std::cos(angle), away * std::sin(angle)).cast<float>();
+    return AnyPlace(terrain.spec(), place);
   }
 
-  // Somewhere that people would walk: the least steep of some places.
-  static Vec2f MiddleOf(const Terrain& terrain, const Rng& rng) {
+  // Somewhere that people would walk: the least steep of some places where the recipe lets walks
+  // begin, or the likeliest of them.
+  Vec2f MiddleOf(const Terrain& terrain, const MaskOnGround& where, const Rng& rng) const {
     Vec2f best = Vec2f::Zero();
     float least = 1e9f;
     for (uint64_t i = 0; i < kPlaces && least > kEven; ++i) {
       Rng place = rng.Child("place", i);
       const Vec2f middle = PlaceIn(terrain, place);
-      const float steep = SteepnessAround(terrain, middle);
+      const float steep =
+          SteepnessAround(terrain, middle) + kUnlikely * (1 - where.At(terrain, middle));
       if (steep >= least) continue;
       least = steep;
       best = middle;
     }
     return best;
+  }
+
+  // Evenly over the site's middle; where a wall is what there is to see, along its foot.
+  Vec2f AnyPlace(const TerrainSpec& spec, Rng& place) const {
+    const double angle = place.Uniform(0, 2 * std::numbers::pi);
+    const double away = kAround_m * std::sqrt(place.Uniform());
+    for (const TerrainTerm& term : spec.cover) {
+      const double reach =
+          land_.has_roof() ? kInCave * land_.roof().half_length_m() : 0.8 * kAround_m;
+      const auto along = static_cast<float>(place.Uniform(-reach, reach));
+      if (term.kind == TermKind::kGorge) return GorgeMiddle(term, along);
+      if (term.kind != TermKind::kScarp) continue;
+      return ScarpFoot(term, along, static_cast<float>(place.Uniform(-kBelow_m, kAbove_m)));
+    }
+    return Vec2d(away * std::cos(angle), away * std::sin(angle)).cast<float>();
   }
 
   // Mean over the ground where walks may begin.
@@ -116,6 +141,27 @@ class WalkRigs {
       sum += terrain.Steepness(middle + away * Vec2f(std::cos(angle), std::sin(angle)));
     }
     return sum / kPoints;
+  }
+
+  // Whether all of it is in the cave, if there is one, and not on top of it.
+  static bool Inside(const Walk& walk, const CaveRoof* roof) {
+    return roof == nullptr ||
+           std::all_of(walk.frames.begin(), walk.frames.end(), [&](const Walk::Frame& frame) {
+             return frame.eye.z() <
+                    static_cast<double>(roof->VaultAt(frame.eye.head<2>().cast<float>()));
+           });
+  }
+
+  // Whether a walk below a cliff looks towards it; true where there is none.
+  static bool SeesWall(const Walk& walk, const TerrainSpec& spec) {
+    const Walk::Frame& frame = walk.frames[walk.frames.size() / 2];
+    for (const TerrainTerm& term : spec.cover) {
+      if (term.kind != TermKind::kScarp) continue;
+      const double towards = std::cos(frame.yaw_rad - static_cast<double>(term.direction_rad));
+      const float height = TermHeight(term, frame.eye.head<2>().cast<float>(), 1);
+      if (height < 0.5f * term.amplitude_m && towards < kTowards) return false;
+    }
+    return true;
   }
 
   // The best of those found whose way is clear on what is rendered, too.

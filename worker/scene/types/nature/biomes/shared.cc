@@ -30,6 +30,86 @@ void AddStones(LayerWriter& w, double boulders, double pebbles, const MaskSpec& 
          .mask = {.patches_m = 9, .cover = 0.4, .soft = 0.12}});
 }
 
+void AddRubble(LayerWriter& w, double times, const MaskSpec& where, double snow_m) {
+  const auto patches = [&](double patches_m, double cover) {
+    MaskSpec mask = where;
+    mask.patches_m = patches_m;
+    mask.cover = cover;
+    mask.soft = 0.15;
+    return mask;
+  };
+  w.Add({.name = "blocks",
+         .asset = "Boulder",
+         .role = v1::OBJECT_ROLE_ROCK,
+         .shapes = 6,
+         .each = true,
+         .per_m2 = 0.0014 * times,
+         .spacing_m = 3.2,
+         .reach_m = 500,
+         .low = 1.8,
+         .high = 5.5,
+         .upright = 0.5,
+         .sink_m = 0.14,
+         .claim_m = 0.8,
+         .snow_m = 0.4 * snow_m,
+         .mask = patches(60, 0.35)});
+  w.Add({.name = "slabs",
+         .asset = "Slab",
+         .role = v1::OBJECT_ROLE_ROCK,
+         .shapes = 4,
+         .each = true,
+         .per_m2 = 0.01 * times,
+         .spacing_m = 1.2,
+         .reach_m = 170,
+         .low = 0.5,
+         .high = 2.2,
+         .upright = 0.1,
+         .sink_m = 0.08,
+         .claim_m = 0.6,
+         .snow_m = snow_m,
+         .mask = patches(24, 0.4)});
+  w.Add({.name = "rock piles",
+         .asset = "RockPile",
+         .role = v1::OBJECT_ROLE_ROCK,
+         .shapes = 3,
+         .each = true,
+         .per_m2 = 0.004 * times,
+         .spacing_m = 2,
+         .reach_m = 150,
+         .low = 0.6,
+         .high = 1.7,
+         .upright = 0.2,
+         .sink_m = 0.12,
+         .claim_m = 0.7,
+         .snow_m = snow_m,
+         .mask = patches(28, 0.35)});
+  w.Add({.name = "rubble",
+         .asset = "Boulder",
+         .role = v1::OBJECT_ROLE_ROCK,
+         .shapes = 6,
+         .per_m2 = 0.2 * times,
+         .spacing_m = 0.6,
+         .reach_m = 200,
+         .low = 0.22,
+         .high = 0.85,
+         .upright = 0.3,
+         .sink_m = 0.12,
+         .claim_m = 0.3,
+         .snow_m = snow_m,
+         .mask = patches(19, 0.45)});
+  w.Add({.name = "stones",
+         .asset = "Boulder",
+         .role = v1::OBJECT_ROLE_ROCK,
+         .shapes = 6,
+         .per_m2 = 6 * times,
+         .reach_m = 70,
+         .low = 0.05,
+         .high = 0.3,
+         .upright = 0.2,
+         .sink_m = 0.12,
+         .mask = patches(12, 0.65)});
+}
+
 void AddTrees(LayerWriter& w, const TreeKind& kind, const MaskSpec& mask) {
   w.Add({.name = kind.name,
          .asset = kind.asset,
@@ -44,8 +124,10 @@ void AddTrees(LayerWriter& w, const TreeKind& kind, const MaskSpec& mask) {
          .claim_m = 0.55,
          .crown_m = kind.crown_m,
          .litter = true,
+         .snow_m = kind.snow_m,
          .mask = mask});
 }
+
 void AddSaplings(LayerWriter& w, const TreeKind& kind, const MaskSpec& mask) {
   w.Add({.name = std::string("young ") + kind.name,
          .asset = kind.asset,
@@ -59,6 +141,7 @@ void AddSaplings(LayerWriter& w, const TreeKind& kind, const MaskSpec& mask) {
          .sink_m = 0.14,
          .claim_m = 0.4,
          .crown_m = 0.8 * kind.crown_m,
+         .snow_m = kind.snow_m,
          .mask = mask});
 }
 

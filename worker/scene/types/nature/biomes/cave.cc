@@ -1,0 +1,171 @@
+#include <cmath>
+
+#include "worker/scene/types/nature/biomes/shared.h"
+#include "worker/scene/types/nature/nature.h"
+#include "worker/scene/types/nature/recipe.h"
+
+namespace parallax {
+namespace {
+
+std::vector<std::string> CaveGround(const std::string&) {
+  return {"Gravel", "Soil", "CaveRock", "ForestFloor", "CaveRock"};
+}
+
+void AddRoof(const TerrainSpec& spec, Rng& rng, v1::Terrain& recipe) {
+  const TerrainTerm& gorge = spec.cover.front();
+  v1::CaveRoof& roof = *recipe.mutable_roof();
+  roof.set_rise_m(rng.Uniform(6.5, 10));
+  roof.set_spring_m(rng.Uniform(1.8, 3));
+  roof.set_reach_m(0.82 * static_cast<double>(gorge.width_m) + 8);
+  roof.set_half_length_m(rng.Uniform(40, 54));
+  roof.set_object_index(kRoofIndex);
+  roof.set_seed(rng.Bits32());
+  const int holes = rng.UniformInt(2, 4);
+  for (int i = 0; i < holes; ++i) {
+    const double along =
+        roof.half_length_m() * (2 * (i + rng.Uniform(0.25, 0.75)) / holes - 1) * 0.9;
+    const Vec2f middle = GorgeMiddle(gorge, static_cast<float>(along));
+    const double half = static_cast<double>(PlaceInGorge(gorge, middle).half_m);
+    v1::CaveRoof::Skylight& hole = *roof.add_skylights();
+    hole.set_x_m(static_cast<double>(middle.x()) + 0.5 * half * rng.Uniform(-1, 1));
+    hole.set_y_m(static_cast<double>(middle.y()) + 0.5 * half * rng.Uniform(-1, 1));
+    hole.set_radius_m(rng.Uniform(1.2, 2.8));
+  }
+}
+
+void AddDripstone(LayerWriter& w, Rng& rng) {
+  w.Add({.name = "columns",
+         .asset = "DripstoneColumn",
+         .role = v1::OBJECT_ROLE_ROCK,
+         .shapes = 4,
+         .each = true,
+         .per_m2 = rng.Uniform(0.006, 0.018),
+         .spacing_m = 2.2,
+         .reach_m = 90,
+         .low = 1.15,
+         .high = 1.7,
+         .sink_m = 0.3,
+         .claim_m = 0.7,
+         .mask = {.slope = kWalkable, .patches_m = 13, .cover = 0.55, .soft = 0.15}});
+  w.Add({.name = "stalagmites",
+         .asset = "Stalagmites",
+         .role = v1::OBJECT_ROLE_ROCK,
+         .shapes = 6,
+         .each = true,
+         .per_m2 = rng.Uniform(0.05, 0.14),
+         .spacing_m = 0.9,
+         .reach_m = 90,
+         .low = 0.5,
+         .high = 1.7,
+         .sink_m = 0.08,
+         .claim_m = 0.5,
+         .mask = {.slope = {0, 0.9, 0.2}, .patches_m = 8, .cover = 0.5, .soft = 0.15}});
+  w.Add({.name = "stalactites",
+         .asset = "Stalactites",
+         .role = v1::OBJECT_ROLE_ROCK,
+         .shapes = 6,
+         .each = true,
+         .per_m2 = rng.Uniform(0.12, 0.3),
+         .spacing_m = 0.6,
+         .reach_m = 90,
+         .low = 0.6,
+         .high = 2.0,
+         .sink_m = 0.12,
+         .claim_m = 0.5,
+         .hangs = true,
+         .mask = {.patches_m = 7, .cover = 0.6, .soft = 0.2}});
+  w.Add({.name = "small stalactites",
+         .asset = "Stalactites",
+         .role = v1::OBJECT_ROLE_ROCK,
+         .shapes = 6,
+         .per_m2 = 1.3,
+         .spacing_m = 0.4,
+         .reach_m = 60,
+         .low = 0.15,
+         .high = 0.6,
+         .sink_m = 0.1,
+         .claim_m = 0.4,
+         .hangs = true,
+         .mask = {.patches_m = 4, .cover = 0.5, .soft = 0.2}});
+}
+
+void WriteCave(BiomeDraft& draft) {
+  LayerWriter w(draft);
+  Rng rng = w.Stream("cave");
+  const auto spec = TerrainSpecOf(draft.recipe);
+  if (!spec.ok() || spec->cover.empty()) return;  // CheckRules names what is wrong.
+  AddRoof(*spec, rng, draft.recipe);
+  // The hill above: a height that the gorge's floor does not reach.
+  const double hill = static_cast<double>(draft.heights.middle_m) - 6;
+  const MaskSpec::Range above = {hill, 9000, 2}, below = {-9000, hill, 2};
+  w.AddGround({});
+  w.AddGround({.patches_m = 6, .cover = rng.Uniform(0.2, 0.5), .soft = 0.15});
+  w.AddGround({.patches_m = 8, .cover = rng.Uniform(0.3, 0.6), .soft = 0.15});
+  w.AddGround({.slope = {0, 0.9, 0.2}, .height_m = above});
+  w.AddGround({.slope = {0.6, 99, 0.15}});
+  AddDripstone(w, rng);
+  AddRubble(w, rng.Uniform(0.5, 1.0), {.slope = {0, 0.8, 0.2}, .height_m = below});
+  w.Add({.name = "pebbles",
+         .asset = "Pebbles",
+         .role = v1::OBJECT_ROLE_ROCK,
+         .shapes = 8,
+         .per_m2 = 5,
+         .reach_m = 26,
+         .low = 0.8,
+         .high = 2.4,
+         .upright = 0.1,
+         .sink_m = 0.008,
+         .mask = {.height_m = below, .patches_m = 6, .cover = 0.5, .soft = 0.2}});
+  const TreeKind kind{"oaks", "BroadleafTree/oak", 3.6, 0.02, 4, 300, 0.5, 1.0};
+  AddTrees(w, kind,
+           {.slope = kWalkable, .height_m = above, .patches_m = 40, .cover = 0.5, .soft = 0.1});
+  w.Add(
+      {.name = "bushes",
+       .asset = w.bare() ? "DryBush" : "Shrub",
+       .shapes = 4,
+       .each = true,
+       .per_m2 = 0.08,
+       .spacing_m = 1.2,
+       .reach_m = 160,
+       .low = 0.4,
+       .high = 1.2,
+       .sink_m = 0.04,
+       .claim_m = 0.35,
+       .crown_m = 0.6,
+       .mask = {
+           .slope = {0, 0.9, 0.2}, .height_m = above, .patches_m = 12, .cover = 0.6, .soft = 0.1}});
+  // What light reaches.
+  w.Add({.name = "ferns",
+         .asset = "FernPlant",
+         .shapes = 5,
+         .per_m2 = 0.5,
+         .spacing_m = 0.35,
+         .reach_m = 50,
+         .low = 0.35,
+         .high = 0.9,
+         .upright = 0.7,
+         .sink_m = 0.01,
+         .mask = {.slope = {0, 1.0, 0.3}, .patches_m = 9, .cover = 0.15, .soft = 0.08}});
+  w.Add({.name = "mushrooms",
+         .asset = "Mushrooms",
+         .shapes = 5,
+         .per_m2 = 0.3,
+         .reach_m = 16,
+         .low = 0.7,
+         .high = 1.5,
+         .sink_m = 0.004,
+         .mask = {
+             .slope = kWalkable, .height_m = below, .patches_m = 5, .cover = 0.25, .soft = 0.05}});
+}
+
+}  // namespace
+
+const Biome kCave = {
+    .name = "cave",
+    .landform = "cave",
+    .weight = [](const v1::BiomeWeights& weights) { return weights.cave(); },
+    .ground = &CaveGround,
+    .write = &WriteCave,
+};
+
+}  // namespace parallax

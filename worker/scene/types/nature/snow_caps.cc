@@ -1,0 +1,104 @@
+#include "worker/scene/types/nature/snow_caps.h"
+
+#include <algorithm>
+#include <unordered_map>
+#include <vector>
+
+#include "worker/assets/nature/limb.h"
+#include "worker/materials/noise.h"
+
+namespace parallax {
+namespace {
+
+// Of a normal's z: none lies below the first, all of it above the second.
+constexpr float kNoSnow = 0.3f, kAllSnow = 0.75f;
+// Snow falls off some twigs.
+constexpr float kSnowySheets = 0.72f;
+constexpr float kOnSheets = 0.3f;  // Of the depth.
+
+uint16_t SlotFor(const char* name, bool sheet, Mesh& mesh) {
+  mesh.slots.push_back({name, {"Snow"}, false, sheet});
+  return static_cast<uint16_t>(mesh.slots.size() - 1);
+}
+
+// Lumpy, a few of them a hand's breadth.
+float Lumps(const Vec3f& p) {
+  return 0.8f + 0.5f * noise::Gradient3(p / 0.11f, 77) + 0.5f * noise::Gradient3(p / 0.45f, 78);
+}
+
+// Copies of a mesh's vertices, moved up.
+class Cap {
+ public:
+  Cap(Mesh& mesh, uint16_t slot)
+      : mesh_(mesh),
+        slot_(slot),
+        first_(mesh.positions.size()),
+        first_triangle_(mesh.triangles.size()) {}
+
+  void Add(const Triangle& t, const std::array<float, 3>& depths, bool flip) {
+    Triangle made{VertexFor(t.a, depths[0]), VertexFor(t.b, depths[1]), VertexFor(t.c, depths[2]),
+                  slot_};
+    if (flip) std::swap(made.b, made.c);
+    mesh_.triangles.push_back(made);
+  }
+  void Finish() { SetNormals(mesh_, first_, first_triangle_); }
+
+ private:
+  uint32_t VertexFor(uint32_t from, float depth_m) {
+    const auto [found, added] =
+        made_.try_emplace(from, static_cast<uint32_t>(mesh_.positions.size()));
+    if (added) {
+      const Vec3f at = mesh_.positions[from] + Vec3f(0, 0, depth_m);
+      mesh_.positions.push_back(at);
+      mesh_.normals.push_back(Vec3f::UnitZ());
+      mesh_.texture.push_back(at);
+      const Vec2f uv = mesh_.uv[from];
+      mesh_.uv.push_back(uv);
+    }
+    return found->second;
+  }
+
+  Mesh& mesh_;
+  const uint16_t slot_;
+  const size_t first_, first_triangle_;
+  std::unordered_map<uint32_t, uint32_t> made_;
+};
+
+}  // namespace
+
+void AddSnowCaps(float depth_m, Mesh& mesh) {
+  if (depth_m <= 0) return;
+  const size_t triangles = mesh.triangles.size();
+  std::vector<char> is_sheet(mesh.slots.size());
+  for (size_t i = 0; i < mesh.slots.size(); ++i) is_sheet[i] = mesh.slots[i].sheet;
+  for (const bool sheets : {false, true}) {
+    if (std::find(is_sheet.begin(), is_sheet.end(), static_cast<char>(sheets)) == is_sheet.end())
+      continue;
+    Cap cap(mesh, SlotFor(sheets ? "snow sheets" : "snow", sheets, mesh));
+    for (size_t i = 0; i < triangles; ++i) {
+      const Triangle t = mesh.triangles[i];
+      if ((is_sheet[t.slot] != 0) != sheets) continue;
+      const Vec3f normal = (mesh.positions[t.b] - mesh.positions[t.a])
+                               .cross(mesh.positions[t.c] - mesh.positions[t.a])
+                               .stableNormalized();
+      if (sheets) {
+        // A sheet is one whole; both of its sides may lie up.
+        if (std::abs(normal.z()) < kNoSnow || mesh.uv[t.a].y() > kSnowySheets) continue;
+        const float depth = kOnSheets * depth_m;
+        cap.Add(t, {depth, depth, depth}, normal.z() < 0);
+        continue;
+      }
+      std::array<float, 3> depths;
+      const std::array<uint32_t, 3> corners = {t.a, t.b, t.c};
+      for (size_t k = 0; k < 3; ++k) {
+        const float lies = noise::SmoothStep(kNoSnow, kAllSnow, mesh.normals[corners[k]].z());
+        depths[k] = lies * depth_m * Lumps(mesh.positions[corners[k]]);
+      }
+      if (normal.z() > 0 && std::max({depths[0], depths[1], depths[2]}) > 0)
+        cap.Add(t, depths, false);
+    }
+    cap.Finish();
+  }
+}
+
+}  // namespace parallax

@@ -1,0 +1,25 @@
+// Snow on the ground: where it stays by slope, height and wind, and its smooth surface.
+#pragma once
+
+#include <cstdint>
+
+#include "worker/terrain/field.h"
+
+namespace parallax {
+
+struct SnowSpec {
+  float depth_m = 0;  // On level ground out of the wind; 0: no snow.
+  float line_m = 0;   // World z: all of it above, none below line_m - line_soft_m.
+  float line_soft_m = 1;
+  float slope = 0.7f;  // Rise over run that it holds on; none lies on twice that.
+  float wind_rad = 0;  // Where wind blows to.
+  uint32_t seed = 0;
+};
+
+// Depth of the snow at each sample of `ground`, metres, >= 0. It evens out hollows, lies thick in
+// the lee and thin before the wind and on crests.
+// Source: Fearing, "Computer modelling of fallen snow", SIGGRAPH 2000, for the idea that what is
+// too steep moves on until it holds; here by diffusion of the surface.
+Field SnowOn(const Field& ground, const SnowSpec& spec);
+
+}  // namespace parallax

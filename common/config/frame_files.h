@@ -12,8 +12,8 @@ namespace parallax {
 // Of the stage `sensor`, part of its keys: raise it when equal inputs give other pictures.
 inline constexpr char kSensorVersion[] = "1";
 
-// What RenderConfig.keep_hdr keeps, left and right: linear R G B as half floats, exposed as the 8-bit
-// pictures are (1 is what their tone curve takes for bright), at most kMostLight.
+// What RenderConfig.keep_hdr keeps, left and right: linear R G B as half floats, exposed as the
+// 8-bit pictures are (1 is what their tone curve takes for bright), at most kMostLight.
 inline constexpr const char* kLinearFiles[2] = {"hdr_left.exr", "hdr_right.exr"};
 inline constexpr float kMostLight = 60000;
 

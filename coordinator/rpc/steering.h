@@ -15,8 +15,8 @@ class JobQueue;
 // As actors begin in the audit table: "submitter ada".
 std::string ActorName(const RpcCaller& caller);
 
-// Errors: kPermissionDenied unless the caller may pause, resume, cancel, retry and forget the study;
-// kNotFound for a study that there is not; the queue's.
+// Errors: kPermissionDenied unless the caller may pause, resume, cancel, retry and forget the
+// study; kNotFound for a study that there is not; the queue's.
 absl::Status CheckSteering(JobQueue& queue, const RpcCaller& caller, StudyId study);
 
 }  // namespace parallax

@@ -1,8 +1,8 @@
-// The stage `sensor`: pictures of a camera (worker/sensor) in place of the rendered ones, made of the
-// linear pictures that a frame keeps. Like the stage `finish` it stores nothing of its own: whoever
-// brings frames out of the store makes them, and whatever reads them anywhere gets the same bytes.
-// Ground truth, statistics and verdicts stay the rendered frame's, so that variants which differ in
-// their sensors consist of the same pairs.
+// The stage `sensor`: pictures of a camera (worker/sensor) in place of the rendered ones, made of
+// the linear pictures that a frame keeps. Like the stage `finish` it stores nothing of its own:
+// whoever brings frames out of the store makes them, and whatever reads them anywhere gets the same
+// bytes. Ground truth, statistics and verdicts stay the rendered frame's, so that variants which
+// differ in their sensors consist of the same pairs.
 #pragma once
 
 #include <functional>

@@ -27,7 +27,8 @@ class LightChecker {
     const auto json = ReadFrameJson(frame_.dir);
     if (!json.ok()) return;  // CheckGeometry tells.
     exposed_ = !SensorKeyOf(*json).empty();
-    const bool kept = frame_.files.contains(kLinearFiles[0]) && frame_.files.contains(kLinearFiles[1]);
+    const bool kept =
+        frame_.files.contains(kLinearFiles[0]) && frame_.files.contains(kLinearFiles[1]);
     if (exposed_ && !kept) {
       Find("sensor", "frame.json", "its pictures are a sensor's, but it keeps no linear ones");
     }

@@ -156,8 +156,8 @@ class Bringer {
       const auto file = files.find(name);
       return file == files.end() ? name : file->second.path;
     };
-    ASSIGN_OR_RETURN(
-        auto made, MakeSensorFiles(set_.sensor(), SensorKey(set_.sensor(), entries), path_of));
+    ASSIGN_OR_RETURN(auto made,
+                     MakeSensorFiles(set_.sensor(), SensorKey(set_.sensor(), entries), path_of));
     for (auto& [name, bytes] : made) {
       const auto piece = pieces.find(name);
       if (piece == pieces.end()) continue;

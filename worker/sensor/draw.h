@@ -27,8 +27,9 @@ struct SensorDraw {
 // Whether the config asks for pictures other than those that were rendered.
 bool SensorIsOn(const v1::SensorConfig& config);
 
-// The numbers for rig `rig` of a scene. Each draws from an address of its own: a config that differs
-// in one field gives the same numbers in all others. Requires a config whose fields are all set.
+// The numbers for rig `rig` of a scene. Each draws from an address of its own: a config that
+// differs in one field gives the same numbers in all others. Requires a config whose fields are all
+// set.
 SensorDraw DrawSensor(const v1::SensorConfig& config, SceneSeed seed, uint32_t rig);
 
 }  // namespace parallax

@@ -13,8 +13,8 @@ ImageF Mosaic(const ImageF3& picture);
 
 // All three colours of each pixel again, from its neighbours of up to two pixels away, mirrored at
 // the rim. A picture of one colour comes back as it was.
-//   Source: Malvar, He, Cutler, "High-quality linear interpolation for demosaicing of Bayer-patterned
-//   color images", ICASSP 2004.
+//   Source: Malvar, He, Cutler, "High-quality linear interpolation for demosaicing of
+//   Bayer-patterned color images", ICASSP 2004.
 ImageF3 Demosaic(const ImageF& mosaic);
 
 }  // namespace parallax

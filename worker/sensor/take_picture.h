@@ -1,6 +1,6 @@
 // The picture that a camera takes of a rendered view, in the order in which light meets its parts:
-// exposure, lens (defocus, point spread, vignetting), pixels (mosaic, photon and read noise), and the
-// camera's own development (interpolated mosaic, white balance, tone curve, JPEG).
+// exposure, lens (defocus, point spread, vignetting), pixels (mosaic, photon and read noise), and
+// the camera's own development (interpolated mosaic, white balance, tone curve, JPEG).
 #pragma once
 
 #include <cstdint>

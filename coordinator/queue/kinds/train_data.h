@@ -12,8 +12,8 @@
 
 namespace parallax {
 
-// Gives the set the variant's filters and, if it has one, its sensor: what is done to frames as they
-// are brought out of the store.
+// Gives the set the variant's filters and, if it has one, its sensor: what is done to frames as
+// they are brought out of the store.
 void TakeFinish(const v1::SceneConfig& config, v1::FrameSet* set);
 
 // Which pairs `variant` gives, for keys.

@@ -51,13 +51,14 @@ TEST(SensorPresets, AnotherOneLeavesNothingOfTheFirst) {
 }
 
 TEST(SensorPresets, WhatASensorNeedsMustBeKept) {
-  EXPECT_THAT(std::string(Parse("{preset: webcam}", "{}").status().message()),
-              HasSubstr("render.keep_hdr: false, but a sensor makes its pictures of what it keeps"));
-  EXPECT_THAT(std::string(Parse("{preset: ideal, defocus_px: 2}",
-                                "{keep_hdr: true, maps: [disparity]}")
-                              .status()
-                              .message()),
-              HasSubstr("without depth, which sensor.defocus_px is worked out from"));
+  EXPECT_THAT(
+      std::string(Parse("{preset: webcam}", "{}").status().message()),
+      HasSubstr("render.keep_hdr: false, but a sensor makes its pictures of what it keeps"));
+  EXPECT_THAT(
+      std::string(Parse("{preset: ideal, defocus_px: 2}", "{keep_hdr: true, maps: [disparity]}")
+                      .status()
+                      .message()),
+      HasSubstr("without depth, which sensor.defocus_px is worked out from"));
   EXPECT_TRUE(Parse("{preset: ideal}", "{keep_hdr: true, maps: [disparity]}").ok());
   EXPECT_TRUE(Parse("{preset: off}", "{}").ok());
   EXPECT_THAT(std::string(Parse("{preset: webcan}", "{keep_hdr: true}").status().message()),

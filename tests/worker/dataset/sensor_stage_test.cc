@@ -102,12 +102,13 @@ TEST_F(SensorStageTest, MakesPicturesOfKeptLightAndLeavesTheTruth) {
   const auto verified = VerifyDataset(root_ + "/out", {});
   ASSERT_TRUE(verified.ok()) << verified.status();
   for (const Finding& f : verified->findings) {
-    if (f.check != "recipe" && f.check != "occlusion") ADD_FAILURE() << f.check << f.path << f.message;
+    if (f.check != "recipe" && f.check != "occlusion")
+      ADD_FAILURE() << f.check << f.path << f.message;
   }
 }
 
-// The stage's key: the same sensor is not asked again, another one costs no rendering, and none gives
-// the rendered pictures back.
+// The stage's key: the same sensor is not asked again, another one costs no rendering, and none
+// gives the rendered pictures back.
 TEST_F(SensorStageTest, AnotherSensorOnAFinishedDatasetReplacesOnlyPictures) {
   Run("webcam");
   const std::string webcam = Bytes("left.png");

@@ -55,9 +55,11 @@ class JobTest : public ::testing::Test {
     std::string name = std::filesystem::temp_directory_path() / "parallax_jobs_XXXXXX";
     ASSERT_NE(mkdtemp(name.data()), nullptr);
     dir_ = name;
-    MakeSyntheticArchive(
-        dir_ + "/archive",
-        {.variants = {"a", "b"}, .scenes = kScenes, .rigs = kRigs, .last_frame_dark = true, .keep_hdr = true});
+    MakeSyntheticArchive(dir_ + "/archive", {.variants = {"a", "b"},
+                                             .scenes = kScenes,
+                                             .rigs = kRigs,
+                                             .last_frame_dark = true,
+                                             .keep_hdr = true});
     auto store = OpenStore(dir_ + "/store");
     ASSERT_TRUE(store.ok()) << store.status();
     store_ = *std::move(store);

@@ -1,5 +1,6 @@
 #include "worker/agent/health.h"
 
+#include <grpc/support/time.h>
 #include <grpcpp/generic/async_generic_service.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
@@ -39,7 +40,7 @@ class HealthServerImpl final : public HealthServer {
     }
     end_.notify_all();
     asker_.join();
-    server_->Shutdown(std::chrono::system_clock::now());
+    server_->Shutdown(gpr_inf_past(GPR_CLOCK_MONOTONIC));
   }
 
   int port() const override { return port_; }

@@ -35,6 +35,10 @@ void Change(const std::string& path, google::protobuf::Message* message) {
   if (dot != std::string::npos) {
     return Change(path.substr(dot + 1), reflection.MutableMessage(message, &field));
   }
+  if (field.is_repeated() && field.cpp_type() == Field::CPPTYPE_MESSAGE) {
+    reflection.AddMessage(message, &field);
+    return;
+  }
   if (field.is_repeated()) return reflection.AddString(message, &field, "another");
   switch (field.cpp_type()) {
     case Field::CPPTYPE_MESSAGE: {
@@ -85,7 +89,7 @@ TEST(Keys, EachConfigFieldCountsForExactlyTheStagesThatReadIt) {
     EXPECT_EQ(after.frame != before.frame, field.stage == v1::FieldRule::FRAME);
     EXPECT_EQ(after.render != before.render, field.stage == v1::FieldRule::FRAME);
   }
-  EXPECT_EQ(seen.size(), 5u) << "layout, scene, frame, finish, and none: a place";
+  EXPECT_EQ(seen.size(), 6u) << "layout, scene, frame, sensor, finish, and none: a place";
 }
 
 TEST(Keys, FieldsOfAnotherTypeOfSceneCountForNothing) {

@@ -130,7 +130,7 @@ class Page:
             raise PageError(f"{expression}: {result['exceptionDetails'].get('exception', {}).get('description', 'failed')}")
         return result["result"].get("value")
 
-    def wait(self, expression, seconds=20):
+    def wait(self, expression, seconds=60):
         """Until the expression is true. Asked again each time the page has drawn."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:

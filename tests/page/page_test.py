@@ -167,6 +167,8 @@ def every_view_fits_and_is_reached_by_keyboard(page):
     for place in ("/", "/study/1", "/study/1/jobs", "/pair/1", "/workers", "/audit"):
         page.size(1280, 860)
         page.value(f"location.hash = '#{place}'")
+        # The view before it is drawn away first.
+        page.value("new Promise((done) => setTimeout(() => requestAnimationFrame(() => done(1)), 300))")
         page.wait("!!document.querySelector('main h1') && !document.querySelector('[aria-busy]')")
         for _ in range(2):
             page.key("Tab")

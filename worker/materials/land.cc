@@ -45,7 +45,7 @@ class StrataRock final : public Carved<StrataRock> {
           static_cast<float>(1 + value) * VaryColor(rng, SrgbColor(kind.beds[i]), 0.05, 0.03);
     }
     varnish_ = SrgbColor(kind.varnish);
-    bed_m_ = Draw(rng, 3.5, 8);
+    bed_m_ = Draw(rng, 5, 9);
     band_m_ = Draw(rng, 0.35, 0.8);
     streaks_ = Draw(rng, 0.12, 0.4);
     grain_m_ = Draw(rng, 0.0012, 0.0025);
@@ -80,8 +80,8 @@ class StrataRock final : public Carved<StrataRock> {
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
     const auto& p = point.texture_m;
-    return 0.05f * band_m_ * Bands(Level(p, w), w) - 0.02f * Joints(p, w) +
-           0.012f * Fbm3(p, 0.28f, 5, w, seed_ + 9, 0.55f);
+    return 0.012f * band_m_ * Bands(Level(p, w), w) - 0.005f * Joints(p, w) +
+           0.0035f * Fbm3(p, 0.28f, 5, w, seed_ + 9, 0.55f);
   }
 
  private:
@@ -231,7 +231,7 @@ class Snow final : public Carved<Snow> {
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
     const auto& p = point.texture_m;
-    return 0.05f * wave_m_ * Drifts(p, w) + 5e-3f * Fbm3(p, 0.16f, 5, w, seed_ + 6, 0.6f) +
+    return 0.009f * wave_m_ * Drifts(p, w) + 2e-3f * Fbm3(p, 0.16f, 5, w, seed_ + 6, 0.6f) +
            6e-4f * Fbm3(p, 0.008f, 2, w, seed_ + 7, 0.6f);
   }
 
@@ -299,7 +299,8 @@ class CaveRock final : public Carved<CaveRock> {
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
     const auto& p = point.texture_m;
-    return Hollows(p, w) + 0.01f * Fbm3(VecOf(p.x, p.y, 0.25f * p.z), 0.3f, 5, w, seed_ + 9, 0.6f);
+    return 0.25f * Hollows(p, w) +
+           0.0025f * Fbm3(VecOf(p.x, p.y, 0.25f * p.z), 0.3f, 5, w, seed_ + 9, 0.6f);
   }
 
  private:
@@ -349,7 +350,9 @@ class SucculentSkin final : public Carved<SucculentSkin> {
     const Float8 scars =
         noise::Above(noise::Fbm3Filtered(p, 0.2f, 5, w, seed_ + 3, 0.6f), 0.36f, 0.1f);
     // Grooves are greener, crests worn.
-    Vec3x8 color = skin_ * ((1.12f - 0.4f * Saturate(point.u)) * (1.0f + 0.25f * n));
+    const Float8 own = Fade(1.0f, point.footprint_uv);
+    const Float8 across = 0.5f + own * (Saturate(point.u) - 0.5f);
+    Vec3x8 color = skin_ * ((1.12f - 0.4f * across) * (1.0f + 0.25f * n));
     color = Mix(color, Vec3x8(scar_), 0.6f * scars);
     SurfaceSample8 out;
     out.base_color = Albedo(Mix(color, Vec3x8(spot_), 0.8f * Spots(point)));
@@ -364,11 +367,13 @@ class SucculentSkin final : public Carved<SucculentSkin> {
 
  private:
   Float8 Spots(const SurfacePoint8& point) const {
-    if (margins_) return SmoothStep(0.86f, 0.97f, point.u);
     const Float8 own = Fade(1.0f, point.footprint_uv);
+    // Seen from far, what the margins are of a leaf.
+    if (margins_) return 0.085f + own * (SmoothStep(0.86f, 0.97f, point.u) - 0.085f);
     const Float8 across = point.u * 2.6f, along = 2.0f * (noise::Fract(point.v) - 0.5f);
     const Float8 spot = 1.0f - SmoothStep(0.25f, 0.75f, across * across + along * along);
-    return 0.16f * (1.0f - Saturate(point.u)) + own * (spot - 0.16f * (1.0f - Saturate(point.u)));
+    const Float8 far = 0.16f * (1.0f - (0.5f + own * (Saturate(point.u) - 0.5f)));
+    return far + own * (spot - far);
   }
 
   bool margins_;

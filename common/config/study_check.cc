@@ -4,6 +4,7 @@
 #include "common/config/checks.h"
 #include "common/config/field_rules.h"
 #include "common/config/limits.h"
+#include "common/config/rig_counts.h"
 #include "common/config/training.h"
 
 namespace parallax::config_internal {
@@ -117,9 +118,13 @@ class StudyChecker {
   void CheckRigs() {
     for (int i = 0; i < study_.variants_size(); ++i) {
       const v1::VariantSpec& variant = study_.variants(i);
-      const int32_t count = variant.config().rigs().count();
+      const v1::RigConfig& rigs = variant.config().rigs();
+      const int64_t count = PairsOfScene(rigs);
       if (count < 1 || count > kMaxRigsPerScene) continue;  // Absent, or told already.
-      const std::string allowed = " has, allowed 1 to rigs.count = " + std::to_string(count);
+      const std::string allowed =
+          " has, allowed 1 to rigs.count" +
+          (EyesOfLeft(rigs) > 1 ? " x rigs.baselines_m = " : std::string(" = ")) +
+          std::to_string(count);
       const bool own = variant.rigs_per_scene() > 0;
       const int32_t wanted = own ? variant.rigs_per_scene() : study_.rigs_per_scene();
       if (wanted <= count) continue;

@@ -7,6 +7,7 @@
 #include "common/base/hash.h"
 #include "common/base/version.h"
 #include "common/config/config.h"
+#include "common/config/rig_counts.h"
 #include "common/config/training.h"
 #include "coordinator/client/own_content.h"
 #include "coordinator/client/text.h"
@@ -33,7 +34,8 @@ absl::Status OfOptions(const absl::Status& status) {
 void ApplyToVariant(const StudyOptions& options, int rigs_per_scene, v1::SceneConfig& config) {
   v1::RigConfig& rigs = *config.mutable_rigs();
   // Rigs beyond the config's own number mean that more are chosen; fewer leave the choice as it is.
-  if (rigs.count() < rigs_per_scene) rigs.set_count(rigs_per_scene);
+  const int eyes = EyesOfLeft(rigs);
+  if (PairsOfScene(rigs) < rigs_per_scene) rigs.set_count((rigs_per_scene + eyes - 1) / eyes);
   if (options.width) rigs.set_width_px(*options.width);
   if (options.height) rigs.set_height_px(*options.height);
   if (options.samples) config.mutable_render()->set_samples_per_pixel(*options.samples);

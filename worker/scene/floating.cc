@@ -8,6 +8,7 @@
 #include "common/math/proto.h"
 #include "worker/scene/dress.h"
 #include "worker/scene/floating_choice.h"
+#include "worker/scene/floating_motion.h"
 #include "worker/scene/place_floating.h"
 #include "worker/scene/view_guard.h"
 #include "worker/scene/warp.h"
@@ -43,7 +44,9 @@ class FloatingPlacer {
         scene_(scene),
         bounds_(scene.surroundings.bounds),
         box_(BoxOf(config_.box(), bounds_)),
-        guard_(config.rigs(), scene.recipe) {}
+        guard_(config.rigs(), scene.recipe),
+        motion_(config_, scene.recipe, scene.solid, guard_,
+                [this](const Box3f& bounds, const Pose& pose) { return InBounds(bounds, pose); }) {}
 
   absl::Status Place(const std::string& name, uint32_t index, const Rng& stream,
                      const FloatingChoice& choice, size_t number) {
@@ -51,12 +54,16 @@ class FloatingPlacer {
     Rng poses = stream.Child("pose");
     for (int k = 0; k < kFloatTries; ++k) {
       const std::optional<Pose> pose = Draft(poses, floater, number);
-      if (!pose || !InBounds(floater.bounds, *pose) || !guard_.Allows(floater.bounds, *pose)) {
+      if (!pose || !InBounds(floater.bounds, *pose) ||
+          !guard_.Allows(floater.bounds, [&](double) { return *pose; })) {
         continue;
       }
-      if (!config_.allow_intersections() && scene_.solid.Overlaps(*floater.tree, pose->Affine())) {
+      const FloatingBody body{floater.tree, floater.bounds, ToProto(*pose)};
+      if (!config_.allow_intersections() &&
+          (scene_.solid.Overlaps(*floater.tree, pose->Affine()) || !motion_.IsClear(body))) {
         continue;
       }
+      const std::optional<v1::RigidMotion> motion = motion_.Draw(stream.Child("motion"), body);
       guard_.Take();
       v1::SceneObject& object = *scene_.recipe.add_objects();
       object.set_index(index);
@@ -68,6 +75,7 @@ class FloatingPlacer {
       object.set_role(v1::OBJECT_ROLE_FLOATING);
       object.set_relation("floating");
       *object.mutable_world_from_object() = ToProto(*pose);
+      if (motion) *object.mutable_motion() = *motion;
       scene_.solid.Add(floater.tree, pose->Affine());
       break;
     }
@@ -136,6 +144,7 @@ class FloatingPlacer {
   const Eigen::AlignedBox3d bounds_;
   const Eigen::AlignedBox3d box_;
   ViewGuard guard_;
+  FloatingMotion motion_;
 };
 
 }  // namespace

@@ -82,9 +82,10 @@ Eigen::Quaterniond RandomRotation(Rng& rng) {
 RigView RigView::Of(const v1::Rig& rig) {
   const Pose pose = FromProto(rig.world_from_left());
   const Vec2d half = HalfTangents(rig), shift = ShiftTangents(rig);
-  return {
-      pose.translation, pose.rotation.toRotationMatrix(), half.x(), half.y(), shift.x(), shift.y(),
-      rig.baseline_m()};
+  return {pose.translation, pose.rotation.toRotationMatrix(),
+          half.x(),         half.y(),
+          shift.x(),        shift.y(),
+          rig.baseline_m(), rig.time_s()};
 }
 
 Pose PoseAbout(const Vec3d& middle, const Eigen::Quaterniond& rotation, double scale,

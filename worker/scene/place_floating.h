@@ -27,6 +27,7 @@ struct RigView {
   double half_x, half_y;    // Tangents of half of the field of view.
   double shift_x, shift_y;  // Tangents of the picture's middle.
   double baseline_m;
+  double time_s;  // When it looks: Rig.time_s.
 
   static RigView Of(const v1::Rig& rig);
   // Unit direction through a point of the image, x and y in [-1, 1].

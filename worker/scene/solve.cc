@@ -75,6 +75,7 @@ absl::Status Dress(const SceneType& type, const v1::SolveJob& job, v1::Layout la
                                                     std::to_string(wanted) + " places are free");
     return absl::OkStatus();
   }
+  AddBaselines(job.config().rigs(), scene.recipe);
   RETURN_IF_ERROR(CheckRawCameras(scene.recipe));
   RETURN_IF_ERROR(type.dress(job.config(), cancel, scene));
   ChooseEnvironments(job.config().lighting(), scene.own, scene.seed, scene.recipe);

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "common/config/config.h"
+#include "worker/scene/rigs/rig_camera.h"
 
 namespace parallax {
 namespace {
@@ -70,20 +70,23 @@ Polygon ClipToImage(Polygon polygon) {
 }  // namespace
 
 ViewGuard::ViewGuard(const v1::RigConfig& config, const v1::Scene& scene)
-    : reach_m_(std::max(config.clearance_baseline_m(), SupportOf(config.baseline_m()).high)),
+    : reach_m_(std::max(config.clearance_baseline_m(), LargestBaseline(config))),
       clearance_m_(std::max(kClearance_m, config.min_distance_m())) {
-  for (const v1::Rig& rig : scene.rigs()) views_.push_back(RigView::Of(rig));
+  for (const v1::Rig& rig : scene.rigs()) {
+    if (!rig.shares_left()) views_.push_back(RigView::Of(rig));
+  }
   taken_.resize(views_.size());
 }
 
-bool ViewGuard::Allows(const Box3f& bounds, const Pose& pose) {
+bool ViewGuard::Allows(const Box3f& bounds, const PoseInTime& pose_at) {
   asked_.assign(views_.size(), {});
-  const Pose object_from_world = pose.Inverse();
   const Eigen::AlignedBox3d box(bounds.min().cast<double>(), bounds.max().cast<double>());
-  const Vec3d middle = pose * box.center();
-  const double radius = pose.scale * box.diagonal().norm() / 2;
   for (size_t i = 0; i < views_.size(); ++i) {
     const RigView& view = views_[i];
+    const Pose pose = pose_at(view.time_s);
+    const Pose object_from_world = pose.Inverse();
+    const Vec3d middle = pose * box.center();
+    const double radius = pose.scale * box.diagonal().norm() / 2;
     // Between the eyes, in steps of a part of the clearance.
     const Vec3d right = view.axes.col(0);
     const double along = std::clamp(right.dot(middle - view.eye), 0.0, reach_m_);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numbers>
 #include <vector>
@@ -42,18 +41,9 @@ struct Candidate {
   double value = 0;  // What it is ranked by.
 };
 
-struct Probe {
-  double nearest_m = std::numeric_limits<double>::infinity();
-  double std_m = 0;
-  double sky = 0;  // Shares of the probes.
-  double one_plane = 0;
-  double one_thing = 0;  // The largest share of a single thing of the room.
-  double close = 0;
-  double near_m = 0;  // A twentieth of the probes is nearer.
-  double things = 0;  // Neither a part of the place nor sky.
-};
+}  // namespace
 
-Probe ProbeView(const SceneInProgress& scene, const Vec3f& eye, const Mat3f& camera,
+ViewProbe ProbeView(const SceneInProgress& scene, const Vec3f& eye, const Mat3f& camera,
                 const RigCamera& view) {
   const RayScene& solid = scene.solid;
   int things = 0;
@@ -79,7 +69,7 @@ Probe ProbeView(const SceneInProgress& scene, const Vec3f& eye, const Mat3f& cam
                 static_cast<int>(std::lround(hit->normal.z() * 8))}];
     }
   }
-  Probe probe;
+  ViewProbe probe;
   const double total = kProbesX * kProbesY;
   probe.things = things / total;
   probe.sky = 1 - static_cast<double>(depths.size()) / total;
@@ -106,8 +96,7 @@ Probe ProbeView(const SceneInProgress& scene, const Vec3f& eye, const Mat3f& cam
   return probe;
 }
 
-// Nothing is nearer than `distance` to any point of the segment from `from` along `right`. Walks in
-// steps that the distance found so far makes safe.
+// Walks in steps that the distance found so far makes safe.
 bool SegmentClear(const RayScene& solid, const Vec3f& from, const Vec3f& right, float length,
                   float distance) {
   constexpr float kSlack = 0.004f, kReach = 0.5f;
@@ -118,6 +107,8 @@ bool SegmentClear(const RayScene& solid, const Vec3f& from, const Vec3f& right, 
     t = std::min(length, t + (free - distance));
   }
 }
+
+namespace {
 
 double Difference(const Candidate& a, const Candidate& b) {
   const double apart = (a.position - b.position).norm() / kApart_m;
@@ -134,7 +125,7 @@ class RigChooser {
         solid_(scene.solid),
         root_(scene.seed, "dress/rigs"),
         reach_m_(static_cast<float>(
-            std::max(config.clearance_baseline_m(), SupportOf(config.baseline_m()).high))) {}
+            std::max(config.clearance_baseline_m(), LargestBaseline(config)))) {}
 
   // Each rig has its own height, pitch and field of view, drawn as the config says; only where it
   // stands and which way it turns is chosen among candidates. So the choice does not bend those
@@ -188,12 +179,12 @@ class RigChooser {
     const float clear = static_cast<float>(gap * candidate.view.Corner() + 0.002);
     if (!SegmentClear(solid_, eye, right, reach_m_, clear)) return false;
     if (solid_.Inside(eye) || solid_.Inside(far_eye)) return false;
-    const Probe left = ProbeView(scene_, eye, candidate.camera, candidate.view);
+    const ViewProbe left = ProbeView(scene_, eye, candidate.camera, candidate.view);
     if (left.nearest_m < gap || left.sky > kMaxSky) return false;
     if (left.one_plane > kMaxOnePlane || left.close > kMaxClose) return false;
     if (left.one_thing > kMaxOneThing) return false;
     for (const float t : {0.5f, 1.0f}) {
-      const Probe other =
+      const ViewProbe other =
           ProbeView(scene_, eye + t * reach_m_ * right, candidate.camera, candidate.view);
       if (other.nearest_m < gap) return false;
     }

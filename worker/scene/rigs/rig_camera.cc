@@ -1,5 +1,6 @@
 #include "worker/scene/rigs/rig_camera.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -121,6 +122,26 @@ RigCamera DrawRigCamera(const v1::RigConfig& config, double fov_draw, const Rng&
   camera.shift_x = (width / 2.0 - camera.k.cx_px) / camera.k.fx_px;
   camera.shift_y = (height / 2.0 - camera.k.cy_px) / camera.k.fy_px;
   return camera;
+}
+
+double LargestBaseline(const v1::RigConfig& config) {
+  const auto& several = config.baselines_m();
+  return several.empty() ? SupportOf(config.baseline_m()).high
+                         : *std::max_element(several.begin(), several.end());
+}
+
+void AddBaselines(const v1::RigConfig& config, v1::Scene& recipe) {
+  if (config.baselines_m().empty()) return;
+  google::protobuf::RepeatedPtrField<v1::Rig> lefts;
+  lefts.Swap(recipe.mutable_rigs());
+  for (const v1::Rig& left : lefts) {
+    for (int i = 0; i < config.baselines_m_size(); ++i) {
+      v1::Rig& rig = *recipe.add_rigs() = left;
+      rig.set_index(static_cast<uint32_t>(recipe.rigs_size() - 1));
+      rig.set_baseline_m(config.baselines_m(i));
+      rig.set_shares_left(i > 0);
+    }
+  }
 }
 
 void AddRawCameras(const v1::RigConfig& config, const Rng& stream, v1::Rig* rig) {

@@ -27,6 +27,13 @@ struct RigCamera {
 // is drawn from children of `stream`.
 RigCamera DrawRigCamera(const v1::RigConfig& config, double fov_draw, const Rng& stream);
 
+// The largest baseline that rigs may have.
+double LargestBaseline(const v1::RigConfig& config);
+
+// Makes a rig of its own for each of rigs.baselines_m, where there are any: those of one left eye
+// follow each other. Rigs are numbered anew.
+void AddBaselines(const v1::RigConfig& config, v1::Scene& recipe);
+
 // Gives `rig`, which has its intrinsics, its raw cameras, where the config has any; drawn from
 // children of `stream`.
 void AddRawCameras(const v1::RigConfig& config, const Rng& stream, v1::Rig* rig);

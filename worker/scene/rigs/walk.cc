@@ -96,8 +96,8 @@ WalkFinder::WalkFinder(const v1::SceneConfig& config, int frames)
     : rigs_(config.rigs()),
       walks_(config.nature().walk()),
       frames_(frames),
-      reach_m_(static_cast<float>(std::max(config.rigs().clearance_baseline_m(),
-                                           SupportOf(config.rigs().baseline_m()).high))) {}
+      reach_m_(static_cast<float>(
+          std::max(config.rigs().clearance_baseline_m(), LargestBaseline(config.rigs())))) {}
 
 Walk WalkFinder::Draft(const WalkLand& land, const Rng& rng, const RigCamera& camera) const {
   Rng shape = rng.Child("shape"), way = rng.Child("way");

@@ -89,10 +89,15 @@ class DenseDresser {
     return absl::OkStatus();
   }
 
-  // What rig `index` sees.
+  // What rig `index` sees: what the rig before it does, if they share a left eye.
   void AddKeyframe(int index) {
-    const Rng root = KeyframeStream(root_, static_cast<uint32_t>(index));
     v1::Rig& rig = *scene_.recipe.mutable_rigs(index);
+    if (rig.shares_left()) {
+      rig.set_depth_std_m(scene_.recipe.rigs(index - 1).depth_std_m());
+      *scene_.recipe.add_keyframes() = v1::Keyframe(scene_.recipe.keyframes(index - 1));
+      return;
+    }
+    const Rng root = KeyframeStream(root_, lefts_++);
     v1::Keyframe& keyframe = *scene_.recipe.add_keyframes();
     const std::vector<Placed> placed = PlaceObjects(root, rig, keyframe);
     const Rng light = root.Child("lighting");
@@ -198,6 +203,7 @@ class DenseDresser {
   SceneInProgress& scene_;
   const Rng root_;
   std::vector<DenseObject> objects_;
+  uint32_t lefts_ = 0;  // Left eyes that have a keyframe.
 };
 
 // Nothing stands still in a dense scene.

@@ -9,6 +9,7 @@
 #include "worker/scene/glass_parts.h"
 #include "worker/scene/own_furniture.h"
 #include "worker/scene/rigs/best_spread.h"
+#include "worker/scene/rigs/room_path.h"
 #include "worker/scene/types/indoor/house_materials.h"
 
 namespace parallax {
@@ -95,7 +96,11 @@ absl::Status PlaceHouseRigs(const v1::SceneConfig& config, const CancelToken& ca
   RETURN_IF_ERROR(PutOwnFurniture(config.assets(), scene));
   RETURN_IF_ERROR(MakeSolid(scene));
   RETURN_IF_ERROR(Stop(cancel));
-  BestSpreadRigs(config.rigs(), scene);
+  if (config.rigs().path().paths() > 0) {
+    RoomPathRigs(config.rigs(), scene);
+  } else {
+    BestSpreadRigs(config.rigs(), scene);
+  }
   return Stop(cancel);
 }
 

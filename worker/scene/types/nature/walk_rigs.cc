@@ -169,7 +169,7 @@ class WalkRigs {
     const auto wanted = static_cast<size_t>(walks_);
     for (size_t first = 0; first + wanted <= found.size() && first < 3; ++first) {
       recipe_.clear_rigs();
-      for (size_t k = 0; k < wanted; ++k) AddRigs(found[first + k]);
+      for (size_t k = 0; k < wanted; ++k) AddRigs(found[first + k], static_cast<uint32_t>(k) + 1);
       ASSIGN_OR_RETURN(const auto expansion, ExpandTerrain(land_, recipe_.rigs()));
       ASSIGN_OR_RETURN(const auto nearby, MakeNearby(land_, *expansion, recipe_.rigs(), kNearby_m));
       bool clear = true;
@@ -180,7 +180,8 @@ class WalkRigs {
     return false;
   }
 
-  void AddRigs(const Walk& walk) {
+  void AddRigs(const Walk& walk, uint32_t path) {
+    int number = 0;
     const bool each = config_.nature().walk().baseline_per() == v1::WalkConfig::BASELINE_PER_FRAME;
     for (const Walk::Frame& frame : walk.frames) {
       if (recipe_.rigs_size() >= config_.rigs().count()) return;
@@ -196,6 +197,8 @@ class WalkRigs {
                    .height_px = config_.rigs().height_px()});
       v1::Rig& rig = *recipe_.mutable_rigs(static_cast<int>(index));
       rig.set_depth_std_m(walk.log_depth_std);
+      rig.set_path(path);
+      rig.set_time_s(number++ / config_.nature().walk().fps());
       AddRawCameras(config_.rigs(), root_.Child("camera", 0), &rig);
     }
   }

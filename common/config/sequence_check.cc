@@ -1,0 +1,91 @@
+#include <algorithm>
+
+#include "common/config/checks.h"
+#include "common/config/field_rules.h"
+#include "common/config/limits.h"
+#include "common/config/rig_counts.h"
+
+namespace parallax::config_internal {
+namespace {
+
+constexpr int kMostBaselines = 8;
+
+class SequenceChecker {
+ public:
+  SequenceChecker(const v1::SceneConfig& config, const std::string& path, Findings* findings)
+      : config_(config), rigs_(config.rigs()), path_(path), findings_(findings) {}
+
+  void Run() {
+    CheckBaselines();
+    CheckPaths();
+    const auto& maps = config_.render().maps();
+    const bool nature = config_.type() == v1::SCENE_TYPE_NATURE;
+    if (std::find(maps.begin(), maps.end(), "flow") != maps.end() && !HasPaths() && !nature) {
+      Tell("render.maps",
+           "flow without a sequence, allowed with rigs.path.paths >= 1, or in scenes of type "
+           "nature, whose walks are sequences");
+    }
+    if (config_.floating().motion().p() > 0 && !HasPaths()) {
+      Tell("floating.motion.p",
+           "moves things, but there is no sequence, allowed with rigs.path.paths >= 1");
+    }
+  }
+
+ private:
+  void Tell(const char* field, std::string what) {
+    findings_->push_back({Dotted(path_, field), std::move(what)});
+  }
+
+  bool HasPaths() const { return rigs_.path().paths() > 0; }
+
+  void CheckBaselines() {
+    const auto& baselines = rigs_.baselines_m();
+    if (baselines.size() > kMostBaselines) {
+      Tell("rigs.baselines_m", "a list of " + std::to_string(baselines.size()) +
+                                   ", allowed are at most " + std::to_string(kMostBaselines));
+    }
+    for (int i = 1; i < baselines.size(); ++i) {
+      if (std::find(baselines.begin(), baselines.begin() + i, baselines[i]) ==
+          baselines.begin() + i) {
+        continue;
+      }
+      Tell("rigs.baselines_m", "has one number twice, allowed are different baselines");
+    }
+    const int64_t pairs = PairsOfScene(rigs_);
+    if (baselines.size() > 1 && pairs > kMaxRigsPerScene) {
+      Tell("rigs.count", std::to_string(rigs_.count()) + " left eyes with " +
+                             std::to_string(baselines.size()) + " right ones make " +
+                             std::to_string(pairs) + " pairs a scene, allowed are at most " +
+                             std::to_string(kMaxRigsPerScene));
+    }
+  }
+
+  void CheckPaths() {
+    if (!HasPaths()) return;
+    if (config_.type() == v1::SCENE_TYPE_NATURE) {
+      Tell("rigs.path.paths",
+           "ways lead through rooms, allowed in scenes of type indoor; landscapes have "
+           "nature.walk.walks");
+    } else if (config_.type() == v1::SCENE_TYPE_DENSE) {
+      Tell("rigs.path.paths", "ways lead through rooms, allowed in scenes of type indoor");
+    }
+    if (rigs_.path().paths() > rigs_.count()) {
+      Tell("rigs.path.paths", std::to_string(rigs_.path().paths()) + " ways share " +
+                                  std::to_string(rigs_.count()) +
+                                  " frames (rigs.count), allowed is at most one for each");
+    }
+  }
+
+  const v1::SceneConfig& config_;
+  const v1::RigConfig& rigs_;
+  const std::string path_;
+  Findings* findings_;
+};
+
+}  // namespace
+
+void CheckSequences(const v1::SceneConfig& config, const std::string& path, Findings* findings) {
+  SequenceChecker(config, path, findings).Run();
+}
+
+}  // namespace parallax::config_internal

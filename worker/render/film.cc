@@ -33,7 +33,11 @@ Film::Film(const PinholeCamera& camera)
 void Film::Develop(const PixelAt& at, const PixelSum& sum, int samples) {
   for (int c = 0; c < 3; ++c) color(at.x, at.y, c) = sum.color[c] / static_cast<float>(samples);
   mixed_(at.x, at.y) = sum.GuideVariance() > kMixed;
-  if (sum.judged) ambiguous(at.x, at.y) = 2 * sum.agreeing < samples;
+  if (sum.judged) {
+    int bits = 0;
+    for (size_t k = 0; k < sum.agreeing.size(); ++k) bits |= (2 * sum.agreeing[k] < samples) << k;
+    ambiguous(at.x, at.y) = static_cast<uint8_t>(bits);
+  }
   guides_(at.x, at.y) = 0;
   AddGuides(at, sum);
 }

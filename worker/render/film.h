@@ -1,6 +1,7 @@
 // One eye's picture and what the denoiser is told about it, from the sums of its pixels' samples.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "common/image/image.h"
@@ -8,6 +9,9 @@
 #include "worker/render/path_tracer.h"
 
 namespace parallax {
+
+// Other eyes that one eye makes pairs with, at most: a bit each of Film::ambiguous.
+inline constexpr int kMostPartners = 8;
 
 struct PixelAt {
   int x = 0, y = 0;
@@ -18,8 +22,8 @@ struct PixelSum {
   Vec3f color = Vec3f::Zero(), albedo = Vec3f::Zero(), normal = Vec3f::Zero();
   float guides = 1e-9f;     // Weight of all.
   float guide_squares = 0;  // Squared lengths of albedo and normal.
-  bool judged = false;      // Whether samples were held against the ground truth,
-  int agreeing = 0;         // and how many of them lie within 1 px of its disparity.
+  bool judged = false;      // Whether samples were held against the ground truth, and how many of
+  std::array<int, kMostPartners> agreeing{};  // them lie within 1 px of its disparity, by partner.
   void Add(const PathResult& path);
   // Variance of the guides: what one pixel's samples found differs.
   float GuideVariance() const;
@@ -44,7 +48,8 @@ class Film {
 
   ImageF3 color;           // Radiance.
   ImageF3 albedo, normal;  // Means; normals in the camera's frame.
-  ImageU8 ambiguous;       // 1 where less than half of the samples lie where the ground truth does.
+  ImageU8 ambiguous;       // Bits, by partner: less than half of the samples lie where the ground
+                           // truth does.
 
  private:
   const Mat3f camera_from_world_;

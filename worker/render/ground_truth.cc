@@ -62,6 +62,26 @@ class TruthTracer {
     }
   }
 
+  void Judge(std::span<Sight> sights) const {
+    Rays8 rays{Vec3x8(camera_.origin.cast<float>()), Vec3x8::Zero()};
+    for (size_t k = 0; k < sights.size(); ++k) {
+      rays.direction.Set(static_cast<int>(k), sights[k].to.normalized().cast<float>());
+    }
+    Hits8 hits;
+    scene_.trees().Intersect(kTree, rays, FirstLanes(static_cast<int>(sights.size())), true, &hits);
+    for (size_t k = 0; k < sights.size(); ++k) {
+      const auto lane = static_cast<int>(k);
+      RawHit raw = hits.Get(lane);
+      SurfaceId id;
+      const Ray ray{rays.origin.Get(lane), rays.direction.Get(lane)};
+      const bool met = Look(ray, hits.met[lane] != 0, &raw, &id).surface;
+      const double distance = sights[k].to.norm();
+      sights[k].hidden =
+          met && (sights[k].infinite ||
+                  static_cast<double>(raw.distance) < (1 - kOcclusionThreshold) * distance);
+    }
+  }
+
  private:
   static constexpr RayTrees::Tree kTree = RayTrees::Tree::kRobust;
 
@@ -181,6 +201,10 @@ absl::Status TraceGroundTruth(const RenderScene& scene, const PinholeCamera& cam
   });
   if (cancel.cancelled()) return MakeError(absl::StatusCode::kCancelled, "render: cancelled");
   return absl::OkStatus();
+}
+
+void LookAt(const RenderScene& scene, const PinholeCamera& camera, std::span<Sight> sights) {
+  TruthTracer(scene, camera).Judge(sights);
 }
 
 void MarkOcclusion(View* left, View* right) {

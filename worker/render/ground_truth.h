@@ -6,6 +6,8 @@
 // objects, materials and masks are set here; occlusion needs both eyes (MarkOcclusion).
 #pragma once
 
+#include <span>
+
 #include "worker/render/camera.h"
 #include "worker/render/haze.h"
 #include "worker/render/render_scene.h"
@@ -28,6 +30,17 @@ void MarkOcclusion(View* left, View* right);
 
 // Sets kMaskVeiled where haze leaves less than a twentieth of what is seen.
 void MarkVeiled(const Haze& haze, const PinholeCamera& camera, View* view);
+
+// Whether something stands before a point, as seen from an eye.
+struct Sight {
+  Vec3d to = Vec3d::UnitZ();  // From the eye to the point, world; else only where to look.
+  bool infinite = false;      // The point is at infinity: any surface hides it.
+  bool hidden = false;        // Set by LookAt.
+};
+
+// A row of up to 8 sights from the camera's origin. A point is hidden when the first surface on the
+// way to it, holes left out, is nearer than it by more than 1 %.
+void LookAt(const RenderScene& scene, const PinholeCamera& camera, std::span<Sight> sights);
 
 inline constexpr float kOcclusionThreshold = 0.01f;
 

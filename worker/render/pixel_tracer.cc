@@ -49,12 +49,16 @@ size_t PixelTracer::Start(std::span<const PixelAt> pixels, size_t first) {
   return count;
 }
 
-bool PixelTracer::Agrees(const PixelAt& at, const PathResult& result) const {
+void PixelTracer::Judge(const PixelAt& at, const PathResult& result, PixelSum* sum) const {
   const double along = camera_.DirectionAt(at.x + 0.5, at.y + 0.5).norm();
   const double seen = result.distance > 0 ? sampling_.focal_times_baseline * along /
                                                 static_cast<double>(result.distance)
                                           : 0;
-  return std::abs(seen - static_cast<double>((*sampling_.disparity_px)(at.x, at.y))) <= 1;
+  const double off = std::abs(seen - static_cast<double>((*sampling_.disparity_px)(at.x, at.y)));
+  sum->judged = true;
+  for (size_t k = 0; k < sampling_.baselines.size(); ++k) {
+    sum->agreeing[k] += sampling_.baselines[k] * off <= 1;
+  }
 }
 
 uint64_t PixelTracer::Trace(std::span<const PixelAt> pixels, const CancelToken& cancel,
@@ -70,10 +74,7 @@ uint64_t PixelTracer::Trace(std::span<const PixelAt> pixels, const CancelToken& 
     size_t pixel = first / samples, left = samples - first % samples;
     for (const PathResult& result : results) {
       sums_[pixel].Add(result);
-      if (sampling_.disparity_px) {
-        sums_[pixel].judged = true;
-        sums_[pixel].agreeing += Agrees(pixels[pixel], result);
-      }
+      if (sampling_.disparity_px) Judge(pixels[pixel], result, &sums_[pixel]);
       rays += result.rays;
       if (--left > 0) continue;
       left = samples;

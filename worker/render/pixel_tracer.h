@@ -21,6 +21,8 @@ struct PixelSampling {
   // none: they are not. Borrowed.
   const ImageF* disparity_px = nullptr;
   double focal_times_baseline = 0;
+  // Of each partner: its baseline over that one. At most kMostPartners.
+  std::vector<double> baselines = {1.0};
 
   // Seeds and numbers of the samplers of eight samples.
   void Samplers(Bits8 x, Bits8 y, Bits8 sample, Bits8* seeds, Bits8* numbers) const;
@@ -40,8 +42,8 @@ class PixelTracer {
  private:
   // From the sample `first` of all on, up to kAtOnce; returns how many.
   size_t Start(std::span<const PixelAt> pixels, size_t first);
-  // Whether a sample of the pixel lies within 1 px of its ground truth.
-  bool Agrees(const PixelAt& at, const PathResult& result) const;
+  // Counts a sample of the pixel for the partners for which it lies within 1 px of its ground truth.
+  void Judge(const PixelAt& at, const PathResult& result, PixelSum* sum) const;
 
   PathTracer tracer_;
   const CameraRays rays_;

@@ -1,5 +1,6 @@
 #include "worker/render/ray_trees.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cstring>
 #include <limits>
@@ -15,6 +16,7 @@ constexpr float kDark = 1e-3f;  // Light weaker than this part of its own is as 
 struct ShadowContext {
   RTCIntersectContext base;
   const ShadowFilter* filter;
+  uint32_t rest;  // RayTrees::rest_.
   // World; the filter of an instance is given the ray in the object's frame.
   Vec3f origin, direction;
   Vec3f transmittance;
@@ -31,17 +33,12 @@ bool Meets(RTCScene scene, const Vec3f& origin, const Vec3f& direction, float t_
   return query->hit.geomID != RTC_INVALID_GEOMETRY_ID;
 }
 
-uint32_t BodyOf(const RTCHit& hit) {
-  return hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? hit.instID[0] : hit.geomID;
-}
-
 // Shadow rays ask only geometry that may let light through; all else stays opaque at no cost.
 void FilterOcclusion(const RTCFilterFunctionNArguments* args) {
   auto* context = reinterpret_cast<ShadowContext*>(args->context);
   RawHit hit;
   const uint32_t instance = RTCHitN_instID(args->hit, args->N, 0, 0);
-  hit.placed =
-      instance != RTC_INVALID_GEOMETRY_ID ? instance : RTCHitN_geomID(args->hit, args->N, 0);
+  hit.placed = instance != context->rest ? instance : RTCHitN_geomID(args->hit, args->N, 0);
   hit.triangle = RTCHitN_primID(args->hit, args->N, 0);
   hit.u = RTCHitN_u(args->hit, args->N, 0);
   hit.v = RTCHitN_v(args->hit, args->N, 0);
@@ -72,18 +69,21 @@ class RayTrees::Builder {
       : trees_(*trees), device_(trees->device_.get()), options_(options) {}
 
   EmbreeScene Build(const std::vector<TreeBody>& bodies, Tree tree) {
-    EmbreeScene scene = NewScene(tree);
+    EmbreeScene scene = NewScene(tree), rest;
+    if (trees_.rest_ != RTC_INVALID_GEOMETRY_ID) rest = NewScene(tree);
     for (uint32_t i = 0; i < bodies.size(); ++i) {
       const TreeBody& body = bodies[i];
       if (body.mesh->triangles.empty()) continue;
-      if (!body.instanced) {
-        rtcAttachGeometryByID(scene.get(), Triangles(body).get(), i);
-        continue;
+      if (body.instanced) {
+        Attach(scene.get(), Shared(body, tree), body.world_from_object, i);
+      } else {
+        rtcAttachGeometryByID(rest.get() ? rest.get() : scene.get(), Triangles(body).get(), i);
       }
-      EmbreeGeometry instance(rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE));
-      rtcSetGeometryInstancedScene(instance.get(), Shared(body, tree));
-      Place(instance.get(), body.world_from_object);
-      rtcAttachGeometryByID(scene.get(), instance.get(), i);
+    }
+    if (rest.get()) {
+      rtcCommitScene(rest.get());
+      Attach(scene.get(), rest.get(), Eigen::Affine3f::Identity(), trees_.rest_);
+      trees_.shared_.push_back(std::move(rest));
     }
     rtcCommitScene(scene.get());
     return scene;
@@ -96,6 +96,13 @@ class RayTrees::Builder {
   }
 
  private:
+  void Attach(RTCScene scene, RTCScene child, const Eigen::Affine3f& place, uint32_t id) const {
+    EmbreeGeometry instance(rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE));
+    rtcSetGeometryInstancedScene(instance.get(), child);
+    Place(instance.get(), place);
+    rtcAttachGeometryByID(scene, instance.get(), id);
+  }
+
   EmbreeScene NewScene(Tree tree) const {
     EmbreeScene scene(rtcNewScene(device_));
     rtcSetSceneFlags(scene.get(),
@@ -150,7 +157,12 @@ absl::StatusOr<std::unique_ptr<RayTrees>> RayTrees::Build(const std::vector<Tree
   trees->memory_->limit = options.memory_limit_bytes;
   rtcSetDeviceMemoryMonitorFunction(trees->device_.get(), &MemoryWatch::Callback,
                                     trees->memory_.get());
-  for (const TreeBody& body : bodies) trees->solid_.push_back(!body.mesh->triangles.empty());
+  for (uint32_t i = 0; i < bodies.size(); ++i) {
+    if (bodies[i].moves && !bodies[i].mesh->triangles.empty()) trees->movers_.push_back(i);
+  }
+  const bool rests =
+      std::any_of(bodies.begin(), bodies.end(), [](const TreeBody& b) { return !b.instanced; });
+  if (!trees->movers_.empty() && rests) trees->rest_ = static_cast<uint32_t>(bodies.size());
   Builder builder(trees.get(), options);
   trees->robust_ = builder.Build(bodies, Tree::kRobust);
   if (options.twins) trees->fast_ = builder.Build(bodies, Tree::kFast);
@@ -173,8 +185,20 @@ absl::Status RayTrees::Error() const {
 absl::Status RayTrees::Move(const std::vector<Eigen::Affine3f>& world_from_object) {
   for (const EmbreeScene* scene : {&robust_, &fast_}) {
     if (!scene->get()) continue;
-    for (uint32_t i = 0; i < world_from_object.size(); ++i) {
-      if (solid_[i]) Builder::Place(rtcGetGeometry(scene->get(), i), world_from_object[i]);
+    for (const uint32_t i : movers_) {
+      Builder::Place(rtcGetGeometry(scene->get(), i), world_from_object[i]);
+    }
+    rtcCommitScene(scene->get());
+  }
+  return Error();
+}
+
+absl::Status RayTrees::ShowMovers(bool shown) {
+  for (const EmbreeScene* scene : {&robust_, &fast_}) {
+    if (!scene->get()) continue;
+    for (const uint32_t i : movers_) {
+      const RTCGeometry mover = rtcGetGeometry(scene->get(), i);
+      shown ? rtcEnableGeometry(mover) : rtcDisableGeometry(mover);
     }
     rtcCommitScene(scene->get());
   }
@@ -232,7 +256,7 @@ void RayTrees::IntersectPacket(Tree tree, const Rays8& rays, Mask8 lanes, Hits8*
   get(&geometry, query.hit.geomID);
   get(&instance, query.hit.instID[0]);
   hits->met = lanes & (geometry != -1);
-  hits->placed = instance != -1 ? instance : geometry;
+  hits->placed = instance != static_cast<int32_t>(rest_) ? instance : geometry;
   get(&hits->distance, query.ray.tfar);
   get(&hits->triangle, query.hit.primID);
   get(&hits->u, query.hit.u);
@@ -264,6 +288,7 @@ Vec3f RayTrees::Transmittance(const ShadowFilter& filter, const Vec3f& origin,
   ShadowContext context;
   rtcInitIntersectContext(&context.base);
   context.filter = &filter;
+  context.rest = rest_;
   context.origin = origin;
   context.direction = direction;
   context.transmittance = Vec3f::Ones();

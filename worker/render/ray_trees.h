@@ -74,6 +74,7 @@ struct TreeBody {
   const Vec3f* positions = nullptr;  // As many as the mesh has, and 4 bytes behind them.
   bool instanced = false;            // Then in the object's frame, else in the world's.
   bool filtered = false;             // May let light through.
+  bool moves = false;                // Instanced only: Move places it anew.
   Eigen::Affine3f world_from_object = Eigen::Affine3f::Identity();
 };
 
@@ -92,8 +93,11 @@ class RayTrees {
                                                          const TreeOptions& options);
   ~RayTrees();
 
-  // Instances only: places every body anew; only the top of the trees is built again.
+  // Places anew the bodies that move; `world_from_object` has a place for each of the first bodies,
+  // all movers among them. Only the top of the trees is built again.
   absl::Status Move(const std::vector<Eigen::Affine3f>& world_from_object);
+  // Takes the bodies that move out of all trees, or puts them back.
+  absl::Status ShowMovers(bool shown);
 
   // The nearest hit beyond `t_min`; false if there is none.
   bool Intersect(Tree tree, const Ray& ray, float t_min, RawHit* hit) const;
@@ -111,6 +115,9 @@ class RayTrees {
   RayTrees();
   absl::Status Error() const;
   RTCScene scene(Tree tree) const;
+  uint32_t BodyOf(const RTCHit& hit) const {
+    return hit.instID[0] != rest_ ? hit.instID[0] : hit.geomID;
+  }
   void IntersectPacket(Tree tree, const Rays8& rays, Mask8 lanes, Hits8* hits) const;
   void IntersectEach(Tree tree, const Rays8& rays, Mask8 lanes, Hits8* hits) const;
 
@@ -118,7 +125,10 @@ class RayTrees {
   EmbreeDevice device_;
   std::vector<EmbreeScene> shared_;  // Of instances.
   EmbreeScene robust_, fast_;        // `fast_` may be none.
-  std::vector<bool> solid_;          // By body: it has triangles.
+  std::vector<uint32_t> movers_;     // Bodies that move and have triangles.
+  // Where bodies move, those that stand in the world's frame are one instance, with this id, so
+  // that they are built once. Else they are at the top, where no hit has an instance.
+  uint32_t rest_ = RTC_INVALID_GEOMETRY_ID;
 };
 
 }  // namespace parallax

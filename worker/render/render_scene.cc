@@ -26,13 +26,13 @@ struct Plan {
   int64_t triangles = 0, vertices = 0, positions = 0;  // Copies that are stored apart count.
   int64_t instances = 0;                               // Instances of all prototypes.
 
-  Plan(const SceneGeometry& geometry, bool movable) {
+  Plan(const SceneGeometry& geometry, bool all_move) {
     constexpr int64_t kMost = 3'000'000;
     int64_t placed_triangles = 0;
     for (const PlacedMesh& placed : geometry.meshes) {
       placed_triangles += static_cast<int64_t>(placed.mesh->triangles.size());
     }
-    one_tree = placed_triangles <= kMost && !movable && geometry.instances.empty();
+    one_tree = placed_triangles <= kMost && !all_move && geometry.instances.empty();
     std::set<const Mesh*> seen;
     for (const PlacedMesh& placed : geometry.meshes) {
       const bool first = seen.insert(placed.mesh.get()).second;
@@ -83,15 +83,15 @@ RenderScene::~RenderScene() = default;
 
 absl::StatusOr<std::unique_ptr<RenderScene>> RenderScene::Build(SceneGeometry geometry,
                                                                 int64_t memory_limit_bytes,
-                                                                bool movable) {
+                                                                std::vector<bool> movers) {
   try {
     std::unique_ptr<RenderScene> scene(new RenderScene);
     scene->geometry_ = std::move(geometry);
     if (scene->geometry_.materials.empty()) scene->geometry_.materials.resize(1);
     RETURN_IF_ERROR(scene->CheckReferences());
-    RETURN_IF_ERROR(Plan(scene->geometry_, movable).CheckMemory());
+    scene->movers_ = std::move(movers);
+    RETURN_IF_ERROR(Plan(scene->geometry_, scene->AllMove()).CheckMemory());
     scene->ProbeMaterials();
-    scene->movable_ = movable;
     RETURN_IF_ERROR(scene->BuildTrees(memory_limit_bytes));
     return scene;
   } catch (const std::bad_alloc&) {
@@ -151,9 +151,12 @@ void RenderScene::StoreBodies(bool one_tree) {
     Body& body = bodies_[i];
     SetPlace(i, placed.world_from_object);
     body = BodyOf(mesh, placed.material_of_slot);
-    body.instanced = movable_ || (uses[&mesh] > 1 && !one_tree);
+    body.instanced = Moves(i) || (uses[&mesh] > 1 && !one_tree);
     if (mesh.triangles.empty()) continue;
-    for (const Vec3f& p : mesh.positions) bounds_.extend(placed.world_from_object * p);
+    for (const Vec3f& p : mesh.positions) {
+      bounds_.extend(placed.world_from_object * p);
+      if (!Moves(i)) rest_bounds_.extend(placed.world_from_object * p);
+    }
     auto& vertices = packed[&mesh];
     if (!vertices) vertices = Pack(mesh);
     stored_[i].owned_vertices = vertices;
@@ -203,7 +206,9 @@ void RenderScene::StoreInstances() {
     const Box3f& box = boxes[instance.prototype];
     if (box.isEmpty()) continue;
     for (int corner = 0; corner < 8; ++corner) {
-      bounds_.extend(place * box.corner(static_cast<Box3f::CornerType>(corner)));
+      const Vec3f at = place * box.corner(static_cast<Box3f::CornerType>(corner));
+      bounds_.extend(at);
+      rest_bounds_.extend(at);
     }
   }
 }
@@ -241,8 +246,12 @@ void RenderScene::SetPlace(size_t i, const Eigen::Affine3f& place) {
   places_[i].normal_from_object = place.linear().inverse().transpose();
 }
 
+bool RenderScene::AllMove() const {
+  return !movers_.empty() && std::all_of(movers_.begin(), movers_.end(), [](bool m) { return m; });
+}
+
 absl::Status RenderScene::BuildTrees(int64_t memory_limit_bytes) {
-  const Plan plan(geometry_, movable_);
+  const Plan plan(geometry_, AllMove());
   StoreBodies(plan.one_tree);
   FindCacheGroups();
   std::vector<TreeBody> bodies;
@@ -250,7 +259,8 @@ absl::Status RenderScene::BuildTrees(int64_t memory_limit_bytes) {
   for (size_t i = 0; i < geometry_.meshes.size(); ++i) {
     const PlacedMesh& placed = geometry_.meshes[i];
     bodies.push_back({placed.mesh.get(), bodies_[i].positions, bodies_[i].instanced,
-                      LetsLightThrough(placed.material_of_slot), placed.world_from_object});
+                      LetsLightThrough(placed.material_of_slot), Moves(i),
+                      placed.world_from_object});
   }
   std::vector<bool> open;
   for (const Prototype& prototype : geometry_.prototypes) {
@@ -258,7 +268,7 @@ absl::Status RenderScene::BuildTrees(int64_t memory_limit_bytes) {
   }
   for (const Instance& instance : geometry_.instances) {
     bodies.push_back({geometry_.prototypes[instance.prototype].mesh.get(),
-                      bodies_[bodies.size()].positions, true, open[instance.prototype],
+                      bodies_[bodies.size()].positions, true, open[instance.prototype], false,
                       instance.Affine()});
   }
   TreeOptions options;
@@ -270,14 +280,16 @@ absl::Status RenderScene::BuildTrees(int64_t memory_limit_bytes) {
 }
 
 absl::Status RenderScene::Move(const std::vector<Eigen::Affine3f>& world_from_object) {
-  if (!movable_ || !geometry_.instances.empty() || world_from_object.size() != bodies_.size()) {
+  const size_t meshes = geometry_.meshes.size();
+  if (movers_.empty() || world_from_object.size() != meshes) {
     return MakeError(absl::StatusCode::kInvalidArgument,
                      "render: " + std::to_string(world_from_object.size()) + " placements for " +
-                         std::to_string(bodies_.size()) +
-                         (movable_ ? " meshes" : " meshes that can't move"));
+                         std::to_string(meshes) +
+                         (movers_.empty() ? " meshes that can't move" : " meshes"));
   }
-  bounds_.setEmpty();
-  for (uint32_t i = 0; i < bodies_.size(); ++i) {
+  bounds_ = rest_bounds_;
+  for (uint32_t i = 0; i < meshes; ++i) {
+    if (!Moves(i)) continue;
     const Eigen::Affine3f& place = world_from_object[i];
     geometry_.meshes[i].world_from_object = place;
     SetPlace(i, place);

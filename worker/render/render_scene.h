@@ -96,16 +96,19 @@ class RenderScene final : public ShadowFilter {
   // Errors: kResourceExhausted when Embree needs more than `memory_limit_bytes` (0: the machine's
   // memory) or allocation fails; kInvalidArgument for a placed mesh without mesh or with a material
   // index out of range.
-  // `movable`: every mesh is instanced, so that Move is cheap.
+  // `movers`: by mesh, whether it can be moved; those are instanced. Empty: none can.
   static absl::StatusOr<std::unique_ptr<RenderScene>> Build(SceneGeometry geometry,
                                                             int64_t memory_limit_bytes,
-                                                            bool movable = false);
+                                                            std::vector<bool> movers = {});
   ~RenderScene() override;
 
-  // Places every mesh anew, in order of geometry().meshes; only the top of the acceleration
-  // structure is built again. Not while rays are under way. Errors: kInvalidArgument unless built
-  // `movable`, or for another number of placements; kInternal for what Embree says.
+  // Places the movers anew; `world_from_object` is in order of geometry().meshes, and what it says
+  // of other meshes is not read. Only the top of the acceleration structure is built again. Not
+  // while rays are under way. Errors: kInvalidArgument without movers, or for another number of
+  // placements; kInternal for what Embree says.
   absl::Status Move(const std::vector<Eigen::Affine3f>& world_from_object);
+  // Takes the movers out of the acceleration structure, or puts them back. As Move.
+  absl::Status ShowMovers(bool shown) { return trees_->ShowMovers(shown); }
 
   // RawHit.placed is a body: below geometry().meshes.size() one of these, from there on an
   // instance.
@@ -167,6 +170,8 @@ class RenderScene final : public ShadowFilter {
     return geometry_.prototypes[geometry_.instances[placed - geometry_.meshes.size()].prototype];
   }
   Eigen::Affine3f PlaceOf(uint32_t placed) const;
+  bool AllMove() const;
+  bool Moves(size_t mesh) const { return mesh < movers_.size() && movers_[mesh]; }
   void SetPlace(size_t body, const Eigen::Affine3f& world_from_object);
   uint32_t MaterialOf(const Body& body, uint16_t slot) const;
   // The lanes whose hits are on sheets.
@@ -184,8 +189,8 @@ class RenderScene final : public ShadowFilter {
   std::vector<CacheGroup> cache_groups_;  // Parallel to stored_.
   std::vector<uint32_t> materials_;       // The materials of all bodies' slots, one behind another.
   std::vector<MaterialTraits> traits_;
-  Box3f bounds_;
-  bool movable_ = false;
+  Box3f bounds_, rest_bounds_;   // Of all, and of all but the movers.
+  std::vector<bool> movers_;     // By mesh; empty: none.
   std::unique_ptr<RayTrees> trees_;
 };
 

@@ -11,12 +11,13 @@
 
 #include "common/base/clock.h"
 #include "common/base/memory_budget.h"
-#include "common/math/proto.h"
+#include "common/math/sequence.h"
 #include "worker/render/cache_fill.h"
 #include "worker/render/camera_rays.h"
 #include "worker/render/denoiser.h"
 #include "worker/render/exposure.h"
 #include "worker/render/film.h"
+#include "worker/render/flow.h"
 #include "worker/render/ground_truth.h"
 #include "worker/render/lights.h"
 #include "worker/render/overexposed.h"
@@ -31,6 +32,7 @@ namespace {
 constexpr int kTile = 16;
 constexpr int kFew = 16;  // Samples of a pixel; with as many, none need others of their own.
 constexpr int kBytesPerPixel = 400;  // Both eyes' films and maps, the denoiser's buffers.
+constexpr int kFlowBytesPerPixel = 52;
 
 double SecondsSince(SteadyTime start) {
   return std::chrono::duration<double>(Clock::System().Steady() - start).count();
@@ -40,17 +42,23 @@ absl::Status CancelledError() {
   return MakeError(absl::StatusCode::kCancelled, "render: cancelled");
 }
 
+bool HasMap(const v1::RenderConfig& config, const char* map) {
+  return std::find(config.maps().begin(), config.maps().end(), map) != config.maps().end();
+}
+
 using PixelTracers = tbb::enumerable_thread_specific<PixelTracer>;  // One a thread.
 
 class SceneRenderer final : public Renderer {
  public:
-  SceneRenderer(uint64_t scene_seed, const v1::Scene& scene, RenderProfile profile, bool with_raw,
-                std::unique_ptr<RenderScene> geometry, LightTable lights,
-                std::unique_ptr<Denoiser> denoiser)
+  SceneRenderer(uint64_t scene_seed, const v1::Scene& scene, RenderProfile profile,
+                const v1::RenderConfig& config, std::unique_ptr<RenderScene> geometry,
+                LightTable lights, std::unique_ptr<Denoiser> denoiser)
       : scene_seed_(scene_seed),
         rigs_(scene.rigs().begin(), scene.rigs().end()),
+        places_(PlacesOf(scene)),
         profile_(profile),
-        with_raw_(with_raw),
+        with_raw_(HasMap(config, "raw")),
+        with_flow_(HasMap(config, "flow")),
         geometry_(std::move(geometry)),
         lights_(std::move(lights)),
         denoiser_(std::move(denoiser)) {
@@ -61,6 +69,7 @@ class SceneRenderer final : public Renderer {
       lit_recipe_ = scene;
       lit_recipe_.clear_keyframes();
     }
+    if (HasMotion(scene)) objects_.assign(scene.objects().begin(), scene.objects().end());
   }
 
   absl::StatusOr<StereoFrame> RenderRig(const v1::Rig& rig, const CancelToken& cancel,
@@ -90,7 +99,7 @@ class SceneRenderer final : public Renderer {
   // Dense scenes: everything stands as the rig's keyframe says. Meshes, their acceleration
   // structures and materials are those of the scene.
   absl::Status Enter(const v1::Rig& rig) {
-    if (keyframes_.empty()) return absl::OkStatus();
+    if (keyframes_.empty()) return MoveTo(rig.time_s());
     const auto found = keyframes_.find(rig.index());
     if (found == keyframes_.end()) {
       return MakeError(absl::StatusCode::kInvalidArgument,
@@ -107,22 +116,153 @@ class SceneRenderer final : public Renderer {
     return absl::OkStatus();
   }
 
+  // Scenes with motion: everything stands as at that time.
+  absl::Status MoveTo(double time_s) {
+    if (objects_.empty() || time_s_ == time_s) return absl::OkStatus();
+    std::vector<Eigen::Affine3f> places;
+    for (const v1::SceneObject& object : objects_) {
+      places.push_back(PoseAt(object, time_s).Affine());
+    }
+    const auto& meshes = geometry_->geometry().meshes;
+    for (size_t i = places.size(); i < meshes.size(); ++i) {
+      places.push_back(meshes[i].world_from_object);
+    }
+    time_s_.reset();
+    RETURN_IF_ERROR(geometry_->Move(places));
+    time_s_ = time_s;
+    return absl::OkStatus();
+  }
+
+  // Which pairs a rig's left eye makes.
+  struct Pairing {
+    v1::Rig leader;                  // The first of them.
+    std::vector<double> baselines;   // Of all, over the leader's.
+    size_t partner = 0;              // Which of them the rig is.
+    bool shared() const { return baselines.size() > 1; }
+  };
+
+  // What is kept of a left eye for the next rig that shares it.
+  struct KeptLeft {
+    std::string eye;    // EyeKey.
+    View view;          // Without what depends on the right eye.
+    ImageU8 ambiguous;  // Film's.
+    float exposure = 1, clamp = 0;
+  };
+
+  const RigPlace* PlaceOf(const v1::Rig& rig) const {
+    for (size_t i = 0; i < rigs_.size(); ++i) {
+      if (rigs_[i].index() == rig.index()) return &places_[i];
+    }
+    return nullptr;
+  }
+
+  Pairing PairingOf(const v1::Rig& rig) const {
+    const RigPlace* place = PlaceOf(rig);
+    if (!place) return {rig, {1.0}, 0};
+    Pairing pairing;
+    const auto first = static_cast<size_t>(place->left);
+    for (size_t i = first; i < rigs_.size() && places_[i].left == place->left; ++i) {
+      if (rigs_[i].index() == rig.index()) pairing.partner = i - first;
+      pairing.baselines.push_back(rigs_[i].baseline_m() / rigs_[first].baseline_m());
+    }
+    pairing.leader = pairing.shared() ? rigs_[first] : rig;
+    return pairing;
+  }
+
+  // Equal for rigs whose left eyes see the same picture.
+  static std::string EyeKey(const v1::Rig& rig, const Pairing& pairing) {
+    v1::Rig left = rig;
+    left.set_index(pairing.leader.index());
+    left.clear_shares_left();
+    left.clear_baseline_m();
+    return left.SerializeAsString();
+  }
+
+  static ImageF DisparityOf(const ImageF& depth_m, double focal_times_baseline) {
+    ImageF disparity(depth_m.width(), depth_m.height());
+    for (size_t i = 0; i < depth_m.values().size(); ++i) {
+      const float depth = depth_m.values()[i];
+      if (depth > 0) disparity.values()[i] = static_cast<float>(focal_times_baseline / depth);
+    }
+    return disparity;
+  }
+
+  absl::Status TraceTruth(const v1::Rig& rig, const StereoCamera& stereo, const KeptLeft* kept,
+                          const CancelToken& cancel, StereoFrame* frame) {
+    View* views[2] = {&frame->left, &frame->right};
+    for (int eye = 0; eye < 2; ++eye) {
+      const PinholeCamera& camera = stereo.eyes[eye];
+      if (eye == 0 && kept) {
+        frame->left = kept->view;
+        frame->left.disparity_px = DisparityOf(kept->view.depth_m, camera.fx_px * stereo.baseline_m);
+        continue;
+      }
+      RETURN_IF_ERROR(
+          TraceGroundTruth(*geometry_, camera, stereo.baseline_m, cancel, views[eye]));
+      MarkVeiled(lights_.haze(), camera, views[eye]);
+    }
+    MarkOcclusion(&frame->left, &frame->right);
+    return with_flow_ ? TraceFlow(rig, stereo, kept, cancel, frame) : absl::OkStatus();
+  }
+
+  // Flow of both eyes to the frames before and after.
+  absl::Status TraceFlow(const v1::Rig& rig, const StereoCamera& stereo, const KeptLeft* kept,
+                         const CancelToken& cancel, StereoFrame* frame) {
+    View* views[2] = {&frame->left, &frame->right};
+    const RigPlace* place = PlaceOf(rig);
+    for (const auto maps : {&View::forward, &View::backward}) {
+      const int other = !place ? -1 : maps == &View::forward ? place->next : place->previous;
+      if (other < 0) {
+        for (int eye = 0; eye < 2; ++eye) FillNoFlow(stereo.eyes[eye], &(views[eye]->*maps));
+        continue;
+      }
+      const v1::Rig& then = rigs_[static_cast<size_t>(other)];
+      ASSIGN_OR_RETURN(const StereoCamera cameras, StereoCamera::FromRig(then));
+      RETURN_IF_ERROR(MoveTo(then.time_s()));
+      for (int eye = 0; eye < 2; ++eye) {
+        const FlowTarget target{cameras.eyes[eye], cameras.eyes[eye].fx_px * cameras.baseline_m,
+                                MotionBetween(rig.time_s(), then.time_s())};
+        FlowMaps& flow = views[eye]->*maps;
+        FillFlow(*views[eye], stereo.eyes[eye], target, &flow);
+        if (eye == 0 && kept) {
+          flow.occlusion = (kept->view.*maps).occlusion;
+        } else {
+          RETURN_IF_ERROR(
+              MarkHidden(*geometry_, *views[eye], stereo.eyes[eye], target, cancel, &flow));
+        }
+      }
+    }
+    return MoveTo(rig.time_s());
+  }
+
+  std::map<uint32_t, Eigen::Affine3d> MotionBetween(double now_s, double then_s) const {
+    std::map<uint32_t, Eigen::Affine3d> motions;
+    for (const v1::SceneObject& object : objects_) {
+      if (!object.has_motion()) continue;
+      const Pose then_from_now = PoseAt(object, then_s) * PoseAt(object, now_s).Inverse();
+      motions[object.index()] = Eigen::Translation3d(then_from_now.translation) *
+                                then_from_now.rotation * Eigen::Scaling(then_from_now.scale);
+    }
+    return motions;
+  }
+
   absl::StatusOr<StereoFrame> Render(const v1::Rig& rig, const CancelToken& cancel,
                                      const ProgressFn& progress) {
     ASSIGN_OR_RETURN(const StereoCamera stereo, StereoCamera::FromRig(rig));
+    const Pairing pairing = PairingOf(rig);
+    const std::string eye_key = EyeKey(rig, pairing);
+    const KeptLeft* kept = pairing.shared() && kept_left_ && kept_left_->eye == eye_key
+                               ? &*kept_left_
+                               : nullptr;
     RETURN_IF_ERROR(CheckMemory("render: images of rig " + std::to_string(rig.index()),
-                                int64_t{kBytesPerPixel} * rig.width_px() * rig.height_px()));
+                                int64_t{kBytesPerPixel + (with_flow_ ? kFlowBytesPerPixel : 0)} *
+                                    rig.width_px() * rig.height_px()));
     const bool with_raw = with_raw_ && rig.has_raw_left();
     StereoFrame frame;
     View* views[2] = {&frame.left, &frame.right};
 
     const SteadyTime truth_start = Clock::System().Steady();
-    for (int eye = 0; eye < 2; ++eye) {
-      RETURN_IF_ERROR(
-          TraceGroundTruth(*geometry_, stereo.eyes[eye], stereo.baseline_m, cancel, views[eye]));
-    }
-    MarkOcclusion(&frame.left, &frame.right);
-    for (int eye = 0; eye < 2; ++eye) MarkVeiled(lights_.haze(), stereo.eyes[eye], views[eye]);
+    RETURN_IF_ERROR(TraceTruth(rig, stereo, kept, cancel, &frame));
     frame.truth_s = SecondsSince(truth_start);
 
     const SteadyTime fill_start = Clock::System().Steady();
@@ -130,35 +270,43 @@ class SceneRenderer final : public Renderer {
     frame.cache_s = SecondsSince(fill_start);
 
     const SteadyTime trace_start = Clock::System().Steady();
-    const float clamp =
-        profile_.clamp > 0 ? profile_.clamp * PilotLuminance(rig.index(), stereo) : 0;
-    std::vector<Film> films;
-    Meter meter{progress, (with_raw ? 4.0 : 2.0) * rig.width_px() * rig.height_px()};
-    for (int eye = 0; eye < 2; ++eye) {
-      films.emplace_back(stereo.eyes[eye]);
-      const Truth truth{&views[eye]->disparity_px, stereo.eyes[eye].fx_px * stereo.baseline_m};
-      TraceEye(stereo.eyes[eye], StreamOf(rig, eye, 0), truth, clamp, cancel, &meter,
-               &films.back());
+    ASSIGN_OR_RETURN(const float clamp, ClampOf(pairing, kept));
+    std::optional<Film> films[2];
+    const int first_eye = kept ? 1 : 0;
+    Meter meter{progress,
+                ((with_raw ? 4.0 : 2.0) - first_eye) * rig.width_px() * rig.height_px()};
+    const auto stream = [&](int eye, uint32_t pass) {
+      return StreamOf(eye == 0 ? pairing.leader : rig, eye, pass);
+    };
+    for (int eye = first_eye; eye < 2; ++eye) {
+      const PinholeCamera& camera = stereo.eyes[eye];
+      films[eye].emplace(camera);
+      const Truth truth = TruthOf(*views[eye], camera, eye == 0 ? pairing.baselines : kOnePartner,
+                                  eye == 0 ? pairing.leader.baseline_m() : stereo.baseline_m);
+      TraceEye(camera, stream(eye, 0), truth, clamp, cancel, &meter, &*films[eye]);
       if (cancel.cancelled()) return CancelledError();
-      TraceGuides(stereo.eyes[eye], StreamOf(rig, eye, 4), cancel, &meter, &films.back());
-      if (cancel.cancelled()) return CancelledError();
-    }
-    // From what was traced, not from what the denoiser made of it: the same on every machine.
-    frame.exposure = AutomaticExposure(films[0].color, films[1].color);
-    for (int eye = 0; eye < 2; ++eye) {
-      TraceEdges(stereo.eyes[eye], StreamOf(rig, eye, 3), clamp, frame.exposure, cancel, &meter,
-                 &films[static_cast<size_t>(eye)]);
+      TraceGuides(camera, stream(eye, 4), cancel, &meter, &*films[eye]);
       if (cancel.cancelled()) return CancelledError();
     }
-    for (int eye = 0; eye < 2; ++eye) {
-      MarkMixed(films[static_cast<size_t>(eye)].ambiguous, &views[eye]->masks);
+    // From what was traced, not from what the denoiser made of it: the same on every machine. A
+    // left eye that several rigs share is exposed by itself, so that it has one picture.
+    frame.exposure = kept ? kept->exposure
+                          : AutomaticExposure(films[0]->color,
+                                              films[pairing.shared() ? 0 : 1]->color);
+    for (int eye = first_eye; eye < 2; ++eye) {
+      TraceEdges(stereo.eyes[eye], stream(eye, 3), clamp, frame.exposure, cancel, &meter,
+                 &*films[eye]);
+      if (cancel.cancelled()) return CancelledError();
     }
+    const ImageU8 unmixed = pairing.shared() && !kept ? frame.left.masks : ImageU8();
+    MarkMixed(kept ? kept->ambiguous : films[0]->ambiguous, pairing.partner, &frame.left.masks);
+    MarkMixed(films[1]->ambiguous, 0, &frame.right.masks);
     frame.rays = meter.rays;
     frame.trace_s = SecondsSince(trace_start);
 
     const SteadyTime denoise_start = Clock::System().Steady();
-    for (int eye = 0; eye < 2; ++eye) {
-      Film& film = films[static_cast<size_t>(eye)];
+    for (int eye = first_eye; eye < 2; ++eye) {
+      Film& film = *films[eye];
       if (denoiser_) {
         RETURN_IF_ERROR(Denoise(frame.exposure, cancel, &film));
       }
@@ -166,6 +314,10 @@ class SceneRenderer final : public Renderer {
       views[eye]->radiance = std::move(film.color);
     }
     frame.denoise_s = SecondsSince(denoise_start);
+    if (pairing.shared() && !kept) {
+      kept_left_ = {eye_key, frame.left, std::move(films[0]->ambiguous), frame.exposure, clamp};
+      kept_left_->view.masks = unmixed;
+    }
     if (with_raw) RETURN_IF_ERROR(RenderRaw(rig, clamp, cancel, &meter, &frame));
     if (progress) progress(1.0);
     return frame;
@@ -187,7 +339,7 @@ class SceneRenderer final : public Renderer {
       const PinholeCamera& camera = raw.eyes[eye];
       const auto stream = [&](uint32_t pass) { return StreamOf(rig, kFirstStream + eye, pass); };
       Film film(camera);
-      TraceEye(camera, stream(0), {nullptr, 0}, clamp, cancel, meter, &film);
+      TraceEye(camera, stream(0), {}, clamp, cancel, meter, &film);
       if (cancel.cancelled()) return CancelledError();
       TraceGuides(camera, stream(4), cancel, meter, &film);
       TraceEdges(camera, stream(3), clamp, frame->exposure, cancel, meter, &film);
@@ -202,10 +354,17 @@ class SceneRenderer final : public Renderer {
     return absl::OkStatus();
   }
 
-  static void MarkMixed(const ImageU8& ambiguous, ImageU8* masks) {
+  static void MarkMixed(const ImageU8& ambiguous, size_t partner, ImageU8* masks) {
     for (size_t i = 0; i < ambiguous.values().size(); ++i) {
-      if (ambiguous.values()[i]) masks->values()[i] |= kMaskMixed;
+      if (ambiguous.values()[i] >> partner & 1) masks->values()[i] |= kMaskMixed;
     }
+  }
+
+  absl::StatusOr<float> ClampOf(const Pairing& pairing, const KeptLeft* kept) const {
+    if (profile_.clamp <= 0) return 0.0f;
+    if (kept) return kept->clamp;
+    ASSIGN_OR_RETURN(const StereoCamera leader, StereoCamera::FromRig(pairing.leader));
+    return profile_.clamp * PilotLuminance(pairing.leader.index(), leader);
   }
 
   int SamplesOf(const PinholeCamera& camera) const {
@@ -246,8 +405,12 @@ class SceneRenderer final : public Renderer {
     }
     CacheFill fill;
     fill.paths = profile_.cache_paths;
-    ASSIGN_OR_RETURN(cache_, FillRadianceCache(*geometry_, &lights_, Options(0), scene_seed_,
-                                               cameras, fill, cancel));
+    // What moves is not there: the cache holds for all times, and movers are lit by traced paths.
+    if (!objects_.empty()) RETURN_IF_ERROR(geometry_->ShowMovers(false));
+    auto filled = FillRadianceCache(*geometry_, &lights_, Options(0), scene_seed_, cameras, fill,
+                                    cancel);
+    if (!objects_.empty()) RETURN_IF_ERROR(geometry_->ShowMovers(true));
+    ASSIGN_OR_RETURN(cache_, std::move(filled));
     return absl::OkStatus();
   }
 
@@ -288,15 +451,26 @@ class SceneRenderer final : public Renderer {
 
   // The exact disparities that samples are compared with.
   struct Truth {
-    const ImageF* disparity_px;
-    double focal_times_baseline;
+    ImageF disparity_px;  // Empty: none.
+    double focal_times_baseline = 0;
+    std::vector<double> baselines;  // PixelSampling's.
   };
+
+  static Truth TruthOf(const View& view, const PinholeCamera& camera,
+                       const std::vector<double>& baselines, double baseline_m) {
+    const double focal_times_baseline = camera.fx_px * baseline_m;
+    return {DisparityOf(view.depth_m, focal_times_baseline), focal_times_baseline, baselines};
+  }
 
   void TraceEye(const PinholeCamera& camera, const SampleStream& stream, const Truth& truth,
                 float clamp, const CancelToken& cancel, Meter* meter, Film* film) const {
     const int samples = SamplesOf(camera);
-    const PixelSampling sampling{stream.Hash(), samples, SampleTogether(camera, samples),
-                                 truth.disparity_px, truth.focal_times_baseline};
+    const PixelSampling sampling{stream.Hash(),
+                                 samples,
+                                 SampleTogether(camera, samples),
+                                 truth.disparity_px.empty() ? nullptr : &truth.disparity_px,
+                                 truth.focal_times_baseline,
+                                 truth.baselines};
     PixelTracers tracers(
         [&] { return PixelTracer(*geometry_, lights_, Options(clamp), camera, sampling); });
     const int columns = (camera.width_px + kTile - 1) / kTile;
@@ -356,16 +530,34 @@ class SceneRenderer final : public Renderer {
   }
 
   const uint64_t scene_seed_;
+  static inline const std::vector<double> kOnePartner = {1.0};
+
   const std::vector<v1::Rig> rigs_;
+  const std::vector<RigPlace> places_;  // Parallel to rigs_.
   const RenderProfile profile_;
-  const bool with_raw_;  // Rigs that have raw cameras show what these see, too.
+  const bool with_raw_;   // Rigs that have raw cameras show what these see, too.
+  const bool with_flow_;  // To the neighbours of a sequence.
   const std::unique_ptr<RenderScene> geometry_;
   LightTable lights_;  // Constant but for keyframes.
   const std::unique_ptr<Denoiser> denoiser_;
   std::map<uint32_t, v1::Keyframe> keyframes_;  // By rig index; none unless the scene has them.
   v1::Scene lit_recipe_;                // Of keyframes: the recipe with one's lights and sky.
   std::optional<RadianceCache> cache_;  // Filled by the first rig that is rendered.
+  std::vector<v1::SceneObject> objects_;  // None unless some move.
+  std::optional<double> time_s_ = 0;      // At which they stand.
+  std::optional<KeptLeft> kept_left_;     // The last that may be asked for again.
 };
+
+// Which meshes stand elsewhere from rig to rig; empty: none.
+std::vector<bool> MoversOf(const v1::Scene& scene, const SceneGeometry& geometry) {
+  if (scene.keyframes_size() > 0) return std::vector<bool>(geometry.meshes.size(), true);
+  if (!HasMotion(scene)) return {};
+  std::vector<bool> movers(geometry.meshes.size(), false);
+  for (int i = 0; i < scene.objects_size(); ++i) {
+    if (scene.objects(i).has_motion()) movers[static_cast<size_t>(i)] = true;
+  }
+  return movers;
+}
 
 absl::Status CheckKeyframes(const v1::Scene& scene) {
   if (scene.keyframes().empty()) return absl::OkStatus();
@@ -385,17 +577,16 @@ absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(const v1::Scene& scen
                                                            const v1::RenderConfig& config) {
   try {
     ASSIGN_OR_RETURN(const RenderProfile profile, ResolveProfile(config));
-    const bool with_raw =
-        std::find(config.maps().begin(), config.maps().end(), "raw") != config.maps().end();
     RETURN_IF_ERROR(CheckKeyframes(scene));
+    std::vector<bool> movers = MoversOf(scene, geometry);
     ASSIGN_OR_RETURN(std::unique_ptr<RenderScene> built,
-                     RenderScene::Build(std::move(geometry), 0, scene.keyframes_size() > 0));
+                     RenderScene::Build(std::move(geometry), 0, std::move(movers)));
     ASSIGN_OR_RETURN(LightTable lights, LightTable::Build(scene, *built));
     std::unique_ptr<Denoiser> denoiser;
     if (profile.denoise != DenoiseQuality::kOff) {
       ASSIGN_OR_RETURN(denoiser, Denoiser::Create(profile.denoise));
     }
-    return std::unique_ptr<Renderer>(new SceneRenderer(scene.scene_seed(), scene, profile, with_raw,
+    return std::unique_ptr<Renderer>(new SceneRenderer(scene.scene_seed(), scene, profile, config,
                                                        std::move(built), std::move(lights),
                                                        std::move(denoiser)));
   } catch (const std::bad_alloc&) {

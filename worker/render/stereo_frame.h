@@ -20,6 +20,22 @@ enum MaskBit : uint8_t {
   kMaskVeiled = 32,  // Haze leaves less than a twentieth of it.
 };
 
+// From one frame of a sequence to a neighbour, of one eye. Empty unless render.maps has `flow`.
+struct FlowMaps {
+  // u, v: from a pixel's centre to where the neighbour's same eye has the surface point of the first
+  // hit, moved as its object moves, pixels; and the change of its disparity on the way, pixels.
+  // Without surface: as of a point at infinity.
+  ImageF3 flow;
+  ImageU8 occlusion;  // FlowOcclusion.
+};
+
+// Values of FlowMaps::occlusion.
+enum FlowOcclusion : uint8_t {
+  kFlowVisible = 0,
+  kFlowNone = 128,      // No such neighbour, or the point is behind its camera: flow is 0.
+  kFlowOccluded = 255,  // Hidden in the neighbour, or outside of its picture.
+};
+
 struct View {
   ImageRgb8 color;      // 8-bit sRGB.
   ImageF3 radiance;     // What `color` was made of: linear, denoised, before exposure. Not written.
@@ -31,6 +47,7 @@ struct View {
   ImageU16 materials;   // SceneMaterial.index, 0 = none.
   ImageF3 normals;      // Unit, the view's camera frame, facing the camera; 0 = no surface.
   ImageU8 masks;        // MaskBit.
+  FlowMaps forward, backward;
 };
 
 // One picture of the pair before rectification.

@@ -1,0 +1,86 @@
+#include "worker/render/flow.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+
+#include "worker/render/ground_truth.h"
+
+namespace parallax {
+namespace {
+
+constexpr double kLeastDepth = 1e-6;  // Behind that a camera has no picture of a point.
+
+// From the neighbour's eye to the pixel's point, moved on; world. Without surface its direction.
+Vec3d ToPoint(const View& now, const PinholeCamera& camera, const FlowTarget& target, int x,
+              int y) {
+  const Vec3d ray = camera.world_from_camera * camera.DirectionAt(x + 0.5, y + 0.5);
+  const double depth = static_cast<double>(now.depth_m(x, y));
+  if (!(depth > 0)) return ray;
+  Vec3d point = camera.origin + depth * ray;
+  const auto moved = target.then_from_now.find(now.objects(x, y));
+  if (moved != target.then_from_now.end()) point = moved->second * point;
+  return point - target.camera.origin;
+}
+
+void FillPixel(const View& now, const PinholeCamera& camera, const FlowTarget& target, int x, int y,
+               FlowMaps* maps) {
+  const PinholeCamera& then = target.camera;
+  const Vec3d at = then.world_from_camera.transpose() * ToPoint(now, camera, target, x, y);
+  if (!(at.z() > kLeastDepth)) return;
+  const double u = then.cx_px + then.fx_px * at.x() / at.z();
+  const double v = then.cy_px + then.fy_px * at.y() / at.z();
+  float* flow = maps->flow.At(x, y);
+  flow[0] = static_cast<float>(u - (x + 0.5));
+  flow[1] = static_cast<float>(v - (y + 0.5));
+  if (now.depth_m(x, y) > 0) {
+    flow[2] = static_cast<float>(target.focal_times_baseline / at.z() -
+                                 static_cast<double>(now.disparity_px(x, y)));
+  }
+  const bool inside = u >= 0 && v >= 0 && u < then.width_px && v < then.height_px;
+  maps->occlusion(x, y) = inside ? kFlowVisible : kFlowOccluded;
+}
+
+}  // namespace
+
+void FillNoFlow(const PinholeCamera& camera, FlowMaps* maps) {
+  maps->flow = ImageF3(camera.width_px, camera.height_px);
+  maps->occlusion = ImageU8(camera.width_px, camera.height_px, kFlowNone);
+}
+
+void FillFlow(const View& now, const PinholeCamera& camera, const FlowTarget& target,
+              FlowMaps* maps) {
+  FillNoFlow(camera, maps);
+  tbb::parallel_for(0, camera.height_px, [&](int y) {
+    for (int x = 0; x < camera.width_px; ++x) FillPixel(now, camera, target, x, y, maps);
+  });
+}
+
+absl::Status MarkHidden(const RenderScene& then, const View& now, const PinholeCamera& camera,
+                        const FlowTarget& target, const CancelToken& cancel, FlowMaps* maps) {
+  tbb::parallel_for(0, camera.height_px, [&](int y) {
+    if (cancel.cancelled()) return;
+    std::array<Sight, kLanes> sights;
+    std::array<int, kLanes> columns{};
+    size_t count = 0;
+    const auto look = [&] {
+      LookAt(then, target.camera, std::span(sights).first(count));
+      for (size_t k = 0; k < count; ++k) {
+        if (sights[k].hidden) maps->occlusion(columns[k], y) = kFlowOccluded;
+      }
+      count = 0;
+    };
+    for (int x = 0; x < camera.width_px; ++x) {
+      if (maps->occlusion(x, y) != kFlowVisible) continue;
+      sights[count] = {ToPoint(now, camera, target, x, y), !(now.depth_m(x, y) > 0), false};
+      columns[count++] = x;
+      if (count == sights.size()) look();
+    }
+    if (count > 0) look();
+  });
+  if (cancel.cancelled()) return MakeError(absl::StatusCode::kCancelled, "render: cancelled");
+  return absl::OkStatus();
+}
+
+}  // namespace parallax

@@ -1,0 +1,39 @@
+// Optical flow and scene flow between frames of a sequence: where each pixel's first hit is in the
+// neighbour's picture. Exact, from ground truth; independent of sampling and denoising.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <map>
+
+#include "worker/render/camera.h"
+#include "worker/render/render_scene.h"
+#include "worker/render/stereo_frame.h"
+
+namespace parallax {
+
+// What a frame's neighbour is like, of one eye.
+struct FlowTarget {
+  PinholeCamera camera;
+  double focal_times_baseline = 0;
+  // How points of moving objects move in the world from this frame's time to the neighbour's, by
+  // SceneObject.index. Objects that are not here rest.
+  std::map<uint32_t, Eigen::Affine3d> then_from_now;
+};
+
+// Fills flow of `maps`, and occlusion as far as no ray is needed: kFlowNone, and kFlowOccluded for
+// what leaves the picture; all else is kFlowVisible. `now` has depth, disparity and objects of
+// `camera`'s view.
+void FillFlow(const View& now, const PinholeCamera& camera, const FlowTarget& target,
+              FlowMaps* maps);
+
+// Marks what is hidden in the neighbour. `then` is the scene at the neighbour's time; the rest is as
+// FillFlow was given it. A pixel is hidden when the first surface on the line from the neighbour's
+// eye to its point is nearer than the point by more than 1 %, or, where it has no surface, when that
+// line meets any. Errors: kCancelled.
+absl::Status MarkHidden(const RenderScene& then, const View& now, const PinholeCamera& camera,
+                        const FlowTarget& target, const CancelToken& cancel, FlowMaps* maps);
+
+// No neighbour: flow 0, kFlowNone.
+void FillNoFlow(const PinholeCamera& camera, FlowMaps* maps);
+
+}  // namespace parallax

@@ -28,6 +28,14 @@ std::vector<std::string> FrameFileNames(const v1::RenderConfig& render) {
       names.push_back(std::string("raw_occlusion_") + eye + ".png");
     }
   }
+  if (std::find(render.maps().begin(), render.maps().end(), "flow") != render.maps().end()) {
+    for (const char* direction : {"forward", "backward"}) {
+      for (const char* eye : {"_left", "_right"}) {
+        names.push_back(std::string("flow_") + direction + eye + ".exr");
+        names.push_back(std::string("flow_occlusion_") + direction + eye + ".png");
+      }
+    }
+  }
   std::sort(names.begin(), names.end());
   return names;
 }

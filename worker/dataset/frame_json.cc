@@ -4,6 +4,7 @@
 
 #include "common/base/version.h"
 #include "common/math/raw_rig.h"
+#include "common/math/sequence.h"
 #include "common/math/stereo.h"
 #include "worker/scene/types/types.h"
 
@@ -48,6 +49,32 @@ Json RawJson(const v1::RawCamera& given) {
                                                             : "kannala_brandt"},
           {"distortion", std::vector<double>(given.distortion().begin(), given.distortion().end())},
           {"rectified_from_raw", rows}};
+}
+
+// What tells of the other frames of the scene: whose left eye it has, which way it belongs to, where
+// things stand that move.
+void AddNeighbours(const v1::Scene& scene, const v1::Rig& rig, Json* json) {
+  const std::vector<RigPlace> places = PlacesOf(scene);
+  for (int i = 0; i < scene.rigs_size(); ++i) {
+    if (scene.rigs(i).index() != rig.index()) continue;
+    const RigPlace& place = places[static_cast<size_t>(i)];
+    const bool shared = place.left != i || (i + 1 < scene.rigs_size() && scene.rigs(i + 1).shares_left());
+    if (shared) (*json)["left_rig"] = scene.rigs(place.left).index();
+    if (rig.path() == 0) break;
+    const auto number = [&](int other) { return other < 0 ? Json() : Json(scene.rigs(other).index()); };
+    (*json)["sequence"] = {{"path", rig.path()},
+                           {"time_s", rig.time_s()},
+                           {"previous", number(place.previous)},
+                           {"next", number(place.next)}};
+    break;
+  }
+  if (!HasMotion(scene)) return;
+  Json moving = Json::object();
+  for (const v1::SceneObject& object : scene.objects()) {
+    if (!object.has_motion()) continue;
+    moving[std::to_string(object.index())] = RowsOf(ToProto(PoseAt(object, rig.time_s())));
+  }
+  (*json)["moving"] = moving;
 }
 
 }  // namespace
@@ -100,6 +127,7 @@ absl::StatusOr<std::string> FrameJson(const v1::Scene& scene, const v1::Rig& rig
   if (std::find(render.maps().begin(), render.maps().end(), "raw") != render.maps().end()) {
     json["raw"] = {{"left", RawJson(rig.raw_left())}, {"right", RawJson(rig.raw_right())}};
   }
+  AddNeighbours(scene, rig, &json);
   json["near_m"] = statistics.min_depth_m;
   json["far_m"] = statistics.max_depth_m;
   json["exposure"] = exposure;

@@ -71,6 +71,27 @@ void AddRawOutputs(const RawView& view, const std::string& eye, std::vector<Outp
       {"raw_occlusion_" + eye + ".png", [&view] { return EncodePng(view.occlusion); }});
 }
 
+absl::Status AddFlowOutputs(const View& view, const v1::Rig& rig, const std::string& eye,
+                            std::vector<Output>& outputs) {
+  const std::pair<const char*, const FlowMaps*> directions[] = {{"forward", &view.forward},
+                                                                {"backward", &view.backward}};
+  for (const auto& [direction, maps] : directions) {
+    if (maps->flow.width() != rig.width_px() || maps->flow.height() != rig.height_px() ||
+        maps->occlusion.pixels() != maps->flow.pixels()) {
+      return MakeError(absl::StatusCode::kInvalidArgument,
+                       "rig " + std::to_string(rig.index()) + ": the " + eye + " " + direction +
+                           " flow is not " + std::to_string(rig.width_px()) + " x " +
+                           std::to_string(rig.height_px()));
+    }
+    const std::string name = std::string(direction) + "_" + eye;
+    outputs.push_back(
+        {"flow_" + name + ".exr", [maps = maps] { return EncodeExrRgb(maps->flow); }});
+    outputs.push_back(
+        {"flow_occlusion_" + name + ".png", [maps = maps] { return EncodePng(maps->occlusion); }});
+  }
+  return absl::OkStatus();
+}
+
 // Files of one eye; `eye` is "left" or "right".
 void AddOutputs(const View& view, const std::string& eye, const std::set<std::string>& maps,
                 std::vector<Output>& outputs) {
@@ -145,6 +166,10 @@ absl::StatusOr<v1::FrameResult> WriteFrame(const FrameJob& job) {
     RETURN_IF_ERROR(CheckRawSizes(job.frame.raw_right, job.rig.raw_right(), "right"));
     AddRawOutputs(job.frame.raw_left, "left", outputs);
     AddRawOutputs(job.frame.raw_right, "right", outputs);
+  }
+  if (maps.count("flow")) {
+    RETURN_IF_ERROR(AddFlowOutputs(job.frame.left, job.rig, "left", outputs));
+    RETURN_IF_ERROR(AddFlowOutputs(job.frame.right, job.rig, "right", outputs));
   }
   RETURN_IF_ERROR(MakeEmptyFolder(job.dir));
 

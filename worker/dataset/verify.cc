@@ -14,6 +14,7 @@
 #include "parallax/v1/scene.pb.h"
 #include "worker/dataset/dataset_reader.h"
 #include "worker/dataset/verify_camera.h"
+#include "worker/dataset/verify_flow.h"
 #include "worker/dataset/verify_frame.h"
 #include "worker/dataset/verify_light.h"
 
@@ -95,6 +96,7 @@ absl::Status VerifyVariant(const DatasetVariant& variant, const VerifyOptions& o
       if (options.geometry) {
         CheckGeometry(variant.frames[i], found[i - begin]);
         CheckLight(variant.frames[i], found[i - begin]);
+        CheckFlow(variant.frames[i], found[i - begin]);
       }
     });
     for (size_t i = begin; i < end; ++i) {

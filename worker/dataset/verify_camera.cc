@@ -1,5 +1,6 @@
 #include "worker/dataset/verify_camera.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -52,14 +53,20 @@ std::vector<Wanted> WantedIntrinsics(const v1::RigConfig& rigs) {
   return wanted;
 }
 
+Wanted WantedBaseline(const v1::RigConfig& rigs) {
+  const auto& several = rigs.baselines_m();
+  if (several.empty()) return WantedOf("baseline_m", rigs.has_baseline_m(), rigs.baseline_m(), 1, 0);
+  const auto [low, high] = std::minmax_element(several.begin(), several.end());
+  return {"baseline_m", *low, *high};
+}
+
 }  // namespace
 
 std::vector<Finding> CheckCameras(const DatasetVariant& variant, const v1::SceneConfig& config) {
   std::vector<Finding> findings;
   if (!config.rigs().has_camera()) return findings;
   const std::vector<Wanted> intrinsics = WantedIntrinsics(config.rigs());
-  const Wanted baseline =
-      WantedOf("baseline_m", config.rigs().has_baseline_m(), config.rigs().baseline_m(), 1, 0);
+  const Wanted baseline = WantedBaseline(config.rigs());
   for (const DatasetFrame& frame : variant.frames) {
     const absl::StatusOr<Json> json = ReadFrameJson(frame.dir);
     if (!json.ok()) continue;  // CheckGeometry tells.

@@ -83,4 +83,32 @@ absl::Status MarkHidden(const RenderScene& then, const View& now, const PinholeC
   return absl::OkStatus();
 }
 
+absl::Status TraceFlow(const RigBook& book, const v1::Rig& rig, const View* kept_left,
+                       const RenderScene& scene, MovingScene& moving, const CancelToken& cancel,
+                       StereoFrame* frame) {
+  ASSIGN_OR_RETURN(const StereoCamera now, StereoCamera::FromRig(rig));
+  View* views[2] = {&frame->left, &frame->right};
+  for (const auto maps : {&View::forward, &View::backward}) {
+    const v1::Rig* neighbour = book.Neighbour(rig, maps == &View::forward);
+    if (!neighbour) {
+      for (int eye = 0; eye < 2; ++eye) FillNoFlow(now.eyes[eye], &(views[eye]->*maps));
+      continue;
+    }
+    ASSIGN_OR_RETURN(const StereoCamera then, StereoCamera::FromRig(*neighbour));
+    RETURN_IF_ERROR(moving.MoveTo(neighbour->time_s()));
+    for (int eye = 0; eye < 2; ++eye) {
+      const FlowTarget target{then.eyes[eye], then.eyes[eye].fx_px * then.baseline_m,
+                              moving.MotionBetween(rig.time_s(), neighbour->time_s())};
+      FlowMaps& flow = views[eye]->*maps;
+      FillFlow(*views[eye], now.eyes[eye], target, &flow);
+      if (eye == 0 && kept_left) {
+        flow.occlusion = (kept_left->*maps).occlusion;
+        continue;
+      }
+      RETURN_IF_ERROR(MarkHidden(scene, *views[eye], now.eyes[eye], target, cancel, &flow));
+    }
+  }
+  return moving.MoveTo(rig.time_s());
+}
+
 }  // namespace parallax

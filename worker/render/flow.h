@@ -6,7 +6,8 @@
 #include <map>
 
 #include "worker/render/camera.h"
-#include "worker/render/render_scene.h"
+#include "worker/render/moving_scene.h"
+#include "worker/render/pairing.h"
 #include "worker/render/stereo_frame.h"
 
 namespace parallax {
@@ -19,6 +20,14 @@ struct FlowTarget {
   // SceneObject.index. Objects that are not here rest.
   std::map<uint32_t, Eigen::Affine3d> then_from_now;
 };
+
+// Flow of both eyes of `rig` to the frames before and after it; FillNoFlow where there is none. The
+// views have their ground truth. `scene` is that of `moving`, which is at the rig's time before and
+// after. `kept_left`: the left view of a rig with the same left eye, whose occlusion is taken over;
+// nullptr: none. Errors: kCancelled; what Embree says.
+absl::Status TraceFlow(const RigBook& book, const v1::Rig& rig, const View* kept_left,
+                       const RenderScene& scene, MovingScene& moving, const CancelToken& cancel,
+                       StereoFrame* frame);
 
 // Fills flow of `maps`, and occlusion as far as no ray is needed: kFlowNone, and kFlowOccluded for
 // what leaves the picture; all else is kFlowVisible. `now` has depth, disparity and objects of

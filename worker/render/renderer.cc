@@ -11,7 +11,7 @@
 
 #include "common/base/clock.h"
 #include "common/base/memory_budget.h"
-#include "common/math/sequence.h"
+#include "common/math/proto.h"
 #include "worker/render/cache_fill.h"
 #include "worker/render/camera_rays.h"
 #include "worker/render/denoiser.h"
@@ -20,7 +20,9 @@
 #include "worker/render/flow.h"
 #include "worker/render/ground_truth.h"
 #include "worker/render/lights.h"
+#include "worker/render/moving_scene.h"
 #include "worker/render/overexposed.h"
+#include "worker/render/pairing.h"
 #include "worker/render/pixel_tracer.h"
 #include "worker/render/profiles.h"
 #include "worker/render/raw_pair.h"
@@ -54,12 +56,12 @@ class SceneRenderer final : public Renderer {
                 const v1::RenderConfig& config, std::unique_ptr<RenderScene> geometry,
                 LightTable lights, std::unique_ptr<Denoiser> denoiser)
       : scene_seed_(scene_seed),
-        rigs_(scene.rigs().begin(), scene.rigs().end()),
-        places_(PlacesOf(scene)),
+        book_(scene),
         profile_(profile),
         with_raw_(HasMap(config, "raw")),
         with_flow_(HasMap(config, "flow")),
         geometry_(std::move(geometry)),
+        moving_(scene, geometry_.get()),
         lights_(std::move(lights)),
         denoiser_(std::move(denoiser)) {
     for (int i = 0; i < scene.keyframes_size(); ++i) {
@@ -69,7 +71,6 @@ class SceneRenderer final : public Renderer {
       lit_recipe_ = scene;
       lit_recipe_.clear_keyframes();
     }
-    if (HasMotion(scene)) objects_.assign(scene.objects().begin(), scene.objects().end());
   }
 
   absl::StatusOr<StereoFrame> RenderRig(const v1::Rig& rig, const CancelToken& cancel,
@@ -99,7 +100,7 @@ class SceneRenderer final : public Renderer {
   // Dense scenes: everything stands as the rig's keyframe says. Meshes, their acceleration
   // structures and materials are those of the scene.
   absl::Status Enter(const v1::Rig& rig) {
-    if (keyframes_.empty()) return MoveTo(rig.time_s());
+    if (keyframes_.empty()) return moving_.MoveTo(rig.time_s());
     const auto found = keyframes_.find(rig.index());
     if (found == keyframes_.end()) {
       return MakeError(absl::StatusCode::kInvalidArgument,
@@ -114,68 +115,6 @@ class SceneRenderer final : public Renderer {
     *lit_recipe_.mutable_sky() = keyframe.sky();
     ASSIGN_OR_RETURN(lights_, LightTable::Build(lit_recipe_, *geometry_));
     return absl::OkStatus();
-  }
-
-  // Scenes with motion: everything stands as at that time.
-  absl::Status MoveTo(double time_s) {
-    if (objects_.empty() || time_s_ == time_s) return absl::OkStatus();
-    std::vector<Eigen::Affine3f> places;
-    for (const v1::SceneObject& object : objects_) {
-      places.push_back(PoseAt(object, time_s).Affine());
-    }
-    const auto& meshes = geometry_->geometry().meshes;
-    for (size_t i = places.size(); i < meshes.size(); ++i) {
-      places.push_back(meshes[i].world_from_object);
-    }
-    time_s_.reset();
-    RETURN_IF_ERROR(geometry_->Move(places));
-    time_s_ = time_s;
-    return absl::OkStatus();
-  }
-
-  // Which pairs a rig's left eye makes.
-  struct Pairing {
-    v1::Rig leader;                  // The first of them.
-    std::vector<double> baselines;   // Of all, over the leader's.
-    size_t partner = 0;              // Which of them the rig is.
-    bool shared() const { return baselines.size() > 1; }
-  };
-
-  // What is kept of a left eye for the next rig that shares it.
-  struct KeptLeft {
-    std::string eye;    // EyeKey.
-    View view;          // Without what depends on the right eye.
-    ImageU8 ambiguous;  // Film's.
-    float exposure = 1, clamp = 0;
-  };
-
-  const RigPlace* PlaceOf(const v1::Rig& rig) const {
-    for (size_t i = 0; i < rigs_.size(); ++i) {
-      if (rigs_[i].index() == rig.index()) return &places_[i];
-    }
-    return nullptr;
-  }
-
-  Pairing PairingOf(const v1::Rig& rig) const {
-    const RigPlace* place = PlaceOf(rig);
-    if (!place) return {rig, {1.0}, 0};
-    Pairing pairing;
-    const auto first = static_cast<size_t>(place->left);
-    for (size_t i = first; i < rigs_.size() && places_[i].left == place->left; ++i) {
-      if (rigs_[i].index() == rig.index()) pairing.partner = i - first;
-      pairing.baselines.push_back(rigs_[i].baseline_m() / rigs_[first].baseline_m());
-    }
-    pairing.leader = pairing.shared() ? rigs_[first] : rig;
-    return pairing;
-  }
-
-  // Equal for rigs whose left eyes see the same picture.
-  static std::string EyeKey(const v1::Rig& rig, const Pairing& pairing) {
-    v1::Rig left = rig;
-    left.set_index(pairing.leader.index());
-    left.clear_shares_left();
-    left.clear_baseline_m();
-    return left.SerializeAsString();
   }
 
   static ImageF DisparityOf(const ImageF& depth_m, double focal_times_baseline) {
@@ -202,55 +141,15 @@ class SceneRenderer final : public Renderer {
       MarkVeiled(lights_.haze(), camera, views[eye]);
     }
     MarkOcclusion(&frame->left, &frame->right);
-    return with_flow_ ? TraceFlow(rig, stereo, kept, cancel, frame) : absl::OkStatus();
-  }
-
-  // Flow of both eyes to the frames before and after.
-  absl::Status TraceFlow(const v1::Rig& rig, const StereoCamera& stereo, const KeptLeft* kept,
-                         const CancelToken& cancel, StereoFrame* frame) {
-    View* views[2] = {&frame->left, &frame->right};
-    const RigPlace* place = PlaceOf(rig);
-    for (const auto maps : {&View::forward, &View::backward}) {
-      const int other = !place ? -1 : maps == &View::forward ? place->next : place->previous;
-      if (other < 0) {
-        for (int eye = 0; eye < 2; ++eye) FillNoFlow(stereo.eyes[eye], &(views[eye]->*maps));
-        continue;
-      }
-      const v1::Rig& then = rigs_[static_cast<size_t>(other)];
-      ASSIGN_OR_RETURN(const StereoCamera cameras, StereoCamera::FromRig(then));
-      RETURN_IF_ERROR(MoveTo(then.time_s()));
-      for (int eye = 0; eye < 2; ++eye) {
-        const FlowTarget target{cameras.eyes[eye], cameras.eyes[eye].fx_px * cameras.baseline_m,
-                                MotionBetween(rig.time_s(), then.time_s())};
-        FlowMaps& flow = views[eye]->*maps;
-        FillFlow(*views[eye], stereo.eyes[eye], target, &flow);
-        if (eye == 0 && kept) {
-          flow.occlusion = (kept->view.*maps).occlusion;
-        } else {
-          RETURN_IF_ERROR(
-              MarkHidden(*geometry_, *views[eye], stereo.eyes[eye], target, cancel, &flow));
-        }
-      }
-    }
-    return MoveTo(rig.time_s());
-  }
-
-  std::map<uint32_t, Eigen::Affine3d> MotionBetween(double now_s, double then_s) const {
-    std::map<uint32_t, Eigen::Affine3d> motions;
-    for (const v1::SceneObject& object : objects_) {
-      if (!object.has_motion()) continue;
-      const Pose then_from_now = PoseAt(object, then_s) * PoseAt(object, now_s).Inverse();
-      motions[object.index()] = Eigen::Translation3d(then_from_now.translation) *
-                                then_from_now.rotation * Eigen::Scaling(then_from_now.scale);
-    }
-    return motions;
+    if (!with_flow_) return absl::OkStatus();
+    return TraceFlow(book_, rig, kept ? &kept->view : nullptr, *geometry_, moving_, cancel, frame);
   }
 
   absl::StatusOr<StereoFrame> Render(const v1::Rig& rig, const CancelToken& cancel,
                                      const ProgressFn& progress) {
     ASSIGN_OR_RETURN(const StereoCamera stereo, StereoCamera::FromRig(rig));
-    const Pairing pairing = PairingOf(rig);
-    const std::string eye_key = EyeKey(rig, pairing);
+    const Pairing pairing = book_.PairingOf(rig);
+    const std::string eye_key = LeftEyeKey(rig, pairing);
     const KeptLeft* kept = pairing.shared() && kept_left_ && kept_left_->eye == eye_key
                                ? &*kept_left_
                                : nullptr;
@@ -400,16 +299,16 @@ class SceneRenderer final : public Renderer {
     // What stands anew for every rig shares no light.
     if (cache_ || profile_.cache_paths == 0 || !keyframes_.empty()) return absl::OkStatus();
     std::vector<StereoCamera> cameras;
-    for (const v1::Rig& rig : rigs_) {
+    for (const v1::Rig& rig : book_.rigs()) {
       ASSIGN_OR_RETURN(cameras.emplace_back(), StereoCamera::FromRig(rig));
     }
     CacheFill fill;
     fill.paths = profile_.cache_paths;
     // What moves is not there: the cache holds for all times, and movers are lit by traced paths.
-    if (!objects_.empty()) RETURN_IF_ERROR(geometry_->ShowMovers(false));
+    if (moving_.moves()) RETURN_IF_ERROR(geometry_->ShowMovers(false));
     auto filled = FillRadianceCache(*geometry_, &lights_, Options(0), scene_seed_, cameras, fill,
                                     cancel);
-    if (!objects_.empty()) RETURN_IF_ERROR(geometry_->ShowMovers(true));
+    if (moving_.moves()) RETURN_IF_ERROR(geometry_->ShowMovers(true));
     ASSIGN_OR_RETURN(cache_, std::move(filled));
     return absl::OkStatus();
   }
@@ -532,32 +431,19 @@ class SceneRenderer final : public Renderer {
   const uint64_t scene_seed_;
   static inline const std::vector<double> kOnePartner = {1.0};
 
-  const std::vector<v1::Rig> rigs_;
-  const std::vector<RigPlace> places_;  // Parallel to rigs_.
+  const RigBook book_;
   const RenderProfile profile_;
   const bool with_raw_;   // Rigs that have raw cameras show what these see, too.
   const bool with_flow_;  // To the neighbours of a sequence.
   const std::unique_ptr<RenderScene> geometry_;
+  MovingScene moving_;
   LightTable lights_;  // Constant but for keyframes.
   const std::unique_ptr<Denoiser> denoiser_;
   std::map<uint32_t, v1::Keyframe> keyframes_;  // By rig index; none unless the scene has them.
   v1::Scene lit_recipe_;                // Of keyframes: the recipe with one's lights and sky.
   std::optional<RadianceCache> cache_;  // Filled by the first rig that is rendered.
-  std::vector<v1::SceneObject> objects_;  // None unless some move.
-  std::optional<double> time_s_ = 0;      // At which they stand.
-  std::optional<KeptLeft> kept_left_;     // The last that may be asked for again.
+  std::optional<KeptLeft> kept_left_;   // The last that may be asked for again.
 };
-
-// Which meshes stand elsewhere from rig to rig; empty: none.
-std::vector<bool> MoversOf(const v1::Scene& scene, const SceneGeometry& geometry) {
-  if (scene.keyframes_size() > 0) return std::vector<bool>(geometry.meshes.size(), true);
-  if (!HasMotion(scene)) return {};
-  std::vector<bool> movers(geometry.meshes.size(), false);
-  for (int i = 0; i < scene.objects_size(); ++i) {
-    if (scene.objects(i).has_motion()) movers[static_cast<size_t>(i)] = true;
-  }
-  return movers;
-}
 
 absl::Status CheckKeyframes(const v1::Scene& scene) {
   if (scene.keyframes().empty()) return absl::OkStatus();

@@ -32,6 +32,8 @@ absl::StatusOr<std::string> EncodeExrHalfRgb(const ImageF3& image);
 absl::StatusOr<std::string> EncodeExrRgb(const ImageF3& image);
 // "Pf", little-endian, bottom row first.
 absl::StatusOr<std::string> EncodePfm(const ImageF& image);
+// Likewise "PF": three channels.
+absl::StatusOr<std::string> EncodePfm(const ImageF3& image);
 
 absl::StatusOr<ImageRgb8> DecodePngRgb8(std::string_view bytes);
 absl::StatusOr<ImageU8> DecodePngU8(std::string_view bytes);

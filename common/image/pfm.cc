@@ -25,19 +25,23 @@ int ParseSide(std::string_view token) {
   return error == std::errc() && end == token.data() + token.size() && value <= 1 << 16 ? value : 0;
 }
 
-}  // namespace
-
-absl::StatusOr<std::string> EncodePfm(const ImageF& image) {
+template <int channels>
+absl::StatusOr<std::string> EncodeRows(const char* kind, const Image<float, channels>& image) {
   static_assert(std::endian::native == std::endian::little);
   if (image.empty()) return absl::InvalidArgumentError("PFM of an empty image");
-  std::string bytes =
-      "Pf\n" + std::to_string(image.width()) + " " + std::to_string(image.height()) + "\n-1\n";
-  const size_t row_bytes = sizeof(float) * static_cast<size_t>(image.width());
+  std::string bytes = std::string(kind) + "\n" + std::to_string(image.width()) + " " +
+                      std::to_string(image.height()) + "\n-1\n";
+  const size_t row_bytes = sizeof(float) * channels * static_cast<size_t>(image.width());
   for (int y = image.height() - 1; y >= 0; --y) {
     bytes.append(reinterpret_cast<const char*>(image.At(0, y)), row_bytes);
   }
   return bytes;
 }
+
+}  // namespace
+
+absl::StatusOr<std::string> EncodePfm(const ImageF& image) { return EncodeRows("Pf", image); }
+absl::StatusOr<std::string> EncodePfm(const ImageF3& image) { return EncodeRows("PF", image); }
 
 absl::StatusOr<ImageF> DecodePfm(std::string_view bytes) {
   if (TakeToken(bytes) != "Pf") return absl::InvalidArgumentError("not a one-channel PFM");

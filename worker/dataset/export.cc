@@ -19,6 +19,7 @@
 #include "worker/dataset/dataset_reader.h"
 #include "worker/dataset/export_card.h"
 #include "worker/dataset/export_layouts.h"
+#include "worker/dataset/sequence_runs.h"
 #include "worker/dataset/shards.h"
 
 namespace parallax {
@@ -84,8 +85,9 @@ struct Plan {
 
 // Which frames go where. Scenes of one number show the same room in every variant, so they fall
 // into the same split.
-Plan MakePlan(const std::vector<DatasetVariant>& variants, const ExportOptions& options,
-              ExportResult& result) {
+// `sequences`: its scenes are runs of frames.
+absl::StatusOr<Plan> MakePlan(const std::vector<DatasetVariant>& variants,
+                              const ExportOptions& options, bool sequences, ExportResult& result) {
   std::set<uint32_t> numbers;
   for (const DatasetVariant& variant : variants) {
     for (const DatasetFrame& frame : variant.frames) {
@@ -106,14 +108,12 @@ Plan MakePlan(const std::vector<DatasetVariant>& variants, const ExportOptions& 
   Plan plan;
   for (const DatasetVariant& variant : variants) {
     const std::string prefix = variants.size() > 1 ? SafeName(variant.name) + "-" : "";
-    for (const DatasetFrame& source : variant.frames) {
-      if (!source.passed && !options.unfiltered) {
-        ++result.pairs_filtered_out;
-        continue;
-      }
+    const auto add = [&](const DatasetFrame& source, const SequenceRun* run, size_t at) {
       ExportFrame frame;
       frame.source = &source;
-      frame.scene = prefix + SixDigits(source.scene);
+      frame.scene = prefix + SixDigits(source.scene) + (run ? run->suffix : "");
+      frame.at = static_cast<int>(at);
+      frame.length = run ? static_cast<int>(run->frames.size()) : 0;
       frame.type = SafeName(variant.type.empty() ? variant.name : variant.type);
       frame.number = static_cast<int>(plan.frames.size());
       frame.test = test.contains(source.scene);
@@ -122,9 +122,33 @@ Plan MakePlan(const std::vector<DatasetVariant>& variants, const ExportOptions& 
       frame.scene_number = static_cast<int>(plan.scenes.size()) - 1;
       plan.frames.push_back(frame);
       plan.scenes.back().second = plan.frames.size();
+    };
+    for (const DatasetFrame& source : variant.frames) {
+      if (!source.passed && !options.unfiltered) {
+        ++result.pairs_filtered_out;
+      } else if (!sequences) {
+        add(source, nullptr, 0);
+      }
+    }
+    if (!sequences) continue;
+    int64_t single = 0;
+    ASSIGN_OR_RETURN(const std::vector<SequenceRun> runs,
+                     FindRuns(variant, options.unfiltered, single));
+    for (const SequenceRun& run : runs) {
+      for (size_t i = 0; i < run.frames.size(); ++i) add(*run.frames[i], &run, i);
+    }
+    if (single > 0) {
+      result.notes.push_back(std::to_string(single) + " pairs of " + variant.name +
+                             " have no neighbour in their sequence and are left out");
     }
   }
-  if (numbers.size() == 1 && plan.frames.size() > 1) {
+  if (numbers.size() == 1 && plan.frames.size() > 1 && sequences) {
+    for (size_t i = plan.scenes.back().first; i < plan.frames.size(); ++i) {
+      plan.frames[i].test = plan.scenes.size() > 1;
+    }
+    result.notes.push_back(
+        "all sequences are of one scene, so TEST is its last one rather than a scene of its own");
+  } else if (numbers.size() == 1 && plan.frames.size() > 1) {
     // One scene can't be in both splits; its last pair has to stand in.
     plan.frames.back().test = true;
     result.notes.push_back(
@@ -177,6 +201,8 @@ class Exporter {
                                             plan.frames.begin() + static_cast<ptrdiff_t>(end)}));
       for (const ExportFile& file : more) RETURN_IF_ERROR(Write(file.path, file.bytes));
     }
+    ASSIGN_OR_RETURN(const std::vector<ExportFile> last, layout->Finish(plan.frames));
+    for (const ExportFile& file : last) RETURN_IF_ERROR(Write(file.path, file.bytes));
     RETURN_IF_ERROR(FinishShards());
     RETURN_IF_ERROR(Write("train.txt", train));
     RETURN_IF_ERROR(Write("test.txt", test));
@@ -331,7 +357,8 @@ absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::st
     return Refuse(out + " lies in the dataset itself: choose another folder");
   }
   ExportResult result;
-  const Plan plan = MakePlan(variants, options, result);
+  const bool sequences = MakeExportLayout(options)->Sequences();
+  ASSIGN_OR_RETURN(const Plan plan, MakePlan(variants, options, sequences, result));
   absl::StatusOr<std::string> licence = LicenceOf(variants);
   RETURN_IF_ERROR(licence.status());
   if (plan.frames.empty()) {

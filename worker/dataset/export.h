@@ -37,7 +37,8 @@ struct ExportResult {
   std::vector<std::string> notes;              // What the user should know, one sentence each.
 };
 
-// "flyingthings", "fsd", "crestereo", "wmgstereo", "middlebury", "kitti", "webdataset".
+// "flyingthings", "fsd", "crestereo", "wmgstereo", "middlebury", "kitti", "webdataset"; for
+// sequences with flow "flyingthings-flow", "sintel", "dynamic-replica".
 const std::vector<std::string>& ExportLayouts();
 
 // Writes `out_dir` (which must not exist, or be empty) from the dataset in `dir`. Images are hard

@@ -363,7 +363,8 @@ class WebDataset final : public ExportLayout {
 
 const std::vector<std::string>& ExportLayouts() {
   static const std::vector<std::string> names = {"flyingthings", "fsd",   "crestereo", "wmgstereo",
-                                                 "middlebury",   "kitti", "webdataset"};
+                                                 "middlebury",   "kitti", "webdataset",
+                                                 "flyingthings-flow", "sintel", "dynamic-replica"};
   return names;
 }
 
@@ -376,7 +377,7 @@ std::unique_ptr<ExportLayout> MakeExportLayout(const ExportOptions& options) {
   if (name == "middlebury") return std::make_unique<Middlebury>();
   if (name == "kitti") return std::make_unique<Kitti>();
   if (name == "webdataset") return std::make_unique<WebDataset>();
-  return nullptr;
+  return MakeSequenceLayout(name);
 }
 
 }  // namespace parallax

@@ -21,6 +21,9 @@ struct ExportFrame {
   int scene_number = 0;  // Of its scene, from 0.
   int scenes = 0;        // In all.
   bool test = false;
+  // Of layouts for sequences, whose `scene` is a run of frames that follow each other: place in it
+  // from 0, and its length.
+  int at = 0, length = 0;
 };
 
 // One file to make: a link to one of the frame's, or bytes.
@@ -48,9 +51,20 @@ class ExportLayout {
     (void)frames;
     return std::vector<ExportFile>();
   }
+  // Files of the whole export, after its scenes. Errors: as Convert.
+  virtual absl::StatusOr<std::vector<ExportFile>> Finish(
+      const std::vector<ExportFrame>& frames) const {
+    (void)frames;
+    return std::vector<ExportFile>();
+  }
+  // The layout is for sequences with flow: its scenes are runs of frames (sequence_runs.h).
+  virtual bool Sequences() const { return false; }
   // webdataset: the files of a frame are members of a shard, in this order.
   virtual bool Shards() const { return false; }
 };
+
+// The layouts for sequences; nullptr for another name.
+std::unique_ptr<ExportLayout> MakeSequenceLayout(const std::string& name);
 
 // nullptr for an unknown name.
 std::unique_ptr<ExportLayout> MakeExportLayout(const ExportOptions& options);

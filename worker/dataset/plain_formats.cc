@@ -1,5 +1,8 @@
 #include "worker/dataset/plain_formats.h"
 
+#include <zlib.h>
+
+#include <Eigen/Core>
 #include <cstdio>
 #include <cstring>
 
@@ -18,6 +21,40 @@ std::string EncodeNpy(const ImageF& image) {
   bytes += header;
   bytes.append(reinterpret_cast<const char*>(image.data()), image.pixels() * sizeof(float));
   return bytes;
+}
+
+std::string EncodeFlo(const ImageF3& flow) {
+  std::string bytes("PIEH", 4);
+  for (const int32_t side : {flow.width(), flow.height()}) {
+    bytes.append(reinterpret_cast<const char*>(&side), sizeof(side));
+  }
+  for (size_t i = 0; i < flow.pixels(); ++i) {
+    bytes.append(reinterpret_cast<const char*>(&flow.values()[3 * i]), 2 * sizeof(float));
+  }
+  return bytes;
+}
+
+uint16_t HalfBits(float value) {
+  const Eigen::half half(value);
+  return Eigen::numext::bit_cast<uint16_t>(half);
+}
+
+absl::StatusOr<std::string> Gzip(std::string_view bytes) {
+  constexpr int kGzip = 15 + 16;  // Largest window, gzip's header.
+  z_stream stream{};
+  if (deflateInit2(&stream, 6, Z_DEFLATED, kGzip, 8, Z_DEFAULT_STRATEGY) != Z_OK) {
+    return absl::InternalError("gzip: zlib can't begin");
+  }
+  std::string packed(deflateBound(&stream, bytes.size()), '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = reinterpret_cast<Bytef*>(packed.data());
+  stream.avail_out = static_cast<uInt>(packed.size());
+  const int result = deflate(&stream, Z_FINISH);
+  packed.resize(stream.total_out);
+  deflateEnd(&stream);
+  if (result != Z_STREAM_END) return absl::InternalError("gzip: zlib did not finish");
+  return packed;
 }
 
 absl::StatusOr<std::string> TarMember(std::string_view name, std::string_view content) {

@@ -21,7 +21,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kFlowTolerance_px = 2e-3;
 constexpr double kFlowTolerance = 2e-5;      // Of the flow's length.
-constexpr double kPoseTolerance = 1e-9;
+constexpr double kPoseTolerance = 1e-6;
 constexpr double kReprojected = 0.01;        // Of the depth.
 // Share of the pixels that depth at the neighbour's pixel centres judges otherwise than rays do:
 // edges of things, and what is hidden by something thinner than a pixel.
@@ -113,16 +113,14 @@ class FlowChecker {
   // Rigs of the same way and baseline just before and after in time.
   void FindNeighbours() {
     if (rig_->path() == 0) return;
-    // Which of the right eyes of its left one it has.
-    const auto place = [&](const v1::Rig& rig) {
-      int number = 0;
-      for (uint32_t i = rig.index(); i > 0 && recipe_.rigs(static_cast<int>(i)).shares_left(); --i) {
-        ++number;
-      }
-      return number;
-    };
+    // Which of the right eyes of its left one each has.
+    std::map<uint32_t, int> number;
+    int last = 0;
     for (const v1::Rig& rig : recipe_.rigs()) {
-      if (rig.path() != rig_->path() || place(rig) != place(*rig_)) continue;
+      number[rig.index()] = last = rig.shares_left() ? last + 1 : 0;
+    }
+    for (const v1::Rig& rig : recipe_.rigs()) {
+      if (rig.path() != rig_->path() || number[rig.index()] != number[rig_->index()]) continue;
       const double ahead = rig.time_s() - rig_->time_s();
       if (ahead > 0 && (!next_ || rig.time_s() < next_->time_s())) next_ = &rig;
       if (ahead < 0 && (!previous_ || rig.time_s() > previous_->time_s())) previous_ = &rig;
@@ -157,7 +155,7 @@ class FlowChecker {
       for (size_t j = 0; j < 4; ++j) {
         const double off = moving[index].at(i).at(j).get<double>() -
                            wanted(static_cast<int>(i), static_cast<int>(j));
-        if (std::abs(off) <= kPoseTolerance * 1e3) continue;
+        if (std::abs(off) <= kPoseTolerance) continue;
         return Find("frame.json",
                     "moving: object " + index + " is not where the recipe's motion puts it");
       }

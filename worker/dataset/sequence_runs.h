@@ -1,0 +1,25 @@
+// The sequences of a dataset, cut where a frame is missing or filtered out. Private to
+// worker/dataset.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+#include "worker/dataset/dataset_reader.h"
+
+namespace parallax {
+
+// Frames that follow each other, of one scene, way and baseline.
+struct SequenceRun {
+  std::string suffix;  // For names: "-p1", with several baselines "-p1-b0", after a gap "-p1-r1".
+  std::vector<const DatasetFrame*> frames;  // At least two.
+};
+
+// In order of scene, baseline, way. `unfiltered`: frames that fail a filter too. Adds the frames
+// that have no neighbour to `single`. Errors: kFailedPrecondition for a frame of no sequence or
+// without flow maps; reading as ReadFrameJson.
+absl::StatusOr<std::vector<SequenceRun>> FindRuns(const DatasetVariant& variant, bool unfiltered,
+                                                  int64_t& single);
+
+}  // namespace parallax

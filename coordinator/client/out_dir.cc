@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 // Of one pair, both eyes, for each pixel of one image: measured on indoor scenes at 320x180.
 constexpr double kImageBytesPerPixel = 3.5;
 constexpr double kMapsBytesPerPixel = 17;
+constexpr double kFlowBytesPerPixel = 36;
 
 absl::Status MakeFolder(const std::string& path) {
   std::error_code error;
@@ -122,9 +123,11 @@ int64_t EstimateBytes(const v1::StudySpec& study) {
   for (const v1::VariantSpec& variant : study.variants()) {
     const v1::RigConfig& rigs = variant.config().rigs();
     const double pixels = static_cast<double>(rigs.width_px()) * rigs.height_px();
-    const double maps = variant.config().render().maps_size() / 7.0;
+    const auto& names = variant.config().render().maps();
+    const bool flow = std::find(names.begin(), names.end(), "flow") != names.end();
+    const double maps = (names.size() - (flow ? 1 : 0)) / 7.0;
     bytes += static_cast<double>(PairsOf(study, variant)) * pixels *
-             (kImageBytesPerPixel + kMapsBytesPerPixel * maps);
+             (kImageBytesPerPixel + kMapsBytesPerPixel * maps + (flow ? kFlowBytesPerPixel : 0));
   }
   return static_cast<int64_t>(bytes);
 }

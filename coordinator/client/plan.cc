@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/config/config.h"
+#include "common/config/rig_counts.h"
 #include "common/config/training.h"
 #include "coordinator/client/out_dir.h"
 #include "coordinator/study/expansion.h"
@@ -44,7 +45,10 @@ absl::StatusOr<double> PairSeconds(const v1::SceneConfig& config, const SceneCos
   // The pair before rectification is traced and denoised like the rectified one.
   const auto& maps = config.render().maps();
   const bool raw = std::find(maps.begin(), maps.end(), "raw") != maps.end();
-  return per_mpx * Megapixels(config) * (raw ? 2 : 1);
+  if (std::find(maps.begin(), maps.end(), "flow") != maps.end()) per_mpx += costs.flow_s_per_mpx;
+  // The left eye is traced once for all of its right ones.
+  const double eyes = EyesOfLeft(config.rigs());
+  return per_mpx * Megapixels(config) * ((raw ? 1 : 0) + (1 + eyes) / (2 * eyes));
 }
 
 // Of one scene: what its pairs share.

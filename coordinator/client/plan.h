@@ -21,6 +21,7 @@ struct Costs {
   double trace_s_per_mpx_sample;
   double denoise_high_s_per_mpx, denoise_balanced_s_per_mpx, denoise_fast_s_per_mpx;
   double fixed_s_per_mpx;  // Ground truth, statistics, encoding, writing.
+  double flow_s_per_mpx;   // Both directions of both eyes, with occlusion, encoding and writing.
   // A step of the embedded trainer, by megapixels of its crops of one eye, the whole batch.
   double train_step_s_per_mpx;
   // A pair of a benchmark, by megapixels of one image that the built-in network sees (SeenMpx).

@@ -19,6 +19,8 @@ const Costs kMeasuredCosts = {
     .denoise_balanced_s_per_mpx = 3.0,
     .denoise_fast_s_per_mpx = 1.8,
     .fixed_s_per_mpx = 1.3,
+    // bench_render solve:1 --quality-rigs 0 --path 4, over the same without --flow.
+    .flow_s_per_mpx = 3.0,
     // trainer --steps 100 --batch 2, crops of 192x384: 0.87 a step, forward and backward.
     .train_step_s_per_mpx = 0.87 / (2 * 0.192 * 0.384),
     // trainer predict --threads 2, another pair in its list: 3.0 at 480x270, 4.2 at 741x500, 3.6 at

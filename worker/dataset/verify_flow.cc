@@ -1,5 +1,6 @@
 #include "worker/dataset/verify_flow.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -1,5 +1,6 @@
 // What a stereo pair costs and how good it is; prints one JSON line.
 //   bench_render [SCENE.pb | solve:SEED[:CONFIG]] [--profile default] [--pairs 20] [--quick]
+//   bench_render solve:1 --pairs 2 --baselines 0.06,0.12,0.24
 // First the whole job `render`, as a worker does it: geometry, acceleration structure, radiance
 // cache, two images and all ground truth a rig, denoising, encoding, writing. Then PSNR and FLIP of
 // parts of the profile's pictures of some rigs against the unbiased reference, all at the exposure
@@ -28,6 +29,8 @@
 #include "worker/render/exposure.h"
 #include "worker/render/profiles.h"
 #include "worker/render/renderer.h"
+#include "worker/scene/rigs/rig_camera.h"
+#include "worker/scene/scene_geometry.h"
 
 namespace parallax {
 namespace {
@@ -40,6 +43,8 @@ struct Options {
   uint64_t seed = 1;
   int pairs = 20, samples = 0, quality_rigs = 5, reference_samples = 192, quality_width = 208;
   bool quick = false;
+  std::vector<double> baselines;  // Of each left eye; none: the recipe's own rigs.
+  bool flow = false;
 };
 
 double CpuSeconds() {
@@ -125,6 +130,7 @@ v1::RenderConfig ConfigOf(const Options& options) {
        {"depth", "disparity", "occlusion", "objects", "materials", "normals", "masks"}) {
     config.add_maps(map);
   }
+  if (options.flow) config.add_maps("flow");
   return config;
 }
 
@@ -186,6 +192,52 @@ absl::Status MeasureCost(const Options& options, const v1::Scene& recipe, Json* 
   (*json)["peak_mb"] = usage.ru_maxrss / 1024;
   std::error_code ignored;
   if (options.out.empty()) std::filesystem::remove_all(dir, ignored);
+  return absl::OkStatus();
+}
+
+// Core-seconds of a pair with one right eye and with several, of the same left eyes; what a scene's
+// pairs share (geometry, cache) is made before.
+absl::StatusOr<double> WarmPairSeconds(const Options& options, const v1::Scene& recipe, int pairs) {
+  const std::string dir =
+      (std::filesystem::temp_directory_path() / ("bench_render." + std::to_string(getpid())))
+          .string();
+  const RendererFactory factory = [](const v1::Scene& scene, const v1::RenderConfig& config)
+      -> absl::StatusOr<std::unique_ptr<Renderer>> {
+    ASSIGN_OR_RETURN(SceneGeometry geometry, BuildSceneGeometry(scene));
+    return Renderer::Create(scene, std::move(geometry), config);
+  };
+  RenderJobContext context;
+  context.attempt_dir = dir;
+  context.attempt_path = "bench";
+  v1::RenderJob job;
+  *job.mutable_scene() = recipe;
+  *job.mutable_render() = ConfigOf(options);
+  job.add_rigs(recipe.rigs(recipe.rigs_size() - 1).index());
+  RendererCache cache;
+  RETURN_IF_ERROR(RenderFrames(job, context, factory, cache).status());
+  job.clear_rigs();
+  for (int i = 0; i < pairs; ++i) job.add_rigs(recipe.rigs(i).index());
+  const double start = CpuSeconds();
+  RETURN_IF_ERROR(RenderFrames(job, context, factory, cache).status());
+  const double seconds = (CpuSeconds() - start) / pairs;
+  std::error_code ignored;
+  std::filesystem::remove_all(dir, ignored);
+  return seconds;
+}
+
+absl::Status MeasureBaselines(const Options& options, const v1::Scene& recipe, Json* json) {
+  v1::RigConfig rigs;
+  rigs.mutable_baselines_m()->Add(options.baselines.begin(), options.baselines.end());
+  v1::Scene single = recipe, several = recipe;
+  for (v1::Rig& rig : *single.mutable_rigs()) rig.set_baseline_m(options.baselines[0]);
+  AddBaselines(rigs, several);
+  const int eyes = rigs.baselines_m_size();
+  ASSIGN_OR_RETURN(const double one_s, WarmPairSeconds(options, single, options.pairs));
+  ASSIGN_OR_RETURN(const double all_s, WarmPairSeconds(options, several, options.pairs * eyes));
+  (*json)["baselines_m"] = options.baselines;
+  (*json)["core_s_per_pair_of_one"] = one_s;
+  (*json)["core_s_per_pair_of_all"] = all_s;
+  (*json)["further_over_first"] = (all_s * eyes - one_s) / ((eyes - 1) * one_s);
   return absl::OkStatus();
 }
 
@@ -419,6 +471,10 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
   app.add_option("--reference-spp", options.reference_samples, "of each of two references");
   app.add_option("--reference-dir", options.reference_dir, "keeps references for the next time");
   app.add_option("--out", options.out, "keeps frames and compared pictures there");
+  app.add_option("--baselines", options.baselines,
+                 "measure what a further right eye of a left one costs, with these baselines only")
+      ->delimiter(',');
+  app.add_flag("--flow", options.flow, "flow maps too, as if the rigs were frames of one way");
   app.add_flag("--quick", options.quick, "two pairs and a small comparison: a minute");
   try {
     app.parse(argc, argv);
@@ -436,6 +492,10 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
   int width = 0, height = 0;
   if (std::sscanf(options.size.c_str(), "%dx%d", &width, &height) == 2) {
     for (v1::Rig& rig : *scene.recipe.mutable_rigs()) rig = Resized(rig, width, height);
+  }
+  for (int i = 0; options.flow && i < scene.recipe.rigs_size(); ++i) {
+    scene.recipe.mutable_rigs(i)->set_path(1);
+    scene.recipe.mutable_rigs(i)->set_time_s(0.1 * i);
   }
   if (options.samples == 0 && scene.recipe.rigs_size() > 0) {
     // Parts of a picture get as many as the whole does.
@@ -457,6 +517,11 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
                    std::to_string(scene.recipe.rigs(0).height_px());
   }
   json["triangles"] = triangles;
+  if (options.baselines.size() > 1) {
+    RETURN_IF_ERROR(MeasureBaselines(options, scene.recipe, &json));
+    std::printf("%s\n", json.dump().c_str());
+    return absl::OkStatus();
+  }
   if (options.pairs > 0) RETURN_IF_ERROR(MeasureCost(options, scene.recipe, &json));
   if (options.quality_rigs > 0) {
     RETURN_IF_ERROR(MeasureQuality(options, scene.recipe, scene.geometry, &json));

@@ -57,9 +57,14 @@ void MakeSyntheticArchive(const std::string& dir, const SyntheticArchive& option
     variant.set_name(name);
     *variant.mutable_config() = DefaultSceneConfig();
     variant.mutable_config()->mutable_render()->set_keep_hdr(options.keep_hdr);
+    if (options.sequence) {
+      variant.mutable_config()->mutable_rigs()->mutable_path()->set_paths(1);
+      variant.mutable_config()->mutable_render()->add_maps("flow");
+    }
     TakeSensorPreset(options.sensor, variant.mutable_config()->mutable_sensor());
   }
-  const v1::Scene scene = MakeSyntheticScene(options.rigs, options.width_px, options.height_px);
+  v1::Scene scene = MakeSyntheticScene(options.rigs, options.width_px, options.height_px);
+  if (options.sequence) MakeSequence(scene);
   auto archive = ArchiveWriter::Open(dir, study);
   Must(archive.status());
   for (const std::string& variant : options.variants) {
@@ -77,6 +82,7 @@ void MakeSyntheticArchive(const std::string& dir, const SyntheticArchive& option
         // Frames tell each other apart.
         frame.left.color(0, 0) = static_cast<uint8_t>(10 * s + r);
         if (options.keep_hdr) GiveLight(frame);
+        if (options.sequence) GiveFlow(scene, scene.rigs(r), frame);
         const std::string path = variant + std::to_string(s) + "/.attempt-1/" + std::to_string(r);
         v1::PublishedFrame published;
         published.set_variant(variant);

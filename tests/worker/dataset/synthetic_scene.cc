@@ -4,8 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "common/math/proto.h"
+#include "common/math/sequence.h"
 #include "worker/render/exposure.h"
+#include "worker/render/flow.h"
 
 namespace parallax {
 namespace {
@@ -48,6 +49,15 @@ Hit Trace(const v1::Scene& scene, const Vec3d& origin, const Vec3d& direction) {
   return hit;
 }
 
+// Everything where it stands at that time.
+v1::Scene SceneAt(const v1::Scene& scene, double time_s) {
+  v1::Scene then = scene;
+  for (v1::SceneObject& object : *then.mutable_objects()) {
+    *object.mutable_world_from_object() = ToProto(PoseAt(object, time_s));
+  }
+  return then;
+}
+
 // Smooth enough that bilinear warping is exact to a step or two.
 Vec3d ColorAt(const Hit& hit) {
   if (hit.object == 0) return {120, 160, 220};
@@ -68,7 +78,9 @@ View RenderEye(const v1::Scene& scene, const v1::Rig& rig, double offset_m, doub
             .objects = ImageU16(width, height),
             .materials = ImageU16(width, height),
             .normals = ImageF3(width, height),
-            .masks = ImageU8(width, height)};
+            .masks = ImageU8(width, height),
+            .forward = {},
+            .backward = {}};
   const Pose world_from_left = FromProto(rig.world_from_left());
   const Vec3d eye = world_from_left * Vec3d(offset_m, 0, 0);
   for (int y = 0; y < height; ++y) {
@@ -180,6 +192,59 @@ v1::Scene MakeSyntheticScene(int rigs, int width_px, int height_px) {
   return scene;
 }
 
+void MakeSequence(v1::Scene& scene) {
+  for (int i = 0; i < scene.rigs_size(); ++i) {
+    scene.mutable_rigs(i)->set_path(1);
+    scene.mutable_rigs(i)->set_time_s(0.1 * i);
+  }
+  v1::RigidMotion& drift = *scene.mutable_objects(2)->mutable_motion();
+  drift.mutable_velocity_mps()->set_x(0.6);
+  drift.mutable_velocity_mps()->set_z(0.2);
+  v1::RigidMotion& turn = *scene.mutable_objects(3)->mutable_motion();
+  turn.mutable_velocity_mps()->set_y(0.5);
+  turn.mutable_spin_rps()->set_z(0.4);
+}
+
+void GiveFlow(const v1::Scene& scene, const v1::Rig& rig, StereoFrame& frame) {
+  const std::vector<RigPlace> places = PlacesOf(scene);
+  const RigPlace& place = places[rig.index()];
+  const StereoCamera now = StereoCamera::FromRig(rig).value();
+  View* views[2] = {&frame.left, &frame.right};
+  for (const auto maps : {&View::forward, &View::backward}) {
+    const int other = maps == &View::forward ? place.next : place.previous;
+    for (int eye = 0; eye < 2; ++eye) {
+      FlowMaps& flow = views[eye]->*maps;
+      if (other < 0) {
+        FillNoFlow(now.eyes[eye], &flow);
+        continue;
+      }
+      const v1::Rig& then = scene.rigs(other);
+      const StereoCamera cameras = StereoCamera::FromRig(then).value();
+      FlowTarget target{cameras.eyes[eye], cameras.eyes[eye].fx_px * then.baseline_m(), {}};
+      for (const v1::SceneObject& object : scene.objects()) {
+        const Pose moved =
+            PoseAt(object, then.time_s()) * PoseAt(object, rig.time_s()).Inverse();
+        target.then_from_now[object.index()] =
+            Eigen::Translation3d(moved.translation) * moved.rotation;
+      }
+      FillFlow(*views[eye], now.eyes[eye], target, &flow);
+      const v1::Scene later = SceneAt(scene, then.time_s());
+      for (int y = 0; y < rig.height_px(); ++y) {
+        for (int x = 0; x < rig.width_px(); ++x) {
+          if (flow.occlusion(x, y) != kFlowVisible) continue;
+          const PinholeCamera& camera = cameras.eyes[eye];
+          const Vec3d ray = camera.DirectionAt(x + 0.5 + double{flow.flow(x, y, 0)},
+                                               y + 0.5 + double{flow.flow(x, y, 1)});
+          const double depth = Trace(later, camera.origin, camera.world_from_camera * ray).distance;
+          const double d = double{views[eye]->disparity_px(x, y)} + double{flow.flow(x, y, 2)};
+          const double own = d > 0 ? target.focal_times_baseline / d : 1e30;
+          if (depth < 0.99 * own) flow.occlusion(x, y) = kFlowOccluded;
+        }
+      }
+    }
+  }
+}
+
 void GiveLight(StereoFrame& frame) {
   std::array<float, 256> light{};
   for (int level = 0; level < 256; ++level) {
@@ -198,7 +263,8 @@ void GiveLight(StereoFrame& frame) {
   }
 }
 
-StereoFrame RenderSyntheticFrame(const v1::Scene& scene, const v1::Rig& rig) {
+StereoFrame RenderSyntheticFrame(const v1::Scene& all, const v1::Rig& rig) {
+  const v1::Scene scene = SceneAt(all, rig.time_s());
   StereoFrame frame;
   frame.left = RenderEye(scene, rig, 0, rig.baseline_m());
   frame.right = RenderEye(scene, rig, rig.baseline_m(), rig.baseline_m());

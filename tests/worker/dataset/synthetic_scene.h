@@ -15,6 +15,12 @@ v1::Scene MakeSyntheticScene(int rigs = 2, int width_px = 160, int height_px = 9
 // Both eyes of a rig of that scene. Deterministic.
 StereoFrame RenderSyntheticFrame(const v1::Scene& scene, const v1::Rig& rig);
 
+// Makes the rigs of the scene frames of one way, 0.1 s apart, and two of its balls move.
+void MakeSequence(v1::Scene& scene);
+
+// Flow of both eyes to the frames before and after, occluded as rays say.
+void GiveFlow(const v1::Scene& scene, const v1::Rig& rig, StereoFrame& frame);
+
 // Gives both views the light that their pictures were made of: developed, it gives them again.
 void GiveLight(StereoFrame& frame);
 

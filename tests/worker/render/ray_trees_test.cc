@@ -59,9 +59,9 @@ TEST(RayTrees, OnlyTheFastTreeIsTornAlongItsEdges) {
 }
 
 TEST(RayTrees, BothTreesAndPacketsMeetTheSame) {
-  for (const bool movable : {false, true}) {
+  for (const int every : {0, 1, 2}) {
     const TestScene test = test::MakeBoxRoom();
-    const auto scene = *RenderScene::Build(test.geometry, 0, movable);
+    const auto scene = *RenderScene::Build(test.geometry, 0, test::MoversOfEvery(every, test));
     const RayTrees& trees = scene->trees();
     Rng rng(SceneSeed{1}, "packets");
     int differ = 0, rays_traced = 0;

@@ -107,9 +107,9 @@ TEST(RenderScene, EightHitsAreLookedAtAsEachAlone) {
     place.scale(1 + 0.1f * static_cast<float>(k));
     test.AddMesh(ball, ramp, place);
   }
-  // Without instances, and with.
-  for (const bool movable : {false, true}) {
-    const auto scene = *RenderScene::Build(test.geometry, 0, movable);
+  // Without instances, with nothing else, and with some.
+  for (const int every : {0, 1, 2}) {
+    const auto scene = *RenderScene::Build(test.geometry, 0, test::MoversOfEvery(every, test));
     Rng rng(SceneSeed{2}, "hits");
     const auto draw = [&](double low, double high) {
       return static_cast<float>(rng.Uniform(low, high));
@@ -179,8 +179,8 @@ TEST(RenderScene, EightHitsAreNamedAsEachAlone) {
     place.scale(1 + 0.1f * static_cast<float>(k));
     test.AddMesh(ball, test.AddMaterial(std::make_shared<Ramp>()), place);
   }
-  for (const bool movable : {false, true}) {
-    const auto scene = *RenderScene::Build(test.geometry, 0, movable);
+  for (const int every : {0, 1, 2}) {
+    const auto scene = *RenderScene::Build(test.geometry, 0, test::MoversOfEvery(every, test));
     for (int round = 0; round < 8; ++round) {
       Rays8 rays{Vec3x8::Zero(), Vec3x8(Vec3f(0, 0, -1))};
       for (int lane = 0; lane < kLanes; ++lane) {

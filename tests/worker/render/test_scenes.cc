@@ -56,6 +56,14 @@ void TestScene::AddMeshLight(uint32_t object, double power_w) {
   *light->mutable_power_w() = ToProto(Vec3d::Constant(power_w));
 }
 
+std::vector<bool> MoversOfEvery(int every, const TestScene& test) {
+  std::vector<bool> movers;
+  for (size_t i = 0; every > 0 && i < test.geometry.meshes.size(); ++i) {
+    movers.push_back(i % static_cast<size_t>(every) == 0);
+  }
+  return movers;
+}
+
 namespace {
 
 void AddQuad(Mesh* mesh, const Vec3f& corner, const Vec3f& u, const Vec3f& v) {

@@ -61,6 +61,9 @@ struct TestScene {
   void AddMeshLight(uint32_t object, double power_w);
 };
 
+// RenderScene::Build's: each so-many-th mesh moves; 0: none.
+std::vector<bool> MoversOfEvery(int every, const TestScene& test);
+
 // Corner, corner + u, corner + u + v, corner + v; faces u x v. One slot "surface". Texture
 // coordinates are metres along u and v.
 std::shared_ptr<const Mesh> MakeQuad(const Vec3f& corner, const Vec3f& u, const Vec3f& v);

@@ -15,6 +15,19 @@ from .masks import EXTERIOR, SKY
 TEST_EVERY = 20  # As `parallax export` splits: every so-many-th scene, one at least.
 
 
+FLOW_NONE = 128  # In flow_occlusion_*.png: no flow.
+
+
+@dataclass(frozen=True)
+class Flow:
+    """From one frame of a sequence to a neighbour, of one eye."""
+
+    flow: np.ndarray              # float32 (height, width, 2), pixels: where the surface point of a pixel's centre goes.
+    disparity_change: np.ndarray  # float32 (height, width), pixels: its disparity there less its disparity here.
+    valid: np.ndarray             # bool: there is flow. False everywhere where there is no neighbour; else nearly nowhere.
+    occluded: np.ndarray          # bool: hidden in the neighbour, or outside of its picture. The flow is exact, too.
+
+
 @dataclass(frozen=True)
 class Frame:
     """One stereo pair on disk. Reads what it is asked for, anew each time."""
@@ -57,6 +70,18 @@ class Frame:
 
     def materials(self, eye: str = "left") -> np.ndarray:
         return png.read_index(self.path / f"materials_{eye}.png")
+
+    def flow(self, direction: str = "forward", eye: str = "left") -> Flow:
+        """Optical flow and scene flow to the next frame of the sequence ("forward") or to the one before ("backward")."""
+        if direction not in ("forward", "backward"):
+            raise ValueError(f"direction {direction!r}: allowed are forward and backward")
+        maps = exr.read_flow(self.path / f"flow_{direction}_{eye}.exr")
+        mask = png.read_index(self.path / f"flow_occlusion_{direction}_{eye}.png")
+        return Flow(maps[..., :2], maps[..., 2], mask != FLOW_NONE, mask == 255)
+
+    def sequence(self) -> Optional[Dict]:
+        """"path" (from 1), "time_s", and the rigs "previous" and "next" (None at an end); None for single views."""
+        return self.camera().get("sequence")
 
     def camera(self) -> Dict:
         """frame.json: intrinsics, baseline_m, poses, the tables of objects and materials. Seeds are int (files have
@@ -156,6 +181,24 @@ class ParallaxDataset:
             if len(test) == len(scenes):
                 test.discard(scenes[0])
         return test
+
+    def sequences(self) -> List[List[Frame]]:
+        """Frames that follow each other, of one scene, way and baseline. A frame that is missing or filtered out ends a
+        sequence. Single views are left out."""
+        ways: Dict = {}
+        for frame in self.frames:
+            camera = frame.camera()
+            sequence = camera.get("sequence")
+            if sequence is None:
+                continue
+            eye = frame.rig - camera.get("left_rig", frame.rig)
+            runs = ways.setdefault((frame.path.parent, eye, sequence["path"]), [])
+            if runs and runs[-1][1] == frame.rig:
+                runs[-1][0].append(frame)
+                runs[-1][1] = sequence["next"]
+            else:
+                runs.append([[frame], sequence["next"]])
+        return [frames for runs in ways.values() for frames, _ in runs]
 
     def __len__(self) -> int:
         return len(self.frames)

@@ -70,3 +70,11 @@ def read_normals(path):
     if image.ndim != 3 or image.shape[2] != 3:
         raise ValueError(f"{path}: shape {image.shape}, wanted three channels")
     return np.ascontiguousarray(image, dtype=np.float32)
+
+
+def read_flow(path):
+    """float32 (height, width, 3): u, v in pixels, and the change of disparity in pixels."""
+    image = _read(path)
+    if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.float32:
+        raise ValueError(f"{path}: {image.dtype} of shape {image.shape}, wanted three float32 channels")
+    return np.ascontiguousarray(image)

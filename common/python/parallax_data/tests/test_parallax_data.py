@@ -5,6 +5,7 @@ nothing with the exporter. MAKE_EXPORTS is the program that writes the files (te
 
 import dataclasses
 import glob
+import gzip
 import io
 import json
 import os
@@ -26,11 +27,11 @@ def read_pfm(path):
     """As FlyingThings3D's and RAFT-Stereo's readers do."""
     with open(path, "rb") as file:
         header = file.readline().rstrip()
-        assert header == b"Pf", header
+        assert header in (b"Pf", b"PF"), header
         width, height = map(int, re.match(rb"^(\d+)\s(\d+)\s$", file.readline()).groups())
         scale = float(file.readline().rstrip())
         data = np.fromfile(file, "<f" if scale < 0 else ">f")
-    return np.flipud(data.reshape(height, width))
+    return np.flipud(data.reshape((height, width) if header == b"Pf" else (height, width, 3)))
 
 
 def rgb(path):
@@ -314,9 +315,139 @@ class Exports(unittest.TestCase):
         self.assertEqual(splits, {("train", "TRAIN"), ("test", "TEST")})
         self.assert_all_seen()
 
+    # ---- sequences ------------------------------------------------------------------------------
+
+    def sequences(self):
+        data = ParallaxDataset(self.root / "archive_sequences")
+        self.assertEqual(len(data), 8)
+        sequences = data.sequences()
+        self.assertEqual([[(f.scene, f.rig) for f in frames] for frames in sequences],
+                         [[(0, 0), (0, 1), (0, 2), (0, 3)], [(1, 0), (1, 1), (1, 2), (1, 3)]])
+        return sequences
+
+    def test_flow_leads_to_the_same_surface_in_the_neighbour(self):
+        for frames in self.sequences():
+            for now, then, direction in [(a, b, "forward") for a, b in zip(frames, frames[1:])] + \
+                                        [(b, a, "backward") for a, b in zip(frames, frames[1:])]:
+                for eye in ("left", "right"):
+                    flow = now.flow(direction, eye)
+                    y, x = np.nonzero(flow.valid & ~flow.occluded & (now.depth(eye) > 0))
+                    u = np.floor(x + 0.5 + flow.flow[y, x, 0]).astype(int)
+                    v = np.floor(y + 0.5 + flow.flow[y, x, 1]).astype(int)
+                    same = now.objects(eye)[y, x] == then.objects(eye)[v, u]
+                    self.assertGreater(same.mean(), 0.95)
+                    expected = then.disparity(eye)[v, u]
+                    off = np.abs(now.disparity(eye)[y, x] + flow.disparity_change[y, x] - expected)
+                    self.assertLess(np.median(off[same]), 0.1)
+                    colour = np.abs(now.image(eye)[y, x].astype(int) - then.image(eye)[v, u]).mean(1)
+                    self.assertLess(np.median(colour[same]), 6)
+            self.assertFalse(frames[0].flow("backward").valid.any())
+            self.assertFalse(frames[-1].flow("forward").valid.any())
+            self.assertEqual(frames[1].sequence(), {"path": 1, "time_s": 0.1, "previous": 0, "next": 2})
+            with self.assertRaisesRegex(ValueError, "allowed are forward and backward"):
+                frames[0].flow("sideways")
+
+    def test_flyingthings_flow_as_raft_reads_it(self):
+        root = self.root / "flyingthings-flow"
+        pairs = 0
+        for direction, towards in (("into_future", "forward"), ("into_past", "backward")):
+            image_dirs = [os.path.join(d, "left") for d in sorted(glob.glob(str(root / "frames_cleanpass/TRAIN/*/*")))]
+            flow_dirs = [os.path.join(d, direction, "left") for d in sorted(glob.glob(str(root / "optical_flow/TRAIN/*/*")))]
+            change_dirs = [os.path.join(d, direction, "left") for d in
+                           sorted(glob.glob(str(root / "disparity_change/TRAIN/*/*")))]
+            for image_dir, flow_dir, change_dir in zip(image_dirs, flow_dirs, change_dirs):
+                images, flows = sorted(glob.glob(image_dir + "/*.png")), sorted(glob.glob(flow_dir + "/*.pfm"))
+                changes = sorted(glob.glob(change_dir + "/*.pfm"))
+                self.assertEqual(len(images), len(flows))
+                for i in range(len(flows) - 1):
+                    k = i if direction == "into_future" else i + 1
+                    frame = self.sequences()[int(Path(image_dir).parent.name[:6])][k]
+                    np.testing.assert_array_equal(rgb(images[k]), frame.image())
+                    read = read_pfm(flows[k])
+                    self.assertEqual(read.shape, (54, 96, 3))
+                    np.testing.assert_array_equal(read[..., :2], frame.flow(towards).flow)
+                    np.testing.assert_array_equal(read_pfm(changes[k]), frame.flow(towards).disparity_change)
+                    pairs += 1
+                unknown = read_pfm(flows[-1 if direction == "into_future" else 0])[..., :2]
+                self.assertTrue((unknown > 1e9).all())
+        self.assertEqual(pairs, 6)
+
+    def test_sintel_as_raft_and_dynamic_stereo_read_it(self):
+        for split, scene in (("training", 0), ("test", 1)):
+            frames = self.sequences()[scene]
+            root = self.root / "sintel" / "Sintel" / split
+            names = sorted(p.name for p in (root / "clean").iterdir())
+            self.assertEqual(names, [f"{scene:06d}-p1"])
+            images = sorted(glob.glob(str(root / "clean" / names[0] / "*.png")))
+            flows = sorted(glob.glob(str(root / "flow" / names[0] / "*.flo")))
+            self.assertEqual([Path(p).name for p in images], [f"frame_{i:04d}.png" for i in range(1, 5)])
+            self.assertEqual(len(flows), 3)
+            for path, frame in zip(flows, frames):
+                data = open(path, "rb").read()
+                self.assertEqual(np.frombuffer(data[:4], np.float32)[0], np.float32(202021.25))
+                self.assertEqual(tuple(np.frombuffer(data[4:12], np.int32)), (96, 54))
+                flow = np.frombuffer(data[12:], np.float32).reshape(54, 96, 2)
+                np.testing.assert_array_equal(flow, frame.flow().flow)
+                occluded = cv2.imread(path.replace("/flow/", "/occlusions/").replace(".flo", ".png"), cv2.IMREAD_UNCHANGED)
+                np.testing.assert_array_equal(occluded == 255, frame.flow().occluded)
+            stereo = self.root / "sintel" / "sintel_stereo" / split
+            for image, frame in zip(sorted(glob.glob(str(stereo / "clean_right" / names[0] / "*.png"))), frames):
+                np.testing.assert_array_equal(rgb(image), frame.image("right"))
+                place = image.replace("clean_right", "disparities")
+                r, g, b = np.moveaxis(rgb(place).astype(np.float64), 2, 0)
+                np.testing.assert_allclose(r * 4 + g / 64 + b / 16384, frame.disparity(), atol=1 / 32000)
+                hidden = rgb(place.replace("disparities", "occlusions"))[..., 0] > 0
+                outside = rgb(place.replace("disparities", "outofframe"))[..., 0] > 0
+                self.assertTrue((hidden <= frame.occluded()).all())
+                self.assertTrue((outside <= frame.occluded()).all())
+
+    def test_dynamic_replica_as_dynamic_stereo_reads_it(self):
+        def halves(path):
+            bits = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+            self.assertEqual(bits.dtype, np.uint16)
+            return bits.view(np.float16).astype(np.float32)
+        for split, scene in (("train", 0), ("test", 1)):
+            root = self.root / "dynamic-replica" / split
+            with gzip.open(root / f"frame_annotations_{split}.jgz", "rt", encoding="utf8") as file:
+                annotations = json.load(file)
+            self.assertEqual([(a["camera_name"], a["frame_number"]) for a in annotations],
+                             [(eye, i) for eye in ("left", "right") for i in range(4)])
+            frames = self.sequences()[scene]
+            for a in annotations:
+                frame, eye = frames[a["frame_number"]], a["camera_name"]
+                np.testing.assert_array_equal(rgb(root / a["image"]["path"]), frame.image(eye))
+                self.assertEqual(a["image"]["size"], [54, 96])
+                np.testing.assert_allclose(halves(root / a["depth"]["path"]), frame.depth(eye), rtol=6e-4)
+                mask = cv2.imread(str(root / a["mask"]["path"]), cv2.IMREAD_UNCHANGED) > 0
+                np.testing.assert_array_equal(mask, np.isin(frame.objects(eye), [3, 4]))
+                self.assertAlmostEqual(a["frame_timestamp"], 0.1 * a["frame_number"])
+                self.camera(a["viewpoint"], frame, eye)
+                for direction, end in (("forward", 3), ("backward", 0)):
+                    if a["frame_number"] == end:
+                        self.assertIsNone(a[f"flow_{direction}"])
+                        continue
+                    both = halves(root / a[f"flow_{direction}"]["path"])
+                    flow = np.stack([both[:, :96], both[:, 96:]], -1)
+                    np.testing.assert_allclose(flow, frame.flow(direction, eye).flow, rtol=6e-4, atol=1e-4)
+                    seen = cv2.imread(str(root / a[f"flow_{direction}_mask"]["path"]), cv2.IMREAD_UNCHANGED) > 0
+                    np.testing.assert_array_equal(seen, ~frame.flow(direction, eye).occluded)
+
+    def camera(self, viewpoint, frame, eye):
+        """PyTorch3D: x = X R + T, x to the left, y up; in NDC of half of the smaller side."""
+        camera = frame.camera()
+        pose, k = np.array(camera[f"world_from_{eye}"]), camera["intrinsics"]
+        point = pose[:3, :3] @ [0.3, -0.2, 2.5] + pose[:3, 3]  # In front of the camera, right and up.
+        x, y, z = point @ np.array(viewpoint["R"]) + viewpoint["T"]
+        np.testing.assert_allclose([x, y, z], [-0.3, 0.2, 2.5], atol=1e-9)
+        half = min(k["width"], k["height"]) / 2
+        focal = np.array(viewpoint["focal_length"]) * half
+        centre = np.array([k["width"] / 2, k["height"] / 2]) - np.array(viewpoint["principal_point"]) * half
+        np.testing.assert_allclose([*focal, *centre], [k["fx"], k["fy"], k["cx"], k["cy"]], rtol=1e-9)
+
     def test_rules_that_readers_impose(self):
         words = re.compile(r"left|right|rgb|disparity|frames_|\s")
-        allowed = {"left", "right", "rgb", "disparity", "disparity_occlusions", "frames_cleanpass", "frames_finalpass"}
+        allowed = {"left", "right", "rgb", "disparity", "disparity_occlusions", "disparity_change", "frames_cleanpass",
+                   "frames_finalpass"}
         for layout in (p for p in self.root.iterdir() if p.is_dir() and not p.name.startswith("archive")):
             manifest = json.loads((layout / "export.json").read_text())
             self.assertGreater(sum(f["split"] == "TEST" for f in manifest["frames"]), 0)
@@ -326,6 +457,8 @@ class Exports(unittest.TestCase):
             self.assertEqual(set(manifest["disparity_fraction_below_px"]), {"192", "256", "416", "512", "700", "1000"})
             for path in layout.rglob("*"):
                 name = path.name
+                if layout.name in ("sintel", "dynamic-replica"):
+                    break  # Their readers go by lists and fixed names.
                 if path.is_dir() and name not in allowed:
                     self.assertIsNone(words.search(name), path)
                 if path.is_dir() and name == "left":

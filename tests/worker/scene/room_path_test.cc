@@ -1,0 +1,171 @@
+// Ways of the rig through rooms, several baselines, and things that move.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "common/config/config.h"
+#include "common/math/sequence.h"
+#include "common/math/stereo.h"
+#include "worker/geometry/ray_scene.h"
+#include "worker/scene/scene_geometry.h"
+#include "worker/scene/solve.h"
+
+namespace parallax {
+namespace {
+
+constexpr double kFps = 10;
+
+v1::SolveJob WayJob(uint64_t seed, int paths, int count) {
+  v1::SolveJob job;
+  job.set_scene_seed(seed);
+  v1::SceneConfig& config = *job.mutable_config();
+  config = DefaultSceneConfig();
+  config.mutable_solver()->set_steps(12);
+  config.mutable_rigs()->set_count(count);
+  config.mutable_rigs()->mutable_path()->set_paths(paths);
+  config.mutable_floating()->mutable_count()->set_constant(6);
+  return job;
+}
+
+v1::Scene SolvedScene(const v1::SolveJob& job) {
+  const auto result = Solve(job, CancelToken());
+  EXPECT_TRUE(result.ok()) << result.status();
+  EXPECT_TRUE(result->has_scene()) << result->rejected().reason();
+  return result->scene();
+}
+
+// Everything as it stands at that time.
+RayScene SolidAt(const v1::Scene& scene, const SceneGeometry& geometry, double time_s) {
+  RayScene solid;
+  for (int i = 0; i < scene.objects_size(); ++i) {
+    const v1::SceneObject& object = scene.objects(i);
+    const PlacedMesh& placed = geometry.meshes[static_cast<size_t>(i)];
+    solid.Add(*placed.mesh, object.has_motion() ? PoseAt(object, time_s).Affine()
+                                                : placed.world_from_object);
+  }
+  solid.Commit();
+  return solid;
+}
+
+TEST(RoomPath, FramesAreSharedEvenlyAndInTime) {
+  const v1::Scene scene = SolvedScene(WayJob(1, 3, 16));
+  ASSERT_EQ(scene.rigs_size(), 16);
+  std::map<uint32_t, int> frames;
+  for (int i = 0; i < 16; ++i) {
+    const v1::Rig& rig = scene.rigs(i);
+    EXPECT_EQ(rig.index(), static_cast<uint32_t>(i));
+    EXPECT_NEAR(rig.time_s(), frames[rig.path()]++ / kFps, 1e-12);
+  }
+  EXPECT_EQ(frames, (std::map<uint32_t, int>{{1, 6}, {2, 5}, {3, 5}}));
+  const std::vector<RigPlace> places = PlacesOf(scene);
+  EXPECT_EQ(places[0].previous, -1);
+  EXPECT_EQ(places[0].next, 1);
+  EXPECT_EQ(places[5].next, -1);
+  EXPECT_EQ(places[6].previous, -1);
+}
+
+TEST(RoomPath, WaysAreSmoothAndClear) {
+  for (const uint64_t seed : {1, 2, 3}) {
+    v1::SolveJob job = WayJob(seed, 2, 40);
+    job.mutable_config()->mutable_rigs()->mutable_path()->set_max_turn_dps(30);
+    const v1::Scene scene = SolvedScene(job);
+    const RayScene solid = SolidAt(scene, BuildSceneGeometry(scene).value(), 0);
+    const double clearance = job.config().rigs().min_distance_m();
+    for (int i = 0; i < scene.rigs_size(); ++i) {
+      const v1::Rig& rig = scene.rigs(i);
+      for (int eye = 0; eye < 2; ++eye) {
+        EXPECT_GE(solid.NearestDistance(EyePosition(rig, eye).cast<float>(), 1), clearance) << i;
+      }
+      if (i == 0 || scene.rigs(i - 1).path() != rig.path()) continue;
+      const v1::Rig& before = scene.rigs(i - 1);
+      EXPECT_EQ(rig.baseline_m(), before.baseline_m());
+      EXPECT_EQ(rig.fx_px(), before.fx_px());
+      const double step = (EyePosition(rig, 0) - EyePosition(before, 0)).norm();
+      EXPECT_LE(step, 1.0 / kFps + 1e-9);  // Speeds are drawn from 0.3 to 1 m/s.
+      EXPECT_GE(step, 0.25 / kFps);
+      const Eigen::AngleAxisd turn(RigAxes(before).transpose() * RigAxes(rig));
+      EXPECT_LE(turn.angle(), 30 * std::numbers::pi / 180 / kFps + 1e-6);
+    }
+  }
+}
+
+TEST(RoomPath, SameJobGivesTheSameWays) {
+  EXPECT_EQ(SolvedScene(WayJob(2, 1, 12)).SerializeAsString(),
+            SolvedScene(WayJob(2, 1, 12)).SerializeAsString());
+}
+
+TEST(Baselines, EachIsAPairOfItsOwnWithOneLeftEye) {
+  v1::SolveJob job = WayJob(1, 1, 4);
+  const v1::Scene single = SolvedScene(job);
+  for (const double baseline : {0.06, 0.12, 0.24}) {
+    job.mutable_config()->mutable_rigs()->add_baselines_m(baseline);
+  }
+  const v1::Scene scene = SolvedScene(job);
+  ASSERT_EQ(scene.rigs_size(), 12);
+  const std::vector<RigPlace> places = PlacesOf(scene);
+  for (int i = 0; i < 12; ++i) {
+    const v1::Rig& rig = scene.rigs(i);
+    EXPECT_EQ(rig.index(), static_cast<uint32_t>(i));
+    EXPECT_EQ(rig.baseline_m(), job.config().rigs().baselines_m(i % 3));
+    EXPECT_EQ(rig.shares_left(), i % 3 > 0);
+    EXPECT_EQ(rig.world_from_left().SerializeAsString(),
+              single.rigs(i / 3).world_from_left().SerializeAsString());
+    EXPECT_EQ(places[static_cast<size_t>(i)].left, i / 3 * 3);
+    EXPECT_EQ(places[static_cast<size_t>(i)].next, i < 9 ? i + 3 : -1);
+    EXPECT_EQ(places[static_cast<size_t>(i)].previous, i >= 3 ? i - 3 : -1);
+  }
+}
+
+TEST(Motion, MovesSomeThingsClearOfCamerasAndOfAllElse) {
+  v1::SolveJob job = WayJob(3, 1, 15);
+  job.mutable_config()->mutable_floating()->mutable_count()->set_constant(10);
+  job.mutable_config()->mutable_floating()->mutable_motion()->set_p(1);
+  const v1::Scene scene = SolvedScene(job);
+  const SceneGeometry geometry = BuildSceneGeometry(scene).value();
+  int moving = 0;
+  for (const v1::Rig& rig : scene.rigs()) {
+    const RayScene solid = SolidAt(scene, geometry, rig.time_s());
+    for (int k = 0; k <= 4; ++k) {
+      const Vec3d eye = EyePosition(rig, 0) + k / 4.0 * rig.baseline_m() * RigAxes(rig).col(0);
+      EXPECT_GE(solid.NearestDistance(eye.cast<float>(), 1),
+                job.config().rigs().min_distance_m());
+    }
+    moving = 0;
+    for (int i = 0; i < scene.objects_size(); ++i) {
+      if (!scene.objects(i).has_motion()) continue;
+      ++moving;
+      EXPECT_GT(FromProto(scene.objects(i).motion().velocity_mps()).norm() +
+                    FromProto(scene.objects(i).motion().spin_rps()).norm(),
+                0);
+      const TriangleTree tree(*geometry.meshes[static_cast<size_t>(i)].mesh);
+      const Eigen::Affine3f place = PoseAt(scene.objects(i), rig.time_s()).Affine();
+      for (int k = 0; k < scene.objects_size(); ++k) {
+        if (k == i) continue;
+        const PlacedMesh& other = geometry.meshes[static_cast<size_t>(k)];
+        EXPECT_FALSE(Overlap(tree, place, TriangleTree(*other.mesh),
+                             scene.objects(k).has_motion()
+                                 ? PoseAt(scene.objects(k), rig.time_s()).Affine()
+                                 : other.world_from_object))
+            << scene.objects(i).name() << " in " << scene.objects(k).name();
+      }
+    }
+  }
+  EXPECT_GE(moving, 4);
+}
+
+TEST(Motion, LeavesSceneWithoutItAsTheyAre) {
+  v1::SolveJob job = WayJob(3, 1, 6);
+  v1::Scene resting = SolvedScene(job);
+  job.mutable_config()->mutable_floating()->mutable_motion()->set_p(0.5);
+  v1::Scene moving = SolvedScene(job);
+  // The same ways; the same things as long as nothing that moves took their place.
+  for (int i = 0; i < resting.rigs_size(); ++i) {
+    EXPECT_EQ(resting.rigs(i).SerializeAsString(), moving.rigs(i).SerializeAsString());
+  }
+  for (const v1::SceneObject& object : resting.objects()) EXPECT_FALSE(object.has_motion());
+}
+
+}  // namespace
+}  // namespace parallax

@@ -16,6 +16,7 @@
 #include "worker/jobs/jobs.h"
 #include "worker/jobs/kept_files.h"
 #include "worker/jobs/log_reader.h"
+#include "worker/jobs/store_files.h"
 
 namespace parallax {
 namespace {
@@ -52,9 +53,7 @@ class EvaluateAttempt {
         kept_(folder) {}
 
   absl::StatusOr<JobOutcome> Run() {
-    std::error_code error;
-    fs::create_directories(work_dir_, error);
-    if (error) return ErrnoError(error.value(), "make " + work_dir_);
+    RETURN_IF_ERROR(MakeFolders(work_dir_));
     progress_(0, "data");
     ASSIGN_OR_RETURN(const Benchmark benchmark, Open());
     ASSIGN_OR_RETURN(const auto predictor, MakePredictor());

@@ -16,6 +16,7 @@
 #include "worker/dataset/archive_index.h"
 #include "worker/dataset/frame_reader.h"
 #include "worker/dataset/sensor_stage.h"
+#include "worker/jobs/store_files.h"
 
 namespace parallax {
 namespace {
@@ -212,9 +213,7 @@ class Bringer {
     }
     const bool from_store = store_.LocalPath(frame.frame().path()).ok();
     const std::string folder = dir_ + "/" + FramePath({frame.scene(), frame.frame().rig()});
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (error) return ErrnoError(error.value(), "make " + folder);
+    RETURN_IF_ERROR(MakeFolders(folder));
     for (const auto& [name, piece] : pieces) {
       const std::string to = folder + "/" + name;
       const LocalFile& file = piece.file;

@@ -11,6 +11,7 @@
 #include "worker/jobs/checkpoint_keeper.h"
 #include "worker/jobs/jobs.h"
 #include "worker/jobs/kept_files.h"
+#include "worker/jobs/store_files.h"
 #include "worker/jobs/training_data_folder.h"
 #include "worker/jobs/training_run.h"
 
@@ -86,9 +87,7 @@ class TrainAttempt {
   absl::StatusOr<JobOutcome> Run() {
     ASSIGN_OR_RETURN(plan_, PlanOf(job_, options_.trainers));
     plan_.work_dir = folder_.scratch;
-    std::error_code error;
-    fs::create_directories(plan_.work_dir + "/earlier", error);
-    if (error) return ErrnoError(error.value(), "make " + plan_.work_dir);
+    RETURN_IF_ERROR(MakeFolders(plan_.work_dir + "/earlier"));
     progress_(0, "data");
     ASSIGN_OR_RETURN(const TrainingDataFolder data,
                      MakeTrainingData(job_, plan_.trainer.contract, DataOptions()));

@@ -78,7 +78,8 @@ class Bringer {
         dir_(dir),
         options_(options),
         filters_(set.filters()) {
-    if (!options.curated) filters_.set_max_ambiguous_share(1);  // Judges nothing.
+    if (options.ambiguous_shares == nullptr)
+      filters_.set_max_ambiguous_share(1);  // Judges nothing.
   }
 
   absl::StatusOr<FrameFolderFacts> Bring() {
@@ -188,6 +189,7 @@ class Bringer {
       for (const auto& [name, value] : json["statistics"].items()) {
         if (value.is_number()) (*published.mutable_frame()->mutable_statistics())[name] = value;
       }
+      AddAmbiguousShare(published);
       ASSIGN_OR_RETURN(const bool passes, Passes(published));
       if (passes) passing.push_back(std::move(published));
       if (!passes) ++facts_.left_out;
@@ -195,12 +197,16 @@ class Bringer {
     return passing;
   }
 
+  void AddAmbiguousShare(v1::PublishedFrame& frame) const {
+    if (options_.ambiguous_shares == nullptr) return;
+    const auto share = options_.ambiguous_shares->find({frame.scene(), frame.frame().rig()});
+    if (share == options_.ambiguous_shares->end()) return;  // Other filters turn it down.
+    (*frame.mutable_frame()->mutable_statistics())[kAmbiguousShare] = share->second;
+  }
+
   absl::StatusOr<bool> Passes(const v1::PublishedFrame& frame) const {
     ASSIGN_OR_RETURN(const IndexLine line, MakeIndexLine(frame, filters_));
     const Json json = Json::parse(line.text);
-    if (options_.curated && !json["filters"].contains("ambiguous")) {
-      return Refuse("its frames are wanted curated, but were not (parallax curate)");
-    }
     return json["passed"].get<bool>();
   }
 

@@ -12,8 +12,9 @@ absl::StatusOr<std::string> GetWhole(const Store& store, const std::string& path
     // One byte more than there should be: a longer file is noticed.
     const auto most = static_cast<size_t>(std::min(kPiece, size + 1 - got));
     ASSIGN_OR_RETURN(const std::string piece, store.GetPiece(path, got, most));
-    if (piece.empty()) break;
     bytes += piece;
+    const bool all_there = static_cast<int64_t>(bytes.size()) >= size;
+    if (piece.empty() || (all_there && piece.size() < most)) break;
   }
   if (static_cast<int64_t>(bytes.size()) == size) return bytes;
   return MakeError(absl::StatusCode::kDataLoss,

@@ -16,6 +16,7 @@
 #include "worker/dataset/archive_index.h"
 #include "worker/dataset/frame_reader.h"
 #include "worker/dataset/sensor_stage.h"
+#include "worker/dataset/verdicts.h"
 #include "worker/jobs/store_files.h"
 
 namespace parallax {

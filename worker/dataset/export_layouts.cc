@@ -362,9 +362,9 @@ class WebDataset final : public ExportLayout {
 }  // namespace
 
 const std::vector<std::string>& ExportLayouts() {
-  static const std::vector<std::string> names = {"flyingthings", "fsd",   "crestereo", "wmgstereo",
-                                                 "middlebury",   "kitti", "webdataset",
-                                                 "flyingthings-flow", "sintel", "dynamic-replica"};
+  static const std::vector<std::string> names = {
+      "flyingthings", "fsd",        "crestereo",         "wmgstereo", "middlebury",
+      "kitti",        "webdataset", "flyingthings-flow", "sintel",    "dynamic-replica"};
   return names;
 }
 

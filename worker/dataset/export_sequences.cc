@@ -69,8 +69,8 @@ class FlyingThingsFlow final : public ExportLayout {
 
   absl::StatusOr<FrameFiles> Convert(const ExportFrame& frame) const override {
     ASSIGN_OR_RETURN(FrameFiles out, stereo_->Convert(frame));
-    const std::string place = std::string("/") + (frame.test ? "TEST" : "TRAIN") + "/A/" +
-                              frame.scene + "/";
+    const std::string place =
+        std::string("/") + (frame.test ? "TEST" : "TRAIN") + "/A/" + frame.scene + "/";
     const std::string name = Digits("%03d", static_cast<int>(frame.source->rig));
     const struct {
       const char *map, *folder, *word;
@@ -88,8 +88,7 @@ class FlyingThingsFlow final : public ExportLayout {
                                  name + (eye == kEyes[0] ? "_L.pfm" : "_R.pfm"),
                              "", std::move(pfm)});
         ASSIGN_OR_RETURN(std::string changes, EncodePfm(change));
-        out.files.push_back(
-            {"disparity_change" + folder + name + ".pfm", "", std::move(changes)});
+        out.files.push_back({"disparity_change" + folder + name + ".pfm", "", std::move(changes)});
         ASSIGN_OR_RETURN(std::string bits, EncodePngBits(flow.occluded));
         out.files.push_back(
             {"optical_flow_occlusions" + folder + name + ".png", "", std::move(bits)});
@@ -191,8 +190,7 @@ class DynamicReplica final : public ExportLayout {
         mask.values()[i] = moving.contains(std::to_string(objects.values()[i])) ? 255 : 0;
       }
       ASSIGN_OR_RETURN(std::string foreground, EncodePng(mask));
-      out.files.push_back(
-          {place + "masks/" + NameOf(frame) + ".png", "", std::move(foreground)});
+      out.files.push_back({place + "masks/" + NameOf(frame) + ".png", "", std::move(foreground)});
       out.files.push_back(LinkOf(place + "instance_id_maps/" + NameOf(frame) + ".png", frame,
                                  "objects_" + side + ".png"));
       RETURN_IF_ERROR(AddFlow(frame, side, out));
@@ -328,12 +326,13 @@ class DynamicReplica final : public ExportLayout {
     const double half_x = k.at("width").get<double>() / 2;
     const double half_y = k.at("height").get<double>() / 2;
     const double half = std::min(half_x, half_y);
-    return {{"R", rotation},
-            {"T", translation},
-            {"focal_length", {k.at("fx").get<double>() / half, k.at("fy").get<double>() / half}},
-            {"principal_point",
-             {(half_x - k.at("cx").get<double>()) / half, (half_y - k.at("cy").get<double>()) / half}},
-            {"intrinsics_format", "ndc_isotropic"}};
+    return {
+        {"R", rotation},
+        {"T", translation},
+        {"focal_length", {k.at("fx").get<double>() / half, k.at("fy").get<double>() / half}},
+        {"principal_point",
+         {(half_x - k.at("cx").get<double>()) / half, (half_y - k.at("cy").get<double>()) / half}},
+        {"intrinsics_format", "ndc_isotropic"}};
   }
 };
 

@@ -51,17 +51,20 @@ Json RawJson(const v1::RawCamera& given) {
           {"rectified_from_raw", rows}};
 }
 
-// What tells of the other frames of the scene: whose left eye it has, which way it belongs to, where
-// things stand that move.
+// What tells of the other frames of the scene: whose left eye it has, which way it belongs to,
+// where things stand that move.
 void AddNeighbours(const v1::Scene& scene, const v1::Rig& rig, Json* json) {
   const std::vector<RigPlace> places = PlacesOf(scene);
   for (int i = 0; i < scene.rigs_size(); ++i) {
     if (scene.rigs(i).index() != rig.index()) continue;
     const RigPlace& place = places[static_cast<size_t>(i)];
-    const bool shared = place.left != i || (i + 1 < scene.rigs_size() && scene.rigs(i + 1).shares_left());
+    const bool shared =
+        place.left != i || (i + 1 < scene.rigs_size() && scene.rigs(i + 1).shares_left());
     if (shared) (*json)["left_rig"] = scene.rigs(place.left).index();
     if (rig.path() == 0) break;
-    const auto number = [&](int other) { return other < 0 ? Json() : Json(scene.rigs(other).index()); };
+    const auto number = [&](int other) {
+      return other < 0 ? Json() : Json(scene.rigs(other).index());
+    };
     (*json)["sequence"] = {{"path", rig.path()},
                            {"time_s", rig.time_s()},
                            {"previous", number(place.previous)},

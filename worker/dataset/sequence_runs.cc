@@ -44,8 +44,8 @@ absl::StatusOr<std::vector<SequenceRun>> FindRuns(const DatasetVariant& variant,
   std::vector<SequenceRun> runs;
   for (const auto& [way, members] : ways) {
     const auto& [scene, eye, path] = way;
-    const std::string name = "-p" + std::to_string(path) +
-                             (most_eyes[scene] > 0 ? "-b" + std::to_string(eye) : "");
+    const std::string name =
+        "-p" + std::to_string(path) + (most_eyes[scene] > 0 ? "-b" + std::to_string(eye) : "");
     int gaps = 0;
     for (size_t begin = 0; begin < members.size();) {
       size_t end = begin + 1;

@@ -38,8 +38,8 @@ struct VerifyResult {
 //   the pixels may differ); object and material indices in their tables; normals of length 1 that
 //   face the camera; poses rigid, the right camera at +x by the baseline; statistics and filter
 //   verdicts of the index as the maps give them; where the study gives a camera (rigs.camera), its
-//   K, size and baseline to 1e-6; of raw pairs, correspondences that are epipolar once rectified; of
-//   sequences, flow and disparity change as depth, cameras and motion give them (2e-3 px), flow
+//   K, size and baseline to 1e-6; of raw pairs, correspondences that are epipolar once rectified;
+//   of sequences, flow and disparity change as depth, cameras and motion give them (2e-3 px), flow
 //   occlusion as the neighbours' depth has it (2 % of the pixels may differ).
 // Errors: kNotFound when `dir` is no dataset; kDataLoss for an index that can't be read. What is
 // wrong with the dataset is no error but a finding.

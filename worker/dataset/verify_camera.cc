@@ -55,7 +55,8 @@ std::vector<Wanted> WantedIntrinsics(const v1::RigConfig& rigs) {
 
 Wanted WantedBaseline(const v1::RigConfig& rigs) {
   const auto& several = rigs.baselines_m();
-  if (several.empty()) return WantedOf("baseline_m", rigs.has_baseline_m(), rigs.baseline_m(), 1, 0);
+  if (several.empty())
+    return WantedOf("baseline_m", rigs.has_baseline_m(), rigs.baseline_m(), 1, 0);
   const auto [low, high] = std::minmax_element(several.begin(), several.end());
   return {"baseline_m", *low, *high};
 }

@@ -21,9 +21,9 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr double kFlowTolerance_px = 2e-3;
-constexpr double kFlowTolerance = 2e-5;      // Of the flow's length.
+constexpr double kFlowTolerance = 2e-5;  // Of the flow's length.
 constexpr double kPoseTolerance = 1e-6;
-constexpr double kReprojected = 0.01;        // Of the depth.
+constexpr double kReprojected = 0.01;  // Of the depth.
 // Share of the pixels that depth at the neighbour's pixel centres judges otherwise than rays do:
 // edges of things, and what is hidden by something thinner than a pixel.
 constexpr double kMostOtherwise = 0.02;
@@ -38,7 +38,8 @@ std::string ThreeDigits(uint32_t number) {
 // World from camera, worked out anew from a quaternion.
 Eigen::Isometry3d PoseOf(const v1::Transform& t) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.linear() = Eigen::Quaterniond(t.qw(), t.qx(), t.qy(), t.qz()).normalized().toRotationMatrix();
+  pose.linear() =
+      Eigen::Quaterniond(t.qw(), t.qx(), t.qy(), t.qz()).normalized().toRotationMatrix();
   pose.translation() = Eigen::Vector3d(t.tx(), t.ty(), t.tz());
   return pose;
 }
@@ -47,9 +48,9 @@ Eigen::Affine3d PlaceAt(const v1::SceneObject& object, double time_s) {
   const v1::Vec3 &v = object.motion().velocity_mps(), &w = object.motion().spin_rps();
   const Eigen::Vector3d spin(w.x(), w.y(), w.z());
   const double angle = spin.norm() * time_s;
-  const Eigen::Matrix3d turn =
-      spin.norm() > 0 ? Eigen::AngleAxisd(angle, spin.normalized()).toRotationMatrix()
-                      : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
+  const Eigen::Matrix3d turn = spin.norm() > 0
+                                   ? Eigen::AngleAxisd(angle, spin.normalized()).toRotationMatrix()
+                                   : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
   const Eigen::Isometry3d rest = PoseOf(object.world_from_object());
   Eigen::Affine3d place;
   place.linear() = turn * rest.linear() * object.world_from_object().scale();
@@ -100,8 +101,8 @@ class FlowChecker {
   bool ReadRecipe() {
     // VARIANT/frames/SCENE/RIG
     const fs::path scene = fs::path(frame_.dir).parent_path();
-    const absl::StatusOr<std::string> bytes =
-        ReadFile(scene.parent_path().parent_path() / "scenes" / (scene.filename().string() + ".pb"));
+    const absl::StatusOr<std::string> bytes = ReadFile(
+        scene.parent_path().parent_path() / "scenes" / (scene.filename().string() + ".pb"));
     if (!bytes.ok() || !recipe_.ParseFromString(*bytes)) return false;
     for (const v1::Rig& rig : recipe_.rigs()) {
       if (rig.index() == frame_.rig) rig_ = &rig;
@@ -196,13 +197,14 @@ class FlowChecker {
     const std::string neighbour =
         fs::path(frame_.dir).parent_path().string() + "/" + ThreeDigits(then->index());
     Read(neighbour, "depth_" + side + ".exr", &ReadExrY, other);
-    ComparePixels({FlowCamera(*rig_, eye), FlowCamera(*then, eye), MotionTo(*then), name, mask_name},
-                  flow, mask, depth, objects, other);
+    ComparePixels(
+        {FlowCamera(*rig_, eye), FlowCamera(*then, eye), MotionTo(*then), name, mask_name}, flow,
+        mask, depth, objects, other);
   }
 
   void CheckNone(const std::string& name, const ImageF3& flow, const ImageU8& mask) {
-    const bool still = std::all_of(flow.values().begin(), flow.values().end(),
-                                   [](float v) { return v == 0; });
+    const bool still =
+        std::all_of(flow.values().begin(), flow.values().end(), [](float v) { return v == 0; });
     const bool none = std::all_of(mask.values().begin(), mask.values().end(),
                                   [](uint8_t v) { return v == kNone; });
     if (!still || !none) Find(name, "has flow, but there is no such neighbour");
@@ -266,9 +268,9 @@ class FlowChecker {
             Eigen::Vector3d(double{seen[0]}, double{seen[1]}, double{seen[2]}) - wanted;
         if (!(off.cwiseAbs().maxCoeff() <= kFlowTolerance_px + kFlowTolerance * wanted.norm())) {
           char text[160];
-          std::snprintf(text, sizeof(text), ": %.6g %.6g %.6g, depth and motion give %.6g %.6g %.6g",
-                        double{seen[0]}, double{seen[1]}, double{seen[2]}, wanted.x(), wanted.y(),
-                        wanted.z());
+          std::snprintf(text, sizeof(text),
+                        ": %.6g %.6g %.6g, depth and motion give %.6g %.6g %.6g", double{seen[0]},
+                        double{seen[1]}, double{seen[2]}, wanted.x(), wanted.y(), wanted.z());
           return Find(c.name, at + text);
         }
         const auto visible = Visible(other, end, z > 0 ? then.z() : 0, depth);
@@ -286,7 +288,8 @@ class FlowChecker {
   // such map.
   static std::optional<bool> Visible(const ImageF& other, const Eigen::Vector2d& at, double depth,
                                      const ImageF& own) {
-    if (!(at.x() >= 0 && at.y() >= 0 && at.x() < own.width() && at.y() < own.height())) return false;
+    if (!(at.x() >= 0 && at.y() >= 0 && at.x() < own.width() && at.y() < own.height()))
+      return false;
     if (other.empty()) return std::nullopt;
     const int x = static_cast<int>(std::floor(at.x() - 0.5));
     const int y = static_cast<int>(std::floor(at.y() - 0.5));

@@ -35,10 +35,10 @@ absl::Status TraceFlow(const RigBook& book, const v1::Rig& rig, const View* kept
 void FillFlow(const View& now, const PinholeCamera& camera, const FlowTarget& target,
               FlowMaps* maps);
 
-// Marks what is hidden in the neighbour. `then` is the scene at the neighbour's time; the rest is as
-// FillFlow was given it. A pixel is hidden when the first surface on the line from the neighbour's
-// eye to its point is nearer than the point by more than 1 %, or, where it has no surface, when that
-// line meets any. Errors: kCancelled.
+// Marks what is hidden in the neighbour. `then` is the scene at the neighbour's time; the rest is
+// as FillFlow was given it. A pixel is hidden when the first surface on the line from the
+// neighbour's eye to its point is nearer than the point by more than 1 %, or, where it has no
+// surface, when that line meets any. Errors: kCancelled.
 absl::Status MarkHidden(const RenderScene& then, const View& now, const PinholeCamera& camera,
                         const FlowTarget& target, const CancelToken& cancel, FlowMaps* maps);
 

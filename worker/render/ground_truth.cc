@@ -76,9 +76,8 @@ class TruthTracer {
       const Ray ray{rays.origin.Get(lane), rays.direction.Get(lane)};
       const bool met = Look(ray, hits.met[lane] != 0, &raw, &id).surface;
       const double distance = sights[k].to.norm();
-      sights[k].hidden =
-          met && (sights[k].infinite ||
-                  static_cast<double>(raw.distance) < (1 - kOcclusionThreshold) * distance);
+      sights[k].hidden = met && (sights[k].infinite || static_cast<double>(raw.distance) <
+                                                           (1 - kOcclusionThreshold) * distance);
     }
   }
 

@@ -19,8 +19,8 @@ struct Pairing {
 };
 
 // What is kept of a left eye for the next rig that shares it. The picture of a shared left eye
-// depends on no right one: it is the same in whichever order, and by however many jobs, its rigs are
-// rendered.
+// depends on no right one: it is the same in whichever order, and by however many jobs, its rigs
+// are rendered.
 struct KeptLeft {
   std::string eye;    // LeftEyeKey.
   View view;          // Without what depends on the right eye.

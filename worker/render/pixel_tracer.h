@@ -42,7 +42,8 @@ class PixelTracer {
  private:
   // From the sample `first` of all on, up to kAtOnce; returns how many.
   size_t Start(std::span<const PixelAt> pixels, size_t first);
-  // Counts a sample of the pixel for the partners for which it lies within 1 px of its ground truth.
+  // Counts a sample of the pixel for the partners for which it lies within 1 px of its ground
+  // truth.
   void Judge(const PixelAt& at, const PathResult& result, PixelSum* sum) const;
 
   PathTracer tracer_;

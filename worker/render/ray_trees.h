@@ -94,9 +94,10 @@ class RayTrees {
   ~RayTrees();
 
   // Places anew the bodies that move; `world_from_object` has a place for each of the first bodies,
-  // all movers among them. Only the top of the trees is built again.
+  // all movers among them. Only the top of the trees is built again. Errors: kInternal,
+  // kResourceExhausted: what Embree says.
   absl::Status Move(const std::vector<Eigen::Affine3f>& world_from_object);
-  // Takes the bodies that move out of all trees, or puts them back.
+  // Takes the bodies that move out of all trees, or puts them back. Errors: as Move.
   absl::Status ShowMovers(bool shown);
 
   // The nearest hit beyond `t_min`; false if there is none.

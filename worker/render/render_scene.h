@@ -107,7 +107,8 @@ class RenderScene final : public ShadowFilter {
   // while rays are under way. Errors: kInvalidArgument without movers, or for another number of
   // placements; kInternal for what Embree says.
   absl::Status Move(const std::vector<Eigen::Affine3f>& world_from_object);
-  // Takes the movers out of the acceleration structure, or puts them back. As Move.
+  // Takes the movers out of the acceleration structure, or puts them back.
+  // Errors: kInternal for what Embree says.
   absl::Status ShowMovers(bool shown) { return trees_->ShowMovers(shown); }
 
   // RawHit.placed is a body: below geometry().meshes.size() one of these, from there on an
@@ -189,8 +190,8 @@ class RenderScene final : public ShadowFilter {
   std::vector<CacheGroup> cache_groups_;  // Parallel to stored_.
   std::vector<uint32_t> materials_;       // The materials of all bodies' slots, one behind another.
   std::vector<MaterialTraits> traits_;
-  Box3f bounds_, rest_bounds_;   // Of all, and of all but the movers.
-  std::vector<bool> movers_;     // By mesh; empty: none.
+  Box3f bounds_, rest_bounds_;  // Of all, and of all but the movers.
+  std::vector<bool> movers_;    // By mesh; empty: none.
   std::unique_ptr<RayTrees> trees_;
 };
 

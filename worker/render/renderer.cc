@@ -133,11 +133,11 @@ class SceneRenderer final : public Renderer {
       const PinholeCamera& camera = stereo.eyes[eye];
       if (eye == 0 && kept) {
         frame->left = kept->view;
-        frame->left.disparity_px = DisparityOf(kept->view.depth_m, camera.fx_px * stereo.baseline_m);
+        frame->left.disparity_px =
+            DisparityOf(kept->view.depth_m, camera.fx_px * stereo.baseline_m);
         continue;
       }
-      RETURN_IF_ERROR(
-          TraceGroundTruth(*geometry_, camera, stereo.baseline_m, cancel, views[eye]));
+      RETURN_IF_ERROR(TraceGroundTruth(*geometry_, camera, stereo.baseline_m, cancel, views[eye]));
       MarkVeiled(lights_.haze(), camera, views[eye]);
     }
     MarkOcclusion(&frame->left, &frame->right);
@@ -150,9 +150,8 @@ class SceneRenderer final : public Renderer {
     ASSIGN_OR_RETURN(const StereoCamera stereo, StereoCamera::FromRig(rig));
     const Pairing pairing = book_.PairingOf(rig);
     const std::string eye_key = LeftEyeKey(rig, pairing);
-    const KeptLeft* kept = pairing.shared() && kept_left_ && kept_left_->eye == eye_key
-                               ? &*kept_left_
-                               : nullptr;
+    const KeptLeft* kept =
+        pairing.shared() && kept_left_ && kept_left_->eye == eye_key ? &*kept_left_ : nullptr;
     RETURN_IF_ERROR(CheckMemory("render: images of rig " + std::to_string(rig.index()),
                                 int64_t{kBytesPerPixel + (with_flow_ ? kFlowBytesPerPixel : 0)} *
                                     rig.width_px() * rig.height_px()));
@@ -172,8 +171,7 @@ class SceneRenderer final : public Renderer {
     ASSIGN_OR_RETURN(const float clamp, ClampOf(pairing, kept));
     std::optional<Film> films[2];
     const int first_eye = kept ? 1 : 0;
-    Meter meter{progress,
-                ((with_raw ? 4.0 : 2.0) - first_eye) * rig.width_px() * rig.height_px()};
+    Meter meter{progress, ((with_raw ? 4.0 : 2.0) - first_eye) * rig.width_px() * rig.height_px()};
     const auto stream = [&](int eye, uint32_t pass) {
       return StreamOf(eye == 0 ? pairing.leader : rig, eye, pass);
     };
@@ -189,9 +187,9 @@ class SceneRenderer final : public Renderer {
     }
     // From what was traced, not from what the denoiser made of it: the same on every machine. A
     // left eye that several rigs share is exposed by itself, so that it has one picture.
-    frame.exposure = kept ? kept->exposure
-                          : AutomaticExposure(films[0]->color,
-                                              films[pairing.shared() ? 0 : 1]->color);
+    frame.exposure =
+        kept ? kept->exposure
+             : AutomaticExposure(films[0]->color, films[pairing.shared() ? 0 : 1]->color);
     for (int eye = first_eye; eye < 2; ++eye) {
       TraceEdges(stereo.eyes[eye], stream(eye, 3), clamp, frame.exposure, cancel, &meter,
                  &*films[eye]);
@@ -306,8 +304,8 @@ class SceneRenderer final : public Renderer {
     fill.paths = profile_.cache_paths;
     // What moves is not there: the cache holds for all times, and movers are lit by traced paths.
     if (moving_.moves()) RETURN_IF_ERROR(geometry_->ShowMovers(false));
-    auto filled = FillRadianceCache(*geometry_, &lights_, Options(0), scene_seed_, cameras, fill,
-                                    cancel);
+    auto filled =
+        FillRadianceCache(*geometry_, &lights_, Options(0), scene_seed_, cameras, fill, cancel);
     if (moving_.moves()) RETURN_IF_ERROR(geometry_->ShowMovers(true));
     ASSIGN_OR_RETURN(cache_, std::move(filled));
     return absl::OkStatus();

@@ -22,9 +22,9 @@ enum MaskBit : uint8_t {
 
 // From one frame of a sequence to a neighbour, of one eye. Empty unless render.maps has `flow`.
 struct FlowMaps {
-  // u, v: from a pixel's centre to where the neighbour's same eye has the surface point of the first
-  // hit, moved as its object moves, pixels; and the change of its disparity on the way, pixels.
-  // Without surface: as of a point at infinity.
+  // u, v: from a pixel's centre to where the neighbour's same eye has the surface point of the
+  // first hit, moved as its object moves, pixels; and the change of its disparity on the way,
+  // pixels. Without surface: as of a point at infinity.
   ImageF3 flow;
   ImageU8 occlusion;  // FlowOcclusion.
 };

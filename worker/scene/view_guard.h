@@ -20,9 +20,9 @@ class ViewGuard {
  public:
   ViewGuard(const v1::RigConfig& config, const v1::Scene& scene);
 
-  // Whether a thing with these bounds (object frame) may stand or move there: not within arm's reach of any
-  // rig's eyes, and neither it nor all the things taken so far fill much of a view, above all from
-  // close by.
+  // Whether a thing with these bounds (object frame) may stand or move there: not within arm's
+  // reach of any rig's eyes, and neither it nor all the things taken so far fill much of a view,
+  // above all from close by.
   bool Allows(const Box3f& bounds, const PoseInTime& pose_at);
   // The thing last allowed stays.
   void Take();

@@ -140,9 +140,10 @@ void RegisterExport(Registry& registry) {
   command->add_option("DIR", options->dir, "A dataset, or one of its variants")->required();
   command->add_option("-o,--out", options->out, "The new folder")->type_name("DIR2")->required();
   command
-      ->add_option("-l,--layout", options->options.layout,
-                   "flyingthings (default), fsd, crestereo, wmgstereo, middlebury, kitti or "
-                   "webdataset")
+      ->add_option(
+          "-l,--layout", options->options.layout,
+          "flyingthings (default), fsd, crestereo, wmgstereo, middlebury, kitti or "
+          "webdataset; for sequences with flow flyingthings-flow, sintel or dynamic-replica")
       ->type_name("LAYOUT");
   command
       ->add_option("--variant", options->options.variants,
@@ -169,8 +170,9 @@ void RegisterVerify(Registry& registry) {
   CLI::App* command = registry.AddCommand(
       registry.app, "verify", "Check the hashes and the geometry of a dataset",
       "Every file against its SHA-256; in each pair: disparity = fx * baseline / depth, poses,\n"
-      "finite maps, occlusion by re-projection, indices against their tables, normals, masks, and\n"
-      "the filter verdicts. A folder of `parallax export` is compared with its SHA256SUMS.\n"
+      "finite maps, occlusion by re-projection, indices against their tables, normals, masks,\n"
+      "flow of sequences, and the filter verdicts. A folder of `parallax export` is compared with "
+      "its SHA256SUMS.\n"
       "Exit status 1 when something is wrong, one line each.\n"
       "\n"
       "Example:\n"

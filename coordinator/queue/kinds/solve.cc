@@ -151,8 +151,8 @@ class SolveKind final : public JobKind {
     if (solve.seed != 0 && solve.seed != seed) {
       return "a scene of seed " + std::to_string(solve.seed) + ", wanted " + std::to_string(seed);
     }
-    const uint32_t wanted = std::max(
-        variant.rigs_per_scene, static_cast<uint32_t>(PairsOfScene(variant.config->rigs())));
+    const uint32_t wanted = std::max(variant.rigs_per_scene,
+                                     static_cast<uint32_t>(PairsOfScene(variant.config->rigs())));
     if (solve.rigs < wanted) {
       return "a scene with " + std::to_string(solve.rigs) + " rigs, wanted " +
              std::to_string(wanted);

@@ -201,8 +201,9 @@ absl::StatusOr<double> WarmPairSeconds(const Options& options, const v1::Scene& 
   const std::string dir =
       (std::filesystem::temp_directory_path() / ("bench_render." + std::to_string(getpid())))
           .string();
-  const RendererFactory factory = [](const v1::Scene& scene, const v1::RenderConfig& config)
-      -> absl::StatusOr<std::unique_ptr<Renderer>> {
+  const RendererFactory factory =
+      [](const v1::Scene& scene,
+         const v1::RenderConfig& config) -> absl::StatusOr<std::unique_ptr<Renderer>> {
     ASSIGN_OR_RETURN(SceneGeometry geometry, BuildSceneGeometry(scene));
     return Renderer::Create(scene, std::move(geometry), config);
   };

@@ -17,7 +17,8 @@ std::string WhyNot(const std::string& yaml) {
 }
 
 TEST(Sequences, BaselinesAreAListOfNumbers) {
-  const auto config = ParseSceneConfig("rigs: {count: 5, baselines_m: [0.06, 0.12, 0.24]}", "c.yaml");
+  const auto config =
+      ParseSceneConfig("rigs: {count: 5, baselines_m: [0.06, 0.12, 0.24]}", "c.yaml");
   ASSERT_TRUE(config.ok()) << config.status();
   EXPECT_THAT(config->rigs().baselines_m(), ElementsAre(0.06, 0.12, 0.24));
   EXPECT_EQ(EyesOfLeft(config->rigs()), 3);

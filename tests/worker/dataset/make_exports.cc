@@ -1,5 +1,6 @@
 // make_exports DIR: a synthetic archive in DIR/archive, one of sequences in DIR/archive_sequences,
-// and their exports in every layout in DIR/<layout> (crestereo also flat), for readers written in other languages to be tried on.
+// and their exports in every layout in DIR/<layout> (crestereo also flat), for readers written in
+// other languages to be tried on.
 #include <filesystem>
 #include <iostream>
 
@@ -31,9 +32,9 @@ int main(int argc, char** argv) {
       options.layout = layout;
       options.flat = flat;
       options.shard_pairs = 4;
-      const auto result = parallax::ExportDataset(
-          dir + (sequences ? "/archive_sequences" : "/archive"),
-          dir + "/" + layout + (flat ? "_flat" : ""), options);
+      const auto result =
+          parallax::ExportDataset(dir + (sequences ? "/archive_sequences" : "/archive"),
+                                  dir + "/" + layout + (flat ? "_flat" : ""), options);
       if (!result.ok()) {
         std::cerr << layout << ": " << result.status() << "\n";
         return 1;

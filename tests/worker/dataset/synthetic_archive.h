@@ -15,7 +15,7 @@ struct SyntheticArchive {
   bool last_frame_dark = false;  // Fails the filter "dark".
   bool last_frame_missing = false;
   bool keep_hdr = false;
-  bool sequence = false;  // Each scene's rigs are a way, with flow.
+  bool sequence = false;       // Each scene's rigs are a way, with flow.
   std::string sensor = "off";  // A preset; needs keep_hdr.
 };
 

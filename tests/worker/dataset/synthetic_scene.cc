@@ -222,8 +222,7 @@ void GiveFlow(const v1::Scene& scene, const v1::Rig& rig, StereoFrame& frame) {
       const StereoCamera cameras = StereoCamera::FromRig(then).value();
       FlowTarget target{cameras.eyes[eye], cameras.eyes[eye].fx_px * then.baseline_m(), {}};
       for (const v1::SceneObject& object : scene.objects()) {
-        const Pose moved =
-            PoseAt(object, then.time_s()) * PoseAt(object, rig.time_s()).Inverse();
+        const Pose moved = PoseAt(object, then.time_s()) * PoseAt(object, rig.time_s()).Inverse();
         target.then_from_now[object.index()] =
             Eigen::Translation3d(moved.translation) * moved.rotation;
       }

@@ -61,7 +61,8 @@ TEST(Flow, OfAStillWallFollowsFromTheCamerasWay) {
   const StereoFrame frame = test::RenderFrame(test, FlowConfig(), test.recipe.rigs(0));
   // A corner of the picture: the wall, 4 m away and then 3.5 m.
   for (const auto& [x, y] : {std::pair{3, 5}, {90, 60}, {5, 58}}) {
-    const double right = (x + 0.5 - kWidth / 2.0) / kFocal * 4, down = (y + 0.5 - kHeight / 2.0) / kFocal * 4;
+    const double right = (x + 0.5 - kWidth / 2.0) / kFocal * 4,
+                 down = (y + 0.5 - kHeight / 2.0) / kFocal * 4;
     const float* flow = FlowAt(frame.left.forward, x, y);
     EXPECT_NEAR(flow[0], kWidth / 2.0 + kFocal * (right - 0.1) / 3.5 - (x + 0.5), 2e-4);
     EXPECT_NEAR(flow[1], kHeight / 2.0 + kFocal * (down + 0.05) / 3.5 - (y + 0.5), 2e-4);
@@ -82,7 +83,7 @@ TEST(Flow, OfAMovingObjectFollowsItsMotion) {
   ASSERT_NEAR(frame.left.depth_m(x, y), 1.8, 1e-5);
   const auto moved = [&](double dt) {
     const Vec3d now(6.5 / kFocal * 1.8, 1.8, 3.5 / kFocal * 1.8);  // World; z up.
-    const Vec3d origin(0.1, -0.2, 0);                               // Of the object, now.
+    const Vec3d origin(0.1, -0.2, 0);                              // Of the object, now.
     const Eigen::AngleAxisd turn(M_PI / 2 * dt, Vec3d::UnitY());
     return Vec3d(origin + dt * Vec3d(1, -2, 0) + turn * (now - origin));
   };

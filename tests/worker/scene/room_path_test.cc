@@ -42,8 +42,8 @@ RayScene SolidAt(const v1::Scene& scene, const SceneGeometry& geometry, double t
   for (int i = 0; i < scene.objects_size(); ++i) {
     const v1::SceneObject& object = scene.objects(i);
     const PlacedMesh& placed = geometry.meshes[static_cast<size_t>(i)];
-    solid.Add(*placed.mesh, object.has_motion() ? PoseAt(object, time_s).Affine()
-                                                : placed.world_from_object);
+    solid.Add(*placed.mesh,
+              object.has_motion() ? PoseAt(object, time_s).Affine() : placed.world_from_object);
   }
   solid.Commit();
   return solid;
@@ -129,8 +129,7 @@ TEST(Motion, MovesSomeThingsClearOfCamerasAndOfAllElse) {
     const RayScene solid = SolidAt(scene, geometry, rig.time_s());
     for (int k = 0; k <= 4; ++k) {
       const Vec3d eye = EyePosition(rig, 0) + k / 4.0 * rig.baseline_m() * RigAxes(rig).col(0);
-      EXPECT_GE(solid.NearestDistance(eye.cast<float>(), 1),
-                job.config().rigs().min_distance_m());
+      EXPECT_GE(solid.NearestDistance(eye.cast<float>(), 1), job.config().rigs().min_distance_m());
     }
     moving = 0;
     for (int i = 0; i < scene.objects_size(); ++i) {

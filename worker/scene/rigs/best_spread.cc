@@ -44,7 +44,7 @@ struct Candidate {
 }  // namespace
 
 ViewProbe ProbeView(const SceneInProgress& scene, const Vec3f& eye, const Mat3f& camera,
-                const RigCamera& view) {
+                    const RigCamera& view) {
   const RayScene& solid = scene.solid;
   int things = 0;
   std::vector<double> depths;
@@ -124,8 +124,8 @@ class RigChooser {
         bounds_(scene.surroundings.bounds),
         solid_(scene.solid),
         root_(scene.seed, "dress/rigs"),
-        reach_m_(static_cast<float>(
-            std::max(config.clearance_baseline_m(), LargestBaseline(config)))) {}
+        reach_m_(
+            static_cast<float>(std::max(config.clearance_baseline_m(), LargestBaseline(config)))) {}
 
   // Each rig has its own height, pitch and field of view, drawn as the config says; only where it
   // stands and which way it turns is chosen among candidates. So the choice does not bend those

@@ -19,7 +19,8 @@ constexpr double kRadian = std::numbers::pi / 180;
 constexpr uint64_t kShapes = 6;     // Heights, pitches and speeds that are tried.
 constexpr uint64_t kWayTries = 40;  // Of each.
 constexpr uint64_t kStarts = 40, kEnoughStarts = 5;
-constexpr uint64_t kSteps = 14, kEnoughSteps = 5;  // Ways on from a key, and free ones to choose among.
+constexpr uint64_t kSteps = 14,
+                   kEnoughSteps = 5;  // Ways on from a key, and free ones to choose among.
 constexpr double kKeyLength_m = 0.5, kKeyLength_s = 0.8;  // A key comes no later than either.
 constexpr double kBend_rad = 50 * kRadian;                // Of the way, from key to key.
 // A key turns the view by this part of what it may; a smooth curve through keys turns faster.
@@ -59,8 +60,8 @@ class RoomWays {
         scene_(scene),
         bounds_(scene.surroundings.bounds),
         root_(scene.seed, "dress/paths"),
-        reach_m_(static_cast<float>(
-            std::max(config.clearance_baseline_m(), LargestBaseline(config)))) {}
+        reach_m_(
+            static_cast<float>(std::max(config.clearance_baseline_m(), LargestBaseline(config)))) {}
 
   void Place() {
     const int paths = config_.path().paths(), count = config_.count();
@@ -99,8 +100,8 @@ class RoomWays {
   // Empty: it leads nowhere.
   std::vector<Stand> TryWay(const Rng& rng, const WayShape& shape, int frames) const {
     const double duration_s = (frames - 1) / config_.path().fps();
-    const double key_s =
-        std::min(kKeyLength_s, kKeyLength_m / std::max(shape.speed_mps, kKeyLength_m / kKeyLength_s));
+    const double key_s = std::min(
+        kKeyLength_s, kKeyLength_m / std::max(shape.speed_mps, kKeyLength_m / kKeyLength_s));
     const auto count = static_cast<size_t>(std::ceil(duration_s / key_s)) + 2;
     std::vector<Stand> keys;
     if (const auto start = Start(rng.Child("start"), shape)) keys.push_back(*start);
@@ -121,8 +122,8 @@ class RoomWays {
       Rng place = rng.Child("place", i);
       Stand stand;
       const double x = place.Uniform(), y = place.Uniform();
-      stand.eye = bounds_.min() +
-                  Vec3d(x * bounds_.sizes().x(), y * bounds_.sizes().y(), shape.altitude_m);
+      stand.eye =
+          bounds_.min() + Vec3d(x * bounds_.sizes().x(), y * bounds_.sizes().y(), shape.altitude_m);
       stand.yaw_rad = 2 * std::numbers::pi * place.Uniform();
       stand.pitch_rad = shape.pitch_rad;
       const auto value = ValueOf(stand, shape);
@@ -182,8 +183,8 @@ class RoomWays {
     std::vector<Stand> way;
     for (int i = 0; i < frames; ++i) {
       const double time_s = i / config_.path().fps();
-      const double at = lengths.back() > 1e-9 ? ParameterAt(lengths, shape.speed_mps * time_s)
-                                              : time_s / key_s;
+      const double at =
+          lengths.back() > 1e-9 ? ParameterAt(lengths, shape.speed_mps * time_s) : time_s / key_s;
       way.push_back({CurveAt(eyes, at), CurveAt(yaws, at), CurveAt(pitches, at)});
     }
     return way;
@@ -221,8 +222,9 @@ class RoomWays {
       }
       if (i == 0) continue;
       if (!IsWayFree(way[i - 1], way[i], shape)) return false;
-      const Eigen::AngleAxisd turn(CameraAxes(way[i - 1].yaw_rad, way[i - 1].pitch_rad).transpose() *
-                                   CameraAxes(way[i].yaw_rad, way[i].pitch_rad));
+      const Eigen::AngleAxisd turn(
+          CameraAxes(way[i - 1].yaw_rad, way[i - 1].pitch_rad).transpose() *
+          CameraAxes(way[i].yaw_rad, way[i].pitch_rad));
       if (std::abs(turn.angle()) > most) return false;
     }
     return true;

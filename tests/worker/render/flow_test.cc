@@ -60,7 +60,7 @@ TEST(Flow, OfAStillWallFollowsFromTheCamerasWay) {
   AddWay({{0, 0, 0}, {0.1, 0.5, 0.05}}, &test);
   const StereoFrame frame = test::RenderFrame(test, FlowConfig(), test.recipe.rigs(0));
   // A corner of the picture: the wall, 4 m away and then 3.5 m.
-  for (const auto& [x, y] : {std::pair{3, 5}, {90, 60}, {5, 58}}) {
+  for (const auto& [x, y] : std::vector<std::pair<int, int>>{{3, 5}, {90, 60}, {5, 58}}) {
     const double right = (x + 0.5 - kWidth / 2.0) / kFocal * 4,
                  down = (y + 0.5 - kHeight / 2.0) / kFocal * 4;
     const float* flow = FlowAt(frame.left.forward, x, y);

@@ -1,6 +1,7 @@
 // Ways of the rig through rooms, several baselines, and things that move.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -67,8 +68,8 @@ TEST(RoomPath, FramesAreSharedEvenlyAndInTime) {
 }
 
 TEST(RoomPath, WaysAreSmoothAndClear) {
-  for (const uint64_t seed : {1, 2, 3}) {
-    v1::SolveJob job = WayJob(seed, 2, 40);
+  for (const uint64_t seed : {1, 2}) {
+    v1::SolveJob job = WayJob(seed, 2, 30);
     job.mutable_config()->mutable_rigs()->mutable_path()->set_max_turn_dps(30);
     const v1::Scene scene = SolvedScene(job);
     const RayScene solid = SolidAt(scene, BuildSceneGeometry(scene).value(), 0);
@@ -119,38 +120,40 @@ TEST(Baselines, EachIsAPairOfItsOwnWithOneLeftEye) {
 }
 
 TEST(Motion, MovesSomeThingsClearOfCamerasAndOfAllElse) {
-  v1::SolveJob job = WayJob(3, 1, 15);
+  v1::SolveJob job = WayJob(3, 1, 8);
   job.mutable_config()->mutable_floating()->mutable_count()->set_constant(10);
   job.mutable_config()->mutable_floating()->mutable_motion()->set_p(1);
   const v1::Scene scene = SolvedScene(job);
   const SceneGeometry geometry = BuildSceneGeometry(scene).value();
-  int moving = 0;
+  std::vector<std::shared_ptr<const TriangleTree>> trees;
+  for (const PlacedMesh& placed : geometry.meshes) {
+    trees.push_back(std::make_shared<TriangleTree>(*placed.mesh));
+  }
+  const auto place = [&](size_t i, double time_s) {
+    const v1::SceneObject& object = scene.objects(static_cast<int>(i));
+    return object.has_motion() ? PoseAt(object, time_s).Affine()
+                               : geometry.meshes[i].world_from_object;
+  };
   for (const v1::Rig& rig : scene.rigs()) {
-    const RayScene solid = SolidAt(scene, geometry, rig.time_s());
+    RayScene solid;
+    for (size_t i = 0; i < trees.size(); ++i) solid.Add(trees[i], place(i, rig.time_s()));
+    solid.Commit();
     for (int k = 0; k <= 4; ++k) {
       const Vec3d eye = EyePosition(rig, 0) + k / 4.0 * rig.baseline_m() * RigAxes(rig).col(0);
       EXPECT_GE(solid.NearestDistance(eye.cast<float>(), 1), job.config().rigs().min_distance_m());
     }
-    moving = 0;
-    for (int i = 0; i < scene.objects_size(); ++i) {
-      if (!scene.objects(i).has_motion()) continue;
-      ++moving;
-      EXPECT_GT(FromProto(scene.objects(i).motion().velocity_mps()).norm() +
-                    FromProto(scene.objects(i).motion().spin_rps()).norm(),
-                0);
-      const TriangleTree tree(*geometry.meshes[static_cast<size_t>(i)].mesh);
-      const Eigen::Affine3f place = PoseAt(scene.objects(i), rig.time_s()).Affine();
-      for (int k = 0; k < scene.objects_size(); ++k) {
-        if (k == i) continue;
-        const PlacedMesh& other = geometry.meshes[static_cast<size_t>(k)];
-        EXPECT_FALSE(Overlap(tree, place, TriangleTree(*other.mesh),
-                             scene.objects(k).has_motion()
-                                 ? PoseAt(scene.objects(k), rig.time_s()).Affine()
-                                 : other.world_from_object))
-            << scene.objects(i).name() << " in " << scene.objects(k).name();
+    for (size_t i = 0; i < trees.size(); ++i) {
+      if (!scene.objects(static_cast<int>(i)).has_motion()) continue;
+      for (size_t k = 0; k < trees.size(); ++k) {
+        EXPECT_TRUE(k == i ||
+                    !Overlap(*trees[i], place(i, rig.time_s()), *trees[k], place(k, rig.time_s())))
+            << scene.objects(static_cast<int>(i)).name() << " in "
+            << scene.objects(static_cast<int>(k)).name();
       }
     }
   }
+  const auto moving = std::count_if(scene.objects().begin(), scene.objects().end(),
+                                    [](const auto& object) { return object.has_motion(); });
   EXPECT_GE(moving, 4);
 }
 

@@ -383,7 +383,7 @@ class Exports(unittest.TestCase):
             self.assertEqual([Path(p).name for p in images], [f"frame_{i:04d}.png" for i in range(1, 5)])
             self.assertEqual(len(flows), 3)
             for path, frame in zip(flows, frames):
-                data = open(path, "rb").read()
+                data = Path(path).read_bytes()
                 self.assertEqual(np.frombuffer(data[:4], np.float32)[0], np.float32(202021.25))
                 self.assertEqual(tuple(np.frombuffer(data[4:12], np.int32)), (96, 54))
                 flow = np.frombuffer(data[12:], np.float32).reshape(54, 96, 2)

@@ -147,8 +147,7 @@ TEST_F(TrainKindsTest, ACuratedSetWaitsForTheNetworkOfItsPlainTwin) {
   EXPECT_THAT(States(study, "train")[1], testing::Not(HasSubstr("SUCCEEDED")));
 }
 
-TEST_F(TrainKindsTest, ACuratedTrainingsKeyKnowsWhoScoredItsFrames) {
-  // Everything of the curated job is equal but the training whose network scores: its steps.
+TEST_F(TrainKindsTest, EqualCuratedTrainingsHaveOneKeyAndTheirTwinsAreReused) {
   std::vector<std::string> prefixes;
   for (const int steps : {100, 100, 101}) {
     const std::string number = std::to_string(prefixes.size());

@@ -28,7 +28,7 @@ WORKER_LEVELS = (
     ("agent",),
     ("jobs",),
 )
-# What jobs do is injected into it.
+# The agent uses no other folder: the work of jobs is injected into it.
 USES_NO_OTHER = ("agent",)
 
 

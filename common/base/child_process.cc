@@ -15,7 +15,7 @@ namespace parallax {
 namespace {
 
 constexpr int kCannotRun = 127;
-constexpr int kParentDied = SIGUSR2;  // What the kernel tells the supervisor.
+constexpr int kParentDied = SIGUSR2;  // The kernel sends it to the supervisor.
 
 // All that the children need, made before the fork.
 struct Prepared {

@@ -15,7 +15,7 @@
 namespace parallax::config_internal {
 namespace {
 
-constexpr size_t kMostBytes = 1 << 20;   // Of a calibration file.
+constexpr size_t kMostBytes = 1 << 20;   // Size of a calibration file.
 constexpr double kNarrowest = 1.0 / 12;  // Focal length over width: 161 degrees.
 constexpr double kDegree = std::numbers::pi / 180;
 
@@ -79,7 +79,7 @@ void SetCamera(const StereoCalibration& calibration, v1::RigConfig* rigs) {
   SetRaw((*calibration.raw)[1], 1, camera.mutable_raw_right());
 }
 
-// What `node` says of the camera, before anything is merged.
+// The camera's fields in `node`, before anything is merged.
 class CameraNode {
  public:
   CameraNode(YamlReader& reader, const YAML::Node& node, std::string path)

@@ -172,7 +172,7 @@ void CheckItems(const Message& message, const std::string& path, const FieldDesc
   }
 }
 
-// What a sensor makes its pictures of must be kept.
+// Checks that the study keeps the maps from which a sensor makes its pictures.
 void CheckSensor(const v1::SceneConfig& config, const std::string& path, Findings* findings) {
   const v1::SensorConfig& sensor = config.sensor();
   if (sensor.preset().empty() || sensor.preset() == "off") return;

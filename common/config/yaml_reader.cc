@@ -29,7 +29,7 @@ constexpr size_t kMostShown = 60;  // Bytes of a value.
 // Only plain scalars are numbers and booleans: "5" in quotes is text.
 bool IsPlain(const YAML::Node& node) { return node.IsScalar() && node.Tag() == "?"; }
 
-// What stands there, in words.
+// Describes the node for a message: its text, or its kind.
 std::string Seen(const YAML::Node& node) {
   if (node.IsMap()) return "a map";
   if (node.IsSequence()) return "a list";

@@ -10,8 +10,8 @@
 namespace parallax {
 namespace {
 
-// What libpng's callbacks need. libpng leaves a failed call by longjmp, so that between setjmp and
-// the end of a call nothing with a destructor may come to life: all of it stands here.
+// State of libpng's callbacks. libpng leaves a failed call by longjmp, so no object with a
+// destructor may be created between setjmp and the end of a call: all of them live here.
 struct Transfer {
   std::string error;
   std::string written;

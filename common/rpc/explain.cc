@@ -47,7 +47,7 @@ int Connect(const RpcAddress& address) {
   return connected;
 }
 
-// What goes on in one handshake.
+// State of one handshake.
 struct Handshake {
   bool done = false;
   bool other_side_speaks_tls = false;

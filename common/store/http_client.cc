@@ -39,7 +39,7 @@ size_t TakeHeader(char* data, size_t size, size_t count, void* answer) {
   return size * count;
 }
 
-// What is still to be sent of a body.
+// Progress of sending a body.
 struct Sending {
   const HttpBody* body;
   int64_t sent = 0;

@@ -21,7 +21,7 @@ double Megapixels(const v1::SceneConfig& config) {
   return double{1e-6} * config.rigs().width_px() * config.rigs().height_px();
 }
 
-// Of one pair, the scene's share left out.
+// Core-seconds of one pair, without its share of the scene.
 absl::StatusOr<double> PairSeconds(const v1::SceneConfig& config, const SceneCosts& scene) {
   ASSIGN_OR_RETURN(const RenderProfile profile, ResolveProfile(config.render()));
   const Costs& costs = kMeasuredCosts;
@@ -47,7 +47,7 @@ absl::StatusOr<double> PairSeconds(const v1::SceneConfig& config, const SceneCos
   return per_mpx * Megapixels(config) * (raw ? 2 : 1);
 }
 
-// Of one scene: what its pairs share.
+// Core-seconds of the work that all pairs of a scene share.
 absl::StatusOr<double> BuildSeconds(const v1::SceneConfig& config, const SceneCosts& costs) {
   ASSIGN_OR_RETURN(const RenderProfile profile, ResolveProfile(config.render()));
   const double build_s = kMeasuredCosts.build_s + costs.build_s;

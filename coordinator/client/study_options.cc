@@ -16,7 +16,7 @@
 namespace parallax::client {
 namespace {
 
-// What a person's typing of the same study may differ in.
+// Clears the fields in which two submissions of the same study may differ.
 v1::StudySpec WithoutIncidentals(v1::StudySpec study) {
   study.clear_source_yaml();
   study.clear_priority();

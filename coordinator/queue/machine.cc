@@ -12,7 +12,7 @@
 namespace parallax {
 namespace {
 
-constexpr size_t kGroupsRemembered = 4;  // Of each worker: it keeps about so many scenes built.
+constexpr size_t kGroupsRemembered = 4;  // A worker keeps about so many scenes built.
 constexpr double kWorkerForgottenS = 120;
 constexpr int kMostKept = 16;    // Folders of earlier attempts that a lease tells of.
 constexpr int kCandidates = 16;  // Looked at for one lease before the next study has its turn.

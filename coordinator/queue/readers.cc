@@ -97,7 +97,7 @@ absl::Status AddProblems(SqliteConnection& db, const KindRegistry& kinds, int64_
   return query.status();
 }
 
-// Of an archived study, whose jobs are elsewhere.
+// Adds the problems of an archived study, whose jobs are in another table.
 absl::Status AddArchivedProblems(SqliteConnection& db, const KindRegistry& kinds, int64_t variant,
                                  v1::VariantStatus& status) {
   SqliteQuery query(db,
@@ -212,7 +212,7 @@ absl::Status AddJobs(SqliteQuery& query, const KindRegistry& kinds,
   return query.status();
 }
 
-// Of one state, by id. The hot states have their own indexes; of the others, the variants' own.
+// Adds jobs in one state, by id. Hot states have an index each; others use the variants' index.
 absl::Status AddJobsOfState(SqliteConnection& db, const KindRegistry& kinds, int64_t study,
                             JobState state, int limit, std::vector<v1::JobStatus>& jobs) {
   const bool hot = !IsTerminal(state);
@@ -243,7 +243,7 @@ absl::StatusOr<std::set<std::string, std::less<>>> StatesThere(SqliteConnection&
   return states;
 }
 
-// Of one state, of an archived study.
+// Adds jobs of an archived study in one state.
 absl::Status AddArchivedJobs(SqliteConnection& db, const KindRegistry& kinds, int64_t study,
                              JobState state, int limit, std::vector<v1::JobStatus>& jobs) {
   SqliteQuery query(
@@ -446,7 +446,7 @@ absl::StatusOr<std::vector<v1::StudyStatus>> Readers::ListStudies(int limit, int
 absl::StatusOr<std::vector<v1::JobStatus>> Readers::ListJobs(const v1::ListJobsRequest& request) {
   std::vector<JobState> states;
   if (request.state().empty()) {
-    // What needs a look comes first.
+    // States that need attention come first.
     states = {JobState::kFailed,    JobState::kQuarantined, JobState::kLeased,
               JobState::kRetryWait, JobState::kReady,       JobState::kBlocked,
               JobState::kRejected,  JobState::kCancelled,   JobState::kSucceeded};

@@ -60,7 +60,7 @@ class ArtifactsService::SpoolFile {
 
 namespace {
 
-constexpr double kOwnWork_s = 3600;  // Of a call that waits for the store, not for its peer.
+constexpr double kOwnWork_s = 3600;  // Limit while a call waits for the store, not its peer.
 
 absl::Status NoStore() { return absl::FailedPreconditionError("this coordinator serves no files"); }
 

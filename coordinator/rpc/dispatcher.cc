@@ -209,7 +209,7 @@ class Dispatcher::Impl {
     }
   }
 
-  // What there is to do at one time; true when it was the last.
+  // Does all that is due now. Returns true if it was the last turn.
   bool Turn(std::deque<LeaseNote>& notes, bool work_ready, SteadyTime* look_at,
             SteadyTime* check_at, std::vector<Outgoing>* outbox) {
     std::lock_guard lock(mu_);

@@ -55,7 +55,7 @@ void WorkStream::OnReadDone(bool ok) {
     case v1::WorkerMessage::kHello:
       return EndUnlessOk(absl::InvalidArgumentError("a second hello on one stream"));
     case v1::WorkerMessage::MESSAGE_NOT_SET:
-      return EndUnlessOk(absl::OkStatus());  // Of a newer worker.
+      return EndUnlessOk(absl::OkStatus());  // A newer worker's.
   }
 }
 

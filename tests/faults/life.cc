@@ -13,7 +13,7 @@ namespace parallax::faults {
 namespace {
 
 constexpr int kStudies = 3;  // The last one may be cancelled.
-constexpr int kWorkers = 3;  // Of each client.
+constexpr int kWorkers = 3;  // Workers of each client.
 
 // Each study's noop jobs wait for its pairs and for each other.
 const KindRegistry& Kinds() {
@@ -271,7 +271,7 @@ class Client {
     (void)queue_.Drain(order, /*undo=*/true);
   }
 
-  // What the zombie does: a result under a lease that ended long ago.
+  // Acts as a zombie: reports a result under a lease that ended long ago.
   void ReportLate() {
     if (over_.empty()) return;
     const Held& held =

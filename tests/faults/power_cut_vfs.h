@@ -14,7 +14,7 @@ namespace parallax::faults {
 struct VfsPlan {
   int64_t die_at = -1;         // The operation, from 1; < 0: none.
   bool lose_unsynced = false;  // Power cut instead of kill.
-  uint64_t seed = 0;           // Of what is lost.
+  uint64_t seed = 0;           // Decides which writes are lost.
 };
 
 inline constexpr char kPowerCutVfs[] = "power-cut";

@@ -49,7 +49,7 @@ struct Arguments {
   std::string command;
 };
 
-// What is seen of the coordinator while it works.
+// Figures of the coordinator while it works.
 struct Watched {
   double rss_mb = 0;
   double wal_mb = 0;

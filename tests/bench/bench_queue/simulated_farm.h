@@ -17,10 +17,10 @@ struct FarmOptions {
   std::string address;
   std::string name = "simulated";  // Prefix of the workers' names.
   int workers = 256;
-  int slots = 1;  // Of each.
+  int slots = 1;  // Slots of each worker.
 };
 
-// What all workers of a farm count together.
+// Counts of all workers of a farm together.
 struct FarmTally {
   std::atomic<int64_t> leases{0};
   std::atomic<int64_t> completions{0};  // Answered OK.

@@ -7,7 +7,7 @@
 namespace parallax::bench {
 
 struct ImageError {
-  double psnr_db = 0;      // Of 8-bit values; infinite for equal pictures.
+  double psnr_db = 0;      // From 8-bit values; infinite for equal pictures.
   double flip = 0;         // Mean FLIP, in [0, 1].
   double bias = 0;         // Mean of picture - reference, in 8-bit levels.
   double worst_block = 0;  // Largest mean difference of a channel over 16 x 16 pixels, levels.

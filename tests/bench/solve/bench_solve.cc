@@ -40,7 +40,7 @@ double PeakMb() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-// Of this process: what a busy machine does not blur.
+// CPU time of this process, which a busy machine does not distort.
 double CpuSeconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 int Main(const Options& options) {

@@ -56,7 +56,7 @@ TEST_F(MemoryBudget, WhatDoesNotFitIsRefusedWithAllNumbers) {
   for (const char* part : {"a mesh", "5000 MB", "4000 MB"}) {
     EXPECT_NE(message.find(part), std::string::npos) << message;
   }
-  // What is held already counts.
+  // Memory that is in use already counts.
   EXPECT_FALSE(CheckMemory("a mesh", int64_t{4000} << 20).ok());
 }
 

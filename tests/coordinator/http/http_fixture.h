@@ -1,4 +1,4 @@
-// What tests of the page share: a queue with a store, a study that a worker has worked on, and the
+// Fixture of the page's tests: a queue with a store, a study that a worker has worked on, and the
 // page in front of them.
 #pragma once
 

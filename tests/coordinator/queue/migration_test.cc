@@ -103,7 +103,7 @@ TEST_F(MigrationTest, WorkOfVersionOneGoesOnToItsEnd) {
   old.set_fence(static_cast<uint64_t>(
       Number("SELECT fence FROM jobs WHERE id = " + std::to_string(old.job_id()))));
   Reopen();
-  // Who held a lease under the old program holds it under the new one.
+  // A worker that held a lease under the old program holds it under the new one.
   EXPECT_THAT(*queue_->Adopt("w8", {old}), SizeIs(1));
   EXPECT_EQ(*queue_->HandBack("w8", old, "drain"), v1::REPORT_OUTCOME_OK);
   clock_.Advance(700);  // Leases expire, back-offs end.

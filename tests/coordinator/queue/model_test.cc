@@ -114,7 +114,7 @@ void ModelTest::Step(Rng& rng) {
   }
 }
 
-// What was listed once stays as it was.
+// A frame that was listed once never changes.
 void ModelTest::Remember() {
   for (const StudyId study : studies_) {
     for (const v1::PublishedFrame& frame : Frames(study)) {

@@ -214,7 +214,7 @@ TEST_F(AgentTest, ACoordinatorThatRefusesTheWorkerEndsIt) {
 }
 
 TEST_F(AgentTest, ACoordinatorOfAnotherProtocolEndsTheWorkerWithOneLine) {
-  coordinator_.Change([](auto& how) { how.protocol = 0; });  // Of a release that does not tell it.
+  coordinator_.Change([](auto& how) { how.protocol = 0; });  // A release that does not send it.
   StartAgent();
   JoinAgent();
   EXPECT_EQ(summary_.status().code(), absl::StatusCode::kFailedPrecondition);

@@ -26,7 +26,7 @@ class FakeCoordinator final : public v1::Coordinator::Service {
     std::vector<v1::HandBack> hand_backs;
     std::vector<v1::Heartbeat> heartbeats;
     int leases_sent = 0;
-    int credit_ahead = 0;  // Of all credit, what no slot was free for.
+    int credit_ahead = 0;  // Part of all credit for which no slot was free.
     int streams_open = 0;
   };
   struct Behaviour {

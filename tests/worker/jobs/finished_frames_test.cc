@@ -31,8 +31,8 @@ class FinishedFramesTest : public testing::Test {
   }
   void TearDown() override { fs::remove_all(dir_); }
 
-  // What the agent gives to attempt `fence`, which has these before it; with `far`, of a worker
-  // that does not see the store.
+  // The folder that the agent gives to attempt `fence`; `far` stands for a worker that does not see
+  // the store.
   AttemptFolder FolderOf(int fence, bool far = false) {
     AttemptFolder folder;
     folder.path = "ab/cd/.attempt-" + std::to_string(fence);

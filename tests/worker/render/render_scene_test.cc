@@ -1,4 +1,4 @@
-// What a hit means to shading, and that eight hits are looked at as each would be alone.
+// A hit's data for shading, and that eight hits together give the data of each alone.
 #include "worker/render/render_scene.h"
 
 #include <gtest/gtest.h>

@@ -80,7 +80,7 @@ v1::Rig BoxRoomRig(int width_px, int height_px);
 v1::RenderConfig MakeConfig(int samples, int bounces, bool denoise,
                             const std::string& profile = "reference");
 
-// Of all channels' differences in levels. Pictures of one size.
+// Mean square of all channels' differences, in squared levels. The pictures have one size.
 double MeanSquare(const ImageRgb8& a, const ImageRgb8& b);
 
 }  // namespace parallax::test

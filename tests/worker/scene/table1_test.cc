@@ -89,7 +89,7 @@ struct Allowed {
   std::set<std::string> must;  // ... and those that do in one seed at least.
 };
 
-// What floats stands in the way of lights, so these may be elsewhere.
+// Floating objects stand in the way of lights, so lights may be elsewhere.
 const std::set<std::string> kOtherFloating = {"floating: what", "floating: where",
                                               "materials of floating", "point lights: where"};
 

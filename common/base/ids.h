@@ -12,7 +12,7 @@ struct StrongId {
   auto operator<=>(const StrongId&) const = default;
 };
 
-// Seed of all random streams of one scene; see rng.h.
+// Seed of the random streams of a scene, or of an asset, material or network; see rng.h.
 using SceneSeed = StrongId<struct SceneSeedTag, uint64_t>;
 // Row of a study or a job in the coordinator's database, from 1.
 using StudyId = StrongId<struct StudyIdTag, int64_t>;

@@ -36,7 +36,8 @@ class Fields {
   // 16384.
   absl::StatusOr<int> Pixels(const std::string& name) const;
 
-  // Makes the error kInvalidArgument "file:line: name: what", with the field's line if it is there.
+  // Makes an error about a field. Errors: always kInvalidArgument "file:line: name: what", with the
+  // line of the field if the file has it.
   absl::Status Error(const std::string& name, std::string_view what) const;
 
  private:

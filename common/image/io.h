@@ -35,8 +35,8 @@ absl::StatusOr<std::string> EncodeExrRgb(const ImageF3& image);
 // Encodes float32 as "Pf", little-endian, the bottom row first.
 absl::StatusOr<std::string> EncodePfm(const ImageF& image);
 
-// Decode bytes. The file must have the channels and the bit depth that the name says: nothing is
-// converted.
+// Decode bytes. A PNG must have the channels and bit depth of the function's name; palettes and
+// fewer than 8 bits count as what they expand to. An EXR may hold halves or floats.
 absl::StatusOr<ImageRgb8> DecodePngRgb8(std::string_view bytes);
 absl::StatusOr<ImageU8> DecodePngU8(std::string_view bytes);
 absl::StatusOr<ImageU16> DecodePngU16(std::string_view bytes);

@@ -13,7 +13,8 @@
 
 // Put it before a function that computes in lanes. The function is compiled twice, for AVX2 and for
 // AVX-512, which has twice as many registers, and the loader takes the one for the processor. Both
-// give the same bits. Empty under sanitizers, whose runtime starts after the loader's resolvers.
+// give the same bits. Empty for Clang, and under sanitizers, whose runtime starts after the
+// loader's resolvers.
 #if defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)
 #define PARALLAX_LANE_CLONES __attribute__((target_clones("arch=x86-64-v4", "default")))

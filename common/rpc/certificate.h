@@ -1,6 +1,5 @@
 // X.509 certificates of a farm: its own authority, a certificate for the coordinator, and one for
-// each worker pool and each person, which carries the role. Only this file uses OpenSSL's
-// certificates.
+// each worker pool and each person, which carries the role. They are made and read only here.
 //
 // Each party has one folder with ca.crt (the authority that it trusts), tls.crt and tls.key (its
 // own certificate and key). A Kubernetes TLS secret has the same names.
@@ -64,7 +63,7 @@ struct TlsIdentity {
   CertificateFacts facts;
 };
 
-// Reads and checks the folder `dir`. Errors, each with what to do: kNotFound that names a missing
+// Reads and checks the folder `dir`. Errors: each says what to do. kNotFound that names a missing
 // file; kInvalidArgument for a file that is not PEM; kFailedPrecondition if the key belongs to
 // another certificate, or the certificate was not signed by ca.crt, has expired or is not valid
 // yet.

@@ -9,7 +9,7 @@ class Status;
 
 namespace parallax {
 
-// Returns the code and message of `status`; OK stays OK.
+// Converts a status of gRPC. Errors: the code and message of `status`.
 absl::Status FromGrpc(const grpc::Status& status);
 // Returns the same code, and the message cut to 2,000 bytes: it travels in a header of bounded
 // size.

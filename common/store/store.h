@@ -70,7 +70,7 @@ struct StoreOptions {
 };
 
 // Opens the store at "file:///abs/dir", a plain path, or "s3://bucket/prefix?endpoint=..." (see
-// s3_store.h). Errors, each naming the folder and the cause: kNotFound for an absent folder or
+// s3_store.h). Errors: each names the folder and the cause. kNotFound for an absent folder or
 // marker; kFailedPrecondition for the marker of another store; those of Put if it can't be written.
 absl::StatusOr<std::unique_ptr<Store>> OpenStore(std::string_view uri,
                                                  const StoreOptions& options = {});

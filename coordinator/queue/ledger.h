@@ -75,8 +75,8 @@ struct Study {
   StudyTally tally;
   // State of the scheduler: forgotten at a restart, never undone.
   double pass = 0;
-  double hungry_since_s =
-      -1;  // Steady seconds since when it has READY jobs and wasn't served; < 0: not.
+  // Steady time in seconds since when it has had READY jobs and was not served; < 0: not hungry.
+  double hungry_since_s = -1;
 };
 
 class Ledger {

@@ -77,8 +77,8 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkerMessage, v1::C
   std::deque<v1::CoordinatorMessage> waiting_;
   v1::CoordinatorMessage outgoing_;
   bool writing_ = false;
-  bool closing_ =
-      false;  // Nothing is read or sent any more; Finish comes when the write under way has ended.
+  // Nothing is read or sent any more. Finish is called when the write under way has ended.
+  bool closing_ = false;
   grpc::Status end_;
 };
 

@@ -38,8 +38,8 @@ v1::StoreAccess AccessOf(const std::string& name) {
                             : v1::STORE_ACCESS_AUTO;
 }
 
-// Where files come in: on the store's disk, so that they are moved and not copied; else beside the
-// database.
+// Folder for incoming files: on the store's disk, so that they are moved and not copied, else
+// beside the database.
 std::string SpoolFor(const Store& store, const std::string& db) {
   const auto local = store.LocalPath("spool");
   return local.ok() ? fs::path(*local).parent_path().string() + "/.tmp-incoming" : db + ".incoming";

@@ -31,7 +31,7 @@ std::vector<std::string> Joined(std::vector<std::string> names,
   return names;
 }
 
-// Nothing if `text` is among `known`.
+// Returns an empty text if `text` is among `known`, else why not.
 std::string WhyNotKnown(const std::string& text, const std::vector<std::string>& known,
                         const std::string& allowed) {
   if (Contains(known, text)) return "";

@@ -120,7 +120,7 @@ std::optional<YAML::Node> YamlReader::Parse(std::string_view text) {
     return std::nullopt;
   }
   try {
-    // Not LoadAll: at a stray "," yaml-cpp finds one empty document after the other, for ever.
+    // Not LoadAll: at a stray ",", yaml-cpp finds empty documents without end.
     DocumentCounter counter;
     std::istringstream stream{std::string(text)};
     YAML::Parser parser(stream);
@@ -193,7 +193,7 @@ void YamlReader::MergeFields(const YAML::Node& node, Message* message, const std
       CheckMeant(value, path, meant, *message);
     }
   }
-  // A list of maps is told by Entries; the fields in it are checked nevertheless.
+  // Entries reports a list of maps; the fields in it are checked nevertheless.
   for (size_t i = 0; node.IsSequence() && i < node.size() && !errors_->enough(); ++i) {
     if (node[i].IsMap()) MergeFields(node[i], message, path);
   }
@@ -476,7 +476,7 @@ void YamlReader::SetList(const YAML::Node& node, const std::string& path,
   for (size_t i = 0; i < node.size(); ++i) {
     const std::string item_path = path + "[" + std::to_string(i) + "]";
     Note(node[i], item_path);
-    // A wrong item keeps its place: what follows it is told of with the index it has in the file.
+    // A wrong item keeps its place, so later items are reported with their index in the file.
     values.push_back(ReadText(node[i], item_path).value_or(""));
   }
   const Reflection& reflection = *message->GetReflection();

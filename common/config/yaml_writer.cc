@@ -85,7 +85,7 @@ std::string DistributionText(const v1::Distribution& d) {
   return "0";
 }
 
-// A number that has no name is written as such, and is told of when it is read.
+// Writes an enum's number if it has no name; the reader then reports it.
 std::string EnumNumberText(const google::protobuf::EnumDescriptor& type, int number) {
   const auto* value = type.FindValueByNumber(number);
   return value == nullptr ? std::to_string(number) : EnumText(*value);

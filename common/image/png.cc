@@ -119,7 +119,7 @@ bool ReadHeader(Reader& reader, Layout* layout) {
   return true;
 }
 
-// As ReadHeader, but makes any PNG eight bits R G B; what is transparent keeps its colour.
+// As ReadHeader, but converts any PNG to 8-bit R G B; transparent pixels keep their colour.
 bool ReadHeaderAsRgb(Reader& reader, Layout* layout) {
   if (setjmp(png_jmpbuf(reader.png)) != 0) return false;
   png_read_info(reader.png, reader.info);

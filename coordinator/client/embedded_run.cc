@@ -211,7 +211,7 @@ absl::Status EmbeddedRun::Step(double now_s) {
 }
 
 void EmbeddedRun::Note(const std::string& variant, uint32_t scene, const std::string& error) {
-  // The same cause in many jobs is told once.
+  // A cause that many jobs have is reported once.
   if (!shown_problems_.insert(error).second) return;
   display_.Print(environment_.err.Paint(Tone::kWarning, "note:") + " " + variant + " scene " +
                  std::to_string(scene) + ": " + error);

@@ -10,7 +10,7 @@ WorkStream* WorkStream::Open(const WorkStreamContext& shared, grpc::CallbackServ
   std::shared_ptr<WorkStream> stream(new WorkStream(shared, call));
   stream->self_ = stream;
   WorkStream* const raw = stream.get();
-  // On a thread of the pool, because closing a stream calls back into it.
+  // Closed by a thread of the pool, because closing a stream calls back into it.
   stream->no_hello_.emplace(
       shared.watch,
       [weak = std::weak_ptr<WorkStream>(stream), &pool = shared.pool] {

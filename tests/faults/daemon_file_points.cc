@@ -202,7 +202,7 @@ class Life {
         return status.state() == v1::STUDY_STATE_SUCCEEDED || !worker->Running();
       };
       if (!farm_.WaitFor(study, over)) tally_.Lost(where_ + ": the study does not end");
-      // It may yet die while it leaves.
+      // The worker may still die while it ends.
       if (worker->Running()) worker->Signal(SIGTERM);
       const int end = worker->Wait(Process::Seconds(30));
       if (end == 128 + SIGKILL) {
@@ -333,7 +333,7 @@ void DaemonFilePoints(const ExperimentOptions& options, Tally& tally) {
         const Outcome outcome =
             Life(what, {at, power_cut}, choice.Child("power", static_cast<uint64_t>(at)), tally)
                 .Run();
-        // How often threads write to a log of their own differs from life to life.
+        // The number of writes to the threads' own logs differs from life to life.
         if (!outcome.died) tally.figures["missed"] += 1;
         if (power_cut && outcome.died) tally.figures["power_cuts"] += 1;
         if (outcome.files != peace.files) {

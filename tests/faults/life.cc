@@ -223,7 +223,7 @@ class Client {
   }
 
   void PauseOrResume() {
-    // By turns, so that each of them has something to do.
+    // Pause and Resume take turns, so that each has an effect.
     const StudyId study{studies_[0]};
     if (!paused_) {
       (void)queue_.Pause(study, "", "client");
@@ -277,7 +277,7 @@ class Client {
     const Held& held =
         over_[static_cast<size_t>(rng_.UniformInt(0, static_cast<int>(over_.size()) - 1))];
     const auto lease = held.lease.attempt();
-    // Ours may have been lost by a call that failed: then it is not late.
+    // Our lease may have been lost by a call that failed; then the report is not late.
     for (const Held& other : held_) {
       if (other.lease.attempt().fence() == lease.fence()) return;
     }

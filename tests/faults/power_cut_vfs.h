@@ -21,7 +21,8 @@ inline constexpr char kPowerCutVfs[] = "power-cut";
 
 // Registers the VFS once, under kPowerCutVfs. Call before forking.
 void RegisterPowerCutVfs();
-// For this process from now on; counts from 1 again. Before the queue opens.
+// Sets the plan of this process and restarts the count of operations. Call it before the queue
+// opens.
 void SetVfsPlan(const VfsPlan& plan);
 int64_t VfsOperations();
 

@@ -149,7 +149,7 @@ struct Bench {
     return absl::OkStatus();
   }
 
-  // From the start of the program to the first lease in a worker's hands, then the gaps.
+  // Measures the time from the start of the program to the first lease of a worker, then the gaps.
   absl::Status Restart() {
     const auto begin = BenchClock::now();
     ASSIGN_OR_RETURN(auto coordinator, CoordinatorProcess::Start(Coordinator()));

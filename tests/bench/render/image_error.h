@@ -1,4 +1,4 @@
-// How far a picture is from its reference, as numbers and as what an eye would notice.
+// The error of a picture against its reference, in numbers and as an eye perceives it.
 #pragma once
 
 #include "common/base/status.h"

@@ -60,7 +60,7 @@ TEST_F(MigrationTest, EveryRowOfVersionOneComesOver) {
   ASSERT_EQ(Number("PRAGMA user_version"), 1);
   const char* const kTables[] = {"jobs",   "scenes",         "studies",    "variants",
                                  "frames", "attempt_losses", "job_counts", "audit"};
-  // Whose rows are in `results` now, and the stage of each there.
+  // Old tables whose rows are in `results` now, with their stages.
   const std::pair<const char*, const char*> kResults[] = {{"layout_results", "layout"},
                                                           {"recipes", "recipe"},
                                                           {"scene_results", "scene"},

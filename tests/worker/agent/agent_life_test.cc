@@ -1,4 +1,4 @@
-// How an agent lives and ends: orders to stop, lost coordinators, hung jobs, drains and signals.
+// An agent's life and end: orders to stop, lost coordinators, hung jobs, drains and signals.
 #include <gtest/gtest.h>
 
 #include "agent_fixture.h"

@@ -53,7 +53,7 @@ class FakeCoordinator final : public v1::Coordinator::Service {
   void Offer(v1::Lease lease);  // Sent as soon as there is credit.
   void SendStop(const v1::AttemptId& attempt);
   void SendAck(int64_t sequence);  // Answers a heartbeat that was left without answer.
-  // Until `condition` holds. False after 20 s.
+  // Waits until `condition` holds. Returns false after 20 s.
   bool WaitFor(const std::function<bool(const Seen&)>& condition);
   Seen seen();
 

@@ -11,6 +11,7 @@ namespace parallax {
 
 class KindRegistry;
 
+// Options of `coordinator serve`; `coordinator serve --help` explains them.
 struct ServeOptions {
   std::string db;
   std::string store;

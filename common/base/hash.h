@@ -18,6 +18,7 @@ class Sha256 {
  public:
   Sha256();
   ~Sha256();
+  // Appends bytes. Returns *this, for chains of calls.
   Sha256& Update(std::string_view bytes);
   // Returns the digest of all bytes so far. Call it once, as the last call.
   Sha256Digest Finish();

@@ -18,6 +18,7 @@ namespace parallax {
 
 enum class LogLevel { kDebug, kInfo, kWarning, kError };
 
+// Settings of the process's log.
 struct LogOptions {
   bool json = false;
   LogLevel level = LogLevel::kInfo;  // Lines below it are dropped.

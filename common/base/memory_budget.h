@@ -14,6 +14,7 @@ namespace parallax {
 // Sets the limit. 0 or less, the default, stands for the machine's memory or, if less, the limit of
 // the process's control group (a container, a service, a batch job).
 void SetMemoryLimit(int64_t bytes);
+// Returns the limit that counts now, in bytes.
 int64_t MemoryLimit();
 
 // Returns the smallest memory limit, in bytes, of the control groups that `groups` names (the text

@@ -26,6 +26,7 @@ inline constexpr size_t kMaxReasonBytes = 1000;
 // Longest text of a program about a failure or a job that it hands back, in bytes.
 inline constexpr size_t kMaxErrorBytes = 4000;
 
+// Return whether `text` is a name, folder name or plain text as defined above, or valid UTF-8.
 bool IsName(std::string_view text);
 bool IsFolderName(std::string_view text);
 bool IsPlainText(std::string_view text);

@@ -19,6 +19,7 @@
 
 namespace parallax {
 
+// A stereo camera as a calibration file describes it.
 struct StereoCalibration {
   std::string format;  // "middlebury", "kitti", "opencv", "realsense", "zed", "preset".
   int width_px = 0, height_px = 0;  // Size that `rectified` is for; 0: the file does not say.
@@ -28,6 +29,7 @@ struct StereoCalibration {
   std::optional<std::array<RawIntrinsics, 2>> raw;
 };
 
+// Choices for files that leave them open.
 struct CalibrationOptions {
   std::string part;              // ZED: "2K", "FHD", "HD", "VGA"...; KITTI: "00" or "02".
   std::optional<double> unit_m;  // Length of the file's unit in metres; absent: the format's.

@@ -16,6 +16,7 @@ class Fields {
  public:
   explicit Fields(std::string file) : file_(std::move(file)) {}
 
+  // Adds a field with its text; `line` is from 1. The first field of a name counts.
   void Add(const std::string& name, std::string text, int line);
 
   // Returns the first of `names` that the file has; empty if it has none.

@@ -12,6 +12,7 @@ inline constexpr double kMillimetre_m = 1e-3;
 
 using Parsed = absl::StatusOr<StereoCalibration>;
 
+// Make a calibration of the file's fields; see calibration.h for the fields of each format.
 Parsed FromMiddlebury(const Fields& fields, const CalibrationOptions& options);
 Parsed FromKitti(const Fields& fields, const CalibrationOptions& options);
 Parsed FromOpenCv(const Fields& fields, const CalibrationOptions& options);

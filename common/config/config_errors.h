@@ -39,6 +39,7 @@ class Origins {
 // The errors of one load. Not thread-safe.
 class ConfigErrors {
  public:
+  // Adds one error. `what` says what was seen and what is allowed.
   void Add(const Origin& origin, std::string_view what);
   // Adds the findings of checks in a message that was read from `file` and the files that it names.
   // A value that the reader has already reported is not reported again.

@@ -13,6 +13,7 @@ namespace parallax::config_internal {
 // Returns the field's rule; an empty rule if it has none.
 const v1::FieldRule& RuleOf(const google::protobuf::FieldDescriptor& field);
 bool IsDistribution(const google::protobuf::FieldDescriptor& field);
+// Returns whether the value is within the rule's bounds, both included.
 bool InRange(double value, const v1::FieldRule& rule);
 // Describes the allowed values: "0 to 12 m", "at least 0 m", "a number".
 std::string AllowedRange(const v1::FieldRule& rule);
@@ -31,6 +32,7 @@ std::string Dotted(const std::string& path, const std::string& name);
 
 // Returns the shortest text that reads back to the same number; "5" rather than "5.0".
 std::string NumberText(double value);
+// Joins names for a message: "a, b, c".
 std::string JoinNames(const std::vector<std::string>& names);
 // Returns the known name that `name` was probably meant to be; "" if none is similar.
 std::string NearestName(std::string_view name, const std::vector<std::string>& known);

@@ -18,6 +18,7 @@ inline uint64_t SeedOf(const v1::StudySpec& study, const v1::VariantSpec& varian
   return variant.seed() != 0 ? variant.seed() : study.seed();
 }
 
+// Returns whether the study holds out a variant for a benchmark of its own.
 inline bool WantsHeldout(const v1::StudySpec& study) {
   return study.evaluate().heldout_pairs() > 0;
 }

@@ -44,7 +44,9 @@ class YamlReader {
   std::optional<uint64_t> ReadUint64(const YAML::Node& node, const std::string& path);
   std::optional<std::string> ReadText(const YAML::Node& node, const std::string& path);
   std::optional<bool> ReadBool(const YAML::Node& node, const std::string& path);
+  // Returns the place of `node`, which is at `path` of this file.
   Origin OriginOf(const YAML::Node& node, std::string_view path) const;
+  // Adds an error at `node`. UnknownField also suggests the most similar of the `known` names.
   void Error(const YAML::Node& node, std::string_view path, std::string_view what);
   void UnknownField(const YAML::Node& node, const std::string& path, const std::string& name,
                     const std::vector<std::string>& known);

@@ -18,6 +18,7 @@ namespace parallax {
 // MB at level 1, 0.12 s and 1.01 MB at level 2, 0.16 s and 0.98 MB at level 3.
 inline constexpr int kPngCompression = 1;
 
+// Encode a PNG with the image's channels and bit depth. `compression` is zlib's level.
 absl::StatusOr<std::string> EncodePng(const ImageRgb8& image, int compression = kPngCompression);
 absl::StatusOr<std::string> EncodePng(const ImageU8& image, int compression = kPngCompression);
 absl::StatusOr<std::string> EncodePng(const ImageU16& image, int compression = kPngCompression);
@@ -44,6 +45,7 @@ absl::StatusOr<ImageF> DecodeExrY(std::string_view bytes);
 absl::StatusOr<ImageF3> DecodeExrRgb(std::string_view bytes);
 absl::StatusOr<ImageF> DecodePfm(std::string_view bytes);
 
+// Read and decode a file.
 absl::StatusOr<ImageRgb8> ReadPngRgb8(const std::string& path);
 absl::StatusOr<ImageU8> ReadPngU8(const std::string& path);
 absl::StatusOr<ImageU16> ReadPngU16(const std::string& path);
@@ -57,6 +59,7 @@ absl::Status WritePng(const std::string& path, const ImageU8& image,
                       int compression = kPngCompression);
 absl::Status WritePng(const std::string& path, const ImageU16& image,
                       int compression = kPngCompression);
+// Encode and write a file; not durable, see common/base/file.h.
 absl::Status WriteExrY(const std::string& path, const ImageF& image);
 absl::Status WriteExrHalfRgb(const std::string& path, const ImageF3& image);
 absl::Status WritePfm(const std::string& path, const ImageF& image);

@@ -6,6 +6,7 @@
 
 namespace parallax {
 
+// Convert a vector.
 inline Vec3d FromProto(const v1::Vec3& v) { return {v.x(), v.y(), v.z()}; }
 inline v1::Vec3 ToProto(const Vec3d& v) {
   v1::Vec3 out;

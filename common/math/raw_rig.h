@@ -9,6 +9,8 @@
 
 namespace parallax {
 
+// Converts a raw camera of a recipe. Normalises its rotation; distortion coefficients beyond the
+// eighth are ignored.
 inline RawIntrinsics FromProto(const v1::RawCamera& raw) {
   RawIntrinsics out;
   out.k = {raw.fx_px(), raw.fy_px(), raw.cx_px(), raw.cy_px()};

@@ -18,6 +18,7 @@
 
 namespace parallax {
 
+// A certificate and its private key, both as PEM.
 struct KeyPair {
   std::string certificate_pem;
   std::string key_pem;  // P-256, PKCS 8, not encrypted.

@@ -67,6 +67,7 @@ struct RpcCaller {
   std::string sha256;        // Its fingerprint.
   std::optional<Role> role;  // Absent in a certificate that isn't for clients.
 
+  // Returns whether the caller has this role.
   bool Is(Role wanted) const { return !has_certificate || role == wanted; }
 };
 // Returns the caller of a call in progress.

@@ -28,6 +28,7 @@ struct HttpBody {
   absl::StatusOr<std::string> Sha256Hex() const;
 };
 
+// A request; HttpClient adds the signature.
 struct HttpRequest {
   std::string method;
   std::string url;  // Path and query percent-encoded, the query sorted.
@@ -36,6 +37,7 @@ struct HttpRequest {
   std::string sha256 = "";  // Digest of the body; "": not known yet.
 };
 
+// The answer to a request, or the reason why there is none.
 struct HttpAnswer {
   int code = 0;  // HTTP status; 0: no answer, see `error`.
   std::string error;
@@ -43,6 +45,7 @@ struct HttpAnswer {
   std::map<std::string, std::string> headers;  // Names in lower case.
 };
 
+// Credentials and region for signatures; see s3_store.h.
 struct HttpSigner {
   std::string access_key;
   std::string secret_key;

@@ -24,6 +24,7 @@
 
 namespace parallax {
 
+// Place and credentials of a store on S3, and how requests are retried.
 struct S3Options {
   std::string bucket;
   std::string prefix;    // "" or "a/b", without slashes at its ends.

@@ -12,11 +12,13 @@
 
 namespace parallax {
 
+// A file in a listing: its path in the store and its size in bytes.
 struct StoreEntry {
   std::string path;
   int64_t size = 0;
 };
 
+// Size in bytes and hash of a file's content.
 struct StoreFile {
   int64_t size = 0;
   std::string sha256;  // Lower-case hex.
@@ -59,6 +61,7 @@ class Store {
 // ".parallax-store").
 absl::Status CheckStorePath(std::string_view path);
 
+// How a store is opened.
 struct StoreOptions {
   // Make the folder and its marker if it is new. If false, a folder that is absent or has no marker
   // is refused: it is probably a shared disk that is not mounted.

@@ -10,6 +10,7 @@
 
 namespace parallax::client {
 
+// The outside of commands: streams, clock and a user who answers.
 struct Environment {
   Terminal out;
   Terminal err;

@@ -48,6 +48,7 @@ struct TrainingPlan {
   std::string not_priced;  // Name of a trainer whose step has no known cost.
 };
 
+// The plan of a whole study.
 struct StudyPlan {
   std::vector<PlanRow> rows;
   PlanRow total;

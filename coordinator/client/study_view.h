@@ -31,6 +31,7 @@ int64_t JobsInState(const v1::StudyStatus& study, const std::string& state);
 // 3 to come".
 std::vector<std::string> OtherJobLines(const v1::StudyStatus& study);
 
+// Returns whether a study in this state has ended.
 bool IsFinished(v1::StudyState state);
 std::string StateName(v1::StudyState state);  // "running"
 Tone StateTone(v1::StudyState state);

@@ -17,6 +17,7 @@ using Json = nlohmann::ordered_json;
 // Returns the JSON as one line; bytes that are not UTF-8 are replaced.
 std::string JsonText(const Json& json);
 
+// Return the farm's status, its history of the last day, and its workers.
 Json FarmJson(const StatusSnapshot& snapshot);
 Json HistoryJson(const std::vector<HistorySample>& samples);
 Json WorkersJson(const std::vector<v1::WorkerStatus>& workers);
@@ -24,6 +25,7 @@ Json WorkersJson(const std::vector<v1::WorkerStatus>& workers);
 // `eta_s` is the seconds until the study ends; < 0: unknown.
 Json StudyLineJson(const v1::StudyStatus& study, double eta_s);
 Json StudyJson(const v1::StudyStatus& study, double eta_s, const std::vector<ProblemCause>& causes);
+// Return a job or a pair, as a line of a list or with all details.
 Json JobLineJson(const v1::JobStatus& job);
 Json JobJson(const JobDetail& job);
 Json PairLineJson(const PublishedPair& pair);

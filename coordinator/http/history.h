@@ -7,6 +7,7 @@
 
 namespace parallax {
 
+// The farm's figures at one moment.
 struct HistorySample {
   double unix_s = 0;
   double pairs_per_hour = 0;

@@ -26,12 +26,14 @@ class StatusSampler {
                 const CoordinatorServer& server);
   ~StatusSampler();  // Calls Stop().
 
+  // Starts the regular samples on a thread of its own.
   void Start();
   void Stop();  // Idempotent.
 
   // Returns a snapshot that is at most half a second old. Errors: the queue's.
   absl::StatusOr<std::shared_ptr<const StatusSnapshot>> Take();
   std::vector<HistorySample> History() const;  // The oldest first.
+  // Returns the seconds since the sampler was made.
   double Uptime() const;
 
  private:

@@ -23,6 +23,7 @@ struct WebCaller {
   std::string csrf;     // Value of the CSRF header that a request needs to change something.
 };
 
+// A request that has matched a route.
 struct WebRequest {
   std::vector<std::string> parts;  // Matches of the groups in the route's pattern.
   std::map<std::string, std::string> query;
@@ -45,6 +46,7 @@ enum class WebAccess {
   kAnybody,  // All callers, strangers too.
 };
 
+// A row of the table: which requests it matches, who may use it, and what answers it.
 struct WebRoute {
   const char* method;   // "GET" or "POST". A POST changes something and needs the CSRF header.
   const char* pattern;  // A regular expression for the whole path.

@@ -13,6 +13,7 @@ class CountHistogram {
   explicit CountHistogram(std::vector<double> bounds)
       : bounds_(std::move(bounds)), counts_(bounds_.size() + 1, 0) {}
 
+  // Counts a value.
   void Add(double value) {
     ++counts_[static_cast<size_t>(std::lower_bound(bounds_.begin(), bounds_.end(), value) -
                                   bounds_.begin())];

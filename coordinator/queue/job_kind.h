@@ -94,6 +94,7 @@ struct JobFacts {
   bool part_given = false;  // The newest lease included the group's part, made by another job.
 };
 
+// The keys of a job's work and group.
 struct JobKeys {
   Sha256Digest work;   // Equal for equal work. Such jobs share one result.
   Sha256Digest group;  // Equal for jobs that share a part or run faster together; see JobTraits.
@@ -139,6 +140,7 @@ struct FrameLink {
   bool reused = false;  // Another job made it.
 };
 
+// A variant as kinds see it.
 struct VariantFacts {
   int64_t id = 0;
   std::string_view name;
@@ -149,6 +151,7 @@ struct VariantFacts {
   const ConfigDigests* digests = nullptr;
 };
 
+// A scene as kinds see it: the number of its rigs, and the hash of its recipe.
 struct SceneFacts {
   uint32_t rigs = 0;
   std::optional<Sha256Digest> scene_hash;  // Present once it is solved.

@@ -46,6 +46,7 @@ struct UnsafeForTest {
   bool keep_epoch = false;       // Keep the last epoch at a start.
 };
 
+// Options of a queue. The defaults are those of `coordinator serve`.
 struct JobQueueOptions {
   std::string db_path;  // Made if absent; its folder must exist and be on a local file system.
   Clock* clock = &Clock::System();  // Must outlive the queue.
@@ -202,6 +203,7 @@ class JobQueue {
   // result is wrong (files that are not in the store); empty if it may be right.
   void CompleteAsync(const v1::CompleteRequest& request, const std::string& invalid,
                      std::function<void(absl::StatusOr<v1::ReportOutcome>)> done);
+  // Reports that an attempt has failed. Outcomes and errors are those of Complete.
   absl::StatusOr<v1::ReportOutcome> Fail(const v1::FailRequest& request);
   // Ends an attempt without blame, when a worker drains: the job is READY again at once.
   absl::StatusOr<v1::ReportOutcome> HandBack(const std::string& worker,
@@ -238,6 +240,7 @@ class JobQueue {
   absl::StatusOr<std::vector<v1::JobStatus>> ListJobs(const v1::ListJobsRequest& request);
   // Returns a job with all its attempts, the newest first. Errors: kNotFound.
   absl::StatusOr<v1::ListAttemptsReply> ListAttempts(int64_t job);
+  // Returns the orders to drain.
   absl::StatusOr<std::vector<v1::DrainOrder>> Drains();
   // Returns published frames in the order of publication, after request.cursor. limit <= 10,000; 0
   // stands for 1,000.
@@ -245,6 +248,7 @@ class JobQueue {
   // Returns results with files of jobs without a scene, in the order in which they ended, after
   // request.cursor. limit <= 10,000; 0 stands for 1,000.
   absl::StatusOr<std::vector<v1::JobResult>> ListResults(const v1::ListResultsRequest& request);
+  // Returns the recipe of a solved scene. Errors: kNotFound if it is not solved.
   absl::StatusOr<v1::Scene> GetScene(const v1::GetSceneRequest& request);
   // Returns entries of the audit table, the newest first. limit <= 10,000; 0 stands for 100.
   absl::StatusOr<std::vector<v1::AuditEntry>> ListAudit(const v1::ListAuditRequest& request);
@@ -253,6 +257,7 @@ class JobQueue {
 
   // Returns at most 1,000 leased jobs that report figures, by id.
   absl::StatusOr<std::vector<RunningJob>> ListRunning();
+  // Returns the figures of this process. Works in memory.
   JobQueueStats Stats() const;
 
   // ---- Litter: folders of the store that no result names or ever will -------------------------

@@ -26,7 +26,9 @@ inline constexpr std::array<const char*, kJobStates> kJobStateNames = {
     "BLOCKED",  "READY",  "LEASED",      "RETRY_WAIT", "SUCCEEDED",
     "REJECTED", "FAILED", "QUARANTINED", "CANCELLED"};
 
+// Returns the state's name in the database and in messages: "READY".
 constexpr const char* NameOf(JobState state) { return kJobStateNames[static_cast<size_t>(state)]; }
+// Returns whether a job in this state never changes again.
 constexpr bool IsTerminal(JobState state) { return state >= JobState::kSucceeded; }
 // Whether a job in this state has ended without giving its pairs.
 constexpr bool IsLost(JobState state) { return state > JobState::kSucceeded; }

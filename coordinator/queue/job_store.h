@@ -66,6 +66,8 @@ class JobStore {
   // Inserts a job and sets row.id. `now` becomes its ready_unix_s, and also its finished_unix_s if
   // its state is terminal.
   absl::Status Insert(JobRow& row, double now);
+  // Return ids of jobs: those BLOCKED on a leader, those in a state within a group, and those
+  // leased to a worker.
   absl::StatusOr<std::vector<int64_t>> Followers(int64_t leader);
   absl::StatusOr<std::vector<int64_t>> ReadyInGroup(const Sha256Digest& group_key);
   absl::StatusOr<std::vector<JobRow>> LeasedInGroup(const Sha256Digest& group_key);
@@ -73,6 +75,7 @@ class JobStore {
   // Returns the jobs of a study (of one variant if `variant` is not 0) that have not ended; leased
   // ones come last.
   absl::StatusOr<std::vector<int64_t>> Unfinished(int64_t study, int64_t variant);
+  // Return the jobs whose back-off is over at `now`, at most `limit`, and the time of the next one.
   absl::StatusOr<std::vector<int64_t>> BackoffsDue(double now, double longest_s, int limit);
   absl::StatusOr<std::optional<double>> NextBackoff();
   // Returns the newest generation of the job with this id, which may be the job itself. Looks in
@@ -102,6 +105,7 @@ class JobStore {
   absl::Status ShrinkReady(int64_t id, const std::string& rigs, uint32_t rig_count,
                            const Sha256Digest& work_key);
 
+  // Enters an attempt that ended without a result in a ledger: "app", "lost" or "returned".
   absl::Status InsertLoss(int64_t job, uint64_t fence, const char* ledger,
                           const std::string& worker, const std::string& fingerprint,
                           const std::string& error, double now, const std::string& log_tail = "");
@@ -169,6 +173,7 @@ class JobStore {
   absl::StatusOr<int> RemoveArchivedJobs(int64_t study, int limit);
   absl::StatusOr<std::optional<JobRow>> FindArchived(int64_t id);
 
+  // Adds an entry to the audit table. `study` is 0 if the action concerns none.
   absl::Status Audit(double now, std::string_view actor, std::string_view action, int64_t study,
                      std::string_view detail);
 

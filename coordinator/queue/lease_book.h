@@ -23,6 +23,7 @@ class LeaseBook {
  public:
   LeaseBook(Clock& clock, double lease_s) : clock_(clock), lease_s_(lease_s) {}
 
+  // Adds a lease that was granted, or removes one that has ended.
   void Add(const LeaseRef& lease);
   void Remove(const LeaseRef& lease);
   // Notes that a lease was heard of. Returns false if the worker has no such lease.
@@ -35,7 +36,9 @@ class LeaseBook {
   std::vector<LeaseRef> Expired() const;
   // Returns the seconds until the next lease can expire; lease_s if there is none.
   double SecondsToExpiry() const;
+  // Returns whether the worker holds this lease.
   bool Holds(const std::string& worker, const v1::AttemptId& attempt) const;
+  // Returns the newest progress of a leased job; zeros if it is not leased.
   LeaseProgress ProgressOf(int64_t job) const;
   // Returns the figures of at most `most` jobs that report any, by job.
   std::map<int64_t, std::map<std::string, double>> Figures(size_t most) const;

@@ -43,6 +43,7 @@ struct VariantTally {
   int64_t others_lost = 0;  // Jobs without a scene whose newest generation ended without a result.
   std::string problem;
 
+  // Returns the number of jobs that have not ended.
   int64_t OpenJobs() const;
 };
 struct Variant {
@@ -88,6 +89,7 @@ class Ledger {
   // or Forget. Errors: kNotFound; the database's.
   absl::StatusOr<Study*> FindStudy(int64_t id);
   absl::StatusOr<Variant*> FindVariant(int64_t id);
+  // Reads all studies that are not finished. Errors: the database's.
   absl::Status LoadUnfinished();
   std::map<int64_t, Study>& loaded_studies() { return studies_; }
 
@@ -100,12 +102,14 @@ class Ledger {
   void CountNew(Variant& variant, KindId kind, JobState state);
   void CountMove(Variant& variant, KindId kind, JobState from, JobState to);
 
+  // Begin a command, and undo all changes since its begin.
   void BeginCommand();
   void UndoCommand();
   // Returns the studies that were changed, or whose variants were, since the last Flush.
   const std::set<int64_t>& changed_studies() const { return dirty_studies_; }
   // Writes all changed counters. Errors: the database's.
   absl::Status Flush();
+  // Drops everything from memory, after a failed group.
   void Drop();
   // Drops a study from memory until it is asked for again. Requires that its counters are flushed.
   void Forget(int64_t study);

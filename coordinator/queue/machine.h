@@ -121,12 +121,14 @@ class Machine final : private WorkDesk {
   // Makes at most `limit` of the scenes that variants need. Returns true if more are needed and may
   // be made now.
   absl::StatusOr<bool> Expand(int64_t limit);
+  // Returns whether some variant may need new scenes.
   bool WantsExpansion() const { return !hungry_.empty(); }
   // Marks changed studies as finished or not. Call it once for each group, before Ledger::Flush.
   absl::Status Settle();
 
   absl::StatusOr<std::optional<double>> NextBackoff() { return store_.NextBackoff(); }
 
+  // Every command runs between BeginCommand and either EndCommand or UndoCommand.
   void BeginCommand();
   absl::Status EndCommand();  // Writes the command's delayed changes. Not after an error.
   void UndoCommand();

@@ -10,6 +10,7 @@
 
 namespace parallax {
 
+// When a failed or lost job is retried, and when it is given up.
 struct RetryPolicy {
   int max_app_failures = 3;   // A job is FAILED at this failure.
   int max_infra_losses = 10;  // A job is quarantined at this loss.

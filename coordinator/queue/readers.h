@@ -31,6 +31,7 @@ class Readers {
   // Runs `read` in a read transaction, for at most `deadline_s` seconds; 0: no deadline.
   absl::Status Read(double deadline_s, const std::function<absl::Status(SqliteConnection&)>& read);
 
+  // The reads of JobQueue; see job_queue.h.
   absl::StatusOr<v1::StudyStatus> GetStudy(int64_t study);
   absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before);
   absl::StatusOr<std::vector<v1::JobStatus>> ListJobs(const v1::ListJobsRequest& request);

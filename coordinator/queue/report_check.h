@@ -21,6 +21,7 @@ struct CheckedReport {
   std::shared_ptr<const CheckedResult> result;
   std::string invalid;  // Not empty: why no job can have this result.
 };
+// Checks and packs a report by the rules of its kind.
 CheckedReport CheckReport(const v1::CompleteRequest& request, const KindRegistry& kinds);
 
 // Returns whether a path is relative and normal: no empty part, ".", "..", backslash or control

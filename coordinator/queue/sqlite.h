@@ -91,6 +91,7 @@ class SqliteQuery {
   bool Next();  // False at the end and after an error.
   const absl::Status& status() const { return status_; }
 
+  // Columns of the current row, from 0. Require that the last Next() returned true.
   int64_t Int(int column) const;
   double Real(int column) const;
   bool IsNull(int column) const;

@@ -22,6 +22,7 @@
 
 namespace parallax {
 
+// Figures of the writer since the start.
 struct WriterStats {
   uint64_t commits = 0;
   uint64_t commands = 0;

@@ -35,6 +35,7 @@ class Store;
 inline constexpr size_t kFileChunkBytes = 1 << 20;
 inline constexpr int64_t kMaxFileBytes = int64_t{1} << 30;
 
+// Bounds on the time and number of calls.
 struct ArtifactsLimits {
   double header_s = 10;      // Longest wait of a Put stream for its header.
   double idle_s = 30;        // Longest wait for a peer that neither sends nor reads.

@@ -12,6 +12,7 @@ namespace parallax {
 
 class AskWindow {
  public:
+  // Returns whether one more worker may ask now. Asked() then counts it.
   bool IsOpen() const { return in_flight_ < width_ && empty_hands_ < kEmptyHandsThatClose; }
   void Asked() { ++in_flight_; }
   // A worker was answered with `jobs` jobs. `this_round`: no job has become READY since it asked.
@@ -20,6 +21,7 @@ class AskWindow {
     if (jobs == 0 && this_round) ++empty_hands_;
     width_ = jobs == 0 ? std::max(kNarrowest, width_ / 2) : std::min(kWidest, width_ * 2);
   }
+  // Opens the window again, because work may be ready.
   void NewRound() { empty_hands_ = 0; }
 
  private:

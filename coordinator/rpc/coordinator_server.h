@@ -90,6 +90,7 @@ class CoordinatorServer {
 
   // Returns the addresses in the order of the options, with actual ports.
   virtual std::vector<std::string> addresses() const = 0;
+  // Return the workers that are known now, and the server's figures.
   virtual std::vector<v1::WorkerStatus> Workers() const = 0;
   virtual ServerMetrics Metrics() const = 0;
 

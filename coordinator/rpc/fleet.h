@@ -24,6 +24,7 @@ namespace parallax {
 
 enum class Presence { kConnected, kAway, kLost, kLeft };
 
+// A worker, its stream and its credit.
 struct FleetWorker {
   WorkerFacts facts;
   v1::Hello hello;                   // Without `holding`.
@@ -39,6 +40,7 @@ struct FleetWorker {
   SteadyTime heard{};
   SteadyTime away_since{};
 
+  // Adds credit for jobs that the worker asks for.
   void AddCredit(const v1::Credit& more, SteadyTime now);
   // Returns its credit without the part for slots that are probably still busy.
   int IdleSlots(SteadyTime now) const;
@@ -62,6 +64,7 @@ class Fleet {
   // Closes the worker's link, because a newer stream of the name comes, from the same worker or
   // from another one that took its name.
   void DropLink(const std::string& name, SteadyTime now);
+  // Adds a worker that has said Hello, or updates it, with its new link.
   void TakeIn(const std::shared_ptr<WorkerLink>& link, const v1::Hello& hello, SteadyTime now);
   // Notes that its stream has ended. Returns true if the worker has left and its leases must go to
   // others.
@@ -82,6 +85,7 @@ class Fleet {
   // Finds workers that were silent or away for too long, and forgets those that went long ago.
   // Returns the workers that were lost since the last call.
   std::vector<std::string> CheckPresence(SteadyTime now);
+  // Closes all links with `status`.
   void CloseAll(const absl::Status& status);
 
   FarmByKind SlotsByKind(SteadyTime now) const;

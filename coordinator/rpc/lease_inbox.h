@@ -22,6 +22,7 @@ namespace parallax {
 // The abilities that make workers equal: kinds of jobs, memory, tags.
 using WorkerClass = std::tuple<std::vector<std::string>, int64_t, std::vector<std::string>>;
 
+// One message to the dispatcher's thread.
 struct LeaseNote {
   enum Kind { kLeases, kStop } kind = kLeases;
   std::string worker;
@@ -39,6 +40,7 @@ struct LeaseNote {
 // Thread-safe. Shared by the dispatcher and the calls under way, so that the last user destroys it.
 class LeaseInbox {
  public:
+  // Leaves a note for Take.
   void Leave(LeaseNote note) {
     std::lock_guard lock(mu_);
     notes_.push_back(std::move(note));

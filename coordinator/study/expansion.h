@@ -30,8 +30,10 @@ inline int64_t PairsOf(const v1::StudySpec& study, const v1::VariantSpec& varian
 inline int32_t RigsPerSceneOf(const v1::StudySpec& study, const v1::VariantSpec& variant) {
   return variant.rigs_per_scene() > 0 ? variant.rigs_per_scene() : study.rigs_per_scene();
 }
+// Returns the pairs of all variants together.
 int64_t TotalPairsOf(const v1::StudySpec& study);
 
+// A scene that is planned.
 struct ScenePlan {
   uint32_t ordinal = 0;
   uint32_t rigs = 0;  // Number of pairs that it gives in all.
@@ -47,6 +49,7 @@ struct VariantPlan {
   int64_t scenes_open = 0;                  // Scenes with unfinished jobs.
   int64_t scenes_ahead = 0;                 // Bound on the number of open scenes.
 };
+// The next scenes of a variant.
 struct Expansion {
   std::optional<ScenePlan> top_up;  // The highest living scene with its new number of rigs.
   std::vector<ScenePlan> scenes;    // New scenes.

@@ -36,6 +36,7 @@ struct ConfigDigests {
   Sha256Digest scene;
   Sha256Digest frame;
 };
+// Returns the digests of a config.
 ConfigDigests DigestsOf(const v1::SceneConfig& config);
 
 // Return the keys of a layout and of a dressed scene.

@@ -65,6 +65,7 @@ struct Registry {
   void AddConnectionOptions(CLI::App* command);  // And --json.
 };
 
+// Register the commands of these names; each has a file of its own in this folder.
 void RegisterRun(Registry& registry);
 void RegisterSubmit(Registry& registry);
 void RegisterStatus(Registry& registry);

@@ -23,18 +23,21 @@ struct Demand {
   int64_t leased = 0;   // Jobs that workers have.
 };
 
+// Bounds on the number of pilots, and the slots of each.
 struct FarmLimits {
   int min = 0;
   int max = 1;
   int slots_per_pilot = 1;
 };
 
+// The farm as it was seen at one moment.
 struct FarmView {
   Demand demand;
   int64_t other_slots = 0;  // Slots of connected workers that are no pilots.
   std::vector<Pilot> pilots;
 };
 
+// The pilots that are wanted, and the changes that lead there.
 struct FarmDecision {
   int wanted = 0;   // Pilots in all, within the limits.
   int pending = 0;  // Pilots that wait now.

@@ -28,6 +28,7 @@ class Slurm {
   absl::StatusOr<std::vector<Pilot>> Pilots() const;
   // Submits an array of `pilots` pilots. Returns its job id.
   absl::StatusOr<std::string> Submit(int pilots) const;
+  // Cancels pilots by their ids. Errors: those of all methods.
   absl::Status Cancel(const std::vector<std::string>& ids) const;
   // Returns the command line of Submit, for people.
   std::string SubmitCommand(int pilots) const;

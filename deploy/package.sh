@@ -85,7 +85,7 @@ remove_what_is_in() {
   mv "$tree/share/doc/parallax/THIRD_PARTY" "$tree/share/doc/parallax/THIRD_PARTY.trainer"
 }
 
-# Whose libraries these are: the Debian package of each, and its licence's file where Debian has one.
+# Lists the Debian package of each library, and the file of its licence if Debian has one.
 third_party_notices() {
   echo "Libraries in lib/, by the Debian package that they are from. Licences: /usr/share/doc/PACKAGE/copyright there."
   closure_of "${@/#/$build/bin/}" | while read -r library; do

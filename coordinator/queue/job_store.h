@@ -17,6 +17,7 @@
 
 namespace parallax {
 
+// A row of `jobs`.
 struct JobRow : JobFacts {
   JobState state = JobState::kReady;
   uint64_t fence = 0;  // 0: none.
@@ -31,6 +32,7 @@ struct JobRow : JobFacts {
   std::string error;
 };
 
+// A row of `scenes`: numbers of its rigs and of its unfinished jobs, and the hash of its recipe.
 struct SceneRow {
   uint32_t rigs = 0;
   uint32_t rigs_lost = 0;
@@ -62,6 +64,7 @@ class JobStore {
       : db_(db), kinds_(kinds), most_logs_(most_logs) {}
 
   // ---- Jobs -------------------------------------------------------------------------------------
+  // Returns the job with this id; nothing if it is unknown or in the archive.
   absl::StatusOr<std::optional<JobRow>> Find(int64_t id);
   // Inserts a job and sets row.id. `now` becomes its ready_unix_s, and also its finished_unix_s if
   // its state is terminal.
@@ -81,14 +84,14 @@ class JobStore {
   // Returns the newest generation of the job with this id, which may be the job itself. Looks in
   // the archive too.
   absl::StatusOr<std::optional<JobRow>> FindNewest(int64_t id);
-  // Returns jobs whose newest generation ended as FAILED, QUARANTINED or CANCELLED, by ordinal.
+  // Returns the newest generations that ended as FAILED, QUARANTINED or CANCELLED, by ordinal.
   absl::StatusOr<std::vector<int64_t>> Lost(int64_t variant);
 
   // Moves between states. Each is guarded by the state that it starts from. Errors: kInternal if
   // the row was in another state.
   absl::Status MoveToLeased(const JobRow& row, uint64_t fence, const std::string& worker,
                             bool part_given);
-  // These three also end the job's waits.
+  // These, MoveToReused and MoveToCancelled also end the job's waits.
   absl::Status MoveToReady(int64_t id, double now);
   absl::Status MoveToBlocked(int64_t id, int64_t leader);
   // Sets the number of OPEN waits of a BLOCKED job.
@@ -127,6 +130,7 @@ class JobStore {
   absl::Status MoveLostToReturned(int64_t job, uint64_t fence);
 
   // ---- Scenes ---------------------------------------------------------------------------------
+  // Insert, read and overwrite the row of a scene.
   absl::Status InsertScene(int64_t variant, uint32_t ordinal, const SceneRow& row);
   absl::StatusOr<SceneRow> FindScene(int64_t variant, uint32_t ordinal);
   absl::Status WriteScene(int64_t variant, uint32_t ordinal, const SceneRow& row);
@@ -134,12 +138,14 @@ class JobStore {
   absl::StatusOr<std::optional<uint32_t>> HighestLiving(int64_t variant);
 
   // ---- Results ----------------------------------------------------------------------------------
+  // Returns the result with this key, if there is one; HasResult reads less.
   absl::StatusOr<std::optional<StoredResult>> FindResult(const Sha256Digest& key);
   absl::StatusOr<bool> HasResult(const Sha256Digest& key);
   // Inserts a result. The first one committed wins: leaves an existing result alone. Returns true
   // if it is new.
   absl::StatusOr<bool> InsertResult(const Sha256Digest& key, std::string_view stage,
                                     const StoredResult& result, int64_t job, uint64_t fence);
+  // Publishes a pair of a scene.
   absl::Status InsertFrame(const JobFacts& scene_of, uint32_t rig, const Sha256Digest& frame_key,
                            bool reused);
 
@@ -147,6 +153,7 @@ class JobStore {
   absl::Status InsertStudyResult(const JobRow& job);
 
   // ---- Litter and archive ---------------------------------------------------------------------
+  // Add a path to the litter, or remove it.
   absl::Status InsertLitter(const std::string& path, double now);
   absl::Status DeleteLitter(const std::string& path);
   // Keeps a folder from which later attempts may continue. `scene` is set for jobs of scenes.

@@ -49,6 +49,7 @@ class SqliteConnection {
   // Runs a query and returns the first column of the first row, if there is one and it is not NULL.
   template <typename... Args>
   absl::StatusOr<std::optional<int64_t>> Integer(const char* sql, const Args&... args);
+  // As Integer, for text without arguments; "" if there is no row.
   absl::StatusOr<std::string> Text(const char* sql);
 
   int64_t last_insert_id() const;

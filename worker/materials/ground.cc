@@ -2,6 +2,7 @@
 #include <array>
 
 #include "worker/materials/families.h"
+#include "worker/materials/forest_parts.h"
 #include "worker/materials/surface.h"
 
 namespace parallax {
@@ -130,6 +131,7 @@ class Rock final : public Carved<Rock> {
     const Kind& kind = rng.Pick(kKinds);
     light_ = VaryColor(rng, SrgbColor(kind.light), 0.12, 0.03);
     dark_ = VaryColor(rng, SrgbColor(kind.dark), 0.12, 0.03);
+    weathered_ = Mix(light_, SrgbColor(0xbab3a6), 0.45f);
     vein_ = SrgbColor(0xd6d0c6);
     lichen_color_ = SrgbColor(rng.Bernoulli(0.5) ? 0xa3a88c : 0xb8963f);
     facet_m_ = Draw(rng, 0.02, 0.05);
@@ -155,7 +157,12 @@ class Rock final : public Carved<Rock> {
       crystal = fine * sparkle_ * (UnitByte(cell.id, 0) - 0.5f);
     }
     const Float8 joint = Joints(p, w);
+    // Stones of one rock differ in tone, and each has patches; what faces up has weathered paler.
+    const Float8 tone = Fbm3(p, 3.5f, 2, w, seed_ + 40) + 0.7f * Fbm3(p, 0.5f, 3, w, seed_ + 43);
+    const Float8 weathered = SmoothStep(0.1f, 0.9f, Facing(point.normal, up_)) *
+                             Saturate(0.45f + 0.6f * mottle + 0.3f * tone);
     Vec3x8 color = Mix(dark_, light_, Saturate(0.5f + 0.4f * bedding_ * beds + 0.35f * mottle));
+    color = Mix(color * (1.0f + 0.45f * tone), weathered_, 0.5f * weathered);
     // Dust lies in the hollows.
     color *= (1.0f + crystal) * (1.0f + 0.12f * Facets(p, w)) * (1.0f - 0.6f * joint);
     color = Mix(color, vein_, Veins(p, w));
@@ -228,7 +235,7 @@ class Rock final : public Carved<Rock> {
            Fade(kWave, w) * SmoothStep(-0.3f, 0.3f, Gradient3(p / 0.2f, seed_ + 18));
   }
 
-  Vec3f light_, dark_, vein_, lichen_color_, up_;
+  Vec3f light_, dark_, weathered_, vein_, lichen_color_, up_;
   float facet_m_, bed_m_, bedding_, veins_, lichen_, crystal_m_, sparkle_;
   uint32_t seed_;
 };

@@ -93,7 +93,7 @@ TEST_F(TrainKindsTest, AWorkerIsToldTheFoldersOfAllPairs) {
   using Rigs = std::vector<uint32_t>;
   EXPECT_THAT(seen, ElementsAre(std::pair(0u, Rigs{0, 1}), std::pair(1u, Rigs{0, 1}),
                                 std::pair(2u, Rigs{0})));
-  // They are where the pairs are.
+  // The folders are those of the pairs.
   const auto frames = Frames(StudyId{1});
   EXPECT_EQ(frames[0].frame().path(), job.parts(0).folders(0).folder() + "/000");
   Complete(TrainAnswer(lease, "t"));

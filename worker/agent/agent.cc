@@ -175,7 +175,7 @@ class AgentImpl final : public Agent {
           link_.Answered(message.heartbeat_ack().sequence());
           break;
         case v1::CoordinatorMessage::MESSAGE_NOT_SET:
-          break;  // Of a newer coordinator.
+          break;  // A message that only newer coordinators send.
       }
     }
   }
@@ -367,7 +367,7 @@ class AgentImpl final : public Agent {
       return;
     }
     const bool idle = Unfinished() <= 0;
-    HandleEnded();  // Those that ended since: their hand-backs go out before the goodbye.
+    HandleEnded();  // Jobs that ended meanwhile: hand-backs go out before the goodbye.
     const bool nothing_to_send = reports_.Pending(link_.coordinator_id()).empty();
     const bool over = departure_.IsOver(clock_.Steady());
     if (over) {

@@ -28,15 +28,15 @@ struct AgentOptions {
   RpcAddress coordinator;
   RpcSecurity security;
   std::string name;                // See CheckWorkerName. Unique among the coordinator's workers.
-  std::vector<std::string> kinds;  // Of jobs that it takes; each has a handler.
+  std::vector<std::string> kinds;  // Kinds of jobs that it takes; each has a handler.
   int slots = 1;                   // Jobs at a time.
   int cores = 1;
   int64_t memory_mb = 0;
   std::vector<std::string> tags;
   std::string version;
   std::string build_id;
-  StageVersions versions;  // Of the stages that the runner has.
-  std::string instance;    // Of this process; another one of the same name has another.
+  StageVersions versions;  // The versions of the runner's stages.
+  std::string instance;    // Names this process; a restart under the same name has another.
   std::string
       store_uri;  // Overrides the coordinator's: the same store under another path of this machine.
   std::string outbox_root;     // Folder of all outboxes of this machine; see outbox.h.
@@ -70,7 +70,7 @@ struct AgentSummary {
   int64_t handed_back = 0;
   size_t reports_left = 0;  // In the outbox, for the next worker on this machine.
   int stuck = 0;            // Jobs that did not stop when told; ~Agent would wait for them.
-  int hung = 0;             // Of those, the ones that AgentOptions::hang_s gave up.
+  int hung = 0;             // The part of `stuck` that AgentOptions::hang_s gave up.
 };
 
 // Thread-safe.

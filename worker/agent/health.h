@@ -1,6 +1,6 @@
-// What probes ask a worker: the health service of gRPC (grpc.health.v1), which Kubernetes and
-// grpc_health_probe speak. Two services: `alive`, the agent's own loop goes round; `ready`, the
-// coordinator has welcomed it and it takes work. Without a name: `alive`.
+// The health service of gRPC (grpc.health.v1), which Kubernetes and grpc_health_probe ask. It has
+// two services: `alive` says that the agent's own loop goes round, `ready` that the coordinator has
+// welcomed the worker and it takes work. A request without a name means `alive`.
 #pragma once
 
 #include <functional>

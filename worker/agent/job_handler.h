@@ -1,5 +1,5 @@
-// What the agent knows of the work itself: one handler for each kind of job. worker/jobs has the
-// real ones, tests have others.
+// The interface between the agent and the work itself: one handler for each kind of job. The real
+// handlers are in worker/jobs; tests bring their own.
 #pragma once
 
 #include <concepts>

@@ -66,9 +66,9 @@ class JobSlots {
   // Takes out those that wait; they leave no trace here.
   std::vector<v1::AttemptId> TakeWaiting();
 
-  std::vector<RunningAttempt> Running() const;  // Those told to stop too, until they have.
-  int busy() const;                             // Those that wait included.
-  std::vector<EndedAttempt> TakeEnded();        // Since the last call.
+  std::vector<RunningAttempt> Running() const;  // Including stopped jobs that have not ended yet.
+  int busy() const;                             // Including jobs that wait for a slot.
+  std::vector<EndedAttempt> TakeEnded();        // Jobs that ended since the last call.
 
  private:
   class Impl;

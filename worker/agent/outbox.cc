@@ -38,8 +38,8 @@ absl::StatusOr<int> LockFolder(const std::string& directory) {
       if (error == EWOULDBLOCK) return -1;
       return ErrnoError(error, "lock " + path);
     }
-    // Who took over a dead worker's folder removed it: a lock on a file that has no name any more
-    // protects nothing.
+    // Another process took over a dead worker's folder and removed it: a lock on a file without a
+    // name protects nothing.
     struct stat held;
     struct stat named;
     if (fstat(fd, &held) == 0 && stat(path.c_str(), &named) == 0 && held.st_ino == named.st_ino) {

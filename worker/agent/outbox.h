@@ -39,7 +39,7 @@ class Outbox {
   Outbox(const Outbox&) = delete;
   Outbox& operator=(const Outbox&) = delete;
 
-  // What was left at Open, in order of file names. Damaged files are renamed to *.damaged and
+  // The reports that Open found, in order of file names. Damaged files are renamed to *.damaged and
   // logged.
   std::vector<Report> TakeLeftovers() { return std::move(leftovers_); }
   // Durable when it returns. The same report again replaces itself.

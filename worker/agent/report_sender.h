@@ -17,7 +17,7 @@
 namespace parallax {
 
 struct ReportSenderOptions {
-  double timeout_s = 30;  // Of one try.
+  double timeout_s = 30;  // Time limit of one attempt to send.
   double backoff_base_s = 0.1;
   double backoff_cap_s = 10;
 };

@@ -23,7 +23,7 @@ struct WorkerSettings {
   int64_t cache_bytes = 0;
 };
 
-// What the process says when it ends. Part of the interface: never renumbered.
+// The exit statuses of the process. They are part of its interface and never renumbered.
 enum WorkerExit : int {
   kWorkerDrained = 0,     // All it had taken is finished and reported.
   kWorkerFailed = 1,      // Store, outbox or another part of this machine can't be used.

@@ -9,7 +9,7 @@ namespace parallax {
 struct OvenParams {
   float width_m = 0.6f;
   float depth_m = 0.6f;
-  float height_m = 0.88f;  // Of the hob.
+  float height_m = 0.88f;  // Height of the hob above the floor.
   bool gas = true;         // Grates and burners instead of a glass hob.
   bool backguard = true;   // A panel behind the hob.
   bool drawer = true;      // Under the oven door.

@@ -1,5 +1,5 @@
-// What a procedural object is: a mesh with named material slots, and the facts by which it is
-// placed.
+// A procedural object: a mesh with named material slots, and the facts by which layouts place
+// it.
 //
 // Object frame: z up, origin on the floor below the middle of the footprint; the front faces +y (a
 // person who uses it stands at +y and looks along -y). Wall things (WallArt, Window, doors): the

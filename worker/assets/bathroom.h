@@ -56,7 +56,7 @@ struct BathtubParams {
   float width_m = 0.75f;
   float height_m = 0.58f;
   float squareness = 2.8f;
-  float slope = 0.25f;  // Of the end to lie against; the other walls are steeper.
+  float slope = 0.25f;  // Slope of the end to lie against; the other walls are steeper.
   float slipper_m = 0;  // How far the head's end rises above the rim.
   bool tap = true;
   uint64_t seed = 0;

@@ -9,7 +9,7 @@ namespace parallax {
 enum class HeadboardStyle { kPanel, kSlats, kUpholstered, kTufted, kArched, kMetal, kNone, kCount };
 
 struct BedParams {
-  float width_m = 1.6f;  // Of the mattress: 0.9, 1.2, 1.4, 1.6, 1.8.
+  float width_m = 1.6f;  // Width of the mattress: 0.9, 1.2, 1.4, 1.6, 1.8.
   float length_m = 2.0f;
   float mattress_m = 0.22f;   // Its thickness.
   float frame_top_m = 0.34f;  // Upper edge of the side rails.
@@ -54,7 +54,7 @@ enum class FoldStyle { kFolded, kRolled, kStacked, kThrown, kCount };
 
 struct BlanketParams {
   FoldStyle style = FoldStyle::kFolded;
-  float width_m = 0.5f, depth_m = 0.4f;  // Of the folded cloth; of the roll its length and width.
+  float width_m = 0.5f, depth_m = 0.4f;  // Folded size; length and width if rolled.
   int layers = 4;                        // Or turns of the roll.
   float layer_m = 0.022f;
   int stack = 1;       // Folded cloths on each other.

@@ -205,7 +205,7 @@ Asset MakeJar(const JarParams& p) {
               .Moved(0, 0, h),
           Slot("lid", {"glass", "ceramic"}));
   }
-  // What it holds: a filling that follows the wall.
+  // The contents: a filling that follows the wall.
   const float level = h * p.filled;
   Path2 fill = Filleted(Path2{{0, 0.0058f},
                               {0.955f * r - 0.0026f, 0.0058f},

@@ -15,7 +15,7 @@ enum class DoorHandle { kLever, kKnob, kPull, kCount };
 // Stiles and rails around rows of openings.
 struct DoorParams {
   struct Row {
-    float share = 1;  // Of the height that the rails leave.
+    float share = 1;  // Weight of this row in the height that rails leave.
     int columns = 1;
     DoorFill fill = DoorFill::kPanel;
     int lites_x = 1, lites_y = 1;  // Glazing bars within an opening.

@@ -1,4 +1,4 @@
-// What lamps share: bulbs, shades, feet.
+// Parts that lamps share: bulbs, shades, feet.
 #pragma once
 
 #include "worker/assets/lamps.h"

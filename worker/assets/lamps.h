@@ -36,7 +36,7 @@ struct CeilingLampParams {
   float radius_m = 0.22f;
   // 0 dome pendant, 1 drum pendant, 2 globe, 3 chandelier, 4 bowl close to the ceiling.
   int style = 0;
-  int arms = 5;  // Of a chandelier.
+  int arms = 5;  // Arms of a chandelier.
   uint64_t seed = 0;
 };
 // Hangs: the ceiling is z = 0.

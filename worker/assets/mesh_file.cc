@@ -280,7 +280,7 @@ class FileReader {
     return true;
   }
 
-  // Of triangles with the same corners, rays must meet one only.
+  // Drops all but one of the triangles with the same corners: rays must meet one only.
   void MakeSheets() {
     Mesh& mesh = file_.mesh;
     for (MaterialSlot& slot : mesh.slots) slot.sheet = true;

@@ -18,7 +18,7 @@ struct MeshFile {
   // file's own unit. One slot ("0", "1"...) for each material that faces have. A mesh that is not
   // closed is one of sheets.
   Mesh mesh;
-  // What the file says of each slot's looks; nothing where it says nothing.
+  // The material of each slot as the file describes it; nullopt where it describes none.
   std::vector<std::optional<PbrPictures>> materials;
 };
 

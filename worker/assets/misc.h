@@ -27,7 +27,7 @@ Asset SampleRack(Rng& rng);
 struct BalloonParams {
   bool letters = false;  // Foil letters or numbers, else rubber ones on ribbons.
   int count = 2;
-  float height_m = 0.45f;  // Of a letter.
+  float height_m = 0.45f;  // Height of a letter.
   uint64_t seed = 0;
 };
 Asset MakeBalloon(const BalloonParams& params);

@@ -44,7 +44,7 @@ absl::StatusOr<std::shared_ptr<const MeshFile>> OpenOwnMesh(std::string_view ass
 // is the mesh's.
 std::string OwnMeshMaterial(std::string_view slot);
 bool IsOwnMeshMaterial(std::string_view material_class);
-// Of such a name. Errors: as OpenOwnMesh; kInvalidArgument for a name that is none.
+// Makes the material of such a name. Errors: as OpenOwnMesh; kInvalidArgument for another name.
 absl::StatusOr<std::unique_ptr<const Material>> MakeOwnMeshMaterial(std::string_view name,
                                                                     uint64_t seed);
 

@@ -1,4 +1,4 @@
-// What food is sold in: cans and tins, cartons, bags.
+// Packages that food is sold in: cans and tins, cartons, bags.
 #pragma once
 
 #include "worker/assets/families.h"
@@ -10,7 +10,7 @@ enum class CanStyle { kDrink, kSlimDrink, kTin, kFlatTin, kFishTin, kSpray, kCou
 
 struct CanParams {
   CanStyle style = CanStyle::kDrink;
-  float radius_m = 0.033f;  // Of the fish tin: half of its width.
+  float radius_m = 0.033f;  // Half of the width for the fish tin.
   float height_m = 0.12f;
   bool opened = false;  // A tin's lid bent up, a drink's tab raised.
   uint64_t seed = 0;
@@ -34,7 +34,7 @@ enum class FoodBagStyle { kPillow, kPouch, kBlock, kRolled, kCount };
 struct FoodBagParams {
   FoodBagStyle style = FoodBagStyle::kPillow;
   float width_m = 0.17f, height_m = 0.24f, belly_m = 0.06f;
-  bool spout = false;  // Of pouches.
+  bool spout = false;  // Only pouches have one.
   uint64_t seed = 0;
 };
 Asset MakeFoodBag(const FoodBagParams& params);

@@ -10,7 +10,7 @@ struct LeafParams {
   float length_m = 0.15f;
   float width_m = 0.05f;
   float droop = 0.5f;   // How far the tip bends down, in lengths.
-  float fold = 0.25f;   // Of the halves about the midrib; 0 = flat.
+  float fold = 0.25f;   // Fold of the halves about the midrib; 0 = flat.
   float wave = 0.0f;    // Undulation of the margin.
   float widest = 0.4f;  // Where along the length.
   float point = 1.0f;   // 1 = tapering tip, 0.5 = blunt.
@@ -53,7 +53,7 @@ Asset MakeCactus(const CactusParams& params);
 Asset SampleCactus(Rng& rng);
 
 struct UrchinParams {
-  float radius_m = 0.028f;  // Of the body.
+  float radius_m = 0.028f;  // Radius of the body.
   float spine_m = 0.045f;   // The longest.
   uint64_t seed = 0;
 };

@@ -10,7 +10,7 @@ namespace parallax {
 
 struct SizeRange {
   std::string_view name;
-  Vec3f least_m, most_m;  // Of the bounding box.
+  Vec3f least_m, most_m;  // Limits of the bounding box, metres.
 };
 
 // nullptr when there is no such row.

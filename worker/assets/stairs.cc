@@ -60,7 +60,7 @@ struct FlightBuilder {
   const StairParams& p;
   Flight flight;
   bool bends = false;  // Chords are short then.
-  float base_z = 0;    // Of the floor below.
+  float base_z = 0;    // Height of the floor below.
 
   float Step() const { return bends ? 0.25f : 100.0f; }
 

@@ -21,7 +21,7 @@ struct StairParams {
   float tread_m = 0.035f;
   float rail_height_m = 0.9f;
   bool rail_left = true, rail_right = true;
-  float turn_rad = 1.6f;  // Of a curved stair, or of a spiral's whole height.
+  float turn_rad = 1.6f;  // Total turn of a curved stair or of a spiral.
   uint64_t seed = 0;
 };
 Asset MakeStraightStaircase(const StairParams& params);

@@ -50,7 +50,7 @@ struct CabinetParams {
   float depth_m = 0.45f;
   float height_m = 1.9f;
   int columns = 2;      // Doors side by side.
-  int drawer_rows = 0;  // Of drawers under (wardrobe) or instead of (chest) the doors.
+  int drawer_rows = 0;  // Rows of drawers below the doors (wardrobe) or instead of them (chest).
   bool doors = true;
   float leg_m = 0.0f;
   LegStyle legs = LegStyle::kTapered;

@@ -11,7 +11,7 @@ struct VaseParams {
   float radius_m = 0.09f;  // The widest.
   int form = 0;            // 0 bottle, 1 amphora, 2 trumpet, 3 gourd, 4 cylinder, 5 ball.
   int flutes = 0;          // Vertical ribs; 0 = smooth.
-  float twist_rad = 0;     // Of the ribs over the height.
+  float twist_rad = 0;     // Twist of the ribs over the height.
   bool handles = false;
   uint64_t seed = 0;
 };
@@ -103,7 +103,7 @@ Asset SampleLid(Rng& rng);
 struct CutleryParams {
   float length_m = 0.18f;
   int handle = 0;  // 0 pointed spatula, 1 straight, 2 waisted.
-  int tines = 4;   // Of a fork.
+  int tines = 4;   // Tines of a fork.
   uint64_t seed = 0;
 };
 Asset MakeFork(const CutleryParams& params);

@@ -19,10 +19,10 @@ Asset MakeRug(const RugParams& params);
 Asset SampleRug(Rng& rng);
 
 struct ShirtParams {
-  float width_m = 0.5f, length_m = 0.68f;         // Of the trunk.
+  float width_m = 0.5f, length_m = 0.68f;         // Size of the trunk.
   float sleeve_m = 0.2f;                          // 0 = a vest.
   float cuff_m = 0.14f;                           // Width of the sleeve's end.
-  float droop_rad = 0.5f, droop_left_rad = 0.5f;  // Of the sleeves below the shoulder line.
+  float droop_rad = 0.5f, droop_left_rad = 0.5f;  // Angles of the sleeves below the shoulder line.
   float neck_m = 0.09f;                           // Depth of the neck's cut.
   float flare = 1.0f;                             // The hem's width in parts of the trunk's.
   bool collar = false;                            // With a strip of buttons.

@@ -1,4 +1,4 @@
-// What hangs on walls and stands before them with a picture: art, mirrors, screens.
+// Objects with a picture that hang on walls or stand before them: art, mirrors, screens.
 #pragma once
 
 #include "worker/assets/families.h"

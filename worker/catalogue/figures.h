@@ -1,5 +1,5 @@
-// What the classes of the catalogues are and cost, measured: sizes, triangles, milliseconds.
-// Times are of the calling thread's processor, so that other work on the machine does not count.
+// Measured sizes, triangle counts and times of the catalogues' classes. Times are processor
+// times of the calling thread, so that other work on the machine does not count.
 // Thread-safe.
 #pragma once
 
@@ -16,7 +16,7 @@ struct AssetFigures {
   Vec3f least_m = Vec3f::Zero(), most_m = Vec3f::Zero();  // Stated: worker/assets/size_table.h.
   Vec3f smallest_m = Vec3f::Zero(), largest_m = Vec3f::Zero();  // Seen, axis by axis.
   size_t median_triangles = 0, most_triangles = 0;
-  std::vector<double> ms;  // Of each seed, from the smallest.
+  std::vector<double> ms;  // Processor time of each seed in ms, ascending.
   double median_ms = 0;
   std::vector<std::string> slots;  // Names of all material slots seen, in order of first use.
   bool offers_support = false;     // Other things can stand on it.

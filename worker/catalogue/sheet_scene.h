@@ -16,8 +16,8 @@ namespace parallax {
 
 inline constexpr int kRowCells = 6;
 
-// What one renderer shows: the pictures of the rigs' eyes are the row's cells, or hold several of
-// them beside each other.
+// The content of one renderer: each picture of the rigs' eyes is one cell of the row, or holds
+// several cells side by side.
 struct SheetRow {
   v1::Scene recipe;
   SceneGeometry geometry;

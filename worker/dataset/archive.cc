@@ -311,7 +311,7 @@ class Archive final : public ArchiveWriter {
     const std::string name = fs::path(dir).filename();
     const std::string temporary = parent + "/.new-" + name, old = parent + "/.old-" + name;
     RETURN_IF_ERROR(MakeFolders(parent));
-    RETURN_IF_ERROR(RemoveAll(temporary));  // Of a run that was interrupted.
+    RETURN_IF_ERROR(RemoveAll(temporary));  // An interrupted run may have left it.
     RETURN_IF_ERROR(RemoveAll(old));
     RETURN_IF_ERROR(MakeFolders(temporary));
     for (const v1::FileEntry& file : content.frame.frame().files()) {

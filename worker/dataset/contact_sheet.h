@@ -10,7 +10,7 @@ namespace parallax {
 
 struct ContactSheetOptions {
   int max_frames = 8;       // Rows, spread evenly over the frames found.
-  int tile_width_px = 360;  // Of one image; the sheet has seven a row.
+  int tile_width_px = 360;  // Width of one image; the sheet has seven a row.
 };
 
 struct ContactSheetResult {

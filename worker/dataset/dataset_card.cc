@@ -50,7 +50,7 @@ struct Range {
 struct Share {
   int64_t made = 0;    // Objects or materials in the recipes.
   int64_t frames = 0;  // Frames in whose left image it is seen.
-  int64_t pixels = 0;  // Of the left images.
+  int64_t pixels = 0;  // Pixels of the left images.
 };
 
 struct Summary {

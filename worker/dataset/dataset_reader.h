@@ -15,19 +15,19 @@ namespace parallax {
 struct DatasetFrame {
   std::string variant;
   uint32_t scene = 0, rig = 0;
-  std::string dir;                           // Of the frame.
+  std::string dir;                           // The frame's folder.
   bool passed = true;                        // All filters.
   std::map<std::string, std::string> files;  // SHA-256 by name.
-  nlohmann::ordered_json line;               // Of the index.
+  nlohmann::ordered_json line;               // The frame's line of index.jsonl.
 };
 
 struct DatasetVariant {
   std::string name;
   std::string dir;
   std::vector<DatasetFrame> frames;  // By scene, rig.
-  int64_t pairs_wanted = 0;          // Of dataset.json; 0 when that is missing.
-  std::string type;                  // "indoor", "dense"...: of dataset.json or study.lock.yaml.
-  // What is wrong with the folder itself: one text each, naming the file.
+  int64_t pairs_wanted = 0;          // From dataset.json; 0 when that is missing.
+  std::string type;                  // "indoor", "dense"...: from dataset.json or study.lock.yaml.
+  // Faults of the folder itself: one text each, naming the file.
   std::vector<std::string> faults;
 };
 

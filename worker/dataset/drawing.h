@@ -1,4 +1,4 @@
-// What the pictures for people are drawn with: an RGB canvas with text, boxes, images and colour
+// Drawing for pictures that people look at: an RGB canvas with text, boxes, images and colour
 // maps.
 #pragma once
 

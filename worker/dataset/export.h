@@ -32,9 +32,9 @@ struct ExportResult {
   // Left pixels with a surface whose disparity the layout's encoding can't hold: written as
   // invalid.
   int64_t pixels_out_of_range = 0;
-  Histogram disparity = DisparityHistogram();  // Of the left views, exported frames.
+  Histogram disparity = DisparityHistogram();  // Left views of the exported frames.
   std::map<int, double> below_limit;           // kDisparityLimitsPx -> part of the pixels.
-  std::vector<std::string> notes;              // What the user should know, one sentence each.
+  std::vector<std::string> notes;              // Hints to the user, one sentence each.
 };
 
 // "flyingthings", "fsd", "crestereo", "wmgstereo", "middlebury", "kitti", "webdataset".

@@ -18,7 +18,7 @@ struct ExportFrame {
   std::string scene;     // Folder name of its scene: no word that readers replace, no spaces.
   std::string type;      // "indoor", "dense"...
   int number = 0;        // In the whole export, from 0; frames of one scene are consecutive.
-  int scene_number = 0;  // Of its scene, from 0.
+  int scene_number = 0;  // Within its scene, from 0.
   int scenes = 0;        // In all.
   bool test = false;
 };
@@ -32,7 +32,7 @@ struct ExportFile {
 
 struct FrameFiles {
   std::vector<ExportFile> files;
-  std::string list_line;  // Of train.txt or test.txt: "left right disparity".
+  std::string list_line;  // A line of train.txt or test.txt: "left right disparity".
   int64_t pixels_out_of_range = 0;
   std::vector<uint32_t> disparity_counts;  // By bin of DisparityHistogram().
 };

@@ -14,7 +14,7 @@ namespace parallax {
 
 struct FrameJob {
   const v1::Scene& scene;
-  const v1::Rig& rig;  // Of `scene`.
+  const v1::Rig& rig;  // A rig of `scene`.
   const StereoFrame& frame;
   const v1::RenderConfig& render;  // `maps`: which maps are written beside the images.
   std::string dir;         // Absolute; made anew: what an earlier try left there is removed.

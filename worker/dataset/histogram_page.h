@@ -14,7 +14,7 @@ namespace parallax {
 
 struct HistogramData {
   int64_t frames = 0;
-  int64_t pixels = 0;  // Of the left images.
+  int64_t pixels = 0;  // Pixels of the left images.
   Histogram disparity = DisparityHistogram();
   Histogram depth = DepthHistogram();
   std::map<std::string, int64_t> object_pixels, material_pixels;  // By class.

@@ -17,7 +17,7 @@ std::string EncodeNpy(const ImageF& image);
 // One member of a tar archive: header, content, padding. The same arguments give the same bytes.
 // Source: POSIX.1-1988 ustar. Errors: kInvalidArgument for a name longer than 100 characters.
 absl::StatusOr<std::string> TarMember(std::string_view name, std::string_view content);
-// What ends an archive.
+// The two zero blocks that end an archive.
 std::string TarEnd();
 
 }  // namespace parallax

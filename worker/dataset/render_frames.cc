@@ -161,7 +161,7 @@ absl::StatusOr<v1::RenderResult> RenderFrames(const v1::RenderJob& job,
   RETURN_IF_ERROR(MakeAttemptFolder(context.attempt_dir));
 
   v1::RenderResult result;
-  const double cpu_begin_s = ProcessCpuSeconds();  // What the build takes counts too.
+  const double cpu_begin_s = ProcessCpuSeconds();  // Before the build: its time counts too.
   const std::string key = RendererCache::KeyOf(job.scene(), job.render());
   std::unique_ptr<Renderer> renderer = cache.Take(key);
   if (renderer == nullptr) {

@@ -10,7 +10,7 @@ namespace parallax {
 
 struct VariantSheetOptions {
   int max_pairs = 3;  // Blocks: one for each (scene, rig), spread evenly over the common ones.
-  int tile_width_px = 420;  // Of one left image.
+  int tile_width_px = 420;  // Width of one left image.
   int columns = 5;
 };
 

@@ -20,8 +20,8 @@ struct VerifyOptions {
 
 struct Finding {
   std::string check;    // "hash", "missing", "disparity", "pose", "tables"...
-  std::string path;     // Of the file or folder.
-  std::string message;  // What was seen and what was wanted.
+  std::string path;     // The file or folder.
+  std::string message;  // Says what was seen and what was wanted.
 };
 
 struct VerifyResult {

@@ -12,8 +12,8 @@ namespace parallax {
 void CheckFiles(const DatasetFrame& frame, bool hashes, std::vector<Finding>& findings,
                 int64_t& bytes);
 
-// What must hold between the files. Maps that were not written are not missed; ones that can't be
-// read are findings.
+// Checks the geometry between a frame's files. Maps that were not written are not missed; maps that
+// can't be read are findings.
 void CheckGeometry(const DatasetFrame& frame, std::vector<Finding>& findings);
 
 }  // namespace parallax

@@ -23,7 +23,7 @@ struct TableFigure {
 struct TableCell {
   TableFigure headline;
   std::vector<TableFigure> others;  // The benchmark's further figures.
-  int pairs_published = 0;          // Of the whole benchmark; 0 where that isn't fixed.
+  int pairs_published = 0;          // Size of the whole benchmark; 0 where that isn't fixed.
   std::string mimics;
 };
 

@@ -1,6 +1,6 @@
-// What a scene's type says about the space around its objects: where rigs and things may be, how
-// light gets in, what counts as exterior, what ends the view. Renderer, dataset and rigs ask this
-// and never what kind of place it is. Plain data, world frame, metres.
+// The space around a scene's objects as the scene's type describes it: where rigs and objects may
+// be, how light gets in, what counts as exterior, what ends the view. Renderer, dataset and rigs
+// read this and never the kind of place. Plain data, world frame, metres.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace parallax {
 struct SkyPortal {
   Vec3f corner, edge_u, edge_v;
   Vec3f normal;       // Unit, out of the enclosure.
-  float depth_m = 0;  // Of the wall that it leads through: what may close it lies so far inside.
+  float depth_m = 0;  // Thickness of the wall around it; closings (panes, doors) lie within.
 };
 
 // Space that the sky lights through its portals only.

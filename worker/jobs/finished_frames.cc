@@ -42,7 +42,7 @@ std::vector<std::string> FileNamesOf(const v1::FrameResult& frame) {
   return names;
 }
 
-// Of a store that is no folder of this machine.
+// Copies a file in pieces from a store that is no folder of this machine.
 absl::Status DownloadFile(const Store& store, const std::string& from, int64_t size,
                           const std::string& to) {
   std::string bytes;

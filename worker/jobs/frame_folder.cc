@@ -123,7 +123,7 @@ class Bringer {
     return cache_.Fetch(store_, path, names);
   }
 
-  // Those files of a frame, with the pictures of the variant's sensor if it has one.
+  // The files `names` of a frame, with the pictures of the variant's sensor if it has one.
   absl::StatusOr<Pieces> PiecesOf(const std::string& path,
                                   const std::vector<std::string>& names) const {
     const bool exposes = SensorIsOn(set_.sensor());

@@ -20,8 +20,8 @@ enum class Move { kAdd, kDelete, kResample, kTranslate, kRotate, kSwap, kRelate 
 
 double Clamp01(double x) { return std::clamp(x, 0.0, 1.0); }
 
-// What is placed in the first stage; what a bearer is there for is placed with it, so that the
-// bearer does not settle where there is no room for it (a TV's stand before a window).
+// Whether a row is placed in the first stage. Things for which a bearer is there are placed with
+// it, so that it does not settle where they have no room (a TV's stand before a window).
 bool IsLarge(const RoomRow& row) {
   if (row.stand == Stand::kOnTop && row.weight >= kMakesWay) return true;
   return row.stand != Stand::kOnTop && row.stand != Stand::kOnWall && row.stand != Stand::kCeiling;
@@ -121,8 +121,8 @@ class Annealer {
     return std::optional<Proposal>();
   }
 
-  // What finds no place by its anchor takes the anchor elsewhere, with all that stands by it; every
-  // other time in another model.
+  // An item that finds no place by its anchor moves the anchor elsewhere, with all that stands by
+  // it; every other time in another model.
   absl::Status TakeAnchorElsewhere(Arrangement& next, std::vector<int>& changed) {
     const int anchor = next.at(changed[0]).anchor;
     if (anchor < 0 || next.at(anchor).row < 0 || next.at(anchor).anchor >= 0) {

@@ -31,8 +31,8 @@ class ModelRack {
 
 struct AnnealPlan {
   bool reduced = false;
-  int large_steps = 300, medium_steps = 200;  // Of the two stages.
-  int runs = 1;                               // Of which the best is kept.
+  int large_steps = 300, medium_steps = 200;  // Steps of the two stages.
+  int runs = 1;                               // Independent runs; the best is kept.
 };
 
 struct AnnealResult {

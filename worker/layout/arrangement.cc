@@ -188,7 +188,7 @@ bool Arrangement::PlaceByAnchor(Item& item, const RoomRow& row) const {
   const Item& anchor = at(item.anchor);
   const Plan own = PlanOf(*item.asset), base = PlanOf(*anchor.asset);
   const double gap = Mix(row.near_m, row.far_m, item.v);
-  Vec2d middle = base.center();  // Of the item's bounds, anchor frame.
+  Vec2d middle = base.center();  // Middle of the item's bounds, anchor frame.
   double yaw = item.turn_rad;
   switch (item.stand) {
     case Stand::kAround: {
@@ -294,7 +294,7 @@ bool Arrangement::ClearOfRoom(const Item& item) const {
   const Box2f box = item.asset->TurnedBounds(item.yaw_rad);
   const Vec2d low = item.position.head<2>() + box.min().cast<double>();
   const Vec2d high = item.position.head<2>() + box.max().cast<double>();
-  // What hangs from the ceiling keeps off the moulding around it.
+  // Things that hang from the ceiling keep off the moulding around it.
   const double gap = hung                            ? 0
                      : item.stand == Stand::kCeiling ? room.cornice_m() + kCeilingGap_m
                                                      : kWallGap_m - 0.001;
@@ -336,7 +336,7 @@ bool Arrangement::ClearOf(const Item& item, const Item& other) const {
   const bool hung = own != nullptr && item.stand == Stand::kOnWall;
   const bool other_hung = its != nullptr && other.stand == Stand::kOnWall;
   if (hung != other_hung) {
-    // What hangs needs the view before it free.
+    // Things on the wall need the view before them free.
     Item art = hung ? item : other;
     const Item& thing = hung ? other : item;
     art.footprint.center += art.Front() * (kArtDepth_m / 2);
@@ -385,7 +385,7 @@ bool Arrangement::Allowed(int item) const {
   }
   for (const int m : moved) {
     for (int i = 0; i < size(); ++i) {
-      // Of two that both moved, one test is enough.
+      // A pair of which both moved is tested once.
       if (i == m || (i < m && std::find(moved.begin(), moved.end(), i) != moved.end())) continue;
       if (!ClearOf(at(m), at(i))) return false;
     }

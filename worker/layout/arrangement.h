@@ -24,7 +24,7 @@ namespace parallax {
 struct WantedRow {
   RoomRow row;
   int wanted = 0;                    // Drawn between least and most.
-  std::vector<std::string> classes;  // Those that exist and are allowed.
+  std::vector<std::string> classes;  // The allowed ones that exist.
 };
 
 // Something of the building that stands in the room: a pillar, the stairs.
@@ -33,7 +33,7 @@ struct Obstacle {
   double bottom_m = 0, top_m = 0;
 };
 
-// What does not change while a room is solved.
+// The constant part of solving a room.
 struct RoomProblem {
   v1::Room room;  // In its own frame: the inner corner is the origin.
   std::vector<WallStrip> strips;
@@ -45,7 +45,7 @@ struct RoomProblem {
 constexpr int kFixtureRow = -1;
 
 struct Item {
-  int row = kFixtureRow;  // Of RoomProblem::rows.
+  int row = kFixtureRow;  // Index into RoomProblem::rows.
   const PooledAsset* asset = nullptr;
   Stand stand = Stand::kFree;  // The row's, or one that the row allows instead.
   int anchor = -1;             // Index of the item that it stands by.

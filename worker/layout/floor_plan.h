@@ -21,7 +21,7 @@ struct Cell {
   double x = 0, y = 0;          // Corner with the smaller coordinates.
   double width = 0, depth = 0;  // Along x and y.
   double goal_m2 = 0;           // Wanted area.
-  double least_m = 0;           // Of either side.
+  double least_m = 0;           // Least width and depth, metres.
   bool fixed_size = false;
   double landing_m = 0;  // Stairs: doors open within this distance of wall 0 only.
 
@@ -39,7 +39,7 @@ std::optional<Contact> TouchOf(const Cell& a, const Cell& b);
 // The part of it in which a door may stand; nothing where that is too short.
 std::optional<Contact> DoorStretch(const Cell& a, const Cell& b);
 
-// What it costs a house that two rooms are joined by a door: 0 = as people like it.
+// Cost of a door between rooms of these two kinds, for a house: 0 = as people like it.
 double LinkCost(const std::string& a, const std::string& b);
 
 // Doors that join every room to the main one at the least cost: pairs of cells.

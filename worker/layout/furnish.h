@@ -24,8 +24,8 @@ struct FurnishedObject {
   Vec3d lamp_power_w = Vec3d::Zero();
 };
 
-// What the annealing works on: the room in its own frame and the rows of its table as this seed has
-// them.
+// The problem that annealing solves: the room in its own frame and the rows of its table as this
+// seed has them.
 RoomProblem MakeRoomProblem(const v1::Room& room, const RoomTable& table,
                             const v1::AssetConfig& assets, SceneSeed seed);
 // HouseholdWishes and the table's own.

@@ -51,7 +51,7 @@ double SideTaken(const Arrangement& a, int index, double side, FloorRegion& seen
 
 // The floor on a grid, walked from the doors.
 struct Reach {
-  double unreached_share = 0;  // Of the floor: free cells that nobody can walk to.
+  double unreached_share = 0;  // Share of the floor's free cells that nobody can walk to.
   int doors_cut_off = 0;       // Doors that nobody can walk to from the others.
 };
 Reach WalkFromDoors(const Arrangement& a);

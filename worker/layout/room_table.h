@@ -1,4 +1,4 @@
-// What belongs into a room of each kind and how it stands: plain tables, one file a kind in
+// The furniture of each kind of room and how it stands: plain tables, one file a kind in
 // worker/layout/rooms.
 //
 // Rows are groups of furniture: what, how many, and the relation in which each stands. A row names
@@ -33,7 +33,7 @@ std::string_view NameOf(Stand stand);
 
 struct RoomRow {
   std::string group;
-  std::vector<std::string> classes;  // Those named more often come more often.
+  std::vector<std::string> classes;  // A class named more often comes more often.
   int least = 0, most = 1;           // How many are wanted: drawn between the two.
   Stand stand = Stand::kBackToWall;
   std::string anchor;            // Group that it stands by, or hangs above (kOnWall).
@@ -113,7 +113,7 @@ struct RoomTable {
   std::vector<Wish> wishes;
 };
 
-// What holds in every room: things can be reached and used, walls are not bare, nothing stands in
+// The wishes of every room: things can be reached and used, walls are not bare, nothing stands in
 // heaps.
 std::vector<Wish> HouseholdWishes(const RoomTable& table);
 

@@ -11,7 +11,7 @@
 
 namespace parallax {
 
-// What a move changed: rows whose items changed, and the floor that they stood or stand on.
+// The part of a room that a move changed: rows with changed items, and the floor under them.
 struct Touched {
   uint64_t rows = 0;
   FloorRegion floor;
@@ -42,7 +42,7 @@ class Score {
  private:
   struct Term {
     Wish wish;
-    uint64_t rows = 0;  // Of its groups.
+    uint64_t rows = 0;  // Bits of the rows of its groups.
     bool all = false;   // Depends on everything.
     double value = 0;
     FloorRegion seen;

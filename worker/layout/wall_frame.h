@@ -14,8 +14,8 @@ struct WallFrame {
   Vec2d inward = Vec2d::UnitY();
   double length_m = 0;
   bool reversed = false;  // x runs against the coordinate that Opening.center_m is measured along.
-  double yaw_rad = 0;     // Of a thing that stands with its back (-y) to the wall.
-  double depth_m = 0;     // Of its masonry: the outer face is y = -depth_m.
+  double yaw_rad = 0;     // Yaw of an object that stands with its back (-y) to the wall.
+  double depth_m = 0;     // Thickness of its masonry: the outer face is y = -depth_m.
 
   double LocalOf(double center_m) const { return reversed ? length_m - center_m : center_m; }
   Vec2d At(double x, double y) const { return origin + along * x + inward * y; }

@@ -20,7 +20,7 @@ namespace parallax {
 
 class Arrangement;
 
-// What kind of wish: the sums by kind are reported.
+// The kinds of wishes, by which reports sum them.
 enum class WishKind {
   kRelation,       // Distances, facing, sight.
   kFullness,       // Counts, how much of floor and walls is used.

@@ -1,4 +1,4 @@
-// What the families of art share. Private to art*.cc.
+// Parts that the families of art share. Private to art*.cc.
 #pragma once
 
 #include <array>

@@ -13,7 +13,7 @@ struct Dual8 {
   Float8 value, dx, dy;
 
   Dual8() = default;
-  // What does not change.
+  // A constant: its derivatives are 0.
   Dual8(Float8 v) : value(v), dx(Splat(0)), dy(Splat(0)) {}
   Dual8(Float8 v, Float8 x, Float8 y) : value(v), dx(x), dy(y) {}
 };
@@ -86,7 +86,7 @@ inline DualVec8 operator*(const Vec3f& a, const Dual8& s) {
 }
 inline DualVec8 operator/(const DualVec8& a, float s) { return a * (1.0f / s); }
 
-// Of which kind a vector's numbers are.
+// The type of a vector's components.
 template <typename Vec>
 using RealOf = std::remove_cvref_t<decltype(Vec::x)>;
 

@@ -10,7 +10,8 @@
 namespace parallax {
 
 struct EnvironmentFolder {
-  std::vector<uint64_t> seeds;  // Of the pictures' contents, in order of their names; at least one.
+  // Hashes of the pictures' contents, in order of names; at least one.
+  std::vector<uint64_t> seeds;
   std::string sha256;           // Over their names and contents.
 };
 

@@ -1,4 +1,4 @@
-// What bark, stones and the forest's floor share. Private to worker/materials.
+// Parts that bark, stones and the forest's floor share. Private to worker/materials.
 #pragma once
 
 #include "worker/materials/surface.h"

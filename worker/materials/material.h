@@ -54,9 +54,9 @@ struct SurfaceSample {
   Vec3f emission = Vec3f::Zero();  // Radiance, W / (m^2 sr).
 };
 
-// Eight of them. Lanes from `count` on hold a copy of another.
+// Eight points. Lanes from `count` on hold a copy of another.
 struct SurfacePoint8 {
-  using Real = Float8;  // Of what numbers a formula of these points is.
+  using Real = Float8;  // The number type of formulas over these points.
 
   Vec3x8 texture_m, normal;
   Float8 u, v;
@@ -100,7 +100,7 @@ struct SurfaceSample8 {
 class Material {
  public:
   virtual ~Material() = default;
-  // What a point gets does not depend on the other seven.
+  // Properties at eight points; lanes are independent of each other.
   virtual SurfaceSample8 Evaluate(const SurfacePoint8& points) const = 0;
   // Height of the relief above the mesh in metres (a few tenths of a millimetre to a few
   // millimetres); the renderer bends the shading normal by its gradient. 0 everywhere = smooth.
@@ -113,7 +113,7 @@ class Material {
   // further.
   virtual Dual8 Relief(const SurfacePoint8& points, const Tangents8& tangents) const;
 
-  // Of one point.
+  // The same at one point.
   SurfaceSample Evaluate(const SurfacePoint& point) const {
     return Evaluate(SurfacePoint8({&point, 1})).Get(0);
   }
@@ -134,7 +134,7 @@ class PointMaterial : public Material {
   }
 };
 
-// What a class is good for; plain data for whoever chooses.
+// The uses of a class; plain data for the code that chooses materials.
 struct MaterialTags {
   bool diffuse = false;         // Dull and opaque: the study's "one diffuse material".
   bool metal_or_glass = false;  // The study's "only metal and glass".

@@ -195,7 +195,7 @@ struct Axis8 {
 
 // The cells around one, near ones first: most of the far ones need not be looked at then.
 struct Neighbour {
-  int x, y, z;  // Of an axis' three.
+  int x, y, z;  // Each in [0, 2]; 1 is the cell itself.
 };
 constexpr std::array<Neighbour, 27> kNeighbours3 = [] {
   std::array<Neighbour, 27> cells{};

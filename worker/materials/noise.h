@@ -245,7 +245,7 @@ inline float Fbm3(const Vec3f& p_m, float wavelength_m, int octaves, float footp
   return sum;
 }
 
-// Of numbers and of duals: `Vec` is Vec3x8 or DualVec8.
+// Fractal noise of numbers or of duals: `Vec` is Vec3x8 or DualVec8.
 template <typename Vec>
 RealOf<Vec> Fbm3(const Vec& p_m, float wavelength_m, int octaves, Float8 footprint_m, uint32_t seed,
                  float gain = 0.5f) {

@@ -23,7 +23,7 @@ Vec3f VaryColor(Rng& rng, const Vec3f& color, double value = 0.12, double tint =
 Vec3f Desaturate(const Vec3f& color, float amount);
 
 inline Vec3f Mix(const Vec3f& a, const Vec3f& b, float t) { return a + (b - a) * t; }
-// What real surfaces reflect: nothing is blacker than 2 % or whiter than 90 %.
+// Limits a colour to albedos of real surfaces: none is blacker than 2 % or whiter than 90 %.
 inline Vec3f Albedo(const Vec3f& c) { return c.cwiseMax(0.02f).cwiseMin(0.9f); }
 inline Vec3x8 Mix(const Vec3x8& a, const Vec3x8& b, Float8 t) { return a + (b - a) * t; }
 inline Vec3x8 Albedo(const Vec3x8& c) {
@@ -92,7 +92,7 @@ inline Vec3x8 FaceOf(const auto& points) {
   const Vec3x8& t = points.texture_normal;
   return Select((t.x != 0) | (t.y != 0) | (t.z != 0), t, points.normal);
 }
-// Of SurfacePoint8 and ReliefPoint8.
+// Plane coordinates of a SurfacePoint8 or ReliefPoint8, along the axes nearest to its face.
 inline auto OnPlane(const auto& points) {
   const Vec3x8 n = FaceOf(points);
   const auto& p = points.texture_m;

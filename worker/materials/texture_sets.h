@@ -20,7 +20,7 @@ inline constexpr std::string_view kOwnPrefix = "own:";
 
 struct TextureSet {
   std::string name;   // "own:brick"
-  uint64_t seed = 0;  // Of its pictures' contents: with the name it is a material of recipes.
+  uint64_t seed = 0;  // From its pictures' contents; recipes name a material by name and seed.
 };
 
 struct TextureFolder {

@@ -18,7 +18,7 @@ class BrightSpots {
  public:
   static constexpr int kMost = 16;
   static constexpr int kGroups = kMost / kLanes;
-  static constexpr float kRadius_m = 0.18f;  // Of a sphere around a spot.
+  static constexpr float kRadius_m = 0.18f;  // Radius of a sphere around a spot.
 
   // Light that a surface scatters at a point; luminance.
   void Add(const Vec3f& position, const Vec3f& normal, float radiance);

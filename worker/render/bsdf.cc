@@ -26,8 +26,8 @@ Float8 ThinReflectance(Float8 reflectance) { return 2.0f * reflectance / (1.0f +
 
 Float8 AlphaOf(Float8 roughness) { return Clamp(Square(roughness), Splat(kMinAlpha), Splat(1)); }
 
-// Of points of a unit square, concentric: which way, and how far from the pole of a
-// cosine-weighted hemisphere.
+// Concentric mapping of the unit square to a disk: the azimuth, and the radius, which is the sine
+// of the angle to the pole of a cosine-weighted hemisphere.
 void ConcentricDisk(Float8 u, Float8 v, Float8* angle, Float8* radius) {
   const Float8 a = 2.0f * u - 1.0f;
   const Float8 b = 2.0f * v - 1.0f;

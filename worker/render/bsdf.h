@@ -53,7 +53,7 @@ class Bsdf8 {
   Mask8 translucent() const { return p_through_ > 0.0f; }
   // Chance that a sample of glass goes through it.
   Float8 PassChance() const;
-  // What a smooth thin wall lets straight through; and the chance of a sample to go there.
+  // Transmittance of a smooth thin wall without deflection; the chance to sample that way.
   const Vec3x8& Straight() const { return straight_; }
   Float8 StraightChance() const { return p_straight_; }
 
@@ -64,11 +64,11 @@ class Bsdf8 {
   BsdfValue8 EvaluateThroughSheet(const Vec3x8& i) const;
   // Reflectance of the glass part for a facet seen at this cosine.
   Float8 GlassReflectance(Float8 cosine) const;
-  // What sheen and clearcoat leave to the layers below; what clearcoat alone leaves.
+  // Transmittance of sheen and clearcoat together, and of clearcoat alone, to the layers below.
   Float8 Transmitted(Float8 cosine) const;
   Float8 CoatLeft(Float8 cosine) const;
 
-  // What none of the eight has is not computed; what one lacks adds nothing to it.
+  // Lobes that none of the eight lanes has are skipped; lanes without a lobe add nothing to it.
   bool any_metal_, any_glass_, any_coat_, any_sheen_, any_subsurface_, any_through_;
 
   Vec3x8 o_;
@@ -76,7 +76,7 @@ class Bsdf8 {
   Vec3x8 diffuse_;     // Base colour times the weight of plastic, over 1 - mean gloss.
   Vec3x8 through_;     // Likewise, of what a sheet scatters to its other side.
   Vec3x8 multiple_;    // Colour of light bouncing between a metal's facets, over 1 - mean energy.
-  Vec3x8 glass_tint_;  // Of one refraction or one pass through a thin wall.
+  Vec3x8 glass_tint_;  // Tint of one refraction or one pass through a thin wall.
   Float8 metal_, plastic_, glass_;
   Float8 plastic_f0_, plastic_f90_;
   Float8 eta_;  // Index on the far side over that on o's.
@@ -85,7 +85,7 @@ class Bsdf8 {
   Mask8 mirror_like_;
   Ggx8 gloss_;
   EnergyOfAlpha8 gloss_energy_;
-  // Of o: Smith's Lambda, which part of the facets it sees over 4 cos o.
+  // For direction o: Smith's Lambda; the visible share of facets over 4 cos o.
   Float8 lambda_o_, seen_o_;
   Ggx8 coat_gloss_;
   EnergyOfAlpha8 coat_energy_;

@@ -10,7 +10,7 @@
 namespace parallax {
 
 struct CacheFill {
-  int64_t paths = 1 << 20;  // Of all rigs together. Time is proportional to it.
+  int64_t paths = 1 << 20;  // Total over all rigs. Time is proportional to it.
   float cell_m = 0.06f;     // Width of cells near the rigs.
   int min_records = 8;      // A cell with fewer is left out: paths go on there.
   size_t max_cells =

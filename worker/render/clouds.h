@@ -34,7 +34,7 @@ class Clouds {
   };
   // Directions below the horizon are taken for those at it.
   Layer8 At(const Vec3x8& directions) const;
-  // What they leave of the sun.
+  // The share of the sun's light that the clouds let through, in [0, 1].
   float sun_kept() const { return sun_kept_; }
 
  private:

@@ -18,7 +18,7 @@ namespace parallax {
 namespace {
 
 constexpr int kWidestEnvironment = 2048;  // Larger pictures are averaged down.
-constexpr int kMostColumns = 512;         // Of the grid that samples are drawn from.
+constexpr int kMostColumns = 512;         // Columns of the grid that samples are drawn from.
 
 // Means of `factor` x `factor` pixels.
 ImageF3 AveragedDown(const ImageF3& image, int factor) {

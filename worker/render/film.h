@@ -13,7 +13,7 @@ struct PixelAt {
   int x = 0, y = 0;
 };
 
-// Of a pixel's samples. Guides are albedo and normal, each sample's with its weight.
+// Sums over a pixel's samples. The guides are albedo and normal, weighted by each sample.
 struct PixelSum {
   Vec3f color = Vec3f::Zero(), albedo = Vec3f::Zero(), normal = Vec3f::Zero();
   float guides = 1e-9f;     // Weight of all.

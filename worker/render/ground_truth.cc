@@ -30,7 +30,7 @@ class TruthTracer {
 
   static constexpr int kRun = kLanes;
 
-  // Of up to kRun pixels of a row, from x on.
+  // Truths of up to kRun pixels of a row, from x on.
   void At(int x, int y, int count, PixelTruth* truths) const {
     std::array<Vec3d, kRun> in_world;
     std::array<RawHit, kRun> raws;
@@ -65,7 +65,7 @@ class TruthTracer {
  private:
   static constexpr RayTrees::Tree kTree = RayTrees::Tree::kRobust;
 
-  // What is seen, through holes. `raw`: the first hit, if the ray `met` anything; then the
+  // The surface seen, through holes. `raw`: the first hit, if the ray `met` anything; then the
   // surface's.
   PixelTruth Look(const Ray& ray, bool met, RawHit* raw, SurfaceId* id) const {
     PixelTruth truth;

@@ -1,4 +1,4 @@
-// What each light really gives to each part of a room, beside what its power and distance promise:
+// The real effect of each light on each part of a room, over what its power and distance promise:
 // learnt from the shadow rays of the paths that fill the radiance cache, so that no picture spends
 // its samples on lamps behind cupboards or above their shades.
 //
@@ -18,13 +18,13 @@ namespace parallax {
 
 class LightGains {
  public:
-  static constexpr float kLeast = 0.05f;  // Of a gain: nothing is trusted to be dark for good.
+  static constexpr float kLeast = 0.05f;  // The least gain: no light is ruled out for good.
 
   LightGains() = default;
   LightGains(const Box3f& box, size_t lights);
 
   Int8 CellOf(const Vec3x8& position, const Vec3x8& normal) const;
-  // Of a light in cells; 1 until Learn.
+  // Gains of a light in cells; 1 until Learn.
   Float8 Of(Int8 cells, size_t light) const {
     if (gains_.empty()) return Splat(1);
     return Gather(gains_.data() + light, cells * static_cast<int32_t>(lights_));

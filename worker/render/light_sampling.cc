@@ -4,7 +4,7 @@
 namespace parallax {
 namespace {
 
-constexpr float kUpperShare = 0.85f;  // Of sky samples that go above the horizon.
+constexpr float kUpperShare = 0.85f;  // Share of sky samples that go above the horizon.
 
 // Distance along the ray to the sphere's near side, or infinity. None from inside of it.
 float HitSphere(const Vec3f& origin, const Vec3f& direction, const Vec3f& center, float radius) {
@@ -90,7 +90,7 @@ PARALLAX_LANE_CLONES void LightTable::SampleFaces(const LightReceivers8& at,
   const Vec3x8 corner(front[0], front[1], front[2]), edge_u(front[3], front[4], front[5]);
   const Vec3x8 edge_v(front[6], front[7], rest[0]), back(rest[1], rest[2], rest[3]);
   const Float8 below = rest[4], face_area = rest[5];
-  // What is left of the first number after the choice serves again, uniformly over the triangle.
+  // The rest of `u` after the choice is uniform again: it picks the point on the triangle.
   const Float8 root = Sqrt(Clamp((u * area - below) / face_area, 0.0f, 1.0f));
   const Vec3x8 to = corner + edge_u * (root * (1.0f - v)) + edge_v * (root * v) - at.position;
   const Float8 d2 = Inner(to, to), distance = Sqrt(d2);

@@ -43,15 +43,15 @@ struct Enclosure {
   Box3f box;
   std::vector<Portal> portals;
   std::vector<SunWindow> sun_windows;  // Portals that face the sun.
-  LightGains gains;                    // Of lamps, portals and sun.
-  BrightSpots spots;                   // Of its surfaces.
+  LightGains gains;                    // Gains of lamps, portals and sun.
+  BrightSpots spots;                   // Bright spots of its surfaces.
 };
 
 // A point that gathers light, with what choosing among lights needs to be computed once.
 struct LightReceiver {
   Vec3f position = Vec3f::Zero();
   int32_t room = -1;  // That it is in, of the table's; none: outdoors.
-  int32_t cell = 0;   // Of the room's gains.
+  int32_t cell = 0;   // Cell of the room's gains.
   float total = 0;    // Sum of importances.
 };
 
@@ -69,9 +69,9 @@ struct LightReceivers8 {
   }
 };
 
-// What came of one light sample, for LightTable::Learn.
+// The result of one light sample, for LightTable::Learn.
 struct LightTrial {
-  int32_t room = -1;  // Of the table's; none: nothing to be learnt.
+  int32_t room = -1;  // Index of the table's room; negative: nothing to be learnt.
   int32_t cell = 0;
   int32_t light = 0;
   float gain = 0;
@@ -96,7 +96,7 @@ struct LightQueries8 {
 struct LightChoices8 {
   Int8 light;         // Lamps come first, then portals or dome, then sun.
   Float8 importance;  // 0: there is none.
-  Int8 face;          // Of a mesh light; set by Aim.
+  Int8 face;          // Face of a mesh light; set by Aim.
 };
 
 struct LightSample {
@@ -127,7 +127,7 @@ class LightTable {
               LightReceivers8* receivers, LightChoices8* choices) const;
   // Finds what of the lights Sample will take for these `u`, and begins to fetch it from memory.
   void Aim(Float8 u, LightChoices8* choices) const;
-  // Of each receiver that has a light, with its numbers.
+  // One sample for each receiver that has a light, from its random numbers u, v in [0, 1).
   void Sample(const LightReceivers8& at, const LightChoices8& choices, Float8 u, Float8 v,
               LightSamples8* samples) const;
 
@@ -169,7 +169,7 @@ class LightTable {
     return room < 0 ? nullptr : &RoomAt(room)->spots;
   }
   bool empty() const { return lamps_.empty() && !sky_.has_sky() && !sky_.has_sun(); }
-  // Of all rooms.
+  // The number of portals of all rooms.
   size_t portals() const;
 
  private:
@@ -183,7 +183,7 @@ class LightTable {
 
   struct Lamp {
     Vec3f center = Vec3f::Zero();
-    float radius = 0;  // Of the sphere, or around a mesh light's faces.
+    float radius = 0;  // Radius of the sphere, or of one around a mesh light's faces.
     Vec3f radiance = Vec3f::Zero();
     Vec3f intensity = Vec3f::Zero();  // Ideal points.
     float strength = 0;               // Luminance of the flux, as seen from any side.
@@ -210,7 +210,7 @@ class LightTable {
       float end = 0;
     };
     std::vector<Guide> guides = {{0, kInfinity}};
-    float area = 0;  // Of all faces, m^2.
+    float area = 0;  // Total area of the faces, m^2.
     float guides_per_m2 = 0;
     bool mesh = false;
 
@@ -259,10 +259,10 @@ class LightTable {
   Haze haze_;
   std::vector<Lamp> lamps_;
   Lamp no_lamp_;  // Stands in for sky and sun where all eight lights are treated alike.
-  // What each lamp is, then what is none: numbers that are loaded into lanes.
+  // The kind of each lamp, then that of no lamp: floats, to be gathered into lanes.
   static constexpr float kFaces = 0, kSphere = 1, kIdeal = 2, kNoLamp = 3;
   std::vector<float> kinds_;
-  std::vector<size_t> spheres_;  // Of `lamps_`.
+  std::vector<size_t> spheres_;  // Indices into `lamps_`.
   std::vector<Enclosure> enclosures_;
   struct SlotLights {
     uint32_t first = 0, count = 0;  // In mesh_lights_.

@@ -1,4 +1,4 @@
-// What the path tracer's steps work on. Only for path_tracer.cc and path_surfaces.cc.
+// The state on which the path tracer's steps work. Only for path_tracer.cc and path_surfaces.cc.
 #pragma once
 
 #include "worker/render/path_tracer.h"
@@ -33,16 +33,16 @@ class MaterialSamples {
   void Get(size_t first, SurfaceSample8* surface, Vec3x8* shading_normal) const;
 
  private:
-  static constexpr int kParts = 3;  // Of eight numbers each.
+  static constexpr int kParts = 3;  // Parts of a surface, eight floats each.
   std::array<Float8, kMostWalks * kParts> of_;
 };
 
 struct PathTracer::State {
-  std::span<PathResult> results;                   // Of all paths.
+  std::span<PathResult> results;                   // Results of all paths.
   std::array<PathResult, kMostWalks> own_results;  // Where nobody else keeps them.
   bool learning = false;  // Some leave a trail; then trails are of all paths.
   std::array<PathTrail*, kMostWalks> trails;
-  size_t count = 0;                        // Of walks.
+  size_t count = 0;                        // Number of walks.
   std::array<uint8_t, kMostBlocks> stays;  // Which of a block have not ended, as bits.
   WalkRows walks;
   HitRows hits;
@@ -50,7 +50,7 @@ struct PathTracer::State {
   size_t path(size_t walk) const { return static_cast<size_t>(walks.path[walk]); }
   PathResult& result(size_t walk) { return results[path(walk)]; }
 
-  // Of the step under way.
+  // State of the current step.
   std::array<Hits8, kMostBlocks> met;
   std::array<uint64_t, kMostWalks> questions;  // To the cache.
   // Random numbers: lobe and light; the light's point; the way on.

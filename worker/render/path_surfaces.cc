@@ -1,4 +1,4 @@
-// What paths do at the surfaces that they have reached.
+// The path tracer's steps at the surfaces that the rays met.
 #include "worker/render/path_state.h"
 
 namespace parallax {
@@ -9,7 +9,7 @@ constexpr int kGuideBounces = 1;  // Mirrors that the denoiser's guides follow.
 constexpr float kRareWayWeight = 0.02f;
 constexpr int kRouletteFrom = 2;  // First bounce that may end by chance.
 
-// What the denoiser is told about the first surface.
+// The albedo guide of the denoiser for the first surface.
 Vec3x8 GuideAlbedo(const SurfaceSample8& s) {
   const Float8 opaque = 1.0f - s.transmission * (1.0f - s.metallic);
   const Float8 rest = 1.0f - opaque;
@@ -193,8 +193,8 @@ void PathTracer::TraceShadowRays() {
 
 // Eight walks at the surfaces that they have reached.
 struct PathTracer::PathVertex8 {
-  const size_t block, first;  // Of blocks; of walks.
-  Mask8 here;                 // Those that have not ended or passed on.
+  const size_t block, first;  // Index of the block; of its first walk.
+  Mask8 here;                 // Lanes that have not ended or passed on.
   Mask8 wide, transmits;      // By the look of the surface.
   Mask8 last;                 // No light is gathered there.
   Mask8 lit{};                // Took a sample of a light;
@@ -339,7 +339,7 @@ void PathTracer::SampleLights(PathVertex8* vertex) const {
   });
 }
 
-// What solid glass refracts is torn by its bumps: there the glass itself guides.
+// Bumps tear what solid glass refracts into noise: there the glass itself guides.
 void PathTracer::RecordGuides(const PathVertex8& vertex, const Scatter8& scatter) {
   WalkRows& walks = state_->walks;
   const Mask8 solid_glass = vertex.transmits & ~vertex.at.surface.thin_walled;
@@ -377,9 +377,9 @@ void PathTracer::MakeShadowRays(const PathVertex8& vertex, const Scatter8& scatt
   });
 }
 
-// What the denoiser's guides make of a mirror or pane before the surface that guides.
-// A pixel's few samples are shared out by chance between what a pane shows and what it mirrors;
-// that of the two which most take guides.
+// The tint that a mirror or pane gives to the guides of the surface behind it. A pixel's few
+// samples are split at random between what a pane shows and what it mirrors; of the two, the one
+// that most samples take guides.
 void PathTracer::TintGuides(const PathVertex8& vertex, const Scatter8& scatter,
                             const BsdfSample8& next) {
   WalkRows& walks = state_->walks;

@@ -196,7 +196,7 @@ LightReceiver PathTracer::ReceiverOf(size_t walk) const {
   return {walks.gathered_at[walk], walks.room[walk], walks.cell[walk], walks.total[walk]};
 }
 
-// What a light's face that the ray met sends back along it, weighted by MIS.
+// Emission of a mesh light's face towards the ray that met it, weighted by MIS.
 Vec3f PathTracer::MeshLight(size_t walk, float cosine) const {
   const HitRows& hits = state_->hits;
   const auto placed = static_cast<uint32_t>(hits.placed[walk]);
@@ -211,7 +211,7 @@ Vec3f PathTracer::MeshLight(size_t walk, float cosine) const {
 
 // ---- Rays ----
 
-// Those of an eye that look about the same way go in packets.
+// Rays of one eye with nearly the same direction go in packets.
 void PathTracer::Intersect() {
   constexpr float kAlike = 0.999f;  // Cosine of 2.5 degrees.
   State& state = *state_;
@@ -317,7 +317,7 @@ CachePlace PathTracer::PlaceOf(size_t walk, const Vec3f& normal) const {
   return {hits.position[walk], normal, group.id, slot, group.Coarse(slot)};
 }
 
-// Those that need no answer begin to fetch what shading reads.
+// Walks that need no answer prefetch the data that shading reads.
 PARALLAX_LANE_CLONES void PathTracer::QueryCache() {
   State& state = *state_;
   WalkRows& walks = state.walks;

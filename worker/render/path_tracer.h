@@ -47,7 +47,7 @@ struct PathVertex {
   bool rough = false;                // Scatters about alike to all sides.
   Vec3f throughput = Vec3f::Ones();  // From here to the path's start.
   Vec3f before = Vec3f::Zero();      // The path's radiance without what is scattered here.
-  LightTrial trial;                  // Of the light that was sampled here.
+  LightTrial trial;                  // Outcome of the light sample taken here.
 };
 
 struct PathTrail {
@@ -62,8 +62,8 @@ struct PathResult {
   // and no normal.
   Vec3f albedo = Vec3f::Zero();
   Vec3f normal = Vec3f::Zero();  // World.
-  // What this path's guides count among a pixel's: little where it goes the way of a pane, through
-  // or back, that fewer paths go, or the pixel's guides would be noise.
+  // Weight of this path's guides among its pixel's: small where the path takes the less likely way
+  // at a pane (through it or back), which would make the pixel's guides noisy.
   float guide_weight = 1;
   uint32_t rays = 0;  // Traced, shadow rays included.
   // From the eye to the first surface that is no hole; 0: none.
@@ -74,7 +74,7 @@ struct PathResult {
 struct PathStarts8 {
   Rays8 rays;
   Float8 spread;           // As Ray's; their cones begin as points.
-  Bits8 seed, sample;      // Of their samplers,
+  Bits8 seed, sample;      // Seeds and indices of their samplers,
   uint32_t dimension = 0;  // which have drawn so many pairs.
 };
 

@@ -1,4 +1,4 @@
-// What a render profile means, in one table.
+// The settings behind each render profile, in one table.
 #pragma once
 
 #include <string_view>
@@ -13,7 +13,7 @@ enum class DenoiseQuality { kOff = 0, kFast = 4, kBalanced = 5, kHigh = 6 };
 
 struct RenderProfile {
   std::string_view name;
-  int samples_per_pixel = 4;  // Of a picture of 1280x720; SamplesPerPixel for others.
+  int samples_per_pixel = 4;  // For 1280x720; SamplesPerPixel gives other sizes.
   // Smaller pictures hold more detail in a pixel and have more edges among their pixels.
   bool more_when_small = false;
   int max_bounces = 6;  // Surface interactions after the first.
@@ -27,8 +27,8 @@ struct RenderProfile {
   // corners exact.
   float cache_footprint = 1.5f;
 
-  // Of a picture of this size: `samples_per_pixel` times the power of two, up to 4, that is nearest
-  // to how often its width goes into that of 1280x720, where `more_when_small`.
+  // Samples per pixel of a picture of this size: with `more_when_small`, `samples_per_pixel` times
+  // the power of two, up to 4, that is nearest to the ratio of 1280x720 to it in width.
   int SamplesPerPixel(int width_px, int height_px) const;
 };
 

@@ -39,7 +39,7 @@ Int8 FaceOf(const Vec3x8& normal) {
 const Vec3f kShift_m(0.0137f, 0.0219f, 0.0171f);
 
 constexpr float kMostlyRough = 0.9f;
-constexpr float kBrightPart = 0.15f;  // Of a cell's records.
+constexpr float kBrightPart = 0.15f;  // Share of a cell's records.
 
 uint32_t TagOf(uint64_t key) { return static_cast<uint32_t>(key >> 32) | 1u; }
 

@@ -56,7 +56,7 @@ class CacheGrid {
   float cell_m_ = 0.06f;
 };
 
-// What up to eight paths ask of the cache: what the surface scatters towards them where they are.
+// Queries of up to eight paths: the radiance that each surface scatters towards its path.
 struct CacheQuestions8 {
   Vec3x8 position, normal;  // As in CachePlace.
   Int8 group, slot;
@@ -74,8 +74,8 @@ class RadianceCache {
   // Where the answers would stand: a key for each of eight; 0 = not asked. The memory that answers
   // begins to be fetched.
   void Ask(const CacheQuestions8& questions, uint64_t* keys) const;
-  // What the surface at `place` scatters towards a viewer, for a question asked there. False when
-  // the cache does not know.
+  // Radiance that the surface at `place` scatters towards a viewer, for a key that Ask gave there.
+  // False when the cache has no answer.
   bool Answer(uint64_t key, const CachePlace& place, Vec3f* radiance) const;
 
   size_t cells() const { return cells_; }
@@ -100,7 +100,7 @@ struct CacheRecord {
   uint64_t key = 0;
   Vec3f radiance = Vec3f::Zero();
   bool rough = true;             // So that the radiance is about the same from all sides.
-  Vec3f excess = Vec3f::Zero();  // What was cut from it as too bright.
+  Vec3f excess = Vec3f::Zero();  // Radiance cut off as too bright.
   uint64_t region = 0;           // Names the wide cell around it, over which an excess is spread.
 
   // Cuts radiance above this luminance. 64 times as much is kept as excess; what is brighter still

@@ -68,7 +68,7 @@ class ShadowFilter {
   virtual Vec3f Passes(const RawHit& hit, const Vec3f& direction) const = 0;
 };
 
-// What is borrowed outlives the trees.
+// One mesh in the trees. Borrowed data must outlive the trees.
 struct TreeBody {
   const Mesh* mesh = nullptr;        // Its triangles; bodies that share it share a tree.
   const Vec3f* positions = nullptr;  // As many as the mesh has, and 4 bytes behind them.
@@ -116,7 +116,7 @@ class RayTrees {
 
   std::unique_ptr<MemoryWatch> memory_;
   EmbreeDevice device_;
-  std::vector<EmbreeScene> shared_;  // Of instances.
+  std::vector<EmbreeScene> shared_;  // Trees of instanced meshes.
   EmbreeScene robust_, fast_;        // `fast_` may be none.
   std::vector<bool> solid_;          // By body: it has triangles.
 };

@@ -10,8 +10,8 @@
 namespace parallax {
 namespace {
 
-// What Build adds for each triangle of a tree, each vertex and each position, its peak included
-// (bench_scale measures it).
+// Memory that Build takes for each triangle of a tree, each vertex and each position, its peak
+// included (bench_scale measures it).
 constexpr int64_t kBytesPerTriangle = 130;
 constexpr int64_t kBytesPerVertex = 32;  // For shading; copies of a mesh share it.
 constexpr int64_t kBytesPerPosition = 12;

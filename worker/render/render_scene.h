@@ -21,13 +21,13 @@ namespace parallax {
 struct SurfaceId {
   Vec3f geometric_normal =
       Vec3f::UnitZ();      // World, unit, on the side of counter-clockwise winding.
-  float doubled_area = 0;  // Of the triangle, m^2.
+  float doubled_area = 0;  // Twice the triangle's area, m^2.
   uint16_t slot = 0;
   uint32_t material = 0;  // SceneMaterial.index; 0 = none bound.
 };
 
-// What the radiance cache takes for one: a mesh by itself, or, of plants and of what lies about in
-// numbers, all meshes alike.
+// The unit that the radiance cache treats as one surface: a mesh by itself, or all meshes of plants
+// and scattered small things together.
 struct CacheGroup {
   static constexpr float kCoarse = 2.5f;  // Cells among leaves over those on walls.
 
@@ -38,7 +38,7 @@ struct CacheGroup {
   float Coarse(uint16_t slot) const { return Sheet(slot) ? kCoarse : 1.0f; }
 };
 
-// Of eight hits.
+// The surfaces of eight hits.
 struct SurfaceIds8 {
   Vec3x8 geometric_normal;
   Float8 doubled_area;
@@ -51,7 +51,7 @@ struct HitBatch8 {
   Float8 u, v;
   Vec3x8 geometric_normal;
   Float8 doubled_area;
-  Float8 footprint_m;  // Of the rays.
+  Float8 footprint_m;  // Width of the rays' cones at the hits.
   int count = 0;
 
   void Add(const RawHit& raw, const SurfaceId& id, float footprint) {
@@ -73,13 +73,13 @@ struct Interpolated8 {
   Faces8 faces;           // All but the edges in the world.
 };
 
-// What eight hits look like.
+// Surface properties at eight hits.
 struct MaterialSample8 {
   SurfaceSample8 surface;
   Vec3x8 shading_normal;  // Bent by the material's relief.
 };
 
-// What sampling a material at many points says about it, so that nobody asks it needlessly.
+// Facts found by sampling a material at many points, so that it is not evaluated needlessly.
 struct MaterialTraits {
   bool may_be_open = false;          // Opacity < 1 somewhere.
   bool may_be_transmissive = false;  // Transmission > 0 somewhere.
@@ -132,9 +132,9 @@ class RenderScene final : public ShadowFilter {
   void PrefetchVertices(uint32_t placed, uint32_t triangle) const;
   SurfaceId Identify(const RawHit& hit) const;
   SurfaceIds8 Identify(const Hits8& hits) const;
-  // Of one to eight.
+  // Interpolated vertex data of one to eight hits.
   Interpolated8 Interpolate(const HitBatch8& batch) const;
-  // Of one to eight on this material; objects without a material are plain grey.
+  // Materials of one to eight hits on `material`; objects without a material are plain grey.
   MaterialSample8 EvaluateMaterial(const HitBatch8& batch, uint32_t material) const;
   // The surface there, without its relief.
   SurfaceSample Evaluate(const RawHit& hit, const SurfaceId& id, float footprint_m) const;
@@ -154,7 +154,7 @@ class RenderScene final : public ShadowFilter {
   struct Body;    // The part of a body that every hit reads.
   struct Place;   // How a body stands.
   struct Stored;  // The arrays that a mesh or a prototype owns.
-  struct Vertex;  // What shading reads of a vertex, packed for the cache.
+  struct Vertex;  // The vertex data that shading reads, packed for the CPU's cache.
 
   RenderScene();
   absl::Status CheckReferences() const;

@@ -174,7 +174,7 @@ class SceneRenderer final : public Renderer {
   // The pair before rectification, exposed as the rectified one.
   absl::Status RenderRaw(const v1::Rig& rig, float clamp, const CancelToken& cancel, Meter* meter,
                          StereoFrame* frame) const {
-    constexpr int kFirstStream = 2;  // Of eyes: the noise of no two pictures is the same.
+    constexpr int kFirstStream = 2;  // The eyes' streams: no two pictures share their noise.
     const SteadyTime start = Clock::System().Steady();
     ASSIGN_OR_RETURN(const StereoCamera raw, StereoCamera::RawFromRig(rig));
     RETURN_IF_ERROR(
@@ -238,7 +238,7 @@ class SceneRenderer final : public Renderer {
   // From all rigs of the recipe, whichever of them are rendered here: pictures do not depend on how
   // a scene's rigs are shared out among jobs.
   absl::Status FillCache(const CancelToken& cancel) {
-    // What stands anew for every rig shares no light.
+    // Keyframes place objects and lights anew for every rig: rigs can't share a cache.
     if (cache_ || profile_.cache_paths == 0 || !keyframes_.empty()) return absl::OkStatus();
     std::vector<StereoCamera> cameras;
     for (const v1::Rig& rig : rigs_) {
@@ -363,7 +363,7 @@ class SceneRenderer final : public Renderer {
   LightTable lights_;  // Constant but for keyframes.
   const std::unique_ptr<Denoiser> denoiser_;
   std::map<uint32_t, v1::Keyframe> keyframes_;  // By rig index; none unless the scene has them.
-  v1::Scene lit_recipe_;                // Of keyframes: the recipe with one's lights and sky.
+  v1::Scene lit_recipe_;                // Used by keyframes: the recipe, lit by one of them.
   std::optional<RadianceCache> cache_;  // Filled by the first rig that is rendered.
 };
 

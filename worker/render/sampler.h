@@ -53,13 +53,13 @@ class Sampler {
  public:
   Sampler(uint32_t stream_hash, uint32_t x, uint32_t y, uint32_t sample)
       : seed_(SeedOfPixel(stream_hash, x, y)), sample_(sample) {}
-  // Of an image whose pixels share a sequence: 2^log2_samples samples a pixel. Where x, y < 2^k,
-  // 2 k + log2_samples must not be above 32.
+  // A sampler of an image whose pixels share one sequence: 2^log2_samples samples a pixel. Where x,
+  // y < 2^k, 2 k + log2_samples must not be above 32.
   static Sampler OfImage(uint32_t stream_hash, uint32_t x, uint32_t y, int log2_samples,
                          uint32_t sample) {
     return Sampler(stream_hash, NumberInImage(x, y, log2_samples, sample));
   }
-  // What the two kinds of samplers are made of; of one, or of eight in lanes.
+  // The seed and sample number of both kinds of samplers; for one sampler or eight lanes.
   template <typename Bits>
   static Bits SeedOfPixel(Bits stream_hash, Bits x, Bits y) {
     return CombineHash(CombineHash(stream_hash, x), y);
@@ -110,7 +110,7 @@ class Sampler {
   uint32_t sample() const { return sample_; }
   uint32_t dimension() const { return dimension_; }
 
-  // Of the Sobol' sequence's second dimension, from the bit-reversed index. Its matrix is Pascal's
+  // The Sobol' sequence's second dimension, from the bit-reversed index. Its matrix is Pascal's
   // triangle modulo 2, so the product is a sum over supersets of bit positions: five shifts.
   template <typename Bits>
   static Bits SecondDimension(Bits reversed) {

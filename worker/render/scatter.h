@@ -40,7 +40,7 @@ struct BsdfSample8 {
   Mask8 straight;
   Mask8 passes;  // To the surface's other side, straight or not.
   Vec3x8 origin, direction;
-  Vec3x8 weight;  // Of the path from here on.
+  Vec3x8 weight;  // Throughput of the path from here on.
   Float8 pdf;     // For MIS.
   Float8 blur;
 };

@@ -6,9 +6,9 @@ namespace parallax {
 namespace {
 
 constexpr float kRadiancePerKilocandela = 0.9f;  // So that sun and overcast sky stand as in nature.
-// Of red, green and blue light (610, 550, 465 nm) by air and haze of kTurbidity, one air mass.
+// Extinction of red, green, blue (610, 550, 465 nm) in air and haze of kTurbidity, one air mass.
 const Vec3f kExtinction(0.241f, 0.301f, 0.448f);
-// What haze adds to it for each unit of turbidity: 0.04608 lambda^-1.3, lambda in micrometres.
+// Haze adds this for each unit of turbidity: 0.04608 lambda^-1.3, lambda in micrometres.
 const Vec3f kHazeExtinction(0.0876f, 0.1002f, 0.1247f);
 constexpr float kLeastTurbidity = 1.8f, kMostTurbidity = 10.0f;  // The model's range.
 

@@ -1,4 +1,4 @@
-// What is behind everything: an analytic sky over a plain ground, and the sun as a small disk.
+// The background of every scene: an analytic sky over a plain ground, and the sun as a small disk.
 //
 // Radiance is in the renderer's units, where a lamp of P watts sends out P: strength 1 is an
 // overcast noon whose zenith gives kZenithRadiance. `sun_strength` s turns the sky clear (weight s
@@ -36,7 +36,7 @@ class SkyModel {
   // From unit `direction` (world), without the sun's disk.
   Vec3x8 Radiance(const Vec3x8& directions) const;
   Vec3f Radiance(const Vec3f& direction) const { return Radiance(Vec3x8(direction)).Get(0); }
-  // Of the disk.
+  // Radiance of the sun's disk.
   const Vec3f& SunRadiance() const { return sun_radiance_; }
   bool InSun(const Vec3f& direction) const {
     return has_sun_ && direction.dot(sun_direction_) > cos_sun_;
@@ -55,7 +55,7 @@ class SkyModel {
   float cos_sun() const { return cos_sun_; }
   // Solid angle of the disk.
   float sun_solid_angle() const { return 2.0f * kPi * (1.0f - cos_sun_); }
-  float mean_luminance() const { return mean_luminance_; }  // Of the upper hemisphere.
+  float mean_luminance() const { return mean_luminance_; }  // Mean over the upper hemisphere.
   float turbidity() const { return turbidity_; }
   float ground_luminance() const { return Luminance(ground_); }
 

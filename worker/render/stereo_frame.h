@@ -22,7 +22,7 @@ enum MaskBit : uint8_t {
 
 struct View {
   ImageRgb8 color;      // 8-bit sRGB.
-  ImageF3 radiance;     // What `color` was made of: linear, denoised, before exposure. Not written.
+  ImageF3 radiance;     // Linear, denoised, unexposed radiance behind `color`. Not written.
   ImageF depth_m;       // Along the optical axis at pixel centres, exact first hit; 0 = no surface.
   ImageF disparity_px;  // fx * baseline / depth in float precision, positive in both views; 0 = no
                         // surface.
@@ -49,7 +49,7 @@ struct StereoFrame {
       1;  // Scene radiance is multiplied by it before the sRGB curve; one value for both eyes.
   double trace_s = 0, denoise_s = 0, truth_s = 0;
   double cache_s = 0;  // Filling the radiance cache: of a scene's first frame only.
-  uint64_t rays = 0;   // Of the images, shadow rays included.
+  uint64_t rays = 0;   // Rays traced for the images, shadow rays included.
 };
 
 }  // namespace parallax

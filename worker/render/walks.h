@@ -14,7 +14,7 @@ namespace parallax {
 
 // As many as fit in the nearest caches together and are enough to hide memory's latency.
 inline constexpr size_t kMostWalks = 256;
-inline constexpr size_t kMostBlocks = kMostWalks / kLanes;  // Of eight walks.
+inline constexpr size_t kMostBlocks = kMostWalks / kLanes;  // Blocks of eight walks.
 
 namespace lanes {
 template <typename T>
@@ -41,10 +41,10 @@ struct alignas(32) Row {
 
   T& operator[](size_t walk) { return of[walk]; }
   const T& operator[](size_t walk) const { return of[walk]; }
-  // Those of a block. Vectors of the compiler's may alias their elements.
+  // The lanes of a block. The compiler's vector types may alias their elements.
   Lanes& At(size_t block) { return reinterpret_cast<Lanes*>(of.data())[block]; }
   const Lanes& At(size_t block) const { return reinterpret_cast<const Lanes*>(of.data())[block]; }
-  // Of eight walks from this one on.
+  // Stores eight lanes from `walk` on; `walk` need not begin a block.
   void PutFrom(size_t walk, Lanes eight) { std::memcpy(&of[walk], &eight, sizeof(eight)); }
 };
 
@@ -70,14 +70,14 @@ struct Vec3Row {
   }
 };
 
-// What is kept of a walk from one step to the next.
+// The state of all walks that lasts from one step to the next.
 struct WalkRows {
   Row<int32_t> path;  // Which it is.
   // The ray, with its cone.
   Vec3Row origin, direction;
   Row<float> width_m, spread;
   Vec3Row throughput, radiance;
-  Vec3Row tint;  // Of the mirrors and panes before the surface that guides.
+  Vec3Row tint;  // Tint of mirrors and panes before the guiding surface.
   // The last vertex that gathered light; and with which density the ray left it, infinity: no light
   // sampling could have done this.
   Vec3Row gathered_at;
@@ -85,7 +85,7 @@ struct WalkRows {
   Row<float> total, pdf;
   Row<int32_t> bounce, passages, rays;
   Row<int32_t> guided;  // All bits or none.
-  // Of its sampler.
+  // The state of its sampler.
   Row<uint32_t> seed, sample, dimension;
 };
 

@@ -1,4 +1,4 @@
-// What floats: a class and which of its models. Private to worker/scene.
+// The choice of floating objects: a class and one of its models. Private to worker/scene.
 #pragma once
 
 #include <map>
@@ -33,7 +33,7 @@ class FloatingChoice {
   static const std::string& Pick(const std::vector<Class>& classes, Rng rng);
 
   std::vector<Class> catalogue_, own_;                   // At least one of them is not empty.
-  std::map<std::string, std::vector<uint64_t>> meshes_;  // Of own classes.
+  std::map<std::string, std::vector<uint64_t>> meshes_;  // Models of own classes.
   double own_p_ = 0;
 };
 

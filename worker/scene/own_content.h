@@ -1,5 +1,5 @@
-// What the user brings along: meshes, texture sets and surroundings, from folders below the picture
-// root. Recipes name them by their content (OwnMesh, TextureSet, Sky.environment).
+// Content that the user brings along: meshes, texture sets and surroundings, from folders below the
+// picture root. Recipes name them by their content (OwnMesh, TextureSet, Sky.environment).
 #pragma once
 
 #include <cstdint>

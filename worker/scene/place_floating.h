@@ -1,4 +1,4 @@
-// What floating objects in rooms and in dense scenes have in common. Private to worker/scene.
+// Floating objects: the code common to rooms and dense scenes. Private to worker/scene.
 #pragma once
 
 #include <string>
@@ -20,7 +20,7 @@ absl::StatusOr<std::vector<std::string>> FloatingClasses(const v1::SceneConfig& 
 // Uniform over all orientations.   Source: Shoemake, "Uniform random rotations", Graphics Gems III.
 Eigen::Quaterniond RandomRotation(Rng& rng);
 
-// What a rig's left camera sees, for placing things in it.
+// The view of a rig's left camera, for placing objects in it.
 struct RigView {
   Vec3d eye;
   Eigen::Matrix3d axes;     // Columns: right, down, forward; world frame.

@@ -8,7 +8,7 @@ namespace parallax {
 // The colour that pixel (x, y) sees: 0 red, 1 green, 2 blue.
 inline int MosaicChannel(int x, int y) { return (x & 1) + (y & 1); }
 
-// What such a sensor sees of a picture.
+// The raw picture that such a sensor records: one channel a pixel, same size as `picture`.
 ImageF Mosaic(const ImageF3& picture);
 
 // All three colours of each pixel again, from its neighbours of up to two pixels away, mirrored at

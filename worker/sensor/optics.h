@@ -1,5 +1,5 @@
-// What a lens does to a linear picture before it is measured. Pictures keep their size; at the rim
-// they are mirrored. Thread-safe.
+// The effects of a lens on a linear picture before it is measured. Pictures keep their size; the
+// rim is mirrored. Thread-safe.
 #pragma once
 
 #include "common/image/image.h"

@@ -1,4 +1,4 @@
-// What water and gravity make of a height field: valleys that branch, gullies, alluvial fans and
+// Erosion of height fields by water and gravity: valleys that branch, gullies, alluvial fans and
 // screes. Each is a pure function of its input and seed, the same on any number of threads.
 #pragma once
 

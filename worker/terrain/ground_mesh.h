@@ -23,11 +23,11 @@
 
 namespace parallax {
 
-// What one frame of the walk sees, from above.
+// The view of one frame of the walk, from above.
 struct ViewCone {
   Vec2f apex = Vec2f::Zero();   // World, metres.
   float eye_height_m = 1.6f;    // Above the ground.
-  float heading_rad = 0;        // Of the optical axis: 0 = +x, counter-clockwise.
+  float heading_rad = 0;        // Direction of the optical axis: 0 = +x, counter-clockwise.
   float half_angle_rad = 0.5f;  // Half of the horizontal field of view and a margin.
 };
 
@@ -41,9 +41,9 @@ struct GroundMeshOptions {
   int most_triangles = 700'000;  // The budget goes to the edges that look longest.
 };
 
-// What is meshed. Functions of places, metres, world frame; all are asked during construction only.
+// A surface to be meshed. Its functions take world metres and are called only by the constructor.
 struct MeshedSurface {
-  std::string slot, family;  // Of the mesh's only slot: its name, and what suits it.
+  std::string slot, family;  // Name and family of the mesh's only slot.
   std::function<float(const Vec2f& p, float footprint_m)> height;
   std::function<Vec2f(const Vec2f& p, float footprint_m)> slope;  // d/dx, d/dy.
   std::function<float(const Vec2f& p)> steepness;                 // Rise over run, without detail.
@@ -77,7 +77,7 @@ class GroundMesh {
  private:
   // A square of the quadtree.
   struct Node {
-    uint32_t first_child = 0;  // Of four, ordered by y, then x; 0 = a leaf.
+    uint32_t first_child = 0;  // The first of four, ordered by y, then x; 0 = a leaf.
     uint32_t first_triangle = 0;
     uint16_t triangles = 0;  // A leaf's fan.
   };
@@ -107,7 +107,7 @@ class GroundMesh {
 
   GroundMeshOptions options_;
   float unit_m_ = 1;
-  int side_ = 0;  // Of the root, in units.
+  int side_ = 0;  // Side of the root, in units.
   float longest_edge_px_ = 0;
   std::vector<Node> nodes_;
   std::unordered_map<uint64_t, uint32_t> vertices_;  // By position; empty after construction.

@@ -25,7 +25,7 @@ enum class TermKind {
 
 struct TerrainTerm {
   TermKind kind = TermKind::kHills;
-  float wavelength_m = 500;  // Of the largest forms.
+  float wavelength_m = 500;  // Length of the largest forms.
   float amplitude_m =
       50;  // Standard height: most of the relief lies within +- this. Ramp: rise over a wavelength.
   int octaves = 5;     // Each 0.48 as long as the one before.

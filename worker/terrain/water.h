@@ -70,8 +70,8 @@ class Water {
   // The most that Waves gives, about.
   float most_wave_m() const { return most_wave_m_; }
 
-  // What waves shorter than the mesh's edges add to the surface, and their slopes along both
-  // tangents: for normals. `edge_m`: of the mesh at each point. `x`, `y`: world.
+  // Height that waves shorter than the mesh's edges add to the surface, metres, with its slopes
+  // along both tangents: for normals. `edge_m`: length of the mesh's edges there. `x`, `y`: world.
   Dual8 Ripples(const Dual8& x, const Dual8& y, Float8 edge_m, Float8 footprint_m) const;
   // Mean square slope of the waves that neither the mesh nor the footprint shows.
   float LostSlope(const Vec2f& p, float footprint_m) const;
@@ -125,11 +125,11 @@ class Water {
   float Liveliness(const Local& at) const;
 
   WaterSpec spec_;
-  Vec2f ahead_, left_;  // Of the line's axis; a sea lies to the right of its shore.
+  Vec2f ahead_, left_;  // Along the axis and to its left; a sea lies right of its shore.
   std::vector<Bend> bends_;
   std::array<float, 12> phases_;
   std::vector<Wave> waves_;  // In order of length, the longest first.
-  float lost_slope_ = 0;     // Of waves shorter than all of `waves_`.
+  float lost_slope_ = 0;     // Mean square slope of waves shorter than all of `waves_`.
   float most_wave_m_ = 0;
 };
 

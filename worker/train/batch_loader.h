@@ -11,7 +11,7 @@ namespace parallax {
 
 struct TrainingBatch {
   std::vector<TrainingCrop> crops;
-  std::vector<std::string> names;  // Of the frames.
+  std::vector<std::string> names;  // Names of the frames, one a crop.
 };
 
 // One consumer. The destructor waits for the batches that are being prepared.

@@ -17,7 +17,7 @@ class DetailScope {
   float before_;
 };
 
-// What the scope asks for; 0: nothing.
+// The edge length that the current scope asks for, metres; 0: none.
 float TargetEdge();
 
 // The pieces into which a length is cut: `usual`, or what the scope's target asks for, at least

@@ -12,8 +12,8 @@ namespace parallax::kernel {
 struct BoxOptions {
   float bevel_m = 0.003f;  // Radius of the edges; 0 = sharp. At most half of the shortest side.
   int bevel_steps = 1;     // 1: two facets an edge (108 triangles); 2: four.
-  Eigen::Array3i pieces{1, 1,
-                        1};  // Of the flat parts along x, y, z, for shapes that are bent later.
+  // Divisions of the flat parts along x, y, z, for shapes that are bent later.
+  Eigen::Array3i pieces{1, 1, 1};
 };
 
 // Centred on the origin.

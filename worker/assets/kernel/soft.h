@@ -36,7 +36,7 @@ Shape Pillow(float width, float depth, float thickness, const PillowOptions& opt
              const Noise& noise);
 
 struct DrapeOptions {
-  Vec2f table{1, 1};  // What it hangs over: extent along x and y, centred.
+  Vec2f table{1, 1};  // Extent along x and y of the table below the cloth, centred.
   float edge_radius_m = 0.04f;
   // Overhang on each side: -x, +x, -y, +y; negative = ends before the edge.
   float hang[4] = {0.2f, 0.2f, 0.2f, 0.2f};

@@ -13,8 +13,8 @@ namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
-// What weather does to bedded rock: hard beds stand out, blocks fall out of them, the rest is
-// dented at every size down to the mesh's cells.
+// Weathering of bedded rock: hard beds stand out, blocks fall out of them, the rest is dented at
+// every size down to the mesh's cells.
 class Weather {
  public:
   Weather(float size_m, float bed_m, Rng& rng) : size_m_(size_m), bed_m_(bed_m), noise_(rng) {}

@@ -1,5 +1,5 @@
-// What covers the ground outdoors: stones, litter, grass, herbs, shrubs. The origin is the foot of
-// a plant or the middle of a patch.
+// Cover of the ground outdoors: stones, litter, grass, herbs, shrubs. The origin is the foot of a
+// plant or the middle of a patch.
 #pragma once
 
 #include "worker/assets/asset.h"
@@ -74,7 +74,7 @@ Asset SampleNeedlePatch(Rng& rng);
 struct IceFloeParams {
   float radius_m = 1;
   float thick_m = 0.28f;
-  int sides = 7;  // Of the polygon that it broke off as.
+  int sides = 7;  // Sides of the polygon that broke off.
   uint64_t seed = 0;
 };
 // The origin is in the middle of its lower side.
@@ -177,7 +177,7 @@ Asset SampleBarrelCactus(Rng& rng);
 struct PricklyPearParams {
   float pad_m = 0.24f;
   int stems = 4;
-  int levels = 3;  // Of pads on each other.
+  int levels = 3;  // Levels of pads, each on the last.
   uint64_t seed = 0;
 };
 Asset MakePricklyPear(const PricklyPearParams& params);
@@ -185,9 +185,9 @@ Asset SamplePricklyPear(Rng& rng);
 
 struct AgaveParams {
   float size_m = 0.6f;  // Length of its leaves.
-  float width = 0.2f;   // Of a leaf, in lengths.
+  float width = 0.2f;   // Width of a leaf, in lengths.
   int leaves = 34;
-  float mast_m = 0;  // Of the dry mast that bore its flowers; 0: none.
+  float mast_m = 0;  // Height of the dry flower stalk; 0: none.
   uint64_t seed = 0;
 };
 Asset MakeAgave(const AgaveParams& params);

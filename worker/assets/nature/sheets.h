@@ -64,7 +64,7 @@ struct SheetPlace {
 class SheetGrower {
  public:
   SheetGrower(const MaterialSlot& slot, Rng rng);
-  // What would reach below z = 0 lies on the ground instead, each sheet at its own small height.
+  // Adds a sheet. One that would reach below z = 0 lies on the ground, at its own small height.
   void Add(const SheetTemplate& sheet, const SheetPlace& place);
   size_t count() const { return count_; }
   const Mesh& mesh() const { return mesh_; }

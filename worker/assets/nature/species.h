@@ -1,5 +1,5 @@
-// What tells one tree from another: rows of two tables. Lengths named `_m` are metres; the others
-// are parts of the tree's height unless they say otherwise.
+// The parameters that tell tree species apart: rows of two tables. Lengths named `_m` are metres;
+// the others are parts of the tree's height unless they say otherwise.
 #pragma once
 
 #include <array>

@@ -7,7 +7,7 @@
 
 namespace parallax {
 
-// What keyframe `index` draws from, below the scene's `root`.
+// The random stream of keyframe `index`, below the scene's `root`.
 inline Rng KeyframeStream(const Rng& root, uint32_t index) { return root.Child("keyframe", index); }
 
 // Adds config.count rigs, one a keyframe: each at the origin, looking anywhere around. Rig k draws

@@ -9,7 +9,7 @@
 
 namespace parallax {
 
-// What a camera sees, for probing: tangents. The point (x, y) of the picture, each in [-1, 1], lies
+// A camera's view for probing, as tangents. The point (x, y) of the picture, each in [-1, 1], lies
 // in the direction (shift_x + half_x * x, shift_y + half_y * y, 1).
 struct RigCamera {
   Intrinsics k;  // For rigs.width_px x rigs.height_px.

@@ -37,7 +37,7 @@ struct Walk {
   RigCamera camera;
   double far_share = 0;      // Share of frames in which nothing is nearer than 5 m, by probe rays.
   double log_depth_std = 0;  // Mean over frames.
-  double water_share = 0;    // Of the probes, mean over frames.
+  double water_share = 0;    // Share of probes that meet water, mean over frames.
   double score() const { return log_depth_std * (0.35 + far_share); }
 };
 

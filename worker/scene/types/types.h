@@ -20,7 +20,7 @@
 
 namespace parallax {
 
-// What the stages of one scene take, core-seconds, measured on an AMD EPYC with AVX-512.
+// Costs of the stages of one scene, core-seconds, measured on an AMD EPYC with AVX-512.
 struct SceneCosts {
   double layout_s = 0;  // 0: there is nothing to solve, and nothing that variants could share.
   double dress_s = 0;   // All of its rigs included.
@@ -47,7 +47,7 @@ struct GroundPlan {
 // A recipe's place in words.
 struct SceneDescription {
   std::string kind;                // "kitchen"; empty where places are all alike.
-  std::vector<std::string> lines;  // What it is, for people.
+  std::vector<std::string> lines;  // A description for people.
   std::optional<GroundPlan> plan;
 };
 

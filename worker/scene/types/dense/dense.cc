@@ -89,7 +89,7 @@ class DenseDresser {
     return absl::OkStatus();
   }
 
-  // What rig `index` sees.
+  // Adds the keyframe that rig `index` sees.
   void AddKeyframe(int index) {
     const Rng root = KeyframeStream(root_, static_cast<uint32_t>(index));
     v1::Rig& rig = *scene_.recipe.mutable_rigs(index);

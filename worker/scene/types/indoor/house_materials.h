@@ -1,4 +1,4 @@
-// What a house is made of. Private to this folder.
+// Materials of a house. Private to this folder.
 #pragma once
 
 #include "parallax/v1/scene.pb.h"

@@ -1,4 +1,4 @@
-// What walls, floors and ceilings are made of in each kind of room. Private to this folder.
+// Materials of walls, floors and ceilings by kind of room. Private to this folder.
 #pragma once
 
 #include <string>

@@ -38,8 +38,8 @@ struct Biome {
   // last is bare rock.
   std::vector<std::string> (*ground)(const std::string& season);
   void (*write)(BiomeDraft& draft);
-  // Of its water: the wind on it and its clarity over the config's, and the linear colour of what
-  // clear and murky water scatters back.
+  // The water: its wind and clarity over the config's, and the linear colour that clear and murky
+  // water scatters back.
   double wind = 1, clarity = 1;
   std::array<float, 3> clear_water = {0.006f, 0.026f, 0.034f};
   std::array<float, 3> murky_water = {0.05f, 0.085f, 0.07f};

@@ -24,7 +24,7 @@ std::vector<std::string> DescribeMap(const v1::Scene& scene);
 // Index of the ground among a landscape's objects. Then its other parts, as water; layers are
 // numbered from the next on.
 inline constexpr uint32_t kGroundIndex = 1;
-// Of a cave's roof; a landscape without one has no object of this index.
+// Index of a cave's roof; a landscape without a roof has no object of this index.
 inline constexpr uint32_t kRoofIndex = 2;
 
 }  // namespace parallax

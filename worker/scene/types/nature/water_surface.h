@@ -1,4 +1,4 @@
-// What a landscape's water looks like.
+// The surface and material of a landscape's water.
 #pragma once
 
 #include <memory>

@@ -10,8 +10,7 @@
 namespace parallax {
 
 struct EnvironmentFolder {
-  // Hashes of the pictures' contents, in order of names; at least one.
-  std::vector<uint64_t> seeds;
+  std::vector<uint64_t> seeds;  // By the contents of the pictures, in order of names; at least one.
   std::string sha256;           // Over their names and contents.
 };
 

@@ -1,9 +1,8 @@
-// The scene as rays see it: placed meshes in one Embree scene, materials, and what a hit means.
+// The scene that rays see: placed meshes in Embree trees, their materials, and the data of hits.
 //
 // Meshes that several objects share are instanced; others are built in world space. Bodies are the
-// placed meshes, then the instances of prototypes. Geometry id or, for instances, instance id =
-// index of the body. Constant after Build but for Move; queries
-// are thread-safe.
+// placed meshes, then the instances of prototypes; the geometry id or, for instances, the instance
+// id is the index of the body. Constant after Build except for Move; queries are thread-safe.
 #pragma once
 
 #include <memory>
@@ -17,10 +16,10 @@
 
 namespace parallax {
 
-// Which surface a hit is on; all that the radiance cache asks for.
+// The surface of a hit; all that the radiance cache needs.
 struct SurfaceId {
-  Vec3f geometric_normal =
-      Vec3f::UnitZ();      // World, unit, on the side of counter-clockwise winding.
+  // World, unit, on the side of counter-clockwise winding.
+  Vec3f geometric_normal = Vec3f::UnitZ();
   float doubled_area = 0;  // Twice the triangle's area, m^2.
   uint16_t slot = 0;
   uint32_t material = 0;  // SceneMaterial.index; 0 = none bound.
@@ -31,7 +30,8 @@ struct SurfaceId {
 struct CacheGroup {
   static constexpr float kCoarse = 2.5f;  // Cells among leaves over those on walls.
 
-  uint32_t id = 0;      // The first mesh of the group; of instances, their prototype behind them.
+  // The group's first mesh or, for instances, prototype (numbered behind them).
+  uint32_t id = 0;
   uint32_t sheets = 0;  // Slots that are sheets (MaterialSlot::sheet), as bits.
 
   bool Sheet(uint16_t slot) const { return slot < 32 && (sheets >> slot & 1) != 0; }
@@ -45,7 +45,7 @@ struct SurfaceIds8 {
   Int8 slot, material;
 };
 
-// Up to eight hits that are to be looked at.
+// Up to eight hits whose materials are to be evaluated.
 struct HitBatch8 {
   Int8 placed, triangle;
   Float8 u, v;
@@ -66,11 +66,11 @@ struct HitBatch8 {
   }
 };
 
-// Where eight hits are. Lanes beyond the last hold a copy of it.
+// Geometry of eight hits. Lanes beyond the last hold a copy of it.
 struct Interpolated8 {
   SurfacePoint8 points;   // For their materials.
   Vec3x8 shading_normal;  // World, unit, on the side of the geometric one.
-  Faces8 faces;           // All but the edges in the world.
+  Faces8 faces;           // Complete except for the edges in the world.
 };
 
 // Surface properties at eight hits.
@@ -87,28 +87,29 @@ struct MaterialTraits {
   bool may_be_mirror = false;        // Metallic and smooth somewhere.
   bool may_be_translucent = false;   // Sheets of it let scattered light through somewhere.
   bool has_relief = false;           // Height is not constant.
-  // Open, transmissive or emissive somewhere: what it sends out is not only what it scatters.
+  // Open, transmissive or emissive somewhere: sends out more than scattered light.
   bool needs_tracing = false;
 };
 
+// Geometry, materials and trees of one scene.
 class RenderScene final : public ShadowFilter {
  public:
+  // Builds trees and tables. `movable`: every mesh is instanced, so that Move is cheap.
   // Errors: kResourceExhausted when Embree needs more than `memory_limit_bytes` (0: the machine's
   // memory) or allocation fails; kInvalidArgument for a placed mesh without mesh or with a material
   // index out of range.
-  // `movable`: every mesh is instanced, so that Move is cheap.
   static absl::StatusOr<std::unique_ptr<RenderScene>> Build(SceneGeometry geometry,
                                                             int64_t memory_limit_bytes,
                                                             bool movable = false);
   ~RenderScene() override;
 
   // Places every mesh anew, in order of geometry().meshes; only the top of the acceleration
-  // structure is built again. Not while rays are under way. Errors: kInvalidArgument unless built
-  // `movable`, or for another number of placements; kInternal for what Embree says.
+  // structure is rebuilt. Not while rays are traced. Errors: kInvalidArgument unless built
+  // `movable`, or for another number of placements; kInternal with Embree's message.
   absl::Status Move(const std::vector<Eigen::Affine3f>& world_from_object);
 
-  // RawHit.placed is a body: below geometry().meshes.size() one of these, from there on an
-  // instance.
+  // RawHit.placed is the index of a body: a mesh below geometry().meshes.size(), an instance from
+  // there on.
   const RayTrees& trees() const { return *trees_; }
   size_t body_count() const { return geometry_.meshes.size() + geometry_.instances.size(); }
   uint32_t ObjectIndex(uint32_t placed) const {
@@ -120,14 +121,14 @@ class RenderScene final : public ShadowFilter {
     return placed < geometry_.meshes.size() ? *geometry_.meshes[placed].mesh
                                             : *PrototypeOf(placed).mesh;
   }
-  // Part of the light that passes from `origin` along unit `direction` for `distance`: 0 when
-  // something opaque stands there; holes (opacity) and thin glass weaken it.
+  // Transmittance from `origin` along unit `direction` over `distance`: 0 behind opaque surfaces;
+  // holes (opacity) and thin glass weaken it.
   Vec3f Transmittance(const Vec3f& origin, const Vec3f& direction, float distance) const {
     return trees_->Transmittance(*this, origin, direction, distance);
   }
   Vec3f Passes(const RawHit& hit, const Vec3f& direction) const override;
 
-  // Begin to fetch from memory what Identify, and what Interpolate reads beyond that.
+  // Prefetch the data that Identify, and then Interpolate, reads.
   void Prefetch(const Hits8& hits) const;
   void PrefetchVertices(uint32_t placed, uint32_t triangle) const;
   SurfaceId Identify(const RawHit& hit) const;
@@ -136,7 +137,7 @@ class RenderScene final : public ShadowFilter {
   Interpolated8 Interpolate(const HitBatch8& batch) const;
   // Materials of one to eight hits on `material`; objects without a material are plain grey.
   MaterialSample8 EvaluateMaterial(const HitBatch8& batch, uint32_t material) const;
-  // The surface there, without its relief.
+  // The surface at the hit, without its relief.
   SurfaceSample Evaluate(const RawHit& hit, const SurfaceId& id, float footprint_m) const;
   // A triangle's corners in the world, as rays see them.
   void Corners(uint32_t placed, uint32_t triangle, Vec3f corners[3]) const;
@@ -152,7 +153,7 @@ class RenderScene final : public ShadowFilter {
 
  private:
   struct Body;    // The part of a body that every hit reads.
-  struct Place;   // How a body stands.
+  struct Place;   // A body's placement.
   struct Stored;  // The arrays that a mesh or a prototype owns.
   struct Vertex;  // The vertex data that shading reads, packed for the CPU's cache.
 
@@ -189,17 +190,17 @@ class RenderScene final : public ShadowFilter {
   std::unique_ptr<RayTrees> trees_;
 };
 
-// How far from a surface at `position` rays start and end, clear of the surface itself.
+// Distance from a surface at `position` within which rays neither start nor end.
 inline float OffsetDistance(const Vec3f& position) {
   return 2e-5f + 2e-6f * position.cwiseAbs().maxCoeff();
 }
 
-// A start for a ray that leaves `position` towards the side of `normal`.
+// Origin of a ray that leaves `position` on the side of `normal`.
 inline Vec3f OffsetPoint(const Vec3f& position, const Vec3f& normal) {
   return position + normal * OffsetDistance(position);
 }
 
-// Likewise, of eight.
+// The same for eight.
 inline Float8 OffsetDistance(const Vec3x8& position) {
   return 2e-5f + 2e-6f * Max(Max(Abs(position.x), Abs(position.y)), Abs(position.z));
 }

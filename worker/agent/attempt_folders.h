@@ -16,6 +16,7 @@
 
 namespace parallax {
 
+// Chooses the folders of attempts by the coordinator's store.
 class AttemptFolders {
  public:
   struct Options {
@@ -36,7 +37,7 @@ class AttemptFolders {
   const Options options_;
   const std::shared_ptr<grpc::Channel> channel_;
   std::shared_ptr<Store> store_;  // Null: through the coordinator.
-  std::string key_;               // The coordinator's key of the store; "" before Use.
+  std::string key_;               // The store as the coordinator named it; "" before.
 };
 
 }  // namespace parallax

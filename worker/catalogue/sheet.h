@@ -1,4 +1,4 @@
-// Contact sheets of both catalogues, rendered: to look at every class and every material.
+// Contact sheets of both catalogues, rendered: every class and every material.
 #pragma once
 
 #include <functional>
@@ -10,8 +10,9 @@
 
 namespace parallax {
 
+// The content of the sheets, and their resolution.
 struct SheetOptions {
-  std::string dir;                // Is made when it is missing.
+  std::string dir;                // Made if missing.
   std::vector<std::string> only;  // Names of classes and materials, families; empty = everything.
   uint64_t first_seed = 1;
   int cell_px = 192;
@@ -24,10 +25,9 @@ struct SheetResult {
   int classes = 0, materials = 0;
 };
 
-// Pages of twelve rows a file: a class in six seeds, or a material on a ball, a board and a chair
-// in two seeds; and one reduced JPEG of each catalogue. `progress` gets the fraction done and what
-// is being drawn.
-// Errors: kNotFound for a name that nothing has; as WriteFile; kCancelled.
+// Writes pages of twelve rows: an asset class in six seeds, or a material on a ball, a board and a
+// chair in two seeds; and one reduced JPEG of each catalogue. `progress` gets the fraction done and
+// the name being drawn. Errors: kNotFound for an unknown name; as WriteFile; kCancelled.
 absl::StatusOr<SheetResult> WriteCatalogueSheets(
     const SheetOptions& options, const CancelToken& cancel,
     const std::function<void(double, const std::string&)>& progress = {});

@@ -1,5 +1,5 @@
-// Small open-air scenes in which things stand in a row to be looked at, and their pictures.
-// Private to worker/catalogue.
+// Small open-air scenes with objects in a row, and their pictures. Private to
+// worker/catalogue.
 #pragma once
 
 #include <vector>
@@ -25,7 +25,7 @@ struct SheetRow {
 };
 
 // Six seeds of a class from `first_seed` on, with the materials that rooms would give them, at one
-// scale. Errors: the catalogue's.
+// common scale. Errors: the catalogue's.
 absl::StatusOr<SheetRow> MakeAssetRow(const AssetClass& asset_class, uint64_t first_seed,
                                       int cell_px);
 

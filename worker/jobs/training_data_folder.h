@@ -31,14 +31,14 @@ struct TrainingDataFolder {
   nlohmann::ordered_json facts;  // The manifest, also in `dir`/manifest.json.
 };
 
-// A folder for each part in the layout "archive"; one for all in others, in which parts stand as
-// often as their weights ask for, as far as whole repetitions can do that. Errors: as BringFrames
-// and ExportDataset.
+// Makes the training data: in the layout "archive" one folder for each part; in other layouts one
+// folder for all, in which parts are repeated according to their weights, as far as whole
+// repetitions can do that. Errors: as BringFrames and ExportDataset.
 absl::StatusOr<TrainingDataFolder> MakeTrainingData(const v1::TrainJob& job,
                                                     const TrainerContract& contract,
                                                     const TrainingDataOptions& options);
 
-// How often each part stands in a folder that is read evenly, so that pairs of each are drawn in
+// How often to repeat each part in a folder that is read evenly, so that pairs are drawn in
 // proportion to `weights`: at least once, at most 20 times. `pairs` > 0.
 std::vector<int> Repetitions(const std::vector<int64_t>& pairs, const std::vector<double>& weights);
 

@@ -34,7 +34,7 @@ class MaterialSamples {
   void Get(size_t first, SurfaceSample8* surface, Vec3x8* shading_normal) const;
 
  private:
-  static constexpr int kParts = 3;  // Parts of a surface, eight floats each.
+  static constexpr int kParts = 3;  // Parts of a sample, eight floats each.
   std::array<Float8, kMostWalks * kParts> of_;
 };
 

@@ -6,7 +6,6 @@
 // then all hits identified, all surfaces shaded, all shadow rays traced. Each step prefetches the
 // data of the next while other paths take theirs, so that few wait for memory. A path's result does
 // not depend on the others.
-// its company.
 #pragma once
 
 #include <array>

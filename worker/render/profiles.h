@@ -11,7 +11,7 @@ namespace parallax {
 // Quality of the denoiser: the values of OIDN's `quality`.
 enum class DenoiseQuality { kOff = 0, kFast = 4, kBalanced = 5, kHigh = 6 };
 
-// What a profile sets; configs may override each.
+// The settings of a profile; configs may override each.
 struct RenderProfile {
   std::string_view name;
   int samples_per_pixel = 4;  // For 1280x720; SamplesPerPixel gives other sizes.

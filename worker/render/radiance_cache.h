@@ -4,10 +4,10 @@
 //
 // The world is cut into cubes (larger far from the rigs). A cell is one surface's part in one cube,
 // facing one of six ways, so that the two sides of a thin wall, and objects close together, never
-// share light. In foliage the cubes are larger, and all plants in a cube share a cell, because no
-// single leaf is met often enough to be learnt. A cell holds the mean radiance that its surface
-// scattered (not emitted) along the paths that met it, from the side that they met; for a leaf this
-// includes transmitted light.
+// share light. In foliage the cubes are larger, and all copies of a plant in a cube share a cell,
+// because no single leaf is met often enough to be learnt. A cell holds the mean radiance that its
+// surface scattered (not emitted) along the paths that met it, from the side that they met; for a
+// leaf this includes transmitted light.
 //
 // CacheBuilder adds records in the order of calls and, within a call, of records, for any number of
 // threads: the same records give the same cache, bit for bit. RadianceCache is constant and

@@ -25,8 +25,8 @@ struct SurfaceId {
   uint32_t material = 0;  // SceneMaterial.index; 0 = none bound.
 };
 
-// The unit that the radiance cache treats as one surface: a mesh by itself, or all meshes of plants
-// and scattered small things together.
+// The unit that the radiance cache treats as one surface: a mesh by itself or, for plants and
+// things in large numbers, all copies of the same mesh.
 struct CacheGroup {
   static constexpr float kCoarse = 2.5f;  // Cells among leaves over those on walls.
 

@@ -1,5 +1,5 @@
-// The trainers that this worker may run: those that its operator installed and allowed. Nothing
-// that comes with a job is ever executed.
+// The trainers that this worker may run, which its operator installed and allowed. Nothing that
+// comes with a job is ever executed.
 #pragma once
 
 #include <map>

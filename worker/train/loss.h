@@ -1,4 +1,4 @@
-// The loss of a batch, and how far its disparities are off.
+// The loss of a batch, and the errors of its disparities.
 #pragma once
 
 #include "worker/train/network.h"

@@ -1,5 +1,5 @@
-// Predictors of disparities: a classical method, a trained network by its command, or files that
-// are there already. All work through files, so that a crash of a network takes nothing along.
+// Predictors of disparities: a classical method, a trained network's command, or existing files.
+// All work through files, so that a network that crashes does not crash the caller.
 #pragma once
 
 #include <functional>
@@ -56,17 +56,17 @@ struct CommandPredictorOptions {
 // `work_dir`/predictor.log.
 std::unique_ptr<Predictor> MakeCommandPredictor(CommandPredictorOptions options);
 
-// Files `dir`/<pair>.pfm, .png (16 bits, x256, 0 = none), .npy or .exr. Errors of Predict:
-// kNotFound naming the first pair without one and how many more there are.
+// Reads files `dir`/<pair>.pfm, .png (16 bits, x256, 0 = none), .npy or .exr. Errors of Predict:
+// kNotFound naming the first pair without a file, and the number of such pairs.
 std::unique_ptr<Predictor> MakeFolderPredictor(std::string dir);
 
-// A command for MakeCommandPredictor from words that hold no shell syntax: each is quoted, and a
-// word
-// "{list}" stays the placeholder.
+// Makes a command for MakeCommandPredictor from words without shell
+// syntax: each is quoted, except that a word "{list}" stays the
+// placeholder.
 std::string CommandOfWords(const std::vector<std::string>& words);
 
-// The command of the built-in trainer's program `trainer` for a checkpoint. `threads` 0: as it
-// chooses.
+// The command with which the built-in program `trainer` predicts from a checkpoint. `threads` 0:
+// its own choice.
 std::string TrainerPredictCommand(const std::string& trainer_program, const std::string& checkpoint,
                                   int threads = 0);
 

@@ -22,7 +22,7 @@
 
 namespace parallax {
 
-// The command line of the agent. Defaults suit a worker on a local network.
+// Options of the agent; most come from the command line.
 struct AgentOptions {
   RpcAddress coordinator;
   RpcSecurity security;

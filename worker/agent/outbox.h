@@ -1,10 +1,10 @@
 // Finished work that the coordinator has not acknowledged yet: one file a report, on disk from
 // before it is sent until a definitive answer. A worker that is killed in between loses nothing.
 //
-// <root>/<worker>/lock                                   held by the living worker of that name
-// <root>/<worker>/<coordinator>-<job>-<fence>.complete   CompleteRequest or
-// <root>/<worker>/<coordinator>-<job>-<fence>.fail       FailRequest, after their SHA-256
-// <root>/<worker>/staging/                               attempts on their way to a store
+//   <root>/<worker>/lock                                   held by the living worker of that name
+//   <root>/<worker>/<coordinator>-<job>-<fence>.complete   CompleteRequest or
+//   <root>/<worker>/<coordinator>-<job>-<fence>.fail       FailRequest, after their SHA-256
+//   <root>/<worker>/staging/                               attempts on their way to a store
 //
 // A worker that starts adopts the reports of dead workers under the same root: default names
 // contain a process id, so nobody else would return for them.

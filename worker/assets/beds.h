@@ -23,7 +23,7 @@ struct BedParams {
   bool throw_blanket = false;  // A second one across the foot.
   uint64_t seed = 0;
 };
-// The head is at -y, so that the foot faces +y.
+// The head is at -y, so the foot faces +y.
 Asset MakeBed(const BedParams& params);
 Asset SampleBed(Rng& rng);
 Asset SampleBedFrame(Rng& rng);
@@ -40,6 +40,7 @@ struct MattressParams {
 Asset MakeMattress(const MattressParams& params);
 Asset SampleMattress(Rng& rng);
 
+// A stuffed pillow, lying flat.
 struct PillowParams {
   float width_m = 0.6f, depth_m = 0.4f, height_m = 0.14f;
   float flange_m = 0.0f;  // A flat border; 0 = none.
@@ -48,8 +49,8 @@ struct PillowParams {
 Asset MakePillow(const PillowParams& params);
 Asset SamplePillow(Rng& rng);
 
-// How a cloth lies there: to and fro in layers, rolled up, several folded ones on each other, or
-// thrown down in a heap.
+// How a cloth lies: folded to and fro in layers, rolled up, several folded ones stacked, or thrown
+// down in a heap.
 enum class FoldStyle { kFolded, kRolled, kStacked, kThrown, kCount };
 
 struct BlanketParams {

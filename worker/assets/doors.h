@@ -1,5 +1,5 @@
-// Door leaves with their handles and hinges. The wall plane is y = 0, the leaf stands before it; it
-// can be seen from both sides.
+// Door leaves with handles and hinges. The wall plane is y = 0, the leaf is in front of it and
+// looks right from both sides.
 #pragma once
 
 #include <vector>

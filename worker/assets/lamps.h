@@ -1,5 +1,5 @@
-// Lamps: standing, on desks, hanging. Each has emissive slots: "bulb", and "shade_inside" where a
-// lining glows.
+// Lamps: standing, on desks, hanging. Each has emissive slots: "bulb", and "shade_inside" for a
+// glowing lining.
 #pragma once
 
 #include "worker/assets/families.h"
@@ -39,7 +39,7 @@ struct CeilingLampParams {
   int arms = 5;  // Arms of a chandelier.
   uint64_t seed = 0;
 };
-// Hangs: the ceiling is z = 0.
+// The ceiling is z = 0; the lamp hangs below it.
 Asset MakeCeilingLamp(const CeilingLampParams& params);
 Asset SampleCeilingClassicLamp(Rng& rng);
 

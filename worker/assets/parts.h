@@ -24,7 +24,7 @@ Enum DrawEnum(Rng& rng, int count) {
   return static_cast<Enum>(rng.UniformInt(0, count - 1));
 }
 
-// Slots by what they usually are.
+// Slots with their usual families.
 MaterialSlot WoodSlot(const std::string& name);  // Furniture wood, painted now and then.
 MaterialSlot MetalSlot(const std::string& name);
 MaterialSlot FabricSlot(const std::string& name);  // Upholstery: fabric or leather.
@@ -33,7 +33,7 @@ MaterialSlot CeramicSlot(const std::string& name);
 MaterialSlot GlassSlot(const std::string& name);
 MaterialSlot PictureSlot(const std::string& name = "picture");
 
-// The asset that these meshes make where they lie, with its base on the ground. Empty meshes add
+// Makes an asset of these meshes in place, with its base on the ground. Empty meshes add
 // nothing.
 Asset FinishMeshes(const std::vector<const Mesh*>& meshes, uint64_t seed);
 

@@ -1,4 +1,4 @@
-// Plants in pots, bushes, cactuses, and what one brings home from a walk.
+// Plants in pots, bushes, cactuses, and small finds from walks.
 #pragma once
 
 #include "worker/assets/families.h"

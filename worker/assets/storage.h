@@ -1,5 +1,5 @@
-// Shelves and cabinets. Every board that things can stand on is declared with the free height above
-// it.
+// Shelves and cabinets. Every board that can carry things is declared as a support, with the free
+// height above it.
 #pragma once
 
 #include "worker/assets/families.h"

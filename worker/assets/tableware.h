@@ -1,4 +1,4 @@
-// Things turned, thrown, blown or pressed for the table and the kitchen.
+// Vessels and tools for the table and the kitchen.
 #pragma once
 
 #include "worker/assets/families.h"

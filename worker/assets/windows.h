@@ -1,4 +1,4 @@
-// Windows with what hangs before them, and small hardware: handles, hooks, rails.
+// Windows with their curtains, blinds and shutters, and small hardware: handles, hooks, rails.
 #pragma once
 
 #include "worker/assets/families.h"

@@ -35,10 +35,10 @@ FrameStatistics ComputeStatistics(const v1::Scene& scene, const StereoFrame& fra
 // The numbers above by name, for FrameResult.statistics.
 std::map<std::string, double> StatisticsByName(const FrameStatistics& statistics);
 
-// The class of an object for tables; "Unknown" where the recipe does not say.
+// The class of an object for tables; "Unknown" if the recipe does not say.
 std::string ClassOf(const v1::SceneObject& object);
 
-// How well the right image, warped by the left disparity, agrees with the left image outside
+// Difference between the left image and the right image warped by the left disparity, outside
 // occlusions.
 struct WarpDifference {
   // Median absolute difference in 8-bit steps, over pixels and channels; -1: no pixel compared.
@@ -48,8 +48,8 @@ struct WarpDifference {
   int64_t pixels = 0;
 };
 
-// Looks at every `stride`-th pixel in x and y. Source: dataset-format, "right warped by disparity
-// gives left".
+// Compares every `stride`-th pixel in x and y. Source: the dataset format, "right warped by
+// disparity gives left".
 WarpDifference WarpCheck(const ImageRgb8& left, const ImageRgb8& right,
                          const ImageF& left_disparity_px, const ImageU8& left_occlusion,
                          int stride = 1);

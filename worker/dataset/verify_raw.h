@@ -1,4 +1,4 @@
-// The checks of the pair before rectification. Private to worker/dataset.
+// Checks the pair before rectification. Private to worker/dataset.
 #pragma once
 
 #include <vector>

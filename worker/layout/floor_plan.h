@@ -1,5 +1,5 @@
-// Where the rooms of a house stand: rectangles placed by annealing so that they share walls with
-// the rooms that they belong beside. Private to worker/layout. Pure.
+// The floor plan of a house: rectangular rooms, placed by annealing so that they share walls with
+// the rooms to which they belong. Private to worker/layout. Pure.
 //
 // Invariants of a plan: cells of one storey do not overlap and lie apart by nothing or by at least
 // kLeastGap_m; cell 0 never moves.
@@ -13,7 +13,7 @@
 
 namespace parallax {
 
-// A room with half of each shared wall around it.
+// A room, with half of each shared wall around it.
 struct Cell {
   std::string kind;
   int storey = 0;
@@ -36,13 +36,13 @@ struct Contact {
   double low = 0, high = 0;
 };
 std::optional<Contact> TouchOf(const Cell& a, const Cell& b);
-// The part of it in which a door may stand; nothing where that is too short.
+// The part of the contact where a door may be; nothing where it is too short.
 std::optional<Contact> DoorStretch(const Cell& a, const Cell& b);
 
 // Cost of a door between rooms of these two kinds, for a house: 0 = as people like it.
 double LinkCost(const std::string& a, const std::string& b);
 
-// Doors that join every room to the main one at the least cost: pairs of cells.
+// The doors that connect every room to the main one at the least cost, as pairs of cells.
 struct Links {
   std::vector<std::pair<int, int>> pairs;
   double cost = 0;
@@ -58,11 +58,11 @@ struct FloorPlan {
   int steps = 0, accepted = 0;
 };
 
-// The loss by its terms, in this order: unreached, links, waste, light, areas, shapes, support.
+// The terms of the loss, in this order: unreached, links, waste, light, areas, shapes, support.
 std::vector<std::pair<std::string, double>> PlanTerms(const std::vector<Cell>& cells,
                                                       const Links& links);
 
-// `cells` come with kinds, storeys and goals; cell 0 with its place too.
+// Places the cells, which have kinds, storeys and goals; cell 0 has its place too and keeps it.
 FloorPlan PlaceCells(std::vector<Cell> cells, int steps, Rng rng);
 
 }  // namespace parallax

@@ -1,4 +1,4 @@
-// Fills tables and shelves with small things: books in rows, laid tables, bowls and vases. Private
+// Places small things on tables and shelves: books in rows, laid tables, bowls and vases. Private
 // to worker/layout.
 #pragma once
 
@@ -18,7 +18,7 @@ struct SmallThing {
 
 struct SmallFill {
   std::vector<SmallThing> things;
-  int wanted = 0;  // How many the table asked for.
+  int wanted = 0;  // How many things the table asks for.
 };
 
 // Makes at most `steps` fillings: one row of the table on one bearer.

@@ -7,6 +7,7 @@
 
 namespace parallax {
 
+// A line segment from (x0, y0) to (x1, y1).
 struct Stroke {
   float x0, y0, x1, y1;
 };

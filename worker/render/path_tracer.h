@@ -35,8 +35,8 @@ struct PathOptions {
   // Ends paths that have scattered `cache_from` times or more; null: no cache. Borrowed.
   const RadianceCache* cache = nullptr;
   int cache_from = 1;
-  // The least width of a path's footprint, in cells, for it to end in the cache: reflections in
-  // mirrors and corners are traced.
+  // The least width of a path's footprint, in cells, for it to end in the cache, so that
+  // reflections in mirrors and corners are traced.
   float cache_footprint = 1.5f;
   // Paths end once the denoiser's guides are known, and gather no light.
   bool only_guides = false;

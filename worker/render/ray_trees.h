@@ -96,7 +96,8 @@ class RayTrees {
   ~RayTrees();
 
   // Places every body anew and rebuilds the top level only. Requires that all are instances.
-  // Errors: kInternal with Embree's message.
+  // Errors: kResourceExhausted when Embree needs more than the limit; kInternal for its other
+  // errors.
   absl::Status Move(const std::vector<Eigen::Affine3f>& world_from_object);
 
   // Finds the nearest hit beyond `t_min`; false if there is none.

@@ -105,7 +105,7 @@ class RenderScene final : public ShadowFilter {
 
   // Places every mesh anew, in order of geometry().meshes; only the top of the acceleration
   // structure is rebuilt. Not while rays are traced. Errors: kInvalidArgument unless built
-  // `movable`, or for another number of placements; kInternal with Embree's message.
+  // `movable`, or for another number of placements; as RayTrees::Move.
   absl::Status Move(const std::vector<Eigen::Affine3f>& world_from_object);
 
   // RawHit.placed is the index of a body: a mesh below geometry().meshes.size(), an instance from

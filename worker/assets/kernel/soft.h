@@ -1,4 +1,4 @@
-// Soft things: cushions, pillows, draped cloth. Closed solids, texture in metres of cloth.
+// Soft objects: cushions, pillows, draped cloth. Closed solids, texture in metres of cloth.
 #pragma once
 
 #include "worker/assets/kernel/noise.h"
@@ -26,12 +26,12 @@ Shape Cushion(const Vec3f& size, const CushionOptions& options, const Noise& noi
 
 struct PillowOptions {
   float wrinkle_m = 0.004f;
-  float corner_pull = 0.06f;  // How much the middles of the sides draw in against the corners.
+  float corner_pull = 0.06f;  // Draw-in of the sides' middles against the corners.
   float sharpness = 0.5f;  // Exponent of the profile at the seam: 0.5 round, larger flatter edges.
   int pieces = 28;
 };
 
-// A stuffed bag, seam in the plane z = 0, centred on the origin; thickness is its full height.
+// A stuffed bag with its seam in the plane z = 0, centred on the origin; thickness is its height.
 Shape Pillow(float width, float depth, float thickness, const PillowOptions& options,
              const Noise& noise);
 
@@ -46,7 +46,7 @@ struct DrapeOptions {
   float wrinkle_m = 0.006f;  // On top.
   float wrinkle_size_m = 0.25f;
   float target_edge_m = 0.03f;
-  float flare = 0.08f;  // The hanging part stands off by this fraction of its length.
+  float flare = 0.08f;  // Distance of the hanging part from the side, in its lengths.
 };
 
 // A cloth whose underside rests on the plane z = 0 of the table and hangs over its sides.

@@ -14,6 +14,7 @@ namespace parallax {
 
 enum class Season { kSpring, kSummer, kAutumn, kWinter, kCount };
 
+// A broadleaf tree; a row of the first table.
 struct BroadleafSpecies {
   std::string_view name;
   float height_low_m, height_high_m;
@@ -38,6 +39,7 @@ struct BroadleafSpecies {
 
 enum class NeedleKind { kSpray, kTuft, kRosette };
 
+// A conifer; a row of the second table.
 struct ConiferSpecies {
   std::string_view name;
   float height_low_m, height_high_m;
@@ -61,7 +63,7 @@ struct ConiferSpecies {
 std::span<const BroadleafSpecies> BroadleafTable();
 std::span<const ConiferSpecies> ConiferTable();
 
-// The classes of material that leaves of a season are made of.
+// The material classes for leaves of a season.
 std::vector<std::string> LeafMaterials(Season season);
 
 }  // namespace parallax

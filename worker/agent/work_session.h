@@ -13,8 +13,7 @@ namespace parallax {
 // One stream. Thread-safe.
 class WorkSession {
  public:
-  // Called on gRPC's threads, one at a time; must not block. `on_end` is the last
-  // event.
+  // Called on gRPC's threads, one at a time; must not block. `on_end` is the last event.
   struct Events {
     std::function<void(v1::CoordinatorMessage)> on_message;
     std::function<void(absl::Status)> on_end;

@@ -33,8 +33,7 @@ MaterialSlot CeramicSlot(const std::string& name);
 MaterialSlot GlassSlot(const std::string& name);
 MaterialSlot PictureSlot(const std::string& name = "picture");
 
-// Makes an asset of these meshes in place, with its base on the ground. Empty meshes add
-// nothing.
+// Makes an asset of these meshes in place, with its base on the ground. Empty meshes add nothing.
 Asset FinishMeshes(const std::vector<const Mesh*>& meshes, uint64_t seed);
 
 // Moves a shape that stands along +z from the origin so that it runs from `from` towards `to`.

@@ -1,5 +1,4 @@
-// Growth of potted plants and bushes: leaves about stems, fronds, blades, spines,
-// branches.
+// Growth of potted plants and bushes: leaves about stems, fronds, blades, spines, branches.
 #pragma once
 
 #include "worker/assets/plants.h"

@@ -1,5 +1,4 @@
-// Small open-air scenes with objects in a row, and their pictures. Private to
-// worker/catalogue.
+// Small open-air scenes with objects in a row, and their pictures. Private to worker/catalogue.
 #pragma once
 
 #include <vector>

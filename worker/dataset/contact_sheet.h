@@ -30,9 +30,8 @@ absl::StatusOr<ContactSheetResult> MakeContactSheet(const std::string& dir,
                                                     const std::string& out_png,
                                                     const ContactSheetOptions& options = {});
 
-// Folders below `dir` with a frame.json, sorted. Symbolic links are not
-// followed, nor folders whose name begins with a dot. Errors: as
-// opendir(3).
+// Folders below `dir` with a frame.json, sorted. Symbolic links are not followed, nor folders whose
+// name begins with a dot. Errors: as opendir(3).
 absl::StatusOr<std::vector<std::string>> FindFrames(const std::string& dir);
 
 }  // namespace parallax

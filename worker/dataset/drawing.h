@@ -1,5 +1,4 @@
-// Drawing for pictures that people look at: an RGB canvas with text, boxes, images and colour
-// maps.
+// Drawing for pictures that people look at: an RGB canvas with text, boxes, images and colour maps.
 #pragma once
 
 #include <array>

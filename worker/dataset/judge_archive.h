@@ -21,8 +21,7 @@ struct JudgedVariant {
 // frames' ambiguous_share; frames without one lose theirs. `variant` belongs to `study` and has the
 // filters. The caller holds the folder's lock.
 //
-// Errors: kDataLoss for a malformed line of the index; those of JudgeAnew and
-// WriteDatasetCard.
+// Errors: kDataLoss for a malformed line of the index; those of JudgeAnew and WriteDatasetCard.
 absl::StatusOr<JudgedVariant> JudgeVariant(const std::string& dir, const v1::StudySpec& study,
                                            const v1::VariantSpec& variant,
                                            const std::map<FrameKey, double>& shares);

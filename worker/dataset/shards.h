@@ -21,8 +21,7 @@ struct Shard {
   std::string sha256;
 };
 
-// Writes the shards of one split pair by pair; only the current pair is in
-// memory.
+// Writes the shards of one split pair by pair; only the current pair is in memory.
 class ShardWriter {
  public:
   // Shards `folder`/`split`-NNNNNN.tar of at most `pairs_per_shard` pairs.

@@ -33,10 +33,9 @@ struct FrameFacts {
 //   near       min_depth_m is below min_depth_m of the filters
 //   close      the same with min_distance_m, unless that is 0
 //   ambiguous  ambiguous_share is above max_ambiguous_share, unless that is 1 or absent;
-//   frames
-//   without curation are not judged
-// A frame that sees no surface at all passes "near" and "close". Errors: kFailedPrecondition
-// when the facts lack a number that a verdict needs, naming both.
+//              frames without curation are not judged
+// A frame that sees no surface at all passes "near" and "close". Errors: kFailedPrecondition when
+// the facts lack a number that a verdict needs, naming both.
 absl::StatusOr<std::vector<Verdict>> Judge(const FrameFacts& frame,
                                            const v1::FilterConfig& filters);
 

@@ -1,5 +1,4 @@
-// Tools that the material families share: colours, the plane of a flat pattern, filtered
-// edges.
+// Tools that the material families share: colours, the plane of a flat pattern, filtered edges.
 #pragma once
 
 #include <cstdint>

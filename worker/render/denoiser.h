@@ -21,8 +21,7 @@ class Denoiser {
   ~Denoiser();
 
   // Denoises linear HDR `color` in place. `albedo` in [0, 1] and `normal` in [-1, 1] must be nearly
-  // free of noise. Each pixel's data lies within one image; all have the same size. Errors:
-  // kCancelled; kResourceExhausted; kInternal.
+  // free of noise. All have the same size. Errors: kCancelled; kResourceExhausted; kInternal.
   absl::Status Execute(const CancelToken& cancel, const ImageF3& albedo, const ImageF3& normal,
                        ImageF3* color);
 

@@ -27,8 +27,7 @@ struct PixelSampling {
   void Samplers(Bits8 x, Bits8 y, Bits8 sample, Bits8* seeds, Bits8* numbers) const;
 };
 
-// Reuses its scratch memory between calls: not thread-safe. All arguments must outlive
-// it.
+// Reuses its scratch memory between calls: not thread-safe. All arguments must outlive it.
 class PixelTracer {
  public:
   PixelTracer(const RenderScene& scene, const LightTable& lights, const PathOptions& options,

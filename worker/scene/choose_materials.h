@@ -1,5 +1,4 @@
-// The dressing step that chooses all materials. Private to worker/scene and
-// worker/catalogue.
+// The dressing step that chooses all materials. Private to worker/scene and worker/catalogue.
 #pragma once
 
 #include <functional>

@@ -8,9 +8,8 @@
 
 namespace parallax {
 
-// Lists the glass parts of every object as omitted unless the config keeps them. Objects
-// made only of glass stay whole. Parts of the place have options of their own
-// (room.window_glass).
+// Lists the glass parts of every object as omitted unless the config keeps them. Objects made only
+// of glass stay whole. Parts of the place have options of their own (room.window_glass).
 absl::Status OmitGlassParts(const v1::AssetConfig& config, SceneInProgress& scene);
 
 // The mesh without the triangles of the named slots, and without vertices and slots that only they

@@ -19,8 +19,7 @@ using MaterialClasses = std::vector<const MaterialClass*>;
 
 // Whether the slot shows a printed picture.
 bool Prints(const MaterialSlot& slot);
-// Materials to print on a slot of this name: covers on books, labels on cans, paintings in
-// frames.
+// Materials to print on a slot of this name: covers on books, labels on cans, paintings in frames.
 MaterialClasses PrintsFor(const std::string& slot);
 
 // Gives each material that is drawn one entry of the recipe, in order of first use.

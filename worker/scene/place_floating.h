@@ -12,9 +12,8 @@
 
 namespace parallax {
 
-// The classes that may float, each once, with groups (all, chairs, shelves, bushes, nature and
-// its families) expanded. Errors: kInvalidArgument for an unknown class or when nothing is
-// left.
+// The classes that may float, each once, with groups (all, chairs, shelves, bushes, nature and its
+// families) expanded. Errors: kInvalidArgument for an unknown class or when nothing is left.
 absl::StatusOr<std::vector<std::string>> FloatingClasses(const v1::SceneConfig& config);
 
 // Draws uniformly from all rotations.   Source: Shoemake, "Uniform random rotations", Graphics Gems

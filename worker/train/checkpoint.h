@@ -9,8 +9,7 @@
 
 namespace parallax {
 
-// State of a run. Its random streams are addressed by step, so `step` is their position
-// too.
+// State of a run. Its random streams are addressed by step, so `step` is their position too.
 struct Checkpoint {
   int64_t step = 0;                 // Number of steps done.
   nlohmann::ordered_json settings;  // ToJson of the settings, and "data_hashes".

@@ -11,8 +11,7 @@
 
 namespace parallax::kernel {
 
-// An edge that stays sharp for `sharpness` levels: 0 smooth, 1 soft, 2 narrow, 10 a knife's
-// edge.
+// An edge that stays sharp for `sharpness` levels: 0 smooth, 1 soft, 2 narrow, 10 a knife's edge.
 struct Crease {
   uint32_t a = 0, b = 0;
   float sharpness = 10;

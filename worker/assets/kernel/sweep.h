@@ -37,9 +37,8 @@ Shape Rod(const Vec3f& from, const Vec3f& to, float from_radius, float to_radius
 Shape Bar(const Vec3f& from, const Vec3f& to, const Vec2f& from_size, const Vec2f& to_size,
           float bevel_m = 0.002f, const Vec3f& up = Vec3f::Zero());
 
-// A prism from z = 0 to `height` over a simple polygon, counter-clockwise; long edges are
-// rounded by `bevel_m`. `pieces`: divisions along the height, for prisms that are bent
-// later.
+// A prism from z = 0 to `height` over a simple polygon, counter-clockwise; long edges are rounded
+// by `bevel_m`. `pieces`: divisions along the height, for prisms that are bent later.
 Shape Extrude(const Path2& polygon, float height, float bevel_m = 0.0f, int pieces = 1);
 
 // Triangles (indices into `polygon`) of a simple polygon, counter-clockwise.   Source: Meisters'

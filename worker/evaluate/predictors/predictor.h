@@ -60,9 +60,8 @@ std::unique_ptr<Predictor> MakeCommandPredictor(CommandPredictorOptions options)
 // kNotFound naming the first pair without a file, and the number of such pairs.
 std::unique_ptr<Predictor> MakeFolderPredictor(std::string dir);
 
-// Makes a command for MakeCommandPredictor from words without shell
-// syntax: each is quoted, except that a word "{list}" stays the
-// placeholder.
+// Makes a command for MakeCommandPredictor from words without shell syntax: each is quoted, except
+// that a word "{list}" stays the placeholder.
 std::string CommandOfWords(const std::vector<std::string>& words);
 
 // The command with which the built-in program `trainer` predicts from a checkpoint. `threads` 0:

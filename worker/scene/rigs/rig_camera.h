@@ -32,8 +32,7 @@ RigCamera DrawRigCamera(const v1::RigConfig& config, double fov_draw, const Rng&
 void AddRawCameras(const v1::RigConfig& config, const Rng& stream, v1::Rig* rig);
 
 // Checks that every raw camera sees to the sides of its picture (CheckRawCamera). Errors:
-// kInvalidArgument, naming the rig, the eye and the point, for a lens whose image ends
-// before.
+// kInvalidArgument, naming the rig, the eye and the point, for a lens whose image ends before.
 absl::Status CheckRawCameras(const v1::Scene& scene);
 
 }  // namespace parallax

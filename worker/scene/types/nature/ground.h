@@ -15,8 +15,7 @@ namespace parallax {
 void AssignGroundSlots(const v1::Terrain& recipe, const Terrain& terrain, Mesh& mesh);
 
 // Makes one material of all rules, in the order of recipe.ground(): each covers the ones before it
-// as thickly as its mask says, with ragged borders. The last rule is bare rock, in ledges and
-// beds.
+// as thickly as its mask says, with ragged borders. The last rule is bare rock, in ledges and beds.
 std::shared_ptr<const Material> MakeGroundMaterial(
     const v1::Terrain& recipe, std::shared_ptr<const Terrain> terrain,
     std::vector<std::shared_ptr<const Material>> materials);

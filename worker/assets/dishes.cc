@@ -116,7 +116,7 @@ Asset MakePot(const PotParams& p) {
                      grip);
   }
   if (p.lid) {
-    // With a knob.
+    // Adds a lid with a knob.
     const Path2 lid = Spline(Path2{{r + 0.002f, 0.0f},
                                    {r + 0.003f, 0.003f},
                                    {0.96f * r, 0.007f},

@@ -298,7 +298,7 @@ class FrameChecker {
         [&](size_t) { return std::string("turned away from the camera"); });
   }
 
-  // Left-right consistency anew, from depth alone.
+  // Recomputes left-right consistency from depth alone.
   void CheckOcclusion(const Eye& eye, const Eye& other, double sign) {
     if (eye.occlusion.empty()) return;
     const std::string file = "occlusion_" + eye.name + ".png";
@@ -333,7 +333,7 @@ class FrameChecker {
         kMostReprojected);
   }
 
-  // The index against the maps.
+  // Compares the index with the maps.
   void CheckIndex() {
     const Json& line = frame_.line;
     bool passed = true;

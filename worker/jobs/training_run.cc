@@ -293,7 +293,7 @@ class Training {
     return Failed(absl::StatusCode::kInternal, DescribeExit(wait_status) + because);
   }
 
-  // As the usual frameworks say it.
+  // Whether the log has an out-of-memory message of a common framework.
   bool SaysOutOfMemory() const {
     const std::string tail = reader_.Tail();
     for (const char* words :

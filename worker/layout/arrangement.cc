@@ -8,7 +8,7 @@ namespace parallax {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-// Things stand this far above what bears them: touching is not overlap.
+// Height of objects above their support: touching must not count as overlap.
 constexpr double kLift_m = 0.0005;
 constexpr double kWallGap_m = 0.018;  // Skirting is 15 mm deep.
 constexpr double kItemGap_m = 0.012;
@@ -167,7 +167,7 @@ bool Arrangement::PlaceByWall(Item& item, const RoomRow& row) const {
   const Plan plan = PlanOf(*item.asset);
   if (item.stand == Stand::kCorner) {
     const double yaw = wall.yaw_rad - kPi / 4 + item.turn_rad;
-    // The true outline, not its box, so that a corner shelf goes right into its corner.
+    // Uses the true outline instead of the box, so that a corner shelf goes right into its corner.
     const Box2f box = item.asset->TurnedBounds(yaw - wall.yaw_rad);
     const double gap = kWallGap_m + (row.snug ? 0.004 : 0.02 + 0.25 * item.u);
     Settle(
@@ -207,7 +207,7 @@ bool Arrangement::PlaceByAnchor(Item& item, const RoomRow& row) const {
     }
     case Stand::kInFront: {
       const double slack = 0.15 * base.size().x();
-      // A table lies along its sofa, whichever way it was modelled.
+      // A table is parallel to its sofa, whichever way it was modelled.
       const bool quarter = !row.faces_anchor && own.size().y() > own.size().x();
       yaw += row.faces_anchor ? kPi : (quarter ? kPi / 2 : 0);
       const double deep = quarter ? own.size().x() : own.size().y();
@@ -221,8 +221,8 @@ bool Arrangement::PlaceByAnchor(Item& item, const RoomRow& row) const {
       break;
     }
     case Stand::kUnder: {
-      // Long side along the anchor's long side; beds and sofas have it before them rather than
-      // below.
+      // Long side along the anchor's long side; rugs lie before beds and sofas rather than below
+      // them.
       const bool turn = (own.size().x() > own.size().y()) != (base.size().x() > base.size().y());
       yaw += turn ? kPi / 2 : 0;
       const bool large = base.size().minCoeff() > own.size().minCoeff();
@@ -344,7 +344,7 @@ bool Arrangement::ClearOf(const Item& item, const Item& other) const {
     return !BoxesMeet(art, thing, kItemGap_m);
   }
   if (!BoxesMeet(item, other, hung ? 0.08 : kItemGap_m)) return true;
-  // Seats go under their tables and things stand on their bearers: there the meshes decide
+  // Seats go under tables and things stand on their bearers: there the meshes decide
   // (MeetsAnchor).
   return (item.anchor >= 0 && &at(item.anchor) == &other) ||
          (other.anchor >= 0 && &at(other.anchor) == &item);

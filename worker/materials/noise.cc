@@ -175,7 +175,7 @@ struct Nearest8 {
 // One axis of a lattice cell and of those beside it: below, itself, above.
 struct Axis8 {
   Bits8 hash[3];
-  // To the query from where each cell's points begin, or from a part `middle` of their range on.
+  // Offsets from the ranges of each cell's points, or from a part `middle` of them, to the query.
   Float8 from[3];
   Float8 gap2[3];  // Squared distance to where points of the cell lie, a little less for rounding.
 

@@ -166,7 +166,7 @@ void AddDrip(Mesh& mesh, const Vec3f& root, float way, float length, float radiu
     const float s = static_cast<float>(k) / static_cast<float>(pieces);
     const float taper = blunt ? 0.42f * std::pow(1 - s, 0.35f) + 0.58f * std::pow(1 - s, 1.6f)
                               : std::pow(1 - s, 0.8f);
-    // It spreads where it joins the rock.
+    // The foot spreads where it joins the rock.
     const float foot = 0.9f * std::exp(-s * length / (0.7f * radius));
     const float rough = 1 + 0.22f * noise.At({0.5f, 0.5f, s * length / (0.9f * radius)}) +
                         0.12f * noise.At({2.5f, 0.5f, s * length / (0.3f * radius)});

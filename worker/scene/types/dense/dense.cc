@@ -105,7 +105,7 @@ class DenseDresser {
     }
   }
 
-  // For viewers that know nothing of keyframes.
+  // Copies the first keyframe into the scene, for viewers without keyframes.
   void ShowFirstKeyframe() {
     v1::Scene& recipe = scene_.recipe;
     const v1::Keyframe& first = recipe.keyframes(0);

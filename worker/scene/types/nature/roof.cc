@@ -88,7 +88,7 @@ Vec3f CaveRoof::Under(const Vec2f& plan) const {
   const float spring = static_cast<float>(roof_.spring_m());
   const float rise = static_cast<float>(roof_.rise_m()) *
                      (1 + 0.3f * RoofNoise({plan.x() / 21.0f, 0.3f}, seed_ + 40));
-  // It springs from behind the walls, wherever these are.
+  // The vault springs from behind the walls, wherever these are.
   const float wide = PlaceInGorge(gorge_, GorgeMiddle(gorge_, plan.x())).half_m + kBehind_m;
   const float out = std::min(1.0f, std::fabs(plan.y()) / wide);
   const float vault = std::sqrt(std::max(0.0f, 1 - out * out));

@@ -24,6 +24,7 @@
 
 namespace parallax {
 
+// One link serves the agent for its whole life; sessions come and go within it.
 class CoordinatorLink {
  public:
   struct Hooks {

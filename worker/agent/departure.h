@@ -12,6 +12,7 @@ namespace parallax {
 // An order to leave; later enumerators are more urgent.
 enum class LeaveOrder { kStay, kDrainLong, kDrain, kHandBack };
 
+// Time limits of leaving, in seconds.
 struct DepartureOptions {
   double grace_s = 0;       // From kDrain until running work is handed back.
   double long_grace_s = 0;  // The same from kDrainLong.

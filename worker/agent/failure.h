@@ -8,6 +8,7 @@
 
 namespace parallax {
 
+// A failed attempt as it is reported.
 struct Failure {
   std::string error;        // One line, at most 1,000 bytes.
   std::string fingerprint;  // Equal for equal causes on any worker and seed: code and place,

@@ -16,6 +16,7 @@
 
 namespace parallax {
 
+// Time limits and back-off of sending, in seconds.
 struct ReportSenderOptions {
   double timeout_s = 30;  // Time limit of one attempt to send.
   double backoff_base_s = 0.1;

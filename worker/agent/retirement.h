@@ -12,6 +12,7 @@
 
 namespace parallax {
 
+// When the worker must leave by itself.
 struct RetirementOptions {
   double idle_s = 0;                   // Leave after this long without work. 0: never.
   std::optional<SteadyTime> deadline;  // Everything must be over by then.

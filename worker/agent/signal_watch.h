@@ -6,6 +6,7 @@
 
 namespace parallax {
 
+// Watches until it is destroyed.
 class SignalWatch {
  public:
   struct Handlers {

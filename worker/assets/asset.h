@@ -17,6 +17,7 @@
 
 namespace parallax {
 
+// The place of a class in a room. kOpening: in a wall's opening; kGround: outdoors.
 enum class Placement { kFloor, kFloorAgainstWall, kOnTop, kOnWall, kCeiling, kOpening, kGround };
 
 // A horizontal rectangle that other things can stand on, object frame.

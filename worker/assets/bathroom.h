@@ -8,6 +8,7 @@ namespace parallax {
 
 enum class TapStyle { kArc, kBridge, kBlock, kLow, kCount };
 
+// A tap; its spout reaches along +y.
 struct TapParams {
   TapStyle style = TapStyle::kArc;
   float height_m = 0.3f;
@@ -24,6 +25,7 @@ Asset SampleTap(Rng& rng);
 
 enum class BasinMount { kPedestal, kVanity, kCount };
 
+// A wash basin with its pedestal or vanity, and its tap.
 struct BathroomSinkParams {
   BasinMount mount = BasinMount::kPedestal;
   float width_m = 0.55f;
@@ -36,6 +38,7 @@ struct BathroomSinkParams {
 Asset MakeBathroomSink(const BathroomSinkParams& params);
 Asset SampleBathroomSink(Rng& rng);
 
+// A kitchen sink to be let into a worktop, with its tap.
 struct SinkParams {
   float width_m = 0.6f;
   float depth_m = 0.46f;
@@ -50,6 +53,7 @@ Asset SampleSink(Rng& rng);
 
 enum class BathtubStyle { kFreestanding, kClawFoot, kBuiltIn, kCount };
 
+// A bathtub, with or without a tap.
 struct BathtubParams {
   BathtubStyle style = BathtubStyle::kFreestanding;
   float length_m = 1.65f;

@@ -8,6 +8,7 @@ namespace parallax {
 
 enum class HeadboardStyle { kPanel, kSlats, kUpholstered, kTufted, kArched, kMetal, kNone, kCount };
 
+// A bed, with or without bedding.
 struct BedParams {
   float width_m = 1.6f;  // Width of the mattress: 0.9, 1.2, 1.4, 1.6, 1.8.
   float length_m = 2.0f;
@@ -31,6 +32,7 @@ Asset SampleBedFrame(Rng& rng);
 // Plain ticking, stitched lozenges, deep buttoned tufts, or rows of channels across.
 enum class MattressTop { kPlain, kLozenges, kTufts, kChannels, kCount };
 
+// A mattress by itself, lying flat.
 struct MattressParams {
   float width_m = 1.6f, length_m = 2.0f, height_m = 0.22f;
   MattressTop top = MattressTop::kLozenges;
@@ -53,6 +55,7 @@ Asset SamplePillow(Rng& rng);
 // down in a heap.
 enum class FoldStyle { kFolded, kRolled, kStacked, kThrown, kCount };
 
+// Folded, rolled or thrown cloths: blankets and towels.
 struct BlanketParams {
   FoldStyle style = FoldStyle::kFolded;
   float width_m = 0.5f, depth_m = 0.4f;  // Folded size; length and width if rolled.

@@ -6,6 +6,7 @@
 
 namespace parallax {
 
+// Construction of the back and the legs.
 enum class ChairStyle {
   kSlat,
   kLadder,
@@ -53,6 +54,7 @@ struct OfficeChairParams {
 Asset MakeOfficeChair(const OfficeChairParams& params);
 Asset SampleOfficeChair(Rng& rng);
 
+// The base, and whether there is a low back.
 enum class BarChairStyle { kFourLegs, kPedestal, kLowBack, kCount };
 
 // A high stool at bar or counter height.

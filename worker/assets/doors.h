@@ -9,6 +9,7 @@
 
 namespace parallax {
 
+// The filling of an opening in the leaf.
 enum class DoorFill { kPanel, kGlass, kLouver };
 enum class DoorHandle { kLever, kKnob, kPull, kCount };
 

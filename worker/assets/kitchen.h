@@ -6,6 +6,7 @@
 
 namespace parallax {
 
+// A kitchen island, or a run of units along a wall.
 struct KitchenParams {
   float width_m = 2.4f;
   float depth_m = 0.62f;

@@ -7,8 +7,10 @@
 
 namespace parallax {
 
+// Forms of lamp shades.
 enum class ShadeStyle { kDrum, kEmpire, kPleated, kDome, kGlobe, kCount };
 
+// A standing lamp.
 struct FloorLampParams {
   float height_m = 1.6f;
   float shade_radius_m = 0.2f;
@@ -21,6 +23,7 @@ struct FloorLampParams {
 Asset MakeFloorLamp(const FloorLampParams& params);
 Asset SampleFloorLamp(Rng& rng);
 
+// A table or desk lamp.
 struct DeskLampParams {
   float height_m = 0.5f;
   // 0 jointed arms, 1 vase body with shade, 2 turned column with shade, 3 gooseneck.
@@ -31,6 +34,7 @@ struct DeskLampParams {
 Asset MakeDeskLamp(const DeskLampParams& params);
 Asset SampleDeskLamp(Rng& rng);
 
+// A lamp that hangs from the ceiling.
 struct CeilingLampParams {
   float drop_m = 0.7f;  // Ceiling to the lamp's underside.
   float radius_m = 0.22f;

@@ -34,6 +34,7 @@ struct OwnMeshes {
 // whose name can't be a class's (letters, digits, "_" and "-"); those of ReadContentFolder.
 absl::StatusOr<OwnMeshes> ReadMeshFolders(const std::vector<std::string>& dirs);
 
+// Whether a class is the user's: begins with "own:".
 bool IsOwnClass(std::string_view asset_class);
 
 // Opens the file of a class "own:..."; the most recent files stay open. Errors: kNotFound for a

@@ -8,6 +8,7 @@ namespace parallax {
 
 enum class CanStyle { kDrink, kSlimDrink, kTin, kFlatTin, kFishTin, kSpray, kCount };
 
+// A can or tin.
 struct CanParams {
   CanStyle style = CanStyle::kDrink;
   float radius_m = 0.033f;  // Half of the width for the fish tin.
@@ -20,6 +21,7 @@ Asset SampleCan(Rng& rng);
 
 enum class FoodBoxStyle { kCereal, kGable, kTray, kSlab, kBrick, kCount };
 
+// A carton.
 struct FoodBoxParams {
   FoodBoxStyle style = FoodBoxStyle::kCereal;
   float width_m = 0.17f, depth_m = 0.06f, height_m = 0.24f;
@@ -31,6 +33,7 @@ Asset SampleFoodBox(Rng& rng);
 
 enum class FoodBagStyle { kPillow, kPouch, kBlock, kRolled, kCount };
 
+// A bag or pouch.
 struct FoodBagParams {
   FoodBagStyle style = FoodBagStyle::kPillow;
   float width_m = 0.17f, height_m = 0.24f, belly_m = 0.06f;

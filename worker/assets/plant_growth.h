@@ -5,6 +5,7 @@
 
 namespace parallax {
 
+// The slots for leaves and stems of potted plants.
 MaterialSlot LeafSlot();
 MaterialSlot StemSlot();
 
@@ -32,6 +33,7 @@ struct CactusColumn {
   int ribs = 12;
   float spine_m = 0.02f;
 };
+// Grows a column with its spines.
 void GrowCactus(kernel::AssetBuilder& b, const CactusColumn& column, Rng& rng);
 
 // A woody trunk that forks and has leaves at its twigs. Call Branch, then Finish once.

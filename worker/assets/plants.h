@@ -6,6 +6,7 @@
 
 namespace parallax {
 
+// The blade of a leaf, as a thin closed sheet.
 struct LeafParams {
   float length_m = 0.15f;
   float width_m = 0.05f;
@@ -21,8 +22,10 @@ struct LeafParams {
 // Starts at the origin and grows along +y, top side up (+z). A thin closed sheet.
 kernel::Shape Leaf(const LeafParams& params);
 
+// The habit of a potted plant.
 enum class PlantKind { kBlades, kRosette, kBroad, kFern, kSnake, kCactus, kPalm, kTree, kCount };
 
+// A plant in a pot, with its soil.
 struct PotPlantParams {
   PlantKind kind = PlantKind::kBroad;
   float pot_radius_m = 0.07f;
@@ -35,6 +38,7 @@ Asset MakePotPlant(const PotPlantParams& params);
 Asset SamplePlantContainer(Rng& rng);
 Asset SampleLargePlantContainer(Rng& rng);
 
+// A bush without a pot.
 struct BushParams {
   float size_m = 0.8f;       // Height, roughly.
   float leaf_width = 0.45f;  // In lengths.
@@ -44,6 +48,7 @@ struct BushParams {
 Asset MakeBush(const BushParams& params);
 Asset SampleBush(Rng& rng);
 
+// A ribbed cactus with arms.
 struct CactusParams {
   float height_m = 0.9f, radius_m = 0.08f;
   int ribs = 12, arms = 2;
@@ -52,6 +57,7 @@ struct CactusParams {
 Asset MakeCactus(const CactusParams& params);
 Asset SampleCactus(Rng& rng);
 
+// A sea urchin's shell with spines.
 struct UrchinParams {
   float radius_m = 0.028f;  // Radius of the body.
   float spine_m = 0.045f;   // The longest.
@@ -60,8 +66,10 @@ struct UrchinParams {
 Asset MakeUrchin(const UrchinParams& params);
 Asset SampleUrchin(Rng& rng);
 
+// Kinds of small finds.
 enum class Trinket { kSnailShell, kScallop, kPineCone, kPebbles, kCoral, kAnimal, kCount };
 
+// One small find for a shelf.
 struct TrinketParams {
   Trinket kind = Trinket::kScallop;
   float size_m = 0.07f;
@@ -70,6 +78,7 @@ struct TrinketParams {
 Asset MakeNatureShelfTrinkets(const TrinketParams& params);
 Asset SampleNatureShelfTrinkets(Rng& rng);
 
+// A bowl with fruit.
 struct FruitContainerParams {
   float radius_m = 0.125f;
   int fruit = 0;  // The most: 0 apples, 1 oranges, 2 pears, 3 lemons.

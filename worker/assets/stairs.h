@@ -11,6 +11,7 @@ namespace parallax {
 enum class StairBody { kClosed, kOpen, kSolid, kCount };
 enum class StairRail { kBalusters, kCables, kGlass, kCount };
 
+// The flight, its construction and its rails.
 struct StairParams {
   StairBody body = StairBody::kClosed;
   StairRail rail = StairRail::kBalusters;

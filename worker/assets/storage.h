@@ -45,6 +45,7 @@ struct TriangleShelfParams {
 Asset MakeTriangleShelf(const TriangleShelfParams& params);
 Asset SampleTriangleShelf(Rng& rng);
 
+// A cabinet with doors and drawers: wardrobe, chest, kitchen unit.
 struct CabinetParams {
   float width_m = 0.9f;
   float depth_m = 0.45f;

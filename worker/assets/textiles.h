@@ -6,8 +6,10 @@
 
 namespace parallax {
 
+// Outlines of rugs; kHide is an animal's skin.
 enum class RugStyle { kSquare, kRound, kOval, kRunner, kHide, kCount };
 
+// A rug; its pattern comes from its material.
 struct RugParams {
   RugStyle style = RugStyle::kSquare;
   float width_m = 2.0f, depth_m = 1.4f;
@@ -18,6 +20,7 @@ struct RugParams {
 Asset MakeRug(const RugParams& params);
 Asset SampleRug(Rng& rng);
 
+// A shirt or vest, lying flat.
 struct ShirtParams {
   float width_m = 0.5f, length_m = 0.68f;         // Size of the trunk.
   float sleeve_m = 0.2f;                          // 0 = a vest.
@@ -31,6 +34,7 @@ struct ShirtParams {
 Asset MakeShirt(const ShirtParams& params);
 Asset SampleShirt(Rng& rng);
 
+// Trousers, lying flat.
 struct PantsParams {
   float waist_m = 0.38f, length_m = 1.0f;
   float rise_m = 0.27f;                                 // Waist to crotch.

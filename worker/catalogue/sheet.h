@@ -19,6 +19,7 @@ struct SheetOptions {
   int samples = 12;  // A pixel, before the denoiser.
 };
 
+// The files written, and the number of entries.
 struct SheetResult {
   // assets-01.png..., materials-01.png..., assets.jpg, materials.jpg.
   std::vector<std::string> files;

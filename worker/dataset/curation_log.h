@@ -19,6 +19,7 @@
 
 namespace parallax {
 
+// Counts of pixels in one frame.
 struct CurationScore {
   int64_t pixels = 0;
   int64_t bad = 0;

@@ -12,6 +12,7 @@
 
 namespace parallax {
 
+// One frame, from its line of the index.
 struct DatasetFrame {
   std::string variant;
   uint32_t scene = 0, rig = 0;
@@ -21,6 +22,7 @@ struct DatasetFrame {
   nlohmann::ordered_json line;               // The frame's line of index.jsonl.
 };
 
+// One variant: its frames, in the order of the index's keys.
 struct DatasetVariant {
   std::string name;
   std::string dir;

@@ -7,6 +7,7 @@
 
 namespace parallax {
 
+// Counts by bin; bin i covers [i, i + 1) * bin_width.
 struct Histogram {
   double bin_width = 1;
   std::vector<int64_t> counts;

@@ -30,6 +30,7 @@ struct FrameStatistics {
   std::map<std::string, int64_t> material_pixels;  // By class.
 };
 
+// Computes all statistics of a frame; `scene` gives the classes.
 FrameStatistics ComputeStatistics(const v1::Scene& scene, const StereoFrame& frame);
 
 // The numbers above by name, for FrameResult.statistics.

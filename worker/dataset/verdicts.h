@@ -16,6 +16,7 @@ namespace parallax {
 // The statistic behind the verdict `ambiguous`, in a line of the index. Only curation writes it.
 inline constexpr char kAmbiguousShare[] = "ambiguous_share";
 
+// The outcome of one filter: the frame's value against the threshold.
 struct Verdict {
   std::string name;
   bool passed = true;

@@ -15,6 +15,7 @@
 
 namespace parallax {
 
+// Indices of three vertices, counter-clockwise from outside.
 struct Triangle {
   uint32_t a = 0, b = 0, c = 0;
   uint16_t slot = 0;  // Index into Mesh::slots.

@@ -24,6 +24,7 @@ struct SkyEnclosure {
   std::vector<SkyPortal> portals;
 };
 
+// All that a scene's type tells about its space.
 struct Surroundings {
   // Limits of rigs and floating objects; empty: no limit.
   Eigen::AlignedBox3d bounds;

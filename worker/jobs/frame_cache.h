@@ -19,6 +19,7 @@ struct FrameCacheOptions {
   int64_t max_bytes = int64_t{20} << 30;  // The oldest frames are removed first.
 };
 
+// A file in the cache.
 struct LocalFile {
   std::string path;
   int64_t size = 0;

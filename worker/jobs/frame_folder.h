@@ -18,6 +18,7 @@ namespace parallax {
 std::vector<std::string> FilesForTraining();
 std::vector<std::string> FilesForEvaluation();
 
+// Which frames are brought, and which of their files.
 struct FrameFolderOptions {
   // Files wanted of each frame; maps that were not rendered are left out.
   std::vector<std::string> files;
@@ -29,6 +30,7 @@ struct FrameFolderOptions {
   std::function<void(double fraction)> progress = [](double) {};
 };
 
+// A summary of the folder.
 struct FrameFolderFacts {
   int64_t pairs = 0;     // In the folder.
   int64_t left_out = 0;  // Turned down by filters.

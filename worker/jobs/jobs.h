@@ -8,6 +8,7 @@
 
 namespace parallax {
 
+// One function for each kind.
 std::unique_ptr<JobHandler> MakeSolveHandler();
 std::unique_ptr<JobHandler> MakeRenderHandler();
 std::unique_ptr<JobHandler> MakeTrainHandler(std::shared_ptr<const JobOptions> options);

@@ -16,6 +16,7 @@
 
 namespace parallax {
 
+// Where the data come from and go to.
 struct TrainingDataOptions {
   const Store* store = nullptr;
   FrameCacheOptions cache;
@@ -24,6 +25,7 @@ struct TrainingDataOptions {
   std::function<void(double fraction)> progress = [](double) {};
 };
 
+// The folders made, and a summary.
 struct TrainingDataFolder {
   // Folder and weight, as in CommandValues.
   std::vector<std::pair<std::string, std::string>> parts;

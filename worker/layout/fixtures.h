@@ -42,6 +42,7 @@ struct WallStrip {
   double top_m = 0;
   bool door = false;
 };
+// All strips of a room, wall by wall.
 std::vector<WallStrip> StripsOf(const v1::Room& room);
 
 }  // namespace parallax

@@ -35,6 +35,7 @@ struct Contact {
   int wall_a = 0, wall_b = 0;
   double low = 0, high = 0;
 };
+// The contact of two cells; nothing if they do not touch.
 std::optional<Contact> TouchOf(const Cell& a, const Cell& b);
 // The part of the contact where a door may be; nothing where it is too short.
 std::optional<Contact> DoorStretch(const Cell& a, const Cell& b);
@@ -48,8 +49,10 @@ struct Links {
   double cost = 0;
   int unreached = 0;
 };
+// Finds them by Prim's algorithm from the main room.
 Links CheapestLinks(const std::vector<Cell>& cells);
 
+// The best plan found, with the course of its annealing.
 struct FloorPlan {
   std::vector<Cell> cells;
   Links links;

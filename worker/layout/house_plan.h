@@ -15,6 +15,7 @@
 
 namespace parallax {
 
+// The rooms of a house, in world coordinates.
 struct House {
   std::vector<v1::Room> rooms;  // The main room first.
   v1::SolveReport report;       // Solving the floor plan; empty for a single room.

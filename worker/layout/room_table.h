@@ -85,6 +85,7 @@ struct RoomRow {
   }
 };
 
+// Begins a row: its group and the classes that can fill it.
 inline RoomRow Row(std::string group, std::vector<std::string> classes) {
   RoomRow row;
   row.group = std::move(group);
@@ -121,6 +122,7 @@ struct RoomTable {
 // heaps.
 std::vector<Wish> HouseholdWishes(const RoomTable& table);
 
+// The tables, one a kind of room.
 RoomTable LivingRoomTable();
 RoomTable DiningRoomTable();
 RoomTable BedroomTable();

@@ -9,6 +9,7 @@
 
 namespace parallax {
 
+// A small thing on its bearer, room frame.
 struct SmallThing {
   const PooledAsset* asset = nullptr;
   Vec3d position = Vec3d::Zero();
@@ -16,6 +17,7 @@ struct SmallThing {
   int bearer = -1;  // Item of the arrangement.
 };
 
+// All small things of a room.
 struct SmallFill {
   std::vector<SmallThing> things;
   int wanted = 0;  // How many things the table asks for.

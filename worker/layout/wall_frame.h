@@ -8,6 +8,7 @@
 
 namespace parallax {
 
+// The frame of one wall of a room.
 struct WallFrame {
   Vec2d origin = Vec2d::Zero();  // World place of (0, 0).
   Vec2d along = Vec2d::UnitX();

@@ -28,6 +28,7 @@ inline Bits Mix(Bits h) {
   return h;
 }
 
+// Hashes of integer lattice points.
 inline uint32_t Hash(int32_t x, uint32_t seed) {
   return Mix(static_cast<uint32_t>(x) * kPrimeX ^ seed);
 }

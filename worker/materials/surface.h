@@ -21,6 +21,7 @@ Vec3f VaryColor(Rng& rng, const Vec3f& color, double value = 0.12, double tint =
 // Blends towards grey of the same luminance; 0 = unchanged, 1 = grey.
 Vec3f Desaturate(const Vec3f& color, float amount);
 
+// Linear interpolation; Albedo below limits the result.
 inline Vec3f Mix(const Vec3f& a, const Vec3f& b, float t) { return a + (b - a) * t; }
 // Limits a colour to albedos of real surfaces: none is blacker than 2 % or whiter than 90 %.
 inline Vec3f Albedo(const Vec3f& c) { return c.cwiseMax(0.02f).cwiseMin(0.9f); }

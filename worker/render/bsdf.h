@@ -38,6 +38,7 @@ struct BsdfDirection8 {
   Mask8 valid;  // Else it is absorbed.
 };
 
+// The BSDF at eight points.
 class Bsdf8 {
  public:
   // `outside`: o is on the side that the triangle's winding faces.

@@ -24,6 +24,7 @@ struct CloudLight {
   Vec3f ground = Vec3f::Zero();          // Radiance of the ground below.
 };
 
+// The baked table of one sky.
 class Clouds {
  public:
   // Bakes the clouds. `cover` is in (0, 1]. Equal arguments give equal clouds.

@@ -44,6 +44,7 @@ struct Rays8 {
   Vec3x8 origin, direction;
 };
 
+// The hits of Rays8.
 struct Hits8 {
   Mask8 met;  // Lanes with a hit; the others are undefined.
   Float8 distance, u, v;

@@ -11,6 +11,7 @@
 
 namespace parallax {
 
+// Kinds of relief.
 enum class TermKind {
   kHills,    // Soft swells of gradient noise.
   kRidges,   // Sharp crests over wide valleys: a mountain range.

@@ -19,6 +19,7 @@ namespace parallax {
 
 inline constexpr float kEarthRadius_m = 6.371e6f;
 
+// Kinds of water.
 enum class WaterKind { kRiver, kSea };
 std::string_view WaterKindName(WaterKind kind);
 // Errors: kInvalidArgument, listing the kinds.

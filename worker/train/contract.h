@@ -27,6 +27,7 @@ namespace parallax {
 enum class ProgressFormat { kJsonLines, kPattern };
 enum class PredictorKind { kCommand, kTorchScript, kOnnx };
 
+// The content of one trainer's file.
 struct TrainerContract {
   std::string name;
   std::string layout;     // "archive", or a layout of `parallax export`.
@@ -63,6 +64,7 @@ absl::StatusOr<TrainerContract> ParseTrainerContract(std::string_view yaml,
                                                      const std::string& file);
 absl::StatusOr<TrainerContract> ReadTrainerContract(const std::string& path);
 
+// Values for a command's placeholders.
 struct CommandValues {
   std::map<std::string, std::string> values;              // By placeholder, without braces.
   std::vector<std::pair<std::string, std::string>> data;  // Folder and weight of each part.
@@ -72,6 +74,7 @@ struct CommandValues {
 absl::StatusOr<std::vector<std::string>> ExpandCommand(const std::vector<std::string>& command,
                                                        const CommandValues& values);
 
+// Progress in one line of a trainer's output.
 struct TrainerProgress {
   std::optional<int64_t> step;
   std::optional<double> loss, epe_px, eta_s;

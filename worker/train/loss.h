@@ -5,6 +5,7 @@
 
 namespace parallax {
 
+// Loss and errors of one batch.
 struct BatchLoss {
   torch::Tensor loss;  // A scalar with its graph.
   double epe_px = 0;   // Mean |error| of `disparity` over visible pixels.

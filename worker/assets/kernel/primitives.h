@@ -9,6 +9,7 @@
 
 namespace parallax::kernel {
 
+// Edges and divisions of a rounded box.
 struct BoxOptions {
   float bevel_m = 0.003f;  // Radius of the edges; 0 = sharp. At most half of the shortest side.
   int bevel_steps = 1;     // 1: two facets an edge (108 triangles); 2: four.
@@ -22,6 +23,7 @@ Shape RoundedBox(const Vec3f& size, const BoxOptions& options = {});
 // A box between two corners, in any order: the board of furniture making.
 Shape Board(const Vec3f& a, const Vec3f& b, float bevel_m = 0.002f);
 
+// Segments, modulation and print of a turned body.
 struct LatheOptions {
   int segments = 0;  // 0: chosen by the largest radius.
   // Radius factor at an angle and a height, for flutes and squarish bodies.
@@ -54,6 +56,7 @@ Shape Cone(float bottom_radius, float top_radius, float height, float bevel_m = 
 Shape Ball(float radius, int segments = 0);
 Shape Ellipsoid(const Vec3f& radii, int segments = 0);
 
+// Grid and thickness of a sheet.
 struct SheetOptions {
   int pieces_u = 16, pieces_v = 16;
   float thickness_m = 0.002f;  // Grown downwards from the surface, against its normal.

@@ -7,6 +7,7 @@
 
 namespace parallax::kernel {
 
+// Shape, wrinkles and seams of a boxed cushion.
 struct CushionOptions {
   float edge_radius_m = 0.03f;
   float bulge_top_m = 0.025f;  // How far the middle of the top rises.
@@ -24,6 +25,7 @@ struct CushionOptions {
 // A boxed seat cushion, centred on the origin: `size` is that of the unbulged box.
 Shape Cushion(const Vec3f& size, const CushionOptions& options, const Noise& noise);
 
+// Shape and wrinkles of a stuffed bag.
 struct PillowOptions {
   float wrinkle_m = 0.004f;
   float corner_pull = 0.06f;  // Draw-in of the sides' middles against the corners.
@@ -35,6 +37,7 @@ struct PillowOptions {
 Shape Pillow(float width, float depth, float thickness, const PillowOptions& options,
              const Noise& noise);
 
+// A cloth on a table, with its overhang and folds.
 struct DrapeOptions {
   Vec2f table{1, 1};  // Extent along x and y of the table below the cloth, centred.
   float edge_radius_m = 0.04f;

@@ -47,6 +47,7 @@ Path3 EightPoints(const Vec2f& low, const Vec2f& high, float z, float exponent);
 // direction of travel; the ends are closed.
 Cage Loft(const std::vector<CageRing>& rings);
 
+// The grid of a slab.
 struct SlabOptions {
   int columns = 1, rows = 1;                            // Cells.
   std::function<bool(int column, int row)> keep;        // Whether a cell is there; null: all.

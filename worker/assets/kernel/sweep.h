@@ -8,6 +8,7 @@
 
 namespace parallax::kernel {
 
+// Variation of the section along the path, ends and frame.
 struct SweepOptions {
   // Factors on the section's x and y at t in [0, 1] of the length; null: 1.
   std::function<Vec2f(float t)> scale;

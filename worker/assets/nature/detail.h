@@ -7,6 +7,7 @@
 
 namespace parallax {
 
+// Levels with their triangle counts for trees.
 enum class PlantDetail {
   kNear,   // All leaves, twigs modelled: trees 60,000 to 150,000 triangles.
   kMid,    // 15,000 to 40,000.

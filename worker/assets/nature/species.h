@@ -12,6 +12,7 @@
 
 namespace parallax {
 
+// The season that leaves show.
 enum class Season { kSpring, kSummer, kAutumn, kWinter, kCount };
 
 // A broadleaf tree; a row of the first table.
@@ -37,6 +38,7 @@ struct BroadleafSpecies {
   std::vector<std::string> bark, twig_bark;
 };
 
+// Arrangement of needles: flat sprays (spruce), tufts (pine), rosettes (larch).
 enum class NeedleKind { kSpray, kTuft, kRosette };
 
 // A conifer; a row of the second table.
@@ -60,6 +62,7 @@ struct ConiferSpecies {
   std::vector<std::string> bark;
 };
 
+// Rows of the two tables; BroadleafParams and ConiferParams index them.
 std::span<const BroadleafSpecies> BroadleafTable();
 std::span<const ConiferSpecies> ConiferTable();
 

@@ -22,6 +22,7 @@ struct PredictionTask {
   std::string output;
 };
 
+// Everything that a prediction needs besides its pairs.
 struct PredictionContext {
   std::string work_dir;  // Exists; for lists and logs.
   CancelToken cancel;
@@ -29,6 +30,7 @@ struct PredictionContext {
   std::function<void(int done)> progress = [](int) {};  // Pairs predicted so far.
 };
 
+// Predicts the disparities of pairs.
 class Predictor {
  public:
   virtual ~Predictor() = default;
@@ -43,6 +45,7 @@ class Predictor {
 // Searches disparities up to a quarter of the image's width.
 std::unique_ptr<Predictor> MakeSgbmPredictor();
 
+// A command and its time limits.
 struct CommandPredictorOptions {
   // Run by /bin/sh; "{list}" is replaced by the path of a text file with a line `left right output`
   // a pair. The command writes each output as PFM and exits with 0.

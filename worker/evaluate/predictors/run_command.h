@@ -10,6 +10,7 @@
 
 namespace parallax {
 
+// A command, its log and its limits.
 struct CommandOptions {
   std::string command;  // For /bin/sh -c.
   std::string name;     // For messages; the command if empty.

@@ -11,6 +11,7 @@
 #include "common/base/status.h"
 #include "common/store/store.h"
 #include "parallax/v1/train.pb.h"
+#include "worker/evaluate/curate.h"
 #include "worker/jobs/frame_cache.h"
 #include "worker/train/contract.h"
 
@@ -23,6 +24,8 @@ struct TrainingDataOptions {
   std::string dir;  // Must not exist.
   CancelToken cancel;
   std::function<void(double fraction)> progress = [](double) {};
+  // For curated sets: the network that scores the frames. `predictor` outlives the call.
+  CurationNetwork curator = {};
 };
 
 // The folders made, and a summary.
@@ -35,7 +38,9 @@ struct TrainingDataFolder {
 
 // Makes the training data: in the layout "archive" one folder for each part; in other layouts one
 // folder for all, in which parts are repeated according to their weights, as far as whole
-// repetitions can do that. Errors: as BringFrames and ExportDataset.
+// repetitions can do that. Leaves out frames of a curated job that `curator` misses.
+// Errors: kInvalidArgument for a curated job without `curator`; those of BringFrames, ScoreFrames
+// and ExportDataset.
 absl::StatusOr<TrainingDataFolder> MakeTrainingData(const v1::TrainJob& job,
                                                     const TrainerContract& contract,
                                                     const TrainingDataOptions& options);

@@ -79,8 +79,8 @@ class Bringer {
         dir_(dir),
         options_(options),
         filters_(set.filters()) {
-    if (options.ambiguous_shares == nullptr)
-      filters_.set_max_ambiguous_share(1);  // Judges nothing.
+    // A limit of 1 judges nothing.
+    if (options.ambiguous_shares == nullptr) filters_.set_max_ambiguous_share(1);
   }
 
   absl::StatusOr<FrameFolderFacts> Bring() {

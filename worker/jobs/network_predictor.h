@@ -23,7 +23,8 @@ struct StoredNetwork {
 // `threads` threads and keeps its own files in `dir`.
 //
 // Errors: kUnimplemented for a trainer without a command that predicts; kDataLoss for a file whose
-// hash differs from the trained network's; those of InstalledTrainers::Find, CommandToRun and the store.
+// hash differs from the trained network's; those of InstalledTrainers::Find, CommandToRun and the
+// store.
 absl::StatusOr<std::unique_ptr<Predictor>> OpenStoredNetwork(const StoredNetwork& network,
                                                              const InstalledTrainers& trainers,
                                                              const Store& store,

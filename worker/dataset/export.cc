@@ -55,7 +55,7 @@ absl::Status CheckWhole(const DatasetVariant& variant, const ExportOptions& opti
   return absl::OkStatus();
 }
 
-// Readers find eyes and maps by replacing words in whole paths.
+// Makes a name safe for readers that find eyes and maps by replacing words in whole paths.
 std::string SafeName(std::string name) {
   for (char& c : name) {
     if (std::isspace(static_cast<unsigned char>(c))) c = '-';
@@ -82,8 +82,8 @@ struct Plan {
   std::vector<std::pair<size_t, size_t>> scenes;  // [first, end) into frames.
 };
 
-// Which frames go where. Scenes of one number show the same room in every variant, so they fall
-// into the same split.
+// Assigns frames to splits. Scenes with one number show the same room in every variant, so they go
+// to the same split.
 Plan MakePlan(const std::vector<DatasetVariant>& variants, const ExportOptions& options,
               ExportResult& result) {
   std::set<uint32_t> numbers;
@@ -125,7 +125,7 @@ Plan MakePlan(const std::vector<DatasetVariant>& variants, const ExportOptions& 
     }
   }
   if (numbers.size() == 1 && plan.frames.size() > 1) {
-    // One scene can't be in both splits; its last pair has to stand in.
+    // One scene can't be in both splits, so its last pair is the test.
     plan.frames.back().test = true;
     result.notes.push_back(
         "all pairs are of one scene, so TEST is its last pair rather than a scene of its own");

@@ -1,4 +1,4 @@
-// Bytes of the plain formats that exports need beside images: numpy arrays and tar archives.
+// The plain formats that exports need besides images: numpy arrays and tar archives.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +14,10 @@ namespace parallax {
 // Source: numpy.lib.format, version 1.0.
 std::string EncodeNpy(const ImageF& image);
 
-// One member of a tar archive: header, content, padding. The same arguments give the same bytes.
+// Encodes one member of a tar archive: header, content, padding. Equal arguments give equal bytes.
 // Source: POSIX.1-1988 ustar. Errors: kInvalidArgument for a name longer than 100 characters.
 absl::StatusOr<std::string> TarMember(std::string_view name, std::string_view content);
-// What ends an archive.
+// The two zero blocks that end an archive.
 std::string TarEnd();
 
 }  // namespace parallax

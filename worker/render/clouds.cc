@@ -13,9 +13,9 @@ namespace {
 
 constexpr float kLow_km = 1.2f, kHigh_km = 2.0f, kStreaks_km = 8.0f;
 constexpr float kEarth_km = 6371;
-constexpr float kHeap_km = 2.6f;    // Width of heaps and the gaps between them.
+constexpr float kHeap_km = 2.6f;    // Size of cumulus and gaps.
 constexpr float kDensity = 22.0f;   // Extinction inside, 1/km.
-constexpr float kReach_km = 22.0f;  // Beyond a few of it clouds are lost in the haze.
+constexpr float kReach_km = 22.0f;  // Farther clouds fade into haze.
 constexpr int kSteps = 12, kLightSteps = 4;
 
 // Distance to a shell of this height above a round earth, from its ground.
@@ -29,14 +29,14 @@ float HenyeyGreenstein(float cosine, float g) {
   return (1.0f - g * g) / (4.0f * kPi * d * std::sqrt(d));
 }
 
-// Where there is cloud and how much.
+// The density of clouds in the layers.
 class Field {
  public:
   Field(double cover, uint64_t seed)
       : heaps_(static_cast<uint32_t>(seed ^ seed >> 32) * 2654435761u),
         detail_(heaps_ + 77),
         streaks_(heaps_ + 191) {
-    // The value that so much of the layer lies above.
+    // The value above which this share of the layer lies.
     std::vector<float> values;
     for (int y = 0; y < 64; ++y) {
       for (int x = 0; x < 64; x += kLanes) {
@@ -54,9 +54,9 @@ class Field {
     most_ = *std::max_element(values.begin(), values.end());
   }
 
-  // In [0, 1]; `height` in [0, 1] through the layer.
+  // Density in [0, 1]; `height` in [0, 1] through the layer.
   Float8 HeapsAt(Float8 x, Float8 y, Float8 height) const {
-    // Flat below, domed above: the further above the threshold, the higher a heap grows.
+    // Flat below, domed above: the higher above the threshold, the taller the cumulus.
     const Float8 rise = noise::Saturate((Form(x, y) - least_) / (most_ - least_ + 1e-3f));
     const Mask8 any = (rise > 0.0f) & (height >= 0.0f) & (height <= 1.0f);
     if (!Any(any)) return Splat(0);
@@ -106,7 +106,7 @@ class Baker {
   Clouds::Layer8 Through(const Vec3x8& d) const {
     const Float8 z = Max(d.z, 0.004f);
     const Float8 from = DistanceTo(kLow_km, z), to = DistanceTo(kHigh_km, z);
-    // A long way through the layer near the horizon is one through many heaps.
+    // Near the horizon a ray crosses the layer at length, through many clouds.
     const Float8 step = Min((to - from) / static_cast<float>(kSteps), 0.35f);
     const Float8 cosine = Inner(d, Vec3x8(light_.sun_direction));
     Float8 forward, wide;
@@ -160,7 +160,7 @@ class Baker {
     return {below.radiance + light * (below.kept * thick), below.kept * (1.0f - thick)};
   }
 
-  // Clouds far away are lost in the haze before them, which is the clear sky of their direction.
+  // Distant clouds fade into the haze before them, which has the clear sky's colour.
   Clouds::Layer8 Faded(const Clouds::Layer8& layer, Float8 distance) const {
     const Float8 seen = Exp(-distance / kReach_km);
     return {layer.radiance * seen, 1.0f - (1.0f - layer.kept) * seen};
@@ -171,8 +171,8 @@ class Baker {
   const CloudLight& light_;
 };
 
-// Where eight texels of a row of the table look, from column `x0` on: a stereographic picture of
-// the dome.
+// Directions of eight texels in a row of the table, from column `x0` on: a stereographic map of the
+// hemisphere.
 Vec3x8 DirectionsOf(int x0, int row, int side) {
   Vec3x8 directions = Vec3x8::Zero();
   const auto n = static_cast<float>(side);
@@ -186,7 +186,7 @@ Vec3x8 DirectionsOf(int x0, int row, int side) {
   return directions;
 }
 
-// Weights of the four texels around a place that is `t` of the way from the second to the third.
+// Weights of the four texels around a position at share `t` between the second and the third.
 void SplineWeights(Float8 t, Float8 weights[4]) {
   const Float8 u = 1.0f - t, t2 = t * t, u2 = u * u;
   weights[0] = u2 * u * (1.0f / 6);
@@ -219,7 +219,7 @@ Clouds::Layer8 Clouds::At(const Vec3x8& directions) const {
   const Float8 z = Max(directions.z, 0.0f);
   const Float8 level = Sqrt(Max(directions.x * directions.x + directions.y * directions.y, 1e-6f));
   const Float8 scale = (0.5f * kSide) / (directions.z < 0.0f ? level : 1.0f + z);
-  // Uniform cubic B-splines: a texel is some pixels of a picture wide, and shows none of its edges.
+  // Uniform cubic B-splines: a texel covers some pixels of a picture, and its edges must not show.
   const auto place = [&](Float8 p) {
     return Clamp(p * scale + (0.5f * kSide - 0.5f), 1.0f, kSide - 2.001f);
   };

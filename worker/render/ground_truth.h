@@ -1,4 +1,4 @@
-// Perfect ground truth of one eye: exact first hits at pixel centres, independent of sampling and
+// Ground truth of one eye: exact first hits at pixel centres, independent of sampling and
 // denoising.
 //
 // Depth is the intersection, in double precision, of the pixel's line with the plane of the
@@ -13,22 +13,23 @@
 
 namespace parallax {
 
-// Fills all maps of `view` but color and occlusion. What is exterior the scene's surroundings say.
-// Errors: kCancelled.
+// Fills all maps of `view` except color and occlusion. The scene's surroundings decide which pixels
+// are exterior. Errors: kCancelled.
 absl::Status TraceGroundTruth(const RenderScene& scene, const PinholeCamera& camera,
                               double baseline_m, const CancelToken& cancel, View* view);
 
-// Occlusion of both views by left-right re-projection. A pixel of depth z lands in the other view,
-// in the same row, at x -/+ fx * baseline / z. It is visible (0) when that is inside of the image,
-// and one of the two pixels whose centres surround the landing point, or their linear interpolation
-// where both are surfaces, has a depth within 1 % of z; else it is occluded (255). Two neighbours
-// rather than the nearest pixel alone: on slanted surfaces depth changes by more than 1 % from one
+// Computes occlusion of both views by left-right reprojection. A pixel of depth z lands in the
+// other view, in the same row, at x -/+ fx * baseline / z. It is visible (0) when it lands inside
+// the image, and one of the two pixels whose centres surround the landing point, or their linear
+// interpolation where both are surfaces, has a depth within 1 % of z; else it is occluded (255).
+// Two neighbours are tested, because on slanted surfaces depth changes by more than 1 % from one
 // pixel to the next. Sky lands at its own x and is visible when the other view shows sky there.
 void MarkOcclusion(View* left, View* right);
 
-// Sets kMaskVeiled where haze leaves less than a twentieth of what is seen.
+// Sets kMaskVeiled where haze leaves less than a twentieth of a surface's light.
 void MarkVeiled(const Haze& haze, const PinholeCamera& camera, View* view);
 
+// Relative difference of depths up to which a pixel is visible.
 inline constexpr float kOcclusionThreshold = 0.01f;
 
 }  // namespace parallax

@@ -1,5 +1,5 @@
-// One stereo pair with its ground truth, in memory, as dataset-format names it. Both views share
-// width and height.
+// One stereo pair with its ground truth, in memory; names and encodings are those of the dataset
+// format. Both views have the same width and height.
 #pragma once
 
 #include <cstdint>
@@ -14,15 +14,16 @@ enum MaskBit : uint8_t {
   kMaskExterior = 2,
   kMaskTransparent = 4,
   kMaskMirror = 8,
-  // Less than half of the samples that the pixel's colour is made of lie within 1 px of its
-  // disparity: fine structure, a label that the picture does not show.
+  // Less than half of the pixel's samples lie within 1 px of its disparity: fine structure whose
+  // label the picture does not show.
   kMaskMixed = 16,
-  kMaskVeiled = 32,  // Haze leaves less than a twentieth of it.
+  kMaskVeiled = 32,  // Haze leaves less than a twentieth of its light.
 };
 
+// One rectified eye: the picture and its maps, all of one size.
 struct View {
   ImageRgb8 color;      // 8-bit sRGB.
-  ImageF3 radiance;     // What `color` was made of: linear, denoised, before exposure. Not written.
+  ImageF3 radiance;     // Linear, denoised, unexposed radiance behind `color`. Not written.
   ImageF depth_m;       // Along the optical axis at pixel centres, exact first hit; 0 = no surface.
   ImageF disparity_px;  // fx * baseline / depth in float precision, positive in both views; 0 = no
                         // surface.
@@ -42,14 +43,15 @@ struct RawView {
   ImageU8 occlusion;  // 255 = occluded or outside the other picture, 0 = visible in both.
 };
 
+// The pair, and what it took to render.
 struct StereoFrame {
   View left, right;
   RawView raw_left, raw_right;  // Empty unless render.maps has `raw` and the rig raw cameras.
-  float exposure =
-      1;  // Scene radiance is multiplied by it before the sRGB curve; one value for both eyes.
+  // Factor on scene radiance before the sRGB curve; the same for both eyes.
+  float exposure = 1;
   double trace_s = 0, denoise_s = 0, truth_s = 0;
-  double cache_s = 0;  // Filling the radiance cache: of a scene's first frame only.
-  uint64_t rays = 0;   // Of the images, shadow rays included.
+  double cache_s = 0;  // Filling the radiance cache: only in a scene's first frame.
+  uint64_t rays = 0;   // Rays traced for the images, shadow rays included.
 };
 
 }  // namespace parallax

@@ -89,7 +89,7 @@ class DenseDresser {
     return absl::OkStatus();
   }
 
-  // What rig `index` sees.
+  // Adds the keyframe that rig `index` sees.
   void AddKeyframe(int index) {
     const Rng root = KeyframeStream(root_, static_cast<uint32_t>(index));
     v1::Rig& rig = *scene_.recipe.mutable_rigs(index);
@@ -105,7 +105,7 @@ class DenseDresser {
     }
   }
 
-  // For viewers that know nothing of keyframes.
+  // Copies the first keyframe into the scene, for viewers without keyframes.
   void ShowFirstKeyframe() {
     v1::Scene& recipe = scene_.recipe;
     const v1::Keyframe& first = recipe.keyframes(0);

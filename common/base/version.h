@@ -19,8 +19,8 @@ namespace parallax {
 //   train    networks: worker/train
 //   evaluate scores: worker/evaluate
 inline constexpr char kLayoutVersion[] = "18";
-inline constexpr char kSceneVersion[] = "18";
-inline constexpr char kFrameVersion[] = "19";
+inline constexpr char kSceneVersion[] = "19";
+inline constexpr char kFrameVersion[] = "20";
 inline constexpr char kTrainVersion[] = "1";
 inline constexpr char kEvaluateVersion[] = "1";
 

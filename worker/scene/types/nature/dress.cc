@@ -239,8 +239,9 @@ class LandDresser {
         const std::string bedrock = FindBiome(land_.biome())->ground(season).back();
         if (bedrock != "Rock") name = bedrock;
       }
+      const double early = CatalogueClass(prototype) == "Reed" ? 0.85 : 0.35;
       const bool withers =
-          RedLand() || season == "winter" || (season == "autumn" && rng.Bernoulli(0.35));
+          RedLand() || season == "winter" || (season == "autumn" && rng.Bernoulli(early));
       if (name == "GrassBlade" && withers) name = "DryGrass";
       return name;
     }

@@ -1,4 +1,5 @@
-// What the program `coordinator` says when it ends. Part of the interface: never renumbered.
+// Exit statuses of the program `coordinator`. They are part of the interface: never change a
+// number.
 #pragma once
 
 namespace parallax {

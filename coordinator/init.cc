@@ -41,7 +41,7 @@ absl::Status MakeFolder(const std::string& dir, const std::string& name,
   const std::string folder = dir + "/" + name;
   const std::string temporary = dir + "/.new-" + name;
   std::error_code error;
-  fs::remove_all(temporary, error);  // Of an init that was interrupted.
+  fs::remove_all(temporary, error);  // Left by an interrupted init.
   if (mkdir(temporary.c_str(), 0700) != 0) return ErrnoError(errno, "make " + temporary);
   for (const FileToMake& file : files) {
     RETURN_IF_ERROR(WritePrivate(temporary + "/" + file.name, file.bytes));

@@ -1,5 +1,5 @@
-// `coordinator init`: a farm's own certificate authority, the coordinator's certificate and those
-// of workers and people. What there is already is overwritten only where it is to be renewed.
+// `coordinator init`: makes a farm's own certificate authority, the coordinator's certificate and
+// those of workers and people. Existing files are replaced only if they are to be renewed.
 //
 //   DIR/ca/          ca.crt ca.key             stays with the operator
 //   DIR/server/      ca.crt tls.crt tls.key http.token    coordinator serve --tls DIR/server
@@ -21,21 +21,20 @@ namespace parallax {
 
 struct InitOptions {
   std::string dir;
-  // Names and addresses that the coordinator is reached by, beside this machine's own.
+  // Names and addresses of the coordinator, beside this machine's own.
   std::vector<std::string> hosts;
-  std::vector<std::pair<std::string, std::string>> issue;  // Role and name.
-  // Folders of DIR ("server", "worker-pool"): their certificates are put on the coordinator's list
-  // of those that it refuses (`revoke`), and replaced by ones for the same party (`renew`), in this
-  // order.
+  std::vector<std::pair<std::string, std::string>> issue;  // Roles and names of new certificates.
+  // Folders of DIR ("server", "worker-pool") whose certificates are first put on the coordinator's
+  // list of revoked ones (`revoke`), then replaced by new ones for the same party (`renew`).
   std::vector<std::string> revoke;
   std::vector<std::string> renew;
-  double days = 398;  // Of certificates; the authority has 10 years.
+  double days = 398;  // Validity of certificates; the authority's is 10 years.
 };
 
-// Makes the authority and the server's folder where they are absent, and a folder for each `issue`;
-// says what it made. Renewed folders appear whole, in place of the old ones. Errors: kAlreadyExists
-// for what is there already, kNotFound for folders to renew or revoke that are not, both before
-// anything is written; kInvalidArgument for roles, names and hosts.
+// Makes the authority and the server's folder if they are absent, and a folder for each `issue`.
+// Lists on `out` what it made. A renewed folder replaces the old one as a whole. Errors:
+// kAlreadyExists for a folder of `issue` that exists, kNotFound for a missing folder of `renew` or
+// `revoke`, both before anything is written; kInvalidArgument for bad roles, names and hosts.
 absl::Status InitFarm(const InitOptions& options, Clock& clock, std::ostream& out);
 
 }  // namespace parallax

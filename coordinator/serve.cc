@@ -38,8 +38,8 @@ v1::StoreAccess AccessOf(const std::string& name) {
                             : v1::STORE_ACCESS_AUTO;
 }
 
-// Where files come in: on the store's disk, so that they are moved and not copied; else beside the
-// database.
+// Folder for incoming files: on the store's disk, so that they are moved and not copied, else
+// beside the database.
 std::string SpoolFor(const Store& store, const std::string& db) {
   const auto local = store.LocalPath("spool");
   return local.ok() ? fs::path(*local).parent_path().string() + "/.tmp-incoming" : db + ".incoming";
@@ -126,7 +126,7 @@ ProgramError Serve(const ServeOptions& options) {
   if (options.kinds != nullptr) queue_options.kinds = options.kinds;
   queue_options.lease_s = options.lease_s;
   queue_options.retry.backoff_min_s = options.backoff_s;
-  // Who waits for a commit waits for a checkpoint too: short ones, often.
+  // Callers that wait for a commit wait for a checkpoint too, so it runs often and briefly.
   queue_options.checkpoint_pages = 200;
   queue_options.archive_after_s = options.archive_after_days * 86400;
   auto queue = JobQueue::Open(queue_options);

@@ -1,4 +1,4 @@
-// `coordinator serve`: queue, gRPC service and HTTP side in one process until a signal.
+// `coordinator serve`: runs queue, gRPC service and HTTP server in one process until a signal.
 #pragma once
 
 #include <string>
@@ -11,36 +11,38 @@ namespace parallax {
 
 class KindRegistry;
 
+// Options of `coordinator serve`; `coordinator serve --help` explains them.
 struct ServeOptions {
   std::string db;
   std::string store;
   std::vector<std::string> listen;
-  std::string http;  // Empty: none.
+  std::string http;  // "HOST:PORT" of the HTTP server; empty: none.
   bool insecure = false;
-  std::string tls_dir;                // Empty: none.
+  std::string tls_dir;                // Folder with the coordinator's certificate; empty: none.
   std::string store_access = "auto";  // "direct", "stream", "auto"
-  bool trust_workers = false;         // Results are published without a look at their files.
+  bool trust_workers = false;         // Publish results without checking their files.
   double lease_s = 60;
   double reconnect_grace_s = 10;
   double archive_after_days = 30;       // 0: never.
-  double backoff_s = 5;                 // Before a failed job's first retry, at least.
-  const KindRegistry* kinds = nullptr;  // Null: the program's own. Outlives the call.
+  double backoff_s = 5;                 // Least wait before a failed job's first retry.
+  const KindRegistry* kinds = nullptr;  // Null: the program's own. Must outlive the call.
 };
 
-// A status with the exit status that tells it apart.
+// An error of the program, with its exit status.
 struct ProgramError {
   absl::Status status;
   CoordinatorExit exit = kExitFailed;
 };
 
-// Whether a database of this name can be opened by us, and if not, why: its folder must exist and
-// be writable, and no other coordinator may have it open. OK status: nothing found.
+// Checks that a database at path `db` can be opened: its folder must exist and be writable, and no
+// other coordinator may have it open. The status is OK if no problem was found.
 ProgramError CheckDatabasePlace(const std::string& db);
-// What the queue's error at opening means, given that CheckDatabasePlace found nothing.
+// Explains an error of JobQueue::Open for which CheckDatabasePlace found no problem.
 ProgramError ExplainOpenError(const absl::Status& status, const std::string& db);
 
-// Prints "listening on ADDRESS" for each address and "http on URL" on stdout when it is ready.
-// Returns after SIGTERM or SIGINT and a graceful stop. Call it before other threads exist.
+// Serves until SIGTERM or SIGINT, then stops gracefully and returns. Prints "listening on ADDRESS"
+// for each address and "http on URL" to stdout when it is ready. Call it before other threads
+// exist.
 ProgramError Serve(const ServeOptions& options);
 
 }  // namespace parallax

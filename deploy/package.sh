@@ -12,7 +12,7 @@ cd "$(dirname "$0")/.."
 readonly SOURCE=$PWD
 readonly PROGRAMS=(parallax coordinator worker)
 readonly ADDED_PROGRAMS=(trainer)
-# Of the system: the C library and its loader. All else comes along, the C++ library too.
+# Libraries of the system: the C library and its loader. The package brings all others, the C++ library too.
 readonly SYSTEM='^(ld-linux-x86-64|libc|libm|libdl|libpthread|librt|libresolv|libutil|libanl|libnsl)\.so'
 
 build='' check='' only_tree='' out=dist
@@ -69,7 +69,7 @@ make_tree() {
   third_party_notices "$@" > "$tree/share/doc/parallax/THIRD_PARTY"
 }
 
-# What belongs to the programs beside libraries.
+# Adds the files that the programs need beside libraries.
 add_shared_files() {
   cp -r configs "$1/share/parallax/configs"
   cp -r deploy/systemd deploy/slurm deploy/kubernetes deploy/dashboards deploy/README.md "$1/share/parallax/"
@@ -85,7 +85,7 @@ remove_what_is_in() {
   mv "$tree/share/doc/parallax/THIRD_PARTY" "$tree/share/doc/parallax/THIRD_PARTY.trainer"
 }
 
-# Whose libraries these are: the Debian package of each, and its licence's file where Debian has one.
+# Lists the Debian package of each library, and the file of its licence if Debian has one.
 third_party_notices() {
   echo "Libraries in lib/, by the Debian package that they are from. Licences: /usr/share/doc/PACKAGE/copyright there."
   closure_of "${@/#/$build/bin/}" | while read -r library; do

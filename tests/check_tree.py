@@ -28,7 +28,7 @@ WORKER_LEVELS = (
     ("agent",),
     ("jobs",),
 )
-# What jobs do is injected into it.
+# The agent uses no other folder: the work of jobs is injected into it.
 USES_NO_OTHER = ("agent",)
 
 
@@ -203,7 +203,7 @@ def parse_cmake():
 def links():
     """A target links the targets whose headers its sources include, itself or through what those link publicly."""
     targets = parse_cmake()
-    owner = {}  # Of a .cc file.
+    owner = {}  # Library of each .cc file.
     for name, target in targets.items():
         for source in target.sources:
             owner.setdefault(f"{target.folder}/{source}", name)

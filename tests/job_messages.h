@@ -50,7 +50,7 @@ void EditRender(v1::CompleteRequest& request, const Edit& edit) {
   SetResult(result, request);
 }
 
-// Of all kinds if `kind` is empty.
+// Number of a variant's jobs in this state; of all kinds if `kind` is empty.
 inline int64_t JobsOf(const v1::VariantStatus& variant, const std::string& kind,
                       const std::string& state) {
   int64_t jobs = 0;

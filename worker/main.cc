@@ -6,7 +6,7 @@
 #include "worker/materials/user_picture.h"
 
 int main(int argc, char** argv) {
-  std::unique_ptr<tbb::global_control> threads;  // Of all jobs together.
+  std::unique_ptr<tbb::global_control> threads;  // One limit for all jobs together.
   const auto options = std::make_shared<parallax::JobOptions>();
   return parallax::RunWorkerProgram(
       argc, argv, parallax::MakeJobHandlers(options),

@@ -1,4 +1,5 @@
-// Asks a running job to stop. Copies share one flag. Thread-safe.
+// A flag by which one thread asks work on other threads to stop. Copies share the flag, which is
+// never cleared. Long work polls it between steps. Thread-safe.
 #pragma once
 
 #include <atomic>

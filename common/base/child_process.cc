@@ -15,7 +15,7 @@ namespace parallax {
 namespace {
 
 constexpr int kCannotRun = 127;
-constexpr int kParentDied = SIGUSR2;  // What the kernel tells the supervisor.
+constexpr int kParentDied = SIGUSR2;  // The kernel sends it to the supervisor.
 
 // All that the children need, made before the fork.
 struct Prepared {
@@ -33,7 +33,7 @@ std::vector<char*> Pointers(std::vector<std::string>& texts) {
   return pointers;
 }
 
-// Ours, without what `more` sets, and `more`.
+// Returns our environment with the variables of `more` added or replaced.
 std::vector<std::string> EnvironmentWith(const std::vector<std::string>& more) {
   const auto sets = [&](const std::string& entry) {
     const std::string name = entry.substr(0, entry.find('=') + 1);
@@ -127,7 +127,7 @@ absl::StatusOr<std::unique_ptr<ChildProcess>> ChildProcess::Start(const ChildOpt
   const int cause = errno;
   close(prepared.log);
   if (pid < 0) return ErrnoError(cause, "start " + options.command[0]);
-  setpgid(pid, pid);  // Here as well: whoever comes first.
+  setpgid(pid, pid);  // The parent does it too; the first one counts.
   return std::unique_ptr<ChildProcess>(new ChildProcess(pid));
 }
 
@@ -143,7 +143,7 @@ std::optional<int> ChildProcess::Poll() {
   return wait_status_;
 }
 
-// The supervisor has ended or is told to. While it isn't reaped its group's number is ours.
+// The supervisor has ended or must end. Until it is reaped, its group's number stays ours.
 void ChildProcess::Reap() {
   kill(-pid_, SIGKILL);
   int status = 0;

@@ -1,4 +1,5 @@
-// Time comes in as a Clock&, so that tests own it. Thread-safe.
+// The source of time. Code takes a Clock& rather than reading the system's clock, so that tests can
+// set the time. Implementations are thread-safe.
 #pragma once
 
 #include <chrono>
@@ -10,10 +11,13 @@ using SteadyTime = std::chrono::steady_clock::time_point;
 class Clock {
  public:
   virtual ~Clock() = default;
-  // Wall clock: for people and for deadlines kept across restarts.
+  // Seconds since 1970-01-01 UTC by the wall clock, which may jump. For people, and for deadlines
+  // that are kept across restarts.
   virtual double UnixSeconds() = 0;
-  virtual SteadyTime Steady() = 0;  // Never jumps: for durations and leases.
-  static Clock& System();           // The machine's.
+  // Time of a clock that never jumps and does not survive a restart. For durations and leases.
+  virtual SteadyTime Steady() = 0;
+  // The machine's clocks.
+  static Clock& System();
 };
 
 }  // namespace parallax

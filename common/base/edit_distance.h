@@ -1,4 +1,4 @@
-// How far two names are apart: what "did you mean ..." goes by. Pure functions.
+// The distance between two names, for messages with "did you mean ...". Pure functions.
 #pragma once
 
 #include <cstddef>
@@ -6,8 +6,9 @@
 
 namespace parallax {
 
-// The least number of letters to insert, delete or replace that leads from one to the other. Upper
-// and lower case are the same letter if `ignore_case` (ASCII).   Source: Levenshtein 1966, by rows.
+// Returns the least number of letters to insert, delete or replace to turn one name into the other.
+// With `ignore_case`, upper and lower case (ASCII) are the same.   Source: Levenshtein 1966, by
+// rows.
 size_t EditDistance(std::string_view a, std::string_view b, bool ignore_case = false);
 
 }  // namespace parallax

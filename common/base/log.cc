@@ -133,8 +133,8 @@ void AppendEscaped(std::string& out, std::string_view text) {
   }
 }
 
-// What no line may hold (direction marks, C1 controls, bytes that are no UTF-8) spelled out; the
-// controls below 0x20 are left to AppendEscaped.
+// Spells out characters that no line may hold: direction marks, C1 controls and bytes that are no
+// UTF-8. Leaves the controls below 0x20 to AppendEscaped.
 std::string Shown(std::string_view text) {
   if (IsPlainText(text)) return std::string(text);
   std::string shown;

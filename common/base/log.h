@@ -1,8 +1,8 @@
-// Structured log lines on stderr: a message for people plus key=value fields, as text or as one
-// JSON object a line. Job, study, variant, scene, attempt and worker stand in every line written
-// while a ScopedLogContext names them.
+// Structured logging to stderr or a file: a message for people plus key=value fields, as text or as
+// one JSON object a line. While a ScopedLogContext names a job, study, variant, scene, attempt or
+// worker, every line has it as a field.
 //
-// Thread-safe. Before InitLogging lines are written as text from level info.
+// Thread-safe. Before InitLogging is called, lines from level info upwards are written as text.
 #pragma once
 
 #include <concepts>
@@ -18,20 +18,21 @@ namespace parallax {
 
 enum class LogLevel { kDebug, kInfo, kWarning, kError };
 
+// Settings of the process's log.
 struct LogOptions {
   bool json = false;
   LogLevel level = LogLevel::kInfo;  // Lines below it are dropped.
-  std::string program;               // Stands in every line: "worker".
-  std::string file;                  // Lines are appended here; empty, or not writable: stderr.
+  std::string program;               // Name in every line: "worker".
+  std::string file;                  // Appended to; empty or not writable: stderr.
 };
 
 // Sets up the process's log; a later call replaces the settings.
 void InitLogging(const LogOptions& options);
 
-// "debug", "info", "warning" or "error". Errors: kInvalidArgument listing them.
+// Parses "debug", "info", "warning" or "error". Errors: kInvalidArgument that lists these names.
 absl::StatusOr<LogLevel> ParseLogLevel(std::string_view name);
 
-// One key and its value. Numbers and booleans stay such in JSON.
+// One key and its value. Numbers and booleans keep their type in JSON.
 class LogField {
  public:
   LogField(std::string_view key, std::string_view value) : key_(key), text_(value) {}
@@ -57,6 +58,9 @@ class LogField {
   bool quoted_ = true;
 };
 
+// Writes one line if `level` is enabled. Control characters in `message` and in the fields are
+// escaped, so a line never breaks in two:
+//   LogInfo("study submitted", {{"study", name}, {"pairs", pairs}});
 void Log(LogLevel level, std::string_view message, std::initializer_list<LogField> fields = {});
 
 inline void LogDebug(std::string_view message, std::initializer_list<LogField> fields = {}) {
@@ -72,7 +76,7 @@ inline void LogError(std::string_view message, std::initializer_list<LogField> f
   Log(LogLevel::kError, message, fields);
 }
 
-// What the work at hand belongs to. Absent parts don't stand in the line.
+// Names the work that log lines belong to. Parts that are absent or empty are left out of the line.
 struct LogContext {
   std::optional<int64_t> job;
   std::optional<uint64_t> attempt;  // The fence.
@@ -82,11 +86,11 @@ struct LogContext {
   std::string worker;
 };
 
-// The calling thread's context, to hand on to a thread that works for it.
+// Returns the calling thread's context, to be passed to a thread that works for it.
 LogContext CurrentLogContext();
 
-// While it lives, the calling thread's lines carry `context`; parts that are absent keep the value
-// of the context around it. Must end on the thread that made it, innermost first.
+// While it lives, lines of the calling thread carry `context`. Parts that are absent keep the value
+// of the enclosing context. Must be destroyed on the thread that made it, innermost first.
 class ScopedLogContext {
  public:
   explicit ScopedLogContext(const LogContext& context);

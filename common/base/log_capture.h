@@ -1,4 +1,4 @@
-// The last log lines of one attempt, for whoever asks why it failed.
+// Keeps the last log lines of one attempt, to be sent along when it fails.
 #pragma once
 
 #include <cstdint>
@@ -7,9 +7,9 @@
 
 namespace parallax {
 
-// While it lives, keeps the newest lines that are logged in the context of attempt `fence`
-// (ScopedLogContext), by whatever thread, at level info and above whatever the log itself holds.
-// One capture an attempt. Thread-safe.
+// While it lives, keeps the newest lines that any thread logs in the context of attempt `fence`
+// (ScopedLogContext) at level info or above, even if the log's own level drops them. At most one
+// capture an attempt. Thread-safe.
 class LogCapture {
  public:
   explicit LogCapture(uint64_t fence);
@@ -17,8 +17,7 @@ class LogCapture {
   LogCapture(const LogCapture&) = delete;
   LogCapture& operator=(const LogCapture&) = delete;
 
-  // At most 200 lines, the oldest first, as the log has them in its form for people, but without
-  // the context.
+  // Returns at most 200 lines, the oldest first, in the log's text form without the context.
   std::string Text() const;
 
   class Lines;

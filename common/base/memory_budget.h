@@ -1,5 +1,6 @@
-// How much memory this process may use, so that a scene that is too big fails with a message before
-// the machine kills the whole worker. One number for the process; thread-safe.
+// A limit on the memory of this process, checked before large allocations: a scene that is too big
+// then fails with a message, before the system kills the whole worker. One limit for the process;
+// thread-safe. All sizes are bytes.
 #pragma once
 
 #include <cstdint>
@@ -10,21 +11,22 @@
 
 namespace parallax {
 
-// 0 or less: the machine's memory, or what the process's control group (a container, a service, a
-// batch job) may use if that is less (the default).
+// Sets the limit. 0 or less, the default, stands for the machine's memory or, if less, the limit of
+// the process's control group (a container, a service, a batch job).
 void SetMemoryLimit(int64_t bytes);
+// Returns the limit that counts now, in bytes.
 int64_t MemoryLimit();
 
-// The smallest memory limit, in bytes, of the control groups that `groups` names (the text of
-// /proc/self/cgroup) and of all above them; 0 when none has one. `root` is where the cgroup file
-// systems are mounted.   Source: cgroups(7), "Documentation/admin-guide/cgroup-v2.rst".
+// Returns the smallest memory limit, in bytes, of the control groups that `groups` names (the text
+// of /proc/self/cgroup) and of their ancestors; 0 if none has a limit. `root` is the mount point of
+// the cgroup file systems.   Source: cgroups(7), "Documentation/admin-guide/cgroup-v2.rst".
 int64_t CgroupMemoryLimit(const std::string& groups, const std::string& root);
 
-// What the process holds now.
+// Returns the bytes of memory that the process holds now (its resident set).
 int64_t ResidentMemory();
 
-// OK when about `more_bytes` fit beside what the process holds.
-// Errors: kResourceExhausted: "`what`: needs about ... MB beside ... MB in use; the limit is ...
+// Returns OK if about `more_bytes` fit beside the memory in use.
+// Errors: kResourceExhausted, "`what`: needs about ... MB beside ... MB in use; the limit is ...
 // MB".
 absl::Status CheckMemory(std::string_view what, int64_t more_bytes);
 

@@ -1,5 +1,5 @@
-// The rules for names and texts that one program takes from another, and the form in which such
-// texts reach a terminal or a log. Every check of a name in the tree uses these functions.
+// Rules for names and texts that one program accepts from another, and the form in which such texts
+// are shown on a terminal or in a log. Every check of a name in the tree uses these functions.
 //
 // - A name (worker, tag, user, certificate, trainer): 1 to 100 characters of A-Z, a-z, 0-9, '.',
 //   '_' and '-'; the first is a letter or a digit.
@@ -21,35 +21,36 @@ namespace parallax {
 
 inline constexpr size_t kMaxNameBytes = 100;
 inline constexpr size_t kMaxFolderNameBytes = 64;
-// What a person gives as the reason for a pause or a cancel.
+// Longest reason that a person may give for a pause or a cancel, in bytes.
 inline constexpr size_t kMaxReasonBytes = 1000;
-// What a program says of a failure or of a job that it hands back.
+// Longest text of a program about a failure or a job that it hands back, in bytes.
 inline constexpr size_t kMaxErrorBytes = 4000;
 
+// Return whether `text` is a name, folder name or plain text as defined above, or valid UTF-8.
 bool IsName(std::string_view text);
 bool IsFolderName(std::string_view text);
 bool IsPlainText(std::string_view text);
 bool IsUtf8(std::string_view text);
 
-// Errors: kInvalidArgument "WHAT "TEXT" is not a name, allowed are ..." with the text printable and
-// cut. `what` names the object: "worker name", "hello.tags[2]".
+// Checks that `text` is a name. `what` says whose: "worker name", "hello.tags[2]". Errors:
+// kInvalidArgument, `WHAT "TEXT" is not a name, allowed are ...`, with the text printable and cut.
 absl::Status CheckName(std::string_view what, std::string_view text);
-// Errors: kInvalidArgument, if the text is no plain text or has more than `most` bytes.
+// Checks that `text` is a plain text of at most `most` bytes. Errors: kInvalidArgument.
 absl::Status CheckPlainText(std::string_view what, std::string_view text, size_t most);
 
-// The verdict on a text that is no name, or no folder name, for a message that names the object
-// itself: ""A b" is not a name, allowed are ...".
+// Say why a text is not a name, or not a folder name, for messages that name the object themselves:
+// `"A b" is not a name, allowed are ...`. Require that it is not.
 std::string WhyNotName(std::string_view text);
 std::string WhyNotFolderName(std::string_view text);
 
-// `text` with everything that a terminal could take for a command escaped: control characters as
-// \n, \t or \x1b, line separators and direction marks as \u{202e}, bytes that are no UTF-8 as \xff.
-// One line; equal to `text` if that is plain.
+// Returns `text` as one line without anything that a terminal could take for a command: control
+// characters become \n, \t or \x1b, line separators and direction marks \u{202e}, bytes that are no
+// UTF-8 \xff. A plain text stays as it is.
 std::string Printable(std::string_view text);
-// Printable, in double quotes, at most 60 bytes of `text`; a longer text ends with "...".
+// Returns the first 60 bytes of `text`, printable and in double quotes; a longer text ends with
+// "...".
 std::string Quoted(std::string_view text);
-// The beginning of `text`, at most `most` bytes with the "..." that marks the cut; never half a
-// character.
+// Cuts `text` to at most `most` bytes, "..." included, without splitting a character.
 std::string CutText(std::string_view text, size_t most);
 
 }  // namespace parallax

@@ -1,4 +1,4 @@
-// How fast a count grows, and when it will be full.
+// Estimates how fast a count grows, and when it will reach a target.
 #pragma once
 
 #include <deque>
@@ -6,19 +6,20 @@
 
 namespace parallax {
 
-// The rate over the samples of the last `window_s`, and over all of them while they are younger. A
-// count grows in steps of a whole job, so a shorter window makes the rate jump. Not thread-safe.
+// The rate over the samples of the last `window_s` seconds, or over all samples while they span
+// less. A count grows in steps of a whole job, so a short window makes the rate jump. Not
+// thread-safe.
 class RateEstimator {
  public:
   explicit RateEstimator(double window_s = 600) : window_s_(window_s) {}
 
-  // Times must not decrease; a sample at the time of the last one replaces it. A falling count
-  // starts anew.
+  // Adds a sample. Times must not decrease; a sample at the time of the last one replaces it. If
+  // the count falls, all earlier samples are forgotten.
   void Add(double time_s, double count);
-  // Per second. Absent before the count has grown.
+  // Returns the rate per second; absent until the count has grown.
   std::optional<double> PerSecond() const;
-  // Seconds until the count has grown by `remaining`; 0 when nothing remains. Absent without a
-  // rate.
+  // Returns the seconds until the count has grown by `remaining`; 0 if nothing remains, absent
+  // without a rate.
   std::optional<double> SecondsFor(double remaining) const;
 
  private:

@@ -1,5 +1,6 @@
-// Randomness has addresses: every decision draws from its own counter-based stream, named by the
-// scene's seed and a path ("scene/floating/7/material"). Adding a chair does not change the walls.
+// Random numbers by address: every decision draws from its own counter-based stream, named by the
+// scene's seed and a path ("scene/floating/7/material"). So adding a chair does not change the
+// walls, and results do not depend on the number or order of threads.
 //
 // A stream is Philox4x32-10 whose 64-bit key and upper 64 counter bits are 128 bits of
 // SHA-256(seed, path); the lower 64 counter bits count blocks.   Source: Salmon et al., "Parallel
@@ -19,19 +20,20 @@ namespace parallax {
 using PhiloxCounter = std::array<uint32_t, 4>;
 using PhiloxKey = std::array<uint32_t, 2>;
 
-// Ten rounds: one block of four words for each (counter, key).
+// Returns the block of four random words for (counter, key), by ten rounds.
 PhiloxCounter Philox4x32(PhiloxCounter counter, PhiloxKey key);
 
-// A stream. Copyable value; a copy goes on from the same place. Not thread-safe.
+// One stream. A copyable value: a copy continues from the same place. Not thread-safe.
 class Rng {
  public:
   explicit Rng(SceneSeed seed, std::string_view path = "");
 
-  // The stream at this one's address + "/" + name (+ "/" + index). Does not depend on what was
-  // drawn from this one.
+  // Returns the stream at this one's address + "/" + name (+ "/" + index). It does not depend on
+  // how much was drawn from this stream.
   Rng Child(std::string_view name) const;
   Rng Child(std::string_view name, uint64_t index) const;
 
+  // Uniformly distributed bits.
   uint32_t Bits32();
   uint64_t Bits64();
   double Uniform();                         // [0, 1), 53 bits.
@@ -41,12 +43,12 @@ class Rng {
   double Normal(double mean, double std) { return mean + std * Normal(); }
   bool Bernoulli(double probability) { return Uniform() < probability; }
 
-  // One of `items`, which must not be empty.
+  // Returns one of `items`, each with equal probability. Requires that there is one.
   template <typename Container>
   const auto& Pick(const Container& items) {
     return items[static_cast<size_t>(UniformInt(0, static_cast<int>(std::size(items)) - 1))];
   }
-  // Fisher-Yates.
+  // Puts `items` into a random order.   Source: Fisher-Yates.
   template <typename Container>
   void Shuffle(Container& items) {
     for (int i = static_cast<int>(std::size(items)) - 1; i > 0; --i) {
@@ -54,7 +56,7 @@ class Rng {
     }
   }
 
-  // A seed for something that has a stream of its own (an asset, a material).
+  // Draws a seed for something that has its own streams (an asset, a material).
   uint64_t Seed() { return Bits64(); }
 
  private:

@@ -1,19 +1,21 @@
-// Seconds as numbers, between and after points of steady time.
+// Converts between points of steady time and seconds as numbers.
 #pragma once
 
 #include "common/base/clock.h"
 
 namespace parallax {
 
-// `seconds` as a span of steady time, cut to whole ticks of the clock.
+// Returns `seconds` as a span of steady time, cut to whole ticks of the clock.
 inline SteadyTime::duration SteadySpan(double seconds) {
   return std::chrono::duration_cast<SteadyTime::duration>(std::chrono::duration<double>(seconds));
 }
 
+// Returns the point of time `seconds` after `from`; before it if negative.
 inline SteadyTime SecondsAfter(SteadyTime from, double seconds) {
   return from + SteadySpan(seconds);
 }
 
+// Returns the seconds from `from` to `to`; negative if `to` is earlier.
 inline double SecondsBetween(SteadyTime from, SteadyTime to) {
   return std::chrono::duration<double>(to - from).count();
 }

@@ -1,4 +1,4 @@
-// Random names that nobody can guess, and their comparison. Thread-safe.
+// Random names that cannot be guessed, and how to compare them. Thread-safe.
 #pragma once
 
 #include <string>
@@ -8,10 +8,11 @@
 
 namespace parallax {
 
-// 128 random bits of the operating system's as 32 lower-case hex digits. Errors: getrandom(2)'s.
+// Returns 128 random bits of the operating system as 32 lower-case hex digits. Errors: those of
+// getrandom(2).
 absl::StatusOr<std::string> NewSecret();
 
-// Whether both are equal; the time that it takes tells nothing of where they differ.
+// Returns whether both are equal. The time that it takes does not depend on where they differ.
 bool SameSecret(std::string_view a, std::string_view b);
 
 }  // namespace parallax

@@ -17,17 +17,17 @@ namespace parallax {
 inline absl::string_view ToAbsl(std::string_view text) { return {text.data(), text.size()}; }
 inline std::string_view ToStd(absl::string_view text) { return {text.data(), text.size()}; }
 
-// The same code with "context: " in front of the message. OK stays OK.
+// Returns the same code with "context: " in front of the message. OK stays OK.
 absl::Status WithContext(const absl::Status& status, std::string_view context);
 
-// kInvalidArgument, kNotFound... with a std::string message.
+// Makes an error (kInvalidArgument, kNotFound...) from a std::string or std::string_view.
 inline absl::Status MakeError(absl::StatusCode code, std::string_view message) {
   return absl::Status(code, ToAbsl(message));
 }
 
-// Maps errno to a status: "open /a/b: No space left on device" (kResourceExhausted for ENOSPC and
-// EDQUOT, kNotFound for ENOENT, kPermissionDenied for EACCES, EPERM and EROFS, else kUnavailable
-// for EIO, kInternal).
+// Makes a status of errno: "open /a/b: No space left on device". The code is kResourceExhausted for
+// ENOSPC and EDQUOT, kNotFound for ENOENT, kPermissionDenied for EACCES, EPERM and EROFS,
+// kUnavailable for EIO, and kInternal for all others. `what` says what was tried: "open /a/b".
 absl::Status ErrnoError(int error_number, std::string_view what);
 
 }  // namespace parallax
@@ -35,13 +35,16 @@ absl::Status ErrnoError(int error_number, std::string_view what);
 #define PARALLAX_CONCAT_INNER(a, b) a##b
 #define PARALLAX_CONCAT(a, b) PARALLAX_CONCAT_INNER(a, b)
 
+// Returns from the calling function if the status is an error:
+//   RETURN_IF_ERROR(WriteFile(path, bytes));
 #define RETURN_IF_ERROR(expression)                    \
   do {                                                 \
     ::absl::Status parallax_status = (expression);     \
     if (!parallax_status.ok()) return parallax_status; \
   } while (false)
 
-// ASSIGN_OR_RETURN(auto image, ReadImage(path));
+// Declares a variable with the value of a StatusOr, or returns its error from the calling function:
+//   ASSIGN_OR_RETURN(auto image, ReadImage(path));
 #define ASSIGN_OR_RETURN(declaration, expression) \
   PARALLAX_ASSIGN_OR_RETURN(PARALLAX_CONCAT(parallax_or_, __LINE__), declaration, expression)
 #define PARALLAX_ASSIGN_OR_RETURN(temporary, declaration, expression) \

@@ -1,4 +1,4 @@
-// What this build is.
+// Versions of this build: of the programs, of their messages, and of each stage's results.
 #pragma once
 
 #include <string>
@@ -19,8 +19,8 @@ namespace parallax {
 //   train    networks: worker/train
 //   evaluate scores: worker/evaluate
 inline constexpr char kLayoutVersion[] = "18";
-inline constexpr char kSceneVersion[] = "19";
-inline constexpr char kFrameVersion[] = "19";
+inline constexpr char kSceneVersion[] = "20";
+inline constexpr char kFrameVersion[] = "20";
 inline constexpr char kTrainVersion[] = "1";
 inline constexpr char kEvaluateVersion[] = "1";
 
@@ -33,7 +33,7 @@ struct StageVersions {
   std::string evaluate = kEvaluateVersion;
 };
 
-// Stages by name, in the order of the way of the data.
+// Returns the stages and their versions in the order in which data flows through them.
 inline std::vector<std::pair<std::string, std::string>> ListVersions(
     const StageVersions& versions) {
   return {{"layout", versions.layout},
@@ -42,7 +42,7 @@ inline std::vector<std::pair<std::string, std::string>> ListVersions(
           {"train", versions.train},
           {"evaluate", versions.evaluate}};
 }
-// Empty for a stage that there isn't.
+// Returns the version of a stage; empty for an unknown name.
 inline std::string VersionOf(const StageVersions& versions, std::string_view stage) {
   for (const auto& [name, version] : ListVersions(versions)) {
     if (name == stage) return version;
@@ -50,7 +50,7 @@ inline std::string VersionOf(const StageVersions& versions, std::string_view sta
   return "";
 }
 
-// For people and log lines: "layout 17, scene 18, frame 18".
+// Describes the versions for people and log lines: "layout 17, scene 18, frame 18".
 inline std::string DescribeVersions(const StageVersions& versions = {}) {
   return "layout " + versions.layout + ", scene " + versions.scene + ", frame " + versions.frame;
 }

@@ -1,9 +1,9 @@
-// Calibrations of stereo cameras: files of the common formats, and a table of known cameras.
+// Reads calibrations of stereo cameras: files of the common formats, and a table of known cameras.
 //
-// Everything comes out in the project's units and frames: metres; camera x right, y down, z
-// forward; the right camera stands at +x of the left one. Intrinsics are the numbers of the file:
-// a file whose pixel centres are at integers (OpenCV, KITTI, Middlebury) means a principal point
-// half a pixel further right and down than the same numbers here.
+// Results are in the project's units and frames: metres; camera x right, y down, z forward; the
+// right camera is at +x of the left one. Intrinsics are the file's numbers, unchanged: a file whose
+// pixel centres are at integers (OpenCV, KITTI, Middlebury) means a principal point half a pixel
+// further right and down than the same numbers mean here.
 //
 // All functions are pure but for reading the file, and thread-safe.
 #pragma once
@@ -19,21 +19,23 @@
 
 namespace parallax {
 
+// A stereo camera as a calibration file describes it.
 struct StereoCalibration {
   std::string format;  // "middlebury", "kitti", "opencv", "realsense", "zed", "preset".
-  int width_px = 0, height_px = 0;  // Size that `rectified` is given for; 0: the file does not say.
-  Intrinsics rectified;             // Of both eyes.
+  int width_px = 0, height_px = 0;  // Size that `rectified` is for; 0: the file does not say.
+  Intrinsics rectified;             // K of both eyes.
   std::optional<double> baseline_m;
-  // Left and right camera before rectification; absent: the file is of a rectified pair.
+  // Left and right camera before rectification; absent if the file describes a rectified pair.
   std::optional<std::array<RawIntrinsics, 2>> raw;
 };
 
+// Choices for files that leave them open.
 struct CalibrationOptions {
   std::string part;              // ZED: "2K", "FHD", "HD", "VGA"...; KITTI: "00" or "02".
-  std::optional<double> unit_m;  // Length of the file's unit; absent: as the format says.
+  std::optional<double> unit_m;  // Length of the file's unit in metres; absent: the format's.
 };
 
-// Reads the text of a calibration file, whose format is told from its content.
+// Parses the text of a calibration file. The format is recognised by the content:
 //   Middlebury, ETH3D   calib.txt: cam0=[...], baseline (mm), width, height; cam1 and doffs are
 //                       not used, because pairs have one K
 //   KITTI               calib_cam_to_cam.txt: P_rect_02, P_rect_03, S_rect_02, and of the raw pair
@@ -44,14 +46,14 @@ struct CalibrationOptions {
 //                       of `left` and `right` or `infrared1` and `infrared2`, and rs2_extrinsics
 //                       (rotation, column by column; translation) or a baseline
 //   ZED                 SN*.conf: [LEFT_CAM_HD], [RIGHT_CAM_HD], [STEREO]
-// `file` is for messages.
-// Errors: kInvalidArgument "file:line: field: what was seen, what is allowed".
+// `file` is only for messages.
+// Errors: kInvalidArgument, "file:line: field: what was seen, what is allowed".
 absl::StatusOr<StereoCalibration> ParseCalibration(std::string_view text, const std::string& file,
                                                    const CalibrationOptions& options = {});
 
-// Names of the known cameras, sorted as in config.proto.
+// Returns the names of the known cameras, in the order of config.proto.
 const std::vector<std::string>& CameraPresets();
-// The camera of that name, or nothing. Sources: presets.cc.
+// Returns the camera of that name, or nothing. Sources: see presets.cc.
 std::optional<StereoCalibration> FindCameraPreset(std::string_view name);
 
 }  // namespace parallax

@@ -117,7 +117,7 @@ class RealSense {
     return raw;
   }
 
-  // How the cameras stand, from rs2_extrinsics of either direction or from a baseline.
+  // Reads the cameras' poses from rs2_extrinsics of either direction, or from a baseline.
   absl::Status ReadPlaces(StereoCalibration* calibration) const {
     std::string rotation, translation;
     for (const auto& [key, name] : names_) {

@@ -42,7 +42,7 @@ class YamlFlattener {
     return node.Mark().is_null() ? 0 : node.Mark().line + 1;
   }
 
-  // Whether it holds nothing but scalars, in lists at most.
+  // Returns whether the node has only scalars, or lists of them.
   static bool IsNumbers(const YAML::Node& node, int depth) {
     if (depth > kDeepest) return false;
     for (const YAML::Node& item : node) {

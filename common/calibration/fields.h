@@ -1,5 +1,5 @@
-// Inner part of common/calibration: the values of a file by their names, each with its line, and
-// errors that name it.
+// Inner part of common/calibration: a file's values by name. Each value keeps its line, which
+// errors name.
 #pragma once
 
 #include <map>
@@ -16,25 +16,29 @@ class Fields {
  public:
   explicit Fields(std::string file) : file_(std::move(file)) {}
 
+  // Adds a field with its text; `line` is from 1. The first field of a name counts.
   void Add(const std::string& name, std::string text, int line);
 
-  // The first of `names` that the file has; empty if it has none.
+  // Returns the first of `names` that the file has; empty if it has none.
   std::string FirstOf(const std::vector<std::string>& names) const;
   bool Has(const std::string& name) const { return by_name_.count(name) > 0; }
-  // Names in byte order.
+  // Returns all names in byte order.
   std::vector<std::string> Names() const;
-  // Nothing without the field.
+  // Returns the field's text; empty if the file lacks the field.
   std::string Text(const std::string& name) const;
 
-  // Numbers, separated by blanks, commas, semicolons and brackets. `count` 0: any number of them.
-  // Errors: kInvalidArgument for a missing field, what is no finite number, another count.
+  // Returns the field's numbers, which blanks, commas, semicolons and brackets may separate.
+  // `count` is how many there must be; 0: any number. Errors: kInvalidArgument if the field is
+  // missing, something is not a finite number, or the count differs.
   absl::StatusOr<std::vector<double>> Numbers(const std::string& name, size_t count) const;
   absl::StatusOr<double> Number(const std::string& name) const;
   absl::StatusOr<double> NumberOr(const std::string& name, double otherwise) const;
-  // A whole number of pixels. Errors: as Numbers; outside of 1 to 16384.
+  // Returns a whole number of pixels. Errors: those of Numbers; kInvalidArgument outside of 1 to
+  // 16384.
   absl::StatusOr<int> Pixels(const std::string& name) const;
 
-  // Errors: always kInvalidArgument "file:line: name: what"; the line of a field that the file has.
+  // Makes an error about a field. Errors: always kInvalidArgument "file:line: name: what", with the
+  // line of the field if the file has it.
   absl::Status Error(const std::string& name, std::string_view what) const;
 
  private:
@@ -46,13 +50,13 @@ class Fields {
   std::map<std::string, Value> by_name_;
 };
 
-// Lines "name SEPARATOR value"; a line "[section]" puts "section." before the names that follow.
-// Other lines are passed over. Names are kept as they stand but for blanks around them.
+// Reads lines "name SEPARATOR value". A line "[section]" puts "section." before the names that
+// follow. Other lines are skipped. Blanks around names are removed.
 Fields ReadLines(std::string_view text, const std::string& file, char separator);
-// A YAML or JSON document: names of nested maps are joined by dots, matrices of cv::FileStorage are
-// their numbers. Errors: kInvalidArgument with the line of what is no YAML.
+// Reads a YAML or JSON document. Names of nested maps are joined by dots; a matrix of
+// cv::FileStorage becomes its numbers. Errors: kInvalidArgument with the line of a syntax error.
 absl::StatusOr<Fields> ReadYaml(std::string_view text, const std::string& file);
-// XML of cv::FileStorage. Errors: kInvalidArgument with the line of what is no XML.
+// Reads XML of cv::FileStorage. Errors: kInvalidArgument with the line of a syntax error.
 absl::StatusOr<Fields> ReadXml(std::string_view text, const std::string& file);
 
 }  // namespace parallax::calibration_internal

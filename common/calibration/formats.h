@@ -1,4 +1,6 @@
-// Inner part of common/calibration: one function a format, over the fields of the file.
+// Inner part of common/calibration: one function for each format, over the fields of the file.
+//
+// Errors of all functions: kInvalidArgument that names file, line and field.
 #pragma once
 
 #include "common/calibration/calibration.h"
@@ -10,28 +12,30 @@ inline constexpr double kMillimetre_m = 1e-3;
 
 using Parsed = absl::StatusOr<StereoCalibration>;
 
+// Make a calibration of the file's fields; see calibration.h for the fields of each format.
 Parsed FromMiddlebury(const Fields& fields, const CalibrationOptions& options);
 Parsed FromKitti(const Fields& fields, const CalibrationOptions& options);
 Parsed FromOpenCv(const Fields& fields, const CalibrationOptions& options);
 Parsed FromRealSense(const Fields& fields, const CalibrationOptions& options);
 Parsed FromZed(const Fields& fields, const CalibrationOptions& options);
 
-// fx, fy, cx, cy of a row-major 3x3 or 3x4 matrix.
-// Errors: kInvalidArgument, naming `name`, for a focal length that is not positive or skew.
+// Returns fx, fy, cx, cy of a row-major 3x3 or 3x4 matrix with `columns` columns.
+// Errors: kInvalidArgument, naming `name`, if a focal length is not positive or there is skew.
 absl::StatusOr<Intrinsics> IntrinsicsOf(const Fields& fields, const std::string& name,
                                         const std::vector<double>& matrix, size_t columns);
 
-// The same camera centres, rotations and K as cv::stereoRectify would choose but for K and zoom:
-// each camera is turned by half of R, then both so that the baseline is their x axis. Sets
-// rectified_from_raw of both and baseline_m; X_right = R X_left + translation_m.
-// Errors: kInvalidArgument, naming `name`, when the second camera does not stand right of the
-// first.
+// Rectifies a pair as cv::stereoRectify does, but for its choice of K and zoom: turns each camera
+// by half of the rotation, then both so that the baseline is their x axis. `rotation` and
+// `translation_m` map left to right: X_right = R X_left + t. Sets rectified_from_raw of both
+// cameras and baseline_m. Errors: kInvalidArgument, naming `name`, if the second camera is not to
+// the right of the first.
 absl::Status Rectify(const Fields& fields, const std::string& name, const Eigen::Matrix3d& rotation,
                      const Eigen::Vector3d& translation_m, StereoCalibration* calibration);
 
-// Row-major.
+// Returns the 3x3 matrix of nine row-major numbers.
 Eigen::Matrix3d MatrixOf(const std::vector<double>& rows);
-// Errors: kInvalidArgument, naming `name`, for what is no rotation to 1e-3; else the nearest one.
+// Returns the rotation nearest to `matrix`. Errors: kInvalidArgument, naming `name`, if `matrix`
+// differs from a rotation by more than 1e-3.
 absl::StatusOr<Eigen::Matrix3d> RotationOf(const Fields& fields, const std::string& name,
                                            const Eigen::Matrix3d& matrix);
 

@@ -15,7 +15,7 @@
 namespace parallax::config_internal {
 namespace {
 
-constexpr size_t kMostBytes = 1 << 20;   // Of a calibration file.
+constexpr size_t kMostBytes = 1 << 20;   // Size of a calibration file.
 constexpr double kNarrowest = 1.0 / 12;  // Focal length over width: 161 degrees.
 constexpr double kDegree = std::numbers::pi / 180;
 
@@ -62,7 +62,7 @@ void SetRaw(const RawIntrinsics& raw, int eye, v1::RawCameraConfig* config) {
   config->set_height_px(raw.height_px);
 }
 
-// In place of the camera that the rigs had.
+// Replaces the camera of the rigs.
 void SetCamera(const StereoCalibration& calibration, v1::RigConfig* rigs) {
   rigs->clear_camera();
   v1::CameraConfig& camera = *rigs->mutable_camera();
@@ -79,7 +79,7 @@ void SetCamera(const StereoCalibration& calibration, v1::RigConfig* rigs) {
   SetRaw((*calibration.raw)[1], 1, camera.mutable_raw_right());
 }
 
-// What `node` says of the camera, before anything is merged.
+// The camera's fields in `node`, before anything is merged.
 class CameraNode {
  public:
   CameraNode(YamlReader& reader, const YAML::Node& node, std::string path)
@@ -93,7 +93,7 @@ class CameraNode {
   bool RigsHave(const char* field) const { return rigs_.IsMap() && rigs_[field]; }
   bool given() const { return camera_.IsMap(); }
 
-  // The preset or calibration put into `rigs`; errors are told.
+  // Puts the preset or calibration into `rigs`. Errors go to the reader.
   // Returns the hash of the file that was read.
   std::string Resolve(v1::RigConfig* rigs) const {
     if (Has("preset") && Has("calibration")) {
@@ -171,7 +171,7 @@ class CameraNode {
   YAML::Node rigs_, camera_;
 };
 
-// Whether the camera has numbers that are given for a size.
+// Returns whether the camera has numbers that depend on the picture's size.
 bool HasNumbers(const v1::CameraConfig& camera) {
   const auto any = [](const auto& k) {
     return k.has_fx_px() || k.has_fy_px() || k.has_cx_px() || k.has_cy_px();
@@ -342,7 +342,7 @@ class CameraChecker {
     }
   }
 
-  // In units of the focal length, of the widest camera that may be drawn.
+  // Returns the farthest corner of the widest camera that may be drawn, in focal lengths.
   Vec2d FarthestCorner(const v1::RawCameraConfig& eye) const {
     const auto low = [](bool given, const v1::Distribution& own, double otherwise) {
       return given ? SupportOf(own).low : otherwise;

@@ -1,7 +1,7 @@
-// Names of the worker's catalogues that a study may use. The coordinator checks studies and does
-// not link the worker, so the names stand here once more; CatalogueNames tests in tests/worker
-// compare them with the catalogues. Sorted, except that material families come in byte order among
-// the classes. Thread-safe; the lists live for ever.
+// Names of the worker's catalogues that a study may use. The coordinator checks studies but does
+// not link the worker, so the names are repeated here; the CatalogueNames tests in tests/worker
+// compare them with the catalogues. All lists are in byte order. Thread-safe; the lists live as
+// long as the program.
 #pragma once
 
 #include <string>
@@ -11,10 +11,10 @@ namespace parallax {
 
 // Classes of worker/assets.
 const std::vector<std::string>& AssetClassNames();
-// What `floating.classes` may name beside classes.
+// Groups of classes that `floating.classes` may name beside classes.
 const std::vector<std::string>& AssetGroupNames();
-// What `materials.diffuse_material` may name, in any case: families and classes of worker/materials
-// that any object can have.
+// Families and classes of worker/materials that any object can have; `materials.diffuse_material`
+// may name them in upper or lower case.
 const std::vector<std::string>& ObjectMaterialNames();
 // Benchmarks of worker/evaluate that need no path.
 const std::vector<std::string>& BenchmarkNames();

@@ -1,8 +1,9 @@
-// Inner part of common/config: what is wrong with the values of a message, whether it came from a
-// file, from options or over the network. The YAML reader tells only of text that has no value of
-// the field's type; every other verdict on a config or a study is made here, in the same words.
+// Inner part of common/config: checks the values of a message, whether it came from a file, from
+// options or over the network. The YAML reader only reports text that is no value of the field's
+// type; every other verdict on a config or a study is made here, so that all have the same words.
 //
-// Pure and thread-safe.
+// Each function appends its findings and goes on, so that a user sees all of them at once. `path`
+// is that of the checked message and goes before the paths of its fields. Pure and thread-safe.
 #pragma once
 
 #include <string>
@@ -20,23 +21,24 @@ struct Finding {
 };
 using Findings = std::vector<Finding>;
 
-// The forms of a distribution, for messages.
+// The forms in which a distribution may be written, for messages.
 extern const char kDistributionForms[];
 
-// Values of a distribution field with this rule.
+// Checks a distribution's parameters, and all values that it can give, against the field's rule.
 void CheckDistribution(const v1::Distribution& distribution, const std::string& path,
                        const v1::FieldRule& rule, Findings* findings);
-// Every field of `message` by its rule, nested messages included. Fields without value pass: they
-// stand for their default.
+// Checks every field of `message` by its rule, nested messages included. Fields that are not set
+// pass: they stand for their default.
 void CheckFields(const google::protobuf::Message& message, const std::string& path,
                  Findings* findings);
-// The fields, and what one field allows another.
+// Checks every field of a scene config, and fields against each other.
 void CheckConfig(const v1::SceneConfig& config, const std::string& path, Findings* findings);
-// What several baselines, ways of the rig, motion and flow allow each other.
+// Checks what several baselines, ways of the rig, motion and flow allow each other.
 void CheckSequences(const v1::SceneConfig& config, const std::string& path, Findings* findings);
-// `train` and `evaluate` of a study, and the variant that is held out.
+// Checks `train` and `evaluate` of a study, and the held-out variant.
 void CheckTraining(const v1::StudySpec& study, Findings* findings);
-// The whole study. A study larger than kMaxStudyBytes has this one finding, with an empty path.
+// Checks a whole study. A study larger than kMaxStudyBytes has one finding only, with an empty
+// path.
 Findings CheckStudy(const v1::StudySpec& study);
 
 }  // namespace parallax::config_internal

@@ -1,16 +1,15 @@
-// YAML files as the text form of the config messages (proto/parallax/v1/config.proto and
-// study.proto), both ways.
+// Reads and writes the config messages (proto/parallax/v1/config.proto and study.proto) as YAML.
 //
-// Field names are the keys; enums are their names in lower case without the prefix; a Distribution
-// is a number or {uniform: [lo, hi]}, {uniform_int: [lo, hi]}, {choice: [...]}, {clip_gaussian:
-// [mean, std, lo, hi]}, {bernoulli: p}. Absent fields take the FieldRule's default, so a loaded
-// message always has every field set.
+// Keys are field names; enum values are their names in lower case without the prefix; a
+// Distribution is a number or {uniform: [lo, hi]}, {uniform_int: [lo, hi]}, {choice: [...]},
+// {clip_gaussian: [mean, std, lo, hi]} or {bernoulli: p}. Absent fields get the default of their
+// FieldRule, so every field of a loaded message is set.
 //
 // Errors of all loaders: kInvalidArgument with up to 20 lines "file:line: field.path: what was
-// seen, what is allowed"; the line is that of the offending value, in whichever file it stands.
-// kNotFound when the file itself is missing.
+// seen, what is allowed", where file and line are those of the offending value; kNotFound if the
+// file itself is missing.
 //
-// All functions are pure but for reading files, and thread-safe.
+// All functions are thread-safe, and pure except that they read files.
 #pragma once
 
 #include <cstdint>
@@ -24,50 +23,52 @@
 
 namespace parallax {
 
-// `path` is a file, or the name of a built-in scene config ("indoor") when no such file exists.
+// Loads a scene config. `path` is a file or, if there is no such file, the name of a built-in scene
+// config ("indoor").
 absl::StatusOr<v1::SceneConfig> LoadSceneConfig(const std::string& path);
-// `file_name` is only for messages.
+// Parses the text of a scene config. `file_name` is only for messages.
 absl::StatusOr<v1::SceneConfig> ParseSceneConfig(std::string_view yaml, std::string_view file_name);
 
-// `path` is a file, or the name of a built-in study ("quickstart", "baseline") when no such file
-// exists. `base` is looked for relative to the study's folder and then among the built-in scene
-// configs. A study.lock.yaml loads alike.
+// Loads a study. `path` is a file or, if there is no such file, the name of a built-in study
+// ("quickstart", "baseline"). The study's `base` is sought relative to the study's folder, then
+// among the built-in scene configs. A study.lock.yaml loads in the same way.
 absl::StatusOr<v1::StudySpec> LoadStudy(const std::string& path);
-// `file_name` is for messages and as the place from which a relative `base` is looked for.
+// Parses the text of a study. `file_name` is for messages, and a relative `base` is sought from its
+// folder.
 absl::StatusOr<v1::StudySpec> ParseStudy(std::string_view yaml, const std::string& file_name);
 
-// Checks a study that came as a message rather than as a file: the same rules, the same words, with
-// the field's path in place of file and line ("variants[0].config.rigs.width_px: -5 is out of
-// range, allowed 16 to 8192 px"). Fields of a config that are not set stand for their default.
-// Errors: kInvalidArgument.
+// Checks a study that came as a message rather than as a file. Rules and words are the same, with
+// the field's path in place of file and line: "variants[0].config.rigs.width_px: -5 is out of
+// range, allowed 16 to 8192 px". Config fields that are not set stand for their default. Errors:
+// kInvalidArgument with up to 20 such lines.
 absl::Status ValidateStudy(const v1::StudySpec& study);
 
-// The lock file: every default written out. Loading it gives an equal StudySpec but for
-// source_yaml.
+// Returns the text of the lock file, with every default written out. Loading it gives a StudySpec
+// that is equal except for source_yaml.
 std::string StudyToYaml(const v1::StudySpec& study);
-// Any message as block YAML in field order: fields with presence only when set, doubles so that
-// they read back exactly.
+// Returns any message as block YAML in field order. Fields with presence are written only if set;
+// doubles read back exactly.
 std::string MessageToYaml(const google::protobuf::Message& message);
 
-// Every field at its default.
+// Returns a scene config with every field at its default.
 v1::SceneConfig DefaultSceneConfig();
 
-// The distribution's value at `u` in [0, 1): the inverse of its distribution function, so that
-// draws with the same u stay comparable when a range changes. Requires a valid distribution (as the
-// loaders check); no kind set gives 0.
+// Returns the distribution's value at `u` in [0, 1) by its inverse distribution function, so that
+// draws with the same u stay comparable when a range changes. Requires a valid distribution, as the
+// loaders check; one without a kind gives 0.
 double Draw(const v1::Distribution& distribution, double u);
 
-// The smallest and largest value it can give.
+// The smallest and the largest value that a distribution can give.
 struct Support {
   double low = 0;
   double high = 0;
 };
 Support SupportOf(const v1::Distribution& distribution);
 
-// Names that LoadStudy and LoadSceneConfig know without files, sorted.
+// Return the names that LoadStudy and LoadSceneConfig know without files, sorted.
 std::vector<std::string> BuiltinStudies();
 std::vector<std::string> BuiltinSceneConfigs();
-// Text of "studies/quickstart.yaml" and so on. Errors: kNotFound.
+// Returns the text of a built-in file, for example "studies/quickstart.yaml". Errors: kNotFound.
 absl::StatusOr<std::string> BuiltinConfigText(std::string_view name);
 
 }  // namespace parallax

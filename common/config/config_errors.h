@@ -1,4 +1,4 @@
-// Inner part of common/config: what is wrong with the files of one load, each with its place.
+// Inner part of common/config: collects the errors in the files of one load, each with its place.
 #pragma once
 
 #include <map>
@@ -13,38 +13,42 @@
 
 namespace parallax::config_internal {
 
-// Where a value stands: file, line (from 1; 0 = the file as a whole), and its path in that file.
+// The place of a value: file, line (from 1; 0: the file as a whole), and path of fields in that
+// file.
 struct Origin {
   std::string file;
   int line = 0;
   std::string path;
 };
 
-// The origins of a message's values by their path in the message. A value that has none of its own
+// Maps paths in a message to the origins of the values there. A value without an origin of its own
 // has that of the nearest value around it.
 class Origins {
  public:
   void Set(const std::string& path, Origin origin) { by_path_[path] = std::move(origin); }
-  // All of `other`, as values below `path`.
+  // Adds all of `other` as origins of values below `path`.
   void SetBelow(const std::string& path, const Origins& other);
-  // Nothing if neither the value nor one around it has an origin. `own`: the value has.
+  // Returns the origin of the value at `path`; nothing if neither it nor any value around it has
+  // one. Sets `own` to whether the value has an origin of its own.
   std::optional<Origin> Find(const std::string& path, bool* own) const;
 
  private:
   std::map<std::string, Origin> by_path_;
 };
 
+// The errors of one load. Not thread-safe.
 class ConfigErrors {
  public:
+  // Adds one error. `what` says what was seen and what is allowed.
   void Add(const Origin& origin, std::string_view what);
-  // What the checks found in a message that was read from `file` and those it names. A value of
-  // which the reader has told already is not told of twice.
+  // Adds the findings of checks in a message that was read from `file` and the files that it names.
+  // A value that the reader has already reported is not reported again.
   void AddFindings(const Findings& findings, const Origins& origins, const std::string& file);
   bool empty() const { return errors_.empty(); }
-  // So many that looking for more is a waste.
+  // True if there are so many errors that looking for more is pointless.
   bool enough() const { return errors_.size() >= 100; }
-  // By file and line, at most 20 lines "file:line: path: what".
-  // Errors: kInvalidArgument with these lines; OK if there are none.
+  // Returns OK if there are no errors. Errors: kInvalidArgument with at most 20 lines "file:line:
+  // path: what", sorted by file and line.
   absl::Status ToStatus() const;
 
  private:
@@ -60,7 +64,7 @@ class ConfigErrors {
   int dropped_ = 0;
 };
 
-// The same without files. Errors: kInvalidArgument with lines "path: what"; OK without findings.
+// Makes a status of findings without files. Errors: kInvalidArgument with lines "path: what".
 absl::Status ToStatus(const Findings& findings);
 
 }  // namespace parallax::config_internal

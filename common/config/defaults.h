@@ -4,7 +4,7 @@
 
 namespace parallax::config_internal {
 
-// Sets every field that is absent to its rule's default, through all messages.
+// Sets every absent field to the default of its rule, in nested messages too.
 void ApplyDefaults(google::protobuf::Message* message);
 
 }  // namespace parallax::config_internal

@@ -45,7 +45,7 @@ double InverseNormalCdf(double p) {
 double DrawClipGaussian(const v1::Distribution::ClipGaussian& gaussian, double u) {
   double low = (gaussian.low() - gaussian.mean()) / gaussian.std();
   double high = (gaussian.high() - gaussian.mean()) / gaussian.std();
-  // In the upper tail 1 - CDF loses all digits; the lower tail keeps them: draw mirrored.
+  // 1 - CDF loses all digits in the upper tail but not in the lower one: draws are mirrored.
   const bool mirror = low > 0;
   if (mirror) {
     std::swap(low, high);

@@ -133,7 +133,7 @@ class Checker {
     CheckSupport(/*continuous=*/false);
   }
 
-  // What it can give, against the field's range.
+  // Checks the values that the distribution can give against the field's range.
   void CheckSupport(bool continuous) {
     if (rule_.integer() && continuous) {
       return Tell("",

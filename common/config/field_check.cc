@@ -31,7 +31,7 @@ std::vector<std::string> Joined(std::vector<std::string> names,
   return names;
 }
 
-// Nothing if `text` is among `known`.
+// Returns an empty text if `text` is among `known`, else why not.
 std::string WhyNotKnown(const std::string& text, const std::vector<std::string>& known,
                         const std::string& allowed) {
   if (Contains(known, text)) return "";
@@ -187,7 +187,7 @@ void CheckItems(const Message& message, const std::string& path, const FieldDesc
   }
 }
 
-// What a sensor makes its pictures of must be kept.
+// Checks that the study keeps the maps from which a sensor makes its pictures.
 void CheckSensor(const v1::SceneConfig& config, const std::string& path, Findings* findings) {
   const v1::SensorConfig& sensor = config.sensor();
   if (sensor.preset().empty() || sensor.preset() == "off") return;

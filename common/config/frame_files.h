@@ -1,5 +1,5 @@
-// Which files a frame's folder has: the one list that its writer, the coordinator's checks and
-// tests share.
+// The files of a frame's folder: one list for the writer of frames, the coordinator's checks and
+// tests.
 #pragma once
 
 #include <string>
@@ -9,16 +9,16 @@
 
 namespace parallax {
 
-// Of the stage `sensor`, part of its keys: raise it when equal inputs give other pictures.
+// Version of the stage `sensor`, part of its keys: raise it when equal inputs give other pictures.
 inline constexpr char kSensorVersion[] = "1";
 
-// What RenderConfig.keep_hdr keeps, left and right: linear R G B as half floats, exposed as the
-// 8-bit pictures are (1 is what their tone curve takes for bright), at most kMostLight.
+// Files that RenderConfig.keep_hdr keeps, left and right: linear R G B as half floats with the
+// exposure of the 8-bit pictures (1 is what their tone curve takes for bright), at most kMostLight.
 inline constexpr const char* kLinearFiles[2] = {"hdr_left.exr", "hdr_right.exr"};
 inline constexpr float kMostLight = 60000;
 
-// Names of the files of one frame, sorted: both images, frame.json, and each map that `render` asks
-// for, of both eyes ("depth_left.exr"). Maps that there aren't are left out; the config's own check
+// Returns the file names of one frame, sorted: both images, frame.json, and each map that `render`
+// asks for, of both eyes ("depth_left.exr"). Unknown maps are left out; the check of configs
 // refuses them.
 std::vector<std::string> FrameFileNames(const v1::RenderConfig& render);
 

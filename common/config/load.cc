@@ -172,7 +172,7 @@ class StudyLoader {
     origins_.SetBelow(path, origins);
   }
 
-  // What a worker must have to get the study's jobs.
+  // Reads the tags that a worker must have to get the study's jobs.
   void ReadTags(const YAML::Node& node) {
     if (!node.IsSequence()) {
       reader_.Error(node, "tags", "not a list, allowed is [a, b]");
@@ -217,7 +217,7 @@ class StudyLoader {
     if (!node.IsSequence()) {
       reader_.Error(node, "variants", "not a list, allowed is a list of at least one {name, set}");
     }
-    // What stands in a map is checked nevertheless.
+    // The entries of a map are checked nevertheless.
     for (auto entry = node.begin(); node.IsMap() && entry != node.end(); ++entry) {
       if (!entry->first.IsScalar() || !entry->second.IsMap()) continue;
       ReadVariant(entry->second, "variants." + entry->first.Scalar(), /*named=*/true);
@@ -293,7 +293,7 @@ class StudyLoader {
     origins_.SetBelow(place + ".config", origins);
   }
 
-  // What probably was meant to be `set` is checked as such.
+  // Checks a value that was probably meant to be `set` as if it were.
   void CheckMeantSet(const YAML::Node& node, const std::string& path) {
     v1::SceneConfig scratch = base_;
     Origins origins = base_origins_;

@@ -1,4 +1,4 @@
-// Named sensors: what SensorConfig.preset stands for.
+// Presets of sensors: the values that SensorConfig.preset stands for.
 #pragma once
 
 #include <string_view>
@@ -7,8 +7,8 @@
 
 namespace parallax {
 
-// Sets every field of `sensor` to the preset's, `preset` included. An unknown name sets that alone:
-// the check of texts tells of it.
+// Sets every field of `sensor` to the preset's value, `preset` included. An unknown name only sets
+// `preset`, which the check of the config then reports.
 void TakeSensorPreset(std::string_view name, v1::SensorConfig* sensor);
 
 }  // namespace parallax

@@ -1,5 +1,5 @@
-// Which stage of the pipeline reads which field of a config, as FieldRule.stage in config.proto
-// says it. Pure functions; thread-safe.
+// The stage of the pipeline that reads each field of a config, from FieldRule.stage in
+// config.proto. Pure functions; thread-safe.
 #pragma once
 
 #include <functional>
@@ -10,20 +10,21 @@
 
 namespace parallax {
 
-// A copy with only the fields whose stage is `wanted`. Groups of fields of which none is left are
-// absent. A field without a stage is in every copy, so that a key errs towards making things again.
+// Returns a copy with only the fields whose stage is `wanted`. Groups without a remaining field are
+// absent. A field without a stage is in every copy: keys made of it then change too often rather
+// than too rarely.
 v1::SceneConfig FieldsOf(const v1::SceneConfig& config,
                          const std::function<bool(v1::FieldRule::Stage)>& wanted);
 
-// Only the fields that `stage` is the first to read.
+// Returns a copy with only the fields that `stage` is the first to read.
 v1::SceneConfig FieldsOf(const v1::SceneConfig& config, v1::FieldRule::Stage stage);
 
-// A field that holds a value rather than a group of fields: its path, and the stage that reads it.
+// A field that holds a value rather than a group of fields, and the stage that reads it.
 struct ConfigField {
   std::string path;  // "rigs.baseline_m"
   v1::FieldRule::Stage stage = v1::FieldRule::STAGE_UNSPECIFIED;
 };
-// Every field of SceneConfig, in the order of config.proto.
+// Returns every such field of SceneConfig, in the order of config.proto.
 std::vector<ConfigField> ConfigFields();
 
 }  // namespace parallax

@@ -38,7 +38,7 @@ class TrainChecker {
   }
 
  private:
-  // Without the variant that is held out, which may stand there already.
+  // Returns the study without its held-out variant, which may be there already.
   static v1::StudySpec Resolved(const v1::StudySpec& study) {
     v1::StudySpec resolved;
     resolved.set_seed(study.seed());
@@ -90,7 +90,7 @@ class TrainChecker {
         continue;
       }
       if (!variant.heldout()) continue;
-      if (++found > 1) continue;  // Two of a name are told of already.
+      if (++found > 1) continue;  // Equal names are reported already.
       const int64_t wanted = study_.evaluate().heldout_pairs();
       if (variant.pairs() != wanted) {
         Tell(path + ".pairs", std::to_string(variant.pairs()) +

@@ -1,5 +1,5 @@
-// What a study trains and evaluates: its training sets, and the variant that is held out. Pure
-// functions of a study that passes ValidateStudy; thread-safe.
+// The trainings and evaluations of a study: its training sets, and the variant that is held out.
+// Pure functions of a study that passes ValidateStudy; thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -9,26 +9,26 @@
 
 namespace parallax {
 
-// Name of the variant that `evaluate.heldout_pairs` adds to a study, and of the benchmark that it
-// makes. No other variant may have it.
+// Name of the variant that `evaluate.heldout_pairs` adds to a study, and of the benchmark made of
+// it. No other variant may have this name.
 inline constexpr char kHeldoutName[] = "heldout";
 
-// The seed that a variant's scenes are drawn from: its own, or the study's.
+// Returns the seed from which a variant's scenes are drawn: its own, or the study's.
 inline uint64_t SeedOf(const v1::StudySpec& study, const v1::VariantSpec& variant) {
   return variant.seed() != 0 ? variant.seed() : study.seed();
 }
 
+// Returns whether the study holds out a variant for a benchmark of its own.
 inline bool WantsHeldout(const v1::StudySpec& study) {
   return study.evaluate().heldout_pairs() > 0;
 }
 
-// Fills in the defaults of `train` and `evaluate` where a study has them, and appends the variant
-// that is held out, or makes it anew: the parameters of `evaluate.heldout_variant`, and a seed that
-// follows from the study's and that no other variant has. Lists stay as they are. Doing it again
-// changes nothing.
+// Fills in the defaults of `train` and `evaluate` if the study has them, and appends or replaces
+// the held-out variant. It has the parameters of `evaluate.heldout_variant` and a seed that follows
+// from the study's and differs from all other variants'. Lists stay as they are. Idempotent.
 void ResolveTraining(v1::StudySpec* study);
 
-// The training sets in order: variants by themselves as mixtures of one part, then the mixtures.
+// Returns the training sets in order: each variant as a mixture of one part, then the mixtures.
 // Empty without `train`. Requires a resolved study.
 std::vector<v1::Mixture> TrainingSetsOf(const v1::StudySpec& study);
 

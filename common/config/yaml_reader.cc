@@ -29,7 +29,7 @@ constexpr size_t kMostShown = 60;  // Bytes of a value.
 // Only plain scalars are numbers and booleans: "5" in quotes is text.
 bool IsPlain(const YAML::Node& node) { return node.IsScalar() && node.Tag() == "?"; }
 
-// What stands there, in words.
+// Describes the node for a message: its text, or its kind.
 std::string Seen(const YAML::Node& node) {
   if (node.IsMap()) return "a map";
   if (node.IsSequence()) return "a list";
@@ -120,7 +120,7 @@ std::optional<YAML::Node> YamlReader::Parse(std::string_view text) {
     return std::nullopt;
   }
   try {
-    // Not LoadAll: at a stray "," yaml-cpp finds one empty document after the other, for ever.
+    // Not LoadAll: at a stray ",", yaml-cpp finds empty documents without end.
     DocumentCounter counter;
     std::istringstream stream{std::string(text)};
     YAML::Parser parser(stream);
@@ -193,7 +193,7 @@ void YamlReader::MergeFields(const YAML::Node& node, Message* message, const std
       CheckMeant(value, path, meant, *message);
     }
   }
-  // A list of maps is told by Entries; the fields in it are checked nevertheless.
+  // Entries reports a list of maps; the fields in it are checked nevertheless.
   for (size_t i = 0; node.IsSequence() && i < node.size() && !errors_->enough(); ++i) {
     if (node[i].IsMap()) MergeFields(node[i], message, path);
   }
@@ -484,7 +484,7 @@ void YamlReader::SetList(const YAML::Node& node, const std::string& path,
       if (value) reflection.AddDouble(message, &field, *value);
       continue;
     }
-    // A wrong item keeps its place: what follows it is told of with the index it has in the file.
+    // A wrong item keeps its place, so later items are reported with their index in the file.
     values.push_back(ReadText(node[i], item_path).value_or(""));
   }
   for (std::string& value : values) reflection.AddString(message, &field, std::move(value));

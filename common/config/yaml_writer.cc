@@ -85,7 +85,7 @@ std::string DistributionText(const v1::Distribution& d) {
   return "0";
 }
 
-// A number that has no name is written as such, and is told of when it is read.
+// Writes an enum's number if it has no name; the reader then reports it.
 std::string EnumNumberText(const google::protobuf::EnumDescriptor& type, int number) {
   const auto* value = type.FindValueByNumber(number);
   return value == nullptr ? std::to_string(number) : EnumText(*value);
@@ -157,7 +157,7 @@ std::string TupleText(const Message& message) {
 
 void WriteMessage(const Message& message, const std::string& indent, std::string& out);
 
-// What follows "key:" for a message: on the same line where it is short, else an indented block.
+// Writes a message after "key:", on the same line if it is short, else as an indented block.
 void WriteNested(const Message& message, const std::string& indent, std::string& out) {
   if (message.GetDescriptor() == v1::Distribution::descriptor()) {
     out += " " + DistributionText(dynamic_cast<const v1::Distribution&>(message)) + "\n";

@@ -61,7 +61,7 @@ class MemoryIn final : public Imf::IStream {
 struct Channel {
   const char* name;
   Imf::PixelType type;
-  char* data;  // Of pixel (0, 0).
+  char* data;  // Points to pixel (0, 0).
   size_t stride;
 };
 

@@ -1,4 +1,4 @@
-// Radiance's .hdr: linear pictures of shared exponents. Thread-safe.
+// Reads Radiance's .hdr files: linear pictures with a shared exponent for each pixel. Thread-safe.
 #pragma once
 
 #include <string_view>
@@ -8,7 +8,8 @@
 
 namespace parallax {
 
-// Errors: kInvalidArgument for bytes that are none, or that are broken.
+// Decodes the bytes of a .hdr file into linear R G B, rows from the top.
+// Errors: kInvalidArgument if the bytes are not such a file, or a broken one.
 absl::StatusOr<ImageF3> DecodeHdr(std::string_view bytes);
 
 }  // namespace parallax

@@ -1,6 +1,7 @@
-// Lossy pictures for previews, and the user's own pictures. Thread-safe.
+// Writes JPEGs for previews, and reads the user's own pictures. Thread-safe.
 //
-// Errors: kInvalidArgument for an empty image or bytes that are no picture; as ReadFile, WriteFile.
+// Errors: kInvalidArgument for an empty image, or bytes that are not a picture; those of ReadFile
+// and WriteFile.
 #pragma once
 
 #include <string>
@@ -11,11 +12,11 @@
 
 namespace parallax {
 
-// `quality` 1 to 100, colour at half resolution as is usual.
+// Encode a JPEG of `quality` 1 to 100, with colour at half resolution as is usual.
 absl::StatusOr<std::string> EncodeJpeg(const ImageRgb8& image, int quality);
 absl::Status WriteJpeg(const std::string& path, const ImageRgb8& image, int quality);
 
-// A PNG or JPEG, made 8-bit R G B and upright as its camera was held.
+// Read a PNG or JPEG as 8-bit R G B, turned upright as its camera was held (EXIF orientation).
 absl::StatusOr<ImageRgb8> ReadPictureRgb8(const std::string& path);
 absl::StatusOr<ImageRgb8> DecodePictureRgb8(std::string_view bytes);
 

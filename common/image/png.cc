@@ -10,8 +10,8 @@
 namespace parallax {
 namespace {
 
-// What libpng's callbacks need. libpng leaves a failed call by longjmp, so that between setjmp and
-// the end of a call nothing with a destructor may come to life: all of it stands here.
+// State of libpng's callbacks. libpng leaves a failed call by longjmp, so no object with a
+// destructor may be created between setjmp and the end of a call: all of them live here.
 struct Transfer {
   std::string error;
   std::string written;
@@ -119,7 +119,7 @@ bool ReadHeader(Reader& reader, Layout* layout) {
   return true;
 }
 
-// As ReadHeader, but makes any PNG eight bits R G B; what is transparent keeps its colour.
+// As ReadHeader, but converts any PNG to 8-bit R G B; transparent pixels keep their colour.
 bool ReadHeaderAsRgb(Reader& reader, Layout* layout) {
   if (setjmp(png_jmpbuf(reader.png)) != 0) return false;
   png_read_info(reader.png, reader.info);

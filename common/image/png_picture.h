@@ -1,4 +1,4 @@
-// PNG files of any kind as pictures: what jpeg.h's ReadPictureRgb8 needs of the PNG code.
+// Reads PNG files of any kind as pictures, for ReadPictureRgb8 of jpeg.h. Thread-safe.
 #pragma once
 
 #include <string_view>
@@ -8,10 +8,11 @@
 
 namespace parallax {
 
-// Whether bytes begin as a PNG does.
+// Returns whether the bytes begin with the signature of PNG.
 bool IsPng(std::string_view bytes);
 
-// Grey, palettes, 16 bits and transparency become 8-bit R G B. Errors: kInvalidArgument.
+// Decodes a PNG; grey, palettes, 16 bits and transparency become 8-bit R G B. Errors:
+// kInvalidArgument for a broken file.
 absl::StatusOr<ImageRgb8> DecodeAnyPngAsRgb8(std::string_view bytes);
 
 }  // namespace parallax

@@ -1,6 +1,6 @@
-// Eight numbers side by side, one of each of eight things that are computed together. Operators
-// work lane by lane (GCC's and Clang's vector extensions); comparisons give masks, which
-// `mask ? a : b` chooses by. What one lane gets never depends on the others.
+// Vectors of eight numbers (lanes), each of another ray, point or path that is computed together
+// with seven more. Operators work lane by lane (GCC's and Clang's vector extensions). Comparisons
+// give masks, and `mask ? a : b` selects by lane. A lane's result never depends on the other lanes.
 #pragma once
 
 #include <immintrin.h>
@@ -11,9 +11,10 @@
 
 #include "common/math/types.h"
 
-// Before a function that computes in lanes: it is compiled twice, for AVX2 and for AVX-512, whose
-// registers are twice as many; the loader takes what the processor has. Both give the same bits.
-// Not where a resolver would run before a sanitizer is ready.
+// Put it before a function that computes in lanes. The function is compiled twice, for AVX2 and for
+// AVX-512, which has twice as many registers, and the loader takes the one for the processor. Both
+// give the same bits. Empty for Clang, and under sanitizers, whose runtime starts after the
+// loader's resolvers.
 #if defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)
 #define PARALLAX_LANE_CLONES __attribute__((target_clones("arch=x86-64-v4", "default")))
@@ -29,7 +30,7 @@ using Bits4 = uint32_t __attribute__((vector_size(16)));
 using Float8 = float __attribute__((vector_size(32)));
 using Int8 = int32_t __attribute__((vector_size(32)));
 using Bits8 = uint32_t __attribute__((vector_size(32)));
-using Mask8 = Int8;  // All bits of a lane or none.
+using Mask8 = Int8;  // Each lane: all bits set, or none.
 
 inline constexpr int kLanes = 8;
 
@@ -62,21 +63,22 @@ inline float Sum(Float4 x) {
 inline float Sum(Float8 x) {
   return Sum(Float4(_mm256_castps256_ps128(x)) + Float4(_mm256_extractf128_ps(x, 1)));
 }
-// The first `count` lanes.
+// Returns the mask of the first `count` lanes.
 inline Mask8 FirstLanes(int count) { return Int8{0, 1, 2, 3, 4, 5, 6, 7} < count; }
-// Lane i as bit i.
+// Returns the mask as an integer: lane i is bit i.
 inline uint32_t BitsOf(Mask8 mask) {
   return static_cast<uint32_t>(_mm256_movemask_ps(_mm256_castsi256_ps((__m256i)mask)));
 }
 inline bool Any(Mask8 mask) { return _mm256_movemask_ps(_mm256_castsi256_ps((__m256i)mask)) != 0; }
 inline Mask8 IsFinite(Float8 x) { return Abs(x) < Splat(INFINITY); }
 
-// table[index] of each lane.
+// Returns table[index] for each lane.
 inline Float8 Gather(const float* table, Int8 index) {
   const __m256 all = _mm256_castsi256_ps(_mm256_set1_epi32(-1));
   return _mm256_mask_i32gather_ps(_mm256_setzero_ps(), table, (__m256i)index, all, 4);
 }
-// table[stride * index + k] of each lane, k = 0 to 3: four neighbours cost one load a lane.
+// Sets out[k] to table[stride * index + k] for each lane, k = 0 to 3. Four neighbours cost one load
+// a lane.
 inline void GatherFours(const float* table, Int8 index, int stride, Float8 out[4]) {
   __m256 rows[4];
   for (int k = 0; k < 4; ++k) {
@@ -92,7 +94,7 @@ inline void GatherFours(const float* table, Int8 index, int stride, Float8 out[4
   out[3] = _mm256_shuffle_ps(cd, cd2, 0xee);
 }
 
-// Eight rows to their eight columns.
+// Transposes eight rows into eight columns, in place.
 inline void Transpose(Float8 rows[kLanes]) {
   __m256 pairs[kLanes], fours[kLanes];
   for (int k = 0; k < kLanes; k += 2) {
@@ -111,7 +113,7 @@ inline void Transpose(Float8 rows[kLanes]) {
   }
 }
 
-// By Eigen, lane by lane.
+// Applies a function of Eigen arrays to the eight lanes.
 template <typename Function>
 inline Float8 Apply(Float8 x, Function function) {
   using Array = Eigen::Array<float, kLanes, 1>;
@@ -134,7 +136,7 @@ inline Float8 Log1p(Float8 x) {
   return Apply(x, [](const auto& a) { return a.log1p(); });
 }
 
-// Of [-1, 1]; to 2e-8.   Source: Abramowitz and Stegun, 4.4.46.
+// Arc cosine of x in [-1, 1], to 2e-8.   Source: Abramowitz and Stegun, 4.4.46.
 inline Float8 Acos(Float8 x) {
   const Float8 a = Abs(x);
   Float8 sum = Splat(-0.0012624911f);
@@ -146,13 +148,13 @@ inline Float8 Acos(Float8 x) {
   return x < 0.0f ? 3.14159265f - angle : angle;
 }
 
-// Eight vectors or colours.
+// Eight vectors or colours, one in each lane.
 struct Vec3x8 {
   Float8 x, y, z;
 
   Vec3x8() = default;
   Vec3x8(Float8 x_, Float8 y_, Float8 z_) : x(x_), y(y_), z(z_) {}
-  // One for all.
+  // The same vector in all lanes.
   Vec3x8(const Vec3f& v) : x(Splat(v.x())), y(Splat(v.y())), z(Splat(v.z())) {}
 
   static Vec3x8 Zero() { return {Splat(0), Splat(0), Splat(0)}; }
@@ -173,7 +175,7 @@ inline Vec3x8 operator-(const Vec3x8& a, const Vec3x8& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
 inline Vec3x8 operator-(const Vec3x8& a) { return {-a.x, -a.y, -a.z}; }
-// Colours by components, too.
+// Component by component, as colours multiply.
 inline Vec3x8 operator*(const Vec3x8& a, const Vec3x8& b) {
   return {a.x * b.x, a.y * b.y, a.z * b.z};
 }
@@ -184,7 +186,7 @@ inline Vec3x8& operator*=(Vec3x8& a, Float8 s) { return a = a * s; }
 inline Vec3x8 operator/(const Vec3x8& a, Float8 s) { return {a.x / s, a.y / s, a.z / s}; }
 inline Vec3x8 operator/(const Vec3x8& a, float s) { return {a.x / s, a.y / s, a.z / s}; }
 inline Float8 Dot(const Vec3x8& a, const Vec3x8& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-// As Eigen sums three: the bits of one vector's dot().
+// Dot product, summed in Eigen's order: gives the same bits as Vec3f::dot().
 inline Float8 Inner(const Vec3x8& a, const Vec3x8& b) {
   return a.x * b.x + (a.y * b.y + a.z * b.z);
 }

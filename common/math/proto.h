@@ -1,4 +1,4 @@
-// Between recipe messages and math types.
+// Conversions between messages of recipes and math types. Pure functions.
 #pragma once
 
 #include "common/math/types.h"
@@ -6,6 +6,7 @@
 
 namespace parallax {
 
+// Convert a vector.
 inline Vec3d FromProto(const v1::Vec3& v) { return {v.x(), v.y(), v.z()}; }
 inline v1::Vec3 ToProto(const Vec3d& v) {
   v1::Vec3 out;
@@ -14,6 +15,7 @@ inline v1::Vec3 ToProto(const Vec3d& v) {
   out.set_z(v.z());
   return out;
 }
+// The rotation is taken as it is; callers that need a unit quaternion normalise it.
 inline Pose FromProto(const v1::Transform& t) {
   return {{t.tx(), t.ty(), t.tz()}, {t.qw(), t.qx(), t.qy(), t.qz()}, t.scale()};
 }
@@ -30,7 +32,8 @@ inline v1::Transform ToProto(const Pose& pose) {
   return out;
 }
 
-// The pose of Scene.objects(object) in a keyframe.
+// Returns world_from_object of Scene.objects(object) in a keyframe. Requires that the keyframe has
+// it.
 inline Pose KeyframePose(const v1::Keyframe& keyframe, int object) {
   const auto at = [&](int k) { return double{keyframe.world_from_object(8 * object + k)}; };
   return {

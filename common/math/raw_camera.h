@@ -1,5 +1,6 @@
-// Cameras before rectification: a lens that distorts and a rotation against the rectified camera.
-// Frames: x right, y down, z forward. Pixel centres at integer coordinates + 0.5. Pure.
+// Cameras before rectification: a lens with distortion, and a rotation relative to the rectified
+// camera. Camera frame: x right, y down, z forward. Pixel centres are at integer coordinates + 0.5.
+// Pure functions.
 #pragma once
 
 #include <algorithm>
@@ -12,11 +13,13 @@
 
 namespace parallax {
 
+// A pinhole camera in pixels: focal lengths and principal point. The left edge of the image is x =
+// 0.
 struct Intrinsics {
   double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;
 };
 
-// Distortion as OpenCV models it.
+// The lens distortion of one camera, in OpenCV's models.
 // Source: OpenCV's calib3d, cv::projectPoints (rational model) and cv::fisheye::projectPoints.
 struct LensDistortion {
   enum class Model { kNone, kBrownConrady, kKannalaBrandt };
@@ -24,20 +27,21 @@ struct LensDistortion {
   // Brown-Conrady: k1 k2 p1 p2 k3 k4 k5 k6. Kannala-Brandt: k1 k2 k3 k4.
   std::array<double, 8> c{};
 
-  // Where the lens puts the direction (x, y, z), in units of the focal length; nothing where it
-  // does not see it: behind the camera, or beyond `reach`.
+  // Returns the image point of the direction (x, y, z), in units of the focal length from the
+  // principal point. Nothing if the lens does not see it: behind the camera, or beyond `reach`,
+  // which is the value of Reach().
   std::optional<Vec2d> Project(const Vec3d& direction, double reach) const;
-  // The unit direction that the lens puts at `point`; nothing beyond its reach. The error of
-  // Project(Unproject(p)) is below 1e-12.
+  // Returns the unit direction that the lens maps to `point`; nothing beyond its reach. The error
+  // of Project(Unproject(p)) is below 1e-12.
   std::optional<Vec3d> Unproject(const Vec2d& point, double reach) const;
-  // How far from the axis the image still grows: tangent (Brown-Conrady) or angle
-  // (Kannala-Brandt). Beyond it one point of the image would stand for two directions.
+  // Returns how far from the axis the lens model is one-to-one, as a tangent (Brown-Conrady) or an
+  // angle in radians (Kannala-Brandt). Beyond it, one image point would belong to two directions.
   double Reach() const;
 
   bool operator==(const LensDistortion&) const = default;
 
  private:
-  // Of Brown-Conrady's radial part at the squared tangent r2.
+  // Radial factor of Brown-Conrady at the squared tangent r2.
   double Radial(double r2) const {
     return (1 + r2 * (c[0] + r2 * (c[1] + r2 * c[4]))) /
            (1 + r2 * (c[5] + r2 * (c[6] + r2 * c[7])));
@@ -53,7 +57,7 @@ struct LensDistortion {
   }
 };
 
-// One camera of a pair as it is built. It stands where the rectified camera stands.
+// One camera of a pair as it is built. Its centre is that of the rectified camera.
 struct RawIntrinsics {
   Intrinsics k;
   int width_px = 0, height_px = 0;
@@ -61,8 +65,8 @@ struct RawIntrinsics {
   Eigen::Matrix3d rectified_from_raw = Eigen::Matrix3d::Identity();  // Rotation.
 };
 
-// How a raw camera is turned against the rectified one, radians: to the right, upwards, clockwise
-// as seen from behind it; applied in the order roll, pitch, yaw.
+// The rotation of a raw camera relative to the rectified one, in radians: yaw to the right, pitch
+// upwards, roll clockwise as seen from behind the camera. Applied in the order roll, pitch, yaw.
 struct CameraTurn {
   double yaw_rad = 0, pitch_rad = 0, roll_rad = 0;
 };
@@ -74,7 +78,7 @@ inline Eigen::Matrix3d RotationOfTurn(const CameraTurn& turn) {
       .toRotationMatrix();
 }
 
-// The turn of a rotation: RotationOfTurn(TurnOfRotation(r)) = r.
+// The inverse: RotationOfTurn(TurnOfRotation(r)) = r.
 inline CameraTurn TurnOfRotation(const Eigen::Matrix3d& r) {
   return {std::atan2(r(0, 2), r(2, 2)), std::asin(std::clamp(-r(1, 2), -1.0, 1.0)),
           std::atan2(r(1, 0), r(1, 1))};

@@ -1,4 +1,4 @@
-// Raw cameras of recipes, as math types.
+// Converts and checks the raw (unrectified) cameras of recipes. Pure functions.
 #pragma once
 
 #include <string>
@@ -9,6 +9,8 @@
 
 namespace parallax {
 
+// Converts a raw camera of a recipe. Normalises its rotation; distortion coefficients beyond the
+// eighth are ignored.
 inline RawIntrinsics FromProto(const v1::RawCamera& raw) {
   RawIntrinsics out;
   out.k = {raw.fx_px(), raw.fy_px(), raw.cx_px(), raw.cy_px()};
@@ -26,9 +28,9 @@ inline RawIntrinsics FromProto(const v1::RawCamera& raw) {
   return out;
 }
 
-// Whether the camera is one, with a direction at least for the middle of each side of its picture.
-// Polynomials that were fitted to real lenses may end before the corners.
-// Errors: kInvalidArgument, naming the point, or for numbers that are no camera's.
+// Checks that the numbers describe a camera, and that the middle of each side of its picture has a
+// direction. Corners need not have one: polynomials fitted to real lenses may end before them.
+// Errors: kInvalidArgument, for example with the point that has no direction.
 inline absl::Status CheckRawCamera(const v1::RawCamera& raw) {
   const RawIntrinsics camera = FromProto(raw);
   if (camera.width_px <= 0 || camera.height_px <= 0 || camera.width_px > 16384 ||

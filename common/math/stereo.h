@@ -1,6 +1,6 @@
-// Stereo rigs: two equal pinhole cameras that look the same way. The right camera stands baseline_m
-// along the left camera's +x, so that both images are rectified by construction. Camera frame: x
-// right, y down, z forward; pixel centres at integer coordinates + 0.5. Free functions, pure.
+// Stereo rigs: two equal pinhole cameras that look the same way. The right camera is baseline_m
+// along the left camera's +x, so both images are rectified by construction. Camera frame: x right,
+// y down, z forward. Pixel centres are at integer coordinates + 0.5. Pure functions.
 #pragma once
 
 #include <cmath>
@@ -10,8 +10,9 @@
 
 namespace parallax {
 
-// World axes of a camera without roll; columns: right, down, forward. `yaw_rad` turns from world +x
-// towards +y. `pitch_rad` is measured from straight down: pi / 2 looks at the horizon.
+// Returns the world axes of a camera without roll; columns: right, down, forward. `yaw_rad` turns
+// from world +x towards +y. `pitch_rad` is measured from straight down: pi / 2 looks at the
+// horizon.
 inline Eigen::Matrix3d CameraAxes(double yaw_rad, double pitch_rad) {
   Eigen::Matrix3d axes;
   axes.col(2) = Vec3d(std::sin(pitch_rad) * std::cos(yaw_rad),
@@ -21,23 +22,24 @@ inline Eigen::Matrix3d CameraAxes(double yaw_rad, double pitch_rad) {
   return axes;
 }
 
-// What a strategy decides about a rig.
+// The placement and cameras of a rig, as a strategy chooses them.
 struct RigSpec {
   uint32_t index = 0;                                  // The rig's folder in the dataset.
   Vec3d position = Vec3d::Zero();                      // Left eye, world.
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // Columns: right, down, forward; world.
   double baseline_m = 0.1;                             // > 0
-  Intrinsics k;                                        // Of both eyes.
+  Intrinsics k;                                        // K of both eyes.
   int width_px = 0, height_px = 0;                     // > 0
 };
 
-// Square pixels, the optical axis through the middle of the image; the angle in (0, pi).
+// Returns K with square pixels and the optical axis through the middle of the image.
+// `horizontal_fov_rad` is in (0, pi).
 inline Intrinsics CentredIntrinsics(double horizontal_fov_rad, int width_px, int height_px) {
   const double focal_px = width_px / 2.0 / std::tan(horizontal_fov_rad / 2);
   return {focal_px, focal_px, width_px / 2.0, height_px / 2.0};
 }
 
-// The recipe's rig.
+// Converts a spec into the recipe's message.
 inline v1::Rig MakeRig(const RigSpec& spec) {
   v1::Rig rig;
   rig.set_index(spec.index);
@@ -53,30 +55,32 @@ inline v1::Rig MakeRig(const RigSpec& spec) {
   return rig;
 }
 
-// World axes of both cameras; columns: right, down, forward.
+// Returns the world axes of both cameras; columns: right, down, forward.
 inline Eigen::Matrix3d RigAxes(const v1::Rig& rig) {
   return FromProto(rig.world_from_left()).rotation.normalized().toRotationMatrix();
 }
 
-// World position of an eye, 0 left or 1 right. The only place that derives the right eye; `verify`
-// derives it anew, as a check.
+// Returns the world position of eye 0 (left) or 1 (right). Only this function derives the right
+// eye, and `verify`, which does so independently as a check.
 inline Vec3d EyePosition(const v1::Rig& rig, int eye) {
   return FromProto(rig.world_from_left()).translation +
          eye * rig.baseline_m() * RigAxes(rig).col(0);
 }
 
+// Returns the pose of eye 0 or 1 as world_from_eye: both eyes have the same rotation.
 inline Pose WorldFromEye(const v1::Rig& rig, int eye) {
   Pose pose = FromProto(rig.world_from_left());
   pose.translation = EyePosition(rig, eye);
   return pose;
 }
 
-// Tangents of half of the horizontal and of half of the vertical field of view.
+// Returns the tangents of half the horizontal and half the vertical field of view, for a centred
+// axis.
 inline Vec2d HalfTangents(const v1::Rig& rig) {
   return {rig.width_px() / 2.0 / rig.fx_px(), rig.height_px() / 2.0 / rig.fy_px()};
 }
 
-// Tangents at which the middle of the image lies from the optical axis; 0 for a centred axis.
+// Returns the tangents from the optical axis to the middle of the image; 0 for a centred axis.
 inline Vec2d ShiftTangents(const v1::Rig& rig) {
   return {(rig.width_px() / 2.0 - rig.cx_px()) / rig.fx_px(),
           (rig.height_px() / 2.0 - rig.cy_px()) / rig.fy_px()};

@@ -1,5 +1,5 @@
-// Points, vectors, boxes and rigid transforms. Geometry is float (metres); poses and recipes are
-// double.
+// Points, vectors, boxes and transforms. Lengths are metres. Geometry is float; poses and recipes
+// are double. World frame: z up, right-handed.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,15 +21,19 @@ struct Pose {
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   double scale = 1.0;
 
+  // Maps a point of frame b to frame a.
   Vec3d operator*(const Vec3d& point) const { return scale * (rotation * point) + translation; }
+  // Composes transforms: a_from_b * b_from_c = a_from_c.
   Pose operator*(const Pose& b_from_c) const {
     return {*this * b_from_c.translation, (rotation * b_from_c.rotation).normalized(),
             scale * b_from_c.scale};
   }
+  // Returns b_from_a. Requires scale != 0.
   Pose Inverse() const {
     const Eigen::Quaterniond inverse = rotation.conjugate();
     return {inverse * (-translation / scale), inverse, 1.0 / scale};
   }
+  // Returns the same transform as a float matrix.
   Eigen::Affine3f Affine() const {
     Eigen::Affine3d affine = Eigen::Affine3d::Identity();
     affine.linear() = scale * rotation.toRotationMatrix();

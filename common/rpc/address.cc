@@ -45,7 +45,7 @@ bool ParsePort(std::string_view digits, int* port) {
 
 bool RpcAddress::is_local() const {
   if (is_unix() || host == "localhost" || host == "::1") return true;
-  // Only a literal: "127.example.org" is somebody's name.
+  // Accepts only an address: "127.example.org" is a host name.
   const bool numeric = host.find_first_not_of("0123456789.") == std::string::npos;
   return numeric && host.rfind("127.", 0) == 0 && std::count(host.begin(), host.end(), '.') == 3;
 }

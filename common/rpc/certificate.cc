@@ -108,7 +108,7 @@ absl::StatusOr<Certificate> ParseCertificate(const std::string& pem) {
 
 absl::StatusOr<Key> ParseKey(const std::string& pem) {
   const Bio bio(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
-  // Without this OpenSSL would ask the terminal for the password of an encrypted key.
+  // Keeps OpenSSL from asking the terminal for the password of an encrypted key.
   const auto no_password = [](char*, int, int, void*) { return 0; };
   Key key(PEM_read_bio_PrivateKey(bio.get(), nullptr, no_password, nullptr));
   ERR_clear_error();

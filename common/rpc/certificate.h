@@ -1,10 +1,10 @@
-// X.509 for a farm: one authority of its own, a certificate for the coordinator, one for each
-// worker pool and each person, with the role in it. The only home of OpenSSL's certificates.
+// X.509 certificates of a farm: its own authority, a certificate for the coordinator, and one for
+// each worker pool and each person, which carries the role. They are made and read only here.
 //
-// A party's files stand in one folder: ca.crt (whom it trusts), tls.crt, tls.key (who it is) - the
-// names that a Kubernetes TLS secret has too.
+// Each party has one folder with ca.crt (the authority that it trusts), tls.crt and tls.key (its
+// own certificate and key). A Kubernetes TLS secret has the same names.
 //
-// Functions are thread-safe.
+// All functions are thread-safe.
 #pragma once
 
 #include <memory>
@@ -18,42 +18,45 @@
 
 namespace parallax {
 
+// A certificate and its private key, both as PEM.
 struct KeyPair {
   std::string certificate_pem;
   std::string key_pem;  // P-256, PKCS 8, not encrypted.
 };
 
+// The parts of a certificate that Parallax uses.
 struct CertificateFacts {
   std::string name;                // Common name.
   std::optional<Role> role;        // Absent for authorities and servers.
-  std::vector<std::string> hosts;  // Of a server: names and addresses it may be reached by.
+  std::vector<std::string> hosts;  // A server's names and addresses.
   double not_before_unix_s = 0;
   double not_after_unix_s = 0;
-  std::string sha256;  // Its fingerprint: of the DER form, lower-case hex.
+  std::string sha256;  // Fingerprint of the DER form, lower-case hex.
 };
 
-// What a new certificate says. Valid from five minutes before `now_unix_s` (clocks differ) for
-// `days`, but no longer than its authority.
+// Name and validity of a new certificate. It is valid from five minutes before `now_unix_s` (clocks
+// differ) for `days` days, but no longer than its authority.
 struct CertificateOrder {
   std::string name;  // [A-Za-z0-9][A-Za-z0-9._-]*, at most 64 characters.
   double now_unix_s = 0;
   double days = 0;
 };
 
-// Errors of all: kInvalidArgument for names and hosts; kInternal for what OpenSSL says.
+// Make an authority, and issue certificates of servers and clients with their keys.
+// Errors: kInvalidArgument for a bad name or host; kInternal with OpenSSL's message.
 absl::StatusOr<KeyPair> MakeAuthority(const CertificateOrder& order);
 absl::StatusOr<KeyPair> IssueServer(const KeyPair& authority, const CertificateOrder& order,
                                     const std::vector<std::string>& hosts);
 absl::StatusOr<KeyPair> IssueClient(const KeyPair& authority, const CertificateOrder& order,
                                     Role role);
 
-// What a certificate says. Errors: kInvalidArgument for what is no PEM certificate.
+// Parses a certificate. Errors: kInvalidArgument if `pem` is not a PEM certificate.
 absl::StatusOr<CertificateFacts> ReadCertificate(const std::string& pem);
 
 std::string DateOf(double unix_s);         // "2026-11-21"
 std::string DateAndTimeOf(double unix_s);  // "2026-11-21 14:03:59"
 
-// One party's files, read.
+// The content of one party's folder.
 struct TlsIdentity {
   std::string dir;  // For messages.
   std::string ca_pem;
@@ -61,9 +64,10 @@ struct TlsIdentity {
   CertificateFacts facts;
 };
 
-// Errors: kNotFound naming the file that the folder lacks; kInvalidArgument for files that are no
-// PEM; kFailedPrecondition for a key of another certificate, a certificate that ca.crt did not
-// sign, one that has expired or is not valid yet. Each says what to do.
+// Reads and checks the folder `dir`. Errors: each says what to do. kNotFound that names a missing
+// file; kInvalidArgument for a file that is not PEM; kFailedPrecondition if the key belongs to
+// another certificate, or the certificate was not signed by ca.crt, has expired or is not valid
+// yet.
 absl::StatusOr<std::shared_ptr<const TlsIdentity>> LoadTlsIdentity(const std::string& dir,
                                                                    Clock& clock);
 

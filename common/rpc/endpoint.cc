@@ -103,7 +103,7 @@ void QuietGrpcLog() {
   (void)done;
 }
 
-// On the monotonic clock: it holds when the wall clock jumps.
+// Uses the monotonic clock, so the deadline holds when the wall clock jumps.
 gpr_timespec DeadlineAfter(std::chrono::duration<double> span) {
   return gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC),
                       gpr_time_from_micros(static_cast<int64_t>(span.count() * 1e6), GPR_TIMESPAN));
@@ -208,8 +208,8 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> ConnectRpc(const RpcAddress& addr
   arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   // Callers have their own back-off; the channel's must not hide a coordinator that is back.
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
-  // How long one try may take, in spite of its name: a TLS handshake with a busy or far machine
-  // needs more than the 100 ms between tries.
+  // In spite of its name, this bounds the time of one try: a TLS handshake with a busy or far
+  // machine needs more than the 100 ms between tries.
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 2'000);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2'000);
   // A proxy named by the environment is for the web, not for the machine's own sockets.

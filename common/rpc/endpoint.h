@@ -1,8 +1,8 @@
-// Making gRPC channels and servers, so that limits, keepalive and security are the same everywhere.
+// Makes gRPC channels and servers with the same limits, keepalive and security everywhere.
 //
-// Without TLS only this machine is reachable (loopback, Unix sockets), unless the user asked for
-// `insecure`. With TLS both sides show a certificate of the same authority, on every TCP address;
-// Unix sockets stay plain, the file system guards them.
+// Without TLS, only endpoints of this machine are allowed (loopback, Unix sockets), unless the user
+// asked for `insecure`. With TLS, both sides show a certificate of the same authority on every TCP
+// address. Unix sockets have no TLS; the file system guards them.
 #pragma once
 
 #include <chrono>
@@ -27,64 +27,67 @@ class Service;
 
 namespace parallax {
 
-// Bound of one message in either direction.
+// Largest message in either direction, in bytes.
 inline constexpr int kMaxRpcMessageBytes = 64 << 20;
 
-// How an endpoint is secured: whoever connects or listens passes it on.
+// How an endpoint is secured.
 struct RpcSecurity {
   bool insecure = false;  // Plain text to and from other machines.
   std::shared_ptr<const TlsIdentity> tls = nullptr;
 };
 
-// Reads the TLS folder `tls_dir` ("": none). Errors: those of LoadTlsIdentity; kInvalidArgument for
-// both at a time.
+// Reads the TLS folder `tls_dir`; "" for none. Errors: those of LoadTlsIdentity; kInvalidArgument
+// if both `insecure` and a folder are given.
 absl::StatusOr<RpcSecurity> MakeRpcSecurity(bool insecure, const std::string& tls_dir,
                                             Clock& clock);
 
-// Whether `address` may be used with `security`. Errors: kFailedPrecondition, saying what is
+// Checks that `address` may be used with `security`. Errors: kFailedPrecondition that says what is
 // needed.
 absl::Status CheckRpcSecurity(const RpcAddress& address, const RpcSecurity& security);
 
-// A channel that connects when first used, and again after losses. Errors: those of
-// CheckRpcSecurity; kInvalidArgument for port 0.
+// Returns a channel that connects when it is first used and reconnects when the connection is lost.
+// Errors: those of CheckRpcSecurity; kInvalidArgument for port 0.
 absl::StatusOr<std::shared_ptr<grpc::Channel>> ConnectRpc(const RpcAddress& address,
                                                           const RpcSecurity& security);
 
-// Why a connection to `address` fails for reasons of security: no TLS on one side, a wrong
-// authority, an expired certificate, a wrong host name, a refused certificate. OK when there is
-// nothing wrong or nobody answers. Errors: kUnauthenticated, saying what to do. Connects once more
-// by hand, at most a few seconds: for the moment after a failure.
+// Explains why a connection to `address` fails, if security is the reason: no TLS on one side, a
+// wrong authority, an expired certificate, a wrong host name, a refused certificate. Call it after
+// a failure: it makes a connection of its own, for at most a few seconds. Returns OK if it finds no
+// such reason or nobody answers. Errors: kUnauthenticated that says what to do.
 absl::Status ExplainRpcSecurity(const RpcAddress& address, const RpcSecurity& security);
 
-// A deadline from now on. Every unary call has one.
+// Sets the deadline of a call to `timeout` from now. Every unary call has one.
 void SetRpcTimeout(grpc::ClientContext& context, std::chrono::duration<double> timeout);
 
-// Who calls. A caller without certificate comes from this machine (or through `insecure`): it has
-// all roles.
+// The caller of an RPC. A caller without a certificate is on this machine (or came through
+// `insecure`) and has all roles.
 struct RpcCaller {
   bool has_certificate = false;
-  std::string name;          // Of the certificate.
+  std::string name;          // Common name of the certificate.
   std::string sha256;        // Its fingerprint.
   std::optional<Role> role;  // Absent in a certificate that isn't for clients.
 
+  // Returns whether the caller has this role.
   bool Is(Role wanted) const { return !has_certificate || role == wanted; }
 };
+// Returns the caller of a call in progress.
 RpcCaller CallerOf(const grpc::ServerContextBase& context);
-// For the audit table: "submitter ada ipv4:10.0.0.7:4711", or the address alone.
+// Returns the caller for the audit table: "submitter ada ipv4:10.0.0.7:4711", or the address alone
+// without a certificate.
 std::string ActorOf(const grpc::ServerContextBase& context);
 
-// Whether a caller with a certificate may call "/package.Service/Method".
+// Decides whether a caller with a certificate may call "/package.Service/Method": OK if it may.
 using RpcGate = std::function<absl::Status(const RpcCaller& caller, std::string_view method)>;
 
 // A listening server. Thread-safe.
 class RpcServer {
  public:
-  // Listens on all addresses or on none. `services` outlive the server. Every call with a
-  // certificate passes `gate` before its message is read; without a gate it is refused. A port is
-  // never shared with another process, and a Unix socket that another process serves is not taken
-  // away from it; only its owner may connect to it. Errors: kAlreadyExists for an address in use;
-  // kPermissionDenied, kNotFound... from the socket, each naming the address; those of
-  // CheckRpcSecurity.
+  // Listens on all addresses or on none. `services` must outlive the server. `gate` checks every
+  // call with a certificate before its message is read; without a gate such calls are refused.
+  // Ports are not shared with other processes, and a Unix socket that another process serves is
+  // left alone. Only the owner of a Unix socket may connect to it. Errors: kAlreadyExists for an
+  // address in use; kPermissionDenied, kNotFound and others of the socket, each naming the address;
+  // those of CheckRpcSecurity.
   static absl::StatusOr<std::unique_ptr<RpcServer>> Start(
       const std::vector<RpcAddress>& addresses, const RpcSecurity& security,
       const std::vector<grpc::Service*>& services, RpcGate gate = nullptr);
@@ -95,11 +98,11 @@ class RpcServer {
   }
   ~RpcServer();  // Shuts down at once.
 
-  // With the ports that port 0 became.
+  // The addresses of Start, with the actual port in place of port 0.
   const std::vector<RpcAddress>& addresses() const { return addresses_; }
 
-  // No new calls; calls in progress may end within `grace`, then they are cancelled. Waits.
-  // Idempotent.
+  // Refuses new calls, lets calls in progress end for up to `grace`, cancels the rest, and returns
+  // when all have ended. Idempotent.
   void Shutdown(std::chrono::duration<double> grace);
 
  private:

@@ -21,7 +21,7 @@ constexpr char kHowToIssue[] =
 
 absl::Status Refused(const std::string& message) { return absl::UnauthenticatedError(message); }
 
-// A connected socket, or -1: whoever can't be reached has no certificate to talk about.
+// Returns a connected socket; -1 if the address can't be reached, which is no fault of security.
 int Connect(const RpcAddress& address) {
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;
@@ -47,7 +47,7 @@ int Connect(const RpcAddress& address) {
   return connected;
 }
 
-// What goes on in one handshake.
+// State of one handshake.
 struct Handshake {
   bool done = false;
   bool other_side_speaks_tls = false;

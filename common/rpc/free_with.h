@@ -1,9 +1,9 @@
-// How a std::unique_ptr gives an object of a C library back.
+// A deleter of std::unique_ptr for objects of C libraries.
 #pragma once
 
 namespace parallax {
 
-// The deleter that calls `Free`: std::unique_ptr<BIO, FreeWith<BIO_free_all>>.
+// Calls `Free`: std::unique_ptr<BIO, FreeWith<BIO_free_all>>.
 template <auto Free>
 struct FreeWith {
   template <typename T>

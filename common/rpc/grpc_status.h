@@ -1,4 +1,4 @@
-// grpc::Status <-> absl::Status. The codes are the same numbers.
+// Converts between grpc::Status and absl::Status. Their codes are the same numbers.
 #pragma once
 
 #include "common/base/status.h"
@@ -9,9 +9,10 @@ class Status;
 
 namespace parallax {
 
-// Errors: the code and message of `status`.
+// Converts a status of gRPC. Errors: the code and message of `status`.
 absl::Status FromGrpc(const grpc::Status& status);
-// The message is cut at 2,000 bytes: it travels in a header, whose size is bounded.
+// Returns the same code, and the message cut to 2,000 bytes: it travels in a header of bounded
+// size.
 grpc::Status ToGrpc(const absl::Status& status);
 
 }  // namespace parallax

@@ -15,7 +15,7 @@ namespace {
 
 using Seconds = std::chrono::duration<double>;
 
-// For a call without bytes, and for each file on top of what its bytes take at 1 MB/s.
+// Time limit of a call without bytes; a file's limit adds the time of its bytes at 1 MB/s.
 constexpr double kPatience_s = 30;
 constexpr double kSlowestLink_bytes_per_s = 1e6;
 constexpr size_t kChunkBytes = 1 << 20;

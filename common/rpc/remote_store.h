@@ -1,9 +1,10 @@
-// The coordinator's store through `parallax.v1.Artifacts`, for who does not see it. What is put is
-// durable in the store when Put returns; a file that is there already is not sent again.
+// The coordinator's store through `parallax.v1.Artifacts`, for machines that cannot reach the store
+// itself. Files are durable in the store when Put returns; a file that is there already is not sent
+// again.
 //
-// A worker writes below its attempt's folder only, while it holds the attempt; clients only read.
-// No call retries: kUnavailable and kResourceExhausted are worth another try, kAborted says that
-// the attempt is lost.
+// A worker may write only below its attempt's folder, while it holds the attempt; clients only
+// read. Calls are not retried. Errors, beside those of Store: kUnavailable and kResourceExhausted
+// are worth another try; kAborted means that the worker no longer holds the attempt.
 #pragma once
 
 #include <memory>
@@ -18,12 +19,13 @@ class Channel;
 
 namespace parallax {
 
+// The worker and attempt that write; both empty for clients, which only read.
 struct RemoteStoreWriter {
   std::string worker;
   v1::AttemptId attempt;
 };
 
-// Thread-safe.
+// Returns a store that sends its calls over `channel`. Thread-safe.
 std::unique_ptr<Store> MakeRemoteStore(std::shared_ptr<grpc::Channel> channel,
                                        RemoteStoreWriter writer);
 

@@ -48,7 +48,7 @@ absl::StatusOr<Fingerprints> ReadFingerprints(const std::string& path) {
   return found;
 }
 
-// What changes when a file is written anew.
+// Time and size of the file: one of them changes when it is written again.
 std::pair<fs::file_time_type, uintmax_t> StampOf(const std::string& path) {
   std::error_code error;
   const auto time = fs::last_write_time(path, error);

@@ -1,5 +1,5 @@
-// Certificates that a farm no longer accepts: a file of the coordinator's TLS folder with one
-// SHA-256 fingerprint a line, which is read again when it changes.
+// The certificates that a farm no longer accepts: a file in the coordinator's TLS folder with one
+// SHA-256 fingerprint a line. It is read again when it changes.
 #pragma once
 
 #include <memory>
@@ -11,21 +11,21 @@
 
 namespace parallax {
 
-// The file's name in the folder that `coordinator serve --tls` gets.
+// Name of the file in the folder of `coordinator serve --tls`.
 inline constexpr char kRevokedFile[] = "revoked";
 
 // Thread-safe.
 class RevokedCertificates {
  public:
-  // `path` may be absent: then nothing is revoked. A file that can't be read later on changes
-  // nothing, and is told in the log. Errors: kInvalidArgument for a line that is no fingerprint;
-  // those of reading.
+  // Reads the list. If there is no file at `path`, nothing is revoked. If a changed file can't be
+  // read later, the old list stays and the log has a warning. `clock` must outlive the object.
+  // Errors: kInvalidArgument for a line that is not a fingerprint; those of ReadFile.
   static absl::StatusOr<std::unique_ptr<RevokedCertificates>> Open(const std::string& path,
                                                                    Clock& clock);
   virtual ~RevokedCertificates() = default;
 
-  // Whether the certificate with this fingerprint (lower-case hex) is revoked, as of at most a
-  // second ago.
+  // Returns whether the certificate with this fingerprint (lower-case hex) is revoked. A change of
+  // the file counts after at most a second.
   virtual bool Contains(std::string_view sha256) = 0;
 };
 

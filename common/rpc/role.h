@@ -1,5 +1,5 @@
-// What a party of a farm may be. A certificate carries its role (see certificate.h); each RPC has
-// the roles that may call it (coordinator/rpc/access.h).
+// The roles of a farm's parties. A certificate carries its owner's role (see certificate.h), and a
+// table has the roles that may call each RPC (coordinator/rpc/access.h).
 #pragma once
 
 #include <array>
@@ -11,14 +11,15 @@ namespace parallax {
 
 enum class Role {
   kWorker,     // Does jobs.
-  kSubmitter,  // Submits studies, steers its own, reads.
-  kOperator,   // Steers all studies, reads all, the audit too.
-  kReadOnly,   // Looks and fetches.
+  kSubmitter,  // Submits studies, steers its own, reads all.
+  kOperator,   // Steers all studies and workers, reads all and the audit table.
+  kReadOnly,   // Reads studies and fetches results.
 };
 
 inline constexpr std::array<Role, 4> kAllRoles = {Role::kWorker, Role::kSubmitter, Role::kOperator,
                                                   Role::kReadOnly};
 
+// Returns the name of a role as certificates and options have it.
 constexpr std::string_view RoleName(Role role) {
   switch (role) {
     case Role::kWorker:
@@ -33,6 +34,7 @@ constexpr std::string_view RoleName(Role role) {
   return "";
 }
 
+// Returns the role of that name; nothing for an unknown name.
 constexpr std::optional<Role> ParseRole(std::string_view name) {
   for (Role role : kAllRoles) {
     if (RoleName(role) == name) return role;

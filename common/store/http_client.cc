@@ -15,7 +15,7 @@ namespace parallax {
 namespace {
 
 constexpr long kConnectPatience_s = 10;
-// A transfer below this speed for so long has died.
+// A transfer that is slower than this for so long is given up.
 constexpr long kSlowest_bytes_per_s = 1000;
 constexpr long kSlowPatience_s = 30;
 constexpr size_t kHashedAtOnce = 1 << 18;
@@ -39,13 +39,13 @@ size_t TakeHeader(char* data, size_t size, size_t count, void* answer) {
   return size * count;
 }
 
-// What is still to be sent of a body.
+// Progress of sending a body.
 struct Sending {
   const HttpBody* body;
   int64_t sent = 0;
 };
 
-// At most `size` bytes from `at` on; less than 0 is an error.
+// Reads at most `size` bytes from `at` on. Returns their number; less than 0 is an error.
 ssize_t ReadBody(const HttpBody& body, int64_t at, char* data, size_t size) {
   size = std::min(size, static_cast<size_t>(body.size() - at));
   if (body.fd >= 0) return size == 0 ? 0 : pread(body.fd, data, size, body.offset + at);

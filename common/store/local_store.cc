@@ -366,7 +366,7 @@ absl::StatusOr<std::unique_ptr<Store>> OpenLocalStore(const std::string& root,
   }
   if (fd.get() < 0) return ErrnoError(errno, "store " + folder);
 
-  // A full or read-only disk is told now and not after the first hour of rendering.
+  // A full or read-only disk is found now rather than after the first hour of rendering.
   if (!options.read_only) {
     const std::string probe = TemporaryName();
     const absl::Status status = ReplaceFile(fd.get(), probe, "probe", folder);

@@ -1,5 +1,5 @@
-// The store as a folder of this machine. Paths are followed part by part from the root's descriptor
-// without ever following a symbolic link, so that no path leads out of it.
+// A store in a folder of this machine. Paths are opened part by part from the root's descriptor and
+// symbolic links are never followed, so no path leads out of the folder.
 #pragma once
 
 #include <memory>
@@ -10,14 +10,15 @@
 
 namespace parallax {
 
-// The marker in the root of every store: `{"store": "<32 hex digits>"}`. A worker that does not
-// find it stands before a disk that is not mounted, or the wrong one.
+// The marker file in the root of every store: `{"store": "<32 hex digits>"}`. If a worker does not
+// find it, the shared disk is not mounted, or it is another one.
 inline constexpr std::string_view kStoreMarker = ".parallax-store";
-// Files being written: never listed, never read as results.
+// Prefix of files that are being written. They are never listed or read as results.
 inline constexpr std::string_view kTemporaryPrefix = ".tmp-";
 
-// With options.create: makes `root` (and its parents) and its marker. Proves that it can be written
-// to. Errors name the folder and the cause; see OpenStore.
+// Opens the store in the folder `root`. With options.create, makes the folder, its parents and its
+// marker if absent. Unless options.read_only, checks that it can be written to. Errors: those of
+// OpenStore, naming the folder and the cause.
 absl::StatusOr<std::unique_ptr<Store>> OpenLocalStore(const std::string& root,
                                                       const StoreOptions& options);
 

@@ -185,7 +185,7 @@ class S3Store final : public Store {
     return absl::FailedPreconditionError("store " + Uri() + " is no folder of this machine");
   }
 
-  // Whether we may do here what we are to do.
+  // Checks that we may read and, unless `read_only`, write here.
   absl::Status Probe(bool read_only) {
     if (read_only) {
       return Ask({.method = "GET"}, "", {{"list-type", "2"}, {"max-keys", "1"}}, {}).status();
@@ -277,7 +277,7 @@ class S3Store final : public Store {
         .status();
   }
 
-  // Nothing is to be seen of it before the last request.
+  // Sends a file in parts. The object becomes visible with the last request.
   absl::Status PutInParts(const std::string& key, const HttpBody& body, const std::string& sha256) {
     ASSIGN_OR_RETURN(
         const HttpAnswer begun,
@@ -308,7 +308,7 @@ class S3Store final : public Store {
     done += "</CompleteMultipartUpload>";
     ASSIGN_OR_RETURN(const HttpAnswer answer, Ask({.method = "POST", .body = {.bytes = done}}, key,
                                                   {{"uploadId", upload}}, {}));
-    // It may fail with 200: the server begins its answer before it knows.   Source: S3's API.
+    // The call may fail with 200, because the server answers before it knows.   Source: S3's API.
     if (answer.body.find("<Error>") != std::string::npos) return ErrorOf(answer, "s3 parts");
     return absl::OkStatus();
   }

@@ -1,5 +1,5 @@
-// The store as objects of an S3 server: AWS, MinIO, Ceph... Requests are signed with SigV4 by
-// libcurl, of which this is the only home.
+// A store of objects on an S3 server: AWS, MinIO, Ceph... libcurl signs the requests with SigV4;
+// only this folder uses libcurl.
 //
 //   s3://BUCKET[/PREFIX][?endpoint=URL&region=NAME&path_style=1]
 //
@@ -11,9 +11,9 @@
 // Credentials stand in the environment only, never in the URI, which is shown and logged:
 // AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and, for temporary ones, AWS_SESSION_TOKEN.
 //
-// A file is there whole or not at all, and durable when Put returns: that is S3's promise. The
-// server checks each object's SHA-256. Files beyond 64 MiB go in parts. Answers of 429 and 5xx and
-// broken connections are tried again after a growing pause.
+// S3 promises that an object is there whole or not at all, and durable when Put returns. The server
+// checks each object's SHA-256. Files larger than 64 MiB are sent in parts. Answers 429 and 5xx and
+// broken connections are retried after a growing pause.
 #pragma once
 
 #include <chrono>
@@ -24,6 +24,7 @@
 
 namespace parallax {
 
+// Place and credentials of a store on S3, and how requests are retried.
 struct S3Options {
   std::string bucket;
   std::string prefix;    // "" or "a/b", without slashes at its ends.
@@ -33,18 +34,18 @@ struct S3Options {
   std::string access_key;
   std::string secret_key;
   std::string session_token;
-  int64_t part_bytes = 64 << 20;  // S3 wants at least 5 MiB but for the last part.
+  int64_t part_bytes = 64 << 20;  // S3 wants at least 5 MiB, except for the last part.
   int tries = 7;
   std::chrono::milliseconds first_pause{100};  // Doubles with each try.
   std::chrono::milliseconds longest_pause{5000};
 };
 
-// From the URI and the environment. Errors: kInvalidArgument naming what is wrong in the URI;
-// kFailedPrecondition without credentials.
+// Reads the options from the URI and the environment. Errors: kInvalidArgument that names what is
+// wrong in the URI; kFailedPrecondition without credentials.
 absl::StatusOr<S3Options> ParseS3Uri(std::string_view uri);
 
-// Errors: those of a first small write, so that a wrong bucket or key shows at once; with
-// `store.read_only` of a first listing.
+// Opens the store and tries it at once by a small write, or by a listing with `store.read_only`, so
+// that a wrong bucket or key is found here. Errors: those of that first call.
 absl::StatusOr<std::unique_ptr<Store>> OpenS3Store(const S3Options& options,
                                                    const StoreOptions& store = {});
 

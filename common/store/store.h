@@ -1,6 +1,6 @@
-// Where attempts' outputs live: a tree of folders that workers fill and that is never changed after
-// publication. Paths are relative ("<key>/.attempt-<fence>/003/left.png"), '/'-separated, and
-// confined to the store.
+// The store of attempts' outputs: a tree of folders that workers fill, and that never changes after
+// publication. Paths are relative ("<key>/.attempt-<fence>/003/left.png"), separated by '/', and
+// cannot leave the store; see CheckStorePath.
 #pragma once
 
 #include <memory>
@@ -12,11 +12,13 @@
 
 namespace parallax {
 
+// A file in a listing: its path in the store and its size in bytes.
 struct StoreEntry {
   std::string path;
   int64_t size = 0;
 };
 
+// Size in bytes and hash of a file's content.
 struct StoreFile {
   int64_t size = 0;
   std::string sha256;  // Lower-case hex.
@@ -26,57 +28,60 @@ struct StoreFile {
 class Store {
  public:
   virtual ~Store() = default;
-  // "file:///abs/dir", "s3://bucket/prefix?..."
+  // The URI that OpenStore opens: "file:///abs/dir", "s3://bucket/prefix?...".
   virtual std::string Uri() const = 0;
-  // In the marker of a folder's root; "" where a store needs none.
+  // The id in the marker of a folder's root; "" for a store without a marker.
   virtual std::string Id() const { return ""; }
-  // Durable when it returns: data and directory entries are on disk, or nothing is there.
-  // Errors of all here: kInvalidArgument as CheckStorePath; kNotFound for what isn't there;
-  // kPermissionDenied, kResourceExhausted and kUnavailable as the disk or the service says.
+  // Writes a file, whole or not at all. When it returns OK, data and directory entries are durable.
+  // Errors of all methods: kInvalidArgument for a path that CheckStorePath refuses; kNotFound for a
+  // missing file; kPermissionDenied, kResourceExhausted and kUnavailable from the disk or service.
   virtual absl::Status Put(std::string_view path, std::string_view bytes) = 0;
-  // As Put, of a file of this machine with these facts; the same file again costs nothing or
-  // little. With `may_move` the local file may be gone afterwards. Errors: kDataLoss when what
-  // arrives isn't what `facts` say.
+  // Puts a file of this machine whose size and hash are `facts`. Putting the same file again costs
+  // little or nothing. With `may_move`, the local file may be gone afterwards. Errors: those of
+  // Put; kDataLoss if the bytes that arrive differ from `facts`.
   virtual absl::Status PutFile(std::string_view path, const std::string& local_path,
                                const StoreFile& facts, bool may_move);
-  // Errors: those of Put; kNotFound.
+  // Returns the content of a file. Errors: those of Put; kNotFound.
   virtual absl::StatusOr<std::string> Get(std::string_view path) const = 0;
-  // At most `max_bytes` from `offset` on; "" at the end. Errors: those of Get.
+  // Returns at most `max_bytes` bytes from `offset` on; "" at the end. Errors: those of Get.
   virtual absl::StatusOr<std::string> GetPiece(std::string_view path, int64_t offset,
                                                size_t max_bytes) const = 0;
-  // Files below `prefix`; none when it isn't there. Errors: those of Put.
+  // Returns the files below `prefix`; none if there is no such folder. Errors: those of Put.
   virtual absl::StatusOr<std::vector<StoreEntry>> List(std::string_view prefix) const = 0;
-  // What isn't there is removed already. Errors: those of Put.
+  // Removes a file, or a folder with all that is in it. Returns OK if there is none. Errors: those
+  // of Put.
   virtual absl::Status RemoveTree(std::string_view path) = 0;
-  // The local folder of a path. Errors: kFailedPrecondition when the store is not a directory of
-  // this machine.
+  // Returns the path in this machine's file system. Errors: kFailedPrecondition if the store is not
+  // a folder of this machine.
   virtual absl::StatusOr<std::string> LocalPath(std::string_view path) const = 0;
 };
 
-// Errors: kInvalidArgument unless the path is relative, normal, without "..", empty parts, NUL or
-// backslash, and without the store's own names (".tmp-...", ".parallax-store").
+// Checks a path in a store. Errors: kInvalidArgument unless it is relative and normal, without
+// "..", empty parts, NUL or backslash, and without the store's own names (".tmp-...",
+// ".parallax-store").
 absl::Status CheckStorePath(std::string_view path);
 
+// How a store is opened.
 struct StoreOptions {
-  // Make the folder, and its marker if it is new. Without, a folder that is absent or has no
-  // marker is refused: it is likely a shared disk that is not mounted.
+  // Make the folder and its marker if it is new. If false, a folder that is absent or has no marker
+  // is refused: it is probably a shared disk that is not mounted.
   bool create = true;
-  // Not empty: the marker must say this.
+  // Not empty: the marker must have this id.
   std::string id;
-  // Only to read from: whether it can be written is not tried.
+  // The store is only read: opening it does not try to write.
   bool read_only = false;
 };
 
-// "file:///abs/dir", a plain path, or "s3://bucket/prefix?endpoint=..." (see s3_store.h).
-// Errors name the folder and the cause: kNotFound for an absent folder or marker,
-// kFailedPrecondition for the marker of another store.
+// Opens the store at "file:///abs/dir", a plain path, or "s3://bucket/prefix?endpoint=..." (see
+// s3_store.h). Errors: each names the folder and the cause. kNotFound for an absent folder or
+// marker; kFailedPrecondition for the marker of another store; those of Put if it can't be written.
 absl::StatusOr<std::unique_ptr<Store>> OpenStore(std::string_view uri,
                                                  const StoreOptions& options = {});
 
-// fsync of a file or folder by path. Errors: as open(2) and fsync(2), naming it.
+// Makes a file or folder durable by fsync. Errors: those of open(2) and fsync(2), naming the path.
 absl::Status SyncPath(const std::string& path);
-// Writes the file whole or not at all: temporary name in the same folder, fsync, rename, fsync of
-// the folder. Errors: as WriteFile and rename(2), naming the path.
+// Writes a file whole or not at all: writes under a temporary name in the same folder, fsyncs,
+// renames, and fsyncs the folder. Errors: those of WriteFile and rename(2), naming the path.
 absl::Status WriteFileAtomically(const std::string& path, std::string_view bytes);
 
 }  // namespace parallax

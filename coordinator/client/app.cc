@@ -135,7 +135,7 @@ int Report(const absl::Status& status, const Session& session) {
   std::string message(ToStd(status.message()));
   while (!message.empty() && message.back() == '\n') message.pop_back();
   if (absl::IsCancelled(status)) {
-    // Somebody wanted it: no error.
+    // The user stopped it, which is not an error.
     *session.err().stream << session.err().Paint(Tone::kWarning, "stopped:") << " " << message
                           << "\n";
   } else {

@@ -1,5 +1,5 @@
-// The program `parallax`: reads arguments, runs one command, reports its outcome. Everything that a
-// command sees of the outside stands in Environment, so that tests run commands in process.
+// The program `parallax`: parses the arguments, runs one command and reports its outcome. Commands
+// reach the outside only through Environment, so that tests can run them in process.
 #pragma once
 
 #include <string>
@@ -10,19 +10,21 @@
 
 namespace parallax::client {
 
+// The outside of commands: streams, clock and a user who answers.
 struct Environment {
   Terminal out;
   Terminal err;
   Clock* clock = &Clock::System();
-  // Between two looks at a study; tests shorten it.
+  // Seconds between two looks at a study; tests shorten it.
   double poll_s = 0.5;
-  // Between two lines of progress where nothing can be redrawn.
+  // Seconds between two lines of progress where lines cannot be redrawn.
   double plain_line_s = 30;
-  // A question is asked on `err`; the answer comes from here. Absent: nobody can answer.
+  // Answers to questions, which are asked on `err`. Null: nobody can answer.
   std::istream* answers = nullptr;
 };
 
-// `arguments` without the program's name. Returns the exit code; errors are one line each on `err`.
+// Runs the command that `arguments` (without the program's name) give. Returns the exit code;
+// errors are written to `err`, one line each.
 int RunClient(const std::vector<std::string>& arguments, Environment& environment);
 
 }  // namespace parallax::client

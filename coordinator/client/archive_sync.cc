@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kFramesAtOnce = 500;
 
-// Names become folders and files here, whoever gave them to the coordinator.
+// Checks names that become folders and files here: another client may have chosen them.
 absl::Status CheckNames(const v1::PublishedFrame& frame) {
   RETURN_IF_ERROR(CheckName("variant", frame.variant()));
   RETURN_IF_ERROR(CheckStorePath(frame.frame().path()));

@@ -1,7 +1,7 @@
-// Keeps a dataset folder in step with a study: brings what has been published since the last call
-// out of the coordinator's store. What is there already is left alone.
+// Keeps a dataset folder up to date with a study: each call copies the frames that were published
+// since the last one out of the coordinator's store. Frames in the folder are left alone.
 //
-// Not thread-safe. Borrows the connection.
+// Not thread-safe. Borrows the connection of each call.
 #pragma once
 
 #include <memory>
@@ -17,15 +17,15 @@ namespace parallax::client {
 
 class ArchiveSync {
  public:
-  // Errors: those of ArchiveWriter::Open.
+  // Opens the dataset in `out_dir`, or creates it. Errors: those of ArchiveWriter::Open.
   static absl::StatusOr<std::unique_ptr<ArchiveSync>> Open(const std::string& out_dir,
                                                            const v1::StudySpec& study);
 
-  // All frames published by now. Files are linked from a store that this machine sees, and streamed
-  // through the coordinator otherwise. Errors: the connection's, the store's and the archive's.
+  // Adds all frames that are published by now. Links files if this machine can see the store, else
+  // streams them through the coordinator. Errors: the connection's, the store's and the archive's.
   absl::Status CatchUp(Connection& connection, int64_t study_id);
-  // Index and card of what is there; they read everything, so not after each frame.
-  // Errors: those of ArchiveWriter::Finish.
+  // Writes the index and the card of the dataset. It reads the whole folder, so call it now and
+  // then rather than after each frame. Errors: those of ArchiveWriter::Finish.
   absl::Status Finish() { return writer_->Finish(); }
 
   const ArchiveWriter& writer() const { return *writer_; }

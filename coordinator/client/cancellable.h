@@ -1,4 +1,4 @@
-// Long work on this machine that Ctrl-C ends in an orderly way.
+// Lets Ctrl-C end long work on this machine in an orderly way.
 #pragma once
 
 #include <atomic>
@@ -10,8 +10,8 @@
 
 namespace parallax::client {
 
-// While it lives, Ctrl-C and SIGTERM cancel `token()` instead of ending the process. At most one
-// lives at a time.
+// While it lives, Ctrl-C and SIGTERM cancel `token()` instead of ending the process. Only one may
+// live at a time.
 class CancellableScope {
  public:
   CancellableScope()

@@ -1,5 +1,5 @@
-// A client's side of the service `parallax.v1.Coordinator`: every call with a deadline, every error
-// as a sentence.
+// The client's side of the service `parallax.v1.Coordinator`. Every call has a deadline, and every
+// error is a sentence for the user.
 //
 // Thread-safe.
 #pragma once
@@ -22,17 +22,19 @@ inline constexpr char kDefaultCoordinator[] = "127.0.0.1:7070";
 
 class Connection {
  public:
-  // Errors: kInvalidArgument for a bad address, kFailedPrecondition for one that would need TLS or
-  // `insecure`. Whether somebody listens there shows at the first call.
+  // Makes a connection without connecting yet: the first call shows whether somebody listens.
+  // Errors: kInvalidArgument for a bad address; kFailedPrecondition for one that needs TLS or
+  // `insecure`.
   static absl::StatusOr<std::unique_ptr<Connection>> Open(const std::string& address,
                                                           const RpcSecurity& security = {});
   ~Connection();
 
   const std::string& address() const { return address_; }
 
-  // Texts of replies are printable (common/base/names.h). Lists come in as many calls as they need.
-  // Errors of all: kUnavailable, saying how to start a coordinator, when there is none;
-  // kDeadlineExceeded when it does not answer in time; else the coordinator's own.
+  // The RPCs of the service; see service.proto. Texts of replies are made printable
+  // (common/base/names.h). Long lists are fetched in several calls.
+  // Errors of all: kUnavailable that says how to start a coordinator, if there is none;
+  // kDeadlineExceeded if it does not answer in time; else the coordinator's own.
   absl::StatusOr<v1::SubmitReply> Submit(const v1::SubmitRequest& request);
   absl::StatusOr<v1::ListStudiesReply> ListStudies(int limit = 0);
   absl::StatusOr<v1::StudyStatus> GetStudy(int64_t study_id);
@@ -52,11 +54,12 @@ class Connection {
   absl::StatusOr<v1::GetInfoReply> GetInfo();
   absl::StatusOr<v1::ListAuditReply> ListAudit(v1::ListAuditRequest request);
 
-  // The coordinator's store through the coordinator: to read from, for machines that do not see it.
+  // Returns the coordinator's store, read through the coordinator, for machines that cannot reach
+  // it themselves.
   std::unique_ptr<Store> RemoteStore() const;
 
-  // The study that a person means by "12" or "baseline": an id, or the newest study of that name.
-  // Errors: kNotFound, naming the studies there are.
+  // Returns the study that a user means by "12" or "baseline": an id, or the newest study of that
+  // name. Errors: kNotFound that names the existing studies.
   absl::StatusOr<v1::StudyStatus> FindStudy(const std::string& id_or_name);
 
  private:

@@ -57,7 +57,7 @@ absl::StatusOr<std::unique_ptr<EmbeddedRun>> EmbeddedRun::Open(const EmbeddedRun
                                                                const OutDir& out_dir,
                                                                Environment& environment) {
   std::unique_ptr<EmbeddedRun> run(new EmbeddedRun(options, out_dir, environment));
-  // What the coordinator in this process has to say is not for the screen.
+  // The coordinator in this process logs to a file, not to the screen.
   std::error_code error;
   std::filesystem::create_directories(LogDir(out_dir), error);
   InitLogging({.program = "coordinator", .file = LogDir(out_dir) + "/coordinator.log"});
@@ -84,8 +84,8 @@ absl::Status EmbeddedRun::EnterStudy() {
   if (study.state() == v1::STUDY_STATE_PAUSED) {
     RETURN_IF_ERROR(connection_->Resume(study_id_, "run again").status());
   }
-  // What failed for a passing cause (a full disk) gets its chance; what fails again is told of
-  // again.
+  // Jobs that failed for a passing cause (a full disk) get another chance. Jobs that fail again are
+  // reported again.
   if (CountsOf(study).failed > 0 || study.state() == v1::STUDY_STATE_FAILED) {
     RETURN_IF_ERROR(connection_->Retry(study_id_).status());
   }
@@ -151,7 +151,7 @@ absl::StatusOr<RunReport> EmbeddedRun::Work() {
     const bool interrupted = absl::IsCancelled(worked);
     Drain(/*hurry=*/!worked.ok() && !interrupted);
     if (!worked.ok()) {
-      // What came in while draining belongs to the dataset too, as far as the disk lets it.
+      // Results that arrived while draining belong to the dataset too, if the disk takes them.
       (void)CatchUp(SteadySeconds(*environment_.clock), /*last=*/true);
       (void)LookAt(*connection_, study_id_, SteadySeconds(*environment_.clock), view_);
       display_.Keep();
@@ -211,7 +211,7 @@ absl::Status EmbeddedRun::Step(double now_s) {
 }
 
 void EmbeddedRun::Note(const std::string& variant, uint32_t scene, const std::string& error) {
-  // The same cause in many jobs is told once.
+  // A cause that many jobs have is reported once.
   if (!shown_problems_.insert(error).second) return;
   display_.Print(environment_.err.Paint(Tone::kWarning, "note:") + " " + variant + " scene " +
                  std::to_string(scene) + ": " + error);

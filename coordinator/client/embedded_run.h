@@ -1,7 +1,8 @@
-// `run` itself: a coordinator in this process, workers beside it, and the dataset growing in the
-// folder, until the study has ended or somebody or something stops it.
+// The work of `run`: a coordinator in this process, workers as its children, and the dataset, which
+// grows in the folder until the study has ended or the run is stopped.
 //
-// Every step is repeatable: killed at any moment, the same run again goes on from what is durable.
+// Every step can be repeated: if the run is killed at any moment, starting it again continues from
+// what is durable.
 #pragma once
 
 #include <cstdint>
@@ -27,26 +28,26 @@ namespace parallax::client {
 struct EmbeddedRunOptions {
   v1::StudySpec study;
   int workers = 1;
-  // As the worker's options of these names; see worker --help.
+  // Passed to the workers as their options of these names; see worker --help.
   std::string allow_trainers, trainers_dir, benchmarks_dir;
-  std::string page;   // "HOST:PORT" where the page is shown while it runs; empty: nowhere.
-  bool json = false;  // Progress as lines of text all the same; they go to standard error.
+  std::string page;   // "HOST:PORT" of the web page while it runs; empty: no page.
+  bool json = false;  // Standard output is for JSON; progress goes to stderr.
 };
 
 class EmbeddedRun {
  public:
-  // Opens everything and finds or submits the study, before any worker starts. `out_dir` and
-  // `environment` outlive the run. Errors: as the parts'.
+  // Opens all parts, and finds or submits the study; starts no worker yet. `out_dir` and
+  // `environment` must outlive the run. Errors: those of the parts.
   static absl::StatusOr<std::unique_ptr<EmbeddedRun>> Open(const EmbeddedRunOptions& options,
                                                            const OutDir& out_dir,
                                                            Environment& environment);
 
-  // Until the study has ended; its state is in the report. Errors: kCancelled when interrupted
-  // (drained, with what is done in the message); kResourceExhausted or kPermissionDenied when the
-  // disk refuses; kInternal for crash loops.
+  // Works until the study has ended; its final state is in the report. Errors: kCancelled after an
+  // interrupt, once workers are drained, with the progress in the message; kResourceExhausted or
+  // kPermissionDenied if the disk refuses; kInternal for workers that keep crashing.
   absl::StatusOr<RunReport> Work();
 
-  // The page's address with its one-time code; empty without one.
+  // The page's address with its one-time code; empty without a page.
   const std::string& page_link() const { return page_link_; }
 
  private:
@@ -58,12 +59,12 @@ class EmbeddedRun {
   std::vector<std::string> ArgumentsOf(int worker) const;
   absl::Status Loop();
   absl::Status Step(double now_s);
-  // Notes on jobs that failed; an error for those that make going on senseless.
+  // Prints notes on failed jobs. Returns an error for one that makes it pointless to go on.
   absl::Status ShowProblems();
   void Note(const std::string& variant, uint32_t scene, const std::string& error);
   void Drain(bool hurry);
   absl::Status CatchUp(double now_s, bool last);
-  // What a stopped run tells: how far it came and how to go on.
+  // Describes how far a stopped run came and how to continue it.
   std::string Progress() const;
 
   const EmbeddedRunOptions options_;
@@ -84,8 +85,8 @@ class EmbeddedRun {
   std::set<std::string> shown_problems_;
 };
 
-// Whether a job's error is one that no retry and no other worker mends. Errors: kResourceExhausted
-// when the disk is full or may not be written.
+// Checks a job's error for causes that neither a retry nor another worker can mend. Errors:
+// kResourceExhausted if the disk is full or cannot be written.
 absl::Status CheckDiskError(const std::string& error);
 
 }  // namespace parallax::client

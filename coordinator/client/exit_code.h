@@ -1,5 +1,5 @@
-// How a command tells a script what became of it. The numbers are part of the interface: never
-// renumber.
+// Exit codes, by which a script learns the outcome of a command. The numbers are part of the
+// interface: never change them.
 #pragma once
 
 #include "common/base/status.h"
@@ -10,14 +10,15 @@ enum ExitCode : int {
   kExitOk = 0,
   kExitFailed = 1,       // The work itself failed, or a watched study failed or was cancelled.
   kExitUsage = 2,        // Bad arguments, files, names or ids.
-  kExitUnreachable = 3,  // No coordinator there.
+  kExitUnreachable = 3,  // No coordinator answers.
   kExitDisk = 4,         // Disk full, read-only, no permission.
   kExitInterrupted = 130,
 };
 
+// Returns the exit code of a command that ended with `status`.
 ExitCode ExitCodeOf(const absl::Status& status);
 
-// The text of `parallax --help` on exit codes.
+// The section on exit codes of `parallax --help`.
 extern const char kExitCodeHelp[];
 
 }  // namespace parallax::client

@@ -1,5 +1,4 @@
-// Looking at a running study again and again, and showing it: what `watch` and `run` share. Not
-// thread-safe.
+// Looks at a running study repeatedly and shows it, for `watch` and `run`. Not thread-safe.
 #pragma once
 
 #include <string>
@@ -12,27 +11,30 @@
 
 namespace parallax::client {
 
+// Returns the clock's steady time in seconds.
 double SteadySeconds(Clock& clock);
 
-// One observation for the view: the study's status and its leased jobs.
-// Errors: the connection's.
+// Fetches the study's status and its leased jobs, and adds them to `view` as one observation at
+// time `now_s`. Errors: the connection's.
 absl::Status LookAt(Connection& connection, int64_t study_id, double now_s, ProgressView& view);
 
-// Bars redrawn in place on an interactive terminal, lines now and then elsewhere.
+// Shows progress: bars that are redrawn in place on an interactive terminal, elsewhere a line now
+// and then.
 class ProgressDisplay {
  public:
   struct Options {
     bool json = false;         // An object a line instead of text.
-    double plain_line_s = 30;  // At least so often a line; after a change ten times as soon.
+    double plain_line_s = 30;  // Between two lines; a tenth of it after a change.
   };
   ProgressDisplay(const Terminal& terminal, const Options& options)
       : terminal_(terminal), options_(options), block_(terminal) {}
 
-  // `last`: in any case. `note`: a line below the bars while it isn't empty.
+  // Shows the view if it is time to, or in any case with `last`. A `note` that is not empty is a
+  // line below the bars.
   void Show(const ProgressView& view, double now_s, bool last, const std::string& note = "");
-  // A line that stays, above the bars.
+  // Prints a line that stays, above the bars.
   void Print(const std::string& line);
-  // Bars stay on the screen, or go.
+  // Leave the bars on the screen, or remove them.
   void Keep() { block_.Keep(); }
   void Clear() { block_.Clear(); }
 

@@ -69,7 +69,7 @@ class HelpFormatter : public CLI::Formatter {
 
   std::string make_option_opts(const CLI::Option* option) const override {
     if (option->get_positional() || option->get_type_size() == 0) return "";
-    // What CLI11 appends of checks is left out: "INT:INT in [1 - 256]".
+    // Leaves out the checks that CLI11 appends: "INT:INT in [1 - 256]".
     const std::string name = option->get_type_name();
     const std::string type = name.substr(0, name.find(':'));
     if (type == "INT" || type == "UINT") return " N";

@@ -1,4 +1,4 @@
-// How --help looks: usage first, options in columns, examples last.
+// The layout of --help: usage first, options in columns, examples last.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -1,7 +1,7 @@
-// Ctrl-C and SIGTERM as something to wait for, rather than something that ends the process in the
-// middle.
+// Turns Ctrl-C and SIGTERM into events to wait for, so that they don't end the process in the
+// middle of its work.
 //
-// At most one InterruptScope lives at a time. Waiting is for one thread.
+// Only one InterruptScope may live at a time, and only one thread may wait.
 #pragma once
 
 #include <chrono>
@@ -10,15 +10,15 @@ namespace parallax::client {
 
 class InterruptScope {
  public:
-  InterruptScope();   // From here on SIGINT and SIGTERM are counted, SIGPIPE is ignored.
-  ~InterruptScope();  // The handlers of before.
+  InterruptScope();   // Starts to count SIGINT and SIGTERM, and to ignore SIGPIPE.
+  ~InterruptScope();  // Restores the former handlers.
   InterruptScope(const InterruptScope&) = delete;
   InterruptScope& operator=(const InterruptScope&) = delete;
 
-  // Signals so far.
+  // Returns the number of signals so far.
   int count() const;
-  // Until the time is over or a signal comes that no wait has returned for yet; true for the
-  // latter.
+  // Waits for a signal that no earlier wait has returned for. Returns true for a signal, false if
+  // `time` is over.
   bool WaitFor(std::chrono::duration<double> time);
 
  private:

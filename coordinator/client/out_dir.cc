@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of one pair, both eyes, for each pixel of one image: measured on indoor scenes at 320x180.
+// Bytes of a pair (both eyes) for each pixel of one image, measured on indoor scenes at 320x180.
 constexpr double kImageBytesPerPixel = 3.5;
 constexpr double kMapsBytesPerPixel = 17;
 constexpr double kFlowBytesPerPixel = 36;

@@ -1,5 +1,5 @@
-// The folder that `run` and `fetch` write to: checked before any work begins, and held by one
-// process at a time.
+// The folder that `run` and `fetch` write to. It is checked before any work begins, and only one
+// process at a time may write to it.
 //
 //   DIR/.parallax/lock      held while a process writes to DIR
 //   DIR/.parallax/queue.db  DIR/.parallax/store/  DIR/.parallax/logs/    what `run` keeps to go on
@@ -15,25 +15,25 @@
 
 namespace parallax::client {
 
-// Below this much free space nothing is begun, and what runs is stopped: the database must still be
-// able to commit.
+// With less free space than this, no work is begun and running work is stopped, so that the
+// database can still commit.
 inline constexpr int64_t kLeastFreeBytes = 64'000'000;
 
 class OutDir {
  public:
-  // Makes DIR and DIR/.parallax, writes a probe file, takes the lock.
-  // Errors: kFailedPrecondition when another process holds the lock (named by its pid) or the path
-  // isn't a folder; kPermissionDenied and kResourceExhausted as the disk says, each naming DIR.
+  // Makes DIR and DIR/.parallax if absent, writes a probe file and takes the lock. Errors:
+  // kFailedPrecondition if another process holds the lock (names its pid) or the path is not a
+  // folder; kPermissionDenied and kResourceExhausted from the disk, naming DIR.
   static absl::StatusOr<std::unique_ptr<OutDir>> Open(const std::string& path);
-  ~OutDir();  // Gives the lock back.
+  ~OutDir();  // Releases the lock.
   OutDir(const OutDir&) = delete;
   OutDir& operator=(const OutDir&) = delete;
 
   const std::string& path() const { return path_; }  // Absolute.
   std::string work_dir() const { return path_ + "/.parallax"; }
-  // Bytes that may still be written; -1 when unknown.
+  // Returns the bytes that can still be written; -1 if unknown.
   int64_t FreeBytes() const;
-  // Errors: kResourceExhausted below kLeastFreeBytes.
+  // Checks that there is room to go on. Errors: kResourceExhausted below kLeastFreeBytes.
   absl::Status CheckFreeSpace() const;
 
  private:
@@ -44,11 +44,12 @@ class OutDir {
   int lock_descriptor_;
 };
 
-// Neither absent, empty nor a dataset of ours: something else lives there.
+// Returns whether the folder holds other files than a dataset of ours. False if it is absent or
+// empty.
 bool HoldsForeignFiles(const std::string& path);
 
-// A rough figure of what a study's pairs will take on disk, from the sizes of its images and the
-// maps written.
+// Estimates the bytes that a study's pairs will take on disk, from the size of its images and the
+// maps that it writes.
 int64_t EstimateBytes(const v1::StudySpec& study);
 
 }  // namespace parallax::client

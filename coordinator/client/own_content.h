@@ -1,4 +1,4 @@
-// Folders of the user's as they are seen from this machine: checked, and hashed by their content.
+// Checks the user's own folders (pictures, textures, skies, meshes) and hashes their content.
 #pragma once
 
 #include <map>
@@ -12,13 +12,14 @@ namespace parallax::client {
 
 enum class ContentKind { kPictures, kTextures, kHdris, kMeshes };
 
-// Remembers what it has seen: the variants of a study mostly name the same folders.
+// Computes hashes of folders and remembers them: variants of a study mostly name the same folders.
+// Not thread-safe.
 class ContentHashes {
  public:
-  // The hash that the config's field of this kind takes. Only meshes may be of several folders.
-  // Every file is opened, so that a bad one is found before anything is made of it. Errors:
-  // kNotFound for a folder without any; kInvalidArgument naming the file that is bad, what is wrong
-  // with it and what is wanted.
+  // Returns the hash for the config's field of this kind. Only meshes may have several folders.
+  // Every file is opened, so that a bad one is found before any work is done. Errors: kNotFound for
+  // a folder without such files; kInvalidArgument that names the bad file, what is wrong with it
+  // and what is wanted.
   absl::StatusOr<std::string> Of(ContentKind kind, const std::vector<std::string>& dirs);
 
  private:

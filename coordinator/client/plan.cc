@@ -22,7 +22,7 @@ double Megapixels(const v1::SceneConfig& config) {
   return double{1e-6} * config.rigs().width_px() * config.rigs().height_px();
 }
 
-// Of one pair, the scene's share left out.
+// Core-seconds of one pair, without its share of the scene.
 absl::StatusOr<double> PairSeconds(const v1::SceneConfig& config, const SceneCosts& scene) {
   ASSIGN_OR_RETURN(const RenderProfile profile, ResolveProfile(config.render()));
   const Costs& costs = kMeasuredCosts;
@@ -51,7 +51,7 @@ absl::StatusOr<double> PairSeconds(const v1::SceneConfig& config, const SceneCos
   return per_mpx * Megapixels(config) * ((raw ? 1 : 0) + (1 + eyes) / (2 * eyes));
 }
 
-// Of one scene: what its pairs share.
+// Core-seconds of the work that all pairs of a scene share.
 absl::StatusOr<double> BuildSeconds(const v1::SceneConfig& config, const SceneCosts& costs) {
   ASSIGN_OR_RETURN(const RenderProfile profile, ResolveProfile(config.render()));
   const double build_s = kMeasuredCosts.build_s + costs.build_s;
@@ -65,7 +65,7 @@ absl::StatusOr<SceneCosts> SceneCostsOf(const v1::SceneConfig& config) {
   return type->costs(config);
 }
 
-// How much of `wanted` is new when `had` was asked for before; remembers the larger.
+// Returns the part of `wanted` beyond `had`, the largest number so far, and updates `had`.
 int64_t TakeNew(int64_t& had, int64_t wanted) {
   const int64_t more = std::max<int64_t>(0, wanted - had);
   had = std::max(had, wanted);
@@ -85,7 +85,7 @@ void AddTo(PlanRow& total, const PlanRow& row) {
   total.disk_bytes += row.disk_bytes;
 }
 
-// Core-seconds of one training; 0 if nobody knows.
+// Core-seconds of one training; 0 if unknown.
 double TrainingSeconds(const v1::TrainSpec& train) {
   if (train.minutes() > 0) return 60 * train.minutes() * train.threads();
   if (train.trainer() != "builtin") return 0;

@@ -29,7 +29,7 @@ const Costs kMeasuredCosts = {
 };
 
 BenchmarkSize SizeOfBenchmark(const std::string& name) {
-  // As published; see worker/evaluate/benchmarks.
+  // Sizes as published; see worker/evaluate/benchmarks.
   static const auto& sizes =
       *new std::map<std::string, BenchmarkSize>{{"booster-Q", {228, 1028, 752}},
                                                 {"drivingstereo", {200, 881, 400}},

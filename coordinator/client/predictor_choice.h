@@ -1,4 +1,4 @@
-// Finds the predictor that a user of `evaluate` or `predict` names.
+// Finds the predictor that the user of `evaluate` or `predict` names.
 #pragma once
 
 #include <memory>
@@ -12,20 +12,20 @@ namespace parallax::client {
 
 struct PredictorChoice {
   std::string what;             // "sgbm", a checkpoint, or a folder of predictions.
-  std::string command;          // Instead of `what`: a command with {list}.
-  std::string trainer_program;  // Empty: `trainer` beside this program, or $PARALLAX_TRAINER.
-  double pair_s = 120;          // Time limit of a pair.
+  std::string command;          // In place of `what`: a command line with {list}.
+  std::string trainer_program;  // Empty: $PARALLAX_TRAINER, or `trainer` beside this program.
+  double pair_s = 120;          // Time limit for each pair, in seconds.
   int threads = 0;              // CPU threads of a checkpoint's network; 0: its program chooses.
 };
 
 struct ChosenPredictor {
   std::unique_ptr<Predictor> predictor;
-  RunIdentity run;  // Variant and trainer to be shown when the user gives none; no seed.
+  RunIdentity run;  // Variant and trainer to show if the user names none; no seed.
 };
 
-// Errors: kInvalidArgument when neither or both are given; kNotFound for a `what` that is no file
-// or folder, and when there is no trainer program for a checkpoint; reading the checkpoint as
-// ReadFile.
+// Makes the predictor of the choice. Errors: kInvalidArgument if neither or both of `what` and
+// `command` are given; kNotFound if `what` is not a file or folder, or a checkpoint has no trainer
+// program; those of ReadFile for the checkpoint.
 absl::StatusOr<ChosenPredictor> ChoosePredictor(const PredictorChoice& choice);
 
 }  // namespace parallax::client

@@ -1,4 +1,4 @@
-// Rates, times to completion and bars as text. Pure.
+// Formats rates, times to completion and bars as text. Pure functions.
 #pragma once
 
 #include <optional>
@@ -8,15 +8,15 @@
 
 namespace parallax::client {
 
-// `columns` wide: the part done, the part begun (dim), the rest. Fractions are clamped to [0, 1] in
-// total.
+// Returns a bar of `columns` columns: the part that is done, the part that has begun (dim), the
+// rest. `done` and `begun` are fractions, whose sum is clamped to [0, 1].
 std::string ProgressBar(const Terminal& terminal, double done, double begun, int columns);
 
-// "412 pairs/h", "-" without a rate.
+// Returns "412 pairs/h"; "-" without a rate.
 std::string FormatRate(std::optional<double> per_second);
-// "ETA 1:05", "" without one.
+// Returns "ETA 1:05"; "" without a time.
 std::string FormatEta(std::optional<double> seconds);
-// 0..100 without decimals; 100 only when all is done. "-" when nothing is wanted.
+// Returns 0..100 without decimals; 100 only if everything is done. "-" if nothing is wanted.
 std::string FormatPercent(double done, double wanted);
 
 }  // namespace parallax::client

@@ -207,7 +207,7 @@ std::vector<std::string> ProgressView::Lines(const Terminal& terminal) const {
   lines.push_back(terminal.Paint(Tone::kBold, study_.name()) + "  " +
                   PaintedState(terminal, study_.state()) + "  " +
                   FormatDuration(now_s_ - start_s_));
-  // Bars that would not fit on the screen are told of in a line; the last one always fits.
+  // A line stands for the bars that do not fit on the screen; the last line always fits.
   const std::vector<std::string> below = LinesBelow(terminal);
   const int taken = 3 + std::max(1, static_cast<int>(below.size()));
   const size_t room = static_cast<size_t>(std::max(2, terminal.size().rows - taken));

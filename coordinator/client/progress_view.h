@@ -1,4 +1,4 @@
-// A running study as bars with rate and ETA: what `watch` and `run` show.
+// Shows a running study as bars with rate and ETA, for `watch` and `run`.
 //
 // Not thread-safe.
 #pragma once
@@ -15,25 +15,25 @@
 
 namespace parallax::client {
 
-// Where a running job is: "render 40%", or of one that tells figures of itself "step 420 of 1,500,
-// loss 1.83, 9:00 left".
+// Describes the progress of a running job: "render 40%"; for a job that reports figures, "step 420
+// of 1,500, loss 1.83, 9:00 left".
 std::string DescribeProgress(const v1::JobStatus& job);
 
 class ProgressView {
  public:
-  // `time_s` of any steady clock; must not decrease. `leased`: the study's jobs in state LEASED,
-  // whose fractions make bars move between completions.
-  // `workers`: those that are connected, for a word on jobs that none of them takes.
+  // Adds an observation. `time_s` is the time of any steady clock and must not decrease. `leased`
+  // has the study's jobs in state LEASED, whose fractions move the bars between completions.
+  // `workers` has the connected workers, for notes on jobs that none of them takes.
   void Observe(double time_s, const v1::StudyStatus& study, const v1::ListJobsReply& leased,
                const v1::ListWorkersReply& workers = {});
 
-  // Heading, a bar a variant, a line on jobs. Asks for `terminal.size()`.
+  // Returns a heading, a bar for each variant and a line on jobs, fitted to `terminal.size()`.
   std::vector<std::string> Lines(const Terminal& terminal) const;
-  // The same in one line for logs: "0:42  5/12 pairs (41%)  412 pairs/h  ETA 1:10  2 solving  1
-  // rendering".
+  // Returns the same as one line for logs: "0:42  5/12 pairs (41%)  412 pairs/h  ETA 1:10  2
+  // solving 1 rendering".
   std::string PlainLine() const;
-  // With fields study_id, name, state, pairs_done, pairs_wanted, elapsed_s, pairs_per_hour, eta_s
-  // and variants.
+  // Returns an object with study_id, name, state, pairs_done, pairs_wanted, elapsed_s,
+  // pairs_per_hour, eta_s and variants.
   nlohmann::ordered_json Json() const;
 
   const v1::StudyStatus& study() const { return study_; }
@@ -41,22 +41,22 @@ class ProgressView {
  private:
   struct Variant {
     RateEstimator rate;
-    double begun_pairs = 0;  // Of leased render jobs, by their fractions.
+    double begun_pairs = 0;  // Pairs in leased render jobs, by the jobs' fractions.
   };
   std::string JobsLine() const;
   std::vector<std::string> LinesBelow(const Terminal& terminal) const;  // The bars.
   void NoteWaiting(const v1::ListWorkersReply& workers);
-  // Seconds until the study ends, as far as anything tells.
+  // Seconds until the study ends; absent if unknown.
   std::optional<double> SecondsLeft() const;
 
   double start_s_ = -1;
   double now_s_ = 0;
   v1::StudyStatus study_;
-  std::map<std::string, int64_t> at_work_;  // By kind of job: how many are leased.
+  std::map<std::string, int64_t> at_work_;  // Leased jobs by kind.
   RateEstimator rate_;
   std::map<std::string, Variant> variants_;
   std::vector<v1::JobStatus> labelled_;  // Leased jobs without a scene.
-  std::vector<std::string> waiting_;     // Kinds of jobs that no worker takes, in a line each.
+  std::vector<std::string> waiting_;     // A line for each kind of job that no worker takes.
 };
 
 }  // namespace parallax::client

@@ -1,4 +1,5 @@
-// What `run` says when it has ended. Pure but for writing to the terminal.
+// The report of `run` at its end. Pure functions, except that PrintRunReport writes to the
+// terminal.
 #pragma once
 
 #include <cstdint>
@@ -13,15 +14,15 @@ namespace parallax::client {
 struct RunReport {
   v1::StudyStatus study;
   std::string out_dir;
-  int64_t pairs_rendered = 0;  // By this run; the others were there.
+  int64_t pairs_rendered = 0;  // By this run; earlier runs made the others.
   int64_t frames_in_dataset = 0;
   double elapsed_s = 0;
-  double core_seconds = 0;  // Of all processes of this run.
+  double core_seconds = 0;  // CPU time of all processes of this run.
   int worker_crashes = 0;
   std::string contact_sheet;  // Empty: none was drawn.
   std::string histograms;
   double warp_median_difference = -1;
-  int trainings = 0, evaluations = 0;  // In the folder.
+  int trainings = 0, evaluations = 0;  // Numbers in the folder.
   std::string table;                   // Text of table.txt; empty: there are no scores.
 };
 

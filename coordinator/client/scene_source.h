@@ -1,4 +1,4 @@
-// Where `parallax scene` finds a recipe.
+// Finds the recipe for `parallax scene`.
 #pragma once
 
 #include <string>
@@ -10,10 +10,10 @@
 
 namespace parallax::client {
 
-// The recipe that the words of a command line name: FILE; DIR VARIANT SCENE, where DIR is a dataset
-// as `run` and `fetch` write it; or STUDY VARIANT SCENE of the session's coordinator, which is
-// asked only then. Errors: kInvalidArgument for other words and for a file that is no recipe;
-// kNotFound, naming what there is, for a variant or scene that is not there; the connection's.
+// Loads the recipe that a command line names: FILE; DIR VARIANT SCENE, where DIR is a dataset of
+// `run` or `fetch`; or STUDY VARIANT SCENE, which asks the session's coordinator. Errors:
+// kInvalidArgument for other words and for a file that is not a recipe; kNotFound for an unknown
+// variant or scene, naming the existing ones; the connection's.
 absl::StatusOr<v1::Scene> LoadScene(const std::vector<std::string>& source, const Session& session);
 
 }  // namespace parallax::client

@@ -119,7 +119,7 @@ void PrintLights(const Terminal& terminal, const v1::Scene& scene) {
   }
   out << "\n";
   for (const v1::Light& light : scene.lights()) {
-    // As configs give it: of a white lamp each channel has the lamp's power.
+    // The power as configs give it: each channel of a white lamp has the lamp's power.
     const double power = (light.power_w().x() + light.power_w().y() + light.power_w().z()) / 3;
     out << "  " << light.name() << ": " << LowerName(v1::Light::Kind_Name(light.kind()), "KIND_")
         << ", " << FormatNumber(power) << " W";

@@ -19,7 +19,7 @@ std::string LocalFolder(const v1::GetInfoReply& info) {
   const std::string scheme = "file://";
   if (info.store_uri().rfind(scheme, 0) != 0) return "";
   const std::string folder = info.store_uri().substr(scheme.size());
-  if (info.store_id().empty()) {  // Of an older coordinator.
+  if (info.store_id().empty()) {  // An older coordinator.
     std::error_code error;
     return fs::is_directory(folder, error) ? folder : "";
   }

@@ -1,7 +1,7 @@
-// Where a client reads the files of published frames from: the coordinator's store itself where
-// this machine sees it (hard links then cost nothing), else streams through the coordinator.
+// Reads the files of published frames: from the coordinator's store itself if this machine can see
+// it (hard links then cost nothing), else by streams through the coordinator.
 //
-// Not thread-safe. Borrows the connection.
+// Not thread-safe. Uses the connection only in Open.
 #pragma once
 
 #include <memory>
@@ -18,19 +18,19 @@ namespace parallax::client {
 
 class StoreReader {
  public:
-  // Asks the coordinator where its store is. `scratch` is for files on their way: on the disk of
-  // the dataset, made when needed. Errors: the connection's.
+  // Asks the coordinator where its store is. `scratch` is a folder for streamed files on the
+  // dataset's disk; it is made when needed. Errors: the connection's.
   static absl::StatusOr<std::unique_ptr<StoreReader>> Open(Connection& connection,
                                                            const std::string& scratch);
   ~StoreReader();  // Removes the scratch folder.
 
-  // The folder below which a frame's files stand, or are to be brought with Bring.
+  // The folder that holds frames' files: the store, or the scratch folder that Bring fills.
   const std::string& folder() const { return folder_; }
   bool is_local() const { return store_ == nullptr; }
-  // Streams the frame's files into folder(), checked against their hashes. Not for a local store.
-  // Errors: kDataLoss for a file that is not what its manifest says; the store's.
+  // Streams a frame's files into folder() and checks their hashes. Only if not is_local().
+  // Errors: kDataLoss for a file that differs from its manifest; the store's.
   absl::Status Bring(const v1::FrameResult& frame);
-  // Removes what Bring brought.
+  // Removes the files of Bring.
   void Drop(const v1::FrameResult& frame);
 
  private:

@@ -17,7 +17,7 @@
 namespace parallax::client {
 namespace {
 
-// What a person's typing of the same study may differ in.
+// Clears the fields in which two submissions of the same study may differ.
 v1::StudySpec WithoutIncidentals(v1::StudySpec study) {
   study.clear_source_yaml();
   study.clear_priority();
@@ -153,7 +153,7 @@ absl::Status TakeHash(const absl::StatusOr<std::string>& seen, const std::string
   return absl::OkStatus();
 }
 
-// As the workers of `run` see a folder, and those of a farm whose picture root is "/".
+// The path of a folder for workers of `run`, or of a farm whose picture root is "/".
 std::string FromRoot(const std::string& dir) { return "/" + dir; }
 
 absl::Status HashContentOf(v1::SceneConfig& config, ContentHashes& hashes) {

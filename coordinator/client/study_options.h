@@ -1,5 +1,5 @@
-// The STUDY argument of `run` and `submit` with its overrides, and what it resolves to. Pure but
-// for reading files.
+// The STUDY argument of `run` and `submit` with its overrides, and the study that they resolve to.
+// Pure functions, except that they read files.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -27,30 +27,29 @@ struct StudyOptions {
   std::optional<int> priority;
 };
 
-// Adds the positional and options to a command; `options` outlives parsing.
+// Adds the argument and the options to a command. `options` must live until parsing has ended.
 void AddStudyOptions(CLI::App& command, StudyOptions& options);
 
-// For workers of `run`, whose picture root is "/": makes `picture_dir`, a folder as the user names
-// it, a path below that. Errors: kNotFound.
+// Turns `picture_dir`, as the user wrote it, into a path below "/", the picture root of `run`'s
+// workers. Errors: kNotFound if there is no such folder.
 absl::Status TakePicturesFromHere(StudyOptions& options);
 
-// The study with overrides applied and checked anew.
-// Errors: those of LoadStudy; kInvalidArgument for both `pairs` and `scenes`, or values out of
-// range.
+// Loads the study, applies the overrides and checks the result. Errors: those of LoadStudy;
+// kInvalidArgument if both `pairs` and `scenes` are given, or for values out of range.
 absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options);
 
-// Sets the hash of each variant's folders (pictures_sha256, textures_sha256, hdris_sha256,
-// include_sha256) to their content below "/", and checks that content. Variants whose folders
-// cannot be seen there keep the hashes that they have. Errors: kFailedPrecondition when the content
-// is not what the study names; kInvalidArgument when it can't be seen and the study does not say
-// what it is; those of ContentHashes.
+// Hashes and checks the content of each variant's folders below "/", and sets pictures_sha256,
+// textures_sha256, hdris_sha256 and include_sha256. Variants whose folders are not on this machine
+// keep their hashes. Errors: kFailedPrecondition if the content differs from the study's hash;
+// kInvalidArgument if a folder is not here and the study has no hash for it; those of
+// ContentHashes.
 absl::Status HashContent(v1::StudySpec& study);
 
-// "3 variants x 5,000 pairs", or what they come to where variants differ in size.
+// Returns "3 variants x 5,000 pairs", or the sum if variants differ in size.
 std::string DescribeSize(const v1::StudySpec& study);
 
-// Equal for studies that ask for the same pairs of the same data by the same versions of the
-// stages; `source_yaml` and priority don't count.
+// Returns a key that is equal for studies that ask for the same pairs by the same versions of the
+// stages. `source_yaml` and priority do not matter.
 std::string IdempotencyKey(const v1::StudySpec& study);
 
 }  // namespace parallax::client

@@ -1,5 +1,5 @@
-// Brings what a study's jobs made beside pairs into its dataset folder: trained networks, scores
-// and sheets of predictions.
+// Copies the results of a study's jobs other than pairs into its dataset folder: trained networks,
+// scores and sheets of predictions.
 //
 //   <out>/training/<set>/<trainer>/seed-<i>/   final.*, checkpoint-<step>.*, log.txt, curve.csv,
 //                                              training.json
@@ -7,7 +7,7 @@
 //   <out>/sheets/<the same>.png
 //   <out>/curves/<the same>.<k>-of-<n>.jsonl   scores of checkpoints before the last
 //
-// Not thread-safe. Borrows the connection.
+// Not thread-safe. Borrows the connection of each call.
 #pragma once
 
 #include <memory>
@@ -21,27 +21,28 @@
 
 namespace parallax::client {
 
-// What a job's label says: "narrow, seed 1 on shipped, checkpoint 2 of 5".
+// The parts of a job's label: "narrow, seed 1 on shipped, checkpoint 2 of 5".
 struct ResultName {
   std::string set;  // Training set, or the baseline's name.
   std::optional<int64_t> seed;
   std::string benchmark;  // Empty for a training.
   int checkpoint = 1, checkpoints = 1;
 };
-// Nothing for another label, or one whose parts are no names.
+// Parses a label. Returns nothing for any other text, or if a part is not a name.
 std::optional<ResultName> ParseResultLabel(const std::string& label);
 
 class StudyResults {
  public:
-  // Errors: kFailedPrecondition for a variant or mixture that is called as one of our folders.
+  // Opens the folder. Errors: kFailedPrecondition if a variant or mixture has the name of one of
+  // the folders above.
   static absl::StatusOr<std::unique_ptr<StudyResults>> Open(const std::string& out_dir,
                                                             const v1::StudySpec& study);
 
-  // All results by now, or scores without networks. What is there already is left alone. Errors:
-  // the connection's, the store's and the disk's.
+  // Copies all results of now, or only scores; leaves existing files alone. Errors: the
+  // connection's, the store's and the disk's.
   absl::Status CatchUp(Connection& connection, int64_t study_id, bool only_scores = false);
 
-  int trainings() const { return trainings_; }  // In the folder, of this study.
+  int trainings() const { return trainings_; }  // This study's, in the folder.
   int evaluations() const { return evaluations_; }
 
  private:

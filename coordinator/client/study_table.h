@@ -1,5 +1,4 @@
-// What a study's scores say: its table, errors by class and material, and learning curves, as files
-// beside the scores.
+// Makes files of a study's scores: its table, errors by class and material, and learning curves.
 #pragma once
 
 #include <string>
@@ -12,12 +11,12 @@
 
 namespace parallax::client {
 
-// Rows in the order of the study's training sets, compared with its reference.
+// Returns options for rows in the order of the study's training sets, compared with its reference.
 TableOptions TableOptionsOf(const v1::StudySpec& study);
 
-// Pictures and CSV files of errors by class and material for each variant and trainer, over all
-// seeds and benchmarks that have them, in `dir`. Returns the files. Errors: kNotFound if no
-// evaluation has such groups; those of writing.
+// Writes pictures and CSV files of errors by class and material to `dir`, for each variant and
+// trainer over all seeds and benchmarks that have such groups. Returns the paths. Errors: kNotFound
+// if no evaluation has such groups; those of writing.
 absl::StatusOr<std::vector<std::string>> WriteGroupErrors(
     const std::vector<Evaluation>& evaluations, const std::string& dir);
 

@@ -1,5 +1,4 @@
-// A study's status as text and as JSON: the one place where counters get their names on the screen.
-// Pure.
+// Shows a study's status as text and as JSON. Counters get their names on the screen only here.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -11,7 +10,7 @@
 
 namespace parallax::client {
 
-// What is shown of a variant, and their sums.
+// The counters that are shown of a variant, or their sums over a study.
 struct PairCounts {
   int64_t wanted = 0;
   int64_t done = 0;
@@ -22,24 +21,28 @@ struct PairCounts {
   int64_t solves_reused = 0;
   int64_t layouts_reused = 0;
 };
+// Return the counters of one variant, or of all variants together.
 PairCounts CountsOf(const v1::VariantStatus& variant);
 PairCounts CountsOf(const v1::StudyStatus& study);
-// Jobs of all variants in one state, for example "LEASED".
+// Returns the number of jobs of all variants in one state, for example "LEASED".
 int64_t JobsInState(const v1::StudyStatus& study, const std::string& state);
 
-// "train: 2 done, 1 running, 3 to come", for each kind of job without scenes that the study has.
+// Returns a line for each kind of job without scenes that the study has: "train: 2 done, 1 running,
+// 3 to come".
 std::vector<std::string> OtherJobLines(const v1::StudyStatus& study);
 
+// Returns whether a study in this state has ended.
 bool IsFinished(v1::StudyState state);
 std::string StateName(v1::StudyState state);  // "running"
 Tone StateTone(v1::StudyState state);
-// In the state's tone.
+// Returns the state's name in the state's tone.
 std::string PaintedState(const Terminal& terminal, v1::StudyState state);
 
-// Heading, a table line a variant, and problems.
+// Prints a heading, a table with a row for each variant, and problems.
 void PrintStudy(const Terminal& terminal, const v1::StudyStatus& study);
 void PrintStudyList(const Terminal& terminal, const v1::ListStudiesReply& list);
-// The newest problems of all variants, at most `most` lines, and how many were left out.
+// Returns lines with the newest problems of all variants, at most `most`, and with the number of
+// those left out.
 std::vector<std::string> ProblemLines(const Terminal& terminal, const v1::StudyStatus& study,
                                       size_t most);
 

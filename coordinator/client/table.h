@@ -1,4 +1,4 @@
-// Columns of text, aligned. Not thread-safe.
+// A table of text with aligned columns. Not thread-safe.
 #pragma once
 
 #include <string>
@@ -16,12 +16,13 @@ class Table {
   };
   explicit Table(std::vector<Column> columns) : columns_(std::move(columns)) {}
 
-  // Cells beyond the columns are an error of the caller; missing ones are empty.
+  // Adds a row. Requires that there are not more cells than columns; missing cells are empty.
   void AddRow(std::vector<std::string> cells);
   size_t rows() const { return rows_.size(); }
 
-  // Title line and rows, each starting with `indent` spaces. On an interactive terminal the last
-  // column is cut to fit the screen; elsewhere nothing is cut, because a script may read it.
+  // Returns the title line and the rows, each indented by `indent` spaces. On an interactive
+  // terminal the last column is cut to fit the screen; elsewhere nothing is cut, because a script
+  // may read it.
   std::vector<std::string> Lines(const Terminal& terminal, int indent = 0) const;
   void Print(const Terminal& terminal, int indent = 0) const;
 

@@ -132,7 +132,7 @@ std::string Pad(std::string_view text, int columns, Align align) {
 std::string LiveBlock::EraseSequence() const {
   std::string sequence;
   if (!shown_.empty()) {
-    // To the first column of the block's first line, then clear to the end of the screen.
+    // Moves to the first column of the block's first line and clears to the end of the screen.
     sequence += "\r\x1b[" + std::to_string(shown_.size()) + "A\x1b[J";
   }
   return sequence;

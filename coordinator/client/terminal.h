@@ -1,7 +1,7 @@
-// What a person sees: colours, widths of text on a screen, lines that are redrawn in place.
+// Output for people: colours, widths of text on a screen, and lines that are redrawn in place.
 //
-// A Terminal describes one output stream. Nothing here reads global state but `Terminal::Standard`,
-// so tests draw on strings. Not thread-safe.
+// A Terminal describes one output stream. Only Terminal::Standard reads global state, so tests can
+// draw on strings. Not thread-safe.
 #pragma once
 
 #include <functional>
@@ -12,6 +12,7 @@
 
 namespace parallax::client {
 
+// The meaning of a text, which its colour shows.
 enum class Tone { kPlain, kBold, kDim, kGood, kWarning, kBad, kAccent };
 
 struct TerminalSize {
@@ -21,31 +22,33 @@ struct TerminalSize {
 
 struct Terminal {
   std::ostream* stream = nullptr;
-  bool interactive = false;  // A person looks at it: lines may be redrawn.
+  bool interactive = false;  // A person watches it: lines may be redrawn.
   bool colour = false;
   bool unicode = false;  // Bars and sparklines of block characters rather than ASCII.
   std::function<TerminalSize()> size = [] { return TerminalSize{}; };
 
-  // Standard output (1) or error (2): interactive if it is a terminal that can move its cursor,
-  // coloured if so and NO_COLOR is empty, unicode if the locale says UTF-8.
+  // Returns standard output (1) or standard error (2). It is interactive if it is a terminal that
+  // can move its cursor, coloured if it is interactive and NO_COLOR is empty, and unicode if the
+  // locale is UTF-8.
   static Terminal Standard(int file_descriptor);
 
-  // `text` in a tone; unchanged without colours.
+  // Returns `text` in a tone; unchanged without colours.
   std::string Paint(Tone tone, std::string_view text) const;
 };
 
-// Columns that UTF-8 `text` takes; escape sequences take none. Wide and combining characters are
-// not looked up: our own output has none.
+// Returns the columns that UTF-8 `text` takes; escape sequences take none. Every character counts
+// as one column, because our output has no wide or combining ones.
 int DisplayWidth(std::string_view text);
 
-// The longest prefix of at most `columns` columns; escape sequences are kept and closed.
+// Returns the longest prefix of at most `columns` columns; escape sequences are kept and closed.
 std::string Truncate(std::string_view text, int columns);
 
 enum class Align { kLeft, kRight };
+// Returns `text` filled with spaces to `columns` columns; unchanged if it is wider.
 std::string Pad(std::string_view text, int columns, Align align = Align::kLeft);
 
-// A block of lines at the bottom of the screen that is redrawn in place. On a stream that isn't
-// interactive nothing is drawn and only `Print` writes.
+// A block of lines at the bottom of the screen that is redrawn in place. On a stream that is not
+// interactive, the block is not drawn and only `Print` writes.
 class LiveBlock {
  public:
   explicit LiveBlock(const Terminal& terminal) : terminal_(terminal) {}
@@ -53,13 +56,13 @@ class LiveBlock {
   LiveBlock(const LiveBlock&) = delete;
   LiveBlock& operator=(const LiveBlock&) = delete;
 
-  // Shows these lines instead of the last ones, cut to the screen's width and height.
+  // Replaces the block's lines by these, cut to the screen's width and height.
   void Update(const std::vector<std::string>& lines);
   // Writes a line that stays, above the block.
   void Print(std::string_view line);
-  // Takes the block off the screen.
+  // Removes the block from the screen.
   void Clear();
-  // Leaves the block on the screen for good; the next update starts below it.
+  // Leaves the block on the screen; the next update starts a new one below.
   void Keep();
 
  private:

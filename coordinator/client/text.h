@@ -1,4 +1,4 @@
-// Numbers as people read them. Pure.
+// Formats numbers and names for people. Pure functions.
 #pragma once
 
 #include <cstdint>
@@ -20,10 +20,10 @@ std::string FormatNumber(double value);
 std::string Plural(int64_t count, std::string_view singular, std::string_view plural = "");
 // Local time "2024-05-01 13:37:00"; "-" for 0.
 std::string FormatUnixTime(double unix_s);
-// `values` resampled to at most `columns` columns, from the lowest to the highest value. "" without
-// values.
+// Returns a small chart of `values`, resampled to at most `columns` columns and scaled from the
+// lowest to the highest value. "" without values.
 std::string Sparkline(std::span<const double> values, int columns, bool unicode);
-// The first line of a message, without trailing space: errors are shown as one line.
+// Returns the first line of a message without trailing space: errors are shown as one line.
 std::string FirstLine(std::string_view text);
 // "SUCCEEDED" -> "succeeded"; "STUDY_STATE_RUNNING" with prefix "STUDY_STATE_" -> "running".
 std::string LowerName(std::string_view name, std::string_view prefix = "");

@@ -1,4 +1,4 @@
-// The networks that a study's own trainings left in its dataset folder.
+// Finds the networks that a study's own trainings left in its dataset folder.
 #pragma once
 
 #include <string>
@@ -9,10 +9,10 @@
 
 namespace parallax::client {
 
-// Paths of the trained networks of the built-in trainer in `out_dir`/training that fit the variant:
-// those of all seeds of the training set that is the variant itself, or else of the mixtures that
-// have it as a part and are no control. In order of their paths.
-// Errors: kNotFound when there is none, saying how to name one.
+// Returns the paths of the built-in trainer's networks in `out_dir`/training that fit the variant:
+// all seeds of the training set that is the variant itself or, if there is none, of the mixtures
+// that have it as a part and are not controls. Sorted. Errors: kNotFound if there is none, with a
+// hint how to name one.
 absl::StatusOr<std::vector<std::string>> NetworksFor(const std::string& out_dir,
                                                      const v1::StudySpec& study,
                                                      const std::string& variant);

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 
 constexpr int kExecFailed = 127;
 constexpr int kUsageError = 2;
-// For a worker that was told twice to end.
+// Time for a worker to end after its second SIGTERM.
 constexpr double kHandBack_s = 6;
 constexpr uintmax_t kLargestLog = 16 << 20;
 
@@ -51,7 +51,7 @@ std::vector<std::string> TailOf(const std::string& path, size_t lines) {
   return tail;
 }
 
-// Between fork and exec only async-signal-safe calls: other threads' locks may be held for ever.
+// Only async-signal-safe calls between fork and exec: locks of other threads may stay locked.
 [[noreturn]] void RunChild(const char* binary, char* const* arguments, int log, pid_t parent) {
   // A group of its own: Ctrl-C at the terminal is for the parent, which drains its children.
   setpgid(0, 0);

@@ -1,11 +1,11 @@
-// Worker children of `run`: started, kept alive, drained.
+// The workers of `run`: starts them as child processes, keeps them alive and drains them.
 //
-// A child that dies is started again after a growing pause; what it held goes to another attempt.
-// Crash after crash without any result in between is a loop, and an error. Children die with this
-// process, whatever kills it.
+// A child that dies is started again after a growing pause, and its jobs go to new attempts.
+// Crashes in a row without any result in between are a loop, which is an error. Children die with
+// this process, whatever kills it.
 //
-// Not thread-safe, and all calls come from one thread: Linux ties a child's life to the thread that
-// started it.
+// Not thread-safe. All calls must come from one thread, because Linux ties a child's life to the
+// thread that started it.
 #pragma once
 
 #include <sys/types.h>
@@ -21,12 +21,12 @@ namespace parallax::client {
 
 struct WorkerPoolOptions {
   std::string binary;
-  // Arguments of worker `index`, from 0.
+  // Returns the arguments of worker `index`, from 0.
   std::function<std::vector<std::string>(int index)> arguments;
   int workers = 1;
   std::string log_dir;  // <log_dir>/worker-<index>.log; made if absent.
-  // Crashes in a row, without a result in between, that end the pool. A job that kills its workers
-  // is put aside by the coordinator after three, so a larger number means that it isn't the job.
+  // Number of crashes in a row, without a result in between, that is an error. The coordinator
+  // quarantines a job that kills its workers after three, so more crashes have another cause.
   int most_crashes = 8;
   Clock* clock = &Clock::System();
 };
@@ -38,22 +38,23 @@ class WorkerPool {
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
 
-  // Errors: the log folder's; kNotFound without a worker program.
+  // Starts all workers. Errors: those of making the log folder; kNotFound without a worker program.
   absl::Status Start();
-  // Looks after the children; call it about twice a second. `results`: any count that grows with
-  // the work done; its growth ends a row of crashes. Errors: kInternal for a crash loop or a worker
-  // that refuses its arguments, with the end of its log in the message.
+  // Restarts children that have died; call it about twice a second. `results` is any count that
+  // grows with the work done; its growth ends a row of crashes. Errors: kInternal for a crash loop
+  // or a worker that refuses its arguments, with the end of its log in the message.
   absl::Status Poll(int64_t results);
-  // SIGTERM: workers finish what they hold. After `grace_s`, or as soon as `hurry()`, a second one:
-  // they hand it back; whoever is still there some seconds later is killed.
+  // Ends all workers. The first SIGTERM lets them finish their jobs. A second one, after `grace_s`
+  // seconds or as soon as `hurry()` is true, makes them hand their jobs back. Workers that are
+  // still there some seconds later are killed.
   void Drain(double grace_s, const std::function<bool()>& hurry);
 
   int running() const;
-  int crashes() const { return crashes_; }  // In all.
+  int crashes() const { return crashes_; }  // All crashes so far.
   std::vector<pid_t> pids() const;
-  // Of all children that have ended so far, user + system.
+  // Returns the CPU time (user + system) of all children that have ended so far.
   double cpu_seconds() const { return cpu_seconds_; }
-  // The last lines of the log of the worker that crashed last, or of the first one.
+  // Returns the last lines of the log of the worker that crashed last, or of the first worker.
   std::vector<std::string> LogTail(size_t lines) const;
 
  private:
@@ -78,8 +79,8 @@ class WorkerPool {
   double cpu_seconds_ = 0;
 };
 
-// The program `worker` beside this one. $PARALLAX_WORKER names another. Errors: kNotFound, saying
-// where it was sought.
+// Returns the path of the program `worker`: $PARALLAX_WORKER, or the one beside this program.
+// Errors: kNotFound that says where it was sought.
 absl::StatusOr<std::string> FindWorkerBinary();
 
 }  // namespace parallax::client

@@ -1,4 +1,4 @@
-// /api/v1: what the page shows and does, on top of the queue. Thread-safe.
+// The routes of /api/v1, which the web page reads and changes the queue by. Thread-safe.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ namespace parallax {
 class CoordinatorServer;
 class JobQueue;
 
-// What the routes work with. All outlive them.
+// The objects behind the routes. All must outlive the routes.
 struct ApiParts {
   JobQueue& queue;
   const CoordinatorServer& server;
@@ -23,39 +23,41 @@ struct ApiParts {
   PageReader& reader;
   Pictures& pictures;
   Sessions& sessions;
-  // Opens a read-only session; empty: none does.
+  // The token that opens a read-only session; empty: none does.
   std::string token;
-  // Of the session's cookie: its name, and whether it goes over HTTPS only.
+  // Name of the session's cookie, and whether it is sent over HTTPS only.
   std::string cookie;
   bool secure_cookie = false;
 };
 
-// All routes, health and metrics too. The parts outlive them.
+// Returns all routes, health and metrics too. `parts` must outlive them.
 std::vector<WebRoute> ApiRoutes(ApiParts& parts);
 
-// By subject, each in a file of its own.
+// Add the routes of one subject; each function has a file of its own.
 void AddSessionRoutes(ApiParts& parts, std::vector<WebRoute>& routes);
 void AddFarmRoutes(ApiParts& parts, std::vector<WebRoute>& routes);
 void AddStudyRoutes(ApiParts& parts, std::vector<WebRoute>& routes);
 void AddPairRoutes(ApiParts& parts, std::vector<WebRoute>& routes);
 void AddJobRoutes(ApiParts& parts, std::vector<WebRoute>& routes);
 
-// Who a stranger with the farm's token is: it may look.
+// Returns the caller for a request with the farm's token: it may read.
 RpcCaller TokenCaller();
 
-// Who is on the coordinator's machine, in a farm whose RPCs want certificates: it may look.
+// Returns the caller for a request from the coordinator's machine, in a farm whose RPCs want
+// certificates: it may read.
 RpcCaller MachineCaller();
 
 // ---- For the routes' files.
 WebReply JsonReply(const std::string& json);
-// The number that the pattern's group matched. Errors: kInvalidArgument for one that is too large.
+// Returns the number that group `part` of the route's pattern matched. Errors: kInvalidArgument if
+// it is too large.
 absl::StatusOr<int64_t> NumberOf(const WebRequest& request, size_t part);
-// A number of the query; `otherwise` when it isn't there. Errors: kInvalidArgument outside of
-// [least, most].
+// Returns a number of the query string; `otherwise` if it is absent. Errors: kInvalidArgument
+// outside of [least, most].
 absl::StatusOr<int64_t> NumberIn(const WebRequest& request, const std::string& name,
                                  int64_t otherwise, int64_t least, int64_t most);
-// A text of the JSON body; empty when it isn't there. Errors: kInvalidArgument for a body that is
-// no object or a value that is no plain text of at most `most` bytes.
+// Returns a text of the JSON body; empty if it is absent. Errors: kInvalidArgument if the body is
+// not an object, or the value is not a plain text of at most `most` bytes.
 absl::StatusOr<std::string> TextIn(const WebRequest& request, const std::string& name, size_t most);
 
 }  // namespace parallax

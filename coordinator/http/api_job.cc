@@ -10,7 +10,7 @@ using Reply = absl::StatusOr<WebReply>;
 
 constexpr int kMostLeased = 10'000;
 
-// How far a leased job is, which only its worker's heartbeats tell.
+// Adds the progress of a leased job, which is known only from its worker's heartbeats.
 absl::Status AddProgress(JobQueue& queue, JobDetail& job) {
   if (job.status.state() != "LEASED") return absl::OkStatus();
   v1::ListJobsRequest asked;

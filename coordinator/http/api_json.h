@@ -1,6 +1,6 @@
-// The JSON of /api/v1, from what the queue tells. Names are those of the glossary, times are Unix
-// seconds, states lower-case words of studies ("running") and the words of the queue for jobs
-// ("READY"). Numbers that JavaScript can't hold are strings.
+// Makes the JSON of /api/v1 from the queue's replies. Names are those of the glossary. Times are
+// Unix seconds. States of studies are in lower case ("running"); states of jobs are spelled as in
+// the queue ("READY"). Numbers that JavaScript can't hold are strings.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -14,22 +14,25 @@ namespace parallax {
 
 using Json = nlohmann::ordered_json;
 
-// One line; bytes that are no UTF-8 are replaced.
+// Returns the JSON as one line; bytes that are not UTF-8 are replaced.
 std::string JsonText(const Json& json);
 
+// Return the farm's status, its history of the last day, and its workers.
 Json FarmJson(const StatusSnapshot& snapshot);
 Json HistoryJson(const std::vector<HistorySample>& samples);
 Json WorkersJson(const std::vector<v1::WorkerStatus>& workers);
 
-// `eta_s` < 0: unknown.
+// `eta_s` is the seconds until the study ends; < 0: unknown.
 Json StudyLineJson(const v1::StudyStatus& study, double eta_s);
 Json StudyJson(const v1::StudyStatus& study, double eta_s, const std::vector<ProblemCause>& causes);
+// Return a job or a pair, as a line of a list or with all details.
 Json JobLineJson(const v1::JobStatus& job);
 Json JobJson(const JobDetail& job);
 Json PairLineJson(const PublishedPair& pair);
 Json PairJson(const PublishedPair& pair, const PageReader::Neighbours& neighbours);
 
-// Rows of the last checkpoints by benchmark, best mean first, and curves over all checkpoints.
+// Returns a table for each benchmark, of the last checkpoints with the best mean first, and curves
+// over all checkpoints.
 Json ScoresJson(const std::vector<StudyScore>& scores);
 
 }  // namespace parallax

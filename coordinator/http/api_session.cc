@@ -1,4 +1,4 @@
-// Who asks: sessions and one-time links.
+// Routes that sign a caller in and out: sessions and one-time links.
 #include "common/base/secret.h"
 #include "coordinator/http/api.h"
 #include "coordinator/http/api_json.h"

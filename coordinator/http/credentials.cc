@@ -5,7 +5,7 @@
 namespace parallax {
 namespace {
 
-// Without padding or what follows a character that is none.
+// Decodes up to the first character that is not a Base64 digit, such as the padding.
 std::string DecodeBase64(const std::string& text) {
   constexpr std::string_view kDigits =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";

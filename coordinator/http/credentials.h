@@ -1,18 +1,19 @@
-// What a request's headers say of its caller. Pure and thread-safe.
+// Reads the credentials in a request's headers. Pure functions; thread-safe.
 #pragma once
 
 #include <string>
 
 namespace parallax {
 
-// Token of "Bearer TOKEN", or of the password in "Basic ..."; empty for anything else.
+// Returns the token of the header "Authorization": of "Bearer TOKEN", or the password of "Basic
+// ...". Empty for anything else.
 std::string TokenIn(const std::string& authorization);
 
-// Value of one cookie of "a=1; b=2"; empty if it isn't there.
+// Returns the value of one cookie in the header "Cookie" ("a=1; b=2"); empty if it is absent.
 std::string CookieIn(const std::string& header, const std::string& name);
 
-// Whether the header "Host" names this machine as such. A browser that was made to look up another
-// name for it would take a foreign page for ours.
+// Returns whether the header "Host" is a loopback name or address. Another name may be a trick (DNS
+// rebinding) by which a foreign page makes the browser take it for ours.
 bool IsLoopbackHost(std::string host);
 
 }  // namespace parallax

@@ -1,5 +1,5 @@
-// How the farm did over the last day: a sample a minute in a ring, for the page's charts. In
-// memory; a restart begins anew. Not thread-safe.
+// The farm's history of the last day for the page's charts: a ring of samples, one a minute. Kept
+// in memory, so a restart begins anew. Not thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,7 @@
 
 namespace parallax {
 
+// The farm's figures at one moment.
 struct HistorySample {
   double unix_s = 0;
   double pairs_per_hour = 0;
@@ -19,7 +20,7 @@ class History {
   static constexpr double kEvery_s = 60;
   static constexpr size_t kMost = 24 * 60;
 
-  // A sample within a minute of the last one kept replaces nothing and is dropped.
+  // Adds a sample; drops it if the last one that was kept is less than a minute older.
   void Add(const HistorySample& sample) {
     if (!samples_.empty() && sample.unix_s < samples_.back().unix_s + kEvery_s &&
         sample.unix_s >= samples_.back().unix_s) {

@@ -1,4 +1,4 @@
-// /metrics in Prometheus' text format, version 0.0.4.
+// Writes /metrics in Prometheus' text format, version 0.0.4. Pure functions; thread-safe.
 #pragma once
 
 #include <string>
@@ -8,9 +8,10 @@
 
 namespace parallax {
 
+// Returns the text of /metrics for a snapshot.
 std::string MetricsText(const StatusSnapshot& snapshot);
 
-// With backslash, quote and newline escaped, for use between quotes.
+// Returns `value` with backslash, quote and newline escaped, to be put between quotes.
 std::string EscapeLabel(std::string_view value);
 
 }  // namespace parallax

@@ -1,6 +1,6 @@
-// The TLS side of the page: a server that asks for client certificates but takes callers without,
-// and who a certificate says that its caller is. OpenSSL's and the HTTP library's types stay here
-// and in http_server.cc.
+// TLS of the web page: the server asks for client certificates but accepts callers without one, and
+// reads the caller's name and role from a certificate. Types of OpenSSL and of the HTTP library are
+// used only here and in http_server.cc.
 #pragma once
 
 #include <optional>
@@ -13,10 +13,12 @@ struct ssl_ctx_st;
 
 namespace parallax {
 
-// Certificate, key and authority of the TLS folder `dir`. False if one of them can't be used.
+// Sets certificate, key and authority from the TLS folder `dir`. Returns false if one of them can't
+// be used.
 bool SetUpTls(const std::string& dir, ssl_ctx_st& context);
 
-// Nothing for a caller without a certificate. One that our authority did not sign can't connect.
+// Returns the caller that a connection's certificate names; nothing without a certificate. A caller
+// whose certificate our authority did not sign can't connect at all.
 std::optional<RpcCaller> CallerOf(const ssl_st* connection);
 
 }  // namespace parallax

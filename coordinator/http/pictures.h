@@ -1,6 +1,6 @@
-// Pictures and maps of published pairs in forms that a browser shows: small JPEGs and plain arrays.
-// What was made stays in memory up to a bound. At most two are made at a time, so that a wall of
-// pictures doesn't take the coordinator's cores. Thread-safe.
+// Converts pictures and maps of published pairs for browsers, into small JPEGs and plain arrays,
+// and caches them in memory up to a bound. At most two are converted at a time, so that a page full
+// of pictures does not take all of the coordinator's cores. Thread-safe.
 #pragma once
 
 #include <condition_variable>
@@ -16,35 +16,35 @@ namespace parallax {
 
 class Pictures {
  public:
-  // `store` outlives it; null: every call is kNotFound. `cache_bytes`: of what is kept.
+  // `store` must outlive the object; if it is null, every call is kNotFound. `cache_bytes` bounds
+  // the cache.
   explicit Pictures(const Store* store, size_t cache_bytes = 64 << 20);
 
-  // A JPEG of the PNG at `path`, `width_px` wide, or as wide as the image is if that is less.
-  // Errors: kNotFound for a file that isn't there; kInvalidArgument for one that is no picture; the
-  // store's.
+  // Returns a JPEG of the PNG at `path` in the store, at most `width_px` wide. Errors: kNotFound
+  // for a missing file; kInvalidArgument for a file that is not a picture; the store's.
   absl::StatusOr<std::string> Jpeg(const std::string& path, int width_px);
-  // The map at `path` (.exr: one float32 a pixel; .png: one uint16) as bytes: width and height as
-  // uint32, then the rows from the top; all little-endian. Errors: as Jpeg.
+  // Returns the map at `path` (.exr: one float32 a pixel; .png: one uint16) as bytes: width and
+  // height as uint32, then the rows from the top, all little-endian. Errors: those of Jpeg.
   absl::StatusOr<std::string> Map(const std::string& path);
-  // A file as it is. Errors: as Jpeg.
+  // Returns a file as it is. Errors: those of Jpeg.
   absl::StatusOr<std::string> File(const std::string& path) const;
 
  private:
-  class Turn;  // While one lives, one of the places of those who make is taken.
+  class Turn;  // Takes one of kMakers places for conversions while it lives.
 
   std::string Cached(const std::string& key);
   void Keep(const std::string& key, const std::string& bytes);
 
   const Store* const store_;
   const size_t cache_bytes_;
-  // Those who make take turns; at most kMakers at a time.
+  // Bounds the number of conversions at a time to kMakers.
   std::mutex turns_mu_;
   std::condition_variable turn_;
   int making_ = 0;  // Guarded by turns_mu_.
 
   std::mutex mu_;
   // Guarded by mu_.
-  std::list<std::pair<std::string, std::string>> newest_;  // Used last comes first.
+  std::list<std::pair<std::string, std::string>> newest_;  // The last used one comes first.
   std::map<std::string, decltype(newest_)::iterator> by_key_;
   size_t bytes_ = 0;
 };

@@ -14,7 +14,7 @@ using RowKey = std::tuple<std::string, std::string, std::string>;  // Benchmark,
 RowKey KeyOf(const JobKind::Score& score) { return {score.benchmark, score.set, score.predictor}; }
 
 struct Spread {
-  double mean = 0, deviation = 0;  // Of a sample; 0 for one value.
+  double mean = 0, deviation = 0;  // The sample's; 0 for one value.
 };
 
 Spread SpreadOf(const std::vector<double>& values) {

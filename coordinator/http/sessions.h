@@ -1,7 +1,8 @@
-// Browsers that have shown once who they are. A one-time code, or the farm's token, becomes a
-// session, whose random name the browser keeps in a cookie that no script can read.
+// Sessions of browsers. A one-time code or the farm's token opens a session, whose random name the
+// browser keeps in a cookie that no script can read.
 //
-// In memory: a restart ends all sessions. Bounded: the oldest make place for new ones. Thread-safe.
+// Sessions are kept in memory, so a restart ends them. Their number is bounded: the oldest one
+// makes room for a new one. Thread-safe.
 #pragma once
 
 #include <map>
@@ -17,26 +18,28 @@ namespace parallax {
 
 class Sessions {
  public:
-  // `clock` outlives it.
+  // `clock` must outlive the object.
   explicit Sessions(Clock& clock) : clock_(clock) {}
 
-  // A code that opens one session of `caller`, once, within `valid_s`. Errors: NewSecret's.
+  // Returns a code that opens one session of `caller`. It works once, within `valid_s` seconds.
+  // Errors: those of NewSecret.
   absl::StatusOr<std::string> NewCode(const RpcCaller& caller, double valid_s);
-  // The name of a new session. Errors: kUnauthenticated for a code that there is not (any more);
-  // NewSecret's.
+  // Opens a session by a code and returns its name. Errors: kUnauthenticated for a code that is
+  // unknown, used or too old; those of NewSecret.
   absl::StatusOr<std::string> Redeem(const std::string& code);
-  // Errors: NewSecret's.
+  // Opens a session of `caller` and returns its name. Errors: those of NewSecret.
   absl::StatusOr<std::string> Open(const RpcCaller& caller);
-  // Whose session it is; nothing for one that has ended.
+  // Returns the session's caller; nothing if the session has ended.
   std::optional<RpcCaller> Find(const std::string& name);
+  // Ends a session; does nothing if there is none of this name.
   void End(const std::string& name);
 
  private:
   struct Entry {
     RpcCaller caller;
-    double until_s = 0;  // On the steady clock.
+    double until_s = 0;  // End of validity on the steady clock.
   };
-  using Entries = std::map<std::string, Entry>;  // By the SHA-256 of the secret.
+  using Entries = std::map<std::string, Entry>;  // Keys are SHA-256 of the secrets.
   double Now() const;
   // Requires mu_.
   static void Add(Entries& entries, const std::string& secret, Entry entry, double now_s);

@@ -1,5 +1,6 @@
-// The farm at one moment, read at most twice a second whoever asks, and regularly so that rates
-// and the day's history are there when somebody looks. Thread-safe.
+// Samples the farm's status: at most twice a second however many callers ask, and regularly in the
+// background, so that rates and the day's history are known when a user opens the page.
+// Thread-safe.
 #pragma once
 
 #include <condition_variable>
@@ -20,17 +21,19 @@ namespace parallax {
 
 class StatusSampler {
  public:
-  // All outlive the sampler.
+  // All arguments must outlive the sampler.
   StatusSampler(std::string store_uri, Clock& clock, JobQueue& queue,
                 const CoordinatorServer& server);
-  ~StatusSampler();  // Stop().
+  ~StatusSampler();  // Calls Stop().
 
+  // Starts the regular samples on a thread of its own.
   void Start();
   void Stop();  // Idempotent.
 
-  // Never older than half a second. Errors: the queue's.
+  // Returns a snapshot that is at most half a second old. Errors: the queue's.
   absl::StatusOr<std::shared_ptr<const StatusSnapshot>> Take();
   std::vector<HistorySample> History() const;  // The oldest first.
+  // Returns the seconds since the sampler was made.
   double Uptime() const;
 
  private:
@@ -54,7 +57,7 @@ class StatusSampler {
   mutable std::mutex mu_;
   // Guarded by mu_.
   RateEstimator rate_;
-  std::map<int64_t, RateEstimator> study_rates_;  // By running study.
+  std::map<int64_t, RateEstimator> study_rates_;  // Keys are ids of running studies.
   std::shared_ptr<const StatusSnapshot> snapshot_;
   SteadyTime snapshot_at_{};
   parallax::History history_;

@@ -1,4 +1,4 @@
-// What /metrics and the page are drawn from, taken at one moment.
+// The farm's status at one moment, from which /metrics and the page are made.
 #pragma once
 
 #include <map>
@@ -19,15 +19,15 @@ struct StatusSnapshot {
   double uptime_s = 0;
   double now_unix_s = 0;
   double pairs_per_hour = 0;
-  std::map<int64_t, double> eta_s;       // By study; of running ones whose rate is known.
+  std::map<int64_t, double> eta_s;       // By id; only of running studies with a known rate.
   std::vector<v1::StudyStatus> studies;  // The newest first.
   std::vector<v1::WorkerStatus> workers;
   ServerMetrics server;
   JobQueueStats queue;
-  std::vector<RunningJob> running;  // Jobs that tell figures of themselves.
+  std::vector<RunningJob> running;  // Jobs that report figures.
 };
 
-// Pairs done and wanted of all variants.
+// Numbers of pairs that are done and wanted, of all variants of a study.
 struct PairCount {
   int64_t done = 0;
   int64_t wanted = 0;

@@ -1,8 +1,7 @@
-// Requests and replies of the web page's API, free of the HTTP library, and the table of its
-// routes.
+// Requests, replies and routes of the web page's API, without types of the HTTP library.
 //
-// The table is closed: the server registers nothing but its rows, and every row says which RPC's
-// roles may use it. A test walks it with a stranger, so that a new row can't be forgotten.
+// The table of routes is closed: the server registers only its rows, and every row names the RPC
+// whose roles may use it. A test tries all rows as a stranger, so a new row can't be forgotten.
 #pragma once
 
 #include <functional>
@@ -16,16 +15,17 @@
 
 namespace parallax {
 
-// Who asks.
+// The caller of a request.
 struct WebCaller {
-  RpcCaller rpc;        // As of an RPC.
-  std::string actor;    // For the audit table: "submitter ada https:10.0.0.7".
+  RpcCaller rpc;        // Name and role, as for an RPC.
+  std::string actor;    // Entry in the audit table: "submitter ada https:10.0.0.7".
   std::string session;  // Name of the session; empty without one.
-  std::string csrf;     // What the header of a request that changes something must say.
+  std::string csrf;     // Value of the CSRF header that a request needs to change something.
 };
 
+// A request that has matched a route.
 struct WebRequest {
-  std::vector<std::string> parts;  // What the groups of the route's pattern matched.
+  std::vector<std::string> parts;  // Matches of the groups in the route's pattern.
   std::map<std::string, std::string> query;
   std::string body;
   std::string if_none_match;
@@ -39,13 +39,14 @@ struct WebReply {
   std::vector<std::pair<std::string, std::string>> headers;
 };
 
-// Whom a route lets in.
+// The callers that a route accepts.
 enum class WebAccess {
-  kRoles,    // The roles of WebRoute::rpc.
-  kKnown,    // Whoever shows any certificate, token or session.
-  kAnybody,  // Strangers too.
+  kRoles,    // Callers with a role of WebRoute::rpc.
+  kKnown,    // Callers with any certificate, token or session.
+  kAnybody,  // All callers, strangers too.
 };
 
+// A row of the table: which requests it matches, who may use it, and what answers it.
 struct WebRoute {
   const char* method;   // "GET" or "POST". A POST changes something and needs the CSRF header.
   const char* pattern;  // A regular expression for the whole path.
@@ -56,11 +57,12 @@ struct WebRoute {
   bool events = false;  // Answered by the server with the stream of events, not by a handler.
 };
 
-// 400, 401, 403, 404, 409, 503 or 500, with {"error": {"code", "message"}}.
+// Returns the reply for an error: 400, 401, 403, 404, 409, 503 or 500 by its code, with the body
+// {"error": {"code", "message"}}.
 WebReply ErrorReply(const absl::Status& status);
 
-// Whether the caller may use the route. Errors: kUnauthenticated for a stranger (`caller` null);
-// kPermissionDenied.
+// Checks that the caller may use the route. Errors: kUnauthenticated for a stranger (`caller`
+// null); kPermissionDenied for a role that may not.
 absl::Status CheckWebAccess(const WebRoute& route, const WebCaller* caller);
 
 }  // namespace parallax

@@ -1,5 +1,5 @@
-// Who did what, as clients read it. The rows themselves are written by JobStore::Audit in the
-// transaction of what they tell of.
+// Reads the audit table for clients. JobStore::Audit writes its rows, each in the transaction of
+// the change that it records.
 #include "coordinator/queue/readers.h"
 
 namespace parallax {

@@ -1,4 +1,4 @@
-// Re-derives every invariant of the queue from its tables: what all fault tests end with.
+// Checks every invariant of the queue against its tables. All fault tests end with it.
 #pragma once
 
 #include <span>
@@ -11,14 +11,14 @@
 
 namespace parallax {
 
-// One line for each violation found (at most ten of a kind); empty when everything holds. Reads
-// every row. Each kind adds its own invariants to those that hold for all. Call inside a read
-// transaction. Errors: the database's.
+// Returns a line for each violation, at most ten of each invariant; empty if everything holds.
+// Reads every row. Each kind of job adds its own invariants to the common ones. Call it inside a
+// read transaction. Errors: the database's.
 absl::StatusOr<std::vector<std::string>> AuditDatabase(SqliteConnection& db,
                                                        const KindRegistry& kinds);
 
-// The invariants of all kinds that are stated in SQL, for documentation and tests: each query gives
-// a row a violation.
+// Returns the common invariants that are stated in SQL, for documentation and tests. Each query
+// gives a row for each violation.
 std::span<const JobKind::Invariant> SqlInvariants();
 
 }  // namespace parallax

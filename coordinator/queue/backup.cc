@@ -46,8 +46,8 @@ absl::Status BackUp(SqliteConnection& db, const std::string& path) {
   std::filesystem::remove(temporary, ignored);
   absl::Status status = CopyDatabase(db, temporary);
   if (status.ok()) status = SyncFile(temporary);
-  // It gets its name when it is whole and on disk; link refuses to replace a file that has come
-  // meanwhile.
+  // The copy gets its name when it is whole and on disk. link refuses to replace a file that was
+  // made meanwhile.
   if (status.ok() && link(temporary.c_str(), path.c_str()) != 0) {
     status = ErrnoError(errno, "backup " + path);
   }

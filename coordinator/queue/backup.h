@@ -1,4 +1,4 @@
-// Copies of a database that appear whole or not at all.
+// Backs up a database. A copy appears whole or not at all.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace parallax {
 
-// Writes a consistent copy of the database to `path`, on disk when the call returns, while others
-// write. Errors: kAlreadyExists if there is such a file; kResourceExhausted when the disk is full;
-// kUnavailable if SQLite can't copy; else as the system says.
+// Writes a consistent copy of the database to `path`; others may write to the database meanwhile.
+// The copy is durable when the call returns. Errors: kAlreadyExists if there is such a file;
+// kResourceExhausted if the disk is full; kUnavailable if SQLite can't copy; else the system's.
 absl::Status BackUp(SqliteConnection& db, const std::string& path);
 
 }  // namespace parallax

@@ -1,4 +1,4 @@
-// zstd for what the database keeps of messages. Thread-safe.
+// Compresses messages for the database by zstd. Thread-safe.
 #pragma once
 
 #include <string>
@@ -9,11 +9,14 @@
 
 namespace parallax {
 
+// Returns the compressed bytes. Equal bytes give equal results.
 std::string Compress(std::string_view bytes);
-// kDataLoss if they aren't what Compress made, or larger than 64 MiB.
+// Returns the bytes that were given to Compress. Errors: kDataLoss if Compress did not make
+// `bytes`, or the result would be larger than 64 MiB.
 absl::StatusOr<std::string> Decompress(std::string_view bytes);
 
-// Deterministic bytes, compressed; and back.
+// Packs a message's deterministic bytes, and unpacks them. Errors: kDataLoss, as Decompress, or if
+// the bytes are not such a message.
 std::string PackMessage(const google::protobuf::MessageLite& message);
 absl::Status UnpackMessage(std::string_view packed, google::protobuf::MessageLite& message);
 

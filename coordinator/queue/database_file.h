@@ -1,5 +1,5 @@
-// Opening the queue's database file safely: one coordinator at a time, local disk only, the pragmas
-// that durability rests on asserted by reading them back.
+// Opens the queue's database file safely: for one coordinator at a time, on a local disk only. The
+// pragmas that durability depends on are read back and checked.
 #pragma once
 
 #include <memory>
@@ -10,12 +10,12 @@
 
 namespace parallax {
 
-// An advisory lock on "<db>.lock", held for the life of this object; the kernel drops it when the
+// An advisory lock on "<db>.lock" for the life of this object. The kernel releases it if the
 // process dies.
 class DatabaseLock {
  public:
-  // kFailedPrecondition when another coordinator (also one in this process) holds it; names its
-  // process.
+  // Takes the lock. Errors: kFailedPrecondition if another coordinator holds it, in this process or
+  // in another one, which the message names.
   static absl::StatusOr<std::unique_ptr<DatabaseLock>> Acquire(const std::string& db_path);
   ~DatabaseLock();
   DatabaseLock(const DatabaseLock&) = delete;
@@ -26,17 +26,18 @@ class DatabaseLock {
   int fd_;
 };
 
-// Name of the network file system with this statfs f_type, or null for a local one.
+// Returns the name of the network file system with this statfs f_type; null for a local one.
 const char* NetworkFileSystem(long f_type);
-// kFailedPrecondition if the file's folder is on a network file system: their locks and fsync can't
-// be relied on.
+// Checks that the database's folder is on a local file system. Errors: kFailedPrecondition for a
+// network file system, whose locks and fsync are not reliable.
 absl::Status CheckLocalFileSystem(const std::string& db_path);
 
-// The one connection that writes: WAL, synchronous=FULL, foreign keys, no trusted schema, no mmap,
-// no checkpoints but ours.
+// Opens the one connection that writes: WAL, synchronous=FULL, foreign keys, no trusted schema, no
+// mmap, and checkpoints only when we ask for them. Errors: the database's; kInternal if a pragma
+// does not hold.
 absl::StatusOr<std::unique_ptr<SqliteConnection>> OpenWriter(const std::string& path,
                                                              const std::string& vfs);
-// A query_only connection that never checkpoints.
+// Opens a query_only connection, which never checkpoints. Errors: the database's.
 absl::StatusOr<std::unique_ptr<SqliteConnection>> OpenReader(const std::string& path,
                                                              const std::string& vfs);
 

@@ -1,4 +1,5 @@
-// Tools for a database file without a JobQueue: `coordinator check` and `coordinator backup`.
+// Tools that work on a database file without a JobQueue, for `coordinator check` and `coordinator
+// backup`.
 #pragma once
 
 #include <functional>
@@ -10,18 +11,20 @@
 
 namespace parallax {
 
-// Re-derives every invariant of a database that no coordinator has open; empty when all hold.
-// Errors: kNotFound; kFailedPrecondition for one that a coordinator has open or of another schema;
-// the database's.
+// Checks every invariant of a database that no coordinator has open. Returns the violations; empty
+// if all hold. Errors: kNotFound; kFailedPrecondition if a coordinator has it open, or its schema
+// is of another version; the database's.
 absl::StatusOr<std::vector<std::string>> AuditDatabaseFile(const std::string& db_path);
 
 // Calls `visit` with the files of each stored result of a database that no coordinator has open.
-// Errors: the first of `visit`; as AuditDatabaseFile.
+// Stops at the first error of `visit` and returns it. Errors: those of `visit` and of
+// AuditDatabaseFile.
 absl::Status VisitStoredOutputs(
     const std::string& db_path,
     const std::function<absl::Status(const std::vector<JobKind::OutputFile>&)>& visit);
 
-// A copy of a database that a coordinator may have open meanwhile. Errors: kNotFound; as BackUp.
+// Writes a copy of a database, which a coordinator may have open, to `path`. Errors: kNotFound;
+// those of BackUp.
 absl::Status BackUpFile(const std::string& db_path, const std::string& path);
 
 }  // namespace parallax

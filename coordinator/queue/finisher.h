@@ -1,5 +1,4 @@
-// Runs what may take its time after a commit on a thread of its own, so that the writer doesn't
-// wait for it.
+// Runs the work that follows a commit on its own thread, so that the writer does not wait for it.
 #pragma once
 
 #include <condition_variable>
@@ -13,14 +12,14 @@ namespace parallax {
 // Thread-safe.
 class Finisher {
  public:
-  // Answers to workers that ask for leases come first: who asks is idle, who reports is at its next
-  // job already.
+  // Order of tasks. Answers to workers that ask for leases come first, because those workers are
+  // idle, whereas a worker that reports is already at its next job.
   enum class Turn { kFirst, kAfterThose };
 
   Finisher() : thread_([this] { Loop(); }) {}
-  ~Finisher();  // Runs what was accepted.
+  ~Finisher();  // Runs all accepted tasks.
 
-  // Tasks of one turn run in the order of their calls.
+  // Accepts a task. Tasks of one turn run in the order in which they were accepted.
   void Enqueue(Turn turn, std::function<void()> task);
 
  private:

@@ -1,8 +1,7 @@
-// Supersets of what the hot tables hold, kept in memory so that a query that
-// would find nothing isn't asked: whether a group has READY or LEASED jobs,
-// whether anybody waits for a job. They only ever err towards "maybe":
-// additions count at once, removals when their group is committed, and a
-// command that is undone leaves its additions behind.
+// Upper bounds on counts in the hot tables, kept in memory to save queries that would find nothing:
+// whether a group has READY or LEASED jobs, and whether any job waits for a given one. They only
+// err towards "maybe": additions count at once, removals count when their group is committed, and
+// an undone command leaves its additions behind.
 //
 // Used by the writing thread only.
 #pragma once
@@ -17,11 +16,12 @@
 
 namespace parallax {
 
+// Upper bounds on counts by key.
 class SupersetCounter {
  public:
   void Add(uint64_t key) { ++counts_[key]; }
   void RemoveAtCommit(uint64_t key) { removed_.push_back(key); }
-  // At most so many, at the moment.
+  // Returns an upper bound on the current count.
   int64_t AtMost(uint64_t key) const {
     const auto found = counts_.find(key);
     return found == counts_.end() ? 0 : found->second;
@@ -49,6 +49,7 @@ class SupersetCounter {
   size_t mark_ = 0;
 };
 
+// The hints about jobs: the machine reports every job that enters or leaves a state.
 class JobHints {
  public:
   void Entered(JobState state, const Sha256Digest& group_key, int64_t awaits_job) {
@@ -84,7 +85,7 @@ class JobHints {
   }
 
  private:
-  // Two groups of one key only make a "maybe" of a "no".
+  // Two groups may share a key, which only turns a "no" into a "maybe".
   static uint64_t KeyOf(const Sha256Digest& digest) {
     uint64_t key;
     std::memcpy(&key, digest.data(), sizeof key);

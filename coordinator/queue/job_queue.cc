@@ -95,7 +95,7 @@ class JobQueue::Impl {
     RETURN_IF_ERROR(machine_->WakeRetries());
     return ArchiveSome();
   }
-  // The writer's thread. In small steps, so that nobody waits for it.
+  // Runs on the writer's thread, in small steps, so that no caller waits for it.
   bool ArchiveIsDue() const { return options_.clock->Steady() >= archive_at_; }
   absl::Status ArchiveSome() {
     if (!ArchiveIsDue()) return absl::OkStatus();

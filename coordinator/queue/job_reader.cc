@@ -1,4 +1,4 @@
-// How clients and the page read jobs: lists by state, attempts, what runs.
+// Reads jobs for clients and the page: lists by state, attempts, running jobs.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -10,7 +10,7 @@
 namespace parallax {
 namespace {
 
-// The log of the newest failed attempt comes along.
+// A row of jobs, with the log of the newest failed attempt.
 #define PARALLAX_LISTED_JOB_OF(table, losses)                             \
   "SELECT j.id, j.kind, j.state, v.name, j.ordinal, j.rigs, j.attempts, " \
   "j.worker, j.error, j.input, CASE WHEN j.app_failures > 0 THEN"         \
@@ -20,7 +20,7 @@ namespace {
   "FROM " table " AS j JOIN variants AS v ON v.id = j.variant_id "
 #define PARALLAX_LISTED_JOB PARALLAX_LISTED_JOB_OF("jobs", "attempt_losses")
 
-// Logs in one list, all together; further jobs come without theirs.
+// Bound on all logs in one list; jobs beyond it come without their logs.
 constexpr size_t kMostLogBytes = 4 << 20;
 
 absl::Status AddJobs(SqliteQuery& query, const KindRegistry& kinds,
@@ -49,12 +49,12 @@ absl::Status AddJobs(SqliteQuery& query, const KindRegistry& kinds,
   return query.status();
 }
 
-// Adds the jobs of one state, by id. The hot states have their own indexes; of the others, the
-// variants' own.
+// Adds the jobs in one state, by id. Hot states have an index each; all others use the variants'
+// index.
 absl::Status AddJobsOfState(SqliteConnection& db, const KindRegistry& kinds, int64_t study,
                             JobState state, int limit, std::vector<v1::JobStatus>& jobs) {
   const bool hot = !IsTerminal(state);
-  // The state is spelled out, because only so is a partial index found.
+  // The state is written into the SQL, because SQLite then finds the partial index.
   const std::string where_state = "j.state = '" + std::string(NameOf(state)) + "' ";
   const std::string sql =
       hot ? PARALLAX_LISTED_JOB "WHERE " + where_state +
@@ -68,7 +68,7 @@ absl::Status AddJobsOfState(SqliteConnection& db, const KindRegistry& kinds, int
   return AddJobs(query, kinds, jobs);
 }
 
-// States in which the study has jobs: the others need no search, which for some is a long one.
+// Returns the states in which the study has jobs: some of the others would take a long search.
 absl::StatusOr<std::set<std::string, std::less<>>> StatesThere(SqliteConnection& db,
                                                                int64_t study) {
   SqliteQuery query(db,
@@ -81,7 +81,7 @@ absl::StatusOr<std::set<std::string, std::less<>>> StatesThere(SqliteConnection&
   return states;
 }
 
-// The same for an archived study.
+// Adds the jobs of an archived study in one state.
 absl::Status AddArchivedJobs(SqliteConnection& db, const KindRegistry& kinds, int64_t study,
                              JobState state, int limit, std::vector<v1::JobStatus>& jobs) {
   SqliteQuery query(
@@ -139,7 +139,7 @@ absl::Status AddLostAttempts(SqliteConnection& db, int64_t job, v1::ListAttempts
 absl::StatusOr<std::vector<v1::JobStatus>> Readers::ListJobs(const v1::ListJobsRequest& request) {
   std::vector<JobState> states;
   if (request.state().empty()) {
-    // Jobs that need a look come first.
+    // States that need attention come first.
     states = {JobState::kFailed,    JobState::kQuarantined, JobState::kLeased,
               JobState::kRetryWait, JobState::kReady,       JobState::kBlocked,
               JobState::kRejected,  JobState::kCancelled,   JobState::kSucceeded};

@@ -327,7 +327,7 @@ absl::StatusOr<int> JobStore::WorkersLost(int64_t job) {
 }
 
 absl::StatusOr<bool> JobStore::WorkersLostWithout(int64_t job) {
-  // What one worker lost at one time is one loss of a worker.
+  // All jobs that a worker lost at one time count as one loss of the worker.
   ASSIGN_OR_RETURN(
       const auto found,
       db_.Integer("SELECT 1 FROM attempt_losses WHERE ledger = 'lost' AND unix_s >="
@@ -340,7 +340,7 @@ absl::StatusOr<bool> JobStore::WorkersLostWithout(int64_t job) {
 
 absl::StatusOr<bool> JobStore::AlwaysLostWithAnother(int64_t job, const std::string& worker,
                                                      double now) {
-  // Of the worker lost now some jobs are in the ledger, others still count as leased to it.
+  // Some jobs of the worker that is lost now are in the ledger; others are still leased to it.
   ASSIGN_OR_RETURN(
       const auto found,
       db_.Integer(

@@ -1,5 +1,5 @@
-// Which leases are out and when each was last heard of. In memory only: a heartbeat must not cost a
-// disk write. After a restart every lease counts as just heard of. Thread-safe.
+// The current leases, and when each was last heard of. Kept in memory, because a heartbeat must not
+// cost a disk write. After a restart, every lease counts as just heard of. Thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -16,30 +16,34 @@ namespace parallax {
 struct LeaseProgress {
   double fraction = 0;
   std::string stage;
-  std::map<std::string, double> figures;  // What the job tells of itself; see v1::Progress.
+  std::map<std::string, double> figures;  // Figures that the job reports; see v1::Progress.
 };
 
 class LeaseBook {
  public:
   LeaseBook(Clock& clock, double lease_s) : clock_(clock), lease_s_(lease_s) {}
 
+  // Adds a lease that was granted, or removes one that has ended.
   void Add(const LeaseRef& lease);
   void Remove(const LeaseRef& lease);
-  // Counts as heard of; false if the book has no such lease of this worker.
+  // Notes that a lease was heard of. Returns false if the worker has no such lease.
   bool Touch(const std::string& worker, const v1::AttemptId& attempt);
-  // Touches each; returns those that the worker doesn't hold.
+  // Notes that the leases in `running` were heard of, with their progress. Returns those that the
+  // worker does not hold.
   std::vector<v1::AttemptId> Heartbeat(const std::string& worker,
                                        const std::vector<v1::Progress>& running);
-  // Not heard of for a whole lease.
+  // Returns the leases that were not heard of for lease_s seconds.
   std::vector<LeaseRef> Expired() const;
-  // Seconds until the next could expire, lease_s if there is none.
+  // Returns the seconds until the next lease can expire; lease_s if there is none.
   double SecondsToExpiry() const;
+  // Returns whether the worker holds this lease.
   bool Holds(const std::string& worker, const v1::AttemptId& attempt) const;
+  // Returns the newest progress of a leased job; zeros if it is not leased.
   LeaseProgress ProgressOf(int64_t job) const;
-  // Figures of at most `most` jobs that have any, by job.
+  // Returns the figures of at most `most` jobs that report any, by job.
   std::map<int64_t, std::map<std::string, double>> Figures(size_t most) const;
   int64_t size() const;
-  // Leases of a worker.
+  // Returns the number of a worker's leases.
   int HeldBy(const std::string& worker) const;
 
  private:
@@ -57,7 +61,7 @@ class LeaseBook {
   mutable std::mutex mutex_;
   // Guarded by mutex_.
   std::map<int64_t, Entry> entries_;    // By job.
-  std::map<std::string, int> held_by_;  // By worker; those of entries_, without zeros.
+  std::map<std::string, int> held_by_;  // Numbers of entries_ by worker, without zeros.
 };
 
 }  // namespace parallax

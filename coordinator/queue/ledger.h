@@ -1,7 +1,7 @@
-// Studies and variants in memory, with their counters. Commands change the counters here; what a
-// group of commands changed is written once, before its COMMIT, so a thousand completions of a
-// variant cost one UPDATE. A command that fails is undone. The database is the truth: after a
-// failed group everything is dropped and read again on demand.
+// Studies and variants in memory, with their counters. Commands change the counters here. The
+// changes of a group of commands are written once, before its COMMIT, so a thousand completions in
+// a variant cost one UPDATE. The changes of a failed command are undone. The database has the
+// truth: after a failed group, everything is dropped and read again on demand.
 //
 // Used by the writing thread only.
 #pragma once
@@ -23,7 +23,7 @@
 
 namespace parallax {
 
-// By kind's id and state. Those of ids that no kind has stay 0.
+// Numbers of jobs by kind's id and state. Counts of unused ids stay 0.
 using JobCounts = std::array<std::array<int64_t, kJobStates>, kMostKinds>;
 
 // The part of a variant that changes.
@@ -40,9 +40,10 @@ struct VariantTally {
   int64_t tally_solved = 0;
   int64_t tally_rejected = 0;
   int64_t tally_lost = 0;
-  int64_t others_lost = 0;  // Newest generations of jobs without scene that ended without a result.
+  int64_t others_lost = 0;  // Jobs without a scene whose newest generation ended without a result.
   std::string problem;
 
+  // Returns the number of jobs that have not ended.
   int64_t OpenJobs() const;
 };
 struct Variant {
@@ -61,7 +62,7 @@ struct StudyTally {
   bool paused = false;
   bool cancelled = false;
   bool finished = false;
-  bool forgotten = false;  // Its rows go; nobody is told of it.
+  bool forgotten = false;  // Its rows are being removed; no reply shows it.
   std::array<int64_t, kMostKinds> ready{};
 };
 struct Study {
@@ -73,43 +74,47 @@ struct Study {
   std::vector<std::string> needs_tags;
   std::vector<int64_t> variants;
   StudyTally tally;
-  // The scheduler's; forgotten at restart, never undone.
+  // State of the scheduler: forgotten at a restart, never undone.
   double pass = 0;
-  double hungry_since_s =
-      -1;  // Steady seconds since when it has READY jobs and wasn't served; < 0: not.
+  // Steady time in seconds since when it has had READY jobs and was not served; < 0: not hungry.
+  double hungry_since_s = -1;
 };
 
 class Ledger {
  public:
-  // Both outlive the ledger.
+  // `db` and `kinds` must outlive the ledger.
   Ledger(SqliteConnection& db, const KindRegistry& kinds) : db_(db), kinds_(kinds) {}
 
-  // kNotFound. Pointers live until Drop.
+  // Return a study or variant, read from the database if necessary. Pointers are valid until Drop
+  // or Forget. Errors: kNotFound; the database's.
   absl::StatusOr<Study*> FindStudy(int64_t id);
   absl::StatusOr<Variant*> FindVariant(int64_t id);
+  // Reads all studies that are not finished. Errors: the database's.
   absl::Status LoadUnfinished();
   std::map<int64_t, Study>& loaded_studies() { return studies_; }
 
-  // The command at hand has inserted this study: undoing forgets it.
+  // Notes that the current command has inserted this study, so that undoing forgets it.
   void NoteCreated(int64_t study) { created_.push_back(study); }
-  // What a command may change, remembered for undoing.
+  // Return the counters to be changed, and remember their old values for undoing.
   VariantTally& Change(Variant& variant);
   StudyTally& Change(Study& study);
-  // Counts a job's move; no `from` for a new job.
+  // Count a new job, or a job's move between states.
   void CountNew(Variant& variant, KindId kind, JobState state);
   void CountMove(Variant& variant, KindId kind, JobState from, JobState to);
 
+  // Begin a command, and undo all changes since its begin.
   void BeginCommand();
   void UndoCommand();
-  // Studies and variants changed since the last Flush.
+  // Returns the studies that were changed, or whose variants were, since the last Flush.
   const std::set<int64_t>& changed_studies() const { return dirty_studies_; }
+  // Writes all changed counters. Errors: the database's.
   absl::Status Flush();
+  // Drops everything from memory, after a failed group.
   void Drop();
-  // Leaves memory until somebody asks for it again. Its counters must have been
-  // flushed.
+  // Drops a study from memory until it is asked for again. Requires that its counters are flushed.
   void Forget(int64_t study);
 
-  const JobCounts& totals() const { return totals_; }  // Of what is loaded.
+  const JobCounts& totals() const { return totals_; }  // Sums over all loaded variants.
 
  private:
   absl::Status LoadVariants(Study& study);
@@ -120,7 +125,7 @@ class Ledger {
   const KindRegistry& kinds_;
   std::map<int64_t, Study> studies_;
   std::map<int64_t, Variant> variants_;
-  std::map<int64_t, JobCounts> written_;  // Of each variant: what job_counts says.
+  std::map<int64_t, JobCounts> written_;  // Each variant's rows of job_counts.
   std::set<int64_t> dirty_studies_;
   std::set<int64_t> dirty_variants_;
   std::map<int64_t, VariantTally> undo_variants_;

@@ -12,9 +12,9 @@
 namespace parallax {
 namespace {
 
-constexpr size_t kGroupsRemembered = 4;  // Of each worker: it keeps about so many scenes built.
+constexpr size_t kGroupsRemembered = 4;  // A worker keeps about so many scenes built.
 constexpr double kWorkerForgottenS = 120;
-constexpr int kMostKept = 16;    // Folders of earlier attempts that a lease tells of.
+constexpr int kMostKept = 16;    // Folders of earlier attempts in a lease.
 constexpr int kCandidates = 16;  // Looked at for one lease before the next study has its turn.
 
 constexpr char kReadyOfStudy[] = "SELECT " PARALLAX_JOB_COLUMNS
@@ -239,7 +239,7 @@ StudyShare Machine::ShareOf(Study& study, const Taker& worker) {
   if (!hungry) {
     study.hungry_since_s = -1;
   } else if (study.hungry_since_s < 0) {
-    // It doesn't save up turns while it has nothing to do.
+    // A study does not save up turns while it has no jobs.
     study.hungry_since_s = now;
     study.pass = std::max(study.pass, virtual_pass_);
   }

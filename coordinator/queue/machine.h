@@ -1,19 +1,18 @@
-// The job machine: what each command means, as changes of the tables inside the writer's
-// transaction. Each method is one command: it either does all of it or returns an error and the
-// writer undoes it. Everything that a move implies happens in the same call: followers are
-// released, the jobs that a success makes possible inserted, lost scenes entered as missing,
-// counters kept. No kind of job is named here: what differs between kinds is asked of the
-// KindRegistry.
+// The state machine of jobs: carries out each command as changes of the tables, inside the writer's
+// transaction. A method is one command. It does the whole command, or returns an error and the
+// writer undoes it. All consequences of a move happen in the same call: followers are released,
+// jobs that a success makes possible are inserted, lost scenes are noted as missing, counters are
+// kept. The machine never names a kind of job; it asks the KindRegistry for the differences.
 //
-// Sharing of work. At most one attempt at a time does a given piece of work or makes a group's
-// part: when a job is leased, READY jobs that need the same thing become BLOCKED on it; whatever
-// ends the lease, each of them is settled anew (a result is there: done; somebody else computes it:
-// BLOCKED on that; else READY). So such a BLOCKED job always awaits a LEASED one, and nothing can
-// be stuck behind a paused study, a back-off or a worker that never comes.
+// Sharing of work. At most one attempt at a time does a given piece of work, or makes a group's
+// part. When a job is leased, READY jobs that need the same become BLOCKED on it. When the lease
+// ends, for whatever reason, each of them is settled again: done if there is a result, BLOCKED on
+// another job that computes it, else READY. So such a BLOCKED job always awaits a LEASED one, and
+// can't be stuck behind a paused study, a back-off or a worker that never comes.
 //
-// Waiting for work. A job that is to wait for other jobs or for a variant's pairs is BLOCKED with
-// OPEN rows in `waits`. What ends is noted while a command runs; before the command ends, each
-// waiter whose last wait is met is settled, and each that waits in vain is cancelled.
+// Waiting for work. A job that waits for other jobs or for a variant's pairs is BLOCKED with OPEN
+// rows in `waits`. While a command runs, it notes which jobs and variants end. Before the command
+// ends, each waiter whose last wait is met is settled, and each that waits in vain is cancelled.
 //
 // Used by the writing thread only.
 #pragma once
@@ -43,7 +42,7 @@
 
 namespace parallax {
 
-// A lease as committed; its spec is written by the reader that hands it out.
+// A committed lease. The reader that hands it out writes its spec.
 struct GrantedLease {
   LeasedJob work;
   uint64_t fence = 0;
@@ -53,21 +52,21 @@ struct GrantedLease {
   std::string variant;
 };
 
-// A lease's begin or end, for what is kept of leases in memory.
+// The begin or the end of a lease, for the records of leases in memory.
 struct LeaseRef {
   int64_t job = 0;
   uint64_t fence = 0;
   std::string worker;
-  bool stop = false;  // It ended against its worker's will: tell it, and why.
+  bool stop = false;  // The worker still works on it and must be told to stop, and why.
   std::string reason;
 };
 
 struct EffectCounts {
   bool work_ready = false;
   uint64_t completions = 0, failures = 0, losses = 0, stale = 0, splits = 0, archived = 0;
-  std::shared_ptr<const std::vector<v1::DrainOrder>> drains;  // All of now, if they have changed.
+  std::shared_ptr<const std::vector<v1::DrainOrder>> drains;  // All orders, if they have changed.
 };
-// What must happen outside the database once the command is on disk.
+// The effects of commands outside of the database, for when they are on disk.
 struct Effects : EffectCounts {
   std::vector<LeaseRef> granted;
   std::vector<LeaseRef> ended;
@@ -78,6 +77,7 @@ class Machine final : private WorkDesk {
   // `options` and `db` must outlive the machine.
   Machine(SqliteConnection& db, const JobQueueOptions& options, uint64_t epoch);
 
+  // Reads all unfinished studies. Call it first. Errors: the database's.
   absl::Status Load();
   Ledger& ledger() { return ledger_; }
 
@@ -87,18 +87,20 @@ class Machine final : private WorkDesk {
   absl::Status SetPaused(int64_t study, bool paused, std::string_view reason,
                          std::string_view actor);
   absl::StatusOr<int64_t> Retry(int64_t study, std::string_view actor);
-  // Errors: kNotFound; kFailedPrecondition if the study has not ended.
+  // The commands are those of JobQueue; see job_queue.h. Errors: kNotFound; kFailedPrecondition if
+  // the study has not ended.
   absl::StatusOr<v1::ForgetReply> Forget(int64_t study, std::string_view reason,
                                          std::string_view actor);
-  // Removes some rows of a forgotten study. True if there may be more. Errors: the database's.
+  // Removes up to `limit` rows of a forgotten study. Returns true if there may be more. Errors: the
+  // database's.
   absl::StatusOr<bool> RemoveForgotten(int limit);
-  // Errors: kNotFound for an order to undo that there is not.
+  // Errors: kNotFound if there is no such order to undo.
   absl::Status Drain(const v1::DrainOrder& order, bool undo);
   absl::StatusOr<std::vector<GrantedLease>> Lease(const WorkerFacts& worker, int max_jobs);
   struct Verdict {
     v1::ReportOutcome outcome = v1::REPORT_OUTCOME_OK;
-    std::string
-        invalid;  // Not empty: the result did not belong to the job; the attempt has failed for it.
+    // Why the result does not belong to the job, for which the attempt has failed; else empty.
+    std::string invalid;
   };
   absl::StatusOr<Verdict> Complete(const CheckedReport& report);
   absl::StatusOr<v1::ReportOutcome> Fail(const v1::FailRequest& request);
@@ -108,43 +110,45 @@ class Machine final : private WorkDesk {
                                                    const std::vector<v1::AttemptId>& holding,
                                                    bool same_process);
   absl::StatusOr<int> WorkerLost(const std::string& worker);
-  // These leases were not heard of in time.
+  // Ends leases that were not heard of in time.
   absl::Status Expire(const std::vector<LeaseRef>& leases);
   // Ends back-offs that are due.
   absl::Status WakeRetries();
   absl::Status ForgetLitter(const std::vector<std::string>& paths);
-  // Moves up to `limit` jobs of a study that is finished for long to the
-  // archive. True if there may be more.
+  // Moves up to `limit` jobs of a study that finished long ago to the archive. Returns true if
+  // there may be more.
   absl::StatusOr<bool> Archive(int limit);
-  // Makes at most `limit` of the scenes that variants need. True if more are
-  // needed and may be made now.
+  // Makes at most `limit` of the scenes that variants need. Returns true if more are needed and may
+  // be made now.
   absl::StatusOr<bool> Expand(int64_t limit);
+  // Returns whether some variant may need new scenes.
   bool WantsExpansion() const { return !hungry_.empty(); }
-  // Marks changed studies finished or not. Once a group, before Ledger::Flush.
+  // Marks changed studies as finished or not. Call it once for each group, before Ledger::Flush.
   absl::Status Settle();
 
   absl::StatusOr<std::optional<double>> NextBackoff() { return store_.NextBackoff(); }
 
+  // Every command runs between BeginCommand and either EndCommand or UndoCommand.
   void BeginCommand();
-  absl::Status EndCommand();  // Writes what the command kept back. Not after an error.
+  absl::Status EndCommand();  // Writes the command's delayed changes. Not after an error.
   void UndoCommand();
-  // The group is on disk.
+  // Tells the machine that the group is on disk.
   void Committed() { hints_.Committed(); }
-  // Effects of the commands since the last call.
+  // Returns the effects of the commands since the last call.
   Effects TakeEffects();
-  // The group was rolled back: everything is read again.
+  // Reads everything again, after the group was rolled back.
   absl::Status Reload();
 
  private:
   // A worker that asks for leases.
   struct Taker {
     const WorkerFacts& facts;
-    std::array<bool, kMostKinds> takes{};      // By kind; what it has fits the kind's needs.
-    std::array<int, kMostKinds> idle_slots{};  // Of the farm, that this call hasn't filled yet.
+    std::array<bool, kMostKinds> takes{};      // By kind: it meets the kind's needs.
+    std::array<int, kMostKinds> idle_slots{};  // The farm's, that this call has not filled yet.
     std::array<int, kMostKinds> slots{};
   };
 
-  // machine_desk.cc: what kinds may do; see WorkDesk.
+  // machine_desk.cc: the reads and changes of kinds; see WorkDesk.
   const StageVersions& versions() const override { return options_.versions; }
   absl::StatusOr<VariantFacts> VariantOf(int64_t variant) override;
   absl::StatusOr<SceneFacts> SceneOf(int64_t variant, uint32_t ordinal) override;
@@ -158,26 +162,26 @@ class Machine final : private WorkDesk {
   absl::Status Discard(std::string_view path) override;
   absl::StatusOr<int64_t> AddJob(const NewJob& job) override;
 
-  // machine_jobs.cc: jobs come, move and go.
-  absl::StatusOr<JobRow> RowOf(int64_t id);  // kInternal if it is gone.
+  // machine_jobs.cc: adds, moves and ends jobs.
+  absl::StatusOr<JobRow> RowOf(int64_t id);  // Errors: kInternal if there is no such job.
   const JobKind& KindOf(const JobFacts& job) const { return kinds_[job.kind]; }
-  struct Standing {  // Where a job that nobody holds belongs.
+  struct Standing {  // The state in which a job without a lease belongs.
     JobState state = JobState::kReady;
-    bool part_missing = false;  // Nobody has made its group's part yet.
+    bool part_missing = false;  // Its group's part does not exist yet.
     int64_t awaits_job = 0;
     std::string result;    // Set with kSucceeded; see KnownWork.
-    std::string rejected;  // Set with kRejected: why.
+    std::string rejected;  // Set with kRejected: the reason.
   };
   absl::StatusOr<Standing> StandingOf(const JobRow& job);
-  // BLOCKED on whoever computes what the job needs, else READY.
+  // BLOCKED on the job that computes what this one needs, else READY.
   absl::StatusOr<Standing> StandingAmongLeased(const JobRow& job, bool whole_group);
-  // Moves a job that nobody holds to where it belongs. `waits_met`: it waits for nothing any more.
+  // Moves a job without a lease to the state where it belongs. `waits_met`: its waits are over.
   absl::Status SettleJob(int64_t job, bool waits_met = false);
   absl::Status ReleaseFollowers(int64_t leader);
   absl::Status BlockSiblings(const JobRow& leader, bool whole_group);
-  // Leaves `job` the first of its rigs and makes jobs of the rest, if slots would idle otherwise.
+  // If slots would idle otherwise, leaves `job` the first of its rigs and makes jobs of the rest.
   absl::Status SplitIfIdle(JobRow& job, const Taker& worker);
-  // Nothing but READY jobs of this kind is left to do for scenes.
+  // Returns whether only READY jobs of this kind are left to do for scenes.
   bool OnlyTheseLeft(KindId kind) const;
   struct SceneChange {
     int jobs_open = 0;
@@ -188,14 +192,14 @@ class Machine final : private WorkDesk {
   };
   absl::StatusOr<SceneRow> ChangeScene(Variant& variant, uint32_t ordinal,
                                        const SceneChange& change);
-  // The scene as this command sees it; with `change`, it is written when the
-  // command ends or goes on to another scene. The pointer lives until then.
+  // Returns the scene as the current command sees it. With `change`, the scene is written when the
+  // command ends or opens another scene. The pointer is valid until then.
   absl::StatusOr<SceneRow*> OpenScene(int64_t variant, uint32_t ordinal, bool change);
   absl::Status FlushScene();
-  // Counts a job that is new or has moved, in the ledger and the hints.
+  // Count a job that is new or has moved, in the ledger and in the hints.
   void NoteNew(Variant& variant, const JobRow& job);
   void NoteMove(Variant& variant, const JobRow& before, JobState to, int64_t awaits_job = 0);
-  // The job has succeeded or was lost, in whatever way; its row says so already.
+  // Carry out the consequences of a job that has succeeded or was lost. Its row is written already.
   absl::Status EnterSuccess(const JobRow& job, Variant& variant, const Ending& ending,
                             bool by_own_attempt);
   absl::Status EnterLoss(const JobRow& job, Variant& variant, JobState state);
@@ -204,11 +208,11 @@ class Machine final : private WorkDesk {
   absl::Status GiveUpIfHopeless(Variant& variant);
   absl::Status TopUp(Variant& variant, const ScenePlan& scene);
 
-  // machine_retry.cc: new generations.
+  // machine_retry.cc: makes new generations of jobs.
   absl::StatusOr<bool> RetryOfScene(Variant& variant, const JobRow& job);
   absl::StatusOr<bool> RetryOther(Variant& variant, const JobRow& job);
 
-  // machine_forget.cc: what operators order.
+  // machine_forget.cc: drains workers and forgets studies.
   absl::Status NoSuchDrain(const std::string& pattern);
   absl::StatusOr<bool> RemoveSomeOf(int64_t study, int limit);
   absl::StatusOr<int> RemoveReferences(int64_t study, const char* table, const char* key,
@@ -223,25 +227,25 @@ class Machine final : private WorkDesk {
                            const std::optional<Sha256Digest>& recipe, const Twins& twins);
   absl::Status RemoveResult(const Sha256Digest& key);
 
-  // machine_waits.cc: who waits for what.
+  // machine_waits.cc: lets jobs wait for jobs and for pairs.
   enum class Prospect { kMet, kOpen, kVain };
   struct Outlook {
     Prospect prospect = Prospect::kOpen;
     std::string why;  // Set with kVain: "job 12, which it waits for, is FAILED".
   };
   absl::StatusOr<Outlook> OutlookOf(const JobWait& wait);
-  // Sets the state of a new job that is to wait: BLOCKED, or CANCELLED if it would wait in vain.
-  // Returns the states of its rows, in order.
+  // Sets the state of a new job with waits: BLOCKED, or CANCELLED if it would wait in vain. Returns
+  // the states of its rows, in the order of `waits`.
   absl::StatusOr<std::vector<const char*>> PlanWaits(const std::vector<JobWait>& waits,
                                                      JobRow& job);
-  absl::Status SettleWaiters();  // Of all that has ended in this command.
+  absl::Status SettleWaiters();  // Settles waiters for all that has ended in this command.
   absl::Status Release(int64_t waiter);
   absl::Status CancelWaiters(const std::vector<int64_t>& waiters, const std::string& why);
 
-  // machine_report.cc: leases end.
+  // machine_report.cc: ends leases.
   struct Holding {
     JobRow job;
-    v1::ReportOutcome outcome = v1::REPORT_OUTCOME_OK;  // OK: the attempt holds the job.
+    v1::ReportOutcome outcome = v1::REPORT_OUTCOME_OK;  // OK if the attempt holds the job.
   };
   absl::StatusOr<Holding> HoldingOf(const v1::AttemptId& attempt);
   absl::Status StoreResult(const JobRow& job, const CheckedReport& report);
@@ -254,20 +258,21 @@ class Machine final : private WorkDesk {
   };
   absl::Status FailAttempt(const JobRow& job, const AppFailure& failure);
   enum class LossKind { kLost, kReturned };
-  // `now`: the same for all that one worker loses at one time.
+  // `now` must be the same for all attempts that a worker loses at one time.
   absl::Status LoseAttempt(const JobRow& job, LossKind kind, const std::string& reason, bool stop,
                            double now);
   absl::Status EndAttempt(const JobRow& job, const LossUpdate& update);
-  // The folder of an attempt that will not win: litter, unless later attempts may go on from it.
+  // Makes litter of the folder of an attempt that will not win, or keeps it if later attempts may
+  // continue from it.
   absl::Status Litter(const JobRow& job);
   absl::Status LitterOfLate(const JobRow& job, const CheckedReport& report);
 
-  // machine.cc: choosing.
+  // machine.cc: chooses jobs for workers.
   absl::StatusOr<Taker> TakerOf(const WorkerFacts& worker) const;
   absl::StatusOr<std::optional<JobRow>> Choose(const Taker& worker);
   absl::StatusOr<std::optional<JobRow>> ChooseOf(Study& study, KindId kind, const Taker& worker);
   absl::StatusOr<std::optional<JobRow>> ChooseWarm(const Taker& worker);
-  bool FitsJob(const JobRow& job, const Taker& worker) const;  // What the job itself asks for.
+  bool FitsJob(const JobRow& job, const Taker& worker) const;  // Meets the job's own needs.
   absl::StatusOr<GrantedLease> Grant(JobRow job, const Taker& worker);
   bool OthersAround(const std::string& worker);
   StudyShare ShareOf(Study& study, const Taker& worker);
@@ -284,16 +289,16 @@ class Machine final : private WorkDesk {
   Ledger ledger_;
   uint32_t sequence_ = 0;
   std::set<int64_t> hungry_;  // Variants that may need scenes; a superset.
-  double virtual_pass_ = 0;   // Of the study served last.
+  double virtual_pass_ = 0;   // Pass of the study that was served last.
   int64_t leased_now_ = 0;
   JobHints hints_;
-  // READY jobs whose group had no part to share when they became READY. As long as they are READY
-  // nobody makes one (they would be BLOCKED on it), so it needn't be looked for.
+  // READY jobs whose group had no part when they became READY. While they are READY, no job makes
+  // the part (they would be BLOCKED on it), so it need not be looked for.
   std::unordered_set<int64_t> without_part_;
   uint64_t ending_fence_ = 0;  // Fence of the attempt whose result is being stored.
-  // What has ended in the command at hand and whose waiters are not settled yet.
+  // Jobs and variants that have ended in the current command and whose waiters are not settled yet.
   std::vector<std::pair<int64_t, JobState>> ended_jobs_;
-  std::set<int64_t> changed_variants_;  // Published pairs, gave up or were cancelled.
+  std::set<int64_t> changed_variants_;  // They published pairs, gave up or were cancelled.
   struct {
     int64_t variant = 0;  // 0: none is open.
     uint32_t ordinal = 0;
@@ -302,14 +307,14 @@ class Machine final : private WorkDesk {
     bool changed = false;
   } scene_;
 
-  // What the scheduler remembers of workers; forgotten at restart.
+  // The scheduler's memory of workers; forgotten at a restart.
   struct WorkerMemory {
     double seen_s = 0;
-    std::deque<Sha256Digest> groups;  // Of kinds that keep a group warm, the latest first.
+    std::deque<Sha256Digest> groups;  // Groups that are warm there, the latest first.
   };
   std::map<std::string, WorkerMemory> workers_;
-  // What workers that were given up held, by job and fence. A guess, as long as nobody remembers
-  // them after a restart: it only spares jobs.
+  // Jobs and fences of workers that were given up, by worker. Forgotten at a restart, so it is only
+  // a guess, which may spare jobs a loss.
   std::map<std::string, std::vector<std::pair<int64_t, uint64_t>>> given_up_;
 
   Effects effects_;
@@ -317,7 +322,7 @@ class Machine final : private WorkDesk {
   EffectCounts counts_mark_;
 };
 
-// Orders that workers take nothing new, by pattern. Errors: the database's.
+// Returns the orders to drain, sorted by pattern. Errors: the database's.
 absl::StatusOr<std::vector<v1::DrainOrder>> ListDrains(SqliteConnection& db);
 
 }  // namespace parallax

@@ -1,4 +1,4 @@
-// What kinds of jobs may read and change; see WorkDesk.
+// The machine's side of WorkDesk: the reads and changes that kinds of jobs may make.
 #include "coordinator/queue/machine.h"
 
 namespace parallax {

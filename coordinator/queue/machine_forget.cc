@@ -1,4 +1,4 @@
-// What operators order: workers that take nothing new, studies that are forgotten.
+// Orders of operators: to drain workers and to forget studies.
 //
 // A forgotten study is gone for everybody in the transaction that says so. Its rows go later, some
 // at a time: first what refers to results, and with the last reference the result itself, whose

@@ -199,7 +199,7 @@ absl::Status Machine::SplitIfIdle(JobRow& job, const Taker& worker) {
   first.rig_count = static_cast<uint32_t>(part_of(0).size());
   ASSIGN_OR_RETURN(const JobKeys keys, kind.Keys(*this, first));
   first.work_key = keys.work;
-  // Somebody may be at just that part, for another study.
+  // A job of another study may be making that part.
   ASSIGN_OR_RETURN(const Standing standing, StandingAmongLeased(first, /*whole_group=*/false));
   if (standing.state != JobState::kReady) return absl::OkStatus();
   RETURN_IF_ERROR(store_.ShrinkReady(job.id, first.rigs, first.rig_count, first.work_key));

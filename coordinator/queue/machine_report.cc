@@ -1,4 +1,4 @@
-// How leases end: results, failures, losses.
+// Ends leases: by results, failures and losses.
 #include <algorithm>
 
 #include "common/base/rng.h"
@@ -15,7 +15,7 @@ std::string AttemptFolder(const JobRow& job) {
 
 }  // namespace
 
-// Whether the attempt holds its job, and if not, what to answer.
+// Returns the job and whether the attempt holds it or, if not, the outcome to answer.
 absl::StatusOr<Machine::Holding> Machine::HoldingOf(const v1::AttemptId& attempt) {
   Holding holding;
   holding.outcome = v1::REPORT_OUTCOME_STALE_FENCE;
@@ -244,7 +244,7 @@ absl::StatusOr<std::vector<v1::AttemptId>> Machine::Adopt(const std::string& wor
                                                           bool same_process) {
   std::vector<v1::AttemptId> adopted;
   if (const auto given_up = given_up_.find(worker); given_up != given_up_.end()) {
-    // It was away and has not died of what it held.
+    // The worker was only away: none of its jobs has killed it.
     for (const auto& [job, fence] : given_up->second) {
       if (same_process) RETURN_IF_ERROR(store_.MoveLostToReturned(job, fence));
     }

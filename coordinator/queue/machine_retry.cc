@@ -50,7 +50,7 @@ absl::StatusOr<int64_t> Machine::Retry(int64_t id, std::string_view actor) {
   return retried;
 }
 
-// As far as the variant still lacks pairs: a scene that was replaced isn't made again.
+// Retries a job if the variant still lacks pairs: a scene that was replaced is not made again.
 absl::StatusOr<bool> Machine::RetryOfScene(Variant& variant, const JobRow& job) {
   const int64_t missing = variant.pairs_wanted - variant.tally.pairs_planned;
   // A smaller gap than this job's rigs is filled by a new scene.
@@ -77,8 +77,8 @@ absl::StatusOr<bool> Machine::RetryOfScene(Variant& variant, const JobRow& job) 
   return true;
 }
 
-// It waits anew for what it waited for: for the newest generations of jobs. As long as one of them
-// is lost there is nothing to retry.
+// Retries a job without a scene. It waits again for the newest generations of the jobs that it
+// waited for. While one of them is lost, there is nothing to retry.
 absl::StatusOr<bool> Machine::RetryOther(Variant& variant, const JobRow& job) {
   NewJob again{.kind = KindOf(job).name(),
                .variant = variant.id,

@@ -5,7 +5,7 @@
 
 namespace parallax {
 
-// As things stand in this command.
+// Returns whether a wait is met, open or in vain, as seen within this command.
 absl::StatusOr<Machine::Outlook> Machine::OutlookOf(const JobWait& wait) {
   if (wait.on_job != 0) {
     const std::string name = "job " + std::to_string(wait.on_job);

@@ -1,5 +1,6 @@
-// The schema's history: migrations/NNNN_*.sql, embedded in the program, applied in order, forward
-// only. The database's user_version is the number of the last one applied.
+// Migrations of the database's schema: migrations/NNNN_*.sql, embedded in the program. They are
+// applied in order, forward only. The database's user_version is the number of the last applied
+// one.
 #pragma once
 
 #include <span>
@@ -14,11 +15,13 @@ struct Migration {
   const char* name;  // "0001_initial"
   const char* sql;
 };
+// Returns all migrations, sorted by number.
 std::span<const Migration> AllMigrations();
 int64_t NewestSchemaVersion();
 
-// Brings the database to `target` (0: the newest), each migration in its own transaction.
-// Errors: kFailedPrecondition for a database from the future; kDataLoss for one that isn't ours.
+// Brings the database's schema to version `target` (0: the newest), each migration in a transaction
+// of its own. Errors: kFailedPrecondition for a database of a newer version; kDataLoss for a
+// database that is not ours.
 absl::Status Migrate(SqliteConnection& db, int target = 0);
 
 }  // namespace parallax

@@ -1,4 +1,4 @@
-// How clients and workers read outputs: frames, results, scenes, and the messages of leases.
+// Reads outputs for clients and workers: frames, results, scenes, and the messages of leases.
 #include <cstdio>
 
 #include "coordinator/queue/compress.h"

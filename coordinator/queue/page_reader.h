@@ -1,10 +1,11 @@
-// What the web page reads of the queue's database and no RPC tells: newest pairs, one job with its
-// attempts, causes of problems, scores of networks. Connections of its own, so that people who look
-// never wait for, or hold up, workers' and clients' calls. Every call is one short snapshot with a
-// deadline, and its cost does not grow with the number of jobs. Thread-safe.
+// Reads the queue's database for the web page, where no RPC has the data: newest pairs, one job
+// with its attempts, causes of problems, scores of networks. It has its own connections, so that
+// users of the page and the calls of workers and clients never wait for each other. Every call
+// reads one short snapshot with a deadline, and its cost does not grow with the number of jobs.
+// Thread-safe.
 //
-// Errors: kNotFound for a study, pair or job that there is not; kDeadlineExceeded for a read that
-// takes too long; those of the database.
+// Errors: kNotFound for an unknown study, pair or job; kDeadlineExceeded for a read that takes too
+// long; those of the database.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +22,7 @@ namespace parallax {
 
 class Readers;
 
-// A published pair. Its number is unique among those of all studies and grows with publication.
+// A published pair. Its number is unique over all studies and grows in the order of publication.
 struct PublishedPair {
   int64_t number = 0;
   int64_t study_id = 0;
@@ -35,14 +36,14 @@ struct PublishedPair {
 struct PairQuery {
   int64_t study_id = 0;
   std::string variant;  // Empty: all.
-  int64_t before = 0;   // Pairs with smaller numbers only; 0: from the newest.
+  int64_t before = 0;   // Only pairs with smaller numbers; 0: from the newest.
   int limit = 48;       // At most 200.
 };
 
-// Jobs of a study that failed, or wait for another try, for the same cause.
+// The jobs of a study that failed, or wait for a retry, for the same cause.
 struct ProblemCause {
-  std::string fingerprint;  // Equal for equal causes; empty for one that no worker told.
-  std::string error;        // Of the newest of these jobs.
+  std::string fingerprint;  // Equal for equal causes; empty if no worker reported it.
+  std::string error;        // Error of the newest of these jobs.
   std::string kind;
   int64_t jobs = 0;
   std::map<std::string, int64_t> states;
@@ -53,7 +54,7 @@ struct ProblemCause {
 // An attempt that ended without a result.
 struct LostAttempt {
   uint64_t fence = 0;
-  std::string ledger;  // "app": it failed; "lost": its worker; "returned": handed back.
+  std::string ledger;  // "app": it failed; "lost": its worker was lost; "returned": handed back.
   std::string worker, fingerprint, error, log_tail;
   double unix_s = 0;
 };
@@ -62,17 +63,17 @@ struct JobDetail {
   v1::JobStatus status;  // Without progress, which is not in the database.
   int64_t study_id = 0;
   std::string study;
-  uint64_t fence = 0;  // Of the newest attempt; 0: none yet.
+  uint64_t fence = 0;  // Fence of the newest attempt; 0: none yet.
   int generation = 1;
   int app_failures = 0, infra_losses = 0;
-  bool reused = false;  // By another job's result.
+  bool reused = false;  // It succeeded by another job's result.
   int64_t awaits_job = 0;
   double ready_unix_s = 0, finished_unix_s = 0, not_before_unix_s = 0;  // 0: not set.
   std::vector<LostAttempt> attempts;  // The oldest first, at most 100.
-  std::vector<PublishedPair> pairs;   // That it stands for, as far as they are published.
+  std::vector<PublishedPair> pairs;   // Its pairs that are published.
 };
 
-// The figure of a network, or of a baseline, on a benchmark.
+// A figure of a network, or of a baseline, on a benchmark.
 struct StudyScore {
   int64_t job_id = 0;
   JobKind::Score score;
@@ -80,21 +81,21 @@ struct StudyScore {
 
 class PageReader {
  public:
-  // `db_path` is a database that a JobQueue has open. `kinds` outlive the reader.
+  // Opens connections to a database that a JobQueue has open. `kinds` must outlive the reader.
   // Errors: those of the database.
   static absl::StatusOr<std::unique_ptr<PageReader>> Open(const std::string& db_path,
                                                           const KindRegistry& kinds);
   ~PageReader();
 
-  // The newest first; with a variant, its last scenes first.
+  // Returns pairs, the newest first; those of a variant in falling order of scenes.
   absl::StatusOr<std::vector<PublishedPair>> NewestPairs(const PairQuery& query);
   absl::StatusOr<PublishedPair> Pair(int64_t number);
-  // Numbers of the pairs of the same study that were published just before and just after; 0: none.
+  // Numbers of the pairs of the same study that were published just before and after; 0: none.
   struct Neighbours {
     int64_t older = 0, newer = 0;
   };
   absl::StatusOr<Neighbours> NeighboursOf(const PublishedPair& pair);
-  // The cause of most jobs first. Looks at the newest 2,000 such jobs of the study.
+  // Returns the causes of problems, that of the most jobs first. Reads the newest 2,000 such jobs.
   absl::StatusOr<std::vector<ProblemCause>> Problems(int64_t study_id);
   absl::StatusOr<JobDetail> Job(int64_t job_id);
   absl::StatusOr<std::vector<StudyScore>> Scores(int64_t study_id);

@@ -1,4 +1,4 @@
-// Rules that all readers of the queue share. Private to coordinator/queue.
+// Rules that all readers of the queue share. Private to coordinator/queue. Pure functions.
 #pragma once
 
 #include <string>
@@ -7,12 +7,12 @@
 
 namespace parallax {
 
-inline constexpr int kMostRows = 10'000;  // In one answer.
+inline constexpr int kMostRows = 10'000;  // Most rows in one answer.
 
-// The number of rows to read: `asked`, at most kMostRows; `otherwise` where nothing is asked for.
+// Returns the number of rows to read: `asked`, but at most kMostRows; `otherwise` if `asked` is 0.
 int RowLimit(int asked, int otherwise);
 
-// kNotFound: "<what>: no such".
+// Makes an error. Errors: always kNotFound, "<what>: no such".
 absl::Status NoSuch(const std::string& what);
 
 }  // namespace parallax

@@ -23,7 +23,7 @@ namespace {
 
 constexpr int kProblemsShown = 10;
 
-// Interrupts what runs on a connection once its time is over.
+// Interrupts a connection's query when its time is over.
 class Deadline {
  public:
   Deadline(sqlite3* db, double seconds)
@@ -98,7 +98,7 @@ absl::Status AddProblems(SqliteConnection& db, const KindRegistry& kinds, int64_
   return query.status();
 }
 
-// The same for an archived study, whose jobs are elsewhere.
+// Adds the problems of an archived study, whose jobs are in another table.
 absl::Status AddArchivedProblems(SqliteConnection& db, const KindRegistry& kinds, int64_t variant,
                                  v1::VariantStatus& status) {
   SqliteQuery query(db,

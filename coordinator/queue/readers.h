@@ -1,8 +1,8 @@
-// What the queue tells: query_only connections, each call one short snapshot with a deadline. Reads
-// never wait for the writer and never checkpoint. Thread-safe.
+// Reads the queue's database on query_only connections. Every call reads one short snapshot with a
+// deadline. Reads never wait for the writer and never checkpoint. Thread-safe.
 //
-// Errors: kNotFound for a study or scene that there is not; kDeadlineExceeded for a read that takes
-// too long; those of the database.
+// Errors: kNotFound for an unknown study or scene; kDeadlineExceeded for a read that takes too
+// long; those of the database.
 #pragma once
 
 #include <chrono>
@@ -22,29 +22,30 @@ namespace parallax {
 
 class Readers {
  public:
-  // `kinds` outlives the readers.
+  // Opens `connections` connections. `kinds` must outlive the readers.
   static absl::StatusOr<std::unique_ptr<Readers>> Open(const std::string& path,
                                                        const std::string& vfs, int connections,
                                                        double deadline_s,
                                                        const KindRegistry& kinds);
 
-  // Runs `read` in a read transaction. deadline_s 0: none.
+  // Runs `read` in a read transaction, for at most `deadline_s` seconds; 0: no deadline.
   absl::Status Read(double deadline_s, const std::function<absl::Status(SqliteConnection&)>& read);
 
+  // The reads of JobQueue; see job_queue.h.
   absl::StatusOr<v1::StudyStatus> GetStudy(int64_t study);
   absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before);
   absl::StatusOr<std::vector<v1::JobStatus>> ListJobs(const v1::ListJobsRequest& request);
   absl::StatusOr<v1::ListAttemptsReply> ListAttempts(int64_t job);
   absl::StatusOr<std::vector<v1::PublishedFrame>> ListFrames(const v1::ListFramesRequest& request);
   absl::StatusOr<std::vector<v1::JobResult>> ListResults(const v1::ListResultsRequest& request);
-  // What these jobs are; those that are gone meanwhile are left out.
+  // Returns these jobs with their names; jobs that have gone meanwhile are left out.
   absl::StatusOr<std::vector<RunningJob>> ListRunning(
       const std::map<int64_t, std::map<std::string, double>>& figures);
   absl::StatusOr<std::vector<std::string>> ListLitter(double before_unix_s, int limit);
   absl::StatusOr<v1::Scene> GetScene(const v1::GetSceneRequest& request);
   absl::StatusOr<std::vector<v1::AuditEntry>> ListAudit(const v1::ListAuditRequest& request);
   absl::StatusOr<std::string> SubmitterOf(int64_t study);
-  // The message that a worker gets for a committed lease.
+  // Returns the message that tells a worker of a committed lease.
   absl::StatusOr<v1::Lease> LeaseMessage(const GrantedLease& lease);
 
  private:

@@ -1,5 +1,6 @@
-// A worker's report, checked and packed before it reaches the writing thread: what can be judged
-// without the job's row, and all hashing and compressing, happens here in the caller's thread.
+// Checks and packs a worker's report before it reaches the writing thread. All checks that don't
+// need the job's row, and all hashing and compressing, run here, in the caller's thread. Pure
+// functions.
 #pragma once
 
 #include <memory>
@@ -12,25 +13,28 @@
 
 namespace parallax {
 
+// A worker's report of a result.
 struct CheckedReport {
   v1::AttemptId attempt;
   std::string worker;
-  std::optional<KindId> kind;  // Empty: a kind that there isn't; `invalid` says so.
+  std::optional<KindId> kind;  // Absent for an unknown kind; `invalid` then says so.
   std::shared_ptr<const CheckedResult> result;
   std::string invalid;  // Not empty: why no job can have this result.
 };
+// Checks and packs a report by the rules of its kind.
 CheckedReport CheckReport(const v1::CompleteRequest& request, const KindRegistry& kinds);
 
-// True for a relative, normal path: no empty part, ".", "..", backslash or control character.
+// Returns whether a path is relative and normal: no empty part, ".", "..", backslash or control
+// character.
 bool IsConfinedPath(std::string_view path);
 
 bool IsSha256Hex(std::string_view text);
 
-// Cleans and cuts a worker's message: at most 1,000 bytes, control characters as spaces.
+// Returns a worker's message as one line of at most 1,000 bytes; control characters become spaces.
 std::string OneLine(std::string_view text);
 
-// The last lines of a program's output, at most kMaxLogTail bytes: whole lines as far as they fit,
-// with everything but line ends and tabs that a terminal could take for a command escaped.
+// Returns the last whole lines of a program's output that fit in kMaxLogTail bytes. Escapes
+// everything that a terminal could take for a command, except line ends and tabs.
 inline constexpr size_t kMaxLogTail = 16'000;
 std::string LogTail(std::string_view text);
 

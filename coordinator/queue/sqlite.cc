@@ -41,7 +41,7 @@ absl::StatusCode CodeOf(int sqlite_code) {
 absl::StatusOr<std::unique_ptr<SqliteConnection>> SqliteConnection::Open(const std::string& path,
                                                                          Mode mode,
                                                                          const std::string& vfs) {
-  // SQLite's memory statistics cost a lock an allocation; nobody reads them.
+  // SQLite's memory statistics cost a lock for each allocation and are not used.
   [[maybe_unused]] static const int once = sqlite3_config(SQLITE_CONFIG_MEMSTATUS, 0);
   int flags = SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE;
   switch (mode) {

@@ -1,11 +1,12 @@
-// SQLite behind RAII: a connection and statements on it. This folder is SQLite's only home.
+// RAII classes for SQLite: a connection and queries on it. Only this folder uses SQLite.
 //
-// Every statement is prepared once a connection and found again by its SQL. A Query borrows one and
-// gives it back, reset, at the end of its life; two live Queries of one connection must not have
-// the same SQL. A connection is used by one thread at a time. Errors carry SQLite's message and the
-// SQL; the code says what to do: kDataLoss (corrupt, not a database), kResourceExhausted (disk
-// full), kUnavailable (I/O error), kDeadlineExceeded (interrupted), kFailedPrecondition (constraint
-// or trigger: an invariant held), kInternal.
+// A connection prepares every statement once and finds it again by its SQL. A SqliteQuery borrows
+// the statement and resets it when destroyed, so two live queries of a connection must not have the
+// same SQL. Only one thread at a time may use a connection.
+//
+// Errors have SQLite's message and the SQL. Codes: kDataLoss (corrupt, or not a database),
+// kResourceExhausted (disk full), kUnavailable (I/O error), kDeadlineExceeded (interrupted),
+// kFailedPrecondition (a constraint or trigger refused the change), else kInternal.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +26,7 @@ struct sqlite3_stmt;
 
 namespace parallax {
 
-// A string bound as a blob.
+// Marks a string that is bound as a blob.
 struct SqlBlob {
   std::string_view bytes;
 };
@@ -33,29 +34,31 @@ struct SqlBlob {
 class SqliteConnection {
  public:
   enum class Mode { kReadWriteCreate, kReadWrite, kReadOnly };
+  // Opens a database. `vfs` names a registered SQLite VFS; empty: the system's.
   static absl::StatusOr<std::unique_ptr<SqliteConnection>> Open(const std::string& path, Mode mode,
                                                                 const std::string& vfs = "");
   ~SqliteConnection();
   SqliteConnection(const SqliteConnection&) = delete;
   SqliteConnection& operator=(const SqliteConnection&) = delete;
 
-  // Runs statements without parameters (schema, pragmas).
+  // Runs one or more statements without parameters (schema, pragmas).
   absl::Status Execute(const std::string& sql);
   // Runs one statement to its end.
   template <typename... Args>
   absl::Status Run(const char* sql, const Args&... args);
-  // The first column of the first row, if there is one.
+  // Runs a query and returns the first column of the first row, if there is one and it is not NULL.
   template <typename... Args>
   absl::StatusOr<std::optional<int64_t>> Integer(const char* sql, const Args&... args);
+  // As Integer, for text without arguments; "" if there is no row.
   absl::StatusOr<std::string> Text(const char* sql);
 
   int64_t last_insert_id() const;
   int changes() const;           // Rows of the last INSERT, UPDATE or DELETE.
-  int64_t rows_written() const;  // Of all of them since the connection was opened.
+  int64_t rows_written() const;  // Rows of all such statements since the connection was opened.
   bool in_transaction() const;   // False after SQLite rolled back by itself.
   sqlite3* raw() const { return db_; }
 
-  // Called before each step of a statement that writes, and may refuse it: fail points.
+  // Called before each step of a statement that writes. An error refuses the step (fail points).
   std::function<absl::Status()> before_write;
 
  private:
@@ -69,7 +72,7 @@ class SqliteConnection {
   std::map<const void*, sqlite3_stmt*> by_literal_;
 };
 
-// One execution of a statement.
+// One execution of a statement. Check status() after the last Next():
 //   SqliteQuery query(db, "SELECT id, name FROM studies WHERE id > ?1", 7);
 //   while (query.Next()) { ... query.Int(0) ... query.Text(1) ... }
 //   RETURN_IF_ERROR(query.status());
@@ -89,12 +92,13 @@ class SqliteQuery {
   bool Next();  // False at the end and after an error.
   const absl::Status& status() const { return status_; }
 
+  // Columns of the current row, from 0. Require that the last Next() returned true.
   int64_t Int(int column) const;
   double Real(int column) const;
   bool IsNull(int column) const;
-  std::string_view Text(int column) const;  // Until the next Next().
-  std::string_view Blob(int column) const;  // Likewise.
-  Sha256Digest Digest(int column) const;    // Of a 32-byte blob; zeros otherwise.
+  std::string_view Text(int column) const;  // Valid until the next Next().
+  std::string_view Blob(int column) const;  // Valid until the next Next().
+  Sha256Digest Digest(int column) const;    // A blob of 32 bytes; zeros for anything else.
 
  private:
   template <typename T>

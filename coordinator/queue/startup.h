@@ -1,5 +1,5 @@
-// A coordinator's start writes two things into its database before any command: a new epoch and the
-// kinds of jobs that the program knows. Errors: the database's, beside those named.
+// The first writes of a coordinator to its database, before any command: a new epoch, and the kinds
+// of jobs that the program knows. Errors: the database's, beside those named.
 #pragma once
 
 #include <cstdint>
@@ -11,17 +11,17 @@
 
 namespace parallax {
 
-// Commits and returns an epoch above the last one and not below the clock: a restored backup, which
-// doesn't know the epochs that came after it, starts above them as well. `keep_epoch`: returns the
-// last one, for fault tests.
+// Commits and returns a new epoch. It is greater than the last one and at least the clock's time,
+// so a restored backup, which does not have later epochs, starts above them as well. With
+// `keep_epoch`, returns the last epoch, for fault tests.
 absl::StatusOr<uint64_t> RaiseEpoch(SqliteConnection& db, double now_unix_s, bool keep_epoch);
 
-// Commits what the schema must know of each kind. Errors: kFailedPrecondition if the database has
-// jobs of a kind that `kinds` lacks: it is another program's.
+// Commits the facts that the schema needs of each kind. Errors: kFailedPrecondition if the database
+// has jobs of a kind that `kinds` lacks, and so belongs to another program.
 absl::Status EnterKinds(SqliteConnection& db, const KindRegistry& kinds);
 
-// 16 hex digits that name the database: made of its first start, of which there is only one.
-// Errors: kDataLoss before any epoch is raised.
+// Returns 16 hex digits that name the database, derived from its first start. Errors: kDataLoss
+// before RaiseEpoch was first called.
 absl::StatusOr<std::string> DatabaseId(SqliteConnection& db);
 
 }  // namespace parallax

@@ -1,6 +1,6 @@
-// The table `waits` as values and small functions: what jobs wait for. No decisions here; what an
-// end means for its waiters is in machine_waits.cc. Used inside a transaction by the writing thread
-// only. Errors: those of the database.
+// The table `waits`, which has what jobs wait for. It makes no decisions: machine_waits.cc decides
+// what the end of a job means for its waiters. Used only by the writing thread, inside a
+// transaction. Errors: those of the database.
 #pragma once
 
 #include <cstdint>
@@ -18,27 +18,31 @@ class WaitTable {
  public:
   explicit WaitTable(SqliteConnection& db) : db_(db) {}
 
-  // Which jobs and variants somebody waits for, so that the others' ends cost no query.
+  // Reads which jobs and variants have waiters, so that the ends of all others cost no query.
   absl::Status Load();
 
   // `state` is "OPEN", "MET" or "DROPPED".
+  // Adds a wait of a job.
   absl::Status Insert(int64_t job, const JobWait& wait, const char* state);
-  // Waits of a job, whatever became of them, in the order in which they were inserted.
+  // Returns all waits of a job in any state, in the order in which they were inserted.
   absl::StatusOr<std::vector<JobWait>> Of(int64_t job);
+  // Returns the number of the job's OPEN waits.
   absl::StatusOr<int64_t> OpenOf(int64_t job);
 
-  // Jobs with an OPEN wait on this one, by id.
+  // Returns the jobs with an OPEN wait for this job, by id.
   absl::StatusOr<std::vector<int64_t>> OnJob(int64_t job);
-  // Jobs with an OPEN wait on at most so many pairs of the variant, by id.
+  // Returns the jobs with an OPEN wait for at most `pairs` pairs of the variant, by id.
   absl::StatusOr<std::vector<int64_t>> OnPairs(int64_t variant, int64_t pairs);
+  // Sets OPEN waits for the job, or for at most `pairs` pairs of the variant, to MET.
   absl::Status MeetJob(int64_t job);
   absl::Status MeetPairs(int64_t variant, int64_t pairs);
-  // The job has ended or needs none of its waits any more.
+  // Drops the job's waits, because it has ended or does not need them any more.
   absl::Status Drop(int64_t job);
 
  private:
   SqliteConnection& db_;
-  // Supersets: never less than there are, more after an undone command or an end.
+  // Supersets of the jobs and variants with waiters: an undone command or an end leaves some
+  // behind.
   std::unordered_set<int64_t> jobs_;
   std::unordered_set<int64_t> variants_;
 };

@@ -83,8 +83,8 @@ std::vector<Writer::Command> Writer::NextGroup() {
       wake_.wait(lock, ready);
     }
   }
-  // Those who were answered by the last group are about to ask again: half of them are worth
-  // waiting for.
+  // Callers that the last group answered are about to ask again. Waiting for half of them pays
+  // off.
   const size_t limit = static_cast<size_t>(std::max(1, options_.max_batch));
   if (last_group_ > 1 && !stopping_ && !queue_.empty()) {
     const auto until = std::chrono::steady_clock::now() + Seconds(options_.linger_s);
@@ -123,7 +123,7 @@ void Writer::Loop() {
 
 void Writer::RunGroup(std::vector<Command>& group) {
   std::vector<absl::Status> results(group.size());
-  savepoints_ = fail_point_.armed();  // What fails on purpose fails by itself.
+  savepoints_ = fail_point_.armed();  // A deliberate failure must not undo its group.
   absl::Status status = ApplyGroup(group, results);
   if (half_done_) {
     half_done_ = false;

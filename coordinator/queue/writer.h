@@ -1,14 +1,11 @@
-// The one thread that writes the database. Commands are taken in groups: BEGIN
-// IMMEDIATE, the commands, the scenes that variants now need, counters, one
-// COMMIT; only then is anybody answered. So durability costs one fsync a group,
-// whatever the number of callers.
+// The one thread that writes the database. It takes commands in groups: BEGIN IMMEDIATE, the
+// commands, the scenes that variants now need, the counters, one COMMIT; only then are callers
+// answered. So durability costs one fsync for each group, whatever the number of callers.
 //
-// A command is done whole or not at all. A SAVEPOINT around each would make
-// SQLite keep a copy of every page that each of them touches, for the sake of
-// commands that hardly ever fail once they have begun to write. So a group is
-// first tried without; if a command fails after it has written something, the
-// whole group is rolled back and run again, each command in a SAVEPOINT of its
-// own.
+// A command is done whole or not at all. With a SAVEPOINT around each command, SQLite would copy
+// every page that each of them touches, although commands hardly ever fail once they have begun to
+// write. So a group is first tried without SAVEPOINTs. If a command fails after it has written
+// something, the whole group is rolled back and run again, each command in a SAVEPOINT of its own.
 #pragma once
 
 #include <condition_variable>
@@ -25,6 +22,7 @@
 
 namespace parallax {
 
+// Figures of the writer since the start.
 struct WriterStats {
   uint64_t commits = 0;
   uint64_t commands = 0;
@@ -45,12 +43,12 @@ class Writer {
  public:
   struct Command {
     const char* name;                               // For fail points and messages.
-    std::function<absl::Status()> apply;            // In a savepoint; an error undoes it.
-    std::function<void(const absl::Status&)> done;  // After the commit, from the writer's thread.
+    std::function<absl::Status()> apply;            // Changes the database; an error undoes it.
+    std::function<void(const absl::Status&)> done;  // Called after the commit.
   };
-  // `published` gets the effects of a group after its commit, before anybody's `done`. `due` says
-  // whether the command `tick` should be run now; it is asked at least once every tick_s seconds.
-  // Both from the writer's thread.
+  // Called by the writer's thread. `published` gets the effects of a group after its commit, before
+  // any `done` of the group. `due` says whether the command `tick` should run now; it is asked at
+  // least once every tick_s seconds.
   struct Hooks {
     std::function<void(Effects)> published;
     std::function<bool()> due;
@@ -58,15 +56,15 @@ class Writer {
     double tick_s = 0;  // 0: never.
   };
   Writer(SqliteConnection& db, Machine& machine, const JobQueueOptions& options, Hooks hooks);
-  ~Writer();  // Finishes what was accepted.
+  ~Writer();  // Finishes all accepted commands.
 
-  // Thread-safe. After the destructor has begun, `done` gets kCancelled.
+  // Accepts a command. Thread-safe. After the destructor has begun, `done` gets kCancelled.
   void Enqueue(Command command);
   WriterStats stats() const;
 
  private:
   void Loop();
-  std::vector<Command> NextGroup();  // Empty: time for a tick, more expansion, or the end.
+  std::vector<Command> NextGroup();  // Empty if it is time for a tick, more scenes or the end.
   void RunGroup(std::vector<Command>& group);
   absl::Status Begin();
   absl::Status ApplyGroup(std::vector<Command>& group, std::vector<absl::Status>& results);
@@ -82,8 +80,8 @@ class Writer {
   const JobQueueOptions& options_;
   const Hooks hooks_;
   FailPoint fail_point_;
-  bool savepoints_ = false;  // Of the group at hand.
-  bool half_done_ = false;   // A command without SAVEPOINT failed and left something behind.
+  bool savepoints_ = false;  // The current group's commands have SAVEPOINTs.
+  bool half_done_ = false;   // A command without SAVEPOINT failed after it had written.
   bool expand_more_ = true;
   size_t last_group_ = 0;
   int wal_pages_ = 0;

@@ -1,5 +1,5 @@
-// Which roles may call which RPC. One table, closed: an RPC without a row is refused to everybody
-// who shows a certificate.
+// The roles that may call each RPC, in one closed table: callers with a certificate are refused
+// every RPC without a row.
 #pragma once
 
 #include <optional>
@@ -12,11 +12,12 @@
 
 namespace parallax {
 
-// `method` is "/parallax.v1.Coordinator/Submit". nullopt: no such row.
+// Returns the roles that may call `method`, for example "/parallax.v1.Coordinator/Submit"; nothing
+// if it has no row.
 std::optional<std::vector<Role>> RolesOf(std::string_view method);
 
-// The gate of the coordinator's server. Errors: kPermissionDenied saying who may, and what to ask
-// for.
+// The gate of the coordinator's server (RpcGate). Errors: kPermissionDenied that says which roles
+// may, and what to ask the operator for.
 absl::Status CheckAccess(const RpcCaller& caller, std::string_view method);
 
 }  // namespace parallax

@@ -60,12 +60,12 @@ class ArtifactsService::SpoolFile {
 
 namespace {
 
-constexpr double kOwnWork_s = 3600;  // Of a call that waits for the store, not for its peer.
+constexpr double kOwnWork_s = 3600;  // Limit while a call waits for the store, not its peer.
 
 absl::Status NoStore() { return absl::FailedPreconditionError("this coordinator serves no files"); }
 
-// Whom a call counts for: the certificate and the machine. Callers of this machine are told apart
-// by their connection.
+// Names the caller that a call counts for, by certificate and machine. Callers of this machine
+// are distinguished by their connection.
 std::string PeerOf(const grpc::ServerContext& context) {
   std::string peer = context.peer();
   const bool local = peer.rfind("ipv4:127.", 0) == 0 || peer.rfind("ipv6:%5B::1%5D", 0) == 0 ||

@@ -1,13 +1,15 @@
-// `parallax.v1.Artifacts`: files of the store for workers and clients that do not see it.
+// The service `parallax.v1.Artifacts`: transfers files of the store for workers and clients that
+// cannot reach it.
 //
-// - A worker puts files only below the folder of an attempt that it holds, both when it begins and
-//   when it ends; so a zombie can't touch anything, and what it left is never published.
-// - Bytes go to the spool, are hashed on their way, brought to disk and moved into the store: a
-//   file is there whole and as announced, or not at all. The same file again costs one round trip.
-// - Memory is bounded: a chunk for each call, and a bound on calls.
-// - Nobody keeps others out. A stream without a header waits apart from those that move files, and
-//   the one that has waited longest makes room for the next. A call that keeps still is ended. One
-//   worker, or one machine that reads, has at most half of the places.
+// - A worker may put files only below the folder of an attempt that it holds. This is checked when
+//   a transfer begins and when it ends, so a zombie can't change anything, and files that it left
+//   are never published.
+// - Bytes go to the spool, are hashed on the way, made durable and moved into the store: a file is
+//   in the store as announced, or not at all. Sending a file again costs one round trip.
+// - Memory is bounded: one chunk for each call, and a bounded number of calls.
+// - No caller can keep others out. Streams without a header wait apart from streams that move
+//   files, and the longest waiting one makes room for the next. A call without progress is ended.
+//   One worker, or one machine that reads, gets at most half of the places.
 //
 // Thread-safe.
 #pragma once
@@ -33,31 +35,32 @@ class Store;
 inline constexpr size_t kFileChunkBytes = 1 << 20;
 inline constexpr int64_t kMaxFileBytes = int64_t{1} << 30;
 
+// Bounds on the time and number of calls.
 struct ArtifactsLimits {
-  double header_s = 10;      // A Put stream without header is ended after this.
-  double idle_s = 30;        // So is a call whose peer neither sends nor reads.
-  double transfer_s = 120;   // A whole file may take this and what its bytes take at the rate.
-  double bytes_per_s = 5e5;  // Half of what a sending worker itself waits for.
-  size_t waiting = 64;       // Streams without header.
-  size_t puts = 64;          // Files coming in.
-  size_t reads = 64;         // Get, List and Remove.
+  double header_s = 10;      // Longest wait of a Put stream for its header.
+  double idle_s = 30;        // Longest wait for a peer that neither sends nor reads.
+  double transfer_s = 120;   // Time for a whole file, beside that of its bytes at bytes_per_s.
+  double bytes_per_s = 5e5;  // Half the rate at which a sending worker gives up.
+  size_t waiting = 64;       // Streams without a header.
+  size_t puts = 64;          // Files that are received at a time.
+  size_t reads = 64;         // Calls of Get, List and Remove at a time.
   size_t puts_a_worker = 32;
   size_t reads_a_peer = 32;
 };
 
-// How many calls there may be, in all and by one caller. Thread-safe.
+// Bounds the number of calls at a time, of all callers and of one. Thread-safe.
 class CallPlaces {
  public:
   CallPlaces(size_t all, size_t of_one) : all_(all), of_one_(of_one) {}
 
-  // Gives the place back when it ends. `places` outlives it.
+  // Takes a place if there is one, and gives it back when destroyed. `places` must outlive it.
   class Place {
    public:
     Place(CallPlaces& places, std::string caller);
     ~Place();
     Place(const Place&) = delete;
     Place& operator=(const Place&) = delete;
-    // kUnavailable if there is none: try again later.
+    // OK if it got a place. Errors: kUnavailable if not: try again later.
     absl::Status status() const;
 
    private:
@@ -76,15 +79,18 @@ class CallPlaces {
 
 class ArtifactsService final : public v1::Artifacts::Service {
  public:
-  // Whether this worker may change `path` now under this attempt; `folder`: remove it as a whole.
+  // Checks that this worker may change `path` under this attempt now; `folder`: remove it as a
+  // whole.
   using Rule = std::function<absl::Status(const std::string& worker, const v1::AttemptId& attempt,
                                           const std::string& path, bool folder)>;
 
-  // `store` null: every call is kFailedPrecondition. It outlives the service.
+  // `store` must outlive the service; if it is null, every call is kFailedPrecondition. `spool_dir`
+  // holds files that are being received, best on the store's disk.
   ArtifactsService(Store* store, std::string spool_dir, Rule rule,
                    const ArtifactsLimits& limits = {});
 
-  // Empties and makes the spool. Errors: the folder's.
+  // Makes the spool folder and empties it. Call it before the first RPC. Errors: those of the
+  // folder.
   absl::Status Prepare();
 
   using PutStream = grpc::ServerReaderWriter<v1::PutFileReply, v1::PutFileMessage>;
@@ -114,16 +120,16 @@ class ArtifactsService final : public v1::Artifacts::Service {
   CallPlaces puts_;
   CallPlaces reads_;
   std::mutex waiting_mu_;
-  std::list<CallWatch::Call*> waiting_;  // Without header, the longest first. Guarded.
-  std::atomic<uint64_t> spooled_ = 0;    // Names files.
+  std::list<CallWatch::Call*> waiting_;  // Without a header, the longest first. Guarded.
+  std::atomic<uint64_t> spooled_ = 0;    // Gives names to spool files.
 };
 
-// The rule of a coordinator: kAborted unless the worker holds the attempt, kInvalidArgument for a
-// path outside of the attempt's folder. `queue` outlives it.
+// Returns the coordinator's rule: kAborted unless the worker holds the attempt, kInvalidArgument
+// for a path outside of the attempt's folder. `queue` must outlive it.
 ArtifactsService::Rule HolderWritesBelowItsAttempt(const JobQueue& queue);
 
-// Errors: kInvalidArgument unless `path` lies below "<key>/.attempt-<fence>/", or is that folder
-// with `folder_itself`.
+// Checks that `path` is below "<key>/.attempt-<fence>/" or, with `folder_itself`, that it is this
+// folder. Errors: kInvalidArgument.
 absl::Status CheckAttemptPath(std::string_view path, uint64_t fence, bool folder_itself);
 
 }  // namespace parallax

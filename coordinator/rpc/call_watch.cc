@@ -7,7 +7,7 @@
 namespace parallax {
 namespace {
 
-// How late a call may be ended.
+// Largest delay of ending a call.
 constexpr double kLookEvery_s = 0.25;
 
 SteadyTime Now() { return Clock::System().Steady(); }

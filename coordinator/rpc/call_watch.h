@@ -1,6 +1,6 @@
-// Ends calls that keep still. A synchronous handler holds a thread while it waits for its peer; it
-// announces here until when it will wait, and is cancelled after that, which ends its Read or
-// Write.
+// Ends calls without progress. A synchronous handler holds a thread while it waits for its peer. It
+// announces here how long it will wait; after that time its call is cancelled, which ends its Read
+// or Write.
 //
 // Thread-safe.
 #pragma once
@@ -29,8 +29,8 @@ class CallWatch {
   CallWatch(const CallWatch&) = delete;
   CallWatch& operator=(const CallWatch&) = delete;
 
-  // One call under watch, from construction to destruction. `cancel` runs on the watch's thread, at
-  // most once, never after the destructor has returned, and must not block.
+  // One call under watch, from construction to destruction. `cancel` must not block. It runs on the
+  // watch's thread, at most once, and never after the destructor has returned.
   class Call {
    public:
     Call(CallWatch& watch, std::function<void()> cancel, double seconds);
@@ -38,11 +38,11 @@ class CallWatch {
     Call(const Call&) = delete;
     Call& operator=(const Call&) = delete;
 
-    // The call has moved on: it is watched for `seconds` from now.
+    // Notes progress: the call may now wait for `seconds` from now.
     void Extend(double seconds);
-    // Cancels it now, as if its time were over.
+    // Cancels the call now, as if its time were over.
     void Expire();
-    // It was cancelled by the watch.
+    // Returns whether the watch has cancelled the call.
     bool expired() const;
 
    private:

@@ -23,7 +23,7 @@ bool ConductBook::Reported(const std::string& worker, bool succeeded, SteadyTime
   if (conduct.failures_in_row++ == 0) conduct.first_failure = now;
   const bool on_trial = conduct.suspension_s > 0;
   if (conduct.failures_in_row < kFailuresThatSuspend && !on_trial) return false;
-  // If nobody succeeds, it is the work.
+  // If no worker succeeds, the work is to blame.
   const bool others_succeed = std::any_of(conduct_.begin(), conduct_.end(), [&](const auto& other) {
     return other.first != worker && other.second.last_success >= conduct.first_failure;
   });

@@ -72,7 +72,7 @@ const JobKind* CoordinatorService::KindOf(const v1::CompleteRequest& request) co
   return kind ? &queue_.kinds()[*kind] : nullptr;
 }
 
-// What an accepted result says of its work.
+// Adds the work that an accepted result reports to the metrics.
 void CoordinatorService::NoteWork(const v1::CompleteRequest& request) {
   std::lock_guard lock(mu_);
   const auto add = [this](const std::string& stage, double seconds) {

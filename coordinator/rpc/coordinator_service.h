@@ -1,6 +1,6 @@
-// Every RPC of parallax.v1.Coordinator on top of the queue. Nothing here blocks gRPC's threads:
-// what waits for a commit or reads the database runs on pools, one for workers and one for clients,
-// so that a slow page can't starve workers.
+// Implements every RPC of parallax.v1.Coordinator on top of the queue. No RPC blocks gRPC's
+// threads: calls that wait for a commit or read the database run on pools. Workers and clients have
+// a pool each, so that slow clients can't starve workers.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -25,14 +25,14 @@ class Store;
 // Thread-safe.
 class CoordinatorService final : public v1::Coordinator::CallbackService {
  public:
-  // All outlive the service. `outputs`: where the files that results name must be; null: not looked
-  // for.
+  // All arguments must outlive the service. `outputs` is the store in which files of results must
+  // be; null: not checked.
   CoordinatorService(JobQueue& queue, Dispatcher& dispatcher, TaskPool& worker_pool,
                      TaskPool& client_pool, AnnouncedStore store, std::string coordinator_id,
                      double lease_s, const Store* outputs, double hello_s);
 
-  void AddMetrics(ServerMetrics& metrics) const;  // Reports, stages and work.
-  // Until no call is in progress.
+  void AddMetrics(ServerMetrics& metrics) const;  // Sets `reports`, `stages` and `work`.
+  // Waits until no call is in progress.
   void WaitForCalls();
 
   using Context = grpc::CallbackServerContext;
@@ -68,7 +68,7 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   Reactor* EndNow(Context* context, const absl::Status& status);
   void EndReport(Reactor* reactor, v1::ReportReply* reply,
                  const absl::StatusOr<v1::ReportOutcome>& outcome, const char* if_ok);
-  // Null for an unknown kind.
+  // Returns the kind of the result's job; null if it is unknown.
   const JobKind* KindOf(const v1::CompleteRequest& request) const;
   void NoteWork(const v1::CompleteRequest& request);
   bool Admit(Reactor* reactor, v1::ReportReply* reply, const absl::Status& status,

@@ -179,7 +179,7 @@ class Dispatcher::Impl {
     new_drains_.reset();
   }
 
-  // Its leases are nobody's now. The commit is waited for on the pool.
+  // Gives up its leases. The pool waits for the commit.
   void Forfeit(const std::string& name) {
     pool_.Run([queue = &queue_, name] {
       const auto lost = queue->WorkerLost(name);
@@ -203,13 +203,13 @@ class Dispatcher::Impl {
       const bool work_ready = inbox_->Take(std::min(look_at, check_at), &notes);
       std::vector<Outgoing> outbox;
       const bool over = Turn(notes, work_ready, &look_at, &check_at, &outbox);
-      // Hundreds of writes to sockets: nobody who brings credit or a heartbeat waits for them.
+      // Writes to hundreds of sockets; callers with credit or heartbeats don't wait for it.
       for (Outgoing& outgoing : outbox) outgoing.link->Send(std::move(outgoing.message));
       if (over) return;
     }
   }
 
-  // What there is to do at one time; true when it was the last.
+  // Does all that is due now. Returns true if it was the last turn.
   bool Turn(std::deque<LeaseNote>& notes, bool work_ready, SteadyTime* look_at,
             SteadyTime* check_at, std::vector<Outgoing>* outbox) {
     std::lock_guard lock(mu_);
@@ -233,7 +233,7 @@ class Dispatcher::Impl {
   void NewRound(SteadyTime now) {
     ++round_;
     for (auto& [key, window] : windows_) window.NewRound();
-    // For the latency: a worker that waited for work can't have been served before there was some.
+    // For the latency: a worker that waited can't have been served before there was work.
     for (auto& [name, worker] : fleet_.workers()) {
       if (!worker.asking && worker.credit > 0 && worker.served_round != 0) worker.wants_since = now;
     }
@@ -295,7 +295,7 @@ class Dispatcher::Impl {
     }
   }
 
-  // In turn, so that the last in the alphabet is not the last to eat.
+  // Workers ask in turn, so that the last in the alphabet is not always served last.
   void Ask() {
     std::map<std::string, FleetWorker>& workers = fleet_.workers();
     if (workers.empty()) return;

@@ -1,12 +1,11 @@
-// Brings READY jobs and workers with credit together, and keeps who is alive.
+// Leases READY jobs to workers with credit, and tracks which workers are alive.
 //
-// A worker with credit asks the queue once; if it gets less than it asked for it is hungry until
-// the queue says that work may be ready again. Then hungry workers ask in a growing window by class
-// (equal abilities), which closes when some of the class come back empty: a thousand idle workers
-// do not storm the queue for one job.
+// For a worker with credit, the dispatcher asks the queue once. If the worker gets less than it
+// asked for, it is hungry until the queue reports that work may be ready again. Then hungry workers
+// of a class (equal abilities) ask in a growing window, which closes when some of them get nothing.
+// So a thousand idle workers do not rush to the queue for one job.
 //
-// Thread-safe. Has one thread, which does all sending of leases; the queue's thread only leaves
-// notes.
+// Thread-safe. One thread of its own sends all leases; the queue's thread only leaves notes for it.
 #pragma once
 
 #include <functional>
@@ -26,34 +25,35 @@ namespace parallax {
 
 class Dispatcher final : public JobQueueObserver {
  public:
-  // All outlive the dispatcher. Becomes the queue's observer.
+  // Becomes the queue's observer. All arguments must outlive the dispatcher. A worker whose stream
+  // broke is lost after `reconnect_grace_s` seconds.
   Dispatcher(JobQueue& queue, TaskPool& pool, Clock& clock, double reconnect_grace_s);
-  ~Dispatcher() override;  // Stop().
+  ~Dispatcher() override;  // Calls Stop().
 
-  // Takes the worker in: adopts what it rightly holds, replaces an older stream of its name. Blocks
-  // for a commit. Returns the adopted attempts. The welcome is sent by `welcome` before any lease
-  // can be. Errors: kAborted while the same name is being taken in; the queue's.
+  // Takes a worker in: adopts the attempts that it rightly holds, and replaces an older stream of
+  // the same name. Calls `welcome` with the adopted attempts; it must send the Welcome, which thus
+  // comes before any lease. Blocks for a commit. Errors: kAborted while a worker of the same name
+  // is being taken in; the queue's.
   absl::Status Join(const std::shared_ptr<WorkerLink>& link, const v1::Hello& hello,
                     const std::function<void(const std::vector<v1::AttemptId>&)>& welcome);
-  // The rest is ignored unless `link` is the worker's present one.
+  // Pass on the worker's messages. They are ignored unless `link` is the worker's current stream.
   void AddCredit(const std::string& worker, const WorkerLink* link, const v1::Credit& credit);
   void Heard(const std::string& worker, const WorkerLink* link, const v1::Heartbeat& heartbeat);
   void Left(const std::string& worker, const WorkerLink* link);
-  // An attempt of this worker's has ended, and how. A worker that fails everything while others
-  // succeed is suspended for a growing time, then tried with one job: a broken machine is the
-  // quickest of all and would else eat through the queue.
+  // Notes the end of an attempt. A worker that fails all its jobs while others succeed is
+  // suspended; see ConductBook.
   void Reported(const std::string& worker, bool succeeded);
 
   std::vector<v1::WorkerStatus> Workers() const;
-  ServerMetrics Metrics() const;  // Without `reports`.
-  // Connected workers whose names match the pattern; see CheckDrain.
+  ServerMetrics Metrics() const;  // Without `reports`, `stages` and `work`.
+  // Returns the connected workers whose names match the pattern; see CheckDrain.
   std::vector<std::string> ConnectedLike(const std::string& pattern) const;
 
-  // No more leases; waits for those asked for and gives them back to the queue. Closes all links.
-  // Idempotent.
+  // Stops leasing: waits for the answers of the queue that are under way, gives their leases back
+  // and closes all links. Idempotent.
   void Stop();
 
-  // JobQueueObserver: from the queue's thread.
+  // JobQueueObserver, called from the queue's thread.
   void OnWorkReady() override;
   void OnStop(const std::string& worker, const v1::AttemptId& attempt,
               const std::string& reason) override;

@@ -102,7 +102,7 @@ bool Fleet::Break(FleetWorker& worker, SteadyTime now) {
 }
 
 void Fleet::Reported(const std::string& name, bool succeeded, SteadyTime now) {
-  if (workers_.count(name) == 0) return;  // Nobody's report; or it has gone.
+  if (workers_.count(name) == 0) return;  // The worker is unknown, or has gone.
   if (conduct_.Reported(name, succeeded, now)) {
     LogWarning("worker fails everything; suspended",
                {{"worker", name}, {"seconds", conduct_.SuspendedFor(name, now)}});

@@ -1,11 +1,10 @@
-// The workers that a coordinator knows: what each can take and has asked for, and whether it is
-// still there.
+// The workers that a coordinator knows: their abilities, their credit, and whether they are alive.
 //
-// A worker is connected while it has a link. When its stream breaks it is away; after the reconnect
-// grace it is lost, as is one that is connected but silent for longer than a lease. One that
-// drained and hung up has left. Lost and left workers are shown for a while, then forgotten.
+// A worker is connected while it has a link. It is away after its stream broke, and lost after the
+// reconnect grace, or if it is connected but silent for longer than a lease. It has left if it
+// drained and closed its stream. Lost and left workers are shown for a while, then forgotten.
 //
-// Not thread-safe. Times are the caller's.
+// Not thread-safe. The caller passes the time.
 #pragma once
 
 #include <cstdint>
@@ -25,68 +24,73 @@ namespace parallax {
 
 enum class Presence { kConnected, kAway, kLost, kLeft };
 
+// A worker, its stream and its credit.
 struct FleetWorker {
   WorkerFacts facts;
-  v1::Hello hello;                   // Without what it held.
+  v1::Hello hello;                   // Without `holding`.
   std::shared_ptr<WorkerLink> link;  // Null unless kConnected.
   Presence presence = Presence::kConnected;
   bool draining = false;
   int credit = 0;
-  int ahead = 0;  // Part of the credit: for slots that are still busy.
+  int ahead = 0;  // Part of the credit that is for slots that are still busy.
   SteadyTime ahead_since{};
-  bool asking = false;        // A call for leases is under way.
-  uint64_t served_round = 0;  // Got less than it asked for in this round of asking.
+  bool asking = false;        // A call to the queue for leases is under way.
+  uint64_t served_round = 0;  // Last round of asking in which it got less than it asked for.
   SteadyTime wants_since{};
   SteadyTime heard{};
   SteadyTime away_since{};
 
+  // Adds credit for jobs that the worker asks for.
   void AddCredit(const v1::Credit& more, SteadyTime now);
-  // Its credit without the part for slots that are likely busy still.
+  // Returns its credit without the part for slots that are probably still busy.
   int IdleSlots(SteadyTime now) const;
 };
 
-// Slots of the farm by kind of job, for the kinds whose jobs can be split.
+// The farm's slots by kind of job, for kinds whose jobs can be split.
 using FarmByKind = std::map<std::string, FarmSlots>;
 
 class Fleet {
  public:
-  // `queue` outlives the fleet.
+  // `queue` must outlive the fleet.
   Fleet(const JobQueue& queue, double lease_s, double reconnect_grace_s);
 
   std::map<std::string, FleetWorker>& workers() { return workers_; }
   const std::map<std::string, FleetWorker>& workers() const { return workers_; }
-  // Null unless `link` is the present one of the worker.
+  // Returns the worker; null unless `link` is its current one.
   FleetWorker* Present(const std::string& name, const WorkerLink* link);
-  // Whether the process that says hello is the one that did before.
+  // Returns whether a Hello comes from the same process as the worker's last Hello.
   bool IsSameProcess(const v1::Hello& hello) const;
 
-  // A newer stream of the name comes, of the same worker or of one that took its name: the link is
-  // closed.
+  // Closes the worker's link, because a newer stream of the name comes, from the same worker or
+  // from another one that took its name.
   void DropLink(const std::string& name, SteadyTime now);
+  // Adds a worker that has said Hello, or updates it, with its new link.
   void TakeIn(const std::shared_ptr<WorkerLink>& link, const v1::Hello& hello, SteadyTime now);
-  // Its stream ended. True if it has left and its leases are to be given to others.
+  // Notes that its stream has ended. Returns true if the worker has left and its leases must go to
+  // others.
   bool Break(FleetWorker& worker, SteadyTime now);
-  // An attempt of this worker's has ended; see ConductBook.
+  // Notes the end of an attempt; see ConductBook.
   void Reported(const std::string& name, bool succeeded, SteadyTime now);
-  // How many jobs it may be asked for now.
+  // Returns how many jobs the queue may be asked for on its behalf now.
   int TrustIn(const FleetWorker& worker, SteadyTime now) const;
 
-  // These are now the orders to drain; who they name gets no leases.
+  // Replaces the orders to drain. Workers whose names they match get no leases.
   void SetDrains(std::vector<v1::DrainOrder> drains) { drains_ = std::move(drains); }
-  // The pattern of an order that names the worker; "" if none does.
+  // Returns the pattern of an order that matches the worker; "" if none does.
   std::string DrainedBy(const std::string& name) const;
   std::vector<std::string> ConnectedLike(const std::string& pattern) const;
-  // It is there, doesn't drain by itself and isn't ordered to.
+  // Returns whether the worker is connected and neither drains by itself nor by an order.
   bool TakesWork(const FleetWorker& worker) const;
 
-  // Finds who is silent or away for too long and forgets who has gone long ago. Returns the workers
-  // that are lost since the last call.
+  // Finds workers that were silent or away for too long, and forgets those that went long ago.
+  // Returns the workers that were lost since the last call.
   std::vector<std::string> CheckPresence(SteadyTime now);
+  // Closes all links with `status`.
   void CloseAll(const absl::Status& status);
 
   FarmByKind SlotsByKind(SteadyTime now) const;
   std::vector<v1::WorkerStatus> Statuses(SteadyTime now) const;
-  // Sets the numbers of workers, slots and running jobs.
+  // Sets the numbers of workers, slots and running jobs in `metrics`.
   void Count(ServerMetrics& metrics) const;
 
  private:
@@ -98,7 +102,7 @@ class Fleet {
   const double lease_s_;
   const double grace_s_;
   std::map<std::string, FleetWorker> workers_;
-  ConductBook conduct_;  // Entries of workers_.
+  ConductBook conduct_;  // Has entries of workers_ only.
   std::vector<v1::DrainOrder> drains_;
   int64_t lost_ = 0;
 };

@@ -1,10 +1,11 @@
-// Removes from the store what no result names or ever will: the folders of attempts that failed,
-// were lost, handed back or cancelled, and frames that another attempt published first.
+// Removes litter from the store: folders that no result names or ever will. They are of attempts
+// that failed, were lost, handed back or cancelled, and of frames that another attempt published
+// first.
 //
-// It is safe against live attempts because of who decides: a path becomes litter in the very commit
-// that ends its attempt without a win, and a fence that has lost never wins again. It waits some
-// leases nevertheless, so that a worker that still writes has heard of it; what such a worker
-// leaves behind later comes back as litter with its late report.
+// Live attempts are safe: a path becomes litter in the same commit that ends its attempt without a
+// result, and a fence that has lost never wins again. The janitor still waits for some leases, so
+// that a worker that is writing learns of it first. Files that such a worker leaves later become
+// litter with its late report.
 #pragma once
 
 #include <condition_variable>
@@ -18,20 +19,21 @@ namespace parallax {
 
 struct JanitorOptions {
   double lease_s = 60;
-  double leases = 5;    // Litter is left alone for so many.
-  double every_s = 60;  // 0: only when told to.
+  double leases = 5;    // Leases to wait before litter is removed.
+  double every_s = 60;  // Time between sweeps; 0: only calls of Sweep().
 };
 
 // Thread-safe. Has one thread.
 class Janitor {
  public:
-  // Both outlive the janitor.
+  // `queue` and `store` must outlive the janitor.
   Janitor(JobQueue& queue, Store& store, const JanitorOptions& options);
-  ~Janitor();  // After the path at hand.
+  ~Janitor();  // Stops after the current path.
   Janitor(const Janitor&) = delete;
   Janitor& operator=(const Janitor&) = delete;
 
-  // Removes what is old enough. How many paths. What can't be removed stays for the next time.
+  // Removes all litter that is old enough. Returns the number of removed paths. Paths that can't be
+  // removed stay for the next time. Errors: the queue's.
   absl::StatusOr<int> Sweep() const;
 
  private:

@@ -1,5 +1,5 @@
-// Messages from the queue's threads to the dispatcher's: answers to calls for leases, orders to
-// stop, and word that work may be ready.
+// Messages from the queue's threads to the dispatcher's thread: answers to calls for leases, orders
+// to stop attempts, and news that work may be ready.
 #pragma once
 
 #include <condition_variable>
@@ -19,42 +19,46 @@
 
 namespace parallax {
 
-// Workers of equal abilities: kinds of jobs, memory, tags.
+// The abilities that make workers equal: kinds of jobs, memory, tags.
 using WorkerClass = std::tuple<std::vector<std::string>, int64_t, std::vector<std::string>>;
 
+// One message to the dispatcher's thread.
 struct LeaseNote {
   enum Kind { kLeases, kStop } kind = kLeases;
   std::string worker;
-  // With kLeases: what was asked, and the answer.
-  std::weak_ptr<WorkerLink> link;  // The worker's when it asked.
+  // For kLeases: the question and the answer.
+  std::weak_ptr<WorkerLink> link;  // The worker's link at the time of the question.
   WorkerClass of_class;
   uint64_t round = 0;
   int asked = 0;
   absl::StatusOr<std::vector<v1::Lease>> leases = std::vector<v1::Lease>();
-  // With kStop.
+  // For kStop.
   v1::AttemptId attempt;
   std::string reason;
 };
 
-// Thread-safe. Shared by the dispatcher and the calls under way, so that it outlives both.
+// Thread-safe. Shared by the dispatcher and the calls under way, so that the last user destroys it.
 class LeaseInbox {
  public:
+  // Leaves a note for Take.
   void Leave(LeaseNote note) {
     std::lock_guard lock(mu_);
     notes_.push_back(std::move(note));
     changed_.notify_one();
   }
+  // Notes that work may be ready.
   void WorkIsReady() {
     std::lock_guard lock(mu_);
     work_ready_ = true;
     changed_.notify_one();
   }
-  // Ends the wait of Take without a note.
+  // Ends a wait of Take without a note.
   void Poke() {
     std::lock_guard lock(mu_);
     poked_ = true;
     changed_.notify_one();
   }
+  // Count the calls to the queue that are under way.
   void CallBegins() {
     std::lock_guard lock(mu_);
     ++calls_in_flight_;
@@ -66,7 +70,8 @@ class LeaseInbox {
     changed_.notify_one();
   }
 
-  // Waits for something or the deadline, and takes all notes. True when work may be ready.
+  // Waits until there is a note, work may be ready, Poke is called or the deadline passes. Takes
+  // all notes. Returns whether work may be ready.
   bool Take(SteadyTime deadline, std::deque<LeaseNote>* notes) {
     std::unique_lock lock(mu_);
     changed_.wait_until(lock, deadline,
@@ -75,6 +80,7 @@ class LeaseInbox {
     poked_ = false;
     return std::exchange(work_ready_, false);
   }
+  // Returns whether no call is under way and no note is left.
   bool IsQuiet() {
     std::lock_guard lock(mu_);
     return calls_in_flight_ == 0 && notes_.empty();

@@ -1,7 +1,7 @@
-// Replies that always fit into a message. What workers and clients send is bounded by
-// validation.h, but a database may hold longer texts of an earlier version, and lists grow.
+// Makes replies fit into a message. validation.h bounds the texts that workers and clients send,
+// but a database may hold longer texts of an earlier version, and lists grow.
 //
-// Pure and thread-safe.
+// Pure functions; thread-safe.
 #pragma once
 
 #include <google/protobuf/repeated_field.h>
@@ -13,22 +13,24 @@
 
 namespace parallax {
 
-// A quarter of what gRPC carries here (kMaxRpcMessageBytes).
+// Largest list in a reply, in bytes: a quarter of kMaxRpcMessageBytes.
 inline constexpr size_t kMaxReplyBytes = 16 << 20;
 
-// Workers that a coordinator takes: a list of all, each with the longest texts that CheckHello lets
-// pass, is one reply.
+// Largest number of workers of a coordinator: a list of all of them, each with the longest texts
+// that CheckHello accepts, is one reply.
 inline constexpr size_t kMostWorkers = 20'000;
 
-// Cuts every text of `message`, nested ones included, to `most` bytes; a cut one ends with "...".
+// Cuts every text of `message` and of its nested messages to `most` bytes; a cut text ends with
+// "...".
 void CutTexts(google::protobuf::Message* message, size_t most);
 
-// Makes a status fit: cuts texts, then drops problems but the newest three of each variant, then
-// the study file in `spec`, then `spec` itself, each only as long as it is needed.
+// Makes a status fit. As far as necessary, it cuts texts, then drops all problems but the newest
+// three of each variant, then the study file in `spec`, then `spec` itself.
 void FitStudy(v1::StudyStatus* study);
 
-// Moves items with their texts cut into a reply, at least one and as long as the reply keeps below
-// kMaxReplyBytes. False if some are left: the caller asks again from the last one on.
+// Moves items into a reply, with their texts cut to `most_text` bytes: at least one item, and more
+// while the reply stays below kMaxReplyBytes. Returns false if items are left; the caller then asks
+// again from the last one.
 template <typename Item>
 bool AddItems(std::vector<Item>& items, google::protobuf::RepeatedPtrField<Item>* reply,
               size_t most_text) {

@@ -1,5 +1,5 @@
-// Whose study it is: a submitter steers what it submitted, an operator steers all. The RPCs and the
-// web page ask the same question here.
+// Decides who may steer a study: a submitter may steer the studies that it submitted, an operator
+// all. Both the RPCs and the web page use it.
 #pragma once
 
 #include <string>
@@ -12,11 +12,11 @@ namespace parallax {
 
 class JobQueue;
 
-// As actors begin in the audit table: "submitter ada".
+// Returns the caller as actors begin in the audit table: "submitter ada".
 std::string ActorName(const RpcCaller& caller);
 
-// Errors: kPermissionDenied unless the caller may pause, resume, cancel, retry and forget the
-// study; kNotFound for a study that there is not; the queue's.
+// Checks that the caller may pause, resume, cancel, retry and forget the study. Errors:
+// kPermissionDenied if it may not; kNotFound for an unknown study; the queue's.
 absl::Status CheckSteering(JobQueue& queue, const RpcCaller& caller, StudyId study);
 
 }  // namespace parallax

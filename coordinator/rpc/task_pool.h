@@ -1,4 +1,4 @@
-// Threads for calls that block (commits, reads), so that gRPC's own threads never do.
+// A pool of threads for calls that block (commits, reads), so that gRPC's own threads never block.
 #pragma once
 
 #include <condition_variable>
@@ -14,10 +14,12 @@ namespace parallax {
 class TaskPool {
  public:
   explicit TaskPool(int threads) : threads_(static_cast<size_t>(threads)) {}
-  ~TaskPool();  // Runs what was accepted, then ends.
+  ~TaskPool();  // Runs all accepted tasks, then ends.
 
-  // Once, when all that tasks use is there; what was accepted before then waits.
+  // Starts the threads. Call it once, when all objects that tasks use exist; tasks that were
+  // accepted earlier wait for it.
   void Start();
+  // Accepts a task; a thread will run it.
   void Run(std::function<void()> task);
 
  private:

@@ -99,7 +99,7 @@ absl::StatusOr<std::vector<std::string>> DropKindsOfOtherVersions(const StageVer
   if (hello.kinds().empty()) {
     return absl::FailedPreconditionError(notes.front() + "; give both the same release");
   }
-  // What it holds may be of a kind that it must not finish.
+  // Its attempts may be of a kind that it must not finish.
   if (!notes.empty()) hello.clear_holding();
   return notes;
 }

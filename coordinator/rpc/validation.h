@@ -1,6 +1,6 @@
-// What a stranger's message must look like before anything acts on it.
+// Checks messages from workers and clients before anything acts on them.
 //
-// Errors: kInvalidArgument naming the field, what was seen and what is allowed.
+// Errors: kInvalidArgument that names the field, the value and what is allowed.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@
 
 namespace parallax {
 
-// More credit than this at a time is a mistake.
+// Largest credit at a time; more is a mistake.
 inline constexpr int kMaxCredit = 4096;
 
 absl::Status CheckHello(const v1::Hello& hello, const KindRegistry& kinds);
@@ -23,26 +23,28 @@ absl::Status CheckHeartbeat(const v1::Heartbeat& heartbeat);
 absl::Status CheckAttempt(const v1::AttemptId& attempt);
 absl::Status CheckComplete(const v1::CompleteRequest& request);
 absl::Status CheckFail(const v1::FailRequest& request);
-// The study is refused in the words of ValidateStudy (common/config), as the client would.
+// Refuses a study in the words of ValidateStudy (common/config), as the client does.
 absl::Status CheckSubmit(const v1::SubmitRequest& request);
 absl::Status CheckStudyId(int64_t study_id);
-// A pause, cancel, resume or retry: id and reason.
+// Checks a pause, cancel, resume or retry: id and reason.
 absl::Status CheckStudyChange(const v1::StudyRequest& request);
 absl::Status CheckJobId(int64_t job_id);
-// A worker's name in which * stands for any characters and ? for one, and the reason.
+// Checks the pattern of workers' names, in which * stands for any characters and ? for one, and the
+// reason.
 absl::Status CheckDrain(const v1::DrainWorkersRequest& request);
 absl::Status CheckJobState(const std::string& state);  // Empty: any.
 absl::Status CheckPutHeader(const v1::PutFileHeader& header);
 absl::Status CheckLimit(int32_t limit, int32_t most);  // [0, most]
 
-// Removes from `hello` the kinds of jobs of which the worker has a stage in another version than
-// `ours`, and with them what it holds, which may be of such a kind. Returns a line for each removed
-// kind. Errors: kFailedPrecondition with one line when no kind is left.
+// Removes from `hello` the kinds of jobs for which the worker has another version of a stage than
+// `ours`. If there are any, also clears `holding`, because its attempts may be of such a kind.
+// Returns a line for each removed kind. Errors: kFailedPrecondition with one line if no kind is
+// left.
 absl::StatusOr<std::vector<std::string>> DropKindsOfOtherVersions(const StageVersions& ours,
                                                                   const KindRegistry& registry,
                                                                   v1::Hello& hello);
-// What a worker says of a failure or a job that it gives back is a program's text. It is kept in a
-// printable form of at most kMaxErrorBytes and never refused: a report must not be lost over its
+// Makes a worker's text about a failure, or a job that it hands back, printable and at most
+// kMaxErrorBytes long. Such texts are never refused: a report must not be lost because of its
 // words.
 std::string CleanText(std::string_view text);
 v1::FailRequest CleanFail(const v1::FailRequest& request);

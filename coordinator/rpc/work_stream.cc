@@ -10,7 +10,7 @@ WorkStream* WorkStream::Open(const WorkStreamContext& shared, grpc::CallbackServ
   std::shared_ptr<WorkStream> stream(new WorkStream(shared, call));
   stream->self_ = stream;
   WorkStream* const raw = stream.get();
-  // On a thread of the pool, because closing a stream calls back into it.
+  // Closed by a thread of the pool, because closing a stream calls back into it.
   stream->no_hello_.emplace(
       shared.watch,
       [weak = std::weak_ptr<WorkStream>(stream), &pool = shared.pool] {
@@ -55,7 +55,7 @@ void WorkStream::OnReadDone(bool ok) {
     case v1::WorkerMessage::kHello:
       return EndUnlessOk(absl::InvalidArgumentError("a second hello on one stream"));
     case v1::WorkerMessage::MESSAGE_NOT_SET:
-      return EndUnlessOk(absl::OkStatus());  // Of a newer worker.
+      return EndUnlessOk(absl::OkStatus());  // A newer worker's.
   }
 }
 

@@ -1,5 +1,5 @@
-// The coordinator's end of one `Work` stream: reads in order, writes from any thread, never blocks
-// gRPC's threads.
+// The coordinator's end of one `Work` stream. Reads messages in order, writes from any thread, and
+// never blocks gRPC's threads.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -19,14 +19,14 @@
 
 namespace parallax {
 
-// What workers are told of the store.
+// The store, as workers are told of it.
 struct AnnouncedStore {
   std::string uri;
   std::string id;
   v1::StoreAccess access = v1::STORE_ACCESS_DIRECT;
 };
 
-// What all streams share; outlives them.
+// The objects that all streams share. Must outlive all streams.
 struct WorkStreamContext {
   JobQueue& queue;
   Dispatcher& dispatcher;
@@ -34,17 +34,17 @@ struct WorkStreamContext {
   AnnouncedStore store;
   std::string coordinator_id;
   double lease_s;
-  std::function<void()> on_done;  // Once for each stream, as the last thing.
+  std::function<void()> on_done;  // Called once by each stream, as its last action.
   CallWatch& watch;
   double hello_s;  // A stream that has not said hello by then is closed.
 };
 
-// Keeps itself alive until gRPC is through with it.
+// One stream. Keeps itself alive until gRPC has finished with it.
 class WorkStream final : public grpc::ServerBidiReactor<v1::WorkerMessage, v1::CoordinatorMessage>,
                          public WorkerLink,
                          public std::enable_shared_from_this<WorkStream> {
  public:
-  // gRPC takes the raw pointer.
+  // Opens a stream; gRPC takes the raw pointer.
   static WorkStream* Open(const WorkStreamContext& shared, grpc::CallbackServerContext* call);
 
   // WorkerLink.
@@ -68,17 +68,17 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkerMessage, v1::C
   const WorkStreamContext& shared_;
   grpc::CallbackServerContext* const call_;
   std::shared_ptr<WorkStream> self_;
-  v1::WorkerMessage incoming_;  // gRPC's while a read is under way, else of the one who handles it.
-  std::string worker_;          // Empty before Hello. Set before the next read starts.
-  std::optional<CallWatch::Call> no_hello_;  // Until the first message.
+  v1::WorkerMessage incoming_;               // Belongs to gRPC during a read, else to the handler.
+  std::string worker_;                       // Empty before Hello. Set before the next read starts.
+  std::optional<CallWatch::Call> no_hello_;  // Set until the first message.
 
   std::mutex mu_;
   // Guarded by mu_.
   std::deque<v1::CoordinatorMessage> waiting_;
   v1::CoordinatorMessage outgoing_;
   bool writing_ = false;
-  bool closing_ =
-      false;  // Nothing is read or sent any more; Finish comes when the write under way has ended.
+  // Nothing is read or sent any more. Finish is called when the write under way has ended.
+  bool closing_ = false;
   grpc::Status end_;
 };
 

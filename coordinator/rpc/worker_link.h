@@ -1,4 +1,4 @@
-// A worker's stream, as the dispatcher sees it.
+// The interface of a worker's stream for the dispatcher.
 #pragma once
 
 #include "common/base/status.h"
@@ -6,12 +6,13 @@
 
 namespace parallax {
 
-// Thread-safe. No call blocks or calls back into the dispatcher on the same stack.
+// Thread-safe. Calls don't block, and don't call back into the dispatcher on the same stack.
 class WorkerLink {
  public:
   virtual ~WorkerLink() = default;
+  // Queues a message for the worker; does nothing after the stream has ended.
   virtual void Send(v1::CoordinatorMessage message) = 0;
-  // `abort`: the peer doesn't answer, don't wait for it.
+  // Ends the stream with `status`. With `abort`, does not wait for the peer, which does not answer.
   virtual void Close(const absl::Status& status, bool abort) = 0;
 };
 

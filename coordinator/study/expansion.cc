@@ -49,7 +49,7 @@ absl::Status CheckContentIsNamed(const v1::SceneConfig& config) {
 }  // namespace
 
 absl::Status CheckStudySpec(const v1::StudySpec& spec) {
-  // The queue has to read it back whoever submits it, a library's caller too.
+  // The queue must be able to read it back, also if a caller of the library submits it.
   if (const size_t bytes = spec.ByteSizeLong(); bytes > kMaxStudyBytes) {
     return Bad("study: " + std::to_string(bytes) + " bytes, wanted at most " +
                std::to_string(kMaxStudyBytes));

@@ -12,7 +12,7 @@ chmod 755 "$root"  # The user inside must get in.
 trap 'rm -rf "$root"' EXIT
 
 say() { printf 'check: %s\n' "$*"; }
-# In the chroot, with neither network nor root: a command line.
+# Runs a command line in the chroot, with neither network nor root.
 inside() { unshare --net chroot --userspec=1000:1000 "$root" /usr/bin/env -i HOME=/home/user PATH=/usr/bin:/bin bash -ec "$1"; }
 seconds() { date +%s.%N; }
 

@@ -12,7 +12,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-# What a build, a run and an installation of the Python package leave behind.
+# Files that a build, a run and an installation of the Python package leave behind.
 LEFT_BEHIND = {
     "build/release/CMakeCache.txt": "CMAKE_HOME_DIRECTORY:INTERNAL=/another/machine\n"
                                     "CMAKE_CACHEFILE_DIR:INTERNAL=/another/machine/build/release\n",

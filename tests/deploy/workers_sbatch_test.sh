@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What deploy/slurm/workers.sbatch starts under different environments, with a program in place of the worker that tells
-# its arguments and counts signals.
+# Tests which workers deploy/slurm/workers.sbatch starts in different environments. A program that prints its arguments
+# and counts signals stands for the worker.
 # Usage: workers_sbatch_test.sh SCRIPT
 set -euo pipefail
 script=$1
@@ -115,7 +115,7 @@ env -i PATH="$PATH" HOME="$tmp/home" OUT="$tmp/out" PARALLAX_WORKER="$tmp/worker
 started=$!
 for _ in $(seq 100); do if [ -f "$tmp/out/pid" ]; then break; fi; sleep 0.05; done
 [ "$(cat "$tmp/out/pid")" = "$started" ] || fail "$case: the worker is not the process that Slurm signals"
-# As Slurm does at preemption: script and worker, where they are two.
+# Slurm signals script and worker at preemption, if they are two processes.
 kill -TERM "$started"
 worker=$(cat "$tmp/out/pid")
 if [ "$worker" != "$started" ]; then kill -TERM "$worker"; fi

@@ -89,7 +89,7 @@ int Process::Wait(Seconds limit) {
   if (!ended_) {
     const int fd = static_cast<int>(syscall(SYS_pidfd_open, pid_, 0));
     pollfd end{fd, POLLIN, 0};
-    // In slices: time in which all of us were frozen (a suspended machine) counts as one.
+    // Waits in slices, so that time in which the machine was suspended counts as one slice.
     constexpr int kSliceMs = 100;
     int ready = 0;
     for (double left_ms = kPatience * limit.count() * 1000; ready == 0 && left_ms > 0;

@@ -334,7 +334,7 @@ TEST_F(RunTest, OtherFiltersRenderNothingAndRewriteTheVerdicts) {
   const auto before = Content(out);
   for (const Json& line : Index(out, "narrow")) EXPECT_EQ(line["filters"]["near"]["passed"], true);
 
-  // Nothing in a room is 50 m away.
+  // No surface of a room is 50 m away.
   std::string strict = kStudy;
   const std::string render = "      render: {profile: preview, samples_per_pixel: 1}\n";
   const size_t narrow = strict.find(render);
@@ -394,7 +394,7 @@ TEST_F(RunTest, AnotherSensorRendersNothingAndMakesOtherPictures) {
   EXPECT_NE(webcam, rendered);
   Process verified({PARALLAX_BINARY, "verify", out});
   EXPECT_EQ(verified.Wait(), 0) << verified.Out() << verified.Err();
-  // In a folder of its own nothing is known: the same pictures all the same.
+  // A new folder has no earlier results, and still gets the same pictures.
   const std::string fresh = dir_ + "/fresh";
   EXPECT_EQ(Run(fresh)["pairs_rendered"], 4);
   EXPECT_EQ(ReadText(fresh + "/narrow/frames/000000/000/left.png"), webcam);
@@ -437,7 +437,7 @@ TEST_F(RunTest, AFullDiskStopsTheRunWhichThenGoesOn) {
   std::string command;
   for (const std::string& word : Command(out, {"--pairs", "6", "--yes"})) command += word + " ";
   const std::string script = mount + command + "& run=$!; " +
-                             // In the middle the disk fills up.
+                             // The disk fills up in the middle of the run.
                              "until [ -n \"$(find " + out +
                              "/.parallax/store -name '.attempt-*' 2>/dev/null)\" ] || "
                              "! kill -0 $run 2>/dev/null; do sleep 0.02; done; "

@@ -93,7 +93,7 @@ int64_t JobsIn(const v1::StudyStatus& status, const std::string& state) {
   return n;
 }
 
-// These faults are the network's and the machines', never the work's: no job may pay for them.
+// These are faults of the network and the machines, so no job may be blamed for them.
 void CheckNobodyBlamed(const v1::StudyStatus& status, Tally& tally) {
   for (const char* state : {"FAILED", "QUARANTINED"}) {
     const int64_t jobs = JobsIn(status, state);
@@ -146,7 +146,7 @@ void Zombie(const ExperimentOptions& options, Tally& tally) {
                                                            : outcome.status().ToString()));
       }
     }
-    // It has come to itself when it leaves in good order.
+    // The zombie has recovered if it ends in good order.
     zombie->Signal(SIGTERM);
     const int end = zombie->Wait(Process::Seconds(20));
     if (end != 0 && end != 4) tally.Lost("the zombie ended with " + std::to_string(end));

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kSampledPoints = 4;  // Of a case, in a round that isn't full.
+constexpr int kSampledPoints = 4;  // Points of a case, in a round that isn't full.
 
 // Small, but all of it is made as in any study.
 constexpr char kStudy[] = R"(study: points
@@ -38,7 +38,7 @@ struct Case {
   bool coordinator;   // It dies; otherwise a worker.
   bool real_worker;   // The program `worker`, with its own frames.
   bool stream;        // Files go through the coordinator.
-  const char* under;  // Of the farm's folder: whose operations are counted.
+  const char* under;  // Part of the farm's folder whose operations are counted.
   bool heir = false;  // Another worker was killed before it, in the midst of the job.
 };
 constexpr Case kCases[] = {
@@ -48,7 +48,7 @@ constexpr Case kCases[] = {
     {"a worker that goes on from another's pairs", false, true, false, "", true},
 };
 
-// What of the logged operations has not reached the disk.
+// Follows the logged operations that have not reached the disk.
 class Disk {
  public:
   explicit Disk(std::string root) : root_(std::move(root)) {}
@@ -202,7 +202,7 @@ class Life {
         return status.state() == v1::STUDY_STATE_SUCCEEDED || !worker->Running();
       };
       if (!farm_.WaitFor(study, over)) tally_.Lost(where_ + ": the study does not end");
-      // It may yet die while it leaves.
+      // The worker may still die while it ends.
       if (worker->Running()) worker->Signal(SIGTERM);
       const int end = worker->Wait(Process::Seconds(30));
       if (end == 128 + SIGKILL) {
@@ -333,7 +333,7 @@ void DaemonFilePoints(const ExperimentOptions& options, Tally& tally) {
         const Outcome outcome =
             Life(what, {at, power_cut}, choice.Child("power", static_cast<uint64_t>(at)), tally)
                 .Run();
-        // How often threads write to a log of their own differs from life to life.
+        // The number of writes to the threads' own logs differs from life to life.
         if (!outcome.died) tally.figures["missed"] += 1;
         if (power_cut && outcome.died) tally.figures["power_cuts"] += 1;
         if (outcome.files != peace.files) {

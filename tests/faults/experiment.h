@@ -1,4 +1,4 @@
-// What all fault experiments share: their options, what they count, and the line they end with.
+// Common part of all fault experiments: options, counts, and the line that they end with.
 //
 // An experiment repeats rounds, each from its own seed: it injects faults, lets the work come to
 // its end, and then asks whether anything that was acknowledged is lost, anything is there twice,
@@ -33,7 +33,7 @@ struct Tally {
   int64_t doubled = 0;
   int64_t findings = 0;                   // The auditor's.
   std::map<std::string, double> figures;  // The experiment's own.
-  std::vector<std::string> complaints;    // What each of lost, doubled and findings was.
+  std::vector<std::string> complaints;    // A line for each of lost, doubled and findings.
 
   void Lost(const std::string& what);
   void Doubled(const std::string& what);

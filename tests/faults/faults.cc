@@ -39,7 +39,7 @@ const Entry kExperiments[] = {
     {"power-cut", "2: power cuts; what was not synced is lost in part and out of order", PowerCut},
 };
 
-// What a guard's absence must do to its experiment.
+// An experiment that must fail when its guard is switched off.
 struct Control {
   const char* sabotage;
   const char* help;

@@ -39,8 +39,8 @@ variants:
       render: {profile: preview}
 )";
 
-// What the dataset says, without what it cost: ground truth and recipes by bytes, the index line by
-// line without times. Images are kept apart: they may differ by what the denoiser's threads do.
+// A dataset's content without its costs: ground truth and recipes by bytes, the index line by line
+// without times. Images are kept apart: they may differ with the number of denoiser threads.
 struct Dataset {
   std::map<std::string, std::string> exact;   // Path -> SHA-256.
   std::map<std::string, std::string> images;  // Path -> content.

@@ -19,7 +19,7 @@ constexpr int kWorkers = 2;
 
 struct Outcome {
   std::map<std::tuple<std::string, uint32_t, uint32_t>, std::map<std::string, std::string>> pairs;
-  std::vector<std::string> results;  // What the noop jobs returned, sorted.
+  std::vector<std::string> results;  // Results of the noop jobs, sorted.
   bool operator==(const Outcome&) const = default;
 };
 

@@ -13,7 +13,7 @@ namespace parallax::faults {
 namespace {
 
 constexpr int kStudies = 3;  // The last one may be cancelled.
-constexpr int kWorkers = 3;  // Of each client.
+constexpr int kWorkers = 3;  // Workers of each client.
 
 // Each study's noop jobs wait for its pairs and for each other.
 const KindRegistry& Kinds() {
@@ -223,7 +223,7 @@ class Client {
   }
 
   void PauseOrResume() {
-    // By turns, so that each of them has something to do.
+    // Pause and Resume take turns, so that each has an effect.
     const StudyId study{studies_[0]};
     if (!paused_) {
       (void)queue_.Pause(study, "", "client");
@@ -271,13 +271,13 @@ class Client {
     (void)queue_.Drain(order, /*undo=*/true);
   }
 
-  // What the zombie does: a result under a lease that ended long ago.
+  // Acts as a zombie: reports a result under a lease that ended long ago.
   void ReportLate() {
     if (over_.empty()) return;
     const Held& held =
         over_[static_cast<size_t>(rng_.UniformInt(0, static_cast<int>(over_.size()) - 1))];
     const auto lease = held.lease.attempt();
-    // Ours may have been lost by a call that failed: then it is not late.
+    // Our lease may have been lost by a call that failed; then the report is not late.
     for (const Held& other : held_) {
       if (other.lease.attempt().fence() == lease.fence()) return;
     }

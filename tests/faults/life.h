@@ -24,7 +24,7 @@ struct Ack {
     kHandedBack,
     kMayEnd,     // A call begins that may end job, fence; with job 0: any lease
     kGone,       // And has returned
-    kViolation,  // What a client saw and must never see.
+    kViolation,  // A client saw what it must never see.
   };
   Kind kind;
   int32_t client;
@@ -69,7 +69,7 @@ struct LifeOptions {
 // To be called in a child. Returns when all steps are done.
 void Live(const LifeOptions& options, Rng rng, AckLog& acks);
 
-// What must be true after a restart, and remembers it from life to life of one database.
+// Checks what must be true after a restart, and remembers it through all lives of one database.
 class Witness {
  public:
   Witness(const LifeOptions& options, Tally& tally) : options_(options), tally_(tally) {}

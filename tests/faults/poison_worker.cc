@@ -50,7 +50,7 @@ class PoisonRunner final : public NoopRunner {
   }
 
  private:
-  // Until there is no more: ends with std::bad_alloc.
+  // Allocates until there is no more memory; ends with std::bad_alloc.
   static void Eat() {
     std::vector<std::unique_ptr<char[]>> eaten;
     while (true) eaten.push_back(std::make_unique<char[]>(size_t{64} << 20));

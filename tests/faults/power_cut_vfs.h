@@ -14,14 +14,15 @@ namespace parallax::faults {
 struct VfsPlan {
   int64_t die_at = -1;         // The operation, from 1; < 0: none.
   bool lose_unsynced = false;  // Power cut instead of kill.
-  uint64_t seed = 0;           // Of what is lost.
+  uint64_t seed = 0;           // Decides which writes are lost.
 };
 
 inline constexpr char kPowerCutVfs[] = "power-cut";
 
 // Registers the VFS once, under kPowerCutVfs. Call before forking.
 void RegisterPowerCutVfs();
-// For this process from now on; counts from 1 again. Before the queue opens.
+// Sets the plan of this process and restarts the count of operations. Call it before the queue
+// opens.
 void SetVfsPlan(const VfsPlan& plan);
 int64_t VfsOperations();
 

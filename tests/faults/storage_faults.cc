@@ -12,8 +12,8 @@
 namespace parallax::faults {
 namespace {
 
-constexpr int kSampledPoints = 45;  // Of a round that isn't full.
-constexpr int kMostSteps = 512;     // Of one command; more are counted as the last.
+constexpr int kSampledPoints = 45;  // Points of a round that isn't full.
+constexpr int kMostSteps = 512;     // Steps of a command; more count as the last.
 
 // A value that a child hands to its parent.
 template <typename T>

@@ -21,8 +21,8 @@ namespace parallax::faults {
 namespace {
 
 constexpr int kPollMs = 5;       // How soon a change of weather is felt.
-constexpr size_t kPreface = 24;  // Of an HTTP/2 client.   Source: RFC 9113, 3.4
-constexpr size_t kHead = 9;      // Of a frame.            Source: RFC 9113, 4.1
+constexpr size_t kPreface = 24;  // Bytes that open an HTTP/2 connection.   Source: RFC 9113, 3.4
+constexpr size_t kHead = 9;      // Bytes of a frame's header.              Source: RFC 9113, 4.1
 enum FrameType { kData = 0, kHeaders = 1, kResetStream = 3, kWindowUpdate = 8 };
 constexpr uint8_t kEndStream = 1;
 constexpr uint32_t kInternalError = 2;

@@ -13,14 +13,14 @@ namespace parallax::faults {
 enum class Weather {
   kClear,
   kStall,      // Nothing passes, nothing is lost: it comes later.
-  kDeafUp,     // What clients say is swallowed; replies pass (half-open).
+  kDeafUp,     // Swallows what clients send; replies pass (half-open).
   kDeafDown,   // The other way round.
   kPartition,  // New connections are refused and the old ones cut.
 };
 
 struct LossRates {
-  double unary = 0;   // Of replies: lost, and the caller told that the stream broke.
-  double stream = 0;  // Of messages on a stream from the server: lost, the stream breaks.
+  double unary = 0;   // Share of replies that are lost; the caller is told that the stream broke.
+  double stream = 0;  // Share of a server's stream messages that are lost; the stream breaks.
 };
 
 // Thread-safe. Its own threads; ends all connections when destroyed.

@@ -46,7 +46,7 @@ void ExpectRefused(Farm& farm, const v1::Hello& hello, const std::string& why, T
   }
 }
 
-// As release 0.1 said it: kinds by number (field 2, "solve" and "render"), no protocol.
+// The Hello of release 0.1: kinds by number (field 2, "solve" and "render"), no protocol.
 v1::Hello OldHello(const std::string& name) {
   v1::Hello hello = HelloOf(name);
   hello.clear_kinds();
@@ -73,7 +73,7 @@ void OthersAreRefused(Farm& farm, Tally& tally) {
   ExpectRefused(farm, OldHello("old"), "work protocol 0", tally);
 }
 
-// As the older release wrote it: `sqlite3 queue.db .dump`.
+// Loads a database that the older release wrote, from `sqlite3 queue.db .dump`.
 void LoadDump(const std::string& dump, const std::string& path, Tally& tally) {
   const auto sql = ReadFile(dump);
   if (!sql.ok()) return tally.Lost(sql.status().ToString());

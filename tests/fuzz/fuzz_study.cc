@@ -29,7 +29,7 @@ parallax::JobQueue& Queue() {
     options.readers = 1;
     options.linger_s = 0;
     queue = *parallax::JobQueue::Open(options);
-    // What this process leaves behind is only its names.
+    // Closes the queue in order when the process ends.
     static const bool registered = std::atexit([] { queue.reset(); }) == 0;
     (void)registered;
   }

@@ -16,7 +16,7 @@ fi
 name=$1
 seconds=${2:-60}
 mkdir -p "build/fuzz/corpus-$name" "build/fuzz/found-$name"
-# What an input allocates or takes is limited too: a small file must not stop a coordinator or a worker.
+# Limits an input's memory and time too: a small file must not stop a coordinator or a worker.
 exec build/fuzz/bin/fuzz_"$name" "build/fuzz/corpus-$name" "tests/fuzz/corpus/$name" \
   -max_total_time="$seconds" -artifact_prefix="build/fuzz/found-$name/" \
   -timeout=20 -rss_limit_mb=3000 -max_len=20000 -print_final_stats=1 -verbosity=1

@@ -21,9 +21,9 @@
 namespace parallax {
 namespace {
 
-// How long the goodbye may take.
+// Time limit of the goodbye.
 constexpr double kGoodbye_s = 2;
-// The agent looks around at least so often.
+// Longest wait between two rounds of the loop.
 constexpr double kLookAgain_s = 60;
 
 RetirementOptions RetirementOf(const AgentOptions& options, Clock& clock) {
@@ -35,7 +35,7 @@ RetirementOptions RetirementOf(const AgentOptions& options, Clock& clock) {
   return out;
 }
 
-// The machine's number for a name: workers draw different back-offs.
+// A number from the worker's name: workers draw different back-offs.
 SceneSeed SeedOf(const std::string& name) {
   const Sha256Digest digest = Sha256Of(name);
   SceneSeed seed;
@@ -47,8 +47,8 @@ std::pair<int64_t, uint64_t> KeyOf(const v1::AttemptId& attempt) {
   return {attempt.job_id(), attempt.fence()};
 }
 
-// One thread, the caller of Run(), holds all of the state below "Run()'s own"; the others only wake
-// it.
+// The caller of Run() is the only thread that uses the state below "Run()'s own"; the others only
+// wake it.
 class AgentImpl final : public Agent {
  public:
   AgentImpl(const AgentOptions& options, const JobHandlers& handlers, Clock& clock,
@@ -175,7 +175,7 @@ class AgentImpl final : public Agent {
           link_.Answered(message.heartbeat_ack().sequence());
           break;
         case v1::CoordinatorMessage::MESSAGE_NOT_SET:
-          break;  // Of a newer coordinator.
+          break;  // A message that only newer coordinators send.
       }
     }
   }
@@ -303,7 +303,7 @@ class AgentImpl final : public Agent {
     Drain();
   }
 
-  // Attempts that may still come to their end.
+  // Attempts that may still end by themselves.
   int Unfinished() const { return slots_.busy() - CountHung(slots_.Running()); }
 
   void GiveCredit() {
@@ -312,7 +312,7 @@ class AgentImpl final : public Agent {
     if (reports_.HasUntriedLeftovers(link_.coordinator_id())) return;
     const int taken = slots_.busy() + credit_;
     const int free = std::max(0, options_.slots - taken);
-    // Work whose reports nobody takes is likely in vain.
+    // Work whose reports can't be delivered is likely in vain.
     const int room = options_.slots + options_.max_pending_reports - taken -
                      static_cast<int>(reports_.pending_in_all());
     const int soon = options_.ahead_s > 0 ? CountEndingSoon(slots_.Running(), options_.ahead_s) : 0;
@@ -341,7 +341,7 @@ class AgentImpl final : public Agent {
         next = std::min(next, SecondsAfter(clock_.Steady(), options_.hang_s - run.idle_s));
       }
     }
-    // Progress doesn't wake this thread.
+    // Progress does not wake this thread.
     if (link_.IsWelcomed() && !departure_.leaving() && options_.ahead_s > 0 && slots_.busy() > 0) {
       next = std::min(next, SecondsAfter(clock_.Steady(), options_.ahead_s / 4));
     }
@@ -367,7 +367,7 @@ class AgentImpl final : public Agent {
       return;
     }
     const bool idle = Unfinished() <= 0;
-    HandleEnded();  // Those that ended since: their hand-backs go out before the goodbye.
+    HandleEnded();  // Jobs that ended meanwhile: hand-backs go out before the goodbye.
     const bool nothing_to_send = reports_.Pending(link_.coordinator_id()).empty();
     const bool over = departure_.IsOver(clock_.Steady());
     if (over) {
@@ -381,14 +381,14 @@ class AgentImpl final : public Agent {
   }
 
   void BeginDrain() {
-    link_.HurryHeartbeat();  // The coordinator is to know now.
+    link_.HurryHeartbeat();  // Tells the coordinator at once.
     for (const v1::AttemptId& attempt : slots_.TakeWaiting()) {
       ++summary_.handed_back;
       SendHandBack(attempt, "draining");
     }
   }
 
-  // So that the coordinator has read the hand-backs when the process ends.
+  // Waits until the coordinator has read the hand-backs, before the process ends.
   void SayGoodbye() {
     if (!link_.IsOpen()) return;
     link_.HurryHeartbeat();
@@ -410,7 +410,7 @@ class AgentImpl final : public Agent {
   std::condition_variable wake_;
   // Guarded by mu_.
   bool woken_ = false;
-  SteadyTime looked_ = clock_.Steady();  // When Run() last went round.
+  SteadyTime looked_ = clock_.Steady();  // Time of Run()'s last round.
   bool ready_ = false;
   LeaveOrder order_ = LeaveOrder::kStay;
 
@@ -421,7 +421,7 @@ class AgentImpl final : public Agent {
   AttemptFolders folders_;
   CoordinatorLink link_;
   Departure departure_;
-  int credit_ = 0;  // Given in this session, not used by a lease yet.
+  int credit_ = 0;  // Leases asked for in this session and not given yet.
   bool finished_ = false;
   absl::Status fatal_;
   AgentSummary summary_;

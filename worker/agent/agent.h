@@ -1,12 +1,10 @@
-// The worker daemon's heart: keeps one stream to the coordinator, leases jobs as slots are free,
-// runs them through its kind's JobHandler and reports what became of them.
+// The worker daemon: keeps one stream to the coordinator, leases jobs as slots become free, runs
+// each through its kind's JobHandler and reports the result.
 //
-// - What runs goes on while the coordinator restarts; the coordinator then adopts it or tells it to
-// stop.
-// - A lease is counted from the sending of the last heartbeat that was answered. When it is over,
-// the work stops:
-//   by then the coordinator may have given it to another.
-// - Finished work is in the outbox before it is sent and until it is answered.
+// - Running jobs go on while the coordinator restarts; it then adopts them or stops them.
+// - A lease counts from the sending of the last heartbeat that was answered. When it expires, the
+// work stops, because the coordinator may have given the job to another worker.
+// - Finished work is in the outbox from before it is sent until it is answered.
 #pragma once
 
 #include <memory>
@@ -24,21 +22,22 @@
 
 namespace parallax {
 
+// Options of the agent; most come from the command line.
 struct AgentOptions {
   RpcAddress coordinator;
   RpcSecurity security;
   std::string name;                // See CheckWorkerName. Unique among the coordinator's workers.
-  std::vector<std::string> kinds;  // Of jobs that it takes; each has a handler.
-  int slots = 1;                   // Jobs at a time.
+  std::vector<std::string> kinds;  // Kinds of jobs that it takes; each has a handler.
+  int slots = 1;                   // Jobs that run at a time.
   int cores = 1;
   int64_t memory_mb = 0;
   std::vector<std::string> tags;
   std::string version;
   std::string build_id;
-  StageVersions versions;  // Of the stages that the runner has.
-  std::string instance;    // Of this process; another one of the same name has another.
-  std::string
-      store_uri;  // Overrides the coordinator's: the same store under another path of this machine.
+  StageVersions versions;  // The versions of the runner's stages.
+  std::string instance;    // Names this process; a restart under the same name has another.
+  // Overrides the coordinator's: the same store under another path of this machine.
+  std::string store_uri;
   std::string outbox_root;     // Folder of all outboxes of this machine; see outbox.h.
   double grace_s = 300;        // From Drain() until running work is handed back.
   double long_grace_s = 3600;  // The same from DrainLong().
@@ -47,33 +46,34 @@ struct AgentOptions {
   // Seconds since 1970 by which the process must be gone: it drains --grace before, and takes no
   // job that would not end by then. 0: none.
   double deadline_unix_s = 0;
-  double hand_back_s =
-      3;  // How long stopped work may take to notice before the agent goes without it.
-  // A job that tells no progress for so long is reported as failed, and the worker drains: a thread
-  // that is stuck can only be ended with its process. 0: never.
+  // How long stopped work may take to notice before the agent leaves without it.
+  double hand_back_s = 3;
+  // A job that reports no progress for so long is reported as failed, and the worker drains,
+  // because a stuck thread can only be ended with its process. 0: never.
   double hang_s = 1800;
-  // Reports that may wait for the coordinator beside the jobs that run. When there are so many, no
-  // new work is taken until some are answered.
+  // Reports that may wait for the coordinator besides running jobs. At this number the agent takes
+  // no new work until some are answered.
   int max_pending_reports = 64;
   double connect_timeout_s = 5;
-  // A slot whose job ends within this (as its progress tells) asks for its next one already. 0:
-  // when it is free. What is leased ahead waits here that long instead of running elsewhere.
+  // A slot whose job ends within this time (by its progress) already asks for its next job. 0: only
+  // when it is free. A job leased ahead waits here so long instead of running elsewhere.
   double ahead_s = 1;
   double backoff_base_s = 0.1;
   double backoff_cap_s = 5;
   ReportSenderOptions reports;
 };
 
+// The outcome of Agent::Run.
 struct AgentSummary {
   int64_t succeeded = 0;
   int64_t failed = 0;
   int64_t handed_back = 0;
   size_t reports_left = 0;  // In the outbox, for the next worker on this machine.
   int stuck = 0;            // Jobs that did not stop when told; ~Agent would wait for them.
-  int hung = 0;             // Of those, the ones that AgentOptions::hang_s gave up.
+  int hung = 0;             // The part of `stuck` that AgentOptions::hang_s gave up.
 };
 
-// Thread-safe.
+// The daemon. Thread-safe.
 class Agent {
  public:
   // Opens the outbox. `handlers` and `clock` outlive the agent.
@@ -82,19 +82,20 @@ class Agent {
                                                        const JobHandlers& handlers, Clock& clock);
   virtual ~Agent() = default;  // Stops running jobs and waits for them.
 
-  // Works until it is drained; a coordinator out of reach is tried again for ever. Once.
-  // Errors: what no retry mends: kInvalidArgument, kUnimplemented, kPermissionDenied,
+  // Works until it is drained, and retries an unreachable coordinator indefinitely. Call once.
+  // Errors that no retry mends: kInvalidArgument, kUnimplemented, kPermissionDenied,
   // kUnauthenticated, kFailedPrecondition from the coordinator; kAlreadyExists when another worker
   // of this name came; those of OpenStore.
   virtual absl::StatusOr<AgentSummary> Run() = 0;
 
-  // Takes nothing new, ends Run() when all is finished and reported, or after the grace.
+  // Takes no new work, and ends Run() when all is finished and reported, or after the grace.
   virtual void Drain() = 0;
-  // The same with the long grace. Drain() shortens it.
+  // The same with the long grace. A later Drain() shortens it.
   virtual void DrainLong() = 0;
-  // Ends Run() soon: hands back what runs.
+  // Hands back running jobs and ends Run() soon.
   virtual void HandBack() = 0;
 
+  // The answers for health probes.
   virtual WorkerHealth Health() const = 0;
 };
 

@@ -1,5 +1,5 @@
-// Where attempts write: in the store itself where this machine sees it, else in a
-// folder here from which their files are sent to the store, directly or through the coordinator.
+// The folders that attempts write: in the store itself where this machine sees it, else in a folder
+// here whose files are sent to the store, directly or through the coordinator.
 //
 // Not thread-safe.
 #pragma once
@@ -16,6 +16,7 @@
 
 namespace parallax {
 
+// Chooses the folders of attempts by the coordinator's store.
 class AttemptFolders {
  public:
   struct Options {
@@ -28,15 +29,15 @@ class AttemptFolders {
   // Opens the store that the coordinator names, if it isn't the one at hand.
   // Errors: those of OpenStore, if the worker must see the store itself.
   absl::Status Use(const v1::Welcome& welcome);
-  // Of a job that writes. Errors: kFailedPrecondition without a store; kInvalidArgument for a path
-  // that leaves it.
+  // The folder for an attempt that writes. Errors: kFailedPrecondition without a store;
+  // kInvalidArgument for a path that leaves the store.
   absl::StatusOr<AttemptFolder> Of(const v1::Lease& lease) const;
 
  private:
   const Options options_;
   const std::shared_ptr<grpc::Channel> channel_;
   std::shared_ptr<Store> store_;  // Null: through the coordinator.
-  std::string key_;               // What the coordinator said of it; "" before.
+  std::string key_;               // The store as the coordinator named it; "" before.
 };
 
 }  // namespace parallax

@@ -1,5 +1,5 @@
-// Full-jitter exponential back-off: the n-th wait is drawn from [0, min(cap, base * 2^n)), so that
-// a thousand workers that lost one coordinator do not come back in one wave. Source: "Exponential
+// Exponential back-off with full jitter: the n-th wait is drawn from [0, min(cap, base * 2^n)), so
+// that a thousand workers that lost one coordinator do not return in one wave. Source: "Exponential
 // Backoff And Jitter", AWS Architecture Blog, 2015.
 #pragma once
 
@@ -17,11 +17,13 @@ class Backoff {
 
   Backoff(Rng rng, Seconds base, Seconds cap) : rng_(rng), base_(base), cap_(cap), ceiling_(base) {}
 
+  // The next wait.
   Seconds Next() {
     const Seconds wait = ceiling_ * rng_.Uniform();
     ceiling_ = std::min(cap_, ceiling_ * 2);
     return wait;
   }
+  // Starts again at the shortest wait.
   void Reset() { ceiling_ = base_; }
 
  private:

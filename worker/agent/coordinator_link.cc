@@ -15,10 +15,10 @@ namespace {
 
 using Seconds = std::chrono::duration<double>;
 
-// Heartbeats in the time of a lease.
+// Number of heartbeats in the time of a lease.
 constexpr double kHeartbeatsPerLease = 4;
 
-// No waiting mends it.
+// Whether waiting can't mend the error.
 bool IsFatal(absl::StatusCode code) {
   switch (code) {
     case absl::StatusCode::kInvalidArgument:
@@ -49,7 +49,7 @@ bool CoordinatorLink::Meet() {
   grpc::ClientContext context;
   SetRpcTimeout(context, Seconds(options_.connect_timeout_s));
   const absl::Status status = FromGrpc(coordinator_.GetInfo(&context, v1::GetInfoRequest(), &info));
-  // Before it ever worked: a wrong certificate is told at once and not waited for.
+  // Before the first success, a wrong certificate is reported at once and not waited for.
   if (absl::IsUnavailable(status) && coordinator_id_.empty()) {
     if (absl::Status why = ExplainRpcSecurity(options_.coordinator, options_.security); !why.ok()) {
       fatal_ = std::move(why);
@@ -149,14 +149,14 @@ void CoordinatorLink::Break(const absl::Status& status) {
   Close();
   hooks_.on_break();
   if (IsFatal(status.code())) {
-    // Told apart from an error of this machine's disk: the two have different exit statuses.
+    // Distinguished from an error of this machine's disk, which has another exit status.
     const bool refused = absl::IsPermissionDenied(status);
     fatal_ = WithContext(
         refused ? absl::Status(absl::StatusCode::kUnauthenticated, status.message()) : status,
         "coordinator " + options_.coordinator.ToString());
     return;
   }
-  // Once when it goes, not at every try.
+  // Logged once when the connection breaks, not at every try.
   if (!complained_) {
     LogWarning("coordinator can't be reached; trying again",
                {{"coordinator", options_.coordinator.ToString()}, {"error", status}});
@@ -211,7 +211,7 @@ SteadyTime CoordinatorLink::NextLook(SteadyTime until, bool has_work) const {
   } else {
     until = std::min(until, SecondsAfter(hello_at_, options_.connect_timeout_s));
   }
-  // Work told to stop needs no watch: its end wakes the agent.
+  // Stopped work needs no watch: its end wakes the agent.
   if (lease_s_ > 0 && (welcomed_ || has_work)) {
     until = std::min(until, SecondsAfter(heard_at_, lease_s_));
   }

@@ -1,6 +1,6 @@
-// The agent's sessions with its coordinator, one after another: finds out who answers, opens the
-// stream, says hello, tries again after a break, and knows until when the coordinator is sure to
-// have heard of this worker.
+// The agent's sessions with its coordinator, one after another: identifies the coordinator, opens
+// the stream, says hello, retries after a break, and knows until when the coordinator has surely
+// heard from this worker.
 //
 // Used by the agent's own thread. The streams' threads only fill the inbox and call Hooks::wake.
 #pragma once
@@ -24,6 +24,7 @@
 
 namespace parallax {
 
+// One link serves the agent for its whole life; sessions come and go within it.
 class CoordinatorLink {
  public:
   struct Hooks {
@@ -40,39 +41,43 @@ class CoordinatorLink {
   bool IsWelcomed() const { return welcomed_; }
   // The id of the coordinator that answered last; "" before the first answer.
   const std::string& coordinator_id() const { return coordinator_id_; }
-  // Not OK: no retry mends it.
+  // Not OK: an error that no retry mends.
   const absl::Status& fatal() const { return fatal_; }
 
-  // Without a session, and the back-off is over.
+  // Whether there is no session and the back-off has passed.
   bool ConnectIsDue() const { return session_ == nullptr && clock_.Steady() >= connect_at_; }
-  // Asks who is there. False when nobody is, or nobody that this worker can work with.
+  // Asks the coordinator for its identity. False if none answers, or none that this worker can use.
   bool Meet();
-  // Opens a session with whom Meet found and says hello. `held`: attempts that are ours.
+  // Opens a session with the coordinator that Meet found, and says hello. `held`: attempts that run
+  // here.
   void Open(const std::vector<v1::Progress>& held);
-  // The welcome came: from now on leases are counted.
+  // Handles the welcome: leases count from now on.
   void Welcomed(const v1::Welcome& welcome);
 
+  // The messages received since the last call.
   std::deque<v1::CoordinatorMessage> TakeMessages();
   // Ends the session if its stream has ended.
   void HandleEnd();
   // Ends a session that has no welcome in time, or no answer to heartbeats for as long as a lease.
   void BreakIfSilent();
 
-  // Without effect between sessions.
+  // Does nothing between sessions.
   void Send(v1::WorkerMessage message);
   bool HeartbeatIsDue() const { return welcomed_ && clock_.Steady() >= heartbeat_at_; }
   void HurryHeartbeat() { heartbeat_at_ = clock_.Steady(); }
   void SendHeartbeat(std::vector<v1::Progress> held, bool draining);
+  // Notes the answer to a heartbeat, which extends the leases.
   void Answered(int64_t heartbeat_sequence);
-  // The coordinator may have given our leases to others: it is longer than a lease ago that the
-  // last message which is known to have arrived was sent.
+  // Whether the coordinator may have given our leases away: the last message that surely arrived
+  // was sent longer than a lease ago.
   bool LeaseIsOver() const;
 
-  // Nothing more will be sent; the end of the stream is no news.
+  // Half-closes the stream: the agent sends nothing more and expects its end.
   void Finish();
   void Close();
 
-  // When there is something to do, at the latest `until`. `has_work`: leased work runs.
+  // When to look again: when something is due, at the latest at `until`. `has_work`: leased work
+  // runs.
   SteadyTime NextLook(SteadyTime until, bool has_work) const;
 
  private:
@@ -96,7 +101,7 @@ class CoordinatorLink {
   Backoff backoff_;
   std::unique_ptr<WorkSession> session_;  // Null between sessions.
   bool welcomed_ = false;
-  bool complained_ = false;  // This break has been logged.
+  bool complained_ = false;  // Whether this break was logged.
   std::string coordinator_id_;
   double lease_s_ = 0;  // 0 before the first welcome.
   SteadyTime connect_at_;

@@ -1,6 +1,6 @@
-// How a worker that is told to leave goes: it takes nothing new and finishes what runs, then hands
-// back what didn't end in time, then goes without what doesn't stop. Single-threaded; the agent's
-// own thread uses it.
+// How a worker leaves when told to: it takes no new work and finishes running jobs, then hands back
+// those that did not end in time, then leaves without those that do not stop. Single-threaded; used
+// by the agent's own thread.
 #pragma once
 
 #include <optional>
@@ -9,15 +9,17 @@
 
 namespace parallax {
 
-// How a worker was told to leave. Later ones are sharper.
+// An order to leave; later enumerators are more urgent.
 enum class LeaveOrder { kStay, kDrainLong, kDrain, kHandBack };
 
+// Time limits of leaving, in seconds.
 struct DepartureOptions {
   double grace_s = 0;       // From kDrain until running work is handed back.
   double long_grace_s = 0;  // The same from kDrainLong.
   double hand_back_s = 0;   // How long stopped work may take to notice.
 };
 
+// The state machine of leaving.
 class Departure {
  public:
   explicit Departure(const DepartureOptions& options) : options_(options) {}
@@ -25,17 +27,17 @@ class Departure {
   // The actions that the agent takes now.
   struct Step {
     bool begins = false;            // Take nothing new from now on.
-    std::optional<double> grace_s;  // The order is a sharper one: running work has this long.
+    std::optional<double> grace_s;  // A more urgent order: running work has so long.
     bool hands_back = false;        // Stop what runs.
   };
   // `order`: the sharpest so far.
   Step Advance(LeaveOrder order, SteadyTime now);
 
   bool leaving() const { return phase_ != Phase::kStaying; }
-  // Stopped work had its time to notice.
+  // Whether stopped work had its time to notice.
   bool IsOver(SteadyTime now) const { return phase_ == Phase::kHandingBack && now >= deadline_; }
-  // When Advance or IsOver will have something new without a new order; SteadyTime::max() while the
-  // worker stays.
+  // When Advance or IsOver will change without a new order; SteadyTime::max() while the worker
+  // stays.
   SteadyTime deadline() const { return deadline_; }
 
  private:
@@ -43,7 +45,7 @@ class Departure {
 
   const DepartureOptions options_;
   Phase phase_ = Phase::kStaying;
-  LeaveOrder order_ = LeaveOrder::kStay;  // The one that deadline_ comes from.
+  LeaveOrder order_ = LeaveOrder::kStay;  // The order behind deadline_.
   SteadyTime deadline_ = SteadyTime::max();
 };
 

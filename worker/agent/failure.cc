@@ -21,8 +21,8 @@ std::string OneLine(std::string_view text) {
   return line;
 }
 
-// Numbers (with their signs, points and exponents left as they stand) become '#': seeds, sizes and
-// paths of attempts differ from worker to worker, the cause does not.
+// Replaces numbers by '#', keeping signs, points and exponents: seeds, sizes and paths of attempts
+// differ between workers, their cause does not.
 std::string WithoutNumbers(std::string_view text) {
   std::string out;
   for (size_t i = 0; i < text.size(); ++i) {
@@ -44,7 +44,7 @@ absl::Status WithLogTail(absl::Status status, std::string_view log) {
     if (log[from - 1] == '\n' && ++lines == kTailLines) break;
   }
   std::string tail(log.substr(from));
-  // Messages carry UTF-8 only, and programs print what they like.
+  // Messages must be UTF-8, and programs may print anything.
   for (char& c : tail) {
     if (static_cast<unsigned char>(c) >= 0x80 || (c < ' ' && c != '\n' && c != '\t')) c = '?';
   }

@@ -1,4 +1,4 @@
-// From an attempt's error to what the coordinator is told.
+// Converts an attempt's error into the failure that the coordinator stores.
 #pragma once
 
 #include <string>
@@ -8,23 +8,23 @@
 
 namespace parallax {
 
+// A failed attempt as it is reported.
 struct Failure {
   std::string error;        // One line, at most 1,000 bytes.
-  std::string fingerprint;  // Equal for equal causes on whatever worker and seed: code + place,
-                            // without numbers.
-  bool retryable = false;   // Another try, perhaps elsewhere, may succeed.
+  std::string fingerprint;  // Equal for equal causes on any worker and seed: code and place,
+  bool retryable = false;   // Whether another try, perhaps elsewhere, may succeed.
 };
 
-// `status` with the end of a program's log for the coordinator: its last 200 lines, at most 16 kB.
-// Errors: `status` itself.
+// Attaches the end of a program's log to `status` for the coordinator: its last 200 lines, at most
+// 16 kB. Errors: `status` itself.
 absl::Status WithLogTail(absl::Status status, std::string_view log);
-// Empty if there is none.
+// The log attached by WithLogTail; empty if there is none.
 std::string LogTailOf(const absl::Status& status);
 
-// `status` is not OK. `place` says where it happened: "solve", "render/trace".
+// Describes an error. `status` is not OK; `place` says where it happened: "solve", "render/trace".
 Failure DescribeFailure(const absl::Status& status, std::string_view place);
 
-// The only place where a code decides whether work is tried again.
+// Whether a status code means that the work is tried again. Nothing else decides this.
 bool IsRetryable(absl::StatusCode code);
 
 }  // namespace parallax

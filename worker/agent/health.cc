@@ -16,7 +16,7 @@
 namespace parallax {
 namespace {
 
-// The loop goes round at least every few seconds; a store that is slow to answer may hold it.
+// The loop runs at least every few seconds; a store that is slow to answer may delay it.
 constexpr double kAlive_s = 120;
 constexpr std::chrono::milliseconds kAskEvery{500};
 
@@ -73,7 +73,7 @@ absl::StatusOr<std::unique_ptr<HealthServer>> HealthServer::Start(
   grpc::EnableDefaultHealthCheckService(true);
   grpc::ServerBuilder builder;
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
-  // A server with nothing but the health service would not start; this one refuses all else.
+  // gRPC starts no server with the health service alone, so this service refuses everything else.
   auto others = std::make_unique<grpc::CallbackGenericService>();
   builder.RegisterCallbackGenericService(others.get());
   int port = 0;

@@ -1,6 +1,6 @@
-// What probes ask a worker: the health service of gRPC (grpc.health.v1), which Kubernetes and
-// grpc_health_probe speak. Two services: `alive`, the agent's own loop goes round; `ready`, the
-// coordinator has welcomed it and it takes work. Without a name: `alive`.
+// The health service of gRPC (grpc.health.v1), which Kubernetes and grpc_health_probe ask. It has
+// two services: `alive` says that the agent's own loop goes round, `ready` that the coordinator has
+// welcomed the worker and it takes work. A request without a name means `alive`.
 #pragma once
 
 #include <functional>
@@ -11,17 +11,18 @@
 
 namespace parallax {
 
+// The agent's state as probes see it.
 struct WorkerHealth {
-  double since_look_s = 0;  // Since the agent's loop last went round.
+  double since_look_s = 0;  // Seconds since the agent's loop last ran.
   bool ready = false;
 };
 
-// Answers until it is destroyed. Unencrypted, and tells nothing but those two states.
+// Serves until it is destroyed. Unencrypted; reveals only those two states.
 class HealthServer {
  public:
-  // `address`: HOST:PORT (port 0: any that is free) or unix:/path. `ask` is called twice a second
-  // by another thread. Errors: kInvalidArgument for an address that is none; kUnavailable when it
-  // can't be listened on.
+  // `address`: HOST:PORT (port 0: any free one) or unix:/path. `ask` is called twice a second on
+  // another thread. Errors: kInvalidArgument for a malformed address; kUnavailable when the server
+  // can't listen on it.
   static absl::StatusOr<std::unique_ptr<HealthServer>> Start(const std::string& address,
                                                              std::function<WorkerHealth()> ask);
   virtual ~HealthServer() = default;

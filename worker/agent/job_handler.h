@@ -1,5 +1,5 @@
-// What the agent knows of the work itself: one handler for each kind of job. worker/jobs has the
-// real ones, tests have others.
+// The interface between the agent and the work itself: one handler for each kind of job. The real
+// handlers are in worker/jobs; tests bring their own.
 #pragma once
 
 #include <concepts>
@@ -17,11 +17,10 @@ namespace parallax {
 
 class Store;
 
-// Numbers that a long job tells of itself: "step", "loss", "eta_s"... At most 8.
+// Numbers that a long job reports: "step", "loss", "eta_s"... At most 8.
 using JobFigures = std::map<std::string, double>;
 
-// Tells a fraction in [0, 1] and the stage at hand. May be called from any thread, as often as one
-// likes.
+// Reports a fraction in [0, 1] and the current stage. May be called from any thread, at any rate.
 class JobProgressFn {
  public:
   template <std::invocable<double, std::string_view, const JobFigures&> Function>
@@ -34,16 +33,16 @@ class JobProgressFn {
   std::function<void(double, std::string_view, const JobFigures&)> tell_;
 };
 
-// Where an attempt writes.
+// The folders of one attempt.
 struct AttemptFolder {
-  std::string dir;   // Absolute local folder, not yet made. Empty: of a kind that writes nothing.
+  std::string dir;   // Absolute local folder, not yet made. Empty: the kind writes nothing.
   std::string path;  // The same in the store: "<store_prefix>/.attempt-<fence>".
-  // Null: `dir` is in the store. Else `dir` is a staging folder, and the agent sends what is in it.
+  // Null: `dir` is in the store. Else `dir` is a staging folder whose files the agent sends there.
   std::shared_ptr<Store> send_to = nullptr;
-  // The store itself, to read what other jobs left, and to put files below `path` while the job
+  // The store itself, to read the output of other jobs, and to put files below `path` while the job
   // runs. Null only for kinds that write nothing.
   std::shared_ptr<Store> store = nullptr;
-  // A local folder of this attempt alone, not yet made; gone when the attempt has ended.
+  // A local folder of this attempt alone, not yet made; removed when the attempt has ended.
   std::string scratch = "";
 };
 
@@ -55,28 +54,30 @@ struct OutputFile {
   bool sent = false;   // In the store already, although the folder is a staging folder.
 };
 
+// The result of a successful attempt.
 struct JobOutcome {
   std::string result;             // The kind's own message, as its coordinator side parses it.
-  std::vector<OutputFile> files;  // All that is to be kept of the folder. Durable.
-  double children_cpu_s = 0;      // Used by programs that it ran.
+  std::vector<OutputFile> files;  // All files to be kept. Durable.
+  double children_cpu_s = 0;      // CPU time of programs that it ran.
 };
 
+// The worker's side of one kind of jobs.
 class JobHandler {
  public:
-  // `kind` is the coordinator's name of it. `resumes`: what an attempt put into the store stays
-  // there when it fails or stops, because the next one goes on from it.
+  // `kind` is the coordinator's name for it. `resumes`: files that an attempt put into the store
+  // stay there when it fails or stops, because the next attempt continues from them.
   JobHandler(std::string kind, bool writes_output, bool resumes = false)
       : kind_(std::move(kind)), writes_output_(writes_output), resumes_(resumes) {}
   virtual ~JobHandler() = default;
 
   const std::string& kind() const { return kind_; }
-  // Whether attempts write files; without, the worker needs no store.
+  // Whether attempts write files; kinds that do not need no store.
   bool writes_output() const { return writes_output_; }
   bool resumes() const { return resumes_; }
 
-  // Does the job that `spec` describes, the message of the kind's coordinator side. Called from as
+  // Does the job that `spec` describes: a message of the kind's coordinator side. Called from as
   // many threads at a time as the worker has slots. Returns soon after `cancel`, with any error.
-  // Errors: kInvalidArgument for a spec that is none; the work's own.
+  // Errors: kInvalidArgument for a malformed spec; the work's own.
   virtual absl::StatusOr<JobOutcome> Run(std::string_view spec, const AttemptFolder& folder,
                                          const CancelToken& cancel,
                                          const JobProgressFn& progress) = 0;
@@ -89,7 +90,7 @@ class JobHandler {
 
 // One handler a kind.
 using JobHandlers = std::vector<std::unique_ptr<JobHandler>>;
-// Null if there is none.
+// The handler of a kind; null if there is none.
 inline JobHandler* FindHandler(const JobHandlers& handlers, std::string_view kind) {
   for (const auto& handler : handlers) {
     if (handler->kind() == kind) return handler.get();

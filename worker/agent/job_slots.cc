@@ -22,10 +22,10 @@
 namespace parallax {
 namespace {
 
-// Room for the envelope under the message bound of 64 MiB.
+// Leaves room for the envelope below the message limit of 64 MiB.
 constexpr size_t kMaxResultBytes = (64u << 20) - (64u << 10);
-constexpr double kTellingFraction = 0.2;  // From how much of a job its speed is told.
-constexpr double kNewestWeighs = 0.25;    // In the usual duration of a kind of job.
+constexpr double kTellingFraction = 0.2;  // Progress from which its speed is used.
+constexpr double kNewestWeighs = 0.25;    // Weight of a new duration in its kind's mean.
 
 double ProcessCpuSeconds() {
   timespec now{};
@@ -229,7 +229,7 @@ class JobSlots::Impl {
     Finish(run, outcome);
   }
 
-  // The handler's own errors and what escapes from the libraries under it.
+  // Runs the handler, and converts exceptions of libraries to errors.
   Outcome Perform(Run& run) {
     const JobProgressFn progress = [this, &run](double fraction, std::string_view stage,
                                                 const JobFigures& figures) {
@@ -287,7 +287,7 @@ class JobSlots::Impl {
       place = PlaceOf(run);
       cpu_s = run.cpu_s + (outcome.ok() ? outcome->children_cpu_s : 0);
     }
-    // Work that was finished before it heard of the drain is worth reporting; the fence decides.
+    // Work finished before it learnt of the drain is worth reporting; the fence decides.
     const bool report =
         ended.stop == StopCause::kNone || (ended.stop == StopCause::kHandBack && outcome.ok());
     LogEnd(outcome, report, ended.stop, wall_s, cpu_s);
@@ -305,7 +305,7 @@ class JobSlots::Impl {
     on_end_();
   }
 
-  // A program that the job ran says more of its end than our own log.
+  // A log tail of the job's own program tells more than our log.
   static absl::Status WithLogUnlessThere(const absl::Status& status, const LogCapture& log) {
     return LogTailOf(status).empty() ? WithLogTail(status, log.Text()) : status;
   }
@@ -353,8 +353,8 @@ class JobSlots::Impl {
     return {std::move(fail)};
   }
 
-  // Removes what nobody needs any more: working files, what was only staged here, and the output of
-  // an attempt that will never be published (a full disk is a reason why attempts fail).
+  // Removes files without further use: working files, staged files, and the output of an attempt
+  // that will not be published (a full disk is one reason why attempts fail).
   void CleanUp(const Run& run, bool kept) const {
     std::error_code ignored;
     if (!run.folder.scratch.empty()) std::filesystem::remove_all(run.folder.scratch, ignored);
@@ -363,12 +363,12 @@ class JobSlots::Impl {
     const JobHandler* const handler = FindHandler(handlers_, run.lease.kind());
     const bool goes_on = !kept && handler != nullptr && handler->resumes();
     if (staged || (!kept && !goes_on)) std::filesystem::remove_all(run.folder.dir, ignored);
-    // Best effort: the coordinator's janitor comes by later.
+    // Best effort: the coordinator's janitor removes the rest later.
     if (staged && !kept && !goes_on) run.folder.send_to->RemoveTree(run.folder.path).IgnoreError();
   }
 
-  // Shares the CPU time since the last call among the attempts at work: threads of a job can't be
-  // told from another's. Requires mu_.
+  // Divides the CPU time since the last call among the running attempts, because threads of
+  // different jobs can't be told apart. Requires mu_.
   void ChargeCpu() {
     const double now_s = ProcessCpuSeconds();
     int working = 0;

@@ -1,7 +1,7 @@
-// The jobs that run in this worker: `slots` threads, each with at most one attempt, and as many
-// more that wait for the next free one, so that a slot needn't wait for its next lease. An attempt
+// The jobs in this worker: `slots` threads with at most one attempt each, and as many more attempts
+// that wait for the next free slot, so that slots need not wait for their next lease. An attempt
 // that ends by itself becomes a report (durable before its slot counts as free); one that was told
-// to stop ends in silence.
+// to stop ends silently.
 #pragma once
 
 #include <functional>
@@ -16,6 +16,7 @@
 
 namespace parallax {
 
+// Why an attempt was stopped.
 enum class StopCause {
   kNone,
   kCoordinator,  // Its lease is not ours any more, or its study was cancelled.
@@ -24,19 +25,21 @@ enum class StopCause {
   kHung,         // It made no progress for too long and was reported as failed.
 };
 
+// A snapshot of one attempt.
 struct RunningAttempt {
   v1::AttemptId attempt;
   StopCause stop = StopCause::kNone;
   double fraction = 0;
   std::string stage;
   JobFigures figures;
-  double idle_s = 0;     // Since it last told its progress.
-  bool waiting = false;  // For a slot.
-  // Until it ends, as far as its progress and earlier jobs of its kind tell; infinite if they
-  // don't.
+  double idle_s = 0;     // Seconds since its last progress.
+  bool waiting = false;  // It waits for a slot.
+  // Estimated seconds to its end, from its progress and earlier jobs of its kind; infinite if
+  // unknown.
   double remaining_s = 0;
 };
 
+// An attempt that left its slot.
 struct EndedAttempt {
   v1::AttemptId attempt;
   StopCause stop = StopCause::kNone;
@@ -44,7 +47,7 @@ struct EndedAttempt {
   bool succeeded = false;
 };
 
-// Thread-safe.
+// Runs attempts on threads of its own. Thread-safe.
 class JobSlots {
  public:
   using ReportSink = std::function<void(Report)>;
@@ -54,21 +57,21 @@ class JobSlots {
            ReportSink sink, std::function<void()> on_end);
   ~JobSlots();  // Stops all attempts and waits for them.
 
-  // `folder` is for kinds that write output. It begins when a slot is free. False when as many wait
-  // as there are slots.
+  // Starts the attempt when a slot is free. `folder` is for kinds that write output. False when as
+  // many attempts wait as there are slots.
   bool Start(v1::Lease lease, AttemptFolder folder, std::string coordinator_id);
-  // The first cause stays. False when that attempt doesn't run here.
+  // Stops an attempt; the first cause stays. False when it does not run here.
   bool Stop(const v1::AttemptId& attempt, StopCause cause);
   void StopAll(StopCause cause);
-  // Gives up an attempt that doesn't come to its end: reports it as failed now. Its thread can't be
-  // ended, so its slot stays busy. False when it doesn't run here or was told to stop.
+  // Gives up an attempt that does not end: reports it as failed now. Its thread can't be ended, so
+  // its slot stays busy. False when it does not run here or was told to stop.
   bool Abandon(const v1::AttemptId& attempt);
-  // Takes out those that wait; they leave no trace here.
+  // Removes the waiting attempts and returns them; they leave no trace here.
   std::vector<v1::AttemptId> TakeWaiting();
 
-  std::vector<RunningAttempt> Running() const;  // Those told to stop too, until they have.
-  int busy() const;                             // Those that wait included.
-  std::vector<EndedAttempt> TakeEnded();        // Since the last call.
+  std::vector<RunningAttempt> Running() const;  // Including stopped jobs that have not ended yet.
+  int busy() const;                             // Including jobs that wait for a slot.
+  std::vector<EndedAttempt> TakeEnded();        // Jobs that ended since the last call.
 
  private:
   class Impl;

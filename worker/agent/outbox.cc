@@ -38,8 +38,8 @@ absl::StatusOr<int> LockFolder(const std::string& directory) {
       if (error == EWOULDBLOCK) return -1;
       return ErrnoError(error, "lock " + path);
     }
-    // Who took over a dead worker's folder removed it: a lock on a file that has no name any more
-    // protects nothing.
+    // Another process took over a dead worker's folder and removed it: a lock on a file without a
+    // name protects nothing.
     struct stat held;
     struct stat named;
     if (fstat(fd, &held) == 0 && stat(path.c_str(), &named) == 0 && held.st_ino == named.st_ino) {
@@ -51,10 +51,10 @@ absl::StatusOr<int> LockFolder(const std::string& directory) {
   }
 }
 
-// A report that a dead worker had begun to write.
+// Whether it is a report that a dead worker had not finished writing.
 bool IsUnfinished(const fs::path& path) { return path.filename().string().rfind(".tmp-", 0) == 0; }
 
-// Makes the folder and those above it; the way to it is on disk.
+// Makes the folder and its parents durably.
 absl::Status MakeFolder(const fs::path& directory) {
   std::vector<fs::path> made;
   std::error_code error;
@@ -162,7 +162,7 @@ void Outbox::AdoptFrom(const std::string& sibling) {
   }
   fs::remove_all(sibling + kStagingName, error);
   fs::remove(sibling + kLockName, error);
-  fs::remove(sibling, error);  // Stays, with what we don't know in it, when it is not empty.
+  fs::remove(sibling, error);  // Not empty: stays with its unknown files.
   close(*lock_fd);
 }
 
@@ -181,7 +181,7 @@ void Outbox::LoadLeftovers() {
 }
 
 std::string Outbox::PathOf(const Report& report) const {
-  // The coordinator's name could have any form; eight digits of its hash tell databases apart.
+  // The coordinator's name can have any form; eight digits of its hash distinguish databases.
   return directory_ + "/" + Sha256Hex(report.coordinator_id()).substr(0, 8) + "-" +
          std::to_string(report.attempt().job_id()) + "-" +
          std::to_string(report.attempt().fence()) + (report.body.index() == 0 ? kComplete : kFail);
@@ -197,7 +197,7 @@ absl::Status Outbox::Put(const Report& report) {
 
 absl::Status Outbox::Remove(const Report& report) {
   const std::string path = PathOf(report);
-  // Not synced: should the entry come back, the report is sent once more and answered ALREADY_DONE.
+  // Not synced: if the entry returns after a crash, its report is answered ALREADY_DONE.
   if (unlink(path.c_str()) != 0 && errno != ENOENT) return ErrnoError(errno, "remove " + path);
   return absl::OkStatus();
 }

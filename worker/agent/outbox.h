@@ -1,14 +1,13 @@
-// Finished work that the coordinator has not acknowledged yet: one file a report, on disk before it
-// is sent, gone after a definitive answer. A worker that is killed in between loses nothing.
+// Finished work that the coordinator has not acknowledged yet: one file a report, on disk from
+// before it is sent until a definitive answer. A worker that is killed in between loses nothing.
 //
 //   <root>/<worker>/lock                                   held by the living worker of that name
 //   <root>/<worker>/<coordinator>-<job>-<fence>.complete   CompleteRequest or
-//   <root>/<worker>/<coordinator>-<job>-<fence>.fail       FailRequest, behind their SHA-256
-//   <root>/<worker>/staging/                               attempts that are sent to a store
-//   elsewhere
+//   <root>/<worker>/<coordinator>-<job>-<fence>.fail       FailRequest, after their SHA-256
+//   <root>/<worker>/staging/                               attempts on their way to a store
 //
-// A worker that starts takes over the reports of dead ones under the same root: default names
-// contain a process id, so nobody else would come for them.
+// A worker that starts adopts the reports of dead workers under the same root: default names
+// contain a process id, so nobody else would return for them.
 #pragma once
 
 #include <memory>
@@ -21,6 +20,7 @@
 
 namespace parallax {
 
+// A finished attempt's message to the coordinator.
 struct Report {
   std::variant<v1::CompleteRequest, v1::FailRequest> body;
 
@@ -28,26 +28,26 @@ struct Report {
   const std::string& coordinator_id() const;
 };
 
-// Thread-safe: one file a report, and two reports never share a name.
+// The reports of one worker. Thread-safe: one file a report, and two reports never share a name.
 class Outbox {
  public:
-  // Makes the folder and takes its lock. `worker` is a file name (see CheckWorkerName).
-  // Errors: kAlreadyExists when a living worker of that name has it; those of the file system.
+  // Makes the folder and locks it. `worker` is a file name (see CheckWorkerName). Errors:
+  // kAlreadyExists when a living worker of that name holds it; those of the file system.
   static absl::StatusOr<std::unique_ptr<Outbox>> Open(const std::string& root,
                                                       const std::string& worker);
   ~Outbox();
   Outbox(const Outbox&) = delete;
   Outbox& operator=(const Outbox&) = delete;
 
-  // What was left at Open, in order of file names. Damaged files are renamed to *.damaged and
+  // The reports that Open found, in order of file names. Damaged files are renamed to *.damaged and
   // logged.
   std::vector<Report> TakeLeftovers() { return std::move(leftovers_); }
-  // Durable when it returns. The same report again replaces itself.
+  // Durable when it returns. Putting the same report again replaces it.
   absl::Status Put(const Report& report);
   absl::Status Remove(const Report& report);
   const std::string& directory() const { return directory_; }
-  // Folder for work on its way to a store elsewhere. Emptied at Open: what a dead worker left there
-  // was not reported.
+  // Folder for work on its way to a store elsewhere. Open empties it: a dead worker's files there
+  // were not reported.
   std::string staging() const;
 
  private:
@@ -62,8 +62,8 @@ class Outbox {
   std::vector<Report> leftovers_;
 };
 
-// [A-Za-z0-9][A-Za-z0-9._-]*, at most 100 characters: a worker's name is a folder, a log field and
-// a metric's label.
+// Checks a worker's name, which is a folder, a log field and a metric's label:
+// [A-Za-z0-9][A-Za-z0-9._-]*, at most 100 characters. Errors: kInvalidArgument.
 absl::Status CheckWorkerName(std::string_view name);
 
 }  // namespace parallax

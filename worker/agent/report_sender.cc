@@ -71,7 +71,7 @@ class ReportSender::Impl {
   void SetCoordinator(std::optional<std::string> id) {
     std::lock_guard lock(mu_);
     coordinator_id_ = std::move(id);
-    // A new connection deserves a new try of everything.
+    // After a new connection, every report is tried again.
     for (Entry& entry : entries_) {
       entry.backoff.Reset();
       entry.due = {};
@@ -129,7 +129,7 @@ class ReportSender::Impl {
     }
   }
 
-  // The sendable report that is due first. Requires mu_.
+  // The sendable report that is due first, if any. Requires mu_.
   Iterator NextDue() {
     Iterator best = entries_.end();
     if (!coordinator_id_) return best;
@@ -140,7 +140,7 @@ class ReportSender::Impl {
     return best;
   }
 
-  // Only this thread removes entries, so the iterator stays good while the lock is open.
+  // Only this thread removes entries, so the iterator stays valid while the lock is released.
   void TrySend(std::unique_lock<std::mutex>& lock, Iterator it) {
     grpc::ClientContext context;
     SetRpcTimeout(context, Seconds(options_.timeout_s));

@@ -1,6 +1,6 @@
-// Sends reports until each has a definitive answer: OK, ALREADY_DONE, STALE_FENCE, CANCELLED, or
-// the status kInvalidArgument. Every other status is tried again after a back-off, each report by
-// itself, so that one that the coordinator can't digest doesn't hold up the others.
+// Sends each report until it has a definitive answer: OK, ALREADY_DONE, STALE_FENCE, CANCELLED, or
+// the status kInvalidArgument. After any other status it backs off and tries again, report by
+// report, so that one that the coordinator can't digest does not delay the others.
 #pragma once
 
 #include <functional>
@@ -16,13 +16,14 @@
 
 namespace parallax {
 
+// Time limits and back-off of sending, in seconds.
 struct ReportSenderOptions {
-  double timeout_s = 30;  // Of one try.
+  double timeout_s = 30;  // Time limit of one attempt to send.
   double backoff_base_s = 0.1;
   double backoff_cap_s = 10;
 };
 
-// Thread-safe. Has one thread.
+// Thread-safe. Has one thread of its own.
 class ReportSender {
  public:
   // Starts with the outbox's leftovers. `on_change` is called, from any thread and without locks
@@ -32,15 +33,16 @@ class ReportSender {
                std::function<void()> on_change);
   ~ReportSender();  // Gives up what is in flight; it stays in the outbox.
 
-  // Writes it to the outbox, then queues it. Sent even when the disk refuses it (logged).
+  // Writes the report to the outbox, then queues it. Sends it even when the disk refuses it
+  // (logged).
   void Submit(Report report);
-  // Reports of this coordinator are sent from now on, others wait. nullopt: it can't be reached,
+  // Sends reports for this coordinator from now on; others wait. nullopt: it can't be reached, and
   // all wait.
   void SetCoordinator(std::optional<std::string> id);
 
-  // Attempts whose reports of this coordinator have no answer yet.
+  // Attempts whose reports to this coordinator have no answer yet.
   std::vector<v1::AttemptId> Pending(const std::string& coordinator_id) const;
-  // Leftovers of this coordinator that were not tried yet: they go before new work.
+  // Whether leftovers for this coordinator were not tried yet: they go before new work.
   bool HasUntriedLeftovers(const std::string& coordinator_id) const;
   size_t pending_in_all() const;
 

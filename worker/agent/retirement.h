@@ -1,6 +1,6 @@
-// When a worker leaves by itself: after it has idled for a while, or before the allocation that it
-// runs in ends. So a batch system's nodes aren't held by workers that do nothing, and no job is
-// begun that the end would cut off. Single-threaded; the agent's own thread uses it.
+// When a worker leaves by itself: after idling for a while, or before its allocation ends. Thus
+// idle workers do not hold nodes of a batch system, and no job begins that the end of the
+// allocation would cut off. Single-threaded; used by the agent's own thread.
 #pragma once
 
 #include <cstdint>
@@ -12,12 +12,14 @@
 
 namespace parallax {
 
+// When the worker must leave by itself.
 struct RetirementOptions {
   double idle_s = 0;                   // Leave after this long without work. 0: never.
   std::optional<SteadyTime> deadline;  // Everything must be over by then.
   double margin_s = 0;                 // How long before the deadline running work must end.
 };
 
+// Watches idle time, the deadline and the length of jobs.
 class Retirement {
  public:
   using AttemptKey = std::pair<int64_t, uint64_t>;  // Job and fence.
@@ -32,13 +34,13 @@ class Retirement {
 
   // Whether a job as long as the longest so far would end in time.
   bool TakesWork(SteadyTime now) const;
-  // Why the worker should drain now; null while it should stay.
+  // The reason why the worker should drain now; null while it should stay.
   const char* WhyLeave(SteadyTime now) const;
-  // When WhyLeave may answer something else, at the latest `until`.
+  // When WhyLeave may change, at the latest `until`.
   SteadyTime NextLook(SteadyTime until) const;
 
  private:
-  // When a job as long as the longest so far must begin to end in time. Requires a deadline.
+  // The latest start for a job as long as the longest so far. Requires a deadline.
   SteadyTime LastStart() const;
 
   const RetirementOptions options_;

@@ -22,7 +22,7 @@ SignalWatch::SignalWatch(Handlers handlers) : handlers_(std::move(handlers)) {
   signal(SIGPIPE, SIG_IGN);
   stop_ = eventfd(0, EFD_CLOEXEC);
   const int signals = signalfd(-1, &set, SFD_CLOEXEC);
-  // -1 (an old kernel, or a parent that is gone already) is skipped by poll.
+  // poll skips a descriptor of -1 (an old kernel, or a parent that is gone already).
   const int parent = handlers_.on_orphaned == nullptr
                          ? -1
                          : static_cast<int>(syscall(SYS_pidfd_open, getppid(), 0));

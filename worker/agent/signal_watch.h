@@ -1,4 +1,4 @@
-// SIGTERM, SIGINT, SIGUSR1 and the parent's death as calls on a thread of their own.
+// Turns SIGTERM, SIGINT, SIGUSR1 and the parent's death into calls on a thread of its own.
 #pragma once
 
 #include <functional>
@@ -6,17 +6,18 @@
 
 namespace parallax {
 
+// Watches until it is destroyed.
 class SignalWatch {
  public:
   struct Handlers {
-    std::function<void(int count)>
-        on_signal;  // count: 1 for the first SIGTERM or SIGINT, 2 for the second...
+    // `count`: 1 for the first SIGTERM or SIGINT, 2 for the second...
+    std::function<void(int count)> on_signal;
     std::function<void()> on_long_drain;  // SIGUSR1. Null: ignored.
     std::function<void()> on_orphaned;    // The parent died. Null: not watched.
   };
 
-  // Make it before any other thread: signals are blocked in the calling thread, and those made
-  // later inherit that.
+  // Construct it before any other thread starts: it blocks the signals in the calling thread, and
+  // later threads inherit that.
   explicit SignalWatch(Handlers handlers);
   ~SignalWatch();
   SignalWatch(const SignalWatch&) = delete;

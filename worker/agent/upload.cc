@@ -14,13 +14,13 @@ constexpr std::chrono::milliseconds kFirstPause{100};
 constexpr std::chrono::milliseconds kLongestPause{5000};
 constexpr std::chrono::milliseconds kCancelPoll{20};
 
-// kCancelled: the coordinator ended a transfer that stood still. Our own end is asked of the token.
+// kCancelled means that the coordinator ended a stalled transfer; our own end comes by the token.
 bool IsWorthAnotherTry(absl::StatusCode code) {
   return code == absl::StatusCode::kUnavailable || code == absl::StatusCode::kResourceExhausted ||
          code == absl::StatusCode::kDeadlineExceeded || code == absl::StatusCode::kCancelled;
 }
 
-// Sleeps, but not through a cancellation.
+// Sleeps, but wakes at a cancellation.
 void Pause(std::chrono::milliseconds pause, const CancelToken& cancel) {
   std::mutex mu;
   std::condition_variable never;

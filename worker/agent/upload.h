@@ -1,4 +1,4 @@
-// Brings a finished attempt's folder into a store that this machine does not see as a folder.
+// Sends a finished attempt's folder to a store that this machine does not see as a folder.
 #pragma once
 
 #include <memory>
@@ -13,10 +13,10 @@
 
 namespace parallax {
 
-// Puts the files, whose names are below `dir`, to the same names below `path` in the store. A store
-// that can't be reached, is full or busy is tried again until `cancel`: the work is done and must
-// not be lost for a restart of the coordinator. Any other error ends it. What had arrived is not
-// sent again.
+// Puts the files, named relative to `dir`, under the same names below `path` in the store. Retries
+// a store that can't be reached, is full or busy until `cancel`, because finished work must survive
+// a restart of the coordinator. Files that have arrived are not sent again. Errors: kCancelled; any
+// other error of the store ends it.
 absl::Status UploadFiles(Store& store, const std::string& dir, const std::string& path,
                          const std::vector<OutputFile>& files, const CancelToken& cancel);
 

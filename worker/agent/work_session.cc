@@ -10,9 +10,9 @@
 
 namespace parallax {
 
-// Its context holds the channel, and the thread that lets go of the last channel joins gRPC's
-// callback threads. So it is never destroyed on one of those: the session's owner waits for OnDone
-// and does it.
+// Its context holds the channel, and the thread that releases the last channel joins gRPC's
+// callback threads. So it must not be destroyed on one of those: the session's owner waits for
+// OnDone and destroys it.
 class WorkSession::Stream final
     : public grpc::ClientBidiReactor<v1::WorkerMessage, v1::CoordinatorMessage> {
  public:
@@ -51,7 +51,7 @@ class WorkSession::Stream final
   }
 
  private:
-  // Outlives the stream by what OnDone still does after it has woken the waiter.
+  // Outlives the stream until OnDone has woken the waiter.
   struct Done {
     std::mutex mu;
     std::condition_variable changed;

@@ -1,5 +1,5 @@
 // The worker's end of one `Work` stream. Sending never blocks, so that a stuck connection can't
-// stop the agent from watching its leases.
+// keep the agent from watching its leases.
 #pragma once
 
 #include <functional>
@@ -10,11 +10,10 @@
 
 namespace parallax {
 
-// Thread-safe.
+// One stream. Thread-safe.
 class WorkSession {
  public:
-  // Called on gRPC's threads, one at a time, and must not block. After `on_end` nothing comes any
-  // more.
+  // Called on gRPC's threads, one at a time; must not block. `on_end` is the last event.
   struct Events {
     std::function<void(v1::CoordinatorMessage)> on_message;
     std::function<void(absl::Status)> on_end;
@@ -23,9 +22,9 @@ class WorkSession {
   static std::unique_ptr<WorkSession> Open(v1::Coordinator::Stub& coordinator, Events events);
   ~WorkSession();  // Cancels the stream and waits for `on_end`; not to be called from an event.
 
-  // Queued and sent in order. A heartbeat replaces one that still waits.
+  // Queues the message; messages are sent in order. A heartbeat replaces one that still waits.
   void Send(v1::WorkerMessage message);
-  // Nothing more will be sent; the coordinator ends the stream after it has read everything.
+  // Half-closes the stream; the coordinator ends it after reading everything.
   void Finish();
   void Cancel();
 

@@ -87,7 +87,7 @@ std::string DefaultName() {
   return name.substr(0, 80) + "-" + std::to_string(getpid());
 }
 
-// A folder that is still there after a crash of the machine, for this user.
+// A folder of this user that survives a crash of the machine.
 std::string DefaultOutbox() {
   const auto variable = [](const char* name) {
     const char* value = std::getenv(name);
@@ -197,7 +197,7 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.footer(kFooter);
 }
 
-// The user's; what is in it can be made again.
+// A folder of this user whose files can be made again.
 std::string DefaultCache() {
   const char* named = std::getenv("XDG_CACHE_HOME");
   const char* home = std::getenv("HOME");
@@ -231,7 +231,7 @@ absl::StatusOr<AgentOptions> OptionsOf(const CommandLine& line, const JobHandler
   options.version = kProgramVersion;
   options.instance = std::to_string(getpid()) + "-" +
                      std::to_string(Clock::System().Steady().time_since_epoch().count());
-  // Coordinators of before the stages had versions compare this and refuse.
+  // Coordinators from before the versions of stages compare this and refuse.
   options.build_id =
       std::string("generator-") + kLayoutVersion + "." + kSceneVersion + "." + kFrameVersion;
   options.store_uri = line.store;
@@ -336,8 +336,8 @@ int Work(const AgentOptions& options, const CommandLine& line, const JobHandlers
                             {"threads", options.cores},
                             {"version", kProgramVersion}});
   const absl::StatusOr<AgentSummary> summary = (*created)->Run();
-  // A job that does not heed its cancellation must not keep the process: whatever it has is durable
-  // or worthless.
+  // A job that ignores its cancellation must not keep the process: its data is durable or
+  // worthless.
   if (!summary.ok()) std::_Exit(Complain(summary.status(), ExitFor(summary.status())));
   LogInfo("worker ends", {{"succeeded", summary->succeeded},
                           {"failed", summary->failed},

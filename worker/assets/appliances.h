@@ -6,10 +6,11 @@
 
 namespace parallax {
 
+// A cooker: an oven below a hob. With `backguard`, a panel rises behind the hob.
 struct OvenParams {
   float width_m = 0.6f;
   float depth_m = 0.6f;
-  float height_m = 0.88f;  // Of the hob.
+  float height_m = 0.88f;  // Height of the hob above the floor.
   bool gas = true;         // Grates and burners instead of a glass hob.
   bool backguard = true;   // A panel behind the hob.
   bool drawer = true;      // Under the oven door.
@@ -19,6 +20,7 @@ struct OvenParams {
 Asset MakeOven(const OvenParams& params);
 Asset SampleOven(Rng& rng);
 
+// A microwave oven with its controls beside the door.
 struct MicrowaveParams {
   float width_m = 0.5f;
   float depth_m = 0.38f;
@@ -31,6 +33,7 @@ struct MicrowaveParams {
 Asset MakeMicrowave(const MicrowaveParams& params);
 Asset SampleMicrowave(Rng& rng);
 
+// A built-in dishwasher.
 struct DishwasherParams {
   float width_m = 0.6f;
   float depth_m = 0.58f;
@@ -43,6 +46,7 @@ struct DishwasherParams {
 Asset MakeDishwasher(const DishwasherParams& params);
 Asset SampleDishwasher(Rng& rng);
 
+// A small fridge with a glass door.
 struct BeverageFridgeParams {
   float width_m = 0.5f;
   float depth_m = 0.52f;

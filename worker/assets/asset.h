@@ -1,5 +1,4 @@
-// What a procedural object is: a mesh with named material slots, and the facts by which it is
-// placed.
+// A procedural object: a mesh with named material slots, and the facts by which layouts place it.
 //
 // Object frame: z up, origin on the floor below the middle of the footprint; the front faces +y (a
 // person who uses it stands at +y and looks along -y). Wall things (WallArt, Window, doors): the
@@ -18,6 +17,7 @@
 
 namespace parallax {
 
+// The place of a class in a room. kOpening: in a wall's opening; kGround: outdoors.
 enum class Placement { kFloor, kFloorAgainstWall, kOnTop, kOnWall, kCeiling, kOpening, kGround };
 
 // A horizontal rectangle that other things can stand on, object frame.
@@ -27,6 +27,7 @@ struct SupportSurface {
   float clearance_m = 10;  // Free height above it; small inside shelves.
 };
 
+// A generated object.
 struct Asset {
   Mesh mesh;
   std::vector<SupportSurface> supports;
@@ -39,7 +40,7 @@ struct AssetClass {
   std::string family;  // "seating", "tables", "storage"...
   Placement placement = Placement::kFloor;
   bool on_by_default = true;
-  float front_clearance_m = 0;  // Free space a person needs in front of it.
+  float front_clearance_m = 0;  // Free depth that a person needs in front of it.
   std::function<Asset(Rng&)> sample;
 };
 
@@ -49,7 +50,7 @@ const std::vector<AssetClass>& AssetCatalogue();
 // nullptr when there is no such class.
 const AssetClass* FindAssetClass(std::string_view name);
 
-// The asset of a class and seed: what a recipe's object means.
+// Makes the asset of a class and seed, as recipes name it.
 // Errors: kNotFound naming the class and the nearest known name.
 absl::StatusOr<Asset> MakeAsset(std::string_view class_name, uint64_t seed);
 

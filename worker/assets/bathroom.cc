@@ -26,7 +26,7 @@ std::function<float(float, float)> Squarish(float exponent) {
 struct BasinLevel {
   Vec2f low, high;
   float z;
-  float exponent;  // Of the superellipse; 0 a rectangle.
+  float exponent;  // Exponent of the superellipse; 0: a rectangle.
   float sharpness = 0, corners = 0;
 };
 

@@ -8,6 +8,7 @@ namespace parallax {
 
 enum class TapStyle { kArc, kBridge, kBlock, kLow, kCount };
 
+// A tap; its spout reaches along +y.
 struct TapParams {
   TapStyle style = TapStyle::kArc;
   float height_m = 0.3f;
@@ -24,6 +25,7 @@ Asset SampleTap(Rng& rng);
 
 enum class BasinMount { kPedestal, kVanity, kCount };
 
+// A wash basin with its pedestal or vanity, and its tap.
 struct BathroomSinkParams {
   BasinMount mount = BasinMount::kPedestal;
   float width_m = 0.55f;
@@ -36,6 +38,7 @@ struct BathroomSinkParams {
 Asset MakeBathroomSink(const BathroomSinkParams& params);
 Asset SampleBathroomSink(Rng& rng);
 
+// A kitchen sink to be let into a worktop, with its tap.
 struct SinkParams {
   float width_m = 0.6f;
   float depth_m = 0.46f;
@@ -50,13 +53,14 @@ Asset SampleSink(Rng& rng);
 
 enum class BathtubStyle { kFreestanding, kClawFoot, kBuiltIn, kCount };
 
+// A bathtub, with or without a tap.
 struct BathtubParams {
   BathtubStyle style = BathtubStyle::kFreestanding;
   float length_m = 1.65f;
   float width_m = 0.75f;
   float height_m = 0.58f;
   float squareness = 2.8f;
-  float slope = 0.25f;  // Of the end to lie against; the other walls are steeper.
+  float slope = 0.25f;  // Slope of the end to lie against; the other walls are steeper.
   float slipper_m = 0;  // How far the head's end rises above the rim.
   bool tap = true;
   uint64_t seed = 0;

@@ -14,7 +14,7 @@ Asset MakePillow(const PillowParams& p) {
   PillowOptions o;
   o.pieces = 36;
   o.wrinkle_m = 0.006f;
-  // It lies on its belly, which flattens, and the corners sink.
+  // The pillow lies on its belly, which flattens, and the corners sink.
   const auto settle = [&](const Vec3f& q) {
     const float u = 2 * q.x() / p.width_m, v = 2 * q.y() / p.depth_m;
     const float floor = -0.27f * p.height_m;

@@ -18,7 +18,7 @@ float TopRelief(MattressTop top, const Vec2f& q) {
       return 0.016f * (std::pow(std::abs(a * c), 0.4f) - 1.0f);
     }
     case MattressTop::kTufts: {
-      const float pitch = 0.24f;  // Of the buttons.
+      const float pitch = 0.24f;  // Distance between buttons.
       const Vec2f cell = q / pitch;
       const Vec2f off = (cell - Vec2f(std::round(cell.x()), std::round(cell.y()))) * pitch;
       return -0.03f * std::exp(-off.squaredNorm() / (0.045f * 0.045f));

@@ -6,6 +6,7 @@
 
 namespace parallax {
 
+// One closed book.
 struct BookParams {
   float width_m = 0.15f;       // Spine to fore-edge, along x.
   float height_m = 0.22f;      // Head to tail, along y.

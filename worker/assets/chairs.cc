@@ -10,7 +10,7 @@ using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
 constexpr float kSeatBoard = 0.022f;
 
-// What all four-legged wooden chairs share: how the frame lies.
+// The frame that all four-legged wooden chairs share.
 struct ChairFrame {
   explicit ChairFrame(const ChairParams& p)
       : front_x(0.5f * (p.width_m - p.leg_m)),

@@ -1,4 +1,4 @@
-// Seats for one without thick upholstery: dining chairs, office chairs, bar stools.
+// Seats for one person without thick upholstery: dining chairs, office chairs, bar stools.
 #pragma once
 
 #include "worker/assets/families.h"
@@ -6,6 +6,7 @@
 
 namespace parallax {
 
+// Construction of the back and the legs.
 enum class ChairStyle {
   kSlat,
   kLadder,
@@ -18,6 +19,7 @@ enum class ChairStyle {
   kCount
 };
 
+// A chair with a back. Brackets give usual ranges.
 struct ChairParams {
   ChairStyle style = ChairStyle::kSlat;
   float width_m = 0.46f;        // [0.40, 0.52]
@@ -38,6 +40,7 @@ struct ChairParams {
 Asset MakeChair(const ChairParams& params);
 Asset SampleChair(Rng& rng);
 
+// A swivel chair on a five-spoke base.
 struct OfficeChairParams {
   float seat_width_m = 0.50f;
   float seat_height_m = 0.48f;
@@ -51,8 +54,10 @@ struct OfficeChairParams {
 Asset MakeOfficeChair(const OfficeChairParams& params);
 Asset SampleOfficeChair(Rng& rng);
 
+// The base, and whether there is a low back.
 enum class BarChairStyle { kFourLegs, kPedestal, kLowBack, kCount };
 
+// A high stool at bar or counter height.
 struct BarChairParams {
   BarChairStyle style = BarChairStyle::kFourLegs;
   float seat_height_m = 0.74f;  // [0.62, 0.82]

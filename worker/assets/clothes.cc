@@ -171,7 +171,7 @@ Asset MakePants(const PantsParams& p) {
   const auto laid = [&](int i, int j) {
     const bool right = i >= 3;
     const float spread = right ? p.spread_right_m : p.spread_left_m;
-    // From the inner seam to the outer one.
+    // Runs from the inner seam to the outer one.
     const float share = 0.5f * static_cast<float>(right ? i - 3 : 2 - i);
     const auto row = [&](float apart) {
       if (j >= kLegRows) {

@@ -17,10 +17,10 @@ struct Forged {
   std::vector<float> stations;
   std::vector<float> across;  // Columns, in [-1, 1].
   std::function<float(float s)> half_width;
-  std::function<float(float x, float s)> height;  // Of the upper side.
+  std::function<float(float x, float s)> height;  // Height of the upper side.
   std::function<float(float s)> thickness;        // In the middle.
   std::function<bool(int column, int row)> keep;
-  std::function<float(float x, float s)> shift;  // Of a column; null: none.
+  std::function<float(float x, float s)> shift;  // Sideways shift of a column; null: none.
 };
 
 Shape Forge(const Forged& f) {

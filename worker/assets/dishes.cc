@@ -116,7 +116,7 @@ Asset MakePot(const PotParams& p) {
                      grip);
   }
   if (p.lid) {
-    // With a knob.
+    // Adds a lid with a knob.
     const Path2 lid = Spline(Path2{{r + 0.002f, 0.0f},
                                    {r + 0.003f, 0.003f},
                                    {0.96f * r, 0.007f},
@@ -205,7 +205,7 @@ Asset MakeJar(const JarParams& p) {
               .Moved(0, 0, h),
           Slot("lid", {"glass", "ceramic"}));
   }
-  // What it holds: a filling that follows the wall.
+  // The contents: a filling that follows the wall.
   const float level = h * p.filled;
   Path2 fill = Filleted(Path2{{0, 0.0058f},
                               {0.955f * r - 0.0026f, 0.0058f},

@@ -1,5 +1,5 @@
-// Door leaves with their handles and hinges. The wall plane is y = 0, the leaf stands before it; it
-// can be seen from both sides.
+// Door leaves with handles and hinges. The wall plane is y = 0, the leaf is in front of it and
+// looks right from both sides.
 #pragma once
 
 #include <vector>
@@ -9,13 +9,14 @@
 
 namespace parallax {
 
+// The filling of an opening in the leaf.
 enum class DoorFill { kPanel, kGlass, kLouver };
 enum class DoorHandle { kLever, kKnob, kPull, kCount };
 
 // Stiles and rails around rows of openings.
 struct DoorParams {
   struct Row {
-    float share = 1;  // Of the height that the rails leave.
+    float share = 1;  // Weight of this row in the height that rails leave.
     int columns = 1;
     DoorFill fill = DoorFill::kPanel;
     int lites_x = 1, lites_y = 1;  // Glazing bars within an opening.

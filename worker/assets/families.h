@@ -7,6 +7,7 @@
 
 namespace parallax {
 
+// Each function appends the classes of one family.
 void RegisterWindows(std::vector<AssetClass>& classes);
 void RegisterKitchens(std::vector<AssetClass>& classes);
 void RegisterStairs(std::vector<AssetClass>& classes);

@@ -170,7 +170,7 @@ Asset MakeFloorLamp(const FloorLampParams& p) {
   }
   AddBulb(b, {0, 0, neck}, false, 0.03f);
   AddShade(b, p.shade, r, sh, {0, 0, shade_z});
-  // What carries the shade: a harp over the bulb.
+  // The support of the shade: a harp over the bulb.
   b.Add(Tube(Spline(Path3{{0.02f, 0, neck + 0.012f},
                           {0.05f, 0, neck + 0.06f},
                           {0.035f, 0, 0.5f * (neck + 0.06f + p.height_m)},

@@ -233,7 +233,7 @@ Asset MakeKitchenSpace(const KitchenParams& p) {
     }
   }
   Asset asset = b.Finish();
-  // What stands on the worktop stands below the wall cabinets.
+  // Things on the worktop must fit below the wall cabinets.
   for (SupportSurface& s : asset.supports) {
     if (std::fabs(s.z_m - p.height_m) < 0.01f) s.clearance_m = low - p.height_m - 0.01f;
   }

@@ -6,6 +6,7 @@
 
 namespace parallax {
 
+// A kitchen island, or a run of units along a wall.
 struct KitchenParams {
   float width_m = 2.4f;
   float depth_m = 0.62f;
@@ -14,7 +15,7 @@ struct KitchenParams {
   FrontStyle fronts = FrontStyle::kShaker;
   HandleStyle handles = HandleStyle::kBar;
   int sink_column = 1;   // Where the basin is let in; -1 = none.
-  float overhang_m = 0;  // Of the worktop at the back: an island's bar.
+  float overhang_m = 0;  // How far the worktop juts out at the back: an island's bar.
   // Kitchen runs only:
   float upper_low_m = 1.42f, upper_high_m = 2.15f;
   int hood_column = 3;  // An extractor hood instead of a wall cabinet; -1 = none.

@@ -1,10 +1,11 @@
-// What lamps share: bulbs, shades, feet.
+// Parts that lamps share: bulbs, shades, feet.
 #pragma once
 
 #include "worker/assets/lamps.h"
 
 namespace parallax {
 
+// The slot for feet, poles and arms of lamps.
 MaterialSlot LampBodySlot();
 
 // A bulb with its socket, cap down at `at`, glass upwards, or turned over.
@@ -15,6 +16,7 @@ void AddBulb(kernel::AssetBuilder& b, const Vec3f& at, bool down, float size = 0
 void AddShade(kernel::AssetBuilder& b, ShadeStyle style, float radius, float height,
               const Vec3f& at, bool spider = true);
 
+// A closed circle about the z axis at height `z`, of `n` points.
 kernel::Path3 Circle(float radius, float z, int n);
 
 }  // namespace parallax

@@ -1,5 +1,5 @@
-// Lamps: standing, on desks, hanging. Each has emissive slots: "bulb", and "shade_inside" where a
-// lining glows.
+// Lamps: standing, on desks, hanging. Each has emissive slots: "bulb", and "shade_inside" for a
+// glowing lining.
 #pragma once
 
 #include "worker/assets/families.h"
@@ -7,8 +7,10 @@
 
 namespace parallax {
 
+// Forms of lamp shades.
 enum class ShadeStyle { kDrum, kEmpire, kPleated, kDome, kGlobe, kCount };
 
+// A standing lamp.
 struct FloorLampParams {
   float height_m = 1.6f;
   float shade_radius_m = 0.2f;
@@ -21,6 +23,7 @@ struct FloorLampParams {
 Asset MakeFloorLamp(const FloorLampParams& params);
 Asset SampleFloorLamp(Rng& rng);
 
+// A table or desk lamp.
 struct DeskLampParams {
   float height_m = 0.5f;
   // 0 jointed arms, 1 vase body with shade, 2 turned column with shade, 3 gooseneck.
@@ -31,15 +34,16 @@ struct DeskLampParams {
 Asset MakeDeskLamp(const DeskLampParams& params);
 Asset SampleDeskLamp(Rng& rng);
 
+// A lamp that hangs from the ceiling.
 struct CeilingLampParams {
   float drop_m = 0.7f;  // Ceiling to the lamp's underside.
   float radius_m = 0.22f;
   // 0 dome pendant, 1 drum pendant, 2 globe, 3 chandelier, 4 bowl close to the ceiling.
   int style = 0;
-  int arms = 5;  // Of a chandelier.
+  int arms = 5;  // Arms of a chandelier.
   uint64_t seed = 0;
 };
-// Hangs: the ceiling is z = 0.
+// The ceiling is z = 0; the lamp hangs below it.
 Asset MakeCeilingLamp(const CeilingLampParams& params);
 Asset SampleCeilingClassicLamp(Rng& rng);
 

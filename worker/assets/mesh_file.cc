@@ -38,7 +38,7 @@ absl::Status Bad(const std::string& path, const std::string& what) {
   return MakeError(absl::StatusCode::kInvalidArgument, "mesh " + path + ": " + what);
 }
 
-// From a file's axes to the asset frame's.
+// Converts from a file's axes to the asset frame's.
 Vec3f Turned(const aiVector3D& v, bool z_up) {
   return z_up ? Vec3f(-v.x, -v.y, v.z) : Vec3f(-v.x, v.z, v.y);
 }
@@ -280,7 +280,7 @@ class FileReader {
     return true;
   }
 
-  // Of triangles with the same corners, rays must meet one only.
+  // Drops all but one of the triangles with the same corners: rays must meet one only.
   void MakeSheets() {
     Mesh& mesh = file_.mesh;
     for (MaterialSlot& slot : mesh.slots) slot.sheet = true;

@@ -81,7 +81,7 @@ Shelf& TheShelf() {
   return *shelf;
 }
 
-// What the mesh is made of: itself and, for an .obj, what lies in its folder or below.
+// The mesh's files: itself and, for an .obj, all files in its folder or below.
 std::vector<FolderFile> FilesOfMesh(const FolderFile& mesh, const std::vector<FolderFile>& all) {
   std::vector<FolderFile> parts = {mesh};
   if (fs::path(mesh.name).extension() == ".glb") return parts;

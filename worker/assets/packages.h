@@ -1,4 +1,4 @@
-// What food is sold in: cans and tins, cartons, bags.
+// Packages that food is sold in: cans and tins, cartons, bags.
 #pragma once
 
 #include "worker/assets/families.h"
@@ -8,9 +8,10 @@ namespace parallax {
 
 enum class CanStyle { kDrink, kSlimDrink, kTin, kFlatTin, kFishTin, kSpray, kCount };
 
+// A can or tin.
 struct CanParams {
   CanStyle style = CanStyle::kDrink;
-  float radius_m = 0.033f;  // Of the fish tin: half of its width.
+  float radius_m = 0.033f;  // Half of the width for the fish tin.
   float height_m = 0.12f;
   bool opened = false;  // A tin's lid bent up, a drink's tab raised.
   uint64_t seed = 0;
@@ -20,6 +21,7 @@ Asset SampleCan(Rng& rng);
 
 enum class FoodBoxStyle { kCereal, kGable, kTray, kSlab, kBrick, kCount };
 
+// A carton.
 struct FoodBoxParams {
   FoodBoxStyle style = FoodBoxStyle::kCereal;
   float width_m = 0.17f, depth_m = 0.06f, height_m = 0.24f;
@@ -31,10 +33,11 @@ Asset SampleFoodBox(Rng& rng);
 
 enum class FoodBagStyle { kPillow, kPouch, kBlock, kRolled, kCount };
 
+// A bag or pouch.
 struct FoodBagParams {
   FoodBagStyle style = FoodBagStyle::kPillow;
   float width_m = 0.17f, height_m = 0.24f, belly_m = 0.06f;
-  bool spout = false;  // Of pouches.
+  bool spout = false;  // Only pouches have one.
   uint64_t seed = 0;
 };
 Asset MakeFoodBag(const FoodBagParams& params);

@@ -24,7 +24,7 @@ Enum DrawEnum(Rng& rng, int count) {
   return static_cast<Enum>(rng.UniformInt(0, count - 1));
 }
 
-// Slots by what they usually are.
+// Slots with their usual families.
 MaterialSlot WoodSlot(const std::string& name);  // Furniture wood, painted now and then.
 MaterialSlot MetalSlot(const std::string& name);
 MaterialSlot FabricSlot(const std::string& name);  // Upholstery: fabric or leather.
@@ -33,13 +33,13 @@ MaterialSlot CeramicSlot(const std::string& name);
 MaterialSlot GlassSlot(const std::string& name);
 MaterialSlot PictureSlot(const std::string& name = "picture");
 
-// The asset that these meshes make where they lie, with its base on the ground. Empty meshes add
-// nothing.
+// Makes an asset of these meshes in place, with its base on the ground. Empty meshes add nothing.
 Asset FinishMeshes(const std::vector<const Mesh*>& meshes, uint64_t seed);
 
 // Moves a shape that stands along +z from the origin so that it runs from `from` towards `to`.
 kernel::Shape AlongZ(const kernel::Shape& shape, const Vec3f& from, const Vec3f& to);
 
+// Section and outline of furniture legs.
 enum class LegStyle { kSquare, kTapered, kRound, kTurned, kCount };
 
 // A turned (lathe) leg with beads, swellings and a foot, along +z from 0 to `height`. `variant`
@@ -50,12 +50,14 @@ kernel::Shape TurnedLeg(float height, float radius, int variant);
 kernel::Shape FurnitureLeg(LegStyle style, const Vec3f& foot, const Vec3f& top, float thickness,
                            int variant);
 
+// Forms of handles on doors and drawers.
 enum class HandleStyle { kKnob, kBar, kBow, kCup, kNone, kCount };
 
 // A handle on a front that lies in the plane y = 0 facing +y, centred on the origin; bars lie along
 // x.
 kernel::Shape Handle(HandleStyle style, float size);
 
+// Relief of door and drawer fronts.
 enum class FrontStyle { kFlat, kShaker, kRaised, kCount };
 
 // A door or drawer front facing +y: x in [-w/2, w/2], z in [0, h], back at y = 0, `thickness`

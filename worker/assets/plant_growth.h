@@ -1,23 +1,23 @@
-// How plants grow: leaves about stems, fronds, blades, spines, branches. What pots and bushes are
-// made of.
+// Growth of potted plants and bushes: leaves about stems, fronds, blades, spines, branches.
 #pragma once
 
 #include "worker/assets/plants.h"
 
 namespace parallax {
 
+// The slots for leaves and stems of potted plants.
 MaterialSlot LeafSlot();
 MaterialSlot StemSlot();
 
 // The azimuth of the i-th leaf in a spiral by the golden angle.
 inline float Golden(int i) { return 2.39996f * static_cast<float>(i); }
 
-// Turns a leaf that grows along +y to azimuth `a`, its base raised to `pitch` above the horizon, at
-// a point.
+// Places a leaf that grows along +y at a point, turned to azimuth `a`, its base raised by `pitch`
+// above the horizon. Angles are radians.
 Eigen::Affine3f Growing(const Vec3f& at, float a, float pitch, float roll = 0);
 
-// All grow from the soil at `base_z` about the z axis; `size` is about their height, `spread` the
-// radius they start in.
+// Grow from the soil at `base_z` about the z axis; `size` is the approximate height, `spread` the
+// radius in which stems start.
 void GrowBlades(kernel::AssetBuilder& b, float base_z, float size, float spread, Rng& rng);
 void GrowRosette(kernel::AssetBuilder& b, float base_z, float size, Rng& rng);
 void GrowBroad(kernel::AssetBuilder& b, float base_z, float size, float spread, bool lobed,
@@ -33,9 +33,10 @@ struct CactusColumn {
   int ribs = 12;
   float spine_m = 0.02f;
 };
+// Grows a column with its spines.
 void GrowCactus(kernel::AssetBuilder& b, const CactusColumn& column, Rng& rng);
 
-// A woody trunk that forks and carries leaves at its twigs. Branch, then Finish once.
+// A woody trunk that forks and has leaves at its twigs. Call Branch, then Finish once.
 struct TreeGrower {
   kernel::AssetBuilder& b;
   Rng& rng;

@@ -1,5 +1,4 @@
-// The sizes that real things of each class have: what tests hold the generators to. Read by tests
-// and tools.
+// Real sizes of each class, with which tests compare the generators. Read by tests and tools.
 #pragma once
 
 #include <string_view>
@@ -8,9 +7,10 @@
 
 namespace parallax {
 
+// One row of the table.
 struct SizeRange {
   std::string_view name;
-  Vec3f least_m, most_m;  // Of the bounding box.
+  Vec3f least_m, most_m;  // Limits of the bounding box, metres.
 };
 
 // nullptr when there is no such row.

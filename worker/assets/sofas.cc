@@ -236,7 +236,7 @@ void AddShell(AssetBuilder& b, const SofaParams& p, const SofaFrame& f, const No
     const float behind = Smooth01((f.front - path[i].y()) / (f.front - f.back + 0.3f * w));
     const float top = Lerp(p.arm_height_m, p.back_height_m, behind);
     CageRing ring{EightPoints({-0.5f * w, f.floor}, {0.5f * w, top}, 0, 3.4f)};
-    // It leans outwards as it rises.
+    // The back leans outwards as it rises.
     for (Vec3f& q : ring.points) {
       const float up = (q.y() - f.floor) / (top - f.floor);
       q = path[i] + (q.x() + 0.05f * up * up) * out + Vec3f(0, 0, q.y());

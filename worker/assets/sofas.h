@@ -6,9 +6,11 @@
 
 namespace parallax {
 
+// Forms of arm rests.
 enum class ArmStyle { kTrack, kRolled, kFlared, kSlope, kWood, kCount };
 enum class BackStyle { kLoose, kTight, kPillows, kCount };
 
+// A sofa; an armchair is one of one place.
 struct SofaParams {
   int places = 3;               // Seat cushions, [1, 4].
   float place_m = 0.62f;        // Width of a seat cushion.

@@ -60,7 +60,7 @@ struct FlightBuilder {
   const StairParams& p;
   Flight flight;
   bool bends = false;  // Chords are short then.
-  float base_z = 0;    // Of the floor below.
+  float base_z = 0;    // Height of the floor below.
 
   float Step() const { return bends ? 0.25f : 100.0f; }
 
@@ -101,7 +101,7 @@ struct FlightBuilder {
               FrameSlot());
     }
   }
-  // From s0 to s1 along one side: hand rail, what fills it, a newel at both ends.
+  // Adds a rail from s0 to s1 along one side: hand rail, its filling, a newel at both ends.
   void Rail(float s0, float s1, float side) {
     const float height = p.rail_height_m + p.rise_m;
     b.Add(Sweep(Along(flight, s0, s1, side, height, Step()), EllipseSection(0.05f, 0.042f, 16),

@@ -7,10 +7,11 @@
 
 namespace parallax {
 
-// Risers and stringers; treads only on stringers; masonry.
+// Risers and stringers; treads on stringers only; masonry.
 enum class StairBody { kClosed, kOpen, kSolid, kCount };
 enum class StairRail { kBalusters, kCables, kGlass, kCount };
 
+// The flight, its construction and its rails.
 struct StairParams {
   StairBody body = StairBody::kClosed;
   StairRail rail = StairRail::kBalusters;
@@ -21,7 +22,7 @@ struct StairParams {
   float tread_m = 0.035f;
   float rail_height_m = 0.9f;
   bool rail_left = true, rail_right = true;
-  float turn_rad = 1.6f;  // Of a curved stair, or of a spiral's whole height.
+  float turn_rad = 1.6f;  // Total turn of a curved stair or of a spiral.
   uint64_t seed = 0;
 };
 Asset MakeStraightStaircase(const StairParams& params);

@@ -1,5 +1,5 @@
-// Shelves and cabinets. Every board that things can stand on is declared with the free height above
-// it.
+// Shelves and cabinets. Every board that can carry things is declared as a support, with the free
+// height above it.
 #pragma once
 
 #include "worker/assets/families.h"
@@ -45,12 +45,13 @@ struct TriangleShelfParams {
 Asset MakeTriangleShelf(const TriangleShelfParams& params);
 Asset SampleTriangleShelf(Rng& rng);
 
+// A cabinet with doors and drawers: wardrobe, chest, kitchen unit.
 struct CabinetParams {
   float width_m = 0.9f;
   float depth_m = 0.45f;
   float height_m = 1.9f;
   int columns = 2;      // Doors side by side.
-  int drawer_rows = 0;  // Of drawers under (wardrobe) or instead of (chest) the doors.
+  int drawer_rows = 0;  // Rows of drawers below the doors (wardrobe) or instead of them (chest).
   bool doors = true;
   float leg_m = 0.0f;
   LegStyle legs = LegStyle::kTapered;

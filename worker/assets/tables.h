@@ -6,9 +6,11 @@
 
 namespace parallax {
 
+// Outlines of table tops.
 enum class TopStyle { kSquare, kRound, kOval, kRounded, kPlanks, kCount };
 enum class TableBase { kLegs, kTrestle, kPedestal, kSledge, kCrossed, kHairpin, kColumn, kCount };
 
+// A table of any height.
 struct TableParams {
   float width_m = 1.6f;  // Along x.
   float depth_m = 0.9f;
@@ -31,8 +33,10 @@ Asset SampleTableCocktail(Rng& rng);  // To stand at.
 Asset SampleCoffeeTable(Rng& rng);
 Asset SampleSideTable(Rng& rng);
 
+// Construction of a desk.
 enum class DeskStyle { kLegs, kPedestals, kWriting, kSawhorse, kCount };
 
+// A desk; its user sits at +y.
 struct DeskParams {
   DeskStyle style = DeskStyle::kLegs;
   float width_m = 1.3f;

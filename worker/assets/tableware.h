@@ -1,4 +1,4 @@
-// Things turned, thrown, blown or pressed for the table and the kitchen.
+// Vessels and tools for the table and the kitchen.
 #pragma once
 
 #include "worker/assets/families.h"
@@ -6,18 +6,20 @@
 
 namespace parallax {
 
+// A vase, turned about z.
 struct VaseParams {
   float height_m = 0.3f;
   float radius_m = 0.09f;  // The widest.
   int form = 0;            // 0 bottle, 1 amphora, 2 trumpet, 3 gourd, 4 cylinder, 5 ball.
   int flutes = 0;          // Vertical ribs; 0 = smooth.
-  float twist_rad = 0;     // Of the ribs over the height.
+  float twist_rad = 0;     // Twist of the ribs over the height.
   bool handles = false;
   uint64_t seed = 0;
 };
 Asset MakeVase(const VaseParams& params);
 Asset SampleVase(Rng& rng);
 
+// A bottle with cap and label.
 struct BottleParams {
   float height_m = 0.3f;
   float radius_m = 0.037f;
@@ -33,6 +35,7 @@ struct BottleParams {
 Asset MakeBottle(const BottleParams& params);
 Asset SampleBottle(Rng& rng);
 
+// A drinking vessel.
 struct CupParams {
   float height_m = 0.095f;
   float radius_m = 0.042f;
@@ -43,6 +46,7 @@ struct CupParams {
 Asset MakeCup(const CupParams& params);
 Asset SampleCup(Rng& rng);
 
+// An open bowl.
 struct BowlParams {
   float radius_m = 0.1f, height_m = 0.07f;
   int form = 0;      // 0 flaring, 1 straight-sided, 2 on a foot.
@@ -52,6 +56,7 @@ struct BowlParams {
 Asset MakeBowl(const BowlParams& params);
 Asset SampleBowl(Rng& rng);
 
+// A plate.
 struct PlateParams {
   float radius_m = 0.13f, height_m = 0.022f;
   bool coupe = false;   // Without a rim.
@@ -61,6 +66,7 @@ struct PlateParams {
 Asset MakePlate(const PlateParams& params);
 Asset SamplePlate(Rng& rng);
 
+// A cooking pot or pan.
 struct PotParams {
   float radius_m = 0.12f, height_m = 0.13f;
   bool pan = false;  // One long handle instead of two loops.
@@ -71,8 +77,10 @@ Asset MakePot(const PotParams& params);
 Asset SamplePot(Rng& rng);
 Asset SamplePan(Rng& rng);
 
+// Closures of jars.
 enum class JarClosure { kScrewCap, kCork, kGlassStopper, kCount };
 
+// A storage jar with its contents.
 struct JarParams {
   float radius_m = 0.045f, height_m = 0.12f;
   bool square = false;  // In plan, up to the shoulder.
@@ -83,6 +91,7 @@ struct JarParams {
 Asset MakeJar(const JarParams& params);
 Asset SampleJar(Rng& rng);
 
+// A glass with a stem.
 struct WineglassParams {
   float height_m = 0.19f, radius_m = 0.038f;
   int form = 0;  // 0 tulip, 1 flute, 2 coupe.
@@ -91,6 +100,7 @@ struct WineglassParams {
 Asset MakeWineglass(const WineglassParams& params);
 Asset SampleWineglass(Rng& rng);
 
+// A pot's lid by itself.
 struct LidParams {
   float radius_m = 0.11f;
   float dome = 0.2f;  // Height in radii.
@@ -100,10 +110,11 @@ struct LidParams {
 Asset MakeLid(const LidParams& params);
 Asset SampleLid(Rng& rng);
 
+// A fork or spoon.
 struct CutleryParams {
   float length_m = 0.18f;
   int handle = 0;  // 0 pointed spatula, 1 straight, 2 waisted.
-  int tines = 4;   // Of a fork.
+  int tines = 4;   // Tines of a fork.
   uint64_t seed = 0;
 };
 Asset MakeFork(const CutleryParams& params);
@@ -111,6 +122,7 @@ Asset MakeSpoon(const CutleryParams& params);
 Asset SampleFork(Rng& rng);
 Asset SampleSpoon(Rng& rng);
 
+// A knife.
 struct KnifeParams {
   float length_m = 0.24f, grip_m = 0.1f;
   float blade_m = 0.02f;  // Its width.
@@ -121,6 +133,7 @@ struct KnifeParams {
 Asset MakeKnife(const KnifeParams& params);
 Asset SampleKnife(Rng& rng);
 
+// A pair of chopsticks.
 struct ChopsticksParams {
   float length_m = 0.23f;
   uint64_t seed = 0;  // How the two lie.

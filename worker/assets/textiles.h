@@ -6,8 +6,10 @@
 
 namespace parallax {
 
+// Outlines of rugs; kHide is an animal's skin.
 enum class RugStyle { kSquare, kRound, kOval, kRunner, kHide, kCount };
 
+// A rug; its pattern comes from its material.
 struct RugParams {
   RugStyle style = RugStyle::kSquare;
   float width_m = 2.0f, depth_m = 1.4f;
@@ -18,11 +20,12 @@ struct RugParams {
 Asset MakeRug(const RugParams& params);
 Asset SampleRug(Rng& rng);
 
+// A shirt or vest, lying flat.
 struct ShirtParams {
-  float width_m = 0.5f, length_m = 0.68f;         // Of the trunk.
+  float width_m = 0.5f, length_m = 0.68f;         // Size of the trunk.
   float sleeve_m = 0.2f;                          // 0 = a vest.
   float cuff_m = 0.14f;                           // Width of the sleeve's end.
-  float droop_rad = 0.5f, droop_left_rad = 0.5f;  // Of the sleeves below the shoulder line.
+  float droop_rad = 0.5f, droop_left_rad = 0.5f;  // Angles of the sleeves below the shoulder line.
   float neck_m = 0.09f;                           // Depth of the neck's cut.
   float flare = 1.0f;                             // The hem's width in parts of the trunk's.
   bool collar = false;                            // With a strip of buttons.
@@ -31,6 +34,7 @@ struct ShirtParams {
 Asset MakeShirt(const ShirtParams& params);
 Asset SampleShirt(Rng& rng);
 
+// Trousers, lying flat.
 struct PantsParams {
   float waist_m = 0.38f, length_m = 1.0f;
   float rise_m = 0.27f;                                 // Waist to crotch.

@@ -1,4 +1,4 @@
-// What hangs on walls and stands before them with a picture: art, mirrors, screens.
+// Objects with a picture that hang on walls or stand before them: art, mirrors, screens.
 #pragma once
 
 #include "worker/assets/families.h"
@@ -6,6 +6,7 @@
 
 namespace parallax {
 
+// A framed picture or mirror.
 struct FrameParams {
   float width_m = 0.6f, height_m = 0.45f;  // Outside.
   float frame_m = 0.03f;  // Width of the frame's bars; 0 = a bare stretched canvas.
@@ -19,6 +20,7 @@ Asset MakeFramed(const FrameParams& params);
 Asset SampleWallArt(Rng& rng);
 Asset SampleMirror(Rng& rng);
 
+// A television or monitor.
 struct ScreenParams {
   float diagonal_m = 1.2f;
   float aspect = 16.0f / 9;

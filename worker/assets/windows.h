@@ -1,4 +1,4 @@
-// Windows with what hangs before them, and small hardware: handles, hooks, rails.
+// Windows with their curtains, blinds and shutters, and small hardware: handles, hooks, rails.
 #pragma once
 
 #include "worker/assets/families.h"
@@ -6,8 +6,10 @@
 
 namespace parallax {
 
+// Coverings of windows.
 enum class WindowDressing { kNone, kBlind, kCurtains, kShutters, kCount };
 
+// A window in its frame, with casing and sill.
 struct WindowParams {
   float width_m = 1.2f;
   float height_m = 1.3f;
@@ -23,6 +25,7 @@ struct WindowParams {
 Asset MakeWindow(const WindowParams& params);
 Asset SampleWindow(Rng& rng);
 
+// A handle, rail or row of hooks.
 struct HardwareParams {
   float length_m = 0.2f;
   float rod_m = 0.007f;  // Radius.

@@ -1,6 +1,5 @@
-// What the classes of the catalogues are and cost, measured: sizes, triangles, milliseconds.
-// Times are of the calling thread's processor, so that other work on the machine does not count.
-// Thread-safe.
+// Measured sizes, triangle counts and times of the catalogues' classes. Times are processor times
+// of the calling thread, so that other work on the machine does not count. Thread-safe.
 #pragma once
 
 #include <string>
@@ -11,29 +10,33 @@
 
 namespace parallax {
 
+// Figures of one asset class over its seeds.
 struct AssetFigures {
   const AssetClass* asset_class = nullptr;
   Vec3f least_m = Vec3f::Zero(), most_m = Vec3f::Zero();  // Stated: worker/assets/size_table.h.
-  Vec3f smallest_m = Vec3f::Zero(), largest_m = Vec3f::Zero();  // Seen, axis by axis.
+  Vec3f smallest_m = Vec3f::Zero(), largest_m = Vec3f::Zero();  // Measured, axis by axis.
   size_t median_triangles = 0, most_triangles = 0;
-  std::vector<double> ms;  // Of each seed, from the smallest.
+  std::vector<double> ms;  // Processor time of each seed in ms, ascending.
   double median_ms = 0;
   std::vector<std::string> slots;  // Names of all material slots seen, in order of first use.
   bool offers_support = false;     // Other things can stand on it.
 };
 
-// Makes the seeds 1..`seeds` of a class, and one more before that is not counted.
+// Makes the class with seeds 1..`seeds`, after one more seed that is not counted.
 AssetFigures MeasureAssetClass(const AssetClass& asset_class, int seeds);
 
+// Times of one material class.
 struct MaterialFigures {
   const MaterialClass* material_class = nullptr;
-  double evaluate_ns = 0;  // A point of eight, at a pixel's footprint, mean of three seeds.
-  double height_ns = 0;    // Likewise.
+  // Per point, in batches of eight, at a pixel's footprint; mean of three seeds.
+  double evaluate_ns = 0;
+  double height_ns = 0;  // Likewise.
 };
 
+// Measures three seeds of the class.
 MaterialFigures MeasureMaterialClass(const MaterialClass& material_class);
 
-// The value below which the fraction `p` in [0, 1] of the sorted values lies; 0 of none.
+// The value below which the fraction `p` in [0, 1] of the sorted values lies; 0 for an empty list.
 double Percentile(const std::vector<double>& sorted, double p);
 
 // "floor", "floor against wall", "on top", "on wall", "ceiling", "opening".

@@ -14,8 +14,8 @@
 namespace parallax {
 namespace {
 
-constexpr double kViewDistance = 7;  // Of the camera, in widths of a cell.
-constexpr double kFill = 0.86;       // Of a cell that the largest thing takes.
+constexpr double kViewDistance = 7;  // Distance of the camera, in widths of a cell.
+constexpr double kFill = 0.86;       // Share of a cell that the largest object takes.
 constexpr double kLampPower_w = 60;
 
 // Axes of a camera that looks along `forward`.

@@ -1,5 +1,4 @@
-// Small open-air scenes in which things stand in a row to be looked at, and their pictures.
-// Private to worker/catalogue.
+// Small open-air scenes with objects in a row, and their pictures. Private to worker/catalogue.
 #pragma once
 
 #include <vector>
@@ -16,8 +15,8 @@ namespace parallax {
 
 inline constexpr int kRowCells = 6;
 
-// What one renderer shows: the pictures of the rigs' eyes are the row's cells, or hold several of
-// them beside each other.
+// The content of one renderer: each picture of the rigs' eyes is one cell of the row, or holds
+// several cells side by side.
 struct SheetRow {
   v1::Scene recipe;
   SceneGeometry geometry;
@@ -25,7 +24,7 @@ struct SheetRow {
 };
 
 // Six seeds of a class from `first_seed` on, with the materials that rooms would give them, at one
-// scale. Errors: the catalogue's.
+// common scale. Errors: the catalogue's.
 absl::StatusOr<SheetRow> MakeAssetRow(const AssetClass& asset_class, uint64_t first_seed,
                                       int cell_px);
 

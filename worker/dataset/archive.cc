@@ -59,7 +59,7 @@ std::string LockText(const v1::StudySpec& study) {
   return VersionLine() + "\n" + StudyToYaml(study);
 }
 
-// The lines of a lock file that decide about its frames: more pairs may be added to an archive, its
+// The lines of a lock file that determine its frames: more pairs may be added to an archive, its
 // filters and sensors may change, and its inputs may move.
 std::vector<std::string> LinesAboutFrames(v1::StudySpec study) {
   for (v1::VariantSpec& variant : *study.mutable_variants()) {
@@ -203,7 +203,7 @@ class Archive final : public ArchiveWriter {
   }
 
  private:
-  // A frame as the archive has it: files that a sensor made are in memory, the others in the store.
+  // The contents of an archived frame: files of a sensor are in memory, the others in the store.
   struct Content {
     v1::PublishedFrame frame;
     std::map<std::string, std::string> made;  // Bytes by name.
@@ -211,8 +211,8 @@ class Archive final : public ArchiveWriter {
   };
   using Known = std::map<FrameKey, IndexLine>::const_iterator;
 
-  // Puts a sensor's pictures in place of the rendered ones. Those that stand in `dir` already, as
-  // the index knows them, are taken from there.
+  // Replaces the rendered pictures by a sensor's. Existing ones in `dir` that match the index are
+  // reused.
   absl::Status Expose(const v1::SensorConfig& sensor, const std::string& dir,
                       const std::string& source, Known known, Content& content) {
     v1::FrameResult& frame = *content.frame.mutable_frame();
@@ -233,7 +233,7 @@ class Archive final : public ArchiveWriter {
     return absl::OkStatus();
   }
 
-  // Empty where there are none of this key, or where they are not what the index says.
+  // Returns nothing if there are none with this key, or if they do not match the index.
   static std::map<std::string, std::string> MadeBefore(const std::string& dir,
                                                        const std::string& key, Known known,
                                                        Known none) {
@@ -260,8 +260,8 @@ class Archive final : public ArchiveWriter {
                      "study " + study_.name() + " has no variant \"" + name + "\"");
   }
 
-  // Judges each frame by the filters of today. Lines whose frame is not there any more are dropped;
-  // so are lines that an interrupted disk broke.
+  // Judges each frame by the current filters. Drops lines whose frame is gone, and lines that an
+  // interrupted disk broke.
   absl::Status ReadIndex(const v1::VariantSpec& variant) {
     const std::string dir = out_ + "/" + variant.name();
     const absl::StatusOr<std::string> text = ReadFile(dir + "/index.jsonl");
@@ -283,8 +283,8 @@ class Archive final : public ArchiveWriter {
     return absl::OkStatus();
   }
 
-  // Whether `dir` holds exactly the manifest's files: the store's own inodes, or files of the right
-  // size that the index vouches for, or else files of the right hash.
+  // Whether `dir` holds exactly the manifest's files: the store's own inodes, files of the right
+  // size that the index confirms, or files of the right hash.
   static bool IsEqual(const std::string& dir, const std::string& source,
                       const v1::FrameResult& frame, bool indexed) {
     std::error_code error;
@@ -311,7 +311,7 @@ class Archive final : public ArchiveWriter {
     const std::string name = fs::path(dir).filename();
     const std::string temporary = parent + "/.new-" + name, old = parent + "/.old-" + name;
     RETURN_IF_ERROR(MakeFolders(parent));
-    RETURN_IF_ERROR(RemoveAll(temporary));  // Of a run that was interrupted.
+    RETURN_IF_ERROR(RemoveAll(temporary));  // An interrupted run may have left it.
     RETURN_IF_ERROR(RemoveAll(old));
     RETURN_IF_ERROR(MakeFolders(temporary));
     for (const v1::FileEntry& file : content.frame.frame().files()) {

@@ -1,13 +1,13 @@
-// The dataset folder that people get: published frames of a study brought out of the store into the
-// tree of dataset-format, with index, recipes, dataset card and study files.
+// The dataset folder that users get: published frames of a study, copied from the store into the
+// tree of the dataset format, with index, recipes, dataset card and study files.
 //
 //   <out>/study.yaml  study.lock.yaml
 //   <out>/<variant>/index.jsonl  dataset.json  README.md  LICENSE  croissant.json
-//   scenes/<scene>.pb
-//   frames/<scene>/<rig>/...
+//   <out>/<variant>/scenes/<scene>.pb
+//   <out>/<variant>/frames/<scene>/<rig>/...
 //
-// Files are hard links into the store, or copies where that can't be. A frame's folder appears only
-// when it is complete; what is already there and equal is left alone, so that adding all frames
+// Files are hard links into the store, or copies where links are impossible. A frame's folder
+// appears only when it is complete; equal frames that exist are left alone, so adding all frames
 // again does nothing.
 #pragma once
 
@@ -23,7 +23,7 @@
 
 namespace parallax {
 
-// Not thread-safe. One writer a folder at a time.
+// Writes one archive. Not thread-safe; one writer a folder at a time.
 //
 //   ASSIGN_OR_RETURN(auto archive, ArchiveWriter::Open(out, study));
 //   for (const v1::PublishedFrame& frame : frames) {
@@ -35,18 +35,17 @@ class ArchiveWriter {
  public:
   struct Totals {
     int64_t frames_added = 0;
-    int64_t frames_present = 0;   // Were there already and equal.
-    int64_t frames_replaced = 0;  // Were there with other content.
+    int64_t frames_present = 0;   // Existed already and are equal.
+    int64_t frames_replaced = 0;  // Existed with other content.
     int64_t files_linked = 0;
-    int64_t files_copied = 0;  // The store is on another device.
+    int64_t files_copied = 0;  // Copied because the store is on another device.
   };
 
-  // Makes the folder, writes study.yaml and study.lock.yaml and reads the index files that an
-  // earlier run left; frames that are there get the verdicts of this study's filters.
-  // Errors: kFailedPrecondition when the folder belongs to another study (its lock file differs in
-  // more than `pairs` and filters) or to other versions of the stages, naming the first line that
-  // differs, and when a frame's statistics lack what a filter needs; kPermissionDenied,
-  // kResourceExhausted for what the disk says.
+  // Makes the folder, writes study.yaml and study.lock.yaml and reads the index files of an earlier
+  // run; its frames get the verdicts of this study's filters. Errors: kFailedPrecondition when the
+  // folder belongs to another study (its lock file differs in more than `pairs` and filters) or to
+  // other versions of the stages, naming the first line that differs, and when a frame's statistics
+  // lack a number that a filter needs; kPermissionDenied and kResourceExhausted from the disk.
   static absl::StatusOr<std::unique_ptr<ArchiveWriter>> Open(const std::string& out_dir,
                                                              const v1::StudySpec& study);
   virtual ~ArchiveWriter() = default;
@@ -57,18 +56,18 @@ class ArchiveWriter {
   virtual absl::Status AddScene(const std::string& variant, uint32_t scene,
                                 const v1::Scene& recipe) = 0;
 
-  // Brings the frame's files from `store_dir`/<frame.path>. `store_dir` is a local folder.
+  // Links or copies the frame's files from `store_dir`/<frame.path>; `store_dir` is a local folder.
   // Errors: kNotFound for a file that the store lacks, kDataLoss when its size is not the
   // manifest's, kInvalidArgument for a path that leaves the store or an unknown variant.
   virtual absl::Status AddFrame(const v1::PublishedFrame& frame, const std::string& store_dir) = 0;
 
   // Writes each variant's index.jsonl (sorted by scene, rig), dataset.json, README.md,
-  // croissant.json and LICENSE; a LICENSE that is there already stays. May be called repeatedly.
-  // Errors: those of WriteDatasetCard.
+  // croissant.json and LICENSE; an existing LICENSE stays. May be called repeatedly. Errors: those
+  // of WriteDatasetCard.
   virtual absl::Status Finish() = 0;
 
   virtual const Totals& totals() const = 0;
-  // Frames now in the archive, by variant.
+  // Number of frames in the archive, by variant.
   virtual std::map<std::string, int64_t> Frames() const = 0;
 };
 

@@ -16,7 +16,7 @@ namespace parallax {
 // (scene, rig): the order of the lines.
 using FrameKey = std::pair<uint32_t, uint32_t>;
 
-// One frame of one variant, as its line says it.
+// One frame of one variant, as its line in the index describes it.
 struct IndexLine {
   FrameKey key;
   std::string text;                          // The line, without its end.
@@ -29,22 +29,23 @@ std::string IndexText(const std::vector<IndexLine>& index);
 // "frames/000012/003", relative to the variant's folder.
 std::string FramePath(const FrameKey& key);
 
-// With the verdicts that `filters` ask for. Errors: those of Judge.
+// Makes the line, with the verdicts of `filters`. Errors: those of Judge.
 absl::StatusOr<IndexLine> MakeIndexLine(const v1::PublishedFrame& frame,
                                         const v1::FilterConfig& filters);
 
-// Replaces the line's verdicts by those that `filters` ask for, from the statistics in the line.
-// Errors: those of Judge; kDataLoss for a line that is not one of ours.
+// Replaces the line's verdicts by those of `filters`, from the statistics in the line. Errors:
+// those of Judge; kDataLoss for a malformed line.
 absl::Status JudgeAnew(const v1::FilterConfig& filters, IndexLine& line);
 
 // Sets the line's statistic `ambiguous_share`, in [0, 1], or removes it, and judges the line anew.
 // Errors: those of JudgeAnew.
 absl::Status SetAmbiguousShare(std::optional<double> share, const v1::FilterConfig& filters,
                                IndexLine& line);
-// Nothing for a frame that was not curated. Requires a line of ParseIndexLine or MakeIndexLine.
+// Returns nothing for a frame that was not curated. Requires a line of ParseIndexLine or
+// MakeIndexLine.
 std::optional<double> AmbiguousShareOf(const IndexLine& line);
 
-// Errors: kDataLoss for a line that is not one of ours.
+// Errors: kDataLoss for a malformed line.
 absl::StatusOr<IndexLine> ParseIndexLine(const std::string& text);
 
 }  // namespace parallax

@@ -1,4 +1,4 @@
-// Pictures of a dataset for people: a sheet with one row a frame and a page of histograms.
+// Pictures of a dataset for people: a sheet with one frame a row, and a page of histograms.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@ namespace parallax {
 
 struct ContactSheetOptions {
   int max_frames = 8;       // Rows, spread evenly over the frames found.
-  int tile_width_px = 360;  // Of one image; the sheet has seven a row.
+  int tile_width_px = 360;  // Width of one image; the sheet has seven a row.
 };
 
 struct ContactSheetResult {
@@ -18,8 +18,9 @@ struct ContactSheetResult {
   std::string histogram_png;  // Beside the sheet: "<name>_histograms.png".
   int frames = 0;             // Rows drawn.
   int frames_found = 0;
-  // Right image warped by the left disparity against the left: median over the rows of the median
-  // absolute difference outside occlusions, in 8-bit steps. -1 without disparity maps.
+  // Median, over the rows, of the median absolute difference between the left image and the right
+  // image warped by the left disparity, outside occlusions, in 8-bit steps. -1 without disparity
+  // maps.
   double warp_median_difference = -1;
 };
 
@@ -29,9 +30,8 @@ absl::StatusOr<ContactSheetResult> MakeContactSheet(const std::string& dir,
                                                     const std::string& out_png,
                                                     const ContactSheetOptions& options = {});
 
-// Folders below `dir` that hold a frame.json, sorted. Symbolic links are not followed,
-// nor folders whose name begins with a dot. Errors: as
-// opendir(3).
+// Folders below `dir` with a frame.json, sorted. Symbolic links are not followed, nor folders whose
+// name begins with a dot. Errors: as opendir(3).
 absl::StatusOr<std::vector<std::string>> FindFrames(const std::string& dir);
 
 }  // namespace parallax

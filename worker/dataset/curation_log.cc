@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 // Scores of another version of the network's program or of the metrics are not today's.
 std::string Versions() { return std::string(kTrainVersion) + "/" + kEvaluateVersion; }
 
-// Stands for the files that a score depends on.
+// Identifies the files on which a score depends.
 std::string ContentOf(const DatasetFrame& frame) {
   Sha256 hash;
   for (const char* name : {"left.png", "right.png", "disparity_left.exr", "masks_left.png"}) {

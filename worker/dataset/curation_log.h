@@ -1,11 +1,11 @@
-// Scores that trained networks gave to a variant's frames: <variant>/curation.jsonl, a line for
-// each frame and network that scored it. Lines are added while frames are scored, so that an
-// interrupted curation goes on where it was.
+// Scores that trained networks gave to a variant's frames: <variant>/curation.jsonl, one line for
+// each frame and network. Lines are appended while frames are scored, so that an interrupted
+// curation can continue.
 //
 //   {"scene": 3, "rig": 0, "frame": SHA-256 of the hashes of its pictures and truth,
 //    "network": SHA-256 of the checkpoint, "versions": "1/1", "pixels": 57600, "bad": 8211}
 //
-// "pixels" have truth; "bad" of them are missed by more than 2 px.
+// "pixels" counts those with truth, "bad" those of them that are missed by more than 2 px.
 #pragma once
 
 #include <map>
@@ -19,25 +19,27 @@
 
 namespace parallax {
 
+// Counts of pixels in one frame.
 struct CurationScore {
   int64_t pixels = 0;
   int64_t bad = 0;
 };
 
-// One writer at a time. Not thread-safe.
+// The log of one variant. One writer at a time. Not thread-safe.
 class CurationLog {
  public:
-  // Reads what is there. Lines that an interruption broke are dropped. Errors: as ReadFile.
+  // Reads the existing log, and drops lines that an interruption broke. Errors: as ReadFile.
   static absl::StatusOr<CurationLog> Open(const std::string& variant_dir);
 
-  // Nothing when this network, in today's version of the trainer, has not scored these very files.
+  // Returns nothing when this network, in today's version of the trainer, has not scored these
+  // files.
   std::optional<CurationScore> Find(const DatasetFrame& frame, const std::string& network) const;
 
   struct Entry {
     const DatasetFrame* frame = nullptr;
     CurationScore score;
   };
-  // They are on the disk when it returns. Errors: as WriteFile.
+  // Appends the entries durably. Errors: as WriteFile.
   absl::Status Add(const std::string& network, const std::vector<Entry>& entries);
 
  private:

@@ -46,11 +46,11 @@ struct Range {
   }
 };
 
-// How much of a class there is.
+// The frequency of a class.
 struct Share {
   int64_t made = 0;    // Objects or materials in the recipes.
   int64_t frames = 0;  // Frames in whose left image it is seen.
-  int64_t pixels = 0;  // Of the left images.
+  int64_t pixels = 0;  // Pixels of the left images.
 };
 
 struct Summary {
@@ -64,7 +64,7 @@ struct Summary {
   Histogram disparity = DisparityHistogram(), depth = DepthHistogram();
   int64_t pixels = 0;
 
-  // Seeds that gave no pair: rejected ones, mostly.
+  // Number of seeds without a pair, mostly rejected ones.
   int64_t Rejected() const {
     return scenes.empty() ? 0 : int64_t{*scenes.rbegin()} + 1 - static_cast<int64_t>(scenes.size());
   }

@@ -12,10 +12,10 @@
 namespace parallax {
 
 // Writes index.jsonl, dataset.json, README.md, croissant.json and LICENSE into `variant_dir`, each
-// at once; nothing is written when the card can't be made. The numbers come from `index` and from
-// what lies in the folder: frame.json of each frame and the recipes. A LICENSE that is there
-// already stays, and the others name it. Errors: those of ReadFile and WriteFileAtomically;
-// kDataLoss for a file that does not parse, naming it.
+// atomically; writes nothing when the card can't be made. The numbers come from `index` and from
+// the folder: each frame's frame.json and the recipes. An existing LICENSE stays, and the others
+// name it. Errors: those of ReadFile and WriteFileAtomically; kDataLoss for a file that does not
+// parse, naming it.
 absl::Status WriteDatasetCard(const std::string& variant_dir, const v1::StudySpec& study,
                               const v1::VariantSpec& variant, const std::vector<IndexLine>& index);
 

@@ -1,5 +1,5 @@
-// A dataset folder read back: which frames there are, what the index says of them, what is missing.
-// For exports and checks. Reads only.
+// Reads a dataset folder: its frames, their lines of the index, and what is missing. For exports
+// and checks. Reads only.
 #pragma once
 
 #include <cstdint>
@@ -12,22 +12,24 @@
 
 namespace parallax {
 
+// One frame, from its line of the index.
 struct DatasetFrame {
   std::string variant;
   uint32_t scene = 0, rig = 0;
-  std::string dir;                           // Of the frame.
-  bool passed = true;                        // All filters.
+  std::string dir;                           // The frame's folder.
+  bool passed = true;                        // Whether it passed all filters.
   std::map<std::string, std::string> files;  // SHA-256 by name.
-  nlohmann::ordered_json line;               // Of the index.
+  nlohmann::ordered_json line;               // The frame's line of index.jsonl.
 };
 
+// One variant: its frames, in the order of the index's keys.
 struct DatasetVariant {
   std::string name;
   std::string dir;
   std::vector<DatasetFrame> frames;  // By scene, rig.
-  int64_t pairs_wanted = 0;          // Of dataset.json; 0 when that is missing.
-  std::string type;                  // "indoor", "dense"...: of dataset.json or study.lock.yaml.
-  // What is wrong with the folder itself: one text each, naming the file.
+  int64_t pairs_wanted = 0;          // From dataset.json; 0 when that is missing.
+  std::string type;                  // "indoor", "dense"...: from dataset.json or study.lock.yaml.
+  // Faults of the folder itself: one text each, naming the file.
   std::vector<std::string> faults;
 };
 
@@ -40,9 +42,9 @@ struct Dataset {
 // Errors: kNotFound when there is no index; kDataLoss for an index line that is not one.
 absl::StatusOr<Dataset> ReadDataset(const std::string& dir);
 
-// The dataset's variants whose names match one of `patterns`; a trailing * matches the rest. All of
-// them for no pattern. Errors: kInvalidArgument for a pattern that matches none, listing what there
-// is.
+// The dataset's variants whose names match one of `patterns`; a trailing * matches the rest.
+// Without patterns, all variants. Errors: kInvalidArgument for a pattern that matches none, listing
+// the variants.
 absl::StatusOr<std::vector<DatasetVariant>> ChooseVariants(
     Dataset dataset, const std::vector<std::string>& patterns);
 

@@ -1,5 +1,4 @@
-// What the pictures for people are drawn with: an RGB canvas with text, boxes, images and colour
-// maps.
+// Drawing for pictures that people look at: an RGB canvas with text, boxes, images and colour maps.
 #pragma once
 
 #include <array>
@@ -12,7 +11,7 @@ namespace parallax {
 
 using Rgb = std::array<uint8_t, 3>;
 
-// Colours of the sheets: light text on a dark ground, so that the images are the brightest thing.
+// Colours of the sheets: light text on a dark ground, so that the images are brightest.
 inline constexpr Rgb kGround = {22, 24, 29};
 inline constexpr Rgb kPanel = {33, 36, 43};
 inline constexpr Rgb kText = {228, 230, 235};
@@ -20,16 +19,16 @@ inline constexpr Rgb kFaint = {140, 146, 158};
 inline constexpr Rgb kAccent = {92, 169, 255};
 inline constexpr Rgb kWarn = {255, 159, 64};
 
-// Clips everything to its bounds.
+// An RGB picture to draw on. Clips everything to its bounds.
 class Canvas {
  public:
   Canvas(int width, int height) : image_(width, height) { FillBox(0, 0, width, height, kGround); }
 
   void FillBox(int x, int y, int width, int height, const Rgb& color);
-  // Top left at (x, y), scaled to width x height by area (nearest neighbour for `exact` colours).
+  // Draws with the top left at (x, y), resampled by area (by nearest neighbour if `exact`).
   void DrawImage(int x, int y, int width, int height, const ImageRgb8& image, bool exact = false);
-  // `y` is the baseline; `size_px` the height of capitals. ASCII; other characters are drawn as
-  // '?'.
+  // `y` is the baseline; `size_px` the height of capitals. Draws ASCII, and '?' for other
+  // characters.
   void DrawText(int x, int y, std::string_view text, double size_px, const Rgb& color = kText,
                 bool bold = false);
   static int TextWidth(std::string_view text, double size_px);
@@ -40,16 +39,16 @@ class Canvas {
   ImageRgb8 image_;
 };
 
-// `text` cut so that it is at most `width` wide, with ".." where something is missing.
+// Cuts `text` to at most `width`, with ".." in place of the rest.
 std::string FitText(std::string text, double size_px, int width);
 
-// Google's Turbo: `value` in [0, 1] from dark blue to dark red.
+// Google's Turbo colour map: `value` in [0, 1] from dark blue to dark red.
 Rgb Turbo(double value);
-// A colour of its own for an index; neighbours differ much. 0 is black.
+// A distinct colour for an index; neighbours differ strongly. 0 is black.
 Rgb IndexColor(uint32_t index);
 
-// Turbo over the square root, so that the far half of a room keeps its colours beside a near chair.
-// 0 is black.
+// Turbo over the square root, so that the far half of a room stays distinct beside a near chair. 0
+// is black.
 ImageRgb8 ColorDisparity(const ImageF& disparity_px, double full_scale_px);
 ImageRgb8 ColorIndices(const ImageU16& indices);
 ImageRgb8 ColorOcclusion(const ImageU8& occlusion);

@@ -56,7 +56,7 @@ absl::Status CheckWhole(const DatasetVariant& variant, const ExportOptions& opti
   return absl::OkStatus();
 }
 
-// Readers find eyes and maps by replacing words in whole paths.
+// Makes a name safe for readers that find eyes and maps by replacing words in whole paths.
 std::string SafeName(std::string name) {
   for (char& c : name) {
     if (std::isspace(static_cast<unsigned char>(c))) c = '-';
@@ -83,9 +83,8 @@ struct Plan {
   std::vector<std::pair<size_t, size_t>> scenes;  // [first, end) into frames.
 };
 
-// Which frames go where. Scenes of one number show the same room in every variant, so they fall
-// into the same split.
-// `sequences`: its scenes are runs of frames.
+// Assigns frames to splits. Scenes with one number show the same room in every variant, so they go
+// to the same split. With `sequences` the export's scenes are runs of frames.
 absl::StatusOr<Plan> MakePlan(const std::vector<DatasetVariant>& variants,
                               const ExportOptions& options, bool sequences, ExportResult& result) {
   std::set<uint32_t> numbers;
@@ -149,7 +148,7 @@ absl::StatusOr<Plan> MakePlan(const std::vector<DatasetVariant>& variants,
     result.notes.push_back(
         "all sequences are of one scene, so TEST is its last one rather than a scene of its own");
   } else if (numbers.size() == 1 && plan.frames.size() > 1) {
-    // One scene can't be in both splits; its last pair has to stand in.
+    // One scene can't be in both splits, so its last pair is the test.
     plan.frames.back().test = true;
     result.notes.push_back(
         "all pairs are of one scene, so TEST is its last pair rather than a scene of its own");

@@ -14,12 +14,12 @@ namespace parallax {
 
 struct ExportOptions {
   std::string layout = "flyingthings";  // One of ExportLayouts().
-  bool unfiltered = false;              // Frames that fail a filter too.
+  bool unfiltered = false;              // Includes frames that fail a filter.
   bool flat = false;                    // crestereo: no sub-folders.
-  bool allow_incomplete = false;        // A variant with fewer pairs than were asked for.
+  bool allow_incomplete = false;        // Exports variants with fewer pairs than were asked for.
   std::vector<std::string> variants;    // Names; a trailing * matches the rest. Empty: all.
-  int test_every = 20;                  // Each so-many-th scene goes to TEST; at least one does.
-  int shard_pairs = 500;                // webdataset: pairs of one shard.
+  int test_every = 20;                  // Every n-th scene goes to TEST; at least one does.
+  int shard_pairs = 500;                // webdataset: pairs in one shard.
   CancelToken cancel;
 };
 
@@ -29,27 +29,28 @@ struct ExportResult {
   int64_t scenes = 0, scenes_test = 0;
   int64_t files_linked = 0, files_written = 0;
   int64_t bytes_written = 0;
-  // Left pixels with a surface whose disparity the layout's encoding can't hold: written as
+  // Left pixels with a surface whose disparity the layout's encoding can't represent; written as
   // invalid.
   int64_t pixels_out_of_range = 0;
-  Histogram disparity = DisparityHistogram();  // Of the left views, exported frames.
-  std::map<int, double> below_limit;           // kDisparityLimitsPx -> part of the pixels.
-  std::vector<std::string> notes;              // What the user should know, one sentence each.
+  Histogram disparity = DisparityHistogram();  // Left views of the exported frames.
+  std::map<int, double> below_limit;           // Share of pixels below each of kDisparityLimitsPx.
+  std::vector<std::string> notes;              // Hints to the user, one sentence each.
 };
 
+// Names of the layouts:
 // "flyingthings", "fsd", "crestereo", "wmgstereo", "middlebury", "kitti", "webdataset"; for
 // sequences with flow "flyingthings-flow", "sintel", "dynamic-replica".
 const std::vector<std::string>& ExportLayouts();
 
-// Writes `out_dir` (which must not exist, or be empty) from the dataset in `dir`. Images are hard
-// links to the dataset's where the layout takes PNG and both are on one file system. Beside the
-// layout's own files: train.txt and test.txt (what is in which split), export.json (where each
-// frame came from) and SHA256SUMS. out_dir appears only when it is whole.
+// Converts the dataset in `dir` to `out_dir`, which must not exist, or be empty. Images are hard
+// links to the dataset's where the layout takes PNG and both are on one file system. Besides the
+// layout's own files it has train.txt and test.txt (the splits), export.json (the origin of each
+// frame) and SHA256SUMS. `out_dir` appears only when it is complete.
 //
-// Errors: kFailedPrecondition for a dataset with holes (missing files, strays, fewer pairs than
-// asked for) naming the first, and for an out_dir that holds something; kNotFound when no frame is
-// left; kInvalidArgument for an unknown layout or variant; kDataLoss for maps that can't be read;
-// writing as WriteFile.
+// Errors: kFailedPrecondition for an incomplete dataset (missing or unexpected files, fewer pairs
+// than asked for), naming the first fault, and for an `out_dir` that is not empty; kNotFound when
+// no frame is left; kInvalidArgument for an unknown layout or variant; kDataLoss for unreadable
+// maps; writing as WriteFile.
 absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::string& out_dir,
                                            const ExportOptions& options);
 

@@ -1,4 +1,4 @@
-// Files beside the pairs of an export that describe it: README.md, LICENSE and croissant.json.
+// Files that describe an export: README.md, LICENSE and croissant.json.
 #pragma once
 
 #include <string>
@@ -22,8 +22,8 @@ ExportCard MakeExportCard(const std::string& layout, const ExportResult& result,
                           const std::string& export_json, const std::string& licence,
                           const std::vector<Shard>& train, const std::vector<Shard>& test);
 
-// The variants' different LICENSE files, one after the other; the usual one for an archive of an
-// earlier release, which has none. Errors: those of ReadFile but kNotFound.
+// The variants' different LICENSE files, concatenated; the usual licence for an archive of an
+// earlier release, which has no file. Errors: those of ReadFile except kNotFound.
 absl::StatusOr<std::string> LicenceOf(const std::vector<DatasetVariant>& variants);
 
 }  // namespace parallax

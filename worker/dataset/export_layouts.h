@@ -1,4 +1,4 @@
-// Where each layout puts a frame's files and how it encodes them. Private to worker/dataset.
+// The export layouts: paths of a frame's files, and their encoding. Private to worker/dataset.
 #pragma once
 
 #include <functional>
@@ -12,13 +12,13 @@
 
 namespace parallax {
 
-// A frame on its way out.
+// A frame to be exported.
 struct ExportFrame {
   const DatasetFrame* source = nullptr;
-  std::string scene;     // Folder name of its scene: no word that readers replace, no spaces.
+  std::string scene;     // Name of its scene's folder: no spaces, and no word that readers replace.
   std::string type;      // "indoor", "dense"...
   int number = 0;        // In the whole export, from 0; frames of one scene are consecutive.
-  int scene_number = 0;  // Of its scene, from 0.
+  int scene_number = 0;  // Within its scene, from 0.
   int scenes = 0;        // In all.
   bool test = false;
   // Of layouts for sequences, whose `scene` is a run of frames that follow each other: place in it
@@ -26,7 +26,7 @@ struct ExportFrame {
   int at = 0, length = 0;
 };
 
-// One file to make: a link to one of the frame's, or bytes.
+// A file to make: a link to one of the frame's files, or bytes.
 struct ExportFile {
   std::string path;     // Below out_dir.
   std::string link_to;  // Absolute; empty: `bytes`.
@@ -35,31 +35,33 @@ struct ExportFile {
 
 struct FrameFiles {
   std::vector<ExportFile> files;
-  std::string list_line;  // Of train.txt or test.txt: "left right disparity".
+  std::string list_line;  // A line of train.txt or test.txt: "left right disparity".
   int64_t pixels_out_of_range = 0;
   std::vector<uint32_t> disparity_counts;  // By bin of DisparityHistogram().
 };
 
+// One layout.
 class ExportLayout {
  public:
   virtual ~ExportLayout() = default;
-  // Thread-safe. Errors: kDataLoss for maps or a frame.json that do not fit; as ReadFile.
+  // Converts one frame. Thread-safe. Errors: kDataLoss for maps or a frame.json that do not fit; as
+  // ReadFile.
   virtual absl::StatusOr<FrameFiles> Convert(const ExportFrame& frame) const = 0;
-  // Files of a whole scene, after its frames. Errors: as Convert.
+  // Makes the files of a whole scene, after its frames. Errors: as Convert.
   virtual absl::StatusOr<std::vector<ExportFile>> FinishScene(
       const std::vector<ExportFrame>& frames) const {
     (void)frames;
     return std::vector<ExportFile>();
   }
-  // Files of the whole export, after its scenes. Errors: as Convert.
+  // Makes the files of the whole export, after its scenes. Errors: as Convert.
   virtual absl::StatusOr<std::vector<ExportFile>> Finish(
       const std::vector<ExportFrame>& frames) const {
     (void)frames;
     return std::vector<ExportFile>();
   }
-  // The layout is for sequences with flow: its scenes are runs of frames (sequence_runs.h).
+  // Whether the layout is for sequences with flow: its scenes are runs of frames (sequence_runs.h).
   virtual bool Sequences() const { return false; }
-  // webdataset: the files of a frame are members of a shard, in this order.
+  // Whether a frame's files are members of a shard, in this order (webdataset).
   virtual bool Shards() const { return false; }
 };
 

@@ -11,11 +11,11 @@
 
 namespace parallax {
 
-// Row-major 4x4 of a pose.
+// The pose as a row-major 4x4 matrix.
 std::array<std::array<double, 4>, 4> MatrixOf(const v1::Transform& transform);
 
-// One key a line at the top, so that a person can read and diff it. No times: equal inputs give
-// equal bytes. Errors: as TypeOf.
+// The text of frame.json. One top-level key a line, so that a person can read and diff it. It holds
+// no times: equal inputs give equal bytes. Errors: as TypeOf.
 absl::StatusOr<std::string> FrameJson(const v1::Scene& scene, const v1::Rig& rig, double exposure,
                                       const FrameStatistics& statistics,
                                       const v1::RenderConfig& render);

@@ -1,4 +1,4 @@
-// A frame folder back in memory, for pictures, checks and exports.
+// Reads a frame folder into memory, for pictures, checks and exports.
 #pragma once
 
 #include <cstdint>
@@ -21,15 +21,15 @@ struct FrameOnDisk {
   ImageF3 left_normals;
 };
 
-// frame.json of a frame's folder. Errors: kDataLoss if it isn't JSON; reading as ReadFile.
+// Reads frame.json of a frame's folder. Errors: kDataLoss if it is not JSON; reading as ReadFile.
 absl::StatusOr<nlohmann::ordered_json> ReadFrameJson(const std::string& frame_dir);
 
-// A seed of frame.json: a string of decimal digits, since JSON's numbers are doubles to many
-// readers; or a number, as older archives have it. nullopt: neither.
+// A seed in frame.json: a string of decimal digits, because many readers take JSON's numbers for
+// doubles; a number in older archives. nullopt: neither.
 std::optional<uint64_t> SeedOf(const nlohmann::ordered_json& value);
 
-// The left view's maps and both images. Errors: kDataLoss for a map of another size than the image;
-// reading as Read*.
+// Reads both images and the left view's maps. Errors: kDataLoss for a map of another size than the
+// image; reading as Read*.
 absl::StatusOr<FrameOnDisk> ReadFrame(const std::string& frame_dir);
 
 }  // namespace parallax

@@ -108,7 +108,7 @@ void AddOutputs(const View& view, const std::string& eye, const std::set<std::st
   add("masks", ".png", [&view] { return EncodePng(view.masks); });
 }
 
-// Light as the 8-bit picture was exposed, within what a half float can hold.
+// Encodes linear light with the exposure of the 8-bit picture, within the range of a half float.
 absl::StatusOr<std::string> EncodeLight(const View& view, float exposure) {
   ImageF3 light = view.radiance;
   for (float& value : light.values()) {
@@ -124,7 +124,7 @@ absl::Status MakeEmptyFolder(const std::string& dir) {
   return error ? ErrnoError(error.value(), "make folder " + dir) : absl::OkStatus();
 }
 
-// Written, on disk and from now on read-only: what is published is never changed.
+// Writes a file durably and makes it read-only, because published files never change.
 absl::StatusOr<v1::FileEntry> WriteEntry(const std::string& dir, const std::string& name,
                                          const std::string& bytes) {
   const std::string path = dir + "/" + name;

@@ -1,4 +1,4 @@
-// A stereo pair in memory -> its folder on disk, exactly as dataset-format names and encodes it.
+// Writes a stereo pair to its folder, with the names and encodings of the dataset format.
 #pragma once
 
 #include <string>
@@ -12,21 +12,22 @@
 
 namespace parallax {
 
+// A frame to be written.
 struct FrameJob {
   const v1::Scene& scene;
-  const v1::Rig& rig;  // Of `scene`.
+  const v1::Rig& rig;  // A rig of `scene`.
   const StereoFrame& frame;
   const v1::RenderConfig& render;  // `maps`: which maps are written beside the images.
-  std::string dir;         // Absolute; made anew: what an earlier try left there is removed.
-  std::string store_path;  // FrameResult.path.
+  std::string dir;                 // Absolute; made anew: files of an earlier try are removed.
+  std::string store_path;          // FrameResult.path.
   CancelToken cancel;
 };
 
-// Encodes in parallel, writes and fsyncs every file and the folder; frame.json last. The result's
-// files are sorted by name and carry size and SHA-256. Equal inputs give equal bytes of every file.
-// stage_s gets trace, denoise, truth, statistics and write (seconds). Errors: kInvalidArgument when
-// the frame's maps do not have the rig's size; kCancelled; writing as WriteFile. After an error the
-// folder may hold some of the files.
+// Encodes in parallel, then writes and fsyncs every file and the folder; frame.json last. The
+// result's files are sorted by name and carry size and SHA-256. Equal inputs give equal bytes of
+// every file. stage_s gets trace, denoise, truth, statistics and write (seconds). Errors:
+// kInvalidArgument when a map's size is not the rig's; kCancelled; writing as WriteFile. After an
+// error the folder may hold some of the files.
 absl::StatusOr<v1::FrameResult> WriteFrame(const FrameJob& job);
 
 }  // namespace parallax

@@ -36,7 +36,7 @@ std::vector<double> MatrixOf(const Eigen::Affine3d& transform) {
   return {matrix.data(), matrix.data() + 16};
 }
 
-// What the surfaces that carry a material look like on average.
+// The average look of the surfaces that carry a material.
 struct AverageSurface {
   Vec3d color = Vec3d::Zero(), emission = Vec3d::Zero();
   double metallic = 0, roughness = 0, transmission = 0, opacity = 0;

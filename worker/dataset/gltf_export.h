@@ -1,4 +1,4 @@
-// A recipe as a .glb that any viewer opens: meshes, lights and all cameras.
+// Exports a recipe as a .glb for any viewer: meshes, lights and all cameras.
 #pragma once
 
 #include <string>
@@ -8,10 +8,10 @@
 
 namespace parallax {
 
-// One node an object, named as in the recipe; materials as constant metallic-roughness values
-// (averages over points of the surface: glTF has no procedural textures); lights by
-// KHR_lights_punctual; cameras "rig_000_left", "rig_000_right" and so on. glTF's y is up: a root
-// node turns our z up into it. Errors: as BuildSceneGeometry; writing as WriteFile.
+// Writes one node an object, named as in the recipe; materials as constant metallic-roughness
+// values (averages over points of the surface, because glTF has no procedural textures); lights by
+// KHR_lights_punctual; cameras "rig_000_left", "rig_000_right" and so on. A root node turns our z
+// up into glTF's y up. Errors: as BuildSceneGeometry; writing as WriteFile.
 absl::Status ExportGltf(const v1::Scene& scene, const std::string& glb_path);
 
 }  // namespace parallax

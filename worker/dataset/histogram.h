@@ -1,4 +1,4 @@
-// Counts in bins of equal width from 0; the last bin takes all that is larger.
+// Histograms with bins of equal width from 0; the last bin counts all larger values.
 #pragma once
 
 #include <cstddef>
@@ -7,6 +7,7 @@
 
 namespace parallax {
 
+// Counts by bin; bin i covers [i, i + 1) * bin_width.
 struct Histogram {
   double bin_width = 1;
   std::vector<int64_t> counts;
@@ -14,22 +15,22 @@ struct Histogram {
   Histogram() = default;
   Histogram(double width, int bins) : bin_width(width), counts(static_cast<size_t>(bins)) {}
 
-  // `value` >= 0.
+  // Counts `value` >= 0.
   void Add(double value) {
     const auto bin = static_cast<size_t>(value / bin_width);
     ++counts[bin < counts.size() ? bin : counts.size() - 1];
   }
-  // Both must have the same bins, or this one none.
+  // Adds the counts of `other`. Both must have the same bins, or this one none.
   void Merge(const Histogram& other);
   int64_t Total() const;
-  // Part of the counts in bins that end at or below `limit`, which should be a bin's edge. 0 when
+  // Share of the counts in bins that end at or below `limit`, which should be a bin's edge. 0 when
   // empty.
   double FractionBelow(double limit) const;
   bool operator==(const Histogram&) const = default;
 };
 
-// As used in frame.json and the dataset card: the limits that training code applies (192, 256, 416,
-// 512, 700, 1000) fall on edges.
+// The bins of frame.json and the dataset card: the limits of public training code (192, 256, 416,
+// 512, 700, 1000) are edges.
 inline Histogram DisparityHistogram() { return {4, 1024 / 4 + 1}; }  // Pixels.
 inline Histogram DepthHistogram() { return {0.25, 20 * 4 + 1}; }     // Metres.
 inline constexpr int kDisparityLimitsPx[] = {192, 256, 416, 512, 700, 1000};

@@ -1,4 +1,4 @@
-// The page of histograms that goes with a contact sheet.
+// The page of histograms beside a contact sheet.
 #pragma once
 
 #include <cstdint>
@@ -14,16 +14,17 @@ namespace parallax {
 
 struct HistogramData {
   int64_t frames = 0;
-  int64_t pixels = 0;  // Of the left images.
+  int64_t pixels = 0;  // Pixels of the left images.
   Histogram disparity = DisparityHistogram();
   Histogram depth = DepthHistogram();
   std::map<std::string, int64_t> object_pixels, material_pixels;  // By class.
 };
 
-// Sums of what the frames' frame.json say. Errors: those of ReadFrameJson.
+// Sums the histograms in the frames' frame.json. Errors: those of ReadFrameJson.
 absl::StatusOr<HistogramData> SumHistograms(const std::vector<std::string>& frame_dirs);
 
-// Disparity with training code's limits marked, depth, classes and materials by share of pixels.
+// Draws disparity, with the limits of training code; depth; and classes and materials by share of
+// pixels.
 ImageRgb8 DrawHistogramPage(const std::string& title, const HistogramData& data);
 
 }  // namespace parallax

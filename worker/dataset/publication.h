@@ -1,6 +1,6 @@
-// The parts of a dataset that hosts and search engines read: the YAML head of README.md, the
-// licence, the citation, and croissant.json (https://docs.mlcommons.org/croissant, version 1.0).
-// Archives and exports have the same. All functions are pure; none touches a disk.
+// The parts of a dataset for hosts and search engines: the YAML head of README.md, the licence, the
+// citation, and croissant.json (https://docs.mlcommons.org/croissant, version 1.0). Archives and
+// exports share them. All functions are pure; none touches a disk.
 #pragma once
 
 #include <cstdint>

@@ -46,7 +46,7 @@ absl::StatusOr<std::vector<const v1::Rig*>> FindRigs(const v1::RenderJob& job) {
   return rigs;
 }
 
-// All threads, user and system.
+// CPU time of all threads, user and system.
 double ProcessCpuSeconds() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -56,7 +56,7 @@ double ProcessCpuSeconds() {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-// `cpu_s`: the share of this frame, as far as it is known.
+// `cpu_s`: this frame's share, as far as it is known.
 absl::StatusOr<v1::FrameResult> WriteOne(const v1::RenderJob& job, const RenderJobContext& context,
                                          const v1::Rig& rig, const StereoFrame& frame,
                                          double cpu_s) {
@@ -79,7 +79,7 @@ absl::StatusOr<v1::FrameResult> WriteOne(const v1::RenderJob& job, const RenderJ
 absl::Status RenderAll(const v1::RenderJob& job, const RenderJobContext& context,
                        const std::vector<const v1::Rig*>& rigs, Renderer& renderer,
                        double cpu_begin_s, v1::RenderResult& result) {
-  // One frame is being written at most, so that memory holds two.
+  // At most one frame is being written, so that memory holds two.
   std::future<absl::StatusOr<v1::FrameResult>> writing;
   const auto collect = [&]() -> absl::Status {
     if (!writing.valid()) return absl::OkStatus();
@@ -147,7 +147,7 @@ void RendererCache::Keep(const std::string& key, std::unique_ptr<Renderer> rende
 std::string RendererCache::KeyOf(const v1::Scene& scene, const v1::RenderConfig& config) {
   v1::RenderConfig without_maps = config;
   without_maps.clear_maps();
-  // Those that change what is traced.
+  // The maps that change what is traced.
   for (const char* map : {"raw", "flow"}) {
     const auto& maps = config.maps();
     if (std::find(maps.begin(), maps.end(), map) != maps.end()) without_maps.add_maps(map);
@@ -163,7 +163,7 @@ absl::StatusOr<v1::RenderResult> RenderFrames(const v1::RenderJob& job,
   RETURN_IF_ERROR(MakeAttemptFolder(context.attempt_dir));
 
   v1::RenderResult result;
-  const double cpu_begin_s = ProcessCpuSeconds();  // What the build takes counts too.
+  const double cpu_begin_s = ProcessCpuSeconds();  // Before the build: its time counts too.
   const std::string key = RendererCache::KeyOf(job.scene(), job.render());
   std::unique_ptr<Renderer> renderer = cache.Take(key);
   if (renderer == nullptr) {

@@ -1,5 +1,5 @@
-// The job `render` without the renderer's construction: which renderer, which rigs, what is written
-// when.
+// The job `render` without the renderer's construction: caching of renderers, choice of rigs,
+// writing of frames.
 #pragma once
 
 #include <functional>
@@ -11,20 +11,20 @@
 
 namespace parallax {
 
-// Builds the renderer of a scene: geometry, acceleration structure and all.
+// Builds the renderer of a scene, with its geometry and acceleration structure.
 using RendererFactory = std::function<absl::StatusOr<std::unique_ptr<Renderer>>(
     const v1::Scene& scene, const v1::RenderConfig& config)>;
 
-// Keeps the renderer that was used last, so that the next job of the same scene needs no build.
-// Thread-safe; a renderer in use is out of the cache, so two jobs never share one.
+// Keeps the last renderer, so that the next job of the same scene needs no build. Thread-safe; a
+// renderer in use is out of the cache, so two jobs never share one.
 class RendererCache {
  public:
-  // Takes the renderer of `key` out, or nullptr. What is kept for another scene is dropped first:
-  // two scenes in memory at the same time might be too much.
+  // Takes the renderer of `key` out; null if there is none. First drops a renderer of another
+  // scene, because two scenes in memory might be too much.
   std::unique_ptr<Renderer> Take(const std::string& key);
   void Keep(const std::string& key, std::unique_ptr<Renderer> renderer);
 
-  // Equal when a renderer can be used again: the recipe and all of the config but `maps`, of
+  // Equal keys mean that a renderer can be used again: the recipe, and the config except `maps`, of
   // which only those count that change what is traced.
   static std::string KeyOf(const v1::Scene& scene, const v1::RenderConfig& config);
 
@@ -34,12 +34,12 @@ class RendererCache {
   std::unique_ptr<Renderer> renderer_;  // Guarded by mutex_.
 };
 
-// Makes the folder of an attempt; it and its way from the store are on disk. Errors: the disk's.
+// Makes the folder of an attempt durably, with its parents up to the store. Errors: the disk's.
 absl::Status MakeAttemptFolder(const std::string& dir);
 
-// RunRenderJob with the renderer of `factory`. While a rig is rendered the one before it is encoded
-// and written. Errors: kInvalidArgument for a rig that the scene does not have; the factory's;
-// the renderer's and WriteFrame's, naming the rig.
+// RunRenderJob with the renderer of `factory`. While a rig is rendered, the one before it is
+// encoded and written. Errors: kInvalidArgument for a rig that the scene does not have; the
+// factory's; the renderer's and WriteFrame's, naming the rig.
 absl::StatusOr<v1::RenderResult> RenderFrames(const v1::RenderJob& job,
                                               const RenderJobContext& context,
                                               const RendererFactory& factory, RendererCache& cache);

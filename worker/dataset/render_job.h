@@ -1,5 +1,5 @@
-// The whole job `render`: build the scene once, render its rigs, write each frame's folder, report
-// what was written.
+// The whole job `render`: builds the scene once, renders its rigs, writes each frame's folder, and
+// returns what was written.
 #pragma once
 
 #include <functional>

@@ -1,8 +1,8 @@
-// The stage `sensor`: pictures of a camera (worker/sensor) in place of the rendered ones, made of
-// the linear pictures that a frame keeps. Like the stage `finish` it stores nothing of its own:
-// whoever brings frames out of the store makes them, and whatever reads them anywhere gets the same
-// bytes. Ground truth, statistics and verdicts stay the rendered frame's, so that variants which
-// differ in their sensors consist of the same pairs.
+// The stage `sensor`: replaces the rendered pictures by those of a camera (worker/sensor), made
+// from the linear pictures that a frame keeps. Like the stage `finish` it stores nothing of its
+// own: the pictures are made when frames leave the store, with the same bytes everywhere. Ground
+// truth, statistics and verdicts stay those of the rendered frame, so that variants with different
+// sensors consist of the same pairs.
 #pragma once
 
 #include <functional>
@@ -18,26 +18,26 @@
 
 namespace parallax {
 
-// The stage's key: the SHA-256, as hex, of its version, of the config and of those of the frame's
-// `files` that it reads.
+// The stage's key: the SHA-256, as hex, of its version, the config, and the hashes of those `files`
+// of the frame that it reads.
 std::string SensorKey(const v1::SensorConfig& config,
                       const google::protobuf::RepeatedPtrField<v1::FileEntry>& files);
 
 // Names of the files of a frame that the stage reads.
 std::vector<std::string> FilesForSensor(const v1::SensorConfig& config);
 
-// Bytes of left.png, right.png and frame.json by name. The last is the frame's own with an entry
-// "sensor": the key and the numbers that were drawn. `path_of` tells where a file of the frame is.
-// Errors: kFailedPrecondition for a frame that keeps no linear pictures; kDataLoss for a frame.json
+// Makes left.png, right.png and frame.json, by name. The last is the frame's own with an entry
+// "sensor": the key and the drawn numbers. `path_of` returns the path of a file of the frame.
+// Errors: kFailedPrecondition for a frame without linear pictures; kDataLoss for a frame.json
 // without seeds; those of reading and of TakePicture.
 absl::StatusOr<std::map<std::string, std::string>> MakeSensorFiles(
     const v1::SensorConfig& config, const std::string& key,
     const std::function<std::string(const std::string& name)>& path_of);
 
-// The key in a frame's frame.json; empty where the pictures are as rendered.
+// The key in a frame's frame.json; empty where the pictures are the rendered ones.
 std::string SensorKeyOf(const nlohmann::ordered_json& frame_json);
 
-// The same pictures once more, from the numbers in frame.json.
+// The pictures made again from the numbers in frame.json.
 struct SensorPictures {
   ImageRgb8 left, right;
 };

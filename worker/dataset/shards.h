@@ -1,4 +1,4 @@
-// Tar files of an export's pairs: each holds pairs of one split and says so in its name. Private to
+// Tar files of an export's pairs: each holds pairs of one split and is named after it. Private to
 // worker/dataset. Not thread-safe.
 #pragma once
 
@@ -21,19 +21,18 @@ struct Shard {
   std::string sha256;
 };
 
-// Writes the shards of one split while its pairs come: of a shard only the pair at hand is in
-// memory.
+// Writes the shards of one split pair by pair; only the current pair is in memory.
 class ShardWriter {
  public:
   // Shards `folder`/`split`-NNNNNN.tar of at most `pairs_per_shard` pairs.
   ShardWriter(std::string folder, std::string split, int pairs_per_shard);
 
-  // Appends the files of one pair, in their order.
-  // Errors: kInvalidArgument for a name of more than 100 characters; as fopen(3) and fwrite(3).
+  // Appends the files of one pair, in their order. Errors: kInvalidArgument for a name of more than
+  // 100 characters; as fopen(3) and fwrite(3).
   absl::Status Add(const std::vector<ExportFile>& members);
-  // Closes the shard at hand. Errors: as fwrite(3) and fclose(3).
+  // Closes the current shard. Errors: as fwrite(3) and fclose(3).
   absl::Status Finish();
-  // The shards that are closed.
+  // The closed shards.
   const std::vector<Shard>& shards() const { return shards_; }
 
  private:
@@ -47,17 +46,17 @@ class ShardWriter {
   const std::string folder_, split_;
   const int pairs_per_shard_;
   std::vector<Shard> shards_;
-  // The shard at hand.
+  // The current shard.
   Shard shard_;
   std::unique_ptr<std::FILE, CloseFile> file_;
   std::unique_ptr<Sha256> hash_;
 };
 
-// YAML that names the files of each split, for the head of an export's README.md: by it Hugging
-// Face `datasets` opens the folder by its name alone.
+// YAML that names the files of each split, for the head of an export's README.md: with it Hugging
+// Face `datasets` opens the folder by name.
 std::string ShardHead(const std::vector<Shard>& train, const std::vector<Shard>& test);
 
-// Markdown: the table of shards and how to read them.
+// Markdown: the table of shards, and how to read them.
 std::string ShardCard(const std::vector<Shard>& train, const std::vector<Shard>& test);
 
 }  // namespace parallax

@@ -41,7 +41,7 @@ double Median(const Histogram& histogram) {
   return 0;
 }
 
-// Pixels of what stands there by the place's rules.
+// Counts the pixels of objects that the place's rules made.
 void AddGrown(const v1::Scene& scene, const std::vector<int64_t>& pixels,
               FrameStatistics& statistics) {
   const auto type = TypeOf(scene);
@@ -98,7 +98,7 @@ FrameStatistics ComputeStatistics(const v1::Scene& scene, const StereoFrame& fra
     if (count > 0) statistics.material_pixels[material.material_class()] += count;
   }
 
-  // A sixteenth of the pixels tells a median well enough for every frame of a dataset.
+  // A sixteenth of the pixels is enough for the median of every frame of a dataset.
   statistics.warp_median_difference =
       WarpCheck(left.color, frame.right.color, left.disparity_px, left.occlusion, 4).median;
   return statistics;

@@ -1,4 +1,4 @@
-// What a frame is like in numbers: for verdicts, frame.json and the dataset card.
+// The statistics of a frame: for verdicts, frame.json and the dataset card.
 #pragma once
 
 #include <cstdint>
@@ -12,15 +12,15 @@
 
 namespace parallax {
 
-// Of the left view unless said otherwise.
+// Statistics of one frame; of the left view unless said otherwise.
 struct FrameStatistics {
-  double mean_intensity = 0;  // Of all 8-bit values.
-  double min_depth_m = 0;     // Of both views; 0 when they see no surface.
-  double max_depth_m = 0;     // Of both views.
+  double mean_intensity = 0;  // Mean of all 8-bit values.
+  double min_depth_m = 0;     // Over both views; 0 when they see no surface.
+  double max_depth_m = 0;     // Over both views.
   double max_disparity_px = 0;
-  double median_disparity_px = 0;  // To the histogram's bin width; of pixels that see a surface.
-  double occluded_fraction = 0;    // Of all pixels.
-  double sky_fraction = 0;         // Pixels that see no surface.
+  double median_disparity_px = 0;  // To the histogram's bin width; over pixels that see a surface.
+  double occluded_fraction = 0;    // Share of all pixels.
+  double sky_fraction = 0;         // Share of pixels that see no surface.
   // WarpCheck's median, 8-bit steps; -1 when nothing could be compared.
   double warp_median_difference = 0;
   Histogram disparity = DisparityHistogram();
@@ -30,26 +30,27 @@ struct FrameStatistics {
   std::map<std::string, int64_t> material_pixels;  // By class.
 };
 
+// Computes all statistics of a frame; `scene` gives the classes.
 FrameStatistics ComputeStatistics(const v1::Scene& scene, const StereoFrame& frame);
 
 // The numbers above by name, for FrameResult.statistics.
 std::map<std::string, double> StatisticsByName(const FrameStatistics& statistics);
 
-// The class of an object for tables; "Unknown" where the recipe does not say.
+// The class of an object for tables; "Unknown" if the recipe does not say.
 std::string ClassOf(const v1::SceneObject& object);
 
-// How well the right image, warped by the left disparity, agrees with the left image outside
+// Difference between the left image and the right image warped by the left disparity, outside
 // occlusions.
 struct WarpDifference {
-  double median = -1;  // Of the absolute difference, 8-bit steps, over pixels and channels; -1: no
-                       // pixel compared.
+  // Median absolute difference in 8-bit steps, over pixels and channels; -1: no pixel compared.
+  double median = -1;
   double mean = 0;
   double p90 = 0;
   int64_t pixels = 0;
 };
 
-// Looks at every `stride`-th pixel in x and y. Source: dataset-format, "right warped by disparity
-// gives left".
+// Compares every `stride`-th pixel in x and y. Source: the dataset format, "right warped by
+// disparity gives left".
 WarpDifference WarpCheck(const ImageRgb8& left, const ImageRgb8& right,
                          const ImageF& left_disparity_px, const ImageU8& left_occlusion,
                          int stride = 1);

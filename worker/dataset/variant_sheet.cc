@@ -44,7 +44,7 @@ void SortAsInStudy(const std::string& dir, std::vector<DatasetVariant>& variants
                    [&](const auto& a, const auto& b) { return place(a.name) < place(b.name); });
 }
 
-// What a twentieth of the pixels exceeds.
+// The 95th percentile of the disparities of a view, pixels.
 double NearDisparity(const ImageF& disparity_px) {
   std::vector<float> values;
   for (int y = 0; y < disparity_px.height(); ++y) {

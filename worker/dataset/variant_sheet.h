@@ -1,4 +1,4 @@
-// A picture of what a study varies: the same pair of every variant side by side.
+// A picture of the differences within a study: the same pair of every variant, side by side.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 namespace parallax {
 
 struct VariantSheetOptions {
-  int max_pairs = 3;  // Blocks: one for each (scene, rig), spread evenly over the common ones.
-  int tile_width_px = 420;  // Of one left image.
+  int max_pairs = 3;        // One for each (scene, rig), spread evenly over the common ones.
+  int tile_width_px = 420;  // Width of one left image.
   int columns = 5;
 };
 

@@ -5,7 +5,7 @@
 namespace parallax {
 namespace {
 
-// Absent when the filters do not ask for the verdict. Judge fills in the name.
+// Empty when the filters do not ask for the verdict. Judge fills in the name.
 using Opinion = absl::StatusOr<std::optional<Verdict>>;
 
 absl::StatusOr<double> Statistic(const FrameFacts& frame, const std::string& name) {

@@ -1,5 +1,5 @@
-// The stage `finish`: what a frame's stored numbers say about it. Verdicts are made when an archive
-// is written, and made anew when the study's filters have changed; nothing is rendered for them.
+// The stage `finish`: judges a frame by its stored statistics. Verdicts are made when an archive is
+// written, and again when the study's filters change; neither renders anything.
 //
 // To add a verdict, write its function in verdicts.cc and name it in kVerdicts there.
 #pragma once
@@ -13,9 +13,10 @@
 
 namespace parallax {
 
-// The statistic of the verdict `ambiguous`, in a line of the index. Only curation writes it.
+// The statistic behind the verdict `ambiguous`, in a line of the index. Only curation writes it.
 inline constexpr char kAmbiguousShare[] = "ambiguous_share";
 
+// The outcome of one filter: the frame's value against the threshold.
 struct Verdict {
   std::string name;
   bool passed = true;
@@ -23,20 +24,19 @@ struct Verdict {
   double threshold = 0;
 };
 
-// Everything that a frame is judged by.
+// All facts by which a frame is judged.
 struct FrameFacts {
   std::map<std::string, double> statistics;  // StatisticsByName, as the index keeps them.
 };
 
-// The verdicts that `filters` ask for, in the order in which they are listed:
-//   dark    mean_intensity is below min_mean_intensity
-//   near    min_depth_m is below min_depth_m of the filters
-//   close   the same with min_distance_m, unless that is 0
-//   ambiguous  ambiguous_share is above max_ambiguous_share, unless that is 1 or absent; frames
-//   that
-//              were not curated are not judged
-// A frame that sees no surface at all passes "near" and "close".
-// Errors: kFailedPrecondition when the facts lack a number that a verdict needs, naming both.
+// The verdicts that `filters` ask for, in this order:
+//   dark       mean_intensity is below min_mean_intensity
+//   near       min_depth_m is below min_depth_m of the filters
+//   close      the same with min_distance_m, unless that is 0
+//   ambiguous  ambiguous_share is above max_ambiguous_share, unless that is 1 or absent;
+//              frames without curation are not judged
+// A frame that sees no surface at all passes "near" and "close". Errors: kFailedPrecondition when
+// the facts lack a number that a verdict needs, naming both.
 absl::StatusOr<std::vector<Verdict>> Judge(const FrameFacts& frame,
                                            const v1::FilterConfig& filters);
 

@@ -32,7 +32,7 @@ void Collect(std::vector<Finding> found, const VerifyOptions& options, VerifyRes
   }
 }
 
-// The recipes: there, readable, with a rig for every frame.
+// Checks the recipes: each exists, can be read, and has a rig for every frame.
 std::vector<Finding> CheckRecipes(const DatasetVariant& variant) {
   std::vector<Finding> findings;
   std::set<uint32_t> scenes;
@@ -62,8 +62,8 @@ std::vector<Finding> CheckRecipes(const DatasetVariant& variant) {
   return findings;
 }
 
-// The lock file above the variant's folder says which camera its frames have. One that is missing
-// or can't be read is for others to tell.
+// Finds the frames' camera in the lock file above the variant's folder. Other checks report a file
+// that is missing or can't be read.
 std::vector<Finding> CheckStudyCameras(const DatasetVariant& variant) {
   const fs::path lock = fs::path(variant.dir).parent_path() / "study.lock.yaml";
   const absl::StatusOr<v1::StudySpec> study = LoadStudy(lock);
@@ -84,7 +84,7 @@ absl::Status VerifyVariant(const DatasetVariant& variant, const VerifyOptions& o
   Collect(std::move(of_folder), options, result);
   Collect(CheckRecipes(variant), options, result);
   if (options.geometry) Collect(CheckStudyCameras(variant), options, result);
-  // In blocks, so that findings stay in order and memory small.
+  // Works in blocks, so that findings stay in order and memory small.
   constexpr size_t kBlock = 32;
   for (size_t begin = 0; begin < variant.frames.size(); begin += kBlock) {
     if (options.cancel.cancelled()) return absl::CancelledError("verify");
@@ -109,7 +109,7 @@ absl::Status VerifyVariant(const DatasetVariant& variant, const VerifyOptions& o
   return absl::OkStatus();
 }
 
-// A folder of `parallax export`: every file of SHA256SUMS, and no other.
+// Checks a folder of `parallax export`: every file of SHA256SUMS, and no other.
 absl::StatusOr<VerifyResult> VerifyExport(const std::string& dir, const VerifyOptions& options) {
   VerifyResult result;
   result.kind = "export";

@@ -1,5 +1,5 @@
-// Whether a dataset is what it says: every file's hash, and what must hold between images, maps,
-// cameras and tables of each pair.
+// Verifies a dataset: every file's hash, and the relations between images, maps, cameras and tables
+// of each pair.
 #pragma once
 
 #include <cstdint>
@@ -18,10 +18,11 @@ struct VerifyOptions {
   CancelToken cancel;
 };
 
+// One fault of the dataset.
 struct Finding {
   std::string check;    // "hash", "missing", "disparity", "pose", "tables"...
-  std::string path;     // Of the file or folder.
-  std::string message;  // What was seen and what was wanted.
+  std::string path;     // The file or folder.
+  std::string message;  // Says what was seen and what was wanted.
 };
 
 struct VerifyResult {
@@ -41,8 +42,8 @@ struct VerifyResult {
 //   K, size and baseline to 1e-6; of raw pairs, correspondences that are epipolar once rectified;
 //   of sequences, flow and disparity change as depth, cameras and motion give them (2e-3 px), flow
 //   occlusion as the neighbours' depth has it (2 % of the pixels may differ).
-// Errors: kNotFound when `dir` is no dataset; kDataLoss for an index that can't be read. What is
-// wrong with the dataset is no error but a finding.
+// Errors: kNotFound when `dir` is no dataset; kDataLoss for an index that can't be read. Faults of
+// the dataset are findings, not errors.
 absl::StatusOr<VerifyResult> VerifyDataset(const std::string& dir,
                                            const VerifyOptions& options = {});
 

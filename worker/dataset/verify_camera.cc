@@ -20,7 +20,7 @@ std::string Digits(double value) {
   return text;
 }
 
-// What a number of frame.json may be.
+// The range in which a number of frame.json must lie.
 struct Wanted {
   const char* name;
   double low, high;

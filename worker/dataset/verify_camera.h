@@ -1,4 +1,4 @@
-// The checks of cameras against the study. Private to worker/dataset.
+// Checks cameras against the study. Private to worker/dataset.
 #pragma once
 
 #include <vector>
@@ -9,9 +9,9 @@
 
 namespace parallax {
 
-// Whether every frame has the camera that rigs.camera of its study's lock file gives: size, K and
-// baseline, scaled to the size of the pictures, to 1e-6; values that are drawn must lie in their
-// range. Nothing is checked where the config gives no camera.
+// Checks that every frame has the camera that rigs.camera of its study's lock file gives: size, K
+// and baseline, scaled to the size of the pictures, to 1e-6; drawn values must lie in their range.
+// Checks nothing where the config gives no camera.
 std::vector<Finding> CheckCameras(const DatasetVariant& variant, const v1::SceneConfig& config);
 
 }  // namespace parallax

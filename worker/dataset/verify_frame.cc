@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr double kReprojection = 0.01;        // Of the depth: the seed's threshold.
+constexpr double kReprojection = 0.01;        // Relative to the depth: the seed's threshold.
 constexpr double kMostReprojected = 1e-3;     // Part of the pixels that may be judged otherwise.
 constexpr double kDisparityTolerance = 1e-6;  // Relative, and half a float's last digit.
 constexpr uint8_t kSky = 1, kKnownBits = 1 | 2 | 4 | 8 | 16 | 32;
@@ -298,7 +298,7 @@ class FrameChecker {
         [&](size_t) { return std::string("turned away from the camera"); });
   }
 
-  // Left-right consistency anew, from depth alone.
+  // Recomputes left-right consistency from depth alone.
   void CheckOcclusion(const Eye& eye, const Eye& other, double sign) {
     if (eye.occlusion.empty()) return;
     const std::string file = "occlusion_" + eye.name + ".png";
@@ -333,7 +333,7 @@ class FrameChecker {
         kMostReprojected);
   }
 
-  // The index against the maps.
+  // Compares the index with the maps.
   void CheckIndex() {
     const Json& line = frame_.line;
     bool passed = true;

@@ -1,4 +1,4 @@
-// The checks of one frame. Private to worker/dataset.
+// Checks one frame. Private to worker/dataset.
 #pragma once
 
 #include <vector>
@@ -8,12 +8,12 @@
 
 namespace parallax {
 
-// Files of the index: present, of the right hash. Adds to `bytes`.
+// Checks that the index's files exist with the right hashes. Adds their sizes to `bytes`.
 void CheckFiles(const DatasetFrame& frame, bool hashes, std::vector<Finding>& findings,
                 int64_t& bytes);
 
-// What must hold between the files. Maps that were not written are not missed; ones that can't be
-// read are findings.
+// Checks the geometry between a frame's files. Maps that were not written are not missed; maps that
+// can't be read are findings.
 void CheckGeometry(const DatasetFrame& frame, std::vector<Finding>& findings);
 
 }  // namespace parallax

@@ -1,4 +1,4 @@
-// The pictures of a frame against the linear ones that it keeps.
+// Checks a frame's pictures against the linear ones that it keeps.
 #pragma once
 
 #include <vector>
@@ -8,9 +8,9 @@
 
 namespace parallax {
 
-// Appends what is wrong: linear pictures that are not numbers >= 0; pictures that are not what the
-// tone curve, or the sensor with the numbers in frame.json, makes of them; a sensor's pictures
-// without linear ones beside them. Frames that keep none are left alone.
+// Appends findings: linear pictures with values that are not numbers >= 0; pictures that differ
+// from what the tone curve, or the sensor with the numbers in frame.json, makes of them; sensor
+// pictures without linear ones. Frames without linear pictures are skipped.
 void CheckLight(const DatasetFrame& frame, std::vector<Finding>& findings);
 
 }  // namespace parallax

@@ -20,7 +20,7 @@ struct RawSide {
   double reach = 0;
   ImageF3 flow;
   ImageU8 occlusion;
-  ImageF disparity;  // Of the rectified view; may be missing.
+  ImageF disparity;  // Disparity of the rectified view; may be missing.
 
   // Tangents in the rectified camera's plane; nothing where that looks away.
   std::optional<Vec2d> Rectified(const Vec2d& at) const {

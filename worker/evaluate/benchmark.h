@@ -22,12 +22,14 @@ struct LabelMap {
   std::map<uint16_t, std::string> names;
 };
 
+// The truth of one pair.
 struct PairTruth {
   ImageF disparity_px;                     // Left view; 0 where no truth is known.
   std::map<std::string, ImageU8> regions;  // Beside "all": 1 where a pixel belongs to it.
   std::map<std::string, LabelMap> groups;  // "class", "material".
 };
 
+// One pair of a benchmark.
 struct BenchmarkPair {
   std::string name;         // Unique in the benchmark; letters, digits, '_', '-', '.'.
   std::string left, right;  // Picture files.
@@ -36,6 +38,7 @@ struct BenchmarkPair {
   std::function<absl::StatusOr<PairTruth>()> read_truth;
 };
 
+// A benchmark that was opened: its pairs and its figures.
 struct Benchmark {
   std::string name;
   Metric headline;              // The figure that it is quoted with.
@@ -45,6 +48,7 @@ struct Benchmark {
   std::vector<BenchmarkPair> pairs;
 };
 
+// A kind of benchmark, before it is opened.
 struct BenchmarkKind {
   std::string name;         // "middlebury2014-H"; also of the Benchmark that it opens.
   std::string description;  // One line: pairs, figure.

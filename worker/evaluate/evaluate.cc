@@ -42,7 +42,7 @@ absl::StatusOr<std::vector<PredictionTask>> MakeTasks(const Benchmark& benchmark
     const std::string reduced = work_dir + "/" + pair.name;
     ASSIGN_OR_RETURN(task.left, ReducedPicture(pair.left, pair.shrink, reduced + "_left.png"));
     ASSIGN_OR_RETURN(task.right, ReducedPicture(pair.right, pair.shrink, reduced + "_right.png"));
-    fs::remove(task.output, error);  // Of an earlier evaluation: it may be another predictor's.
+    fs::remove(task.output, error);  // An old prediction may be another predictor's.
     tasks.push_back(std::move(task));
   }
   return tasks;

@@ -1,4 +1,4 @@
-// One predictor on one benchmark.
+// Evaluates one predictor on one benchmark.
 #pragma once
 
 #include <functional>
@@ -14,11 +14,11 @@
 namespace parallax {
 
 struct EvaluateOptions {
-  RunIdentity run;       // Whose predictions they are.
-  std::string work_dir;  // Made if need be: lists, logs, reduced pictures, predictions.
+  RunIdentity run;       // Identity of the predictions' network.
+  std::string work_dir;  // Made if missing: lists, logs, reduced pictures, predictions.
   // Leaves the predictions in PredictionPath(); they take 4 bytes a pixel.
   bool keep_predictions = false;
-  int max_pairs = 0;  // So many of the benchmark's pairs, spread evenly; 0: all.
+  int max_pairs = 0;  // Limit, spread evenly over the benchmark's pairs; 0: all.
   CancelToken cancel;
   Clock* clock = &Clock::System();
   std::function<void(int done, int total)> progress = [](int, int) {};  // Pairs predicted.
@@ -33,7 +33,7 @@ struct EvaluateOptions {
 absl::StatusOr<Evaluation> Evaluate(Predictor& predictor, const Benchmark& benchmark,
                                     const EvaluateOptions& options);
 
-// Where the prediction of a pair stands during, and with keep_predictions after, an evaluation.
+// Path of a pair's prediction during an evaluation, and with keep_predictions after it.
 std::string PredictionPath(const std::string& work_dir, const std::string& pair);
 
 // Errors of one image. Errors: kInvalidArgument for a prediction of another size than the truth.

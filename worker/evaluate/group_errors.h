@@ -10,6 +10,7 @@
 
 namespace parallax {
 
+// The errors of one class or material.
 struct GroupError {
   std::string name;
   double share = 0;  // Part of all pixels with truth in [0, 1].

@@ -11,7 +11,7 @@ namespace parallax {
 
 struct PredictionSheetOptions {
   int best = 3, worst = 5;  // Rows; fewer where there are fewer pairs.
-  int tile_width_px = 360;  // Of one picture; a row has four.
+  int tile_width_px = 360;  // Width of one picture; a row has four.
 };
 
 // Draws rows of left picture, truth, prediction (coloured to one scale) and error (dark: none,

@@ -34,6 +34,7 @@ struct RunIdentity {
   std::string checkpoint;  // SHA-256 of the file; empty without one.
 };
 
+// All scores of one run on one benchmark.
 struct Evaluation {
   std::string benchmark;
   Metric headline;              // The figure that the benchmark is quoted with.

@@ -4,7 +4,7 @@
 
 namespace parallax {
 
-// The picture reduced by a whole factor, by averaging; sides are rounded up, as Subsample's are.
+// Shrinks the picture by a whole factor, averaging; sides are rounded up, as in Subsample.
 ImageRgb8 ShrinkPicture(const ImageRgb8& picture, int factor);
 
 }  // namespace parallax

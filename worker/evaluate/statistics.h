@@ -27,12 +27,14 @@ namespace parallax {
 // of 1 the figure is the mean over images; with counts of pixels it is that of the pool.
 using FigureTable = std::vector<std::vector<Quotient>>;
 
+// Number of replicates, level and seed.
 struct BootstrapOptions {
   int replicates = 2000;  // More make an interval's ends steadier, in proportion to its root.
   double confidence = 0.95;
   uint64_t seed = 1;  // The same gives the same intervals.
 };
 
+// A figure with the ends of its confidence interval.
 struct Interval {
   double value = 0;
   double low = 0, high = 0;
@@ -47,6 +49,7 @@ absl::StatusOr<Interval> BootstrapFigure(const FigureTable& table, const Bootstr
 enum class Verdict { kBetter, kWorse, kNotToldApart };
 std::string VerdictName(Verdict verdict);  // "better", "worse", "not told apart"
 
+// The difference of two rows.
 struct Comparison {
   Interval difference;  // Interval of a - b; below 0: a is better, because all figures are errors.
   Verdict verdict = Verdict::kNotToldApart;

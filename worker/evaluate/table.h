@@ -13,6 +13,7 @@
 
 namespace parallax {
 
+// One figure of a cell.
 struct TableFigure {
   std::string metric;  // MetricName.
   // NaN when no image has the metric's region.
@@ -20,19 +21,22 @@ struct TableFigure {
   int pairs = 0;      // Images with the metric's region.
 };
 
+// A row's figures on one benchmark.
 struct TableCell {
   TableFigure headline;
   std::vector<TableFigure> others;  // The benchmark's further figures.
-  int pairs_published = 0;          // Of the whole benchmark; 0 where that isn't fixed.
+  int pairs_published = 0;          // Size of the whole benchmark; 0 where that isn't fixed.
   std::string mimics;
 };
 
+// One (variant, trainer).
 struct TableRow {
   std::string variant, trainer;
   int seeds = 0;                           // 0: the predictor needs no training.
   std::map<std::string, TableCell> cells;  // By benchmark.
 };
 
+// A row against its baseline on one benchmark.
 struct TableComparison {
   std::string benchmark, metric;
   std::string variant, trainer;
@@ -40,6 +44,7 @@ struct TableComparison {
   Comparison comparison;
 };
 
+// The whole table.
 struct ResultTable {
   std::vector<std::string> benchmarks;  // Columns, in order.
   std::vector<TableRow> rows;
@@ -47,6 +52,7 @@ struct ResultTable {
   std::vector<std::string> notes;  // One sentence each: incomplete benchmarks, single seeds.
 };
 
+// The baseline and the order of rows.
 struct TableOptions {
   // A variant; empty: "default", else "baseline", else the first row that has seeds. Rows of the
   // same trainer are compared with it; rows without seeds with the first baseline there is.

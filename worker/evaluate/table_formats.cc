@@ -189,8 +189,8 @@ std::string LatexEscaped(const std::string& text) {
   return escaped;
 }
 
-// As the paper's tables: booktabs, a column a benchmark; raised signs mark what differs from the
-// baseline.
+// Formats a LaTeX table like the paper's: booktabs, a column a benchmark; raised signs mark
+// differences from the baseline.
 std::string Latex(const ResultTable& table) {
   const Grid grid = WideGrid(table, "$^{+}$", "$^{-}$");
   std::string text = "\\begin{tabular}{ll*{" + std::to_string(grid[0].size() - 2) + "}{r}}\n";

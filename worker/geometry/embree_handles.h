@@ -1,4 +1,4 @@
-// Move-only owners of Embree's devices, scenes and geometries; its ray.
+// Move-only owners of Embree's devices, scenes and geometries, and a constructor of its rays.
 #pragma once
 
 #include <embree3/rtcore.h>
@@ -9,6 +9,7 @@
 
 namespace parallax {
 
+// Releases the handle when it is destroyed.
 template <typename Handle, void (*release)(Handle)>
 class EmbreeHandle {
  public:
@@ -31,7 +32,7 @@ using EmbreeDevice = EmbreeHandle<RTCDevice, rtcReleaseDevice>;
 using EmbreeScene = EmbreeHandle<RTCScene, rtcReleaseScene>;
 using EmbreeGeometry = EmbreeHandle<RTCGeometry, rtcReleaseGeometry>;
 
-// A ray that everything stops, from `near` to `far` along it.
+// A ray over distances `near` to `far` along `direction`, with all mask bits set.
 inline RTCRay MakeRay(const Vec3f& origin, const Vec3f& direction, float near, float far) {
   return {.org_x = origin.x(),
           .org_y = origin.y(),

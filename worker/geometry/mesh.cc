@@ -15,8 +15,8 @@ uint16_t SlotIndex(Mesh& mesh, const MaterialSlot& slot) {
   return static_cast<uint16_t>(mesh.slots.size() - 1);
 }
 
-// Whether two triangles of sheets have the same three corners, whichever way round: rays would meet
-// one or the other by chance.
+// Whether two triangles of sheets have the same three corners, in any order: which one rays meet
+// would be random.
 bool HasCoincidentSheets(const Mesh& mesh) {
   using Corner = std::array<float, 3>;
   std::vector<std::array<Corner, 3>> sheets;

@@ -52,10 +52,10 @@ bool VisitNearest(RTCPointQueryFunctionArguments* args) {
 }  // namespace
 
 struct RayScene::State {
-  // One thread: a solve is one of many jobs of a worker.
+  // One thread, because a solve is one of many jobs of a worker.
   EmbreeDevice device{rtcNewDevice("threads=1,set_affinity=0")};
   EmbreeScene top;
-  // One for each tree, however often it stands.
+  // One scene for each tree, however many bodies use it.
   std::map<std::shared_ptr<const TriangleTree>, EmbreeScene> scenes;
   std::vector<Body> bodies;
 

@@ -1,8 +1,8 @@
-// Embree's home for everything but light transport: nearest hits, occlusion, nearest distance and
-// mesh-against-mesh overlap over placed meshes. The renderer builds its own Embree scene with the
-// handles of embree_handles.h.
+// Embree queries for everything but light transport: nearest hits, occlusion, nearest distance and
+// overlap of placed meshes. The renderer builds its own Embree scene with the handles of
+// embree_handles.h.
 //
-// Build once, then const: const members are thread-safe.
+// Build once, then query: const members are thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -17,6 +17,7 @@
 
 namespace parallax {
 
+// The nearest hit of a ray.
 struct RayHit {
   float distance = 0;     // In units of the direction's length.
   uint32_t body = 0;      // Index of the Add call.
@@ -25,7 +26,7 @@ struct RayHit {
   Vec3f normal = Vec3f::Zero();
 };
 
-// Placed triangle meshes that can be asked where rays and points meet them.
+// A set of placed triangle meshes for geometric queries.
 class RayScene {
  public:
   RayScene();
@@ -35,25 +36,26 @@ class RayScene {
 
   // Places a copy of the mesh; returns its body index (0, 1, 2...).
   uint32_t Add(const Mesh& mesh, const Eigen::Affine3f& world_from_object);
-  // The same for a mesh that is prepared already; shared, not copied.
+  // The same for a prepared mesh, which is shared and not copied.
   uint32_t Add(std::shared_ptr<const TriangleTree> tree, const Eigen::Affine3f& world_from_object);
-  // Takes a body out (false) or puts it back (true). Needs Commit before the next query.
+  // Removes a body (false) or restores it (true). Needs Commit before the next query.
   void SetEnabled(uint32_t body, bool enabled);
-  // Builds the acceleration structure. After it the queries may be used.
+  // Builds the acceleration structure; queries require it.
   void Commit();
 
+  // The nearest hit along a ray, or nothing within `max_distance` (in lengths of `direction`).
   std::optional<RayHit> Intersect(
       const Vec3f& origin, const Vec3f& direction,
       float max_distance = std::numeric_limits<float>::infinity()) const;
-  // Whether anything stands between two points (1 % of a millimetre is left free at both ends).
+  // Whether anything is between two points (1 % of a millimetre is left free at both ends).
   bool Occluded(const Vec3f& from, const Vec3f& to) const;
   // Distance from `point` to the nearest surface, or `max_distance` if nothing is that near.
   float NearestDistance(const Vec3f& point, float max_distance) const;
   // True when `point` lies inside a closed surface: majority vote of signed crossings over three
   // fixed directions.
   bool Inside(const Vec3f& point) const;
-  // Exact: whether any triangle of the placed mesh crosses a triangle of the enabled bodies, or one
-  // holds the other whole. Touching within `tolerance_m` does not count.
+  // Exact test: whether a triangle of the placed mesh crosses a triangle of the enabled bodies, or
+  // one contains the other. Touching within `tolerance_m` does not count.
   bool Overlaps(const Mesh& mesh, const Eigen::Affine3f& world_from_object,
                 float tolerance_m = 0.0f) const;
   bool Overlaps(const TriangleTree& tree, const Eigen::Affine3f& world_from_object,

@@ -1,5 +1,5 @@
-// A recipe made solid: every object's mesh, placed, with its materials, and what surrounds them.
-// Plain data; BuildSceneGeometry (worker/scene) makes it.
+// A recipe's geometry: every object's mesh, placed, with its materials, and the surroundings. Plain
+// data; BuildSceneGeometry (worker/scene) makes it.
 #pragma once
 
 #include <memory>
@@ -13,6 +13,7 @@ namespace parallax {
 
 class Material;  // worker/materials
 
+// One object of the recipe.
 struct PlacedMesh {
   std::shared_ptr<const Mesh> mesh;  // Shared by objects of equal class and seed.
   Eigen::Affine3f world_from_object = Eigen::Affine3f::Identity();
@@ -20,13 +21,13 @@ struct PlacedMesh {
   std::vector<uint32_t> material_of_slot;  // SceneMaterial.index by Mesh::slots; 0 = none bound.
 };
 
-// A mesh that stands in many places.
+// A mesh that is placed many times.
 struct Prototype {
   std::shared_ptr<const Mesh> mesh;
   std::vector<uint32_t> material_of_slot;  // As PlacedMesh's.
 };
 
-// One place of a prototype, in 56 bytes: landscapes have a hundred thousand.
+// One placement of a prototype, in 56 bytes: landscapes have a hundred thousand.
 struct Instance {
   Eigen::Matrix<float, 3, 4, Eigen::DontAlign> world_from_object;
   uint32_t prototype = 0;     // Into SceneGeometry::prototypes.
@@ -43,7 +44,7 @@ static_assert(sizeof(Instance) == 56);
 // Constant once made; shared by everything that reads a scene.
 struct SceneGeometry {
   std::vector<PlacedMesh> meshes;  // In order of the recipe's objects.
-  // Beside them: what the place's rules make.
+  // In addition: geometry made by the place's rules.
   std::vector<Prototype> prototypes;
   std::vector<Instance> instances;
   std::vector<std::shared_ptr<const Material>> materials;  // By SceneMaterial.index; [0] is null.

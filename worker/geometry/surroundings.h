@@ -1,6 +1,6 @@
-// What a scene's type says about the space around its objects: where rigs and things may be, how
-// light gets in, what counts as exterior, what ends the view. Renderer, dataset and rigs ask this
-// and never what kind of place it is. Plain data, world frame, metres.
+// The space around a scene's objects as the scene's type describes it: where rigs and objects may
+// be, how light gets in, what counts as exterior, what ends the view. Renderer, dataset and rigs
+// read this and never the kind of place. Plain data, world frame, metres.
 #pragma once
 
 #include <algorithm>
@@ -10,31 +10,32 @@
 
 namespace parallax {
 
-// A way out of an enclosure for light from the sky: the parallelogram corner + [0, 1] edge_u +
-// [0, 1] edge_v.
+// An opening of an enclosure through which skylight enters: the parallelogram corner + [0, 1]
+// edge_u + [0, 1] edge_v.
 struct SkyPortal {
   Vec3f corner, edge_u, edge_v;
   Vec3f normal;       // Unit, out of the enclosure.
-  float depth_m = 0;  // Of the wall that it leads through: what may close it lies so far inside.
+  float depth_m = 0;  // Thickness of the wall around it; closings (panes, doors) lie within.
 };
 
-// Space that the sky lights through its portals only.
+// A space that the sky lights only through its portals.
 struct SkyEnclosure {
   Box3f box;
   std::vector<SkyPortal> portals;
 };
 
+// All that a scene's type tells about its space.
 struct Surroundings {
-  // Where rigs and floating things may be; empty: no limit.
+  // Limits of rigs and floating objects; empty: no limit.
   Eigen::AlignedBox3d bounds;
   std::vector<SkyEnclosure> enclosures;
-  // The inner spaces of the place; none: nothing is exterior.
+  // The inner spaces of the place; if there are none, nothing is exterior.
   std::vector<Box3f> interiors;
   // Whether the sky's own flat ground is seen below the horizon. False for places whose ground
-  // reaches the horizon: there the sky goes on downwards as bright as at the horizon.
+  // reaches the horizon: below it, the sky continues as bright as at the horizon.
   bool ground_below_horizon = true;
 
-  // Whether a point lies in none of the place's inner spaces.
+  // Whether a point is outside all of the place's inner spaces.
   bool IsExterior(const Vec3f& point) const {
     return !interiors.empty() &&
            std::none_of(interiors.begin(), interiors.end(),

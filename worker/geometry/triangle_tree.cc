@@ -91,7 +91,7 @@ bool HoldsPartOf(const TriangleTree& outer, const TriangleTree& inner,
 
 bool TrianglesCross(const std::array<Vec3f, 3>& s, const std::array<Vec3f, 3>& t,
                     float tolerance_m) {
-  // Work about one corner: the planes' offsets stay small and precise.
+  // Computes relative to one corner: the planes' offsets stay small and precise.
   const Vec3f origin = s[0];
   const std::array<Vec3f, 3> p = {Vec3f::Zero(), s[1] - origin, s[2] - origin};
   const std::array<Vec3f, 3> q = {t[0] - origin, t[1] - origin, t[2] - origin};

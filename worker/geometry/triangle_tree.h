@@ -1,8 +1,8 @@
-// A mesh prepared for solid questions: a tree of boxes over its triangles, built once in the object
-// frame and asked under any placement, so that a moved object costs nothing to re-ask.
+// A mesh prepared for overlap tests: a tree of boxes over its triangles, built once in the object
+// frame and queried under any placement, so that moving an object costs nothing.
 //
-// Ours rather than FCL's, because touching within a tolerance must not count (things stand on each
-// other) and because building is on the solver's critical path; the tests hold it against FCL.
+// Our own rather than FCL's, because touching within a tolerance must not count (objects stand on
+// each other) and because building is on the solver's critical path; tests compare it with FCL.
 // Constant after construction: thread-safe.
 #pragma once
 
@@ -15,12 +15,13 @@
 
 namespace parallax {
 
+// The tree, with the mesh's positions.
 class TriangleTree {
  public:
   struct Node {
     Box3f box;
-    uint32_t first =
-        0;  // Leaf: first entry of order(); else: the left child (the right one follows it).
+    // Leaf: first entry of order(). Else: left child; the right one follows it.
+    uint32_t first = 0;
     uint32_t count = 0;  // Leaf: triangles; 0 = inner node.
   };
 
@@ -28,16 +29,16 @@ class TriangleTree {
 
   const Box3f& bounds() const { return bounds_; }
   size_t triangle_count() const { return triangles_.size(); }
-  // Object frame. One vertex more than the mesh has, so that Embree may read 16 bytes at the last.
+  // Object frame. Has one more vertex than the mesh, so that Embree may read 16 bytes at the last.
   const std::vector<Vec3f>& positions() const { return positions_; }
   const std::vector<std::array<uint32_t, 3>>& triangles() const { return triangles_; }
   const std::vector<Node>& nodes() const { return nodes_; }
   const std::vector<uint32_t>& order() const { return order_; }
-  // A vertex of each part that hangs together by shared vertices, thinned to a few dozen.
+  // One vertex of each part that is connected by shared vertices, thinned to a few dozen.
   const std::vector<Vec3f>& part_points() const { return part_points_; }
 
-  // Whether an object-frame point lies inside a closed surface: majority of the signed crossings
-  // along three rays. Sheets (MaterialSlot::sheet) hold nothing.
+  // Whether an object-frame point is inside a closed surface: majority of the signed crossings
+  // along three rays. Sheets (MaterialSlot::sheet) enclose nothing.
   bool Inside(const Vec3f& point) const;
 
  private:
@@ -54,9 +55,9 @@ class TriangleTree {
   Box3f bounds_;
 };
 
-// Whether triangles of the two cross, or one holds a part of the other whole. Triangles that reach
-// less than `tolerance_m` (world) through each other's planes only touch; coplanar ones never
-// cross. Placements are similarities.
+// Whether triangles of the two meshes cross, or one contains a part of the other. Triangles that
+// reach less than `tolerance_m` (world) through each other's planes only touch; coplanar ones never
+// cross. Placements must be similarities.
 bool Overlap(const TriangleTree& a, const Eigen::Affine3f& world_from_a, const TriangleTree& b,
              const Eigen::Affine3f& world_from_b, float tolerance_m = 0.0f);
 
@@ -65,7 +66,7 @@ bool Overlap(const TriangleTree& a, const Eigen::Affine3f& world_from_a, const T
 bool TrianglesCross(const std::array<Vec3f, 3>& s, const std::array<Vec3f, 3>& t,
                     float tolerance_m);
 
-// The box of a placed box.
+// Axis-aligned bounds of a transformed box.
 Box3f TransformBox(const Eigen::Affine3f& world_from_object, const Box3f& box);
 
 // Unsigned distance from a point to a triangle.

@@ -1,11 +1,9 @@
-// Keeps jobs that compute with threads of their own (trainings, predictions) from running beside
-// others on the same cores.
+// Keeps jobs with threads of their own (trainings, predictions) from sharing cores with others.
 //
 // A folder holds a lock file for each core and one for the queue before them. A training locks as
-// many cores as it has threads; jobs whose threads are shared by the whole worker lock one together
-// with others of their kind. So trainings never share cores, and rendering waits where they take
-// all. Locks are the kernel's: they end with their process. Workers that are given the same folder
-// share it.
+// many cores as it has threads; jobs that use the worker's shared threads lock one core together.
+// Thus trainings never share cores, and rendering waits while they use all. The locks are the
+// kernel's and end with their process. Workers with the same folder share them.
 #pragma once
 
 #include <functional>
@@ -18,12 +16,13 @@
 
 namespace parallax {
 
+// The cores of one machine.
 class CoreShare {
  public:
-  // `cores` must be the same for all who use `dir`.
+  // `cores` must be equal for all users of `dir`.
   CoreShare(std::string dir, int cores) : dir_(std::move(dir)), cores_(cores) {}
 
-  // Locks until it is destroyed.
+  // Holds locks until it is destroyed.
   class Hold {
    public:
     Hold() = default;
@@ -39,13 +38,13 @@ class CoreShare {
     std::vector<int> files_;  // Descriptors.
   };
 
-  using Waiting = std::function<void()>;  // Called many times a second while it waits.
+  using Waiting = std::function<void()>;  // Called many times a second during a wait.
 
-  // Waits until `threads` cores (at most all) are free, and has them alone. Errors: kCancelled;
+  // Waits for `threads` free cores (at most all), and locks them exclusively. Errors: kCancelled;
   // those of the folder.
   absl::StatusOr<Hold> TakeAlone(int threads, const CancelToken& cancel,
                                  const Waiting& waiting) const;
-  // Waits for a core that nobody has alone. Errors: as TakeAlone.
+  // Waits for a core without an exclusive lock. Errors: as TakeAlone.
   absl::StatusOr<Hold> TakeShared(const CancelToken& cancel, const Waiting& waiting) const;
 
  private:

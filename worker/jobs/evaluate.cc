@@ -69,7 +69,7 @@ class EvaluateAttempt {
   }
 
  private:
-  // What went wrong in one line, with the predictor's last word and the end of its log.
+  // The error in one line, with the predictor's last message and the end of its log.
   absl::Status Failed(const absl::Status& status) const {
     const LogReader log(work_dir_ + "/predictor.log");
     std::string message(ToStd(status.message()));

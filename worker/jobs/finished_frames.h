@@ -1,5 +1,5 @@
-// Frames that an attempt at a render job has finished, noted where the next attempt finds them: a
-// killed worker costs the pair at hand and not all of its job.
+// Records the frames that an attempt at a render job has finished, where the next attempt finds
+// them: a killed worker loses the current pair only.
 //
 //   <attempt's folder>/003/...           the frame, whole and durable
 //                      finished/003.pb   its FrameResult, written after that
@@ -18,28 +18,30 @@
 
 namespace parallax {
 
+// The records of one attempt.
 class FinishedFrames {
  public:
   // `folder` outlives it.
   explicit FinishedFrames(const AttemptFolder& folder) : folder_(folder) {}
 
-  // Notes a frame whose files are on disk below the attempt's folder; a frame in a staging folder
-  // is sent to the store first. Best effort: a frame that can't be noted is only lost to others.
+  // Records a frame whose files are on disk below the attempt's folder; sends a frame in a staging
+  // folder to the store first. Best effort: without its record, other attempts render the frame
+  // again.
   void Note(const v1::FrameResult& frame);
 
-  // Puts the frames of `job` that its earlier attempts have noted into this attempt's folder, as
-  // links where that can be, and notes them. Each is there with the files that the job asks for and
-  // their hashes, or is not taken over at all. Returns them by rig, as of this attempt. Errors:
-  // kCancelled; making the folder.
+  // Takes over the frames of `job` that earlier attempts recorded: links or copies them into this
+  // attempt's folder and records them. Frames that lack one of the job's files, or whose hashes
+  // differ, are ignored. Returns them by rig, as frames of this attempt. Errors: kCancelled; making
+  // the folder.
   absl::StatusOr<std::vector<v1::FrameResult>> TakeOver(const v1::RenderJob& job,
                                                         const CancelToken& cancel);
 
   // Whether the frame is in the store already, although the folder is a staging folder.
   bool IsSent(uint32_t rig) const { return sent_.count(rig) > 0; }
 
-  // The job is done, so that nobody goes on from here: removes the notes. Best effort.
+  // Removes the records after the job is done. Best effort.
   void RemoveNotes();
-  // The attempt ends without result: removes what it has begun here and not noted. Best effort.
+  // Removes unrecorded files of an attempt that ends without result. Best effort.
   void RemoveUnfinished();
 
  private:

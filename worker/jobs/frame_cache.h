@@ -1,6 +1,6 @@
-// Frames of a store that this machine does not see as a folder, brought here once and kept for the
-// next training, within a bound. A file's name says its hash, so that a damaged one is noticed and
-// brought again. Several workers may share a cache.
+// A local cache of frames from a store that this machine does not see as a folder, kept for the
+// next training up to a bound. File names contain hashes, so that damaged files are detected and
+// fetched again. Several workers may share a cache.
 #pragma once
 
 #include <map>
@@ -13,11 +13,13 @@
 
 namespace parallax {
 
+// Where the cache is, and its size.
 struct FrameCacheOptions {
-  std::string dir;                        // Made if need be.
-  int64_t max_bytes = int64_t{20} << 30;  // The oldest frames give way.
+  std::string dir;                        // Made if missing.
+  int64_t max_bytes = int64_t{20} << 30;  // The oldest frames are removed first.
 };
 
+// A file in the cache.
 struct LocalFile {
   std::string path;
   int64_t size = 0;
@@ -29,12 +31,12 @@ class FrameCache {
  public:
   explicit FrameCache(FrameCacheOptions options) : options_(std::move(options)) {}
 
-  // Returns those files of `names` that the frame `path` of the store has, by name. Errors: the
-  // store's and the disk's; kDataLoss for a file that comes in another size than the store says;
-  // kNotFound for a frame without any file.
+  // Fetches those files of `names` that the frame `path` of the store has, and returns them by
+  // name. Errors: the store's and the disk's; kDataLoss when a file's size differs from the
+  // store's; kNotFound for a frame without any file.
   absl::StatusOr<std::map<std::string, LocalFile>> Fetch(
       const Store& store, const std::string& path, const std::vector<std::string>& names) const;
-  // Removes the frames that were used longest ago until the rest fits.
+  // Removes the least recently used frames until the cache fits its bound.
   void Trim() const;
 
  private:
@@ -44,7 +46,7 @@ class FrameCache {
   const FrameCacheOptions options_;
 };
 
-// As Fetch, for a frame in a folder of this machine. Errors: as reading the files.
+// The same for a frame in a folder of this machine. Errors: as reading the files.
 absl::StatusOr<std::map<std::string, LocalFile>> FilesOfFrame(
     const std::string& dir, const std::vector<std::string>& names);
 

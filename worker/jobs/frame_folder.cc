@@ -79,8 +79,8 @@ class Bringer {
         dir_(dir),
         options_(options),
         filters_(set.filters()) {
-    if (options.ambiguous_shares == nullptr)
-      filters_.set_max_ambiguous_share(1);  // Judges nothing.
+    // A limit of 1 judges nothing.
+    if (options.ambiguous_shares == nullptr) filters_.set_max_ambiguous_share(1);
   }
 
   absl::StatusOr<FrameFolderFacts> Bring() {
@@ -126,7 +126,7 @@ class Bringer {
     return cache_.Fetch(store_, path, names);
   }
 
-  // Those files of a frame, with the pictures of the variant's sensor if it has one.
+  // The files `names` of a frame, with the pictures of the variant's sensor if it has one.
   absl::StatusOr<Pieces> PiecesOf(const std::string& path,
                                   const std::vector<std::string>& names) const {
     const bool exposes = SensorIsOn(set_.sensor());

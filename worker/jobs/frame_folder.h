@@ -1,5 +1,5 @@
-// A variant's frames, brought out of the store into a folder that trainers and benchmarks read: an
-// archive of this variant alone, without the frames that its filters turn down.
+// Copies a variant's frames from the store into a folder for trainers and benchmarks: an archive of
+// this variant alone, without the frames that its filters reject.
 #pragma once
 
 #include <functional>
@@ -16,32 +16,34 @@
 
 namespace parallax {
 
-// Maps that are read to train, and those for errors by class and material as well.
+// Names of the maps for training, and of those for errors by class and material as well.
 std::vector<std::string> FilesForTraining();
 std::vector<std::string> FilesForEvaluation();
 
+// Which frames are brought, and which of their files.
 struct FrameFolderOptions {
-  // Files that are wanted of each frame; maps that were not rendered are left out.
+  // Files wanted of each frame; maps that were not rendered are left out.
   std::vector<std::string> files;
-  double share = 1;  // Part of the frames that pass, the first ones; at least one.
-  // A control: each pair gets the right image of the pair that stands half the set away.
+  double share = 1;  // Share of the passing frames, from the first on; at least one.
+  // A control experiment: each pair gets the right image of the pair half the set away.
   bool mismatched = false;
-  // Of a curated set: the share of each frame's pixels that networks miss, by which frames are
-  // turned down as well (filters.max_ambiguous_share). Null: frames are not judged so.
+  // For a curated set: each frame's share of pixels that networks miss, by which frames are
+  // rejected as well (filters.max_ambiguous_share). Null: this does not count.
   const std::map<FrameKey, double>* ambiguous_shares = nullptr;
   CancelToken cancel;
   std::function<void(double fraction)> progress = [](double) {};
 };
 
+// A summary of the folder.
 struct FrameFolderFacts {
   int64_t pairs = 0;     // In the folder.
   int64_t left_out = 0;  // Turned down by filters.
   std::string sha256;    // Over names and contents, lower-case hex.
 };
 
-// Writes `dir`/index.jsonl, dataset.json and frames/<scene>/<rig>/. Files are hard links where that
-// can be, else links to a store's folder or copies of the cache's files. The same set gives the
-// same folder on every machine. `dir` ends in the variant's name.
+// Writes `dir`/index.jsonl, dataset.json and frames/<scene>/<rig>/. Files are hard links if
+// possible, else symbolic links to a store's folder or copies of the cache's files. The same set
+// gives the same folder on every machine. `dir` ends in the variant's name.
 //
 // Errors: kFailedPrecondition when no frame is left, and when two are needed for `mismatched`;
 // kCancelled; those of Judge, the store and the cache.

@@ -1,4 +1,4 @@
-// What handlers need of their worker's command line.
+// The part of a worker's command line that job handlers read.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
-// The kinds of jobs that this worker can do. To add one: a file here with its handler and its Make
-// function, two lines below, and its coordinator side in coordinator/queue/kinds.
+// The kinds of jobs that this worker can do. To add one, add a file with its handler and Make
+// function here, two lines below, and its coordinator side in coordinator/queue/kinds.
 #pragma once
 
 #include "worker/agent/worker_program.h"
@@ -8,12 +8,13 @@
 
 namespace parallax {
 
+// One function for each kind.
 std::unique_ptr<JobHandler> MakeSolveHandler();
 std::unique_ptr<JobHandler> MakeRenderHandler();
 std::unique_ptr<JobHandler> MakeTrainHandler(std::shared_ptr<const JobOptions> options);
 std::unique_ptr<JobHandler> MakeEvaluateHandler(std::shared_ptr<const JobOptions> options);
 
-// All of them, in the order in which work flows. `options` may be filled in until the first job.
+// All handlers, in the order in which work flows. `options` may be filled in until the first job.
 inline JobHandlers MakeJobHandlers(std::shared_ptr<const JobOptions> options) {
   JobHandlers handlers;
   handlers.push_back(ShareCores(MakeSolveHandler(), options));

@@ -1,4 +1,4 @@
-// Files that a job leaves in its attempt's folder. Not thread-safe.
+// The output files of a job in its attempt's folder. Not thread-safe.
 #pragma once
 
 #include <google/protobuf/repeated_ptr_field.h>
@@ -11,6 +11,7 @@
 
 namespace parallax {
 
+// Copies files durably and lists them.
 class KeptFiles {
  public:
   // `folder` outlives it.
@@ -19,10 +20,10 @@ class KeptFiles {
   // Copies a file of this machine to `name` in the attempt's folder, durably. Returns its SHA-256.
   // Errors: the disk's.
   absl::StatusOr<std::string> Keep(const std::string& from, const std::string& name);
-  // As Keep, of a text. Errors: the disk's.
+  // The same for a text. Errors: the disk's.
   absl::Status KeepText(const std::string& text, const std::string& name);
 
-  // All so far, as results name them.
+  // All files so far, in the form of results.
   const google::protobuf::RepeatedPtrField<v1::FileEntry>& entries() const { return entries_; }
   std::vector<OutputFile> outputs() const;
 

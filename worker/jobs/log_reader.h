@@ -7,17 +7,17 @@
 
 namespace parallax {
 
-// Not thread-safe.
+// Reads one log file. Not thread-safe.
 class LogReader {
  public:
   explicit LogReader(std::string path) : path_(std::move(path)) {}
 
-  // Whole lines since the last call, without their ends; what a program ends by a carriage return
-  // (a progress bar) is a line too. With `last` also what has no end.
+  // Whole lines since the last call, without line ends; a carriage return (of a progress bar) ends
+  // a line too. With `last`, also an unfinished line.
   std::vector<std::string> NewLines(bool last = false);
   // The end of the log: at most 200 lines and 16 kB.
   std::string Tail() const;
-  // The last line that says something; empty if none does.
+  // The last line that is not blank; empty if there is none.
   std::string LastLine() const;
 
  private:

@@ -22,8 +22,9 @@ struct StoredNetwork {
 // Brings the network's file into `dir`, which exists, and makes a predictor of it that uses
 // `threads` threads and keeps its own files in `dir`.
 //
-// Errors: kUnimplemented for a trainer without a command that predicts; kDataLoss for a file that
-// is not the one that was trained; those of InstalledTrainers::Find, CommandToRun and the store.
+// Errors: kUnimplemented for a trainer without a command that predicts; kDataLoss for a file whose
+// hash differs from the trained network's; those of InstalledTrainers::Find, CommandToRun and the
+// store.
 absl::StatusOr<std::unique_ptr<Predictor>> OpenStoredNetwork(const StoredNetwork& network,
                                                              const InstalledTrainers& trainers,
                                                              const Store& store,

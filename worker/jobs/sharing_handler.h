@@ -1,4 +1,4 @@
-// Jobs whose threads are the whole worker's wait while others have all cores alone.
+// Makes jobs that use the worker's shared threads wait while others hold all cores exclusively.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,7 @@
 
 namespace parallax {
 
-// `handler`, whose jobs take a shared hold of `options->cores` while they run, if there are any.
+// Wraps `handler` so that its jobs take a shared hold of `options->cores`, if set, while they run.
 std::unique_ptr<JobHandler> ShareCores(std::unique_ptr<JobHandler> handler,
                                        std::shared_ptr<const JobOptions> options);
 

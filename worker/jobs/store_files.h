@@ -1,4 +1,4 @@
-// How jobs bring files from the store into folders of this machine.
+// Copies files from the store into folders of this machine, for jobs.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace parallax {
 
-// A whole file of the store, read piece by piece. Errors: those of Store::Get; kDataLoss when it
-// has not `size` bytes.
+// Reads a whole file of the store, piece by piece. Errors: those of Store::Get; kDataLoss when its
+// size is not `size` bytes.
 absl::StatusOr<std::string> GetWhole(const Store& store, const std::string& path, int64_t size);
 
-// Makes the folder `dir` of this machine, and those above it. Errors: those of mkdir(2).
+// Makes the folder `dir` of this machine, with its parents. Errors: those of mkdir(2).
 absl::Status MakeFolders(const std::string& dir);
 
 }  // namespace parallax

@@ -48,7 +48,7 @@ absl::StatusOr<TrainingPlan> PlanOf(const v1::TrainJob& job, const InstalledTrai
   return plan;
 }
 
-// What is needed to repeat it, and what came of it.
+// The network's card: all that is needed to repeat the training, and its results.
 Json CardOf(const v1::TrainJob& job, const TrainingPlan& plan, const Json& data,
             const TrainedNetwork& trained, const std::string& own_card) {
   Json card = {{"schema", "parallax-training-1"},

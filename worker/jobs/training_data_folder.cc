@@ -162,7 +162,7 @@ class Maker {
   const TrainingDataOptions& options_;
   const FrameCache cache_;
   TrainingDataFolder data_;
-  std::vector<std::map<FrameKey, double>> shares_;  // Of each part of a curated set.
+  std::vector<std::map<FrameKey, double>> shares_;  // By part of a curated set.
 };
 
 }  // namespace

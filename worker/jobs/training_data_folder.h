@@ -17,16 +17,18 @@
 
 namespace parallax {
 
+// Where the data come from and go to.
 struct TrainingDataOptions {
   const Store* store = nullptr;
   FrameCacheOptions cache;
   std::string dir;  // Must not exist.
   CancelToken cancel;
   std::function<void(double fraction)> progress = [](double) {};
-  // Of curated sets: the network that scores the frames. `predictor` outlives the call.
+  // For curated sets: the network that scores the frames. `predictor` outlives the call.
   CurationNetwork curator = {};
 };
 
+// The folders made, and a summary.
 struct TrainingDataFolder {
   // Folder and weight, as in CommandValues.
   std::vector<std::pair<std::string, std::string>> parts;
@@ -34,16 +36,16 @@ struct TrainingDataFolder {
   nlohmann::ordered_json facts;  // The manifest, also in `dir`/manifest.json.
 };
 
-// A folder for each part in the layout "archive"; one for all in others, in which parts stand as
-// often as their weights ask for, as far as whole repetitions can do that. Frames of a curated job
-// that `curator` misses are left out.
+// Makes the training data: in the layout "archive" one folder for each part; in other layouts one
+// folder for all, in which parts are repeated according to their weights, as far as whole
+// repetitions can do that. Leaves out frames of a curated job that `curator` misses.
 // Errors: kInvalidArgument for a curated job without `curator`; those of BringFrames, ScoreFrames
 // and ExportDataset.
 absl::StatusOr<TrainingDataFolder> MakeTrainingData(const v1::TrainJob& job,
                                                     const TrainerContract& contract,
                                                     const TrainingDataOptions& options);
 
-// How often each part stands in a folder that is read evenly, so that pairs of each are drawn in
+// How often to repeat each part in a folder that is read evenly, so that pairs are drawn in
 // proportion to `weights`: at least once, at most 20 times. `pairs` > 0.
 std::vector<int> Repetitions(const std::vector<int64_t>& pairs, const std::vector<double>& weights);
 

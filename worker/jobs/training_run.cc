@@ -25,8 +25,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::chrono::milliseconds kPoll(50);
-// What a trainer may take to write its last checkpoint when it is told to stop; the agent gives
-// stopped work three seconds.
+// Time for a stopped trainer to write its last checkpoint; the agent gives stopped work three
+// seconds.
 constexpr double kStop_s = 2.5;
 // Programs of others write checkpoints in place: one is whole when it has kept still for so long.
 constexpr double kSettled_s = 1;
@@ -293,7 +293,7 @@ class Training {
     return Failed(absl::StatusCode::kInternal, DescribeExit(wait_status) + because);
   }
 
-  // As the usual frameworks say it.
+  // Whether the log has an out-of-memory message of a common framework.
   bool SaysOutOfMemory() const {
     const std::string tail = reader_.Tail();
     for (const char* words :

@@ -18,6 +18,7 @@
 
 namespace parallax {
 
+// Everything about one training that its trainer must know.
 struct TrainingPlan {
   InstalledTrainer trainer;
   uint64_t seed = 0;
@@ -37,6 +38,7 @@ struct ResumePoint {
   std::string curve;  // Text of its curve.csv.
 };
 
+// The outcome of a training.
 struct TrainedNetwork {
   std::string final_path;  // The trained network.
   // By step, without the last: those for learning curves.

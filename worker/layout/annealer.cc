@@ -20,8 +20,8 @@ enum class Move { kAdd, kDelete, kResample, kTranslate, kRotate, kSwap, kRelate 
 
 double Clamp01(double x) { return std::clamp(x, 0.0, 1.0); }
 
-// What is placed in the first stage; what a bearer is there for is placed with it, so that the
-// bearer does not settle where there is no room for it (a TV's stand before a window).
+// Whether a row is placed in the first stage. Things for which a bearer is there are placed with
+// it, so that it does not settle where they have no room (a TV's stand before a window).
 bool IsLarge(const RoomRow& row) {
   if (row.stand == Stand::kOnTop && row.weight >= kMakesWay) return true;
   return row.stand != Stand::kOnTop && row.stand != Stand::kOnWall && row.stand != Stand::kCeiling;
@@ -39,12 +39,12 @@ class Annealer {
     score_.Reset(state_);
   }
 
-  // Whether the next steps add what hangs and stands on top, too.
+  // Sets whether the next steps also add hanging objects and objects on top of others.
   void SetStage(bool all) { all_rows_ = all; }
 
   absl::Status Step(double temperature, bool greedy, bool additions_only) {
     const Move move = additions_only ? Move::kAdd : DrawMove();
-    // Moves get smaller as it cools.
+    // Moves get smaller as the temperature falls.
     const double reach =
         additions_only ? 1.0 : std::clamp(std::sqrt(temperature / kHotRoom), 0.04, 0.6);
     ASSIGN_OR_RETURN(std::optional<Proposal> next, Propose(move, reach));
@@ -86,7 +86,7 @@ class Annealer {
     return Move::kSwap;
   }
 
-  // The first of a few random changes of that kind that keeps the hard constraints.
+  // The first of a few random changes of this kind that keeps the hard constraints.
   absl::StatusOr<std::optional<Proposal>> Propose(Move move, double reach) {
     for (int k = 0; k < kMoveTries; ++k) {
       Proposal next{state_, {}};
@@ -96,7 +96,7 @@ class Annealer {
         RETURN_IF_ERROR(TakeAnchorElsewhere(next.state, changed));
       }
       if (move == Move::kAdd && k >= kMoveTries / 3 && changed.size() == 1) {
-        // Lighter things make way for what finds no place.
+        // Lighter items make way for one that finds no place.
         next.state = MakeWay(next.state, changed[0]);
         const int added = next.state.size() - 1;
         if (!next.state.Place(added) || !next.state.Allowed(added)) continue;
@@ -108,7 +108,7 @@ class Annealer {
       for (const int item : changed) good = good && next.state.Place(item);
       for (const int item : changed) good = good && next.state.Allowed(item);
       if (!good) continue;
-      // Where things stood, where they stand now.
+      // Touches the old and new places of items.
       for (const Item& item : removed_) next.touched.Add(item);
       for (const int item : changed) {
         for (const int i : next.state.WithDependants(item)) {
@@ -121,8 +121,8 @@ class Annealer {
     return std::optional<Proposal>();
   }
 
-  // What finds no place by its anchor takes the anchor elsewhere, with all that stands by it; every
-  // other time in another model.
+  // An item that finds no place by its anchor moves the anchor elsewhere, with all that stands by
+  // it; every other time in another model.
   absl::Status TakeAnchorElsewhere(Arrangement& next, std::vector<int>& changed) {
     const int anchor = next.at(changed[0]).anchor;
     if (anchor < 0 || next.at(anchor).row < 0 || next.at(anchor).anchor >= 0) {
@@ -140,7 +140,7 @@ class Annealer {
     return absl::OkStatus();
   }
 
-  // The arrangement with its last item, but without lighter things that stand in its way. As it was
+  // Returns the arrangement with its last item and without lighter items in its way, or unchanged
   // where that does not help.
   Arrangement MakeWay(const Arrangement& with, int added) {
     Arrangement placed = with;
@@ -164,7 +164,7 @@ class Annealer {
     for (const int i : gone) {
       const int before = placed.size();
       placed.Remove(i);
-      // Something that stands by it came before it: too tangled to take apart.
+      // Something that stands by it was added before it: too tangled to undo.
       if (placed.size() != before - 1) {
         removed_.clear();
         return with;
@@ -173,7 +173,7 @@ class Annealer {
     return placed;
   }
 
-  // Makes the change; returns the items to be placed anew. Empty: nothing to do (or a deletion).
+  // Makes the change; returns the items to be placed again. Empty: nothing to do (or a deletion).
   absl::StatusOr<std::vector<int>> Change(Move move, double reach, Arrangement& next) {
     switch (move) {
       case Move::kAdd:
@@ -217,7 +217,7 @@ class Annealer {
   }
 
   absl::StatusOr<std::vector<int>> AddItem(Arrangement& next) {
-    // Rows that lack something come first, the heavier the sooner.
+    // Rows that lack items come first, by their weight.
     std::vector<double> weight(problem_.rows.size(), 0);
     double total = 0;
     for (size_t r = 0; r < problem_.rows.size(); ++r) {
@@ -254,7 +254,7 @@ class Annealer {
     return std::vector<int>{next.Add(item)};
   }
 
-  // Every other time, what looks at something is proposed where it sees it: at the wall across, or
+  // Every other time, proposes an item with a target where it sees it: at the opposite wall, or
   // around it.
   void Aim(const Arrangement& next, Item& item) {
     const RoomRow& row = RowOf(item).row;
@@ -292,7 +292,7 @@ class Annealer {
     return {a, b};
   }
 
-  // Another relation that the row allows, or another thing to stand by.
+  // Chooses another relation that the row allows, or another anchor.
   std::vector<int> Relate(Arrangement& next) {
     const int i = PickItem(next);
     if (i < 0) return {};
@@ -320,8 +320,8 @@ class Annealer {
     return k == 0 ? row.stand : row.or_stand[static_cast<size_t>(k - 1)];
   }
 
-  // Whether it stands by something in this relation; where it may stand at a wall instead, it does
-  // so by itself.
+  // Whether an item of this relation has an anchor; with the alternative of a wall, it stands by
+  // itself.
   static bool HasAnchor(const RoomRow& row, Stand stand) {
     return !row.anchor.empty() && stand == row.stand;
   }
@@ -351,7 +351,7 @@ class Annealer {
         item.turn_rad = row.faces_anchor ? 0.3 * jitter : 0.02 * jitter;
         break;
       case Stand::kFree:
-        // Tables stand square; what looks at something turns to it.
+        // Tables are square to the walls; items with a target turn to it.
         item.turn_rad = row.looks_at.empty() ? 0 : jitter * std::numbers::pi / 4;
         break;
       case Stand::kCorner:

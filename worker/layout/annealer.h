@@ -1,10 +1,11 @@
 // Simulated annealing of a room's furniture. The state keeps the hard constraints at every step, so
-// the loss is soft.
+// the loss has only soft ones.
 //
-// Two stages: first what stands on the floor and what stands by that, then also what hangs and what
-// stands on top. Full: all moves under Metropolis, temperature falling geometrically from 3 to
-// 0.001 over both, the last 15 % greedy. Reduced: additions only, kept when they lower the loss.
-// Best: several full anneals, the one with the least loss wins. Private to worker/layout.
+// There are two stages: first objects on the floor and those that stand by them, then also hanging
+// objects and objects on top of others. Full: all moves under Metropolis, temperature falling
+// geometrically from 3 to 0.001 over both stages, the last 15 % greedy. Reduced: additions only,
+// kept when they lower the loss. Best: several full runs, of which the least loss wins. Private to
+// worker/layout.
 #pragma once
 
 #include "common/base/cancel.h"
@@ -14,12 +15,12 @@
 
 namespace parallax {
 
-// The models of each class that this room chooses from.
+// The models from which this room chooses, for each class.
 class ModelRack {
  public:
   ModelRack(SceneSeed seed, AssetPool& pool) : root_(seed, "layout/model"), pool_(&pool) {}
-  // One of a few models of the row's classes; rows of one model always give the same.
-  // nullptr when no model is low enough for the row. Errors: those of AssetPool::Get.
+  // Draws one of a few models of the row's classes; rows of one model always get the same. Null
+  // when no model is low enough for the row. Errors: those of AssetPool::Get.
   absl::StatusOr<const PooledAsset*> Draw(const WantedRow& row, Rng& rng) const;
   // Errors: those of AssetPool::Get.
   absl::StatusOr<const PooledAsset*> Get(const std::string& class_name, uint64_t model) const;
@@ -29,21 +30,23 @@ class ModelRack {
   AssetPool* pool_;
 };
 
+// How much annealing is done.
 struct AnnealPlan {
   bool reduced = false;
-  int large_steps = 300, medium_steps = 200;  // Of the two stages.
-  int runs = 1;                               // Of which the best is kept.
+  int large_steps = 300, medium_steps = 200;  // Steps of the two stages.
+  int runs = 1;                               // Independent runs; the best is kept.
 };
 
+// The best arrangement found.
 struct AnnealResult {
   Arrangement arrangement;
   Score score;
   int accepted = 0;
   double initial_loss = 0;
-  std::vector<double> curve;  // After each step.
+  std::vector<double> curve;  // Loss after each step.
 };
 
-// Errors: kCancelled, those of the catalogue.
+// Arranges the room. Errors: kCancelled, those of the catalogue.
 absl::StatusOr<AnnealResult> Anneal(const RoomProblem& problem, const std::vector<Wish>& wishes,
                                     const std::vector<Fixture>& fixtures, const ModelRack& rack,
                                     const AnnealPlan& plan, SceneSeed seed,

@@ -8,7 +8,7 @@ namespace parallax {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-// Things stand this far above what bears them: touching is not overlap.
+// Height of objects above their support: touching must not count as overlap.
 constexpr double kLift_m = 0.0005;
 constexpr double kWallGap_m = 0.018;  // Skirting is 15 mm deep.
 constexpr double kItemGap_m = 0.012;
@@ -167,7 +167,7 @@ bool Arrangement::PlaceByWall(Item& item, const RoomRow& row) const {
   const Plan plan = PlanOf(*item.asset);
   if (item.stand == Stand::kCorner) {
     const double yaw = wall.yaw_rad - kPi / 4 + item.turn_rad;
-    // The true outline, not its box, so that a corner shelf goes right into its corner.
+    // Uses the true outline instead of the box, so that a corner shelf goes right into its corner.
     const Box2f box = item.asset->TurnedBounds(yaw - wall.yaw_rad);
     const double gap = kWallGap_m + (row.snug ? 0.004 : 0.02 + 0.25 * item.u);
     Settle(
@@ -188,7 +188,7 @@ bool Arrangement::PlaceByAnchor(Item& item, const RoomRow& row) const {
   const Item& anchor = at(item.anchor);
   const Plan own = PlanOf(*item.asset), base = PlanOf(*anchor.asset);
   const double gap = Mix(row.near_m, row.far_m, item.v);
-  Vec2d middle = base.center();  // Of the item's bounds, anchor frame.
+  Vec2d middle = base.center();  // Middle of the item's bounds, anchor frame.
   double yaw = item.turn_rad;
   switch (item.stand) {
     case Stand::kAround: {
@@ -207,7 +207,7 @@ bool Arrangement::PlaceByAnchor(Item& item, const RoomRow& row) const {
     }
     case Stand::kInFront: {
       const double slack = 0.15 * base.size().x();
-      // A table lies along its sofa, whichever way it was modelled.
+      // A table is parallel to its sofa, whichever way it was modelled.
       const bool quarter = !row.faces_anchor && own.size().y() > own.size().x();
       yaw += row.faces_anchor ? kPi : (quarter ? kPi / 2 : 0);
       const double deep = quarter ? own.size().x() : own.size().y();
@@ -221,8 +221,8 @@ bool Arrangement::PlaceByAnchor(Item& item, const RoomRow& row) const {
       break;
     }
     case Stand::kUnder: {
-      // Long side along the anchor's long side; beds and sofas have it before them rather than
-      // below.
+      // Long side along the anchor's long side; rugs lie before beds and sofas rather than below
+      // them.
       const bool turn = (own.size().x() > own.size().y()) != (base.size().x() > base.size().y());
       yaw += turn ? kPi / 2 : 0;
       const bool large = base.size().minCoeff() > own.size().minCoeff();
@@ -294,7 +294,7 @@ bool Arrangement::ClearOfRoom(const Item& item) const {
   const Box2f box = item.asset->TurnedBounds(item.yaw_rad);
   const Vec2d low = item.position.head<2>() + box.min().cast<double>();
   const Vec2d high = item.position.head<2>() + box.max().cast<double>();
-  // What hangs from the ceiling keeps off the moulding around it.
+  // Things that hang from the ceiling keep off the moulding around it.
   const double gap = hung                            ? 0
                      : item.stand == Stand::kCeiling ? room.cornice_m() + kCeilingGap_m
                                                      : kWallGap_m - 0.001;
@@ -336,7 +336,7 @@ bool Arrangement::ClearOf(const Item& item, const Item& other) const {
   const bool hung = own != nullptr && item.stand == Stand::kOnWall;
   const bool other_hung = its != nullptr && other.stand == Stand::kOnWall;
   if (hung != other_hung) {
-    // What hangs needs the view before it free.
+    // Things on the wall need the view before them free.
     Item art = hung ? item : other;
     const Item& thing = hung ? other : item;
     art.footprint.center += art.Front() * (kArtDepth_m / 2);
@@ -344,7 +344,7 @@ bool Arrangement::ClearOf(const Item& item, const Item& other) const {
     return !BoxesMeet(art, thing, kItemGap_m);
   }
   if (!BoxesMeet(item, other, hung ? 0.08 : kItemGap_m)) return true;
-  // Seats go under their tables and things stand on their bearers: there the meshes decide
+  // Seats go under tables and things stand on their bearers: there the meshes decide
   // (MeetsAnchor).
   return (item.anchor >= 0 && &at(item.anchor) == &other) ||
          (other.anchor >= 0 && &at(other.anchor) == &item);
@@ -385,7 +385,7 @@ bool Arrangement::Allowed(int item) const {
   }
   for (const int m : moved) {
     for (int i = 0; i < size(); ++i) {
-      // Of two that both moved, one test is enough.
+      // A pair of which both moved is tested once.
       if (i == m || (i < m && std::find(moved.begin(), moved.end(), i) != moved.end())) continue;
       if (!ClearOf(at(m), at(i))) return false;
     }

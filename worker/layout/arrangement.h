@@ -1,6 +1,6 @@
-// Where the furniture of a room stands, as what the moves draw (which wall, how far along) and what
-// follows from it (places, footprints); and the hard constraints: in the room, nothing in anything
-// else, doors and windows free.
+// Positions of a room's furniture, as variables that moves draw (wall, place along it) and values
+// derived from them (positions, footprints); and the hard constraints: items lie in the room,
+// overlap nothing, and leave doors and windows free.
 //
 // An Arrangement is a value: a move copies it, changes it, and keeps or drops the copy. Private to
 // worker/layout.
@@ -20,20 +20,20 @@
 
 namespace parallax {
 
-// A row of the room's table as this seed has it.
+// A row of the room's table, as drawn for this seed.
 struct WantedRow {
   RoomRow row;
   int wanted = 0;                    // Drawn between least and most.
-  std::vector<std::string> classes;  // Those that exist and are allowed.
+  std::vector<std::string> classes;  // The allowed ones that exist.
 };
 
-// Something of the building that stands in the room: a pillar, the stairs.
+// A part of the building in the room: a pillar, the stairs.
 struct Obstacle {
   Footprint footprint;
   double bottom_m = 0, top_m = 0;
 };
 
-// What does not change while a room is solved.
+// The constant part of solving a room.
 struct RoomProblem {
   v1::Room room;  // In its own frame: the inner corner is the origin.
   std::vector<WallStrip> strips;
@@ -44,12 +44,13 @@ struct RoomProblem {
 
 constexpr int kFixtureRow = -1;
 
+// One piece of furniture or a fixture.
 struct Item {
-  int row = kFixtureRow;  // Of RoomProblem::rows.
+  int row = kFixtureRow;  // Index into RoomProblem::rows.
   const PooledAsset* asset = nullptr;
   Stand stand = Stand::kFree;  // The row's, or one that the row allows instead.
-  int anchor = -1;             // Index of the item that it stands by.
-  // Drawn: wall, corner, side of the anchor or quarter turn; place along and across in [0, 1]; a
+  int anchor = -1;             // Index of the item that it stands by; -1: none.
+  // Drawn: wall, corner, side of the anchor or quarter turn; place along and across, in [0, 1]; a
   // small turn.
   int side = 0;
   double u = 0.5, v = 0.5;
@@ -59,8 +60,8 @@ struct Item {
   double yaw_rad = 0;
   Footprint footprint;
   double bottom_m = 0, top_m = 0;
-  // Whether its mesh meets its anchor's, remembered: it follows from what is drawn, wherever the
-  // anchor stands.
+  // Cached result of whether its mesh overlaps its anchor's: it depends only on drawn values, not
+  // on the anchor's position.
   struct AnchorMeeting {
     const PooledAsset *own = nullptr, *anchor = nullptr;
     int side = 0;
@@ -76,6 +77,7 @@ struct Item {
   Vec2d Front() const { return footprint.AxisY(); }
 };
 
+// All items of a room, with copy semantics.
 class Arrangement {
  public:
   Arrangement(const RoomProblem& problem, const std::vector<Fixture>& fixtures);
@@ -92,22 +94,21 @@ class Arrangement {
 
   // Appends the item; it is not placed yet.
   int Add(const Item& item);
-  // The item and all that stands by it, directly or not.
+  // The item and all items that stand by it, directly or not.
   std::vector<int> WithDependants(int item) const;
-  // Takes the item out with all that stands by it.
+  // Removes the item and all items that stand by it.
   void Remove(int item);
-  // Derives the places of the item and of all that stands by it. False when something does not fit
-  // at all.
+  // Derives the places of the item and of all items that stand by it. False when something can't
+  // fit.
   bool Place(int item);
-  // Whether the item and all that stands by it keep the hard constraints against everything.
+  // Whether the item and all items that stand by it keep the hard constraints.
   bool Allowed(int item) const;
-  // Other items that stand where the item is placed. Only what is clear of the room itself has an
-  // answer: nothing for an item that walls or openings are in the way of.
+  // Other items at the item's place. Returns nothing if walls or openings are in the way.
   std::optional<std::vector<int>> InTheWayOf(int item) const;
-  // Whether two items are let overlap in the plan: rugs under things, what stands on the other.
+  // Whether two items may overlap in plan: rugs under things, an item on top of the other.
   bool Exempt(const Item& a, const Item& b) const;
   bool IsRug(const Item& item) const;
-  // Whether something between two heights leaves doors free, and `window_depth_m` before windows
+  // Whether an object between two heights leaves doors free, and `window_depth_m` before windows
   // above their sills.
   bool ClearOfOpenings(const Footprint& footprint, double bottom_m, double top_m,
                        double window_depth_m) const;
@@ -127,7 +128,7 @@ class Arrangement {
   std::vector<Item> items_;
 };
 
-// The support on which things stand first: the largest with room above it. nullptr without any.
+// The support to be used first: the largest with room above it. Null if there is none.
 const SupportSurface* MainSupport(const PooledAsset& asset);
 
 }  // namespace parallax

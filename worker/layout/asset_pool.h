@@ -1,5 +1,5 @@
-// Assets of one solve, each made once: mesh, supports, and the tree for exact overlap. Not
-// thread-safe.
+// The assets of one solve, each made once: mesh, supports, and the tree for exact overlap tests.
+// Not thread-safe.
 #pragma once
 
 #include <map>
@@ -13,6 +13,7 @@
 
 namespace parallax {
 
+// One made asset.
 struct PooledAsset {
   std::string class_name;
   uint64_t seed = 0;
@@ -22,20 +23,20 @@ struct PooledAsset {
   Box3f bounds;             // Object frame.
   std::vector<Vec2f> hull;  // Convex outline seen from above, counter-clockwise.
 
-  // Bounds in the plan when turned by `yaw_rad`.
+  // Bounds in the plan after a turn by `yaw_rad`.
   Box2f TurnedBounds(double yaw_rad) const;
 
-  // Built at first use.
+  // Tree for exact overlap tests; built at first use.
   const std::shared_ptr<const TriangleTree>& Tree() const;
 
  private:
   mutable std::shared_ptr<const TriangleTree> tree_;
 };
 
+// Makes assets on demand.
 class AssetPool {
  public:
-  // The pool keeps what it gives out.
-  // Errors: kNotFound for an unknown class.
+  // Returns the asset; the pool owns it. Errors: kNotFound for an unknown class.
   absl::StatusOr<const PooledAsset*> Get(const std::string& class_name, uint64_t seed);
 
  private:

@@ -19,7 +19,7 @@ bool Excluded(const v1::AssetConfig& assets, const std::string& class_name) {
          assets.exclude().end();
 }
 
-// The first model that leaves headroom, else the shortest.
+// Draws the first model that leaves headroom, else the shortest.
 absl::StatusOr<const PooledAsset*> DrawCeilingLamp(const Rng& root, double height_m,
                                                    AssetPool& pool) {
   const PooledAsset* best = nullptr;
@@ -63,7 +63,7 @@ absl::StatusOr<std::vector<Fixture>> PlaceFixtures(const v1::Room& room,
   std::vector<Fixture> fixtures;
   const double w = room.width_m(), d = room.depth_m(), area = w * d;
   Rng draw = root.Child("light");
-  // About what people install: 6 to 11 radiant watts for each square metre, from one lamp or two.
+  // Typical installations: 6 to 11 radiant watts a square metre, from one lamp or two.
   const double total_w = area * draw.Uniform(6, 11);
   const Vec3d color = LampColor(draw.Uniform());
   const bool two = area > 16 && draw.Bernoulli(0.6);
@@ -83,7 +83,7 @@ absl::StatusOr<std::vector<Fixture>> PlaceFixtures(const v1::Room& room,
       fixtures.push_back(fixture);
     }
   }
-  // A floor lamp in a corner of every second room, away from doors and windows.
+  // Puts a floor lamp into a corner of every second room, away from doors and windows.
   Rng corner = root.Child("floor lamp");
   const bool lounge = room.kind() != "bathroom" && room.kind() != "closet" &&
                       room.kind() != "kitchen" && room.kind() != "hallway" && !room.has_stairs();

@@ -1,5 +1,5 @@
-// The room's own lamps: on the ceiling and standing on the floor. They do not depend on the
-// furniture, so a room looks the same with and without it. Private to worker/layout.
+// The room's own lamps, on the ceiling and on the floor. They do not depend on the furniture, so a
+// room is lit equally with and without it. Private to worker/layout.
 #pragma once
 
 #include <string>
@@ -13,6 +13,7 @@
 
 namespace parallax {
 
+// A lamp of the room.
 struct Fixture {
   const PooledAsset* asset = nullptr;
   Vec3d position = Vec3d::Zero();  // World.
@@ -21,18 +22,18 @@ struct Fixture {
   Vec3d power_w = Vec3d::Zero();  // Radiant flux, linear RGB.
 };
 
-// Errors: those of the catalogue.
+// Draws and places the lamps. Errors: those of the catalogue.
 absl::StatusOr<std::vector<Fixture>> PlaceFixtures(const v1::Room& room,
                                                    const v1::AssetConfig& assets, SceneSeed seed,
                                                    AssetPool& pool);
 
-// Whether the config lets the class be made and the catalogue has it.
+// Whether the catalogue has the class and the config allows it.
 bool ClassAllowed(const v1::AssetConfig& assets, const std::string& class_name);
 
-// A lamp's colour between a warm bulb (0) and neutral white (1), mean 1.
+// Linear colour of a lamp between a warm bulb (0) and neutral white (1), mean 1.
 Vec3d LampColor(double whiteness);
 
-// The free strip before a door or passage, or below a window, that tall things must leave: x along
+// The strip before a door or passage, or below a window, that tall objects must leave free: x along
 // the wall, y into the room.
 struct WallStrip {
   int wall = 0;
@@ -41,6 +42,7 @@ struct WallStrip {
   double top_m = 0;
   bool door = false;
 };
+// All strips of a room, wall by wall.
 std::vector<WallStrip> StripsOf(const v1::Room& room);
 
 }  // namespace parallax

@@ -26,7 +26,7 @@ bool WantsWindow(const Cell& cell) {
          cell.kind != "bathroom";
 }
 
-// Overlap, or a sliver between the two.
+// Whether two cells overlap or leave a sliver between them.
 bool InConflict(const Cell& a, const Cell& b) {
   if (!ShareStorey(a, b)) return false;
   const double gap_x = std::max(a.x - b.Right(), b.x - a.Right());
@@ -86,7 +86,7 @@ double Waste(const std::vector<Cell>& cells) {
   return waste;
 }
 
-// Floor of upper rooms that stands on no room below, as a share of their area.
+// Share of the upper rooms' area without a room below.
 double Unsupported(const std::vector<Cell>& cells) {
   double total = 0, borne = 0;
   for (const Cell& above : cells) {
@@ -131,7 +131,7 @@ class Planner {
     return loss;
   }
 
-  // In a row beside one another: a valid plan to begin with.
+  // Starts with all cells in a row: a valid plan.
   void Start() {
     std::array<double, 2> right = {cells_[0].Right(), -1e9};
     for (size_t i = 1; i < cells_.size(); ++i) {
@@ -158,7 +158,7 @@ class Planner {
     cell.depth = wide ? shorter : longer;
   }
 
-  // Puts the cell against a side of another; mostly with edges in one line.
+  // Puts the cell against a side of another, mostly with aligned edges.
   bool Attach(Cell& cell) {
     std::vector<const Cell*> others;
     for (const Cell& other : cells_) {

@@ -1,5 +1,5 @@
-// Where the rooms of a house stand: rectangles placed by annealing so that they share walls with
-// the rooms that they belong beside. Private to worker/layout. Pure.
+// The floor plan of a house: rectangular rooms, placed by annealing so that they share walls with
+// the rooms to which they belong. Private to worker/layout. Pure.
 //
 // Invariants of a plan: cells of one storey do not overlap and lie apart by nothing or by at least
 // kLeastGap_m; cell 0 never moves.
@@ -13,7 +13,7 @@
 
 namespace parallax {
 
-// A room with half of each shared wall around it.
+// A room, with half of each shared wall around it.
 struct Cell {
   std::string kind;
   int storey = 0;
@@ -21,7 +21,7 @@ struct Cell {
   double x = 0, y = 0;          // Corner with the smaller coordinates.
   double width = 0, depth = 0;  // Along x and y.
   double goal_m2 = 0;           // Wanted area.
-  double least_m = 0;           // Of either side.
+  double least_m = 0;           // Least width and depth, metres.
   bool fixed_size = false;
   double landing_m = 0;  // Stairs: doors open within this distance of wall 0 only.
 
@@ -35,21 +35,24 @@ struct Contact {
   int wall_a = 0, wall_b = 0;
   double low = 0, high = 0;
 };
+// The contact of two cells; nothing if they do not touch.
 std::optional<Contact> TouchOf(const Cell& a, const Cell& b);
-// The part of it in which a door may stand; nothing where that is too short.
+// The part of the contact where a door may be; nothing where it is too short.
 std::optional<Contact> DoorStretch(const Cell& a, const Cell& b);
 
-// What it costs a house that two rooms are joined by a door: 0 = as people like it.
+// Cost of a door between rooms of these two kinds, for a house: 0 = as people like it.
 double LinkCost(const std::string& a, const std::string& b);
 
-// Doors that join every room to the main one at the least cost: pairs of cells.
+// The doors that connect every room to the main one at the least cost, as pairs of cells.
 struct Links {
   std::vector<std::pair<int, int>> pairs;
   double cost = 0;
   int unreached = 0;
 };
+// Finds them by Prim's algorithm from the main room.
 Links CheapestLinks(const std::vector<Cell>& cells);
 
+// The best plan found, with the course of its annealing.
 struct FloorPlan {
   std::vector<Cell> cells;
   Links links;
@@ -58,11 +61,11 @@ struct FloorPlan {
   int steps = 0, accepted = 0;
 };
 
-// The loss by its terms, in this order: unreached, links, waste, light, areas, shapes, support.
+// The terms of the loss, in this order: unreached, links, waste, light, areas, shapes, support.
 std::vector<std::pair<std::string, double>> PlanTerms(const std::vector<Cell>& cells,
                                                       const Links& links);
 
-// `cells` come with kinds, storeys and goals; cell 0 with its place too.
+// Places the cells, which have kinds, storeys and goals; cell 0 has its place too and keeps it.
 FloorPlan PlaceCells(std::vector<Cell> cells, int steps, Rng rng);
 
 }  // namespace parallax

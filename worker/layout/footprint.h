@@ -1,4 +1,4 @@
-// Rectangles on the floor, turned freely: what furniture takes up seen from above. Pure functions.
+// Rotated rectangles on the floor: the plan view of furniture. Pure functions.
 #pragma once
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 
 namespace parallax {
 
+// A rectangle with its front along AxisY().
 struct Footprint {
   Vec2d center = Vec2d::Zero();
   Vec2d half = Vec2d::Zero();
@@ -33,7 +34,7 @@ struct Footprint {
   }
 };
 
-// Whether two come nearer than `gap_m` (along the separating axes).
+// Whether two are nearer than `gap_m` (by separating axes).
 inline bool Overlap(const Footprint& a, const Footprint& b, double gap_m) {
   const Vec2d between = b.center - a.center;
   for (const Vec2d& axis : {a.AxisX(), a.AxisY(), b.AxisX(), b.AxisY()}) {

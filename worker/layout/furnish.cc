@@ -35,7 +35,7 @@ Steps StepsOf(const v1::SolverConfig& config) {
   steps.small = total - steps.large - steps.medium;
   if (config.mode() == v1::SolverConfig::MODE_BEST) {
     const double all = config.budget_s() * kBestStepsPerSecond;
-    // Longer anneals and more of them, in equal parts.
+    // Splits the steps evenly between longer anneals and more anneals.
     const double longer = std::max(1.0, std::sqrt(all / total));
     steps.large = static_cast<int>(steps.large * longer);
     steps.medium = static_cast<int>(steps.medium * longer);
@@ -69,7 +69,7 @@ bool IsLamp(const PooledAsset& asset) {
                      [](const MaterialSlot& slot) { return slot.emissive; });
 }
 
-// Anchors before what stands by them, so that a parent is always an earlier entry.
+// Orders anchors before their items, so that a parent is always an earlier entry.
 std::vector<int> ParentsFirst(const Arrangement& arrangement) {
   std::vector<int> order;
   std::vector<bool> done(static_cast<size_t>(arrangement.size()), false);
@@ -123,7 +123,7 @@ RoomProblem MakeRoomProblem(const v1::Room& room, const RoomTable& table,
   const Rng root(seed, "layout/wanted");
   const double area = room.width_m() * room.depth_m();
   for (const RoomRow& row : table.rows) {
-    // Large rooms hold more.
+    // Large rooms get more.
     const double u = root.Child(row.group).Uniform() * 0.7 + std::clamp((area - 12) / 20, 0.0, 0.6);
     const int extra = static_cast<int>(u * (row.most - row.least + 1));
     WantedRow wanted{row, std::min(row.least + extra, row.most), {}};
@@ -143,7 +143,7 @@ std::vector<Wish> WishesOf(const RoomTable& table) {
 }
 
 std::vector<std::string> PlacedClasses() {
-  // Laid tables, lamps, and what the building itself is made of.
+  // Adds table settings, lamps, and the parts of the building itself.
   std::vector<std::string> classes = {
       "Plate", "Fork", "Knife", "Spoon", "Wineglass", "CeilingClassicLamp", "FloorLamp"};
   for (const std::string& name : BuildingClasses()) classes.push_back(name);

@@ -1,5 +1,5 @@
-// Furniture of one room: simulated annealing over the room's table, then small things on what
-// stands there. Private to worker/layout.
+// Furnishes one room: simulated annealing over the room's table, then small things on the
+// furniture. Private to worker/layout.
 #pragma once
 
 #include <string>
@@ -15,23 +15,24 @@
 
 namespace parallax {
 
+// An object of the furnished room, world frame.
 struct FurnishedObject {
   const PooledAsset* asset = nullptr;
   Vec3d position = Vec3d::Zero();
   double yaw_rad = 0;
   std::string relation;
-  int parent = -1;  // Earlier entry that it stands on or belongs to.
+  int parent = -1;  // Index of an earlier entry that carries it or to which it belongs.
   Vec3d lamp_power_w = Vec3d::Zero();
 };
 
-// What the annealing works on: the room in its own frame and the rows of its table as this seed has
-// them.
+// The problem that annealing solves: the room in its own frame and the rows of its table as this
+// seed has them.
 RoomProblem MakeRoomProblem(const v1::Room& room, const RoomTable& table,
                             const v1::AssetConfig& assets, SceneSeed seed);
-// HouseholdWishes and the table's own.
+// The wishes of every household and of the table.
 std::vector<Wish> WishesOf(const RoomTable& table);
 
-// Every class that some room, fixture or opening has a place for.
+// All classes that rooms, fixtures or openings may use.
 std::vector<std::string> PlacedClasses();
 
 struct Furnishing {
@@ -39,7 +40,7 @@ struct Furnishing {
   v1::SolveReport report;
 };
 
-// `room` as it stands in the house; what comes back is placed in the world.
+// Furnishes `room`, which has its place in the house; results are in the world frame.
 // Errors: kCancelled, those of the catalogue.
 absl::StatusOr<Furnishing> Furnish(const v1::Room& room, const v1::SceneConfig& config,
                                    const std::vector<Fixture>& fixtures, SceneSeed seed,

@@ -42,7 +42,7 @@ Cell MakeCell(const std::string& kind, double wall_m, Rng rng) {
   return cell;
 }
 
-// Which rooms a house of `count` has beside the main one: what every house needs comes first.
+// Draws the kinds of a house's other rooms; rooms that every house needs come first.
 std::vector<std::string> DrawKinds(const std::string& main, int count, Rng rng) {
   struct Wish {
     std::string kind;
@@ -69,7 +69,7 @@ std::vector<std::string> DrawKinds(const std::string& main, int count, Rng rng) 
   return kinds;
 }
 
-// Bedrooms and what belongs to them go upstairs; at least one room does.
+// Puts most bedrooms, bathrooms, closets and offices upstairs; at least one room goes there.
 void ChooseStoreys(std::vector<Cell>& cells, Rng rng) {
   bool any = false;
   for (size_t i = 2; i < cells.size(); ++i) {
@@ -99,7 +99,7 @@ class HouseBuilder {
       : config_(config), root_(seed, "layout/house"), rooms_({std::move(main)}) {}
 
   House Build(int count) {
-    // Two rooms share each inner wall: half of it is each one's.
+    // Two rooms share each inner wall, and each owns half of it.
     wall_m_ = std::clamp(rooms_[0].wall_thickness_m(), 0.2, 0.28);
     DrawHeights();
     FloorPlan plan = Place(DrawCells(count));
@@ -255,7 +255,7 @@ class HouseBuilder {
     const double origin_a = contact->wall_a % 2 == 0 ? ra.origin_x_m() : ra.origin_y_m();
     const double origin_b = contact->wall_a % 2 == 0 ? rb.origin_x_m() : rb.origin_y_m();
     const std::vector<WallStretch> stretch = {{contact->wall_a, low - origin_a, high - origin_a}};
-    // Two doors of one wall may want one place: then tries of this and the other room decide.
+    // Two doors may compete for one place of a wall: retry with this and the other room.
     for (int k = 0; k < 12; ++k) {
       v1::Room trial = ra;
       if (!AddOpening(trial, door, stretch, {0.6, gap - 0.001}, rng)) return;
@@ -296,7 +296,7 @@ class HouseBuilder {
     return reached;
   }
 
-  // Where a wall had no place left for the door that the plan wanted, another wall may.
+  // Where a wall had no place for the planned door, another wall may.
   void JoinTheRest(const FloorPlan& plan) {
     for (size_t a = 0; a < rooms_.size(); ++a) {
       for (size_t b = 0; b < rooms_.size(); ++b) {
@@ -306,7 +306,7 @@ class HouseBuilder {
     }
   }
 
-  // Rooms in which people meet are joined even where another way leads.
+  // Also connects social rooms that are already connected otherwise.
   void ExtraPassages(const FloorPlan& plan) {
     for (int a = 0; a < static_cast<int>(plan.cells.size()); ++a) {
       for (int b = a + 1; b < static_cast<int>(plan.cells.size()); ++b) {

@@ -15,9 +15,10 @@
 
 namespace parallax {
 
+// The rooms of a house, in world coordinates.
 struct House {
   std::vector<v1::Room> rooms;  // The main room first.
-  v1::SolveReport report;       // Of the floor plan; empty for a single room.
+  v1::SolveReport report;       // Solving the floor plan; empty for a single room.
 };
 
 // Deterministic in (config, seed). Openings that find no free stretch of wall are left out; every

@@ -21,7 +21,7 @@ class LayoutWriter {
   explicit LayoutWriter(v1::Layout& layout)
       : layout_(layout), house_(*layout.mutable_place()->mutable_house()) {}
 
-  // Which room of the house the next entries belong to.
+  // Sets the room of the house to which the next entries belong.
   void SetRoom(size_t index) { room_ = static_cast<int>(index); }
 
   void AddPart(const v1::Room& room, const std::string& part) {
@@ -118,7 +118,7 @@ absl::Status FillLayout(const v1::SceneConfig& config, SceneSeed seed, const Can
   }
   for (size_t i = 0; i < house.rooms.size() && config.furniture().enabled(); ++i) {
     writer.SetRoom(i);
-    // The models that this room chose from; other rooms choose from others.
+    // The models from which this room chose; other rooms choose from others.
     AssetPool models;
     ASSIGN_OR_RETURN(v1::SolveReport report,
                      AddFurniture(house.rooms[i], config, SeedOfRoom(seed, i), cancel, fixtures[i],

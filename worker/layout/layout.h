@@ -11,7 +11,8 @@
 
 namespace parallax {
 
-// A seed that has no valid scene. A result, not a failure: the variant's next seed takes its place.
+// A seed without a valid scene. This is a result, not a failure: the variant's next seed replaces
+// it.
 struct Rejected {
   std::string reason;
 };

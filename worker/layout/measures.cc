@@ -10,7 +10,7 @@ namespace parallax {
 namespace {
 
 constexpr double kHeadHeight_m = 1.9;
-constexpr double kCell_m = 0.16;        // Of the grid on which reach is measured.
+constexpr double kCell_m = 0.16;        // Cell of the grid on which reach is measured.
 constexpr double kBodyRadius_m = 0.24;  // Ways are 48 cm wide at least.
 
 bool InRoom(const v1::Room& room, const Vec2d& p) {
@@ -65,7 +65,7 @@ class ReachGrid {
   static int Cell(double share, int n) { return std::clamp(static_cast<int>(share * n), 0, n - 1); }
 
   void Take(const Footprint& footprint) {
-    // What stands askew takes more than its own extent and the body's: its grown corners reach out.
+    // Things askew take more than their own extent and the body's: their grown corners reach out.
     Footprint grown = footprint;
     grown.half += Vec2d::Constant(kBodyRadius_m);
     const Vec2d reach = grown.Extent();

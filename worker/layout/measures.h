@@ -1,4 +1,4 @@
-// Measures of an arrangement: what wishes weigh. Pure functions. Private to worker/layout.
+// Measures of an arrangement, for wishes. Pure functions. Private to worker/layout.
 #pragma once
 
 #include <string>
@@ -17,7 +17,7 @@ void ForGroup(const Arrangement& a, const std::string& group, Visit visit) {
   }
 }
 
-// Whether people walk round it: neither hangs above their reach nor is a rug.
+// Whether people must walk around the item: it neither hangs above their reach nor is a rug.
 bool OnFloor(const Arrangement& a, const Item& item);
 
 // The nearest item of a group; -1 without any.
@@ -35,15 +35,15 @@ double OverPairs(const Arrangement& a, const std::string& group, const std::stri
   return sum;
 }
 
-// Distance between the rectangles, roughly: of their bounding boxes along the axes; below 0 where
-// they overlap.
+// Approximate distance of the rectangles: of their axis-aligned bounds; below 0 where these
+// overlap.
 double GapBetween(const Footprint& a, const Footprint& b);
 
-// Share of the rectangle before the item that is taken by others or by walls; its own seats do not
+// Share of the rectangle before the item that other items or walls take; its own seats do not
 // count.
 double FrontTaken(const Arrangement& a, int index, FloorRegion& seen);
 
-// How many things stand between the two.
+// Number of items between the two.
 int InTheWay(const Arrangement& a, int from, int to);
 
 // Share of the strip beside the item, on its side -1 or 1, that is taken.
@@ -51,18 +51,18 @@ double SideTaken(const Arrangement& a, int index, double side, FloorRegion& seen
 
 // The floor on a grid, walked from the doors.
 struct Reach {
-  double unreached_share = 0;  // Of the floor: free cells that nobody can walk to.
+  double unreached_share = 0;  // Share of the floor's free cells that nobody can walk to.
   int doors_cut_off = 0;       // Doors that nobody can walk to from the others.
 };
 Reach WalkFromDoors(const Arrangement& a);
 
-// How unevenly seats stand around their tables.
+// Unevenness of seats around their tables; 0: even.
 double EvenSeats(const Arrangement& a, const std::string& seats);
 
-// Metres of wall beyond `most_m` in one stretch without anything.
+// Metres of bare wall beyond `most_m` in one stretch.
 double BareStretches(const Arrangement& a, double most_m);
 
-// Gaps of a few centimetres to a forearm between things that stand at one wall.
+// Gaps between items at one wall, from a few centimetres to a forearm's length.
 double Slits(const Arrangement& a);
 
 }  // namespace parallax

@@ -259,7 +259,7 @@ Mesh MakeDressedWindow(const v1::Room& room, const v1::Opening& opening) {
                               -kCasingPlane_m, static_cast<float>(opening.sill_m()) + lift);
   Mesh mesh;
   Append(mesh, window, frame.WorldFromWall() * place);
-  // What lines the cut between the frame and the outer face.
+  // The lining of the cut between the frame and the outer face.
   PartBuilder builder;
   builder.SetFrame(frame.WorldFromWall());
   const Span s = SpanOf(frame, opening);

@@ -1,4 +1,4 @@
-// Meshes of what stands in a wall's openings. Private to worker/layout.
+// Meshes of doors, windows and passages. Private to worker/layout.
 #pragma once
 
 #include <string>
@@ -8,16 +8,16 @@
 
 namespace parallax {
 
-// Leaf with panels, lining, casings on both faces, lever handles. Some doors stand ajar, always
+// A leaf with panels, lining, casings on both faces, lever handles. Some doors are ajar, always
 // outwards. Passages have no leaf.
 Mesh MakeDoor(const v1::Room& room, const v1::Opening& opening);
-// Which class of the catalogue the leaf is: "PanelDoor", "GlassPanelDoor"...
+// The leaf's class in the catalogue: "PanelDoor", "GlassPanelDoor"...
 std::string LeafClassOf(const v1::Opening& opening);
-// Frame with mullions, sill board, handle; panes when the room has window glass. Some have
-// curtains, blinds or shutters.
-// Whether curtains or a blind hang before it; they reach kDressing_m past the opening.
+// Whether curtains or a blind hang before it; they reach kDressing_m beyond the opening.
 bool IsDressed(const v1::Opening& opening);
 inline constexpr double kDressing_m = 0.2;
+// A frame with mullions, sill board and handle; panes when the room has window glass. Some windows
+// have curtains, blinds or shutters.
 Mesh MakeWindow(const v1::Room& room, const v1::Opening& opening);
 
 }  // namespace parallax

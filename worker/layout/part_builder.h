@@ -11,13 +11,14 @@
 
 namespace parallax {
 
+// Collects solids into one mesh with material slots.
 class PartBuilder {
  public:
-  // Which axis of the local frame the texture's x follows; y and z of the texture are the next two
+  // The axis of the local frame along which the texture's x runs; its y and z are the next two axes
   // in order.
   enum class Grain { kX, kY, kZ };
 
-  // Everything added later is placed by this.
+  // Sets the placement of all solids added later.
   void SetFrame(const Eigen::Affine3f& world_from_local) { world_from_local_ = world_from_local; }
 
   uint16_t Slot(const std::string& name, const std::vector<std::string>& families);

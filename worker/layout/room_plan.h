@@ -22,24 +22,25 @@ struct WallStretch {
 // Errors: kInvalidArgument for an unknown kind or a room too small to stand in.
 absl::StatusOr<v1::Room> DrawMainRoom(const v1::RoomConfig& config, SceneSeed seed);
 
-// All four walls whole.
+// The whole length of all four walls.
 std::vector<WallStretch> WholeWalls(const v1::Room& room);
 
+// Where on a stretch an opening goes.
 struct OpeningOdds {
-  double near_corner_p = 0;    // Rather at an end of its stretch than in the middle.
+  double near_corner_p = 0;    // Probability of an end of the stretch rather than its middle.
   double corner_gap_m = 0.25;  // Least masonry between an opening and the end of its stretch.
 };
 
-// Puts the opening somewhere on one of the stretches, clear of the others; nothing is added where
-// none has room. Returns whether.
+// Adds the opening on one of the stretches, clear of the others. Returns false, adding nothing, if
+// none has room.
 bool AddOpening(v1::Room& room, v1::Opening opening, const std::vector<WallStretch>& stretches,
                 const OpeningOdds& odds, Rng& rng);
 
 v1::Opening DrawDoor(const v1::Room& room, Rng& rng);
-// Bathrooms have small ones high up.
+// Bathrooms get small windows high up.
 v1::Opening DrawWindow(const v1::Room& room, Rng& rng);
 
-// Posts of large rooms: against a wall or standing free, clear of the openings.
+// Adds posts to large rooms: against a wall or free-standing, clear of the openings.
 void AddPillars(v1::Room& room, Rng rng);
 
 }  // namespace parallax

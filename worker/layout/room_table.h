@@ -1,10 +1,10 @@
-// What belongs into a room of each kind and how it stands: plain tables, one file a kind in
+// The furniture of each kind of room and how it stands: plain tables, one file a kind in
 // worker/layout/rooms.
 //
-// Rows are groups of furniture: what, how many, and the relation in which each stands. A row names
-// the asset classes that can fill it; classes that the catalogue lacks or a config excludes are
-// passed over, and a row without any class is left out. Wishes (wish.h) say what makes the room
-// good; HouseholdWishes hold in every room.
+// Rows are groups of furniture: their classes, number, and spatial relation. A row names the asset
+// classes that can fill it; classes that the catalogue lacks or a config excludes are skipped, and
+// a row without any class is left out. Wishes (wish.h) rate the room; HouseholdWishes hold in every
+// room.
 #pragma once
 
 #include <string>
@@ -16,6 +16,7 @@
 
 namespace parallax {
 
+// The spatial relation of an item.
 enum class Stand {
   kBackToWall,  // Its back to a wall.
   kCorner,      // In a corner, at an angle.
@@ -28,13 +29,14 @@ enum class Stand {
   kOnWall,      // Hung on a wall.
   kCeiling,     // Hangs from the ceiling, or floats up to it.
 };
-// How the recipe names it: "against_wall".
+// The relation's name in recipes: "against_wall".
 std::string_view NameOf(Stand stand);
 
+// One group of furniture. The methods below set the fields, so that tables read like sentences.
 struct RoomRow {
   std::string group;
-  std::vector<std::string> classes;  // Those named more often come more often.
-  int least = 0, most = 1;           // How many are wanted: drawn between the two.
+  std::vector<std::string> classes;  // A class named more often comes more often.
+  int least = 0, most = 1;           // The number wanted is drawn between the two.
   Stand stand = Stand::kBackToWall;
   std::string anchor;            // Group that it stands by, or hangs above (kOnWall).
   double near_m = 0, far_m = 0;  // Gap to the anchor's edge; negative = pushed in.
@@ -43,12 +45,12 @@ struct RoomRow {
   std::vector<Stand> or_stand;             // Relations that the annealing may choose instead.
   double hang_low_m = 0, hang_high_m = 0;  // kOnWall: of its lower edge; 0 = middle at eye level.
   bool snug = false;                       // kCorner: right in the corner, square to it.
-  bool one_model = false;                  // All of the group are the same model.
+  bool one_model = false;                  // All items of the group are the same model.
   double headroom_m = 0;                   // Above it, kept clear of windows and doors.
-  double highest_m = 10;                   // Models that are taller are passed over.
-  double weight = 1;                       // Loss for each one that is missing.
+  double highest_m = 10;                   // Taller models are skipped.
+  double weight = 1;                       // Loss for each missing item.
 
-  // The words in which the tables are written.
+  // Setters for the tables.
   RoomRow Count(int low, int high) { return least = low, most = high, *this; }
   RoomRow BackToWall() { return By(Stand::kBackToWall); }
   RoomRow Corner() { return By(Stand::kCorner); }
@@ -67,7 +69,7 @@ struct RoomRow {
   RoomRow OnTop(std::string of) { return By(Stand::kOnTop, std::move(of)); }
   RoomRow OnWall(std::string above = "") { return By(Stand::kOnWall, std::move(above)); }
   RoomRow Ceiling() { return By(Stand::kCeiling); }
-  // The annealing chooses between the relation named first and this one.
+  // Lets the annealing choose between the relation named first and this one.
   RoomRow Or(Stand other) { return or_stand.push_back(other), *this; }
   RoomRow HungAt(double low, double high) { return hang_low_m = low, hang_high_m = high, *this; }
   RoomRow FacingIt() { return faces_anchor = true, *this; }
@@ -83,6 +85,7 @@ struct RoomRow {
   }
 };
 
+// Begins a row: its group and the classes that can fill it.
 inline RoomRow Row(std::string group, std::vector<std::string> classes) {
   RoomRow row;
   row.group = std::move(group);
@@ -90,6 +93,7 @@ inline RoomRow Row(std::string group, std::vector<std::string> classes) {
   return row;
 }
 
+// How small things are distributed on a surface.
 enum class Spread {
   kScatter,   // Anywhere on the surface.
   kCentre,    // Near the middle.
@@ -106,6 +110,7 @@ struct SmallRow {
   Spread spread = Spread::kScatter;
 };
 
+// The table of one kind of room.
 struct RoomTable {
   std::string kind;
   std::vector<RoomRow> rows;  // Anchors before what stands by them.
@@ -113,10 +118,11 @@ struct RoomTable {
   std::vector<Wish> wishes;
 };
 
-// What holds in every room: things can be reached and used, walls are not bare, nothing stands in
+// The wishes of every room: things can be reached and used, walls are not bare, nothing stands in
 // heaps.
 std::vector<Wish> HouseholdWishes(const RoomTable& table);
 
+// The tables, one a kind of room.
 RoomTable LivingRoomTable();
 RoomTable DiningRoomTable();
 RoomTable BedroomTable();

@@ -1,5 +1,5 @@
-// The sum of a room's wishes over an arrangement, kept up to date: after a move only wishes that it
-// touches are worked out anew. Private to worker/layout.
+// The sum of a room's wishes over an arrangement, updated incrementally: after a move only the
+// wishes that it affects are evaluated again. Private to worker/layout.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace parallax {
 
-// What a move changed: rows whose items changed, and the floor that they stood or stand on.
+// The part of a room that a move changed: rows with changed items, and the floor under them.
 struct Touched {
   uint64_t rows = 0;
   FloorRegion floor;
@@ -21,19 +21,20 @@ struct Touched {
   }
 };
 
+// Current and tried loss.
 class Score {
  public:
-  // All of `wishes` and, for each row, the count that is wanted. Rows of the problem: at most 64.
+  // Sums `wishes` and, for each row, the missing items. The problem has at most 64 rows.
   Score(const RoomProblem& problem, const std::vector<Wish>& wishes);
 
-  // Works everything out.
+  // Evaluates everything.
   void Reset(const Arrangement& arrangement);
-  // The total for a changed arrangement; kept only by Accept.
+  // Returns the total for a changed arrangement; only Accept keeps it.
   double Try(const Arrangement& changed, const Touched& touched);
   void Accept();
 
   double total() const { return total_; }
-  // Terms worked out by Try so far, and how many it would have been had every move touched all.
+  // Number of terms that Try evaluated so far, and that it would have without increments.
   int64_t evaluated() const { return evaluated_; }
   int64_t possible() const { return possible_; }
   // Writes one soft constraint for each wish.
@@ -42,7 +43,7 @@ class Score {
  private:
   struct Term {
     Wish wish;
-    uint64_t rows = 0;  // Of its groups.
+    uint64_t rows = 0;  // Bits of the rows of its groups.
     bool all = false;   // Depends on everything.
     double value = 0;
     FloorRegion seen;

@@ -120,7 +120,7 @@ class Bearer {
     if (Overlap(*own().asset->Tree(), own().WorldFromObject(), *asset.Tree(), pose.Affine())) {
       return false;
     }
-    // What stands near may reach over the bearer: chairs, lamps, pictures.
+    // Things nearby may reach over the bearer: chairs, lamps, pictures.
     const Footprint world_print = {own().position.head<2>() + Turned(middle, own().yaw_rad),
                                    place.footprint.half, thing.yaw_rad};
     if (!arrangement_.ClearOfOpenings(world_print, own().position.z() + place.bottom_m,
@@ -177,7 +177,7 @@ class Bearer {
   const Arrangement& arrangement_;
   int item_;
   std::vector<OnBearer> taken_;
-  mutable std::unique_ptr<RayScene> surface_;  // Of the asset alone, made at first use.
+  mutable std::unique_ptr<RayScene> surface_;  // The asset's surface, made at first use.
 };
 
 class Filler {

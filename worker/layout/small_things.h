@@ -1,4 +1,4 @@
-// Fills tables and shelves with small things: books in rows, laid tables, bowls and vases. Private
+// Places small things on tables and shelves: books in rows, laid tables, bowls and vases. Private
 // to worker/layout.
 #pragma once
 
@@ -9,6 +9,7 @@
 
 namespace parallax {
 
+// A small thing on its bearer, room frame.
 struct SmallThing {
   const PooledAsset* asset = nullptr;
   Vec3d position = Vec3d::Zero();
@@ -16,9 +17,10 @@ struct SmallThing {
   int bearer = -1;  // Item of the arrangement.
 };
 
+// All small things of a room.
 struct SmallFill {
   std::vector<SmallThing> things;
-  int wanted = 0;  // How many the table asked for.
+  int wanted = 0;  // How many things the table asks for.
 };
 
 // Makes at most `steps` fillings: one row of the table on one bearer.

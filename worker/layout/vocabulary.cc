@@ -1,4 +1,4 @@
-// The wishes that tables of rooms are written in.
+// The wishes with which the tables of rooms are written.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -162,8 +162,8 @@ Wish SpaceAround(const std::string& group, double wall_m, double thing_m) {
 }
 
 Wish Reachable() {
-  // So dear that nothing else is worth a door: a room without furniture has none cut off, and none
-  // is ever bought.
+  // So expensive that no wish is worth a door that is cut off; a room without furniture has none of
+  // these.
   constexpr double kDoorWorth = 3;
   return Wish("floor and doors reached from doors", WishKind::kAccessibility, {},
               [](const Arrangement& a, FloorRegion&) {

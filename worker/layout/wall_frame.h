@@ -8,14 +8,15 @@
 
 namespace parallax {
 
+// The frame of one wall of a room.
 struct WallFrame {
   Vec2d origin = Vec2d::Zero();  // World place of (0, 0).
   Vec2d along = Vec2d::UnitX();
   Vec2d inward = Vec2d::UnitY();
   double length_m = 0;
   bool reversed = false;  // x runs against the coordinate that Opening.center_m is measured along.
-  double yaw_rad = 0;     // Of a thing that stands with its back (-y) to the wall.
-  double depth_m = 0;     // Of its masonry: the outer face is y = -depth_m.
+  double yaw_rad = 0;     // Yaw of an object that stands with its back (-y) to the wall.
+  double depth_m = 0;     // Thickness of its masonry: the outer face is y = -depth_m.
 
   double LocalOf(double center_m) const { return reversed ? length_m - center_m : center_m; }
   Vec2d At(double x, double y) const { return origin + along * x + inward * y; }
@@ -28,7 +29,8 @@ struct WallFrame {
   }
 };
 
-// In the room's own frame: its inner corner is (0, 0). `wall` in [0, 3], as Opening.wall.
+// The wall's frame within the room's own frame, whose inner corner is (0, 0). `wall` in [0, 3], as
+// Opening.wall.
 WallFrame FrameOfWall(const v1::Room& room, int wall);
 
 }  // namespace parallax

@@ -1,12 +1,12 @@
-// The language of wishes: what makes an arrangement of furniture good, as small values that are
-// combined. Private to worker/layout.
+// Wishes: costs of an arrangement of furniture as small values that can be combined. Private to
+// worker/layout.
 //
 //   Facing("sofa", "tv stand").Weight(4) + Distance("sofa", "tv stand", 1.8, 4.2)
 //   Worst(SidesFree("bed"), Reachable())
 //
-// A wish costs 0 where it is fulfilled and grows with how far it is from that. It says what it
-// depends on (groups, and the part of the floor that it looked at), so that a move has only those
-// worked out anew that it touches (score.h). Wishes are constant: thread-safe.
+// A wish costs 0 where it is fulfilled, and more the farther the arrangement is from that. It
+// declares its dependencies (groups, and the part of the floor that it read), so that after a move
+// only affected wishes are evaluated again (score.h). Wishes are constant: thread-safe.
 #pragma once
 
 #include <functional>
@@ -20,7 +20,7 @@ namespace parallax {
 
 class Arrangement;
 
-// What kind of wish: the sums by kind are reported.
+// The kinds of wishes, by which reports sum them.
 enum class WishKind {
   kRelation,       // Distances, facing, sight.
   kFullness,       // Counts, how much of floor and walls is used.
@@ -32,7 +32,7 @@ enum class WishKind {
 };
 std::string_view NameOf(WishKind kind);
 
-// The part of the floor that a wish looked at.
+// The part of the floor that a wish read.
 struct FloorRegion {
   Vec2d low = Vec2d::Constant(1e9), high = Vec2d::Constant(-1e9);
   void Add(const Vec2d& p) {
@@ -48,12 +48,13 @@ struct FloorRegion {
   }
 };
 
+// A named cost with a weight.
 class Wish {
  public:
-  // `seen` is to be grown by whatever part of the floor the cost depends on.
+  // `seen` must be grown by the part of the floor on which the cost depends.
   using Cost = std::function<double(const Arrangement&, FloorRegion& seen)>;
 
-  // `groups`: whose items the cost depends on wherever they are; empty = on all.
+  // `groups`: groups whose items affect the cost wherever they are; empty: all.
   Wish(std::string name, WishKind kind, std::vector<std::string> groups, Cost cost)
       : name_(std::move(name)), kind_(kind), groups_(std::move(groups)), cost_(std::move(cost)) {}
 
@@ -83,20 +84,20 @@ class Wish {
   double weight_ = 1;
 };
 
-// Both; the dearer of two; nothing unless the room has an item of the group.
+// The sum of both; the larger of both; the wish only if the room has an item of the group.
 Wish operator+(const Wish& a, const Wish& b);
 Wish Worst(const Wish& a, const Wish& b);
 Wish If(const std::string& group, const Wish& wish);
 
-// ---- Relations between groups. Each item is held to the nearest of the other group.
-// Its front (+y) turned to the target: 0 ahead .. 2 behind.
+// ---- Relations between groups. Each item is related to the nearest of the other group.
+// Turn of its front (+y) from the target: 0 ahead .. 2 behind.
 Wish Facing(const std::string& group, const std::string& target);
-// Metres outside of [least, most], between middles.
+// Distance of middles outside [least, most], metres.
 Wish Distance(const std::string& group, const std::string& target, double least_m, double most_m);
-// Metres lacking between edges.
+// Shortfall of the gap between edges, metres.
 Wish AwayFrom(const std::string& group, const std::string& target, double gap_m);
 Wish AwayFromDoors(const std::string& group, double gap_m);
-// How many things stand in the line of sight.
+// Number of items in the line of sight.
 Wish InView(const std::string& group, const std::string& target);
 // 1 for each item whose back is before a window.
 Wish NotBeforeWindow(const std::string& group);
@@ -106,35 +107,34 @@ Wish NearWindow(const std::string& group);
 Wish SameWall(const std::string& group, const std::string& target);
 
 // ---- Accessibility.
-// Share of the floor that people need before each item (AssetClass::front_clearance_m) that is
-// taken.
+// Taken share of the floor that people need before each item (AssetClass::front_clearance_m).
 Wish FrontFree(const std::string& group);
-// Share of both long sides that is taken; the freer side counts twice.
+// Taken share of both long sides; the freer side counts twice.
 Wish SidesFree(const std::string& group);
-// Metres lacking between each item and the walls, and from other things.
+// Shortfall of space between each item and the walls, and other things, metres.
 Wish SpaceAround(const std::string& group, double wall_m, double thing_m);
-// Share of the floor that cannot be reached from the doors, on a grid, and far more for each door
-// that cannot be reached from the others.
+// Share of the floor, on a grid, that can't be reached from the doors, and much more for each door
+// that can't be reached from the others.
 Wish Reachable();
 
 // ---- Order.
-// Seats evenly along the sides of what they stand around, as many on opposite sides.
+// Seats should be even along the sides of their table, with equal numbers on opposite sides.
 Wish EvenlyAround(const std::string& seats);
-// Items beside the anchor: one on each side rather than two on one.
+// Items beside the anchor: better one on each side than two on one.
 Wish Symmetric(const std::string& group);
-// Metres from the middle of the room's longest free axis: tables that stand central.
+// Distance from the middle of the room's longest free axis, metres: for central tables.
 Wish Central(const std::string& group);
-// Items on one wall stand edge to edge or well apart: no slits that gather dust.
+// Items on one wall should touch or be well apart: no slits that gather dust.
 Wish NoSlits();
-// Hanging things keep this distance.
+// Hanging objects should be this far apart.
 Wish Apart(const std::string& group, double apart_m);
-// Middles of hanging things at one height.
+// The middles of hanging objects should have one height.
 Wish LevelHeights(const std::string& group);
 
 // ---- Fullness.
-// Share of the floor under furniture outside of [least, most].
+// Excess of the floor's furnished share outside [least, most].
 Wish FloorShare(double least, double most);
-// Metres of wall beyond `most_m` in one stretch without furniture, art or openings.
+// Length of wall beyond `most_m` in one stretch without furniture, art or openings, metres.
 Wish BareWalls(double most_m);
 
 }  // namespace parallax

@@ -1,5 +1,5 @@
-// Flat pictures over the unit square: u to the right, v up. Paintings, posters, covers and screens
-// are made of them.
+// Flat pictures over the unit square, u to the right and v up, for paintings, posters, covers and
+// screens.
 #pragma once
 
 #include <array>
@@ -9,14 +9,16 @@
 
 namespace parallax {
 
+// A picture as a function. Constant; thread-safe.
 class Art {
  public:
   virtual ~Art() = default;
-  // Linear colour at a point of [0, 1]^2 seen with a footprint of `w` (in the same units). Not yet
+  // Linear colour at a point of [0, 1]^2 for a footprint of width `w` (in the same units). Not yet
   // limited to albedos.
   virtual Vec3f At(float u, float v, float w) const = 0;
 };
 
+// The families of pictures.
 enum class ArtStyle {
   kLandscape,  // Sky, sun, ridges behind ridges, sometimes a sea.
   kCity,       // Towers with lit windows.
@@ -32,10 +34,11 @@ enum class ArtStyle {
   kCount
 };
 
+// Draws a picture of the style, or of any.
 std::unique_ptr<const Art> DrawArt(Rng& rng, ArtStyle style);
 std::unique_ptr<const Art> DrawAnyArt(Rng& rng);
 
-// Five colours that go together, darkest first.
+// Five colours that suit each other, darkest first.
 std::array<Vec3f, 5> DrawPalette(Rng& rng);
 
 }  // namespace parallax

@@ -1,4 +1,4 @@
-// What the families of art share. Private to art*.cc.
+// Parts that the families of art share. Private to art*.cc.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ namespace parallax::art {
 using Palette = std::array<Vec3f, 5>;
 
 inline float Length(float x, float y) { return std::sqrt(x * x + y * y); }
-// 1 inside (distance < 0), filtered.
+// 1 inside (distance < 0), 0 outside, filtered over a footprint of width `w`.
 inline float Inside(float distance, float w) { return 1.0f - Edge(distance, 0.002f, 1.2f * w); }
 inline const Vec3f& PickFrom(const Palette& palette, uint32_t hash) {
   return palette[hash % palette.size()];

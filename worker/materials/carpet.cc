@@ -216,7 +216,7 @@ class RugPattern final : public PointMaterial {
 
   std::array<Vec3f, 5> dyes_;
   std::array<uint8_t, kSide * kSide> motif_;
-  std::array<Vec3f, 5> means_;  // Of the motif in dyes so many further.
+  std::array<Vec3f, 5> means_;  // Mean colours of the motif, by the shift of its dyes.
   float knot_m_, abrash_, border_m_ = 0;
   int large_;
   uint32_t seed_;

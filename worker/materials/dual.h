@@ -1,5 +1,5 @@
-// Dual numbers in lanes: a value and how fast it changes as the point moves along two directions.
-// Written with them, a formula gives its slopes for little more than its value, and exactly.
+// Dual numbers in vector lanes: a value and its derivatives along two directions. A formula written
+// with them yields exact derivatives for little more than the cost of its value.
 // Source: Wengert, "A simple automatic derivative evaluation program", CACM 1964.
 #pragma once
 
@@ -9,16 +9,17 @@
 
 namespace parallax {
 
+// Eight values with their derivatives along two directions.
 struct Dual8 {
   Float8 value, dx, dy;
 
   Dual8() = default;
-  // What does not change.
+  // A constant: its derivatives are 0.
   Dual8(Float8 v) : value(v), dx(Splat(0)), dy(Splat(0)) {}
   Dual8(Float8 v, Float8 x, Float8 y) : value(v), dx(x), dy(y) {}
 };
 
-// f(x), where f(x.value) is `value` and the derivative there `slope`.
+// The chain rule: f(x), where f(x.value) is `value` and f'(x.value) is `slope`.
 inline Dual8 Chain(const Dual8& x, Float8 value, Float8 slope) {
   return {value, slope * x.dx, slope * x.dy};
 }
@@ -33,14 +34,14 @@ inline Dual8 operator-(const Dual8& a, const Dual8& b) {
 inline Dual8 operator*(const Dual8& a, const Dual8& b) {
   return {a.value * b.value, a.value * b.dx + b.value * a.dx, a.value * b.dy + b.value * a.dy};
 }
-// With what does not change.
+// With a constant operand.
 inline Dual8 operator+(const Dual8& a, Float8 b) { return {a.value + b, a.dx, a.dy}; }
 inline Dual8 operator+(Float8 a, const Dual8& b) { return b + a; }
 inline Dual8 operator-(const Dual8& a, Float8 b) { return {a.value - b, a.dx, a.dy}; }
 inline Dual8 operator-(Float8 a, const Dual8& b) { return {a - b.value, -b.dx, -b.dy}; }
 inline Dual8 operator*(const Dual8& a, Float8 b) { return {a.value * b, a.dx * b, a.dy * b}; }
 inline Dual8 operator*(Float8 a, const Dual8& b) { return b * a; }
-// By the reciprocal: a rounding away from what the same formula of numbers gives.
+// Multiplies by the reciprocal: one rounding away from the same formula of plain numbers.
 inline Dual8 operator/(const Dual8& a, Float8 b) { return a * (1.0f / b); }
 inline Dual8 operator+(const Dual8& a, float b) { return a + Splat(b); }
 inline Dual8 operator+(float a, const Dual8& b) { return b + Splat(a); }
@@ -73,6 +74,7 @@ inline Dual8 Sqrt(const Dual8& x) {
   return Chain(x, root, 0.5f / Max(root, 1e-9f));
 }
 
+// Three duals, as a vector.
 struct DualVec8 {
   Dual8 x, y, z;
 };
@@ -86,11 +88,11 @@ inline DualVec8 operator*(const Vec3f& a, const Dual8& s) {
 }
 inline DualVec8 operator/(const DualVec8& a, float s) { return a * (1.0f / s); }
 
-// Of which kind a vector's numbers are.
+// The type of a vector's components.
 template <typename Vec>
 using RealOf = std::remove_cvref_t<decltype(Vec::x)>;
 
-// Three numbers to the vector of their kind.
+// A vector of three numbers of one type.
 inline Vec3x8 VecOf(Float8 x, Float8 y, Float8 z) { return {x, y, z}; }
 inline DualVec8 VecOf(const Dual8& x, const Dual8& y, const Dual8& z) { return {x, y, z}; }
 template <typename Real>

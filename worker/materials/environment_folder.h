@@ -1,4 +1,4 @@
-// The user's folder of surroundings: pictures of all directions. Thread-safe.
+// The user's folder of environment maps: pictures of all directions. Thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -9,17 +9,18 @@
 
 namespace parallax {
 
+// The content of such a folder.
 struct EnvironmentFolder {
-  std::vector<uint64_t> seeds;  // Of the pictures' contents, in order of their names; at least one.
+  std::vector<uint64_t> seeds;  // By the contents of the pictures, in order of names; at least one.
   std::string sha256;           // Over their names and contents.
 };
 
-// The pictures (.hdr, .exr) in `dir` and the folders below it. This process knows their places from
-// now on. Errors: as ReadContentFolder.
+// Reads the pictures (.hdr, .exr) in `dir` and the folders below it, and remembers their paths in
+// this process. Errors: as ReadContentFolder.
 absl::StatusOr<EnvironmentFolder> ReadEnvironmentFolder(const std::string& dir);
 
-// Where the picture of this content is. Errors: kNotFound for one of no folder that this process
-// has read; kDataLoss when it has changed since.
+// The path of the picture with this content. Errors: kNotFound unless this process has read a
+// folder with it; kDataLoss when the file has changed since.
 absl::StatusOr<std::string> FindEnvironment(uint64_t seed);
 
 }  // namespace parallax

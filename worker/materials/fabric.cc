@@ -37,7 +37,7 @@ struct WovenStyle {
   double sheen = 0.3;
 };
 
-// What is to be seen at points of a weave.
+// The visible thread at points of a weave.
 template <typename Real>
 struct Thread {
   Mask8 warp;   // Runs along v; else weft, along u.
@@ -58,7 +58,7 @@ Thread<Real> ThreadAt(Weave weave, const Real& u, const Real& v) {
   } else if (weave == Weave::kTwill) {
     const Int8 k = (i + j) & 3;
     warp_up = k < 2;
-    // Of two cells that a float covers, which one is this?
+    // A float covers two cells; is this the first of them?
     const Mask8 first = (k & 1) == 0;
     run_v = Select(first, y - 0.5f, y + 0.5f) * 0.5f;
     run_u = Select(first, x - 0.5f, x + 0.5f) * 0.5f;

@@ -9,6 +9,7 @@ namespace parallax {
 
 using MaterialList = std::vector<MaterialClass>;
 
+// Each function appends the classes of one family.
 void AddBarkMaterials(MaterialList& list);
 void AddCarpetMaterials(MaterialList& list);
 void AddCeramicMaterials(MaterialList& list);

@@ -1,4 +1,4 @@
-// What bark, stones and the forest's floor share. Private to worker/materials.
+// Parts that bark, stones and the forest's floor share. Private to worker/materials.
 #pragma once
 
 #include "worker/materials/surface.h"
@@ -7,7 +7,7 @@ namespace parallax {
 
 inline const Vec3f kMossGreen(0.085f, 0.13f, 0.035f);
 
-// How far a face looks towards `shade`, in [0, 1]: where moss keeps wet.
+// How far a face looks towards `shade`, in [0, 1]: moss stays wet there.
 inline Float8 Facing(const Vec3x8& normal, const Vec3f& shade) {
   return noise::Saturate(0.5f + 0.5f * Along(shade, normal));
 }

@@ -22,7 +22,7 @@ using noise::UnitByte;
 // Colours of beds from the lowest on; a rock takes them in this order, again and again.
 struct StrataKind {
   std::array<uint32_t, 5> beds;
-  uint32_t varnish;  // Of the streaks that water draws down a face.
+  uint32_t varnish;  // Colour of the streaks that water draws down a face.
 };
 constexpr std::array<StrataKind, 3> kRedKinds = {
     {{{0xa85c3c, 0xc2794c, 0x8f4a34, 0xd0a87c, 0xb56a42}, 0x4a3028},

@@ -1,8 +1,8 @@
-// Procedural materials: from a point of a surface to what the light does there.
+// Procedural materials: from a point of a surface to the parameters of its BSDF.
 //
 // A material is drawn once for each recipe entry (class + seed) and is then constant and
 // thread-safe. It is a solid texture: evaluated at `texture_m` (metres; x along the grain of the
-// part), so it needs no unwrapping. Eight points are looked at together, in vector lanes.
+// part), so it needs no unwrapping. Eight points are evaluated together, in vector lanes.
 #pragma once
 
 #include <functional>
@@ -19,22 +19,23 @@
 
 namespace parallax {
 
+// The point of a surface at which a material is evaluated.
 struct SurfacePoint {
   Vec3f texture_m = Vec3f::Zero();  // Mesh::texture, interpolated, times the object's scale.
-  Vec3f normal = Vec3f::UnitZ();    // Object frame, unit: to tell tops from sides.
-  Vec2f uv = Vec2f::Zero();         // Printed pictures.
-  // Width of the ray's footprint here; detail much finer than it is averaged away.
+  Vec3f normal = Vec3f::UnitZ();    // Object frame, unit: distinguishes tops from sides.
+  Vec2f uv = Vec2f::Zero();         // For printed pictures.
+  // Width of the ray's footprint here; much finer detail is averaged.
   float footprint_m = 0;
   // Unit normal of the triangle in texture space: cross product of the edges of its three
   // Mesh::texture points. Flat patterns (weaves, tiles, bricks, wallpaper) are laid on the texture
-  // plane across its longest axis; where it is zero, `normal` stands in, which is right for parts
-  // whose texture is not turned against the object.
+  // plane across its longest axis. If zero, `normal` replaces it, which is right for parts whose
+  // texture is not turned against the object.
   Vec3f texture_normal = Vec3f::Zero();
-  // The footprint in units of uv; 0 = unknown: pictures are taken to be half a metre wide.
+  // The footprint in units of uv; 0 = unknown: pictures count as half a metre wide.
   float footprint_uv = 0;
 };
 
-// The principled surface of one point. All linear, scene-referred Rec. 709.
+// The parameters of the principled BSDF at one point. Colours are linear Rec. 709.
 struct SurfaceSample {
   Vec3f base_color = Vec3f::Constant(0.5f);  // [0, 1]
   float metallic = 0;                        // [0, 1]
@@ -48,15 +49,15 @@ struct SurfaceSample {
   float sheen = 0;       // [0, 1]
   float subsurface = 0;  // [0, 1]; part of the base's light that is scattered inside.
   // [0, 1], with base_color at most 1: light that an open sheet (MaterialSlot::sheet) scatters
-  // through to its other side, as a leaf does. Solids have none: it counts on sheets only.
+  // through to its other side, as a leaf does. Ignored on solids.
   Vec3f transmitted_color = Vec3f::Zero();
   float opacity = 1;               // [0, 1]; 0 = a hole.
   Vec3f emission = Vec3f::Zero();  // Radiance, W / (m^2 sr).
 };
 
-// Eight of them. Lanes from `count` on hold a copy of another.
+// Eight points. Lanes from `count` on hold a copy of another.
 struct SurfacePoint8 {
-  using Real = Float8;  // Of what numbers a formula of these points is.
+  using Real = Float8;  // The number type of formulas over these points.
 
   Vec3x8 texture_m, normal;
   Float8 u, v;
@@ -66,17 +67,18 @@ struct SurfacePoint8 {
   int count = 0;
 
   SurfacePoint8() = default;
-  // Up to eight, at least one.
+  // From one to eight points.
   explicit SurfacePoint8(std::span<const SurfacePoint> points);
   SurfacePoint Get(int lane) const;
 };
 
-// How eight points move in texture space, for each metre along two directions on their surfaces.
+// Derivatives of eight points' texture coordinates along two directions on their surfaces.
 struct Tangents8 {
-  Vec3x8 texture[2];  // Metres a metre.
-  Float8 u[2], v[2];  // uv a metre.
+  Vec3x8 texture[2];  // Metres per metre.
+  Float8 u[2], v[2];  // uv per metre.
 };
 
+// The parameters at eight points.
 struct SurfaceSample8 {
   Vec3x8 base_color = Vec3x8::All(Splat(0.5f));
   Float8 metallic = Splat(0);
@@ -97,30 +99,30 @@ struct SurfaceSample8 {
   SurfaceSample Get(int lane) const;
 };
 
+// A drawn material. Constant; thread-safe.
 class Material {
  public:
   virtual ~Material() = default;
-  // What a point gets does not depend on the other seven.
+  // Properties at eight points; lanes are independent of each other.
   virtual SurfaceSample8 Evaluate(const SurfacePoint8& points) const = 0;
-  // Height of the relief above the mesh in metres (a few tenths of a millimetre to a few
-  // millimetres); the renderer bends the shading normal by its gradient. 0 everywhere = smooth.
+  // Height of the relief above the mesh, metres (a few tenths of a millimetre to a few
+  // millimetres). The renderer bends the shading normal by its gradient. 0 everywhere: smooth.
   virtual Float8 Height(const SurfacePoint8& points) const {
     (void)points;
     return Splat(0);
   }
-  // The same, and its slopes along both directions, metres a metre: this bends the normals. Unless
-  // a material knows better (`Carved`, surface.h), from how the height differs half a footprint
-  // further.
+  // Height with its derivatives along both directions, metres per metre, which bend the normals.
+  // The default takes differences over half a footprint; `Carved` (surface.h) is exact.
   virtual Dual8 Relief(const SurfacePoint8& points, const Tangents8& tangents) const;
 
-  // Of one point.
+  // The same at one point.
   SurfaceSample Evaluate(const SurfacePoint& point) const {
     return Evaluate(SurfacePoint8({&point, 1})).Get(0);
   }
   float Height(const SurfacePoint& point) const { return Height(SurfacePoint8({&point, 1}))[0]; }
 };
 
-// A material that looks at each point by itself: what is drawn stroke by stroke.
+// A material that evaluates each point by itself, such as pictures drawn stroke by stroke.
 class PointMaterial : public Material {
  public:
   SurfaceSample8 Evaluate(const SurfacePoint8& points) const final;
@@ -134,19 +136,19 @@ class PointMaterial : public Material {
   }
 };
 
-// What a class is good for; plain data for whoever chooses.
+// The uses of a class; plain data for the code that chooses materials.
 struct MaterialTags {
   bool diffuse = false;         // Dull and opaque: the study's "one diffuse material".
   bool metal_or_glass = false;  // The study's "only metal and glass".
   bool walls = false;           // Suits a room's walls...
   bool floor = false;           // ...its floor...
   bool ceiling = false;         // ...its ceiling.
-  // May replace the material of any object; false: needs the slot that it was made for.
+  // May replace the material of any object; false: only for slots that ask for it.
   bool any_object = true;
-  bool needs_uv = false;   // Prints over uv in [0, 1]^2; elsewhere it shows one colour.
+  bool needs_uv = false;   // Prints over uv in [0, 1]^2; elsewhere it has one colour.
   bool weathered = false;  // Rust and the like: on indoor things only where a slot names the class,
                            // or as a replacement.
-  bool smooth = false;     // Has no detail on purpose (mirror, clear glass, plain grey).
+  bool smooth = false;     // Without detail on purpose (mirror, clear glass, plain grey).
 };
 
 // One entry of the catalogue. `sample` draws the parameters: the same stream gives the same
@@ -165,17 +167,17 @@ const std::vector<MaterialClass>& MaterialCatalogue();
 // nullptr when there is no such class.
 const MaterialClass* FindMaterialClass(std::string_view name);
 
-// The classes of a family in order of name, or the one class of that name; case does not count
-// ("Wood", "wood", "OakWood"). Empty when nothing is called so.
+// The classes of a family in order of name, or the one class of that name, ignoring case ("Wood",
+// "wood", "OakWood"). Empty if there is none.
 std::vector<const MaterialClass*> MaterialsOfFamily(std::string_view family_or_class);
 
-// The classes whose tag is set, in order of name: MaterialsTagged(&MaterialTags::walls).
+// The classes with a tag, in order of name: MaterialsTagged(&MaterialTags::walls).
 std::vector<const MaterialClass*> MaterialsTagged(bool MaterialTags::*tag);
 
 // Every family once, in order of name.
 std::vector<std::string> MaterialFamilies();
 
-// The material of a class and seed: what a recipe's material means.
+// Makes the material of a class and seed, as recipes name it.
 // Errors: kNotFound naming the class and the nearest known name.
 absl::StatusOr<std::unique_ptr<const Material>> MakeMaterial(std::string_view class_name,
                                                              uint64_t seed);

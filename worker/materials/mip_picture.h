@@ -1,4 +1,4 @@
-// A picture from near and far: halved again and again down to a pixel. Constant; thread-safe.
+// A picture with its mip levels: halved repeatedly down to one pixel. Constant; thread-safe.
 #pragma once
 
 #include <vector>
@@ -8,19 +8,20 @@
 
 namespace parallax {
 
+// Filters a picture at any footprint.
 class MipPicture {
  public:
   enum class Values {
-    kColor,   // sRGB, made linear and kept to what real surfaces reflect.
-    kNumber,  // As they stand, in [0, 1].
+    kColor,   // sRGB, converted to linear and limited to albedos.
+    kNumber,  // Linear values in [0, 1].
   };
   enum class Edge { kClamp, kRepeat };
 
-  // At most 1024 pixels wide or high: larger ones are halved. Requires a picture that is not empty.
+  // Halves pictures of more than 1024 pixels in width or height. Requires a picture with pixels.
   MipPicture(const ImageRgb8& image, Values values, Edge edge);
 
-  // At (u, v), of which 1 is the picture's width and height and v goes up from the bottom; the mean
-  // over about `width`, in units of u.
+  // The value at (u, v), where the picture is [0, 1]^2 and v goes up from the bottom; averaged over
+  // about `width`, in units of u.
   Vec3f At(float u, float v, float width) const;
 
  private:

@@ -175,7 +175,7 @@ struct Nearest8 {
 // One axis of a lattice cell and of those beside it: below, itself, above.
 struct Axis8 {
   Bits8 hash[3];
-  // To the query from where each cell's points begin, or from a part `middle` of their range on.
+  // Offsets from the ranges of each cell's points, or from a part `middle` of them, to the query.
   Float8 from[3];
   Float8 gap2[3];  // Squared distance to where points of the cell lie, a little less for rounding.
 
@@ -195,7 +195,7 @@ struct Axis8 {
 
 // The cells around one, near ones first: most of the far ones need not be looked at then.
 struct Neighbour {
-  int x, y, z;  // Of an axis' three.
+  int x, y, z;  // Each in [0, 2]; 1 is the cell itself.
 };
 constexpr std::array<Neighbour, 27> kNeighbours3 = [] {
   std::array<Neighbour, 27> cells{};

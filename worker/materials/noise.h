@@ -1,10 +1,10 @@
 // Noise for solid textures: hashes of the integer lattice, gradient noise, cells, and the fading of
-// detail that is finer than a ray's footprint. Pure functions of position and seed; no state, no
-// heap; thread-safe.
+// detail finer than a ray's footprint. Pure functions of position and seed without state or heap;
+// thread-safe.
 //
-// Most of it three times: for eight points in vector lanes, a cell's corners one after the other;
-// of dual numbers, the same with its slopes; and for one point, its corners in lanes. All give the
-// same bits.
+// Most functions exist three times: for eight points in vector lanes, with a cell's corners one
+// after the other; for dual numbers, with derivatives; and for one point, with its corners in
+// lanes. All give the same bits.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace parallax::noise {
 
 constexpr uint32_t kPrimeX = 0x8da6b343, kPrimeY = 0xd8163841, kPrimeZ = 0xcb1ab31f;
 
-// Scalars and vector lanes alike.   Source: "lowbias32", C. Wellons, hash prospector.
+// Mixes the bits of scalars and vector lanes.   Source: "lowbias32", C. Wellons, hash prospector.
 template <typename Bits>
 inline Bits Mix(Bits h) {
   h ^= h >> 16;
@@ -28,6 +28,7 @@ inline Bits Mix(Bits h) {
   return h;
 }
 
+// Hashes of integer lattice points.
 inline uint32_t Hash(int32_t x, uint32_t seed) {
   return Mix(static_cast<uint32_t>(x) * kPrimeX ^ seed);
 }
@@ -47,13 +48,13 @@ inline Bits8 Hash(Int8 x, Int8 y, Int8 z, uint32_t seed) {
   return Mix((Bits8)x * kPrimeX ^ (Bits8)y * kPrimeY ^ (Bits8)z * kPrimeZ ^ seed);
 }
 inline Bits8 Hash(Int8 x, Bits8 seeds) { return Mix((Bits8)x * kPrimeX ^ seeds); }
-// Where the seed is a random number of each lane: Hash(3, cell.id).
+// With a random seed in each lane: Hash(3, cell.id).
 inline Bits8 Hash(int32_t x, Bits8 seeds) {
   return Mix(static_cast<uint32_t>(x) * kPrimeX ^ seeds);
 }
 
-// [0, 1) from a hash; `part` 0..3 gives four independent coarse values (8 bits) for choices that
-// need no more.
+// A number in [0, 1) from a hash. UnitByte gives four independent coarse values (8 bits), `part`
+// 0..3, for choices that need no more.
 inline float Unit(uint32_t hash) { return static_cast<float>(hash >> 8) * 0x1p-24f; }
 inline float UnitByte(uint32_t hash, int part) {
   return static_cast<float>((hash >> (8 * part)) & 0xff) * (1.0f / 256.0f);
@@ -64,6 +65,7 @@ inline Float8 UnitByte(Bits8 hash, int part) {
   return ToFloat((Int8)((hash >> (8 * part)) & 0xff)) * (1.0f / 256.0f);
 }
 
+// Clamps to [0, 1].
 inline float Saturate(float x) { return std::clamp(x, 0.0f, 1.0f); }
 inline float Lerp(float a, float b, float t) { return a + (b - a) * t; }
 inline float SmoothStep(float low, float high, float x) {
@@ -92,7 +94,7 @@ inline Dual8 Saturate(const Dual8& x) {
   const Mask8 inside = (x.value > 0) & (x.value < 1);
   return Chain(x, Saturate(x.value), Select(inside, Splat(1), Splat(0)));
 }
-// Between edges that do not change.
+// The edges are constants.
 inline Dual8 SmoothStep(Float8 low, Float8 high, const Dual8& x) {
   const Float8 scale = 1.0f / (high - low);
   const Float8 t = Saturate((x.value - low) / (high - low));
@@ -111,7 +113,7 @@ inline Float8 Fract(Float8 x) { return x - Floor(x); }
 inline int32_t FloorInt(float x) { return static_cast<int32_t>(std::floor(x)); }
 inline float Fract(float x) { return x - std::floor(x); }
 
-// cos(2 pi x) to 1e-3, for any x of moderate size: patterns need no more, and libm is slower.
+// cos(2 pi x) to 1e-3, for x of moderate size: enough for patterns, and faster than libm.
 inline float CosTurn(float x) {
   const float t = std::fabs(Fract(x) * 2.0f - 1.0f);  // 1 at whole x, 0 at half.
   const float s = t * 2.0f - 1.0f;                    // sin(pi/2 s) wanted.
@@ -131,8 +133,8 @@ inline Dual8 CosTurn(const Dual8& x) {
   return Chain(x, CosTurn(x.value), -6.2831853f * CosTurn(x.value - 0.25f));
 }
 
-// How much of a detail of this wavelength a footprint leaves: 1 when it is four times finer, 0 from
-// Nyquist on.
+// Share of a detail's amplitude that a footprint leaves: 1 when the footprint is four times finer
+// than the wavelength, 0 from the Nyquist limit on.
 inline float Fade(float wavelength_m, float footprint_m) {
   if (footprint_m * 4.0f <= wavelength_m) return 1.0f;
   const float t = Saturate(wavelength_m / (2.0f * footprint_m) - 1.0f);
@@ -147,9 +149,9 @@ inline Float8 Fade(float wavelength_m, Float8 footprint_m) {
   return Fade(Splat(wavelength_m), footprint_m);
 }
 
-// A lattice point's gradient: three coordinates in [-2^31, 2^31) of one hash. Each is the hash
-// shifted until its own ten bits are the highest: those below are too small to be seen, and a whole
-// number of 32 bits becomes a float at once.
+// A lattice point's gradient: three coordinates in [-2^31, 2^31) from one hash. Each is the hash
+// shifted until its own ten bits are the highest: the bits below are negligible, and a 32-bit
+// integer converts to float at once.
 inline Bits8 LatticeHash(Bits8 h) {
   h ^= h >> 15;
   h *= 0x2c1b3c6du;
@@ -159,9 +161,9 @@ inline Bits8 LatticeHash(Bits8 h) {
 inline Float8 PartOf(Bits8 hash, int part) { return ToFloat((Int8)(hash << (10 * part))); }
 constexpr float kGradient3Scale = 0x1p-31f * 1.56f;
 
-// Gradient noise, one feature a unit; mean 0, standard deviation about 0.3, almost all in [-1, 1];
-// C1 continuous. Of the vectors' lanes x, y, z and (unused) w; corner k of the lattice cell has
-// bits x, y, z from the lowest on.
+// Gradient noise with features about one unit wide; mean 0, standard deviation about 0.3, almost
+// always in [-1, 1]; C1 continuous. Lanes are x, y, z and (unused) w; corner k of the lattice cell
+// has bits x, y, z from the lowest on.
 inline float Gradient3(const Float4& position, uint32_t seed) {
   // A constant shift: planes through the origin are common, and on a lattice plane the noise would
   // be weak.
@@ -204,7 +206,7 @@ inline Dual8 Gradient3(const Dual8& x, const Dual8& y, const Dual8& z, uint32_t 
   return Gradient3(DualVec8{x, y, z}, seed);
 }
 
-// The same in the plane.
+// The same in two dimensions.
 inline float Gradient2(float px, float py, uint32_t seed) {
   const Float4 p = {px, py, 0, 0};
   const Float4 floor = _mm_floor_ps(p);
@@ -245,7 +247,7 @@ inline float Fbm3(const Vec3f& p_m, float wavelength_m, int octaves, float footp
   return sum;
 }
 
-// Of numbers and of duals: `Vec` is Vec3x8 or DualVec8.
+// Fractal noise of numbers or of duals: `Vec` is Vec3x8 or DualVec8.
 template <typename Vec>
 RealOf<Vec> Fbm3(const Vec& p_m, float wavelength_m, int octaves, Float8 footprint_m, uint32_t seed,
                  float gain = 0.5f) {
@@ -262,9 +264,9 @@ RealOf<Vec> Fbm3(const Vec& p_m, float wavelength_m, int octaves, Float8 footpri
   return sum;
 }
 
-// The same sum, and the standard deviation of what the footprint took away: whoever cuts the sum at
-// a threshold needs both, or a stain that is seen from afar would vanish instead of becoming its
-// share of every pixel.
+// The same sum, with the standard deviation of the octaves that the footprint removed. A threshold
+// needs both: otherwise a stain seen from afar would vanish instead of covering its share of every
+// pixel.
 template <typename Real>
 struct Filtered8 {
   Real value;
@@ -285,8 +287,8 @@ Filtered8<RealOf<Vec>> Fbm3Filtered(const Vec& p_m, float wavelength_m, int octa
   return {value, 0.3f * Sqrt(variance)};
 }
 
-// The share of a footprint where the sum lies above `threshold`; `softness` is half the width of
-// the edge. A smooth step over [-s, s] is the integral of a bell of standard deviation 0.447 s.
+// Share of a footprint in which the sum is above `threshold`; `softness` is half the width of the
+// edge. A smooth step over [-s, s] is the integral of a bell of standard deviation 0.447 s.
 template <typename Real>
 Real Above(const Filtered8<Real>& n, float threshold, float softness) {
   const Float8 lost = n.lost * (1.0f / 0.447f);
@@ -294,15 +296,16 @@ Real Above(const Filtered8<Real>& n, float threshold, float softness) {
   return SmoothStep(threshold - s, threshold + s, n.value);
 }
 
-// The nearest and second nearest of one feature point a lattice cell.
+// Cellular noise: the nearest and second nearest of one feature point a lattice cell.
 struct Cell {
   float f1 = 0,
         f2 = 0;     // Distances, in cells; f1 <= f2. f2 - f1 is 0 on the borders between cells.
-  uint32_t id = 0;  // Hash of the nearest point's cell: its own random number.
+  uint32_t id = 0;  // Hash of the nearest point's cell: a random number for it.
   // From the nearest point to the query, in cells (z = 0 in the plane).
   Vec3f offset = Vec3f::Zero();
 };
 
+// The same for eight points.
 template <typename Vec>
 struct CellOf8 {
   RealOf<Vec> f1, f2;
@@ -312,7 +315,7 @@ struct CellOf8 {
 using Cell8 = CellOf8<Vec3x8>;
 using DualCell8 = CellOf8<DualVec8>;
 
-// `jitter` in [0, 1]: 0 = a regular grid.
+// Cellular noise in two and three dimensions. `jitter` in [0, 1]: 0 = a regular grid.
 Cell Cells2(float x, float y, uint32_t seed, float jitter = 1.0f);
 Cell8 Cells3(const Vec3x8& p, uint32_t seed, float jitter = 1.0f);
 Cell8 Cells2(Float8 x, Float8 y, uint32_t seed, float jitter = 1.0f);

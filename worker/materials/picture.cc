@@ -19,7 +19,7 @@ using noise::UnitByte;
 
 enum class Ground { kCanvas, kPaper, kCoated };
 
-// What all pictures share: the ground they are on, and fading to one colour when they are far away.
+// Common to all pictures: the ground they are on, and their fading to one colour from far away.
 class Printed : public PointMaterial {
  public:
   SurfaceSample EvaluatePoint(const SurfacePoint& point) const override {

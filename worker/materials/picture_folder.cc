@@ -24,7 +24,7 @@ bool EndsIn(const fs::path& path, std::span<const std::string_view> endings) {
   return std::find(endings.begin(), endings.end(), ending) != endings.end();
 }
 
-// What differs when a file has been written since.
+// The facts that change when a file is written again.
 struct FileStamp {
   dev_t device = 0;
   ino_t inode = 0;

@@ -1,5 +1,5 @@
-// A user's folder of pictures, or of other content. What it holds counts, not where it lies: files
-// are named relative to it, and their content is hashed, so that keys of results follow it.
+// A user's folder of pictures, or of other content. Only its content matters, not its path: files
+// are named relative to it, and their content is hashed, so that keys of results depend on it.
 // Thread-safe.
 #pragma once
 
@@ -13,30 +13,30 @@
 
 namespace parallax {
 
+// A file of the folder.
 struct FolderFile {
   std::string name;    // Relative to the folder: "posters/sea.jpg".
   std::string sha256;  // Hash of the file's bytes; 64 lower-case hex digits.
 };
 
 // The pictures in `dir` and the folders below it, sorted by name. A process reads a file again only
-// when its size or a time of it has changed.
-// Errors: kNotFound when there is no such folder or no picture in it; reading as ReadFile.
+// when its size or one of its times has changed. Errors: kNotFound when there is no such folder or
+// no picture in it; reading as ReadFile.
 absl::StatusOr<std::vector<FolderFile>> ReadPictureFolder(const std::string& dir);
 
-// The same of files whose names end in one of `endings` (".png"; case does not count). Errors:
-// likewise.
+// The same for files whose names end in one of `endings` (".png"; ignoring case). Errors: likewise.
 absl::StatusOr<std::vector<FolderFile>> ReadContentFolder(
     const std::string& dir, std::span<const std::string_view> endings);
 
-// The first 8 bytes of a SHA-256 in hex, big-endian: how recipes name content of the user's.
+// The first 8 bytes of a hex SHA-256, big-endian: the seed by which recipes name user content.
 uint64_t ContentSeed(std::string_view sha256);
 
-// SHA-256 over the names and contents of all pictures, as hex: equal wherever the folder lies.
+// Hex SHA-256 over the names and contents of all pictures: independent of the folder's path.
 std::string ContentHashOf(const std::vector<FolderFile>& pictures);
 
-// The path of the picture `name` in `dir`, whose content must be `sha256`.
-// Errors: kInvalidArgument for a name that leads out of the folder; kNotFound when the picture is
-// not there, kDataLoss when its content is another.
+// The path of the picture `name` in `dir`, whose content must have the hash `sha256`. Errors:
+// kInvalidArgument for a name that leads out of the folder; kNotFound when the picture is not
+// there; kDataLoss when its content differs.
 absl::StatusOr<std::string> FindPicture(const std::string& dir, const std::string& name,
                                         const std::string& sha256);
 

@@ -19,11 +19,11 @@ Vec3f DrawPigment(Rng& rng) {
 
 struct PlasticStyle {
   double roughness_low, roughness_high;
-  double grain_low_mm, grain_high_mm;  // Of the mould.
-  double depth_um;                     // Of the grain.
+  double grain_low_mm, grain_high_mm;  // Grain of the mould.
+  double depth_um;                     // Depth of that grain.
 };
 
-// What machines' housings are moulded of: black to white, seldom a colour.
+// Colours of machines' housings: black to white, seldom a colour.
 Vec3f DrawHousing(Rng& rng) {
   static constexpr std::array<uint32_t, 10> kHousings = {0x141416, 0x1c1d1f, 0x232427, 0x2e3033,
                                                          0x44474b, 0x6d7074, 0xb9bbbc, 0xdcdcd9,

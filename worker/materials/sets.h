@@ -1,13 +1,13 @@
-// Materials that stereo can't match, kept apart. Thread-safe.
+// Materials on which stereo matching fails, kept apart. Thread-safe.
 #pragma once
 
 #include "worker/materials/material.h"
 
 namespace parallax {
 
-// Fully transparent or a perfect mirror: what a camera sees there is another surface. Such a
-// material serves the slots that ask for it (panes, mirrors), but replaces others only when the
-// config says `troublesome`.
+// Whether a material is fully transparent or a perfect mirror, so that cameras see another surface
+// in it. Such materials serve the slots that ask for them (panes, mirrors), but replace others only
+// when the config says `troublesome`.
 bool IsTroublesome(const MaterialClass& material);
 
 }  // namespace parallax

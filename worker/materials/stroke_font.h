@@ -7,6 +7,7 @@
 
 namespace parallax {
 
+// A line segment from (x0, y0) to (x1, y1).
 struct Stroke {
   float x0, y0, x1, y1;
 };
@@ -15,16 +16,16 @@ struct Stroke {
 constexpr float kGlyphAdvance = 5.4f;
 constexpr float kGlyphHeight = 6.0f;
 
-// Of one character; small letters are shown as capitals; empty for a space and for what the font
-// does not know.
+// Strokes of one character; small letters look like capitals. Empty for a space and for characters
+// that the font lacks.
 std::span<const Stroke> GlyphStrokes(char character);
 
 // Distance from a point to the nearest stroke of a line of text that starts at the origin, in cell
-// units; looks only at the letter under the point, so beyond about one unit it is a lower bound's
-// stand-in: kGlyphHeight.
+// units. Considers only the letter under the point; returns kGlyphHeight when the nearest stroke is
+// more than about one unit away.
 float TextDistance(std::string_view text, float x, float y);
 
-// Of the whole line.
+// Width of the whole line, in cell units.
 inline float TextWidth(std::string_view text) {
   return text.empty() ? 0.0f : kGlyphAdvance * static_cast<float>(text.size()) - 1.4f;
 }

@@ -1,5 +1,4 @@
-// Small tools that the material families share: colours, the plane a flat pattern is laid on,
-// filtered edges.
+// Tools that the material families share: colours, the plane of a flat pattern, filtered edges.
 #pragma once
 
 #include <cstdint>
@@ -12,24 +11,25 @@
 
 namespace parallax {
 
-// Linear Rec. 709 from 0xRRGGBB in sRGB.
+// Converts 0xRRGGBB in sRGB to linear Rec. 709.
 Vec3f SrgbColor(uint32_t hex);
-// Linear from hue [0, 1), saturation and value [0, 1] in sRGB.
+// Converts hue [0, 1), saturation and value [0, 1] in sRGB to linear Rec. 709.
 Vec3f HsvColor(double hue, double saturation, double value);
-// `color` with its brightness (relative standard deviation `value`) and its tint (`tint`) moved a
-// little.
+// Varies a colour randomly: `value` is the relative standard deviation of its brightness, `tint`
+// that of its channels.
 Vec3f VaryColor(Rng& rng, const Vec3f& color, double value = 0.12, double tint = 0.04);
-// Towards grey of the same luminance; 0 = unchanged, 1 = grey.
+// Blends towards grey of the same luminance; 0 = unchanged, 1 = grey.
 Vec3f Desaturate(const Vec3f& color, float amount);
 
+// Linear interpolation; Albedo below limits the result.
 inline Vec3f Mix(const Vec3f& a, const Vec3f& b, float t) { return a + (b - a) * t; }
-// What real surfaces reflect: nothing is blacker than 2 % or whiter than 90 %.
+// Limits a colour to albedos of real surfaces: none is blacker than 2 % or whiter than 90 %.
 inline Vec3f Albedo(const Vec3f& c) { return c.cwiseMax(0.02f).cwiseMin(0.9f); }
 inline Vec3x8 Mix(const Vec3x8& a, const Vec3x8& b, Float8 t) { return a + (b - a) * t; }
 inline Vec3x8 Albedo(const Vec3x8& c) {
   return {Clamp(c.x, 0.02f, 0.9f), Clamp(c.y, 0.02f, 0.9f), Clamp(c.z, 0.02f, 0.9f)};
 }
-// How far `p` (numbers or duals) goes along `axis`. Summed as Eigen's dot product is.
+// Dot product of `axis` and `p` (numbers or duals), summed in the order of Eigen's.
 inline auto Along(const Vec3f& axis, const auto& p) {
   return axis.x() * p.x + (axis.y() * p.y + axis.z() * p.z);
 }
@@ -37,8 +37,8 @@ inline float Float(double x) { return static_cast<float>(x); }
 inline float Draw(Rng& rng, double low, double high) { return Float(rng.Uniform(low, high)); }
 inline uint32_t DrawSeed(Rng& rng) { return rng.Bits32(); }
 
-// Coordinates in metres on the texture plane that lies nearest to the surface: x runs along u
-// wherever the surface contains it; on the other faces u = y.
+// Coordinates in metres on the texture plane nearest to the surface: u is x wherever the surface
+// contains the x axis; on the other faces u = y.
 struct PlanePoint {
   float u = 0, v = 0;
 };
@@ -51,7 +51,7 @@ inline PlanePoint OnPlane(const SurfacePoint& point) {
   return {p.y(), p.z()};
 }
 
-// Eight points whose place in texture space knows its slopes.
+// Eight points whose texture coordinates carry derivatives.
 struct ReliefPoint8 {
   using Real = Dual8;
 
@@ -68,8 +68,9 @@ struct ReliefPoint8 {
         footprint_m(points.footprint_m) {}
 };
 
-// A material whose relief is one formula, `HeightOf(const auto& point)`, of numbers (SurfacePoint8)
-// and of duals (ReliefPoint8), whose slopes then are exact. It gives `Point::Real`.
+// A material whose relief is one formula, `HeightOf(const auto& point)`, for numbers
+// (SurfacePoint8) and for duals (ReliefPoint8), so that its derivatives are exact. It returns
+// `Point::Real`.
 template <typename Self>
 class Carved : public Material {
  public:
@@ -81,18 +82,18 @@ class Carved : public Material {
   }
 };
 
-// `Real` is Float8 or Dual8.
+// A point on a plane; `Real` is Float8 or Dual8.
 template <typename Real>
 struct PlaneOf8 {
   Real u, v;
 };
 using PlanePoint8 = PlaneOf8<Float8>;
-// Normal of the face in texture space, as far as it is known.
+// Normal of the face in texture space, or the point's normal where that is unknown.
 inline Vec3x8 FaceOf(const auto& points) {
   const Vec3x8& t = points.texture_normal;
   return Select((t.x != 0) | (t.y != 0) | (t.z != 0), t, points.normal);
 }
-// Of SurfacePoint8 and ReliefPoint8.
+// Plane coordinates of a SurfacePoint8 or ReliefPoint8, along the axes nearest to its face.
 inline auto OnPlane(const auto& points) {
   const Vec3x8 n = FaceOf(points);
   const auto& p = points.texture_m;
@@ -102,13 +103,13 @@ inline auto OnPlane(const auto& points) {
   return PlaneOf8<Real>{Select(along_z | along_y, p.x, p.y), Select(along_z, p.y, p.z)};
 }
 
-// As a point in space: for noise of three dimensions.
+// The plane's point in space, for three-dimensional noise.
 template <typename Real>
 auto InPlane(const PlaneOf8<Real>& plane) {
   return VecOf(plane.u, plane.v, Real(Splat(0)));
 }
 
-// 0 where `distance` < 0, 1 where it is > 0, with an edge at least as wide as `softness` and the
+// 0 where `distance` < 0, 1 where it is > 0, over an edge at least as wide as `softness` and the
 // footprint.
 inline float Edge(float distance, float softness, float footprint) {
   const float width = std::max(softness, footprint);
@@ -123,8 +124,8 @@ inline Float8 Edge(Float8 distance, float softness, Float8 footprint) {
   return width <= 0 ? sharp : noise::SmoothStep(-0.5f * width, 0.5f * width, distance);
 }
 
-// The share of a footprint that lies within `half_width` of a line whose middle is `distance` away:
-// what a seam or a gap of that width darkens, however fine it is. Continuous in all arguments.
+// Share of a footprint that lies within `half_width` of a line whose middle is `distance` away, for
+// seams and gaps of any width. Continuous in all arguments.
 inline float LineShare(float distance, float half_width, float softness, float footprint) {
   const float width = std::max(std::max(softness, footprint), 1e-6f);
   const float low = std::max(distance - 0.5f * width, -half_width);
@@ -151,7 +152,7 @@ inline Dual8 LineShare(const Dual8& distance, float half_width, float softness, 
   return Chain(distance, value, (enters - leaves) / width);
 }
 
-// Makes a catalogue entry whose class is constructed from the stream and `args`.
+// Makes a catalogue entry whose material is constructed from the stream and `args`.
 template <typename M, typename... Args>
 MaterialClass Entry(std::string name, std::string family, MaterialTags tags, Args... args) {
   return {std::move(name), std::move(family),

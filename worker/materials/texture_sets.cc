@@ -61,7 +61,7 @@ std::optional<NamedPicture> ParseSetName(const std::string& name) {
     std::optional<PictureRole> role = PictureRoleOf(words[i]);
     if (!role) continue;
     words.erase(words.begin() + static_cast<std::ptrdiff_t>(i));
-    // Which way a normal's y points: "nor_gl", "nor_dx".
+    // The direction of a normal's y: "nor_gl", "nor_dx".
     if (*role == PictureRole::kNormal && i < words.size() &&
         (words[i] == "gl" || words[i] == "dx")) {
       if (words[i] == "dx") role = PictureRole::kNormalDown;

@@ -1,6 +1,5 @@
-// Sets of pictures that describe a surface, as libraries of materials give them: files whose names
-// differ in one word, which says what they show ("brick_albedo.png", "brick_roughness.png").
-// Thread-safe.
+// Sets of pictures that describe a surface, as in libraries of materials: files whose names differ
+// in one word that tells their content ("brick_albedo.png", "brick_roughness.png"). Thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -15,22 +14,24 @@
 
 namespace parallax {
 
-// In front of the names of everything that is the user's.
+// Prefix of the names of all user content.
 inline constexpr std::string_view kOwnPrefix = "own:";
 
+// A set of pictures.
 struct TextureSet {
   std::string name;   // "own:brick"
-  uint64_t seed = 0;  // Of its pictures' contents: with the name it is a material of recipes.
+  uint64_t seed = 0;  // From its pictures' contents; recipes name a material by name and seed.
 };
 
+// All sets of a folder.
 struct TextureFolder {
   std::vector<TextureSet> sets;  // In order of their names; at least one.
   std::string sha256;            // Over the names and contents of all of their pictures.
 };
 
-// The sets in `dir` and the folders below it. This process knows their places from now on, so that
-// MakeOwnTexture finds them. The last of a name's words (case does not count) that is one of these
-// says what a picture shows; names without any are passed over:
+// Finds the sets in `dir` and the folders below it, and remembers their paths in this process, so
+// that MakeOwnTexture finds them. The last of a name's words (ignoring case) that is one of these
+// tells the picture's content; names without any are skipped:
 //   albedo, basecolor, color, colour, col, diffuse, diff      needed
 //   roughness, rough     metallic, metalness, metal
 //   normal, normalgl, nor, nrm, norm, normaldx                dx: y points down
@@ -41,8 +42,8 @@ absl::StatusOr<TextureFolder> ReadTextureFolder(const std::string& dir);
 // Opens every picture. Errors: kInvalidArgument naming the first that can't be read.
 absl::Status CheckTextureSet(const TextureSet& set);
 
-// Laid in tiles of kPbrTile_m. Errors: kNotFound for a set of no folder that this process has read;
-// kDataLoss for one whose pictures have changed since; those of reading pictures.
+// Makes the material, in tiles of kPbrTile_m. Errors: kNotFound for a set of no folder that this
+// process has read; kDataLoss when its pictures have changed since; those of reading pictures.
 absl::StatusOr<std::unique_ptr<const Material>> MakeOwnTexture(std::string_view name,
                                                                uint64_t seed);
 

@@ -11,20 +11,21 @@
 
 namespace parallax {
 
-// The name under which recipes list it; it is in no catalogue, because it needs a file.
+// The class by which recipes name it; it is in no catalogue, because it needs a file.
 inline constexpr char kUserPicture[] = "UserPicture";
 
-// The folder below which this process may read pictures. A study names folders in it and comes from
-// people whom the worker's operator may not know, so nothing is read before a root is set. "/": any
-// folder, for programs that work for the person who started them. Call it before other threads run.
+// Sets the folder below which this process may read pictures. Studies name folders in it, and may
+// come from people whom the worker's operator does not know, so nothing is read before a root is
+// set. "/": any folder, for programs that work for the person who started them. Call it before
+// other threads run.
 void SetPictureRoot(std::string root);
 
 // The path of a file or folder that a study names: relative to the picture root, links resolved.
-// Errors: kFailedPrecondition without a root, or for a path that is not below it.
+// Errors: kFailedPrecondition without a root, or for a path outside it.
 absl::StatusOr<std::string> BelowPictureRoot(const std::string& path);
 
-// The picture in `file`, at most 1024 pixels wide or high; gloss and grain of the print are drawn
-// from `seed`. Errors: kNotFound and kInvalidArgument naming the file;
+// Makes the material of the picture in `file`, at most 1024 pixels wide or high; draws gloss and
+// grain of the print from `seed`. Errors: kNotFound and kInvalidArgument naming the file;
 // kFailedPrecondition outside the picture root.
 absl::StatusOr<std::unique_ptr<const Material>> MakeUserPicture(const std::string& file,
                                                                 uint64_t seed);

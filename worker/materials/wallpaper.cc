@@ -166,7 +166,7 @@ class Wallpaper final : public Material {
     relief_m_ = Draw(rng, 3e-5, 1.5e-4);
     linen_ = rng.Bernoulli(0.5);
     seed_ = DrawSeed(rng);
-    // What the pattern fades to is its own coverage.
+    // Far away, the pattern fades to its own mean coverage.
     constexpr int kSide = 48;
     int inked = 0;
     for (int i = 0; i < kSide * kSide; i += kLanes) {

@@ -34,7 +34,7 @@ struct Piece {
   Bits8 id;
 };
 
-// What planks and parquet share: a piece of wood, its own tint and place in the tree, and the gap
+// Common to planks and parquet: a piece of wood, its own tint and place in the tree, and the gap
 // around it. `Self` knows how pieces are laid: `Piece<Real> At(const PlaneOf8<Real>&)`.
 template <typename Self>
 class LaidWood : public Carved<Self> {
@@ -72,7 +72,7 @@ class LaidWood : public Carved<Self> {
     depth_m_ = Draw(rng, 0.0004, 0.0012);
   }
 
-  float width_m_ = 0.1f;  // Of a piece; the subclass draws it.
+  float width_m_ = 0.1f;  // Width of a piece; the subclass draws it.
 
  private:
   auto PieceAt(const auto& point) const {

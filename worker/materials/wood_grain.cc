@@ -40,7 +40,7 @@ WoodGrain::WoodGrain(Rng& rng, const WoodSpecies& species) {
 
 template <typename Vec>
 RealOf<Vec> WoodGrain::Pores(const Vec& p_m, Float8 footprint_m) const {
-  constexpr float kMean = 0.12f;  // Of the step below.
+  constexpr float kMean = 0.12f;  // Mean of the step below.
   const Float8 fade = Fade(1.4e-3f, footprint_m);
   if (pores_ <= 0 || !Any(fade > 0)) return Splat(pores_ * kMean);
   const auto n = Gradient3(p_m.x * 90.0f, p_m.y * 1400.0f, p_m.z * 1400.0f, seed_ + 11);

@@ -10,12 +10,12 @@ namespace parallax {
 namespace {
 
 constexpr float kSpotCube_m = 0.3f;  // A spot is a cube's face.
-constexpr float kFewest = 4;         // Looks at a place before it is believed.
-// Part of a room's scattered light that the spots must give: with less, looking for them costs more
+constexpr float kFewest = 4;         // Records of a place before it counts.
+// Share of a room's scattered light that the spots must have: with less, sampling them costs more
 // than it helps.
 constexpr double kLeastLight = 0.08;
 constexpr float kMostShare = 0.1f;
-constexpr float kLeastShare = 0.02f;  // Less is not worth the looking.
+constexpr float kLeastShare = 0.02f;  // A smaller share is not worth sampling.
 
 uint64_t KeyOf(const Vec3f& position, const Vec3f& normal) {
   const Eigen::Array3i cube = (position / kSpotCube_m).array().floor().cast<int>();
@@ -84,7 +84,7 @@ void SpotView::Look(const BrightSpots& spots, const Vec3f& position, const Vec3f
     const Float8 seen_there = rim - Dot(axis_[group], spots.normal_[group]);
     const Float8 importance =
         spots.strength_[group] * Max(seen_here, 0.0f) * Max(seen_there, 0.0f) * Square(inverse);
-    // Not of what is at hand: any direction may meet it.
+    // Nearby spots are left out: any direction may meet them.
     importance_[group] = d2 > 2.0f * kRadius2 ? importance : Splat(0);
     sum += importance_[group];
   }
@@ -118,7 +118,7 @@ float SpotView::Pdf(const Vec3f& direction) const {
   const Vec3x8 all = Vec3x8(direction);
   Float8 sum = Splat(0);
   for (int group = 0; group < kGroups; ++group) {
-    // Directions on the rim may be a rounding outside.
+    // Directions on the rim may be outside by rounding.
     const Mask8 inside = Dot(axis_[group], all) >= cos_rim_[group] - 3e-7f;
     sum += inside ? density_[group] : Splat(0);
   }

@@ -1,8 +1,8 @@
-// The brightest places of a room's surfaces: the ceiling above a lamp, the wall beside it, a sunlit
-// piece of floor. Much of what other surfaces receive comes from these few, and paths that leave by
-// chance seldom meet them. They are learnt from the paths that fill the radiance cache; then part
-// of all paths leave towards them. Their directions are one part of a mixture with the BSDF's own:
-// estimates stay unbiased, whatever was learnt.
+// Learns the brightest places of a room's surfaces: the ceiling above a lamp, the wall beside it, a
+// sunlit piece of floor. Much of the light on other surfaces comes from these few places, and BSDF
+// sampling seldom hits them. They are learnt from the paths that fill the radiance cache;
+// afterwards a part of all paths is sampled towards them. That density is mixed with the BSDF's
+// own, so estimates stay unbiased whatever was learnt.
 //
 // Not thread-safe while light is added; queries are.
 #pragma once
@@ -14,15 +14,16 @@
 
 namespace parallax {
 
+// Collects scattered light, then holds at most kMost spots.
 class BrightSpots {
  public:
   static constexpr int kMost = 16;
   static constexpr int kGroups = kMost / kLanes;
-  static constexpr float kRadius_m = 0.18f;  // Of a sphere around a spot.
+  static constexpr float kRadius_m = 0.18f;  // Radius of a sphere around a spot.
 
-  // Light that a surface scatters at a point; luminance.
+  // Adds light that a surface scatters at a world position, as luminance. `normal`: unit, lit side.
   void Add(const Vec3f& position, const Vec3f& normal, float radiance);
-  // From all that was added so far.
+  // Finds the spots in all light added so far.
   void Learn();
 
  private:
@@ -34,33 +35,35 @@ class BrightSpots {
 
   std::unordered_map<uint64_t, Sum> sums_;  // By cube and facing.
   bool known_ = false;
-  // Spots that there are not stand at the origin without strength.
+  // Unused entries are at the origin with strength 0.
   Vec3x8 center_[kGroups]{}, normal_[kGroups]{};
   Float8 strength_[kGroups]{};  // Luminance times area.
   float rest_ = 0;              // Mean luminance of all other places.
 };
 
-// How the spots look from a point of a surface: a cone for each.
+// The spots as seen from a point of a surface: one cone of directions for each.
 class SpotView {
  public:
   SpotView() = default;
   SpotView(const BrightSpots& spots, const Vec3f& position, const Vec3f& normal) {
     Look(spots, position, normal);
   }
-  // `normal`: of the surface, on the side that is lit.
+  // `normal`: unit, of the surface, on the side that is lit.
   void Look(const BrightSpots& spots, const Vec3f& position, const Vec3f& normal);
 
-  // Part of all paths that should leave towards them.
+  // The share of all paths that should be sampled towards the spots, in [0, 1].
   float share() const { return share_; }
-  // A unit direction into one of the cones; its density is Pdf's. Not without a share.
+  // Samples a unit direction in one of the cones, with density Pdf. `choice` and `u` are in [0, 1).
+  // Requires share() > 0.
   Vec3f Sample(float choice, const Vec2f& u) const;
+  // Density of Sample, per solid angle.
   float Pdf(const Vec3f& direction) const;
 
  private:
   static constexpr int kGroups = BrightSpots::kGroups;
 
   float share_ = 0;
-  // Only where there is a share.
+  // Set only where share_ > 0.
   float total_;  // Sum of importances.
   Vec3x8 axis_[kGroups];
   Float8 cos_rim_[kGroups];

@@ -3,9 +3,9 @@
 namespace parallax {
 namespace {
 
-constexpr float kMinAlpha = 1e-3f;     // Sharper is numerically a mirror.
-constexpr float kMirrorAlpha = 4e-3f;  // Sharper needs no light sampling.
-// Thin walls up to here don't scatter what they let through.
+constexpr float kMinAlpha = 1e-3f;     // Below this it is numerically a mirror.
+constexpr float kMirrorAlpha = 4e-3f;  // Below this, light sampling is useless.
+// Thin walls up to this roughness transmit without scattering.
 constexpr float kStraightAlpha = 0.01f;
 constexpr float kCoatF0 = 0.04f;
 
@@ -14,8 +14,8 @@ Vec3x8 Clamp01(const Vec3x8& v) { return {Clamp01(v.x), Clamp01(v.y), Clamp01(v.
 Vec3x8 operator+(const Vec3x8& a, Float8 b) { return {a.x + b, a.y + b, a.z + b}; }
 Vec3x8 MirroredAtPlane(const Vec3x8& v) { return {v.x, v.y, -v.z}; }
 
-// Part of the light that leaves a white half-space after one scattering, for light at this cosine;
-// its cosine-weighted mean.   Source: Lommel and Seeliger; Chandrasekhar, "Radiative transfer".
+// Share of the light from a white half-space that leaves after one scattering, for light at this
+// cosine.   Source: Lommel and Seeliger; Chandrasekhar, "Radiative transfer".
 Float8 SingleScattering(Float8 cosine) {
   const Float8 c = Max(cosine, 1e-6f);
   return 1.0f - c * Log1p(1.0f / c);
@@ -26,8 +26,8 @@ Float8 ThinReflectance(Float8 reflectance) { return 2.0f * reflectance / (1.0f +
 
 Float8 AlphaOf(Float8 roughness) { return Clamp(Square(roughness), Splat(kMinAlpha), Splat(1)); }
 
-// Of points of a unit square, concentric: which way, and how far from the pole of a
-// cosine-weighted hemisphere.
+// Concentric mapping of the unit square to a disk: the azimuth, and the radius, which is the sine
+// of the angle to the pole of a cosine-weighted hemisphere.
 void ConcentricDisk(Float8 u, Float8 v, Float8* angle, Float8* radius) {
   const Float8 a = 2.0f * u - 1.0f;
   const Float8 b = 2.0f * v - 1.0f;
@@ -56,7 +56,7 @@ Bsdf8::Bsdf8(const SurfaceSample8& surface, const Vec3x8& o, Mask8 outside) : o_
   any_coat_ = Any(coat_ > 0.0f);
   any_sheen_ = Any(sheen_ > 0.0f);
   any_subsurface_ = Any(subsurface_ > 0.0f);
-  // No more than the base leaves.
+  // Limited to the light that the base leaves.
   const Vec3x8 left = Vec3x8::All(Splat(1)) - base, wanted = Clamp01(surface.transmitted_color);
   const Vec3x8 through(Min(wanted.x, left.x), Min(wanted.y, left.y), Min(wanted.z, left.z));
   any_through_ = Any(MaxCoeff(through) > 0.0f);
@@ -94,7 +94,7 @@ Bsdf8::Bsdf8(const SurfaceSample8& surface, const Vec3x8& o, Mask8 outside) : o_
   }
   transmitted_o_ = Transmitted(o.z);
 
-  // Chances by the energy of each part.
+  // Probabilities of the lobes, by their energy.
   const Float8 coat =
       any_coat_ ? coat_ * coat_energy_.At(o.z).At(Splat(kCoatF0), Splat(1)) : Splat(0);
   const Float8 metal_kept = kept.At(luminance, Splat(1));
@@ -170,7 +170,7 @@ PARALLAX_LANE_CLONES BsdfValue8 Bsdf8::EvaluateReflection(const Vec3x8& i) const
   const Float8 schlick = SchlickWeight(cos_h);
   const Float8 transmitted = transmitted_o_ * Transmitted(i.z);
 
-  // Gloss of metal and plastic, and glass's reflection: one lobe, three Fresnels.
+  // Gloss of metal and plastic and reflection of glass share one lobe and have three Fresnel terms.
   const Float8 masked = (1.0f + lambda_o_) / (1.0f + lambda_o_ + gloss_.Lambda(i));
   const Float8 pdf_h = gloss_.D(h) * seen_o_;
   const Float8 lobe = pdf_h * masked;  // Times cos i; height-correlated masking.
@@ -181,12 +181,12 @@ PARALLAX_LANE_CLONES BsdfValue8 Bsdf8::EvaluateReflection(const Vec3x8& i) const
   value.f_cos = fresnel * (lobe * transmitted);
   value.pdf = (p_gloss_ + p_glass_ * (p_straight_ > 0.0f ? Splat(1) : glass_reflectance)) * pdf_h;
 
-  // Lambert below the gloss, facets' multiple bounces.
+  // Lambert below the gloss, and multiple bounces between facets.
   const Float8 cosine = i.z * kInvPi;
   const KeptEnergy8 kept = gloss_energy_.At(i.z);
   Float8 below = (1.0f - kept_o_plastic_) * (1.0f - kept.At(plastic_f0_, plastic_f90_)) * cosine;
   if (any_subsurface_) {
-    // Over Lambert's value: one scattering, and the rest.
+    // Ratio to Lambert: one scattering, and all further ones.
     const Float8 inside = 0.5f / (o_.z + i.z) + (1.0f - scattered_o_) *
                                                     (1.0f - SingleScattering(i.z)) *
                                                     (1.0f / (1.0f - kMeanSingleScattering));
@@ -239,7 +239,7 @@ BsdfValue8 Bsdf8::EvaluateThroughSheet(const Vec3x8& i) const {
   return {through_ * (common * transmitted_o_ * Transmitted(i.z)), p_through_ * cosine * kInvPi};
 }
 
-// As if mirrored, then put on the other side.
+// Light is mirrored and then moved to the other side.
 BsdfValue8 Bsdf8::EvaluateThinPassage(const Vec3x8& i) const {
   const Vec3x8 mirrored = MirroredAtPlane(i);
   const Vec3x8 h = Normalized(o_ + mirrored);
@@ -289,7 +289,7 @@ PARALLAX_LANE_CLONES BsdfDirection8 Bsdf8::Sample(Float8 lobe, Float8 u, Float8 
     sample.direction =
         Select(sample.refracted, Select(thin_, MirroredAtPlane(mirrored), bent), sample.direction);
   }
-  // Facets can mirror light into the surface; shadowing says that it is absorbed there.
+  // Facets may mirror light into the surface, where it is absorbed by shadowing.
   const Float8 height = sample.direction.z;
   sample.valid = (o_.z > 0.0f) &
                  (sample.straight | ((sample.refracted | through) ? height < 0.0f : height > 0.0f));

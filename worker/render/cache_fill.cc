@@ -10,13 +10,13 @@ namespace {
 
 constexpr int64_t kPathsPerBatch = 2048;
 constexpr int64_t kTogether = PathTracer::kTogether;
-// Parts of all paths after which the cache is renewed; the first ones run without it.
+// Shares of all paths after which the cache is renewed; the first paths run without it.
 constexpr double kRounds[] = {0.1, 0.25, 0.5, 1.0};
-// Light that was scattered often counts in dark rooms, and these paths are few.
+// In dark rooms, light scattered many times matters, and such paths are few.
 constexpr int kFewestBounces = 32;
 constexpr int kRegion = 12;               // Cells across a region: 0.7 m near the rigs.
 constexpr uint32_t kFillPass = 2;         // SampleStream.pass.
-constexpr float kBrightestOverMean = 64;  // Brighter light than this is cut where it is rare.
+constexpr float kBrightestOverMean = 64;  // Rare light above this multiple is clamped.
 
 class Filler {
  public:
@@ -32,8 +32,8 @@ class Filler {
   void UseCache(const RadianceCache* cache) { options_.cache = cache; }
   PathTracer Tracer() const { return PathTracer(scene_, lights_, options_); }
 
-  // Adds what the paths of these indices learn. `limit`: luminance above which light is cut; 0 =
-  // none.
+  // Adds the records of the paths with these indices. `limit`: luminance above which light is
+  // clamped; 0 = none.
   void Trace(PathTracer* tracer, int64_t first, int64_t last, float limit,
              CacheBuilder::Batch* batch, std::vector<LightTrial>* trials,
              std::vector<LightSeen>* seen) const {
@@ -93,7 +93,7 @@ class Filler {
   uint32_t stream_hash_ = 0;
 };
 
-// Square of the mean root, as calm under noise as a mean can be.
+// Square of the mean square root, which is robust to noise.
 float TypicalLuminance(const std::vector<CacheBuilder::Batch>& batches) {
   double sum = 0, count = 0;
   for (const CacheBuilder::Batch& batch : batches) {
@@ -116,7 +116,7 @@ absl::StatusOr<RadianceCache> FillRadianceCache(const RenderScene& scene, LightT
   for (const StereoCamera& rig : rigs) {
     for (const PinholeCamera& eye : rig.eyes) eyes.extend(eye.origin.cast<float>().eval());
   }
-  lights->Forget();  // What a fill left that was cancelled.
+  lights->Forget();  // Trials of a cancelled fill.
   const CacheGrid grid(eyes, fill.cell_m);
   Filler filler(scene, *lights, options, scene_seed, rigs, grid);
   CacheBuilder builder(grid, fill.max_cells);

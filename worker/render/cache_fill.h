@@ -9,20 +9,21 @@
 
 namespace parallax {
 
+// How many paths fill the cache, and how fine it is.
 struct CacheFill {
-  int64_t paths = 1 << 20;  // Of all rigs together. Time is proportional to it.
+  int64_t paths = 1 << 20;  // Total over all rigs. Time is proportional to it.
   float cell_m = 0.06f;     // Width of cells near the rigs.
-  int min_records = 8;      // A cell with fewer is left out: paths go on there.
-  size_t max_cells =
-      1 << 20;  // Bounds memory: 56 bytes a cell at most while filling, 8 an entry later.
+  int min_records = 8;      // Cells with fewer are left out: paths go on there.
+  // Bounds the memory: at most 56 bytes a cell while filling, 8 bytes an entry later.
+  size_t max_cells = 1 << 20;
 };
 
-// `lights` forget what they learnt before, and learn from the same paths what each of them gives to
-// each part of the scene, and where its surfaces are bright.
-// Every `rig` gets the same share of paths, from both eyes. The first rounds of paths run to their
-// end, after 32 bounces at the least; later ones end at their third surface with what the rounds
-// before have learnt. The result depends on the arguments only, not on threads.
-// Errors: kCancelled.
+// Traces `fill.paths` paths, from both eyes and in equal shares for each rig, and returns the cache
+// of what their surfaces scatter. `lights` forgets what it learnt before and learns from the same
+// paths the gain of each light in each part of the scene, and the bright spots.
+// The first rounds of paths run to their end, after 32 bounces at the least; later ones end at
+// their third surface with the radiance that earlier rounds learnt. The result depends only on the
+// arguments, not on threads. Errors: kCancelled.
 absl::StatusOr<RadianceCache> FillRadianceCache(const RenderScene& scene, LightTable* lights,
                                                 const PathOptions& options, uint64_t scene_seed,
                                                 const std::vector<StereoCamera>& rigs,

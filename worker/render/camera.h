@@ -11,6 +11,7 @@
 
 namespace parallax {
 
+// One eye: a pose in the world, and the way from image points to directions.
 struct PinholeCamera {
   Vec3d origin = Vec3d::Zero();
   Eigen::Matrix3d world_from_camera = Eigen::Matrix3d::Identity();  // Rotation.
@@ -18,14 +19,15 @@ struct PinholeCamera {
   int width_px = 0, height_px = 0;
   std::shared_ptr<const LensRays> lens;  // None: a pinhole.
 
-  // In the camera frame, through image point (x, y) in pixels. A pinhole's has z = 1; a lens's has
-  // length 1, and what is measured along it is a distance, not a depth.
+  // Direction in the camera frame through image point (x, y) in pixels. A pinhole's direction has z
+  // = 1; a lens's is unit length, so a measure along it is a distance, not a depth.
   Vec3d DirectionAt(double x, double y) const {
     if (lens != nullptr) return lens->DirectionAt(x, y);
     return {(x - cx_px) / fx_px, (y - cy_px) / fy_px, 1.0};
   }
 };
 
+// Both eyes of a rig.
 struct StereoCamera {
   PinholeCamera eyes[2];  // Left, right.
   double baseline_m = 0;

@@ -1,4 +1,4 @@
-// Rays of a camera, in single precision.
+// Camera rays in world space, single precision. Constant; thread-safe.
 #pragma once
 
 #include "common/math/lanes.h"
@@ -7,6 +7,7 @@
 
 namespace parallax {
 
+// Makes the rays of one eye; keeps its lens alive.
 class CameraRays {
  public:
   explicit CameraRays(const PinholeCamera& camera)
@@ -20,16 +21,18 @@ class CameraRays {
         lens_(camera.lens),
         world_from_camera_(camera.world_from_camera.cast<float>()) {}
 
-  // The ray through the point (x, y) of the picture, in pixels; its cone is a pixel wide.
+  // The ray through image point (x, y) in pixels. Its cone is one pixel wide.
   Ray Through(float x, float y) const {
     if (lens_ != nullptr) return {origin_, world_from_camera_ * lens_->SampleAt(x, y), 0, spread_};
     return {origin_, (corner_ + x * right_ + y * down_).normalized(), 0, spread_};
   }
+  // The same for eight points.
   Rays8 Through(Float8 x, Float8 y) const {
     if (lens_ != nullptr) return ThroughLens(x, y);
     const Vec3x8 to = corner_ + right_ * x + down_ * y;
     return {Vec3x8(origin_), to / Norm(to)};
   }
+  // Radians by which a ray's cone widens.
   float spread() const { return spread_; }
 
  private:

@@ -13,9 +13,9 @@ namespace {
 
 constexpr float kLow_km = 1.2f, kHigh_km = 2.0f, kStreaks_km = 8.0f;
 constexpr float kEarth_km = 6371;
-constexpr float kHeap_km = 2.6f;    // Width of heaps and the gaps between them.
+constexpr float kHeap_km = 2.6f;    // Size of cumulus and gaps.
 constexpr float kDensity = 22.0f;   // Extinction inside, 1/km.
-constexpr float kReach_km = 22.0f;  // Beyond a few of it clouds are lost in the haze.
+constexpr float kReach_km = 22.0f;  // Farther clouds fade into haze.
 constexpr int kSteps = 12, kLightSteps = 4;
 
 // Distance to a shell of this height above a round earth, from its ground.
@@ -29,14 +29,14 @@ float HenyeyGreenstein(float cosine, float g) {
   return (1.0f - g * g) / (4.0f * kPi * d * std::sqrt(d));
 }
 
-// Where there is cloud and how much.
+// The density of clouds in the layers.
 class Field {
  public:
   Field(double cover, uint64_t seed)
       : heaps_(static_cast<uint32_t>(seed ^ seed >> 32) * 2654435761u),
         detail_(heaps_ + 77),
         streaks_(heaps_ + 191) {
-    // The value that so much of the layer lies above.
+    // The value above which this share of the layer lies.
     std::vector<float> values;
     for (int y = 0; y < 64; ++y) {
       for (int x = 0; x < 64; x += kLanes) {
@@ -54,9 +54,10 @@ class Field {
     most_ = *std::max_element(values.begin(), values.end());
   }
 
-  // In [0, 1]; `height` in [0, 1] through the layer.
-  Float8 HeapsAt(Float8 x, Float8 y, Float8 height) const {
-    // Flat below, domed above: the further above the threshold, the higher a heap grows.
+  // Density in [0, 1]; `height` in [0, 1] through the layer. Detail finer than `seen_km` is left
+  // out.
+  Float8 HeapsAt(Float8 x, Float8 y, Float8 height, Float8 seen_km) const {
+    // Flat below, domed above: the higher above the threshold, the taller the cumulus.
     const Float8 rise = noise::Saturate((Form(x, y) - least_) / (most_ - least_ + 1e-3f));
     const Mask8 any = (rise > 0.0f) & (height >= 0.0f) & (height <= 1.0f);
     if (!Any(any)) return Splat(0);
@@ -66,7 +67,9 @@ class Field {
     Float8 rough = Splat(0);
     float size = 0.42f, part = 0.55f;
     for (uint32_t octave = 0; octave < 4; ++octave) {
-      rough += part * noise::Gradient3(at * (1.0f / size), detail_ + octave);
+      const Float8 fade = noise::Fade(size, seen_km);
+      if (!Any(fade > 0.0f)) break;
+      rough += part * fade * noise::Gradient3(at * (1.0f / size), detail_ + octave);
       size *= 0.47f;
       part *= 0.55f;
     }
@@ -103,10 +106,14 @@ class Baker {
   Baker(double cover, uint64_t seed, const CloudLight& light)
       : field_(cover, seed), cover_(static_cast<float>(cover)), light_(light) {}
 
-  Clouds::Layer8 Through(const Vec3x8& d) const {
+  // The clouds in eight directions, each for a texel that is `angle` wide, radians.
+  Clouds::Layer8 Through(const Vec3x8& d, Float8 angle) const {
     const Float8 z = Max(d.z, 0.004f);
     const Float8 from = DistanceTo(kLow_km, z), to = DistanceTo(kHigh_km, z);
-    // A long way through the layer near the horizon is one through many heaps.
+    // A texel sees a level slice at a glance: it is as wide as `across`, and longer away from us.
+    const Float8 across = angle * from;
+    const Float8 seen_km = across / Sqrt(Max(z, 0.02f));
+    // Near the horizon a ray crosses the layer at length, through many clouds.
     const Float8 step = Min((to - from) / static_cast<float>(kSteps), 0.35f);
     const Float8 cosine = Inner(d, Vec3x8(light_.sun_direction));
     Float8 forward, wide;
@@ -121,9 +128,9 @@ class Baker {
       const Float8 distance = from + step * (static_cast<float>(k) + 0.5f);
       const Vec3x8 at = d * distance;
       const Float8 height = Splat((static_cast<float>(k) + 0.5f) / kSteps);
-      const Float8 density = field_.HeapsAt(at.x, at.y, height);
+      const Float8 density = field_.HeapsAt(at.x, at.y, height, seen_km);
       if (!Any(density > 0.0f)) continue;
-      const Float8 depth = Depth(at, height);
+      const Float8 depth = Depth(at, height, seen_km);
       const Float8 near = 1.0f - Exp(-density * kDensity * step);
       const Float8 sun = forward * Exp(-depth) + wide * 0.85f * Exp(-0.22f * depth);
       const Float8 open = 0.35f + 0.65f * height;
@@ -138,7 +145,7 @@ class Baker {
 
  private:
   // Optical depth towards the sun.
-  Float8 Depth(const Vec3x8& at, Float8 height) const {
+  Float8 Depth(const Vec3x8& at, Float8 height, Float8 seen_km) const {
     const float rise = std::max(0.12f, light_.sun_direction.z());
     const Vec3f way = light_.sun_direction / rise;
     const float step_km = 0.11f;
@@ -146,7 +153,7 @@ class Baker {
     for (int k = 1; k <= kLightSteps; ++k) {
       const float far = step_km * static_cast<float>(k) * std::min(1.0f, 1.6f * rise);
       depth += field_.HeapsAt(at.x + way.x() * far, at.y + way.y() * far,
-                              height + far / (kHigh_km - kLow_km));
+                              height + far / (kHigh_km - kLow_km), seen_km);
     }
     return depth * (kDensity * step_km);
   }
@@ -160,7 +167,7 @@ class Baker {
     return {below.radiance + light * (below.kept * thick), below.kept * (1.0f - thick)};
   }
 
-  // Clouds far away are lost in the haze before them, which is the clear sky of their direction.
+  // Distant clouds fade into the haze before them, which has the clear sky's colour.
   Clouds::Layer8 Faded(const Clouds::Layer8& layer, Float8 distance) const {
     const Float8 seen = Exp(-distance / kReach_km);
     return {layer.radiance * seen, 1.0f - (1.0f - layer.kept) * seen};
@@ -171,8 +178,8 @@ class Baker {
   const CloudLight& light_;
 };
 
-// Where eight texels of a row of the table look, from column `x0` on: a stereographic picture of
-// the dome.
+// Directions of eight texels in a row of the table, from column `x0` on: a stereographic map of the
+// hemisphere.
 Vec3x8 DirectionsOf(int x0, int row, int side) {
   Vec3x8 directions = Vec3x8::Zero();
   const auto n = static_cast<float>(side);
@@ -186,7 +193,31 @@ Vec3x8 DirectionsOf(int x0, int row, int side) {
   return directions;
 }
 
-// Weights of the four texels around a place that is `t` of the way from the second to the third.
+// The directions turned up by `angle` radians.
+Vec3x8 Raised(const Vec3x8& d, Float8 angle) {
+  const Float8 level = Sqrt(Max(d.x * d.x + d.y * d.y, 1e-8f));
+  const Float8 shrunk = (level - angle * d.z) / level;
+  return {d.x * shrunk, d.y * shrunk, d.z + angle * level};
+}
+
+// What texels in these directions show. Low in the sky neighbouring rows meet a slice of a cloud
+// hundreds of metres apart, so that there each is a mean over its height.
+Clouds::Layer8 BakeTexels(const Baker& baker, const Vec3x8& directions, int side) {
+  constexpr float kLowSky = 0.45f;
+  constexpr int kParts = 4;
+  const Float8 angle = (1.0f + directions.z) * (2.0f / static_cast<float>(side));
+  if (!Any(directions.z < kLowSky)) return baker.Through(directions, angle);
+  Clouds::Layer8 mean{Vec3x8::Zero(), Splat(0)};
+  for (int part = 0; part < kParts; ++part) {
+    const float at = (static_cast<float>(part) + 0.5f) / kParts - 0.5f;
+    const Clouds::Layer8 one = baker.Through(Raised(directions, angle * at), angle);
+    mean.radiance = mean.radiance + one.radiance * (1.0f / kParts);
+    mean.kept += one.kept * (1.0f / kParts);
+  }
+  return mean;
+}
+
+// Weights of the four texels around a position at share `t` between the second and the third.
 void SplineWeights(Float8 t, Float8 weights[4]) {
   const Float8 u = 1.0f - t, t2 = t * t, u2 = u * u;
   weights[0] = u2 * u * (1.0f / 6);
@@ -203,7 +234,7 @@ std::shared_ptr<const Clouds> Clouds::Bake(double cover, uint64_t seed, const Cl
   clouds->texels_.resize(size_t{4} * kSide * kSide);
   tbb::parallel_for(0, kSide, [&](int row) {
     for (int x0 = 0; x0 < kSide; x0 += kLanes) {
-      const Layer8 layer = baker.Through(DirectionsOf(x0, row, kSide));
+      const Layer8 layer = BakeTexels(baker, DirectionsOf(x0, row, kSide), kSide);
       for (int lane = 0; lane < kLanes; ++lane) {
         float* texel = &clouds->texels_[size_t{4} * static_cast<size_t>(row * kSide + x0 + lane)];
         for (int c = 0; c < 3; ++c) texel[c] = layer.radiance.Get(lane)[c];
@@ -219,7 +250,7 @@ Clouds::Layer8 Clouds::At(const Vec3x8& directions) const {
   const Float8 z = Max(directions.z, 0.0f);
   const Float8 level = Sqrt(Max(directions.x * directions.x + directions.y * directions.y, 1e-6f));
   const Float8 scale = (0.5f * kSide) / (directions.z < 0.0f ? level : 1.0f + z);
-  // Uniform cubic B-splines: a texel is some pixels of a picture wide, and shows none of its edges.
+  // Uniform cubic B-splines: a texel covers some pixels of a picture, and its edges must not show.
   const auto place = [&](Float8 p) {
     return Clamp(p * scale + (0.5f * kSide - 0.5f), 1.0f, kSide - 2.001f);
   };

@@ -1,9 +1,9 @@
-// Clouds of a sky, baked once: for each direction of the upper hemisphere the light that they send
-// and what they leave of the sky behind them. They are infinitely far away, as the sky is.
+// Clouds of a sky, baked once: for each direction of the upper hemisphere, their radiance and the
+// share of the sky behind them that they let through. They are infinitely far away, as the sky is.
 //
-// Two layers: heaps between 1.2 and 2 km, which a ray is marched through, lit by single scattering
-// towards the sun and, as further scattering, by a second, weaker extinction; and thin streaks at 8
-// km. Cover is the part of the hemisphere's layer that has heaps, by area. Constant; thread-safe.
+// There are two layers. Cumulus between 1.2 and 2 km is ray-marched, lit by single scattering
+// towards the sun and by a second, weaker extinction for further scattering; thin streaks lie at 8
+// km. Cover is the share of the layer's area that has cumulus. Constant; thread-safe.
 // Source of the two extinctions: Wrenninge et al., "Oz: the great and volumetric", SIGGRAPH 2013.
 #pragma once
 
@@ -16,6 +16,7 @@
 
 namespace parallax {
 
+// The light on the clouds.
 struct CloudLight {
   Vec3f sun_direction = Vec3f::UnitZ();
   Vec3f sun_irradiance = Vec3f::Zero();  // On a surface that faces the sun; 0: no sun.
@@ -23,18 +24,20 @@ struct CloudLight {
   Vec3f ground = Vec3f::Zero();          // Radiance of the ground below.
 };
 
+// The baked table of one sky.
 class Clouds {
  public:
-  // `cover` in (0, 1].
+  // Bakes the clouds. `cover` is in (0, 1]. Equal arguments give equal clouds.
   static std::shared_ptr<const Clouds> Bake(double cover, uint64_t seed, const CloudLight& light);
 
+  // The clouds in eight directions.
   struct Layer8 {
     Vec3x8 radiance;
     Float8 kept;  // Share of the light behind that passes, in [0, 1].
   };
-  // Directions below the horizon are taken for those at it.
+  // `directions`: unit, world. Those below the horizon are raised to it.
   Layer8 At(const Vec3x8& directions) const;
-  // What they leave of the sun.
+  // The share of the sun's light that the clouds let through, in [0, 1].
   float sun_kept() const { return sun_kept_; }
 
  private:

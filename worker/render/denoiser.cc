@@ -34,7 +34,7 @@ constexpr int kDeviceCpu = 1;
 constexpr int kFloat3 = 3;
 enum OidnError { kNone = 0, kOutOfMemory = 4, kCancelledByUser = 6 };
 
-// The library's pending error as a status.
+// Converts the library's pending error to a status.
 absl::Status TakeError(OIDNDevice device) {
   const char* message = nullptr;
   const int error = oidnGetDeviceError(device, &message);
@@ -60,7 +60,7 @@ bool KeepGoing(void* cancel, double /*fraction*/) {
 struct Denoiser::State {
   OIDNDevice device = nullptr;
   OIDNFilter filter = nullptr;
-  // Filter inputs stay at one address, so that the network is set up once for each size.
+  // Filter inputs keep their addresses, so that the network is set up once for each size.
   ImageF3 color, albedo, normal;
 
   ~State() {
@@ -84,8 +84,8 @@ absl::StatusOr<std::unique_ptr<Denoiser>> Denoiser::Create(DenoiseQuality qualit
     RETURN_IF_ERROR(TakeError(nullptr));
     return MakeError(absl::StatusCode::kInternal, "denoise: no CPU device");
   }
-  // Threads stay where the system puts them: pinned ones would fight with other workers on this
-  // machine.
+  // Threads stay where the system puts them: pinned ones would compete with other workers
+  // here.
   oidnSetDeviceBool(state->device, "setAffinity", false);
   oidnCommitDevice(state->device);
   RETURN_IF_ERROR(TakeError(state->device));

@@ -1,4 +1,4 @@
-// Open Image Denoise behind one class: the only file that knows its C interface is denoiser.cc.
+// Open Image Denoise behind one class; only denoiser.cc includes its C interface.
 //
 // Device and filter are kept for the scene; images of one size reuse them. Not thread-safe: one
 // Execute at a time.
@@ -13,15 +13,15 @@
 
 namespace parallax {
 
+// Denoises HDR pictures with albedo and normal guides.
 class Denoiser {
  public:
   // Errors: kResourceExhausted, kInternal with the library's message.
   static absl::StatusOr<std::unique_ptr<Denoiser>> Create(DenoiseQuality quality);
   ~Denoiser();
 
-  // Replaces linear HDR `color` by its denoised self. `albedo` in [0, 1] and `normal` in [-1, 1]
-  // must be as good as free of noise. Each bounded by one image; same sizes. Errors: kCancelled;
-  // kResourceExhausted; kInternal.
+  // Denoises linear HDR `color` in place. `albedo` in [0, 1] and `normal` in [-1, 1] must be nearly
+  // free of noise. All have the same size. Errors: kCancelled; kResourceExhausted; kInternal.
   absl::Status Execute(const CancelToken& cancel, const ImageF3& albedo, const ImageF3& normal,
                        ImageF3* color);
 

@@ -18,7 +18,7 @@ namespace parallax {
 namespace {
 
 constexpr int kWidestEnvironment = 2048;  // Larger pictures are averaged down.
-constexpr int kMostColumns = 512;         // Of the grid that samples are drawn from.
+constexpr int kMostColumns = 512;         // Columns of the grid that samples are drawn from.
 
 // Means of `factor` x `factor` pixels.
 ImageF3 AveragedDown(const ImageF3& image, int factor) {
@@ -45,7 +45,7 @@ float PixelLuminance(const ImageF3& image, int x, int y) {
   return Luminance(Vec3f(p[0], p[1], p[2]));
 }
 
-// Where `value` lies among growing sums from 0 to 1: the cell, and how far into it.
+// The position of `value` among cumulative sums from 0 to 1: the cell, and the share within it.
 struct FoundCell {
   int cell = 0;
   float part = 0;
@@ -130,7 +130,7 @@ void Environment::MakeDensity() {
   for (int y = 0; y < rows_; ++y) {
     const double top = std::cos(std::numbers::pi * y / rows_);
     const double bottom = std::cos(std::numbers::pi * (y + 1) / rows_);
-    const double angle = 2 * std::numbers::pi * (top - bottom) / columns_;  // Solid, of a cell.
+    const double angle = 2 * std::numbers::pi * (top - bottom) / columns_;  // A cell's solid angle.
     double row = 0;
     std::vector<double> sums = {0};
     for (int x = 0; x < columns_; ++x) {
@@ -196,7 +196,7 @@ Vec3f Environment::Sample(float u, float v) const {
   const FoundCell row = FindCell(rows_up_to_.data(), rows_, v);
   const float* sums = &cells_up_to_[static_cast<size_t>(row.cell * (columns_ + 1))];
   const FoundCell cell = FindCell(sums, columns_, u);
-  // Evenly over the cell's solid angle: cosines lie evenly between its upper and lower side.
+  // Uniform over the cell's solid angle: uniform in the cosine between its two sides.
   const float top = std::cos(kPi * static_cast<float>(row.cell) / static_cast<float>(rows_));
   const float bottom = std::cos(kPi * static_cast<float>(row.cell + 1) / static_cast<float>(rows_));
   const float cosine = std::clamp(top + (bottom - top) * row.part, -1.0f, 1.0f);

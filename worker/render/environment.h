@@ -1,5 +1,5 @@
-// Light from all around, as an equirectangular picture has it: its middle column looks along +x,
-// the top row up, and azimuth grows from right to left. Constant; thread-safe.
+// Image-based lighting from an equirectangular picture: its middle column looks along +x, its top
+// row up, and azimuth grows from right to left. Constant; thread-safe.
 #pragma once
 
 #include <memory>
@@ -13,38 +13,40 @@
 
 namespace parallax {
 
+// The picture as a light source: evaluated, sampled, and with its density.
 class Environment {
  public:
   // A .hdr or .exr. Errors: kInvalidArgument naming the file for one that can't be read, whose
   // width is not twice its height (to a pixel), with values below 0 or not finite, or without any
   // light; those of ReadFile.
   static absl::StatusOr<std::shared_ptr<const Environment>> Read(const std::string& path);
-  // The same of a picture in memory. Errors: likewise.
+  // Makes it from a picture in memory. Errors: likewise.
   static absl::StatusOr<std::shared_ptr<const Environment>> Make(const ImageF3& picture);
 
-  // From unit directions, interpolated between pixels.
+  // Radiance from unit directions, interpolated bilinearly between pixels.
   Vec3f Radiance(const Vec3f& direction) const;
   Vec3x8 Radiance(const Vec3x8& directions) const;
 
-  // A direction whose density follows the light, for (u, v) in [0, 1)^2; and that density, per
-  // solid angle.   Source: Pharr, Jakob, Humphreys, "Physically based rendering", 4th ed., 12.5.2.
+  // Samples a unit direction in proportion to the light, from (u, v) in [0, 1)^2; and the density
+  // of that, per solid angle.   Source: Pharr, Jakob, Humphreys, "Physically based rendering", 4th
+  // ed., 12.5.2.
   Vec3f Sample(float u, float v) const;
   float Pdf(const Vec3f& direction) const;
 
-  // Luminance: mean over the upper half of the sphere, and what lights a horizontal ground (its
-  // irradiance).
+  // Mean luminance of the upper hemisphere, and the irradiance of a horizontal ground.
   float mean_luminance() const { return mean_luminance_; }
   float ground_irradiance() const { return ground_irradiance_; }
 
  private:
   Environment() = default;
   void MakeDensity();
-  // In columns and rows of the picture; the middle of pixel (x, y) is at (x + 0.5, y + 0.5).
+  // Image point of a direction, in columns and rows; pixel (x, y) has its middle at (x + 0.5, y +
+  // 0.5).
   Vec2f PlaceOf(const Vec3f& direction) const;
   Vec3f DirectionOf(float x, float y) const;
 
   ImageF3 picture_;
-  // Light of each cell of a grid, and the sums up to it: of rows, and of cells in each row.
+  // Density of each cell of a grid, and cumulative sums: over rows, and over cells in each row.
   int columns_ = 0, rows_ = 0;
   std::vector<float> density_;      // Per solid angle.
   std::vector<float> rows_up_to_;   // rows_ + 1 numbers, the last is 1.
@@ -52,8 +54,8 @@ class Environment {
   float mean_luminance_ = 0, ground_irradiance_ = 0;
 };
 
-// The picture that Sky.environment names, of a folder that this process has read; the last few stay
-// open. Errors: those of FindEnvironment and Environment::Read.
+// Opens the picture that Sky.environment names, from a folder that this process has read; the last
+// few stay open. Errors: those of FindEnvironment and Environment::Read.
 absl::StatusOr<std::shared_ptr<const Environment>> OpenEnvironment(uint64_t seed);
 
 }  // namespace parallax

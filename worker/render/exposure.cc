@@ -9,9 +9,9 @@
 namespace parallax {
 namespace {
 
-// Blocks across an image, of any size: the same view has the same exposure at every resolution, and
-// there are so many samples in a block that the logarithm of their mean is not lower for their
-// noise (with blocks of 8 pixels, pictures of few samples came out brighter than their references).
+// Blocks across an image of any size: the same view has the same exposure at every resolution, and
+// a block has so many samples that noise does not lower the logarithm of their mean (with blocks of
+// 8 pixels, pictures of few samples came out brighter than their references).
 constexpr int kBlocksAcross = 32;
 
 void AppendBlockLuminances(const ImageF3& image, std::vector<float>* out) {

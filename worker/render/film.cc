@@ -3,8 +3,8 @@
 namespace parallax {
 namespace {
 
-// Of albedo and normal together. A tenth of a pixel that shows something at a right angle to the
-// rest has 0.18.
+// Variance of the guides, albedo and normal together, within a pixel. A pixel a tenth of which
+// shows something at a right angle to the rest has 0.18.
 constexpr float kMixed = 0.03f;
 
 }  // namespace

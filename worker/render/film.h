@@ -1,4 +1,4 @@
-// One eye's picture and what the denoiser is told about it, from the sums of its pixels' samples.
+// One eye's picture and the denoiser's guides for it, from the sums of its pixels' samples.
 #pragma once
 
 #include <array>
@@ -10,50 +10,51 @@
 
 namespace parallax {
 
-// Other eyes that one eye makes pairs with, at most: a bit each of Film::ambiguous.
+// Most right eyes of one left eye: each has a bit of Film::ambiguous.
 inline constexpr int kMostPartners = 8;
 
+// Pixel coordinates; (0, 0) is the top left.
 struct PixelAt {
   int x = 0, y = 0;
 };
 
-// Of a pixel's samples. Guides are albedo and normal, each sample's with its weight.
+// Sums over a pixel's samples. The guides are albedo and normal, weighted by each sample.
 struct PixelSum {
   Vec3f color = Vec3f::Zero(), albedo = Vec3f::Zero(), normal = Vec3f::Zero();
-  float guides = 1e-9f;     // Weight of all.
-  float guide_squares = 0;  // Squared lengths of albedo and normal.
-  bool judged = false;      // Whether samples were held against the ground truth, and how many of
+  float guides = 1e-9f;     // Sum of the guides' weights.
+  float guide_squares = 0;  // Weighted sum of squared lengths of albedo and normal.
+  bool judged = false;      // Whether samples were compared with the ground truth, and how many of
   std::array<int, kMostPartners> agreeing{};  // them lie within 1 px of its disparity, by partner.
   void Add(const PathResult& path);
-  // Variance of the guides: what one pixel's samples found differs.
+  // Variance of the guides within the pixel; large where its samples saw different surfaces.
   float GuideVariance() const;
 };
 
-// Different pixels may be written at a time.
+// Collects one eye's pixels. Different pixels may be written at the same time.
 class Film {
  public:
   explicit Film(const PinholeCamera& camera);
 
-  // The pixel anew. Box filter one pixel wide: edges in the picture are where the ground truth has
-  // them.
+  // Sets the pixel from `sum` of `samples` samples. Box filter one pixel wide: edges of the picture
+  // lie where those of the ground truth do.
   void Develop(const PixelAt& at, const PixelSum& sum, int samples);
-  // More samples of what guides, without colour, to those that the pixel has.
+  // Adds more samples of the guides, without colour, to those of the pixel.
   void AddGuides(const PixelAt& at, const PixelSum& sum);
-  // Pixels whose samples met what differs, as far as the guides say: edges and fine patterns, where
-  // guides of few samples are noise to the denoiser.
+  // Pixels whose samples saw different surfaces, judging by the guides: edges and fine patterns,
+  // where guides from few samples are too noisy for the denoiser.
   std::vector<PixelAt> MixedPixels() const;
 
   int width() const { return color.width(); }
   int height() const { return color.height(); }
 
-  ImageF3 color;           // Radiance.
+  ImageF3 color;           // Linear radiance.
   ImageF3 albedo, normal;  // Means; normals in the camera's frame.
   ImageU8 ambiguous;       // Bits, by partner: less than half of the samples lie where the ground
                            // truth does.
 
  private:
   const Mat3f camera_from_world_;
-  ImageF guides_;  // Weight of the guides that a pixel has.
+  ImageF guides_;  // Total weight of each pixel's guides.
   ImageU8 mixed_;
 };
 

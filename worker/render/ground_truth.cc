@@ -30,7 +30,7 @@ class TruthTracer {
 
   static constexpr int kRun = kLanes;
 
-  // Of up to kRun pixels of a row, from x on.
+  // Truths of up to kRun pixels of a row, from x on.
   void At(int x, int y, int count, PixelTruth* truths) const {
     std::array<Vec3d, kRun> in_world;
     std::array<RawHit, kRun> raws;
@@ -84,7 +84,7 @@ class TruthTracer {
  private:
   static constexpr RayTrees::Tree kTree = RayTrees::Tree::kRobust;
 
-  // What is seen, through holes. `raw`: the first hit, if the ray `met` anything; then the
+  // The surface seen, through holes. `raw`: the first hit, if the ray `met` anything; then the
   // surface's.
   PixelTruth Look(const Ray& ray, bool met, RawHit* raw, SurfaceId* id) const {
     PixelTruth truth;
@@ -118,15 +118,15 @@ class TruthTracer {
     const Vec3d plane = (corners[1].cast<double>() - a).cross(corners[2].cast<double>() - a);
     const double along = plane.dot(in_world);
     truth.depth = along != 0 ? plane.dot(a - camera_.origin) / along : 0;
-    // Seen edge-on the plane says nothing; the ray's own distance does.
+    // Edge-on, the plane has no usable intersection: use the ray's own distance.
     const double by_ray = raw.distance / in_world.norm();
     if (!(std::abs(truth.depth - by_ray) <= 1e-3 * by_ray)) truth.depth = by_ray;
 
     const Vec3f out = -in_world.normalized().cast<float>();
     const float side = id.geometric_normal.dot(out) >= 0.0f ? 1.0f : -1.0f;
     Vec3f n = side * shading_normal;
-    // At silhouettes of smooth meshes the interpolated normal may turn away: lay it flat against
-    // the line of sight.
+    // At silhouettes of smooth meshes the interpolated normal may face away: bend it perpendicular
+    // to the line of sight.
     const float facing = n.dot(out);
     if (facing < 0.0f) n = (n - facing * out).normalized();
     truth.normal = camera_.world_from_camera.transpose().cast<float>() * n;
@@ -135,7 +135,7 @@ class TruthTracer {
     }
     truth.object = scene_.ObjectIndex(raw.placed);
     truth.material = id.material;
-    // Water shows its bed and mirrors what is above it, though its material is opaque.
+    // Water shows its bed and reflections, though its material is opaque.
     if (IsWater(scene_.MeshOf(raw.placed).slots[id.slot])) {
       truth.mask |= kMaskTransparent | kMaskMirror;
     }

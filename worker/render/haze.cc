@@ -5,7 +5,7 @@
 namespace parallax {
 namespace {
 
-constexpr float kHorizon = 0.045f;  // Sine of the height at which the sky lends its colour.
+constexpr float kHorizon = 0.045f;  // Sine of the elevation that gives the colour.
 
 }  // namespace
 

@@ -1,8 +1,8 @@
-// Air between the eye and things: haze that thins out with height, in closed form along straight
-// rays. It never touches ground truth. Constant; thread-safe.
+// Haze between the eye and surfaces, which thins out with height; in closed form along straight
+// rays. It never changes ground truth. Constant; thread-safe.
 //
-// A camera ray keeps exp(-optical depth) of what it sees, and gains the rest in the colour that the
-// sky has at the horizon in its direction: far land fades into the sky behind it.
+// A camera ray keeps exp(-optical depth) of the radiance that it sees, and gains the rest in the
+// colour of the sky at the horizon in its direction: far land fades into the sky behind it.
 #pragma once
 
 #include "common/math/lanes.h"
@@ -12,15 +12,17 @@
 
 namespace parallax {
 
+// Participating air with an exponential profile of density over z.
 class Haze {
  public:
-  Haze() = default;  // None.
+  Haze() = default;  // No haze.
   explicit Haze(const v1::Air& air);
 
+  // Whether there is no haze.
   bool clear() const { return per_m_ <= 0; }
-  // Part of the light that passes along unit `direction` for `distance`, metres.
+  // Transmittance along unit `direction` over `distance` metres, in [0, 1].
   Float8 Transmittance(const Vec3x8& origin, const Vec3x8& direction, Float8 distance) const;
-  // Radiance that the air sends back along a ray of which nothing passes.
+  // Radiance of air so thick that nothing behind it is seen.
   Vec3x8 Glow(const SkyModel& sky, const Vec3x8& direction) const;
 
  private:

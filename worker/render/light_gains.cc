@@ -10,8 +10,8 @@ namespace {
 
 constexpr float kGainCube_m = 0.6f;
 constexpr int kMostCubes = 64;    // Along an axis.
-constexpr float kPrior = 16;      // Trials that what the whole room says counts for in a cell.
-constexpr float kLongest = 4.0f;  // Gains are cut here: a light's surface at hand is no rule.
+constexpr float kPrior = 16;      // Weight of the room's mean in a cell, in trials.
+constexpr float kLongest = 4.0f;  // Gains are clamped here: surfaces right at a light mislead.
 
 }  // namespace
 

@@ -1,10 +1,10 @@
-// What each light really gives to each part of a room, beside what its power and distance promise:
+// The real effect of each light on each part of a room, over what its power and distance promise:
 // learnt from the shadow rays of the paths that fill the radiance cache, so that no picture spends
 // its samples on lamps behind cupboards or above their shades.
 //
-// The room is cut into cubes, each with six ways to face. A gain is the root mean square of the
-// light that arrived over the light's importance: then lights are chosen so that what varies most
-// is looked at most. Every light keeps some chance everywhere: estimates stay unbiased.
+// The room is cut into cubes, each with six facings; together they are cells. A gain is the root
+// mean square of the arriving light over the light's importance, so that lights whose contribution
+// varies most get most samples. Every light keeps some chance everywhere: estimates stay unbiased.
 //
 // Not thread-safe while trials are added; queries are.
 #pragma once
@@ -16,15 +16,17 @@
 
 namespace parallax {
 
+// Gains of all lights in all cells of one room.
 class LightGains {
  public:
-  static constexpr float kLeast = 0.05f;  // Of a gain: nothing is trusted to be dark for good.
+  static constexpr float kLeast = 0.05f;  // The least gain: no light is ruled out for good.
 
   LightGains() = default;
   LightGains(const Box3f& box, size_t lights);
 
+  // Cells of eight points with these unit normals.
   Int8 CellOf(const Vec3x8& position, const Vec3x8& normal) const;
-  // Of a light in cells; 1 until Learn.
+  // Gains of a light in cells; 1 until Learn.
   Float8 Of(Int8 cells, size_t light) const {
     if (gains_.empty()) return Splat(1);
     return Gather(gains_.data() + light, cells * static_cast<int32_t>(lights_));
@@ -33,9 +35,9 @@ class LightGains {
     return gains_.empty() ? 1.0f : gains_[Place(cell, light)];
   }
 
-  // `gain`: irradiance that one sample of the light found, over the light's importance.
+  // Adds a trial. `gain`: irradiance found by one sample of the light, over the light's importance.
   void Add(int32_t cell, int32_t light, float gain);
-  // From all that was added so far.
+  // Computes the gains from all trials added so far.
   void Learn();
 
  private:
@@ -50,7 +52,7 @@ class LightGains {
   Box3f box_;
   Eigen::Array3i size_ = Eigen::Array3i::Zero();  // In cubes.
   size_t lights_ = 0;
-  std::vector<Sum> sums_;     // By cell, then light.
+  std::vector<Sum> sums_;     // Indexed by cell, then light.
   std::vector<float> gains_;  // Likewise.
 };
 

@@ -1,12 +1,12 @@
-// Samples of chosen lights, and the densities and radiance that MIS needs of those met by chance.
+// Samples the chosen lights, and computes the densities and radiance that MIS needs of lights hit.
 #include "worker/render/lights.h"
 
 namespace parallax {
 namespace {
 
-constexpr float kUpperShare = 0.85f;  // Of sky samples that go above the horizon.
+constexpr float kUpperShare = 0.85f;  // Share of sky samples that go above the horizon.
 
-// Distance along the ray to the sphere's near side, or infinity. None from inside of it.
+// Distance along the ray to the near side of the sphere, or infinity; infinity from inside it.
 float HitSphere(const Vec3f& origin, const Vec3f& direction, const Vec3f& center, float radius) {
   const Vec3f to = center - origin;
   const float along = to.dot(direction);
@@ -63,7 +63,7 @@ void LightTable::Sample(const LightReceivers8& at, const LightChoices8& choices,
     samples.Set(lane, light < lamps_.size() ? SampleIdeal(lamps_[light], at.position.Get(lane))
                                             : SampleSun({u[lane], v[lane]}));
   }
-  // The density of ways to the sky is that of all of them already.
+  // The density of sky directions already includes all ways to sample them.
   const Float8 chance = skies ? Splat(1) : choices.importance / at.total;
   samples.pdf = samples.pdf > 0.0f ? samples.pdf * chance : samples.pdf;
 }
@@ -90,7 +90,7 @@ PARALLAX_LANE_CLONES void LightTable::SampleFaces(const LightReceivers8& at,
   const Vec3x8 corner(front[0], front[1], front[2]), edge_u(front[3], front[4], front[5]);
   const Vec3x8 edge_v(front[6], front[7], rest[0]), back(rest[1], rest[2], rest[3]);
   const Float8 below = rest[4], face_area = rest[5];
-  // What is left of the first number after the choice serves again, uniformly over the triangle.
+  // The rest of `u` after the choice is uniform again: it picks the point on the triangle.
   const Float8 root = Sqrt(Clamp((u * area - below) / face_area, 0.0f, 1.0f));
   const Vec3x8 to = corner + edge_u * (root * (1.0f - v)) + edge_v * (root * v) - at.position;
   const Float8 d2 = Inner(to, to), distance = Sqrt(d2);
@@ -126,7 +126,7 @@ PARALLAX_LANE_CLONES void LightTable::SampleSpheres(const LightReceivers8& at,
   const Frame8 frame(to / Sqrt(d2));
   const Vec3x8 direction =
       frame.ToWorld({sin_theta * turn.cosine, sin_theta * turn.sine, 1.0f - one_minus_cos});
-  // To the near side; at its rim, rounding may miss it.
+  // Distance to the near side; at the rim, rounding may miss the sphere.
   const Float8 along = Inner(to, direction);
   const Vec3x8 miss = to - direction * along;
   const Float8 half2 = radius2 - Inner(miss, miss);
@@ -256,7 +256,7 @@ Mask8 LightTable::MeetSpheres(const Vec3x8& origin, const Vec3x8& direction,
     const Vec3x8 to = Vec3x8(lamps_[index].center) - origin;
     const Float8 along = Inner(to, direction);
     const Vec3x8 miss = to - direction * along;
-    // Or its far side: SphereRadiance says which.
+    // The far side counts too: SphereRadiance decides which.
     meet |= (along > 0.0f) & (Inner(miss, miss) < Square(lamps_[index].radius)) &
             (along - lamps_[index].radius < distance);
   }

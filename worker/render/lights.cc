@@ -103,9 +103,9 @@ bool LightTable::Lamp::AddFace(const Vec3f corners[3]) {
 }
 
 void LightTable::Lamp::MakeGuides() {
-  // Four end more searches where they begin, but miss the caches; one leaves too many to walk.
+  // Four would end more searches at once but miss the caches; one leaves too many faces to search.
   constexpr size_t kGuidesPerFace = 2;
-  constexpr float kRounded = 1.0f - 1e-6f;  // A part may begin a rounding before its place.
+  constexpr float kRounded = 1.0f - 1e-6f;  // Rounding may begin a part early.
   guides.resize(kGuidesPerFace * faces.size());
   guides_per_m2 = static_cast<float>(guides.size()) / area;
   uint32_t face = 0;
@@ -127,7 +127,7 @@ uint32_t LightTable::Lamp::FaceAt(float at) const {
 absl::Status LightTable::AddSphereOrSpot(const v1::Light& light, const Vec3f& power, Lamp* lamp) {
   lamp->center = FromProto(light.position_m()).cast<float>();
   lamp->radius = static_cast<float>(std::max(0.0, light.radius_m()));
-  float solid_angle = 4.0f * kPi;  // Into which the flux goes, the soft edge weighted.
+  float solid_angle = 4.0f * kPi;  // Filled by the flux, with the soft edge weighted.
   if (light.kind() == v1::Light::KIND_SPOT) {
     const Vec3f axis = FromProto(light.direction()).cast<float>();
     const auto cone = static_cast<float>(light.cone_rad());
@@ -141,7 +141,7 @@ absl::Status LightTable::AddSphereOrSpot(const v1::Light& light, const Vec3f& po
     lamp->cos_outer = std::min(std::cos(cone), 0.999999f);
     const auto blend = static_cast<float>(std::clamp(light.cone_blend(), 0.0, 1.0));
     lamp->cos_inner = lamp->cos_outer + blend * (1.0f - lamp->cos_outer);
-    // The smooth step's mean is a half.
+    // The mean of the smooth step is a half.
     solid_angle = 2.0f * kPi * (1.0f - 0.5f * (lamp->cos_outer + lamp->cos_inner));
   }
   lamp->strength = Luminance(power) / solid_angle;
@@ -159,7 +159,7 @@ void LightTable::AddEnclosure(const SkyEnclosure& from, const RenderScene& geome
   for (const SkyPortal& way : from.portals) {
     const Portal portal{way.corner, way.edge_u, way.edge_v, way.normal,
                         way.edge_u.cross(way.edge_v).norm()};
-    // A portal that lets nothing through (a closed door) is not worth samples.
+    // A portal that lets no light through (a closed door) is not worth samples.
     constexpr int kProbes = 8;
     bool open = false;
     for (int i = 0; i < kProbes * kProbes && !open; ++i) {
@@ -175,8 +175,8 @@ void LightTable::AddEnclosure(const SkyEnclosure& from, const RenderScene& geome
   enclosures_.push_back(std::move(enclosure));
 }
 
-// A point p goes to the sun through p + s (height - n.p) / n.s: both coordinates there are linear
-// in p.
+// The line from p to the sun is p + s (height - n.p) / n.s: both coordinates there are linear in
+// p.
 void LightTable::AddSunWindows(Enclosure* enclosure) const {
   const Vec3f sun = sky_.sun_direction();
   for (const Portal& portal : enclosure->portals) {
@@ -202,7 +202,7 @@ Float8 LightTable::LampImportance(const Lamp& lamp, const Vec3x8& position) cons
   const float radius2 = Square(lamp.radius);
   const Float8 importance = lamp.strength / Max(d2, radius2 + 1e-4f);
   if (!lamp.spot) return importance;
-  // By the intensity towards the point; a sphere's rim may see it at a smaller angle.
+  // Intensity towards the point; the rim of a sphere may see it at a smaller angle.
   const Float8 cosine = Clamp(Dot(from, Vec3x8(lamp.axis)) / Sqrt(d2), -1.0f, 1.0f);
   const Float8 sin2 = radius2 / d2;
   const Float8 cos_rim = Sqrt(1.0f - sin2);
@@ -215,13 +215,13 @@ Float8 LightTable::LampImportance(const Lamp& lamp, const Vec3x8& position) cons
   return d2 > radius2 ? importance * part : importance;
 }
 
-// Mean luminance of the sky times about the solid angle of the opening.
+// Mean luminance of the sky times the approximate solid angle of the opening.
 Float8 LightTable::PortalImportance(const Portal& portal, const Vec3x8& position) const {
   const Vec3x8 to = Vec3x8(portal.center()) - position;
   const Float8 height = Dot(Vec3x8(portal.normal), to);
   const Float8 d2 = Dot(to, to);
-  // Mixed with its square root so that obliquely seen openings, nearer than their middle, keep
-  // their share.
+  // Blended with its square root, so that openings seen at grazing angles, parts of which are
+  // nearer than the middle, keep their share.
   const Float8 cosine = height / Sqrt(d2);
   const Float8 importance =
       sky_.mean_luminance() * portal.area * (0.25f + 0.75f * cosine) / (d2 + 0.5f * portal.area);
@@ -236,7 +236,7 @@ Float8 LightTable::SunImportance(const Enclosure* in, const Vec3x8& position) co
   if (!sky_.has_sun()) return Splat(0);
   const Float8 irradiance = Splat(Luminance(sky_.SunRadiance()) * sky_.sun_solid_angle());
   if (!in) return irradiance;
-  // Only through an opening.
+  // The sun shines in only through an opening.
   Mask8 shone_on{};
   for (const SunWindow& window : in->sun_windows) {
     const Float8 a = Dot(Vec3x8(window.along_u), position) + window.from_u;
@@ -325,7 +325,7 @@ PARALLAX_LANE_CLONES void LightTable::ChooseIn(int32_t room, Mask8 members,
   choices->importance = members ? importance : choices->importance;
 }
 
-// Lights without faces get a face that nobody reads: branches that depend on chance cost more.
+// Lights without faces get a dummy face: unpredictable branches cost more than loading it.
 void LightTable::Aim(Float8 u, LightChoices8* choices) const {
   for (int lane = 0; lane < kLanes; ++lane) {
     const auto light = static_cast<size_t>(choices->light[lane]);

@@ -1,13 +1,14 @@
-// All light sources of a scene, chosen by what they can give to a point: lamps by power over
-// squared distance, the sky by the solid angle of an enclosure's openings. For next-event
-// estimation and for the density that MIS needs.
+// All light sources of a scene, chosen in proportion to an estimate of their contribution to a
+// point: lamps by power over squared distance, the sky by the solid angle of an enclosure's
+// openings. Used for next-event estimation and for the densities that MIS needs.
 //
 // Point lights are spheres that only light sees: the camera looks through them, mirrors show them.
-// Spot lights are such spheres that shine into a cone.
-// Mesh lights shine from the front of their faces. Inside of one of the surroundings' enclosures
-// the sky is sampled through its portals; elsewhere over the whole sphere. Sampling that misses
-// part of a source is no error: MIS gives that part to BSDF sampling. Constant after Build but for
-// Learn; queries are thread-safe.
+// Spot lights are such spheres that shine into a cone. Mesh lights shine from the front of their
+// faces. Inside one of the surroundings' enclosures the sky is sampled through its portals;
+// elsewhere over the whole sphere. Sampling may miss part of a source: MIS gives that part to BSDF
+// sampling.
+//
+// Constant after Build except for Learn; queries are thread-safe.
 #pragma once
 
 #include <array>
@@ -24,43 +25,44 @@
 
 namespace parallax {
 
-// A way out of a room for light from the sky.
+// An opening through which a room receives skylight.
 struct Portal {
   Vec3f corner, edge_u, edge_v, normal;  // Normal points out of the room.
   float area = 0;
   Vec3f center() const { return corner + 0.5f * (edge_u + edge_v); }
 };
 
-// A portal as the sun shines through it: where the way to the sun from a point p crosses it, in
-// widths and heights of the portal: from + along.p.
+// A portal as the sun shines through it. The line from point p to the sun crosses the portal at
+// from + dot(along, p), in widths and heights of the portal.
 struct SunWindow {
   Vec3f along_u, along_v;
   float from_u = 0, from_v = 0;
 };
 
-// A room up to the outer faces of its walls, say: SkyEnclosure with what sampling adds to it.
+// A room up to the outer faces of its walls: a SkyEnclosure with the data for sampling.
 struct Enclosure {
   Box3f box;
   std::vector<Portal> portals;
   std::vector<SunWindow> sun_windows;  // Portals that face the sun.
-  LightGains gains;                    // Of lamps, portals and sun.
-  BrightSpots spots;                   // Of its surfaces.
+  LightGains gains;                    // Gains of lamps, portals and sun.
+  BrightSpots spots;                   // Bright spots of its surfaces.
 };
 
-// A point that gathers light, with what choosing among lights needs to be computed once.
+// A point that gathers light, with data that is computed once for choosing among lights.
 struct LightReceiver {
   Vec3f position = Vec3f::Zero();
-  int32_t room = -1;  // That it is in, of the table's; none: outdoors.
-  int32_t cell = 0;   // Of the room's gains.
+  int32_t room = -1;  // Index of its room in the table; negative: outdoors.
+  int32_t cell = 0;   // Cell of the room's gains.
   float total = 0;    // Sum of importances.
 };
 
+// Eight receivers.
 struct LightReceivers8 {
   Vec3x8 position;
   Int8 room, cell;
   Float8 total;
 
-  // One for all.
+  // The same receiver in all lanes.
   static LightReceivers8 All(const LightReceiver& at) {
     return {Vec3x8(at.position), Int8{} + at.room, Int8{} + at.cell, Splat(at.total)};
   }
@@ -69,36 +71,37 @@ struct LightReceivers8 {
   }
 };
 
-// What came of one light sample, for LightTable::Learn.
+// The result of one light sample, for LightTable::Learn.
 struct LightTrial {
-  int32_t room = -1;  // Of the table's; none: nothing to be learnt.
+  int32_t room = -1;  // Index of the table's room; negative: nothing to be learnt.
   int32_t cell = 0;
   int32_t light = 0;
   float gain = 0;
 };
 
-// Light that a surface was seen to scatter, for LightTable::Learn.
+// Light that a surface scattered towards a path, for LightTable::Learn.
 struct LightSeen {
   Vec3f position = Vec3f::Zero();
   Vec3f normal = Vec3f::UnitZ();
   float radiance = 0;  // Luminance.
 };
 
-// Up to eight points of surfaces, each seen from the side of `normal`, that will take a sample of
-// one light each: `choice` in [0, 1) picks it.
+// Up to eight surface points, each seen from the side of `normal`, that will take one light sample
+// each. `choice` in [0, 1) picks the light.
 struct LightQueries8 {
   Vec3x8 position, normal;
   Float8 choice;
   int count = 0;
 };
 
-// The lights that receivers will take a sample of.
+// The light chosen for each receiver.
 struct LightChoices8 {
-  Int8 light;         // Lamps come first, then portals or dome, then sun.
+  Int8 light;         // Index: lamps, then portals or dome, then sun.
   Float8 importance;  // 0: there is none.
-  Int8 face;          // Of a mesh light; set by Aim.
+  Int8 face;          // Face of a mesh light; set by Aim.
 };
 
+// One light sample at a receiver, for next-event estimation.
 struct LightSample {
   Vec3f direction = Vec3f::UnitZ();
   float distance = 0;              // Free path that must be unoccluded; infinity for the sky.
@@ -108,6 +111,7 @@ struct LightSample {
   bool ideal = false;  // No other strategy can find it.
 };
 
+// Eight light samples.
 struct LightSamples8 {
   Vec3x8 direction, radiance;
   Float8 distance, pdf;
@@ -117,34 +121,37 @@ struct LightSamples8 {
   LightSample Get(int lane) const;
 };
 
+// The table of a scene's lights.
 class LightTable {
  public:
-  // Errors: kInvalidArgument for a light of unknown kind.  A mesh light without faces is left out.
+  // Errors: kInvalidArgument for a light of unknown kind. Mesh lights without faces are left out.
   static absl::StatusOr<LightTable> Build(const v1::Scene& scene, const RenderScene& geometry);
 
-  // `scratch` is kept for the next time. Lanes beyond `queries.count` are no receivers: total 0.
+  // Chooses one light for each query. `scratch` is reused memory. Lanes from `queries.count` on get
+  // a total of 0.
   void Choose(const LightQueries8& queries, std::vector<Float8>* scratch,
               LightReceivers8* receivers, LightChoices8* choices) const;
-  // Finds what of the lights Sample will take for these `u`, and begins to fetch it from memory.
+  // Chooses the face that Sample will take for these `u`, and prefetches it.
   void Aim(Float8 u, LightChoices8* choices) const;
-  // Of each receiver that has a light, with its numbers.
+  // One sample for each receiver that has a light, from its random numbers u, v in [0, 1).
   void Sample(const LightReceivers8& at, const LightChoices8& choices, Float8 u, Float8 v,
               LightSamples8* samples) const;
 
-  // With which a receiver's light is this one.
+  // Probability of choosing this light at the receiver.
   float Chance(const LightReceiver& at, size_t light) const;
 
-  // The outcome of a sample of density `pdf` of which this much irradiance arrived.
+  // The trial of a sample with density `pdf` of which this much irradiance arrived.
   LightTrial Trial(const LightReceiver& at, int32_t light, float pdf, float irradiance) const;
-  // Chooses lights by these from now on, and those learnt before. Not while samples are taken.
+  // Uses these trials, and earlier ones, for future choices. Must not run while samples are taken.
   void Learn(std::span<const std::vector<LightTrial>> trials);
+  // Uses this scattered light, and earlier, to find the bright spots. Likewise.
   void Learn(std::span<const std::vector<LightSeen>> seen);
-  // As if nothing had been learnt.
+  // Discards all that was learnt.
   void Forget();
 
-  // Front radiance of a mesh light's face, zero for other faces; and the density with which Sample
-  // would have found the point `distance` away along `direction`.
-  int32_t MeshLight(uint32_t placed, uint16_t slot) const {  // Which light it is, or -1.
+  // A mesh light's face: its index, its radiance (zero for other faces), and the density with which
+  // Sample would have found its point at `distance`.
+  int32_t MeshLight(uint32_t placed, uint16_t slot) const {  // The light's index, or -1.
     const SlotLights& lights = lights_of_body_[placed];
     return slot < lights.count ? mesh_lights_[lights.first + slot] : -1;
   }
@@ -152,30 +159,30 @@ class LightTable {
   float MeshPdf(const LightReceiver& at, uint32_t placed, uint16_t slot, float distance,
                 float cosine) const;
 
-  // Which rays meet a point light's sphere before `distance`.
+  // Lanes whose rays meet a point light's sphere before `distance`.
   Mask8 MeetSpheres(const Vec3x8& origin, const Vec3x8& direction, Float8 distance) const;
-  // Radiance of point lights' spheres that the ray meets before `distance`, each weighted by MIS
-  // against `bsdf_pdf`.
+  // Radiance of the point lights' spheres that the ray meets before `distance`, each weighted by
+  // MIS against `bsdf_pdf`.
   Vec3f SphereRadiance(const LightReceiver& at, const Vec3f& origin, const Vec3f& direction,
                        float distance, float bsdf_pdf) const;
-  // Sky and sun along a direction that met nothing, weighted by MIS against `bsdf_pdf` (infinity:
-  // not weighted).
+  // Radiance of sky and sun along a ray that met nothing, weighted by MIS against `bsdf_pdf`
+  // (infinity: unweighted).
   Vec3f EscapeRadiance(const LightReceiver& at, const Vec3f& direction, float bsdf_pdf) const;
 
   const SkyModel& sky() const { return sky_; }
   const Haze& haze() const { return haze_; }
-  // None outdoors.
+  // Null outdoors.
   const BrightSpots* SpotsIn(int32_t room) const {
     return room < 0 ? nullptr : &RoomAt(room)->spots;
   }
   bool empty() const { return lamps_.empty() && !sky_.has_sky() && !sky_.has_sun(); }
-  // Of all rooms.
+  // The number of portals of all rooms.
   size_t portals() const;
 
  private:
-  struct alignas(64) Face {  // One line of the cache: they are met at random.
+  struct alignas(64) Face {  // One cache line: faces are read at random.
     Vec3f corner, edge_u, edge_v;
-    Vec3f back;       // Unit, away from where it shines.
+    Vec3f back;       // Unit, opposite to the side that shines.
     float below = 0;  // Area of the faces before it, m^2.
     float area = 0;
     float unused[2] = {};  // Loaded with the rest.
@@ -183,16 +190,16 @@ class LightTable {
 
   struct Lamp {
     Vec3f center = Vec3f::Zero();
-    float radius = 0;  // Of the sphere, or around a mesh light's faces.
+    float radius = 0;  // Radius of the sphere, or of one around a mesh light's faces.
     Vec3f radiance = Vec3f::Zero();
     Vec3f intensity = Vec3f::Zero();  // Ideal points.
     float strength = 0;               // Luminance of the flux, as seen from any side.
-    // Spot lights; the others shine to all sides.
+    // Only spot lights have a cone; the others shine to all sides.
     bool spot = false;
     Vec3f axis = Vec3f::UnitZ();
     float cos_outer = -1, cos_inner = -1;  // Dark beyond the first, full within the second.
 
-    // Part of the full intensity that goes along unit `direction`, away from the lamp.
+    // Share of the full intensity along unit `direction`, away from the lamp.
     float Falloff(const Vec3f& direction) const {
       if (!spot) return 1.0f;
       const float cosine = direction.dot(axis);
@@ -201,37 +208,37 @@ class LightTable {
       const float t = (cosine - cos_outer) / (cos_inner - cos_outer);
       return t * t * (3.0f - 2.0f * t);
     }
-    // Mesh lights.
+    // Mesh lights only:
     std::vector<Face> faces;
-    // For equal parts of the area, the face with which each begins and where that face ends. One
-    // for all where there are no faces.
+    // An index into the faces' cumulative area: for each of its equal parts, the first face and the
+    // end of that face. One entry where there are no faces.
     struct Guide {
       uint32_t face = 0;
       float end = 0;
     };
     std::vector<Guide> guides = {{0, kInfinity}};
-    float area = 0;  // Of all faces, m^2.
+    float area = 0;  // Total area of the faces, m^2.
     float guides_per_m2 = 0;
     bool mesh = false;
 
     bool AddFace(const Vec3f corners[3]);
     void MakeGuides();
-    // That of a place in the cumulative area.
+    // The entry for a position in the cumulative area.
     const Guide& GuideAt(float at) const {
       const auto part = static_cast<size_t>(static_cast<uint32_t>(at * guides_per_m2));
       return guides[std::min(part, guides.size() - 1)];
     }
-    // Which stands there.
+    // The face at a position in the cumulative area.
     uint32_t FaceAt(float at) const;
   };
 
-  // None outdoors.
+  // Null outdoors.
   const Enclosure* RoomAt(int32_t room) const {
     return room < 0 ? nullptr : &enclosures_[static_cast<size_t>(room)];
   }
-  // `in`: the room; none: outdoors.
+  // `in`: the room; null: outdoors.
   size_t LightsIn(const Enclosure* in) const;
-  // By power and distance, and what was learnt in the cells.
+  // Importance by power and distance, times the gains learnt in the cells.
   Float8 Importance(const Enclosure* in, const Vec3x8& position, Int8 cells, size_t light) const;
   float Importance(const LightReceiver& at, size_t light) const;
   static absl::Status AddSphereOrSpot(const v1::Light& light, const Vec3f& power, Lamp* lamp);
@@ -243,7 +250,7 @@ class LightTable {
                 std::vector<Float8>* importances, LightReceivers8* receivers,
                 LightChoices8* choices) const;
   Float8 SkyPdf(const LightReceivers8& at, const Vec3x8& directions) const;
-  // In lanes: those of mesh lights, and those of spheres and spots.
+  // Sampling in lanes: mesh lights, then spheres and spots.
   void SampleFaces(const LightReceivers8& at, const LightChoices8& choices, Mask8 lanes, Float8 u,
                    Float8 v, LightSamples8* samples) const;
   void SampleSpheres(const LightReceivers8& at, const LightChoices8& choices, Mask8 lanes, Float8 u,
@@ -258,11 +265,11 @@ class LightTable {
   SkyModel sky_;
   Haze haze_;
   std::vector<Lamp> lamps_;
-  Lamp no_lamp_;  // Stands in for sky and sun where all eight lights are treated alike.
-  // What each lamp is, then what is none: numbers that are loaded into lanes.
+  Lamp no_lamp_;  // Placeholder for sky and sun where all eight lanes are treated alike.
+  // The kind of each lamp, then that of no lamp: floats, to be gathered into lanes.
   static constexpr float kFaces = 0, kSphere = 1, kIdeal = 2, kNoLamp = 3;
   std::vector<float> kinds_;
-  std::vector<size_t> spheres_;  // Of `lamps_`.
+  std::vector<size_t> spheres_;  // Indices into `lamps_`.
   std::vector<Enclosure> enclosures_;
   struct SlotLights {
     uint32_t first = 0, count = 0;  // In mesh_lights_.

@@ -69,7 +69,7 @@ EnergyTables::EnergyTables() {
     for (int c = 0; c < kSteps; ++c) directional[a][c] = IntegrateGgx(Node(c), Node(a));
   }
   for (int c = 0; c < kSteps; ++c) sheen[c] = IntegrateSheen(Node(c));
-  // Means are taken of the interpolated table, so that layers built on both conserve energy.
+  // The means are those of the interpolated table, so that layers built on both conserve energy.
   for (int a = 0; a < kSteps; ++a) {
     constexpr int kCosines = 256;
     KeptEnergy sum;
@@ -105,7 +105,7 @@ KeptEnergy8 Lerp(const KeptEnergy8& x, const KeptEnergy8& y, Float8 t) {
   return {x.a + (y.a - x.a) * t, x.b + (y.b - x.b) * t};
 }
 
-// Between table[index] and the next.
+// Interpolates between table[index] and the next entry.
 KeptEnergy8 Between(const KeptEnergy* table, Int8 index, Float8 t) {
   Float8 pair[4];
   GatherFours(&table->a, index, 2, pair);

@@ -12,23 +12,26 @@ namespace parallax {
 struct Ggx8 {
   Float8 alpha;
 
+  // Density of facets with normal h.
   Float8 D(const Vec3x8& h) const {
     const Float8 a2 = alpha * alpha;
     const Float8 q = (h.x * h.x + h.y * h.y) / a2 + h.z * h.z;
     return kInvPi / (a2 * q * q);
   }
+  // Smith's auxiliary function for direction w.
   Float8 Lambda(const Vec3x8& w) const {
     const Float8 tan2 = (w.x * w.x + w.y * w.y) / Max(w.z * w.z, 1e-20f);
     return 0.5f * (Sqrt(1.0f + alpha * alpha * tan2) - 1.0f);
   }
+  // Masking of one direction.
   Float8 G1(const Vec3x8& w) const { return 1.0f / (1.0f + Lambda(w)); }
   // Height-correlated masking and shadowing.
   Float8 G2(const Vec3x8& o, const Vec3x8& i) const {
     return 1.0f / (1.0f + Lambda(o) + Lambda(i));
   }
 
-  // A normal seen from o (o.z > 0), for a turn of 2 pi u and v in [0, 1).   Source: Dupuy and
-  // Benyoub, "Sampling visible GGX normals with spherical caps", 2023.
+  // Samples a normal visible from o (o.z > 0), for a turn of 2 pi u and v in [0, 1).   Source:
+  // Dupuy and Benyoub, "Sampling visible GGX normals with spherical caps", 2023.
   Vec3x8 SampleVisible(const Vec3x8& o, const Turn8& turn, Float8 v) const {
     const Vec3x8 stretched = Normalized({alpha * o.x, alpha * o.y, o.z});
     const Float8 z = Clamp((1.0f - v) * (1.0f + stretched.z) - stretched.z, -1.0f, 1.0f);
@@ -38,14 +41,15 @@ struct Ggx8 {
   }
 };
 
+// Schlick's Fresnel weight (1 - cosine)^5.
 inline Float8 SchlickWeight(Float8 cosine) {
   const Float8 m = Clamp(1.0f - cosine, 0.0f, 1.0f);
   const Float8 m2 = m * m;
   return m2 * m2 * m;
 }
 
-// Unpolarised reflectance where light meets a medium of relative index eta (transmitted / incident)
-// at cosine >= 0.
+// Unpolarised Fresnel reflectance at a medium of relative index eta (transmitted / incident), for
+// cosine >= 0.
 inline Float8 DielectricFresnel(Float8 cosine, Float8 eta) {
   const Float8 sin2_t = (1.0f - cosine * cosine) / (eta * eta);
   const Float8 cos_t = Sqrt(Max(1.0f - sin2_t, 0.0f));
@@ -55,14 +59,15 @@ inline Float8 DielectricFresnel(Float8 cosine, Float8 eta) {
   return sin2_t >= 1.0f ? Splat(1) : reflectance;
 }
 
-// Part of the energy that one GGX reflection keeps with Fresnel F = f0 (1 - s) + f90 s, s =
+// Share of energy that one GGX reflection keeps with Fresnel F = f0 (1 - s) + f90 s, where s is
 // Schlick's weight: f0 * a + f90 * b.
 struct KeptEnergy8 {
   Float8 a, b;
   Float8 At(Float8 f0, Float8 f90) const { return f0 * a + f90 * b; }
+  // For Fresnel = 1.
   Float8 White() const { return a + b; }
 };
-// For many cosines at one alpha.
+// The table's row for one alpha, to be read at many cosines.
 class EnergyOfAlpha8 {
  public:
   static constexpr int kSteps = 32;  // Nodes in sqrt(cosine) and in sqrt(alpha), both over [0, 1].
@@ -78,7 +83,7 @@ class EnergyOfAlpha8 {
   Float8 fraction_{};
 };
 
-// Part of the energy that a full sheen layer reflects.
+// Share of energy that a full sheen layer reflects.
 Float8 SheenEnergy(Float8 cosine);
 
 }  // namespace parallax

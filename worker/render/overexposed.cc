@@ -7,10 +7,10 @@ namespace {
 
 // After exposure. Display levels end at 2.4 (RollOff).
 constexpr float kBeyondDisplay = 3.0f;
-// Of nine: a pixel at the corner of something bright has four, fireflies seldom have more than two.
+// Least number among nine: a pixel at a bright thing's corner has four, a firefly seldom over two.
 constexpr int kFewestBright = 4;
 
-// Of the up to nine pixels around and with (x, y), how many have `is`.
+// Counts the pixels with `is` among (x, y) and its up to eight neighbours.
 template <typename Is>
 int CountAround(int width, int height, int x, int y, const Is& is) {
   int count = 0;

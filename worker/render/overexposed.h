@@ -1,7 +1,7 @@
-// Where a picture is brighter than its display can show: lamps and what is lit from close by, up to
-// a thousand times as bright as their surroundings. There a pixel's few samples at an edge are off
-// by all of the display's levels, and the denoiser blurs such edges and closes dark gaps in them.
-// Single bright pixels (fireflies) are not meant.
+// Finds where a picture is brighter than its display can show: lamps and surfaces close to them, up
+// to a thousand times as bright as their surroundings. At such edges a pixel's few samples are off
+// by all of the display's levels, and the denoiser blurs the edges and closes dark gaps. Single
+// bright pixels (fireflies) are excluded.
 #pragma once
 
 #include <vector>
@@ -11,14 +11,14 @@
 
 namespace parallax {
 
-// 1 where `radiance` times `exposure` is beyond the display in at least four of the nine pixels at
-// and around it, itself among them.
+// 1 where `radiance` times `exposure` is beyond the display in the pixel itself and in at least
+// four of the nine pixels around and with it; else 0.
 ImageU8 Overexposed(const ImageF3& radiance, float exposure);
 
-// Pixels of a map's edges, on both sides of them.
+// Pixels on both sides of the map's edges.
 std::vector<PixelAt> EdgesOf(const ImageU8& overexposed);
 
-// Takes out of `radiance` what is beyond the display at overexposed pixels, for the denoiser, and
+// Removes from `radiance` the part beyond the display at overexposed pixels, before denoising, and
 // returns it.
 ImageF3 TakeExcess(const ImageU8& overexposed, float exposure, ImageF3* radiance);
 

@@ -1,4 +1,4 @@
-// What paths do at the surfaces that they have reached.
+// The path tracer's steps at the surfaces that the rays met.
 #include "worker/render/path_state.h"
 
 namespace parallax {
@@ -9,17 +9,17 @@ constexpr int kGuideBounces = 1;  // Mirrors that the denoiser's guides follow.
 constexpr float kRareWayWeight = 0.02f;
 constexpr int kRouletteFrom = 2;  // First bounce that may end by chance.
 
-// What the denoiser is told about the first surface.
+// The albedo guide of the denoiser for the first surface.
 Vec3x8 GuideAlbedo(const SurfaceSample8& s) {
   const Float8 opaque = 1.0f - s.transmission * (1.0f - s.metallic);
   const Float8 rest = 1.0f - opaque;
   const auto part = [&](Float8 color) { return Clamp(color * opaque + rest, 0.0f, 1.0f); };
-  // A sheet's colour is that of all light that it scatters, from either side.
+  // A sheet's colour includes all light that it scatters, to either side.
   const Vec3x8 color = s.base_color + s.transmitted_color;
   return {part(color.x), part(color.y), part(color.z)};
 }
 
-// Whether most of what it reflects goes about equally to all sides.
+// Whether most of the reflected light is scattered about equally in all directions.
 Mask8 ScattersWidely(const SurfaceSample8& s) {
   constexpr float kWideRoughness = 0.4f;
   constexpr float kSharpShare = 0.35f;
@@ -42,7 +42,7 @@ void ForEach(Mask8 lanes, Function function) {
 
 }  // namespace
 
-// ---- What they look like ----
+// ---- Materials at the surfaces ----
 
 void MaterialSamples::Put(const std::array<uint32_t, kLanes>& walks, int count,
                           const MaterialSample8& look) {
@@ -106,7 +106,7 @@ Float8 PathTracer::State::Random(size_t block, Chance chance) const {
                          static_cast<uint32_t>(chance));
 }
 
-// By eights of one material.
+// Evaluates eight walks of one material at a time.
 void PathTracer::EvaluateMaterials() {
   State& state = *state_;
   for (size_t walk = 0; walk < state.count; ++walk) {
@@ -143,7 +143,7 @@ void PathTracer::EvaluateMaterial(uint32_t material) {
   state.materials_seen.Put(alike.walks, batch.count, scene_.EvaluateMaterial(batch, material));
 }
 
-// ---- Light that may arrive ----
+// ---- Choice of lights ----
 
 void PathTracer::ChooseLights() {
   if (options_.only_guides) return;
@@ -193,17 +193,17 @@ void PathTracer::TraceShadowRays() {
 
 // Eight walks at the surfaces that they have reached.
 struct PathTracer::PathVertex8 {
-  const size_t block, first;  // Of blocks; of walks.
-  Mask8 here;                 // Those that have not ended or passed on.
-  Mask8 wide, transmits;      // By the look of the surface.
-  Mask8 last;                 // No light is gathered there.
-  Mask8 lit{};                // Took a sample of a light;
-  Mask8 gathers{};            // and may have its light by their own chance, too.
+  const size_t block, first;  // Index of the block; of its first walk.
+  Mask8 here;                 // Lanes that have not ended or passed on.
+  Mask8 wide, transmits;      // By the material at the surface.
+  Mask8 last;                 // The last vertex gathers no light.
+  Mask8 lit{};                // Has a light sample;
+  Mask8 gathers{};            // may also find its light by BSDF sampling.
   SurfaceInteraction8 at;
 
   PathVertex8(size_t which, Mask8 walks) : block(which), first(which * kLanes), here(walks) {}
   size_t Walk(int lane) const { return first + static_cast<size_t>(lane); }
-  void Drop(Mask8 walks, PathTracer* tracer);  // They have ended.
+  void Drop(Mask8 walks, PathTracer* tracer);  // Ends these walks.
 };
 
 void PathTracer::AddEmission(size_t block, const SurfaceInteraction8& at) {
@@ -234,7 +234,7 @@ PARALLAX_LANE_CLONES void PathTracer::ShadeBlock(size_t block) {
   PassHoles(&vertex);
   if (state_->learning) RecordTrail(vertex);
 
-  // No light is gathered at the last, and nothing but a pane leads on.
+  // The last vertex gathers no light, and only panes continue.
   const WalkRows& walks = state_->walks;
   const Mask8 done = vertex.last & ~(vertex.at.surface.thin_walled & vertex.transmits);
   vertex.Drop(vertex.here & done & walks.guided.At(block), this);
@@ -290,7 +290,7 @@ void PathTracer::PassHoles(PathVertex8* vertex) {
   vertex->here &= ~holes;
 }
 
-// Straight on through a hole or a thin pane.
+// Continues straight through a hole or a thin pane.
 void PathTracer::Pass(size_t block, Mask8 passing, const Vec3x8& normal) {
   WalkRows& walks = state_->walks;
   const HitRows& hits = state_->hits;
@@ -301,7 +301,7 @@ void PathTracer::Pass(size_t block, Mask8 passing, const Vec3x8& normal) {
   walks.width_m.At(block) = passing ? hits.footprint_m.At(block) : walks.width_m.At(block);
 }
 
-// For the cache's filler.
+// Records the vertices for the cache's filler.
 void PathTracer::RecordTrail(const PathVertex8& vertex) {
   State& state = *state_;
   for (size_t lane = 0; lane < kLanes; ++lane) state.trials[vertex.first + lane] = nullptr;
@@ -320,7 +320,7 @@ void PathTracer::RecordTrail(const PathVertex8& vertex) {
   });
 }
 
-// A sample of the light that each has chosen, and how bright spots look from there.
+// Samples the light that each walk has chosen, and finds the bright spots as seen from there.
 void PathTracer::SampleLights(PathVertex8* vertex) const {
   const bool lights =
       options_.direct != DirectLight::kBsdfSampling && !lights_.empty() && !options_.only_guides;
@@ -339,7 +339,7 @@ void PathTracer::SampleLights(PathVertex8* vertex) const {
   });
 }
 
-// What solid glass refracts is torn by its bumps: there the glass itself guides.
+// Bumps tear what solid glass refracts into noise: there the glass itself guides.
 void PathTracer::RecordGuides(const PathVertex8& vertex, const Scatter8& scatter) {
   WalkRows& walks = state_->walks;
   const Mask8 solid_glass = vertex.transmits & ~vertex.at.surface.thin_walled;
@@ -356,7 +356,7 @@ void PathTracer::RecordGuides(const PathVertex8& vertex, const Scatter8& scatter
   walks.guided.At(vertex.block) |= guides;
 }
 
-// Next-event estimation; the shadow rays wait for their turn.
+// Next-event estimation: makes the shadow rays, which are traced later.
 void PathTracer::MakeShadowRays(const PathVertex8& vertex, const Scatter8& scatter) {
   State& state = *state_;
   ShadowRays8& shadow = state.shadows[vertex.block];
@@ -377,9 +377,9 @@ void PathTracer::MakeShadowRays(const PathVertex8& vertex, const Scatter8& scatt
   });
 }
 
-// What the denoiser's guides make of a mirror or pane before the surface that guides.
-// A pixel's few samples are shared out by chance between what a pane shows and what it mirrors;
-// that of the two which most take guides.
+// The tint that a mirror or pane gives to the guides of the surface behind it. A pixel's few
+// samples are split at random between what a pane shows and what it mirrors; of the two, the one
+// that most samples take guides.
 void PathTracer::TintGuides(const PathVertex8& vertex, const Scatter8& scatter,
                             const BsdfSample8& next) {
   WalkRows& walks = state_->walks;
@@ -402,7 +402,7 @@ void PathTracer::ContinuePaths(const PathVertex8& vertex, const BsdfSample8& nex
   SpawnRays(vertex, vertex.here & ~straight, next);
 }
 
-// Along the sampled directions, where chance lets them live.
+// Makes the next rays along the sampled directions, with Russian roulette.
 void PathTracer::SpawnRays(const PathVertex8& vertex, Mask8 leaving, const BsdfSample8& next) {
   State& state = *state_;
   const size_t block = vertex.block;

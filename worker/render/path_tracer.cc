@@ -1,4 +1,4 @@
-// The way of paths to their next surface, or their end.
+// The path tracer's steps between surfaces: rays, hits, light met on the way, the radiance cache.
 #include "worker/render/path_tracer.h"
 
 #include "worker/render/path_state.h"
@@ -158,7 +158,7 @@ void PathTracer::CompactPaths(bool all) {
   }
 }
 
-// ---- Light that arrives ----
+// ---- Light met by rays ----
 
 void PathTracer::Add(size_t walk, const Vec3f& contribution) {
   if (!contribution.allFinite()) return;
@@ -177,7 +177,7 @@ void PathTracer::Add(size_t block, Mask8 walks, const Vec3x8& contribution) {
                                Select(walks & IsFinite(contribution), kept, Vec3x8::Zero()));
 }
 
-// Density for MIS: single strategies either count whole or not at all.
+// Whether light met by BSDF sampling counts; with light sampling alone, only if that can't find it.
 bool PathTracer::FoundByBsdf(size_t walk) const {
   return options_.direct != DirectLight::kLightSampling || !std::isfinite(state_->walks.pdf[walk]);
 }
@@ -196,7 +196,7 @@ LightReceiver PathTracer::ReceiverOf(size_t walk) const {
   return {walks.gathered_at[walk], walks.room[walk], walks.cell[walk], walks.total[walk]};
 }
 
-// What a light's face that the ray met sends back along it, weighted by MIS.
+// Emission of a mesh light's face towards the ray that met it, weighted by MIS.
 Vec3f PathTracer::MeshLight(size_t walk, float cosine) const {
   const HitRows& hits = state_->hits;
   const auto placed = static_cast<uint32_t>(hits.placed[walk]);
@@ -211,7 +211,7 @@ Vec3f PathTracer::MeshLight(size_t walk, float cosine) const {
 
 // ---- Rays ----
 
-// Those of an eye that look about the same way go in packets.
+// Rays of one eye with nearly the same direction go in packets.
 void PathTracer::Intersect() {
   constexpr float kAlike = 0.999f;  // Cosine of 2.5 degrees.
   State& state = *state_;
@@ -286,7 +286,7 @@ void PathTracer::Escape(size_t walk) {
   state_->result(walk).albedo = sky.cwiseMin(1.0f).cwiseProduct(walks.tint[walk]);
 }
 
-// Notes how far rays from the eye go, and lets the air weaken and brighten what they see.
+// Records the distances of rays from the eye, and applies the haze to what they see.
 void PathTracer::PassHaze(size_t block, const Hits8& hits) {
   State& state = *state_;
   WalkRows& walks = state.walks;
@@ -317,7 +317,7 @@ CachePlace PathTracer::PlaceOf(size_t walk, const Vec3f& normal) const {
   return {hits.position[walk], normal, group.id, slot, group.Coarse(slot)};
 }
 
-// Those that need no answer begin to fetch what shading reads.
+// Walks that need no answer prefetch the data that shading reads.
 PARALLAX_LANE_CLONES void PathTracer::QueryCache() {
   State& state = *state_;
   WalkRows& walks = state.walks;

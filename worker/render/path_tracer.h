@@ -2,10 +2,10 @@
 // importance sampling and Russian roulette. Without clamp and cache the estimate is unbiased up to
 // `max_bounces`.
 //
-// Many paths go forward together, a step at a time and eight in vector lanes: all rays are traced,
-// then all hits named, all surfaces shaded, all shadow rays traced. What a path reads next is
-// fetched while the others take their step, so that few wait for memory. A path does not depend on
-// its company.
+// Many paths advance together, one step at a time and eight in vector lanes: all rays are traced,
+// then all hits identified, all surfaces shaded, all shadow rays traced. Each step prefetches the
+// data of the next while other paths take theirs, so that few wait for memory. A path's result does
+// not depend on the others.
 #pragma once
 
 #include <array>
@@ -23,62 +23,65 @@ class Scatter8;
 struct BsdfSample8;
 struct SurfaceInteraction8;
 
-// Which estimators of direct light are used; tests compare them, everything else uses both.
+// Estimators of direct light; tests compare them, everything else uses both.
 enum class DirectLight { kBoth, kLightSampling, kBsdfSampling };
 
+// How paths are traced.
 struct PathOptions {
   int max_bounces = 6;
   // Contributions after the first surface are cut at this luminance. 0 = never (unbiased).
   float clamp_luminance = 0;
   DirectLight direct = DirectLight::kBoth;
-  // Ends paths that have scattered `cache_from` times or more; nullptr: none is used. Borrowed.
+  // Ends paths that have scattered `cache_from` times or more; null: no cache. Borrowed.
   const RadianceCache* cache = nullptr;
   int cache_from = 1;
-  // A path's footprint must be this many cells wide: what mirrors show and what lies in corners is
-  // traced.
+  // The least width of a path's footprint, in cells, for it to end in the cache, so that
+  // reflections in mirrors and corners are traced.
   float cache_footprint = 1.5f;
-  // Paths end where the denoiser's guides are known; they gather no light.
+  // Paths end once the denoiser's guides are known, and gather no light.
   bool only_guides = false;
 };
 
-// A surface on a path, as the cache is to learn it.
+// A surface on a path, as the cache learns it.
 struct PathVertex {
   CachePlace place;
-  bool rough = false;                // Scatters about alike to all sides.
+  bool rough = false;                // Scatters nearly alike in all directions.
   Vec3f throughput = Vec3f::Ones();  // From here to the path's start.
   Vec3f before = Vec3f::Zero();      // The path's radiance without what is scattered here.
-  LightTrial trial;                  // Of the light that was sampled here.
+  LightTrial trial;                  // Outcome of the light sample taken here.
 };
 
+// The first surfaces of a path, for the cache.
 struct PathTrail {
   std::array<PathVertex, 12> vertices;
   int size = 0;
 };
 
+// The result of one path.
 struct PathResult {
   Vec3f radiance = Vec3f::Zero();
-  // For the denoiser, of the first surface that is neither mirror nor clear glass, or of the second
-  // mirror, so that what these show keeps its detail; the sky has its clamped radiance as albedo
-  // and no normal.
+  // Guides of the denoiser, from the first surface that is neither mirror nor clear glass, or from
+  // the second mirror, so that reflections keep their detail. The sky has its clamped radiance as
+  // albedo and no normal.
   Vec3f albedo = Vec3f::Zero();
   Vec3f normal = Vec3f::Zero();  // World.
-  // What this path's guides count among a pixel's: little where it goes the way of a pane, through
-  // or back, that fewer paths go, or the pixel's guides would be noise.
+  // Weight of this path's guides among its pixel's: small where the path takes the less likely way
+  // at a pane (through it or back), which would make the pixel's guides noisy.
   float guide_weight = 1;
   uint32_t rays = 0;  // Traced, shadow rays included.
-  // From the eye to the first surface that is no hole; 0: none.
+  // Distance from the eye to the first surface that is no hole; 0: none.
   float distance = 0;
 };
 
-// Up to eight paths from their camera rays on.
+// Up to eight paths, from their camera rays on.
 struct PathStarts8 {
   Rays8 rays;
-  Float8 spread;           // As Ray's; their cones begin as points.
-  Bits8 seed, sample;      // Of their samplers,
+  Float8 spread;           // As Ray's; the cones begin as points.
+  Bits8 seed, sample;      // Seeds and indices of their samplers,
   uint32_t dimension = 0;  // which have drawn so many pairs.
 };
 
-// A path from its camera ray on.
+// One path, from its camera ray on.
 struct Path {
   explicit Path(const Sampler& draws, const Ray& start = {}) : ray(start), sampler(draws) {}
 
@@ -88,8 +91,8 @@ struct Path {
   PathResult result;           // Once traced.
 };
 
-// Keeps its scratch memory from one call to the next: not thread-safe. What it is given must
-// outlive it.
+// Traces paths. Reuses its scratch memory between calls, so it is not thread-safe. `scene`,
+// `lights` and the options' cache must outlive it.
 class PathTracer {
  public:
   static constexpr size_t kTogether = kMostWalks;
@@ -97,8 +100,8 @@ class PathTracer {
   PathTracer(const RenderScene& scene, const LightTable& lights, const PathOptions& options);
   ~PathTracer();
 
-  // As many paths as results, eight of each start and fewer of the last. New ones join where others
-  // have ended, so that company stays numerous.
+  // Traces one path for each result; each start holds eight paths, the last may hold fewer. New
+  // paths join where others have ended, so that the lanes stay full.
   void Trace(std::span<const PathStarts8> starts, std::span<PathResult> results);
   void Trace(std::span<Path> paths);
   PathResult Trace(const Ray& ray, const Sampler& sampler);
@@ -108,15 +111,15 @@ class PathTracer {
   struct PathVertex8;
 
   void Begin(std::span<PathResult> results);
-  // From `next` on, where there is room; returns the first that still waits.
+  // Adds paths from start `next` on while there is room; returns the first that still waits.
   size_t AddPaths(std::span<const PathStarts8> starts, size_t next);
-  // The next eight walks start afresh, as paths from `path` on.
+  // Resets the next eight walks to paths from `path` on.
   void AddPaths(size_t path);
   void Step();
 
-  // A step of all paths, in this order; each part begins to fetch what the next reads.
+  // The parts of a step, in this order; each prefetches what the next one reads.
   void Intersect();
-  // Adds light of what rays met outside of surfaces, and reads which surfaces the others met.
+  // Adds light that rays met outside of surfaces, and identifies the surfaces that the others met.
   void LoadHits();
   void QueryCache();
   // Ends the paths for which the cache knows the radiance.
@@ -131,7 +134,7 @@ class PathTracer {
   void ShadeSurfaces();
   void TraceShadowRays();
 
-  // Parts of a step. `walk`: one path; `block`: eight.
+  // Helpers of a step. `walk`: one path; `block`: eight.
   size_t blocks() const;
   Mask8 Live(size_t block) const;     // Lanes with a path.
   Mask8 Staying(size_t block) const;  // Paths that have not ended.

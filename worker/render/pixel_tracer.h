@@ -1,4 +1,4 @@
-// Pixels of one eye's picture from paths through them.
+// Renders pixels of one eye's picture by tracing paths through them.
 #pragma once
 
 #include <span>
@@ -11,36 +11,36 @@
 
 namespace parallax {
 
-// Which samples a pixel has.
+// The samples of a pixel.
 struct PixelSampling {
   uint32_t stream_hash = 0;
   int samples = 1;
-  // Few are spread over neighbouring pixels together; else a pixel stands for itself.
+  // Whether few samples are stratified over neighbouring pixels together; else each pixel by
+  // itself.
   bool together = false;
-  // Ground truth that samples are held against (Film::ambiguous), and focal length times baseline;
-  // none: they are not. Borrowed.
+  // Ground truth with which samples are compared (Film::ambiguous), and focal length times
+  // baseline. Null: no comparison. Borrowed.
   const ImageF* disparity_px = nullptr;
   double focal_times_baseline = 0;
   // Of each partner: its baseline over that one. At most kMostPartners.
   std::vector<double> baselines = {1.0};
 
-  // Seeds and numbers of the samplers of eight samples.
+  // Seeds and numbers of the samplers for eight samples.
   void Samplers(Bits8 x, Bits8 y, Bits8 sample, Bits8* seeds, Bits8* numbers) const;
 };
 
-// Keeps its scratch memory from one call to the next: not thread-safe. What it is given must
-// outlive it.
+// Reuses its scratch memory between calls: not thread-safe. All arguments must outlive it.
 class PixelTracer {
  public:
   PixelTracer(const RenderScene& scene, const LightTable& lights, const PathOptions& options,
               const PinholeCamera& camera, const PixelSampling& sampling);
 
-  // These pixels of the film, or, of paths that only guide, more of what guides there. Left as they
-  // are once cancelled. Returns the number of rays traced.
+  // Renders these pixels of the film; with PathOptions::only_guides, adds guides to them. Pixels
+  // are left as they are once cancelled. Returns the number of rays traced.
   uint64_t Trace(std::span<const PixelAt> pixels, const CancelToken& cancel, Film* film);
 
  private:
-  // From the sample `first` of all on, up to kAtOnce; returns how many.
+  // Starts up to kAtOnce paths from sample `first` on; returns their number.
   size_t Start(std::span<const PixelAt> pixels, size_t first);
   // Counts a sample of the pixel for the partners for which it lies within 1 px of its ground
   // truth.

@@ -22,7 +22,7 @@ constexpr RenderProfile kProfiles[] = {
 int RenderProfile::SamplesPerPixel(int width_px, int height_px) const {
   constexpr int64_t kUsualPixels = 1280 * 720;
   const int64_t pixels = int64_t{width_px} * height_px;
-  // Of the widths' ratio the nearest power of two, up to 4.
+  // The power of two, up to 4, that is nearest to the ratio of widths.
   int times = 1;
   while (more_when_small && times < 4 && 2 * times * times * pixels < kUsualPixels) times *= 2;
   return times * samples_per_pixel;

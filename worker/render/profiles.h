@@ -1,4 +1,4 @@
-// What a render profile means, in one table.
+// The settings behind each render profile, in one table.
 #pragma once
 
 #include <string_view>
@@ -8,31 +8,32 @@
 
 namespace parallax {
 
-// Values of OIDN's `quality`.
+// Quality of the denoiser: the values of OIDN's `quality`.
 enum class DenoiseQuality { kOff = 0, kFast = 4, kBalanced = 5, kHigh = 6 };
 
+// The settings of a profile; configs may override each.
 struct RenderProfile {
   std::string_view name;
-  int samples_per_pixel = 4;  // Of a picture of 1280x720; SamplesPerPixel for others.
-  // Smaller pictures hold more detail in a pixel and have more edges among their pixels.
+  int samples_per_pixel = 4;  // For 1280x720; SamplesPerPixel gives other sizes.
+  // Whether smaller pictures get more samples: they hold more detail and more edges a pixel.
   bool more_when_small = false;
   int max_bounces = 6;  // Surface interactions after the first.
   DenoiseQuality denoise = DenoiseQuality::kHigh;
-  // Indirect light of one sample above this multiple of the picture's mean luminance is cut
-  // (fireflies). 0: never.
+  // Indirect radiance of one sample is clamped to this multiple of the picture's mean luminance
+  // (against fireflies). 0: never.
   float clamp = 0;
-  // Paths that fill the radiance cache of a scene; 0: there is none.
+  // Number of paths that fill the scene's radiance cache; 0: no cache.
   int64_t cache_paths = 0;
-  // How many cells wide a path must be to end in the cache. Less is calmer, more keeps light in
-  // corners exact.
+  // Width of a path's footprint, in cells, at which it may end in the cache. Lower is less noisy,
+  // higher keeps light in corners exact.
   float cache_footprint = 1.5f;
 
-  // Of a picture of this size: `samples_per_pixel` times the power of two, up to 4, that is nearest
-  // to how often its width goes into that of 1280x720, where `more_when_small`.
+  // Samples per pixel of a picture of this size: with `more_when_small`, `samples_per_pixel` times
+  // the power of two, up to 4, that is nearest to the ratio of 1280x720 to it in width.
   int SamplesPerPixel(int width_px, int height_px) const;
 };
 
-// The profile of a config with its overrides; `denoise: on` is the denoiser at its best. Errors:
+// The profile of a config with its overrides; `denoise: on` means the best quality. Errors:
 // kInvalidArgument for an unknown name or a negative number.
 absl::StatusOr<RenderProfile> ResolveProfile(const v1::RenderConfig& config);
 

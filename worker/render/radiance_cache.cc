@@ -21,7 +21,7 @@ uint64_t Mix(uint64_t x) {
   return x;
 }
 
-// Which of the six ways a normal faces.
+// The index of the facing (one of six) of a normal.
 uint32_t FaceOf(const Vec3f& normal) {
   int axis = 0;
   normal.cwiseAbs().maxCoeff(&axis);
@@ -35,11 +35,11 @@ Int8 FaceOf(const Vec3x8& normal) {
   return (by_x ? Int8{} : (by_y ? Int8{} + 2 : Int8{} + 4)) - back;
 }
 
-// Walls stand at round numbers: cubes must not have their faces there.
+// Walls often lie at round coordinates: shift the cubes so that their faces do not.
 const Vec3f kShift_m(0.0137f, 0.0219f, 0.0171f);
 
 constexpr float kMostlyRough = 0.9f;
-constexpr float kBrightPart = 0.15f;  // Of a cell's records.
+constexpr float kBrightPart = 0.15f;  // Share of a cell's records.
 
 uint32_t TagOf(uint64_t key) { return static_cast<uint32_t>(key >> 32) | 1u; }
 
@@ -48,7 +48,7 @@ uint32_t TagOf(uint64_t key) { return static_cast<uint32_t>(key >> 32) | 1u; }
 float CacheGrid::WidthAt(const Vec3f& position) const {
   const float d2 = eyes_.squaredExteriorDistance(position);
   if (d2 < Square(2 * kFullDetail_m)) return cell_m_;
-  // Doubled with every doubling of the distance.
+  // The width doubles with every doubling of the distance.
   return std::ldexp(cell_m_, std::ilogb(std::sqrt(d2) / kFullDetail_m));
 }
 

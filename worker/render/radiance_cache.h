@@ -1,16 +1,16 @@
-// Light that a scene's rough surfaces send out, learnt once from the paths of all its rigs and then
-// read by every picture: a path that has scattered widely ends at the next rough surface with what
-// the cache holds there.
+// The light that a scene's rough surfaces scatter, learnt once from paths of all its rigs and then
+// read by every picture: a path that has scattered widely ends at the next rough surface with the
+// radiance that the cache holds there.
 //
-// The world is cut into cubes (larger far from the rigs); a cell is one surface's part in one cube
-// and facing one of six ways, so that the two sides of a thin wall, and things that stand close
-// together, never share light. In foliage the cubes are larger, and what stands in a cube shares
-// its light with its likes: no leaf or tuft of grass is met often enough to be learnt by itself. A
-// cell holds the mean radiance that its surface scattered (not what it emits) along the paths that
-// met it, from the side that they met: of a leaf also the light that came through.
+// The world is cut into cubes (larger far from the rigs). A cell is one surface's part in one cube,
+// facing one of six ways, so that the two sides of a thin wall, and objects close together, never
+// share light. In foliage the cubes are larger, and all copies of a plant in a cube share a cell,
+// because no single leaf is met often enough to be learnt. A cell holds the mean radiance that its
+// surface scattered (not emitted) along the paths that met it, from the side that they met; for a
+// leaf this includes transmitted light.
 //
-// CacheBuilder adds records in the order of its calls and of the records in them, whatever the
-// number of threads: the same records give the same cache, bit for bit. RadianceCache is constant;
+// CacheBuilder adds records in the order of calls and, within a call, of records, for any number of
+// threads: the same records give the same cache, bit for bit. RadianceCache is constant and
 // thread-safe.
 #pragma once
 
@@ -27,12 +27,12 @@ namespace parallax {
 struct CachePlace {
   Vec3f position = Vec3f::Zero();
   Vec3f normal = Vec3f::UnitZ();  // Geometric, unit, on the viewer's side.
-  uint32_t group = 0;             // RenderScene::CacheGroup: what shares its light.
+  uint32_t group = 0;             // RenderScene::CacheGroup: surfaces that share their light.
   uint16_t slot = 0;
-  float coarse = 1;  // Widths of the grid's cells that its cells are wide.
+  float coarse = 1;  // Width of its cells, in widths of the grid's cells.
 };
 
-// Where cells lie.
+// The positions and sizes of cells.
 class CacheGrid {
  public:
   static constexpr float kFullDetail_m = 5;  // Beyond it from the rigs, cells grow with distance.
@@ -41,13 +41,14 @@ class CacheGrid {
   // `eyes` bounds all viewpoints; `cell_m` is the width of cells near them.
   CacheGrid(const Box3f& eyes, float cell_m) : eyes_(eyes), cell_m_(cell_m) {}
 
+  // Width of the grid's cells at a world position, metres.
   float WidthAt(const Vec3f& position) const;
   Float8 WidthAt(const Vec3x8& position) const;
-  // Names the cell of a place among those of this width; never 0.
+  // The key of a place's cell among cells of this width; never 0.
   static uint64_t KeyOf(const CachePlace& place, float width_m);
   uint64_t KeyOf(const CachePlace& place) const { return KeyOf(place, WidthOf(place)); }
   float WidthOf(const CachePlace& place) const { return place.coarse * WidthAt(place.position); }
-  // `cube`: its number among those of this width; `face`: one of the six ways to face.
+  // `cube`: its integer coordinates among cubes of this width; `face`: one of the six facings.
   static uint64_t KeyOf(const Eigen::Vector3i& cube, uint32_t face, uint32_t group, uint16_t slot,
                         float width_m);
 
@@ -56,26 +57,28 @@ class CacheGrid {
   float cell_m_ = 0.06f;
 };
 
-// What up to eight paths ask of the cache: what the surface scatters towards them where they are.
+// Queries of up to eight paths: the radiance that each surface scatters towards its path.
 struct CacheQuestions8 {
   Vec3x8 position, normal;  // As in CachePlace.
   Int8 group, slot;
   Float8 coarse;
-  Float8 jitter_u, jitter_v;  // In [0, 1): moves the question by up to half a cell along the
-                              // surface, so that cells have no edge.
-  Float8 widest_m;            // Not asked where cells are wider.
-  uint32_t asked = 0;         // Which of the eight ask, as bits.
+  // In [0, 1): shift the query by up to half a cell along the surface, which hides the cells'
+  // edges.
+  Float8 jitter_u, jitter_v;
+  Float8 widest_m;     // Queries where cells are wider are skipped.
+  uint32_t asked = 0;  // The lanes that ask, as bits.
 };
 
+// The frozen cache.
 class RadianceCache {
  public:
   RadianceCache() = default;
 
-  // Where the answers would stand: a key for each of eight; 0 = not asked. The memory that answers
-  // begins to be fetched.
+  // Finds the keys of the answers: one for each lane, 0 where it asks nothing. Prefetches the
+  // entries.
   void Ask(const CacheQuestions8& questions, uint64_t* keys) const;
-  // What the surface at `place` scatters towards a viewer, for a question asked there. False when
-  // the cache does not know.
+  // Radiance that the surface at `place` scatters towards a viewer, for a key that Ask gave there.
+  // False when the cache has no answer.
   bool Answer(uint64_t key, const CachePlace& place, Vec3f* radiance) const;
 
   size_t cells() const { return cells_; }
@@ -84,7 +87,7 @@ class RadianceCache {
 
  private:
   friend class CacheBuilder;
-  // Looking up waits for memory: a cell takes 8 bytes.
+  // An entry takes 8 bytes, because lookups wait for memory.
   struct Entry {
     uint32_t tag = 0;       // 0 = free.
     uint32_t radiance = 0;  // Three mantissas of 9 bits and their exponent.
@@ -96,36 +99,37 @@ class RadianceCache {
   size_t cells_ = 0;
 };
 
+// Radiance that one path found at one surface.
 struct CacheRecord {
   uint64_t key = 0;
   Vec3f radiance = Vec3f::Zero();
-  bool rough = true;             // So that the radiance is about the same from all sides.
-  Vec3f excess = Vec3f::Zero();  // What was cut from it as too bright.
-  uint64_t region = 0;           // Names the wide cell around it, over which an excess is spread.
+  bool rough = true;             // Scattered about alike to all sides.
+  Vec3f excess = Vec3f::Zero();  // Radiance cut off as too bright.
+  uint64_t region = 0;           // Key of the wide cell around it, over which an excess is spread.
 
-  // Cuts radiance above this luminance. 64 times as much is kept as excess; what is brighter still
-  // is dropped: a few such paths in a million lit whole parts of a room, or did not.
+  // Clamps radiance to this luminance. Up to 64 times as much is kept as excess; brighter light is
+  // dropped, because a few such paths in a million would light whole parts of a room.
   void Cut(float luminance);
 };
 
-// Not thread-safe; Add uses all cores itself.
+// Collects records into cells. Not thread-safe; Add uses all cores itself.
 class CacheBuilder {
  public:
   static constexpr int kShards = 64;
-  // Records of consecutive paths, kept apart by shard of their cell.
+  // Records of consecutive paths, sorted into the shards of their cells.
   struct Batch {
     std::array<std::vector<CacheRecord>, kShards> shards;
     void Add(const CacheRecord& record) { shards[ShardOf(record.key)].push_back(record); }
   };
 
-  // Holds at most `max_cells`; what comes later is left out.
+  // Holds at most `max_cells` cells; records of further cells are dropped.
   CacheBuilder(const CacheGrid& grid, size_t max_cells);
 
   void Add(const std::vector<Batch>& batches);
-  // Cells met at least `min_records` times, nearly always by paths that found them rough. Where
-  // many of a cell's records are too bright, it is the place that is: the inside of a lamp's shade.
-  // There nothing is cut. What is cut elsewhere, being rare, is spread over the cell's region,
-  // to each cell as much as it is bright otherwise: none of it is lost or makes a blotch, and
+  // Makes the cache of cells met at least `min_records` times, nearly always by paths that found
+  // them rough. Where many of a cell's records are too bright, the place itself is bright (the
+  // inside of a lamp's shade), and nothing is clamped. Rare excess elsewhere is spread over the
+  // cell's region in proportion to the cells' other radiance: no energy is lost, blotches vanish,
   // shadows stay dark.
   RadianceCache Freeze(int min_records) const;
   const CacheGrid& grid() const { return grid_; }

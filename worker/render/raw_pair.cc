@@ -10,7 +10,7 @@
 namespace parallax {
 namespace {
 
-// Distances in a view: of rays that are unit vectors, TraceGroundTruth's depth is the distance.
+// Distances of a view: its rays are unit vectors, so TraceGroundTruth's depth is the distance.
 bool IsVisible(const ImageF& distances, const Vec2d& at, double distance) {
   const int width = distances.width(), height = distances.height();
   if (!(at.x() >= 0 && at.y() >= 0 && at.x() < width && at.y() < height)) return false;
@@ -25,7 +25,7 @@ bool IsVisible(const ImageF& distances, const Vec2d& at, double distance) {
   if (std::any_of(d, d + 4, near)) return true;
   if (std::any_of(d, d + 4, [](double v) { return v <= 0; })) return false;
   const double u = std::clamp(cx - x0, 0.0, 1.0), v = std::clamp(cy - y0, 0.0, 1.0);
-  // Along a plane the inverse is nearly linear.
+  // The inverse distance is nearly linear along a plane.
   return near(1 / ((1 - v) * ((1 - u) / d[0] + u / d[1]) + v * ((1 - u) / d[2] + u / d[3])));
 }
 

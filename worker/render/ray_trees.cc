@@ -10,14 +10,14 @@
 namespace parallax {
 namespace {
 
-constexpr float kDark = 1e-3f;  // Light weaker than this part of its own is as good as none.
+constexpr float kDark = 1e-3f;  // Relative strength below which light is dropped.
 
-// Embree hands the first member to the filter.
+// Embree passes a pointer to the first member to the filter.
 struct ShadowContext {
   RTCIntersectContext base;
   const ShadowFilter* filter;
   uint32_t rest;  // RayTrees::rest_.
-  // World; the filter of an instance is given the ray in the object's frame.
+  // World frame; the filter of an instance gets the ray in the object's frame.
   Vec3f origin, direction;
   Vec3f transmittance;
 };
@@ -33,7 +33,7 @@ bool Meets(RTCScene scene, const Vec3f& origin, const Vec3f& direction, float t_
   return query->hit.geomID != RTC_INVALID_GEOMETRY_ID;
 }
 
-// Shadow rays ask only geometry that may let light through; all else stays opaque at no cost.
+// Shadow rays filter only geometry that may transmit light; the rest is opaque at no cost.
 void FilterOcclusion(const RTCFilterFunctionNArguments* args) {
   auto* context = reinterpret_cast<ShadowContext*>(args->context);
   RawHit hit;
@@ -124,8 +124,8 @@ class RayTrees::Builder {
     return geometry;
   }
 
-  // A shared mesh whose uses differ in what lets light through needs the filter in one of its two
-  // trees.
+  // If the uses of a shared mesh differ in what transmits light, one of its two trees needs the
+  // filter.
   RTCScene Shared(const TreeBody& body, Tree tree) {
     RTCScene& scene = shared_[{body.mesh, body.filtered, tree}];
     if (scene) return scene;
@@ -228,7 +228,7 @@ void RayTrees::Intersect(Tree tree, const Rays8& rays, Mask8 lanes, bool coheren
   hits->position = rays.origin + rays.direction * hits->distance;
 }
 
-// All but the position.
+// Sets everything but the position.
 void RayTrees::IntersectPacket(Tree tree, const Rays8& rays, Mask8 lanes, Hits8* hits) const {
   alignas(32) RTCRayHit8 query;
   const auto put = [](auto* to, auto from) { std::memcpy(to, &from, sizeof(from)); };

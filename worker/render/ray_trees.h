@@ -1,11 +1,11 @@
 // Embree's trees over placed meshes, and the rays that are traced through them.
 //
-// Light is traced through a fast tree. Where rays may run exactly along the edge that two triangles
-// share, as those of ground truth do, it can let one slip through: they have a robust tree
-// (RTC_SCENE_FLAG_ROBUST), which takes two thirds longer. Both stand over the same meshes. Where
-// that would be too much memory, the robust one serves for both.
+// Light is traced through a fast tree. Rays of ground truth may run exactly along the edge that two
+// triangles share, where a fast tree can let them slip through: they use a robust tree
+// (RTC_SCENE_FLAG_ROBUST), which takes two thirds longer. Both are built over the same meshes.
+// Where that would need too much memory, the robust tree serves for both.
 //
-// Constant after Build but for Move; queries are thread-safe.
+// Constant after Build except for Move; queries are thread-safe.
 #pragma once
 
 #include <memory>
@@ -27,9 +27,10 @@ struct Ray {
   float spread = 0;
 };
 
+// A hit before its surface is identified.
 struct RawHit {
   float distance = 0;
-  uint32_t placed = 0;             // Which body.
+  uint32_t placed = 0;             // Index of the body.
   uint32_t triangle = 0;           // In that body's mesh.
   float u = 0, v = 0;              // Weights of the triangle's corners b and c.
   Vec3f position = Vec3f::Zero();  // World.
@@ -38,13 +39,14 @@ struct RawHit {
   Vec3f edge_cross = Vec3f::UnitZ();
 };
 
-// Up to eight rays, and what they meet; as above.
+// Up to eight rays, and their hits; fields are those of Ray and RawHit.
 struct Rays8 {
   Vec3x8 origin, direction;
 };
 
+// The hits of Rays8.
 struct Hits8 {
-  Mask8 met;  // Else the rest says nothing.
+  Mask8 met;  // Lanes with a hit; the others are undefined.
   Float8 distance, u, v;
   Int8 placed, triangle;
   Vec3x8 position, edge_cross;
@@ -60,52 +62,54 @@ struct Hits8 {
   }
 };
 
-// Asked by shadow rays what of their light passes a surface in their way.
+// Tells shadow rays the transmittance of a surface in their way.
 class ShadowFilter {
  public:
   virtual ~ShadowFilter() = default;
-  // `hit.distance` is not set.
+  // Transmittance at the hit, in [0, 1] by channel. `hit.distance` is not set.
   virtual Vec3f Passes(const RawHit& hit, const Vec3f& direction) const = 0;
 };
 
-// What is borrowed outlives the trees.
+// One mesh in the trees. Borrowed data must outlive the trees.
 struct TreeBody {
   const Mesh* mesh = nullptr;        // Its triangles; bodies that share it share a tree.
   const Vec3f* positions = nullptr;  // As many as the mesh has, and 4 bytes behind them.
-  bool instanced = false;            // Then in the object's frame, else in the world's.
+  bool instanced = false;            // Positions are in the object's frame, else in the world's.
   bool filtered = false;             // May let light through.
   bool moves = false;                // Instanced only: Move places it anew.
   Eigen::Affine3f world_from_object = Eigen::Affine3f::Identity();
 };
 
+// How the trees are built.
 struct TreeOptions {
   bool one_tree = false;  // No instances: worth a careful build.
   bool twins = false;     // A fast tree beside the robust one.
   int64_t memory_limit_bytes = 0;
 };
 
+// The trees of one scene.
 class RayTrees {
  public:
   enum class Tree { kFast, kRobust };
-  // Errors: kResourceExhausted when Embree needs more than the limit. Bodies' index = position in
-  // the list.
+  // Builds the trees; a body's index is its position in the list. Errors: kResourceExhausted when
+  // Embree needs more than the limit.
   static absl::StatusOr<std::unique_ptr<RayTrees>> Build(const std::vector<TreeBody>& bodies,
                                                          const TreeOptions& options);
   ~RayTrees();
 
-  // Places anew the bodies that move; `world_from_object` has a place for each of the first bodies,
-  // all movers among them. Only the top of the trees is built again. Errors: kInternal,
-  // kResourceExhausted: what Embree says.
+  // Places the moving bodies anew and rebuilds the top level only. `world_from_object` has a place
+  // for each of the first bodies, all movers among them. Errors: kResourceExhausted when Embree
+  // needs more than the limit; kInternal for its other errors.
   absl::Status Move(const std::vector<Eigen::Affine3f>& world_from_object);
   // Takes the bodies that move out of all trees, or puts them back. Errors: as Move.
   absl::Status ShowMovers(bool shown);
 
-  // The nearest hit beyond `t_min`; false if there is none.
+  // Finds the nearest hit beyond `t_min`; false if there is none.
   bool Intersect(Tree tree, const Ray& ray, float t_min, RawHit* hit) const;
-  // Likewise of these of eight, beyond 0. `coherent`: they leave side by side and go
-  // about the same way; then they go as a packet.
+  // The same for these of eight rays, beyond 0. `coherent`: the rays start close together and have
+  // similar directions, and are traced as a packet.
   void Intersect(Tree tree, const Rays8& rays, Mask8 lanes, bool coherent, Hits8* hits) const;
-  // Part of the light that passes from `origin` along unit `direction` for `distance`.
+  // Transmittance from `origin` along unit `direction` over `distance`, in [0, 1] by channel.
   Vec3f Transmittance(const ShadowFilter& filter, const Vec3f& origin, const Vec3f& direction,
                       float distance) const;
 
@@ -124,7 +128,7 @@ class RayTrees {
 
   std::unique_ptr<MemoryWatch> memory_;
   EmbreeDevice device_;
-  std::vector<EmbreeScene> shared_;  // Of instances.
+  std::vector<EmbreeScene> shared_;  // Trees of instanced meshes.
   EmbreeScene robust_, fast_;        // `fast_` may be none.
   std::vector<uint32_t> movers_;     // Bodies that move and have triangles.
   // Where bodies move, those that stand in the world's frame are one instance, with this id, so

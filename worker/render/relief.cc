@@ -5,7 +5,7 @@
 namespace parallax {
 namespace {
 
-// Relief is a few millimetres high: a wider footprint than this averages it away.
+// Relief is a few millimetres high: footprints wider than this average it away.
 constexpr float kWidestRelief_m = 0.1f;
 
 }  // namespace
@@ -22,7 +22,7 @@ PARALLAX_LANE_CLONES Vec3x8 BendNormals(const Material& material, const SurfaceP
   const Frame8 frame(normals);
   Tangents8 tangents;
   for (const int along : {0, 1}) {
-    // The direction in terms of the triangle's edges, then as far in texture space.
+    // Expresses the direction by the triangle's edges, and maps it to texture space.
     const Vec3x8& direction = along == 0 ? frame.x : frame.y;
     const Float8 b1 = Inner(direction, e1), b2 = Inner(direction, e2);
     const Float8 s = seen ? (g22 * b1 - g12 * b2) / determinant : Splat(0);

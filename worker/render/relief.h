@@ -1,4 +1,4 @@
-// Relief: how a material's heights bend the shading normals of eight hits.
+// Bump mapping: a material's heights bend the shading normals of eight hits.
 // Source: Blinn, "Simulation of wrinkled surfaces", SIGGRAPH 1978.
 #pragma once
 
@@ -13,8 +13,8 @@ struct Faces8 {
   Float8 u_edge[2], v_edge[2];
 };
 
-// `normals`: world, unit; so is what is returned. Those of slivers and of wide footprints are left
-// as they are.
+// Bends `normals` (world, unit) and returns them, world and unit. Normals of slivers and of wide
+// footprints stay as they are.
 Vec3x8 BendNormals(const Material& material, const SurfacePoint8& points, const Faces8& faces,
                    const Vec3x8& normals);
 

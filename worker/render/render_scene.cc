@@ -10,17 +10,17 @@
 namespace parallax {
 namespace {
 
-// What Build adds for each triangle of a tree, each vertex and each position, its peak included
-// (bench_scale measures it).
+// Memory that Build takes for each triangle of a tree, each vertex and each position, its peak
+// included (bench_scale measures it).
 constexpr int64_t kBytesPerTriangle = 130;
 constexpr int64_t kBytesPerVertex = 32;  // For shading; copies of a mesh share it.
 constexpr int64_t kBytesPerPosition = 12;
 constexpr int64_t kBytesPerInstance = 470;
 
-// How a scene is stored.
+// The layout of a scene in memory.
 struct Plan {
-  // One tree over everything, with triangles split where that helps, is traced a good deal faster
-  // than a tree of trees; it costs build time and memory for every copy of a mesh.
+  // One tree over everything, with triangles split where that helps, traces a good deal faster than
+  // a tree of trees, but costs build time and memory for every copy of a mesh.
   bool one_tree = false;
   bool twins = false;
   int64_t triangles = 0, vertices = 0, positions = 0;  // Copies that are stored apart count.
@@ -300,8 +300,8 @@ absl::Status RenderScene::Move(const std::vector<Eigen::Affine3f>& world_from_ob
   return trees_->Move(world_from_object);
 }
 
-// Materials have no flags of their own: each is asked at points of a cube, seen from six sides and
-// at corners of pictures. A trait that shows at none of these points does not show in shadows
+// Materials declare no traits, so each is sampled at points of a cube, seen from six
+// sides, and at corners of pictures. A trait that no sample shows will not show in shadows
 // either.
 void RenderScene::ProbeMaterials() {
   traits_.resize(geometry_.materials.size());
@@ -313,8 +313,8 @@ void RenderScene::ProbeMaterials() {
     float first_height = 0;
     for (uint32_t k = 0; k < 512; ++k) {
       SurfacePoint point;
-      // Additive recurrence of the plastic constant in three dimensions: even cover of a cube of
-      // 0.7 m.
+      // Additive recurrence of the plastic constant in three dimensions: covers a cube of 0.7 m
+      // evenly.
       const auto n = static_cast<float>(k);
       point.texture_m = Vec3f(std::fmod(n * 0.8191725f, 1.0f), std::fmod(n * 0.6710436f, 1.0f),
                               std::fmod(n * 0.5497005f, 1.0f)) *

@@ -1,9 +1,8 @@
-// The scene as rays see it: placed meshes in one Embree scene, materials, and what a hit means.
+// The scene that rays see: placed meshes in Embree trees, their materials, and the data of hits.
 //
 // Meshes that several objects share are instanced; others are built in world space. Bodies are the
-// placed meshes, then the instances of prototypes. Geometry id or, for instances, instance id =
-// index of the body. Constant after Build but for Move; queries
-// are thread-safe.
+// placed meshes, then the instances of prototypes; the geometry id or, for instances, the instance
+// id is the index of the body. Constant after Build except for Move; queries are thread-safe.
 #pragma once
 
 #include <memory>
@@ -17,41 +16,42 @@
 
 namespace parallax {
 
-// Which surface a hit is on; all that the radiance cache asks for.
+// The surface of a hit; all that the radiance cache needs.
 struct SurfaceId {
-  Vec3f geometric_normal =
-      Vec3f::UnitZ();      // World, unit, on the side of counter-clockwise winding.
-  float doubled_area = 0;  // Of the triangle, m^2.
+  // World, unit, on the side of counter-clockwise winding.
+  Vec3f geometric_normal = Vec3f::UnitZ();
+  float doubled_area = 0;  // Twice the triangle's area, m^2.
   uint16_t slot = 0;
   uint32_t material = 0;  // SceneMaterial.index; 0 = none bound.
 };
 
-// What the radiance cache takes for one: a mesh by itself, or, of plants and of what lies about in
-// numbers, all meshes alike.
+// The unit that the radiance cache treats as one surface: a mesh by itself or, for plants and
+// things in large numbers, all copies of the same mesh.
 struct CacheGroup {
   static constexpr float kCoarse = 2.5f;  // Cells among leaves over those on walls.
 
-  uint32_t id = 0;      // The first mesh of the group; of instances, their prototype behind them.
+  // The group's first mesh or, for instances, prototype (numbered behind them).
+  uint32_t id = 0;
   uint32_t sheets = 0;  // Slots that are sheets (MaterialSlot::sheet), as bits.
 
   bool Sheet(uint16_t slot) const { return slot < 32 && (sheets >> slot & 1) != 0; }
   float Coarse(uint16_t slot) const { return Sheet(slot) ? kCoarse : 1.0f; }
 };
 
-// Of eight hits.
+// The surfaces of eight hits.
 struct SurfaceIds8 {
   Vec3x8 geometric_normal;
   Float8 doubled_area;
   Int8 slot, material;
 };
 
-// Up to eight hits that are to be looked at.
+// Up to eight hits whose materials are to be evaluated.
 struct HitBatch8 {
   Int8 placed, triangle;
   Float8 u, v;
   Vec3x8 geometric_normal;
   Float8 doubled_area;
-  Float8 footprint_m;  // Of the rays.
+  Float8 footprint_m;  // Width of the rays' cones at the hits.
   int count = 0;
 
   void Add(const RawHit& raw, const SurfaceId& id, float footprint) {
@@ -66,20 +66,20 @@ struct HitBatch8 {
   }
 };
 
-// Where eight hits are. Lanes beyond the last hold a copy of it.
+// Geometry of eight hits. Lanes beyond the last hold a copy of it.
 struct Interpolated8 {
   SurfacePoint8 points;   // For their materials.
   Vec3x8 shading_normal;  // World, unit, on the side of the geometric one.
-  Faces8 faces;           // All but the edges in the world.
+  Faces8 faces;           // Complete except for the edges in the world.
 };
 
-// What eight hits look like.
+// Surface properties at eight hits.
 struct MaterialSample8 {
   SurfaceSample8 surface;
   Vec3x8 shading_normal;  // Bent by the material's relief.
 };
 
-// What sampling a material at many points says about it, so that nobody asks it needlessly.
+// Facts found by sampling a material at many points, so that it is not evaluated needlessly.
 struct MaterialTraits {
   bool may_be_open = false;          // Opacity < 1 somewhere.
   bool may_be_transmissive = false;  // Transmission > 0 somewhere.
@@ -87,32 +87,34 @@ struct MaterialTraits {
   bool may_be_mirror = false;        // Metallic and smooth somewhere.
   bool may_be_translucent = false;   // Sheets of it let scattered light through somewhere.
   bool has_relief = false;           // Height is not constant.
-  // Open, transmissive or emissive somewhere: what it sends out is not only what it scatters.
+  // Open, transmissive or emissive somewhere: sends out more than scattered light.
   bool needs_tracing = false;
 };
 
+// Geometry, materials and trees of one scene.
 class RenderScene final : public ShadowFilter {
  public:
+  // Builds trees and tables. `movable`: every mesh is instanced, so that Move is cheap.
   // Errors: kResourceExhausted when Embree needs more than `memory_limit_bytes` (0: the machine's
   // memory) or allocation fails; kInvalidArgument for a placed mesh without mesh or with a material
   // index out of range.
-  // `movers`: by mesh, whether it can be moved; those are instanced. Empty: none can.
+  // `movers`: whether each mesh can be moved; those are instances. Empty: none can.
   static absl::StatusOr<std::unique_ptr<RenderScene>> Build(SceneGeometry geometry,
                                                             int64_t memory_limit_bytes,
                                                             std::vector<bool> movers = {});
   ~RenderScene() override;
 
-  // Places the movers anew; `world_from_object` is in order of geometry().meshes, and what it says
-  // of other meshes is not read. Only the top of the acceleration structure is built again. Not
-  // while rays are under way. Errors: kInvalidArgument without movers, or for another number of
-  // placements; kInternal for what Embree says.
+  // Places the movers anew; `world_from_object` is in order of geometry().meshes, and its places of
+  // other meshes are not read. Only the top of the acceleration structure is rebuilt. Not while
+  // rays are traced. Errors: kInvalidArgument without movers, or for another number of placements;
+  // as RayTrees::Move.
   absl::Status Move(const std::vector<Eigen::Affine3f>& world_from_object);
   // Takes the movers out of the acceleration structure, or puts them back.
   // Errors: kInternal for what Embree says.
   absl::Status ShowMovers(bool shown) { return trees_->ShowMovers(shown); }
 
-  // RawHit.placed is a body: below geometry().meshes.size() one of these, from there on an
-  // instance.
+  // RawHit.placed is the index of a body: a mesh below geometry().meshes.size(), an instance from
+  // there on.
   const RayTrees& trees() const { return *trees_; }
   size_t body_count() const { return geometry_.meshes.size() + geometry_.instances.size(); }
   uint32_t ObjectIndex(uint32_t placed) const {
@@ -124,23 +126,23 @@ class RenderScene final : public ShadowFilter {
     return placed < geometry_.meshes.size() ? *geometry_.meshes[placed].mesh
                                             : *PrototypeOf(placed).mesh;
   }
-  // Part of the light that passes from `origin` along unit `direction` for `distance`: 0 when
-  // something opaque stands there; holes (opacity) and thin glass weaken it.
+  // Transmittance from `origin` along unit `direction` over `distance`: 0 behind opaque surfaces;
+  // holes (opacity) and thin glass weaken it.
   Vec3f Transmittance(const Vec3f& origin, const Vec3f& direction, float distance) const {
     return trees_->Transmittance(*this, origin, direction, distance);
   }
   Vec3f Passes(const RawHit& hit, const Vec3f& direction) const override;
 
-  // Begin to fetch from memory what Identify, and what Interpolate reads beyond that.
+  // Prefetch the data that Identify, and then Interpolate, reads.
   void Prefetch(const Hits8& hits) const;
   void PrefetchVertices(uint32_t placed, uint32_t triangle) const;
   SurfaceId Identify(const RawHit& hit) const;
   SurfaceIds8 Identify(const Hits8& hits) const;
-  // Of one to eight.
+  // Interpolated vertex data of one to eight hits.
   Interpolated8 Interpolate(const HitBatch8& batch) const;
-  // Of one to eight on this material; objects without a material are plain grey.
+  // Materials of one to eight hits on `material`; objects without a material are plain grey.
   MaterialSample8 EvaluateMaterial(const HitBatch8& batch, uint32_t material) const;
-  // The surface there, without its relief.
+  // The surface at the hit, without its relief.
   SurfaceSample Evaluate(const RawHit& hit, const SurfaceId& id, float footprint_m) const;
   // A triangle's corners in the world, as rays see them.
   void Corners(uint32_t placed, uint32_t triangle, Vec3f corners[3]) const;
@@ -156,9 +158,9 @@ class RenderScene final : public ShadowFilter {
 
  private:
   struct Body;    // The part of a body that every hit reads.
-  struct Place;   // How a body stands.
+  struct Place;   // A body's placement.
   struct Stored;  // The arrays that a mesh or a prototype owns.
-  struct Vertex;  // What shading reads of a vertex, packed for the cache.
+  struct Vertex;  // The vertex data that shading reads, packed for the CPU's cache.
 
   RenderScene();
   absl::Status CheckReferences() const;
@@ -195,17 +197,17 @@ class RenderScene final : public ShadowFilter {
   std::unique_ptr<RayTrees> trees_;
 };
 
-// How far from a surface at `position` rays start and end, clear of the surface itself.
+// Distance from a surface at `position` within which rays neither start nor end.
 inline float OffsetDistance(const Vec3f& position) {
   return 2e-5f + 2e-6f * position.cwiseAbs().maxCoeff();
 }
 
-// A start for a ray that leaves `position` towards the side of `normal`.
+// Origin of a ray that leaves `position` on the side of `normal`.
 inline Vec3f OffsetPoint(const Vec3f& position, const Vec3f& normal) {
   return position + normal * OffsetDistance(position);
 }
 
-// Likewise, of eight.
+// The same for eight.
 inline Float8 OffsetDistance(const Vec3x8& position) {
   return 2e-5f + 2e-6f * Max(Max(Abs(position.x), Abs(position.y)), Abs(position.z));
 }

@@ -1,4 +1,4 @@
-// How RenderScene keeps its bodies: for the two sources that store and that read them.
+// RenderScene's storage of bodies, for the sources that fill it and read it.
 #pragma once
 
 #include "common/math/lanes.h"
@@ -6,9 +6,10 @@
 
 namespace parallax {
 
-// Embree reads 16 bytes at a float3: the last vertex needs one more float behind it.
+// Embree reads 16 bytes at a float3: one more float must follow the last vertex.
 using Positions = std::vector<Vec3f>;
 
+// One vertex in 32 bytes, loaded into lanes at once.
 struct alignas(32) RenderScene::Vertex {
   Vec3f normal;
   Vec3f texture;
@@ -19,8 +20,8 @@ struct alignas(32) RenderScene::Vertex {
   Float8 Load() const { return _mm256_load_ps(normal.data()); }
 };
 
-// The part of a body that every hit reads, half a line of the cache: shading waits for memory more
-// than it computes.
+// The part of a body that every hit reads, half a cache line: shading waits for memory more than it
+// computes.
 struct alignas(32) RenderScene::Body {
   const Triangle* triangles = nullptr;
   const Vertex* vertices = nullptr;  // Object frame.
@@ -30,7 +31,7 @@ struct alignas(32) RenderScene::Body {
   bool instanced = false;
 };
 
-// How a body stands.
+// A body's placement: for normals, and the scale of footprints.
 struct alignas(64) RenderScene::Place {
   Mat3f normal_from_object = Mat3f::Identity();
   float scale = 1;

@@ -32,7 +32,7 @@ namespace parallax {
 namespace {
 
 constexpr int kTile = 16;
-constexpr int kFew = 16;  // Samples of a pixel; with as many, none need others of their own.
+constexpr int kFew = 16;             // Fewer samples than this need extra ones.
 constexpr int kBytesPerPixel = 400;  // Both eyes' films and maps, the denoiser's buffers.
 constexpr int kFlowBytesPerPixel = 52;
 
@@ -90,15 +90,15 @@ class SceneRenderer final : public Renderer {
     double pixels;
     std::atomic<int64_t> done{0};
     std::atomic<uint64_t> rays{0};
-    // Tracing is nearly all of the work; the rest is the last twentieth.
+    // Tracing takes nearly all of the time; the rest counts as the last twentieth.
     void Add(int64_t count) {
       const int64_t now = done.fetch_add(count) + count;
       if (progress) progress(0.95 * static_cast<double>(now) / pixels);
     }
   };
 
-  // Dense scenes: everything stands as the rig's keyframe says. Meshes, their acceleration
-  // structures and materials are those of the scene.
+  // In dense scenes, moves everything to the rig's keyframe. Meshes, their acceleration structures
+  // and materials are those of the scene.
   absl::Status Enter(const v1::Rig& rig) {
     if (keyframes_.empty()) return moving_.MoveTo(rig.time_s());
     const auto found = keyframes_.find(rig.index());
@@ -185,7 +185,7 @@ class SceneRenderer final : public Renderer {
       TraceGuides(camera, stream(eye, 4), cancel, &meter, &*films[eye]);
       if (cancel.cancelled()) return CancelledError();
     }
-    // From what was traced, not from what the denoiser made of it: the same on every machine. A
+    // Uses the traced radiance rather than the denoised one: it is the same on every machine. A
     // left eye that several rigs share is exposed by itself, so that it has one picture.
     frame.exposure =
         kept ? kept->exposure
@@ -220,10 +220,10 @@ class SceneRenderer final : public Renderer {
     return frame;
   }
 
-  // The pair before rectification, exposed as the rectified one.
+  // Renders the pair before rectification, with the exposure of the rectified pair.
   absl::Status RenderRaw(const v1::Rig& rig, float clamp, const CancelToken& cancel, Meter* meter,
                          StereoFrame* frame) const {
-    constexpr int kFirstStream = 2;  // Of eyes: the noise of no two pictures is the same.
+    constexpr int kFirstStream = 2;  // The eyes' streams: no two pictures share their noise.
     const SteadyTime start = Clock::System().Steady();
     ASSIGN_OR_RETURN(const StereoCamera raw, StereoCamera::RawFromRig(rig));
     RETURN_IF_ERROR(
@@ -272,7 +272,7 @@ class SceneRenderer final : public Renderer {
     return {scene_seed_, rig.index(), static_cast<uint32_t>(eye), pass};
   }
 
-  // All but what is brighter than the display shows.
+  // Denoises everything but the light above the display's range.
   absl::Status Denoise(float exposure, const CancelToken& cancel, Film* film) const {
     const ImageF3 excess = TakeExcess(Overexposed(film->color, exposure), exposure, &film->color);
     RETURN_IF_ERROR(denoiser_->Execute(cancel, film->albedo, film->normal, &film->color));
@@ -291,10 +291,10 @@ class SceneRenderer final : public Renderer {
     return options;
   }
 
-  // From all rigs of the recipe, whichever of them are rendered here: pictures do not depend on how
-  // a scene's rigs are shared out among jobs.
+  // Fills from all rigs of the recipe, whichever are rendered here, so that pictures do not depend
+  // on how a scene's rigs are split among jobs.
   absl::Status FillCache(const CancelToken& cancel) {
-    // What stands anew for every rig shares no light.
+    // Keyframes place objects and lights anew for every rig: rigs can't share a cache.
     if (cache_ || profile_.cache_paths == 0 || !keyframes_.empty()) return absl::OkStatus();
     std::vector<StereoCamera> cameras;
     for (const v1::Rig& rig : book_.rigs()) {
@@ -311,8 +311,8 @@ class SceneRenderer final : public Renderer {
     return absl::OkStatus();
   }
 
-  // Mean luminance of a coarse, cheap picture of both eyes: what "too bright" is measured by.
-  // Bright lamps seen directly are cut so that they don't raise it.
+  // Mean luminance of a coarse, cheap picture of both eyes, the reference for clamping. Bright
+  // lamps seen directly are clamped so that they do not raise it.
   float PilotLuminance(uint32_t rig, const StereoCamera& stereo) const {
     constexpr int kColumns = 64;
     constexpr int kRows = 36;
@@ -342,11 +342,11 @@ class SceneRenderer final : public Renderer {
     });
     float sum = 0;
     for (const float row : rows) sum += row;
-    // Square of the mean root: between the geometric and the arithmetic mean, calm under noise.
+    // Square of the mean square root: between geometric and arithmetic mean, and robust to noise.
     return std::max(Square(sum / (2 * kRows * kColumns)), 1e-3f);
   }
 
-  // The exact disparities that samples are compared with.
+  // The exact disparities with which samples are compared.
   struct Truth {
     ImageF disparity_px;  // Empty: none.
     double focal_times_baseline = 0;
@@ -384,14 +384,14 @@ class SceneRenderer final : public Renderer {
     });
   }
 
-  // Few are spread over neighbouring pixels together; with many a pixel stands for itself.
+  // Few samples are spread over neighbouring pixels together; many are spread within each pixel.
   static bool SampleTogether(const PinholeCamera& camera, int samples) {
     constexpr int kMost = 64;
     constexpr int kWidest = 1 << 13;  // Beyond, they could not be numbered.
     return samples <= kMost && std::max(camera.width_px, camera.height_px) <= kWidest;
   }
 
-  // More samples of what guides the denoiser, without light, where a pixel's few differ.
+  // Adds samples of the denoiser's guides, without light, where a pixel's few samples differ.
   void TraceGuides(const PinholeCamera& camera, const SampleStream& stream,
                    const CancelToken& cancel, Meter* meter, Film* film) const {
     constexpr int kMore = 8;
@@ -402,7 +402,7 @@ class SceneRenderer final : public Renderer {
     TraceAnew(camera, {stream.Hash(), kMore}, options, film->MixedPixels(), cancel, meter, film);
   }
 
-  // Edges of what is brighter than the display shows, with more samples anew.
+  // Renders the edges of overexposed regions again, with more samples.
   void TraceEdges(const PinholeCamera& camera, const SampleStream& stream, float clamp,
                   float exposure, const CancelToken& cancel, Meter* meter, Film* film) const {
     constexpr int kTimes = 4;
@@ -412,7 +412,7 @@ class SceneRenderer final : public Renderer {
               EdgesOf(Overexposed(film->color, exposure)), cancel, meter, film);
   }
 
-  // Some pixels, each for itself.
+  // Renders single pixels independently.
   void TraceAnew(const PinholeCamera& camera, const PixelSampling& sampling,
                  const PathOptions& options, const std::vector<PixelAt>& pixels,
                  const CancelToken& cancel, Meter* meter, Film* film) const {
@@ -431,14 +431,14 @@ class SceneRenderer final : public Renderer {
 
   const RigBook book_;
   const RenderProfile profile_;
-  const bool with_raw_;   // Rigs that have raw cameras show what these see, too.
-  const bool with_flow_;  // To the neighbours of a sequence.
+  const bool with_raw_;   // Also renders the raw cameras of rigs that have them.
+  const bool with_flow_;  // Also traces flow to the neighbours of a sequence.
   const std::unique_ptr<RenderScene> geometry_;
   MovingScene moving_;
-  LightTable lights_;  // Constant but for keyframes.
+  LightTable lights_;  // Constant except for keyframes.
   const std::unique_ptr<Denoiser> denoiser_;
   std::map<uint32_t, v1::Keyframe> keyframes_;  // By rig index; none unless the scene has them.
-  v1::Scene lit_recipe_;                // Of keyframes: the recipe with one's lights and sky.
+  v1::Scene lit_recipe_;                // Used by keyframes: the recipe, lit by one of them.
   std::optional<RadianceCache> cache_;  // Filled by the first rig that is rendered.
   std::optional<KeptLeft> kept_left_;   // The last that may be asked for again.
 };

@@ -1,5 +1,5 @@
-// Pays once for each scene what its rigs share: geometry, acceleration structure, light tables,
-// denoiser.
+// Renders the rigs of one scene. Geometry, acceleration structure, light tables and denoiser are
+// made once and shared by them.
 #pragma once
 
 #include <functional>

@@ -1,10 +1,9 @@
 // Low-discrepancy points: each pair of dimensions is an Owen-scrambled Sobol' (0,2)-sequence,
-// shuffled so that pairs are independent of one another. Either every pixel has its own; or the
-// pixels of an image share one, taken along a Z-curve: then not only a pixel's samples but those of
-// every 2^n x 2^n neighbourhood are well spread together, so that what error is left differs from
-// pixel to pixel and a denoiser averages it away. Points depend on stream, pixel and sample only:
-// images do not depend on threads or tiles, and two eyes with different streams have independent
-// noise.
+// shuffled so that pairs are independent of one another. Either every pixel has its own sequence;
+// or the pixels of an image share one, taken along a Z-curve: then the samples of every 2^n x 2^n
+// neighbourhood are well distributed together, the remaining error differs from pixel to pixel, and
+// a denoiser averages it away. Points depend on stream, pixel and sample only: images do not depend
+// on threads or tiles, and two eyes with different streams have independent noise.
 //
 // Source: Burley, "Practical hash-based Owen scrambling", JCGT 2020; Ahmed and Wonka, "Screen-space
 // blue-noise diffusion of Monte Carlo sampling error via hierarchical ordering of pixels", 2020.
@@ -27,17 +26,18 @@ inline Bits MixBits(Bits x) {
   x ^= x >> 15;
   return x;
 }
+// Hash of `value` under `seed`.
 template <typename Bits>
 inline Bits CombineHash(Bits seed, Bits value) {
   return MixBits(seed ^ (value * 0x9e3779b9u + 0x7f4a7c15u + (seed << 6) + (seed >> 2)));
 }
 
-// Which image a sampler belongs to; with the pixel it is all that its points depend on.
+// The image that a sampler belongs to. Its points depend on this, the pixel and the sample only.
 struct SampleStream {
   uint64_t scene_seed = 0;
   uint32_t rig = 0;
-  uint32_t eye = 0;   // 0 left, 1 right.
-  uint32_t pass = 0;  // 0 image, 1 pilot, 2 cache, 3 edges of what is overexposed.
+  uint32_t eye = 0;   // 0 left, 1 right; 2 and 3 are those of the raw pair.
+  uint32_t pass = 0;  // 0 image, 1 pilot, 2 cache, 3 overexposed edges, 4 guides.
 
   uint32_t Hash() const {
     uint32_t h = MixBits(static_cast<uint32_t>(scene_seed) + 0x5bd1e995u);
@@ -53,13 +53,13 @@ class Sampler {
  public:
   Sampler(uint32_t stream_hash, uint32_t x, uint32_t y, uint32_t sample)
       : seed_(SeedOfPixel(stream_hash, x, y)), sample_(sample) {}
-  // Of an image whose pixels share a sequence: 2^log2_samples samples a pixel. Where x, y < 2^k,
-  // 2 k + log2_samples must not be above 32.
+  // A sampler of an image whose pixels share one sequence: 2^log2_samples samples a pixel. Where x,
+  // y < 2^k, 2 k + log2_samples must not be above 32.
   static Sampler OfImage(uint32_t stream_hash, uint32_t x, uint32_t y, int log2_samples,
                          uint32_t sample) {
     return Sampler(stream_hash, NumberInImage(x, y, log2_samples, sample));
   }
-  // What the two kinds of samplers are made of; of one, or of eight in lanes.
+  // The seed and sample number of both kinds of samplers; for one sampler or eight lanes.
   template <typename Bits>
   static Bits SeedOfPixel(Bits stream_hash, Bits x, Bits y) {
     return CombineHash(CombineHash(stream_hash, x), y);
@@ -77,13 +77,13 @@ class Sampler {
             ToUnit(Scramble(SecondDimension(first), MixBits(seed + 2)))};
   }
 
-  // The pairs of eight samplers of these seeds and samples, at these dimensions, as Pair gives
-  // them.
+  // The pairs that Pair would give for eight samplers of these seeds and samples, at these
+  // dimensions.
   static void Pairs(Bits8 seed, Bits8 sample, Bits8 dimension, Float8* u, Float8* v) {
     Points(Reverse(sample), CombineHash(seed, dimension), u, v);
   }
-  // The next `count` pairs of each. Where all eight have one seed and dimension, as the pixels of
-  // an image have at first, hashes are computed once.
+  // Passes the next `count` pairs of each to `put`. Hashes are computed once where all eight lanes
+  // have one seed and dimension, as the pixels of an image do at first.
   template <typename PutPair>
   [[gnu::always_inline]] static void Draw(Bits8 seed, Bits8 sample, Bits8 dimension, uint32_t count,
                                           PutPair put) {
@@ -100,8 +100,8 @@ class Sampler {
     }
   }
 
-  // A number of each of eight samplers that need not be well spread, for `use` (which of a
-  // dimension's): a third of a pair's cost.
+  // One random number in [0, 1) for each of eight samplers that need not be well distributed; `use`
+  // tells several of one dimension apart. Costs a third of a pair.
   static Float8 Random(Bits8 seed, Bits8 sample, Bits8 dimension, uint32_t use) {
     return ToUnit(MixBits(CombineHash(seed + use, dimension) ^ (sample * 0x9e3779b9u)));
   }
@@ -110,7 +110,7 @@ class Sampler {
   uint32_t sample() const { return sample_; }
   uint32_t dimension() const { return dimension_; }
 
-  // Of the Sobol' sequence's second dimension, from the bit-reversed index. Its matrix is Pascal's
+  // The Sobol' sequence's second dimension, from the bit-reversed index. Its matrix is Pascal's
   // triangle modulo 2, so the product is a sum over supersets of bit positions: five shifts.
   template <typename Bits>
   static Bits SecondDimension(Bits reversed) {
@@ -124,7 +124,7 @@ class Sampler {
   }
 
  private:
-  // `seeds`: one for all eight, or eight. `reversed`: bits of the samples' numbers.
+  // `seeds`: one for all eight, or eight. `reversed`: bit-reversed sample numbers.
   template <typename Seeds>
   [[gnu::always_inline]] static void Points(Bits8 reversed, Seeds seeds, Float8* u, Float8* v) {
     // The shuffled index. Both dimensions are scrambled from its lowest bit up, so the second one's
@@ -144,7 +144,7 @@ class Sampler {
   }
 
   Sampler(uint32_t seed, uint32_t index) : seed_(seed), sample_(index) {}
-  // The 16 low bits moved to the even places.
+  // Moves the 16 low bits to the even places.
   template <typename Bits>
   static Bits Spread(Bits x) {
     x = (x | x << 8) & 0x00ff00ffu;
@@ -158,7 +158,7 @@ class Sampler {
     x = ((x & 0x33333333u) << 2) | ((x >> 2) & 0x33333333u);
     return ((x & 0x55555555u) << 1) | ((x >> 1) & 0x55555555u);
   }
-  // Bytes by a shuffle, their halves by tables.
+  // Reverses bytes by a shuffle, their halves by tables.
   static Bits8 Reverse(Bits8 x) {
     const __m256i low = _mm256_set1_epi8(0x0f);
     const __m256i reversed = _mm256_broadcastsi128_si256(

@@ -1,5 +1,5 @@
-// Small geometry and warps of light transport: orthonormal frames, maps from the unit square to
-// directions and triangles, MIS.
+// Sampling tools of light transport: orthonormal frames, maps from the unit square to directions
+// and triangles, MIS. Pure functions.
 #pragma once
 
 #include <algorithm>
@@ -17,6 +17,7 @@ inline constexpr float kInvPi = 0.31830988618379067154f;
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 inline float Square(float x) { return x * x; }
+// Whether no channel is above 0.
 inline bool IsBlack(const Vec3f& rgb) { return !(rgb.maxCoeff() > 0.0f); }
 
 // A right-handed frame around the unit vector z.
@@ -35,7 +36,7 @@ struct ShadingFrame {
   Vec3f ToLocal(const Vec3f& world) const { return {x.dot(world), y.dot(world), z.dot(world)}; }
 };
 
-// One around each of eight.
+// The same around eight normals.
 struct Frame8 {
   Vec3x8 x, y, z;
 
@@ -52,7 +53,7 @@ struct Frame8 {
   }
 };
 
-// A direction with the given cosine to +z.
+// The unit direction with this cosine to +z and this azimuth, radians.
 inline Vec3f DirectionAt(float cos_theta, float phi) {
   const float sin_theta = std::sqrt(std::max(0.0f, 1.0f - Square(cos_theta)));
   return {sin_theta * std::cos(phi), sin_theta * std::sin(phi), cos_theta};
@@ -64,7 +65,7 @@ struct Turn8 {
   explicit Turn8(Float8 angle) : sine(Sin(angle)), cosine(Cos(angle)) {}
 };
 
-// Weight of the strategy with density `a` against one other with density `b`.
+// MIS weight of the strategy with density `a` against one with density `b`: the power heuristic.
 inline float PowerHeuristic(float a, float b) {
   if (!std::isfinite(a)) return 1.0f;
   const float a2 = a * a;

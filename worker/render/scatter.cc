@@ -5,8 +5,8 @@
 namespace parallax {
 namespace {
 
-// The shading normal on the viewer's side, bent just enough that the mirror direction does not dip
-// below the surface (which would turn glossy relief black).
+// The shading normal on the viewer's side, bent just enough that the mirror direction stays above
+// the surface (below it, glossy relief would turn black).
 Vec3x8 UsableNormal(const Vec3x8& shading, const Vec3x8& geometric, const Vec3x8& out) {
   Vec3x8 n = shading;
   const Float8 facing = Dot(n, out);
@@ -23,16 +23,16 @@ Vec3x8 UsableNormal(const Vec3x8& shading, const Vec3x8& geometric, const Vec3x8
   return n;
 }
 
-// Where a smooth mesh's face is lit from near its true horizon: rises from 0 to 1 within half the
-// angle (its sine squared is `bend2`) by which the shading normal leans away from the true one. So
-// coarse faces cast no hard edge, and little light is lost: a factor that reaches further down to
-// the face (Chiang et al. 2019) took 0.7 % of a room's.
+// Softens the terminator of a smooth mesh's face near its true horizon: rises from 0 to 1 within
+// half the angle (its sine squared is `bend2`) between shading and true normal. Thus coarse faces
+// cast no hard edge, and little light is lost: a factor that reaches further (Chiang et al. 2019)
+// lost 0.7 % of a room's.
 Float8 TerminatorFactor(Float8 true_cosine, Float8 bend2) {
   const Float8 t = 2.0f * true_cosine / Sqrt(bend2);
   return 4.0f * true_cosine * true_cosine >= bend2 ? Splat(1) : t * t * (3.0f - 2.0f * t);
 }
 
-// Weight of the strategy with density `a` against one other with density `b`.
+// Weight of the strategy with density `a` against another with density `b`.
 Float8 PowerHeuristic(Float8 a, Float8 b) {
   const Float8 a2 = a * a;
   return IsFinite(a2) ? a2 / (a2 + b * b) : Splat(1);
@@ -77,9 +77,9 @@ PARALLAX_LANE_CLONES void Scatter8::Light(bool weighted, Shadow8* out) const {
   shadow.lit = (at_.light.pdf > 0.0f) & ~bsdf_.mirror_like() & (part > 0.0f) &
                (MaxCoeff(shadow.contribution) > 1e-7f) & IsFinite(shadow.contribution);
 
-  // It leaves clear of the surface. It is aimed anew at the light's point and ends clear of that:
-  // the start is nearer to the light by more than a fixed part of a short way, and the light would
-  // shade itself.
+  // The ray starts clear of the surface and is aimed again at the light's point, ending clear
+  // of that: otherwise, on short distances, the shifted start would let the light shade
+  // itself.
   shadow.origin = OffsetPoint(at_.position, Select(i.z > 0.0f, at_.normal, -at_.normal));
   const Mask8 far = ~IsFinite(at_.light.distance);
   const Vec3x8 target = at_.position + world * at_.light.distance;
@@ -90,7 +90,7 @@ PARALLAX_LANE_CLONES void Scatter8::Light(bool weighted, Shadow8* out) const {
   shadow.direction = Select(far, world, to * (1.0f / distance));
 }
 
-// Towards a bright spot or by the BSDF alone, with the density of that mixture.
+// Samples a bright spot or the BSDF, with the density of their mixture.
 PARALLAX_LANE_CLONES BsdfSample8 Scatter8::SampleBsdf() const {
   BsdfSample8 next;
   const Mask8 to_spot = at_.choice < spot_share_;

@@ -1,5 +1,5 @@
-// Radiance in 32 bits: three mantissas of 9 bits under one exponent, rounded to the nearest; off
-// by at most 1/512 of the largest channel. Up to 65408; steps are never below 2^-24.
+// Radiance in 32 bits: three mantissas of 9 bits under one exponent, rounded to nearest, off by at
+// most 1/512 of the largest channel. Range up to 65408, in steps of 2^-24 or more.
 // Source: Khronos, EXT_texture_shared_exponent, appendix.
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace parallax {
 
-// Negative channels become 0, what is too bright the largest value.
+// Negative channels become 0, too bright ones the largest value.
 inline uint32_t PackRadiance(const Vec3f& rgb) {
   constexpr float kLargest = 65408.0f;
   const Vec3f c = rgb.cwiseMax(0.0f).cwiseMin(kLargest);
@@ -25,6 +25,7 @@ inline uint32_t PackRadiance(const Vec3f& rgb) {
          static_cast<uint32_t>(exponent + 15) << 27;
 }
 
+// The inverse of PackRadiance, but for its rounding.
 inline Vec3f UnpackRadiance(uint32_t packed) {
   // 2^(exponent - 15 - 9), put together bit by bit.
   const float scale = __builtin_bit_cast(float, ((packed >> 27) + 127 - 24) << 23);

@@ -5,10 +5,10 @@
 namespace parallax {
 namespace {
 
-constexpr float kRadiancePerKilocandela = 0.9f;  // So that sun and overcast sky stand as in nature.
-// Of red, green and blue light (610, 550, 465 nm) by air and haze of kTurbidity, one air mass.
+constexpr float kRadiancePerKilocandela = 0.9f;  // Balances sun and overcast sky as in nature.
+// Extinction of red, green, blue (610, 550, 465 nm) in air and haze of kTurbidity, one air mass.
 const Vec3f kExtinction(0.241f, 0.301f, 0.448f);
-// What haze adds to it for each unit of turbidity: 0.04608 lambda^-1.3, lambda in micrometres.
+// Haze adds this for each unit of turbidity: 0.04608 lambda^-1.3, lambda in micrometres.
 const Vec3f kHazeExtinction(0.0876f, 0.1002f, 0.1247f);
 constexpr float kLeastTurbidity = 1.8f, kMostTurbidity = 10.0f;  // The model's range.
 
@@ -53,7 +53,7 @@ SkyModel::SkyModel(const v1::Sky& sky, bool ground, std::shared_ptr<const Enviro
   if (has_sun_) SetSun(elevation, strength * sun, tint);
   if (has_sky_ && sky.cloud_cover() > 0) AddClouds(sky);
 
-  // Horizontal irradiance lights a ground of albedo 0.2.
+  // A ground of albedo 0.2, lit by the horizontal irradiance.
   Vec3f irradiance = Vec3f::Zero();
   float luminance = 0;
   constexpr int kSide = 16;
@@ -83,7 +83,7 @@ void SkyModel::UseEnvironment(std::shared_ptr<const Environment> environment, do
   has_sun_ = false;
 }
 
-// A low sun shines through more air: weaker and warmer. Full at the zenith of a usual sky.
+// A low sun shines through more air: weaker and warmer. Full strength at the zenith in usual haze.
 void SkyModel::SetSun(float elevation, float strength, const Vec3f& tint) {
   const float degrees = 90.0f - elevation * (180.0f / kPi);
   const float air = 1.0f / (sun_direction_.z() + 0.15f * std::pow(93.885f - degrees, -1.253f));
@@ -139,7 +139,7 @@ void SkyModel::SetClearSky(float sun_elevation) {
                -0.0441f * t - 1.6537f, -0.0109f * t + 0.0529f, 0.0f};
   perez_[2] = {0.1787f * t - 1.4630f, -0.3554f * t + 0.4275f, -0.0227f * t + 5.3251f,
                0.1206f * t - 2.5771f, -0.0670f * t + 0.3703f, 0.0f};
-  // The model is made for the day; a sun lower than 5 degrees has the sky of 5 degrees.
+  // The model is for daytime: a sun below 5 degrees gets the sky of 5 degrees.
   const float theta = std::clamp(0.5f * kPi - sun_elevation, 0.0f, 85.0f * kPi / 180.0f);
   const float chi = (4.0f / 9.0f - t / 120.0f) * (kPi - 2.0f * theta);
   const float zenith[3] = {ZenithChromaticity(kZenithX, theta, t),
@@ -151,7 +151,7 @@ void SkyModel::SetClearSky(float sun_elevation) {
   }
 }
 
-// Relative to the overcast zenith.
+// Radiance relative to the overcast zenith.
 Vec3x8 SkyModel::ClearSky(const Vec3x8& directions) const {
   const Float8 up = Max(directions.z, 0.01f);
   const Float8 cos_gamma = Clamp(Inner(directions, Vec3x8(sun_direction_)), -1.0f, 1.0f);
@@ -165,7 +165,7 @@ Vec3x8 SkyModel::ClearSky(const Vec3x8& directions) const {
                    0.0557f * big_x - 0.2040f + 1.0570f * big_z);
   const Float8 scale = luminance * (kRadiancePerKilocandela / kZenithRadiance);
   Vec3x8 color(Max(rgb.x, 0.0f), Max(rgb.y, 0.0f), Max(rgb.z, 0.0f));
-  // The model's horizon turns green where haze is far from usual; no sky is.
+  // With unusual haze the model's horizon turns green, which real skies are not.
   if (hazy_) color.y = Min(color.y, 0.53f * (color.x + color.z));
   return color * scale;
 }

@@ -1,11 +1,10 @@
-// What is behind everything: an analytic sky over a plain ground, and the sun as a small disk.
+// The background of every scene: an analytic sky over a plain ground, and the sun as a small disk.
 //
-// Radiance is in the renderer's units, where a lamp of P watts sends out P: strength 1 is an
-// overcast noon whose zenith gives kZenithRadiance. `sun_strength` s turns the sky clear (weight s
-// / (s + 0.5)) and adds s * kSunIrradiance, weakened and reddened by the air on its way, on a
-// surface that faces the sun. `turbidity` says how much haze scatters beside the air itself;
-// `cloud_cover` puts clouds into the dome, which also weaken the sun behind them. Constant;
-// thread-safe.
+// Radiance is in the renderer's units, where a lamp of P watts emits P: strength 1 is an overcast
+// noon with kZenithRadiance at the zenith. `sun_strength` s makes the sky clear (with weight s / (s
+// + 0.5)) and adds s * kSunIrradiance, weakened and reddened by the air, on a surface that faces
+// the sun. `turbidity` is the amount of haze; `cloud_cover` adds clouds, which also weaken the sun
+// behind them. Constant; thread-safe.
 // Source of the overcast gradient: Moon and Spencer, 1942; of the clear sky and the sun's colour:
 // Preetham, Shirley and Smits, "A practical analytic model for daylight", 1999.
 #pragma once
@@ -19,24 +18,26 @@
 
 namespace parallax {
 
+// The sky, sun and ground of one recipe.
 class SkyModel {
  public:
   static constexpr float kZenithRadiance = 10.0f;  // W / (m^2 sr)
   static constexpr float kSunIrradiance = 90.0f;   // W / m^2
-  static constexpr float kTurbidity = 3.0f;        // Usual: a clear day of temperate summers.
-  static constexpr float kSunRadius = 0.0087f;     // Radians; twice the real one, as haze does.
+  // The usual one: a clear day of temperate summers.
+  static constexpr float kTurbidity = 3.0f;
+  static constexpr float kSunRadius = 0.0087f;  // Radians; twice the real one, as haze does.
 
   SkyModel() : SkyModel(v1::Sky()) {}
-  // `ground`: a flat lit ground is seen below the horizon; else what stands at the horizon above.
-  // `environment` stands in for sky, sun and ground, turned as the recipe says and scaled so that
-  // it lights a horizontal plane as strongly as they would.
+  // `ground`: a flat lit ground is seen below the horizon; otherwise the horizon's radiance
+  // continues there. `environment` replaces sky, sun and ground, turned as the recipe says and
+  // scaled so that it lights a horizontal plane as strongly as they would.
   explicit SkyModel(const v1::Sky& sky, bool ground = true,
                     std::shared_ptr<const Environment> environment = nullptr);
 
-  // From unit `direction` (world), without the sun's disk.
+  // Radiance from unit `direction` (world), without the sun's disk.
   Vec3x8 Radiance(const Vec3x8& directions) const;
   Vec3f Radiance(const Vec3f& direction) const { return Radiance(Vec3x8(direction)).Get(0); }
-  // Of the disk.
+  // Radiance of the sun's disk.
   const Vec3f& SunRadiance() const { return sun_radiance_; }
   bool InSun(const Vec3f& direction) const {
     return has_sun_ && direction.dot(sun_direction_) > cos_sun_;
@@ -44,7 +45,8 @@ class SkyModel {
 
   bool has_sky() const { return has_sky_; }
   bool has_sun() const { return has_sun_; }
-  // Only with an environment: a direction drawn by its light, and the density of that.
+  // With an environment only: samples a direction in proportion to its light, and the density of
+  // that, per solid angle.
   bool has_environment() const { return environment_ != nullptr; }
   Vec3f SampleEnvironment(float u, float v) const { return turn_ * environment_->Sample(u, v); }
   float EnvironmentPdf(const Vec3f& direction) const {
@@ -55,12 +57,12 @@ class SkyModel {
   float cos_sun() const { return cos_sun_; }
   // Solid angle of the disk.
   float sun_solid_angle() const { return 2.0f * kPi * (1.0f - cos_sun_); }
-  float mean_luminance() const { return mean_luminance_; }  // Of the upper hemisphere.
+  float mean_luminance() const { return mean_luminance_; }  // Mean over the upper hemisphere.
   float turbidity() const { return turbidity_; }
   float ground_luminance() const { return Luminance(ground_); }
 
  private:
-  // How a quantity is spread over a clear sky, relative to the zenith.
+  // Perez's distribution of a quantity over a clear sky, relative to the zenith.
   struct Perez {
     float a = 0, b = 0, c = 0, d = 0, e = 0, zenith = 0;
     Float8 At(Float8 cos_theta, Float8 gamma, Float8 cos_gamma) const {
@@ -81,8 +83,8 @@ class SkyModel {
   bool has_ground_ = true;
   bool has_sky_ = false, has_sun_ = false;
   float turbidity_ = kTurbidity;
-  bool hazy_ = false;  // Another turbidity than the usual: the horizon's green is held back.
-  std::shared_ptr<const Clouds> clouds_;            // None: a sky without.
+  bool hazy_ = false;                     // With unusual turbidity the horizon's green is limited.
+  std::shared_ptr<const Clouds> clouds_;  // None: a sky without.
   std::shared_ptr<const Environment> environment_;  // Likewise.
   Mat3f turn_ = Mat3f::Identity();                  // World from environment.
   Vec3f environment_scale_ = Vec3f::Zero();

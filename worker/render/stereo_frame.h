@@ -1,5 +1,5 @@
-// One stereo pair with its ground truth, in memory, as dataset-format names it. Both views share
-// width and height.
+// One stereo pair with its ground truth, in memory; names and encodings are those of the dataset
+// format. Both views have the same width and height.
 #pragma once
 
 #include <cstdint>
@@ -14,17 +14,17 @@ enum MaskBit : uint8_t {
   kMaskExterior = 2,
   kMaskTransparent = 4,
   kMaskMirror = 8,
-  // Less than half of the samples that the pixel's colour is made of lie within 1 px of its
-  // disparity: fine structure, a label that the picture does not show.
+  // Less than half of the pixel's samples lie within 1 px of its disparity: fine structure whose
+  // label the picture does not show.
   kMaskMixed = 16,
-  kMaskVeiled = 32,  // Haze leaves less than a twentieth of it.
+  kMaskVeiled = 32,  // Haze leaves less than a twentieth of its light.
 };
 
-// From one frame of a sequence to a neighbour, of one eye. Empty unless render.maps has `flow`.
+// Flow of one eye from a frame of a sequence to a neighbour. Empty unless render.maps has `flow`.
 struct FlowMaps {
   // u, v: from a pixel's centre to where the neighbour's same eye has the surface point of the
   // first hit, moved as its object moves, pixels; and the change of its disparity on the way,
-  // pixels. Without surface: as of a point at infinity.
+  // pixels. Without surface: that of a point at infinity.
   ImageF3 flow;
   ImageU8 occlusion;  // FlowOcclusion.
 };
@@ -33,12 +33,13 @@ struct FlowMaps {
 enum FlowOcclusion : uint8_t {
   kFlowVisible = 0,
   kFlowNone = 128,      // No such neighbour, or the point is behind its camera: flow is 0.
-  kFlowOccluded = 255,  // Hidden in the neighbour, or outside of its picture.
+  kFlowOccluded = 255,  // Hidden in the neighbour, or outside its picture.
 };
 
+// One rectified eye: the picture and its maps, all of one size.
 struct View {
   ImageRgb8 color;      // 8-bit sRGB.
-  ImageF3 radiance;     // What `color` was made of: linear, denoised, before exposure. Not written.
+  ImageF3 radiance;     // Linear, denoised, unexposed radiance behind `color`. Not written.
   ImageF depth_m;       // Along the optical axis at pixel centres, exact first hit; 0 = no surface.
   ImageF disparity_px;  // fx * baseline / depth in float precision, positive in both views; 0 = no
                         // surface.
@@ -59,14 +60,15 @@ struct RawView {
   ImageU8 occlusion;  // 255 = occluded or outside the other picture, 0 = visible in both.
 };
 
+// The pair, and what it took to render.
 struct StereoFrame {
   View left, right;
   RawView raw_left, raw_right;  // Empty unless render.maps has `raw` and the rig raw cameras.
-  float exposure =
-      1;  // Scene radiance is multiplied by it before the sRGB curve; one value for both eyes.
+  // Factor on scene radiance before the sRGB curve; the same for both eyes.
+  float exposure = 1;
   double trace_s = 0, denoise_s = 0, truth_s = 0;
-  double cache_s = 0;  // Filling the radiance cache: of a scene's first frame only.
-  uint64_t rays = 0;   // Of the images, shadow rays included.
+  double cache_s = 0;  // Filling the radiance cache: only in a scene's first frame.
+  uint64_t rays = 0;   // Rays traced for the images, shadow rays included.
 };
 
 }  // namespace parallax

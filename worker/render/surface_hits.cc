@@ -1,4 +1,4 @@
-// The surfaces that hits are on: material, position on it, normals, and what the material says
+// Surfaces of hits: material, position on it, normals, and the properties that the material gives
 // there.
 #include <algorithm>
 
@@ -9,15 +9,15 @@
 namespace parallax {
 namespace {
 
-// The lane itself, or the last lane of the batch that counts.
+// The lane itself, or the last valid lane of the batch.
 int Filled(const HitBatch8& batch, int lane) { return std::min(lane, batch.count - 1); }
 
-// `x` with the value of the last lane that counts in the lanes behind it.
+// Copies `x` of the last valid lane into the lanes behind it.
 Float8 Filled(const HitBatch8& batch, Float8 x) {
   return FirstLanes(batch.count) ? x : Splat(x[batch.count - 1]);
 }
 
-// Eight vectors, each by its body's matrix; neighbours are mostly on one body.
+// Multiplies eight vectors by their bodies' matrices; neighbours are mostly on one body.
 template <typename MatrixOf>
 Vec3x8 Turned(const HitBatch8& batch, const Vec3x8& vectors, MatrixOf matrix_of) {
   const auto placed = [&](int lane) {
@@ -35,7 +35,7 @@ Vec3x8 Turned(const HitBatch8& batch, const Vec3x8& vectors, MatrixOf matrix_of)
   return turned;
 }
 
-// Eight vertices as they are loaded, or what is between them.
+// Eight packed vertices, or an interpolation of them.
 struct Vertices8 {
   Vec3x8 normal, texture;
   Float8 u, v;
@@ -229,7 +229,7 @@ SurfaceSample RenderScene::Evaluate(const RawHit& hit, const SurfaceId& id,
   return surface;
 }
 
-// Two edges of each triangle, in the world.
+// Computes two edges of each triangle, world frame.
 PARALLAX_LANE_CLONES void RenderScene::FindEdges(const HitBatch8& batch, Vec3x8 edges[2]) const {
   Float8 rows[kLanes];
   bool instanced = false;

@@ -1,6 +1,5 @@
-// Paths under way, side by side: one row for each thing that is known of them, so that eight
-// neighbours are loaded into vector lanes at once. Finished walks are removed, and the others
-// compacted in their order.
+// Paths in progress as structure of arrays: one row for each quantity, so that eight neighbours are
+// loaded into vector lanes at once. Finished walks are removed, and the others compacted in order.
 #pragma once
 
 #include <array>
@@ -12,10 +11,11 @@
 
 namespace parallax {
 
-// As many as fit in the nearest caches together and are enough to hide memory's latency.
+// As many as fit in the nearest caches, and enough to hide memory latency.
 inline constexpr size_t kMostWalks = 256;
-inline constexpr size_t kMostBlocks = kMostWalks / kLanes;  // Of eight walks.
+inline constexpr size_t kMostBlocks = kMostWalks / kLanes;  // Blocks of eight walks.
 
+// The vector of eight that a row's number type loads into.
 namespace lanes {
 template <typename T>
 struct Eight;
@@ -33,7 +33,7 @@ struct Eight<uint32_t> {
 };
 }  // namespace lanes
 
-// One number of each walk.
+// One quantity of all walks.
 template <typename T>
 struct alignas(32) Row {
   using Lanes = typename lanes::Eight<T>::Type;
@@ -41,13 +41,14 @@ struct alignas(32) Row {
 
   T& operator[](size_t walk) { return of[walk]; }
   const T& operator[](size_t walk) const { return of[walk]; }
-  // Those of a block. Vectors of the compiler's may alias their elements.
+  // The lanes of a block. The compiler's vector types may alias their elements.
   Lanes& At(size_t block) { return reinterpret_cast<Lanes*>(of.data())[block]; }
   const Lanes& At(size_t block) const { return reinterpret_cast<const Lanes*>(of.data())[block]; }
-  // Of eight walks from this one on.
+  // Stores eight lanes from `walk` on; `walk` need not begin a block.
   void PutFrom(size_t walk, Lanes eight) { std::memcpy(&of[walk], &eight, sizeof(eight)); }
 };
 
+// A vector of all walks.
 struct Vec3Row {
   Row<float> x, y, z;
 
@@ -70,26 +71,26 @@ struct Vec3Row {
   }
 };
 
-// What is kept of a walk from one step to the next.
+// The state of all walks that lasts from one step to the next.
 struct WalkRows {
-  Row<int32_t> path;  // Which it is.
+  Row<int32_t> path;  // Index of its path.
   // The ray, with its cone.
   Vec3Row origin, direction;
   Row<float> width_m, spread;
   Vec3Row throughput, radiance;
-  Vec3Row tint;  // Of the mirrors and panes before the surface that guides.
-  // The last vertex that gathered light; and with which density the ray left it, infinity: no light
-  // sampling could have done this.
+  Vec3Row tint;  // Tint of mirrors and panes before the guiding surface.
+  // The last vertex that gathered light, and the density with which the ray left it. Infinity:
+  // light sampling could not have found this direction.
   Vec3Row gathered_at;
   Row<int32_t> room, cell;
   Row<float> total, pdf;
   Row<int32_t> bounce, passages, rays;
   Row<int32_t> guided;  // All bits or none.
-  // Of its sampler.
+  // The state of its sampler.
   Row<uint32_t> seed, sample, dimension;
 };
 
-// Where the ray has met something, and what.
+// The hits of the current rays.
 struct HitRows {
   Row<float> u, v;
   Row<int32_t> placed, triangle;
@@ -98,15 +99,15 @@ struct HitRows {
   Vec3Row normal;  // Geometric, as RenderScene::Identify gives it.
   Row<float> doubled_area;
   Row<int32_t> slot, material;
-  Row<int32_t> lamp;  // Whose face it is, or -1.
+  Row<int32_t> lamp;  // Index of the lamp whose face it is, or -1.
 };
 
-// Moves those that stay to the front, in their order, in every row of `Rows`: a struct of nothing
-// but rows. `stays`: by block, as bits; blocks from `blocks` on are left alone.
+// Moves the walks that stay to the front, in order, in every row of `Rows`, a struct of rows only.
+// `stays`: bits by block; blocks from `blocks` on are not touched.
 template <typename Rows>
 void CompactRows(const uint8_t* stays, size_t blocks, Rows* rows);
 
-// For each set of lanes that stay, where the first lanes take theirs from.
+// For each set of staying lanes, the lanes from which the first ones are filled.
 const Int8* CompactionOrders();
 
 template <typename Rows>

@@ -137,16 +137,16 @@ class MaterialChooser {
                                     "print/" + PrintsFor(slot.name).front()->name, kPrints);
     }
     if (Prints(slot) || object.role() == v1::OBJECT_ROLE_FLOATING) {
-      // Pictures on walls, screens and floating things share with nobody.
+      // Pictures on walls, screens and floating objects are not shared.
       return palettes_.FromFamilies(slot, own.Child("slot/" + slot.name),
                                     "own/" + object.name() + "/" + slot.name, 1);
     }
-    // Equal models look alike: the address is the model's.
+    // Equal models get equal materials: the address is the model's.
     const Rng model = root_.Child("model/" + object.asset_class() + "/" + slot.name, object.seed());
     return palettes_.FromFamilies(slot, model, "", 0);
   }
 
-  // Whether the user's mesh says itself what the slot is made of.
+  // Whether the user's mesh brings the slot's material.
   bool HasOwnLooks(const v1::SceneObject& object, const MaterialSlot& slot) const {
     const auto file = OpenOwnMesh(object.asset_class(), object.seed());
     if (!file.ok()) return false;  // SlotsOf has told.

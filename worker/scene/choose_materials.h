@@ -1,5 +1,4 @@
-// The step of dressing that says what everything is made of. Private to worker/scene and to
-// worker/catalogue.
+// The dressing step that chooses all materials. Private to worker/scene and worker/catalogue.
 #pragma once
 
 #include <functional>
@@ -11,13 +10,13 @@
 
 namespace parallax {
 
-// SceneMaterial.index for a slot of a part of the place.
+// Returns SceneMaterial.index for a slot of a part of the place.
 using PartMaterialFn = std::function<uint32_t(const v1::SceneObject& part, const MaterialSlot& slot,
                                               Palettes& palettes)>;
 
-// Binds a material to every slot of every object: as the config says, but for parts of the place,
-// which `part_material` decides about (never called where there are none).
-// Errors: kInvalidArgument for an unknown material.
+// Binds a material to every slot of every object as the config says, except for parts of the place,
+// whose materials `part_material` chooses (never called for places without parts). Errors:
+// kInvalidArgument for an unknown material.
 absl::Status ChooseMaterials(const v1::MaterialConfig& config, const PartMaterialFn& part_material,
                              SceneInProgress& scene);
 

@@ -1,6 +1,6 @@
-// The steps that types of scenes dress theirs with. Each draws from addresses of its own below
-// "dress", so that a step's settings change nothing in the others. Private to worker/scene and to
-// worker/catalogue.
+// The steps with which scene types dress their scenes. Each draws from random addresses of its own
+// below "dress", so that a step's settings change nothing in the others. Private to worker/scene
+// and worker/catalogue.
 #pragma once
 
 #include <functional>
@@ -21,8 +21,8 @@
 
 namespace parallax {
 
-// A scene while it is being made: the recipe so far and, for types that make one, its solid twin.
-// Body i of `solid` is object i of the recipe.
+// A scene while it is being made: the recipe so far and, for types that make one, its solid twin
+// for ray queries. Body i of `solid` is object i of the recipe.
 struct SceneInProgress {
   v1::Scene recipe;
   Surroundings surroundings;
@@ -30,36 +30,36 @@ struct SceneInProgress {
   AssetPool pool;
   SceneSeed seed;
   OwnContent own;
-  std::string why_no_rigs;  // Where there are fewer than wanted: the reason, if the type knows it.
+  std::string why_no_rigs;  // The reason for fewer rigs than wanted, if the type knows it.
 };
 
-// Takes objects out of the recipe, and the lights that they emit. What is left keeps its indices,
-// so that it compares across variants. The solid twin stays as it is.
+// Removes objects for which `goes` is true, and the lights that they emit. The others keep their
+// indices, so that objects compare across variants. The solid twin stays as it is.
 void RemoveObjects(const std::function<bool(const v1::SceneObject&)>& goes, v1::Scene& recipe);
 
-// Floating objects at random poses within the surroundings' bounds, clear of everything unless the
-// config allows intersections, and out of the way of the rigs (view_guard.h). Object i draws from
-// its own address and gets the index `first_index` + i, so a larger count only adds. An object that
-// finds no place in its tries is left out. Needs a committed solid twin and bounds. Errors:
+// Adds floating objects at random poses within the surroundings' bounds, clear of everything unless
+// the config allows intersections, and out of the rigs' way (view_guard.h). Object i draws from its
+// own address and gets the index `first_index` + i, so a larger count only adds. An object that
+// finds no place in its tries is left out. Requires a committed solid twin and bounds. Errors:
 // kInvalidArgument for an unknown class.
 absl::Status AddFloating(const v1::SceneConfig& config, uint32_t first_index,
                          SceneInProgress& scene);
 
-// The sky: strength, colour, sun. Draws from addresses below `root`.
+// Draws the sky: strength, colour, sun. Uses addresses below `root`.
 void ChooseSky(const v1::LightingConfig& config, const Rng& root, v1::Sky& sky);
 
-// A colour of mean 1; `saturation` in [0, 1], 0 = white.
+// A linear RGB colour of mean 1; `saturation` in [0, 1], 0 = white.
 Vec3d TintOf(double hue_rad, double saturation);
 
-// A point light without its power.
+// A point light's place and look, without its power.
 struct LightPlace {
   Vec3d position = Vec3d::Zero();  // World.
   double radius_m = 0;
   double whiteness = 1;  // [0, 1]: warm to white.
 };
 // Adds as many point lights as the config draws. Light i's place is `place(rng)` with a stream of
-// its own below `root`; a light that finds none is left out. Together they have the power that is
-// drawn, whatever their number: each has a random share of it.
+// its own below `root`; a light without a place is left out. Their total power is drawn
+// independently of their number; each has a random share of it.
 void AddPointLights(const v1::LightingConfig& config, const Rng& root,
                     const std::function<std::optional<LightPlace>(Rng& rng)>& place,
                     google::protobuf::RepeatedPtrField<v1::Light>& lights);

@@ -16,11 +16,11 @@
 namespace parallax {
 namespace {
 
-// Most are turned down by comparing boxes, which costs nothing.
+// Most tries fail at the cheap comparison of boxes.
 constexpr int kFloatTries = 600;
 constexpr double kWallGap_m = 0.02;
 
-// Where middles of objects may be: the config's box, or all of `bounds`.
+// Limits of the objects' middles: the config's box, or all of `bounds`.
 Eigen::AlignedBox3d BoxOf(const v1::FloatingBox& box, const Eigen::AlignedBox3d& bounds) {
   const Vec3d low(box.min_x_m(), box.min_y_m(), box.min_z_m());
   const Vec3d high(box.max_x_m(), box.max_y_m(), box.max_z_m());
@@ -28,7 +28,7 @@ Eigen::AlignedBox3d BoxOf(const v1::FloatingBox& box, const Eigen::AlignedBox3d&
   return bounds;
 }
 
-// One object that floats: what it is, before it has a place.
+// A floating object before it has a place.
 struct Floater {
   std::string class_name;
   uint64_t seed = 0, warp_seed = 0;
@@ -108,7 +108,7 @@ class FloatingPlacer {
     return floater;
   }
 
-  // A pose at random; nothing when this draw gives none. Takes equally many numbers either way.
+  // Draws a pose; nothing when it fails. Consumes equally many random numbers either way.
   std::optional<Pose> Draft(Rng& rng, const Floater& floater, size_t number) const {
     const Eigen::Quaterniond rotation = RandomRotation(rng);
     const double x = rng.Uniform(), y = rng.Uniform(), z = rng.Uniform();

@@ -25,7 +25,7 @@ v1::SceneConfig WithoutOwn(const v1::SceneConfig& config) {
   return rest;
 }
 
-// The classes of the catalogue that a name of a weight stands for.
+// The catalogue's classes that a weight's name stands for.
 absl::StatusOr<std::vector<std::string>> MembersOf(const std::string& name) {
   v1::SceneConfig alone;
   alone.mutable_floating()->add_classes(name);

@@ -1,4 +1,4 @@
-// What floats: a class and which of its models. Private to worker/scene.
+// The choice of floating objects: a class and one of its models. Private to worker/scene.
 #pragma once
 
 #include <map>
@@ -12,17 +12,19 @@
 
 namespace parallax {
 
+// Draws classes and models by the config's weights.
 class FloatingChoice {
  public:
   // Errors: those of FloatingClasses; kInvalidArgument for a weight of an unknown class, for an own
   // class that `own` has no mesh of, and when all weights are 0.
   static absl::StatusOr<FloatingChoice> Of(const v1::SceneConfig& config, const OwnContent& own);
 
+  // A class and the seed of one of its models.
   struct Model {
     std::string asset_class;
     uint64_t seed = 0;
   };
-  // From addresses below `stream`: own meshes take none from what is drawn without them.
+  // Draws from addresses below `stream`; own meshes use addresses of their own and shift no others.
   Model Draw(const Rng& stream) const;
 
  private:
@@ -32,8 +34,8 @@ class FloatingChoice {
   };
   static const std::string& Pick(const std::vector<Class>& classes, Rng rng);
 
-  std::vector<Class> catalogue_, own_;                   // At least one of them is not empty.
-  std::map<std::string, std::vector<uint64_t>> meshes_;  // Of own classes.
+  std::vector<Class> catalogue_, own_;                   // At least one is not empty.
+  std::map<std::string, std::vector<uint64_t>> meshes_;  // Models of own classes.
   double own_p_ = 0;
 };
 

@@ -1,4 +1,4 @@
-// The study's option to leave glass out of objects: panes hide from stereo what is behind them.
+// The study's option to leave glass out of objects: panes hide from stereo the things behind them.
 #pragma once
 
 #include "common/base/status.h"
@@ -8,13 +8,12 @@
 
 namespace parallax {
 
-// Lists the glass parts of every object as omitted unless the config keeps them. Things that are
-// all of glass keep what they are. Parts of the place have options of their own
-// (room.window_glass).
+// Lists the glass parts of every object as omitted unless the config keeps them. Objects made only
+// of glass stay whole. Parts of the place have options of their own (room.window_glass).
 absl::Status OmitGlassParts(const v1::AssetConfig& config, SceneInProgress& scene);
 
 // The mesh without the triangles of the named slots, and without vertices and slots that only they
-// used. What has nothing else stays whole.
+// used. A mesh that would become empty is returned whole.
 Mesh WithoutSlots(const Mesh& mesh, const std::vector<std::string>& omitted);
 
 }  // namespace parallax

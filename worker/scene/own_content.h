@@ -1,5 +1,5 @@
-// What the user brings along: meshes, texture sets and surroundings, from folders below the picture
-// root. Recipes name them by their content (OwnMesh, TextureSet, Sky.environment).
+// Content that the user brings along: meshes, texture sets and surroundings, from folders below the
+// picture root. Recipes name them by their content (OwnMesh, TextureSet, Sky.environment).
 #pragma once
 
 #include <cstdint>
@@ -14,23 +14,24 @@
 
 namespace parallax {
 
+// The user's content, by seeds of its bytes.
 struct OwnContent {
   std::vector<OwnMesh> meshes;
   std::vector<TextureSet> textures;
   std::vector<uint64_t> environments;
 };
 
-// Reads the folders that the config names; this process knows their content from now on.
-// Errors: those of BelowPictureRoot and of reading the folders; kDataLoss when the content of one
-// is not what the config says it is (include_sha256 and so on; empty: not compared).
+// Reads the folders that the config names and remembers their content in this process. Errors:
+// those of BelowPictureRoot and of reading the folders; kDataLoss when a folder's content differs
+// from the config's hash (include_sha256 and so on; empty: not compared).
 absl::StatusOr<OwnContent> ReadOwnContent(const v1::SceneConfig& config);
 
-// For a render job: the folders of what its recipe uses. Errors: as ReadOwnContent;
-// kInvalidArgument when the recipe uses content and the job says no folder for it.
+// For a render job: reads the folders of the content that its recipe uses. Errors: as
+// ReadOwnContent; kInvalidArgument when the recipe uses content and the job names no folder for it.
 absl::Status LocateOwnContent(const v1::RenderJob& job);
 
-// Gives the recipe's sky, or that of each keyframe, one of the surroundings with chance
-// `config.hdri_p`, turned at random. Without any, it changes nothing.
+// Gives the recipe's sky, or each keyframe's, one of the surroundings with probability
+// `config.hdri_p`, turned at random. Changes nothing if there are none.
 void ChooseEnvironments(const v1::LightingConfig& config, const OwnContent& own, SceneSeed seed,
                         v1::Scene& recipe);
 

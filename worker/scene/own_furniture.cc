@@ -21,7 +21,7 @@ std::set<uint32_t> BusyObjects(const v1::Scene& recipe) {
   return busy;
 }
 
-// From the frame of `own` to that of what it replaces.
+// The pose that maps the box of `own` into the replaced object's box.
 Pose FittedInto(const Box3f& box, const Box3f& own, bool on_wall) {
   const Vec3d size = box.diagonal().cast<double>(), own_size = own.diagonal().cast<double>();
   Pose pose;

@@ -6,7 +6,7 @@
 namespace parallax {
 namespace {
 
-// How many different members of a family a room's own things share: people buy in sets.
+// Number of members of a family that a room's objects share: people buy in sets.
 int PaletteSize(const std::string& family) {
   static const std::map<std::string, int> sizes = {
       {"wood", 3},        {"metal", 3},  {"paint", 3},           {"glass", 2},

@@ -1,4 +1,4 @@
-// Materials of one scene: a room's own things share small palettes of each family, as people buy in
+// Materials of one scene: a room's objects share small palettes of each family, as people buy in
 // sets. Private to worker/scene.
 #pragma once
 
@@ -17,13 +17,12 @@ namespace parallax {
 
 using MaterialClasses = std::vector<const MaterialClass*>;
 
-// Whether a picture is printed on the slot.
+// Whether the slot shows a printed picture.
 bool Prints(const MaterialSlot& slot);
-// Materials that are printed on a slot of this name: covers on books, labels on cans, paintings in
-// frames.
+// Materials to print on a slot of this name: covers on books, labels on cans, paintings in frames.
 MaterialClasses PrintsFor(const std::string& slot);
 
-// Gives each drawn material one entry of the recipe, in order of first use.
+// Gives each material that is drawn one entry of the recipe, in order of first use.
 class Palettes {
  public:
   // Adds entries to `recipe`, which must outlive it; palettes draw from addresses below `root`.
@@ -31,16 +30,17 @@ class Palettes {
 
   const Rng& root() const { return root_; }
 
-  // SceneMaterial.index of the entry. `picture`: of the class UserPicture, else empty.
+  // SceneMaterial.index of the entry, added if new. `picture`: for the class UserPicture, else
+  // empty.
   uint32_t IndexOf(const std::string& name, uint64_t seed, const FolderFile& picture = {});
 
-  // One of the `size` members of a palette of this scene. `where` draws which; the member draws its
-  // class among `classes` (not empty) and its seed.
+  // Picks one of the `size` members of a palette of this scene. `where` draws which; the member
+  // draws its class among `classes` (not empty) and its seed.
   uint32_t FromPalette(const MaterialClasses& classes, const std::string& palette, int size,
                        Rng where);
 
-  // Draws from the families that the slot names: the first mostly, a later one now and then. An
-  // empty `palette` is the family's own; size 0 is what things of the family usually share.
+  // Draws from the families that the slot names: mostly the first, now and then a later one. An
+  // empty `palette` is the family's own; size 0 is the family's usual number.
   uint32_t FromFamilies(const MaterialSlot& slot, Rng where, const std::string& palette, int size);
 
  private:

@@ -1,4 +1,4 @@
-// What floating objects in rooms and in dense scenes have in common. Private to worker/scene.
+// Floating objects: the code common to rooms and dense scenes. Private to worker/scene.
 #pragma once
 
 #include <string>
@@ -12,15 +12,15 @@
 
 namespace parallax {
 
-// The classes that may float, groups (all, chairs, shelves, bushes, nature and its
-// families) written out, each class once.
-// Errors: kInvalidArgument for an unknown class or when nothing is left.
+// The classes that may float, each once, with groups (all, chairs, shelves, bushes, nature and its
+// families) expanded. Errors: kInvalidArgument for an unknown class or when nothing is left.
 absl::StatusOr<std::vector<std::string>> FloatingClasses(const v1::SceneConfig& config);
 
-// Uniform over all orientations.   Source: Shoemake, "Uniform random rotations", Graphics Gems III.
+// Draws uniformly from all rotations.   Source: Shoemake, "Uniform random rotations", Graphics Gems
+// III.
 Eigen::Quaterniond RandomRotation(Rng& rng);
 
-// What a rig's left camera sees, for placing things in it.
+// The view of a rig's left camera, for placing objects in it.
 struct RigView {
   Vec3d eye;
   Eigen::Matrix3d axes;     // Columns: right, down, forward; world frame.
@@ -36,7 +36,7 @@ struct RigView {
   }
 };
 
-// Gives the object its pose so that the middle of its bounds lies at `middle`.
+// The object's pose with the middle of its bounds (object frame) at `middle`.
 Pose PoseAbout(const Vec3d& middle, const Eigen::Quaterniond& rotation, double scale,
                const Box3f& bounds);
 

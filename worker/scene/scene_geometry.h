@@ -1,4 +1,4 @@
-// Makes a recipe solid.
+// From a recipe to meshes and materials.
 #pragma once
 
 #include "common/base/status.h"
@@ -8,8 +8,8 @@
 
 namespace parallax {
 
-// Regenerates the meshes and materials of `scene`, which UpgradeScene must have seen, and asks its
-// type for the surroundings. Equal recipes give equal bytes on every machine.
+// Regenerates the meshes and materials of `scene`, which UpgradeScene must have upgraded, and asks
+// its type for the surroundings. Equal recipes give equal bytes on every machine.
 // Errors: kNotFound for an unknown class or part, kInvalidArgument for an unknown type, a place
 // that is not the type's or a binding to a missing material, kResourceExhausted when the meshes
 // outgrow MemoryLimit(), each naming the object.

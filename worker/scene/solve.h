@@ -1,5 +1,5 @@
-// The whole job `solve`: layout (unless given), then dress: floating objects, materials, lighting
-// and rigs.
+// The whole job `solve`: layout (unless given), then dressing: rigs, floating objects, lights, sky
+// and materials.
 #pragma once
 
 #include "common/base/cancel.h"
@@ -8,7 +8,7 @@
 
 namespace parallax {
 
-// Deterministic in the job. A seed without a valid scene gives `rejected`.
+// Runs the job. Deterministic in `job`. A seed without a valid scene gives `rejected`.
 // Errors: kCancelled; kInvalidArgument for a config that names unknown classes or materials.
 absl::StatusOr<v1::SolveResult> Solve(const v1::SolveJob& job, const CancelToken& cancel);
 

@@ -43,7 +43,7 @@ absl::Status UpgradeObject(int rooms, v1::SceneObject& object, v1::House& house)
   return absl::OkStatus();
 }
 
-// Of both messages: the place from the legacy fields, which are left empty.
+// Makes the place of a recipe or layout from the legacy fields, which are left empty.
 template <typename Recipe>
 absl::Status UpgradePlace(bool ceiling_removed, Recipe& recipe) {
   if (recipe.has_place()) return absl::OkStatus();

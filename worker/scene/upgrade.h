@@ -1,4 +1,4 @@
-// Recipes and layouts of earlier releases, read by this one.
+// Upgrades recipes and layouts of earlier releases to this one.
 #pragma once
 
 #include "common/base/status.h"
@@ -6,15 +6,15 @@
 
 namespace parallax {
 
-// Turns a recipe or layout that an earlier release wrote into what this one writes: a room becomes
-// a house, none the open sky, and parts of rooms get the class that they are shown as. Leaves those
-// of this release as they are, so may be called at every place that reads one.
-// Errors: kInvalidArgument for an object of a room that the house does not have.
+// Converts a recipe or layout of an earlier release in place: a room becomes a house, no room the
+// open sky, and parts of rooms get the class that they are shown as. Does nothing to those of this
+// release, so every reader may call it. Errors: kInvalidArgument for an object of a room that the
+// house does not have.
 absl::Status UpgradeScene(v1::Scene& scene);
 absl::Status UpgradeLayout(v1::Layout& layout);
 
-// A recipe's file (<dataset>/<variant>/scenes/*.pb), upgraded.
-// Errors: kInvalidArgument, which names `path`, for bytes that are no recipe; as UpgradeScene.
+// Parses a recipe's file (<dataset>/<variant>/scenes/*.pb) and upgrades it.
+// Errors: kInvalidArgument, naming `path`, for bytes that are no recipe; as UpgradeScene.
 absl::StatusOr<v1::Scene> ParseScene(const std::string& bytes, const std::string& path);
 
 }  // namespace parallax

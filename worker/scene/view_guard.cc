@@ -10,7 +10,7 @@ namespace parallax {
 namespace {
 
 constexpr double kClearance_m = 0.3;
-constexpr double kNear_m = 0.7;     // What is nearer fills views with huge disparities.
+constexpr double kNear_m = 0.7;     // Things nearer than this have huge disparities.
 constexpr double kMostOfOne = 0.5;  // Part of a view that one thing's box may fill...
 constexpr double kMostNear = 0.3;   // ... all near ones together...
 constexpr double kMostOfAll = 2.2;  // ... and all things.
@@ -48,7 +48,7 @@ Polygon ConvexHull(std::array<Vec2d, 8> points) {
   return hull;
 }
 
-// What of a convex polygon lies in [-1, 1]^2.   Source: Sutherland and Hodgman, 1974.
+// The part of a convex polygon in [-1, 1]^2.   Source: Sutherland and Hodgman, 1974.
 Polygon ClipToImage(Polygon polygon) {
   for (int side = 0; side < 4; ++side) {
     const auto inside_by = [side](const Vec2d& p) {

@@ -1,5 +1,5 @@
-// Keeps the views of a scene's rigs free while things are put into the scene: rigs are chosen on
-// the layout, so that all variants of a seed share them, and what floats makes way for them.
+// Keeps the views of a scene's rigs free while objects are added. Rigs are chosen on the layout, so
+// that all variants of a seed share them, and floating objects make way for them.
 #pragma once
 
 #include <functional>
@@ -12,19 +12,19 @@
 
 namespace parallax {
 
-// Where a thing stands when a rig looks, by Rig.time_s.
+// The pose of an object at the time of a rig (Rig.time_s).
 using PoseInTime = std::function<Pose(double time_s)>;
 
-// Judges by oriented boxes, so errs on the side of the views. Not thread-safe.
+// Tests oriented boxes, so it errs on the side of free views. Not thread-safe.
 class ViewGuard {
  public:
   ViewGuard(const v1::RigConfig& config, const v1::Scene& scene);
 
-  // Whether a thing with these bounds (object frame) may stand or move there: not within arm's
-  // reach of any rig's eyes, and neither it nor all the things taken so far fill much of a view,
-  // above all from close by.
+  // Whether an object with these bounds (object frame) may have these poses: not within arm's reach
+  // of any rig's eyes, and neither it nor all objects taken so far fill too much of a view, above
+  // all at short range.
   bool Allows(const Box3f& bounds, const PoseInTime& pose_at);
-  // The thing last allowed stays.
+  // Keeps the last allowed object.
   void Take();
 
   // One for each left eye.

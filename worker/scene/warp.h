@@ -1,4 +1,4 @@
-// Smooth free-form deformation of an object: what SceneObject.warp_seed and .warp mean.
+// Smooth free-form deformation of objects, for SceneObject.warp_seed and .warp.
 #pragma once
 
 #include <cstdint>
@@ -9,14 +9,14 @@
 
 namespace parallax {
 
-// Moves every vertex along a smooth field of a few long waves, a twist and a taper, by at most
+// Displaces every vertex by a smooth field of a few long waves, a twist and a taper, by at most
 // `amount` of the mesh's longest side (in [0, 0.5]), and turns the normals with it. Texture
-// coordinates stay: the material bends along. Small enough that surfaces do not fold over. Equal
-// arguments give equal bytes.
+// coordinates stay: the material bends along. The field is too small for surfaces to fold over.
+// Equal arguments give equal bytes.
 void WarpMesh(uint64_t seed, double amount, Mesh& mesh);
 
-// The mesh of a recipe's object that is not a part of a room, warp included.
-// Errors: kNotFound for an unknown class.
+// Makes the mesh of a recipe's object that is not a part of a room, warp included. Errors:
+// kNotFound for an unknown class.
 absl::StatusOr<Mesh> MakeObjectMesh(const v1::SceneObject& object);
 
 }  // namespace parallax

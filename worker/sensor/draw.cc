@@ -16,7 +16,7 @@ SensorDraw DrawSensor(const v1::SensorConfig& config, SceneSeed seed, uint32_t r
   const auto number = [&root](const v1::Distribution& of, const char* address) {
     return Draw(of, root.Child(address).Uniform());
   };
-  // Of the left eye, and of the right eye by what it differs.
+  // Two numbers: the left eye's, and the right eye's, which adds a mismatch to it.
   const auto both = [&](const v1::Distribution& of, const v1::Distribution& mismatch,
                         const std::string& address) {
     const double left = number(of, address.c_str());

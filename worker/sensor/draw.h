@@ -9,10 +9,10 @@
 
 namespace parallax {
 
-// As SensorConfig says of each field. Arrays: left eye, right eye.
+// The drawn fields of SensorConfig, whose comments explain them. Arrays: left eye, right eye.
 struct SensorDraw {
   std::array<double, 2> exposure_ev = {0, 0};
-  std::array<double, 2> red_ev = {0, 0};   // Against green.
+  std::array<double, 2> red_ev = {0, 0};   // Relative to green.
   std::array<double, 2> blue_ev = {0, 0};  // Likewise.
   double white_e = 0;                      // 0: no noise.
   double read_noise_e = 0;
@@ -21,15 +21,14 @@ struct SensorDraw {
   double focus_m = 2;
   double vignetting = 0;
   bool bayer = false;
-  int jpeg_quality = 0;  // 0: none.
+  int jpeg_quality = 0;  // 0: no JPEG.
 };
 
-// Whether the config asks for pictures other than those that were rendered.
+// Whether the config asks for other pictures than the rendered ones.
 bool SensorIsOn(const v1::SensorConfig& config);
 
-// The numbers for rig `rig` of a scene. Each draws from an address of its own: a config that
-// differs in one field gives the same numbers in all others. Requires a config whose fields are all
-// set.
+// Draws the numbers for rig `rig` of a scene. Each draws from its own address: configs that differ
+// in one field get the same numbers in all others. Requires a config with all fields set.
 SensorDraw DrawSensor(const v1::SensorConfig& config, SceneSeed seed, uint32_t rig);
 
 }  // namespace parallax

@@ -1,4 +1,4 @@
-// Noise of measuring light: photons come one by one, and reading them adds an error.
+// Noise of measuring light: photon shot noise and read noise.
 #pragma once
 
 #include "common/base/rng.h"
@@ -6,12 +6,13 @@
 
 namespace parallax {
 
+// The sensor's gain and read noise, in electrons.
 struct NoiseModel {
   double white_e = 0;       // Electrons that the value 1 stands for, > 0.
   double read_noise_e = 0;  // Standard deviation.
 };
 
-// A pixel holds four times white: what is brighter is cut there.
+// A pixel saturates at four times white: brighter values are clipped.
 inline constexpr double kFullWell = 4;
 
 // Replaces each value x >= 0 by a measurement of it: (Poisson(x * white_e) + Normal(0,

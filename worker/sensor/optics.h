@@ -1,12 +1,12 @@
-// What a lens does to a linear picture before it is measured. Pictures keep their size; at the rim
-// they are mirrored. Thread-safe.
+// The effects of a lens on a linear picture before it is measured. Pictures keep their size; the
+// rim is mirrored. Thread-safe.
 #pragma once
 
 #include "common/image/image.h"
 
 namespace parallax {
 
-// Blurs by a Gaussian of this standard deviation, in pixels; 0 leaves the picture as it is.
+// Blurs by a Gaussian of this standard deviation, in pixels; 0 does nothing.
 void SpreadPoints(double sigma_px, ImageF3& picture);
 
 // Diameter in pixels of the circle over which a thin lens that is focused at `focus_m` spreads a
@@ -15,12 +15,12 @@ void SpreadPoints(double sigma_px, ImageF3& picture);
 double CircleOfConfusion(double defocus_px, double focus_m, double depth_m);
 
 // Blurs each pixel over its own circle of confusion, at most 64 pixels wide. `depth_m` has the
-// picture's size; pixels take from their neighbours whatever those are blurred by, so that a sharp
+// picture's size. Pixels gather from each neighbour with that neighbour's blur, so that a sharp
 // edge before a blurred background stays sharp on its own side only.
 void Defocus(double defocus_px, double focus_m, const ImageF& depth_m, ImageF3& picture);
 
 // Darkens towards the corners, which lose the share `vignetting`, in [0, 1): by 1 / (1 + k r^2)^2
-// with r from the middle, which is the cosine to the fourth of natural vignetting.
+// with r the distance from the middle: the cosine-fourth law of natural vignetting.
 void Vignette(double vignetting, ImageF3& picture);
 
 }  // namespace parallax

@@ -11,6 +11,7 @@
 
 namespace parallax {
 
+// The raster, with its place in the world.
 struct Field {
   int size = 0;                  // Samples along each side.
   float cell_m = 1;              // Distance between neighbouring samples.
@@ -42,7 +43,7 @@ struct Field {
   Vec2f Gradient(const Vec2f& p) const;
 };
 
-// The least and the greatest value; {0, 0} for an empty field.
+// The least and greatest value; {0, 0} for an empty field.
 struct FieldRange {
   float low = 0, high = 0;
 };

@@ -1,5 +1,5 @@
-// Where water runs over a height field: the neighbour that each sample drains to, an order in which
-// everything downstream comes first, and drainage areas. Hollows are crossed as if filled to gentle
+// Drainage of a height field: the neighbour into which each sample drains, an order in which
+// everything downstream comes first, and drainage areas. Hollows are treated as filled with gentle
 // fans that rise from their spill, so that all water reaches the border.
 //
 // Source: Barnes, Lehman, Mulla, "Priority-Flood", Computers & Geosciences 62, 2014, with a bucket
@@ -13,10 +13,12 @@
 
 namespace parallax {
 
+// The drainage graph.
 struct FlowGraph {
-  std::vector<uint32_t> receivers;  // Index of the sample that each one drains to; outlets: itself.
-  std::vector<uint32_t> order;      // Every sample once; a receiver stands before its donors.
-  std::vector<float> filled;        // Height with hollows filled.
+  // Index of the sample that each one drains into; outlets: itself.
+  std::vector<uint32_t> receivers;
+  std::vector<uint32_t> order;  // Every sample once; a receiver stands before its donors.
+  std::vector<float> filled;    // Height with hollows filled.
 };
 
 // Drains `height` to the field's border. Requires at least 3 x 3 samples and finite values.

@@ -1,4 +1,4 @@
-// The shapes of land that biomes stand on: one function each, which draws a TerrainSpec.
+// The landforms of biomes: one function each, which draws a TerrainSpec.
 #pragma once
 
 #include <string>
@@ -11,11 +11,11 @@
 
 namespace parallax {
 
-// "arctic", "canyon", "cave"...: in order of name.
+// Names in alphabetical order: "arctic", "canyon", "cave"...
 std::vector<std::string> LandformNames();
 
-// Terms, erosion and roughness of a landform, drawn from `rng`; rasters as TerrainSpec's defaults.
-// Errors: kInvalidArgument naming the landforms that there are.
+// Draws terms, erosion and roughness of a landform from `rng`; rasters are TerrainSpec's defaults.
+// Errors: kInvalidArgument, listing the landforms.
 absl::StatusOr<TerrainSpec> DrawLandform(std::string_view name, const Rng& rng);
 
 }  // namespace parallax

@@ -24,7 +24,7 @@ constexpr std::array<std::pair<TermKind, std::string_view>, 8> kNames = {{
 
 // Slope of the debris at the foot of a wall: 33 degrees.
 constexpr float kTalus = 0.65f;
-// Of dry sand: 32 degrees.
+// Slope of dry sand: 32 degrees.
 constexpr float kRepose = 0.62f;
 
 // Slices of one solid noise: gradient noise of the plane has visible axes, a tilted slice has not.

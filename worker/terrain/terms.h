@@ -1,5 +1,5 @@
-// The forms that a landscape starts from, before water works on it: a sum of terms, each one kind
-// of relief with its wavelength and height. Pure functions of position and seed; thread-safe.
+// The forms of a landscape before erosion: a sum of terms, each one kind of relief with its
+// wavelength and height. Pure functions of position and seed; thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +11,7 @@
 
 namespace parallax {
 
+// Kinds of relief.
 enum class TermKind {
   kHills,    // Soft swells of gradient noise.
   kRidges,   // Sharp crests over wide valleys: a mountain range.
@@ -23,34 +24,34 @@ enum class TermKind {
   kScarp,    // A cliff across `direction_rad`: level below, level above, crags and bays between.
 };
 
+// One term of the sum.
 struct TerrainTerm {
   TermKind kind = TermKind::kHills;
-  float wavelength_m = 500;  // Of the largest forms.
-  float amplitude_m =
-      50;  // Standard height: most of the relief lies within +- this. Ramp: rise over a wavelength.
+  float wavelength_m = 500;  // Length of the largest forms.
+  // Standard height: most of the relief lies within +- this. Ramp: rise over a wavelength.
+  float amplitude_m = 50;
   int octaves = 5;     // Each 0.48 as long as the one before.
   float gain = 0.5f;   // Height of an octave over that of the one before.
-  float warp = 0.25f;  // The position is moved by noise of this many wavelengths: no form repeats.
-  // Plateau: share of the height that stands in steps. Gorge: how steep the walls are. Scarp: how
-  // little debris lies at its foot.
+  float warp = 0.25f;  // Position noise, in wavelengths, so that no form repeats.
+  // Plateau: share of the height in steps. Gorge: steepness of the walls. Scarp: lack of debris at
+  // its foot.
   float sharpness = 0.5f;
   float direction_rad = 0;  // Ramp, scarp: uphill. Dunes: wind blows towards. Gorge: along it.
-  float width_m = 0;        // Gorge: of its floor. Scarp: of its face.
+  float width_m = 0;        // Gorge: width of its floor. Scarp: width of its face.
   uint32_t seed = 0;
 };
 
 // The names that recipes and configs use: "hills", "ridges"...
 std::string_view TermKindName(TermKind kind);
-// Errors: kInvalidArgument naming the kinds that there are.
+// Errors: kInvalidArgument, listing the kinds.
 absl::StatusOr<TermKind> ParseTermKind(std::string_view name);
 
-// Height at a world position, metres; detail shorter than `footprint_m` is left out.
-// `debris`, if given, becomes how much loose rock lies there because of the term, in [0, 1]: aprons
-// at the feet of walls.
+// Height at a world position, metres, without detail shorter than `footprint_m`. `debris`, if
+// given, is set to the term's amount of loose rock there, in [0, 1]: aprons at the feet of walls.
 float TermHeight(const TerrainTerm& term, const Vec2f& p, float footprint_m,
                  float* debris = nullptr);
 
-// Where a point lies in a gorge.
+// A position relative to a gorge.
 struct GorgePlace {
   float along_m = 0;  // From the origin.
   float away_m = 0;   // From its middle line, >= 0.

@@ -41,6 +41,21 @@ void Shape(const std::optional<Water>& water, Field& height) {
   }
 }
 
+// How far from `p` a raster of cells of `cell_m` is looked up, so that the borders of what it holds
+// are frayed and do not follow its cells.
+Vec2f Frayed(const Vec2f& p, float cell_m, uint32_t seed) {
+  Vec2f sum = Vec2f::Zero();
+  float wavelength_m = 3.1f * cell_m, reach_m = 1.3f * cell_m;
+  for (uint32_t octave = 0; octave < 4; ++octave) {
+    const Vec2f q = p / wavelength_m;
+    sum += reach_m * Vec2f(noise::Gradient3(q.x(), q.y(), 0.5f, seed + 2 * octave),
+                           noise::Gradient3(q.x(), q.y(), 0.5f, seed + 2 * octave + 1));
+    wavelength_m *= 0.45f;
+    reach_m *= 0.5f;
+  }
+  return sum;
+}
+
 // A shift of some metres that turns straight courses between the region's samples into bends.
 Vec2f Bend(const Vec2f& p, uint32_t seed) {
   const auto noise = [&](float wavelength_m, uint32_t lane) {
@@ -171,7 +186,11 @@ float Terrain::Steepness(const Vec2f& p) const {
   return Blend(site_steepness_, region_steepness_, p);
 }
 float Terrain::SnowDepth(const Vec2f& p) const {
-  return site_snow_.size > 0 ? Blend(site_snow_, region_snow_, p) : 0;
+  if (site_snow_.size == 0) return 0;
+  const float weight = Weight(site_snow_, p);
+  if (weight >= 1) return site_snow_.Sample(p);
+  const float far = region_snow_.Sample(p + Frayed(p, region_snow_.cell_m, detail_seed_ + 7));
+  return weight <= 0 ? far : noise::Lerp(far, site_snow_.Sample(p), weight);
 }
 
 Terrain MakeTerrain(const TerrainSpec& spec) {
@@ -234,7 +253,7 @@ Terrain MakeTerrain(const TerrainSpec& spec) {
   if (spec.snow.depth_m > 0) {
     SnowSpec snow = spec.snow;
     snow.seed = rng.Child("snow").Bits32();
-    terrain.region_snow_ = SnowOn(region_surface, snow);
+    terrain.region_snow_ = BoxBlurred(SnowOn(region_surface, snow), 1);
     terrain.site_snow_ = SnowOn(site_surface, snow);
   }
   terrain.region_deposit_ = std::move(region_deposit);

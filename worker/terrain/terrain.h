@@ -1,10 +1,10 @@
-// The ground of a landscape: forms (terms.h) worn by water and gravity (erosion.h) at two scales,
-// and what plants and materials ask of it.
+// The ground of a landscape: forms (terms.h) eroded by water and gravity (erosion.h) at two scales,
+// with the queries of plants and materials.
 //
 // The region (some kilometres) is eroded by streams on a coarse raster; the site in its middle,
-// where the walk goes, again by rain and gravity on a fine one. Between samples the ground has
+// where the walk goes, also by rain and gravity on a fine one. Between samples the ground has
 // detail of every wavelength down to centimetres, rougher on steep ground. Beyond the region the
-// terms go on uneroded to the horizon, and the sphere of the Earth falls away.
+// uneroded terms continue to the horizon, and the Earth's curvature lowers them.
 //
 // Constant after MakeTerrain; thread-safe. The same spec gives the same bits on every machine of
 // one build.
@@ -23,6 +23,7 @@
 
 namespace parallax {
 
+// All parameters of the ground.
 struct TerrainSpec {
   uint64_t seed = 0;
   std::vector<TerrainTerm> terms;
@@ -33,38 +34,40 @@ struct TerrainSpec {
   StreamPowerOptions streams;  // On the region.
   DropletOptions rain;         // On the site; its seed is drawn from the spec's.
   ThermalOptions gravity;      // On both.
-  float roughness = 1;         // Height of the detail between samples; 0: none.
+  float roughness = 1;         // Factor on the detail between samples; 0: none.
   std::optional<WaterSpec> water;
-  // Nothing erodes these; they keep their edges at every scale.
+  // Terms that are not eroded; they keep their edges at every scale.
   std::vector<TerrainTerm> cover;
   StrataSpec strata;
   SnowSpec snow;
 };
 
+// The ground as functions of world positions in plan.
 class Terrain {
  public:
-  // Height at `p`, metres, world frame (z up), without detail shorter than `footprint_m`. The
-  // sphere of the Earth is subtracted. Continuous in `p`.
+  // Height at `p`, metres, world z, without detail shorter than `footprint_m`. Includes the Earth's
+  // curvature. Continuous in `p`.
   float Height(const Vec2f& p, float footprint_m) const;
   // Slope (d/dx, d/dy) of Height by central differences over the footprint.
   Vec2f Slope(const Vec2f& p, float footprint_m) const;
-  // How far the ground at `p`, `height_m` high, stands out horizontally where it is steep: ledges
-  // of hard beds, metres. Only faces in which nothing stands have any.
+  // Horizontal reach of the ground at `p`, height `height_m`, where it is steep: ledges of hard
+  // beds, metres. Only faces without objects have ledges.
   float Ledge(const Vec2f& p, float height_m) const;
   bool has_ledges() const { return strata_.has_ledges(); }
 
   const TerrainSpec& spec() const { return spec_; }
-  // Where the site's masks hold; beyond it they fade to those of the region.
+  // The raster of the site; beyond it, masks fade to those of the region.
   const Field& site() const { return site_; }
   const Field& region() const { return region_; }
-  // Heights of the site with all that lies on the eroded ground.
+  // Heights of the site with everything that lies on the eroded ground.
   const Field& surface() const { return surface_.size > 0 ? surface_ : site_; }
   float DrainageArea(const Vec2f& p) const;  // Square metres.
   float Wetness(const Vec2f& p) const;       // [0, 1]: 1 in valley bottoms.
-  float Deposit(const Vec2f& p) const;       // Metres of loose material: scree, sediment.
+  // Thickness of loose material (scree, sediment), metres.
+  float Deposit(const Vec2f& p) const;
   // Steepness of the rasters, without detail: rise over run.
   float Steepness(const Vec2f& p) const;
-  // nullptr: none.
+  // Null if there is no water.
   const Water* water() const { return water_ ? &*water_ : nullptr; }
   // Height of the ground above the water's still level, negative under water; kDry far from it.
   float AboveWater(const Vec2f& p) const;
@@ -75,7 +78,7 @@ class Terrain {
   friend Terrain MakeTerrain(const TerrainSpec& spec);
 
   float Base(const Vec2f& p) const;
-  // Height with what lies on the eroded ground, cover and strata; `loose`: debris in [0, 1].
+  // Height including cover and strata on the eroded ground; `loose`: debris in [0, 1].
   float Covered(const Vec2f& p, float eroded_m, float footprint_m, float* loose = nullptr) const;
   void AddCover(Field& height, Field& deposit) const;
   float Detail(const Vec2f& p, float footprint_m) const;

@@ -243,7 +243,7 @@ Water::Surf Water::SurfAt(const Local& at) const {
   Surf surf;
   if (spec_.kind != WaterKind::kSea || at.off <= 0 || at.off > 90) return surf;
   const float depth = DepthAt(at);
-  // As long as deep water's waves where the swell begins to feel the ground.
+  // The length of deep-water waves where the swell begins to feel the ground.
   const float wander = 0.45f * PlaneNoise(at.u / 43, 0.013f * at.off, spec_.seed + 5) +
                        0.13f * PlaneNoise(at.u / 11, 0.03f * at.off, spec_.seed + 6);
   const float turn = 1.05f * std::sqrt(at.off) + wander + phases_[4];

@@ -1,9 +1,9 @@
-// A river or a sea in a landscape: the line that it follows, the form that it gives to the land
-// beside it, and its surface with waves.
+// A river or a sea in a landscape: its line, the bed and banks that it shapes, and its surface with
+// waves.
 //
-// A river's middle and a sea's shore are lines that bend: the sum of some waves along a straight
-// axis. `u` runs along a river's axis or a shore's, `v` across it. Constant; thread-safe. The same
-// spec gives the same bits on every machine: sines are noise::CosTurn, not the library's.
+// A river's middle and a sea's shore are curved lines: sums of some waves along a straight axis.
+// `u` runs along the axis, `v` across it. Constant; thread-safe. The same spec gives the same bits
+// on every machine, because sines are noise::CosTurn, not the library's.
 #pragma once
 
 #include <array>
@@ -19,12 +19,13 @@ namespace parallax {
 
 inline constexpr float kEarthRadius_m = 6.371e6f;
 
+// Kinds of water.
 enum class WaterKind { kRiver, kSea };
 std::string_view WaterKindName(WaterKind kind);
-// Errors: kInvalidArgument naming the kinds that there are.
+// Errors: kInvalidArgument, listing the kinds.
 absl::StatusOr<WaterKind> ParseWaterKind(std::string_view name);
 
-// v1::Water says what the numbers are.
+// The fields of v1::Water, which documents them.
 struct WaterSpec {
   WaterKind kind = WaterKind::kRiver;
   float direction_rad = 0, level_m = 0, fall = 0, bend_m = 200, swing_m = 20;
@@ -33,69 +34,71 @@ struct WaterSpec {
   float wind_mps = 3, wind_rad = 0;
 };
 
-// Geometric mean of the width and the length of a patch of water that looks `across_m` wide and as
-// high: at a glance it is the longer the farther it lies. `square_m`: the width of one that is as
-// long as wide, at the distance of the eye's height. Waves shorter than twice the mean are not told
-// apart.
+// Geometric mean of the apparent width and length of a patch of water that looks `across_m` wide
+// and as high: at grazing angles, patches are longer the farther away they are. `square_m`: width
+// of a patch that is as long as wide, at the distance of the eye's height. Waves shorter than twice
+// the mean are not resolved.
 float SeenWidth(float across_m, float square_m);
 
+// One river or sea.
 class Water {
  public:
   explicit Water(const WaterSpec& spec);
 
   const WaterSpec& spec() const { return spec_; }
 
-  // World z of the still surface, where there is water and beside it. The sphere of the Earth is
-  // subtracted, as of the ground's height.
+  // World z of the still surface, over water and beside it. Includes the Earth's curvature, as the
+  // ground's height does.
   float Level(const Vec2f& p) const;
-  // Metres from the line where still water ends, about; negative over water.
+  // Approximate distance to the line where still water ends, metres; negative over water.
   float FromShore(const Vec2f& p) const;
-  // The place that is `from_shore_m` away from the shore at `along_m` of its axis; `side`: which of
-  // a river's, 1 or -1.
+  // The place at distance `from_shore_m` from the shore, `along_m` along its axis; `side`: which of
+  // a river's shores, 1 or -1.
   Vec2f Beside(float along_m, float from_shore_m, float side) const;
-  // Farther from the shore than this the land is as it would be without water, and may lie lower
-  // than the water's level.
+  // Distance from the shore beyond which water does not shape the land, which may then lie below
+  // the water's level.
   float reach_m() const;
 
-  // Height of the land with the water's bed, banks and beach, of the height that it would have
-  // without; neither counts the sphere of the Earth. And the share of the ground's detail that is
-  // left: beds and beaches are smooth.
+  // The land's height with the water's bed, banks and beach, from its height without water (both
+  // without the Earth's curvature); and the share of the ground's detail that remains: beds and
+  // beaches are smooth.
   struct Form {
     float height_m = 0, detail = 1;
   };
   Form Shaped(const Vec2f& p, float height_m) const;
 
-  // Height of the surface above Level with the waves that are longer than twice the footprint.
+  // Height of the waves above Level, metres; only waves longer than twice the footprint.
   float Waves(const Vec2f& p, float footprint_m) const;
-  // The most that Waves gives, about.
+  // Approximate maximum of Waves.
   float most_wave_m() const { return most_wave_m_; }
 
-  // What waves shorter than the mesh's edges add to the surface, and their slopes along both
-  // tangents: for normals. `edge_m`: of the mesh at each point. `x`, `y`: world.
+  // Height that waves shorter than the mesh's edges add to the surface, metres, with its slopes
+  // along both tangents: for normals. `edge_m`: length of the mesh's edges there. `x`, `y`: world.
   Dual8 Ripples(const Dual8& x, const Dual8& y, Float8 edge_m, Float8 footprint_m) const;
   // Mean square slope of the waves that neither the mesh nor the footprint shows.
   float LostSlope(const Vec2f& p, float footprint_m) const;
 
   // Share of the surface that foam covers, before its pattern: 0 none, 1 closed.
   float Foam(const Vec2f& p, float depth_m) const;
-  // A place in the frame of what drifts: along a river and across it; a sea's is the place itself.
+  // A position in the frame of drifting objects: along and across a river; for a sea, the position
+  // itself.
   Vec2f Adrift(const Vec2f& p) const;
 
  private:
-  // A line v = At(u) that bends.
+  // A wave of the curved line v = At(u).
   struct Bend {
     float turns_per_m = 0, phase = 0, height_m = 0;
   };
   struct OnLine {
     float v = 0, slope = 0, bow = 0;  // And its first and second derivative.
   };
-  // A place in the water's own frame.
+  // A position in the water's own frame.
   struct Local {
     float u = 0, v = 0;  // Along the axis and across it.
     float from_shore_m = 0;
     float off = 0;      // River: from its middle, signed; sea: out from the shore.
     float half_m = 0;   // River: half of its width here.
-    float outer = 0;    // River: how much this side is a bend's outer one, [-1, 1].
+    float outer = 0;    // River: how much this side is the outer one of a bend, [-1, 1].
     float riffle = 0;   // River: [0, 1], shallow and quick.
     float stretch = 1;  // Length of the line over that of its axis.
   };
@@ -112,7 +115,7 @@ class Water {
   float SeaBed(const Local& at) const;
   // Depth of still water above its own bed's form, metres.
   float DepthAt(const Local& at) const;
-  // Share of a wave's height that is left in shallow water.
+  // Share of a wave's height that remains in shallow water.
   float Kept(float length_m, float depth_m) const;
   struct Surf {
     float height_m = 0, crest = 0, strength = 0;
@@ -121,15 +124,15 @@ class Water {
   float Swash(const Local& at) const;
   void MakeSeaWaves();
   void MakeRiverWaves();
-  // How high waves are here over those of Wave::height_m.
+  // Height of the waves here, relative to Wave::height_m.
   float Liveliness(const Local& at) const;
 
   WaterSpec spec_;
-  Vec2f ahead_, left_;  // Of the line's axis; a sea lies to the right of its shore.
+  Vec2f ahead_, left_;  // Along the axis and to its left; a sea lies right of its shore.
   std::vector<Bend> bends_;
   std::array<float, 12> phases_;
   std::vector<Wave> waves_;  // In order of length, the longest first.
-  float lost_slope_ = 0;     // Of waves shorter than all of `waves_`.
+  float lost_slope_ = 0;     // Mean square slope of waves shorter than all of `waves_`.
   float most_wave_m_ = 0;
 };
 

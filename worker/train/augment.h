@@ -13,12 +13,12 @@
 
 namespace parallax {
 
-// What the network sees of one pair. Planes of height x width, rows from the top.
+// The network's input and target for one pair. Planes of height x width, rows from the top.
 struct TrainingCrop {
   int height = 0, width = 0;
   std::vector<float> left, right;   // Three planes R, G, B in [0, 1].
   std::vector<float> disparity_px;  // Pixels of the crop.
-  // Of the pixel's loss: 1 visible, less where occluded, 0 without truth.
+  // Weight of the pixel's loss: 1 visible, less where occluded, 0 without truth.
   std::vector<float> weight;
 };
 

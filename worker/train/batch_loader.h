@@ -1,5 +1,5 @@
-// Batches ahead of time. A batch is a pure function of (sources, settings, step): the threads that
-// prepare batches change when one is ready, never its content.
+// Prepares batches ahead of time. A batch is a pure function of (sources, settings, step): threads
+// affect only when it is ready, never its content.
 #pragma once
 
 #include <memory>
@@ -9,12 +9,13 @@
 
 namespace parallax {
 
+// The crops of one training step.
 struct TrainingBatch {
   std::vector<TrainingCrop> crops;
-  std::vector<std::string> names;  // Of the frames.
+  std::vector<std::string> names;  // Names of the frames, one a crop.
 };
 
-// One consumer. The destructor waits for the batches that are being prepared.
+// For one consumer. The destructor waits for batches in preparation.
 class BatchLoader {
  public:
   // `sources` must outlive the loader. Batches start with that of `first_step`; `threads` threads

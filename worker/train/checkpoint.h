@@ -1,4 +1,4 @@
-// A training run on disk. The same state gives the same bytes.
+// Checkpoints of training runs. The same state gives the same bytes.
 #pragma once
 
 #include <string>
@@ -9,20 +9,19 @@
 
 namespace parallax {
 
-// The randomness of a run is addressed by step, so `step` is also the position of all random
-// streams.
+// State of a run. Its random streams are addressed by step, so `step` is their position too.
 struct Checkpoint {
-  int64_t step = 0;                 // Steps that were done.
+  int64_t step = 0;                 // Number of steps done.
   nlohmann::ordered_json settings;  // ToJson of the settings, and "data_hashes".
   OptimiserState state;
 };
 
-// Replaces `path` in one step: whoever reads it sees the old or the new file, also after a crash.
+// Replaces `path` atomically: readers see the old or the new file, even after a crash.
 // Errors: as WriteFile and rename(2).
 absl::Status WriteCheckpoint(const std::string& path, const StereoNetwork& network,
                              const Checkpoint& checkpoint);
 
-// Errors: kNotFound; kDataLoss when it is no checkpoint, was cut off, or is one of another network.
+// Errors: kNotFound; kDataLoss for a file that is truncated, no checkpoint, or another network's.
 absl::StatusOr<Checkpoint> ReadCheckpoint(const std::string& path, const StereoNetwork& network);
 
 }  // namespace parallax

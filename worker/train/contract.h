@@ -27,6 +27,7 @@ namespace parallax {
 enum class ProgressFormat { kJsonLines, kPattern };
 enum class PredictorKind { kCommand, kTorchScript, kOnnx };
 
+// The content of one trainer's file.
 struct TrainerContract {
   std::string name;
   std::string layout;     // "archive", or a layout of `parallax export`.
@@ -39,14 +40,14 @@ struct TrainerContract {
   std::vector<std::string> batch;   // Appended when the study names the number of crops in a step.
   std::vector<std::string> environment;  // "NAME=value" for its commands.
   int64_t default_steps = 0;             // 0: the study must say.
-  // What a study's `minutes` are worth, whatever the machine. 0: studies must name steps.
+  // Steps that one of a study's `minutes` stands for, on any machine. 0: studies must name steps.
   double steps_per_minute = 0;
   ProgressFormat progress = ProgressFormat::kJsonLines;
   std::string progress_pattern;  // A regular expression with the groups below.
   // In order of the groups: "step", "loss", "epe_px", "eta_s". A trainer that counts its steps anew
   // in each epoch has "epoch" (from 0) and "epoch_steps" as well.
   std::vector<std::string> progress_groups;
-  // Of files in {out}, with one "*" for the step: "checkpoint-*.pt".
+  // Pattern of files in {out}, with one "*" for the step: "checkpoint-*.pt".
   std::string checkpoint_pattern;
   std::string final_checkpoint;  // In {out}.
   // Exit statuses of the trainer that say more than "failed": "not_finite", "out_of_memory".
@@ -63,6 +64,7 @@ absl::StatusOr<TrainerContract> ParseTrainerContract(std::string_view yaml,
                                                      const std::string& file);
 absl::StatusOr<TrainerContract> ReadTrainerContract(const std::string& path);
 
+// Values for a command's placeholders.
 struct CommandValues {
   std::map<std::string, std::string> values;              // By placeholder, without braces.
   std::vector<std::pair<std::string, std::string>> data;  // Folder and weight of each part.
@@ -72,6 +74,7 @@ struct CommandValues {
 absl::StatusOr<std::vector<std::string>> ExpandCommand(const std::vector<std::string>& command,
                                                        const CommandValues& values);
 
+// Progress in one line of a trainer's output.
 struct TrainerProgress {
   std::optional<int64_t> step;
   std::optional<double> loss, epe_px, eta_s;

@@ -1,5 +1,5 @@
-// The trainers that this worker may run: those that its operator installed and allowed. Nothing
-// that comes with a job is ever executed.
+// The trainers that this worker may run, which its operator installed and allowed. Nothing that
+// comes with a job is ever executed.
 #pragma once
 
 #include <map>
@@ -11,6 +11,7 @@
 
 namespace parallax {
 
+// A trainer that this worker may run.
 struct InstalledTrainer {
   TrainerContract contract;
   std::string repository;  // Folder of its own code; empty if there is none.

@@ -1,10 +1,11 @@
-// The loss of a batch, and how far its disparities are off.
+// The loss of a batch, and the errors of its disparities.
 #pragma once
 
 #include "worker/train/network.h"
 
 namespace parallax {
 
+// Loss and errors of one batch.
 struct BatchLoss {
   torch::Tensor loss;  // A scalar with its graph.
   double epe_px = 0;   // Mean |error| of `disparity` over visible pixels.

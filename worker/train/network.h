@@ -23,6 +23,7 @@ namespace parallax {
 // Sizes must be multiples of this; PredictDisparity pads.
 inline constexpr int64_t kSizeMultiple = 32;
 
+// Disparities at three resolutions, for the loss.
 struct StereoOutput {
   torch::Tensor disparity;  // (batch, 1, height, width), pixels of the input.
   torch::Tensor half;       // The same at 1/2, before the correction; still pixels of the input.
@@ -31,6 +32,7 @@ struct StereoOutput {
   torch::Tensor log_scores;
 };
 
+// The network; see the head of this file.
 class StereoNetwork : public torch::nn::Module {
  public:
   StereoNetwork();

@@ -12,10 +12,12 @@
 
 namespace parallax {
 
+// The flat vectors of a checkpoint.
 struct OptimiserState {
   torch::Tensor weights, average, mean, square;  // One-dimensional, float32.
 };
 
+// The optimiser of one network.
 class Optimiser {
  public:
   // Moves the weights and gradients of `network`, which must outlive this, into flat vectors.

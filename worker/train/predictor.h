@@ -21,6 +21,7 @@
 
 namespace parallax {
 
+// Search range and threads.
 struct PredictOptions {
   // Pixels of the input; 0: the range of training, at the network's size.
   double max_disparity = 0;
@@ -34,6 +35,7 @@ struct NetworkSize {
   int max_disparity = 0;                    // A multiple of 16.
 };
 
+// Chooses the size at which the network sees the pair.
 NetworkSize ChooseNetworkSize(int width, int height, int trained_disparity, double max_disparity);
 
 // How much larger than the input a second look may be; 1 or less: there is no second look.

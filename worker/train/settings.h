@@ -40,6 +40,7 @@ struct AugmentSettings {
   double blur_probability = 0.25, blur_max_px = 1.0;  // Standard deviation.
 };
 
+// All settings of a run; each affects the bytes of its checkpoints.
 struct TrainSettings {
   uint64_t seed = 1;
   int64_t steps = 1500;

@@ -59,7 +59,7 @@ std::string CheckpointName(int64_t step) {
   return name;
 }
 
-// What happens to one run; errors that torch throws pass through.
+// One training run from start to end; exceptions of torch pass through.
 class Run {
  public:
   Run(const TrainingJob& job, const std::atomic<bool>& stop,

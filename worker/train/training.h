@@ -11,6 +11,7 @@
 
 namespace parallax {
 
+// A run: its settings, its data and its files.
 struct TrainingJob {
   TrainSettings settings;
   // When above 0: `settings.steps` is set to what fits, by timing a few steps first.
@@ -26,6 +27,7 @@ struct TrainingJob {
   int loader_threads = 1;
 };
 
+// How a run ended.
 struct TrainingEnd {
   TrainerExit exit = TrainerExit::kDone;
   std::string message;  // One line; empty when done.

@@ -13,6 +13,7 @@
 
 namespace parallax {
 
+// A frame by its folder.
 struct TrainingFrame {
   std::string name;  // "<variant>/000012/003"
   std::string dir;
@@ -27,6 +28,7 @@ struct TrainingSource {
   std::vector<TrainingFrame> frames;
 };
 
+// Which frames of a source count.
 struct SourceOptions {
   bool unfiltered = false;     // Also frames that a filter turned down.
   bool allow_missing = false;  // Go on without frames whose files are gone.
@@ -48,6 +50,7 @@ struct TrainingEye {
   ImageU8 trust;
 };
 
+// Both eyes of a frame.
 struct TrainingPair {
   TrainingEye left, right;
 };
@@ -57,6 +60,7 @@ struct TrainingPair {
 // Errors: kDataLoss for maps of different sizes or a disparity that is not finite; as Read*.
 absl::StatusOr<TrainingPair> ReadTrainingPair(const std::string& frame_dir);
 
+// Indices of a source and of a frame within it.
 struct FrameChoice {
   int source = 0;
   int frame = 0;

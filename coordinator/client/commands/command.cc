@@ -48,7 +48,7 @@ CLI::App* Registry::AddCommand(CLI::App& parent, const std::string& name,
 
 void Registry::SetAction(CLI::App* command, Action action) {
   command->callback([command, this_chosen = &chosen, action = std::move(action)] {
-    // Of a subcommand that was given, the callback comes before its parent's.
+    // CLI11 calls back a given subcommand before its parent, whose action must not replace it.
     if (command->get_subcommands().empty()) *this_chosen = action;
   });
 }

@@ -1,5 +1,5 @@
-// What commands have in common. A command file registers its subcommand and sets, when it is
-// chosen, the action that the program then runs.
+// The common part of all commands. Each command's file registers its subcommand and an action,
+// which the program runs if the user gives that subcommand.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -15,7 +15,7 @@
 
 namespace parallax::client {
 
-// Options of every command; a command adds those it knows.
+// Options that many commands have; each command adds those that it uses.
 struct CommonOptions {
   std::string coordinator = kDefaultCoordinator;
   bool insecure = false;
@@ -23,45 +23,49 @@ struct CommonOptions {
   bool json = false;
 };
 
+// The outside of a running command: its environment, and helpers to write and connect.
 struct Session {
   Environment& environment;
   const CommonOptions& options;
 
   const Terminal& out() const { return environment.out; }
   const Terminal& err() const { return environment.err; }
-  // Errors: those of MakeRpcSecurity and Connection::Open.
+  // Connects to the coordinator of the options. Errors: those of MakeRpcSecurity and
+  // Connection::Open.
   absl::StatusOr<std::unique_ptr<Connection>> Connect() const;
-  // A JSON document on standard output, indented unless `one_line`.
+  // Writes a JSON document to standard output, indented unless `one_line`.
   void PrintJson(const nlohmann::ordered_json& json, bool one_line = false) const;
-  // "error: ..." and "note: ..." on standard error.
+  // Write "error: ..." or "note: ..." to standard error.
   void PrintError(const std::string& message) const;
   void PrintNote(const std::string& message) const;
-  // Asks whether to go on although `what`. Errors: kFailedPrecondition unless the user agrees, or
-  // agreed beforehand (`yes`: the option --yes).
+  // Asks the user whether to go on although `what`. `yes` (the option --yes) answers beforehand.
+  // Errors: kFailedPrecondition unless the user agrees.
   absl::Status Confirm(const std::string& what, bool yes) const;
 };
 
+// Runs a command. An error is printed, and its exit code is that of ExitCodeOf.
 using Action = std::function<absl::StatusOr<ExitCode>(Session&)>;
 
 // Headings of `parallax --help`.
 inline constexpr char kLocalCommands[] = "On this machine";
 inline constexpr char kCoordinatorCommands[] = "With a coordinator";
 
-// Where commands are registered.
+// The register of commands.
 struct Registry {
   CLI::App& app;
   CommonOptions& options;
   Action& chosen;
 
-  // `footer` is shown at the end of its --help.
+  // Adds a command below `parent`. `footer` is shown at the end of its --help.
   CLI::App* AddCommand(CLI::App& parent, const std::string& name, const std::string& description,
                        const std::string& footer = "");
-  // `action` runs if the command is given.
+  // Sets the action that runs if the command is given.
   void SetAction(CLI::App* command, Action action);
   void AddJsonOption(CLI::App* command);
   void AddConnectionOptions(CLI::App* command);  // And --json.
 };
 
+// Register the commands of these names; each has a file of its own in this folder.
 void RegisterRun(Registry& registry);
 void RegisterSubmit(Registry& registry);
 void RegisterStatus(Registry& registry);

@@ -50,7 +50,7 @@ bool LooksLikeStudy(const std::string& path) {
   }
   const absl::StatusOr<std::string> text = ReadFile(path, 4 << 20);
   if (!text.ok()) return true;
-  // Of the keys at the margin; the reader itself tells what is wrong with a broken file.
+  // Looks at keys without indentation only. The reader itself reports a broken file.
   for (const char* key : {"study:", "variants:", "pairs:"}) {
     if (text->rfind(key, 0) == 0 || text->find(std::string("\n") + key) != std::string::npos) {
       return true;
@@ -138,7 +138,7 @@ absl::StatusOr<ExitCode> HashFolders(const ContentCommand& command,
   return kExitOk;
 }
 
-// What rigs becomes of a preset or of a calibration file.
+// Prints the `rigs` that a preset or a calibration file resolves to.
 absl::StatusOr<ExitCode> Camera(const CameraOptions& options, Session& session) {
   std::error_code error;
   const bool is_file = std::filesystem::exists(options.source, error);

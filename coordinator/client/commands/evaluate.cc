@@ -139,7 +139,7 @@ void PrintEvaluation(const Evaluation& evaluation, const Outputs& outputs, Sessi
   }
 }
 
-// All are opened before the first is predicted: a file that is missing is told at once.
+// Opens all benchmarks before the first prediction, so that a missing file is found at once.
 absl::StatusOr<std::vector<Benchmark>> OpenAll(const EvaluateCommandOptions& options) {
   std::vector<Benchmark> benchmarks;
   for (const std::string& what : options.benchmarks) {

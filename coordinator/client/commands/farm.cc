@@ -140,7 +140,7 @@ absl::StatusOr<ExitCode> KeepFarm(const FarmOptions& options, Session& session) 
     }
     step = keeper.Look();
     if (!step.ok()) {
-      // Neither a coordinator that restarts nor a busy Slurm ends the farm; the same error is told
+      // A restarting coordinator or a busy Slurm does not end the farm. The same error is reported
       // once.
       const std::string error = FirstLine(ToStd(step.status().message()));
       if (error != told) session.PrintNote(error + "; tries again");
@@ -149,7 +149,7 @@ absl::StatusOr<ExitCode> KeepFarm(const FarmOptions& options, Session& session) 
     }
     told.clear();
     worked = worked || step->view.demand.waiting + step->view.demand.leased > 0;
-    // A pause is told once.
+    // Reports a pause once.
     if (step->did_something() && !(step->paused_s > 0 && paused)) Tell(*step, session);
     paused = step->paused_s > 0;
   }

@@ -1,4 +1,4 @@
-// farm slurm.
+// The command `farm slurm`: keeps workers for a coordinator on a Slurm cluster.
 #pragma once
 
 #include "coordinator/client/commands/command.h"

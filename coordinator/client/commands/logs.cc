@@ -19,7 +19,7 @@ Tone EndingTone(const std::string& ending) {
   return ending == "running" ? Tone::kAccent : Tone::kWarning;
 }
 
-// For people: "handed back" says more than "returned".
+// Returns an ending in words for people: "handed back" says more than "returned".
 std::string WordsOf(const std::string& ending) {
   return ending == "returned" ? "handed back" : ending;
 }
@@ -74,7 +74,7 @@ absl::StatusOr<ExitCode> Logs(const LogsOptions& options, Session& session) {
                         << (reply.attempts().empty() ? "nobody has tried it"
                                                      : Plural(reply.attempts_size(), "attempt"))
                         << "\n";
-  // As in a log, the newest is at the end.
+  // The newest attempt comes last, as in a log.
   const double now_unix_s = session.environment.clock->UnixSeconds();
   for (int i = reply.attempts_size(); i-- > 0;) {
     PrintAttempt(reply.attempts(i), now_unix_s, session);

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kPagePort = 7080;
 
-// As told, or the usual port of the coordinator's host.
+// Returns the given address, or the usual port on the coordinator's host.
 absl::StatusOr<std::string> PageAddress(const std::string& told, const std::string& coordinator) {
   if (!told.empty()) return told;
   ASSIGN_OR_RETURN(RpcAddress address, ParseRpcAddress(coordinator));

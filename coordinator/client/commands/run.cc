@@ -54,7 +54,7 @@ void PrintOpening(const v1::StudySpec& study, const OutDir& out, int workers,
                         << std::flush;
 }
 
-// A picture is a comfort: that it can't be drawn is told, and is no failure.
+// The contact sheet is optional: if it can't be drawn, there is a note and no failure.
 void DrawSheet(RunReport& report, const Session& session) {
   const std::string path = report.out_dir + "/contact_sheet.png";
   std::error_code error;

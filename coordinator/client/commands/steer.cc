@@ -11,7 +11,7 @@ namespace {
 struct SteerOptions {
   std::string study;
   std::string reason;
-  bool yes = false;  // Of forget.
+  bool yes = false;  // Used by `forget`.
 };
 
 using Order = absl::StatusOr<v1::StudyStatus> (Connection::*)(int64_t, const std::string&);

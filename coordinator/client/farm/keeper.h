@@ -1,4 +1,5 @@
-// Keeps the number of pilots in step with a coordinator's demand, one look at a time.
+// Keeps the number of pilots (workers started by a batch system) in step with a coordinator's
+// demand, one look at a time.
 #pragma once
 
 #include <functional>
@@ -10,15 +11,15 @@
 
 namespace parallax::client {
 
-// Names of workers that pilots run begin so (deploy/slurm/workers.sbatch).
+// Prefix of the names of pilots' workers (deploy/slurm/workers.sbatch).
 inline constexpr char kSlurmWorkerPrefix[] = "slurm-";
 
 struct KeeperOptions {
   FarmLimits limits;
-  double interval_s = 30;  // Between two looks; longer if the pilots come to nothing.
+  double interval_s = 30;  // Between two looks; longer if pilots don't become workers.
 };
 
-// The keeper's hands and eyes; tests have their own.
+// The outside of a keeper: its coordinator, batch system and clock. Tests pass their own.
 struct KeeperWorld {
   std::function<absl::StatusOr<std::vector<v1::StudyStatus>>()> studies;
   std::function<absl::StatusOr<std::vector<v1::WorkerStatus>>()> workers;
@@ -28,12 +29,12 @@ struct KeeperWorld {
   Clock* clock = nullptr;
 };
 
-// The result of one look: the view, the decision, and the submission if there was one.
+// The result of one look: the view, the decision, and the submitted array if there was one.
 struct KeeperStep {
   FarmView view;
   FarmDecision decision;
-  std::string array;  // The id of the array that was submitted; empty: none was.
-  // Until pilots may be submitted again; the decision's `submit` waits for it.
+  std::string array;  // Id of the submitted array; empty: none.
+  // Seconds until pilots may be submitted again; the decision's `submit` waits for so long.
   double paused_s = 0;
   bool finished() const;  // No work and no pilot is left.
   // "12 jobs wait, 4 run; pilots: 2 run, 0 wait, 5 wanted: submitted 3 as array 17"
@@ -47,8 +48,9 @@ class FarmKeeper {
   FarmKeeper(KeeperOptions options, KeeperWorld world)
       : options_(options), world_(std::move(world)) {}
 
-  // Looks and decides. Unless `dry`, submits and cancels. Nothing is done on half a view.
-  // Errors: those of the world, whichever comes first; the next look is a new chance.
+  // Looks at coordinator and batch system and decides. Unless `dry`, submits and cancels pilots;
+  // does neither if a part of the view is missing. Errors: the first of KeeperWorld's; the next
+  // look tries again.
   absl::StatusOr<KeeperStep> Look(bool dry = false);
 
  private:
@@ -57,7 +59,7 @@ class FarmKeeper {
 
   const KeeperOptions options_;
   const KeeperWorld world_;
-  int fruitless_ = 0;  // Submissions in a row of which no worker came.
+  int fruitless_ = 0;  // Submissions in a row that brought no worker.
   double next_submission_s_ = 0;
 };
 

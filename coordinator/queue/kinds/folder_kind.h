@@ -1,8 +1,8 @@
-// The base of kinds whose result is one folder of files in the store: `Result` is a message
-// with `path` and `files`, kept packed under the job's work key; `Input` is the message with
-// `needs` that the coordinator keeps for a job. A derived kind says what else makes a result bad.
+// The base class of kinds whose result is one folder of files in the store. `Result` is a message
+// with `path` and `files`; it is stored, packed, under the job's work key. `Input` is the message
+// with `needs` that the coordinator keeps for a job. A derived kind adds its own checks of results.
 //
-// Errors: as JobKind's.
+// Errors: those of JobKind.
 #pragma once
 
 #include <memory>
@@ -80,7 +80,7 @@ class FolderKind : public JobKind {
     return static_cast<const Checked&>(result).result;
   }
 
-  // Why no job can have this result, whose files are in order; empty if a job can.
+  // Returns why no job can have this result, whose files were found good; empty if a job can.
   virtual std::string WhyBad(const Result& result) const = 0;
 };
 

@@ -12,7 +12,7 @@ std::unique_ptr<JobKind> MakeTrainKind();     // A network, from a training set.
 std::unique_ptr<JobKind> MakeEvaluateKind();  // A network's or baseline's scores on a benchmark.
 
 const KindRegistry& KindRegistry::Builtin() {
-  // In the order in which work flows. Never freed: others hold references.
+  // The kinds in the order in which work flows. Never freed, because others hold references.
   static const KindRegistry* registry = new KindRegistry({
       MakeSolveKind().release(),
       MakeRenderKind().release(),

@@ -228,7 +228,7 @@ class RenderKind final : public JobKind {
     while (frames.Next()) {
       v1::FrameResult frame;
       const bool unpacked = UnpackMessage(frames.Blob(1), frame).ok();
-      // Without its job, which was forgotten, its attempt is known by the fence alone.
+      // If its job was forgotten, the attempt is known by the fence alone.
       const std::string prefix = frames.IsNull(3)
                                      ? frame.path().substr(0, StorePrefixOf(Sha256Digest{}).size())
                                      : StorePrefixOf(frames.Digest(3));

@@ -116,7 +116,7 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
     uint32_t ordinal = 0;
     uint32_t evaluation = 0;
     for (int seed = 0; seed < study.train().seeds(); ++seed) {
-      std::map<int, int64_t> jobs;  // Of this seed, by the place of their sets.
+      std::map<int, int64_t> jobs;  // Trainings of this seed, by the place of their sets.
       for (const size_t place : order) {
         const v1::Mixture& set = sets[place];
         ASSIGN_OR_RETURN(v1::TrainInput input, InputFor(desk, study, variants, set, seed));

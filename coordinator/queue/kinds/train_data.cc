@@ -12,7 +12,7 @@ namespace {
 constexpr int kMostFiles = 10'000;
 constexpr char kGpuTag[] = "gpu";
 
-// Nothing without a sensor: such sets have the keys that they always had.
+// Returns no bytes without a sensor, so that keys of such sets stay as they were.
 std::string SensorBytes(const v1::FrameSet& set) {
   if (!set.has_sensor()) return "";
   return std::string("\nsensor ") + kSensorVersion + "\n" + DeterministicBytes(set.sensor());

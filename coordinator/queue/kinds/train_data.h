@@ -1,8 +1,7 @@
-// Inner part of the kinds that train and evaluate: the parts of their data, their inputs, and what
-// a worker must have for them.
+// Inner part of the kinds that train and evaluate: the parts of their data, their inputs, and their
+// needs of a worker.
 //
-// Errors: those of the desk, the reader or the database that a function is given; more where it
-// says so.
+// Errors: those of the desk, reader or database that a function is given, beside those named.
 #pragma once
 
 #include <string>
@@ -12,18 +11,18 @@
 
 namespace parallax {
 
-// Gives the set the variant's filters and, if it has one, its sensor: what is done to frames as
-// they are brought out of the store.
+// Copies the variant's filters and its sensor, if it has one, to the set. Both are applied to
+// frames when they are brought out of the store.
 void TakeFinish(const v1::SceneConfig& config, v1::FrameSet* set);
 
-// Which pairs `variant` gives, for keys.
+// Returns the values that decide which pairs `variant` gives, for keys.
 DataPart DataPartOf(const VariantFacts& variant, const v1::FrameSet& set);
 
-// Adds the folders of all pairs of a variant. Errors: as the reader's; kDataLoss if there are not
-// `pairs` of them.
+// Adds the folders of a variant's `pairs` pairs to the set. Errors: the reader's; kDataLoss if
+// there are fewer.
 absl::Status AddFolders(int64_t variant, int64_t pairs, ResultReader& results, v1::FrameSet* set);
 
-// kDataLoss if the bytes of a job are no such message.
+// Parses a job's input. Errors: kDataLoss if the bytes are not such a message.
 template <typename Input>
 absl::StatusOr<Input> InputOf(std::string_view bytes) {
   Input input;
@@ -32,16 +31,16 @@ absl::StatusOr<Input> InputOf(std::string_view bytes) {
                    "database: a job's input is no " + Input::descriptor()->name());
 }
 
-// GPUs are asked for by the tag "gpu".
+// Returns the needs of a job; a job that needs GPUs asks for the tag "gpu".
 WorkNeeds NeedsOf(const v1::JobNeeds& needs);
 
-// Why `files` below `path` can be no result's; empty if they can be.
+// Returns why `files` below `path` can't be a result's; empty if they can.
 std::string WhyBadFiles(const std::string& path,
                         const google::protobuf::RepeatedPtrField<v1::FileEntry>& files);
 std::vector<JobKind::OutputFile> OutputFilesOf(
     const std::string& path, const google::protobuf::RepeatedPtrField<v1::FileEntry>& files);
 
-// What one study's evaluations have in common. Lives in evaluate.cc.
+// The common part of a study's evaluations. Implemented in evaluate.cc.
 struct EvaluationPlan {
   v1::EvaluateSpec spec;
   int64_t heldout_variant = 0;  // 0: none.
@@ -49,19 +48,20 @@ struct EvaluationPlan {
   v1::FrameSet heldout;
   int threads = 2;
 };
-// Whether each variant of the resolved study is one of those that were submitted.
-// Errors: kInvalidArgument if the study was submitted without its held-out variant.
+// Checks that each variant of the resolved study was submitted. Errors: kInvalidArgument if the
+// study was submitted without its held-out variant.
 absl::Status CheckResolved(const v1::StudySpec& resolved, std::span<const int64_t> variants);
-// Requires that CheckResolved passes.
+// Makes the plan of a study's evaluations. Requires that CheckResolved passes.
 EvaluationPlan EvaluationPlanOf(const v1::StudySpec& study, std::span<const int64_t> variants);
-// Jobs for each checkpoint and benchmark of a training. `next_ordinal` numbers them.
+// Adds an evaluation for each checkpoint and benchmark of a training. Numbers them from
+// `next_ordinal`, which it advances.
 absl::Status AddEvaluationsOf(WorkDesk& desk, const EvaluationPlan& plan, int64_t variant,
                               const v1::TrainJob& training, int64_t train_job,
                               uint32_t* next_ordinal);
-// Ordinals of baselines' jobs begin here, in the study's first variant.
+// First ordinal of the baselines' jobs, which belong to the study's first variant.
 inline constexpr uint32_t kFirstBaselineOrdinal = 1u << 30;
 
-// Litter, kept folders and wrong places of this stage's results, for the auditor.
+// Checks this kind's results for the auditor: results in litter or kept folders, and wrong paths.
 absl::Status AuditFolders(SqliteConnection& db, const JobKind& kind,
                           std::vector<std::string>& violations);
 

@@ -1,5 +1,5 @@
-// What an object costs at default detail: milliseconds of one core over all classes and 20 seeds,
-// as one JSON line.
+// Measures the cost of an object at default detail: milliseconds of one core over all classes and
+// 20 seeds, as one JSON line.
 //   bench_assets [NAME-PART...]
 #include <algorithm>
 #include <cmath>

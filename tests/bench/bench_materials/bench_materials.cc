@@ -1,5 +1,5 @@
-// What a material costs: nanoseconds a point for an Evaluate and a Height, each class, as one JSON
-// line; by eights, as a renderer meets them.
+// Measures the cost of a material: nanoseconds a point for an Evaluate and a Height, each class, as
+// one JSON line. Points come eight at a time, as in the renderer.
 //   bench_materials [NAME-PART...]
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
-// How long the page's requests take on a farm with a million jobs and a thousand workers: a real
-// coordinator, a synthetic database, connected workers that idle. One JSON line.
+// Measures the page's requests on a farm with a million jobs and a thousand workers: a real
+// coordinator, a synthetic database, connected workers that idle. Prints one JSON line.
 #include <sqlite3.h>
 #include <stdlib.h>
 

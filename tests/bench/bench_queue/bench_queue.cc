@@ -51,7 +51,7 @@ struct Arguments {
   std::string command;
 };
 
-// What is seen of the coordinator while it works.
+// Figures of the coordinator while it works.
 struct Watched {
   double rss_mb = 0;
   double wal_mb = 0;
@@ -153,7 +153,7 @@ struct Bench {
     return absl::OkStatus();
   }
 
-  // From the start of the program to the first lease in a worker's hands, then the gaps.
+  // Measures the time from the start of the program to the first lease of a worker, then the gaps.
   absl::Status Restart() {
     const auto begin = BenchClock::now();
     ASSIGN_OR_RETURN(auto coordinator, CoordinatorProcess::Start(Coordinator()));

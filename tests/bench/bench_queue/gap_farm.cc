@@ -108,7 +108,7 @@ absl::StatusOr<GapFigures> MeasureGaps(const GapOptions& options) {
   for (const auto& agent : agents) {
     threads.emplace_back([&agent] { agent->Run().status().IgnoreError(); });
   }
-  // Until the first jobs of all have begun.
+  // Waits until the first jobs of all workers have begun.
   std::this_thread::sleep_for(std::chrono::duration<double>(2 + 2 * options.job_s));
   counting = true;
   std::this_thread::sleep_for(std::chrono::duration<double>(options.seconds));

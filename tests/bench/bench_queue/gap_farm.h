@@ -12,7 +12,7 @@ struct GapOptions {
   std::string address;
   std::string outbox_root;
   int workers = 200;
-  double job_s = 1;     // Of one job, spread by half of it to both sides.
+  double job_s = 1;     // Mean time of a job, spread by half of it to both sides.
   double seconds = 15;  // Gaps that end in this are counted.
 };
 struct GapFigures {

@@ -1,4 +1,4 @@
-// What the operating system tells: CPU seconds, memory, the disk's rate, the machine.
+// Figures of the operating system: CPU seconds, memory, the disk's rate, the machine.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 namespace parallax {
 
 double ProcessCpuSeconds();  // User and system, of this process.
-// Of another process of this machine, from /proc. 0 when it is gone.
+// CPU seconds of another process of this machine, from /proc. 0 when it is gone.
 double CpuSecondsOf(int pid);
 double PeakRssMb(int pid);
 double FileMb(const std::string& path);  // 0 when there is none.

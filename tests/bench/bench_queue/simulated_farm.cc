@@ -78,7 +78,7 @@ class SimulatedFarm::Worker {
     v1::CompleteRequest request;
     v1::ReportReply reply;
     BenchClock::time_point begin;
-    int pairs = 0;  // That it publishes.
+    int pairs = 0;  // Pairs that it publishes.
   };
 
   void OnMessage(const v1::CoordinatorMessage& message) {

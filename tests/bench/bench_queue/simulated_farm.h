@@ -17,14 +17,14 @@ struct FarmOptions {
   std::string address;
   std::string name = "simulated";  // Prefix of the workers' names.
   int workers = 256;
-  int slots = 1;  // Of each.
+  int slots = 1;  // Slots of each worker.
 };
 
-// What all workers of a farm count together.
+// Counts of all workers of a farm together.
 struct FarmTally {
   std::atomic<int64_t> leases{0};
   std::atomic<int64_t> completions{0};  // Answered OK.
-  std::atomic<int64_t> pairs{0};        // That these published.
+  std::atomic<int64_t> pairs{0};        // Pairs that the completed jobs published.
   std::atomic<int64_t> refused{0};      // Reports with any other answer.
   std::atomic<int64_t> broken{0};       // Calls and streams that ended with an error.
   Samples lease_ms;                     // From giving credit to the lease.

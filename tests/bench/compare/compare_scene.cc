@@ -32,7 +32,7 @@ namespace {
 
 struct Options {
   std::string scene, out, flavour = "principled", profile = "default", size = "480x270", source;
-  std::vector<std::string> files;  // Of `denoise`: color, albedo, normal.
+  std::vector<std::string> files;  // Inputs of `denoise`: color, albedo, normal.
   int rigs = 20, rig = 0, eye = 0, samples = 0, bounces = 0, threads = 0;
   uint64_t noise = 0;
   std::vector<int> write;

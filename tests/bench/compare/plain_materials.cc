@@ -8,7 +8,7 @@
 namespace parallax::bench {
 namespace {
 
-constexpr size_t kPoints = 256;  // Of a material's surfaces that its constant averages.
+constexpr size_t kPoints = 256;  // Points of a material that its constant averages.
 
 struct Sum {
   SurfaceSample total;

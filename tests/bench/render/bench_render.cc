@@ -1,4 +1,4 @@
-// What a stereo pair costs and how good it is; prints one JSON line.
+// Measures the cost and quality of a stereo pair; prints one JSON line.
 //   bench_render [SCENE.pb | solve:SEED[:CONFIG]] [--profile default] [--pairs 20] [--quick]
 //   bench_render solve:1 --pairs 2 --baselines 0.06,0.12,0.24
 // First the whole job `render`, as a worker does it: geometry, acceleration structure, radiance
@@ -184,7 +184,7 @@ absl::Status MeasureCost(const Options& options, const v1::Scene& recipe, Json* 
     (*json)["mrays_per_s"] = static_cast<double>(totals.rays) / totals.trace_s * 1e-6;
     (*json)["rays_per_pair"] = static_cast<double>(totals.rays) / n;
     const bench::TimeShares shares = WhereTimeGoes::Shares();
-    // Of tracing alone; what other threads write meanwhile is in neither.
+    // Share of tracing alone; neither part includes what other threads write meanwhile.
     (*json)["embree_share"] = shares.embree / std::max(1e-9, shares.embree + shares.program);
   }
   rusage usage;
@@ -381,7 +381,7 @@ class StereoDifference {
   double sum_ = 0, count_ = 0;
 };
 
-// Of a rig's whole view, from a small picture: exposure looks at coarse blocks only.
+// Exposure of a rig's whole view, from a small picture: exposure looks at coarse blocks only.
 absl::StatusOr<float> ExposureOfView(Renderer* renderer, const v1::Rig& rig) {
   constexpr int kWidth = 160;
   const int height = kWidth * static_cast<int>(rig.height_px()) / static_cast<int>(rig.width_px());

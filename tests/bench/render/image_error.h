@@ -1,4 +1,4 @@
-// How far a picture is from its reference, as numbers and as what an eye would notice.
+// The error of a picture against its reference, in numbers and as an eye perceives it.
 #pragma once
 
 #include "common/base/status.h"
@@ -7,7 +7,7 @@
 namespace parallax::bench {
 
 struct ImageError {
-  double psnr_db = 0;      // Of 8-bit values; infinite for equal pictures.
+  double psnr_db = 0;      // From 8-bit values; infinite for equal pictures.
   double flip = 0;         // Mean FLIP, in [0, 1].
   double bias = 0;         // Mean of picture - reference, in 8-bit levels.
   double worst_block = 0;  // Largest mean difference of a channel over 16 x 16 pixels, levels.

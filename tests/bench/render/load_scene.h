@@ -1,4 +1,4 @@
-// Where the render tools get their scene: a recipe file, or the built-in demo room.
+// Loads the scene of the render tools: a recipe file, or the built-in demo room.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// How long a scene takes to solve and to be made solid. Prints one JSON line.
+// Measures the time to solve a scene and to make its meshes. Prints one JSON line.
 // Usage: bench_solve [--scenes N] [--seed S] [--mode full|reduced|best] [--kind KIND] [--rooms N]
 // Without options: furnished dining rooms by the full 550 steps.
 #include <sys/resource.h>
@@ -40,7 +40,7 @@ double PeakMb() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-// Of this process: what a busy machine does not blur.
+// CPU time of this process, which a busy machine does not distort.
 double CpuSeconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 int Main(const Options& options) {

@@ -1,4 +1,4 @@
-// What dry scenes (solved, not rendered) draw, against the distributions that their configs name.
+// Compares the draws of dry scenes (solved, not rendered) with the distributions of their configs.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ struct DistributionRow {
   int64_t samples = 0;
   double mean = 0, expected_mean = 0;
   double statistic = 0;  // Kolmogorov-Smirnov's D.
-  double p = 1;          // Of a D as large or larger; conservative for discrete quantities.
+  double p = 1;          // Chance of a D as large or larger; conservative for discrete quantities.
 };
 
 // Solves `scenes` rooms and as many keyframes of dense scenes. Rooms have few, small things in

@@ -1,5 +1,5 @@
-// How many of the floating objects that a config asks for find a place in furnished rooms, and what
-// of them the rigs see. Prints one JSON line.
+// Counts how many of the floating objects that a config asks for find a place in furnished rooms,
+// and how many of them the rigs see. Prints one JSON line.
 //   floating_check [--scenes 20] [--first 1] [--each]
 #include <CLI/CLI.hpp>
 #include <algorithm>

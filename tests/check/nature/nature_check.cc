@@ -48,7 +48,7 @@ struct Options {
   std::string out;
 };
 
-// How the things within 40 m of the eyes stand on the rendered ground.
+// Gaps between the rendered ground and the objects within 40 m of the eyes.
 struct Rooting {
   int checked = 0, daylight = 0;
   double worst_m = 0;

@@ -211,7 +211,7 @@ class Checker {
         for (int i = 0; i < nx * ny; ++i) {
           const double x = room.origin_x_m() + (i % nx + 0.5) * room.width_m() / nx;
           const double y = room.origin_y_m() + (i / nx + 0.5) * room.depth_m() / ny;
-          // In the object's own frame, so that what is turned takes its own rectangle.
+          // Works in the object's own frame, so that a turned object takes its own rectangle.
           const Vec3f p =
               solid.place.inverse() * Vec3f(static_cast<float>(x), static_cast<float>(y), 0);
           const Box3f& own = solid.own;

@@ -1,4 +1,4 @@
-// How well right images, warped by the left disparity, agree with left images outside occlusions.
+// Compares right images, warped by the left disparity, with left images outside of occlusions.
 //   warp_check DIR...
 // Prints one JSON line a frame (8-bit steps) and one for all.
 #include <CLI/CLI.hpp>

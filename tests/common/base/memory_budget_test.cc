@@ -29,14 +29,14 @@ TEST_F(MemoryBudget, TheSmallestLimitOfAGroupAndThoseAboveItHolds) {
     std::filesystem::create_directories(root + folder);
     std::ofstream(root + folder + "/" + file) << limit << "\n";
   };
-  // As Slurm makes them: the job is limited, its steps are not.
+  // The groups that Slurm makes: the job is limited, its steps are not.
   set("/system.slice/job_5/step_batch", "memory.max", "max");
   set("/system.slice/job_5", "memory.max", "2000000000");
   set("/system.slice", "memory.max", "8000000000");
   EXPECT_EQ(CgroupMemoryLimit("0::/system.slice/job_5/step_batch\n", root), 2000000000);
   EXPECT_EQ(CgroupMemoryLimit("0::/system.slice\n", root), 8000000000);
   EXPECT_EQ(CgroupMemoryLimit("0::/\n", root), 0);
-  // In a container the group's own folder may not be seen, but its limit stands at the root.
+  // A container may not see the group's own folder, but its limit is at the root.
   set("", "memory.max", "1000000000");
   EXPECT_EQ(CgroupMemoryLimit("0::/nowhere/to/be/seen\n", root), 1000000000);
   // The older hierarchy.
@@ -56,7 +56,7 @@ TEST_F(MemoryBudget, WhatDoesNotFitIsRefusedWithAllNumbers) {
   for (const char* part : {"a mesh", "5000 MB", "4000 MB"}) {
     EXPECT_NE(message.find(part), std::string::npos) << message;
   }
-  // What is held already counts.
+  // Memory that is in use already counts.
   EXPECT_FALSE(CheckMemory("a mesh", int64_t{4000} << 20).ok());
 }
 

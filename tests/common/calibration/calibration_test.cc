@@ -110,7 +110,7 @@ TEST(Calibration, OpenCvIsRectifiedAsOpenCvRectifies) {
   cv::Mat rotation, translation, r1, r2, p1, p2, q;
   file["R"] >> rotation;
   file["T"] >> translation;
-  // To the nearest rotation first: the file has six digits.
+  // Takes the nearest rotation first, because the file has six digits.
   const cv::SVD svd(rotation);
   rotation = svd.u * svd.vt;
   const cv::Mat none = cv::Mat::zeros(1, 5, CV_64F);

@@ -1,4 +1,4 @@
-// What each wrong file is told: file, line, field, what was seen and what is allowed.
+// Errors of wrong files: each names file, line, field, what was seen and what is allowed.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -108,7 +108,7 @@ TEST_F(CameraConfigTest, ACalibrationIsCopiedAndHashedAndItsLockNeedsNoFile) {
   EXPECT_EQ(rigs.width_px(), 1440);
   EXPECT_NEAR(rigs.baseline_m().constant(), 0.176252, 1e-12);
   EXPECT_TRUE(ValidateStudy(*study).ok()) << ValidateStudy(*study);
-  // Where the file is not, and where another one has its name.
+  // Loads the lock where the file is absent, and where another file has its name.
   const std::string lock = StudyToYaml(*study);
   std::filesystem::remove(dir_ + "/calib.txt");
   for (const char* text : {"", "another file"}) {

@@ -95,7 +95,7 @@ TEST(Png, CutAndImpossibleFilesAreRefused) {
   EXPECT_FALSE(DecodePngRgb8(huge).ok());
 }
 
-// What OpenCV makes of the same file, R G B.
+// Reads the same file by OpenCV, as R G B.
 ImageRgb8 ByOpenCv(const std::string& path) {
   const cv::Mat bgr = cv::imread(path, cv::IMREAD_COLOR);
   ImageRgb8 image(bgr.cols, bgr.rows);
@@ -199,7 +199,7 @@ TEST(Exr, NormalsKeepHalfPrecisionAndChannelOrder) {
   for (size_t i = 0; i < image.values().size(); ++i) {
     EXPECT_NEAR(again.values()[i], image.values()[i], 0.0005f);
   }
-  // What is a half already comes back exactly.
+  // Values that are halves already come back exactly.
   EXPECT_EQ(*DecodeExrRgb(*EncodeExrHalfRgb(again)), again);
 }
 

@@ -1,4 +1,4 @@
-// What every Store must do. Instantiate for each implementation:
+// Tests that every Store must pass. Instantiate for each implementation:
 //   INSTANTIATE_TEST_SUITE_P(Local, StoreConformance, ::testing::Values(&MakeLocalStore));
 #pragma once
 

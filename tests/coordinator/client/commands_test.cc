@@ -151,7 +151,7 @@ TEST_F(CommandTest, ConfigCheckAndShow) {
               HasSubstr("quickstart: ok, study quickstart: 1 variant x 8 pairs"));
   EXPECT_THAT(RunCommand({"config", "check", "indoor"}).out, HasSubstr("a scene config"));
   EXPECT_THAT(RunCommand({"config", "list"}).out, HasSubstr("baseline"));
-  // What `show` prints is a study that resolves to the same.
+  // `show` prints a study that resolves to the same text.
   const std::string shown = RunCommand({"config", "show", "baseline"}).out;
   const std::string file = WriteText("shown.yaml", shown);
   EXPECT_EQ(RunCommand({"config", "show", file}).out, shown);

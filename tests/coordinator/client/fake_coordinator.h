@@ -27,7 +27,7 @@ class FakeCoordinator : public v1::Coordinator::Service {
   }
   std::string address() const { return server_->addresses()[0].ToString(); }
 
-  // What a test prepares. Each GetStudy first calls `on_get_study`, so that time can pass.
+  // Answers that a test prepares. GetStudy first calls `on_get_study`, so that time can pass.
   std::vector<v1::StudyStatus> studies;
   std::vector<v1::JobStatus> jobs;
   std::vector<v1::WorkerStatus> workers;
@@ -44,7 +44,7 @@ class FakeCoordinator : public v1::Coordinator::Service {
   int64_t retried_jobs = 0;
   std::function<void(FakeCoordinator&)> on_get_study = [](FakeCoordinator&) {};
 
-  // What it was told.
+  // Requests that it has received.
   std::vector<v1::SubmitRequest> submitted;
   std::vector<std::string> orders;
   v1::ListJobsRequest listed_jobs;
@@ -178,7 +178,7 @@ class FakeCoordinator : public v1::Coordinator::Service {
   std::unique_ptr<RpcServer> server_;  // Last: it calls the rest until it is gone.
 };
 
-// What a command left behind.
+// Result of a command.
 struct Outcome {
   int exit_code = -1;
   std::string out;

@@ -180,7 +180,7 @@ TEST(FarmKeeper, ReplacesKilledPilotsAndBacksOffWhereNoWorkerComes) {
   FarmKeeper keeper = world.Keeper();
   world.studies = {StudyWith(v1::STUDY_STATE_RUNNING, {{"READY", 2}})};
   ASSERT_EQ(keeper.Look()->array, "9");
-  // They are killed, and their worker had come: others take their place at once.
+  // The pilots are killed after their worker had come, so new ones are submitted at once.
   world.pilots.clear();
   world.workers = {WorkerOf("slurm-9-1", "busy", 1)};
   world.clock.now_s += 5;

@@ -36,7 +36,7 @@ TEST(Plan, Table1SolvesEachSeedsRoomsOnceForAll13Variants) {
   EXPECT_EQ(plan.solves, plan.max_solves_per_seed * 250);
   EXPECT_EQ(RowOf(plan, "default").layouts_shared, 0);
   EXPECT_EQ(RowOf(plan, "floating-chairs").layouts_shared, 250);
-  // What is drawn from a layout differs, so no scene is wholly another variant's.
+  // The variants dress their layouts differently, so no scene is wholly another variant's.
   EXPECT_EQ(plan.total.scenes_shared, 0);
 }
 

@@ -41,7 +41,7 @@ std::set<std::string> NamesIn(const std::string& text) {
           std::sregex_token_iterator()};
 }
 
-// Of samples, not of comments.
+// Names of the exported samples, comments left out.
 std::set<std::string> Exported() {
   std::istringstream text(MetricsText(Farm()));
   std::set<std::string> names;

@@ -1,4 +1,4 @@
-// What tests of the page share: a queue with a store, a study that a worker has worked on, and the
+// Fixture of the page's tests: a queue with a store, a study that a worker has worked on, and the
 // page in front of them.
 #pragma once
 
@@ -101,7 +101,7 @@ class HttpTest : public testing::Test {
     EXPECT_EQ(answer->status, status) << path << ": " << answer->body;
     return nlohmann::json::parse(answer->body, nullptr, false);
   }
-  // As the page does it: with the CSRF header that /api/v1/me tells.
+  // Posts as the page does, with the CSRF header from /api/v1/me.
   template <typename C>
   static httplib::Result Post(C& client, const std::string& path, const std::string& body = "{}",
                               httplib::Headers headers = {}) {

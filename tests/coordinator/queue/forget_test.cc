@@ -30,7 +30,7 @@ class Forget : public TrainQueueTest {
     EXPECT_TRUE(had.ok()) << had.status();
     return had.ok() ? *had : v1::ForgetReply();
   }
-  // Until nothing is left to remove, with a look after each step.
+  // Removes rows until none is left, and audits the database after each step.
   void RemoveAll() {
     for (int i = 0; i < 12; ++i) {
       Tick();

@@ -11,7 +11,7 @@ namespace {
 
 class GroupCommit : public QueueTest {
  protected:
-  // What the schema doesn't know how to do: a write of the third scene's frames fails.
+  // Adds a trigger to the schema: a write of the third scene's frames fails.
   void BreakFramesOfScene2() {
     queue_.reset();
     sqlite3* db = nullptr;

@@ -1,4 +1,4 @@
-// What ends an attempt without a result: results that are not the job's, failures, losses.
+// Attempts that end without a result: by results that are not the job's, failures and losses.
 #include <set>
 
 #include "queue_fixture.h"

@@ -406,7 +406,7 @@ TEST_F(JobQueueTest, FramesAreListedInOrderFromACursor) {
   EXPECT_EQ(seen, 10);
 }
 
-// What is larger can't be read back, for which the writer would end the program.
+// A larger study could not be read back, and the writer would end the program.
 TEST_F(JobQueueTest, AStudyThatIsTooLargeIsRefusedAndTheQueueGoesOn) {
   v1::SubmitRequest huge = MakeStudy();
   for (int i = 0; i < 70; ++i) {

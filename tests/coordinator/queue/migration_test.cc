@@ -60,7 +60,7 @@ TEST_F(MigrationTest, EveryRowOfVersionOneComesOver) {
   ASSERT_EQ(Number("PRAGMA user_version"), 1);
   const char* const kTables[] = {"jobs",   "scenes",         "studies",    "variants",
                                  "frames", "attempt_losses", "job_counts", "audit"};
-  // Whose rows are in `results` now, and the stage of each there.
+  // Old tables whose rows are in `results` now, with their stages.
   const std::pair<const char*, const char*> kResults[] = {{"layout_results", "layout"},
                                                           {"recipes", "recipe"},
                                                           {"scene_results", "scene"},
@@ -103,7 +103,7 @@ TEST_F(MigrationTest, WorkOfVersionOneGoesOnToItsEnd) {
   old.set_fence(static_cast<uint64_t>(
       Number("SELECT fence FROM jobs WHERE id = " + std::to_string(old.job_id()))));
   Reopen();
-  // Who held a lease under the old program holds it under the new one.
+  // A worker that held a lease under the old program holds it under the new one.
   EXPECT_THAT(*queue_->Adopt("w8", {old}), SizeIs(1));
   EXPECT_EQ(*queue_->HandBack("w8", old, "drain"), v1::REPORT_OUTCOME_OK);
   clock_.Advance(700);  // Leases expire, back-offs end.

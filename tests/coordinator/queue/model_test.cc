@@ -18,7 +18,7 @@ struct Held {
 
 class ModelTest : public TrainQueueTest, public testing::WithParamInterface<int> {
  protected:
-  // Whether a seed is valid depends on the seed alone, as with the real solver.
+  // A seed's validity depends on the seed alone, as with the real solver.
   static bool Valid(uint64_t scene_seed) { return scene_seed % 5 != 0; }
   static v1::CompleteRequest Result(const Held& held) {
     if (held.lease.kind() == "solve" && !Valid(SolveOf(held.lease).scene_seed())) {
@@ -114,7 +114,7 @@ void ModelTest::Step(Rng& rng) {
   }
 }
 
-// What was listed once stays as it was.
+// A frame that was listed once never changes.
 void ModelTest::Remember() {
   for (const StudyId study : studies_) {
     for (const v1::PublishedFrame& frame : Frames(study)) {

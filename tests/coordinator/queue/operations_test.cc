@@ -1,4 +1,4 @@
-// What operators order and ask: workers that are drained, and how a job's attempts ended.
+// Operators' orders and questions: workers that are drained, and how a job's attempts ended.
 #include "train_fixture.h"
 
 namespace parallax {

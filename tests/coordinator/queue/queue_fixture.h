@@ -1,4 +1,4 @@
-// What the queue's tests share: a clock they own, a database in a fresh folder, studies, and
+// Fixture of the queue's tests: a clock that they own, a database in a fresh folder, studies, and
 // workers' answers.
 #pragma once
 
@@ -75,7 +75,7 @@ inline v1::SubmitRequest MakeStudy(const StudyOptions& options = {}) {
   return request;
 }
 
-// What a worker would answer.
+// The answer of a worker that has solved the scene.
 inline v1::CompleteRequest SolveAnswer(const v1::Lease& lease, const std::string& worker) {
   v1::CompleteRequest request;
   *request.mutable_attempt() = lease.attempt();

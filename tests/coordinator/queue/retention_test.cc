@@ -1,4 +1,4 @@
-// What is kept and what isn't: the archive of finished studies, and litter in the store.
+// Retention: the archive of finished studies, and litter in the store.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -63,7 +63,7 @@ TEST_F(Archive, ArchivedResultsAreReusedAndTheStudyIsNotRetried) {
   EXPECT_GT(Archived(), 0);
   EXPECT_EQ(queue_->Retry(old, "tester").status().code(), absl::StatusCode::kFailedPrecondition);
   const StudyId again = Submit({.name = "again", .pairs = 4, .rigs_per_scene = 2});
-  EXPECT_EQ(WorkOff(AnyWorker("w")), 2);  // Of `newer`.
+  EXPECT_EQ(WorkOff(AnyWorker("w")), 2);  // Jobs of `newer`.
   EXPECT_EQ(Status(again).variants(0).frames_reused(), 4);
 }
 

@@ -35,12 +35,12 @@ class Splitting : public QueueTest {
 
 TEST(PartsToSplitInto, OnlyIdleSlotsSplitWhileMoreWillCome) {
   EXPECT_EQ(PartsToSplitInto({.rigs = 20, .ready_jobs = 1}),
-            1u);  // Of the farm nothing is known.
+            1u);  // Nothing is known of the farm.
   EXPECT_EQ(PartsToSplitInto({.rigs = 20, .ready_jobs = 1, .idle_slots = 4}), 4u);
   EXPECT_EQ(PartsToSplitInto({.rigs = 20, .ready_jobs = 4, .idle_slots = 4}), 1u);
   EXPECT_EQ(PartsToSplitInto({.rigs = 20, .ready_jobs = 3, .idle_slots = 4}), 2u);
   EXPECT_EQ(PartsToSplitInto({.rigs = 3, .ready_jobs = 1, .idle_slots = 9}), 3u);
-  // Who can solve doesn't idle while there is something to solve.
+  // Workers that can solve don't idle while there is something to solve.
   EXPECT_EQ(PartsToSplitInto({.rigs = 20, .ready_jobs = 1, .ready_others = 3, .idle_slots = 4}),
             1u);
   EXPECT_EQ(PartsToSplitInto({.rigs = 20, .ready_jobs = 1, .slots = 8}), 1u);

@@ -106,7 +106,7 @@ TEST_F(StorageTest, ReadersCannotWrite) {
   EXPECT_FALSE((*reader)->Run("UPDATE studies SET name = 'x'").ok());
 }
 
-// As a broken index gives it: the variant's row names a study that does not list the variant.
+// A broken index may cause this: the variant's row names a study that does not list the variant.
 TEST_F(StorageTest, AVariantThatItsStudyDoesNotListIsDataLoss) {
   const StudyId study = Submit({.pairs = 2});
   queue_.reset();

@@ -1,4 +1,4 @@
-// What tests of trainings and evaluations share: studies, and what their workers answer.
+// Fixture of tests of trainings and evaluations: studies, and their workers' answers.
 #pragma once
 
 #include <algorithm>

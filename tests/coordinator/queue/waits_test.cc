@@ -207,7 +207,7 @@ TEST_F(WaitsTest, AReusedResultReleasesItsWaiters) {
 }
 
 TEST_F(WaitsTest, AVariantThatGivesUpOrIsCancelledCancelsWhoWaitsForItsPairs) {
-  // Of another study than the variant's own, whose jobs end with it anyway.
+  // The waiter belongs to another study, because jobs of the variant's own study end with it.
   const StudyId source = Submit({.name = "source", .pairs = 8, .rigs_per_scene = 1});
   int64_t variant = 0;
   plan = [&](WorkDesk& desk, const v1::StudySpec&, std::span<const int64_t> own) -> absl::Status {

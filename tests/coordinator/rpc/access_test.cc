@@ -114,7 +114,7 @@ class AccessTest : public testing::Test {
     return *ConnectRpc(*ParseRpcAddress(server_->addresses()[1]), {});
   }
 
-  // What an empty message to the method is answered with.
+  // Calls the method with an empty message and returns the answer's status.
   static absl::Status Call(const std::shared_ptr<grpc::Channel>& channel,
                            const std::string& method) {
     grpc::GenericStub stub(channel);

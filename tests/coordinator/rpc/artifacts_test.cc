@@ -23,7 +23,7 @@ struct Served {
   std::unique_ptr<Store> store;
   std::unique_ptr<ArtifactsService> service;
   std::unique_ptr<RpcServer> server;
-  bool allowed = true;  // What the rule says.
+  bool allowed = true;  // The rule's verdict.
 
   Served() {
     char name[] = "/tmp/parallax-artifacts-XXXXXX";

@@ -343,7 +343,7 @@ TEST_F(OrdersTest, AStudyIsForgottenAndItsJobsWithIt) {
   ASSERT_TRUE(forget().ok());
   EXPECT_EQ(had.pairs(), 4);
   EXPECT_EQ(forget().code(), absl::StatusCode::kNotFound);
-  // In the background; a newer job lets the newest of these go.
+  // The rows go in the background; a newer job lets the newest of them go.
   const int64_t next = Submit(2, 2, {"w"});
   ASSERT_TRUE(WaitForState(next, v1::STUDY_STATE_SUCCEEDED));
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);

@@ -135,7 +135,7 @@ class OutputsTest : public CoordinatorServerTest {
   std::unique_ptr<Store> store_;
   std::unique_ptr<Puppet> puppet_;
   int64_t study_ = 0;
-  v1::Lease lease_;  // Of a render job.
+  v1::Lease lease_;  // A render job's.
   AttemptFolder folder_;
   v1::RenderResult result_;  // Right, and its files are in the store.
 };

@@ -65,7 +65,7 @@ class Puppet {
     }
     return FromGrpc(stream_->Finish());
   }
-  // What the coordinator ends the stream with, without any doing of ours.
+  // Waits for the coordinator to end the stream by itself; the status that it ends with.
   absl::Status WaitForEnd() {
     v1::CoordinatorMessage message;
     while (stream_->Read(&message)) {

@@ -64,7 +64,7 @@ TEST(Validation, AWorkerGetsTheKindsOfJobsWhoseStagesHaveOurVersions) {
 
 TEST(Validation, AWorkerThatCanDoNothingForUsIsRefusedInOneLine) {
   v1::Hello other = HelloOf({"4", "6", "8"});
-  v1::Hello old = GoodHello();  // Of a release before stages had versions.
+  v1::Hello old = GoodHello();  // A release before stages had versions.
   old.set_build_id("generator-17");
   for (v1::Hello* hello : {&other, &old}) {
     const auto notes = DropKindsOfOtherVersions(kOurs, KindRegistry::Builtin(), *hello);

@@ -71,7 +71,7 @@ Vec3f Shade(const Material& material, SurfacePoint point, const Vec3f& normal, c
   }
   light += s.base_color.cwiseProduct(irradiance) * (0.6f * s.sheen * std::pow(1 - cosine, 3.0f));
   if (s.transmission > 0) {
-    // What stands behind: a chequered card.
+    // A chequered card stands behind it.
     const Vec3f through = point.texture_m + 0.05f * n;
     const bool dark = (noise::FloorInt(through.x() * 25) + noise::FloorInt(through.y() * 25)) & 1;
     const Vec3f behind = Mix(Vec3f::Constant(dark ? 0.15f : 0.7f), Vec3f::Constant(0.42f),

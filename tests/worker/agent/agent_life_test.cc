@@ -1,4 +1,4 @@
-// How an agent lives and ends: orders to stop, lost coordinators, hung jobs, drains and signals.
+// An agent's life and end: orders to stop, lost coordinators, hung jobs, drains and signals.
 #include <gtest/gtest.h>
 
 #include "agent_fixture.h"
@@ -214,7 +214,7 @@ TEST_F(AgentTest, ACoordinatorThatRefusesTheWorkerEndsIt) {
 }
 
 TEST_F(AgentTest, ACoordinatorOfAnotherProtocolEndsTheWorkerWithOneLine) {
-  coordinator_.Change([](auto& how) { how.protocol = 0; });  // Of a release that does not tell it.
+  coordinator_.Change([](auto& how) { how.protocol = 0; });  // A release that does not send it.
   StartAgent();
   JoinAgent();
   EXPECT_EQ(summary_.status().code(), absl::StatusCode::kFailedPrecondition);

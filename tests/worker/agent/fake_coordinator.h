@@ -26,7 +26,7 @@ class FakeCoordinator final : public v1::Coordinator::Service {
     std::vector<v1::HandBack> hand_backs;
     std::vector<v1::Heartbeat> heartbeats;
     int leases_sent = 0;
-    int credit_ahead = 0;  // Of all credit, what no slot was free for.
+    int credit_ahead = 0;  // Part of all credit for which no slot was free.
     int streams_open = 0;
   };
   struct Behaviour {
@@ -53,7 +53,7 @@ class FakeCoordinator final : public v1::Coordinator::Service {
   void Offer(v1::Lease lease);  // Sent as soon as there is credit.
   void SendStop(const v1::AttemptId& attempt);
   void SendAck(int64_t sequence);  // Answers a heartbeat that was left without answer.
-  // Until `condition` holds. False after 20 s.
+  // Waits until `condition` holds. Returns false after 20 s.
   bool WaitFor(const std::function<bool(const Seen&)>& condition);
   Seen seen();
 

@@ -1,4 +1,4 @@
-// What a probe hears over gRPC's health protocol.
+// Answers that a probe gets over gRPC's health protocol.
 #include "worker/agent/health.h"
 
 #include <grpcpp/generic/generic_stub.h>

@@ -1,4 +1,4 @@
-// What holds for every asset class, whatever its seed.
+// Properties of every asset class, whatever its seed.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -92,7 +92,7 @@ std::string ObjBox(double x, double y, double z, const std::string& material) {
   return obj.str();
 }
 
-// Of the same box with z up: (x, y, z) of the others is (x, -z, y) here.
+// The same box with z up: the others' (x, y, z) is (x, -z, y) here.
 std::string PlyBox(double x, double y, double z) {
   std::ostringstream ply;
   ply << "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\n"

@@ -1,4 +1,4 @@
-// What the catalogue says about itself, and its contact sheets.
+// The catalogue's listing and its contact sheets.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -280,7 +280,7 @@ TEST_F(ArchiveTest, AnotherVersionsFolderIsRefusedInItsOwnWords) {
       HasSubstr("is of another version of Parallax (there \"# Parallax generator 17\", now"));
 }
 
-// Also of frames that an earlier run left and this one does not bring again.
+// Verdicts also change for frames that an earlier run left and this run does not copy again.
 TEST_F(ArchiveTest, OtherFiltersRewriteTheVerdictsAndNothingElse) {
   const v1::PublishedFrame first = Publish("a", 0, 0), second = Publish("a", 0, 1);
   {

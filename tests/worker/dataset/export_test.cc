@@ -100,7 +100,7 @@ TEST_F(ExportTest, FilteredAndUnfilteredAreTwoReadings) {
 
 TEST_F(ExportTest, WebdatasetShardsNameTheirSplitAndHoldSeedsAsStrings) {
   MakeSyntheticArchive(dir_);
-  // As older archives have it.
+  // The form of older archives.
   const std::string path = Frame("000000/000/frame.json");
   const std::string older = std::regex_replace(
       *ReadFile(path), std::regex(R"re("(seed|scene)":"(\d{3,})")re"), R"re("$1":$2)re");

@@ -91,7 +91,7 @@ TEST_F(RenderFramesTest, TheNextJobOfTheSceneReusesItsRenderer) {
   ASSERT_TRUE(Run().ok());
   job_.clear_rigs();
   job_.add_rigs(1);
-  job_.mutable_render()->clear_maps();  // What is written does not matter to the renderer.
+  job_.mutable_render()->clear_maps();  // Written maps don't affect the renderer.
   const auto result = Run();
   ASSERT_TRUE(result.ok());
   EXPECT_EQ(log_.built, 1);

@@ -35,7 +35,7 @@ class SensorStageTest : public ::testing::Test {
         "study: s\npairs: 2\nrigs_per_scene: 2\n"
         "variants: [{name: a, set: {rigs: {count: 2}, render: {keep_hdr: true}}}]\n",
         "s.yaml");
-    // As a render job leaves them; no test renders again.
+    // Frames in the form of a render job's result; no test renders again.
     for (uint32_t rig = 0; rig < 2; ++rig) frames_.push_back(Publish(rig));
   }
   void TearDown() override { fs::remove_all(root_); }

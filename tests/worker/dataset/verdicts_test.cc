@@ -26,7 +26,7 @@ TEST(Verdicts, FollowTheThresholds) {
       {90, 0.1249, Filters(10, 0.125), {{"dark", true}, {"near", false}}},
       {90, 0.5, Filters(10, 0.125, 5), {{"dark", true}, {"near", true}, {"close", false}}},
       {90, 5, Filters(10, 0.125, 5), {{"dark", true}, {"near", true}, {"close", true}}},
-      // Nothing but sky.
+      // Only sky.
       {90, 0, Filters(10, 0.125, 5), {{"dark", true}, {"near", true}, {"close", true}}},
   };
   for (const auto& row : cases) {

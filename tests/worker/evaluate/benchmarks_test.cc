@@ -290,7 +290,7 @@ TEST(Benchmarks, FoldersOfPairsTakeMasksWhereTheyAre) {
   ASSERT_TRUE(evaluation.ok()) << evaluation.status();
   EXPECT_EQ(evaluation->benchmark, "mine");
   EXPECT_DOUBLE_EQ(FigureOf(evaluation->headline, *evaluation), 100.0 / 7);
-  EXPECT_DOUBLE_EQ(Figure(*evaluation, "bad-2 nocc"), 50);  // Of b alone.
+  EXPECT_DOUBLE_EQ(Figure(*evaluation, "bad-2 nocc"), 50);  // Pair b alone.
   // The folder of one pair.
   const auto one = OpenBenchmark("single=folder:" + tree.dir() + "/mine/a", "");
   ASSERT_TRUE(one.ok()) << one.status();

@@ -206,7 +206,7 @@ TEST(Compare, SaysHowManyMoreSeedsWouldTell) {
 }
 
 TEST(Compare, MoreSeedsDoNotHelpWhereImagesDisagree) {
-  // On half of the images better by 9, on half worse by 10, for all seeds alike.
+  // Better by 9 on half of the images, worse by 10 on the others, alike for all seeds.
   const FigureTable b = Means({{20, 20, 20, 20}, {21, 21, 21, 21}});
   const FigureTable a = Means({{11, 30, 11, 30}, {12, 31, 12.1, 31}});
   const auto comparison = ComparePaired(a, b, true, {});

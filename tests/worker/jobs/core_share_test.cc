@@ -17,7 +17,7 @@ class CoreShareTest : public ::testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(dir_); }
 
-  // Whether it gets them at once.
+  // Takes cores by `take`; cancels it if they are not free at once.
   template <typename Take>
   static absl::StatusOr<CoreShare::Hold> Try(Take take) {
     CancelToken cancel;

@@ -31,8 +31,8 @@ class FinishedFramesTest : public testing::Test {
   }
   void TearDown() override { fs::remove_all(dir_); }
 
-  // What the agent gives to attempt `fence`, which has these before it; with `far`, of a worker
-  // that does not see the store.
+  // The folder that the agent gives to attempt `fence`; `far` stands for a worker that does not see
+  // the store.
   AttemptFolder FolderOf(int fence, bool far = false) {
     AttemptFolder folder;
     folder.path = "ab/cd/.attempt-" + std::to_string(fence);
@@ -48,7 +48,7 @@ class FinishedFramesTest : public testing::Test {
     }
     return job;
   }
-  // As the writer of frames leaves it.
+  // Writes a frame's files as the writer of frames does.
   v1::FrameResult Write(const AttemptFolder& folder, uint32_t rig) const {
     v1::FrameResult frame;
     frame.set_rig(rig);
@@ -203,7 +203,7 @@ class RenderHandlerTest : public FinishedFramesTest {
         job.SerializeAsString(), folder, cancel,
         [&](double fraction, std::string_view, const JobFigures&) { progress(fraction); });
   }
-  // By rig and file, without those that tell how long they took.
+  // Returns hashes by rig and file, without files that state times.
   static std::map<std::string, std::string> HashesOf(const JobOutcome& outcome) {
     std::map<std::string, std::string> hashes;
     for (const OutputFile& file : outcome.files) {
@@ -251,7 +251,7 @@ TEST_F(RenderHandlerTest, AJobWhosePairsAreAllThereRendersNone) {
   const AttemptFolder first = FolderOf(1);
   const auto whole = Run(job_, first, [](double) {});
   ASSERT_TRUE(whole.ok()) << whole.status();
-  // As if the report had been lost with its worker.
+  // The job is done again, as if the report had been lost with its worker.
   v1::RenderResult result;
   ASSERT_TRUE(result.ParseFromString(whole->result));
   FinishedFrames finished(first);

@@ -164,7 +164,7 @@ TEST_F(FrameFolderTest, ACuratedJobsFramesAreScoredByItsNetwork) {
   };
   EXPECT_EQ(make(0.5, {}).status().code(), absl::StatusCode::kInvalidArgument);
   // Both rigs see the same with different baselines: a constant fits one better than the other.
-  ConstantPredictor network(8);
+  ConstantPredictor network(4.5f);
   std::set<int64_t> seen;
   int64_t last = 0;
   for (const double most : {0.0, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99, 1.0}) {

@@ -130,7 +130,7 @@ class JobTest : public ::testing::Test {
     return job;
   }
 
-  // What the agent gives to attempt `fence` of a job.
+  // The folder that the agent gives to attempt `fence` of a job.
   AttemptFolder FolderOfAttempt(int fence, std::shared_ptr<Store> store = nullptr) const {
     AttemptFolder folder;
     folder.path = "work/.attempt-" + std::to_string(fence);

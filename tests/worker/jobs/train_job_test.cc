@@ -142,7 +142,7 @@ TEST_F(TrainJob, ACuratedSetIsScoredByTheNetworkThatItIsTold) {
   v1::TrainJob job = TrainJobOf();
   job.set_curated(true);
   job.mutable_parts(0)->mutable_filters()->set_max_ambiguous_share(0.999);
-  const std::string network = "[6, \"ff\"]";  // 16 px everywhere.
+  const std::string network = "[6, \"48\"]";  // 4.5 px everywhere.
   ASSERT_TRUE(store_->Put("other/.attempt-1/last.json", network).ok());
   job.set_curator_path("other/.attempt-1/last.json");
   job.mutable_curator()->set_size(static_cast<int64_t>(network.size()));

@@ -190,8 +190,8 @@ TEST_P(EveryMaterial, ValuesAreFiniteAndInRange) {
   }
 }
 
-// What a pixel of 2 mm sees of a hand's breadth must not be one flat colour, nor the relief of 0.2
-// mm flat; unless the class says that it is smooth: then it must be.
+// Over a hand's breadth, pixels of 2 mm must not all have one colour, nor may the relief at 0.2 mm
+// be flat; unless the class says that it is smooth: then they must.
 TEST_P(EveryMaterial, HasDetailWithinTenCentimetres) {
   for (uint64_t seed = 0; seed < kSeeds; ++seed) {
     const auto material = Make(material_class(), seed);
@@ -235,8 +235,8 @@ TEST_P(EveryMaterial, DetailFadesWithTheFootprintToItsMean) {
     }
     EXPECT_LE(variance[1], 1.02 * variance[0] + 1e-9) << "seed " << seed;
     EXPECT_LE(relief[1], 1.02 * relief[0] + 1e-16) << "seed " << seed;
-    // What is left at three metres is under a fortieth of the deviation (or one part in 300 of the
-    // colour).
+    // At three metres, less than a fortieth of the deviation (or one part in 300 of the colour) is
+    // left.
     // Beds of rock are thicker than three metres: a border that a patch happens to have stays.
     const double beds = material_class().name == "RedStrata" ? 0.03 * mean[0] : 0;
     EXPECT_LE(std::sqrt(variance[2]), 0.025 * std::sqrt(variance[0]) + 0.003 * mean[0] + beds)

@@ -66,7 +66,7 @@ TEST(BrightSpots, DensityIsThatOfSampling) {
     ASSERT_GT(view.Pdf(sampled), 0.0f);
     chosen[part(sampled)] += 1.0 / kSamples;
   }
-  constexpr int kHeights = 1500, kTurns = 3000;  // Of equal solid angle.
+  constexpr int kHeights = 1500, kTurns = 3000;  // Cells of equal solid angle.
   for (int h = 0; h < kHeights; ++h) {
     for (int t = 0; t < kTurns; ++t) {
       const Vec3f d = DirectionAt((static_cast<float>(h) + 0.5f) * (2.0f / kHeights) - 1,

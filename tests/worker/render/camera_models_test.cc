@@ -43,7 +43,7 @@ void SetRaw(const RawIntrinsics& raw, double scale, v1::RawCamera* out) {
   out->set_qz(q.z());
 }
 
-// In the box room, looking at its boxes, at about 160 px of width.
+// Returns a rig in the box room that looks at its boxes, about 160 px wide.
 v1::Rig RigOf(const StereoCalibration& calibration) {
   const double scale = 160.0 / calibration.width_px;
   v1::Rig rig =
@@ -66,7 +66,7 @@ StereoCalibration Imported(const std::string& name, const CalibrationOptions& op
   return *calibration;
 }
 
-// Where OpenCV puts the raw point in the rectified picture's plane, tangents.
+// Returns OpenCV's position of the raw point in the rectified picture's plane, in tangents.
 cv::Point2d Rectified(const v1::RawCamera& raw, const Vec2d& at) {
   const cv::Matx33d k(raw.fx_px(), 0, raw.cx_px(), 0, raw.fy_px(), raw.cy_px(), 0, 0, 1);
   const std::vector<double> d(
@@ -184,7 +184,7 @@ TEST(CameraModels, RawCorrespondencesAreEpipolarForOpenCv) {
         if (z < 0.1) continue;  // Beside the rectified picture's half of the world.
         const cv::Point2d a = Rectified(rig.raw_left(), from), b = Rectified(rig.raw_right(), to);
         const double reach = 1 + std::hypot(a.x, a.y) + std::hypot(b.x, b.y);
-        // Where a polynomial ends the digits of flow are worth less, and OpenCV's iterations end
+        // Near the end of a polynomial the flow has fewer exact digits, and OpenCV's iterations end
         // early.
         if (reach > 3) continue;
         // Flow has a float's digits.

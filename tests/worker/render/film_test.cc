@@ -1,4 +1,4 @@
-// What a pixel's samples make of it; and that what the denoiser is told of edges is calm.
+// How a pixel's samples add up; and that the denoiser's guides are free of noise at edges.
 #include "worker/render/film.h"
 
 #include <gtest/gtest.h>

@@ -61,7 +61,7 @@ TEST(Lights, RectangleGivesTheClosedFormWithEachStrategy) {
   const Built built = Build(test);
   const double radiance = 60 / (M_PI * 1.2);
   const double wanted = 0.5 * radiance * CornerFormFactor(1.5, 0.8, 1.2);
-  // From aside: the lamp must not stand between eye and floor.
+  // The eye is to the side: the lamp must not be between eye and floor.
   const Vec3f eye(-0.5f, -0.4f, 1.5f);
   for (const DirectLight direct :
        {DirectLight::kBoth, DirectLight::kLightSampling, DirectLight::kBsdfSampling}) {
@@ -71,7 +71,7 @@ TEST(Lights, RectangleGivesTheClosedFormWithEachStrategy) {
   }
 }
 
-// As in a shade: the way to the lamp is so short that the clearance of shadow rays matters.
+// A lamp in a shade is so near that the clearance of shadow rays matters.
 TEST(Lights, ALampAFewCentimetresAwayDoesNotShadeItself) {
   const Vec3f place(4, 3, 2);  // Far from the origin, as in a room.
   for (const float height : {0.3f, 0.1f, 0.03f, 0.01f}) {
@@ -120,7 +120,7 @@ TEST(Lights, MeshLightShinesFromItsFrontOnly) {
 }
 
 TEST(Lights, FurnaceShowsNothing) {
-  // In a closed box of constant radiance a white body can't be told from the wall behind it.
+  // In a closed box of constant radiance, a white body can't be distinguished from the wall behind.
   TestScene test;
   SurfaceSample white = DiffuseSample(Vec3f::Ones());
   SurfaceSample metal;
@@ -227,7 +227,7 @@ TEST(Lights, EveryRoomOfAHouseHasItsPortals) {
 
 TEST(Lights, SunThroughTheWindowAgreesWithBruteForce) {
   const Built built = Build(WindowRoom(true, 1));
-  // On the floor inside of the patch that the sun draws, and beside it.
+  // Points on the floor inside the patch of sunlight, and beside it.
   const Vec3f eye(2, 3, 1.6f);
   const Estimate lit = Radiance(built, eye, {2, 1.7f, 0}, 4000, 1);
   const Estimate shade = Radiance(built, eye, {0.5f, 3.5f, 0}, 4000, 1);
@@ -249,7 +249,7 @@ TEST(Lights, TheSunCountsWhereItsWayOutIsTheWindow) {
     const Vec3f p = 0.1f * Vec3f(static_cast<float>(i % 40), static_cast<float>(i / 40 % 40),
                                  static_cast<float>(i / 1600)) +
                     Vec3f::Constant(0.05f);
-    // Where the way to the sun leaves through the window's plane; in windows.
+    // The point at which the way to the sun crosses the window's plane, in windows.
     const Vec3f q = p + sun * ((-0.2f - p.y()) / sun.y());
     const float a = (q.x() - 1.2f) / 1.6f, b = (q.z() - 0.9f) / 1.2f;
     const float inside = std::min({a, 1 - a, b, 1 - b});

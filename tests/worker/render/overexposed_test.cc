@@ -1,4 +1,4 @@
-// What is brighter than the display: found, its edges sampled more, kept from the denoiser.
+// Pixels brighter than the display: found, sampled more at edges, kept from the denoiser.
 #include "worker/render/overexposed.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What a path tells the denoiser about what it saw; and that paths go together, yet each alone.
+// The guides that paths give the denoiser; and that paths traced together don't affect each other.
 #include "worker/render/path_tracer.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ struct Guides {
   Vec3f albedo = Vec3f::Zero(), normal = Vec3f::Zero();
 };
 
-// Of a pixel that looks along -z from (0, 0, 1), as the renderer adds up its samples.
+// Guides of a pixel that looks along `direction` from (0, 0, 1), added up as the renderer does.
 Guides Look(const Built& built, const Vec3f& direction, int samples) {
   Guides sum;
   float weights = 0;
@@ -55,8 +55,8 @@ TEST(PathTracer, GuidesShowWhatAMirrorShows) {
   EXPECT_LT((seen.normal - Vec3f(-1, 0, 0)).norm(), 0.05f);
 }
 
-// What several mirrors show is seldom seen, and dark glass that mirrors itself made guides of
-// noise.
+// Guides end after one mirror: images of several mirrors are rare, and dark glass that mirrors
+// itself made guides of noise.
 TEST(PathTracer, GuidesFollowOneMirrorAndThenShowTheNext) {
   TestScene test;
   const uint32_t mirror = test.AddMaterial(Silver());

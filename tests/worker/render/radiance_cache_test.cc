@@ -41,7 +41,7 @@ CacheQuestions8 Questions(std::span<const CachePlace> places, float widest_m) {
   return questions;
 }
 
-// What the cache answers right there.
+// Asks the cache for the radiance at `place`. False if it has none.
 bool Answer(const RadianceCache& cache, const CachePlace& place, float widest_m, Vec3f* radiance) {
   uint64_t keys[kLanes];
   cache.Ask(Questions({&place, 1}, widest_m), keys);

@@ -1,4 +1,4 @@
-// What a hit means to shading, and that eight hits are looked at as each would be alone.
+// A hit's data for shading, and that eight hits together give the data of each alone.
 #include "worker/render/render_scene.h"
 
 #include <gtest/gtest.h>
@@ -107,7 +107,7 @@ TEST(RenderScene, EightHitsAreLookedAtAsEachAlone) {
     place.scale(1 + 0.1f * static_cast<float>(k));
     test.AddMesh(ball, ramp, place);
   }
-  // Without instances, with nothing else, and with some.
+  // Tests the scene without instances, with nothing else, and with some.
   for (const int every : {0, 1, 2}) {
     const auto scene = *RenderScene::Build(test.geometry, 0, test::MoversOfEvery(every, test));
     Rng rng(SceneSeed{2}, "hits");
@@ -169,7 +169,7 @@ TEST(CameraRays, EightAreThoseOfEachAlone) {
   }
 }
 
-// Where all eight are on one body, on several, and where some met nothing.
+// Cases: all eight hits on one body, on several bodies, and some rays without a hit.
 TEST(RenderScene, EightHitsAreNamedAsEachAlone) {
   TestScene test;
   const auto ball = test::MakeSphere({0, 0, 0}, 1, 12);

@@ -88,7 +88,7 @@ TEST(Renderer, NoiseOfTheTwoEyesIsIndependent) {
         bb += (b[i] - mb) * (b[i] - mb);
   }
   EXPECT_GT(aa / static_cast<double>(a.size()), 25);  // There is noise.
-  // Where the noise is strong is common to both (its size, not its sign): a little correlation of
+  // Both have strong noise at the same places (its size, not its sign), so a little correlation of
   // the tails is left.
   EXPECT_LT(std::abs(ab / std::sqrt(aa * bb)), 0.1);
 }
@@ -307,7 +307,7 @@ TEST(Exposure, ABrightLampDoesNotDarkenThePicture) {
   EXPECT_NEAR(AutomaticExposure(image, image) / without, 1, 0.05);
 }
 
-// As pictures of 4 samples and their references are: the same mean, one with a lot of noise.
+// Like a picture of 4 samples and its reference: the same mean, but one has a lot of noise.
 TEST(Exposure, NeitherNoiseNorResolutionChangesIt) {
   Rng rng(SceneSeed{5});
   const ImageF3 calm(1280, 720, 1.0f);

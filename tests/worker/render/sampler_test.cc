@@ -100,7 +100,7 @@ TEST(Sampler, RandomNumbersAreUniformAndUncorrelatedWithEachOtherAndPairs) {
   }
 }
 
-// What a denoiser averages over is spread as evenly as one pixel's samples are.
+// Samples of a square of pixels, which a denoiser averages, are spread as evenly as one pixel's.
 TEST(Sampler, SquaresOfPixelsOfAnImageAreStratifiedTogether) {
   constexpr int kLogSamples = 2;
   for (const auto& [x0, y0, side] : {std::array{0, 0, 1}, {6, 3, 1}, {4, 2, 2}, {12, 8, 4}}) {

@@ -66,7 +66,7 @@ TEST(Sheets, LitFromBehindShineWithWhatComesThrough) {
   const Built built = Build(test);
   const SkyModel& sky = built.lights.sky();
   const Vec3f sun = sky.SunRadiance() * (sky.sun_solid_angle() * sky.sun_direction().z() * kInvPi);
-  // What the dome gives to both sides.
+  // The dome's light on both sides.
   Vec3f above = Vec3f::Zero(), below = Vec3f::Zero();
   constexpr int kSide = 400;
   for (int i = 0; i < kSide * kSide; ++i) {

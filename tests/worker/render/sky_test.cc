@@ -164,7 +164,7 @@ TEST(Clouds, HaveNoEdgesOfTheTableTheyAreKeptIn) {
   EXPECT_LT(worst, 0.35 * most);
 }
 
-// They hide the sun where they stand before it, and the light on the ground follows.
+// Clouds before the sun hide it, and the light on the ground follows.
 TEST(Clouds, WeakenTheSunBehindThem) {
   const float open = Luminance(SkyModel(ClearDay()).SunRadiance());
   int hidden = 0, seen = 0;

@@ -71,7 +71,7 @@ std::shared_ptr<const Mesh> MakeSphere(const Vec3f& center, float radius, int ri
 // Faces look outwards, or inwards when `inwards`.
 std::shared_ptr<const Mesh> MakeBox(const Vec3f& low, const Vec3f& high, bool inwards = false);
 
-// At `position`, looking along `forward` with z up.
+// Returns a rig at `position` that looks along `forward` with z up.
 v1::Rig MakeRig(const Vec3d& position, const Vec3d& forward, int width_px, int height_px,
                 double focal_px, double baseline_m);
 
@@ -83,7 +83,7 @@ v1::Rig BoxRoomRig(int width_px, int height_px);
 v1::RenderConfig MakeConfig(int samples, int bounces, bool denoise,
                             const std::string& profile = "reference");
 
-// Of all channels' differences in levels. Pictures of one size.
+// Mean square of all channels' differences, in squared levels. The pictures have one size.
 double MeanSquare(const ImageRgb8& a, const ImageRgb8& b);
 
 }  // namespace parallax::test

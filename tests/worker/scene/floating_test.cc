@@ -34,7 +34,7 @@ struct Floating {
   const v1::SceneObject* object;
   std::shared_ptr<const Mesh> mesh;
   Eigen::Affine3f place;
-  Vec3d middle;  // Of its bounds, world.
+  Vec3d middle;  // Centre of its bounds, world.
 };
 
 struct Solids {

@@ -88,7 +88,7 @@ TEST(FloatingClasses, AreTheGroupsAndClassesAskedForLessTheExcludedOnes) {
   EXPECT_THAT(std::string(unknown.message()), HasSubstr("\"Unicorn\""));
 }
 
-// What grows outdoors is drawn only where it is asked for: studies that float all classes keep
+// Classes that grow outdoors float only if they are named: studies that float all classes keep
 // their draws.
 TEST(FloatingClasses, HoldNatureOnlyWhereItIsNamed) {
   v1::SceneConfig config;

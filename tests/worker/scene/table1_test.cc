@@ -26,7 +26,7 @@ Parts TakeApart(const v1::Scene& scene) {
   for (const v1::SceneMaterial& material : scene.materials()) {
     materials[material.index()] = &material;
   }
-  // By name: gaps in the indices of one variant must not hide what is equal.
+  // Compares by name, because gaps in one variant's indices must not hide equal objects.
   std::map<std::string, std::string> of_kind[5], bound[5], floating_what;
   for (const v1::SceneObject& object : scene.objects()) {
     v1::SceneObject bare = object;
@@ -89,7 +89,7 @@ struct Allowed {
   std::set<std::string> must;  // ... and those that do in one seed at least.
 };
 
-// What floats stands in the way of lights, so these may be elsewhere.
+// Floating objects stand in the way of lights, so lights may be elsewhere.
 const std::set<std::string> kOtherFloating = {"floating: what", "floating: where",
                                               "materials of floating", "point lights: where"};
 

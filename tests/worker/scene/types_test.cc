@@ -66,7 +66,7 @@ TEST(SceneTypes, APlaceThatIsNotTheTypesIsAnError) {
   EXPECT_EQ(Solve(job, CancelToken()).status().code(), absl::StatusCode::kInvalidArgument);
 }
 
-// What the rest of the program relies on, whatever the type.
+// Properties of every type that the rest of the program relies on.
 TEST(SceneTypes, ScenesOfEveryTypeSayWhatTheyAreAndBecomeSolid) {
   for (const SceneType* type : SceneTypes()) {
     SCOPED_TRACE(v1::SceneType_Name(type->type));

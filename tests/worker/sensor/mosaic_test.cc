@@ -47,7 +47,7 @@ TEST(Demosaic, GivesBackGreySlopes) {
   }
 }
 
-// What a real camera does at edges of one colour: neighbours get a wrong colour.
+// As in a real camera, neighbours of an edge in one colour get a wrong colour.
 TEST(Demosaic, ColoursEdges) {
   ImageF3 picture(12, 12);
   for (int y = 0; y < 12; ++y) {

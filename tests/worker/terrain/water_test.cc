@@ -62,7 +62,7 @@ TEST(Water, ThereIsABedBelowItAndABankBesideIt) {
   }
 }
 
-// From the walk to the horizon: no water hangs in the air, none ends before the ground rises.
+// No water hangs in the air or ends before the ground rises, from the path to the horizon.
 TEST(Water, ItsEdgeIsUnderTheLand) {
   for (const char* landform : {"river", "coast"}) {
     const Terrain& land = Land(landform);

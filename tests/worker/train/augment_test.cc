@@ -40,7 +40,7 @@ TrainingPair MakePlane() {
   }
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
-      const double left_x = (x + 10) * 16 / 15.0;  // Of the point that the right eye sees at x.
+      const double left_x = (x + 10) * 16 / 15.0;  // Column of the same point in the left eye.
       pair.left.disparity_px(x, y) = static_cast<float>(10 + x / 16.0);
       pair.right.disparity_px(x, y) = static_cast<float>(left_x - x);
       for (int c = 0; c < 3; ++c) {

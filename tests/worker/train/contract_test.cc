@@ -73,7 +73,7 @@ TEST(TrainerContract, ReadsProgressOfBothFormats) {
   EXPECT_EQ(json->epe_px, 2.5);
   EXPECT_EQ(json->eta_s, 60);
   EXPECT_FALSE(ReadProgress(*contract, R"({"event":"done"})").has_value());
-  // As Python's json writes a loss that is lost.
+  // Python's json writes a loss that is not a number like this.
   EXPECT_TRUE(std::isnan(*ReadProgress(*contract, R"({"step": 3, "loss": NaN})")->loss));
   EXPECT_TRUE(std::isnan(*ReadProgress(*contract, R"({"step": 3, "loss": -Infinity})")->loss));
   EXPECT_FALSE(ReadProgress(*contract, "warning: {").has_value());

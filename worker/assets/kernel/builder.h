@@ -1,5 +1,5 @@
-// Puts shapes together to an Asset: slots by name, a texture offset of its own for each part,
-// support surfaces, origin. Not thread-safe.
+// Assembles shapes into an Asset: slots by name, a texture offset for each part, support surfaces,
+// origin. Not thread-safe.
 #pragma once
 
 #include <initializer_list>
@@ -11,7 +11,7 @@
 
 namespace parallax::kernel {
 
-// Where the origin goes when an asset is finished (see worker/assets/asset.h).
+// The point that becomes the origin of a finished asset (see worker/assets/asset.h).
 enum class Anchor {
   kFloor,    // Lowest point at z = 0, footprint's middle at x = y = 0.
   kWall,     // y >= 0 with the wall at y = 0; x centred; lowest point at z = 0.
@@ -19,6 +19,7 @@ enum class Anchor {
   kGround,   // Lowest point at z = 0; x and y stay: the foot of a stem is the origin.
 };
 
+// Collects the parts of one asset.
 class AssetBuilder {
  public:
   // `seed` decides only the parts' texture offsets.
@@ -27,19 +28,19 @@ class AssetBuilder {
   // Faces of group g get the g-th slot; the last slot serves all higher groups.
   void Add(const Shape& shape, std::initializer_list<MaterialSlot> slots);
   void Add(const Shape& shape, const MaterialSlot& slot) { Add(shape, {slot}); }
-  // The shape and its reflection at x = 0 (and at y = 0).
+  // Adds the shape and its reflection at x = 0 (and, for four, at y = 0).
   void AddMirroredX(const Shape& shape, const MaterialSlot& slot);
   void AddFourfold(const Shape& shape, const MaterialSlot& slot);
 
-  // A finished mesh, placed (see Append).
+  // Adds a finished mesh, placed (see Append).
   void AddMesh(const Mesh& mesh, const Eigen::Affine3f& place) { Append(asset_.mesh, mesh, place); }
 
-  // A horizontal rectangle to stand things on. Coordinates as the parts'.
+  // Declares a horizontal rectangle that can carry things, in the parts' coordinates.
   void Support(const Vec2f& lo, const Vec2f& hi, float z_m, float clearance_m = 10.0f);
 
   const Mesh& mesh() const { return asset_.mesh; }
 
-  // Moves everything so that the anchor holds.
+  // Moves everything to the anchor and returns the asset. Call once.
   Asset Finish(Anchor anchor = Anchor::kFloor);
 
  private:
@@ -47,7 +48,7 @@ class AssetBuilder {
   Asset asset_;
 };
 
-// Slots with the families that suit them, best first.
+// Slots with the families that suit them, best first. Sheet slots hold open surfaces.
 inline MaterialSlot Slot(std::string name, std::vector<std::string> families) {
   return {std::move(name), std::move(families), false};
 }

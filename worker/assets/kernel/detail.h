@@ -1,11 +1,11 @@
-// How fine the kernel divides curved surfaces. The makers ask here; a scope says it for all shapes
-// that its thread makes meanwhile.
+// How finely the kernel divides curved surfaces. Makers ask here; a scope sets it for all shapes
+// that its thread makes.
 #pragma once
 
 namespace parallax::kernel {
 
-// While it lives, pieces made by this thread aim at `target_edge_m`; 0 changes nothing. Scopes
-// nest.
+// While it lives, pieces made by this thread are about `target_edge_m` long; 0 changes nothing.
+// Scopes nest.
 class DetailScope {
  public:
   explicit DetailScope(float target_edge_m);
@@ -17,11 +17,11 @@ class DetailScope {
   float before_;
 };
 
-// What the scope asks for; 0: nothing.
+// The edge length that the current scope asks for, metres; 0: none.
 float TargetEdge();
 
-// The pieces into which a length is cut: `usual`, or what the scope's target asks for, at least
-// `least` and at most four times the usual.
+// Number of pieces for a length: `usual`, or the number for the scope's target, at least `least`
+// and at most four times the usual.
 int DetailedPieces(int usual, float length_m, int least = 2);
 
 // The same for a full circle: a multiple of four, at least eight.

@@ -1,4 +1,4 @@
-// Gradient noise for wrinkles, dents and crooked things. Constant after construction; thread-safe.
+// Gradient noise for wrinkles, dents and crookedness. Constant after construction; thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +8,7 @@
 
 namespace parallax::kernel {
 
+// A scalar field with features one unit wide.
 class Noise {
  public:
   explicit Noise(uint64_t seed) : seed_(seed) {}
@@ -18,9 +19,9 @@ class Noise {
   float At(const Vec3f& p) const;
   // Three independent fields.
   Vec3f Vector(const Vec3f& p) const;
-  // `octaves` of halved width and amplitude.
+  // Sum of `octaves`, each with half the wavelength and amplitude of the one before.
   float Fractal(const Vec3f& p, int octaves) const;
-  // Folds: sharp ridges, soft valleys, in [0, 1].
+  // Folds with sharp ridges and soft valleys, in [0, 1].
   float Ridges(const Vec3f& p) const;
 
  private:

@@ -28,6 +28,7 @@ struct Face {
   std::array<Vec2f, 4> uv{Vec2f::Zero(), Vec2f::Zero(), Vec2f::Zero(), Vec2f::Zero()};
 };
 
+// A solid part.
 struct Shape {
   std::vector<Vec3f> points;   // Metres, part frame.
   std::vector<Vec3f> texture;  // Metres; x along the grain.
@@ -38,16 +39,16 @@ struct Shape {
   uint32_t AddPoint(const Vec3f& point) { return AddPoint(point, point); }
   uint32_t AddPoint(const Vec3f& point, const Vec3f& texture_m);
   void AddQuad(uint32_t a, uint32_t b, uint32_t c, uint32_t d, uint8_t group = 0);
-  // Leaves out a triangle that names a point twice.
+  // Ignores a triangle that names a point twice.
   void AddTriangle(uint32_t a, uint32_t b, uint32_t c, uint8_t group = 0);
   // Appends the other's points and faces.
   void Add(const Shape& other);
 
   Box3f Bounds() const;
-  // Six times the enclosed volume's sign tells whether faces look outwards.
+  // Signed enclosed volume, m^3; positive when faces look outwards.
   float Volume() const;
 
-  // Copies; texture coordinates are unchanged by all of them but Retextured.
+  // The following return copies; only Scaled and Retextured change texture coordinates.
   Shape Moved(const Vec3f& by) const;
   Shape Moved(float x, float y, float z) const { return Moved(Vec3f(x, y, z)); }
   Shape Turned(const Vec3f& axis, float angle_rad) const;  // About the origin, right-handed.
@@ -56,14 +57,14 @@ struct Shape {
   Shape TurnedZ(float angle_rad) const { return Turned(Vec3f::UnitZ(), angle_rad); }
   Shape Scaled(const Vec3f& factors) const;  // Factors > 0; texture coordinates are scaled too.
   Shape Placed(const Eigen::Affine3f& to) const;
-  // A reflected part with its faces turned round.
+  // A reflected part; its faces are reversed to look outwards.
   Shape MirroredX() const;
   Shape MirroredY() const;
   Shape Bent(const std::function<Vec3f(const Vec3f&)>& map) const;
   Shape Creased(float crease_rad) const;
-  // Texture coordinates are taken anew from the points, x along the longest side.
+  // Takes texture coordinates from the points again, x along the longest side.
   Shape Retextured() const;
-  // All faces get the group.
+  // Puts all faces into the group.
   Shape Grouped(uint8_t group) const;
 };
 

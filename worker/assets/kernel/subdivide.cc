@@ -16,7 +16,7 @@ namespace {
 namespace Far = OpenSubdiv::Far;
 namespace Sdc = OpenSubdiv::Sdc;
 
-// What is interpolated: OpenSubdiv asks for these two members.
+// The interpolated value: OpenSubdiv asks for these two members.
 template <typename Value>
 struct Primvar {
   Value value;

@@ -8,20 +8,22 @@
 
 namespace parallax::kernel {
 
+// Variation of the section along the path, ends and frame.
 struct SweepOptions {
   // Factors on the section's x and y at t in [0, 1] of the length; null: 1.
   std::function<Vec2f(float t)> scale;
   std::function<float(float t)> twist_rad;
   bool closed = false;    // A ring: the last point joins the first, which is not repeated.
   float end_round_m = 0;  // Radius of the rounded ends; half of the section's size makes a capsule.
-  // The section's y axis leans as near to `up` as the path lets it; zero: +z, or +y for a path that
-  // starts upright.
+  // The section's y axis leans towards `up` as far as the path allows; zero: +z, or +y for a path
+  // that starts upright.
   Vec3f up = Vec3f::Zero();
-  bool keep_up = false;  // At every point, instead of carrying the first frame along without twist.
+  // Applies `up` at every point, instead of transporting the first frame without twist.
+  bool keep_up = false;
 };
 
-// Section counter-clockwise, its x axis = up x path direction. Texture x runs along the path.
-// Path needs two different points at least.
+// The section is counter-clockwise, its x axis = up x path direction. Texture x runs along the
+// path. Requires a path with at least two different points.
 Shape Sweep(const Path3& path, const Path2& section, const SweepOptions& options = {});
 
 // A round bar along a polyline or curve, ends rounded by `end_round_m`.
@@ -36,9 +38,8 @@ Shape Rod(const Vec3f& from, const Vec3f& to, float from_radius, float to_radius
 Shape Bar(const Vec3f& from, const Vec3f& to, const Vec2f& from_size, const Vec2f& to_size,
           float bevel_m = 0.002f, const Vec3f& up = Vec3f::Zero());
 
-// Prism from z = 0 to `height` over a simple polygon, counter-clockwise; long edges rounded by
-// `bevel_m`.
-// `pieces` levels along the height for prisms that are bent later.
+// A prism from z = 0 to `height` over a simple polygon, counter-clockwise; long edges are rounded
+// by `bevel_m`. `pieces`: divisions along the height, for prisms that are bent later.
 Shape Extrude(const Path2& polygon, float height, float bevel_m = 0.0f, int pieces = 1);
 
 // Triangles (indices into `polygon`) of a simple polygon, counter-clockwise.   Source: Meisters'

@@ -16,7 +16,7 @@ using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 struct CactusLimb {
   std::vector<LimbRing> rings;
   int ribs = 14;
-  float depth = 0.16f;       // Of the grooves, in radii.
+  float depth = 0.16f;       // Depth of the grooves, in radii.
   float cushion_m = 0.075f;  // Between two cushions of a rib.
   float spine_m = 0.035f;
 };
@@ -46,7 +46,7 @@ class CactusGrower {
     options.texture_offset_m = {Draw(rng_, -20, 20), 0, 0};
     const size_t first = body_.positions.size();
     AddLimb(body_, limb.rings, options);
-    // What AddLimb appends: ring after ring.
+    // The order of AddLimb's vertices: ring after ring.
     const size_t whole = (limb.rings.size() - 1) * static_cast<size_t>(sides);
     for (size_t i = 0; i < whole; ++i) {
       const float angle =

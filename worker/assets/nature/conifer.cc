@@ -144,7 +144,7 @@ class ConiferGrower {
     }
   }
 
-  // From the trunk at height z towards azimuth a; `rise` is its place in the crown, 0 to 1.
+  // Grows a bough at height z towards azimuth a; `rise` is its place in the crown, 0 to 1.
   void GrowBough(float z, float a, float rise) {
     const float shape = std::pow(1 - rise, species_.roundness);
     // The oldest, shaded boughs are a little shorter than those above them.
@@ -238,7 +238,7 @@ class ConiferGrower {
     places_.push_back({static_cast<size_t>(form), along, place});
   }
 
-  // As many as the level of detail shows.
+  // Adds as many sheets as the level of detail shows.
   void AddSheets() {
     const auto stride =
         static_cast<size_t>(LeafStride(detail_, places_.size(), templates_[0].triangles.size()));

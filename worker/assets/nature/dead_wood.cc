@@ -11,7 +11,7 @@ namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
-// What all parts of one piece share.
+// State that all parts of one piece of wood share.
 struct Timber {
   Rng rng;
   Mesh mesh;

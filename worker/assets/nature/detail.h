@@ -1,5 +1,5 @@
-// Levels of detail of plants: what one level loses in number it gains in size, so that a crown
-// covers as much of the picture at each.
+// Levels of detail of plants: a coarser level has fewer but larger leaves, so that a crown covers
+// as much of the picture at each level.
 #pragma once
 
 #include <array>
@@ -7,6 +7,7 @@
 
 namespace parallax {
 
+// Levels with their triangle counts for trees.
 enum class PlantDetail {
   kNear,   // All leaves, twigs modelled: trees 60,000 to 150,000 triangles.
   kMid,    // 15,000 to 40,000.
@@ -14,22 +15,22 @@ enum class PlantDetail {
   kShell,  // 200 to 600: folded sheets as large as boughs.
 };
 
-// The level that a target edge (MakeAsset, worker/assets/detail.h) stands for: near for 0 and below
-// 1.5 cm, mid below 6 cm, far below 25 cm.
+// The level for a target edge (MakeAsset, worker/assets/detail.h): near for 0 and below 1.5 cm, mid
+// below 6 cm, far below 25 cm.
 PlantDetail DetailOfEdge(float target_edge_m);
-// An edge of that level: what to ask MakeAsset for.
+// A target edge that selects the level in MakeAsset.
 float EdgeOfDetail(PlantDetail detail);
-// The level that the thread's scope asks for.
+// The level of the thread's scope.
 PlantDetail CurrentDetail();
 
-// The number for the level that the thread's scope asks for: near, mid, far, shell.
+// The element of `each` for the level of the thread's scope: near, mid, far, shell.
 template <typename T>
 T ByDetail(const std::array<T, 4>& each) {
   return each[static_cast<size_t>(CurrentDetail())];
 }
 
-// One of so many leaves is kept, larger by the root of it, so that a crown of `leaves` with so many
-// triangles each stays within what its level may have.
+// One of this many leaves is kept, enlarged by its square root, so that a crown of `leaves` with
+// `triangles_each` triangles stays within the level's budget.
 int LeafStride(PlantDetail detail, size_t leaves, size_t triangles_each);
 
 }  // namespace parallax

@@ -13,8 +13,8 @@ namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
-// What weather does to bedded rock: hard beds stand out, blocks fall out of them, the rest is
-// dented at every size down to the mesh's cells.
+// Weathering of bedded rock: hard beds stand out, blocks fall out of them, the rest is dented at
+// every size down to the mesh's cells.
 class Weather {
  public:
   Weather(float size_m, float bed_m, Rng& rng) : size_m_(size_m), bed_m_(bed_m), noise_(rng) {}
@@ -166,7 +166,7 @@ void AddDrip(Mesh& mesh, const Vec3f& root, float way, float length, float radiu
     const float s = static_cast<float>(k) / static_cast<float>(pieces);
     const float taper = blunt ? 0.42f * std::pow(1 - s, 0.35f) + 0.58f * std::pow(1 - s, 1.6f)
                               : std::pow(1 - s, 0.8f);
-    // It spreads where it joins the rock.
+    // The foot spreads where it joins the rock.
     const float foot = 0.9f * std::exp(-s * length / (0.7f * radius));
     const float rough = 1 + 0.22f * noise.At({0.5f, 0.5f, s * length / (0.9f * radius)}) +
                         0.12f * noise.At({2.5f, 0.5f, s * length / (0.3f * radius)});

@@ -1,5 +1,5 @@
-// What covers the ground outdoors: stones, litter, grass, herbs, shrubs. The origin is the foot of
-// a plant or the middle of a patch.
+// Cover of the ground outdoors: stones, litter, grass, herbs, shrubs. The origin is the foot of a
+// plant or the middle of a patch.
 #pragma once
 
 #include "worker/assets/asset.h"
@@ -9,6 +9,7 @@ namespace parallax {
 
 // ---- Stones
 
+// The form of one stone, cut from a block by planes and roughened.
 struct StoneForm {
   Vec3f size = Vec3f::Constant(0.5f);  // Half of the extent along each axis, about.
   int planes = 20;                     // That cut it from a block; few: angular.
@@ -19,6 +20,7 @@ struct StoneForm {
   int cells = 30;        // A side of the sphere it is made from; 12 n^2 triangles.
 };
 
+// A single boulder.
 struct BoulderParams {
   StoneForm form;
   uint64_t seed = 0;
@@ -27,6 +29,7 @@ Asset MakeBoulder(const BoulderParams& params);
 Asset SampleBoulder(Rng& rng);
 Asset SampleSlab(Rng& rng);
 
+// A heap of broken stones.
 struct RockPileParams {
   float size_m = 0.9f;  // Half of its width.
   int stones = 12;
@@ -35,6 +38,7 @@ struct RockPileParams {
 Asset MakeRockPile(const RockPileParams& params);
 Asset SampleRockPile(Rng& rng);
 
+// A patch of pebbles.
 struct PebblesParams {
   float radius_m = 0.2f;  // Size of the patch.
   float coarse = 1;
@@ -51,6 +55,7 @@ Asset SampleIceBlock(Rng& rng);
 
 // ---- Litter
 
+// A patch of litter: its radius and the number of pieces.
 struct LitterParams {
   float radius_m = 0.4f;
   int count = 120;
@@ -71,10 +76,11 @@ Asset SampleNeedlePatch(Rng& rng);
 
 // ---- Shores
 
+// A flat piece of floating ice.
 struct IceFloeParams {
   float radius_m = 1;
   float thick_m = 0.28f;
-  int sides = 7;  // Of the polygon that it broke off as.
+  int sides = 7;  // Sides of the polygon that broke off.
   uint64_t seed = 0;
 };
 // The origin is in the middle of its lower side.
@@ -88,6 +94,7 @@ Asset SampleWrack(Rng& rng);
 
 // ---- Grass
 
+// A tuft of grass.
 struct GrassParams {
   int blades = 45;
   float height_m = 0.25f;
@@ -105,6 +112,7 @@ Asset SampleGrassTuft(Rng& rng);
 Asset SampleGrassClump(Rng& rng);
 Asset SampleTussock(Rng& rng);
 
+// Reeds at the edge of water; with `cattail`, flower spikes.
 struct ReedParams {
   int stems = 14;
   float height_m = 1.7f;
@@ -116,6 +124,7 @@ Asset SampleReed(Rng& rng);
 
 // ---- Herbs
 
+// A fern: fronds that arch out of one root.
 struct FernParams {
   int fronds = 10;
   float length_m = 0.6f;
@@ -124,6 +133,7 @@ struct FernParams {
 Asset MakeFern(const FernParams& params);
 Asset SampleFern(Rng& rng);
 
+// Forms of flower heads.
 enum class FlowerKind { kDaisy, kPoppy, kBell, kDandelion, kCount };
 struct FlowerParams {
   FlowerKind kind = FlowerKind::kDaisy;
@@ -134,6 +144,7 @@ struct FlowerParams {
 Asset MakeFlowerPlant(const FlowerParams& params);
 Asset SampleFlowerPlant(Rng& rng);
 
+// A group of mushrooms.
 struct MushroomParams {
   int count = 5;
   float height_m = 0.07f;
@@ -155,6 +166,7 @@ Asset SampleSucculent(Rng& rng);
 
 // ---- Dry lands
 
+// A tall ribbed cactus with arms (saguaro).
 struct ColumnCactusParams {
   float height_m = 3, radius_m = 0.16f;
   int ribs = 14;
@@ -164,6 +176,7 @@ struct ColumnCactusParams {
 Asset MakeColumnCactus(const ColumnCactusParams& params);
 Asset SampleColumnCactus(Rng& rng);
 
+// Round ribbed cacti.
 struct BarrelCactusParams {
   float radius_m = 0.22f;
   float tall = 1;  // Height over width.
@@ -174,25 +187,28 @@ struct BarrelCactusParams {
 Asset MakeBarrelCactus(const BarrelCactusParams& params);
 Asset SampleBarrelCactus(Rng& rng);
 
+// A cactus of flat pads (opuntia).
 struct PricklyPearParams {
   float pad_m = 0.24f;
   int stems = 4;
-  int levels = 3;  // Of pads on each other.
+  int levels = 3;  // Levels of pads, each on the last.
   uint64_t seed = 0;
 };
 Asset MakePricklyPear(const PricklyPearParams& params);
 Asset SamplePricklyPear(Rng& rng);
 
+// A rosette of stiff, pointed leaves, some with a flower stalk.
 struct AgaveParams {
   float size_m = 0.6f;  // Length of its leaves.
-  float width = 0.2f;   // Of a leaf, in lengths.
+  float width = 0.2f;   // Width of a leaf, in lengths.
   int leaves = 34;
-  float mast_m = 0;  // Of the dry mast that bore its flowers; 0: none.
+  float mast_m = 0;  // Height of the dry flower stalk; 0: none.
   uint64_t seed = 0;
 };
 Asset MakeAgave(const AgaveParams& params);
 Asset SampleAgave(Rng& rng);
 
+// A palm tree.
 struct PalmParams {
   float height_m = 6;
   float lean = 0.1f;
@@ -206,6 +222,7 @@ Asset SamplePalm(Rng& rng);
 
 // ---- Formations of rock
 
+// A natural arch of bedded rock.
 struct RockArchParams {
   float span_m = 9, rise_m = 6;
   float thick_m = 1.6f;  // Radius of its rock.
@@ -216,6 +233,7 @@ struct RockArchParams {
 Asset MakeRockArch(const RockArchParams& params);
 Asset SampleRockArch(Rng& rng);
 
+// A free-standing pillar of bedded rock.
 struct RockPillarParams {
   float height_m = 10, radius_m = 2;
   float cap = 0;  // How far a hard bed on top stands out, in radii.
@@ -226,6 +244,7 @@ struct RockPillarParams {
 Asset MakeRockPillar(const RockPillarParams& params);
 Asset SampleRockPillar(Rng& rng);
 
+// Stalactites, stalagmites or columns in a cave.
 struct DripstoneParams {
   float length_m = 0.8f, radius_m = 0.09f;
   int count = 5;
@@ -241,6 +260,7 @@ Asset SampleDripstoneColumn(Rng& rng);
 
 // ---- Shrubs
 
+// A bush of forked stems with leaves.
 struct ShrubParams {
   float height_m = 1.2f;
   float width = 1.1f;  // In heights.

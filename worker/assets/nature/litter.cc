@@ -1,4 +1,4 @@
-// What lies on the ground under trees: leaves, twigs, cones, needles.
+// Litter on the ground under trees: leaves, twigs, cones, needles.
 #include <algorithm>
 #include <cmath>
 
@@ -138,7 +138,7 @@ Asset MakeCones(const LitterParams& p) {
     const float length = 0.06f * slim * Draw(rng, 0.7, 1.25), open = Draw(rng, 0.4, 1.05);
     const float turn = Draw(rng, 0, 2 * kPi), tilt = Draw(rng, 1.4, 1.65);
     Eigen::Affine3f place = Eigen::Affine3f::Identity();
-    // What of the open scales is below the ground lies on it.
+    // SheetGrower lays the open scales that would reach below the ground onto it.
     place.translate(Strewn(p, rng) + Vec3f(0, 0, 0.2f * length));
     place.rotate(Eigen::AngleAxisf(turn, Vec3f::UnitZ()));
     place.rotate(Eigen::AngleAxisf(tilt, Vec3f::UnitX()));

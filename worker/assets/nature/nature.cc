@@ -1,5 +1,5 @@
-// What grows and lies outdoors. Drawn only when a config names a class, `nature` or one of its
-// groups: see README.md.
+// Registers plants, stones and litter. They are drawn only when a config names a class, `nature` or
+// one of its groups: see README.md.
 #include "worker/assets/families.h"
 #include "worker/assets/nature/ground.h"
 #include "worker/assets/nature/trees.h"

@@ -1,5 +1,5 @@
-// Leaves, petals, needles and blades of grass as open sheets of a few triangles, stamped by the
-// thousand straight into a mesh.
+// Leaves, petals, needles and blades of grass as open sheets of a few triangles, copied by the
+// thousand into a mesh.
 //
 // A template lies in its own frame: it grows from the origin along +y, its upper side faces +z, and
 // it is one unit long. Values; not thread-safe to write.
@@ -24,6 +24,7 @@ enum class LeafShape {
   kPetal,     // Broad towards its end.
 };
 
+// One sheet in its own frame.
 struct SheetTemplate {
   std::vector<Vec3f> points, normals;
   std::vector<std::array<uint32_t, 3>> triangles;
@@ -34,6 +35,7 @@ struct SheetTemplate {
   void Finish();
 };
 
+// The form of a leaf's blade.
 struct LeafForm {
   LeafShape shape = LeafShape::kElliptic;
   float width = 0.5f;  // In lengths.
@@ -51,7 +53,7 @@ SheetTemplate MakeSprayTemplate(int teeth, float needle, float fold);
 // A tuft of `count` thin needles that open from the origin into a cone about +y (pine, larch).
 SheetTemplate MakeTuftTemplate(int count, float spread_rad, float width, Rng& rng);
 
-// Where one sheet grows.
+// The placement of one sheet.
 struct SheetPlace {
   Vec3f at = Vec3f::Zero();
   Vec3f along = Vec3f::UnitY();  // Any length > 0.
@@ -59,12 +61,12 @@ struct SheetPlace {
   float length_m = 0.1f;
 };
 
-// Collects the sheets of one slot. Each gets its own pair of random numbers in uv, constant over
-// it: by the first foliage materials tell leaves apart.
+// Collects the sheets of one slot. Each gets two random numbers in uv, constant over the sheet;
+// foliage materials use the first to tell leaves apart.
 class SheetGrower {
  public:
   SheetGrower(const MaterialSlot& slot, Rng rng);
-  // What would reach below z = 0 lies on the ground instead, each sheet at its own small height.
+  // Adds a sheet. One that would reach below z = 0 lies on the ground, at its own small height.
   void Add(const SheetTemplate& sheet, const SheetPlace& place);
   size_t count() const { return count_; }
   const Mesh& mesh() const { return mesh_; }

@@ -1,4 +1,4 @@
-// What the sea brings: shells, wrack, floes of ice.
+// Flotsam of the shore: shells, wrack, ice floes.
 #include <algorithm>
 #include <cmath>
 #include <functional>

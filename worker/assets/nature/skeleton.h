@@ -14,6 +14,7 @@
 
 namespace parallax {
 
+// A point of the woody frame.
 struct TreeNode {
   Vec3f at = Vec3f::Zero();
   int parent = -1;  // Always an earlier node.
@@ -21,22 +22,24 @@ struct TreeNode {
   float radius = 0;
 };
 
+// Options of space colonisation.
 struct ColoniseOptions {
   float step_m = 0.2f;
-  float kill_m = 0.4f;            // A point that a node came so near to is reached.
-  float reach_m = 1e9f;           // Points further away than this draw no node.
+  float kill_m = 0.4f;            // A point is reached when a node is so near.
+  float reach_m = 1e9f;           // Points farther away attract no node.
   Vec3f tropism = Vec3f::Zero();  // Added to the unit direction of each step.
   float jitter = 0.15f;
-  int first_node = 0;  // Earlier nodes grow nothing.
+  int first_node = 0;  // Nodes before it do not grow.
   int max_nodes = 6000;
 };
 
+// The tree of nodes.
 class Skeleton {
  public:
   int Add(const Vec3f& at, int parent);
   const std::vector<TreeNode>& nodes() const { return nodes_; }
-  // Grows nodes towards the points, each towards the mean direction of those that it is nearest to,
-  // until all are reached or too far.
+  // Grows nodes, each towards the mean direction of the points to which it is nearest, until all
+  // points are reached or too far.
   void Colonise(std::vector<Vec3f> points, const ColoniseOptions& options, Rng& rng);
 
   // Rounds off the corners of limbs; nodes below `fixed` stay.
@@ -44,8 +47,8 @@ class Skeleton {
   // Moves every node by `move`; nodes below `fixed` stay.
   void Displace(const std::function<Vec3f(const Vec3f&)>& move, int fixed);
 
-  // Radii from `tip_m` at the ends to `trunk_m` at the foot: r^e is the sum of the children's, with
-  // the exponent e between 1.6 and 3 that leads there.
+  // Sets radii from `tip_m` at the ends to `trunk_m` at the foot: r^e is the sum of the children's,
+  // with the exponent e in [1.6, 3] that achieves this.
   void Thicken(float trunk_m, float tip_m);
 
   // Each limb: nodes from the one on its parent limb (the trunk: the foot) to its end, following

@@ -1,5 +1,5 @@
-// What tells one tree from another: rows of two tables. Lengths named `_m` are metres; the others
-// are parts of the tree's height unless they say otherwise.
+// The parameters that tell tree species apart: rows of two tables. Lengths named `_m` are metres;
+// the others are parts of the tree's height unless they say otherwise.
 #pragma once
 
 #include <array>
@@ -12,8 +12,10 @@
 
 namespace parallax {
 
+// The season that leaves show.
 enum class Season { kSpring, kSummer, kAutumn, kWinter, kCount };
 
+// A broadleaf tree; a row of the first table.
 struct BroadleafSpecies {
   std::string_view name;
   float height_low_m, height_high_m;
@@ -36,8 +38,10 @@ struct BroadleafSpecies {
   std::vector<std::string> bark, twig_bark;
 };
 
+// Arrangement of needles: flat sprays (spruce), tufts (pine), rosettes (larch).
 enum class NeedleKind { kSpray, kTuft, kRosette };
 
+// A conifer; a row of the second table.
 struct ConiferSpecies {
   std::string_view name;
   float height_low_m, height_high_m;
@@ -58,10 +62,11 @@ struct ConiferSpecies {
   std::vector<std::string> bark;
 };
 
+// Rows of the two tables; BroadleafParams and ConiferParams index them.
 std::span<const BroadleafSpecies> BroadleafTable();
 std::span<const ConiferSpecies> ConiferTable();
 
-// The classes of material that leaves of a season are made of.
+// The material classes for leaves of a season.
 std::vector<std::string> LeafMaterials(Season season);
 
 }  // namespace parallax

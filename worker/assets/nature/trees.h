@@ -8,6 +8,7 @@
 
 namespace parallax {
 
+// A broadleaf tree with its leaves for the season.
 struct BroadleafParams {
   size_t species = 0;  // A row of BroadleafTable().
   float height_m = 9;
@@ -17,6 +18,7 @@ struct BroadleafParams {
 Asset MakeBroadleafTree(const BroadleafParams& params);
 Asset SampleBroadleafTree(Rng& rng);
 
+// A conifer.
 struct ConiferParams {
   size_t species = 0;  // A row of ConiferTable().
   float height_m = 11;
@@ -26,6 +28,7 @@ struct ConiferParams {
 Asset MakeConifer(const ConiferParams& params);
 Asset SampleConifer(Rng& rng);
 
+// A standing dead tree.
 struct SnagParams {
   float height_m = 5;
   float radius_m = 0.16f;  // At breast height.
@@ -36,6 +39,7 @@ struct SnagParams {
 Asset MakeSnag(const SnagParams& params);
 Asset SampleSnag(Rng& rng);
 
+// A stump with its roots.
 struct StumpParams {
   float radius_m = 0.22f, height_m = 0.35f;
   bool splintered = false;  // Broken by wind instead of cut.
@@ -44,6 +48,7 @@ struct StumpParams {
 Asset MakeStump(const StumpParams& params);
 Asset SampleStump(Rng& rng);
 
+// A log or a fallen trunk.
 struct LogParams {
   float length_m = 3, radius_m = 0.14f;
   bool cut = true;        // By a saw at both ends; false: a fallen trunk with torn ends and limbs.

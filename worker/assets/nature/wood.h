@@ -1,4 +1,4 @@
-// Bark-clad wood of a tree as meshes: the limbs of a skeleton with collars at forks, the trunk's
+// Meshes of a tree's wood with bark: the limbs of a skeleton with collars at forks, the trunk's
 // flare, twigs.
 #pragma once
 
@@ -8,19 +8,21 @@
 
 namespace parallax {
 
+// The surface of the wood.
 struct WoodStyle {
   PlantDetail detail = PlantDetail::kNear;
-  float flare = 1;        // How far the roots spread the foot, in the trunk's radii.
-  bool has_trunk = true;  // The skeleton's first limb is one; false: a shrub's stems are all alike.
+  float flare = 1;        // Spread of the roots at the foot, in the trunk's radii.
+  bool has_trunk = true;  // The first limb is a trunk; false: a shrub.
   float lumps = 0.06f;    // Height of the lumps of the surface, in radii of the trunk.
   MaterialSlot bark, twig_bark;
 };
 
+// Builds the mesh of one plant's wood.
 class WoodMaker {
  public:
   WoodMaker(const WoodStyle& style, Rng rng);
 
-  // Each limb that the level of detail shows.
+  // Adds the limbs that the level of detail shows.
   void AddTree(const Skeleton& tree);
   // The first ring is the foot.
   void AddTrunk(const std::vector<LimbRing>& rings);

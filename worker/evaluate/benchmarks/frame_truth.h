@@ -6,8 +6,8 @@
 
 namespace parallax {
 
-// The left view's truth of a frame of our own datasets, in `dir`. Sky and the exterior of rooms are
-// not known there. Errors: those of ReadFrame; kDataLoss for masks of another size.
+// Reads the left view's truth of a frame of our own datasets, in `dir`. Sky and the exterior of
+// rooms have no truth. Errors: those of ReadFrame; kDataLoss for masks of another size.
 absl::StatusOr<PairTruth> ReadFrameTruth(const std::string& dir);
 
 }  // namespace parallax

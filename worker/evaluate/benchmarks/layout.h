@@ -1,4 +1,4 @@
-// Finding the files of a benchmark below the folder that the user names. Reads only.
+// Finds the files of a benchmark below the user's folder. Reads only.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace parallax {
 
-// The first of `candidates` that is a folder below `dir`, as an absolute path. Errors: kNotFound
-// naming `dir` and all candidates.
+// Returns the first of `candidates` that is a folder below `dir`, as an absolute path. Errors:
+// kNotFound naming `dir` and all candidates.
 absl::StatusOr<std::string> FindFolder(const std::string& dir,
                                        const std::vector<std::string>& candidates);
 

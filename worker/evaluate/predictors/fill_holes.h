@@ -4,10 +4,11 @@
 
 namespace parallax {
 
-// Gives each pixel that is not finite the smaller of the nearest finite disparities to its left and
-// right in its row, because what was not matched is mostly background behind an edge; at the border
-// the only one there is. A row without any takes the row above, or the first one below that has
-// some; an image without any becomes 0. Source: KITTI devkit, background interpolation.
+// Fills each pixel that is not finite with the smaller of the nearest finite disparities to its
+// left and right in its row, because unmatched pixels mostly belong to the background behind an
+// edge; at the border only one exists. A row without any value copies the row above, or the first
+// one below that has values; an image without any becomes 0. Source: KITTI devkit, background
+// interpolation.
 ImageF FillHoles(ImageF disparity_px);
 
 }  // namespace parallax

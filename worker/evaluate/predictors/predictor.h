@@ -1,5 +1,5 @@
-// Predictors of disparities: a classical method, a trained network by its command, or files that
-// are there already. All work through files, so that a crash of a network takes nothing along.
+// Predictors of disparities: a classical method, a trained network's command, or existing files.
+// All work through files, so that a network that crashes does not crash the caller.
 #pragma once
 
 #include <functional>
@@ -22,6 +22,7 @@ struct PredictionTask {
   std::string output;
 };
 
+// Everything that a prediction needs besides its pairs.
 struct PredictionContext {
   std::string work_dir;  // Exists; for lists and logs.
   CancelToken cancel;
@@ -29,6 +30,7 @@ struct PredictionContext {
   std::function<void(int done)> progress = [](int) {};  // Pairs predicted so far.
 };
 
+// Predicts the disparities of pairs.
 class Predictor {
  public:
   virtual ~Predictor() = default;
@@ -43,6 +45,7 @@ class Predictor {
 // Searches disparities up to a quarter of the image's width.
 std::unique_ptr<Predictor> MakeSgbmPredictor();
 
+// A command and its time limits.
 struct CommandPredictorOptions {
   // Run by /bin/sh; "{list}" is replaced by the path of a text file with a line `left right output`
   // a pair. The command writes each output as PFM and exits with 0.
@@ -56,17 +59,16 @@ struct CommandPredictorOptions {
 // `work_dir`/predictor.log.
 std::unique_ptr<Predictor> MakeCommandPredictor(CommandPredictorOptions options);
 
-// Files `dir`/<pair>.pfm, .png (16 bits, x256, 0 = none), .npy or .exr. Errors of Predict:
-// kNotFound naming the first pair without one and how many more there are.
+// Reads files `dir`/<pair>.pfm, .png (16 bits, x256, 0 = none), .npy or .exr. Errors of Predict:
+// kNotFound naming the first pair without a file, and the number of such pairs.
 std::unique_ptr<Predictor> MakeFolderPredictor(std::string dir);
 
-// A command for MakeCommandPredictor from words that hold no shell syntax: each is quoted, and a
-// word
-// "{list}" stays the placeholder.
+// Makes a command for MakeCommandPredictor from words without shell syntax: each is quoted, except
+// that a word "{list}" stays the placeholder.
 std::string CommandOfWords(const std::vector<std::string>& words);
 
-// The command of the built-in trainer's program `trainer` for a checkpoint. `threads` 0: as it
-// chooses.
+// The command with which the built-in program `trainer` predicts from a checkpoint. `threads` 0:
+// its own choice.
 std::string TrainerPredictCommand(const std::string& trainer_program, const std::string& checkpoint,
                                   int threads = 0);
 

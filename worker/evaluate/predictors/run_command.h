@@ -1,4 +1,4 @@
-// Runs a shell command as a child of its own, with a time limit.
+// Runs a shell command as a child process with a time limit.
 #pragma once
 
 #include <functional>
@@ -10,20 +10,21 @@
 
 namespace parallax {
 
+// A command, its log and its limits.
 struct CommandOptions {
   std::string command;  // For /bin/sh -c.
   std::string name;     // For messages; the command if empty.
   std::string log;      // Standard output and error are written here.
-  double limit_s = 60;  // Then the child and all that it started are killed.
+  double limit_s = 60;  // Time after which it and its children are killed.
   CancelToken cancel;
   Clock* clock = &Clock::System();
   std::function<void()> poll = [] {};  // Called a few times a second while it runs.
 };
 
-// Waits until the command has ended. All that it started is killed with it, and also when this
-// process dies; see ChildProcess. Errors: kInternal for another exit status than 0, kAborted when a
-// signal killed it (kernel's out-of-memory killer included), kDeadlineExceeded, kCancelled; each
-// with the log's last lines. As ChildProcess::Start.
+// Waits for the command to end. All of its children are killed with it, and also when this process
+// dies; see ChildProcess. Errors: kInternal for an exit status other than 0, kAborted when a signal
+// killed it (including the kernel's out-of-memory killer), kDeadlineExceeded, kCancelled; each with
+// the log's last lines. As ChildProcess::Start.
 absl::Status RunCommand(const CommandOptions& options);
 
 // The last `lines` lines of a file, for messages; "" when it can't be read.

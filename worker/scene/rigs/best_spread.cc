@@ -19,7 +19,7 @@ namespace {
 constexpr int kProbesX = 20, kProbesY = 11;
 constexpr int kCandidatesPerRig = 15;  // Accepted candidates among which each rig is chosen.
 constexpr int kTriesPerRig = 120;
-constexpr int kRedraws = 4;           // Of a rig's height and pitch, when no place suits them.
+constexpr int kRedraws = 4;           // New heights and pitches for a rig when no place suits.
 constexpr double kMaxSky = 0.35;      // Share of probes that may leave the room by a window.
 constexpr double kMaxOnePlane = 0.8;  // Share that may fall on one flat surface.
 constexpr double kClose_m = 0.55, kMaxClose = 0.3;  // Share that may be nearer than this.
@@ -38,7 +38,7 @@ struct Candidate {
   Mat3f camera = Mat3f::Identity();  // Columns: right, down, forward; world frame.
   RigCamera view;
   double depth_std_m = 0;
-  double value = 0;  // What it is ranked by.
+  double value = 0;  // Rank among the candidates.
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Rigs for places that a camera stands in: where depth spreads most. Private to worker/scene.
+// Rig strategy: views with the largest spread of depth. Private to worker/scene.
 #pragma once
 
 #include <limits>
@@ -9,7 +9,7 @@
 
 namespace parallax {
 
-// What probe rays of one view meet. Depths are along the axis.
+// Figures of one view from probe rays. Depths are along the axis.
 struct ViewProbe {
   double nearest_m = std::numeric_limits<double>::infinity();
   double std_m = 0;
@@ -21,7 +21,7 @@ struct ViewProbe {
   double things = 0;  // Neither a part of the place nor sky.
 };
 
-// `camera`: right, down, forward as columns, world. Needs a committed solid twin.
+// Probes a view. `camera`: right, down, forward as columns, world. Needs a committed solid twin.
 ViewProbe ProbeView(const SceneInProgress& scene, const Vec3f& eye, const Mat3f& camera,
                     const RigCamera& view);
 
@@ -30,10 +30,10 @@ ViewProbe ProbeView(const SceneInProgress& scene, const Vec3f& eye, const Mat3f&
 bool SegmentClear(const RayScene& solid, const Vec3f& from, const Vec3f& right, float length,
                   float distance);
 
-// Adds stereo rigs with the largest spread of depth among random candidates. Each rig's height,
+// Adds the stereo rigs with the largest spread of depth among random candidates. Each rig's height,
 // pitch, field of view and baseline are drawn as the config says; only its place and direction are
-// chosen, within the surroundings' bounds, above whose floor heights are drawn. Needs a committed
-// solid twin. Adds fewer than config.count when there are not as many free places.
+// chosen, within the surroundings' bounds and above their floor. Requires a committed solid twin.
+// Adds fewer than config.count if there are too few free places.
 void BestSpreadRigs(const v1::RigConfig& config, SceneInProgress& scene);
 
 }  // namespace parallax

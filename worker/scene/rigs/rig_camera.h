@@ -9,7 +9,7 @@
 
 namespace parallax {
 
-// What a camera sees, for probing: tangents. The point (x, y) of the picture, each in [-1, 1], lies
+// A camera's view for probing, as tangents. The point (x, y) of the picture, each in [-1, 1], lies
 // in the direction (shift_x + half_x * x, shift_y + half_y * y, 1).
 struct RigCamera {
   Intrinsics k;  // For rigs.width_px x rigs.height_px.
@@ -19,28 +19,27 @@ struct RigCamera {
   Vec3d DirectionAt(double x, double y) const {
     return {shift_x + half_x * x, shift_y + half_y * y, 1};
   }
-  // How much longer than the axis the longest of its rays is, down to the same depth.
+  // Length of its longest ray over that of the axis, up to the same depth.
   double Corner() const;
 };
 
-// Draws a camera. `fov_draw` in [0, 1) draws rigs.horizontal_fov_deg, where that counts; all else
-// is drawn from children of `stream`.
+// Draws a camera. `fov_draw` in [0, 1) draws rigs.horizontal_fov_deg, where it is used; all else is
+// drawn from children of `stream`.
 RigCamera DrawRigCamera(const v1::RigConfig& config, double fov_draw, const Rng& stream);
 
 // The largest baseline that rigs may have.
 double LargestBaseline(const v1::RigConfig& config);
 
-// Makes a rig of its own for each of rigs.baselines_m, where there are any: those of one left eye
-// follow each other. Rigs are numbered anew.
+// Makes a rig for each of rigs.baselines_m, where there are any: the rigs of one left eye follow
+// each other. Numbers the rigs anew.
 void AddBaselines(const v1::RigConfig& config, v1::Scene& recipe);
 
-// Gives `rig`, which has its intrinsics, its raw cameras, where the config has any; drawn from
-// children of `stream`.
+// Adds raw cameras to `rig`, which has its intrinsics, if the config has any. Draws from children
+// of `stream`.
 void AddRawCameras(const v1::RigConfig& config, const Rng& stream, v1::Rig* rig);
 
-// Whether every raw camera shows something at the sides of its picture (CheckRawCamera).
-// Errors: kInvalidArgument, naming the rig, the eye and the point, for a lens whose image ends
-// before.
+// Checks that every raw camera sees to the sides of its picture (CheckRawCamera). Errors:
+// kInvalidArgument, naming the rig, the eye and the point, for a lens whose image ends before.
 absl::Status CheckRawCameras(const v1::Scene& scene);
 
 }  // namespace parallax

@@ -1,4 +1,4 @@
-// Rig strategy: frames of walks through open land, as somebody carries a rig who looks about.
+// Rig strategy: frames of walks through open land, like a hand-held rig whose bearer looks around.
 #pragma once
 
 #include <functional>
@@ -15,19 +15,19 @@
 
 namespace parallax {
 
-// The land that walks lead through. Whatever it refers to outlives it.
+// The land that walks lead through. Everything that it refers to must outlive it.
 struct WalkLand {
   std::function<float(const Vec2f& p)> height;  // The ground's, world, metres.
   const RayScene& solid;                        // Ground, trunks, crowns, stones; committed.
-  Vec2f middle = Vec2f::Zero();                 // Walks begin about here,
-  float radius_m = 25;                          // so far from it at most.
-  // Beside water: whether feet are wet at a place, and which body of `solid` the water is. Walks
-  // stay dry and see it.
+  Vec2f middle = Vec2f::Zero();                 // Walks begin within
+  float radius_m = 25;                          // this distance of it.
+  // Beside water: whether a place is wet, and the water's body in `solid`. Walks stay dry and look
+  // at the water.
   std::function<bool(const Vec2f& p)> wet = nullptr;
   uint32_t water_body = 0;
 };
 
-// One of them.
+// A walk: its frames, its camera, and the measures that rank it.
 struct Walk {
   struct Frame {
     Vec3d eye;  // Left, world.
@@ -37,23 +37,23 @@ struct Walk {
   RigCamera camera;
   double far_share = 0;      // Share of frames in which nothing is nearer than 5 m, by probe rays.
   double log_depth_std = 0;  // Mean over frames.
-  double water_share = 0;    // Of the probes, mean over frames.
+  double water_share = 0;    // Share of probes that meet water, mean over frames.
   double score() const { return log_depth_std * (0.35 + far_share); }
 };
 
-// Draws walks and says why those fail that do. Height above the ground, pitch and speed are drawn
-// as the config says, once a walk.
+// Draws walks and counts the reasons why they fail. Height above the ground, pitch and speed are
+// drawn as the config says, once a walk.
 class WalkFinder {
  public:
-  // `frames`: of one walk.
+  // `frames`: number of frames of one walk.
   WalkFinder(const v1::SceneConfig& config, int frames);
 
-  // A walk from `rng`, or nothing; then the reason is counted.
+  // Draws a walk from `rng`; returns nothing, and counts the reason, if it fails.
   std::optional<Walk> Try(const WalkLand& land, const Rng& rng, const RigCamera& camera);
   // Whether both eyes stay `clearance` away from everything in `solid`, in and between frames.
   bool Clear(const RayScene& solid, const Walk& walk) const;
 
-  // How many failed of each reason: "blocked", "sky"...
+  // Number of failures by reason: "blocked", "sky"...
   const std::map<std::string, int>& reasons() const { return reasons_; }
   std::string Reasons() const;
 

@@ -71,7 +71,7 @@ function App() {
   const [View, numbers, query, path] = viewOf(place);
   useEffect(() => {
     scrollTo(0, 0);
-    // Who uses a keyboard or a screen reader goes on at the new view's heading.
+    // Keyboards and screen readers continue at the new view's heading.
     const heading = document.querySelector("main h1");
     if (heading && me) heading.focus({ preventScroll: true });
   }, [path]);

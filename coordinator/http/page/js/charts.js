@@ -49,7 +49,7 @@ export function TimeChart({ times, series, every, height = 96, unit = "", stacke
     times.forEach((t, i) => { if (Math.abs(t - time) < Math.abs(times[best] - time)) best = i; });
     setAt(times.length ? best : null);
   };
-  // Those in front are drawn last.
+  // The front series is drawn last.
   const order = stacked ? sums.map((_, i) => i) : sums.map((_, i) => sums.length - 1 - i);
   const shown = at === null || at >= times.length ? null : at;
   const last = times.length - 1;

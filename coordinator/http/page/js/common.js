@@ -69,7 +69,7 @@ export const Card = ({ title, side, children, id, kind = "" }) => html`
 
 export const Empty = ({ children }) => html`<p class="empty">${children}</p>`;
 
-// What is shown while the first answer is on its way, or when there is none.
+// Placeholder while the first answer is on its way, and the error if there is none.
 export function Waiting({ of }) {
   if (of.error && !of.data) {
     return html`<div class="card notice bad" role="alert"><strong>${of.error.status === 404 ? "Not here" : "No answer"}</strong>

@@ -1,4 +1,4 @@
-// Who works for the farm, and, for operators, who did what.
+// The view of the farm's workers and, for operators, of the audit table.
 import { html, useState } from "/vendor/preact-htm.js";
 import { post, useApi } from "./api.js";
 import { Card, Empty, Head, Tag, Waiting, count, duration, follow, moment, plural } from "./common.js";

@@ -89,7 +89,7 @@ class DenseDresser {
     return absl::OkStatus();
   }
 
-  // What rig `index` sees: what the rig before it does, if they share a left eye.
+  // Adds the keyframe that rig `index` sees; rigs that share a left eye see the same.
   void AddKeyframe(int index) {
     v1::Rig& rig = *scene_.recipe.mutable_rigs(index);
     if (rig.shares_left()) {
@@ -110,7 +110,7 @@ class DenseDresser {
     }
   }
 
-  // For viewers that know nothing of keyframes.
+  // Copies the first keyframe into the scene, for viewers without keyframes.
   void ShowFirstKeyframe() {
     v1::Scene& recipe = scene_.recipe;
     const v1::Keyframe& first = recipe.keyframes(0);

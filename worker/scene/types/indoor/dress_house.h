@@ -8,7 +8,7 @@
 
 namespace parallax {
 
-// SceneType::rigs: on the furnished house with all ceilings in place, where depth spreads most.
+// SceneType::rigs: places rigs in the furnished house, all ceilings on, where depth spreads most.
 // Errors: kCancelled; kNotFound for unknown classes.
 absl::Status PlaceHouseRigs(const v1::SceneConfig& config, const CancelToken& cancel,
                             SceneInProgress& scene);
@@ -18,8 +18,8 @@ absl::Status PlaceHouseRigs(const v1::SceneConfig& config, const CancelToken& ca
 absl::Status DressHouse(const v1::SceneConfig& config, const CancelToken& cancel,
                         SceneInProgress& scene);
 
-// Sky and lamps; in augmented mode also point lights, a missing ceiling, dimmed lamps. Needs a
-// committed solid twin.
+// Adds sky and lamps; in augmented mode also point lights, missing ceilings and dimmed lamps.
+// Requires a committed solid twin.
 void ChooseHouseLighting(const v1::LightingConfig& config, SceneInProgress& scene);
 
 }  // namespace parallax

@@ -1,4 +1,4 @@
-// A house as renderer, dataset and people see it. Private to this folder, and to tests.
+// A house's surroundings and description. Private to this folder, and to tests.
 #pragma once
 
 #include "parallax/v1/scene.pb.h"
@@ -7,11 +7,12 @@
 
 namespace parallax {
 
-// Bounds are the first room; every room is an enclosure, with its windows, passages and doors for
-// portals, and the open top where the ceiling is removed. Rooms without a size are left out.
+// Surroundings of a house. Bounds are the first room; every room is an enclosure whose portals are
+// its windows, passages and doors, and the open top where the ceiling is removed. Rooms without a
+// size are left out.
 Surroundings HouseSurroundings(const v1::Place& place);
 
-// Its rooms in words, and the first room's plan.
+// Describes its rooms in words, with the first room's plan.
 SceneDescription DescribeHouse(const v1::Scene& scene);
 
 }  // namespace parallax

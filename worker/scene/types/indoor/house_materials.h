@@ -1,4 +1,4 @@
-// What a house is made of. Private to this folder.
+// Materials of a house. Private to this folder.
 #pragma once
 
 #include "parallax/v1/scene.pb.h"
@@ -6,8 +6,9 @@
 
 namespace parallax {
 
-// Walls, floor and so on: one material for each slot name in a room. Joinery is alike in the whole
-// house; what walls and floors are made of goes by the kind of room. Returns SceneMaterial.index.
+// The material of a slot of a part: walls, floor and so on. One material for each slot name in a
+// room; joinery is alike in the whole house, walls and floors depend on the kind of room. Returns
+// SceneMaterial.index.
 uint32_t HousePartMaterial(const v1::House& house, const v1::SceneObject& object,
                            const MaterialSlot& slot, Palettes& palettes);
 

@@ -1,4 +1,4 @@
-// What walls, floors and ceilings are made of in each kind of room. Private to this folder.
+// Materials of walls, floors and ceilings by kind of room. Private to this folder.
 #pragma once
 
 #include <string>
@@ -11,8 +11,8 @@ namespace parallax {
 
 enum class RoomSurface { kWall, kFloor, kCeiling };
 
-// Materials for a surface; those that suit more often stand in it several times. Never empty:
-// kinds without a table take whatever the catalogue tags for the surface.
+// Materials for a surface; more frequent ones are listed several times. Never empty: kinds without
+// a table get all materials that the catalogue tags for the surface.
 std::vector<const MaterialClass*> RoomMaterials(std::string_view room_kind, RoomSurface surface);
 
 }  // namespace parallax

@@ -11,13 +11,13 @@
 
 namespace parallax {
 
-// Everything of the layers with indices of their own within sight of `middle`, coarser with
-// distance, on a coarse ground that reaches the horizon, which is body 0; body 1 is the water's
-// surface, where there is water. Errors: as PrototypeMesh.
+// Makes the ground with everything of the layers that have object indices, within sight of `middle`
+// and coarser with distance. Body 0 is a coarse ground out to the horizon; body 1 is the water's
+// surface, if there is water. Errors: as PrototypeMesh.
 absl::StatusOr<std::unique_ptr<RayScene>> MakeArena(const v1::Terrain& recipe,
                                                     const Terrain& terrain, const Vec2f& middle);
 
-// Everything of an expansion within `within_m` of an eye, as it is rendered. Errors: as
+// Makes everything of an expansion within `within_m` of an eye, as it is rendered. Errors: as
 // PrototypeMesh.
 absl::StatusOr<std::unique_ptr<RayScene>> MakeNearby(
     const v1::Terrain& recipe, const Expansion& expansion,

@@ -1,5 +1,5 @@
-// The biomes: one row each of a table. A row says which landform a biome stands on, what its ground
-// is made of, and writes its prototypes and layers.
+// The biomes: one row each of a table. A row names the landform and the ground's materials of a
+// biome, and writes its prototypes and layers.
 #pragma once
 
 #include <array>
@@ -14,14 +14,15 @@
 
 namespace parallax {
 
-// Heights of the site where the walk goes: masks are told in them.
+// Heights of the site where the walk goes; masks refer to them.
+// Quantiles in world metres.
 struct SiteHeights {
   float low_m = 0, middle_m = 0, high_m = 0;  // 5 %, 50 %, 95 %.
   // The height below which this share of the relief lies, 0 to 1 between low and high.
   float At(float share) const { return low_m + share * (high_m - low_m); }
 };
 
-// The random numbers that a row draws and the recipe that it writes.
+// The random numbers that a row draws, and the recipe that it writes.
 struct BiomeDraft {
   const Rng& rng;            // The biome's own address.
   const std::string season;  // "spring", "summer", "autumn", "winter".
@@ -30,16 +31,17 @@ struct BiomeDraft {
   v1::Terrain& recipe;
 };
 
+// One row of the table.
 struct Biome {
   std::string_view name;
   std::string_view landform;
   double (*weight)(const v1::BiomeWeights& weights);
   // Classes of the ground's materials, one for each rule that `write` adds, in their order; the
-  // last is bare rock.
+  // last is bare rock. `season` as in BiomeDraft.
   std::vector<std::string> (*ground)(const std::string& season);
   void (*write)(BiomeDraft& draft);
-  // Of its water: the wind on it and its clarity over the config's, and the linear colour of what
-  // clear and murky water scatters back.
+  // The water: its wind and clarity over the config's, and the linear colour that clear and murky
+  // water scatters back.
   double wind = 1, clarity = 1;
   std::array<float, 3> clear_water = {0.006f, 0.026f, 0.034f};
   std::array<float, 3> murky_water = {0.05f, 0.085f, 0.07f};

@@ -63,7 +63,7 @@ class LandDresser {
     sky.set_cloud_cover(draw(nature.cloud_cover(), "cloud cover"));
     sky.set_cloud_seed(root_.Child("clouds").Seed());
     v1::Air& air = *recipe_.mutable_air();
-    // As thick at the eye as drawn, whatever its height.
+    // At the eye, the haze is as thick as drawn, at any height.
     air.set_scale_height_m(root_.Child("haze height").Uniform(120, 900));
     const double eye_m = recipe_.rigs(0).world_from_left().tz();
     air.set_haze_per_m(draw(nature.haze_per_m(), "haze") *
@@ -239,8 +239,9 @@ class LandDresser {
         const std::string bedrock = FindBiome(land_.biome())->ground(season).back();
         if (bedrock != "Rock") name = bedrock;
       }
+      const double early = CatalogueClass(prototype) == "Reed" ? 0.85 : 0.35;
       const bool withers =
-          RedLand() || season == "winter" || (season == "autumn" && rng.Bernoulli(0.35));
+          RedLand() || season == "winter" || (season == "autumn" && rng.Bernoulli(early));
       if (name == "GrassBlade" && withers) name = "DryGrass";
       return name;
     }

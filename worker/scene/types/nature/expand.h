@@ -1,7 +1,7 @@
-// A recipe's rules made into things: the ground's mesh and every instance on it.
+// Expands a recipe's rules into geometry: the ground's mesh and every instance on it.
 //
-// Pure: the same recipe (terrain and rigs) gives the same expansion on any number of threads. Its
-// hash stands in the recipe.
+// Pure: the same recipe (terrain and rigs) gives the same expansion on any number of threads. The
+// recipe stores its hash.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@
 
 namespace parallax {
 
-// A mesh that instances use.
+// Identifies a mesh that instances use.
 struct ShapeKey {
   uint32_t prototype = 0;  // Into v1::Terrain.prototypes.
   uint32_t shape = 0;
@@ -27,6 +27,7 @@ struct ShapeKey {
   auto operator<=>(const ShapeKey&) const = default;
 };
 
+// Everything that a recipe's rules make.
 struct Expansion {
   std::shared_ptr<const Terrain> terrain;
   GroundMesh ground;
@@ -35,8 +36,8 @@ struct Expansion {
   std::vector<ShapeKey> shapes;          // Instance::prototype is an index into them.
   // In order of layers; their object indices count from their layer's first.
   std::vector<Instance> instances;
-  std::vector<uint32_t> of_layer;  // How many instances each layer has.
-  std::vector<uint32_t> indices;   // How many object indices each layer has.
+  std::vector<uint32_t> of_layer;  // Number of instances by layer.
+  std::vector<uint32_t> indices;   // Number of object indices by layer.
   uint64_t hash = 0;
 };
 
@@ -47,23 +48,24 @@ absl::StatusOr<std::shared_ptr<const Expansion>> ExpandTerrain(
     const v1::Terrain& recipe, const google::protobuf::RepeatedPtrField<v1::Rig>& rigs);
 inline constexpr size_t kMostInstances = 250'000;
 
-// How one thing stands: foot on the ground below all of its base, turned, leaning with the slope.
-// What floats lies level on still water where the ground is lower.
+// The pose of an object on the ground: its base below the ground all around, turned, leaning with
+// the slope. Floating objects lie level on still water where the ground is lower.
 Eigen::Matrix<float, 3, 4> PlaceOf(const v1::ScatterLayer& layer, const Standing& thing,
                                    const GroundMesh& ground, const Terrain& terrain);
 
-// How a thing hangs from a roof, all of its base in the rock; nothing where there is none above it.
+// The pose of an object that hangs from a roof, its base in the rock; nothing where there is no
+// roof.
 std::optional<Eigen::Matrix<float, 3, 4>> PlaceUnder(const v1::ScatterLayer& layer,
                                                      const Standing& thing, const CaveRoof& roof);
 
-// The roof of a recipe that has one, else null. `cell_m`: spacing of its vertices.
+// The roof of a recipe, or null if it has none. `cell_m`: spacing of its vertices.
 std::shared_ptr<const CaveRoof> RoofOf(const v1::Terrain& recipe, const Terrain& terrain,
                                        float cell_m);
 
-// The level of detail of a layer's things at this distance from the eyes.
+// The level of detail of a layer's objects at this distance from the eyes.
 PlantDetail DetailAt(const v1::ScatterLayer& layer, float distance_m, float focal_px);
 
-// Numbers the layers' objects from `first` on, as an expansion counted them.
+// Numbers the layers' objects from `first` on, by the counts of the expansion.
 void NumberLayers(const Expansion& expansion, uint32_t first, v1::Terrain& recipe);
 
 }  // namespace parallax

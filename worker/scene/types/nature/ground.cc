@@ -91,8 +91,8 @@ class GroundMaterial final : public Material {
   }
 
  private:
-  // What waves and seeping water wet is darker and shines; a film lies where they have just run
-  // off.
+  // Darkens and shines ground that waves and seeping water wet; a film of water lies where waves
+  // have just run off.
   void Moisten(const SurfacePoint8& points, SurfaceSample8& sum) const {
     const Water& water = *terrain_->water();
     const bool sea = water.spec().kind == WaterKind::kSea;

@@ -11,12 +11,11 @@
 
 namespace parallax {
 
-// The ground's slots are its rules: "rule_0"... Each triangle gets that of the strongest rule.
+// Assigns slots "rule_0", "rule_1"... to the ground's triangles, by the strongest rule of each.
 void AssignGroundSlots(const v1::Terrain& recipe, const Terrain& terrain, Mesh& mesh);
 
-// One material for all of the rules, in the order of recipe.ground(): each lies over those before
-// it as thick as its mask says, with ragged borders. The last rule is bare rock, in ledges and
-// beds.
+// Makes one material of all rules, in the order of recipe.ground(): each covers the ones before it
+// as thickly as its mask says, with ragged borders. The last rule is bare rock, in ledges and beds.
 std::shared_ptr<const Material> MakeGroundMaterial(
     const v1::Terrain& recipe, std::shared_ptr<const Terrain> terrain,
     std::vector<std::shared_ptr<const Material>> materials);

@@ -1,4 +1,4 @@
-// How the biomes' rows write layers, prototypes and ground rules: with the fields that they need.
+// Helpers with which the biomes' rows write layers, prototypes and ground rules.
 #pragma once
 
 #include <string>
@@ -7,6 +7,7 @@
 
 namespace parallax {
 
+// Where something is, as a product of soft ranges. A default range is everywhere.
 struct MaskSpec {
   // Ranges {low, high, soft}; {0, 0, 0}: everywhere.
   struct Range {
@@ -18,12 +19,13 @@ struct MaskSpec {
   double soft = 0.08;    // Width of their borders.
 };
 
+// One layer: an asset and the rule by which it is scattered.
 struct LayerSpec {
   std::string name;
   std::string asset;  // A class; trees with their species: "Conifer/spruce".
   v1::ObjectRole role = v1::OBJECT_ROLE_VEGETATION;
   uint32_t shapes = 4;
-  bool each = false;  // Each has an object index of its own; the walk keeps clear of it.
+  bool each = false;  // Each has its own object index; walks avoid it.
   double per_m2 = 0;
   double spacing_m = 0;
   double reach_m = 40;
@@ -37,22 +39,24 @@ struct LayerSpec {
   bool floats = false;
   bool hangs = false;  // From the roof of a cave.
   double snow_m = 0;   // Depth of the snow on it.
-  MaskSpec mask;       // Beside water, what does not say how high above it it stands stands dry.
+  MaskSpec mask;       // Beside water, masks without above_water_m mean dry ground.
 };
 
+// Writes the layers and rules of one biome into its draft.
 class LayerWriter {
  public:
   explicit LayerWriter(BiomeDraft& draft) : draft_(draft) {}
 
-  // A layer of one prototype. Equal assets share theirs.
+  // Adds a layer with one prototype; equal assets share theirs.
   void Add(const LayerSpec& spec);
-  // The ground's next rule; the first lies everywhere.
+  // Adds the ground's next rule; the first one covers everything.
   void AddGround(const MaskSpec& mask);
-  // Walks begin where this is strong.
+  // Makes walks begin where this mask is strong.
   void SetWalk(const MaskSpec& mask);
 
   Rng Stream(std::string_view name) const { return draft_.rng.Child(name); }
   const BiomeDraft& draft() const { return draft_; }
+  // Whether deciduous plants have no leaves.
   bool bare() const { return draft_.season == "winter"; }
 
  private:

@@ -56,7 +56,7 @@ void AddPart(uint32_t index, const char* name, const char* asset_class, const ch
 void ChooseWater(const v1::WaterConfig& config, const Biome& biome, const Rng& rng,
                  v1::Water& water) {
   water.set_wind_mps(biome.wind * Draw(config.wind_mps(), rng.Child("wind").Uniform()));
-  // It blows towards land more often than not, as waves do that bend towards a shore.
+  // Wind mostly blows towards the land, as waves bend towards a shore.
   water.set_wind_rad(std::remainder(
       water.direction_rad() + std::numbers::pi + rng.Child("wind from").Normal(0, 0.7),
       2 * std::numbers::pi));

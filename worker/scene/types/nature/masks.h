@@ -1,4 +1,4 @@
-// Where on the ground something is: GroundMask of a recipe, evaluated. Pure; thread-safe.
+// Evaluates the GroundMasks of a recipe on the ground. Pure; thread-safe.
 #pragma once
 
 #include "parallax/v1/scene.pb.h"
@@ -6,14 +6,14 @@
 
 namespace parallax {
 
-// A GroundMask without its shade, which the ground alone does not know.
+// A GroundMask without its shade, which depends on more than the ground.
 class MaskOnGround {
  public:
   explicit MaskOnGround(const v1::GroundMask& mask);
 
-  // In [0, 1] at `p`, world.
+  // Value of the mask in [0, 1] at `p`, world.
   float At(const Terrain& terrain, const Vec2f& p) const;
-  // The factor of shade in [0, 1].
+  // The factor in [0, 1] for shade.
   float OfShade(float shade) const { return shade_.At(shade); }
   bool needs_shade() const { return !shade_.everywhere; }
 

@@ -7,24 +7,27 @@ namespace parallax {
 
 extern const SceneType kNatureScenes;
 
-// Its members, one file each; see types.h.
-// Errors: kInvalidArgument when no biome has a weight; kCancelled.
+// The functions of this SceneType, one file each; see types.h. Errors: kInvalidArgument when no
+// biome has a weight; kCancelled.
 absl::StatusOr<std::variant<v1::Layout, Rejected>> LayOutLand(const v1::SceneConfig& config,
                                                               SceneSeed seed,
                                                               const CancelToken& cancel);
+// Adds the rigs of the best walk found.
 // Errors: kCancelled; as ExpandTerrain.
 absl::Status PlaceWalkRigs(const v1::SceneConfig& config, const CancelToken& cancel,
                            SceneInProgress& scene);
+// Adds sky, lights and materials, and numbers the layers' objects.
 // Errors: kCancelled; kResourceExhausted for more objects than indices; as ExpandTerrain.
 absl::Status DressLand(const v1::SceneConfig& config, const CancelToken& cancel,
                        SceneInProgress& scene);
+// The place in words, and a map as lines of text.
 SceneDescription DescribeLand(const v1::Scene& scene);
 std::vector<std::string> DescribeMap(const v1::Scene& scene);
 
-// Index of the ground among a landscape's objects. Then its other parts, as water; layers are
-// numbered from the next on.
+// Index of the ground among a landscape's objects. Other parts, such as water, follow; layers are
+// numbered after them.
 inline constexpr uint32_t kGroundIndex = 1;
-// Of a cave's roof; a landscape without one has no object of this index.
+// Index of a cave's roof; a landscape without a roof has no object of this index.
 inline constexpr uint32_t kRoofIndex = 2;
 
 }  // namespace parallax

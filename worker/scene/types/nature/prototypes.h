@@ -10,10 +10,10 @@
 
 namespace parallax {
 
-// Shape `shape` of a prototype at a level of detail. `asset_class` is a class of the catalogue;
-// trees say the row of their species table, too: "BroadleafTree/oak", "Conifer/spruce", and then
-// wear the prototype's season. The process keeps meshes that it has made while somebody holds them
-// or until their number grows large. Errors: kNotFound for unknown classes and species.
+// Makes shape `shape` of a prototype at a level of detail. `asset_class` is a class of the
+// catalogue; trees add the row of their species table ("BroadleafTree/oak", "Conifer/spruce") and
+// then have the prototype's season. The process keeps meshes while they are in use, or until their
+// number grows large. Errors: kNotFound for unknown classes and species.
 absl::StatusOr<std::shared_ptr<const Mesh>> PrototypeMesh(const v1::Prototype& prototype,
                                                           uint32_t shape, PlantDetail detail);
 

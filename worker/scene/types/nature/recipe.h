@@ -1,4 +1,4 @@
-// The ground that a recipe describes, and the bounds of its rules.
+// Conversion between recipes and TerrainSpec, and the bounds of a recipe's rules.
 #pragma once
 
 #include <memory>
@@ -12,15 +12,16 @@ namespace parallax {
 // Writes the spec into the recipe: terms, rasters, erosion, roughness, seed.
 void SetTerrainSpec(const TerrainSpec& spec, v1::Terrain& recipe);
 
-// Errors: kInvalidArgument for what no ground can be made of: unknown terms, rasters, counts or
-// numbers out of bounds. Recipes come from strangers.
+// The inverse of SetTerrainSpec. Recipes may come from strangers. Errors: kInvalidArgument for
+// terms that are unknown, and for rasters, counts or numbers out of bounds.
 absl::StatusOr<TerrainSpec> TerrainSpecOf(const v1::Terrain& recipe);
 
-// The ground of a recipe. The process remembers the newest: layout, scene and render of one scene
-// wear it down once. Thread-safe. Errors: as TerrainSpecOf.
+// The ground of a recipe. The process keeps the newest one, so that layout, scene and render of one
+// scene erode it once. Thread-safe. Errors: as TerrainSpecOf.
 absl::StatusOr<std::shared_ptr<const Terrain>> TerrainOf(const v1::Terrain& recipe);
 
-// Bounds of the rules: prototypes that layers name, densities, ranges. Errors: kInvalidArgument.
+// Checks the bounds of the rules: prototypes of layers, densities, ranges. Errors:
+// kInvalidArgument.
 absl::Status CheckRules(const v1::Terrain& recipe);
 
 }  // namespace parallax

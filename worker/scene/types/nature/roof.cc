@@ -25,7 +25,7 @@ float Scallops(const Vec3f& p, uint32_t seed) {
   return 1 - std::min(1.0f, 2.2f * std::fabs(noise::Gradient3(p, seed)));
 }
 
-// What bends the vault's rock at `p`, metres.
+// Displacement of the vault's rock at `p`, metres.
 Vec3f RoughRock(const Vec3f& p, uint32_t seed) {
   return 1.1f * RoofVector(p / 7.0f, seed) + 0.5f * RoofVector(p / 2.6f, seed + 10) +
          0.16f * RoofVector(p / 0.95f, seed + 20) -
@@ -88,7 +88,7 @@ Vec3f CaveRoof::Under(const Vec2f& plan) const {
   const float spring = static_cast<float>(roof_.spring_m());
   const float rise = static_cast<float>(roof_.rise_m()) *
                      (1 + 0.3f * RoofNoise({plan.x() / 21.0f, 0.3f}, seed_ + 40));
-  // It springs from behind the walls, wherever these are.
+  // The vault springs from behind the walls, wherever these are.
   const float wide = PlaceInGorge(gorge_, GorgeMiddle(gorge_, plan.x())).half_m + kBehind_m;
   const float out = std::min(1.0f, std::fabs(plan.y()) / wide);
   const float vault = std::sqrt(std::max(0.0f, 1 - out * out));
@@ -137,7 +137,7 @@ void CaveRoof::Build(float cell_m) {
       in_hole[index(column, row)] = FromSkylight(PointOf(plan_of(column, row))) < 0;
     }
   }
-  std::vector<char> open(plan.size());  // Of the square whose lowest corner it is.
+  std::vector<char> open(plan.size());  // By the square's lowest corner.
   for (int row = 0; row + 1 < rows; ++row) {
     for (int column = 0; column + 1 < columns; ++column) {
       open[index(column, row)] = in_hole[index(column, row)] || in_hole[index(column + 1, row)] ||

@@ -1,5 +1,5 @@
-// The rock over a gorge that makes it a cave: a vault with holes through which daylight falls, open
-// at both ends. A closed body beside the ground's mesh; what hangs asks for its underside.
+// The rock over a gorge that makes it a cave: a vault with holes for daylight, open at both ends. A
+// closed body beside the ground's mesh; hanging objects ask for its underside.
 //
 // Constant after construction; thread-safe. The same recipe gives the same bits.
 #pragma once
@@ -14,24 +14,25 @@
 
 namespace parallax {
 
+// The vault of one recipe.
 class CaveRoof {
  public:
-  // The recipe has a roof and has passed CheckRules. `cell_m`: spacing of its vertices.
+  // Requires a recipe with a roof that has passed CheckRules. `cell_m`: spacing of its vertices.
   CaveRoof(const v1::Terrain& recipe, const Terrain& terrain, float cell_m);
 
   // World frame; texture = position; one slot, "rock".
   const Mesh& mesh() const { return mesh_; }
-  // Height of the underside above `p`; nothing under the open sky.
+  // Height of the underside above `p`, world z; nothing under the open sky.
   std::optional<float> CeilingAt(const Vec2f& p) const;
-  // The vault's height there, were there no holes.
+  // Height of the vault at `p` as if it had no holes.
   float VaultAt(const Vec2f& p) const { return Under(PlanOf(p)).z(); }
 
  private:
-  // A place on the roof's plan: along the gorge's axis and across its middle line.
+  // Converts to the roof's plan: along the gorge's axis and across its middle line.
   Vec2f PlanOf(const Vec2f& p) const;
   Vec2f PointOf(const Vec2f& plan) const;
   float FloorAt(float along_m) const;
-  // How far the plan's point lies from the nearest hole's rim; < 0 in a hole.
+  // Distance from a point of the plan to the nearest hole's rim; < 0 in a hole.
   float FromSkylight(const Vec2f& p) const;
   Vec3f Under(const Vec2f& plan) const;
   Vec3f Top(const Vec2f& plan) const;
@@ -46,7 +47,7 @@ class CaveRoof {
   Mesh mesh_;
 };
 
-// The space below a roof and the ways that light has into it.
+// The space below a roof, with the openings through which light enters.
 SkyEnclosure EnclosureUnder(const v1::Terrain& recipe, const Terrain& terrain);
 
 }  // namespace parallax

@@ -1,8 +1,8 @@
-// The things that a recipe's layers put on the ground.
+// Scatters the objects of a recipe's layers on the ground.
 //
-// Order-free: whether a thing stands depends on its own draws, the ground, and on what stands
-// within some metres of it, never on which part of the land is asked for, in which order, by how
-// many threads. Each layer's ground is cut into cells; candidate k of cell (x, y) draws from a hash
+// Independent of order: whether an object stands depends on its own draws, on the ground, and on
+// the objects within some metres, never on the queried part of the land, the order of queries or
+// the threads. Each layer's ground is cut into cells; candidate k of cell (x, y) draws from a hash
 // of (layer's seed, x, y, k). A candidate lives if its mask lets it, no earlier layer claims the
 // place, and no larger candidate of its layer is within the spacing (self-thinning).
 #pragma once
@@ -19,13 +19,13 @@
 
 namespace parallax {
 
-// A thing on the ground. Everything is rounded before it is used, so that equal recipes give equal
+// An object on the ground. All values are rounded before use, so that equal recipes give equal
 // bytes.
 struct Standing {
   int32_t x_mm = 0, y_mm = 0;  // World.
   uint16_t turn = 0;           // About z, in 2^-16 turns.
   uint16_t size = 1 << 12;     // Scale in 2^-12.
-  uint8_t prototype = 0;       // Place in the layer's list.
+  uint8_t prototype = 0;       // Index in the layer's list.
   uint8_t shape = 0;
   uint32_t rank = 0;  // A random number of its own.
 
@@ -36,20 +36,21 @@ struct Standing {
   bool operator==(const Standing&) const = default;
 };
 
-// Squares of kTile_m by which the land is asked for.
+// Squares of kTile_m a side, by which the land is queried.
 using Tile = std::pair<int32_t, int32_t>;  // (y, x), so that order is by rows.
 using TileSet = std::set<Tile>;
 inline constexpr float kTile_m = 16;
 Tile TileAt(const Vec2f& p);
 Box2f BoxOf(const Tile& tile);
 
+// Evaluates all layers of one recipe.
 class Scatter {
  public:
   // Both must outlive it. The recipe has passed CheckRules.
   Scatter(const v1::Terrain& recipe, const Terrain& terrain);
   ~Scatter();
 
-  // For each layer all that stands on its tiles, tile by tile. `tiles`: one set a layer.
+  // Returns, for each layer, all objects on its tiles, tile by tile. `tiles`: one set a layer.
   std::vector<std::vector<Standing>> Place(const std::vector<TileSet>& tiles) const;
 
  private:

@@ -10,11 +10,11 @@
 namespace parallax {
 namespace {
 
-// Of a normal's z: none lies below the first, all of it above the second.
+// Limits of a normal's z: no snow lies below the first, all of it above the second.
 constexpr float kNoSnow = 0.3f, kAllSnow = 0.75f;
 // Snow falls off some twigs.
 constexpr float kSnowySheets = 0.72f;
-constexpr float kOnSheets = 0.3f;  // Of the depth.
+constexpr float kOnSheets = 0.3f;  // Share of the depth.
 
 uint16_t SlotFor(const char* name, bool sheet, Mesh& mesh) {
   mesh.slots.push_back({name, {"Snow"}, false, sheet});

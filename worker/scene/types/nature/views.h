@@ -1,4 +1,4 @@
-// The parts of the land that a scene's frames see, on a map. Constant; thread-safe.
+// The parts of the land that a scene's frames see, in plan view. Constant; thread-safe.
 #pragma once
 
 #include <vector>
@@ -9,23 +9,24 @@
 
 namespace parallax {
 
+// The views of all rigs.
 class Views {
  public:
-  // At least one rig.
+  // Requires at least one rig.
   explicit Views(const google::protobuf::RepeatedPtrField<v1::Rig>& rigs);
 
-  // Metres from `p` to the nearest of the eyes, from above.
+  // Distance in plan from `p` to the nearest eye, metres.
   float Distance(const Vec2f& p) const;
-  // Whether something of this radius at `p` may be seen: within `disc_m` of an eye, or in a view
+  // Whether an object of this radius at `p` may be seen: within `disc_m` of an eye, or in a view
   // and within `reach_m`.
   bool Wants(const Vec2f& p, float radius_m, float disc_m, float reach_m) const;
-  // The tiles on which something may be wanted.
+  // The tiles on which objects may be seen; arguments as for Wants.
   TileSet Tiles(float disc_m, float reach_m) const;
 
-  // For the ground's mesh. `height`: of the ground at a place.
+  // The views for GroundMesh, with the eyes' heights above the terrain.
   std::vector<ViewCone> Cones(const Terrain& terrain) const;
   float focal_px() const { return focal_px_; }
-  // The eyes' segments, left to right, in order of rigs.
+  // The eyes of each rig, in order of rigs; world, metres.
   struct Eyes {
     Vec3f left, right;
   };

@@ -134,7 +134,7 @@ class WaterSurface final : public Material {
       size_m *= 0.38f;
       strength *= 0.8f;
     }
-    // Of the net's values in [0, 1] the share `foam` is covered, about; from afar its mean.
+    // Covers about the share `foam` of the net, whose values lie in [0, 1]; from afar its mean.
     const Float8 pattern = net / Max(weight, 1e-3f);
     const Float8 broad = 0.5f + 0.6f * noise::Fbm3(p, 2.7f, 2, w, seed_ + 3);
     const Float8 value = 0.55f * pattern + 0.45f * broad;

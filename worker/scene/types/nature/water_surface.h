@@ -1,4 +1,4 @@
-// What a landscape's water looks like.
+// The surface and material of a landscape's water.
 #pragma once
 
 #include <memory>
@@ -9,10 +9,10 @@
 
 namespace parallax {
 
-// The surface of a recipe's water: a smooth dielectric over a body that shows its bed as far as
-// light comes back from there, and foam. Opaque: the bed is drawn on the surface, straight above
-// where it lies, so that pictures agree with ground truth, which is the surface. `bed`: the
-// ground's material. Requires that terrain has water.
+// The surface of a recipe's water: a smooth dielectric over a body through which the bed is seen as
+// far as light returns from it, and foam. Opaque: the bed is painted on the surface, vertically
+// above its place, so that pictures agree with ground truth, which is the surface. `bed`: the
+// ground's material. Requires a terrain with water.
 std::shared_ptr<const Material> MakeWaterSurface(const v1::Water& water,
                                                  std::shared_ptr<const Terrain> terrain,
                                                  std::shared_ptr<const Material> bed);

@@ -134,7 +134,7 @@ void WriteCave(BiomeDraft& draft) {
        .crown_m = 0.6,
        .mask = {
            .slope = {0, 0.9, 0.2}, .height_m = above, .patches_m = 12, .cover = 0.6, .soft = 0.1}});
-  // What light reaches.
+  // Plants in the light of the skylights.
   w.Add({.name = "ferns",
          .asset = "FernPlant",
          .shapes = 5,

@@ -92,7 +92,7 @@ void AddBankTrees(LayerWriter& w, Rng& rng) {
                .soft = 0.1});
 }
 
-// What stands at the edge of the water and in it.
+// Plants and stones at the edge of the water and in it.
 void AddRiverside(LayerWriter& w, Rng& rng) {
   w.Add({.name = "bushes",
          .asset = w.bare() ? "DryBush" : "Shrub",

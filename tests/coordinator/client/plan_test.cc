@@ -190,6 +190,25 @@ TEST(Plan, ARadianceCacheIsPaidOnceASceneAndNotByDenseScenes) {
   EXPECT_EQ(cost(kDense, on), cost(kDense, off));
 }
 
+TEST(Plan, AFurtherRightEyeCostsHalfAPairAndFlowItsOwn) {
+  const auto cost_of = [](const char* set) {
+    const std::string yaml =
+        "study: s\npairs: 240\nvariants: [{name: a, set: " + std::string(set) + "}]\n";
+    const StudyPlan plan = PlanStudy(ParseStudy(yaml, "s.yaml").value(), 1).value();
+    EXPECT_EQ(plan.total.scenes, 4);
+    // Without what the pairs of a scene share.
+    return plan.total.render_core_s;
+  };
+  const double shared = cost_of("{rigs: {count: 60, width_px: 16, height_px: 16}}");
+  const double one = cost_of("{rigs: {count: 60}}") - shared;
+  const double three = cost_of("{rigs: {count: 20, baselines_m: [0.1, 0.2, 0.3]}}") - shared;
+  EXPECT_NEAR(three / one, 2.0 / 3, 0.01);
+  const double still = cost_of("{rigs: {count: 60, path: {paths: 3}}}");
+  const double flow =
+      cost_of("{rigs: {count: 60, path: {paths: 3}}, render: {maps: [depth, objects, flow]}}");
+  EXPECT_NEAR(flow - still, 240 * 0.9216 * kMeasuredCosts.flow_s_per_mpx, 1);
+}
+
 TEST(Plan, WallClockIsCoreTimeOverCoresUntilOneSceneIsTheLimit) {
   StudyPlan plan;
   plan.total.solve_jobs = 10;

@@ -28,6 +28,9 @@ std::vector<std::string> FrameFileNames(const v1::RenderConfig& render) {
       names.push_back(std::string("raw_occlusion_") + eye + ".png");
     }
   }
+  if (std::find(render.maps().begin(), render.maps().end(), "infrared") != render.maps().end()) {
+    names.insert(names.end(), {kInfraredFiles[0], kInfraredFiles[1]});
+  }
   std::sort(names.begin(), names.end());
   return names;
 }

@@ -21,6 +21,7 @@ struct ExportFrame {
   int scene_number = 0;  // Of its scene, from 0.
   int scenes = 0;        // In all.
   bool test = false;
+  bool infrared = false;  // Its pictures are the infrared ones.
 };
 
 // One file to make: a link to one of the frame's, or bytes.

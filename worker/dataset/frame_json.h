@@ -14,9 +14,15 @@ namespace parallax {
 // Row-major 4x4 of a pose.
 std::array<std::array<double, 4>, 4> MatrixOf(const v1::Transform& transform);
 
+// As StereoFrame's.
+struct FrameExposures {
+  double color = 1, infrared = 1;
+};
+
 // One key a line at the top, so that a person can read and diff it. No times: equal inputs give
 // equal bytes. Errors: as TypeOf.
-absl::StatusOr<std::string> FrameJson(const v1::Scene& scene, const v1::Rig& rig, double exposure,
+absl::StatusOr<std::string> FrameJson(const v1::Scene& scene, const v1::Rig& rig,
+                                      const FrameExposures& exposures,
                                       const FrameStatistics& statistics,
                                       const v1::RenderConfig& render);
 

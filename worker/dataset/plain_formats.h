@@ -10,9 +10,10 @@
 
 namespace parallax {
 
-// A two-dimensional little-endian float32 array in C order, (height, width).
+// A little-endian float32 array in C order, (height, width) or (height, width, 3).
 // Source: numpy.lib.format, version 1.0.
 std::string EncodeNpy(const ImageF& image);
+std::string EncodeNpy(const ImageF3& image);
 
 // One member of a tar archive: header, content, padding. The same arguments give the same bytes.
 // Source: POSIX.1-1988 ustar. Errors: kInvalidArgument for a name longer than 100 characters.

@@ -147,9 +147,11 @@ void RendererCache::Keep(const std::string& key, std::unique_ptr<Renderer> rende
 std::string RendererCache::KeyOf(const v1::Scene& scene, const v1::RenderConfig& config) {
   v1::RenderConfig without_maps = config;
   without_maps.clear_maps();
-  // The only one that changes what is traced.
-  const auto raw = std::find(config.maps().begin(), config.maps().end(), "raw");
-  if (raw != config.maps().end()) without_maps.add_maps(*raw);
+  // Those alone change what is traced.
+  for (const char* map : {"raw", "infrared"}) {
+    if (std::find(config.maps().begin(), config.maps().end(), map) == config.maps().end()) continue;
+    without_maps.add_maps(map);
+  }
   return Sha256Hex(Sha256Hex(scene.SerializeAsString()) + without_maps.SerializeAsString());
 }
 

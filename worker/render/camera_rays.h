@@ -31,6 +31,7 @@ class CameraRays {
     return {Vec3x8(origin_), to / Norm(to)};
   }
   float spread() const { return spread_; }
+  const Vec3f& origin() const { return origin_; }
 
  private:
   Rays8 ThroughLens(Float8 x, Float8 y) const {

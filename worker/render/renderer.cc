@@ -18,6 +18,7 @@
 #include "worker/render/exposure.h"
 #include "worker/render/film.h"
 #include "worker/render/ground_truth.h"
+#include "worker/render/infrared.h"
 #include "worker/render/lights.h"
 #include "worker/render/overexposed.h"
 #include "worker/render/pixel_tracer.h"
@@ -40,17 +41,23 @@ absl::Status CancelledError() {
   return MakeError(absl::StatusCode::kCancelled, "render: cancelled");
 }
 
+// Pictures beside the pair.
+struct Extras {
+  bool raw = false;  // Of rigs that have raw cameras.
+  bool infrared = false;
+};
+
 using PixelTracers = tbb::enumerable_thread_specific<PixelTracer>;  // One a thread.
 
 class SceneRenderer final : public Renderer {
  public:
-  SceneRenderer(uint64_t scene_seed, const v1::Scene& scene, RenderProfile profile, bool with_raw,
+  SceneRenderer(uint64_t scene_seed, const v1::Scene& scene, RenderProfile profile, Extras extras,
                 std::unique_ptr<RenderScene> geometry, LightTable lights,
                 std::unique_ptr<Denoiser> denoiser)
       : scene_seed_(scene_seed),
         rigs_(scene.rigs().begin(), scene.rigs().end()),
         profile_(profile),
-        with_raw_(with_raw),
+        extras_(extras),
         geometry_(std::move(geometry)),
         lights_(std::move(lights)),
         denoiser_(std::move(denoiser)) {
@@ -112,7 +119,7 @@ class SceneRenderer final : public Renderer {
     ASSIGN_OR_RETURN(const StereoCamera stereo, StereoCamera::FromRig(rig));
     RETURN_IF_ERROR(CheckMemory("render: images of rig " + std::to_string(rig.index()),
                                 int64_t{kBytesPerPixel} * rig.width_px() * rig.height_px()));
-    const bool with_raw = with_raw_ && rig.has_raw_left();
+    const bool with_raw = extras_.raw && rig.has_raw_left();
     StereoFrame frame;
     View* views[2] = {&frame.left, &frame.right};
 
@@ -166,6 +173,12 @@ class SceneRenderer final : public Renderer {
       views[eye]->radiance = std::move(film.color);
     }
     frame.denoise_s = SecondsSince(denoise_start);
+    if (extras_.infrared) {
+      const SteadyTime start = Clock::System().Steady();
+      const SampleStream streams[2] = {StreamOf(rig, 0, 5), StreamOf(rig, 1, 5)};
+      RETURN_IF_ERROR(RenderInfrared(*geometry_, stereo, rig, streams, cancel, &frame));
+      frame.trace_s += SecondsSince(start);
+    }
     if (with_raw) RETURN_IF_ERROR(RenderRaw(rig, clamp, cancel, &meter, &frame));
     if (progress) progress(1.0);
     return frame;
@@ -358,7 +371,7 @@ class SceneRenderer final : public Renderer {
   const uint64_t scene_seed_;
   const std::vector<v1::Rig> rigs_;
   const RenderProfile profile_;
-  const bool with_raw_;  // Rigs that have raw cameras show what these see, too.
+  const Extras extras_;
   const std::unique_ptr<RenderScene> geometry_;
   LightTable lights_;  // Constant but for keyframes.
   const std::unique_ptr<Denoiser> denoiser_;
@@ -385,8 +398,10 @@ absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(const v1::Scene& scen
                                                            const v1::RenderConfig& config) {
   try {
     ASSIGN_OR_RETURN(const RenderProfile profile, ResolveProfile(config));
-    const bool with_raw =
-        std::find(config.maps().begin(), config.maps().end(), "raw") != config.maps().end();
+    const auto wants = [&config](const char* map) {
+      return std::find(config.maps().begin(), config.maps().end(), map) != config.maps().end();
+    };
+    const Extras extras{wants("raw"), wants("infrared")};
     RETURN_IF_ERROR(CheckKeyframes(scene));
     ASSIGN_OR_RETURN(std::unique_ptr<RenderScene> built,
                      RenderScene::Build(std::move(geometry), 0, scene.keyframes_size() > 0));
@@ -395,7 +410,7 @@ absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(const v1::Scene& scen
     if (profile.denoise != DenoiseQuality::kOff) {
       ASSIGN_OR_RETURN(denoiser, Denoiser::Create(profile.denoise));
     }
-    return std::unique_ptr<Renderer>(new SceneRenderer(scene.scene_seed(), scene, profile, with_raw,
+    return std::unique_ptr<Renderer>(new SceneRenderer(scene.scene_seed(), scene, profile, extras,
                                                        std::move(built), std::move(lights),
                                                        std::move(denoiser)));
   } catch (const std::bad_alloc&) {

@@ -31,6 +31,7 @@ struct View {
   ImageU16 materials;   // SceneMaterial.index, 0 = none.
   ImageF3 normals;      // Unit, the view's camera frame, facing the camera; 0 = no surface.
   ImageU8 masks;        // MaskBit.
+  ImageU8 infrared;     // As ToSrgb of infrared light; empty unless render.maps has `infrared`.
 };
 
 // One picture of the pair before rectification.
@@ -47,6 +48,7 @@ struct StereoFrame {
   RawView raw_left, raw_right;  // Empty unless render.maps has `raw` and the rig raw cameras.
   float exposure =
       1;  // Scene radiance is multiplied by it before the sRGB curve; one value for both eyes.
+  float infrared_exposure = 1;  // Likewise of View::infrared (infrared.h).
   double trace_s = 0, denoise_s = 0, truth_s = 0;
   double cache_s = 0;  // Filling the radiance cache: of a scene's first frame only.
   uint64_t rays = 0;   // Of the images, shadow rays included.

@@ -170,11 +170,6 @@ class TrainChecker {
     if (mixture.share() <= 0) {
       Tell(path + ".share", "0, allowed is more: of no pairs nothing can be learnt");
     }
-    if (mixture.curated()) {
-      Tell(path + ".curated",
-           "true, allowed is false: no job of a study scores frames; make the dataset, curate it "
-           "(`parallax curate`) and train on it with `trainer train`");
-    }
     if (mixture.parts().empty()) {
       return Tell(path + ".parts",
                   "an empty list, allowed is a list of at least one {variant, "
@@ -192,6 +187,28 @@ class TrainChecker {
       sum += part.weight();
     }
     if (sum <= 0) Tell(path + ".parts", "all weights are 0, allowed is one above 0 at least");
+    if (mixture.curated()) CheckCurated(mixture, path);
+  }
+
+  // A network must be there that scores the frames, and a threshold that some can pass.
+  void CheckCurated(const v1::Mixture& mixture, const std::string& path) {
+    if (PlainTwinOf(mixture, TrainingSetsOf(study_)) < 0) {
+      Tell(path + ".curated",
+           "true, but no training set has the same parts without curation, allowed is a set beside "
+           "one whose networks can score its frames");
+    }
+    for (int i = 0; i < mixture.parts_size(); ++i) {
+      const std::string& name = mixture.parts(i).variant();
+      for (const v1::VariantSpec& variant : given_.variants()) {
+        const v1::FilterConfig& filters = variant.config().filters();
+        if (variant.name() != name) continue;
+        if (filters.has_max_ambiguous_share() && filters.max_ambiguous_share() < 1) continue;
+        Tell(ItemOf(path + ".parts", i) + ".variant",
+             Quoted(name) +
+                 " has filters.max_ambiguous_share 1, so no frame would be left out, allowed "
+                 "in a curated set is less (FoundationStereo's authors take 0.6)");
+      }
+    }
   }
 
   void CheckTags(const std::string& path, const v1::JobNeeds& needs) {

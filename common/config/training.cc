@@ -1,7 +1,10 @@
 #include "common/config/training.h"
 
+#include <algorithm>
 #include <set>
 #include <string>
+#include <tuple>
+#include <utility>
 
 #include "common/base/hash.h"
 #include "common/config/defaults.h"
@@ -57,6 +60,19 @@ void ResolveHeldout(v1::StudySpec* study) {
   *study->add_variants() = std::move(heldout);
 }
 
+// The set's data: variants with weights that sum to 1, how much of them, and which control it is.
+using SetData = std::tuple<std::vector<std::pair<std::string, double>>, double, bool>;
+
+SetData DataOf(const v1::Mixture& set) {
+  double sum = 0;
+  for (const v1::Mixture::Part& part : set.parts()) sum += part.weight();
+  std::vector<std::pair<std::string, double>> parts;
+  for (const v1::Mixture::Part& part : set.parts()) {
+    if (part.weight() > 0) parts.emplace_back(part.variant(), part.weight() / sum);
+  }
+  return {std::move(parts), set.share(), set.mismatched()};
+}
+
 }  // namespace
 
 void ResolveTraining(v1::StudySpec* study) {
@@ -85,6 +101,13 @@ std::vector<v1::Mixture> TrainingSetsOf(const v1::StudySpec& study) {
   }
   sets.insert(sets.end(), train.mixtures().begin(), train.mixtures().end());
   return sets;
+}
+
+int PlainTwinOf(const v1::Mixture& curated, const std::vector<v1::Mixture>& sets) {
+  const auto twin = std::find_if(sets.begin(), sets.end(), [&](const v1::Mixture& set) {
+    return !set.curated() && DataOf(set) == DataOf(curated);
+  });
+  return twin == sets.end() ? -1 : static_cast<int>(twin - sets.begin());
 }
 
 }  // namespace parallax

@@ -95,12 +95,28 @@ double TrainingSeconds(const v1::TrainSpec& train) {
   return given(train.steps(), own.steps) * mpx * kMeasuredCosts.train_step_s_per_mpx;
 }
 
+// Core-seconds in which networks score the frames of curated sets, once for each training.
+double ScoringSeconds(const v1::StudySpec& study) {
+  double mpx = 0;
+  for (const v1::Mixture& set : TrainingSetsOf(study)) {
+    for (const v1::Mixture::Part& part : set.parts()) {
+      for (const v1::VariantSpec& variant : study.variants()) {
+        if (!set.curated() || part.weight() <= 0 || variant.name() != part.variant()) continue;
+        const v1::RigConfig& rigs = variant.config().rigs();
+        const int64_t pairs = variant.pairs() > 0 ? variant.pairs() : study.pairs();
+        mpx += static_cast<double>(pairs) * SeenMpx(rigs.width_px(), rigs.height_px());
+      }
+    }
+  }
+  return mpx * study.train().seeds() * kMeasuredCosts.evaluate_s_per_mpx;
+}
+
 TrainingPlan PlanTraining(const v1::StudySpec& study, double factor) {
   TrainingPlan plan;
   const v1::TrainSpec& train = study.train();
   plan.trainings = static_cast<int64_t>(TrainingSetsOf(study).size()) * train.seeds();
   const double one_s = factor * TrainingSeconds(train);
-  plan.train_core_s = one_s * static_cast<double>(plan.trainings);
+  plan.train_core_s = one_s * static_cast<double>(plan.trainings) + factor * ScoringSeconds(study);
   plan.longest_s = one_s / std::max(1, train.threads());
   if (plan.trainings > 0 && one_s == 0) plan.not_priced = train.trainer();
   if (!study.has_evaluate()) return plan;

@@ -16,7 +16,7 @@ std::vector<std::string> Lines(std::string_view text) {
   return lines;
 }
 
-absl::Status NoSuch(const char* what, int64_t id) {
+absl::Status NoSuchId(const char* what, int64_t id) {
   return MakeError(absl::StatusCode::kNotFound,
                    std::string(what) + " " + std::to_string(id) + ": no such");
 }
@@ -35,7 +35,7 @@ int64_t VariantTally::OpenJobs() const {
 
 absl::StatusOr<Study*> Ledger::FindStudy(int64_t id) {
   if (const auto found = studies_.find(id); found != studies_.end()) {
-    return found->second.tally.forgotten ? NoSuch("study", id)
+    return found->second.tally.forgotten ? NoSuchId("study", id)
                                          : absl::StatusOr<Study*>(&found->second);
   }
   Study study;
@@ -44,7 +44,7 @@ absl::StatusOr<Study*> Ledger::FindStudy(int64_t id) {
                       "SELECT name, seed, priority, needs_memory_mb, needs_tags, paused, cancelled,"
                       " finished_unix_s IS NOT NULL FROM studies WHERE id = ?1 AND forgotten = 0",
                       id);
-    if (!query.Next()) return query.status().ok() ? NoSuch("study", id) : query.status();
+    if (!query.Next()) return query.status().ok() ? NoSuchId("study", id) : query.status();
     study.id = id;
     study.name = query.Text(0);
     study.seed = static_cast<uint64_t>(query.Int(1));
@@ -67,7 +67,7 @@ absl::StatusOr<Variant*> Ledger::FindVariant(int64_t id) {
   if (const auto found = variants_.find(id); found != variants_.end()) return &found->second;
   ASSIGN_OR_RETURN(const auto study,
                    db_.Integer("SELECT study_id FROM variants WHERE id = ?1", id));
-  if (!study) return NoSuch("variant", id);
+  if (!study) return NoSuchId("variant", id);
   RETURN_IF_ERROR(FindStudy(*study).status());
   const auto loaded = variants_.find(id);
   if (loaded != variants_.end()) return &loaded->second;

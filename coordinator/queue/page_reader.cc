@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "coordinator/queue/compress.h"
+#include "coordinator/queue/reader_rows.h"
 #include "coordinator/queue/readers.h"
 #include "coordinator/study/rigs.h"
 
@@ -15,10 +16,6 @@ constexpr int kMostPairs = 200;
 constexpr int kMostProblems = 2000;
 constexpr size_t kMostExamples = 5;
 constexpr int kMostAttempts = 100;
-
-absl::Status NoSuch(const std::string& what) {
-  return MakeError(absl::StatusCode::kNotFound, what + ": no such");
-}
 
 #define PARALLAX_PAIR                                                                \
   "SELECT f.cursor, f.study_id, s.name, v.name, f.ordinal, f.reused, r.bytes, f.rig" \

@@ -6,6 +6,7 @@
 
 #include "common/base/file.h"
 #include "common/base/hash.h"
+#include "worker/jobs/store_files.h"
 
 namespace parallax {
 namespace {
@@ -16,7 +17,6 @@ constexpr char kFactsName[] = "facts.json";
 constexpr char kCurveName[] = "curve.csv";
 constexpr char kResumeFolder[] = "/resume/";
 constexpr size_t kNewest = 2;  // A checkpoint that is cut off has one before it.
-constexpr size_t kCheckpointPiece = 4 << 20;
 
 Json ToJson(const CheckpointFacts& facts) {
   return {{"step", facts.step},     {"name", facts.name},           {"size", facts.size},
@@ -31,17 +31,6 @@ std::optional<CheckpointFacts> FactsFrom(const std::string& text) {
   } catch (const Json::exception&) {
     return std::nullopt;
   }
-}
-
-absl::StatusOr<std::string> GetWhole(const Store& store, const std::string& path, int64_t size) {
-  std::string bytes;
-  while (static_cast<int64_t>(bytes.size()) < size) {
-    ASSIGN_OR_RETURN(const std::string piece,
-                     store.GetPiece(path, static_cast<int64_t>(bytes.size()), kCheckpointPiece));
-    if (piece.empty()) break;
-    bytes += piece;
-  }
-  return bytes;
 }
 
 }  // namespace
@@ -73,10 +62,7 @@ absl::Status FetchCheckpoint(const Store& store, const LeftCheckpoint& left,
   const std::string name = left.folder + "/" + left.facts.name;
   RETURN_IF_ERROR(CheckStorePath(name));
   ASSIGN_OR_RETURN(const std::string bytes, GetWhole(store, name, left.facts.size));
-  if (static_cast<int64_t>(bytes.size()) != left.facts.size ||
-      Sha256Hex(bytes) != left.facts.sha256) {
-    return absl::DataLossError(name + ": damaged");
-  }
+  if (Sha256Hex(bytes) != left.facts.sha256) return absl::DataLossError(name + ": damaged");
   if (curve != nullptr) {
     ASSIGN_OR_RETURN(*curve, store.Get(left.folder + "/" + kCurveName));
   }

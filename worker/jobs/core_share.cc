@@ -7,8 +7,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
-#include <filesystem>
 #include <thread>
+
+#include "worker/jobs/store_files.h"
 
 namespace parallax {
 namespace {
@@ -41,9 +42,7 @@ absl::StatusOr<CoreShare::Hold> CoreShare::TakeShared(const CancelToken& cancel,
 // one that needs all.
 absl::StatusOr<CoreShare::Hold> CoreShare::Take(int count, int operation, const CancelToken& cancel,
                                                 const Waiting& waiting) const {
-  std::error_code error;
-  std::filesystem::create_directories(dir_, error);
-  if (error) return ErrnoError(error.value(), "make " + dir_);
+  RETURN_IF_ERROR(MakeFolders(dir_));
   Hold queue, held, others;
   ASSIGN_OR_RETURN(const int gate, OpenLock(dir_ + "/queue"));
   queue.files_.push_back(gate);

@@ -6,7 +6,6 @@
 #include <filesystem>
 
 #include "common/base/file.h"
-#include "common/base/hash.h"
 #include "common/store/store.h"
 #include "parallax/v1/train.pb.h"
 #include "worker/agent/failure.h"
@@ -16,6 +15,8 @@
 #include "worker/jobs/jobs.h"
 #include "worker/jobs/kept_files.h"
 #include "worker/jobs/log_reader.h"
+#include "worker/jobs/network_predictor.h"
+#include "worker/jobs/store_files.h"
 
 namespace parallax {
 namespace {
@@ -24,7 +25,6 @@ namespace fs = std::filesystem;
 
 constexpr char kHeldout[] = "heldout";
 constexpr char kSgbm[] = "sgbm";
-constexpr size_t kNetworkPiece = 4 << 20;
 
 // Keeps the groups that the study asks for.
 void DropGroups(const google::protobuf::RepeatedPtrField<std::string>& wanted,
@@ -52,9 +52,7 @@ class EvaluateAttempt {
         kept_(folder) {}
 
   absl::StatusOr<JobOutcome> Run() {
-    std::error_code error;
-    fs::create_directories(work_dir_, error);
-    if (error) return ErrnoError(error.value(), "make " + work_dir_);
+    RETURN_IF_ERROR(MakeFolders(work_dir_));
     progress_(0, "data");
     ASSIGN_OR_RETURN(const Benchmark benchmark, Open());
     ASSIGN_OR_RETURN(const auto predictor, MakePredictor());
@@ -108,47 +106,8 @@ class EvaluateAttempt {
       return MakeError(absl::StatusCode::kUnimplemented,
                        "there is no baseline '" + job_.trainer() + "' (there is sgbm)");
     }
-    ASSIGN_OR_RETURN(const InstalledTrainer trainer, options_.trainers.Find(job_.trainer()));
-    if (trainer.contract.predictor != PredictorKind::kCommand) {
-      return MakeError(absl::StatusCode::kUnimplemented,
-                       "trainer " + job_.trainer() + ": only a command can predict here");
-    }
-    ASSIGN_OR_RETURN(const std::string checkpoint, BringCheckpoint());
-    CommandValues values;
-    values.values = {{"checkpoint", checkpoint},
-                     {"list", "{list}"},
-                     {"device", trainer.contract.gpus > 0 ? "cuda" : "cpu"},
-                     {"threads", std::to_string(threads_)},
-                     {"out", work_dir_},
-                     {"repository", trainer.repository}};
-    ASSIGN_OR_RETURN(std::vector<std::string> words,
-                     CommandToRun(trainer.contract.predict, values));
-    if (!trainer.contract.environment.empty()) {
-      words.insert(words.begin(), trainer.contract.environment.begin(),
-                   trainer.contract.environment.end());
-      words.insert(words.begin(), "env");
-    }
-    return MakeCommandPredictor({.command = CommandOfWords(words), .name = job_.trainer()});
-  }
-
-  // The network's file, checked.
-  absl::StatusOr<std::string> BringCheckpoint() {
-    const std::string path =
-        folder_.scratch + "/" + fs::path(job_.checkpoint_path()).filename().string();
-    std::string bytes;
-    while (static_cast<int64_t>(bytes.size()) < job_.checkpoint().size()) {
-      if (cancel_.cancelled()) return absl::CancelledError("while the network was brought");
-      ASSIGN_OR_RETURN(const std::string piece,
-                       folder_.store->GetPiece(job_.checkpoint_path(),
-                                               static_cast<int64_t>(bytes.size()), kNetworkPiece));
-      if (piece.empty()) break;
-      bytes += piece;
-    }
-    if (Sha256Hex(bytes) != job_.checkpoint().sha256()) {
-      return absl::DataLossError(job_.checkpoint_path() + ": is not the network that was trained");
-    }
-    RETURN_IF_ERROR(WriteFile(path, bytes));
-    return path;
+    return OpenStoredNetwork({job_.trainer(), job_.checkpoint_path(), job_.checkpoint()},
+                             options_.trainers, *folder_.store, work_dir_, threads_);
   }
 
   EvaluateOptions Options() const {

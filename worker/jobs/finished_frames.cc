@@ -12,6 +12,7 @@
 #include "common/config/frame_files.h"
 #include "common/store/store.h"
 #include "worker/dataset/render_frames.h"
+#include "worker/jobs/store_files.h"
 
 namespace parallax {
 namespace {
@@ -19,7 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kNotes[] = "finished";
-constexpr size_t kDownloadPiece = 4 << 20;
 
 std::string RigFolder(uint32_t rig) {
   char name[16];
@@ -29,30 +29,11 @@ std::string RigFolder(uint32_t rig) {
 
 std::string NoteOf(uint32_t rig) { return std::string(kNotes) + "/" + RigFolder(rig) + ".pb"; }
 
-absl::Status MakeFrameDir(const std::string& dir) {
-  std::error_code error;
-  fs::create_directories(dir, error);
-  return error ? ErrnoError(error.value(), "make " + dir) : absl::OkStatus();
-}
-
 std::vector<std::string> FileNamesOf(const v1::FrameResult& frame) {
   std::vector<std::string> names;
   for (const v1::FileEntry& file : frame.files()) names.push_back(file.name());
   std::sort(names.begin(), names.end());
   return names;
-}
-
-// Of a store that is no folder of this machine.
-absl::Status DownloadFile(const Store& store, const std::string& from, int64_t size,
-                          const std::string& to) {
-  std::string bytes;
-  while (static_cast<int64_t>(bytes.size()) < size) {
-    ASSIGN_OR_RETURN(const std::string piece,
-                     store.GetPiece(from, static_cast<int64_t>(bytes.size()), kDownloadPiece));
-    if (piece.empty()) break;
-    bytes += piece;
-  }
-  return WriteFileAtomically(to, bytes);
 }
 
 // A second name of the file, else a copy, durable but for its entry in the folder.
@@ -67,7 +48,12 @@ absl::Status LinkOrCopy(const std::string& from, const std::string& to) {
 absl::Status BringFile(const Store& store, const std::string& from, const v1::FileEntry& file,
                        const std::string& to) {
   const absl::StatusOr<std::string> local = store.LocalPath(from);
-  RETURN_IF_ERROR(local.ok() ? LinkOrCopy(*local, to) : DownloadFile(store, from, file.size(), to));
+  if (local.ok()) {
+    RETURN_IF_ERROR(LinkOrCopy(*local, to));
+  } else {
+    ASSIGN_OR_RETURN(const std::string bytes, GetWhole(store, from, file.size()));
+    RETURN_IF_ERROR(WriteFileAtomically(to, bytes));
+  }
   ASSIGN_OR_RETURN(const std::string hash, Sha256HexOfFile(to));
   if (hash == file.sha256()) return absl::OkStatus();
   return MakeError(absl::StatusCode::kDataLoss, from + " is not what its note says");
@@ -87,7 +73,7 @@ absl::Status FinishedFrames::SendAndNote(const v1::FrameResult& frame) {
     return folder_.send_to->Put(folder_.path + "/" + NoteOf(frame.rig()),
                                 frame.SerializeAsString());
   }
-  RETURN_IF_ERROR(MakeFrameDir(folder_.dir + "/" + kNotes));
+  RETURN_IF_ERROR(MakeFolders(folder_.dir + "/" + kNotes));
   RETURN_IF_ERROR(SyncPath(folder_.dir));  // A note on disk tells of a frame on disk.
   return WriteFileAtomically(folder_.dir + "/" + NoteOf(frame.rig()), frame.SerializeAsString());
 }
@@ -113,7 +99,7 @@ absl::StatusOr<v1::FrameResult> FinishedFrames::TakeOverFrom(
   const std::string dir = folder_.dir + "/" + RigFolder(rig);
   std::error_code ignored;
   fs::remove_all(dir, ignored);
-  RETURN_IF_ERROR(MakeFrameDir(dir));
+  RETURN_IF_ERROR(MakeFolders(dir));
   for (const v1::FileEntry& file : frame.files()) {
     RETURN_IF_ERROR(BringFile(*folder_.store, earlier + "/" + RigFolder(rig) + "/" + file.name(),
                               file, dir + "/" + file.name()));

@@ -8,19 +8,12 @@
 
 #include "common/base/file.h"
 #include "common/base/hash.h"
+#include "worker/jobs/store_files.h"
 
 namespace parallax {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr size_t kFramePiece = 4 << 20;
-
-absl::Status MakeFrameFolder(const std::string& dir) {
-  std::error_code error;
-  fs::create_directories(dir, error);
-  return error ? ErrnoError(error.value(), "make " + dir) : absl::OkStatus();
-}
 
 // The file "<name>~<hash>" of an earlier fetch, if its content still has that hash.
 std::string KeptFile(const std::string& dir, const std::string& name, int64_t size) {
@@ -37,16 +30,6 @@ std::string KeptFile(const std::string& dir, const std::string& name, int64_t si
   return "";
 }
 
-absl::StatusOr<std::string> GetWhole(const Store& store, const std::string& path) {
-  std::string bytes;
-  while (true) {
-    ASSIGN_OR_RETURN(const std::string piece,
-                     store.GetPiece(path, static_cast<int64_t>(bytes.size()), kFramePiece));
-    bytes += piece;
-    if (piece.size() < kFramePiece) return bytes;
-  }
-}
-
 }  // namespace
 
 absl::StatusOr<LocalFile> FrameCache::FetchFile(const Store& store, const std::string& path,
@@ -54,12 +37,7 @@ absl::StatusOr<LocalFile> FrameCache::FetchFile(const Store& store, const std::s
                                                 const std::string& name) const {
   const std::string kept = KeptFile(dir, name, size);
   if (!kept.empty()) return LocalFile{kept, size, kept.substr(kept.rfind('~') + 1)};
-  ASSIGN_OR_RETURN(const std::string bytes, GetWhole(store, path));
-  if (static_cast<int64_t>(bytes.size()) != size) {
-    return MakeError(absl::StatusCode::kDataLoss,
-                     path + ": came with " + std::to_string(bytes.size()) +
-                         " bytes, but the store has " + std::to_string(size));
-  }
+  ASSIGN_OR_RETURN(const std::string bytes, GetWhole(store, path, size));
   LocalFile file{"", size, Sha256Hex(bytes)};
   file.path = dir + "/" + name + "~" + file.sha256;
   RETURN_IF_ERROR(WriteFileAtomically(file.path, bytes));
@@ -70,7 +48,7 @@ absl::StatusOr<std::map<std::string, LocalFile>> FrameCache::Fetch(
     const Store& store, const std::string& path, const std::vector<std::string>& names) const {
   RETURN_IF_ERROR(CheckStorePath(path));
   const std::string dir = options_.dir + "/" + path;
-  RETURN_IF_ERROR(MakeFrameFolder(dir));
+  RETURN_IF_ERROR(MakeFolders(dir));
   ASSIGN_OR_RETURN(const std::vector<StoreEntry> entries, store.List(path));
   std::map<std::string, LocalFile> files;
   for (const StoreEntry& entry : entries) {

@@ -16,6 +16,8 @@
 #include "worker/dataset/archive_index.h"
 #include "worker/dataset/frame_reader.h"
 #include "worker/dataset/sensor_stage.h"
+#include "worker/dataset/verdicts.h"
+#include "worker/jobs/store_files.h"
 
 namespace parallax {
 namespace {
@@ -77,7 +79,8 @@ class Bringer {
         dir_(dir),
         options_(options),
         filters_(set.filters()) {
-    if (!options.curated) filters_.set_max_ambiguous_share(1);  // Judges nothing.
+    if (options.ambiguous_shares == nullptr)
+      filters_.set_max_ambiguous_share(1);  // Judges nothing.
   }
 
   absl::StatusOr<FrameFolderFacts> Bring() {
@@ -187,6 +190,7 @@ class Bringer {
       for (const auto& [name, value] : json["statistics"].items()) {
         if (value.is_number()) (*published.mutable_frame()->mutable_statistics())[name] = value;
       }
+      AddAmbiguousShare(published);
       ASSIGN_OR_RETURN(const bool passes, Passes(published));
       if (passes) passing.push_back(std::move(published));
       if (!passes) ++facts_.left_out;
@@ -194,12 +198,16 @@ class Bringer {
     return passing;
   }
 
+  void AddAmbiguousShare(v1::PublishedFrame& frame) const {
+    if (options_.ambiguous_shares == nullptr) return;
+    const auto share = options_.ambiguous_shares->find({frame.scene(), frame.frame().rig()});
+    if (share == options_.ambiguous_shares->end()) return;  // Other filters turn it down.
+    (*frame.mutable_frame()->mutable_statistics())[kAmbiguousShare] = share->second;
+  }
+
   absl::StatusOr<bool> Passes(const v1::PublishedFrame& frame) const {
     ASSIGN_OR_RETURN(const IndexLine line, MakeIndexLine(frame, filters_));
     const Json json = Json::parse(line.text);
-    if (options_.curated && !json["filters"].contains("ambiguous")) {
-      return Refuse("its frames are wanted curated, but were not (parallax curate)");
-    }
     return json["passed"].get<bool>();
   }
 
@@ -212,9 +220,7 @@ class Bringer {
     }
     const bool from_store = store_.LocalPath(frame.frame().path()).ok();
     const std::string folder = dir_ + "/" + FramePath({frame.scene(), frame.frame().rig()});
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (error) return ErrnoError(error.value(), "make " + folder);
+    RETURN_IF_ERROR(MakeFolders(folder));
     for (const auto& [name, piece] : pieces) {
       const std::string to = folder + "/" + name;
       const LocalFile& file = piece.file;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "common/base/status.h"
 #include "common/store/store.h"
 #include "parallax/v1/train.pb.h"
+#include "worker/dataset/archive_index.h"
 #include "worker/jobs/frame_cache.h"
 
 namespace parallax {
@@ -24,7 +26,9 @@ struct FrameFolderOptions {
   double share = 1;  // Part of the frames that pass, the first ones; at least one.
   // A control: each pair gets the right image of the pair that stands half the set away.
   bool mismatched = false;
-  bool curated = false;  // Frames that curation calls ambiguous are turned down as well.
+  // Of a curated set: the share of each frame's pixels that networks miss, by which frames are
+  // turned down as well (filters.max_ambiguous_share). Null: frames are not judged so.
+  const std::map<FrameKey, double>* ambiguous_shares = nullptr;
   CancelToken cancel;
   std::function<void(double fraction)> progress = [](double) {};
 };
@@ -39,8 +43,8 @@ struct FrameFolderFacts {
 // can be, else links to a store's folder or copies of the cache's files. The same set gives the
 // same folder on every machine. `dir` ends in the variant's name.
 //
-// Errors: kFailedPrecondition when no frame is left, when two are needed for `mismatched`, and when
-// `curated` frames were not curated; kCancelled; those of Judge, the store and the cache.
+// Errors: kFailedPrecondition when no frame is left, and when two are needed for `mismatched`;
+// kCancelled; those of Judge, the store and the cache.
 absl::StatusOr<FrameFolderFacts> BringFrames(const v1::FrameSet& set, const Store& store,
                                              const FrameCache& cache, const std::string& dir,
                                              const FrameFolderOptions& options);

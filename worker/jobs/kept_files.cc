@@ -4,23 +4,14 @@
 
 #include "common/base/hash.h"
 #include "common/store/store.h"
+#include "worker/jobs/store_files.h"
 
 namespace parallax {
-namespace {
-
 namespace fs = std::filesystem;
-
-absl::Status MakeFolder(const std::string& dir) {
-  std::error_code error;
-  fs::create_directories(dir, error);
-  return error ? ErrnoError(error.value(), "make " + dir) : absl::OkStatus();
-}
-
-}  // namespace
 
 absl::StatusOr<std::string> KeptFiles::Keep(const std::string& from, const std::string& name) {
   const std::string to = folder_.dir + "/" + name;
-  RETURN_IF_ERROR(MakeFolder(folder_.dir));
+  RETURN_IF_ERROR(MakeFolders(folder_.dir));
   std::error_code error;
   fs::copy_file(from, to, fs::copy_options::overwrite_existing, error);
   if (error) return ErrnoError(error.value(), "keep " + to);
@@ -32,7 +23,7 @@ absl::StatusOr<std::string> KeptFiles::Keep(const std::string& from, const std::
 }
 
 absl::Status KeptFiles::KeepText(const std::string& text, const std::string& name) {
-  RETURN_IF_ERROR(MakeFolder(folder_.dir));
+  RETURN_IF_ERROR(MakeFolders(folder_.dir));
   RETURN_IF_ERROR(WriteFileAtomically(folder_.dir + "/" + name, text));
   return Note(name, Sha256Hex(text));
 }

@@ -11,6 +11,8 @@
 #include "worker/jobs/checkpoint_keeper.h"
 #include "worker/jobs/jobs.h"
 #include "worker/jobs/kept_files.h"
+#include "worker/jobs/network_predictor.h"
+#include "worker/jobs/store_files.h"
 #include "worker/jobs/training_data_folder.h"
 #include "worker/jobs/training_run.h"
 
@@ -86,19 +88,20 @@ class TrainAttempt {
   absl::StatusOr<JobOutcome> Run() {
     ASSIGN_OR_RETURN(plan_, PlanOf(job_, options_.trainers));
     plan_.work_dir = folder_.scratch;
-    std::error_code error;
-    fs::create_directories(plan_.work_dir + "/earlier", error);
-    if (error) return ErrnoError(error.value(), "make " + plan_.work_dir);
+    RETURN_IF_ERROR(MakeFolders(plan_.work_dir + "/earlier"));
+    CoreShare::Hold cores;
+    std::unique_ptr<Predictor> curator;
+    if (job_.curated()) {
+      ASSIGN_OR_RETURN(curator, OpenCurator());
+      ASSIGN_OR_RETURN(cores, TakeCores());  // It predicts while the data are made.
+    }
     progress_(0, "data");
     ASSIGN_OR_RETURN(const TrainingDataFolder data,
-                     MakeTrainingData(job_, plan_.trainer.contract, DataOptions()));
+                     MakeTrainingData(job_, plan_.trainer.contract, DataOptions(curator.get())));
     plan_.data = data.parts;
     RETURN_IF_ERROR(FindResumePoint());
-    CoreShare::Hold cores;
-    if (options_.cores != nullptr) {
-      ASSIGN_OR_RETURN(cores, options_.cores->TakeAlone(plan_.threads, cancel_, [this] {
-        progress_(0, "wait for cores");
-      }));
+    if (!job_.curated()) {
+      ASSIGN_OR_RETURN(cores, TakeCores());
     }
     progress_(0, "train");
     ASSIGN_OR_RETURN(const TrainedNetwork trained,
@@ -108,12 +111,26 @@ class TrainAttempt {
   }
 
  private:
-  TrainingDataOptions DataOptions() const {
+  absl::StatusOr<CoreShare::Hold> TakeCores() const {
+    if (options_.cores == nullptr) return CoreShare::Hold();
+    return options_.cores->TakeAlone(plan_.threads, cancel_,
+                                     [this] { progress_(0, "wait for cores"); });
+  }
+
+  absl::StatusOr<std::unique_ptr<Predictor>> OpenCurator() const {
+    const std::string dir = plan_.work_dir + "/curator";
+    RETURN_IF_ERROR(MakeFolders(dir));
+    return OpenStoredNetwork({job_.trainer(), job_.curator_path(), job_.curator()},
+                             options_.trainers, *folder_.store, dir, plan_.threads);
+  }
+
+  TrainingDataOptions DataOptions(Predictor* curator) const {
     return {.store = folder_.store.get(),
             .cache = options_.frame_cache,
             .dir = plan_.work_dir + "/data",
             .cancel = cancel_,
-            .progress = [this](double fraction) { progress_(fraction, "data"); }};
+            .progress = [this](double fraction) { progress_(fraction, "data"); },
+            .curator = {job_.curator().sha256(), curator}};
   }
 
   // The newest checkpoint of earlier attempts that is whole, and those for learning curves before

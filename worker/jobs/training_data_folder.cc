@@ -6,6 +6,8 @@
 #include <filesystem>
 
 #include "common/base/file.h"
+#include "worker/dataset/curation_log.h"
+#include "worker/dataset/dataset_reader.h"
 #include "worker/dataset/export.h"
 #include "worker/jobs/frame_folder.h"
 
@@ -41,6 +43,7 @@ class Maker {
                    {"mismatched", job_.mismatched()},
                    {"curated", job_.curated()},
                    {"parts", Json::array()}};
+    if (job_.curated()) RETURN_IF_ERROR(ScoreParts());
     if (contract_.layout == "archive") {
       RETURN_IF_ERROR(MakeArchives());
     } else {
@@ -94,12 +97,48 @@ class Maker {
            (again == 0 ? "" : "." + std::to_string(again + 1));
   }
 
+  // Lets the curator predict all frames that pass the other filters.
+  absl::Status ScoreParts() {
+    if (options_.curator.predictor == nullptr) {
+      return absl::InvalidArgumentError("a curated training without a network that scores frames");
+    }
+    data_.facts["curated_by"] = options_.curator.id;
+    const std::string work_dir = options_.dir + "/scored";
+    for (int i = 0; i < job_.parts_size(); ++i) {
+      const std::string dir = work_dir + "/" + std::to_string(i);
+      ASSIGN_OR_RETURN(shares_.emplace_back(), SharesOf(i, dir));
+    }
+    std::error_code ignored;
+    fs::remove_all(work_dir, ignored);
+    return absl::OkStatus();
+  }
+
+  absl::StatusOr<std::map<FrameKey, double>> SharesOf(int part, const std::string& dir) {
+    FrameFolderOptions bring;
+    bring.files = FilesForTraining();
+    bring.cancel = options_.cancel;
+    const std::string& variant = job_.parts(part).variant();
+    RETURN_IF_ERROR(
+        BringFrames(job_.parts(part), *options_.store, cache_, dir + "/" + variant, bring)
+            .status());
+    ASSIGN_OR_RETURN(const Dataset dataset, ReadDataset(dir));
+    ASSIGN_OR_RETURN(CurationLog log, CurationLog::Open(dataset.variants.at(0).dir));
+    const double parts = job_.parts_size();
+    const CurateOptions scoring{
+        .work_dir = dir, .cancel = options_.cancel, .progress = [&](int64_t done, int64_t total) {
+          const double fraction = static_cast<double>(done) / std::max<double>(1, total);
+          options_.progress((part + fraction) / parts);
+        }};
+    RETURN_IF_ERROR(ScoreFrames(dataset.variants.at(0), options_.curator, scoring, log).status());
+    return AmbiguousShares(dataset.variants.at(0), {options_.curator.id}, log);
+  }
+
   absl::StatusOr<FrameFolderFacts> Bring(int part, const std::string& dir) {
     FrameFolderOptions bring;
     bring.files = FilesForTraining();
     bring.share = job_.share() > 0 ? job_.share() : 1;
     bring.mismatched = job_.mismatched();
-    bring.curated = job_.curated();
+    if (job_.curated()) bring.ambiguous_shares = &shares_[static_cast<size_t>(part)];
     bring.cancel = options_.cancel;
     const double parts = job_.parts_size();
     bring.progress = [&, part, parts](double fraction) {
@@ -123,6 +162,7 @@ class Maker {
   const TrainingDataOptions& options_;
   const FrameCache cache_;
   TrainingDataFolder data_;
+  std::vector<std::map<FrameKey, double>> shares_;  // Of each part of a curated set.
 };
 
 }  // namespace

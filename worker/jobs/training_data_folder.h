@@ -11,6 +11,7 @@
 #include "common/base/status.h"
 #include "common/store/store.h"
 #include "parallax/v1/train.pb.h"
+#include "worker/evaluate/curate.h"
 #include "worker/jobs/frame_cache.h"
 #include "worker/train/contract.h"
 
@@ -22,6 +23,8 @@ struct TrainingDataOptions {
   std::string dir;  // Must not exist.
   CancelToken cancel;
   std::function<void(double fraction)> progress = [](double) {};
+  // Of curated sets: the network that scores the frames. `predictor` outlives the call.
+  CurationNetwork curator = {};
 };
 
 struct TrainingDataFolder {
@@ -32,7 +35,9 @@ struct TrainingDataFolder {
 };
 
 // A folder for each part in the layout "archive"; one for all in others, in which parts stand as
-// often as their weights ask for, as far as whole repetitions can do that. Errors: as BringFrames
+// often as their weights ask for, as far as whole repetitions can do that. Frames of a curated job
+// that `curator` misses are left out.
+// Errors: kInvalidArgument for a curated job without `curator`; those of BringFrames, ScoreFrames
 // and ExportDataset.
 absl::StatusOr<TrainingDataFolder> MakeTrainingData(const v1::TrainJob& job,
                                                     const TrainerContract& contract,

@@ -17,6 +17,7 @@
 #include "common/base/log.h"
 #include "worker/agent/failure.h"
 #include "worker/jobs/log_reader.h"
+#include "worker/jobs/store_files.h"
 
 namespace parallax {
 namespace {
@@ -140,9 +141,7 @@ class Training {
 
   // Folders and links.
   absl::Status Prepare() {
-    std::error_code error;
-    fs::create_directories(out_, error);
-    if (error) return ErrnoError(error.value(), "make " + out_);
+    RETURN_IF_ERROR(MakeFolders(out_));
     ASSIGN_OR_RETURN(const auto directory, ExpandCommand({contract_.directory}, Values()));
     directory_ = contract_.directory.empty() ? out_ : directory.at(0);
     ASSIGN_OR_RETURN(const auto links, ExpandCommand(contract_.links, Values()));
@@ -150,7 +149,8 @@ class Training {
       const size_t equals = link.find('=');
       if (equals == std::string::npos) continue;
       const fs::path path = fs::path(out_) / link.substr(0, equals);
-      fs::create_directories(path.parent_path(), error);
+      RETURN_IF_ERROR(MakeFolders(path.parent_path()));
+      std::error_code error;
       fs::create_directory_symlink(link.substr(equals + 1), path, error);
       if (error) return ErrnoError(error.value(), "link " + path.string());
     }

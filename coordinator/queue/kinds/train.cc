@@ -3,8 +3,10 @@
 //
 // Results: "train" by work key, a TrainResult. Training i of all sets of a study has the same
 // initial weights and order of batches, so that their differences are the data's.
+#include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 #include "common/base/names.h"
 #include "common/config/training.h"
@@ -55,6 +57,7 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
           AddFolders(input.variant_ids(i), input.pairs(i), results, spec.mutable_parts(i)));
     }
     spec.set_resume_folder(StorePrefixOf(lease.job.work_key));
+    if (input.curator_job() != 0) RETURN_IF_ERROR(AddCurator(lease.job.id, results, &spec));
     return spec.SerializeAsString();
   }
 
@@ -82,6 +85,10 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
     v1::TrainJob settings = input.job();
     settings.clear_name();
     settings.clear_parts();
+    if (input.curator_job() != 0) {
+      ASSIGN_OR_RETURN(const JobFacts curator, desk.NewestOf(input.curator_job()));
+      settings.set_curator_path(HexOf(curator.work_key));
+    }
     const Sha256Digest key = TrainKey(desk.versions(), DeterministicBytes(settings), parts);
     return JobKeys{key, key};
   }
@@ -95,7 +102,8 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
            std::to_string(input.job().checkpoints());
   }
 
-  // One training for each set and seed; the first seed of all sets comes first.
+  // One training for each set and seed; the first seed of all sets comes first, and curated sets
+  // after those whose networks score their frames.
   absl::Status OnSubmit(WorkDesk& desk, const v1::StudySpec& given,
                         std::span<const int64_t> variants) const override {
     if (!given.has_train()) return absl::OkStatus();
@@ -104,19 +112,29 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
     RETURN_IF_ERROR(CheckResolved(study, variants));
     const std::vector<v1::Mixture> sets = TrainingSetsOf(study);
     const EvaluationPlan plan = EvaluationPlanOf(study, variants);
+    const std::vector<size_t> order = OrderOf(sets);
     uint32_t ordinal = 0;
     uint32_t evaluation = 0;
     for (int seed = 0; seed < study.train().seeds(); ++seed) {
-      for (const v1::Mixture& set : sets) {
-        ASSIGN_OR_RETURN(const v1::TrainInput input, InputFor(desk, study, variants, set, seed));
-        NewJob job{.kind = name(),
-                   .variant = input.variant_ids(0),
-                   .ordinal = ordinal++,
-                   .input = DeterministicBytes(input)};
+      std::map<int, int64_t> jobs;  // Of this seed, by the place of their sets.
+      for (const size_t place : order) {
+        const v1::Mixture& set = sets[place];
+        ASSIGN_OR_RETURN(v1::TrainInput input, InputFor(desk, study, variants, set, seed));
+        std::vector<JobWait> waits;
         for (int i = 0; i < input.variant_ids_size(); ++i) {
-          job.waits.push_back(JobWait::OnPairs(input.variant_ids(i), input.pairs(i)));
+          waits.push_back(JobWait::OnPairs(input.variant_ids(i), input.pairs(i)));
         }
-        ASSIGN_OR_RETURN(const int64_t id, desk.AddJob(job));
+        if (set.curated()) {
+          ASSIGN_OR_RETURN(const int64_t curator, CuratorOf(set, sets, jobs));
+          input.set_curator_job(curator);
+          waits.push_back(JobWait::OnJob(curator));
+        }
+        ASSIGN_OR_RETURN(const int64_t id, desk.AddJob({.kind = name(),
+                                                        .variant = input.variant_ids(0),
+                                                        .ordinal = ordinal++,
+                                                        .input = DeterministicBytes(input),
+                                                        .waits = std::move(waits)}));
+        jobs[static_cast<int>(place)] = id;
         if (!study.has_evaluate()) continue;
         RETURN_IF_ERROR(
             AddEvaluationsOf(desk, plan, input.variant_ids(0), input.job(), id, &evaluation));
@@ -140,6 +158,42 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
        "SELECT j.id FROM jobs AS j WHERE j.kind = 'train' AND j.attempts > 0"
        " AND EXISTS (SELECT 1 FROM waits AS w WHERE w.job_id = j.id AND w.state <> 'MET')"},
   };
+
+  // The places of the sets, those that are not curated first.
+  static std::vector<size_t> OrderOf(const std::vector<v1::Mixture>& sets) {
+    std::vector<size_t> order(sets.size());
+    std::iota(order.begin(), order.end(), size_t{0});
+    std::stable_partition(order.begin(), order.end(),
+                          [&](size_t place) { return !sets[place].curated(); });
+    return order;
+  }
+
+  // The training among `jobs` whose network scores the frames of `set`.
+  static absl::StatusOr<int64_t> CuratorOf(const v1::Mixture& set,
+                                           const std::vector<v1::Mixture>& sets,
+                                           const std::map<int, int64_t>& jobs) {
+    const auto job = jobs.find(PlainTwinOf(set, sets));
+    if (job != jobs.end()) return job->second;
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     "train: training set " + Quoted(set.name()) +
+                         " is curated, and no set has the same parts without curation");
+  }
+
+  // Tells the worker the network of the training that the job has waited for.
+  static absl::Status AddCurator(int64_t job, ResultReader& results, v1::TrainJob* spec) {
+    ASSIGN_OR_RETURN(const std::string bytes, results.ResultWaitedFor(job));
+    v1::TrainResult network;
+    RETURN_IF_ERROR(UnpackMessage(bytes, network));
+    if (network.checkpoints().empty()) {
+      return MakeError(absl::StatusCode::kDataLoss, "database: a training without checkpoints");
+    }
+    const std::string& last = network.checkpoints(network.checkpoints_size() - 1).name();
+    spec->set_curator_path(network.path() + "/" + last);
+    for (const v1::FileEntry& file : network.files()) {
+      if (file.name() == last) *spec->mutable_curator() = file;
+    }
+    return absl::OkStatus();
+  }
 
   static absl::StatusOr<v1::TrainInput> InputFor(WorkDesk& desk, const v1::StudySpec& study,
                                                  std::span<const int64_t> variants,

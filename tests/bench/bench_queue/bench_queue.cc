@@ -4,8 +4,9 @@
 // started again; then real agents measure the gap between two jobs; the auditor ends it. Prints one
 // JSON line; exits with 1 when anything was refused or the auditor finds something.
 //
-//   bench_queue [--jobs 1000000] [--library-jobs 500000] [--workers 256] [--slots 1] [--seconds 0]
-//               [--threads 128] [--per-lease 8] [--gap-workers 200] [--gap-seconds 15] [--dir /tmp]
+//   bench_queue [--jobs 1000000] [--library-jobs 500000] [--workers 256] [--slots 1] [--rigs 1]
+//               [--seconds 0] [--threads 128] [--per-lease 8] [--gap-workers 200]
+//               [--gap-seconds 15] [--dir /tmp]
 //
 // A transition is one durable lease or one durable completion. `--seconds` bounds the part over
 // gRPC. All parts run on this machine at the same time as their load: figures are of both.
@@ -40,6 +41,7 @@ struct Arguments {
   int64_t library_jobs = -1;  // Half.
   int workers = 256;
   int slots = 1;
+  int rigs = 1;
   double seconds = 0;
   int threads = 128;
   int per_lease = 8;
@@ -86,7 +88,8 @@ struct Bench {
     ASSIGN_OR_RETURN(const auto queue, JobQueue::Open(options));
     // More than is worked off, so that the end finds the farm at full load.
     const int64_t spare = 8192 + 100 * arguments.gap_workers;
-    return queue->Submit(NoOpStudy("no-op", 1, arguments.jobs / 2 + spare), "bench").status();
+    return queue->Submit(NoOpStudy("no-op", 1, arguments.jobs / 2 + spare, arguments.rigs), "bench")
+        .status();
   }
 
   absl::Status Library() {
@@ -134,6 +137,7 @@ struct Bench {
     out["transitions_per_s"] = std::round(static_cast<double>(transitions) / seconds);
     out["transitions"] = transitions;
     out["seconds"] = seconds;
+    out["pairs_per_s"] = std::round(static_cast<double>(tally.pairs) / seconds);
     out["coordinator_cpu_us_per_transition"] =
         per * (CpuSecondsOf(coordinator->pid()) - cpu_before);
     out["workers_cpu_us_per_transition"] = per * (ProcessCpuSeconds() - own_cpu_before);
@@ -194,6 +198,7 @@ struct Bench {
     out["jobs"] = arguments.jobs;
     out["workers"] = arguments.workers;
     out["slots"] = arguments.slots;
+    out["rigs"] = arguments.rigs;
     ASSIGN_OR_RETURN(const std::vector<std::string> violations, AuditDatabaseFile(db()));
     out["audit"] = violations.empty() ? "sound" : violations.front();
     out["machine"] = MachineText();
@@ -213,6 +218,7 @@ int Main(int argc, char** argv) {
                  "Of these, without gRPC (default: half; 0: none)");
   app.add_option("--workers", arguments.workers, "Simulated workers over gRPC (default 256)");
   app.add_option("--slots", arguments.slots, "Jobs at a time of each (default 1)");
+  app.add_option("--rigs", arguments.rigs, "Pairs that each render job publishes (default 1)");
   app.add_option("--seconds", arguments.seconds, "Bound of the part over gRPC (default none)");
   app.add_option("--threads", arguments.threads, "Of the part without gRPC (default 128)");
   app.add_option("--per-lease", arguments.per_lease, "Leases in one call there (default 8)");

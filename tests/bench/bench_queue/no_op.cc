@@ -1,20 +1,22 @@
 #include "no_op.h"
 
+#include <cstdio>
+
 #include "common/config/frame_files.h"
 #include "tests/job_messages.h"
 
 namespace parallax {
 
-v1::SubmitRequest NoOpStudy(const std::string& name, uint64_t seed, int64_t scenes) {
+v1::SubmitRequest NoOpStudy(const std::string& name, uint64_t seed, int64_t scenes, int rigs) {
   v1::SubmitRequest request;
   v1::StudySpec* spec = request.mutable_study();
   spec->set_name(name);
   spec->set_seed(seed);
-  spec->set_pairs(scenes);
-  spec->set_rigs_per_scene(1);
+  spec->set_pairs(scenes * rigs);
+  spec->set_rigs_per_scene(rigs);
   v1::VariantSpec* variant = spec->add_variants();
   variant->set_name("only");
-  variant->mutable_config()->mutable_rigs()->set_count(1);
+  variant->mutable_config()->mutable_rigs()->set_count(rigs);
   return request;
 }
 
@@ -25,7 +27,10 @@ v1::CompleteRequest NoOpAnswer(const v1::Lease& lease, const std::string& worker
   if (lease.kind() == "solve") {
     v1::SolveResult result;
     result.mutable_scene()->set_scene_seed(SolveOf(lease).scene_seed());
-    result.mutable_scene()->add_rigs();
+    const int rigs = SolveOf(lease).config().rigs().count();
+    for (int rig = 0; rig < rigs; ++rig) {
+      result.mutable_scene()->add_rigs()->set_index(static_cast<uint32_t>(rig));
+    }
     result.mutable_layout()->mutable_place()->mutable_house()->add_rooms()->set_width_m(3);
     SetResult(result, request);
     return request;
@@ -35,8 +40,10 @@ v1::CompleteRequest NoOpAnswer(const v1::Lease& lease, const std::string& worker
   for (const uint32_t rig : job.rigs()) {
     v1::FrameResult* frame = result.add_frames();
     frame->set_rig(rig);
+    char folder[16];
+    std::snprintf(folder, sizeof folder, "/%03u", rig);
     frame->set_path(lease.store_prefix() + "/.attempt-" + std::to_string(lease.attempt().fence()) +
-                    "/000");
+                    folder);
     for (const std::string& name : FrameFileNames(job.render())) {
       v1::FileEntry* file = frame->add_files();
       file->set_name(name);

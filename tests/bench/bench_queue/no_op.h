@@ -1,5 +1,5 @@
-// Jobs that cost nothing but their transitions: a study of scenes with one rig, and what a worker
-// answers without working.
+// Jobs that cost nothing but their transitions: a study, and the answers of a worker that does not
+// work.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace parallax {
 
-// Two jobs a scene: one solve, one render.
-v1::SubmitRequest NoOpStudy(const std::string& name, uint64_t seed, int64_t scenes);
+// Two jobs a scene: one solve, one render of all `rigs`, which publishes as many pairs.
+v1::SubmitRequest NoOpStudy(const std::string& name, uint64_t seed, int64_t scenes, int rigs = 1);
 v1::CompleteRequest NoOpAnswer(const v1::Lease& lease, const std::string& worker);
 
 }  // namespace parallax

@@ -12,6 +12,7 @@
 #include "common/rpc/grpc_status.h"
 #include "no_op.h"
 #include "parallax/v1/service.grpc.pb.h"
+#include "tests/job_messages.h"
 #include "worker/agent/work_session.h"
 
 namespace parallax {
@@ -77,6 +78,7 @@ class SimulatedFarm::Worker {
     v1::CompleteRequest request;
     v1::ReportReply reply;
     BenchClock::time_point begin;
+    int pairs = 0;  // That it publishes.
   };
 
   void OnMessage(const v1::CoordinatorMessage& message) {
@@ -103,6 +105,7 @@ class SimulatedFarm::Worker {
     auto owned = std::make_unique<Call>();
     Call* call = owned.get();
     call->request = NoOpAnswer(lease, name_);
+    if (lease.kind() == "render") call->pairs = RenderOf(lease).rigs_size();
     call->begin = BenchClock::now();
     call->context.set_deadline(std::chrono::system_clock::now() +
                                std::chrono::duration_cast<std::chrono::system_clock::duration>(
@@ -125,6 +128,7 @@ class SimulatedFarm::Worker {
       ++tally_.broken;
     } else if (call->reply.outcome() == v1::REPORT_OUTCOME_OK) {
       ++tally_.completions;
+      tally_.pairs += call->pairs;
     } else {
       ++tally_.refused;
     }

@@ -24,6 +24,7 @@ struct FarmOptions {
 struct FarmTally {
   std::atomic<int64_t> leases{0};
   std::atomic<int64_t> completions{0};  // Answered OK.
+  std::atomic<int64_t> pairs{0};        // That these published.
   std::atomic<int64_t> refused{0};      // Reports with any other answer.
   std::atomic<int64_t> broken{0};       // Calls and streams that ended with an error.
   Samples lease_ms;                     // From giving credit to the lease.

@@ -202,9 +202,12 @@ TEST(Training, EachWrongValueIsToldAlikeForFilesAndMessages) {
        "of its own"},
       {mixture + "}, {name: m, parts: [{variant: wide}]}]}",
        "s.yaml:11: train.mixtures[1].name: \"m\" names another mixture too, ..."},
+      {mixture + ", curated: true, share: 0.5}]}",
+       "s.yaml:11: train.mixtures[0].curated: true, but no training set has the same parts without "
+       "curation, ..."},
       {mixture + ", curated: true}]}",
-       "s.yaml:11: train.mixtures[0].curated: true, allowed is false: no job of a study scores "
-       "frames; ..."},
+       "s.yaml:11: train.mixtures[0].parts[0].variant: \"wide\" has filters.max_ambiguous_share "
+       "1, ..."},
       {"train: {mixtures: [{name: heldout, parts: [{variant: wide}]}]}",
        "s.yaml:11: train.mixtures[0].name: \"heldout\" is reserved, allowed is another name"},
       {"train: {mixtures: [{name: m}]}",

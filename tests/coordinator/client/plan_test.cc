@@ -114,6 +114,15 @@ TEST(Plan, TrainingsAndEvaluationsHaveTheirPrice) {
   EXPECT_NEAR(priced().evaluate_core_s,
               40 * 3.9 * (1 * shipped_mpx + 20 * kitti_mpx + 10 * heldout_mpx), 1e-6);
   EXPECT_NEAR(priced(2).train_core_s, 2 * priced().train_core_s, 1e-6);
+  // A curated set is one more, and its network looks at all pairs before, for each seed.
+  const double before = priced().train_core_s;
+  v1::Mixture* curated = train.add_mixtures();
+  curated->set_curated(true);
+  curated->add_parts()->set_variant(study.variants(0).name());
+  curated->mutable_parts(0)->set_weight(1);
+  const double looked = 3.0 * static_cast<double>(study.pairs()) * heldout_mpx;
+  EXPECT_NEAR(priced().train_core_s, before + 3 * 1500 * 0.87 + 3.9 * looked, 1e-6 * before);
+  train.clear_mixtures();
   train.set_steps(3000);
   train.set_batch(4);
   EXPECT_NEAR(priced().train_core_s, 39 * 3000 * 2 * 0.87, 1e-6);

@@ -99,6 +99,91 @@ TEST_F(TrainKindsTest, AWorkerIsToldTheFoldersOfAllPairs) {
   Complete(TrainAnswer(lease, "t"));
 }
 
+// A study of "wide", trained on as it is and curated.
+v1::SubmitRequest CuratedRequest(v1::SubmitRequest request, bool curated_first = false) {
+  v1::StudySpec& study = *request.mutable_study();
+  study.mutable_variants(0)->mutable_config()->mutable_filters()->set_max_ambiguous_share(0.5);
+  study.mutable_train()->set_seeds(2);
+  study.mutable_train()->set_only_mixtures(true);
+  for (const bool curated : {curated_first, !curated_first}) {
+    v1::Mixture* mixture = study.mutable_train()->add_mixtures();
+    mixture->set_name(curated ? "good" : "all");
+    mixture->set_curated(curated);
+    mixture->add_parts()->set_variant("wide");
+  }
+  return request;
+}
+
+TEST_F(TrainKindsTest, ACuratedSetWaitsForTheNetworkOfItsPlainTwin) {
+  const StudyId study =
+      SubmitRequest(CuratedRequest(Request({.pairs = 2, .variants = {"wide"}}), true));
+  MakePairs();
+  EXPECT_THAT(States(study, "train"), ElementsAre("all, seed 0: READY", "good, seed 0: BLOCKED",
+                                                  "all, seed 1: READY", "good, seed 1: BLOCKED"));
+  const auto plain = Lease(Trainer("t"), 2);
+  ASSERT_THAT(plain, SizeIs(2));
+  EXPECT_EQ(plain[1].label(), "all, seed 1");
+  Complete(TrainAnswer(plain[1], "t", {50, 100}));
+  EXPECT_THAT(States(study, "train"), ElementsAre("all, seed 0: LEASED", "good, seed 0: BLOCKED",
+                                                  "all, seed 1: SUCCEEDED", "good, seed 1: READY"));
+  const v1::Lease lease = LeaseOne(Trainer("u"));
+  const v1::TrainJob job = TrainJobOf(lease);
+  EXPECT_TRUE(job.curated());
+  EXPECT_EQ(job.curator_path(), AttemptFolderOf(plain[1]) + "/step-100.pt") << "the trained one";
+  EXPECT_EQ(job.curator().sha256(), std::string(64, 'b'));
+  EXPECT_EQ(job.parts(0).filters().max_ambiguous_share(), 0.5);
+  EXPECT_FALSE(TrainJobOf(plain[1]).has_curator());
+  Complete(TrainAnswer(lease, "u"));
+  ExpectSound();
+  // Where no network comes to score its frames, none can be trained on them.
+  Fail(Failure(plain[0], "t", "no such luck"));
+  while (State(study) == v1::STUDY_STATE_RUNNING) {
+    clock_.Advance(1000);
+    Tick();
+    for (const v1::Lease& again : Lease(Trainer("t"), 9)) Fail(Failure(again, "t", "nor now"));
+  }
+  EXPECT_THAT(States(study, "train")[1], HasSubstr("good, seed 0: "));
+  EXPECT_THAT(States(study, "train")[1], testing::Not(HasSubstr("SUCCEEDED")));
+}
+
+TEST_F(TrainKindsTest, ACuratedTrainingsKeyKnowsWhoScoredItsFrames) {
+  // Everything of the curated job is equal but the training whose network scores: its steps.
+  std::vector<std::string> prefixes;
+  for (const int steps : {100, 100, 101}) {
+    const std::string number = std::to_string(prefixes.size());
+    v1::SubmitRequest request =
+        CuratedRequest(Request({.name = "s" + number, .pairs = 2, .variants = {"wide"}}));
+    request.mutable_study()->mutable_train()->set_seeds(1);
+    request.mutable_study()->mutable_train()->set_steps(steps);
+    const StudyId study = SubmitRequest(request);
+    MakePairs();
+    std::map<std::string, std::string> prefix_of;
+    for (int i = 0; i < 2; ++i) {
+      for (const v1::Lease& lease : Lease(Trainer("t"), 1)) {
+        prefix_of[lease.label()] = lease.store_prefix();
+        if (i == 0) Complete(TrainAnswer(lease, "t"));
+        if (i == 1) EXPECT_TRUE(queue_->Cancel(study, "", "tester").ok());
+      }
+    }
+    if (steps == 100 && number == "1") {
+      EXPECT_EQ(prefix_of.count("all, seed 0"), 0u) << "its network is there";
+    }
+    prefixes.push_back(prefix_of["good, seed 0"]);
+  }
+  EXPECT_NE(prefixes[0], "");
+  EXPECT_EQ(prefixes[0], prefixes[1]);
+  EXPECT_NE(prefixes[0], prefixes[2]);
+}
+
+TEST_F(TrainKindsTest, ACuratedSetWithoutATwinIsRefused) {
+  v1::SubmitRequest request = CuratedRequest(Request({.pairs = 2, .variants = {"wide"}}));
+  request.mutable_study()->mutable_train()->mutable_mixtures(0)->set_share(0.5);
+  ResolveTraining(request.mutable_study());
+  const auto reply = queue_->Submit(request, "tester");
+  EXPECT_EQ(reply.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(reply.status().message()), HasSubstr("\"good\" is curated"));
+}
+
 TEST_F(TrainKindsTest, SeventyFiveThousandPairsAreToldAtOnce) {
   constexpr int64_t kPairs = 75'000;
   SubmitRequest(Request({.pairs = kPairs, .rigs_per_scene = 1000, .variants = {"wide"}}));
@@ -301,7 +386,6 @@ TEST_F(TrainKindsTest, WhatDecidesANetworkIsInItsKeyAndNamesAreNot) {
       {"trainer", false, [](auto& s) { s.mutable_train()->set_trainer("other"); }},
       {"share", false, [&](auto& s) { mixture(s).set_share(0.5); }},
       {"mismatched", false, [&](auto& s) { mixture(s).set_mismatched(true); }},
-      {"curated", false, [&](auto& s) { mixture(s).set_curated(true); }},
       {"checkpoints", false,
        [](auto& s) {
          s.mutable_evaluate()->add_benchmarks("shipped");

@@ -2,7 +2,10 @@
 
 #include <gmock/gmock.h>
 
+#include <set>
+
 #include "common/config/sensor_presets.h"
+#include "common/image/io.h"
 #include "tests/worker/jobs/job_fixture.h"
 #include "worker/dataset/dataset_reader.h"
 #include "worker/dataset/sensor_stage.h"
@@ -62,9 +65,31 @@ TEST_F(FrameFolderTest, MismatchedPairsHaveTheRightImageOfAnotherScene) {
               HasSubstr("can't be mismatched"));
 }
 
-TEST_F(FrameFolderTest, FramesThatNobodyCuratedAreNotTakenForCurated) {
-  EXPECT_THAT(std::string(Bring("curated", {.curated = true}).status().message()),
-              HasSubstr("were not (parallax curate)"));
+TEST_F(FrameFolderTest, FramesThatNetworksMissAreTurnedDownWhereSharesAreGiven) {
+  v1::FrameSet set = FramesOf("a");
+  set.mutable_filters()->set_max_ambiguous_share(0.6);
+  std::map<FrameKey, double> shares;
+  for (uint32_t scene = 0; scene < kScenes; ++scene) {
+    for (uint32_t rig = 0; rig < kRigs; ++rig) shares[{scene, rig}] = 0.6;
+  }
+  shares[{1, 0}] = 0.61;
+  shares[{2, 1}] = 1;
+  FrameFolderOptions options;
+  options.files = FilesForTraining();
+  const auto bring = [&](const std::string& name) {
+    return BringFrames(set, *store_, FrameCache(options_->frame_cache), dir_ + "/" + name + "/a",
+                       options);
+  };
+  EXPECT_EQ(bring("plain")->pairs, 7) << "no shares, no verdict";
+  options.ambiguous_shares = &shares;
+  const auto curated = bring("curated");
+  ASSERT_TRUE(curated.ok()) << curated.status();
+  EXPECT_EQ(curated->pairs, 5);
+  EXPECT_EQ(curated->left_out, 3) << "the dark one too";
+  for (const DatasetFrame& frame : FramesIn("curated")) {
+    EXPECT_FALSE(frame.scene == 1 && frame.rig == 0);
+    EXPECT_FALSE(frame.scene == 2 && frame.rig == 1);
+  }
 }
 
 TEST_F(FrameFolderTest, ASensorsPicturesAreThoseThatAnArchiveGets) {
@@ -103,6 +128,58 @@ TEST_F(FrameFolderTest, ASensorsPicturesAreThoseThatAnArchiveGets) {
   ASSERT_TRUE(BringFrames(set, *store_, cache, dir_ + "/mixed/a", options).ok());
   const auto mixed = FramesIn("mixed"), near = FramesIn("near");
   EXPECT_EQ(mixed[0].files.at("right.png"), near[3].files.at("right.png"));
+}
+
+// Predicts the same disparity everywhere.
+class ConstantPredictor final : public Predictor {
+ public:
+  explicit ConstantPredictor(float disparity_px) : disparity_px_(disparity_px) {}
+  std::string name() const override { return "constant"; }
+  absl::Status Predict(const std::vector<PredictionTask>& tasks,
+                       const PredictionContext&) override {
+    for (const PredictionTask& task : tasks) {
+      ++predicted;
+      RETURN_IF_ERROR(WritePfm(task.output, ImageF(96, 54, disparity_px_)));
+    }
+    return absl::OkStatus();
+  }
+  int predicted = 0;
+
+ private:
+  const float disparity_px_;
+};
+
+TEST_F(FrameFolderTest, ACuratedJobsFramesAreScoredByItsNetwork) {
+  v1::TrainJob job = TrainJobOf();
+  job.set_curated(true);
+  TrainerContract contract;
+  contract.layout = "archive";
+  int number = 0;
+  const auto make = [&](double most, CurationNetwork curator) {
+    job.mutable_parts(0)->mutable_filters()->set_max_ambiguous_share(most);
+    return MakeTrainingData(job, contract,
+                            {.store = store_.get(),
+                             .dir = dir_ + "/data" + std::to_string(number++),
+                             .curator = std::move(curator)});
+  };
+  EXPECT_EQ(make(0.5, {}).status().code(), absl::StatusCode::kInvalidArgument);
+  // Both rigs see the same with different baselines: a constant fits one better than the other.
+  ConstantPredictor network(8);
+  std::set<int64_t> seen;
+  int64_t last = 0;
+  for (const double most : {0.0, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99, 1.0}) {
+    const auto data = make(most, {"net", &network});
+    const int64_t pairs = data.ok() ? data->pairs : 0;
+    if (!data.ok()) EXPECT_THAT(std::string(data.status().message()), HasSubstr("no pair is left"));
+    if (data.ok()) EXPECT_EQ(data->facts["curated_by"], "net");
+    EXPECT_GE(pairs, last) << most;
+    last = pairs;
+    seen.insert(pairs);
+  }
+  EXPECT_EQ(last, 7);
+  EXPECT_EQ(*seen.begin(), 0) << "a constant misses some pixels of every frame";
+  EXPECT_GE(seen.size(), 3u) << "some frames are missed more than others";
+  EXPECT_EQ(network.predicted, 9 * 7) << "the dark one is not asked for";
 }
 
 TEST(Repetitions, GiveEachPartItsWeight) {

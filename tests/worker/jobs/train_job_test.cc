@@ -138,6 +138,25 @@ TEST_F(TrainJob, RunsNothingThatTheOperatorDidNotAllow) {
               HasSubstr("absent.yaml"));
 }
 
+TEST_F(TrainJob, ACuratedSetIsScoredByTheNetworkThatItIsTold) {
+  v1::TrainJob job = TrainJobOf();
+  job.set_curated(true);
+  job.mutable_parts(0)->mutable_filters()->set_max_ambiguous_share(0.999);
+  const std::string network = "[6, \"ff\"]";  // 16 px everywhere.
+  ASSERT_TRUE(store_->Put("other/.attempt-1/last.json", network).ok());
+  job.set_curator_path("other/.attempt-1/last.json");
+  job.mutable_curator()->set_size(static_cast<int64_t>(network.size()));
+  job.mutable_curator()->set_sha256(Sha256Hex(network));
+  options_->cores = std::make_unique<CoreShare>(dir_ + "/cores", 2);
+  const v1::TrainResult result = ResultOf(Train(job, 1));
+  EXPECT_GT(result.pairs(), 0);
+  EXPECT_NE(TextOf(result.path() + "/training.json").find(Sha256Hex(network)), std::string::npos);
+  job.mutable_parts(0)->mutable_filters()->set_max_ambiguous_share(0.01);
+  EXPECT_THAT(Message(Train(job, 2).status()), HasSubstr("no pair is left"));
+  job.mutable_curator()->set_sha256(std::string(64, 'a'));
+  EXPECT_THAT(Message(Train(job, 3).status()), HasSubstr("is not the network that was trained"));
+}
+
 TEST_F(TrainJob, WaitsForItsCores) {
   options_->cores = std::make_unique<CoreShare>(dir_ + "/cores", 2);
   auto other = options_->cores->TakeShared({}, [] {});

@@ -1,0 +1,52 @@
+#include "worker/jobs/network_predictor.h"
+
+#include <filesystem>
+#include <vector>
+
+#include "common/base/file.h"
+#include "common/base/hash.h"
+#include "worker/jobs/store_files.h"
+
+namespace parallax {
+namespace {
+
+absl::StatusOr<std::string> BringNetwork(const StoredNetwork& network, const Store& store,
+                                         const std::string& dir) {
+  ASSIGN_OR_RETURN(const std::string bytes, GetWhole(store, network.path, network.file.size()));
+  if (Sha256Hex(bytes) != network.file.sha256()) {
+    return absl::DataLossError(network.path + ": is not the network that was trained");
+  }
+  const std::string path = dir + "/" + std::filesystem::path(network.path).filename().string();
+  RETURN_IF_ERROR(WriteFile(path, bytes));
+  return path;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Predictor>> OpenStoredNetwork(const StoredNetwork& network,
+                                                             const InstalledTrainers& trainers,
+                                                             const Store& store,
+                                                             const std::string& dir, int threads) {
+  ASSIGN_OR_RETURN(const InstalledTrainer trainer, trainers.Find(network.trainer));
+  const TrainerContract& contract = trainer.contract;
+  if (contract.predictor != PredictorKind::kCommand) {
+    return MakeError(absl::StatusCode::kUnimplemented,
+                     "trainer " + network.trainer + ": only a command can predict here");
+  }
+  ASSIGN_OR_RETURN(const std::string checkpoint, BringNetwork(network, store, dir));
+  CommandValues values;
+  values.values = {{"checkpoint", checkpoint},
+                   {"list", "{list}"},
+                   {"device", contract.gpus > 0 ? "cuda" : "cpu"},
+                   {"threads", std::to_string(threads)},
+                   {"out", dir},
+                   {"repository", trainer.repository}};
+  ASSIGN_OR_RETURN(std::vector<std::string> words, CommandToRun(contract.predict, values));
+  if (!contract.environment.empty()) {
+    words.insert(words.begin(), contract.environment.begin(), contract.environment.end());
+    words.insert(words.begin(), "env");
+  }
+  return MakeCommandPredictor({.command = CommandOfWords(words), .name = network.trainer});
+}
+
+}  // namespace parallax

@@ -1,0 +1,32 @@
+// A trained network of the store, ready to predict by its trainer's command.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "common/base/cancel.h"
+#include "common/base/status.h"
+#include "common/store/store.h"
+#include "parallax/v1/train.pb.h"
+#include "worker/evaluate/predictors/predictor.h"
+#include "worker/train/installed_trainers.h"
+
+namespace parallax {
+
+struct StoredNetwork {
+  std::string trainer;
+  std::string path;    // In the store.
+  v1::FileEntry file;  // Its size and hash.
+};
+
+// Brings the network's file into `dir`, which exists, and makes a predictor of it that uses
+// `threads` threads and keeps its own files in `dir`.
+//
+// Errors: kUnimplemented for a trainer without a command that predicts; kDataLoss for a file that
+// is not the one that was trained; those of InstalledTrainers::Find, CommandToRun and the store.
+absl::StatusOr<std::unique_ptr<Predictor>> OpenStoredNetwork(const StoredNetwork& network,
+                                                             const InstalledTrainers& trainers,
+                                                             const Store& store,
+                                                             const std::string& dir, int threads);
+
+}  // namespace parallax

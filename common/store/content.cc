@@ -67,6 +67,7 @@ std::string ContentListText(std::vector<ContentFile> files) {
 absl::StatusOr<std::vector<ContentFile>> ParseContentList(std::string_view text) {
   std::vector<ContentFile> files;
   std::set<std::string_view> names;
+  if (text.size() > kMostContentListBytes) return BadLine(1, "it is too long");
   for (size_t begin = 0, number = 1; begin < text.size(); ++number) {
     const size_t end = text.find('\n', begin);
     if (end == std::string_view::npos) return BadLine(number, "it has no end");

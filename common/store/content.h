@@ -21,6 +21,7 @@ inline constexpr char kContentFolder[] = "content";
 inline constexpr int64_t kMostContentFileBytes = int64_t{1} << 30;
 inline constexpr int64_t kMostContentBytes = int64_t{16} << 30;  // Of one folder.
 inline constexpr size_t kMostContentFiles = 20'000;              // Of one folder.
+inline constexpr size_t kMostContentListBytes = 8 << 20;
 
 // Where the store has the file of this hash, which is 64 lower-case hex digits.
 std::string ContentPath(std::string_view sha256);

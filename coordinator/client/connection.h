@@ -52,7 +52,8 @@ class Connection {
   absl::StatusOr<v1::GetInfoReply> GetInfo();
   absl::StatusOr<v1::ListAuditReply> ListAudit(v1::ListAuditRequest request);
 
-  // The coordinator's store through the coordinator: to read from, for machines that do not see it.
+  // The coordinator's store through the coordinator, for machines that do not see it: to read from,
+  // and to put the user's content into.
   std::unique_ptr<Store> RemoteStore() const;
 
   // The study that a person means by "12" or "baseline": an id, or the newest study of that name.

@@ -8,6 +8,7 @@
 #include "common/base/version.h"
 #include "common/config/config.h"
 #include "common/config/training.h"
+#include "common/store/content.h"
 #include "coordinator/client/own_content.h"
 #include "coordinator/client/text.h"
 #include "coordinator/study/expansion.h"
@@ -151,8 +152,14 @@ absl::Status TakeHash(const absl::StatusOr<std::string>& seen, const std::string
   return absl::OkStatus();
 }
 
-// As the workers of `run` see a folder, and those of a farm whose picture root is "/".
-std::string FromRoot(const std::string& dir) { return "/" + dir; }
+}  // namespace
+
+std::string FromRoot(const std::string& dir) {
+  const std::optional<ContentReference> reference = FindContentReference(dir);
+  return "/" + (reference ? reference->path : dir);
+}
+
+namespace {
 
 absl::Status HashContentOf(v1::SceneConfig& config, ContentHashes& hashes) {
   v1::MaterialConfig& materials = *config.mutable_materials();

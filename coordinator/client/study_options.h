@@ -39,6 +39,10 @@ absl::Status TakePicturesFromHere(StudyOptions& options);
 // range.
 absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options);
 
+// A folder that a config names, as the workers of `run` see it, and those of a farm whose picture
+// root is "/".
+std::string FromRoot(const std::string& dir);
+
 // Sets the hash of each variant's folders (pictures_sha256, textures_sha256, hdris_sha256,
 // include_sha256) to their content below "/", and checks that content. Variants whose folders
 // cannot be seen there keep the hashes that they have. Errors: kFailedPrecondition when the content

@@ -31,6 +31,8 @@ class AttemptFolders {
   // Of a job that writes. Errors: kFailedPrecondition without a store; kInvalidArgument for a path
   // that leaves it.
   absl::StatusOr<AttemptFolder> Of(const v1::Lease& lease) const;
+  // Of a job that writes nothing: the store alone, through the coordinator unless it is at hand.
+  AttemptFolder ReadOnly(const v1::Lease& lease) const;
 
  private:
   const Options options_;

@@ -40,8 +40,8 @@ struct AttemptFolder {
   std::string path;  // The same in the store: "<store_prefix>/.attempt-<fence>".
   // Null: `dir` is in the store. Else `dir` is a staging folder, and the agent sends what is in it.
   std::shared_ptr<Store> send_to = nullptr;
-  // The store itself, to read what other jobs left, and to put files below `path` while the job
-  // runs. Null only for kinds that write nothing.
+  // The store itself, to read from, and, of a kind that writes, to put files below `path` while the
+  // job runs.
   std::shared_ptr<Store> store = nullptr;
   // A local folder of this attempt alone, not yet made; gone when the attempt has ended.
   std::string scratch = "";

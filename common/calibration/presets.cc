@@ -19,7 +19,8 @@ constexpr Preset kPresets[] = {
     // 2.1 mm lens, pixels of 4 um at 1280x720 (HD720), baseline 120 mm.
     // Source: Stereolabs, ZED 2i datasheet rev 1 and "What is the camera focal length".
     {"zed_2i", 1280, 720, 525, 525, 640, 360, 0.12, {}},
-    // 1.93 mm lens, pixels of 3 um, 1280x720 of the infrared cameras, baseline 50 mm. Its projector:
+    // 1.93 mm lens, pixels of 3 um, 1280x720 of the infrared cameras, baseline 50 mm. Its
+    // projector:
     // 850 nm, 360 mW on average, 90 x 63 degrees ("wide"), some 5000 dots.
     // Source: as below (D430 module, camera D435).
     {"realsense_d435", 1280, 720, 643.333333, 643.333333, 640, 360, 0.05, {0.36, 5000, 90, 63}},

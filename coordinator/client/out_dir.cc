@@ -20,10 +20,10 @@ namespace fs = std::filesystem;
 
 // Of one pair, both eyes, for each pixel of one image: measured on indoor scenes at 320x180.
 constexpr double kImageBytesPerPixel = 3.5;
-constexpr double kMapsBytesPerPixel = 17;     // All seven maps.
-constexpr double kRawBytesPerPixel = 22;      // Pictures, correspondence and occlusion.
+constexpr double kMapsBytesPerPixel = 17;  // All seven maps.
+constexpr double kRawBytesPerPixel = 22;   // Pictures, correspondence and occlusion.
 constexpr double kInfraredBytesPerPixel = 2;
-constexpr double kLinearBytesPerPixel = 9;    // render.keep_hdr.
+constexpr double kLinearBytesPerPixel = 9;  // render.keep_hdr.
 
 absl::Status MakeFolder(const std::string& path) {
   std::error_code error;

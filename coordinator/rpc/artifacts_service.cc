@@ -96,10 +96,9 @@ absl::Status CheckMayPut(const RpcCaller& caller, const v1::PutFileHeader& heade
   const bool may = content ? caller.Is(Role::kSubmitter) || caller.Is(Role::kOperator)
                            : caller.Is(Role::kWorker);
   if (may) return absl::OkStatus();
-  return absl::PermissionDeniedError(
-      "Put of " + header.path() + " is for the role " +
-      (content ? "submitter or operator" : "worker") + "; the certificate of '" + caller.name +
-      "' has another");
+  return absl::PermissionDeniedError("Put of " + header.path() + " is for the role " +
+                                     (content ? "submitter or operator" : "worker") +
+                                     "; the certificate of '" + caller.name + "' has another");
 }
 
 absl::Status CheckContent(const v1::PutFileHeader& header) {
@@ -109,8 +108,7 @@ absl::Status CheckContent(const v1::PutFileHeader& header) {
   }
   if (header.size() <= kMostContentFileBytes) return absl::OkStatus();
   return absl::InvalidArgumentError("content of " + std::to_string(header.size()) +
-                                    " bytes; allowed are " +
-                                    std::to_string(kMostContentFileBytes));
+                                    " bytes; allowed are " + std::to_string(kMostContentFileBytes));
 }
 
 absl::StatusOr<std::string> HashOf(const Store& store, const std::string& path) {
@@ -254,8 +252,7 @@ absl::Status ArtifactsService::PutContent(PutStream& stream, CallWatch::Call& ca
   // What is there is not sent again, and takes no room twice.
   const bool is_there = IsThere(*store_, header);
   if (!is_there) RETURN_IF_ERROR(TakeContentRoom(header.size()));
-  const absl::Status status =
-      PutFileThere(stream, call, header, [] { return absl::OkStatus(); });
+  const absl::Status status = PutFileThere(stream, call, header, [] { return absl::OkStatus(); });
   if (!status.ok() && !is_there) GiveContentRoomBack(header.size());
   return status;
 }

@@ -103,8 +103,7 @@ class ArtifactsService final : public v1::Artifacts::Service {
   class SpoolFile;
   absl::Status ReadHeader(PutStream& stream, CallWatch::Call& call, v1::PutFileHeader* header);
   // Below an attempt's folder. Both answer whether the file is wanted, take it and say stored.
-  absl::Status PutOutput(PutStream& stream, CallWatch::Call& call,
-                         const v1::PutFileHeader& header);
+  absl::Status PutOutput(PutStream& stream, CallWatch::Call& call, const v1::PutFileHeader& header);
   absl::Status PutFileThere(PutStream& stream, CallWatch::Call& call,
                             const v1::PutFileHeader& header,
                             const std::function<absl::Status()>& allowed);

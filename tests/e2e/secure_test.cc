@@ -228,9 +228,14 @@ TEST_F(SecureTest, OwnContentComesThroughTheStoreToWorkersWithoutACopy) {
   const std::string set =
       "    set:\n"
       "      floating: {count: 4, classes: [own]}\n"
-      "      assets: {include: [" + at + "/meshes]}\n"
-      "      materials: {texture_dir: " + at + "/textures, texture_p: 1, replace_probability: 1}\n"
-      "      lighting: {hdri_dir: " + at + "/hdris}\n";
+      "      assets: {include: [" +
+      at +
+      "/meshes]}\n"
+      "      materials: {texture_dir: " +
+      at +
+      "/textures, texture_p: 1, replace_probability: 1}\n"
+      "      lighting: {hdri_dir: " +
+      at + "/hdris}\n";
 
   Init();
   Serve({"--tls", Tls("server"), "--store-access", "stream"});

@@ -352,8 +352,7 @@ class WebDataset final : public ExportLayout {
     ASSIGN_OR_RETURN(const Json json, SampleJson(frame));
     const std::string key = frame.scene + "_" + RigName(frame, "%03d");
     for (const char* eye : {"left", "right"}) {
-      ASSIGN_OR_RETURN(std::string png,
-                       ReadFile(frame.source->dir + "/" + PictureOf(frame, eye)));
+      ASSIGN_OR_RETURN(std::string png, ReadFile(frame.source->dir + "/" + PictureOf(frame, eye)));
       out.files.push_back({key + "." + eye + ".png", "", std::move(png)});
     }
     out.files.push_back({key + ".disp.npy", "", EncodeNpy(disparity)});
@@ -370,8 +369,7 @@ class WebDataset final : public ExportLayout {
   static absl::Status AddExtras(const ExportFrame& frame, const std::string& key,
                                 const std::string& eye, FrameFiles& out) {
     const auto has = [&](const std::string& name) { return frame.source->files.contains(name); };
-    for (const std::string& name :
-         {"infrared_" + eye, "raw_" + eye, "raw_occlusion_" + eye}) {
+    for (const std::string& name : {"infrared_" + eye, "raw_" + eye, "raw_occlusion_" + eye}) {
       if (!has(name + ".png")) continue;
       ASSIGN_OR_RETURN(std::string png, ReadFile(frame.source->dir + "/" + name + ".png"));
       out.files.push_back({key + "." + name + ".png", "", std::move(png)});

@@ -10,8 +10,7 @@ namespace {
 
 // `shape`: as Python writes a tuple, without its parentheses.
 std::string NpyBytes(const std::string& shape, const std::vector<float>& values) {
-  std::string header =
-      "{'descr': '<f4', 'fortran_order': False, 'shape': (" + shape + "), }";
+  std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (" + shape + "), }";
   // Magic, version and length are 10 bytes; the whole header ends at a multiple of 64.
   while ((10 + header.size() + 1) % 64 != 0) header += ' ';
   header += '\n';

@@ -15,13 +15,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kFewestDots = 60;           // Fewer say nothing on average.
-constexpr double kDarkest = 0.05;         // Reflectance of what hardly shows a dot.
-constexpr double kSeenLight = 0.02;       // Linear, after exposure: some 5 levels even in the dark.
-constexpr double kLeastContrast = 1;      // Levels.
-constexpr double kMostInShadow = 0.25;    // Of the contrast of lit dots.
+constexpr int kFewestDots = 60;         // Fewer say nothing on average.
+constexpr double kDarkest = 0.05;       // Reflectance of what hardly shows a dot.
+constexpr double kSeenLight = 0.02;     // Linear, after exposure: some 5 levels even in the dark.
+constexpr double kLeastContrast = 1;    // Levels.
+constexpr double kMostInShadow = 0.25;  // Of the contrast of lit dots.
 constexpr float kSameDepth = 0.01f, kNearer = 0.04f;
-constexpr int kInner = 4, kOuter = 6;     // Pixels around a dot that it is compared with.
+constexpr int kInner = 4, kOuter = 6;  // Pixels around a dot that it is compared with.
 constexpr uint8_t kShowsOther = kMaskTransparent | kMaskMirror;
 
 // Dots that are expected in a picture, and how much brighter than what is around them they are.
@@ -66,9 +66,9 @@ class InfraredChecker {
     absl::StatusOr<ImageU8> picture = ReadPngU8(frame_.dir + "/" + name);
     if (!picture.ok()) return Find(name, std::string(ToStd(picture.status().message())));
     if (picture->width() != width_ || picture->height() != height_) {
-      return Find(name, std::to_string(picture->width()) + "x" +
-                            std::to_string(picture->height()) + ", frame.json says " +
-                            std::to_string(width_) + "x" + std::to_string(height_));
+      return Find(name, std::to_string(picture->width()) + "x" + std::to_string(picture->height()) +
+                            ", frame.json says " + std::to_string(width_) + "x" +
+                            std::to_string(height_));
     }
     infrared_[eye] = *std::move(picture);
     const std::string end = eye == 0 ? "left" : "right";
@@ -156,8 +156,9 @@ class InfraredChecker {
       for (int x = 0; x < width_; ++x) {
         const double z = double{depth_[eye](x, y)};
         if (!(z > 0)) continue;
-        const Vec3f to = Vec3d((x + 0.5 - cx_) / fx_ * z - away_m_[eye], (y + 0.5 - cy_) / fy_ * z,
-                               z).cast<float>();
+        const Vec3f to =
+            Vec3d((x + 0.5 - cx_) / fx_ * z - away_m_[eye], (y + 0.5 - cy_) / fy_ * z, z)
+                .cast<float>();
         const SampleFootprint footprint{Vec3f(static_cast<float>(z / fx_), 0, 0),
                                         Vec3f(0, static_cast<float>(z / fy_), 0)};
         light(x, y) = pattern_->Intensity(to, footprint) / to.squaredNorm();
@@ -197,8 +198,8 @@ class InfraredChecker {
         DotSums& sums = how > 0 ? lit : shadowed;
         ++sums.count;
         sums.contrast += *contrast;
-        sums.expected += double{light(x, y)} * kDarkest * M_1_PI * exposure_ /
-                         double{kAmbientInfrared};
+        sums.expected +=
+            double{light(x, y)} * kDarkest * M_1_PI * exposure_ / double{kAmbientInfrared};
       }
     }
     Judge(eye, lit, shadowed);
@@ -228,8 +229,8 @@ class InfraredChecker {
     if (shadowed.count < kFewestDots || shadowed.Mean() <= kMostInShadow * lit.Mean()) return;
     Find(kInfraredFiles[eye],
          "dots stand in the projector's shadow: " + std::to_string(shadowed.count) +
-             " places there are " + levels(shadowed.Mean()) + " levels brighter than around, lit ones " +
-             levels(lit.Mean()));
+             " places there are " + levels(shadowed.Mean()) +
+             " levels brighter than around, lit ones " + levels(lit.Mean()));
   }
 
   const DatasetFrame& frame_;

@@ -41,7 +41,8 @@ absl::StatusOr<std::unique_lock<std::timed_mutex>> LockFetches(const CancelToken
   return lock;
 }
 
-// Whether `dir` has all of the files, with their content. Hashes are remembered by the files' times.
+// Whether `dir` has all of the files, with their content. Hashes are remembered by the files'
+// times.
 bool HasAll(const std::string& dir, const std::vector<ContentFile>& files) {
   return std::all_of(files.begin(), files.end(), [&dir](const ContentFile& file) {
     return FindPicture(dir, file.name, file.sha256).ok();
@@ -51,7 +52,8 @@ bool HasAll(const std::string& dir, const std::vector<ContentFile>& files) {
 absl::Status MakeParents(const fs::path& file) {
   std::error_code error;
   fs::create_directories(file.parent_path(), error);
-  return error ? ErrnoError(error.value(), "make " + file.parent_path().string()) : absl::OkStatus();
+  return error ? ErrnoError(error.value(), "make " + file.parent_path().string())
+               : absl::OkStatus();
 }
 
 // Piece by piece: a file may be large. What comes is hashed on its way.
@@ -139,9 +141,9 @@ absl::StatusOr<std::vector<ContentFile>> ContentCache::ListOf(const Store& store
 absl::Status ContentCache::MakeRoom(int64_t bytes, const std::string& keep) const {
   if (bytes > options_.max_bytes) {
     return MakeError(absl::StatusCode::kResourceExhausted,
-                     "own content of " + std::to_string(bytes) + " bytes, and this worker's cache " +
-                         options_.dir + " may have " + std::to_string(options_.max_bytes) +
-                         " (worker --cache-gb)");
+                     "own content of " + std::to_string(bytes) +
+                         " bytes, and this worker's cache " + options_.dir + " may have " +
+                         std::to_string(options_.max_bytes) + " (worker --cache-gb)");
   }
   struct Kept {
     fs::file_time_type used;
@@ -152,7 +154,8 @@ absl::Status ContentCache::MakeRoom(int64_t bytes, const std::string& keep) cons
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(options_.dir, error)) {
     if (!entry.is_directory(error) || entry.path().filename() == keep) continue;
-    all.push_back({fs::last_write_time(entry.path(), error), entry.path(), BytesBelow(entry.path())});
+    all.push_back(
+        {fs::last_write_time(entry.path(), error), entry.path(), BytesBelow(entry.path())});
     bytes += all.back().bytes;
   }
   std::sort(all.begin(), all.end(), [](const Kept& a, const Kept& b) { return a.used < b.used; });
@@ -204,7 +207,8 @@ absl::StatusOr<std::string> ContentCache::Bring(const Store& store, const std::s
     if (!HasAll(dir, *files)) fs::remove_all(place, error);
     fs::rename(made, place, error);
     if (!HasAll(dir, *files)) {
-      status = MakeError(absl::StatusCode::kUnavailable, "own content could not be put in " + place);
+      status =
+          MakeError(absl::StatusCode::kUnavailable, "own content could not be put in " + place);
     }
   }
   fs::remove_all(made, error);

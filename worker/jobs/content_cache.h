@@ -28,18 +28,16 @@ class ContentCache {
   explicit ContentCache(ContentCacheOptions options) : options_(std::move(options)) {}
 
   // The folder that `name`, a folder of a config, stands for on this machine, as BelowPictureRoot
-  // takes it: a name that is no reference, or whose content lies below the picture root, is the path
-  // below that; else the content is brought into the cache. A list that the store has not is no
-  // error: the path is taken at its word, and whoever reads it compares hashes.
-  // Errors: the store's and the disk's; kDataLoss for a file that is not what its hash says;
-  // kInvalidArgument for a list that is none; kResourceExhausted for content larger than the cache;
-  // kCancelled.
+  // takes it: a name that is no reference, or whose content lies below the picture root, is the
+  // path below that; else the content is brought into the cache. A list that the store has not is
+  // no error: the path is taken at its word, and whoever reads it compares hashes. Errors: the
+  // store's and the disk's; kDataLoss for a file that is not what its hash says; kInvalidArgument
+  // for a list that is none; kResourceExhausted for content larger than the cache; kCancelled.
   absl::StatusOr<std::string> Bring(const Store& store, const std::string& name,
                                     const CancelToken& cancel) const;
 
  private:
-  absl::StatusOr<std::vector<ContentFile>> ListOf(const Store& store,
-                                                  const std::string& sha256,
+  absl::StatusOr<std::vector<ContentFile>> ListOf(const Store& store, const std::string& sha256,
                                                   const std::string& kept) const;
   absl::Status Fetch(const Store& store, const std::vector<ContentFile>& files,
                      const std::string& dir, const CancelToken& cancel) const;

@@ -14,11 +14,11 @@
 namespace parallax {
 namespace {
 
-constexpr int kAcross = 3;          // Samples of a pixel: kAcross^2.
-constexpr int kMostSurfaces = 8;    // That a sample follows through glass and mirrors.
-constexpr float kLeastWeight = 1e-3f;     // A way that counts less is not followed.
-constexpr float kSharp = 0.06f;     // Blur, in radians, of what shows a picture.
-constexpr float kFlattest = 0.05f;  // Cosine up to which footprints stretch.
+constexpr int kAcross = 3;             // Samples of a pixel: kAcross^2.
+constexpr int kMostSurfaces = 8;       // That a sample follows through glass and mirrors.
+constexpr float kLeastWeight = 1e-3f;  // A way that counts less is not followed.
+constexpr float kSharp = 0.06f;        // Blur, in radians, of what shows a picture.
+constexpr float kFlattest = 0.05f;     // Cosine up to which footprints stretch.
 
 // A sample on its way from the eye.
 struct EyePath {
@@ -69,8 +69,8 @@ class ProjectorTracer {
     // A unit vector turns by the part of a step that is across it, over the step's depth.
     const float depth = direction.dot(projector_from_world_.row(2).transpose());
     const auto side = [&](int axis, double focal_px) {
-      const Vec3f step = projector_from_world_.row(axis).transpose() /
-                         (static_cast<float>(focal_px) * kAcross);
+      const Vec3f step =
+          projector_from_world_.row(axis).transpose() / (static_cast<float>(focal_px) * kAcross);
       return Vec3f((step - direction * direction.dot(step)) * depth);
     };
     path.across = side(0, camera_.fx_px);
@@ -199,8 +199,7 @@ ImageF3 InfraredLight(const ImageF3& radiance, const ImageF& projector) {
 ImageU8 ToGrey(const ImageF3& light, float exposure) {
   ImageU8 grey(light.width(), light.height());
   for (size_t i = 0; i < grey.pixels(); ++i) {
-    grey.values()[i] =
-        static_cast<uint8_t>(DisplayLevel(light.values()[3 * i] * exposure) + 0.5f);
+    grey.values()[i] = static_cast<uint8_t>(DisplayLevel(light.values()[3 * i] * exposure) + 0.5f);
   }
   return grey;
 }

@@ -11,9 +11,9 @@
 namespace parallax {
 namespace {
 
-constexpr double kMargin = 0.12;     // Of a cell, on each side of a dot.
-constexpr float kReachSigmas = 4;    // A Gaussian ends there; 0.03 % of its power lies beyond.
-constexpr int kFarthestCell = 3;     // Cells that are searched to each side.
+constexpr double kMargin = 0.12;   // Of a cell, on each side of a dot.
+constexpr float kReachSigmas = 4;  // A Gaussian ends there; 0.03 % of its power lies beyond.
+constexpr int kFarthestCell = 3;   // Cells that are searched to each side.
 
 absl::Status CheckProjector(const v1::Projector& p) {
   const auto is_fov = [](double rad) { return rad > 0 && rad < std::numbers::pi; };
@@ -88,7 +88,8 @@ float DotPattern::Intensity(const Vec3f& to, const SampleFootprint& footprint) c
     const float width = reach * stretch / (2 * half) * static_cast<float>(count);
     const float most = std::min(width, static_cast<float>(kFarthestCell));
     *first = static_cast<int>(std::floor(std::clamp(middle - most, 0.0f, 1e6f)));
-    *last = std::min(count - 1, static_cast<int>(std::floor(std::clamp(middle + most, -1.0f, 1e6f))));
+    *last =
+        std::min(count - 1, static_cast<int>(std::floor(std::clamp(middle + most, -1.0f, 1e6f))));
   };
   int x0, x1, y0, y1;
   cells(cell.x(), half_.x(), columns_, &x0, &x1);

@@ -40,8 +40,8 @@ class DotPattern {
   DotPattern() = default;
   void PlaceDots(uint64_t seed, int count);
 
-  float power_w_ = 0;  // Of one dot.
-  float variance_ = 0;  // Of a dot's Gaussian along each axis, rad^2.
+  float power_w_ = 0;           // Of one dot.
+  float variance_ = 0;          // Of a dot's Gaussian along each axis, rad^2.
   Vec2f half_ = Vec2f::Ones();  // Of the field, on the plane z = 1.
   int columns_ = 1, rows_ = 1;
   std::vector<Vec2f> dots_;

@@ -192,8 +192,7 @@ TEST_F(ArtifactsTest, ContentIsNamedByItsHashAndNeedsNoAttempt) {
   EXPECT_FALSE(wanted_);
   for (const std::string& elsewhere : {path, std::string("content/list"), path + "/x",
                                        std::string("content"), "content/../" + path}) {
-    EXPECT_EQ(Put(Header(elsewhere, "other"), {"other"}).code(),
-              absl::StatusCode::kInvalidArgument)
+    EXPECT_EQ(Put(Header(elsewhere, "other"), {"other"}).code(), absl::StatusCode::kInvalidArgument)
         << elsewhere;
   }
   EXPECT_EQ(*served_.store->Get(path), "mine");

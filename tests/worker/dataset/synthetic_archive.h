@@ -15,7 +15,7 @@ struct SyntheticArchive {
   bool last_frame_dark = false;  // Fails the filter "dark".
   bool last_frame_missing = false;
   bool keep_hdr = false;
-  bool extras = false;  // Infrared pictures and a raw pair, by cameras without distortion.
+  bool extras = false;         // Infrared pictures and a raw pair, by cameras without distortion.
   std::string sensor = "off";  // A preset; needs keep_hdr.
 };
 

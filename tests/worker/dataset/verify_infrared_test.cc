@@ -92,8 +92,8 @@ class VerifyInfraredTest : public ::testing::Test {
 
 TEST_F(VerifyInfraredTest, AcceptsWhatTheRendererMakes) {
   const StereoFrame frame = Render(/*box=*/true);
-  EXPECT_THAT(
-      Check(frame, frame.left.infrared, frame.right.infrared, frame.infrared_exposure), IsEmpty());
+  EXPECT_THAT(Check(frame, frame.left.infrared, frame.right.infrared, frame.infrared_exposure),
+              IsEmpty());
 }
 
 TEST_F(VerifyInfraredTest, FindsPicturesOfTheOtherEye) {
@@ -107,8 +107,7 @@ TEST_F(VerifyInfraredTest, FindsPicturesOfTheOtherEye) {
 
 TEST_F(VerifyInfraredTest, FindsDotsInTheProjectorsShadow) {
   const StereoFrame truth = Render(/*box=*/true), open = Render(/*box=*/false);
-  const auto found =
-      Check(truth, open.left.infrared, open.right.infrared, open.infrared_exposure);
+  const auto found = Check(truth, open.left.infrared, open.right.infrared, open.infrared_exposure);
   ASSERT_FALSE(found.empty());
   EXPECT_THAT(found[0].message, HasSubstr("in the projector's shadow"));
 }

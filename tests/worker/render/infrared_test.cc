@@ -81,8 +81,7 @@ Vec3d OnWall(const Lit& lit, const Vec2f& dot, double distance) {
 bool Centroid(const ImageF& image, const Vec2d& at, const std::vector<Vec2d>& dots, Vec2d* middle) {
   constexpr int kReach = 3;
   const int cx = static_cast<int>(std::floor(at.x())), cy = static_cast<int>(std::floor(at.y()));
-  if (cx < kReach || cy < kReach || cx + kReach >= image.width() ||
-      cy + kReach >= image.height()) {
+  if (cx < kReach || cy < kReach || cx + kReach >= image.width() || cy + kReach >= image.height()) {
     return false;
   }
   int near = 0;
@@ -105,7 +104,8 @@ bool Centroid(const ImageF& image, const Vec2d& at, const std::vector<Vec2d>& do
 TEST(Infrared, DotsOnAWallStandWhereGeometrySaysInBothEyes) {
   constexpr double kDistance = 2;
   v1::Rig rig = MakeRig({0, 0, 0}, {0, 1, 0}, 320, 240, 250, 0.1);
-  *rig.mutable_projector() = MakeProjector(1, 400, 60, 0.3, 0.06);
+  // Dots of 0.6 px (1 sigma): the middles of smaller ones can't be told from pixels.
+  *rig.mutable_projector() = MakeProjector(1, 400, 60, 0.55, 0.06);
   const Lit lit = Trace(WallScene(kDistance), rig);
   std::vector<Vec2d> places[2];
   for (const Vec2f& dot : lit.pattern.dots()) {
@@ -121,9 +121,9 @@ TEST(Infrared, DotsOnAWallStandWhereGeometrySaysInBothEyes) {
       continue;
     }
     ++seen;
-    EXPECT_LT((middles[0] - places[0][i]).norm(), 0.06) << i;
-    EXPECT_LT((middles[1] - places[1][i]).norm(), 0.06) << i;
-    EXPECT_NEAR(middles[0].x() - middles[1].x(), 250 * 0.1 / kDistance, 0.06) << i;
+    EXPECT_LT((middles[0] - places[0][i]).norm(), 0.01) << i;
+    EXPECT_LT((middles[1] - places[1][i]).norm(), 0.01) << i;
+    EXPECT_NEAR(middles[0].x() - middles[1].x(), 250 * 0.1 / kDistance, 0.01) << i;
   }
   EXPECT_GT(seen, 60);
 }
@@ -183,8 +183,7 @@ TEST(Infrared, ThingsCastTheProjectorsShadow) {
         const auto crosses = [](const Vec3d& p) {
           return p.x() >= -0.3 && p.x() <= 0.1 && p.z() >= -0.2 && p.z() <= 0.2;
         };
-        const Vec3d way =
-            eye.world_from_camera * eye.DirectionAt(x + corner % 2, y + corner / 2);
+        const Vec3d way = eye.world_from_camera * eye.DirectionAt(x + corner % 2, y + corner / 2);
         const Vec3d wall = eye.origin + way * (3 / way.y());
         hidden += crosses(eye.origin + way * (1.5 / way.y()));
         shadowed += crosses((wall + open.origin) / 2);
@@ -213,7 +212,7 @@ TEST(Infrared, MirrorsShowTheDotsOfWhatTheyShow) {
   // At x = 1, from 1.2 m on: its image of the wall lies behind it.
   scene.AddMesh(MakeQuad({1, 3, -2}, {0, -1.8f, 0}, {0, 0, 4}), scene.AddMaterial(silver));
   v1::Rig rig = MakeRig({0, 0, 0}, {0, 1, 0}, 400, 300, 250, 0.1);
-  *rig.mutable_projector() = MakeProjector(1, 500, 60, 0.3, 0.05);
+  *rig.mutable_projector() = MakeProjector(1, 300, 60, 0.9, 0.05);
   const Lit lit = Trace(scene, rig);
   std::vector<Vec2d> places;
   for (const Vec2f& dot : lit.pattern.dots()) {
@@ -226,14 +225,14 @@ TEST(Infrared, MirrorsShowTheDotsOfWhatTheyShow) {
   for (const Vec2d& place : places) {
     Vec2d middle;
     // The mirror ends where it meets the wall.
-    if (place.x() < 200 + 250 / kDistance + 6 ||
-        !Centroid(lit.eyes[0], place, places, &middle)) {
+    if (place.x() < 200 + 250 / kDistance + 6 || !Centroid(lit.eyes[0], place, places, &middle)) {
       continue;
     }
-    EXPECT_LT((middle - place).norm(), 0.15);
+    // The mirror is a little rough, and a pixel has nine samples of it.
+    EXPECT_LT((middle - place).norm(), 0.12);
     ++seen;
   }
-  EXPECT_GT(seen, 15);
+  EXPECT_GT(seen, 5);
 }
 
 TEST(Infrared, PanesWeakenDotsOnBothWays) {
@@ -247,14 +246,17 @@ TEST(Infrared, PanesWeakenDotsOnBothWays) {
   glass.thin_walled = true;
   glass.roughness = 0;
   glass.ior = 1.5f;
-  scene.AddMesh(MakeQuad({-5, 1, -5}, {10, 0, 0}, {0, 0, 10}), scene.AddMaterial(glass));
+  // Aslant, so that it does not mirror the projector into the eye.
+  scene.AddMesh(MakeQuad({-5, -0.2f, -1.2f}, {10, 0, 0}, {0, 3.4f, 3.4f}),
+                scene.AddMaterial(glass));
   const Lit pane = Trace(scene, rig);
   double without = 0, with = 0;
   for (const float value : open.eyes[0].values()) without += double{value};
   for (const float value : pane.eyes[0].values()) with += double{value};
-  // A pane lets 92 % through at a right angle, a little less aslant.
-  EXPECT_GT(with / without, 0.92 * 0.92 * 0.94);
-  EXPECT_LT(with / without, 0.92 * 0.92 * 1.02);
+  // A pane lets 92 % through at a right angle, 90 % at 45 degrees and 65 % at 75: what the corners
+  // of the picture see.
+  EXPECT_GT(with / without, 0.70);
+  EXPECT_LT(with / without, 0.90 * 0.90);
 }
 
 TEST(Infrared, ColourAndTruthAreThoseOfFramesWithoutIt) {

@@ -8,8 +8,8 @@
 namespace parallax {
 
 // Gives each rig of the recipe its projector, unless the power that is drawn is 0. All of a scene's
-// rigs carry one device: numbers and pattern are drawn once, from addresses of their own; only where
-// it stands follows the rig's baseline. Rigs that share a left eye share its place, too.
+// rigs carry one device: numbers and pattern are drawn once, from addresses of their own; only
+// where it stands follows the rig's baseline. Rigs that share a left eye share its place, too.
 void AddProjectors(const v1::ProjectorConfig& config, SceneSeed seed, v1::Scene& recipe);
 
 }  // namespace parallax

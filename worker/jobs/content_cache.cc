@@ -169,18 +169,19 @@ absl::Status ContentCache::MakeRoom(int64_t bytes, const std::string& keep) cons
 }
 
 absl::Status ContentCache::Fetch(const Store& store, const std::vector<ContentFile>& files,
-                                 const std::string& dir, const CancelToken& cancel) const {
+                                 const std::string& dir, const FetchContext& context) const {
   for (const ContentFile& file : files) {
-    RETURN_IF_ERROR(FetchContentFile(store, file, dir + "/" + file.name, cancel));
+    context.file_begins();
+    RETURN_IF_ERROR(FetchContentFile(store, file, dir + "/" + file.name, context.cancel));
   }
   return absl::OkStatus();
 }
 
 absl::StatusOr<std::string> ContentCache::Bring(const Store& store, const std::string& name,
-                                                const CancelToken& cancel) const {
+                                                const FetchContext& context) const {
   const std::optional<ContentReference> reference = FindContentReference(name);
   if (!reference) return name;
-  ASSIGN_OR_RETURN(const auto lock, LockFetches(cancel));
+  ASSIGN_OR_RETURN(const auto lock, LockFetches(context.cancel));
   const std::string last = LastPart(reference->path);
   const std::string key = reference->sha256 + "-" + last.substr(0, 100);
   const std::string place = options_.dir + "/" + key, dir = place + "/" + last;
@@ -200,7 +201,7 @@ absl::StatusOr<std::string> ContentCache::Bring(const Store& store, const std::s
   if (error) return ErrnoError(error.value(), "make " + options_.dir);
   RETURN_IF_ERROR(MakeRoom(BytesOf(*files), key));
   const std::string made = options_.dir + "/" + TemporaryName(reference->sha256);
-  absl::Status status = Fetch(store, *files, made + "/" + last, cancel);
+  absl::Status status = Fetch(store, *files, made + "/" + last, context);
   if (status.ok()) status = WriteFile(made + "/.list", ContentListText(*files));
   if (status.ok()) {
     // One that was damaged goes; another worker may have been quicker, and its copy is as good.
@@ -229,9 +230,9 @@ absl::Status BringInto(const BringOne& bring, std::string* folder) {
 
 }  // namespace
 
-absl::Status BringContent(const ContentCache& cache, const Store& store, const CancelToken& cancel,
-                          v1::SolveJob& job) {
-  const BringOne bring = [&](const std::string& name) { return cache.Bring(store, name, cancel); };
+absl::Status BringContent(const ContentCache& cache, const Store& store,
+                          const FetchContext& context, v1::SolveJob& job) {
+  const BringOne bring = [&](const std::string& name) { return cache.Bring(store, name, context); };
   // Accessors below would make groups that the config does not have.
   if (!job.has_config()) return absl::OkStatus();
   v1::SceneConfig& config = *job.mutable_config();
@@ -248,9 +249,9 @@ absl::Status BringContent(const ContentCache& cache, const Store& store, const C
   return absl::OkStatus();
 }
 
-absl::Status BringContent(const ContentCache& cache, const Store& store, const CancelToken& cancel,
-                          v1::RenderJob& job) {
-  const BringOne bring = [&](const std::string& name) { return cache.Bring(store, name, cancel); };
+absl::Status BringContent(const ContentCache& cache, const Store& store,
+                          const FetchContext& context, v1::RenderJob& job) {
+  const BringOne bring = [&](const std::string& name) { return cache.Bring(store, name, context); };
   RETURN_IF_ERROR(BringInto(bring, job.mutable_picture_dir()));
   RETURN_IF_ERROR(BringInto(bring, job.mutable_texture_dir()));
   RETURN_IF_ERROR(BringInto(bring, job.mutable_hdri_dir()));

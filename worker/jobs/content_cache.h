@@ -5,6 +5,7 @@
 //   <dir>/<hash of the list>-<last part of the path>/<last part of the path>/<files>
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,12 @@ struct ContentCacheOptions {
   int64_t max_bytes = 0;  // What was used longest ago gives way; never what was used in an hour.
 };
 
+// A job that waits for its content.
+struct FetchContext {
+  CancelToken cancel;
+  std::function<void()> file_begins = [] {};  // Called before each file that is fetched.
+};
+
 // Thread-safe.
 class ContentCache {
  public:
@@ -34,13 +41,13 @@ class ContentCache {
   // store's and the disk's; kDataLoss for a file that is not what its hash says; kInvalidArgument
   // for a list that is none; kResourceExhausted for content larger than the cache; kCancelled.
   absl::StatusOr<std::string> Bring(const Store& store, const std::string& name,
-                                    const CancelToken& cancel) const;
+                                    const FetchContext& context) const;
 
  private:
   absl::StatusOr<std::vector<ContentFile>> ListOf(const Store& store, const std::string& sha256,
                                                   const std::string& kept) const;
   absl::Status Fetch(const Store& store, const std::vector<ContentFile>& files,
-                     const std::string& dir, const CancelToken& cancel) const;
+                     const std::string& dir, const FetchContext& context) const;
   absl::Status MakeRoom(int64_t bytes, const std::string& keep) const;
 
   const ContentCacheOptions options_;
@@ -48,9 +55,9 @@ class ContentCache {
 
 // Puts the folders that the job's config or the job itself names in their places here.
 // Errors: those of Bring.
-absl::Status BringContent(const ContentCache& cache, const Store& store, const CancelToken& cancel,
-                          v1::SolveJob& job);
-absl::Status BringContent(const ContentCache& cache, const Store& store, const CancelToken& cancel,
-                          v1::RenderJob& job);
+absl::Status BringContent(const ContentCache& cache, const Store& store,
+                          const FetchContext& context, v1::SolveJob& job);
+absl::Status BringContent(const ContentCache& cache, const Store& store,
+                          const FetchContext& context, v1::RenderJob& job);
 
 }  // namespace parallax

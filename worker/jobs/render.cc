@@ -79,9 +79,8 @@ class RenderHandler final : public JobHandler {
       return absl::InvalidArgumentError("a spec that is no RenderJob");
     }
     if (folder.store != nullptr) {
-      progress(0, "content");
-      RETURN_IF_ERROR(
-          BringContent(ContentCache(options_->content_cache), *folder.store, cancel, job));
+      RETURN_IF_ERROR(BringContent(ContentCache(options_->content_cache), *folder.store,
+                                   {cancel, [&progress] { progress(0, "content"); }}, job));
     }
     FinishedFrames finished(folder);
     const auto result = RenderTheRest(job, folder, finished, cancel, progress);

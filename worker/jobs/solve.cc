@@ -20,9 +20,8 @@ class SolveHandler final : public JobHandler {
       return absl::InvalidArgumentError("a spec that is no SolveJob");
     }
     if (folder.store != nullptr) {
-      progress(0, "content");
-      RETURN_IF_ERROR(
-          BringContent(ContentCache(options_->content_cache), *folder.store, cancel, job));
+      RETURN_IF_ERROR(BringContent(ContentCache(options_->content_cache), *folder.store,
+                                   {cancel, [&progress] { progress(0, "content"); }}, job));
     }
     progress(0, job.has_layout() ? "dress" : "layout");
     ASSIGN_OR_RETURN(const v1::SolveResult result, Solve(job, cancel));

@@ -68,7 +68,7 @@ TEST(Content, ReferencesReadBackAndPathsAreNone) {
   EXPECT_EQ(reference->path, "srv/chairs");
   for (const std::string& other :
        {std::string("srv/chairs"), "store:" + kHash, "store:" + kHash + "/",
-        "store:" + std::string(64, 'Z') + "/x", "store:abc/x", std::string()}) {
+        "store:" + std::string(64, 'Z') + "/x", std::string("store:abc/x"), std::string()}) {
     EXPECT_FALSE(FindContentReference(other).has_value()) << other;
   }
   EXPECT_EQ(ContentPath(kHash), "content/aa/" + kHash);

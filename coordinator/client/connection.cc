@@ -239,7 +239,7 @@ absl::StatusOr<v1::ListAuditReply> Connection::ListAudit(v1::ListAuditRequest re
 }
 
 std::unique_ptr<Store> Connection::RemoteStore() const {
-  return MakeRemoteStore(stub_->channel, {});
+  return MakeRemoteStore(stub_->channel, {.worker = "client", .attempt = {}});
 }
 
 absl::StatusOr<v1::StudyStatus> Connection::FindStudy(const std::string& id_or_name) {

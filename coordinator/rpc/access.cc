@@ -41,7 +41,8 @@ const std::vector<Row>& Table() {
        {Role::kWorker, Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
       {"/parallax.v1.Coordinator/ListAudit", {Role::kOperator}},
       // ---- Files
-      {"/parallax.v1.Artifacts/Put", {Role::kWorker}},
+      // Submitters bring the content that their studies name; the service sees to that.
+      {"/parallax.v1.Artifacts/Put", {Role::kWorker, Role::kSubmitter, Role::kOperator}},
       {"/parallax.v1.Artifacts/Remove", {Role::kWorker}},
       // Workers read the pairs that they train on, and earlier attempts' checkpoints.
       {"/parallax.v1.Artifacts/Get",

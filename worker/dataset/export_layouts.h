@@ -24,6 +24,7 @@ struct ExportFrame {
   // Of layouts for sequences, whose `scene` is a run of frames that follow each other: place in it
   // from 0, and its length.
   int at = 0, length = 0;
+  bool infrared = false;  // Its pictures are the infrared ones.
 };
 
 // A file to make: a link to one of the frame's files, or bytes.

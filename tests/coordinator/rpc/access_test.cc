@@ -50,7 +50,7 @@ const std::map<std::string, std::string>& Rows() {
       {"Coordinator/DrainWorkers", "o"},
       {"Coordinator/ListAttempts", "sor"},
       {"Coordinator/ListAudit", "o"},
-      {"Artifacts/Put", "w"},
+      {"Artifacts/Put", "wso"},
       {"Artifacts/Remove", "w"},
       {"Artifacts/Get", "wsor"},
       {"Artifacts/List", "wsor"},

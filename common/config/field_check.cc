@@ -156,6 +156,22 @@ void CheckTexts(const Message& message, const std::string& path, const FieldDesc
   }
 }
 
+void CheckNumbers(const Message& message, const std::string& path, const FieldDescriptor& field,
+                  Findings* findings) {
+  const Reflection& reflection = *message.GetReflection();
+  const int size = reflection.FieldSize(message, &field);
+  if (size > kMaxListItems) {
+    findings->push_back({path, "a list of " + std::to_string(size) + ", allowed are at most " +
+                                   std::to_string(kMaxListItems)});
+    return;
+  }
+  for (int i = 0; i < size; ++i) {
+    std::string why =
+        WhyNotNumber(reflection.GetRepeatedDouble(message, &field, i), RuleOf(field));
+    if (!why.empty()) findings->push_back({path + "[" + std::to_string(i) + "]", std::move(why)});
+  }
+}
+
 // Messages of a list.
 void CheckItems(const Message& message, const std::string& path, const FieldDescriptor& field,
                 Findings* findings) {
@@ -200,6 +216,8 @@ void CheckFields(const Message& message, const std::string& path, Findings* find
     if (field.is_repeated()) {
       if (field.cpp_type() == FieldDescriptor::CPPTYPE_STRING) {
         CheckTexts(message, field_path, field, findings);
+      } else if (field.cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE) {
+        CheckNumbers(message, field_path, field, findings);
       } else if (field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
         CheckItems(message, field_path, field, findings);
       }
@@ -223,6 +241,12 @@ void CheckConfig(const v1::SceneConfig& config, const std::string& path, Finding
   CheckFields(config, path, findings);
   if (findings->size() > before) return;  // Each number by itself first.
   CheckSensor(config, path, findings);
+  if (config.floating().placement() == v1::FloatingConfig::PLACEMENT_STREET &&
+      config.type() != v1::SCENE_TYPE_DENSE) {
+    findings->push_back({Dotted(path, "floating.placement"),
+                         "street, but that is for scenes of type dense; allowed here are box and "
+                         "view"});
+  }
   const v1::RigConfig& rigs = config.rigs();
   const int64_t pixels = int64_t{rigs.width_px()} * rigs.height_px();
   if (pixels > kMaxPixels) {

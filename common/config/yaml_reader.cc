@@ -460,8 +460,9 @@ void YamlReader::SetList(const YAML::Node& node, const std::string& path,
     SetMessages(node, path, field, message);
     return;
   }
-  if (!node.IsSequence() || field.cpp_type() != FieldDescriptor::CPPTYPE_STRING) {
-    Error(node, path, Seen(node) + ", allowed is a list of texts");
+  const bool numbers = field.cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE;
+  if (!node.IsSequence() || (!numbers && field.cpp_type() != FieldDescriptor::CPPTYPE_STRING)) {
+    Error(node, path, Seen(node) + ", allowed is a list of " + (numbers ? "numbers" : "texts"));
     return;
   }
   if (static_cast<int>(node.size()) < rule.min_items()) {
@@ -472,15 +473,20 @@ void YamlReader::SetList(const YAML::Node& node, const std::string& path,
                    : ""));
     return;
   }
+  const Reflection& reflection = *message->GetReflection();
+  reflection.ClearField(message, &field);
   std::vector<std::string> values;
   for (size_t i = 0; i < node.size(); ++i) {
     const std::string item_path = path + "[" + std::to_string(i) + "]";
     Note(node[i], item_path);
+    if (numbers) {
+      const std::optional<double> value = ReadNumber(node[i], item_path, rule);
+      if (value) reflection.AddDouble(message, &field, *value);
+      continue;
+    }
     // A wrong item keeps its place: what follows it is told of with the index it has in the file.
     values.push_back(ReadText(node[i], item_path).value_or(""));
   }
-  const Reflection& reflection = *message->GetReflection();
-  reflection.ClearField(message, &field);
   for (std::string& value : values) reflection.AddString(message, &field, std::move(value));
 }
 

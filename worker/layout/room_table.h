@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "parallax/v1/scene.pb.h"
 #include "worker/layout/wish.h"
 
 namespace parallax {
@@ -46,6 +47,7 @@ struct RoomRow {
   bool one_model = false;                  // All of the group are the same model.
   double headroom_m = 0;                   // Above it, kept clear of windows and doors.
   double highest_m = 10;                   // Models that are taller are passed over.
+  double rows_m = 0;                       // kFree: side by side in rows this far apart; 0: anyhow.
   double weight = 1;                       // Loss for each one that is missing.
 
   // The words in which the tables are written.
@@ -75,6 +77,7 @@ struct RoomRow {
   RoomRow OneModel() { return one_model = true, *this; }
   RoomRow Headroom(double above_m) { return headroom_m = above_m, *this; }
   RoomRow Below(double height_m) { return highest_m = height_m, *this; }
+  RoomRow InRows(double apart_m) { return rows_m = apart_m, *this; }
   RoomRow Weight(double loss) { return weight = loss, *this; }
 
  private:
@@ -129,7 +132,11 @@ RoomTable StairsTable();
 
 // Every table in a fixed order.
 const std::vector<RoomTable>& RoomTables();
+// The tables of halls, by the kind of room. Other kinds take that of the living room.
+const std::vector<RoomTable>& HallTables();
 // nullptr for an unknown kind.
 const RoomTable* FindRoomTable(std::string_view kind);
+// The table of a room of a known kind, hall or not.
+const RoomTable& TableOf(const v1::Room& room);
 
 }  // namespace parallax

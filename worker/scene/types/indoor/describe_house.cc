@@ -45,6 +45,12 @@ SceneDescription DescribeHouse(const v1::Scene& scene) {
                                 Metres(other.origin_x_m()) + " " + Metres(other.origin_y_m()) +
                                 " " + Metres(other.floor_z_m()));
   }
+  if (house.has_landscape()) {
+    const v1::Terrain& land = house.landscape();
+    description.lines.push_back("  around it: " + land.biome() + " in " + land.season() + ", " +
+                                std::to_string(land.instances()) + " things, clearing " +
+                                Metres(land.plot().clearing_m()) + " m");
+  }
   description.plan = PlanOf(first);
   return description;
 }

@@ -10,9 +10,13 @@
 #include "worker/scene/own_furniture.h"
 #include "worker/scene/rigs/best_spread.h"
 #include "worker/scene/types/indoor/house_materials.h"
+#include "worker/scene/types/indoor/landscape.h"
 
 namespace parallax {
 namespace {
+
+constexpr uint32_t kMostFloating = 1000;  // More than floating.count may be.
+constexpr double kViewOut_m = 9;          // What a landscape counts as where rigs are chosen.
 
 // The box that stands for a small thing of another room: nothing comes near it.
 Mesh MeshOfBox(const Box3f& box) {
@@ -95,6 +99,7 @@ absl::Status PlaceHouseRigs(const v1::SceneConfig& config, const CancelToken& ca
   RETURN_IF_ERROR(PutOwnFurniture(config.assets(), scene));
   RETURN_IF_ERROR(MakeSolid(scene));
   RETURN_IF_ERROR(Stop(cancel));
+  if (StandsInLandscape(config.room(), scene.seed)) scene.view_out_m = kViewOut_m;
   BestSpreadRigs(config.rigs(), scene);
   return Stop(cancel);
 }
@@ -122,7 +127,10 @@ absl::Status DressHouse(const v1::SceneConfig& config, const CancelToken& cancel
   if (house.ceiling_removed()) {
     RemoveObjects([&](const auto& object) { return GoesWithTheCeiling(house, object); }, recipe);
   }
-  return absl::OkStatus();
+  if (!StandsInLandscape(config.room(), scene.seed)) return absl::OkStatus();
+  RETURN_IF_ERROR(Stop(cancel));
+  // Behind whatever floats, so that it has the same indices with and without it.
+  return AddLandscape(next_index + kMostFloating, scene);
 }
 
 }  // namespace parallax

@@ -8,7 +8,8 @@
 namespace parallax {
 
 // Bounds are the first room; every room is an enclosure, with its windows, passages and doors for
-// portals, and the open top where the ceiling is removed. Rooms without a size are left out.
+// portals, and the open top where the ceiling is removed. Rooms without a size are left out. A
+// landscape's ground reaches the horizon.
 Surroundings HouseSurroundings(const v1::Place& place);
 
 // Its rooms in words, and the first room's plan.

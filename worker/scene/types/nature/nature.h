@@ -19,6 +19,18 @@ absl::Status PlaceWalkRigs(const v1::SceneConfig& config, const CancelToken& can
 absl::Status DressLand(const v1::SceneConfig& config, const CancelToken& cancel,
                        SceneInProgress& scene);
 SceneDescription DescribeLand(const v1::Scene& scene);
+
+// A land as it stands in a recipe, of landscapes and of houses in one. `views`: the rigs that see
+// it. Its ground's mesh, the slots of which are its rules. Errors: as ExpandTerrain.
+absl::StatusOr<Mesh> GroundPart(const v1::Terrain& land,
+                                const google::protobuf::RepeatedPtrField<v1::Rig>& views);
+// Adds its instances to `geometry`, which has the recipe's materials. Errors: kInternal when the
+// expansion's hash is not the recipe's; kInvalidArgument for missing materials; as ExpandTerrain.
+absl::Status GrowLand(const v1::Terrain& land,
+                      const google::protobuf::RepeatedPtrField<v1::Rig>& views,
+                      SceneGeometry& geometry);
+// SceneType::grown.
+std::optional<v1::SceneObject> GrownThing(const v1::Terrain& land, uint32_t index);
 std::vector<std::string> DescribeMap(const v1::Scene& scene);
 
 // Index of the ground among a landscape's objects. Then its other parts, as water; layers are

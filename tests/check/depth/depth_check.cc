@@ -57,9 +57,10 @@ v1::Rig Coarse(v1::Rig rig) {
 
 absl::Status AddView(const RenderScene& scene, const v1::Rig& full, Figures& figures) {
   const v1::Rig rig = Coarse(full);
+  ASSIGN_OR_RETURN(const StereoCamera camera, StereoCamera::FromRig(rig));
   View view;
-  RETURN_IF_ERROR(TraceGroundTruth(scene, PinholeCamera::OfRig(rig, 0), rig.baseline_m(),
-                                   CancelToken(), &view));
+  RETURN_IF_ERROR(
+      TraceGroundTruth(scene, camera.eyes[0], rig.baseline_m(), CancelToken(), &view));
   for (int y = 0; y < rig.height_px(); ++y) {
     for (int x = 0; x < rig.width_px(); ++x) {
       ++figures.pixels;

@@ -37,7 +37,7 @@ SceneDescription DescribeHouse(const v1::Scene& scene) {
   const v1::Room& first = house.rooms(0);
   description.kind = first.kind();
   if (!(first.width_m() > 0 && first.depth_m() > 0)) return description;
-  description.lines.push_back(first.kind() + " " + SizeText(first) +
+  description.lines.push_back(first.kind() + (first.hall() ? ", a hall, " : " ") + SizeText(first) +
                               (house.ceiling_removed() ? ", ceiling removed" : ""));
   for (int i = 1; i < house.rooms_size(); ++i) {
     const v1::Room& other = house.rooms(i);

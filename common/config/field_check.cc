@@ -166,8 +166,7 @@ void CheckNumbers(const Message& message, const std::string& path, const FieldDe
     return;
   }
   for (int i = 0; i < size; ++i) {
-    std::string why =
-        WhyNotNumber(reflection.GetRepeatedDouble(message, &field, i), RuleOf(field));
+    std::string why = WhyNotNumber(reflection.GetRepeatedDouble(message, &field, i), RuleOf(field));
     if (!why.empty()) findings->push_back({path + "[" + std::to_string(i) + "]", std::move(why)});
   }
 }

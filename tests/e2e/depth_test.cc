@@ -1,4 +1,5 @@
-// `parallax run`, `verify` and `scene show` of halls, open plans, houses in a landscape and streets.
+// `parallax run`, `verify` and `scene show` of halls, open plans, houses in a landscape and
+// streets.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>

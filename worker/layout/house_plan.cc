@@ -21,7 +21,7 @@ constexpr int kPlans = 4;                // Tries until every room can be reache
 constexpr double kCeilingSlab_m = 0.45;  // Between two storeys.
 constexpr double kLanding_m = 1.25;
 constexpr double kBesideHall_m = 2.8;  // Height of rooms.
-constexpr int kHallWindows = 3;  // For each window of a room.
+constexpr int kHallWindows = 3;        // For each window of a room.
 constexpr double kRise_m = 0.178, kRun_m = 0.25, kFlight_m = 0.86;
 
 struct KindGoal {
@@ -138,8 +138,8 @@ class HouseBuilder {
     first.depth = main.depth_m() + wall_m_;
     first.fixed_size = true;
     std::vector<Cell> cells = {first};
-    const bool two = count >= 5 && !main.hall() &&
-                     root_.Child("storeys").Bernoulli(config_.two_storeys_p());
+    const bool two =
+        count >= 5 && !main.hall() && root_.Child("storeys").Bernoulli(config_.two_storeys_p());
     if (two) {
       stairs_ = DrawStairs(storey_m_, root_.Child("stairs"));
       Cell stairs;

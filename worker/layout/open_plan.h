@@ -1,5 +1,5 @@
-// Doorways that show the next room: wide passages of open plans, doors that stand wide open. Private
-// to worker/layout.
+// Doorways that show the next room: wide passages of open plans, doors that stand wide open.
+// Private to worker/layout.
 #pragma once
 
 #include "common/base/rng.h"

@@ -59,8 +59,7 @@ absl::Status AddView(const RenderScene& scene, const v1::Rig& full, Figures& fig
   const v1::Rig rig = Coarse(full);
   ASSIGN_OR_RETURN(const StereoCamera camera, StereoCamera::FromRig(rig));
   View view;
-  RETURN_IF_ERROR(
-      TraceGroundTruth(scene, camera.eyes[0], rig.baseline_m(), CancelToken(), &view));
+  RETURN_IF_ERROR(TraceGroundTruth(scene, camera.eyes[0], rig.baseline_m(), CancelToken(), &view));
   for (int y = 0; y < rig.height_px(); ++y) {
     for (int x = 0; x < rig.width_px(); ++x) {
       ++figures.pixels;
@@ -108,8 +107,8 @@ absl::Status AddScene(const Options& options, const v1::SceneConfig& config, uin
 
 double Quantile(std::vector<float>& values, double share) {
   if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(
-                                       share * static_cast<double>(values.size() - 1));
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return double{*at};
 }
@@ -121,8 +120,11 @@ double ShareBelow(const std::vector<float>& values, double limit) {
 }
 
 void Print(const Options& options, const std::string& name, Figures& f) {
-  nlohmann::ordered_json line = {{"check", "depth"}, {"variant", name}, {"scenes", f.scenes},
-                                 {"views", f.views}, {"rejected", f.rejected}};
+  nlohmann::ordered_json line = {{"check", "depth"},
+                                 {"variant", name},
+                                 {"scenes", f.scenes},
+                                 {"views", f.views},
+                                 {"rejected", f.rejected}};
   std::string row = "| " + name;
   char text[48];
   const auto add = [&](const char* key, const char* format, double value) {
@@ -153,16 +155,17 @@ void Print(const Options& options, const std::string& name, Figures& f) {
 absl::Status Run(const Options& options) {
   ASSIGN_OR_RETURN(const v1::StudySpec study, LoadStudy(options.study));
   if (!options.json) {
-    std::cout << "| variant | < 4 px, % | < 8 | < 15 | < 30 | < 60 | < 120 | disparity Q1, px | "
-                 "median | Q3 | depth Q1, m | median | Q3 | sky, % | solve, s | build, s | "
-                 "objects |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+    std::cout
+        << "| variant | < 4 px, % | < 8 | < 15 | < 30 | < 60 | < 120 | disparity Q1, px | "
+           "median | Q3 | depth Q1, m | median | Q3 | sky, % | solve, s | build, s | "
+           "objects |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   }
   for (const v1::VariantSpec& variant : study.variants()) {
     if (!options.only.empty() && variant.name() != options.only) continue;
     Figures figures;
     for (int i = 0; i < options.scenes; ++i) {
-      RETURN_IF_ERROR(AddScene(options, variant.config(),
-                               options.first + static_cast<uint64_t>(i), figures));
+      RETURN_IF_ERROR(
+          AddScene(options, variant.config(), options.first + static_cast<uint64_t>(i), figures));
     }
     Print(options, variant.name(), figures);
   }

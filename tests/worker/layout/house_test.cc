@@ -128,10 +128,9 @@ TEST(House, OpenDoorsStandWideOpenIntoTheOtherRoom) {
   for (uint64_t seed = 0; seed < 6; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     v1::RoomConfig config = ConfigOf(4, 0);
-    ForEachDoorway(*DrawHouse(config, SceneSeed{seed}),
-                   [](const v1::Room&, const v1::Opening& o, const v1::Room&) {
-                     EXPECT_EQ(o.open_rad(), 0);
-                   });
+    ForEachDoorway(
+        *DrawHouse(config, SceneSeed{seed}),
+        [](const v1::Room&, const v1::Opening& o, const v1::Room&) { EXPECT_EQ(o.open_rad(), 0); });
     config.set_open_door_p(1);
     const House house = *DrawHouse(config, SceneSeed{seed});
     ForEachDoorway(house, [&](const v1::Room& a, const v1::Opening& o, const v1::Room&) {
@@ -144,8 +143,7 @@ TEST(House, OpenDoorsStandWideOpenIntoTheOtherRoom) {
       const auto leaf = MakeRoomPart(local, "door_0");
       ASSERT_TRUE(leaf.ok()) << leaf.status();
       // It reaches out of its wall nearly as far as it is wide.
-      const Vec3f origin =
-          Vec3d(a.origin_x_m(), a.origin_y_m(), a.floor_z_m()).cast<float>();
+      const Vec3f origin = Vec3d(a.origin_x_m(), a.origin_y_m(), a.floor_z_m()).cast<float>();
       const WallFrame wall = FrameOfWall(a, o.wall());
       double out = 0;
       for (const Vec3f& p : leaf->positions) {

@@ -179,7 +179,8 @@ std::array<int, 4> ThingsByQuarter(const Solved& solved) {
   std::array<int, 4> things{};
   for (const Solid& solid : solved.solids) {
     const std::string& relation = solid.object->relation();
-    if (!solid.object->part().empty() || relation == "on_ceiling" || relation == "on_wall") continue;
+    if (!solid.object->part().empty() || relation == "on_ceiling" || relation == "on_wall")
+      continue;
     const Vec3f at = solid.box.center();
     const size_t east = double{at.x()} > room.width_m() / 2;
     const size_t north = double{at.y()} > room.depth_m() / 2;

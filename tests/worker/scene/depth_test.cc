@@ -47,15 +47,15 @@ RayScene SolidOf(const v1::Scene& scene, const v1::Keyframe* keyframe = nullptr)
   RayScene solid;
   for (int i = 0; i < scene.objects_size(); ++i) {
     const PlacedMesh& placed = geometry.meshes[static_cast<size_t>(i)];
-    solid.Add(*placed.mesh, keyframe != nullptr ? KeyframePose(*keyframe, i).Affine()
-                                                : placed.world_from_object);
+    solid.Add(*placed.mesh,
+              keyframe != nullptr ? KeyframePose(*keyframe, i).Affine() : placed.world_from_object);
   }
   solid.Commit();
   return solid;
 }
 
-// Calls visit(depth, point, body) for each probe of the rig's left view that hits something; returns
-// how many do not.
+// Calls visit(depth, point, body) for each probe of the rig's left view that hits something;
+// returns how many do not.
 int Look(const RayScene& solid, const v1::Rig& rig,
          const std::function<void(double, const Vec3d&, uint32_t)>& visit) {
   const Pose pose = FromProto(rig.world_from_left());
@@ -84,9 +84,9 @@ double SeenOfOtherRooms(const v1::SceneConfig& config) {
   for (uint64_t seed = 0; seed < 4; ++seed) {
     const v1::Scene scene = SceneOf(config, seed);
     const v1::Room& room = scene.place().house().rooms(0);
-    const Eigen::AlignedBox3d main(Vec3d::Constant(-0.3),
-                                   Vec3d(room.width_m(), room.depth_m(), room.height_m()) +
-                                       Vec3d::Constant(0.3));
+    const Eigen::AlignedBox3d main(
+        Vec3d::Constant(-0.3),
+        Vec3d(room.width_m(), room.depth_m(), room.height_m()) + Vec3d::Constant(0.3));
     const RayScene solid = SolidOf(scene);
     for (const v1::Rig& rig : scene.rigs()) {
       all += kProbesX * kProbesY;

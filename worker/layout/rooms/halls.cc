@@ -23,10 +23,8 @@ void AddWallRows(std::vector<RoomRow>& rows, int shelves) {
                      .Or(Stand::kFree)
                      .Weight(2.1));
   rows.push_back(Row("basket", {"BasketBase"}).Count(0, 2).BackToWall().Weight(0.4));
-  rows.push_back(Row("art", {"WallArt", "WallArt", "WallArt", "Mirror"})
-                     .Count(6, 12)
-                     .OnWall()
-                     .Weight(1.2));
+  rows.push_back(
+      Row("art", {"WallArt", "WallArt", "WallArt", "Mirror"}).Count(6, 12).OnWall().Weight(1.2));
 }
 
 std::vector<SmallRow> ShelvedThings() {
@@ -41,12 +39,9 @@ std::vector<SmallRow> ShelvedThings() {
 
 // Sofas with low tables before them and armchairs around those.
 void AddLoungeRows(std::vector<RoomRow>& rows, int least, int most) {
+  rows.push_back(Row("sofa", {"Sofa"}).Count(least, most).Free().Or(Stand::kBackToWall).Weight(10));
   rows.push_back(
-      Row("sofa", {"Sofa"}).Count(least, most).Free().Or(Stand::kBackToWall).Weight(10));
-  rows.push_back(Row("coffee table", {"CoffeeTable"})
-                     .Count(least, most)
-                     .InFront("sofa", 0.3, 0.5)
-                     .Weight(5));
+      Row("coffee table", {"CoffeeTable"}).Count(least, most).InFront("sofa", 0.3, 0.5).Weight(5));
   rows.push_back(Row("rug", {"Rug"}).Count(least, most).Under("coffee table").Weight(2));
   rows.push_back(Row("armchair", {"ArmChair"})
                      .Count(least, 2 * most)
@@ -101,10 +96,10 @@ RoomTable DiningHall() {
   AddTableRows(table.rows, 5, 9);
   AddLoungeRows(table.rows, 0, 1);
   AddWallRows(table.rows, 3);
-  table.small = {{"table", {"Bowl", "FruitContainer", "PlantContainer", "Vase"}, 1, 1,
-                  Spread::kCentre},
-                 {"table", {"Plate"}, 0, 6, Spread::kSettings},
-                 {"table", {"Cup", "Bottle", "Bowl", "Jar"}, 1, 3}};
+  table.small = {
+      {"table", {"Bowl", "FruitContainer", "PlantContainer", "Vase"}, 1, 1, Spread::kCentre},
+      {"table", {"Plate"}, 0, 6, Spread::kSettings},
+      {"table", {"Cup", "Bottle", "Bowl", "Jar"}, 1, 3}};
   Append(table.small, ShelvedThings());
   table.wishes = {EvenlyAround("chair").Weight(0.5), NotBeforeWindow("shelf").Weight(0.6)};
   return table;
@@ -126,11 +121,9 @@ RoomTable OpenOffice() {
   AddTableRows(table.rows, 1, 1);
   AddLoungeRows(table.rows, 0, 1);
   AddWallRows(table.rows, 4);
-  table.small = {{"desk",
-                  {"Book", "BookStack", "Cup", "BookColumn", "PlantContainer", "Can", "Bottle"},
-                  2,
-                  5},
-                 {"table", {"Cup", "Book", "Bottle", "PlantContainer", "Vase"}, 1, 4}};
+  table.small = {
+      {"desk", {"Book", "BookStack", "Cup", "BookColumn", "PlantContainer", "Can", "Bottle"}, 2, 5},
+      {"table", {"Cup", "Book", "Bottle", "PlantContainer", "Vase"}, 1, 4}};
   Append(table.small, ShelvedThings());
   table.wishes = {EvenlyAround("chair").Weight(0.5), NotBeforeWindow("shelf").Weight(0.6)};
   return table;

@@ -15,12 +15,12 @@ namespace {
 constexpr double kStreetDegree = std::numbers::pi / 180;
 constexpr float kStreetReach_m = 4000, kDeep_m = 1, kKerb_m = 0.14f;
 constexpr double kLook_rad = 6 * kStreetDegree, kMostLook_rad = 14 * kStreetDegree;
-constexpr double kLane_m = 0.9;         // Eyes keep this far from the walks.
-constexpr double kClear_m = 0.5;        // And so far from things.
-constexpr double kClearSizes = 0.3;     // Large things stay farther away.
+constexpr double kLane_m = 0.9;      // Eyes keep this far from the walks.
+constexpr double kClear_m = 0.5;     // And so far from things.
+constexpr double kClearSizes = 0.3;  // Large things stay farther away.
 constexpr double kOnRoad_p = 0.06, kOnRoadFrom_m = 7;
 constexpr double kInAir_p = 0.22, kHighest_m = 9;
-constexpr double kBeside_m = 45;        // How far from the walks the last row stands.
+constexpr double kBeside_m = 45;  // How far from the walks the last row stands.
 constexpr double kFarAway_m = 600;
 
 void AddBox(const Vec3f& low, const Vec3f& high, uint16_t slot, Mesh& mesh) {
@@ -49,8 +49,7 @@ void AddBox(const Vec3f& low, const Vec3f& high, uint16_t slot, Mesh& mesh) {
 
 // Half of the extent in the world, by axes.
 Vec3d HalfExtent(const Box3f& bounds, const Eigen::Quaterniond& rotation, double scale) {
-  return 0.5 * scale *
-         (rotation.toRotationMatrix().cwiseAbs() * bounds.diagonal().cast<double>());
+  return 0.5 * scale * (rotation.toRotationMatrix().cwiseAbs() * bounds.diagonal().cast<double>());
 }
 
 double ScaleFor(const Box3f& bounds, double size_m) {
@@ -77,8 +76,8 @@ v1::Street DrawStreet(const Rng& root) {
 
 Mesh MakeStreet(const v1::Street& street) {
   Mesh mesh;
-  mesh.slots = {{"road", {"concrete"}}, {"kerb", {"stone"}}, {"walk", {"concrete"}},
-                {"ground", {"soil"}}};
+  mesh.slots = {
+      {"road", {"concrete"}}, {"kerb", {"stone"}}, {"walk", {"concrete"}}, {"ground", {"soil"}}};
   const auto road = static_cast<float>(0.5 * street.width_m());
   const auto walk = static_cast<float>(street.walk_m()), up = static_cast<float>(street.kerb_m());
   const auto strip = [&](float from, float to, float top, uint16_t slot) {
@@ -175,9 +174,8 @@ Pose StreetPlacer::FarAway(const Box3f& bounds, double size_m, size_t number) co
 bool StreetPlacer::ClearOfEyes(const Box3f& bounds, const Pose& pose) const {
   const Pose object_from_world = pose.Inverse();
   const Eigen::AlignedBox3d box(bounds.min().cast<double>(), bounds.max().cast<double>());
-  const double clear =
-      std::max({kClear_m, config_.rigs().min_distance_m(),
-                kClearSizes * pose.scale * double{bounds.diagonal().maxCoeff()}});
+  const double clear = std::max({kClear_m, config_.rigs().min_distance_m(),
+                                 kClearSizes * pose.scale * double{bounds.diagonal().maxCoeff()}});
   for (int s = 0; s <= 4; ++s) {
     const Vec3d eye = view_.eye + view_.baseline_m * s / 4 * view_.axes.col(0);
     if (pose.scale * box.exteriorDistance(object_from_world * eye) < clear) return false;

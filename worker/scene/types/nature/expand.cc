@@ -29,7 +29,7 @@ constexpr float kEyesAboveWater_m = 0.5f;
 // farther away, and the ground has fewer triangles.
 constexpr float kBehindWindows = 2.5f;
 constexpr int kTrianglesBehindWindows = 120'000;
-constexpr float kLawn_m = 0.6f;  // Nothing stands nearer to a house.
+constexpr float kLawn_m = 0.6f;           // Nothing stands nearer to a house.
 constexpr uint32_t kMostIndices = 9'000;  // A layer's; things beyond share the last.
 
 // FNV-1a over 64 bits a step.

@@ -18,7 +18,6 @@ absl::Status ChooseLandMaterials(const Rng& root, v1::Scene& recipe, v1::Terrain
 // of its layers, which follow the largest of `recipe`.
 // Errors: kResourceExhausted for more objects than indices; as ExpandTerrain.
 absl::Status CountLand(const v1::Scene& recipe,
-                       const google::protobuf::RepeatedPtrField<v1::Rig>& views,
-                       v1::Terrain& land);
+                       const google::protobuf::RepeatedPtrField<v1::Rig>& views, v1::Terrain& land);
 
 }  // namespace parallax

@@ -165,7 +165,7 @@ Pose StreetPlacer::FarAway(const Box3f& bounds, double size_m, size_t number) co
   const double scale = ScaleFor(bounds, size_m);
   const Vec3d half = HalfExtent(bounds, Eigen::Quaterniond::Identity(), scale);
   const double place = static_cast<double>(number);
-  const Vec3d middle(view_.eye.x() + ahead_ * (kFarAway_m + 20 * place),
+  const Vec3d middle(view_.eye.x() + ahead_ * (kFarAway_m + 10 * place),
                      (number % 2 == 0 ? 1 : -1) * (20 + half.y()), half.z() + 1e-3);
   return PoseAbout(middle, Eigen::Quaterniond::Identity(), scale, bounds);
 }

@@ -25,6 +25,7 @@ void MakeCoarse(TerrainSpec& spec) {
   spec.site_m = 768;
   spec.site_samples = 257;
   spec.rain.droplets /= 12;
+  spec.water.reset();
 }
 
 // What is small is seen near windows only; trees end where hills take over.

@@ -1,7 +1,7 @@
 // How deep the scenes of a study's variants are: shares of disparities, quartiles of disparity and
-// depth, and what solving and building cost. From exact first hits; renders nothing.
-//   depth_check depth [--scenes 6] [--rigs 10] [--only halls] [--json]
-// Prints a table in Markdown, or one JSON line a variant.
+// depth, and what solving and building cost. From exact first hits.
+//   depth_check depth [--scenes 6] [--rigs 10] [--only halls] [--json] [--pictures DIR]
+// Prints a table in Markdown, or one JSON line a variant. --pictures renders left views, too.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
@@ -13,10 +13,12 @@
 
 #include "common/base/clock.h"
 #include "common/config/config.h"
+#include "common/image/io.h"
 #include "common/math/proto.h"
 #include "worker/render/camera.h"
 #include "worker/render/ground_truth.h"
 #include "worker/render/render_scene.h"
+#include "worker/render/renderer.h"
 #include "worker/scene/scene_geometry.h"
 #include "worker/scene/solve.h"
 
@@ -27,7 +29,7 @@ constexpr double kLimits_px[] = {4, 8, 15, 30, 60, 120};
 constexpr int kCoarser = 4;  // One pixel in so many, along both sides.
 
 struct Options {
-  std::string study = "depth", only;
+  std::string study = "depth", only, pictures;
   int scenes = 6, rigs = 10;
   uint64_t first = 1;
   bool json = false;
@@ -72,8 +74,24 @@ absl::Status AddView(const RenderScene& scene, const v1::Rig& full, Figures& fig
   return absl::OkStatus();
 }
 
-absl::Status AddScene(const Options& options, const v1::SceneConfig& config, uint64_t seed,
+// Writes the left view of each rig as DIR/<name>_<rig>.png.
+absl::Status Photograph(const Options& options, const v1::SceneConfig& config,
+                        const v1::Scene& recipe, const std::string& name) {
+  ASSIGN_OR_RETURN(SceneGeometry geometry, BuildSceneGeometry(recipe));
+  ASSIGN_OR_RETURN(const auto renderer,
+                   Renderer::Create(recipe, std::move(geometry), config.render()));
+  for (int i = 0; i < std::min(options.rigs, recipe.rigs_size()); ++i) {
+    ASSIGN_OR_RETURN(const StereoFrame frame,
+                     renderer->RenderRig(recipe.rigs(i), CancelToken(), [](double) {}));
+    const std::string file = options.pictures + "/" + name + "_" + std::to_string(i) + ".png";
+    RETURN_IF_ERROR(WritePng(file, frame.left.color));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status AddScene(const Options& options, const v1::VariantSpec& variant, uint64_t seed,
                       Figures& figures) {
+  const v1::SceneConfig& config = variant.config();
   v1::SolveJob job;
   job.set_scene_seed(seed);
   *job.mutable_config() = config;
@@ -102,7 +120,8 @@ absl::Status AddScene(const Options& options, const v1::SceneConfig& config, uin
     }
     RETURN_IF_ERROR(AddView(*scene, recipe.rigs(i), figures));
   }
-  return absl::OkStatus();
+  if (options.pictures.empty()) return absl::OkStatus();
+  return Photograph(options, config, recipe, variant.name() + "_" + std::to_string(seed));
 }
 
 double Quantile(std::vector<float>& values, double share) {
@@ -165,7 +184,7 @@ absl::Status Run(const Options& options) {
     Figures figures;
     for (int i = 0; i < options.scenes; ++i) {
       RETURN_IF_ERROR(
-          AddScene(options, variant.config(), options.first + static_cast<uint64_t>(i), figures));
+          AddScene(options, variant, options.first + static_cast<uint64_t>(i), figures));
     }
     Print(options, variant.name(), figures);
   }
@@ -183,6 +202,7 @@ int main(int argc, char** argv) {
   app.add_option("--rigs", options.rigs, "Of each scene, at most");
   app.add_option("--first", options.first, "Seed of the first scene");
   app.add_option("--only", options.only, "This variant alone");
+  app.add_option("--pictures", options.pictures, "An existing folder for rendered left views");
   app.add_flag("--json", options.json, "A JSON line a variant");
   CLI11_PARSE(app, argc, argv);
   const absl::Status status = parallax::Run(options);

@@ -20,7 +20,7 @@ constexpr double kClear_m = 0.5;     // And so far from things.
 constexpr double kClearSizes = 0.3;  // Large things stay farther away.
 constexpr double kOnRoad_p = 0.06, kOnRoadFrom_m = 7;
 constexpr double kInAir_p = 0.22, kHighest_m = 9;
-constexpr double kBeside_m = 45;  // How far from the walks the last row stands.
+constexpr double kBeside_m = 28;  // How far from the walks the last row stands.
 constexpr double kFarAway_m = 600;
 
 void AddBox(const Vec3f& low, const Vec3f& high, uint16_t slot, Mesh& mesh) {

@@ -14,8 +14,8 @@ namespace {
 // Lands that people build in, those without water: a plot knows nothing of its level.
 const std::vector<const Biome*>& BuildingLands() {
   static const auto& lands =
-      *new std::vector<const Biome*>{&kPlain,    &kPlain,    &kPlain,  &kForest,       &kForest,
-                                     &kMountain, &kMountain, &kDesert, &kSnowyMountain};
+      *new std::vector<const Biome*>{&kPlain,  &kPlain,  &kPlain,    &kPlain,        &kForest,
+                                     &kForest, &kDesert, &kMountain, &kSnowyMountain};
   return lands;
 }
 

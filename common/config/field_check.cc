@@ -245,6 +245,12 @@ void CheckConfig(const v1::SceneConfig& config, const std::string& path, Finding
   if (findings->size() > before) return;  // Each number by itself first.
   CheckSensor(config, path, findings);
   CheckSequences(config, path, findings);
+  if (config.floating().placement() == v1::FloatingConfig::PLACEMENT_STREET &&
+      config.type() != v1::SCENE_TYPE_DENSE) {
+    findings->push_back({Dotted(path, "floating.placement"),
+                         "street, but that is for scenes of type dense; allowed here are box and "
+                         "view"});
+  }
   const v1::RigConfig& rigs = config.rigs();
   const int64_t pixels = int64_t{rigs.width_px()} * rigs.height_px();
   if (pixels > kMaxPixels) {

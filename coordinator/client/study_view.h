@@ -29,6 +29,8 @@ int64_t JobsInState(const v1::StudyStatus& study, const std::string& state);
 
 // "train: 2 done, 1 running, 3 to come", for each kind of job without scenes that the study has.
 std::vector<std::string> OtherJobLines(const v1::StudyStatus& study);
+// The limit of an unfinished study, and the one that holds it back now.
+std::vector<std::string> LimitLines(const v1::StudyStatus& study);
 
 bool IsFinished(v1::StudyState state);
 std::string StateName(v1::StudyState state);  // "running"

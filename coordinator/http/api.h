@@ -57,5 +57,9 @@ absl::StatusOr<int64_t> NumberIn(const WebRequest& request, const std::string& n
 // A text of the JSON body; empty when it isn't there. Errors: kInvalidArgument for a body that is
 // no object or a value that is no plain text of at most `most` bytes.
 absl::StatusOr<std::string> TextIn(const WebRequest& request, const std::string& name, size_t most);
+// A whole number of the JSON body, which must be there. Errors: kInvalidArgument for a body that is
+// no object or a number outside of [least, most].
+absl::StatusOr<int64_t> WholeNumberIn(const WebRequest& request, const std::string& name,
+                                      int64_t least, int64_t most);
 
 }  // namespace parallax

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "coordinator/http/history.h"
+#include "coordinator/queue/farm_history.h"
 #include "coordinator/http/status_snapshot.h"
 #include "coordinator/queue/page_reader.h"
 
@@ -24,6 +24,7 @@ Json WorkersJson(const std::vector<v1::WorkerStatus>& workers);
 // `eta_s` < 0: unknown.
 Json StudyLineJson(const v1::StudyStatus& study, double eta_s);
 Json StudyJson(const v1::StudyStatus& study, double eta_s, const std::vector<ProblemCause>& causes);
+Json UsersJson(const std::vector<v1::UserStatus>& users);
 Json JobLineJson(const v1::JobStatus& job);
 Json JobJson(const JobDetail& job);
 Json PairLineJson(const PublishedPair& pair);

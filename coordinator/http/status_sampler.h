@@ -13,7 +13,7 @@
 #include "common/base/clock.h"
 #include "common/base/rate_estimator.h"
 #include "common/base/status.h"
-#include "coordinator/http/history.h"
+#include "coordinator/queue/farm_history.h"
 #include "coordinator/http/status_snapshot.h"
 
 namespace parallax {
@@ -25,6 +25,7 @@ class StatusSampler {
                 const CoordinatorServer& server);
   ~StatusSampler();  // Stop().
 
+  // Goes on with the history that the database has kept.
   void Start();
   void Stop();  // Idempotent.
 
@@ -38,6 +39,7 @@ class StatusSampler {
   absl::StatusOr<StatusSnapshot> Read();
   void NoteEtas(StatusSnapshot& fresh);
   void NoteHistory(const StatusSnapshot& fresh);
+  void RecallHistory();
   void Loop();
 
   const std::string store_uri_;

@@ -21,7 +21,7 @@ namespace parallax {
 inline constexpr std::array kFailPointCommands = {
     "submit", "cancel",     "pause",         "resume",      "retry", "lease",  "complete",
     "fail",   "hand_back",  "adopt",         "worker_lost", "tick",  "expand", "settle",
-    "commit", "checkpoint", "forget_litter", "drain",       "forget"};
+    "commit", "checkpoint", "forget_litter", "drain",       "forget", "limit", "history"};
 
 // One queue's points. Used by its writing thread only; arm before the queue opens.
 class FailPoint {

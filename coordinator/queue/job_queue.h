@@ -31,7 +31,9 @@
 #include "common/base/ids.h"
 #include "common/base/status.h"
 #include "common/base/version.h"
+#include "common/config/limit_rules.h"
 #include "coordinator/queue/fail_point.h"
+#include "coordinator/queue/farm_history.h"
 #include "coordinator/queue/job_kind.h"
 #include "coordinator/queue/policy.h"
 #include "parallax/v1/service.pb.h"
@@ -62,6 +64,7 @@ struct JobQueueOptions {
   // Kinds of jobs. Must outlive the queue; a database with jobs of others is refused.
   const KindRegistry* kinds = &KindRegistry::Builtin();
   RetryPolicy retry;
+  LimitRules limits;  // Of users. Another set than at the last start stands in the audit table.
   // Jobs of studies that finished so long ago go to the archive: still listed,
   // their results still reused, but not retried. 0: never.
   double archive_after_s = 30 * 86400.0;
@@ -164,7 +167,7 @@ class JobQueue {
   // ---- Clients. `actor` goes to the audit table. ------------------------------------------------
   // O(variants) whatever the number of pairs. The same idempotency key again returns the first
   // study. Errors: kInvalidArgument for a bad spec; kAlreadyExists for a used key with another
-  // study.
+  // study; kFailedPrecondition for more than the user's limits allow, naming the limit.
   absl::StatusOr<v1::SubmitReply> Submit(const v1::SubmitRequest& request, std::string_view actor);
   // All unfinished jobs become CANCELLED, running attempts are told to stop. Again: no effect.
   // kNotFound.
@@ -172,9 +175,13 @@ class JobQueue {
   // No new leases; what runs goes on.
   absl::Status Pause(StudyId study, std::string_view reason, std::string_view actor);
   absl::Status Resume(StudyId study, std::string_view reason, std::string_view actor);
+  // At most so many of its jobs are leased at a time from now on, 0: no limit of its own. What runs
+  // goes on.
+  absl::Status SetMaxRunning(StudyId study, int64_t max_running, std::string_view reason,
+                             std::string_view actor);
   // Failed and quarantined jobs get a new generation as far as pairs are missing (a scene that was
   // already replaced isn't made again), and variants that gave up go on. Returns the new jobs.
-  // kFailedPrecondition if cancelled.
+  // kFailedPrecondition if cancelled, or if the user's limits allow no other unfinished study.
   absl::StatusOr<int64_t> Retry(StudyId study, std::string_view actor);
 
   // Removes a study that has ended for good: its jobs, and what it made and no other study uses. It
@@ -231,7 +238,9 @@ class JobQueue {
   absl::StatusOr<v1::StudyStatus> GetStudy(StudyId study);  // With spec.
   // Newest first; with `before` only those with smaller ids.
   absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before = 0);
-  // `state` empty: all but SUCCEEDED ones first by id. limit <= 10,000.
+  // `state` empty: jobs that need a look first, then by progress. A page goes on behind the last
+  // job of the one before (after_job, after_state). limit <= 10,000. kNotFound for an after_job that
+  // there is not.
   absl::StatusOr<std::vector<v1::JobStatus>> ListJobs(const v1::ListJobsRequest& request);
   // A job with all its attempts, the newest first. kNotFound.
   absl::StatusOr<v1::ListAttemptsReply> ListAttempts(int64_t job);
@@ -244,12 +253,21 @@ class JobQueue {
   absl::StatusOr<v1::Scene> GetScene(const v1::GetSceneRequest& request);
   // The newest first. limit <= 10,000, 0 = 100.
   absl::StatusOr<std::vector<v1::AuditEntry>> ListAudit(const v1::ListAuditRequest& request);
+  // Users with unfinished studies and those that have rows of their own in the limits, by name.
+  absl::StatusOr<std::vector<v1::UserStatus>> ListUsers();
   // The actor of the study's submit. kNotFound.
   absl::StatusOr<std::string> SubmitterOf(StudyId study);
 
   // At most 1,000 leased jobs that tell figures of themselves, by id.
   absl::StatusOr<std::vector<RunningJob>> ListRunning();
   JobQueueStats Stats() const;
+
+  // ---- The farm's figures over time -----------------------------------------------------------
+  // Keeps a sample, at the latest with the next commit; does not wait for it. Samples of the last
+  // two days are kept.
+  void KeepSample(const HistorySample& sample);
+  // Samples since then, the oldest first.
+  absl::StatusOr<std::vector<HistorySample>> ListSamples(double since_unix_s);
 
   // ---- Litter: folders of the store that no result names or ever will -------------------------
   // Paths in the store that became litter at least `older_than_s` ago, the oldest first.

@@ -171,6 +171,12 @@ absl::Status CheckStudyChange(const v1::StudyRequest& request) {
   return CheckPlainText("reason", request.reason(), kMaxReasonBytes);
 }
 
+absl::Status CheckSetMaxRunning(const v1::SetMaxRunningRequest& request) {
+  RETURN_IF_ERROR(CheckStudyId(request.study_id()));
+  RETURN_IF_ERROR(CheckRange("max_running", request.max_running(), 0, kMostRunning));
+  return CheckPlainText("reason", request.reason(), kMaxReasonBytes);
+}
+
 absl::Status CheckJobId(int64_t job_id) {
   if (job_id > 0) return absl::OkStatus();
   return Bad("job id " + std::to_string(job_id) + ": ids start at 1");

@@ -74,6 +74,11 @@ void RegisterSubmit(Registry& registry) {
       ->type_name("NAME");
   command->add_option("--priority", options->study.priority,
                       "Higher goes first (default: the study's own)");
+  command
+      ->add_option("--max-running", options->study.max_running,
+                   "At most so many of its jobs run at a time; `parallax limits` changes it later\n"
+                   "(default: the study's own; 0: as many as there are workers)")
+      ->type_name("N");
   command->add_flag("--again", options->again, "Submit although the same study is there already");
   command->group(kCoordinatorCommands);
   registry.AddConnectionOptions(command);

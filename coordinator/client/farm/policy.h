@@ -43,8 +43,8 @@ struct FarmDecision {
   std::vector<std::string> cancel;  // Pilots that still wait, the newest first.
 };
 
-// Jobs of running studies that wait for a slot or have one. Jobs that wait for other jobs are no
-// demand, and paused studies have none.
+// Jobs of running studies that wait for a slot or have one. Jobs that wait for other jobs, or
+// that limits hold back, are no demand, and paused studies have none.
 Demand DemandOf(const std::vector<v1::StudyStatus>& studies);
 
 // Slots of connected workers whose names do not begin with `pilot_prefix`; those that drain take no

@@ -1,5 +1,6 @@
-// How the farm did over the last day: a sample a minute in a ring, for the page's charts. In
-// memory; a restart begins anew. Not thread-safe.
+// How the farm did over the last day: a sample a minute in a ring, for the page's charts. The
+// database keeps them too (JobQueue::KeepSample), so that a restart goes on with them. Not
+// thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -19,14 +20,16 @@ class History {
   static constexpr double kEvery_s = 60;
   static constexpr size_t kMost = 24 * 60;
 
-  // A sample within a minute of the last one kept replaces nothing and is dropped.
-  void Add(const HistorySample& sample) {
+  // A sample within a minute of the last one kept replaces nothing and is dropped. True if it is
+  // kept.
+  bool Add(const HistorySample& sample) {
     if (!samples_.empty() && sample.unix_s < samples_.back().unix_s + kEvery_s &&
         sample.unix_s >= samples_.back().unix_s) {
-      return;
+      return false;
     }
     samples_.push_back(sample);
     if (samples_.size() > kMost) samples_.pop_front();
+    return true;
   }
   const std::deque<HistorySample>& samples() const { return samples_; }  // The oldest first.
 

@@ -1,5 +1,6 @@
 // Frames that an attempt at a render job has finished, noted where the next attempt finds them: a
-// killed worker costs the pair at hand and not all of its job.
+// killed worker costs the pair at hand and not all of its job. The notes stay when the job is done:
+// the coordinator removes them once it has the result.
 //
 //   <attempt's folder>/003/...           the frame, whole and durable
 //                      finished/003.pb   its FrameResult, written after that
@@ -37,8 +38,6 @@ class FinishedFrames {
   // Whether the frame is in the store already, although the folder is a staging folder.
   bool IsSent(uint32_t rig) const { return sent_.count(rig) > 0; }
 
-  // The job is done, so that nobody goes on from here: removes the notes. Best effort.
-  void RemoveNotes();
   // The attempt ends without result: removes what it has begun here and not noted. Best effort.
   void RemoveUnfinished();
 

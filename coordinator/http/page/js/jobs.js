@@ -35,7 +35,8 @@ export function Jobs({ numbers: [id], query }) {
     .reduce((sum, v) => sum + Object.values(v.jobs).reduce((t, states) => t + (states[s] || 0), 0), 0)]));
   const total = state ? there[state] : Object.values(there).reduce((a, b) => a + b, 0);
   // A job that has changed its state meanwhile is in two pages.
-  const rows = [...new Map([...behind.jobs, ...(jobs.data?.jobs || [])].reverse().map((job) => [job.id, job])).values()];
+  const seen = new Set();
+  const rows = [...(jobs.data?.jobs || []), ...behind.jobs].filter((job) => !seen.has(job.id) && seen.add(job.id));
   return html`<${Head} trail=${[["Farm", "#/"], [name, `#/study/${id}`]]} title="Jobs" />
     <nav class="chips" aria-label="State">
       <a class="chip" href="#/study/${id}/jobs" aria-current=${state === "" ? "true" : null}>all</a>

@@ -421,7 +421,7 @@ absl::StatusOr<v1::Scene> JobQueue::GetScene(const v1::GetSceneRequest& request)
   return impl_->readers_->GetScene(request);
 }
 
-// ---- The farm's figures over time ---------------------------------------------------------------
+// ---- The farm's figures over time
 void JobQueue::KeepSample(const HistorySample& sample) {
   Impl* impl = impl_.get();
   impl_->writer_->Enqueue(

@@ -262,7 +262,7 @@ class JobQueue {
   absl::StatusOr<std::vector<RunningJob>> ListRunning();
   JobQueueStats Stats() const;
 
-  // ---- The farm's figures over time -----------------------------------------------------------
+  // ---- The farm's figures over time
   // Keeps a sample, at the latest with the next commit; does not wait for it. Samples of the last
   // two days are kept.
   void KeepSample(const HistorySample& sample);

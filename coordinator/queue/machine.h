@@ -87,6 +87,7 @@ class Machine final : private WorkDesk {
   absl::Status Cancel(int64_t study, std::string_view reason, std::string_view actor);
   absl::Status SetPaused(int64_t study, bool paused, std::string_view reason,
                          std::string_view actor);
+  // Errors: kNotFound; the database's.
   absl::Status SetMaxRunning(int64_t study, int64_t max_running, std::string_view reason,
                              std::string_view actor);
   absl::StatusOr<int64_t> Retry(int64_t study, std::string_view actor);
@@ -114,7 +115,7 @@ class Machine final : private WorkDesk {
   // These leases were not heard of in time.
   absl::Status Expire(const std::vector<LeaseRef>& leases);
   // One more sample of the farm's figures. Those that are older than two days go, and those from a
-  // future that the clock was set back from.
+  // future that the clock was set back from. Errors: the database's.
   absl::Status KeepSample(const HistorySample& sample);
   // Ends back-offs that are due.
   absl::Status WakeRetries();

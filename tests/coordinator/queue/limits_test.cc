@@ -64,7 +64,7 @@ class ReadyCounter final : public JobQueueObserver {
 };
 
 TEST_F(Limits, AStudyNeverHasMoreRunningJobsThanItAskedForAndOthersGoOn) {
-  const StudyId limited = IdOf(SubmitAs(kAda, {.name = "limited", .pairs = 20, .seed = 1}, 2));
+  const StudyId limited = IdOf(SubmitAs(kAda, {.name = "limited", .seed = 1, .pairs = 20}, 2));
   const StudyId other = IdOf(SubmitAs(kBob, {.name = "other", .seed = 2, .pairs = 20}));
   const auto leases = Lease(AnyWorker("w"), 7);
   EXPECT_THAT(leases, SizeIs(7));

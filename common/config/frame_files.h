@@ -17,9 +17,6 @@ inline constexpr char kSensorVersion[] = "1";
 inline constexpr const char* kLinearFiles[2] = {"hdr_left.exr", "hdr_right.exr"};
 inline constexpr float kMostLight = 60000;
 
-// Folder of an attempt that has, until the job is done, a note for each frame that is whole.
-inline constexpr char kFrameNotes[] = "finished";
-
 // Names of the files of one frame, sorted: both images, frame.json, and each map that `render` asks
 // for, of both eyes ("depth_left.exr"). Maps that there aren't are left out; the config's own check
 // refuses them.

@@ -4,7 +4,6 @@
 
 #include "common/base/file.h"
 #include "common/base/names.h"
-#include "common/config/limits.h"
 #include "common/config/yaml_reader.h"
 
 namespace parallax {

@@ -24,6 +24,7 @@
 namespace parallax {
 
 inline constexpr char kLocalUser[] = "local";
+inline constexpr int kMostRunning = 1'000'000;  // The highest limit that a study may have.
 
 // 0: no limit.
 struct UserLimits {

@@ -15,7 +15,6 @@ inline constexpr int64_t kMaxPairs = 100'000'000;  // Pairs of one variant.
 inline constexpr int kMaxRigsPerScene = 1000;
 inline constexpr int kMaxPriority = 1000;  // And as much below 0.
 inline constexpr int64_t kMaxMemoryMb = int64_t{1} << 30;
-inline constexpr int kMostRunning = 1'000'000;  // The highest max_running.
 inline constexpr int kMaxTags = 64;
 inline constexpr int kMaxSlots = 1024;
 inline constexpr int64_t kMaxCores = 1 << 20;

@@ -106,8 +106,8 @@ class StudyLoader {
  private:
   void ReadRoot(const YAML::Node& root) {
     static const std::vector<std::string> kKnown = {
-        "study", "base",      "seed",        "pairs",    "rigs_per_scene", "priority",
-        "tags",  "memory_mb", "max_running", "variants", "train",          "evaluate"};
+        "study", "base",      "seed",     "pairs", "rigs_per_scene", "priority",
+        "tags",  "memory_mb", "variants", "train", "evaluate"};
     std::optional<YAML::Node> variants;
     std::set<std::string> seen;
     base_ = DefaultSceneConfig();
@@ -134,9 +134,6 @@ class StudyLoader {
       } else if (name == "memory_mb") {
         const auto value = reader_.ReadInt(node, name, 0, kMaxMemoryMb, "MB");
         if (value) spec_.set_memory_mb(*value);
-      } else if (name == "max_running") {
-        const auto value = reader_.ReadInt(node, name, 0, kMostRunning);
-        if (value) spec_.set_max_running(static_cast<int32_t>(*value));
       } else if (name == "variants") {
         variants = node;
       } else if (name == "train") {

@@ -38,7 +38,6 @@ class StudyChecker {
     }
     Tell("priority", WhyOutOfRange(study_.priority(), -kMaxPriority, kMaxPriority));
     Tell("memory_mb", WhyOutOfRange(study_.memory_mb(), 0, kMaxMemoryMb, "MB"));
-    Tell("max_running", WhyOutOfRange(study_.max_running(), 0, kMostRunning));
     CheckTags();
     CheckSource();
     CheckVariants();

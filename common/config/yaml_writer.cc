@@ -264,9 +264,6 @@ std::string StudyToYaml(const v1::StudySpec& study) {
     out += "]\n";
   }
   if (study.memory_mb() != 0) out += "memory_mb: " + std::to_string(study.memory_mb()) + "\n";
-  if (study.max_running() != 0) {
-    out += "max_running: " + std::to_string(study.max_running()) + "\n";
-  }
   if (study.has_train()) {
     out += "train:";
     WriteNested(study.train(), "", out);

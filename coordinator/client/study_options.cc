@@ -20,7 +20,6 @@ namespace {
 v1::StudySpec WithoutIncidentals(v1::StudySpec study) {
   study.clear_source_yaml();
   study.clear_priority();
-  study.clear_max_running();
   return study;
 }
 
@@ -122,7 +121,6 @@ absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
   if (options.pairs) study.set_pairs(*options.pairs);
   if (options.scenes) study.set_pairs(*options.scenes * study.rigs_per_scene());
   if (options.priority) study.set_priority(*options.priority);
-  if (options.max_running) study.set_max_running(*options.max_running);
   for (v1::VariantSpec& variant : *study.mutable_variants()) {
     ApplyToVariant(options, RigsPerSceneOf(study, variant), *variant.mutable_config());
   }

@@ -25,7 +25,6 @@ struct StudyOptions {
   std::optional<int> height;
   std::optional<std::string> name;
   std::optional<int> priority;
-  std::optional<int> max_running;
 };
 
 // Adds the positional and options to a command; `options` outlives parsing.
@@ -51,7 +50,7 @@ absl::Status HashContent(v1::StudySpec& study);
 std::string DescribeSize(const v1::StudySpec& study);
 
 // Equal for studies that ask for the same pairs of the same data by the same versions of the
-// stages; `source_yaml`, priority and max_running don't count.
+// stages; `source_yaml` and priority don't count.
 std::string IdempotencyKey(const v1::StudySpec& study);
 
 }  // namespace parallax::client

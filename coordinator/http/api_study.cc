@@ -2,7 +2,7 @@
 #include <charconv>
 
 #include "common/base/names.h"
-#include "common/config/limits.h"
+#include "common/config/limit_rules.h"
 #include "coordinator/http/api.h"
 #include "coordinator/http/api_json.h"
 #include "coordinator/queue/job_queue.h"

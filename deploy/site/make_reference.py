@@ -190,7 +190,6 @@ def write_json_schemas(schema, out):
         "study": {"type": "string"}, "base": {"type": "string"}, "seed": {"type": "integer", "minimum": 0},
         "pairs": number, "rigs_per_scene": number, "priority": {"type": "integer"},
         "tags": {"type": "array", "items": {"type": "string"}}, "memory_mb": {"type": "integer", "minimum": 0},
-        "max_running": {"type": "integer", "minimum": 0},
         "variants": {"type": "array", "items": variant, "minItems": 1},
         "train": message_schema(schema, ".parallax.v1.TrainSpec"),
         "evaluate": message_schema(schema, ".parallax.v1.EvaluateSpec")}}

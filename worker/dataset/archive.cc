@@ -72,7 +72,7 @@ std::vector<std::string> LinesAboutFrames(v1::StudySpec study) {
   std::istringstream in(StudyToYaml(study));
   for (std::string line; std::getline(in, line);) {
     if (line.rfind("pairs:", 0) == 0 || line.rfind("    pairs:", 0) == 0) continue;
-    if (line.rfind("priority:", 0) == 0 || line.rfind("max_running:", 0) == 0) continue;
+    if (line.rfind("priority:", 0) == 0) continue;
     lines.push_back(line);
   }
   return lines;

@@ -10,6 +10,7 @@
 #include "common/base/hash.h"
 #include "common/base/log.h"
 #include "common/config/frame_files.h"
+#include "common/config/frame_notes.h"
 #include "common/store/store.h"
 #include "worker/dataset/render_frames.h"
 #include "worker/jobs/store_files.h"

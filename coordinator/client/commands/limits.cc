@@ -2,7 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "common/config/limits.h"
+#include "common/config/limit_rules.h"
 #include "coordinator/client/commands/command.h"
 #include "coordinator/client/study_view.h"
 #include "coordinator/client/table.h"

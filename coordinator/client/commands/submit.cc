@@ -1,6 +1,7 @@
 // submit: give a study to a coordinator.
 #include <nlohmann/json.hpp>
 
+#include "common/config/limit_rules.h"
 #include "coordinator/client/commands/command.h"
 #include "coordinator/client/study_options.h"
 #include "coordinator/client/study_view.h"
@@ -12,6 +13,7 @@ namespace {
 
 struct SubmitOptions {
   StudyOptions study;
+  int max_running = 0;
   bool again = false;
 };
 
@@ -22,6 +24,7 @@ absl::StatusOr<ExitCode> Submit(const SubmitOptions& options, Session& session) 
   v1::SubmitRequest request;
   *request.mutable_study() = study;
   request.set_idempotency_key(IdempotencyKey(study));
+  request.set_max_running(options.max_running);
   if (options.again) {
     // The time makes the key one of its own; what is rendered already is still reused by its
     // content.
@@ -75,9 +78,10 @@ void RegisterSubmit(Registry& registry) {
   command->add_option("--priority", options->study.priority,
                       "Higher goes first (default: the study's own)");
   command
-      ->add_option("--max-running", options->study.max_running,
+      ->add_option("--max-running", options->max_running,
                    "At most so many of its jobs run at a time; `parallax limits` changes it later\n"
-                   "(default: the study's own; 0: as many as there are workers)")
+                   "(default 0: as many as there are workers)")
+      ->check(CLI::Range(0, kMostRunning))
       ->type_name("N");
   command->add_flag("--again", options->again, "Submit although the same study is there already");
   command->group(kCoordinatorCommands);

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "common/config/frame_files.h"
+#include "common/config/frame_notes.h"
 #include "coordinator/queue/compress.h"
 #include "coordinator/queue/job_kind.h"
 #include "coordinator/queue/report_check.h"

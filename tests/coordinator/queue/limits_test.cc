@@ -28,7 +28,7 @@ class Limits : public QueueTest {
   absl::StatusOr<v1::SubmitReply> SubmitAs(const std::string& actor, const StudyOptions& options,
                                            int max_running = 0) {
     v1::SubmitRequest request = MakeStudy(options);
-    request.mutable_study()->set_max_running(max_running);
+    request.set_max_running(max_running);
     return queue_->Submit(request, actor);
   }
   StudyId IdOf(const absl::StatusOr<v1::SubmitReply>& reply) {

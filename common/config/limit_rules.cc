@@ -18,7 +18,7 @@ constexpr char kEverybody[] = "*";
 
 struct LimitField {
   const char* name;
-  int64_t UserLimits::* value;
+  int64_t UserLimits::*value;
 };
 constexpr LimitField kLimitFields[] = {{"max_running", &UserLimits::max_running},
                                        {"max_studies", &UserLimits::max_studies},

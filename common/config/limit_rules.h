@@ -1,4 +1,5 @@
-// How much of a farm one user may take: a file of the operator's, `coordinator serve --limits FILE`.
+// How much of a farm one user may take: a file of the operator's, `coordinator serve --limits
+// FILE`.
 //
 //   default: {max_running: 200, max_studies: 20, max_waiting_pairs: 1000000}
 //   users:
@@ -55,8 +56,8 @@ class LimitRules {
   std::map<std::string, UserLimits> rows_;  // Complete: with the default's fields.
 };
 
-// The user who acts as `actor` in the audit table: "submitter ada" of "submitter ada ipv4:10.0.0.7",
-// else kLocalUser.
+// The user who acts as `actor` in the audit table: "submitter ada" of "submitter ada
+// ipv4:10.0.0.7", else kLocalUser.
 std::string UserOfActor(std::string_view actor);
 
 }  // namespace parallax

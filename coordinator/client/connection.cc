@@ -186,9 +186,8 @@ absl::StatusOr<v1::ListJobsReply> Connection::ListJobs(v1::ListJobsRequest reque
   while (all.jobs_size() < wanted) {
     const int asked = std::min(wanted - all.jobs_size(), kJobsAtOnce);
     request.set_limit(asked);
-    ASSIGN_OR_RETURN(const v1::ListJobsReply page,
-                     (Call<v1::ListJobsRequest, v1::ListJobsReply>(
-                         &v1::Coordinator::Stub::ListJobs, request)));
+    ASSIGN_OR_RETURN(const v1::ListJobsReply page, (Call<v1::ListJobsRequest, v1::ListJobsReply>(
+                                                       &v1::Coordinator::Stub::ListJobs, request)));
     // An earlier coordinator knows no `after_job` and begins anew.
     if (page.jobs().empty() ||
         (!all.jobs().empty() && page.jobs(0).job_id() == all.jobs(0).job_id())) {
@@ -203,8 +202,7 @@ absl::StatusOr<v1::ListJobsReply> Connection::ListJobs(v1::ListJobsRequest reque
   return all;
 }
 
-absl::StatusOr<v1::StudyStatus> Connection::SetMaxRunning(
-    const v1::SetMaxRunningRequest& request) {
+absl::StatusOr<v1::StudyStatus> Connection::SetMaxRunning(const v1::SetMaxRunningRequest& request) {
   return Call<v1::SetMaxRunningRequest, v1::StudyStatus>(&v1::Coordinator::Stub::SetMaxRunning,
                                                          request);
 }

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "coordinator/queue/farm_history.h"
 #include "coordinator/http/status_snapshot.h"
+#include "coordinator/queue/farm_history.h"
 #include "coordinator/queue/page_reader.h"
 
 namespace parallax {

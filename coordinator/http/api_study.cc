@@ -139,8 +139,7 @@ Reply Limit(ApiParts& parts, const WebRequest& request) {
   ASSIGN_OR_RETURN(const std::string reason, TextIn(request, "reason", kMaxReasonBytes));
   ASSIGN_OR_RETURN(const int64_t most, WholeNumberIn(request, "max_running", 0, kMostRunning));
   RETURN_IF_ERROR(CheckSteering(parts.queue, request.caller.rpc, StudyId{id}));
-  RETURN_IF_ERROR(
-      parts.queue.SetMaxRunning(StudyId{id}, most, reason, request.caller.actor));
+  RETURN_IF_ERROR(parts.queue.SetMaxRunning(StudyId{id}, most, reason, request.caller.actor));
   return StudyReply(parts, request.caller, id);
 }
 

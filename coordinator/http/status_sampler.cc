@@ -124,8 +124,8 @@ void StatusSampler::NoteHistory(const StatusSnapshot& fresh) {
 }
 
 void StatusSampler::RecallHistory() {
-  const absl::StatusOr<std::vector<HistorySample>> kept =
-      queue_.ListSamples(clock_.UnixSeconds() - parallax::History::kEvery_s * parallax::History::kMost);
+  const absl::StatusOr<std::vector<HistorySample>> kept = queue_.ListSamples(
+      clock_.UnixSeconds() - parallax::History::kEvery_s * parallax::History::kMost);
   if (!kept.ok()) LogWarning("http: no history", {{"error", kept.status()}});
   if (!kept.ok()) return;
   std::lock_guard lock(mu_);

@@ -13,8 +13,8 @@
 #include "common/base/clock.h"
 #include "common/base/rate_estimator.h"
 #include "common/base/status.h"
-#include "coordinator/queue/farm_history.h"
 #include "coordinator/http/status_snapshot.h"
+#include "coordinator/queue/farm_history.h"
 
 namespace parallax {
 

@@ -19,9 +19,9 @@ namespace parallax {
 // Every command that has steps. Begin() refuses others while armed, so that fault tests, which go
 // through this list, can't forget one.
 inline constexpr std::array kFailPointCommands = {
-    "submit", "cancel",     "pause",         "resume",      "retry", "lease",  "complete",
-    "fail",   "hand_back",  "adopt",         "worker_lost", "tick",  "expand", "settle",
-    "commit", "checkpoint", "forget_litter", "drain",       "forget", "limit", "history"};
+    "submit", "cancel",     "pause",         "resume",      "retry",  "lease",  "complete",
+    "fail",   "hand_back",  "adopt",         "worker_lost", "tick",   "expand", "settle",
+    "commit", "checkpoint", "forget_litter", "drain",       "forget", "limit",  "history"};
 
 // One queue's points. Used by its writing thread only; arm before the queue opens.
 class FailPoint {

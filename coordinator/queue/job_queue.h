@@ -239,8 +239,8 @@ class JobQueue {
   // Newest first; with `before` only those with smaller ids.
   absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before = 0);
   // `state` empty: jobs that need a look first, then by progress. A page goes on behind the last
-  // job of the one before (after_job, after_state). limit <= 10,000. kNotFound for an after_job that
-  // there is not.
+  // job of the one before (after_job, after_state). limit <= 10,000. kNotFound for an after_job
+  // that there is not.
   absl::StatusOr<std::vector<v1::JobStatus>> ListJobs(const v1::ListJobsRequest& request);
   // A job with all its attempts, the newest first. kNotFound.
   absl::StatusOr<v1::ListAttemptsReply> ListAttempts(int64_t job);

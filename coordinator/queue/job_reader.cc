@@ -69,14 +69,20 @@ absl::StatusOr<JobPlace> BeginningOf(SqliteConnection& db, int64_t study) {
 
 absl::StatusOr<JobPlace> PlaceBehind(SqliteConnection& db, int64_t job) {
   for (const char* table : {"jobs", "archived_jobs"}) {
-    const std::string sql = std::string("SELECT variant_id, ordinal, generation, kind, rigs,"
-                                        " finished_unix_s FROM ") +
+    const std::string sql = std::string(
+                                "SELECT variant_id, ordinal, generation, kind, rigs,"
+                                " finished_unix_s FROM ") +
                             table + " WHERE id = ?1";
     SqliteQuery query(db, sql.c_str(), job);
     if (query.Next()) {
-      return JobPlace{job,          std::string_view(table) != "jobs", query.Int(0),
-                      query.Int(1), query.Int(2),                      std::string(query.Text(3)),
-                      std::string(query.Text(4)), query.Real(5)};
+      return JobPlace{job,
+                      std::string_view(table) != "jobs",
+                      query.Int(0),
+                      query.Int(1),
+                      query.Int(2),
+                      std::string(query.Text(3)),
+                      std::string(query.Text(4)),
+                      query.Real(5)};
     }
     RETURN_IF_ERROR(query.status());
   }
@@ -102,10 +108,9 @@ absl::Status AddJobsOfState(SqliteConnection& db, const KindRegistry& kinds, int
     return AddJobs(query, kinds, jobs);
   }
   if (state == JobState::kFailed || state == JobState::kQuarantined) {
-    const std::string sql = select +
-                            "j.state IN ('FAILED', 'QUARANTINED') AND " PARALLAX_OF_STUDY
-                            "AND (j.variant_id, j.finished_unix_s, j.id) > (?3, ?4, ?5)"
-                            " ORDER BY j.variant_id, j.finished_unix_s, j.id LIMIT ?2";
+    const std::string sql = select + "j.state IN ('FAILED', 'QUARANTINED') AND " PARALLAX_OF_STUDY
+                                     "AND (j.variant_id, j.finished_unix_s, j.id) > (?3, ?4, ?5)"
+                                     " ORDER BY j.variant_id, j.finished_unix_s, j.id LIMIT ?2";
     SqliteQuery query(db, sql.c_str(), study, limit, after.variant, after.finished_unix_s,
                       after.id);
     return AddJobs(query, kinds, jobs);
@@ -138,14 +143,16 @@ absl::Status AddArchivedJobs(SqliteConnection& db, const KindRegistry& kinds, in
                              std::vector<v1::JobStatus>& jobs) {
   SqliteQuery query(
       db,
-      PARALLAX_LISTED_JOB_OF("archived_jobs", "archived_losses") "WHERE j.state = ?3 AND " PARALLAX_OF_STUDY
-                           "AND (j.variant_id, j.ordinal, j.id) > (?4, ?5, ?6)"
-                           " ORDER BY j.variant_id, j.ordinal, j.id LIMIT ?2",
+      PARALLAX_LISTED_JOB_OF("archived_jobs",
+                             "archived_losses") "WHERE j.state = ?3 AND " PARALLAX_OF_STUDY
+                                                "AND (j.variant_id, j.ordinal, j.id) > (?4, ?5, ?6)"
+                                                " ORDER BY j.variant_id, j.ordinal, j.id LIMIT ?2",
       study, limit, NameOf(state), after.variant, after.ordinal, after.id);
   return AddJobs(query, kinds, jobs);
 }
 
-// The states that a list goes through, in order. Errors: kInvalidArgument for one that there is not.
+// The states that a list goes through, in order. Errors: kInvalidArgument for one that there is
+// not.
 absl::StatusOr<JobState> ListedState(const std::string& name) {
   const std::optional<JobState> known = JobStateOf(name);
   if (known) return *known;
@@ -239,8 +246,7 @@ absl::StatusOr<std::vector<v1::JobStatus>> Readers::ListJobs(const v1::ListJobsR
       const JobPlace begin = std::exchange(after, beginning);
       if (there.find(NameOf(state)) == there.end()) continue;
       if (!begin.archived) {
-        RETURN_IF_ERROR(
-            AddJobsOfState(db, kinds_, request.study_id(), state, begin, left(), jobs));
+        RETURN_IF_ERROR(AddJobsOfState(db, kinds_, request.study_id(), state, begin, left(), jobs));
       }
       if (archived.value_or(0) == 0 || left() <= 0 || !IsTerminal(state)) continue;
       const JobPlace in_archive = begin.archived ? begin : beginning;

@@ -142,12 +142,13 @@ absl::StatusOr<v1::SubmitReply> Machine::Submit(const v1::SubmitRequest& request
   const auto key = request.idempotency_key().empty()
                        ? std::nullopt
                        : std::optional<std::string>(request.idempotency_key());
-  RETURN_IF_ERROR(db_.Run(
-      "INSERT INTO studies(name, spec_z, spec_hash, idempotency_key, seed, priority,"
-      " needs_memory_mb, needs_tags, submitted_unix_s, user, max_running)"
-      " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11)",
-      spec.name(), SqlBlob{Compress(spec_bytes)}, spec_hash, key, static_cast<int64_t>(spec.seed()),
-      spec.priority(), spec.memory_mb(), JoinLines(spec.tags()), Now(), user, request.max_running()));
+  RETURN_IF_ERROR(
+      db_.Run("INSERT INTO studies(name, spec_z, spec_hash, idempotency_key, seed, priority,"
+              " needs_memory_mb, needs_tags, submitted_unix_s, user, max_running)"
+              " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11)",
+              spec.name(), SqlBlob{Compress(spec_bytes)}, spec_hash, key,
+              static_cast<int64_t>(spec.seed()), spec.priority(), spec.memory_mb(),
+              JoinLines(spec.tags()), Now(), user, request.max_running()));
   const int64_t id = db_.last_insert_id();
   for (const v1::VariantSpec& variant : spec.variants()) {
     RETURN_IF_ERROR(

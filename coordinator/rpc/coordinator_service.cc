@@ -324,8 +324,8 @@ CoordinatorService::Reactor* CoordinatorService::SetMaxRunning(
   return RunOn(client_pool_, context, [this, context, request, reply]() -> absl::Status {
     const StudyId study{request->study_id()};
     RETURN_IF_ERROR(CheckSteering(queue_, CallerOf(*context), study));
-    RETURN_IF_ERROR(queue_.SetMaxRunning(study, request->max_running(), request->reason(),
-                                         ActorOf(*context)));
+    RETURN_IF_ERROR(
+        queue_.SetMaxRunning(study, request->max_running(), request->reason(), ActorOf(*context)));
     ASSIGN_OR_RETURN(*reply, queue_.GetStudy(study));
     FitStudy(reply);
     return absl::OkStatus();

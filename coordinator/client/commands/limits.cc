@@ -52,8 +52,7 @@ absl::StatusOr<ExitCode> ShowUsers(Session& session) {
                {"PAIRS WAITING", Align::kRight},
                {"LIMITS OF"}});
   for (const v1::UserStatus& user : reply.users()) {
-    const bool none =
-        user.max_running() + user.max_studies() + user.max_waiting_pairs() == 0;
+    const bool none = user.max_running() + user.max_studies() + user.max_waiting_pairs() == 0;
     table.AddRow({user.user(), OfMost(session.out(), user.running(), user.max_running()),
                   OfMost(session.out(), user.studies(), user.max_studies()),
                   OfMost(session.out(), user.waiting_pairs(), user.max_waiting_pairs()),
@@ -103,7 +102,8 @@ void RegisterLimits(Registry& registry) {
   auto options = std::make_shared<LimitsOptions>();
   CLI::App* command = registry.AddCommand(
       registry.app, "limits", "What users have and may have; how many jobs of a study may run",
-      "Users' limits are the operator's (`coordinator serve --limits FILE`). A study's own limit is\n"
+      "Users' limits are the operator's (`coordinator serve --limits FILE`). A study's own limit "
+      "is\n"
       "its submitter's: what runs goes on, nothing new begins until there is room.\n"
       "\n"
       "Examples:\n"

@@ -32,6 +32,7 @@ TEST_F(CommandTest, SubmitPrintsTheIdAloneAndSendsTheResolvedStudy) {
   EXPECT_EQ(study.rigs_per_scene(), 3);
   EXPECT_EQ(study.seed(), 9u);
   EXPECT_EQ(study.priority(), 5);
+  EXPECT_EQ(coordinator_.submitted[0].max_running(), 0);
   EXPECT_EQ(study.variants(0).config().rigs().width_px(), 64);
   EXPECT_EQ(study.variants(0).config().rigs().height_px(), 48);
   EXPECT_EQ(study.variants(0).config().render().samples_per_pixel(), 2);
@@ -275,6 +276,9 @@ TEST_F(CommandTest, JobsComeInAsManyRepliesAsTheyNeed) {
 
 TEST_F(CommandTest, LimitsAreShownAndSet) {
   coordinator_.studies = {Baseline()};
+  EXPECT_EQ(Run({"submit", "quickstart", "--max-running", "7"}).exit_code, kExitOk);
+  EXPECT_EQ(coordinator_.submitted.back().max_running(), 7);
+  EXPECT_EQ(Run({"submit", "quickstart", "--max-running", "-7"}).exit_code, kExitUsage);
   EXPECT_THAT(Run({"limits"}).out, HasSubstr("nobody has an unfinished study"));
   v1::UserStatus ada;
   ada.set_user("submitter ada");

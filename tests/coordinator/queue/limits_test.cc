@@ -104,10 +104,9 @@ TEST_F(Limits, ALimitIsChangedWhileTheStudyRunsAndStaysOverARestart) {
   EXPECT_EQ(Status(study).max_running(), 2);
   ASSERT_TRUE(queue_->SetMaxRunning(study, 0, "", kAda).ok());
   EXPECT_THAT(Lease(AnyWorker("w"), 9), SizeIs(9));
-  EXPECT_THAT(AuditOf("limit"),
-              ElementsAre(std::string(kAda) + ": max_running 0, was 2",
-                          std::string(kAda) + ": max_running 2, was 4",
-                          std::string(kAda) + ": max_running 4, was 1: more"));
+  EXPECT_THAT(AuditOf("limit"), ElementsAre(std::string(kAda) + ": max_running 0, was 2",
+                                            std::string(kAda) + ": max_running 2, was 4",
+                                            std::string(kAda) + ": max_running 4, was 1: more"));
   EXPECT_TRUE(absl::IsNotFound(queue_->SetMaxRunning(StudyId{99}, 1, "", kAda)));
 }
 
@@ -206,9 +205,8 @@ TEST_F(Limits, ACommandThatIsUndoneLeavesTheCountsAsTheyWere) {
 TEST_F(Limits, AThousandShortJobsNeverExceedThem) {
   constexpr int kStudyLimit = 3, kUserLimit = 5;
   SetLimits("users: {submitter ada: {max_running: 5}}");
-  const StudyId one =
-      IdOf(SubmitAs(kAda, {.name = "one", .seed = 1, .pairs = 360, .rigs_per_scene = 1},
-                    kStudyLimit));
+  const StudyId one = IdOf(
+      SubmitAs(kAda, {.name = "one", .seed = 1, .pairs = 360, .rigs_per_scene = 1}, kStudyLimit));
   const StudyId two =
       IdOf(SubmitAs(kAda, {.name = "two", .seed = 2, .pairs = 100, .rigs_per_scene = 1}));
   IdOf(SubmitAs(kBob, {.name = "bobs", .seed = 3, .pairs = 60, .rigs_per_scene = 1}));

@@ -99,7 +99,8 @@ TEST_F(MigrationTest, EveryRowOfVersionOneComesOver) {
 }
 
 TEST_F(MigrationTest, StudiesKnowWhoSubmittedThemAndHaveNoLimit) {
-  Run("INSERT INTO audit(unix_s, actor, action, study_id, detail) SELECT 1, 'someone', 'pause', 1, ''");
+  Run("INSERT INTO audit(unix_s, actor, action, study_id, detail) SELECT 1, 'someone', 'pause', 1, "
+      "''");
   Run("DROP TRIGGER audit_is_final; UPDATE audit SET actor = 'submitter ada ipv4:10.0.0.7:4711'"
       " WHERE action = 'submit' AND study_id = 3;"
       " UPDATE audit SET actor = 'operator root unix:' WHERE action = 'submit' AND study_id = 4");

@@ -85,8 +85,8 @@ absl::StatusOr<LimitRules> LimitRules::Parse(std::string_view yaml, const std::s
       const std::string path = "users." + user;
       if (!IsUserPattern(user)) {
         reader.Error(node, path,
-                     "not a user, allowed are submitter NAME, operator NAME, NAME or all of it "
-                     "may be *, and local");
+                     "not a user, allowed are `submitter NAME`, `operator NAME`, `*` as the name or "
+                     "alone, and `local`");
       }
       UserLimits row = limits.default_;
       row.rule = user;

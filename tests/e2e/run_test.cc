@@ -288,9 +288,12 @@ TEST_F(RunTest, AWorkerThatDiesUnheardCostsNoPairOfItsJob) {
   // The coordinator, which is in the same process as the run, answers nothing from now on.
   run->Signal(SIGSTOP);
   const auto reports = [&] {
-    std::vector<std::filesystem::path> found;
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(out + "/.parallax")) {
-      if (entry.path().extension() == ".complete") found.push_back(entry.path());
+    std::vector<fs::path> found;
+    std::error_code error;
+    const fs::recursive_directory_iterator end;
+    for (fs::recursive_directory_iterator it(out + "/.parallax/outbox", error); !error && it != end;
+         it.increment(error)) {
+      if (it->path().extension() == ".complete") found.push_back(it->path());
     }
     return found;
   };
@@ -299,12 +302,12 @@ TEST_F(RunTest, AWorkerThatDiesUnheardCostsNoPairOfItsJob) {
   kill(workers[0], SIGKILL);
   while (IsAlive(workers[0])) usleep(1000);
   ASSERT_EQ(reports().size(), 1u);
-  std::filesystem::remove(reports().front());
+  fs::remove(reports().front());
   run->Signal(SIGCONT);
   EXPECT_EQ(run->Wait(), 0) << run->Err();
   EXPECT_EQ(Json::parse(run->Out())["worker_crashes"], 1);
   EXPECT_EQ(TakenOver(out), std::to_string(kPairs) + " of " + std::to_string(kPairs));
-  ExpectComplete(out, kPairs);
+  EXPECT_EQ(Content(out).size(), kPairs * std::size(kTruth) + 1);
 }
 
 TEST_F(RunTest, AKilledRunTakesItsWorkersAlongAndGoesOnLater) {

@@ -246,10 +246,10 @@ TEST_F(ApiTest, ASubmitterLimitsItsStudyAndAllSeeIt) {
 
 TEST_F(ApiTest, TheHistoryGoesOnOverARestart) {
   const double now = Clock::System().UnixSeconds();
+  queue_->KeepSample({.unix_s = now - 30 * 3600, .ready = 7});  // Not of this day.
   for (int minute = 200; minute > 2; --minute) {
     queue_->KeepSample({.unix_s = now - 60 * minute, .pairs_per_hour = 90, .ready = minute});
   }
-  queue_->KeepSample({.unix_s = now - 30 * 3600, .ready = 7});  // Not of this day.
   Serve();
   const json history = Json(*Client(), "/api/v1/history");
   ASSERT_GE(history["ready"].size(), 198u);

@@ -1,5 +1,5 @@
 // A study: how far each variant is, what went wrong, the newest pairs, and what training says.
-import { html, useRef, useState } from "/vendor/preact-htm.js";
+import { html, useEffect, useRef, useState } from "/vendor/preact-htm.js";
 import { post, useApi } from "./api.js";
 import { LineChart } from "./charts.js";
 import { Bar, Card, Empty, Fact, Head, STATES, Tag, Waiting, count, duration, errorLine, figure, moment, plural, stateWord, tone } from "./common.js";
@@ -35,6 +35,10 @@ function Actions({ study, put }) {
     return dialog.current.showModal();
   };
   const chosen = ACTIONS[asked] || {};
+  // The dialog is open before its form is drawn.
+  useEffect(() => {
+    if (asked) dialog.current.querySelector("input")?.focus();
+  }, [asked]);
   return html`${study.actions.map((a) => html`<button class=${ACTIONS[a].danger ? "danger" : ""} data-action=${a} onClick=${() => click(a)}>${ACTIONS[a].name}</button>`)}
     ${problem && html`<span class="bad" role="alert">${problem}</span>`}
     <dialog ref=${dialog} aria-labelledby="asks">${asked && html`<form method="dialog" onSubmit=${(e) => { e.preventDefault(); act(asked, reason); }}>

@@ -76,19 +76,29 @@ TEST_F(Limits, AStudyNeverHasMoreRunningJobsThanItAskedForAndOthersGoOn) {
   EXPECT_EQ(status.at_limit(), "max_running 2");
   EXPECT_EQ(status.held_jobs(), Jobs(limited, "solve", "READY"));
   EXPECT_EQ(Status(other).at_limit(), "");
-  // The end of one makes room for one, and idle workers are told.
-  ReadyCounter told;
-  queue_->SetObserver(&told);
+  // The end of one makes room for one.
   for (const v1::Lease& lease : leases) {
     if (lease.study() != "limited") continue;
     EXPECT_EQ(*queue_->HandBack("w", lease.attempt(), ""), v1::REPORT_OUTCOME_OK);
     break;
   }
-  EXPECT_GE(told.ready, 1);
-  queue_->SetObserver(nullptr);
   EXPECT_EQ(Jobs(limited, "solve", "LEASED"), 1);
   Lease(AnyWorker("w"), 4);
   EXPECT_EQ(Jobs(limited, "solve", "LEASED"), 2);
+}
+
+TEST_F(Limits, AnEndAtALimitTellsIdleWorkersAndAnotherEndDoesNot) {
+  const StudyId study = IdOf(SubmitAs(kAda, {.pairs = 12, .rigs_per_scene = 2}, 1));
+  for (int i = 0; i < 6; ++i) Complete(SolveAnswer(LeaseOne(Solver("s")), "s"));
+  for (const int most : {1, 0}) {
+    ASSERT_TRUE(queue_->SetMaxRunning(study, most, "", kAda).ok());
+    const v1::Lease lease = LeaseOne(Renderer("r"));
+    ReadyCounter told;
+    queue_->SetObserver(&told);
+    Complete(RenderAnswer(lease, "r"));
+    queue_->SetObserver(nullptr);
+    EXPECT_EQ(told.ready, most) << "a render's end makes no other work";
+  }
 }
 
 TEST_F(Limits, ALimitIsChangedWhileTheStudyRunsAndStaysOverARestart) {
@@ -192,7 +202,7 @@ TEST_F(Limits, ACommandThatIsUndoneLeavesTheCountsAsTheyWere) {
     if (command == "lease" && step == fail_at) return absl::InternalError("no");
     return absl::OkStatus();
   };
-  SetLimits("default: {max_running: 3}");
+  SetLimits("default: {max_running: 2}");
   const StudyId study = IdOf(SubmitAs(kAda, {.pairs = 40}, 2));
   fail_at = 2;  // The second lease of the call.
   EXPECT_FALSE(queue_->Lease(AnyWorker("w"), 2).ok());

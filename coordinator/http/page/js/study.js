@@ -114,7 +114,7 @@ export function Study({ numbers: [id] }) {
       <${Fact} name=${study.finished_unix_s ? "took" : "left"}>${study.finished_unix_s ? duration(study.finished_unix_s - study.submitted_unix_s) : study.eta_s === null ? html`<small>not known yet</small>` : duration(study.eta_s)}<//>
       <${Fact} name="submitted">${moment(study.submitted_unix_s)} <small>#${study.id}</small><//>
       ${(study.max_running > 0 || study.at_limit) && html`<${Fact} name="limit">${study.max_running > 0 ? html`${plural(study.max_running, "job")} <small>at a time</small>` : ""}
-        ${study.at_limit && html`<small class="warn" id="at-limit">${plural(study.held_jobs, "job")} held back by ${study.at_limit}</small>`}<//>`}
+        ${study.at_limit && html` <small class="warn" id="at-limit">${plural(study.held_jobs, "job")} held back by ${study.at_limit}</small>`}<//>`}
       <${Fact} name="jobs"><span class="jobstates">${states.map(([s, n]) => html`<a href="#/study/${id}/jobs?state=${s}" class=${tone(s)}>${count(n)} ${stateWord(s)}</a>`)}</span><//>
     </dl>
     ${(study.causes.length > 0 || study.gave_up.length > 0) && html`<${Card} title="Problems" id="problems" kind="problem"><${Problems} study=${study} /><//>`}

@@ -88,7 +88,7 @@ class RenderHandler final : public JobHandler {
       finished.RemoveUnfinished();
       return result.status();
     }
-    finished.RemoveNotes();
+    // The notes stay: until the coordinator has the result, another attempt may need them.
     JobOutcome outcome;
     ASSIGN_OR_RETURN(outcome.files, FilesOf(*result, folder.path, finished));
     outcome.result = result->SerializeAsString();

@@ -1,6 +1,7 @@
 // submit: give a study to a coordinator.
 #include <nlohmann/json.hpp>
 
+#include "common/config/limit_rules.h"
 #include "common/store/store.h"
 #include "coordinator/client/commands/command.h"
 #include "coordinator/client/ship_content.h"
@@ -14,6 +15,7 @@ namespace {
 
 struct SubmitOptions {
   StudyOptions study;
+  int max_running = 0;
   bool again = false;
   bool no_content = false;
 };
@@ -29,6 +31,7 @@ absl::StatusOr<ExitCode> Submit(const SubmitOptions& options, Session& session) 
   v1::SubmitRequest request;
   *request.mutable_study() = study;
   request.set_idempotency_key(IdempotencyKey(study));
+  request.set_max_running(options.max_running);
   if (options.again) {
     // The time makes the key one of its own; what is rendered already is still reused by its
     // content.
@@ -90,6 +93,12 @@ void RegisterSubmit(Registry& registry) {
       ->type_name("NAME");
   command->add_option("--priority", options->study.priority,
                       "Higher goes first (default: the study's own)");
+  command
+      ->add_option("--max-running", options->max_running,
+                   "At most so many of its jobs run at a time; `parallax limits` changes it later\n"
+                   "(default 0: as many as there are workers)")
+      ->check(CLI::Range(0, kMostRunning))
+      ->type_name("N");
   command->add_flag("--again", options->again, "Submit although the same study is there already");
   command->add_flag("--no-content", options->no_content,
                     "Send no own content: each worker has its copy below its --picture-root");

@@ -33,7 +33,7 @@ struct StereoCalibration {
   std::optional<double> baseline_m;
   // Left and right camera before rectification; absent if the file describes a rectified pair.
   std::optional<std::array<RawIntrinsics, 2>> raw;
-  std::optional<ProjectorFacts> projector;  // Of presets.
+  std::optional<ProjectorFacts> projector;  // Set by presets.
 };
 
 // Choices for files that leave them open.

@@ -42,8 +42,8 @@ class LimitRules {
   // Errors: those of Parse; kNotFound; those of the file system.
   static absl::StatusOr<LimitRules> Load(const std::string& path);
 
-  // Of a user such as "submitter ada": its own row, else that of its role, else that of "*", else
-  // the default.
+  // Limits of a user such as "submitter ada": its own row, else that of its role, else that of "*",
+  // else the default.
   UserLimits Of(const std::string& user) const;
   // Users that have a row of their own.
   std::vector<std::string> NamedUsers() const;

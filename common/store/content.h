@@ -19,8 +19,8 @@ namespace parallax {
 
 inline constexpr char kContentFolder[] = "content";
 inline constexpr int64_t kMostContentFileBytes = int64_t{1} << 30;
-inline constexpr int64_t kMostContentBytes = int64_t{16} << 30;  // Of one folder.
-inline constexpr size_t kMostContentFiles = 20'000;              // Of one folder.
+inline constexpr int64_t kMostContentBytes = int64_t{16} << 30;  // In one folder.
+inline constexpr size_t kMostContentFiles = 20'000;              // In one folder.
 inline constexpr size_t kMostContentListBytes = 8 << 20;
 
 // Where the store has the file of this hash, which is 64 lower-case hex digits.
@@ -44,7 +44,7 @@ absl::StatusOr<std::vector<ContentFile>> ParseContentList(std::string_view text)
 absl::Status CheckContentSizes(const std::vector<ContentFile>& files, const std::string& folder);
 
 struct ContentReference {
-  std::string sha256;  // Of the list.
+  std::string sha256;  // The list's own hash.
   std::string path;    // As it was before it was in the store.
 };
 

@@ -16,7 +16,7 @@
 namespace parallax::client {
 namespace {
 
-// Of meshes and what lies beside them, textures, surroundings and pictures.
+// Extensions of meshes and what lies beside them, textures, surroundings and pictures.
 constexpr std::string_view kEndings[] = {".glb", ".obj",  ".ply", ".mtl", ".png",
                                          ".jpg", ".jpeg", ".hdr", ".exr"};
 constexpr int kTries = 5;

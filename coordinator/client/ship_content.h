@@ -12,7 +12,7 @@ namespace parallax::client {
 
 struct ShippedContent {
   int64_t folders = 0;
-  int64_t files = 0;  // Of all folders, whether they were in the store before or not.
+  int64_t files = 0;  // In all folders, whether they were in the store before or not.
   int64_t bytes = 0;
 };
 

@@ -59,7 +59,7 @@ struct Variant {
   VariantTally tally;
 };
 
-// What all studies of one user have together.
+// The sums over all studies of one user.
 struct UserShare {
   UserLimits limits;
   int64_t running = 0;  // LEASED jobs.
@@ -82,7 +82,7 @@ struct Study {
   int64_t id = 0;
   std::string name;
   std::string user;
-  UserShare* share = nullptr;  // Of the user; the ledger's.
+  UserShare* share = nullptr;  // The user's; owned by the ledger.
   uint64_t seed = 0;
   int priority = 0;
   int64_t needs_memory_mb = 0;

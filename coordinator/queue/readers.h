@@ -34,7 +34,7 @@ class Readers {
   // The reads of JobQueue; see job_queue.h.
   absl::StatusOr<v1::StudyStatus> GetStudy(int64_t study);
   absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before);
-  // What users have of unfinished studies, by name; without limits.
+  // Users' sums over their unfinished studies, by name; without limits.
   absl::StatusOr<std::vector<v1::UserStatus>> ListUsers();
   absl::StatusOr<std::vector<v1::JobStatus>> ListJobs(const v1::ListJobsRequest& request);
   absl::StatusOr<v1::ListAttemptsReply> ListAttempts(int64_t job);

@@ -1,4 +1,4 @@
-// What a coordinator's start writes into its database before any command: a new epoch, the kinds of
+// A coordinator's start: writes into its database before any command: a new epoch, the kinds of
 // jobs that the program knows, and the limits of users, if they are others than before. Errors: the
 // database's, beside those named.
 #pragma once

@@ -20,7 +20,7 @@ int64_t StudyJobsIn(const v1::StudyStatus& study, std::string_view state) {
   return jobs;
 }
 
-// What a limit leaves to those that wait.
+// The number of jobs that a limit leaves to those that wait.
 int64_t Room(int64_t most, int64_t running) {
   return most == 0 ? std::numeric_limits<int64_t>::max() : std::max<int64_t>(0, most - running);
 }

@@ -1,4 +1,4 @@
-// What users have, beside what they may have (LimitRules): for clients and the page. The scheduler
+// Users' shares beside their limits (LimitRules): for clients and the page. The scheduler
 // keeps its own count (Ledger). Thread-safe. Private to coordinator/queue.
 #pragma once
 

@@ -249,7 +249,7 @@ absl::Status ArtifactsService::PutOutput(PutStream& stream, CallWatch::Call& cal
 absl::Status ArtifactsService::PutContent(PutStream& stream, CallWatch::Call& call,
                                           const v1::PutFileHeader& header) {
   RETURN_IF_ERROR(CheckContent(header));
-  // What is there is not sent again, and takes no room twice.
+  // Files that are there are not sent again, and take no room twice.
   const bool is_there = IsThere(*store_, header);
   if (!is_there) RETURN_IF_ERROR(TakeContentRoom(header.size()));
   const absl::Status status = PutFileThere(stream, call, header, [] { return absl::OkStatus(); });

@@ -47,7 +47,7 @@ struct ArtifactsLimits {
   size_t reads = 64;         // Calls of Get, List and Remove at a time.
   size_t puts_a_worker = 32;
   size_t reads_a_peer = 32;
-  int64_t content_bytes = int64_t{64} << 30;  // Of all users' content.
+  int64_t content_bytes = int64_t{64} << 30;  // For all users' content.
 };
 
 // Bounds the number of calls at a time, of all callers and of one. Thread-safe.

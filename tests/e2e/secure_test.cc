@@ -265,7 +265,7 @@ TEST_F(SecureTest, OwnContentComesThroughTheStoreToWorkersWithoutACopy) {
   const Outcome verify = Run({kClient, "verify", directory_ + "/out"});
   EXPECT_EQ(verify.exit, 0) << verify.out;
 
-  // What a worker used lies in its cache, and nothing of it anywhere else below.
+  // Content that a worker used lies in its cache, and nothing of it anywhere else below.
   int brought = 0;
   for (const char* name : {"a", "b"}) {
     const std::string cache = directory_ + "/cache-" + name + "-content";

@@ -32,7 +32,8 @@ class AttemptFolders {
   // The folder for an attempt that writes. Errors: kFailedPrecondition without a store;
   // kInvalidArgument for a path that leaves the store.
   absl::StatusOr<AttemptFolder> Of(const v1::Lease& lease) const;
-  // Of a job that writes nothing: the store alone, through the coordinator unless it is at hand.
+  // The folder of a job that writes nothing: the store alone, through the coordinator unless it is
+  // at hand.
   AttemptFolder ReadOnly(const v1::Lease& lease) const;
 
  private:

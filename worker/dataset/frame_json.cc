@@ -51,7 +51,7 @@ Json RawJson(const v1::RawCamera& given) {
           {"rectified_from_raw", rows}};
 }
 
-// What tells of the other frames of the scene: whose left eye it has, which way it belongs to,
+// Adds facts on the other frames of the scene: whose left eye it has, which way it belongs to,
 // where things stand that move.
 void AddNeighbours(const v1::Scene& scene, const v1::Rig& rig, Json* json) {
   const std::vector<RigPlace> places = PlacesOf(scene);

@@ -19,7 +19,7 @@ constexpr int kFewestDots = 60;         // Fewer say nothing on average.
 constexpr double kDarkest = 0.05;       // Reflectance of what hardly shows a dot.
 constexpr double kSeenLight = 0.02;     // Linear, after exposure: some 5 levels even in the dark.
 constexpr double kLeastContrast = 1;    // Levels.
-constexpr double kMostInShadow = 0.25;  // Of the contrast of lit dots.
+constexpr double kMostInShadow = 0.25;  // Share of the contrast of lit dots.
 constexpr float kSameDepth = 0.01f, kNearer = 0.04f;
 constexpr int kInner = 4, kOuter = 6;  // Pixels around a dot that it is compared with.
 constexpr uint8_t kShowsOther = kMaskTransparent | kMaskMirror;
@@ -107,7 +107,7 @@ class InfraredChecker {
     }
     pattern_ = *std::move(pattern);
     const double baseline_m = json_.at("baseline_m");
-    // Of the projector from each eye, along +x.
+    // The projector's distance from each eye, along +x.
     away_m_[0] = projector.place_m();
     away_m_[1] = projector.place_m() - baseline_m;
     return true;

@@ -8,7 +8,7 @@
 
 namespace parallax {
 
-// Of a frame whose frame.json, `json`, has `infrared`: both pictures are there, grey and of the
+// Checks a frame whose frame.json, `json`, has `infrared`: both pictures are there, grey and of the
 // pair's size, and what they show of the projector agrees with the depth maps. Where depth says
 // that a dot falls, and that nothing stands between it and the projector, the picture is brighter
 // than around it, on average over all dots, if the projector is strong enough for that; in the

@@ -20,7 +20,7 @@ class Store;
 
 struct ContentCacheOptions {
   std::string dir;        // Absolute; made if need be.
-  int64_t max_bytes = 0;  // What was used longest ago gives way; never what was used in an hour.
+  int64_t max_bytes = 0;  // Content used longest ago gives way; never what was used in an hour.
 };
 
 // A job that waits for its content.

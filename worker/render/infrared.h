@@ -23,7 +23,7 @@ namespace parallax {
 // wholly: lamps of today give little in the infrared.
 inline constexpr float kAmbientInfrared = 0.15f;
 
-// What a surface or a lamp of this colour is in the infrared: recipes know no spectra beyond red,
+// A surface's or lamp's infrared level, from its colour: recipes know no spectra beyond red,
 // and red is their next neighbour.
 inline float InfraredOf(const Vec3f& rgb) { return Vec3f(0.6f, 0.3f, 0.1f).dot(rgb); }
 

@@ -11,7 +11,7 @@
 namespace parallax {
 namespace {
 
-constexpr double kMargin = 0.12;   // Of a cell, on each side of a dot.
+constexpr double kMargin = 0.12;   // Share of a cell, on each side of a dot.
 constexpr float kReachSigmas = 4;  // A Gaussian ends there; 0.03 % of its power lies beyond.
 constexpr int kFarthestCell = 3;   // Cells that are searched to each side.
 

@@ -40,9 +40,9 @@ class DotPattern {
   DotPattern() = default;
   void PlaceDots(uint64_t seed, int count);
 
-  float power_w_ = 0;           // Of one dot.
-  float variance_ = 0;          // Of a dot's Gaussian along each axis, rad^2.
-  Vec2f half_ = Vec2f::Ones();  // Of the field, on the plane z = 1.
+  float power_w_ = 0;           // Each dot's.
+  float variance_ = 0;          // A dot's Gaussian along each axis, rad^2.
+  Vec2f half_ = Vec2f::Ones();  // Half sides of the field, on the plane z = 1.
   int columns_ = 1, rows_ = 1;
   std::vector<Vec2f> dots_;
   std::vector<int32_t> dot_of_cell_;  // Row by row; -1: none.

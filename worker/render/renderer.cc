@@ -310,7 +310,7 @@ class SceneRenderer final : public Renderer {
     }
     CacheFill fill;
     fill.paths = profile_.cache_paths;
-    // What moves is not there: the cache holds for all times, and movers are lit by traced paths.
+    // Movers are not there: the cache holds for all times, and they are lit by traced paths.
     if (moving_.moves()) RETURN_IF_ERROR(geometry_->ShowMovers(false));
     auto filled =
         FillRadianceCache(*geometry_, &lights_, Options(0), scene_seed_, cameras, fill, cancel);

@@ -263,7 +263,7 @@ class RenderKind final : public JobKind {
                      "scene " + std::to_string(job.ordinal) + " is not solved");
   }
 
-  // Of a frame's attempt: "ab/ab12.../.attempt-7/finished".
+  // The notes' folder of a frame's attempt: "ab/ab12.../.attempt-7/finished".
   static std::string NotesOf(const std::string& frame_path) {
     const size_t attempt = frame_path.find("/.attempt-");
     return frame_path.substr(0, frame_path.find('/', attempt + 1)) + "/" + kFrameNotes;

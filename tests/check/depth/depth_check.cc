@@ -36,7 +36,7 @@ struct Options {
 };
 
 struct Figures {
-  std::vector<float> disparity_px, depth_m;  // Of the left view's pixels that see a surface.
+  std::vector<float> disparity_px, depth_m;  // At the left view's pixels that see a surface.
   int64_t pixels = 0;
   int scenes = 0, rejected = 0, views = 0;
   double solve_s = 0, build_s = 0, objects = 0;

@@ -36,7 +36,7 @@ class KeptPairs : public QueueTest {
   static std::string FolderOf(const v1::Lease& lease) {
     return lease.store_prefix() + "/.attempt-" + std::to_string(lease.attempt().fence());
   }
-  // What a worker has noted of its finished pairs.
+  // A worker's notes on its finished pairs.
   static std::string NotesOf(const v1::Lease& lease) { return FolderOf(lease) + "/finished"; }
   std::vector<std::string> Litter() {
     const auto paths = queue_->ListLitter(0, 100);

@@ -162,7 +162,7 @@ class Litter : public QueueTest {
   static std::string FolderOf(const v1::Lease& lease) {
     return lease.store_prefix() + "/.attempt-" + std::to_string(lease.attempt().fence());
   }
-  // Of finished pairs, when the job is done.
+  // Notes on finished pairs, when the job is done.
   static std::string NotesOf(const v1::Lease& lease) { return FolderOf(lease) + "/finished"; }
 };
 

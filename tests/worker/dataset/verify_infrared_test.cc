@@ -1,4 +1,4 @@
-// What verify says of infrared pictures, of frames that the renderer made.
+// Faults that verify finds in infrared pictures of frames that the renderer made.
 #include "worker/dataset/verify_infrared.h"
 
 #include <gmock/gmock.h>
@@ -59,7 +59,7 @@ class VerifyInfraredTest : public ::testing::Test {
     return test::RenderFrame(WallWithBox(box), config, rig_);
   }
 
-  // What verify says of the truth of one frame beside the infrared pictures of another.
+  // Verify's findings on the truth of one frame beside the infrared pictures of another.
   std::vector<Finding> Check(const StereoFrame& truth, const ImageU8& left, const ImageU8& right,
                              float exposure) const {
     EXPECT_TRUE(WritePng(dir_ + "/infrared_left.png", left).ok());

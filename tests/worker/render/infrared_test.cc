@@ -149,7 +149,7 @@ TEST(Infrared, EveryDotOfThePatternIsOnTheWall) {
   EXPECT_GE(dots, 290);
 }
 
-// What a grey wall sends back of all dots, seen from where the projector stands.
+// The light of all dots that a grey wall sends back, seen from where the projector stands.
 double PowerFrom(float distance) {
   v1::Rig rig = MakeRig({0, 0, 0}, {0, 1, 0}, 320, 320, 250, 0.1);
   *rig.mutable_projector() = MakeProjector(0.36, 500, 55, 0.12);

@@ -5,7 +5,7 @@
 namespace parallax {
 namespace {
 
-// What every hall has along its walls.
+// Furniture that every hall has along its walls.
 void AddWallRows(std::vector<RoomRow>& rows, int shelves) {
   rows.push_back(Row("shelf", {"SimpleBookcase", "SimpleBookcase", "LargeShelf", "LargeShelf",
                                "CellShelf", "SingleCabinet"})

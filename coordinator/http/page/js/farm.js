@@ -77,7 +77,7 @@ function Trainings({ running }) {
   </tbody></table><//>`;
 }
 
-// Who uses the farm, where there are limits or several users.
+// The farm's users, where there are limits or several users.
 function Users() {
   const asked = useApi("users");
   const users = asked.data?.users || [];

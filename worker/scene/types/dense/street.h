@@ -22,7 +22,7 @@ v1::Street DrawStreet(const Rng& root);
 // Carriageway, kerbs, walks and the ground beside them out to the horizon; closed boxes.
 Mesh MakeStreet(const v1::Street& street);
 
-// What its slots are made of: SceneMaterial.index.
+// Materials of its slots: SceneMaterial.index.
 uint32_t StreetMaterial(const MaterialSlot& slot, Palettes& palettes);
 
 // Adds config.count rigs, one a keyframe: each on the carriageway, looking down the street one way

@@ -17,7 +17,7 @@ namespace parallax {
 namespace {
 
 constexpr uint32_t kMostFloating = 1000;  // More than floating.count may be.
-constexpr double kViewOut_m = 9;          // What a landscape counts as where rigs are chosen.
+constexpr double kViewOut_m = 9;          // A landscape's depth where rigs are chosen.
 
 // The box that stands for a small thing of another room: nothing comes near it.
 Mesh MeshOfBox(const Box3f& box) {

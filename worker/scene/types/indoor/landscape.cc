@@ -15,10 +15,10 @@ namespace parallax {
 namespace {
 
 constexpr double kPlinth_m[] = {0.15, 0.6};  // Floors lie this far above the ground.
-constexpr double kAround_m = 0.6;            // Of the plot beyond the outer walls.
+constexpr double kAround_m = 0.6;            // The plot's margin beyond the outer walls.
 constexpr double kHalfView_rad = 75 * std::numbers::pi / 180;
 constexpr double kHalfHeight_rad = 25 * std::numbers::pi / 180;
-constexpr double kFocal_px = 1000;  // Of scenes without rigs.
+constexpr double kFocal_px = 1000;  // For scenes without rigs.
 
 Eigen::AlignedBox2d OutlineOf(const v1::House& house) {
   Eigen::AlignedBox2d outline;

@@ -19,8 +19,8 @@ bool StandsInLandscape(const v1::RoomConfig& config, SceneSeed seed);
 // Errors: as DrawHouseLand, ChooseLandMaterials and CountLand.
 absl::Status AddLandscape(uint32_t first_index, SceneInProgress& scene);
 
-// What the landscape is expanded for: a view out of each opening that leads outdoors, with the
-// longest focal length of the scene's rigs. At least one.
+// The views that the landscape is expanded for: one out of each opening that leads outdoors, with
+// the longest focal length of the scene's rigs. At least one.
 google::protobuf::RepeatedPtrField<v1::Rig> ViewsOut(const v1::Scene& scene);
 
 }  // namespace parallax

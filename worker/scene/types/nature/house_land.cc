@@ -28,7 +28,7 @@ void MakeCoarse(TerrainSpec& spec) {
   spec.water.reset();
 }
 
-// What is small is seen near windows only; trees end where hills take over.
+// Small things are seen near windows only; trees end where hills take over.
 void MakeSparse(v1::Terrain& land) {
   constexpr double kLitter_m = 24, kStones_m = 140, kTrees_m = 380, kLitterShare = 0.3;
   for (v1::ScatterLayer& layer : *land.mutable_layers()) {

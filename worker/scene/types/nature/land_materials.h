@@ -1,4 +1,4 @@
-// What a land is made of, and what its rules come to: the end of stage scene, of landscapes and of
+// A land's materials, and the instances of its rules: the end of stage scene, of landscapes and of
 // houses that stand in one.
 #pragma once
 

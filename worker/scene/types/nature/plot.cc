@@ -7,9 +7,9 @@
 namespace parallax {
 namespace {
 
-constexpr double kMostOfPlot_m = 1000;  // Of a plot's coordinates.
+constexpr double kMostOfPlot_m = 1000;  // Bound of a plot's coordinates.
 
-// Of the land itself: 0 on the plot, 1 from its blend on, with zero slopes at both.
+// Weight of the land itself: 0 on the plot, 1 from its blend on, with zero slopes at both.
 float ShareOfLand(const v1::Plot& plot, const Vec2f& p) {
   const float t = std::clamp(FromPlot(plot, p) / static_cast<float>(plot.blend_m()), 0.0f, 1.0f);
   return t * t * (3 - 2 * t);

@@ -173,9 +173,9 @@ TEST_F(LoadTest, AStudySaysWhatItsWorkersMustHave) {
 
 TEST_F(LoadTest, BuiltInStudiesEqualTheFiles) {
   EXPECT_THAT(BuiltinStudies(),
-              ::testing::ElementsAre("baseline", "cameras", "controls", "cost", "curation", "mix",
-                                     "profiles", "quickstart", "scaling", "sensor", "table1",
-                                     "table1-small", "wmg150k"));
+              ::testing::ElementsAre("baseline", "cameras", "controls", "cost", "curation", "depth",
+                                     "mix", "profiles", "quickstart", "scaling", "sensor",
+                                     "sequences", "table1", "table1-small", "wmg150k"));
   for (const std::string& name : BuiltinStudies()) {
     const auto built_in = LoadStudy(name);
     const auto file = LoadStudy(kConfigs + "/studies/" + name + ".yaml");
@@ -254,11 +254,11 @@ TEST(VariantBase, IsReadBeforeSetWhereverItStands) {
 TEST(LoadStudy, AMissingFileIsToldWithTheBuiltInNames) {
   const absl::Status status = LoadStudy("no/such.yaml").status();
   EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
-  EXPECT_EQ(
-      std::string(status.message()),
-      "no/such.yaml: no such file, allowed is a path or a built-in name: baseline, cameras, "
-      "controls, "
-      "cost, curation, mix, profiles, quickstart, scaling, sensor, table1, table1-small, wmg150k");
+  EXPECT_EQ(std::string(status.message()),
+            "no/such.yaml: no such file, allowed is a path or a built-in name: baseline, cameras, "
+            "controls, "
+            "cost, curation, depth, mix, profiles, quickstart, scaling, sensor, sequences, table1, "
+            "table1-small, wmg150k");
 }
 
 TEST(ValidateStudy, TellsWhatAMessageBreaks) {

@@ -90,6 +90,11 @@ CLI::App* DeclareServe(CLI::App& app, CommandLine& line) {
                    "0: never)")
       ->check(CLI::Range(0.0, 36500.0));
   serve
+      ->add_option("--limits", options.limits,
+                   "YAML file of how many jobs, studies and pairs each user may have at a time "
+                   "(see coordinator/README.md; default: no limits)")
+      ->type_name("FILE");
+  serve
       ->add_option("--store-access", options.store_access,
                    "How workers reach the store: direct (they see it themselves), stream (their "
                    "files come through this coordinator) or auto (default: direct where they see "

@@ -120,8 +120,15 @@ ProgramError Serve(const ServeOptions& options) {
             kExitStoreUnwritable};
   }
 
+  LimitRules limits;
+  if (!options.limits.empty()) {
+    auto loaded = LimitRules::Load(options.limits);
+    if (!loaded.ok()) return {loaded.status(), kExitUsage};
+    limits = *std::move(loaded);
+  }
   if (ProgramError error = CheckDatabasePlace(options.db); !error.status.ok()) return error;
   JobQueueOptions queue_options;
+  queue_options.limits = limits;
   queue_options.db_path = options.db;
   if (options.kinds != nullptr) queue_options.kinds = options.kinds;
   queue_options.lease_s = options.lease_s;
@@ -168,6 +175,7 @@ ProgramError Serve(const ServeOptions& options) {
                                  {"db", options.db},
                                  {"store", (*store)->Uri()},
                                  {"epoch", (*queue)->epoch()},
+                                 {"limits", limits.Describe()},
                                  {"lease_s", options.lease_s}});
   const int signal = WaitForSignal(signals);
   LogInfo("coordinator stops", {{"signal", signal}});

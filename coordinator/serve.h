@@ -24,6 +24,7 @@ struct ServeOptions {
   double lease_s = 60;
   double reconnect_grace_s = 10;
   double archive_after_days = 30;       // 0: never.
+  std::string limits;                   // File with the limits of users; empty: none.
   double backoff_s = 5;                 // Least wait before a failed job's first retry.
   const KindRegistry* kinds = nullptr;  // Null: the program's own. Must outlive the call.
 };

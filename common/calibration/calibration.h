@@ -19,7 +19,13 @@
 
 namespace parallax {
 
-// A stereo camera as a calibration file describes it.
+// A projector of dots between the eyes.
+struct ProjectorFacts {
+  double power_w = 0;
+  int dots = 0;
+  double horizontal_fov_deg = 0, vertical_fov_deg = 0;
+};
+
 struct StereoCalibration {
   std::string format;  // "middlebury", "kitti", "opencv", "realsense", "zed", "preset".
   int width_px = 0, height_px = 0;  // Size that `rectified` is for; 0: the file does not say.
@@ -27,6 +33,7 @@ struct StereoCalibration {
   std::optional<double> baseline_m;
   // Left and right camera before rectification; absent if the file describes a rectified pair.
   std::optional<std::array<RawIntrinsics, 2>> raw;
+  std::optional<ProjectorFacts> projector;  // Set by presets.
 };
 
 // Choices for files that leave them open.

@@ -79,6 +79,13 @@ void SetCamera(const StereoCalibration& calibration, v1::RigConfig* rigs) {
   SetRaw((*calibration.raw)[1], 1, camera.mutable_raw_right());
 }
 
+void SetProjector(const ProjectorFacts& facts, v1::ProjectorConfig* projector) {
+  projector->mutable_power_w()->set_constant(facts.power_w);
+  projector->mutable_dots()->set_constant(facts.dots);
+  projector->mutable_horizontal_fov_deg()->set_constant(facts.horizontal_fov_deg);
+  projector->mutable_vertical_fov_deg()->set_constant(facts.vertical_fov_deg);
+}
+
 // The camera's fields in `node`, before anything is merged.
 class CameraNode {
  public:
@@ -93,16 +100,21 @@ class CameraNode {
   bool RigsHave(const char* field) const { return rigs_.IsMap() && rigs_[field]; }
   bool given() const { return camera_.IsMap(); }
 
-  // Puts the preset or calibration into `rigs`. Errors go to the reader.
-  // Returns the hash of the file that was read.
-  std::string Resolve(v1::RigConfig* rigs) const {
+  // The preset or calibration put into the config's rigs, and the projector that a preset has;
+  // errors are told. Returns the hash of the file that was read.
+  std::string Resolve(v1::SceneConfig* config) const {
+    v1::RigConfig* const rigs = config->mutable_rigs();
     if (Has("preset") && Has("calibration")) {
       Tell("calibration", "given beside a preset, allowed is one of them");
       return "";
     }
     if (Has("preset")) {
       const auto calibration = FindCameraPreset(Text("preset"));
-      if (calibration) SetCamera(*calibration, rigs);  // Else the field's own check tells.
+      if (!calibration) return "";  // The field's own check tells.
+      SetCamera(*calibration, rigs);
+      if (calibration->projector) {
+        SetProjector(*calibration->projector, config->mutable_lighting()->mutable_projector());
+      }
       return "";
     }
     if (!Has("calibration") || Text("calibration").empty()) return "";
@@ -381,7 +393,7 @@ void MergeSceneConfig(YamlReader& reader, const YAML::Node& node, v1::SceneConfi
                       const std::string& path, Origins* origins) {
   const CameraNode camera(reader, node, path);
   std::string hash;
-  if (camera.given()) hash = camera.Resolve(config->mutable_rigs());
+  if (camera.given()) hash = camera.Resolve(config);
   reader.Merge(node, config, path, origins);
   if (!camera.given()) return;
   v1::RigConfig& rigs = *config->mutable_rigs();

@@ -9,14 +9,14 @@
 
 namespace parallax::config_internal {
 
-// Merges the scene config `node` into `config` as YamlReader::Merge does, and applies rigs.camera:
-// - A preset or calibration replaces the camera, size and baseline of `config`; fields beside it in
-//   `node` win. The calibration's path is relative to the reader's file. If calibration_sha256 and
-//   fx_px stand beside it, it is resolved already and no file is read.
-// - A focal length replaces rigs.horizontal_fov_deg, which is cleared unless `node` has it too
-//   (then CheckCamera reports both).
-// - The size for which the numbers are given is noted.
-// Errors go to the reader.
+// As YamlReader::Merge of a scene config, which `node` is, with what rigs.camera says:
+// - A preset or calibration replaces the camera, size and baseline that `config` has, and a preset
+//   with a projector that, too; what stands beside it in `node` wins. The calibration is looked for
+//   relative to the reader's file. One that has calibration_sha256 and fx_px beside it is resolved
+//   already: nothing is read.
+// - A focal length takes the place of rigs.horizontal_fov_deg, which is cleared unless `node` has
+//   it, too (CheckCamera tells then).
+// - The size that the numbers are given for is noted.
 void MergeSceneConfig(YamlReader& reader, const YAML::Node& node, v1::SceneConfig* config,
                       const std::string& path, Origins* origins);
 

@@ -49,8 +49,12 @@ std::string WhyNotMaterial(const std::string& text) {
                      "a material or family that `parallax catalogue` lists for any object");
 }
 
-// A path that stays below the root it is joined to, without "..", "." or empty parts.
-std::string WhyNotBelowRoot(const std::string& text) {
+// A path that stays below the root it is joined to, without "..", "." or empty parts; behind
+// "store:<64 hex digits>/" one whose content is in the store (common/store/content.h).
+std::string WhyNotBelowRoot(const std::string& whole) {
+  const bool stored = whole.starts_with("store:") && whole.size() > 71 && whole[70] == '/' &&
+                      whole.find_first_not_of("0123456789abcdef", 6) == 70;
+  const std::string text = stored ? whole.substr(71) : whole;
   constexpr char kAllowed[] =
       ", allowed is a folder below the worker's --picture-root, such as posters/large";
   if (text.empty()) return "";  // None wanted.
@@ -241,6 +245,12 @@ void CheckConfig(const v1::SceneConfig& config, const std::string& path, Finding
   if (findings->size() > before) return;  // Each number by itself first.
   CheckSensor(config, path, findings);
   CheckSequences(config, path, findings);
+  if (config.floating().placement() == v1::FloatingConfig::PLACEMENT_STREET &&
+      config.type() != v1::SCENE_TYPE_DENSE) {
+    findings->push_back({Dotted(path, "floating.placement"),
+                         "street, but that is for scenes of type dense; allowed here are box and "
+                         "view"});
+  }
   const v1::RigConfig& rigs = config.rigs();
   const int64_t pixels = int64_t{rigs.width_px()} * rigs.height_px();
   if (pixels > kMaxPixels) {

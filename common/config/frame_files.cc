@@ -36,6 +36,9 @@ std::vector<std::string> FrameFileNames(const v1::RenderConfig& render) {
       }
     }
   }
+  if (std::find(render.maps().begin(), render.maps().end(), "infrared") != render.maps().end()) {
+    names.insert(names.end(), {kInfraredFiles[0], kInfraredFiles[1]});
+  }
   std::sort(names.begin(), names.end());
   return names;
 }

@@ -17,6 +17,9 @@ inline constexpr char kSensorVersion[] = "1";
 inline constexpr const char* kLinearFiles[2] = {"hdr_left.exr", "hdr_right.exr"};
 inline constexpr float kMostLight = 60000;
 
+// 8-bit grey pictures of both eyes under the rig's projector (render.maps: infrared).
+inline constexpr const char* kInfraredFiles[2] = {"infrared_left.png", "infrared_right.png"};
+
 // Returns the file names of one frame, sorted: both images, frame.json, and each map that `render`
 // asks for, of both eyes ("depth_left.exr"). Unknown maps are left out; the check of configs
 // refuses them.

@@ -126,6 +126,7 @@ void RegisterAll(Registry& registry) {
   RegisterWorkers(registry);
   RegisterFarm(registry);
   RegisterSteer(registry);
+  RegisterLimits(registry);
   RegisterFetch(registry);
   RegisterAudit(registry);
   RegisterPage(registry);

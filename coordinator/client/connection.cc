@@ -21,6 +21,8 @@ namespace {
 constexpr std::chrono::seconds kTimeout{20};
 constexpr int kStudiesUnlessTold = 100;
 constexpr int kAuditUnlessTold = 100;
+constexpr int kJobsUnlessTold = 1000;
+constexpr int kJobsAtOnce = 5000;
 
 // gRPC's own words name sockets and addresses several times over; the cause is the part people
 // know.
@@ -178,8 +180,35 @@ absl::StatusOr<v1::DrainWorkersReply> Connection::DrainWorkers(
                                                               request);
 }
 
-absl::StatusOr<v1::ListJobsReply> Connection::ListJobs(const v1::ListJobsRequest& request) {
-  return Call<v1::ListJobsRequest, v1::ListJobsReply>(&v1::Coordinator::Stub::ListJobs, request);
+absl::StatusOr<v1::ListJobsReply> Connection::ListJobs(v1::ListJobsRequest request) {
+  const int wanted = request.limit() > 0 ? request.limit() : kJobsUnlessTold;
+  v1::ListJobsReply all;
+  while (all.jobs_size() < wanted) {
+    const int asked = std::min(wanted - all.jobs_size(), kJobsAtOnce);
+    request.set_limit(asked);
+    ASSIGN_OR_RETURN(const v1::ListJobsReply page, (Call<v1::ListJobsRequest, v1::ListJobsReply>(
+                                                       &v1::Coordinator::Stub::ListJobs, request)));
+    // An earlier coordinator knows no `after_job` and begins anew.
+    if (page.jobs().empty() ||
+        (!all.jobs().empty() && page.jobs(0).job_id() == all.jobs(0).job_id())) {
+      break;
+    }
+    const v1::JobStatus& last = page.jobs(page.jobs_size() - 1);
+    request.set_after_job(last.job_id());
+    request.set_after_state(last.state());
+    all.mutable_jobs()->MergeFrom(page.jobs());
+    if (page.jobs_size() < asked && !page.cut()) break;
+  }
+  return all;
+}
+
+absl::StatusOr<v1::StudyStatus> Connection::SetMaxRunning(const v1::SetMaxRunningRequest& request) {
+  return Call<v1::SetMaxRunningRequest, v1::StudyStatus>(&v1::Coordinator::Stub::SetMaxRunning,
+                                                         request);
+}
+
+absl::StatusOr<v1::ListUsersReply> Connection::ListUsers() {
+  return Call<v1::ListUsersRequest, v1::ListUsersReply>(&v1::Coordinator::Stub::ListUsers, {});
 }
 
 absl::StatusOr<v1::ListWorkersReply> Connection::ListWorkers() {
@@ -239,7 +268,7 @@ absl::StatusOr<v1::ListAuditReply> Connection::ListAudit(v1::ListAuditRequest re
 }
 
 std::unique_ptr<Store> Connection::RemoteStore() const {
-  return MakeRemoteStore(stub_->channel, {});
+  return MakeRemoteStore(stub_->channel, {.worker = "client", .attempt = {}});
 }
 
 absl::StatusOr<v1::StudyStatus> Connection::FindStudy(const std::string& id_or_name) {

@@ -43,9 +43,14 @@ class Connection {
   absl::StatusOr<v1::StudyStatus> Resume(int64_t study_id, const std::string& reason);
   absl::StatusOr<v1::RetryReply> Retry(int64_t study_id);
   absl::StatusOr<v1::ForgetReply> Forget(int64_t study_id, const std::string& reason);
+  // Errors: as all.
+  absl::StatusOr<v1::StudyStatus> SetMaxRunning(const v1::SetMaxRunningRequest& request);
+  // Errors: as all.
+  absl::StatusOr<v1::ListUsersReply> ListUsers();
   absl::StatusOr<v1::ListAttemptsReply> ListAttempts(int64_t job_id);
   absl::StatusOr<v1::DrainWorkersReply> DrainWorkers(const v1::DrainWorkersRequest& request);
-  absl::StatusOr<v1::ListJobsReply> ListJobs(const v1::ListJobsRequest& request);
+  // At most request.limit() jobs, 0: 1,000. Errors: as all.
+  absl::StatusOr<v1::ListJobsReply> ListJobs(v1::ListJobsRequest request);
   absl::StatusOr<v1::ListWorkersReply> ListWorkers();
   absl::StatusOr<v1::ListFramesReply> ListFrames(int64_t study_id, int64_t cursor, int limit);
   absl::StatusOr<v1::ListResultsReply> ListResults(int64_t study_id, int64_t cursor, int limit);
@@ -54,8 +59,8 @@ class Connection {
   absl::StatusOr<v1::GetInfoReply> GetInfo();
   absl::StatusOr<v1::ListAuditReply> ListAudit(v1::ListAuditRequest request);
 
-  // Returns the coordinator's store, read through the coordinator, for machines that cannot reach
-  // it themselves.
+  // The coordinator's store through the coordinator, for machines that do not see it: to read from,
+  // and to put the user's content into.
   std::unique_ptr<Store> RemoteStore() const;
 
   // Returns the study that a user means by "12" or "baseline": an id, or the newest study of that

@@ -20,7 +20,10 @@ namespace fs = std::filesystem;
 
 // Bytes of a pair (both eyes) for each pixel of one image, measured on indoor scenes at 320x180.
 constexpr double kImageBytesPerPixel = 3.5;
-constexpr double kMapsBytesPerPixel = 17;
+constexpr double kMapsBytesPerPixel = 17;  // All seven maps.
+constexpr double kRawBytesPerPixel = 22;   // Pictures, correspondence and occlusion.
+constexpr double kInfraredBytesPerPixel = 2;
+constexpr double kLinearBytesPerPixel = 9;  // render.keep_hdr.
 constexpr double kFlowBytesPerPixel = 36;
 
 absl::Status MakeFolder(const std::string& path) {
@@ -118,16 +121,28 @@ absl::Status OutDir::CheckFreeSpace() const {
                        " needed");
 }
 
+namespace {
+
+double BytesPerPixel(const v1::RenderConfig& render) {
+  double bytes = kImageBytesPerPixel + (render.keep_hdr() ? kLinearBytesPerPixel : 0);
+  for (const std::string& map : render.maps()) {
+    bytes += map == "raw"        ? kRawBytesPerPixel
+             : map == "infrared" ? kInfraredBytesPerPixel
+             : map == "flow"     ? kFlowBytesPerPixel
+                                 : kMapsBytesPerPixel / 7;
+  }
+  return bytes;
+}
+
+}  // namespace
+
 int64_t EstimateBytes(const v1::StudySpec& study) {
   double bytes = 0;
   for (const v1::VariantSpec& variant : study.variants()) {
     const v1::RigConfig& rigs = variant.config().rigs();
     const double pixels = static_cast<double>(rigs.width_px()) * rigs.height_px();
-    const auto& names = variant.config().render().maps();
-    const bool flow = std::find(names.begin(), names.end(), "flow") != names.end();
-    const double maps = (names.size() - (flow ? 1 : 0)) / 7.0;
     bytes += static_cast<double>(PairsOf(study, variant)) * pixels *
-             (kImageBytesPerPixel + kMapsBytesPerPixel * maps + (flow ? kFlowBytesPerPixel : 0));
+             BytesPerPixel(variant.config().render());
   }
   return static_cast<int64_t>(bytes);
 }

@@ -9,6 +9,7 @@
 #include "common/config/config.h"
 #include "common/config/rig_counts.h"
 #include "common/config/training.h"
+#include "common/store/content.h"
 #include "coordinator/client/own_content.h"
 #include "coordinator/client/text.h"
 #include "coordinator/study/expansion.h"
@@ -153,8 +154,14 @@ absl::Status TakeHash(const absl::StatusOr<std::string>& seen, const std::string
   return absl::OkStatus();
 }
 
-// The path of a folder for workers of `run`, or of a farm whose picture root is "/".
-std::string FromRoot(const std::string& dir) { return "/" + dir; }
+}  // namespace
+
+std::string FromRoot(const std::string& dir) {
+  const std::optional<ContentReference> reference = FindContentReference(dir);
+  return "/" + (reference ? reference->path : dir);
+}
+
+namespace {
 
 absl::Status HashContentOf(v1::SceneConfig& config, ContentHashes& hashes) {
   v1::MaterialConfig& materials = *config.mutable_materials();

@@ -38,6 +38,10 @@ absl::Status TakePicturesFromHere(StudyOptions& options);
 // kInvalidArgument if both `pairs` and `scenes` are given, or for values out of range.
 absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options);
 
+// A folder that a config names, as the workers of `run` see it, and those of a farm whose picture
+// root is "/".
+std::string FromRoot(const std::string& dir);
+
 // Hashes and checks the content of each variant's folders below "/", and sets pictures_sha256,
 // textures_sha256, hdris_sha256 and include_sha256. Variants whose folders are not on this machine
 // keep their hashes. Errors: kFailedPrecondition if the content differs from the study's hash;

@@ -110,6 +110,19 @@ std::vector<std::string> OtherJobLines(const v1::StudyStatus& study) {
   return lines;
 }
 
+std::vector<std::string> LimitLines(const v1::StudyStatus& study) {
+  if (IsFinished(study.state())) return {};
+  std::vector<std::string> lines;
+  if (study.max_running() > 0) {
+    lines.push_back("at most " + Plural(study.max_running(), "job") + " at a time (max_running)");
+  }
+  if (!study.at_limit().empty()) {
+    lines.push_back("at its limit: " + study.at_limit() + "; " +
+                    Plural(study.held_jobs(), "job waits", "jobs wait") + " for it");
+  }
+  return lines;
+}
+
 bool IsFinished(v1::StudyState state) {
   return state == v1::STUDY_STATE_SUCCEEDED || state == v1::STUDY_STATE_CANCELLED ||
          state == v1::STUDY_STATE_FAILED;
@@ -168,6 +181,7 @@ void PrintStudy(const Terminal& terminal, const v1::StudyStatus& study) {
   if (study.variants_size() > 1) add(terminal.Paint(Tone::kDim, "total"), CountsOf(study));
   table.Print(terminal);
   for (const std::string& line : OtherJobLines(study)) out << line << "\n";
+  for (const std::string& line : LimitLines(study)) out << line << "\n";
   const std::vector<std::string> problems = ProblemLines(terminal, study, 10);
   if (problems.empty()) return;
   out << "\nProblems\n";
@@ -248,6 +262,10 @@ Json StudyJson(const v1::StudyStatus& study) {
   Json json = {{"study_id", study.study_id()},
                {"name", study.name()},
                {"state", StateName(study.state())},
+               {"user", study.user()},
+               {"max_running", study.max_running()},
+               {"at_limit", study.at_limit()},
+               {"held_jobs", study.held_jobs()},
                {"submitted_unix_s", study.submitted_unix_s()},
                {"finished_unix_s", study.finished_unix_s()}};
   json.update(CountsFields(CountsOf(study)));

@@ -30,6 +30,8 @@ int64_t JobsInState(const v1::StudyStatus& study, const std::string& state);
 // Returns a line for each kind of job without scenes that the study has: "train: 2 done, 1 running,
 // 3 to come".
 std::vector<std::string> OtherJobLines(const v1::StudyStatus& study);
+// The limit of an unfinished study, and the one that holds it back now.
+std::vector<std::string> LimitLines(const v1::StudyStatus& study);
 
 // Returns whether a study in this state has ended.
 bool IsFinished(v1::StudyState state);

@@ -54,6 +54,16 @@ absl::StatusOr<int64_t> NumberIn(const WebRequest& request, const std::string& n
                                     std::to_string(least) + " to " + std::to_string(most));
 }
 
+absl::StatusOr<int64_t> WholeNumberIn(const WebRequest& request, const std::string& name,
+                                      int64_t least, int64_t most) {
+  const auto body = nlohmann::json::parse(request.body, nullptr, /*allow_exceptions=*/false);
+  const bool there = body.is_object() && body.contains(name) && body[name].is_number_integer();
+  const auto number = there ? body[name].get<int64_t>() : least - 1;
+  if (number >= least && number <= most) return number;
+  return absl::InvalidArgumentError(name + ": wanted a whole number from " + std::to_string(least) +
+                                    " to " + std::to_string(most));
+}
+
 absl::StatusOr<std::string> TextIn(const WebRequest& request, const std::string& name,
                                    size_t most) {
   if (request.body.empty()) return "";

@@ -59,5 +59,9 @@ absl::StatusOr<int64_t> NumberIn(const WebRequest& request, const std::string& n
 // Returns a text of the JSON body; empty if it is absent. Errors: kInvalidArgument if the body is
 // not an object, or the value is not a plain text of at most `most` bytes.
 absl::StatusOr<std::string> TextIn(const WebRequest& request, const std::string& name, size_t most);
+// A whole number of the JSON body, which must be there. Errors: kInvalidArgument for a body that is
+// no object or a number outside of [least, most].
+absl::StatusOr<int64_t> WholeNumberIn(const WebRequest& request, const std::string& name,
+                                      int64_t least, int64_t most);
 
 }  // namespace parallax

@@ -41,6 +41,11 @@ Reply Drain(ApiParts& parts, const WebRequest& request, bool undo) {
   return JsonReply(JsonText(WorkersJson(parts.server.Workers())));
 }
 
+Reply Users(ApiParts& parts, const WebRequest&) {
+  ASSIGN_OR_RETURN(const auto users, parts.queue.ListUsers());
+  return JsonReply(JsonText(UsersJson(users)));
+}
+
 Reply Audit(ApiParts& parts, const WebRequest& request) {
   v1::ListAuditRequest asked;
   ASSIGN_OR_RETURN(const int64_t study, NumberIn(request, "study", 0, 0, INT64_MAX));
@@ -97,6 +102,7 @@ void AddFarmRoutes(ApiParts& parts, std::vector<WebRoute>& routes) {
   add("/metrics", WebAccess::kRoles, "ListStudies", Metrics);
   add("/api/v1/farm", WebAccess::kRoles, "ListStudies", Farm);
   add("/api/v1/history", WebAccess::kRoles, "ListStudies", FarmHistory);
+  add("/api/v1/users", WebAccess::kRoles, "ListUsers", Users);
   add("/api/v1/workers", WebAccess::kRoles, "ListWorkers", Workers);
   routes.push_back({"POST", "/api/v1/workers/drain", "/api/v1/workers/drain", WebAccess::kRoles,
                     "DrainWorkers",

@@ -147,6 +147,10 @@ Json StudyLineJson(const v1::StudyStatus& study, double eta_s) {
           {"wanted", pairs.wanted},
           {"variants", study.variants_size()},
           {"running", JobsIn(study, "LEASED")},
+          {"user", study.user()},
+          {"max_running", study.max_running()},
+          {"at_limit", study.at_limit()},
+          {"held_jobs", study.held_jobs()},
           {"problems", JobsIn(study, "FAILED") + JobsIn(study, "QUARANTINED")},
           {"submitted_unix_s", study.submitted_unix_s()},
           {"finished_unix_s", OrNull(study.finished_unix_s())},
@@ -187,6 +191,21 @@ Json StudyJson(const v1::StudyStatus& study, double eta_s,
   json["tags"] = std::vector<std::string>(study.spec().tags().begin(), study.spec().tags().end());
   json["yaml"] = study.spec().source_yaml();
   return json;
+}
+
+Json UsersJson(const std::vector<v1::UserStatus>& all) {
+  Json users = Json::array();
+  for (const v1::UserStatus& user : all) {
+    users.push_back({{"user", user.user()},
+                     {"running", user.running()},
+                     {"studies", user.studies()},
+                     {"waiting_pairs", user.waiting_pairs()},
+                     {"max_running", user.max_running()},
+                     {"max_studies", user.max_studies()},
+                     {"max_waiting_pairs", user.max_waiting_pairs()},
+                     {"rule", user.rule()}});
+  }
+  return {{"users", users}};
 }
 
 Json JobLineJson(const v1::JobStatus& job) {

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "coordinator/http/history.h"
 #include "coordinator/http/status_snapshot.h"
+#include "coordinator/queue/farm_history.h"
 #include "coordinator/queue/page_reader.h"
 
 namespace parallax {
@@ -25,7 +25,7 @@ Json WorkersJson(const std::vector<v1::WorkerStatus>& workers);
 // `eta_s` is the seconds until the study ends; < 0: unknown.
 Json StudyLineJson(const v1::StudyStatus& study, double eta_s);
 Json StudyJson(const v1::StudyStatus& study, double eta_s, const std::vector<ProblemCause>& causes);
-// Return a job or a pair, as a line of a list or with all details.
+Json UsersJson(const std::vector<v1::UserStatus>& users);
 Json JobLineJson(const v1::JobStatus& job);
 Json JobJson(const JobDetail& job);
 Json PairLineJson(const PublishedPair& pair);

@@ -1,5 +1,8 @@
 // A study: progress, problems, pairs, scores, jobs; and what may be done with it.
+#include <charconv>
+
 #include "common/base/names.h"
+#include "common/config/limit_rules.h"
 #include "coordinator/http/api.h"
 #include "coordinator/http/api_json.h"
 #include "coordinator/queue/job_queue.h"
@@ -40,6 +43,7 @@ Json ActionsFor(ApiParts& parts, const WebCaller& caller, const v1::StudyStatus&
   if (running) actions.push_back("pause");
   if (paused) actions.push_back("resume");
   if (has_failed && study.state() != v1::STUDY_STATE_CANCELLED) actions.push_back("retry");
+  if (running || paused) actions.push_back("limit");
   if (running || paused) actions.push_back("cancel");
   if (study.finished_unix_s() > 0) actions.push_back("forget");
   return actions;
@@ -82,6 +86,23 @@ Reply Scores(ApiParts& parts, const WebRequest& request) {
   return JsonReply(JsonText(ScoresJson(scores)));
 }
 
+// Where a page of jobs ends, "STATE:ID", and how the next one is asked for.
+std::string EndOfPage(const v1::JobStatus& last) {
+  return last.state() + ":" + std::to_string(last.job_id());
+}
+absl::Status GoOnBehind(const std::string& text, v1::ListJobsRequest& asked) {
+  const size_t colon = std::min(text.find(':'), text.size());
+  int64_t job = 0;
+  const char* const end = text.data() + text.size();
+  const auto number = std::from_chars(text.data() + std::min(colon + 1, text.size()), end, job);
+  if (colon == 0 || number.ec != std::errc() || number.ptr != end || job <= 0) {
+    return absl::InvalidArgumentError("after=" + Quoted(text) + ": wanted STATE:ID, as in `next`");
+  }
+  asked.set_after_state(text.substr(0, colon));
+  asked.set_after_job(job);
+  return absl::OkStatus();
+}
+
 Reply Jobs(ApiParts& parts, const WebRequest& request) {
   v1::ListJobsRequest asked;
   ASSIGN_OR_RETURN(const int64_t id, NumberOf(request, 0));
@@ -91,8 +112,14 @@ Reply Jobs(ApiParts& parts, const WebRequest& request) {
   if (const auto state = request.query.find("state"); state != request.query.end()) {
     asked.set_state(state->second);
   }
+  if (const auto after = request.query.find("after"); after != request.query.end()) {
+    RETURN_IF_ERROR(GoOnBehind(after->second, asked));
+  }
   ASSIGN_OR_RETURN(const auto jobs, parts.queue.ListJobs(asked));
-  Json json = {{"jobs", Json::array()}, {"limit", limit}};
+  const bool more = static_cast<int64_t>(jobs.size()) == limit;
+  Json json = {{"jobs", Json::array()},
+               {"limit", limit},
+               {"next", more ? Json(EndOfPage(jobs.back())) : Json(nullptr)}};
   for (const v1::JobStatus& job : jobs) json["jobs"].push_back(JobLineJson(job));
   return JsonReply(JsonText(json));
 }
@@ -104,6 +131,15 @@ Reply Steer(ApiParts& parts, const WebRequest& request, StudyCall call) {
   RETURN_IF_ERROR(CheckSteering(parts.queue, request.caller.rpc, StudyId{id}));
   JobQueue& queue = parts.queue;
   RETURN_IF_ERROR((queue.*call)(StudyId{id}, reason, request.caller.actor));
+  return StudyReply(parts, request.caller, id);
+}
+
+Reply Limit(ApiParts& parts, const WebRequest& request) {
+  ASSIGN_OR_RETURN(const int64_t id, NumberOf(request, 0));
+  ASSIGN_OR_RETURN(const std::string reason, TextIn(request, "reason", kMaxReasonBytes));
+  ASSIGN_OR_RETURN(const int64_t most, WholeNumberIn(request, "max_running", 0, kMostRunning));
+  RETURN_IF_ERROR(CheckSteering(parts.queue, request.caller.rpc, StudyId{id}));
+  RETURN_IF_ERROR(parts.queue.SetMaxRunning(StudyId{id}, most, reason, request.caller.actor));
   return StudyReply(parts, request.caller, id);
 }
 
@@ -147,6 +183,7 @@ void AddStudyRoutes(ApiParts& parts, std::vector<WebRoute>& routes) {
   steer("/api/v1/studies/(\\d+)/pause", "/api/v1/studies/1/pause", "Pause", &JobQueue::Pause);
   steer("/api/v1/studies/(\\d+)/resume", "/api/v1/studies/1/resume", "Resume", &JobQueue::Resume);
   steer("/api/v1/studies/(\\d+)/cancel", "/api/v1/studies/1/cancel", "Cancel", &JobQueue::Cancel);
+  add("POST", "/api/v1/studies/(\\d+)/limit", "/api/v1/studies/1/limit", "SetMaxRunning", Limit);
   add("POST", "/api/v1/studies/(\\d+)/retry", "/api/v1/studies/1/retry", "Retry", Retry);
   add("POST", "/api/v1/studies/(\\d+)/forget", "/api/v1/studies/1/forget", "Forget", Forget);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 #include <map>
 
 namespace parallax {
@@ -103,7 +104,7 @@ void WriteQueue(const JobQueueStats& queue, Writer& out) {
 }
 
 // Writes the slots that work wants, which autoscalers follow. Jobs of paused studies wait for a
-// person, not for a slot.
+// person, not for a slot; those that limits hold back wait for other jobs' ends.
 void WriteDemand(const StatusSnapshot& snapshot, Writer& out) {
   const auto waits = [](const std::string& state) {
     return state == "READY" || state == "RETRY_WAIT";
@@ -113,10 +114,14 @@ void WriteDemand(const StatusSnapshot& snapshot, Writer& out) {
     slots[key.first] += waits(key.second) || key.second == "LEASED" ? count : 0;
   }
   for (const v1::StudyStatus& study : snapshot.studies) {
-    if (study.state() != v1::STUDY_STATE_PAUSED) continue;
+    int64_t held = study.state() == v1::STUDY_STATE_PAUSED ? std::numeric_limits<int64_t>::max()
+                                                           : study.held_jobs();
     for (const v1::VariantStatus& variant : study.variants()) {
       for (const v1::JobCount& count : variant.jobs()) {
-        if (waits(count.state())) slots[count.kind()] -= count.jobs();
+        if (!waits(count.state())) continue;
+        const int64_t less = std::min(held, count.jobs());
+        slots[count.kind()] -= less;
+        held -= less;
       }
     }
   }

@@ -36,6 +36,7 @@ StatusSampler::StatusSampler(std::string store_uri, Clock& clock, JobQueue& queu
 StatusSampler::~StatusSampler() { Stop(); }
 
 void StatusSampler::Start() {
+  RecallHistory();
   sampling_ = std::thread([this] { Loop(); });
 }
 
@@ -117,7 +118,18 @@ void StatusSampler::NoteHistory(const StatusSnapshot& fresh) {
   sample.workers = fresh.server.workers_connected;
   sample.slots = fresh.server.slots;
   sample.busy = fresh.server.running;
-  history_.Add(sample);
+  // The rate begins anew with each start; until it is known, the chart has a gap.
+  if (fresh.uptime_s < parallax::History::kEvery_s && !history_.samples().empty()) return;
+  if (history_.Add(sample)) queue_.KeepSample(sample);
+}
+
+void StatusSampler::RecallHistory() {
+  const absl::StatusOr<std::vector<HistorySample>> kept = queue_.ListSamples(
+      clock_.UnixSeconds() - parallax::History::kEvery_s * parallax::History::kMost);
+  if (!kept.ok()) LogWarning("http: no history", {{"error", kept.status()}});
+  if (!kept.ok()) return;
+  std::lock_guard lock(mu_);
+  for (const HistorySample& sample : *kept) history_.Add(sample);
 }
 
 void StatusSampler::Loop() {

@@ -14,8 +14,8 @@
 #include "common/base/clock.h"
 #include "common/base/rate_estimator.h"
 #include "common/base/status.h"
-#include "coordinator/http/history.h"
 #include "coordinator/http/status_snapshot.h"
+#include "coordinator/queue/farm_history.h"
 
 namespace parallax {
 
@@ -26,7 +26,7 @@ class StatusSampler {
                 const CoordinatorServer& server);
   ~StatusSampler();  // Calls Stop().
 
-  // Starts the regular samples on a thread of its own.
+  // Goes on with the history that the database has kept.
   void Start();
   void Stop();  // Idempotent.
 
@@ -41,6 +41,7 @@ class StatusSampler {
   absl::StatusOr<StatusSnapshot> Read();
   void NoteEtas(StatusSnapshot& fresh);
   void NoteHistory(const StatusSnapshot& fresh);
+  void RecallHistory();
   void Loop();
 
   const std::string store_uri_;

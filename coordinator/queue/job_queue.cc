@@ -14,6 +14,7 @@
 #include "coordinator/queue/migrations.h"
 #include "coordinator/queue/readers.h"
 #include "coordinator/queue/startup.h"
+#include "coordinator/queue/user_limits.h"
 #include "coordinator/queue/writer.h"
 
 namespace parallax {
@@ -160,6 +161,7 @@ absl::Status JobQueue::Impl::Open() {
       epoch_, RaiseEpoch(*db_, options_.clock->UnixSeconds(), options_.unsafe_for_test.keep_epoch));
   ASSIGN_OR_RETURN(database_id_, DatabaseId(*db_));
   RETURN_IF_ERROR(WithContext(EnterKinds(*db_, *options_.kinds), options_.db_path));
+  RETURN_IF_ERROR(AuditLimits(*db_, options_.limits, options_.clock->UnixSeconds()));
   machine_ = std::make_unique<Machine>(*db_, options_, epoch_);
   RETURN_IF_ERROR(machine_->Load());
   ASSIGN_OR_RETURN(readers_, Readers::Open(options_.db_path, options_.vfs, options_.readers,
@@ -254,6 +256,13 @@ absl::Status JobQueue::Pause(StudyId study, std::string_view reason, std::string
 absl::Status JobQueue::Resume(StudyId study, std::string_view reason, std::string_view actor) {
   return impl_->DoStatus(
       "resume", [&] { return impl_->machine_->SetPaused(study.value, false, reason, actor); });
+}
+
+absl::Status JobQueue::SetMaxRunning(StudyId study, int64_t max_running, std::string_view reason,
+                                     std::string_view actor) {
+  return impl_->DoStatus("limit", [&] {
+    return impl_->machine_->SetMaxRunning(study.value, max_running, reason, actor);
+  });
 }
 
 absl::StatusOr<int64_t> JobQueue::Retry(StudyId study, std::string_view actor) {
@@ -358,10 +367,18 @@ absl::StatusOr<double> JobQueue::Tick() {
 
 // ---- Reads --------------------------------------------------------------------------------------
 absl::StatusOr<v1::StudyStatus> JobQueue::GetStudy(StudyId study) {
-  return impl_->readers_->GetStudy(study.value);
+  ASSIGN_OR_RETURN(v1::StudyStatus status, impl_->readers_->GetStudy(study.value));
+  RETURN_IF_ERROR(AddLimits(*impl_->readers_, impl_->options_.limits, {&status, 1}));
+  return status;
 }
 absl::StatusOr<std::vector<v1::StudyStatus>> JobQueue::ListStudies(int limit, int64_t before) {
-  return impl_->readers_->ListStudies(limit, before);
+  ASSIGN_OR_RETURN(std::vector<v1::StudyStatus> studies,
+                   impl_->readers_->ListStudies(limit, before));
+  RETURN_IF_ERROR(AddLimits(*impl_->readers_, impl_->options_.limits, studies));
+  return studies;
+}
+absl::StatusOr<std::vector<v1::UserStatus>> JobQueue::ListUsers() {
+  return UsersWithLimits(*impl_->readers_, impl_->options_.limits);
 }
 absl::StatusOr<std::vector<v1::JobStatus>> JobQueue::ListJobs(const v1::ListJobsRequest& request) {
   ASSIGN_OR_RETURN(std::vector<v1::JobStatus> jobs, impl_->readers_->ListJobs(request));
@@ -402,6 +419,16 @@ bool JobQueue::IsHeldBy(const std::string& worker, const v1::AttemptId& attempt)
 int JobQueue::HeldBy(const std::string& worker) const { return impl_->book_.HeldBy(worker); }
 absl::StatusOr<v1::Scene> JobQueue::GetScene(const v1::GetSceneRequest& request) {
   return impl_->readers_->GetScene(request);
+}
+
+// ---- The farm's figures over time
+void JobQueue::KeepSample(const HistorySample& sample) {
+  Impl* impl = impl_.get();
+  impl_->writer_->Enqueue(
+      {"history", [impl, sample] { return impl->machine_->KeepSample(sample); }, nullptr});
+}
+absl::StatusOr<std::vector<HistorySample>> JobQueue::ListSamples(double since_unix_s) {
+  return impl_->readers_->ListSamples(since_unix_s);
 }
 
 // ---- Litter -----------------------------------------------------------------------------------

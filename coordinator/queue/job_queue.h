@@ -31,7 +31,9 @@
 #include "common/base/ids.h"
 #include "common/base/status.h"
 #include "common/base/version.h"
+#include "common/config/limit_rules.h"
 #include "coordinator/queue/fail_point.h"
+#include "coordinator/queue/farm_history.h"
 #include "coordinator/queue/job_kind.h"
 #include "coordinator/queue/policy.h"
 #include "parallax/v1/service.pb.h"
@@ -63,6 +65,7 @@ struct JobQueueOptions {
   // Kinds of jobs. Must outlive the queue. A database with jobs of another kind is refused.
   const KindRegistry* kinds = &KindRegistry::Builtin();
   RetryPolicy retry;
+  LimitRules limits;  // Per user. Another set than at the last start stands in the audit table.
   // Jobs of studies that finished so many seconds ago go to the archive. They are still listed and
   // their results are still reused, but they can't be retried. 0: never.
   double archive_after_s = 30 * 86400.0;
@@ -163,9 +166,9 @@ class JobQueue {
   void SetObserver(JobQueueObserver* observer);
 
   // ---- Clients. `actor` goes to the audit table. ------------------------------------------------
-  // Submits a study. Takes time for each variant, not for each pair. If the idempotency key was
-  // used before, returns that study. Errors: kInvalidArgument for a bad spec; kAlreadyExists if the
-  // key was used with another study.
+  // O(variants) whatever the number of pairs. The same idempotency key again returns the first
+  // study. Errors: kInvalidArgument for a bad spec; kAlreadyExists for a used key with another
+  // study; kFailedPrecondition for more than the user's limits allow, naming the limit.
   absl::StatusOr<v1::SubmitReply> Submit(const v1::SubmitRequest& request, std::string_view actor);
   // Cancels a study: its unfinished jobs become CANCELLED, and running attempts are told to stop.
   // Idempotent. Errors: kNotFound.
@@ -173,9 +176,13 @@ class JobQueue {
   // Pause stops new leases of a study's jobs; running attempts continue. Resume ends the pause.
   absl::Status Pause(StudyId study, std::string_view reason, std::string_view actor);
   absl::Status Resume(StudyId study, std::string_view reason, std::string_view actor);
-  // Retries a study: failed and quarantined jobs get a new generation as far as pairs are missing
-  // (a scene that was already replaced is not made again), and variants that gave up continue.
-  // Returns the number of new jobs. Errors: kFailedPrecondition if the study is cancelled.
+  // At most so many of its jobs are leased at a time from now on, 0: no limit of its own. What runs
+  // goes on.
+  absl::Status SetMaxRunning(StudyId study, int64_t max_running, std::string_view reason,
+                             std::string_view actor);
+  // Failed and quarantined jobs get a new generation as far as pairs are missing (a scene that was
+  // already replaced isn't made again), and variants that gave up go on. Returns the new jobs.
+  // kFailedPrecondition if cancelled, or if the user's limits allow no other unfinished study.
   absl::StatusOr<int64_t> Retry(StudyId study, std::string_view actor);
 
   // Removes an ended study for good: its jobs, and the results that no other study uses. The study
@@ -235,8 +242,9 @@ class JobQueue {
   absl::StatusOr<v1::StudyStatus> GetStudy(StudyId study);  // With spec.
   // Returns studies, the newest first; with `before`, only those with smaller ids.
   absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before = 0);
-  // Returns jobs of a study in one state, by id. Without a state: those that need attention first
-  // and SUCCEEDED ones last. limit <= 10,000.
+  // `state` empty: jobs that need a look first, then by progress. A page goes on behind the last
+  // job of the one before (after_job, after_state). limit <= 10,000. kNotFound for an after_job
+  // that there is not.
   absl::StatusOr<std::vector<v1::JobStatus>> ListJobs(const v1::ListJobsRequest& request);
   // Returns a job with all its attempts, the newest first. Errors: kNotFound.
   absl::StatusOr<v1::ListAttemptsReply> ListAttempts(int64_t job);
@@ -252,6 +260,8 @@ class JobQueue {
   absl::StatusOr<v1::Scene> GetScene(const v1::GetSceneRequest& request);
   // Returns entries of the audit table, the newest first. limit <= 10,000; 0 stands for 100.
   absl::StatusOr<std::vector<v1::AuditEntry>> ListAudit(const v1::ListAuditRequest& request);
+  // Users with unfinished studies and those that have rows of their own in the limits, by name.
+  absl::StatusOr<std::vector<v1::UserStatus>> ListUsers();
   // Returns the actor who submitted the study. Errors: kNotFound.
   absl::StatusOr<std::string> SubmitterOf(StudyId study);
 
@@ -259,6 +269,13 @@ class JobQueue {
   absl::StatusOr<std::vector<RunningJob>> ListRunning();
   // Returns the figures of this process. Works in memory.
   JobQueueStats Stats() const;
+
+  // ---- The farm's figures over time
+  // Keeps a sample, at the latest with the next commit; does not wait for it. Samples of the last
+  // two days are kept.
+  void KeepSample(const HistorySample& sample);
+  // Samples since then, the oldest first.
+  absl::StatusOr<std::vector<HistorySample>> ListSamples(double since_unix_s);
 
   // ---- Litter: folders of the store that no result names or ever will -------------------------
   // Returns paths in the store that became litter at least `older_than_s` seconds ago, the oldest

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "coordinator/queue/reader_rows.h"
 #include "coordinator/queue/readers.h"
@@ -49,22 +50,77 @@ absl::Status AddJobs(SqliteQuery& query, const KindRegistry& kinds,
   return query.status();
 }
 
-// Adds the jobs in one state, by id. Hot states have an index each; all others use the variants'
-// index.
+// Where a list goes on: behind this job, whose place among others of its state never changes.
+struct JobPlace {
+  int64_t id = 0;  // 0: at the beginning.
+  bool archived = false;
+  int64_t variant = 0, ordinal = -1, generation = 0;
+  std::string kind, rigs;
+  double finished_unix_s = 0;
+};
+
+absl::StatusOr<JobPlace> BeginningOf(SqliteConnection& db, int64_t study) {
+  JobPlace place;
+  ASSIGN_OR_RETURN(const auto first,
+                   db.Integer("SELECT min(id) FROM variants WHERE study_id = ?1", study));
+  place.variant = first.value_or(0);
+  return place;
+}
+
+absl::StatusOr<JobPlace> PlaceBehind(SqliteConnection& db, int64_t job) {
+  for (const char* table : {"jobs", "archived_jobs"}) {
+    const std::string sql = std::string(
+                                "SELECT variant_id, ordinal, generation, kind, rigs,"
+                                " finished_unix_s FROM ") +
+                            table + " WHERE id = ?1";
+    SqliteQuery query(db, sql.c_str(), job);
+    if (query.Next()) {
+      return JobPlace{job,
+                      std::string_view(table) != "jobs",
+                      query.Int(0),
+                      query.Int(1),
+                      query.Int(2),
+                      std::string(query.Text(3)),
+                      std::string(query.Text(4)),
+                      query.Real(5)};
+    }
+    RETURN_IF_ERROR(query.status());
+  }
+  return NoSuch("job " + std::to_string(job) + ", behind which the list is to go on");
+}
+
+// A study's variants have ids in a row: it was submitted in one transaction.
+// Where they begin says the place.
+#define PARALLAX_OF_STUDY \
+  "j.study_id = ?1 AND j.variant_id <= (SELECT max(id) FROM variants WHERE study_id = ?1) "
+
+// Adds the jobs of one state behind a place. Jobs that have not ended come by id, from indexes of
+// their own; failed ones by variant and time; others by variant and scene.
 absl::Status AddJobsOfState(SqliteConnection& db, const KindRegistry& kinds, int64_t study,
-                            JobState state, int limit, std::vector<v1::JobStatus>& jobs) {
-  const bool hot = !IsTerminal(state);
+                            JobState state, const JobPlace& after, int limit,
+                            std::vector<v1::JobStatus>& jobs) {
   // The state is written into the SQL, because SQLite then finds the partial index.
-  const std::string where_state = "j.state = '" + std::string(NameOf(state)) + "' ";
+  const std::string select =
+      PARALLAX_LISTED_JOB "WHERE j.state = '" + std::string(NameOf(state)) + "' AND ";
+  if (!IsTerminal(state)) {
+    const std::string sql = select + "j.study_id = ?1 AND j.id > ?3 ORDER BY j.id LIMIT ?2";
+    SqliteQuery query(db, sql.c_str(), study, limit, after.id);
+    return AddJobs(query, kinds, jobs);
+  }
+  if (state == JobState::kFailed || state == JobState::kQuarantined) {
+    const std::string sql = select + "j.state IN ('FAILED', 'QUARANTINED') AND " PARALLAX_OF_STUDY
+                                     "AND (j.variant_id, j.finished_unix_s, j.id) > (?3, ?4, ?5)"
+                                     " ORDER BY j.variant_id, j.finished_unix_s, j.id LIMIT ?2";
+    SqliteQuery query(db, sql.c_str(), study, limit, after.variant, after.finished_unix_s,
+                      after.id);
+    return AddJobs(query, kinds, jobs);
+  }
   const std::string sql =
-      hot ? PARALLAX_LISTED_JOB "WHERE " + where_state +
-                "AND j.study_id = ?1 ORDER BY j.id LIMIT ?2"
-          : PARALLAX_LISTED_JOB "WHERE " + where_state +
-                (state == JobState::kFailed || state == JobState::kQuarantined
-                     ? "AND j.state IN ('FAILED', 'QUARANTINED') "
-                     : "") +
-                "AND j.variant_id IN (SELECT id FROM variants WHERE study_id = ?1) LIMIT ?2";
-  SqliteQuery query(db, sql.c_str(), study, limit);
+      select + PARALLAX_OF_STUDY
+      "AND (j.variant_id, j.ordinal, j.kind, j.rigs, j.generation) > (?3, ?4, ?5, ?6, ?7)"
+      " ORDER BY j.variant_id, j.ordinal, j.kind, j.rigs, j.generation LIMIT ?2";
+  SqliteQuery query(db, sql.c_str(), study, limit, after.variant, after.ordinal, after.kind,
+                    after.rigs, after.generation);
   return AddJobs(query, kinds, jobs);
 }
 
@@ -81,16 +137,51 @@ absl::StatusOr<std::set<std::string, std::less<>>> StatesThere(SqliteConnection&
   return states;
 }
 
-// Adds the jobs of an archived study in one state.
+// The same for an archived study, by variant and scene.
 absl::Status AddArchivedJobs(SqliteConnection& db, const KindRegistry& kinds, int64_t study,
-                             JobState state, int limit, std::vector<v1::JobStatus>& jobs) {
+                             JobState state, const JobPlace& after, int limit,
+                             std::vector<v1::JobStatus>& jobs) {
   SqliteQuery query(
       db,
-      PARALLAX_LISTED_JOB_OF("archived_jobs", "archived_losses") "WHERE j.state = ?2 AND j.variant_id IN"
-                           " (SELECT id FROM variants WHERE study_id = ?1) "
-                           "LIMIT ?3",
-      study, NameOf(state), limit);
+      PARALLAX_LISTED_JOB_OF("archived_jobs",
+                             "archived_losses") "WHERE j.state = ?3 AND " PARALLAX_OF_STUDY
+                                                "AND (j.variant_id, j.ordinal, j.id) > (?4, ?5, ?6)"
+                                                " ORDER BY j.variant_id, j.ordinal, j.id LIMIT ?2",
+      study, limit, NameOf(state), after.variant, after.ordinal, after.id);
   return AddJobs(query, kinds, jobs);
+}
+
+// The states that a list goes through, in order. Errors: kInvalidArgument for one that there is
+// not.
+absl::StatusOr<JobState> ListedState(const std::string& name) {
+  const std::optional<JobState> known = JobStateOf(name);
+  if (known) return *known;
+  std::string all;
+  for (const char* one : kJobStateNames) all += std::string(all.empty() ? "" : ", ") + one;
+  return MakeError(absl::StatusCode::kInvalidArgument,
+                   "state '" + name + "': wanted one of " + all);
+}
+
+absl::StatusOr<std::vector<JobState>> ListedStates(const v1::ListJobsRequest& request) {
+  // Jobs that need a look come first.
+  std::vector<JobState> states = {
+      JobState::kFailed,    JobState::kQuarantined, JobState::kLeased,
+      JobState::kRetryWait, JobState::kReady,       JobState::kBlocked,
+      JobState::kRejected,  JobState::kCancelled,   JobState::kSucceeded};
+  if (!request.state().empty()) {
+    ASSIGN_OR_RETURN(const JobState only, ListedState(request.state()));
+    states = {only};
+  }
+  if (request.after_job() == 0) return states;
+  ASSIGN_OR_RETURN(const JobState after, ListedState(request.after_state()));
+  const auto at = std::find(states.begin(), states.end(), after);
+  if (at == states.end()) {
+    return MakeError(absl::StatusCode::kInvalidArgument,
+                     "the page before ended with a job in state " + request.after_state() +
+                         ", which is not in a list of " + request.state());
+  }
+  states.erase(states.begin(), at);
+  return states;
 }
 
 const char* EndingOf(std::string_view ledger) {
@@ -137,22 +228,7 @@ absl::Status AddLostAttempts(SqliteConnection& db, int64_t job, v1::ListAttempts
 }  // namespace
 
 absl::StatusOr<std::vector<v1::JobStatus>> Readers::ListJobs(const v1::ListJobsRequest& request) {
-  std::vector<JobState> states;
-  if (request.state().empty()) {
-    // States that need attention come first.
-    states = {JobState::kFailed,    JobState::kQuarantined, JobState::kLeased,
-              JobState::kRetryWait, JobState::kReady,       JobState::kBlocked,
-              JobState::kRejected,  JobState::kCancelled,   JobState::kSucceeded};
-  } else {
-    const std::optional<JobState> known = JobStateOf(request.state());
-    if (!known) {
-      std::string all;
-      for (const char* name : kJobStateNames) all += std::string(all.empty() ? "" : ", ") + name;
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "state '" + request.state() + "': wanted one of " + all);
-    }
-    states = {*known};
-  }
+  ASSIGN_OR_RETURN(const std::vector<JobState> states, ListedStates(request));
   const int limit = RowLimit(request.limit(), 1000);
   std::vector<v1::JobStatus> jobs;
   RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) -> absl::Status {
@@ -160,12 +236,22 @@ absl::StatusOr<std::vector<v1::JobStatus>> Readers::ListJobs(const v1::ListJobsR
     ASSIGN_OR_RETURN(const auto archived,
                      db.Integer("SELECT archived FROM studies WHERE id = ?1", request.study_id()));
     ASSIGN_OR_RETURN(const auto there, StatesThere(db, request.study_id()));
+    ASSIGN_OR_RETURN(const JobPlace beginning, BeginningOf(db, request.study_id()));
+    JobPlace after = beginning;
+    if (request.after_job() != 0) {
+      ASSIGN_OR_RETURN(after, PlaceBehind(db, request.after_job()));
+    }
     for (const JobState state : states) {
       if (left() <= 0) break;
+      const JobPlace begin = std::exchange(after, beginning);
       if (there.find(NameOf(state)) == there.end()) continue;
-      RETURN_IF_ERROR(AddJobsOfState(db, kinds_, request.study_id(), state, left(), jobs));
+      if (!begin.archived) {
+        RETURN_IF_ERROR(AddJobsOfState(db, kinds_, request.study_id(), state, begin, left(), jobs));
+      }
       if (archived.value_or(0) == 0 || left() <= 0 || !IsTerminal(state)) continue;
-      RETURN_IF_ERROR(AddArchivedJobs(db, kinds_, request.study_id(), state, left(), jobs));
+      const JobPlace in_archive = begin.archived ? begin : beginning;
+      RETURN_IF_ERROR(
+          AddArchivedJobs(db, kinds_, request.study_id(), state, in_archive, left(), jobs));
     }
     return absl::OkStatus();
   }));

@@ -42,7 +42,8 @@ absl::StatusOr<Study*> Ledger::FindStudy(int64_t id) {
   {
     SqliteQuery query(db_,
                       "SELECT name, seed, priority, needs_memory_mb, needs_tags, paused, cancelled,"
-                      " finished_unix_s IS NOT NULL FROM studies WHERE id = ?1 AND forgotten = 0",
+                      " finished_unix_s IS NOT NULL, user, max_running FROM studies"
+                      " WHERE id = ?1 AND forgotten = 0",
                       id);
     if (!query.Next()) return query.status().ok() ? NoSuchId("study", id) : query.status();
     study.id = id;
@@ -54,6 +55,9 @@ absl::StatusOr<Study*> Ledger::FindStudy(int64_t id) {
     study.tally.paused = query.Int(5) != 0;
     study.tally.cancelled = query.Int(6) != 0;
     study.tally.finished = query.Int(7) != 0;
+    study.user = query.Text(8);
+    study.tally.max_running = query.Int(9);
+    study.share = &users_.try_emplace(study.user, UserShare{limits_.Of(study.user)}).first->second;
   }
   Study& kept = studies_.emplace(id, std::move(study)).first->second;
   if (const absl::Status status = LoadVariants(kept); !status.ok()) {
@@ -109,6 +113,9 @@ absl::Status Ledger::LoadVariants(Study& study) {
     RETURN_IF_ERROR(LoadCounts(kept));
     for (size_t kind = 0; kind < kinds_.size(); ++kind) {
       study.tally.ready[kind] += kept.tally.jobs[kind][static_cast<size_t>(JobState::kReady)];
+      const int64_t running = kept.tally.jobs[kind][static_cast<size_t>(JobState::kLeased)];
+      study.tally.running += running;
+      study.share->running += running;
     }
   }
   return query.status();
@@ -166,6 +173,16 @@ void Ledger::Count(Variant& variant, KindId kind, JobState state, int64_t change
   variant.tally.jobs[k][s] += change;
   totals_[k][s] += change;
   if (state == JobState::kReady) Change(studies_.at(variant.study)).ready[k] += change;
+  if (state == JobState::kLeased) {
+    Study& study = studies_.at(variant.study);
+    Change(study).running += change;
+    study.share->running += change;
+  }
+}
+
+bool Ledger::IsFull(const Variant& variant) const {
+  const Study& study = studies_.at(variant.study);
+  return study.tally.IsFull() || study.share->IsFull();
 }
 
 void Ledger::CountNew(Variant& variant, KindId kind, JobState state) {
@@ -188,7 +205,11 @@ void Ledger::BeginCommand() {
 
 void Ledger::UndoCommand() {
   for (auto& [id, tally] : undo_variants_) variants_.at(id).tally = std::move(tally);
-  for (auto& [id, tally] : undo_studies_) studies_.at(id).tally = tally;
+  for (auto& [id, tally] : undo_studies_) {
+    Study& study = studies_.at(id);
+    study.share->running += tally.running - study.tally.running;
+    study.tally = tally;
+  }
   totals_ = undo_totals_;
   for (const int64_t id : created_) {
     const auto study = studies_.find(id);
@@ -245,11 +266,13 @@ void Ledger::Forget(int64_t id) {
     variants_.erase(variant);
     written_.erase(variant);
   }
+  study->second.share->running -= study->second.tally.running;
   studies_.erase(study);
 }
 
 void Ledger::Drop() {
   studies_.clear();
+  users_.clear();
   variants_.clear();
   written_.clear();
   dirty_studies_.clear();

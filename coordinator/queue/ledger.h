@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "common/base/status.h"
+#include "common/config/limit_rules.h"
 #include "coordinator/queue/job_kind.h"
 #include "coordinator/queue/sqlite.h"
 #include "coordinator/study/keys.h"
@@ -58,16 +59,30 @@ struct Variant {
   VariantTally tally;
 };
 
+// The sums over all studies of one user.
+struct UserShare {
+  UserLimits limits;
+  int64_t running = 0;  // LEASED jobs.
+
+  bool IsFull() const { return limits.max_running > 0 && running >= limits.max_running; }
+};
+
 struct StudyTally {
   bool paused = false;
   bool cancelled = false;
   bool finished = false;
   bool forgotten = false;  // Its rows are being removed; no reply shows it.
   std::array<int64_t, kMostKinds> ready{};
+  int64_t running = 0;      // LEASED jobs.
+  int64_t max_running = 0;  // 0: no limit of its own.
+
+  bool IsFull() const { return max_running > 0 && running >= max_running; }
 };
 struct Study {
   int64_t id = 0;
   std::string name;
+  std::string user;
+  UserShare* share = nullptr;  // The user's; owned by the ledger.
   uint64_t seed = 0;
   int priority = 0;
   int64_t needs_memory_mb = 0;
@@ -82,8 +97,9 @@ struct Study {
 
 class Ledger {
  public:
-  // `db` and `kinds` must outlive the ledger.
-  Ledger(SqliteConnection& db, const KindRegistry& kinds) : db_(db), kinds_(kinds) {}
+  // All outlive the ledger.
+  Ledger(SqliteConnection& db, const KindRegistry& kinds, const LimitRules& limits)
+      : db_(db), kinds_(kinds), limits_(limits) {}
 
   // Return a study or variant, read from the database if necessary. Pointers are valid until Drop
   // or Forget. Errors: kNotFound; the database's.
@@ -92,6 +108,8 @@ class Ledger {
   // Reads all studies that are not finished. Errors: the database's.
   absl::Status LoadUnfinished();
   std::map<int64_t, Study>& loaded_studies() { return studies_; }
+  // The study of this variant, or its user, has as many running jobs as it may.
+  bool IsFull(const Variant& variant) const;
 
   // Notes that the current command has inserted this study, so that undoing forgets it.
   void NoteCreated(int64_t study) { created_.push_back(study); }
@@ -123,6 +141,8 @@ class Ledger {
 
   SqliteConnection& db_;
   const KindRegistry& kinds_;
+  const LimitRules& limits_;
+  std::map<std::string, UserShare> users_;  // By user; as long as studies point to them.
   std::map<int64_t, Study> studies_;
   std::map<int64_t, Variant> variants_;
   std::map<int64_t, JobCounts> written_;  // Each variant's rows of job_counts.

@@ -39,7 +39,7 @@ Machine::Machine(SqliteConnection& db, const JobQueueOptions& options, uint64_t 
       epoch_(epoch),
       store_(db, kinds_, options.most_logs),
       waits_(db),
-      ledger_(db, kinds_) {}
+      ledger_(db, kinds_, options.limits) {}
 
 double Machine::SteadySeconds() {
   return std::chrono::duration<double>(options_.clock->Steady().time_since_epoch()).count();
@@ -137,14 +137,18 @@ absl::StatusOr<v1::SubmitReply> Machine::Submit(const v1::SubmitRequest& request
     }
     RETURN_IF_ERROR(known.status());
   }
+  const std::string user = UserOfActor(actor);
+  RETURN_IF_ERROR(CheckUser(user, 1, TotalPairsOf(spec)));
   const auto key = request.idempotency_key().empty()
                        ? std::nullopt
                        : std::optional<std::string>(request.idempotency_key());
-  RETURN_IF_ERROR(db_.Run(
-      "INSERT INTO studies(name, spec_z, spec_hash, idempotency_key, seed, priority,"
-      " needs_memory_mb, needs_tags, submitted_unix_s) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)",
-      spec.name(), SqlBlob{Compress(spec_bytes)}, spec_hash, key, static_cast<int64_t>(spec.seed()),
-      spec.priority(), spec.memory_mb(), JoinLines(spec.tags()), Now()));
+  RETURN_IF_ERROR(
+      db_.Run("INSERT INTO studies(name, spec_z, spec_hash, idempotency_key, seed, priority,"
+              " needs_memory_mb, needs_tags, submitted_unix_s, user, max_running)"
+              " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11)",
+              spec.name(), SqlBlob{Compress(spec_bytes)}, spec_hash, key,
+              static_cast<int64_t>(spec.seed()), spec.priority(), spec.memory_mb(),
+              JoinLines(spec.tags()), Now(), user, request.max_running()));
   const int64_t id = db_.last_insert_id();
   for (const v1::VariantSpec& variant : spec.variants()) {
     RETURN_IF_ERROR(
@@ -234,7 +238,10 @@ StudyShare Machine::ShareOf(Study& study, const Taker& worker) {
     ready += study.tally.ready[kind];
     if (worker.takes[kind]) ready_for_it += study.tally.ready[kind];
   }
-  const bool hungry = ready > 0 && !study.tally.paused && !study.tally.cancelled;
+  // A study that is full by its own wish waits for nothing. One that its user's other studies hold
+  // back does: it ages, so that they can't do so for ever.
+  const bool hungry =
+      ready > 0 && !study.tally.paused && !study.tally.cancelled && !study.tally.IsFull();
   const double now = SteadySeconds();
   if (!hungry) {
     study.hungry_since_s = -1;
@@ -247,7 +254,7 @@ StudyShare Machine::ShareOf(Study& study, const Taker& worker) {
           .priority = study.priority,
           .pass = study.pass,
           .waiting_s = hungry ? now - study.hungry_since_s : 0,
-          .open = hungry && ready_for_it > 0,
+          .open = hungry && ready_for_it > 0 && !study.share->IsFull(),
           .needs_memory_mb = study.needs_memory_mb,
           .needs_tags = study.needs_tags};
 }

@@ -32,6 +32,7 @@
 #include "common/base/clock.h"
 #include "common/base/ids.h"
 #include "common/base/status.h"
+#include "coordinator/queue/farm_history.h"
 #include "coordinator/queue/hints.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/queue/job_store.h"
@@ -86,6 +87,9 @@ class Machine final : private WorkDesk {
   absl::Status Cancel(int64_t study, std::string_view reason, std::string_view actor);
   absl::Status SetPaused(int64_t study, bool paused, std::string_view reason,
                          std::string_view actor);
+  // Errors: kNotFound; the database's.
+  absl::Status SetMaxRunning(int64_t study, int64_t max_running, std::string_view reason,
+                             std::string_view actor);
   absl::StatusOr<int64_t> Retry(int64_t study, std::string_view actor);
   // The commands are those of JobQueue; see job_queue.h. Errors: kNotFound; kFailedPrecondition if
   // the study has not ended.
@@ -112,6 +116,9 @@ class Machine final : private WorkDesk {
   absl::StatusOr<int> WorkerLost(const std::string& worker);
   // Ends leases that were not heard of in time.
   absl::Status Expire(const std::vector<LeaseRef>& leases);
+  // One more sample of the farm's figures. Those that are older than two days go, and those from a
+  // future that the clock was set back from. Errors: the database's.
+  absl::Status KeepSample(const HistorySample& sample);
   // Ends back-offs that are due.
   absl::Status WakeRetries();
   absl::Status ForgetLitter(const std::vector<std::string>& paths);
@@ -207,6 +214,13 @@ class Machine final : private WorkDesk {
   absl::Status CancelJob(const JobRow& job, const std::string& reason);
   absl::Status GiveUpIfHopeless(Variant& variant);
   absl::Status TopUp(Variant& variant, const ScenePlan& scene);
+
+  // machine_limits.cc: how much users and studies may have.
+  // What a user has who asks for `studies` more unfinished ones with `pairs` to make. Errors:
+  // kFailedPrecondition naming the first limit that does not allow it.
+  absl::Status CheckUser(const std::string& user, int64_t studies, int64_t pairs);
+  // How many more jobs of the study may be leased now.
+  static int64_t RoomOf(const Study& study);
 
   // machine_retry.cc: makes new generations of jobs.
   absl::StatusOr<bool> RetryOfScene(Variant& variant, const JobRow& job);

@@ -180,6 +180,11 @@ absl::Status Machine::SplitIfIdle(JobRow& job, const Taker& worker) {
                    .ready_jobs = ready(job.kind.value),
                    .idle_slots = worker.idle_slots[job.kind.value],
                    .slots = worker.slots[job.kind.value]};
+  ASSIGN_OR_RETURN(const Study* study, ledger_.FindStudy(job.study));
+  // Slots that its limits keep from it are none for its parts.
+  const int room = static_cast<int>(std::min<int64_t>(RoomOf(*study), INT32_MAX));
+  facts.idle_slots = std::min(facts.idle_slots, room);
+  facts.slots = std::min(facts.slots, room);
   for (size_t other = 0; other < kinds_.size(); ++other) {
     if (other != job.kind.value && worker.takes[other]) facts.ready_others += ready(other);
   }
@@ -223,6 +228,8 @@ void Machine::NoteNew(Variant& variant, const JobRow& job) {
 }
 
 void Machine::NoteMove(Variant& variant, const JobRow& before, JobState to, int64_t awaits_job) {
+  // Where a limit held others back, one of them may go now.
+  if (before.state == JobState::kLeased && ledger_.IsFull(variant)) effects_.work_ready = true;
   if (before.state != to) ledger_.CountMove(variant, before.kind, before.state, to);
   hints_.Left(before.state, before.group_key, before.awaits_job);
   hints_.Entered(to, before.group_key, awaits_job);

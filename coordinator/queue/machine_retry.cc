@@ -19,6 +19,7 @@ absl::StatusOr<int64_t> Machine::Retry(int64_t id, std::string_view actor) {
                      "study " + std::to_string(id) +
                          " is archived: submit it again, what it has will be reused");
   }
+  if (study->tally.finished) RETURN_IF_ERROR(CheckUser(study->user, 1, 0));
   int64_t retried = 0;
   std::vector<int64_t> others;
   for (const int64_t variant_id : study->variants) {

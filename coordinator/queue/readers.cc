@@ -46,7 +46,7 @@ class Deadline {
 // ---- Studies ------------------------------------------------------------------------------------
 constexpr char kStudyColumns[] =
     "SELECT id, name, paused, cancelled, submitted_unix_s, finished_unix_s, "
-    "archived FROM "
+    "archived, user, max_running FROM "
     "studies ";
 
 absl::Status AddCounts(SqliteConnection& db, std::map<int64_t, v1::VariantStatus*>& variants,
@@ -168,6 +168,8 @@ absl::Status FillStudy(SqliteConnection& db, const KindRegistry& kinds, const Sq
   study.set_name(std::string(row.Text(1)));
   study.set_submitted_unix_s(row.Real(4));
   study.set_finished_unix_s(row.Real(5));
+  study.set_user(std::string(row.Text(7)));
+  study.set_max_running(static_cast<int32_t>(row.Int(8)));
   ASSIGN_OR_RETURN(const int64_t others_lost, AddVariants(db, kinds, study, row.Int(6) != 0));
   study.set_state(StateOf(study, row.Int(2) != 0, row.Int(3) != 0, others_lost));
   return absl::OkStatus();

@@ -34,6 +34,8 @@ class Readers {
   // The reads of JobQueue; see job_queue.h.
   absl::StatusOr<v1::StudyStatus> GetStudy(int64_t study);
   absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before);
+  // Users' sums over their unfinished studies, by name; without limits.
+  absl::StatusOr<std::vector<v1::UserStatus>> ListUsers();
   absl::StatusOr<std::vector<v1::JobStatus>> ListJobs(const v1::ListJobsRequest& request);
   absl::StatusOr<v1::ListAttemptsReply> ListAttempts(int64_t job);
   absl::StatusOr<std::vector<v1::PublishedFrame>> ListFrames(const v1::ListFramesRequest& request);
@@ -41,6 +43,7 @@ class Readers {
   // Returns these jobs with their names; jobs that have gone meanwhile are left out.
   absl::StatusOr<std::vector<RunningJob>> ListRunning(
       const std::map<int64_t, std::map<std::string, double>>& figures);
+  absl::StatusOr<std::vector<HistorySample>> ListSamples(double since_unix_s);
   absl::StatusOr<std::vector<std::string>> ListLitter(double before_unix_s, int limit);
   absl::StatusOr<v1::Scene> GetScene(const v1::GetSceneRequest& request);
   absl::StatusOr<std::vector<v1::AuditEntry>> ListAudit(const v1::ListAuditRequest& request);

@@ -8,6 +8,7 @@
 namespace parallax {
 namespace {
 
+constexpr size_t kMostLimitsText = 2000;
 constexpr double kEpochZeroUnixS = 1577836800;  // 2020-01-01
 
 }  // namespace
@@ -48,6 +49,23 @@ absl::Status EnterKinds(SqliteConnection& db, const KindRegistry& kinds) {
         t.resumes));
   }
   return db.Run("COMMIT");
+}
+
+absl::Status AuditLimits(SqliteConnection& db, const LimitRules& limits, double now_unix_s) {
+  std::string text = limits.Describe();
+  if (text.size() > kMostLimitsText) {
+    text = text.substr(0, kMostLimitsText) + "... (SHA-256 of all " + Sha256Hex(text) + ")";
+  }
+  std::string before = LimitRules().Describe();
+  {
+    SqliteQuery last(db,
+                     "SELECT detail FROM audit WHERE action = 'limits' ORDER BY id DESC LIMIT 1");
+    if (last.Next()) before = std::string(last.Text(0));
+    RETURN_IF_ERROR(last.status());
+  }
+  if (before == text) return absl::OkStatus();
+  return db.Run("INSERT INTO audit(unix_s, actor, action, detail) VALUES (?1, ?2, ?3, ?4)",
+                now_unix_s, "coordinator", "limits", text);
 }
 
 absl::StatusOr<std::string> DatabaseId(SqliteConnection& db) {

@@ -1,11 +1,13 @@
-// The first writes of a coordinator to its database, before any command: a new epoch, and the kinds
-// of jobs that the program knows. Errors: the database's, beside those named.
+// A coordinator's start: writes into its database before any command: a new epoch, the kinds of
+// jobs that the program knows, and the limits of users, if they are others than before. Errors: the
+// database's, beside those named.
 #pragma once
 
 #include <cstdint>
 #include <string>
 
 #include "common/base/status.h"
+#include "common/config/limit_rules.h"
 #include "coordinator/queue/job_kind.h"
 #include "coordinator/queue/sqlite.h"
 
@@ -19,6 +21,9 @@ absl::StatusOr<uint64_t> RaiseEpoch(SqliteConnection& db, double now_unix_s, boo
 // Commits the facts that the schema needs of each kind. Errors: kFailedPrecondition if the database
 // has jobs of a kind that `kinds` lacks, and so belongs to another program.
 absl::Status EnterKinds(SqliteConnection& db, const KindRegistry& kinds);
+
+// Enters the limits into the audit table unless the last entry of that kind says the same.
+absl::Status AuditLimits(SqliteConnection& db, const LimitRules& limits, double now_unix_s);
 
 // Returns 16 hex digits that name the database, derived from its first start. Errors: kDataLoss
 // before RaiseEpoch was first called.

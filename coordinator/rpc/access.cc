@@ -23,6 +23,7 @@ const std::vector<Row>& Table() {
       {"/parallax.v1.Coordinator/Resume", {Role::kSubmitter, Role::kOperator}},
       {"/parallax.v1.Coordinator/Retry", {Role::kSubmitter, Role::kOperator}},
       {"/parallax.v1.Coordinator/Forget", {Role::kSubmitter, Role::kOperator}},
+      {"/parallax.v1.Coordinator/SetMaxRunning", {Role::kSubmitter, Role::kOperator}},
       {"/parallax.v1.Coordinator/DrainWorkers", {Role::kOperator}},
       // ---- Looking
       {"/parallax.v1.Coordinator/ListStudies",
@@ -33,6 +34,7 @@ const std::vector<Row>& Table() {
        {Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
       {"/parallax.v1.Coordinator/ListWorkers",
        {Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
+      {"/parallax.v1.Coordinator/ListUsers", {Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
       {"/parallax.v1.Coordinator/ListFrames", {Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
       {"/parallax.v1.Coordinator/ListResults",
        {Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
@@ -41,7 +43,8 @@ const std::vector<Row>& Table() {
        {Role::kWorker, Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
       {"/parallax.v1.Coordinator/ListAudit", {Role::kOperator}},
       // ---- Files
-      {"/parallax.v1.Artifacts/Put", {Role::kWorker}},
+      // Submitters bring the content that their studies name; the service sees to that.
+      {"/parallax.v1.Artifacts/Put", {Role::kWorker, Role::kSubmitter, Role::kOperator}},
       {"/parallax.v1.Artifacts/Remove", {Role::kWorker}},
       // Workers read the pairs that they train on, and earlier attempts' checkpoints.
       {"/parallax.v1.Artifacts/Get",

@@ -11,6 +11,7 @@
 #include "common/base/seconds.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
+#include "common/store/content.h"
 #include "common/store/store.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/validation.h"
@@ -87,6 +88,27 @@ absl::Status CheckHeader(const v1::PutFileHeader& header) {
                                       ": no SHA-256 of 64 lower-case hex digits");
   }
   return absl::OkStatus();
+}
+
+// Workers put their attempts' files, people the content of their studies.
+absl::Status CheckMayPut(const RpcCaller& caller, const v1::PutFileHeader& header) {
+  const bool content = IsBelowContent(header.path());
+  const bool may = content ? caller.Is(Role::kSubmitter) || caller.Is(Role::kOperator)
+                           : caller.Is(Role::kWorker);
+  if (may) return absl::OkStatus();
+  return absl::PermissionDeniedError("Put of " + header.path() + " is for the role " +
+                                     (content ? "submitter or operator" : "worker") +
+                                     "; the certificate of '" + caller.name + "' has another");
+}
+
+absl::Status CheckContent(const v1::PutFileHeader& header) {
+  if (header.path() != ContentPath(header.sha256())) {
+    return absl::InvalidArgumentError("content " + header.path() + ": wanted is the path " +
+                                      ContentPath(header.sha256()) + " of its hash");
+  }
+  if (header.size() <= kMostContentFileBytes) return absl::OkStatus();
+  return absl::InvalidArgumentError("content of " + std::to_string(header.size()) +
+                                    " bytes; allowed are " + std::to_string(kMostContentFileBytes));
 }
 
 absl::StatusOr<std::string> HashOf(const Store& store, const std::string& path) {
@@ -182,7 +204,11 @@ grpc::Status ArtifactsService::Put(grpc::ServerContext* context, PutStream* stre
       watch_, [context] { context->TryCancel(); }, limits_.header_s);
   v1::PutFileHeader header;
   absl::Status status = ReadHeader(*stream, call, &header);
-  if (status.ok()) status = PutOne(*stream, call, header);
+  if (status.ok()) status = CheckMayPut(CallerOf(*context), header);
+  if (status.ok()) {
+    status = IsBelowContent(header.path()) ? PutContent(*stream, call, header)
+                                           : PutOutput(*stream, call, header);
+  }
   if (call.expired()) status = absl::DeadlineExceededError("nothing came for too long");
   return ToGrpc(status);
 }
@@ -213,9 +239,51 @@ absl::Status ArtifactsService::ReadHeader(PutStream& stream, CallWatch::Call& ca
   return CheckHeader(*header);
 }
 
-absl::Status ArtifactsService::PutOne(PutStream& stream, CallWatch::Call& call,
-                                      const v1::PutFileHeader& header) {
-  RETURN_IF_ERROR(rule_(header.worker(), header.attempt(), header.path(), false));
+absl::Status ArtifactsService::PutOutput(PutStream& stream, CallWatch::Call& call,
+                                         const v1::PutFileHeader& header) {
+  return PutFileThere(stream, call, header, [&] {
+    return rule_(header.worker(), header.attempt(), header.path(), false);
+  });
+}
+
+absl::Status ArtifactsService::PutContent(PutStream& stream, CallWatch::Call& call,
+                                          const v1::PutFileHeader& header) {
+  RETURN_IF_ERROR(CheckContent(header));
+  // Files that are there are not sent again, and take no room twice.
+  const bool is_there = IsThere(*store_, header);
+  if (!is_there) RETURN_IF_ERROR(TakeContentRoom(header.size()));
+  const absl::Status status = PutFileThere(stream, call, header, [] { return absl::OkStatus(); });
+  if (!status.ok() && !is_there) GiveContentRoomBack(header.size());
+  return status;
+}
+
+absl::Status ArtifactsService::TakeContentRoom(int64_t bytes) {
+  const std::lock_guard lock(content_mu_);
+  if (content_bytes_ < 0) {
+    ASSIGN_OR_RETURN(const std::vector<StoreEntry> entries, store_->List(kContentFolder));
+    content_bytes_ = 0;
+    for (const StoreEntry& entry : entries) content_bytes_ += entry.size;
+  }
+  if (content_bytes_ + bytes > limits_.content_bytes) {
+    return absl::ResourceExhaustedError(
+        "users' content in the store has " + std::to_string(content_bytes_) + " bytes, " +
+        std::to_string(bytes) + " more are wanted, and " + std::to_string(limits_.content_bytes) +
+        " are allowed; the farm's operator removes what no study needs from its folder " +
+        kContentFolder + " and starts the coordinator again");
+  }
+  content_bytes_ += bytes;
+  return absl::OkStatus();
+}
+
+void ArtifactsService::GiveContentRoomBack(int64_t bytes) {
+  const std::lock_guard lock(content_mu_);
+  content_bytes_ -= bytes;
+}
+
+absl::Status ArtifactsService::PutFileThere(PutStream& stream, CallWatch::Call& call,
+                                            const v1::PutFileHeader& header,
+                                            const std::function<absl::Status()>& allowed) {
+  RETURN_IF_ERROR(allowed());
   const CallPlaces::Place place(puts_, header.worker());
   RETURN_IF_ERROR(place.status());
   call.Extend(kOwnWork_s);
@@ -231,7 +299,7 @@ absl::Status ArtifactsService::PutOne(PutStream& stream, CallWatch::Call& call,
   RETURN_IF_ERROR(Receive(stream, call, header, file));
   call.Extend(kOwnWork_s);
   // Its lease may have ended meanwhile.
-  RETURN_IF_ERROR(rule_(header.worker(), header.attempt(), header.path(), false));
+  RETURN_IF_ERROR(allowed());
   RETURN_IF_ERROR(
       store_->PutFile(header.path(), spooled, {header.size(), header.sha256()}, /*may_move=*/true));
   reply.set_stored(true);

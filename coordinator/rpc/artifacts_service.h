@@ -1,15 +1,16 @@
 // The service `parallax.v1.Artifacts`: transfers files of the store for workers and clients that
 // cannot reach it.
 //
-// - A worker may put files only below the folder of an attempt that it holds. This is checked when
-//   a transfer begins and when it ends, so a zombie can't change anything, and files that it left
-//   are never published.
-// - Bytes go to the spool, are hashed on the way, made durable and moved into the store: a file is
-//   in the store as announced, or not at all. Sending a file again costs one round trip.
-// - Memory is bounded: one chunk for each call, and a bounded number of calls.
-// - No caller can keep others out. Streams without a header wait apart from streams that move
-//   files, and the longest waiting one makes room for the next. A call without progress is ended.
-//   One worker, or one machine that reads, gets at most half of the places.
+// - A worker puts files only below the folder of an attempt that it holds, both when it begins and
+//   when it ends; so a zombie can't touch anything, and what it left is never published.
+// - Bytes go to the spool, are hashed on their way, brought to disk and moved into the store: a
+//   file is there whole and as announced, or not at all. The same file again costs one round trip.
+// - Submitters and operators put the user's content (common/store/content.h), and nothing else: a
+//   file whose name is its hash, so that none can be changed, within a bound on all of it.
+// - Memory is bounded: a chunk for each call, and a bound on calls.
+// - Nobody keeps others out. A stream without a header waits apart from those that move files, and
+//   the one that has waited longest makes room for the next. A call that keeps still is ended. One
+//   worker, or one machine that reads, has at most half of the places.
 //
 // Thread-safe.
 #pragma once
@@ -46,6 +47,7 @@ struct ArtifactsLimits {
   size_t reads = 64;         // Calls of Get, List and Remove at a time.
   size_t puts_a_worker = 32;
   size_t reads_a_peer = 32;
+  int64_t content_bytes = int64_t{64} << 30;  // For all users' content.
 };
 
 // Bounds the number of calls at a time, of all callers and of one. Thread-safe.
@@ -105,7 +107,17 @@ class ArtifactsService final : public v1::Artifacts::Service {
  private:
   class SpoolFile;
   absl::Status ReadHeader(PutStream& stream, CallWatch::Call& call, v1::PutFileHeader* header);
-  absl::Status PutOne(PutStream& stream, CallWatch::Call& call, const v1::PutFileHeader& header);
+  // Below an attempt's folder. Both answer whether the file is wanted, take it and say stored.
+  absl::Status PutOutput(PutStream& stream, CallWatch::Call& call, const v1::PutFileHeader& header);
+  absl::Status PutFileThere(PutStream& stream, CallWatch::Call& call,
+                            const v1::PutFileHeader& header,
+                            const std::function<absl::Status()>& allowed);
+  absl::Status PutContent(PutStream& stream, CallWatch::Call& call,
+                          const v1::PutFileHeader& header);
+  // Takes the bytes of what is allowed for content; they go back with GiveContentRoomBack.
+  // Errors: kResourceExhausted.
+  absl::Status TakeContentRoom(int64_t bytes);
+  void GiveContentRoomBack(int64_t bytes);
   absl::Status Receive(PutStream& stream, CallWatch::Call& call, const v1::PutFileHeader& header,
                        SpoolFile& file);
   // Runs `body(call)` in a place for reads, watched for a peer that does not read.
@@ -122,6 +134,8 @@ class ArtifactsService final : public v1::Artifacts::Service {
   std::mutex waiting_mu_;
   std::list<CallWatch::Call*> waiting_;  // Without a header, the longest first. Guarded.
   std::atomic<uint64_t> spooled_ = 0;    // Gives names to spool files.
+  std::mutex content_mu_;
+  int64_t content_bytes_ = -1;  // In the store or on the way; -1: not counted yet. Guarded.
 };
 
 // Returns the coordinator's rule: kAborted unless the worker holds the attempt, kInvalidArgument

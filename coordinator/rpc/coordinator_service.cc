@@ -317,12 +317,38 @@ CoordinatorService::Reactor* CoordinatorService::Forget(Context* context,
   });
 }
 
+CoordinatorService::Reactor* CoordinatorService::SetMaxRunning(
+    Context* context, const v1::SetMaxRunningRequest* request, v1::StudyStatus* reply) {
+  const absl::Status status = CheckSetMaxRunning(*request);
+  if (!status.ok()) return EndNow(context, status);
+  return RunOn(client_pool_, context, [this, context, request, reply]() -> absl::Status {
+    const StudyId study{request->study_id()};
+    RETURN_IF_ERROR(CheckSteering(queue_, CallerOf(*context), study));
+    RETURN_IF_ERROR(
+        queue_.SetMaxRunning(study, request->max_running(), request->reason(), ActorOf(*context)));
+    ASSIGN_OR_RETURN(*reply, queue_.GetStudy(study));
+    FitStudy(reply);
+    return absl::OkStatus();
+  });
+}
+
+CoordinatorService::Reactor* CoordinatorService::ListUsers(Context* context,
+                                                           const v1::ListUsersRequest*,
+                                                           v1::ListUsersReply* reply) {
+  return RunOn(client_pool_, context, [this, reply]() -> absl::Status {
+    ASSIGN_OR_RETURN(std::vector<v1::UserStatus> users, queue_.ListUsers());
+    AddItems(users, reply->mutable_users(), kMaxErrorBytes);
+    return absl::OkStatus();
+  });
+}
+
 CoordinatorService::Reactor* CoordinatorService::ListJobs(Context* context,
                                                           const v1::ListJobsRequest* request,
                                                           v1::ListJobsReply* reply) {
   absl::Status status = CheckStudyId(request->study_id());
   if (status.ok()) status = CheckLimit(request->limit(), kMostListed);
   if (status.ok()) status = CheckJobState(request->state());
+  if (status.ok()) status = CheckJobState(request->after_state());
   if (!status.ok()) return EndNow(context, status);
   return RunOn(client_pool_, context, [this, request, reply]() -> absl::Status {
     ASSIGN_OR_RETURN(std::vector<v1::JobStatus> jobs, queue_.ListJobs(*request));

@@ -48,6 +48,8 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   Reactor* Resume(Context*, const v1::StudyRequest*, v1::StudyStatus*) override;
   Reactor* Retry(Context*, const v1::StudyRequest*, v1::RetryReply*) override;
   Reactor* Forget(Context*, const v1::StudyRequest*, v1::ForgetReply*) override;
+  Reactor* SetMaxRunning(Context*, const v1::SetMaxRunningRequest*, v1::StudyStatus*) override;
+  Reactor* ListUsers(Context*, const v1::ListUsersRequest*, v1::ListUsersReply*) override;
   Reactor* ListAttempts(Context*, const v1::ListAttemptsRequest*, v1::ListAttemptsReply*) override;
   Reactor* DrainWorkers(Context*, const v1::DrainWorkersRequest*, v1::DrainWorkersReply*) override;
   Reactor* ListJobs(Context*, const v1::ListJobsRequest*, v1::ListJobsReply*) override;

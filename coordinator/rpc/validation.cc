@@ -5,6 +5,7 @@
 
 #include "common/base/names.h"
 #include "common/config/config.h"
+#include "common/config/limit_rules.h"
 #include "common/config/limits.h"
 
 namespace parallax {
@@ -163,11 +164,18 @@ v1::FailRequest CleanFail(const v1::FailRequest& request) {
 absl::Status CheckSubmit(const v1::SubmitRequest& request) {
   if (!request.has_study()) return Bad("submit without a study");
   RETURN_IF_ERROR(CheckPlainText("submit.idempotency_key", request.idempotency_key(), kMaxKey));
+  RETURN_IF_ERROR(CheckRange("submit.max_running", request.max_running(), 0, kMostRunning));
   return ValidateStudy(request.study());
 }
 
 absl::Status CheckStudyChange(const v1::StudyRequest& request) {
   RETURN_IF_ERROR(CheckStudyId(request.study_id()));
+  return CheckPlainText("reason", request.reason(), kMaxReasonBytes);
+}
+
+absl::Status CheckSetMaxRunning(const v1::SetMaxRunningRequest& request) {
+  RETURN_IF_ERROR(CheckStudyId(request.study_id()));
+  RETURN_IF_ERROR(CheckRange("max_running", request.max_running(), 0, kMostRunning));
   return CheckPlainText("reason", request.reason(), kMaxReasonBytes);
 }
 

@@ -28,6 +28,7 @@ absl::Status CheckSubmit(const v1::SubmitRequest& request);
 absl::Status CheckStudyId(int64_t study_id);
 // Checks a pause, cancel, resume or retry: id and reason.
 absl::Status CheckStudyChange(const v1::StudyRequest& request);
+absl::Status CheckSetMaxRunning(const v1::SetMaxRunningRequest& request);
 absl::Status CheckJobId(int64_t job_id);
 // Checks the pattern of workers' names, in which * stands for any characters and ? for one, and the
 // reason.

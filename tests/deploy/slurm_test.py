@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """deploy/slurm/workers.sbatch and `parallax farm slurm` in a real Slurm of one node, with the real programs.
 
-slurm_test.py SOURCE_DIR BIN_DIR [SCENARIO...]    all scenarios take eight minutes; status 77: nothing was tried, as there is
+slurm_test.py SOURCE_DIR BIN_DIR [SCENARIO...]    all scenarios take nine minutes; status 77: nothing was tried, as there is
                                                   no Slurm here, or the scenario is "asked" and PARALLAX_TEST_SLURM is not set
 
 Each scenario prints one line with its figures."""
@@ -77,6 +77,14 @@ class Farm:
         path = self.folder / f"pilot-{job}_1.log"
         return path.read_text() if path.exists() else ""
 
+    def taken_over(self, job):
+        """Pairs of earlier attempts that a pilot's worker went on from."""
+        return sum(int(n) for n in re.findall(r"pairs of earlier attempts are taken over.*?pairs=(\d+)", self.pilot_log(job)))
+
+    def notes(self):
+        """Files that tell of a finished pair of a job."""
+        return set((self.folder / "store").glob("*/*/.attempt-*/finished/*.pb"))
+
     def queued(self, job):
         return [task for task in self.cluster.queue() if task[0].startswith(job + "_")]
 
@@ -138,10 +146,30 @@ def scancel(farm):
     farm.wait("the study's end", lambda: farm.succeeded(study), 240)
     farm.cluster.run("scancel", second)
     farm.wait("the second pilot's end", lambda: not farm.queued(second), 60)
-    kept += sum(int(n) for n in re.findall(r"pairs of earlier attempts are taken over.*?pairs=(\d+)", farm.pilot_log(second)))
-    require(kept >= 3, f"{kept} of the pairs that were finished at {before['fraction']:.0%} of the job are kept")
+    kept += farm.taken_over(second)
+    finished = int(before["fraction"] * len(before["rigs"]))
+    require(kept >= finished >= 3, f"{kept} of the {finished} pairs that were finished at {before['fraction']:.0%} of the job are kept")
     return (f"gone in {gone_s:.1f} s at {before['fraction']:.0%} of a job of {len(before['rigs'])} pairs; {kept} pairs kept; "
             "another pilot finished the study")
+
+
+def killed(farm):
+    """Slurm kills the pilot in the middle of a job, without a word: the pair in hand is lost, and no other."""
+    before = farm.notes()
+    study = farm.submit("killed", pairs=12, rigs=12, width=640)
+    job = farm.pilot()
+    farm.wait("three finished pairs", lambda: len(farm.notes() - before) >= 3, 120)
+    farm.cluster.run("scancel", "--signal=KILL", "--full", f"{job}_1")
+    farm.wait("the pilot's end", lambda: not farm.queued(job), 60)
+    finished = len(farm.notes() - before)
+    require(finished < 12, "it was too quick")
+    second = farm.pilot()
+    farm.wait("the study's end", lambda: farm.succeeded(study), 300)
+    farm.cluster.run("scancel", second)
+    farm.wait("the second pilot's end", lambda: not farm.queued(second), 60)
+    kept = farm.taken_over(second)
+    require(kept == finished, f"{kept} of {finished} finished pairs are kept")
+    return f"{kept} of the {finished} pairs that were finished when it died are kept"
 
 
 def preemption(farm):
@@ -181,13 +209,13 @@ def time_limit(farm):
     return f"ended by itself {lasted_s:.0f} s after its start of at most 120"
 
 
-SCENARIOS = {"follows_demand": follows_demand, "scancel": scancel, "preemption": preemption, "time_limit": time_limit}
+SCENARIOS = {"follows_demand": follows_demand, "scancel": scancel, "killed": killed, "preemption": preemption, "time_limit": time_limit}
 
 
 def main():
     reason = slurm_cluster.missing()
     if "asked" in sys.argv[3:] and not os.environ.get("PARALLAX_TEST_SLURM"):
-        reason = "takes eight minutes: PARALLAX_TEST_SLURM=1 runs it" + (f"; {reason}" if reason else "")
+        reason = "takes nine minutes: PARALLAX_TEST_SLURM=1 runs it" + (f"; {reason}" if reason else "")
     if reason:
         print(f"SKIPPED: {reason}")
         return 77

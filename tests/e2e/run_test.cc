@@ -273,6 +273,43 @@ TEST_F(RunTest, AKilledWorkerCostsThePairAtHandAndNotItsJob) {
   EXPECT_EQ(Content(out), want);
 }
 
+// The worker dies between the end of its job and the coordinator's answer, and its report with it.
+TEST_F(RunTest, AWorkerThatDiesUnheardCostsNoPairOfItsJob) {
+  constexpr int kPairs = 8;
+  std::ofstream(study_) << "study: tiny\nseed: 5\npairs: 8\nrigs_per_scene: 8\nvariants:\n"
+                           "  - name: narrow\n    set:\n      floating: {count: 2}\n"
+                           "      rigs: {count: 8, width_px: 160, height_px: 96}\n"
+                           "      render: {profile: preview, samples_per_pixel: 1}\n";
+  const std::string out = dir_ + "/out";
+  const auto run = Start(out, {"--workers", "1"});
+  ASSERT_TRUE(WaitUntil(*run, [&] { return FinishedPairs(out) >= 1; })) << run->Err();
+  const std::vector<pid_t> workers = run->Children();
+  ASSERT_EQ(workers.size(), 1u);
+  // The coordinator, which is in the same process as the run, answers nothing from now on.
+  run->Signal(SIGSTOP);
+  const auto reports = [&] {
+    std::vector<fs::path> found;
+    std::error_code error;
+    const fs::recursive_directory_iterator end;
+    for (fs::recursive_directory_iterator it(out + "/.parallax/outbox", error); !error && it != end;
+         it.increment(error)) {
+      if (it->path().extension() == ".complete") found.push_back(it->path());
+    }
+    return found;
+  };
+  for (int i = 0; i < 3000 && reports().empty(); ++i) usleep(10000);
+  ASSERT_EQ(FinishedPairs(out), kPairs);
+  kill(workers[0], SIGKILL);
+  while (IsAlive(workers[0])) usleep(1000);
+  ASSERT_EQ(reports().size(), 1u);
+  fs::remove(reports().front());
+  run->Signal(SIGCONT);
+  EXPECT_EQ(run->Wait(), 0) << run->Err();
+  EXPECT_EQ(Json::parse(run->Out())["worker_crashes"], 1);
+  EXPECT_EQ(TakenOver(out), std::to_string(kPairs) + " of " + std::to_string(kPairs));
+  EXPECT_EQ(Content(out).size(), kPairs * std::size(kTruth) + 1);
+}
+
 TEST_F(RunTest, AKilledRunTakesItsWorkersAlongAndGoesOnLater) {
   const std::string out = dir_ + "/out";
   std::vector<pid_t> workers;

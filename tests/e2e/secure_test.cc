@@ -10,7 +10,10 @@
 #include <filesystem>
 
 #include "common/base/file.h"
+#include "common/base/hash.h"
+#include "common/image/io.h"
 #include "common/rpc/certificate.h"
+#include "common/store/content.h"
 #include "tests/e2e/process.h"
 #include "tests/worker/assets/own_files.h"
 
@@ -202,6 +205,80 @@ TEST_F(SecureTest, OwnContentIsTheSameOnWorkersThatShareNoDisk) {
   EXPECT_NE(hash_of("meshes", there + "/meshes"), hash_of("meshes", here + "/meshes"));
   const Outcome bad = Run({kClient, "config", "meshes", directory_ + "/b/content/hdris"});
   ExpectLine(bad, bad.exit, "no file of .glb, .obj, .ply");
+  for (const auto& worker : workers) worker->Signal(SIGTERM);
+  for (const auto& worker : workers) EXPECT_EQ(worker->Wait(), 0) << worker->Err();
+}
+
+// The same without any copy: the content comes through the coordinator's store, whose disk neither
+// worker sees.
+TEST_F(SecureTest, OwnContentComesThroughTheStoreToWorkersWithoutACopy) {
+  const std::string content = directory_ + "/mine";
+  for (const char* folder : {"/meshes/crates", "/hdris", "/textures"}) {
+    fs::create_directories(content + folder);
+  }
+  ASSERT_TRUE(WriteFile(content + "/meshes/crates/one.glb", test::GlbBox(1, 2, 1)).ok());
+  std::string grey;
+  for (int i = 0; i < 8; ++i) grey += "\x80\x80\x80\x81";
+  ASSERT_TRUE(WriteFile(content + "/hdris/grey.hdr",
+                        std::string("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n") + grey)
+                  .ok());
+  ASSERT_TRUE(WritePng(content + "/textures/moss_albedo.png", ImageRgb8(8, 8, 90)).ok());
+  ASSERT_TRUE(WritePng(content + "/textures/moss_roughness.png", ImageU8(8, 8, 200)).ok());
+  const std::string at = content.substr(1);  // As a worker whose picture root is "/" would see it.
+  const std::string set =
+      "    set:\n"
+      "      floating: {count: 4, classes: [own]}\n"
+      "      assets: {include: [" +
+      at +
+      "/meshes]}\n"
+      "      materials: {texture_dir: " +
+      at +
+      "/textures, texture_p: 1, replace_probability: 1}\n"
+      "      lighting: {hdri_dir: " +
+      at + "/hdris}\n";
+
+  Init();
+  Serve({"--tls", Tls("server"), "--store-access", "stream"});
+  std::vector<std::unique_ptr<Process>> workers;
+  for (const char* name : {"a", "b"}) {
+    std::vector<std::string> command = WorkerCommand(Tls("worker-pool"));
+    command[6] = name;
+    command[8] = directory_ + "/outbox-" + name;
+    command.insert(command.end(), {"--cache", directory_ + "/cache-" + name});
+    // An operator's folder without the content.
+    command.insert(command.end(), {"--picture-root", directory_ + "/outbox-" + name});
+    fs::create_directories(directory_ + "/outbox-" + name);
+    workers.push_back(std::make_unique<Process>(command));
+  }
+  const std::string ada = Tls("submitter-ada");
+  const Outcome submit = Submit(WriteStudy(set), ada);
+  ASSERT_EQ(submit.exit, 0) << submit.err;
+  EXPECT_THAT(submit.err, HasSubstr("own content: 3 folders, 4 files"));
+  fs::rename(content, directory_ + "/gone");  // Nobody reads it where it was.
+  const Outcome watch = Client({"watch", "tiny", "--json"}, ada);
+  ASSERT_EQ(watch.exit, 0) << watch.err << watch.out;
+  const Outcome fetch = Client({"fetch", "tiny", "--out", directory_ + "/out", "--json"}, ada);
+  ASSERT_EQ(fetch.exit, 0) << fetch.err;
+  const std::string facts = *ReadFile(directory_ + "/out/v/frames/000000/000/frame.json");
+  EXPECT_THAT(facts, HasSubstr("\"class\":\"own:crates\""));
+  EXPECT_THAT(facts, HasSubstr("\"class\":\"own:moss\""));
+  const Outcome verify = Run({kClient, "verify", directory_ + "/out"});
+  EXPECT_EQ(verify.exit, 0) << verify.out;
+
+  // Content that a worker used lies in its cache, and nothing of it anywhere else below.
+  int brought = 0;
+  for (const char* name : {"a", "b"}) {
+    const std::string cache = directory_ + "/cache-" + name + "-content";
+    std::error_code error;
+    for (const auto& folder : fs::directory_iterator(cache, error)) {
+      ++brought;
+      EXPECT_TRUE(fs::exists(folder.path() / ".list")) << folder.path();
+    }
+  }
+  EXPECT_GE(brought, 3);
+  // A submitter puts content, and nothing else; whatever else is put there is refused.
+  EXPECT_TRUE(fs::exists(directory_ + "/store/" +
+                         ContentPath(*Sha256HexOfFile(directory_ + "/gone/hdris/grey.hdr"))));
   for (const auto& worker : workers) worker->Signal(SIGTERM);
   for (const auto& worker : workers) EXPECT_EQ(worker->Wait(), 0) << worker->Err();
 }

@@ -66,6 +66,7 @@ class Client {
     Cancel();
     Forget();
     Drain();
+    Limit();
   }
 
  private:
@@ -261,6 +262,14 @@ class Client {
     Acknowledge(Ack::kGone, 0);
     (void)queue_.Forget(StudyId{reply->study_id()}, "not needed", "client");
     for (int i = 0; i < 4; ++i) Tick();
+  }
+
+  // Small enough to hold leases back for a while.
+  void Limit() {
+    (void)queue_.SetMaxRunning(StudyId{studies_[1]}, 1, "room", "client");
+    for (int i = 0; i < 3; ++i) Lease();
+    queue_.KeepSample({.unix_s = clock_.UnixSeconds(), .ready = number_});
+    (void)queue_.SetMaxRunning(StudyId{studies_[1]}, 0, "", "client");
   }
 
   void Drain() {

@@ -60,8 +60,11 @@ class Farm:
     def serve(self):
         tls = f"{self.folder}/tls"
         self.run("coordinator", "init", tls, "--issue", "worker", "pool", "--issue", "operator", "olga")
+        with open(f"{self.folder}/limits.yaml", "w") as file:
+            file.write("users: {operator olga: {max_running: 50, max_studies: 7}}\n")
         child = self.start("coordinator", "serve", "--db", f"{self.folder}/queue.db", "--store", f"{self.folder}/store", "--listen",
-                           "127.0.0.1:0", "--http", "0.0.0.0:0", "--tls", f"{tls}/server", "--backoff-s", "0.1")
+                           "127.0.0.1:0", "--http", "0.0.0.0:0", "--tls", f"{tls}/server", "--backoff-s", "0.1", "--limits",
+                           f"{self.folder}/limits.yaml")
         self.address = child.stdout.readline().split()[-1]
         self.http = "127.0.0.1:" + child.stdout.readline().split(":")[-1].strip(" /\n")
         os.makedirs(f"{self.folder}/trainers")
@@ -163,6 +166,42 @@ def pause_and_resume(page, farm, shots):
     assert "https:127.0.0.1" in farm.client("audit")
 
 
+def limits_are_shown_and_set(page, farm, shots):
+    page.value("location.hash = '#/'")
+    page.wait("document.querySelector('#users')?.closest('section').innerText.includes('operator olga')")
+    page.click(".studies tr:first-child th a")
+    page.click("button[data-action=limit]")
+    page.wait("document.querySelector('dialog').open && document.activeElement.id === 'number'")
+    page.value("document.querySelector('#number').select()")
+    page.key("1", "Digit1", "1")
+    shot(page, shots, "limit")
+    page.click("button[data-confirm=limit]")
+    page.wait("document.querySelector('#at-limit')?.textContent.includes('held back by max_running 1')")
+    shot(page, shots, "at_limit")
+    assert "at most 1 job at a time" in farm.client("status", "large"), "the queue says otherwise"
+    assert "operator olga" in farm.client("limits")
+    farm.client("limits", "large", "--max-running", "0")
+    page.wait("!document.querySelector('#at-limit')")
+    page.value("location.hash = '#/'")
+    page.wait("!!document.querySelector('#users')")
+    shot(page, shots, "users")
+
+
+def all_jobs_are_reached_by_keyboard(page, shots):
+    page.value("location.hash = '#/study/2/jobs?state=READY'")
+    page.wait("document.querySelectorAll('.joblist tbody tr').length === 300")
+    page.value("document.querySelector('button.more').focus()")
+    page.key("Enter")
+    page.wait("document.querySelectorAll('.joblist tbody tr').length > 300")
+    page.wait("document.activeElement.id.startsWith('job-')")
+    order = page.value("[...document.querySelectorAll('.joblist tbody a')].findIndex((a) => a === document.activeElement)")
+    assert 280 <= order <= 300, f"the focus is on job {order} of the list"
+    repeated = page.value("(() => { const all = [...document.querySelectorAll('.joblist tbody a')].map((a) => a.id);"
+                          " return all.length - new Set(all).size; })()")
+    assert repeated == 0, f"{repeated} jobs stand twice"
+    shot(page, shots, "jobs")
+
+
 def every_view_fits_and_is_reached_by_keyboard(page):
     for place in ("/", "/study/1", "/study/1/jobs", "/pair/1", "/workers", "/audit"):
         page.size(1280, 860)
@@ -225,6 +264,8 @@ def main():
             page = study_pair_job_log(browser, farm, programs.shots)
             farm.submit("large", "", 400)
             pause_and_resume(page, farm, programs.shots)
+            limits_are_shown_and_set(page, farm, programs.shots)
+            all_jobs_are_reached_by_keyboard(page, programs.shots)
             every_view_fits_and_is_reached_by_keyboard(page)
             assert not page.complaints(), page.complaints()
             a_local_run_shows_itself(browser, programs, folder)

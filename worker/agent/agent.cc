@@ -225,6 +225,8 @@ class AgentImpl final : public Agent {
       absl::StatusOr<AttemptFolder> found = folders_.Of(lease);
       if (!found.ok()) return ReportUnusable(lease, found.status());
       folder = *std::move(found);
+    } else {
+      folder = folders_.ReadOnly(lease);
     }
     if (!slots_.Start(std::move(lease), std::move(folder), link_.coordinator_id())) {
       return SendHandBack(attempt, "no free slot");

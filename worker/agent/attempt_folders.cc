@@ -32,6 +32,15 @@ absl::Status AttemptFolders::Use(const v1::Welcome& welcome) {
   return absl::OkStatus();
 }
 
+AttemptFolder AttemptFolders::ReadOnly(const v1::Lease& lease) const {
+  AttemptFolder folder;
+  folder.store = store_;
+  if (store_ == nullptr) {
+    folder.store = MakeRemoteStore(channel_, {options_.worker, lease.attempt()});
+  }
+  return folder;
+}
+
 absl::StatusOr<AttemptFolder> AttemptFolders::Of(const v1::Lease& lease) const {
   if (key_.empty()) return absl::FailedPreconditionError("this worker has no store");
   AttemptFolder folder;

@@ -32,6 +32,9 @@ class AttemptFolders {
   // The folder for an attempt that writes. Errors: kFailedPrecondition without a store;
   // kInvalidArgument for a path that leaves the store.
   absl::StatusOr<AttemptFolder> Of(const v1::Lease& lease) const;
+  // The folder of a job that writes nothing: the store alone, through the coordinator unless it is
+  // at hand.
+  AttemptFolder ReadOnly(const v1::Lease& lease) const;
 
  private:
   const Options options_;

@@ -39,8 +39,8 @@ struct AttemptFolder {
   std::string path;  // The same in the store: "<store_prefix>/.attempt-<fence>".
   // Null: `dir` is in the store. Else `dir` is a staging folder whose files the agent sends there.
   std::shared_ptr<Store> send_to = nullptr;
-  // The store itself, to read the output of other jobs, and to put files below `path` while the job
-  // runs. Null only for kinds that write nothing.
+  // The store itself, to read from, and, of a kind that writes, to put files below `path` while the
+  // job runs.
   std::shared_ptr<Store> store = nullptr;
   // A local folder of this attempt alone, not yet made; removed when the attempt has ended.
   std::string scratch = "";

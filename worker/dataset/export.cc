@@ -16,6 +16,7 @@
 #include "common/base/file.h"
 #include "common/base/hash.h"
 #include "common/base/version.h"
+#include "common/config/frame_files.h"
 #include "worker/dataset/dataset_reader.h"
 #include "worker/dataset/export_card.h"
 #include "worker/dataset/export_layouts.h"
@@ -42,6 +43,10 @@ absl::Status CheckWhole(const DatasetVariant& variant, const ExportOptions& opti
                   " pairs (finish the run, or --allow-incomplete)");
   }
   for (const DatasetFrame& frame : variant.frames) {
+    for (const char* name : kInfraredFiles) {
+      if (!options.infrared || frame.files.contains(name)) continue;
+      return Refuse(frame.dir + " has no infrared pictures (render.maps: [..., infrared])");
+    }
     for (const char* name : {"left.png", "right.png", "disparity_left.exr", "disparity_right.exr",
                              "occlusion_left.png", "occlusion_right.png", "frame.json"}) {
       const std::string path = frame.dir + "/" + name;
@@ -116,6 +121,7 @@ absl::StatusOr<Plan> MakePlan(const std::vector<DatasetVariant>& variants,
       frame.type = SafeName(variant.type.empty() ? variant.name : variant.type);
       frame.number = static_cast<int>(plan.frames.size());
       frame.test = test.contains(source.scene);
+      frame.infrared = options.infrared;
       const bool begins = plan.frames.empty() || plan.frames.back().scene != frame.scene;
       if (begins) plan.scenes.emplace_back(plan.frames.size(), plan.frames.size());
       frame.scene_number = static_cast<int>(plan.scenes.size()) - 1;
@@ -295,6 +301,7 @@ class Exporter {
     json["layout"] = options_.layout;
     json["program"] = kProgramVersion;
     json["filtered"] = !options_.unfiltered;
+    if (options_.infrared) json["pictures"] = "infrared";
     json["pairs"] = result_.pairs;
     json["pairs_test"] = result_.pairs_test;
     json["pairs_filtered_out"] = result_.pairs_filtered_out;

@@ -18,6 +18,7 @@ struct ExportOptions {
   bool flat = false;                    // crestereo: no sub-folders.
   bool allow_incomplete = false;        // Exports variants with fewer pairs than were asked for.
   std::vector<std::string> variants;    // Names; a trailing * matches the rest. Empty: all.
+  bool infrared = false;                // The infrared pictures are the pair, in place of colour.
   int test_every = 20;                  // Every n-th scene goes to TEST; at least one does.
   int shard_pairs = 500;                // webdataset: pairs in one shard.
   CancelToken cancel;

@@ -33,7 +33,11 @@ std::string RigName(const ExportFrame& frame, const char* format) {
   return Format(format, static_cast<int>(frame.source->rig));
 }
 
-ExportFile Link(std::string path, const ExportFrame& frame, const char* file) {
+std::string PictureOf(const ExportFrame& frame, const std::string& eye) {
+  return (frame.infrared ? "infrared_" : "") + eye + ".png";
+}
+
+ExportFile Link(std::string path, const ExportFrame& frame, const std::string& file) {
   return {std::move(path), frame.source->dir + "/" + file, {}};
 }
 
@@ -89,8 +93,9 @@ ImageU16 Quantise(const ImageF& disparity, double scale, int64_t* out_of_range) 
   return image;
 }
 
-absl::StatusOr<std::string> JpegOf(const ExportFrame& frame, const char* file) {
-  ASSIGN_OR_RETURN(const ImageRgb8 image, ReadPngRgb8(frame.source->dir + "/" + file));
+absl::StatusOr<std::string> JpegOf(const ExportFrame& frame, const std::string& eye) {
+  ASSIGN_OR_RETURN(const ImageRgb8 image,
+                   ReadPictureRgb8(frame.source->dir + "/" + PictureOf(frame, eye)));
   return EncodeJpeg(image, 95);
 }
 
@@ -105,9 +110,9 @@ class FlyingThings final : public ExportLayout {
     const char* eyes[] = {"left", "right"};
     for (int eye = 0; eye < 2; ++eye) {
       const std::string file = std::string(eyes[eye]) + "/" + name;
-      const std::string image = std::string(eyes[eye]) + ".png";
+      const std::string image = PictureOf(frame, eyes[eye]);
       for (const char* pass : {"frames_cleanpass", "frames_finalpass"}) {
-        out.files.push_back(Link(pass + place + file + ".png", frame, image.c_str()));
+        out.files.push_back(Link(pass + place + file + ".png", frame, image));
       }
       ASSIGN_OR_RETURN(std::string pfm, EncodePfm(truth.disparity[eye]));
       out.files.push_back({"disparity" + place + file + ".pfm", "", std::move(pfm)});
@@ -141,7 +146,7 @@ class FoundationStereo final : public ExportLayout {
     const std::string place = frame.scene + "/dataset/data/";
     const std::string name = RigName(frame, "%04d");
     for (const char* eye : {"left", "right"}) {
-      ASSIGN_OR_RETURN(std::string jpeg, JpegOf(frame, (std::string(eye) + ".png").c_str()));
+      ASSIGN_OR_RETURN(std::string jpeg, JpegOf(frame, eye));
       out.files.push_back({place + eye + "/rgb/" + name + ".jpg", "", std::move(jpeg)});
     }
     ASSIGN_OR_RETURN(std::string png, EncodePng(digits));
@@ -188,7 +193,7 @@ class CreStereo final : public ExportLayout {
         std::string(kFolders[part % 4]) + "/" + frame.scene + (flat_ ? "_" : "/");
     const std::string name = RigName(frame, "%03d");
     for (const char* eye : {"left", "right"}) {
-      ASSIGN_OR_RETURN(std::string jpeg, JpegOf(frame, (std::string(eye) + ".png").c_str()));
+      ASSIGN_OR_RETURN(std::string jpeg, JpegOf(frame, eye));
       out.files.push_back({place + name + "_" + eye + ".jpg", "", std::move(jpeg)});
       const bool left = std::string(eye) == "left";
       ASSIGN_OR_RETURN(const ImageF disparity, ReadDisparity(frame, eye, left ? &out : nullptr));
@@ -217,7 +222,7 @@ class WmgStereo final : public ExportLayout {
     for (int eye = 0; eye < 2; ++eye) {
       const std::string camera = "camera_" + std::to_string(eye) + "/" + name;
       out.files.push_back(
-          Link(place + "Image/" + camera + ".png", frame, eye == 0 ? "left.png" : "right.png"));
+          Link(place + "Image/" + camera + ".png", frame, PictureOf(frame, eyes[eye])));
       ASSIGN_OR_RETURN(const ImageF disparity,
                        ReadDisparity(frame, eyes[eye], eye == 0 ? &out : nullptr));
       out.files.push_back({place + "disparity/" + camera + ".npy", "", EncodeNpy(disparity)});
@@ -234,8 +239,8 @@ class Middlebury final : public ExportLayout {
     FrameFiles out;
     ASSIGN_OR_RETURN(Truth truth, ReadTruth(frame, out));
     const std::string place = frame.scene + "_" + RigName(frame, "%03d") + "/";
-    out.files.push_back(Link(place + "im0.png", frame, "left.png"));
-    out.files.push_back(Link(place + "im1.png", frame, "right.png"));
+    out.files.push_back(Link(place + "im0.png", frame, PictureOf(frame, "left")));
+    out.files.push_back(Link(place + "im1.png", frame, PictureOf(frame, "right")));
     const ImageF& left = truth.disparity[0];
     ImageU8 mask(left.width(), left.height());
     float largest = 0, smallest = std::numeric_limits<float>::infinity();
@@ -281,8 +286,8 @@ class Kitti final : public ExportLayout {
     FrameFiles out;
     ASSIGN_OR_RETURN(const Truth truth, ReadTruth(frame, out));
     const std::string name = Format("%06d_10.png", frame.number);
-    out.files.push_back(Link("training/image_2/" + name, frame, "left.png"));
-    out.files.push_back(Link("training/image_3/" + name, frame, "right.png"));
+    out.files.push_back(Link("training/image_2/" + name, frame, PictureOf(frame, "left")));
+    out.files.push_back(Link("training/image_3/" + name, frame, PictureOf(frame, "right")));
     ImageU16 all = Quantise(truth.disparity[0], 256, &out.pixels_out_of_range);
     ASSIGN_OR_RETURN(std::string occluded, EncodePng(all));
     out.files.push_back({"training/disp_occ_0/" + name, "", std::move(occluded)});
@@ -347,15 +352,33 @@ class WebDataset final : public ExportLayout {
     ASSIGN_OR_RETURN(const Json json, SampleJson(frame));
     const std::string key = frame.scene + "_" + RigName(frame, "%03d");
     for (const char* eye : {"left", "right"}) {
-      ASSIGN_OR_RETURN(std::string png, ReadFile(frame.source->dir + "/" + eye + ".png"));
+      ASSIGN_OR_RETURN(std::string png, ReadFile(frame.source->dir + "/" + PictureOf(frame, eye)));
       out.files.push_back({key + "." + eye + ".png", "", std::move(png)});
     }
     out.files.push_back({key + ".disp.npy", "", EncodeNpy(disparity)});
     ASSIGN_OR_RETURN(std::string occ, EncodePng(occlusion));
     out.files.push_back({key + ".occ.png", "", std::move(occ)});
+    for (const char* eye : {"left", "right"}) RETURN_IF_ERROR(AddExtras(frame, key, eye, out));
     out.files.push_back({key + ".json", "", json.dump() + "\n"});
     out.list_line = key;
     return out;
+  }
+
+ private:
+  // Infrared pictures and the pair before rectification, where the frame has them.
+  static absl::Status AddExtras(const ExportFrame& frame, const std::string& key,
+                                const std::string& eye, FrameFiles& out) {
+    const auto has = [&](const std::string& name) { return frame.source->files.contains(name); };
+    for (const std::string& name : {"infrared_" + eye, "raw_" + eye, "raw_occlusion_" + eye}) {
+      if (!has(name + ".png")) continue;
+      ASSIGN_OR_RETURN(std::string png, ReadFile(frame.source->dir + "/" + name + ".png"));
+      out.files.push_back({key + "." + name + ".png", "", std::move(png)});
+    }
+    const std::string flow = "raw_flow_" + eye;
+    if (!has(flow + ".exr")) return absl::OkStatus();
+    ASSIGN_OR_RETURN(const ImageF3 image, ReadExrRgb(frame.source->dir + "/" + flow + ".exr"));
+    out.files.push_back({key + "." + flow + ".npy", "", EncodeNpy(image)});
+    return absl::OkStatus();
   }
 };
 

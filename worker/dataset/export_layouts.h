@@ -21,9 +21,10 @@ struct ExportFrame {
   int scene_number = 0;  // Within its scene, from 0.
   int scenes = 0;        // In all.
   bool test = false;
-  // Of layouts for sequences, whose `scene` is a run of frames that follow each other: place in it
+  // For layouts of sequences, whose `scene` is a run of frames that follow each other: place in it
   // from 0, and its length.
   int at = 0, length = 0;
+  bool infrared = false;  // Its pictures are the infrared ones.
 };
 
 // A file to make: a link to one of the frame's files, or bytes.

@@ -51,7 +51,7 @@ Json RawJson(const v1::RawCamera& given) {
           {"rectified_from_raw", rows}};
 }
 
-// What tells of the other frames of the scene: whose left eye it has, which way it belongs to,
+// Adds facts on the other frames of the scene: whose left eye it has, which way it belongs to,
 // where things stand that move.
 void AddNeighbours(const v1::Scene& scene, const v1::Rig& rig, Json* json) {
   const std::vector<RigPlace> places = PlacesOf(scene);
@@ -78,6 +78,21 @@ void AddNeighbours(const v1::Scene& scene, const v1::Rig& rig, Json* json) {
     moving[std::to_string(object.index())] = RowsOf(ToProto(PoseAt(object, rig.time_s())));
   }
   (*json)["moving"] = moving;
+}
+
+// `projector` is absent where there is none.
+Json InfraredJson(const v1::Rig& rig, double exposure) {
+  Json json = {{"exposure", exposure}};
+  if (!rig.has_projector()) return json;
+  const v1::Projector& projector = rig.projector();
+  json["projector"] = {{"place_m", projector.place_m()},
+                       {"power_w", projector.power_w()},
+                       {"dots", projector.dots()},
+                       {"horizontal_fov_rad", projector.horizontal_fov_rad()},
+                       {"vertical_fov_rad", projector.vertical_fov_rad()},
+                       {"dot_rad", projector.dot_rad()},
+                       {"seed", SeedText(projector.seed())}};
+  return json;
 }
 
 }  // namespace
@@ -116,7 +131,8 @@ std::array<std::array<double, 4>, 4> MatrixOf(const v1::Transform& transform) {
   return rows;
 }
 
-absl::StatusOr<std::string> FrameJson(const v1::Scene& scene, const v1::Rig& rig, double exposure,
+absl::StatusOr<std::string> FrameJson(const v1::Scene& scene, const v1::Rig& rig,
+                                      const FrameExposures& exposures,
                                       const FrameStatistics& statistics,
                                       const v1::RenderConfig& render) {
   ASSIGN_OR_RETURN(const SceneType* type, TypeOf(scene));
@@ -133,7 +149,10 @@ absl::StatusOr<std::string> FrameJson(const v1::Scene& scene, const v1::Rig& rig
   AddNeighbours(scene, rig, &json);
   json["near_m"] = statistics.min_depth_m;
   json["far_m"] = statistics.max_depth_m;
-  json["exposure"] = exposure;
+  json["exposure"] = exposures.color;
+  if (std::find(render.maps().begin(), render.maps().end(), "infrared") != render.maps().end()) {
+    json["infrared"] = InfraredJson(rig, exposures.infrared);
+  }
   json["rig"] = rig.index();
   json["room"] = type->describe(scene).kind;
   json["seeds"] = {{"scene", SeedText(scene.scene_seed())}};

@@ -14,9 +14,15 @@ namespace parallax {
 // The pose as a row-major 4x4 matrix.
 std::array<std::array<double, 4>, 4> MatrixOf(const v1::Transform& transform);
 
+// As StereoFrame's.
+struct FrameExposures {
+  double color = 1, infrared = 1;
+};
+
 // The text of frame.json. One top-level key a line, so that a person can read and diff it. It holds
 // no times: equal inputs give equal bytes. Errors: as TypeOf.
-absl::StatusOr<std::string> FrameJson(const v1::Scene& scene, const v1::Rig& rig, double exposure,
+absl::StatusOr<std::string> FrameJson(const v1::Scene& scene, const v1::Rig& rig,
+                                      const FrameExposures& exposures,
                                       const FrameStatistics& statistics,
                                       const v1::RenderConfig& render);
 

@@ -27,7 +27,7 @@ struct Output {
   std::function<absl::StatusOr<std::string>()> encode;
 };
 
-absl::Status CheckSizes(const View& view, const v1::Rig& rig, const char* eye) {
+absl::Status CheckSizes(const View& view, const v1::Rig& rig, const char* eye, bool infrared) {
   const auto fits = [&](const auto& image) {
     return image.width() == rig.width_px() && image.height() == rig.height_px();
   };
@@ -41,7 +41,8 @@ absl::Status CheckSizes(const View& view, const v1::Rig& rig, const char* eye) {
               {"objects", fits(view.objects)},
               {"materials", fits(view.materials)},
               {"normals", fits(view.normals)},
-              {"masks", fits(view.masks)}};
+              {"masks", fits(view.masks)},
+              {"infrared", !infrared || fits(view.infrared)}};
   for (const auto& map : maps) {
     if (map.fits) continue;
     return MakeError(absl::StatusCode::kInvalidArgument,
@@ -106,6 +107,7 @@ void AddOutputs(const View& view, const std::string& eye, const std::set<std::st
   add("materials", ".png", [&view] { return EncodePng(view.materials); });
   add("normals", ".exr", [&view] { return EncodeExrHalfRgb(view.normals); });
   add("masks", ".png", [&view] { return EncodePng(view.masks); });
+  add("infrared", ".png", [&view] { return EncodePng(view.infrared); });
 }
 
 // Encodes linear light with the exposure of the 8-bit picture, within the range of a half float.
@@ -144,13 +146,14 @@ double SecondsSince(SteadyTime begin) {
 }  // namespace
 
 absl::StatusOr<v1::FrameResult> WriteFrame(const FrameJob& job) {
-  RETURN_IF_ERROR(CheckSizes(job.frame.left, job.rig, "left"));
-  RETURN_IF_ERROR(CheckSizes(job.frame.right, job.rig, "right"));
+  const std::set<std::string> maps(job.render.maps().begin(), job.render.maps().end());
+  const bool infrared = maps.count("infrared") > 0;
+  RETURN_IF_ERROR(CheckSizes(job.frame.left, job.rig, "left", infrared));
+  RETURN_IF_ERROR(CheckSizes(job.frame.right, job.rig, "right", infrared));
   const SteadyTime begin = Clock::System().Steady();
   const FrameStatistics statistics = ComputeStatistics(job.scene, job.frame);
   const double statistics_s = SecondsSince(begin);
 
-  const std::set<std::string> maps(job.render.maps().begin(), job.render.maps().end());
   std::vector<Output> outputs;
   AddOutputs(job.frame.left, "left", maps, outputs);
   AddOutputs(job.frame.right, "right", maps, outputs);
@@ -190,8 +193,9 @@ absl::StatusOr<v1::FrameResult> WriteFrame(const FrameJob& job) {
     RETURN_IF_ERROR(entry.status());
     *result.add_files() = *entry;
   }
-  ASSIGN_OR_RETURN(const std::string json, FrameJson(job.scene, job.rig, double{job.frame.exposure},
-                                                     statistics, job.render));
+  const FrameExposures exposures{double{job.frame.exposure}, double{job.frame.infrared_exposure}};
+  ASSIGN_OR_RETURN(const std::string json,
+                   FrameJson(job.scene, job.rig, exposures, statistics, job.render));
   ASSIGN_OR_RETURN(*result.add_files(), WriteEntry(job.dir, "frame.json", json));
   RETURN_IF_ERROR(SyncPath(job.dir));
 

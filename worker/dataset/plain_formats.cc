@@ -5,13 +5,15 @@
 #include <Eigen/Core>
 #include <cstdio>
 #include <cstring>
+#include <vector>
 
 namespace parallax {
 
-std::string EncodeNpy(const ImageF& image) {
-  std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (" +
-                       std::to_string(image.height()) + ", " + std::to_string(image.width()) +
-                       "), }";
+namespace {
+
+// `shape`: as Python writes a tuple, without its parentheses.
+std::string NpyBytes(const std::string& shape, const std::vector<float>& values) {
+  std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (" + shape + "), }";
   // Magic, version and length are 10 bytes; the whole header ends at a multiple of 64.
   while ((10 + header.size() + 1) % 64 != 0) header += ' ';
   header += '\n';
@@ -19,8 +21,21 @@ std::string EncodeNpy(const ImageF& image) {
   bytes += static_cast<char>(header.size() & 0xff);
   bytes += static_cast<char>(header.size() >> 8);
   bytes += header;
-  bytes.append(reinterpret_cast<const char*>(image.data()), image.pixels() * sizeof(float));
+  bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float));
   return bytes;
+}
+
+template <typename ImageType>
+std::string SizeText(const ImageType& image) {
+  return std::to_string(image.height()) + ", " + std::to_string(image.width());
+}
+
+}  // namespace
+
+std::string EncodeNpy(const ImageF& image) { return NpyBytes(SizeText(image), image.values()); }
+
+std::string EncodeNpy(const ImageF3& image) {
+  return NpyBytes(SizeText(image) + ", 3", image.values());
 }
 
 std::string EncodeFlo(const ImageF3& flow) {

@@ -10,9 +10,10 @@
 
 namespace parallax {
 
-// A two-dimensional little-endian float32 array in C order, (height, width).
+// A little-endian float32 array in C order, (height, width) or (height, width, 3).
 // Source: numpy.lib.format, version 1.0.
 std::string EncodeNpy(const ImageF& image);
+std::string EncodeNpy(const ImageF3& image);
 
 // Encodes optical flow as Middlebury's .flo: channels 0 and 1 of `flow`, float32. Unknown flow is
 // kUnknownFlow there.

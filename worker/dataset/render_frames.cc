@@ -147,8 +147,8 @@ void RendererCache::Keep(const std::string& key, std::unique_ptr<Renderer> rende
 std::string RendererCache::KeyOf(const v1::Scene& scene, const v1::RenderConfig& config) {
   v1::RenderConfig without_maps = config;
   without_maps.clear_maps();
-  // The maps that change what is traced.
-  for (const char* map : {"raw", "flow"}) {
+  // The only maps that change what is traced.
+  for (const char* map : {"raw", "flow", "infrared"}) {
     const auto& maps = config.maps();
     if (std::find(maps.begin(), maps.end(), map) != maps.end()) without_maps.add_maps(map);
   }

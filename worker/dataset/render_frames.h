@@ -24,8 +24,8 @@ class RendererCache {
   std::unique_ptr<Renderer> Take(const std::string& key);
   void Keep(const std::string& key, std::unique_ptr<Renderer> renderer);
 
-  // Equal keys mean that a renderer can be used again: the recipe, and the config except `maps`, of
-  // which only those count that change what is traced.
+  // Equal when a renderer can be used again: the recipe and all of the config but `maps`, of
+  // which only `raw` and `infrared` count.
   static std::string KeyOf(const v1::Scene& scene, const v1::RenderConfig& config);
 
  private:

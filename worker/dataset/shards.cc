@@ -81,7 +81,10 @@ std::string ShardCard(const std::vector<Shard>& train, const std::vector<Shard>&
          "```\n"
          "Each sample has `left.png`, `right.png`, `disp.npy` (float32, pixels of the left view, 0 "
          "= no surface),\n"
-         "`occ.png` (255 = not visible in the right eye) and `json` (camera, tables of objects and "
+         "`occ.png` (255 = not visible in the right eye), where they were rendered "
+         "`infrared_{left,right}.png`,\n"
+         "`raw_{left,right}.png`, `raw_flow_{left,right}.npy` (x, y in pixels, 1 where known) and "
+         "`raw_occlusion_{left,right}.png`, and `json` (camera, tables of objects and "
          "materials as lists of rows;\n"
          "seeds are strings of decimal digits).\n";
 }

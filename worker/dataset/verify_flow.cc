@@ -21,9 +21,9 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr double kFlowTolerance_px = 2e-3;
-constexpr double kFlowTolerance = 2e-5;  // Of the flow's length.
+constexpr double kFlowTolerance = 2e-5;  // Relative to the flow's length.
 constexpr double kPoseTolerance = 1e-6;
-constexpr double kReprojected = 0.01;  // Of the depth.
+constexpr double kReprojected = 0.01;  // Relative to the depth.
 // Share of the pixels that depth at the neighbour's pixel centres judges otherwise than rays do:
 // edges of things, and what is hidden by something thinner than a pixel.
 constexpr double kMostOtherwise = 0.02;

@@ -14,6 +14,7 @@
 #include "common/math/types.h"
 #include "worker/dataset/frame_reader.h"
 #include "worker/dataset/sensor_stage.h"
+#include "worker/dataset/verify_infrared.h"
 #include "worker/dataset/verify_raw.h"
 
 namespace parallax {
@@ -61,11 +62,15 @@ class FrameChecker {
     CheckOcclusion(eyes_[0], eyes_[1], -1);
     CheckOcclusion(eyes_[1], eyes_[0], 1);
     CheckIndex();
-    if (!json_.contains("raw")) return;
-    for (Finding& finding : CheckRawPair(frame_, json_)) findings_.push_back(std::move(finding));
+    if (json_.contains("raw")) Append(CheckRawPair(frame_, json_));
+    if (json_.contains("infrared")) Append(CheckInfrared(frame_, json_));
   }
 
  private:
+  void Append(std::vector<Finding> found) {
+    for (Finding& finding : found) findings_.push_back(std::move(finding));
+  }
+
   void Find(const char* check, const std::string& file, const std::string& message) {
     findings_.push_back({check, frame_.dir + (file.empty() ? "" : "/" + file), message});
   }

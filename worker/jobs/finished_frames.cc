@@ -10,6 +10,7 @@
 #include "common/base/hash.h"
 #include "common/base/log.h"
 #include "common/config/frame_files.h"
+#include "common/config/frame_notes.h"
 #include "common/store/store.h"
 #include "worker/dataset/render_frames.h"
 #include "worker/jobs/store_files.h"
@@ -19,15 +20,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char kNotes[] = "finished";
-
 std::string RigFolder(uint32_t rig) {
   char name[16];
   std::snprintf(name, sizeof name, "%03u", rig);
   return name;
 }
 
-std::string NoteOf(uint32_t rig) { return std::string(kNotes) + "/" + RigFolder(rig) + ".pb"; }
+std::string NoteOf(uint32_t rig) { return std::string(kFrameNotes) + "/" + RigFolder(rig) + ".pb"; }
 
 std::vector<std::string> FileNamesOf(const v1::FrameResult& frame) {
   std::vector<std::string> names;
@@ -73,7 +72,7 @@ absl::Status FinishedFrames::SendAndNote(const v1::FrameResult& frame) {
     return folder_.send_to->Put(folder_.path + "/" + NoteOf(frame.rig()),
                                 frame.SerializeAsString());
   }
-  RETURN_IF_ERROR(MakeFolders(folder_.dir + "/" + kNotes));
+  RETURN_IF_ERROR(MakeFolders(folder_.dir + "/" + kFrameNotes));
   RETURN_IF_ERROR(SyncPath(folder_.dir));  // A note on disk tells of a frame on disk.
   return WriteFileAtomically(folder_.dir + "/" + NoteOf(frame.rig()), frame.SerializeAsString());
 }
@@ -121,7 +120,8 @@ absl::StatusOr<std::vector<v1::FrameResult>> FinishedFrames::TakeOver(const v1::
       if (cancel.cancelled()) return absl::CancelledError("while pairs were taken over");
       absl::StatusOr<v1::FrameResult> frame = TakeOverFrom(earlier, rig, wanted);
       if (frame.ok()) {
-        Note(*frame);
+        // A job of one pair leaves it where it was found, too.
+        if (job.rigs_size() > 1) Note(*frame);
         taken.push_back(*std::move(frame));
         break;
       }
@@ -134,18 +134,8 @@ absl::StatusOr<std::vector<v1::FrameResult>> FinishedFrames::TakeOver(const v1::
   return taken;
 }
 
-void FinishedFrames::RemoveNotes() {
-  if (noted_.empty()) return;
-  std::error_code ignored;
-  if (folder_.send_to == nullptr) {
-    fs::remove_all(folder_.dir + "/" + kNotes, ignored);
-  } else {
-    folder_.send_to->RemoveTree(folder_.path + "/" + kNotes).IgnoreError();
-  }
-}
-
 void FinishedFrames::RemoveUnfinished() {
-  std::set<std::string> stay = {kNotes};
+  std::set<std::string> stay = {kFrameNotes};
   for (const uint32_t rig : noted_) stay.insert(RigFolder(rig));
   std::error_code ignored;
   std::vector<fs::path> go;

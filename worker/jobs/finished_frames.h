@@ -1,5 +1,6 @@
-// Records the frames that an attempt at a render job has finished, where the next attempt finds
-// them: a killed worker loses the current pair only.
+// Frames that an attempt at a render job has finished, noted where the next attempt finds them: a
+// killed worker costs the pair at hand and not all of its job. The notes stay when the job is done:
+// the coordinator removes them once it has the result.
 //
 //   <attempt's folder>/003/...           the frame, whole and durable
 //                      finished/003.pb   its FrameResult, written after that
@@ -39,8 +40,6 @@ class FinishedFrames {
   // Whether the frame is in the store already, although the folder is a staging folder.
   bool IsSent(uint32_t rig) const { return sent_.count(rig) > 0; }
 
-  // Removes the records after the job is done. Best effort.
-  void RemoveNotes();
   // Removes unrecorded files of an attempt that ends without result. Best effort.
   void RemoveUnfinished();
 

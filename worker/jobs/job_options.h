@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "worker/jobs/content_cache.h"
 #include "worker/jobs/core_share.h"
 #include "worker/jobs/frame_cache.h"
 #include "worker/train/installed_trainers.h"
@@ -14,6 +15,7 @@ namespace parallax {
 struct JobOptions {
   std::unique_ptr<CoreShare> cores;  // Null: jobs run without regard to others.
   FrameCacheOptions frame_cache;
+  ContentCacheOptions content_cache;
   InstalledTrainers trainers;
   std::string benchmarks_dir;  // Empty: only what is installed with Parallax.
 };

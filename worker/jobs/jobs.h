@@ -8,17 +8,16 @@
 
 namespace parallax {
 
-// One function for each kind.
-std::unique_ptr<JobHandler> MakeSolveHandler();
-std::unique_ptr<JobHandler> MakeRenderHandler();
+std::unique_ptr<JobHandler> MakeSolveHandler(std::shared_ptr<const JobOptions> options);
+std::unique_ptr<JobHandler> MakeRenderHandler(std::shared_ptr<const JobOptions> options);
 std::unique_ptr<JobHandler> MakeTrainHandler(std::shared_ptr<const JobOptions> options);
 std::unique_ptr<JobHandler> MakeEvaluateHandler(std::shared_ptr<const JobOptions> options);
 
 // All handlers, in the order in which work flows. `options` may be filled in until the first job.
 inline JobHandlers MakeJobHandlers(std::shared_ptr<const JobOptions> options) {
   JobHandlers handlers;
-  handlers.push_back(ShareCores(MakeSolveHandler(), options));
-  handlers.push_back(ShareCores(MakeRenderHandler(), options));
+  handlers.push_back(ShareCores(MakeSolveHandler(options), options));
+  handlers.push_back(ShareCores(MakeRenderHandler(options), options));
   handlers.push_back(MakeTrainHandler(options));
   handlers.push_back(MakeEvaluateHandler(options));
   return handlers;

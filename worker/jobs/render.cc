@@ -67,7 +67,9 @@ absl::StatusOr<v1::RenderResult> RenderTheRest(const v1::RenderJob& job,
 
 class RenderHandler final : public JobHandler {
  public:
-  RenderHandler() : JobHandler("render", /*writes_output=*/true, /*resumes=*/true) {}
+  explicit RenderHandler(std::shared_ptr<const JobOptions> options)
+      : JobHandler("render", /*writes_output=*/true, /*resumes=*/true),
+        options_(std::move(options)) {}
 
   absl::StatusOr<JobOutcome> Run(std::string_view spec, const AttemptFolder& folder,
                                  const CancelToken& cancel,
@@ -76,22 +78,31 @@ class RenderHandler final : public JobHandler {
     if (!job.ParseFromArray(spec.data(), static_cast<int>(spec.size()))) {
       return absl::InvalidArgumentError("a spec that is no RenderJob");
     }
+    if (folder.store != nullptr) {
+      RETURN_IF_ERROR(BringContent(ContentCache(options_->content_cache), *folder.store,
+                                   {cancel, [&progress] { progress(0, "content"); }}, job));
+    }
     FinishedFrames finished(folder);
     const auto result = RenderTheRest(job, folder, finished, cancel, progress);
     if (!result.ok()) {
       finished.RemoveUnfinished();
       return result.status();
     }
-    finished.RemoveNotes();
+    // The notes stay: until the coordinator has the result, another attempt may need them.
     JobOutcome outcome;
     ASSIGN_OR_RETURN(outcome.files, FilesOf(*result, folder.path, finished));
     outcome.result = result->SerializeAsString();
     return outcome;
   }
+
+ private:
+  const std::shared_ptr<const JobOptions> options_;
 };
 
 }  // namespace
 
-std::unique_ptr<JobHandler> MakeRenderHandler() { return std::make_unique<RenderHandler>(); }
+std::unique_ptr<JobHandler> MakeRenderHandler(std::shared_ptr<const JobOptions> options) {
+  return std::make_unique<RenderHandler>(std::move(options));
+}
 
 }  // namespace parallax

@@ -145,8 +145,13 @@ bool Arrangement::PlaceOne(Item& item) const {
     case Stand::kFree:
     case Stand::kCeiling: {
       const Plan plan = PlanOf(*item.asset);
-      const double yaw = item.side * kPi / 2 + item.turn_rad;
-      const Vec2d middle(item.u * problem_->room.width_m(), item.v * problem_->room.depth_m());
+      Vec2d middle(item.u * problem_->room.width_m(), item.v * problem_->room.depth_m());
+      double yaw = item.side * kPi / 2 + item.turn_rad;
+      if (row->rows_m > 0) {  // All along one direction, middles on a lattice about the room's.
+        const Vec2d half(problem_->room.width_m() / 2, problem_->room.depth_m() / 2);
+        middle = half + row->rows_m * ((middle - half) / row->rows_m).array().round().matrix();
+        yaw = (item.side < 2 ? 0 : kPi) + item.turn_rad;
+      }
       const double height = static_cast<double>(item.asset->bounds.sizes().z());
       const double z =
           item.stand == Stand::kFree ? kLift_m : problem_->room.height_m() - height - kLift_m;

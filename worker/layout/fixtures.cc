@@ -6,6 +6,7 @@
 
 #include "common/base/rng.h"
 #include "worker/layout/openings.h"
+#include "worker/layout/room_plan.h"
 #include "worker/layout/wall_frame.h"
 
 namespace parallax {
@@ -13,6 +14,7 @@ namespace {
 
 constexpr double kHeadroom_m = 1.95;  // Lamps hang above people.
 constexpr int kModels = 4;
+constexpr double kRoomHeight_m = 2.7;
 
 bool Excluded(const v1::AssetConfig& assets, const std::string& class_name) {
   return std::find(assets.exclude().begin(), assets.exclude().end(), class_name) !=
@@ -30,6 +32,30 @@ absl::StatusOr<const PooledAsset*> DrawCeilingLamp(const Rng& root, double heigh
     if (height_m + lamp->bounds.min().z() >= kHeadroom_m) return lamp;
   }
   return best;
+}
+
+// A hall's lamps: equal ones in the middles of its bays, brighter in high halls. Their power is
+// that of a room of the same floor as if it stood lower.
+absl::Status HangInRows(const v1::Room& room, const v1::AssetConfig& assets, const Rng& root,
+                        const Vec3d& power_w, AssetPool& pool, std::vector<Fixture>& fixtures) {
+  if (!ClassAllowed(assets, "CeilingClassicLamp")) return absl::OkStatus();
+  ASSIGN_OR_RETURN(const PooledAsset* lamp,
+                   DrawCeilingLamp(root.Child("ceiling"), room.height_m(), pool));
+  const HallBays bays = HallBays::Of(room);
+  const double brighter = room.height_m() / kRoomHeight_m;
+  for (int i = 0; i < bays.along_x; ++i) {
+    for (int k = 0; k < bays.along_y; ++k) {
+      Fixture fixture;
+      fixture.asset = lamp;
+      fixture.position = {(i + 0.5) / bays.along_x * room.width_m(),
+                          (k + 0.5) / bays.along_y * room.depth_m(),
+                          room.height_m() - double{lamp->bounds.max().z()} - 0.0005};
+      fixture.relation = "on_ceiling";
+      fixture.power_w = power_w * (brighter / (bays.along_x * bays.along_y));
+      fixtures.push_back(fixture);
+    }
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -67,7 +93,9 @@ absl::StatusOr<std::vector<Fixture>> PlaceFixtures(const v1::Room& room,
   const double total_w = area * draw.Uniform(6, 11);
   const Vec3d color = LampColor(draw.Uniform());
   const bool two = area > 16 && draw.Bernoulli(0.6);
-  if (ClassAllowed(assets, "CeilingClassicLamp")) {
+  if (room.hall()) {
+    RETURN_IF_ERROR(HangInRows(room, assets, root, color * total_w, pool, fixtures));
+  } else if (ClassAllowed(assets, "CeilingClassicLamp")) {
     ASSIGN_OR_RETURN(const PooledAsset* lamp,
                      DrawCeilingLamp(root.Child("ceiling"), room.height_m(), pool));
     for (int i = 0; i < (two ? 2 : 1); ++i) {

@@ -17,6 +17,8 @@ constexpr int kFullSteps = 550, kReducedSteps = 60;
 // depend on the machine. About what one core of 2020 does.
 constexpr double kBestStepsPerSecond = 4000;
 
+constexpr double kRoom_m2 = 20;
+
 struct Steps {
   int large = 0, medium = 0, small = 0;
   int runs = 1;
@@ -24,11 +26,14 @@ struct Steps {
 
 // The paper's 550 = 300 + 200 + 50, and the same shares of any number. Greedy additions need more
 // of theirs for small things.
-Steps StepsOf(const v1::SolverConfig& config) {
+Steps StepsOf(const v1::SolverConfig& config, const v1::Room& room) {
   const bool full =
       config.mode() == v1::SolverConfig::MODE_FULL || config.mode() == v1::SolverConfig::MODE_BEST;
   int total = config.steps();
   if (total <= 0) total = full ? kFullSteps : kReducedSteps;
+  if (room.hall()) {  // As many more as it is larger than a room.
+    total = static_cast<int>(total * std::max(1.0, room.width_m() * room.depth_m() / kRoom_m2));
+  }
   Steps steps;
   steps.large = full ? total * 300 / 550 : total * 24 / 60;
   steps.medium = full ? total * 200 / 550 : total * 14 / 60;
@@ -123,8 +128,9 @@ RoomProblem MakeRoomProblem(const v1::Room& room, const RoomTable& table,
   const Rng root(seed, "layout/wanted");
   const double area = room.width_m() * room.depth_m();
   for (const RoomRow& row : table.rows) {
-    // Large rooms get more.
-    const double u = root.Child(row.group).Uniform() * 0.7 + std::clamp((area - 12) / 20, 0.0, 0.6);
+    // Large rooms hold more; the tables of halls are for large ones alone.
+    const double drawn = root.Child(row.group).Uniform();
+    const double u = room.hall() ? drawn : drawn * 0.7 + std::clamp((area - 12) / 20, 0.0, 0.6);
     const int extra = static_cast<int>(u * (row.most - row.least + 1));
     WantedRow wanted{row, std::min(row.least + extra, row.most), {}};
     for (const std::string& name : row.classes) {
@@ -147,12 +153,14 @@ std::vector<std::string> PlacedClasses() {
   std::vector<std::string> classes = {
       "Plate", "Fork", "Knife", "Spoon", "Wineglass", "CeilingClassicLamp", "FloorLamp"};
   for (const std::string& name : BuildingClasses()) classes.push_back(name);
-  for (const RoomTable& table : RoomTables()) {
-    for (const RoomRow& row : table.rows) {
-      classes.insert(classes.end(), row.classes.begin(), row.classes.end());
-    }
-    for (const SmallRow& row : table.small) {
-      classes.insert(classes.end(), row.classes.begin(), row.classes.end());
+  for (const auto* tables : {&RoomTables(), &HallTables()}) {
+    for (const RoomTable& table : *tables) {
+      for (const RoomRow& row : table.rows) {
+        classes.insert(classes.end(), row.classes.begin(), row.classes.end());
+      }
+      for (const SmallRow& row : table.small) {
+        classes.insert(classes.end(), row.classes.begin(), row.classes.end());
+      }
     }
   }
   std::sort(classes.begin(), classes.end());
@@ -163,8 +171,8 @@ std::vector<std::string> PlacedClasses() {
 absl::StatusOr<Furnishing> Furnish(const v1::Room& room, const v1::SceneConfig& config,
                                    const std::vector<Fixture>& fixtures, SceneSeed seed,
                                    AssetPool& pool, const CancelToken& cancel) {
-  const RoomTable& table = *FindRoomTable(room.kind());
-  const Steps steps = StepsOf(config.solver());
+  const RoomTable& table = TableOf(room);
+  const Steps steps = StepsOf(config.solver(), room);
   const RoomProblem problem = MakeRoomProblem(room, table, config.assets(), seed);
   const std::vector<Wish> wishes = WishesOf(table);
   const Vec3d origin(room.origin_x_m(), room.origin_y_m(), room.floor_z_m());

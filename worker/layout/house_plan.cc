@@ -10,6 +10,7 @@
 #include "common/base/rng.h"
 #include "common/config/config.h"
 #include "worker/layout/floor_plan.h"
+#include "worker/layout/open_plan.h"
 #include "worker/layout/room_plan.h"
 
 namespace parallax {
@@ -19,6 +20,8 @@ constexpr int kPlanSteps = 3000;
 constexpr int kPlans = 4;                // Tries until every room can be reached.
 constexpr double kCeilingSlab_m = 0.45;  // Between two storeys.
 constexpr double kLanding_m = 1.25;
+constexpr double kBesideHall_m = 2.8;  // Height of rooms.
+constexpr int kHallWindows = 3;        // For each window of a room.
 constexpr double kRise_m = 0.178, kRun_m = 0.25, kFlight_m = 0.86;
 
 struct KindGoal {
@@ -116,11 +119,13 @@ class HouseBuilder {
 
  private:
   void DrawHeights() {
-    double highest = rooms_[0].height_m();
+    // Rooms beside a hall are as high as rooms are.
+    height_m_ = rooms_[0].hall() ? kBesideHall_m : rooms_[0].height_m();
+    double highest = height_m_;
     Rng rng = root_.Child("heights");
     for (double& offset : height_offsets_) {
       offset = 0.1 * rng.UniformInt(-3, 2);
-      highest = std::max(highest, rooms_[0].height_m() + offset);
+      highest = std::max(highest, height_m_ + offset);
     }
     storey_m_ = highest + kCeilingSlab_m;
   }
@@ -133,7 +138,8 @@ class HouseBuilder {
     first.depth = main.depth_m() + wall_m_;
     first.fixed_size = true;
     std::vector<Cell> cells = {first};
-    const bool two = count >= 5 && root_.Child("storeys").Bernoulli(config_.two_storeys_p());
+    const bool two =
+        count >= 5 && !main.hall() && root_.Child("storeys").Bernoulli(config_.two_storeys_p());
     if (two) {
       stairs_ = DrawStairs(storey_m_, root_.Child("stairs"));
       Cell stairs;
@@ -177,8 +183,7 @@ class HouseBuilder {
       room.set_floor_z_m(cell.storey * storey_m_);
       room.set_width_m(cell.width - wall_m_);
       room.set_depth_m(cell.depth - wall_m_);
-      room.set_height_m(
-          std::max(2.3, rooms_[0].height_m() + height_offsets_[i % height_offsets_.size()]));
+      room.set_height_m(std::max(2.3, height_m_ + height_offsets_[i % height_offsets_.size()]));
       if (cell.both_storeys) {
         room.set_height_m(storey_m_ + 2.5);
         *room.mutable_stairs() = stairs_;
@@ -245,6 +250,7 @@ class HouseBuilder {
       door.set_kind(v1::Opening::KIND_PASSAGE);
       door.set_width_m(rng.Uniform(1.0, 2.1));
     }
+    OpenUp(config_, ra, rb, root_.Child("open", static_cast<uint64_t>(a * 16 + b)), door);
     const double gap = 0.13;
     door.set_width_m(std::min(door.width_m(), high - low - 2 * gap));
     // On the higher of the two floors.
@@ -368,6 +374,7 @@ class HouseBuilder {
     const double u = draw.Uniform();
     if (index == 0) {
       windows = std::lround(Draw(config_.windows(), u));
+      if (room.hall()) windows *= kHallWindows;
     } else if (kind == "closet" || kind == "stairs" || kind == "hallway") {
       windows = kind != "closet" && u < 0.4;
     } else if (kind == "living_room" || kind == "bedroom" || kind == "dining_room") {
@@ -408,13 +415,14 @@ class HouseBuilder {
   std::vector<v1::Room> rooms_;
   std::array<double, 5> height_offsets_{};
   v1::Stairs stairs_;
-  double wall_m_ = 0.2, storey_m_ = 3;
+  double wall_m_ = 0.2, storey_m_ = 3, height_m_ = 2.7;
 };
 
 House SingleRoom(const v1::RoomConfig& config, SceneSeed seed, v1::Room room) {
   const Rng root(seed, "layout/room");
   const long doors = std::lround(Draw(config.doors(), root.Child("doors").Uniform()));
-  const long windows = std::lround(Draw(config.windows(), root.Child("windows").Uniform()));
+  const long drawn = std::lround(Draw(config.windows(), root.Child("windows").Uniform()));
+  const long windows = room.hall() ? kHallWindows * drawn : drawn;
   // One wall, rather a long one, has no openings: large furniture stands there. Few rooms have
   // windows on all others, too.
   Rng quiet = root.Child("quiet wall");

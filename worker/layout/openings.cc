@@ -190,9 +190,10 @@ Mesh MakeDoor(const v1::Room& room, const v1::Opening& opening) {
 
   const bool left_hinged = rng.Bernoulli(0.5);
   // Doors between rooms stand open more often than those of the house.
-  const float angle = rng.Bernoulli(opening.leads_to() > 0 ? 0.5 : 0.25)
-                          ? Draw(rng, 0.2, opening.leads_to() > 0 ? 1.4 : 1.2)
-                          : 0.0f;
+  float angle = rng.Bernoulli(opening.leads_to() > 0 ? 0.5 : 0.25)
+                    ? Draw(rng, 0.2, opening.leads_to() > 0 ? 1.4 : 1.2)
+                    : 0.0f;
+  if (opening.open_rad() > 0) angle = static_cast<float>(opening.open_rad());
   const float gap = 0.003f;
   const float width = clear.right - clear.left - 2 * gap,
               height = clear.top - clear.bottom - 0.008f;

@@ -14,6 +14,8 @@ namespace {
 constexpr double kOpeningGap_m = 0.35;
 constexpr double kLintel_m = 0.12;  // Least masonry above an opening.
 constexpr int kRoomTries = 40;
+constexpr double kBay_m = 3.7;
+constexpr double kHallSide_m[] = {8, 12}, kHallHeight_m[] = {3.5, 6};
 
 // One over the other: doors of two storeys.
 bool Above(const v1::Opening& upper, const v1::Opening& lower) {
@@ -32,7 +34,31 @@ bool Fits(const v1::Room& room, const v1::Opening& candidate) {
   return true;
 }
 
+// Where four bays meet: in every row, or in those along the walls only.
+void AddColumns(v1::Room& room, Rng rng) {
+  const HallBays bays = HallBays::Of(room);
+  const bool any = rng.Bernoulli(0.75), every_row = rng.Bernoulli(0.5);
+  const double side = rng.Uniform(0.3, 0.5);
+  for (int i = 1; any && i < bays.along_x; ++i) {
+    for (int k = 1; k < bays.along_y; ++k) {
+      const bool middle = i > 1 && i + 1 < bays.along_x;
+      if (!every_row && middle) continue;
+      v1::Pillar& pillar = *room.add_pillars();
+      pillar.set_side_m(side);
+      pillar.set_x_m(room.width_m() * i / bays.along_x);
+      pillar.set_y_m(room.depth_m() * k / bays.along_y);
+    }
+  }
+}
+
 }  // namespace
+
+HallBays HallBays::Of(const v1::Room& room) {
+  const auto count = [](double length) {
+    return std::max(2, static_cast<int>(std::lround(length / kBay_m)));
+  };
+  return {count(room.width_m()), count(room.depth_m())};
+}
 
 std::vector<WallStretch> WholeWalls(const v1::Room& room) {
   std::vector<WallStretch> walls;
@@ -85,10 +111,16 @@ v1::Opening DrawWindow(const v1::Room& room, Rng& rng) {
   window.set_sill_m(std::min(sill, top - 0.6));
   window.set_height_m(top - window.sill_m());
   window.set_seed(rng.Seed());
+  if (room.hall()) {  // Higher and wider: daylight reaches the middle.
+    window.set_width_m(rng.Uniform(1.3, 2.6));
+    window.set_sill_m(rng.Uniform(0.3, 0.95));
+    window.set_height_m(room.height_m() * rng.Uniform(0.62, 0.8) - window.sill_m());
+  }
   return window;
 }
 
 void AddPillars(v1::Room& room, Rng rng) {
+  if (room.hall()) return AddColumns(room, rng);
   const double area = room.width_m() * room.depth_m();
   const bool any = rng.Bernoulli(area > 18 ? 0.25 : 0), free_standing = rng.Bernoulli(0.35);
   const double side = rng.Uniform(0.24, 0.4);
@@ -142,6 +174,13 @@ absl::StatusOr<v1::Room> DrawMainRoom(const v1::RoomConfig& config, SceneSeed se
   Rng cornice = root.Child("cornice");
   if (cornice.Bernoulli(0.4)) room.set_cornice_m(cornice.Uniform(0.05, 0.11));
   room.set_window_glass(config.window_glass());
+  Rng hall = root.Child("hall");
+  if (hall.Bernoulli(config.hall_p())) {
+    room.set_hall(true);
+    room.set_width_m(hall.Uniform(kHallSide_m[0], kHallSide_m[1]));
+    room.set_depth_m(hall.Uniform(kHallSide_m[0], kHallSide_m[1]));
+    room.set_height_m(hall.Uniform(kHallHeight_m[0], kHallHeight_m[1]));
+  }
   return room;
 }
 

@@ -40,7 +40,14 @@ v1::Opening DrawDoor(const v1::Room& room, Rng& rng);
 // Bathrooms get small windows high up.
 v1::Opening DrawWindow(const v1::Room& room, Rng& rng);
 
-// Adds posts to large rooms: against a wall or free-standing, clear of the openings.
+// The bays of a hall: a lamp hangs in the middle of each, columns stand where four meet.
+struct HallBays {
+  int along_x = 1, along_y = 1;
+  static HallBays Of(const v1::Room& room);
+};
+
+// Posts of large rooms: against a wall or standing free, clear of the openings. Halls have columns
+// between their bays.
 void AddPillars(v1::Room& room, Rng rng);
 
 }  // namespace parallax

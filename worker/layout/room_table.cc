@@ -65,4 +65,12 @@ const RoomTable* FindRoomTable(std::string_view kind) {
   return nullptr;
 }
 
+const RoomTable& TableOf(const v1::Room& room) {
+  if (!room.hall()) return *FindRoomTable(room.kind());
+  for (const RoomTable& table : HallTables()) {
+    if (table.kind == room.kind()) return table;
+  }
+  return HallTables().front();
+}
+
 }  // namespace parallax

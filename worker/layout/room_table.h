@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "parallax/v1/scene.pb.h"
 #include "worker/layout/wish.h"
 
 namespace parallax {
@@ -47,8 +48,9 @@ struct RoomRow {
   bool snug = false;                       // kCorner: right in the corner, square to it.
   bool one_model = false;                  // All items of the group are the same model.
   double headroom_m = 0;                   // Above it, kept clear of windows and doors.
-  double highest_m = 10;                   // Taller models are skipped.
-  double weight = 1;                       // Loss for each missing item.
+  double highest_m = 10;                   // Models that are taller are passed over.
+  double rows_m = 0;                       // kFree: side by side in rows this far apart; 0: anyhow.
+  double weight = 1;                       // Loss for each one that is missing.
 
   // Setters for the tables.
   RoomRow Count(int low, int high) { return least = low, most = high, *this; }
@@ -77,6 +79,7 @@ struct RoomRow {
   RoomRow OneModel() { return one_model = true, *this; }
   RoomRow Headroom(double above_m) { return headroom_m = above_m, *this; }
   RoomRow Below(double height_m) { return highest_m = height_m, *this; }
+  RoomRow InRows(double apart_m) { return rows_m = apart_m, *this; }
   RoomRow Weight(double loss) { return weight = loss, *this; }
 
  private:
@@ -135,7 +138,11 @@ RoomTable StairsTable();
 
 // Every table in a fixed order.
 const std::vector<RoomTable>& RoomTables();
+// The tables of halls, by the kind of room. Other kinds take that of the living room.
+const std::vector<RoomTable>& HallTables();
 // nullptr for an unknown kind.
 const RoomTable* FindRoomTable(std::string_view kind);
+// The table of a room of a known kind, hall or not.
+const RoomTable& TableOf(const v1::Room& room);
 
 }  // namespace parallax

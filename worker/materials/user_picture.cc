@@ -38,23 +38,38 @@ std::string& PictureRoot() {
   return *root;
 }
 
+std::string& ContentRoot() {
+  static auto* root = new std::string;
+  return *root;
+}
+
+// `path` with links resolved; empty unless it is below `root`, relative to which it is named.
+std::string Below(const std::string& root_name, const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  fs::path root = fs::weakly_canonical(root_name, error);
+  if (!root.has_filename() && root.has_relative_path()) root = root.parent_path();
+  const fs::path full = error ? fs::path() : fs::weakly_canonical(root / path, error);
+  const auto [root_end, unused] = std::mismatch(root.begin(), root.end(), full.begin(), full.end());
+  return !error && root_end == root.end() ? full.string() : "";
+}
+
 }  // namespace
+
+void SetContentRoot(std::string root) { ContentRoot() = std::move(root); }
 
 void SetPictureRoot(std::string root) { PictureRoot() = std::move(root); }
 
 absl::StatusOr<std::string> BelowPictureRoot(const std::string& path) {
-  namespace fs = std::filesystem;
+  if (!ContentRoot().empty() && !path.empty() && path.front() == '/') {
+    if (std::string brought = Below(ContentRoot(), path); !brought.empty()) return brought;
+  }
   if (PictureRoot().empty()) {
     return MakeError(absl::StatusCode::kFailedPrecondition,
                      "picture_dir: this worker reads no pictures; its operator names their folder "
                      "with --picture-root");
   }
-  std::error_code error;
-  fs::path root = fs::weakly_canonical(PictureRoot(), error);
-  if (!root.has_filename() && root.has_relative_path()) root = root.parent_path();
-  const fs::path full = error ? fs::path() : fs::weakly_canonical(root / path, error);
-  const auto [root_end, unused] = std::mismatch(root.begin(), root.end(), full.begin(), full.end());
-  if (!error && root_end == root.end()) return full.string();
+  if (std::string found = Below(PictureRoot(), path); !found.empty()) return found;
   return MakeError(
       absl::StatusCode::kFailedPrecondition,
       "picture_dir: " + path + " is not below this worker's --picture-root " + PictureRoot());

@@ -20,7 +20,12 @@ inline constexpr char kUserPicture[] = "UserPicture";
 // other threads run.
 void SetPictureRoot(std::string root);
 
-// The path of a file or folder that a study names: relative to the picture root, links resolved.
+// A second folder: what this process itself has brought there, and names by absolute paths. Call it
+// before other threads run.
+void SetContentRoot(std::string root);
+
+// The path of a file or folder that a study names: relative to the picture root, links resolved; or
+// an absolute one below the content root.
 // Errors: kFailedPrecondition without a root, or for a path outside it.
 absl::StatusOr<std::string> BelowPictureRoot(const std::string& path);
 

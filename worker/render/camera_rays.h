@@ -34,6 +34,7 @@ class CameraRays {
   }
   // Radians by which a ray's cone widens.
   float spread() const { return spread_; }
+  const Vec3f& origin() const { return origin_; }
 
  private:
   Rays8 ThroughLens(Float8 x, Float8 y) const {

@@ -200,8 +200,8 @@ Vec3x8 Raised(const Vec3x8& d, Float8 angle) {
   return {d.x * shrunk, d.y * shrunk, d.z + angle * level};
 }
 
-// What texels in these directions show. Low in the sky neighbouring rows meet a slice of a cloud
-// hundreds of metres apart, so that there each is a mean over its height.
+// The clouds of texels in these directions. Low in the sky neighbouring rows meet a slice of a
+// cloud hundreds of metres apart, so that there each is a mean over its height.
 Clouds::Layer8 BakeTexels(const Baker& baker, const Vec3x8& directions, int side) {
   constexpr float kLowSky = 0.45f;
   constexpr int kParts = 4;

@@ -12,7 +12,7 @@
 
 namespace parallax {
 
-// What a frame's neighbour is like, of one eye.
+// A frame's neighbour as one eye sees it.
 struct FlowTarget {
   PinholeCamera camera;
   double focal_times_baseline = 0;

@@ -12,13 +12,13 @@ namespace parallax {
 // The pairs of a rig's left eye.
 struct Pairing {
   v1::Rig leader;                 // The first of them; names the samples of the left picture.
-  std::vector<double> baselines;  // Of all, over the leader's.
+  std::vector<double> baselines;  // All rigs' baselines, over the leader's.
   size_t partner = 0;             // Which of them the rig is.
 
   bool shared() const { return baselines.size() > 1; }
 };
 
-// What is kept of a left eye for the next rig that shares it. The picture of a shared left eye
+// A left eye, kept for the next rig that shares it. The picture of a shared left eye
 // depends on no right one: it is the same in whichever order, and by however many jobs, its rigs
 // are rendered.
 struct KeptLeft {

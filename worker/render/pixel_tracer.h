@@ -22,7 +22,7 @@ struct PixelSampling {
   // baseline. Null: no comparison. Borrowed.
   const ImageF* disparity_px = nullptr;
   double focal_times_baseline = 0;
-  // Of each partner: its baseline over that one. At most kMostPartners.
+  // Each partner's baseline over that one. At most kMostPartners.
   std::vector<double> baselines = {1.0};
 
   // Seeds and numbers of the samplers for eight samples.

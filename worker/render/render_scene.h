@@ -192,7 +192,7 @@ class RenderScene final : public ShadowFilter {
   std::vector<CacheGroup> cache_groups_;  // Parallel to stored_.
   std::vector<uint32_t> materials_;       // The materials of all bodies' slots, one behind another.
   std::vector<MaterialTraits> traits_;
-  Box3f bounds_, rest_bounds_;  // Of all, and of all but the movers.
+  Box3f bounds_, rest_bounds_;  // All, and all but the movers.
   std::vector<bool> movers_;    // By mesh; empty: none.
   std::unique_ptr<RayTrees> trees_;
 };

@@ -19,6 +19,7 @@
 #include "worker/render/film.h"
 #include "worker/render/flow.h"
 #include "worker/render/ground_truth.h"
+#include "worker/render/infrared.h"
 #include "worker/render/lights.h"
 #include "worker/render/moving_scene.h"
 #include "worker/render/overexposed.h"
@@ -60,6 +61,7 @@ class SceneRenderer final : public Renderer {
         profile_(profile),
         with_raw_(HasMap(config, "raw")),
         with_flow_(HasMap(config, "flow")),
+        with_infrared_(HasMap(config, "infrared")),
         geometry_(std::move(geometry)),
         moving_(scene, geometry_.get()),
         lights_(std::move(lights)),
@@ -215,6 +217,12 @@ class SceneRenderer final : public Renderer {
       kept_left_ = {eye_key, frame.left, std::move(films[0]->ambiguous), frame.exposure, clamp};
       kept_left_->view.masks = unmixed;
     }
+    if (with_infrared_) {
+      const SteadyTime start = Clock::System().Steady();
+      const SampleStream streams[2] = {StreamOf(rig, 0, 5), StreamOf(rig, 1, 5)};
+      RETURN_IF_ERROR(RenderInfrared(*geometry_, stereo, rig, streams, cancel, &frame));
+      frame.trace_s += SecondsSince(start);
+    }
     if (with_raw) RETURN_IF_ERROR(RenderRaw(rig, clamp, cancel, &meter, &frame));
     if (progress) progress(1.0);
     return frame;
@@ -302,7 +310,7 @@ class SceneRenderer final : public Renderer {
     }
     CacheFill fill;
     fill.paths = profile_.cache_paths;
-    // What moves is not there: the cache holds for all times, and movers are lit by traced paths.
+    // Movers are not there: the cache holds for all times, and they are lit by traced paths.
     if (moving_.moves()) RETURN_IF_ERROR(geometry_->ShowMovers(false));
     auto filled =
         FillRadianceCache(*geometry_, &lights_, Options(0), scene_seed_, cameras, fill, cancel);
@@ -433,6 +441,7 @@ class SceneRenderer final : public Renderer {
   const RenderProfile profile_;
   const bool with_raw_;   // Also renders the raw cameras of rigs that have them.
   const bool with_flow_;  // Also traces flow to the neighbours of a sequence.
+  const bool with_infrared_;
   const std::unique_ptr<RenderScene> geometry_;
   MovingScene moving_;
   LightTable lights_;  // Constant except for keyframes.

@@ -36,8 +36,9 @@ inline Bits CombineHash(Bits seed, Bits value) {
 struct SampleStream {
   uint64_t scene_seed = 0;
   uint32_t rig = 0;
-  uint32_t eye = 0;   // 0 left, 1 right; 2 and 3 are those of the raw pair.
-  uint32_t pass = 0;  // 0 image, 1 pilot, 2 cache, 3 overexposed edges, 4 guides.
+  uint32_t eye = 0;   // 0 left, 1 right.
+  uint32_t pass = 0;  // 0 image, 1 pilot, 2 cache, 3 edges of what is overexposed,
+                      // 4 guides, 5 infrared.
 
   uint32_t Hash() const {
     uint32_t h = MixBits(static_cast<uint32_t>(scene_seed) + 0x5bd1e995u);

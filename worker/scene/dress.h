@@ -30,6 +30,8 @@ struct SceneInProgress {
   AssetPool pool;
   SceneSeed seed;
   OwnContent own;
+  // Depth as which probes that leave the place count where rigs are chosen; 0: they see sky.
+  double view_out_m = 0;
   std::string why_no_rigs;  // The reason for fewer rigs than wanted, if the type knows it.
 };
 

@@ -15,7 +15,7 @@
 
 namespace parallax {
 
-// What may move, at its place at time 0.
+// An object that may move, at its place at time 0.
 struct FloatingBody {
   std::shared_ptr<const TriangleTree> tree;
   Box3f bounds;  // Object frame.
@@ -50,7 +50,7 @@ class FloatingMotion {
   const RayScene& solid_;
   ViewGuard& guard_;
   const std::function<bool(const Box3f&, const Pose&)> may_be_;
-  std::vector<double> times_s_;  // Of frames, ascending.
+  std::vector<double> times_s_;  // The frames' times, ascending.
   std::vector<Mover> movers_;
 };
 

@@ -9,6 +9,7 @@
 #include "common/config/stages.h"
 #include "worker/layout/layout.h"
 #include "worker/scene/dress.h"
+#include "worker/scene/rigs/projector.h"
 #include "worker/scene/rigs/rig_camera.h"
 #include "worker/scene/types/types.h"
 #include "worker/scene/upgrade.h"
@@ -77,6 +78,7 @@ absl::Status Dress(const SceneType& type, const v1::SolveJob& job, v1::Layout la
   }
   AddBaselines(job.config().rigs(), scene.recipe);
   RETURN_IF_ERROR(CheckRawCameras(scene.recipe));
+  AddProjectors(job.config().lighting().projector(), scene.seed, scene.recipe);
   RETURN_IF_ERROR(type.dress(job.config(), cancel, scene));
   ChooseEnvironments(job.config().lighting(), scene.own, scene.seed, scene.recipe);
   *result.mutable_scene() = std::move(scene.recipe);

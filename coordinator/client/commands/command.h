@@ -74,6 +74,7 @@ void RegisterJobs(Registry& registry);
 void RegisterLogs(Registry& registry);
 void RegisterWorkers(Registry& registry);
 void RegisterSteer(Registry& registry);  // cancel, pause, resume, retry, forget
+void RegisterLimits(Registry& registry);
 void RegisterAudit(Registry& registry);
 void RegisterPage(Registry& registry);
 void RegisterFetch(Registry& registry);

@@ -151,6 +151,8 @@ void RegisterExport(Registry& registry) {
       ->type_name("NAME");
   command->add_flag("--unfiltered", options->options.unfiltered,
                     "Take pairs that fail a filter too");
+  command->add_flag("--infrared", options->options.infrared,
+                    "Take the infrared pictures (render.maps: infrared) for the pair");
   command->add_flag("--flat", options->options.flat, "crestereo: no folder for each scene");
   command->add_flag("--allow-incomplete", options->options.allow_incomplete,
                     "Export although pairs that were asked for are missing");

@@ -1,5 +1,6 @@
 // jobs: what a study's work consists of, and where it is.
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -16,6 +17,7 @@ struct JobsOptions {
   std::string study;
   std::string state;
   int limit = 50;
+  bool all = false;
 };
 
 constexpr const char* kStates[] = {"blocked",  "ready",  "leased",      "retry_wait", "succeeded",
@@ -101,7 +103,7 @@ absl::StatusOr<ExitCode> Jobs(const JobsOptions& options, Session& session) {
   ASSIGN_OR_RETURN(const v1::StudyStatus study, connection->FindStudy(options.study));
   v1::ListJobsRequest request;
   request.set_study_id(study.study_id());
-  request.set_limit(options.limit);
+  request.set_limit(options.all ? std::numeric_limits<int32_t>::max() : options.limit);
   request.set_state(options.state);
   for (char& c : *request.mutable_state()) c = static_cast<char>(std::toupper(c));
   ASSIGN_OR_RETURN(const v1::ListJobsReply reply, connection->ListJobs(request));
@@ -119,8 +121,9 @@ absl::StatusOr<ExitCode> Jobs(const JobsOptions& options, Session& session) {
   }
   PrintTable(reply, session);
   PrintLogs(reply, session);
-  if (reply.jobs_size() == options.limit) {
-    session.PrintNote("the first " + std::to_string(options.limit) + "; --limit shows more");
+  if (!options.all && reply.jobs_size() == options.limit) {
+    session.PrintNote("the first " + std::to_string(options.limit) +
+                      "; --limit shows more, --all shows all");
   }
   return kExitOk;
 }
@@ -135,7 +138,8 @@ void RegisterJobs(Registry& registry) {
       "\n"
       "Examples:\n"
       "  parallax jobs baseline --state failed\n"
-      "  parallax jobs 3 --state leased --json\n");
+      "  parallax jobs 3 --state leased --json\n"
+      "  parallax jobs 3 --all --json | jq '[.jobs[].attempts] | add'\n");
   auto options = std::make_shared<JobsOptions>();
   command->add_option("STUDY", options->study, "Id, or name (the newest of that name)")->required();
   command->add_option("--state", options->state, "Only jobs in this state")
@@ -143,7 +147,8 @@ void RegisterJobs(Registry& registry) {
       ->check(CLI::IsMember(std::vector<std::string>(std::begin(kStates), std::end(kStates)),
                             CLI::ignore_case));
   command->add_option("--limit", options->limit, "At most so many (default 50)")
-      ->check(CLI::Range(1, 100000));
+      ->check(CLI::Range(1, 10'000'000));
+  command->add_flag("--all", options->all, "All of them");
   command->group(kCoordinatorCommands);
   registry.AddConnectionOptions(command);
   registry.SetAction(command, [options](Session& session) { return Jobs(*options, session); });

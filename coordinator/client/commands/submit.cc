@@ -1,7 +1,10 @@
 // submit: give a study to a coordinator.
 #include <nlohmann/json.hpp>
 
+#include "common/config/limit_rules.h"
+#include "common/store/store.h"
 #include "coordinator/client/commands/command.h"
+#include "coordinator/client/ship_content.h"
 #include "coordinator/client/study_options.h"
 #include "coordinator/client/study_view.h"
 #include "coordinator/client/text.h"
@@ -12,16 +15,23 @@ namespace {
 
 struct SubmitOptions {
   StudyOptions study;
+  int max_running = 0;
   bool again = false;
+  bool no_content = false;
 };
 
 absl::StatusOr<ExitCode> Submit(const SubmitOptions& options, Session& session) {
   ASSIGN_OR_RETURN(v1::StudySpec study, ResolveStudy(options.study));
   RETURN_IF_ERROR(HashContent(study));
   ASSIGN_OR_RETURN(const auto connection, session.Connect());
+  ShippedContent shipped;
+  if (!options.no_content) {
+    ASSIGN_OR_RETURN(shipped, ShipContent(study, *connection->RemoteStore()));
+  }
   v1::SubmitRequest request;
   *request.mutable_study() = study;
   request.set_idempotency_key(IdempotencyKey(study));
+  request.set_max_running(options.max_running);
   if (options.again) {
     // The time makes the key one of its own; what is rendered already is still reused by its
     // content.
@@ -41,8 +51,16 @@ absl::StatusOr<ExitCode> Submit(const SubmitOptions& options, Session& session) 
                        {"existed", reply.existed()},
                        {"state", state},
                        {"variants", study.variants_size()},
+                       {"content_files", shipped.files},
+                       {"content_bytes", shipped.bytes},
                        {"pairs_wanted", pairs}});
     return kExitOk;
+  }
+  if (shipped.files > 0) {
+    session.PrintNote("own content: " + Plural(shipped.folders, "folder") + ", " +
+                      Plural(shipped.files, "file") + ", " +
+                      FormatBytes(static_cast<double>(shipped.bytes)) +
+                      " are in the coordinator's store, where workers without a copy fetch them");
   }
   // The id alone on standard output, so that a script needs no parser; the rest is for people.
   *session.out().stream << reply.study_id() << "\n" << std::flush;
@@ -63,7 +81,8 @@ void RegisterSubmit(Registry& registry) {
   CLI::App* command = registry.AddCommand(
       registry.app, "submit", "Give a study to a coordinator; prints its id",
       "The same study again is not made twice: its id is printed and a note says so. Results are\n"
-      "found by content, so a larger --pairs later renders only what is missing.\n"
+      "found by content, so a larger --pairs later renders only what is missing. Folders of your\n"
+      "own meshes, textures, surroundings and pictures go into the coordinator's store first.\n"
       "\n"
       "Examples:\n"
       "  parallax submit baseline --pairs 1000\n"
@@ -74,7 +93,15 @@ void RegisterSubmit(Registry& registry) {
       ->type_name("NAME");
   command->add_option("--priority", options->study.priority,
                       "Higher goes first (default: the study's own)");
+  command
+      ->add_option("--max-running", options->max_running,
+                   "At most so many of its jobs run at a time; `parallax limits` changes it later\n"
+                   "(default 0: as many as there are workers)")
+      ->check(CLI::Range(0, kMostRunning))
+      ->type_name("N");
   command->add_flag("--again", options->again, "Submit although the same study is there already");
+  command->add_flag("--no-content", options->no_content,
+                    "Send no own content: each worker has its copy below its --picture-root");
   command->group(kCoordinatorCommands);
   registry.AddConnectionOptions(command);
   registry.SetAction(command, [options](Session& session) { return Submit(*options, session); });

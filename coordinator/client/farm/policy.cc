@@ -9,6 +9,7 @@ Demand DemandOf(const std::vector<v1::StudyStatus>& studies) {
   Demand demand;
   for (const v1::StudyStatus& study : studies) {
     const bool running = study.state() == v1::STUDY_STATE_RUNNING;
+    if (running) demand.waiting -= study.held_jobs();
     for (const v1::VariantStatus& variant : study.variants()) {
       for (const v1::JobCount& count : variant.jobs()) {
         // A paused study's workers finish what they have.

@@ -46,8 +46,8 @@ struct FarmDecision {
   std::vector<std::string> cancel;  // Pilots that still wait, the newest first.
 };
 
-// Counts the jobs of running studies that wait for a slot or have one. Jobs that wait for other
-// jobs, and jobs of paused studies, do not count.
+// Jobs of running studies that wait for a slot or have one. Jobs that wait for other jobs, or
+// that limits hold back, are no demand, and paused studies have none.
 Demand DemandOf(const std::vector<v1::StudyStatus>& studies);
 
 // Counts the slots of connected workers whose names do not begin with `pilot_prefix`. Draining

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "common/config/frame_files.h"
+#include "common/config/frame_notes.h"
 #include "coordinator/queue/compress.h"
 #include "coordinator/queue/job_kind.h"
 #include "coordinator/queue/report_check.h"
@@ -206,6 +207,9 @@ class RenderKind final : public JobKind {
       RETURN_IF_ERROR(desk.Discard(frame.path));
     }
     RETURN_IF_ERROR(desk.Publish(job, links));
+    // A worker keeps notes of finished frames where more than one is to be made; nobody needs them
+    // any more.
+    if (job.rig_count > 1) RETURN_IF_ERROR(desk.Discard(NotesOf(render.frames.front().path)));
     return Ending();
   }
 
@@ -257,6 +261,12 @@ class RenderKind final : public JobKind {
     if (scene.scene_hash) return *scene.scene_hash;
     return MakeError(absl::StatusCode::kInternal,
                      "scene " + std::to_string(job.ordinal) + " is not solved");
+  }
+
+  // The notes' folder of a frame's attempt: "ab/ab12.../.attempt-7/finished".
+  static std::string NotesOf(const std::string& frame_path) {
+    const size_t attempt = frame_path.find("/.attempt-");
+    return frame_path.substr(0, frame_path.find('/', attempt + 1)) + "/" + kFrameNotes;
   }
 
   static absl::StatusOr<std::vector<FrameLink>> LinksOf(WorkDesk& desk, const JobFacts& job) {

@@ -43,7 +43,7 @@ struct Options {
   uint64_t seed = 1;
   int pairs = 20, samples = 0, quality_rigs = 5, reference_samples = 192, quality_width = 208;
   bool quick = false;
-  std::vector<double> baselines;  // Of each left eye; none: the recipe's own rigs.
+  std::vector<double> baselines;  // For each left eye; none: the recipe's own rigs.
   bool flow = false;
 };
 

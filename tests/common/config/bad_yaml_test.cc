@@ -119,6 +119,9 @@ TEST(SceneConfigYaml, EachWrongValueNamesLineFieldAndWhatIsAllowed) {
       {"type: indor",
        "f.yaml:1: type: indor is not known, did you mean indoor? "
        "(allowed: indoor, dense, nature)"},
+      {"floating: {placement: street}",
+       "f.yaml:1: floating.placement: street, but that is for scenes of type dense; allowed here "
+       "are box and view"},
       {"materials: {mode: 4}",
        "f.yaml:1: materials.mode: 4 is not known (allowed: all, none, one_diffuse, metal_glass)"},
       {"materials: {mode: unspecified}", "f.yaml:1: materials.mode: unspecified is not known ..."},

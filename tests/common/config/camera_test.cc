@@ -80,6 +80,25 @@ TEST_F(CameraConfigTest, WhatStandsBesideAPresetWins) {
   EXPECT_EQ(rigs.camera().fx_px().constant(), 721.5377);
 }
 
+TEST_F(CameraConfigTest, APresetOfAnActiveCameraTurnsItsProjectorOn) {
+  const auto config = Read("rigs: {camera: {preset: realsense_d435}}");
+  ASSERT_TRUE(config.ok()) << config.status();
+  EXPECT_EQ(config->rigs().baseline_m().constant(), 0.05);
+  const v1::ProjectorConfig& projector = config->lighting().projector();
+  EXPECT_EQ(projector.power_w().constant(), 0.36);
+  EXPECT_EQ(projector.dots().constant(), 5000);
+  EXPECT_EQ(projector.horizontal_fov_deg().constant(), 90);
+  EXPECT_EQ(projector.vertical_fov_deg().constant(), 63);
+  const auto off =
+      Read("{rigs: {camera: {preset: realsense_d435}}, lighting: {projector: {power_w: 0}}}");
+  ASSERT_TRUE(off.ok()) << off.status();
+  EXPECT_EQ(off->lighting().projector().power_w().constant(), 0);
+  EXPECT_EQ(off->lighting().projector().dots().constant(), 5000);
+  const auto passive = Read("rigs: {camera: {preset: kitti}}");
+  ASSERT_TRUE(passive.ok()) << passive.status();
+  EXPECT_EQ(passive->lighting().projector().power_w().constant(), 0);
+}
+
 TEST_F(CameraConfigTest, AVariantsPresetReplacesTheCameraOfItsBase) {
   Write("base.yaml", "rigs: {camera: {preset: kitti, cy_px: 170, lens: {model: brown_conrady}}}");
   Write("s.yaml",

@@ -38,6 +38,9 @@ class FakeCoordinator : public v1::Coordinator::Service {
   std::vector<std::string> drained_workers;
   v1::ListAttemptsReply attempts;
   v1::ForgetReply forgotten;
+  std::vector<v1::UserStatus> users;
+  int jobs_in_a_reply = 1000000;  // More are cut.
+  int job_lists = 0;              // Calls.
   v1::Scene scene;
   std::string store_uri = "s3://somewhere";
   bool submit_existed = false;
@@ -109,12 +112,35 @@ class FakeCoordinator : public v1::Coordinator::Service {
     for (const std::string& name : drained_workers) reply->add_workers(name);
     return grpc::Status::OK;
   }
+  grpc::Status SetMaxRunning(grpc::ServerContext*, const v1::SetMaxRunningRequest* request,
+                             v1::StudyStatus* reply) override {
+    std::lock_guard lock(mutex_);
+    orders.push_back("limit " + std::to_string(request->study_id()) + " " +
+                     std::to_string(request->max_running()) + " " + request->reason());
+    for (auto& study : studies) {
+      if (study.study_id() == request->study_id()) study.set_max_running(request->max_running());
+    }
+    return Find(request->study_id(), reply);
+  }
+  grpc::Status ListUsers(grpc::ServerContext*, const v1::ListUsersRequest*,
+                         v1::ListUsersReply* reply) override {
+    for (const auto& user : users) *reply->add_users() = user;
+    return grpc::Status::OK;
+  }
   grpc::Status ListJobs(grpc::ServerContext*, const v1::ListJobsRequest* request,
                         v1::ListJobsReply* reply) override {
     std::lock_guard lock(mutex_);
     listed_jobs = *request;
+    ++job_lists;
+    bool behind = request->after_job() == 0;
     for (const auto& job : jobs) {
-      if (request->state().empty() || request->state() == job.state()) *reply->add_jobs() = job;
+      const int most = std::min(request->limit(), jobs_in_a_reply);
+      const bool fits = reply->jobs_size() < most;
+      if (behind && (request->state().empty() || request->state() == job.state())) {
+        if (fits) *reply->add_jobs() = job;
+        reply->set_cut(!fits && most < request->limit());
+      }
+      behind |= job.job_id() == request->after_job() && job.state() == request->after_state();
     }
     return grpc::Status::OK;
   }

@@ -54,6 +54,9 @@ TEST(FarmPolicy, DemandIsWhatMayRunNowAndWhatRuns) {
   const Demand paused = DemandOf({StudyWith(v1::STUDY_STATE_PAUSED, jobs)});
   EXPECT_EQ(paused.waiting, 0);
   EXPECT_EQ(paused.leased, 5);
+  v1::StudyStatus limited = StudyWith(v1::STUDY_STATE_RUNNING, jobs);
+  limited.set_held_jobs(4);
+  EXPECT_EQ(DemandOf({limited}).waiting, 1) << "no pilot comes for jobs that may not start";
 }
 
 TEST(FarmPolicy, OtherWorkersSlotsAreThoseThatTakeWork) {

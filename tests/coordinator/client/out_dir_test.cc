@@ -81,6 +81,15 @@ TEST(EstimateBytes, GrowsWithPairsVariantsAndPixels) {
   EXPECT_GT(images_only, 0);
   variant->mutable_config()->mutable_render()->add_maps("depth");
   EXPECT_GT(EstimateBytes(study), images_only);
+  const auto grows_with = [&study](const char* what, auto change) {
+    const int64_t before = EstimateBytes(study);
+    change();
+    EXPECT_GT(EstimateBytes(study), before) << what;
+  };
+  v1::RenderConfig& render = *variant->mutable_config()->mutable_render();
+  grows_with("raw", [&render] { render.add_maps("raw"); });
+  grows_with("infrared", [&render] { render.add_maps("infrared"); });
+  grows_with("keep_hdr", [&render] { render.set_keep_hdr(true); });
   const int64_t one = EstimateBytes(study);
   *study.add_variants() = study.variants(0);
   EXPECT_NEAR(static_cast<double>(EstimateBytes(study)), 2.0 * static_cast<double>(one), 1);

@@ -32,6 +32,7 @@ TEST_F(CommandTest, SubmitPrintsTheIdAloneAndSendsTheResolvedStudy) {
   EXPECT_EQ(study.rigs_per_scene(), 3);
   EXPECT_EQ(study.seed(), 9u);
   EXPECT_EQ(study.priority(), 5);
+  EXPECT_EQ(coordinator_.submitted[0].max_running(), 0);
   EXPECT_EQ(study.variants(0).config().rigs().width_px(), 64);
   EXPECT_EQ(study.variants(0).config().rigs().height_px(), 48);
   EXPECT_EQ(study.variants(0).config().render().samples_per_pixel(), 2);
@@ -253,6 +254,61 @@ TEST_F(CommandTest, JobsAndWorkersAreTables) {
   coordinator_.workers = {worker};
   EXPECT_THAT(Run({"workers"}).out, HasSubstr("w1      active  solve,render        1      2"));
   EXPECT_EQ(RunJson({"workers"})["workers"][0]["kinds"], Json({"solve", "render"}));
+}
+
+TEST_F(CommandTest, JobsComeInAsManyRepliesAsTheyNeed) {
+  coordinator_.studies = {Baseline()};
+  for (int i = 1; i <= 23; ++i) {
+    v1::JobStatus& job = coordinator_.jobs.emplace_back();
+    job.set_job_id(i);
+    job.set_kind("render");
+    job.set_state(i < 9 ? "LEASED" : "READY");
+  }
+  coordinator_.jobs_in_a_reply = 5;
+  const Json all = RunJson({"jobs", "3", "--all"})["jobs"];
+  ASSERT_EQ(all.size(), 23u);
+  for (int i = 0; i < 23; ++i) EXPECT_EQ(all[i]["job_id"], i + 1);
+  EXPECT_EQ(coordinator_.job_lists, 5);
+  EXPECT_EQ(RunJson({"jobs", "3", "--limit", "12"})["jobs"].size(), 12u);
+  EXPECT_THAT(Run({"jobs", "3", "--limit", "12"}).err, HasSubstr("the first 12; --limit shows"));
+  EXPECT_THAT(Run({"jobs", "3", "--all"}).err, Not(HasSubstr("the first")));
+}
+
+TEST_F(CommandTest, LimitsAreShownAndSet) {
+  coordinator_.studies = {Baseline()};
+  EXPECT_EQ(Run({"submit", "quickstart", "--max-running", "7"}).exit_code, kExitOk);
+  EXPECT_EQ(coordinator_.submitted.back().max_running(), 7);
+  EXPECT_EQ(Run({"submit", "quickstart", "--max-running", "-7"}).exit_code, kExitUsage);
+  EXPECT_THAT(Run({"limits"}).out, HasSubstr("nobody has an unfinished study"));
+  v1::UserStatus ada;
+  ada.set_user("submitter ada");
+  ada.set_running(64);
+  ada.set_max_running(64);
+  ada.set_studies(2);
+  ada.set_waiting_pairs(12345);
+  ada.set_max_waiting_pairs(20000);
+  ada.set_rule("submitter *");
+  v1::UserStatus local;
+  local.set_user("local");
+  coordinator_.users = {local, ada};
+  const std::string table = Run({"limits"}).out;
+  EXPECT_THAT(table, HasSubstr("submitter ada  64 / 64        2  12,345 / 20,000  submitter *"));
+  EXPECT_THAT(table, HasSubstr("none"));
+  EXPECT_EQ(RunJson({"limits"})["users"][1]["max_running"], 64);
+  EXPECT_THAT(Run({"limits", "baseline", "--max-running", "8", "--reason", "room"}).out,
+              HasSubstr("at most 8"));
+  EXPECT_THAT(coordinator_.orders, ElementsAre("limit 3 8 room"));
+  EXPECT_EQ(RunJson({"limits", "3"})["max_running"], 8);
+  EXPECT_EQ(Run({"limits", "--max-running", "8"}).exit_code, kExitUsage);
+  EXPECT_EQ(Run({"limits", "3", "--max-running", "-1"}).exit_code, kExitUsage);
+
+  v1::StudyStatus& study = coordinator_.studies[0];
+  study.set_at_limit("max_running 8");
+  study.set_held_jobs(30);
+  EXPECT_THAT(Run({"status", "3"}).out,
+              HasSubstr("at most 8 jobs at a time (max_running)\n"
+                        "at its limit: max_running 8; 30 jobs wait for it\n"));
+  EXPECT_EQ(RunJson({"status", "3"})["at_limit"], "max_running 8");
 }
 
 TEST_F(CommandTest, LogsTellHowEachAttemptEnded) {

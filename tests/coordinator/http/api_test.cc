@@ -27,7 +27,7 @@ TEST_F(ApiTest, SubmittersSteerTheirOwnStudiesOnly) {
   const std::string path = "/api/v1/studies/" + std::to_string(study);
   const auto ada = TlsClient("submitter-ada"), bert = TlsClient("submitter-bert"),
              olga = TlsClient("operator-olga");
-  EXPECT_THAT(Actions(Json(*ada, path)), testing::ElementsAre("pause", "cancel"));
+  EXPECT_THAT(Actions(Json(*ada, path)), testing::ElementsAre("pause", "limit", "cancel"));
   EXPECT_THAT(Actions(Json(*bert, path)), testing::IsEmpty());
   EXPECT_THAT(Actions(Json(*TlsClient("read-only-board"), path)), testing::IsEmpty());
   EXPECT_EQ(Post(*bert, path + "/pause")->status, 403);
@@ -191,6 +191,75 @@ TEST_F(ApiTest, OperatorsDrainWorkersAndForgetStudies) {
 }
 
 // ---- What it tells
+TEST_F(ApiTest, JobsComeInPagesThatMissNoneAndRepeatNone) {
+  const int64_t study = Submit({.pairs = 24, .rigs_per_scene = 2, .variants = {"a", "b"}});
+  Work(20);
+  FailOne("bang", /*retryable=*/false);
+  FailOne("boom", /*retryable=*/true);
+  ASSERT_TRUE(queue_->Lease(AnyWorker("w1"), 3).ok());
+  Serve();
+  const auto client = Client();
+  const std::string path = "/api/v1/studies/" + std::to_string(study) + "/jobs?limit=";
+  for (const std::string state : {"", "&state=SUCCEEDED", "&state=READY"}) {
+    const json whole = Json(*client, path + "1000" + state);
+    EXPECT_TRUE(whole["next"].is_null());
+    ASSERT_GT(whole["jobs"].size(), 5u) << state;
+    json pages = json::array();
+    std::string after;
+    for (int page = 0; page < 200; ++page) {
+      const json some = Json(*client, path + "4" + state + after);
+      for (const json& job : some["jobs"]) pages.push_back(job);
+      if (some["next"].is_null()) break;
+      after = "&after=" + some["next"].get<std::string>();
+    }
+    EXPECT_EQ(pages, whole["jobs"]) << state;
+  }
+  for (const char* bad : {"&after=7", "&after=:7", "&after=READY:", "&after=READY:x",
+                          "&after=READY:7x", "&after=NONE:7", "&state=READY&after=LEASED:1"}) {
+    EXPECT_EQ(client->Get(path + "4" + bad)->status, 400) << bad;
+  }
+  EXPECT_EQ(client->Get(path + "4&after=READY:99999")->status, 404);
+}
+
+TEST_F(ApiTest, ASubmitterLimitsItsStudyAndAllSeeIt) {
+  const int64_t study = Submit({.pairs = 40}, "submitter ada ipv4:10.0.0.7:4711");
+  ServeTls();
+  const std::string path = "/api/v1/studies/" + std::to_string(study);
+  const auto ada = TlsClient("submitter-ada"), bert = TlsClient("submitter-bert");
+  EXPECT_EQ(Post(*bert, path + "/limit", R"({"max_running": 2})")->status, 403);
+  for (const char* bad : {"{}", R"({"max_running": -1})", R"({"max_running": 1.5})",
+                          R"({"max_running": "2"})", R"({"max_running": 99999999999})", "[]"}) {
+    EXPECT_EQ(Post(*ada, path + "/limit", bad)->status, 400) << bad;
+  }
+  EXPECT_EQ(Post(*ada, path + "/limit", R"({"max_running": 2, "reason": "room"})")->status, 200);
+  EXPECT_EQ(queue_->Lease(AnyWorker("w"), 9)->size(), 2u);
+  const json seen = Json(*bert, path);
+  EXPECT_EQ(seen["max_running"], 2);
+  EXPECT_EQ(seen["user"], "submitter ada");
+  EXPECT_EQ(seen["at_limit"], "max_running 2");
+  EXPECT_GT(seen["held_jobs"], 0);
+  const json users = Json(*bert, "/api/v1/users")["users"];
+  ASSERT_EQ(users.size(), 1u);
+  EXPECT_EQ(users[0]["user"], "submitter ada");
+  EXPECT_EQ(users[0]["running"], 2);
+}
+
+TEST_F(ApiTest, TheHistoryGoesOnOverARestart) {
+  const double now = Clock::System().UnixSeconds();
+  queue_->KeepSample({.unix_s = now - 30 * 3600, .ready = 7});  // Not of this day.
+  for (int minute = 200; minute > 2; --minute) {
+    queue_->KeepSample({.unix_s = now - 60 * minute, .pairs_per_hour = 90, .ready = minute});
+  }
+  ASSERT_TRUE(queue_->Tick().ok());  // Behind them.
+  Serve();
+  const json history = Json(*Client(), "/api/v1/history");
+  ASSERT_GE(history["ready"].size(), 198u);
+  EXPECT_EQ(history["ready"][0], 200);
+  EXPECT_EQ(history["pairs_per_hour"][197], 90);
+  // Nothing is known yet of the pairs of an hour: a gap, and no fall to 0.
+  EXPECT_EQ(history["ready"].size(), 198u);
+}
+
 TEST_F(ApiTest, TellsOfAFarmAtWork) {
   const int64_t study = Submit({.name = "odd", .pairs = 4, .variants = {"narrow", "wide"}});
   Work();

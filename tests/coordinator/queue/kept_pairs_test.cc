@@ -36,6 +36,8 @@ class KeptPairs : public QueueTest {
   static std::string FolderOf(const v1::Lease& lease) {
     return lease.store_prefix() + "/.attempt-" + std::to_string(lease.attempt().fence());
   }
+  // A worker's notes on its finished pairs.
+  static std::string NotesOf(const v1::Lease& lease) { return FolderOf(lease) + "/finished"; }
   std::vector<std::string> Litter() {
     const auto paths = queue_->ListLitter(0, 100);
     EXPECT_TRUE(paths.ok()) << paths.status();
@@ -69,7 +71,8 @@ TEST_F(KeptPairs, TheNextAttemptIsToldOfAllEarlierOnesTheNewestFirst) {
   EXPECT_THAT(Litter(), IsEmpty());
   ExpectSound();
   EXPECT_EQ(Complete(RenderAnswer(winner, "d")), v1::REPORT_OUTCOME_OK);
-  EXPECT_THAT(Litter(), UnorderedElementsAre(FolderOf(failed), FolderOf(back), FolderOf(lost)));
+  EXPECT_THAT(Litter(), UnorderedElementsAre(FolderOf(failed), FolderOf(back), FolderOf(lost),
+                                             NotesOf(winner)));
 }
 
 TEST_F(KeptPairs, PartsOfADividedJobAreToldTooAndTheFolderStaysUntilTheLastOfThemEnds) {
@@ -84,10 +87,27 @@ TEST_F(KeptPairs, PartsOfADividedJobAreToldTooAndTheFolderStaysUntilTheLastOfThe
   EXPECT_THAT(EarlierOf(first), ElementsAre(FolderOf(lost)));
   EXPECT_THAT(EarlierOf(second), ElementsAre(FolderOf(lost)));
   EXPECT_EQ(Complete(RenderAnswer(first, "b")), v1::REPORT_OUTCOME_OK);
-  EXPECT_THAT(Litter(), IsEmpty());
+  EXPECT_THAT(Litter(), ElementsAre(NotesOf(first)));
   ExpectSound();
   EXPECT_EQ(Complete(RenderAnswer(second, "c")), v1::REPORT_OUTCOME_OK);
-  EXPECT_THAT(Litter(), ElementsAre(FolderOf(lost)));
+  EXPECT_THAT(Litter(), UnorderedElementsAre(FolderOf(lost), NotesOf(first), NotesOf(second)));
+}
+
+// Until then a worker that dies with its job done costs nothing but the way there.
+TEST_F(KeptPairs, NotesOfADoneJobGoWithItsResultAndNotBefore) {
+  SubmitSolved({.pairs = 5, .rigs_per_scene = 4});
+  const v1::Lease dies = LeaseAndLose("a");  // It was done, and nobody heard of it.
+  EXPECT_THAT(Litter(), IsEmpty());
+  const v1::Lease heir = LeaseOne(Renderer("b"));
+  EXPECT_THAT(EarlierOf(heir), ElementsAre(FolderOf(dies)));
+  EXPECT_EQ(Complete(RenderAnswer(heir, "b")), v1::REPORT_OUTCOME_OK);
+  EXPECT_THAT(Litter(), UnorderedElementsAre(FolderOf(dies), NotesOf(heir)));
+  // A job of one pair has none.
+  ASSERT_TRUE(queue_->ForgetLitter(Litter()).ok());
+  EXPECT_EQ(Complete(RenderAnswer(LeaseOne(Renderer("b")), "b")), v1::REPORT_OUTCOME_OK);
+  EXPECT_THAT(Litter(), IsEmpty());
+  // The late report of the dead one changes nothing.
+  EXPECT_EQ(Complete(RenderAnswer(dies, "a")), v1::REPORT_OUTCOME_STALE_FENCE);
 }
 
 TEST_F(KeptPairs, AnotherStudysEqualSceneGoesOnFromThemAndAnotherScenesJobsDoNot) {

@@ -5,6 +5,7 @@
 #include <map>
 #include <sstream>
 
+#include "coordinator/queue/database_file.h"
 #include "coordinator/queue/migrations.h"
 #include "queue_fixture.h"
 
@@ -95,6 +96,50 @@ TEST_F(MigrationTest, EveryRowOfVersionOneComesOver) {
   EXPECT_EQ(Number("SELECT max(fence) + count(DISTINCT fence) FROM jobs"), fences);
   EXPECT_EQ(Number("SELECT count(*) FROM litter"), 2) << "of the two lost render attempts";
   EXPECT_EQ(Number("SELECT count(*) FROM pragma_foreign_key_check"), 0);
+}
+
+TEST_F(MigrationTest, StudiesKnowWhoSubmittedThemAndHaveNoLimit) {
+  Run("INSERT INTO audit(unix_s, actor, action, study_id, detail) SELECT 1, 'someone', 'pause', 1, "
+      "''");
+  Run("DROP TRIGGER audit_is_final; UPDATE audit SET actor = 'submitter ada ipv4:10.0.0.7:4711'"
+      " WHERE action = 'submit' AND study_id = 3;"
+      " UPDATE audit SET actor = 'operator root unix:' WHERE action = 'submit' AND study_id = 4");
+  Reopen();
+  EXPECT_EQ(Status(StudyId{1}).user(), "local");
+  EXPECT_EQ(Status(StudyId{3}).user(), "submitter ada");
+  EXPECT_EQ(Status(StudyId{4}).user(), "operator root");
+  EXPECT_EQ(Status(StudyId{3}).max_running(), 0);
+  queue_->KeepSample({.unix_s = clock_.UnixSeconds(), .ready = 3});
+  Tick();
+  EXPECT_THAT(*queue_->ListSamples(0), SizeIs(1));
+  // The leases of the older program count.
+  ASSERT_TRUE(queue_->SetMaxRunning(StudyId{3}, 4, "", "tester").ok());
+  EXPECT_THAT(Lease(AnyWorker("new"), 1), testing::IsEmpty());
+  ASSERT_TRUE(queue_->SetMaxRunning(StudyId{3}, 5, "", "tester").ok());
+  EXPECT_THAT(Lease(AnyWorker("new"), 3), SizeIs(1));
+}
+
+// Every version on the way to this one, with jobs in every state.
+TEST_F(MigrationTest, EachVersionBetweenGoesOn) {
+  for (int version = 2; version < NewestSchemaVersion(); ++version) {
+    std::filesystem::remove(options_.db_path);
+    SetUp();
+    {
+      auto db = OpenWriter(options_.db_path, "");
+      ASSERT_TRUE(db.ok()) << db.status();
+      ASSERT_TRUE(Migrate(**db, version).ok()) << version;
+    }
+    EXPECT_EQ(Number("PRAGMA user_version"), version);
+    Reopen();
+    EXPECT_EQ(queue_->schema_version(), NewestSchemaVersion());
+    EXPECT_EQ(Status(StudyId{3}).user(), "local") << version;
+    ExpectSound();
+    queue_.reset();
+    for (const char* suffix : {"-wal", "-shm"}) {
+      std::filesystem::remove(options_.db_path + suffix);
+    }
+    clock_.Advance(-760);
+  }
 }
 
 TEST_F(MigrationTest, WorkOfVersionOneGoesOnToItsEnd) {

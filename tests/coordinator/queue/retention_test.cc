@@ -162,6 +162,8 @@ class Litter : public QueueTest {
   static std::string FolderOf(const v1::Lease& lease) {
     return lease.store_prefix() + "/.attempt-" + std::to_string(lease.attempt().fence());
   }
+  // Notes on finished pairs, when the job is done.
+  static std::string NotesOf(const v1::Lease& lease) { return FolderOf(lease) + "/finished"; }
 };
 
 TEST_F(Litter, IsTheFolderOfEveryAttemptThatDidNotWinOnceItsSceneIsOver) {
@@ -174,10 +176,11 @@ TEST_F(Litter, IsTheFolderOfEveryAttemptThatDidNotWinOnceItsSceneIsOver) {
   const v1::Lease won = LeaseOne(Renderer("c"));
   ASSERT_EQ(won.scene(), lost.scene());
   Complete(RenderAnswer(won, "c"));
-  EXPECT_THAT(List(), ElementsAre(FolderOf(lost)));
+  EXPECT_THAT(List(), UnorderedElementsAre(FolderOf(lost), NotesOf(won)));
   const v1::Lease cancelled = LeaseOne(Renderer("d"));
   ASSERT_TRUE(queue_->Cancel(study, "", "tester").ok());
-  EXPECT_THAT(List(), UnorderedElementsAre(FolderOf(failed), FolderOf(lost), FolderOf(cancelled)));
+  EXPECT_THAT(List(), UnorderedElementsAre(FolderOf(failed), FolderOf(lost), FolderOf(cancelled),
+                                           NotesOf(won)));
 }
 
 TEST_F(Litter, IsToldOfOnlyWhenItIsOldEnoughAndUntilItIsForgotten) {
@@ -195,8 +198,9 @@ TEST_F(Litter, ComesBackWhenAZombieReportsLate) {
   Submit({.pairs = 2, .rigs_per_scene = 2});
   const v1::Lease late = RenderOf("zombie");
   ASSERT_TRUE(queue_->WorkerLost("zombie").ok());
-  Complete(RenderAnswer(LeaseOne(Renderer("heir")), "heir"));
-  EXPECT_THAT(List(), ElementsAre(FolderOf(late)));
+  const v1::Lease heir = LeaseOne(Renderer("heir"));
+  Complete(RenderAnswer(heir, "heir"));
+  EXPECT_THAT(List(), UnorderedElementsAre(FolderOf(late), NotesOf(heir)));
   ASSERT_TRUE(queue_->ForgetLitter(List()).ok());
   EXPECT_EQ(Complete(RenderAnswer(late, "zombie")), v1::REPORT_OUTCOME_STALE_FENCE);
   EXPECT_THAT(List(), ElementsAre(FolderOf(late)));

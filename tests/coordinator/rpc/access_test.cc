@@ -48,9 +48,11 @@ const std::map<std::string, std::string>& Rows() {
       {"Coordinator/GetInfo", "wsor"},
       {"Coordinator/Forget", "so"},
       {"Coordinator/DrainWorkers", "o"},
+      {"Coordinator/SetMaxRunning", "so"},
+      {"Coordinator/ListUsers", "sor"},
       {"Coordinator/ListAttempts", "sor"},
       {"Coordinator/ListAudit", "o"},
-      {"Artifacts/Put", "w"},
+      {"Artifacts/Put", "wso"},
       {"Artifacts/Remove", "w"},
       {"Artifacts/Get", "wsor"},
       {"Artifacts/List", "wsor"},
@@ -76,11 +78,17 @@ class AccessTest : public testing::Test {
   AccessTest() {
     char name[] = "/tmp/parallax-access-XXXXXX";
     directory_ = mkdtemp(name);
-    JobQueueOptions queue;
-    queue.db_path = directory_ + "/queue.db";
-    queue_ = *JobQueue::Open(queue);
     store_ = *OpenStore(directory_ + "/store");
     ca_ = *MakeAuthority(Order("ca"));
+    Start("");
+  }
+  void Start(const std::string& limits) {
+    server_.reset();
+    queue_.reset();
+    JobQueueOptions queue;
+    queue.db_path = directory_ + "/queue.db";
+    queue.limits = *LimitRules::Parse(limits, "limits.yaml");
+    queue_ = *JobQueue::Open(queue);
     CoordinatorServerOptions options;
     options.listen = {"127.0.0.1:0", "unix:" + directory_ + "/s"};
     options.security.tls = Identity(*IssueServer(ca_, Order("s"), {"127.0.0.1"}));
@@ -240,6 +248,47 @@ TEST_F(AccessTest, ASubmitterSteersItsOwnStudiesOnly) {
   EXPECT_TRUE(absl::IsPermissionDenied(retry(*bob)));
   EXPECT_TRUE(pause(*ada).ok());
   EXPECT_TRUE(pause(*v1::Coordinator::NewStub(Channel(Role::kOperator, "bob"))).ok());
+}
+
+TEST_F(AccessTest, LimitsAreToldAndRefuseByName) {
+  Start("users: {submitter *: {max_studies: 1}}");
+  const auto ada = v1::Coordinator::NewStub(Channel(Role::kSubmitter, "ada"));
+  const auto bob = v1::Coordinator::NewStub(Channel(Role::kSubmitter, "bob"));
+  const auto study = Submit(*ada, "one");
+  ASSERT_TRUE(study.ok()) << study.status();
+  const absl::Status refused = Submit(*ada, "two").status();
+  EXPECT_TRUE(absl::IsFailedPrecondition(refused)) << refused;
+  EXPECT_THAT(std::string(refused.message()),
+              HasSubstr("submitter ada has 1 unfinished studies, 1 more would be over the limit "
+                        "max_studies 1"));
+  EXPECT_TRUE(Submit(*bob, "two").ok()) << "each has its own";
+
+  const auto limit = [&](v1::Coordinator::Stub& who, int most) -> absl::StatusOr<int> {
+    grpc::ClientContext context;
+    SetRpcTimeout(context, seconds(20));
+    v1::SetMaxRunningRequest request;
+    request.set_study_id(*study);
+    request.set_max_running(most);
+    v1::StudyStatus reply;
+    RETURN_IF_ERROR(FromGrpc(who.SetMaxRunning(&context, request, &reply)));
+    return reply.max_running();
+  };
+  EXPECT_TRUE(absl::IsPermissionDenied(limit(*bob, 3).status())) << "not bob's";
+  EXPECT_EQ(*limit(*ada, 3), 3);
+  EXPECT_EQ(*limit(*v1::Coordinator::NewStub(Channel(Role::kOperator, "olga")), 2), 2);
+  EXPECT_TRUE(absl::IsInvalidArgument(limit(*ada, -1).status()));
+
+  grpc::ClientContext context;
+  SetRpcTimeout(context, seconds(20));
+  v1::ListUsersReply users;
+  const auto board = v1::Coordinator::NewStub(Channel(Role::kReadOnly, "board"));
+  ASSERT_TRUE(board->ListUsers(&context, {}, &users).ok());
+  ASSERT_EQ(users.users_size(), 2);
+  EXPECT_EQ(users.users(0).user(), "submitter ada");
+  EXPECT_EQ(users.users(0).studies(), 1);
+  EXPECT_EQ(users.users(0).waiting_pairs(), 4);
+  EXPECT_EQ(users.users(0).max_studies(), 1);
+  EXPECT_EQ(users.users(0).rule(), "submitter *");
 }
 
 TEST_F(AccessTest, TheAuditSaysWhoDidWhat) {

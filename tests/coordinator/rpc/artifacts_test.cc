@@ -7,6 +7,7 @@
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
 #include "common/rpc/remote_store.h"
+#include "common/store/content.h"
 #include "coordinator/rpc/artifacts_service.h"
 #include "tests/common/store/store_conformance.h"
 
@@ -25,7 +26,7 @@ struct Served {
   std::unique_ptr<RpcServer> server;
   bool allowed = true;  // The rule's verdict.
 
-  Served() {
+  explicit Served(const ArtifactsLimits& limits = {}) {
     char name[] = "/tmp/parallax-artifacts-XXXXXX";
     directory = mkdtemp(name);
     store = *OpenStore(directory + "/store");
@@ -33,7 +34,8 @@ struct Served {
         store.get(), directory + "/store/.tmp-incoming",
         [this](const std::string&, const v1::AttemptId&, const std::string&, bool) {
           return allowed ? absl::OkStatus() : absl::AbortedError("not yours");
-        });
+        },
+        limits);
     EXPECT_TRUE(service->Prepare().ok());
     auto started = RpcServer::Start({*ParseRpcAddress("127.0.0.1:0")}, {}, *service);
     EXPECT_TRUE(started.ok()) << started.status();
@@ -179,6 +181,39 @@ TEST_F(ArtifactsTest, SizesPathsAndHashesAreBounded) {
   EXPECT_EQ(Put(chunk_first, {}).code(), absl::StatusCode::kInvalidArgument);
   const auto remote = MakeRemoteStore(served_.Channel(), {});
   EXPECT_FALSE(remote->Get(".parallax-store").ok()) << "the store's own file";
+}
+
+TEST_F(ArtifactsTest, ContentIsNamedByItsHashAndNeedsNoAttempt) {
+  served_.allowed = false;  // No attempt's rule is asked.
+  const std::string path = ContentPath(Sha256Hex("mine"));
+  EXPECT_TRUE(Put(Header(path, "mine"), {"mine"}).ok());
+  EXPECT_EQ(*served_.store->Get(path), "mine");
+  EXPECT_TRUE(Put(Header(path, "mine"), {}).ok());
+  EXPECT_FALSE(wanted_);
+  for (const std::string& elsewhere : {path, std::string("content/list"), path + "/x",
+                                       std::string("content"), "content/../" + path}) {
+    EXPECT_EQ(Put(Header(elsewhere, "other"), {"other"}).code(), absl::StatusCode::kInvalidArgument)
+        << elsewhere;
+  }
+  EXPECT_EQ(*served_.store->Get(path), "mine");
+  EXPECT_EQ(Put(Header("contents/x", "x"), {"x"}).code(), absl::StatusCode::kAborted);
+}
+
+TEST(ArtifactsContent, HasABoundOnAllOfIt) {
+  ArtifactsLimits limits;
+  limits.content_bytes = 10;
+  Served served(limits);
+  ASSERT_TRUE(served.store->Put(ContentPath(Sha256Hex("four")), "four").ok());
+  const auto remote = MakeRemoteStore(served.Channel(), {.worker = "client", .attempt = {}});
+  const auto put = [&](const std::string& bytes) {
+    return remote->Put(ContentPath(Sha256Hex(bytes)), bytes);
+  };
+  EXPECT_TRUE(put("five.").ok());
+  const absl::Status full = put("six...");
+  EXPECT_EQ(full.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(ToStd(full.message())), HasSubstr("9 bytes, 6 more are wanted, and 10"));
+  EXPECT_TRUE(put("four").ok()) << "it is there";
+  EXPECT_TRUE(put("1").ok());
 }
 
 TEST_F(ArtifactsTest, AStartEmptiesTheSpool) {

@@ -24,6 +24,7 @@ class JanitorTest : public QueueTest {
     for (const v1::Lease& lease : Lease(Solver("s"), 64)) Complete(SolveAnswer(lease, "s"));
     const v1::Lease lease = LeaseOne(Renderer(worker));
     EXPECT_TRUE(store_->Put(FolderOf(lease) + "/000/left.png", "pixels").ok());
+    EXPECT_TRUE(store_->Put(FolderOf(lease) + "/finished/000.pb", "a note").ok());
     return lease;
   }
   static std::string FolderOf(const v1::Lease& lease) {
@@ -49,9 +50,11 @@ TEST_F(JanitorTest, RemovesLosersAndNeitherWinnersNorTheLiving) {
   const v1::Lease alive = BeginRender("c");
   EXPECT_EQ(Sweep(), 0);  // Too fresh: its worker may not have heard.
   clock_.Advance(61);
-  EXPECT_EQ(Sweep(), 1);
+  EXPECT_EQ(Sweep(), 2) << "the loser and the winner's notes";
   EXPECT_FALSE(Exists(lost));
   EXPECT_TRUE(Exists(won));
+  EXPECT_FALSE(fs::exists(folder_ + "/store/" + FolderOf(won) + "/finished"));
+  EXPECT_TRUE(fs::exists(folder_ + "/store/" + FolderOf(alive) + "/finished"));
   EXPECT_TRUE(Exists(alive));
   EXPECT_EQ(Sweep(), 0);
 }
@@ -64,7 +67,7 @@ TEST_F(JanitorTest, SweepsAgainBehindAZombie) {
   EXPECT_EQ(Sweep(), 0) << "the next attempt may go on from it";
   EXPECT_EQ(Complete(RenderAnswer(BeginRender("b"), "b")), v1::REPORT_OUTCOME_OK);
   clock_.Advance(61);
-  EXPECT_EQ(Sweep(), 1);
+  EXPECT_EQ(Sweep(), 2);
   ASSERT_TRUE(store_->Put(FolderOf(lost) + "/001/left.png", "late").ok());
   EXPECT_EQ(Complete(RenderAnswer(lost, "a")), v1::REPORT_OUTCOME_STALE_FENCE);
   clock_.Advance(61);
@@ -91,7 +94,7 @@ TEST_F(JanitorTest, OfAForgottenStudyNoFolderOfAnAttemptIsLeft) {
   for (int i = 0; i < 8; ++i) Tick();
   EXPECT_EQ(Sweep(), 0);
   clock_.Advance(61);
-  EXPECT_EQ(Sweep(), 2) << "its two pairs";
+  EXPECT_EQ(Sweep(), 3) << "its two pairs, and their notes";
   EXPECT_FALSE(Exists(lease));
 }
 

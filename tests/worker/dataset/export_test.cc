@@ -125,6 +125,27 @@ TEST_F(ExportTest, WebdatasetShardsNameTheirSplitAndHoldSeedsAsStrings) {
   EXPECT_EQ(VerifyDataset(out_)->findings_total, 0);
 }
 
+TEST_F(ExportTest, InfraredPicturesAreThePairWhereTheDatasetHasThem) {
+  MakeSyntheticArchive(dir_);
+  ExportOptions options;
+  options.infrared = true;
+  auto result = Export(options);
+  EXPECT_EQ(result.status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(result.status().message()), HasSubstr("no infrared pictures"));
+  SyntheticArchive archive;
+  archive.extras = true;
+  MakeSyntheticArchive(dir_, archive);
+  EXPECT_EQ(VerifyDataset(dir_)->findings_total, 0);
+  for (const std::string& layout : ExportLayouts()) {
+    SCOPED_TRACE(layout);
+    options.layout = layout;
+    fs::remove_all(out_);
+    result = Export(options);
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_EQ(VerifyDataset(out_)->findings_total, 0);
+  }
+}
+
 TEST_F(ExportTest, RefusesHolesAndLeavesNothingBehind) {
   const auto expect_refused = [&](const std::string& what) {
     const auto result = Export();

@@ -1,6 +1,7 @@
-// make_exports DIR: a synthetic archive in DIR/archive, one of sequences in DIR/archive_sequences,
-// and their exports in every layout in DIR/<layout> (crestereo also flat), for readers written in
-// other languages to be tried on.
+// make_exports DIR: a synthetic archive in DIR/archive and its export in every layout in
+// DIR/<layout> (crestereo also flat); and an archive with infrared and raw pairs in
+// DIR/archive_extras with its exports archive_extras_infrared and archive_extras_webdataset; for
+// readers written in other languages to be tried on.
 #include <filesystem>
 #include <iostream>
 
@@ -39,6 +40,21 @@ int main(int argc, char** argv) {
         std::cerr << layout << ": " << result.status() << "\n";
         return 1;
       }
+    }
+  }
+  parallax::SyntheticArchive extras;
+  extras.extras = true;
+  parallax::MakeSyntheticArchive(dir + "/archive_extras", extras);
+  for (const bool infrared : {false, true}) {
+    parallax::ExportOptions options;
+    options.layout = infrared ? "flyingthings" : "webdataset";
+    options.infrared = infrared;
+    const auto result = parallax::ExportDataset(
+        dir + "/archive_extras", dir + "/archive_extras_" + (infrared ? "infrared" : "webdataset"),
+        options);
+    if (!result.ok()) {
+      std::cerr << "extras: " << result.status() << "\n";
+      return 1;
     }
   }
   return 0;

@@ -41,6 +41,39 @@ void Reproject(const View& view, const View& other, int sign, ImageU8& occlusion
   }
 }
 
+ImageU8 GreyOf(const ImageRgb8& color) {
+  ImageU8 grey(color.width(), color.height());
+  for (size_t i = 0; i < grey.pixels(); ++i) grey.values()[i] = color.values()[3 * i + 1];
+  return grey;
+}
+
+// Raw cameras that are the rectified ones.
+void AddRawCameras(v1::Scene& scene) {
+  for (v1::Rig& rig : *scene.mutable_rigs()) {
+    v1::RawCamera& raw = *rig.mutable_raw_left();
+    raw.set_fx_px(rig.fx_px());
+    raw.set_fy_px(rig.fy_px());
+    raw.set_cx_px(rig.cx_px());
+    raw.set_cy_px(rig.cy_px());
+    raw.set_qw(1);
+    raw.set_width_px(rig.width_px());
+    raw.set_height_px(rig.height_px());
+    raw.set_lens(v1::LensConfig::MODEL_NONE);
+    *rig.mutable_raw_right() = raw;
+  }
+}
+
+void GiveExtras(View& view, float sign, RawView& raw) {
+  view.infrared = GreyOf(view.color);
+  raw.color = view.color;
+  raw.occlusion = view.occlusion;
+  raw.flow = ImageF3(view.color.width(), view.color.height());
+  for (size_t i = 0; i < view.disparity_px.pixels(); ++i) {
+    raw.flow.values()[3 * i] = sign * view.disparity_px.values()[i];
+    raw.flow.values()[3 * i + 2] = 1;
+  }
+}
+
 }  // namespace
 
 void MakeSyntheticArchive(const std::string& dir, const SyntheticArchive& options) {
@@ -63,7 +96,13 @@ void MakeSyntheticArchive(const std::string& dir, const SyntheticArchive& option
     }
     TakeSensorPreset(options.sensor, variant.mutable_config()->mutable_sensor());
   }
+  v1::RenderConfig& render = *study.mutable_variants(0)->mutable_config()->mutable_render();
+  if (options.extras) {
+    render.add_maps("raw");
+    render.add_maps("infrared");
+  }
   v1::Scene scene = MakeSyntheticScene(options.rigs, options.width_px, options.height_px);
+  if (options.extras) AddRawCameras(scene);
   if (options.sequence) MakeSequence(scene);
   auto archive = ArchiveWriter::Open(dir, study);
   Must(archive.status());
@@ -83,6 +122,10 @@ void MakeSyntheticArchive(const std::string& dir, const SyntheticArchive& option
         frame.left.color(0, 0) = static_cast<uint8_t>(10 * s + r);
         if (options.keep_hdr) GiveLight(frame);
         if (options.sequence) GiveFlow(scene, scene.rigs(r), frame);
+        if (options.extras) {
+          GiveExtras(frame.left, -1, frame.raw_left);
+          GiveExtras(frame.right, 1, frame.raw_right);
+        }
         const std::string path = variant + std::to_string(s) + "/.attempt-1/" + std::to_string(r);
         v1::PublishedFrame published;
         published.set_variant(variant);

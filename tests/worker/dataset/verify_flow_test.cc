@@ -1,4 +1,4 @@
-// What `verify` finds in flow maps and in what frame.json says of sequences.
+// Faults that `verify` finds in flow maps and in frame.json's facts on sequences.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

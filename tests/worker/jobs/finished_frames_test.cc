@@ -107,8 +107,6 @@ TEST_F(FinishedFramesTest, TheNextAttemptTakesOverWhatIsWholeAndItsNextFromIt) {
   FinishedFrames finished(third);
   EXPECT_THAT(RigsOf(finished.TakeOver(JobAfter({2, 1}), CancelToken())), ElementsAre(0, 1));
   EXPECT_TRUE(fs::exists(InStore(".attempt-3/finished/000.pb")));
-  finished.RemoveNotes();
-  EXPECT_FALSE(fs::exists(InStore(".attempt-3/finished")));
   EXPECT_TRUE(fs::exists(InStore(".attempt-3/000/left.png")));
 }
 
@@ -161,8 +159,6 @@ TEST_F(FinishedFramesTest, AWorkerThatDoesNotSeeTheStoreSendsEachAndBringsThemBa
   EXPECT_TRUE(finished.IsSent(1));
   EXPECT_FALSE(finished.IsSent(2));
   EXPECT_EQ(ReadFile(InStore(".attempt-2/001/right.png")).value_or(""), "right.png of rig 1");
-  finished.RemoveNotes();
-  EXPECT_FALSE(fs::exists(InStore(".attempt-2/finished")));
 }
 
 TEST_F(FinishedFramesTest, ACancelledAttemptTakesNothingMore) {
@@ -241,26 +237,27 @@ TEST_F(RenderHandlerTest, OnlyThePairAtHandIsLostAndTheFilesAreThoseOfACalmRun) 
       EXPECT_EQ(result.frames(rig).path(), "ab/cd/.attempt-2/00" + std::to_string(rig));
       EXPECT_GT(result.frames(rig).stage_s().at("cpu"), 0);
     }
-    EXPECT_FALSE(fs::exists(InStore(".attempt-2/finished")));
     for (const int fence : {1, 2, 9}) fs::remove_all(InStore(".attempt-" + std::to_string(fence)));
     fs::remove_all(dir_ + "/staging");
   }
 }
 
-TEST_F(RenderHandlerTest, AJobWhosePairsAreAllThereRendersNone) {
-  const AttemptFolder first = FolderOf(1);
-  const auto whole = Run(job_, first, [](double) {});
-  ASSERT_TRUE(whole.ok()) << whole.status();
-  // The job is done again, as if the report had been lost with its worker.
-  v1::RenderResult result;
-  ASSERT_TRUE(result.ParseFromString(whole->result));
-  FinishedFrames finished(first);
-  for (const v1::FrameResult& frame : result.frames()) finished.Note(frame);
-  double begin = 1;
-  const auto second = Run(JobAfter({1}), FolderOf(2), [&](double fraction) { begin = fraction; });
-  ASSERT_TRUE(second.ok()) << second.status();
-  EXPECT_EQ(begin, 1) << "no progress to tell";
-  EXPECT_EQ(HashesOf(*second), HashesOf(*whole));
+// The worker dies between the end of its job and the coordinator's answer: its report is lost.
+TEST_F(RenderHandlerTest, AJobWhoseReportIsLostWithItsWorkerIsNotRenderedAgain) {
+  for (const bool far : {false, true}) {
+    const AttemptFolder first = FolderOf(1, far);
+    const auto whole = Run(job_, first, [](double) {});
+    ASSERT_TRUE(whole.ok()) << whole.status();
+    if (far) fs::remove_all(first.dir);  // Its staging folder goes with it.
+    double begin = 1;
+    const auto second =
+        Run(JobAfter({1}), FolderOf(2, far), [&](double fraction) { begin = fraction; });
+    ASSERT_TRUE(second.ok()) << second.status();
+    EXPECT_EQ(begin, 1) << "no progress to tell";
+    EXPECT_EQ(HashesOf(*second), HashesOf(*whole));
+    for (const int fence : {1, 2}) fs::remove_all(InStore(".attempt-" + std::to_string(fence)));
+    fs::remove_all(dir_ + "/staging");
+  }
 }
 
 }  // namespace

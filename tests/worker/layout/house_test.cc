@@ -83,6 +83,92 @@ TEST(House, EveryInnerOpeningHasItsMateAtTheSamePlace) {
   }
 }
 
+bool KeepsItsDoors(const v1::Room& room) {
+  return room.kind() == "bathroom" || room.kind() == "closet" || room.kind() == "stairs";
+}
+
+// Calls visit(room, opening, room behind) for each opening between rooms, once.
+template <typename Visit>
+void ForEachDoorway(const House& house, Visit visit) {
+  for (const v1::Room& room : house.rooms) {
+    for (const v1::Opening& o : room.openings()) {
+      if (o.leads_to() > 0 && !o.mated()) visit(room, o, house.rooms[o.leads_to() - 1]);
+    }
+  }
+}
+
+TEST(House, OpenPlansJoinRoomsByWidePassages) {
+  double width = 0, closed = 0;
+  int passages = 0;
+  for (uint64_t seed = 0; seed < 12; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    v1::RoomConfig config = ConfigOf(5, 0);
+    config.set_open_plan_p(1);
+    const House house = *DrawHouse(config, SceneSeed{seed});
+    EXPECT_EQ(RoomsReached(house).size(), house.rooms.size());
+    ForEachDoorway(house, [&](const v1::Room& a, const v1::Opening& o, const v1::Room& b) {
+      if (KeepsItsDoors(a) || KeepsItsDoors(b)) {
+        EXPECT_EQ(o.kind(), v1::Opening::KIND_DOOR) << a.name() << " to " << b.name();
+        ++closed;
+        return;
+      }
+      EXPECT_EQ(o.kind(), v1::Opening::KIND_PASSAGE) << a.name() << " to " << b.name();
+      EXPECT_LT(o.sill_m() + o.height_m(), std::min(a.height_m(), b.height_m()));
+      width += o.width_m();
+      ++passages;
+    });
+  }
+  ASSERT_GT(passages, 12);
+  EXPECT_GT(closed, 0);
+  EXPECT_GT(width / passages, 1.7);
+}
+
+TEST(House, OpenDoorsStandWideOpenIntoTheOtherRoom) {
+  int doors = 0;
+  for (uint64_t seed = 0; seed < 6; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    v1::RoomConfig config = ConfigOf(4, 0);
+    ForEachDoorway(
+        *DrawHouse(config, SceneSeed{seed}),
+        [](const v1::Room&, const v1::Opening& o, const v1::Room&) { EXPECT_EQ(o.open_rad(), 0); });
+    config.set_open_door_p(1);
+    const House house = *DrawHouse(config, SceneSeed{seed});
+    ForEachDoorway(house, [&](const v1::Room& a, const v1::Opening& o, const v1::Room&) {
+      if (o.kind() != v1::Opening::KIND_DOOR) return;
+      ++doors;
+      EXPECT_GE(o.open_rad(), 1.2);
+      v1::Room local = a;
+      local.clear_openings();
+      *local.add_openings() = o;
+      const auto leaf = MakeRoomPart(local, "door_0");
+      ASSERT_TRUE(leaf.ok()) << leaf.status();
+      // It reaches out of its wall nearly as far as it is wide.
+      const Vec3f origin = Vec3d(a.origin_x_m(), a.origin_y_m(), a.floor_z_m()).cast<float>();
+      const WallFrame wall = FrameOfWall(a, o.wall());
+      double out = 0;
+      for (const Vec3f& p : leaf->positions) {
+        const Vec2d at = (p - origin).head<2>().cast<double>();
+        out = std::max(out, -(at - wall.origin).dot(wall.inward));
+      }
+      EXPECT_GT(out, 0.75 * o.width_m());
+    });
+  }
+  EXPECT_GT(doors, 6);
+}
+
+TEST(House, RoomsBesideAHallAreAsHighAsRooms) {
+  for (uint64_t seed = 0; seed < 6; ++seed) {
+    v1::RoomConfig config = ConfigOf(6, 1.0);
+    config.set_hall_p(1);
+    const House house = *DrawHouse(config, SceneSeed{seed});
+    EXPECT_EQ(RoomsReached(house).size(), house.rooms.size());
+    for (size_t i = 1; i < house.rooms.size(); ++i) {
+      EXPECT_LT(house.rooms[i].height_m(), 3.1) << house.rooms[i].name();
+      EXPECT_FALSE(house.rooms[i].has_stairs());
+    }
+  }
+}
+
 TEST(House, TheMainRoomKeepsItsKindAndSizeWhateverTheHouse) {
   for (uint64_t seed = 0; seed < 8; ++seed) {
     const House alone = *DrawHouse(ConfigOf(1), SceneSeed{seed});

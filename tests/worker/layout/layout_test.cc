@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "common/config/config.h"
 #include "common/math/proto.h"
 #include "worker/geometry/ray_scene.h"
@@ -63,9 +65,9 @@ struct Solved {
   v1::Layout layout;
   std::vector<Solid> solids;
 };
-Solved SolvedOf(uint64_t seed) {
+Solved SolvedOf(const v1::SceneConfig& config, uint64_t seed) {
   AssetPool pool;
-  Solved solved{seed, LayoutOf(ConfigOf(seed), seed), {}};
+  Solved solved{seed, LayoutOf(config, seed), {}};
   solved.solids = SolidsOf(solved.layout, pool);
   return solved;
 }
@@ -156,16 +158,74 @@ void ExpectHardConstraintsReported(const Solved& solved) {
   EXPECT_FALSE(report.loss_curve().empty());
 }
 
+void ExpectEveryHardConstraint(const Solved& solved) {
+  ExpectApart(solved);
+  ExpectInsideTheRoom(solved);
+  ExpectDoorsFree(solved);
+  ExpectBorne(solved);
+  ExpectHardConstraintsReported(solved);
+}
+
 TEST(Layout, RoomsOfManySeedsKeepEveryHardConstraint) {
   for (uint64_t seed = 0; seed < kSeeds; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    const Solved solved = SolvedOf(seed);
-    ExpectApart(solved);
-    ExpectInsideTheRoom(solved);
-    ExpectDoorsFree(solved);
-    ExpectBorne(solved);
-    ExpectHardConstraintsReported(solved);
+    ExpectEveryHardConstraint(SolvedOf(ConfigOf(seed), seed));
   }
+}
+
+// Things of the room's own in each quarter of its floor.
+std::array<int, 4> ThingsByQuarter(const Solved& solved) {
+  const v1::Room& room = solved.layout.place().house().rooms(0);
+  std::array<int, 4> things{};
+  for (const Solid& solid : solved.solids) {
+    const std::string& relation = solid.object->relation();
+    if (!solid.object->part().empty() || relation == "on_ceiling" || relation == "on_wall")
+      continue;
+    const Vec3f at = solid.box.center();
+    const size_t east = double{at.x()} > room.width_m() / 2;
+    const size_t north = double{at.y()} > room.depth_m() / 2;
+    ++things[2 * north + east];
+  }
+  return things;
+}
+
+void ExpectLitEvenly(const Solved& solved) {
+  const v1::Room& room = solved.layout.place().house().rooms(0);
+  const double area = room.width_m() * room.depth_m();
+  double power_w = 0;
+  int lamps = 0;
+  for (const v1::Light& light : solved.layout.lights()) {
+    const v1::SceneObject& owner =
+        solved.layout.objects(static_cast<int>(light.object_index()) - 1);
+    if (owner.relation() != "on_ceiling") continue;
+    power_w += FromProto(light.power_w()).mean();
+    ++lamps;
+  }
+  EXPECT_GE(lamps, 4);
+  EXPECT_GE(power_w / area, 6) << "watts a square metre";
+}
+
+TEST(Layout, HallsAreLargeFurnishedAllOverAndLit) {
+  int columns = 0;
+  for (uint64_t seed = 0; seed < 4; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    v1::SceneConfig config = ConfigOf(seed);
+    config.mutable_room()->set_hall_p(1);
+    const Solved solved = SolvedOf(config, seed);
+    const v1::Room& room = solved.layout.place().house().rooms(0);
+    EXPECT_TRUE(room.hall());
+    for (const double side : {room.width_m(), room.depth_m()}) {
+      EXPECT_GE(side, 8);
+      EXPECT_LE(side, 12);
+    }
+    EXPECT_GE(room.height_m(), 3.5);
+    EXPECT_LE(room.height_m(), 6);
+    ExpectEveryHardConstraint(solved);
+    for (const int things : ThingsByQuarter(solved)) EXPECT_GE(things, 5);
+    ExpectLitEvenly(solved);
+    columns += room.pillars_size();
+  }
+  EXPECT_GT(columns, 0);
 }
 
 TEST(Layout, SameSeedGivesTheSameBytes) {

@@ -83,7 +83,7 @@ TEST(Flow, OfAMovingObjectFollowsItsMotion) {
   ASSERT_NEAR(frame.left.depth_m(x, y), 1.8, 1e-5);
   const auto moved = [&](double dt) {
     const Vec3d now(6.5 / kFocal * 1.8, 1.8, 3.5 / kFocal * 1.8);  // World; z up.
-    const Vec3d origin(0.1, -0.2, 0);                              // Of the object, now.
+    const Vec3d origin(0.1, -0.2, 0);                              // The object's, now.
     const Eigen::AngleAxisd turn(M_PI / 2 * dt, Vec3d::UnitY());
     return Vec3d(origin + dt * Vec3d(1, -2, 0) + turn * (now - origin));
   };
@@ -112,7 +112,7 @@ TEST(Flow, WhatAMovingObjectComesToHideIsOccluded) {
   EXPECT_EQ(frame.left.forward.occlusion(middle - 30, row), kFlowVisible);
   EXPECT_EQ(FlowAt(frame.left.forward, middle + 25, row)[0], 0);
   EXPECT_NEAR(FlowAt(frame.left.forward, middle + 10, row)[0], 20, 1e-3);
-  // What leaves the picture is occluded too.
+  // A point that leaves the picture is occluded too.
   TestScene fast = WallAndPlate();
   fast.recipe.mutable_objects(1)->mutable_motion()->mutable_velocity_mps()->set_x(30);
   AddWay({{0, 0, 0}, {0, 0, 0}}, &fast);

@@ -98,5 +98,36 @@ TEST(RigCamera, EveryRigOfARecipeHasTheConfigsK) {
   }
 }
 
+TEST(RigProjector, RigsCarryOneDeviceAndNothingElseChanges) {
+  v1::SolveJob job;
+  job.set_scene_seed(7);
+  const auto solve = [&job](const std::string& power) {
+    *job.mutable_config() = ConfigOf(
+        "type: dense\nfloating: {count: 2, classes: [Vase], placement: view}\nrigs: {count: 3}\n"
+        "lighting: {projector: {power_w: " +
+        power +
+        ", dots: 900, horizontal_fov_deg: {uniform: "
+        "[40, 90]}, place: 0.25}}");
+    const auto result = Solve(job, {});
+    EXPECT_TRUE(result.ok()) << result.status();
+    return result->scene();
+  };
+  v1::Scene with = solve("{uniform: [0.2, 0.4]}");
+  const v1::Scene without = solve("0");
+  ASSERT_EQ(with.rigs_size(), 3);
+  for (const v1::Rig& rig : with.rigs()) {
+    const v1::Projector& projector = rig.projector();
+    EXPECT_GE(projector.power_w(), 0.2);
+    EXPECT_LE(projector.power_w(), 0.4);
+    EXPECT_EQ(projector.dots(), 900);
+    EXPECT_EQ(projector.seed(), with.rigs(0).projector().seed());
+    EXPECT_EQ(projector.horizontal_fov_rad(), with.rigs(0).projector().horizontal_fov_rad());
+    EXPECT_EQ(projector.place_m(), 0.25 * rig.baseline_m());
+  }
+  for (const v1::Rig& rig : without.rigs()) EXPECT_FALSE(rig.has_projector());
+  for (v1::Rig& rig : *with.mutable_rigs()) rig.clear_projector();
+  EXPECT_EQ(with.SerializeAsString(), without.SerializeAsString());
+}
+
 }  // namespace
 }  // namespace parallax

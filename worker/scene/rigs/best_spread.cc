@@ -46,7 +46,7 @@ struct Candidate {
 ViewProbe ProbeView(const SceneInProgress& scene, const Vec3f& eye, const Mat3f& camera,
                     const RigCamera& view) {
   const RayScene& solid = scene.solid;
-  int things = 0;
+  int things = 0, out = 0;
   std::vector<double> depths;
   std::map<std::array<int, 4>, int> planes;  // Body and normal.
   std::map<uint32_t, int> bodies;            // Things only.
@@ -58,7 +58,11 @@ ViewProbe ProbeView(const SceneInProgress& scene, const Vec3f& eye, const Mat3f&
       // The direction has length 1 along the axis, so a hit's distance is its depth.
       const Vec3f direction = camera * local;
       const auto hit = solid.Intersect(eye, direction);
-      if (!hit) continue;
+      if (!hit) {
+        ++out;
+        if (scene.view_out_m > 0) depths.push_back(scene.view_out_m);
+        continue;
+      }
       if (scene.recipe.objects(static_cast<int>(hit->body)).part().empty()) {
         ++things;
         ++bodies[hit->body];
@@ -72,7 +76,7 @@ ViewProbe ProbeView(const SceneInProgress& scene, const Vec3f& eye, const Mat3f&
   ViewProbe probe;
   const double total = kProbesX * kProbesY;
   probe.things = things / total;
-  probe.sky = 1 - static_cast<double>(depths.size()) / total;
+  probe.sky = 1 - (total - out) / total;
   if (depths.empty()) return probe;
   double mean = 0, square = 0;
   for (const double d : depths) {

@@ -17,12 +17,12 @@ namespace {
 
 constexpr double kRadian = std::numbers::pi / 180;
 constexpr uint64_t kShapes = 6;     // Heights, pitches and speeds that are tried.
-constexpr uint64_t kWayTries = 40;  // Of each.
+constexpr uint64_t kWayTries = 40;  // For each.
 constexpr uint64_t kStarts = 40, kEnoughStarts = 5;
 constexpr uint64_t kSteps = 14,
                    kEnoughSteps = 5;  // Ways on from a key, and free ones to choose among.
 constexpr double kKeyLength_m = 0.5, kKeyLength_s = 0.8;  // A key comes no later than either.
-constexpr double kBend_rad = 50 * kRadian;                // Of the way, from key to key.
+constexpr double kBend_rad = 50 * kRadian;  // The way's turn from key to key, at most.
 // A key turns the view by this part of what it may; a smooth curve through keys turns faster.
 constexpr double kTurnPart = 0.55;
 constexpr double kTilt_rad = 8 * kRadian;  // The pitch keeps this near to the way's own.
@@ -47,7 +47,7 @@ struct Stand {
   Mat3f Axes() const { return CameraAxes(yaw_rad, pitch_rad).cast<float>(); }
 };
 
-// What is drawn once a way.
+// Values that are drawn once a way.
 struct WayShape {
   double altitude_m = 0, pitch_rad = 0, speed_mps = 0;
   RigCamera camera;

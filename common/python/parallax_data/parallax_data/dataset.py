@@ -83,6 +83,24 @@ class Frame:
         """"path" (from 1), "time_s", and the rigs "previous" and "next" (None at an end); None for single views."""
         return self.camera().get("sequence")
 
+    def infrared(self, eye: str = "left") -> np.ndarray:
+        """uint8 (height, width): what a monochrome sensor sees under the rig's projector (render.maps: infrared)."""
+        return png.read_index(self.path / f"infrared_{eye}.png")
+
+    def raw_image(self, eye: str = "left") -> np.ndarray:
+        """uint8 (height, width, 3), RGB, before rectification (render.maps: raw); its camera is camera()["raw"][eye]."""
+        return png.read_rgb(self.path / f"raw_{eye}.png")
+
+    def raw_flow(self, eye: str = "left") -> np.ndarray:
+        """float32 (height, width, 2): from a raw pixel to where the other raw picture shows the same point, x and y in
+        pixels. NaN where the other lens does not see that point."""
+        stored = exr.read_rgb(self.path / f"raw_flow_{eye}.exr")
+        return np.where(stored[:, :, 2:] != 0, stored[:, :, :2], np.float32("nan"))
+
+    def raw_occluded(self, eye: str = "left") -> np.ndarray:
+        """bool (height, width): the raw pixel's point is not visible in the other raw picture."""
+        return png.read_index(self.path / f"raw_occlusion_{eye}.png") != 0
+
     def camera(self) -> Dict:
         """frame.json: intrinsics, baseline_m, poses, the tables of objects and materials. Seeds are int (files have
         them as strings, because not every reader of JSON keeps 64 bits; older files as numbers)."""
@@ -92,6 +110,12 @@ class Frame:
             for entry in camera.get(table, {}).values():
                 entry["seed"] = int(entry["seed"])
         return camera
+
+    def picture(self, eye: str = "left", pictures: str = "color") -> np.ndarray:
+        """uint8 (height, width, 3): image(), or for "infrared" that picture in all three channels."""
+        if pictures == "color":
+            return self.image(eye)
+        return np.repeat(self.infrared(eye)[:, :, None], 3, axis=2)
 
     def valid(self, eye: str = "left", max_disparity: Optional[float] = None,
               disparity: Optional[np.ndarray] = None) -> np.ndarray:
@@ -144,15 +168,20 @@ class ParallaxDataset:
     filtered  leave out pairs that fail a filter (dark, near...): two readings of one dataset
     split     "train", "test" (every 20th scene, at least one; whole scenes) or "all"
     max_disparity  pixels beyond it are not valid (training code takes 192 to 1000)
+    pictures  "color", or "infrared": a pair's left and right are the infrared pictures
     """
 
     def __init__(self, roots: Union[str, os.PathLike, Sequence], variants: Optional[Sequence[str]] = None,
-                 filtered: bool = True, split: str = "all", max_disparity: Optional[float] = None):
+                 filtered: bool = True, split: str = "all", max_disparity: Optional[float] = None,
+                 pictures: str = "color"):
+        if pictures not in ("color", "infrared"):
+            raise ValueError(f"pictures {pictures!r}: allowed are color and infrared")
         if split not in ("all", "train", "test"):
             raise ValueError(f"split {split!r}: allowed are all, train and test")
         if isinstance(roots, (str, os.PathLike)):
             roots = [roots]
         self.max_disparity = max_disparity
+        self.pictures = pictures
         self.frames: List[Frame] = []
         found = set()
         for root in map(Path, roots):
@@ -207,7 +236,7 @@ class ParallaxDataset:
         frame = self.frames[index]
         # Decoders let go of Python's lock. Threads of its own, because those of a pool don't survive a fork.
         with ThreadPoolExecutor(2) as pool:
-            left, right = pool.submit(frame.image, "left"), pool.submit(frame.image, "right")
+            left, right = (pool.submit(frame.picture, eye, self.pictures) for eye in ("left", "right"))
             disparity = frame.disparity("left")
             valid = frame.valid("left", self.max_disparity, disparity)
             return Pair(left.result(), right.result(), disparity, valid, frame)

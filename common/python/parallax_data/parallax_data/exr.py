@@ -66,6 +66,11 @@ def read_disparity(path):
 
 def read_normals(path):
     """float32 (height, width, 3): x right, y down, z forward in the camera's frame; 0 = no surface."""
+    return read_rgb(path)
+
+
+def read_rgb(path):
+    """float32 (height, width, 3): channels R, G, B."""
     image = _read(path)
     if image.ndim != 3 or image.shape[2] != 3:
         raise ValueError(f"{path}: shape {image.shape}, wanted three channels")

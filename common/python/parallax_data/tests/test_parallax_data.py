@@ -444,6 +444,54 @@ class Exports(unittest.TestCase):
         centre = np.array([k["width"] / 2, k["height"] / 2]) - np.array(viewpoint["principal_point"]) * half
         np.testing.assert_allclose([*focal, *centre], [k["fx"], k["fy"], k["cx"], k["cy"]], rtol=1e-9)
 
+    def test_infrared_and_raw_pairs(self):
+        data = ParallaxDataset(self.root / "archive_extras", pictures="infrared")
+        color = ParallaxDataset(self.root / "archive_extras")
+        self.assertEqual(len(data), 6)
+        for pair, plain in zip(data, color):
+            frame = pair.frame
+            np.testing.assert_array_equal(pair.right[:, :, 2], frame.infrared("right"))
+            np.testing.assert_array_equal(pair.left[:, :, 0], plain.left[:, :, 1])
+            np.testing.assert_array_equal(pair.disparity, plain.disparity)
+            np.testing.assert_array_equal(frame.raw_image("right"), plain.right)
+            flow = frame.raw_flow("left")
+            np.testing.assert_array_equal(flow[:, :, 0], -frame.disparity("left"))
+            self.assertTrue((flow[:, :, 1] == 0).all())
+            np.testing.assert_array_equal(frame.raw_occluded("right"), frame.occluded("right"))
+        with self.assertRaisesRegex(ValueError, "color and infrared"):
+            ParallaxDataset(self.root / "archive_extras", pictures="thermal")
+
+    def test_exports_of_infrared_and_raw_pairs(self):
+        frames = {(f.scene, f.rig): f for f in ParallaxDataset(self.root / "archive_extras").frames}
+        shards = sorted((self.root / "archive_extras_webdataset").glob("*.tar"))
+        seen = 0
+        for shard in shards:
+            with tarfile.open(shard) as archive:
+                for member in archive:
+                    key, extension = member.name.split(".", 1)
+                    frame = frames[tuple(map(int, key.split("_")))]
+                    content = archive.extractfile(member).read()
+                    decode = lambda: cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
+                    if extension == "infrared_left.png":
+                        np.testing.assert_array_equal(decode(), frame.infrared("left"))
+                        seen += 1
+                    elif extension == "raw_flow_right.npy":
+                        flow = np.load(io.BytesIO(content))
+                        np.testing.assert_array_equal(flow[:, :, :2], frame.raw_flow("right"))
+                        self.assertTrue((flow[:, :, 2] == 1).all())
+                        seen += 1
+                    elif extension == "raw_left.png":
+                        np.testing.assert_array_equal(decode()[:, :, ::-1], frame.raw_image("left"))
+                        seen += 1
+        self.assertEqual(seen, 3 * len(frames))
+        infrared = self.root / "archive_extras_infrared"
+        self.assertEqual(json.loads((infrared / "export.json").read_text())["pictures"], "infrared")
+        pictures = sorted((infrared / "frames_finalpass").glob("*/A/*/left/*.png"))
+        self.assertEqual(len(pictures), len(frames))
+        for picture in pictures:
+            frame = frames[int(picture.parts[-3]), int(picture.stem)]
+            np.testing.assert_array_equal(rgb(picture)[:, :, 0], frame.infrared("left"))
+
     def test_rules_that_readers_impose(self):
         words = re.compile(r"left|right|rgb|disparity|frames_|\s")
         allowed = {"left", "right", "rgb", "disparity", "disparity_occlusions", "disparity_change", "frames_cleanpass",

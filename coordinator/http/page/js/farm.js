@@ -43,7 +43,7 @@ export function StudyRow({ study, now }) {
     : over ? `in ${duration(over - study.submitted_unix_s)}` : `for ${duration(now - study.submitted_unix_s)}`;
   return html`<tr class="link" onClick=${follow}>
     <th scope="row"><a href="#/study/${study.id}">${study.name}</a> <small>#${study.id}</small></th>
-    <td><${Tag} state=${study.state} /></td>
+    <td><${Tag} state=${study.state} />${study.at_limit ? html` <small class="warn" title="${count(study.held_jobs)} jobs held back by ${study.at_limit}">at limit</small>` : ""}</td>
     <td class="wide"><${Bar} ...${study} /></td>
     <td class="num">${count(study.done)}<span class="soft"> / ${count(study.wanted)}</span></td>
     <td class="num soft optional">${plural(study.variants, "variant")}</td>
@@ -77,6 +77,20 @@ function Trainings({ running }) {
   </tbody></table><//>`;
 }
 
+// The farm's users, where there are limits or several users.
+function Users() {
+  const asked = useApi("users");
+  const users = asked.data?.users || [];
+  const limited = users.some((u) => u.max_running || u.max_studies || u.max_waiting_pairs);
+  if (!limited && users.length < 2) return "";
+  const of = (has, most) => html`<td class="num ${most && has >= most ? "warn" : ""}">${count(has)}${most ? html`<span class="soft"> / ${count(most)}</span>` : ""}</td>`;
+  return html`<${Card} title="Users" id="users"><div class="scroll"><table>
+    <thead><tr><th scope="col">user</th><th scope="col" class="num">jobs running</th><th scope="col" class="num">studies</th><th scope="col" class="num">pairs waiting</th><th scope="col" class="optional">limits of</th></tr></thead>
+    <tbody>${users.map((u) => html`<tr key=${u.user}><th scope="row">${u.user}</th>${of(u.running, u.max_running)}${of(u.studies, u.max_studies)}${of(u.waiting_pairs, u.max_waiting_pairs)}
+      <td class="soft optional">${u.rule || (u.max_running || u.max_studies || u.max_waiting_pairs ? "default" : "none")}</td></tr>`)}</tbody>
+  </table></div><//>`;
+}
+
 export function Farm() {
   const { data } = useFarm();
   // The stream may be late or refused: the page does not wait for it.
@@ -88,6 +102,7 @@ export function Farm() {
     <${Charts} farm=${farm} />
     <${Card} title="Studies" id="studies"><${Studies} farm=${farm} /><//>
     <${Trainings} running=${farm.running} />
+    <${Users} />
     <${Card} title="Queue" id="queue"><${Queue} jobs=${farm.jobs} /><//>
     <p class="foot soft">store <code>${farm.store}</code> · epoch ${farm.epoch} · ${moment(farm.now_unix_s)}</p>`;
 }

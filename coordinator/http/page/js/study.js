@@ -1,5 +1,5 @@
 // A study: how far each variant is, what went wrong, the newest pairs, and what training says.
-import { html, useRef, useState } from "/vendor/preact-htm.js";
+import { html, useEffect, useRef, useState } from "/vendor/preact-htm.js";
 import { post, useApi } from "./api.js";
 import { LineChart } from "./charts.js";
 import { Bar, Card, Empty, Fact, Head, STATES, Tag, Waiting, count, duration, errorLine, figure, moment, plural, stateWord, tone } from "./common.js";
@@ -9,6 +9,7 @@ const ACTIONS = {
   pause: { name: "Pause", doing: "Pause this study?", tells: "Nothing new is given to workers. What runs now goes on to its end." },
   resume: { name: "Resume" },
   retry: { name: "Try failed jobs again" },
+  limit: { name: "Limit", doing: "How many jobs may run at a time?", tells: "What runs now goes on. Nothing new begins until there is room. 0: no limit.", number: "Jobs at a time" },
   cancel: { name: "Cancel", doing: "Cancel this study for good?", tells: "Unfinished jobs end, running ones are stopped. Finished pairs stay. This cannot be undone.", danger: true },
   forget: { name: "Forget", doing: "Forget this study?", tells: "Its jobs, its pairs and its networks are removed, but for what other studies use. This cannot be undone.", danger: true },
 };
@@ -17,8 +18,9 @@ function Actions({ study, put }) {
   const dialog = useRef(null);
   const [asked, setAsked] = useState(null);
   const [reason, setReason] = useState("");
+  const [number, setNumber] = useState(0);
   const [problem, setProblem] = useState("");
-  const act = (action, why) => post(`studies/${study.id}/${action}`, { reason: why }).then((after) => {
+  const act = (action, why) => post(`studies/${study.id}/${action}`, { reason: why, ...(ACTIONS[action].number && { max_running: Number(number) }) }).then((after) => {
     setProblem("");
     dialog.current.close();
     if (after.forgotten) location.hash = "#/";
@@ -28,16 +30,23 @@ function Actions({ study, put }) {
     if (!ACTIONS[action].doing) return act(action, "");
     setAsked(action);
     setReason("");
+    setNumber(study.max_running);
     setProblem("");
     return dialog.current.showModal();
   };
   const chosen = ACTIONS[asked] || {};
+  // The dialog is open before its form is drawn.
+  useEffect(() => {
+    if (asked) dialog.current.querySelector("input")?.focus();
+  }, [asked]);
   return html`${study.actions.map((a) => html`<button class=${ACTIONS[a].danger ? "danger" : ""} data-action=${a} onClick=${() => click(a)}>${ACTIONS[a].name}</button>`)}
     ${problem && html`<span class="bad" role="alert">${problem}</span>`}
     <dialog ref=${dialog} aria-labelledby="asks">${asked && html`<form method="dialog" onSubmit=${(e) => { e.preventDefault(); act(asked, reason); }}>
       <h2 id="asks">${chosen.doing}</h2><p>${chosen.tells}</p>
+      ${chosen.number && html`<label for="number">${chosen.number}</label>
+      <input id="number" type="number" min="0" max="1000000" required value=${number} onInput=${(e) => setNumber(e.target.value)} autofocus />`}
       <label for="reason">Reason, for those who wonder later</label>
-      <input id="reason" maxlength="500" value=${reason} onInput=${(e) => setReason(e.target.value)} autofocus />
+      <input id="reason" maxlength="500" value=${reason} onInput=${(e) => setReason(e.target.value)} autofocus=${!chosen.number} />
       <div class="buttons"><button type="button" onClick=${() => dialog.current.close()}>Back</button>
         <button class=${chosen.danger ? "danger" : "primary"} data-confirm=${asked}>${chosen.name}</button></div>
     </form>`}</dialog>`;
@@ -104,6 +113,8 @@ export function Study({ numbers: [id] }) {
       <${Fact} name="pairs">${count(study.done)} <small>of ${count(study.wanted)}, ${share.toFixed(share < 10 || share >= 99.95 || share === 0 ? 0 : 1)} %</small><//>
       <${Fact} name=${study.finished_unix_s ? "took" : "left"}>${study.finished_unix_s ? duration(study.finished_unix_s - study.submitted_unix_s) : study.eta_s === null ? html`<small>not known yet</small>` : duration(study.eta_s)}<//>
       <${Fact} name="submitted">${moment(study.submitted_unix_s)} <small>#${study.id}</small><//>
+      ${(study.max_running > 0 || study.at_limit) && html`<${Fact} name="limit">${study.max_running > 0 ? html`${plural(study.max_running, "job")} <small>at a time</small>` : ""}
+        ${study.at_limit && html` <small class="warn" id="at-limit">${plural(study.held_jobs, "job")} held back by ${study.at_limit}</small>`}<//>`}
       <${Fact} name="jobs"><span class="jobstates">${states.map(([s, n]) => html`<a href="#/study/${id}/jobs?state=${s}" class=${tone(s)}>${count(n)} ${stateWord(s)}</a>`)}</span><//>
     </dl>
     ${(study.causes.length > 0 || study.gave_up.length > 0) && html`<${Card} title="Problems" id="problems" kind="problem"><${Problems} study=${study} /><//>`}

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,6 +17,7 @@
 #include "worker/scene/glass_parts.h"
 #include "worker/scene/place_floating.h"
 #include "worker/scene/rigs/keyframes.h"
+#include "worker/scene/types/dense/street.h"
 #include "worker/scene/warp.h"
 
 namespace parallax {
@@ -86,6 +89,7 @@ class DenseDresser {
       if (!floating.allow_intersections()) made.tree = std::make_shared<TriangleTree>(*mesh);
       objects_.push_back(std::move(made));
     }
+    if (street() != nullptr) AddStreet();
     return absl::OkStatus();
   }
 
@@ -122,6 +126,31 @@ class DenseDresser {
   }
 
  private:
+  // nullptr: the open sky.
+  const v1::Street* street() const {
+    const v1::OpenSky& sky = scene_.recipe.place().open_sky();
+    return sky.has_street() ? &sky.street() : nullptr;
+  }
+
+  // Last, so that the objects keep their indices with and without it.
+  void AddStreet() {
+    v1::SceneObject& object = *scene_.recipe.add_objects();
+    object.set_index(static_cast<uint32_t>(scene_.recipe.objects_size()));
+    object.set_name("Street");
+    object.set_asset_class("Street");
+    object.set_part(kStreetPart);
+    object.set_role(v1::OBJECT_ROLE_ARCHITECTURE);
+    *object.mutable_world_from_object() = ToProto(Pose{});
+  }
+
+  static void AddPose(const Pose& p, v1::Keyframe& keyframe) {
+    for (const double number :
+         {p.translation.x(), p.translation.y(), p.translation.z(), p.rotation.w(), p.rotation.x(),
+          p.rotation.y(), p.rotation.z(), p.scale}) {
+      keyframe.add_world_from_object(static_cast<float>(number));
+    }
+  }
+
   // All objects are in every keyframe. One that finds no free place takes its last one: among
   // hundreds nobody sees it, and the recipe keeps its shape.
   std::vector<Placed> PlaceObjects(const Rng& root, v1::Rig& rig, v1::Keyframe& keyframe) const {
@@ -131,24 +160,41 @@ class DenseDresser {
     for (size_t i = 0; i < objects_.size(); ++i) {
       Rng rng = root.Child("object", i);
       Placed thing;
-      for (int k = 0; k < kDenseTries; ++k) {
+      if (street() != nullptr) thing = AlongStreet(rng, view, i, placed);
+      for (int k = 0; k < kDenseTries && street() == nullptr; ++k) {
         thing = Draft(rng, view, i);
         if (config_.floating().allow_intersections() || IsFree(thing, placed)) break;
       }
-      const Pose& p = thing.pose;
-      for (const double number :
-           {p.translation.x(), p.translation.y(), p.translation.z(), p.rotation.w(), p.rotation.x(),
-            p.rotation.y(), p.rotation.z(), p.scale}) {
-        keyframe.add_world_from_object(static_cast<float>(number));
-      }
+      AddPose(thing.pose, keyframe);
       const double depth = view.axes.col(2).dot(thing.middle - view.eye);
       sum += depth;
       square += depth * depth;
       placed.push_back(thing);
     }
+    if (street() != nullptr) AddPose(Pose{}, keyframe);
     const double n = static_cast<double>(std::max<size_t>(objects_.size(), 1));
     rig.set_depth_std_m(std::sqrt(std::max(0.0, square / n - sum / n * (sum / n))));
     return placed;
+  }
+
+  // On the street or beside it; far behind everything where it finds no place.
+  Placed AlongStreet(Rng& rng, const RigView& view, size_t i,
+                     const std::vector<Placed>& placed) const {
+    const DenseObject& object = objects_[i];
+    const StreetPlacer placer(config_, *street(), view);
+    for (int k = 0; k < kDenseTries; ++k) {
+      const std::optional<Pose> pose = placer.Draft(rng, object.bounds, object.size_m);
+      if (!pose) continue;
+      const Placed thing = PlacedAt(i, *pose);
+      if (config_.floating().allow_intersections() || IsFree(thing, placed)) return thing;
+    }
+    return PlacedAt(i, placer.FarAway(object.bounds, object.size_m, i));
+  }
+
+  Placed PlacedAt(size_t i, const Pose& pose) const {
+    const Box3f& bounds = objects_[i].bounds;
+    return {i, pose, pose * bounds.center().cast<double>(),
+            0.5 * pose.scale * double{bounds.diagonal().norm()}};
   }
 
   // In the view, at a distance of its own, larger when farther away.
@@ -191,6 +237,7 @@ class DenseDresser {
     for (int k = 0; k < kDenseTries; ++k) {
       const double x = rng.Uniform(-2, 2), y = rng.Uniform(-2, 2);
       light.position = view.eye + distance * view.Direction(x, y);
+      if (street() != nullptr && !StreetPlacer::Lights(light.position)) continue;
       const bool inside = std::any_of(placed.begin(), placed.end(), [&](const Placed& thing) {
         return (thing.middle - light.position).norm() < 0.5 * thing.radius_m + light.radius_m;
       });
@@ -215,7 +262,14 @@ absl::StatusOr<std::variant<v1::Layout, Rejected>> NoLayout(const v1::SceneConfi
 }
 
 absl::Status PlaceRigs(const v1::SceneConfig& config, const CancelToken&, SceneInProgress& scene) {
-  KeyframeRigs(config.rigs(), Rng(scene.seed, "dense"), scene.recipe);
+  const Rng root(scene.seed, "dense");
+  if (config.floating().placement() != v1::FloatingConfig::PLACEMENT_STREET) {
+    KeyframeRigs(config.rigs(), root, scene.recipe);
+    return absl::OkStatus();
+  }
+  v1::Street& street = *scene.recipe.mutable_place()->mutable_open_sky()->mutable_street();
+  street = DrawStreet(root.Child("street"));
+  StreetRigs(config.rigs(), root, street, scene.recipe);
   return absl::OkStatus();
 }
 
@@ -228,17 +282,25 @@ absl::Status Dress(const v1::SceneConfig& config, const CancelToken& cancel,
     dresser.AddKeyframe(i);
   }
   RETURN_IF_ERROR(OmitGlassParts(config.assets(), scene));
-  RETURN_IF_ERROR(ChooseMaterials(config.materials(), nullptr, scene));
+  const auto part_material = [](const v1::SceneObject&, const MaterialSlot& slot,
+                                Palettes& palettes) { return StreetMaterial(slot, palettes); };
+  RETURN_IF_ERROR(ChooseMaterials(config.materials(), part_material, scene));
   dresser.ShowFirstKeyframe();
   return absl::OkStatus();
 }
 
-absl::StatusOr<Mesh> NoPart(const v1::Scene&, const v1::SceneObject& object) {
+absl::StatusOr<Mesh> MakeDensePart(const v1::Scene& scene, const v1::SceneObject& object) {
+  const v1::OpenSky& sky = scene.place().open_sky();
+  if (sky.has_street() && object.part() == kStreetPart) return MakeStreet(sky.street());
   return MakeError(absl::StatusCode::kNotFound,
                    "the open sky has no part \"" + object.part() + "\"");
 }
 
-Surroundings OpenSkySurroundings(const v1::Place&) { return {}; }
+Surroundings OpenSkySurroundings(const v1::Place& place) {
+  Surroundings around;
+  around.ground_below_horizon = !place.open_sky().has_street();  // A street's ground reaches it.
+  return around;
+}
 
 // dense_preview DIR --keyframes 3: objects_s, keyframe_s.
 SceneCosts CostsOf(const v1::SceneConfig& config) {
@@ -246,7 +308,26 @@ SceneCosts CostsOf(const v1::SceneConfig& config) {
   return {.layout_s = 0, .dress_s = 1.65 + 0.1 * config.rigs().count(), .rigs_share_light = false};
 }
 
-SceneDescription Describe(const v1::Scene&) { return {}; }
+// A street from above, as far as its first keyframe's objects stand near.
+SceneDescription Describe(const v1::Scene& scene) {
+  SceneDescription description;
+  if (!scene.place().open_sky().has_street()) return description;
+  const v1::Street& street = scene.place().open_sky().street();
+  char line[96];
+  std::snprintf(line, sizeof line, "street %.2f m wide, walks of %.2f m", street.width_m(),
+                street.walk_m());
+  description.kind = "street";
+  description.lines.push_back(line);
+  constexpr double kAlong_m = 60, kBeside_m = 22;
+  GroundPlan plan;
+  plan.extent = {Vec3d(-kAlong_m, -kBeside_m, 0), Vec3d(kAlong_m, kBeside_m, 30)};
+  const double half = 0.5 * street.width_m();
+  for (const int edge : {1, 3}) {
+    plan.gaps.push_back({edge, kBeside_m - half, kBeside_m + half, '='});
+  }
+  description.plan = plan;
+  return description;
+}
 
 }  // namespace
 
@@ -256,7 +337,7 @@ const SceneType kDenseScenes = {
     .layout = &NoLayout,
     .rigs = &PlaceRigs,
     .dress = &Dress,
-    .part = &NoPart,
+    .part = &MakeDensePart,
     .surroundings = &OpenSkySurroundings,
     .costs = &CostsOf,
     .describe = &Describe,

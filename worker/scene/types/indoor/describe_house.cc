@@ -37,13 +37,19 @@ SceneDescription DescribeHouse(const v1::Scene& scene) {
   const v1::Room& first = house.rooms(0);
   description.kind = first.kind();
   if (!(first.width_m() > 0 && first.depth_m() > 0)) return description;
-  description.lines.push_back(first.kind() + " " + SizeText(first) +
+  description.lines.push_back(first.kind() + (first.hall() ? ", a hall, " : " ") + SizeText(first) +
                               (house.ceiling_removed() ? ", ceiling removed" : ""));
   for (int i = 1; i < house.rooms_size(); ++i) {
     const v1::Room& other = house.rooms(i);
     description.lines.push_back("  beside it: " + other.name() + " " + SizeText(other) + " at " +
                                 Metres(other.origin_x_m()) + " " + Metres(other.origin_y_m()) +
                                 " " + Metres(other.floor_z_m()));
+  }
+  if (house.has_landscape()) {
+    const v1::Terrain& land = house.landscape();
+    description.lines.push_back("  around it: " + land.biome() + " in " + land.season() + ", " +
+                                std::to_string(land.instances()) + " things, clearing " +
+                                Metres(land.plot().clearing_m()) + " m");
   }
   description.plan = PlanOf(first);
   return description;

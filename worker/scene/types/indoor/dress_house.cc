@@ -11,9 +11,13 @@
 #include "worker/scene/rigs/best_spread.h"
 #include "worker/scene/rigs/room_path.h"
 #include "worker/scene/types/indoor/house_materials.h"
+#include "worker/scene/types/indoor/landscape.h"
 
 namespace parallax {
 namespace {
+
+constexpr uint32_t kMostFloating = 1000;  // More than floating.count may be.
+constexpr double kViewOut_m = 9;          // A landscape's depth where rigs are chosen.
 
 // The box that stands for a small thing of another room: nothing comes near it.
 Mesh MeshOfBox(const Box3f& box) {
@@ -96,6 +100,7 @@ absl::Status PlaceHouseRigs(const v1::SceneConfig& config, const CancelToken& ca
   RETURN_IF_ERROR(PutOwnFurniture(config.assets(), scene));
   RETURN_IF_ERROR(MakeSolid(scene));
   RETURN_IF_ERROR(Stop(cancel));
+  if (StandsInLandscape(config.room(), scene.seed)) scene.view_out_m = kViewOut_m;
   if (config.rigs().path().paths() > 0) {
     RoomPathRigs(config.rigs(), scene);
   } else {
@@ -127,7 +132,10 @@ absl::Status DressHouse(const v1::SceneConfig& config, const CancelToken& cancel
   if (house.ceiling_removed()) {
     RemoveObjects([&](const auto& object) { return GoesWithTheCeiling(house, object); }, recipe);
   }
-  return absl::OkStatus();
+  if (!StandsInLandscape(config.room(), scene.seed)) return absl::OkStatus();
+  RETURN_IF_ERROR(Stop(cancel));
+  // Behind whatever floats, so that it has the same indices with and without it.
+  return AddLandscape(next_index + kMostFloating, scene);
 }
 
 }  // namespace parallax

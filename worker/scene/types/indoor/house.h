@@ -7,9 +7,9 @@
 
 namespace parallax {
 
-// Surroundings of a house. Bounds are the first room; every room is an enclosure whose portals are
-// its windows, passages and doors, and the open top where the ceiling is removed. Rooms without a
-// size are left out.
+// Bounds are the first room; every room is an enclosure, with its windows, passages and doors for
+// portals, and the open top where the ceiling is removed. Rooms without a size are left out. A
+// landscape's ground reaches the horizon.
 Surroundings HouseSurroundings(const v1::Place& place);
 
 // Describes its rooms in words, with the first room's plan.

@@ -66,6 +66,7 @@ Box3f InteriorOf(const v1::Room& room) {
 Surroundings HouseSurroundings(const v1::Place& place) {
   const v1::House& house = place.house();
   Surroundings surroundings;
+  surroundings.ground_below_horizon = !house.has_landscape();
   for (int i = 0; i < house.rooms_size(); ++i) {
     const v1::Room& room = house.rooms(i);
     if (!(room.width_m() > 0)) continue;

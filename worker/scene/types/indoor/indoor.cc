@@ -3,6 +3,8 @@
 #include "worker/layout/room_shell.h"
 #include "worker/scene/types/indoor/dress_house.h"
 #include "worker/scene/types/indoor/house.h"
+#include "worker/scene/types/indoor/landscape.h"
+#include "worker/scene/types/nature/nature.h"
 
 namespace parallax {
 namespace {
@@ -16,8 +18,27 @@ absl::StatusOr<std::variant<v1::Layout, Rejected>> SolveHouse(const v1::SceneCon
   return SolveLayout(furnished, seed, cancel);
 }
 
+bool HasLandscape(const v1::Scene& scene) { return scene.place().house().has_landscape(); }
+
 absl::StatusOr<Mesh> MakeHousePart(const v1::Scene& scene, const v1::SceneObject& object) {
-  return MakeRoomPart(scene.place().house(), object);
+  const v1::House& house = scene.place().house();
+  if (object.part() == kLandscapePart && HasLandscape(scene)) {
+    return GroundPart(house.landscape(), ViewsOut(scene));
+  }
+  return MakeRoomPart(house, object);
+}
+
+absl::Status GrowAroundHouse(const v1::Scene& scene, SceneGeometry& geometry) {
+  if (!HasLandscape(scene)) return absl::OkStatus();
+  if (scene.place().house().rooms().empty()) {
+    return MakeError(absl::StatusCode::kInvalidArgument, "a landscape around a house of no rooms");
+  }
+  return GrowLand(scene.place().house().landscape(), ViewsOut(scene), geometry);
+}
+
+std::optional<v1::SceneObject> GrownByHouse(const v1::Scene& scene, uint32_t index) {
+  if (!HasLandscape(scene)) return std::nullopt;
+  return GrownThing(scene.place().house().landscape(), index);
 }
 
 // bench_solve --scenes 50 --kind any --mode reduced, and --mode full: solve_cpu_s 0.82 and 0.91,
@@ -39,6 +60,8 @@ const SceneType kIndoorScenes = {
     .surroundings = &HouseSurroundings,
     .costs = &HouseCosts,
     .describe = &DescribeHouse,
+    .expand = &GrowAroundHouse,
+    .grown = &GrownByHouse,
 };
 
 }  // namespace parallax

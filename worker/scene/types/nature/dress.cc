@@ -1,19 +1,13 @@
-// Stage scene: light, air, what everything is made of, and the hash of what the rules make.
+// Stage scene: light and air, then what everything is made of and the hash of what the rules make.
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <string>
-#include <utility>
 
 #include "common/config/config.h"
 #include "common/math/proto.h"
-#include "worker/assets/nature/species.h"
-#include "worker/materials/material.h"
-#include "worker/scene/types/nature/biomes.h"
-#include "worker/scene/types/nature/expand.h"
+#include "worker/scene/types/nature/land_materials.h"
 #include "worker/scene/types/nature/nature.h"
-#include "worker/scene/types/nature/prototypes.h"
 #include "worker/scene/types/nature/recipe.h"
 
 namespace parallax {
@@ -32,22 +26,8 @@ class LandDresser {
   absl::Status Run() {
     ChooseLight();
     if (land_.has_roof()) RETURN_IF_ERROR(HangLamps());
-    RETURN_IF_ERROR(ChooseMaterials());
-    land_.clear_expansion_hash();
-    ASSIGN_OR_RETURN(const auto expansion, ExpandTerrain(land_, recipe_.rigs()));
-    uint32_t last_part = kGroundIndex;
-    for (const v1::SceneObject& part : recipe_.objects()) {
-      last_part = std::max(last_part, part.index());
-    }
-    NumberLayers(*expansion, last_part + 1, land_);
-    const v1::ScatterLayer* last =
-        land_.layers().empty() ? nullptr : &land_.layers(land_.layers_size() - 1);
-    if (last && last->first_object_index() + last->indices() > 65535) {
-      return MakeError(absl::StatusCode::kResourceExhausted, "terrain: more than 65535 objects");
-    }
-    land_.set_expansion_hash(expansion->hash);
-    land_.set_instances(static_cast<uint32_t>(expansion->instances.size()));
-    return absl::OkStatus();
+    RETURN_IF_ERROR(ChooseLandMaterials(root_, recipe_, land_));
+    return CountLand(recipe_, recipe_.rigs(), land_);
   }
 
  private:
@@ -103,156 +83,10 @@ class LandDresser {
     return absl::OkStatus();
   }
 
-  uint32_t AddMaterial(const std::string& material_class, uint64_t seed) {
-    v1::SceneMaterial& made = *recipe_.add_materials();
-    made.set_index(static_cast<uint32_t>(recipe_.materials_size()));
-    made.set_material_class(material_class);
-    made.set_name(material_class + "_" + std::to_string(made.index()));
-    made.set_seed(seed);
-    return made.index();
-  }
-
-  void Tint(uint32_t index, const Vec3d& tint) {
-    *recipe_.mutable_materials(static_cast<int>(index) - 1)->mutable_tint() = ToProto(tint);
-  }
-
-  // Deserts and canyons are of red and yellow sandstone; so is what broke off it.
-  bool RedLand() const { return land_.biome() == "desert" || land_.biome() == "canyon"; }
-
-  Vec3d ThatchTint() const {
-    const bool dry = land_.season() == "winter" || land_.season() == "autumn";
-    return dry ? Vec3d(0.85, 0.95, 0.8) : Vec3d(0.62, 1.0, 0.8);
-  }
-
-  // Things of one scene share what they are made of, as rock and grass of one place do; only leaves
-  // of different plants differ.
-  uint32_t MaterialFor(const std::string& material_class, const std::string& owner) {
-    const std::string key = material_class + "/" + owner;
-    const auto found = material_index_.find(key);
-    if (found != material_index_.end()) return found->second;
-    const uint32_t index = material_index_[key] = AddMaterial(material_class, SeedOf(key));
-    // Larches are as bright as their new needles for some weeks of a year only.
-    if (material_class == "FreshNeedle") Tint(index, {0.78, 0.7, 0.72});
-    return index;
-  }
-
-  // Stones are of the rock that the ground is of.
-  uint64_t SeedOf(const std::string& key) const {
-    return root_.Child("material").Child(key).Seed();
-  }
-
-  absl::Status ChooseMaterials() {
-    const Biome* biome = FindBiome(land_.biome());
-    if (biome == nullptr) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "terrain: no biome \"" + land_.biome() + "\"");
-    }
-    const std::vector<std::string> classes = biome->ground(land_.season());
-    if (classes.size() != static_cast<size_t>(land_.ground_size())) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "terrain: " + std::to_string(land_.ground_size()) + " ground rules, but " +
-                           std::to_string(classes.size()) + " materials");
-    }
-    v1::SceneObject *ground = nullptr, *roof = nullptr;
-    for (v1::SceneObject& object : *recipe_.mutable_objects()) {
-      if (object.index() == land_.ground_object_index()) ground = &object;
-      if (object.part() == "roof") roof = &object;
-    }
-    for (size_t i = 0; i < classes.size(); ++i) {
-      // Rules have materials of their own, though their classes may be alike.
-      const uint32_t index = AddMaterial(classes[i], SeedOf(classes[i] + "/"));
-      // Scree is of the land's rock, which is darker than a path's gravel.
-      if (classes[i] == "Gravel") {
-        Tint(index, RedLand() ? Vec3d(1.8, 1.12, 0.64) : Vec3d(0.56, 0.54, 0.52));
-      }
-      // Beaches are paler than dunes of red sand.
-      if (classes[i] == "Sand" && land_.has_water()) Tint(index, {0.84, 0.97, 1.1});
-      // Between a meadow's tufts lie last year's blades and what is green below them.
-      if (classes[i] == "ForestFloor" && land_.biome() != "forest") Tint(index, ThatchTint());
-      land_.mutable_ground(static_cast<int>(i))->set_material_index(index);
-      if (ground == nullptr) continue;
-      v1::MaterialBinding& binding = *ground->add_materials();
-      binding.set_slot("rule_" + std::to_string(i));
-      binding.set_material_index(index);
-    }
-    if (land_.has_water()) ChooseWater();
-    if (roof != nullptr) {
-      v1::MaterialBinding& binding = *roof->add_materials();
-      binding.set_slot("rock");
-      binding.set_material_index(AddMaterial(classes.back(), SeedOf(classes.back() + "/")));
-    }
-    for (v1::Prototype& prototype : *land_.mutable_prototypes()) {
-      RETURN_IF_ERROR(BindSlots(prototype));
-    }
-    return absl::OkStatus();
-  }
-
-  void ChooseWater() {
-    const uint32_t index = AddMaterial("StillWater", SeedOf("water"));
-    land_.mutable_water()->set_material_index(index);
-    for (v1::SceneObject& object : *recipe_.mutable_objects()) {
-      if (object.index() != land_.water().object_index()) continue;
-      v1::MaterialBinding& binding = *object.add_materials();
-      binding.set_slot("water");
-      binding.set_material_index(index);
-    }
-  }
-
-  absl::Status BindSlots(v1::Prototype& prototype) {
-    std::map<std::string, uint32_t> bound;
-    for (uint32_t shape = 0; shape < prototype.shapes(); ++shape) {
-      ASSIGN_OR_RETURN(const auto mesh, PrototypeMesh(prototype, shape, PlantDetail::kFar));
-      for (const MaterialSlot& slot : mesh->slots) {
-        if (bound.contains(slot.name)) continue;
-        const std::string material_class = ClassFor(prototype, slot);
-        if (material_class.empty()) continue;
-        const bool own = slot.sheet && material_class.ends_with("Leaf");
-        bound[slot.name] =
-            MaterialFor(material_class, own ? prototype.asset_class() : std::string());
-        v1::MaterialBinding& binding = *prototype.add_materials();
-        binding.set_slot(slot.name);
-        binding.set_material_index(bound[slot.name]);
-      }
-    }
-    return absl::OkStatus();
-  }
-
-  // A class of the first family of the slot that has any; what the season changes.
-  std::string ClassFor(const v1::Prototype& prototype, const MaterialSlot& slot) const {
-    const std::string& season = land_.season();
-    for (const std::string& family : slot.families) {
-      const auto classes = MaterialsOfFamily(family);
-      if (classes.empty()) continue;
-      Rng rng = root_.Child("class").Child(prototype.asset_class()).Child(slot.name);
-      std::string name = rng.Pick(classes)->name;
-      if (prototype.season().empty() &&
-          (name == "SummerLeaf" || name == "SpringLeaf" || name == "AutumnLeaf") &&
-          CatalogueClass(prototype) != "LeafLitter") {
-        if (season == "spring") name = "SpringLeaf";
-        if (season == "summer") name = "SummerLeaf";
-        if (season == "autumn") name = "AutumnLeaf";
-      }
-      // Moss needs the damp of woods.
-      if (name == "MossyRock" && land_.biome() != "forest") name = "Rock";
-      // Stones are of the rock that they broke from.
-      if ((name == "Rock" || name == "Sandstone") && land_.biome() != "forest") {
-        const std::string bedrock = FindBiome(land_.biome())->ground(season).back();
-        if (bedrock != "Rock") name = bedrock;
-      }
-      const double early = CatalogueClass(prototype) == "Reed" ? 0.85 : 0.35;
-      const bool withers =
-          RedLand() || season == "winter" || (season == "autumn" && rng.Bernoulli(early));
-      if (name == "GrassBlade" && withers) name = "DryGrass";
-      return name;
-    }
-    return {};
-  }
-
   const v1::SceneConfig& config_;
   v1::Scene& recipe_;
   v1::Terrain& land_;
   const Rng root_;
-  std::map<std::string, uint32_t> material_index_;
 };
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "worker/scene/types/nature/plot.h"
 #include "worker/scene/types/nature/prototypes.h"
 #include "worker/scene/types/nature/recipe.h"
 #include "worker/scene/types/nature/views.h"
@@ -24,6 +25,11 @@ constexpr float kRoofCell_m = 0.2f;
 constexpr float kTube_m = 0.4f;  // Nothing that can be dropped comes so near to an eye.
 // Water's waves are no finer than this asks for.
 constexpr float kEyesAboveWater_m = 0.5f;
+// Land that is seen through a house's windows: everything is as coarse as if it were so many times
+// farther away, and the ground has fewer triangles.
+constexpr float kBehindWindows = 2.5f;
+constexpr int kTrianglesBehindWindows = 120'000;
+constexpr float kLawn_m = 0.6f;           // Nothing stands nearer to a house.
 constexpr uint32_t kMostIndices = 9'000;  // A layer's; things beyond share the last.
 
 // FNV-1a over 64 bits a step.
@@ -145,7 +151,7 @@ class Expander {
     const Vec2f p = thing.position();
     const float radius = static_cast<float>(layer.crown_m()) * thing.scale() + 0.5f;
     const auto reach = static_cast<float>(layer.reach_m());
-    kept.wanted = views_.Wants(p, radius, DiscOf(layer), reach);
+    kept.wanted = views_.Wants(p, radius, DiscOf(layer), reach) && LeavesPlotFree(layer, p, radius);
     if (!kept.wanted) return kept;
     const float distance = views_.Distance(p);
     // Small things thin out towards their reach instead of ending at a line.
@@ -154,7 +160,8 @@ class Expander {
       kept.wanted = static_cast<float>(thing.rank & 0xffff) * 0x1p-16f >= gone;
       if (!kept.wanted) return kept;
     }
-    kept.detail = DetailAt(layer, distance, views_.focal_px());
+    kept.detail = DetailAt(layer, recipe_.has_plot() ? kBehindWindows * distance : distance,
+                           views_.focal_px());
     if (layer.hangs()) {
       const auto place = PlaceUnder(layer, thing, *out_.roof);
       kept.wanted = place.has_value();
@@ -169,6 +176,12 @@ class Expander {
       kept.wanted = !InTube(views_, middle, 0.5f * thing.scale() * box.diagonal().norm());
     }
     return kept;
+  }
+
+  bool LeavesPlotFree(const v1::ScatterLayer& layer, const Vec2f& p, float radius_m) const {
+    if (!recipe_.has_plot()) return true;
+    const auto clearing = static_cast<float>(IsSolid(layer) ? recipe_.plot().clearing_m() : 0);
+    return FromPlot(recipe_.plot(), p) > std::max(kLawn_m, clearing) + radius_m;
   }
 
   uint32_t ShapeIndex(const ShapeKey& key) {
@@ -218,11 +231,17 @@ std::string KeyOf(v1::Terrain recipe, const google::protobuf::RepeatedPtrField<v
   return key;
 }
 
-GroundMesh MakeGround(const Terrain& terrain, const Views& views) {
+GroundMesh MakeGround(const v1::Terrain& recipe, const Terrain& terrain, const Views& views) {
   GroundMeshOptions options;
   options.views = views.Cones(terrain);
   options.focal_px = views.focal_px();
-  return {terrain, options};
+  if (!recipe.has_plot()) return {terrain, options};
+  for (size_t i = 0; i < options.views.size(); ++i) {
+    const double above = double{views.eyes()[i].left.z()} - recipe.plot().level_m();
+    options.views[i].eye_height_m = std::max(0.2f, static_cast<float>(above));
+  }
+  options.most_triangles = kTrianglesBehindWindows;
+  return {GroundWithPlot(recipe.plot(), terrain), options};
 }
 
 std::shared_ptr<const Mesh> MakeWater(const Terrain& terrain, const Views& views) {
@@ -321,7 +340,7 @@ absl::StatusOr<std::shared_ptr<const Expansion>> ExpandTerrain(
   }
   ASSIGN_OR_RETURN(std::shared_ptr<const Terrain> terrain, TerrainOf(recipe));
   const Views views(rigs);
-  auto made = std::make_shared<Expansion>(Expansion{terrain, MakeGround(*terrain, views),
+  auto made = std::make_shared<Expansion>(Expansion{terrain, MakeGround(recipe, *terrain, views),
                                                     MakeWater(*terrain, views),
                                                     RoofOf(recipe, *terrain, kRoofCell_m)});
   RETURN_IF_ERROR(Expander(recipe, views, *made).Run());

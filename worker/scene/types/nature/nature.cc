@@ -22,12 +22,9 @@ absl::StatusOr<Mesh> LandPart(const v1::Scene& scene, const v1::SceneObject& obj
     return MakeError(absl::StatusCode::kNotFound,
                      "a landscape has no part \"" + object.part() + "\"");
   }
+  if (!water && !roof) return GroundPart(land, scene.rigs());
   ASSIGN_OR_RETURN(const auto expansion, ExpandTerrain(land, scene.rigs()));
-  if (water) return *expansion->water;
-  if (roof) return expansion->roof->mesh();
-  Mesh mesh = expansion->ground.mesh();
-  AssignGroundSlots(land, *expansion->terrain, mesh);
-  return mesh;
+  return water ? *expansion->water : expansion->roof->mesh();
 }
 
 // Its ground reaches the horizon.
@@ -47,8 +44,33 @@ std::string Hex(uint64_t number) {
 }
 
 absl::Status ExpandLand(const v1::Scene& scene, SceneGeometry& geometry) {
-  const v1::Terrain& land = scene.place().terrain();
-  ASSIGN_OR_RETURN(const auto expansion, ExpandTerrain(land, scene.rigs()));
+  return GrowLand(scene.place().terrain(), scene.rigs(), geometry);
+}
+
+std::optional<v1::SceneObject> GrownObject(const v1::Scene& scene, uint32_t index) {
+  return GrownThing(scene.place().terrain(), index);
+}
+
+// nature_check --scenes 10: layout_s and dress_s.
+SceneCosts LandCosts(const v1::SceneConfig&) {
+  return {
+      .layout_s = 4.0, .dress_s = 6.0, .rigs_share_light = true, .build_s = 4, .trace_times = 1.6};
+}
+
+}  // namespace
+
+absl::StatusOr<Mesh> GroundPart(const v1::Terrain& land,
+                                const google::protobuf::RepeatedPtrField<v1::Rig>& views) {
+  ASSIGN_OR_RETURN(const auto expansion, ExpandTerrain(land, views));
+  Mesh mesh = expansion->ground.mesh();
+  AssignGroundSlots(land, *expansion->terrain, mesh);
+  return mesh;
+}
+
+absl::Status GrowLand(const v1::Terrain& land,
+                      const google::protobuf::RepeatedPtrField<v1::Rig>& views,
+                      SceneGeometry& geometry) {
+  ASSIGN_OR_RETURN(const auto expansion, ExpandTerrain(land, views));
   if (land.expansion_hash() != expansion->hash) {
     return MakeError(absl::StatusCode::kInternal,
                      "terrain: this worker's expansion is " + Hex(expansion->hash) +
@@ -100,8 +122,7 @@ absl::Status ExpandLand(const v1::Scene& scene, SceneGeometry& geometry) {
   return absl::OkStatus();
 }
 
-std::optional<v1::SceneObject> GrownObject(const v1::Scene& scene, uint32_t index) {
-  const v1::Terrain& land = scene.place().terrain();
+std::optional<v1::SceneObject> GrownThing(const v1::Terrain& land, uint32_t index) {
   for (const v1::ScatterLayer& layer : land.layers()) {
     const uint32_t first = layer.first_object_index();
     if (index < first || index - first >= layer.indices()) continue;
@@ -121,14 +142,6 @@ std::optional<v1::SceneObject> GrownObject(const v1::Scene& scene, uint32_t inde
   }
   return std::nullopt;
 }
-
-// nature_check --scenes 10: layout_s and dress_s.
-SceneCosts LandCosts(const v1::SceneConfig&) {
-  return {
-      .layout_s = 4.0, .dress_s = 6.0, .rigs_share_light = true, .build_s = 4, .trace_times = 1.6};
-}
-
-}  // namespace
 
 const SceneType kNatureScenes = {
     .type = v1::SCENE_TYPE_NATURE,

@@ -22,6 +22,18 @@ absl::Status DressLand(const v1::SceneConfig& config, const CancelToken& cancel,
                        SceneInProgress& scene);
 // The place in words, and a map as lines of text.
 SceneDescription DescribeLand(const v1::Scene& scene);
+
+// A land as it stands in a recipe, of landscapes and of houses in one. `views`: the rigs that see
+// it. Its ground's mesh, the slots of which are its rules. Errors: as ExpandTerrain.
+absl::StatusOr<Mesh> GroundPart(const v1::Terrain& land,
+                                const google::protobuf::RepeatedPtrField<v1::Rig>& views);
+// Adds its instances to `geometry`, which has the recipe's materials. Errors: kInternal when the
+// expansion's hash is not the recipe's; kInvalidArgument for missing materials; as ExpandTerrain.
+absl::Status GrowLand(const v1::Terrain& land,
+                      const google::protobuf::RepeatedPtrField<v1::Rig>& views,
+                      SceneGeometry& geometry);
+// SceneType::grown.
+std::optional<v1::SceneObject> GrownThing(const v1::Terrain& land, uint32_t index);
 std::vector<std::string> DescribeMap(const v1::Scene& scene);
 
 // Index of the ground among a landscape's objects. Other parts, such as water, follow; layers are

@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "worker/scene/types/nature/plot.h"
+
 namespace parallax {
 namespace {
 
@@ -347,6 +349,7 @@ absl::Status CheckRules(const v1::Terrain& recipe) {
   for (const v1::ScatterLayer& layer : recipe.layers()) {
     RETURN_IF_ERROR(CheckLayer(recipe, layer));
   }
+  if (recipe.has_plot()) RETURN_IF_ERROR(CheckPlot(recipe.plot()));
   return recipe.has_roof() ? CheckRoof(recipe) : absl::OkStatus();
 }
 

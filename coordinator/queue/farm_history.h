@@ -1,5 +1,6 @@
-// The farm's history of the last day for the page's charts: a ring of samples, one a minute. Kept
-// in memory, so a restart begins anew. Not thread-safe.
+// How the farm did over the last day: a sample a minute in a ring, for the page's charts. The
+// database keeps them too (JobQueue::KeepSample), so that a restart goes on with them. Not
+// thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -20,14 +21,16 @@ class History {
   static constexpr double kEvery_s = 60;
   static constexpr size_t kMost = 24 * 60;
 
-  // Adds a sample; drops it if the last one that was kept is less than a minute older.
-  void Add(const HistorySample& sample) {
+  // A sample within a minute of the last one kept replaces nothing and is dropped. True if it is
+  // kept.
+  bool Add(const HistorySample& sample) {
     if (!samples_.empty() && sample.unix_s < samples_.back().unix_s + kEvery_s &&
         sample.unix_s >= samples_.back().unix_s) {
-      return;
+      return false;
     }
     samples_.push_back(sample);
     if (samples_.size() > kMost) samples_.pop_front();
+    return true;
   }
   const std::deque<HistorySample>& samples() const { return samples_; }  // The oldest first.
 

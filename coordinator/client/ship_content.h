@@ -1,0 +1,26 @@
+// Brings the folders of own content that a study names into a coordinator's store, so that workers
+// need no copy of their own.
+#pragma once
+
+#include <cstdint>
+
+#include "common/base/status.h"
+#include "common/store/store.h"
+#include "parallax/v1/study.pb.h"
+
+namespace parallax::client {
+
+struct ShippedContent {
+  int64_t folders = 0;
+  int64_t files = 0;  // In all folders, whether they were in the store before or not.
+  int64_t bytes = 0;
+};
+
+// Puts the files of each folder, and its list, into `store` (common/store/content.h), and makes the
+// study name the lists in place of the folders. A folder that is not seen from here stays as it is:
+// its workers have it. What the store has is not sent again.
+// Errors: kInvalidArgument for a file name that no list can have, and more files or bytes than are
+// allowed; those of reading files and of the store, naming the folder.
+absl::StatusOr<ShippedContent> ShipContent(v1::StudySpec& study, Store& store);
+
+}  // namespace parallax::client

@@ -39,7 +39,7 @@ def main():
         archive = root / "archive" / "a"
         check(archive, [json.loads(line) for line in (archive / "index.jsonl").read_text().splitlines()])
         exports = sorted(path.parent for path in root.glob("*/export.json"))
-        assert len(exports) == 8, exports
+        assert len(exports) == 11, exports
         for export in exports:
             check(export, json.loads((export / "export.json").read_text())["frames"])
     print(f"{len(exports) + 1} datasets are valid")

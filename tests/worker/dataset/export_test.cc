@@ -221,7 +221,9 @@ TEST_F(ExportTest, OneSceneGivesItsLastPairToTestAndSaysSo) {
 }
 
 TEST_F(ExportTest, EveryLayoutIsWholeAndAChangedFileIsFound) {
-  MakeSyntheticArchive(dir_);
+  SyntheticArchive archive;
+  archive.sequence = true;  // All layouts take sequences.
+  MakeSyntheticArchive(dir_, archive);
   for (const std::string& layout : ExportLayouts()) {
     ExportOptions options;
     options.layout = layout;

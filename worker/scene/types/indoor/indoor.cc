@@ -45,7 +45,12 @@ std::optional<v1::SceneObject> GrownByHouse(const v1::Scene& scene, uint32_t ind
 // shared out as layout_s and dress_s are.
 SceneCosts HouseCosts(const v1::SceneConfig& config) {
   const bool full = config.solver().mode() == v1::SolverConfig::MODE_FULL;
-  return {.layout_s = full ? 0.30 : 0.26, .dress_s = 0.58, .rigs_share_light = true};
+  // depth_check depth --only default, halls and landscape: CPU seconds a scene.
+  const double halls = config.room().hall_p(), landscapes = config.room().landscape_p();
+  return {.layout_s = (full ? 0.30 : 0.26) + 0.9 * halls,
+          .dress_s = 0.58 + 0.2 * landscapes,
+          .rigs_share_light = true,
+          .build_s = 0.5 * halls + 0.2 * landscapes};
 }
 
 }  // namespace

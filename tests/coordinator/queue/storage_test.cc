@@ -112,7 +112,8 @@ TEST_F(StorageTest, AVariantThatItsStudyDoesNotListIsDataLoss) {
   queue_.reset();
   const auto db = OpenWriter(options_.db_path, "");
   ASSERT_TRUE(db.ok());
-  Ledger ledger(**db, KindRegistry::Builtin());
+  const LimitRules no_limits;
+  Ledger ledger(**db, KindRegistry::Builtin(), no_limits);
   ASSERT_TRUE(ledger.FindStudy(study.value).ok());
   ASSERT_TRUE((*db)
                   ->Run("INSERT INTO variants (id, study_id, name, config_z, pairs_wanted,"
@@ -131,7 +132,8 @@ TEST_F(StorageTest, AStudyWithABrokenVariantIsNotHalfLoaded) {
   const auto db = OpenWriter(options_.db_path, "");
   ASSERT_TRUE(db.ok());
   ASSERT_TRUE((*db)->Run("UPDATE variants SET config_z = x'00' WHERE name = 'b'").ok());
-  Ledger ledger(**db, KindRegistry::Builtin());
+  const LimitRules no_limits;
+  Ledger ledger(**db, KindRegistry::Builtin(), no_limits);
   const auto whole = (*db)->Integer("SELECT id FROM variants WHERE name = 'a'");
   ASSERT_TRUE(whole.ok());
   EXPECT_FALSE(ledger.FindStudy(study.value).ok());

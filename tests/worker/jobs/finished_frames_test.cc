@@ -195,9 +195,9 @@ class RenderHandlerTest : public FinishedFramesTest {
   absl::StatusOr<JobOutcome> Run(const v1::RenderJob& job, const AttemptFolder& folder,
                                  const std::function<void(double)>& progress,
                                  const CancelToken& cancel = {}) {
-    return MakeRenderHandler()->Run(
-        job.SerializeAsString(), folder, cancel,
-        [&](double fraction, std::string_view, const JobFigures&) { progress(fraction); });
+    return MakeRenderHandler(std::make_shared<JobOptions>())
+        ->Run(job.SerializeAsString(), folder, cancel,
+              [&](double fraction, std::string_view, const JobFigures&) { progress(fraction); });
   }
   // Returns hashes by rig and file, without files that state times.
   static std::map<std::string, std::string> HashesOf(const JobOutcome& outcome) {

@@ -39,6 +39,9 @@ void Change(const std::string& path, google::protobuf::Message* message) {
     reflection.AddMessage(message, &field);
     return;
   }
+  if (field.is_repeated() && field.cpp_type() == Field::CPPTYPE_DOUBLE) {
+    return reflection.AddDouble(message, &field, 987);
+  }
   if (field.is_repeated()) return reflection.AddString(message, &field, "another");
   switch (field.cpp_type()) {
     case Field::CPPTYPE_MESSAGE: {

@@ -134,6 +134,7 @@ TEST_F(ExportTest, InfraredPicturesAreThePairWhereTheDatasetHasThem) {
   EXPECT_THAT(std::string(result.status().message()), HasSubstr("no infrared pictures"));
   SyntheticArchive archive;
   archive.extras = true;
+  archive.sequence = true;  // All layouts take sequences.
   MakeSyntheticArchive(dir_, archive);
   EXPECT_EQ(VerifyDataset(dir_)->findings_total, 0);
   for (const std::string& layout : ExportLayouts()) {

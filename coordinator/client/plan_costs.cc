@@ -19,7 +19,8 @@ const Costs kMeasuredCosts = {
     .denoise_balanced_s_per_mpx = 3.0,
     .denoise_fast_s_per_mpx = 1.8,
     .fixed_s_per_mpx = 1.3,
-    // Not measured as a whole. Rays as two ground truths take (1.2), and twelve float channels of EXR
+    // Not measured as a whole. Rays as two ground truths take (1.2), and twelve float channels of
+    // EXR
     // with four masks (bench_image_io: 0.1 a channel). bench_render --flow measures it.
     .flow_s_per_mpx = 3.0,
     // trainer --steps 100 --batch 2, crops of 192x384: 0.87 a step, forward and backward.

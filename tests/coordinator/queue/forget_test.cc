@@ -53,7 +53,8 @@ class Forget : public TrainQueueTest {
   }
   std::vector<int64_t> Listed() {
     std::vector<int64_t> ids;
-    for (const v1::StudyStatus& study : *queue_->ListStudies(100)) ids.push_back(study.study_id());
+    const auto studies = queue_->ListStudies(100);  // Outlives the loop over it.
+    for (const v1::StudyStatus& study : *studies) ids.push_back(study.study_id());
     return ids;
   }
   // Rows of the tables that grow with a study.

@@ -162,7 +162,9 @@ TEST_F(TrainKindsTest, EqualCuratedTrainingsHaveOneKeyAndTheirTwinsAreReused) {
       for (const v1::Lease& lease : Lease(Trainer("t"), 1)) {
         prefix_of[lease.label()] = lease.store_prefix();
         if (i == 0) Complete(TrainAnswer(lease, "t"));
-        if (i == 1) EXPECT_TRUE(queue_->Cancel(study, "", "tester").ok());
+        if (i == 1) {
+          EXPECT_TRUE(queue_->Cancel(study, "", "tester").ok());
+        }
       }
     }
     if (steps == 100 && number == "1") {

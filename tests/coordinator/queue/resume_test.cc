@@ -25,11 +25,14 @@ class Resume : public TrainQueueTest {
   StudyId OneTraining(const std::string& name = "study") {
     return SubmitRequest(Request({.name = name, .pairs = 2, .variants = {"wide"}}));
   }
+  // Litter beside the notes on pairs, which are litter as soon as their render is done.
   std::vector<std::string> Litter() {
     clock_.Advance(1);
     auto paths = queue_->ListLitter(0, 0);
     EXPECT_TRUE(paths.ok()) << paths.status();
-    return paths.ok() ? *paths : std::vector<std::string>();
+    if (!paths.ok()) return {};
+    std::erase_if(*paths, [](const std::string& path) { return path.ends_with("/finished"); });
+    return *paths;
   }
   v1::Lease LeaseAndLose(const std::string& worker) {
     const v1::Lease lease = LeaseOne(Trainer(worker));

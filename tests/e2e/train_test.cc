@@ -179,7 +179,7 @@ TEST_F(TrainTest, AStudyRunsFromNothingToItsTable) {
 
 TEST_F(TrainTest, WhateverIsKilledTheNetworkIsTheSame) {
   constexpr char kTraining[] =
-      "train: {trainer: often, steps: 24, seeds: 1, threads: 2, variants: [wide]}\n";
+      "train: {trainer: often, steps: 60, seeds: 1, threads: 2, variants: [wide]}\n";
   auto calm = Start(kTraining, dir_ + "/calm");
   const std::string out = dir_ + "/killed";
   ASSERT_EQ(calm->Wait(), 0) << calm->Err();

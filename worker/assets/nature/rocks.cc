@@ -214,16 +214,16 @@ Asset SampleSlab(Rng& rng) {
 
 Asset SampleSeaStack(Rng& rng) {
   BoulderParams p;
-  const float size = Draw(rng, 0.7, 1.1);
+  const float size = Draw(rng, 0.95, 1.3);
   const bool pillar = rng.Bernoulli(0.5);
   p.form.size = size * Vec3f{Draw(rng, 0.8, 1.3), Draw(rng, 0.6, 1.0),
-                             pillar ? Draw(rng, 1.1, 1.8) : Draw(rng, 0.5, 0.9)};
+                             pillar ? Draw(rng, 1.2, 1.8) : Draw(rng, 0.75, 1.1)};
   p.form.planes = rng.UniformInt(11, 16);
   p.form.cracks = rng.UniformInt(5, 9);
   p.form.sharpness = Draw(rng, 20, 34);
   p.form.rough = Draw(rng, 0.34, 0.46);
   p.form.bedding = Draw(rng, 0.05, 0.09);  // Surf has bared its beds.
-  p.form.cells = 80;
+  p.form.cells = 57;
   p.seed = rng.Seed();
   Mesh mesh;
   mesh.slots.push_back(Slot("stone", {"Rock"}));

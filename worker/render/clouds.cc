@@ -203,7 +203,7 @@ Vec3x8 Raised(const Vec3x8& d, Float8 angle) {
 // The clouds of texels in these directions. Low in the sky neighbouring rows meet a slice of a
 // cloud hundreds of metres apart, so that there each is a mean over its height.
 Clouds::Layer8 BakeTexels(const Baker& baker, const Vec3x8& directions, int side) {
-  constexpr float kLowSky = 0.45f;
+  constexpr float kLowSky = 0.3f;
   constexpr int kParts = 4;
   const Float8 angle = (1.0f + directions.z) * (2.0f / static_cast<float>(side));
   if (!Any(directions.z < kLowSky)) return baker.Through(directions, angle);

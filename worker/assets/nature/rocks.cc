@@ -219,10 +219,10 @@ Asset SampleSeaStack(Rng& rng) {
   p.form.size = size * Vec3f{Draw(rng, 0.8, 1.3), Draw(rng, 0.6, 1.0),
                              pillar ? Draw(rng, 1.2, 1.8) : Draw(rng, 0.75, 1.1)};
   p.form.planes = rng.UniformInt(11, 16);
-  p.form.cracks = rng.UniformInt(5, 9);
-  p.form.sharpness = Draw(rng, 20, 34);
-  p.form.rough = Draw(rng, 0.34, 0.46);
-  p.form.bedding = Draw(rng, 0.05, 0.09);  // Surf has bared its beds.
+  p.form.cracks = rng.UniformInt(4, 8);
+  p.form.sharpness = Draw(rng, 14, 26);
+  p.form.rough = Draw(rng, 0.26, 0.36);
+  p.form.bedding = Draw(rng, 0.03, 0.05);  // Surf has bared its beds.
   p.form.cells = 57;
   p.seed = rng.Seed();
   Mesh mesh;

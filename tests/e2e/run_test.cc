@@ -274,6 +274,7 @@ TEST_F(RunTest, AKilledWorkerCostsThePairAtHandAndNotItsJob) {
 }
 
 // The worker dies between the end of its job and the coordinator's answer, and its report with it.
+// The run dies too, so that it can't hear what was in the socket; another one goes on.
 TEST_F(RunTest, AWorkerThatDiesUnheardCostsNoPairOfItsJob) {
   constexpr int kPairs = 8;
   std::ofstream(study_) << "study: tiny\nseed: 5\npairs: 8\nrigs_per_scene: 8\nvariants:\n"
@@ -281,7 +282,7 @@ TEST_F(RunTest, AWorkerThatDiesUnheardCostsNoPairOfItsJob) {
                            "      rigs: {count: 8, width_px: 160, height_px: 96}\n"
                            "      render: {profile: preview, samples_per_pixel: 1}\n";
   const std::string out = dir_ + "/out";
-  const auto run = Start(out, {"--workers", "1"});
+  auto run = Start(out, {"--workers", "1"});
   ASSERT_TRUE(WaitUntil(*run, [&] { return FinishedPairs(out) >= 1; })) << run->Err();
   const std::vector<pid_t> workers = run->Children();
   ASSERT_EQ(workers.size(), 1u);
@@ -300,12 +301,13 @@ TEST_F(RunTest, AWorkerThatDiesUnheardCostsNoPairOfItsJob) {
   for (int i = 0; i < 3000 && reports().empty(); ++i) usleep(10000);
   ASSERT_EQ(FinishedPairs(out), kPairs);
   kill(workers[0], SIGKILL);
+  run->Signal(SIGKILL);
+  run->Wait();
   while (IsAlive(workers[0])) usleep(1000);
   ASSERT_EQ(reports().size(), 1u);
   fs::remove(reports().front());
-  run->Signal(SIGCONT);
+  run = Start(out, {"--workers", "1"});
   EXPECT_EQ(run->Wait(), 0) << run->Err();
-  EXPECT_EQ(Json::parse(run->Out())["worker_crashes"], 1);
   EXPECT_EQ(TakenOver(out), std::to_string(kPairs) + " of " + std::to_string(kPairs));
   EXPECT_EQ(Content(out).size(), kPairs * std::size(kTruth) + 1);
 }

@@ -152,13 +152,23 @@ class Page:
         return self.value("document.body?.innerText") or ""
 
     def click(self, selector):
-        """A real click in the middle of the first element that fits."""
+        """A real click in the middle of the first element that fits. What arrives meanwhile may push the element aside, so
+        that the click misses it; then it is clicked again."""
         quoted = json.dumps(selector)
         self.wait(f"!!document.querySelector({quoted})")
-        x, y = self.value(f"(() => {{ const e = document.querySelector({quoted}); e.scrollIntoView({{block: 'center'}});"
-                          " const b = e.getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; })()")
-        for kind in ("mousePressed", "mouseReleased"):
-            self.call("Input.dispatchMouseEvent", {"type": kind, "x": x, "y": y, "button": "left", "clickCount": 1})
+        for _ in range(10):
+            place = self.value(f"(() => {{ const e = document.querySelector({quoted}); if (!e) return null; window.clickArrived = false;"
+                              " e.addEventListener('click', () => { window.clickArrived = true; }, {once: true, capture: true});"
+                              " e.scrollIntoView({block: 'center'}); const b = e.getBoundingClientRect();"
+                              " return [b.x + b.width / 2, b.y + b.height / 2]; })()")
+            if place is None:  # What lies on it took the click, and led away.
+                return
+            for kind in ("mousePressed", "mouseReleased"):
+                self.call("Input.dispatchMouseEvent", {"type": kind, "x": place[0], "y": place[1], "button": "left",
+                                                       "clickCount": 1})
+            if self.value("window.clickArrived") is not False:
+                return
+        raise PageError(f"no click arrived at {selector}")
 
     def move(self, selector, at_x=0.5, at_y=0.5):
         """The pointer to a place of the element, in shares of its size."""

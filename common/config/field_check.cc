@@ -145,8 +145,9 @@ std::string WhyNotScalar(const Message& message, const FieldDescriptor& field) {
   }
 }
 
-void CheckTexts(const Message& message, const std::string& path, const FieldDescriptor& field,
-                Findings* findings) {
+// Checks a list: its length, and each of its texts, numbers or messages.
+void CheckList(const Message& message, const std::string& path, const FieldDescriptor& field,
+               Findings* findings) {
   const Reflection& reflection = *message.GetReflection();
   const int size = reflection.FieldSize(message, &field);
   if (size > kMaxListItems) {
@@ -155,39 +156,16 @@ void CheckTexts(const Message& message, const std::string& path, const FieldDesc
     return;
   }
   for (int i = 0; i < size; ++i) {
-    std::string why = WhyNotText(reflection.GetRepeatedString(message, &field, i), RuleOf(field));
-    if (!why.empty()) findings->push_back({path + "[" + std::to_string(i) + "]", std::move(why)});
-  }
-}
-
-void CheckNumbers(const Message& message, const std::string& path, const FieldDescriptor& field,
-                  Findings* findings) {
-  const Reflection& reflection = *message.GetReflection();
-  const int size = reflection.FieldSize(message, &field);
-  if (size > kMaxListItems) {
-    findings->push_back({path, "a list of " + std::to_string(size) + ", allowed are at most " +
-                                   std::to_string(kMaxListItems)});
-    return;
-  }
-  for (int i = 0; i < size; ++i) {
-    std::string why = WhyNotNumber(reflection.GetRepeatedDouble(message, &field, i), RuleOf(field));
-    if (!why.empty()) findings->push_back({path + "[" + std::to_string(i) + "]", std::move(why)});
-  }
-}
-
-// Messages of a list.
-void CheckItems(const Message& message, const std::string& path, const FieldDescriptor& field,
-                Findings* findings) {
-  const Reflection& reflection = *message.GetReflection();
-  const int size = reflection.FieldSize(message, &field);
-  if (size > kMaxListItems) {
-    findings->push_back({path, "a list of " + std::to_string(size) + ", allowed are at most " +
-                                   std::to_string(kMaxListItems)});
-    return;
-  }
-  for (int i = 0; i < size; ++i) {
-    CheckFields(reflection.GetRepeatedMessage(message, &field, i),
-                path + "[" + std::to_string(i) + "]", findings);
+    const std::string item_path = path + "[" + std::to_string(i) + "]";
+    std::string why;
+    if (field.cpp_type() == FieldDescriptor::CPPTYPE_STRING) {
+      why = WhyNotText(reflection.GetRepeatedString(message, &field, i), RuleOf(field));
+    } else if (field.cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE) {
+      why = WhyNotNumber(reflection.GetRepeatedDouble(message, &field, i), RuleOf(field));
+    } else if (field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
+      CheckFields(reflection.GetRepeatedMessage(message, &field, i), item_path, findings);
+    }
+    if (!why.empty()) findings->push_back({item_path, std::move(why)});
   }
 }
 
@@ -217,13 +195,7 @@ void CheckFields(const Message& message, const std::string& path, Findings* find
     const FieldDescriptor& field = *message.GetDescriptor()->field(i);
     const std::string field_path = Dotted(path, field.name());
     if (field.is_repeated()) {
-      if (field.cpp_type() == FieldDescriptor::CPPTYPE_STRING) {
-        CheckTexts(message, field_path, field, findings);
-      } else if (field.cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE) {
-        CheckNumbers(message, field_path, field, findings);
-      } else if (field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
-        CheckItems(message, field_path, field, findings);
-      }
+      CheckList(message, field_path, field, findings);
     } else if (field.has_presence() && !reflection.HasField(message, &field)) {
       continue;
     } else if (IsDistribution(field)) {

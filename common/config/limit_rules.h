@@ -14,7 +14,9 @@
 // Values; pure and thread-safe.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <string>
 #include <string_view>
@@ -34,6 +36,13 @@ struct UserLimits {
   int64_t max_waiting_pairs = 0;  // Pairs of unfinished studies that are not made yet.
   std::string rule;               // The row's key in the file: "submitter *"; empty: no row's.
 };
+
+// How many more of something a limit of `most` leaves beside `has`: 0 when it is reached, the
+// largest number without a limit.
+inline int64_t RoomUnder(int64_t most, int64_t has) {
+  if (most == 0) return std::numeric_limits<int64_t>::max();
+  return std::max<int64_t>(0, most - has);
+}
 
 class LimitRules {
  public:

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/base/hash.h"
+#include "common/config/content_folders.h"
 #include "common/store/content.h"
 #include "coordinator/client/study_options.h"
 #include "worker/materials/picture_folder.h"
@@ -36,7 +37,6 @@ class Shipper {
   explicit Shipper(Store& store) : store_(store) {}
 
   absl::Status Ship(std::string* folder) {
-    if (folder->empty()) return absl::OkStatus();
     if (const auto known = references_.find(*folder); known != references_.end()) {
       *folder = known->second;
       return absl::OkStatus();
@@ -96,17 +96,8 @@ absl::StatusOr<ShippedContent> ShipContent(v1::StudySpec& study, Store& store) {
   Shipper shipper(store);
   for (v1::VariantSpec& variant : *study.mutable_variants()) {
     if (!variant.has_config()) continue;
-    v1::SceneConfig& config = *variant.mutable_config();
-    if (config.has_materials()) {
-      RETURN_IF_ERROR(shipper.Ship(config.mutable_materials()->mutable_picture_dir()));
-      RETURN_IF_ERROR(shipper.Ship(config.mutable_materials()->mutable_texture_dir()));
-    }
-    if (config.has_lighting()) {
-      RETURN_IF_ERROR(shipper.Ship(config.mutable_lighting()->mutable_hdri_dir()));
-    }
-    if (!config.has_assets()) continue;
-    for (std::string& folder : *config.mutable_assets()->mutable_include()) {
-      RETURN_IF_ERROR(shipper.Ship(&folder));
+    for (std::string* folder : ContentFoldersOf(*variant.mutable_config())) {
+      RETURN_IF_ERROR(shipper.Ship(folder));
     }
   }
   return shipper.shipped();

@@ -1,7 +1,6 @@
 // How much users and studies may have. Nothing is looked for: what a user has is counted with each
 // move of a job (Ledger), and a study without room is passed over as a paused one is.
 #include <algorithm>
-#include <limits>
 
 #include "coordinator/queue/machine.h"
 
@@ -45,11 +44,8 @@ absl::Status Machine::CheckUser(const std::string& user, int64_t studies, int64_
 }
 
 int64_t Machine::RoomOf(const Study& study) {
-  const auto room = [](int64_t most, int64_t running) {
-    return most == 0 ? std::numeric_limits<int64_t>::max() : std::max<int64_t>(0, most - running);
-  };
-  return std::min(room(study.tally.max_running, study.tally.running),
-                  room(study.share->limits.max_running, study.share->running));
+  return std::min(RoomUnder(study.tally.max_running, study.tally.running),
+                  RoomUnder(study.share->limits.max_running, study.share->running));
 }
 
 absl::Status Machine::SetMaxRunning(int64_t id, int64_t max_running, std::string_view reason,

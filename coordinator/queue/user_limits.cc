@@ -1,7 +1,6 @@
 #include "coordinator/queue/user_limits.h"
 
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <string>
 
@@ -20,17 +19,12 @@ int64_t StudyJobsIn(const v1::StudyStatus& study, std::string_view state) {
   return jobs;
 }
 
-// The number of jobs that a limit leaves to those that wait.
-int64_t Room(int64_t most, int64_t running) {
-  return most == 0 ? std::numeric_limits<int64_t>::max() : std::max<int64_t>(0, most - running);
-}
-
 // `user_room`: what is left of the user's own, for this study and those after it.
 void HoldBack(const UserLimits& limits, int64_t& user_room, v1::StudyStatus& study) {
   if (study.state() != v1::STUDY_STATE_RUNNING) return;
   const int64_t ready = StudyJobsIn(study, "READY");
   const int64_t waiting = ready + StudyJobsIn(study, "RETRY_WAIT");
-  const int64_t own_room = Room(study.max_running(), StudyJobsIn(study, "LEASED"));
+  const int64_t own_room = RoomUnder(study.max_running(), StudyJobsIn(study, "LEASED"));
   const int64_t may_start = std::min({waiting, own_room, user_room});
   study.set_held_jobs(waiting - may_start);
   if (ready > 0 && own_room == 0) {
@@ -84,11 +78,11 @@ absl::Status AddLimits(Readers& readers, const LimitRules& limits,
     any |= user.max_running > 0;
   }
   std::map<std::string, int64_t> rooms;
-  for (const auto& [user, its] : of_user) rooms[user] = Room(its.max_running, 0);
+  for (const auto& [user, its] : of_user) rooms[user] = RoomUnder(its.max_running, 0);
   if (any) {
     ASSIGN_OR_RETURN(const std::vector<v1::UserStatus> users, readers.ListUsers());
     for (const v1::UserStatus& user : users) {
-      rooms[user.user()] = Room(of_user[user.user()].max_running, user.running());
+      rooms[user.user()] = RoomUnder(of_user[user.user()].max_running, user.running());
     }
   }
   for (v1::StudyStatus& study : studies) {

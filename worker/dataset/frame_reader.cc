@@ -30,6 +30,11 @@ absl::StatusOr<nlohmann::ordered_json> ReadFrameJson(const std::string& frame_di
   return json;
 }
 
+FrameIntrinsics IntrinsicsIn(const nlohmann::ordered_json& frame) {
+  const nlohmann::ordered_json& k = frame.at("intrinsics");
+  return {k.at("fx"), k.at("fy"), k.at("cx"), k.at("cy"), k.at("width"), k.at("height")};
+}
+
 std::optional<uint64_t> SeedOf(const nlohmann::ordered_json& value) {
   if (value.is_number_unsigned()) return value.get<uint64_t>();
   if (!value.is_string()) return std::nullopt;

@@ -24,6 +24,14 @@ struct FrameOnDisk {
 // Reads frame.json of a frame's folder. Errors: kDataLoss if it is not JSON; reading as ReadFile.
 absl::StatusOr<nlohmann::ordered_json> ReadFrameJson(const std::string& frame_dir);
 
+// The rectified pair's pinhole in frame.json.
+struct FrameIntrinsics {
+  double fx = 0, fy = 0, cx = 0, cy = 0;  // Pixels.
+  int width = 0, height = 0;
+};
+// Throws nlohmann's exceptions where a number is missing or is none.
+FrameIntrinsics IntrinsicsIn(const nlohmann::ordered_json& frame);
+
 // A seed in frame.json: a string of decimal digits, because many readers take JSON's numbers for
 // doubles; a number in older archives. nullopt: neither.
 std::optional<uint64_t> SeedOf(const nlohmann::ordered_json& value);

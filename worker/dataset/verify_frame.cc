@@ -83,13 +83,7 @@ class FrameChecker {
     }
     json_ = *std::move(json);
     try {
-      const Json& k = json_.at("intrinsics");
-      fx_ = k.at("fx");
-      fy_ = k.at("fy");
-      cx_ = k.at("cx");
-      cy_ = k.at("cy");
-      width_ = k.at("width");
-      height_ = k.at("height");
+      k_ = IntrinsicsIn(json_);
       baseline_m_ = json_.at("baseline_m");
       const char* keys[] = {"world_from_left", "world_from_right"};
       for (size_t eye = 0; eye < 2; ++eye) {
@@ -104,7 +98,7 @@ class FrameChecker {
       Find("frame.json", "frame.json", error.what());
       return false;
     }
-    if (!(fx_ > 0 && fy_ > 0 && width_ > 0 && height_ > 0 && baseline_m_ > 0)) {
+    if (!(k_.fx > 0 && k_.fy > 0 && k_.width > 0 && k_.height > 0 && baseline_m_ > 0)) {
       Find("frame.json", "frame.json", "intrinsics and baseline must be positive");
       return false;
     }
@@ -144,10 +138,10 @@ class FrameChecker {
       Find("image", file, std::string(ToStd(result.status().message())));
       return;
     }
-    if (result->width() != width_ || result->height() != height_) {
+    if (result->width() != k_.width || result->height() != k_.height) {
       Find("size", file,
            std::to_string(result->width()) + "x" + std::to_string(result->height()) +
-               ", frame.json says " + std::to_string(width_) + "x" + std::to_string(height_));
+               ", frame.json says " + std::to_string(k_.width) + "x" + std::to_string(k_.height));
       return;
     }
     image = *std::move(result);
@@ -166,7 +160,7 @@ class FrameChecker {
 
   // "(12, 34)" of the pixel with this number.
   std::string At(size_t i) const {
-    const auto w = static_cast<size_t>(width_);
+    const auto w = static_cast<size_t>(k_.width);
     return "(" + std::to_string(i % w) + ", " + std::to_string(i / w) + ")";
   }
 
@@ -174,7 +168,7 @@ class FrameChecker {
   template <typename Bad, typename Describe>
   void Pixels(const char* check, const std::string& file, const Bad& bad, const Describe& describe,
               double tolerated = 0) {
-    const size_t total = static_cast<size_t>(width_) * static_cast<size_t>(height_);
+    const size_t total = static_cast<size_t>(k_.width) * static_cast<size_t>(k_.height);
     size_t count = 0, first = 0;
     for (size_t i = 0; i < total; ++i) {
       if (!bad(i)) continue;
@@ -203,7 +197,7 @@ class FrameChecker {
     if (eye.depth.empty()) return;
     const auto expected = [&](size_t i) {
       const double z = value(eye.depth, i);
-      return z > 0 ? fx_ * baseline_m_ / z : 0.0;
+      return z > 0 ? k_.fx * baseline_m_ / z : 0.0;
     };
     Pixels(
         "disparity", disparity_file,
@@ -295,9 +289,9 @@ class FrameChecker {
     Pixels(
         "normals", file,
         [&](size_t i) {
-          const auto w = static_cast<size_t>(width_);
-          const Vec3d ray((static_cast<double>(i % w) + 0.5 - cx_) / fx_,
-                          (static_cast<double>(i / w) + 0.5 - cy_) / fy_, 1);
+          const auto w = static_cast<size_t>(k_.width);
+          const Vec3d ray((static_cast<double>(i % w) + 0.5 - k_.cx) / k_.fx,
+                          (static_cast<double>(i / w) + 0.5 - k_.cy) / k_.fy, 1);
           return has_surface(i) && normal(i).dot(ray.normalized()) > 3e-3;
         },
         [&](size_t) { return std::string("turned away from the camera"); });
@@ -315,13 +309,13 @@ class FrameChecker {
         [&](size_t i) { return std::to_string(eye.occlusion.values()[i]) + ", wanted 0 or 255"; });
     if (eye.depth.empty() || other.depth.empty()) return;
     const auto visible = [&](size_t i) {
-      const auto w = static_cast<size_t>(width_);
+      const auto w = static_cast<size_t>(k_.width);
       const double z = double{eye.depth.values()[i]};
       const float* row = &other.depth.values()[i / w * w];
       if (!(z > 0)) return !(row[i % w] > 0);
-      const double x = static_cast<double>(i % w) + 0.5 + sign * fx_ * baseline_m_ / z;
-      if (x < 0 || x >= width_) return false;
-      const double c = std::clamp(x - 0.5, 0.0, width_ - 1.0);
+      const double x = static_cast<double>(i % w) + 0.5 + sign * k_.fx * baseline_m_ / z;
+      if (x < 0 || x >= k_.width) return false;
+      const double c = std::clamp(x - 0.5, 0.0, k_.width - 1.0);
       const auto x0 = static_cast<size_t>(c), x1 = std::min(x0 + 1, w - 1);
       const double a = double{row[x0]}, b = double{row[x1]};
       const auto agrees = [&](double d) { return d > 0 && std::abs(d - z) <= kReprojection * z; };
@@ -410,8 +404,8 @@ class FrameChecker {
   const DatasetFrame& frame_;
   std::vector<Finding>& findings_;
   Json json_;
-  double fx_ = 0, fy_ = 0, cx_ = 0, cy_ = 0, baseline_m_ = 0;
-  int width_ = 0, height_ = 0;
+  FrameIntrinsics k_;
+  double baseline_m_ = 0;
   std::array<Eigen::Matrix4d, 2> pose_;
   std::array<Eye, 2> eyes_ = {Eye{"left", {}, {}, {}, {}, {}, {}, {}, {}},
                               Eye{"right", {}, {}, {}, {}, {}, {}, {}, {}}};

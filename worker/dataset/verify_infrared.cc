@@ -37,13 +37,7 @@ class InfraredChecker {
   InfraredChecker(const DatasetFrame& frame, const Json& json) : frame_(frame), json_(json) {}
 
   std::vector<Finding> Run() {
-    const Json& k = json_.at("intrinsics");
-    fx_ = k.at("fx");
-    fy_ = k.at("fy");
-    cx_ = k.at("cx");
-    cy_ = k.at("cy");
-    width_ = k.at("width");
-    height_ = k.at("height");
+    k_ = IntrinsicsIn(json_);
     for (int eye = 0; eye < 2; ++eye) ReadEye(eye);
     const Json& infrared = json_.at("infrared");
     exposure_ = infrared.at("exposure");
@@ -65,10 +59,10 @@ class InfraredChecker {
     const std::string name = kInfraredFiles[eye];
     absl::StatusOr<ImageU8> picture = ReadPngU8(frame_.dir + "/" + name);
     if (!picture.ok()) return Find(name, std::string(ToStd(picture.status().message())));
-    if (picture->width() != width_ || picture->height() != height_) {
+    if (picture->width() != k_.width || picture->height() != k_.height) {
       return Find(name, std::to_string(picture->width()) + "x" + std::to_string(picture->height()) +
-                            ", frame.json says " + std::to_string(width_) + "x" +
-                            std::to_string(height_));
+                            ", frame.json says " + std::to_string(k_.width) + "x" +
+                            std::to_string(k_.height));
     }
     infrared_[eye] = *std::move(picture);
     const std::string end = eye == 0 ? "left" : "right";
@@ -82,7 +76,7 @@ class InfraredChecker {
 
   template <typename ImageType>
   bool Fits(const ImageType& image) const {
-    return image.width() == width_ && image.height() == height_;
+    return image.width() == k_.width && image.height() == k_.height;
   }
 
   bool ReadProjector(const Json& infrared) {
@@ -115,19 +109,19 @@ class InfraredChecker {
 
   // Column at which the projector, as a camera of the eyes' kind, sees the middle of a pixel.
   double ColumnOf(int eye, int x, float depth) const {
-    return x + 0.5 - fx_ * away_m_[eye] / double{depth};
+    return x + 0.5 - k_.fx * away_m_[eye] / double{depth};
   }
 
   // The projector's own depth, as far as the eyes see what it lights. Its rows are theirs.
   void FindNearest() {
-    nearest_ = ImageF(width_, height_, INFINITY);
+    nearest_ = ImageF(k_.width, k_.height, INFINITY);
     for (int eye = 0; eye < 2; ++eye) {
-      for (int y = 0; y < height_; ++y) {
-        for (int x = 0; x < width_; ++x) {
+      for (int y = 0; y < k_.height; ++y) {
+        for (int x = 0; x < k_.width; ++x) {
           const float z = depth_[eye](x, y);
           if (!(z > 0)) continue;
           const double column = std::floor(ColumnOf(eye, x, z));
-          if (!(column >= 0 && column < width_)) continue;
+          if (!(column >= 0 && column < k_.width)) continue;
           float& nearest = nearest_(static_cast<int>(column), y);
           nearest = std::min(nearest, z);
         }
@@ -139,7 +133,7 @@ class InfraredChecker {
   int LitAt(int eye, int x, int y) const {
     const float z = depth_[eye](x, y);
     const int column = static_cast<int>(std::floor(ColumnOf(eye, x, z)));
-    if (column < 2 || column + 2 >= width_) return 0;
+    if (column < 2 || column + 2 >= k_.width) return 0;
     bool all_same = true, all_nearer = true;
     for (int dx = -2; dx <= 2; ++dx) {
       const float nearest = nearest_(column + dx, y);
@@ -151,16 +145,16 @@ class InfraredChecker {
 
   // Irradiance, W/m^2, were there no shadows, on a surface that faces the projector.
   ImageF Irradiance(int eye) const {
-    ImageF light(width_, height_);
-    for (int y = 0; y < height_; ++y) {
-      for (int x = 0; x < width_; ++x) {
+    ImageF light(k_.width, k_.height);
+    for (int y = 0; y < k_.height; ++y) {
+      for (int x = 0; x < k_.width; ++x) {
         const double z = double{depth_[eye](x, y)};
         if (!(z > 0)) continue;
         const Vec3f to =
-            Vec3d((x + 0.5 - cx_) / fx_ * z - away_m_[eye], (y + 0.5 - cy_) / fy_ * z, z)
+            Vec3d((x + 0.5 - k_.cx) / k_.fx * z - away_m_[eye], (y + 0.5 - k_.cy) / k_.fy * z, z)
                 .cast<float>();
-        const SampleFootprint footprint{Vec3f(static_cast<float>(z / fx_), 0, 0),
-                                        Vec3f(0, static_cast<float>(z / fy_), 0)};
+        const SampleFootprint footprint{Vec3f(static_cast<float>(z / k_.fx), 0, 0),
+                                        Vec3f(0, static_cast<float>(z / k_.fy), 0)};
         light(x, y) = pattern_->Intensity(to, footprint) / to.squaredNorm();
       }
     }
@@ -188,8 +182,8 @@ class InfraredChecker {
   void CheckDots(int eye) {
     const ImageF light = Irradiance(eye);
     DotSums lit, shadowed;
-    for (int y = kOuter; y + kOuter < height_; ++y) {
-      for (int x = kOuter; x + kOuter < width_; ++x) {
+    for (int y = kOuter; y + kOuter < k_.height; ++y) {
+      for (int x = kOuter; x + kOuter < k_.width; ++x) {
         if (!IsDot(light, x, y)) continue;
         if (!masks_[eye].empty() && (masks_[eye](x, y) & kShowsOther) != 0) continue;
         const int how = LitAt(eye, x, y);
@@ -235,8 +229,8 @@ class InfraredChecker {
 
   const DatasetFrame& frame_;
   const Json& json_;
-  double fx_ = 1, fy_ = 1, cx_ = 0, cy_ = 0, exposure_ = 1;
-  int width_ = 0, height_ = 0;
+  FrameIntrinsics k_;
+  double exposure_ = 1;
   std::optional<DotPattern> pattern_;
   double away_m_[2] = {0, 0};
   ImageU8 infrared_[2], masks_[2];

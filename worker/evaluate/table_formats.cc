@@ -116,12 +116,15 @@ const TableCell& AnyCell(const ResultTable& table, const std::string& benchmark)
   return none;
 }
 
+std::string Pairs(const TableCell& cell) {
+  return std::to_string(cell.headline.pairs) + (cell.headline.pairs == 1 ? " pair" : " pairs");
+}
+
 std::string Text(const ResultTable& table) {
   std::string text;
   for (const std::string& benchmark : table.benchmarks) {
     const TableCell& any = AnyCell(table, benchmark);
-    text += benchmark + " (" + std::to_string(any.headline.pairs) +
-            (any.headline.pairs == 1 ? " pair" : " pairs") + "; as " + any.mimics + ")\n" +
+    text += benchmark + " (" + Pairs(any) + "; as " + any.mimics + ")\n" +
             Aligned(BenchmarkGrid(table, benchmark)) + "\n";
   }
   text += "Lower is better; bad-t and d1 in percent, epe in pixels; [95 % interval].\n";
@@ -172,8 +175,8 @@ std::string Markdown(const ResultTable& table) {
       "worse than the baseline; without a mark: not told apart.\n";
   for (const std::string& benchmark : table.benchmarks) {
     const TableCell& any = AnyCell(table, benchmark);
-    text += "\n**" + benchmark + "** (" + std::to_string(any.headline.pairs) + " pairs; as " +
-            any.mimics + ")\n\n" + MarkdownGrid(BenchmarkGrid(table, benchmark));
+    text += "\n**" + benchmark + "** (" + Pairs(any) + "; as " + any.mimics + ")\n\n" +
+            MarkdownGrid(BenchmarkGrid(table, benchmark));
   }
   if (!table.notes.empty()) text += "\n";
   for (const std::string& note : table.notes) text += "- " + note + "\n";

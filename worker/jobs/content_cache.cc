@@ -15,6 +15,7 @@
 #include "common/base/file.h"
 #include "common/base/hash.h"
 #include "common/base/log.h"
+#include "common/config/content_folders.h"
 #include "common/store/store.h"
 #include "worker/materials/picture_folder.h"
 #include "worker/materials/user_picture.h"
@@ -233,18 +234,9 @@ absl::Status BringInto(const BringOne& bring, std::string* folder) {
 absl::Status BringContent(const ContentCache& cache, const Store& store,
                           const FetchContext& context, v1::SolveJob& job) {
   const BringOne bring = [&](const std::string& name) { return cache.Bring(store, name, context); };
-  // Accessors below would make groups that the config does not have.
   if (!job.has_config()) return absl::OkStatus();
-  v1::SceneConfig& config = *job.mutable_config();
-  if (config.has_materials()) {
-    RETURN_IF_ERROR(BringInto(bring, config.mutable_materials()->mutable_picture_dir()));
-    RETURN_IF_ERROR(BringInto(bring, config.mutable_materials()->mutable_texture_dir()));
-  }
-  if (config.has_lighting()) {
-    RETURN_IF_ERROR(BringInto(bring, config.mutable_lighting()->mutable_hdri_dir()));
-  }
-  for (std::string& folder : *config.mutable_assets()->mutable_include()) {
-    RETURN_IF_ERROR(BringInto(bring, &folder));
+  for (std::string* folder : ContentFoldersOf(*job.mutable_config())) {
+    RETURN_IF_ERROR(BringInto(bring, folder));
   }
   return absl::OkStatus();
 }

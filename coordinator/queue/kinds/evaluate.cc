@@ -159,20 +159,14 @@ class EvaluateKind final : public FolderKind<v1::EvaluateInput, v1::EvaluateResu
   };
 
   static absl::Status AddCheckpoint(int64_t job, v1::EvaluateInput& input, ResultReader& results) {
-    ASSIGN_OR_RETURN(const std::string bytes, results.ResultWaitedFor(job));
-    v1::TrainResult network;
-    RETURN_IF_ERROR(UnpackMessage(bytes, network));
-    if (network.checkpoints().empty()) {
-      return MakeError(absl::StatusCode::kDataLoss, "database: a training without checkpoints");
-    }
+    ASSIGN_OR_RETURN(const v1::TrainResult training, TrainingWaitedFor(job, results));
     const v1::TrainedCheckpoint& picked =
-        PickCheckpoint(network, input.checkpoint(), input.checkpoints());
+        PickCheckpoint(training, input.checkpoint(), input.checkpoints());
+    const StoredCheckpoint stored = StoredCheckpointOf(training, picked);
     v1::EvaluateJob& spec = *input.mutable_job();
     spec.set_step(picked.step());
-    spec.set_checkpoint_path(network.path() + "/" + picked.name());
-    for (const v1::FileEntry& file : network.files()) {
-      if (file.name() == picked.name()) *spec.mutable_checkpoint() = file;
-    }
+    spec.set_checkpoint_path(stored.path);
+    *spec.mutable_checkpoint() = stored.file;
     return absl::OkStatus();
   }
 };

@@ -181,17 +181,10 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
 
   // Tells the worker the network of the training that the job has waited for.
   static absl::Status AddCurator(int64_t job, ResultReader& results, v1::TrainJob* spec) {
-    ASSIGN_OR_RETURN(const std::string bytes, results.ResultWaitedFor(job));
-    v1::TrainResult network;
-    RETURN_IF_ERROR(UnpackMessage(bytes, network));
-    if (network.checkpoints().empty()) {
-      return MakeError(absl::StatusCode::kDataLoss, "database: a training without checkpoints");
-    }
-    const std::string& last = network.checkpoints(network.checkpoints_size() - 1).name();
-    spec->set_curator_path(network.path() + "/" + last);
-    for (const v1::FileEntry& file : network.files()) {
-      if (file.name() == last) *spec->mutable_curator() = file;
-    }
+    ASSIGN_OR_RETURN(const v1::TrainResult training, TrainingWaitedFor(job, results));
+    const StoredCheckpoint last = StoredCheckpointOf(training, *training.checkpoints().rbegin());
+    spec->set_curator_path(last.path);
+    *spec->mutable_curator() = last.file;
     return absl::OkStatus();
   }
 

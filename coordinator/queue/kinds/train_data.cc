@@ -35,6 +35,23 @@ DataPart DataPartOf(const VariantFacts& variant, const v1::FrameSet& set) {
           .filters = DeterministicBytes(set.filters()) + SensorBytes(set)};
 }
 
+absl::StatusOr<v1::TrainResult> TrainingWaitedFor(int64_t job, ResultReader& results) {
+  ASSIGN_OR_RETURN(const std::string bytes, results.ResultWaitedFor(job));
+  v1::TrainResult training;
+  RETURN_IF_ERROR(UnpackMessage(bytes, training));
+  if (!training.checkpoints().empty()) return training;
+  return MakeError(absl::StatusCode::kDataLoss, "database: a training without checkpoints");
+}
+
+StoredCheckpoint StoredCheckpointOf(const v1::TrainResult& training,
+                                    const v1::TrainedCheckpoint& checkpoint) {
+  StoredCheckpoint stored{training.path() + "/" + checkpoint.name(), {}};
+  for (const v1::FileEntry& file : training.files()) {
+    if (file.name() == checkpoint.name()) stored.file = file;
+  }
+  return stored;
+}
+
 absl::Status AddFolders(int64_t variant, int64_t pairs, ResultReader& results, v1::FrameSet* set) {
   ASSIGN_OR_RETURN(const std::vector<v1::FrameFolder> folders, results.FoldersOf(variant, pairs));
   int64_t found = 0;

@@ -31,6 +31,18 @@ absl::StatusOr<Input> InputOf(std::string_view bytes) {
                    "database: a job's input is no " + Input::descriptor()->name());
 }
 
+// The network of the training that job `job` has waited for. Errors: the reader's; kDataLoss for
+// one without checkpoints.
+absl::StatusOr<v1::TrainResult> TrainingWaitedFor(int64_t job, ResultReader& results);
+
+// A checkpoint of a training as a file of the store.
+struct StoredCheckpoint {
+  std::string path;
+  v1::FileEntry file;
+};
+StoredCheckpoint StoredCheckpointOf(const v1::TrainResult& training,
+                                    const v1::TrainedCheckpoint& checkpoint);
+
 // Returns the needs of a job; a job that needs GPUs asks for the tag "gpu".
 WorkNeeds NeedsOf(const v1::JobNeeds& needs);
 

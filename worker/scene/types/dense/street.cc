@@ -116,15 +116,7 @@ void StreetRigs(const v1::RigConfig& config, const Rng& root, const v1::Street& 
     const double lane = std::max(0.0, 0.5 * street.width_m() - kLane_m);
     const double y = rng.Uniform(-lane, lane);
     const double altitude = Draw(config.altitude_m(), rng.Uniform());
-    v1::Rig& rig = *recipe.add_rigs();
-    rig = MakeRig({.index = k,
-                   .position = {0, y, altitude},
-                   .axes = CameraAxes(yaw, pitch),
-                   .baseline_m = Draw(config.baseline_m(), keyframe.Child("baseline").Uniform()),
-                   .k = camera.k,
-                   .width_px = config.width_px(),
-                   .height_px = config.height_px()});
-    AddRawCameras(config, keyframe.Child("camera"), &rig);
+    AddKeyframeRig(config, keyframe, k, {0, y, altitude}, CameraAxes(yaw, pitch), camera, recipe);
   }
 }
 

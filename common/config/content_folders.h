@@ -1,0 +1,33 @@
+// The folders of the user's own content that a config names.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "parallax/v1/config.pb.h"
+
+namespace parallax {
+
+// The fields of `config` that name such folders, to be read or set: pictures, texture sets,
+// surroundings, meshes. Fields that are empty are left out. Pointers hold as long as `config` is
+// not changed otherwise; groups that the config does not have are not made.
+inline std::vector<std::string*> ContentFoldersOf(v1::SceneConfig& config) {
+  std::vector<std::string*> folders;
+  if (!config.materials().picture_dir().empty()) {
+    folders.push_back(config.mutable_materials()->mutable_picture_dir());
+  }
+  if (!config.materials().texture_dir().empty()) {
+    folders.push_back(config.mutable_materials()->mutable_texture_dir());
+  }
+  if (!config.lighting().hdri_dir().empty()) {
+    folders.push_back(config.mutable_lighting()->mutable_hdri_dir());
+  }
+  if (!config.assets().include().empty()) {
+    for (std::string& folder : *config.mutable_assets()->mutable_include()) {
+      folders.push_back(&folder);
+    }
+  }
+  return folders;
+}
+
+}  // namespace parallax

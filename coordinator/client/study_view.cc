@@ -12,15 +12,6 @@ namespace parallax::client {
 namespace {
 
 using Json = nlohmann::ordered_json;
-int64_t CountOf(const v1::VariantStatus& variant, std::string_view state,
-                std::string_view kind = "") {
-  int64_t jobs = 0;
-  for (const v1::JobCount& count : variant.jobs()) {
-    if (count.state() == state && (kind.empty() || count.kind() == kind)) jobs += count.jobs();
-  }
-  return jobs;
-}
-
 // "solve_jobs": {"ready": 2}, for each kind of this release and each that the coordinator has.
 void AddJobs(const v1::VariantStatus& variant, Json& json) {
   for (const std::string& kind : KindRegistry::Builtin().Names()) {
@@ -52,10 +43,10 @@ PairCounts CountsOf(const v1::VariantStatus& variant) {
   counts.reused = variant.frames_reused();
   counts.rejected = variant.scenes_rejected();
   const KindRegistry& kinds = KindRegistry::Builtin();
-  counts.solves_done = CountOf(variant, "SUCCEEDED", kinds[kinds.begins_scenes()].name());
+  counts.solves_done = JobsInState(variant, "SUCCEEDED", kinds[kinds.begins_scenes()].name());
   counts.solves_reused = variant.solves_reused();
   counts.layouts_reused = variant.layouts_reused();
-  counts.failed = CountOf(variant, "FAILED") + CountOf(variant, "QUARANTINED");
+  counts.failed = JobsInState(variant, "FAILED") + JobsInState(variant, "QUARANTINED");
   return counts;
 }
 
@@ -75,14 +66,6 @@ PairCounts CountsOf(const v1::StudyStatus& study) {
   return sum;
 }
 
-int64_t JobsInState(const v1::StudyStatus& study, const std::string& state) {
-  int64_t count = 0;
-  for (const v1::VariantStatus& variant : study.variants()) {
-    count += CountOf(variant, state);
-  }
-  return count;
-}
-
 std::vector<std::string> OtherJobLines(const v1::StudyStatus& study) {
   std::vector<std::string> lines;
   const KindRegistry& kinds = KindRegistry::Builtin();
@@ -91,7 +74,7 @@ std::vector<std::string> OtherJobLines(const v1::StudyStatus& study) {
     const auto count = [&](std::initializer_list<const char*> states) {
       int64_t jobs = 0;
       for (const v1::VariantStatus& variant : study.variants()) {
-        for (const char* state : states) jobs += CountOf(variant, state, kinds.at(i).name());
+        for (const char* state : states) jobs += JobsInState(variant, state, kinds.at(i).name());
       }
       return jobs;
     };

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "coordinator/client/terminal.h"
+#include "coordinator/study/job_counts.h"
 #include "parallax/v1/service.pb.h"
 
 namespace parallax::client {
@@ -24,8 +25,6 @@ struct PairCounts {
 // Return the counters of one variant, or of all variants together.
 PairCounts CountsOf(const v1::VariantStatus& variant);
 PairCounts CountsOf(const v1::StudyStatus& study);
-// Returns the number of jobs of all variants in one state, for example "LEASED".
-int64_t JobsInState(const v1::StudyStatus& study, const std::string& state);
 
 // Returns a line for each kind of job without scenes that the study has: "train: 2 done, 1 running,
 // 3 to come".

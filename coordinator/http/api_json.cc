@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "coordinator/study/job_counts.h"
 #include "coordinator/study/rigs.h"
 
 namespace parallax {
@@ -38,16 +39,6 @@ Json JobCountsJson(const v1::VariantStatus& variant) {
     counts[count.kind()][count.state()] = count.jobs();
   }
   return counts;
-}
-
-int64_t JobsIn(const v1::StudyStatus& study, std::string_view state) {
-  int64_t jobs = 0;
-  for (const v1::VariantStatus& variant : study.variants()) {
-    for (const v1::JobCount& count : variant.jobs()) {
-      if (count.state() == state) jobs += count.jobs();
-    }
-  }
-  return jobs;
 }
 
 Json FiguresJson(const google::protobuf::Map<std::string, double>& figures) {
@@ -146,12 +137,12 @@ Json StudyLineJson(const v1::StudyStatus& study, double eta_s) {
           {"done", pairs.done},
           {"wanted", pairs.wanted},
           {"variants", study.variants_size()},
-          {"running", JobsIn(study, "LEASED")},
+          {"running", JobsInState(study, "LEASED")},
           {"user", study.user()},
           {"max_running", study.max_running()},
           {"at_limit", study.at_limit()},
           {"held_jobs", study.held_jobs()},
-          {"problems", JobsIn(study, "FAILED") + JobsIn(study, "QUARANTINED")},
+          {"problems", JobsInState(study, "FAILED") + JobsInState(study, "QUARANTINED")},
           {"submitted_unix_s", study.submitted_unix_s()},
           {"finished_unix_s", OrNull(study.finished_unix_s())},
           {"eta_s", eta_s < 0 ? Json(nullptr) : Json(eta_s)}};

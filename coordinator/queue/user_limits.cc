@@ -5,26 +5,17 @@
 #include <string>
 
 #include "coordinator/queue/readers.h"
+#include "coordinator/study/job_counts.h"
 
 namespace parallax {
 namespace {
 
-int64_t StudyJobsIn(const v1::StudyStatus& study, std::string_view state) {
-  int64_t jobs = 0;
-  for (const v1::VariantStatus& variant : study.variants()) {
-    for (const v1::JobCount& count : variant.jobs()) {
-      if (count.state() == state) jobs += count.jobs();
-    }
-  }
-  return jobs;
-}
-
 // `user_room`: what is left of the user's own, for this study and those after it.
 void HoldBack(const UserLimits& limits, int64_t& user_room, v1::StudyStatus& study) {
   if (study.state() != v1::STUDY_STATE_RUNNING) return;
-  const int64_t ready = StudyJobsIn(study, "READY");
-  const int64_t waiting = ready + StudyJobsIn(study, "RETRY_WAIT");
-  const int64_t own_room = RoomUnder(study.max_running(), StudyJobsIn(study, "LEASED"));
+  const int64_t ready = JobsInState(study, "READY");
+  const int64_t waiting = ready + JobsInState(study, "RETRY_WAIT");
+  const int64_t own_room = RoomUnder(study.max_running(), JobsInState(study, "LEASED"));
   const int64_t may_start = std::min({waiting, own_room, user_room});
   study.set_held_jobs(waiting - may_start);
   if (ready > 0 && own_room == 0) {

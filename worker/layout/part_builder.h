@@ -1,6 +1,6 @@
 // Builds architecture from closed, flat-shaded solids: boxes with small bevels, extruded profiles,
-// turned handles. Private to worker/layout. Texture coordinates are metres with x along the grain
-// that the caller names.
+// turned handles, for worker/layout and worker/scene. Texture coordinates are metres with x along
+// the grain that the caller names.
 #pragma once
 
 #include <array>

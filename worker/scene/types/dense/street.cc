@@ -6,6 +6,7 @@
 
 #include "common/config/config.h"
 #include "common/math/stereo.h"
+#include "worker/layout/part_builder.h"
 #include "worker/scene/rigs/keyframes.h"
 #include "worker/scene/rigs/rig_camera.h"
 
@@ -22,30 +23,6 @@ constexpr double kOnRoad_p = 0.06, kOnRoadFrom_m = 7;
 constexpr double kInAir_p = 0.22, kHighest_m = 9;
 constexpr double kBeside_m = 28;  // How far from the walks the last row stands.
 constexpr double kFarAway_m = 600;
-
-void AddBox(const Vec3f& low, const Vec3f& high, uint16_t slot, Mesh& mesh) {
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const float side : {-1.0f, 1.0f}) {
-      Vec3f normal = Vec3f::Zero();
-      normal[axis] = side;
-      const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-      const auto first = static_cast<uint32_t>(mesh.positions.size());
-      for (int k = 0; k < 4; ++k) {
-        Vec3f p = low;
-        p[axis] = side > 0 ? high[axis] : low[axis];
-        p[u] = k == 1 || k == 2 ? high[u] : low[u];
-        p[v] = k >= 2 ? high[v] : low[v];
-        mesh.positions.push_back(p);
-        mesh.normals.push_back(normal);
-        mesh.texture.push_back(p);
-        mesh.uv.emplace_back(0, 0);
-      }
-      const uint32_t b = side > 0 ? 1 : 3, d = side > 0 ? 3 : 1;
-      mesh.triangles.push_back({first, first + b, first + 2, slot});
-      mesh.triangles.push_back({first, first + 2, first + d, slot});
-    }
-  }
-}
 
 // Half of the extent in the world, by axes.
 Vec3d HalfExtent(const Box3f& bounds, const Eigen::Quaterniond& rotation, double scale) {
@@ -75,24 +52,27 @@ v1::Street DrawStreet(const Rng& root) {
 }
 
 Mesh MakeStreet(const v1::Street& street) {
-  Mesh mesh;
-  mesh.slots = {
-      {"road", {"concrete"}}, {"kerb", {"stone"}}, {"walk", {"concrete"}}, {"ground", {"soil"}}};
+  PartBuilder mesh;
+  const uint16_t road_slot = mesh.Slot("road", {"concrete"}),
+                 kerb_slot = mesh.Slot("kerb", {"stone"}),
+                 walk_slot = mesh.Slot("walk", {"concrete"}),
+                 ground_slot = mesh.Slot("ground", {"soil"});
   const auto road = static_cast<float>(0.5 * street.width_m());
   const auto walk = static_cast<float>(street.walk_m()), up = static_cast<float>(street.kerb_m());
   const auto strip = [&](float from, float to, float top, uint16_t slot) {
-    AddBox({-kStreetReach_m, from, -kDeep_m}, {kStreetReach_m, to, top}, slot, mesh);
+    mesh.Box(slot, {-kStreetReach_m, from, -kDeep_m}, {kStreetReach_m, to, top}, 0,
+             PartBuilder::Grain::kX);
   };
-  strip(-road, road, 0, 0);
+  strip(-road, road, 0, road_slot);
   for (const float side : {-1.0f, 1.0f}) {
     const auto both = [&](float a, float b, float top, uint16_t slot) {
       strip(std::min(side * a, side * b), std::max(side * a, side * b), top, slot);
     };
-    both(road, road + kKerb_m, up, 1);
-    both(road + kKerb_m, road + walk, up - 0.006f, 2);
-    both(road + walk, kStreetReach_m, 0, 3);
+    both(road, road + kKerb_m, up, kerb_slot);
+    both(road + kKerb_m, road + walk, up - 0.006f, walk_slot);
+    both(road + walk, kStreetReach_m, 0, ground_slot);
   }
-  return mesh;
+  return mesh.Take();
 }
 
 uint32_t StreetMaterial(const MaterialSlot& slot, Palettes& palettes) {

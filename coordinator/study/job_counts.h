@@ -1,0 +1,27 @@
+// Counts of a study's jobs, as the queue, the page and the client read them from its status.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "parallax/v1/service.pb.h"
+
+namespace parallax {
+
+// How many jobs of a variant, or of all variants together, are in `state`, such as "READY".
+// `kind`: jobs of that kind only; empty: of all kinds.
+inline int64_t JobsInState(const v1::VariantStatus& variant, std::string_view state,
+                           std::string_view kind = "") {
+  int64_t jobs = 0;
+  for (const v1::JobCount& count : variant.jobs()) {
+    if (count.state() == state && (kind.empty() || count.kind() == kind)) jobs += count.jobs();
+  }
+  return jobs;
+}
+inline int64_t JobsInState(const v1::StudyStatus& study, std::string_view state) {
+  int64_t jobs = 0;
+  for (const v1::VariantStatus& variant : study.variants()) jobs += JobsInState(variant, state);
+  return jobs;
+}
+
+}  // namespace parallax

@@ -9,11 +9,9 @@
 #include "worker/geometry/embree_handles.h"
 
 namespace parallax {
-namespace {
 
-constexpr float kEndGap_m = 1e-5f;
-
-struct Body {
+// A body of a RayScene. It has a name outside of this file, because RayScene::State does.
+struct RayBody {
   std::shared_ptr<const TriangleTree> tree;
   Eigen::Affine3f world_from_object;
   Box3f bounds;  // World.
@@ -21,7 +19,11 @@ struct Body {
   bool enabled = true;
 };
 
-std::array<Vec3f, 3> WorldCorners(const Body& body, uint32_t triangle) {
+namespace {
+
+constexpr float kEndGap_m = 1e-5f;
+
+std::array<Vec3f, 3> WorldCorners(const RayBody& body, uint32_t triangle) {
   const auto& t = body.tree->triangles()[triangle];
   const auto& p = body.tree->positions();
   return {body.world_from_object * p[t[0]], body.world_from_object * p[t[1]],
@@ -33,7 +35,7 @@ Vec3f GeometricNormal(const std::array<Vec3f, 3>& t) {
 }
 
 struct NearestQuery {
-  const std::vector<Body>* bodies;
+  const std::vector<RayBody>* bodies;
   Vec3f point;
   float best;
 };
@@ -57,7 +59,7 @@ struct RayScene::State {
   EmbreeScene top;
   // One scene for each tree, however many bodies use it.
   std::map<std::shared_ptr<const TriangleTree>, EmbreeScene> scenes;
-  std::vector<Body> bodies;
+  std::vector<RayBody> bodies;
 
   RTCScene SceneOf(const std::shared_ptr<const TriangleTree>& tree);
 };
@@ -92,7 +94,7 @@ uint32_t RayScene::Add(const Mesh& mesh, const Eigen::Affine3f& world_from_objec
 uint32_t RayScene::Add(std::shared_ptr<const TriangleTree> tree,
                        const Eigen::Affine3f& world_from_object) {
   const RTCDevice device = state_->device.get();
-  Body body;
+  RayBody body;
   body.world_from_object = world_from_object;
   body.bounds = TransformBox(world_from_object, tree->bounds());
 
@@ -158,7 +160,7 @@ float RayScene::NearestDistance(const Vec3f& point, float max_distance) const {
 }
 
 bool RayScene::Inside(const Vec3f& point) const {
-  for (const Body& body : state_->bodies) {
+  for (const RayBody& body : state_->bodies) {
     if (!body.enabled || !body.bounds.contains(point)) continue;
     if (body.tree->Inside(body.world_from_object.inverse() * point)) return true;
   }
@@ -173,7 +175,7 @@ bool RayScene::Overlaps(const Mesh& mesh, const Eigen::Affine3f& world_from_obje
 bool RayScene::Overlaps(const TriangleTree& tree, const Eigen::Affine3f& world_from_object,
                         float tolerance_m) const {
   const Box3f bounds = TransformBox(world_from_object, tree.bounds());
-  for (const Body& body : state_->bodies) {
+  for (const RayBody& body : state_->bodies) {
     if (!body.enabled || !body.bounds.intersects(bounds)) continue;
     if (Overlap(*body.tree, body.world_from_object, tree, world_from_object, tolerance_m)) {
       return true;

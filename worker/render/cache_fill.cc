@@ -116,7 +116,7 @@ absl::StatusOr<RadianceCache> FillRadianceCache(const RenderScene& scene, LightT
   for (const StereoCamera& rig : rigs) {
     for (const PinholeCamera& eye : rig.eyes) eyes.extend(eye.origin.cast<float>().eval());
   }
-  lights->Forget();  // Trials of a cancelled fill.
+  ForgetLights(lights);  // Trials of a cancelled fill.
   const CacheGrid grid(eyes, fill.cell_m);
   Filler filler(scene, *lights, options, scene_seed, rigs, grid);
   CacheBuilder builder(grid, fill.max_cells);
@@ -149,8 +149,8 @@ absl::StatusOr<RadianceCache> FillRadianceCache(const RenderScene& scene, LightT
       }
     }
     builder.Add(batches);
-    lights->Learn(trials);
-    lights->Learn(seen);
+    LearnGains(trials, lights);
+    LearnSpots(seen, lights);
     cache = builder.Freeze(fill.min_records);
     begin = end;
   }

@@ -156,10 +156,10 @@ void PathTracer::ChooseLights() {
     queries.normal = Select(outside, normal, -normal);
     queries.choice = state.v[0].At(block);
     queries.count = static_cast<int>(std::min<size_t>(kLanes, state.count - block * kLanes));
-    lights_.Choose(queries, &state.scratch, &state.receivers[block], &state.lights[block]);
+    light_sampler_.Choose(queries, &state.scratch, &state.receivers[block], &state.lights[block]);
   }
   for (size_t block = 0; block < blocks(); ++block) {
-    lights_.Aim(state.u[1].At(block), &state.lights[block]);
+    light_sampler_.Aim(state.u[1].At(block), &state.lights[block]);
   }
 }
 
@@ -329,12 +329,12 @@ void PathTracer::SampleLights(PathVertex8* vertex) const {
   const State& state = *state_;
   const size_t block = vertex->block;
   const LightReceivers8& receivers = state.receivers[block];
-  lights_.Sample(receivers, state.lights[block], state.u[1].At(block), state.v[1].At(block),
-                 &vertex->at.light);
+  light_sampler_.Sample(receivers, state.lights[block], state.u[1].At(block), state.v[1].At(block),
+                        &vertex->at.light);
   ForEach(vertex->lit & vertex->wide & (receivers.room >= 0), [&](int lane) {
     SpotView& spots = vertex->at.spots[lane];
-    spots.Look(*lights_.SpotsIn(receivers.room[lane]), state.hits.position[vertex->Walk(lane)],
-               vertex->at.normal.Get(lane));
+    spots.Look(lights_.EnclosureAt(receivers.room[lane])->spots,
+               state.hits.position[vertex->Walk(lane)], vertex->at.normal.Get(lane));
     vertex->at.spot_share[lane] = spots.share();
   });
 }
@@ -371,9 +371,8 @@ void PathTracer::MakeShadowRays(const PathVertex8& vertex, const Scatter8& scatt
   ForEach(vertex.gathers & (shadow.rays.lit | ~(irradiance > 0.0f)), [&](int lane) {
     LightTrial* trial = state.trials[vertex.Walk(lane)];
     if (!trial) return;
-    *trial =
-        lights_.Trial(state.receivers[vertex.block].Get(lane),
-                      state.lights[vertex.block].light[lane], light.pdf[lane], irradiance[lane]);
+    *trial = TrialOf(lights_, state.receivers[vertex.block].Get(lane),
+                     state.lights[vertex.block].light[lane], light.pdf[lane], irradiance[lane]);
   });
 }
 

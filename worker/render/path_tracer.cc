@@ -7,7 +7,11 @@ namespace parallax {
 
 PathTracer::PathTracer(const RenderScene& scene, const LightTable& lights,
                        const PathOptions& options)
-    : scene_(scene), lights_(lights), options_(options), state_(std::make_unique<State>()) {
+    : scene_(scene),
+      lights_(lights),
+      light_sampler_(lights),
+      options_(options),
+      state_(std::make_unique<State>()) {
   state_->alike.resize(scene.geometry().materials.size());
 }
 PathTracer::~PathTracer() = default;
@@ -206,7 +210,7 @@ Vec3f PathTracer::MeshLight(size_t walk, float cosine) const {
   if (!std::isfinite(pdf) || options_.direct == DirectLight::kBsdfSampling) return radiance;
   const LightReceiver at = ReceiverOf(walk);
   const float distance = (hits.position[walk] - at.position).norm();
-  return radiance * PowerHeuristic(pdf, lights_.MeshPdf(at, placed, slot, distance, cosine));
+  return radiance * PowerHeuristic(pdf, light_sampler_.MeshPdf(at, placed, slot, distance, cosine));
 }
 
 // ---- Rays ----
@@ -243,14 +247,14 @@ void PathTracer::LoadHits() {
     const Float8 distance = hits.met ? hits.distance : Splat(kInfinity);
     const Mask8 spheres =
         live & FoundByBsdf8(block) & (walks.bounce.At(block) > 0) &
-        lights_.MeetSpheres(walks.origin.At(block), walks.direction.At(block), distance);
+        light_sampler_.MeetSpheres(walks.origin.At(block), walks.direction.At(block), distance);
     const Mask8 escape = live & ~hits.met;
     for (size_t lane = 0; Any(spheres | escape) && lane < kLanes; ++lane) {
       const size_t walk = first + lane;
       if (spheres[lane] != 0) {
         const Vec3f seen =
-            lights_.SphereRadiance(ReceiverOf(walk), walks.origin[walk], walks.direction[walk],
-                                   distance[lane], MisPdf(walk));
+            light_sampler_.SphereRadiance(ReceiverOf(walk), walks.origin[walk],
+                                          walks.direction[walk], distance[lane], MisPdf(walk));
         Add(walk, walks.throughput[walk].cwiseProduct(seen));
       }
       if (escape[lane] != 0) Escape(walk);
@@ -280,7 +284,8 @@ void PathTracer::LoadHits() {
 void PathTracer::Escape(size_t walk) {
   if (!FoundByBsdf(walk)) return;
   const WalkRows& walks = state_->walks;
-  const Vec3f sky = lights_.EscapeRadiance(ReceiverOf(walk), walks.direction[walk], MisPdf(walk));
+  const Vec3f sky =
+      light_sampler_.EscapeRadiance(ReceiverOf(walk), walks.direction[walk], MisPdf(walk));
   Add(walk, walks.throughput[walk].cwiseProduct(sky));
   if (walks.guided[walk]) return;
   state_->result(walk).albedo = sky.cwiseMin(1.0f).cwiseProduct(walks.tint[walk]);

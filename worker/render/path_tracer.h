@@ -11,7 +11,8 @@
 #include <array>
 #include <span>
 
-#include "worker/render/lights.h"
+#include "worker/render/light_learning.h"
+#include "worker/render/light_sampler.h"
 #include "worker/render/radiance_cache.h"
 #include "worker/render/render_scene.h"
 #include "worker/render/sampler.h"
@@ -165,6 +166,7 @@ class PathTracer {
 
   const RenderScene& scene_;
   const LightTable& lights_;
+  const LightSampler light_sampler_;
   const PathOptions options_;
   const std::unique_ptr<State> state_;
 };

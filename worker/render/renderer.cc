@@ -20,7 +20,7 @@
 #include "worker/render/flow.h"
 #include "worker/render/ground_truth.h"
 #include "worker/render/infrared.h"
-#include "worker/render/lights.h"
+#include "worker/render/light_table.h"
 #include "worker/render/moving_scene.h"
 #include "worker/render/overexposed.h"
 #include "worker/render/pairing.h"

@@ -5,7 +5,7 @@
 #include "common/math/lanes.h"
 #include "worker/render/bright_spots.h"
 #include "worker/render/bsdf.h"
-#include "worker/render/lights.h"
+#include "worker/render/light_sampler.h"
 #include "worker/render/sampling.h"
 
 namespace parallax {

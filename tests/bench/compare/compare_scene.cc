@@ -23,7 +23,7 @@
 #include "tests/bench/render/load_scene.h"
 #include "worker/render/camera_rays.h"
 #include "worker/render/denoiser.h"
-#include "worker/render/lights.h"
+#include "worker/render/light_table.h"
 #include "worker/render/path_tracer.h"
 #include "worker/render/renderer.h"
 

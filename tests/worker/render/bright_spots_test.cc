@@ -126,7 +126,7 @@ TEST(BrightSpots, EstimatesStayUnbiased) {
     seen.push_back({{2, 2, 2.5f}, -Vec3f::UnitZ(), 50});
     seen.push_back({{3.9f, 3.9f, 0}, Vec3f::UnitZ(), 0.1f});
   }
-  built.lights.Learn(std::vector<std::vector<LightSeen>>{seen});
+  LearnSpots(std::vector<std::vector<LightSeen>>{seen}, &built.lights);
   const Vec3f from(1, 1, 0.5f), floor(1, 1, 0);
   const test::Estimate learnt = Radiance(built, from, floor, 300'000, 3);
   const test::Estimate wanted = Radiance(Build(test), from, floor, 600'000, 3);

@@ -42,7 +42,7 @@ CacheFill Paths(int64_t paths) {
 
 // Chance that the lamp at `light` is chosen from the floor of the half at `x`.
 float Chance(const LightTable& lights, float x, size_t light) {
-  return lights.Chance(test::Seek(lights, {x, 1.2f, 0}).at(), light);
+  return LightSampler(lights).Chance(test::Seek(lights, {x, 1.2f, 0}).at(), light);
 }
 
 TEST(LightGains, LampsBehindAWallAreSeldomChosen) {
@@ -93,7 +93,7 @@ TEST(LightGains, EstimatesStayUnbiased) {
     trials.push_back({0, before.cell, 0, 0.0f});  // A lie: this lamp does shine.
     trials.push_back({0, before.cell, 1, 1.0f});
   }
-  built.lights.Learn(std::vector<std::vector<LightTrial>>{trials});
+  LearnGains(std::vector<std::vector<LightTrial>>{trials}, &built.lights);
   const test::Estimate learnt = Radiance(built, {1.2f, 1.2f, 0.5f}, floor, 200'000, 1);
   const Built fresh = Build(cells);
   const test::Estimate wanted = Radiance(fresh, {1.2f, 1.2f, 0.5f}, floor, 50'000, 1);

@@ -27,9 +27,10 @@ using test::TestScene;
 
 LightSample SampleAt(const Built& built, const Vec3f& position, float choice, const Vec2f& u) {
   test::Sought sought = test::Seek(built.lights, position, choice);
-  built.lights.Aim(Splat(u.x()), &sought.lights);
+  const LightSampler sampler(built.lights);
+  sampler.Aim(Splat(u.x()), &sought.lights);
   LightSamples8 samples;
-  built.lights.Sample(sought.receivers, sought.lights, Splat(u.x()), Splat(u.y()), &samples);
+  sampler.Sample(sought.receivers, sought.lights, Splat(u.x()), Splat(u.y()), &samples);
   return samples.Get(0);
 }
 
@@ -266,15 +267,16 @@ TEST(LightSampling, EightPointsChooseAndSampleAsEachAlone) {
     LightReceivers8 at;
     LightChoices8 lights;
     std::vector<Float8> scratch;
-    built.lights.Choose(queries, &scratch, &at, &lights);
+    const LightSampler sampler(built.lights);
+    sampler.Choose(queries, &scratch, &at, &lights);
     Float8 u, v;
     for (int lane = 0; lane < kLanes; ++lane) {
       u[lane] = static_cast<float>(rng.Uniform());
       v[lane] = static_cast<float>(rng.Uniform());
     }
     LightSamples8 samples;
-    built.lights.Aim(u, &lights);
-    built.lights.Sample(at, lights, u, v, &samples);
+    sampler.Aim(u, &lights);
+    sampler.Sample(at, lights, u, v, &samples);
     for (int lane = 0; lane < queries.count; ++lane) {
       const test::Sought alone =
           test::Seek(built.lights, queries.position.Get(lane), queries.choice[lane]);
@@ -282,7 +284,7 @@ TEST(LightSampling, EightPointsChooseAndSampleAsEachAlone) {
       EXPECT_EQ(at.room[lane], alone.at().room);
       EXPECT_EQ(at.total[lane], alone.at().total);
       EXPECT_EQ(lights.light[lane], alone.lights.light[0]);
-      EXPECT_EQ(lights.importance[lane] / at.total[lane], built.lights.Chance(alone.at(), light));
+      EXPECT_EQ(lights.importance[lane] / at.total[lane], sampler.Chance(alone.at(), light));
       const LightSample sample =
           SampleAt(built, queries.position.Get(lane), queries.choice[lane], {u[lane], v[lane]});
       const LightSample seen = samples.Get(lane);

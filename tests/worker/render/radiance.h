@@ -33,7 +33,7 @@ inline Sought Seek(const LightTable& lights, const Vec3f& position, float choice
   const LightQueries8 queries{Vec3x8(position), Vec3x8(Vec3f::UnitZ()), Splat(choice), kLanes};
   Sought sought;
   std::vector<Float8> scratch;
-  lights.Choose(queries, &scratch, &sought.receivers, &sought.lights);
+  LightSampler(lights).Choose(queries, &scratch, &sought.receivers, &sought.lights);
   return sought;
 }
 

@@ -1,5 +1,5 @@
 // Light transport against closed forms, and estimators against one another.
-#include "worker/render/lights.h"
+#include "worker/render/light_table.h"
 
 #include <gtest/gtest.h>
 
@@ -255,8 +255,8 @@ TEST(Lights, TheSunCountsWhereItsWayOutIsTheWindow) {
     const float inside = std::min({a, 1 - a, b, 1 - b});
     if (std::abs(inside + 0.03f) < 0.03f) continue;  // The rim.
     const LightReceiver at = test::Seek(built.lights, p).at();
-    ASSERT_EQ(built.lights.Chance(at, 1) > 0, inside > 0) << p.transpose();
-    ASSERT_GT(built.lights.Chance(at, 0), 0) << p.transpose();
+    ASSERT_EQ(LightSampler(built.lights).Chance(at, 1) > 0, inside > 0) << p.transpose();
+    ASSERT_GT(LightSampler(built.lights).Chance(at, 0), 0) << p.transpose();
     ++(inside > 0 ? lit : dark);
   }
   EXPECT_GT(lit, 1000);
@@ -267,7 +267,8 @@ TEST(Lights, TheSunCountsWhereItsWayOutIsTheWindow) {
   const Built behind = Build(north);
   for (int i = 0; i < 1600; ++i) {
     const Vec3f p = 0.1f * Vec3f(static_cast<float>(i % 40), static_cast<float>(i / 40), 20);
-    ASSERT_EQ(behind.lights.Chance(test::Seek(behind.lights, p).at(), 1), 0) << p.transpose();
+    ASSERT_EQ(LightSampler(behind.lights).Chance(test::Seek(behind.lights, p).at(), 1), 0)
+        << p.transpose();
   }
 }
 

@@ -3,12 +3,6 @@
 #include "common/math/proto.h"
 
 namespace parallax {
-namespace {
-
-constexpr float kHorizon = 0.045f;  // Sine of the elevation that gives the colour.
-
-}  // namespace
-
 Haze::Haze(const v1::Air& air)
     : per_m_(static_cast<float>(std::clamp(air.haze_per_m(), 0.0, 10.0))),
       scale_m_(static_cast<float>(std::clamp(air.scale_height_m(), 1.0, 1e6))) {
@@ -26,8 +20,7 @@ Float8 Haze::Transmittance(const Vec3x8& origin, const Vec3x8& direction, Float8
 }
 
 Vec3x8 Haze::Glow(const SkyModel& sky, const Vec3x8& direction) const {
-  const Vec3x8 at(direction.x, direction.y, Clamp(direction.z, kHorizon, 1.0f));
-  return sky.Radiance(at / Norm(at)) * tint_;
+  return sky.AirRadiance(direction) * tint_;
 }
 
 }  // namespace parallax

@@ -2,7 +2,8 @@
 // rays. It never changes ground truth. Constant; thread-safe.
 //
 // A camera ray keeps exp(-optical depth) of the radiance that it sees, and gains the rest in the
-// colour of the sky at the horizon in its direction: far land fades into the sky behind it.
+// colour of the sky at the horizon in its direction, without the shapes of clouds: far land fades
+// into the sky behind it.
 #pragma once
 
 #include "common/math/lanes.h"

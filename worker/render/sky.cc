@@ -5,6 +5,7 @@
 namespace parallax {
 namespace {
 
+constexpr float kAirHorizon = 0.045f;  // Sine of the elevation that gives thick air its colour.
 constexpr float kRadiancePerKilocandela = 0.9f;  // Balances sun and overcast sky as in nature.
 // Extinction of red, green, blue (610, 550, 465 nm) in air and haze of kTurbidity, one air mass.
 const Vec3f kExtinction(0.241f, 0.301f, 0.448f);
@@ -71,6 +72,7 @@ SkyModel::SkyModel(const v1::Sky& sky, bool ground, std::shared_ptr<const Enviro
   if (environment && has_sky_) {
     UseEnvironment(std::move(environment), sky.environment_turn_rad(), tint, Luminance(irradiance));
   }
+  SetAir();
 }
 
 void SkyModel::UseEnvironment(std::shared_ptr<const Environment> environment, double turn_rad,
@@ -120,15 +122,42 @@ Vec3f SkyModel::MeanAtHorizon() const {
   return sum / kDirections;
 }
 
-Vec3x8 SkyModel::Dome(const Vec3x8& directions) const {
+Vec3x8 SkyModel::OpenDome(const Vec3x8& directions) const {
   const Float8 up = Max(directions.z, 0.0f);
   const Vec3x8 overcast = Vec3f(0.97f, 1.0f, 1.05f) * ((1.0f + 2.0f * up) / 3.0f);
   const Vec3x8 scale(scale_);
   const Vec3x8 open =
       clear_ <= 0.0f ? overcast : overcast + (ClearSky(directions) - overcast) * clear_;
-  if (!clouds_) return scale * open;
+  return scale * open;
+}
+
+Vec3x8 SkyModel::Dome(const Vec3x8& directions) const {
+  const Vec3x8 open = OpenDome(directions);
+  if (!clouds_) return open;
   const Clouds::Layer8 clouds = clouds_->At(directions);
-  return scale * open * clouds.kept + clouds.radiance;
+  return open * clouds.kept + clouds.radiance;
+}
+
+Vec3x8 SkyModel::AirRadiance(const Vec3x8& directions) const {
+  const Vec3x8 at(directions.x, directions.y, Clamp(directions.z, kAirHorizon, 1.0f));
+  return OpenDome(at / Norm(at)) * air_kept_ + Vec3x8(air_glow_);
+}
+
+void SkyModel::SetAir() {
+  if (!has_sky_ || (!clouds_ && !environment_)) return;
+  constexpr int kDirections = 256;
+  air_kept_ = 0;
+  for (int i = 0; i < kDirections; ++i) {
+    const float azimuth = 2.0f * kPi * static_cast<float>(i) / kDirections;
+    const Vec3x8 direction(DirectionAt(kAirHorizon, azimuth));
+    if (environment_) {
+      air_glow_ += Radiance(direction).Get(0) / kDirections;
+      continue;
+    }
+    const Clouds::Layer8 clouds = clouds_->At(direction);
+    air_glow_ += clouds.radiance.Get(0) / kDirections;
+    air_kept_ += clouds.kept[0] / kDirections;
+  }
 }
 
 void SkyModel::SetClearSky(float sun_elevation) {

@@ -37,6 +37,10 @@ class SkyModel {
   // Radiance from unit `direction` (world), without the sun's disk.
   Vec3x8 Radiance(const Vec3x8& directions) const;
   Vec3f Radiance(const Vec3f& direction) const { return Radiance(Vec3x8(direction)).Get(0); }
+  // Radiance of air so thick that nothing behind it is seen: the sky at the horizon in that
+  // direction, or higher where the direction is. Clouds and surroundings count with their mean over
+  // all horizontal directions, because air hides their shapes.
+  Vec3x8 AirRadiance(const Vec3x8& directions) const;
   // Radiance of the sun's disk.
   const Vec3f& SunRadiance() const { return sun_radiance_; }
   bool InSun(const Vec3f& direction) const {
@@ -77,8 +81,11 @@ class SkyModel {
   void UseEnvironment(std::shared_ptr<const Environment> environment, double turn_rad,
                       const Vec3f& tint, float ground_irradiance);
   Vec3x8 ClearSky(const Vec3x8& directions) const;
+  // The dome without clouds, and with them.
+  Vec3x8 OpenDome(const Vec3x8& directions) const;
   Vec3x8 Dome(const Vec3x8& directions) const;
   Vec3f MeanAtHorizon() const;
+  void SetAir();
 
   bool has_ground_ = true;
   bool has_sky_ = false, has_sun_ = false;
@@ -94,6 +101,8 @@ class SkyModel {
   Vec3f ground_ = Vec3f::Zero();  // Radiance below the horizon.
   Vec3f sun_radiance_ = Vec3f::Zero();
   Vec3f sun_direction_ = Vec3f::UnitZ();
+  Vec3f air_glow_ = Vec3f::Zero();  // Mean radiance of clouds or environment at the horizon,
+  float air_kept_ = 1;              // and the mean share of the open dome that they leave.
   float cos_sun_ = 1;
   float mean_luminance_ = 0;
 };

@@ -12,7 +12,8 @@
 namespace parallax {
 namespace {
 
-constexpr float kDebris_m = 2;  // Depth of the aprons of walls.
+constexpr float kDebris_m = 2;        // Depth of the aprons of walls.
+constexpr uint32_t kCragOctaves = 3;  // Longest octaves of detail, above 10 m.
 
 Field SteepnessOf(const Field& height) {
   Field steepness = height;
@@ -94,26 +95,31 @@ float Terrain::Base(const Vec2f& p) const {
   return in_site > 0 ? noise::Lerp(height, site_.SampleSmooth(p), in_site) : height;
 }
 
-// Octaves from a few cells of the site down to the footprint. Steep ground is rocky and rough,
-// laid-down ground is smooth.
+// Octaves from a few cells of the raster, the site's or the region's, down to the footprint. Steep
+// ground is rocky and rough, laid-down ground is smooth.
 float Terrain::Detail(const Vec2f& p, float footprint_m) const {
   if (spec_.roughness <= 0) return 0;
   const float steepness = Steepness(p), deposit = Deposit(p);
   const float rocky = noise::SmoothStep(0.35f, 1.0f, steepness);
   const float loose = noise::SmoothStep(0.05f, 0.6f, deposit);
   const float strength = spec_.roughness * noise::Lerp(0.35f, 1.6f, rocky) * (1 - 0.5f * loose);
-  float sum = 0, wavelength_m = 9.0f, amplitude_m = 0.30f;
+  // Crags and gullies: the region's samples hold none, only rock has them.
+  const float crags = rocky * (1 - Weight(site_, p));
+  float sum = 0, wavelength_m = 86.7f, amplitude_m = 3.3f;
   Vec2f q = p;
-  for (uint32_t octave = 0; octave < 9; ++octave) {
+  for (uint32_t octave = 0; octave < 12; ++octave) {
     const float kept = noise::Fade(wavelength_m, footprint_m);
     if (kept <= 0) break;
-    const Vec2f at = q / wavelength_m;
-    float value = noise::Gradient3(at.x(), at.y(), 0.31f * at.x() - 0.23f * at.y(),
-                                   detail_seed_ + octave * 131u);
-    // Rock has edges, soil has not.
-    const float edged = 0.55f - 1.9f * std::min(0.6f, std::fabs(value));
-    value = noise::Lerp(value, edged, 0.8f * rocky);
-    sum += kept * amplitude_m * value;
+    const float share = octave < kCragOctaves ? crags : 1;
+    if (share > 0) {
+      const Vec2f at = q / wavelength_m;
+      float value = noise::Gradient3(at.x(), at.y(), 0.31f * at.x() - 0.23f * at.y(),
+                                     detail_seed_ + octave * 131u);
+      // Rock has edges, soil has not.
+      const float edged = 0.55f - 1.9f * std::min(0.6f, std::fabs(value));
+      value = noise::Lerp(value, edged, 0.8f * rocky);
+      sum += share * kept * amplitude_m * value;
+    }
     q = Vec2f(0.8f * q.x() - 0.6f * q.y(), 0.6f * q.x() + 0.8f * q.y());
     wavelength_m *= 0.47f;
     amplitude_m *= 0.45f;

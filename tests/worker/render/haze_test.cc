@@ -87,5 +87,37 @@ TEST(Haze, VeilsWhatItLeavesLessThanATwentiethOf) {
   }
 }
 
+// Else thick air shows a vertical stripe below each cloud at the horizon.
+TEST(Haze, ItsGlowHasNoShapesOfClouds) {
+  v1::Sky sky;
+  sky.set_strength(1);
+  sky.set_sun_strength(1);
+  sky.set_sun_elevation_rad(0.5);
+  sky.set_cloud_cover(0.6);
+  sky.set_cloud_seed(3);
+  const SkyModel model(sky);
+  v1::Air air = HazyAir();
+  const Haze haze(air);
+  constexpr int kSteps = 720;
+  double glow_jump = 0, sky_jump = 0, glow_sum = 0, sky_sum = 0;
+  double glow_before = 0, sky_before = 0;
+  for (int i = 0; i <= kSteps; ++i) {
+    const Vec3f direction = DirectionAt(0.045f, 2.0f * kPi * static_cast<float>(i) / kSteps);
+    const auto glow = static_cast<double>(Luminance(haze.Glow(model, Vec3x8(direction)).Get(0)));
+    const auto seen = static_cast<double>(Luminance(model.Radiance(direction)));
+    if (i > 0) {
+      glow_jump = std::max(glow_jump, std::abs(glow / glow_before - 1));
+      sky_jump = std::max(sky_jump, std::abs(seen / sky_before - 1));
+      glow_sum += glow;
+      sky_sum += seen;
+    }
+    glow_before = glow;
+    sky_before = seen;
+  }
+  EXPECT_GT(sky_jump, 0.03);  // There are clouds at the horizon.
+  EXPECT_LT(glow_jump, 0.02);
+  EXPECT_NEAR(glow_sum / sky_sum, 1, 0.15);  // All in all, air is as bright as the sky behind it.
+}
+
 }  // namespace
 }  // namespace parallax

@@ -5,6 +5,7 @@
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -15,6 +16,7 @@
 #include "worker/scene/types/nature/arena.h"
 #include "worker/scene/types/nature/biomes.h"
 #include "worker/scene/types/nature/expand.h"
+#include "worker/scene/types/nature/recipe.h"
 
 namespace parallax {
 namespace {
@@ -120,6 +122,17 @@ TEST(Nature, AWalkKeepsItsSpeedItsLensAndItsBaseline) {
   }
   EXPECT_GE(scene.rigs(0).baseline_m(), 0.075);
   EXPECT_LE(scene.rigs(0).baseline_m(), 0.5);
+}
+
+// High above a valley, thin haze at the eye must not be fog below.
+TEST(Nature, HazeIsAtMostETimesAsThickInTheLowestValley) {
+  const v1::Scene& scene = Plain();
+  const auto terrain = TerrainOf(scene.place().terrain()).value();
+  const std::vector<float>& heights = terrain->region().values;
+  const double low_m = *std::min_element(heights.begin(), heights.end());
+  const double eye_m = scene.rigs(0).world_from_left().tz();
+  EXPECT_GE(scene.air().scale_height_m(), eye_m - low_m);
+  EXPECT_GE(scene.air().scale_height_m(), 120);
 }
 
 TEST(Nature, EveryInstanceHasAnObjectThatTheRecipeKnows) {

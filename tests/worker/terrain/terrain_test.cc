@@ -53,6 +53,31 @@ TEST(Terrain, AFinerFootprintAddsDetailAndKeepsTheForm) {
   EXPECT_GT(steps, 0);
 }
 
+// Rock between the region's samples, beyond the site: without crags, far mountains look molten.
+TEST(Terrain, FarRockHasCragsAndTheSiteKeepsItsErodedForm) {
+  const auto rough = [](const Terrain& terrain, float least_m, float most_m) {
+    double squares = 0;
+    int count = 0;
+    for (float x = -most_m; x <= most_m; x += 37) {
+      for (float y = -most_m; y <= most_m; y += 37) {
+        const Vec2f p(x, y);
+        if (p.cwiseAbs().maxCoeff() < least_m || terrain.Steepness(p) < 0.8f) continue;
+        const double finer = terrain.Height(p, 12) - terrain.Height(p, 300);
+        squares += finer * finer;
+        ++count;
+      }
+    }
+    return count < 20 ? -1 : std::sqrt(squares / count);
+  };
+  TerrainSpec spec = *DrawLandform("mountains", Rng(SceneSeed{4}));
+  spec.rain.droplets = 2000;
+  const Terrain terrain = MakeTerrain(spec);
+  EXPECT_EQ(rough(terrain, 0, 0.7f * 768), 0);
+  const double far = rough(terrain, 768, 2500);
+  EXPECT_GT(far, 1.5);
+  EXPECT_LT(far, 15);
+}
+
 TEST(Terrain, TheEarthFallsAwayTowardsTheHorizon) {
   TerrainSpec flat;
   flat.region_samples = flat.site_samples = 33;

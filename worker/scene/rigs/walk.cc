@@ -16,6 +16,8 @@ constexpr int kWalkProbesX = 16, kWalkProbesY = 9;
 constexpr double kFar_m = 5;                              // The stricter filter of the study.
 constexpr double kWalkClose_m = 1, kWalkMaxClose = 0.05;  // Share of a view that may be nearer.
 constexpr double kSteepest = 0.5;                         // Rise over run under the feet.
+// Share of a view that may be sky or so far away that no picture has disparities to learn there.
+constexpr double kDistant_m = 1000, kMaxDistant = 0.8;
 constexpr double kMaxOneDistance = 0.9;  // Share of a view within a tenth of one depth.
 // Mean share of a walk's views, beside water.
 constexpr double kLeastWater = 0.1, kMostWater = 0.65;
@@ -32,6 +34,7 @@ double Smooth(const std::vector<double>& keys, double at) {
 
 struct View {
   double sky = 0, close = 0;  // Shares of the probes.
+  double distant = 0;         // Likewise, sky included.
   double nearest_m = 1e9;     // Depth.
   double log_std = 0;
   double one_distance = 0;  // Largest share whose depths differ by a tenth at most.
@@ -52,6 +55,7 @@ View Look(const WalkLand& land, const Vec3f& eye, const Mat3f& axes, const RigCa
       const auto depth = static_cast<double>(hit->distance);
       view.nearest_m = std::min(view.nearest_m, depth);
       view.close += depth < kWalkClose_m;
+      view.distant += depth > kDistant_m;
       view.water += land.wet && hit->body == land.water_body;
       logs.push_back(std::log(std::max(depth, 0.01)));
     }
@@ -59,6 +63,7 @@ View Look(const WalkLand& land, const Vec3f& eye, const Mat3f& axes, const RigCa
   constexpr double kCount = kWalkProbesX * kWalkProbesY;
   view.sky = 1 - static_cast<double>(logs.size()) / kCount;
   view.close /= kCount;
+  view.distant = view.distant / kCount + view.sky;
   view.water /= kCount;
   if (logs.empty()) return view;
   double sum = 0, squares = 0;
@@ -149,6 +154,7 @@ bool WalkFinder::Probe(const WalkLand& land, Walk& walk, std::string& reason) co
     const Mat3f axes = CameraAxes(frame.yaw_rad, frame.pitch_rad).cast<float>();
     const View view = Look(land, frame.eye.cast<float>(), axes, walk.camera);
     if (view.sky > walks_.max_sky_share()) return reason = "sky", false;
+    if (view.distant > kMaxDistant) return reason = "distant", false;
     if (view.nearest_m < rigs_.min_distance_m()) return reason = "near", false;
     if (view.close > kWalkMaxClose) return reason = "close", false;
     if (view.one_distance > kMaxOneDistance) return reason = "bare", false;

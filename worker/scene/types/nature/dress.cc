@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <vector>
 
 #include "common/config/config.h"
 #include "common/math/proto.h"
@@ -24,14 +25,17 @@ class LandDresser {
         root_(scene.seed, "dress/nature") {}
 
   absl::Status Run() {
-    ChooseLight();
+    RETURN_IF_ERROR(ChooseLight());
     if (land_.has_roof()) RETURN_IF_ERROR(HangLamps());
     RETURN_IF_ERROR(ChooseLandMaterials(root_, recipe_, land_));
     return CountLand(recipe_, recipe_.rigs(), land_);
   }
 
  private:
-  void ChooseLight() {
+  absl::Status ChooseLight() {
+    ASSIGN_OR_RETURN(const auto terrain, TerrainOf(land_));
+    const std::vector<float>& heights = terrain->region().values;
+    const double low_m = *std::min_element(heights.begin(), heights.end());
     const v1::NatureConfig& nature = config_.nature();
     v1::Sky& sky = *recipe_.mutable_sky();
     ChooseSky(config_.lighting(), root_, sky);
@@ -43,15 +47,17 @@ class LandDresser {
     sky.set_cloud_cover(draw(nature.cloud_cover(), "cloud cover"));
     sky.set_cloud_seed(root_.Child("clouds").Seed());
     v1::Air& air = *recipe_.mutable_air();
-    // At the eye, the haze is as thick as drawn, at any height.
-    air.set_scale_height_m(root_.Child("haze height").Uniform(120, 900));
+    // At the eye, the haze is as thick as drawn, at any height, and never more than e times as
+    // thick in the valleys below: no fog hides all that a mountain shows.
     const double eye_m = recipe_.rigs(0).world_from_left().tz();
+    air.set_scale_height_m(std::max(root_.Child("haze height").Uniform(120, 900), eye_m - low_m));
     air.set_haze_per_m(draw(nature.haze_per_m(), "haze") *
                        std::exp(std::clamp(eye_m / air.scale_height_m(), -6.0, 6.0)));
     air.set_forward(0.5);
     // Air under crowns is in their shade.
     const double lit = land_.biome() == "forest" ? 0.4 : 1;
     *air.mutable_tint() = ToProto(Vec3d(lit * Vec3d(0.97, 0.99, 1.04)));
+    return absl::OkStatus();
   }
 
   // A cave's lamps, as those that show people around have: on ledges beside the way, warm or pale.

@@ -169,9 +169,14 @@ class GroundMaterial final : public Material {
                       p.z + 1.5f * noise::Fbm3(p, 11.0f, 2, w, seed_ + 71));
     const Float8 beds = noise::Fbm3(bent, 2.6f, 4, w, seed_ + 72, 0.6f);
     const Float8 stains = noise::Fbm3(Vec3x8(p.x, p.y, 0.25f * p.z), 1.7f, 4, w, seed_ + 73, 0.6f);
-    // Bedded rock has beds and streaks of its own.
-    const float strength = terrain_->spec().strata.bed_m > 0 ? 0.3f : 1.0f;
-    return Clamp(1.0f + strength * (0.42f * beds + 0.36f * stains), 0.35f, 1.7f);
+    if (terrain_->spec().strata.bed_m > 0) {
+      // Bedded rock has beds and streaks of its own.
+      return Clamp(1.0f + 0.13f * beds + 0.11f * stains, 0.35f, 1.7f);
+    }
+    // Faces of massive rock differ by the stone and by what runs down them, over tens of metres.
+    const Float8 faces = noise::Fbm3(Vec3x8(p.x, p.y, 0.5f * p.z), 31.0f, 5, w, seed_ + 74, 0.6f);
+    const Float8 pattern = 0.05f * beds + 0.36f * stains + 0.5f * faces;
+    return Clamp(1.0f + pattern, 0.35f, 1.7f);
   }
 
   // How much of what lies below each rule covers, sharpened by detail of some decimetres: borders

@@ -56,8 +56,8 @@ class LimitRules {
   UserLimits Of(const std::string& user) const;
   // Users that have a row of their own.
   std::vector<std::string> NamedUsers() const;
-  // One line that tells all limits, equal for equal ones: "none", or "default: max_running 200;
-  // submitter ada: max_running 64, max_studies 4".
+  // Returns one line that tells all limits, equal for equal ones: "none", or "default: max_running
+  // 200; submitter ada: max_running 64, max_studies 4".
   std::string Describe() const;
 
  private:
@@ -65,7 +65,7 @@ class LimitRules {
   std::map<std::string, UserLimits> rows_;  // Complete: with the default's fields.
 };
 
-// The user who acts as `actor` in the audit table: "submitter ada" of "submitter ada
+// Returns the user who acts as `actor` in the audit table: "submitter ada" of "submitter ada
 // ipv4:10.0.0.7", else kLocalUser.
 std::string UserOfActor(std::string_view actor);
 

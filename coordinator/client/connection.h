@@ -49,7 +49,7 @@ class Connection {
   absl::StatusOr<v1::ListUsersReply> ListUsers();
   absl::StatusOr<v1::ListAttemptsReply> ListAttempts(int64_t job_id);
   absl::StatusOr<v1::DrainWorkersReply> DrainWorkers(const v1::DrainWorkersRequest& request);
-  // At most request.limit() jobs, 0: 1,000. Errors: as all.
+  // Lists at most request.limit() jobs; 0: 1,000. Errors: those of every RPC.
   absl::StatusOr<v1::ListJobsReply> ListJobs(v1::ListJobsRequest request);
   absl::StatusOr<v1::ListWorkersReply> ListWorkers();
   absl::StatusOr<v1::ListFramesReply> ListFrames(int64_t study_id, int64_t cursor, int limit);

@@ -26,7 +26,8 @@ struct PixelSum {
   bool judged = false;      // Whether samples were compared with the ground truth, and how many of
   std::array<int, kMostPartners> agreeing{};  // them lie within 1 px of its disparity, by partner.
   void Add(const PathResult& path);
-  // Variance of the guides within the pixel; large where its samples saw different surfaces.
+  // Returns the variance of the guides within the pixel; large where its samples saw different
+  // surfaces.
   float GuideVariance() const;
 };
 

@@ -215,9 +215,9 @@ class Machine final : private WorkDesk {
   absl::Status GiveUpIfHopeless(Variant& variant);
   absl::Status TopUp(Variant& variant, const ScenePlan& scene);
 
-  // machine_limits.cc: how much users and studies may have.
-  // What a user has who asks for `studies` more unfinished ones with `pairs` to make. Errors:
-  // kFailedPrecondition naming the first limit that does not allow it.
+  // machine_limits.cc: the limits of users and studies.
+  // Checks that the user may have `studies` more unfinished studies, with `pairs` more pairs to
+  // make. Errors: kFailedPrecondition naming the first limit that does not allow it.
   absl::Status CheckUser(const std::string& user, int64_t studies, int64_t pairs);
   // Returns how many more jobs of the study may be leased now.
   static int64_t RoomOf(const Study& study);

@@ -17,7 +17,7 @@ class Clock {
   // Returns the time of a clock that never jumps and does not survive a restart. For durations and
   // leases.
   virtual SteadyTime Steady() = 0;
-  // The machine's clocks.
+  // Returns the machine's clocks.
   static Clock& System();
 };
 

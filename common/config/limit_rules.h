@@ -37,8 +37,8 @@ struct UserLimits {
   std::string rule;               // The row's key in the file: "submitter *"; empty: no row's.
 };
 
-// How many more of something a limit of `most` leaves beside `has`: 0 when it is reached, the
-// largest number without a limit.
+// Returns how much a limit of `most` leaves beside `has`: 0 if the limit is reached, the largest
+// number if there is no limit.
 inline int64_t RoomUnder(int64_t most, int64_t has) {
   if (most == 0) return std::numeric_limits<int64_t>::max();
   return std::max<int64_t>(0, most - has);

@@ -41,7 +41,7 @@ struct LensDistortion {
   bool operator==(const LensDistortion&) const = default;
 
  private:
-  // Radial factor of Brown-Conrady at the squared tangent r2.
+  // Returns the radial factor of Brown-Conrady at the squared tangent r2.
   double Radial(double r2) const {
     return (1 + r2 * (c[0] + r2 * (c[1] + r2 * c[4]))) /
            (1 + r2 * (c[5] + r2 * (c[6] + r2 * c[7])));

@@ -59,8 +59,8 @@ class Connection {
   absl::StatusOr<v1::GetInfoReply> GetInfo();
   absl::StatusOr<v1::ListAuditReply> ListAudit(v1::ListAuditRequest request);
 
-  // The coordinator's store through the coordinator, for machines that do not see it: to read from,
-  // and to put the user's content into.
+  // Returns the coordinator's store, reached through the coordinator, for machines that do not see
+  // it. It can be read, and takes the user's content.
   std::unique_ptr<Store> RemoteStore() const;
 
   // Returns the study that a user means by "12" or "baseline": an id, or the newest study of that

@@ -186,7 +186,8 @@ class Machine final : private WorkDesk {
   absl::Status SettleJob(int64_t job, bool waits_met = false);
   absl::Status ReleaseFollowers(int64_t leader);
   absl::Status BlockSiblings(const JobRow& leader, bool whole_group);
-  // If slots would idle otherwise, leaves `job` the first of its rigs and makes jobs of the rest.
+  // Splits `job` if slots would idle otherwise: it keeps the first of its rigs, and new jobs get
+  // the rest.
   absl::Status SplitIfIdle(JobRow& job, const Taker& worker);
   // Returns whether only READY jobs of this kind are left to do for scenes.
   bool OnlyTheseLeft(KindId kind) const;

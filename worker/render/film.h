@@ -41,8 +41,8 @@ class Film {
   void Develop(const PixelAt& at, const PixelSum& sum, int samples);
   // Adds more samples of the guides, without colour, to those of the pixel.
   void AddGuides(const PixelAt& at, const PixelSum& sum);
-  // Pixels whose samples saw different surfaces, judging by the guides: edges and fine patterns,
-  // where guides from few samples are too noisy for the denoiser.
+  // Returns the pixels whose samples saw different surfaces, judging by the guides: edges and fine
+  // patterns, where guides from few samples are too noisy for the denoiser.
   std::vector<PixelAt> MixedPixels() const;
 
   int width() const { return color.width(); }

@@ -69,9 +69,9 @@ absl::StatusOr<TrainSettings> SettingsFromJson(const nlohmann::ordered_json& jso
 // Returns the first key whose value differs, as "crop_width: 384, but 320"; empty when equal.
 std::string DifferenceOf(const nlohmann::ordered_json& seen, const nlohmann::ordered_json& wanted);
 
-// Learning rate of `step` in [0, steps): rises linearly for the first 5 % (at most 200 steps) from
-// a 25th of the peak, then falls linearly to a 10,000th of it.   Source: Smith and Topin,
-// "Super-convergence", 2018.
+// Returns the learning rate of `step` in [0, steps). It rises linearly for the first 5 % (at most
+// 200 steps) from a 25th of the peak, then falls linearly to a 10,000th of it.   Source: Smith and
+// Topin, "Super-convergence", 2018.
 double LearningRate(const TrainSettings& settings, int64_t step);
 
 }  // namespace parallax

@@ -41,7 +41,8 @@ class ChildProcess {
   std::optional<int> Poll();
   void Terminate();  // Sends SIGTERM to the whole group.
   void Kill();       // Ends the whole group and waits for it.
-  // CPU time (user + system) of the child and of the children that it waited for; 0 until it ended.
+  // Returns the CPU time (user + system) of the child and of the children that it waited for; 0
+  // until it ended.
   double cpu_seconds() const { return cpu_seconds_; }
 
  private:

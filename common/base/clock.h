@@ -14,9 +14,10 @@ class Clock {
   // Seconds since 1970-01-01 UTC by the wall clock, which may jump. For people, and for deadlines
   // that are kept across restarts.
   virtual double UnixSeconds() = 0;
-  // Time of a clock that never jumps and does not survive a restart. For durations and leases.
+  // Returns the time of a clock that never jumps and does not survive a restart. For durations and
+  // leases.
   virtual SteadyTime Steady() = 0;
-  // The machine's clocks.
+  // Returns the machine's clocks.
   static Clock& System();
 };
 

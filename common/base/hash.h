@@ -30,7 +30,8 @@ class Sha256 {
 
 // Returns the digest of `bytes`.
 Sha256Digest Sha256Of(std::string_view bytes);
-std::string HexOf(const Sha256Digest& digest);  // 64 lower-case characters.
+// Returns a digest as 64 lower-case hex characters.
+std::string HexOf(const Sha256Digest& digest);
 // Returns the digest of `bytes` as 64 lower-case hex characters.
 std::string Sha256Hex(std::string_view bytes);
 

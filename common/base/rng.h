@@ -33,7 +33,7 @@ class Rng {
   Rng Child(std::string_view name) const;
   Rng Child(std::string_view name, uint64_t index) const;
 
-  // Uniformly distributed bits.
+  // Draws uniformly distributed bits.
   uint32_t Bits32();
   uint64_t Bits64();
   double Uniform();                         // [0, 1), 53 bits.

@@ -45,7 +45,7 @@ class ConfigErrors {
   // A value that the reader has already reported is not reported again.
   void AddFindings(const Findings& findings, const Origins& origins, const std::string& file);
   bool empty() const { return errors_.empty(); }
-  // True if there are so many errors that looking for more is pointless.
+  // Returns whether there are so many errors that the search for more can end.
   bool enough() const { return errors_.size() >= 100; }
   // Returns OK if there are no errors. Errors: kInvalidArgument with at most 20 lines "file:line:
   // path: what", sorted by file and line.

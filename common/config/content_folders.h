@@ -8,7 +8,7 @@
 
 namespace parallax {
 
-// The fields of `config` that name such folders, to be read or set: pictures, texture sets,
+// Returns the fields of `config` that name such folders, to be read or set: pictures, texture sets,
 // surroundings, meshes. Fields that are empty are left out. Pointers hold as long as `config` is
 // not changed otherwise; groups that the config does not have are not made.
 inline std::vector<std::string*> ContentFoldersOf(v1::SceneConfig& config) {

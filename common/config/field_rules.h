@@ -12,6 +12,7 @@ namespace parallax::config_internal {
 
 // Returns the field's rule; an empty rule if it has none.
 const v1::FieldRule& RuleOf(const google::protobuf::FieldDescriptor& field);
+// Returns whether the field is a v1::Distribution.
 bool IsDistribution(const google::protobuf::FieldDescriptor& field);
 // Returns whether the value is within the rule's bounds, both included.
 bool InRange(double value, const v1::FieldRule& rule);
@@ -26,6 +27,7 @@ std::string WhyNotNumber(double value, const v1::FieldRule& rule);
 std::string EnumText(const google::protobuf::EnumValueDescriptor& value);
 // Returns the values that an enum field may have: those of its rule, or all but 0.
 std::vector<std::string> EnumTexts(const google::protobuf::FieldDescriptor& field);
+// Returns the names of a message's fields, in the order of their declaration.
 std::vector<std::string> FieldNames(const google::protobuf::Descriptor& type);
 // Joins a path and a field's name: "render.profile"; `name` alone if `path` is empty.
 std::string Dotted(const std::string& path, const std::string& name);

@@ -37,8 +37,8 @@ struct UserLimits {
   std::string rule;               // The row's key in the file: "submitter *"; empty: no row's.
 };
 
-// How many more of something a limit of `most` leaves beside `has`: 0 when it is reached, the
-// largest number without a limit.
+// Returns how much a limit of `most` leaves beside `has`: 0 if the limit is reached, the largest
+// number if there is no limit.
 inline int64_t RoomUnder(int64_t most, int64_t has) {
   if (most == 0) return std::numeric_limits<int64_t>::max();
   return std::max<int64_t>(0, most - has);
@@ -56,8 +56,8 @@ class LimitRules {
   UserLimits Of(const std::string& user) const;
   // Users that have a row of their own.
   std::vector<std::string> NamedUsers() const;
-  // One line that tells all limits, equal for equal ones: "none", or "default: max_running 200;
-  // submitter ada: max_running 64, max_studies 4".
+  // Returns one line that tells all limits, equal for equal ones: "none", or "default: max_running
+  // 200; submitter ada: max_running 64, max_studies 4".
   std::string Describe() const;
 
  private:
@@ -65,7 +65,7 @@ class LimitRules {
   std::map<std::string, UserLimits> rows_;  // Complete: with the default's fields.
 };
 
-// The user who acts as `actor` in the audit table: "submitter ada" of "submitter ada
+// Returns the user who acts as `actor` in the audit table: "submitter ada" of "submitter ada
 // ipv4:10.0.0.7", else kLocalUser.
 std::string UserOfActor(std::string_view actor);
 

@@ -7,9 +7,10 @@
 
 namespace parallax {
 
-// Size of a study as a message with all defaults written out; 1,000 variants have about 1.2 MB.
+// Largest study, in bytes of its message with all defaults written out; 1,000 variants take about
+// 1.2 MB.
 inline constexpr size_t kMaxStudyBytes = 2 << 20;
-// Size of a study file or scene config, which is kept beside the dataset.
+// Largest study file or scene config, in bytes; it is kept beside the dataset.
 inline constexpr size_t kMaxYamlBytes = 512 << 10;
 inline constexpr int kMaxVariants = 1000;
 inline constexpr int64_t kMaxPairs = 100'000'000;  // Pairs of one variant.
@@ -19,16 +20,17 @@ inline constexpr int64_t kMaxMemoryMb = int64_t{1} << 30;
 inline constexpr int kMaxTags = 64;
 inline constexpr int kMaxSlots = 1024;
 inline constexpr int64_t kMaxCores = 1 << 20;
-// Pixels of one image: 8K UHD, which needs about 2 GB for all maps of both eyes.
+// Largest image, in pixels: 8K UHD, which needs about 2 GB for all maps of both eyes.
 inline constexpr int64_t kMaxPixels = 7680 * 4320;
-// Length of a config's texts, and of its lists and of {choice: [...]}.
+// Longest text of a config, in bytes, and longest list or {choice: [...]}, in items.
 inline constexpr size_t kMaxTextBytes = 1000;
 inline constexpr int kMaxListItems = 1000;
-// Trainings of a study: training sets times seeds.
+// Most trainings of a study: training sets times seeds.
 inline constexpr int64_t kMaxTrainings = 10'000;
-// Evaluations of a study: checkpoints of all trainings, and baselines, times benchmarks.
+// Most evaluations of a study: checkpoints of all trainings, plus baselines, times benchmarks.
 inline constexpr int64_t kMaxEvaluations = 20'000;
-// Pairs of one training set, whose folders travel in one message: at most about 100 bytes a pair.
+// Most pairs of one training set. Their folders travel in one message, with at most about 100 bytes
+// a pair.
 inline constexpr int64_t kMaxTrainingPairs = 400'000;
 
 }  // namespace parallax

@@ -8,12 +8,12 @@
 
 namespace parallax {
 
-// Right eyes that each left one has (rigs.baselines_m); 1 without a list.
+// Returns the number of right eyes of each left one (rigs.baselines_m); 1 without a list.
 inline int32_t EyesOfLeft(const v1::RigConfig& rigs) {
   return std::max<int32_t>(1, rigs.baselines_m_size());
 }
 
-// rigs.count counts left eyes.
+// Returns the number of pairs of a scene; rigs.count counts left eyes.
 inline int64_t PairsOfScene(const v1::RigConfig& rigs) {
   return int64_t{rigs.count()} * EyesOfLeft(rigs);
 }

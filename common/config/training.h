@@ -32,8 +32,8 @@ void ResolveTraining(v1::StudySpec* study);
 // Empty without `train`. Requires a resolved study.
 std::vector<v1::Mixture> TrainingSetsOf(const v1::StudySpec& study);
 
-// The place in `sets` of the set that `curated` is without curation: its networks score the frames.
-// -1: there is none.
+// Returns the index in `sets` of the set with the same parts as `curated` but without curation,
+// whose networks score the frames. -1: there is none.
 int PlainTwinOf(const v1::Mixture& curated, const std::vector<v1::Mixture>& sets);
 
 }  // namespace parallax

@@ -57,7 +57,8 @@ class YamlReader {
                                    const v1::FieldRule& rule);
   void MergeFields(const YAML::Node& node, google::protobuf::Message* message,
                    const std::string& path);
-  // Reads and checks a value as that of the field that an unknown name probably meant.
+  // Checks the value of an unknown field by the rule of the known field that its name was probably
+  // meant to be.
   void CheckMeant(const YAML::Node& node, const std::string& path, const std::string& meant,
                   const google::protobuf::Message& message);
   void Set(const YAML::Node& node, const std::string& path,

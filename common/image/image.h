@@ -16,9 +16,9 @@ class Image {
   static constexpr int kChannels = channels;
   using Value = T;
 
-  // An empty image: no pixels, size 0 x 0.
+  // Makes an empty image: no pixels, size 0 x 0.
   Image() = default;
-  // All values are `fill`. Requires sizes >= 0.
+  // Makes an image whose values are all `fill`. Requires sizes >= 0.
   Image(int width_px, int height_px, T fill = T{})
       : width_(width_px),
         height_(height_px),
@@ -29,14 +29,14 @@ class Image {
   bool empty() const { return data_.empty(); }
   size_t pixels() const { return static_cast<size_t>(width_) * static_cast<size_t>(height_); }
 
-  // The channels of pixel (x, y), or one of them. Requires 0 <= x < width and 0 <= y < height,
-  // which is not checked.
+  // Return the channels of pixel (x, y), or one of them. Requires 0 <= x < width and 0 <= y <
+  // height, which is not checked.
   T* At(int x, int y) { return data_.data() + Offset(x, y); }
   const T* At(int x, int y) const { return data_.data() + Offset(x, y); }
   T& operator()(int x, int y, int channel = 0) { return At(x, y)[channel]; }
   const T& operator()(int x, int y, int channel = 0) const { return At(x, y)[channel]; }
 
-  // All values: row by row, in each row pixel by pixel, in each pixel channel by channel.
+  // Returns all values: row by row, in each row pixel by pixel, in each pixel channel by channel.
   T* data() { return data_.data(); }
   const T* data() const { return data_.data(); }
   std::vector<T>& values() { return data_; }

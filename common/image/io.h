@@ -35,7 +35,7 @@ absl::StatusOr<std::string> EncodeExrHalfRgb(const ImageF3& image);
 absl::StatusOr<std::string> EncodeExrRgb(const ImageF3& image);
 // Encodes float32 as "Pf", little-endian, the bottom row first.
 absl::StatusOr<std::string> EncodePfm(const ImageF& image);
-// Likewise "PF": three channels.
+// Encodes a PFM with three channels ("PF").
 absl::StatusOr<std::string> EncodePfm(const ImageF3& image);
 
 // Decode bytes. A PNG must have the channels and bit depth of the function's name; palettes and

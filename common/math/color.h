@@ -5,7 +5,7 @@
 
 namespace parallax {
 
-// Relative luminance.   Source: ITU-R BT.709.
+// Returns the relative luminance.   Source: ITU-R BT.709.
 inline float Luminance(const Vec3f& rgb) {
   return 0.2126f * rgb.x() + 0.7152f * rgb.y() + 0.0722f * rgb.z();
 }

@@ -136,7 +136,7 @@ inline Float8 Log1p(Float8 x) {
   return Apply(x, [](const auto& a) { return a.log1p(); });
 }
 
-// Arc cosine of x in [-1, 1], to 2e-8.   Source: Abramowitz and Stegun, 4.4.46.
+// Returns the arc cosine of x in [-1, 1], to 2e-8.   Source: Abramowitz and Stegun, 4.4.46.
 inline Float8 Acos(Float8 x) {
   const Float8 a = Abs(x);
   Float8 sum = Splat(-0.0012624911f);
@@ -154,7 +154,7 @@ struct Vec3x8 {
 
   Vec3x8() = default;
   Vec3x8(Float8 x_, Float8 y_, Float8 z_) : x(x_), y(y_), z(z_) {}
-  // The same vector in all lanes.
+  // Makes the same vector in all lanes.
   Vec3x8(const Vec3f& v) : x(Splat(v.x())), y(Splat(v.y())), z(Splat(v.z())) {}
 
   static Vec3x8 Zero() { return {Splat(0), Splat(0), Splat(0)}; }
@@ -175,7 +175,7 @@ inline Vec3x8 operator-(const Vec3x8& a, const Vec3x8& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
 inline Vec3x8 operator-(const Vec3x8& a) { return {-a.x, -a.y, -a.z}; }
-// Component by component, as colours multiply.
+// Multiplies component by component, as colours do.
 inline Vec3x8 operator*(const Vec3x8& a, const Vec3x8& b) {
   return {a.x * b.x, a.y * b.y, a.z * b.z};
 }
@@ -186,7 +186,7 @@ inline Vec3x8& operator*=(Vec3x8& a, Float8 s) { return a = a * s; }
 inline Vec3x8 operator/(const Vec3x8& a, Float8 s) { return {a.x / s, a.y / s, a.z / s}; }
 inline Vec3x8 operator/(const Vec3x8& a, float s) { return {a.x / s, a.y / s, a.z / s}; }
 inline Float8 Dot(const Vec3x8& a, const Vec3x8& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-// Dot product, summed in Eigen's order: gives the same bits as Vec3f::dot().
+// Returns the dot product, summed in Eigen's order: gives the same bits as Vec3f::dot().
 inline Float8 Inner(const Vec3x8& a, const Vec3x8& b) {
   return a.x * b.x + (a.y * b.y + a.z * b.z);
 }
@@ -201,7 +201,7 @@ inline Vec3x8 Select(Mask8 mask, const Vec3x8& a, const Vec3x8& b) {
 inline Vec3x8 Sqrt(const Vec3x8& a) { return {Sqrt(a.x), Sqrt(a.y), Sqrt(a.z)}; }
 inline Float8 MaxCoeff(const Vec3x8& a) { return Max(Max(a.x, a.y), a.z); }
 inline Mask8 IsFinite(const Vec3x8& a) { return IsFinite(a.x) & IsFinite(a.y) & IsFinite(a.z); }
-// Relative luminance.   Source: ITU-R BT.709.
+// Returns the relative luminance.   Source: ITU-R BT.709.
 inline Float8 Luminance(const Vec3x8& rgb) {
   return 0.2126f * rgb.x + 0.7152f * rgb.y + 0.0722f * rgb.z;
 }

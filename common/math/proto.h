@@ -15,7 +15,7 @@ inline v1::Vec3 ToProto(const Vec3d& v) {
   out.set_z(v.z());
   return out;
 }
-// The rotation is taken as it is; callers that need a unit quaternion normalise it.
+// Converts a pose. The rotation is not normalised; callers that need a unit quaternion do that.
 inline Pose FromProto(const v1::Transform& t) {
   return {{t.tx(), t.ty(), t.tz()}, {t.qw(), t.qx(), t.qy(), t.qz()}, t.scale()};
 }

@@ -13,8 +13,8 @@
 
 namespace parallax {
 
-// A pinhole camera in pixels: focal lengths and principal point. The left edge of the image is x =
-// 0.
+// A pinhole camera: focal lengths and principal point in pixels. x = 0 is the left edge of the
+// image, y = 0 its top edge.
 struct Intrinsics {
   double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;
 };
@@ -27,12 +27,12 @@ struct LensDistortion {
   // Brown-Conrady: k1 k2 p1 p2 k3 k4 k5 k6. Kannala-Brandt: k1 k2 k3 k4.
   std::array<double, 8> c{};
 
-  // Returns the image point of the direction (x, y, z), in units of the focal length from the
-  // principal point. Nothing if the lens does not see it: behind the camera, or beyond `reach`,
-  // which is the value of Reach().
+  // Returns the image point of the direction (x, y, z), relative to the principal point, in units
+  // of the focal length. Returns nothing if the lens does not see the direction: it points
+  // backwards, or lies beyond `reach`, which is the value of Reach().
   std::optional<Vec2d> Project(const Vec3d& direction, double reach) const;
-  // Returns the unit direction that the lens maps to `point`; nothing beyond its reach. The error
-  // of Project(Unproject(p)) is below 1e-12.
+  // Returns the unit direction that the lens maps to `point`; nothing for a point beyond the lens's
+  // reach. The error of Project(Unproject(p)) is below 1e-12.
   std::optional<Vec3d> Unproject(const Vec2d& point, double reach) const;
   // Returns how far from the axis the lens model is one-to-one, as a tangent (Brown-Conrady) or an
   // angle in radians (Kannala-Brandt). Beyond it, one image point would belong to two directions.
@@ -41,7 +41,7 @@ struct LensDistortion {
   bool operator==(const LensDistortion&) const = default;
 
  private:
-  // Radial factor of Brown-Conrady at the squared tangent r2.
+  // Returns the radial factor of Brown-Conrady at the squared tangent r2.
   double Radial(double r2) const {
     return (1 + r2 * (c[0] + r2 * (c[1] + r2 * c[4]))) /
            (1 + r2 * (c[5] + r2 * (c[6] + r2 * c[7])));
@@ -57,7 +57,8 @@ struct LensDistortion {
   }
 };
 
-// One camera of a pair as it is built. Its centre is that of the rectified camera.
+// One camera of a pair before rectification. Its centre of projection is that of the rectified
+// camera.
 struct RawIntrinsics {
   Intrinsics k;
   int width_px = 0, height_px = 0;
@@ -78,7 +79,7 @@ inline Eigen::Matrix3d RotationOfTurn(const CameraTurn& turn) {
       .toRotationMatrix();
 }
 
-// The inverse: RotationOfTurn(TurnOfRotation(r)) = r.
+// Returns the turn of a rotation: RotationOfTurn(TurnOfRotation(r)) = r.
 inline CameraTurn TurnOfRotation(const Eigen::Matrix3d& r) {
   return {std::atan2(r(0, 2), r(2, 2)), std::asin(std::clamp(-r(1, 2), -1.0, 1.0)),
           std::atan2(r(1, 0), r(1, 1))};

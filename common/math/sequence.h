@@ -8,8 +8,8 @@
 
 namespace parallax {
 
-// Where `object` stands `time_s` after the first frame: about its own origin, whose place moves
-// straight on. Scenes without motion are the same at all times.
+// Returns the pose of `object` at `time_s` after the first frame. It turns about its own origin,
+// which moves along a line. Scenes without motion are the same at all times.
 inline Pose PoseAt(const v1::SceneObject& object, double time_s) {
   Pose pose = FromProto(object.world_from_object());
   if (!object.has_motion()) return pose;
@@ -35,7 +35,7 @@ struct RigPlace {
                                  // that share a left eye. None for single views.
 };
 
-// In order of `scene.rigs`.
+// Returns the places of all rigs in their sequences, in order of `scene.rigs`.
 inline std::vector<RigPlace> PlacesOf(const v1::Scene& scene) {
   std::vector<RigPlace> places(static_cast<size_t>(scene.rigs_size()));
   int before = -1;  // The first rig of the left eye before.

@@ -60,8 +60,8 @@ inline Eigen::Matrix3d RigAxes(const v1::Rig& rig) {
   return FromProto(rig.world_from_left()).rotation.normalized().toRotationMatrix();
 }
 
-// Returns the world position of eye 0 (left) or 1 (right). Only this function derives the right
-// eye, and `verify`, which does so independently as a check.
+// Returns the world position of eye 0 (left) or 1 (right). All code takes the right eye's position
+// from here; only `verify` computes it independently, as a check.
 inline Vec3d EyePosition(const v1::Rig& rig, int eye) {
   return FromProto(rig.world_from_left()).translation +
          eye * rig.baseline_m() * RigAxes(rig).col(0);
@@ -74,13 +74,14 @@ inline Pose WorldFromEye(const v1::Rig& rig, int eye) {
   return pose;
 }
 
-// Returns the tangents of half the horizontal and half the vertical field of view, for a centred
-// axis.
+// Returns the tangents of half the horizontal and half the vertical field of view, as if the
+// optical axis went through the middle of the image.
 inline Vec2d HalfTangents(const v1::Rig& rig) {
   return {rig.width_px() / 2.0 / rig.fx_px(), rig.height_px() / 2.0 / rig.fy_px()};
 }
 
-// Returns the tangents from the optical axis to the middle of the image; 0 for a centred axis.
+// Returns the tangents (x, y) of the angles from the optical axis to the middle of the image; 0 if
+// the axis goes through the middle.
 inline Vec2d ShiftTangents(const v1::Rig& rig) {
   return {(rig.width_px() / 2.0 - rig.cx_px()) / rig.fx_px(),
           (rig.height_px() / 2.0 - rig.cy_px()) / rig.fy_px()};

@@ -14,7 +14,8 @@ struct RpcAddress {
   int port = 0;           // 0, for listening only: any free port.
 
   bool is_unix() const { return !unix_path.empty(); }
-  // Reachable from this machine only: a Unix socket, "localhost", 127.0.0.0/8 or ::1.
+  // Returns whether the address can be reached from this machine only: a Unix socket, "localhost",
+  // 127.0.0.0/8 or ::1.
   bool is_local() const;
   // Returns the form that ParseRpcAddress and gRPC read.
   std::string ToString() const;

@@ -98,7 +98,7 @@ class RpcServer {
   }
   ~RpcServer();  // Shuts down at once.
 
-  // The addresses of Start, with the actual port in place of port 0.
+  // Returns the addresses of Start, with the actual port in place of port 0.
   const std::vector<RpcAddress>& addresses() const { return addresses_; }
 
   // Refuses new calls, lets calls in progress end for up to `grace`, cancels the rest, and returns

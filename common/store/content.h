@@ -23,9 +23,9 @@ inline constexpr int64_t kMostContentBytes = int64_t{16} << 30;  // In one folde
 inline constexpr size_t kMostContentFiles = 20'000;              // In one folder.
 inline constexpr size_t kMostContentListBytes = 8 << 20;
 
-// Where the store has the file of this hash, which is 64 lower-case hex digits.
+// Returns the path in the store of the file with this hash, which is 64 lower-case hex digits.
 std::string ContentPath(std::string_view sha256);
-// Whether `path` lies where content does; it need not be a good one.
+// Returns whether `path` begins with the folder of content. It need not be a valid path of content.
 bool IsBelowContent(std::string_view path);
 
 struct ContentFile {
@@ -34,13 +34,13 @@ struct ContentFile {
   std::string sha256;  // Lower-case hex.
 };
 
-// The text of a list. Files are written in order of their names, so that one folder has one list.
+// Returns the text of a list. Files are sorted by name, so that equal folders have equal lists.
 std::string ContentListText(std::vector<ContentFile> files);
 // Errors: kInvalidArgument, naming the line, for a text that is none, a name that leads out of its
 // folder or stands twice, and more files or bytes than are allowed.
 absl::StatusOr<std::vector<ContentFile>> ParseContentList(std::string_view text);
-// Whether the sizes are allowed. `folder` is for the message. Errors: kInvalidArgument naming the
-// file, what it has and what is allowed.
+// Checks whether number and sizes of the files are allowed. `folder` is for the message. Errors:
+// kInvalidArgument naming the file, what it has and what is allowed.
 absl::Status CheckContentSizes(const std::vector<ContentFile>& files, const std::string& folder);
 
 struct ContentReference {
@@ -49,7 +49,7 @@ struct ContentReference {
 };
 
 std::string ContentReferenceText(const ContentReference& reference);
-// Nothing for a plain path.
+// Returns the reference in a text; nothing for a plain path.
 std::optional<ContentReference> FindContentReference(std::string_view text);
 
 }  // namespace parallax

@@ -28,9 +28,10 @@ struct StoreFile {
 class Store {
  public:
   virtual ~Store() = default;
-  // The URI that OpenStore opens: "file:///abs/dir", "s3://bucket/prefix?...".
+  // Returns the URI by which OpenStore opens this store: "file:///abs/dir",
+  // "s3://bucket/prefix?...".
   virtual std::string Uri() const = 0;
-  // The id in the marker of a folder's root; "" for a store without a marker.
+  // Returns the id in the marker at the root of a folder; "" for a store without a marker.
   virtual std::string Id() const { return ""; }
   // Writes a file, whole or not at all. When it returns OK, data and directory entries are durable.
   // Errors of all methods: kInvalidArgument for a path that CheckStorePath refuses; kNotFound for a

@@ -10,8 +10,8 @@
 
 namespace parallax::client {
 
-// While it lives, Ctrl-C and SIGTERM cancel `token()` instead of ending the process. Only one may
-// live at a time.
+// Makes Ctrl-C and SIGTERM cancel `token()` instead of ending the process, as long as the object
+// exists. Only one may exist at a time.
 class CancellableScope {
  public:
   CancellableScope()

@@ -49,7 +49,7 @@ class Connection {
   absl::StatusOr<v1::ListUsersReply> ListUsers();
   absl::StatusOr<v1::ListAttemptsReply> ListAttempts(int64_t job_id);
   absl::StatusOr<v1::DrainWorkersReply> DrainWorkers(const v1::DrainWorkersRequest& request);
-  // At most request.limit() jobs, 0: 1,000. Errors: as all.
+  // Lists at most request.limit() jobs; 0: 1,000. Errors: those of every RPC.
   absl::StatusOr<v1::ListJobsReply> ListJobs(v1::ListJobsRequest request);
   absl::StatusOr<v1::ListWorkersReply> ListWorkers();
   absl::StatusOr<v1::ListFramesReply> ListFrames(int64_t study_id, int64_t cursor, int limit);
@@ -59,8 +59,8 @@ class Connection {
   absl::StatusOr<v1::GetInfoReply> GetInfo();
   absl::StatusOr<v1::ListAuditReply> ListAudit(v1::ListAuditRequest request);
 
-  // The coordinator's store through the coordinator, for machines that do not see it: to read from,
-  // and to put the user's content into.
+  // Returns the coordinator's store, reached through the coordinator, for machines that do not see
+  // it. It can be read, and takes the user's content.
   std::unique_ptr<Store> RemoteStore() const;
 
   // Returns the study that a user means by "12" or "baseline": an id, or the newest study of that

@@ -47,7 +47,7 @@ class EmbeddedRun {
   // kPermissionDenied if the disk refuses; kInternal for workers that keep crashing.
   absl::StatusOr<RunReport> Work();
 
-  // The page's address with its one-time code; empty without a page.
+  // Returns the page's address with its one-time code; empty without a page.
   const std::string& page_link() const { return page_link_; }
 
  private:

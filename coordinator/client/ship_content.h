@@ -17,10 +17,10 @@ struct ShippedContent {
 };
 
 // Puts the files of each folder, and its list, into `store` (common/store/content.h), and makes the
-// study name the lists in place of the folders. A folder that is not seen from here stays as it is:
-// its workers have it. What the store has is not sent again.
-// Errors: kInvalidArgument for a file name that no list can have, and more files or bytes than are
-// allowed; those of reading files and of the store, naming the folder.
+// study name the lists in place of the folders. A folder that this machine does not have stays as
+// it is, because the workers may have it. Files that the store already has are not sent again.
+// Errors: kInvalidArgument for a file name that a list can't hold, or for more files or bytes than
+// are allowed; those of reading files and of the store, naming the folder.
 absl::StatusOr<ShippedContent> ShipContent(v1::StudySpec& study, Store& store);
 
 }  // namespace parallax::client

@@ -24,13 +24,14 @@ class StoreReader {
                                                            const std::string& scratch);
   ~StoreReader();  // Removes the scratch folder.
 
-  // The folder that holds frames' files: the store, or the scratch folder that Bring fills.
+  // Returns the folder with the frames' files: the store itself, or the scratch folder that Bring
+  // fills.
   const std::string& folder() const { return folder_; }
   bool is_local() const { return store_ == nullptr; }
   // Streams a frame's files into folder() and checks their hashes. Only if not is_local().
   // Errors: kDataLoss for a file that differs from its manifest; the store's.
   absl::Status Bring(const v1::FrameResult& frame);
-  // Removes the files of Bring.
+  // Removes the files that Bring has streamed for this frame.
   void Drop(const v1::FrameResult& frame);
 
  private:

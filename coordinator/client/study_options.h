@@ -38,8 +38,8 @@ absl::Status TakePicturesFromHere(StudyOptions& options);
 // kInvalidArgument if both `pairs` and `scenes` are given, or for values out of range.
 absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options);
 
-// A folder that a config names, as the workers of `run` see it, and those of a farm whose picture
-// root is "/".
+// Returns the absolute path of a folder that a config names, for workers whose picture root is "/",
+// such as those of `run`.
 std::string FromRoot(const std::string& dir);
 
 // Hashes and checks the content of each variant's folders below "/", and sets pictures_sha256,

@@ -29,7 +29,7 @@ PairCounts CountsOf(const v1::StudyStatus& study);
 // Returns a line for each kind of job without scenes that the study has: "train: 2 done, 1 running,
 // 3 to come".
 std::vector<std::string> OtherJobLines(const v1::StudyStatus& study);
-// The limit of an unfinished study, and the one that holds it back now.
+// Returns lines with the limit of an unfinished study and the limit that holds it back now.
 std::vector<std::string> LimitLines(const v1::StudyStatus& study);
 
 // Returns whether a study in this state has ended.

@@ -8,24 +8,27 @@
 
 namespace parallax::client {
 
-// "7 s", "1:05", "2:03:04", "3 d 4 h"; "0.4 s" below ten seconds. Negative or not finite gives "-".
+// Formats a duration: "7 s", "1:05", "2:03:04", "3 d 4 h"; "0.4 s" below ten seconds. Returns "-"
+// for a negative or not finite one.
 std::string FormatDuration(double seconds);
-// "950 B", "1.2 kB", "34 MB".
+// Formats a size: "950 B", "1.2 kB", "34 MB".
 std::string FormatBytes(double bytes);
-// "12,345"
+// Formats a count: "12,345".
 std::string FormatCount(int64_t count);
-// Three significant digits without an exponent: "0.0123", "4.56", "1,234".
+// Formats a number with three significant digits and without an exponent: "0.0123", "4.56",
+// "1,234".
 std::string FormatNumber(double value);
-// "1 pair", "2 pairs"
+// Formats a count with its noun: "1 pair", "2 pairs".
 std::string Plural(int64_t count, std::string_view singular, std::string_view plural = "");
-// Local time "2024-05-01 13:37:00"; "-" for 0.
+// Formats a local time: "2024-05-01 13:37:00"; "-" for 0.
 std::string FormatUnixTime(double unix_s);
 // Returns a small chart of `values`, resampled to at most `columns` columns and scaled from the
 // lowest to the highest value. "" without values.
 std::string Sparkline(std::span<const double> values, int columns, bool unicode);
 // Returns the first line of a message without trailing space: errors are shown as one line.
 std::string FirstLine(std::string_view text);
-// "SUCCEEDED" -> "succeeded"; "STUDY_STATE_RUNNING" with prefix "STUDY_STATE_" -> "running".
+// Returns the name of an enumerator in lower case without its prefix: "SUCCEEDED" -> "succeeded";
+// "STUDY_STATE_RUNNING" with prefix "STUDY_STATE_" -> "running".
 std::string LowerName(std::string_view name, std::string_view prefix = "");
 
 }  // namespace parallax::client

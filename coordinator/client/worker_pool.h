@@ -25,8 +25,9 @@ struct WorkerPoolOptions {
   std::function<std::vector<std::string>(int index)> arguments;
   int workers = 1;
   std::string log_dir;  // <log_dir>/worker-<index>.log; made if absent.
-  // Number of crashes in a row, without a result in between, that is an error. The coordinator
-  // quarantines a job that kills its workers after three, so more crashes have another cause.
+  // Number of crashes in a row, without a result in between, at which Poll returns an error. The
+  // coordinator quarantines a job that kills its workers after three, so more crashes have another
+  // cause.
   int most_crashes = 8;
   Clock* clock = &Clock::System();
 };

@@ -1,4 +1,4 @@
-// The routes of /api/v1, which the web page reads and changes the queue by. Thread-safe.
+// The routes of /api/v1, through which the web page reads and changes the queue. Thread-safe.
 #pragma once
 
 #include <string>
@@ -23,7 +23,7 @@ struct ApiParts {
   PageReader& reader;
   Pictures& pictures;
   Sessions& sessions;
-  // The token that opens a read-only session; empty: none does.
+  // The token that opens a read-only session; if empty, no token does.
   std::string token;
   // Name of the session's cookie, and whether it is sent over HTTPS only.
   std::string cookie;
@@ -52,15 +52,15 @@ WebReply JsonReply(const std::string& json);
 // Returns the number that group `part` of the route's pattern matched. Errors: kInvalidArgument if
 // it is too large.
 absl::StatusOr<int64_t> NumberOf(const WebRequest& request, size_t part);
-// Returns a number of the query string; `otherwise` if it is absent. Errors: kInvalidArgument
-// outside of [least, most].
+// Returns a number of the query string; `otherwise` if it is absent. Errors: kInvalidArgument for a
+// number outside [least, most].
 absl::StatusOr<int64_t> NumberIn(const WebRequest& request, const std::string& name,
                                  int64_t otherwise, int64_t least, int64_t most);
 // Returns a text of the JSON body; empty if it is absent. Errors: kInvalidArgument if the body is
 // not an object, or the value is not a plain text of at most `most` bytes.
 absl::StatusOr<std::string> TextIn(const WebRequest& request, const std::string& name, size_t most);
-// A whole number of the JSON body, which must be there. Errors: kInvalidArgument for a body that is
-// no object or a number outside of [least, most].
+// Returns a whole number of the JSON body. Errors: kInvalidArgument if the body is not an object,
+// or the number is absent or outside [least, most].
 absl::StatusOr<int64_t> WholeNumberIn(const WebRequest& request, const std::string& name,
                                       int64_t least, int64_t most);
 

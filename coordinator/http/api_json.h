@@ -22,7 +22,8 @@ Json FarmJson(const StatusSnapshot& snapshot);
 Json HistoryJson(const std::vector<HistorySample>& samples);
 Json WorkersJson(const std::vector<v1::WorkerStatus>& workers);
 
-// `eta_s` is the seconds until the study ends; < 0: unknown.
+// Return one study, as a line of the list and with its variants and problems. `eta_s` is the time
+// until it ends in seconds; below 0 it is unknown.
 Json StudyLineJson(const v1::StudyStatus& study, double eta_s);
 Json StudyJson(const v1::StudyStatus& study, double eta_s, const std::vector<ProblemCause>& causes);
 Json UsersJson(const std::vector<v1::UserStatus>& users);
@@ -31,8 +32,8 @@ Json JobJson(const JobDetail& job);
 Json PairLineJson(const PublishedPair& pair);
 Json PairJson(const PublishedPair& pair, const PageReader::Neighbours& neighbours);
 
-// Returns a table for each benchmark, of the last checkpoints with the best mean first, and curves
-// over all checkpoints.
+// Returns for each benchmark a table of the last checkpoints, the best mean first, and curves over
+// all checkpoints.
 Json ScoresJson(const std::vector<StudyScore>& scores);
 
 }  // namespace parallax

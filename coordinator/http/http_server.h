@@ -29,8 +29,8 @@ struct HttpServerOptions {
   std::string store_uri;         // Shown on the page.
   std::string db_path;           // The queue's database: the page has its own connections to it.
   const Store* store = nullptr;  // Has the pictures; null: none are shown. Must outlive the server.
-  // Whatever the address, only a caller that opens link_url() may do anything: for a port of a
-  // machine that others use too.
+  // Gives rights only to callers that opened link_url(), whatever the address: for a port of a
+  // machine that other people use too.
   bool by_link_only = false;
   Clock* clock = &Clock::System();
 };

@@ -13,8 +13,8 @@ struct ssl_ctx_st;
 
 namespace parallax {
 
-// Sets certificate, key and authority from the TLS folder `dir`. Returns false if one of them can't
-// be used.
+// Loads certificate, key and authority from the TLS folder `dir` into `context`. Returns false if
+// one of them can't be used.
 bool SetUpTls(const std::string& dir, ssl_ctx_st& context);
 
 // Returns the caller that a connection's certificate names; nothing without a certificate. A caller

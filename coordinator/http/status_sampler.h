@@ -26,7 +26,7 @@ class StatusSampler {
                 const CoordinatorServer& server);
   ~StatusSampler();  // Calls Stop().
 
-  // Goes on with the history that the database has kept.
+  // Reads the history that the database has kept, and starts sampling.
   void Start();
   void Stop();  // Idempotent.
 

@@ -27,7 +27,7 @@ struct StatusSnapshot {
   std::vector<RunningJob> running;  // Jobs that report figures.
 };
 
-// Numbers of pairs that are done and wanted, of all variants of a study.
+// Numbers of finished and of wanted pairs, summed over the variants of a study.
 struct PairCount {
   int64_t done = 0;
   int64_t wanted = 0;

@@ -8,9 +8,10 @@
 
 namespace parallax {
 
-// Writes a consistent copy of the database to `path`; others may write to the database meanwhile.
-// The copy is durable when the call returns. Errors: kAlreadyExists if there is such a file;
-// kResourceExhausted if the disk is full; kUnavailable if SQLite can't copy; else the system's.
+// Writes a consistent copy of the database to `path`; other connections may write to the database
+// meanwhile. The copy is durable when the call returns. Errors: kAlreadyExists if `path` exists;
+// kResourceExhausted if the disk is full; kUnavailable if SQLite can't copy; those of the file
+// system.
 absl::Status BackUp(SqliteConnection& db, const std::string& path);
 
 }  // namespace parallax

@@ -21,7 +21,7 @@ class History {
   static constexpr double kEvery_s = 60;
   static constexpr size_t kMost = 24 * 60;
 
-  // A sample within a minute of the last one kept replaces nothing and is dropped. True if it is
+  // Adds a sample, unless the last one is less than a minute older. Returns whether the sample was
   // kept.
   bool Add(const HistorySample& sample) {
     if (!samples_.empty() && sample.unix_s < samples_.back().unix_s + kEvery_s &&

@@ -85,7 +85,8 @@ class JobHints {
   }
 
  private:
-  // Two groups may share a key, which only turns a "no" into a "maybe".
+  // Returns a short key of a digest. Two groups may share a key, which only turns a "no" into a
+  // "maybe".
   static uint64_t KeyOf(const Sha256Digest& digest) {
     uint64_t key;
     std::memcpy(&key, digest.data(), sizeof key);

@@ -350,7 +350,7 @@ inline constexpr size_t kMostKinds = 12;
 // kinds first, so that work that was begun is finished. Immutable.
 class KindRegistry {
  public:
-  // The kinds of this release; see kinds/kinds.cc.
+  // Returns the kinds of this release; see kinds/kinds.cc.
   static const KindRegistry& Builtin();
   // `kinds` live as long as the registry. Ends the program if a name is bad or there twice, if
   // there are more than kMostKinds, or if not exactly one kind begins scenes.

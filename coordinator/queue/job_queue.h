@@ -101,11 +101,11 @@ class JobQueueObserver {
   virtual ~JobQueueObserver() = default;
   // Jobs may have become READY, so workers with credit should ask for leases again.
   virtual void OnWorkReady() = 0;
-  // The attempt's result is not wanted any more (job cancelled, lease lost): the worker should be
-  // told to stop it.
+  // Called when an attempt's result is not wanted any more (job cancelled, lease lost), so that the
+  // worker can be told to stop it.
   virtual void OnStop(const std::string& worker, const v1::AttemptId& attempt,
                       const std::string& reason) = 0;
-  // The orders to drain have changed; `drains` has all of them.
+  // Called when the drain orders have changed; `drains` has all of them.
   virtual void OnDrains(const std::vector<v1::DrainOrder>& /*drains*/) {}
 };
 
@@ -156,8 +156,8 @@ class JobQueue {
 
   uint64_t epoch() const;
   const KindRegistry& kinds() const;
-  // Names the database as long as it exists, and its backups. Reports carry it, so they can't be
-  // mistaken for reports on a job with the same number in another database.
+  // Returns the id of the database, which it and its backups keep for ever. Reports carry the id,
+  // so that they can't be mistaken for reports on a job with the same number in another database.
   const std::string& database_id() const;
   int64_t schema_version() const;
   double lease_s() const;
@@ -176,12 +176,12 @@ class JobQueue {
   // Pause stops new leases of a study's jobs; running attempts continue. Resume ends the pause.
   absl::Status Pause(StudyId study, std::string_view reason, std::string_view actor);
   absl::Status Resume(StudyId study, std::string_view reason, std::string_view actor);
-  // At most so many of its jobs are leased at a time from now on, 0: no limit of its own. What runs
-  // goes on.
+  // Bounds the number of the study's jobs that are leased at a time; 0: no limit of its own. What
+  // runs goes on.
   absl::Status SetMaxRunning(StudyId study, int64_t max_running, std::string_view reason,
                              std::string_view actor);
-  // Failed and quarantined jobs get a new generation as far as pairs are missing (a scene that was
-  // already replaced isn't made again), and variants that gave up go on. Returns the new jobs.
+  // Gives failed and quarantined jobs a new generation as far as pairs are missing (a scene that
+  // was already replaced isn't made again), and variants that gave up go on. Returns the new jobs.
   // kFailedPrecondition if cancelled, or if the user's limits allow no other unfinished study.
   absl::StatusOr<int64_t> Retry(StudyId study, std::string_view actor);
 

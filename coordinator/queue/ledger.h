@@ -97,7 +97,7 @@ struct Study {
 
 class Ledger {
  public:
-  // All outlive the ledger.
+  // All arguments must outlive the ledger.
   Ledger(SqliteConnection& db, const KindRegistry& kinds, const LimitRules& limits)
       : db_(db), kinds_(kinds), limits_(limits) {}
 
@@ -108,7 +108,7 @@ class Ledger {
   // Reads all studies that are not finished. Errors: the database's.
   absl::Status LoadUnfinished();
   std::map<int64_t, Study>& loaded_studies() { return studies_; }
-  // The study of this variant, or its user, has as many running jobs as it may.
+  // Returns whether the study of this variant, or its user, has as many running jobs as allowed.
   bool IsFull(const Variant& variant) const;
 
   // Notes that the current command has inserted this study, so that undoing forgets it.

@@ -116,8 +116,8 @@ class Machine final : private WorkDesk {
   absl::StatusOr<int> WorkerLost(const std::string& worker);
   // Ends leases that were not heard of in time.
   absl::Status Expire(const std::vector<LeaseRef>& leases);
-  // One more sample of the farm's figures. Those that are older than two days go, and those from a
-  // future that the clock was set back from. Errors: the database's.
+  // Stores a sample of the farm's figures. Removes samples that are older than two days, and
+  // samples from the future, which exist after the clock was set back. Errors: the database's.
   absl::Status KeepSample(const HistorySample& sample);
   // Ends back-offs that are due.
   absl::Status WakeRetries();
@@ -180,13 +180,14 @@ class Machine final : private WorkDesk {
     std::string rejected;  // Set with kRejected: the reason.
   };
   absl::StatusOr<Standing> StandingOf(const JobRow& job);
-  // BLOCKED on the job that computes what this one needs, else READY.
+  // Returns BLOCKED if a leased job computes what this one needs, else READY.
   absl::StatusOr<Standing> StandingAmongLeased(const JobRow& job, bool whole_group);
   // Moves a job without a lease to the state where it belongs. `waits_met`: its waits are over.
   absl::Status SettleJob(int64_t job, bool waits_met = false);
   absl::Status ReleaseFollowers(int64_t leader);
   absl::Status BlockSiblings(const JobRow& leader, bool whole_group);
-  // If slots would idle otherwise, leaves `job` the first of its rigs and makes jobs of the rest.
+  // Splits `job` if slots would idle otherwise: it keeps the first of its rigs, and new jobs get
+  // the rest.
   absl::Status SplitIfIdle(JobRow& job, const Taker& worker);
   // Returns whether only READY jobs of this kind are left to do for scenes.
   bool OnlyTheseLeft(KindId kind) const;
@@ -215,11 +216,11 @@ class Machine final : private WorkDesk {
   absl::Status GiveUpIfHopeless(Variant& variant);
   absl::Status TopUp(Variant& variant, const ScenePlan& scene);
 
-  // machine_limits.cc: how much users and studies may have.
-  // What a user has who asks for `studies` more unfinished ones with `pairs` to make. Errors:
-  // kFailedPrecondition naming the first limit that does not allow it.
+  // machine_limits.cc: the limits of users and studies.
+  // Checks that the user may have `studies` more unfinished studies, with `pairs` more pairs to
+  // make. Errors: kFailedPrecondition naming the first limit that does not allow it.
   absl::Status CheckUser(const std::string& user, int64_t studies, int64_t pairs);
-  // How many more jobs of the study may be leased now.
+  // Returns how many more jobs of the study may be leased now.
   static int64_t RoomOf(const Study& study);
 
   // machine_retry.cc: makes new generations of jobs.

@@ -40,7 +40,7 @@ struct PairQuery {
   int limit = 48;       // At most 200.
 };
 
-// The jobs of a study that failed, or wait for a retry, for the same cause.
+// The jobs of a study that failed, or wait for a retry, with the same cause.
 struct ProblemCause {
   std::string fingerprint;  // Equal for equal causes; empty if no worker reported it.
   std::string error;        // Error of the newest of these jobs.
@@ -87,7 +87,7 @@ class PageReader {
                                                           const KindRegistry& kinds);
   ~PageReader();
 
-  // Returns pairs, the newest first; those of a variant in falling order of scenes.
+  // Returns pairs, the newest first; with a variant in the query, by scene, the highest first.
   absl::StatusOr<std::vector<PublishedPair>> NewestPairs(const PairQuery& query);
   absl::StatusOr<PublishedPair> Pair(int64_t number);
   // Numbers of the pairs of the same study that were published just before and after; 0: none.
@@ -95,7 +95,8 @@ class PageReader {
     int64_t older = 0, newer = 0;
   };
   absl::StatusOr<Neighbours> NeighboursOf(const PublishedPair& pair);
-  // Returns the causes of problems, that of the most jobs first. Reads the newest 2,000 such jobs.
+  // Returns the causes of a study's problems; the cause of the most jobs comes first. Looks at the
+  // newest 2,000 such jobs only.
   absl::StatusOr<std::vector<ProblemCause>> Problems(int64_t study_id);
   absl::StatusOr<JobDetail> Job(int64_t job_id);
   absl::StatusOr<std::vector<StudyScore>> Scores(int64_t study_id);

@@ -40,10 +40,10 @@ struct FailureHistory {
 };
 // The verdict on a job after an app failure or the loss of its worker.
 //
-// Losses never make a job FAILED, because they are not its fault by themselves. A job that keeps
-// losing its workers is quarantined, and sooner if no other job loses workers meanwhile: where
-// machines are killed all the time, three lost workers prove nothing about a job. Two jobs that
-// were always lost together must be leased apart before one of them is blamed.
+// Losses never make a job FAILED, because a lost worker alone does not prove a fault of the job. A
+// job that keeps losing its workers is quarantined, and sooner if no other job loses workers
+// meanwhile: where machines are killed all the time, three lost workers prove nothing about a job.
+// Two jobs that were always lost together must be leased apart before one of them is blamed.
 enum class FailureVerdict { kRetryLater, kRetryNow, kFail, kQuarantine };
 FailureVerdict JudgeAppFailure(const RetryPolicy& policy, const FailureHistory& history);
 FailureVerdict JudgeLoss(const RetryPolicy& policy, const FailureHistory& history);

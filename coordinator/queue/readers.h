@@ -31,16 +31,17 @@ class Readers {
   // Runs `read` in a read transaction, for at most `deadline_s` seconds; 0: no deadline.
   absl::Status Read(double deadline_s, const std::function<absl::Status(SqliteConnection&)>& read);
 
-  // The reads of JobQueue; see job_queue.h.
+  // The reads of JobQueue, which documents them (job_queue.h).
   absl::StatusOr<v1::StudyStatus> GetStudy(int64_t study);
   absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before);
-  // Users' sums over their unfinished studies, by name; without limits.
+  // Returns for each user, by name, the sums over its unfinished studies. The limits are not set.
   absl::StatusOr<std::vector<v1::UserStatus>> ListUsers();
   absl::StatusOr<std::vector<v1::JobStatus>> ListJobs(const v1::ListJobsRequest& request);
   absl::StatusOr<v1::ListAttemptsReply> ListAttempts(int64_t job);
   absl::StatusOr<std::vector<v1::PublishedFrame>> ListFrames(const v1::ListFramesRequest& request);
   absl::StatusOr<std::vector<v1::JobResult>> ListResults(const v1::ListResultsRequest& request);
-  // Returns these jobs with their names; jobs that have gone meanwhile are left out.
+  // Returns the jobs of `figures` (figures by job id) with their names. Jobs that are no longer in
+  // the table are left out.
   absl::StatusOr<std::vector<RunningJob>> ListRunning(
       const std::map<int64_t, std::map<std::string, double>>& figures);
   absl::StatusOr<std::vector<HistorySample>> ListSamples(double since_unix_s);
@@ -48,7 +49,7 @@ class Readers {
   absl::StatusOr<v1::Scene> GetScene(const v1::GetSceneRequest& request);
   absl::StatusOr<std::vector<v1::AuditEntry>> ListAudit(const v1::ListAuditRequest& request);
   absl::StatusOr<std::string> SubmitterOf(int64_t study);
-  // Returns the message that tells a worker of a committed lease.
+  // Returns the message that hands a committed lease to its worker.
   absl::StatusOr<v1::Lease> LeaseMessage(const GrantedLease& lease);
 
  private:

@@ -13,7 +13,7 @@
 
 namespace parallax {
 
-// A worker's report of a result.
+// A worker's report of a result, checked and packed for the database.
 struct CheckedReport {
   v1::AttemptId attempt;
   std::string worker;
@@ -28,6 +28,7 @@ CheckedReport CheckReport(const v1::CompleteRequest& request, const KindRegistry
 // character.
 bool IsConfinedPath(std::string_view path);
 
+// Returns whether a text is a SHA-256 as 64 lower-case hex characters.
 bool IsSha256Hex(std::string_view text);
 
 // Returns a worker's message as one line of at most 1,000 bytes; control characters become spaces.

@@ -1,6 +1,6 @@
-// The table `waits`, which has what jobs wait for. It makes no decisions: machine_waits.cc decides
-// what the end of a job means for its waiters. Used only by the writing thread, inside a
-// transaction. Errors: those of the database.
+// The table `waits`: a row for each condition that a job waits for. It makes no decisions:
+// machine_waits.cc decides what the end of a job means for its waiters. Used only by the writing
+// thread, inside a transaction. Errors: those of the database.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +33,7 @@ class WaitTable {
   absl::StatusOr<std::vector<int64_t>> OnJob(int64_t job);
   // Returns the jobs with an OPEN wait for at most `pairs` pairs of the variant, by id.
   absl::StatusOr<std::vector<int64_t>> OnPairs(int64_t variant, int64_t pairs);
-  // Sets OPEN waits for the job, or for at most `pairs` pairs of the variant, to MET.
+  // Set the OPEN waits for the job, or for at most `pairs` pairs of the variant, to MET.
   absl::Status MeetJob(int64_t job);
   absl::Status MeetPairs(int64_t variant, int64_t pairs);
   // Drops the job's waits, because it has ended or does not need them any more.

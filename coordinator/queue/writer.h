@@ -22,7 +22,7 @@
 
 namespace parallax {
 
-// Figures of the writer since the start.
+// Figures of the writer since the program started; seconds are wall-clock seconds.
 struct WriterStats {
   uint64_t commits = 0;
   uint64_t commands = 0;
@@ -46,9 +46,9 @@ class Writer {
     std::function<absl::Status()> apply;            // Changes the database; an error undoes it.
     std::function<void(const absl::Status&)> done;  // Called after the commit.
   };
-  // Called by the writer's thread. `published` gets the effects of a group after its commit, before
-  // any `done` of the group. `due` says whether the command `tick` should run now; it is asked at
-  // least once every tick_s seconds.
+  // Functions that the writer's thread calls. `published` gets the effects of a group after its
+  // commit, before any `done` of the group. `due` says whether the command `tick` should run now;
+  // it is asked at least once every tick_s seconds.
   struct Hooks {
     std::function<void(Effects)> published;
     std::function<bool()> due;

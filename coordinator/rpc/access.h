@@ -16,8 +16,8 @@ namespace parallax {
 // if it has no row.
 std::optional<std::vector<Role>> RolesOf(std::string_view method);
 
-// The gate of the coordinator's server (RpcGate). Errors: kPermissionDenied that says which roles
-// may, and what to ask the operator for.
+// Checks whether a caller may call a method: the gate of the coordinator's server (RpcGate).
+// Errors: kPermissionDenied, which says which roles may call it and what to ask the operator for.
 absl::Status CheckAccess(const RpcCaller& caller, std::string_view method);
 
 }  // namespace parallax

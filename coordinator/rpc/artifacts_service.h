@@ -1,16 +1,17 @@
 // The service `parallax.v1.Artifacts`: transfers files of the store for workers and clients that
 // cannot reach it.
 //
-// - A worker puts files only below the folder of an attempt that it holds, both when it begins and
-//   when it ends; so a zombie can't touch anything, and what it left is never published.
-// - Bytes go to the spool, are hashed on their way, brought to disk and moved into the store: a
-//   file is there whole and as announced, or not at all. The same file again costs one round trip.
-// - Submitters and operators put the user's content (common/store/content.h), and nothing else: a
-//   file whose name is its hash, so that none can be changed, within a bound on all of it.
-// - Memory is bounded: a chunk for each call, and a bound on calls.
-// - Nobody keeps others out. A stream without a header waits apart from those that move files, and
-//   the one that has waited longest makes room for the next. A call that keeps still is ended. One
-//   worker, or one machine that reads, has at most half of the places.
+// - A worker puts a file only below the folder of an attempt that it holds, both when the transfer
+//   begins and when it ends. So a worker that has lost its lease can't change published files.
+// - Bytes go to the spool, are hashed on their way, synced to disk and moved into the store: a file
+//   is in the store whole and as announced, or not at all. Sending the same file again costs one
+//   round trip.
+// - Submitters and operators put only the user's content (common/store/content.h): files named by
+//   their hashes, so that none can be changed. The total size of all content is bounded.
+// - Memory is bounded: each call buffers one chunk, and the number of calls is bounded.
+// - No caller can keep the others out. Streams without a header are counted apart from those that
+//   move files; when there are too many, the one that has waited longest is ended. A call without
+//   traffic is ended. One worker, or one reading machine, has at most half of the places.
 //
 // Thread-safe.
 #pragma once
@@ -50,19 +51,19 @@ struct ArtifactsLimits {
   int64_t content_bytes = int64_t{64} << 30;  // For all users' content.
 };
 
-// Bounds the number of calls at a time, of all callers and of one. Thread-safe.
+// Bounds the number of concurrent calls, of all callers together and of each caller. Thread-safe.
 class CallPlaces {
  public:
   CallPlaces(size_t all, size_t of_one) : all_(all), of_one_(of_one) {}
 
-  // Takes a place if there is one, and gives it back when destroyed. `places` must outlive it.
+  // Takes a place if one is free, and gives it back when destroyed. `places` must outlive it.
   class Place {
    public:
     Place(CallPlaces& places, std::string caller);
     ~Place();
     Place(const Place&) = delete;
     Place& operator=(const Place&) = delete;
-    // OK if it got a place. Errors: kUnavailable if not: try again later.
+    // Returns OK if the call got a place. Errors: kUnavailable if all places are taken.
     absl::Status status() const;
 
    private:
@@ -81,8 +82,8 @@ class CallPlaces {
 
 class ArtifactsService final : public v1::Artifacts::Service {
  public:
-  // Checks that this worker may change `path` under this attempt now; `folder`: remove it as a
-  // whole.
+  // Checks that this worker may now put the file `path` of this attempt or, with `folder`, remove
+  // the folder `path`.
   using Rule = std::function<absl::Status(const std::string& worker, const v1::AttemptId& attempt,
                                           const std::string& path, bool folder)>;
 
@@ -107,20 +108,21 @@ class ArtifactsService final : public v1::Artifacts::Service {
  private:
   class SpoolFile;
   absl::Status ReadHeader(PutStream& stream, CallWatch::Call& call, v1::PutFileHeader* header);
-  // Below an attempt's folder. Both answer whether the file is wanted, take it and say stored.
+  // PutOutput puts a file below an attempt's folder. Both functions reply whether the file is
+  // wanted, receive it if so, and reply that it is stored.
   absl::Status PutOutput(PutStream& stream, CallWatch::Call& call, const v1::PutFileHeader& header);
   absl::Status PutFileThere(PutStream& stream, CallWatch::Call& call,
                             const v1::PutFileHeader& header,
                             const std::function<absl::Status()>& allowed);
   absl::Status PutContent(PutStream& stream, CallWatch::Call& call,
                           const v1::PutFileHeader& header);
-  // Takes the bytes of what is allowed for content; they go back with GiveContentRoomBack.
+  // Reserves bytes of the bound on content, until GiveContentRoomBack returns them.
   // Errors: kResourceExhausted.
   absl::Status TakeContentRoom(int64_t bytes);
   void GiveContentRoomBack(int64_t bytes);
   absl::Status Receive(PutStream& stream, CallWatch::Call& call, const v1::PutFileHeader& header,
                        SpoolFile& file);
-  // Runs `body(call)` in a place for reads, watched for a peer that does not read.
+  // Runs `body(call)` in a place for reads, and ends the call if the peer stops reading.
   template <typename Body>
   grpc::Status RunRead(grpc::ServerContext* context, Body body);
 
@@ -138,12 +140,12 @@ class ArtifactsService final : public v1::Artifacts::Service {
   int64_t content_bytes_ = -1;  // In the store or on the way; -1: not counted yet. Guarded.
 };
 
-// Returns the coordinator's rule: kAborted unless the worker holds the attempt, kInvalidArgument
-// for a path outside of the attempt's folder. `queue` must outlive it.
+// Returns the coordinator's rule, whose errors are kAborted unless the worker holds the attempt,
+// and kInvalidArgument for a path outside the attempt's folder. `queue` must outlive it.
 ArtifactsService::Rule HolderWritesBelowItsAttempt(const JobQueue& queue);
 
-// Checks that `path` is below "<key>/.attempt-<fence>/" or, with `folder_itself`, that it is this
-// folder. Errors: kInvalidArgument.
+// Checks that `path` is below "<key>/.attempt-<fence>/" or, with `folder_itself`, that it equals
+// this folder. Errors: kInvalidArgument.
 absl::Status CheckAttemptPath(std::string_view path, uint64_t fence, bool folder_itself);
 
 }  // namespace parallax

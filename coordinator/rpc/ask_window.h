@@ -1,6 +1,6 @@
-// Bounds how many workers of one class ask the queue at a time. The window grows while the queue
-// has jobs for them, and closes when some get none, until there may be work again. So a thousand
-// idle workers do not rush to the queue for one job.
+// Bounds how many workers of one class (equal abilities) ask the queue at a time. The window grows
+// while the queue has jobs for them, and closes when three workers got no job, until NewRound says
+// that there may be work again. So a thousand idle workers do not rush to the queue for one job.
 //
 // Not thread-safe.
 #pragma once
@@ -15,7 +15,8 @@ class AskWindow {
   // Returns whether one more worker may ask now. Asked() then counts it.
   bool IsOpen() const { return in_flight_ < width_ && empty_hands_ < kEmptyHandsThatClose; }
   void Asked() { ++in_flight_; }
-  // A worker was answered with `jobs` jobs. `this_round`: no job has become READY since it asked.
+  // Notes that a worker got `jobs` jobs. `this_round`: no job has become READY since the worker
+  // asked.
   void Answered(int jobs, bool this_round) {
     --in_flight_;
     if (jobs == 0 && this_round) ++empty_hands_;

@@ -19,7 +19,8 @@ class ConductBook {
   bool Reported(const std::string& worker, bool succeeded, SteadyTime now);
   // Returns the seconds until the worker's suspension ends; <= 0 if it is not suspended.
   double SuspendedFor(const std::string& worker, SteadyTime now) const;
-  // Returns how many of the `credit` jobs that the worker asks for it may have now.
+  // Returns how many of the `credit` jobs that the worker asks for it may have now: none while it
+  // is suspended, one on trial after a suspension (when `running` is 0), else all.
   int TrustIn(const std::string& worker, int credit, int running, SteadyTime now) const;
   void Forget(const std::string& worker) { conduct_.erase(worker); }
 

@@ -40,9 +40,9 @@ struct CoordinatorServerOptions {
   bool check_outputs = true;
   // Folder for files that are being received, best on the store's own disk.
   std::string spool_dir;
-  // Length of a lease in seconds that workers are told. 0, or more than the queue's lease: the
-  // queue's. With a shorter one, workers send heartbeats more often and stop sooner when they hear
-  // nothing.
+  // Length of a lease in seconds, as announced to workers. 0, or a value above the queue's lease,
+  // means the queue's lease. With a shorter one, workers send heartbeats more often and stop sooner
+  // when they hear nothing.
   double lease_s = 0;
   // Seconds that a worker has to reconnect after its stream broke, before it counts as lost and its
   // jobs go to others. A stream that is open but silent has the queue's whole lease.
@@ -90,7 +90,7 @@ class CoordinatorServer {
 
   // Returns the addresses in the order of the options, with actual ports.
   virtual std::vector<std::string> addresses() const = 0;
-  // Return the workers that are known now, and the server's figures.
+  // Return the workers that the server knows now, and the server's figures.
   virtual std::vector<v1::WorkerStatus> Workers() const = 0;
   virtual ServerMetrics Metrics() const = 0;
 

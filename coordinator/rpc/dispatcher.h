@@ -30,10 +30,10 @@ class Dispatcher final : public JobQueueObserver {
   Dispatcher(JobQueue& queue, TaskPool& pool, Clock& clock, double reconnect_grace_s);
   ~Dispatcher() override;  // Calls Stop().
 
-  // Takes a worker in: adopts the attempts that it rightly holds, and replaces an older stream of
-  // the same name. Calls `welcome` with the adopted attempts; it must send the Welcome, which thus
-  // comes before any lease. Blocks for a commit. Errors: kAborted while a worker of the same name
-  // is being taken in; the queue's.
+  // Registers a worker: adopts the attempts that it rightly holds, and closes an older stream of
+  // the same name. Calls `welcome` with the adopted attempts; `welcome` must send the Welcome
+  // message, which thus precedes any lease. Blocks for a commit. Errors: kAborted while a worker of
+  // the same name is being taken in; the queue's.
   absl::Status Join(const std::shared_ptr<WorkerLink>& link, const v1::Hello& hello,
                     const std::function<void(const std::vector<v1::AttemptId>&)>& welcome);
   // Pass on the worker's messages. They are ignored unless `link` is the worker's current stream.
@@ -49,8 +49,8 @@ class Dispatcher final : public JobQueueObserver {
   // Returns the connected workers whose names match the pattern; see CheckDrain.
   std::vector<std::string> ConnectedLike(const std::string& pattern) const;
 
-  // Stops leasing: waits for the answers of the queue that are under way, gives their leases back
-  // and closes all links. Idempotent.
+  // Stops leasing: waits for the queue's pending answers, gives the leases in them back and closes
+  // all links. Idempotent.
   void Stop();
 
   // JobQueueObserver, called from the queue's thread.

@@ -40,9 +40,9 @@ struct FleetWorker {
   SteadyTime heard{};
   SteadyTime away_since{};
 
-  // Adds credit for jobs that the worker asks for.
+  // Adds the credit of a message: jobs that the worker asks for.
   void AddCredit(const v1::Credit& more, SteadyTime now);
-  // Returns its credit without the part for slots that are probably still busy.
+  // Returns the worker's credit without the part for slots that are probably still busy.
   int IdleSlots(SteadyTime now) const;
 };
 
@@ -61,17 +61,17 @@ class Fleet {
   // Returns whether a Hello comes from the same process as the worker's last Hello.
   bool IsSameProcess(const v1::Hello& hello) const;
 
-  // Closes the worker's link, because a newer stream of the name comes, from the same worker or
-  // from another one that took its name.
+  // Closes the worker's link, because a newer stream with this name has arrived, from the same
+  // worker or from another one with the same name.
   void DropLink(const std::string& name, SteadyTime now);
   // Adds a worker that has said Hello, or updates it, with its new link.
   void TakeIn(const std::shared_ptr<WorkerLink>& link, const v1::Hello& hello, SteadyTime now);
-  // Notes that its stream has ended. Returns true if the worker has left and its leases must go to
-  // others.
+  // Notes that the worker's stream has ended. Returns true if the worker had drained and thus has
+  // left, so that its leases must go to other workers.
   bool Break(FleetWorker& worker, SteadyTime now);
   // Notes the end of an attempt; see ConductBook.
   void Reported(const std::string& name, bool succeeded, SteadyTime now);
-  // Returns how many jobs the queue may be asked for on its behalf now.
+  // Returns how many jobs the queue may be asked for on this worker's behalf now.
   int TrustIn(const FleetWorker& worker, SteadyTime now) const;
 
   // Replaces the orders to drain. Workers whose names they match get no leases.
@@ -82,8 +82,8 @@ class Fleet {
   // Returns whether the worker is connected and neither drains by itself nor by an order.
   bool TakesWork(const FleetWorker& worker) const;
 
-  // Finds workers that were silent or away for too long, and forgets those that went long ago.
-  // Returns the workers that were lost since the last call.
+  // Marks workers that were silent or away for too long as lost, and forgets those that were lost
+  // or left long ago. Returns the workers that were lost since the last call.
   std::vector<std::string> CheckPresence(SteadyTime now);
   // Closes all links with `status`.
   void CloseAll(const absl::Status& status);

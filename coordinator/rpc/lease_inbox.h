@@ -37,7 +37,8 @@ struct LeaseNote {
   std::string reason;
 };
 
-// Thread-safe. Shared by the dispatcher and the calls under way, so that the last user destroys it.
+// The queue of notes. Thread-safe. The dispatcher and the pending calls share it, so that the last
+// of them destroys it.
 class LeaseInbox {
  public:
   // Leaves a note for Take.
@@ -52,13 +53,13 @@ class LeaseInbox {
     work_ready_ = true;
     changed_.notify_one();
   }
-  // Ends a wait of Take without a note.
+  // Makes a waiting Take return without a note.
   void Poke() {
     std::lock_guard lock(mu_);
     poked_ = true;
     changed_.notify_one();
   }
-  // Count the calls to the queue that are under way.
+  // Count the pending calls to the queue. CallEnds also leaves the call's answer as a note.
   void CallBegins() {
     std::lock_guard lock(mu_);
     ++calls_in_flight_;
@@ -80,7 +81,7 @@ class LeaseInbox {
     poked_ = false;
     return std::exchange(work_ready_, false);
   }
-  // Returns whether no call is under way and no note is left.
+  // Returns whether no call is pending and no note is left.
   bool IsQuiet() {
     std::lock_guard lock(mu_);
     return calls_in_flight_ == 0 && notes_.empty();

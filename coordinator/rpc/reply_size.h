@@ -29,8 +29,8 @@ void CutTexts(google::protobuf::Message* message, size_t most);
 void FitStudy(v1::StudyStatus* study);
 
 // Moves items into a reply, with their texts cut to `most_text` bytes: at least one item, and more
-// while the reply stays below kMaxReplyBytes. Returns false if items are left; the caller then asks
-// again from the last one.
+// while the reply stays below kMaxReplyBytes. Returns false if items are left over; the client then
+// asks for the next page.
 template <typename Item>
 bool AddItems(std::vector<Item>& items, google::protobuf::RepeatedPtrField<Item>* reply,
               size_t most_text) {

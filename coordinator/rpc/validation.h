@@ -14,7 +14,7 @@
 
 namespace parallax {
 
-// Largest credit at a time; more is a mistake.
+// Largest credit in one message.
 inline constexpr int kMaxCredit = 4096;
 
 absl::Status CheckHello(const v1::Hello& hello, const KindRegistry& kinds);

@@ -19,7 +19,7 @@
 
 namespace parallax {
 
-// The store, as workers are told of it.
+// The store as it is announced to workers.
 struct AnnouncedStore {
   std::string uri;
   std::string id;
@@ -44,7 +44,8 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkerMessage, v1::C
                          public WorkerLink,
                          public std::enable_shared_from_this<WorkStream> {
  public:
-  // Opens a stream; gRPC takes the raw pointer.
+  // Opens a stream. gRPC uses the raw pointer until the stream is done; the stream deletes itself
+  // then.
   static WorkStream* Open(const WorkStreamContext& shared, grpc::CallbackServerContext* call);
 
   // WorkerLink.
@@ -77,7 +78,7 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkerMessage, v1::C
   std::deque<v1::CoordinatorMessage> waiting_;
   v1::CoordinatorMessage outgoing_;
   bool writing_ = false;
-  // Nothing is read or sent any more. Finish is called when the write under way has ended.
+  // True when nothing is read or sent any more. Finish is called when the current write has ended.
   bool closing_ = false;
   grpc::Status end_;
 };

@@ -18,8 +18,9 @@
 
 namespace parallax {
 
-// Checks the numbers that make expansion end: variants, their pairs and rigs. All other checks of a
-// study are those of ValidateStudy (common/config), which every Submit passes first.
+// Checks the numbers on which it depends that the expansion ends: variants, their pairs and rigs.
+// All other checks of a study are those of ValidateStudy (common/config), which every Submit passes
+// first.
 // Errors: kInvalidArgument that names the variant.
 absl::Status CheckStudySpec(const v1::StudySpec& spec);
 
@@ -65,8 +66,9 @@ struct SceneTally {
 };
 inline constexpr int64_t kGiveUpRejected = 50;
 inline constexpr int64_t kGiveUpLost = 10;
-// Returns why the variant should stop taking new seeds; empty while it should go on. With it, a
-// config without valid scenes ends with a clear problem rather than never.
+// Returns the reason why the variant should stop taking new seeds; empty while it should continue.
+// Because of this, a study whose config has no valid scene ends with a clear message instead of
+// running for ever.
 std::string GiveUpReason(const SceneTally& tally);
 
 }  // namespace parallax

@@ -8,8 +8,8 @@
 
 namespace parallax {
 
-// How many jobs of a variant, or of all variants together, are in `state`, such as "READY".
-// `kind`: jobs of that kind only; empty: of all kinds.
+// Return how many jobs of a variant, or of all variants of a study, are in `state`, such as
+// "READY". With a `kind`, count only jobs of that kind.
 inline int64_t JobsInState(const v1::VariantStatus& variant, std::string_view state,
                            std::string_view kind = "") {
   int64_t jobs = 0;

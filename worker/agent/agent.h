@@ -90,12 +90,12 @@ class Agent {
 
   // Takes no new work, and ends Run() when all is finished and reported, or after the grace.
   virtual void Drain() = 0;
-  // The same with the long grace. A later Drain() shortens it.
+  // Drains like Drain(), but with the long grace. A later Drain() shortens it.
   virtual void DrainLong() = 0;
   // Hands back running jobs and ends Run() soon.
   virtual void HandBack() = 0;
 
-  // The answers for health probes.
+  // Returns the answers for health probes.
   virtual WorkerHealth Health() const = 0;
 };
 

@@ -1,5 +1,5 @@
-// The folders that attempts write: in the store itself where this machine sees it, else in a folder
-// here whose files are sent to the store, directly or through the coordinator.
+// The folders that attempts write to: in the store itself if this machine sees it, else staging
+// folders on this machine, whose files are sent to the store, directly or through the coordinator.
 //
 // Not thread-safe.
 #pragma once
@@ -16,7 +16,7 @@
 
 namespace parallax {
 
-// Chooses the folders of attempts by the coordinator's store.
+// Chooses the folders of attempts according to the coordinator's store.
 class AttemptFolders {
  public:
   struct Options {
@@ -26,14 +26,14 @@ class AttemptFolders {
   };
   AttemptFolders(Options options, std::shared_ptr<grpc::Channel> channel);
 
-  // Opens the store that the coordinator names, if it isn't the one at hand.
+  // Opens the store that the coordinator names, unless it is open already.
   // Errors: those of OpenStore, if the worker must see the store itself.
   absl::Status Use(const v1::Welcome& welcome);
-  // The folder for an attempt that writes. Errors: kFailedPrecondition without a store;
+  // Returns the folder for an attempt that writes. Errors: kFailedPrecondition without a store;
   // kInvalidArgument for a path that leaves the store.
   absl::StatusOr<AttemptFolder> Of(const v1::Lease& lease) const;
-  // The folder of a job that writes nothing: the store alone, through the coordinator unless it is
-  // at hand.
+  // Returns the folder of a job that writes nothing. It has only the store to read from, through
+  // the coordinator unless this machine sees the store.
   AttemptFolder ReadOnly(const v1::Lease& lease) const;
 
  private:

@@ -17,7 +17,7 @@ class Backoff {
 
   Backoff(Rng rng, Seconds base, Seconds cap) : rng_(rng), base_(base), cap_(cap), ceiling_(base) {}
 
-  // The next wait.
+  // Returns the next wait.
   Seconds Next() {
     const Seconds wait = ceiling_ * rng_.Uniform();
     ceiling_ = std::min(cap_, ceiling_ * 2);

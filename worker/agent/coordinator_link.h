@@ -39,12 +39,12 @@ class CoordinatorLink {
 
   bool IsOpen() const { return session_ != nullptr; }
   bool IsWelcomed() const { return welcomed_; }
-  // The id of the coordinator that answered last; "" before the first answer.
+  // Returns the id of the coordinator that answered last; "" before the first answer.
   const std::string& coordinator_id() const { return coordinator_id_; }
-  // Not OK: an error that no retry mends.
+  // Returns an error that no retry mends; OK if there is none.
   const absl::Status& fatal() const { return fatal_; }
 
-  // Whether there is no session and the back-off has passed.
+  // Returns whether there is no session and the back-off has passed.
   bool ConnectIsDue() const { return session_ == nullptr && clock_.Steady() >= connect_at_; }
   // Asks the coordinator for its identity. False if none answers, or none that this worker can use.
   bool Meet();
@@ -54,7 +54,7 @@ class CoordinatorLink {
   // Handles the welcome: leases count from now on.
   void Welcomed(const v1::Welcome& welcome);
 
-  // The messages received since the last call.
+  // Returns the messages received since the last call.
   std::deque<v1::CoordinatorMessage> TakeMessages();
   // Ends the session if its stream has ended.
   void HandleEnd();
@@ -68,16 +68,16 @@ class CoordinatorLink {
   void SendHeartbeat(std::vector<v1::Progress> held, bool draining);
   // Notes the answer to a heartbeat, which extends the leases.
   void Answered(int64_t heartbeat_sequence);
-  // Whether the coordinator may have given our leases away: the last message that surely arrived
-  // was sent longer than a lease ago.
+  // Returns whether the coordinator may have given our leases away: the last message that surely
+  // arrived was sent longer than a lease ago.
   bool LeaseIsOver() const;
 
   // Half-closes the stream: the agent sends nothing more and expects its end.
   void Finish();
   void Close();
 
-  // When to look again: when something is due, at the latest at `until`. `has_work`: leased work
-  // runs.
+  // Returns the time at which the link must be looked at again, at the latest `until`. `has_work`:
+  // leased work runs.
   SteadyTime NextLook(SteadyTime until, bool has_work) const;
 
  private:

@@ -1,6 +1,6 @@
-// How a worker leaves when told to: it takes no new work and finishes running jobs, then hands back
-// those that did not end in time, then leaves without those that do not stop. Single-threaded; used
-// by the agent's own thread.
+// How a worker leaves when told to. It takes no new work and finishes running jobs; then it hands
+// back the jobs that did not end in time; then it leaves, even if some of them have not stopped.
+// Single-threaded; used by the agent's own thread.
 #pragma once
 
 #include <optional>
@@ -30,14 +30,14 @@ class Departure {
     std::optional<double> grace_s;  // A more urgent order: running work has so long.
     bool hands_back = false;        // Stop what runs.
   };
-  // `order`: the sharpest so far.
+  // Returns what to do now. `order` is the most urgent order so far.
   Step Advance(LeaveOrder order, SteadyTime now);
 
   bool leaving() const { return phase_ != Phase::kStaying; }
-  // Whether stopped work had its time to notice.
+  // Returns whether the time that stopped work has to end is over.
   bool IsOver(SteadyTime now) const { return phase_ == Phase::kHandingBack && now >= deadline_; }
-  // When Advance or IsOver will change without a new order; SteadyTime::max() while the worker
-  // stays.
+  // Returns the time at which the results of Advance or IsOver change without a new order;
+  // SteadyTime::max() while the worker stays.
   SteadyTime deadline() const { return deadline_; }
 
  private:

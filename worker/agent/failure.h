@@ -11,20 +11,21 @@ namespace parallax {
 // A failed attempt as it is reported.
 struct Failure {
   std::string error;        // One line, at most 1,000 bytes.
-  std::string fingerprint;  // Equal for equal causes on any worker and seed: code and place,
+  std::string fingerprint;  // Equal for equal causes, whatever the worker and the seed.
   bool retryable = false;   // Whether another try, perhaps elsewhere, may succeed.
 };
 
 // Attaches the end of a program's log to `status` for the coordinator: its last 200 lines, at most
 // 16 kB. Errors: `status` itself.
 absl::Status WithLogTail(absl::Status status, std::string_view log);
-// The log attached by WithLogTail; empty if there is none.
+// Returns the log attached by WithLogTail; empty if there is none.
 std::string LogTailOf(const absl::Status& status);
 
 // Describes an error. `status` is not OK; `place` says where it happened: "solve", "render/trace".
 Failure DescribeFailure(const absl::Status& status, std::string_view place);
 
-// Whether a status code means that the work is tried again. Nothing else decides this.
+// Returns whether work that failed with this status code is tried again. Only this function decides
+// that.
 bool IsRetryable(absl::StatusCode code);
 
 }  // namespace parallax

@@ -64,14 +64,14 @@ struct JobOutcome {
 // The worker's side of one kind of jobs.
 class JobHandler {
  public:
-  // `kind` is the coordinator's name for it. `resumes`: files that an attempt put into the store
-  // stay there when it fails or stops, because the next attempt continues from them.
+  // `kind` is the coordinator's name of the kind. With `resumes`, files that an attempt has put
+  // into the store stay there when it fails or stops, because the next attempt continues from them.
   JobHandler(std::string kind, bool writes_output, bool resumes = false)
       : kind_(std::move(kind)), writes_output_(writes_output), resumes_(resumes) {}
   virtual ~JobHandler() = default;
 
   const std::string& kind() const { return kind_; }
-  // Whether attempts write files; kinds that do not need no store.
+  // Returns whether attempts write files. Kinds that write none need no store.
   bool writes_output() const { return writes_output_; }
   bool resumes() const { return resumes_; }
 
@@ -90,7 +90,7 @@ class JobHandler {
 
 // One handler a kind.
 using JobHandlers = std::vector<std::unique_ptr<JobHandler>>;
-// The handler of a kind; null if there is none.
+// Returns the handler of a kind; null if there is none.
 inline JobHandler* FindHandler(const JobHandlers& handlers, std::string_view kind) {
   for (const auto& handler : handlers) {
     if (handler->kind() == kind) return handler.get();

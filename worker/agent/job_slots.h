@@ -57,16 +57,17 @@ class JobSlots {
            ReportSink sink, std::function<void()> on_end);
   ~JobSlots();  // Stops all attempts and waits for them.
 
-  // Starts the attempt when a slot is free. `folder` is for kinds that write output. False when as
-  // many attempts wait as there are slots.
+  // Starts the attempt as soon as a slot is free. `folder` is used by kinds that write output.
+  // Returns false if as many attempts wait as there are slots.
   bool Start(v1::Lease lease, AttemptFolder folder, std::string coordinator_id);
-  // Stops an attempt; the first cause stays. False when it does not run here.
+  // Stops an attempt; the first cause counts. Returns false if it does not run here.
   bool Stop(const v1::AttemptId& attempt, StopCause cause);
   void StopAll(StopCause cause);
-  // Gives up an attempt that does not end: reports it as failed now. Its thread can't be ended, so
-  // its slot stays busy. False when it does not run here or was told to stop.
+  // Gives up an attempt that does not end: reports it as failed now. A thread can't be killed, so
+  // its slot stays busy. Returns false if the attempt does not run here or was told to stop.
   bool Abandon(const v1::AttemptId& attempt);
-  // Removes the waiting attempts and returns them; they leave no trace here.
+  // Removes the attempts that wait for a slot and returns them. They are neither reported nor
+  // listed afterwards.
   std::vector<v1::AttemptId> TakeWaiting();
 
   std::vector<RunningAttempt> Running() const;  // Including stopped jobs that have not ended yet.

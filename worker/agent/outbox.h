@@ -39,15 +39,15 @@ class Outbox {
   Outbox(const Outbox&) = delete;
   Outbox& operator=(const Outbox&) = delete;
 
-  // The reports that Open found, in order of file names. Damaged files are renamed to *.damaged and
-  // logged.
+  // Returns the reports that Open found, in order of file names. Damaged files are renamed to
+  // *.damaged and logged.
   std::vector<Report> TakeLeftovers() { return std::move(leftovers_); }
-  // Durable when it returns. Putting the same report again replaces it.
+  // Writes a report, durably. The same report again replaces it.
   absl::Status Put(const Report& report);
   absl::Status Remove(const Report& report);
   const std::string& directory() const { return directory_; }
-  // Folder for work on its way to a store elsewhere. Open empties it: a dead worker's files there
-  // were not reported.
+  // Returns the folder for files on their way to a store that this machine does not see. Open
+  // empties it: a dead worker's files there were not reported.
   std::string staging() const;
 
  private:

@@ -1,6 +1,6 @@
 // Sends each report until it has a definitive answer: OK, ALREADY_DONE, STALE_FENCE, CANCELLED, or
-// the status kInvalidArgument. After any other status it backs off and tries again, report by
-// report, so that one that the coordinator can't digest does not delay the others.
+// the status kInvalidArgument. After any other status it backs off and tries again. Each report has
+// its own back-off, so that a report that the coordinator can't process does not delay the others.
 #pragma once
 
 #include <functional>
@@ -26,23 +26,25 @@ struct ReportSenderOptions {
 // Thread-safe. Has one thread of its own.
 class ReportSender {
  public:
-  // Starts with the outbox's leftovers. `on_change` is called, from any thread and without locks
-  // held, when a report was tried. `outbox`, `coordinator` and `clock` outlive the sender.
+  // Begins with the reports that are left in the outbox. `on_change` is called, on any thread and
+  // without locks held, after each attempt to send a report. `outbox`, `coordinator` and `clock`
+  // outlive the sender.
   ReportSender(const ReportSenderOptions& options, Outbox& outbox,
                v1::Coordinator::StubInterface& coordinator, Clock& clock, Rng rng,
                std::function<void()> on_change);
-  ~ReportSender();  // Gives up what is in flight; it stays in the outbox.
+  ~ReportSender();  // Stops sending. Unanswered reports stay in the outbox.
 
-  // Writes the report to the outbox, then queues it. Sends it even when the disk refuses it
-  // (logged).
+  // Writes the report to the outbox, then queues it for sending. If the outbox can't be written, it
+  // logs that and sends the report nevertheless.
   void Submit(Report report);
-  // Sends reports for this coordinator from now on; others wait. nullopt: it can't be reached, and
-  // all wait.
+  // Sets the coordinator that is reached now, by its id: only its reports are sent, all others
+  // wait. nullopt: no coordinator is reached, and all reports wait.
   void SetCoordinator(std::optional<std::string> id);
 
-  // Attempts whose reports to this coordinator have no answer yet.
+  // Returns the attempts whose reports to this coordinator have no definitive answer yet.
   std::vector<v1::AttemptId> Pending(const std::string& coordinator_id) const;
-  // Whether leftovers for this coordinator were not tried yet: they go before new work.
+  // Returns whether reports from an earlier run of the worker were not tried yet. The worker takes
+  // no new work before that.
   bool HasUntriedLeftovers(const std::string& coordinator_id) const;
   size_t pending_in_all() const;
 

@@ -29,18 +29,18 @@ class Retirement {
 
   void Began(AttemptKey attempt, SteadyTime now);
   void Ended(AttemptKey attempt, SteadyTime now);
-  // `busy`: whether anything runs or waits here.
+  // Notes whether anything runs or waits in this worker now.
   void Observe(bool busy, SteadyTime now);
 
-  // Whether a job as long as the longest so far would end in time.
+  // Returns whether a job as long as the longest so far would end in time.
   bool TakesWork(SteadyTime now) const;
-  // The reason why the worker should drain now; null while it should stay.
+  // Returns the reason why the worker should drain now; null while it should stay.
   const char* WhyLeave(SteadyTime now) const;
-  // When WhyLeave may change, at the latest `until`.
+  // Returns the time at which WhyLeave may change, at the latest `until`.
   SteadyTime NextLook(SteadyTime until) const;
 
  private:
-  // The latest start for a job as long as the longest so far. Requires a deadline.
+  // Returns the latest start for a job as long as the longest so far. Requires a deadline.
   SteadyTime LastStart() const;
 
   const RetirementOptions options_;

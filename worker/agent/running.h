@@ -14,7 +14,7 @@ namespace parallax {
 std::vector<v1::Progress> ProgressOf(const std::vector<RunningAttempt>& running,
                                      const std::vector<v1::AttemptId>& unanswered);
 
-// Whether at least one attempt was not told to stop.
+// Returns whether at least one attempt was not told to stop.
 bool HasWorkUnderLease(const std::vector<RunningAttempt>& running);
 // Counts the attempts that likely end within `seconds`.
 int CountEndingSoon(const std::vector<RunningAttempt>& running, double seconds);

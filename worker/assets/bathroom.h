@@ -1,4 +1,4 @@
-// Water: taps, wash basins, kitchen sinks, bathtubs.
+// Sanitary ware: taps, wash basins, kitchen sinks, bathtubs.
 #pragma once
 
 #include "worker/assets/families.h"
@@ -18,7 +18,7 @@ struct TapParams {
   bool cross_handles = false;
   uint64_t seed = 0;
 };
-// The spout reaches along +y from the origin.
+// Adds a tap to another asset, with its base at `at`; its spout reaches along +y from there.
 void AddTap(kernel::AssetBuilder& builder, const TapParams& params, const Vec3f& at);
 Asset MakeTap(const TapParams& params);
 Asset SampleTap(Rng& rng);
@@ -38,7 +38,7 @@ struct BathroomSinkParams {
 Asset MakeBathroomSink(const BathroomSinkParams& params);
 Asset SampleBathroomSink(Rng& rng);
 
-// A kitchen sink to be let into a worktop, with its tap.
+// A kitchen sink that is set into a worktop, with its tap.
 struct SinkParams {
   float width_m = 0.6f;
   float depth_m = 0.46f;

@@ -7,7 +7,7 @@
 
 namespace parallax {
 
-// Risers and stringers; treads on stringers only; masonry.
+// Construction: risers and stringers; treads on stringers only; masonry.
 enum class StairBody { kClosed, kOpen, kSolid, kCount };
 enum class StairRail { kBalusters, kCables, kGlass, kCount };
 

@@ -22,7 +22,7 @@ struct AssetFigures {
   bool offers_support = false;     // Other things can stand on it.
 };
 
-// Makes the class with seeds 1..`seeds`, after one more seed that is not counted.
+// Makes the class with seeds 1..`seeds` and measures each, after one seed that is not counted.
 AssetFigures MeasureAssetClass(const AssetClass& asset_class, int seeds);
 
 // Times of one material class.
@@ -36,13 +36,15 @@ struct MaterialFigures {
 // Measures three seeds of the class.
 MaterialFigures MeasureMaterialClass(const MaterialClass& material_class);
 
-// The value below which the fraction `p` in [0, 1] of the sorted values lies; 0 for an empty list.
+// Returns the value below which the fraction `p` in [0, 1] of the sorted values lies; 0 for an
+// empty list.
 double Percentile(const std::vector<double>& sorted, double p);
 
-// "floor", "floor against wall", "on top", "on wall", "ceiling", "opening".
+// Returns the words for a placement: "floor", "floor against wall", "on top", "on wall", "ceiling",
+// "opening"...
 const char* PlacementName(Placement placement);
 
-// "floor", "walls", "metal or glass"...: the tags that are set, joined by ", ".
+// Returns the tags that are set, joined by ", ": "floor", "walls", "metal or glass"...
 std::string TagNames(const MaterialTags& tags);
 
 }  // namespace parallax

@@ -23,17 +23,19 @@ struct SheetRow {
   std::vector<v1::Rig> rigs;
 };
 
-// Six seeds of a class from `first_seed` on, with the materials that rooms would give them, at one
-// common scale. Errors: the catalogue's.
+// Returns a row with six seeds of a class from `first_seed` on, with the materials that rooms would
+// give them, at one common scale. Errors: the catalogue's.
 absl::StatusOr<SheetRow> MakeAssetRow(const AssetClass& asset_class, uint64_t first_seed,
                                       int cell_px);
 
-// A ball of 24 cm, an upright board of 40 cm and a chair, each in two seeds of the material.
+// Returns a row with a ball of 24 cm, an upright board of 40 cm and a chair, each in two seeds of
+// the material.
 // Errors: the catalogue's.
 absl::StatusOr<SheetRow> MakeMaterialRow(const MaterialClass& material_class, uint64_t first_seed,
                                          int cell_px);
 
-// The six cells from left to right, each `cell_px` square. Errors: kCancelled, kResourceExhausted.
+// Renders the row. Returns its six cells from left to right, each `cell_px` square. Errors:
+// kCancelled, kResourceExhausted.
 absl::StatusOr<std::vector<ImageRgb8>> RenderRow(SheetRow row, int cell_px, int samples,
                                                  const CancelToken& cancel);
 

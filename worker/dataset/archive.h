@@ -67,7 +67,7 @@ class ArchiveWriter {
   virtual absl::Status Finish() = 0;
 
   virtual const Totals& totals() const = 0;
-  // Number of frames in the archive, by variant.
+  // Returns the number of frames in the archive, by variant.
   virtual std::map<std::string, int64_t> Frames() const = 0;
 };
 

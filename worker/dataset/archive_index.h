@@ -23,10 +23,10 @@ struct IndexLine {
   std::map<std::string, std::string> files;  // SHA-256 by name.
 };
 
-// Content of index.jsonl: each line with its end.
+// Returns the content of index.jsonl: each line with its line end.
 std::string IndexText(const std::vector<IndexLine>& index);
 
-// "frames/000012/003", relative to the variant's folder.
+// Returns a frame's folder relative to the variant's: "frames/000012/003".
 std::string FramePath(const FrameKey& key);
 
 // Makes the line, with the verdicts of `filters`. Errors: those of Judge.

@@ -24,14 +24,15 @@ struct ContactSheetResult {
   double warp_median_difference = -1;
 };
 
-// `dir` is an archive, one of its variants, or any folder above frame folders (they hold a
-// frame.json). Errors: kNotFound when there is no frame below `dir`.
+// Draws both pictures. `dir` is an archive, one of its variants, or any folder above frame folders
+// (those with a frame.json). Errors: kNotFound if there is no frame below `dir`; those of reading
+// frames and of writing.
 absl::StatusOr<ContactSheetResult> MakeContactSheet(const std::string& dir,
                                                     const std::string& out_png,
                                                     const ContactSheetOptions& options = {});
 
-// Folders below `dir` with a frame.json, sorted. Symbolic links are not followed, nor folders whose
-// name begins with a dot. Errors: as opendir(3).
+// Returns the folders below `dir` with a frame.json, sorted. Does not follow symbolic links and
+// skips folders whose names begin with a dot. Errors: those of opendir(3).
 absl::StatusOr<std::vector<std::string>> FindFrames(const std::string& dir);
 
 }  // namespace parallax

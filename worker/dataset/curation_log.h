@@ -28,18 +28,18 @@ struct CurationScore {
 // The log of one variant. One writer at a time. Not thread-safe.
 class CurationLog {
  public:
-  // Reads the existing log, and drops lines that an interruption broke. Errors: as ReadFile.
+  // Reads the existing log, and drops lines that an interruption broke. Errors: those of ReadFile.
   static absl::StatusOr<CurationLog> Open(const std::string& variant_dir);
 
-  // Returns nothing when this network, in today's version of the trainer, has not scored these
-  // files.
+  // Returns the score of a frame; nothing if this network, with this version of the trainer, has
+  // not scored these files.
   std::optional<CurationScore> Find(const DatasetFrame& frame, const std::string& network) const;
 
   struct Entry {
     const DatasetFrame* frame = nullptr;
     CurationScore score;
   };
-  // Appends the entries durably. Errors: as WriteFile.
+  // Appends the entries durably. Errors: those of WriteFile.
   absl::Status Add(const std::string& network, const std::vector<Entry>& entries);
 
  private:

@@ -38,13 +38,15 @@ struct Dataset {
   std::vector<DatasetVariant> variants;  // In order of name.
 };
 
-// `dir` is an archive (its variants are the folders with an index.jsonl) or one of its variants.
-// Errors: kNotFound when there is no index; kDataLoss for an index line that is not one.
+// Reads the indices of a dataset. `dir` is an archive (its variants are the folders with an
+// index.jsonl) or one of its variants. Faults of a variant's folder do not fail the call; they are
+// in `faults`.
+// Errors: kNotFound if there is no index; kDataLoss for a malformed line of an index.
 absl::StatusOr<Dataset> ReadDataset(const std::string& dir);
 
-// The dataset's variants whose names match one of `patterns`; a trailing * matches the rest.
-// Without patterns, all variants. Errors: kInvalidArgument for a pattern that matches none, listing
-// the variants.
+// Returns the dataset's variants whose names match one of `patterns`; a trailing * matches the
+// rest. Without patterns, all variants. Errors: kInvalidArgument for a pattern that matches none,
+// listing the variants.
 absl::StatusOr<std::vector<DatasetVariant>> ChooseVariants(
     Dataset dataset, const std::vector<std::string>& patterns);
 

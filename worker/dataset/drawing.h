@@ -27,8 +27,8 @@ class Canvas {
   void FillBox(int x, int y, int width, int height, const Rgb& color);
   // Draws with the top left at (x, y), resampled by area (by nearest neighbour if `exact`).
   void DrawImage(int x, int y, int width, int height, const ImageRgb8& image, bool exact = false);
-  // `y` is the baseline; `size_px` the height of capitals. Draws ASCII, and '?' for other
-  // characters.
+  // Draws text. `y` is the baseline, `size_px` the height of capitals. Draws ASCII, and '?' for
+  // other characters.
   void DrawText(int x, int y, std::string_view text, double size_px, const Rgb& color = kText,
                 bool bold = false);
   static int TextWidth(std::string_view text, double size_px);
@@ -42,13 +42,13 @@ class Canvas {
 // Cuts `text` to at most `width`, with ".." in place of the rest.
 std::string FitText(std::string text, double size_px, int width);
 
-// Google's Turbo colour map: `value` in [0, 1] from dark blue to dark red.
+// Returns a colour of Google's Turbo map: `value` in [0, 1] goes from dark blue to dark red.
 Rgb Turbo(double value);
-// A distinct colour for an index; neighbours differ strongly. 0 is black.
+// Returns a distinct colour for an index; neighbours differ strongly. 0 is black.
 Rgb IndexColor(uint32_t index);
 
-// Turbo over the square root, so that the far half of a room stays distinct beside a near chair. 0
-// is black.
+// Returns disparities as Turbo colours of their square root, so that the far half of a room stays
+// distinct beside a near chair. 0 is black.
 ImageRgb8 ColorDisparity(const ImageF& disparity_px, double full_scale_px);
 ImageRgb8 ColorIndices(const ImageU16& indices);
 ImageRgb8 ColorOcclusion(const ImageU8& occlusion);

@@ -38,9 +38,8 @@ struct ExportResult {
   std::vector<std::string> notes;              // Hints to the user, one sentence each.
 };
 
-// Names of the layouts:
-// "flyingthings", "fsd", "crestereo", "wmgstereo", "middlebury", "kitti", "webdataset"; for
-// sequences with flow "flyingthings-flow", "sintel", "dynamic-replica".
+// Returns the names of the layouts: "flyingthings", "fsd", "crestereo", "wmgstereo", "middlebury",
+// "kitti", "webdataset"; for sequences with flow "flyingthings-flow", "sintel", "dynamic-replica".
 const std::vector<std::string>& ExportLayouts();
 
 // Converts the dataset in `dir` to `out_dir`, which must not exist, or be empty. Images are hard

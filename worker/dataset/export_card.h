@@ -22,8 +22,8 @@ ExportCard MakeExportCard(const std::string& layout, const ExportResult& result,
                           const std::string& export_json, const std::string& licence,
                           const std::vector<Shard>& train, const std::vector<Shard>& test);
 
-// The variants' different LICENSE files, concatenated; the usual licence for an archive of an
-// earlier release, which has no file. Errors: those of ReadFile except kNotFound.
+// Returns the variants' different LICENSE files, concatenated; the usual licence for an archive of
+// an earlier release, which has no file. Errors: those of ReadFile except kNotFound.
 absl::StatusOr<std::string> LicenceOf(const std::vector<DatasetVariant>& variants);
 
 }  // namespace parallax

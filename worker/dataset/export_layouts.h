@@ -60,16 +60,17 @@ class ExportLayout {
     (void)frames;
     return std::vector<ExportFile>();
   }
-  // Whether the layout is for sequences with flow: its scenes are runs of frames (sequence_runs.h).
+  // Returns whether the layout is for sequences with flow: its scenes are runs of frames
+  // (sequence_runs.h).
   virtual bool Sequences() const { return false; }
-  // Whether a frame's files are members of a shard, in this order (webdataset).
+  // Returns whether a frame's files are members of a shard, in this order (webdataset).
   virtual bool Shards() const { return false; }
 };
 
-// The layouts for sequences; nullptr for another name.
+// Returns the layouts for sequences; nullptr for another name.
 std::unique_ptr<ExportLayout> MakeSequenceLayout(const std::string& name);
 
-// nullptr for an unknown name.
+// Makes the layout that the options name; nullptr for an unknown name.
 std::unique_ptr<ExportLayout> MakeExportLayout(const ExportOptions& options);
 
 }  // namespace parallax

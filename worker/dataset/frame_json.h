@@ -11,7 +11,7 @@
 
 namespace parallax {
 
-// The pose as a row-major 4x4 matrix.
+// Returns the pose as a row-major 4x4 matrix.
 std::array<std::array<double, 4>, 4> MatrixOf(const v1::Transform& transform);
 
 // As StereoFrame's.
@@ -19,14 +19,14 @@ struct FrameExposures {
   double color = 1, infrared = 1;
 };
 
-// The text of frame.json. One top-level key a line, so that a person can read and diff it. It holds
-// no times: equal inputs give equal bytes. Errors: as TypeOf.
+// Returns the text of frame.json. One top-level key a line, so that a person can read and diff it.
+// It holds no times: equal inputs give equal bytes. Errors: as TypeOf.
 absl::StatusOr<std::string> FrameJson(const v1::Scene& scene, const v1::Rig& rig,
                                       const FrameExposures& exposures,
                                       const FrameStatistics& statistics,
                                       const v1::RenderConfig& render);
 
-// The text of frame.json: one top-level key a line, one entry of the tables a line.
+// Returns the text of frame.json: one top-level key a line, one entry of the tables a line.
 std::string FrameJsonText(const nlohmann::ordered_json& json);
 
 }  // namespace parallax

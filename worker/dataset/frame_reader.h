@@ -11,7 +11,7 @@
 
 namespace parallax {
 
-// Maps that were not written are empty images.
+// A frame in memory. Maps that were not written are empty images.
 struct FrameOnDisk {
   nlohmann::ordered_json json;  // frame.json
   ImageRgb8 left, right;
@@ -21,7 +21,7 @@ struct FrameOnDisk {
   ImageF3 left_normals;
 };
 
-// Reads frame.json of a frame's folder. Errors: kDataLoss if it is not JSON; reading as ReadFile.
+// Reads frame.json of a frame's folder. Errors: kDataLoss if it is not JSON; those of ReadFile.
 absl::StatusOr<nlohmann::ordered_json> ReadFrameJson(const std::string& frame_dir);
 
 // The rectified pair's pinhole in frame.json.
@@ -29,15 +29,16 @@ struct FrameIntrinsics {
   double fx = 0, fy = 0, cx = 0, cy = 0;  // Pixels.
   int width = 0, height = 0;
 };
-// Throws nlohmann's exceptions where a number is missing or is none.
+// Returns the intrinsics in a frame.json. Throws nlohmann's exceptions if a number is missing or of
+// another type.
 FrameIntrinsics IntrinsicsIn(const nlohmann::ordered_json& frame);
 
-// A seed in frame.json: a string of decimal digits, because many readers take JSON's numbers for
-// doubles; a number in older archives. nullopt: neither.
+// Returns a seed of frame.json; nothing if `value` is no seed. Seeds are strings of decimal digits,
+// because many readers of JSON turn numbers into doubles; in older archives they are numbers.
 std::optional<uint64_t> SeedOf(const nlohmann::ordered_json& value);
 
 // Reads both images and the left view's maps. Errors: kDataLoss for a map of another size than the
-// image; reading as Read*.
+// image; those of reading the files.
 absl::StatusOr<FrameOnDisk> ReadFrame(const std::string& frame_dir);
 
 }  // namespace parallax

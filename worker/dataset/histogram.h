@@ -20,17 +20,17 @@ struct Histogram {
     const auto bin = static_cast<size_t>(value / bin_width);
     ++counts[bin < counts.size() ? bin : counts.size() - 1];
   }
-  // Adds the counts of `other`. Both must have the same bins, or this one none.
+  // Adds the counts of `other`. Both must have the same bins, unless this one has none.
   void Merge(const Histogram& other);
   int64_t Total() const;
-  // Share of the counts in bins that end at or below `limit`, which should be a bin's edge. 0 when
-  // empty.
+  // Returns the share of the counts in bins that end at or below `limit`, which should be a bin's
+  // edge. 0 when empty.
   double FractionBelow(double limit) const;
   bool operator==(const Histogram&) const = default;
 };
 
-// The bins of frame.json and the dataset card: the limits of public training code (192, 256, 416,
-// 512, 700, 1000) are edges.
+// Return the empty histograms of frame.json and of the dataset card. The limits of public training
+// code (192, 256, 416, 512, 700, 1000 px) are edges of bins.
 inline Histogram DisparityHistogram() { return {4, 1024 / 4 + 1}; }  // Pixels.
 inline Histogram DepthHistogram() { return {0.25, 20 * 4 + 1}; }     // Metres.
 inline constexpr int kDisparityLimitsPx[] = {192, 256, 416, 512, 700, 1000};

@@ -10,7 +10,7 @@
 
 namespace parallax {
 
-// A little-endian float32 array in C order, (height, width) or (height, width, 3).
+// Returns a little-endian float32 array in C order, (height, width) or (height, width, 3).
 // Source: numpy.lib.format, version 1.0.
 std::string EncodeNpy(const ImageF& image);
 std::string EncodeNpy(const ImageF3& image);
@@ -21,7 +21,8 @@ std::string EncodeNpy(const ImageF3& image);
 inline constexpr float kUnknownFlow = 1e10f;
 std::string EncodeFlo(const ImageF3& flow);
 
-// The bits of `value` as a half float: Dynamic Replica keeps depth and flow so in 16-bit PNG.
+// Returns the bits of `value` as a half float: Dynamic Replica keeps depth and flow so in 16-bit
+// PNG.
 uint16_t HalfBits(float value);
 
 // Packs `bytes` as one member of gzip, without name and time. Errors: kInternal when zlib fails.
@@ -30,7 +31,7 @@ absl::StatusOr<std::string> Gzip(std::string_view bytes);
 // Encodes one member of a tar archive: header, content, padding. Equal arguments give equal bytes.
 // Source: POSIX.1-1988 ustar. Errors: kInvalidArgument for a name longer than 100 characters.
 absl::StatusOr<std::string> TarMember(std::string_view name, std::string_view content);
-// The two zero blocks that end an archive.
+// Returns the two zero blocks that end an archive.
 std::string TarEnd();
 
 }  // namespace parallax

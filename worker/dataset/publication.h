@@ -29,18 +29,18 @@ struct Publication {
   std::vector<CroissantField> fields;
 };
 
-// YAML head of a dataset card as Hugging Face reads it, with both "---" lines. `more` are further
-// lines of YAML at the outermost level, each with its end; may be empty.
+// Returns the YAML head of a dataset card as Hugging Face reads it, with both "---" lines. `more`
+// are further lines of YAML at the outermost level, each with its end; may be empty.
 std::string CardHead(int64_t pairs, bool other_licence, const std::string& more);
 
-// Markdown: a section that says how to cite, with BibTeX, and under which licence the data are.
+// Returns a Markdown section on how to cite, with BibTeX, and on the licence of the data.
 std::string CitationSection(bool other_licence);
 
-// Text of the file LICENSE of a dataset: CC BY 4.0; with `own_pictures`, pictures of
+// Returns the text of a dataset's LICENSE: CC BY 4.0; with `own_pictures`, pictures of
 // materials.picture_dir keep their own licence.
 std::string DataLicence(bool own_pictures);
 
-// JSON-LD with one table, "pairs".
+// Returns the Croissant description as JSON-LD, with one table, "pairs".
 std::string CroissantJson(const Publication& publication);
 
 }  // namespace parallax

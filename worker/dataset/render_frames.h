@@ -24,8 +24,8 @@ class RendererCache {
   std::unique_ptr<Renderer> Take(const std::string& key);
   void Keep(const std::string& key, std::unique_ptr<Renderer> renderer);
 
-  // Equal when a renderer can be used again: the recipe and all of the config but `maps`, of
-  // which only `raw` and `infrared` count.
+  // Returns a key that is equal when a renderer can be used again: the recipe and all of the config
+  // but `maps`, of which only `raw` and `infrared` count.
   static std::string KeyOf(const v1::Scene& scene, const v1::RenderConfig& config);
 
  private:
@@ -37,9 +37,9 @@ class RendererCache {
 // Makes the folder of an attempt durably, with its parents up to the store. Errors: the disk's.
 absl::Status MakeAttemptFolder(const std::string& dir);
 
-// RunRenderJob with the renderer of `factory`. While a rig is rendered, the one before it is
-// encoded and written. Errors: kInvalidArgument for a rig that the scene does not have; the
-// factory's; the renderer's and WriteFrame's, naming the rig.
+// Does what RunRenderJob does, with the renderer of `factory`. While a rig is rendered, the one
+// before it is encoded and written. Errors: kInvalidArgument for a rig that the scene does not
+// have; the factory's; the renderer's and WriteFrame's, naming the rig.
 absl::StatusOr<v1::RenderResult> RenderFrames(const v1::RenderJob& job,
                                               const RenderJobContext& context,
                                               const RendererFactory& factory, RendererCache& cache);

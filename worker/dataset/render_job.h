@@ -18,13 +18,14 @@ struct RenderJobContext {
   std::string attempt_path;  // The same folder's path in the store: prefix of FrameResult.path.
   CancelToken cancel;
   ProgressFn progress;
-  // Told of each frame as soon as its files are on disk, one at a time, on another thread. With it,
-  // a frame that is being written when the job is cancelled is written to its end.
+  // If set, called for each frame as soon as its files are on disk, one call at a time, on another
+  // thread. A frame that is being written when the job is cancelled is then finished.
   std::function<void(const v1::FrameResult&)> finished;
 };
 
-// Errors: kCancelled; kResourceExhausted (disk full, memory); kPermissionDenied; kInvalidArgument
-// for a broken recipe; kNotFound and kDataLoss for a user's picture that is gone or has changed.
+// Runs the job. Errors: kCancelled; kResourceExhausted (disk full, memory); kPermissionDenied;
+// kInvalidArgument for a broken recipe; kNotFound and kDataLoss for a user's picture that is gone
+// or has changed.
 absl::StatusOr<v1::RenderResult> RunRenderJob(const v1::RenderJob& job,
                                               const RenderJobContext& context);
 

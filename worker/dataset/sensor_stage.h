@@ -18,12 +18,12 @@
 
 namespace parallax {
 
-// The stage's key: the SHA-256, as hex, of its version, the config, and the hashes of those `files`
-// of the frame that it reads.
+// Returns the stage's key: the SHA-256, as hex, of its version, the config, and the hashes of those
+// `files` of the frame that it reads.
 std::string SensorKey(const v1::SensorConfig& config,
                       const google::protobuf::RepeatedPtrField<v1::FileEntry>& files);
 
-// Names of the files of a frame that the stage reads.
+// Returns the names of the files of a frame that the stage reads.
 std::vector<std::string> FilesForSensor(const v1::SensorConfig& config);
 
 // Makes left.png, right.png and frame.json, by name. The last is the frame's own with an entry
@@ -34,15 +34,15 @@ absl::StatusOr<std::map<std::string, std::string>> MakeSensorFiles(
     const v1::SensorConfig& config, const std::string& key,
     const std::function<std::string(const std::string& name)>& path_of);
 
-// The key in a frame's frame.json; empty where the pictures are the rendered ones.
+// Returns the key in a frame's frame.json; empty where the pictures are the rendered ones.
 std::string SensorKeyOf(const nlohmann::ordered_json& frame_json);
 
 // The pictures made again from the numbers in frame.json.
 struct SensorPictures {
   ImageRgb8 left, right;
 };
-// `dir` is the frame's folder. Errors: as MakeSensorFiles; kDataLoss for an entry "sensor" that
-// lacks a number.
+// Makes the pictures of a frame in the folder `dir` once more. Errors: those of MakeSensorFiles;
+// kDataLoss for an entry "sensor" that lacks a number.
 absl::StatusOr<SensorPictures> RepeatSensor(const nlohmann::ordered_json& frame_json,
                                             const std::string& dir);
 

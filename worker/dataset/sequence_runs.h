@@ -16,9 +16,9 @@ struct SequenceRun {
   std::vector<const DatasetFrame*> frames;  // At least two.
 };
 
-// In order of scene, baseline, way. `unfiltered`: frames that fail a filter too. Adds the frames
-// that have no neighbour to `single`. Errors: kFailedPrecondition for a frame of no sequence or
-// without flow maps; reading as ReadFrameJson.
+// Finds the runs of a variant, in order of scene, baseline, path. `unfiltered`: frames that fail a
+// filter too. Adds the frames that have no neighbour to `single`. Errors: kFailedPrecondition for a
+// frame of no sequence or without flow maps; reading as ReadFrameJson.
 absl::StatusOr<std::vector<SequenceRun>> FindRuns(const DatasetVariant& variant, bool unfiltered,
                                                   int64_t& single);
 

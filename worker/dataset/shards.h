@@ -32,7 +32,7 @@ class ShardWriter {
   absl::Status Add(const std::vector<ExportFile>& members);
   // Closes the current shard. Errors: as fwrite(3) and fclose(3).
   absl::Status Finish();
-  // The closed shards.
+  // Returns the closed shards.
   const std::vector<Shard>& shards() const { return shards_; }
 
  private:
@@ -52,11 +52,11 @@ class ShardWriter {
   std::unique_ptr<Sha256> hash_;
 };
 
-// YAML that names the files of each split, for the head of an export's README.md: with it Hugging
-// Face `datasets` opens the folder by name.
+// Returns YAML that names the files of each split, for the head of an export's README.md: with it
+// Hugging Face `datasets` opens the folder by name.
 std::string ShardHead(const std::vector<Shard>& train, const std::vector<Shard>& test);
 
-// Markdown: the table of shards, and how to read them.
+// Returns Markdown with the table of shards and how to read them.
 std::string ShardCard(const std::vector<Shard>& train, const std::vector<Shard>& test);
 
 }  // namespace parallax

@@ -33,10 +33,10 @@ struct FrameStatistics {
 // Computes all statistics of a frame; `scene` gives the classes.
 FrameStatistics ComputeStatistics(const v1::Scene& scene, const StereoFrame& frame);
 
-// The numbers above by name, for FrameResult.statistics.
+// Returns the numbers above by name, for FrameResult.statistics.
 std::map<std::string, double> StatisticsByName(const FrameStatistics& statistics);
 
-// The class of an object for tables; "Unknown" if the recipe does not say.
+// Returns the class of an object for tables; "Unknown" if the recipe does not say.
 std::string ClassOf(const v1::SceneObject& object);
 
 // Difference between the left image and the right image warped by the left disparity, outside

@@ -21,8 +21,8 @@ struct VariantSheetResult {
   int pairs_common = 0;  // (scene, rig) that every variant has.
 };
 
-// `dir` is an archive with at least two variants. Errors: kNotFound when it is none;
-// kFailedPrecondition with one variant only, or when no pair is common to all.
+// Draws the sheet. `dir` is an archive with at least two variants. Errors: kNotFound if it is no
+// archive; kFailedPrecondition with one variant only, or when no pair is common to all.
 absl::StatusOr<VariantSheetResult> MakeVariantSheet(const std::string& dir,
                                                     const std::string& out_png,
                                                     const VariantSheetOptions& options = {});

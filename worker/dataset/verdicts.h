@@ -29,7 +29,7 @@ struct FrameFacts {
   std::map<std::string, double> statistics;  // StatisticsByName, as the index keeps them.
 };
 
-// The verdicts that `filters` ask for, in this order:
+// Returns the verdicts that `filters` ask for, in this order:
 //   dark       mean_intensity is below min_mean_intensity
 //   near       min_depth_m is below min_depth_m of the filters
 //   close      the same with min_distance_m, unless that is 0

@@ -32,8 +32,9 @@ struct VerifyResult {
   std::vector<Finding> findings;  // In order of path.
 };
 
-// `dir` is an archive, one of its variants, or a folder that `parallax export` wrote (its files are
-// compared with SHA256SUMS). Geometry of a frame, with the archive's own numbers:
+// Checks a dataset. `dir` is an archive, one of its variants, or a folder that `parallax export`
+// wrote (its files are compared with SHA256SUMS). Geometry of a frame, with the archive's own
+// numbers:
 //   depth and disparity finite, >= 0, and disparity = fx * baseline / depth to 1e-6; sky bit and
 //   depth 0 together; occlusion 0 or 255 and equal to what re-projection with 1 % gives (0.1 % of
 //   the pixels may differ); object and material indices in their tables; normals of length 1 that

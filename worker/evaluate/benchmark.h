@@ -59,15 +59,16 @@ struct BenchmarkKind {
   bool takes_path = false;
 };
 
-// In the order of the paper's table, then what is not in it.
+// Returns all kinds: those of the paper's table in its order, then the others.
 const std::vector<BenchmarkKind>& BenchmarkKinds();
 
 // Where deploy/setup.sh puts the pairs that packages ship.
 inline constexpr char kShippedBenchmarksDir[] = "/opt/parallax/benchmarks";
 
-// `what` is a kind's name, or KIND:PATH for those that take a path ("list:pairs.txt"), or
-// NAME=KIND:PATH to give it a name of its own; without one it is called after the file or folder.
-// `dir` is the folder of benchmarks; "shipped" is looked for in kShippedBenchmarksDir as well.
+// Opens a benchmark. `what` is a kind's name, or KIND:PATH for kinds that take a path
+// ("list:pairs.txt"), or NAME=KIND:PATH to give it a name of its own; without one it is called
+// after the file or folder. `dir` is the folder of benchmarks; "shipped" is looked for in
+// kShippedBenchmarksDir as well.
 // Errors: kInvalidArgument for an unknown name, listing all; kNotFound naming the first missing
 // file or what was looked for; kDataLoss for a benchmark without any pair.
 absl::StatusOr<Benchmark> OpenBenchmark(const std::string& what, const std::string& dir);

@@ -37,13 +37,13 @@ struct CurateOptions {
 // bad. Returns the number of frames scored now.
 //
 // Errors: kCancelled, after which another call goes on; kNotFound naming the first frame without a
-// prediction; as the predictor's, ReadFrameTruth and CurationLog::Add.
+// prediction; those of the predictor, ReadFrameTruth and CurationLog::Add.
 absl::StatusOr<int64_t> ScoreFrames(const DatasetVariant& variant, const CurationNetwork& network,
                                     const CurateOptions& options, CurationLog& log);
 
-// Each frame's mean share of bad pixels over the networks, in [0, 1]: for one network, its bad-2.
-// With several, the mean is the expected share for a network drawn at random. Frames that a network
-// has not scored, and frames without any truth, have no entry.
+// Returns for each frame the mean share of bad pixels over the networks, in [0, 1]. For one network
+// this is its bad-2. With several, the mean is the expected share for a network drawn at random.
+// Frames that a network has not scored, and frames without any truth, have no entry.
 std::map<FrameKey, double> AmbiguousShares(const DatasetVariant& variant,
                                            const std::vector<std::string>& network_ids,
                                            const CurationLog& log);

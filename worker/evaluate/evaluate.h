@@ -33,14 +33,14 @@ struct EvaluateOptions {
 absl::StatusOr<Evaluation> Evaluate(Predictor& predictor, const Benchmark& benchmark,
                                     const EvaluateOptions& options);
 
-// Path of a pair's prediction during an evaluation, and with keep_predictions after it.
+// Returns the path of a pair's prediction during an evaluation, and with keep_predictions after it.
 std::string PredictionPath(const std::string& work_dir, const std::string& pair);
 
 // Errors of one image. Errors: kInvalidArgument for a prediction of another size than the truth.
 absl::StatusOr<Scores> ScorePair(const std::string& pair, const ImageF& predicted_px,
                                  const PairTruth& truth);
 
-// The benchmark with `max_pairs` of its pairs, spread evenly over them; unchanged for 0.
+// Returns the benchmark with `max_pairs` of its pairs, spread evenly over them; unchanged for 0.
 Benchmark Thinned(Benchmark benchmark, int max_pairs);
 
 }  // namespace parallax

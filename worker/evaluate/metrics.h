@@ -36,7 +36,7 @@ struct ErrorTally {
   bool operator==(const ErrorTally&) const = default;
 };
 
-// A figure that a tally gives, lower is better: "bad-2" (percent), "d1" (percent), "epe" (pixels)
+// A kind of figure of a tally; lower is better: "bad-2" (percent), "d1" (percent), "epe" (pixels)
 // or "rmse" (pixels).
 struct Measure {
   enum class Kind { kBad, kD1, kEpe, kRmse };
@@ -46,13 +46,13 @@ struct Measure {
   bool operator==(const Measure&) const = default;
 };
 
-// The share of bad pixels at one of kThresholdsPx (compared exactly; anything else ends the
+// Returns the share of bad pixels at one of kThresholdsPx (compared exactly; anything else ends the
 // process).
 Measure BadAt(double threshold_px);
 inline constexpr Measure kD1Measure = {.kind = Measure::Kind::kD1};
 inline constexpr Measure kEpeMeasure = {.kind = Measure::Kind::kEpe};
 
-// A measure, where it is taken, and how images are put together.
+// A measure, the region where it is taken, and how images are combined.
 struct Metric {
   Measure measure;
   std::string region = "all";  // "all": every pixel with truth; "nocc": those visible to both eyes.
@@ -61,11 +61,11 @@ struct Metric {
   bool operator==(const Metric&) const = default;
 };
 
-// "bad-2", "bad-0.5", "d1", "epe", "rmse".
+// Returns the name of a measure: "bad-2", "bad-0.5", "d1", "epe", "rmse".
 std::string MeasureName(const Measure& measure);
-// "bad-2 nocc", "d1 all pooled".
+// Returns the name of a metric: "bad-2 nocc", "d1 all pooled".
 std::string MetricName(const Metric& metric);
-// The inverse of MetricName. Errors: kInvalidArgument listing what there is.
+// Parses a name that MetricName returns. Errors: kInvalidArgument listing the known names.
 absl::StatusOr<Metric> ParseMetric(std::string_view name);
 
 // The figure as numerator / denominator, so that pooling adds both. For kRmse the quotient is the
@@ -76,7 +76,7 @@ struct Quotient {
 };
 Quotient QuotientOf(const Measure& measure, const ErrorTally& tally);
 
-// In percent or pixels. NaN for a tally without pixels.
+// Returns the figure of a tally, in percent or pixels; NaN for a tally without pixels.
 double FigureOf(const Measure& measure, const ErrorTally& tally);
 
 // Counts the pixels where `truth_px` > 0 and `region` (if not empty) is not 0. All images have the

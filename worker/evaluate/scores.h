@@ -47,7 +47,7 @@ struct Evaluation {
   std::vector<Scores> images;
 };
 
-// One file's content. The same evaluation gives the same bytes.
+// Returns the content of a score file. The same evaluation gives the same bytes.
 std::string EncodeEvaluation(const Evaluation& evaluation);
 // Errors: kDataLoss for a file that ends early or is not one of ours, naming the line.
 absl::StatusOr<Evaluation> DecodeEvaluation(std::string_view text);
@@ -57,13 +57,13 @@ absl::Status WriteEvaluation(const std::string& path, const Evaluation& evaluati
 // Errors: those of ReadFile and DecodeEvaluation, naming the path.
 absl::StatusOr<Evaluation> ReadEvaluation(const std::string& path);
 
-// All score files (*.jsonl with our schema) in `dir` and the folders below it (not in "frames",
-// "curves" and hidden ones), in order of their paths. Errors: kNotFound when there is none; as
-// ReadEvaluation; kFailedPrecondition when two files hold the same run of the same benchmark with
-// different scores.
+// Reads all score files (*.jsonl with our schema) in `dir` and the folders below it (not in
+// "frames", "curves" and hidden ones), in order of their paths. Errors: kNotFound when there is
+// none; as ReadEvaluation; kFailedPrecondition when two files hold the same run of the same
+// benchmark with different scores.
 absl::StatusOr<std::vector<Evaluation>> ReadEvaluations(const std::string& dir);
 
-// The metric over all images that have its region: in percent or pixels; NaN if none has.
+// Returns the metric over all images that have its region: in percent or pixels; NaN if none has.
 double FigureOf(const Metric& metric, const Evaluation& evaluation);
 
 }  // namespace parallax

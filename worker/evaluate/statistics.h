@@ -1,5 +1,5 @@
-// How sure a difference between two predictors is: bootstrap over seeds of training and over
-// images, with differences paired by both.
+// Confidence intervals of figures and of differences between two predictors, by a bootstrap over
+// seeds of training and over images, with differences paired by both.
 //
 // Model. A figure is measured for S seeds on the same I images. Seeds and images are both drawn
 // from larger populations and cross each other: every seed sees every image, so an image that is
@@ -27,7 +27,7 @@ namespace parallax {
 // of 1 the figure is the mean over images; with counts of pixels it is that of the pool.
 using FigureTable = std::vector<std::vector<Quotient>>;
 
-// Number of replicates, level and seed.
+// Number of replicates, confidence level and seed of the bootstrap.
 struct BootstrapOptions {
   int replicates = 2000;  // More make an interval's ends steadier, in proportion to its root.
   double confidence = 0.95;
@@ -40,10 +40,12 @@ struct Interval {
   double low = 0, high = 0;
 };
 
-// The figure: its mean over seeds, each the quotient of sums over images.
+// Returns the mean figure over the seeds; the figure of a seed is the quotient of its sums over
+// images.
 double MeanFigure(const FigureTable& table);
 
-// Errors: kInvalidArgument when the table is empty or its rows differ in length.
+// Returns the figure with its confidence interval. Errors: kInvalidArgument if the table is empty
+// or its rows differ in length.
 absl::StatusOr<Interval> BootstrapFigure(const FigureTable& table, const BootstrapOptions& options);
 
 enum class Verdict { kBetter, kWorse, kNotToldApart };
@@ -63,14 +65,14 @@ struct Comparison {
 
 inline constexpr int kMostSeeds = 1000;
 
-// `a` and `b` have the same seeds and images, in the same order. `seeded`: whether either depends
-// on a seed; without (two classical methods, or files) images alone decide. Errors: as
-// BootstrapFigure; kInvalidArgument when the tables differ in shape.
+// Compares two predictors. `a` and `b` have the same seeds and images, in the same order. `seeded`
+// says whether either depends on a seed; if not (two classical methods, or files), the images alone
+// decide. Errors: those of BootstrapFigure; kInvalidArgument if the tables differ in shape.
 absl::StatusOr<Comparison> ComparePaired(const FigureTable& a, const FigureTable& b, bool seeded,
                                          const BootstrapOptions& options);
 
-// The value that Student's t with `degrees` > 0 (not necessarily whole) exceeds with probability
-// 1 - `probability`, for probabilities in [0.5, 1).
+// Returns the value that Student's t with `degrees` > 0 (not necessarily whole) exceeds with
+// probability 1 - `probability`, for probabilities in [0.5, 1).
 // Source: Abramowitz and Stegun 26.7.1, by the incomplete beta function's continued fraction.
 double StudentQuantile(double probability, double degrees);
 

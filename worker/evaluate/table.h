@@ -1,5 +1,5 @@
-// From score files to the study's table: a row a (variant, trainer), a figure with its interval for
-// each benchmark, and whether rows can be told apart from the baseline.
+// Makes the table of a study from its score files: a row for each (variant, trainer), a figure with
+// its interval for each benchmark, and whether each row can be told apart from the baseline.
 #pragma once
 
 #include <map>
@@ -61,13 +61,14 @@ struct TableOptions {
   BootstrapOptions bootstrap;
 };
 
-// Errors: kInvalidArgument for a baseline that is not there, naming the variants;
-// kFailedPrecondition when evaluations of one benchmark can't be compared: other pairs, other truth
+// Makes the table. Errors: kInvalidArgument for an unknown baseline, naming the variants;
+// kFailedPrecondition if evaluations of one benchmark can't be compared: other pairs, other truth
 // or another metric, both named.
 absl::StatusOr<ResultTable> MakeTable(const std::vector<Evaluation>& evaluations,
                                       const TableOptions& options);
 
-// Formats: "text", "markdown", "latex", "csv", "json". Errors: kInvalidArgument listing them.
+// Returns the table as text in a format: "text", "markdown", "latex", "csv" or "json". Errors:
+// kInvalidArgument for another format, listing these.
 absl::StatusOr<std::string> FormatTable(const ResultTable& table, const std::string& format);
 const std::vector<std::string>& TableFormats();
 

@@ -32,7 +32,7 @@ using EmbreeDevice = EmbreeHandle<RTCDevice, rtcReleaseDevice>;
 using EmbreeScene = EmbreeHandle<RTCScene, rtcReleaseScene>;
 using EmbreeGeometry = EmbreeHandle<RTCGeometry, rtcReleaseGeometry>;
 
-// A ray over distances `near` to `far` along `direction`, with all mask bits set.
+// Returns a ray over distances `near` to `far` along `direction`, with all mask bits set.
 inline RTCRay MakeRay(const Vec3f& origin, const Vec3f& direction, float near, float far) {
   return {.org_x = origin.x(),
           .org_y = origin.y(),

@@ -28,8 +28,8 @@ struct MaterialSlot {
   std::string name;
   std::vector<std::string> families;
   bool emissive = false;  // A lamp's bulb or shade lining: a mesh light of the fixture.
-  // Whether it consists of open surfaces without thickness that are seen from both sides (leaves,
-  // petals, blades of grass); they enclose nothing.
+  // The part consists of open surfaces without thickness that are seen from both sides (leaves,
+  // petals, blades of grass). They enclose nothing.
   bool sheet = false;
 };
 
@@ -39,8 +39,8 @@ struct Mesh {
   std::vector<Vec3f> normals;    // Unit shading normals, object frame.
   // Metres: where solid materials are evaluated; x runs along the part's grain.
   std::vector<Vec3f> texture;
-  // For printed pictures. On sheets of plants, two random numbers in [0, 1], constant over a leaf,
-  // that tell leaves apart. Else 0.
+  // Coordinates of printed pictures. On sheets of plants, two random numbers in [0, 1] for each
+  // leaf, constant over it. Elsewhere 0.
   std::vector<Vec2f> uv;
   std::vector<Triangle> triangles;
   std::vector<MaterialSlot> slots;
@@ -48,7 +48,7 @@ struct Mesh {
   Box3f Bounds() const;
 };
 
-// Errors: kInvalidArgument naming the first broken invariant.
+// Checks the invariants above. Errors: kInvalidArgument naming the first broken one.
 absl::Status ValidateMesh(const Mesh& mesh);
 
 // Appends `part`, transformed by `mesh_from_part` (a rotation and translation, so that normals stay

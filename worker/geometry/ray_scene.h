@@ -36,26 +36,28 @@ class RayScene {
 
   // Places a copy of the mesh; returns its body index (0, 1, 2...).
   uint32_t Add(const Mesh& mesh, const Eigen::Affine3f& world_from_object);
-  // The same for a prepared mesh, which is shared and not copied.
+  // Places a prepared mesh, which is shared and not copied; returns its body index.
   uint32_t Add(std::shared_ptr<const TriangleTree> tree, const Eigen::Affine3f& world_from_object);
   // Removes a body (false) or restores it (true). Needs Commit before the next query.
   void SetEnabled(uint32_t body, bool enabled);
   // Builds the acceleration structure; queries require it.
   void Commit();
 
-  // The nearest hit along a ray, or nothing within `max_distance` (in lengths of `direction`).
+  // Returns the nearest hit along a ray, or nothing within `max_distance` (in lengths of
+  // `direction`).
   std::optional<RayHit> Intersect(
       const Vec3f& origin, const Vec3f& direction,
       float max_distance = std::numeric_limits<float>::infinity()) const;
-  // Whether anything is between two points (1 % of a millimetre is left free at both ends).
+  // Returns whether anything is between two points (1 % of a millimetre is left free at both ends).
   bool Occluded(const Vec3f& from, const Vec3f& to) const;
-  // Distance from `point` to the nearest surface, or `max_distance` if nothing is that near.
+  // Returns the distance from `point` to the nearest surface, or `max_distance` if nothing is that
+  // near.
   float NearestDistance(const Vec3f& point, float max_distance) const;
-  // True when `point` lies inside a closed surface: majority vote of signed crossings over three
-  // fixed directions.
+  // Returns whether `point` lies inside a closed surface: majority vote of signed crossings over
+  // three fixed directions.
   bool Inside(const Vec3f& point) const;
-  // Exact test: whether a triangle of the placed mesh crosses a triangle of the enabled bodies, or
-  // one contains the other. Touching within `tolerance_m` does not count.
+  // Return whether a triangle of the placed mesh crosses a triangle of the enabled bodies, or one
+  // contains the other. The test is exact; touching within `tolerance_m` does not count.
   bool Overlaps(const Mesh& mesh, const Eigen::Affine3f& world_from_object,
                 float tolerance_m = 0.0f) const;
   bool Overlaps(const TriangleTree& tree, const Eigen::Affine3f& world_from_object,

@@ -1,5 +1,5 @@
 // The space around a scene's objects as the scene's type describes it: where rigs and objects may
-// be, how light gets in, what counts as exterior, what ends the view. Renderer, dataset and rigs
+// be, how light gets in, what counts as exterior, where the view ends. Renderer, dataset and rigs
 // read this and never the kind of place. Plain data, world frame, metres.
 #pragma once
 
@@ -24,7 +24,7 @@ struct SkyEnclosure {
   std::vector<SkyPortal> portals;
 };
 
-// All that a scene's type tells about its space.
+// Everything that a scene's type says about its space.
 struct Surroundings {
   // Limits of rigs and floating objects; empty: no limit.
   Eigen::AlignedBox3d bounds;
@@ -35,7 +35,7 @@ struct Surroundings {
   // reaches the horizon: below it, the sky continues as bright as at the horizon.
   bool ground_below_horizon = true;
 
-  // Whether a point is outside all of the place's inner spaces.
+  // Returns whether a point is outside all of the place's inner spaces.
   bool IsExterior(const Vec3f& point) const {
     return !interiors.empty() &&
            std::none_of(interiors.begin(), interiors.end(),

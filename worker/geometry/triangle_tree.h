@@ -29,16 +29,17 @@ class TriangleTree {
 
   const Box3f& bounds() const { return bounds_; }
   size_t triangle_count() const { return triangles_.size(); }
-  // Object frame. Has one more vertex than the mesh, so that Embree may read 16 bytes at the last.
+  // Returns the mesh's positions in the object frame, and one more, so that Embree may read 16
+  // bytes at the last.
   const std::vector<Vec3f>& positions() const { return positions_; }
   const std::vector<std::array<uint32_t, 3>>& triangles() const { return triangles_; }
   const std::vector<Node>& nodes() const { return nodes_; }
   const std::vector<uint32_t>& order() const { return order_; }
-  // One vertex of each part that is connected by shared vertices, thinned to a few dozen.
+  // Returns one vertex of each connected part, thinned to a few dozen.
   const std::vector<Vec3f>& part_points() const { return part_points_; }
 
-  // Whether an object-frame point is inside a closed surface: majority of the signed crossings
-  // along three rays. Sheets (MaterialSlot::sheet) enclose nothing.
+  // Returns whether an object-frame point is inside a closed surface: majority of the signed
+  // crossings along three rays. Sheets (MaterialSlot::sheet) enclose nothing.
   bool Inside(const Vec3f& point) const;
 
  private:
@@ -55,21 +56,21 @@ class TriangleTree {
   Box3f bounds_;
 };
 
-// Whether triangles of the two meshes cross, or one contains a part of the other. Triangles that
-// reach less than `tolerance_m` (world) through each other's planes only touch; coplanar ones never
-// cross. Placements must be similarities.
+// Returns whether triangles of the two meshes cross, or one contains a part of the other. Triangles
+// that reach less than `tolerance_m` (world) through each other's planes only touch; coplanar ones
+// never cross. Placements must be similarities.
 bool Overlap(const TriangleTree& a, const Eigen::Affine3f& world_from_a, const TriangleTree& b,
              const Eigen::Affine3f& world_from_b, float tolerance_m = 0.0f);
 
-// The crossing test of two triangles by itself.   Source: Möller, "A fast triangle-triangle
-// intersection test", 1997.
+// Returns whether two triangles cross: the test that Overlap applies to pairs.   Source: Möller, "A
+// fast triangle-triangle intersection test", 1997.
 bool TrianglesCross(const std::array<Vec3f, 3>& s, const std::array<Vec3f, 3>& t,
                     float tolerance_m);
 
-// Axis-aligned bounds of a transformed box.
+// Returns the axis-aligned bounds of a transformed box.
 Box3f TransformBox(const Eigen::Affine3f& world_from_object, const Box3f& box);
 
-// Unsigned distance from a point to a triangle.
+// Returns the unsigned distance from a point to a triangle.
 float PointTriangleDistance(const Vec3f& point, const std::array<Vec3f, 3>& triangle);
 
 }  // namespace parallax

@@ -57,7 +57,7 @@ class CheckpointKeeper {
   // Removes all checkpoints. Best effort.
   void RemoveAll();
 
-  // The stored checkpoints, by step.
+  // Returns the stored checkpoints, by step.
   const std::vector<CheckpointFacts>& kept() const { return kept_; }
 
  private:

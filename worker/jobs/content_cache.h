@@ -1,6 +1,6 @@
 // The user's own content (common/store/content.h) on this machine: below the picture root, where
-// the operator has brought it, or in a cache, where it comes out of the store once. Several workers
-// may share a cache; each file is checked by its hash before it is used.
+// the operator has put it, or in a cache, into which it is fetched from the store once. Several
+// workers may share a cache. Each file is checked by its hash before it is used.
 //
 //   <dir>/<hash of the list>-<last part of the path>/<last part of the path>/<files>
 #pragma once
@@ -34,12 +34,14 @@ class ContentCache {
  public:
   explicit ContentCache(ContentCacheOptions options) : options_(std::move(options)) {}
 
-  // The folder that `name`, a folder of a config, stands for on this machine, as BelowPictureRoot
-  // takes it: a name that is no reference, or whose content lies below the picture root, is the
-  // path below that; else the content is brought into the cache. A list that the store has not is
-  // no error: the path is taken at its word, and whoever reads it compares hashes. Errors: the
-  // store's and the disk's; kDataLoss for a file that is not what its hash says; kInvalidArgument
-  // for a list that is none; kResourceExhausted for content larger than the cache; kCancelled.
+  // Returns the path of a config's folder `name` on this machine, in the form that BelowPictureRoot
+  // takes. If `name` is no reference to content, or the same content lies below the picture root,
+  // this is the path below that root. Otherwise the content is fetched into the cache, and the path
+  // is absolute. If the store has no list for the reference, the path below the picture root is
+  // returned unchecked, because its readers compare hashes.
+  // Errors: the store's and the disk's; kDataLoss for a file that is not what its hash says;
+  // kInvalidArgument for a list that is none; kResourceExhausted for content larger than the cache;
+  // kCancelled.
   absl::StatusOr<std::string> Bring(const Store& store, const std::string& name,
                                     const FetchContext& context) const;
 
@@ -53,7 +55,8 @@ class ContentCache {
   const ContentCacheOptions options_;
 };
 
-// Puts the folders that the job's config or the job itself names in their places here.
+// Brings all folders that the job names, and replaces their names in the job by paths on this
+// machine.
 // Errors: those of Bring.
 absl::Status BringContent(const ContentCache& cache, const Store& store,
                           const FetchContext& context, v1::SolveJob& job);

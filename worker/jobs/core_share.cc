@@ -38,8 +38,8 @@ absl::StatusOr<CoreShare::Hold> CoreShare::TakeShared(const CancelToken& cancel,
   return Take(1, LOCK_SH, cancel, waiting);
 }
 
-// Whoever is first in the queue takes cores as they become free; so many small jobs can't keep out
-// one that needs all.
+// The first in the queue takes cores as they become free; so many small jobs can't keep out one
+// that needs all.
 absl::StatusOr<CoreShare::Hold> CoreShare::Take(int count, int operation, const CancelToken& cancel,
                                                 const Waiting& waiting) const {
   RETURN_IF_ERROR(MakeFolders(dir_));

@@ -1,6 +1,6 @@
-// Frames that an attempt at a render job has finished, noted where the next attempt finds them: a
-// killed worker costs the pair at hand and not all of its job. The notes stay when the job is done:
-// the coordinator removes them once it has the result.
+// Records of the frames that an attempt at a render job has finished, so that the next attempt can
+// take them over: a killed worker loses only the pair at hand, not its whole job. The records stay
+// when the job is done; the coordinator removes them once it has the result.
 //
 //   <attempt's folder>/003/...           the frame, whole and durable
 //                      finished/003.pb   its FrameResult, written after that
@@ -22,7 +22,7 @@ namespace parallax {
 // The records of one attempt.
 class FinishedFrames {
  public:
-  // `folder` outlives it.
+  // `folder` must outlive the object.
   explicit FinishedFrames(const AttemptFolder& folder) : folder_(folder) {}
 
   // Records a frame whose files are on disk below the attempt's folder; sends a frame in a staging
@@ -37,7 +37,7 @@ class FinishedFrames {
   absl::StatusOr<std::vector<v1::FrameResult>> TakeOver(const v1::RenderJob& job,
                                                         const CancelToken& cancel);
 
-  // Whether the frame is in the store already, although the folder is a staging folder.
+  // Returns whether the frame is in the store already, although the folder is a staging folder.
   bool IsSent(uint32_t rig) const { return sent_.count(rig) > 0; }
 
   // Removes unrecorded files of an attempt that ends without result. Best effort.

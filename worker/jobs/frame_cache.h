@@ -46,7 +46,8 @@ class FrameCache {
   const FrameCacheOptions options_;
 };
 
-// The same for a frame in a folder of this machine. Errors: as reading the files.
+// Returns those files of `names` that a frame in a folder of this machine has. Errors: those of
+// reading the files.
 absl::StatusOr<std::map<std::string, LocalFile>> FilesOfFrame(
     const std::string& dir, const std::vector<std::string>& names);
 

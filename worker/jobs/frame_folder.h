@@ -16,19 +16,20 @@
 
 namespace parallax {
 
-// Names of the maps for training, and of those for errors by class and material as well.
+// Return the names of the files for training, and for evaluation, which also needs the maps for
+// errors by class and material.
 std::vector<std::string> FilesForTraining();
 std::vector<std::string> FilesForEvaluation();
 
-// Which frames are brought, and which of their files.
+// The choice of frames and of their files.
 struct FrameFolderOptions {
   // Files wanted of each frame; maps that were not rendered are left out.
   std::vector<std::string> files;
   double share = 1;  // Share of the passing frames, from the first on; at least one.
   // A control experiment: each pair gets the right image of the pair half the set away.
   bool mismatched = false;
-  // For a curated set: each frame's share of pixels that networks miss, by which frames are
-  // rejected as well (filters.max_ambiguous_share). Null: this does not count.
+  // For a curated set: each frame's share of pixels that networks miss. Frames above
+  // filters.max_ambiguous_share are rejected too. Null: the set is not curated.
   const std::map<FrameKey, double>* ambiguous_shares = nullptr;
   CancelToken cancel;
   std::function<void(double fraction)> progress = [](double) {};

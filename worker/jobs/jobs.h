@@ -13,7 +13,8 @@ std::unique_ptr<JobHandler> MakeRenderHandler(std::shared_ptr<const JobOptions> 
 std::unique_ptr<JobHandler> MakeTrainHandler(std::shared_ptr<const JobOptions> options);
 std::unique_ptr<JobHandler> MakeEvaluateHandler(std::shared_ptr<const JobOptions> options);
 
-// All handlers, in the order in which work flows. `options` may be filled in until the first job.
+// Returns all handlers, in the order in which work flows. `options` may be filled in until the
+// first job.
 inline JobHandlers MakeJobHandlers(std::shared_ptr<const JobOptions> options) {
   JobHandlers handlers;
   handlers.push_back(ShareCores(MakeSolveHandler(options), options));

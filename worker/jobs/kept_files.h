@@ -14,16 +14,16 @@ namespace parallax {
 // Copies files durably and lists them.
 class KeptFiles {
  public:
-  // `folder` outlives it.
+  // `folder` must outlive the object.
   explicit KeptFiles(const AttemptFolder& folder) : folder_(folder) {}
 
   // Copies a file of this machine to `name` in the attempt's folder, durably. Returns its SHA-256.
   // Errors: the disk's.
   absl::StatusOr<std::string> Keep(const std::string& from, const std::string& name);
-  // The same for a text. Errors: the disk's.
+  // Writes `text` to `name` in the attempt's folder, durably. Errors: the disk's.
   absl::Status KeepText(const std::string& text, const std::string& name);
 
-  // All files so far, in the form of results.
+  // Return all files so far, in the form of results and in that of the agent.
   const google::protobuf::RepeatedPtrField<v1::FileEntry>& entries() const { return entries_; }
   std::vector<OutputFile> outputs() const;
 

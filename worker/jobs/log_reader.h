@@ -12,12 +12,12 @@ class LogReader {
  public:
   explicit LogReader(std::string path) : path_(std::move(path)) {}
 
-  // Whole lines since the last call, without line ends; a carriage return (of a progress bar) ends
-  // a line too. With `last`, also an unfinished line.
+  // Returns the whole lines since the last call, without line ends. A carriage return (of a
+  // progress bar) ends a line too. With `last`, includes an unfinished line.
   std::vector<std::string> NewLines(bool last = false);
-  // The end of the log: at most 200 lines and 16 kB.
+  // Returns the end of the log: at most 200 lines and 16 kB.
   std::string Tail() const;
-  // The last line that is not blank; empty if there is none.
+  // Returns the last line that is not blank; empty if there is none.
   std::string LastLine() const;
 
  private:

@@ -19,8 +19,8 @@ struct StoredNetwork {
   v1::FileEntry file;  // Its size and hash.
 };
 
-// Brings the network's file into `dir`, which exists, and makes a predictor of it that uses
-// `threads` threads and keeps its own files in `dir`.
+// Copies the network's file into `dir`, which exists, and returns a predictor that uses `threads`
+// threads and keeps its own files in `dir`.
 //
 // Errors: kUnimplemented for a trainer without a command that predicts; kDataLoss for a file whose
 // hash differs from the trained network's; those of InstalledTrainers::Find, CommandToRun and the

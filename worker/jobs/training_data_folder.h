@@ -17,7 +17,7 @@
 
 namespace parallax {
 
-// Where the data come from and go to.
+// The source and destination of the data.
 struct TrainingDataOptions {
   const Store* store = nullptr;
   FrameCacheOptions cache;
@@ -45,8 +45,9 @@ absl::StatusOr<TrainingDataFolder> MakeTrainingData(const v1::TrainJob& job,
                                                     const TrainerContract& contract,
                                                     const TrainingDataOptions& options);
 
-// How often to repeat each part in a folder that is read evenly, so that pairs are drawn in
-// proportion to `weights`: at least once, at most 20 times. `pairs` > 0.
+// Returns how often each part is repeated in a folder that a trainer reads evenly, so that the
+// parts' shares of the drawn pairs are about `weights`: at least once, at most 20 times. `pairs` >
+// 0.
 std::vector<int> Repetitions(const std::vector<int64_t>& pairs, const std::vector<double>& weights);
 
 }  // namespace parallax

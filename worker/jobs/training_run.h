@@ -1,5 +1,5 @@
-// A trainer's program, run for one job: its folder, its progress, its checkpoints on their way to
-// the store, and its end.
+// Runs a trainer's program for one job: prepares its folder, follows its progress, stores its
+// checkpoints, and judges its end.
 #pragma once
 
 #include <functional>
@@ -18,7 +18,7 @@
 
 namespace parallax {
 
-// Everything about one training that its trainer must know.
+// Everything that a trainer must know about one training.
 struct TrainingPlan {
   InstalledTrainer trainer;
   uint64_t seed = 0;
@@ -31,7 +31,7 @@ struct TrainingPlan {
   Clock* clock = &Clock::System();
 };
 
-// Another attempt's checkpoint, brought here.
+// A checkpoint of an earlier attempt, copied to this machine.
 struct ResumePoint {
   CheckpointFacts facts;
   std::string path;
@@ -51,8 +51,8 @@ struct TrainedNetwork {
   double cpu_s = 0;    // CPU time of this attempt.
 };
 
-// The size of steps between checkpoints: at most about 250, and a divisor of the distance between
-// those for learning curves.
+// Returns the number of training steps between checkpoints: at most 250, and if possible a divisor
+// of the distance between the checkpoints for learning curves.
 int64_t CheckpointEvery(int64_t steps, int checkpoints);
 
 // Runs the trainer to its end. `keeper` gets each new checkpoint. `progress` is told the figures
@@ -62,7 +62,7 @@ int64_t CheckpointEvery(int64_t steps, int checkpoints);
 // Errors: each with the log's tail (see WithLogTail): kFailedPrecondition when a loss is not finite
 // or the trainer's arguments are refused; kResourceExhausted when memory is exhausted; kAborted
 // when a signal ended it; kInternal for another exit status or a missing network; kCancelled;
-// kUnimplemented when the trainer knows no size or batch. As ChildProcess::Start and
+// kUnimplemented when the trainer knows no size or batch. Also those of ChildProcess::Start and
 // CheckpointKeeper::Put.
 absl::StatusOr<TrainedNetwork> RunTrainer(const TrainingPlan& plan,
                                           const std::optional<ResumePoint>& resume,

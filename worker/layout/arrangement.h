@@ -20,7 +20,7 @@
 
 namespace parallax {
 
-// A row of the room's table, as drawn for this seed.
+// A row of the room's table, with what was drawn for this seed.
 struct WantedRow {
   RoomRow row;
   int wanted = 0;                    // Drawn between least and most.
@@ -33,7 +33,7 @@ struct Obstacle {
   double bottom_m = 0, top_m = 0;
 };
 
-// The constant part of solving a room.
+// The inputs of solving a room, which moves do not change.
 struct RoomProblem {
   v1::Room room;  // In its own frame: the inner corner is the origin.
   std::vector<WallStrip> strips;
@@ -94,22 +94,23 @@ class Arrangement {
 
   // Appends the item; it is not placed yet.
   int Add(const Item& item);
-  // The item and all items that stand by it, directly or not.
+  // Returns the item and all items that stand by it, directly or not.
   std::vector<int> WithDependants(int item) const;
   // Removes the item and all items that stand by it.
   void Remove(int item);
-  // Derives the places of the item and of all items that stand by it. False when something can't
-  // fit.
+  // Derives the places of the item and of all items that stand by it. Returns false if one of them
+  // does not fit.
   bool Place(int item);
-  // Whether the item and all items that stand by it keep the hard constraints.
+  // Returns whether the item and all items that stand by it keep the hard constraints.
   bool Allowed(int item) const;
-  // Other items at the item's place. Returns nothing if walls or openings are in the way.
+  // Returns the other items that overlap the item's place; nothing if walls or openings are in the
+  // way.
   std::optional<std::vector<int>> InTheWayOf(int item) const;
-  // Whether two items may overlap in plan: rugs under things, an item on top of the other.
+  // Returns whether two items may overlap in plan: rugs under things, an item on top of the other.
   bool Exempt(const Item& a, const Item& b) const;
   bool IsRug(const Item& item) const;
-  // Whether an object between two heights leaves doors free, and `window_depth_m` before windows
-  // above their sills.
+  // Returns whether an object between two heights leaves doors free, and leaves `window_depth_m`
+  // free in front of windows whose height it reaches.
   bool ClearOfOpenings(const Footprint& footprint, double bottom_m, double top_m,
                        double window_depth_m) const;
 
@@ -128,7 +129,7 @@ class Arrangement {
   std::vector<Item> items_;
 };
 
-// The support to be used first: the largest with room above it. Null if there is none.
+// Returns the support to be used first: the largest with room above it. Null if there is none.
 const SupportSurface* MainSupport(const PooledAsset& asset);
 
 }  // namespace parallax

@@ -13,7 +13,7 @@
 
 namespace parallax {
 
-// One made asset.
+// An asset of the pool.
 struct PooledAsset {
   std::string class_name;
   uint64_t seed = 0;
@@ -23,10 +23,10 @@ struct PooledAsset {
   Box3f bounds;             // Object frame.
   std::vector<Vec2f> hull;  // Convex outline seen from above, counter-clockwise.
 
-  // Bounds in the plan after a turn by `yaw_rad`.
+  // Returns the bounds in the plan after a turn by `yaw_rad`.
   Box2f TurnedBounds(double yaw_rad) const;
 
-  // Tree for exact overlap tests; built at first use.
+  // Returns the tree for exact overlap tests, which is built at first use.
   const std::shared_ptr<const TriangleTree>& Tree() const;
 
  private:

@@ -27,14 +27,15 @@ absl::StatusOr<std::vector<Fixture>> PlaceFixtures(const v1::Room& room,
                                                    const v1::AssetConfig& assets, SceneSeed seed,
                                                    AssetPool& pool);
 
-// Whether the catalogue has the class and the config allows it.
+// Returns whether the catalogue has the class and the config allows it.
 bool ClassAllowed(const v1::AssetConfig& assets, const std::string& class_name);
 
-// Linear colour of a lamp between a warm bulb (0) and neutral white (1), mean 1.
+// Returns the linear colour of a lamp between a warm bulb (`whiteness` 0) and neutral white (1),
+// scaled to a mean of 1.
 Vec3d LampColor(double whiteness);
 
-// The strip before a door or passage, or below a window, that tall objects must leave free: x along
-// the wall, y into the room.
+// The strip in front of a door or passage, or below a window, that tall objects must leave free: x
+// along the wall, y into the room.
 struct WallStrip {
   int wall = 0;
   double low_m = 0, high_m = 0;  // Wall frame.
@@ -42,7 +43,7 @@ struct WallStrip {
   double top_m = 0;
   bool door = false;
 };
-// All strips of a room, wall by wall.
+// Returns all strips of a room, wall by wall.
 std::vector<WallStrip> StripsOf(const v1::Room& room);
 
 }  // namespace parallax

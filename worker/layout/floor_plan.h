@@ -35,12 +35,13 @@ struct Contact {
   int wall_a = 0, wall_b = 0;
   double low = 0, high = 0;
 };
-// The contact of two cells; nothing if they do not touch.
+// Returns the contact of two cells; nothing if they do not touch.
 std::optional<Contact> TouchOf(const Cell& a, const Cell& b);
-// The part of the contact where a door may be; nothing where it is too short.
+// Returns the part of the contact where a door may be; nothing where it is too short.
 std::optional<Contact> DoorStretch(const Cell& a, const Cell& b);
 
-// Cost of a door between rooms of these two kinds, for a house: 0 = as people like it.
+// Returns the cost of a door between rooms of these two kinds in a house: 0 where people want one,
+// more where they do not.
 double LinkCost(const std::string& a, const std::string& b);
 
 // The doors that connect every room to the main one at the least cost, as pairs of cells.
@@ -61,7 +62,8 @@ struct FloorPlan {
   int steps = 0, accepted = 0;
 };
 
-// The terms of the loss, in this order: unreached, links, waste, light, areas, shapes, support.
+// Returns the terms of the loss, in this order: unreached, links, waste, light, areas, shapes,
+// support.
 std::vector<std::pair<std::string, double>> PlanTerms(const std::vector<Cell>& cells,
                                                       const Links& links);
 

@@ -22,7 +22,7 @@ struct Footprint {
     return {Vec2d(center - x - y), Vec2d(center + x - y), Vec2d(center + x + y),
             Vec2d(center - x + y)};
   }
-  // Half extents of the axis-aligned box around it.
+  // Returns the half extents of the axis-aligned box around the footprint.
   Vec2d Extent() const {
     return {std::abs(AxisX().x()) * half.x() + std::abs(AxisY().x()) * half.y(),
             std::abs(AxisX().y()) * half.x() + std::abs(AxisY().y()) * half.y()};
@@ -34,7 +34,7 @@ struct Footprint {
   }
 };
 
-// Whether two are nearer than `gap_m` (by separating axes).
+// Returns whether two footprints overlap or are nearer than `gap_m` (by separating axes).
 inline bool Overlap(const Footprint& a, const Footprint& b, double gap_m) {
   const Vec2d between = b.center - a.center;
   for (const Vec2d& axis : {a.AxisX(), a.AxisY(), b.AxisX(), b.AxisY()}) {

@@ -25,14 +25,14 @@ struct FurnishedObject {
   Vec3d lamp_power_w = Vec3d::Zero();
 };
 
-// The problem that annealing solves: the room in its own frame and the rows of its table as this
-// seed has them.
+// Returns the problem that annealing solves: the room in its own frame and the rows of its table as
+// this seed has them.
 RoomProblem MakeRoomProblem(const v1::Room& room, const RoomTable& table,
                             const v1::AssetConfig& assets, SceneSeed seed);
-// The wishes of every household and of the table.
+// Returns the wishes of every household and of the table.
 std::vector<Wish> WishesOf(const RoomTable& table);
 
-// All classes that rooms, fixtures or openings may use.
+// Returns all classes that rooms, fixtures or openings may use.
 std::vector<std::string> PlacedClasses();
 
 struct Furnishing {

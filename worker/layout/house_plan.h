@@ -1,4 +1,4 @@
-// Draws the empty house: which rooms, where they stand, the doors between them, windows. Private
+// Draws the empty house: the rooms with their places, the doors between them, the windows. Private
 // to worker/layout.
 //
 // Rooms are rectangles that share walls. The main room (index 0) has exactly the size that the
@@ -21,9 +21,10 @@ struct House {
   v1::SolveReport report;       // Solving the floor plan; empty for a single room.
 };
 
-// Deterministic in (config, seed). Openings that find no free stretch of wall are left out; every
-// room can be reached from the main one.
-// Errors: kInvalidArgument for an unknown kind or a room too small to stand in.
+// Draws a house. The result depends only on (config, seed). Openings that find no free stretch of
+// wall are left out; every room can be reached from the main one.
+// Errors: kInvalidArgument for an unknown kind of room, or for a room smaller than 1.5 m x 1.5 m x
+// 1.9 m.
 absl::StatusOr<House> DrawHouse(const v1::RoomConfig& config, SceneSeed seed);
 
 }  // namespace parallax

@@ -1,4 +1,4 @@
-// Stage `layout`: from a seed to a room with its furniture, by simulated annealing over relations.
+// Stage `layout`: turns a seed into a house with furniture, by simulated annealing over relations.
 #pragma once
 
 #include <variant>
@@ -11,13 +11,14 @@
 
 namespace parallax {
 
-// A seed without a valid scene. This is a result, not a failure: the variant's next seed replaces
-// it.
+// The result for a seed without a valid scene. This is not a failure: the variant's next seed
+// replaces it.
 struct Rejected {
   std::string reason;
 };
 
-// Deterministic in (config's fields type, room, furniture, solver, assets; seed).
+// Solves the layout of a seed. The result depends only on the config's fields type, room,
+// furniture, solver and assets, and on the seed.
 // Errors: kCancelled; kInvalidArgument for a config that names unknown classes.
 absl::StatusOr<std::variant<v1::Layout, Rejected>> SolveLayout(const v1::SceneConfig& config,
                                                                SceneSeed seed,

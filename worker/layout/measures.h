@@ -17,10 +17,11 @@ void ForGroup(const Arrangement& a, const std::string& group, Visit visit) {
   }
 }
 
-// Whether people must walk around the item: it neither hangs above their reach nor is a rug.
+// Returns whether people must walk around the item: it neither hangs above their reach nor is a
+// rug.
 bool OnFloor(const Arrangement& a, const Item& item);
 
-// The nearest item of a group; -1 without any.
+// Returns the nearest item of a group; -1 without any.
 int Nearest(const Arrangement& a, const std::string& group, const Vec2d& to, int except);
 
 // Sums cost(index, item, target item) over the group, each with its nearest of the target group.
@@ -35,18 +36,18 @@ double OverPairs(const Arrangement& a, const std::string& group, const std::stri
   return sum;
 }
 
-// Approximate distance of the rectangles: of their axis-aligned bounds; below 0 where these
-// overlap.
+// Returns the distance of the footprints' axis-aligned bounds, an approximation of their own; below
+// 0 where these overlap.
 double GapBetween(const Footprint& a, const Footprint& b);
 
-// Share of the rectangle before the item that other items or walls take; its own seats do not
-// count.
+// Returns the share of the rectangle before the item that other items or walls take; its own seats
+// do not count.
 double FrontTaken(const Arrangement& a, int index, FloorRegion& seen);
 
-// Number of items between the two.
+// Returns the number of items that stand between two items.
 int InTheWay(const Arrangement& a, int from, int to);
 
-// Share of the strip beside the item, on its side -1 or 1, that is taken.
+// Returns the occupied share of the strip beside the item, on its side -1 or 1.
 double SideTaken(const Arrangement& a, int index, double side, FloorRegion& seen);
 
 // The floor on a grid, walked from the doors.

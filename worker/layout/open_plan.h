@@ -8,7 +8,8 @@
 
 namespace parallax {
 
-// Makes `door` between two rooms a wide passage or opens its leaf, as often as the config says.
+// Turns `door`, between the rooms `a` and `b`, into a wide passage or opens its leaf, with the
+// probabilities of the config. Rooms of kinds that stay shut, such as bathrooms, get no passages.
 void OpenUp(const v1::RoomConfig& config, const v1::Room& a, const v1::Room& b, Rng rng,
             v1::Opening& door);
 

@@ -23,19 +23,20 @@ class PartBuilder {
 
   uint16_t Slot(const std::string& name, const std::vector<std::string>& families);
 
-  // A convex polygon, counter-clockwise from outside; texture coordinates are the local points
-  // turned to the grain.
+  // Adds a convex polygon, counter-clockwise from outside. Texture coordinates are the local
+  // points, turned to the grain.
   void Polygon(uint16_t slot, const std::vector<Vec3f>& points, Grain grain = Grain::kX);
   void Quad(uint16_t slot, const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3f& d,
             Grain grain = Grain::kX) {
     Polygon(slot, {a, b, c, d}, grain);
   }
-  // A box whose twelve edges are cut at 45 degrees, `bevel_m` wide; 0 = sharp.
+  // Adds a box whose twelve edges are cut at 45 degrees, `bevel_m` wide; 0 leaves them sharp.
   void Box(uint16_t slot, const Vec3f& low, const Vec3f& high, float bevel_m, Grain grain);
-  // A convex profile in the local (y, z) plane, counter-clockwise seen from +x, drawn from x =
-  // `from` to `to`.
+  // Adds a convex profile in the local (y, z) plane, counter-clockwise seen from +x, extruded from
+  // x = `from` to `to`.
   void ExtrudeX(uint16_t slot, const std::vector<Vec2f>& profile, float from, float to);
-  // A closed cylinder with rounded rims between two local points, shaded smooth around.
+  // Adds a closed cylinder with rounded rims between two local points, with smooth shading around
+  // it.
   void Cylinder(uint16_t slot, const Vec3f& from, const Vec3f& to, float radius_m, int sides = 20);
 
   Mesh Take() { return std::move(mesh_); }

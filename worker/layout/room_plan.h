@@ -18,11 +18,11 @@ struct WallStretch {
   double low_m = 0, high_m = 0;
 };
 
-// The main room without openings. Deterministic in (config, seed).
+// Returns the main room without openings. Deterministic in (config, seed).
 // Errors: kInvalidArgument for an unknown kind or a room too small to stand in.
 absl::StatusOr<v1::Room> DrawMainRoom(const v1::RoomConfig& config, SceneSeed seed);
 
-// The whole length of all four walls.
+// Returns the whole length of all four walls.
 std::vector<WallStretch> WholeWalls(const v1::Room& room);
 
 // Where on a stretch an opening goes.

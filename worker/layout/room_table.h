@@ -30,7 +30,7 @@ enum class Stand {
   kOnWall,      // Hung on a wall.
   kCeiling,     // Hangs from the ceiling, or floats up to it.
 };
-// The relation's name in recipes: "against_wall".
+// Returns the relation's name in recipes: "against_wall".
 std::string_view NameOf(Stand stand);
 
 // One group of furniture. The methods below set the fields, so that tables read like sentences.
@@ -121,11 +121,11 @@ struct RoomTable {
   std::vector<Wish> wishes;
 };
 
-// The wishes of every room: things can be reached and used, walls are not bare, nothing stands in
-// heaps.
+// Returns the wishes of every room: things can be reached and used, walls are not bare, nothing
+// stands in heaps.
 std::vector<Wish> HouseholdWishes(const RoomTable& table);
 
-// The tables, one a kind of room.
+// Returns the tables, one a kind of room.
 RoomTable LivingRoomTable();
 RoomTable DiningRoomTable();
 RoomTable BedroomTable();
@@ -136,13 +136,13 @@ RoomTable ClosetTable();
 RoomTable HallwayTable();
 RoomTable StairsTable();
 
-// Every table in a fixed order.
+// Returns every table in a fixed order.
 const std::vector<RoomTable>& RoomTables();
-// The tables of halls, by the kind of room. Other kinds take that of the living room.
+// Returns the tables of halls, by the kind of room. Other kinds take that of the living room.
 const std::vector<RoomTable>& HallTables();
-// nullptr for an unknown kind.
+// Returns the table of a kind of room; nullptr for an unknown kind.
 const RoomTable* FindRoomTable(std::string_view kind);
-// The table of a room of a known kind, hall or not.
+// Returns the table of a room of a known kind, hall or not.
 const RoomTable& TableOf(const v1::Room& room);
 
 }  // namespace parallax

@@ -21,20 +21,23 @@ struct Touched {
   }
 };
 
-// Current and tried loss.
+// The loss of the current arrangement and of the one that is tried.
 class Score {
  public:
-  // Sums `wishes` and, for each row, the missing items. The problem has at most 64 rows.
+  // The loss is the sum of `wishes` and, for each row of the table, of the missing items. The
+  // problem has at most 64 rows.
   Score(const RoomProblem& problem, const std::vector<Wish>& wishes);
 
-  // Evaluates everything.
+  // Evaluates all terms for a new current arrangement.
   void Reset(const Arrangement& arrangement);
-  // Returns the total for a changed arrangement; only Accept keeps it.
+  // Returns the loss of a changed arrangement. Accept makes the arrangement of the last Try the
+  // current one.
   double Try(const Arrangement& changed, const Touched& touched);
   void Accept();
 
   double total() const { return total_; }
-  // Number of terms that Try evaluated so far, and that it would have without increments.
+  // Return the number of terms that Try has evaluated so far, and the number without incremental
+  // evaluation.
   int64_t evaluated() const { return evaluated_; }
   int64_t possible() const { return possible_; }
   // Writes one soft constraint for each wish.

@@ -9,7 +9,7 @@
 
 namespace parallax {
 
-// A small thing on its bearer, room frame.
+// A small thing on the item that bears it, in the room's frame.
 struct SmallThing {
   const PooledAsset* asset = nullptr;
   Vec3d position = Vec3d::Zero();
@@ -23,7 +23,8 @@ struct SmallFill {
   int wanted = 0;  // How many things the table asks for.
 };
 
-// Makes at most `steps` fillings: one row of the table on one bearer.
+// Fills the supports of an arrangement with small things, in at most `steps` steps; each step
+// places one row of the table on one bearer.
 // Errors: those of the catalogue.
 absl::StatusOr<SmallFill> FillSupports(const Arrangement& arrangement,
                                        const std::vector<SmallRow>& rows,

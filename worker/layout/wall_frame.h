@@ -29,8 +29,8 @@ struct WallFrame {
   }
 };
 
-// The wall's frame within the room's own frame, whose inner corner is (0, 0). `wall` in [0, 3], as
-// Opening.wall.
+// Returns the wall's frame within the room's own frame, whose inner corner is (0, 0). `wall` in [0,
+// 3], as Opening.wall.
 WallFrame FrameOfWall(const v1::Room& room, int wall);
 
 }  // namespace parallax

@@ -4,9 +4,10 @@
 //   Facing("sofa", "tv stand").Weight(4) + Distance("sofa", "tv stand", 1.8, 4.2)
 //   Worst(SidesFree("bed"), Reachable())
 //
-// A wish costs 0 where it is fulfilled, and more the farther the arrangement is from that. It
-// declares its dependencies (groups, and the part of the floor that it read), so that after a move
-// only affected wishes are evaluated again (score.h). Wishes are constant: thread-safe.
+// A wish costs 0 where it is fulfilled, and more the farther the arrangement is from that. The
+// comment of each function that makes a wish says what it costs. It declares its dependencies
+// (groups, and the part of the floor that it read), so that after a move only affected wishes are
+// evaluated again (score.h). Wishes are constant: thread-safe.
 #pragma once
 
 #include <functional>
@@ -51,7 +52,7 @@ struct FloorRegion {
 // A named cost with a weight.
 class Wish {
  public:
-  // `seen` must be grown by the part of the floor on which the cost depends.
+  // Computes the cost, and must add the part of the floor on which it depends to `seen`.
   using Cost = std::function<double(const Arrangement&, FloorRegion& seen)>;
 
   // `groups`: groups whose items affect the cost wherever they are; empty: all.
@@ -84,20 +85,21 @@ class Wish {
   double weight_ = 1;
 };
 
-// The sum of both; the larger of both; the wish only if the room has an item of the group.
+// Return a wish whose cost is the sum of both costs, the larger of both costs, and the cost of
+// `wish` if the room has an item of the group, else 0.
 Wish operator+(const Wish& a, const Wish& b);
 Wish Worst(const Wish& a, const Wish& b);
 Wish If(const std::string& group, const Wish& wish);
 
 // ---- Relations between groups. Each item is related to the nearest of the other group.
-// Turn of its front (+y) from the target: 0 ahead .. 2 behind.
+// Angle between the item's front (+y) and the target, as 1 - cosine: 0 ahead, 2 behind.
 Wish Facing(const std::string& group, const std::string& target);
-// Distance of middles outside [least, most], metres.
+// Amount by which the distance of the middles lies outside [least, most], metres.
 Wish Distance(const std::string& group, const std::string& target, double least_m, double most_m);
 // Shortfall of the gap between edges, metres.
 Wish AwayFrom(const std::string& group, const std::string& target, double gap_m);
 Wish AwayFromDoors(const std::string& group, double gap_m);
-// Number of items in the line of sight.
+// Number of items that stand in the line of sight to the target.
 Wish InView(const std::string& group, const std::string& target);
 // 1 for each item whose back is before a window.
 Wish NotBeforeWindow(const std::string& group);
@@ -107,9 +109,9 @@ Wish NearWindow(const std::string& group);
 Wish SameWall(const std::string& group, const std::string& target);
 
 // ---- Accessibility.
-// Taken share of the floor that people need before each item (AssetClass::front_clearance_m).
+// Occupied share of the floor that people need before each item (AssetClass::front_clearance_m).
 Wish FrontFree(const std::string& group);
-// Taken share of both long sides; the freer side counts twice.
+// Occupied share of the floor along both long sides; the freer side counts twice.
 Wish SidesFree(const std::string& group);
 // Shortfall of space between each item and the walls, and other things, metres.
 Wish SpaceAround(const std::string& group, double wall_m, double thing_m);
@@ -128,7 +130,7 @@ Wish Central(const std::string& group);
 Wish NoSlits();
 // Hanging objects should be this far apart.
 Wish Apart(const std::string& group, double apart_m);
-// The middles of hanging objects should have one height.
+// Sum of the differences in height between the middles of objects that hang on one wall, metres.
 Wish LevelHeights(const std::string& group);
 
 // ---- Fullness.

@@ -13,8 +13,8 @@ namespace parallax {
 class Art {
  public:
   virtual ~Art() = default;
-  // Linear colour at a point of [0, 1]^2 for a footprint of width `w` (in the same units). Not yet
-  // limited to albedos.
+  // Returns the linear colour at a point of [0, 1]^2, for a footprint of width `w` (in the same
+  // units). Not yet limited to albedos.
   virtual Vec3f At(float u, float v, float w) const = 0;
 };
 
@@ -38,7 +38,7 @@ enum class ArtStyle {
 std::unique_ptr<const Art> DrawArt(Rng& rng, ArtStyle style);
 std::unique_ptr<const Art> DrawAnyArt(Rng& rng);
 
-// Five colours that suit each other, darkest first.
+// Draws five colours that suit each other, the darkest first.
 std::array<Vec3f, 5> DrawPalette(Rng& rng);
 
 }  // namespace parallax

@@ -14,12 +14,12 @@ struct Dual8 {
   Float8 value, dx, dy;
 
   Dual8() = default;
-  // A constant: its derivatives are 0.
+  // Makes a constant, whose derivatives are 0.
   Dual8(Float8 v) : value(v), dx(Splat(0)), dy(Splat(0)) {}
   Dual8(Float8 v, Float8 x, Float8 y) : value(v), dx(x), dy(y) {}
 };
 
-// The chain rule: f(x), where f(x.value) is `value` and f'(x.value) is `slope`.
+// Applies the chain rule: returns f(x), where f(x.value) is `value` and f'(x.value) is `slope`.
 inline Dual8 Chain(const Dual8& x, Float8 value, Float8 slope) {
   return {value, slope * x.dx, slope * x.dy};
 }
@@ -34,14 +34,15 @@ inline Dual8 operator-(const Dual8& a, const Dual8& b) {
 inline Dual8 operator*(const Dual8& a, const Dual8& b) {
   return {a.value * b.value, a.value * b.dx + b.value * a.dx, a.value * b.dy + b.value * a.dy};
 }
-// With a constant operand.
+// Operators with one constant operand.
 inline Dual8 operator+(const Dual8& a, Float8 b) { return {a.value + b, a.dx, a.dy}; }
 inline Dual8 operator+(Float8 a, const Dual8& b) { return b + a; }
 inline Dual8 operator-(const Dual8& a, Float8 b) { return {a.value - b, a.dx, a.dy}; }
 inline Dual8 operator-(Float8 a, const Dual8& b) { return {a - b.value, -b.dx, -b.dy}; }
 inline Dual8 operator*(const Dual8& a, Float8 b) { return {a.value * b, a.dx * b, a.dy * b}; }
 inline Dual8 operator*(Float8 a, const Dual8& b) { return b * a; }
-// Multiplies by the reciprocal: one rounding away from the same formula of plain numbers.
+// Multiplies by the reciprocal, so the result may differ in the last bit from the same formula of
+// plain numbers.
 inline Dual8 operator/(const Dual8& a, Float8 b) { return a * (1.0f / b); }
 inline Dual8 operator+(const Dual8& a, float b) { return a + Splat(b); }
 inline Dual8 operator+(float a, const Dual8& b) { return b + Splat(a); }
@@ -92,7 +93,7 @@ inline DualVec8 operator/(const DualVec8& a, float s) { return a * (1.0f / s); }
 template <typename Vec>
 using RealOf = std::remove_cvref_t<decltype(Vec::x)>;
 
-// A vector of three numbers of one type.
+// Returns a vector of three numbers of one type: plain or dual.
 inline Vec3x8 VecOf(Float8 x, Float8 y, Float8 z) { return {x, y, z}; }
 inline DualVec8 VecOf(const Dual8& x, const Dual8& y, const Dual8& z) { return {x, y, z}; }
 template <typename Real>

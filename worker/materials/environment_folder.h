@@ -19,8 +19,8 @@ struct EnvironmentFolder {
 // this process. Errors: as ReadContentFolder.
 absl::StatusOr<EnvironmentFolder> ReadEnvironmentFolder(const std::string& dir);
 
-// The path of the picture with this content. Errors: kNotFound unless this process has read a
-// folder with it; kDataLoss when the file has changed since.
+// Returns the path of the picture with this content. Errors: kNotFound unless this process has read
+// a folder with it; kDataLoss when the file has changed since.
 absl::StatusOr<std::string> FindEnvironment(uint64_t seed);
 
 }  // namespace parallax

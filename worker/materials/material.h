@@ -67,7 +67,7 @@ struct SurfacePoint8 {
   int count = 0;
 
   SurfacePoint8() = default;
-  // From one to eight points.
+  // Packs one to eight points.
   explicit SurfacePoint8(std::span<const SurfacePoint> points);
   SurfacePoint Get(int lane) const;
 };
@@ -105,17 +105,17 @@ class Material {
   virtual ~Material() = default;
   // Properties at eight points; lanes are independent of each other.
   virtual SurfaceSample8 Evaluate(const SurfacePoint8& points) const = 0;
-  // Height of the relief above the mesh, metres (a few tenths of a millimetre to a few
+  // Returns the height of the relief above the mesh, metres (a few tenths of a millimetre to a few
   // millimetres). The renderer bends the shading normal by its gradient. 0 everywhere: smooth.
   virtual Float8 Height(const SurfacePoint8& points) const {
     (void)points;
     return Splat(0);
   }
-  // Height with its derivatives along both directions, metres per metre, which bend the normals.
-  // The default takes differences over half a footprint; `Carved` (surface.h) is exact.
+  // Returns the height with its derivatives along both directions, metres per metre, which bend the
+  // normals. The default takes differences over half a footprint; `Carved` (surface.h) is exact.
   virtual Dual8 Relief(const SurfacePoint8& points, const Tangents8& tangents) const;
 
-  // The same at one point.
+  // Returns the same at one point.
   SurfaceSample Evaluate(const SurfacePoint& point) const {
     return Evaluate(SurfacePoint8({&point, 1})).Get(0);
   }
@@ -161,20 +161,20 @@ struct MaterialClass {
   MaterialTags tags;
 };
 
-// Every class in order of name; built once, thread-safe, lives for the program.
+// Returns every class in order of name; built once, thread-safe, lives for the program.
 const std::vector<MaterialClass>& MaterialCatalogue();
 
-// nullptr when there is no such class.
+// Returns the class of that name; nullptr if there is none.
 const MaterialClass* FindMaterialClass(std::string_view name);
 
-// The classes of a family in order of name, or the one class of that name, ignoring case ("Wood",
-// "wood", "OakWood"). Empty if there is none.
+// Returns the classes of a family in order of name, or the one class of that name, ignoring case
+// ("Wood", "wood", "OakWood"). Empty if there is none.
 std::vector<const MaterialClass*> MaterialsOfFamily(std::string_view family_or_class);
 
-// The classes with a tag, in order of name: MaterialsTagged(&MaterialTags::walls).
+// Returns the classes with a tag, in order of name: MaterialsTagged(&MaterialTags::walls).
 std::vector<const MaterialClass*> MaterialsTagged(bool MaterialTags::*tag);
 
-// Every family once, in order of name.
+// Returns every family once, in order of name.
 std::vector<std::string> MaterialFamilies();
 
 // Makes the material of a class and seed, as recipes name it.

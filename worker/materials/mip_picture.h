@@ -17,11 +17,12 @@ class MipPicture {
   };
   enum class Edge { kClamp, kRepeat };
 
-  // Halves pictures of more than 1024 pixels in width or height. Requires a picture with pixels.
+  // Builds the levels. A picture of more than 1024 pixels in width or height is first halved until
+  // it fits. Requires a picture that is not empty.
   MipPicture(const ImageRgb8& image, Values values, Edge edge);
 
-  // The value at (u, v), where the picture is [0, 1]^2 and v goes up from the bottom; averaged over
-  // about `width`, in units of u.
+  // Returns the value at (u, v), where the picture is [0, 1]^2 and v goes up from the bottom;
+  // averaged over a square of about `width`, in units of u.
   Vec3f At(float u, float v, float width) const;
 
  private:

@@ -48,13 +48,13 @@ inline Bits8 Hash(Int8 x, Int8 y, Int8 z, uint32_t seed) {
   return Mix((Bits8)x * kPrimeX ^ (Bits8)y * kPrimeY ^ (Bits8)z * kPrimeZ ^ seed);
 }
 inline Bits8 Hash(Int8 x, Bits8 seeds) { return Mix((Bits8)x * kPrimeX ^ seeds); }
-// With a random seed in each lane: Hash(3, cell.id).
+// Hashes one number with another seed in each lane, for example Hash(3, cell.id).
 inline Bits8 Hash(int32_t x, Bits8 seeds) {
   return Mix(static_cast<uint32_t>(x) * kPrimeX ^ seeds);
 }
 
-// A number in [0, 1) from a hash. UnitByte gives four independent coarse values (8 bits), `part`
-// 0..3, for choices that need no more.
+// Return a number in [0, 1) from a hash. UnitByte takes one byte of it, by `part` 0..3: four
+// independent values with 8 bits each, for choices that need no more.
 inline float Unit(uint32_t hash) { return static_cast<float>(hash >> 8) * 0x1p-24f; }
 inline float UnitByte(uint32_t hash, int part) {
   return static_cast<float>((hash >> (8 * part)) & 0xff) * (1.0f / 256.0f);
@@ -94,7 +94,7 @@ inline Dual8 Saturate(const Dual8& x) {
   const Mask8 inside = (x.value > 0) & (x.value < 1);
   return Chain(x, Saturate(x.value), Select(inside, Splat(1), Splat(0)));
 }
-// The edges are constants.
+// Returns the smooth step with its derivatives; the edges are constants.
 inline Dual8 SmoothStep(Float8 low, Float8 high, const Dual8& x) {
   const Float8 scale = 1.0f / (high - low);
   const Float8 t = Saturate((x.value - low) / (high - low));
@@ -113,7 +113,8 @@ inline Float8 Fract(Float8 x) { return x - Floor(x); }
 inline int32_t FloorInt(float x) { return static_cast<int32_t>(std::floor(x)); }
 inline float Fract(float x) { return x - std::floor(x); }
 
-// cos(2 pi x) to 1e-3, for x of moderate size: enough for patterns, and faster than libm.
+// Return cos(2 pi x) to 1e-3, for |x| below some thousands: enough for patterns, faster than libm,
+// and the same bits on every machine.
 inline float CosTurn(float x) {
   const float t = std::fabs(Fract(x) * 2.0f - 1.0f);  // 1 at whole x, 0 at half.
   const float s = t * 2.0f - 1.0f;                    // sin(pi/2 s) wanted.
@@ -133,8 +134,8 @@ inline Dual8 CosTurn(const Dual8& x) {
   return Chain(x, CosTurn(x.value), -6.2831853f * CosTurn(x.value - 0.25f));
 }
 
-// Share of a detail's amplitude that a footprint leaves: 1 when the footprint is four times finer
-// than the wavelength, 0 from the Nyquist limit on.
+// Return the share of a detail's amplitude that remains under a footprint: 1 when the footprint is
+// four times finer than the wavelength, 0 from the Nyquist limit on.
 inline float Fade(float wavelength_m, float footprint_m) {
   if (footprint_m * 4.0f <= wavelength_m) return 1.0f;
   const float t = Saturate(wavelength_m / (2.0f * footprint_m) - 1.0f);
@@ -149,9 +150,9 @@ inline Float8 Fade(float wavelength_m, Float8 footprint_m) {
   return Fade(Splat(wavelength_m), footprint_m);
 }
 
-// A lattice point's gradient: three coordinates in [-2^31, 2^31) from one hash. Each is the hash
-// shifted until its own ten bits are the highest: the bits below are negligible, and a 32-bit
-// integer converts to float at once.
+// Return the parts of a lattice point's gradient: LatticeHash mixes the hash, and PartOf takes
+// coordinate 0, 1 or 2 of it, in [-2^31, 2^31). For each, the hash is shifted until other ten bits
+// are the highest; the lower bits are negligible, and a 32-bit integer converts to float directly.
 inline Bits8 LatticeHash(Bits8 h) {
   h ^= h >> 15;
   h *= 0x2c1b3c6du;
@@ -161,9 +162,9 @@ inline Bits8 LatticeHash(Bits8 h) {
 inline Float8 PartOf(Bits8 hash, int part) { return ToFloat((Int8)(hash << (10 * part))); }
 constexpr float kGradient3Scale = 0x1p-31f * 1.56f;
 
-// Gradient noise with features about one unit wide; mean 0, standard deviation about 0.3, almost
-// always in [-1, 1]; C1 continuous. Lanes are x, y, z and (unused) w; corner k of the lattice cell
-// has bits x, y, z from the lowest on.
+// Returns gradient noise with features about one unit wide: mean 0, standard deviation about 0.3,
+// almost always in [-1, 1]; C1 continuous. Lanes are x, y, z and (unused) w; corner k of the
+// lattice cell has bits x, y, z from the lowest on.
 inline float Gradient3(const Float4& position, uint32_t seed) {
   // A constant shift: planes through the origin are common, and on a lattice plane the noise would
   // be weak.
@@ -206,7 +207,7 @@ inline Dual8 Gradient3(const Dual8& x, const Dual8& y, const Dual8& z, uint32_t 
   return Gradient3(DualVec8{x, y, z}, seed);
 }
 
-// The same in two dimensions.
+// Returns gradient noise in two dimensions.
 inline float Gradient2(float px, float py, uint32_t seed) {
   const Float4 p = {px, py, 0, 0};
   const Float4 floor = _mm_floor_ps(p);
@@ -230,8 +231,8 @@ inline float Gradient2(float px, float py, uint32_t seed) {
 Float8 Gradient2(Float8 x, Float8 y, uint32_t seed);
 Dual8 Gradient2(const Dual8& x, const Dual8& y, uint32_t seed);
 
-// Sum of `octaves` of gradient noise, each 0.48 as long and `gain` as strong as the one before;
-// octaves finer than the footprint are left out. About [-1, 1] for gain 0.5.
+// Returns the sum of `octaves` of gradient noise, each 0.48 as long and `gain` as strong as the one
+// before; octaves finer than the footprint are left out. About [-1, 1] for gain 0.5.
 inline float Fbm3(const Vec3f& p_m, float wavelength_m, int octaves, float footprint_m,
                   uint32_t seed, float gain = 0.5f) {
   const Float4 p = {p_m.x(), p_m.y(), p_m.z(), 0};
@@ -247,7 +248,7 @@ inline float Fbm3(const Vec3f& p_m, float wavelength_m, int octaves, float footp
   return sum;
 }
 
-// Fractal noise of numbers or of duals: `Vec` is Vec3x8 or DualVec8.
+// Returns the same sum for eight points, as numbers or as duals: `Vec` is Vec3x8 or DualVec8.
 template <typename Vec>
 RealOf<Vec> Fbm3(const Vec& p_m, float wavelength_m, int octaves, Float8 footprint_m, uint32_t seed,
                  float gain = 0.5f) {
@@ -264,9 +265,9 @@ RealOf<Vec> Fbm3(const Vec& p_m, float wavelength_m, int octaves, Float8 footpri
   return sum;
 }
 
-// The same sum, with the standard deviation of the octaves that the footprint removed. A threshold
-// needs both: otherwise a stain seen from afar would vanish instead of covering its share of every
-// pixel.
+// The value of Fbm3, and the standard deviation `lost` of the octaves that the footprint removed. A
+// threshold needs both; otherwise a stain seen from afar would vanish instead of covering its share
+// of every pixel.
 template <typename Real>
 struct Filtered8 {
   Real value;
@@ -287,8 +288,9 @@ Filtered8<RealOf<Vec>> Fbm3Filtered(const Vec& p_m, float wavelength_m, int octa
   return {value, 0.3f * Sqrt(variance)};
 }
 
-// Share of a footprint in which the sum is above `threshold`; `softness` is half the width of the
-// edge. A smooth step over [-s, s] is the integral of a bell of standard deviation 0.447 s.
+// Returns the share of a footprint in which the sum is above `threshold`; `softness` is half the
+// width of the edge. A smooth step over [-s, s] is the integral of a bell of standard deviation
+// 0.447 s.
 template <typename Real>
 Real Above(const Filtered8<Real>& n, float threshold, float softness) {
   const Float8 lost = n.lost * (1.0f / 0.447f);
@@ -296,7 +298,8 @@ Real Above(const Filtered8<Real>& n, float threshold, float softness) {
   return SmoothStep(threshold - s, threshold + s, n.value);
 }
 
-// Cellular noise: the nearest and second nearest of one feature point a lattice cell.
+// Cellular noise at a point. Each lattice cell has one random feature point; the nearest and the
+// second nearest count.
 struct Cell {
   float f1 = 0,
         f2 = 0;     // Distances, in cells; f1 <= f2. f2 - f1 is 0 on the borders between cells.
@@ -315,7 +318,8 @@ struct CellOf8 {
 using Cell8 = CellOf8<Vec3x8>;
 using DualCell8 = CellOf8<DualVec8>;
 
-// Cellular noise in two and three dimensions. `jitter` in [0, 1]: 0 = a regular grid.
+// Return cellular noise in two and three dimensions. `jitter` in [0, 1] moves the feature points; 0
+// is a regular grid.
 Cell Cells2(float x, float y, uint32_t seed, float jitter = 1.0f);
 Cell8 Cells3(const Vec3x8& p, uint32_t seed, float jitter = 1.0f);
 Cell8 Cells2(Float8 x, Float8 y, uint32_t seed, float jitter = 1.0f);

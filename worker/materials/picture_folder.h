@@ -19,24 +19,27 @@ struct FolderFile {
   std::string sha256;  // Hash of the file's bytes; 64 lower-case hex digits.
 };
 
-// The pictures in `dir` and the folders below it, sorted by name. A process reads a file again only
-// when its size or one of its times has changed. Errors: kNotFound when there is no such folder or
-// no picture in it; reading as ReadFile.
+// Returns the pictures in `dir` and the folders below it, sorted by name. A process reads a file
+// again only when its size or one of its times has changed. Errors: kNotFound when there is no such
+// folder or no picture in it; those of ReadFile.
 absl::StatusOr<std::vector<FolderFile>> ReadPictureFolder(const std::string& dir);
 
-// The same for files whose names end in one of `endings` (".png"; ignoring case). Errors: likewise.
+// Returns all files in `dir` and below it whose names end in one of `endings` (".png"; ignoring
+// case), like ReadPictureFolder. Errors: the same.
 absl::StatusOr<std::vector<FolderFile>> ReadContentFolder(
     const std::string& dir, std::span<const std::string_view> endings);
 
-// The first 8 bytes of a hex SHA-256, big-endian: the seed by which recipes name user content.
+// Returns the first 8 bytes of a hex SHA-256, big-endian: the seed by which recipes name user
+// content.
 uint64_t ContentSeed(std::string_view sha256);
 
-// Hex SHA-256 over the names and contents of all pictures: independent of the folder's path.
+// Returns the hex SHA-256 over the names and contents of all pictures: independent of the folder's
+// path.
 std::string ContentHashOf(const std::vector<FolderFile>& pictures);
 
-// The path of the picture `name` in `dir`, whose content must have the hash `sha256`. Errors:
-// kInvalidArgument for a name that leads out of the folder; kNotFound when the picture is not
-// there; kDataLoss when its content differs.
+// Returns the path of the picture `name` in `dir`, whose content must have the hash `sha256`.
+// Errors: kInvalidArgument for a name that leads out of the folder; kNotFound when the picture is
+// not there; kDataLoss when its content differs.
 absl::StatusOr<std::string> FindPicture(const std::string& dir, const std::string& name,
                                         const std::string& sha256);
 

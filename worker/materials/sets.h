@@ -5,9 +5,9 @@
 
 namespace parallax {
 
-// Whether a material is fully transparent or a perfect mirror, so that cameras see another surface
-// in it. Such materials serve the slots that ask for them (panes, mirrors), but replace others only
-// when the config says `troublesome`.
+// Returns whether a material is fully transparent or a perfect mirror, so that cameras see another
+// surface in it. Such materials serve the slots that ask for them (panes, mirrors), but replace
+// others only when the config says `troublesome`.
 bool IsTroublesome(const MaterialClass& material);
 
 }  // namespace parallax

@@ -20,12 +20,12 @@ constexpr float kGlyphHeight = 6.0f;
 // that the font lacks.
 std::span<const Stroke> GlyphStrokes(char character);
 
-// Distance from a point to the nearest stroke of a line of text that starts at the origin, in cell
-// units. Considers only the letter under the point; returns kGlyphHeight when the nearest stroke is
-// more than about one unit away.
+// Returns the distance from a point to the nearest stroke of a line of text that starts at the
+// origin, in cell units. Considers only the letter under the point; returns kGlyphHeight when the
+// nearest stroke is more than about one unit away.
 float TextDistance(std::string_view text, float x, float y);
 
-// Width of the whole line, in cell units.
+// Returns the width of the whole line, in cell units.
 inline float TextWidth(std::string_view text) {
   return text.empty() ? 0.0f : kGlyphAdvance * static_cast<float>(text.size()) - 1.4f;
 }

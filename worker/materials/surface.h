@@ -21,7 +21,7 @@ Vec3f VaryColor(Rng& rng, const Vec3f& color, double value = 0.12, double tint =
 // Blends towards grey of the same luminance; 0 = unchanged, 1 = grey.
 Vec3f Desaturate(const Vec3f& color, float amount);
 
-// Linear interpolation; Albedo below limits the result.
+// Interpolates linearly. Albedo, below, limits the result to albedos.
 inline Vec3f Mix(const Vec3f& a, const Vec3f& b, float t) { return a + (b - a) * t; }
 // Limits a colour to albedos of real surfaces: none is blacker than 2 % or whiter than 90 %.
 inline Vec3f Albedo(const Vec3f& c) { return c.cwiseMax(0.02f).cwiseMin(0.9f); }
@@ -29,7 +29,7 @@ inline Vec3x8 Mix(const Vec3x8& a, const Vec3x8& b, Float8 t) { return a + (b - 
 inline Vec3x8 Albedo(const Vec3x8& c) {
   return {Clamp(c.x, 0.02f, 0.9f), Clamp(c.y, 0.02f, 0.9f), Clamp(c.z, 0.02f, 0.9f)};
 }
-// Dot product of `axis` and `p` (numbers or duals), summed in the order of Eigen's.
+// Returns the dot product of `axis` and `p` (numbers or duals), summed in the order of Eigen's.
 inline auto Along(const Vec3f& axis, const auto& p) {
   return axis.x() * p.x + (axis.y() * p.y + axis.z() * p.z);
 }
@@ -88,12 +88,13 @@ struct PlaneOf8 {
   Real u, v;
 };
 using PlanePoint8 = PlaneOf8<Float8>;
-// Normal of the face in texture space, or the point's normal where that is unknown.
+// Returns the normal of the face in texture space, or the point's normal where that is unknown.
 inline Vec3x8 FaceOf(const auto& points) {
   const Vec3x8& t = points.texture_normal;
   return Select((t.x != 0) | (t.y != 0) | (t.z != 0), t, points.normal);
 }
-// Plane coordinates of a SurfacePoint8 or ReliefPoint8, along the axes nearest to its face.
+// Returns the plane coordinates of a SurfacePoint8 or ReliefPoint8, along the axes nearest to its
+// face.
 inline auto OnPlane(const auto& points) {
   const Vec3x8 n = FaceOf(points);
   const auto& p = points.texture_m;
@@ -103,14 +104,14 @@ inline auto OnPlane(const auto& points) {
   return PlaneOf8<Real>{Select(along_z | along_y, p.x, p.y), Select(along_z, p.y, p.z)};
 }
 
-// The plane's point in space, for three-dimensional noise.
+// Returns the plane's point in space, for three-dimensional noise.
 template <typename Real>
 auto InPlane(const PlaneOf8<Real>& plane) {
   return VecOf(plane.u, plane.v, Real(Splat(0)));
 }
 
-// 0 where `distance` < 0, 1 where it is > 0, over an edge at least as wide as `softness` and the
-// footprint.
+// Returns 0 where `distance` < 0 and 1 where it is > 0, with an edge between them at least as wide
+// as `softness` and the footprint.
 inline float Edge(float distance, float softness, float footprint) {
   const float width = std::max(softness, footprint);
   if (width <= 0) return distance > 0 ? 1.0f : 0.0f;
@@ -124,8 +125,8 @@ inline Float8 Edge(Float8 distance, float softness, Float8 footprint) {
   return width <= 0 ? sharp : noise::SmoothStep(-0.5f * width, 0.5f * width, distance);
 }
 
-// Share of a footprint that lies within `half_width` of a line whose middle is `distance` away, for
-// seams and gaps of any width. Continuous in all arguments.
+// Returns the share of a footprint that lies within `half_width` of a line whose middle is
+// `distance` away, for seams and gaps of any width. Continuous in all arguments.
 inline float LineShare(float distance, float half_width, float softness, float footprint) {
   const float width = std::max(std::max(softness, footprint), 1e-6f);
   const float low = std::max(distance - 0.5f * width, -half_width);

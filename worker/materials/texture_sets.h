@@ -17,7 +17,7 @@ namespace parallax {
 // Prefix of the names of all user content.
 inline constexpr std::string_view kOwnPrefix = "own:";
 
-// A set of pictures.
+// A set of pictures that make one material.
 struct TextureSet {
   std::string name;   // "own:brick"
   uint64_t seed = 0;  // From its pictures' contents; recipes name a material by name and seed.
@@ -29,9 +29,9 @@ struct TextureFolder {
   std::string sha256;            // Over the names and contents of all of their pictures.
 };
 
-// Finds the sets in `dir` and the folders below it, and remembers their paths in this process, so
-// that MakeOwnTexture finds them. The last of a name's words (ignoring case) that is one of these
-// tells the picture's content; names without any are skipped:
+// Finds the sets in `dir` and the folders below it, and keeps their paths in this process for
+// MakeOwnTexture. A picture's content is told by the last word of its name (ignoring case) that is
+// one of these; pictures without such a word are skipped:
 //   albedo, basecolor, color, colour, col, diffuse, diff      needed
 //   roughness, rough     metallic, metalness, metal
 //   normal, normalgl, nor, nrm, norm, normaldx                dx: y points down

@@ -11,21 +11,21 @@
 
 namespace parallax {
 
-// The class by which recipes name it; it is in no catalogue, because it needs a file.
+// The class name of this material in recipes. It is not in the catalogue, because it needs a file.
 inline constexpr char kUserPicture[] = "UserPicture";
 
-// Sets the folder below which this process may read pictures. Studies name folders in it, and may
-// come from people whom the worker's operator does not know, so nothing is read before a root is
-// set. "/": any folder, for programs that work for the person who started them. Call it before
-// other threads run.
+// Sets the folder below which this process may read pictures. Studies name folders below it. They
+// may come from people whom the worker's operator does not know, so nothing is read before a root
+// is set. "/" allows any folder, for programs that work for the person who started them. Call it
+// before other threads run.
 void SetPictureRoot(std::string root);
 
-// A second folder: what this process itself has brought there, and names by absolute paths. Call it
-// before other threads run.
+// Sets a second folder, whose content this process itself has put there and names by absolute
+// paths. Call it before other threads run.
 void SetContentRoot(std::string root);
 
-// The path of a file or folder that a study names: relative to the picture root, links resolved; or
-// an absolute one below the content root.
+// Returns the path of a file or folder that a study names: relative to the picture root, links
+// resolved; or an absolute one below the content root.
 // Errors: kFailedPrecondition without a root, or for a path outside it.
 absl::StatusOr<std::string> BelowPictureRoot(const std::string& path);
 

@@ -26,10 +26,10 @@ class WoodGrain {
   };
 
   WoodGrain(Rng& rng, const WoodSpecies& species);
-  // Colour at `p_m`, x along the grain. `face` is the unit normal of the cut, which decides how
-  // wide a ring appears.
+  // Returns the colour at `p_m`, x along the grain. `face` is the unit normal of the cut, which
+  // decides how wide a ring appears.
   Point At(const Vec3x8& p_m, const Vec3x8& face, Float8 footprint_m) const;
-  // Relief of fibres and pores in metres, about +-0.1 mm; for numbers and duals.
+  // Returns the relief of fibres and pores in metres, about +-0.1 mm; for numbers and duals.
   template <typename Vec>
   RealOf<Vec> HeightAt(const Vec& p_m, Float8 footprint_m) const;
 

@@ -41,23 +41,24 @@ struct BsdfDirection8 {
 // The BSDF at eight points.
 class Bsdf8 {
  public:
-  // `outside`: o is on the side that the triangle's winding faces.
+  // `outside` says whether o is on the side that the triangle's winding faces.
   Bsdf8(const SurfaceSample8& surface, const Vec3x8& o, Mask8 outside);
 
-  // BSDF times cosine, and density, for light from unit i. Excludes the straight part.
+  // Returns the BSDF times cosine, and density, for light from unit i. Excludes the straight part.
   BsdfValue8 Evaluate(const Vec3x8& i) const;
 
   // Samples a direction. `lobe` picks the lobe, `u` and `v` the direction in it; all are in [0, 1).
   // The density is Evaluate's.
   BsdfDirection8 Sample(Float8 lobe, Float8 u, Float8 v) const;
 
-  // Whether the surface is too sharp for light sampling to be of use.
+  // Returns whether the surface is too sharp for light sampling to be of use.
   Mask8 mirror_like() const { return mirror_like_; }
-  // Whether light from the far side is scattered too.
+  // Returns whether light from the far side is scattered too.
   Mask8 translucent() const { return p_through_ > 0.0f; }
-  // Chance that a sample of glass passes through it.
+  // Returns the chance that a sample of glass passes through it.
   Float8 PassChance() const;
-  // Transmittance of a smooth thin wall without deflection; the chance to sample that way.
+  // Return the transmittance of a smooth thin wall for light that is not deflected, and the chance
+  // to sample that way.
   const Vec3x8& Straight() const { return straight_; }
   Float8 StraightChance() const { return p_straight_; }
 
@@ -66,9 +67,10 @@ class Bsdf8 {
   BsdfValue8 EvaluateRefraction(const Vec3x8& i) const;
   BsdfValue8 EvaluateThinPassage(const Vec3x8& i) const;
   BsdfValue8 EvaluateThroughSheet(const Vec3x8& i) const;
-  // Reflectance of the glass part for a facet seen at this cosine.
+  // Returns the reflectance of the glass part for a facet seen at this cosine.
   Float8 GlassReflectance(Float8 cosine) const;
-  // Transmittance of sheen and clearcoat together, and of clearcoat alone, to the layers below.
+  // Return the transmittance to the layers below: of sheen and clearcoat together, and of clearcoat
+  // alone.
   Float8 Transmitted(Float8 cosine) const;
   Float8 CoatLeft(Float8 cosine) const;
 

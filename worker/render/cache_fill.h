@@ -1,4 +1,5 @@
-// Fills a radiance cache with paths from all viewpoints of a scene; lights learn from them too.
+// Fills a radiance cache with paths from all viewpoints of a scene, from which the light sampler
+// learns too.
 #pragma once
 
 #include <vector>
@@ -9,7 +10,7 @@
 
 namespace parallax {
 
-// How many paths fill the cache, and how fine it is.
+// The number of paths that fill the cache, and its resolution.
 struct CacheFill {
   int64_t paths = 1 << 20;  // Total over all rigs. Time is proportional to it.
   float cell_m = 0.06f;     // Width of cells near the rigs.
@@ -19,11 +20,11 @@ struct CacheFill {
 };
 
 // Traces `fill.paths` paths, from both eyes and in equal shares for each rig, and returns the cache
-// of what their surfaces scatter. `lights` forgets what it learnt before and learns from the same
-// paths the gain of each light in each part of the scene, and the bright spots.
-// The first rounds of paths run to their end, after 32 bounces at the least; later ones end at
-// their third surface with the radiance that earlier rounds learnt. The result depends only on the
-// arguments, not on threads. Errors: kCancelled.
+// of the radiance that surfaces on them scatter. `lights` forgets what it has learnt and learns
+// from these paths the gain of each light in each part of the scene, and the bright spots. The
+// first rounds trace paths of up to 32 bounces, or the limit of `options` if that is larger; later
+// rounds end a path at its third surface with the radiance that earlier rounds have stored. The
+// result depends only on the arguments, not on threads. Errors: kCancelled.
 absl::StatusOr<RadianceCache> FillRadianceCache(const RenderScene& scene, LightTable* lights,
                                                 const PathOptions& options, uint64_t scene_seed,
                                                 const std::vector<StereoCamera>& rigs,

@@ -19,8 +19,8 @@ struct PinholeCamera {
   int width_px = 0, height_px = 0;
   std::shared_ptr<const LensRays> lens;  // None: a pinhole.
 
-  // Direction in the camera frame through image point (x, y) in pixels. A pinhole's direction has z
-  // = 1; a lens's is unit length, so a measure along it is a distance, not a depth.
+  // Returns the direction in the camera frame through image point (x, y) in pixels. A pinhole's
+  // direction has z = 1; a lens's is unit length, so a measure along it is a distance, not a depth.
   Vec3d DirectionAt(double x, double y) const {
     if (lens != nullptr) return lens->DirectionAt(x, y);
     return {(x - cx_px) / fx_px, (y - cy_px) / fy_px, 1.0};
@@ -63,7 +63,7 @@ struct StereoCamera {
     return stereo;
   }
 
-  // The rig's cameras before rectification, which it must have.
+  // Returns the rig's cameras before rectification, which it must have.
   // Errors: as FromRig and CheckRawCamera.
   static absl::StatusOr<StereoCamera> RawFromRig(const v1::Rig& rig) {
     ASSIGN_OR_RETURN(StereoCamera stereo, FromRig(rig));

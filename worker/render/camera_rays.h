@@ -21,12 +21,12 @@ class CameraRays {
         lens_(camera.lens),
         world_from_camera_(camera.world_from_camera.cast<float>()) {}
 
-  // The ray through image point (x, y) in pixels. Its cone is one pixel wide.
+  // Returns the ray through image point (x, y) in pixels. Its cone is one pixel wide.
   Ray Through(float x, float y) const {
     if (lens_ != nullptr) return {origin_, world_from_camera_ * lens_->SampleAt(x, y), 0, spread_};
     return {origin_, (corner_ + x * right_ + y * down_).normalized(), 0, spread_};
   }
-  // The same for eight points.
+  // Returns the same for eight points.
   Rays8 Through(Float8 x, Float8 y) const {
     if (lens_ != nullptr) return ThroughLens(x, y);
     const Vec3x8 to = corner_ + right_ * x + down_ * y;

@@ -1,9 +1,10 @@
 // Clouds of a sky, baked once: for each direction of the upper hemisphere, their radiance and the
 // share of the sky behind them that they let through. They are infinitely far away, as the sky is.
 //
-// There are two layers. Cumulus between 1.2 and 2 km is ray-marched, lit by single scattering
-// towards the sun and by a second, weaker extinction for further scattering; thin streaks lie at 8
-// km. Cover is the share of the layer's area that has cumulus. Constant; thread-safe.
+// There are two layers. Cumulus clouds between 1.2 and 2 km are ray-marched; they are lit by single
+// scattering towards the sun, and by a second term with weaker extinction that stands for multiple
+// scattering. Thin streaks lie at 8 km. Cover is the share of the layer's area that has cumulus.
+// Constant; thread-safe.
 // Source of the two extinctions: Wrenninge et al., "Oz: the great and volumetric", SIGGRAPH 2013.
 #pragma once
 
@@ -35,9 +36,10 @@ class Clouds {
     Vec3x8 radiance;
     Float8 kept;  // Share of the light behind that passes, in [0, 1].
   };
-  // `directions`: unit, world. Those below the horizon are raised to it.
+  // Returns the clouds in eight directions (unit vectors, world frame). Directions below the
+  // horizon are raised to it.
   Layer8 At(const Vec3x8& directions) const;
-  // The share of the sun's light that the clouds let through, in [0, 1].
+  // Returns the share of the sun's light that the clouds let through, in [0, 1].
   float sun_kept() const { return sun_kept_; }
 
  private:

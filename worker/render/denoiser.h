@@ -1,4 +1,4 @@
-// Open Image Denoise behind one class; only denoiser.cc includes its C interface.
+// Wraps Open Image Denoise in one class; only denoiser.cc includes its C interface.
 //
 // Device and filter are kept for the scene; images of one size reuse them. Not thread-safe: one
 // Execute at a time.
@@ -16,7 +16,7 @@ namespace parallax {
 // Denoises HDR pictures with albedo and normal guides.
 class Denoiser {
  public:
-  // Errors: kResourceExhausted, kInternal with the library's message.
+  // Creates device and filter. Errors: kResourceExhausted, kInternal, with the library's message.
   static absl::StatusOr<std::unique_ptr<Denoiser>> Create(DenoiseQuality quality);
   ~Denoiser();
 

@@ -16,14 +16,14 @@ namespace parallax {
 // The picture as a light source: evaluated, sampled, and with its density.
 class Environment {
  public:
-  // A .hdr or .exr. Errors: kInvalidArgument naming the file for one that can't be read, whose
-  // width is not twice its height (to a pixel), with values below 0 or not finite, or without any
-  // light; those of ReadFile.
+  // Reads a .hdr or .exr. Errors: kInvalidArgument naming the file if it can't be decoded, its
+  // width is not twice its height (to a pixel), a value is below 0 or not finite, or it has no
+  // light at all; those of ReadFile.
   static absl::StatusOr<std::shared_ptr<const Environment>> Read(const std::string& path);
-  // Makes it from a picture in memory. Errors: likewise.
+  // Makes an environment from a picture in memory. Errors: kInvalidArgument, as in Read.
   static absl::StatusOr<std::shared_ptr<const Environment>> Make(const ImageF3& picture);
 
-  // Radiance from unit directions, interpolated bilinearly between pixels.
+  // Returns the radiance from unit directions, interpolated bilinearly between pixels.
   Vec3f Radiance(const Vec3f& direction) const;
   Vec3x8 Radiance(const Vec3x8& directions) const;
 
@@ -33,15 +33,15 @@ class Environment {
   Vec3f Sample(float u, float v) const;
   float Pdf(const Vec3f& direction) const;
 
-  // Mean luminance of the upper hemisphere, and the irradiance of a horizontal ground.
+  // Return the mean luminance of the upper hemisphere, and the irradiance of a horizontal ground.
   float mean_luminance() const { return mean_luminance_; }
   float ground_irradiance() const { return ground_irradiance_; }
 
  private:
   Environment() = default;
   void MakeDensity();
-  // Image point of a direction, in columns and rows; pixel (x, y) has its middle at (x + 0.5, y +
-  // 0.5).
+  // Returns the image point of a direction, in columns and rows; pixel (x, y) has its middle at (x
+  // + 0.5, y + 0.5).
   Vec2f PlaceOf(const Vec3f& direction) const;
   Vec3f DirectionOf(float x, float y) const;
 

@@ -23,13 +23,13 @@ inline constexpr float kBright = 0.8f;  // The highest level wanted for the 80th
 inline constexpr float kHoldBack = 0.7f;
 inline constexpr float kShoulder = 0.6f;
 
-// The exposure factor for a pair of linear pictures of the same size; robust to noise.
+// Returns the exposure factor for a pair of linear pictures of the same size; robust to noise.
 float AutomaticExposure(const ImageF3& left, const ImageF3& right);
 
 // Maps exposed linear radiance in [0, inf) to display-linear [0, 1).
 float RollOff(float value);
 
-// The 8-bit level of exposed radiance, before rounding: shoulder and sRGB curve.
+// Returns the 8-bit level of exposed radiance, before rounding: shoulder and sRGB curve.
 float DisplayLevel(float value);
 
 // Applies exposure, shoulder and sRGB curve; rounds to nearest.

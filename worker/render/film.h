@@ -26,7 +26,8 @@ struct PixelSum {
   bool judged = false;      // Whether samples were compared with the ground truth, and how many of
   std::array<int, kMostPartners> agreeing{};  // them lie within 1 px of its disparity, by partner.
   void Add(const PathResult& path);
-  // Variance of the guides within the pixel; large where its samples saw different surfaces.
+  // Returns the variance of the guides within the pixel; large where its samples saw different
+  // surfaces.
   float GuideVariance() const;
 };
 
@@ -40,8 +41,8 @@ class Film {
   void Develop(const PixelAt& at, const PixelSum& sum, int samples);
   // Adds more samples of the guides, without colour, to those of the pixel.
   void AddGuides(const PixelAt& at, const PixelSum& sum);
-  // Pixels whose samples saw different surfaces, judging by the guides: edges and fine patterns,
-  // where guides from few samples are too noisy for the denoiser.
+  // Returns the pixels whose samples saw different surfaces, judging by the guides: edges and fine
+  // patterns, where guides from few samples are too noisy for the denoiser.
   std::vector<PixelAt> MixedPixels() const;
 
   int width() const { return color.width(); }

@@ -21,10 +21,10 @@ struct FlowTarget {
   std::map<uint32_t, Eigen::Affine3d> then_from_now;
 };
 
-// Flow of both eyes of `rig` to the frames before and after it; FillNoFlow where there is none. The
-// views have their ground truth. `scene` is that of `moving`, which is at the rig's time before and
-// after. `kept_left`: the left view of a rig with the same left eye, whose occlusion is taken over;
-// nullptr: none. Errors: kCancelled; what Embree says.
+// Computes the flow of both eyes of `rig` to the frames before and after it; where there is no such
+// frame, calls FillNoFlow. The views have their ground truth. `scene` is that of `moving`, which is
+// at the rig's time before and after. `kept_left`: the left view of a rig with the same left eye,
+// whose occlusion is taken over; nullptr: none. Errors: kCancelled; what Embree says.
 absl::Status TraceFlow(const RigBook& book, const v1::Rig& rig, const View* kept_left,
                        const RenderScene& scene, MovingScene& moving, const CancelToken& cancel,
                        StereoFrame* frame);
@@ -42,7 +42,7 @@ void FillFlow(const View& now, const PinholeCamera& camera, const FlowTarget& ta
 absl::Status MarkHidden(const RenderScene& then, const View& now, const PinholeCamera& camera,
                         const FlowTarget& target, const CancelToken& cancel, FlowMaps* maps);
 
-// No neighbour: flow 0, kFlowNone.
+// Fills maps for a missing neighbour: flow 0, kFlowNone.
 void FillNoFlow(const PinholeCamera& camera, FlowMaps* maps);
 
 }  // namespace parallax

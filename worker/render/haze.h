@@ -19,11 +19,11 @@ class Haze {
   Haze() = default;  // No haze.
   explicit Haze(const v1::Air& air);
 
-  // Whether there is no haze.
+  // Returns whether there is no haze.
   bool clear() const { return per_m_ <= 0; }
-  // Transmittance along unit `direction` over `distance` metres, in [0, 1].
+  // Returns the transmittance along unit `direction` over `distance` metres, in [0, 1].
   Float8 Transmittance(const Vec3x8& origin, const Vec3x8& direction, Float8 distance) const;
-  // Radiance of air so thick that nothing behind it is seen.
+  // Returns the radiance of air so thick that nothing behind it is seen.
   Vec3x8 Glow(const SkyModel& sky, const Vec3x8& direction) const;
 
  private:

@@ -23,12 +23,13 @@ namespace parallax {
 // wholly: lamps of today give little in the infrared.
 inline constexpr float kAmbientInfrared = 0.15f;
 
-// A surface's or lamp's infrared level, from its colour: recipes know no spectra beyond red,
-// and red is their next neighbour.
+// Returns a surface's or lamp's infrared level, from its colour: recipes know no spectra beyond
+// red, and red is their next neighbour.
 inline float InfraredOf(const Vec3f& rgb) { return Vec3f(0.6f, 0.3f, 0.1f).dot(rgb); }
 
-// Radiance, W/(m^2 sr), that one eye sees of the projector's light; (height, width) of the camera,
-// a pinhole. `origin`: where the projector stands, in the world; its axes are the camera's.
+// Returns the radiance, in W/(m^2 sr), that one eye sees of the projector's light; (height, width)
+// of the camera, a pinhole. `origin`: where the projector stands, in the world; its axes are the
+// camera's.
 // Errors: kCancelled.
 absl::StatusOr<ImageF> TraceProjector(const RenderScene& scene, const PinholeCamera& camera,
                                       const DotPattern& pattern, const Vec3d& origin,

@@ -13,18 +13,18 @@ class LensRays {
  public:
   static std::shared_ptr<const LensRays> Make(const RawIntrinsics& camera);
 
-  // Whether a direction leads to image point (x, y): distortion that was fitted to a real lens may
-  // end before the picture's corners.
+  // Returns whether a direction leads to image point (x, y): distortion that was fitted to a real
+  // lens may end before the picture's corners.
   bool Sees(double x, double y) const { return whole_ || Unproject(x, y).has_value(); }
-  // The unit direction, camera frame, through image point (x, y) in pixels; exact. Where no
+  // Returns the unit direction, camera frame, through image point (x, y) in pixels; exact. Where no
   // direction leads to it, returns that of the last reachable point on the way from the principal
   // point.
   Vec3d DirectionAt(double x, double y) const;
-  // The same, interpolated linearly between the corners of the pixels: within 1e-3 px. For the many
-  // samples of a picture.
+  // Returns the same, interpolated linearly between the corners of the pixels: within 1e-3 px. For
+  // the many samples of a picture.
   Vec3f SampleAt(float x, float y) const;
-  // The image point, in pixels, of a direction in the camera frame; nothing if the lens does not
-  // see it. The point may lie outside the picture.
+  // Returns the image point, in pixels, of a direction in the camera frame; nothing if the lens
+  // does not see it. The point may lie outside the picture.
   std::optional<Vec2d> PointOf(const Vec3d& direction) const;
 
  private:

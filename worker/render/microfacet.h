@@ -12,20 +12,20 @@ namespace parallax {
 struct Ggx8 {
   Float8 alpha;
 
-  // Density of facets with normal h.
+  // Returns the density of facets with normal h.
   Float8 D(const Vec3x8& h) const {
     const Float8 a2 = alpha * alpha;
     const Float8 q = (h.x * h.x + h.y * h.y) / a2 + h.z * h.z;
     return kInvPi / (a2 * q * q);
   }
-  // Smith's auxiliary function for direction w.
+  // Returns Smith's auxiliary function for direction w.
   Float8 Lambda(const Vec3x8& w) const {
     const Float8 tan2 = (w.x * w.x + w.y * w.y) / Max(w.z * w.z, 1e-20f);
     return 0.5f * (Sqrt(1.0f + alpha * alpha * tan2) - 1.0f);
   }
-  // Masking of one direction.
+  // Returns the masking of one direction.
   Float8 G1(const Vec3x8& w) const { return 1.0f / (1.0f + Lambda(w)); }
-  // Height-correlated masking and shadowing.
+  // Returns the height-correlated masking and shadowing.
   Float8 G2(const Vec3x8& o, const Vec3x8& i) const {
     return 1.0f / (1.0f + Lambda(o) + Lambda(i));
   }
@@ -41,15 +41,15 @@ struct Ggx8 {
   }
 };
 
-// Schlick's Fresnel weight (1 - cosine)^5.
+// Returns Schlick's Fresnel weight (1 - cosine)^5.
 inline Float8 SchlickWeight(Float8 cosine) {
   const Float8 m = Clamp(1.0f - cosine, 0.0f, 1.0f);
   const Float8 m2 = m * m;
   return m2 * m2 * m;
 }
 
-// Unpolarised Fresnel reflectance at a medium of relative index eta (transmitted / incident), for
-// cosine >= 0.
+// Returns the unpolarised Fresnel reflectance at a medium of relative index eta (transmitted /
+// incident), for cosine >= 0.
 inline Float8 DielectricFresnel(Float8 cosine, Float8 eta) {
   const Float8 sin2_t = (1.0f - cosine * cosine) / (eta * eta);
   const Float8 cos_t = Sqrt(Max(1.0f - sin2_t, 0.0f));
@@ -64,7 +64,7 @@ inline Float8 DielectricFresnel(Float8 cosine, Float8 eta) {
 struct KeptEnergy8 {
   Float8 a, b;
   Float8 At(Float8 f0, Float8 f90) const { return f0 * a + f90 * b; }
-  // For Fresnel = 1.
+  // Returns the kept energy for a Fresnel reflectance of 1.
   Float8 White() const { return a + b; }
 };
 // The table's row for one alpha, to be read at many cosines.
@@ -75,7 +75,7 @@ class EnergyOfAlpha8 {
   EnergyOfAlpha8() = default;
   explicit EnergyOfAlpha8(Float8 alpha);
   KeptEnergy8 At(Float8 cosine) const;
-  // Cosine-weighted mean over the hemisphere.
+  // Returns the cosine-weighted mean over the hemisphere.
   KeptEnergy8 Mean() const;
 
  private:
@@ -83,7 +83,7 @@ class EnergyOfAlpha8 {
   Float8 fraction_{};
 };
 
-// Share of energy that a full sheen layer reflects.
+// Returns the share of energy that a full sheen layer reflects.
 Float8 SheenEnergy(Float8 cosine);
 
 }  // namespace parallax

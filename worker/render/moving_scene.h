@@ -11,18 +11,21 @@
 
 namespace parallax {
 
-// By mesh, whether it moves within the scene's frames or from keyframe to keyframe; empty: none.
+// Returns for each mesh whether it moves within the scene's frames or from keyframe to keyframe;
+// empty if none does.
 std::vector<bool> MoversOf(const v1::Scene& scene, const SceneGeometry& geometry);
 
 class MovingScene {
  public:
-  // `geometry` stands as at time 0, and outlives it. Scenes without motion stay as they are.
+  // `geometry` is placed as at time 0 and must outlive the object. Scenes without motion are not
+  // changed.
   MovingScene(const v1::Scene& scene, RenderScene* geometry);
 
   bool moves() const { return !objects_.empty(); }
-  // Everything stands as at that time. Errors: as RenderScene::Move.
+  // Places everything as at that time. Errors: those of RenderScene::Move.
   absl::Status MoveTo(double time_s);
-  // How points of objects that move go from one time to another, world, by SceneObject.index.
+  // Returns for each moving object, by SceneObject.index, the world transform that takes its points
+  // from one time to another.
   std::map<uint32_t, Eigen::Affine3d> MotionBetween(double now_s, double then_s) const;
 
  private:

@@ -1,7 +1,7 @@
 // Finds where a picture is brighter than its display can show: lamps and surfaces close to them, up
-// to a thousand times as bright as their surroundings. At such edges a pixel's few samples are off
-// by all of the display's levels, and the denoiser blurs the edges and closes dark gaps. Single
-// bright pixels (fireflies) are excluded.
+// to a thousand times as bright as their surroundings. At their edges a pixel's few samples may be
+// wrong by the display's whole range, and the denoiser blurs the edges and closes dark gaps. Single
+// bright pixels (fireflies) do not count.
 #pragma once
 
 #include <vector>
@@ -11,11 +11,11 @@
 
 namespace parallax {
 
-// 1 where `radiance` times `exposure` is beyond the display in the pixel itself and in at least
-// four of the nine pixels around and with it; else 0.
+// Returns a map that is 1 where `radiance` times `exposure` exceeds the display's range, in the
+// pixel itself and in at least four of the 3 x 3 pixels about it; else 0.
 ImageU8 Overexposed(const ImageF3& radiance, float exposure);
 
-// Pixels on both sides of the map's edges.
+// Returns the pixels on both sides of the map's edges.
 std::vector<PixelAt> EdgesOf(const ImageU8& overexposed);
 
 // Removes from `radiance` the part beyond the display at overexposed pixels, before denoising, and

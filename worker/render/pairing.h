@@ -28,7 +28,7 @@ struct KeptLeft {
   float exposure = 1, clamp = 0;
 };
 
-// Equal for rigs whose left eyes see the same picture.
+// Returns a key that is equal for rigs whose left eyes see the same picture.
 std::string LeftEyeKey(const v1::Rig& rig, const Pairing& pairing);
 
 // The rigs of a scene among each other. Constant after construction.
@@ -38,9 +38,11 @@ class RigBook {
       : rigs_(scene.rigs().begin(), scene.rigs().end()), places_(PlacesOf(scene)) {}
 
   const std::vector<v1::Rig>& rigs() const { return rigs_; }
-  // A rig that is not of the scene stands alone.
+  // Returns how a rig shares its left eye with others. A rig that is not of the scene shares
+  // nothing.
   Pairing PairingOf(const v1::Rig& rig) const;
-  // The rig after (or before) on the way; nullptr: there is none.
+  // Returns the next rig on the camera path or, with `forward` false, the previous one; nullptr if
+  // there is none.
   const v1::Rig* Neighbour(const v1::Rig& rig, bool forward) const;
 
  private:

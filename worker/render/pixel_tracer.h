@@ -15,17 +15,17 @@ namespace parallax {
 struct PixelSampling {
   uint32_t stream_hash = 0;
   int samples = 1;
-  // Whether few samples are stratified over neighbouring pixels together; else each pixel by
-  // itself.
+  // Stratifies the samples over neighbouring pixels together, which is better for few samples; else
+  // over each pixel by itself.
   bool together = false;
   // Ground truth with which samples are compared (Film::ambiguous), and focal length times
   // baseline. Null: no comparison. Borrowed.
   const ImageF* disparity_px = nullptr;
   double focal_times_baseline = 0;
-  // Each partner's baseline over that one. At most kMostPartners.
+  // For each rig that shares this eye: its baseline over the one above. At most kMostPartners.
   std::vector<double> baselines = {1.0};
 
-  // Seeds and numbers of the samplers for eight samples.
+  // Sets the seeds and numbers of the samplers for eight samples of pixels (x, y).
   void Samplers(Bits8 x, Bits8 y, Bits8 sample, Bits8* seeds, Bits8* numbers) const;
 };
 
@@ -35,15 +35,15 @@ class PixelTracer {
   PixelTracer(const RenderScene& scene, const LightTable& lights, const PathOptions& options,
               const PinholeCamera& camera, const PixelSampling& sampling);
 
-  // Renders these pixels of the film; with PathOptions::only_guides, adds guides to them. Pixels
-  // are left as they are once cancelled. Returns the number of rays traced.
+  // Renders these pixels of the film; with PathOptions::only_guides it only adds guides to them.
+  // After a cancel the pixels are left unchanged. Returns the number of rays traced.
   uint64_t Trace(std::span<const PixelAt> pixels, const CancelToken& cancel, Film* film);
 
  private:
   // Starts up to kAtOnce paths from sample `first` on; returns their number.
   size_t Start(std::span<const PixelAt> pixels, size_t first);
-  // Counts a sample of the pixel for the partners for which it lies within 1 px of its ground
-  // truth.
+  // Compares a sample with the pixel's ground truth, and counts it for each rig for which it lies
+  // within 1 px of it.
   void Judge(const PixelAt& at, const PathResult& result, PixelSum* sum) const;
 
   PathTracer tracer_;

@@ -33,7 +33,7 @@ struct RenderProfile {
   int SamplesPerPixel(int width_px, int height_px) const;
 };
 
-// The profile of a config with its overrides; `denoise: on` means the best quality. Errors:
+// Returns the profile of a config with its overrides; `denoise: on` means the best quality. Errors:
 // kInvalidArgument for an unknown name or a negative number.
 absl::StatusOr<RenderProfile> ResolveProfile(const v1::RenderConfig& config);
 

@@ -27,8 +27,9 @@ class DotPattern {
   // field of view that is not between 0 and 180 degrees, a dot without width.
   static absl::StatusOr<DotPattern> Make(const v1::Projector& projector);
 
-  // W/sr in the direction of `to`, a point in the projector's frame in metres: the mean over the
-  // footprint there, so that dots smaller than a pixel keep their power. 0 where no dot shines.
+  // Returns the radiant intensity, in W/sr, in the direction of `to`, a point in the projector's
+  // frame in metres. It is the mean over the footprint there, so that dots smaller than a pixel
+  // keep their power. 0 where no dot shines.
   // Source: Heckbert, "Fundamentals of texture mapping and image warping", 1989: elliptical
   // Gaussian filters; here on the sphere of directions.
   float Intensity(const Vec3f& to, const SampleFootprint& footprint) const;

@@ -41,14 +41,15 @@ class CacheGrid {
   // `eyes` bounds all viewpoints; `cell_m` is the width of cells near them.
   CacheGrid(const Box3f& eyes, float cell_m) : eyes_(eyes), cell_m_(cell_m) {}
 
-  // Width of the grid's cells at a world position, metres.
+  // Returns the width of the grid's cells at a world position, metres.
   float WidthAt(const Vec3f& position) const;
   Float8 WidthAt(const Vec3x8& position) const;
-  // The key of a place's cell among cells of this width; never 0.
+  // Returns the key of a place's cell among cells of this width; never 0.
   static uint64_t KeyOf(const CachePlace& place, float width_m);
   uint64_t KeyOf(const CachePlace& place) const { return KeyOf(place, WidthOf(place)); }
   float WidthOf(const CachePlace& place) const { return place.coarse * WidthAt(place.position); }
-  // `cube`: its integer coordinates among cubes of this width; `face`: one of the six facings.
+  // Returns the key of a cell. `cube` are its integer coordinates among cubes of this width, `face`
+  // is one of six facings.
   static uint64_t KeyOf(const Eigen::Vector3i& cube, uint32_t face, uint32_t group, uint16_t slot,
                         float width_m);
 
@@ -77,8 +78,8 @@ class RadianceCache {
   // Finds the keys of the answers: one for each lane, 0 where it asks nothing. Prefetches the
   // entries.
   void Ask(const CacheQuestions8& questions, uint64_t* keys) const;
-  // Radiance that the surface at `place` scatters towards a viewer, for a key that Ask gave there.
-  // False when the cache has no answer.
+  // Returns the radiance that the surface at `place` scatters towards a viewer, for a key that Ask
+  // gave there. False when the cache has no answer.
   bool Answer(uint64_t key, const CachePlace& place, Vec3f* radiance) const;
 
   size_t cells() const { return cells_; }

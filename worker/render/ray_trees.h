@@ -1,4 +1,5 @@
-// Embree's trees over placed meshes, and the rays that are traced through them.
+// Embree's trees (bounding volume hierarchies) over placed meshes, and the rays that are traced
+// through them.
 //
 // Light is traced through a fast tree. Rays of ground truth may run exactly along the edge that two
 // triangles share, where a fast tree can let them slip through: they use a robust tree
@@ -62,11 +63,11 @@ struct Hits8 {
   }
 };
 
-// Tells shadow rays the transmittance of a surface in their way.
+// Gives the transmittance of surfaces that shadow rays meet.
 class ShadowFilter {
  public:
   virtual ~ShadowFilter() = default;
-  // Transmittance at the hit, in [0, 1] by channel. `hit.distance` is not set.
+  // Returns the transmittance at the hit, in [0, 1] by channel. `hit.distance` is not set.
   virtual Vec3f Passes(const RawHit& hit, const Vec3f& direction) const = 0;
 };
 
@@ -106,10 +107,11 @@ class RayTrees {
 
   // Finds the nearest hit beyond `t_min`; false if there is none.
   bool Intersect(Tree tree, const Ray& ray, float t_min, RawHit* hit) const;
-  // The same for these of eight rays, beyond 0. `coherent`: the rays start close together and have
-  // similar directions, and are traced as a packet.
+  // Finds the nearest hits beyond 0 of those of eight rays whose `lanes` are set. With `coherent`,
+  // the rays start close together and have similar directions, and are traced as a packet.
   void Intersect(Tree tree, const Rays8& rays, Mask8 lanes, bool coherent, Hits8* hits) const;
-  // Transmittance from `origin` along unit `direction` over `distance`, in [0, 1] by channel.
+  // Returns the transmittance from `origin` along unit `direction` over `distance`, in [0, 1] by
+  // channel.
   Vec3f Transmittance(const ShadowFilter& filter, const Vec3f& origin, const Vec3f& direction,
                       float distance) const;
 

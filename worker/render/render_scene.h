@@ -113,8 +113,8 @@ class RenderScene final : public ShadowFilter {
   // Errors: kInternal for what Embree says.
   absl::Status ShowMovers(bool shown) { return trees_->ShowMovers(shown); }
 
-  // RawHit.placed is the index of a body: a mesh below geometry().meshes.size(), an instance from
-  // there on.
+  // Returns the trees. RawHit.placed is the index of a body: of a mesh below
+  // geometry().meshes.size(), of an instance from there on.
   const RayTrees& trees() const { return *trees_; }
   size_t body_count() const { return geometry_.meshes.size() + geometry_.instances.size(); }
   uint32_t ObjectIndex(uint32_t placed) const {
@@ -126,8 +126,8 @@ class RenderScene final : public ShadowFilter {
     return placed < geometry_.meshes.size() ? *geometry_.meshes[placed].mesh
                                             : *PrototypeOf(placed).mesh;
   }
-  // Transmittance from `origin` along unit `direction` over `distance`: 0 behind opaque surfaces;
-  // holes (opacity) and thin glass weaken it.
+  // Returns the transmittance from `origin` along unit `direction` over `distance`: 0 behind opaque
+  // surfaces; holes (opacity) and thin glass weaken it.
   Vec3f Transmittance(const Vec3f& origin, const Vec3f& direction, float distance) const {
     return trees_->Transmittance(*this, origin, direction, distance);
   }
@@ -138,13 +138,13 @@ class RenderScene final : public ShadowFilter {
   void PrefetchVertices(uint32_t placed, uint32_t triangle) const;
   SurfaceId Identify(const RawHit& hit) const;
   SurfaceIds8 Identify(const Hits8& hits) const;
-  // Interpolated vertex data of one to eight hits.
+  // Returns the interpolated vertex data of one to eight hits.
   Interpolated8 Interpolate(const HitBatch8& batch) const;
   // Materials of one to eight hits on `material`; objects without a material are plain grey.
   MaterialSample8 EvaluateMaterial(const HitBatch8& batch, uint32_t material) const;
-  // The surface at the hit, without its relief.
+  // Returns the surface at the hit, without its relief.
   SurfaceSample Evaluate(const RawHit& hit, const SurfaceId& id, float footprint_m) const;
-  // A triangle's corners in the world, as rays see them.
+  // Sets a triangle's corners in the world, as rays see them.
   void Corners(uint32_t placed, uint32_t triangle, Vec3f corners[3]) const;
 
   const SceneGeometry& geometry() const { return geometry_; }
@@ -177,7 +177,7 @@ class RenderScene final : public ShadowFilter {
   bool Moves(size_t mesh) const { return mesh < movers_.size() && movers_[mesh]; }
   void SetPlace(size_t body, const Eigen::Affine3f& world_from_object);
   uint32_t MaterialOf(const Body& body, uint16_t slot) const;
-  // The lanes whose hits are on sheets.
+  // Returns the lanes whose hits are on sheets.
   Mask8 OnSheets(const HitBatch8& batch) const;
   static std::shared_ptr<const std::vector<Vertex>> Pack(const Mesh& mesh);
   bool LetsLightThrough(const std::vector<uint32_t>& materials) const;
@@ -197,17 +197,17 @@ class RenderScene final : public ShadowFilter {
   std::unique_ptr<RayTrees> trees_;
 };
 
-// Distance from a surface at `position` within which rays neither start nor end.
+// Returns the distance from a surface at `position` within which rays neither start nor end.
 inline float OffsetDistance(const Vec3f& position) {
   return 2e-5f + 2e-6f * position.cwiseAbs().maxCoeff();
 }
 
-// Origin of a ray that leaves `position` on the side of `normal`.
+// Returns the origin of a ray that leaves `position` on the side of `normal`.
 inline Vec3f OffsetPoint(const Vec3f& position, const Vec3f& normal) {
   return position + normal * OffsetDistance(position);
 }
 
-// The same for eight.
+// Returns the same for eight.
 inline Float8 OffsetDistance(const Vec3x8& position) {
   return 2e-5f + 2e-6f * Max(Max(Abs(position.x), Abs(position.y)), Abs(position.z));
 }

@@ -17,17 +17,19 @@ namespace parallax {
 // Called from time to time with the fraction done, in [0, 1]; must be quick and thread-safe.
 using ProgressFn = std::function<void(double)>;
 
-// Constant after Create but for reused buffers: one RenderRig at a time (it uses all cores itself).
+// Constant after Create except for reused buffers: only one RenderRig may run at a time (it uses
+// all cores itself).
 class Renderer {
  public:
-  // `scene` and `geometry` are copied or shared as needed; they may go away.
+  // Builds everything that the rigs share. Copies or shares `scene` and `geometry`, so that they
+  // need not outlive the renderer.
   // Errors: kResourceExhausted when memory does not suffice.
   static absl::StatusOr<std::unique_ptr<Renderer>> Create(const v1::Scene& scene,
                                                           SceneGeometry geometry,
                                                           const v1::RenderConfig& config);
   virtual ~Renderer() = default;
 
-  // Both eyes and their ground truth. The noise of the eyes is independent.
+  // Renders both eyes of a rig with their ground truth. The noise of the eyes is independent.
   // Errors: kCancelled (within a second), kResourceExhausted.
   virtual absl::StatusOr<StereoFrame> RenderRig(const v1::Rig& rig, const CancelToken& cancel,
                                                 const ProgressFn& progress) = 0;

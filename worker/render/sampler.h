@@ -16,7 +16,7 @@
 
 namespace parallax {
 
-// Bijective mix of 32 bits; Bits is a number or a vector of them.
+// Returns a bijective mix of 32 bits; Bits is a number or a vector of them.
 template <typename Bits>
 inline Bits MixBits(Bits x) {
   x ^= x >> 16;
@@ -26,7 +26,7 @@ inline Bits MixBits(Bits x) {
   x ^= x >> 15;
   return x;
 }
-// Hash of `value` under `seed`.
+// Returns a hash of `value` under `seed`.
 template <typename Bits>
 inline Bits CombineHash(Bits seed, Bits value) {
   return MixBits(seed ^ (value * 0x9e3779b9u + 0x7f4a7c15u + (seed << 6) + (seed >> 2)));
@@ -54,13 +54,14 @@ class Sampler {
  public:
   Sampler(uint32_t stream_hash, uint32_t x, uint32_t y, uint32_t sample)
       : seed_(SeedOfPixel(stream_hash, x, y)), sample_(sample) {}
-  // A sampler of an image whose pixels share one sequence: 2^log2_samples samples a pixel. Where x,
-  // y < 2^k, 2 k + log2_samples must not be above 32.
+  // Returns a sampler of an image whose pixels share one sequence: 2^log2_samples samples a pixel.
+  // Where x, y < 2^k, 2 k + log2_samples must not be above 32.
   static Sampler OfImage(uint32_t stream_hash, uint32_t x, uint32_t y, int log2_samples,
                          uint32_t sample) {
     return Sampler(stream_hash, NumberInImage(x, y, log2_samples, sample));
   }
-  // The seed and sample number of both kinds of samplers; for one sampler or eight lanes.
+  // Return the seed and the sample number of a sampler of either kind, for one sampler or for eight
+  // lanes.
   template <typename Bits>
   static Bits SeedOfPixel(Bits stream_hash, Bits x, Bits y) {
     return CombineHash(CombineHash(stream_hash, x), y);
@@ -70,7 +71,7 @@ class Sampler {
     return ((Spread(x) | Spread(y) << 1) << log2_samples) | sample;
   }
 
-  // The next pair of dimensions, in [0, 1).
+  // Returns the next pair of dimensions, in [0, 1).
   Vec2f Pair() {
     const uint32_t seed = CombineHash(seed_, dimension_++);
     const uint32_t first = Permute(Reverse(sample_), seed);  // The shuffled index, bit-reversed.
@@ -78,13 +79,13 @@ class Sampler {
             ToUnit(Scramble(SecondDimension(first), MixBits(seed + 2)))};
   }
 
-  // The pairs that Pair would give for eight samplers of these seeds and samples, at these
-  // dimensions.
+  // Sets `u` and `v` to the pairs that Pair would return for eight samplers with these seeds and
+  // samples, at these dimensions.
   static void Pairs(Bits8 seed, Bits8 sample, Bits8 dimension, Float8* u, Float8* v) {
     Points(Reverse(sample), CombineHash(seed, dimension), u, v);
   }
-  // Passes the next `count` pairs of each to `put`. Hashes are computed once where all eight lanes
-  // have one seed and dimension, as the pixels of an image do at first.
+  // Passes the next `count` pairs of each of eight samplers to `put`. Hashes are computed once
+  // where all eight lanes have one seed and dimension, as the pixels of an image do at first.
   template <typename PutPair>
   [[gnu::always_inline]] static void Draw(Bits8 seed, Bits8 sample, Bits8 dimension, uint32_t count,
                                           PutPair put) {
@@ -101,8 +102,8 @@ class Sampler {
     }
   }
 
-  // One random number in [0, 1) for each of eight samplers that need not be well distributed; `use`
-  // tells several of one dimension apart. Costs a third of a pair.
+  // Returns a random number in [0, 1) for each of eight samplers, for uses that need no good
+  // distribution. `use` distinguishes several numbers of one dimension. Costs a third of a pair.
   static Float8 Random(Bits8 seed, Bits8 sample, Bits8 dimension, uint32_t use) {
     return ToUnit(MixBits(CombineHash(seed + use, dimension) ^ (sample * 0x9e3779b9u)));
   }
@@ -111,8 +112,9 @@ class Sampler {
   uint32_t sample() const { return sample_; }
   uint32_t dimension() const { return dimension_; }
 
-  // The Sobol' sequence's second dimension, from the bit-reversed index. Its matrix is Pascal's
-  // triangle modulo 2, so the product is a sum over supersets of bit positions: five shifts.
+  // Returns the Sobol' sequence's second dimension, from the bit-reversed index. Its matrix is
+  // Pascal's triangle modulo 2, so the product is a sum over supersets of bit positions: five
+  // shifts.
   template <typename Bits>
   static Bits SecondDimension(Bits reversed) {
     Bits x = reversed;
@@ -125,7 +127,8 @@ class Sampler {
   }
 
  private:
-  // `seeds`: one for all eight, or eight. `reversed`: bit-reversed sample numbers.
+  // Sets `u` and `v` to eight points. `seeds` is one seed for all or eight seeds; `reversed` are
+  // the bit-reversed sample numbers.
   template <typename Seeds>
   [[gnu::always_inline]] static void Points(Bits8 reversed, Seeds seeds, Float8* u, Float8* v) {
     // The shuffled index. Both dimensions are scrambled from its lowest bit up, so the second one's
@@ -134,7 +137,7 @@ class Sampler {
     *u = ToUnit(Reverse(Permute(index, MixBits(seeds + 1))));
     *v = ToUnit(Reverse(Permute(MirroredSecondDimension(index), MixBits(seeds + 2))));
   }
-  // SecondDimension of the reversed index, reversed.
+  // Returns the bit-reversed SecondDimension of the bit-reversed `x`.
   static Bits8 MirroredSecondDimension(Bits8 x) {
     x ^= (x >> 1) & 0x55555555u;
     x ^= (x >> 2) & 0x33333333u;
@@ -172,14 +175,14 @@ class Sampler {
         _mm256_slli_epi16(_mm256_shuffle_epi8(reversed, _mm256_and_si256(bytes, low)), 4);
     return (Bits8)_mm256_or_si256(first, _mm256_shuffle_epi8(reversed, high));
   }
-  // Nested uniform scramble of a value whose most significant bit comes first: each bit is flipped
-  // by a hash of the bits above it.
+  // Returns the nested uniform scramble (Owen's) of a value: each bit is flipped by a hash of the
+  // bits above it.
   template <typename Bits>
   static Bits Scramble(Bits x, Bits seed) {
     return Reverse(Permute(Reverse(x), seed));
   }
-  // Each bit of the result depends on the bits at and below it only.   Source: Laine and Karras
-  // 2011; Burley's constants.
+  // Returns a permutation of x in which each bit depends only on the bits at and below
+  // it.   Source: Laine and Karras 2011; Burley's constants.
   template <typename Bits, typename Seed>
   static Bits Permute(Bits x, Seed seed) {
     x += seed;

@@ -17,7 +17,7 @@ inline constexpr float kInvPi = 0.31830988618379067154f;
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 inline float Square(float x) { return x * x; }
-// Whether no channel is above 0.
+// Returns whether no channel is above 0.
 inline bool IsBlack(const Vec3f& rgb) { return !(rgb.maxCoeff() > 0.0f); }
 
 // A right-handed frame around the unit vector z.
@@ -53,7 +53,7 @@ struct Frame8 {
   }
 };
 
-// The unit direction with this cosine to +z and this azimuth, radians.
+// Returns the unit direction with this cosine to +z and this azimuth, radians.
 inline Vec3f DirectionAt(float cos_theta, float phi) {
   const float sin_theta = std::sqrt(std::max(0.0f, 1.0f - Square(cos_theta)));
   return {sin_theta * std::cos(phi), sin_theta * std::sin(phi), cos_theta};
@@ -65,7 +65,8 @@ struct Turn8 {
   explicit Turn8(Float8 angle) : sine(Sin(angle)), cosine(Cos(angle)) {}
 };
 
-// MIS weight of the strategy with density `a` against one with density `b`: the power heuristic.
+// Returns the MIS weight of the strategy with density `a` against one with density `b`: the power
+// heuristic.
 inline float PowerHeuristic(float a, float b) {
   if (!std::isfinite(a)) return 1.0f;
   const float a2 = a * a;

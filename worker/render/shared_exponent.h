@@ -11,7 +11,7 @@
 
 namespace parallax {
 
-// Negative channels become 0, too bright ones the largest value.
+// Packs a colour. Negative channels become 0, too bright ones the largest value.
 inline uint32_t PackRadiance(const Vec3f& rgb) {
   constexpr float kLargest = 65408.0f;
   const Vec3f c = rgb.cwiseMax(0.0f).cwiseMin(kLargest);
@@ -25,7 +25,7 @@ inline uint32_t PackRadiance(const Vec3f& rgb) {
          static_cast<uint32_t>(exponent + 15) << 27;
 }
 
-// The inverse of PackRadiance, but for its rounding.
+// Unpacks a colour; the inverse of PackRadiance except for its rounding.
 inline Vec3f UnpackRadiance(uint32_t packed) {
   // 2^(exponent - 15 - 9), put together bit by bit.
   const float scale = __builtin_bit_cast(float, ((packed >> 27) + 127 - 24) << 23);

@@ -28,20 +28,20 @@ class SkyModel {
   static constexpr float kSunRadius = 0.0087f;  // Radians; twice the real one, as haze does.
 
   SkyModel() : SkyModel(v1::Sky()) {}
-  // `ground`: a flat lit ground is seen below the horizon; otherwise the horizon's radiance
+  // With `ground`, a flat lit ground is seen below the horizon; otherwise the horizon's radiance
   // continues there. `environment` replaces sky, sun and ground, turned as the recipe says and
   // scaled so that it lights a horizontal plane as strongly as they would.
   explicit SkyModel(const v1::Sky& sky, bool ground = true,
                     std::shared_ptr<const Environment> environment = nullptr);
 
-  // Radiance from unit `direction` (world), without the sun's disk.
+  // Returns the radiance from unit `direction` (world), without the sun's disk.
   Vec3x8 Radiance(const Vec3x8& directions) const;
   Vec3f Radiance(const Vec3f& direction) const { return Radiance(Vec3x8(direction)).Get(0); }
-  // Radiance of air so thick that nothing behind it is seen: the sky at the horizon in that
-  // direction, or higher where the direction is. Clouds and surroundings count with their mean over
-  // all horizontal directions, because air hides their shapes.
+  // Returns the radiance of air so thick that nothing behind it is seen: the sky at the horizon in
+  // that direction, or higher where the direction is. Clouds and surroundings count with their mean
+  // over all horizontal directions, because air hides their shapes.
   Vec3x8 AirRadiance(const Vec3x8& directions) const;
-  // Radiance of the sun's disk.
+  // Returns the radiance of the sun's disk.
   const Vec3f& SunRadiance() const { return sun_radiance_; }
   bool InSun(const Vec3f& direction) const {
     return has_sun_ && direction.dot(sun_direction_) > cos_sun_;
@@ -59,7 +59,7 @@ class SkyModel {
 
   const Vec3f& sun_direction() const { return sun_direction_; }
   float cos_sun() const { return cos_sun_; }
-  // Solid angle of the disk.
+  // Returns the solid angle of the sun's disk.
   float sun_solid_angle() const { return 2.0f * kPi * (1.0f - cos_sun_); }
   float mean_luminance() const { return mean_luminance_; }  // Mean over the upper hemisphere.
   float turbidity() const { return turbidity_; }

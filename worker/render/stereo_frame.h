@@ -14,17 +14,17 @@ enum MaskBit : uint8_t {
   kMaskExterior = 2,
   kMaskTransparent = 4,
   kMaskMirror = 8,
-  // Less than half of the pixel's samples lie within 1 px of its disparity: fine structure whose
-  // label the picture does not show.
+  // Fewer than half of the pixel's samples lie within 1 px of its disparity: fine structure, where
+  // the picture shows other surfaces than the ground truth.
   kMaskMixed = 16,
   kMaskVeiled = 32,  // Haze leaves less than a twentieth of its light.
 };
 
 // Flow of one eye from a frame of a sequence to a neighbour. Empty unless render.maps has `flow`.
 struct FlowMaps {
-  // u, v: from a pixel's centre to where the neighbour's same eye has the surface point of the
-  // first hit, moved as its object moves, pixels; and the change of its disparity on the way,
-  // pixels. Without surface: that of a point at infinity.
+  // Channels 0 and 1: offset u, v in pixels from a pixel's centre to the surface point of its first
+  // hit in the same eye of the neighbouring frame, after the motion of its object. Channel 2:
+  // change of its disparity, pixels. A pixel without a surface has the flow of a point at infinity.
   ImageF3 flow;
   ImageU8 occlusion;  // FlowOcclusion.
 };

@@ -41,7 +41,7 @@ struct alignas(32) Row {
 
   T& operator[](size_t walk) { return of[walk]; }
   const T& operator[](size_t walk) const { return of[walk]; }
-  // The lanes of a block. The compiler's vector types may alias their elements.
+  // Returns the lanes of a block. The compiler's vector types may alias their elements.
   Lanes& At(size_t block) { return reinterpret_cast<Lanes*>(of.data())[block]; }
   const Lanes& At(size_t block) const { return reinterpret_cast<const Lanes*>(of.data())[block]; }
   // Stores eight lanes from `walk` on; `walk` need not begin a block.

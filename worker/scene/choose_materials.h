@@ -10,7 +10,7 @@
 
 namespace parallax {
 
-// Returns SceneMaterial.index for a slot of a part of the place.
+// Returns the SceneMaterial.index for a slot of a part of the place.
 using PartMaterialFn = std::function<uint32_t(const v1::SceneObject& part, const MaterialSlot& slot,
                                               Palettes& palettes)>;
 

@@ -50,7 +50,7 @@ absl::Status AddFloating(const v1::SceneConfig& config, uint32_t first_index,
 // Draws the sky: strength, colour, sun. Uses addresses below `root`.
 void ChooseSky(const v1::LightingConfig& config, const Rng& root, v1::Sky& sky);
 
-// A linear RGB colour of mean 1; `saturation` in [0, 1], 0 = white.
+// Returns a linear RGB colour of mean 1; `saturation` in [0, 1], 0 = white.
 Vec3d TintOf(double hue_rad, double saturation);
 
 // A point light's place and look, without its power.

@@ -15,8 +15,8 @@ namespace parallax {
 // Draws classes and models by the config's weights.
 class FloatingChoice {
  public:
-  // Errors: those of FloatingClasses; kInvalidArgument for a weight of an unknown class, for an own
-  // class that `own` has no mesh of, and when all weights are 0.
+  // Makes the choice of a config. Errors: those of FloatingClasses; kInvalidArgument for a weight
+  // of an unknown class, for an own class without a mesh in `own`, and if all weights are 0.
   static absl::StatusOr<FloatingChoice> Of(const v1::SceneConfig& config, const OwnContent& own);
 
   // A class and the seed of one of its models.
@@ -24,7 +24,8 @@ class FloatingChoice {
     std::string asset_class;
     uint64_t seed = 0;
   };
-  // Draws from addresses below `stream`; own meshes use addresses of their own and shift no others.
+  // Draws a model, from random addresses below `stream`. Own meshes have separate addresses, so
+  // that adding them changes no other draw.
   Model Draw(const Rng& stream) const;
 
  private:

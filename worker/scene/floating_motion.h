@@ -34,7 +34,7 @@ class FloatingMotion {
   // drawn or because it hits something whichever way it goes.
   std::optional<v1::RigidMotion> Draw(const Rng& stream, const FloatingBody& body);
 
-  // Whether a body that rests there is clear of all that moves.
+  // Returns whether a body that rests there is clear of all that moves.
   bool IsClear(const FloatingBody& body) const;
 
  private:

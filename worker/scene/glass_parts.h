@@ -12,8 +12,8 @@ namespace parallax {
 // of glass stay whole. Parts of the place have options of their own (room.window_glass).
 absl::Status OmitGlassParts(const v1::AssetConfig& config, SceneInProgress& scene);
 
-// The mesh without the triangles of the named slots, and without vertices and slots that only they
-// used. A mesh that would become empty is returned whole.
+// Returns the mesh without the triangles of the named slots, and without vertices and slots that
+// only they used. A mesh that would become empty is returned whole.
 Mesh WithoutSlots(const Mesh& mesh, const std::vector<std::string>& omitted);
 
 }  // namespace parallax

@@ -1,5 +1,5 @@
-// Content that the user brings along: meshes, texture sets and surroundings, from folders below the
-// picture root. Recipes name them by their content (OwnMesh, TextureSet, Sky.environment).
+// The user's own meshes, texture sets and surroundings, from folders below the picture root.
+// Recipes name them by the hash of their content (OwnMesh, TextureSet, Sky.environment).
 #pragma once
 
 #include <cstdint>
@@ -14,20 +14,21 @@
 
 namespace parallax {
 
-// The user's content, by seeds of its bytes.
+// The user's content. Seeds are made of the hashes of files.
 struct OwnContent {
   std::vector<OwnMesh> meshes;
   std::vector<TextureSet> textures;
   std::vector<uint64_t> environments;
 };
 
-// Reads the folders that the config names and remembers their content in this process. Errors:
-// those of BelowPictureRoot and of reading the folders; kDataLoss when a folder's content differs
-// from the config's hash (include_sha256 and so on; empty: not compared).
+// Reads the folders that the config names and keeps their content in this process, where the makers
+// of meshes and materials find it. Errors: those of BelowPictureRoot and of reading the folders;
+// kDataLoss when a folder's content differs from the config's hash (include_sha256 and so on;
+// empty: not compared).
 absl::StatusOr<OwnContent> ReadOwnContent(const v1::SceneConfig& config);
 
-// For a render job: reads the folders of the content that its recipe uses. Errors: as
-// ReadOwnContent; kInvalidArgument when the recipe uses content and the job names no folder for it.
+// Reads the folders of the content that a render job's recipe uses. Errors: those of
+// ReadOwnContent; kInvalidArgument if the recipe uses content and the job names no folder for it.
 absl::Status LocateOwnContent(const v1::RenderJob& job);
 
 // Gives the recipe's sky, or each keyframe's, one of the surroundings with probability

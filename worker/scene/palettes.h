@@ -17,7 +17,7 @@ namespace parallax {
 
 using MaterialClasses = std::vector<const MaterialClass*>;
 
-// Whether the slot shows a printed picture.
+// Returns whether the slot shows a printed picture.
 bool Prints(const MaterialSlot& slot);
 // Materials to print on a slot of this name: covers on books, labels on cans, paintings in frames.
 MaterialClasses PrintsFor(const std::string& slot);
@@ -30,8 +30,8 @@ class Palettes {
 
   const Rng& root() const { return root_; }
 
-  // SceneMaterial.index of the entry, added if new. `picture`: for the class UserPicture, else
-  // empty.
+  // Returns the SceneMaterial.index of an entry, which is added if it is new. `picture` is for the
+  // class UserPicture, else empty.
   uint32_t IndexOf(const std::string& name, uint64_t seed, const FolderFile& picture = {});
 
   // Picks one of the `size` members of a palette of this scene. `where` draws which; the member

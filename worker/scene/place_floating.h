@@ -12,8 +12,9 @@
 
 namespace parallax {
 
-// The classes that may float, each once, with groups (all, chairs, shelves, bushes, nature and its
-// families) expanded. Errors: kInvalidArgument for an unknown class or when nothing is left.
+// Returns the classes that may float, each once, with groups (all, chairs, shelves, bushes, nature
+// and its families) expanded. Errors: kInvalidArgument for an unknown class or when nothing is
+// left.
 absl::StatusOr<std::vector<std::string>> FloatingClasses(const v1::SceneConfig& config);
 
 // Draws uniformly from all rotations.   Source: Shoemake, "Uniform random rotations", Graphics Gems
@@ -30,13 +31,13 @@ struct RigView {
   double time_s;  // When it looks: Rig.time_s.
 
   static RigView Of(const v1::Rig& rig);
-  // Unit direction through a point of the image, x and y in [-1, 1].
+  // Returns the unit direction through a point of the image, x and y in [-1, 1].
   Vec3d Direction(double x, double y) const {
     return (axes * Vec3d(shift_x + half_x * x, shift_y + half_y * y, 1)).normalized();
   }
 };
 
-// The object's pose with the middle of its bounds (object frame) at `middle`.
+// Returns the object's pose with the middle of its bounds (object frame) at `middle`.
 Pose PoseAbout(const Vec3d& middle, const Eigen::Quaterniond& rotation, double scale,
                const Box3f& bounds);
 

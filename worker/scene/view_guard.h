@@ -20,14 +20,14 @@ class ViewGuard {
  public:
   ViewGuard(const v1::RigConfig& config, const v1::Scene& scene);
 
-  // Whether an object with these bounds (object frame) may have these poses: not within arm's reach
-  // of any rig's eyes, and neither it nor all objects taken so far fill too much of a view, above
-  // all at short range.
+  // Returns whether an object with these bounds (object frame) may have these poses: not within
+  // arm's reach of any rig's eyes, and neither it nor all objects taken so far fill too much of a
+  // view, above all at short range.
   bool Allows(const Box3f& bounds, const PoseInTime& pose_at);
   // Keeps the last allowed object.
   void Take();
 
-  // One for each left eye.
+  // Returns the views, one for each left eye.
   const std::vector<RigView>& views() const { return views_; }
 
  private:

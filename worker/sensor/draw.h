@@ -24,11 +24,12 @@ struct SensorDraw {
   int jpeg_quality = 0;  // 0: no JPEG.
 };
 
-// Whether the config asks for other pictures than the rendered ones.
+// Returns whether the config asks for other pictures than the rendered ones.
 bool SensorIsOn(const v1::SensorConfig& config);
 
-// Draws the numbers for rig `rig` of a scene. Each draws from its own address: configs that differ
-// in one field get the same numbers in all others. Requires a config with all fields set.
+// Draws the numbers for rig `rig` of a scene. Each number has a random address of its own: configs
+// that differ in one field get the same numbers in all others. Requires a config with all fields
+// set.
 SensorDraw DrawSensor(const v1::SensorConfig& config, SceneSeed seed, uint32_t rig);
 
 }  // namespace parallax

@@ -5,10 +5,10 @@
 
 namespace parallax {
 
-// The colour that pixel (x, y) sees: 0 red, 1 green, 2 blue.
+// Returns the colour that pixel (x, y) sees: 0 red, 1 green, 2 blue.
 inline int MosaicChannel(int x, int y) { return (x & 1) + (y & 1); }
 
-// The raw picture that such a sensor records: one channel a pixel, same size as `picture`.
+// Returns the raw picture that such a sensor records: one channel a pixel, same size as `picture`.
 ImageF Mosaic(const ImageF3& picture);
 
 // Reconstructs all three colours of each pixel from neighbours up to two pixels away, mirrored at

@@ -17,8 +17,8 @@ inline constexpr double kFullWell = 4;
 
 // Replaces each value x >= 0 by a measurement of it: (Poisson(x * white_e) + Normal(0,
 // read_noise_e)) / white_e, so that its mean is x and its variance x / white_e + (read_noise_e /
-// white_e)^2. May be below 0. Row y draws from `stream`'s own address for it, so that threads
-// change nothing.
+// white_e)^2. May be below 0. Row y draws from its own address below `stream`, so that the result
+// does not depend on threads.
 //   Source: EMVA Standard 1288, release 4.0, chapter 2 (linear camera model, photon transfer).
 template <int channels>
 void AddNoise(const NoiseModel& model, const Rng& stream, Image<float, channels>& picture);

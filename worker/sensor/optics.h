@@ -9,8 +9,8 @@ namespace parallax {
 // Blurs by a Gaussian of this standard deviation, in pixels; 0 does nothing.
 void SpreadPoints(double sigma_px, ImageF3& picture);
 
-// Diameter in pixels of the circle over which a thin lens that is focused at `focus_m` spreads a
-// point at depth `depth_m`; a depth of 0 stands for infinity, where it is `defocus_px`.
+// Returns the diameter in pixels of the circle over which a thin lens that is focused at `focus_m`
+// spreads a point at depth `depth_m`; a depth of 0 stands for infinity, where it is `defocus_px`.
 //   Source: Hecht, "Optics", thin lens equation: c(z) = c(infinity) * |1 - focus / z|.
 double CircleOfConfusion(double defocus_px, double focus_m, double depth_m);
 

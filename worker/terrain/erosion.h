@@ -21,8 +21,8 @@ struct StreamPowerOptions {
   uint32_t seed = 0;  // Seeds the hardness of rock.
 };
 
-// Replaces `height` by land that rose where `height` is high while streams cut it: valleys that
-// branch, each sample draining to the border. The relief (5 % to 95 %) and the lowest point stay
+// Replaces `height` by land that was uplifted where `height` is high while streams cut it. Valleys
+// branch, and each sample drains to the border. The relief (5 % to 95 %) and the lowest point stay
 // about as they were.
 // Source: Braun, Willett, "A very efficient O(n), implicit and parallel method to solve the stream
 // power equation", Geomorphology 2013; Cordonnier et al., "Large scale terrain generation from
@@ -41,7 +41,7 @@ struct DropletOptions {
   uint64_t seed = 0;
 };
 
-// Lets rain drops run down `height` one after the other, which cut gullies and deposit fans. Adds
+// Lets rain drops run down `height` one after the other. They cut gullies and deposit fans. Adds
 // the deposited height, in metres, to `deposit`, a field of the same raster.
 void ErodeByDroplets(Field& height, Field& deposit, const DropletOptions& options);
 

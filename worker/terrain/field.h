@@ -18,7 +18,7 @@ struct Field {
   Vec2f origin = Vec2f::Zero();  // World position of sample (0, 0).
   std::vector<float> values;     // Row by row, size * size.
 
-  // A field of `size` x `size` samples centred on `center`, filled with `value`.
+  // Returns a field of `size` x `size` samples centred on `center`, filled with `value`.
   static Field Square(int size, float extent_m, const Vec2f& center = Vec2f::Zero(),
                       float value = 0);
 
@@ -27,19 +27,20 @@ struct Field {
   size_t Index(int column, int row) const {
     return static_cast<size_t>(row) * static_cast<size_t>(size) + static_cast<size_t>(column);
   }
-  // World position of a sample.
+  // Returns the world position of a sample.
   Vec2f PositionOf(int column, int row) const {
     return origin + cell_m * Vec2f(static_cast<float>(column), static_cast<float>(row));
   }
   float extent_m() const { return cell_m * static_cast<float>(size - 1); }
-  // Whether `p` lies between samples, `margin_m` away from the border.
+  // Returns whether `p` lies between samples, `margin_m` away from the border.
   bool Covers(const Vec2f& p, float margin_m = 0) const;
 
-  // Bilinear; positions outside of the field take its border's value.
+  // Interpolates bilinearly. Positions outside the field take the border's value.
   float Sample(const Vec2f& p) const;
-  // Catmull-Rom in both directions: smooth slopes for heights; may overshoot by some per cent.
+  // Interpolates by Catmull-Rom splines in both directions, which gives heights smooth slopes. May
+  // overshoot by a few per cent.
   float SampleSmooth(const Vec2f& p) const;
-  // Slope of SampleSmooth (d/dx, d/dy) by central differences one cell wide.
+  // Returns the slope (d/dx, d/dy) of SampleSmooth by central differences one cell wide.
   Vec2f Gradient(const Vec2f& p) const;
 };
 
@@ -49,10 +50,10 @@ struct FieldRange {
 };
 FieldRange RangeOf(const Field& field);
 
-// The value below which `share` in [0, 1] of the samples lie.
+// Returns the value below which `share` in [0, 1] of the samples lie.
 float Quantile(const Field& field, float share);
 
-// Mean over a square window of (2 radius + 1)^2 samples, cut at the border.
+// Returns the mean over a square window of (2 radius + 1)^2 samples, cut at the border.
 Field BoxBlurred(const Field& field, int radius);
 
 }  // namespace parallax

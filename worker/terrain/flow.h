@@ -13,7 +13,7 @@
 
 namespace parallax {
 
-// The drainage graph.
+// The drainage graph of a height field, by index of samples.
 struct FlowGraph {
   // Index of the sample that each one drains into; outlets: itself.
   std::vector<uint32_t> receivers;
@@ -24,11 +24,11 @@ struct FlowGraph {
 // Drains `height` to the field's border. Requires at least 3 x 3 samples and finite values.
 FlowGraph RouteFlow(const Field& height);
 
-// Area that drains through each sample, its own included, in square metres.
+// Returns the area that drains through each sample, its own included, in square metres.
 Field DrainageArea(const Field& height, const FlowGraph& flow);
 
-// Topographic wetness index ln(area per width / slope), scaled to [0, 1] by its 2 % and 98 %
-// quantiles: 1 in valley bottoms and flats, 0 on ridges.   Source: Beven, Kirkby 1979.
+// Returns the topographic wetness index ln(area per width / slope), scaled to [0, 1] by its 2 % and
+// 98 % quantiles: 1 in valley bottoms and flats, 0 on ridges.   Source: Beven, Kirkby 1979.
 Field Wetness(const Field& height, const Field& drainage_area);
 
 }  // namespace parallax

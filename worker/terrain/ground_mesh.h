@@ -57,9 +57,11 @@ struct MeshedSurface {
   // the vertices' uv. Null: the edge's length, and uv is 0.
   std::function<float(float edge_m)> footprint;
 };
-// The ground. `terrain` must outlive the result. Ground under deep water is coarse.
+// Returns the ground as a surface to be meshed. `terrain` must outlive the result. Ground under
+// deep water is coarse.
 MeshedSurface GroundOf(const Terrain& terrain);
-// The water's surface, with the waves that the edges can show. Requires water.
+// Returns the water's surface, with the waves that the edges can show. Requires a terrain with
+// water.
 MeshedSurface WaterOf(const Terrain& terrain);
 
 // The mesh and its quadtree.
@@ -68,12 +70,13 @@ class GroundMesh {
   GroundMesh(const Terrain& terrain, const GroundMeshOptions& options);
   GroundMesh(const MeshedSurface& surface, const GroundMeshOptions& options);
 
-  // World frame; texture = position; one slot. Normals are the surface's, not the triangles'.
+  // Returns the mesh in the world frame. Its texture coordinates are its positions; it has one
+  // slot. Normals are those of the surface, not of the triangles.
   const Mesh& mesh() const { return mesh_; }
-  // Height of the mesh at `p`, metres, without ledges; outside the mesh, that of the nearest point
-  // of its border. 0 in a square that is not meshed.
+  // Returns the height of the mesh at `p`, metres, without ledges; outside the mesh, that of the
+  // nearest point of its border. 0 in a square that is not meshed.
   float HeightAt(const Vec2f& p) const;
-  // The longest edge in any view, in pixels (edges of least_edge_m left out).
+  // Returns the longest edge in any view, in pixels (edges of least_edge_m left out).
   float longest_edge_px() const { return longest_edge_px_; }
 
  private:
@@ -89,8 +92,8 @@ class GroundMesh {
     int x = 0, y = 0, side = 0;
   };
 
-  // Length covered by a pixel at the square, metres: the least over all views. Infinity outside of
-  // the surface.
+  // Returns the length covered by a pixel at the square, metres: the least over all views. Infinity
+  // outside of the surface.
   float PixelAt(const MeshedSurface& surface, const Square& square) const;
   std::array<Square, 4> Split(const Square& square);
   void Refine(const MeshedSurface& surface);

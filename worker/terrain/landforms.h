@@ -11,11 +11,11 @@
 
 namespace parallax {
 
-// Names in alphabetical order: "arctic", "canyon", "cave"...
+// Returns the names in alphabetical order: "arctic", "canyon", "cave"...
 std::vector<std::string> LandformNames();
 
 // Draws terms, erosion and roughness of a landform from `rng`; rasters are TerrainSpec's defaults.
-// Errors: kInvalidArgument, listing the landforms.
+// Errors: kInvalidArgument for an unknown name, listing the landforms.
 absl::StatusOr<TerrainSpec> DrawLandform(std::string_view name, const Rng& rng);
 
 }  // namespace parallax

@@ -17,8 +17,8 @@ struct SnowSpec {
   uint32_t seed = 0;
 };
 
-// Depth of the snow at each sample of `ground`, metres, >= 0. It fills hollows, and lies thick in
-// the lee, thin to windward and on crests.
+// Returns the depth of the snow at each sample of `ground`, metres, >= 0. It fills hollows, and
+// lies thick in the lee, thin to windward and on crests.
 // Source: Fearing, "Computer modelling of fallen snow", SIGGRAPH 2000, for the idea that what is
 // too steep moves on until it holds; here by diffusion of the surface.
 Field SnowOn(const Field& ground, const SnowSpec& spec);

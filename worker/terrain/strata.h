@@ -28,14 +28,15 @@ class Strata {
   bool has_ledges() const { return any() && spec_.ledge_m > 0; }
   const StrataSpec& spec() const { return spec_; }
 
-  // The stepped height of ground of height `height_m`, metres: increases with it, and differs by
-  // less than a bed. Ground below debris (in [0, 1]) does not change.
+  // Returns the height of the ground after steps by the beds, metres, from its height `height_m`
+  // without them. The result increases with `height_m` and differs from it by less than a bed.
+  // `debris` in [0, 1] is the share of loose rock, which hides the steps.
   float Stepped(const Vec2f& p, float height_m, float debris) const;
-  // Horizontal reach of a ledge on a steep face at `p`, metres, in [0, ledge_m].
+  // Returns the horizontal reach of a ledge on a steep face at `p`, metres, in [0, ledge_m].
   float Ledge(const Vec3f& p) const;
 
  private:
-  // The height in beds; an integer at each bed's bottom.
+  // Returns the height in beds; an integer at each bed's bottom.
   float Level(const Vec2f& p, float height_m) const;
 
   StrataSpec spec_;

@@ -41,13 +41,14 @@ struct TerrainTerm {
   uint32_t seed = 0;
 };
 
-// The names that recipes and configs use: "hills", "ridges"...
+// Returns the names that recipes and configs use: "hills", "ridges"...
 std::string_view TermKindName(TermKind kind);
-// Errors: kInvalidArgument, listing the kinds.
+// Returns the kind of that name. Errors: kInvalidArgument for an unknown name, listing the kinds.
 absl::StatusOr<TermKind> ParseTermKind(std::string_view name);
 
-// Height at a world position, metres, without detail shorter than `footprint_m`. `debris`, if
-// given, is set to the term's amount of loose rock there, in [0, 1]: aprons at the feet of walls.
+// Returns the height at a world position, metres, without detail shorter than `footprint_m`.
+// `debris`, if given, is set to the term's amount of loose rock there, in [0, 1]: aprons at the
+// feet of walls.
 float TermHeight(const TerrainTerm& term, const Vec2f& p, float footprint_m,
                  float* debris = nullptr);
 
@@ -58,12 +59,12 @@ struct GorgePlace {
   float half_m = 0;   // Half of the floor's width there.
 };
 GorgePlace PlaceInGorge(const TerrainTerm& gorge, const Vec2f& p);
-// A point of the gorge's middle line.
+// Returns a point of the gorge's middle line.
 Vec2f GorgeMiddle(const TerrainTerm& gorge, float along_m);
-// The point `out_m` uphill of the foot of a scarp's wall, below it where negative.
+// Returns the point `out_m` uphill of the foot of a scarp's wall, below it where negative.
 Vec2f ScarpFoot(const TerrainTerm& scarp, float along_m, float out_m);
 
-// The sum of all terms at each sample of `field`, whose spacing is the footprint.
+// Sets each sample of `field` to the sum of all terms there; the field's spacing is the footprint.
 void FillWithTerms(const std::vector<TerrainTerm>& terms, Field& field);
 
 }  // namespace parallax

@@ -45,18 +45,18 @@ struct TerrainSpec {
 // The ground as functions of world positions in plan.
 class Terrain {
  public:
-  // Height at `p`, metres, world z, without detail shorter than `footprint_m`. Includes the Earth's
-  // curvature. Continuous in `p`.
+  // Returns the height at `p`, metres, world z, without detail shorter than `footprint_m`. Includes
+  // the Earth's curvature. Continuous in `p`.
   float Height(const Vec2f& p, float footprint_m) const;
-  // Slope (d/dx, d/dy) of Height by central differences over the footprint.
+  // Returns the slope (d/dx, d/dy) of Height by central differences over the footprint.
   Vec2f Slope(const Vec2f& p, float footprint_m) const;
-  // Horizontal reach of the ground at `p`, height `height_m`, where it is steep: ledges of hard
-  // beds, metres. Only faces without objects have ledges.
+  // Returns how far ledges of hard beds reach out of steep ground at `p` and height `height_m`,
+  // horizontally, metres. Only faces on which nothing stands have ledges.
   float Ledge(const Vec2f& p, float height_m) const;
   bool has_ledges() const { return strata_.has_ledges(); }
 
   const TerrainSpec& spec() const { return spec_; }
-  // The raster of the site; beyond it, masks fade to those of the region.
+  // Returns the raster of the site; beyond it, masks fade to those of the region.
   const Field& site() const { return site_; }
   const Field& region() const { return region_; }
   // Heights of the site with everything that lies on the eroded ground.
@@ -67,9 +67,10 @@ class Terrain {
   float Deposit(const Vec2f& p) const;
   // Steepness of the rasters, without detail: rise over run.
   float Steepness(const Vec2f& p) const;
-  // Null if there is no water.
+  // Returns the water; null if there is none.
   const Water* water() const { return water_ ? &*water_ : nullptr; }
-  // Height of the ground above the water's still level, negative under water; kDry far from it.
+  // Returns the height of the ground above the water's still level, negative under water; kDry far
+  // from it.
   float AboveWater(const Vec2f& p) const;
   static constexpr float kDry = 1000;
   float SnowDepth(const Vec2f& p) const;  // Metres.
@@ -78,11 +79,11 @@ class Terrain {
   friend Terrain MakeTerrain(const TerrainSpec& spec);
 
   float Base(const Vec2f& p) const;
-  // Height including cover and strata on the eroded ground; `loose`: debris in [0, 1].
+  // Returns the height including cover and strata on the eroded ground; `loose`: debris in [0, 1].
   float Covered(const Vec2f& p, float eroded_m, float footprint_m, float* loose = nullptr) const;
   void AddCover(Field& height, Field& deposit) const;
   float Detail(const Vec2f& p, float footprint_m) const;
-  // 1 inside of a field, 0 at its border and beyond, with a smooth band between.
+  // Returns 1 inside a field, 0 at its border and beyond, with a smooth band between.
   static float Weight(const Field& field, const Vec2f& p);
   float Blend(const Field& site, const Field& region, const Vec2f& p) const;
 

@@ -22,7 +22,7 @@ inline constexpr float kEarthRadius_m = 6.371e6f;
 // Kinds of water.
 enum class WaterKind { kRiver, kSea };
 std::string_view WaterKindName(WaterKind kind);
-// Errors: kInvalidArgument, listing the kinds.
+// Returns the kind of that name. Errors: kInvalidArgument for an unknown name, listing the kinds.
 absl::StatusOr<WaterKind> ParseWaterKind(std::string_view name);
 
 // The fields of v1::Water, which documents them.
@@ -34,10 +34,10 @@ struct WaterSpec {
   float wind_mps = 3, wind_rad = 0;
 };
 
-// Geometric mean of the apparent width and length of a patch of water that looks `across_m` wide
-// and as high: at grazing angles, patches are longer the farther away they are. `square_m`: width
-// of a patch that is as long as wide, at the distance of the eye's height. Waves shorter than twice
-// the mean are not resolved.
+// Returns the geometric mean of width and length, in metres, of the patch of water that a pixel
+// shows. Such a patch is `across_m` wide and, because it is seen at a grazing angle, the longer the
+// farther away it is. `square_m` is the width of a patch that is as long as wide, which lies as far
+// away as the eye is high. Waves shorter than twice the mean are not resolved.
 float SeenWidth(float across_m, float square_m);
 
 // One river or sea.
@@ -47,41 +47,43 @@ class Water {
 
   const WaterSpec& spec() const { return spec_; }
 
-  // World z of the still surface, over water and beside it. Includes the Earth's curvature, as the
-  // ground's height does.
+  // Returns the world z of the still surface, over water and beside it. Includes the Earth's
+  // curvature, as the ground's height does.
   float Level(const Vec2f& p) const;
-  // Approximate distance to the line where still water ends, metres; negative over water.
+  // Returns the approximate distance to the line where still water ends, metres; negative over
+  // water.
   float FromShore(const Vec2f& p) const;
-  // The place at distance `from_shore_m` from the shore, `along_m` along its axis; `side`: which of
-  // a river's shores, 1 or -1.
+  // Returns the place at distance `from_shore_m` from the shore, at `along_m` along the axis.
+  // `side` is 1 or -1 and chooses between a river's shores.
   Vec2f Beside(float along_m, float from_shore_m, float side) const;
-  // Distance from the shore beyond which water does not shape the land, which may then lie below
-  // the water's level.
+  // Returns the distance from the shore beyond which water does not shape the land, which may then
+  // lie below the water's level.
   float reach_m() const;
 
-  // The land's height with the water's bed, banks and beach, from its height without water (both
-  // without the Earth's curvature); and the share of the ground's detail that remains: beds and
-  // beaches are smooth.
+  // The land's height with bed, banks and beach, without the Earth's curvature, and the share of
+  // the ground's detail that remains, because beds and beaches are smooth.
   struct Form {
     float height_m = 0, detail = 1;
   };
   Form Shaped(const Vec2f& p, float height_m) const;
 
-  // Height of the waves above Level, metres; only waves longer than twice the footprint.
+  // Returns the height of the waves above Level, metres; only waves longer than twice the
+  // footprint.
   float Waves(const Vec2f& p, float footprint_m) const;
-  // Approximate maximum of Waves.
+  // Returns the approximate maximum of Waves.
   float most_wave_m() const { return most_wave_m_; }
 
-  // Height that waves shorter than the mesh's edges add to the surface, metres, with its slopes
-  // along both tangents: for normals. `edge_m`: length of the mesh's edges there. `x`, `y`: world.
+  // Returns the height that waves shorter than the mesh's edges add to the surface, metres, with
+  // its slopes along both tangents, for normals. `x` and `y` are a world position, `edge_m` is the
+  // length of the mesh's edges there.
   Dual8 Ripples(const Dual8& x, const Dual8& y, Float8 edge_m, Float8 footprint_m) const;
-  // Mean square slope of the waves that neither the mesh nor the footprint shows.
+  // Returns the mean square slope of the waves that neither the mesh nor the footprint shows.
   float LostSlope(const Vec2f& p, float footprint_m) const;
 
-  // Share of the surface that foam covers, before its pattern: 0 none, 1 closed.
+  // Returns the share of the surface that foam covers, before its pattern: 0 none, 1 closed.
   float Foam(const Vec2f& p, float depth_m) const;
-  // A position in the frame of drifting objects: along and across a river; for a sea, the position
-  // itself.
+  // Returns a position in the frame of drifting objects: along and across a river; for a sea, the
+  // position itself.
   Vec2f Adrift(const Vec2f& p) const;
 
  private:
@@ -113,9 +115,9 @@ class Water {
   float DetailShare(const Local& at) const;
   float RiverBed(const Local& at) const;
   float SeaBed(const Local& at) const;
-  // Depth of still water above its own bed's form, metres.
+  // Returns the depth of still water above its own bed's form, metres.
   float DepthAt(const Local& at) const;
-  // Share of a wave's height that remains in shallow water.
+  // Returns the share of a wave's height that remains in shallow water.
   float Kept(float length_m, float depth_m) const;
   struct Surf {
     float height_m = 0, crest = 0, strength = 0;
@@ -124,7 +126,7 @@ class Water {
   float Swash(const Local& at) const;
   void MakeSeaWaves();
   void MakeRiverWaves();
-  // Height of the waves here, relative to Wave::height_m.
+  // Returns the height of the waves here, relative to Wave::height_m.
   float Liveliness(const Local& at) const;
 
   WaterSpec spec_;

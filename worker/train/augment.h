@@ -30,18 +30,21 @@ struct CropGeometry {
   int y_right = 0;            // Top of the window in the right image; it has the same columns.
 };
 
-// Errors: kInvalidArgument when the pair is smaller than the crop, with both sizes.
+// Draws the placement of a crop. Errors: kInvalidArgument if the pair is smaller than the crop,
+// naming both sizes.
 absl::StatusOr<CropGeometry> DrawGeometry(const TrainingPair& pair, const TrainSettings& settings,
                                           const Rng& rng);
 
-// The window resized to the crop, without changes of colour.
+// Returns the window resized to the crop, without changes of colour.
 TrainingCrop CutCrop(const TrainingPair& pair, const CropGeometry& geometry,
                      const TrainSettings& settings);
 
-// Colours, blur, noise and erased rectangles, in place; disparity and weight stay.
+// Changes colours, adds blur and noise, and erases rectangles of the right image, in place.
+// Disparity and weight do not change.
 void ChangeColours(TrainingCrop& crop, const AugmentSettings& settings, const Rng& rng);
 
-// All of the above. Errors: as DrawGeometry.
+// Draws a placement, cuts the crop and changes its colours: all of the above. Errors: those of
+// DrawGeometry.
 absl::StatusOr<TrainingCrop> Augment(const TrainingPair& pair, const TrainSettings& settings,
                                      const Rng& rng);
 

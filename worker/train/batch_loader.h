@@ -15,18 +15,19 @@ struct TrainingBatch {
   std::vector<std::string> names;  // Names of the frames, one a crop.
 };
 
-// For one consumer. The destructor waits for batches in preparation.
+// Loads batches for one consumer thread. The destructor waits for batches in preparation.
 class BatchLoader {
  public:
-  // `sources` must outlive the loader. Batches start with that of `first_step`; `threads` threads
-  // prepare up to `ahead` of them.
+  // `sources` must outlive the loader. The first batch is that of `first_step`; `threads` threads
+  // prepare up to `ahead` batches ahead.
   BatchLoader(const std::vector<TrainingSource>& sources, const TrainSettings& settings,
               int64_t first_step, int threads = 1, int ahead = 4);
   ~BatchLoader();
   BatchLoader(const BatchLoader&) = delete;
   BatchLoader& operator=(const BatchLoader&) = delete;
 
-  // The next step's batch; waits for it. Errors: as ReadTrainingPair and Augment, naming the frame.
+  // Waits for the next step's batch and returns it. Errors: those of ReadTrainingPair and Augment,
+  // naming the frame.
   absl::StatusOr<TrainingBatch> Next();
 
  private:

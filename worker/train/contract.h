@@ -59,7 +59,8 @@ struct TrainerContract {
   std::vector<std::string> tags;
 };
 
-// Errors: kInvalidArgument: "FILE:LINE: what is wrong", all errors of the file, one a line.
+// Parse and read a trainer's file. Errors: kInvalidArgument with all errors of the file, one a
+// line: "FILE:LINE: what is wrong"; those of ReadFile.
 absl::StatusOr<TrainerContract> ParseTrainerContract(std::string_view yaml,
                                                      const std::string& file);
 absl::StatusOr<TrainerContract> ReadTrainerContract(const std::string& path);
@@ -70,7 +71,8 @@ struct CommandValues {
   std::vector<std::pair<std::string, std::string>> data;  // Folder and weight of each part.
 };
 
-// Errors: kInvalidArgument for a placeholder without a value.
+// Returns the command with its placeholders replaced. Errors: kInvalidArgument for a placeholder
+// without a value.
 absl::StatusOr<std::vector<std::string>> ExpandCommand(const std::vector<std::string>& command,
                                                        const CommandValues& values);
 
@@ -80,7 +82,7 @@ struct TrainerProgress {
   std::optional<double> loss, epe_px, eta_s;
 };
 
-// Empty for a line that tells no progress.
+// Returns the progress in a line of the trainer's output; nothing if the line has none.
 std::optional<TrainerProgress> ReadProgress(const TrainerContract& contract,
                                             const std::string& line);
 

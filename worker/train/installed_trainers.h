@@ -1,5 +1,5 @@
-// The trainers that this worker may run, which its operator installed and allowed. Nothing that
-// comes with a job is ever executed.
+// The trainers that a worker may run: those that its operator has installed and allowed. A worker
+// never executes anything that comes with a job.
 #pragma once
 
 #include <map>
@@ -20,14 +20,14 @@ struct InstalledTrainer {
 // Immutable.
 class InstalledTrainers {
  public:
-  // `dir` has a file for each trainer, "<name>.yaml", and beside it, where it is needed, a folder
-  // or link "<name>" to the trainer's own code. "builtin" is known without a file. `dir` may be
-  // empty. Errors: kNotFound for an allowed trainer without a file; kInvalidArgument for a file
-  // that names another trainer; as ReadTrainerContract.
+  // Loads the `allowed` trainers. `dir` has a file "<name>.yaml" for each trainer and, where
+  // needed, a folder or link "<name>" with the trainer's own code. "builtin" is known without a
+  // file. `dir` may be empty. Errors: kNotFound for an allowed trainer without a file;
+  // kInvalidArgument for a file that names another trainer; as ReadTrainerContract.
   static absl::StatusOr<InstalledTrainers> Load(const std::vector<std::string>& allowed,
                                                 const std::string& dir);
 
-  // Errors: kUnimplemented naming those that are allowed.
+  // Returns a trainer. Errors: kUnimplemented if it is not allowed, naming those that are.
   absl::StatusOr<InstalledTrainer> Find(const std::string& name) const;
   std::vector<std::string> Names() const;
 
@@ -35,8 +35,8 @@ class InstalledTrainers {
   std::map<std::string, InstalledTrainer> trainers_;
 };
 
-// The command as it is run: every {name} has its value, and a first word "trainer" is the path of
-// our own program, $PARALLAX_TRAINER or the one beside this program.
+// Returns the command as it is run: every {name} is replaced by its value, and a first word
+// "trainer" by the path of our own program, $PARALLAX_TRAINER or the one beside this program.
 // Errors: as ExpandCommand; kNotFound if that program isn't there.
 absl::StatusOr<std::vector<std::string>> CommandToRun(const std::vector<std::string>& command,
                                                       const CommandValues& values);

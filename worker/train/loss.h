@@ -12,8 +12,9 @@ struct BatchLoss {
   double bad3 = 0;     // Share of visible pixels that are off by more than 3 px.
 };
 
-// `disparity` and `weight` are (batch, 1, height, width): truth in pixels, and each pixel's weight
-// (0 without truth, 1 where both eyes see it, between where one does).
+// Returns the loss of a batch. `disparity` and `weight` have the shape (batch, 1, height, width):
+// truth in pixels, and each pixel's weight (0 without truth, 1 where both eyes see it, between
+// where one does).
 //
 // The sum of: at 1/4 the cross-entropy between the candidates' probabilities and a Laplace
 // distribution about the truth; and at each resolution the smooth L1 distance.

@@ -37,12 +37,13 @@ class StereoNetwork : public torch::nn::Module {
  public:
   StereoNetwork();
 
-  // `left` and `right` are (batch, 3, height, width) in [0, 1], sizes multiples of kSizeMultiple;
-  // `max_disparity` is in pixels, a multiple of 4 (16 or more).
+  // Predicts disparities. `left` and `right` have the shape (batch, 3, height, width) and values in
+  // [0, 1]; their sizes are multiples of kSizeMultiple; `max_disparity` is in pixels, a multiple of
+  // 4 (16 or more).
   StereoOutput Forward(const torch::Tensor& left, const torch::Tensor& right,
                        int64_t max_disparity);
 
-  // From now on Forward consists of torch's own operations only, so that it can be traced. Slower.
+  // Makes Forward use torch's own operations only, so that it can be traced. It is slower then.
   void UsePlainOperations() { plain_ = true; }
 
  private:
@@ -62,16 +63,17 @@ class StereoNetwork : public torch::nn::Module {
   bool plain_ = false;
 };
 
-// Normal weights of He et al. drawn from `seed` alone, tensor by tensor in order of names.
+// Sets the weights to He et al.'s normal distribution, drawn from `seed` alone, tensor by tensor in
+// order of names.
 void InitialiseWeights(StereoNetwork& network, uint64_t seed);
 
-// Disparity at twice the size: each fine pixel is a weighted mean of the 3x3 coarse pixels around
-// it. `weights` is (batch, 36, height, width): softmax over the nine of each of the four fine
-// pixels.
+// Upsamples disparity to twice the size: each fine pixel is a weighted mean of the 3x3 coarse
+// pixels around it. `weights` is (batch, 36, height, width): softmax over the nine of each of the
+// four fine pixels.
 torch::Tensor ConvexUpsample(const torch::Tensor& coarse, const torch::Tensor& weights);
 
-// Mean disparity of the five candidates about the most likely one, (batch, 1, height, width), in
-// candidates. `log_scores` is (batch, candidates, height, width).
+// Returns the mean disparity of the five candidates about the most likely one, (batch, 1, height,
+// width), in candidates. `log_scores` is (batch, candidates, height, width).
 torch::Tensor ModeDisparity(const torch::Tensor& log_scores);
 
 }  // namespace parallax

@@ -1,5 +1,5 @@
-// AdamW over one flat vector of all weights, with a moving average of the weights beside it. Flat,
-// because a checkpoint is then four vectors, in the same bytes every time.
+// AdamW over one flat vector of all weights, with a moving average of the weights beside it. The
+// vector is flat, so that a checkpoint is four vectors and equal runs write equal bytes.
 //   Source: Loshchilov and Hutter, "Decoupled Weight Decay Regularization", ICLR 2019.
 #pragma once
 
@@ -23,11 +23,11 @@ class Optimiser {
   // Moves the weights and gradients of `network`, which must outlive this, into flat vectors.
   explicit Optimiser(torch::nn::Module& network);
 
-  // After backward(): clips the gradients, changes the weights and the average, clears the
-  // gradients. `step` counts from 0. Returns the norm of the gradients before clipping.
+  // Makes one step after backward(): clips the gradients, updates the weights and the average, and
+  // clears the gradients. `step` counts from 0. Returns the norm of the gradients before clipping.
   double Step(const TrainSettings& settings, int64_t step);
 
-  // The state itself, not a copy. `step` of the next Step must follow that of the state.
+  // Returns the state itself, not a copy. `step` of the next Step must follow that of the state.
   const OptimiserState& state() const { return state_; }
   void Restore(const OptimiserState& state);
 
@@ -39,7 +39,7 @@ class Optimiser {
 // Copies a flat vector into the network's weights. The sizes must be equal.
 void SetWeights(torch::nn::Module& network, const torch::Tensor& flat);
 
-// "name height x width ...;" for each weight, in the order of the flat vector.
+// Returns the layout of the flat vector: "name height x width ...;" for each weight, in order.
 std::string LayoutOf(const torch::nn::Module& network);
 
 }  // namespace parallax

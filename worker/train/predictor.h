@@ -1,4 +1,4 @@
-// Disparities of any stereo pair from a checkpoint. No torch in this header.
+// Predicts the disparities of any stereo pair by a checkpoint. This header does not include torch.
 //
 // Sizes and ranges: the pair is padded to a multiple of 32 px. A pair wider than kNetworkWidth is
 // reduced to that width first and its disparities are scaled back. At the size that the network
@@ -28,7 +28,7 @@ struct PredictOptions {
   int threads = 0;  // 0: as torch chooses.
 };
 
-// How an input is brought to the network.
+// The size at which the network sees an input.
 struct NetworkSize {
   int width = 0, height = 0;                // After reduction or enlargement.
   int padded_width = 0, padded_height = 0;  // Multiples of 32.
@@ -38,19 +38,19 @@ struct NetworkSize {
 // Chooses the size at which the network sees the pair.
 NetworkSize ChooseNetworkSize(int width, int height, int trained_disparity, double max_disparity);
 
-// How much larger than the input a second look may be; 1 or less: there is no second look.
-// `disparity_px` is what the first one saw, in pixels of the input.
+// Returns the factor by which the input is enlarged for a second prediction; below kLeastEnlarged
+// there is none. `disparity_px` is the first prediction, in pixels of the input.
 double ChooseEnlargement(const ImageF& disparity_px, int trained_disparity);
 
 // Thread-safe after Load.
 class Predictor {
  public:
-  // Errors: as ReadCheckpoint.
+  // Loads a checkpoint. Errors: those of ReadCheckpoint.
   static absl::StatusOr<Predictor> Load(const std::string& checkpoint);
 
-  // Disparity of each left pixel in pixels of the input, finite, >= 0, of the input's size. The
-  // same pair, options and threads give the same bytes. Errors: kInvalidArgument for an empty image
-  // or two sizes; kResourceExhausted when memory is short.
+  // Returns the disparity of each left pixel in pixels of the input, finite, >= 0, of the input's
+  // size. The same pair, options and threads give the same bytes. Errors: kInvalidArgument for an
+  // empty image or two sizes; kResourceExhausted when memory is short.
   absl::StatusOr<ImageF> Predict(const ImageRgb8& left, const ImageRgb8& right,
                                  const PredictOptions& options) const;
 

@@ -1,4 +1,4 @@
-// Settings of a training run: everything beside the data that decides the bytes of its checkpoints.
+// Settings of a training run: everything except the data that decides the bytes of its checkpoints.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ enum class TrainerExit {
   kStopped = 5,      // SIGTERM or SIGINT; a checkpoint of the last step was written.
 };
 
-// How pictures are brought to a network that predicts; see predictor.h.
+// Bounds of the size at which a network predicts; see predictor.h.
 inline constexpr int kNetworkWidth = 1280;     // Pixels.
 inline constexpr int kNetworkDisparity = 384;  // Pixels.
 inline constexpr double kMostEnlarged = 2;
@@ -57,20 +57,21 @@ struct TrainSettings {
   AugmentSettings augment;
 };
 
-// Errors: kInvalidArgument naming the setting, what was seen and what is allowed.
+// Checks the ranges of all settings. Errors: kInvalidArgument naming the setting, its value and
+// what is allowed.
 absl::Status CheckSettings(const TrainSettings& settings);
 
 nlohmann::ordered_json ToJson(const TrainSettings& settings);
 
-// Errors: kDataLoss when a key is missing or of another type.
+// Reads settings that ToJson has written. Errors: kDataLoss if a key is missing or of another type.
 absl::StatusOr<TrainSettings> SettingsFromJson(const nlohmann::ordered_json& json);
 
-// The first key whose value differs, as "crop_width: 384, but 320"; empty when equal.
+// Returns the first key whose value differs, as "crop_width: 384, but 320"; empty when equal.
 std::string DifferenceOf(const nlohmann::ordered_json& seen, const nlohmann::ordered_json& wanted);
 
-// Learning rate of `step` in [0, steps): rises linearly for the first 5 % (at most 200 steps) from
-// a 25th of the peak, then falls linearly to a 10,000th of it.   Source: Smith and Topin,
-// "Super-convergence", 2018.
+// Returns the learning rate of `step` in [0, steps). It rises linearly for the first 5 % (at most
+// 200 steps) from a 25th of the peak, then falls linearly to a 10,000th of it.   Source: Smith and
+// Topin, "Super-convergence", 2018.
 double LearningRate(const TrainSettings& settings, int64_t step);
 
 }  // namespace parallax

@@ -1,4 +1,5 @@
-// The training run: batches in, checkpoints and progress out. No torch in this header.
+// The training run: reads batches, writes checkpoints, reports progress. This header does not
+// include torch.
 #pragma once
 
 #include <atomic>
@@ -14,7 +15,8 @@ namespace parallax {
 // A run: its settings, its data and its files.
 struct TrainingJob {
   TrainSettings settings;
-  // When above 0: `settings.steps` is set to what fits, by timing a few steps first.
+  // If above 0, a few steps are timed first, and `settings.steps` becomes the number that fits into
+  // this time.
   double minutes = 0;
   std::vector<TrainingSource> sources;
   std::vector<TrainingSource> heldout;  // Scored at the end; may be empty.
@@ -33,10 +35,11 @@ struct TrainingEnd {
   std::string message;  // One line; empty when done.
 };
 
-// Writes `out_dir`/train.json, checkpoint-<step>.pt (step in six digits) and final.pt, and calls
-// `progress` with one JSON object for each event. A run that is killed and resumed from any of its
-// checkpoints ends in a final.pt of the same bytes as one that is left alone (same machine type and
-// threads). When `stop` becomes true: a checkpoint, and TrainerExit::kStopped.
+// Runs the training. Writes `out_dir`/train.json, checkpoint-<step>.pt (step in six digits) and
+// final.pt, and calls `progress` with one JSON object for each event. A run that is killed and
+// resumed from any of its checkpoints ends in a final.pt of the same bytes as one that is left
+// alone (same machine type and threads). When `stop` becomes true, it writes a checkpoint and ends
+// with TrainerExit::kStopped.
 TrainingEnd RunTraining(const TrainingJob& job, const std::atomic<bool>& stop,
                         const std::function<void(const nlohmann::ordered_json&)>& progress);
 

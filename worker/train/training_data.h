@@ -1,4 +1,4 @@
-// Pairs to train on: which frames of which dataset folders, in which order, and their maps.
+// Pairs to train on: finds the frames of dataset folders, orders them, and reads their maps.
 //
 // The order depends on the seed and the number of frames only, never on what they show, so two
 // variants with the same scenes are visited alike.
@@ -28,19 +28,20 @@ struct TrainingSource {
   std::vector<TrainingFrame> frames;
 };
 
-// Which frames of a source count.
+// Options for the choice of a source's frames.
 struct SourceOptions {
   bool unfiltered = false;     // Also frames that a filter turned down.
   bool allow_missing = false;  // Go on without frames whose files are gone.
 };
 
-// `spec` is "DIR" or "DIR=WEIGHT"; DIR is an archive (all its variants) or a variant's folder.
+// Lists the frames of a source. `spec` is "DIR" or "DIR=WEIGHT"; DIR is an archive (all its
+// variants) or a variant's folder.
 // Errors: kInvalidArgument for a weight that is not a positive number; kFailedPrecondition when no
 // frame is left, or when a frame lacks an image or the left disparity; as ReadDataset.
 absl::StatusOr<TrainingSource> ReadTrainingSource(const std::string& spec,
                                                   const SourceOptions& options);
 
-// How far a pixel's truth is to be trusted.
+// The kind of truth that a pixel has.
 enum Trust : uint8_t { kNoTruth = 0, kOccluded = 1, kVisible = 2 };
 
 // One eye: its image, disparity in pixels (positive) and Trust by pixel, all of one size.
@@ -55,8 +56,8 @@ struct TrainingPair {
   TrainingEye left, right;
 };
 
-// Sky, what is outside of a room's windows, and pixels without a surface have no truth. Occlusion
-// and mask files that were not written count as "all visible".
+// Reads both eyes of a frame. Sky, the exterior seen through a room's windows, and pixels without a
+// surface have no truth. If occlusion or mask files were not written, all pixels count as visible.
 // Errors: kDataLoss for maps of different sizes or a disparity that is not finite; as Read*.
 absl::StatusOr<TrainingPair> ReadTrainingPair(const std::string& frame_dir);
 
@@ -66,11 +67,12 @@ struct FrameChoice {
   int frame = 0;
 };
 
-// The endless sequence of pairs. Sources take turns so that after any number of pairs each is
-// within one pair of its share; each goes through its frames in a new random order every round.
+// The endless sequence of pairs. Sources alternate so that after any number of pairs each source is
+// within one pair of its share. Each source goes through its frames in a new random order every
+// round.
 class FrameOrder {
  public:
-  // `sizes` and `weights` of the sources, all positive.
+  // `sizes` are the sources' numbers of frames, `weights` their weights; all are positive.
   FrameOrder(uint64_t seed, std::vector<int> sizes, std::vector<double> weights);
 
   FrameChoice Next();

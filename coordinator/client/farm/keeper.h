@@ -37,7 +37,8 @@ struct KeeperStep {
   // Seconds until pilots may be submitted again; the decision's `submit` waits for so long.
   double paused_s = 0;
   bool finished() const;  // No work and no pilot is left.
-  // "12 jobs wait, 4 run; pilots: 2 run, 0 wait, 5 wanted: submitted 3 as array 17"
+  // Returns the decision as a line: "12 jobs wait, 4 run; pilots: 2 run, 0 wait, 5 wanted:
+  // submitted 3 as array 17".
   std::string Line() const;
   bool did_something() const;
 };

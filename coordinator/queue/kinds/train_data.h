@@ -31,8 +31,8 @@ absl::StatusOr<Input> InputOf(std::string_view bytes) {
                    "database: a job's input is no " + Input::descriptor()->name());
 }
 
-// The network of the training that job `job` has waited for. Errors: the reader's; kDataLoss for
-// one without checkpoints.
+// Returns the result of the training that job `job` has waited for. Errors: the reader's; kDataLoss
+// for one without checkpoints.
 absl::StatusOr<v1::TrainResult> TrainingWaitedFor(int64_t job, ResultReader& results);
 
 // A checkpoint of a training as a file of the store.

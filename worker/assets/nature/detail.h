@@ -7,7 +7,7 @@
 
 namespace parallax {
 
-// Levels with their triangle counts for trees.
+// Levels of detail; counts are the triangles of a tree.
 enum class PlantDetail {
   kNear,   // All leaves, twigs modelled: trees 60,000 to 150,000 triangles.
   kMid,    // 15,000 to 40,000.
@@ -15,22 +15,22 @@ enum class PlantDetail {
   kShell,  // 200 to 600: folded sheets as large as boughs.
 };
 
-// The level for a target edge (MakeAsset, worker/assets/detail.h): near for 0 and below 1.5 cm, mid
-// below 6 cm, far below 25 cm.
+// Returns the level for a target edge length (see MakeAsset): near for 0 and below 1.5 cm, mid
+// below 6 cm, far below 25 cm, else shell.
 PlantDetail DetailOfEdge(float target_edge_m);
-// A target edge that selects the level in MakeAsset.
+// Returns a target edge length that selects this level.
 float EdgeOfDetail(PlantDetail detail);
-// The level of the thread's scope.
+// Returns the level that the calling thread's DetailScope selects.
 PlantDetail CurrentDetail();
 
-// The element of `each` for the level of the thread's scope: near, mid, far, shell.
+// Returns the element of `each`, ordered near, mid, far, shell, for CurrentDetail().
 template <typename T>
 T ByDetail(const std::array<T, 4>& each) {
   return each[static_cast<size_t>(CurrentDetail())];
 }
 
-// One of this many leaves is kept, enlarged by its square root, so that a crown of `leaves` with
-// `triangles_each` triangles stays within the level's budget.
+// Returns n, where one of n leaves is to be kept, with its length enlarged by the square root of n,
+// so that a crown of `leaves` leaves of `triangles_each` triangles stays within the level's budget.
 int LeafStride(PlantDetail detail, size_t leaves, size_t triangles_each);
 
 }  // namespace parallax

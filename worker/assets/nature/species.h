@@ -1,4 +1,4 @@
-// The parameters that tell tree species apart: rows of two tables. Lengths named `_m` are metres;
+// The parameters in which tree species differ: rows of two tables. Lengths named `_m` are metres;
 // the others are parts of the tree's height unless they say otherwise.
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace parallax {
 
-// The season that leaves show.
+// The season, which decides number and colour of leaves.
 enum class Season { kSpring, kSummer, kAutumn, kWinter, kCount };
 
 // A broadleaf tree; a row of the first table.
@@ -62,11 +62,12 @@ struct ConiferSpecies {
   std::vector<std::string> bark;
 };
 
-// Rows of the two tables; BroadleafParams and ConiferParams index them.
+// Return the rows of the two tables, which BroadleafParams and ConiferParams index. The rows live
+// as long as the program.
 std::span<const BroadleafSpecies> BroadleafTable();
 std::span<const ConiferSpecies> ConiferTable();
 
-// The material classes for leaves of a season.
+// Returns the material classes for leaves of a season.
 std::vector<std::string> LeafMaterials(Season season);
 
 }  // namespace parallax

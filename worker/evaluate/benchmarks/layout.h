@@ -14,9 +14,9 @@ namespace parallax {
 absl::StatusOr<std::string> FindFolder(const std::string& dir,
                                        const std::vector<std::string>& candidates);
 
-// Names of the folders in `dir`, sorted; those that begin with a dot are left out.
+// Returns the names of the folders in `dir`, sorted; those that begin with a dot are left out.
 std::vector<std::string> SubFolders(const std::string& dir);
-// Names of the files in `dir` that end so, sorted.
+// Returns the names of the files in `dir` that end with the given ending, sorted.
 std::vector<std::string> FilesEnding(const std::string& dir, const std::string& ending);
 
 bool IsFile(const std::string& path);
@@ -29,8 +29,8 @@ absl::Status RequireFiles(const std::vector<std::string>& paths);
 struct MiddleburyFiles {
   std::string left, right, mask;
 };
-// Truth in them. Regions: "nocc" where a mask or the right truth is given. Errors: kInvalidArgument
-// for maps of different sizes; as ReadTruth.
+// Reads the truth of these files. The region "nocc" is there if a mask or the right truth is given.
+// Errors: kInvalidArgument for maps of different sizes; as ReadTruth.
 absl::StatusOr<PairTruth> ReadMiddleburyTruth(const MiddleburyFiles& files);
 
 }  // namespace parallax

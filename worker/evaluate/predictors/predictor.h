@@ -41,8 +41,8 @@ class Predictor {
                                const PredictionContext& context) = 0;
 };
 
-// OpenCV's semi-global block matching, holes filled from their row: the classical baseline.
-// Searches disparities up to a quarter of the image's width.
+// Makes OpenCV's semi-global block matching, with holes filled from their row: the classical
+// baseline. Searches disparities up to a quarter of the image's width.
 std::unique_ptr<Predictor> MakeSgbmPredictor();
 
 // A command and its time limits.
@@ -67,8 +67,8 @@ std::unique_ptr<Predictor> MakeFolderPredictor(std::string dir);
 // that a word "{list}" stays the placeholder.
 std::string CommandOfWords(const std::vector<std::string>& words);
 
-// The command with which the built-in program `trainer` predicts from a checkpoint. `threads` 0:
-// its own choice.
+// Returns the command with which the built-in program `trainer` predicts from a checkpoint.
+// `threads` 0: its own choice.
 std::string TrainerPredictCommand(const std::string& trainer_program, const std::string& checkpoint,
                                   int threads = 0);
 

@@ -21,13 +21,13 @@ struct CommandOptions {
   std::function<void()> poll = [] {};  // Called a few times a second while it runs.
 };
 
-// Waits for the command to end. All of its children are killed with it, and also when this process
-// dies; see ChildProcess. Errors: kInternal for an exit status other than 0, kAborted when a signal
-// killed it (including the kernel's out-of-memory killer), kDeadlineExceeded, kCancelled; each with
-// the log's last lines. As ChildProcess::Start.
+// Runs the command and waits for its end. All of its child processes are killed when it ends, and
+// also when this process dies; see ChildProcess. Errors: kInternal for an exit status other than 0,
+// kAborted when a signal killed it (including the kernel's out-of-memory killer),
+// kDeadlineExceeded, kCancelled; each with the log's last lines. Also those of ChildProcess::Start.
 absl::Status RunCommand(const CommandOptions& options);
 
-// The last `lines` lines of a file, for messages; "" when it can't be read.
+// Returns the last `lines` lines of a file, for messages; "" when it can't be read.
 std::string TailOfFile(const std::string& path, size_t lines);
 
 }  // namespace parallax

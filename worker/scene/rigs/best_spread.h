@@ -25,8 +25,8 @@ struct ViewProbe {
 ViewProbe ProbeView(const SceneInProgress& scene, const Vec3f& eye, const Mat3f& camera,
                     const RigCamera& view);
 
-// Whether nothing is nearer than `distance` to any point of the segment of this `length` from
-// `from` along unit `right`.
+// Returns whether nothing is nearer than `distance` to any point of the segment of this `length`
+// from `from` along unit `right`.
 bool SegmentClear(const RayScene& solid, const Vec3f& from, const Vec3f& right, float length,
                   float distance);
 

@@ -8,7 +8,7 @@
 
 namespace parallax {
 
-// The random stream of keyframe `index`, below the scene's `root`.
+// Returns the random stream of keyframe `index`, below the scene's `root`.
 inline Rng KeyframeStream(const Rng& root, uint32_t index) { return root.Child("keyframe", index); }
 
 // Adds the rig of keyframe `index` with this camera: its baseline and raw cameras are drawn from

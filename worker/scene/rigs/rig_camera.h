@@ -19,7 +19,8 @@ struct RigCamera {
   Vec3d DirectionAt(double x, double y) const {
     return {shift_x + half_x * x, shift_y + half_y * y, 1};
   }
-  // Length of its longest ray over that of the axis, up to the same depth.
+  // Returns the length of the camera's longest ray divided by that of its axis, both up to the same
+  // depth.
   double Corner() const;
 };
 
@@ -27,7 +28,7 @@ struct RigCamera {
 // drawn from children of `stream`.
 RigCamera DrawRigCamera(const v1::RigConfig& config, double fov_draw, const Rng& stream);
 
-// The largest baseline that rigs may have.
+// Returns the largest baseline that rigs may have.
 double LargestBaseline(const v1::RigConfig& config);
 
 // Makes a rig for each of rigs.baselines_m, where there are any: the rigs of one left eye follow

@@ -45,15 +45,16 @@ struct Walk {
 // drawn as the config says, once a walk.
 class WalkFinder {
  public:
-  // `frames`: number of frames of one walk.
+  // `frames` is the number of frames of one walk.
   WalkFinder(const v1::SceneConfig& config, int frames);
 
   // Draws a walk from `rng`; returns nothing, and counts the reason, if it fails.
   std::optional<Walk> Try(const WalkLand& land, const Rng& rng, const RigCamera& camera);
-  // Whether both eyes stay `clearance` away from everything in `solid`, in and between frames.
+  // Returns whether both eyes stay `clearance` away from everything in `solid`, in and between
+  // frames.
   bool Clear(const RayScene& solid, const Walk& walk) const;
 
-  // Number of failures by reason: "blocked", "sky"...
+  // Returns the number of failures by reason: "blocked", "sky"...
   const std::map<std::string, int>& reasons() const { return reasons_; }
   std::string Reasons() const;
 

@@ -66,12 +66,12 @@ struct SceneType {
   // Errors: kCancelled; kNotFound for unknown classes.
   absl::Status (*rigs)(const v1::SceneConfig& config, const CancelToken& cancel,
                        SceneInProgress& scene);
-  // The rest of the stage: floating objects, lights, sky, materials.
+  // Does the rest of the stage `scene`: floating objects, lights, sky, materials.
   // Errors: kCancelled; kInvalidArgument for unknown classes or materials.
   absl::Status (*dress)(const v1::SceneConfig& config, const CancelToken& cancel,
                         SceneInProgress& scene);
 
-  // Mesh of an object that is a part of the place (SceneObject.part), object frame.
+  // Makes the mesh of an object that is a part of the place (SceneObject.part), object frame.
   // Errors: kNotFound for a part that the place does not have.
   absl::StatusOr<Mesh> (*part)(const v1::Scene& scene, const v1::SceneObject& object);
   Surroundings (*surroundings)(const v1::Place& place);
@@ -84,16 +84,17 @@ struct SceneType {
   absl::Status (*expand)(const v1::Scene& scene, SceneGeometry& geometry) = nullptr;
   // Describes such an object: class, name, seed and role by its index; nothing for an unused index.
   std::optional<v1::SceneObject> (*grown)(const v1::Scene& scene, uint32_t index) = nullptr;
-  // A map of the place as lines of text, for people; may take seconds. Null: `describe` says all.
+  // Returns a map of the place as lines of text, for people; may take seconds. Null: `describe`
+  // says all.
   std::vector<std::string> (*map)(const v1::Scene& scene) = nullptr;
 };
 
-// All types, in the order in which they were added.
+// Returns all types, in the order in which they were added.
 const std::vector<const SceneType*>& SceneTypes();
 
 // Errors: kInvalidArgument for a type without a folder, naming the known ones.
 absl::StatusOr<const SceneType*> FindSceneType(v1::SceneType type);
-// The type of a recipe that UpgradeScene has upgraded.
+// Returns the type of a recipe that UpgradeScene has upgraded.
 // Errors: as FindSceneType; kInvalidArgument for a place that is not the type's.
 absl::StatusOr<const SceneType*> TypeOf(const v1::Scene& scene);
 // Checks that the place is of the type's kind.

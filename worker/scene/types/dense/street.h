@@ -19,7 +19,7 @@ inline constexpr char kStreetPart[] = "street";
 
 v1::Street DrawStreet(const Rng& root);
 
-// Carriageway, kerbs, walks and the ground beside them out to the horizon; closed boxes.
+// Makes carriageway, kerbs, walks, and the ground beside them out to the horizon, of closed boxes.
 Mesh MakeStreet(const v1::Street& street);
 
 // Materials of its slots: SceneMaterial.index.
@@ -33,15 +33,17 @@ void StreetRigs(const v1::RigConfig& config, const Rng& root, const v1::Street& 
 // Puts things along a street before one rig.
 class StreetPlacer {
  public:
-  // All must outlive it.
+  // All arguments must outlive the object.
   StreetPlacer(const v1::SceneConfig& config, const v1::Street& street, const RigView& view);
 
-  // A place for a thing with these bounds (object frame), its longest side `size_m`: upright on the
-  // ground, or now and then turned in the air. Nothing where it would come near the eyes.
+  // Returns a place for a thing with these bounds (object frame), its longest side `size_m`:
+  // upright on the ground, or now and then turned in the air. Nothing where it would come near the
+  // eyes.
   std::optional<Pose> Draft(Rng& rng, const Box3f& bounds, double size_m) const;
-  // For what finds no place among the others: behind everything, `number` tells them apart.
+  // Returns a pose behind everything, for an object that finds no place among the others. Different
+  // numbers give different places.
   Pose FarAway(const Box3f& bounds, double size_m, size_t number) const;
-  // Whether a lamp there is above the ground.
+  // Returns whether a lamp at `position` is above the ground.
   static bool Lights(const Vec3d& position) { return position.z() > 0.4; }
 
  private:

@@ -6,9 +6,9 @@
 
 namespace parallax {
 
-// The material of a slot of a part: walls, floor and so on. One material for each slot name in a
-// room; joinery is alike in the whole house, walls and floors depend on the kind of room. Returns
-// SceneMaterial.index.
+// Returns the material of a slot of a part: walls, floor and so on. A room has one material for
+// each slot name; joinery is the same in the whole house, walls and floors depend on the kind of
+// room. Returns SceneMaterial.index.
 uint32_t HousePartMaterial(const v1::House& house, const v1::SceneObject& object,
                            const MaterialSlot& slot, Palettes& palettes);
 

@@ -1,5 +1,5 @@
-// A land's materials, and the instances of its rules: the end of stage scene, of landscapes and of
-// houses that stand in one.
+// The materials of a land and the instances of its rules: the last steps of the stage `scene`, for
+// landscapes and for houses that stand in one.
 #pragma once
 
 #include "common/base/rng.h"
@@ -10,13 +10,13 @@ namespace parallax {
 
 // Adds materials to `recipe` and binds them to the ground (the object of land.ground_object_index),
 // to water and roof, and to all prototypes. Draws from addresses below `root`.
-// Errors: kInvalidArgument for an unknown biome or another number of ground rules than it has; as
-// PrototypeMesh.
+// Errors: kInvalidArgument for an unknown biome or another number of ground rules than it has;
+// those of PrototypeMesh.
 absl::Status ChooseLandMaterials(const Rng& root, v1::Scene& recipe, v1::Terrain& land);
 
 // Expands the land for `views` and writes its hash, its number of instances, and the object indices
 // of its layers, which follow the largest of `recipe`.
-// Errors: kResourceExhausted for more objects than indices; as ExpandTerrain.
+// Errors: kResourceExhausted for more objects than indices; those of ExpandTerrain.
 absl::Status CountLand(const v1::Scene& recipe,
                        const google::protobuf::RepeatedPtrField<v1::Rig>& views, v1::Terrain& land);
 

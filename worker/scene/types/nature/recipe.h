@@ -1,4 +1,4 @@
-// Conversion between recipes and TerrainSpec, and the bounds of a recipe's rules.
+// Converts between recipes and TerrainSpec, and checks the bounds of a recipe's rules.
 #pragma once
 
 #include <memory>
@@ -12,12 +12,13 @@ namespace parallax {
 // Writes the spec into the recipe: terms, rasters, erosion, roughness, seed.
 void SetTerrainSpec(const TerrainSpec& spec, v1::Terrain& recipe);
 
-// The inverse of SetTerrainSpec. Recipes may come from strangers. Errors: kInvalidArgument for
-// terms that are unknown, and for rasters, counts or numbers out of bounds.
+// Returns the spec that SetTerrainSpec has written. Everything is checked, because recipes may come
+// from strangers. Errors: kInvalidArgument for terms that are unknown, and for rasters, counts or
+// numbers out of bounds.
 absl::StatusOr<TerrainSpec> TerrainSpecOf(const v1::Terrain& recipe);
 
-// The ground of a recipe. The process keeps the newest one, so that layout, scene and render of one
-// scene erode it once. Thread-safe. Errors: as TerrainSpecOf.
+// Returns the ground of a recipe. The process caches the newest one, so that the stages of one
+// scene erode it only once. Thread-safe. Errors: those of TerrainSpecOf.
 absl::StatusOr<std::shared_ptr<const Terrain>> TerrainOf(const v1::Terrain& recipe);
 
 // Checks the bounds of the rules: prototypes of layers, densities, ranges. Errors:

@@ -17,14 +17,16 @@ namespace parallax {
 // The vault of one recipe.
 class CaveRoof {
  public:
-  // Requires a recipe with a roof that has passed CheckRules. `cell_m`: spacing of its vertices.
+  // Requires a recipe with a roof that has passed CheckRules. `cell_m` is the spacing of its
+  // vertices.
   CaveRoof(const v1::Terrain& recipe, const Terrain& terrain, float cell_m);
 
-  // World frame; texture = position; one slot, "rock".
+  // Returns the vault's mesh in the world frame. Its texture coordinates are its positions; it has
+  // one slot, "rock".
   const Mesh& mesh() const { return mesh_; }
-  // Height of the underside above `p`, world z; nothing under the open sky.
+  // Returns the height of the underside above `p`, world z; nothing under the open sky.
   std::optional<float> CeilingAt(const Vec2f& p) const;
-  // Height of the vault at `p` as if it had no holes.
+  // Returns the height of the vault at `p` as if it had no holes.
   float VaultAt(const Vec2f& p) const { return Under(PlanOf(p)).z(); }
 
  private:
@@ -32,7 +34,7 @@ class CaveRoof {
   Vec2f PlanOf(const Vec2f& p) const;
   Vec2f PointOf(const Vec2f& plan) const;
   float FloorAt(float along_m) const;
-  // Distance from a point of the plan to the nearest hole's rim; < 0 in a hole.
+  // Returns the distance from a point of the plan to the nearest hole's rim; < 0 in a hole.
   float FromSkylight(const Vec2f& p) const;
   Vec3f Under(const Vec2f& plan) const;
   Vec3f Top(const Vec2f& plan) const;
@@ -47,7 +49,7 @@ class CaveRoof {
   Mesh mesh_;
 };
 
-// The space below a roof, with the openings through which light enters.
+// Returns the space below a roof, with the openings through which light enters.
 SkyEnclosure EnclosureUnder(const v1::Terrain& recipe, const Terrain& terrain);
 
 }  // namespace parallax

@@ -40,17 +40,19 @@ struct Standing {
 using Tile = std::pair<int32_t, int32_t>;  // (y, x), so that order is by rows.
 using TileSet = std::set<Tile>;
 inline constexpr float kTile_m = 16;
+// Return the tile that contains `p`, and the square of a tile; world frame, metres.
 Tile TileAt(const Vec2f& p);
 Box2f BoxOf(const Tile& tile);
 
 // Evaluates all layers of one recipe.
 class Scatter {
  public:
-  // Both must outlive it. The recipe has passed CheckRules.
+  // Requires a recipe that has passed CheckRules. Both arguments must outlive the object.
   Scatter(const v1::Terrain& recipe, const Terrain& terrain);
   ~Scatter();
 
-  // Returns, for each layer, all objects on its tiles, tile by tile. `tiles`: one set a layer.
+  // Returns for each layer all objects on its tiles, tile by tile. `tiles` has one set for each
+  // layer.
   std::vector<std::vector<Standing>> Place(const std::vector<TileSet>& tiles) const;
 
  private:

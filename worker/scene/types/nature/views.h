@@ -15,15 +15,15 @@ class Views {
   // Requires at least one rig.
   explicit Views(const google::protobuf::RepeatedPtrField<v1::Rig>& rigs);
 
-  // Distance in plan from `p` to the nearest eye, metres.
+  // Returns the distance in plan from `p` to the nearest eye, metres.
   float Distance(const Vec2f& p) const;
-  // Whether an object of this radius at `p` may be seen: within `disc_m` of an eye, or in a view
-  // and within `reach_m`.
+  // Returns whether an object of this radius at `p` may be seen: within `disc_m` of an eye, or in a
+  // view and within `reach_m`.
   bool Wants(const Vec2f& p, float radius_m, float disc_m, float reach_m) const;
-  // The tiles on which objects may be seen; arguments as for Wants.
+  // Returns the tiles on which objects may be seen. The arguments are those of Wants.
   TileSet Tiles(float disc_m, float reach_m) const;
 
-  // The views for GroundMesh, with the eyes' heights above the terrain.
+  // Returns the views for GroundMesh, with the eyes' heights above the terrain.
   std::vector<ViewCone> Cones(const Terrain& terrain) const;
   float focal_px() const { return focal_px_; }
   // The eyes of each rig, in order of rigs; world, metres.

@@ -9,9 +9,9 @@
 
 namespace parallax {
 
-// The surface of a recipe's water: a smooth dielectric over a body through which the bed is seen as
-// far as light returns from it, and foam. Opaque: the bed is painted on the surface, vertically
-// above its place, so that pictures agree with ground truth, which is the surface. `bed`: the
+// Returns the material of a recipe's water: a smooth dielectric over a body that absorbs light,
+// with the bed below it, and foam. The surface is opaque: the bed is painted on it, vertically
+// above its place, so that pictures agree with ground truth, which is the surface. `bed` is the
 // ground's material. Requires a terrain with water.
 std::shared_ptr<const Material> MakeWaterSurface(const v1::Water& water,
                                                  std::shared_ptr<const Terrain> terrain,

@@ -11,11 +11,11 @@ namespace parallax {
 // Slopes (rise over run) of ground for plants and people, and of bare rock.
 inline constexpr MaskSpec::Range kWalkable = {0, 0.6, 0.2}, kSteep = {0.75, 99, 0.2};
 
-// Adds boulders and pebbles, numbers a square metre. `mask`: where boulders lie.
+// Adds boulders and pebbles; both numbers are per square metre. `mask`: where boulders lie.
 void AddStones(LayerWriter& w, double boulders, double pebbles, const MaskSpec& mask);
 
 // Adds broken rock below a wall or on stony ground, in five sizes from single blocks to stones;
-// `times` as much as on a mountain's scree. `snow_m`: depth of the snow on it.
+// `times` as much as on a mountain's scree. `snow_m` is the depth of the snow on it.
 void AddRubble(LayerWriter& w, double times, const MaskSpec& where, double snow_m = 0);
 
 // A species of tree in three ages; old trees come first, because they claim the ground.

@@ -7,9 +7,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <set>
 
 #include "common/config/config.h"
+#include "common/math/proto.h"
 #include "common/math/stereo.h"
 #include "worker/scene/scene_geometry.h"
 #include "worker/scene/solve.h"
@@ -17,6 +19,7 @@
 #include "worker/scene/types/nature/biomes.h"
 #include "worker/scene/types/nature/expand.h"
 #include "worker/scene/types/nature/recipe.h"
+#include "worker/scene/types/nature/sight.h"
 
 namespace parallax {
 namespace {
@@ -133,6 +136,35 @@ TEST(Nature, HazeIsAtMostETimesAsThickInTheLowestValley) {
   const double eye_m = scene.rigs(0).world_from_left().tz();
   EXPECT_GE(scene.air().scale_height_m(), eye_m - low_m);
   EXPECT_GE(scene.air().scale_height_m(), 120);
+}
+
+TEST(Nature, HazeLeavesHalfOfTheLightOfTheMedianGround) {
+  v1::SceneConfig config = SmallNature("plain");
+  config.mutable_nature()->mutable_haze_per_m()->mutable_uniform()->set_low(0.5);
+  config.mutable_nature()->mutable_haze_per_m()->mutable_uniform()->set_high(0.5);
+  const v1::SolveResult result = SolveFor(config, Plain().scene_seed());
+  ASSERT_TRUE(result.has_scene());
+  const v1::Scene& scene = result.scene();
+  const double sight_m = MedianSight(*TerrainOf(scene.place().terrain()).value(), scene.rigs());
+  const double eye_m = scene.rigs(0).world_from_left().tz();
+  const double at_eye = scene.air().haze_per_m() * std::exp(-eye_m / scene.air().scale_height_m());
+  EXPECT_NEAR(std::exp(-at_eye * sight_m), 0.5, 0.01);
+}
+
+// From 10 m above a plane, a narrow view 30 degrees down meets it after about 20 m.
+TEST(Nature, MedianSightIsTheDistanceToThePlane) {
+  TerrainSpec flat;
+  flat.region_samples = flat.site_samples = 33;
+  flat.streams.steps = 0;
+  flat.rain.droplets = 0;
+  flat.roughness = 0;
+  v1::Scene scene;
+  v1::Rig rig = Plain().rigs(0);
+  const Eigen::Matrix3d axes = CameraAxes(0.3, std::numbers::pi / 3);
+  *rig.mutable_world_from_left() =
+      ToProto(Pose{Vec3d(0, 0, 10), Eigen::Quaterniond(axes).normalized(), 1.0});
+  *scene.add_rigs() = rig;
+  EXPECT_NEAR(MedianSight(MakeTerrain(flat), scene.rigs()), 20, 3);
 }
 
 TEST(Nature, EveryInstanceHasAnObjectThatTheRecipeKnows) {

@@ -10,11 +10,15 @@
 #include "worker/scene/types/nature/land_materials.h"
 #include "worker/scene/types/nature/nature.h"
 #include "worker/scene/types/nature/recipe.h"
+#include "worker/scene/types/nature/sight.h"
 
 namespace parallax {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
+// The most optical depth of haze between an eye and half of the ground that it sees: half of the
+// light is left.
+constexpr double kMostDepth = 0.7;
 
 class LandDresser {
  public:
@@ -51,7 +55,8 @@ class LandDresser {
     // thick in the valleys below: no fog hides all that a mountain shows.
     const double eye_m = recipe_.rigs(0).world_from_left().tz();
     air.set_scale_height_m(std::max(root_.Child("haze height").Uniform(120, 900), eye_m - low_m));
-    air.set_haze_per_m(draw(nature.haze_per_m(), "haze") *
+    const double clearest = kMostDepth / MedianSight(*terrain, recipe_.rigs());
+    air.set_haze_per_m(std::min(draw(nature.haze_per_m(), "haze"), clearest) *
                        std::exp(std::clamp(eye_m / air.scale_height_m(), -6.0, 6.0)));
     air.set_forward(0.5);
     // Air under crowns is in their shade.

@@ -254,6 +254,22 @@ std::shared_ptr<const Mesh> MakeWater(const Terrain& terrain, const Views& views
   return std::make_shared<const Mesh>(GroundMesh(WaterOf(terrain), options).mesh());
 }
 
+// What lies flat may stand out by so much.
+constexpr float kMostDaylight_m = 0.002f;
+
+// The largest height of a base's rim above the ground.
+float Daylight(const GroundMesh& ground, const Mat3f& rotation, const Vec3f& middle, float radius) {
+  constexpr int kPoints = 8;
+  float highest = 0;
+  for (int i = 0; i < kPoints; ++i) {
+    const float angle = 2 * std::numbers::pi_v<float> * static_cast<float>(i) / kPoints;
+    const Vec3f at =
+        middle + rotation * Vec3f(radius * std::cos(angle), radius * std::sin(angle), 0);
+    highest = std::max(highest, at.z() - ground.HeightAt(at.head<2>()));
+  }
+  return highest;
+}
+
 }  // namespace
 
 PlantDetail DetailAt(const v1::ScatterLayer& layer, float distance_m, float focal_px) {
@@ -288,11 +304,15 @@ Eigen::Matrix<float, 3, 4> PlaceOf(const v1::ScatterLayer& layer, const Standing
       up = Vec3f::UnitZ();
     }
   }
-  z = static_cast<float>(std::floor(1000.0f * z)) / 1000.0f;
   const float turn = 2 * std::numbers::pi_v<float> * static_cast<float>(thing.turn) / 65536.0f;
   const Mat3f rotation = (Eigen::Quaternionf::FromTwoVectors(Vec3f::UnitZ(), up) *
                           Eigen::Quaternionf(Eigen::AngleAxisf(turn, Vec3f::UnitZ())))
                              .toRotationMatrix();
+  if (!layer.floats()) {
+    const float rim = scale * std::max(0.02f, 0.5f * static_cast<float>(layer.claim_m()));
+    z -= std::max(0.0f, Daylight(ground, rotation, {p.x(), p.y(), z}, rim) - kMostDaylight_m);
+  }
+  z = static_cast<float>(std::floor(1000.0f * z)) / 1000.0f;
   Eigen::Matrix<float, 3, 4> place;
   place.leftCols<3>() = scale * rotation;
   place.col(3) = Vec3f(p.x(), p.y(), z);

@@ -137,10 +137,10 @@ class GroundMaterial final : public Material {
   // Bare rock, the last rule, from blocks of metres down to chips: layers that stand out, and
   // cracks.
   template <typename Vec>
-  RealOf<Vec> Ledges(const Vec& p, Float8 footprint_m) const {
+  RealOf<Vec> Ledges(const Vec& p, Float8 footprint_m, uint32_t octaves = 5) const {
     RealOf<Vec> height = Splat(0);
     float wavelength_m = 4.3f;
-    for (uint32_t i = 0; i < 5; ++i) {
+    for (uint32_t i = 0; i < octaves; ++i) {
       const Float8 fade = noise::Fade(wavelength_m, footprint_m);
       if (!Any(fade > 0)) break;
       // Flatter than wide: beds.
@@ -173,9 +173,11 @@ class GroundMaterial final : public Material {
       // Bedded rock has beds and streaks of its own.
       return Clamp(1.0f + 0.13f * beds + 0.11f * stains, 0.35f, 1.7f);
     }
-    // Faces of massive rock differ by the stone and by what runs down them, over tens of metres.
+    // Faces of massive rock differ by the stone and by what runs down them, over tens of metres;
+    // recesses are darker, because dust and lichen stay there.
     const Float8 faces = noise::Fbm3(Vec3x8(p.x, p.y, 0.5f * p.z), 31.0f, 5, w, seed_ + 74, 0.6f);
-    const Float8 pattern = 0.05f * beds + 0.36f * stains + 0.5f * faces;
+    const Float8 recess = 0.3f - Ledges(p, w, 2) / 0.6f;
+    const Float8 pattern = 0.05f * beds + 0.36f * stains + 0.4f * faces - 0.5f * recess;
     return Clamp(1.0f + pattern, 0.35f, 1.7f);
   }
 

@@ -1,0 +1,49 @@
+#include "worker/scene/types/nature/sight.h"
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "common/math/stereo.h"
+
+namespace parallax {
+namespace {
+
+constexpr double kNearest_m = 1, kFarthest_m = 6000, kStep = 1.06;
+constexpr int kColumns = 9, kRows = 5;
+
+// The distance along a ray, `direction` unit, at which it goes below the ground.
+std::optional<double> MeetGround(const Terrain& terrain, const Vec3d& eye, const Vec3d& direction) {
+  for (double t = kNearest_m; t < kFarthest_m; t *= kStep) {
+    const Vec3d at = eye + t * direction;
+    const auto footprint_m = static_cast<float>(t * (kStep - 1));
+    if (at.z() < terrain.Height(at.head<2>().cast<float>(), footprint_m)) return t;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+double MedianSight(const Terrain& terrain,
+                   const google::protobuf::RepeatedPtrField<v1::Rig>& rigs) {
+  std::vector<double> distances;
+  for (const int index : {0, rigs.size() / 2, rigs.size() - 1}) {
+    const v1::Rig& rig = rigs[index];
+    const Vec2d half = HalfTangents(rig), shift = ShiftTangents(rig);
+    for (int y = 0; y < kRows; ++y) {
+      for (int x = 0; x < kColumns; ++x) {
+        const Vec3d local(shift.x() + half.x() * (2.0 * (x + 0.5) / kColumns - 1),
+                          shift.y() + half.y() * (2.0 * (y + 0.5) / kRows - 1), 1);
+        const Vec3d direction = (RigAxes(rig) * local).normalized();
+        const auto met = MeetGround(terrain, EyePosition(rig, 0), direction);
+        if (met) distances.push_back(*met);
+      }
+    }
+  }
+  if (distances.empty()) return kFarthest_m;
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  return *middle;
+}
+
+}  // namespace parallax

@@ -184,6 +184,17 @@ TEST(Nature, EveryInstanceHasAnObjectThatTheRecipeKnows) {
   EXPECT_FALSE(kNatureScenes.grown(scene, 65000).has_value());
 }
 
+// The rim of a thing's base is in the ground, or lies flat on it.
+void ExpectRooted(const v1::ScatterLayer& layer, const Instance& instance,
+                  const GroundMesh& ground) {
+  if (layer.hangs() || layer.floats()) return;
+  const auto r = static_cast<float>(std::max(0.02, 0.5 * layer.claim_m()));
+  for (const Vec3f& p : {Vec3f(r, 0, 0), Vec3f(-r, 0, 0), Vec3f(0, r, 0), Vec3f(0, -r, 0)}) {
+    const Vec3f at = instance.Affine() * p;
+    EXPECT_LE(at.z(), ground.HeightAt(at.head<2>()) + 0.005f) << layer.name();
+  }
+}
+
 TEST(Nature, NothingStandsOnDaylight) {
   const v1::Scene& scene = Plain();
   const auto expansion = ExpandTerrain(scene.place().terrain(), scene.rigs()).value();
@@ -191,13 +202,7 @@ TEST(Nature, NothingStandsOnDaylight) {
   for (int l = 0; l < scene.place().terrain().layers_size(); ++l) {
     const v1::ScatterLayer& layer = scene.place().terrain().layers(l);
     for (uint32_t k = 0; k < expansion->of_layer[static_cast<size_t>(l)]; ++k, ++index) {
-      if (layer.upright() < 1) continue;
-      const Eigen::Affine3f place = expansion->instances[index].Affine();
-      const auto r = static_cast<float>(0.5 * layer.claim_m());
-      for (const Vec3f& p : {Vec3f(r, 0, 0), Vec3f(-r, 0, 0), Vec3f(0, r, 0), Vec3f(0, -r, 0)}) {
-        const Vec3f at = place * p;
-        EXPECT_LE(at.z(), expansion->ground.HeightAt(at.head<2>()) + 0.02f) << layer.name();
-      }
+      ExpectRooted(layer, expansion->instances[index], expansion->ground);
     }
   }
 }
@@ -246,8 +251,7 @@ TEST_P(DryLands, ExpandAlikeStandOnTheirGroundAndKeepTheWalkClear) {
         EXPECT_GE(at.z(), *ceiling - 0.01f) << layer.name();
         continue;
       }
-      if (layer.upright() < 1) continue;
-      EXPECT_LE(at.z(), expansion->ground.HeightAt(at.head<2>()) + 0.02f) << layer.name();
+      ExpectRooted(layer, expansion->instances[index], expansion->ground);
     }
   }
   const auto nearby = MakeNearby(land, *expansion, scene.rigs(), 1).value();

@@ -1,5 +1,6 @@
 #include "worker/render/lights.h"
 
+#include "common/base/status.h"
 #include "common/math/proto.h"
 
 namespace parallax {
@@ -35,8 +36,7 @@ absl::StatusOr<LightTable> LightTable::Build(const v1::Scene& scene, const Rende
       continue;
     }
     if (light.kind() != v1::Light::KIND_MESH) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "light \"" + light.name() + "\": kind must be point, spot or mesh");
+      return InvalidArgument("light \"{}\": kind must be point, spot or mesh", light.name());
     }
     lamp.mesh = true;
     Box3f box;
@@ -132,9 +132,9 @@ absl::Status LightTable::AddSphereOrSpot(const v1::Light& light, const Vec3f& po
     const Vec3f axis = FromProto(light.direction()).cast<float>();
     const auto cone = static_cast<float>(light.cone_rad());
     if (!(axis.norm() > 1e-12f) || !(cone > 0.0f) || !(cone <= kPi + 1e-5f)) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "light \"" + light.name() +
-                           "\": a spot wants a direction and a cone_rad of more than 0 up to pi");
+      return InvalidArgument(
+          "light \"{}\": a spot wants a direction and a cone_rad of more than 0 up to pi",
+          light.name());
     }
     lamp->spot = true;
     lamp->axis = axis.normalized();

@@ -29,12 +29,12 @@ namespace parallax {
 inline absl::string_view ToAbsl(std::string_view text) { return {text.data(), text.size()}; }
 inline std::string_view ToStd(absl::string_view text) { return {text.data(), text.size()}; }
 
-// Makes an error of a code that is known at run time only.
+// Makes an error of a code that is known at run time only. Errors: `code`, always.
 inline absl::Status MakeError(absl::StatusCode code, std::string_view message) {
   return absl::Status(code, ToAbsl(message));
 }
 
-// Makes an error of formatted text; the functions below call it.
+// Makes an error of formatted text; the functions below call it. Errors: `code`, always.
 absl::Status MakeFormattedError(absl::StatusCode code, fmt::string_view format,
                                 fmt::format_args args);
 

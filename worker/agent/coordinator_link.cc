@@ -151,9 +151,8 @@ void CoordinatorLink::Break(const absl::Status& status) {
   if (IsFatal(status.code())) {
     // Distinguished from an error of this machine's disk, which has another exit status.
     const bool refused = absl::IsPermissionDenied(status);
-    fatal_ = WithContext(
-        refused ? Unauthenticated("{}", status.message()) : status,
-        "coordinator " + options_.coordinator.ToString());
+    fatal_ = WithContext(refused ? Unauthenticated("{}", status.message()) : status,
+                         "coordinator " + options_.coordinator.ToString());
     return;
   }
   // Logged once when the connection breaks, not at every try.

@@ -1,5 +1,7 @@
 #include "common/base/status.h"
 
+#include <fmt/core.h>
+
 #include <cerrno>
 #include <cstring>
 

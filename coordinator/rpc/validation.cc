@@ -1,7 +1,5 @@
 #include "coordinator/rpc/validation.h"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <cmath>
 

@@ -287,8 +287,7 @@ std::string CardMarkdown(const v1::StudySpec& study, const v1::VariantSpec& vari
   text += "\n## Rooms\n\n";
   first = true;
   for (const auto& [kind, count] : s.rooms) {
-    text += fmt::format("{}{}: {}", first ? "" : ", ", kind.empty() ? std::string("unnamed") : kind,
-                        count);
+    text += fmt::format("{}{}: {}", first ? "" : ", ", kind.empty() ? "unnamed" : kind, count);
     first = false;
   }
   text += "\n\n## Classes\n\n" + ShareTable(s.classes, s.pixels, "class");

@@ -177,8 +177,8 @@ class TrainAttempt {
   // ---- Results
   absl::Status KeepCheckpoint(int64_t step, const std::string& path, Json& card) {
     const bool last = step == plan_.steps;
-    const std::string name = (last ? std::string("final") : fmt::format("checkpoint-{}", step)) +
-                             fs::path(path).extension().string();
+    const std::string name =
+        (last ? "final" : fmt::format("checkpoint-{}", step)) + fs::path(path).extension().string();
     ASSIGN_OR_RETURN(const std::string hash, kept_.Keep(path, name));
     v1::TrainedCheckpoint& checkpoint = *result_.add_checkpoints();
     checkpoint.set_name(name);

@@ -5,7 +5,6 @@
 
 #include <atomic>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -98,11 +97,9 @@ std::string SizeText(const AssetFigures& f) {
   std::string text;
   for (int axis = 0; axis < 3; ++axis) {
     const int digits = f.most_m[axis] < 0.1f ? 3 : 2;
-    char part[64];
-    std::snprintf(part, sizeof(part), "%s%.*f-%.*f", axis > 0 ? " x " : "", digits,
-                  static_cast<double>(f.least_m[axis]), digits,
-                  static_cast<double>(f.most_m[axis]));
-    text += part;
+    text += fmt::format("{}{:.{}f}-{:.{}f}", axis > 0 ? " x " : "",
+                        static_cast<double>(f.least_m[axis]), digits,
+                        static_cast<double>(f.most_m[axis]), digits);
   }
   return text;
 }

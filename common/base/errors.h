@@ -7,14 +7,12 @@
 
 #include <fmt/core.h>
 
-#include <string>
 #include <string_view>
-#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/strings/string_view.h"
 
-// Debian's absl::string_view is not std::string_view, so {fmt} has to be told how to write it.
+// Debian's absl::string_view is not std::string_view: {fmt} has to be told how to write it.
 template <>
 struct fmt::formatter<absl::string_view> {
   static constexpr auto parse(fmt::format_parse_context& context) { return context.begin(); }
@@ -25,7 +23,7 @@ struct fmt::formatter<absl::string_view> {
 
 namespace parallax {
 
-// Debian's absl::string_view is not std::string_view.
+// They convert between the two kinds of string_view.
 inline absl::string_view ToAbsl(std::string_view text) { return {text.data(), text.size()}; }
 inline std::string_view ToStd(absl::string_view text) { return {text.data(), text.size()}; }
 

@@ -94,38 +94,39 @@ absl::Status Check(const InitOptions& options) {
   const bool has_authority = Exists(dir + "/ca");
   const bool has_server = Exists(dir + "/server");
   if (!has_authority && has_server) {
-    return absl::FailedPreconditionError(dir +
-                                         " has a server's certificate but no authority (ca/)");
+    return FailedPrecondition("{} has a server's certificate but no authority (ca/)", dir);
   }
   if (has_server && !options.hosts.empty()) {
-    return absl::AlreadyExistsError(
-        dir +
-        "/server is there already; remove it and run this again for a certificate with other "
-        "hosts");
+    return AlreadyExists(
+        "{}/server is there already; remove it and run this again for a certificate with other "
+        "hosts",
+        dir);
   }
   const bool has_more_to_do =
       !options.issue.empty() || !options.renew.empty() || !options.revoke.empty();
   if (has_server && !has_more_to_do) {
-    return absl::AlreadyExistsError(dir +
-                                    " has an authority and a server's certificate already; issue "
-                                    "others with --issue ROLE NAME");
+    return AlreadyExists(
+        "{} has an authority and a server's certificate already; issue others with --issue ROLE "
+        "NAME",
+        dir);
   }
   for (const auto* folders : {&options.revoke, &options.renew}) {
     for (const std::string& folder : *folders) {
       if (folder.find('/') == std::string::npos && Exists(dir + "/" + folder + "/tls.crt"))
         continue;
-      return absl::NotFoundError(dir + " has no folder '" + folder +
-                                 "' with a certificate; folders are server, worker-NAME, "
-                                 "submitter-NAME, operator-NAME, read-only-NAME");
+      return NotFound(
+          "{} has no folder '{}' with a certificate; folders are server, worker-NAME, "
+          "submitter-NAME, operator-NAME, read-only-NAME",
+          dir, folder);
     }
   }
   for (const auto& issue : options.issue) {
     if (!ParseRole(issue.first)) {
-      return absl::InvalidArgumentError("role '" + issue.first +
-                                        "': allowed are worker, submitter, operator, read-only");
+      return InvalidArgument("role '{}': allowed are worker, submitter, operator, read-only",
+                             issue.first);
     }
     if (const std::string folder = dir + "/" + FolderOf(issue); Exists(folder)) {
-      return absl::AlreadyExistsError(folder + " is there already; nothing was overwritten");
+      return AlreadyExists("{} is there already; nothing was overwritten", folder);
     }
   }
   return absl::OkStatus();

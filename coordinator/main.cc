@@ -4,6 +4,7 @@
 #include <iostream>
 
 #include "common/base/log.h"
+#include "common/base/status.h"
 #include "common/base/version.h"
 #include "common/store/store.h"
 #include "coordinator/init.h"
@@ -178,9 +179,7 @@ ProgramError Check(const std::string& db, const std::string& store) {
               << (store.empty() ? "" : ", and every published file is in the store") << std::endl;
     return {};
   }
-  return {
-      absl::DataLossError(db + ": " + std::to_string(problems->size()) + " invariants are broken"),
-      kExitDatabaseDamaged};
+  return {DataLoss("{}: {} invariants are broken", db, problems->size()), kExitDatabaseDamaged};
 }
 
 ProgramError Backup(const std::string& db, const std::string& file) {

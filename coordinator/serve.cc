@@ -1,6 +1,7 @@
 #include "coordinator/serve.h"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <signal.h>
 #include <unistd.h>
 
@@ -26,7 +27,7 @@ namespace fs = std::filesystem;
 // A file written and removed: permissions, a full and a read-only disk show now and not in the
 // middle of the first render.
 absl::Status CheckStoreWritable(Store& store) {
-  const std::string probe = ".probe-" + std::to_string(getpid());
+  const std::string probe = fmt::format(".probe-{}", getpid());
   const absl::Status put = store.Put(probe + "/file", "probe");
   const absl::Status removed = store.RemoveTree(probe);
   return put.ok() ? removed : put;

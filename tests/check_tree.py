@@ -155,6 +155,19 @@ def readable_ranges():
                 yield f"{path}:{number}: use CLI::Range(low, high)"
 
 
+def errors_made_one_way():
+    """Errors are made by NotFound("...", ...) and its like in common/base/errors.h, or by MakeError of a code that is a
+    variable."""
+    old = re.compile(r"\babsl::(?!Is|Make)\w+Error\(|\bMakeError\(\s*absl::StatusCode::k")
+    for path in sources("common", "coordinator", "worker"):
+        if path in ("common/base/status.h", "common/base/errors.h"):
+            continue
+        text = read(path)
+        for match in old.finditer(text):
+            number = text.count("\n", 0, match.start()) + 1
+            yield f"{path}:{number}: make errors by the functions of common/base/errors.h, as in NotFound(\"{{}}: no such file\", path)"
+
+
 class Target:
     def __init__(self, folder):
         self.folder = folder

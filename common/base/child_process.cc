@@ -1,6 +1,7 @@
 #include "common/base/child_process.h"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -111,7 +112,7 @@ double SecondsOf(const timeval& time) {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<ChildProcess>> ChildProcess::Start(const ChildOptions& options) {
-  if (options.command.empty()) return absl::InvalidArgumentError("no program to run");
+  if (options.command.empty()) return InvalidArgument("no program to run");
   std::vector<std::string> words = options.command;
   Prepared prepared;
   prepared.environment = EnvironmentWith(options.environment);
@@ -165,9 +166,9 @@ void ChildProcess::Kill() {
 std::string DescribeExit(int wait_status) {
   if (WIFSIGNALED(wait_status)) {
     const int number = WTERMSIG(wait_status);
-    return "killed by signal " + std::to_string(number) + " (" + strsignal(number) + ")";
+    return fmt::format("killed by signal {} ({})", number, strsignal(number));
   }
-  return "exit status " + std::to_string(WEXITSTATUS(wait_status));
+  return fmt::format("exit status {}", WEXITSTATUS(wait_status));
 }
 
 }  // namespace parallax

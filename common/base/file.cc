@@ -31,8 +31,7 @@ absl::StatusOr<std::string> ReadFile(const std::string& path, size_t max_bytes) 
   ::close(fd);
   if (error_number != 0) return ErrnoError(error_number, "read " + path);
   if (bytes.size() > max_bytes) {
-    return MakeError(absl::StatusCode::kResourceExhausted,
-                     "read " + path + ": larger than " + std::to_string(max_bytes) + " bytes");
+    return ResourceExhausted("read {}: larger than {} bytes", path, max_bytes);
   }
   return bytes;
 }

@@ -228,8 +228,7 @@ absl::StatusOr<LogLevel> ParseLogLevel(std::string_view name) {
   if (name == "info") return LogLevel::kInfo;
   if (name == "warning") return LogLevel::kWarning;
   if (name == "error") return LogLevel::kError;
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   "log level '" + std::string(name) + "': allowed debug, info, warning, error");
+  return InvalidArgument("log level '{}': allowed debug, info, warning, error", name);
 }
 
 void Log(LogLevel level, std::string_view message, std::initializer_list<LogField> fields) {

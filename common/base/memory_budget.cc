@@ -74,10 +74,8 @@ absl::Status CheckMemory(std::string_view what, int64_t more_bytes) {
   const int64_t held = ResidentMemory();
   const int64_t limit = MemoryLimit();
   if (more_bytes <= limit && held <= limit - more_bytes) return absl::OkStatus();
-  return MakeError(absl::StatusCode::kResourceExhausted,
-                   std::string(what) + ": needs about " + std::to_string(more_bytes >> 20) +
-                       " MB beside " + std::to_string(held >> 20) + " MB in use; the limit is " +
-                       std::to_string(limit >> 20) + " MB");
+  return ResourceExhausted("{}: needs about {} MB beside {} MB in use; the limit is {} MB", what,
+                           more_bytes >> 20, held >> 20, limit >> 20);
 }
 
 }  // namespace parallax

@@ -1,5 +1,7 @@
 #include "common/base/names.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cstdint>
 
@@ -110,34 +112,32 @@ bool IsPlainText(std::string_view text) {
 
 absl::Status CheckName(std::string_view what, std::string_view text) {
   if (IsName(text)) return absl::OkStatus();
-  return MakeError(absl::StatusCode::kInvalidArgument, std::string(what) + " " + WhyNotName(text));
+  return InvalidArgument("{} {}", what, WhyNotName(text));
 }
 
 absl::Status CheckPlainText(std::string_view what, std::string_view text, size_t most) {
   if (text.size() > most) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     std::string(what) + " has " + std::to_string(text.size()) +
-                         " bytes, allowed are at most " + std::to_string(most));
+    return InvalidArgument("{} has {} bytes, allowed are at most {}", what, text.size(), most);
   }
   if (IsPlainText(text)) return absl::OkStatus();
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   std::string(what) + " " + Quoted(text) +
-                       " is not plain text, allowed is one line of UTF-8 without control "
-                       "characters and direction marks");
+  return InvalidArgument(
+      "{} {} is not plain text, allowed is one line of UTF-8 without control characters and "
+      "direction marks",
+      what, Quoted(text));
 }
 
 std::string WhyNotName(std::string_view text) {
-  return Quoted(text) +
-         " is not a name, allowed are letters, digits, '.', '_' and '-', first a letter or digit, "
-         "at most " +
-         std::to_string(kMaxNameBytes);
+  return fmt::format(
+      "{} is not a name, allowed are letters, digits, '.', '_' and '-', first a letter or digit, "
+      "at most {}",
+      Quoted(text), kMaxNameBytes);
 }
 
 std::string WhyNotFolderName(std::string_view text) {
-  return Quoted(text) +
-         " can't be a folder's name, allowed are a-z, 0-9, _ and -, first a letter or digit, at "
-         "most " +
-         std::to_string(kMaxFolderNameBytes);
+  return fmt::format(
+      "{} can't be a folder's name, allowed are a-z, 0-9, _ and -, first a letter or digit, at "
+      "most {}",
+      Quoted(text), kMaxFolderNameBytes);
 }
 
 std::string Printable(std::string_view text) {

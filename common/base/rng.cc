@@ -1,5 +1,7 @@
 #include "common/base/rng.h"
 
+#include <fmt/core.h>
+
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -43,7 +45,7 @@ Rng::Rng(SceneSeed seed, std::string_view path)
 Rng Rng::Child(std::string_view name) const { return Rng(AddressOf(BytesOf(address_), name)); }
 
 Rng Rng::Child(std::string_view name, uint64_t index) const {
-  return Child(std::string(name) + "/" + std::to_string(index));
+  return Child(fmt::format("{}/{}", name, index));
 }
 
 uint32_t Rng::Bits32() {

@@ -1,44 +1,53 @@
 #include "common/base/status.h"
 
+#include <fmt/core.h>
+
 #include <cerrno>
 #include <cstring>
 
 namespace parallax {
+namespace {
 
-absl::Status WithContext(const absl::Status& status, std::string_view context) {
-  if (status.ok()) return status;
-  std::string message(context);
-  message += ": ";
-  message += ToStd(status.message());
-  return absl::Status(status.code(), message);
-}
-
-absl::Status ErrnoError(int error_number, std::string_view what) {
-  std::string message(what);
-  message += ": ";
-  message += std::strerror(error_number);
+absl::StatusCode CodeOfErrno(int error_number) {
   switch (error_number) {
     case ENOSPC:
     case EDQUOT:
     case EMFILE:
     case ENFILE:
     case ENOMEM:
-      return absl::ResourceExhaustedError(message);
+      return absl::StatusCode::kResourceExhausted;
     case ENOENT:
     case ENOTDIR:
-      return absl::NotFoundError(message);
+      return absl::StatusCode::kNotFound;
     case EEXIST:
-      return absl::AlreadyExistsError(message);
+      return absl::StatusCode::kAlreadyExists;
     case EACCES:
     case EPERM:
     case EROFS:
-      return absl::PermissionDeniedError(message);
+      return absl::StatusCode::kPermissionDenied;
     case EIO:
     case EAGAIN:
-      return absl::UnavailableError(message);
+      return absl::StatusCode::kUnavailable;
     default:
-      return absl::InternalError(message);
+      return absl::StatusCode::kInternal;
   }
+}
+
+}  // namespace
+
+absl::Status MakeFormattedError(absl::StatusCode code, fmt::string_view format,
+                                fmt::format_args args) {
+  return MakeError(code, fmt::vformat(format, args));
+}
+
+absl::Status WithContext(const absl::Status& status, std::string_view context) {
+  if (status.ok()) return status;
+  return MakeError(status.code(), fmt::format("{}: {}", context, status.message()));
+}
+
+absl::Status ErrnoError(int error_number, std::string_view what) {
+  return MakeError(CodeOfErrno(error_number),
+                   fmt::format("{}: {}", what, std::strerror(error_number)));
 }
 
 }  // namespace parallax

@@ -1,6 +1,5 @@
 // Errors below `main` are absl::Status / StatusOr. This header adds what Debian's Abseil (20220623)
-// lacks: early-return macros, formatted messages from std::string_view, context for an error on its
-// way up.
+// lacks: early-return macros, formatted messages (errors.h), context for an error on its way up.
 #pragma once
 
 #include <string>
@@ -9,21 +8,12 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "absl/strings/string_view.h"
+#include "common/base/errors.h"
 
 namespace parallax {
 
-// Debian's absl::string_view is not std::string_view.
-inline absl::string_view ToAbsl(std::string_view text) { return {text.data(), text.size()}; }
-inline std::string_view ToStd(absl::string_view text) { return {text.data(), text.size()}; }
-
 // Returns the same code with "context: " in front of the message. OK stays OK.
 absl::Status WithContext(const absl::Status& status, std::string_view context);
-
-// Makes an error (kInvalidArgument, kNotFound...) from a std::string or std::string_view.
-inline absl::Status MakeError(absl::StatusCode code, std::string_view message) {
-  return absl::Status(code, ToAbsl(message));
-}
 
 // Makes a status of errno: "open /a/b: No space left on device". The code is kResourceExhausted for
 // ENOSPC and EDQUOT, kNotFound for ENOENT, kPermissionDenied for EACCES, EPERM and EROFS,

@@ -1,5 +1,7 @@
 #include "common/calibration/calibration.h"
 
+#include <fmt/core.h>
+
 #include "common/calibration/formats.h"
 
 namespace parallax {
@@ -21,8 +23,7 @@ absl::StatusOr<StereoCalibration> Parse(std::string_view text, const std::string
   }
   const size_t first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf");
   if (first == text.npos) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     file + ": empty, " + std::string(kFormats));
+    return InvalidArgument("{}: empty, {}", file, kFormats);
   }
   if (text[first] == '<') {
     ASSIGN_OR_RETURN(const Fields fields, ReadXml(text, file));
@@ -31,14 +32,13 @@ absl::StatusOr<StereoCalibration> Parse(std::string_view text, const std::string
   ASSIGN_OR_RETURN(const Fields fields, ReadYaml(text, file));
   if (has("ppx") || has("\"fx\"")) return FromRealSense(fields, options);
   if (fields.Names().size() < 2) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     file + ": not a calibration, " + std::string(kFormats));
+    return InvalidArgument("{}: not a calibration, {}", file, kFormats);
   }
   return FromOpenCv(fields, options);
 }
 
 absl::Status Wrong(const std::string& file, const std::string& what) {
-  return MakeError(absl::StatusCode::kInvalidArgument, file + ": " + what);
+  return InvalidArgument("{}: {}", file, what);
 }
 
 // Bounds that hold for every format; those of config.proto.
@@ -48,22 +48,22 @@ absl::Status CheckBounds(const StereoCalibration& calibration, const std::string
   };
   if ((calibration.width_px != 0 || calibration.height_px != 0) &&
       !size_fits(calibration.width_px, calibration.height_px)) {
-    return Wrong(file, "a picture of " + std::to_string(calibration.width_px) + " x " +
-                           std::to_string(calibration.height_px) +
-                           " px, allowed are sides of 16 to 16384");
+    return Wrong(file, fmt::format("a picture of {} x {} px, allowed are sides of 16 to 16384",
+                                   calibration.width_px, calibration.height_px));
   }
   if (calibration.baseline_m &&
       !(*calibration.baseline_m >= 1e-3 && *calibration.baseline_m <= 2)) {
-    return Wrong(file, "a baseline of " + std::to_string(*calibration.baseline_m) +
-                           " m, allowed 0.001 to 2; camera.calibration_unit_m says in which unit "
-                           "the file is, such as 0.001 for millimetres");
+    return Wrong(file,
+                 fmt::format("a baseline of {:f} m, allowed 0.001 to 2; camera.calibration_unit_m "
+                             "says in which unit the file is, such as 0.001 for millimetres",
+                             *calibration.baseline_m));
   }
   if (!calibration.raw) return absl::OkStatus();
   for (const RawIntrinsics& raw : *calibration.raw) {
     if (raw.width_px != 0 && !size_fits(raw.width_px, raw.height_px)) {
-      return Wrong(file, "a raw picture of " + std::to_string(raw.width_px) + " x " +
-                             std::to_string(raw.height_px) +
-                             " px, allowed are sides of 16 to 16384");
+      return Wrong(file,
+                   fmt::format("a raw picture of {} x {} px, allowed are sides of 16 to 16384",
+                               raw.width_px, raw.height_px));
     }
   }
   return absl::OkStatus();

@@ -1,9 +1,11 @@
 // YAML, JSON and XML as fields.
 #include <expat.h>
+#include <fmt/core.h>
 #include <yaml-cpp/yaml.h>
 
 #include <memory>
 
+#include "common/base/status.h"
 #include "common/calibration/fields.h"
 
 namespace parallax::calibration_internal {
@@ -30,7 +32,7 @@ class YamlFlattener {
       fields_->Add(name, Numbers(node), LineOf(node));
     } else if (node.IsSequence()) {
       for (size_t i = 0; i < node.size(); ++i) {
-        Add(node[i], name + "[" + std::to_string(i) + "]", depth + 1);
+        Add(node[i], fmt::format("{}[{}]", name, i), depth + 1);
       }
     } else if (node.IsScalar()) {
       fields_->Add(name, node.Scalar(), LineOf(node));
@@ -83,9 +85,8 @@ class XmlReader {
     if (XML_Parse(parser_.get(), text.data(), static_cast<int>(text.size()), 1) == XML_STATUS_OK) {
       return absl::OkStatus();
     }
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     file + ":" + std::to_string(XML_GetCurrentLineNumber(parser_.get())) +
-                         ": not XML: " + XML_ErrorString(XML_GetErrorCode(parser_.get())));
+    return InvalidArgument("{}:{}: not XML: {}", file, XML_GetCurrentLineNumber(parser_.get()),
+                           XML_ErrorString(XML_GetErrorCode(parser_.get())));
   }
 
  private:
@@ -134,9 +135,8 @@ absl::StatusOr<Fields> ReadYaml(std::string_view text, const std::string& file) 
     YamlFlattener(&fields).Add(root, "", 0);
     return fields;
   } catch (const YAML::Exception& error) {
-    const std::string line = error.mark.is_null() ? "" : std::to_string(error.mark.line + 1) + ":";
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     file + ":" + line + " neither YAML nor JSON: " + error.msg);
+    const std::string line = error.mark.is_null() ? "" : fmt::format("{}:", error.mark.line + 1);
+    return InvalidArgument("{}:{} neither YAML nor JSON: {}", file, line, error.msg);
   }
 }
 

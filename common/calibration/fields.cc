@@ -1,5 +1,7 @@
 #include "common/calibration/fields.h"
 
+#include <fmt/core.h>
+
 #include <charconv>
 #include <cmath>
 
@@ -56,7 +58,7 @@ absl::StatusOr<std::vector<double>> Fields::Numbers(const std::string& name, siz
   const auto found = by_name_.find(name);
   const std::string allowed = count == 0   ? "numbers"
                               : count == 1 ? "a number"
-                                           : std::to_string(count) + " numbers";
+                                           : fmt::format("{} numbers", count);
   if (found == by_name_.end()) return Error(name, "missing, allowed is " + allowed);
   std::vector<double> numbers;
   const std::string_view text = found->second.text;
@@ -69,7 +71,7 @@ absl::StatusOr<std::vector<double>> Fields::Numbers(const std::string& name, siz
     begin = text.find_first_not_of(kSeparators, end);
   }
   if (count != 0 && numbers.size() != count) {
-    return Error(name, std::to_string(numbers.size()) + " numbers, allowed is " + allowed);
+    return Error(name, fmt::format("{} numbers, allowed is {}", numbers.size(), allowed));
   }
   return numbers;
 }
@@ -96,9 +98,8 @@ absl::Status Fields::Error(const std::string& name, std::string_view what) const
   const auto found = by_name_.find(name);
   const std::string line = found == by_name_.end() || found->second.line == 0
                                ? ""
-                               : std::to_string(found->second.line) + ":";
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   file_ + ":" + line + " " + Printable(name) + ": " + std::string(what));
+                               : fmt::format("{}:", found->second.line);
+  return InvalidArgument("{}:{} {}: {}", file_, line, Printable(name), what);
 }
 
 Fields ReadLines(std::string_view text, const std::string& file, char separator) {

@@ -1,4 +1,6 @@
 // Stereo files that OpenCV's samples and the tools around it write.
+#include <fmt/core.h>
+
 #include <algorithm>
 
 #include "common/base/names.h"
@@ -65,8 +67,8 @@ absl::StatusOr<LensDistortion> ReadLens(const Fields& fields, const std::string&
   const bool fits =
       fisheye ? d.size() == 4 : d.size() == 4 || d.size() == 5 || d.size() == 8 || d.size() >= 12;
   if (!fits) {
-    return fields.Error(name, std::to_string(d.size()) + " coefficients, allowed are " +
-                                  (fisheye ? "4" : "4, 5 or 8"));
+    return fields.Error(name, fmt::format("{} coefficients, allowed are {}", d.size(),
+                                          fisheye ? "4" : "4, 5 or 8"));
   }
   for (size_t i = 8; i < d.size(); ++i) {
     if (d[i] != 0) {

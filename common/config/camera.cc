@@ -1,5 +1,7 @@
 #include "common/config/camera.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -267,18 +269,19 @@ class CameraChecker {
     if (!given || side <= 0) return;
     const double low = SupportOf(focal).low, least = side * kNarrowest;
     if (low >= least) return;
-    Tell(path_ + "." + field, "reaches down to " + NumberText(low) + ", allowed is at least " +
-                                  NumberText(least) + " px for a side of " + std::to_string(side) +
-                                  " px (161 degrees)");
+    Tell(path_ + "." + field,
+         fmt::format(
+             "reaches down to {}, allowed is at least {} px for a side of {} px (161 degrees)",
+             NumberText(low), NumberText(least), side));
   }
 
   void CheckInside(bool given, const v1::Distribution& point, int side, const char* field) {
     if (!given || side <= 0) return;
     const Support support = SupportOf(point);
     if (support.low >= 0 && support.high <= side) return;
-    Tell(path_ + "." + field, "reaches from " + NumberText(support.low) + " to " +
-                                  NumberText(support.high) + ", allowed 0 to " +
-                                  std::to_string(side) + " px: a point of the picture");
+    Tell(path_ + "." + field,
+         fmt::format("reaches from {} to {}, allowed 0 to {} px: a point of the picture",
+                     NumberText(support.low), NumberText(support.high), side));
   }
 
   void CheckPair(bool width, bool height, const std::string& path) {

@@ -1,5 +1,7 @@
 #include "common/config/config_errors.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 
 #include "common/base/names.h"
@@ -17,8 +19,8 @@ absl::Status StatusOf(const std::vector<std::string>& lines, size_t dropped) {
     message += (i == 0 ? "" : "\n") + lines[i];
   }
   if (lines.size() > kMostLines) dropped += lines.size() - kMostLines;
-  if (dropped > 0) message += "\nand " + std::to_string(dropped) + " more";
-  return absl::InvalidArgumentError(message);
+  if (dropped > 0) message += fmt::format("\nand {} more", dropped);
+  return InvalidArgument("{}", message);
 }
 
 }  // namespace
@@ -49,7 +51,7 @@ void ConfigErrors::Add(const Origin& origin, std::string_view what) {
   const size_t file = static_cast<size_t>(known - files_.begin());
   if (known == files_.end()) files_.push_back(origin.file);
   std::string text = origin.file;
-  if (origin.line > 0) text += ":" + std::to_string(origin.line);
+  if (origin.line > 0) text += fmt::format(":{}", origin.line);
   text += ": ";
   // Keys of a file that are no field stand in a path as they came.
   if (!origin.path.empty()) text += Printable(origin.path) + ": ";

@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <cmath>
 
 #include "common/config/checks.h"
@@ -55,7 +57,7 @@ class Checker {
     for (const double number : numbers) {
       const std::string why = WhyNotNumber(number, {});
       if (!why.empty()) {
-        Tell("." + kind + "[" + std::to_string(i) + "]", why);
+        Tell(fmt::format(".{}[{}]", kind, i), why);
         return false;
       }
       ++i;
@@ -97,15 +99,15 @@ class Checker {
     const auto& values = distribution_.choice().values();
     if (values.empty() || values.size() > kMaxListItems) {
       return Tell(".choice",
-                  "a list of " + std::to_string(values.size()) + ", allowed is " +
-                      (values.empty() ? "[a, b, ...] with at least one number"
-                                      : "at most " + std::to_string(kMaxListItems) + " numbers"));
+                  fmt::format("a list of {}, allowed is {}", values.size(),
+                              values.empty() ? "[a, b, ...] with at least one number"
+                                             : fmt::format("at most {} numbers", kMaxListItems)));
     }
     v1::FieldRule any;
     any.set_integer(rule_.integer());
     for (int i = 0; i < values.size(); ++i) {
       const std::string why = WhyNotNumber(values[i], any);
-      if (!why.empty()) return Tell(".choice[" + std::to_string(i) + "]", why);
+      if (!why.empty()) return Tell(fmt::format(".choice[{}]", i), why);
     }
     CheckSupport(/*continuous=*/false);
   }

@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cctype>
 
@@ -72,8 +74,7 @@ std::string WhyNotBelowRoot(const std::string& whole) {
 
 std::string WhyNotText(const std::string& text, const v1::FieldRule& rule) {
   if (text.size() > kMaxTextBytes) {
-    return "a text of " + std::to_string(text.size()) + " bytes, allowed are at most " +
-           std::to_string(kMaxTextBytes);
+    return fmt::format("a text of {} bytes, allowed are at most {}", text.size(), kMaxTextBytes);
   }
   if (!IsPlainText(text)) {
     return Quoted(text) +
@@ -113,7 +114,7 @@ std::string WhyNotText(const std::string& text, const v1::FieldRule& rule) {
 
 std::string WhyNotWhole(int64_t value, const v1::FieldRule& rule) {
   if (InRange(static_cast<double>(value), rule)) return "";
-  return std::to_string(value) + " is out of range, allowed " + AllowedRange(rule);
+  return fmt::format("{} is out of range, allowed {}", value, AllowedRange(rule));
 }
 
 std::string WhyNotEnum(int number, const FieldDescriptor& field) {
@@ -151,12 +152,12 @@ void CheckList(const Message& message, const std::string& path, const FieldDescr
   const Reflection& reflection = *message.GetReflection();
   const int size = reflection.FieldSize(message, &field);
   if (size > kMaxListItems) {
-    findings->push_back({path, "a list of " + std::to_string(size) + ", allowed are at most " +
-                                   std::to_string(kMaxListItems)});
+    findings->push_back(
+        {path, fmt::format("a list of {}, allowed are at most {}", size, kMaxListItems)});
     return;
   }
   for (int i = 0; i < size; ++i) {
-    const std::string item_path = path + "[" + std::to_string(i) + "]";
+    const std::string item_path = fmt::format("{}[{}]", path, i);
     std::string why;
     if (field.cpp_type() == FieldDescriptor::CPPTYPE_STRING) {
       why = WhyNotText(reflection.GetRepeatedString(message, &field, i), RuleOf(field));
@@ -227,10 +228,8 @@ void CheckConfig(const v1::SceneConfig& config, const std::string& path, Finding
   const int64_t pixels = int64_t{rigs.width_px()} * rigs.height_px();
   if (pixels > kMaxPixels) {
     findings->push_back({Dotted(path, "rigs.height_px"),
-                         std::to_string(rigs.width_px()) + " x " +
-                             std::to_string(rigs.height_px()) + " = " + std::to_string(pixels) +
-                             " pixels an image, allowed are at most " +
-                             std::to_string(kMaxPixels)});
+                         fmt::format("{} x {} = {} pixels an image, allowed are at most {}",
+                                     rigs.width_px(), rigs.height_px(), pixels, kMaxPixels)});
   }
   CheckCamera(config, path, findings);
 }

@@ -1,5 +1,7 @@
 #include "common/config/limit_rules.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 
 #include "common/base/file.h"
@@ -55,8 +57,7 @@ std::string TextOf(const UserLimits& limits) {
   std::string text;
   for (const LimitField& field : kLimitFields) {
     if (limits.*(field.value) == 0) continue;
-    text += (text.empty() ? "" : ", ") + std::string(field.name) + " " +
-            std::to_string(limits.*(field.value));
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", field.name, limits.*(field.value));
   }
   return text.empty() ? "no limit" : text;
 }

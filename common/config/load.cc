@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <limits>
@@ -5,6 +7,7 @@
 #include <set>
 
 #include "common/base/file.h"
+#include "common/base/status.h"
 #include "common/config/builtin.h"
 #include "common/config/camera.h"
 #include "common/config/checks.h"
@@ -74,10 +77,8 @@ absl::StatusOr<Text> ReadFileOrBuiltin(const std::string& path, const std::strin
   }
   std::error_code error;
   const bool exists = std::filesystem::exists(path, error);
-  return MakeError(
-      absl::StatusCode::kNotFound,
-      path + (exists ? ": not a file" : ": no such file") +
-          ", allowed is a path or a built-in name: " + JoinNames(BuiltinNames(folder)));
+  return NotFound("{}{}, allowed is a path or a built-in name: {}", path,
+                  exists ? ": not a file" : ": no such file", JoinNames(BuiltinNames(folder)));
 }
 
 v1::SceneConfig Defaults() {
@@ -179,7 +180,7 @@ class StudyLoader {
       return;
     }
     for (size_t i = 0; i < node.size(); ++i) {
-      const std::string path = "tags[" + std::to_string(i) + "]";
+      const std::string path = fmt::format("tags[{}]", i);
       Note(node[i], path);
       spec_.add_tags(reader_.ReadText(node[i], path).value_or(""));
     }
@@ -223,7 +224,7 @@ class StudyLoader {
       ReadVariant(entry->second, "variants." + entry->first.Scalar(), /*named=*/true);
     }
     for (size_t i = 0; node.IsSequence() && i < node.size(); ++i) {
-      const std::string path = "variants[" + std::to_string(i) + "]";
+      const std::string path = fmt::format("variants[{}]", i);
       Note(node[i], path);
       // Each is checked; more than these can only be too many.
       if (i > kMaxVariants) {
@@ -236,7 +237,7 @@ class StudyLoader {
 
   // `named`: a name of its own may be absent.
   void ReadVariant(const YAML::Node& node, const std::string& path, bool named) {
-    const std::string place = "variants[" + std::to_string(spec_.variants_size()) + "]";
+    const std::string place = fmt::format("variants[{}]", spec_.variants_size());
     v1::VariantSpec& variant = *spec_.add_variants();
     v1::SceneConfig& config = *variant.mutable_config();
     config = base_;
@@ -371,7 +372,7 @@ std::vector<std::string> BuiltinSceneConfigs() { return BuiltinNames("scenes/");
 absl::StatusOr<std::string> BuiltinConfigText(std::string_view name) {
   const BuiltinFile* file = FindBuiltin(name);
   if (file == nullptr) {
-    return MakeError(absl::StatusCode::kNotFound, "no built-in config " + std::string(name));
+    return NotFound("no built-in config {}", name);
   }
   return std::string(file->text);
 }

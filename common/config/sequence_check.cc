@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <algorithm>
 
 #include "common/config/checks.h"
@@ -41,8 +43,8 @@ class SequenceChecker {
   void CheckBaselines() {
     const auto& baselines = rigs_.baselines_m();
     if (baselines.size() > kMostBaselines) {
-      Tell("rigs.baselines_m", "a list of " + std::to_string(baselines.size()) +
-                                   ", allowed are at most " + std::to_string(kMostBaselines));
+      Tell("rigs.baselines_m",
+           fmt::format("a list of {}, allowed are at most {}", baselines.size(), kMostBaselines));
     }
     for (int i = 1; i < baselines.size(); ++i) {
       if (std::find(baselines.begin(), baselines.begin() + i, baselines[i]) ==
@@ -53,10 +55,10 @@ class SequenceChecker {
     }
     const int64_t pairs = PairsOfScene(rigs_);
     if (baselines.size() > 1 && pairs > kMaxRigsPerScene) {
-      Tell("rigs.count", std::to_string(rigs_.count()) + " left eyes with " +
-                             std::to_string(baselines.size()) + " right ones make " +
-                             std::to_string(pairs) + " pairs a scene, allowed are at most " +
-                             std::to_string(kMaxRigsPerScene));
+      Tell("rigs.count",
+           fmt::format(
+               "{} left eyes with {} right ones make {} pairs a scene, allowed are at most {}",
+               rigs_.count(), baselines.size(), pairs, kMaxRigsPerScene));
     }
   }
 
@@ -70,9 +72,9 @@ class SequenceChecker {
       Tell("rigs.path.paths", "ways lead through rooms, allowed in scenes of type indoor");
     }
     if (rigs_.path().paths() > rigs_.count()) {
-      Tell("rigs.path.paths", std::to_string(rigs_.path().paths()) + " ways share " +
-                                  std::to_string(rigs_.count()) +
-                                  " frames (rigs.count), allowed is at most one for each");
+      Tell("rigs.path.paths",
+           fmt::format("{} ways share {} frames (rigs.count), allowed is at most one for each",
+                       rigs_.path().paths(), rigs_.count()));
     }
   }
 

@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <set>
 
 #include "common/base/names.h"
@@ -16,7 +18,7 @@ std::string WhyOutOfRange(int64_t value, int64_t low, int64_t high, std::string_
   rule.set_min(static_cast<double>(low));
   rule.set_max(static_cast<double>(high));
   rule.set_unit(std::string(unit));
-  return std::to_string(value) + " is out of range, allowed " + AllowedRange(rule);
+  return fmt::format("{} is out of range, allowed {}", value, AllowedRange(rule));
 }
 
 class StudyChecker {
@@ -26,10 +28,9 @@ class StudyChecker {
   Findings Run() {
     const size_t bytes = study_.ByteSizeLong();
     if (bytes > kMaxStudyBytes) {
-      Tell("", "the study has " + std::to_string(bytes) +
-                   " bytes with every default written out, "
-                   "allowed are at most " +
-                   std::to_string(kMaxStudyBytes));
+      Tell("", fmt::format(
+                   "the study has {} bytes with every default written out, allowed are at most {}",
+                   bytes, kMaxStudyBytes));
       return findings_;
     }
     if (!IsFolderName(study_.name())) Tell("study", WhyNotFolderName(study_.name()));
@@ -54,12 +55,12 @@ class StudyChecker {
 
   void CheckTags() {
     if (study_.tags_size() > kMaxTags) {
-      return Tell("tags", "a list of " + std::to_string(study_.tags_size()) +
-                              ", allowed are at most " + std::to_string(kMaxTags));
+      return Tell("tags", fmt::format("a list of {}, allowed are at most {}", study_.tags_size(),
+                                      kMaxTags));
     }
     std::set<std::string> seen;
     for (int i = 0; i < study_.tags_size(); ++i) {
-      const std::string path = "tags[" + std::to_string(i) + "]";
+      const std::string path = fmt::format("tags[{}]", i);
       const std::string& tag = study_.tags(i);
       if (!IsName(tag)) {
         Tell(path, WhyNotName(tag));
@@ -73,8 +74,8 @@ class StudyChecker {
   void CheckSource() {
     const std::string& source = study_.source_yaml();
     if (source.size() > kMaxYamlBytes) {
-      Tell("source_yaml", "a text of " + std::to_string(source.size()) +
-                              " bytes, allowed are at most " + std::to_string(kMaxYamlBytes));
+      Tell("source_yaml",
+           fmt::format("a text of {} bytes, allowed are at most {}", source.size(), kMaxYamlBytes));
     } else if (source.find('\0') != std::string::npos || !IsUtf8(source)) {
       Tell("source_yaml", "not a text file: it holds a NUL byte or is no UTF-8");
     }
@@ -88,8 +89,7 @@ class StudyChecker {
     int own = study_.variants_size();
     for (const v1::VariantSpec& variant : study_.variants()) own -= variant.heldout() ? 1 : 0;
     if (own > most || study_.variants_size() > kMaxVariants) {
-      return Tell("variants", "a list of " + std::to_string(own) + ", allowed are at most " +
-                                  std::to_string(most));
+      return Tell("variants", fmt::format("a list of {}, allowed are at most {}", own, most));
     }
     std::set<std::string> names;
     for (int i = 0; i < study_.variants_size(); ++i) {
@@ -122,19 +122,18 @@ class StudyChecker {
       const int64_t count = PairsOfScene(rigs);
       if (count < 1 || count > kMaxRigsPerScene) continue;  // Absent, or told already.
       const std::string allowed =
-          " has, allowed 1 to rigs.count" +
-          (EyesOfLeft(rigs) > 1 ? " x rigs.baselines_m = " : std::string(" = ")) +
-          std::to_string(count);
+          fmt::format(" has, allowed 1 to rigs.count{}{}",
+                      EyesOfLeft(rigs) > 1 ? " x rigs.baselines_m = " : " = ", count);
       const bool own = variant.rigs_per_scene() > 0;
       const int32_t wanted = own ? variant.rigs_per_scene() : study_.rigs_per_scene();
       if (wanted <= count) continue;
       Tell(own ? PathOf(i) + ".rigs_per_scene" : "rigs_per_scene",
-           std::to_string(wanted) + " is more than " +
-               (own ? "the variant" : "variant " + Quoted(variant.name())) + allowed);
+           fmt::format("{} is more than {}{}", wanted,
+                       own ? "the variant" : "variant " + Quoted(variant.name()), allowed));
     }
   }
 
-  static std::string PathOf(int variant) { return "variants[" + std::to_string(variant) + "]"; }
+  static std::string PathOf(int variant) { return fmt::format("variants[{}]", variant); }
 
   const v1::StudySpec& study_;
   Findings findings_;

@@ -1,4 +1,6 @@
 // Checks `train` and `evaluate` of a study: names, numbers, and variants that they refer to.
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <set>
 
@@ -15,7 +17,7 @@ namespace {
 constexpr int kCropMultiple = 32;  // The embedded trainer's network halves its input five times.
 
 std::string ItemOf(const std::string& list, int index) {
-  return list + "[" + std::to_string(index) + "]";
+  return fmt::format("{}[{}]", list, index);
 }
 
 class TrainChecker {
@@ -93,16 +95,17 @@ class TrainChecker {
       if (++found > 1) continue;  // Equal names are reported already.
       const int64_t wanted = study_.evaluate().heldout_pairs();
       if (variant.pairs() != wanted) {
-        Tell(path + ".pairs", std::to_string(variant.pairs()) +
-                                  " pairs are held out, allowed are as many as "
-                                  "evaluate.heldout_pairs says: " +
-                                  std::to_string(wanted));
+        Tell(path + ".pairs",
+             fmt::format(
+                 "{} pairs are held out, allowed are as many as evaluate.heldout_pairs says: {}",
+                 variant.pairs(), wanted));
       }
       for (const v1::VariantSpec& other : given_.variants()) {
         if (other.heldout() || SeedOf(given_, other) != SeedOf(given_, variant)) continue;
-        Tell(path + ".seed", std::to_string(SeedOf(given_, variant)) + " is the seed of variant " +
-                                 Quoted(other.name()) +
-                                 " too, allowed is one that no variant trains on");
+        Tell(path + ".seed",
+             fmt::format(
+                 "{} is the seed of variant {} too, allowed is one that no variant trains on",
+                 SeedOf(given_, variant), Quoted(other.name())));
         break;
       }
     }
@@ -135,8 +138,8 @@ class TrainChecker {
 
   void CheckCrop(const std::string& path, int size) {
     if (size % kCropMultiple == 0) return;
-    Tell(path, std::to_string(size) + " px, allowed for the trainer builtin are multiples of " +
-                   std::to_string(kCropMultiple));
+    Tell(path, fmt::format("{} px, allowed for the trainer builtin are multiples of {}", size,
+                           kCropMultiple));
   }
 
   void CheckChosenVariants() {
@@ -213,8 +216,8 @@ class TrainChecker {
 
   void CheckTags(const std::string& path, const v1::JobNeeds& needs) {
     if (needs.tags_size() > kMaxTags) {
-      return Tell(path, "a list of " + std::to_string(needs.tags_size()) +
-                            ", allowed are at most " + std::to_string(kMaxTags));
+      return Tell(path,
+                  fmt::format("a list of {}, allowed are at most {}", needs.tags_size(), kMaxTags));
     }
     for (int i = 0; i < needs.tags_size(); ++i) {
       if (!IsName(needs.tags(i))) Tell(ItemOf(path, i), WhyNotName(needs.tags(i)));
@@ -240,9 +243,9 @@ class TrainChecker {
     CheckTags("evaluate.needs.tags", evaluate.needs());
     const int64_t steps = study_.train().steps();
     if (steps > 0 && evaluate.checkpoints() > steps) {
-      Tell("evaluate.checkpoints", std::to_string(evaluate.checkpoints()) +
-                                       " are more than the training's steps, allowed 1 to " +
-                                       std::to_string(steps));
+      Tell("evaluate.checkpoints",
+           fmt::format("{} are more than the training's steps, allowed 1 to {}",
+                       evaluate.checkpoints(), steps));
     }
   }
 
@@ -281,25 +284,25 @@ class TrainChecker {
     const std::vector<v1::Mixture> sets = TrainingSetsOf(study_);
     const int64_t trainings = static_cast<int64_t>(sets.size()) * study_.train().seeds();
     if (trainings > kMaxTrainings) {
-      Tell("train.seeds", std::to_string(sets.size()) + " training sets with " +
-                              std::to_string(study_.train().seeds()) + " seeds each are " +
-                              std::to_string(trainings) + " trainings, allowed are at most " +
-                              std::to_string(kMaxTrainings));
+      Tell("train.seeds",
+           fmt::format(
+               "{} training sets with {} seeds each are {} trainings, allowed are at most {}",
+               sets.size(), study_.train().seeds(), trainings, kMaxTrainings));
     }
     for (const v1::Mixture& set : sets) {
       int64_t pairs = 0;
       for (const v1::Mixture::Part& part : set.parts()) pairs += PairsOf(part.variant());
       if (pairs <= kMaxTrainingPairs) continue;
-      Tell("train", "training set " + Quoted(set.name()) + " has " + std::to_string(pairs) +
-                        " pairs, allowed are at most " + std::to_string(kMaxTrainingPairs));
+      Tell("train", fmt::format("training set {} has {} pairs, allowed are at most {}",
+                                Quoted(set.name()), pairs, kMaxTrainingPairs));
     }
     const v1::EvaluateSpec& evaluate = study_.evaluate();
     const int64_t benchmarks = evaluate.benchmarks_size() + (WantsHeldout(study_) ? 1 : 0);
     const int64_t evaluations =
         (trainings * evaluate.checkpoints() + evaluate.baselines_size()) * benchmarks;
     if (evaluations > kMaxEvaluations) {
-      Tell("evaluate", std::to_string(evaluations) + " evaluations, allowed are at most " +
-                           std::to_string(kMaxEvaluations));
+      Tell("evaluate",
+           fmt::format("{} evaluations, allowed are at most {}", evaluations, kMaxEvaluations));
     }
   }
 

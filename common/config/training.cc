@@ -1,5 +1,7 @@
 #include "common/config/training.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <set>
 #include <string>
@@ -32,8 +34,7 @@ uint64_t HeldoutSeed(const v1::StudySpec& study) {
   std::set<uint64_t> used = {0};
   for (const v1::VariantSpec& variant : study.variants()) used.insert(SeedOf(study, variant));
   for (int salt = 0;; ++salt) {
-    const Sha256Digest digest =
-        Sha256Of("heldout-seed " + std::to_string(study.seed()) + " " + std::to_string(salt));
+    const Sha256Digest digest = Sha256Of(fmt::format("heldout-seed {} {}", study.seed(), salt));
     uint64_t seed = 0;
     for (int i = 0; i < 8; ++i) {
       seed |= static_cast<uint64_t>(digest[static_cast<size_t>(i)]) << (8 * i);

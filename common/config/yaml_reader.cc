@@ -1,5 +1,6 @@
 #include "common/config/yaml_reader.h"
 
+#include <fmt/core.h>
 #include <yaml-cpp/eventhandler.h>
 
 #include <algorithm>
@@ -111,8 +112,8 @@ void YamlReader::Note(const YAML::Node& node, const std::string& path) {
 
 std::optional<YAML::Node> YamlReader::Parse(std::string_view text) {
   if (text.size() > kMaxYamlBytes) {
-    errors_->Add({file_, 0, ""}, "larger than " + std::to_string(kMaxYamlBytes >> 10) +
-                                     " KiB: not a configuration");
+    errors_->Add({file_, 0, ""},
+                 fmt::format("larger than {} KiB: not a configuration", kMaxYamlBytes >> 10));
     return std::nullopt;
   }
   if (text.find('\0') != std::string_view::npos) {
@@ -272,7 +273,7 @@ bool YamlReader::ReadDistribution(const YAML::Node& node, const std::string& pat
   }
   if (!node.IsMap() || node.size() != 1) {
     Error(node, path,
-          (node.IsMap() ? "a map with " + std::to_string(node.size()) + " keys" : Seen(node)) +
+          (node.IsMap() ? fmt::format("a map with {} keys", node.size()) : Seen(node)) +
               ", allowed is " + kDistributionForms);
     return false;
   }
@@ -315,13 +316,13 @@ bool YamlReader::ReadNumbers(const YAML::Node& node, const std::string& path,
   }
   if (!node.IsSequence() || (form->size != 0 && node.size() != form->size)) {
     Error(node, path,
-          (node.IsSequence() ? "a list of " + std::to_string(node.size()) : Seen(node)) +
+          (node.IsSequence() ? fmt::format("a list of {}", node.size()) : Seen(node)) +
               ", allowed is " + form->form);
     return false;
   }
   std::vector<double> numbers;
   for (size_t i = 0; i < node.size(); ++i) {
-    const std::string number_path = path + "[" + std::to_string(i) + "]";
+    const std::string number_path = fmt::format("{}[{}]", path, i);
     Note(node[i], number_path);
     const std::optional<double> number = ReadNumber(node[i], number_path, {});
     if (!number) continue;
@@ -445,7 +446,7 @@ void YamlReader::SetMessages(const YAML::Node& node, const std::string& path,
   const Reflection& reflection = *message->GetReflection();
   reflection.ClearField(message, &field);
   for (size_t i = 0; i < node.size(); ++i) {
-    const std::string item_path = path + "[" + std::to_string(i) + "]";
+    const std::string item_path = fmt::format("{}[{}]", path, i);
     Note(node[i], item_path);
     Message* item = reflection.AddMessage(message, &field);
     if (i > kMaxListItems) continue;  // Can only be too many.
@@ -467,17 +468,17 @@ void YamlReader::SetList(const YAML::Node& node, const std::string& path,
   }
   if (static_cast<int>(node.size()) < rule.min_items()) {
     Error(node, path,
-          "an empty list, allowed is at least " + std::to_string(rule.min_items()) +
-              (rule.allowed_size() > 0
-                   ? " of " + JoinNames({rule.allowed().begin(), rule.allowed().end()})
-                   : ""));
+          fmt::format("an empty list, allowed is at least {}{}", rule.min_items(),
+                      rule.allowed_size() > 0
+                          ? " of " + JoinNames({rule.allowed().begin(), rule.allowed().end()})
+                          : ""));
     return;
   }
   const Reflection& reflection = *message->GetReflection();
   reflection.ClearField(message, &field);
   std::vector<std::string> values;
   for (size_t i = 0; i < node.size(); ++i) {
-    const std::string item_path = path + "[" + std::to_string(i) + "]";
+    const std::string item_path = fmt::format("{}[{}]", path, i);
     Note(node[i], item_path);
     if (numbers) {
       const std::optional<double> value = ReadNumber(node[i], item_path, rule);

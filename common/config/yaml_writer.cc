@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cctype>
 #include <charconv>
@@ -64,8 +66,8 @@ std::string DistributionText(const v1::Distribution& d) {
     case v1::Distribution::kUniform:
       return "{uniform: " + list({d.uniform().low(), d.uniform().high()}) + "}";
     case v1::Distribution::kUniformInt:
-      return "{uniform_int: [" + std::to_string(d.uniform_int().low()) + ", " +
-             std::to_string(d.uniform_int().high()) + "]}";
+      return fmt::format("{{uniform_int: [{}, {}]}}", d.uniform_int().low(),
+                         d.uniform_int().high());
     case v1::Distribution::kChoice: {
       std::string text;
       for (const double value : d.choice().values()) {
@@ -251,10 +253,10 @@ std::string MessageToYaml(const Message& message) {
 std::string StudyToYaml(const v1::StudySpec& study) {
   std::string out;
   out += "study: " + QuotedIfNeeded(study.name()) + "\n";
-  out += "seed: " + std::to_string(study.seed()) + "\n";
-  out += "pairs: " + std::to_string(study.pairs()) + "\n";
-  out += "rigs_per_scene: " + std::to_string(study.rigs_per_scene()) + "\n";
-  out += "priority: " + std::to_string(study.priority()) + "\n";
+  out += fmt::format("seed: {}\n", study.seed());
+  out += fmt::format("pairs: {}\n", study.pairs());
+  out += fmt::format("rigs_per_scene: {}\n", study.rigs_per_scene());
+  out += fmt::format("priority: {}\n", study.priority());
   // Only where asked for: the text of other studies stays what it was.
   if (!study.tags().empty()) {
     out += "tags: [";
@@ -263,7 +265,7 @@ std::string StudyToYaml(const v1::StudySpec& study) {
     }
     out += "]\n";
   }
-  if (study.memory_mb() != 0) out += "memory_mb: " + std::to_string(study.memory_mb()) + "\n";
+  if (study.memory_mb() != 0) out += fmt::format("memory_mb: {}\n", study.memory_mb());
   if (study.has_train()) {
     out += "train:";
     WriteNested(study.train(), "", out);
@@ -275,11 +277,11 @@ std::string StudyToYaml(const v1::StudySpec& study) {
   out += study.variants().empty() ? "variants: []\n" : "variants:\n";
   for (const v1::VariantSpec& variant : study.variants()) {
     out += "  - name: " + QuotedIfNeeded(variant.name()) + "\n";
-    if (variant.pairs() != 0) out += "    pairs: " + std::to_string(variant.pairs()) + "\n";
+    if (variant.pairs() != 0) out += fmt::format("    pairs: {}\n", variant.pairs());
     if (variant.rigs_per_scene() != 0) {
-      out += "    rigs_per_scene: " + std::to_string(variant.rigs_per_scene()) + "\n";
+      out += fmt::format("    rigs_per_scene: {}\n", variant.rigs_per_scene());
     }
-    if (variant.seed() != 0) out += "    seed: " + std::to_string(variant.seed()) + "\n";
+    if (variant.seed() != 0) out += fmt::format("    seed: {}\n", variant.seed());
     if (variant.heldout()) out += "    heldout: true\n";
     out += "    config:\n";
     WriteMessage(variant.config(), "      ", out);

@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "common/base/file.h"
+#include "common/base/status.h"
 #include "common/image/io.h"
 
 namespace parallax {
@@ -66,7 +67,7 @@ struct Channel {
 };
 
 absl::StatusOr<std::string> Encode(int width, int height, const std::vector<Channel>& channels) {
-  if (width <= 0 || height <= 0) return absl::InvalidArgumentError("EXR of an empty image");
+  if (width <= 0 || height <= 0) return InvalidArgument("EXR of an empty image");
   try {
     Imf::Header header(width, height);
     header.compression() = kCompression;
@@ -85,7 +86,7 @@ absl::StatusOr<std::string> Encode(int width, int height, const std::vector<Chan
     }
     return out.Take();
   } catch (const std::exception& error) {
-    return MakeError(absl::StatusCode::kInternal, std::string("EXR: ") + error.what());
+    return Internal("EXR: {}", error.what());
   }
 }
 
@@ -93,7 +94,7 @@ template <int channels>
 absl::StatusOr<Image<float, channels>> Decode(std::string_view bytes,
                                               const std::array<const char*, channels>& names) {
   if (bytes.substr(0, 4) != std::string_view("\x76\x2f\x31\x01", 4)) {
-    return absl::InvalidArgumentError("not an EXR");
+    return InvalidArgument("not an EXR");
   }
   try {
     MemoryIn in(bytes);
@@ -102,12 +103,11 @@ absl::StatusOr<Image<float, channels>> Decode(std::string_view bytes,
     const int width = window.max.x - window.min.x + 1, height = window.max.y - window.min.y + 1;
     constexpr int kMostSide = 1 << 16;
     if (width <= 0 || height <= 0 || width > kMostSide || height > kMostSide) {
-      return absl::InvalidArgumentError("EXR of an impossible size");
+      return InvalidArgument("EXR of an impossible size");
     }
     for (const char* name : names) {
       if (file.header().channels().findChannel(name) == nullptr) {
-        return MakeError(absl::StatusCode::kInvalidArgument,
-                         std::string("EXR without channel ") + name);
+        return InvalidArgument("EXR without channel {}", name);
       }
     }
     Image<float, channels> image(width, height);
@@ -125,8 +125,7 @@ absl::StatusOr<Image<float, channels>> Decode(std::string_view bytes,
     file.readPixels(window.min.y, window.max.y);
     return image;
   } catch (const std::exception& error) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     std::string("broken EXR: ") + error.what());
+    return InvalidArgument("broken EXR: {}", error.what());
   }
 }
 

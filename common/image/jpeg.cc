@@ -166,8 +166,7 @@ ImageRgb8 Upright(const ImageRgb8& image, int orientation) {
 absl::StatusOr<ImageRgb8> DecodeJpeg(std::string_view bytes) {
   Decoder decoder;
   const auto broken = [&decoder] {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     std::string("broken JPEG: ") + decoder.errors.message);
+    return InvalidArgument("broken JPEG: {}", decoder.errors.message);
   };
   if (!Open(decoder, bytes)) return broken();
   ImageRgb8 image(static_cast<int>(decoder.codec.output_width),
@@ -180,10 +179,10 @@ absl::StatusOr<ImageRgb8> DecodeJpeg(std::string_view bytes) {
 }  // namespace
 
 absl::StatusOr<std::string> EncodeJpeg(const ImageRgb8& image, int quality) {
-  if (image.empty()) return absl::InvalidArgumentError("JPEG of an empty image");
+  if (image.empty()) return InvalidArgument("JPEG of an empty image");
   Encoder encoder;
   if (!Compress(encoder, image, quality)) {
-    return MakeError(absl::StatusCode::kInternal, std::string("JPEG: ") + encoder.errors.message);
+    return Internal("JPEG: {}", encoder.errors.message);
   }
   return std::string(reinterpret_cast<const char*>(encoder.bytes), encoder.size);
 }
@@ -196,7 +195,7 @@ absl::Status WriteJpeg(const std::string& path, const ImageRgb8& image, int qual
 absl::StatusOr<ImageRgb8> DecodePictureRgb8(std::string_view bytes) {
   if (IsPng(bytes)) return DecodeAnyPngAsRgb8(bytes);
   if (bytes.substr(0, 2) == "\xff\xd8") return DecodeJpeg(bytes);
-  return absl::InvalidArgumentError("neither a PNG nor a JPEG: convert it to one of them");
+  return InvalidArgument("neither a PNG nor a JPEG: convert it to one of them");
 }
 
 absl::StatusOr<ImageRgb8> ReadPictureRgb8(const std::string& path) {

@@ -1,8 +1,11 @@
+#include <fmt/core.h>
+
 #include <bit>
 #include <charconv>
 #include <cstring>
 
 #include "common/base/file.h"
+#include "common/base/status.h"
 #include "common/image/io.h"
 
 namespace parallax {
@@ -28,9 +31,8 @@ int ParseSide(std::string_view token) {
 template <int channels>
 absl::StatusOr<std::string> EncodeRows(const char* kind, const Image<float, channels>& image) {
   static_assert(std::endian::native == std::endian::little);
-  if (image.empty()) return absl::InvalidArgumentError("PFM of an empty image");
-  std::string bytes = std::string(kind) + "\n" + std::to_string(image.width()) + " " +
-                      std::to_string(image.height()) + "\n-1\n";
+  if (image.empty()) return InvalidArgument("PFM of an empty image");
+  std::string bytes = fmt::format("{}\n{} {}\n-1\n", kind, image.width(), image.height());
   const size_t row_bytes = sizeof(float) * channels * static_cast<size_t>(image.width());
   for (int y = image.height() - 1; y >= 0; --y) {
     bytes.append(reinterpret_cast<const char*>(image.At(0, y)), row_bytes);
@@ -44,16 +46,16 @@ absl::StatusOr<std::string> EncodePfm(const ImageF& image) { return EncodeRows("
 absl::StatusOr<std::string> EncodePfm(const ImageF3& image) { return EncodeRows("PF", image); }
 
 absl::StatusOr<ImageF> DecodePfm(std::string_view bytes) {
-  if (TakeToken(bytes) != "Pf") return absl::InvalidArgumentError("not a one-channel PFM");
+  if (TakeToken(bytes) != "Pf") return InvalidArgument("not a one-channel PFM");
   const int width = ParseSide(TakeToken(bytes)), height = ParseSide(TakeToken(bytes));
   const std::string_view scale = TakeToken(bytes);
-  if (width <= 0 || height <= 0) return absl::InvalidArgumentError("PFM of an impossible size");
+  if (width <= 0 || height <= 0) return InvalidArgument("PFM of an impossible size");
   if (scale.empty() || scale[0] != '-') {
-    return absl::InvalidArgumentError("PFM in big-endian order, wanted a negative scale");
+    return InvalidArgument("PFM in big-endian order, wanted a negative scale");
   }
   const size_t row_bytes = sizeof(float) * static_cast<size_t>(width);
   if (bytes.size() < row_bytes * static_cast<size_t>(height)) {
-    return absl::InvalidArgumentError("PFM ends early");
+    return InvalidArgument("PFM ends early");
   }
   ImageF image(width, height);
   for (int y = height - 1; y >= 0; --y) {

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "common/base/file.h"
+#include "common/base/status.h"
 #include "common/image/io.h"
 #include "common/image/png_picture.h"
 
@@ -92,14 +93,14 @@ bool WriteRows(Writer& writer, const Layout& layout, int compression, Transfer& 
 
 template <typename T, int channels>
 absl::StatusOr<std::string> Encode(const Image<T, channels>& image, int compression, int bits) {
-  if (image.empty()) return absl::InvalidArgumentError("PNG of an empty image");
+  if (image.empty()) return InvalidArgument("PNG of an empty image");
   Transfer transfer;
   PointToRows(image, transfer);
   Writer writer(transfer);
   const Layout layout = {image.width(), image.height(), bits,
                          channels == 3 ? PNG_COLOR_TYPE_RGB : PNG_COLOR_TYPE_GRAY};
   if (!WriteRows(writer, layout, compression, transfer)) {
-    return MakeError(absl::StatusCode::kInternal, "PNG: " + transfer.error);
+    return Internal("PNG: {}", transfer.error);
   }
   return std::move(transfer.written);
 }
@@ -145,29 +146,25 @@ bool ReadRows(Reader& reader, Transfer& transfer) {
 absl::Status CheckSize(const Layout& layout) {
   constexpr int64_t kMostPixels = int64_t{1} << 28;
   if (int64_t{layout.width} * layout.height <= kMostPixels) return absl::OkStatus();
-  return MakeError(absl::StatusCode::kInvalidArgument, "PNG of " + std::to_string(layout.width) +
-                                                           " x " + std::to_string(layout.height) +
-                                                           " pixels, allowed are " +
-                                                           std::to_string(kMostPixels));
+  return InvalidArgument("PNG of {} x {} pixels, allowed are {}", layout.width, layout.height,
+                         kMostPixels);
 }
 
 absl::Status Broken(const Transfer& transfer) {
-  return MakeError(absl::StatusCode::kInvalidArgument, "broken PNG: " + transfer.error);
+  return InvalidArgument("broken PNG: {}", transfer.error);
 }
 
 template <typename T, int channels>
 absl::StatusOr<Image<T, channels>> Decode(std::string_view bytes) {
-  if (!IsPng(bytes)) return absl::InvalidArgumentError("not a PNG");
+  if (!IsPng(bytes)) return InvalidArgument("not a PNG");
   Transfer transfer{.unread = bytes};
   Reader reader(transfer);
   Layout layout;
   if (!ReadHeader(reader, &layout)) return Broken(transfer);
   RETURN_IF_ERROR(CheckSize(layout));
   if (layout.bits != 8 * static_cast<int>(sizeof(T)) || layout.color_type != channels) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "PNG of " + std::to_string(layout.bits) + " bits and " +
-                         std::to_string(layout.color_type) + " channels, wanted " +
-                         std::to_string(8 * sizeof(T)) + " bits and " + std::to_string(channels));
+    return InvalidArgument("PNG of {} bits and {} channels, wanted {} bits and {}", layout.bits,
+                           layout.color_type, 8 * sizeof(T), channels);
   }
   Image<T, channels> image(layout.width, layout.height);
   PointToRows(image, transfer);
@@ -216,7 +213,7 @@ absl::StatusOr<std::string> EncodePng(const ImageU16& image, int compression) {
 }
 
 absl::StatusOr<std::string> EncodePngBits(const ImageU8& image) {
-  if (image.empty()) return absl::InvalidArgumentError("PNG of an empty image");
+  if (image.empty()) return InvalidArgument("PNG of an empty image");
   ImageU8 bits(image.width(), image.height());
   for (size_t i = 0; i < image.pixels(); ++i) bits.values()[i] = image.values()[i] ? 1 : 0;
   return Encode(bits, kPngCompression, 1);

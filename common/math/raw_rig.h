@@ -36,7 +36,7 @@ inline absl::Status CheckRawCamera(const v1::RawCamera& raw) {
   if (camera.width_px <= 0 || camera.height_px <= 0 || camera.width_px > 16384 ||
       camera.height_px > 16384 || !(camera.k.fx_px > 0) || !(camera.k.fy_px > 0) ||
       !camera.rectified_from_raw.allFinite() || !std::isfinite(camera.k.cx_px + camera.k.cy_px)) {
-    return absl::InvalidArgumentError("wants a size, positive focal lengths and a rotation");
+    return InvalidArgument("wants a size, positive focal lengths and a rotation");
   }
   const double reach = camera.lens.Reach();
   const double cx = camera.k.cx_px, cy = camera.k.cy_px;
@@ -44,10 +44,10 @@ inline absl::Status CheckRawCamera(const v1::RawCamera& raw) {
        {Vec2d(0, cy), Vec2d(camera.width_px, cy), Vec2d(cx, 0), Vec2d(cx, camera.height_px)}) {
     const Vec2d at((p.x() - cx) / camera.k.fx_px, (p.y() - cy) / camera.k.fy_px);
     if (camera.lens.Unproject(at, reach)) continue;
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "its distortion ends within the picture: no direction leads to the point (" +
-                         std::to_string(p.x()) + ", " + std::to_string(p.y()) +
-                         "); allowed are coefficients for which its sides show something");
+    return InvalidArgument(
+        "its distortion ends within the picture: no direction leads to the point ({:f}, {:f}); "
+        "allowed are coefficients for which its sides show something",
+        p.x(), p.y());
   }
   return absl::OkStatus();
 }

@@ -1,5 +1,6 @@
 #include "common/rpc/address.h"
 
+#include <fmt/core.h>
 #include <sys/un.h>
 
 #include <algorithm>
@@ -10,12 +11,7 @@ namespace {
 constexpr std::string_view kUnixScheme = "unix:";
 
 absl::Status BadAddress(std::string_view text, std::string_view why) {
-  std::string message = "address '";
-  message += text;
-  message += "': ";
-  message += why;
-  message += " (wanted HOST:PORT or unix:/absolute/path)";
-  return MakeError(absl::StatusCode::kInvalidArgument, message);
+  return InvalidArgument("address '{}': {} (wanted HOST:PORT or unix:/absolute/path)", text, why);
 }
 
 absl::StatusOr<RpcAddress> ParseUnix(std::string_view text) {
@@ -53,7 +49,7 @@ bool RpcAddress::is_local() const {
 std::string RpcAddress::ToString() const {
   if (is_unix()) return std::string(kUnixScheme) + unix_path;
   const bool ipv6 = host.find(':') != std::string::npos;
-  return (ipv6 ? "[" + host + "]" : host) + ":" + std::to_string(port);
+  return fmt::format("{}:{}", ipv6 ? "[" + host + "]" : host, port);
 }
 
 absl::StatusOr<RpcAddress> ParseRpcAddress(std::string_view text) {

@@ -41,7 +41,7 @@ absl::Status OpenSslError(const std::string& what) {
     ERR_error_string_n(code, text, sizeof text);
   }
   ERR_clear_error();
-  return absl::InternalError(what + ": " + text);
+  return Internal("{}: {}", what, text);
 }
 
 // Source: RFC 5280, appendix A.1: ub-common-name.
@@ -50,9 +50,8 @@ constexpr size_t kMaxCommonName = 64;
 absl::Status CheckCertificateName(const std::string& name) {
   RETURN_IF_ERROR(CheckName("certificate name", name));
   if (name.size() <= kMaxCommonName) return absl::OkStatus();
-  return absl::InvalidArgumentError("certificate name " + Quoted(name) +
-                                    " is too long, allowed are at most " +
-                                    std::to_string(kMaxCommonName) + " characters");
+  return InvalidArgument("certificate name {} is too long, allowed are at most {} characters",
+                         Quoted(name), kMaxCommonName);
 }
 
 bool IsIpAddress(const std::string& host) {
@@ -69,12 +68,11 @@ absl::StatusOr<std::string> AlternativeNames(const std::vector<std::string>& hos
     const bool address = IsIpAddress(host);
     if (!address && (host.empty() || host.size() > 253 || host[0] == '.' || host[0] == '-' ||
                      !std::all_of(host.begin(), host.end(), in_name))) {
-      return absl::InvalidArgumentError("host '" + host.substr(0, 253) +
-                                        "': wanted a host name or an IP address");
+      return InvalidArgument("host '{}': wanted a host name or an IP address", host.substr(0, 253));
     }
     text += (text.empty() ? "" : ",") + std::string(address ? "IP:" : "DNS:") + host;
   }
-  if (text.empty()) return absl::InvalidArgumentError("a server's certificate needs a host");
+  if (text.empty()) return InvalidArgument("a server's certificate needs a host");
   return text;
 }
 
@@ -102,7 +100,7 @@ absl::StatusOr<Certificate> ParseCertificate(const std::string& pem) {
   const Bio bio(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
   Certificate certificate(PEM_read_bio_X509(bio.get(), nullptr, nullptr, nullptr));
   ERR_clear_error();
-  if (certificate == nullptr) return absl::InvalidArgumentError("not a certificate in PEM");
+  if (certificate == nullptr) return InvalidArgument("not a certificate in PEM");
   return certificate;
 }
 
@@ -112,7 +110,7 @@ absl::StatusOr<Key> ParseKey(const std::string& pem) {
   const auto no_password = [](char*, int, int, void*) { return 0; };
   Key key(PEM_read_bio_PrivateKey(bio.get(), nullptr, no_password, nullptr));
   ERR_clear_error();
-  if (key == nullptr) return absl::InvalidArgumentError("not an unencrypted private key in PEM");
+  if (key == nullptr) return InvalidArgument("not an unencrypted private key in PEM");
   return key;
 }
 
@@ -155,7 +153,7 @@ absl::StatusOr<KeyPair> Make(const CertificateOrder& order, const std::string& u
                              const std::vector<std::pair<int, std::string>>& extensions) {
   RETURN_IF_ERROR(CheckCertificateName(order.name));
   if (!(order.days > 0 && order.days <= 36500)) {
-    return absl::InvalidArgumentError("a certificate's days must be in (0, 36500]");
+    return InvalidArgument("a certificate's days must be in (0, 36500]");
   }
   const Key key(EVP_EC_gen("P-256"));
   const Certificate certificate(X509_new());
@@ -196,7 +194,7 @@ absl::StatusOr<KeyPair> Issue(const KeyPair& authority, const CertificateOrder& 
   ASSIGN_OR_RETURN(const Certificate issuer, ParseCertificate(authority.certificate_pem));
   ASSIGN_OR_RETURN(const Key key, ParseKey(authority.key_pem));
   if (UnixSecondsOf(X509_get0_notAfter(issuer.get())) <= order.now_unix_s) {
-    return absl::FailedPreconditionError("the authority's own certificate has expired");
+    return FailedPrecondition("the authority's own certificate has expired");
   }
   return Make(order, unit, {issuer.get(), key.get()},
               {{NID_basic_constraints, "critical,CA:FALSE"},
@@ -229,8 +227,6 @@ absl::StatusOr<std::string> ReadPem(const std::string& dir, const char* name) {
                        "; a TLS folder has ca.crt, tls.crt and tls.key, as `coordinator init DIR "
                        "--issue ROLE NAME` makes them");
 }
-
-absl::Status Unusable(const std::string& message) { return absl::FailedPreconditionError(message); }
 
 std::string FingerprintOf(X509* certificate) {
   unsigned char* der = nullptr;
@@ -319,20 +315,23 @@ absl::StatusOr<std::shared_ptr<const TlsIdentity>> LoadTlsIdentity(const std::st
   const bool fits = X509_check_private_key(own->get(), key->get()) == 1;
   const bool is_signed = X509_verify(own->get(), X509_get0_pubkey(ca->get())) == 1;
   ERR_clear_error();
-  if (!fits) return Unusable(dir + ": tls.key is not the key of tls.crt");
+  if (!fits) return FailedPrecondition("{}: tls.key is not the key of tls.crt", dir);
   if (!is_signed) {
-    return Unusable(dir +
-                    ": tls.crt was not signed by the authority in ca.crt; both must come "
-                    "from the same `coordinator init DIR`");
+    return FailedPrecondition(
+        "{}: tls.crt was not signed by the authority in ca.crt; both must come from the same "
+        "`coordinator init DIR`",
+        dir);
   }
   const double now_s = clock.UnixSeconds();
   if (facts->not_after_unix_s <= now_s) {
-    return Unusable(dir + "/tls.crt expired on " + DateOf(facts->not_after_unix_s) +
-                    "; issue a new one with `coordinator init` (see coordinator init --help)");
+    return FailedPrecondition(
+        "{}/tls.crt expired on {}; issue a new one with `coordinator init` (see coordinator init "
+        "--help)",
+        dir, DateOf(facts->not_after_unix_s));
   }
   if (facts->not_before_unix_s > now_s) {
-    return Unusable(dir + "/tls.crt is not valid before " + DateOf(facts->not_before_unix_s) +
-                    "; is this machine's clock right?");
+    return FailedPrecondition("{}/tls.crt is not valid before {}; is this machine's clock right?",
+                              dir, DateOf(facts->not_before_unix_s));
   }
   if (facts->not_after_unix_s - now_s < kWarnBeforeExpiry_s) {
     LogWarning("certificate expires soon",

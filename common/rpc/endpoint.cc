@@ -36,8 +36,7 @@ class Descriptor {
 
 absl::Status ListenError(const RpcAddress& address, int error_number) {
   if (error_number == EADDRINUSE) {
-    return absl::AlreadyExistsError("cannot listen on " + address.ToString() +
-                                    ": address already in use");
+    return AlreadyExists("cannot listen on {}: address already in use", address.ToString());
   }
   return ErrnoError(error_number, "cannot listen on " + address.ToString());
 }
@@ -66,8 +65,7 @@ absl::Status ProbeTcp(const RpcAddress& address) {
   const int error =
       getaddrinfo(address.host.c_str(), std::to_string(address.port).c_str(), &hints, &found);
   if (error != 0) {
-    return absl::NotFoundError("cannot listen on " + address.ToString() + ": " +
-                               gai_strerror(error));
+    return NotFound("cannot listen on {}: {}", address.ToString(), gai_strerror(error));
   }
   std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> owner(found, &freeaddrinfo);
   Descriptor fd(socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0));
@@ -169,7 +167,7 @@ std::shared_ptr<grpc::ServerCredentials> ServerCredentialsFor(const RpcAddress& 
 absl::Status WhyNotListening(const RpcAddress& address) {
   absl::Status why = address.is_unix() ? ProbeUnix(address) : ProbeTcp(address);
   if (!why.ok()) return why;
-  return absl::UnavailableError("cannot listen on " + address.ToString());
+  return Unavailable("cannot listen on {}", address.ToString());
 }
 
 }  // namespace
@@ -178,26 +176,25 @@ absl::StatusOr<RpcSecurity> MakeRpcSecurity(bool insecure, const std::string& tl
                                             Clock& clock) {
   RpcSecurity security{.insecure = insecure};
   if (tls_dir.empty()) return security;
-  if (insecure) return absl::InvalidArgumentError("--tls and --insecure exclude each other");
+  if (insecure) return InvalidArgument("--tls and --insecure exclude each other");
   ASSIGN_OR_RETURN(security.tls, LoadTlsIdentity(tls_dir, clock));
   return security;
 }
 
 absl::Status CheckRpcSecurity(const RpcAddress& address, const RpcSecurity& security) {
   if (address.is_local() || security.insecure || security.tls != nullptr) return absl::OkStatus();
-  return absl::FailedPreconditionError(
-      "address " + address.ToString() +
-      " is not of this machine, and the connection would be neither encrypted nor authenticated; "
-      "use a loopback address or a Unix socket, give --tls DIR with a certificate from "
-      "`coordinator init`, or allow it with --insecure");
+  return FailedPrecondition(
+      "address {} is not of this machine, and the connection would be neither encrypted nor "
+      "authenticated; use a loopback address or a Unix socket, give --tls DIR with a certificate "
+      "from `coordinator init`, or allow it with --insecure",
+      address.ToString());
 }
 
 absl::StatusOr<std::shared_ptr<grpc::Channel>> ConnectRpc(const RpcAddress& address,
                                                           const RpcSecurity& security) {
   RETURN_IF_ERROR(CheckRpcSecurity(address, security));
   if (!address.is_unix() && address.port == 0) {
-    return absl::InvalidArgumentError("address " + address.ToString() +
-                                      ": port 0 is only for listening");
+    return InvalidArgument("address {}: port 0 is only for listening", address.ToString());
   }
   QuietGrpcLog();
   grpc::ChannelArguments arguments;
@@ -242,7 +239,7 @@ RpcServer::~RpcServer() { Shutdown(std::chrono::seconds(0)); }
 absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(
     const std::vector<RpcAddress>& addresses, const RpcSecurity& security,
     const std::vector<grpc::Service*>& services, RpcGate gate) {
-  if (addresses.empty()) return absl::InvalidArgumentError("no address to listen on");
+  if (addresses.empty()) return InvalidArgument("no address to listen on");
   for (const RpcAddress& address : addresses) {
     RETURN_IF_ERROR(CheckRpcSecurity(address, security));
     if (address.is_unix()) RETURN_IF_ERROR(CheckUnixSocketFree(address));
@@ -271,7 +268,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(
       return WhyNotListening(addresses[i]);
     }
   }
-  if (server == nullptr) return absl::InternalError("the gRPC server could not be started");
+  if (server == nullptr) return Internal("the gRPC server could not be started");
   std::vector<RpcAddress> bound = addresses;
   for (size_t i = 0; i < bound.size(); ++i) {
     if (!bound[i].is_unix()) {

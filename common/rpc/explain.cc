@@ -9,6 +9,7 @@
 #include <sys/time.h>
 #include <unistd.h>
 
+#include "common/base/status.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/free_with.h"
 
@@ -18,8 +19,6 @@ namespace {
 constexpr int kPatience_s = 3;
 constexpr char kHowToIssue[] =
     "a certificate that the farm's operator made with `coordinator init DIR --issue ROLE NAME`";
-
-absl::Status Refused(const std::string& message) { return absl::UnauthenticatedError(message); }
 
 // Returns a connected socket; -1 if the address can't be reached, which is no fault of security.
 int Connect(const RpcAddress& address) {
@@ -141,25 +140,25 @@ absl::Status ExplainTheirs(const Handshake& handshake, const std::string& who,
     case X509_V_OK:
       return absl::OkStatus();
     case X509_V_ERR_CERT_HAS_EXPIRED:
-      return Refused(who + " shows a certificate that expired on " +
-                     DateOf(handshake.theirs.not_after_unix_s) +
-                     "; its operator makes a new one: remove its folder DIR/server, run "
-                     "`coordinator init DIR` and start it again");
+      return Unauthenticated(
+          "{} shows a certificate that expired on {}; its operator makes a new one: remove its "
+          "folder DIR/server, run `coordinator init DIR` and start it again",
+          who, DateOf(handshake.theirs.not_after_unix_s));
     case X509_V_ERR_CERT_NOT_YET_VALID:
-      return Refused(who + " shows a certificate that is not valid before " +
-                     DateOf(handshake.theirs.not_before_unix_s) +
-                     "; is this machine's clock right?");
+      return Unauthenticated(
+          "{} shows a certificate that is not valid before {}; is this machine's clock right?", who,
+          DateOf(handshake.theirs.not_before_unix_s));
     case X509_V_ERR_HOSTNAME_MISMATCH:
     case X509_V_ERR_IP_ADDRESS_MISMATCH:
-      return Refused(who + " shows a certificate for " + Join(handshake.theirs.hosts) +
-                     " and not for " + address.host +
-                     "; connect by one of these names, or have its certificate made with "
-                     "`coordinator init DIR --host " +
-                     address.host + "`");
+      return Unauthenticated(
+          "{} shows a certificate for {} and not for {}; connect by one of these names, or have "
+          "its certificate made with `coordinator init DIR --host {}`",
+          who, Join(handshake.theirs.hosts), address.host, address.host);
     default:
-      return Refused(who + " shows a certificate that the authority in " + own.dir +
-                     "/ca.crt did not sign; is this another farm, or has it a new authority? Get " +
-                     kHowToIssue);
+      return Unauthenticated(
+          "{} shows a certificate that the authority in {}/ca.crt did not sign; is this another "
+          "farm, or has it a new authority? Get {}",
+          who, own.dir, kHowToIssue);
   }
 }
 
@@ -174,17 +173,19 @@ absl::Status ExplainRpcSecurity(const RpcAddress& address, const RpcSecurity& se
   const std::string who = "what answers at " + address.ToString();
   if (security.tls == nullptr) {
     if (!handshake.other_side_speaks_tls) return absl::OkStatus();
-    return Refused(who + " speaks TLS; give --tls DIR (or $PARALLAX_TLS) with " + kHowToIssue);
+    return Unauthenticated("{} speaks TLS; give --tls DIR (or $PARALLAX_TLS) with {}", who,
+                           kHowToIssue);
   }
   if (!handshake.other_side_speaks_tls) {
-    return Refused(who +
-                   " does not speak TLS; a coordinator does with `coordinator serve --tls "
-                   "DIR/server`, and without it --tls has to be left away here too");
+    return Unauthenticated(
+        "{} does not speak TLS; a coordinator does with `coordinator serve --tls DIR/server`, and "
+        "without it --tls has to be left away here too",
+        who);
   }
   RETURN_IF_ERROR(ExplainTheirs(handshake, who, address, *security.tls));
   if (handshake.alert.empty()) return absl::OkStatus();
-  return Refused(who + " refuses the certificate in " + security.tls->dir + " (" + handshake.alert +
-                 "); get " + kHowToIssue);
+  return Unauthenticated("{} refuses the certificate in {} ({}); get {}", who, security.tls->dir,
+                         handshake.alert, kHowToIssue);
 }
 
 }  // namespace parallax

@@ -6,6 +6,7 @@
 
 #include "common/base/file.h"
 #include "common/base/hash.h"
+#include "common/base/status.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
 #include "parallax/v1/service.grpc.pb.h"
@@ -43,7 +44,7 @@ class RemoteStore final : public Store {
     return Send(path, facts, [&](int64_t) -> absl::StatusOr<std::string> {
       std::string chunk(kChunkBytes, '\0');
       chunk.resize(std::fread(chunk.data(), 1, chunk.size(), file));
-      if (chunk.empty()) return absl::DataLossError(local_path + ": shorter than it was");
+      if (chunk.empty()) return DataLoss("{}: shorter than it was", local_path);
       return chunk;
     });
   }
@@ -88,7 +89,7 @@ class RemoteStore final : public Store {
 
   absl::StatusOr<std::string> LocalPath(std::string_view path) const override {
     RETURN_IF_ERROR(CheckStorePath(path));
-    return absl::FailedPreconditionError("the coordinator's store has no folder here");
+    return FailedPrecondition("the coordinator's store has no folder here");
   }
 
  private:
@@ -127,7 +128,7 @@ class RemoteStore final : public Store {
     stream->WritesDone();
     const bool stored = stream->Read(&reply) && reply.stored();
     RETURN_IF_ERROR(End(*stream));
-    return stored ? absl::OkStatus() : absl::UnavailableError("the coordinator did not say stored");
+    return stored ? absl::OkStatus() : Unavailable("the coordinator did not say stored");
   }
 
   template <typename Stream>

@@ -40,8 +40,8 @@ absl::StatusOr<Fingerprints> ReadFingerprints(const std::string& path) {
     word.erase(std::remove_if(word.begin(), word.end(), ::isspace), word.end());
     if (word.empty()) continue;
     if (!IsFingerprint(word)) {
-      return absl::InvalidArgumentError(path + ":" + std::to_string(number) + ": '" + word +
-                                        "' is no SHA-256 fingerprint of 64 lower-case hex digits");
+      return InvalidArgument("{}:{}: '{}' is no SHA-256 fingerprint of 64 lower-case hex digits",
+                             path, number, word);
     }
     found.insert(std::move(word));
   }

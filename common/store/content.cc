@@ -1,5 +1,7 @@
 #include "common/store/content.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <charconv>
 #include <set>
@@ -19,8 +21,7 @@ bool IsHash(std::string_view text) {
 }
 
 absl::Status BadLine(size_t number, const std::string& what) {
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   "list of content, line " + std::to_string(number) + ": " + what);
+  return InvalidArgument("list of content, line {}: {}", number, what);
 }
 
 // "<hash> <size> <name>"
@@ -59,7 +60,7 @@ std::string ContentListText(std::vector<ContentFile> files) {
             [](const ContentFile& a, const ContentFile& b) { return a.name < b.name; });
   std::string text = std::string(kFirstLine) + "\n";
   for (const ContentFile& file : files) {
-    text += file.sha256 + " " + std::to_string(file.size) + " " + file.name + "\n";
+    text += fmt::format("{} {} {}\n", file.sha256, file.size, file.name);
   }
   return text;
 }
@@ -90,22 +91,21 @@ absl::StatusOr<std::vector<ContentFile>> ParseContentList(std::string_view text)
 
 absl::Status CheckContentSizes(const std::vector<ContentFile>& files, const std::string& folder) {
   const auto refuse = [&folder](const std::string& what) {
-    return MakeError(absl::StatusCode::kInvalidArgument, folder + ": " + what);
+    return InvalidArgument("{}: {}", folder, what);
   };
   if (files.size() > kMostContentFiles) {
-    return refuse(std::to_string(files.size()) + " files, allowed are " +
-                  std::to_string(kMostContentFiles));
+    return refuse(fmt::format("{} files, allowed are {}", files.size(), kMostContentFiles));
   }
   int64_t bytes = 0;
   for (const ContentFile& file : files) {
     bytes += file.size;
     if (file.size > kMostContentFileBytes) {
-      return refuse(file.name + " has " + std::to_string(file.size) + " bytes, allowed are " +
-                    std::to_string(kMostContentFileBytes) + " a file");
+      return refuse(fmt::format("{} has {} bytes, allowed are {} a file", file.name, file.size,
+                                kMostContentFileBytes));
     }
     if (bytes > kMostContentBytes) {
-      return refuse("its files have more than " + std::to_string(kMostContentBytes) +
-                    " bytes together, which are allowed");
+      return refuse(fmt::format("its files have more than {} bytes together, which are allowed",
+                                kMostContentBytes));
     }
   }
   return absl::OkStatus();

@@ -111,7 +111,7 @@ absl::StatusOr<std::string> HttpBody::Sha256Hex() const {
   for (int64_t at = 0; at < size();) {
     const ssize_t n = ReadBody(*this, at, buffer.data(), buffer.size());
     if (n < 0) return ErrnoError(errno, "read what is to be sent");
-    if (n == 0) return MakeError(absl::StatusCode::kDataLoss, "a file shrank while it was sent");
+    if (n == 0) return DataLoss("a file shrank while it was sent");
     hash.Update({buffer.data(), static_cast<size_t>(n)});
     at += n;
   }

@@ -2,6 +2,7 @@
 
 #include <dirent.h>
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -13,6 +14,7 @@
 #include <utility>
 
 #include "common/base/file.h"
+#include "common/base/status.h"
 
 namespace parallax {
 namespace {
@@ -47,8 +49,7 @@ std::vector<std::string> Parts(std::string_view path) {
 std::string TemporaryName() {
   static std::atomic<uint64_t> counter{
       0};  // Unique within the process; the pid makes it so among them.
-  return std::string(kTemporaryPrefix) + std::to_string(::getpid()) + "-" +
-         std::to_string(++counter);
+  return fmt::format("{}{}-{}", kTemporaryPrefix, ::getpid(), ++counter);
 }
 
 absl::Status WriteAll(int fd, std::string_view bytes, const std::string& what) {
@@ -236,8 +237,7 @@ class LocalStore final : public Store {
         struct stat info {};
         if (::fstatat(folder.get(), part.c_str(), &info, AT_SYMLINK_NOFOLLOW) == 0 &&
             S_ISLNK(info.st_mode)) {
-          return MakeError(absl::StatusCode::kPermissionDenied,
-                           "open " + shown + ": a symbolic link inside the store");
+          return PermissionDenied("open {}: a symbolic link inside the store", shown);
         }
         return ErrnoError(errno, "open " + shown);
       }
@@ -315,7 +315,7 @@ absl::StatusOr<std::string> ReadMarker(const std::string& folder) {
   const size_t frame = kMarkerHead.size() + kMarkerTail.size();
   if (text->rfind(kMarkerHead, 0) != 0 || text->size() <= frame ||
       text->substr(text->size() - kMarkerTail.size()) != kMarkerTail) {
-    return absl::DataLossError(path + ": not the marker of a store");
+    return DataLoss("{}: not the marker of a store", path);
   }
   return text->substr(kMarkerHead.size(), text->size() - frame);
 }
@@ -324,11 +324,11 @@ absl::StatusOr<std::string> ReadMarker(const std::string& folder) {
 absl::StatusOr<std::string> TakeMarker(const std::string& folder, const StoreOptions& options) {
   ASSIGN_OR_RETURN(std::string id, ReadMarker(folder));
   if (id.empty() && !options.create) {
-    return absl::NotFoundError(
-        "store " + folder + ": there is no " + std::string(kStoreMarker) +
-        " in it, so it is not the coordinator's store; is the shared disk mounted here? Name "
-        "another place with --store, or let the coordinator take the files itself (coordinator "
-        "serve --store-access stream)");
+    return NotFound(
+        "store {}: there is no {} in it, so it is not the coordinator's store; is the shared disk "
+        "mounted here? Name another place with --store, or let the coordinator take the files "
+        "itself (coordinator serve --store-access stream)",
+        folder, kStoreMarker);
   }
   if (id.empty()) {
     ASSIGN_OR_RETURN(id, NewId());
@@ -336,9 +336,9 @@ absl::StatusOr<std::string> TakeMarker(const std::string& folder, const StoreOpt
                                         std::string(kMarkerHead) + id + std::string(kMarkerTail)));
   }
   if (!options.id.empty() && id != options.id) {
-    return absl::FailedPreconditionError("store " + folder + ": it is the store " + id +
-                                         ", wanted is " + options.id +
-                                         "; is the right disk mounted here?");
+    return FailedPrecondition(
+        "store {}: it is the store {}, wanted is {}; is the right disk mounted here?", folder, id,
+        options.id);
   }
   return id;
 }
@@ -358,11 +358,11 @@ absl::StatusOr<std::unique_ptr<Store>> OpenLocalStore(const std::string& root,
   }
   Descriptor fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (fd.get() < 0 && errno == ENOENT && !options.create) {
-    return absl::NotFoundError(
-        "store " + folder +
-        ": there is no such folder on this machine; mount the coordinator's store there, name "
-        "another place with --store, or let the coordinator take the files itself (coordinator "
-        "serve --store-access stream)");
+    return NotFound(
+        "store {}: there is no such folder on this machine; mount the coordinator's store there, "
+        "name another place with --store, or let the coordinator take the files itself "
+        "(coordinator serve --store-access stream)",
+        folder);
   }
   if (fd.get() < 0) return ErrnoError(errno, "store " + folder);
 

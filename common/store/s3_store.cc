@@ -1,6 +1,7 @@
 #include "common/store/s3_store.h"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -15,6 +16,7 @@
 
 #include "common/base/hash.h"
 #include "common/base/log.h"
+#include "common/base/status.h"
 #include "common/store/http_client.h"
 #include "common/store/local_store.h"
 
@@ -140,7 +142,7 @@ class S3Store final : public Store {
     const HttpBody body{.fd = file.fd, .file_bytes = status.st_size};
     ASSIGN_OR_RETURN(const std::string sha256, body.Sha256Hex());
     if (body.size() != facts.size || sha256 != facts.sha256) {
-      return absl::DataLossError(local_path + ": its content is not what its manifest says");
+      return DataLoss("{}: its content is not what its manifest says", local_path);
     }
     return PutKey(KeyOf(path), body, sha256);
   }
@@ -155,8 +157,8 @@ class S3Store final : public Store {
                                        size_t max_bytes) const override {
     RETURN_IF_ERROR(CheckStorePath(path));
     if (max_bytes == 0) return std::string();
-    const std::string range = "bytes=" + std::to_string(offset) + "-" +
-                              std::to_string(offset + static_cast<int64_t>(max_bytes) - 1);
+    const std::string range =
+        fmt::format("bytes={}-{}", offset, offset + static_cast<int64_t>(max_bytes) - 1);
     // 416: there is nothing from there on.
     ASSIGN_OR_RETURN(HttpAnswer answer,
                      Ask({.method = "GET", .headers = {{"Range", range}}}, KeyOf(path), {}, {416}));
@@ -182,7 +184,7 @@ class S3Store final : public Store {
 
   absl::StatusOr<std::string> LocalPath(std::string_view path) const override {
     RETURN_IF_ERROR(CheckStorePath(path));
-    return absl::FailedPreconditionError("store " + Uri() + " is no folder of this machine");
+    return FailedPrecondition("store {} is no folder of this machine", Uri());
   }
 
   // Checks that we may read and, unless `read_only`, write here.
@@ -240,23 +242,26 @@ class S3Store final : public Store {
   static absl::Status ErrorOf(const HttpAnswer& answer, const std::string& what) {
     std::string why(Element(answer.body, "Code"));
     if (const auto message = Element(answer.body, "Message"); !message.empty()) {
-      why += ": " + std::string(message);
+      why += fmt::format(": {}", message);
     }
-    if (answer.code == 0) why = answer.error;
-    const std::string text =
-        what + ": " + (answer.code == 0 ? "" : "HTTP " + std::to_string(answer.code) + " ") + why;
-    switch (answer.code) {
+    if (answer.code == 0) return Unavailable("{}: {}", what, answer.error);
+    return MakeError(CodeOfHttp(answer.code),
+                     fmt::format("{}: HTTP {} {}", what, answer.code, why));
+  }
+
+  static absl::StatusCode CodeOfHttp(long http_code) {
+    switch (http_code) {
       case 404:
-        return absl::NotFoundError(text);
+        return absl::StatusCode::kNotFound;
       case 401:
       case 403:
-        return absl::PermissionDeniedError(text);
+        return absl::StatusCode::kPermissionDenied;
       case 400:
-        return absl::FailedPreconditionError(text);
+        return absl::StatusCode::kFailedPrecondition;
       case 507:
-        return absl::ResourceExhaustedError(text);
+        return absl::StatusCode::kResourceExhausted;
       default:
-        return absl::UnavailableError(text);
+        return absl::StatusCode::kUnavailable;
     }
   }
 
@@ -283,7 +288,7 @@ class S3Store final : public Store {
         const HttpAnswer begun,
         Ask({.method = "POST", .headers = {{kHashHeader, sha256}}}, key, {{"uploads", ""}}, {}));
     const std::string upload(Element(begun.body, "UploadId"));
-    if (upload.empty()) return absl::UnavailableError("s3: no id for an upload in parts");
+    if (upload.empty()) return Unavailable("s3: no id for an upload in parts");
     const absl::Status status = PutParts(key, body, upload);
     if (!status.ok()) {
       Ask({.method = "DELETE"}, key, {{"uploadId", upload}}, {}).status().IgnoreError();
@@ -301,9 +306,9 @@ class S3Store final : public Store {
                        Ask({.method = "PUT", .body = part, .sha256 = sha256}, key,
                            {{"partNumber", std::to_string(number)}, {"uploadId", upload}}, {}));
       const auto tag = answer.headers.find("etag");
-      if (tag == answer.headers.end()) return absl::UnavailableError("s3: a part without ETag");
-      done += "<Part><PartNumber>" + std::to_string(number) + "</PartNumber><ETag>" +
-              EscapeXml(tag->second) + "</ETag></Part>";
+      if (tag == answer.headers.end()) return Unavailable("s3: a part without ETag");
+      done += fmt::format("<Part><PartNumber>{}</PartNumber><ETag>{}</ETag></Part>", number,
+                          EscapeXml(tag->second));
     }
     done += "</CompleteMultipartUpload>";
     ASSIGN_OR_RETURN(const HttpAnswer answer, Ask({.method = "POST", .body = {.bytes = done}}, key,
@@ -347,9 +352,9 @@ class S3Store final : public Store {
 };
 
 absl::Status BadUri(std::string_view uri, const std::string& why) {
-  return absl::InvalidArgumentError("store " + std::string(uri) + ": " + why +
-                                    " (wanted s3://BUCKET[/PREFIX][?endpoint=URL&region=NAME&"
-                                    "path_style=1])");
+  return InvalidArgument(
+      "store {}: {} (wanted s3://BUCKET[/PREFIX][?endpoint=URL&region=NAME&path_style=1])", uri,
+      why);
 }
 
 }  // namespace
@@ -398,9 +403,8 @@ absl::StatusOr<S3Options> ParseS3Uri(std::string_view uri) {
     return BadUri(uri, "endpoint '" + options.endpoint + "' is neither http:// nor https://");
   }
   if (options.access_key.empty() || options.secret_key.empty()) {
-    return absl::FailedPreconditionError(
-        "store " + std::string(uri) +
-        ": no credentials; set AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY");
+    return FailedPrecondition(
+        "store {}: no credentials; set AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY", uri);
   }
   return options;
 }

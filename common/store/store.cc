@@ -1,6 +1,7 @@
 #include "common/store/store.h"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -20,8 +21,7 @@ absl::Status CheckStorePath(std::string_view path) {
     for (char& c : shown) {
       if (static_cast<unsigned char>(c) < 0x20) c = '?';
     }
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "store path \"" + shown + "\": " + std::string(why));
+    return InvalidArgument("store path \"{}\": {}", shown, why);
   };
   if (path.empty()) return broken("empty");
   if (path.size() > 1024) return broken("longer than 1024 characters");
@@ -46,7 +46,7 @@ absl::Status Store::PutFile(std::string_view path, const std::string& local_path
                             const StoreFile& facts, bool) {
   ASSIGN_OR_RETURN(const std::string bytes, ReadFile(local_path));
   if (static_cast<int64_t>(bytes.size()) != facts.size || Sha256Hex(bytes) != facts.sha256) {
-    return absl::DataLossError(local_path + ": its content is not what its manifest says");
+    return DataLoss("{}: its content is not what its manifest says", local_path);
   }
   return Put(path, bytes);
 }
@@ -57,8 +57,7 @@ absl::StatusOr<std::unique_ptr<Store>> OpenStore(std::string_view uri,
   if (uri.substr(0, kFile.size()) == kFile) {
     const std::string_view folder = uri.substr(kFile.size());
     if (folder.empty() || folder.front() != '/') {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "store " + std::string(uri) + ": allowed is file:///an/absolute/folder");
+      return InvalidArgument("store {}: allowed is file:///an/absolute/folder", uri);
     }
     return OpenLocalStore(std::string(folder), options);
   }
@@ -67,11 +66,10 @@ absl::StatusOr<std::unique_ptr<Store>> OpenStore(std::string_view uri,
     return OpenS3Store(s3, options);
   }
   if (uri.find("://") != std::string_view::npos) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "store " + std::string(uri) +
-                         ": allowed is a folder, file:///a/folder or s3://bucket/prefix");
+    return InvalidArgument("store {}: allowed is a folder, file:///a/folder or s3://bucket/prefix",
+                           uri);
   }
-  if (uri.empty()) return absl::InvalidArgumentError("store: no folder given");
+  if (uri.empty()) return InvalidArgument("store: no folder given");
   return OpenLocalStore(std::string(uri), options);
 }
 
@@ -88,8 +86,8 @@ absl::Status WriteFileAtomically(const std::string& path, std::string_view bytes
   static std::atomic<uint64_t> counter{0};  // Two threads may write the same path.
   const size_t slash = path.rfind('/');
   const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
-  const std::string temporary = (slash == std::string::npos ? "" : folder) + ".tmp-" +
-                                std::to_string(::getpid()) + "-w" + std::to_string(++counter);
+  const std::string temporary =
+      fmt::format("{}.tmp-{}-w{}", slash == std::string::npos ? "" : folder, ::getpid(), ++counter);
   const absl::Status written = WriteFile(temporary, bytes, /*sync=*/true);
   if (!written.ok()) {  // Name what the caller asked for, not our temporary file.
     std::string message(ToStd(written.message()));

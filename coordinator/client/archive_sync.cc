@@ -1,5 +1,6 @@
 #include "coordinator/client/archive_sync.h"
 
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include "common/base/names.h"
@@ -37,8 +38,8 @@ absl::Status ArchiveSync::CatchUp(Connection& connection, int64_t study_id) {
                      connection.ListFrames(study_id, cursor_, kFramesAtOnce));
     if (reply.frames_size() == 0) break;
     if (store_ == nullptr) {
-      ASSIGN_OR_RETURN(store_, StoreReader::Open(
-                                   connection, out_dir_ + "/.fetch-" + std::to_string(::getpid())));
+      ASSIGN_OR_RETURN(
+          store_, StoreReader::Open(connection, fmt::format("{}/.fetch-{}", out_dir_, ::getpid())));
     }
     for (const v1::PublishedFrame& frame : reply.frames()) {
       RETURN_IF_ERROR(CheckNames(frame));
@@ -60,7 +61,7 @@ absl::Status ArchiveSync::AddFrame(const v1::PublishedFrame& frame) {
   if (store_->is_local() || !absl::IsNotFound(status)) return status;
   const absl::Status brought = store_->Bring(frame.frame());
   if (absl::IsUnimplemented(brought)) {
-    return absl::FailedPreconditionError(
+    return FailedPrecondition(
         "the coordinator's store can't be seen from here, and this coordinator is of a version "
         "that does not send files; run this command on its machine, or mount the store at the same "
         "path");

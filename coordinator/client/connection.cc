@@ -1,5 +1,6 @@
 #include "coordinator/client/connection.h"
 
+#include <fmt/core.h>
 #include <grpcpp/grpcpp.h>
 
 #include <algorithm>
@@ -85,20 +86,17 @@ absl::StatusOr<Reply> Connection::Call(Method method, const Request& request) {
   }
   if (status.error_code() == grpc::StatusCode::UNAVAILABLE) {
     RETURN_IF_ERROR(ExplainRpcSecurity(where_, security_));
-    return MakeError(absl::StatusCode::kUnavailable,
-                     "no coordinator at " + address_ + ": " + CauseOf(status.error_message()) +
-                         "; start one with `coordinator serve --db FILE --store DIR --listen " +
-                         address_ + "`, or name another with --coordinator HOST:PORT");
+    return Unavailable(
+        "no coordinator at {}: {}; start one with `coordinator serve --db FILE --store DIR "
+        "--listen {}`, or name another with --coordinator HOST:PORT",
+        address_, CauseOf(status.error_message()), address_);
   }
   if (status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED) {
-    return MakeError(absl::StatusCode::kUnavailable, "the coordinator at " + address_ +
-                                                         " did not answer within " +
-                                                         FormatDuration(kTimeout.count()));
+    return Unavailable("the coordinator at {} did not answer within {}", address_,
+                       FormatDuration(kTimeout.count()));
   }
   if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
-    return MakeError(absl::StatusCode::kInternal, "what answers at " + address_ +
-                                                      " is not a Parallax coordinator of this "
-                                                      "version");
+    return Internal("what answers at {} is not a Parallax coordinator of this version", address_);
   }
   return MakeError(static_cast<absl::StatusCode>(status.error_code()),
                    PrintableLines(status.error_message()));
@@ -290,14 +288,12 @@ absl::StatusOr<v1::StudyStatus> Connection::FindStudy(const std::string& id_or_n
   std::string known;
   const int shown = std::min(list.studies_size(), 5);
   for (int i = 0; i < shown; ++i) {
-    known += (i > 0 ? ", " : "") + std::to_string(list.studies(i).study_id()) + " (" +
-             list.studies(i).name() + ")";
+    known += fmt::format("{}{} ({})", i > 0 ? ", " : "", list.studies(i).study_id(),
+                         list.studies(i).name());
   }
   if (list.studies_size() > shown) known += "...";
-  return MakeError(
-      absl::StatusCode::kNotFound,
-      "no study '" + id_or_name + "' at " + address_ +
-          (known.empty() ? "; nothing has been submitted there" : "; there are " + known));
+  return NotFound("no study '{}' at {}{}", id_or_name, address_,
+                  known.empty() ? "; nothing has been submitted there" : "; there are " + known);
 }
 
 }  // namespace parallax::client

@@ -57,8 +57,7 @@ absl::StatusOr<std::string> MakeSocketFolder() {
     if (folder.size() + std::strlen(kSocketName) > kLongestSocketPath) continue;
     if (mkdtemp(folder.data()) != nullptr) return folder;
   }
-  return MakeError(absl::StatusCode::kInternal,
-                   "no folder for a socket: $XDG_RUNTIME_DIR, $TMPDIR and /tmp are unusable");
+  return Internal("no folder for a socket: $XDG_RUNTIME_DIR, $TMPDIR and /tmp are unusable");
 }
 
 absl::StatusOr<std::unique_ptr<EmbeddedCoordinator>> EmbeddedCoordinator::Start(

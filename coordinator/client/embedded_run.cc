@@ -1,5 +1,6 @@
 #include "coordinator/client/embedded_run.h"
 
+#include <fmt/core.h>
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -40,7 +41,7 @@ absl::Status CheckDiskError(const std::string& error) {
   for (const char* cause : {"No space left on device", "Disk quota exceeded",
                             "Read-only file system", "Permission denied", "Input/output error"}) {
     if (error.find(cause) != std::string::npos) {
-      return MakeError(absl::StatusCode::kResourceExhausted, error);
+      return ResourceExhausted("{}", error);
     }
   }
   return absl::OkStatus();
@@ -125,7 +126,7 @@ std::vector<std::string> EmbeddedRun::ArgumentsOf(int worker) const {
                                         std::to_string(static_cast<int>(kDrainGrace_s)),
                                         "--exit-when-orphaned",
                                         "--name",
-                                        "local-" + std::to_string(worker),
+                                        fmt::format("local-{}", worker),
                                         "--picture-root",
                                         "/",  // They work for the user who started them.
                                         "--cores-dir",
@@ -188,7 +189,7 @@ absl::Status EmbeddedRun::Loop() {
     display_.Show(view_, now_s, finished);
     if (finished) return absl::OkStatus();
     if (interrupts_.WaitFor(std::chrono::duration<double>(environment_.poll_s))) {
-      return MakeError(absl::StatusCode::kCancelled, "interrupted");
+      return Cancelled("interrupted");
     }
   }
 }
@@ -213,8 +214,8 @@ absl::Status EmbeddedRun::Step(double now_s) {
 void EmbeddedRun::Note(const std::string& variant, uint32_t scene, const std::string& error) {
   // A cause that many jobs have is reported once.
   if (!shown_problems_.insert(error).second) return;
-  display_.Print(environment_.err.Paint(Tone::kWarning, "note:") + " " + variant + " scene " +
-                 std::to_string(scene) + ": " + error);
+  display_.Print(fmt::format("{} {} scene {}: {}", environment_.err.Paint(Tone::kWarning, "note:"),
+                             variant, scene, error));
 }
 
 absl::Status EmbeddedRun::ShowProblems() {

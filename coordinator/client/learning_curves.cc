@@ -1,8 +1,9 @@
 #include "coordinator/client/learning_curves.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -58,10 +59,8 @@ absl::Status AddPoints(const std::string& dir, const std::map<std::string, int64
 std::string Csv(const std::vector<Point>& points) {
   std::string csv = "benchmark,metric,set,trainer,seed,step,value\n";
   for (const Point& p : points) {
-    char numbers[96];
-    std::snprintf(numbers, sizeof numbers, ",%lld,%lld,%.6g\n", static_cast<long long>(p.seed),
-                  static_cast<long long>(p.step), p.value);
-    csv += p.benchmark + "," + p.metric + "," + p.set + "," + p.trainer + numbers;
+    csv += fmt::format("{},{},{},{},{},{},{:.6g}\n", p.benchmark, p.metric, p.set, p.trainer,
+                       p.seed, p.step, p.value);
   }
   return csv;
 }
@@ -102,13 +101,11 @@ class Picture {
     canvas_.DrawText(kLeft, kHeight - 12, "steps", 9, kFaint);
     canvas_.DrawText(kLeft, 50, metric, 9, kFaint);
     for (int i = 0; i <= 4; ++i) {
-      char text[32];
-      std::snprintf(text, sizeof text, "%.3g", highest_ * i / 4);
       const int y = Y(highest_ * i / 4);
       canvas_.FillBox(kLeft, y, kWidth - kLeft - kRight, 1, kPanel);
-      canvas_.DrawText(12, y + 4, text, 9, kFaint);
-      std::snprintf(text, sizeof text, "%.0f", most_steps_ * i / 4);
-      canvas_.DrawText(X(most_steps_ * i / 4) - 10, kHeight - kBottom + 16, text, 9, kFaint);
+      canvas_.DrawText(12, y + 4, fmt::format("{:.3g}", highest_ * i / 4), 9, kFaint);
+      canvas_.DrawText(X(most_steps_ * i / 4) - 10, kHeight - kBottom + 16,
+                       fmt::format("{:.0f}", most_steps_ * i / 4), 9, kFaint);
     }
   }
 

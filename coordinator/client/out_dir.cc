@@ -1,6 +1,7 @@
 #include "coordinator/client/out_dir.h"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <sys/file.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
@@ -31,7 +32,7 @@ absl::Status MakeFolder(const std::string& path) {
   fs::create_directories(path, error);
   if (!error) return absl::OkStatus();
   if (error.value() == ENOTDIR || error.value() == EEXIST) {
-    return MakeError(absl::StatusCode::kFailedPrecondition, path + ": a file is in the way");
+    return FailedPrecondition("{}: a file is in the way", path);
   }
   // A missing place such as /proc/x is no place to write to, rather than a wrong name.
   if (error.value() == ENOENT) error = std::make_error_code(std::errc::permission_denied);
@@ -61,11 +62,12 @@ absl::StatusOr<int> TakeLock(const std::string& path, const std::string& work_di
     const std::string holder = HolderOf(descriptor);
     close(descriptor);
     if (cause != EWOULDBLOCK) return ErrnoError(cause, "can't lock " + lock);
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     path + " is in use by another parallax (process " + holder +
-                         "); wait for it to end, or choose another --out");
+    return FailedPrecondition(
+        "{} is in use by another parallax (process {}); wait for it to end, or choose another "
+        "--out",
+        path, holder);
   }
-  const std::string self = std::to_string(getpid()) + "\n";
+  const std::string self = fmt::format("{}\n", getpid());
   if (ftruncate(descriptor, 0) != 0 ||
       pwrite(descriptor, self.data(), self.size(), 0) != static_cast<ssize_t>(self.size())) {
     const absl::Status error = ErrnoError(errno, "can't write " + lock);
@@ -86,13 +88,12 @@ bool HoldsForeignFiles(const std::string& path) {
 }
 
 absl::StatusOr<std::unique_ptr<OutDir>> OutDir::Open(const std::string& path) {
-  if (path.empty()) return MakeError(absl::StatusCode::kInvalidArgument, "--out: an empty path");
+  if (path.empty()) return InvalidArgument("--out: an empty path");
   std::error_code error;
   std::string absolute = fs::absolute(path, error).lexically_normal();
   while (absolute.size() > 1 && absolute.back() == '/') absolute.pop_back();
   if (fs::exists(absolute, error) && !fs::is_directory(absolute, error)) {
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     absolute + ": not a folder, so no dataset can be written there");
+    return FailedPrecondition("{}: not a folder, so no dataset can be written there", absolute);
   }
   const std::string work_dir = absolute + "/.parallax";
   RETURN_IF_ERROR(MakeFolder(work_dir));
@@ -115,10 +116,9 @@ int64_t OutDir::FreeBytes() const {
 absl::Status OutDir::CheckFreeSpace() const {
   const int64_t free = FreeBytes();
   if (free < 0 || free >= kLeastFreeBytes) return absl::OkStatus();
-  return MakeError(absl::StatusCode::kResourceExhausted,
-                   "the disk of " + path_ + " is full: " + FormatBytes(static_cast<double>(free)) +
-                       " free, at least " + FormatBytes(static_cast<double>(kLeastFreeBytes)) +
-                       " needed");
+  return ResourceExhausted("the disk of {} is full: {} free, at least {} needed", path_,
+                           FormatBytes(static_cast<double>(free)),
+                           FormatBytes(static_cast<double>(kLeastFreeBytes)));
 }
 
 namespace {

@@ -234,8 +234,7 @@ absl::StatusOr<double> ReadMeasuredFactor(const std::string& archive_dir) {
     }
   }
   if (!(measured > 0)) {
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     archive_dir + ": its index does not say what its pairs cost");
+    return FailedPrecondition("{}: its index does not say what its pairs cost", archive_dir);
   }
   return measured / foretold;
 }

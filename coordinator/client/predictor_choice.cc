@@ -24,9 +24,10 @@ absl::StatusOr<std::string> FindTrainerProgram(const std::string& given) {
   const fs::path self = fs::read_symlink("/proc/self/exe", error);
   const std::string beside = self.parent_path() / "trainer";
   if (access(beside.c_str(), X_OK) == 0) return beside;
-  return MakeError(absl::StatusCode::kNotFound,
-                   "the program `trainer` was not found beside this one (" + beside +
-                       "); name it with --trainer-program or $PARALLAX_TRAINER");
+  return NotFound(
+      "the program `trainer` was not found beside this one ({}); name it with --trainer-program or "
+      "$PARALLAX_TRAINER",
+      beside);
 }
 
 absl::StatusOr<ChosenPredictor> FromCheckpoint(const PredictorChoice& choice) {
@@ -48,10 +49,9 @@ absl::StatusOr<ChosenPredictor> FromCheckpoint(const PredictorChoice& choice) {
 absl::StatusOr<ChosenPredictor> ChoosePredictor(const PredictorChoice& choice) {
   std::error_code error;
   if (choice.what.empty() == choice.command.empty()) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     choice.what.empty()
-                         ? "what predicts? Give sgbm, a checkpoint, a folder, or --command"
-                         : "PREDICTOR and --command exclude each other");
+    return InvalidArgument(
+        "{}", choice.what.empty() ? "what predicts? Give sgbm, a checkpoint, a folder, or --command"
+                                  : "PREDICTOR and --command exclude each other");
   }
   if (!choice.command.empty()) {
     return ChosenPredictor{
@@ -67,8 +67,7 @@ absl::StatusOr<ChosenPredictor> ChoosePredictor(const PredictorChoice& choice) {
                            {.variant = dir.parent_path().filename(), .trainer = "files"}};
   }
   if (fs::is_regular_file(choice.what, error)) return FromCheckpoint(choice);
-  return MakeError(absl::StatusCode::kNotFound,
-                   choice.what + ": neither `sgbm`, nor a checkpoint, nor a folder of predictions");
+  return NotFound("{}: neither `sgbm`, nor a checkpoint, nor a folder of predictions", choice.what);
 }
 
 }  // namespace parallax::client

@@ -1,5 +1,7 @@
 #include "coordinator/client/progress.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -36,14 +38,14 @@ std::string FormatRate(std::optional<double> per_second) {
 std::string FormatEta(std::optional<double> seconds) {
   if (!seconds) return "";
   // Tenths of a second would be noise here.
-  if (*seconds < 10) return "ETA " + std::to_string(static_cast<int>(std::ceil(*seconds))) + " s";
+  if (*seconds < 10) return fmt::format("ETA {} s", static_cast<int>(std::ceil(*seconds)));
   return "ETA " + FormatDuration(*seconds);
 }
 
 std::string FormatPercent(double done, double wanted) {
   if (wanted <= 0) return "-";
-  return std::to_string(static_cast<int>(std::floor(std::min(1.0, done / wanted) * 100 + 1e-9))) +
-         "%";
+  return fmt::format("{}%",
+                     static_cast<int>(std::floor(std::min(1.0, done / wanted) * 100 + 1e-9)));
 }
 
 }  // namespace parallax::client

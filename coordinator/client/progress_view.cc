@@ -1,5 +1,7 @@
 #include "coordinator/client/progress_view.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -37,7 +39,7 @@ std::string DescribeProgress(const v1::JobStatus& job) {
     if (found == job.figures().end()) return std::nullopt;
     return found->second;
   };
-  const std::string percent = std::to_string(static_cast<int>(job.fraction() * 100)) + "%";
+  const std::string percent = fmt::format("{}%", static_cast<int>(job.fraction() * 100));
   const std::optional<double> step = figure("step");
   if (!step) return job.stage() + " " + percent;
   std::string text = "step " + FormatCount(std::llround(*step));

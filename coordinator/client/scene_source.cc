@@ -1,8 +1,9 @@
 #include "coordinator/client/scene_source.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <charconv>
-#include <cstdio>
 #include <filesystem>
 
 #include "common/base/file.h"
@@ -17,7 +18,7 @@ namespace fs = std::filesystem;
 absl::StatusOr<v1::Scene> ReadSceneFile(const std::string& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) {
-    return MakeError(absl::StatusCode::kNotFound, path + ": no such file");
+    return NotFound("{}: no such file", path);
   }
   ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path, 256 << 20));
   return ParseScene(bytes, path);
@@ -27,8 +28,7 @@ absl::StatusOr<uint32_t> ParseNumber(const std::string& text) {
   uint32_t number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error == std::errc() && end == text.data() + text.size()) return number;
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   "'" + text + "' is not a scene's number; they count from 0");
+  return InvalidArgument("'{}' is not a scene's number; they count from 0", text);
 }
 
 std::string Joined(std::vector<std::string> names) {
@@ -52,14 +52,12 @@ absl::StatusOr<v1::Scene> ReadArchivedScene(const std::string& dir, const std::s
   std::error_code error;
   const std::vector<std::string> variants = VariantsIn(dir);
   if (variants.empty()) {
-    return MakeError(absl::StatusCode::kNotFound, dir + ": no dataset (no recipes in it)");
+    return NotFound("{}: no dataset (no recipes in it)", dir);
   }
   if (std::find(variants.begin(), variants.end(), variant) == variants.end()) {
-    return MakeError(absl::StatusCode::kNotFound,
-                     dir + " has no variant '" + variant + "'; it has " + Joined(variants));
+    return NotFound("{} has no variant '{}'; it has {}", dir, variant, Joined(variants));
   }
-  char name[16];
-  std::snprintf(name, sizeof(name), "%06u.pb", number);
+  const std::string name = fmt::format("{:06}.pb", number);
   const fs::path scenes = fs::path(dir) / variant / "scenes";
   if (fs::exists(scenes / name, error)) return ReadSceneFile(scenes / name);
   std::vector<std::string> names;
@@ -67,10 +65,9 @@ absl::StatusOr<v1::Scene> ReadArchivedScene(const std::string& dir, const std::s
     if (entry.path().extension() == ".pb") names.push_back(entry.path().stem());
   }
   std::sort(names.begin(), names.end());
-  return MakeError(absl::StatusCode::kNotFound,
-                   dir + ": variant '" + variant + "' has no scene " + std::to_string(number) +
-                       "; it has " + std::to_string(names.size()) +
-                       (names.empty() ? "" : ", from " + names.front() + " to " + names.back()));
+  return NotFound("{}: variant '{}' has no scene {}; it has {}{}", dir, variant, number,
+                  names.size(),
+                  names.empty() ? "" : ", from " + names.front() + " to " + names.back());
 }
 
 // The coordinator's words for an unknown variant or scene would not know what there is.
@@ -80,9 +77,8 @@ absl::Status CheckVariant(const v1::StudyStatus& study, const std::string& varia
     if (status.name() == variant) return absl::OkStatus();
     known.push_back(status.name());
   }
-  return MakeError(absl::StatusCode::kNotFound, "study " + std::to_string(study.study_id()) + " (" +
-                                                    study.name() + ") has no variant '" + variant +
-                                                    "'; it has " + Joined(known));
+  return NotFound("study {} ({}) has no variant '{}'; it has {}", study.study_id(), study.name(),
+                  variant, Joined(known));
 }
 
 }  // namespace
@@ -91,9 +87,9 @@ absl::StatusOr<v1::Scene> LoadScene(const std::vector<std::string>& source,
                                     const Session& session) {
   if (source.size() == 1) return ReadSceneFile(source[0]);
   if (source.size() != 3) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "a recipe is named by a file, by DIR VARIANT SCENE of a dataset or by STUDY "
-                     "VARIANT SCENE of a coordinator");
+    return InvalidArgument(
+        "a recipe is named by a file, by DIR VARIANT SCENE of a dataset or by STUDY VARIANT SCENE "
+        "of a coordinator");
   }
   ASSIGN_OR_RETURN(const uint32_t number, ParseNumber(source[2]));
   std::error_code error;

@@ -1,26 +1,15 @@
 #include "coordinator/client/scene_text.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "coordinator/client/table.h"
 #include "coordinator/client/text.h"
 
 namespace parallax::client {
 namespace {
-
-std::string Fixed(double value, int decimals = 2) {
-  char buffer[48];
-  std::snprintf(buffer, sizeof buffer, "%.*f", decimals, value);
-  return buffer;
-}
-
-std::string Seed(uint64_t seed) {
-  char buffer[24];
-  std::snprintf(buffer, sizeof buffer, "%016llx", static_cast<unsigned long long>(seed));
-  return buffer;
-}
 
 std::string RoleName(v1::ObjectRole role) {
   return LowerName(v1::ObjectRole_Name(role), "OBJECT_ROLE_");
@@ -37,7 +26,7 @@ void Heading(const Terminal& terminal, const std::string& title) {
 void PrintSummary(const Terminal& terminal, const v1::Scene& scene,
                   const SceneDescription& description) {
   std::ostream& out = *terminal.stream;
-  out << terminal.Paint(Tone::kBold, "scene " + Seed(scene.scene_seed())) << "  "
+  out << terminal.Paint(Tone::kBold, fmt::format("scene {:016x}", scene.scene_seed())) << "  "
       << LowerName(v1::SceneType_Name(scene.type()), "SCENE_TYPE_") << "  generator version "
       << scene.generator_version() << "\n";
   for (const std::string& line : description.lines) out << line << "\n";
@@ -83,7 +72,7 @@ std::string MaterialNames(const v1::Scene& scene, const v1::SceneObject& object)
 void PrintObjects(const Terminal& terminal, const v1::Scene& scene,
                   const std::map<uint32_t, Extent>& extents,
                   const std::map<uint32_t, char>& symbols) {
-  Heading(terminal, "Objects (" + std::to_string(scene.objects_size()) + ")");
+  Heading(terminal, fmt::format("Objects ({})", scene.objects_size()));
   Table table({{"#", Align::kRight},
                {"PLAN"},
                {"NAME"},
@@ -97,9 +86,9 @@ void PrintObjects(const Terminal& terminal, const v1::Scene& scene,
     std::string centre, size;
     if (const auto found = extents.find(object.index()); found != extents.end()) {
       const Extent& e = found->second;
-      centre = Fixed((e.x0 + e.x1) / 2) + " " + Fixed((e.y0 + e.y1) / 2) + " " +
-               Fixed((e.z0 + e.z1) / 2);
-      size = Fixed(e.x1 - e.x0) + " " + Fixed(e.y1 - e.y0) + " " + Fixed(e.z1 - e.z0);
+      centre = fmt::format("{:.2f} {:.2f} {:.2f}", (e.x0 + e.x1) / 2, (e.y0 + e.y1) / 2,
+                           (e.z0 + e.z1) / 2);
+      size = fmt::format("{:.2f} {:.2f} {:.2f}", e.x1 - e.x0, e.y1 - e.y0, e.z1 - e.z0);
     }
     table.AddRow({std::to_string(object.index()),
                   symbol == symbols.end() ? "" : std::string(1, symbol->second), object.name(),
@@ -115,7 +104,7 @@ void PrintLights(const Terminal& terminal, const v1::Scene& scene) {
   out << "  sky x " << FormatNumber(scene.sky().strength());
   if (scene.sky().sun_strength() > 0) {
     out << ", sun x " << FormatNumber(scene.sky().sun_strength()) << " at "
-        << Fixed(scene.sky().sun_elevation_rad() * 180 / M_PI, 0) << " degrees";
+        << fmt::format("{:.0f} degrees", scene.sky().sun_elevation_rad() * 180 / M_PI);
   }
   out << "\n";
   for (const v1::Light& light : scene.lights()) {
@@ -124,8 +113,8 @@ void PrintLights(const Terminal& terminal, const v1::Scene& scene) {
     out << "  " << light.name() << ": " << LowerName(v1::Light::Kind_Name(light.kind()), "KIND_")
         << ", " << FormatNumber(power) << " W";
     if (light.kind() == v1::Light::KIND_POINT || light.kind() == v1::Light::KIND_SPOT) {
-      out << " at " << Fixed(light.position_m().x()) << " " << Fixed(light.position_m().y()) << " "
-          << Fixed(light.position_m().z());
+      out << fmt::format(" at {:.2f} {:.2f} {:.2f}", light.position_m().x(), light.position_m().y(),
+                         light.position_m().z());
     }
     out << "\n";
   }
@@ -133,7 +122,7 @@ void PrintLights(const Terminal& terminal, const v1::Scene& scene) {
 
 void PrintRigs(const Terminal& terminal, const v1::Scene& scene) {
   if (scene.rigs_size() == 0) return;
-  Heading(terminal, "Rigs (" + std::to_string(scene.rigs_size()) + ")");
+  Heading(terminal, fmt::format("Rigs ({})", scene.rigs_size()));
   Table table({{"RIG", Align::kRight},
                {"LEFT EYE m", Align::kRight},
                {"BASELINE m", Align::kRight},
@@ -143,10 +132,10 @@ void PrintRigs(const Terminal& terminal, const v1::Scene& scene) {
   for (const v1::Rig& rig : scene.rigs()) {
     const v1::Transform& pose = rig.world_from_left();
     table.AddRow({std::to_string(rig.index()),
-                  Fixed(pose.tx()) + " " + Fixed(pose.ty()) + " " + Fixed(pose.tz()),
-                  Fixed(rig.baseline_m(), 3), Fixed(rig.fx_px(), 1),
-                  std::to_string(rig.width_px()) + "x" + std::to_string(rig.height_px()),
-                  Fixed(rig.depth_std_m())});
+                  fmt::format("{:.2f} {:.2f} {:.2f}", pose.tx(), pose.ty(), pose.tz()),
+                  fmt::format("{:.3f}", rig.baseline_m()), fmt::format("{:.1f}", rig.fx_px()),
+                  fmt::format("{}x{}", rig.width_px(), rig.height_px()),
+                  fmt::format("{:.2f}", rig.depth_std_m())});
   }
   table.Print(terminal, 2);
 }

@@ -65,8 +65,7 @@ absl::Status StoreReader::Bring(const v1::FrameResult& frame) {
       bytes += piece;
     }
     if (Sha256Hex(bytes) != file.sha256()) {
-      return absl::DataLossError("store file " + path +
-                                 ": its content is not what its manifest says");
+      return DataLoss("store file {}: its content is not what its manifest says", path);
     }
     RETURN_IF_ERROR(WriteFile(folder_ + "/" + path, bytes, /*sync=*/true));
   }

@@ -73,8 +73,7 @@ absl::Status TakePicturesFromHere(StudyOptions& options) {
   std::error_code error;
   const std::filesystem::path dir = std::filesystem::canonical(*options.picture_dir, error);
   if (error || !std::filesystem::is_directory(dir, error)) {
-    return MakeError(absl::StatusCode::kNotFound,
-                     "--picture-dir: there is no folder " + *options.picture_dir);
+    return NotFound("--picture-dir: there is no folder {}", *options.picture_dir);
   }
   options.picture_dir = dir.relative_path().string();
   return absl::OkStatus();
@@ -82,8 +81,7 @@ absl::Status TakePicturesFromHere(StudyOptions& options) {
 
 absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
   if (options.pairs && options.scenes) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "--pairs and --scenes say the same thing twice; give one of them");
+    return InvalidArgument("--pairs and --scenes say the same thing twice; give one of them");
   }
   ASSIGN_OR_RETURN(v1::StudySpec study, LoadStudy(options.study));
   const struct {
@@ -95,9 +93,7 @@ absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
                    {"--samples", options.samples}};
   for (const auto& option : positives) {
     if (option.value && *option.value < 1) {
-      return MakeError(absl::StatusCode::kInvalidArgument, std::string(option.name) + ": " +
-                                                               std::to_string(*option.value) +
-                                                               " was given, at least 1 is needed");
+      return InvalidArgument("{}: {} was given, at least 1 is needed", option.name, *option.value);
     }
   }
   // The pairs that are held out follow from the rest; the options do not change their number.
@@ -139,16 +135,13 @@ absl::Status TakeHash(const absl::StatusOr<std::string>& seen, const std::string
                       const char* field, const char* command, std::string* sha256) {
   if (absl::IsNotFound(seen.status())) {
     if (!sha256->empty()) return absl::OkStatus();
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     std::string(ToStd(seen.status().message())) +
-                         ", as seen from here; where it is, `parallax config " + command +
-                         " DIR` tells what to write as " + field);
+    return InvalidArgument(
+        "{}, as seen from here; where it is, `parallax config {} DIR` tells what to write as {}",
+        seen.status().message(), command, field);
   }
   RETURN_IF_ERROR(seen.status());
   if (!sha256->empty() && *sha256 != *seen) {
-    return MakeError(
-        absl::StatusCode::kFailedPrecondition,
-        "the content of " + dir + " is not that of " + field + " (it is " + *seen + ")");
+    return FailedPrecondition("the content of {} is not that of {} (it is {})", dir, field, *seen);
   }
   *sha256 = *seen;
   return absl::OkStatus();

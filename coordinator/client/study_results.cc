@@ -1,5 +1,6 @@
 #include "coordinator/client/study_results.h"
 
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -69,9 +70,10 @@ absl::StatusOr<std::unique_ptr<StudyResults>> StudyResults::Open(const std::stri
     if (!study.has_train() && !study.has_evaluate()) break;
     if (std::find(std::begin(kFolders), std::end(kFolders), variant.name()) == std::end(kFolders))
       continue;
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     "variant '" + variant.name() + "': a study that trains keeps its results in " +
-                         out_dir + "/" + variant.name() + "; give the variant another name");
+    return FailedPrecondition(
+        "variant '{}': a study that trains keeps its results in {}/{}; give the variant another "
+        "name",
+        variant.name(), out_dir, variant.name());
   }
   const std::string trainer = study.train().trainer().empty() ? "builtin" : study.train().trainer();
   RETURN_IF_ERROR(CheckName("trainer", trainer));
@@ -86,8 +88,8 @@ absl::Status StudyResults::CatchUp(Connection& connection, int64_t study_id, boo
     if (!reply.ok()) return reply.status();
     if (reply->results().empty()) return absl::OkStatus();
     if (store_ == nullptr) {
-      ASSIGN_OR_RETURN(store_, StoreReader::Open(connection, out_dir_ + "/.results-" +
-                                                                 std::to_string(::getpid())));
+      ASSIGN_OR_RETURN(store_, StoreReader::Open(connection, fmt::format("{}/.results-{}", out_dir_,
+                                                                         ::getpid())));
     }
     for (const v1::JobResult& result : reply->results()) {
       RETURN_IF_ERROR(Add(result, only_scores));
@@ -115,8 +117,8 @@ absl::Status StudyResults::Add(const v1::JobResult& result, bool only_scores) {
 
 absl::Status StudyResults::AddTraining(const ResultName& name, const std::string& from,
                                        const v1::JobResult& result) {
-  const std::string dir = out_dir_ + "/training/" + name.set + "/" + trainer_ + "/seed-" +
-                          std::to_string(name.seed.value_or(0));
+  const std::string dir =
+      fmt::format("{}/training/{}/{}/seed-{}", out_dir_, name.set, trainer_, name.seed.value_or(0));
   RETURN_IF_ERROR(MakeFolder(dir));
   for (const v1::FileEntry& file : result.files()) {
     if (file.name() == "training.json") continue;
@@ -126,7 +128,7 @@ absl::Status StudyResults::AddTraining(const ResultName& name, const std::string
   // Sets with equal data share a training: the card says whose folder it stands in.
   ASSIGN_OR_RETURN(const std::string text, ReadFile(from + "/training.json"));
   Json card = Json::parse(text, nullptr, /*allow_exceptions=*/false);
-  if (!card.is_object()) return absl::DataLossError(from + "/training.json: not JSON");
+  if (!card.is_object()) return DataLoss("{}/training.json: not JSON", from);
   card["set"] = name.set;
   return WriteFileAtomically(dir + "/training.json", card.dump(2) + "\n");
 }
@@ -139,11 +141,11 @@ absl::Status StudyResults::AddScores(const ResultName& name, const std::string& 
   evaluation.run.trainer = trainer;
   evaluation.run.seed = name.seed;
   std::string file = name.benchmark + "." + name.set + "." + trainer;
-  if (name.seed) file += ".seed-" + std::to_string(*name.seed);
+  if (name.seed) file += fmt::format(".seed-{}", *name.seed);
   ++evaluations_;
   if (name.checkpoint < name.checkpoints) {
     RETURN_IF_ERROR(MakeFolder(out_dir_ + "/curves"));
-    file += "." + std::to_string(name.checkpoint) + "-of-" + std::to_string(name.checkpoints);
+    file += fmt::format(".{}-of-{}", name.checkpoint, name.checkpoints);
     return WriteFileAtomically(out_dir_ + "/curves/" + file + ".jsonl",
                                EncodeEvaluation(evaluation));
   }

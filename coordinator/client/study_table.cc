@@ -48,9 +48,9 @@ absl::StatusOr<std::vector<std::string>> WriteGroupErrors(
     }
   }
   if (files.empty()) {
-    return MakeError(absl::StatusCode::kNotFound,
-                     "no scores by class or material: they come from archives of Parallax "
-                     "(evaluate --on archive:DIR)");
+    return NotFound(
+        "no scores by class or material: they come from archives of Parallax (evaluate --on "
+        "archive:DIR)");
   }
   return files;
 }

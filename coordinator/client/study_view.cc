@@ -1,5 +1,7 @@
 #include "coordinator/client/study_view.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
@@ -229,14 +231,14 @@ std::vector<std::string> ProblemLines(const Terminal& terminal, const v1::StudyS
     }
     const std::string& state = group.problem->state();
     const bool final = state == "FAILED" || state == "QUARANTINED";
-    const std::string scene = group.problem->scene() == kNoScene
-                                  ? ""
-                                  : " scene " + std::to_string(group.problem->scene());
+    const std::string scene =
+        group.problem->scene() == kNoScene ? "" : fmt::format(" scene {}", group.problem->scene());
     lines.push_back(
-        terminal.Paint(final ? Tone::kBad : Tone::kWarning, LowerName(state)) + "  " +
-        group.variant + scene + " job " + std::to_string(group.problem->job_id()) +
-        (group.count > 1 ? " (and " + std::to_string(group.count - 1) + " like it)" : "") + ": " +
-        FirstLine(group.problem->error()));
+        fmt::format("{}  {}{} job {}{}: {}",
+                    terminal.Paint(final ? Tone::kBad : Tone::kWarning, LowerName(state)),
+                    group.variant, scene, group.problem->job_id(),
+                    group.count > 1 ? fmt::format(" (and {} like it)", group.count - 1) : "",
+                    FirstLine(group.problem->error())));
   }
   return lines;
 }

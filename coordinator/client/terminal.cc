@@ -1,5 +1,6 @@
 #include "coordinator/client/terminal.h"
 
+#include <fmt/core.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -133,7 +134,7 @@ std::string LiveBlock::EraseSequence() const {
   std::string sequence;
   if (!shown_.empty()) {
     // Moves to the first column of the block's first line and clears to the end of the screen.
-    sequence += "\r\x1b[" + std::to_string(shown_.size()) + "A\x1b[J";
+    sequence += fmt::format("\r\x1b[{}A\x1b[J", shown_.size());
   }
   return sequence;
 }

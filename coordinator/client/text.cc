@@ -1,33 +1,24 @@
 #include "coordinator/client/text.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <ctime>
 
 namespace parallax::client {
-namespace {
-
-template <typename... Args>
-std::string Format(const char* format, Args... args) {
-  char buffer[128];
-  std::snprintf(buffer, sizeof buffer, format, args...);
-  return buffer;
-}
-
-}  // namespace
 
 std::string FormatDuration(double seconds) {
   if (!std::isfinite(seconds) || seconds < 0) return "-";
-  if (seconds < 9.95) return Format("%.1f s", seconds);
-  const auto whole = static_cast<long long>(std::llround(seconds));
-  if (whole < 60) return Format("%lld s", whole);
-  if (whole < 3600) return Format("%lld:%02lld", whole / 60, whole % 60);
+  if (seconds < 9.95) return fmt::format("{:.1f} s", seconds);
+  const auto whole = std::llround(seconds);
+  if (whole < 60) return fmt::format("{} s", whole);
+  if (whole < 3600) return fmt::format("{}:{:02}", whole / 60, whole % 60);
   if (whole < 48 * 3600) {
-    return Format("%lld:%02lld:%02lld", whole / 3600, whole / 60 % 60, whole % 60);
+    return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
   }
-  return Format("%lld d %lld h", whole / 86400, whole / 3600 % 24);
+  return fmt::format("{} d {} h", whole / 86400, whole / 3600 % 24);
 }
 
 std::string FormatBytes(double bytes) {
@@ -37,7 +28,7 @@ std::string FormatBytes(double bytes) {
     bytes /= 1000;
     ++unit;
   }
-  return Format(unit > 0 && bytes < 9.95 ? "%.1f %s" : "%.0f %s", bytes, kUnits[unit]);
+  return fmt::format("{:.{}f} {}", bytes, unit > 0 && bytes < 9.95 ? 1 : 0, kUnits[unit]);
 }
 
 std::string FormatCount(int64_t count) {
@@ -54,7 +45,7 @@ std::string FormatNumber(double value) {
   if (size >= 999.5) return FormatCount(std::llround(value));
   if (size == 0) return "0";
   const int decimals = std::clamp(2 - static_cast<int>(std::floor(std::log10(size))), 0, 6);
-  return Format("%.*f", decimals, value);
+  return fmt::format("{:.{}f}", value, decimals);
 }
 
 std::string Plural(int64_t count, std::string_view singular, std::string_view plural) {

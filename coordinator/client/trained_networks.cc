@@ -40,9 +40,10 @@ absl::StatusOr<std::vector<std::string>> NetworksFor(const std::string& out_dir,
   }
   std::sort(networks.begin(), networks.end());
   if (!networks.empty()) return networks;
-  return MakeError(absl::StatusCode::kNotFound,
-                   "variant '" + variant + "': " + out_dir + "/training has no network of the " +
-                       "built-in trainer that was trained on it; name one with --checkpoint FILE");
+  return NotFound(
+      "variant '{}': {}/training has no network of the built-in trainer that was trained on it; "
+      "name one with --checkpoint FILE",
+      variant, out_dir);
 }
 
 }  // namespace parallax::client

@@ -1,6 +1,7 @@
 #include "coordinator/client/worker_pool.h"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -90,7 +91,7 @@ double WorkerPool::Now() const {
 }
 
 std::string WorkerPool::LogPath(int index) const {
-  return options_.log_dir + "/worker-" + std::to_string(index) + ".log";
+  return fmt::format("{}/worker-{}.log", options_.log_dir, index);
 }
 
 absl::Status WorkerPool::Start() {
@@ -142,11 +143,11 @@ absl::Status WorkerPool::OnExit(int index, int wait_status) {
   if (!hopeless && crashes_in_row_ < options_.most_crashes) return absl::OkStatus();
   std::string message =
       hopeless ? "the worker can't start: " + DescribeExit(wait_status)
-               : "workers keep crashing (" + std::to_string(crashes_in_row_) +
-                     " times without a result), the last time: " + DescribeExit(wait_status);
+               : fmt::format("workers keep crashing ({} times without a result), the last time: {}",
+                             crashes_in_row_, DescribeExit(wait_status));
   message += "; its log is " + LogPath(index);
   for (const std::string& line : LogTail(10)) message += "\n  | " + line;
-  return MakeError(absl::StatusCode::kInternal, message);
+  return Internal("{}", message);
 }
 
 absl::Status WorkerPool::Poll(int64_t results) {
@@ -233,9 +234,10 @@ absl::StatusOr<std::string> FindWorkerBinary() {
   const fs::path self = fs::read_symlink("/proc/self/exe", error);
   const std::string beside = self.parent_path() / "worker";
   if (access(beside.c_str(), X_OK) == 0) return beside;
-  return MakeError(absl::StatusCode::kNotFound,
-                   "the program `worker` was not found beside this one (" + beside +
-                       "); build it, or name it with $PARALLAX_WORKER");
+  return NotFound(
+      "the program `worker` was not found beside this one ({}); build it, or name it with "
+      "$PARALLAX_WORKER",
+      beside);
 }
 
 }  // namespace parallax::client

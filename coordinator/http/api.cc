@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/names.h"
+#include "common/base/status.h"
 
 namespace parallax {
 
@@ -36,7 +37,7 @@ absl::StatusOr<int64_t> NumberOf(const WebRequest& request, size_t part) {
   int64_t number = 0;
   const auto end = std::from_chars(text.data(), text.data() + text.size(), number);
   if (end.ec == std::errc() && end.ptr == text.data() + text.size()) return number;
-  return absl::InvalidArgumentError("no number: " + Quoted(text));
+  return InvalidArgument("no number: {}", Quoted(text));
 }
 
 absl::StatusOr<int64_t> NumberIn(const WebRequest& request, const std::string& name,
@@ -50,8 +51,7 @@ absl::StatusOr<int64_t> NumberIn(const WebRequest& request, const std::string& n
       number <= most) {
     return number;
   }
-  return absl::InvalidArgumentError(name + "=" + Quoted(text) + ": wanted " +
-                                    std::to_string(least) + " to " + std::to_string(most));
+  return InvalidArgument("{}={}: wanted {} to {}", name, Quoted(text), least, most);
 }
 
 absl::StatusOr<int64_t> WholeNumberIn(const WebRequest& request, const std::string& name,
@@ -60,18 +60,17 @@ absl::StatusOr<int64_t> WholeNumberIn(const WebRequest& request, const std::stri
   const bool there = body.is_object() && body.contains(name) && body[name].is_number_integer();
   const auto number = there ? body[name].get<int64_t>() : least - 1;
   if (number >= least && number <= most) return number;
-  return absl::InvalidArgumentError(name + ": wanted a whole number from " + std::to_string(least) +
-                                    " to " + std::to_string(most));
+  return InvalidArgument("{}: wanted a whole number from {} to {}", name, least, most);
 }
 
 absl::StatusOr<std::string> TextIn(const WebRequest& request, const std::string& name,
                                    size_t most) {
   if (request.body.empty()) return "";
   const auto body = nlohmann::json::parse(request.body, nullptr, /*allow_exceptions=*/false);
-  if (!body.is_object()) return absl::InvalidArgumentError("the body is no JSON object");
+  if (!body.is_object()) return InvalidArgument("the body is no JSON object");
   const auto found = body.find(name);
   if (found == body.end()) return "";
-  if (!found->is_string()) return absl::InvalidArgumentError(name + ": wanted a text");
+  if (!found->is_string()) return InvalidArgument("{}: wanted a text", name);
   const std::string text = found->get<std::string>();
   RETURN_IF_ERROR(CheckPlainText(name, text, most));
   return text;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "common/base/status.h"
 #include "coordinator/http/api.h"
 #include "coordinator/http/api_json.h"
 #include "coordinator/queue/job_queue.h"
@@ -27,7 +28,7 @@ absl::StatusOr<std::string> FileOf(const PublishedPair& pair, const std::string&
   if (std::any_of(files.begin(), files.end(), [&](const auto& f) { return f.name() == name; })) {
     return pair.frame.path() + "/" + name;
   }
-  return absl::NotFoundError("pair " + std::to_string(pair.number) + " has no " + name);
+  return NotFound("pair {} has no {}", pair.number, name);
 }
 
 WebReply Kept(const char* type, std::string bytes) {
@@ -82,7 +83,7 @@ Reply Recipe(ApiParts& parts, const WebRequest& request) {
   options.add_whitespace = true;
   options.preserve_proto_field_names = true;
   if (!google::protobuf::util::MessageToJsonString(scene, &json, options).ok()) {
-    return absl::InternalError("this recipe has no JSON form");
+    return Internal("this recipe has no JSON form");
   }
   return Kept("application/json", std::move(json));
 }

@@ -1,5 +1,6 @@
 // Routes that sign a caller in and out: sessions and one-time links.
 #include "common/base/secret.h"
+#include "common/base/status.h"
 #include "coordinator/http/api.h"
 #include "coordinator/http/api_json.h"
 
@@ -34,7 +35,7 @@ absl::StatusOr<WebReply> OpenSession(ApiParts& parts, const WebRequest& request)
   } else if (!parts.token.empty() && SameSecret(token, parts.token)) {
     ASSIGN_OR_RETURN(session, parts.sessions.Open(TokenCaller()));
   } else {
-    return absl::UnauthenticatedError("this is not the token of the coordinator's http.token");
+    return Unauthenticated("this is not the token of the coordinator's http.token");
   }
   WebReply reply = JsonReply("{}\n");
   reply.headers.emplace_back("Set-Cookie", CookieHeader(parts, session));
@@ -51,7 +52,7 @@ absl::StatusOr<WebReply> EndSession(ApiParts& parts, const WebRequest& request) 
 // Only who shows a certificate or the token itself: a session can't prolong itself.
 absl::StatusOr<WebReply> NewLink(ApiParts& parts, const WebRequest& request) {
   if (!request.caller.session.empty()) {
-    return absl::PermissionDeniedError("a session makes no links; `parallax page` does");
+    return PermissionDenied("a session makes no links; `parallax page` does");
   }
   ASSIGN_OR_RETURN(const std::string code,
                    parts.sessions.NewCode(request.caller.rpc, kLinkValid_s));

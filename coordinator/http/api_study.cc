@@ -1,7 +1,10 @@
 // A study: progress, problems, pairs, scores, jobs; and what may be done with it.
+#include <fmt/core.h>
+
 #include <charconv>
 
 #include "common/base/names.h"
+#include "common/base/status.h"
 #include "common/config/limit_rules.h"
 #include "coordinator/http/api.h"
 #include "coordinator/http/api_json.h"
@@ -88,7 +91,7 @@ Reply Scores(ApiParts& parts, const WebRequest& request) {
 
 // Where a page of jobs ends, "STATE:ID", and how the next one is asked for.
 std::string EndOfPage(const v1::JobStatus& last) {
-  return last.state() + ":" + std::to_string(last.job_id());
+  return fmt::format("{}:{}", last.state(), last.job_id());
 }
 absl::Status GoOnBehind(const std::string& text, v1::ListJobsRequest& asked) {
   const size_t colon = std::min(text.find(':'), text.size());
@@ -96,7 +99,7 @@ absl::Status GoOnBehind(const std::string& text, v1::ListJobsRequest& asked) {
   const char* const end = text.data() + text.size();
   const auto number = std::from_chars(text.data() + std::min(colon + 1, text.size()), end, job);
   if (colon == 0 || number.ec != std::errc() || number.ptr != end || job <= 0) {
-    return absl::InvalidArgumentError("after=" + Quoted(text) + ": wanted STATE:ID, as in `next`");
+    return InvalidArgument("after={}: wanted STATE:ID, as in `next`", Quoted(text));
   }
   asked.set_after_state(text.substr(0, colon));
   asked.set_after_job(job);

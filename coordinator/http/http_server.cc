@@ -1,5 +1,6 @@
 #include "coordinator/http/http_server.h"
 
+#include <fmt/core.h>
 #include <httplib.h>
 
 #include <algorithm>
@@ -64,7 +65,7 @@ class HttpServerImpl final : public HttpServer {
   absl::Status Listen() {
     ASSIGN_OR_RETURN(address_, ParseRpcAddress(options_.listen));
     if (address_.is_unix()) {
-      return absl::InvalidArgumentError("HTTP listens on HOST:PORT, not on " + options_.listen);
+      return InvalidArgument("HTTP listens on HOST:PORT, not on {}", options_.listen);
     }
     RETURN_IF_ERROR(CheckRpcSecurity(address_, options_.security));
     if (!address_.is_local() && options_.security.tls != nullptr) RETURN_IF_ERROR(UseTls());
@@ -127,20 +128,19 @@ class HttpServerImpl final : public HttpServer {
     const std::string& dir = options_.security.tls->dir;
     const auto token = ReadFile(dir + "/http.token", 4096);
     if (!token.ok()) {
-      return absl::FailedPreconditionError(
-          std::string(ToStd(token.status().message())) +
-          "; the page on another address than loopback needs a token there, as "
-          "`coordinator init` makes it");
+      return FailedPrecondition(
+          "{}; the page on another address than loopback needs a token there, as `coordinator "
+          "init` makes it",
+          token.status().message());
     }
     token_ = token->substr(0, token->find_last_not_of(" \r\n") + 1);
     if (token_.size() < kShortestToken) {
-      return absl::FailedPreconditionError(dir + "/http.token: shorter than " +
-                                           std::to_string(kShortestToken) + " characters");
+      return FailedPrecondition("{}/http.token: shorter than {} characters", dir, kShortestToken);
     }
     auto server = std::make_unique<httplib::SSLServer>(
         [&dir](SSL_CTX& context) { return SetUpTls(dir, context); });
     if (!server->is_valid()) {
-      return absl::FailedPreconditionError(dir + ": tls.crt and tls.key can't be used for HTTPS");
+      return FailedPrecondition("{}: tls.crt and tls.key can't be used for HTTPS", dir);
     }
     http_ = std::move(server);
     is_tls_ = true;
@@ -150,8 +150,8 @@ class HttpServerImpl final : public HttpServer {
   absl::Status BindError() const {
     const int error = errno;
     const std::string what = "cannot listen on http " + options_.listen;
-    if (error == EADDRINUSE) return absl::AlreadyExistsError(what + ": address already in use");
-    if (error == 0) return absl::NotFoundError(what + ": no such address on this machine");
+    if (error == EADDRINUSE) return AlreadyExists("{}: address already in use", what);
+    if (error == 0) return NotFound("{}: no such address on this machine", what);
     return ErrnoError(error, what);
   }
 
@@ -189,18 +189,17 @@ class HttpServerImpl final : public HttpServer {
     if (std::string_view(route.method) != "POST") return absl::OkStatus();
     const std::string site = request.get_header_value("Sec-Fetch-Site");
     if (!site.empty() && site != "same-origin") {
-      return absl::PermissionDeniedError("a page of another site may change nothing here");
+      return PermissionDenied("a page of another site may change nothing here");
     }
     if (route.access == WebAccess::kAnybody) return absl::OkStatus();
     if (SameSecret(request.get_header_value(kCsrfHeader), caller->csrf)) return absl::OkStatus();
-    return absl::PermissionDeniedError(std::string("the header ") + kCsrfHeader +
-                                       " must say what /api/v1/me calls csrf");
+    return PermissionDenied("the header {} must say what /api/v1/me calls csrf", kCsrfHeader);
   }
 
   // ---- Routes
   void Route() {
     parts_.emplace(ApiParts{queue_, server_, sampler_, *reader_, pictures_, sessions_, token_,
-                            "parallax_" + std::to_string(address_.port), is_tls_});
+                            fmt::format("parallax_{}", address_.port), is_tls_});
     routes_ = ApiRoutes(*parts_);
     http_->set_default_headers({{"X-Content-Type-Options", "nosniff"},
                                 {"Referrer-Policy", "no-referrer"},
@@ -234,8 +233,7 @@ class HttpServerImpl final : public HttpServer {
   // Strangers come no further than to what is open to anybody, also on paths that are no route.
   Handled Gate(const Request& request, Response& response) {
     if (!is_tls_ && address_.is_local() && !IsLoopbackHost(request.get_header_value("Host"))) {
-      Send(ErrorReply(absl::PermissionDeniedError("this port is for names of this machine only")),
-           response);
+      Send(ErrorReply(PermissionDenied("this port is for names of this machine only")), response);
       return Handled::Handled;
     }
     const bool open =
@@ -289,8 +287,7 @@ class HttpServerImpl final : public HttpServer {
   void Stream(const std::string& session, Response& response) {
     if (streams_.fetch_add(1) >= kMostStreams) {
       streams_.fetch_sub(1);
-      return Send(ErrorReply(absl::UnavailableError("too many watch already; ask now and then")),
-                  response);
+      return Send(ErrorReply(Unavailable("too many watch already; ask now and then")), response);
     }
     response.set_header("Cache-Control", "no-store");
     struct State {

@@ -1,7 +1,8 @@
 #include "coordinator/http/metrics_text.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <limits>
 #include <map>
 
@@ -9,12 +10,6 @@ namespace parallax {
 namespace {
 
 using Labels = std::vector<std::pair<std::string, std::string>>;
-
-std::string NumberText(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.10g", value);
-  return text;
-}
 
 class Writer {
  public:
@@ -28,7 +23,7 @@ class Writer {
       text_ +=
           (i == 0 ? "{" : ",") + labels[i].first + "=\"" + EscapeLabel(labels[i].second) + "\"";
     }
-    text_ += (labels.empty() ? " " : "} ") + NumberText(value) + "\n";
+    text_ += fmt::format("{}{:.10g}\n", labels.empty() ? " " : "} ", value);
   }
   void One(const std::string& name, const char* type, const char* help, double value) {
     Head(name, type, help);
@@ -45,7 +40,8 @@ void WriteHistogram(const std::string& name, const char* help, const std::vector
                     const std::vector<Count>& counts, double sum, Writer& out) {
   out.Head(name, "histogram", help);
   for (size_t i = 0; i < counts.size(); ++i) {
-    out.Sample(name + "_bucket", {{"le", i < bounds.size() ? NumberText(bounds[i]) : "+Inf"}},
+    out.Sample(name + "_bucket",
+               {{"le", i < bounds.size() ? fmt::format("{:.10g}", bounds[i]) : "+Inf"}},
                static_cast<double>(counts[i]));
   }
   out.Sample(name + "_sum", {}, sum);

@@ -1,5 +1,6 @@
 #include "coordinator/http/page_link.h"
 
+#include <fmt/core.h>
 #include <httplib.h>
 
 #include <nlohmann/json.hpp>
@@ -15,20 +16,19 @@ constexpr int kTimeout_s = 10;
 absl::StatusOr<std::string> TextOf(const httplib::Result& answer, const char* name,
                                    const std::string& address) {
   if (!answer) {
-    return absl::UnavailableError("no page at https://" + address +
-                                  "/: " + httplib::to_string(answer.error()) +
-                                  " (is it the coordinator's --http address, and is the "
-                                  "certificate of the same farm?)");
+    return Unavailable(
+        "no page at https://{}/: {} (is it the coordinator's --http address, and is the "
+        "certificate of the same farm?)",
+        address, httplib::to_string(answer.error()));
   }
   const auto json = nlohmann::json::parse(answer->body, nullptr, /*allow_exceptions=*/false);
   if (answer->status == 200 && json.is_object()) {
     const auto found = json.find(name);
     if (found != json.end() && found->is_string()) return found->get<std::string>();
   }
-  std::string why = "status " + std::to_string(answer->status);
+  std::string why = fmt::format("status {}", answer->status);
   if (json.is_object() && json.contains("error")) why = json["error"].value("message", why);
-  return absl::FailedPreconditionError("the page at https://" + address +
-                                       "/ gives no link: " + why);
+  return FailedPrecondition("the page at https://{}/ gives no link: {}", address, why);
 }
 
 }  // namespace
@@ -37,7 +37,7 @@ absl::StatusOr<std::string> AskForPageLink(const std::string& address,
                                            const TlsIdentity& identity) {
   ASSIGN_OR_RETURN(const RpcAddress parsed, ParseRpcAddress(address));
   if (parsed.is_unix() || parsed.port == 0) {
-    return absl::InvalidArgumentError("the page is at HOST:PORT, not at " + address);
+    return InvalidArgument("the page is at HOST:PORT, not at {}", address);
   }
   httplib::SSLClient client(parsed.host, parsed.port, identity.dir + "/tls.crt",
                             identity.dir + "/tls.key");

@@ -1,5 +1,7 @@
 #include "coordinator/http/pictures.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <bit>
 #include <cstring>
@@ -86,12 +88,12 @@ Pictures::Pictures(const Store* store, size_t cache_bytes)
     : store_(store), cache_bytes_(cache_bytes) {}
 
 absl::StatusOr<std::string> Pictures::File(const std::string& path) const {
-  if (store_ == nullptr) return absl::NotFoundError("this coordinator shows no files");
+  if (store_ == nullptr) return NotFound("this coordinator shows no files");
   return store_->Get(path);
 }
 
 absl::StatusOr<std::string> Pictures::Jpeg(const std::string& path, int width_px) {
-  const std::string key = path + "?" + std::to_string(width_px);
+  const std::string key = fmt::format("{}?{}", path, width_px);
   if (std::string kept = Cached(key); !kept.empty()) return kept;
   ASSIGN_OR_RETURN(const std::string file, File(path));
   const Turn turn(*this);

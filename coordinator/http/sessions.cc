@@ -39,8 +39,7 @@ absl::StatusOr<std::string> Sessions::Redeem(const std::string& code) {
     std::lock_guard lock(mu_);
     const auto found = codes_.find(Sha256Hex(code));
     if (found == codes_.end() || found->second.until_s <= Now()) {
-      return absl::UnauthenticatedError(
-          "this link was used already, or is too old: ask for another");
+      return Unauthenticated("this link was used already, or is too old: ask for another");
     }
     caller = found->second.caller;
     codes_.erase(found);

@@ -46,7 +46,7 @@ WebReply ErrorReply(const absl::Status& status) {
 absl::Status CheckWebAccess(const WebRoute& route, const WebCaller* caller) {
   if (route.access == WebAccess::kAnybody) return absl::OkStatus();
   if (caller == nullptr) {
-    return absl::UnauthenticatedError(
+    return Unauthenticated(
         "who are you? A client certificate, the token of the coordinator's http.token, or a link "
         "of `parallax page` is needed");
   }

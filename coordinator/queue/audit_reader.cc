@@ -1,5 +1,6 @@
 // Reads the audit table for clients. JobStore::Audit writes its rows, each in the transaction of
 // the change that it records.
+#include "common/base/status.h"
 #include "coordinator/queue/readers.h"
 
 namespace parallax {
@@ -46,7 +47,7 @@ absl::StatusOr<std::string> Readers::SubmitterOf(int64_t study) {
       return absl::OkStatus();
     }
     RETURN_IF_ERROR(query.status());
-    return absl::NotFoundError("there is no study " + std::to_string(study));
+    return NotFound("there is no study {}", study);
   }));
   return actor;
 }

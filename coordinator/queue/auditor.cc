@@ -1,5 +1,7 @@
 #include "coordinator/queue/auditor.h"
 
+#include <fmt/core.h>
+
 #include "coordinator/study/rigs.h"
 
 namespace parallax {
@@ -224,8 +226,7 @@ absl::Status CheckFile(SqliteConnection& db, Violations& out) {
   RETURN_IF_ERROR(integrity.status());
   SqliteQuery keys(db, "PRAGMA foreign_key_check");
   while (keys.Next()) {
-    out.push_back("foreign key: table " + std::string(keys.Text(0)) + " row " +
-                  std::to_string(keys.Int(1)));
+    out.push_back(fmt::format("foreign key: table {} row {}", keys.Text(0), keys.Int(1)));
   }
   return keys.status();
 }
@@ -246,7 +247,7 @@ absl::Status CheckRigs(SqliteConnection& db, Violations& out) {
                                   jobs.Int(1), jobs.Int(2), (*rigs)[i]));
       all = found.has_value();
     }
-    if (!all) out.push_back("a job has all its frames: not " + std::to_string(jobs.Int(0)));
+    if (!all) out.push_back(fmt::format("a job has all its frames: not {}", jobs.Int(0)));
   }
   return jobs.status();
 }

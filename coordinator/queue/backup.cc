@@ -1,6 +1,7 @@
 #include "coordinator/queue/backup.h"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <sqlite3.h>
 #include <unistd.h>
 
@@ -15,15 +16,14 @@ absl::Status CopyDatabase(SqliteConnection& source, const std::string& path) {
                    SqliteConnection::Open(path, SqliteConnection::Mode::kReadWriteCreate));
   sqlite3_backup* backup = sqlite3_backup_init(target->raw(), "main", source.raw(), "main");
   if (backup == nullptr) {
-    return MakeError(absl::StatusCode::kInternal,
-                     std::string("backup: ") + sqlite3_errmsg(target->raw()));
+    return Internal("backup: {}", sqlite3_errmsg(target->raw()));
   }
   sqlite3_backup_step(backup, -1);
   const int code = sqlite3_backup_finish(backup);
   if (code == SQLITE_OK) return absl::OkStatus();
   return MakeError((code & 0xff) == SQLITE_FULL ? absl::StatusCode::kResourceExhausted
                                                 : absl::StatusCode::kUnavailable,
-                   "backup to " + path + ": " + sqlite3_errstr(code));
+                   fmt::format("backup to {}: {}", path, sqlite3_errstr(code)));
 }
 
 absl::Status SyncFile(const std::string& path) {
@@ -39,7 +39,7 @@ absl::Status SyncFile(const std::string& path) {
 
 absl::Status BackUp(SqliteConnection& db, const std::string& path) {
   if (std::filesystem::exists(path)) {
-    return MakeError(absl::StatusCode::kAlreadyExists, "backup " + path + ": exists already");
+    return AlreadyExists("backup {}: exists already", path);
   }
   const std::string temporary = path + ".partial";
   std::error_code ignored;

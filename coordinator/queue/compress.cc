@@ -34,13 +34,12 @@ std::string Compress(std::string_view bytes) {
 
 absl::StatusOr<std::string> Decompress(std::string_view bytes) {
   const unsigned long long size = ZSTD_getFrameContentSize(bytes.data(), bytes.size());
-  if (size > kMaxStoredBytes)
-    return MakeError(absl::StatusCode::kDataLoss, "not a zstd frame of ours");
+  if (size > kMaxStoredBytes) return DataLoss("not a zstd frame of ours");
   std::string out(static_cast<size_t>(size), '\0');
   const size_t got =
       ZSTD_decompressDCtx(Decompressor(), out.data(), out.size(), bytes.data(), bytes.size());
   if (ZSTD_isError(got) || got != out.size()) {
-    return MakeError(absl::StatusCode::kDataLoss, "broken zstd frame");
+    return DataLoss("broken zstd frame");
   }
   return out;
 }
@@ -52,7 +51,7 @@ std::string PackMessage(const google::protobuf::MessageLite& message) {
 absl::Status UnpackMessage(std::string_view packed, google::protobuf::MessageLite& message) {
   ASSIGN_OR_RETURN(const std::string bytes, Decompress(packed));
   if (message.ParseFromString(bytes)) return absl::OkStatus();
-  return MakeError(absl::StatusCode::kDataLoss, "a stored message does not parse");
+  return DataLoss("a stored message does not parse");
 }
 
 }  // namespace parallax

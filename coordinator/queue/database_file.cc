@@ -26,8 +26,7 @@ std::string HolderOf(int fd) {
 absl::Status AssertPragma(SqliteConnection& db, const char* sql, std::string_view wanted) {
   ASSIGN_OR_RETURN(const std::string seen, db.Text(sql));
   if (seen == wanted) return absl::OkStatus();
-  return MakeError(absl::StatusCode::kInternal,
-                   std::string(sql) + ": " + seen + ", wanted " + std::string(wanted));
+  return Internal("{}: {}, wanted {}", sql, seen, wanted);
 }
 
 absl::Status Configure(SqliteConnection& db, bool writer) {
@@ -58,9 +57,8 @@ absl::StatusOr<std::unique_ptr<DatabaseLock>> DatabaseLock::Acquire(const std::s
   std::unique_ptr<DatabaseLock> lock(new DatabaseLock(fd));
   if (flock(fd, LOCK_EX | LOCK_NB) != 0) {
     if (errno != EWOULDBLOCK) return ErrnoError(errno, "lock " + path);
-    return MakeError(
-        absl::StatusCode::kFailedPrecondition,
-        "database " + db_path + " is open in another coordinator (process " + HolderOf(fd) + ")");
+    return FailedPrecondition("database {} is open in another coordinator (process {})", db_path,
+                              HolderOf(fd));
   }
   const std::string holder = std::to_string(getpid());
   if (ftruncate(fd, 0) != 0 || pwrite(fd, holder.data(), holder.size(), 0) < 0) {
@@ -91,9 +89,10 @@ absl::Status CheckLocalFileSystem(const std::string& db_path) {
   const std::string folder = FolderOf(db_path);
   if (statfs(folder.c_str(), &fs) != 0) return ErrnoError(errno, "database folder " + folder);
   if (const char* name = NetworkFileSystem(fs.f_type)) {
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     "database " + db_path + " is on a network file system (" + name +
-                         "), whose locks can't be relied on; put it on a local disk");
+    return FailedPrecondition(
+        "database {} is on a network file system ({}), whose locks can't be relied on; put it on a "
+        "local disk",
+        db_path, name);
   }
   return absl::OkStatus();
 }

@@ -12,16 +12,14 @@ namespace parallax {
 
 absl::StatusOr<std::vector<std::string>> AuditDatabaseFile(const std::string& db_path) {
   if (!std::filesystem::exists(db_path)) {
-    return MakeError(absl::StatusCode::kNotFound, "database " + db_path + ": no such file");
+    return NotFound("database {}: no such file", db_path);
   }
   ASSIGN_OR_RETURN(const auto lock, DatabaseLock::Acquire(db_path));
   ASSIGN_OR_RETURN(const auto db, OpenWriter(db_path, ""));
   ASSIGN_OR_RETURN(const auto version, db->Integer("PRAGMA user_version"));
   if (version.value_or(0) != NewestSchemaVersion()) {
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     "database " + db_path + " has schema version " +
-                         std::to_string(version.value_or(0)) + ", this program checks version " +
-                         std::to_string(NewestSchemaVersion()));
+    return FailedPrecondition("database {} has schema version {}, this program checks version {}",
+                              db_path, version.value_or(0), NewestSchemaVersion());
   }
   return AuditDatabase(*db, KindRegistry::Builtin());
 }
@@ -44,7 +42,7 @@ absl::Status VisitStoredOutputs(
 
 absl::Status BackUpFile(const std::string& db_path, const std::string& path) {
   if (!std::filesystem::exists(db_path)) {
-    return MakeError(absl::StatusCode::kNotFound, "database " + db_path + ": no such file");
+    return NotFound("database {}: no such file", db_path);
   }
   ASSIGN_OR_RETURN(const auto db, OpenReader(db_path, ""));
   return BackUp(*db, path);

@@ -1,5 +1,7 @@
 #include "coordinator/queue/job_kind.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -61,7 +63,7 @@ absl::Status JobKind::Audit(SqliteConnection&, std::vector<std::string>&) const 
 }
 
 KindRegistry::KindRegistry(std::vector<const JobKind*> kinds) : kinds_(std::move(kinds)) {
-  if (kinds_.size() > kMostKinds) Die("more than " + std::to_string(kMostKinds));
+  if (kinds_.size() > kMostKinds) Die(fmt::format("more than {}", kMostKinds));
   int beginning = 0;
   for (size_t i = 0; i < kinds_.size(); ++i) {
     const std::string& name = kinds_[i]->name();
@@ -71,7 +73,7 @@ KindRegistry::KindRegistry(std::vector<const JobKind*> kinds) : kinds_(std::move
     ++beginning;
     begins_scenes_ = KindId{static_cast<uint8_t>(i)};
   }
-  if (beginning != 1) Die(std::to_string(beginning) + " begin scenes, wanted one");
+  if (beginning != 1) Die(fmt::format("{} begin scenes, wanted one", beginning));
 }
 
 KindRegistry KindRegistry::With(const JobKind& more) const {
@@ -91,9 +93,7 @@ absl::StatusOr<KindId> KindRegistry::IdOf(std::string_view name) const {
   if (const auto id = Find(name)) return *id;
   std::string known;
   for (const JobKind* kind : kinds_) known += (known.empty() ? "" : ", ") + kind->name();
-  return MakeError(
-      absl::StatusCode::kNotFound,
-      "unknown kind of job '" + std::string(name.substr(0, 40)) + "'; there are: " + known);
+  return NotFound("unknown kind of job '{}'; there are: {}", name.substr(0, 40), known);
 }
 
 std::vector<std::string> KindRegistry::Names() const {

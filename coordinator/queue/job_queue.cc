@@ -38,7 +38,7 @@ class JobQueue::Impl {
   // Runs a command on the writing thread and waits for its commit.
   template <typename T>
   absl::StatusOr<T> Do(const char* name, std::function<absl::StatusOr<T>()> apply) {
-    absl::StatusOr<T> result = absl::UnknownError("not run");
+    absl::StatusOr<T> result = Unknown("not run");
     std::binary_semaphore answered(0);
     writer_->Enqueue({name,
                       [&] {
@@ -88,7 +88,7 @@ class JobQueue::Impl {
   }
   static absl::StatusOr<v1::ReportOutcome> OutcomeOf(const Machine::Verdict& verdict) {
     if (verdict.invalid.empty()) return verdict.outcome;
-    return MakeError(absl::StatusCode::kInvalidArgument, verdict.invalid);
+    return InvalidArgument("{}", verdict.invalid);
   }
 
   absl::Status TickNow() {

@@ -1,9 +1,12 @@
 // Reads jobs for clients and the page: lists by state, attempts, running jobs.
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <map>
 #include <set>
 #include <utility>
 
+#include "common/base/status.h"
 #include "coordinator/queue/reader_rows.h"
 #include "coordinator/queue/readers.h"
 #include "coordinator/study/rigs.h"
@@ -86,7 +89,7 @@ absl::StatusOr<JobPlace> PlaceBehind(SqliteConnection& db, int64_t job) {
     }
     RETURN_IF_ERROR(query.status());
   }
-  return NoSuch("job " + std::to_string(job) + ", behind which the list is to go on");
+  return NoSuch(fmt::format("job {}, behind which the list is to go on", job));
 }
 
 // A study's variants have ids in a row: it was submitted in one transaction.
@@ -158,8 +161,7 @@ absl::StatusOr<JobState> ListedState(const std::string& name) {
   if (known) return *known;
   std::string all;
   for (const char* one : kJobStateNames) all += std::string(all.empty() ? "" : ", ") + one;
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   "state '" + name + "': wanted one of " + all);
+  return InvalidArgument("state '{}': wanted one of {}", name, all);
 }
 
 absl::StatusOr<std::vector<JobState>> ListedStates(const v1::ListJobsRequest& request) {
@@ -176,9 +178,9 @@ absl::StatusOr<std::vector<JobState>> ListedStates(const v1::ListJobsRequest& re
   ASSIGN_OR_RETURN(const JobState after, ListedState(request.after_state()));
   const auto at = std::find(states.begin(), states.end(), after);
   if (at == states.end()) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "the page before ended with a job in state " + request.after_state() +
-                         ", which is not in a list of " + request.state());
+    return InvalidArgument(
+        "the page before ended with a job in state {}, which is not in a list of {}",
+        request.after_state(), request.state());
   }
   states.erase(states.begin(), at);
   return states;
@@ -268,7 +270,7 @@ absl::StatusOr<v1::ListAttemptsReply> Readers::ListAttempts(int64_t job) {
       SqliteQuery query(db, sql, job);
       RETURN_IF_ERROR(AddJobs(query, kinds_, jobs));
     }
-    if (jobs.empty()) return NoSuch("job " + std::to_string(job));
+    if (jobs.empty()) return NoSuch(fmt::format("job {}", job));
     *reply.mutable_job() = std::move(jobs.front());
     reply.mutable_job()->clear_log_tail();  // The attempts have theirs.
     RETURN_IF_ERROR(AddLastAttempt(db, job, reply));

@@ -67,10 +67,9 @@ absl::StatusOr<JobRow> JobRowOf(const SqliteQuery& query, const KindRegistry& ki
   const std::optional<KindId> kind = kinds.Find(query.Text(3));
   const std::optional<JobState> state = JobStateOf(query.Text(8));
   if (!kind || !state) {
-    return MakeError(absl::StatusCode::kDataLoss, "database: job " + std::to_string(row.id) +
-                                                      " is of kind '" + std::string(query.Text(3)) +
-                                                      "' in state '" + std::string(query.Text(8)) +
-                                                      "', which this program does not know");
+    return DataLoss(
+        "database: job {} is of kind '{}' in state '{}', which this program does not know", row.id,
+        query.Text(3), query.Text(8));
   }
   row.kind = *kind;
   row.ordinal = static_cast<uint32_t>(query.Int(4));
@@ -225,9 +224,7 @@ WHERE j.id = ?1 ORDER BY n.generation DESC LIMIT 1)sql",
 absl::Status JobStore::Moved(const absl::Status& status, int64_t id, JobState to) {
   RETURN_IF_ERROR(status);
   if (db_.changes() == 1) return absl::OkStatus();
-  return MakeError(
-      absl::StatusCode::kInternal,
-      "job " + std::to_string(id) + ": was not where a move to " + NameOf(to) + " begins");
+  return Internal("job {}: was not where a move to {} begins", id, NameOf(to));
 }
 
 absl::Status JobStore::MoveToLeased(const JobRow& row, uint64_t fence, const std::string& worker,
@@ -381,8 +378,7 @@ absl::StatusOr<SceneRow> JobStore::FindScene(int64_t variant, uint32_t ordinal) 
                     variant, ordinal);
   if (!query.Next()) {
     RETURN_IF_ERROR(query.status());
-    return MakeError(absl::StatusCode::kNotFound, "variant " + std::to_string(variant) +
-                                                      ": no scene " + std::to_string(ordinal));
+    return NotFound("variant {}: no scene {}", variant, ordinal);
   }
   SceneRow row;
   row.rigs = static_cast<uint32_t>(query.Int(0));

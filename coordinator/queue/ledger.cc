@@ -16,10 +16,7 @@ std::vector<std::string> Lines(std::string_view text) {
   return lines;
 }
 
-absl::Status NoSuchId(const char* what, int64_t id) {
-  return MakeError(absl::StatusCode::kNotFound,
-                   std::string(what) + " " + std::to_string(id) + ": no such");
-}
+absl::Status NoSuchId(const char* what, int64_t id) { return NotFound("{} {}: no such", what, id); }
 
 }  // namespace
 
@@ -75,9 +72,7 @@ absl::StatusOr<Variant*> Ledger::FindVariant(int64_t id) {
   RETURN_IF_ERROR(FindStudy(*study).status());
   const auto loaded = variants_.find(id);
   if (loaded != variants_.end()) return &loaded->second;
-  return MakeError(absl::StatusCode::kDataLoss, "database: variant " + std::to_string(id) +
-                                                    " is not among those of its study " +
-                                                    std::to_string(*study));
+  return DataLoss("database: variant {} is not among those of its study {}", id, *study);
 }
 
 absl::Status Ledger::LoadVariants(Study& study) {
@@ -128,10 +123,9 @@ absl::Status Ledger::LoadCounts(Variant& variant) {
     const std::optional<KindId> known_kind = kinds_.Find(query.Text(0));
     const std::optional<JobState> known_state = JobStateOf(query.Text(1));
     if (!known_kind || !known_state) {
-      return MakeError(absl::StatusCode::kDataLoss,
-                       "database: it counts jobs of kind '" + std::string(query.Text(0)) +
-                           "' in state '" + std::string(query.Text(1)) +
-                           "', which this program does not know");
+      return DataLoss(
+          "database: it counts jobs of kind '{}' in state '{}', which this program does not know",
+          query.Text(0), query.Text(1));
     }
     const size_t kind = known_kind->value;
     const size_t state = static_cast<size_t>(*known_state);

@@ -127,9 +127,8 @@ absl::StatusOr<v1::SubmitReply> Machine::Submit(const v1::SubmitRequest& request
                       request.idempotency_key());
     if (known.Next()) {
       if (known.Digest(1) != spec_hash) {
-        return MakeError(absl::StatusCode::kAlreadyExists,
-                         "idempotency key '" + request.idempotency_key() +
-                             "' was used for another study (" + std::to_string(known.Int(0)) + ")");
+        return AlreadyExists("idempotency key '{}' was used for another study ({})",
+                             request.idempotency_key(), known.Int(0));
       }
       reply.set_study_id(known.Int(0));
       reply.set_existed(true);

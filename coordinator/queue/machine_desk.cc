@@ -1,4 +1,5 @@
 // The machine's side of WorkDesk: the reads and changes that kinds of jobs may make.
+#include "common/base/status.h"
 #include "coordinator/queue/machine.h"
 
 namespace parallax {
@@ -22,7 +23,7 @@ absl::StatusOr<SceneFacts> Machine::SceneOf(int64_t variant, uint32_t ordinal) {
 absl::StatusOr<JobFacts> Machine::NewestOf(int64_t id) {
   ASSIGN_OR_RETURN(std::optional<JobRow> job, store_.FindNewest(id));
   if (job) return JobFacts(*std::move(job));
-  return MakeError(absl::StatusCode::kInternal, "job " + std::to_string(id) + ": no such");
+  return Internal("job {}: no such", id);
 }
 
 absl::StatusOr<std::optional<StoredResult>> Machine::FindResult(const Sha256Digest& key) {
@@ -34,8 +35,7 @@ absl::StatusOr<bool> Machine::HasResult(const Sha256Digest& key) { return store_
 absl::StatusOr<bool> Machine::PutResult(const JobFacts& by, std::string_view stage,
                                         const Sha256Digest& key, const StoredResult& result) {
   if (ending_fence_ == 0) {
-    return MakeError(absl::StatusCode::kInternal,
-                     "job " + std::to_string(by.id) + ": a result that no attempt has made");
+    return Internal("job {}: a result that no attempt has made", by.id);
   }
   StoredResult kept = result;
   kept.reason = OneLine(result.reason);

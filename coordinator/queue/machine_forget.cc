@@ -6,6 +6,7 @@
 // networks or scenes refer to stays, whoever made it.
 #include <algorithm>
 
+#include "common/base/status.h"
 #include "coordinator/queue/compress.h"
 #include "coordinator/queue/machine.h"
 #include "parallax/v1/study.pb.h"
@@ -51,9 +52,8 @@ absl::Status Machine::NoSuchDrain(const std::string& pattern) {
   for (const v1::DrainOrder& drain : drains) {
     known += (known.empty() ? "" : ", ") + ("'" + drain.pattern() + "'");
   }
-  return MakeError(absl::StatusCode::kNotFound,
-                   "no order to drain '" + pattern + "'; " +
-                       (known.empty() ? "there is none at all" : "there are " + known));
+  return NotFound("no order to drain '{}'; {}", pattern,
+                  known.empty() ? "there is none at all" : "there are " + known);
 }
 
 absl::StatusOr<std::vector<v1::DrainOrder>> ListDrains(SqliteConnection& db) {
@@ -75,9 +75,8 @@ absl::StatusOr<v1::ForgetReply> Machine::Forget(int64_t id, std::string_view rea
                                                 std::string_view actor) {
   ASSIGN_OR_RETURN(Study * study, ledger_.FindStudy(id));
   if (!study->tally.finished) {
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     "study " + std::to_string(id) + " (" + study->name +
-                         ") is not at its end: wait for it, or cancel it first");
+    return FailedPrecondition("study {} ({}) is not at its end: wait for it, or cancel it first",
+                              id, study->name);
   }
   v1::ForgetReply had;
   for (const int64_t variant_id : study->variants) {

@@ -1,6 +1,7 @@
 // Jobs come, move and go; what each of that means for followers, scenes and counters.
 #include <algorithm>
 
+#include "common/base/status.h"
 #include "coordinator/queue/machine.h"
 #include "coordinator/study/rigs.h"
 
@@ -8,7 +9,7 @@ namespace parallax {
 absl::StatusOr<JobRow> Machine::RowOf(int64_t id) {
   ASSIGN_OR_RETURN(std::optional<JobRow> job, store_.Find(id));
   if (job) return *std::move(job);
-  return MakeError(absl::StatusCode::kInternal, "job " + std::to_string(id) + ": its row is gone");
+  return Internal("job {}: its row is gone", id);
 }
 
 // ---- Where a job belongs ------------------------------------------------------------------------
@@ -112,7 +113,7 @@ absl::StatusOr<int64_t> Machine::AddJob(const NewJob& asked) {
   const JobKind& kind = KindOf(job);
   const JobTraits& traits = kind.traits();
   if (traits.resumes && !traits.of_scene && job.input.empty()) {
-    return MakeError(absl::StatusCode::kInternal, "a " + kind.name() + " job without input");
+    return Internal("a {} job without input", kind.name());
   }
   if (!asked.is_fresh) RETURN_IF_ERROR(kind.Trim(*this, job));
   ASSIGN_OR_RETURN(const JobKeys keys, kind.Keys(*this, job));

@@ -1,7 +1,10 @@
 // How much users and studies may have. Nothing is looked for: what a user has is counted with each
 // move of a job (Ledger), and a study without room is passed over as a paused one is.
+#include <fmt/core.h>
+
 #include <algorithm>
 
+#include "common/base/status.h"
 #include "coordinator/queue/machine.h"
 
 namespace parallax {
@@ -10,11 +13,10 @@ namespace {
 // "submitter ada has 4 unfinished studies, 1 more is over max_studies 4 (for submitter *)".
 absl::Status OverLimit(const std::string& user, const UserLimits& limits, int64_t has,
                        const char* what, int64_t more, const std::string& limit) {
-  return MakeError(absl::StatusCode::kFailedPrecondition,
-                   user + " has " + std::to_string(has) + " " + what + ", " + std::to_string(more) +
-                       " more would be over the limit " + limit + " that this farm's operator set" +
-                       (limits.rule.empty() ? "" : " for " + limits.rule) +
-                       ": wait until some are done, or cancel a study");
+  return FailedPrecondition(
+      "{} has {} {}, {} more would be over the limit {} that this farm's operator set{}: wait "
+      "until some are done, or cancel a study",
+      user, has, what, more, limit, limits.rule.empty() ? "" : " for " + limits.rule);
 }
 
 }  // namespace
@@ -34,11 +36,11 @@ absl::Status Machine::CheckUser(const std::string& user, int64_t studies, int64_
   }
   if (limits.max_studies > 0 && has_studies + studies > limits.max_studies) {
     return OverLimit(user, limits, has_studies, "unfinished studies", studies,
-                     "max_studies " + std::to_string(limits.max_studies));
+                     fmt::format("max_studies {}", limits.max_studies));
   }
   if (limits.max_waiting_pairs > 0 && has_pairs + pairs > limits.max_waiting_pairs) {
     return OverLimit(user, limits, has_pairs, "pairs waiting", pairs,
-                     "max_waiting_pairs " + std::to_string(limits.max_waiting_pairs));
+                     fmt::format("max_waiting_pairs {}", limits.max_waiting_pairs));
   }
   return absl::OkStatus();
 }
@@ -57,9 +59,8 @@ absl::Status Machine::SetMaxRunning(int64_t id, int64_t max_running, std::string
   ledger_.Change(*study).max_running = max_running;
   effects_.work_ready = true;
   return store_.Audit(Now(), actor, "limit", id,
-                      "max_running " + std::to_string(max_running) + ", was " +
-                          std::to_string(before) +
-                          (reason.empty() ? "" : ": " + std::string(reason)));
+                      fmt::format("max_running {}, was {}{}", max_running, before,
+                                  reason.empty() ? "" : ": " + std::string(reason)));
 }
 
 }  // namespace parallax

@@ -1,7 +1,10 @@
 // Ends leases: by results, failures and losses.
+#include <fmt/core.h>
+
 #include <algorithm>
 
 #include "common/base/rng.h"
+#include "common/base/status.h"
 #include "coordinator/queue/machine.h"
 
 namespace parallax {
@@ -10,7 +13,7 @@ namespace {
 constexpr size_t kMostGivenUp = 10'000;  // Workers whose last leases are remembered.
 
 std::string AttemptFolder(const JobRow& job) {
-  return StorePrefixOf(job.work_key) + "/.attempt-" + std::to_string(job.fence);
+  return fmt::format("{}/.attempt-{}", StorePrefixOf(job.work_key), job.fence);
 }
 
 }  // namespace
@@ -59,7 +62,7 @@ absl::StatusOr<Machine::Verdict> Machine::Complete(const CheckedReport& report) 
   if (!verdict.invalid.empty()) return verdict;  // And the holder goes on.
   ASSIGN_OR_RETURN(verdict.invalid, WhyNotOf(job, report));
   if (!verdict.invalid.empty()) {
-    verdict.invalid = "job " + std::to_string(job.id) + ": " + verdict.invalid;
+    verdict.invalid = fmt::format("job {}: {}", job.id, verdict.invalid);
     RETURN_IF_ERROR(FailAttempt(
         job, {report.worker, "invalid result: " + verdict.invalid, "invalid-result", true}));
     return verdict;
@@ -72,8 +75,8 @@ absl::StatusOr<Machine::Verdict> Machine::Complete(const CheckedReport& report) 
 // A report in another's name, although it knows the fence.
 std::string Machine::WhyNotHolder(const JobRow& job, const std::string& worker) const {
   if (worker.empty() || worker == job.worker || options_.unsafe_for_test.ignore_fences) return "";
-  return "job " + std::to_string(job.id) + ": attempt " + std::to_string(job.attempts) +
-         " reported by " + worker + ", but " + job.worker + " holds its lease";
+  return fmt::format("job {}: attempt {} reported by {}, but {} holds its lease", job.id,
+                     job.attempts, worker, job.worker);
 }
 
 absl::StatusOr<std::string> Machine::WhyNotOf(const JobRow& job, const CheckedReport& report) {
@@ -114,7 +117,7 @@ absl::StatusOr<v1::ReportOutcome> Machine::Fail(const v1::FailRequest& request) 
   ASSIGN_OR_RETURN(const Holding holding, HoldingOf(request.attempt()));
   if (holding.outcome == v1::REPORT_OUTCOME_OK) {
     if (std::string why = WhyNotHolder(holding.job, request.worker()); !why.empty()) {
-      return MakeError(absl::StatusCode::kInvalidArgument, why);
+      return InvalidArgument("{}", why);
     }
     RETURN_IF_ERROR(
         FailAttempt(holding.job, {request.worker(), request.error(), request.fingerprint(),
@@ -217,7 +220,7 @@ absl::Status Machine::LitterOfLate(const JobRow& job, const CheckedReport& repor
   if (!lost) return absl::OkStatus();
   // Its own folder, whatever rigs the job had then: no other attempt has this fence.
   const std::string path = report.result->paths.front() + "/";
-  const std::string own = "/.attempt-" + std::to_string(report.attempt.fence());
+  const std::string own = fmt::format("/.attempt-{}", report.attempt.fence());
   const size_t at = path.find(own + "/");
   if (at != StorePrefixOf(Sha256Digest{}).size()) return absl::OkStatus();
   const std::string folder = path.substr(0, at + own.size());

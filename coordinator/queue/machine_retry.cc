@@ -1,6 +1,9 @@
 // A manual retry: jobs that were lost get a new generation.
+#include <fmt/core.h>
+
 #include <algorithm>
 
+#include "common/base/status.h"
 #include "coordinator/queue/machine.h"
 #include "coordinator/study/rigs.h"
 
@@ -9,15 +12,13 @@ namespace parallax {
 absl::StatusOr<int64_t> Machine::Retry(int64_t id, std::string_view actor) {
   ASSIGN_OR_RETURN(Study * study, ledger_.FindStudy(id));
   if (study->tally.cancelled) {
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     "study " + std::to_string(id) + " is cancelled: submit it again instead");
+    return FailedPrecondition("study {} is cancelled: submit it again instead", id);
   }
   ASSIGN_OR_RETURN(const auto archived,
                    db_.Integer("SELECT archived FROM studies WHERE id = ?1", id));
   if (archived.value_or(0) != 0) {
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     "study " + std::to_string(id) +
-                         " is archived: submit it again, what it has will be reused");
+    return FailedPrecondition("study {} is archived: submit it again, what it has will be reused",
+                              id);
   }
   if (study->tally.finished) RETURN_IF_ERROR(CheckUser(study->user, 1, 0));
   int64_t retried = 0;
@@ -47,7 +48,7 @@ absl::StatusOr<int64_t> Machine::Retry(int64_t id, std::string_view actor) {
     ASSIGN_OR_RETURN(const bool again, RetryOther(*variant, job));
     retried += again ? 1 : 0;
   }
-  RETURN_IF_ERROR(store_.Audit(Now(), actor, "retry", id, std::to_string(retried) + " jobs"));
+  RETURN_IF_ERROR(store_.Audit(Now(), actor, "retry", id, fmt::format("{} jobs", retried)));
   return retried;
 }
 

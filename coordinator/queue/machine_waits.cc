@@ -1,6 +1,9 @@
 // Jobs that wait for other jobs or for a variant's pairs: what an end means for them.
+#include <fmt/core.h>
+
 #include <limits>
 
+#include "common/base/status.h"
 #include "coordinator/queue/machine.h"
 
 namespace parallax {
@@ -8,12 +11,12 @@ namespace parallax {
 // Returns whether a wait is met, open or in vain, as seen within this command.
 absl::StatusOr<Machine::Outlook> Machine::OutlookOf(const JobWait& wait) {
   if (wait.on_job != 0) {
-    const std::string name = "job " + std::to_string(wait.on_job);
+    const std::string name = fmt::format("job {}", wait.on_job);
     ASSIGN_OR_RETURN(std::optional<JobRow> job, store_.Find(wait.on_job));
     if (!job) {
       ASSIGN_OR_RETURN(job, store_.FindArchived(wait.on_job));
     }
-    if (!job) return MakeError(absl::StatusCode::kInternal, "a wait on " + name + ": no such");
+    if (!job) return Internal("a wait on {}: no such", name);
     if (job->state == JobState::kSucceeded) return Outlook{Prospect::kMet, ""};
     if (!IsTerminal(job->state)) return Outlook{Prospect::kOpen, ""};
     return Outlook{Prospect::kVain, name + ", which it waits for, is " + NameOf(job->state)};
@@ -22,9 +25,8 @@ absl::StatusOr<Machine::Outlook> Machine::OutlookOf(const JobWait& wait) {
   ASSIGN_OR_RETURN(const Study* study, ledger_.FindStudy(variant->study));
   const std::string name = "variant " + variant->name + " of study " + study->name;
   if (wait.pairs < 1 || wait.pairs > variant->pairs_wanted) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "a wait for " + std::to_string(wait.pairs) + " pairs of " + name +
-                         ", which is to have " + std::to_string(variant->pairs_wanted));
+    return InvalidArgument("a wait for {} pairs of {}, which is to have {}", wait.pairs, name,
+                           variant->pairs_wanted);
   }
   if (variant->tally.pairs_done >= wait.pairs) return Outlook{Prospect::kMet, ""};
   if (study->tally.cancelled) {
@@ -70,7 +72,7 @@ absl::Status Machine::SettleWaiters() {
       if (waiters.empty()) continue;
       if (state != JobState::kSucceeded) {
         RETURN_IF_ERROR(CancelWaiters(
-            waiters, "job " + std::to_string(id) + ", which it waits for, is " + NameOf(state)));
+            waiters, fmt::format("job {}, which it waits for, is {}", id, NameOf(state))));
         continue;
       }
       RETURN_IF_ERROR(waits_.MeetJob(id));

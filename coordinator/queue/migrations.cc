@@ -1,5 +1,7 @@
 #include "coordinator/queue/migrations.h"
 
+#include <fmt/core.h>
+
 #include <string>
 
 namespace parallax {
@@ -15,8 +17,7 @@ absl::StatusOr<int64_t> Pragma(SqliteConnection& db, const char* sql) {
 absl::Status CheckForeignKeys(SqliteConnection& db) {
   SqliteQuery query(db, "PRAGMA foreign_key_check");
   if (query.Next()) {
-    return MakeError(absl::StatusCode::kDataLoss,
-                     "table " + std::string(query.Text(0)) + " names what isn't there");
+    return DataLoss("table {} names what isn't there", query.Text(0));
   }
   return query.status();
 }
@@ -25,9 +26,9 @@ absl::Status CheckForeignKeys(SqliteConnection& db) {
 // is looked at before the COMMIT.
 absl::Status Apply(SqliteConnection& db, const Migration& migration) {
   RETURN_IF_ERROR(db.Execute("PRAGMA foreign_keys = OFF"));
-  absl::Status status = db.Execute("BEGIN IMMEDIATE;" + std::string(migration.sql) +
-                                   "\nPRAGMA user_version = " + std::to_string(migration.number) +
-                                   "; PRAGMA application_id = " + std::to_string(kApplicationId));
+  absl::Status status = db.Execute(
+      fmt::format("BEGIN IMMEDIATE;{}\nPRAGMA user_version = {}; PRAGMA application_id = {}",
+                  migration.sql, migration.number, kApplicationId));
   if (status.ok()) status = CheckForeignKeys(db);
   if (status.ok()) status = db.Execute("COMMIT");
   if (db.in_transaction()) db.Execute("ROLLBACK").IgnoreError();
@@ -44,13 +45,13 @@ absl::Status Migrate(SqliteConnection& db, int target) {
   ASSIGN_OR_RETURN(const int64_t application, Pragma(db, "PRAGMA application_id"));
   ASSIGN_OR_RETURN(const int64_t tables, Pragma(db, "SELECT count(*) FROM sqlite_schema"));
   if (application != kApplicationId && (tables > 0 || version > 0)) {
-    return MakeError(absl::StatusCode::kDataLoss, "not a Parallax queue database");
+    return DataLoss("not a Parallax queue database");
   }
   if (version > NewestSchemaVersion()) {
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     "a database from the future: its schema is version " +
-                         std::to_string(version) + ", this program knows up to " +
-                         std::to_string(NewestSchemaVersion()) + "; use a newer program");
+    return FailedPrecondition(
+        "a database from the future: its schema is version {}, this program knows up to {}; use a "
+        "newer program",
+        version, NewestSchemaVersion());
   }
   const int64_t wanted = target == 0 ? NewestSchemaVersion() : target;
   for (const Migration& migration : AllMigrations()) {

@@ -1,6 +1,7 @@
 // Reads outputs for clients and workers: frames, results, scenes, and the messages of leases.
-#include <cstdio>
+#include <fmt/core.h>
 
+#include "common/base/status.h"
 #include "coordinator/queue/compress.h"
 #include "coordinator/queue/reader_rows.h"
 #include "coordinator/queue/readers.h"
@@ -30,11 +31,9 @@ absl::Status AddFrames(SqliteConnection& db, const v1::ListFramesRequest& reques
 // "ab/ab12.../.attempt-7" of "ab/ab12.../.attempt-7/003", which must be rig 3's; empty if it is
 // not.
 std::string FolderOfRig(const std::string& path, uint32_t rig) {
-  char name[16];
-  std::snprintf(name, sizeof name, "/%03u", rig);
-  const size_t length = std::string_view(name).size();
-  if (path.size() <= length || path.compare(path.size() - length, length, name) != 0) return "";
-  return path.substr(0, path.size() - length);
+  const std::string name = fmt::format("/{:03}", rig);
+  if (path.size() <= name.size() || !path.ends_with(name)) return "";
+  return path.substr(0, path.size() - name.size());
 }
 
 // Frames of one attempt share its folder, so that only the first of them is unpacked.
@@ -54,9 +53,8 @@ absl::Status AddFolders(SqliteConnection& db, int64_t variant, int64_t limit,
       RETURN_IF_ERROR(UnpackMessage(query.Blob(3), frame));
       const std::string folder = FolderOfRig(frame.path(), rig);
       if (folder.empty()) {
-        return MakeError(absl::StatusCode::kDataLoss,
-                         "database: rig " + std::to_string(rig) + " of scene " +
-                             std::to_string(attempt.first) + " is in '" + frame.path() + "'");
+        return DataLoss("database: rig {} of scene {} is in '{}'", rig, attempt.first,
+                        frame.path());
       }
       folders.emplace_back().set_folder(folder);
       folders.back().set_scene(static_cast<uint32_t>(attempt.first));
@@ -114,9 +112,8 @@ class CommittedResults final : public ResultReader {
                         " WHERE w.job_id = ?1 AND w.state = 'MET' AND r.bytes IS NOT NULL",
                         job);
       if (!query.Next()) {
-        return query.status().ok()
-                   ? NoSuch("result that job " + std::to_string(job) + " waited for")
-                   : query.status();
+        return query.status().ok() ? NoSuch(fmt::format("result that job {} waited for", job))
+                                   : query.status();
       }
       bytes = query.Blob(0);
       return absl::OkStatus();
@@ -161,9 +158,7 @@ absl::StatusOr<std::vector<v1::JobResult>> Readers::ListResults(
       result.set_label(kinds_[kind].LabelOf(query.Blob(4)));
       auto folder = kinds_[kind].FolderOf(query.Blob(5));
       if (!folder) {
-        return MakeError(
-            absl::StatusCode::kDataLoss,
-            "database: the result of job " + std::to_string(query.Int(1)) + " has no files");
+        return DataLoss("database: the result of job {} has no files", query.Int(1));
       }
       result.set_path(folder->path);
       *result.mutable_files() = std::move(folder->files);
@@ -197,8 +192,8 @@ absl::StatusOr<v1::Scene> Readers::GetScene(const v1::GetSceneRequest& request) 
                       request.study_id(), request.variant(), request.scene());
     if (query.Next()) return UnpackMessage(query.Blob(0), scene);
     RETURN_IF_ERROR(query.status());
-    return NoSuch("solved scene " + std::to_string(request.scene()) + " of variant '" +
-                  request.variant() + "' of study " + std::to_string(request.study_id()));
+    return NoSuch(fmt::format("solved scene {} of variant '{}' of study {}", request.scene(),
+                              request.variant(), request.study_id()));
   }));
   return scene;
 }

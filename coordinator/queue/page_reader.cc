@@ -1,5 +1,7 @@
 #include "coordinator/queue/page_reader.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 
 #include "coordinator/queue/compress.h"
@@ -206,7 +208,7 @@ absl::StatusOr<PublishedPair> PageReader::Pair(int64_t number) {
     SqliteQuery query(db, PARALLAX_PAIR "WHERE f.cursor = ?1", number);
     return AddPairRows(query, pairs);
   }));
-  if (pairs.empty()) return NoSuch("pair " + std::to_string(number));
+  if (pairs.empty()) return NoSuch(fmt::format("pair {}", number));
   return std::move(pairs.front());
 }
 
@@ -252,7 +254,7 @@ absl::StatusOr<JobDetail> PageReader::Job(int64_t job_id) {
                         " JOIN studies AS s ON s.id = j.study_id WHERE j.id = ?1",
                         job_id);
       if (!query.Next()) {
-        return query.status().ok() ? NoSuch("job " + std::to_string(job_id)) : query.status();
+        return query.status().ok() ? NoSuch(fmt::format("job {}", job_id)) : query.status();
       }
       RETURN_IF_ERROR(FillJob(query, kinds_, job));
       variant = query.Int(21);

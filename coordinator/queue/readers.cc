@@ -1,5 +1,6 @@
 #include "coordinator/queue/readers.h"
 
+#include <fmt/core.h>
 #include <sqlite3.h>
 
 #include <algorithm>
@@ -15,9 +16,7 @@ int RowLimit(int asked, int otherwise) {
   return asked <= 0 ? otherwise : std::min(asked, kMostRows);
 }
 
-absl::Status NoSuch(const std::string& what) {
-  return MakeError(absl::StatusCode::kNotFound, what + ": no such");
-}
+absl::Status NoSuch(const std::string& what) { return NotFound("{}: no such", what); }
 
 namespace {
 
@@ -59,9 +58,8 @@ absl::Status AddCounts(SqliteConnection& db, std::map<int64_t, v1::VariantStatus
   while (query.Next()) {
     const auto variant = variants.find(query.Int(0));
     if (variant == variants.end()) {
-      return MakeError(absl::StatusCode::kDataLoss,
-                       "database: variant " + std::to_string(query.Int(0)) +
-                           " is not among those of its study " + std::to_string(study));
+      return DataLoss("database: variant {} is not among those of its study {}", query.Int(0),
+                      study);
     }
     v1::JobCount* count = variant->second->add_jobs();
     count->set_kind(std::string(query.Text(1)));
@@ -220,7 +218,7 @@ absl::StatusOr<v1::StudyStatus> Readers::GetStudy(int64_t id) {
     const std::string sql = std::string(kStudyColumns) + "WHERE id = ?1 AND forgotten = 0";
     SqliteQuery query(db, sql.c_str(), id);
     if (!query.Next()) {
-      return query.status().ok() ? NoSuch("study " + std::to_string(id)) : query.status();
+      return query.status().ok() ? NoSuch(fmt::format("study {}", id)) : query.status();
     }
     RETURN_IF_ERROR(FillStudy(db, kinds_, query, study));
     SqliteQuery spec(db, "SELECT spec_z FROM studies WHERE id = ?1", id);

@@ -1,5 +1,7 @@
 #include "coordinator/queue/report_check.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 
 #include "common/base/names.h"
@@ -59,8 +61,8 @@ CheckedReport CheckReport(const v1::CompleteRequest& request, const KindRegistry
   }
   report.kind = *kind;
   if (request.result().size() > kMaxStoredBytes) {
-    report.invalid = "a result of " + std::to_string(request.result().size()) +
-                     " bytes, wanted at most " + std::to_string(kMaxStoredBytes);
+    report.invalid = fmt::format("a result of {} bytes, wanted at most {}", request.result().size(),
+                                 kMaxStoredBytes);
     return report;
   }
   report.result = kinds[*kind].CheckResult(request.result());

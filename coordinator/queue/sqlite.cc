@@ -1,5 +1,6 @@
 #include "coordinator/queue/sqlite.h"
 
+#include <fmt/core.h>
 #include <sqlite3.h>
 
 #include <algorithm>
@@ -59,8 +60,8 @@ absl::StatusOr<std::unique_ptr<SqliteConnection>> SqliteConnection::Open(const s
   const int code = sqlite3_open_v2(path.c_str(), &db, flags, vfs.empty() ? nullptr : vfs.c_str());
   std::unique_ptr<SqliteConnection> connection(new SqliteConnection(db));
   if (code != SQLITE_OK) {
-    return MakeError(CodeOf(code), "open database " + path + ": " +
-                                       (db ? sqlite3_errmsg(db) : sqlite3_errstr(code)));
+    return MakeError(CodeOf(code), fmt::format("open database {}: {}", path,
+                                               db ? sqlite3_errmsg(db) : sqlite3_errstr(code)));
   }
   return connection;
 }
@@ -74,8 +75,7 @@ absl::Status SqliteConnection::ErrorOf(int code, const char* sql) const {
   std::string where(sql);
   std::replace(where.begin(), where.end(), '\n', ' ');
   if (where.size() > 120) where = where.substr(0, 117) + "...";
-  return MakeError(CodeOf(code),
-                   std::string("database: ") + sqlite3_errmsg(db_) + " (in: " + where + ")");
+  return MakeError(CodeOf(code), fmt::format("database: {} (in: {})", sqlite3_errmsg(db_), where));
 }
 
 sqlite3_stmt* SqliteConnection::Prepare(const char* sql, absl::Status& status) {

@@ -1,5 +1,7 @@
 #include "coordinator/queue/startup.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 
 #include "common/base/hash.h"
@@ -31,9 +33,9 @@ absl::Status EnterKinds(SqliteConnection& db, const KindRegistry& kinds) {
     SqliteQuery used(db, "SELECT DISTINCT kind FROM job_counts");
     while (used.Next()) {
       if (kinds.Find(used.Text(0))) continue;
-      return MakeError(absl::StatusCode::kFailedPrecondition,
-                       "it has jobs of kind '" + std::string(used.Text(0)) +
-                           "', which this program does not know; use the one that made them");
+      return FailedPrecondition(
+          "it has jobs of kind '{}', which this program does not know; use the one that made them",
+          used.Text(0));
     }
     RETURN_IF_ERROR(used.status());
   }
@@ -70,8 +72,8 @@ absl::Status AuditLimits(SqliteConnection& db, const LimitRules& limits, double 
 
 absl::StatusOr<std::string> DatabaseId(SqliteConnection& db) {
   SqliteQuery first(db, "SELECT epoch, started_unix_s FROM epochs ORDER BY epoch LIMIT 1");
-  if (!first.Next()) return MakeError(absl::StatusCode::kDataLoss, "no epoch");
-  const std::string start = std::to_string(first.Int(0)) + " " + std::to_string(first.Real(1));
+  if (!first.Next()) return DataLoss("no epoch");
+  const std::string start = fmt::format("{} {:f}", first.Int(0), first.Real(1));
   return Sha256Hex(start).substr(0, 16);
 }
 

@@ -1,5 +1,7 @@
 #include "coordinator/queue/user_limits.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <map>
 #include <string>
@@ -19,9 +21,9 @@ void HoldBack(const UserLimits& limits, int64_t& user_room, v1::StudyStatus& stu
   const int64_t may_start = std::min({waiting, own_room, user_room});
   study.set_held_jobs(waiting - may_start);
   if (ready > 0 && own_room == 0) {
-    study.set_at_limit("max_running " + std::to_string(study.max_running()));
+    study.set_at_limit(fmt::format("max_running {}", study.max_running()));
   } else if (ready > 0 && user_room == 0) {
-    study.set_at_limit("max_running " + std::to_string(limits.max_running) + " of " + study.user());
+    study.set_at_limit(fmt::format("max_running {} of {}", limits.max_running, study.user()));
   }
   if (limits.max_running > 0) user_room -= may_start;
 }

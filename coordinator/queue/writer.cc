@@ -65,7 +65,7 @@ void Writer::Enqueue(Command command) {
       return;
     }
   }
-  if (command.done) command.done(MakeError(absl::StatusCode::kCancelled, "the queue is closing"));
+  if (command.done) command.done(Cancelled("the queue is closing"));
 }
 
 WriterStats Writer::stats() const {
@@ -168,8 +168,7 @@ absl::Status Writer::ApplyGroup(std::vector<Command>& group, std::vector<absl::S
     // A full disk or a lost one takes the whole group with it.
     if (!db_.in_transaction() || IsFatal(results[i]) ||
         results[i].code() == absl::StatusCode::kResourceExhausted) {
-      return results[i].ok() ? MakeError(absl::StatusCode::kInternal, "transaction lost")
-                             : results[i];
+      return results[i].ok() ? Internal("transaction lost") : results[i];
     }
   }
   RETURN_IF_ERROR(ApplyOne("expand", [this] {
@@ -248,8 +247,7 @@ void Writer::CheckpointIfLong() {
       wal_pages_ > kCheckpointHardPages ? SQLITE_CHECKPOINT_RESTART : SQLITE_CHECKPOINT_PASSIVE;
   const int code = sqlite3_wal_checkpoint_v2(db_.raw(), nullptr, mode, nullptr, nullptr);
   if ((code & 0xff) == SQLITE_IOERR || (code & 0xff) == SQLITE_CORRUPT) {
-    Fatal(MakeError(absl::StatusCode::kUnavailable,
-                    std::string("checkpoint: ") + sqlite3_errmsg(db_.raw())));
+    Fatal(Unavailable("checkpoint: {}", sqlite3_errmsg(db_.raw())));
   }
   checkpointed_at_ = wal_pages_;
   if (const absl::Status after = fail_point_.Step(); !after.ok()) Fatal(after);

@@ -76,15 +76,15 @@ absl::Status CheckAccess(const RpcCaller& caller, std::string_view method) {
   if (!caller.has_certificate) return absl::OkStatus();
   const std::string call(method.substr(method.rfind('/') + 1));
   const std::optional<std::vector<Role>> allowed = RolesOf(method);
-  if (!allowed) return absl::PermissionDeniedError(call + " is open to no role");
+  if (!allowed) return PermissionDenied("{} is open to no role", call);
   if (caller.role && std::count(allowed->begin(), allowed->end(), *caller.role) > 0) {
     return absl::OkStatus();
   }
   const std::string role(caller.role ? RoleName(*caller.role) : "none of a client");
-  return absl::PermissionDeniedError(
-      call + " is for the role " + NamesOf(*allowed) + "; the certificate of '" + caller.name +
-      "' has the role " + role +
-      " (the farm's operator issues others with `coordinator init DIR --issue ROLE NAME`)");
+  return PermissionDenied(
+      "{} is for the role {}; the certificate of '{}' has the role {} (the farm's operator issues "
+      "others with `coordinator init DIR --issue ROLE NAME`)",
+      call, NamesOf(*allowed), caller.name, role);
 }
 
 }  // namespace parallax

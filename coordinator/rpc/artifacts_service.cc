@@ -1,6 +1,7 @@
 #include "coordinator/rpc/artifacts_service.h"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -63,7 +64,7 @@ namespace {
 
 constexpr double kOwnWork_s = 3600;  // Limit while a call waits for the store, not its peer.
 
-absl::Status NoStore() { return absl::FailedPreconditionError("this coordinator serves no files"); }
+absl::Status NoStore() { return FailedPrecondition("this coordinator serves no files"); }
 
 // Names the caller that a call counts for, by certificate and machine. Callers of this machine
 // are distinguished by their connection.
@@ -79,13 +80,11 @@ absl::Status CheckHeader(const v1::PutFileHeader& header) {
   RETURN_IF_ERROR(CheckPutHeader(header));
   RETURN_IF_ERROR(CheckStorePath(header.path()));
   if (header.size() < 0 || header.size() > kMaxFileBytes) {
-    return absl::InvalidArgumentError("file " + header.path() + " of " +
-                                      std::to_string(header.size()) + " bytes; allowed is [0, " +
-                                      std::to_string(kMaxFileBytes) + "]");
+    return InvalidArgument("file {} of {} bytes; allowed is [0, {}]", header.path(), header.size(),
+                           kMaxFileBytes);
   }
   if (!IsSha256Hex(header.sha256())) {
-    return absl::InvalidArgumentError("file " + header.path() +
-                                      ": no SHA-256 of 64 lower-case hex digits");
+    return InvalidArgument("file {}: no SHA-256 of 64 lower-case hex digits", header.path());
   }
   return absl::OkStatus();
 }
@@ -96,19 +95,18 @@ absl::Status CheckMayPut(const RpcCaller& caller, const v1::PutFileHeader& heade
   const bool may = content ? caller.Is(Role::kSubmitter) || caller.Is(Role::kOperator)
                            : caller.Is(Role::kWorker);
   if (may) return absl::OkStatus();
-  return absl::PermissionDeniedError("Put of " + header.path() + " is for the role " +
-                                     (content ? "submitter or operator" : "worker") +
-                                     "; the certificate of '" + caller.name + "' has another");
+  return PermissionDenied("Put of {} is for the role {}; the certificate of '{}' has another",
+                          header.path(), content ? "submitter or operator" : "worker", caller.name);
 }
 
 absl::Status CheckContent(const v1::PutFileHeader& header) {
   if (header.path() != ContentPath(header.sha256())) {
-    return absl::InvalidArgumentError("content " + header.path() + ": wanted is the path " +
-                                      ContentPath(header.sha256()) + " of its hash");
+    return InvalidArgument("content {}: wanted is the path {} of its hash", header.path(),
+                           ContentPath(header.sha256()));
   }
   if (header.size() <= kMostContentFileBytes) return absl::OkStatus();
-  return absl::InvalidArgumentError("content of " + std::to_string(header.size()) +
-                                    " bytes; allowed are " + std::to_string(kMostContentFileBytes));
+  return InvalidArgument("content of {} bytes; allowed are {}", header.size(),
+                         kMostContentFileBytes);
 }
 
 absl::StatusOr<std::string> HashOf(const Store& store, const std::string& path) {
@@ -135,14 +133,13 @@ bool IsThere(const Store& store, const v1::PutFileHeader& header) {
 
 absl::Status CheckAttemptPath(std::string_view path, uint64_t fence, bool folder_itself) {
   RETURN_IF_ERROR(CheckStorePath(path));
-  const std::string folder = "/.attempt-" + std::to_string(fence);
+  const std::string folder = fmt::format("/.attempt-{}", fence);
   const size_t at = path.find(folder);
   const size_t end = at == std::string_view::npos ? at : at + folder.size();
   const bool inside = at != std::string_view::npos && at > 0 &&
                       (end == path.size() ? folder_itself : path[end] == '/');
   if (inside && path.find("/.attempt-") == at) return absl::OkStatus();
-  return absl::InvalidArgumentError("path " + std::string(path) +
-                                    " is not below the folder of attempt " + std::to_string(fence));
+  return InvalidArgument("path {} is not below the folder of attempt {}", path, fence);
 }
 
 ArtifactsService::Rule HolderWritesBelowItsAttempt(const JobQueue& queue) {
@@ -151,9 +148,8 @@ ArtifactsService::Rule HolderWritesBelowItsAttempt(const JobQueue& queue) {
     RETURN_IF_ERROR(CheckAttempt(attempt));
     RETURN_IF_ERROR(CheckAttemptPath(path, attempt.fence(), folder));
     if (queue.IsHeldBy(worker, attempt)) return absl::OkStatus();
-    return absl::AbortedError("attempt " + std::to_string(attempt.fence()) + " of job " +
-                              std::to_string(attempt.job_id()) + " is not held by worker " +
-                              worker);
+    return Aborted("attempt {} of job {} is not held by worker {}", attempt.fence(),
+                   attempt.job_id(), worker);
   };
 }
 
@@ -177,7 +173,7 @@ CallPlaces::Place::~Place() {
 }
 
 absl::Status CallPlaces::Place::status() const {
-  return granted_ ? absl::OkStatus() : absl::UnavailableError("busy");
+  return granted_ ? absl::OkStatus() : Unavailable("busy");
 }
 
 ArtifactsService::ArtifactsService(Store* store, std::string spool_dir, Rule rule,
@@ -209,7 +205,7 @@ grpc::Status ArtifactsService::Put(grpc::ServerContext* context, PutStream* stre
     status = IsBelowContent(header.path()) ? PutContent(*stream, call, header)
                                            : PutOutput(*stream, call, header);
   }
-  if (call.expired()) status = absl::DeadlineExceededError("nothing came for too long");
+  if (call.expired()) status = DeadlineExceeded("nothing came for too long");
   return ToGrpc(status);
 }
 
@@ -234,7 +230,7 @@ absl::Status ArtifactsService::ReadHeader(PutStream& stream, CallWatch::Call& ca
     const std::lock_guard lock(waiting_mu_);
     waiting_.erase(seat);
   }
-  if (!read || !first.has_header()) return absl::InvalidArgumentError("a file without a header");
+  if (!read || !first.has_header()) return InvalidArgument("a file without a header");
   *header = std::move(*first.mutable_header());
   return CheckHeader(*header);
 }
@@ -265,11 +261,11 @@ absl::Status ArtifactsService::TakeContentRoom(int64_t bytes) {
     for (const StoreEntry& entry : entries) content_bytes_ += entry.size;
   }
   if (content_bytes_ + bytes > limits_.content_bytes) {
-    return absl::ResourceExhaustedError(
-        "users' content in the store has " + std::to_string(content_bytes_) + " bytes, " +
-        std::to_string(bytes) + " more are wanted, and " + std::to_string(limits_.content_bytes) +
-        " are allowed; the farm's operator removes what no study needs from its folder " +
-        kContentFolder + " and starts the coordinator again");
+    return ResourceExhausted(
+        "users' content in the store has {} bytes, {} more are wanted, and {} are allowed; the "
+        "farm's operator removes what no study needs from its folder {} and starts the coordinator "
+        "again",
+        content_bytes_, bytes, limits_.content_bytes, kContentFolder);
   }
   content_bytes_ += bytes;
   return absl::OkStatus();
@@ -293,7 +289,7 @@ absl::Status ArtifactsService::PutFileThere(PutStream& stream, CallWatch::Call& 
   stream.Write(reply);
   if (!reply.wanted()) return absl::OkStatus();
 
-  const std::string spooled = spool_dir_ + "/" + std::to_string(++spooled_);
+  const std::string spooled = fmt::format("{}/{}", spool_dir_, ++spooled_);
   SpoolFile file(spooled);
   RETURN_IF_ERROR(file.Create());
   RETURN_IF_ERROR(Receive(stream, call, header, file));
@@ -322,8 +318,7 @@ absl::Status ArtifactsService::Receive(PutStream& stream, CallWatch::Call& call,
   for (v1::PutFileMessage message; size < header.size() && next(&message);) {
     const std::string& chunk = message.chunk();
     if (!message.has_chunk() || chunk.empty() || chunk.size() > kFileChunkBytes) {
-      return absl::InvalidArgumentError("wanted is a chunk of 1 to " +
-                                        std::to_string(kFileChunkBytes) + " bytes");
+      return InvalidArgument("wanted is a chunk of 1 to {} bytes", kFileChunkBytes);
     }
     size += static_cast<int64_t>(chunk.size());
     if (size > header.size()) break;
@@ -331,7 +326,7 @@ absl::Status ArtifactsService::Receive(PutStream& stream, CallWatch::Call& call,
     RETURN_IF_ERROR(file.Append(chunk));
   }
   if (size != header.size() || HexOf(hash.Finish()) != header.sha256()) {
-    return absl::DataLossError("file " + header.path() + ": what came is not what was announced");
+    return DataLoss("file {}: what came is not what was announced", header.path());
   }
   return absl::OkStatus();
 }
@@ -351,7 +346,7 @@ grpc::Status ArtifactsService::Get(grpc::ServerContext* context, const v1::GetFi
                                    grpc::ServerWriter<v1::FileChunk>* writer) {
   return RunRead(context, [&](CallWatch::Call& call) -> absl::Status {
     RETURN_IF_ERROR(CheckStorePath(request->path()));
-    if (request->offset() < 0) return absl::InvalidArgumentError("offset below 0");
+    if (request->offset() < 0) return InvalidArgument("offset below 0");
     for (int64_t offset = request->offset(); !context->IsCancelled();) {
       v1::FileChunk chunk;
       call.Extend(kOwnWork_s);

@@ -94,9 +94,10 @@ class CoordinatorServerImpl final : public CoordinatorServer {
  private:
   absl::Status CheckNotRevoked(const RpcCaller& caller) const {
     if (!caller.has_certificate || !revoked_->Contains(caller.sha256)) return absl::OkStatus();
-    return absl::UnauthenticatedError("the certificate of '" + caller.name +
-                                      "' is revoked; the farm's operator issues another one with "
-                                      "`coordinator init DIR --renew FOLDER`");
+    return Unauthenticated(
+        "the certificate of '{}' is revoked; the farm's operator issues another one with "
+        "`coordinator init DIR --renew FOLDER`",
+        caller.name);
   }
 
   JobQueue& queue_;

@@ -4,6 +4,7 @@
 
 #include "common/base/log.h"
 #include "common/base/names.h"
+#include "common/base/status.h"
 #include "common/base/version.h"
 #include "common/config/training.h"
 #include "common/rpc/endpoint.h"
@@ -167,7 +168,7 @@ CoordinatorService::Reactor* CoordinatorService::Complete(Context* context,
       auto why = WhyNotInStore(*outputs_, kind->FilesOf(request->result()));
       // The store can't be asked now: the worker keeps its report and tries again.
       if (!why.ok()) {
-        EndReport(reactor, reply, absl::UnavailableError(why.status().message()), "");
+        EndReport(reactor, reply, Unavailable("{}", why.status().message()), "");
         return Leave();
       }
       missing = *std::move(why);

@@ -58,13 +58,12 @@ class Dispatcher::Impl {
     {
       std::lock_guard lock(mu_);
       if (joining_.count(hello.name()) > 0) {
-        return absl::AbortedError("worker " + hello.name() + " is already being taken in");
+        return Aborted("worker {} is already being taken in", hello.name());
       }
       const auto& workers = fleet_.workers();
       if (workers.count(hello.name()) == 0 && workers.size() + joining_.size() >= kMostWorkers) {
-        return absl::ResourceExhaustedError("no room for worker " + hello.name() +
-                                            ": a coordinator has at most " +
-                                            std::to_string(kMostWorkers));
+        return ResourceExhausted("no room for worker {}: a coordinator has at most {}",
+                                 hello.name(), kMostWorkers);
       }
       joining_.insert(hello.name());
       fleet_.DropLink(hello.name(), clock_.Steady());
@@ -75,7 +74,7 @@ class Dispatcher::Impl {
     std::lock_guard lock(mu_);
     joining_.erase(hello.name());
     if (!adopted.ok()) return adopted.status();
-    if (stopping_) return absl::UnavailableError("the coordinator is stopping");
+    if (stopping_) return Unavailable("the coordinator is stopping");
     welcome(*adopted);
     fleet_.TakeIn(link, hello, clock_.Steady());
     LogInfo("worker connected", {{"worker", hello.name()},
@@ -140,7 +139,7 @@ class Dispatcher::Impl {
     }
     thread_.join();
     std::lock_guard lock(mu_);
-    fleet_.CloseAll(absl::UnavailableError("the coordinator is stopping"));
+    fleet_.CloseAll(Unavailable("the coordinator is stopping"));
   }
 
   void OnWorkReady() { inbox_->WorkIsReady(); }

@@ -6,6 +6,7 @@
 
 #include "common/base/log.h"
 #include "common/base/seconds.h"
+#include "common/base/status.h"
 #include "coordinator/rpc/validation.h"
 
 namespace parallax {
@@ -71,8 +72,7 @@ bool Fleet::IsSameProcess(const v1::Hello& hello) const {
 void Fleet::DropLink(const std::string& name, SteadyTime now) {
   const auto found = workers_.find(name);
   if (found == workers_.end() || found->second.link == nullptr) return;
-  found->second.link->Close(
-      absl::AlreadyExistsError("another worker named " + name + " has connected"), false);
+  found->second.link->Close(AlreadyExists("another worker named {} has connected", name), false);
   found->second.link.reset();
   found->second.presence = Presence::kAway;
   found->second.away_since = now;
@@ -151,7 +151,7 @@ std::vector<std::string> Fleet::CheckPresence(SteadyTime now) {
     if (IsOverdue(worker, now)) {
       if (worker.link != nullptr) {
         LogWarning("worker is silent", {{"worker", name}, {"lease_s", lease_s_}});
-        worker.link->Close(absl::DeadlineExceededError("no heartbeat within the lease"), true);
+        worker.link->Close(DeadlineExceeded("no heartbeat within the lease"), true);
         worker.link.reset();
       }
       worker.presence = Presence::kLost;

@@ -1,5 +1,7 @@
 #include "coordinator/rpc/output_check.h"
 
+#include <fmt/core.h>
+
 #include <map>
 
 namespace parallax {
@@ -28,8 +30,7 @@ absl::StatusOr<std::string> WhyNotInStore(const Store& store,
     const auto found = sizes->second.find(file.path);
     if (found == sizes->second.end()) return file.path + ": is not in the store";
     if (found->second != file.size) {
-      return file.path + ": has " + std::to_string(found->second) + " bytes, not " +
-             std::to_string(file.size);
+      return fmt::format("{}: has {} bytes, not {}", file.path, found->second, file.size);
     }
   }
   return std::string();

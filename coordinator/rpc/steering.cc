@@ -14,9 +14,9 @@ absl::Status CheckSteering(JobQueue& queue, const RpcCaller& caller, StudyId stu
   if (caller.Is(Role::kSubmitter) && owner.rfind(ActorName(caller) + " ", 0) == 0) {
     return absl::OkStatus();
   }
-  return absl::PermissionDeniedError("study " + std::to_string(study.value) +
-                                     " was not submitted by '" + caller.name +
-                                     "'; others' studies are the operator's to steer");
+  return PermissionDenied(
+      "study {} was not submitted by '{}'; others' studies are the operator's to steer",
+      study.value, caller.name);
 }
 
 }  // namespace parallax

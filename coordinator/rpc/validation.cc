@@ -17,8 +17,6 @@ constexpr int kMaxStages = 64;
 constexpr int kMaxFigures = 8;  // A job's progress has no more.
 constexpr size_t kMaxPath = 1024;
 
-absl::Status Bad(const std::string& message) { return absl::InvalidArgumentError(message); }
-
 // A word of another program, such as a version: plain and short.
 absl::Status CheckWord(const char* field, const std::string& text) {
   return CheckPlainText(field, text, kMaxNameBytes);
@@ -27,8 +25,7 @@ absl::Status CheckWord(const char* field, const std::string& text) {
 template <typename Value>
 absl::Status CheckRange(const char* field, Value value, Value low, Value high) {
   if (value >= low && value <= high) return absl::OkStatus();
-  return Bad(std::string(field) + " is " + std::to_string(value) + ", allowed is [" +
-             std::to_string(low) + ", " + std::to_string(high) + "]");
+  return InvalidArgument("{} is {}, allowed is [{}, {}]", field, value, low, high);
 }
 
 // Why a worker with these versions must not do jobs of `kind`; empty if it may. It would publish
@@ -50,16 +47,15 @@ std::string WhyNot(const v1::Hello& hello, const JobKind& kind, const StageVersi
 absl::Status CheckHello(const v1::Hello& hello, const KindRegistry& kinds) {
   RETURN_IF_ERROR(CheckName("worker name", hello.name()));
   if (hello.protocol() != kWorkProtocol) {
-    return absl::FailedPreconditionError(
-        "worker " + hello.name() + " speaks work protocol " + std::to_string(hello.protocol()) +
-        ", this coordinator speaks " + std::to_string(kWorkProtocol) +
-        ": give both the same release");
+    return FailedPrecondition(
+        "worker {} speaks work protocol {}, this coordinator speaks {}: give both the same release",
+        hello.name(), hello.protocol(), kWorkProtocol);
   }
-  if (hello.kinds().empty()) return Bad("hello without kinds of jobs");
+  if (hello.kinds().empty()) return InvalidArgument("hello without kinds of jobs");
   RETURN_IF_ERROR(CheckRange("hello.kinds", hello.kinds_size(), 1, static_cast<int>(kinds.size())));
   for (const std::string& kind : hello.kinds()) {
     if (const auto known = kinds.IdOf(kind); !known.ok()) {
-      return Bad("hello: " + std::string(known.status().message()));
+      return InvalidArgument("hello: {}", known.status().message());
     }
   }
   RETURN_IF_ERROR(CheckRange("hello.slots", hello.slots(), 1, kMaxSlots));
@@ -98,7 +94,7 @@ absl::StatusOr<std::vector<std::string>> DropKindsOfOtherVersions(const StageVer
     }
   }
   if (hello.kinds().empty()) {
-    return absl::FailedPreconditionError(notes.front() + "; give both the same release");
+    return FailedPrecondition("{}; give both the same release", notes.front());
   }
   // Its attempts may be of a kind that it must not finish.
   if (!notes.empty()) hello.clear_holding();
@@ -115,8 +111,7 @@ absl::Status CheckHeartbeat(const v1::Heartbeat& heartbeat) {
   for (const v1::Progress& progress : heartbeat.running()) {
     RETURN_IF_ERROR(CheckAttempt(progress.attempt()));
     if (!(progress.fraction() >= 0 && progress.fraction() <= 1)) {
-      return Bad("heartbeat: progress " + std::to_string(progress.fraction()) +
-                 " is not in [0, 1]");
+      return InvalidArgument("heartbeat: progress {:f} is not in [0, 1]", progress.fraction());
     }
     RETURN_IF_ERROR(CheckWord("heartbeat.stage", progress.stage()));
     RETURN_IF_ERROR(CheckRange("heartbeat.figures", progress.figures_size(), 0, kMaxFigures));
@@ -129,17 +124,19 @@ absl::Status CheckHeartbeat(const v1::Heartbeat& heartbeat) {
 
 absl::Status CheckAttempt(const v1::AttemptId& attempt) {
   if (attempt.job_id() > 0 && attempt.fence() > 0) return absl::OkStatus();
-  return Bad("attempt without job or fence (job " + std::to_string(attempt.job_id()) + ", fence " +
-             std::to_string(attempt.fence()) + ")");
+  return InvalidArgument("attempt without job or fence (job {}, fence {})", attempt.job_id(),
+                         attempt.fence());
 }
 
 absl::Status CheckComplete(const v1::CompleteRequest& request) {
   RETURN_IF_ERROR(CheckAttempt(request.attempt()));
   RETURN_IF_ERROR(CheckName("worker name", request.worker()));
   RETURN_IF_ERROR(CheckWord("complete.coordinator_id", request.coordinator_id()));
-  if (request.kind().empty()) return Bad("complete without a result");
+  if (request.kind().empty()) return InvalidArgument("complete without a result");
   for (double seconds : {request.wall_s(), request.cpu_s()}) {
-    if (!std::isfinite(seconds) || seconds < 0) return Bad("complete with a negative time");
+    if (!std::isfinite(seconds) || seconds < 0) {
+      return InvalidArgument("complete with a negative time");
+    }
   }
   return absl::OkStatus();
 }
@@ -162,7 +159,7 @@ v1::FailRequest CleanFail(const v1::FailRequest& request) {
 }
 
 absl::Status CheckSubmit(const v1::SubmitRequest& request) {
-  if (!request.has_study()) return Bad("submit without a study");
+  if (!request.has_study()) return InvalidArgument("submit without a study");
   RETURN_IF_ERROR(CheckPlainText("submit.idempotency_key", request.idempotency_key(), kMaxKey));
   RETURN_IF_ERROR(CheckRange("submit.max_running", request.max_running(), 0, kMostRunning));
   return ValidateStudy(request.study());
@@ -181,7 +178,7 @@ absl::Status CheckSetMaxRunning(const v1::SetMaxRunningRequest& request) {
 
 absl::Status CheckJobId(int64_t job_id) {
   if (job_id > 0) return absl::OkStatus();
-  return Bad("job id " + std::to_string(job_id) + ": ids start at 1");
+  return InvalidArgument("job id {}: ids start at 1", job_id);
 }
 
 absl::Status CheckDrain(const v1::DrainWorkersRequest& request) {
@@ -189,9 +186,10 @@ absl::Status CheckDrain(const v1::DrainWorkersRequest& request) {
   std::replace_if(
       name.begin(), name.end(), [](char c) { return c == '*' || c == '?'; }, 'x');
   if (!IsName(name)) {
-    return Bad("pattern " + Quoted(request.pattern()) +
-               " matches no name of a worker; it is a name in which * stands for any characters "
-               "and ? for one");
+    return InvalidArgument(
+        "pattern {} matches no name of a worker; it is a name in which * stands for any characters "
+        "and ? for one",
+        Quoted(request.pattern()));
   }
   return CheckPlainText("reason", request.reason(), kMaxReasonBytes);
 }
@@ -207,7 +205,7 @@ absl::Status CheckPutHeader(const v1::PutFileHeader& header) {
 
 absl::Status CheckStudyId(int64_t study_id) {
   if (study_id > 0) return absl::OkStatus();
-  return Bad("study id " + std::to_string(study_id) + ": ids start at 1");
+  return InvalidArgument("study id {}: ids start at 1", study_id);
 }
 
 absl::Status CheckLimit(int32_t limit, int32_t most) { return CheckRange("limit", limit, 0, most); }

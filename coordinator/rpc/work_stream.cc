@@ -1,6 +1,7 @@
 #include "coordinator/rpc/work_stream.h"
 
 #include "common/base/log.h"
+#include "common/base/status.h"
 #include "common/rpc/grpc_status.h"
 #include "coordinator/rpc/validation.h"
 
@@ -16,7 +17,7 @@ WorkStream* WorkStream::Open(const WorkStreamContext& shared, grpc::CallbackServ
       [weak = std::weak_ptr<WorkStream>(stream), &pool = shared.pool] {
         pool.Run([weak] {
           if (const auto self = weak.lock()) {
-            self->Close(absl::DeadlineExceededError("no hello on this stream"), false);
+            self->Close(DeadlineExceeded("no hello on this stream"), false);
           }
         });
       },
@@ -53,7 +54,7 @@ void WorkStream::OnReadDone(bool ok) {
     case v1::WorkerMessage::kHandBack:
       return HandleHandBack();
     case v1::WorkerMessage::kHello:
-      return EndUnlessOk(absl::InvalidArgumentError("a second hello on one stream"));
+      return EndUnlessOk(InvalidArgument("a second hello on one stream"));
     case v1::WorkerMessage::MESSAGE_NOT_SET:
       return EndUnlessOk(absl::OkStatus());  // A newer worker's.
   }
@@ -62,7 +63,7 @@ void WorkStream::OnReadDone(bool ok) {
 // The first message. Taking the worker in waits for a commit; the next read starts after it.
 void WorkStream::Join() {
   if (!incoming_.has_hello()) {
-    return EndUnlessOk(absl::InvalidArgumentError("the first message on a stream must be hello"));
+    return EndUnlessOk(InvalidArgument("the first message on a stream must be hello"));
   }
   const absl::Status status = CheckHello(incoming_.hello(), shared_.queue.kinds());
   if (!status.ok()) return EndUnlessOk(status);

@@ -10,14 +10,9 @@
 namespace parallax {
 namespace {
 
-absl::Status Bad(const std::string& message) {
-  return MakeError(absl::StatusCode::kInvalidArgument, message);
-}
-
 absl::Status CheckRange(std::string_view field, int64_t seen, int64_t low, int64_t high) {
   if (seen >= low && seen <= high) return absl::OkStatus();
-  return Bad(std::string(field) + ": " + std::to_string(seen) + ", wanted " + std::to_string(low) +
-             " to " + std::to_string(high));
+  return InvalidArgument("{}: {}, wanted {} to {}", field, seen, low, high);
 }
 
 // Folders of the user's are named with the hash of their content: results are kept by it.
@@ -38,10 +33,10 @@ absl::Status CheckContentIsNamed(const v1::SceneConfig& config) {
                   "assets.include_sha256", "meshes"}};
   for (const auto& folder : folders) {
     if (!folder.wanted || !folder.sha256.empty()) continue;
-    return Bad(
-        std::string(folder.field) +
-        " is missing; results are kept by the content of the folder, which `parallax config " +
-        folder.command + " DIR` tells");
+    return InvalidArgument(
+        "{} is missing; results are kept by the content of the folder, which `parallax config {} "
+        "DIR` tells",
+        folder.field, folder.command);
   }
   return absl::OkStatus();
 }
@@ -51,15 +46,14 @@ absl::Status CheckContentIsNamed(const v1::SceneConfig& config) {
 absl::Status CheckStudySpec(const v1::StudySpec& spec) {
   // The queue must be able to read it back, also if a caller of the library submits it.
   if (const size_t bytes = spec.ByteSizeLong(); bytes > kMaxStudyBytes) {
-    return Bad("study: " + std::to_string(bytes) + " bytes, wanted at most " +
-               std::to_string(kMaxStudyBytes));
+    return InvalidArgument("study: {} bytes, wanted at most {}", bytes, kMaxStudyBytes);
   }
   RETURN_IF_ERROR(
       CheckRange("study.variants: their number", spec.variants_size(), 1, kMaxVariants));
   std::set<std::string_view> names;
   for (const v1::VariantSpec& variant : spec.variants()) {
     const std::string where = "study.variants " + Quoted(variant.name());
-    if (!names.insert(variant.name()).second) return Bad(where + ": named twice");
+    if (!names.insert(variant.name()).second) return InvalidArgument("{}: named twice", where);
     RETURN_IF_ERROR(WithContext(CheckRange("pairs", PairsOf(spec, variant), 1, kMaxPairs), where));
     RETURN_IF_ERROR(WithContext(
         CheckRange("rigs_per_scene", RigsPerSceneOf(spec, variant), 1, kMaxRigsPerScene), where));

@@ -1,5 +1,7 @@
 #include "coordinator/study/rigs.h"
 
+#include <fmt/core.h>
+
 #include <charconv>
 #include <numeric>
 
@@ -9,8 +11,7 @@ namespace {
 constexpr uint32_t kMaxRigs = 100000;
 
 absl::Status BadRigs(std::string_view text) {
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   "rigs '" + std::string(text) + "': wanted ascending ranges such as 0-3,7");
+  return InvalidArgument("rigs '{}': wanted ascending ranges such as 0-3,7", text);
 }
 
 // Takes a number off the front.
@@ -30,7 +31,7 @@ std::string RigsText(std::span<const uint32_t> rigs) {
     while (last + 1 < rigs.size() && rigs[last + 1] == rigs[last] + 1) ++last;
     if (!text.empty()) text += ',';
     text += std::to_string(rigs[i]);
-    if (last > i) text += '-' + std::to_string(rigs[last]);
+    if (last > i) text += fmt::format("-{}", rigs[last]);
     i = last + 1;
   }
   return text;

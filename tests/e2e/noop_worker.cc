@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <thread>
 
+#include "common/base/status.h"
 #include "tests/noop/noop_handler.h"
 #include "tests/worker/agent/noop_runner.h"
 #include "worker/agent/worker_program.h"
@@ -39,7 +40,7 @@ class SlowNoopHandler final : public NoopHandler {
                                  const CancelToken& cancel,
                                  const JobProgressFn& progress) override {
     Dawdle(cancel);
-    if (cancel.cancelled()) return absl::CancelledError("cancelled");
+    if (cancel.cancelled()) return Cancelled("cancelled");
     return NoopHandler::Run(spec, folder, cancel, progress);
   }
 };

@@ -3,6 +3,7 @@
 // runs in this process.
 #include <thread>
 
+#include "common/base/status.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
 #include "tests/coordinator/queue/queue_fixture.h"
@@ -37,7 +38,7 @@ class StumblingRunner final : public NoopRunner {
       const std::lock_guard lock(mu_);
       // One worker's stumble and no other's: equal failures of two would be a verdict.
       if (job.scene().scene_seed() % 2 == 0 && stumbled_.insert(job.scene().scene_seed()).second) {
-        return absl::UnavailableError("stumbled over " + std::to_string(job.scene().scene_seed()));
+        return Unavailable("stumbled over {}", job.scene().scene_seed());
       }
     }
     return NoopRunner::Render(job, folder, cancel, progress);

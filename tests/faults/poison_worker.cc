@@ -8,6 +8,7 @@
 #include <sstream>
 #include <thread>
 
+#include "common/base/status.h"
 #include "tests/worker/agent/noop_runner.h"
 #include "worker/agent/worker_program.h"
 
@@ -30,14 +31,14 @@ class PoisonRunner final : public NoopRunner {
 
   absl::StatusOr<v1::SolveResult> Solve(const v1::SolveJob& job, const CancelToken& cancel,
                                         const JobProgressFn& progress) override {
-    if (broken_) return absl::InternalError("this machine is broken");
+    if (broken_) return Internal("this machine is broken");
     return NoopRunner::Solve(job, cancel, progress);
   }
 
   absl::StatusOr<v1::RenderResult> Render(const v1::RenderJob& job, const AttemptFolder& folder,
                                           const CancelToken& cancel,
                                           const JobProgressFn& progress) override {
-    if (broken_) return absl::InternalError("this machine is broken");
+    if (broken_) return Internal("this machine is broken");
     const auto found = poison_.find(job.scene().scene_seed());
     if (found != poison_.end()) {
       if (found->second == "crash") std::abort();

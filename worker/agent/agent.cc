@@ -188,7 +188,7 @@ class AgentImpl final : public Agent {
 
   void HandleWelcome(const v1::Welcome& welcome) {
     if (!(welcome.lease_s() > 0)) {
-      fatal_ = absl::InvalidArgumentError("the coordinator's lease is not positive");
+      fatal_ = InvalidArgument("the coordinator's lease is not positive");
       return;
     }
     if (NeedsStore()) {
@@ -218,8 +218,8 @@ class AgentImpl final : public Agent {
     AttemptFolder folder;
     const JobHandler* handler = FindHandler(handlers_, lease.kind());
     if (handler == nullptr) {
-      return ReportUnusable(lease, absl::UnimplementedError("this worker does no jobs of kind '" +
-                                                            lease.kind() + "'"));
+      return ReportUnusable(lease,
+                            Unimplemented("this worker does no jobs of kind '{}'", lease.kind()));
     }
     if (handler->writes_output()) {
       absl::StatusOr<AttemptFolder> found = folders_.Of(lease);
@@ -439,13 +439,12 @@ class AgentImpl final : public Agent {
 absl::StatusOr<std::unique_ptr<Agent>> Agent::Create(const AgentOptions& options,
                                                      const JobHandlers& handlers, Clock& clock) {
   if (options.slots < 1 || options.slots > 1024) {
-    return absl::InvalidArgumentError("slots must be in [1, 1024], not " +
-                                      std::to_string(options.slots));
+    return InvalidArgument("slots must be in [1, 1024], not {}", options.slots);
   }
-  if (options.kinds.empty()) return absl::InvalidArgumentError("a worker without kinds of jobs");
+  if (options.kinds.empty()) return InvalidArgument("a worker without kinds of jobs");
   for (const std::string& kind : options.kinds) {
     if (FindHandler(handlers, kind) != nullptr) continue;
-    return absl::InvalidArgumentError("this worker does no jobs of kind '" + kind + "'");
+    return InvalidArgument("this worker does no jobs of kind '{}'", kind);
   }
   ASSIGN_OR_RETURN(auto channel, ConnectRpc(options.coordinator, options.security));
   ASSIGN_OR_RETURN(auto outbox, Outbox::Open(options.outbox_root, options.name));

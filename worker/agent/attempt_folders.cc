@@ -1,5 +1,7 @@
 #include "worker/agent/attempt_folders.h"
 
+#include <fmt/core.h>
+
 #include "common/base/log.h"
 #include "common/rpc/remote_store.h"
 
@@ -11,8 +13,8 @@ AttemptFolders::AttemptFolders(Options options, std::shared_ptr<grpc::Channel> c
 absl::Status AttemptFolders::Use(const v1::Welcome& welcome) {
   const bool by_hand = !options_.store_uri.empty();
   const std::string& uri = by_hand ? options_.store_uri : welcome.store_uri();
-  const std::string key = uri + " " + welcome.store_id() + " " +
-                          std::to_string(static_cast<int>(welcome.store_access()));
+  const std::string key =
+      fmt::format("{} {} {}", uri, welcome.store_id(), static_cast<int>(welcome.store_access()));
   if (key == key_) return absl::OkStatus();
   std::shared_ptr<Store> store;
   if (by_hand || welcome.store_access() != v1::STORE_ACCESS_STREAM) {
@@ -42,7 +44,7 @@ AttemptFolder AttemptFolders::ReadOnly(const v1::Lease& lease) const {
 }
 
 absl::StatusOr<AttemptFolder> AttemptFolders::Of(const v1::Lease& lease) const {
-  if (key_.empty()) return absl::FailedPreconditionError("this worker has no store");
+  if (key_.empty()) return FailedPrecondition("this worker has no store");
   AttemptFolder folder;
   const std::string fence = std::to_string(lease.attempt().fence());
   folder.path = lease.store_prefix() + "/.attempt-" + fence;

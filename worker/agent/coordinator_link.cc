@@ -61,10 +61,10 @@ bool CoordinatorLink::Meet() {
     return false;
   }
   if (info.protocol() != kWorkProtocol) {
-    Break(absl::FailedPreconditionError(
-        "it speaks work protocol " + std::to_string(info.protocol()) + " (version " +
-        info.version() + "), this worker speaks " + std::to_string(kWorkProtocol) +
-        ": give both the same release"));
+    Break(
+        FailedPrecondition("it speaks work protocol {} (version {}), this worker speaks {}: give "
+                           "both the same release",
+                           info.protocol(), info.version(), kWorkProtocol));
     return false;
   }
   coordinator_id_ = info.coordinator_id();
@@ -132,16 +132,16 @@ void CoordinatorLink::HandleEnd() {
     end.swap(inbox_.end);
   }
   if (!end) return;
-  Break(end->ok() ? absl::UnavailableError("the coordinator ended the stream") : *end);
+  Break(end->ok() ? Unavailable("the coordinator ended the stream") : *end);
 }
 
 void CoordinatorLink::BreakIfSilent() {
   if (session_ == nullptr) return;
   if (!welcomed_) {
     if (clock_.Steady() < SecondsAfter(hello_at_, options_.connect_timeout_s)) return;
-    Break(absl::DeadlineExceededError("no welcome from the coordinator"));
+    Break(DeadlineExceeded("no welcome from the coordinator"));
   } else if (LeaseIsOver()) {
-    Break(absl::DeadlineExceededError("the coordinator does not answer heartbeats"));
+    Break(DeadlineExceeded("the coordinator does not answer heartbeats"));
   }
 }
 
@@ -151,9 +151,8 @@ void CoordinatorLink::Break(const absl::Status& status) {
   if (IsFatal(status.code())) {
     // Distinguished from an error of this machine's disk, which has another exit status.
     const bool refused = absl::IsPermissionDenied(status);
-    fatal_ = WithContext(
-        refused ? absl::Status(absl::StatusCode::kUnauthenticated, status.message()) : status,
-        "coordinator " + options_.coordinator.ToString());
+    fatal_ = WithContext(refused ? Unauthenticated("{}", status.message()) : status,
+                         "coordinator " + options_.coordinator.ToString());
     return;
   }
   // Logged once when the connection breaks, not at every try.

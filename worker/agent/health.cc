@@ -80,7 +80,7 @@ absl::StatusOr<std::unique_ptr<HealthServer>> HealthServer::Start(
   builder.AddListeningPort(where.ToString(), grpc::InsecureServerCredentials(), &port);
   std::unique_ptr<grpc::Server> server = builder.BuildAndStart();
   if (server == nullptr) {
-    return absl::UnavailableError("can't listen on " + address + " for probes");
+    return Unavailable("can't listen on {} for probes", address);
   }
   return std::make_unique<HealthServerImpl>(std::move(others), std::move(server), port,
                                             std::move(ask));

@@ -15,6 +15,7 @@
 
 #include "common/base/log.h"
 #include "common/base/log_capture.h"
+#include "common/base/status.h"
 #include "common/store/store.h"
 #include "worker/agent/failure.h"
 #include "worker/agent/upload.h"
@@ -140,9 +141,7 @@ class JobSlots::Impl {
       place = PlaceOf(*hung);
       idle_s = std::chrono::duration<double>(clock_.Steady() - hung->progressed).count();
     }
-    sink_(FailReport(*hung,
-                     absl::DeadlineExceededError("no progress for " +
-                                                 std::to_string(static_cast<int>(idle_s)) + " s"),
+    sink_(FailReport(*hung, DeadlineExceeded("no progress for {} s", static_cast<int>(idle_s)),
                      place));
     return true;
   }
@@ -224,8 +223,7 @@ class JobSlots::Impl {
     names.scene = run.lease.scene();
     ScopedLogContext scope(names);
     LogInfo("job started", {{"kind", run.lease.kind()}, {"try", run.lease.attempt_number()}});
-    const Outcome outcome =
-        run.cancel.cancelled() ? absl::CancelledError("before it started") : Perform(run);
+    const Outcome outcome = run.cancel.cancelled() ? Cancelled("before it started") : Perform(run);
     Finish(run, outcome);
   }
 
@@ -242,7 +240,7 @@ class JobSlots::Impl {
     };
     JobHandler* const handler = FindHandler(handlers_, run.lease.kind());
     if (handler == nullptr) {
-      return absl::UnimplementedError("a job of a kind that this worker does not know");
+      return Unimplemented("a job of a kind that this worker does not know");
     }
     try {
       ASSIGN_OR_RETURN(JobOutcome outcome,
@@ -255,17 +253,16 @@ class JobSlots::Impl {
       }
       return outcome;
     } catch (const std::bad_alloc&) {
-      return absl::ResourceExhaustedError("out of memory");
+      return ResourceExhausted("out of memory");
     } catch (const std::exception& error) {
-      return absl::InternalError(std::string("exception: ") + error.what());
+      return Internal("exception: {}", error.what());
     } catch (...) {
-      return absl::InternalError("exception of unknown type");
+      return Internal("exception of unknown type");
     }
   }
 
   static absl::Status TooLarge(size_t bytes) {
-    return absl::OutOfRangeError("result of " + std::to_string(bytes) +
-                                 " bytes does not fit into a message");
+    return OutOfRange("result of {} bytes does not fit into a message", bytes);
   }
 
   void Finish(Run& run, const Outcome& outcome) {

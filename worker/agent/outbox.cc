@@ -1,6 +1,7 @@
 #include "worker/agent/outbox.h"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -82,7 +83,7 @@ absl::StatusOr<Report> ReadReport(const fs::path& path) {
   ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path.string()));
   if (bytes.size() < kDigestBytes ||
       DigestOf(bytes.substr(kDigestBytes)) != bytes.substr(0, kDigestBytes)) {
-    return absl::DataLossError(path.string() + ": content does not match its digest");
+    return DataLoss("{}: content does not match its digest", path.string());
   }
   Report report;
   const std::string message = bytes.substr(kDigestBytes);
@@ -92,7 +93,7 @@ absl::StatusOr<Report> ReadReport(const fs::path& path) {
   } else {
     parsed = report.body.emplace<v1::FailRequest>().ParseFromString(message);
   }
-  if (!parsed) return absl::DataLossError(path.string() + ": not a report");
+  if (!parsed) return DataLoss("{}: not a report", path.string());
   return report;
 }
 
@@ -127,8 +128,9 @@ absl::StatusOr<std::unique_ptr<Outbox>> Outbox::Open(const std::string& root,
   std::error_code error;
   ASSIGN_OR_RETURN(const int lock_fd, LockFolder(directory));
   if (lock_fd < 0) {
-    return absl::AlreadyExistsError("outbox " + directory + " is in use by another worker named " +
-                                    worker + "; give this one another --name");
+    return AlreadyExists(
+        "outbox {} is in use by another worker named {}; give this one another --name", directory,
+        worker);
   }
   std::unique_ptr<Outbox> outbox(new Outbox(directory, lock_fd));
   for (const fs::path& sibling : SortedEntries(root)) {
@@ -182,9 +184,9 @@ void Outbox::LoadLeftovers() {
 
 std::string Outbox::PathOf(const Report& report) const {
   // The coordinator's name can have any form; eight digits of its hash distinguish databases.
-  return directory_ + "/" + Sha256Hex(report.coordinator_id()).substr(0, 8) + "-" +
-         std::to_string(report.attempt().job_id()) + "-" +
-         std::to_string(report.attempt().fence()) + (report.body.index() == 0 ? kComplete : kFail);
+  return fmt::format("{}/{}-{}-{}{}", directory_, Sha256Hex(report.coordinator_id()).substr(0, 8),
+                     report.attempt().job_id(), report.attempt().fence(),
+                     report.body.index() == 0 ? kComplete : kFail);
 }
 
 std::string Outbox::staging() const { return directory_ + kStagingName; }

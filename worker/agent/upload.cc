@@ -33,7 +33,7 @@ void Pause(std::chrono::milliseconds pause, const CancelToken& cancel) {
 absl::Status PutUntilThere(Store& store, const std::string& path, const std::string& local,
                            const StoreFile& facts, const CancelToken& cancel) {
   for (auto pause = kFirstPause;; pause = std::min(pause * 2, kLongestPause)) {
-    if (cancel.cancelled()) return absl::CancelledError("while its files were sent");
+    if (cancel.cancelled()) return Cancelled("while its files were sent");
     const absl::Status status = store.PutFile(path, local, facts, /*may_move=*/false);
     if (status.ok() || !IsWorthAnotherTry(status.code()))
       return WithContext(status, "send " + path);

@@ -1,5 +1,6 @@
 #include "worker/agent/worker_program.h"
 
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -15,6 +16,7 @@
 #include "common/base/log.h"
 #include "common/base/memory_budget.h"
 #include "common/base/names.h"
+#include "common/base/status.h"
 #include "common/base/version.h"
 #include "worker/agent/agent.h"
 #include "worker/agent/health.h"
@@ -84,7 +86,7 @@ std::string DefaultName() {
     if (!std::isalnum(static_cast<unsigned char>(c)) && c != '.' && c != '-') c = '-';
   }
   if (!std::isalnum(static_cast<unsigned char>(name[0]))) name = "worker" + name;
-  return name.substr(0, 80) + "-" + std::to_string(getpid());
+  return fmt::format("{}-{}", name.substr(0, 80), getpid());
 }
 
 // A folder of this user that survives a crash of the machine.
@@ -102,7 +104,7 @@ std::string DefaultOutbox() {
   if (const std::string home = variable("HOME"); !home.empty()) {
     return home + "/.local/state/parallax/outbox";
   }
-  return "/var/tmp/parallax-outbox-" + std::to_string(getuid());
+  return fmt::format("/var/tmp/parallax-outbox-{}", getuid());
 }
 
 void Declare(CLI::App& app, CommandLine& line) {
@@ -203,7 +205,7 @@ std::string DefaultCache() {
   const char* home = std::getenv("HOME");
   if (named != nullptr && named[0] == '/') return std::string(named) + "/parallax";
   if (home != nullptr && home[0] == '/') return std::string(home) + "/.cache/parallax";
-  return "/var/tmp/parallax-cache-" + std::to_string(getuid());
+  return fmt::format("/var/tmp/parallax-cache-{}", getuid());
 }
 
 std::vector<std::string> SplitWords(const std::string& text) {
@@ -229,8 +231,8 @@ absl::StatusOr<AgentOptions> OptionsOf(const CommandLine& line, const JobHandler
   options.tags = SplitWords(line.tags);
   for (const std::string& tag : options.tags) RETURN_IF_ERROR(CheckName("tag", tag));
   options.version = kProgramVersion;
-  options.instance = std::to_string(getpid()) + "-" +
-                     std::to_string(Clock::System().Steady().time_since_epoch().count());
+  options.instance =
+      fmt::format("{}-{}", getpid(), Clock::System().Steady().time_since_epoch().count());
   // Coordinators from before the versions of stages compare this and refuse.
   options.build_id =
       std::string("generator-") + kLayoutVersion + "." + kSceneVersion + "." + kFrameVersion;
@@ -366,12 +368,11 @@ absl::StatusOr<std::vector<std::string>> KindsOfRole(std::string_view role,
     if (FindHandler(handlers, word) == nullptr) {
       std::string known = "all";
       for (const std::string& kind : all) known += ", " + kind;
-      return absl::InvalidArgumentError("--role: unknown kind of job '" + word + "'; there are " +
-                                        known);
+      return InvalidArgument("--role: unknown kind of job '{}'; there are {}", word, known);
     }
     if (std::count(kinds.begin(), kinds.end(), word) == 0) kinds.push_back(word);
   }
-  if (kinds.empty()) return absl::InvalidArgumentError("--role: names no kind of job");
+  if (kinds.empty()) return InvalidArgument("--role: names no kind of job");
   return kinds;
 }
 

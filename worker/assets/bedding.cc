@@ -1,4 +1,6 @@
 // Pillows and folded cloth: what lies on beds, sofas and shelves.
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -225,7 +227,7 @@ Asset MakeBlanket(const BlanketParams& p) {
           each.width_m *= Draw(rng, 0.92, 1.0);
           each.layers = std::max(2, p.layers - rng.UniformInt(0, 1));
         }
-        const std::string slot = i == 0 ? "cloth" : "cloth_" + std::to_string(i + 1);
+        const std::string slot = i == 0 ? "cloth" : fmt::format("cloth_{}", i + 1);
         const float turn = Draw(rng, -0.04, 0.04), shift = Draw(rng, -0.008, 0.008);
         b.Add(FoldedCloth(each, rng).TurnedZ(p.stack > 1 ? turn : 0).Moved(shift, 0, z),
               cloth(slot));

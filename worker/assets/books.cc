@@ -1,5 +1,7 @@
 #include "worker/assets/books.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -60,7 +62,7 @@ Shape Cover(const BookParams& p, float board, float out_w, float out_h) {
 
 // A book lying on its back cover; origin at the middle of the cover.
 void AddBook(AssetBuilder& b, const BookParams& p, const Eigen::Affine3f& place, int serial) {
-  const std::string suffix = serial == 0 ? "" : "_" + std::to_string(serial % 3 + 1);
+  const std::string suffix = serial == 0 ? "" : fmt::format("_{}", serial % 3 + 1);
   const float board = p.hardcover ? 0.0026f : 0.0006f;
   const float stand = p.hardcover ? 0.0035f : 0.0f;  // How far the boards stand over the block.
   Shape cover = Cover(p, board, p.width_m, p.height_m).Moved(-0.5f * p.width_m, 0, 0);

@@ -70,8 +70,7 @@ absl::StatusOr<Asset> MakeAsset(std::string_view class_name, uint64_t seed) {
         nearest = c.name;
       }
     }
-    return absl::NotFoundError("no asset class '" + std::string(class_name) +
-                               "'; the nearest is '" + nearest + "'");
+    return NotFound("no asset class '{}'; the nearest is '{}'", class_name, nearest);
   }
   Rng rng(SceneSeed{seed}, "asset/" + found->name);
   return found->sample(rng);
@@ -79,7 +78,7 @@ absl::StatusOr<Asset> MakeAsset(std::string_view class_name, uint64_t seed) {
 
 absl::StatusOr<Asset> MakeAsset(std::string_view class_name, uint64_t seed, float target_edge_m) {
   if (target_edge_m != 0 && !(target_edge_m >= 0.0005f)) {
-    return absl::InvalidArgumentError("a target edge is 0 or at least half a millimetre");
+    return InvalidArgument("a target edge is 0 or at least half a millimetre");
   }
   const kernel::DetailScope scope(target_edge_m);
   return MakeAsset(class_name, seed);

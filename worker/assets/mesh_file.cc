@@ -4,6 +4,7 @@
 #include <assimp/GltfMaterial.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <array>
@@ -35,7 +36,7 @@ std::string Lower(std::string text) {
 }
 
 absl::Status Bad(const std::string& path, const std::string& what) {
-  return MakeError(absl::StatusCode::kInvalidArgument, "mesh " + path + ": " + what);
+  return InvalidArgument("mesh {}: {}", path, what);
 }
 
 // Converts from a file's axes to the asset frame's.
@@ -119,8 +120,8 @@ class FileReader {
     int64_t triangles = 0;
     for (unsigned i = 0; i < scene_->mNumMeshes; ++i) triangles += scene_->mMeshes[i]->mNumFaces;
     if (triangles >= 1 && triangles <= kMostTrianglesOfAFile) return absl::OkStatus();
-    return Bad(path_, std::to_string(triangles) + " triangles, wanted 1 to " +
-                          std::to_string(kMostTrianglesOfAFile));
+    return Bad(path_,
+               fmt::format("{} triangles, wanted 1 to {}", triangles, kMostTrianglesOfAFile));
   }
 
   absl::Status Add(const aiMesh& part) {
@@ -129,8 +130,7 @@ class FileReader {
     for (unsigned i = 0; i < part.mNumVertices; ++i) {
       const Vec3f at = Turned(part.mVertices[i], z_up_);
       if (!at.allFinite()) {
-        return Bad(path_, "corner " + std::to_string(i) + " of part " +
-                              std::string(part.mName.C_Str()) + " is not finite");
+        return Bad(path_, fmt::format("corner {} of part {} is not finite", i, part.mName.C_Str()));
       }
       Vec3f normal = part.HasNormals() ? Turned(part.mNormals[i], z_up_) : Vec3f::UnitZ();
       const float length = normal.norm();
@@ -235,7 +235,7 @@ class FileReader {
     const Box3f box = mesh.Bounds();
     const float side = box.diagonal().maxCoeff();
     if (!(side > 1e-6f) || !std::isfinite(side)) {
-      return Bad(path_, "its longest side is " + std::to_string(side) + ", wanted more than 0");
+      return Bad(path_, fmt::format("its longest side is {:f}, wanted more than 0", side));
     }
     const Vec3f origin(box.center().x(), box.center().y(), box.min().z());
     for (Vec3f& at : mesh.positions) at = (at - origin) + Vec3f::Zero();  // -0 becomes 0.

@@ -1,5 +1,7 @@
 #include "worker/assets/misc.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string_view>
@@ -243,8 +245,8 @@ Asset MakeBalloon(const BalloonParams& p) {
                        0.55f + 0.12f * static_cast<float>(i % 2));
       const Vec3f up = Vec3f(lean * std::cos(a), lean * std::sin(a), 1).normalized();
       b.Add(AlongZ(Lathe(profile, {.segments = 48}).Moved(0, 0, 1.42f * r), knot, knot + up),
-            Slot("rubber_" + std::to_string(i + 1), {"plastic"}));
-      b.Add(Ball(0.007f, 12).Moved(knot), Slot("rubber_" + std::to_string(i + 1), {"plastic"}));
+            Slot(fmt::format("rubber_{}", i + 1), {"plastic"}));
+      b.Add(Ball(0.007f, 12).Moved(knot), Slot(fmt::format("rubber_{}", i + 1), {"plastic"}));
       b.Add(Ribbon(knot, knot.z() - 0.004f, Noise(rng)), Slot("ribbon", {"fabric", "plastic"}));
     }
     b.Add(

@@ -54,8 +54,7 @@ class Shelf {
       if (const auto found = places_.find(seed); found != places_.end()) place = found->second;
     }
     if (!place) {
-      return MakeError(absl::StatusCode::kNotFound,
-                       "it is in no folder that this job names (assets.include)");
+      return NotFound("it is in no folder that this job names (assets.include)");
     }
     std::string path;
     for (const FolderFile& file : place->files) {
@@ -96,9 +95,9 @@ std::vector<FolderFile> FilesOfMesh(const FolderFile& mesh, const std::vector<Fo
 absl::StatusOr<std::string> OwnClassOf(const std::string& dir, const std::string& name) {
   const std::string folder = fs::path(dir + "/" + name).parent_path().filename().string();
   if (IsName(folder)) return std::string(kOwnPrefix) + folder;
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   "include: " + dir + "/" + name + " lies in the folder " + Quoted(folder) +
-                       ", which would be the name of its class: " + WhyNotName(folder));
+  return InvalidArgument(
+      "include: {}/{} lies in the folder {}, which would be the name of its class: {}", dir, name,
+      Quoted(folder), WhyNotName(folder));
 }
 
 absl::Status AddMeshFolder(const std::string& dir, OwnMeshes& out,
@@ -121,7 +120,7 @@ absl::Status AddMeshFolder(const std::string& dir, OwnMeshes& out,
     out.meshes.push_back(std::move(mesh));
   }
   if (any) return absl::OkStatus();
-  return MakeError(absl::StatusCode::kNotFound, "include: no .glb, .obj or .ply in " + dir);
+  return NotFound("include: no .glb, .obj or .ply in {}", dir);
 }
 
 }  // namespace
@@ -158,8 +157,7 @@ absl::StatusOr<std::unique_ptr<const Material>> MakeOwnMeshMaterial(std::string_
   const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), slot);
   if (error != std::errc() || end != number.data() + number.size() ||
       slot >= file->materials.size() || !file->materials[slot]) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "material " + std::string(name) + ": the mesh has none of this number");
+    return InvalidArgument("material {}: the mesh has none of this number", name);
   }
   return MakePbrMaterial(*file->materials[slot], PbrMapping::kUv);
 }

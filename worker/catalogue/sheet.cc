@@ -1,7 +1,8 @@
 #include "worker/catalogue/sheet.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <utility>
 
@@ -41,9 +42,7 @@ absl::Status WriteLastPage(const std::string& stem, const std::vector<Strip>& st
       page.DrawImage(static_cast<int>(c) * cell_px, y + kCaption, cell_px, cell_px, strip.cells[c]);
     }
   }
-  char number[32];
-  std::snprintf(number, sizeof(number), "-%02zu.png", first / kRowsAPage + 1);
-  files.push_back(stem + number);
+  files.push_back(fmt::format("{}-{:02}.png", stem, first / kRowsAPage + 1));
   return WritePng(files.back(), page.image());
 }
 
@@ -83,8 +82,7 @@ absl::Status CheckNames(const SheetOptions& options) {
                         std::any_of(MaterialCatalogue().begin(), MaterialCatalogue().end(),
                                     [&](const MaterialClass& c) { return c.family == name; });
     if (!family && FindAssetClass(name) == nullptr && FindMaterialClass(name) == nullptr) {
-      return MakeError(absl::StatusCode::kNotFound,
-                       "no class, material or family is called '" + name + "'");
+      return NotFound("no class, material or family is called '{}'", name);
     }
   }
   return absl::OkStatus();

@@ -1,5 +1,7 @@
 #include "worker/catalogue/sheet_scene.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -133,7 +135,7 @@ absl::StatusOr<SheetRow> MakeAssetRow(const AssetClass& asset_class, uint64_t fi
     ASSIGN_OR_RETURN(const PooledAsset* asset, scene.pool.Get(asset_class.name, seed));
     v1::SceneObject& object = *scene.recipe.add_objects();
     object.set_index(static_cast<uint32_t>(k + 1));
-    object.set_name(asset_class.name + "_" + std::to_string(seed));
+    object.set_name(fmt::format("{}_{}", asset_class.name, seed));
     object.set_asset_class(asset_class.name);
     object.set_seed(seed);
     object.set_role(v1::OBJECT_ROLE_FLOATING);

@@ -1,6 +1,7 @@
 #include "worker/dataset/archive.h"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -47,11 +48,7 @@ absl::Status Rename(const std::string& from, const std::string& to) {
   return ErrnoError(errno, "rename " + from + " to " + to);
 }
 
-std::string SceneFile(uint32_t scene) {
-  char text[64];
-  std::snprintf(text, sizeof(text), "scenes/%06u.pb", scene);
-  return text;
-}
+std::string SceneFile(uint32_t scene) { return fmt::format("scenes/{:06}.pb", scene); }
 
 std::string VersionLine() { return "# Parallax " + DescribeVersions(); }
 
@@ -82,9 +79,9 @@ absl::Status OtherStudy(const std::string& path, const std::string& there, const
   const auto trimmed = [](const std::string& line) {
     return line.substr(std::min(line.find_first_not_of(' '), line.size()));
   };
-  return MakeError(absl::StatusCode::kFailedPrecondition,
-                   path + " is of another study (there \"" + trimmed(there) + "\", now \"" +
-                       trimmed(now) + "\"): choose another folder");
+  return FailedPrecondition(
+      "{} is of another study (there \"{}\", now \"{}\"): choose another folder", path,
+      trimmed(there), trimmed(now));
 }
 
 absl::Status CheckSameStudy(const std::string& path, const v1::StudySpec& study) {
@@ -93,10 +90,10 @@ absl::Status CheckSameStudy(const std::string& path, const v1::StudySpec& study)
   RETURN_IF_ERROR(present.status());
   const std::string version = present->substr(0, present->find('\n'));
   if (version != VersionLine()) {
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     path + " is of another version of Parallax (there \"" + version +
-                         "\", now \"" + VersionLine() +
-                         "\"), whose frames differ: choose another folder");
+    return FailedPrecondition(
+        "{} is of another version of Parallax (there \"{}\", now \"{}\"), whose frames differ: "
+        "choose another folder",
+        path, version, VersionLine());
   }
   ASSIGN_OR_RETURN(v1::StudySpec locked, ParseStudy(*present, path));
   const std::vector<std::string> there = LinesAboutFrames(std::move(locked));
@@ -147,8 +144,7 @@ class Archive final : public ArchiveWriter {
     for (const v1::FileEntry& file : frame.frame().files()) {
       RETURN_IF_ERROR(CheckStorePath(file.name()));
       if (file.name().find('/') != std::string::npos) {
-        return MakeError(absl::StatusCode::kInvalidArgument,
-                         "frame file " + file.name() + ": allowed is a plain name");
+        return InvalidArgument("frame file {}: allowed is a plain name", file.name());
       }
     }
     const FrameKey key = {frame.scene(), frame.frame().rig()};
@@ -256,8 +252,7 @@ class Archive final : public ArchiveWriter {
     for (const v1::VariantSpec& variant : study_.variants()) {
       if (variant.name() == name) return &variant;
     }
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "study " + study_.name() + " has no variant \"" + name + "\"");
+    return InvalidArgument("study {} has no variant \"{}\"", study_.name(), name);
   }
 
   // Judges each frame by the current filters. Drops lines whose frame is gone, and lines that an
@@ -337,9 +332,8 @@ class Archive final : public ArchiveWriter {
     struct stat info {};
     if (::lstat(from.c_str(), &info) != 0) return ErrnoError(errno, "store file " + from);
     if (!S_ISREG(info.st_mode) || info.st_size != file.size()) {
-      return MakeError(absl::StatusCode::kDataLoss,
-                       "store file " + from + ": " + std::to_string(info.st_size) +
-                           " bytes, its manifest says " + std::to_string(file.size()));
+      return DataLoss("store file {}: {} bytes, its manifest says {}", from, info.st_size,
+                      file.size());
     }
     if (::link(from.c_str(), to.c_str()) == 0) {
       ++totals_.files_linked;
@@ -350,8 +344,7 @@ class Archive final : public ArchiveWriter {
     }
     ASSIGN_OR_RETURN(const std::string bytes, ReadFile(from));
     if (Sha256Hex(bytes) != file.sha256()) {
-      return MakeError(absl::StatusCode::kDataLoss,
-                       "store file " + from + ": its content is not what its manifest says");
+      return DataLoss("store file {}: its content is not what its manifest says", from);
     }
     ++totals_.files_copied;
     return WriteFile(to, bytes, /*sync=*/true);

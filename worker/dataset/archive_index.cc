@@ -1,6 +1,7 @@
 #include "worker/dataset/archive_index.h"
 
-#include <cstdio>
+#include <fmt/core.h>
+
 #include <nlohmann/json.hpp>
 
 #include "worker/dataset/verdicts.h"
@@ -41,9 +42,7 @@ std::string IndexText(const std::vector<IndexLine>& index) {
 }
 
 std::string FramePath(const FrameKey& key) {
-  char text[64];
-  std::snprintf(text, sizeof(text), "frames/%06u/%03u", key.first, key.second);
-  return text;
+  return fmt::format("frames/{:06}/{:03}", key.first, key.second);
 }
 
 absl::StatusOr<IndexLine> MakeIndexLine(const v1::PublishedFrame& published,
@@ -75,7 +74,7 @@ absl::StatusOr<IndexLine> MakeIndexLine(const v1::PublishedFrame& published,
 
 absl::Status JudgeAnew(const v1::FilterConfig& filters, IndexLine& line) {
   Json json = Json::parse(line.text, nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object()) return absl::DataLossError("not a line of an index");
+  if (!json.is_object()) return DataLoss("not a line of an index");
   return SetVerdicts(filters, json, line);
 }
 
@@ -83,7 +82,7 @@ absl::Status SetAmbiguousShare(std::optional<double> share, const v1::FilterConf
                                IndexLine& line) {
   Json json = Json::parse(line.text, nullptr, /*allow_exceptions=*/false);
   if (!json.is_object() || !json.contains("statistics") || !json["statistics"].is_object()) {
-    return absl::DataLossError("not a line of an index");
+    return DataLoss("not a line of an index");
   }
   json["statistics"].erase(kAmbiguousShare);
   if (share) json["statistics"][kAmbiguousShare] = *share;
@@ -105,13 +104,13 @@ absl::StatusOr<IndexLine> ParseIndexLine(const std::string& text) {
   };
   if (!json.is_object() || !number("scene") || !number("rig") || !json.contains("files") ||
       !json["files"].is_object()) {
-    return absl::DataLossError("not a line of an index");
+    return DataLoss("not a line of an index");
   }
   IndexLine line;
   line.key = {json["scene"].get<uint32_t>(), json["rig"].get<uint32_t>()};
   line.text = text;
   for (const auto& [name, hash] : json["files"].items()) {
-    if (!hash.is_string()) return absl::DataLossError("not a line of an index");
+    if (!hash.is_string()) return DataLoss("not a line of an index");
     line.files.emplace(name, hash.get<std::string>());
   }
   return line;

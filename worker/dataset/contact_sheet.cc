@@ -1,8 +1,9 @@
 #include "worker/dataset/contact_sheet.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <utility>
 
@@ -21,12 +22,6 @@ using Json = nlohmann::ordered_json;
 constexpr int kSheetMargin = 28, kGap = 8, kHeader = 96, kLegendRows = 10, kLegendRow = 15;
 constexpr int kLegendLines = 6;  // Without a list of objects or materials.
 constexpr int kRowGap = 26;
-
-std::string Format(const char* format, double value) {
-  char text[64];
-  std::snprintf(text, sizeof(text), format, value);
-  return text;
-}
 
 double NumberAt(const Json& json, const char* a, const char* b = nullptr) {
   const Json* node = json.contains(a) ? &json[a] : nullptr;
@@ -65,7 +60,7 @@ void DrawLegend(Canvas& canvas, int x, int y, int width, const ImageU16& indices
     const int cx = x + static_cast<int>(i) / kLegendRows * column_width;
     const int cy = y + static_cast<int>(i) % kLegendRows * kLegendRow;
     if (i + 1 == room && order.size() > room) {
-      canvas.DrawText(cx + 15, cy + 9, std::to_string(order.size() - room + 1) + " more", 7.5,
+      canvas.DrawText(cx + 15, cy + 9, fmt::format("{} more", order.size() - room + 1), 7.5,
                       kFaint);
       break;
     }
@@ -80,8 +75,9 @@ void DrawLegend(Canvas& canvas, int x, int y, int width, const ImageU16& indices
 void DrawColorBar(Canvas& canvas, int x, int y, int width, double full_scale_px) {
   for (int i = 0; i < width; ++i) canvas.FillBox(x + i, y, 1, 10, Turbo(i / double(width - 1)));
   canvas.DrawText(x, y + 26, "0", 8, kFaint);
-  const std::string middle = Format("%.0f", full_scale_px / 4);  // The scale goes by square roots.
-  const std::string end = Format("%.0f px", full_scale_px);
+  // The scale goes by square roots.
+  const std::string middle = fmt::format("{:.0f}", full_scale_px / 4);
+  const std::string end = fmt::format("{:.0f} px", full_scale_px);
   canvas.DrawText(x + (width - Canvas::TextWidth(middle, 8)) / 2, y + 26, middle, 8, kFaint);
   canvas.DrawText(x + width - Canvas::TextWidth(end, 8), y + 26, end, 8, kFaint);
 }
@@ -99,14 +95,13 @@ void DrawFacts(Canvas& canvas, int x, int y, int width, const Row& row) {
                                : std::string();
   const std::string lines[] = {
       room,
-      "baseline " + Format("%.3f m", NumberAt(json, "baseline_m")) + "   focal " +
-          Format("%.0f px", NumberAt(json, "intrinsics", "fx")),
-      "depth " + Format("%.2f", NumberAt(json, "near_m")) + " to " +
-          Format("%.2f m", NumberAt(json, "far_m")),
-      "disparity up to " + Format("%.0f px", NumberAt(json, "statistics", "max_disparity_px")),
-      "mean intensity " + Format("%.0f", NumberAt(json, "statistics", "mean_intensity")) +
-          "   occluded " +
-          Format("%.1f %%", 100 * NumberAt(json, "statistics", "occluded_fraction")),
+      fmt::format("baseline {:.3f} m   focal {:.0f} px", NumberAt(json, "baseline_m"),
+                  NumberAt(json, "intrinsics", "fx")),
+      fmt::format("depth {:.2f} to {:.2f} m", NumberAt(json, "near_m"), NumberAt(json, "far_m")),
+      fmt::format("disparity up to {:.0f} px", NumberAt(json, "statistics", "max_disparity_px")),
+      fmt::format("mean intensity {:.0f}   occluded {:.1f} %",
+                  NumberAt(json, "statistics", "mean_intensity"),
+                  100 * NumberAt(json, "statistics", "occluded_fraction")),
   };
   canvas.DrawText(x, y + 10, FitText(row.name, 8.5, width), 8.5, kText, true);
   int line_y = y + 26;
@@ -122,8 +117,8 @@ void DrawWarp(Canvas& canvas, int x, int y, const WarpDifference& warp) {
   canvas.DrawText(x, y + 10, "right warped onto left,", 8, kFaint);
   canvas.DrawText(x, y + 26, "difference outside occlusions:", 8, kFaint);
   canvas.DrawText(x, y + 42,
-                  "median " + Format("%.2f", warp.median) + "   mean " + Format("%.2f", warp.mean) +
-                      "   90 % " + Format("%.1f", warp.p90) + "  of 255",
+                  fmt::format("median {:.2f}   mean {:.2f}   90 % {:.1f}  of 255", warp.median,
+                              warp.mean, warp.p90),
                   8, kText);
 }
 
@@ -279,8 +274,7 @@ absl::StatusOr<ContactSheetResult> MakeContactSheet(const std::string& dir,
                                                     const ContactSheetOptions& options) {
   ASSIGN_OR_RETURN(const std::vector<std::string> found, FindFrames(dir));
   if (found.empty()) {
-    return MakeError(absl::StatusCode::kNotFound,
-                     dir + ": no frame (a folder with frame.json) in it");
+    return NotFound("{}: no frame (a folder with frame.json) in it", dir);
   }
   ContactSheetResult result;
   result.frames_found = static_cast<int>(found.size());
@@ -300,8 +294,8 @@ absl::StatusOr<ContactSheetResult> MakeContactSheet(const std::string& dir,
   Canvas canvas(2 * kSheetMargin + count_of_columns * (tile_width + kGap) - kGap,
                 kHeader + static_cast<int>(chosen.size()) * row_height + kSheetMargin);
   canvas.DrawText(kSheetMargin, 46, TitleOf(dir), 19, kText, true);
-  const std::string count = std::to_string(chosen.size()) + " of " + std::to_string(found.size()) +
-                            (found.size() == 1 ? " pair" : " pairs");
+  const std::string count = fmt::format("{} of {}{}", chosen.size(), found.size(),
+                                        found.size() == 1 ? " pair" : " pairs");
   canvas.DrawText(canvas.image().width() - kSheetMargin - Canvas::TextWidth(count, 12), 46, count,
                   12, kFaint);
   for (int i = 0; i < count_of_columns; ++i) {

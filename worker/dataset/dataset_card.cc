@@ -1,8 +1,9 @@
 #include "worker/dataset/dataset_card.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cctype>
-#include <cstdio>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -132,16 +133,15 @@ absl::StatusOr<Summary> Summarise(const std::string& dir, const std::vector<Inde
       AddIndexLine(Json::parse(line.text), summary);
       AddFrameJson(Json::parse(text), summary);
     } catch (const Json::exception& error) {
-      return MakeError(absl::StatusCode::kDataLoss, path + ": " + error.what());
+      return DataLoss("{}: {}", path, error.what());
     }
   }
   for (const uint32_t number : summary.scenes) {
-    char name[64];
-    std::snprintf(name, sizeof(name), "/scenes/%06u.pb", number);
-    const absl::StatusOr<std::string> bytes = ReadFile(dir + name);
+    const std::string path = fmt::format("{}/scenes/{:06}.pb", dir, number);
+    const absl::StatusOr<std::string> bytes = ReadFile(path);
     if (absl::IsNotFound(bytes.status())) continue;  // The caller may fetch frames without recipes.
     RETURN_IF_ERROR(bytes.status());
-    ASSIGN_OR_RETURN(const v1::Scene scene, ParseScene(*bytes, dir + name));
+    ASSIGN_OR_RETURN(const v1::Scene scene, ParseScene(*bytes, path));
     RETURN_IF_ERROR(AddRecipe(scene, summary));
   }
   return summary;
@@ -207,12 +207,6 @@ std::string CardJson(const v1::StudySpec& study, const v1::VariantSpec& variant,
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-std::string Fixed(double value, int digits) {
-  char text[64];
-  std::snprintf(text, sizeof(text), "%.*f", digits, value);
-  return text;
-}
-
 // Rows "|64-96|########|12.3 %|" over groups of bins.
 std::string BarTable(const Histogram& histogram, int bins_a_row, int rows, const char* unit) {
   const double total = static_cast<double>(std::max<int64_t>(histogram.Total(), 1));
@@ -230,9 +224,9 @@ std::string BarTable(const Histogram& histogram, int bins_a_row, int rows, const
     const double share = static_cast<double>(count) / total;
     const double low = static_cast<double>(begin) * histogram.bin_width;
     const double high = static_cast<double>(end) * histogram.bin_width;
-    text += "| " + Fixed(low, 0) + (last ? " and more" : "–" + Fixed(high, 0)) + " | " +
-            std::string(static_cast<size_t>(share * 40 + 0.5), '#') + " | " +
-            Fixed(100 * share, 1) + " % |\n";
+    text += fmt::format("| {:.0f}{} | {} | {:.1f} % |\n", low,
+                        last ? " and more" : fmt::format("–{:.0f}", high),
+                        std::string(static_cast<size_t>(share * 40 + 0.5), '#'), 100 * share);
   }
   return text;
 }
@@ -245,12 +239,9 @@ std::string ShareTable(const std::map<std::string, Share>& shares, int64_t pixel
   std::string text =
       std::string("| ") + title + " | made | frames | pixels |\n|---|---:|---:|---:|\n";
   for (const auto& [name, share] : rows) {
-    text += "| " + name + " | " + std::to_string(share.made) + " | " +
-            std::to_string(share.frames) + " | " +
-            Fixed(100.0 * static_cast<double>(share.pixels) /
-                      static_cast<double>(std::max<int64_t>(pixels, 1)),
-                  2) +
-            " % |\n";
+    text += fmt::format("| {} | {} | {} | {:.2f} % |\n", name, share.made, share.frames,
+                        100.0 * static_cast<double>(share.pixels) /
+                            static_cast<double>(std::max<int64_t>(pixels, 1)));
   }
   return text;
 }
@@ -260,45 +251,43 @@ std::string CardMarkdown(const v1::StudySpec& study, const v1::VariantSpec& vari
   const double frames = static_cast<double>(std::max<int64_t>(s.frames, 1));
   std::string text = CardHead(s.frames, other_licence, /*more=*/"");
   text += "# " + study.name() + " / " + variant.name() + "\n\n";
-  text += std::to_string(s.frames) + " stereo pairs of " + std::to_string(s.scenes.size()) +
-          " procedural scenes with ground truth for both eyes, " +
-          Fixed(static_cast<double>(s.bytes) / 1e6, 1) + " MB. Made by Parallax " +
-          kProgramVersion + " (" + DescribeVersions() + ") with seed " +
-          std::to_string(study.seed()) +
-          "; `study.lock.yaml` one folder up makes the same again.\n\n";
+  text += fmt::format(
+      "{} stereo pairs of {} procedural scenes with ground truth for both eyes, {:.1f} MB. Made by "
+      "Parallax {} ({}) with seed {}; `study.lock.yaml` one folder up makes the same again.\n\n",
+      s.frames, s.scenes.size(), static_cast<double>(s.bytes) / 1e6, kProgramVersion,
+      DescribeVersions(), study.seed());
   if (s.frames < PairsWanted(study, variant)) {
-    text += "**Incomplete:** " + std::to_string(PairsWanted(study, variant)) +
-            " pairs were asked for.\n\n";
+    text +=
+        fmt::format("**Incomplete:** {} pairs were asked for.\n\n", PairsWanted(study, variant));
   }
   text +=
       "`index.jsonl` has a line a pair with the verdict of each filter; `dataset.json` has the "
       "numbers below in full.\n\n## Filters\n\n| filter | pairs that fail |\n|---|---:|\n";
   for (const auto& [name, failed] : s.failed_by_filter) {
-    text += "| " + name + " | " + std::to_string(failed) + " |\n";
+    text += fmt::format("| {} | {} |\n", name, failed);
   }
-  text += "| (whole scenes rejected before rendering: " + std::to_string(s.Rejected()) + ") | |\n";
-  text += "| passing all | " + std::to_string(s.passed) + " |\n";
+  text += fmt::format("| (whole scenes rejected before rendering: {}) | |\n", s.Rejected());
+  text += fmt::format("| passing all | {} |\n", s.passed);
 
   text += "\n## Disparity of the left view\n\n" + BarTable(s.disparity, 8, 17, "pixels") + "\n";
   text += "Training code often cuts at a limit; pixels below it: ";
   bool first = true;
   for (const int limit : kDisparityLimitsPx) {
-    text += (first ? "" : ", ") + std::to_string(limit) +
-            " px: " + Fixed(100 * s.disparity.FractionBelow(limit), 1) + " %";
+    text += fmt::format("{}{} px: {:.1f} %", first ? "" : ", ", limit,
+                        100 * s.disparity.FractionBelow(limit));
     first = false;
   }
   text += ".\n\n## Depth of the left view\n\n" + BarTable(s.depth, 4, 13, "metres");
 
   text += "\n## Per pair\n\n| | mean | min | max |\n|---|---:|---:|---:|\n";
   for (const auto& [name, range] : s.statistics) {
-    text += "| " + name + " | " + Fixed(range.sum / static_cast<double>(range.count), 3) + " | " +
-            Fixed(range.min, 3) + " | " + Fixed(range.max, 3) + " |\n";
+    text += fmt::format("| {} | {:.3f} | {:.3f} | {:.3f} |\n", name,
+                        range.sum / static_cast<double>(range.count), range.min, range.max);
   }
   text += "\n## Rooms\n\n";
   first = true;
   for (const auto& [kind, count] : s.rooms) {
-    text += (first ? "" : ", ") + (kind.empty() ? std::string("unnamed") : kind) + ": " +
-            std::to_string(count);
+    text += fmt::format("{}{}: {}", first ? "" : ", ", kind.empty() ? "unnamed" : kind, count);
     first = false;
   }
   text += "\n\n## Classes\n\n" + ShareTable(s.classes, s.pixels, "class");
@@ -306,12 +295,12 @@ std::string CardMarkdown(const v1::StudySpec& study, const v1::VariantSpec& vari
   const auto cpu = s.seconds.find("cpu");
   text += "\n## Cost\n\n";
   if (cpu != s.seconds.end()) {
-    text += Fixed(cpu->second / frames, 2) + " core-seconds a pair to render. ";
+    text += fmt::format("{:.2f} core-seconds a pair to render. ", cpu->second / frames);
   }
   text += "Wall seconds a pair on the machines that made it:";
   for (const auto& [stage, seconds] : s.seconds) {
     if (stage == "cpu") continue;
-    text += " " + stage + " " + Fixed(seconds / frames, 2) + ",";
+    text += fmt::format(" {} {:.2f},", stage, seconds / frames);
   }
   text.back() = '.';
   text += "\n\n" + CitationSection(other_licence);
@@ -323,10 +312,10 @@ std::string CardCroissant(const v1::StudySpec& study, const v1::VariantSpec& var
                           const std::vector<IndexLine>& index, bool other_licence) {
   Publication publication;
   publication.name = study.name() + "-" + variant.name();
-  publication.description = "Variant " + variant.name() + " of the study " + study.name() + ": " +
-                            std::to_string(index.size()) +
-                            " synthetic stereo pairs with exact ground truth for both eyes. `path` "
-                            "is a pair's folder.";
+  publication.description = fmt::format(
+      "Variant {} of the study {}: {} synthetic stereo pairs with exact ground truth for both "
+      "eyes. `path` is a pair's folder.",
+      variant.name(), study.name(), index.size());
   publication.version = kProgramVersion;
   publication.other_licence = other_licence;
   publication.table_file = "index.jsonl";

@@ -1,5 +1,7 @@
 #include "worker/dataset/dataset_reader.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <set>
@@ -53,8 +55,8 @@ void ReadCard(DatasetVariant& variant) {
   variant.pairs_wanted = std::max<int64_t>(0, number("pairs_wanted"));
   if (card.contains("type") && card["type"].is_string()) variant.type = card["type"];
   if (number("pairs") != static_cast<int64_t>(variant.frames.size())) {
-    variant.faults.push_back(path + ": says " + std::to_string(number("pairs")) +
-                             " pairs, the index " + std::to_string(variant.frames.size()));
+    variant.faults.push_back(fmt::format("{}: says {} pairs, the index {}", path, number("pairs"),
+                                         variant.frames.size()));
   }
 }
 
@@ -71,11 +73,10 @@ absl::StatusOr<DatasetVariant> ReadVariant(const std::string& dir) {
     ++number;
     const absl::StatusOr<IndexLine> line = ParseIndexLine(row);
     if (!line.ok()) {
-      return MakeError(absl::StatusCode::kDataLoss,
-                       path + ":" + std::to_string(number) + ": not a line of an index");
+      return DataLoss("{}:{}: not a line of an index", path, number);
     }
     if (!keys.insert(line->key).second) {
-      variant.faults.push_back(path + ":" + std::to_string(number) + ": the frame stands twice");
+      variant.faults.push_back(fmt::format("{}:{}: the frame stands twice", path, number));
       continue;
     }
     DatasetFrame frame;
@@ -110,7 +111,7 @@ absl::StatusOr<Dataset> ReadDataset(const std::string& path) {
   while (dataset.dir.size() > 1 && dataset.dir.back() == '/') dataset.dir.pop_back();
   std::error_code error;
   if (!fs::is_directory(dataset.dir, error)) {
-    return MakeError(absl::StatusCode::kNotFound, path + ": no such folder");
+    return NotFound("{}: no such folder", path);
   }
   std::vector<std::string> dirs;
   if (fs::exists(dataset.dir + "/index.jsonl", error)) {
@@ -122,8 +123,7 @@ absl::StatusOr<Dataset> ReadDataset(const std::string& path) {
     }
   }
   if (dirs.empty()) {
-    return MakeError(absl::StatusCode::kNotFound,
-                     path + ": no dataset (no index.jsonl in it or in its folders)");
+    return NotFound("{}: no dataset (no index.jsonl in it or in its folders)", path);
   }
   std::sort(dirs.begin(), dirs.end());
   for (const std::string& dir : dirs) {
@@ -144,9 +144,7 @@ absl::StatusOr<std::vector<DatasetVariant>> ChooseVariants(
     if (known) continue;
     std::string names;
     for (const DatasetVariant& v : dataset.variants) names += (names.empty() ? "" : ", ") + v.name;
-    return MakeError(
-        absl::StatusCode::kInvalidArgument,
-        "no variant \"" + pattern + "\" in " + dataset.dir + " (there are " + names + ")");
+    return InvalidArgument("no variant \"{}\" in {} (there are {})", pattern, dataset.dir, names);
   }
   for (DatasetVariant& variant : dataset.variants) {
     if (std::any_of(patterns.begin(), patterns.end(),

@@ -1,5 +1,6 @@
 #include "worker/dataset/export.h"
 
+#include <fmt/core.h>
 #include <sys/stat.h>
 #include <tbb/parallel_for.h>
 #include <unistd.h>
@@ -29,33 +30,32 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-absl::Status Refuse(const std::string& message) {
-  return MakeError(absl::StatusCode::kFailedPrecondition, message);
-}
-
 // Every file that the layouts read must be there: half a dataset must not pass for a whole one.
 absl::Status CheckWhole(const DatasetVariant& variant, const ExportOptions& options) {
-  if (!variant.faults.empty()) return Refuse("the dataset has holes: " + variant.faults.front());
+  if (!variant.faults.empty()) {
+    return FailedPrecondition("the dataset has holes: {}", variant.faults.front());
+  }
   const auto frames = static_cast<int64_t>(variant.frames.size());
   if (frames < variant.pairs_wanted && !options.allow_incomplete) {
-    return Refuse("the dataset has holes: " + variant.dir + " has " + std::to_string(frames) +
-                  " of " + std::to_string(variant.pairs_wanted) +
-                  " pairs (finish the run, or --allow-incomplete)");
+    return FailedPrecondition(
+        "the dataset has holes: {} has {} of {} pairs (finish the run, or --allow-incomplete)",
+        variant.dir, frames, variant.pairs_wanted);
   }
   for (const DatasetFrame& frame : variant.frames) {
     for (const char* name : kInfraredFiles) {
       if (!options.infrared || frame.files.contains(name)) continue;
-      return Refuse(frame.dir + " has no infrared pictures (render.maps: [..., infrared])");
+      return FailedPrecondition("{} has no infrared pictures (render.maps: [..., infrared])",
+                                frame.dir);
     }
     for (const char* name : {"left.png", "right.png", "disparity_left.exr", "disparity_right.exr",
                              "occlusion_left.png", "occlusion_right.png", "frame.json"}) {
       const std::string path = frame.dir + "/" + name;
       struct stat info {};
       if (::stat(path.c_str(), &info) != 0) {
-        return Refuse("the dataset has holes: " + path + " is missing" +
-                      (frame.files.contains(name) ? "" : " (the map was not written)"));
+        return FailedPrecondition("the dataset has holes: {} is missing{}", path,
+                                  frame.files.contains(name) ? "" : " (the map was not written)");
       }
-      if (info.st_size == 0) return Refuse("the dataset has holes: " + path + " is empty");
+      if (info.st_size == 0) return FailedPrecondition("the dataset has holes: {} is empty", path);
     }
   }
   return absl::OkStatus();
@@ -77,11 +77,7 @@ std::string SafeName(std::string name) {
   return name;
 }
 
-std::string SixDigits(uint32_t number) {
-  char text[16];
-  std::snprintf(text, sizeof(text), "%06u", number);
-  return text;
-}
+std::string SixDigits(uint32_t number) { return fmt::format("{:06}", number); }
 
 struct Plan {
   std::vector<ExportFrame> frames;
@@ -143,8 +139,9 @@ absl::StatusOr<Plan> MakePlan(const std::vector<DatasetVariant>& variants,
       for (size_t i = 0; i < run.frames.size(); ++i) add(*run.frames[i], &run, i);
     }
     if (single > 0) {
-      result.notes.push_back(std::to_string(single) + " pairs of " + variant.name +
-                             " have no neighbour in their sequence and are left out");
+      result.notes.push_back(
+          fmt::format("{} pairs of {} have no neighbour in their sequence and are left out", single,
+                      variant.name));
     }
   }
   if (numbers.size() == 1 && plan.frames.size() > 1 && sequences) {
@@ -185,14 +182,13 @@ class Exporter {
     lines_.resize(plan.frames.size());
     std::string train, test;
     for (const auto& [first, end] : plan.scenes) {
-      if (options_.cancel.cancelled()) return absl::CancelledError("export");
+      if (options_.cancel.cancelled()) return Cancelled("export");
       std::vector<absl::StatusOr<FrameFiles>> made(end - first, FrameFiles());
       tbb::parallel_for(size_t{0}, end - first, [&](size_t i) {
         try {
           made[i] = layout->Convert(plan.frames[first + i]);
         } catch (const Json::exception& error) {
-          made[i] =
-              MakeError(absl::StatusCode::kDataLoss, std::string("frame.json: ") + error.what());
+          made[i] = DataLoss("frame.json: {}", error.what());
         }
       });
       for (size_t i = 0; i < made.size(); ++i) {
@@ -344,8 +340,7 @@ absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::st
   if (MakeExportLayout(options) == nullptr) {
     std::string names;
     for (const std::string& name : ExportLayouts()) names += (names.empty() ? "" : ", ") + name;
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "no layout \"" + options.layout + "\" (there are " + names + ")");
+    return InvalidArgument("no layout \"{}\" (there are {})", options.layout, names);
   }
   ASSIGN_OR_RETURN(Dataset dataset, ReadDataset(dir));
   const std::string from = dataset.dir;
@@ -357,10 +352,10 @@ absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::st
   while (out.size() > 1 && out.back() == '/') out.pop_back();
   std::error_code error;
   if (fs::exists(out, error) && !(fs::is_directory(out, error) && fs::is_empty(out, error))) {
-    return Refuse(out + " holds something already: choose another folder");
+    return FailedPrecondition("{} holds something already: choose another folder", out);
   }
   if (out == from || out.compare(0, from.size() + 1, from + "/") == 0) {
-    return Refuse(out + " lies in the dataset itself: choose another folder");
+    return FailedPrecondition("{} lies in the dataset itself: choose another folder", out);
   }
   ExportResult result;
   const bool sequences = MakeExportLayout(options)->Sequences();
@@ -368,9 +363,8 @@ absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::st
   absl::StatusOr<std::string> licence = LicenceOf(variants);
   RETURN_IF_ERROR(licence.status());
   if (plan.frames.empty()) {
-    return MakeError(absl::StatusCode::kNotFound, dir + ": no pair is left (" +
-                                                      std::to_string(result.pairs_filtered_out) +
-                                                      " fail a filter; --unfiltered takes them)");
+    return NotFound("{}: no pair is left ({} fail a filter; --unfiltered takes them)", dir,
+                    result.pairs_filtered_out);
   }
   for (const char* word : {"left", "right", "disparity"}) {
     if (options.layout == "flyingthings" && out.find(word) != std::string::npos) {
@@ -400,9 +394,10 @@ absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::st
     result.below_limit[limit] = result.disparity.FractionBelow(limit);
   }
   if (result.pixels_out_of_range > 0) {
-    result.notes.push_back(std::to_string(result.pixels_out_of_range) +
-                           " pixels have a larger disparity than the layout's 16 bits hold: they "
-                           "are marked as unknown");
+    result.notes.push_back(
+        fmt::format("{} pixels have a larger disparity than the layout's 16 bits hold: they are "
+                    "marked as unknown",
+                    result.pixels_out_of_range));
   }
   return result;
 }

@@ -1,5 +1,7 @@
 #include "worker/dataset/export_card.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -14,9 +16,8 @@ std::string Croissant(const std::string& layout, const ExportResult& result,
                       const std::string& export_json, bool other_licence) {
   Publication publication;
   publication.name = "parallax-" + layout;
-  publication.description = std::to_string(result.pairs) +
-                            " synthetic stereo pairs with exact ground truth, in the layout " +
-                            layout + ".";
+  publication.description = fmt::format(
+      "{} synthetic stereo pairs with exact ground truth, in the layout {}.", result.pairs, layout);
   publication.version = kProgramVersion;
   publication.other_licence = other_licence;
   publication.table_file = "export.json";
@@ -39,11 +40,12 @@ ExportCard MakeExportCard(const std::string& layout, const ExportResult& result,
   const bool other_licence = licence != DataLicence(/*own_pictures=*/false);
   const bool shards = !train.empty() || !test.empty();
   ExportCard card;
-  card.markdown = CardHead(result.pairs, other_licence, shards ? ShardHead(train, test) : "") +
-                  "# Stereo pairs made by Parallax, in the layout " + layout + "\n\n" +
-                  std::to_string(result.pairs) + " pairs, " + std::to_string(result.pairs_test) +
-                  " of them for tests; `export.json` lists them all.\n\n" +
-                  (shards ? ShardCard(train, test) + "\n" : "") + CitationSection(other_licence);
+  card.markdown = fmt::format(
+      "{}# Stereo pairs made by Parallax, in the layout {}\n\n{} pairs, {} of them for tests; "
+      "`export.json` lists them all.\n\n{}{}",
+      CardHead(result.pairs, other_licence, shards ? ShardHead(train, test) : ""), layout,
+      result.pairs, result.pairs_test, shards ? ShardCard(train, test) + "\n" : "",
+      CitationSection(other_licence));
   card.croissant = Croissant(layout, result, export_json, other_licence);
   return card;
 }

@@ -1,7 +1,8 @@
 #include "worker/dataset/export_layouts.h"
 
+#include <fmt/core.h>
+
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -17,20 +18,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string Format(const char* format, int number) {
-  char text[32];
-  std::snprintf(text, sizeof(text), format, number);
-  return text;
+std::string RigName(const ExportFrame& frame, int digits) {
+  return fmt::format("{:0{}}", frame.source->rig, digits);
 }
 
-std::string Number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof(text), "%.9g", value);
-  return text;
-}
-
-std::string RigName(const ExportFrame& frame, const char* format) {
-  return Format(format, static_cast<int>(frame.source->rig));
+std::string NumberOf(const Json& json, const char* key) {
+  return fmt::format("{:.9g}", json.at(key).get<double>());
 }
 
 std::string PictureOf(const ExportFrame& frame, const std::string& eye) {
@@ -70,8 +63,7 @@ absl::StatusOr<Truth> ReadTruth(const ExportFrame& frame, FrameFiles& files) {
                      ReadPngU8(frame.source->dir + "/occlusion_" + eyes[eye] + ".png"));
     const ImageF& d = truth.disparity[eye];
     if (d.width() != truth.occlusion[eye].width() || d.height() != truth.occlusion[eye].height()) {
-      return MakeError(absl::StatusCode::kDataLoss,
-                       frame.source->dir + ": maps of different sizes");
+      return DataLoss("{}: maps of different sizes", frame.source->dir);
     }
   }
   return truth;
@@ -106,7 +98,7 @@ class FlyingThings final : public ExportLayout {
     ASSIGN_OR_RETURN(const Truth truth, ReadTruth(frame, out));
     const std::string split = frame.test ? "TEST" : "TRAIN";
     const std::string place = "/" + split + "/A/" + frame.scene + "/";
-    const std::string name = RigName(frame, "%03d");
+    const std::string name = RigName(frame, 3);
     const char* eyes[] = {"left", "right"};
     for (int eye = 0; eye < 2; ++eye) {
       const std::string file = std::string(eyes[eye]) + "/" + name;
@@ -144,7 +136,7 @@ class FoundationStereo final : public ExportLayout {
       digits.values()[3 * i + 2] = static_cast<uint8_t>(v % 255);
     }
     const std::string place = frame.scene + "/dataset/data/";
-    const std::string name = RigName(frame, "%04d");
+    const std::string name = RigName(frame, 4);
     for (const char* eye : {"left", "right"}) {
       ASSIGN_OR_RETURN(std::string jpeg, JpegOf(frame, eye));
       out.files.push_back({place + eye + "/rgb/" + name + ".jpg", "", std::move(jpeg)});
@@ -164,15 +156,15 @@ class FoundationStereo final : public ExportLayout {
     for (const ExportFrame& frame : frames) {
       ASSIGN_OR_RETURN(const Json json, ReadFrameJson(frame.source->dir));
       if (!json.contains("intrinsics") || !json.contains("baseline_m")) {
-        return MakeError(absl::StatusCode::kDataLoss, frame.source->dir + "/frame.json: no camera");
+        return DataLoss("{}/frame.json: no camera", frame.source->dir);
       }
       const Json& k = json.at("intrinsics");
-      const std::string fx = Number(k.at("fx")), fy = Number(k.at("fy")), cx = Number(k.at("cx")),
-                        cy = Number(k.at("cy")), baseline = Number(json.at("baseline_m"));
+      const std::string fx = NumberOf(k, "fx"), fy = NumberOf(k, "fy"), cx = NumberOf(k, "cx"),
+                        cy = NumberOf(k, "cy"), baseline = NumberOf(json, "baseline_m");
       if (text.empty()) {
         text = fx + " 0 " + cx + " 0 " + fy + " " + cy + " 0 0 1\n" + baseline + "\n";
       }
-      comments += "# " + RigName(frame, "%04d") + " " + fx + " " + cx + " " + fy + " " + cy + " " +
+      comments += "# " + RigName(frame, 4) + " " + fx + " " + cx + " " + fy + " " + cy + " " +
                   baseline + "\n";
     }
     return std::vector<ExportFile>{
@@ -191,7 +183,7 @@ class CreStereo final : public ExportLayout {
     const int part = frame.scenes >= 4 ? frame.scene_number : frame.number;
     const std::string place =
         std::string(kFolders[part % 4]) + "/" + frame.scene + (flat_ ? "_" : "/");
-    const std::string name = RigName(frame, "%03d");
+    const std::string name = RigName(frame, 3);
     for (const char* eye : {"left", "right"}) {
       ASSIGN_OR_RETURN(std::string jpeg, JpegOf(frame, eye));
       out.files.push_back({place + name + "_" + eye + ".jpg", "", std::move(jpeg)});
@@ -217,10 +209,10 @@ class WmgStereo final : public ExportLayout {
     FrameFiles out;
     // Three levels above Image/: type, scene, sequence.
     const std::string place = frame.type + "/" + frame.scene + "/frames/";
-    const std::string name = RigName(frame, "%04d");
+    const std::string name = RigName(frame, 4);
     const char* eyes[] = {"left", "right"};
     for (int eye = 0; eye < 2; ++eye) {
-      const std::string camera = "camera_" + std::to_string(eye) + "/" + name;
+      const std::string camera = fmt::format("camera_{}/{}", eye, name);
       out.files.push_back(
           Link(place + "Image/" + camera + ".png", frame, PictureOf(frame, eyes[eye])));
       ASSIGN_OR_RETURN(const ImageF disparity,
@@ -238,7 +230,7 @@ class Middlebury final : public ExportLayout {
   absl::StatusOr<FrameFiles> Convert(const ExportFrame& frame) const override {
     FrameFiles out;
     ASSIGN_OR_RETURN(Truth truth, ReadTruth(frame, out));
-    const std::string place = frame.scene + "_" + RigName(frame, "%03d") + "/";
+    const std::string place = frame.scene + "_" + RigName(frame, 3) + "/";
     out.files.push_back(Link(place + "im0.png", frame, PictureOf(frame, "left")));
     out.files.push_back(Link(place + "im1.png", frame, PictureOf(frame, "right")));
     const ImageF& left = truth.disparity[0];
@@ -257,24 +249,22 @@ class Middlebury final : public ExportLayout {
         if (!(d > 0)) d = std::numeric_limits<float>::infinity();
       }
       ASSIGN_OR_RETURN(std::string pfm, EncodePfm(truth.disparity[eye]));
-      out.files.push_back({place + "disp" + std::to_string(eye) + "GT.pfm", "", std::move(pfm)});
+      out.files.push_back({fmt::format("{}disp{}GT.pfm", place, eye), "", std::move(pfm)});
     }
     ASSIGN_OR_RETURN(std::string png, EncodePng(mask));
     out.files.push_back({place + "mask0nocc.png", "", std::move(png)});
     ASSIGN_OR_RETURN(const Json json, ReadFrameJson(frame.source->dir));
     const Json& k = json.at("intrinsics");
-    const std::string matrix = "[" + Number(k.at("fx")) + " 0 " + Number(k.at("cx")) + "; 0 " +
-                               Number(k.at("fy")) + " " + Number(k.at("cy")) + "; 0 0 1]";
+    const std::string matrix = fmt::format("[{} 0 {}; 0 {} {}; 0 0 1]", NumberOf(k, "fx"),
+                                           NumberOf(k, "cx"), NumberOf(k, "fy"), NumberOf(k, "cy"));
     const double baseline_mm = 1000 * json.at("baseline_m").get<double>();
     const int vmax = static_cast<int>(std::ceil(largest));
     const int vmin = largest > 0 ? static_cast<int>(std::floor(smallest)) : 0;
-    out.files.push_back(
-        {place + "calib.txt", "",
-         "cam0=" + matrix + "\ncam1=" + matrix + "\ndoffs=0\nbaseline=" + Number(baseline_mm) +
-             "\nwidth=" + std::to_string(left.width()) +
-             "\nheight=" + std::to_string(left.height()) + "\nndisp=" + std::to_string(vmax + 1) +
-             "\nisint=0\nvmin=" + std::to_string(vmin) + "\nvmax=" + std::to_string(vmax) +
-             "\ndyavg=0\ndymax=0\n"});
+    out.files.push_back({place + "calib.txt", "",
+                         fmt::format("cam0={}\ncam1={}\ndoffs=0\nbaseline={:.9g}\nwidth={}\nheight="
+                                     "{}\nndisp={}\nisint=0\nvmin={}\nvmax={}\ndyavg=0\ndymax=0\n",
+                                     matrix, matrix, baseline_mm, left.width(), left.height(),
+                                     vmax + 1, vmin, vmax)});
     out.list_line = place + "im0.png " + place + "im1.png " + place + "disp0GT.pfm";
     return out;
   }
@@ -285,7 +275,7 @@ class Kitti final : public ExportLayout {
   absl::StatusOr<FrameFiles> Convert(const ExportFrame& frame) const override {
     FrameFiles out;
     ASSIGN_OR_RETURN(const Truth truth, ReadTruth(frame, out));
-    const std::string name = Format("%06d_10.png", frame.number);
+    const std::string name = fmt::format("{:06}_10.png", frame.number);
     out.files.push_back(Link("training/image_2/" + name, frame, PictureOf(frame, "left")));
     out.files.push_back(Link("training/image_3/" + name, frame, PictureOf(frame, "right")));
     ImageU16 all = Quantise(truth.disparity[0], 256, &out.pixels_out_of_range);
@@ -350,7 +340,7 @@ class WebDataset final : public ExportLayout {
     ASSIGN_OR_RETURN(const ImageF disparity, ReadDisparity(frame, "left", &out));
     ASSIGN_OR_RETURN(const ImageU8 occlusion, ReadPngU8(frame.source->dir + "/occlusion_left.png"));
     ASSIGN_OR_RETURN(const Json json, SampleJson(frame));
-    const std::string key = frame.scene + "_" + RigName(frame, "%03d");
+    const std::string key = frame.scene + "_" + RigName(frame, 3);
     for (const char* eye : {"left", "right"}) {
       ASSIGN_OR_RETURN(std::string png, ReadFile(frame.source->dir + "/" + PictureOf(frame, eye)));
       out.files.push_back({key + "." + eye + ".png", "", std::move(png)});

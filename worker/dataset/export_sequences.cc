@@ -1,9 +1,11 @@
 // Layouts for sequences: what trainers of optical flow, scene flow and stereo on video read.
+#include <fmt/core.h>
+
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "common/base/status.h"
 #include "common/image/io.h"
 #include "worker/dataset/export_layouts.h"
 #include "worker/dataset/frame_reader.h"
@@ -16,12 +18,6 @@ using OrderedJson = nlohmann::ordered_json;
 
 constexpr uint8_t kNoFlow = 128;
 constexpr const char* kEyes[] = {"left", "right"};
-
-std::string Digits(const char* format, int number) {
-  char text[32];
-  std::snprintf(text, sizeof(text), format, number);
-  return text;
-}
 
 ExportFile LinkOf(std::string path, const ExportFrame& frame, const std::string& file) {
   return {std::move(path), frame.source->dir + "/" + file, {}};
@@ -41,7 +37,7 @@ absl::StatusOr<Flow> ReadFlow(const ExportFrame& frame, const std::string& direc
   ASSIGN_OR_RETURN(flow.occluded,
                    ReadPngU8(dir + "flow_occlusion_" + direction + "_" + eye + ".png"));
   if (flow.maps.pixels() != flow.occluded.pixels()) {
-    return MakeError(absl::StatusCode::kDataLoss, dir + ": flow maps of different sizes");
+    return DataLoss("{}: flow maps of different sizes", dir);
   }
   flow.none = ImageU8(flow.maps.width(), flow.maps.height());
   for (size_t i = 0; i < flow.none.pixels(); ++i) {
@@ -71,7 +67,7 @@ class FlyingThingsFlow final : public ExportLayout {
     ASSIGN_OR_RETURN(FrameFiles out, stereo_->Convert(frame));
     const std::string place =
         std::string("/") + (frame.test ? "TEST" : "TRAIN") + "/A/" + frame.scene + "/";
-    const std::string name = Digits("%03d", static_cast<int>(frame.source->rig));
+    const std::string name = fmt::format("{:03}", frame.source->rig);
     const struct {
       const char *map, *folder, *word;
     } directions[] = {{"forward", "into_future", "Future"}, {"backward", "into_past", "Past"}};
@@ -109,7 +105,7 @@ class Sintel final : public ExportLayout {
   absl::StatusOr<FrameFiles> Convert(const ExportFrame& frame) const override {
     FrameFiles out;
     const std::string split = frame.test ? "test/" : "training/";
-    const std::string name = "/" + frame.scene + "/frame_" + Digits("%04d", frame.at + 1);
+    const std::string name = fmt::format("/{}/frame_{:04}", frame.scene, frame.at + 1);
     const std::string flow_root = "Sintel/" + split, stereo_root = "sintel_stereo/" + split;
     for (const char* pass : {"clean", "final"}) {
       out.files.push_back(LinkOf(flow_root + pass + name + ".png", frame, "left.png"));
@@ -230,7 +226,7 @@ class DynamicReplica final : public ExportLayout {
 
  private:
   static std::string SplitOf(const ExportFrame& frame) { return frame.test ? "test" : "train"; }
-  static std::string NameOf(const ExportFrame& frame) { return Digits("%04d", frame.at); }
+  static std::string NameOf(const ExportFrame& frame) { return fmt::format("{:04}", frame.at); }
   // Below the split's folder, and with it.
   static std::string PathOf(const ExportFrame& frame, const std::string& eye) {
     return frame.scene + "_" + eye + "/";

@@ -26,7 +26,7 @@ absl::StatusOr<nlohmann::ordered_json> ReadFrameJson(const std::string& frame_di
   ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
   nlohmann::ordered_json json =
       nlohmann::ordered_json::parse(text, nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object()) return MakeError(absl::StatusCode::kDataLoss, path + ": not JSON");
+  if (!json.is_object()) return DataLoss("{}: not JSON", path);
   return json;
 }
 
@@ -61,7 +61,7 @@ absl::StatusOr<FrameOnDisk> ReadFrame(const std::string& dir) {
   };
   if (!fits(frame.right) || !fits(frame.left_disparity_px) || !fits(frame.left_occlusion) ||
       !fits(frame.left_objects) || !fits(frame.left_materials) || !fits(frame.left_normals)) {
-    return MakeError(absl::StatusCode::kDataLoss, dir + ": maps of different sizes");
+    return DataLoss("{}: maps of different sizes", dir);
   }
   return frame;
 }

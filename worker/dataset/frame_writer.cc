@@ -45,10 +45,8 @@ absl::Status CheckSizes(const View& view, const v1::Rig& rig, const char* eye, b
               {"infrared", !infrared || fits(view.infrared)}};
   for (const auto& map : maps) {
     if (map.fits) continue;
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     std::string("rig ") + std::to_string(rig.index()) + ": " + eye + " " +
-                         map.name + " is not " + std::to_string(rig.width_px()) + " x " +
-                         std::to_string(rig.height_px()));
+    return InvalidArgument("rig {}: {} {} is not {} x {}", rig.index(), eye, map.name,
+                           rig.width_px(), rig.height_px());
   }
   return absl::OkStatus();
 }
@@ -60,9 +58,8 @@ absl::Status CheckRawSizes(const RawView& view, const v1::RawCamera& camera,
            image.height() == camera.height_px();
   };
   if (fits(view.color) && fits(view.flow) && fits(view.occlusion)) return absl::OkStatus();
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   "the raw " + eye + " picture is not " + std::to_string(camera.width_px()) +
-                       " x " + std::to_string(camera.height_px()));
+  return InvalidArgument("the raw {} picture is not {} x {}", eye, camera.width_px(),
+                         camera.height_px());
 }
 
 void AddRawOutputs(const RawView& view, const std::string& eye, std::vector<Output>& outputs) {
@@ -79,10 +76,8 @@ absl::Status AddFlowOutputs(const View& view, const v1::Rig& rig, const std::str
   for (const auto& [direction, maps] : directions) {
     if (maps->flow.width() != rig.width_px() || maps->flow.height() != rig.height_px() ||
         maps->occlusion.pixels() != maps->flow.pixels()) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "rig " + std::to_string(rig.index()) + ": the " + eye + " " + direction +
-                           " flow is not " + std::to_string(rig.width_px()) + " x " +
-                           std::to_string(rig.height_px()));
+      return InvalidArgument("rig {}: the {} {} flow is not {} x {}", rig.index(), eye, direction,
+                             rig.width_px(), rig.height_px());
     }
     const std::string name = std::string(direction) + "_" + eye;
     outputs.push_back(
@@ -179,7 +174,7 @@ absl::StatusOr<v1::FrameResult> WriteFrame(const FrameJob& job) {
   std::vector<absl::StatusOr<v1::FileEntry>> entries(outputs.size(), v1::FileEntry());
   tbb::parallel_for(size_t{0}, outputs.size(), [&](size_t i) {
     if (job.cancel.cancelled()) {
-      entries[i] = absl::CancelledError("while writing the frame");
+      entries[i] = Cancelled("while writing the frame");
       return;
     }
     const absl::StatusOr<std::string> bytes = outputs[i].encode();

@@ -1,5 +1,6 @@
 #include "worker/dataset/gltf_export.h"
 
+#include <fmt/core.h>
 #include <tiny_gltf.h>
 
 #include <algorithm>
@@ -321,13 +322,11 @@ class GltfBuilder {
           rig.width_px() * rig.fy_px() / (rig.height_px() * rig.fx_px());
       camera.perspective.znear = 0.01;
       camera.perspective.zfar = 1000;
-      char name[32];
-      std::snprintf(name, sizeof(name), "rig_%03u", rig.index());
-      camera.name = name;
+      camera.name = fmt::format("rig_{:03}", rig.index());
       const int index = static_cast<int>(model_.cameras.size());
       model_.cameras.push_back(camera);
-      AddCamera(std::string(name) + "_left", index, rig, 0);
-      AddCamera(std::string(name) + "_right", index, rig, 1);
+      AddCamera(camera.name + "_left", index, rig, 0);
+      AddCamera(camera.name + "_right", index, rig, 1);
     }
   }
 
@@ -370,7 +369,7 @@ absl::Status ExportGltf(const v1::Scene& scene, const std::string& glb_path) {
   std::ostringstream out;
   tinygltf::TinyGLTF writer;
   if (!writer.WriteGltfSceneToStream(&model, out, /*prettyPrint=*/false, /*writeBinary=*/true)) {
-    return absl::InternalError("could not encode the scene as glTF");
+    return Internal("could not encode the scene as glTF");
   }
   return WriteFile(glb_path, out.str());
 }

@@ -1,8 +1,9 @@
 #include "worker/dataset/histogram_page.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "worker/dataset/drawing.h"
 #include "worker/dataset/frame_reader.h"
@@ -13,16 +14,10 @@ namespace {
 constexpr int kWidth = 1800, kPageMargin = 40, kPanelHeight = 380, kBarRows = 22, kBarHeight = 26;
 
 std::string Percent(double share) {
-  char text[32];
-  std::snprintf(text, sizeof(text), share < 0.0995 ? "%.1f %%" : "%.0f %%", 100 * share);
-  return text;
+  return fmt::format("{:.{}f} %", 100 * share, share < 0.0995 ? 1 : 0);
 }
 
-std::string Short(double value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%g", value);
-  return text;
-}
+std::string Short(double value) { return fmt::format("{:g}", value); }
 
 // A bin's height is its share of the panel's largest bin. `limits` are marked with the share that
 // lies below.
@@ -68,12 +63,11 @@ void DrawShares(Canvas& canvas, int x, int y, int width, const std::string& titl
   std::stable_sort(rows.begin(), rows.end(),
                    [](const auto& a, const auto& b) { return a.second > b.second; });
   canvas.FillBox(x, y, width, 60 + kBarRows * kBarHeight, kPanel);
-  canvas.DrawText(x + 20, y + 34, title + " (" + std::to_string(rows.size()) + ")", 13, kText,
-                  true);
+  canvas.DrawText(x + 20, y + 34, fmt::format("{} ({})", title, rows.size()), 13, kText, true);
   if (rows.size() > kBarRows) {
     int64_t rest = 0;
     for (size_t i = kBarRows - 1; i < rows.size(); ++i) rest += rows[i].second;
-    const std::string name = std::to_string(rows.size() - kBarRows + 1) + " more";
+    const std::string name = fmt::format("{} more", rows.size() - kBarRows + 1);
     rows.resize(kBarRows - 1);
     rows.emplace_back(name, rest);
   }
@@ -118,7 +112,7 @@ absl::StatusOr<HistogramData> SumHistograms(const std::vector<std::string>& fram
       const auto& intrinsics = json.at("intrinsics");
       data.pixels += intrinsics.at("width").get<int64_t>() * intrinsics.at("height").get<int64_t>();
     } catch (const nlohmann::json::exception& error) {
-      return MakeError(absl::StatusCode::kDataLoss, dir + "/frame.json: " + error.what());
+      return DataLoss("{}/frame.json: {}", dir, error.what());
     }
     ++data.frames;
   }
@@ -130,7 +124,7 @@ ImageRgb8 DrawHistogramPage(const std::string& title, const HistogramData& data)
   const int shares_y = 90 + 2 * (kPanelHeight + 24);
   Canvas canvas(kWidth, shares_y + 60 + kBarRows * kBarHeight + kPageMargin);
   canvas.DrawText(kPageMargin, 56, title, 19, kText, true);
-  const std::string count = std::to_string(data.frames) + (data.frames == 1 ? " pair" : " pairs");
+  const std::string count = fmt::format("{}{}", data.frames, data.frames == 1 ? " pair" : " pairs");
   canvas.DrawText(kWidth - kPageMargin - Canvas::TextWidth(count, 13), 56, count, 13, kFaint);
   DrawHistogram(
       canvas, kPageMargin, 90, kWidth - 2 * kPageMargin,

@@ -1,5 +1,6 @@
 #include "worker/dataset/plain_formats.h"
 
+#include <fmt/core.h>
 #include <zlib.h>
 
 #include <Eigen/Core>
@@ -27,7 +28,7 @@ std::string NpyBytes(const std::string& shape, const std::vector<float>& values)
 
 template <typename ImageType>
 std::string SizeText(const ImageType& image) {
-  return std::to_string(image.height()) + ", " + std::to_string(image.width());
+  return fmt::format("{}, {}", image.height(), image.width());
 }
 
 }  // namespace
@@ -58,7 +59,7 @@ absl::StatusOr<std::string> Gzip(std::string_view bytes) {
   constexpr int kGzip = 15 + 16;  // Largest window, gzip's header.
   z_stream stream{};
   if (deflateInit2(&stream, 6, Z_DEFLATED, kGzip, 8, Z_DEFAULT_STRATEGY) != Z_OK) {
-    return absl::InternalError("gzip: zlib can't begin");
+    return Internal("gzip: zlib can't begin");
   }
   std::string packed(deflateBound(&stream, bytes.size()), '\0');
   stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
@@ -68,15 +69,14 @@ absl::StatusOr<std::string> Gzip(std::string_view bytes) {
   const int result = deflate(&stream, Z_FINISH);
   packed.resize(stream.total_out);
   deflateEnd(&stream);
-  if (result != Z_STREAM_END) return absl::InternalError("gzip: zlib did not finish");
+  if (result != Z_STREAM_END) return Internal("gzip: zlib did not finish");
   return packed;
 }
 
 absl::StatusOr<std::string> TarMember(std::string_view name, std::string_view content) {
   constexpr size_t kBlock = 512;
   if (name.empty() || name.size() > 100) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "tar: the name \"" + std::string(name) + "\" has more than 100 characters");
+    return InvalidArgument("tar: the name \"{}\" has more than 100 characters", name);
   }
   char header[kBlock] = {};
   std::memcpy(header, name.data(), name.size());

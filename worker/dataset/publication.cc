@@ -1,5 +1,7 @@
 #include "worker/dataset/publication.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -117,7 +119,7 @@ std::string CroissantJson(const Publication& publication) {
                     {"@id", publication.table_file},
                     {"name", publication.table_file},
                     {"contentUrl", publication.table_file},
-                    {"contentSize", std::to_string(publication.table_bytes.size()) + " B"},
+                    {"contentSize", fmt::format("{} B", publication.table_bytes.size())},
                     {"encodingFormat", lines ? "application/jsonlines" : "application/json"},
                     {"sha256", Sha256Hex(publication.table_bytes)}}});
   Json fields = Json::array();

@@ -1,9 +1,9 @@
 #include "worker/dataset/render_frames.h"
 
+#include <fmt/core.h>
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <future>
 #include <map>
@@ -12,17 +12,14 @@
 #include "common/base/clock.h"
 #include "common/base/hash.h"
 #include "common/base/log.h"
+#include "common/base/status.h"
 #include "common/store/store.h"
 #include "worker/dataset/frame_writer.h"
 
 namespace parallax {
 namespace {
 
-std::string ThreeDigits(uint32_t number) {
-  char text[16];
-  std::snprintf(text, sizeof(text), "%03u", number);
-  return text;
-}
+std::string ThreeDigits(uint32_t number) { return fmt::format("{:03}", number); }
 
 // The job's rigs in its order. Errors: kInvalidArgument for a rig that the scene does not have.
 absl::StatusOr<std::vector<const v1::Rig*>> FindRigs(const v1::RenderJob& job) {
@@ -32,17 +29,14 @@ absl::StatusOr<std::vector<const v1::Rig*>> FindRigs(const v1::RenderJob& job) {
   for (const uint32_t index : job.rigs()) {
     const auto found = by_index.find(index);
     if (found == by_index.end()) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "rig " + std::to_string(index) + " is not among the scene's " +
-                           std::to_string(by_index.size()) + " rigs");
+      return InvalidArgument("rig {} is not among the scene's {} rigs", index, by_index.size());
     }
     if (found->second->width_px() <= 0 || found->second->height_px() <= 0) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "rig " + std::to_string(index) + " has no pixels");
+      return InvalidArgument("rig {} has no pixels", index);
     }
     rigs.push_back(found->second);
   }
-  if (rigs.empty()) return absl::InvalidArgumentError("a render job without rigs");
+  if (rigs.empty()) return InvalidArgument("a render job without rigs");
   return rigs;
 }
 
@@ -92,9 +86,9 @@ absl::Status RenderAll(const v1::RenderJob& job, const RenderJobContext& context
     const ProgressFn progress = [&, i](double fraction) {
       if (context.progress) context.progress((static_cast<double>(i) + fraction) / count);
     };
-    if (context.cancel.cancelled()) return absl::CancelledError("render job");
+    if (context.cancel.cancelled()) return Cancelled("render job");
     absl::StatusOr<StereoFrame> frame = renderer.RenderRig(rig, context.cancel, progress);
-    if (!frame.ok()) return WithContext(frame.status(), "rig " + std::to_string(rig.index()));
+    if (!frame.ok()) return WithContext(frame.status(), fmt::format("rig {}", rig.index()));
     RETURN_IF_ERROR(collect());
     const double cpu_s = (ProcessCpuSeconds() - cpu_begin_s) / static_cast<double>(i + 1);
     writing =

@@ -29,7 +29,7 @@ absl::StatusOr<v1::RenderResult> RunRenderJob(const v1::RenderJob& job,
     RETURN_IF_ERROR(LocateOwnContent(upgraded));
     return RenderFrames(upgraded, context, &BuildRenderer, *cache);
   } catch (const std::bad_alloc&) {
-    return absl::ResourceExhaustedError("not enough memory to render the scene");
+    return ResourceExhausted("not enough memory to render the scene");
   }
 }
 

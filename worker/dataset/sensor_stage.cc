@@ -43,7 +43,7 @@ absl::StatusOr<SensorDraw> DrawOfJson(const Json& json) {
     json.at("bayer").get_to(draw.bayer);
     json.at("jpeg_quality").get_to(draw.jpeg_quality);
   } catch (const Json::exception& error) {
-    return MakeError(absl::StatusCode::kDataLoss, std::string("sensor: ") + error.what());
+    return DataLoss("sensor: {}", error.what());
   }
   return draw;
 }
@@ -56,7 +56,7 @@ absl::StatusOr<PairAddress> AddressOfFrame(const Json& json) {
   const Json seeds = json.value("seeds", Json::object());
   const auto seed = SeedOf(seeds.value("scene", Json()));
   if (!seed || !json.contains("rig") || !json["rig"].is_number_unsigned()) {
-    return absl::DataLossError("frame.json says no seed or no rig");
+    return DataLoss("frame.json says no seed or no rig");
   }
   return PairAddress{SceneSeed{*seed}, json["rig"].get<uint32_t>()};
 }
@@ -66,10 +66,10 @@ absl::StatusOr<ImageRgb8> TakeEye(const SensorDraw& draw, const PairAddress& pai
   LinearView view;
   absl::StatusOr<ImageF3> light = ReadExrRgb(path_of(kLinearFiles[eye]));
   if (absl::IsNotFound(light.status())) {
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     std::string("a sensor makes its pictures of linear ones, and the frame keeps "
-                                 "none (render.keep_hdr): ") +
-                         std::string(ToStd(light.status().message())));
+    return FailedPrecondition(
+        "a sensor makes its pictures of linear ones, and the frame keeps none (render.keep_hdr): "
+        "{}",
+        light.status().message());
   }
   RETURN_IF_ERROR(light.status());
   view.light = *std::move(light);
@@ -116,7 +116,7 @@ absl::StatusOr<std::map<std::string, std::string>> MakeSensorFiles(const v1::Sen
                                                                    const PathOfFile& path_of) {
   ASSIGN_OR_RETURN(const std::string text, ReadFile(path_of("frame.json")));
   Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object()) return absl::DataLossError(path_of("frame.json") + ": not JSON");
+  if (!json.is_object()) return DataLoss("{}: not JSON", path_of("frame.json"));
   ASSIGN_OR_RETURN(const PairAddress pair, AddressOfFrame(json));
   const SensorDraw draw = DrawSensor(config, pair.seed, pair.rig);
   ASSIGN_OR_RETURN(const SensorPictures pictures, TakeBoth(draw, pair, path_of));

@@ -1,5 +1,7 @@
 #include "worker/dataset/sequence_runs.h"
 
+#include <fmt/core.h>
+
 #include <map>
 #include <optional>
 #include <tuple>
@@ -18,9 +20,10 @@ struct Member {
 };
 
 absl::Status NoSequence(const DatasetFrame& frame, const std::string& what) {
-  return MakeError(absl::StatusCode::kFailedPrecondition,
-                   frame.dir + ": " + what + "; this layout is for sequences with flow " +
-                       "(rigs.path or walks of nature, and flow in render.maps)");
+  return FailedPrecondition(
+      "{}: {}; this layout is for sequences with flow (rigs.path or walks of nature, and flow in "
+      "render.maps)",
+      frame.dir, what);
 }
 
 }  // namespace
@@ -45,12 +48,12 @@ absl::StatusOr<std::vector<SequenceRun>> FindRuns(const DatasetVariant& variant,
   for (const auto& [way, members] : ways) {
     const auto& [scene, eye, path] = way;
     const std::string name =
-        "-p" + std::to_string(path) + (most_eyes[scene] > 0 ? "-b" + std::to_string(eye) : "");
+        fmt::format("-p{}{}", path, most_eyes[scene] > 0 ? fmt::format("-b{}", eye) : "");
     int gaps = 0;
     for (size_t begin = 0; begin < members.size();) {
       size_t end = begin + 1;
       while (end < members.size() && members[end - 1].next == members[end].frame->rig) ++end;
-      SequenceRun run{name + (gaps > 0 ? "-r" + std::to_string(gaps) : ""), {}};
+      SequenceRun run{name + (gaps > 0 ? fmt::format("-r{}", gaps) : ""), {}};
       for (size_t i = begin; i < end; ++i) run.frames.push_back(members[i].frame);
       if (run.frames.size() > 1) {
         runs.push_back(std::move(run));

@@ -1,5 +1,7 @@
 #include "worker/dataset/shards.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <utility>
@@ -14,9 +16,7 @@ ShardWriter::ShardWriter(std::string folder, std::string split, int pairs_per_sh
       pairs_per_shard_(std::max(1, pairs_per_shard)) {}
 
 absl::Status ShardWriter::Open() {
-  char number[16];
-  std::snprintf(number, sizeof(number), "%06d", static_cast<int>(shards_.size()));
-  shard_ = {.file = split_ + "-" + number + ".tar"};
+  shard_ = {.file = fmt::format("{}-{:06}.tar", split_, shards_.size())};
   const std::string path = folder_ + "/" + shard_.file;
   file_.reset(std::fopen(path.c_str(), "wbe"));
   if (file_ == nullptr) return ErrnoError(errno, "create " + path);
@@ -68,8 +68,7 @@ std::string ShardCard(const std::vector<Shard>& train, const std::vector<Shard>&
     if (shards->empty()) continue;
     int pairs = 0;
     for (const Shard& shard : *shards) pairs += shard.pairs;
-    table += std::string("| ") + split + " | " + std::to_string(shards->size()) + " | " +
-             std::to_string(pairs) + " |\n";
+    table += fmt::format("| {} | {} | {} |\n", split, shards->size(), pairs);
   }
   return "| split | shards | pairs |\n"
          "|---|---|---|\n" +

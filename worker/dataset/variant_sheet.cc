@@ -1,5 +1,7 @@
 #include "worker/dataset/variant_sheet.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -65,13 +67,11 @@ absl::StatusOr<VariantSheetResult> MakeVariantSheet(const std::string& dir,
                                                     const VariantSheetOptions& options) {
   ASSIGN_OR_RETURN(Dataset dataset, ReadDataset(dir));
   if (dataset.variants.size() < 2) {
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     dir + ": has one variant, so there is nothing to compare");
+    return FailedPrecondition("{}: has one variant, so there is nothing to compare", dir);
   }
   const std::set<FrameKey> common = CommonKeys(dataset);
   if (common.empty()) {
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     dir + ": no pair is common to all variants");
+    return FailedPrecondition("{}: no pair is common to all variants", dir);
   }
   SortAsInStudy(dataset.dir, dataset.variants);
   const std::vector<FrameKey> all(common.begin(), common.end());
@@ -102,8 +102,7 @@ absl::StatusOr<VariantSheetResult> MakeVariantSheet(const std::string& dir,
     const FrameKey key = all[blocks == 1 ? 0 : b * (all.size() - 1) / (blocks - 1)];
     const int top = kTitle + static_cast<int>(b) * block_height;
     canvas.DrawText(kVariantsMargin, top + 20,
-                    "scene " + std::to_string(key.first) + ", rig " + std::to_string(key.second),
-                    11, kFaint);
+                    fmt::format("scene {}, rig {}", key.first, key.second), 11, kFaint);
     double full_scale_px = 0;  // The first variant's, so that other baselines show.
     for (size_t v = 0; v < dataset.variants.size(); ++v) {
       const DatasetVariant& variant = dataset.variants[v];

@@ -11,10 +11,10 @@ using Opinion = absl::StatusOr<std::optional<Verdict>>;
 absl::StatusOr<double> Statistic(const FrameFacts& frame, const std::string& name) {
   const auto found = frame.statistics.find(name);
   if (found != frame.statistics.end()) return found->second;
-  return MakeError(absl::StatusCode::kFailedPrecondition,
-                   "there is no statistic \"" + name +
-                       "\": an older version made the "
-                       "frame; make the dataset again in another folder");
+  return FailedPrecondition(
+      "there is no statistic \"{}\": an older version made the frame; make the dataset again in "
+      "another folder",
+      name);
 }
 
 Opinion Dark(const FrameFacts& frame, const v1::FilterConfig& filters) {

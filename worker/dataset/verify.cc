@@ -1,5 +1,6 @@
 #include "worker/dataset/verify.h"
 
+#include <fmt/core.h>
 #include <sys/stat.h>
 #include <tbb/parallel_for.h>
 
@@ -38,9 +39,7 @@ std::vector<Finding> CheckRecipes(const DatasetVariant& variant) {
   std::set<uint32_t> scenes;
   for (const DatasetFrame& frame : variant.frames) scenes.insert(frame.scene);
   for (const uint32_t number : scenes) {
-    char name[32];
-    std::snprintf(name, sizeof(name), "/scenes/%06u.pb", number);
-    const std::string path = variant.dir + name;
+    const std::string path = fmt::format("{}/scenes/{:06}.pb", variant.dir, number);
     const absl::StatusOr<std::string> bytes = ReadFile(path);
     v1::Scene scene;
     if (!bytes.ok()) {
@@ -55,7 +54,7 @@ std::vector<Finding> CheckRecipes(const DatasetVariant& variant) {
     for (const v1::Rig& rig : scene.rigs()) rigs.insert(rig.index());
     for (const DatasetFrame& frame : variant.frames) {
       if (frame.scene == number && !rigs.contains(frame.rig)) {
-        findings.push_back({"recipe", path, "has no rig " + std::to_string(frame.rig)});
+        findings.push_back({"recipe", path, fmt::format("has no rig {}", frame.rig)});
       }
     }
   }
@@ -87,7 +86,7 @@ absl::Status VerifyVariant(const DatasetVariant& variant, const VerifyOptions& o
   // Works in blocks, so that findings stay in order and memory small.
   constexpr size_t kBlock = 32;
   for (size_t begin = 0; begin < variant.frames.size(); begin += kBlock) {
-    if (options.cancel.cancelled()) return absl::CancelledError("verify");
+    if (options.cancel.cancelled()) return Cancelled("verify");
     const size_t end = std::min(begin + kBlock, variant.frames.size());
     std::vector<std::vector<Finding>> found(end - begin);
     std::vector<int64_t> bytes(end - begin);
@@ -119,7 +118,7 @@ absl::StatusOr<VerifyResult> VerifyExport(const std::string& dir, const VerifyOp
   std::vector<std::pair<std::string, std::string>> files;
   for (std::string row; std::getline(in, row);) {
     if (row.size() < 67 || row.compare(64, 2, "  ") != 0) {
-      return MakeError(absl::StatusCode::kDataLoss, dir + "/SHA256SUMS: not a list of hashes");
+      return DataLoss("{}/SHA256SUMS: not a list of hashes", dir);
     }
     files.emplace_back(row.substr(66), row.substr(0, 64));
     known.insert(files.back().first);

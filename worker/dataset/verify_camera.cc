@@ -1,8 +1,9 @@
 #include "worker/dataset/verify_camera.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "common/config/config.h"
 #include "worker/dataset/frame_reader.h"
@@ -13,12 +14,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kCameraTolerance = 1e-6;  // Relative.
-
-std::string Digits(double value) {
-  char text[40];
-  std::snprintf(text, sizeof(text), "%.9g", value);
-  return text;
-}
 
 // The range in which a number of frame.json must lie.
 struct Wanted {
@@ -75,10 +70,10 @@ std::vector<Finding> CheckCameras(const DatasetVariant& variant, const v1::Scene
       const double seen = in.value(wanted.name, std::nan(""));
       const double slack = kCameraTolerance * std::max(1.0, std::abs(wanted.high));
       if (seen >= wanted.low - slack && seen <= wanted.high + slack) return;
-      findings.push_back({"camera", frame.dir + "/frame.json",
-                          std::string(wanted.name) + " is " + Digits(seen) + ", the study wants " +
-                              Digits(wanted.low) +
-                              (wanted.low < wanted.high ? " to " + Digits(wanted.high) : "")});
+      findings.push_back(
+          {"camera", frame.dir + "/frame.json",
+           fmt::format("{} is {:.9g}, the study wants {:.9g}{}", wanted.name, seen, wanted.low,
+                       wanted.low < wanted.high ? fmt::format(" to {:.9g}", wanted.high) : "")});
     };
     try {
       for (const Wanted& wanted : intrinsics) check(json->at("intrinsics"), wanted);

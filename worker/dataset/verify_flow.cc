@@ -1,9 +1,10 @@
 #include "worker/dataset/verify_flow.h"
 
+#include <fmt/core.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -29,11 +30,7 @@ constexpr double kReprojected = 0.01;  // Relative to the depth.
 constexpr double kMostOtherwise = 0.02;
 constexpr uint8_t kNone = 128, kHidden = 255;
 
-std::string ThreeDigits(uint32_t number) {
-  char text[16];
-  std::snprintf(text, sizeof(text), "%03u", number);
-  return text;
-}
+std::string ThreeDigits(uint32_t number) { return fmt::format("{:03}", number); }
 
 // World from camera, worked out anew from a quaternion.
 Eigen::Isometry3d PoseOf(const v1::Transform& t) {
@@ -244,13 +241,13 @@ class FlowChecker {
     int64_t otherwise = 0, judged = 0;
     for (int y = 0; y < depth.height(); ++y) {
       for (int x = 0; x < depth.width(); ++x) {
-        const std::string at = "(" + std::to_string(x) + ", " + std::to_string(y) + ")";
+        const std::string at = fmt::format("({}, {})", x, y);
         const double z = depth(x, y);
         const Eigen::Vector3d then = PointThen(c, x, y, z, objects(x, y));
         const float* seen = flow.At(x, y);
         const uint8_t value = mask(x, y);
         if (value != 0 && value != kNone && value != kHidden) {
-          return Find(c.mask_name, at + ": " + std::to_string(value) + ", wanted 0, 128 or 255");
+          return Find(c.mask_name, fmt::format("{}: {}, wanted 0, 128 or 255", at, value));
         }
         if (then.z() <= 1e-5 || value == kNone) {
           if (value == kNone && then.z() > 1e-5) {
@@ -267,11 +264,11 @@ class FlowChecker {
         const Eigen::Vector3d off =
             Eigen::Vector3d(double{seen[0]}, double{seen[1]}, double{seen[2]}) - wanted;
         if (!(off.cwiseAbs().maxCoeff() <= kFlowTolerance_px + kFlowTolerance * wanted.norm())) {
-          char text[160];
-          std::snprintf(text, sizeof(text),
-                        ": %.6g %.6g %.6g, depth and motion give %.6g %.6g %.6g", double{seen[0]},
-                        double{seen[1]}, double{seen[2]}, wanted.x(), wanted.y(), wanted.z());
-          return Find(c.name, at + text);
+          return Find(
+              c.name,
+              fmt::format("{}: {:.6g} {:.6g} {:.6g}, depth and motion give {:.6g} {:.6g} {:.6g}",
+                          at, double{seen[0]}, double{seen[1]}, double{seen[2]}, wanted.x(),
+                          wanted.y(), wanted.z()));
         }
         const auto visible = Visible(other, end, z > 0 ? then.z() : 0, depth);
         if (!visible) continue;
@@ -280,8 +277,8 @@ class FlowChecker {
       }
     }
     if (static_cast<double>(otherwise) <= kMostOtherwise * static_cast<double>(judged)) return;
-    Find(c.mask_name, std::to_string(otherwise) + " of " + std::to_string(judged) +
-                          " pixels are judged otherwise by the neighbour's depth");
+    Find(c.mask_name, fmt::format("{} of {} pixels are judged otherwise by the neighbour's depth",
+                                  otherwise, judged));
   }
 
   // Whether the neighbour's depth shows a point of this depth (0: sky); nothing where there is no

@@ -1,10 +1,10 @@
 #include "worker/dataset/verify_frame.h"
 
+#include <fmt/core.h>
 #include <sys/stat.h>
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <set>
 
@@ -27,12 +27,6 @@ constexpr double kReprojection = 0.01;        // Relative to the depth: the seed
 constexpr double kMostReprojected = 1e-3;     // Part of the pixels that may be judged otherwise.
 constexpr double kDisparityTolerance = 1e-6;  // Relative, and half a float's last digit.
 constexpr uint8_t kSky = 1, kKnownBits = 1 | 2 | 4 | 8 | 16 | 32;
-
-std::string Text(double value) {
-  char text[40];
-  std::snprintf(text, sizeof(text), "%.9g", value);
-  return text;
-}
 
 struct Eye {
   std::string name;
@@ -124,8 +118,9 @@ class FrameChecker {
     const double off = (expected - Vec3d(pose_[1].topRightCorner<3, 1>())).norm();
     if (off > 1e-6) {
       Find("pose", "frame.json",
-           "the right camera is " + Text(off) + " m from where the baseline (" + Text(baseline_m_) +
-               " m along +x) puts it");
+           fmt::format(
+               "the right camera is {:.9g} m from where the baseline ({:.9g} m along +x) puts it",
+               off, baseline_m_));
     }
   }
 
@@ -140,8 +135,8 @@ class FrameChecker {
     }
     if (result->width() != k_.width || result->height() != k_.height) {
       Find("size", file,
-           std::to_string(result->width()) + "x" + std::to_string(result->height()) +
-               ", frame.json says " + std::to_string(k_.width) + "x" + std::to_string(k_.height));
+           fmt::format("{}x{}, frame.json says {}x{}", result->width(), result->height(), k_.width,
+                       k_.height));
       return;
     }
     image = *std::move(result);
@@ -161,7 +156,7 @@ class FrameChecker {
   // "(12, 34)" of the pixel with this number.
   std::string At(size_t i) const {
     const auto w = static_cast<size_t>(k_.width);
-    return "(" + std::to_string(i % w) + ", " + std::to_string(i / w) + ")";
+    return fmt::format("({}, {})", i % w, i / w);
   }
 
   // Counts the pixels that break a rule and reports the first.
@@ -176,8 +171,8 @@ class FrameChecker {
     }
     if (static_cast<double>(count) <= tolerated * static_cast<double>(total)) return;
     Find(check, file,
-         std::to_string(count) + " of " + std::to_string(total) + " pixels, the first at " +
-             At(first) + ": " + describe(first));
+         fmt::format("{} of {} pixels, the first at {}: {}", count, total, At(first),
+                     describe(first)));
   }
 
   void CheckDepth(const Eye& eye) {
@@ -188,12 +183,16 @@ class FrameChecker {
     if (!eye.depth.empty()) {
       Pixels(
           "finite", depth_file, [&](size_t i) { return broken(value(eye.depth, i)); },
-          [&](size_t i) { return Text(value(eye.depth, i)) + ", wanted a number >= 0"; });
+          [&](size_t i) {
+            return fmt::format("{:.9g}, wanted a number >= 0", value(eye.depth, i));
+          });
     }
     if (eye.disparity.empty()) return;
     Pixels(
         "finite", disparity_file, [&](size_t i) { return broken(value(eye.disparity, i)); },
-        [&](size_t i) { return Text(value(eye.disparity, i)) + ", wanted a number >= 0"; });
+        [&](size_t i) {
+          return fmt::format("{:.9g}, wanted a number >= 0", value(eye.disparity, i));
+        });
     if (eye.depth.empty()) return;
     const auto expected = [&](size_t i) {
       const double z = value(eye.depth, i);
@@ -206,7 +205,8 @@ class FrameChecker {
           return !(std::abs(seen - want) <= kDisparityTolerance * want);
         },
         [&](size_t i) {
-          return Text(value(eye.disparity, i)) + ", fx * baseline / depth is " + Text(expected(i));
+          return fmt::format("{:.9g}, fx * baseline / depth is {:.9g}", value(eye.disparity, i),
+                             expected(i));
         });
   }
 
@@ -237,16 +237,14 @@ class FrameChecker {
     }
     Pixels(
         "tables", file, [&](size_t i) { return !fine[indices.values()[i]]; },
-        [&](size_t i) {
-          return "index " + std::to_string(indices.values()[i]) + " is not in the table";
-        });
+        [&](size_t i) { return fmt::format("index {} is not in the table", indices.values()[i]); });
     if (eye.depth.empty() || std::string(table) != "objects") return;
     Pixels(
         "tables", file,
         [&](size_t i) { return (indices.values()[i] != 0) != (eye.depth.values()[i] > 0); },
         [&](size_t i) {
-          return "object " + std::to_string(indices.values()[i]) + " at depth " +
-                 Text(double{eye.depth.values()[i]});
+          return fmt::format("object {} at depth {:.9g}", indices.values()[i],
+                             double{eye.depth.values()[i]});
         });
   }
 
@@ -255,7 +253,7 @@ class FrameChecker {
     const std::string file = "masks_" + eye.name + ".png";
     Pixels(
         "masks", file, [&](size_t i) { return (eye.masks.values()[i] & ~kKnownBits) != 0; },
-        [&](size_t i) { return "unknown bits in " + std::to_string(eye.masks.values()[i]); });
+        [&](size_t i) { return fmt::format("unknown bits in {}", eye.masks.values()[i]); });
     if (eye.depth.empty()) return;
     Pixels(
         "masks", file,
@@ -263,8 +261,9 @@ class FrameChecker {
           return ((eye.masks.values()[i] & kSky) != 0) != (eye.depth.values()[i] == 0);
         },
         [&](size_t i) {
-          return std::string((eye.masks.values()[i] & kSky) ? "sky" : "no sky") + " at depth " +
-                 Text(double{eye.depth.values()[i]});
+          return fmt::format("{} at depth {:.9g}",
+                             (eye.masks.values()[i] & kSky) ? "sky" : "no sky",
+                             double{eye.depth.values()[i]});
         });
   }
 
@@ -285,7 +284,7 @@ class FrameChecker {
           const double length = normal(i).norm();
           return has_surface(i) ? !(std::abs(length - 1) < 3e-3) : length != 0;
         },
-        [&](size_t i) { return "length " + Text(normal(i).norm()); });
+        [&](size_t i) { return fmt::format("length {:.9g}", normal(i).norm()); });
     Pixels(
         "normals", file,
         [&](size_t i) {
@@ -306,7 +305,7 @@ class FrameChecker {
         [&](size_t i) {
           return eye.occlusion.values()[i] != 0 && eye.occlusion.values()[i] != 255;
         },
-        [&](size_t i) { return std::to_string(eye.occlusion.values()[i]) + ", wanted 0 or 255"; });
+        [&](size_t i) { return fmt::format("{}, wanted 0 or 255", eye.occlusion.values()[i]); });
     if (eye.depth.empty() || other.depth.empty()) return;
     const auto visible = [&](size_t i) {
       const auto w = static_cast<size_t>(k_.width);
@@ -351,8 +350,8 @@ class FrameChecker {
         passed = passed && verdict["passed"].get<bool>();
         if (verdict["passed"].get<bool>() != expected) {
           Find("filters", "",
-               "\"" + name + "\" " + (expected ? "failed" : "passed") + " with " + Text(value) +
-                   ", its threshold is " + Text(threshold));
+               fmt::format("\"{}\" {} with {:.9g}, its threshold is {:.9g}", name,
+                           expected ? "failed" : "passed", value, threshold));
         }
         if (is_distance) CompareNearest(name, value);
         if (name == "dark") CompareMean(value);
@@ -374,8 +373,8 @@ class FrameChecker {
     }
     if (std::abs(nearest - value) > 1e-6 * nearest) {
       Find("filters", "",
-           "\"" + name + "\" judged a nearest depth of " + Text(value) + " m, the maps have " +
-               Text(nearest));
+           fmt::format("\"{}\" judged a nearest depth of {:.9g} m, the maps have {:.9g}", name,
+                       value, nearest));
     }
   }
 
@@ -384,9 +383,9 @@ class FrameChecker {
     const Json share =
         frame_.line.value("statistics", Json::object()).value("ambiguous_share", Json());
     if (share.is_number() && share.get<double>() == value && value >= 0 && value <= 1) return;
-    Find(
-        "filters", "",
-        "\"ambiguous\" judged a share of " + Text(value) + ", the statistics have " + share.dump());
+    Find("filters", "",
+         fmt::format("\"ambiguous\" judged a share of {:.9g}, the statistics have {}", value,
+                     share.dump()));
   }
 
   void CompareMean(double value) {
@@ -397,7 +396,8 @@ class FrameChecker {
     const double mean = sum / static_cast<double>(image.values().size());
     if (std::abs(mean - value) > 1e-6 * std::max(1.0, mean)) {
       Find("filters", "",
-           "\"dark\" judged a mean intensity of " + Text(value) + ", left.png has " + Text(mean));
+           fmt::format("\"dark\" judged a mean intensity of {:.9g}, left.png has {:.9g}", value,
+                       mean));
     }
   }
 

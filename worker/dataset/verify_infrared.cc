@@ -1,8 +1,9 @@
 #include "worker/dataset/verify_infrared.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 
 #include "common/config/frame_files.h"
@@ -60,9 +61,8 @@ class InfraredChecker {
     absl::StatusOr<ImageU8> picture = ReadPngU8(frame_.dir + "/" + name);
     if (!picture.ok()) return Find(name, std::string(ToStd(picture.status().message())));
     if (picture->width() != k_.width || picture->height() != k_.height) {
-      return Find(name, std::to_string(picture->width()) + "x" + std::to_string(picture->height()) +
-                            ", frame.json says " + std::to_string(k_.width) + "x" +
-                            std::to_string(k_.height));
+      return Find(name, fmt::format("{}x{}, frame.json says {}x{}", picture->width(),
+                                    picture->height(), k_.width, k_.height));
     }
     infrared_[eye] = *std::move(picture);
     const std::string end = eye == 0 ? "left" : "right";
@@ -210,21 +210,16 @@ class InfraredChecker {
 
   void Judge(int eye, const DotSums& lit, const DotSums& shadowed) {
     if (lit.count < kFewestDots || lit.expected / lit.count < kSeenLight) return;
-    const auto levels = [](double value) {
-      char text[32];
-      std::snprintf(text, sizeof text, "%.2f", value);
-      return std::string(text);
-    };
     if (lit.Mean() < kLeastContrast) {
-      return Find(kInfraredFiles[eye], "dots do not stand where depth says: at " +
-                                           std::to_string(lit.count) + " places it is " +
-                                           levels(lit.Mean()) + " levels brighter than around");
+      return Find(kInfraredFiles[eye],
+                  fmt::format("dots do not stand where depth says: at {} places it is {:.2f} "
+                              "levels brighter than around",
+                              lit.count, lit.Mean()));
     }
     if (shadowed.count < kFewestDots || shadowed.Mean() <= kMostInShadow * lit.Mean()) return;
-    Find(kInfraredFiles[eye],
-         "dots stand in the projector's shadow: " + std::to_string(shadowed.count) +
-             " places there are " + levels(shadowed.Mean()) +
-             " levels brighter than around, lit ones " + levels(lit.Mean()));
+    Find(kInfraredFiles[eye], fmt::format("dots stand in the projector's shadow: {} places there "
+                                          "are {:.2f} levels brighter than around, lit ones {:.2f}",
+                                          shadowed.count, shadowed.Mean(), lit.Mean()));
   }
 
   const DatasetFrame& frame_;

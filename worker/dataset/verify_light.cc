@@ -1,5 +1,7 @@
 #include "worker/dataset/verify_light.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -71,7 +73,7 @@ class LightChecker {
     const auto bad = std::count_if(light.values().begin(), light.values().end(),
                                    [](float v) { return !std::isfinite(v) || v < 0; });
     if (bad > 0) {
-      Find("finite", file, std::to_string(bad) + " numbers that are not >= 0 and finite");
+      Find("finite", file, fmt::format("{} numbers that are not >= 0 and finite", bad));
     }
   }
 
@@ -92,9 +94,9 @@ class LightChecker {
     if (static_cast<double>(others) <= tolerated) return;
     const size_t width = 3 * static_cast<size_t>(seen.width());
     Find(exposed_ ? "sensor" : "hdr", file,
-         std::to_string(others) + " values, the first at (" + std::to_string(first % width / 3) +
-             ", " + std::to_string(first / width) + "): " + std::to_string(seen.values()[first]) +
-             ", the linear picture gives " + std::to_string(expected.values()[first]));
+         fmt::format("{} values, the first at ({}, {}): {}, the linear picture gives {}", others,
+                     first % width / 3, first / width, seen.values()[first],
+                     expected.values()[first]));
   }
 
   // The verdict "dark" is the rendered picture's, which only the linear one still tells.
@@ -108,8 +110,7 @@ class LightChecker {
     const double mean = sum / static_cast<double>(left.values().size());
     if (std::abs(mean - value) <= kMeanSteps) return;
     Find("filters", kLinearFiles[0],
-         "\"dark\" judged a mean intensity of " + std::to_string(value) + ", it has " +
-             std::to_string(mean));
+         fmt::format("\"dark\" judged a mean intensity of {:f}, it has {:f}", value, mean));
   }
 
   const DatasetFrame& frame_;

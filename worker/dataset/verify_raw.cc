@@ -1,5 +1,7 @@
 #include "worker/dataset/verify_raw.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -85,9 +87,8 @@ class RawChecker {
       return false;
     }
     if (result->width() != camera.width_px || result->height() != camera.height_px) {
-      Find(file, std::to_string(result->width()) + "x" + std::to_string(result->height()) +
-                     ", frame.json says " + std::to_string(camera.width_px) + "x" +
-                     std::to_string(camera.height_px));
+      Find(file, fmt::format("{}x{}, frame.json says {}x{}", result->width(), result->height(),
+                             camera.width_px, camera.height_px));
       return false;
     }
     image = *std::move(result);
@@ -137,7 +138,7 @@ class RawChecker {
     int64_t visible = 0, off = 0;
     for (int y = 0; y < from.flow.height(); ++y) {
       for (int x = 0; x < from.flow.width(); ++x) {
-        const std::string at = "(" + std::to_string(x) + ", " + std::to_string(y) + ")";
+        const std::string at = fmt::format("({}, {})", x, y);
         const float* flow = from.flow.At(x, y);
         const uint8_t occluded = from.occlusion(x, y);
         if (!std::isfinite(flow[0]) || !std::isfinite(flow[1]) || (flow[2] != 0 && flow[2] != 1) ||
@@ -157,9 +158,11 @@ class RawChecker {
         const double disparity = sign * (a->x() - b->x()) * k_.fx_px;
         const double off_px = std::max(std::abs(row), -disparity);
         if (off_px > kRowTolerance_px && off_px > kRowTolerance_px * Magnification(to, end, *b)) {
-          return Find(file, at + ": its ends are " + std::to_string(row) +
-                                " px apart in rectified rows, its disparity is " +
-                                std::to_string(disparity) + " px");
+          return Find(
+              file,
+              fmt::format(
+                  "{}: its ends are {:f} px apart in rectified rows, its disparity is {:f} px", at,
+                  row, disparity));
         }
         if (occluded != 0 || from.disparity.empty()) continue;
         ++visible;
@@ -167,8 +170,8 @@ class RawChecker {
       }
     }
     if (static_cast<double>(off) > kMostOffDisparity * static_cast<double>(visible)) {
-      Find(file, std::to_string(off) + " of " + std::to_string(visible) +
-                     " visible pixels have another disparity than disparity_" + from.name + ".exr");
+      Find(file, fmt::format("{} of {} visible pixels have another disparity than disparity_{}.exr",
+                             off, visible, from.name));
     }
   }
 

@@ -16,8 +16,7 @@ absl::Status UnknownKind(std::string_view name) {
   for (const BenchmarkKind& kind : BenchmarkKinds()) {
     known += (known.empty() ? "" : ", ") + kind.name + (kind.takes_path ? ":PATH" : "");
   }
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   "there is no benchmark '" + std::string(name) + "'; there are " + known);
+  return InvalidArgument("there is no benchmark '{}'; there are {}", name, known);
 }
 
 // The last part of a path: "pairs" of "data/pairs.txt", "motorcycles" of "data/motorcycles/".
@@ -28,13 +27,12 @@ std::string NameOfPath(const std::string& path) {
 
 absl::Status CheckPairs(const Benchmark& benchmark) {
   if (benchmark.pairs.empty()) {
-    return MakeError(absl::StatusCode::kDataLoss, benchmark.name + ": has no pairs");
+    return DataLoss("{}: has no pairs", benchmark.name);
   }
   std::set<std::string> names;
   for (const BenchmarkPair& pair : benchmark.pairs) {
     if (!names.insert(pair.name).second) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       benchmark.name + ": two pairs are called " + pair.name);
+      return InvalidArgument("{}: two pairs are called {}", benchmark.name, pair.name);
     }
   }
   return absl::OkStatus();
@@ -73,12 +71,10 @@ absl::StatusOr<Benchmark> OpenBenchmark(const std::string& what, const std::stri
                                  [&](const BenchmarkKind& k) { return k.name == kind_name; });
   if (kind == kinds.end() || (has_path && !kind->takes_path)) return UnknownKind(rest);
   if (kind->takes_path && (!has_path || rest.back() == ':')) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "benchmark '" + what + "': wanted " + kind->name + ":PATH");
+    return InvalidArgument("benchmark '{}': wanted {}:PATH", what, kind->name);
   }
   if (!kind->takes_path && dir.empty() && kind->name != "shipped") {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     kind->name + ": the folder of benchmarks is not given");
+    return InvalidArgument("{}: the folder of benchmarks is not given", kind->name);
   }
   const std::string path = has_path ? rest.substr(kind_name.size() + 1) : dir;
   ASSIGN_OR_RETURN(Benchmark benchmark, kind->open(path));

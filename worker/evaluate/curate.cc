@@ -1,5 +1,7 @@
 #include "worker/evaluate/curate.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <filesystem>
 
@@ -17,17 +19,14 @@ constexpr size_t kBlock = 32;
 constexpr double kBadPx = 2;
 
 std::string NameOf(const DatasetFrame& frame) {
-  char name[32];
-  std::snprintf(name, sizeof name, "%06u_%03u", frame.scene, frame.rig);
-  return name;
+  return fmt::format("{:06}_{:03}", frame.scene, frame.rig);
 }
 
 absl::StatusOr<CurationScore> ScoreFrame(const DatasetFrame& frame, const std::string& prediction) {
   const absl::StatusOr<ImageF> predicted = ReadPfm(prediction);
   if (!predicted.ok()) {
-    return MakeError(
-        predicted.status().code(),
-        frame.dir + ": its prediction: " + std::string(ToStd(predicted.status().message())));
+    return MakeError(predicted.status().code(), fmt::format("{}: its prediction: {}", frame.dir,
+                                                            predicted.status().message()));
   }
   ASSIGN_OR_RETURN(PairTruth truth, ReadFrameTruth(frame.dir));
   truth.regions.clear();
@@ -63,7 +62,7 @@ absl::StatusOr<int64_t> ScoreFrames(const DatasetVariant& variant, const Curatio
   const int64_t known = total - static_cast<int64_t>(frames.size());
   options.progress(known, total);
   for (size_t begin = 0; begin < frames.size(); begin += kBlock) {
-    if (options.cancel.cancelled()) return absl::CancelledError("while frames were scored");
+    if (options.cancel.cancelled()) return Cancelled("while frames were scored");
     const size_t end = std::min(begin + kBlock, frames.size());
     const int64_t before = known + static_cast<int64_t>(begin);
     const std::vector<PredictionTask> tasks = MakeTasks(frames, begin, end, options.work_dir);

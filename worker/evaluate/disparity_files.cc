@@ -15,7 +15,7 @@ namespace parallax {
 namespace {
 
 absl::Status NotNpy(const std::string& what) {
-  return MakeError(absl::StatusCode::kInvalidArgument, "not a map of disparities in .npy: " + what);
+  return InvalidArgument("not a map of disparities in .npy: {}", what);
 }
 
 // The text after `key` in a header such as {'descr': '<f4', 'fortran_order': False, 'shape': (2,
@@ -102,8 +102,7 @@ absl::StatusOr<ImageF> ReadDisparity(const std::string& path, float png_scale) {
   if (extension == ".exr") return ReadExrY(path);
   if (extension == ".npy") return ReadNpy(path);
   if (extension == ".png") return ReadPng16(path, png_scale);
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   path + ": a disparity map is a .pfm, .exr, .npy or 16-bit .png");
+  return InvalidArgument("{}: a disparity map is a .pfm, .exr, .npy or 16-bit .png", path);
 }
 
 absl::StatusOr<ImageF> ReadTruth(const std::string& path, float png_scale, float largest_px) {

@@ -1,5 +1,7 @@
 #include "worker/evaluate/evaluate.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -13,9 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string SizeText(int width, int height) {
-  return std::to_string(width) + "x" + std::to_string(height);
-}
+std::string SizeText(int width, int height) { return fmt::format("{}x{}", width, height); }
 
 absl::Status MakeFolder(const std::string& dir) {
   std::error_code error;
@@ -55,10 +55,8 @@ absl::Status CheckAllPredicted(const Predictor& predictor,
   const auto first = std::find_if(tasks.begin(), tasks.end(), missing);
   if (first == tasks.end()) return absl::OkStatus();
   const auto count = std::count_if(tasks.begin(), tasks.end(), missing);
-  return MakeError(absl::StatusCode::kNotFound,
-                   predictor.name() + ": left no prediction of pair " + first->name + " (" +
-                       first->output + ")" +
-                       (count > 1 ? " and " + std::to_string(count - 1) + " more" : ""));
+  return NotFound("{}: left no prediction of pair {} ({}){}", predictor.name(), first->name,
+                  first->output, count > 1 ? fmt::format(" and {} more", count - 1) : "");
 }
 
 Tallies TallyGroup(const ImageF& predicted_px, const ImageF& truth_px, const LabelMap& map) {
@@ -86,10 +84,9 @@ absl::StatusOr<Scores> ScorePair(const std::string& pair, const ImageF& predicte
                                  const PairTruth& truth) {
   const ImageF& truth_px = truth.disparity_px;
   if (predicted_px.width() != truth_px.width() || predicted_px.height() != truth_px.height()) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "pair " + pair + ": a prediction of " +
-                         SizeText(predicted_px.width(), predicted_px.height()) + " for truth of " +
-                         SizeText(truth_px.width(), truth_px.height()));
+    return InvalidArgument("pair {}: a prediction of {} for truth of {}", pair,
+                           SizeText(predicted_px.width(), predicted_px.height()),
+                           SizeText(truth_px.width(), truth_px.height()));
   }
   Scores scores{.pair = pair, .width_px = truth_px.width(), .height_px = truth_px.height()};
   scores.regions["all"] = TallyErrors(predicted_px, truth_px, {});
@@ -143,8 +140,7 @@ absl::StatusOr<Evaluation> Evaluate(Predictor& predictor, const Benchmark& whole
     ASSIGN_OR_RETURN(const ImageF predicted_px, ReadPfm(tasks[i].output));
     ASSIGN_OR_RETURN(Scores scores, ScorePair(pair.name, predicted_px, truth));
     if (scores.regions["all"].pixels == 0) {
-      return MakeError(absl::StatusCode::kDataLoss,
-                       benchmark.name + ": pair " + pair.name + " has no pixel with truth");
+      return DataLoss("{}: pair {} has no pixel with truth", benchmark.name, pair.name);
     }
     evaluation.images.push_back(std::move(scores));
   }

@@ -1,8 +1,9 @@
 #include "worker/evaluate/group_errors.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "common/image/io.h"
 #include "worker/dataset/drawing.h"
@@ -12,12 +13,6 @@ namespace {
 
 constexpr int kGroupsMargin = 24, kTop = 84, kRow = 24, kNameWidth = 220, kBarWidth = 460,
               kNumberWidth = 120;
-
-std::string Format(const char* format, double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
-}
 
 double Epe(const GroupError& error) { return FigureOf(kEpeMeasure, error.tally); }
 
@@ -36,7 +31,7 @@ absl::StatusOr<std::vector<GroupError>> GroupErrors(const std::vector<Evaluation
     }
   }
   if (sums.empty()) {
-    return MakeError(absl::StatusCode::kNotFound, "no scores by " + group);
+    return NotFound("no scores by {}", group);
   }
   std::vector<GroupError> errors;
   for (const auto& [name, tally] : sums) {
@@ -51,10 +46,9 @@ absl::StatusOr<std::vector<GroupError>> GroupErrors(const std::vector<Evaluation
 std::string GroupErrorsCsv(const std::vector<GroupError>& errors) {
   std::string text = "name,pixels,share,epe,bad-1,bad-2,bad-3,d1\n";
   for (const GroupError& error : errors) {
-    text +=
-        error.name + "," + std::to_string(error.tally.pixels) + "," + Format("%.6f", error.share);
+    text += fmt::format("{},{},{:.6f}", error.name, error.tally.pixels, error.share);
     for (const Measure& measure : {kEpeMeasure, BadAt(1), BadAt(2), BadAt(3), kD1Measure}) {
-      text += "," + Format("%.4f", FigureOf(measure, error.tally));
+      text += fmt::format(",{:.4f}", FigureOf(measure, error.tally));
     }
     text += "\n";
   }
@@ -83,7 +77,7 @@ absl::Status DrawGroupErrors(const std::vector<GroupError>& errors, const std::s
                    kRow - 6, kAccent);
     const double numbers[] = {Epe(error), FigureOf(BadAt(2), error.tally), 100 * error.share};
     for (int c = 0; c < 3; ++c) {
-      canvas.DrawText(numbers_x + c * kNumberWidth, text_y, Format("%.2f", numbers[c]), 10);
+      canvas.DrawText(numbers_x + c * kNumberWidth, text_y, fmt::format("{:.2f}", numbers[c]), 10);
     }
   }
   return WritePng(out_png, canvas.image(), 3);

@@ -1,8 +1,9 @@
 #include "worker/evaluate/metrics.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <limits>
 #include <sstream>
@@ -10,11 +11,7 @@
 namespace parallax {
 namespace {
 
-std::string ThresholdText(double threshold_px) {
-  char text[16];
-  std::snprintf(text, sizeof text, "%g", threshold_px);
-  return text;
-}
+std::string ThresholdText(double threshold_px) { return fmt::format("{:g}", threshold_px); }
 
 absl::StatusOr<Measure> ParseMeasure(std::string_view name) {
   if (name == "d1") return Measure{.kind = Measure::Kind::kD1};
@@ -26,8 +23,7 @@ absl::StatusOr<Measure> ParseMeasure(std::string_view name) {
     if (MeasureName(bad) == name) return bad;
     known += ", " + MeasureName(bad);
   }
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   "there is no metric '" + std::string(name) + "'; there are " + known);
+  return InvalidArgument("there is no metric '{}'; there are {}", name, known);
 }
 
 }  // namespace
@@ -88,8 +84,7 @@ absl::StatusOr<Metric> ParseMetric(std::string_view name) {
   Metric metric{.region = region};
   ASSIGN_OR_RETURN(metric.measure, ParseMeasure(measure));
   if (!pooled.empty() && pooled != "pooled") {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "metric '" + std::string(name) + "': wanted MEASURE [REGION [pooled]]");
+    return InvalidArgument("metric '{}': wanted MEASURE [REGION [pooled]]", name);
   }
   metric.pooled = !pooled.empty();
   return metric;

@@ -1,8 +1,9 @@
 #include "worker/evaluate/prediction_sheet.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "common/image/io.h"
 #include "common/image/jpeg.h"
@@ -56,7 +57,7 @@ absl::StatusOr<SheetRow> ReadRow(const Benchmark& benchmark, const Scores& score
   const auto pair = std::find_if(benchmark.pairs.begin(), benchmark.pairs.end(),
                                  [&](const BenchmarkPair& one) { return one.name == scores.pair; });
   if (pair == benchmark.pairs.end()) {
-    return MakeError(absl::StatusCode::kNotFound, benchmark.name + ": has no pair " + scores.pair);
+    return NotFound("{}: has no pair {}", benchmark.name, scores.pair);
   }
   SheetRow row{.scores = &scores};
   ASSIGN_OR_RETURN(row.left, ReadPictureRgb8(pair->left));
@@ -67,11 +68,9 @@ absl::StatusOr<SheetRow> ReadRow(const Benchmark& benchmark, const Scores& score
 }
 
 std::string Caption(const Evaluation& evaluation, const Scores& scores) {
-  char text[160];
-  std::snprintf(text, sizeof text, ": %s %.2f, epe %.2f px",
-                MetricName(evaluation.headline).c_str(), HeadlineOf(evaluation, scores),
-                FigureOf(kEpeMeasure, scores.regions.at("all")));
-  return scores.pair + text;
+  return fmt::format("{}: {} {:.2f}, epe {:.2f} px", scores.pair, MetricName(evaluation.headline),
+                     HeadlineOf(evaluation, scores),
+                     FigureOf(kEpeMeasure, scores.regions.at("all")));
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "worker/evaluate/scores.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -117,8 +119,8 @@ Scores ImageOf(const Json& json) {
   return scores;
 }
 
-absl::Status DataLoss(int line, const std::string& what) {
-  return MakeError(absl::StatusCode::kDataLoss, "line " + std::to_string(line) + ": " + what);
+absl::Status BadLine(int line, const std::string& what) {
+  return DataLoss("line {}: {}", line, what);
 }
 
 bool SameScores(const Evaluation& a, const Evaluation& b) {
@@ -135,7 +137,7 @@ bool IsScoreFile(std::string_view text) {
 
 std::string DescribeRun(const Evaluation& evaluation) {
   return "variant " + evaluation.run.variant + ", trainer " + evaluation.run.trainer +
-         (evaluation.run.seed ? ", seed " + std::to_string(*evaluation.run.seed) : "") + " on " +
+         (evaluation.run.seed ? fmt::format(", seed {}", *evaluation.run.seed) : "") + " on " +
          evaluation.benchmark;
 }
 
@@ -151,7 +153,7 @@ std::string EncodeEvaluation(const Evaluation& evaluation) {
 }
 
 absl::StatusOr<Evaluation> DecodeEvaluation(std::string_view text) {
-  if (!IsScoreFile(text)) return DataLoss(1, std::string("not a score file of ") + kSchema);
+  if (!IsScoreFile(text)) return BadLine(1, fmt::format("not a score file of {}", kSchema));
   std::istringstream in{std::string(text)};
   Evaluation evaluation;
   size_t pairs = 0;
@@ -162,17 +164,17 @@ absl::StatusOr<Evaluation> DecodeEvaluation(std::string_view text) {
       const Json json = Json::parse(row);
       if (number == 1) {
         const absl::Status read = ReadHeader(json, evaluation, pairs);
-        if (!read.ok()) return DataLoss(number, std::string(ToStd(read.message())));
+        if (!read.ok()) return BadLine(number, std::string(ToStd(read.message())));
       } else {
         evaluation.images.push_back(ImageOf(json));
       }
     } catch (const Json::exception& error) {
-      return DataLoss(number, error.what());
+      return BadLine(number, error.what());
     }
   }
   if (evaluation.images.size() != pairs) {
-    return DataLoss(number, "the file ends after " + std::to_string(evaluation.images.size()) +
-                                " of " + std::to_string(pairs) + " pairs");
+    return BadLine(
+        number, fmt::format("the file ends after {} of {} pairs", evaluation.images.size(), pairs));
   }
   return evaluation;
 }
@@ -191,7 +193,7 @@ absl::StatusOr<Evaluation> ReadEvaluation(const std::string& path) {
 absl::StatusOr<std::vector<Evaluation>> ReadEvaluations(const std::string& dir) {
   std::error_code error;
   if (!fs::is_directory(dir, error)) {
-    return MakeError(absl::StatusCode::kNotFound, dir + ": no such folder");
+    return NotFound("{}: no such folder", dir);
   }
   std::vector<std::string> paths;
   for (auto entry = fs::recursive_directory_iterator(dir, error);
@@ -216,14 +218,12 @@ absl::StatusOr<std::vector<Evaluation>> ReadEvaluations(const std::string& dir) 
     if (is_new) {
       all.push_back(*std::move(one));
     } else if (!SameScores(all[place->second.first], *one)) {
-      return MakeError(
-          absl::StatusCode::kFailedPrecondition,
-          path + " and " + place->second.second + " hold different scores of " + DescribeRun(*one));
+      return FailedPrecondition("{} and {} hold different scores of {}", path, place->second.second,
+                                DescribeRun(*one));
     }
   }
   if (all.empty()) {
-    return MakeError(absl::StatusCode::kNotFound,
-                     dir + ": no score file (*.jsonl of `parallax evaluate`) in it");
+    return NotFound("{}: no score file (*.jsonl of `parallax evaluate`) in it", dir);
   }
   return all;
 }

@@ -40,11 +40,11 @@ double WeightedFigure(const FigureTable& table, const std::vector<double>& seeds
 
 absl::Status CheckTable(const FigureTable& table) {
   if (table.empty() || table[0].empty()) {
-    return absl::InvalidArgumentError("statistics of no figures");
+    return InvalidArgument("statistics of no figures");
   }
   for (const auto& row : table) {
     if (row.size() != table[0].size()) {
-      return absl::InvalidArgumentError("statistics: seeds with different images");
+      return InvalidArgument("statistics: seeds with different images");
     }
   }
   return absl::OkStatus();
@@ -213,7 +213,7 @@ absl::StatusOr<Comparison> ComparePaired(const FigureTable& a, const FigureTable
   RETURN_IF_ERROR(CheckTable(a));
   RETURN_IF_ERROR(CheckTable(b));
   if (a.size() != b.size() || a[0].size() != b[0].size()) {
-    return absl::InvalidArgumentError("statistics: rows with different seeds or images");
+    return InvalidArgument("statistics: rows with different seeds or images");
   }
   std::vector<double> replicates;
   Rng rng(SceneSeed{options.seed}, "evaluate/bootstrap");

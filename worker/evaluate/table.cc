@@ -1,5 +1,7 @@
 #include "worker/evaluate/table.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -16,13 +18,12 @@ using Runs = std::map<std::optional<int64_t>, const Evaluation*>;  // By seed.
 std::string Describe(const Evaluation& evaluation) {
   const RunIdentity& run = evaluation.run;
   return "variant " + run.variant + ", trainer " + run.trainer +
-         (run.seed ? ", seed " + std::to_string(*run.seed) : "");
+         (run.seed ? fmt::format(", seed {}", *run.seed) : "");
 }
 
 absl::Status Differ(const Evaluation& a, const Evaluation& b, const std::string& what) {
-  return MakeError(
-      absl::StatusCode::kFailedPrecondition,
-      a.benchmark + ": " + Describe(a) + " and " + Describe(b) + " can't be compared: " + what);
+  return FailedPrecondition("{}: {} and {} can't be compared: {}", a.benchmark, Describe(a),
+                            Describe(b), what);
 }
 
 int64_t PixelsIn(const Scores& scores, const std::string& region) {
@@ -34,8 +35,7 @@ int64_t PixelsIn(const Scores& scores, const std::string& region) {
 absl::Status CheckComparable(const Evaluation& a, const Evaluation& b) {
   if (!(a.headline == b.headline)) return Differ(a, b, "their metrics differ");
   if (a.images.size() != b.images.size()) {
-    return Differ(
-        a, b, std::to_string(a.images.size()) + " pairs and " + std::to_string(b.images.size()));
+    return Differ(a, b, fmt::format("{} pairs and {}", a.images.size(), b.images.size()));
   }
   for (size_t i = 0; i < a.images.size(); ++i) {
     const Scores &x = a.images[i], &y = b.images[i];
@@ -136,9 +136,8 @@ class Collection {
           if (!is_new) RETURN_IF_ERROR(CheckComparable(*place->second, *run));
         }
         if (runs.contains(std::nullopt) && runs.size() > 1) {
-          return MakeError(absl::StatusCode::kFailedPrecondition,
-                           benchmark + ": variant " + key.first + ", trainer " + key.second +
-                               " has scores with and without a seed");
+          return FailedPrecondition("{}: variant {}, trainer {} has scores with and without a seed",
+                                    benchmark, key.first, key.second);
         }
       }
     }
@@ -202,8 +201,7 @@ absl::StatusOr<std::string> ChooseBaseline(const std::vector<RowKey>& rows,
   if (variants.contains(wanted)) return wanted;
   std::string known;
   for (const std::string& variant : variants) known += (known.empty() ? "" : ", ") + variant;
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   "baseline '" + wanted + "' is not among the variants: " + known);
+  return InvalidArgument("baseline '{}' is not among the variants: {}", wanted, known);
 }
 
 // The row that `key` is compared with, or itself.
@@ -251,9 +249,9 @@ void AddNotes(ResultTable& table) {
     for (const auto& [benchmark, cell] : row.cells) {
       if (cell.pairs_published > 0 && cell.headline.pairs != cell.pairs_published &&
           told.insert(benchmark).second) {
-        table.notes.push_back(benchmark + ": " + std::to_string(cell.headline.pairs) +
-                              " pairs, the whole set has " + std::to_string(cell.pairs_published) +
-                              ": not comparable with published figures.");
+        table.notes.push_back(fmt::format(
+            "{}: {} pairs, the whole set has {}: not comparable with published figures.", benchmark,
+            cell.headline.pairs, cell.pairs_published));
       }
       if (cell.headline.pairs == 1 && told.insert(benchmark + "/one").second) {
         table.notes.push_back(benchmark + ": one pair; intervals say nothing of other pictures.");
@@ -270,7 +268,7 @@ void AddNotes(ResultTable& table) {
 
 absl::StatusOr<ResultTable> MakeTable(const std::vector<Evaluation>& evaluations,
                                       const TableOptions& options) {
-  if (evaluations.empty()) return absl::InvalidArgumentError("a table of no score files");
+  if (evaluations.empty()) return InvalidArgument("a table of no score files");
   const Collection collection(evaluations);
   RETURN_IF_ERROR(collection.Check());
   ResultTable table{.benchmarks = collection.Benchmarks()};

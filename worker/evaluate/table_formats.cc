@@ -1,8 +1,10 @@
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "common/base/status.h"
 #include "worker/evaluate/table.h"
 
 namespace parallax {
@@ -10,12 +12,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string Fixed(double value) {
-  if (std::isnan(value)) return "-";
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2f", value);
-  return text;
-}
+std::string Fixed(double value) { return std::isnan(value) ? "-" : fmt::format("{:.2f}", value); }
 
 bool HasSpread(const Interval& interval) { return interval.high > interval.low; }
 
@@ -51,8 +48,8 @@ std::string VerdictText(const Comparison& comparison) {
   std::string text = VerdictName(comparison.verdict);
   if (comparison.seeds_spread_unknown) return text + " (one seed)";
   if (comparison.more_seeds) {
-    return text + "; " + std::to_string(*comparison.more_seeds) + " more seed" +
-           (*comparison.more_seeds == 1 ? "" : "s") + " would tell";
+    return fmt::format("{}; {} more seed{} would tell", text, *comparison.more_seeds,
+                       *comparison.more_seeds == 1 ? "" : "s");
   }
   return text;
 }
@@ -117,7 +114,7 @@ const TableCell& AnyCell(const ResultTable& table, const std::string& benchmark)
 }
 
 std::string Pairs(const TableCell& cell) {
-  return std::to_string(cell.headline.pairs) + (cell.headline.pairs == 1 ? " pair" : " pairs");
+  return fmt::format("{}{}", cell.headline.pairs, cell.headline.pairs == 1 ? " pair" : " pairs");
 }
 
 std::string Text(const ResultTable& table) {
@@ -196,7 +193,7 @@ std::string LatexEscaped(const std::string& text) {
 // differences from the baseline.
 std::string Latex(const ResultTable& table) {
   const Grid grid = WideGrid(table, "$^{+}$", "$^{-}$");
-  std::string text = "\\begin{tabular}{ll*{" + std::to_string(grid[0].size() - 2) + "}{r}}\n";
+  std::string text = fmt::format("\\begin{{tabular}}{{ll*{{{}}}{{r}}}}\n", grid[0].size() - 2);
   for (size_t r = 0; r < grid.size(); ++r) {
     if (r == 0) text += "\\toprule\n";
     for (size_t c = 0; c < grid[r].size(); ++c) {
@@ -221,21 +218,15 @@ std::string CsvField(const std::string& text) {
   return quoted + "\"";
 }
 
-std::string Exact(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
-
 // A line a figure, so that spreadsheets and data frames can pivot it.
 std::string Csv(const ResultTable& table) {
   std::string text = "variant,trainer,seeds,benchmark,metric,value,low,high,pairs,verdict\n";
   const auto line = [&](const TableRow& row, const std::string& benchmark,
                         const TableFigure& figure, const std::string& verdict) {
-    text += CsvField(row.variant) + "," + CsvField(row.trainer) + "," + std::to_string(row.seeds) +
-            "," + CsvField(benchmark) + "," + CsvField(figure.metric) + "," +
-            Exact(figure.interval.value) + "," + Exact(figure.interval.low) + "," +
-            Exact(figure.interval.high) + "," + std::to_string(figure.pairs) + "," + verdict + "\n";
+    text += fmt::format("{},{},{},{},{},{:.6g},{:.6g},{:.6g},{},{}\n", CsvField(row.variant),
+                        CsvField(row.trainer), row.seeds, CsvField(benchmark),
+                        CsvField(figure.metric), figure.interval.value, figure.interval.low,
+                        figure.interval.high, figure.pairs, verdict);
   };
   for (const TableRow& row : table.rows) {
     for (const auto& [benchmark, cell] : row.cells) {
@@ -320,8 +311,7 @@ absl::StatusOr<std::string> FormatTable(const ResultTable& table, const std::str
     if (format == one.name) return one.write(table);
     known += (known.empty() ? "" : ", ") + std::string(one.name);
   }
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   "there is no format '" + format + "'; there are " + known);
+  return InvalidArgument("there is no format '{}'; there are {}", format, known);
 }
 
 }  // namespace parallax

@@ -45,26 +45,26 @@ Box3f Mesh::Bounds() const {
 
 absl::Status ValidateMesh(const Mesh& mesh) {
   const size_t count = mesh.positions.size();
-  if (count == 0 || mesh.triangles.empty()) return absl::InvalidArgumentError("mesh is empty");
+  if (count == 0 || mesh.triangles.empty()) return InvalidArgument("mesh is empty");
   if (mesh.normals.size() != count || mesh.texture.size() != count || mesh.uv.size() != count) {
-    return absl::InvalidArgumentError("mesh arrays differ in length");
+    return InvalidArgument("mesh arrays differ in length");
   }
   for (size_t i = 0; i < count; ++i) {
     if (!mesh.positions[i].allFinite() || !mesh.texture[i].allFinite() || !mesh.uv[i].allFinite()) {
-      return absl::InvalidArgumentError("vertex " + std::to_string(i) + " is not finite");
+      return InvalidArgument("vertex {} is not finite", i);
     }
     if (!(std::abs(mesh.normals[i].norm() - 1.0f) < 1e-3f)) {
-      return absl::InvalidArgumentError("normal " + std::to_string(i) + " is not unit length");
+      return InvalidArgument("normal {} is not unit length", i);
     }
   }
   for (const Triangle& t : mesh.triangles) {
     if (std::max({t.a, t.b, t.c}) >= count) {
-      return absl::InvalidArgumentError("triangle index out of range");
+      return InvalidArgument("triangle index out of range");
     }
-    if (t.slot >= mesh.slots.size()) return absl::InvalidArgumentError("slot index out of range");
+    if (t.slot >= mesh.slots.size()) return InvalidArgument("slot index out of range");
   }
   if (HasCoincidentSheets(mesh)) {
-    return absl::InvalidArgumentError("two triangles of sheets have the same corners");
+    return InvalidArgument("two triangles of sheets have the same corners");
   }
   return absl::OkStatus();
 }

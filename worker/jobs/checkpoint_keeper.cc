@@ -1,7 +1,8 @@
 #include "worker/jobs/checkpoint_keeper.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "common/base/file.h"
@@ -62,7 +63,7 @@ absl::Status FetchCheckpoint(const Store& store, const LeftCheckpoint& left,
   const std::string name = left.folder + "/" + left.facts.name;
   RETURN_IF_ERROR(CheckStorePath(name));
   ASSIGN_OR_RETURN(const std::string bytes, GetWhole(store, name, left.facts.size));
-  if (Sha256Hex(bytes) != left.facts.sha256) return absl::DataLossError(name + ": damaged");
+  if (Sha256Hex(bytes) != left.facts.sha256) return DataLoss("{}: damaged", name);
   if (curve != nullptr) {
     ASSIGN_OR_RETURN(*curve, store.Get(left.folder + "/" + kCurveName));
   }
@@ -70,9 +71,7 @@ absl::Status FetchCheckpoint(const Store& store, const LeftCheckpoint& left,
 }
 
 std::string CheckpointKeeper::FolderOf(int64_t step) const {
-  char name[32];
-  std::snprintf(name, sizeof name, "%09lld", static_cast<long long>(step));
-  return attempt_path_ + kResumeFolder + name;
+  return fmt::format("{}{}{:09}", attempt_path_, kResumeFolder, step);
 }
 
 absl::Status CheckpointKeeper::Put(const CheckpointFacts& facts, const std::string& path,

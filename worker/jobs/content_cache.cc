@@ -1,6 +1,7 @@
 #include "worker/jobs/content_cache.h"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -37,7 +38,7 @@ std::timed_mutex& FetchMutex() {
 absl::StatusOr<std::unique_lock<std::timed_mutex>> LockFetches(const CancelToken& cancel) {
   std::unique_lock<std::timed_mutex> lock(FetchMutex(), std::defer_lock);
   while (!lock.try_lock_for(std::chrono::milliseconds(100))) {
-    if (cancel.cancelled()) return absl::CancelledError("while content was waited for");
+    if (cancel.cancelled()) return Cancelled("while content was waited for");
   }
   return lock;
 }
@@ -68,7 +69,7 @@ absl::Status FetchContentFile(const Store& store, const ContentFile& file, const
   Sha256 hash;
   int64_t size = 0;
   while (size <= file.size) {
-    if (cancel.cancelled()) return absl::CancelledError("while content was fetched");
+    if (cancel.cancelled()) return Cancelled("while content was fetched");
     ASSIGN_OR_RETURN(const std::string piece, store.GetPiece(from, size, kContentPiece));
     if (piece.empty()) break;
     hash.Update(piece);
@@ -79,9 +80,9 @@ absl::Status FetchContentFile(const Store& store, const ContentFile& file, const
   }
   if (std::fflush(out.get()) != 0) return ErrnoError(errno, "write " + to);
   if (size == file.size && HexOf(hash.Finish()) == file.sha256) return absl::OkStatus();
-  return MakeError(absl::StatusCode::kDataLoss,
-                   from + ": what the store has is not the content of " + file.name +
-                       " that the study was submitted with");
+  return DataLoss(
+      "{}: what the store has is not the content of {} that the study was submitted with", from,
+      file.name);
 }
 
 int64_t BytesOf(const std::vector<ContentFile>& files) {
@@ -114,13 +115,12 @@ absl::StatusOr<std::string> GetList(const Store& store, const std::string& path)
     if (piece.empty()) return text;
     text += piece;
   }
-  return MakeError(absl::StatusCode::kInvalidArgument, path + ": too long for a list of content");
+  return InvalidArgument("{}: too long for a list of content", path);
 }
 
 std::string TemporaryName(const std::string& sha256) {
   static std::atomic<int> number{0};
-  return ".new-" + sha256.substr(0, 16) + "-" + std::to_string(getpid()) + "-" +
-         std::to_string(++number);
+  return fmt::format(".new-{}-{}-{}", sha256.substr(0, 16), getpid(), ++number);
 }
 
 }  // namespace
@@ -133,18 +133,16 @@ absl::StatusOr<std::vector<ContentFile>> ContentCache::ListOf(const Store& store
   text = GetList(store, ContentPath(sha256));
   RETURN_IF_ERROR(text.status());
   if (Sha256Hex(*text) != sha256) {
-    return MakeError(absl::StatusCode::kDataLoss,
-                     ContentPath(sha256) + ": the store's list of content is not of this hash");
+    return DataLoss("{}: the store's list of content is not of this hash", ContentPath(sha256));
   }
   return ParseContentList(*text);
 }
 
 absl::Status ContentCache::MakeRoom(int64_t bytes, const std::string& keep) const {
   if (bytes > options_.max_bytes) {
-    return MakeError(absl::StatusCode::kResourceExhausted,
-                     "own content of " + std::to_string(bytes) +
-                         " bytes, and this worker's cache " + options_.dir + " may have " +
-                         std::to_string(options_.max_bytes) + " (worker --cache-gb)");
+    return ResourceExhausted(
+        "own content of {} bytes, and this worker's cache {} may have {} (worker --cache-gb)",
+        bytes, options_.dir, options_.max_bytes);
   }
   struct Kept {
     fs::file_time_type used;
@@ -209,8 +207,7 @@ absl::StatusOr<std::string> ContentCache::Bring(const Store& store, const std::s
     if (!HasAll(dir, *files)) fs::remove_all(place, error);
     fs::rename(made, place, error);
     if (!HasAll(dir, *files)) {
-      status =
-          MakeError(absl::StatusCode::kUnavailable, "own content could not be put in " + place);
+      status = Unavailable("own content could not be put in {}", place);
     }
   }
   fs::remove_all(made, error);

@@ -1,6 +1,7 @@
 #include "worker/jobs/core_share.h"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <sys/file.h>
 #include <unistd.h>
 
@@ -48,7 +49,7 @@ absl::StatusOr<CoreShare::Hold> CoreShare::Take(int count, int operation, const 
   queue.files_.push_back(gate);
   std::vector<int> left;
   for (int core = 0; core < cores_; ++core) {
-    ASSIGN_OR_RETURN(const int file, OpenLock(dir_ + "/core-" + std::to_string(core)));
+    ASSIGN_OR_RETURN(const int file, OpenLock(fmt::format("{}/core-{}", dir_, core)));
     others.files_.push_back(file);
     left.push_back(file);
   }
@@ -68,7 +69,7 @@ absl::StatusOr<CoreShare::Hold> CoreShare::Take(int count, int operation, const 
     waiting();
     std::this_thread::sleep_for(kPause);
   }
-  return absl::CancelledError("while it waited for cores");
+  return Cancelled("while it waited for cores");
 }
 
 }  // namespace parallax

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "common/base/file.h"
+#include "common/base/status.h"
 #include "common/store/store.h"
 #include "parallax/v1/train.pb.h"
 #include "worker/agent/failure.h"
@@ -84,8 +85,7 @@ class EvaluateAttempt {
     if (job_.benchmark() != kHeldout) {
       // Kinds that take a path would let a submitter read this machine's files.
       if (job_.benchmark().find_first_of(":=/") != std::string::npos) {
-        return absl::InvalidArgumentError("benchmark '" + job_.benchmark() +
-                                          "': a name, and no path");
+        return InvalidArgument("benchmark '{}': a name, and no path", job_.benchmark());
       }
       return OpenBenchmark(job_.benchmark(), options_.benchmarks_dir);
     }
@@ -103,8 +103,7 @@ class EvaluateAttempt {
   absl::StatusOr<std::unique_ptr<Predictor>> MakePredictor() {
     if (job_.checkpoint_path().empty()) {
       if (job_.trainer() == kSgbm) return MakeSgbmPredictor();
-      return MakeError(absl::StatusCode::kUnimplemented,
-                       "there is no baseline '" + job_.trainer() + "' (there is sgbm)");
+      return Unimplemented("there is no baseline '{}' (there is sgbm)", job_.trainer());
     }
     return OpenStoredNetwork({job_.trainer(), job_.checkpoint_path(), job_.checkpoint()},
                              options_.trainers, *folder_.store, work_dir_, threads_);
@@ -163,7 +162,7 @@ class EvaluateHandler final : public JobHandler {
                                  const JobProgressFn& progress) override {
     v1::EvaluateJob job;
     if (!job.ParseFromArray(spec.data(), static_cast<int>(spec.size()))) {
-      return absl::InvalidArgumentError("a spec that is no EvaluateJob");
+      return InvalidArgument("a spec that is no EvaluateJob");
     }
     return EvaluateAttempt(job, *options_, folder, cancel, progress).Run();
   }

@@ -1,9 +1,9 @@
 #include "worker/jobs/finished_frames.h"
 
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 
 #include "common/base/file.h"
@@ -20,11 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string RigFolder(uint32_t rig) {
-  char name[16];
-  std::snprintf(name, sizeof name, "%03u", rig);
-  return name;
-}
+std::string RigFolder(uint32_t rig) { return fmt::format("{:03}", rig); }
 
 std::string NoteOf(uint32_t rig) { return std::string(kFrameNotes) + "/" + RigFolder(rig) + ".pb"; }
 
@@ -55,7 +51,7 @@ absl::Status BringFile(const Store& store, const std::string& from, const v1::Fi
   }
   ASSIGN_OR_RETURN(const std::string hash, Sha256HexOfFile(to));
   if (hash == file.sha256()) return absl::OkStatus();
-  return MakeError(absl::StatusCode::kDataLoss, from + " is not what its note says");
+  return DataLoss("{} is not what its note says", from);
 }
 
 }  // namespace
@@ -92,8 +88,7 @@ absl::StatusOr<v1::FrameResult> FinishedFrames::TakeOverFrom(
   ASSIGN_OR_RETURN(const std::string note, folder_.store->Get(earlier + "/" + NoteOf(rig)));
   v1::FrameResult frame;
   if (!frame.ParseFromString(note) || frame.rig() != rig || FileNamesOf(frame) != wanted) {
-    return MakeError(absl::StatusCode::kDataLoss, "the note on rig " + std::to_string(rig) +
-                                                      " in " + earlier + " is none of this job's");
+    return DataLoss("the note on rig {} in {} is none of this job's", rig, earlier);
   }
   const std::string dir = folder_.dir + "/" + RigFolder(rig);
   std::error_code ignored;
@@ -117,7 +112,7 @@ absl::StatusOr<std::vector<v1::FrameResult>> FinishedFrames::TakeOver(const v1::
   const std::vector<std::string> wanted = FrameFileNames(job.render());
   for (const uint32_t rig : job.rigs()) {
     for (const std::string& earlier : job.earlier_folders()) {
-      if (cancel.cancelled()) return absl::CancelledError("while pairs were taken over");
+      if (cancel.cancelled()) return Cancelled("while pairs were taken over");
       absl::StatusOr<v1::FrameResult> frame = TakeOverFrom(earlier, rig, wanted);
       if (frame.ok()) {
         // A job of one pair leaves it where it was found, too.

@@ -57,7 +57,7 @@ absl::StatusOr<std::map<std::string, LocalFile>> FrameCache::Fetch(
     ASSIGN_OR_RETURN(files[name], FetchFile(store, entry.path, entry.size, dir, name));
   }
   if (files.empty()) {
-    return MakeError(absl::StatusCode::kNotFound, "the store has no frame " + path);
+    return NotFound("the store has no frame {}", path);
   }
   std::error_code error;
   fs::last_write_time(dir, fs::file_time_type::clock::now(), error);
@@ -106,7 +106,7 @@ absl::StatusOr<std::map<std::string, LocalFile>> FilesOfFrame(
     files[name] = {path, static_cast<int64_t>(fs::file_size(path, error)), hash};
   }
   if (files.empty()) {
-    return MakeError(absl::StatusCode::kNotFound, "the store has no frame " + dir);
+    return NotFound("the store has no frame {}", dir);
   }
   return files;
 }

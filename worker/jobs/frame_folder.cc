@@ -1,11 +1,11 @@
 #include "worker/jobs/frame_folder.h"
 
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -46,9 +46,7 @@ std::vector<Frame> FramesOf(const v1::FrameSet& set) {
   std::vector<Frame> frames;
   for (const v1::FrameFolder& folder : set.folders()) {
     for (const uint32_t rig : folder.rigs()) {
-      char name[16];
-      std::snprintf(name, sizeof name, "/%03u", rig);
-      frames.push_back({folder.scene(), rig, folder.folder() + name});
+      frames.push_back({folder.scene(), rig, fmt::format("{}/{:03}", folder.folder(), rig)});
     }
   }
   std::sort(frames.begin(), frames.end(), [](const Frame& a, const Frame& b) {
@@ -89,13 +87,12 @@ class Bringer {
         std::max(1.0, std::ceil(options_.share * static_cast<double>(passing.size()) - 1e-9)));
     if (passing.size() > wanted) passing.resize(wanted);
     if (passing.empty()) {
-      return Refuse("no pair is left of " + std::to_string(facts_.left_out) +
-                    ": filters turn all down");
+      return Refuse(fmt::format("no pair is left of {}: filters turn all down", facts_.left_out));
     }
     if (options_.mismatched && passing.size() < 2) return Refuse("one pair can't be mismatched");
     std::string index;
     for (size_t i = 0; i < passing.size(); ++i) {
-      if (options_.cancel.cancelled()) return absl::CancelledError("while frames were brought");
+      if (options_.cancel.cancelled()) return Cancelled("while frames were brought");
       // Half a set away stands another scene wherever there is one.
       const size_t other = (i + std::max<size_t>(1, passing.size() / 2)) % passing.size();
       RETURN_IF_ERROR(Place(passing[i], options_.mismatched ? &passing[other] : nullptr));
@@ -115,8 +112,7 @@ class Bringer {
 
  private:
   absl::Status Refuse(const std::string& what) const {
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     "variant " + set_.variant() + ": " + what);
+    return FailedPrecondition("variant {}: {}", set_.variant(), what);
   }
 
   absl::StatusOr<Files> FilesOf(const std::string& path,
@@ -175,12 +171,12 @@ class Bringer {
   absl::StatusOr<std::vector<v1::PublishedFrame>> Passing() {
     std::vector<v1::PublishedFrame> passing;
     for (const Frame& frame : FramesOf(set_)) {
-      if (options_.cancel.cancelled()) return absl::CancelledError("while frames were judged");
+      if (options_.cancel.cancelled()) return Cancelled("while frames were judged");
       ASSIGN_OR_RETURN(Files files, FilesOf(frame.path, {kFacts}));
       ASSIGN_OR_RETURN(const std::string text, ReadFile(files[kFacts].path));
       const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
       if (!json.is_object() || !json.contains("statistics")) {
-        return MakeError(absl::StatusCode::kDataLoss, frame.path + "/frame.json: no statistics");
+        return DataLoss("{}/frame.json: no statistics", frame.path);
       }
       v1::PublishedFrame published;
       published.set_variant(set_.variant());

@@ -14,7 +14,7 @@ absl::StatusOr<std::string> BringNetwork(const StoredNetwork& network, const Sto
                                          const std::string& dir) {
   ASSIGN_OR_RETURN(const std::string bytes, GetWhole(store, network.path, network.file.size()));
   if (Sha256Hex(bytes) != network.file.sha256()) {
-    return absl::DataLossError(network.path + ": is not the network that was trained");
+    return DataLoss("{}: is not the network that was trained", network.path);
   }
   const std::string path = dir + "/" + std::filesystem::path(network.path).filename().string();
   RETURN_IF_ERROR(WriteFile(path, bytes));
@@ -30,8 +30,7 @@ absl::StatusOr<std::unique_ptr<Predictor>> OpenStoredNetwork(const StoredNetwork
   ASSIGN_OR_RETURN(const InstalledTrainer trainer, trainers.Find(network.trainer));
   const TrainerContract& contract = trainer.contract;
   if (contract.predictor != PredictorKind::kCommand) {
-    return MakeError(absl::StatusCode::kUnimplemented,
-                     "trainer " + network.trainer + ": only a command can predict here");
+    return Unimplemented("trainer {}: only a command can predict here", network.trainer);
   }
   ASSIGN_OR_RETURN(const std::string checkpoint, BringNetwork(network, store, dir));
   CommandValues values;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <set>
 
+#include "common/base/status.h"
 #include "parallax/v1/jobs.pb.h"
 #include "worker/dataset/render_job.h"
 #include "worker/jobs/finished_frames.h"
@@ -16,8 +17,7 @@ absl::StatusOr<std::vector<OutputFile>> FilesOf(const v1::RenderResult& result,
   std::vector<OutputFile> files;
   for (const v1::FrameResult& frame : result.frames()) {
     if (frame.path().rfind(attempt_path + "/", 0) != 0) {
-      return absl::InternalError("frame " + frame.path() + " is not below its attempt's " +
-                                 attempt_path);
+      return Internal("frame {} is not below its attempt's {}", frame.path(), attempt_path);
     }
     const std::string folder = frame.path().substr(attempt_path.size() + 1);  // "003"
     for (const v1::FileEntry& file : frame.files()) {
@@ -76,7 +76,7 @@ class RenderHandler final : public JobHandler {
                                  const JobProgressFn& progress) override {
     v1::RenderJob job;
     if (!job.ParseFromArray(spec.data(), static_cast<int>(spec.size()))) {
-      return absl::InvalidArgumentError("a spec that is no RenderJob");
+      return InvalidArgument("a spec that is no RenderJob");
     }
     if (folder.store != nullptr) {
       RETURN_IF_ERROR(BringContent(ContentCache(options_->content_cache), *folder.store,

@@ -1,6 +1,7 @@
 // Kind `solve`: a seed and a config -> the recipe of a scene.
 #include "worker/scene/solve.h"
 
+#include "common/base/status.h"
 #include "parallax/v1/jobs.pb.h"
 #include "worker/jobs/jobs.h"
 
@@ -17,7 +18,7 @@ class SolveHandler final : public JobHandler {
                                  const JobProgressFn& progress) override {
     v1::SolveJob job;
     if (!job.ParseFromArray(spec.data(), static_cast<int>(spec.size()))) {
-      return absl::InvalidArgumentError("a spec that is no SolveJob");
+      return InvalidArgument("a spec that is no SolveJob");
     }
     if (folder.store != nullptr) {
       RETURN_IF_ERROR(BringContent(ContentCache(options_->content_cache), *folder.store,

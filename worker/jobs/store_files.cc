@@ -17,9 +17,8 @@ absl::StatusOr<std::string> GetWhole(const Store& store, const std::string& path
     if (piece.empty() || (all_there && piece.size() < most)) break;
   }
   if (static_cast<int64_t>(bytes.size()) == size) return bytes;
-  return MakeError(absl::StatusCode::kDataLoss,
-                   path + ": damaged: the store gives " + std::to_string(bytes.size()) +
-                       " bytes of it where " + std::to_string(size) + " are expected");
+  return DataLoss("{}: damaged: the store gives {} bytes of it where {} are expected", path,
+                  bytes.size(), size);
 }
 
 absl::Status MakeFolders(const std::string& dir) {

@@ -1,9 +1,12 @@
 // Kind `train`: pairs -> a trained network, its log and its learning curve.
+#include <fmt/core.h>
+
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "common/base/file.h"
 #include "common/base/log.h"
+#include "common/base/status.h"
 #include "common/base/version.h"
 #include "common/store/store.h"
 #include "parallax/v1/train.pb.h"
@@ -28,8 +31,7 @@ absl::StatusOr<int64_t> StepsOf(const v1::TrainJob& job, const TrainerContract& 
     return std::max<int64_t>(1, static_cast<int64_t>(job.minutes() * contract.steps_per_minute));
   }
   if (job.minutes() == 0 && contract.default_steps > 0) return contract.default_steps;
-  return MakeError(absl::StatusCode::kFailedPrecondition,
-                   "trainer " + contract.name + ": the study must say how many steps");
+  return FailedPrecondition("trainer {}: the study must say how many steps", contract.name);
 }
 
 absl::StatusOr<TrainingPlan> PlanOf(const v1::TrainJob& job, const InstalledTrainers& trainers) {
@@ -37,7 +39,7 @@ absl::StatusOr<TrainingPlan> PlanOf(const v1::TrainJob& job, const InstalledTrai
   ASSIGN_OR_RETURN(plan.trainer, trainers.Find(job.trainer()));
   ASSIGN_OR_RETURN(plan.steps, StepsOf(job, plan.trainer.contract));
   if ((job.width_px() > 0) != (job.height_px() > 0)) {
-    return absl::InvalidArgumentError("a size of crops with a width or a height alone");
+    return InvalidArgument("a size of crops with a width or a height alone");
   }
   plan.seed = job.seed();
   plan.threads = std::max(1, job.threads());
@@ -168,15 +170,15 @@ class TrainAttempt {
 
   // Where a checkpoint of earlier attempts is brought.
   std::string PathOf(const CheckpointFacts& facts) const {
-    return plan_.work_dir + "/earlier/" + std::to_string(facts.step) +
-           fs::path(facts.name).extension().string();
+    return fmt::format("{}/earlier/{}{}", plan_.work_dir, facts.step,
+                       fs::path(facts.name).extension().string());
   }
 
   // ---- Results
   absl::Status KeepCheckpoint(int64_t step, const std::string& path, Json& card) {
     const bool last = step == plan_.steps;
-    const std::string name = (last ? std::string("final") : "checkpoint-" + std::to_string(step)) +
-                             fs::path(path).extension().string();
+    const std::string name =
+        (last ? "final" : fmt::format("checkpoint-{}", step)) + fs::path(path).extension().string();
     ASSIGN_OR_RETURN(const std::string hash, kept_.Keep(path, name));
     v1::TrainedCheckpoint& checkpoint = *result_.add_checkpoints();
     checkpoint.set_name(name);
@@ -229,7 +231,7 @@ class TrainHandler final : public JobHandler {
                                  const JobProgressFn& progress) override {
     v1::TrainJob job;
     if (!job.ParseFromArray(spec.data(), static_cast<int>(spec.size()))) {
-      return absl::InvalidArgumentError("a spec that is no TrainJob");
+      return InvalidArgument("a spec that is no TrainJob");
     }
     return TrainAttempt(job, *options_, folder, cancel, progress).Run();
   }

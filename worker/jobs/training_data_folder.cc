@@ -1,5 +1,7 @@
 #include "worker/jobs/training_data_folder.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -58,7 +60,7 @@ class Maker {
   absl::Status MakeArchives() {
     for (int i = 0; i < job_.parts_size(); ++i) {
       const v1::FrameSet& part = job_.parts(i);
-      const std::string dir = options_.dir + "/" + std::to_string(i) + "/" + part.variant();
+      const std::string dir = fmt::format("{}/{}/{}", options_.dir, i, part.variant());
       ASSIGN_OR_RETURN(const FrameFolderFacts facts, Bring(i, dir));
       Note(part, facts, 1);
       data_.parts.push_back({dir, TextOf(WeightOf(part))});
@@ -94,18 +96,18 @@ class Maker {
 
   std::string NameIn(const std::string& archive, int part, int again) const {
     return archive + "/" + job_.parts(part).variant() +
-           (again == 0 ? "" : "." + std::to_string(again + 1));
+           (again == 0 ? "" : fmt::format(".{}", again + 1));
   }
 
   // Lets the curator predict all frames that pass the other filters.
   absl::Status ScoreParts() {
     if (options_.curator.predictor == nullptr) {
-      return absl::InvalidArgumentError("a curated training without a network that scores frames");
+      return InvalidArgument("a curated training without a network that scores frames");
     }
     data_.facts["curated_by"] = options_.curator.id;
     const std::string work_dir = options_.dir + "/scored";
     for (int i = 0; i < job_.parts_size(); ++i) {
-      const std::string dir = work_dir + "/" + std::to_string(i);
+      const std::string dir = fmt::format("{}/{}", work_dir, i);
       ASSIGN_OR_RETURN(shares_.emplace_back(), SharesOf(i, dir));
     }
     std::error_code ignored;
@@ -183,7 +185,7 @@ std::vector<int> Repetitions(const std::vector<int64_t>& pairs,
 absl::StatusOr<TrainingDataFolder> MakeTrainingData(const v1::TrainJob& job,
                                                     const TrainerContract& contract,
                                                     const TrainingDataOptions& options) {
-  if (job.parts().empty()) return absl::InvalidArgumentError("a training without data");
+  if (job.parts().empty()) return InvalidArgument("a training without data");
   return Maker(job, contract, options).Make();
 }
 

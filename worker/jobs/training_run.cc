@@ -1,5 +1,6 @@
 #include "worker/jobs/training_run.h"
 
+#include <fmt/core.h>
 #include <sys/wait.h>
 
 #include <algorithm>
@@ -34,12 +35,6 @@ constexpr int64_t kMostStepsBetween = 250;
 constexpr double kNewestLossWeighs = 0.1;
 
 constexpr char kCurveHead[] = "step,loss,epe_px,train_s\n";
-
-std::string Number(double value) {
-  std::ostringstream text;
-  text << value;
-  return text.str();
-}
 
 // A line of the curve for each progress that names a step, up to `step`.
 std::string CurveUpTo(const std::string& curve, int64_t step) {
@@ -122,8 +117,7 @@ class Training {
   absl::Status Add(const std::vector<std::string>& more, const char* what,
                    std::vector<std::string>& command) const {
     if (more.empty()) {
-      return MakeError(absl::StatusCode::kUnimplemented,
-                       "trainer " + contract_.name + " can't be told the " + what);
+      return Unimplemented("trainer {} can't be told the {}", contract_.name, what);
     }
     command.insert(command.end(), more.begin(), more.end());
     return absl::OkStatus();
@@ -186,7 +180,7 @@ class Training {
                           {"steps", static_cast<double>(plan_.steps)}};
     if (told->loss) {
       if (!std::isfinite(*told->loss))
-        lost_ = "the loss is not finite at step " + std::to_string(step_);
+        lost_ = fmt::format("the loss is not finite at step {}", step_);
       loss_ = loss_ == 0 ? *told->loss : loss_ + kNewestLossWeighs * (*told->loss - loss_);
       figures["loss"] = loss_;
     }
@@ -200,8 +194,9 @@ class Training {
           run_s / done * static_cast<double>(std::max<int64_t>(0, plan_.steps - step_));
     }
     if (told->loss || told->epe_px) {
-      curve_ += std::to_string(step_) + "," + (told->loss ? Number(*told->loss) : "") + "," +
-                (told->epe_px ? Number(*told->epe_px) : "") + "," + Number(TrainSeconds()) + "\n";
+      curve_ +=
+          fmt::format("{},{},{},{:g}\n", step_, told->loss ? fmt::format("{:g}", *told->loss) : "",
+                      told->epe_px ? fmt::format("{:g}", *told->epe_px) : "", TrainSeconds());
     }
     progress_(std::clamp(static_cast<double>(step_) / static_cast<double>(plan_.steps), 0.0, 1.0),
               "train", figures);
@@ -214,7 +209,7 @@ class Training {
     while (!child.Poll() && SecondsSince(told) < kStop_s) std::this_thread::sleep_for(kPoll);
     child.Kill();
     TakeCheckpoints(/*settled=*/true).IgnoreError();  // If it can't be kept, an older one is there.
-    return absl::CancelledError("while it trained");
+    return Cancelled("while it trained");
   }
 
   // ---- Checkpoints
@@ -268,7 +263,8 @@ class Training {
 
   // ---- The end
   absl::Status Failed(absl::StatusCode code, const std::string& what) const {
-    return WithLogTail(MakeError(code, "trainer " + contract_.name + ": " + what), reader_.Tail());
+    return WithLogTail(MakeError(code, fmt::format("trainer {}: {}", contract_.name, what)),
+                       reader_.Tail());
   }
 
   absl::Status CheckEnd(int wait_status) const {

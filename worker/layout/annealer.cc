@@ -6,6 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "common/base/status.h"
+
 namespace parallax {
 namespace {
 
@@ -423,7 +425,7 @@ absl::StatusOr<AnnealResult> Anneal(const RoomProblem& problem, const std::vecto
     const double initial = annealer.score().total();
     std::vector<double> curve;
     for (int step = 0; step < steps; ++step) {
-      if (step % 16 == 0 && cancel.cancelled()) return absl::CancelledError("layout: cancelled");
+      if (step % 16 == 0 && cancel.cancelled()) return Cancelled("layout: cancelled");
       const double t = steps > 1 ? static_cast<double>(step) / (steps - 1) : 1;
       const double temperature = kHotRoom * std::pow(kColdRoom / kHotRoom, t);
       annealer.SetStage(step >= plan.large_steps);

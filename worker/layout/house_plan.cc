@@ -1,5 +1,7 @@
 #include "worker/layout/house_plan.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -177,7 +179,7 @@ class HouseBuilder {
       Rng rng = root_.Child("room", i);
       v1::Room room;
       room.set_kind(cell.kind);
-      room.set_name(cell.kind + "_" + std::to_string(count[cell.kind]++));
+      room.set_name(fmt::format("{}_{}", cell.kind, count[cell.kind]++));
       room.set_origin_x_m(cell.x + wall_m_ / 2);
       room.set_origin_y_m(cell.y + wall_m_ / 2);
       room.set_floor_z_m(cell.storey * storey_m_);

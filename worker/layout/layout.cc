@@ -1,5 +1,7 @@
 #include "worker/layout/layout.h"
 
+#include <fmt/core.h>
+
 #include <map>
 #include <string>
 #include <utility>
@@ -63,7 +65,7 @@ class LayoutWriter {
     object.set_index(static_cast<uint32_t>(layout_.objects_size()));
     object.set_asset_class(asset_class);
     if (room_ > 0) house_.mutable_rooms(room_)->add_object_index(object.index());
-    object.set_name(asset_class + "_" + std::to_string(count_[asset_class]++));
+    object.set_name(fmt::format("{}_{}", asset_class, count_[asset_class]++));
     return object;
   }
 
@@ -133,7 +135,7 @@ absl::Status FillLayout(const v1::SceneConfig& config, SceneSeed seed, const Can
 absl::StatusOr<std::variant<v1::Layout, Rejected>> SolveLayout(const v1::SceneConfig& config,
                                                                SceneSeed seed,
                                                                const CancelToken& cancel) {
-  if (cancel.cancelled()) return absl::CancelledError("layout: cancelled");
+  if (cancel.cancelled()) return Cancelled("layout: cancelled");
   ASSIGN_OR_RETURN(const House house, DrawHouse(config.room(), seed));
   v1::Layout layout;
   for (const v1::Room& room : house.rooms)

@@ -154,11 +154,10 @@ void AddPillars(v1::Room& room, Rng rng) {
 absl::StatusOr<v1::Room> DrawMainRoom(const v1::RoomConfig& config, SceneSeed seed) {
   const Rng root(seed, "layout/room");
   v1::Room room;
-  if (config.kinds().empty()) return absl::InvalidArgumentError("room.kinds is empty");
+  if (config.kinds().empty()) return InvalidArgument("room.kinds is empty");
   for (const std::string& kind : config.kinds()) {
     if (FindRoomTable(kind) == nullptr) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "room.kinds: unknown kind \"" + kind + "\"");
+      return InvalidArgument("room.kinds: unknown kind \"{}\"", kind);
     }
   }
   room.set_kind(root.Child("kind").Pick(config.kinds()));
@@ -167,7 +166,7 @@ absl::StatusOr<v1::Room> DrawMainRoom(const v1::RoomConfig& config, SceneSeed se
   room.set_depth_m(Draw(config.depth_m(), root.Child("depth").Uniform()));
   room.set_height_m(Draw(config.height_m(), root.Child("height").Uniform()));
   if (!(std::min(room.width_m(), room.depth_m()) >= 1.5 && room.height_m() >= 1.9)) {
-    return absl::InvalidArgumentError("room: smaller than 1.5 m x 1.5 m x 1.9 m");
+    return InvalidArgument("room: smaller than 1.5 m x 1.5 m x 1.9 m");
   }
   room.set_wall_thickness_m(root.Child("walls").Uniform(0.14, 0.28));
   room.set_skirting_height_m(root.Child("skirting").Uniform(0.06, 0.14));

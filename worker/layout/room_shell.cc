@@ -1,5 +1,7 @@
 #include "worker/layout/room_shell.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -288,7 +290,7 @@ void ForEachFilling(const v1::Room& room, Visit visit) {
   for (const v1::Opening& opening : room.openings()) {
     if (opening.mated()) continue;
     const std::string kind = NameOf(opening.kind());
-    visit(kind + std::to_string(count[kind]++), opening);
+    visit(fmt::format("{}{}", kind, count[kind]++), opening);
   }
 }
 
@@ -309,8 +311,7 @@ absl::StatusOr<Mesh> MakeLocalPart(const v1::Room& room, std::string_view part) 
                                                        : MakeDoor(room, opening);
   });
   if (found) return *std::move(found);
-  return MakeError(absl::StatusCode::kNotFound,
-                   "the room has no part \"" + std::string(part) + "\"");
+  return NotFound("the room has no part \"{}\"", part);
 }
 
 }  // namespace
@@ -375,7 +376,7 @@ int RoomIndexOf(const v1::House& house, uint32_t object_index) {
 
 absl::StatusOr<Mesh> MakeRoomPart(const v1::House& house, const v1::SceneObject& object) {
   if (house.rooms().empty()) {
-    return MakeError(absl::StatusCode::kNotFound, "the house has no rooms");
+    return NotFound("the house has no rooms");
   }
   return MakeRoomPart(house.rooms(RoomIndexOf(house, object.index())), object.part());
 }

@@ -1,5 +1,7 @@
 #include "worker/layout/small_things.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -221,7 +223,7 @@ class Filler {
       const std::string& group = arrangement_.RowOf(bearers_[b].own())->group;
       for (size_t r = 0; r < rows.size(); ++r) {
         if (rows[r].bearer != group) continue;
-        Task task{&rows[r], b, 0, {}, root_.Child(group + "/" + std::to_string(r), b)};
+        Task task{&rows[r], b, 0, {}, root_.Child(fmt::format("{}/{}", group, r), b)};
         for (const std::string& name : rows[r].classes) {
           if (ClassAllowed(assets_, name)) task.classes.push_back(name);
         }

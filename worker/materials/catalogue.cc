@@ -2,6 +2,7 @@
 #include <cctype>
 
 #include "common/base/edit_distance.h"
+#include "common/base/status.h"
 #include "worker/materials/shore.h"
 
 namespace parallax {
@@ -100,9 +101,8 @@ absl::StatusOr<std::unique_ptr<const Material>> MakeMaterial(std::string_view cl
                                                              uint64_t seed) {
   const MaterialClass* found = FindMaterialClass(class_name);
   if (found == nullptr) {
-    return MakeError(absl::StatusCode::kNotFound, "no material class \"" + std::string(class_name) +
-                                                      "\"; the nearest is \"" +
-                                                      NearestName(class_name) + "\"");
+    return NotFound("no material class \"{}\"; the nearest is \"{}\"", class_name,
+                    NearestName(class_name));
   }
   Rng rng(SceneSeed{seed}, "material/" + found->name);
   return found->sample(rng);

@@ -47,9 +47,8 @@ absl::StatusOr<std::string> FindEnvironment(uint64_t seed) {
       place = found->second;
   }
   if (!place) {
-    return MakeError(absl::StatusCode::kNotFound,
-                     "the scene's surroundings are in no folder that this job names "
-                     "(lighting.hdri_dir)");
+    return NotFound(
+        "the scene's surroundings are in no folder that this job names (lighting.hdri_dir)");
   }
   return FindPicture(place->dir, place->file.name, place->file.sha256);
 }

@@ -75,7 +75,7 @@ absl::StatusOr<std::vector<FolderFile>> ReadContentFolder(
     for (const std::string_view ending : endings) {
       wanted += (wanted.empty() ? "" : ", ") + std::string(ending);
     }
-    return MakeError(absl::StatusCode::kNotFound, "no file of " + wanted + " in " + dir);
+    return NotFound("no file of {} in {}", wanted, dir);
   }
   std::sort(files.begin(), files.end(),
             [](const FolderFile& a, const FolderFile& b) { return a.name < b.name; });
@@ -88,7 +88,7 @@ absl::StatusOr<std::vector<FolderFile>> ReadContentFolder(
 absl::StatusOr<std::vector<FolderFile>> ReadPictureFolder(const std::string& dir) {
   absl::StatusOr<std::vector<FolderFile>> pictures = ReadContentFolder(dir, kPictures);
   if (absl::IsNotFound(pictures.status())) {
-    return MakeError(absl::StatusCode::kNotFound, "picture_dir: no PNG or JPEG in " + dir);
+    return NotFound("picture_dir: no PNG or JPEG in {}", dir);
   }
   return pictures;
 }
@@ -111,14 +111,12 @@ absl::StatusOr<std::string> FindPicture(const std::string& dir, const std::strin
   const fs::path relative(name);
   if (relative.is_absolute() ||
       std::find(relative.begin(), relative.end(), "..") != relative.end()) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "picture " + name + ": allowed is a name in the folder of pictures");
+    return InvalidArgument("picture {}: allowed is a name in the folder of pictures", name);
   }
   const std::string path = (fs::path(dir) / relative).string();
   ASSIGN_OR_RETURN(const std::string hash, HashOf(path));
   if (hash != sha256) {
-    return MakeError(absl::StatusCode::kDataLoss,
-                     "picture " + path + " is not the one that the scene was made with");
+    return DataLoss("picture {} is not the one that the scene was made with", path);
   }
   return path;
 }

@@ -159,18 +159,19 @@ absl::StatusOr<TextureFolder> ReadTextureFolder(const std::string& dir) {
   folder.sha256 = ContentHashOf(used);
   for (const auto& [path, pictures] : sets) {
     if (!pictures.contains(PictureRole::kAlbedo)) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "texture_dir: the set of " + dir + "/" + pictures.begin()->second.name +
-                           " has no albedo, wanted a picture named like it with albedo, "
-                           "basecolor, color or diffuse");
+      return InvalidArgument(
+          "texture_dir: the set of {}/{} has no albedo, wanted a picture named like it with "
+          "albedo, basecolor, color or diffuse",
+          dir, pictures.begin()->second.name);
     }
     folder.sets.push_back(SetOf(path, pictures));
     KnownSets().Set(folder.sets.back(), {dir, pictures});
   }
   if (folder.sets.empty()) {
-    return MakeError(absl::StatusCode::kNotFound,
-                     "texture_dir: no texture set in " + dir +
-                         ", wanted pictures named like brick_albedo.png, brick_roughness.png");
+    return NotFound(
+        "texture_dir: no texture set in {}, wanted pictures named like brick_albedo.png, "
+        "brick_roughness.png",
+        dir);
   }
   return folder;
 }
@@ -183,9 +184,8 @@ absl::StatusOr<std::unique_ptr<const Material>> MakeOwnTexture(std::string_view 
                                                                uint64_t seed) {
   const std::optional<SetPlace> place = KnownSets().Find(name, seed);
   if (!place) {
-    return MakeError(absl::StatusCode::kNotFound,
-                     "texture set " + std::string(name) +
-                         " is in no folder that this job names (materials.texture_dir)");
+    return NotFound("texture set {} is in no folder that this job names (materials.texture_dir)",
+                    name);
   }
   ASSIGN_OR_RETURN(const PbrPictures pictures, ReadSet(*place));
   return MakePbrMaterial(pictures, PbrMapping::kPlane);

@@ -65,14 +65,13 @@ absl::StatusOr<std::string> BelowPictureRoot(const std::string& path) {
     if (std::string brought = Below(ContentRoot(), path); !brought.empty()) return brought;
   }
   if (PictureRoot().empty()) {
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     "picture_dir: this worker reads no pictures; its operator names their folder "
-                     "with --picture-root");
+    return FailedPrecondition(
+        "picture_dir: this worker reads no pictures; its operator names their folder with "
+        "--picture-root");
   }
   if (std::string found = Below(PictureRoot(), path); !found.empty()) return found;
-  return MakeError(
-      absl::StatusCode::kFailedPrecondition,
-      "picture_dir: " + path + " is not below this worker's --picture-root " + PictureRoot());
+  return FailedPrecondition("picture_dir: {} is not below this worker's --picture-root {}", path,
+                            PictureRoot());
 }
 
 absl::StatusOr<std::unique_ptr<const Material>> MakeUserPicture(const std::string& file,

@@ -3,6 +3,7 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
+#include "common/base/status.h"
 #include "worker/render/camera_rays.h"
 
 namespace parallax {
@@ -139,7 +140,7 @@ absl::StatusOr<RadianceCache> FillRadianceCache(const RenderScene& scene, LightT
                      &trials[b], &seen[b]);
       }
     });
-    if (cancel.cancelled()) return MakeError(absl::StatusCode::kCancelled, "render: cancelled");
+    if (cancel.cancelled()) return Cancelled("render: cancelled");
     if (begin == 0) {
       limit = kBrightestOverMean * TypicalLuminance(batches);
       for (CacheBuilder::Batch& batch : batches) {

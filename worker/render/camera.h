@@ -42,10 +42,10 @@ struct StereoCamera {
     if (rig.width_px() <= 0 || rig.height_px() <= 0 || rig.width_px() > 16384 ||
         rig.height_px() > 16384 || !(rig.fx_px() > 0) || !(rig.fy_px() > 0) ||
         !(rig.baseline_m() > 0) || !std::isfinite(sum) || !(turn > 0)) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "rig " + std::to_string(rig.index()) +
-                           ": wants a size of 1 to 16384 px, positive focal lengths and baseline, "
-                           "a rotation, finite numbers");
+      return InvalidArgument(
+          "rig {}: wants a size of 1 to 16384 px, positive focal lengths and baseline, a rotation, "
+          "finite numbers",
+          rig.index());
     }
     StereoCamera stereo;
     stereo.baseline_m = rig.baseline_m();

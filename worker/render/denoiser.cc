@@ -43,11 +43,11 @@ absl::Status TakeError(OIDNDevice device) {
     case kNone:
       return absl::OkStatus();
     case kCancelledByUser:
-      return MakeError(absl::StatusCode::kCancelled, "render: cancelled");
+      return Cancelled("render: cancelled");
     case kOutOfMemory:
-      return MakeError(absl::StatusCode::kResourceExhausted, text);
+      return ResourceExhausted("{}", text);
     default:
-      return MakeError(absl::StatusCode::kInternal, text);
+      return Internal("{}", text);
   }
 }
 
@@ -82,7 +82,7 @@ absl::StatusOr<std::unique_ptr<Denoiser>> Denoiser::Create(DenoiseQuality qualit
   state->device = oidnNewDevice(kDeviceCpu);
   if (!state->device) {
     RETURN_IF_ERROR(TakeError(nullptr));
-    return MakeError(absl::StatusCode::kInternal, "denoise: no CPU device");
+    return Internal("denoise: no CPU device");
   }
   // Threads stay where the system puts them: pinned ones would compete with other workers
   // here.

@@ -99,21 +99,19 @@ absl::StatusOr<std::shared_ptr<const Environment>> Environment::Read(const std::
 absl::StatusOr<std::shared_ptr<const Environment>> Environment::Make(const ImageF3& picture) {
   const int width = picture.width(), height = picture.height();
   if (height < 2 || std::abs(width - 2 * height) > 1) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     std::to_string(width) + " x " + std::to_string(height) +
-                         " pixels, wanted twice as wide as high: an equirectangular picture");
+    return InvalidArgument(
+        "{} x {} pixels, wanted twice as wide as high: an equirectangular picture", width, height);
   }
   for (const float value : picture.values()) {
     if (std::isfinite(value) && value >= 0) continue;
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "a value of " + std::to_string(value) + ", wanted finite ones of at least 0");
+    return InvalidArgument("a value of {:f}, wanted finite ones of at least 0", value);
   }
   std::shared_ptr<Environment> environment(new Environment);
   environment->picture_ =
       AveragedDown(picture, (width + kWidestEnvironment - 1) / kWidestEnvironment);
   environment->MakeDensity();
   if (!(environment->mean_luminance_ > 0 && environment->ground_irradiance_ > 0)) {
-    return MakeError(absl::StatusCode::kInvalidArgument, "black above the horizon, wanted light");
+    return InvalidArgument("black above the horizon, wanted light");
   }
   return std::shared_ptr<const Environment>(std::move(environment));
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "common/base/status.h"
 #include "worker/render/ground_truth.h"
 
 namespace parallax {
@@ -79,7 +80,7 @@ absl::Status MarkHidden(const RenderScene& then, const View& now, const PinholeC
     }
     if (count > 0) look();
   });
-  if (cancel.cancelled()) return MakeError(absl::StatusCode::kCancelled, "render: cancelled");
+  if (cancel.cancelled()) return Cancelled("render: cancelled");
   return absl::OkStatus();
 }
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 
+#include "common/base/status.h"
+
 namespace parallax {
 namespace {
 
@@ -198,7 +200,7 @@ absl::Status TraceGroundTruth(const RenderScene& scene, const PinholeCamera& cam
       for (int c = 0; c < 3; ++c) view->normals(x, y, c) = truth.normal[c];
     }
   });
-  if (cancel.cancelled()) return MakeError(absl::StatusCode::kCancelled, "render: cancelled");
+  if (cancel.cancelled()) return Cancelled("render: cancelled");
   return absl::OkStatus();
 }
 

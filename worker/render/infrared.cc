@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "common/base/status.h"
 #include "worker/render/bsdf.h"
 #include "worker/render/camera_rays.h"
 #include "worker/render/exposure.h"
@@ -217,7 +218,7 @@ absl::StatusOr<ImageF> TraceProjector(const RenderScene& scene, const PinholeCam
       tracer.Row(x, y, std::min(kLanes, camera.width_px - x), radiance.At(x, y));
     }
   });
-  if (cancel.cancelled()) return MakeError(absl::StatusCode::kCancelled, "render: cancelled");
+  if (cancel.cancelled()) return Cancelled("render: cancelled");
   return radiance;
 }
 

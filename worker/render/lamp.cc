@@ -52,9 +52,9 @@ absl::StatusOr<Lamp> MakePointLamp(const v1::Light& light, const Vec3f& power_w)
     const Vec3f axis = FromProto(light.direction()).cast<float>();
     const auto cone = static_cast<float>(light.cone_rad());
     if (!(axis.norm() > 1e-12f) || !(cone > 0.0f) || !(cone <= kPi + 1e-5f)) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "light \"" + light.name() +
-                           "\": a spot wants a direction and a cone_rad of more than 0 up to pi");
+      return InvalidArgument(
+          "light \"{}\": a spot wants a direction and a cone_rad of more than 0 up to pi",
+          light.name());
     }
     lamp.spot = true;
     lamp.axis = axis.normalized();

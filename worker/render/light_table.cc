@@ -53,8 +53,7 @@ absl::Status LightTable::AddLight(const v1::Light& light, const RenderScene& geo
     return absl::OkStatus();
   }
   if (light.kind() != v1::Light::KIND_MESH) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "light \"" + light.name() + "\": kind must be point, spot or mesh");
+    return InvalidArgument("light \"{}\": kind must be point, spot or mesh", light.name());
   }
   AddMeshLight(light, power, geometry);
   return absl::OkStatus();

@@ -35,13 +35,11 @@ absl::StatusOr<RenderProfile> ResolveProfile(const v1::RenderConfig& config) {
     if (profile.name == name) found = &profile;
   }
   if (!found) {
-    return MakeError(
-        absl::StatusCode::kInvalidArgument,
-        "render.profile: unknown \"" + name + "\"; allowed: preview, default, high, reference");
+    return InvalidArgument(
+        "render.profile: unknown \"{}\"; allowed: preview, default, high, reference", name);
   }
   if (config.samples_per_pixel() < 0 || config.max_bounces() < 0) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "render: samples_per_pixel and max_bounces must not be negative");
+    return InvalidArgument("render: samples_per_pixel and max_bounces must not be negative");
   }
   RenderProfile profile = *found;
   if (config.samples_per_pixel() > 0) {

@@ -22,9 +22,9 @@ absl::Status CheckProjector(const v1::Projector& p) {
       is_fov(p.horizontal_fov_rad()) && is_fov(p.vertical_fov_rad())) {
     return absl::OkStatus();
   }
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   "projector: wants a power and a number of dots of at least 0, a field of view "
-                   "between 0 and pi, a dot wider than 0, finite numbers");
+  return InvalidArgument(
+      "projector: wants a power and a number of dots of at least 0, a field of view between 0 and "
+      "pi, a dot wider than 0, finite numbers");
 }
 
 }  // namespace

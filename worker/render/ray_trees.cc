@@ -151,7 +151,7 @@ absl::StatusOr<std::unique_ptr<RayTrees>> RayTrees::Build(const std::vector<Tree
   std::unique_ptr<RayTrees> trees(new RayTrees);
   trees->device_ = EmbreeDevice(rtcNewDevice(nullptr));
   if (!trees->device_.get()) {
-    return MakeError(absl::StatusCode::kResourceExhausted, "render: Embree gives no device");
+    return ResourceExhausted("render: Embree gives no device");
   }
   trees->memory_ = std::make_unique<MemoryWatch>();
   trees->memory_->limit = options.memory_limit_bytes;
@@ -174,12 +174,10 @@ absl::Status RayTrees::Error() const {
   const RTCError error = rtcGetDeviceError(device_.get());
   if (error == RTC_ERROR_NONE) return absl::OkStatus();
   if (error == RTC_ERROR_OUT_OF_MEMORY) {
-    return MakeError(absl::StatusCode::kResourceExhausted,
-                     "render: the acceleration structure needs more than " +
-                         std::to_string(memory_->limit >> 20) + " MB");
+    return ResourceExhausted("render: the acceleration structure needs more than {} MB",
+                             memory_->limit >> 20);
   }
-  return MakeError(absl::StatusCode::kInternal,
-                   "render: Embree error " + std::to_string(static_cast<int>(error)));
+  return Internal("render: Embree error {}", static_cast<int>(error));
 }
 
 absl::Status RayTrees::Move(const std::vector<Eigen::Affine3f>& world_from_object) {

@@ -1,5 +1,7 @@
 #include "worker/render/render_scene.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <map>
 #include <set>
@@ -54,7 +56,7 @@ struct Plan {
 
   absl::Status CheckMemory() const {
     return parallax::CheckMemory(
-        "render: acceleration structure of " + std::to_string(triangles) + " triangles",
+        fmt::format("render: acceleration structure of {} triangles", triangles),
         triangles * kBytesPerTriangle * (twins ? 2 : 1) + vertices * kBytesPerVertex +
             positions * kBytesPerPosition + instances * kBytesPerInstance * (twins ? 2 : 1));
   }
@@ -95,37 +97,32 @@ absl::StatusOr<std::unique_ptr<RenderScene>> RenderScene::Build(SceneGeometry ge
     RETURN_IF_ERROR(scene->BuildTrees(memory_limit_bytes));
     return scene;
   } catch (const std::bad_alloc&) {
-    return MakeError(absl::StatusCode::kResourceExhausted,
-                     "render: geometry does not fit in memory");
+    return ResourceExhausted("render: geometry does not fit in memory");
   }
 }
 
 absl::Status RenderScene::CheckReferences() const {
   const auto check = [&](const std::string& what, const Mesh* mesh,
                          const std::vector<uint32_t>& bound) -> absl::Status {
-    if (!mesh) return MakeError(absl::StatusCode::kInvalidArgument, what + ": no mesh");
+    if (!mesh) return InvalidArgument("{}: no mesh", what);
     for (const uint32_t material : bound) {
       if (material < geometry_.materials.size()) continue;
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       what + ": material " + std::to_string(material) + " of " +
-                           std::to_string(geometry_.materials.size()));
+      return InvalidArgument("{}: material {} of {}", what, material, geometry_.materials.size());
     }
     return absl::OkStatus();
   };
   for (const PlacedMesh& placed : geometry_.meshes) {
-    RETURN_IF_ERROR(check("object " + std::to_string(placed.object_index), placed.mesh.get(),
+    RETURN_IF_ERROR(check(fmt::format("object {}", placed.object_index), placed.mesh.get(),
                           placed.material_of_slot));
   }
   for (size_t i = 0; i < geometry_.prototypes.size(); ++i) {
-    RETURN_IF_ERROR(check("prototype " + std::to_string(i), geometry_.prototypes[i].mesh.get(),
+    RETURN_IF_ERROR(check(fmt::format("prototype {}", i), geometry_.prototypes[i].mesh.get(),
                           geometry_.prototypes[i].material_of_slot));
   }
   for (const Instance& instance : geometry_.instances) {
     if (instance.prototype < geometry_.prototypes.size()) continue;
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "object " + std::to_string(instance.object_index) + ": prototype " +
-                         std::to_string(instance.prototype) + " of " +
-                         std::to_string(geometry_.prototypes.size()));
+    return InvalidArgument("object {}: prototype {} of {}", instance.object_index,
+                           instance.prototype, geometry_.prototypes.size());
   }
   return absl::OkStatus();
 }
@@ -282,10 +279,8 @@ absl::Status RenderScene::BuildTrees(int64_t memory_limit_bytes) {
 absl::Status RenderScene::Move(const std::vector<Eigen::Affine3f>& world_from_object) {
   const size_t meshes = geometry_.meshes.size();
   if (movers_.empty() || world_from_object.size() != meshes) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "render: " + std::to_string(world_from_object.size()) + " placements for " +
-                         std::to_string(meshes) +
-                         (movers_.empty() ? " meshes that can't move" : " meshes"));
+    return InvalidArgument("render: {} placements for {}{}", world_from_object.size(), meshes,
+                           movers_.empty() ? " meshes that can't move" : " meshes");
   }
   bounds_ = rest_bounds_;
   for (uint32_t i = 0; i < meshes; ++i) {

@@ -1,5 +1,6 @@
 #include "worker/render/renderer.h"
 
+#include <fmt/core.h>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
@@ -41,10 +42,6 @@ double SecondsSince(SteadyTime start) {
   return std::chrono::duration<double>(Clock::System().Steady() - start).count();
 }
 
-absl::Status CancelledError() {
-  return MakeError(absl::StatusCode::kCancelled, "render: cancelled");
-}
-
 bool HasMap(const v1::RenderConfig& config, const char* map) {
   return std::find(config.maps().begin(), config.maps().end(), map) != config.maps().end();
 }
@@ -81,8 +78,7 @@ class SceneRenderer final : public Renderer {
       RETURN_IF_ERROR(Enter(rig));
       return Render(rig, cancel, progress);
     } catch (const std::bad_alloc&) {
-      return MakeError(absl::StatusCode::kResourceExhausted,
-                       "render: rig " + std::to_string(rig.index()) + " does not fit in memory");
+      return ResourceExhausted("render: rig {} does not fit in memory", rig.index());
     }
   }
 
@@ -105,8 +101,7 @@ class SceneRenderer final : public Renderer {
     if (keyframes_.empty()) return moving_.MoveTo(rig.time_s());
     const auto found = keyframes_.find(rig.index());
     if (found == keyframes_.end()) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "rig " + std::to_string(rig.index()) + " has no keyframe");
+      return InvalidArgument("rig {} has no keyframe", rig.index());
     }
     const v1::Keyframe& keyframe = found->second;
     const int count = keyframe.world_from_object_size() / 8;
@@ -154,7 +149,7 @@ class SceneRenderer final : public Renderer {
     const std::string eye_key = LeftEyeKey(rig, pairing);
     const KeptLeft* kept =
         pairing.shared() && kept_left_ && kept_left_->eye == eye_key ? &*kept_left_ : nullptr;
-    RETURN_IF_ERROR(CheckMemory("render: images of rig " + std::to_string(rig.index()),
+    RETURN_IF_ERROR(CheckMemory(fmt::format("render: images of rig {}", rig.index()),
                                 int64_t{kBytesPerPixel + (with_flow_ ? kFlowBytesPerPixel : 0)} *
                                     rig.width_px() * rig.height_px()));
     const bool with_raw = with_raw_ && rig.has_raw_left();
@@ -183,9 +178,9 @@ class SceneRenderer final : public Renderer {
       const Truth truth = TruthOf(*views[eye], camera, eye == 0 ? pairing.baselines : kOnePartner,
                                   eye == 0 ? pairing.leader.baseline_m() : stereo.baseline_m);
       TraceEye(camera, stream(eye, 0), truth, clamp, cancel, &meter, &*films[eye]);
-      if (cancel.cancelled()) return CancelledError();
+      if (cancel.cancelled()) return Cancelled("render: cancelled");
       TraceGuides(camera, stream(eye, 4), cancel, &meter, &*films[eye]);
-      if (cancel.cancelled()) return CancelledError();
+      if (cancel.cancelled()) return Cancelled("render: cancelled");
     }
     // Uses the traced radiance rather than the denoised one: it is the same on every machine. A
     // left eye that several rigs share is exposed by itself, so that it has one picture.
@@ -195,7 +190,7 @@ class SceneRenderer final : public Renderer {
     for (int eye = first_eye; eye < 2; ++eye) {
       TraceEdges(stereo.eyes[eye], stream(eye, 3), clamp, frame.exposure, cancel, &meter,
                  &*films[eye]);
-      if (cancel.cancelled()) return CancelledError();
+      if (cancel.cancelled()) return Cancelled("render: cancelled");
     }
     const ImageU8 unmixed = pairing.shared() && !kept ? frame.left.masks : ImageU8();
     MarkMixed(kept ? kept->ambiguous : films[0]->ambiguous, pairing.partner, &frame.left.masks);
@@ -235,7 +230,7 @@ class SceneRenderer final : public Renderer {
     const SteadyTime start = Clock::System().Steady();
     ASSIGN_OR_RETURN(const StereoCamera raw, StereoCamera::RawFromRig(rig));
     RETURN_IF_ERROR(
-        CheckMemory("render: raw images of rig " + std::to_string(rig.index()),
+        CheckMemory(fmt::format("render: raw images of rig {}", rig.index()),
                     int64_t{kBytesPerPixel} * raw.eyes[0].width_px * raw.eyes[0].height_px));
     RETURN_IF_ERROR(
         TraceCorrespondence(*geometry_, raw, cancel, &frame->raw_left, &frame->raw_right));
@@ -245,10 +240,10 @@ class SceneRenderer final : public Renderer {
       const auto stream = [&](uint32_t pass) { return StreamOf(rig, kFirstStream + eye, pass); };
       Film film(camera);
       TraceEye(camera, stream(0), {}, clamp, cancel, meter, &film);
-      if (cancel.cancelled()) return CancelledError();
+      if (cancel.cancelled()) return Cancelled("render: cancelled");
       TraceGuides(camera, stream(4), cancel, meter, &film);
       TraceEdges(camera, stream(3), clamp, frame->exposure, cancel, meter, &film);
-      if (cancel.cancelled()) return CancelledError();
+      if (cancel.cancelled()) return Cancelled("render: cancelled");
       if (denoiser_) RETURN_IF_ERROR(Denoise(frame->exposure, cancel, &film));
       BlackenUnseen(*camera.lens, &film.color);
       views[eye]->color = ToSrgb(film.color, frame->exposure);
@@ -459,8 +454,7 @@ absl::Status CheckKeyframes(const v1::Scene& scene) {
     whole = whole && keyframe.world_from_object_size() == 8 * scene.objects_size();
   }
   if (whole) return absl::OkStatus();
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   "scene: keyframes that do not fit its rigs or objects");
+  return InvalidArgument("scene: keyframes that do not fit its rigs or objects");
 }
 
 }  // namespace
@@ -483,7 +477,7 @@ absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(const v1::Scene& scen
                                                        std::move(built), std::move(lights),
                                                        std::move(denoiser)));
   } catch (const std::bad_alloc&) {
-    return MakeError(absl::StatusCode::kResourceExhausted, "render: scene does not fit in memory");
+    return ResourceExhausted("render: scene does not fit in memory");
   }
 }
 

@@ -61,10 +61,10 @@ class MaterialChooser {
     const std::string& wanted = config_.pictures_sha256();
     const std::string seen = ContentHashOf(pictures_);
     if (wanted.empty() || seen == wanted) return absl::OkStatus();
-    return MakeError(absl::StatusCode::kDataLoss,
-                     "picture_dir: the pictures in " + dir +
-                         " are not those that the study was submitted with (content " + seen +
-                         ", wanted " + wanted + ")");
+    return DataLoss(
+        "picture_dir: the pictures in {} are not those that the study was submitted with (content "
+        "{}, wanted {})",
+        dir, seen, wanted);
   }
 
   absl::Status FindReplacements() {
@@ -86,9 +86,9 @@ class MaterialChooser {
       std::erase_if(replacements_, [](const MaterialClass* c) { return IsTroublesome(*c); });
     }
     if (!replacements_.empty()) return absl::OkStatus();
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "materials.diffuse_material: no material of the catalogue is called \"" +
-                         config_.diffuse_material() + "\"");
+    return InvalidArgument(
+        "materials.diffuse_material: no material of the catalogue is called \"{}\"",
+        config_.diffuse_material());
   }
 
   absl::StatusOr<std::vector<MaterialSlot>> SlotsOf(const v1::SceneObject& object) {

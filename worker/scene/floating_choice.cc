@@ -9,10 +9,6 @@ namespace {
 
 constexpr char kAllOwn[] = "own";
 
-absl::Status BadChoice(const std::string& what) {
-  return MakeError(absl::StatusCode::kInvalidArgument, what);
-}
-
 bool NamesOwn(const std::string& name) { return name == kAllOwn || IsOwnClass(name); }
 
 // The config without own classes, for FloatingClasses.
@@ -49,7 +45,7 @@ absl::StatusOr<FloatingChoice> FloatingChoice::Of(const v1::SceneConfig& config,
   for (const std::string& name : names) {
     if (NamesOwn(name) &&
         (choice.meshes_.empty() || (name != kAllOwn && !choice.meshes_.contains(name)))) {
-      return BadChoice("floating.classes: assets.include has no mesh of \"" + name + "\"");
+      return InvalidArgument("floating.classes: assets.include has no mesh of \"{}\"", name);
     }
   }
   if (names.empty() || !std::all_of(names.begin(), names.end(), NamesOwn)) {
@@ -75,7 +71,8 @@ absl::StatusOr<FloatingChoice> FloatingChoice::Of(const v1::SceneConfig& config,
     if (!some) classes->clear();
   }
   if (choice.catalogue_.empty() && choice.own_.empty()) {
-    return BadChoice("assets.weights: every class that may float weighs 0, wanted one above it");
+    return InvalidArgument(
+        "assets.weights: every class that may float weighs 0, wanted one above it");
   }
   choice.own_p_ = choice.own_.empty()         ? 0
                   : choice.catalogue_.empty() ? 1

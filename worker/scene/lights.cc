@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -56,7 +58,7 @@ void AddPointLights(const v1::LightingConfig& config, const Rng& root,
     if (!found) continue;
     v1::Light& light = *lights.Add();
     light.set_kind(v1::Light::KIND_POINT);
-    light.set_name("Point_" + std::to_string(i));
+    light.set_name(fmt::format("Point_{}", i));
     *light.mutable_position_m() = ToProto(found->position);
     light.set_radius_m(found->radius_m);
     *light.mutable_power_w() = ToProto(LampColor(found->whiteness, share));

@@ -14,9 +14,9 @@ namespace {
 absl::Status CompareContent(const std::string& seen, const std::string& wanted,
                             const std::string& what) {
   if (wanted.empty() || seen == wanted) return absl::OkStatus();
-  return MakeError(absl::StatusCode::kDataLoss,
-                   what + ": its content is not that which the study was submitted with (it is " +
-                       seen + ", wanted " + wanted + ")");
+  return DataLoss(
+      "{}: its content is not that which the study was submitted with (it is {}, wanted {})", what,
+      seen, wanted);
 }
 
 absl::StatusOr<std::string> LocatedFolder(const std::string& dir, const char* field) {
@@ -60,9 +60,8 @@ bool UsesEnvironments(const v1::Scene& scene) {
 }
 
 absl::Status NoFolder(const char* what) {
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   std::string("the scene uses ") + what +
-                       " of the user's, and nobody says in which folder they are");
+  return InvalidArgument(
+      "the scene uses {} of the user's, and nobody says in which folder they are", what);
 }
 
 }  // namespace

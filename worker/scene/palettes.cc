@@ -1,5 +1,7 @@
 #include "worker/scene/palettes.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <string_view>
 
@@ -52,7 +54,7 @@ uint32_t Palettes::IndexOf(const std::string& name, uint64_t seed, const FolderF
   if (is_new) {
     v1::SceneMaterial& added = *recipe_.add_materials();
     added.set_index(static_cast<uint32_t>(recipe_.materials_size()));
-    added.set_name(name + "_" + std::to_string(added.index()));
+    added.set_name(fmt::format("{}_{}", name, added.index()));
     added.set_material_class(name);
     added.set_seed(seed);
     if (!picture.name.empty()) {

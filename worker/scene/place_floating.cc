@@ -56,15 +56,15 @@ absl::StatusOr<std::vector<std::string>> FloatingClasses(const v1::SceneConfig& 
     } else if (AddNature(name, names)) {
       continue;
     } else {
-      return MakeError(
-          absl::StatusCode::kInvalidArgument,
-          "floating.classes: there is no class \"" + name +
-              "\" and no group of that name (all, chairs, shelves, bushes, nature, or a "
-              "family of nature: trees, dead_wood, shrubs, herbs, litter, stones)");
+      return InvalidArgument(
+          "floating.classes: there is no class \"{}\" and no group of that name (all, chairs, "
+          "shelves, bushes, nature, or a family of nature: trees, dead_wood, shrubs, herbs, "
+          "litter, stones)",
+          name);
     }
   }
   if (config.floating().classes().empty()) AddAll(config.assets(), names);
-  if (names.empty()) return absl::InvalidArgumentError("assets.exclude leaves no class to float");
+  if (names.empty()) return InvalidArgument("assets.exclude leaves no class to float");
   std::vector<std::string> once;
   for (std::string& name : names) {
     if (std::find(once.begin(), once.end(), name) == once.end()) once.push_back(std::move(name));

@@ -76,9 +76,8 @@ absl::StatusOr<std::vector<uint32_t>> BindSlots(const v1::SceneObject& object, c
   for (const v1::MaterialBinding& binding : object.materials()) {
     if (binding.material_index() >= geometry.materials.size() ||
         geometry.materials[binding.material_index()] == nullptr) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "slot \"" + binding.slot() + "\" is bound to missing material " +
-                           std::to_string(binding.material_index()));
+      return InvalidArgument("slot \"{}\" is bound to missing material {}", binding.slot(),
+                             binding.material_index());
     }
     for (size_t i = 0; i < mesh.slots.size(); ++i) {
       if (mesh.slots[i].name == binding.slot()) bound[i] = binding.material_index();
@@ -96,9 +95,8 @@ absl::StatusOr<SceneGeometry> BuildSceneGeometry(const v1::Scene& scene) {
   for (const v1::SceneMaterial& entry : scene.materials()) {
     // The values of materials_*.png; a table is as long as its largest index.
     if (entry.index() > 0xffff) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "material " + entry.name() + " has index " + std::to_string(entry.index()) +
-                           ", allowed is at most 65535");
+      return InvalidArgument("material {} has index {}, allowed is at most 65535", entry.name(),
+                             entry.index());
     }
     auto material = MakeListedMaterial(entry);
     if (!material.ok()) return WithContext(material.status(), "material " + entry.name());

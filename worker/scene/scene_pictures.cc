@@ -9,9 +9,9 @@ absl::Status LocatePictures(const std::string& dir, v1::Scene& recipe) {
   for (v1::SceneMaterial& material : *recipe.mutable_materials()) {
     if (material.picture_sha256().empty()) continue;
     if (dir.empty()) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "the scene shows the picture " + material.picture_file() +
-                           ", and nobody says in which folder it is");
+      return InvalidArgument(
+          "the scene shows the picture {}, and nobody says in which folder it is",
+          material.picture_file());
     }
     ASSIGN_OR_RETURN(const std::string folder, BelowPictureRoot(dir));
     ASSIGN_OR_RETURN(*material.mutable_picture_file(),

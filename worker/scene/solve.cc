@@ -1,5 +1,7 @@
 #include "worker/scene/solve.h"
 
+#include <fmt/core.h>
+
 #include <string>
 #include <utility>
 #include <variant>
@@ -70,10 +72,10 @@ absl::Status Dress(const SceneType& type, const v1::SolveJob& job, v1::Layout la
   RETURN_IF_ERROR(type.rigs(job.config(), cancel, scene));
   const int rigs = scene.recipe.rigs_size(), wanted = job.config().rigs().count();
   if (rigs < wanted) {
-    result.mutable_rejected()->set_reason(!scene.why_no_rigs.empty()
-                                              ? scene.why_no_rigs
-                                              : "rigs: only " + std::to_string(rigs) + " of " +
-                                                    std::to_string(wanted) + " places are free");
+    result.mutable_rejected()->set_reason(
+        !scene.why_no_rigs.empty()
+            ? scene.why_no_rigs
+            : fmt::format("rigs: only {} of {} places are free", rigs, wanted));
     return absl::OkStatus();
   }
   AddBaselines(job.config().rigs(), scene.recipe);
@@ -91,7 +93,7 @@ absl::StatusOr<v1::SolveResult> Solve(const v1::SolveJob& job, const CancelToken
   ASSIGN_OR_RETURN(const SceneType* type, FindSceneType(job.config().type()));
   const v1::RigConfig& rigs = job.config().rigs();
   if (rigs.count() < 1 || rigs.width_px() < 1 || rigs.height_px() < 1) {
-    return absl::InvalidArgumentError("rigs: count, width_px and height_px must be at least 1");
+    return InvalidArgument("rigs: count, width_px and height_px must be at least 1");
   }
   v1::SolveResult result;
   ASSIGN_OR_RETURN(std::optional<v1::Layout> layout, LayoutOf(*type, job, cancel, result));

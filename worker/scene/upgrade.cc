@@ -35,9 +35,8 @@ absl::Status UpgradeObject(int rooms, v1::SceneObject& object, v1::House& house)
   }
   if (room == 0) return absl::OkStatus();
   if (room >= static_cast<uint32_t>(rooms)) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "object " + object.name() + " is in room " + std::to_string(room) +
-                         " of a house of " + std::to_string(rooms) + " rooms, counted from 0");
+    return InvalidArgument("object {} is in room {} of a house of {} rooms, counted from 0",
+                           object.name(), room, rooms);
   }
   house.mutable_rooms(static_cast<int>(room))->add_object_index(object.index());
   return absl::OkStatus();
@@ -77,8 +76,8 @@ absl::StatusOr<v1::Scene> ParseScene(const std::string& bytes, const std::string
   v1::Scene scene;
   // Any short file parses as a message with unknown fields; a recipe always says who made it.
   if (!scene.ParseFromString(bytes) || scene.generator_version().empty()) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     path + ": not a scene recipe (they are at <dataset>/<variant>/scenes/*.pb)");
+    return InvalidArgument("{}: not a scene recipe (they are at <dataset>/<variant>/scenes/*.pb)",
+                           path);
   }
   RETURN_IF_ERROR(UpgradeScene(scene));
   return scene;

@@ -41,16 +41,13 @@ void Measure(const SensorDraw& draw, const SensorAddress& address, ImageF3& pict
 absl::StatusOr<ImageRgb8> TakePicture(const SensorDraw& draw, const SensorAddress& address,
                                       LinearView view) {
   ImageF3& picture = view.light;
-  if (picture.empty()) return absl::InvalidArgumentError("sensor: an empty picture");
+  if (picture.empty()) return InvalidArgument("sensor: an empty picture");
   const bool same_size =
       view.depth_m.width() == picture.width() && view.depth_m.height() == picture.height();
   if (draw.defocus_px > 0 && !same_size) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "sensor: defocus needs the depth of each pixel, which is " +
-                         std::to_string(view.depth_m.width()) + " x " +
-                         std::to_string(view.depth_m.height()) + ", wanted " +
-                         std::to_string(picture.width()) + " x " +
-                         std::to_string(picture.height()));
+    return InvalidArgument(
+        "sensor: defocus needs the depth of each pixel, which is {} x {}, wanted {} x {}",
+        view.depth_m.width(), view.depth_m.height(), picture.width(), picture.height());
   }
   const auto eye = static_cast<size_t>(address.eye);
   const double gain = std::exp2(draw.exposure_ev[eye]);

@@ -419,8 +419,7 @@ absl::StatusOr<TerrainSpec> DrawLandform(std::string_view name, const Rng& rng) 
     spec.seed = draws.Bits64();
     return spec;
   }
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   "there is no landform \"" + std::string(name) + "\": allowed are " + known);
+  return InvalidArgument("there is no landform \"{}\": allowed are {}", name, known);
 }
 
 }  // namespace parallax

@@ -225,8 +225,7 @@ absl::StatusOr<TermKind> ParseTermKind(std::string_view name) {
     if (kind_name == name) return kind;
     known += (known.empty() ? "" : ", ") + std::string(kind_name);
   }
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   "there is no terrain term \"" + std::string(name) + "\": allowed are " + known);
+  return InvalidArgument("there is no terrain term \"{}\": allowed are {}", name, known);
 }
 
 float TermHeight(const TerrainTerm& term, const Vec2f& p, float footprint_m, float* debris) {

@@ -33,9 +33,7 @@ std::string_view WaterKindName(WaterKind kind) {
 absl::StatusOr<WaterKind> ParseWaterKind(std::string_view name) {
   if (name == "river") return WaterKind::kRiver;
   if (name == "sea") return WaterKind::kSea;
-  return MakeError(
-      absl::StatusCode::kInvalidArgument,
-      "there is no kind of water \"" + std::string(name) + "\": allowed are river, sea");
+  return InvalidArgument("there is no kind of water \"{}\": allowed are river, sea", name);
 }
 
 float SeenWidth(float across_m, float square_m) {

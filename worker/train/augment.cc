@@ -4,6 +4,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "common/base/status.h"
+
 namespace parallax {
 namespace {
 
@@ -134,10 +136,8 @@ absl::StatusOr<CropGeometry> DrawGeometry(const TrainingPair& pair, const TrainS
   const AugmentSettings& range = settings.augment;
   const int width = pair.left.image.width(), height = pair.left.image.height();
   if (width < settings.crop_width || height < settings.crop_height) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "a pair of " + std::to_string(width) + "x" + std::to_string(height) +
-                         " px is smaller than the crop of " + std::to_string(settings.crop_width) +
-                         "x" + std::to_string(settings.crop_height));
+    return InvalidArgument("a pair of {}x{} px is smaller than the crop of {}x{}", width, height,
+                           settings.crop_width, settings.crop_height);
   }
   CropGeometry geometry;
   geometry.flip =

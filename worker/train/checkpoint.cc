@@ -12,8 +12,7 @@ namespace parallax {
 namespace {
 
 absl::Status Broken(const std::string& path, const std::string& why) {
-  return MakeError(absl::StatusCode::kDataLoss,
-                   path + ": not a checkpoint of this trainer (" + why + ")");
+  return DataLoss("{}: not a checkpoint of this trainer ({})", path, why);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "worker/train/contract.h"
 
+#include <fmt/core.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -51,8 +52,8 @@ class Reader {
 
   void Error(const YAML::Node& node, const std::string& what) {
     const int line = node && node.Mark().line >= 0 ? node.Mark().line + 1 : 0;
-    errors_ += (errors_.empty() ? "" : "\n") + file_ +
-               (line > 0 ? ":" + std::to_string(line) : "") + ": " + what;
+    errors_ += (errors_.empty() ? "" : "\n") + file_ + (line > 0 ? fmt::format(":{}", line) : "") +
+               ": " + what;
   }
 
   // Tells of keys that are not in `known`.
@@ -151,9 +152,8 @@ void ReadProgressFields(Reader& reader, const YAML::Node& root, TrainerContract&
   try {
     const std::regex pattern(contract.progress_pattern);
     if (pattern.mark_count() != contract.progress_groups.size()) {
-      reader.Error(node, "the pattern has " + std::to_string(pattern.mark_count()) +
-                             " groups, but " + std::to_string(contract.progress_groups.size()) +
-                             " are named");
+      reader.Error(node, fmt::format("the pattern has {} groups, but {} are named",
+                                     pattern.mark_count(), contract.progress_groups.size()));
     }
   } catch (const std::regex_error&) {
     reader.Error(node, "the pattern is not a regular expression (ECMAScript)");
@@ -219,12 +219,11 @@ absl::StatusOr<TrainerContract> ParseTrainerContract(std::string_view yaml,
   try {
     root = YAML::Load(std::string(yaml));
   } catch (const YAML::Exception& error) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     file + ":" + std::to_string(error.mark.line + 1) + ": not YAML: " + error.msg);
+    return InvalidArgument("{}:{}: not YAML: {}", file, error.mark.line + 1, error.msg);
   }
-  if (!root.IsMap())
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     file + ": must be a map with \"trainer\", \"train\"...");
+  if (!root.IsMap()) {
+    return InvalidArgument("{}: must be a map with \"trainer\", \"train\"...", file);
+  }
   reader.CheckKeys(
       root, "the trainer",
       {"trainer", "layout", "directory", "links", "train", "resume", "size", "batch", "environment",
@@ -257,8 +256,7 @@ absl::StatusOr<TrainerContract> ParseTrainerContract(std::string_view yaml,
   ReadOutcomeFields(reader, root, contract);
   ReadExits(reader, root, contract);
   ReadNeeds(reader, root, contract);
-  if (!reader.errors().empty())
-    return MakeError(absl::StatusCode::kInvalidArgument, reader.errors());
+  if (!reader.errors().empty()) return InvalidArgument("{}", reader.errors());
   return contract;
 }
 
@@ -278,9 +276,9 @@ absl::StatusOr<std::vector<std::string>> ExpandCommand(const std::vector<std::st
       const std::string token = "{" + name + "}";
       const size_t place = argument.find(token, at);
       const auto value = by_name.find(name);
-      if (value == by_name.end())
-        return MakeError(absl::StatusCode::kInvalidArgument,
-                         "no value for " + token + " in \"" + argument + "\"");
+      if (value == by_name.end()) {
+        return InvalidArgument("no value for {} in \"{}\"", token, argument);
+      }
       result += argument.substr(at, place - at) + value->second;
       at = place + token.size();
     }

@@ -24,9 +24,8 @@ absl::StatusOr<TrainerContract> ContractOf(const std::string& name, const std::s
     ASSIGN_OR_RETURN(const std::string text, BuiltinConfigText("trainers/builtin.yaml"));
     return ParseTrainerContract(text, "builtin.yaml");
   }
-  return MakeError(absl::StatusCode::kNotFound,
-                   "trainer " + name + " is allowed, but there is no " +
-                       (dir.empty() ? name + ".yaml: name its folder by --trainers" : path));
+  return NotFound("trainer {} is allowed, but there is no {}", name,
+                  dir.empty() ? name + ".yaml: name its folder by --trainers" : path);
 }
 
 absl::StatusOr<std::string> OwnProgram() {
@@ -50,9 +49,8 @@ absl::StatusOr<InstalledTrainers> InstalledTrainers::Load(const std::vector<std:
     InstalledTrainer& trainer = installed.trainers_[name];
     ASSIGN_OR_RETURN(trainer.contract, ContractOf(name, dir));
     if (trainer.contract.name != name) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       dir + "/" + name + ".yaml: its trainer is \"" + trainer.contract.name +
-                           "\", not \"" + name + "\"");
+      return InvalidArgument("{}/{}.yaml: its trainer is \"{}\", not \"{}\"", dir, name,
+                             trainer.contract.name, name);
     }
     const fs::path repository = fs::absolute(dir + "/" + name);
     if (!dir.empty() && fs::is_directory(repository, error)) trainer.repository = repository;
@@ -65,9 +63,8 @@ absl::StatusOr<InstalledTrainer> InstalledTrainers::Find(const std::string& name
   if (found != trainers_.end()) return found->second;
   std::string known;
   for (const std::string& one : Names()) known += (known.empty() ? "" : ", ") + one;
-  return MakeError(absl::StatusCode::kUnimplemented,
-                   "trainer '" + name + "' is not allowed on this worker (--allow-trainers: " +
-                       (known.empty() ? "none" : known) + ")");
+  return Unimplemented("trainer '{}' is not allowed on this worker (--allow-trainers: {})", name,
+                       known.empty() ? "none" : known);
 }
 
 std::vector<std::string> InstalledTrainers::Names() const {

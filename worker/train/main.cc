@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "common/base/file.h"
+#include "common/base/status.h"
 #include "common/base/version.h"
 #include "common/image/io.h"
 #include "common/image/jpeg.h"
@@ -48,8 +49,8 @@ absl::Status ParseSize(const std::string& option, const std::string& text,
   char end = 0;
   if (std::sscanf(text.c_str(), "%dx%d%c", &settings.crop_height, &settings.crop_width, &end) == 2)
     return absl::OkStatus();
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   option + " is \"" + text + "\", but must be HEIGHTxWIDTH, for example 192x384");
+  return InvalidArgument("{} is \"{}\", but must be HEIGHTxWIDTH, for example 192x384", option,
+                         text);
 }
 
 absl::Status ReadSources(const std::vector<std::string>& specs, const SourceOptions& options,
@@ -146,7 +147,7 @@ absl::Status PredictOne(const Predictor& predictor, const PredictArguments& a,
   if (!disparity.ok()) return WithContext(disparity.status(), left_path + " and " + right_path);
   const absl::Status written = WritePfm(out, *disparity);
   // A full disk has the code of exhausted memory, and another exit status.
-  return absl::IsResourceExhausted(written) ? absl::UnavailableError(written.message()) : written;
+  return absl::IsResourceExhausted(written) ? Unavailable("{}", written.message()) : written;
 }
 
 absl::Status PredictList(const Predictor& predictor, const PredictArguments& a) {
@@ -159,9 +160,7 @@ absl::Status PredictList(const Predictor& predictor, const PredictArguments& a) 
     std::string left, right, out, more;
     if (!(words >> left)) continue;
     if (!(words >> right >> out) || (words >> more)) {
-      return MakeError(
-          absl::StatusCode::kInvalidArgument,
-          a.list + ":" + std::to_string(number) + ": wanted \"left right output.pfm\"");
+      return InvalidArgument("{}:{}: wanted \"left right output.pfm\"", a.list, number);
     }
     RETURN_IF_ERROR(PredictOne(predictor, a, left, right, out));
   }

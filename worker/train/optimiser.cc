@@ -1,5 +1,7 @@
 #include "worker/train/optimiser.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -68,7 +70,7 @@ std::string LayoutOf(const torch::nn::Module& network) {
   std::string layout;
   for (const auto& item : network.named_parameters()) {
     layout += item.key();
-    for (const int64_t size : item.value().sizes()) layout += " " + std::to_string(size);
+    for (const int64_t size : item.value().sizes()) layout += fmt::format(" {}", size);
     layout += ";";
   }
   return layout;

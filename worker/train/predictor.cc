@@ -87,7 +87,7 @@ absl::StatusOr<ImageF> Predictor::State::See(const ImageRgb8& left, const ImageR
         network->Forward(ToTensor(left, size), ToTensor(right, size), size.max_disparity).disparity;
   } catch (const std::exception& error) {
     const std::string text = error.what();
-    return MakeError(absl::StatusCode::kResourceExhausted, text.substr(0, text.find('\n')));
+    return ResourceExhausted("{}", text.substr(0, text.find('\n')));
   }
   disparity = disparity.slice(2, 0, size.height).slice(3, 0, size.width).contiguous();
   const double scale = static_cast<double>(left.width()) / size.width;
@@ -118,10 +118,8 @@ absl::StatusOr<Predictor> Predictor::Load(const std::string& path) {
 absl::StatusOr<ImageF> Predictor::Predict(const ImageRgb8& left, const ImageRgb8& right,
                                           const PredictOptions& options) const {
   if (left.empty() || left.width() != right.width() || left.height() != right.height()) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "the left image is " + std::to_string(left.width()) + "x" +
-                         std::to_string(left.height()) + " px, the right " +
-                         std::to_string(right.width()) + "x" + std::to_string(right.height()));
+    return InvalidArgument("the left image is {}x{} px, the right {}x{}", left.width(),
+                           left.height(), right.width(), right.height());
   }
   if (options.threads > 0) at::set_num_threads(options.threads);
   const int width = left.width(), height = left.height();

@@ -38,8 +38,7 @@ void ForEachField(Settings& s, Field field) {
 }
 
 absl::Status Refuse(const std::string& name, const std::string& seen, const std::string& wanted) {
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   name + " is " + seen + ", but must be " + wanted);
+  return InvalidArgument("{} is {}, but must be {}", name, seen, wanted);
 }
 
 }  // namespace
@@ -84,7 +83,7 @@ absl::StatusOr<TrainSettings> SettingsFromJson(const Json& json) {
     }
   });
   if (missing.empty()) return settings;
-  return MakeError(absl::StatusCode::kDataLoss, "the settings lack the number \"" + missing + "\"");
+  return DataLoss("the settings lack the number \"{}\"", missing);
 }
 
 std::string DifferenceOf(const Json& seen, const Json& wanted) {

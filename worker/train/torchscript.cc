@@ -39,9 +39,7 @@ torch::jit::Module Traced(StereoNetwork& network, int64_t max_disparity, int hei
 absl::Status ExportTorchScript(const std::string& path, const std::string& out, int height,
                                int width) {
   if (height <= 0 || width <= 0 || height % kSizeMultiple != 0 || width % kSizeMultiple != 0) {
-    return MakeError(absl::StatusCode::kInvalidArgument, "the size is " + std::to_string(height) +
-                                                             "x" + std::to_string(width) +
-                                                             ", but must be multiples of 32");
+    return InvalidArgument("the size is {}x{}, but must be multiples of 32", height, width);
   }
   StereoNetwork network;
   ASSIGN_OR_RETURN(const Checkpoint checkpoint, ReadCheckpoint(path, network));
@@ -52,7 +50,7 @@ absl::Status ExportTorchScript(const std::string& path, const std::string& out, 
     Traced(network, checkpoint.settings.value("max_disparity", 192), height, width).save(bytes);
   } catch (const std::exception& error) {
     const std::string text = error.what();
-    return MakeError(absl::StatusCode::kInternal, "tracing: " + text.substr(0, text.find('\n')));
+    return Internal("tracing: {}", text.substr(0, text.find('\n')));
   }
   return WriteFile(out, bytes.str());
 }

@@ -1,16 +1,17 @@
 #include "worker/train/training.h"
 
 #include <ATen/Parallel.h>
+#include <fmt/core.h>
 #include <torch/version.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <optional>
 
 #include "common/base/file.h"
+#include "common/base/status.h"
 #include "common/base/version.h"
 #include "worker/train/batch_loader.h"
 #include "worker/train/checkpoint.h"
@@ -53,11 +54,7 @@ Json HashesOf(const std::vector<TrainingSource>& sources) {
   return hashes;
 }
 
-std::string CheckpointName(int64_t step) {
-  char name[64];
-  std::snprintf(name, sizeof name, "/checkpoint-%06lld.pt", static_cast<long long>(step));
-  return name;
-}
+std::string CheckpointName(int64_t step) { return fmt::format("/checkpoint-{:06}.pt", step); }
 
 // One training run from start to end; exceptions of torch pass through.
 class Run {
@@ -95,9 +92,8 @@ class Run {
     if (job_.minutes > 0) settings_.steps = checkpoint.settings.value("steps", settings_.steps);
     const std::string difference = DifferenceOf(checkpoint.settings, SettingsJson());
     if (!difference.empty()) {
-      return MakeError(
-          absl::StatusCode::kFailedPrecondition,
-          job_.resume + " is a checkpoint of another run: it has " + difference + " is wanted");
+      return FailedPrecondition("{} is a checkpoint of another run: it has {} is wanted",
+                                job_.resume, difference);
     }
     optimiser_->Restore(checkpoint.state);
     first_ = checkpoint.step;
@@ -135,7 +131,7 @@ class Run {
     for (int64_t step = first_; step < settings_.steps; ++step) {
       if (stop_) {
         RETURN_IF_ERROR(Save(CheckpointName(step)));
-        return TrainingEnd{TrainerExit::kStopped, "stopped at step " + std::to_string(step)};
+        return TrainingEnd{TrainerExit::kStopped, fmt::format("stopped at step {}", step)};
       }
       ASSIGN_OR_RETURN(TrainingBatch batch, loader.Next());
       const BatchLoss result = LossOfBatch(batch);
@@ -154,8 +150,9 @@ class Run {
   TrainingEnd NotFinite(int64_t step, const TrainingBatch& batch) const {
     std::string names;
     for (const std::string& name : batch.names) names += (names.empty() ? "" : ", ") + name;
-    return {TrainerExit::kNotFinite, "the loss or its gradient is not finite at step " +
-                                         std::to_string(step) + " (pairs " + names + ")"};
+    return {
+        TrainerExit::kNotFinite,
+        fmt::format("the loss or its gradient is not finite at step {} (pairs {})", step, names)};
   }
 
   void Report(const BatchLoss& result, double loss, double norm) const {
@@ -215,9 +212,7 @@ class Run {
         ++pairs;
       }
     }
-    if (pairs == 0)
-      return MakeError(absl::StatusCode::kFailedPrecondition,
-                       "no held-out pair has visible pixels");
+    if (pairs == 0) return FailedPrecondition("no held-out pair has visible pixels");
     return Json{{"pairs", pairs},
                 {"epe_px", sums[0] / pairs},
                 {"bad1", sums[1] / pairs},

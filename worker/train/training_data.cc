@@ -17,10 +17,6 @@ namespace {
 constexpr uint8_t kSkyOrExterior = 1 | 2;  // Bits of masks_*.png.
 constexpr const char* kNeeded[] = {"left.png", "right.png", "disparity_left.exr"};
 
-absl::Status Refuse(const std::string& message) {
-  return MakeError(absl::StatusCode::kFailedPrecondition, message);
-}
-
 bool Exists(const std::string& path) {
   struct stat info {};
   return ::stat(path.c_str(), &info) == 0;
@@ -34,8 +30,7 @@ absl::StatusOr<std::pair<std::string, double>> SplitWeight(const std::string& sp
   char* end = nullptr;
   const double weight = std::strtod(text.c_str(), &end);
   if (text.empty() || *end != 0 || !(weight > 0) || !std::isfinite(weight)) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     spec + ": the weight is \"" + text + "\", but must be a positive number");
+    return InvalidArgument("{}: the weight is \"{}\", but must be a positive number", spec, text);
   }
   return std::pair(spec.substr(0, equals), weight);
 }
@@ -72,15 +67,13 @@ absl::StatusOr<TrainingEye> ReadEye(const std::string& dir, const std::string& e
   if (result.disparity_px.empty()) return result;
   const auto fits = [&](const auto& map) { return map.empty() || SameSize(map, result.image); };
   if (!fits(result.disparity_px) || !fits(occlusion) || !fits(masks)) {
-    return MakeError(absl::StatusCode::kDataLoss,
-                     dir + ": the " + eye + " maps differ in size from the image");
+    return DataLoss("{}: the {} maps differ in size from the image", dir, eye);
   }
   result.trust = ImageU8(result.image.width(), result.image.height(), kVisible);
   for (size_t i = 0; i < result.image.pixels(); ++i) {
     const float disparity = result.disparity_px.values()[i];
     if (!std::isfinite(disparity)) {
-      return MakeError(absl::StatusCode::kDataLoss,
-                       dir + "/disparity_" + eye + ".exr: a value is not finite");
+      return DataLoss("{}/disparity_{}.exr: a value is not finite", dir, eye);
     }
     uint8_t& trust = result.trust.values()[i];
     if (!occlusion.empty() && occlusion.values()[i] != 0) trust = kOccluded;
@@ -109,18 +102,19 @@ absl::StatusOr<TrainingSource> ReadTrainingSource(const std::string& spec,
       const std::string missing = MissingFile(frame);
       if (!missing.empty() && options.allow_missing) continue;
       if (!missing.empty()) {
-        return Refuse(missing +
-                      " is missing (fetch the dataset again, write that map, or --allow-missing)");
+        return FailedPrecondition(
+            "{} is missing (fetch the dataset again, write that map, or --allow-missing)", missing);
       }
       source.frames.push_back({variant.name + frame.dir.substr(variant.dir.size() + 7), frame.dir});
       hash.Update(source.frames.back().name).Update("\n");
-      for (const auto& [name, digest] : frame.files)
+      for (const auto& [name, digest] : frame.files) {
         hash.Update(name).Update(" ").Update(digest).Update("\n");
+      }
     }
   }
   if (source.frames.empty()) {
-    return Refuse(source.path + ": no pair to train on (" + std::to_string(source.left_out) +
-                  " turned down by filters)");
+    return FailedPrecondition("{}: no pair to train on ({} turned down by filters)", source.path,
+                              source.left_out);
   }
   source.data_hash = HexOf(hash.Finish());
   return source;
@@ -131,10 +125,10 @@ absl::StatusOr<TrainingPair> ReadTrainingPair(const std::string& dir) {
   ASSIGN_OR_RETURN(pair.left, ReadEye(dir, "left"));
   ASSIGN_OR_RETURN(pair.right, ReadEye(dir, "right"));
   if (pair.left.disparity_px.empty()) {
-    return MakeError(absl::StatusCode::kNotFound, dir + "/disparity_left.exr is missing");
+    return NotFound("{}/disparity_left.exr is missing", dir);
   }
   if (!SameSize(pair.left.image, pair.right.image)) {
-    return MakeError(absl::StatusCode::kDataLoss, dir + ": the two images differ in size");
+    return DataLoss("{}: the two images differ in size", dir);
   }
   return pair;
 }

@@ -1,12 +1,14 @@
 // catalogue: every class of object and every material, with what they cost, or as pictures.
 #include "coordinator/client/commands/catalogue.h"
 
+#include <fmt/core.h>
+
 #include <atomic>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "common/base/status.h"
 #include "coordinator/client/interrupt.h"
 #include "coordinator/client/table.h"
 #include "coordinator/client/text.h"
@@ -47,14 +49,7 @@ absl::StatusOr<Figures> Measure(const CatalogueOptions& options) {
     if (Matches(options, c.name, c.family)) figures.materials.push_back(MeasureMaterialClass(c));
   }
   if (!figures.classes.empty() || !figures.materials.empty()) return figures;
-  return MakeError(absl::StatusCode::kNotFound,
-                   "no class, material or family is called '" + options.sheet.only.front() + "'");
-}
-
-std::string Format(const char* format, double value) {
-  char text[64];
-  std::snprintf(text, sizeof(text), format, value);
-  return text;
+  return NotFound("no class, material or family is called '{}'", options.sheet.only.front());
 }
 
 Json SizeJson(const Vec3f& size) {
@@ -102,11 +97,9 @@ std::string SizeText(const AssetFigures& f) {
   std::string text;
   for (int axis = 0; axis < 3; ++axis) {
     const int digits = f.most_m[axis] < 0.1f ? 3 : 2;
-    char part[64];
-    std::snprintf(part, sizeof(part), "%s%.*f-%.*f", axis > 0 ? " x " : "", digits,
-                  static_cast<double>(f.least_m[axis]), digits,
-                  static_cast<double>(f.most_m[axis]));
-    text += part;
+    text += fmt::format("{}{:.{}f}-{:.{}f}", axis > 0 ? " x " : "",
+                        static_cast<double>(f.least_m[axis]), digits,
+                        static_cast<double>(f.most_m[axis]), digits);
   }
   return text;
 }
@@ -118,13 +111,13 @@ std::vector<std::string> ClassCells(const AssetFigures& f) {
           SizeText(f),
           FormatCount(static_cast<int64_t>(f.median_triangles)),
           FormatCount(static_cast<int64_t>(f.most_triangles)),
-          Format("%.2f", f.median_ms),
+          fmt::format("{:.2f}", f.median_ms),
           PlacementName(c.placement)};
 }
 
 std::vector<std::string> MaterialCells(const MaterialFigures& f) {
-  return {f.material_class->name, f.material_class->family, Format("%.0f", f.evaluate_ns),
-          Format("%.0f", f.height_ns), TagNames(f.material_class->tags)};
+  return {f.material_class->name, f.material_class->family, fmt::format("{:.0f}", f.evaluate_ns),
+          fmt::format("{:.0f}", f.height_ns), TagNames(f.material_class->tags)};
 }
 
 const std::vector<Table::Column>& ClassColumns() {
@@ -199,7 +192,7 @@ absl::StatusOr<ExitCode> DrawSheets(const CatalogueOptions& options, Session& se
   });
   const auto progress = [&](double fraction, const std::string& name) {
     if (!session.err().interactive) return;
-    *session.err().stream << "\r\033[K" << Format("%3.0f %% ", 100 * fraction) << name
+    *session.err().stream << "\r\033[K" << fmt::format("{:3.0f} % ", 100 * fraction) << name
                           << (fraction < 1 ? "" : "\r\033[K") << std::flush;
   };
   const absl::StatusOr<SheetResult> result = WriteCatalogueSheets(options.sheet, cancel, progress);

@@ -35,7 +35,7 @@ absl::Status Session::Confirm(const std::string& what, bool yes) const {
     std::getline(*answers, answer);
     if (answer == "y" || answer == "Y" || answer == "yes") return absl::OkStatus();
   }
-  return MakeError(absl::StatusCode::kFailedPrecondition, what + "; --yes goes on nevertheless");
+  return FailedPrecondition("{}; --yes goes on nevertheless", what);
 }
 
 CLI::App* Registry::AddCommand(CLI::App& parent, const std::string& name,

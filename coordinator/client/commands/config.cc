@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "common/base/file.h"
+#include "common/base/status.h"
 #include "coordinator/client/commands/command.h"
 #include "coordinator/client/out_dir.h"
 #include "coordinator/client/own_content.h"
@@ -113,7 +114,7 @@ absl::StatusOr<ExitCode> Show(const ConfigOptions& options, Session& session) {
       config.is_study ? static_cast<const google::protobuf::Message&>(config.study) : config.scene;
   std::string text;
   if (!google::protobuf::util::MessageToJsonString(message, &text, json).ok()) {
-    return MakeError(absl::StatusCode::kInternal, options.file + ": can't be written as JSON");
+    return Internal("{}: can't be written as JSON", options.file);
   }
   *session.out().stream << text;
   return kExitOk;

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "common/base/file.h"
+#include "common/base/status.h"
 #include "common/config/config.h"
 #include "coordinator/client/cancellable.h"
 #include "coordinator/client/commands/evaluate.h"
@@ -74,8 +75,7 @@ class Curation {
           study_.variants().begin(), study_.variants().end(),
           [&](const v1::VariantSpec& candidate) { return candidate.name() == variant.name; });
       if (spec == study_.variants().end()) {
-        return MakeError(absl::StatusCode::kFailedPrecondition,
-                         root_ + "/study.lock.yaml has no variant '" + variant.name + "'");
+        return FailedPrecondition("{}/study.lock.yaml has no variant '{}'", root_, variant.name);
       }
       // Held-out pairs judge networks: to leave out those that networks miss would flatter all.
       if (spec->heldout() && options_.variants.empty()) continue;
@@ -97,7 +97,7 @@ class Curation {
         if (networks_.count(path) > 0) continue;
         std::error_code error;
         if (!fs::is_regular_file(path, error)) {
-          return MakeError(absl::StatusCode::kNotFound, "--checkpoint " + path + ": no such file");
+          return NotFound("--checkpoint {}: no such file", path);
         }
         PredictorChoice choice = options_.predictor;
         choice.what = path;
@@ -143,7 +143,7 @@ class Curation {
           task.variant, {.id = id, .predictor = network->second.predictor.get()}, options, log);
       ClearProgress();
       if (absl::IsCancelled(now.status())) {
-        return absl::CancelledError("stopped; the same command goes on from here");
+        return Cancelled("stopped; the same command goes on from here");
       }
       RETURN_IF_ERROR(now.status());
       done_ += Frames(task);

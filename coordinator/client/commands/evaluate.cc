@@ -1,11 +1,14 @@
 // evaluate: the errors of one predictor on benchmarks, as score files.
 #include "worker/evaluate/evaluate.h"
 
+#include <fmt/core.h>
+
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "common/base/file.h"
+#include "common/base/status.h"
 #include "coordinator/client/cancellable.h"
 #include "coordinator/client/commands/evaluate.h"
 #include "coordinator/client/predictor_choice.h"
@@ -62,7 +65,7 @@ std::string FileNameOf(std::string text) {
 
 std::string StemOf(const std::string& benchmark, const RunIdentity& run) {
   return FileNameOf(run.variant) + "." + FileNameOf(run.trainer) +
-         (run.seed ? ".seed" + std::to_string(*run.seed) : "") + "." + FileNameOf(benchmark);
+         (run.seed ? fmt::format(".seed{}", *run.seed) : "") + "." + FileNameOf(benchmark);
 }
 
 // Files of one evaluation below the output folder.
@@ -186,7 +189,7 @@ absl::StatusOr<Json> EvaluateOne(const EvaluateCommandOptions& options,
 absl::StatusOr<ExitCode> RunEvaluate(const EvaluateCommandOptions& options, Session& session) {
   if (options.list) return ListBenchmarks(session);
   if (options.out.empty()) {
-    return MakeError(absl::StatusCode::kInvalidArgument, "--out is required");
+    return InvalidArgument("--out is required");
   }
   ASSIGN_OR_RETURN(const ChosenPredictor chosen, Choose(options));
   ASSIGN_OR_RETURN(const std::vector<Benchmark> benchmarks, OpenAll(options));

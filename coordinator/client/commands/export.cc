@@ -1,6 +1,8 @@
 // export and verify: a dataset in other layouts, and whether one is what it says.
 #include "worker/dataset/export.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
@@ -19,11 +21,7 @@ struct ExportCommandOptions {
   ExportOptions options;
 };
 
-std::string Percent(double part) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.2f %%", 100 * part);
-  return text;
-}
+std::string Percent(double part) { return fmt::format("{:.2f} %", 100 * part); }
 
 absl::StatusOr<ExitCode> Export(const ExportCommandOptions& command, Session& session) {
   ASSIGN_OR_RETURN(const ExportResult result,
@@ -65,7 +63,7 @@ absl::StatusOr<ExitCode> Export(const ExportCommandOptions& command, Session& se
   *out.stream << "Disparities, with the limits that training code applies:\n";
   Table table({{"below", Align::kRight}, {"pixels", Align::kRight}, {""}});
   for (const auto& [limit, part] : result.below_limit) {
-    table.AddRow({std::to_string(limit) + " px", Percent(part),
+    table.AddRow({fmt::format("{} px", limit), Percent(part),
                   std::string(static_cast<size_t>(part * 40 + 0.5), '#')});
   }
   table.Print(out, 2);

@@ -1,9 +1,12 @@
 // farm slurm: workers that come and go with the work, as a batch system gives them.
 #include "coordinator/client/commands/farm.h"
 
+#include <fmt/core.h>
+
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "common/base/status.h"
 #include "coordinator/client/farm/keeper.h"
 #include "coordinator/client/farm/slurm.h"
 #include "coordinator/client/interrupt.h"
@@ -28,15 +31,16 @@ struct FarmOptions {
 
 absl::StatusOr<SlurmOptions> SlurmOptionsOf(const FarmOptions& options, const Session& session) {
   if (!std::filesystem::is_regular_file(options.script)) {
-    return absl::InvalidArgumentError("--script: there is no file " + options.script +
-                                      "; deploy/slurm/workers.sbatch is the one to start from");
+    return InvalidArgument(
+        "--script: there is no file {}; deploy/slurm/workers.sbatch is the one to start from",
+        options.script);
   }
   if (options.limits.min > options.limits.max) {
-    return absl::InvalidArgumentError("--min " + std::to_string(options.limits.min) +
-                                      " is more than --max " + std::to_string(options.limits.max));
+    return InvalidArgument("--min {} is more than --max {}", options.limits.min,
+                           options.limits.max);
   }
   if (!session.options.tls_dir.empty() && options.worker_tls.empty()) {
-    return absl::InvalidArgumentError(
+    return InvalidArgument(
         "--worker-tls: workers need a certificate of their own (`coordinator init DIR --issue "
         "worker pool` makes DIR/worker-pool)");
   }
@@ -46,7 +50,7 @@ absl::StatusOr<SlurmOptions> SlurmOptionsOf(const FarmOptions& options, const Se
                      .worker_arguments = options.worker_arguments};
   slurm.environment = {"PARALLAX_COORDINATOR=" + session.options.coordinator,
                        "PARALLAX_TLS=" + options.worker_tls,
-                       "PARALLAX_IDLE=" + std::to_string(options.idle_s)};
+                       fmt::format("PARALLAX_IDLE={}", options.idle_s)};
   if (options.limits.slots_per_pilot > 1) {
     slurm.worker_arguments.insert(slurm.worker_arguments.begin(),
                                   {"--slots", std::to_string(options.limits.slots_per_pilot)});

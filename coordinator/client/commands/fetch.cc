@@ -1,4 +1,6 @@
 // fetch: the finished pairs of a study as a dataset folder.
+#include <fmt/core.h>
+
 #include <nlohmann/json.hpp>
 
 #include "coordinator/client/archive_sync.h"
@@ -62,8 +64,8 @@ absl::StatusOr<ExitCode> Fetch(const FetchOptions& options, Session& session) {
   }
   if (!table.empty()) *session.out().stream << "\n" << table;
   if (!IsFinished(study.state())) {
-    session.PrintNote("study " + std::to_string(study.study_id()) + " is " +
-                      StateName(study.state()) + "; the same command later brings the rest");
+    session.PrintNote(fmt::format("study {} is {}; the same command later brings the rest",
+                                  study.study_id(), StateName(study.state())));
   }
   return kExitOk;
 }

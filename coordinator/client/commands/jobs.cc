@@ -1,4 +1,6 @@
 // jobs: what a study's work consists of, and where it is.
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <limits>
 #include <map>
@@ -37,8 +39,8 @@ std::string RigRanges(const v1::JobStatus& job) {
   for (int i = 0; i < job.rigs_size();) {
     int j = i;
     while (j + 1 < job.rigs_size() && job.rigs(j + 1) == job.rigs(j) + 1) ++j;
-    text += (text.empty() ? "" : ",") + std::to_string(job.rigs(i));
-    if (j > i) text += "-" + std::to_string(job.rigs(j));
+    text += fmt::format("{}{}", text.empty() ? "" : ",", job.rigs(i));
+    if (j > i) text += fmt::format("-{}", job.rigs(j));
     i = j + 1;
   }
   return text;
@@ -122,8 +124,8 @@ absl::StatusOr<ExitCode> Jobs(const JobsOptions& options, Session& session) {
   PrintTable(reply, session);
   PrintLogs(reply, session);
   if (!options.all && reply.jobs_size() == options.limit) {
-    session.PrintNote("the first " + std::to_string(options.limit) +
-                      "; --limit shows more, --all shows all");
+    session.PrintNote(
+        fmt::format("the first {}; --limit shows more, --all shows all", options.limit));
   }
   return kExitOk;
 }

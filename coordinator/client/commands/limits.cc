@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "common/base/status.h"
 #include "common/config/limit_rules.h"
 #include "coordinator/client/commands/command.h"
 #include "coordinator/client/study_view.h"
@@ -123,9 +124,8 @@ void RegisterLimits(Registry& registry) {
   registry.SetAction(command, [options](Session& session) -> absl::StatusOr<ExitCode> {
     if (!options->study.empty()) return LimitStudy(*options, session);
     if (!options->max_running) return ShowUsers(session);
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "--max-running is of a study: parallax limits STUDY --max-running " +
-                         std::to_string(*options->max_running));
+    return InvalidArgument("--max-running is of a study: parallax limits STUDY --max-running {}",
+                           *options->max_running);
   });
 }
 

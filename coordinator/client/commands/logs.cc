@@ -1,4 +1,6 @@
 // logs: how a job's attempts ended, and what the failed ones said last.
+#include <fmt/core.h>
+
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -34,9 +36,9 @@ nlohmann::ordered_json AttemptJson(const v1::AttemptStatus& attempt) {
 }
 
 std::string JobName(const v1::JobStatus& job) {
-  std::string name = "job " + std::to_string(job.job_id()) + " (" + job.kind() + " ";
+  std::string name = fmt::format("job {} ({} ", job.job_id(), job.kind());
   name +=
-      job.label().empty() ? job.variant() + ", scene " + std::to_string(job.scene()) : job.label();
+      job.label().empty() ? fmt::format("{}, scene {}", job.variant(), job.scene()) : job.label();
   return name + ")";
 }
 

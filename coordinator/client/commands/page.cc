@@ -1,6 +1,7 @@
 // page: a link to the coordinator's page for the browser, with the rights of a certificate.
 #include <nlohmann/json.hpp>
 
+#include "common/base/status.h"
 #include "common/rpc/certificate.h"
 #include "coordinator/client/commands/command.h"
 #include "coordinator/http/page_link.h"
@@ -15,8 +16,7 @@ absl::StatusOr<std::string> PageAddress(const std::string& told, const std::stri
   if (!told.empty()) return told;
   ASSIGN_OR_RETURN(RpcAddress address, ParseRpcAddress(coordinator));
   if (address.is_unix()) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "a Unix socket says nothing of the page; tell its --http HOST:PORT");
+    return InvalidArgument("a Unix socket says nothing of the page; tell its --http HOST:PORT");
   }
   address.port = kPagePort;
   return address.ToString();

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/file.h"
+#include "common/base/status.h"
 #include "common/image/io.h"
 #include "common/image/jpeg.h"
 #include "coordinator/client/cancellable.h"
@@ -51,10 +52,8 @@ absl::Status CheckPictures(const PredictOptions& options) {
   ASSIGN_OR_RETURN(const ImageRgb8 left, ReadPictureRgb8(options.left));
   ASSIGN_OR_RETURN(const ImageRgb8 right, ReadPictureRgb8(options.right));
   if (left.width() == right.width() && left.height() == right.height()) return absl::OkStatus();
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   options.right + ": " + std::to_string(right.width()) + "x" +
-                       std::to_string(right.height()) + ", but " + options.left + " has " +
-                       std::to_string(left.width()) + "x" + std::to_string(left.height()));
+  return InvalidArgument("{}: {}x{}, but {} has {}x{}", options.right, right.width(),
+                         right.height(), options.left, left.width(), left.height());
 }
 
 absl::Status WriteOutput(const std::string& path, const ImageF& disparity_px) {
@@ -81,8 +80,7 @@ absl::StatusOr<ImageF> PredictOne(const PredictOptions& options, Predictor& pred
 absl::StatusOr<ExitCode> Predict(const PredictOptions& options, Session& session) {
   const std::string extension = fs::path(options.out).extension();
   if (extension != ".pfm" && extension != ".png") {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "--out " + options.out + ": wanted a .pfm or a .png");
+    return InvalidArgument("--out {}: wanted a .pfm or a .png", options.out);
   }
   ASSIGN_OR_RETURN(const ChosenPredictor chosen, ChoosePredictor(options.predictor));
   RETURN_IF_ERROR(CheckPictures(options));

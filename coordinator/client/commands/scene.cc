@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "common/base/status.h"
 #include "coordinator/client/commands/command.h"
 #include "coordinator/client/scene_source.h"
 #include "coordinator/client/scene_text.h"
@@ -46,7 +47,7 @@ absl::StatusOr<ExitCode> Show(const SceneOptions& options, Session& session) {
     json.preserve_proto_field_names = true;
     json.add_whitespace = true;
     if (!google::protobuf::util::MessageToJsonString(scene, &text, json).ok()) {
-      return MakeError(absl::StatusCode::kInternal, "the recipe can't be written as JSON");
+      return Internal("the recipe can't be written as JSON");
     }
     *session.out().stream << text;
     return kExitOk;

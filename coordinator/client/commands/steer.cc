@@ -1,4 +1,6 @@
 // cancel, pause, resume, retry, forget: a person's hand on a study.
+#include <fmt/core.h>
+
 #include <nlohmann/json.hpp>
 
 #include "coordinator/client/commands/command.h"
@@ -62,7 +64,7 @@ std::string Having(const v1::ForgetReply& had) {
 absl::StatusOr<ExitCode> Forget(const SteerOptions& options, Session& session) {
   ASSIGN_OR_RETURN(const auto connection, session.Connect());
   ASSIGN_OR_RETURN(const v1::StudyStatus study, connection->FindStudy(options.study));
-  const std::string name = "study " + std::to_string(study.study_id()) + " (" + study.name() + ")";
+  const std::string name = fmt::format("study {} ({})", study.study_id(), study.name());
   RETURN_IF_ERROR(session.Confirm(
       name + " with its " + Plural(CountsOf(study).done, "pair") +
           ", its networks and its history will be gone for good, but for what others use",

@@ -1,4 +1,6 @@
 // submit: give a study to a coordinator.
+#include <fmt/core.h>
+
 #include <nlohmann/json.hpp>
 
 #include "common/config/limit_rules.h"
@@ -36,7 +38,7 @@ absl::StatusOr<ExitCode> Submit(const SubmitOptions& options, Session& session) 
     // The time makes the key one of its own; what is rendered already is still reused by its
     // content.
     const double now_s = session.environment.clock->UnixSeconds();
-    request.mutable_idempotency_key()->append(" again " + std::to_string(now_s));
+    request.mutable_idempotency_key()->append(fmt::format(" again {:f}", now_s));
   }
   ASSIGN_OR_RETURN(const v1::SubmitReply reply, connection->Submit(request));
   std::string state = "running";
@@ -65,9 +67,10 @@ absl::StatusOr<ExitCode> Submit(const SubmitOptions& options, Session& session) 
   // The id alone on standard output, so that a script needs no parser; the rest is for people.
   *session.out().stream << reply.study_id() << "\n" << std::flush;
   if (reply.existed()) {
-    session.PrintNote("this very study is there already as study " +
-                      std::to_string(reply.study_id()) + " (" + state +
-                      "): nothing was submitted; --again submits it once more");
+    session.PrintNote(
+        fmt::format("this very study is there already as study {} ({}): nothing was submitted; "
+                    "--again submits it once more",
+                    reply.study_id(), state));
   } else {
     *session.err().stream << "submitted " << study.name() << ": " << DescribeSize(study)
                           << "; follow it with `parallax watch " << reply.study_id() << "`\n";

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/file.h"
+#include "common/base/status.h"
 #include "common/config/config.h"
 #include "coordinator/client/commands/evaluate.h"
 #include "coordinator/client/study_results.h"
@@ -51,7 +52,7 @@ absl::StatusOr<std::vector<Evaluation>> FindScores(const std::string& what, Tabl
     const std::string lock = what + "/study.lock.yaml";
     const auto loaded = std::filesystem::exists(lock, error)
                             ? LoadStudy(lock)
-                            : absl::StatusOr<v1::StudySpec>(absl::NotFoundError(""));
+                            : absl::StatusOr<v1::StudySpec>(NotFound(""));
     if (loaded.ok()) study = *loaded;
   }
   TemporaryFolder brought;

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "common/base/status.h"
 #include "coordinator/client/commands/command.h"
 #include "coordinator/client/text.h"
 #include "worker/dataset/contact_sheet.h"
@@ -42,7 +43,7 @@ absl::StatusOr<ExitCode> ViewVariants(const ViewOptions& options, Session& sessi
 absl::StatusOr<ExitCode> View(const ViewOptions& options, Session& session) {
   std::error_code error;
   if (!std::filesystem::is_directory(options.dir, error)) {
-    return MakeError(absl::StatusCode::kNotFound, options.dir + ": no such folder");
+    return NotFound("{}: no such folder", options.dir);
   }
   if (options.variants) return ViewVariants(options, session);
   const std::string out = options.out.empty() ? options.dir + "/contact_sheet.png" : options.out;

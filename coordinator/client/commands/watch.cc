@@ -1,4 +1,6 @@
 // watch: follow a study until it ends.
+#include <fmt/core.h>
+
 #include <chrono>
 
 #include "coordinator/client/commands/command.h"
@@ -42,8 +44,8 @@ absl::StatusOr<ExitCode> Watch(const std::string& id_or_name, Session& session) 
     if (finished) break;
     if (interrupts.WaitFor(std::chrono::duration<double>(environment.poll_s))) {
       display.Keep();
-      session.PrintNote("the study goes on; `parallax watch " + std::to_string(found.study_id()) +
-                        "` follows it again");
+      session.PrintNote(
+          fmt::format("the study goes on; `parallax watch {}` follows it again", found.study_id()));
       return kExitInterrupted;
     }
   }

@@ -1,5 +1,7 @@
 #include "coordinator/client/farm/keeper.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 
 #include "coordinator/client/text.h"
@@ -20,20 +22,19 @@ bool KeeperStep::finished() const {
 bool KeeperStep::did_something() const { return decision.submit > 0 || !decision.cancel.empty(); }
 
 std::string KeeperStep::Line() const {
-  std::string line =
-      FormatCount(view.demand.waiting) + " jobs wait, " + FormatCount(view.demand.leased) +
-      " run; pilots: " + std::to_string(decision.running) + " run, " +
-      std::to_string(decision.pending) + " wait, " + std::to_string(decision.wanted) + " wanted: ";
+  std::string line = fmt::format("{} jobs wait, {} run; pilots: {} run, {} wait, {} wanted: ",
+                                 FormatCount(view.demand.waiting), FormatCount(view.demand.leased),
+                                 decision.running, decision.pending, decision.wanted);
   if (decision.submit > 0 && paused_s > 0) {
-    return line + "no worker came of the last ones; submits " + std::to_string(decision.submit) +
-           " in " + FormatDuration(paused_s);
+    return fmt::format("{}no worker came of the last ones; submits {} in {}", line, decision.submit,
+                       FormatDuration(paused_s));
   }
   if (decision.submit > 0) {
-    return line + (array.empty() ? "would submit " : "submitted ") +
-           std::to_string(decision.submit) + (array.empty() ? "" : " as array " + array);
+    return fmt::format("{}{}{}{}", line, array.empty() ? "would submit " : "submitted ",
+                       decision.submit, array.empty() ? "" : " as array " + array);
   }
   if (decision.cancel.empty()) return line + "nothing to do";
-  return line + "cancels " + std::to_string(decision.cancel.size()) + " that still wait";
+  return fmt::format("{}cancels {} that still wait", line, decision.cancel.size());
 }
 
 void FarmKeeper::Remember(const std::vector<v1::WorkerStatus>& workers) {

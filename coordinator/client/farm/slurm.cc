@@ -1,5 +1,6 @@
 #include "coordinator/client/farm/slurm.h"
 
+#include <fmt/core.h>
 #include <stdlib.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -53,13 +54,13 @@ absl::StatusOr<std::string> OutputOf(const std::vector<std::string>& command,
   while (!(ended = child->Poll())) {
     if (std::chrono::steady_clock::now() > deadline) {
       child->Kill();
-      return absl::DeadlineExceededError(command[0] + " did not end within a minute");
+      return DeadlineExceeded("{} did not end within a minute", command[0]);
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   const std::string text = output.Read();
   if (WIFEXITED(*ended) && WEXITSTATUS(*ended) == 0) return text;
-  return absl::UnavailableError(command[0] + ": " + DescribeExit(*ended) + ": " + FirstLine(text));
+  return Unavailable("{}: {}: {}", command[0], DescribeExit(*ended), FirstLine(text));
 }
 
 Pilot::State StateOf(const std::string& state) {
@@ -81,7 +82,7 @@ absl::StatusOr<std::vector<Pilot>> ParsePilots(const std::string& text) {
     if (line.empty()) continue;
     const size_t bar = line.find('|');
     if (bar == std::string::npos || bar == 0 || !isdigit(static_cast<unsigned char>(line[0]))) {
-      return absl::InvalidArgumentError("squeue: expected ID|STATE, got '" + line + "'");
+      return InvalidArgument("squeue: expected ID|STATE, got '{}'", line);
     }
     pilots.push_back({line.substr(0, bar), StateOf(line.substr(bar + 1))});
   }
@@ -97,7 +98,7 @@ absl::StatusOr<std::vector<Pilot>> Slurm::Pilots() const {
 
 std::vector<std::string> Slurm::SubmitWords(int pilots) const {
   std::vector<std::string> words = {"sbatch", "--parsable", "--job-name=" + options_.job_name,
-                                    "--array=1-" + std::to_string(pilots)};
+                                    fmt::format("--array=1-{}", pilots)};
   words.insert(words.end(), options_.sbatch_options.begin(), options_.sbatch_options.end());
   words.push_back(options_.script);
   words.insert(words.end(), options_.worker_arguments.begin(), options_.worker_arguments.end());
@@ -125,7 +126,7 @@ absl::StatusOr<std::string> Slurm::Submit(int pilots) const {
     }
   }
   if (id.empty()) {
-    return absl::UnavailableError("sbatch named no job: " + FirstLine(text));
+    return Unavailable("sbatch named no job: {}", FirstLine(text));
   }
   return id;
 }

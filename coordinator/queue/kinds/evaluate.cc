@@ -2,9 +2,12 @@
 //
 // Results: "evaluate" by work key, an EvaluateResult. The key covers the training's key, so that a
 // benchmark is scored once for each network, whichever study asks.
+#include <fmt/core.h>
+
 #include <cmath>
 
 #include "common/base/names.h"
+#include "common/base/status.h"
 #include "common/config/training.h"
 #include "coordinator/queue/kinds/folder_kind.h"
 #include "coordinator/queue/report_check.h"
@@ -20,7 +23,7 @@ std::string WhyNoResult(const v1::EvaluateResult& result) {
   if (std::none_of(result.files().begin(), result.files().end(), is_scores)) {
     return std::string("no file ") + kScoresFile;
   }
-  if (result.pairs() < 1) return std::to_string(result.pairs()) + " pairs scored";
+  if (result.pairs() < 1) return fmt::format("{} pairs scored", result.pairs());
   if (result.metric().empty() || !IsPlainText(result.metric()) ||
       result.metric().size() > kMaxNameBytes) {
     return "a metric without a plain name";
@@ -61,11 +64,11 @@ class EvaluateKind final : public FolderKind<v1::EvaluateInput, v1::EvaluateResu
     if (!input.ok()) return "";
     const v1::EvaluateJob& job = input->job();
     std::string label = job.name().empty() ? job.trainer() : job.name();
-    if (job.has_seed()) label += ", seed " + std::to_string(job.seed());
+    if (job.has_seed()) label += fmt::format(", seed {}", job.seed());
     label += " on " + job.benchmark();
     if (input->checkpoints() < 2) return label;
-    return label + ", checkpoint " + std::to_string(input->checkpoint() + 1) + " of " +
-           std::to_string(input->checkpoints());
+    return fmt::format("{}, checkpoint {} of {}", label, input->checkpoint() + 1,
+                       input->checkpoints());
   }
 
   std::optional<Score> ScoreOf(std::string_view input_bytes,
@@ -101,8 +104,7 @@ class EvaluateKind final : public FolderKind<v1::EvaluateInput, v1::EvaluateResu
     if (input.train_job() != 0) {
       ASSIGN_OR_RETURN(const JobFacts training, desk.NewestOf(input.train_job()));
       predictor.assign(training.work_key.begin(), training.work_key.end());
-      predictor +=
-          "/" + std::to_string(input.checkpoint()) + "/" + std::to_string(input.checkpoints());
+      predictor += fmt::format("/{}/{}", input.checkpoint(), input.checkpoints());
     }
     std::vector<DataPart> heldout;
     if (input.heldout_variant_id() != 0) {
@@ -175,9 +177,9 @@ class EvaluateKind final : public FolderKind<v1::EvaluateInput, v1::EvaluateResu
 
 absl::Status CheckResolved(const v1::StudySpec& resolved, std::span<const int64_t> variants) {
   if (static_cast<size_t>(resolved.variants_size()) == variants.size()) return absl::OkStatus();
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   "study.evaluate.heldout_pairs: the study has no variant '" +
-                       std::string(kHeldoutName) + "'; submit it as it is resolved");
+  return InvalidArgument(
+      "study.evaluate.heldout_pairs: the study has no variant '{}'; submit it as it is resolved",
+      kHeldoutName);
 }
 
 EvaluationPlan EvaluationPlanOf(const v1::StudySpec& study, std::span<const int64_t> variants) {

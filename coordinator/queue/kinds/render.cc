@@ -1,8 +1,11 @@
 // Kind `render`: stereo pairs of one solved scene, by default all of them.
 //
 // Results: "frame" by frame key, one for each rig, so that jobs of other ranges of rigs share them.
+#include <fmt/core.h>
+
 #include <algorithm>
 
+#include "common/base/status.h"
 #include "common/config/frame_files.h"
 #include "common/config/frame_notes.h"
 #include "coordinator/queue/compress.h"
@@ -32,7 +35,7 @@ std::string Joined(const std::vector<std::string>& names) {
 }
 
 std::string WhyBadFrame(const v1::FrameResult& frame) {
-  const std::string where = "frame of rig " + std::to_string(frame.rig());
+  const std::string where = fmt::format("frame of rig {}", frame.rig());
   if (!IsConfinedPath(frame.path()))
     return where + ": path '" + frame.path() + "' leaves the store";
   for (const v1::FileEntry& file : frame.files()) {
@@ -177,8 +180,8 @@ class RenderKind final : public JobKind {
     const std::vector<std::string> wanted = FrameFileNames(variant.config->render());
     for (const CheckedFrame& frame : frames) {
       if (frame.files == wanted) continue;
-      return "frame of rig " + std::to_string(frame.rig) + ": files " + Joined(frame.files) +
-             ", wanted exactly " + Joined(wanted);
+      return fmt::format("frame of rig {}: files {}, wanted exactly {}", frame.rig,
+                         Joined(frame.files), Joined(wanted));
     }
     return std::string();
   }
@@ -237,7 +240,7 @@ class RenderKind final : public JobKind {
                                      ? frame.path().substr(0, StorePrefixOf(Sha256Digest{}).size())
                                      : StorePrefixOf(frames.Digest(3));
       const std::string folder =
-          prefix + "/.attempt-" + std::to_string(static_cast<uint64_t>(frames.Int(2))) + "/";
+          fmt::format("{}/.attempt-{}/", prefix, static_cast<uint64_t>(frames.Int(2)));
       if (!unpacked || frame.path().compare(0, folder.size(), folder) != 0) {
         violations.push_back("a frame lies in the winner's folder: not " + HexOf(frames.Digest(0)));
       }
@@ -259,8 +262,7 @@ class RenderKind final : public JobKind {
     if (job.group_key != Sha256Digest{}) return job.group_key;
     ASSIGN_OR_RETURN(const SceneFacts scene, desk.SceneOf(job.variant, job.ordinal));
     if (scene.scene_hash) return *scene.scene_hash;
-    return MakeError(absl::StatusCode::kInternal,
-                     "scene " + std::to_string(job.ordinal) + " is not solved");
+    return Internal("scene {} is not solved", job.ordinal);
   }
 
   // The notes' folder of a frame's attempt: "ab/ab12.../.attempt-7/finished".

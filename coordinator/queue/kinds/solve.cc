@@ -2,9 +2,12 @@
 //
 // Results: "layout" by layout key (the group's part), "recipe" by the hash of the scene, and
 // "scene" by scene key: the hash of its recipe, or why the seed has no valid scene.
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cstring>
 
+#include "common/base/status.h"
 #include "common/config/rig_counts.h"
 #include "coordinator/queue/compress.h"
 #include "coordinator/queue/job_kind.h"
@@ -30,7 +33,7 @@ std::string BytesOf(const Sha256Digest& digest) { return {digest.begin(), digest
 absl::StatusOr<Sha256Digest> DigestOf(std::string_view bytes) {
   Sha256Digest digest;
   if (bytes.size() != digest.size()) {
-    return MakeError(absl::StatusCode::kDataLoss, "database: a scene's result is no hash");
+    return DataLoss("database: a scene's result is no hash");
   }
   std::memcpy(digest.data(), bytes.data(), digest.size());
   return digest;
@@ -149,13 +152,12 @@ class SolveKind final : public JobKind {
     ASSIGN_OR_RETURN(const VariantFacts variant, desk.VariantOf(job.variant));
     const uint64_t seed = SceneSeedOf(variant.seed, job.ordinal).value;
     if (solve.seed != 0 && solve.seed != seed) {
-      return "a scene of seed " + std::to_string(solve.seed) + ", wanted " + std::to_string(seed);
+      return fmt::format("a scene of seed {}, wanted {}", solve.seed, seed);
     }
     const uint32_t wanted = std::max(variant.rigs_per_scene,
                                      static_cast<uint32_t>(PairsOfScene(variant.config->rigs())));
     if (solve.rigs < wanted) {
-      return "a scene with " + std::to_string(solve.rigs) + " rigs, wanted " +
-             std::to_string(wanted);
+      return fmt::format("a scene with {} rigs, wanted {}", solve.rigs, wanted);
     }
     return std::string();
   }

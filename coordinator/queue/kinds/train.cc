@@ -3,12 +3,15 @@
 //
 // Results: "train" by work key, a TrainResult. Training i of all sets of a study has the same
 // initial weights and order of batches, so that their differences are the data's.
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
 
 #include "common/base/names.h"
+#include "common/base/status.h"
 #include "common/config/training.h"
 #include "coordinator/queue/kinds/folder_kind.h"
 #include "coordinator/queue/report_check.h"
@@ -25,8 +28,7 @@ std::string WhyBadCheckpoints(const v1::TrainResult& result) {
       return "checkpoint '" + OneLine(checkpoint.name()) + "' is not among its files";
     }
     if (checkpoint.step() <= last) {
-      return "a checkpoint of step " + std::to_string(checkpoint.step()) + " after one of step " +
-             std::to_string(last);
+      return fmt::format("a checkpoint of step {} after one of step {}", checkpoint.step(), last);
     }
     last = checkpoint.step();
   }
@@ -37,7 +39,7 @@ std::string WhyNoResult(const v1::TrainResult& result) {
   if (std::string why = WhyBadCheckpoints(result); !why.empty()) return why;
   if (!std::isfinite(result.loss())) return "a loss that is not finite";
   if (!std::isfinite(result.train_s()) || result.train_s() < 0) return "a negative time";
-  if (result.pairs() < 1) return std::to_string(result.pairs()) + " pairs trained on";
+  if (result.pairs() < 1) return fmt::format("{} pairs trained on", result.pairs());
   return "";
 }
 
@@ -64,7 +66,7 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
   std::string LabelOf(std::string_view bytes) const override {
     const auto input = InputOf<v1::TrainInput>(bytes);
     if (!input.ok()) return "";
-    return input->job().name() + ", seed " + std::to_string(input->job().seed());
+    return fmt::format("{}, seed {}", input->job().name(), input->job().seed());
   }
 
   std::vector<StageSeconds> StagesOf(std::string_view bytes) const override {
@@ -98,8 +100,7 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
     ASSIGN_OR_RETURN(const v1::TrainInput input, InputOf<v1::TrainInput>(job.input));
     const int seen = ResultIn(result).checkpoints_size();
     if (seen <= input.job().checkpoints()) return std::string();
-    return std::to_string(seen) + " checkpoints, wanted at most " +
-           std::to_string(input.job().checkpoints());
+    return fmt::format("{} checkpoints, wanted at most {}", seen, input.job().checkpoints());
   }
 
   // One training for each set and seed; the first seed of all sets comes first, and curated sets
@@ -174,9 +175,9 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
                                            const std::map<int, int64_t>& jobs) {
     const auto job = jobs.find(PlainTwinOf(set, sets));
     if (job != jobs.end()) return job->second;
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "train: training set " + Quoted(set.name()) +
-                         " is curated, and no set has the same parts without curation");
+    return InvalidArgument(
+        "train: training set {} is curated, and no set has the same parts without curation",
+        Quoted(set.name()));
   }
 
   // Tells the worker the network of the training that the job has waited for.
@@ -214,8 +215,7 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
       if (part.weight() <= 0) continue;  // Nothing is drawn from it.
       const auto found = by_name.find(part.variant());
       if (found == by_name.end()) {
-        return MakeError(absl::StatusCode::kInvalidArgument,
-                         "train: " + Quoted(part.variant()) + " is no variant of the study");
+        return InvalidArgument("train: {} is no variant of the study", Quoted(part.variant()));
       }
       const int64_t id = variants[static_cast<size_t>(found->second)];
       ASSIGN_OR_RETURN(const VariantFacts variant, desk.VariantOf(id));
@@ -228,8 +228,7 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
     }
     if (job.parts_size() == 1) job.mutable_parts(0)->set_weight(1);
     if (job.parts().empty()) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "train: training set " + Quoted(set.name()) + " has no parts");
+      return InvalidArgument("train: training set {} has no parts", Quoted(set.name()));
     }
     return input;
   }

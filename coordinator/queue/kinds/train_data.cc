@@ -1,7 +1,10 @@
 #include "coordinator/queue/kinds/train_data.h"
 
+#include <fmt/core.h>
+
 #include <set>
 
+#include "common/base/status.h"
 #include "common/config/frame_files.h"
 #include "coordinator/queue/report_check.h"
 #include "coordinator/queue/sqlite.h"
@@ -40,7 +43,7 @@ absl::StatusOr<v1::TrainResult> TrainingWaitedFor(int64_t job, ResultReader& res
   v1::TrainResult training;
   RETURN_IF_ERROR(UnpackMessage(bytes, training));
   if (!training.checkpoints().empty()) return training;
-  return MakeError(absl::StatusCode::kDataLoss, "database: a training without checkpoints");
+  return DataLoss("database: a training without checkpoints");
 }
 
 StoredCheckpoint StoredCheckpointOf(const v1::TrainResult& training,
@@ -60,9 +63,7 @@ absl::Status AddFolders(int64_t variant, int64_t pairs, ResultReader& results, v
     *set->add_folders() = folder;
   }
   if (found == pairs) return absl::OkStatus();
-  return MakeError(absl::StatusCode::kDataLoss, "database: variant " + set->variant() + " has " +
-                                                    std::to_string(found) + " pairs of " +
-                                                    std::to_string(pairs));
+  return DataLoss("database: variant {} has {} pairs of {}", set->variant(), found, pairs);
 }
 
 WorkNeeds NeedsOf(const v1::JobNeeds& needs) {
@@ -76,8 +77,7 @@ std::string WhyBadFiles(const std::string& path,
   if (!IsConfinedPath(path)) return "path '" + OneLine(path) + "' leaves the store";
   if (files.empty()) return "no files";
   if (files.size() > kMostFiles) {
-    return std::to_string(files.size()) + " files, allowed are at most " +
-           std::to_string(kMostFiles);
+    return fmt::format("{} files, allowed are at most {}", files.size(), kMostFiles);
   }
   std::set<std::string> names;
   for (const v1::FileEntry& file : files) {
@@ -106,8 +106,8 @@ absl::Status AuditFolders(SqliteConnection& db, const JobKind& kind,
   while (results.Next()) {
     const std::string name = HexOf(results.Digest(0));
     const auto stored = kind.FolderOf(results.Blob(1));
-    const std::string folder = StorePrefixOf(results.Digest(0)) + "/.attempt-" +
-                               std::to_string(static_cast<uint64_t>(results.Int(2)));
+    const std::string folder = fmt::format("{}/.attempt-{}", StorePrefixOf(results.Digest(0)),
+                                           static_cast<uint64_t>(results.Int(2)));
     if (!stored || (stored->path + "/").compare(0, folder.size() + 1, folder + "/") != 0) {
       violations.push_back("a result lies in the winner's folder: not " + name);
       continue;

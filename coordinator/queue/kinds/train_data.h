@@ -6,6 +6,7 @@
 
 #include <string>
 
+#include "common/base/status.h"
 #include "coordinator/queue/job_kind.h"
 #include "parallax/v1/train_input.pb.h"
 
@@ -27,8 +28,7 @@ template <typename Input>
 absl::StatusOr<Input> InputOf(std::string_view bytes) {
   Input input;
   if (input.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return input;
-  return MakeError(absl::StatusCode::kDataLoss,
-                   "database: a job's input is no " + Input::descriptor()->name());
+  return DataLoss("database: a job's input is no {}", Input::descriptor()->name());
 }
 
 // Returns the result of the training that job `job` has waited for. Errors: the reader's; kDataLoss

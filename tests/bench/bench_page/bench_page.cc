@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "common/base/status.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator_process.h"
 #include "measure.h"
@@ -43,7 +44,7 @@ class Database {
   absl::Status Make(int64_t jobs) {
     RETURN_IF_ERROR(MakeStudy());
     sqlite3* db = nullptr;
-    if (sqlite3_open(path_.c_str(), &db) != SQLITE_OK) return absl::InternalError("no database");
+    if (sqlite3_open(path_.c_str(), &db) != SQLITE_OK) return Internal("no database");
     const absl::Status copied = Copy(db, jobs);
     sqlite3_close(db);
     return copied;
@@ -105,7 +106,7 @@ class Database {
     }
     const std::string why = error == nullptr ? "no rows" : error;
     sqlite3_free(error);
-    return absl::InternalError("synthetic rows: " + why);
+    return Internal("synthetic rows: {}", why);
   }
 
   const std::string path_;
@@ -174,7 +175,7 @@ struct Bench {
     out["rss_mb"] = PeakRssMb(coordinator.pid());
     if (worst < kAllowed_ms) return absl::OkStatus();
     std::cout << out.dump() << std::endl;
-    return absl::DeadlineExceededError("a request took " + std::to_string(worst) + " ms");
+    return DeadlineExceeded("a request took {:f} ms", worst);
   }
 };
 
@@ -193,7 +194,7 @@ absl::Status Main(int argc, char** argv, int*) {
   } catch (const CLI::ParseError& error) {
     app.exit(error);
     if (error.get_exit_code() == 0) return absl::OkStatus();
-    return absl::InvalidArgumentError(error.what());
+    return InvalidArgument("{}", error.what());
   }
   for (int i = 0; i < argc; ++i) arguments.command += (i == 0 ? "" : " ") + std::string(argv[i]);
   if (arguments.coordinator.empty()) {
@@ -201,7 +202,7 @@ absl::Status Main(int argc, char** argv, int*) {
         (std::filesystem::canonical("/proc/self/exe").parent_path() / "coordinator").string();
   }
   char name[] = "/tmp/bench-page-XXXXXX";
-  if (mkdtemp(name) == nullptr) return absl::InternalError("no temporary folder");
+  if (mkdtemp(name) == nullptr) return Internal("no temporary folder");
   arguments.folder = name;
   const absl::Status status = bench.Run();
   std::filesystem::remove_all(name);

@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "common/base/log.h"
+#include "common/base/status.h"
 #include "coordinator/queue/database_tools.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator_process.h"
@@ -129,7 +130,7 @@ struct Bench {
            (arguments.seconds <= 0 || SecondsSince(begin) < arguments.seconds)) {
       std::this_thread::sleep_for(std::chrono::duration<double>(kProbeEvery_s));
       watched.Look(*coordinator, db());
-      if (tally.broken > 0) return absl::UnavailableError("a stream or call broke");
+      if (tally.broken > 0) return Unavailable("a stream or call broke");
     }
     const double seconds = SecondsSince(begin);
     const int64_t transitions = tally.leases + tally.completions;
@@ -149,7 +150,7 @@ struct Bench {
     out["lease_p50_ms"] = tally.lease_ms.Percentile(0.5);
     out["lease_p99_ms"] = tally.lease_ms.Percentile(0.99);
     out["report_p99_ms"] = tally.report_ms.Percentile(0.99);
-    if (refused > 0) return absl::InternalError("reports were refused");
+    if (refused > 0) return Internal("reports were refused");
     return absl::OkStatus();
   }
 
@@ -167,7 +168,7 @@ struct Bench {
         std::this_thread::sleep_for(std::chrono::microseconds(200));
       }
       out["restart_s"] = SecondsSince(begin);
-      if (tally.leases == 0) return absl::DeadlineExceededError("no lease after the restart");
+      if (tally.leases == 0) return DeadlineExceeded("no lease after the restart");
     }
     if (arguments.gap_workers > 0) {
       ASSIGN_OR_RETURN(const GapFigures gaps, MeasureGaps({.address = coordinator->address(),
@@ -204,7 +205,7 @@ struct Bench {
     out["machine"] = MachineText();
     out["commit"] = FirstLineOf("git rev-parse --short HEAD");
     out["command"] = arguments.command;
-    if (!violations.empty()) return absl::InternalError(violations.front());
+    if (!violations.empty()) return Internal("{}", violations.front());
     return absl::OkStatus();
   }
 };

@@ -75,7 +75,7 @@ absl::StatusOr<std::unique_ptr<CoordinatorProcess>> CoordinatorProcess::Start(
     const ssize_t n = read(out[0], buffer, sizeof buffer);
     if (n <= 0) {
       close(out[0]);
-      return absl::UnavailableError(options.program + " did not come up; see " + options.log);
+      return Unavailable("{} did not come up; see {}", options.program, options.log);
     }
     text.append(buffer, static_cast<size_t>(n));
   }
@@ -93,7 +93,7 @@ absl::Status CoordinatorProcess::Terminate() {
   waitpid(pid_, &status, 0);
   pid_ = 0;
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return absl::OkStatus();
-  return absl::InternalError("the coordinator did not end cleanly");
+  return Internal("the coordinator did not end cleanly");
 }
 
 void CoordinatorProcess::Kill() {
@@ -124,7 +124,7 @@ absl::StatusOr<double> TimeGet(const std::string& address, const std::string& pa
   }
   close(fd);
   if (answer.rfind("HTTP/1.1 200", 0) != 0) {
-    return absl::UnavailableError("GET " + path + ": " + answer.substr(0, 60));
+    return Unavailable("GET {}: {}", path, answer.substr(0, 60));
   }
   return SecondsSince(begin);
 }

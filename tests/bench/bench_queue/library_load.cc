@@ -69,7 +69,7 @@ absl::StatusOr<LibraryFigures> RunLibraryLoad(const LibraryLoad& load) {
   LibraryFigures figures;
   figures.seconds = SecondsSince(begin);
   figures.cpu_s = ProcessCpuSeconds() - cpu_before;
-  if (tally.wrong) return absl::InternalError("the queue refused a lease or a report");
+  if (tally.wrong) return Internal("the queue refused a lease or a report");
   figures.transitions = tally.transitions;
   figures.lease_p99_ms = tally.lease_ms.Percentile(0.99);
   const JobQueueStats stats = queue->Stats();

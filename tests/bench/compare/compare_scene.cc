@@ -16,6 +16,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "common/base/status.h"
 #include "common/image/io.h"
 #include "tests/bench/compare/export_scene.h"
 #include "tests/bench/compare/plain_materials.h"
@@ -51,7 +52,7 @@ double CpuSeconds() {
 absl::StatusOr<std::pair<int, int>> ParseSize(const std::string& text) {
   int width = 0, height = 0;
   if (std::sscanf(text.c_str(), "%dx%d", &width, &height) != 2 || width <= 0 || height <= 0) {
-    return MakeError(absl::StatusCode::kInvalidArgument, "--size " + text + ": wants WIDTHxHEIGHT");
+    return InvalidArgument("--size {}: wants WIDTHxHEIGHT", text);
   }
   return std::pair(width, height);
 }
@@ -60,8 +61,7 @@ absl::Status WriteFloats(const std::string& path, const ImageF3& image) {
   std::ofstream file(path, std::ios::binary);
   file.write(reinterpret_cast<const char*>(image.data()),
              static_cast<std::streamsize>(image.values().size() * sizeof(float)));
-  return file ? absl::OkStatus()
-              : MakeError(absl::StatusCode::kUnavailable, "cannot write " + path);
+  return file ? absl::OkStatus() : Unavailable("cannot write {}", path);
 }
 
 absl::StatusOr<ImageF3> ReadFloats(const std::string& path, int width, int height) {
@@ -69,7 +69,7 @@ absl::StatusOr<ImageF3> ReadFloats(const std::string& path, int width, int heigh
   std::ifstream file(path, std::ios::binary);
   file.read(reinterpret_cast<char*>(image.data()),
             static_cast<std::streamsize>(image.values().size() * sizeof(float)));
-  if (!file) return MakeError(absl::StatusCode::kNotFound, "cannot read " + path);
+  if (!file) return NotFound("cannot read {}", path);
   return image;
 }
 
@@ -78,8 +78,7 @@ absl::Status KeepLights(const std::vector<std::string>& kinds, v1::Scene* scene)
   bool point = false, spot = false, mesh = false, sky = false, sun = false;
   for (const std::string& kind : kinds) {
     if (kind != "point" && kind != "spot" && kind != "mesh" && kind != "sky" && kind != "sun") {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "--lights " + kind + "; allowed: point, spot, mesh, sky, sun");
+      return InvalidArgument("--lights {}; allowed: point, spot, mesh, sky, sun", kind);
     }
     point |= kind == "point";
     spot |= kind == "spot";
@@ -118,8 +117,7 @@ absl::Status Prepare(const Options& options) {
   std::filesystem::create_directories(options.out);
   std::ofstream file(options.out + "/recipe.pb", std::ios::binary);
   scene.recipe.SerializeToOstream(&file);
-  return file ? absl::OkStatus()
-              : MakeError(absl::StatusCode::kUnavailable, "cannot write " + options.out);
+  return file ? absl::OkStatus() : Unavailable("cannot write {}", options.out);
 }
 
 absl::StatusOr<bench::LoadedScene> LoadPlain(const Options& options) {
@@ -174,8 +172,7 @@ absl::Status Render(const Options& options) {
 absl::Status Radiance(const Options& options) {
   ASSIGN_OR_RETURN(bench::LoadedScene scene, LoadPlain(options));
   if (options.rig < 0 || options.rig >= scene.recipe.rigs_size()) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "--rig: the scene has " + std::to_string(scene.recipe.rigs_size()));
+    return InvalidArgument("--rig: the scene has {}", scene.recipe.rigs_size());
   }
   ASSIGN_OR_RETURN(const StereoCamera stereo,
                    StereoCamera::FromRig(scene.recipe.rigs(options.rig)));

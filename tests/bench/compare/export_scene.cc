@@ -75,8 +75,7 @@ class Exporter {
     RETURN_IF_ERROR(Cameras());
     std::ofstream file(folder_ + "/scene.json");
     file << json_.dump(1) << "\n";
-    return file ? absl::OkStatus()
-                : MakeError(absl::StatusCode::kUnavailable, "cannot write " + folder_);
+    return file ? absl::OkStatus() : Unavailable("cannot write {}", folder_);
   }
 
  private:

@@ -91,8 +91,7 @@ absl::StatusOr<Flavour> ParseFlavour(const std::string& name) {
   if (name == "principled") return Flavour::kPrincipled;
   if (name == "shared") return Flavour::kShared;
   if (name == "lambert") return Flavour::kLambert;
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   "flavour \"" + name + "\"; allowed: principled, shared, lambert");
+  return InvalidArgument("flavour \"{}\"; allowed: principled, shared, lambert", name);
 }
 
 void MakePlain(Flavour flavour, SceneGeometry* geometry) {

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/clock.h"
+#include "common/base/status.h"
 #include "common/image/io.h"
 #include "worker/dataset/frame_reader.h"
 
@@ -48,9 +49,8 @@ absl::Status Run(const std::string& dir) {
 }  // namespace parallax
 
 int main(int argc, char** argv) {
-  const absl::Status status = argc == 2
-                                  ? parallax::Run(argv[1])
-                                  : absl::InvalidArgumentError("usage: bench_image_io FRAME_DIR");
+  const absl::Status status =
+      argc == 2 ? parallax::Run(argv[1]) : InvalidArgument("usage: bench_image_io FRAME_DIR");
   if (!status.ok()) std::cerr << status << "\n";
   return status.ok() ? 0 : 1;
 }

@@ -20,6 +20,7 @@
 
 #include "common/base/clock.h"
 #include "common/base/hash.h"
+#include "common/base/status.h"
 #include "common/image/io.h"
 #include "tests/bench/program_main.h"
 #include "tests/bench/render/image_error.h"
@@ -258,7 +259,7 @@ absl::StatusOr<std::vector<ImageF3>> ReferenceRun(const Options& options, v1::Sc
   if (!options.reference_dir.empty() && std::filesystem::exists(path)) {
     std::ifstream file(path, std::ios::binary);
     for (ImageF3& image : images) file.read(reinterpret_cast<char*>(image.data()), bytes);
-    if (!file) return MakeError(absl::StatusCode::kDataLoss, path + ": too short");
+    if (!file) return DataLoss("{}: too short", path);
     return images;
   }
   v1::RenderConfig config;

@@ -189,11 +189,8 @@ double MeanFlip(const ImageRgb8& picture, const ImageRgb8& reference) {
 
 absl::StatusOr<ImageError> CompareImages(const ImageRgb8& picture, const ImageRgb8& reference) {
   if (picture.width() != reference.width() || picture.height() != reference.height()) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "compare: " + std::to_string(picture.width()) + "x" +
-                         std::to_string(picture.height()) + ", reference " +
-                         std::to_string(reference.width()) + "x" +
-                         std::to_string(reference.height()));
+    return InvalidArgument("compare: {}x{}, reference {}x{}", picture.width(), picture.height(),
+                           reference.width(), reference.height());
   }
   ImageError error;
   double squares = 0, bias = 0;

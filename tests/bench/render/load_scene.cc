@@ -25,7 +25,7 @@ absl::StatusOr<v1::Scene> SolveSeed(const std::string& request) {
       LoadSceneConfig(colon == std::string::npos ? "indoor" : request.substr(colon + 1)));
   ASSIGN_OR_RETURN(const v1::SolveResult result, Solve(job, {}));
   if (result.has_scene()) return result.scene();
-  return MakeError(absl::StatusCode::kNotFound, "rejected: " + result.rejected().reason());
+  return NotFound("rejected: {}", result.rejected().reason());
 }
 
 }  // namespace
@@ -44,13 +44,13 @@ absl::StatusOr<LoadedScene> LoadScene(const std::string& path, uint64_t seed) {
     std::ifstream file(path, std::ios::binary);
     std::stringstream content;
     content << file.rdbuf();
-    if (!file) return MakeError(absl::StatusCode::kNotFound, "cannot read " + path);
+    if (!file) return NotFound("cannot read {}", path);
     const bool text =
         path.find(".txtpb") != std::string::npos || path.find(".textproto") != std::string::npos;
     const bool parsed =
         text ? google::protobuf::TextFormat::ParseFromString(content.str(), &loaded.recipe)
              : loaded.recipe.ParseFromString(content.str());
-    if (!parsed) return MakeError(absl::StatusCode::kInvalidArgument, path + ": not a scene");
+    if (!parsed) return InvalidArgument("{}: not a scene", path);
     RETURN_IF_ERROR(UpgradeScene(loaded.recipe));
     ASSIGN_OR_RETURN(loaded.geometry, BuildSceneGeometry(loaded.recipe));
   }

@@ -12,6 +12,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "common/base/status.h"
 #include "common/config/config.h"
 #include "common/image/io.h"
 #include "common/image/jpeg.h"
@@ -209,7 +210,7 @@ absl::StatusOr<Json> Check(const Options& options, uint64_t seed) {
 absl::Status ChooseBiome(const std::string& name, v1::BiomeWeights& weights) {
   const auto* fields = weights.GetDescriptor();
   if (fields->FindFieldByName(name) == nullptr) {
-    return absl::InvalidArgumentError("there is no biome " + name);
+    return InvalidArgument("there is no biome {}", name);
   }
   for (int i = 0; i < fields->field_count(); ++i) {
     weights.GetReflection()->SetDouble(&weights, fields->field(i),
@@ -244,12 +245,12 @@ absl::StatusOr<Options> ParseOptions(int argc, char** argv) {
     } else if (name == "--size") {
       int width = 0, height = 0;
       if (std::sscanf(value.c_str(), "%dx%d", &width, &height) != 2) {
-        return absl::InvalidArgumentError("--size: WxH");
+        return InvalidArgument("--size: WxH");
       }
       config.mutable_rigs()->set_width_px(width);
       config.mutable_rigs()->set_height_px(height);
     } else {
-      return absl::InvalidArgumentError("unknown option " + name);
+      return InvalidArgument("unknown option {}", name);
     }
   }
   return options;

@@ -6,6 +6,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "common/base/status.h"
 #include "worker/dataset/contact_sheet.h"
 #include "worker/dataset/frame_reader.h"
 #include "worker/dataset/statistics.h"
@@ -31,7 +32,7 @@ absl::Status Run(const std::vector<std::string>& dirs) {
       medians.push_back(warp.median);
     }
   }
-  if (medians.empty()) return absl::NotFoundError("no frame found");
+  if (medians.empty()) return NotFound("no frame found");
   std::sort(medians.begin(), medians.end());
   std::cout << nlohmann::ordered_json{{"bench", "warp_check"},
                                       {"frames", medians.size()},

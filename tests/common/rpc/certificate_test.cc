@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "common/base/file.h"
+#include "common/base/status.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
 #include "parallax/v1/service.grpc.pb.h"
@@ -114,7 +115,7 @@ class TlsTest : public testing::Test {
                                    [](const RpcCaller& caller, std::string_view method) {
                                      if (method == "/parallax.v1.Coordinator/GetInfo")
                                        return absl::OkStatus();
-                                     return absl::PermissionDeniedError("not for " + caller.name);
+                                     return PermissionDenied("not for {}", caller.name);
                                    });
     EXPECT_TRUE(server.ok()) << server.status();
     server_ = *std::move(server);
@@ -161,7 +162,7 @@ TEST_F(TlsTest, TheGateIsAskedBeforeTheService) {
   SetRpcTimeout(context, seconds(20));
   v1::ListWorkersReply reply;
   const absl::Status status = FromGrpc(coordinator->ListWorkers(&context, {}, &reply));
-  EXPECT_EQ(status, absl::PermissionDeniedError("not for ada"));
+  EXPECT_EQ(status, PermissionDenied("not for ada"));
   EXPECT_EQ(service_.reached, 0);
 }
 

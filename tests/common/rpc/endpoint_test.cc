@@ -7,6 +7,7 @@
 
 #include <filesystem>
 
+#include "common/base/status.h"
 #include "common/rpc/grpc_status.h"
 #include "parallax/v1/service.grpc.pb.h"
 
@@ -127,7 +128,7 @@ TEST_F(EndpointTest, StatusesKeepTheirCodeAndMessage) {
     const absl::Status status(static_cast<absl::StatusCode>(code), code == 0 ? "" : "why");
     EXPECT_EQ(FromGrpc(ToGrpc(status)), status);
   }
-  EXPECT_LE(ToGrpc(absl::InternalError(std::string(100'000, 'x'))).error_message().size(), 2000u);
+  EXPECT_LE(ToGrpc(Internal("{}", std::string(100'000, 'x'))).error_message().size(), 2000u);
 }
 
 }  // namespace

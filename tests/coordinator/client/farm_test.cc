@@ -12,6 +12,7 @@
 #include <sstream>
 #include <thread>
 
+#include "common/base/status.h"
 #include "coordinator/client/exit_code.h"
 #include "coordinator/client/farm/keeper.h"
 #include "coordinator/client/farm/policy.h"
@@ -207,7 +208,7 @@ TEST(FarmKeeper, DoesNothingWhenSlurmDoesNotAnswer) {
   World world;
   FarmKeeper keeper = world.Keeper();
   world.studies = {StudyWith(v1::STUDY_STATE_RUNNING, {{"READY", 2}})};
-  world.squeue = absl::UnavailableError("squeue: exit status 1");
+  world.squeue = Unavailable("squeue: exit status 1");
   EXPECT_EQ(keeper.Look().status().code(), absl::StatusCode::kUnavailable);
   EXPECT_THAT(world.submitted, IsEmpty());
   world.squeue = absl::OkStatus();

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <thread>
 
+#include "common/base/status.h"
 #include "queue_fixture.h"
 
 namespace parallax {
@@ -199,7 +200,7 @@ TEST_F(Limits, AFailedStudyIsTriedAgainOnlyIfItsUserMayHaveAnother) {
 TEST_F(Limits, ACommandThatIsUndoneLeavesTheCountsAsTheyWere) {
   std::atomic<int> fail_at{0};
   options_.fail_point = [&](const std::string& command, int step) -> absl::Status {
-    if (command == "lease" && step == fail_at) return absl::InternalError("no");
+    if (command == "lease" && step == fail_at) return Internal("no");
     return absl::OkStatus();
   };
   SetLimits("default: {max_running: 2}");

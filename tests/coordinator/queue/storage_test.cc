@@ -6,6 +6,7 @@
 #include <fstream>
 #include <thread>
 
+#include "common/base/status.h"
 #include "coordinator/queue/auditor.h"
 #include "coordinator/queue/database_file.h"
 #include "coordinator/queue/database_tools.h"
@@ -337,7 +338,7 @@ TEST_F(StorageTest, AFailedCommandLeavesNothing) {
   std::atomic<int> at = 0;
   options_.fail_point = [&](const std::string& command, int step) {
     return armed && command != "commit" && command != "expand" && command != "settle" && step == at
-               ? absl::InternalError("fail point")
+               ? Internal("fail point")
                : absl::OkStatus();
   };
   Reopen();

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "common/base/status.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
 #include "common/rpc/remote_store.h"
@@ -33,7 +34,7 @@ struct Served {
     service = std::make_unique<ArtifactsService>(
         store.get(), directory + "/store/.tmp-incoming",
         [this](const std::string&, const v1::AttemptId&, const std::string&, bool) {
-          return allowed ? absl::OkStatus() : absl::AbortedError("not yours");
+          return allowed ? absl::OkStatus() : Aborted("not yours");
         },
         limits);
     EXPECT_TRUE(service->Prepare().ok());

@@ -9,6 +9,7 @@
 #include <set>
 #include <thread>
 
+#include "common/base/status.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
 #include "coordinator/http/http_server.h"
@@ -170,7 +171,7 @@ class BrokenRunner final : public NoopRunner {
   absl::Status Fail(const CancelToken& cancel) {
     const uint64_t earlier = count_++;
     while (!noticed_(earlier) && !cancel.cancelled()) std::this_thread::yield();
-    return absl::InternalError("this machine is broken");
+    return Internal("this machine is broken");
   }
 
   const std::function<bool(uint64_t)> noticed_;
@@ -389,7 +390,7 @@ TEST_F(CoordinatorServerTest, AStreamThatSaysNoHelloIsEndedInTime) {
   StartCoordinator();
   Puppet silent(*stub_), polite(*stub_);
   polite.Hello("w");
-  EXPECT_EQ(silent.WaitForEnd(), absl::DeadlineExceededError("no hello on this stream"));
+  EXPECT_EQ(silent.WaitForEnd(), DeadlineExceeded("no hello on this stream"));
   v1::CoordinatorMessage message;
   ASSERT_TRUE(polite.ReadUntil(v1::CoordinatorMessage::kWelcome, &message));
   EXPECT_EQ(server_->Metrics().workers_connected, 1) << "who said hello stays";

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "common/base/status.h"
 #include "common/image/io.h"
 #include "common/math/proto.h"
 #include "tests/bench/render/image_error.h"
@@ -136,7 +137,7 @@ absl::StatusOr<Row> PlaceRow(const Options& options) {
 absl::StatusOr<v1::Rig> LookAt(const Options& options, const Row& row) {
   int width = 0, height = 0;
   if (std::sscanf(options.size.c_str(), "%dx%d", &width, &height) != 2) {
-    return MakeError(absl::StatusCode::kInvalidArgument, "--size: WxH");
+    return InvalidArgument("--size: WxH");
   }
   const double fx = kFocalWidths * width;
   const double fits = std::max(row.width_m * fx / width, row.height_m * fx / height) * 1.08;

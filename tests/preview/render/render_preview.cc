@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "common/base/status.h"
 #include "common/image/io.h"
 #include "tests/bench/program_main.h"
 #include "tests/bench/render/image_error.h"
@@ -148,8 +149,7 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
   ASSIGN_OR_RETURN(bench::LoadedScene scene, bench::LoadScene(scene_path, seed));
   if (!save.empty()) std::ofstream(save, std::ios::binary) << scene.recipe.SerializeAsString();
   if (rig_index < 0 || rig_index >= scene.recipe.rigs_size()) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "the scene has " + std::to_string(scene.recipe.rigs_size()) + " rigs");
+    return InvalidArgument("the scene has {} rigs", scene.recipe.rigs_size());
   }
   v1::Rig rig = scene.recipe.rigs(rig_index);
   int width = 0, height = 0;

@@ -16,6 +16,7 @@
 #include <thread>
 #include <vector>
 
+#include "common/base/status.h"
 #include "fake_coordinator.h"
 #include "test_runner.h"
 #include "tests/job_messages.h"
@@ -57,7 +58,7 @@ class ScriptedRunner final : public TestRunner {
       while (!finish.Wait(std::chrono::milliseconds(1))) {
         if (!cancel.cancelled()) continue;
         cancelled.Open();
-        return absl::CancelledError("told to");
+        return Cancelled("told to");
       }
       return v1::SolveResult();
     });
@@ -73,7 +74,7 @@ class ScriptedRunner final : public TestRunner {
                                           const CancelToken&, const JobProgressFn&) override {
     fs::create_directories(folder.dir);
     std::ofstream(folder.dir + "/left.png") << "pixels";
-    if (job.rigs_size() == 0) return absl::ResourceExhaustedError("disk of 80 GB is full");
+    if (job.rigs_size() == 0) return ResourceExhausted("disk of 80 GB is full");
     v1::RenderResult result;
     result.add_frames()->set_path(folder.path + "/000");
     return result;
@@ -179,7 +180,7 @@ class AgentTest : public testing::Test {
   AgentOptions options_;
   std::unique_ptr<Agent> agent_;
   std::thread thread_;
-  absl::StatusOr<AgentSummary> summary_ = absl::UnknownError("Run() has not returned");
+  absl::StatusOr<AgentSummary> summary_ = Unknown("Run() has not returned");
 };
 
 }  // namespace parallax

@@ -2,26 +2,27 @@
 
 #include <gtest/gtest.h>
 
+#include "common/base/status.h"
 #include "worker/agent/backoff.h"
 
 namespace parallax {
 namespace {
 
 TEST(Failure, EqualCausesHaveEqualFingerprintsWhateverTheNumbers) {
-  const Failure a = DescribeFailure(absl::InternalError("object 17 of seed 42 at 1.5"), "solve");
-  const Failure b = DescribeFailure(absl::InternalError("object 3 of seed 9000 at 2.25"), "solve");
+  const Failure a = DescribeFailure(Internal("object 17 of seed 42 at 1.5"), "solve");
+  const Failure b = DescribeFailure(Internal("object 3 of seed 9000 at 2.25"), "solve");
   EXPECT_EQ(a.fingerprint, b.fingerprint);
   EXPECT_EQ(a.fingerprint, "INTERNAL@solve: object # of seed # at #.#");
   EXPECT_NE(a.error, b.error) << "people are told the numbers";
-  EXPECT_NE(DescribeFailure(absl::InternalError("x"), "solve").fingerprint,
-            DescribeFailure(absl::InternalError("x"), "render/trace").fingerprint);
-  EXPECT_NE(DescribeFailure(absl::InternalError("x"), "solve").fingerprint,
-            DescribeFailure(absl::DataLossError("x"), "solve").fingerprint);
+  EXPECT_NE(DescribeFailure(Internal("x"), "solve").fingerprint,
+            DescribeFailure(Internal("x"), "render/trace").fingerprint);
+  EXPECT_NE(DescribeFailure(Internal("x"), "solve").fingerprint,
+            DescribeFailure(DataLoss("x"), "solve").fingerprint);
 }
 
 TEST(Failure, IsOneBoundedLine) {
-  const Failure failure = DescribeFailure(
-      absl::InternalError("first\nsecond\r\t" + std::string(100'000, 'x')), "solve");
+  const Failure failure =
+      DescribeFailure(Internal("first\nsecond\r\t{}", std::string(100'000, 'x')), "solve");
   EXPECT_EQ(failure.error.find_first_of("\n\r\t"), std::string::npos);
   EXPECT_LE(failure.error.size(), 1000u);
   EXPECT_LE(failure.fingerprint.size(), 200u);
@@ -30,14 +31,14 @@ TEST(Failure, IsOneBoundedLine) {
 TEST(Failure, CarriesTheEndOfALog) {
   std::string log = "\xff first\n";
   for (int i = 0; i < 300; ++i) log += "line " + std::to_string(i) + "\n";
-  const std::string tail = LogTailOf(WithLogTail(absl::InternalError("x"), log));
+  const std::string tail = LogTailOf(WithLogTail(Internal("x"), log));
   EXPECT_EQ(tail.substr(0, 9), "line 100\n");
   EXPECT_EQ(tail.substr(tail.size() - 8), "line 299");
   const std::string wide(100'000, '\xc3');
-  const std::string cut = LogTailOf(WithLogTail(absl::InternalError("x"), wide));
+  const std::string cut = LogTailOf(WithLogTail(Internal("x"), wide));
   EXPECT_EQ(cut, std::string(16 << 10, '?')) << "bounded, and fit for messages";
-  EXPECT_EQ(LogTailOf(WithLogTail(absl::InternalError("x"), "\n\n")), "");
-  EXPECT_EQ(LogTailOf(absl::InternalError("x")), "");
+  EXPECT_EQ(LogTailOf(WithLogTail(Internal("x"), "\n\n")), "");
+  EXPECT_EQ(LogTailOf(Internal("x")), "");
 }
 
 TEST(Failure, WhatIsWrongWithTheJobItselfIsNotTriedAgain) {

@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <mutex>
 
+#include "common/base/status.h"
 #include "noop_runner.h"
 
 namespace parallax {
@@ -20,7 +21,7 @@ class GatedRunner final : public NoopRunner {
       if (!cancel.cancelled()) continue;
       ++cancelled_;
       changed_.notify_all();
-      return absl::CancelledError("told to");
+      return Cancelled("told to");
     }
     lock.unlock();
     return NoopRunner::Solve(job, cancel, progress);

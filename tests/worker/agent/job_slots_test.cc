@@ -9,6 +9,7 @@
 #include <mutex>
 
 #include "common/base/log.h"
+#include "common/base/status.h"
 #include "worker/agent/failure.h"
 
 namespace parallax {
@@ -30,9 +31,9 @@ class LongJob final : public JobHandler {
     at_work(folder);
     if (spec == "log") {
       for (int i = 0; i < 300; ++i) LogInfo("at work", {{"step", i}});
-      return absl::InternalError("lost");
+      return Internal("lost");
     }
-    if (spec == "fail") return WithLogTail(absl::InternalError("lost"), "first\nlast\n");
+    if (spec == "fail") return WithLogTail(Internal("lost"), "first\nlast\n");
     return JobOutcome{"result", {}, /*children_cpu_s=*/1000};
   }
   std::function<void(const AttemptFolder&)> at_work = [](const AttemptFolder&) {};

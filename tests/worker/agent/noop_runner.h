@@ -7,6 +7,7 @@
 #include <string>
 
 #include "common/base/hash.h"
+#include "common/base/status.h"
 #include "common/config/frame_files.h"
 #include "test_runner.h"
 
@@ -17,7 +18,7 @@ class NoopRunner : public TestRunner {
   absl::StatusOr<v1::SolveResult> Solve(const v1::SolveJob& job, const CancelToken& cancel,
                                         const JobProgressFn& progress) override {
     progress(0.5, "noop");
-    if (cancel.cancelled()) return absl::CancelledError("cancelled");
+    if (cancel.cancelled()) return Cancelled("cancelled");
     v1::SolveResult result;
     v1::Scene& scene = *result.mutable_scene();
     scene.set_scene_seed(job.scene_seed());
@@ -33,7 +34,7 @@ class NoopRunner : public TestRunner {
                                           const JobProgressFn& progress) override {
     v1::RenderResult result;
     for (int i = 0; i < job.rigs_size(); ++i) {
-      if (cancel.cancelled()) return absl::CancelledError("cancelled");
+      if (cancel.cancelled()) return Cancelled("cancelled");
       char rig[8];
       std::snprintf(rig, sizeof rig, "%03u", job.rigs(i));
       const std::string pixels =

@@ -1,6 +1,7 @@
 // Handlers of the two kinds of jobs that call one object, with the messages parsed.
 #pragma once
 
+#include "common/base/status.h"
 #include "parallax/v1/jobs.pb.h"
 #include "worker/agent/job_handler.h"
 
@@ -25,7 +26,7 @@ class TestSolveHandler final : public JobHandler {
                                  const CancelToken& cancel,
                                  const JobProgressFn& progress) override {
     v1::SolveJob job;
-    if (!job.ParseFromString(std::string(spec))) return absl::InvalidArgumentError("no SolveJob");
+    if (!job.ParseFromString(std::string(spec))) return InvalidArgument("no SolveJob");
     ASSIGN_OR_RETURN(const v1::SolveResult result, runner_.Solve(job, cancel, progress));
     return JobOutcome{result.SerializeAsString(), {}};
   }
@@ -42,7 +43,7 @@ class TestRenderHandler final : public JobHandler {
                                  const CancelToken& cancel,
                                  const JobProgressFn& progress) override {
     v1::RenderJob job;
-    if (!job.ParseFromString(std::string(spec))) return absl::InvalidArgumentError("no RenderJob");
+    if (!job.ParseFromString(std::string(spec))) return InvalidArgument("no RenderJob");
     ASSIGN_OR_RETURN(const v1::RenderResult result, runner_.Render(job, folder, cancel, progress));
     JobOutcome outcome{result.SerializeAsString(), {}};
     for (const v1::FrameResult& frame : result.frames()) {

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "common/base/status.h"
 #include "common/config/config.h"
 #include "tests/worker/dataset/synthetic_scene.h"
 
@@ -27,9 +28,9 @@ class FakeRenderer final : public Renderer {
   FakeRenderer(const v1::Scene& scene, Log* log) : scene_(scene), log_(log) {}
   absl::StatusOr<StereoFrame> RenderRig(const v1::Rig& rig, const CancelToken& cancel,
                                         const ProgressFn& progress) override {
-    if (static_cast<int>(rig.index()) == log_->fail_at) return absl::InternalError("broken");
+    if (static_cast<int>(rig.index()) == log_->fail_at) return Internal("broken");
     if (static_cast<int>(rig.index()) == log_->cancel_at) log_->cancel.Cancel();
-    if (cancel.cancelled()) return absl::CancelledError("by the test");
+    if (cancel.cancelled()) return Cancelled("by the test");
     progress(0.5);
     log_->rendered.push_back(rig.index());
     return RenderSyntheticFrame(scene_, rig);

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "common/base/file.h"
+#include "common/base/status.h"
 #include "tests/worker/dataset/synthetic_archive.h"
 #include "tests/worker/evaluate/test_tree.h"
 #include "worker/evaluate/benchmarks/frame_truth.h"
@@ -23,8 +24,8 @@ class SkewedPredictor final : public Predictor {
   absl::Status Predict(const std::vector<PredictionTask>& tasks,
                        const PredictionContext& context) override {
     for (const PredictionTask& task : tasks) {
-      if (context.cancel.cancelled()) return absl::CancelledError("stopped");
-      if (task.name == fails_at) return absl::InternalError("out of memory");
+      if (context.cancel.cancelled()) return Cancelled("stopped");
+      if (task.name == fails_at) return Internal("out of memory");
       if (task.name == leaves_out) continue;
       ImageF disparity = ReadFrameTruth(task.left.substr(0, task.left.rfind('/')))->disparity_px;
       const float error = 2 + static_cast<float>(task.name[5] - '0');

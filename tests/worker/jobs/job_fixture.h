@@ -11,6 +11,7 @@
 #include <string>
 
 #include "common/base/file.h"
+#include "common/base/status.h"
 #include "common/store/store.h"
 #include "parallax/v1/train.pb.h"
 #include "tests/worker/dataset/synthetic_archive.h"
@@ -39,7 +40,7 @@ class DistantStore final : public Store {
   }
   absl::Status RemoveTree(std::string_view path) override { return store_->RemoveTree(path); }
   absl::StatusOr<std::string> LocalPath(std::string_view) const override {
-    return absl::FailedPreconditionError("far away");
+    return FailedPrecondition("far away");
   }
   mutable int pieces = 0;
 

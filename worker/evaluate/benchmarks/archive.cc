@@ -1,6 +1,9 @@
 // Our own datasets: the generated held-out set, with errors by class of object and of material.
+#include <fmt/core.h>
+
 #include <filesystem>
 
+#include "common/base/status.h"
 #include "common/image/io.h"
 #include "worker/dataset/dataset_reader.h"
 #include "worker/dataset/frame_reader.h"
@@ -26,8 +29,7 @@ absl::StatusOr<std::map<uint16_t, std::string>> ClassNames(const nlohmann::order
       names[static_cast<uint16_t>(std::stoi(index))] = entry.at("class").get<std::string>();
     }
   } catch (const std::exception& error) {
-    return MakeError(absl::StatusCode::kDataLoss,
-                     std::string("frame.json: ") + table + ": " + error.what());
+    return DataLoss("frame.json: {}: {}", table, error.what());
   }
   return names;
 }
@@ -44,7 +46,7 @@ absl::Status ApplyMasks(const std::string& path, PairTruth& truth) {
   ASSIGN_OR_RETURN(const ImageU8 masks, ReadPngU8(path));
   if (masks.width() != truth.disparity_px.width() ||
       masks.height() != truth.disparity_px.height()) {
-    return MakeError(absl::StatusCode::kDataLoss, path + ": not of the size of the image");
+    return DataLoss("{}: not of the size of the image", path);
   }
   for (size_t i = 0; i < masks.pixels(); ++i) {
     if ((masks.values()[i] & (kSky | kExterior)) != 0) truth.disparity_px.values()[i] = 0;
@@ -81,9 +83,7 @@ absl::StatusOr<PairTruth> ReadFrameTruth(const std::string& dir) {
 namespace {
 
 std::string FrameName(const DatasetFrame& frame) {
-  char place[32];
-  std::snprintf(place, sizeof place, "_%06u_%03u", frame.scene, frame.rig);
-  return frame.variant + place;
+  return fmt::format("{}_{:06}_{:03}", frame.variant, frame.scene, frame.rig);
 }
 
 absl::StatusOr<Benchmark> OpenArchive(const std::string& dir) {

@@ -1,4 +1,7 @@
 // Booster, balanced training pairs at quarter resolution.
+#include <fmt/core.h>
+
+#include "common/base/status.h"
 #include "common/image/io.h"
 #include "worker/evaluate/benchmarks/kinds.h"
 #include "worker/evaluate/benchmarks/layout.h"
@@ -22,8 +25,7 @@ absl::StatusOr<PairTruth> ReadBoosterTruth(const BoosterFiles& files) {
   ASSIGN_OR_RETURN(const ImageU8 materials, ReadPngU8(files.materials));
   for (const auto* map : {&visible, &materials}) {
     if (map->width() != full.width() || map->height() != full.height()) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       files.truth + ": not of the size of its masks");
+      return InvalidArgument("{}: not of the size of its masks", files.truth);
     }
   }
   truth.disparity_px = SubsampleDisparity(full, kShrink);
@@ -33,7 +35,7 @@ absl::StatusOr<PairTruth> ReadBoosterTruth(const BoosterFiles& files) {
   for (int c = 0; c < kMaterialClasses; ++c) {
     ImageU8 region(classes.width(), classes.height());
     for (size_t i = 0; i < region.pixels(); ++i) region.values()[i] = classes.values()[i] == c;
-    truth.regions["class" + std::to_string(c)] = std::move(region);
+    truth.regions[fmt::format("class{}", c)] = std::move(region);
   }
   return truth;
 }

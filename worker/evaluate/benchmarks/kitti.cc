@@ -1,4 +1,5 @@
 // KITTI 2012 and 2015, training pairs.
+#include "common/base/status.h"
 #include "common/image/io.h"
 #include "worker/evaluate/benchmarks/kinds.h"
 #include "worker/evaluate/benchmarks/layout.h"
@@ -34,8 +35,7 @@ absl::StatusOr<PairTruth> ReadKittiTruth(const KittiFiles& files) {
   for (const auto& [name, region] : truth.regions) {
     if (region.width() != truth.disparity_px.width() ||
         region.height() != truth.disparity_px.height()) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       files.occ + ": not of the size of its map of " + name + " pixels");
+      return InvalidArgument("{}: not of the size of its map of {} pixels", files.occ, name);
     }
   }
   return truth;

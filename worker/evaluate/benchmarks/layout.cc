@@ -1,5 +1,7 @@
 #include "worker/evaluate/benchmarks/layout.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <filesystem>
 
@@ -13,9 +15,8 @@ namespace {
 namespace fs = std::filesystem;
 
 absl::Status WrongSize(const std::string& path, const ImageF& truth) {
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   path + ": not of the size of the left disparities, " +
-                       std::to_string(truth.width()) + "x" + std::to_string(truth.height()));
+  return InvalidArgument("{}: not of the size of the left disparities, {}x{}", path, truth.width(),
+                         truth.height());
 }
 
 }  // namespace
@@ -29,7 +30,7 @@ absl::StatusOr<std::string> FindFolder(const std::string& dir,
     if (fs::is_directory(path, error)) return path.string();
     tried += (tried.empty() ? "" : ", ") + candidate;
   }
-  return MakeError(absl::StatusCode::kNotFound, dir + ": has none of the folders " + tried);
+  return NotFound("{}: has none of the folders {}", dir, tried);
 }
 
 std::vector<std::string> SubFolders(const std::string& dir) {
@@ -64,9 +65,8 @@ absl::Status RequireFiles(const std::vector<std::string>& paths) {
   const auto first = std::find_if(paths.begin(), paths.end(), missing);
   if (first == paths.end()) return absl::OkStatus();
   const auto more = std::count_if(first + 1, paths.end(), missing);
-  return MakeError(
-      absl::StatusCode::kNotFound,
-      *first + ": missing" + (more > 0 ? ", and " + std::to_string(more) + " more files" : ""));
+  return NotFound("{}: missing{}", *first,
+                  more > 0 ? fmt::format(", and {} more files", more) : "");
 }
 
 absl::StatusOr<PairTruth> ReadMiddleburyTruth(const MiddleburyFiles& files) {

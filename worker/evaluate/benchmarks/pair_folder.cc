@@ -1,6 +1,7 @@
 // Any folder of pairs in Middlebury's layout: a folder a pair, or the folder of one pair.
 #include <filesystem>
 
+#include "common/base/status.h"
 #include "worker/evaluate/benchmarks/kinds.h"
 #include "worker/evaluate/benchmarks/layout.h"
 
@@ -20,7 +21,7 @@ std::string FirstOf(const std::string& at, const std::vector<std::string>& names
 absl::StatusOr<Benchmark> OpenPairFolder(const std::string& dir) {
   std::error_code error;
   if (!fs::is_directory(dir, error)) {
-    return MakeError(absl::StatusCode::kNotFound, dir + ": no such folder");
+    return NotFound("{}: no such folder", dir);
   }
   const std::string root = fs::absolute(dir).lexically_normal();
   Benchmark benchmark;

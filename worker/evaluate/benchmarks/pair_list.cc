@@ -1,8 +1,11 @@
 // Any pairs at all, named in a text file.
+#include <fmt/core.h>
+
 #include <filesystem>
 #include <sstream>
 
 #include "common/base/file.h"
+#include "common/base/status.h"
 #include "common/image/io.h"
 #include "worker/evaluate/benchmarks/kinds.h"
 #include "worker/evaluate/benchmarks/layout.h"
@@ -22,8 +25,7 @@ absl::StatusOr<PairTruth> ReadListedTruth(const std::string& truth_path, const s
   ASSIGN_OR_RETURN(const ImageU8 values, ReadPngU8(mask));
   if (values.width() != truth.disparity_px.width() ||
       values.height() != truth.disparity_px.height()) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     mask + ": not of the size of " + truth_path);
+    return InvalidArgument("{}: not of the size of {}", mask, truth_path);
   }
   truth.regions["nocc"] = VisibleOf(values);
   for (size_t i = 0; i < values.pixels(); ++i) {
@@ -34,9 +36,7 @@ absl::StatusOr<PairTruth> ReadListedTruth(const std::string& truth_path, const s
 
 // "0003_left": the line's number first, so that names are unique and sort as the list does.
 std::string PairName(int index, const std::string& left) {
-  char number[16];
-  std::snprintf(number, sizeof number, "%04d_", index);
-  std::string name = number + fs::path(left).stem().string();
+  std::string name = fmt::format("{:04}_{}", index, fs::path(left).stem().string());
   for (char& c : name) {
     if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-' && c != '.') c = '_';
   }
@@ -66,9 +66,8 @@ absl::StatusOr<Benchmark> OpenPairList(const std::string& path) {
     for (std::string word; words >> word;) fields.push_back(absolute(word));
     if (fields.empty()) continue;
     if (fields.size() < 3 || fields.size() > 4) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       path + ":" + std::to_string(number) + ": " + std::to_string(fields.size()) +
-                           " fields, wanted `left right disparity [mask]`");
+      return InvalidArgument("{}:{}: {} fields, wanted `left right disparity [mask]`", path, number,
+                             fields.size());
     }
     files.insert(files.end(), fields.begin(), fields.end());
     const std::string truth = fields[2], mask = fields.size() > 3 ? fields[3] : "";

@@ -1,5 +1,6 @@
 // The real pair that a package ships: Middlebury 2014's Motorcycle at quarter size, from
 // scikit-image.
+#include "common/base/status.h"
 #include "worker/evaluate/benchmarks/kinds.h"
 #include "worker/evaluate/benchmarks/layout.h"
 #include "worker/evaluate/disparity_files.h"
@@ -14,10 +15,8 @@ absl::StatusOr<std::string> FindShipped(const std::string& dir) {
   }
   absl::StatusOr<std::string> installed = FindFolder(kShippedBenchmarksDir, {"shipped"});
   if (installed.ok()) return installed;
-  return MakeError(absl::StatusCode::kNotFound,
-                   std::string(kShippedBenchmarksDir) +
-                       "/shipped: missing; deploy/setup.sh puts it there" +
-                       (dir.empty() ? "" : ", or have it as " + dir + "/shipped"));
+  return NotFound("{}/shipped: missing; deploy/setup.sh puts it there{}", kShippedBenchmarksDir,
+                  dir.empty() ? "" : ", or have it as " + dir + "/shipped");
 }
 
 absl::StatusOr<PairTruth> ReadShippedTruth(const std::string& path) {

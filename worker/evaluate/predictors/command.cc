@@ -2,6 +2,7 @@
 #include <filesystem>
 
 #include "common/base/file.h"
+#include "common/base/status.h"
 #include "worker/evaluate/predictors/predictor.h"
 #include "worker/evaluate/predictors/run_command.h"
 
@@ -44,8 +45,7 @@ class CommandPredictor : public Predictor {
                        const PredictionContext& context) override {
     const size_t at = options_.command.find(kPlaceholder);
     if (at == std::string::npos) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "`" + options_.command + "`: has no {list} to put the list of pairs at");
+      return InvalidArgument("`{}`: has no {{list}} to put the list of pairs at", options_.command);
     }
     ASSIGN_OR_RETURN(const std::string list, WriteList(tasks, context.work_dir));
     CommandOptions run;
@@ -70,8 +70,8 @@ class CommandPredictor : public Predictor {
   static absl::StatusOr<std::string> WriteList(const std::vector<PredictionTask>& tasks,
                                                const std::string& work_dir) {
     if (HasSpace(work_dir)) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       work_dir + ": a command's working folder can't have a space in its path");
+      return InvalidArgument("{}: a command's working folder can't have a space in its path",
+                             work_dir);
     }
     std::string text;
     for (const PredictionTask& task : tasks) {

@@ -1,5 +1,8 @@
+#include <fmt/core.h>
+
 #include <filesystem>
 
+#include "common/base/status.h"
 #include "common/image/io.h"
 #include "worker/evaluate/disparity_files.h"
 #include "worker/evaluate/predictors/predictor.h"
@@ -17,7 +20,7 @@ class FolderPredictor : public Predictor {
     RETURN_IF_ERROR(CheckAllThere(tasks));
     int done = 0;
     for (const PredictionTask& task : tasks) {
-      if (context.cancel.cancelled()) return absl::CancelledError(ToAbsl(dir_ + ": stopped"));
+      if (context.cancel.cancelled()) return Cancelled("{}: stopped", dir_);
       ASSIGN_OR_RETURN(const ImageF disparity_px, ReadDisparity(FileOf(task.name)));
       RETURN_IF_ERROR(WritePfm(task.output, disparity_px));
       context.progress(++done);
@@ -44,9 +47,8 @@ class FolderPredictor : public Predictor {
       if (missing++ == 0) first = task.name;
     }
     if (missing == 0) return absl::OkStatus();
-    return MakeError(absl::StatusCode::kNotFound,
-                     dir_ + "/" + first + ".pfm (or .png, .npy, .exr): missing" +
-                         (missing > 1 ? ", and " + std::to_string(missing - 1) + " more" : ""));
+    return NotFound("{}/{}.pfm (or .png, .npy, .exr): missing{}", dir_, first,
+                    missing > 1 ? fmt::format(", and {} more", missing - 1) : "");
   }
 
   std::string dir_;

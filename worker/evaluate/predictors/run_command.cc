@@ -1,11 +1,11 @@
 #include "worker/evaluate/predictors/run_command.h"
 
+#include <fmt/core.h>
 #include <signal.h>
 #include <sys/wait.h>
 
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <deque>
 #include <fstream>
 #include <thread>
@@ -22,9 +22,9 @@ constexpr std::chrono::milliseconds kPoll(20);
 absl::Status Failed(absl::StatusCode code, const CommandOptions& options, const std::string& what) {
   const std::string tail = TailOfFile(options.log, kTailLines);
   return MakeError(
-      code,
-      "`" + (options.name.empty() ? options.command : options.name) + "` " + what +
-          (tail.empty() ? "; it said nothing" : "; the end of " + options.log + ":\n" + tail));
+      code, fmt::format(
+                "`{}` {}{}", options.name.empty() ? options.command : options.name, what,
+                tail.empty() ? "; it said nothing" : "; the end of " + options.log + ":\n" + tail));
 }
 
 absl::Status StatusOf(int wait_status, const CommandOptions& options) {
@@ -69,10 +69,8 @@ absl::Status RunCommand(const CommandOptions& options) {
     const double elapsed_s = std::chrono::duration<double>(options.clock->Steady() - start).count();
     if (elapsed_s > options.limit_s) {
       child->Kill();
-      char limit[32];
-      std::snprintf(limit, sizeof limit, "%g s", options.limit_s);
       return Failed(absl::StatusCode::kDeadlineExceeded, options,
-                    "had not ended after " + std::string(limit));
+                    fmt::format("had not ended after {:g} s", options.limit_s));
     }
     options.poll();
     std::this_thread::sleep_for(kPoll);

@@ -3,6 +3,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "common/base/status.h"
 #include "common/image/io.h"
 #include "common/image/jpeg.h"
 #include "worker/evaluate/predictors/fill_holes.h"
@@ -56,12 +57,11 @@ class SgbmPredictor : public Predictor {
                        const PredictionContext& context) override {
     int done = 0;
     for (const PredictionTask& task : tasks) {
-      if (context.cancel.cancelled()) return absl::CancelledError("sgbm: stopped");
+      if (context.cancel.cancelled()) return Cancelled("sgbm: stopped");
       ASSIGN_OR_RETURN(const ImageRgb8 left, ReadPictureRgb8(task.left));
       ASSIGN_OR_RETURN(const ImageRgb8 right, ReadPictureRgb8(task.right));
       if (left.width() != right.width() || left.height() != right.height()) {
-        return MakeError(absl::StatusCode::kInvalidArgument,
-                         "pair " + task.name + ": left and right pictures differ in size");
+        return InvalidArgument("pair {}: left and right pictures differ in size", task.name);
       }
       RETURN_IF_ERROR(WritePfm(task.output, FillHoles(Match(left, right))));
       context.progress(++done);

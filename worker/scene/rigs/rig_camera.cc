@@ -1,5 +1,7 @@
 #include "worker/scene/rigs/rig_camera.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -158,8 +160,8 @@ absl::Status CheckRawCameras(const v1::Scene& scene) {
       const v1::RawCamera& raw = eye == 0 ? rig.raw_left() : rig.raw_right();
       const absl::Status status = CheckRawCamera(raw);
       if (!status.ok()) {
-        return WithContext(status, "rig " + std::to_string(rig.index()) + ": rigs.camera: the " +
-                                       (eye == 0 ? "left" : "right") + " lens");
+        return WithContext(status, fmt::format("rig {}: rigs.camera: the {} lens", rig.index(),
+                                               eye == 0 ? "left" : "right"));
       }
     }
   }

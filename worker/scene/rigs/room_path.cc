@@ -1,5 +1,7 @@
 #include "worker/scene/rigs/room_path.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -68,9 +70,8 @@ class RoomWays {
     for (int p = 0; p < paths; ++p) {
       const int frames = count / paths + (p < count % paths ? 1 : 0);
       if (!AddWay(static_cast<uint32_t>(p), frames)) {
-        scene_.why_no_rigs = "rigs: no way of " + std::to_string(frames) +
-                             " frames is free for path " + std::to_string(p + 1) + " of " +
-                             std::to_string(paths);
+        scene_.why_no_rigs = fmt::format("rigs: no way of {} frames is free for path {} of {}",
+                                         frames, p + 1, paths);
         return;
       }
     }

@@ -1,5 +1,7 @@
 #include "worker/scene/rigs/walk.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -230,7 +232,7 @@ std::optional<Walk> WalkFinder::Try(const WalkLand& land, const Rng& rng, const 
 std::string WalkFinder::Reasons() const {
   std::string text;
   for (const auto& [reason, count] : reasons_) {
-    text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + reason;
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, reason);
   }
   return text;
 }

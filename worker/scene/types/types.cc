@@ -24,9 +24,8 @@ absl::StatusOr<const SceneType*> FindSceneType(v1::SceneType type) {
     if (entry->type == type) return entry;
     known += (known.empty() ? "" : ", ") + v1::SceneType_Name(entry->type);
   }
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   "type: no scenes of type " + std::to_string(static_cast<int>(type)) + " (" +
-                       v1::SceneType_Name(type) + ") can be made; there are " + known);
+  return InvalidArgument("type: no scenes of type {} ({}) can be made; there are {}",
+                         static_cast<int>(type), v1::SceneType_Name(type), known);
 }
 
 absl::StatusOr<const SceneType*> TypeOf(const v1::Scene& scene) {
@@ -41,9 +40,8 @@ absl::Status CheckPlace(const SceneType& type, const v1::Place& place) {
     const auto* field = v1::Place::descriptor()->FindFieldByNumber(number);
     return field == nullptr ? std::string("nowhere") : field->name();
   };
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   "place: " + name(place.kind_case()) + ", but " + v1::SceneType_Name(type.type) +
-                       " scenes want " + name(type.place));
+  return InvalidArgument("place: {}, but {} scenes want {}", name(place.kind_case()),
+                         v1::SceneType_Name(type.type), name(type.place));
 }
 
 absl::StatusOr<Mesh> MakePart(const v1::Scene& scene, const v1::SceneObject& object) {

@@ -1,8 +1,9 @@
 #include "worker/scene/types/dense/dense.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "common/base/rng.h"
+#include "common/base/status.h"
 #include "common/config/config.h"
 #include "common/math/proto.h"
 #include "worker/scene/choose_materials.h"
@@ -69,13 +71,13 @@ class DenseDresser {
     ASSIGN_OR_RETURN(const FloatingChoice choice, FloatingChoice::Of(config_, scene_.own));
     const long count = std::lround(Draw(floating.count(), root_.Child("count").Uniform()));
     for (long i = 0; i < count; ++i) {
-      if (cancel.cancelled()) return absl::CancelledError("solve: cancelled");
+      if (cancel.cancelled()) return Cancelled("solve: cancelled");
       const Rng stream = root_.Child("object", static_cast<uint64_t>(i));
       v1::SceneObject& object = *scene_.recipe.add_objects();
       object.set_index(static_cast<uint32_t>(i) + 1);
       const FloatingChoice::Model model = choice.Draw(stream);
       object.set_asset_class(model.asset_class);
-      object.set_name(object.asset_class() + "_floating_" + std::to_string(i));
+      object.set_name(fmt::format("{}_floating_{}", object.asset_class(), i));
       object.set_seed(model.seed);
       object.set_warp(Draw(floating.warp(), stream.Child("warp").Uniform()));
       if (object.warp() > 0) object.set_warp_seed(stream.Child("warp seed").Seed());
@@ -278,7 +280,7 @@ absl::Status Dress(const v1::SceneConfig& config, const CancelToken& cancel,
   DenseDresser dresser(config, scene);
   RETURN_IF_ERROR(dresser.MakeObjects(cancel));
   for (int i = 0; i < scene.recipe.rigs_size(); ++i) {
-    if (cancel.cancelled()) return absl::CancelledError("solve: cancelled");
+    if (cancel.cancelled()) return Cancelled("solve: cancelled");
     dresser.AddKeyframe(i);
   }
   RETURN_IF_ERROR(OmitGlassParts(config.assets(), scene));
@@ -292,8 +294,7 @@ absl::Status Dress(const v1::SceneConfig& config, const CancelToken& cancel,
 absl::StatusOr<Mesh> MakeDensePart(const v1::Scene& scene, const v1::SceneObject& object) {
   const v1::OpenSky& sky = scene.place().open_sky();
   if (sky.has_street() && object.part() == kStreetPart) return MakeStreet(sky.street());
-  return MakeError(absl::StatusCode::kNotFound,
-                   "the open sky has no part \"" + object.part() + "\"");
+  return NotFound("the open sky has no part \"{}\"", object.part());
 }
 
 Surroundings OpenSkySurroundings(const v1::Place& place) {
@@ -313,11 +314,9 @@ SceneDescription Describe(const v1::Scene& scene) {
   SceneDescription description;
   if (!scene.place().open_sky().has_street()) return description;
   const v1::Street& street = scene.place().open_sky().street();
-  char line[96];
-  std::snprintf(line, sizeof line, "street %.2f m wide, walks of %.2f m", street.width_m(),
-                street.walk_m());
   description.kind = "street";
-  description.lines.push_back(line);
+  description.lines.push_back(
+      fmt::format("street {:.2f} m wide, walks of {:.2f} m", street.width_m(), street.walk_m()));
   constexpr double kAlong_m = 60, kBeside_m = 22;
   GroundPlan plan;
   plan.extent = {Vec3d(-kAlong_m, -kBeside_m, 0), Vec3d(kAlong_m, kBeside_m, 30)};

@@ -1,19 +1,12 @@
-#include <cstdio>
+#include <fmt/core.h>
 
 #include "worker/scene/types/indoor/house.h"
 
 namespace parallax {
 namespace {
 
-std::string Metres(double value) {
-  char buffer[48];
-  std::snprintf(buffer, sizeof buffer, "%.2f", value);
-  return buffer;
-}
-
 std::string SizeText(const v1::Room& room) {
-  return Metres(room.width_m()) + " x " + Metres(room.depth_m()) + " x " + Metres(room.height_m()) +
-         " m";
+  return fmt::format("{:.2f} x {:.2f} x {:.2f} m", room.width_m(), room.depth_m(), room.height_m());
 }
 
 GroundPlan PlanOf(const v1::Room& room) {
@@ -41,15 +34,15 @@ SceneDescription DescribeHouse(const v1::Scene& scene) {
                               (house.ceiling_removed() ? ", ceiling removed" : ""));
   for (int i = 1; i < house.rooms_size(); ++i) {
     const v1::Room& other = house.rooms(i);
-    description.lines.push_back("  beside it: " + other.name() + " " + SizeText(other) + " at " +
-                                Metres(other.origin_x_m()) + " " + Metres(other.origin_y_m()) +
-                                " " + Metres(other.floor_z_m()));
+    description.lines.push_back(fmt::format("  beside it: {} {} at {:.2f} {:.2f} {:.2f}",
+                                            other.name(), SizeText(other), other.origin_x_m(),
+                                            other.origin_y_m(), other.floor_z_m()));
   }
   if (house.has_landscape()) {
     const v1::Terrain& land = house.landscape();
-    description.lines.push_back("  around it: " + land.biome() + " in " + land.season() + ", " +
-                                std::to_string(land.instances()) + " things, clearing " +
-                                Metres(land.plot().clearing_m()) + " m");
+    description.lines.push_back(fmt::format("  around it: {} in {}, {} things, clearing {:.2f} m",
+                                            land.biome(), land.season(), land.instances(),
+                                            land.plot().clearing_m()));
   }
   description.plan = PlanOf(first);
   return description;

@@ -90,7 +90,7 @@ uint32_t NextIndex(const v1::Scene& recipe) {
 }
 
 absl::Status Stop(const CancelToken& cancel) {
-  return cancel.cancelled() ? absl::CancelledError("solve: cancelled") : absl::OkStatus();
+  return cancel.cancelled() ? Cancelled("solve: cancelled") : absl::OkStatus();
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "worker/scene/types/indoor/house_materials.h"
 
+#include <fmt/core.h>
+
 #include "worker/layout/room_shell.h"
 #include "worker/scene/types/indoor/room_materials.h"
 
@@ -9,7 +11,7 @@ uint32_t HousePartMaterial(const v1::House& house, const v1::SceneObject& object
                            const MaterialSlot& slot, Palettes& palettes) {
   const int index = RoomIndexOf(house, object.index());
   const std::string& kind = house.rooms(index).kind();
-  const std::string room = index == 0 ? "room/" : "room_" + std::to_string(index) + "/";
+  const std::string room = index == 0 ? "room/" : fmt::format("room_{}/", index);
   const Rng& root = palettes.root();
   const Rng where = root.Child(room + slot.name);
   const auto of_room = [&](RoomSurface surface, const std::string& palette) {

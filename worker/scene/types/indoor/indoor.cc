@@ -1,5 +1,6 @@
 #include "worker/scene/types/indoor/indoor.h"
 
+#include "common/base/status.h"
 #include "worker/layout/room_shell.h"
 #include "worker/scene/types/indoor/dress_house.h"
 #include "worker/scene/types/indoor/house.h"
@@ -31,7 +32,7 @@ absl::StatusOr<Mesh> MakeHousePart(const v1::Scene& scene, const v1::SceneObject
 absl::Status GrowAroundHouse(const v1::Scene& scene, SceneGeometry& geometry) {
   if (!HasLandscape(scene)) return absl::OkStatus();
   if (scene.place().house().rooms().empty()) {
-    return MakeError(absl::StatusCode::kInvalidArgument, "a landscape around a house of no rooms");
+    return InvalidArgument("a landscape around a house of no rooms");
   }
   return GrowLand(scene.place().house().landscape(), ViewsOut(scene), geometry);
 }

@@ -1,8 +1,9 @@
 // A landscape in words and as a small map, for `scene show`.
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <string>
 
 #include "common/math/stereo.h"
@@ -55,12 +56,12 @@ std::vector<std::string> MapOf(const v1::Scene& scene, const Terrain& terrain) {
     lines[static_cast<size_t>(row)][static_cast<size_t>(column) + 3] =
         static_cast<char>('0' + i / 10 % 10);
   }
-  char scale[160];
-  std::snprintf(
-      scale, sizeof scale,
-      "map: %.0f m across, north up, %.0f to %.0f m high, = water, ~ streams, digits the walk",
-      static_cast<double>(kSide_m), static_cast<double>(low), static_cast<double>(high));
-  lines.insert(lines.begin(), scale);
+  lines.insert(
+      lines.begin(),
+      fmt::format("map: {:.0f} m across, north up, {:.0f} to {:.0f} m high, = water, ~ streams, "
+                  "digits the walk",
+                  static_cast<double>(kSide_m), static_cast<double>(low),
+                  static_cast<double>(high)));
   return lines;
 }
 
@@ -71,17 +72,14 @@ SceneDescription DescribeLand(const v1::Scene& scene) {
   const v1::Terrain& land = scene.place().terrain();
   description.kind = land.biome();
   if (land.biome().empty()) return description;
-  description.lines.push_back(land.biome() + " in " + land.season() + ", " +
-                              std::to_string(land.instances()) + " things of " +
-                              std::to_string(land.prototypes_size()) + " kinds in " +
-                              std::to_string(land.layers_size()) + " layers");
+  description.lines.push_back(fmt::format("{} in {}, {} things of {} kinds in {} layers",
+                                          land.biome(), land.season(), land.instances(),
+                                          land.prototypes_size(), land.layers_size()));
   for (const v1::ScatterLayer& layer : land.layers()) {
-    char line[200];
-    std::snprintf(line, sizeof line, "  %-20s %8.4f a m2 to %4.0f m, object%s %u to %u",
-                  layer.name().c_str(), layer.per_m2(), layer.reach_m(),
-                  layer.index_each() ? "s" : " ", layer.first_object_index(),
-                  layer.first_object_index() + std::max(layer.indices(), 1u) - 1);
-    description.lines.push_back(line);
+    description.lines.push_back(fmt::format(
+        "  {:<20} {:8.4f} a m2 to {:4.0f} m, object{} {} to {}", layer.name(), layer.per_m2(),
+        layer.reach_m(), layer.index_each() ? "s" : " ", layer.first_object_index(),
+        layer.first_object_index() + std::max(layer.indices(), 1u) - 1));
   }
   return description;
 }

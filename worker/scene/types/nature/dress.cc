@@ -1,10 +1,13 @@
 // Stage scene: light and air, then what everything is made of and the hash of what the rules make.
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
 #include <vector>
 
+#include "common/base/status.h"
 #include "common/config/config.h"
 #include "common/math/proto.h"
 #include "worker/scene/types/nature/land_materials.h"
@@ -83,7 +86,7 @@ class LandDresser {
       const double up = rng.Uniform(1.6, 0.6 * land_.roof().rise_m());
       v1::Light& lamp = *recipe_.add_lights();
       lamp.set_kind(v1::Light::KIND_POINT);
-      lamp.set_name("Lamp_" + std::to_string(recipe_.lights_size()));
+      lamp.set_name(fmt::format("Lamp_{}", recipe_.lights_size()));
       *lamp.mutable_position_m() =
           ToProto(Vec3d(p.x(), p.y(), static_cast<double>(terrain->Height(p, 1)) + up));
       lamp.set_radius_m(0.12);
@@ -104,7 +107,7 @@ class LandDresser {
 
 absl::Status DressLand(const v1::SceneConfig& config, const CancelToken& cancel,
                        SceneInProgress& scene) {
-  if (cancel.cancelled()) return absl::CancelledError("solve: cancelled");
+  if (cancel.cancelled()) return Cancelled("solve: cancelled");
   return LandDresser(config, scene).Run();
 }
 

@@ -111,8 +111,7 @@ class Expander {
       if (!kept[i].wanted) continue;
       const Standing& thing = things[i];
       if (out_.instances.size() >= kMostInstances) {
-        return MakeError(absl::StatusCode::kResourceExhausted,
-                         "terrain: more than " + std::to_string(kMostInstances) + " instances");
+        return ResourceExhausted("terrain: more than {} instances", kMostInstances);
       }
       const uint32_t prototype = layer.prototypes(thing.prototype);
       Instance instance;
@@ -347,7 +346,7 @@ std::shared_ptr<const CaveRoof> RoofOf(const v1::Terrain& recipe, const Terrain&
 absl::StatusOr<std::shared_ptr<const Expansion>> ExpandTerrain(
     const v1::Terrain& recipe, const google::protobuf::RepeatedPtrField<v1::Rig>& rigs) {
   if (rigs.empty()) {
-    return MakeError(absl::StatusCode::kInvalidArgument, "terrain: a landscape without rigs");
+    return InvalidArgument("terrain: a landscape without rigs");
   }
   RETURN_IF_ERROR(CheckRules(recipe));
   std::string key = KeyOf(recipe, rigs);

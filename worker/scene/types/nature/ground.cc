@@ -1,5 +1,6 @@
 #include "worker/scene/types/nature/ground.h"
 
+#include <fmt/core.h>
 #include <tbb/parallel_for.h>
 
 #include <cmath>
@@ -226,7 +227,7 @@ void AssignGroundSlots(const v1::Terrain& recipe, const Terrain& terrain, Mesh& 
   const std::vector<MaskOnGround> masks = MasksOf(recipe);
   mesh.slots.clear();
   for (size_t i = 0; i < masks.size(); ++i) {
-    mesh.slots.push_back({"rule_" + std::to_string(i), {"soil"}, false});
+    mesh.slots.push_back({fmt::format("rule_{}", i), {"soil"}, false});
   }
   tbb::parallel_for(size_t{0}, mesh.triangles.size(), [&](size_t t) {
     Triangle& triangle = mesh.triangles[t];

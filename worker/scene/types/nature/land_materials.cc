@@ -1,5 +1,7 @@
 #include "worker/scene/types/nature/land_materials.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <map>
 #include <string>
@@ -21,14 +23,12 @@ class LandMaterials {
   absl::Status Run() {
     const Biome* biome = FindBiome(land_.biome());
     if (biome == nullptr) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "terrain: no biome \"" + land_.biome() + "\"");
+      return InvalidArgument("terrain: no biome \"{}\"", land_.biome());
     }
     const std::vector<std::string> classes = biome->ground(land_.season());
     if (classes.size() != static_cast<size_t>(land_.ground_size())) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "terrain: " + std::to_string(land_.ground_size()) + " ground rules, but " +
-                           std::to_string(classes.size()) + " materials");
+      return InvalidArgument("terrain: {} ground rules, but {} materials", land_.ground_size(),
+                             classes.size());
     }
     v1::SceneObject *ground = nullptr, *roof = nullptr;
     for (v1::SceneObject& object : *recipe_.mutable_objects()) {
@@ -49,7 +49,7 @@ class LandMaterials {
       land_.mutable_ground(static_cast<int>(i))->set_material_index(index);
       if (ground == nullptr) continue;
       v1::MaterialBinding& binding = *ground->add_materials();
-      binding.set_slot("rule_" + std::to_string(i));
+      binding.set_slot(fmt::format("rule_{}", i));
       binding.set_material_index(index);
     }
     if (land_.has_water()) ChooseWater();
@@ -69,7 +69,7 @@ class LandMaterials {
     v1::SceneMaterial& made = *recipe_.add_materials();
     made.set_index(static_cast<uint32_t>(recipe_.materials_size()));
     made.set_material_class(material_class);
-    made.set_name(material_class + "_" + std::to_string(made.index()));
+    made.set_name(fmt::format("{}_{}", material_class, made.index()));
     made.set_seed(seed);
     return made.index();
   }
@@ -189,7 +189,7 @@ absl::Status CountLand(const v1::Scene& recipe,
   const v1::ScatterLayer* last =
       land.layers().empty() ? nullptr : &land.layers(land.layers_size() - 1);
   if (last && last->first_object_index() + last->indices() > 65535) {
-    return MakeError(absl::StatusCode::kResourceExhausted, "terrain: more than 65535 objects");
+    return ResourceExhausted("terrain: more than 65535 objects");
   }
   land.set_expansion_hash(expansion->hash);
   land.set_instances(static_cast<uint32_t>(expansion->instances.size()));

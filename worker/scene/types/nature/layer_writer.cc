@@ -1,5 +1,7 @@
 #include "worker/scene/types/nature/layer_writer.h"
 
+#include <fmt/core.h>
+
 namespace parallax {
 namespace {
 
@@ -87,7 +89,7 @@ void LayerWriter::AddGround(const MaskSpec& mask) {
   v1::GroundRule& rule = *draft_.recipe.add_ground();
   const int index = draft_.recipe.ground_size();
   rule.set_material_index(static_cast<uint32_t>(index));
-  *rule.mutable_mask() = MaskOf(mask, "ground " + std::to_string(index));
+  *rule.mutable_mask() = MaskOf(mask, fmt::format("ground {}", index));
 }
 
 }  // namespace parallax

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "common/base/status.h"
 #include "common/config/config.h"
 #include "common/math/proto.h"
 #include "worker/scene/types/nature/biomes.h"
@@ -19,8 +20,7 @@ absl::StatusOr<const Biome*> DrawBiome(const v1::BiomeWeights& weights, const Rn
   double sum = 0;
   for (const Biome* biome : Biomes()) sum += std::max(0.0, biome->weight(weights));
   if (!(sum > 0)) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     "nature.biomes: all weights are 0; one must be larger");
+    return InvalidArgument("nature.biomes: all weights are 0; one must be larger");
   }
   double left = root.Child("biome").Uniform() * sum;
   const Biome* drawn = nullptr;
@@ -91,7 +91,7 @@ absl::StatusOr<std::variant<v1::Layout, Rejected>> LayOutLand(const v1::SceneCon
     ChooseWater(nature.water(), *biome, root.Child("water").Child(biome->name),
                 *recipe.mutable_water());
   }
-  if (cancel.cancelled()) return absl::CancelledError("layout: cancelled");
+  if (cancel.cancelled()) return Cancelled("layout: cancelled");
   ASSIGN_OR_RETURN(const std::shared_ptr<const Terrain> terrain, TerrainOf(recipe));
 
   Rng season = root.Child("season");

@@ -1,10 +1,11 @@
 #include "worker/scene/types/nature/nature.h"
 
-#include <cinttypes>
-#include <cstdio>
+#include <fmt/core.h>
+
 #include <string>
 #include <utility>
 
+#include "common/base/status.h"
 #include "worker/scene/types/nature/expand.h"
 #include "worker/scene/types/nature/ground.h"
 #include "worker/scene/types/nature/prototypes.h"
@@ -19,8 +20,7 @@ absl::StatusOr<Mesh> LandPart(const v1::Scene& scene, const v1::SceneObject& obj
   const bool water = object.part() == "water" && land.has_water();
   const bool roof = object.part() == "roof" && land.has_roof();
   if (object.part() != "ground" && !water && !roof) {
-    return MakeError(absl::StatusCode::kNotFound,
-                     "a landscape has no part \"" + object.part() + "\"");
+    return NotFound("a landscape has no part \"{}\"", object.part());
   }
   if (!water && !roof) return GroundPart(land, scene.rigs());
   ASSIGN_OR_RETURN(const auto expansion, ExpandTerrain(land, scene.rigs()));
@@ -37,11 +37,7 @@ Surroundings LandSurroundings(const v1::Place& place) {
   return around;
 }
 
-std::string Hex(uint64_t number) {
-  char buffer[24];
-  std::snprintf(buffer, sizeof buffer, "%016" PRIx64, number);
-  return buffer;
-}
+std::string Hex(uint64_t number) { return fmt::format("{:016x}", number); }
 
 absl::Status ExpandLand(const v1::Scene& scene, SceneGeometry& geometry) {
   return GrowLand(scene.place().terrain(), scene.rigs(), geometry);
@@ -72,17 +68,16 @@ absl::Status GrowLand(const v1::Terrain& land,
                       SceneGeometry& geometry) {
   ASSIGN_OR_RETURN(const auto expansion, ExpandTerrain(land, views));
   if (land.expansion_hash() != expansion->hash) {
-    return MakeError(absl::StatusCode::kInternal,
-                     "terrain: this worker's expansion is " + Hex(expansion->hash) +
-                         ", the recipe was made with " + Hex(land.expansion_hash()) +
-                         "; it would show something else");
+    return Internal(
+        "terrain: this worker's expansion is {}, the recipe was made with {}; it would show "
+        "something else",
+        Hex(expansion->hash), Hex(land.expansion_hash()));
   }
   std::vector<std::shared_ptr<const Material>> rules;
   for (const v1::GroundRule& rule : land.ground()) {
     const uint32_t index = rule.material_index();
     if (index >= geometry.materials.size() || geometry.materials[index] == nullptr) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "terrain: a ground rule has missing material " + std::to_string(index));
+      return InvalidArgument("terrain: a ground rule has missing material {}", index);
     }
     rules.push_back(geometry.materials[index]);
   }
@@ -93,8 +88,7 @@ absl::Status GrowLand(const v1::Terrain& land,
   if (land.has_water()) {
     const uint32_t index = land.water().material_index();
     if (index == 0 || index >= geometry.materials.size()) {
-      return MakeError(absl::StatusCode::kInvalidArgument,
-                       "terrain: water has missing material " + std::to_string(index));
+      return InvalidArgument("terrain: water has missing material {}", index);
     }
     geometry.materials[index] = MakeWaterSurface(land.water(), expansion->terrain, blend);
   }
@@ -134,7 +128,7 @@ std::optional<v1::SceneObject> GrownThing(const v1::Terrain& land, uint32_t inde
     const v1::Prototype& prototype = land.prototypes(at);
     v1::SceneObject object;
     object.set_index(index);
-    object.set_name(layer.name() + "_" + std::to_string(place));
+    object.set_name(fmt::format("{}_{}", layer.name(), place));
     object.set_asset_class(CatalogueClass(prototype));
     object.set_seed(prototype.seed());
     object.set_role(prototype.role());

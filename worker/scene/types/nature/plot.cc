@@ -66,10 +66,8 @@ absl::Status CheckPlot(const v1::Plot& plot) {
   };
   for (const auto& number : numbers) {
     if (number.value >= number.low && number.value <= number.high) continue;
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     std::string("terrain: plot.") + number.name + " is " +
-                         std::to_string(number.value) + ", allowed is " +
-                         std::to_string(number.low) + " to " + std::to_string(number.high));
+    return InvalidArgument("terrain: plot.{} is {:f}, allowed is {:f} to {:f}", number.name,
+                           number.value, number.low, number.high);
   }
   return absl::OkStatus();
 }

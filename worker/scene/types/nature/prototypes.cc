@@ -32,8 +32,7 @@ absl::StatusOr<size_t> RowOf(const Table& table, std::string_view name) {
     if (table[i].name == name) return i;
     known += (known.empty() ? "" : ", ") + std::string(table[i].name);
   }
-  return MakeError(absl::StatusCode::kNotFound,
-                   "no species \"" + std::string(name) + "\"; there are " + known);
+  return NotFound("no species \"{}\"; there are {}", name, known);
 }
 
 template <typename Params, typename Table>
@@ -69,7 +68,7 @@ absl::StatusOr<Mesh> Make(const v1::Prototype& prototype, uint64_t seed, PlantDe
                      TreeOf<ConiferParams>(ConiferTable(), species, seed, prototype.season()));
     return MakeConifer(params).mesh;
   }
-  return MakeError(absl::StatusCode::kNotFound, "no asset class with species \"" + name + "\"");
+  return NotFound("no asset class with species \"{}\"", name);
 }
 
 // Class, season, snow, seed.

@@ -1,5 +1,7 @@
 #include "worker/scene/types/nature/recipe.h"
 
+#include <fmt/core.h>
+
 #include <cmath>
 #include <mutex>
 #include <string>
@@ -10,14 +12,11 @@
 namespace parallax {
 namespace {
 
-absl::Status Bad(const std::string& what) {
-  return MakeError(absl::StatusCode::kInvalidArgument, "terrain: " + what);
-}
+absl::Status Bad(const std::string& what) { return InvalidArgument("terrain: {}", what); }
 
 absl::Status CheckNumber(const char* name, double value, double low, double high) {
   if (value >= low && value <= high) return absl::OkStatus();  // False for NaN.
-  return Bad(std::string(name) + " is " + std::to_string(value) + ", allowed is " +
-             std::to_string(low) + " to " + std::to_string(high));
+  return Bad(fmt::format("{} is {:f}, allowed is {:f} to {:f}", name, value, low, high));
 }
 
 absl::StatusOr<TerrainTerm> TermOf(const v1::TerrainTerm& term) {
@@ -191,9 +190,8 @@ absl::Status CheckLayer(const v1::Terrain& recipe, const v1::ScatterLayer& layer
   };
   RETURN_IF_ERROR(number("prototypes", layer.prototypes_size(), 1, 16));
   if (layer.weights_size() != layer.prototypes_size()) {
-    return Bad("layer \"" + layer.name() + "\": weights for " +
-               std::to_string(layer.weights_size()) + " of its " +
-               std::to_string(layer.prototypes_size()) + " prototypes");
+    return Bad(fmt::format("layer \"{}\": weights for {} of its {} prototypes", layer.name(),
+                           layer.weights_size(), layer.prototypes_size()));
   }
   if (layer.index_each()) RETURN_IF_ERROR(number("prototypes", layer.prototypes_size(), 1, 1));
   for (const uint32_t prototype : layer.prototypes()) {

@@ -1,10 +1,13 @@
 // Stage scene: the walks, and the rigs along them.
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
 #include <vector>
 
+#include "common/base/status.h"
 #include "common/config/config.h"
 #include "common/math/stereo.h"
 #include "worker/scene/rigs/walk.h"
@@ -65,7 +68,7 @@ class WalkRigs {
       }
       std::vector<Walk> found;
       for (int i = 0; i < kWalkTries && found.size() < kEnough * static_cast<size_t>(walks_); ++i) {
-        if (cancel.cancelled()) return absl::CancelledError("solve: cancelled");
+        if (cancel.cancelled()) return Cancelled("solve: cancelled");
         auto walk = finder.Try(land, rng.Child("try", static_cast<uint64_t>(i)), camera);
         if (!walk || !Inside(*walk, roof.get()) || !SeesWall(*walk, terrain->spec())) continue;
         found.push_back(*std::move(walk));
@@ -75,7 +78,7 @@ class WalkRigs {
       ASSIGN_OR_RETURN(const bool taken, Take(found, finder));
       if (taken) return absl::OkStatus();
     }
-    why_not = "walk: none of " + std::to_string(kArenas) + " places has one: " + finder.Reasons();
+    why_not = fmt::format("walk: none of {} places has one: {}", kArenas, finder.Reasons());
     return absl::OkStatus();
   }
 

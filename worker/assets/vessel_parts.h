@@ -1,8 +1,8 @@
 // Profiles, labels and handles that vessels and packages share.
 #pragma once
 
-#include <initializer_list>
 #include <utility>
+#include <vector>
 
 #include "worker/assets/parts.h"
 
@@ -10,7 +10,7 @@ namespace parallax {
 
 // A smooth wall through points (radius, height), given in shares of the largest radius and the
 // height.
-kernel::Path2 Profile(std::initializer_list<std::pair<float, float>> shares, float radius,
+kernel::Path2 Profile(const std::vector<std::pair<float, float>>& shares, float radius,
                       float height, int steps);
 
 // The wall, preceded by a flat underside.

@@ -43,6 +43,7 @@ MaterialList BuildCatalogue() {
   AddPictureMaterials(list);
   AddPlainMaterials(list);
   AddPlasticMaterials(list);
+  AddPrintMaterials(list);
   AddShoreMaterials(list);
   AddSkinMaterials(list);
   AddStoneMaterials(list);

@@ -285,7 +285,10 @@ std::vector<std::array<uint32_t, 3>> Triangulate(const Path2& polygon) {
   return out;
 }
 
-Shape Extrude(const Path2& polygon, float height, float bevel_m, int pieces) {
+namespace {
+
+// For each corner, the way it moves when the polygon shrinks by one.
+std::vector<Vec2f> InwardOffsets(const Path2& polygon) {
   const size_t n = polygon.size();
   std::vector<Vec2f> inward(n);
   for (size_t i = 0; i < n; ++i) {
@@ -295,35 +298,44 @@ Shape Extrude(const Path2& polygon, float height, float bevel_m, int pieces) {
     const Vec2f sum = a + b;
     inward[i] = sum.squaredNorm() > 0.1f ? Vec2f(2.0f * sum / sum.squaredNorm()) : a;
   }
-  Shape shape;
-  std::vector<std::pair<float, float>> levels;  // z, inset
-  const float b = std::min(bevel_m, 0.45f * height);
-  if (b > 0) {
-    for (int k = 0; k <= 2; ++k) {
-      const float a = 0.25f * kPi * static_cast<float>(k);
-      levels.emplace_back(b * (1 - std::sin(a)), b * (1 - std::cos(a)));
-    }
-    std::reverse(levels.begin(), levels.end());
-    for (int k = 1; k < pieces; ++k) {
-      levels.emplace_back(Lerp(b, height - b, static_cast<float>(k) / static_cast<float>(pieces)),
-                          0.0f);
-    }
-    for (int k = 0; k <= 2; ++k) {
-      const float a = 0.25f * kPi * static_cast<float>(k);
-      levels.emplace_back(height - b * (1 - std::sin(a)), b * (1 - std::cos(a)));
-    }
-  } else {
-    for (int k = 0; k <= pieces; ++k) {
+  return inward;
+}
+
+// Heights of a prism's levels and how far each is drawn in, from the lower bevel to the upper.
+std::vector<std::pair<float, float>> PrismLevels(float height, float bevel, int pieces) {
+  std::vector<std::pair<float, float>> levels;
+  if (bevel <= 0) {
+    for (int k = 0; k <= pieces; ++k)
       levels.emplace_back(height * static_cast<float>(k) / static_cast<float>(pieces), 0.0f);
-    }
+    return levels;
   }
+  for (int k = 2; k >= 0; --k) {
+    const float a = 0.25f * kPi * static_cast<float>(k);
+    levels.emplace_back(bevel * (1 - std::sin(a)), bevel * (1 - std::cos(a)));
+  }
+  for (int k = 1; k < pieces; ++k)
+    levels.emplace_back(
+        Lerp(bevel, height - bevel, static_cast<float>(k) / static_cast<float>(pieces)), 0.0f);
+  for (int k = 0; k <= 2; ++k) {
+    const float a = 0.25f * kPi * static_cast<float>(k);
+    levels.emplace_back(height - bevel * (1 - std::sin(a)), bevel * (1 - std::cos(a)));
+  }
+  return levels;
+}
+
+}  // namespace
+
+Shape Extrude(const Path2& polygon, float height, float bevel_m, int pieces) {
+  const std::vector<Vec2f> inward = InwardOffsets(polygon);
+  const auto levels = PrismLevels(height, std::min(bevel_m, 0.45f * height), pieces);
+  Shape shape;
   for (const auto& [z, inset] : levels) {
-    for (size_t i = 0; i < n; ++i) {
+    for (size_t i = 0; i < polygon.size(); ++i) {
       const Vec2f p = polygon[i] + inset * inward[i];
       shape.AddPoint({p.x(), p.y(), z});
     }
   }
-  const uint32_t m = static_cast<uint32_t>(n);
+  const uint32_t m = static_cast<uint32_t>(polygon.size());
   for (uint32_t level = 0; level + 1 < levels.size(); ++level) {
     for (uint32_t s = 0; s < m; ++s) {
       const uint32_t t = (s + 1) % m, a = level * m, c = (level + 1) * m;

@@ -7,7 +7,7 @@ namespace parallax {
 
 MaterialSlot HousingSlot();  // Enamelled or of steel.
 MaterialSlot TrimSlot();     // Handles, knobs, wires.
-MaterialSlot DarkSlot();     // What is seen inside and behind glass.
+MaterialSlot DarkSlot();     // Insides, feet, and fronts behind glass.
 MaterialSlot WindowSlot();
 
 // A panel from y = `back` to `front`, facing +y, with a hole: four rounded bars. Corners are (x,

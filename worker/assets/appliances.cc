@@ -189,11 +189,13 @@ Asset SampleDishwasher(Rng& rng) {
 
 void RegisterAppliances(std::vector<AssetClass>& classes) {
   classes.push_back({"BeverageFridge", "appliances", Placement::kFloorAgainstWall, true, 0.6f,
-                     SampleBeverageFridge});
-  classes.push_back(
-      {"Dishwasher", "appliances", Placement::kFloorAgainstWall, true, 0.6f, SampleDishwasher});
-  classes.push_back({"Microwave", "appliances", Placement::kOnTop, true, 0, SampleMicrowave});
-  classes.push_back({"Oven", "appliances", Placement::kFloorAgainstWall, true, 0.7f, SampleOven});
+                     SampleBeverageFridge, SizeRange({0.4f, 0.45f, 0.65f}, {0.65f, 0.7f, 1.25f})});
+  classes.push_back({"Dishwasher", "appliances", Placement::kFloorAgainstWall, true, 0.6f,
+                     SampleDishwasher, SizeRange({0.42f, 0.52f, 0.78f}, {0.64f, 0.72f, 0.9f})});
+  classes.push_back({"Microwave", "appliances", Placement::kOnTop, true, 0, SampleMicrowave,
+                     SizeRange({0.42f, 0.3f, 0.22f}, {0.6f, 0.52f, 0.35f})});
+  classes.push_back({"Oven", "appliances", Placement::kFloorAgainstWall, true, 0.7f, SampleOven,
+                     SizeRange({0.55f, 0.55f, 0.84f}, {0.95f, 0.78f, 1.12f})});
 }
 
 }  // namespace parallax

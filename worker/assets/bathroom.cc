@@ -309,12 +309,14 @@ Asset SampleSink(Rng& rng) {
 }
 
 void RegisterBathroom(std::vector<AssetClass>& classes) {
-  classes.push_back(
-      {"BathroomSink", "bathroom", Placement::kFloorAgainstWall, true, 0.6f, SampleBathroomSink});
-  classes.push_back(
-      {"Bathtub", "bathroom", Placement::kFloorAgainstWall, true, 0.6f, SampleBathtub});
-  classes.push_back({"Sink", "bathroom", Placement::kOnTop, true, 0, SampleSink});
-  classes.push_back({"Tap", "bathroom", Placement::kOnTop, true, 0, SampleTap});
+  classes.push_back({"BathroomSink", "bathroom", Placement::kFloorAgainstWall, true, 0.6f,
+                     SampleBathroomSink, SizeRange({0.4f, 0.4f, 0.9f}, {1.0f, 0.85f, 1.4f})});
+  classes.push_back({"Bathtub", "bathroom", Placement::kFloorAgainstWall, true, 0.6f, SampleBathtub,
+                     SizeRange({1.4f, 0.65f, 0.5f}, {1.85f, 1.05f, 0.95f})});
+  classes.push_back({"Sink", "bathroom", Placement::kOnTop, true, 0, SampleSink,
+                     SizeRange({0.4f, 0.45f, 0.25f}, {1.35f, 0.75f, 0.75f})});
+  classes.push_back({"Tap", "bathroom", Placement::kOnTop, true, 0, SampleTap,
+                     SizeRange({0.02f, 0.1f, 0.1f}, {0.3f, 0.3f, 0.4f})});
 }
 
 }  // namespace parallax

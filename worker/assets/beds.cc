@@ -245,12 +245,18 @@ Asset SampleBedFrame(Rng& rng) {
 }
 
 void RegisterBeds(std::vector<AssetClass>& classes) {
-  classes.push_back({"Bed", "beds", Placement::kFloorAgainstWall, true, 0.6f, SampleBed});
-  classes.push_back({"BedFrame", "beds", Placement::kFloorAgainstWall, true, 0.6f, SampleBedFrame});
-  classes.push_back({"Mattress", "beds", Placement::kFloor, true, 0.3f, SampleMattress});
-  classes.push_back({"Pillow", "textiles", Placement::kOnTop, true, 0, SamplePillow});
-  classes.push_back({"Blanket", "textiles", Placement::kOnTop, true, 0, SampleBlanket});
-  classes.push_back({"Towel", "textiles", Placement::kOnTop, true, 0, SampleTowel});
+  classes.push_back({"Bed", "beds", Placement::kFloorAgainstWall, true, 0.6f, SampleBed,
+                     SizeRange({0.95f, 2, 0.4f}, {2.2f, 2.4f, 1.5f})});
+  classes.push_back({"BedFrame", "beds", Placement::kFloorAgainstWall, true, 0.6f, SampleBedFrame,
+                     SizeRange({0.95f, 2, 0.28f}, {2.05f, 2.35f, 1.45f})});
+  classes.push_back({"Mattress", "beds", Placement::kFloor, true, 0.3f, SampleMattress,
+                     SizeRange({0.88f, 1.85f, 0.14f}, {1.85f, 2.1f, 0.32f})});
+  classes.push_back({"Pillow", "textiles", Placement::kOnTop, true, 0, SamplePillow,
+                     SizeRange({0.36f, 0.3f, 0.06f}, {0.82f, 0.6f, 0.24f})});
+  classes.push_back({"Blanket", "textiles", Placement::kOnTop, true, 0, SampleBlanket,
+                     SizeRange({0.38f, 0.1f, 0.04f}, {0.75f, 0.65f, 0.3f})});
+  classes.push_back({"Towel", "textiles", Placement::kOnTop, true, 0, SampleTowel,
+                     SizeRange({0.22f, 0.07f, 0.02f}, {0.46f, 0.4f, 0.24f})});
 }
 
 }  // namespace parallax

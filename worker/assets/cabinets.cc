@@ -215,19 +215,19 @@ Asset SampleKitchenCabinet(Rng& rng) {
 
 void RegisterStorage(std::vector<AssetClass>& classes) {
   classes.push_back({"SimpleBookcase", "storage", Placement::kFloorAgainstWall, true, 0.5f,
-                     SampleSimpleBookcase});
-  classes.push_back(
-      {"LargeShelf", "storage", Placement::kFloorAgainstWall, true, 0.5f, SampleLargeShelf});
-  classes.push_back(
-      {"CellShelf", "storage", Placement::kFloorAgainstWall, true, 0.5f, SampleCellShelf});
-  classes.push_back(
-      {"TriangleShelf", "storage", Placement::kFloorAgainstWall, true, 0.4f, SampleTriangleShelf});
-  classes.push_back(
-      {"TVStand", "storage", Placement::kFloorAgainstWall, true, 0.5f, SampleTVStand});
-  classes.push_back(
-      {"SingleCabinet", "storage", Placement::kFloorAgainstWall, true, 0.7f, SampleSingleCabinet});
+                     SampleSimpleBookcase, SizeRange({0.55f, 0.24f, 0.8f}, {1.15f, 0.45f, 2.1f})});
+  classes.push_back({"LargeShelf", "storage", Placement::kFloorAgainstWall, true, 0.5f,
+                     SampleLargeShelf, SizeRange({0.85f, 0.28f, 1.7f}, {2.9f, 0.5f, 2.4f})});
+  classes.push_back({"CellShelf", "storage", Placement::kFloorAgainstWall, true, 0.5f,
+                     SampleCellShelf, SizeRange({0.6f, 0.3f, 0.6f}, {2.15f, 0.46f, 2.4f})});
+  classes.push_back({"TriangleShelf", "storage", Placement::kFloorAgainstWall, true, 0.4f,
+                     SampleTriangleShelf, SizeRange({0.4f, 0.2f, 1.2f}, {0.9f, 0.6f, 2})});
+  classes.push_back({"TVStand", "storage", Placement::kFloorAgainstWall, true, 0.5f, SampleTVStand,
+                     SizeRange({1.1f, 0.34f, 0.33f}, {2, 0.55f, 0.7f})});
+  classes.push_back({"SingleCabinet", "storage", Placement::kFloorAgainstWall, true, 0.7f,
+                     SampleSingleCabinet, SizeRange({0.4f, 0.36f, 0.65f}, {2, 0.72f, 2.25f})});
   classes.push_back({"KitchenCabinet", "storage", Placement::kFloorAgainstWall, true, 0.8f,
-                     SampleKitchenCabinet});
+                     SampleKitchenCabinet, SizeRange({0.8f, 0.55f, 0.83f}, {3.1f, 0.7f, 0.96f})});
 }
 
 }  // namespace parallax

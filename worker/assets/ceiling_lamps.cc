@@ -188,11 +188,14 @@ Asset SampleCeilingClassicLamp(Rng& rng) {
 }
 
 void RegisterLamps(std::vector<AssetClass>& classes) {
-  classes.push_back({"FloorLamp", "lamps", Placement::kFloor, true, 0, SampleFloorLamp});
-  classes.push_back({"Lamp", "lamps", Placement::kFloor, true, 0, SampleFloorLamp});
-  classes.push_back({"DeskLamp", "lamps", Placement::kOnTop, true, 0, SampleDeskLamp});
-  classes.push_back(
-      {"CeilingClassicLamp", "lamps", Placement::kCeiling, true, 0, SampleCeilingClassicLamp});
+  classes.push_back({"FloorLamp", "lamps", Placement::kFloor, true, 0, SampleFloorLamp,
+                     SizeRange({0.28f, 0.28f, 1.3f}, {1.5f, 0.62f, 2.2f})});
+  classes.push_back({"Lamp", "lamps", Placement::kFloor, true, 0, SampleFloorLamp,
+                     SizeRange({0.28f, 0.28f, 1.3f}, {1.5f, 0.62f, 2.2f})});
+  classes.push_back({"DeskLamp", "lamps", Placement::kOnTop, true, 0, SampleDeskLamp,
+                     SizeRange({0.14f, 0.16f, 0.34f}, {0.46f, 0.46f, 0.66f})});
+  classes.push_back({"CeilingClassicLamp", "lamps", Placement::kCeiling, true, 0,
+                     SampleCeilingClassicLamp, SizeRange({0.2f, 0.2f, 0.08f}, {0.8f, 0.8f, 1})});
 }
 
 }  // namespace parallax

@@ -326,9 +326,12 @@ Asset SampleChair(Rng& rng) {
 }
 
 void RegisterChairs(std::vector<AssetClass>& classes) {
-  classes.push_back({"Chair", "seating", Placement::kFloor, true, 0.4f, SampleChair});
-  classes.push_back({"OfficeChair", "seating", Placement::kFloor, true, 0.4f, SampleOfficeChair});
-  classes.push_back({"BarChair", "seating", Placement::kFloor, true, 0.3f, SampleBarChair});
+  classes.push_back({"Chair", "seating", Placement::kFloor, true, 0.4f, SampleChair,
+                     SizeRange({0.38f, 0.38f, 0.72f}, {0.66f, 0.7f, 1.15f})});
+  classes.push_back({"OfficeChair", "seating", Placement::kFloor, true, 0.4f, SampleOfficeChair,
+                     SizeRange({0.55f, 0.55f, 0.85f}, {0.8f, 0.85f, 1.4f})});
+  classes.push_back({"BarChair", "seating", Placement::kFloor, true, 0.3f, SampleBarChair,
+                     SizeRange({0.3f, 0.3f, 0.58f}, {0.55f, 0.55f, 1.1f})});
 }
 
 }  // namespace parallax

@@ -285,25 +285,26 @@ Asset SampleChopsticks(Rng& rng) {
 }
 
 void RegisterTableware(std::vector<AssetClass>& classes) {
-  const std::pair<const char*, Asset (*)(Rng&)> all[] = {{"Vase", SampleVase},
-                                                         {"Bottle", SampleBottle},
-                                                         {"Cup", SampleCup},
-                                                         {"Bowl", SampleBowl},
-                                                         {"Plate", SamplePlate},
-                                                         {"Pot", SamplePot},
-                                                         {"Pan", SamplePan},
-                                                         {"Jar", SampleJar},
-                                                         {"Wineglass", SampleWineglass},
-                                                         {"Can", SampleCan},
-                                                         {"Fork", SampleFork},
-                                                         {"Knife", SampleKnife},
-                                                         {"Spoon", SampleSpoon},
-                                                         {"Chopsticks", SampleChopsticks},
-                                                         {"Lid", SampleLid},
-                                                         {"FoodBox", SampleFoodBox},
-                                                         {"FoodBag", SampleFoodBag}};
-  for (const auto& [name, sample] : all)
-    classes.push_back({name, "tableware", Placement::kOnTop, true, 0, sample});
+  const auto add = [&](const char* name, Asset (*sample)(Rng&), const SizeRange& size) {
+    classes.push_back({name, "tableware", Placement::kOnTop, true, 0, sample, size});
+  };
+  add("Vase", SampleVase, SizeRange({0.06f, 0.06f, 0.14f}, {0.5f, 0.46f, 0.44f}));
+  add("Bottle", SampleBottle, SizeRange({0.03f, 0.03f, 0.13f}, {0.12f, 0.13f, 0.39f}));
+  add("Cup", SampleCup, SizeRange({0.06f, 0.06f, 0.045f}, {0.2f, 0.2f, 0.15f}));
+  add("Bowl", SampleBowl, SizeRange({0.12f, 0.12f, 0.03f}, {0.36f, 0.36f, 0.16f}));
+  add("Plate", SamplePlate, SizeRange({0.15f, 0.15f, 0.01f}, {0.36f, 0.36f, 0.05f}));
+  add("Pot", SamplePot, SizeRange({0.2f, 0.16f, 0.06f}, {0.42f, 0.34f, 0.3f}));
+  add("Pan", SamplePan, SizeRange({0.3f, 0.16f, 0.03f}, {0.6f, 0.34f, 0.13f}));
+  add("Jar", SampleJar, SizeRange({0.06f, 0.06f, 0.07f}, {0.15f, 0.15f, 0.28f}));
+  add("Wineglass", SampleWineglass, SizeRange({0.04f, 0.04f, 0.11f}, {0.16f, 0.16f, 0.25f}));
+  add("Can", SampleCan, SizeRange({0.045f, 0.045f, 0.02f}, {0.13f, 0.13f, 0.24f}));
+  add("Fork", SampleFork, SizeRange({0.012f, 0.15f, 0.005f}, {0.04f, 0.22f, 0.04f}));
+  add("Knife", SampleKnife, SizeRange({0.008f, 0.18f, 0.004f}, {0.05f, 0.32f, 0.04f}));
+  add("Spoon", SampleSpoon, SizeRange({0.02f, 0.12f, 0.005f}, {0.06f, 0.22f, 0.05f}));
+  add("Chopsticks", SampleChopsticks, SizeRange({0.02f, 0.19f, 0.004f}, {0.09f, 0.27f, 0.02f}));
+  add("Lid", SampleLid, SizeRange({0.15f, 0.15f, 0.03f}, {0.32f, 0.32f, 0.12f}));
+  add("FoodBox", SampleFoodBox, SizeRange({0.055f, 0.025f, 0.025f}, {0.31f, 0.31f, 0.46f}));
+  add("FoodBag", SampleFoodBag, SizeRange({0.08f, 0.03f, 0.12f}, {0.24f, 0.13f, 0.4f}));
 }
 
 }  // namespace parallax

@@ -162,10 +162,14 @@ Asset SampleBasketBase(Rng& rng) {
 }
 
 void RegisterMisc(std::vector<AssetClass>& classes) {
-  classes.push_back({"Pallet", "misc", Placement::kFloor, true, 0, SamplePallet});
-  classes.push_back({"Rack", "misc", Placement::kFloorAgainstWall, false, 0.6f, SampleRack});
-  classes.push_back({"Balloon", "misc", Placement::kFloor, true, 0, SampleBalloon});
-  classes.push_back({"BasketBase", "misc", Placement::kOnTop, true, 0, SampleBasketBase});
+  classes.push_back({"Pallet", "misc", Placement::kFloor, true, 0, SamplePallet,
+                     SizeRange({0.95f, 0.75f, 0.1f}, {1.25f, 1.05f, 0.2f})});
+  classes.push_back({"Rack", "misc", Placement::kFloorAgainstWall, false, 0.6f, SampleRack,
+                     SizeRange({1.1f, 0.45f, 1.6f}, {2, 0.8f, 2.3f})});
+  classes.push_back({"Balloon", "misc", Placement::kFloor, true, 0, SampleBalloon,
+                     SizeRange({0.2f, 0.06f, 0.3f}, {2.2f, 0.7f, 1.2f})});
+  classes.push_back({"BasketBase", "misc", Placement::kOnTop, true, 0, SampleBasketBase,
+                     SizeRange({0.22f, 0.22f, 0.08f}, {0.55f, 0.5f, 0.42f})});
 }
 
 }  // namespace parallax

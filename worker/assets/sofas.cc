@@ -381,8 +381,10 @@ Asset SampleArmChair(Rng& rng) {
 }
 
 void RegisterSofas(std::vector<AssetClass>& classes) {
-  classes.push_back({"ArmChair", "seating", Placement::kFloor, true, 0.5f, SampleArmChair});
-  classes.push_back({"Sofa", "seating", Placement::kFloorAgainstWall, true, 0.6f, SampleSofa});
+  classes.push_back({"ArmChair", "seating", Placement::kFloor, true, 0.5f, SampleArmChair,
+                     SizeRange({0.6f, 0.65f, 0.7f}, {1.25f, 1.1f, 1.15f})});
+  classes.push_back({"Sofa", "seating", Placement::kFloorAgainstWall, true, 0.6f, SampleSofa,
+                     SizeRange({1.3f, 0.65f, 0.65f}, {2.7f, 1.75f, 1.1f})});
 }
 
 }  // namespace parallax

@@ -1,4 +1,4 @@
-// What tables stand on.
+// The bases of tables.
 #pragma once
 
 #include "worker/assets/tables.h"

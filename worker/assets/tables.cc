@@ -156,13 +156,16 @@ Asset SampleSideTable(Rng& rng) {
 }
 
 void RegisterTables(std::vector<AssetClass>& classes) {
-  classes.push_back({"TableDining", "tables", Placement::kFloor, true, 0.6f, SampleTableDining});
-  classes.push_back(
-      {"TableCocktail", "tables", Placement::kFloor, true, 0.3f, SampleTableCocktail});
-  classes.push_back({"CoffeeTable", "tables", Placement::kFloor, true, 0.3f, SampleCoffeeTable});
-  classes.push_back({"SideTable", "tables", Placement::kFloor, true, 0.1f, SampleSideTable});
-  classes.push_back(
-      {"SimpleDesk", "tables", Placement::kFloorAgainstWall, true, 0.7f, SampleSimpleDesk});
+  classes.push_back({"TableDining", "tables", Placement::kFloor, true, 0.6f, SampleTableDining,
+                     SizeRange({0.9f, 0.75f, 0.68f}, {2.2f, 1.4f, 0.82f})});
+  classes.push_back({"TableCocktail", "tables", Placement::kFloor, true, 0.3f, SampleTableCocktail,
+                     SizeRange({0.5f, 0.42f, 0.95f}, {0.9f, 0.9f, 1.15f})});
+  classes.push_back({"CoffeeTable", "tables", Placement::kFloor, true, 0.3f, SampleCoffeeTable,
+                     SizeRange({0.55f, 0.45f, 0.34f}, {1.35f, 0.95f, 0.55f})});
+  classes.push_back({"SideTable", "tables", Placement::kFloor, true, 0.1f, SampleSideTable,
+                     SizeRange({0.36f, 0.34f, 0.48f}, {0.75f, 0.75f, 0.68f})});
+  classes.push_back({"SimpleDesk", "tables", Placement::kFloorAgainstWall, true, 0.7f,
+                     SampleSimpleDesk, SizeRange({0.95f, 0.5f, 0.68f}, {1.75f, 0.85f, 0.82f})});
 }
 
 }  // namespace parallax

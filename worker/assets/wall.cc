@@ -166,10 +166,14 @@ Asset SampleMirror(Rng& rng) {
 }
 
 void RegisterWall(std::vector<AssetClass>& classes) {
-  classes.push_back({"WallArt", "wall", Placement::kOnWall, true, 0, SampleWallArt});
-  classes.push_back({"Mirror", "wall", Placement::kOnWall, true, 0, SampleMirror});
-  classes.push_back({"TV", "electronics", Placement::kOnTop, true, 0, SampleTv});
-  classes.push_back({"Monitor", "electronics", Placement::kOnTop, true, 0, SampleMonitor});
+  classes.push_back({"WallArt", "wall", Placement::kOnWall, true, 0, SampleWallArt,
+                     SizeRange({0.25f, 0.015f, 0.25f}, {1.2f, 0.05f, 1.15f})});
+  classes.push_back({"Mirror", "wall", Placement::kOnWall, true, 0, SampleMirror,
+                     SizeRange({0.3f, 0.015f, 0.38f}, {1.2f, 0.06f, 1.3f})});
+  classes.push_back({"TV", "electronics", Placement::kOnTop, true, 0, SampleTv,
+                     SizeRange({0.65f, 0.18f, 0.42f}, {1.55f, 0.32f, 1})});
+  classes.push_back({"Monitor", "electronics", Placement::kOnTop, true, 0, SampleMonitor,
+                     SizeRange({0.4f, 0.18f, 0.3f}, {0.82f, 0.3f, 0.7f})});
 }
 
 }  // namespace parallax

@@ -218,8 +218,10 @@ Asset SampleWindow(Rng& rng) {
 }
 
 void RegisterWindows(std::vector<AssetClass>& classes) {
-  classes.push_back({"Hardware", "hardware", Placement::kOnTop, true, 0, SampleHardware});
-  classes.push_back({"Window", "windows", Placement::kOpening, true, 0, SampleWindow});
+  classes.push_back({"Hardware", "hardware", Placement::kOnTop, true, 0, SampleHardware,
+                     SizeRange({0.05f, 0.03f, 0.008f}, {0.36f, 0.08f, 0.21f})});
+  classes.push_back({"Window", "windows", Placement::kOpening, true, 0, SampleWindow,
+                     SizeRange({0.6f, 0.08f, 0.85f}, {3.6f, 1.0f, 1.95f})});
 }
 
 }  // namespace parallax

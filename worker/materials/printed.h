@@ -1,4 +1,4 @@
-// What printed and painted pictures share: their ground, lettering, small print.
+// Parts that printed and painted pictures share: their ground, lettering, small print.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace parallax {
 
-// What a picture is on.
+// The ground of a picture.
 enum class PictureGround { kCanvas, kPaper, kCoated };
 
 // Common to all pictures: the ground they are on, and their fading to one colour from far away.

@@ -50,67 +50,83 @@ struct CommandLine {
   std::string log_level = "info";
 };
 
-CLI::App* DeclareServe(CLI::App& app, CommandLine& line) {
-  CLI::App* serve = app.add_subcommand("serve", "Serve workers and clients until SIGTERM");
-  ServeOptions& options = line.serve;
-  options.listen = {"127.0.0.1:7070"};
-  options.http = "127.0.0.1:7080";
-  serve->add_option("--db", options.db, "Database file, on a local disk; made if absent")
+void DeclarePlaces(CLI::App& serve, ServeOptions& options) {
+  serve.add_option("--db", options.db, "Database file, on a local disk; made if absent")
       ->required();
   serve
-      ->add_option("--store", options.store,
-                   "Folder of the results, or s3://bucket/prefix (see coordinator/README.md)")
+      .add_option("--store", options.store,
+                  "Folder of the results, or s3://bucket/prefix (see coordinator/README.md)")
       ->required();
   serve
-      ->add_option("--listen", options.listen,
-                   "gRPC address: HOST:PORT or unix:/path; again for more "
-                   "(default 127.0.0.1:7070; port 0: any free one)")
+      .add_option("--listen", options.listen,
+                  "gRPC address: HOST:PORT or unix:/path; again for more "
+                  "(default 127.0.0.1:7070; port 0: any free one)")
       ->type_name("ADDRESS");
   serve
-      ->add_option(
+      .add_option(
           "--http", options.http,
           "The page with its API, /metrics and /healthz (default 127.0.0.1:7080; \"\": none)")
       ->type_name("ADDRESS");
+}
+
+void DeclareServeTimes(CLI::App& serve, ServeOptions& options) {
   serve
-      ->add_option("--lease-s", options.lease_s,
-                   "Seconds without a heartbeat after which work is given to others (default 60)")
+      .add_option("--lease-s", options.lease_s,
+                  "Seconds without a heartbeat after which work is given to others (default 60)")
       ->check(CLI::Range(0.1, 86400.0));
   serve
-      ->add_option("--reconnect-s", options.reconnect_grace_s,
-                   "Seconds that a worker may take to come back when its connection breaks "
-                   "(default 10)")
+      .add_option("--reconnect-s", options.reconnect_grace_s,
+                  "Seconds that a worker may take to come back when its connection breaks "
+                  "(default 10)")
       ->check(CLI::Range(0.0, 86400.0));
   serve
-      ->add_option("--backoff-s", options.backoff_s,
-                   "Seconds that a failed job waits at least before it is tried again (default 5); "
-                   "from try to try up to four times as long, at most 600")
+      .add_option("--backoff-s", options.backoff_s,
+                  "Seconds that a failed job waits at least before it is tried again (default 5); "
+                  "from try to try up to four times as long, at most 600")
       ->check(CLI::Range(0.01, 600.0));
   serve
-      ->add_option("--archive-days", options.archive_after_days,
-                   "Days after its end that a study's jobs move to the archive (default 30; "
-                   "0: never)")
+      .add_option("--archive-days", options.archive_after_days,
+                  "Days after its end that a study's jobs move to the archive (default 30; "
+                  "0: never)")
       ->check(CLI::Range(0.0, 36500.0));
+}
+
+void DeclareRules(CLI::App& serve, ServeOptions& options) {
   serve
-      ->add_option("--limits", options.limits,
-                   "YAML file of how many jobs, studies and pairs each user may have at a time "
-                   "(see coordinator/README.md; default: no limits)")
+      .add_option("--limits", options.limits,
+                  "YAML file of how many jobs, studies and pairs each user may have at a time "
+                  "(see coordinator/README.md; default: no limits)")
       ->type_name("FILE");
   serve
-      ->add_option("--store-access", options.store_access,
-                   "How workers reach the store: direct (they see it themselves), stream (their "
-                   "files come through this coordinator) or auto (default: direct where they see "
-                   "it, else stream)")
+      .add_option("--store-access", options.store_access,
+                  "How workers reach the store: direct (they see it themselves), stream (their "
+                  "files come through this coordinator) or auto (default: direct where they see "
+                  "it, else stream)")
       ->check(CLI::IsMember({"auto", "direct", "stream"}));
-  serve->add_flag("--trust-workers", options.trust_workers,
-                  "Don't look for the files that a result names before it is published");
+  serve.add_flag("--trust-workers", options.trust_workers,
+                 "Don't look for the files that a result names before it is published");
+}
+
+void DeclareSecurity(CLI::App& serve, ServeOptions& options) {
   serve
-      ->add_option("--tls", options.tls_dir,
-                   "Folder with ca.crt, tls.crt and tls.key, as `coordinator init` makes it: TCP "
-                   "addresses are encrypted, and callers need a certificate")
+      .add_option("--tls", options.tls_dir,
+                  "Folder with ca.crt, tls.crt and tls.key, as `coordinator init` makes it: TCP "
+                  "addresses are encrypted, and callers need a certificate")
       ->envname("PARALLAX_TLS")
       ->type_name("DIR");
-  serve->add_flag("--insecure", options.insecure,
-                  "Allow other addresses than this machine's, without encryption");
+  serve.add_flag("--insecure", options.insecure,
+                 "Allow other addresses than this machine's, without encryption");
+}
+
+// In the order of --help.
+CLI::App* DeclareServe(CLI::App& app, CommandLine& line) {
+  CLI::App* serve = app.add_subcommand("serve", "Serve workers and clients until SIGTERM");
+  line.serve.listen = {"127.0.0.1:7070"};
+  line.serve.http = "127.0.0.1:7080";
+  DeclarePlaces(*serve, line.serve);
+  DeclareServeTimes(*serve, line.serve);
+  DeclareRules(*serve, line.serve);
+  DeclareSecurity(*serve, line.serve);
   serve->add_flag("--log-json", line.log_json, "One JSON object a log line");
   serve->add_option("--log-level", line.log_level, "debug, info, warning or error (default info)");
   serve->footer(std::string(kServeFooter) + "\n" + kExitHelp);

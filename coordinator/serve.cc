@@ -59,11 +59,69 @@ ProgramError ListenError(const absl::Status& status) {
   }
 }
 
+// Blocks them in this thread and those that it starts, so that WaitForSignal gets them.
+sigset_t BlockStopSignals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  signal(SIGPIPE, SIG_IGN);
+  return signals;
+}
+
 int WaitForSignal(const sigset_t& set) {
   int signal = 0;
   while (sigwait(&set, &signal) != 0) {
   }
   return signal;
+}
+
+JobQueueOptions QueueOptionsOf(const ServeOptions& options, const LimitRules& limits) {
+  JobQueueOptions queue;
+  queue.limits = limits;
+  queue.db_path = options.db;
+  if (options.kinds != nullptr) queue.kinds = options.kinds;
+  queue.lease_s = options.lease_s;
+  queue.retry.backoff_min_s = options.backoff_s;
+  // Callers that wait for a commit wait for a checkpoint too, so it runs often and briefly.
+  queue.checkpoint_pages = 200;
+  queue.archive_after_s = options.archive_after_days * 86400;
+  return queue;
+}
+
+CoordinatorServerOptions ServerOptionsOf(const ServeOptions& options, const RpcSecurity& security,
+                                         Store& store) {
+  CoordinatorServerOptions server;
+  server.listen = options.listen;
+  server.security = security;
+  server.store_uri = store.Uri();
+  server.store = &store;
+  server.store_access = AccessOf(options.store_access);
+  server.check_outputs = !options.trust_workers;
+  server.spool_dir = SpoolFor(store, options.db);
+  server.reconnect_grace_s = options.reconnect_grace_s;
+  return server;
+}
+
+HttpServerOptions HttpOptionsOf(const ServeOptions& options, const RpcSecurity& security,
+                                Store& store) {
+  HttpServerOptions http;
+  http.listen = options.http;
+  http.security = security;
+  http.store_uri = store.Uri();
+  http.db_path = options.db;
+  http.store = &store;
+  return http;
+}
+
+// Says on standard output where it listens: who started it waits for these lines.
+void Announce(const CoordinatorServer& server, const HttpServer* http) {
+  for (const std::string& address : server.addresses()) {
+    std::cout << "listening on " << address << "\n";
+  }
+  if (http != nullptr) std::cout << "http on " << http->url() << "\n";
+  std::cout << std::flush;
 }
 
 }  // namespace
@@ -104,13 +162,7 @@ ProgramError ExplainOpenError(const absl::Status& status, const std::string& db)
 }
 
 ProgramError Serve(const ServeOptions& options) {
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGTERM);
-  sigaddset(&signals, SIGINT);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  signal(SIGPIPE, SIG_IGN);
-
+  const sigset_t signals = BlockStopSignals();
   auto security = MakeRpcSecurity(options.insecure, options.tls_dir, Clock::System());
   if (!security.ok()) return {security.status(), kExitUsage};
   auto store = OpenStore(options.store);
@@ -128,50 +180,20 @@ ProgramError Serve(const ServeOptions& options) {
     limits = *std::move(loaded);
   }
   if (ProgramError error = CheckDatabasePlace(options.db); !error.status.ok()) return error;
-  JobQueueOptions queue_options;
-  queue_options.limits = limits;
-  queue_options.db_path = options.db;
-  if (options.kinds != nullptr) queue_options.kinds = options.kinds;
-  queue_options.lease_s = options.lease_s;
-  queue_options.retry.backoff_min_s = options.backoff_s;
-  // Callers that wait for a commit wait for a checkpoint too, so it runs often and briefly.
-  queue_options.checkpoint_pages = 200;
-  queue_options.archive_after_s = options.archive_after_days * 86400;
-  auto queue = JobQueue::Open(queue_options);
+  auto queue = JobQueue::Open(QueueOptionsOf(options, limits));
   if (!queue.ok()) return ExplainOpenError(queue.status(), options.db);
 
-  CoordinatorServerOptions server_options;
-  server_options.listen = options.listen;
-  server_options.security = *security;
-  server_options.store_uri = (*store)->Uri();
-  server_options.store = store->get();
-  server_options.store_access = AccessOf(options.store_access);
-  server_options.check_outputs = !options.trust_workers;
-  server_options.spool_dir = SpoolFor(**store, options.db);
-  server_options.reconnect_grace_s = options.reconnect_grace_s;
-  auto server = CoordinatorServer::Start(server_options, **queue);
+  auto server = CoordinatorServer::Start(ServerOptionsOf(options, *security, **store), **queue);
   if (!server.ok()) return ListenError(server.status());
-
   const Janitor janitor(**queue, **store, {.lease_s = options.lease_s});
-
   std::unique_ptr<HttpServer> http;
   if (!options.http.empty()) {
-    HttpServerOptions http_options;
-    http_options.listen = options.http;
-    http_options.security = *security;
-    http_options.store_uri = (*store)->Uri();
-    http_options.db_path = options.db;
-    http_options.store = store->get();
-    auto started = HttpServer::Start(http_options, **queue, **server);
+    auto started = HttpServer::Start(HttpOptionsOf(options, *security, **store), **queue, **server);
     if (!started.ok()) return ListenError(started.status());
     http = *std::move(started);
   }
 
-  for (const std::string& address : (*server)->addresses()) {
-    std::cout << "listening on " << address << "\n";
-  }
-  if (http != nullptr) std::cout << "http on " << http->url() << "\n";
-  std::cout << std::flush;
+  Announce(**server, http.get());
   LogInfo("coordinator serves", {{"version", kProgramVersion},
                                  {"db", options.db},
                                  {"store", (*store)->Uri()},

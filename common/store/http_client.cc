@@ -122,53 +122,59 @@ HttpClient::HttpClient(HttpSigner signer)
     : signer_(std::move(signer)), handles_(std::make_unique<Handles>()) {}
 HttpClient::~HttpClient() = default;
 
-HttpAnswer HttpClient::Send(const HttpRequest& request) const {
-  HttpAnswer answer;
-  CURL* const curl = handles_->Take();
-  if (curl == nullptr) {
-    answer.error = "no memory for a connection";
-    return answer;
-  }
-  const std::string user = signer_.access_key + ":" + signer_.secret_key;
-  const std::string scheme = "aws:amz:" + signer_.region + ":s3";
-  char error[CURL_ERROR_SIZE] = "";
-  curl_slist* headers = nullptr;
-  const auto add = [&headers](const std::string& line) {
-    headers = curl_slist_append(headers, line.c_str());
-  };
-  for (const auto& [name, value] : request.headers) add(name + ": " + value);
-  // The server checks the body against it, and it is part of the signature.
-  std::string sha256 = request.sha256;
-  if (sha256.empty()) {
-    auto hashed = request.body.Sha256Hex();
-    if (!hashed.ok()) {
-      answer.error = std::string(hashed.status().message());
-      curl_slist_free_all(headers);
-      handles_->Return(curl);
-      return answer;
-    }
-    sha256 = *std::move(hashed);
-  }
-  add("x-amz-content-sha256: " + sha256);
-  if (!signer_.session_token.empty()) add("x-amz-security-token: " + signer_.session_token);
+namespace {
 
-  Sending sending{&request.body};
+// The headers of a request; curl reads the list while it sends.
+class HeaderList {
+ public:
+  HeaderList() = default;
+  ~HeaderList() { curl_slist_free_all(list_); }
+  HeaderList(const HeaderList&) = delete;
+  HeaderList& operator=(const HeaderList&) = delete;
+
+  void Add(const std::string& line) { list_ = curl_slist_append(list_, line.c_str()); }
+  curl_slist* get() const { return list_; }
+
+ private:
+  curl_slist* list_ = nullptr;
+};
+
+// The body's hash: the server checks the body against it, and it is part of the signature.
+absl::StatusOr<std::string> BodyHash(const HttpRequest& request) {
+  if (!request.sha256.empty()) return request.sha256;
+  return request.body.Sha256Hex();
+}
+
+void SetConnection(CURL* curl, const HttpRequest& request) {
   curl_easy_setopt(curl, CURLOPT_URL, request.url.c_str());
   curl_easy_setopt(curl, CURLOPT_PROTOCOLS_STR, "http,https");
   curl_easy_setopt(curl, CURLOPT_PATH_AS_IS, 1L);
   curl_easy_setopt(curl, CURLOPT_NOSIGNAL, 1L);
-  curl_easy_setopt(curl, CURLOPT_ERRORBUFFER, error);
   curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, kConnectPatience_s);
   curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, kSlowest_bytes_per_s);
   curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, kSlowPatience_s);
   // "Expect:" can't be left away by a header of ours: libcurl 7.88 would sign the empty line.
   curl_easy_setopt(curl, CURLOPT_EXPECT_100_TIMEOUT_MS, 200L);
+}
+
+// libcurl copies the strings.
+void SetSigner(CURL* curl, const HttpSigner& signer) {
+  const std::string user = signer.access_key + ":" + signer.secret_key;
+  const std::string scheme = "aws:amz:" + signer.region + ":s3";
   curl_easy_setopt(curl, CURLOPT_AWS_SIGV4, scheme.c_str());
   curl_easy_setopt(curl, CURLOPT_USERPWD, user.c_str());
+}
+
+void SetAnswer(CURL* curl, HttpAnswer& answer) {
   curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, &TakeBody);
   curl_easy_setopt(curl, CURLOPT_WRITEDATA, &answer);
   curl_easy_setopt(curl, CURLOPT_HEADERFUNCTION, &TakeHeader);
   curl_easy_setopt(curl, CURLOPT_HEADERDATA, &answer);
+}
+
+// The method, and what it sends; `sending` lives until the transfer ends.
+void SetMethod(CURL* curl, const HttpRequest& request, Sending& sending, HeaderList& headers) {
+  const HttpBody& body = request.body;
   if (request.method == "HEAD") {
     curl_easy_setopt(curl, CURLOPT_NOBODY, 1L);
   } else if (request.method == "PUT") {
@@ -177,19 +183,20 @@ HttpAnswer HttpClient::Send(const HttpRequest& request) const {
     curl_easy_setopt(curl, CURLOPT_READDATA, &sending);
     curl_easy_setopt(curl, CURLOPT_SEEKFUNCTION, &SeekBody);
     curl_easy_setopt(curl, CURLOPT_SEEKDATA, &sending);
-    curl_easy_setopt(curl, CURLOPT_INFILESIZE_LARGE, static_cast<curl_off_t>(request.body.size()));
+    curl_easy_setopt(curl, CURLOPT_INFILESIZE_LARGE, static_cast<curl_off_t>(body.size()));
   } else if (request.method == "POST") {
-    add("Content-Type: application/xml");
+    headers.Add("Content-Type: application/xml");
     curl_easy_setopt(curl, CURLOPT_POST, 1L);
-    curl_easy_setopt(curl, CURLOPT_POSTFIELDS,
-                     request.body.bytes.empty() ? "" : request.body.bytes.data());
-    curl_easy_setopt(curl, CURLOPT_POSTFIELDSIZE_LARGE,
-                     static_cast<curl_off_t>(request.body.size()));
+    curl_easy_setopt(curl, CURLOPT_POSTFIELDS, body.bytes.empty() ? "" : body.bytes.data());
+    curl_easy_setopt(curl, CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(body.size()));
   } else if (request.method != "GET") {
     curl_easy_setopt(curl, CURLOPT_CUSTOMREQUEST, request.method.c_str());
   }
-  curl_easy_setopt(curl, CURLOPT_HTTPHEADER, headers);
+}
 
+void Perform(CURL* curl, HttpAnswer& answer) {
+  char error[CURL_ERROR_SIZE] = "";
+  curl_easy_setopt(curl, CURLOPT_ERRORBUFFER, error);
   const CURLcode result = curl_easy_perform(curl);
   long code = 0;
   curl_easy_getinfo(curl, CURLINFO_RESPONSE_CODE, &code);
@@ -198,7 +205,34 @@ HttpAnswer HttpClient::Send(const HttpRequest& request) const {
   } else {
     answer.error = *error != '\0' ? error : curl_easy_strerror(result);
   }
-  curl_slist_free_all(headers);
+  curl_easy_setopt(curl, CURLOPT_ERRORBUFFER, nullptr);
+}
+
+}  // namespace
+
+HttpAnswer HttpClient::Send(const HttpRequest& request) const {
+  HttpAnswer answer;
+  const auto sha256 = BodyHash(request);
+  if (!sha256.ok()) {
+    answer.error = std::string(sha256.status().message());
+    return answer;
+  }
+  CURL* const curl = handles_->Take();
+  if (curl == nullptr) {
+    answer.error = "no memory for a connection";
+    return answer;
+  }
+  HeaderList headers;
+  for (const auto& [name, value] : request.headers) headers.Add(name + ": " + value);
+  headers.Add("x-amz-content-sha256: " + *sha256);
+  if (!signer_.session_token.empty()) headers.Add("x-amz-security-token: " + signer_.session_token);
+  Sending sending{&request.body};
+  SetConnection(curl, request);
+  SetSigner(curl, signer_);
+  SetAnswer(curl, answer);
+  SetMethod(curl, request, sending, headers);
+  curl_easy_setopt(curl, CURLOPT_HTTPHEADER, headers.get());
+  Perform(curl, answer);
   handles_->Return(curl);
   return answer;
 }

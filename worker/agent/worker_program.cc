@@ -107,7 +107,7 @@ std::string DefaultOutbox() {
   return fmt::format("/var/tmp/parallax-outbox-{}", getuid());
 }
 
-void Declare(CLI::App& app, CommandLine& line) {
+void DeclareWork(CLI::App& app, CommandLine& line) {
   app.add_option("--role", line.role,
                  "Kinds of jobs it takes, for example solve (scenes) or solve,render; or all")
       ->required();
@@ -127,6 +127,9 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.add_option("--tags", line.tags, "Words that studies may ask for, for example a,b");
   app.add_option("--name", line.name,
                  "Its name among the coordinator's workers (default: <host>-<pid>)");
+}
+
+void DeclareFolders(CLI::App& app, CommandLine& line) {
   app.add_option("--store", line.store,
                  "Where the coordinator's store is on this machine, if not under the same path");
   app.add_option("--outbox", line.outbox,
@@ -163,6 +166,9 @@ void Declare(CLI::App& app, CommandLine& line) {
       ->type_name("DIR");
   app.add_option("--cache-gb", line.cache_gb, "Its size (default 20)")
       ->check(CLI::Range(1, 1 << 20));
+}
+
+void DeclareTimes(CLI::App& app, CommandLine& line) {
   app.add_option("--grace", line.grace_s,
                  "Seconds that running jobs may take after SIGTERM (default 300)")
       ->check(CLI::Range(0.0, kLongestS));
@@ -181,6 +187,9 @@ void Declare(CLI::App& app, CommandLine& line) {
                  "Seconds without progress after which a job counts as hung: it is reported as\n"
                  "failed and the worker drains (default 1800; 0: never)")
       ->check(CLI::Range(0.0, kLongestS));
+}
+
+void DeclareConnection(CLI::App& app, CommandLine& line) {
   app.add_option("--tls", line.tls_dir,
                  "Folder with ca.crt, tls.crt and tls.key, as `coordinator init --issue worker "
                  "NAME` makes it\n(default: $PARALLAX_TLS)")
@@ -191,6 +200,14 @@ void Declare(CLI::App& app, CommandLine& line) {
                  "HOST:PORT or unix:/path where probes ask by gRPC's health protocol whether the\n"
                  "worker is `alive` and `ready`, for example 0.0.0.0:7090 (default: nowhere)")
       ->type_name("ADDRESS");
+}
+
+// In the order of --help.
+void Declare(CLI::App& app, CommandLine& line) {
+  DeclareWork(app, line);
+  DeclareFolders(app, line);
+  DeclareTimes(app, line);
+  DeclareConnection(app, line);
   app.add_flag("--exit-when-orphaned", line.exit_when_orphaned, "End when the parent process dies");
   app.add_flag("--log-json", line.log_json, "One JSON object a log line");
   app.add_option("--log-level", line.log_level, "debug, info, warning or error (default info)");
@@ -280,64 +297,75 @@ int ExitFor(const absl::Status& status) {
   }
 }
 
-int Work(const AgentOptions& options, const CommandLine& line, const JobHandlers& handlers) {
-  std::mutex mu;
-  Agent* agent = nullptr;  // Guarded by mu, as is `wanted`.
-  int wanted = 0;          // Signals that came before there was an agent count too.
-  std::atomic<bool> orphaned = false;
-  const auto raise = [&](int count) {
+// Passes signals on to the agent, also those that came before there was one. Thread-safe.
+class SignalRelay {
+ public:
+  void Raise(int count) {
     if (count > 2) std::_Exit(kWorkerIncomplete);
-    std::lock_guard lock(mu);
-    wanted = std::max(wanted, count);
-    if (agent == nullptr) return;
-    wanted == 1 ? agent->Drain() : agent->HandBack();
-  };
-  bool long_drain = false;  // Guarded by mu: SIGUSR1 that came before there was an agent.
-  SignalWatch::Handlers on_signals;
-  on_signals.on_signal = raise;
-  on_signals.on_long_drain = [&] {
-    std::lock_guard lock(mu);
-    long_drain = true;
-    if (agent != nullptr) agent->DrainLong();
-  };
-  if (line.exit_when_orphaned) {
-    on_signals.on_orphaned = [&] {
-      orphaned = true;
-      raise(2);
-    };
+    std::lock_guard lock(mu_);
+    wanted_ = std::max(wanted_, count);
+    if (agent_ != nullptr) PassOn();
   }
-  const SignalWatch watch(std::move(on_signals));
-
-  LogContext names;
-  names.worker = options.name;
-  const ScopedLogContext scope(names);
-  auto created = Agent::Create(options, handlers, Clock::System());
-  if (!created.ok()) return Complain(created.status(), kWorkerFailed);
-  {
-    std::lock_guard lock(mu);
-    agent = created->get();
-    if (long_drain) agent->DrainLong();
-    if (wanted > 0) wanted == 1 ? agent->Drain() : agent->HandBack();
+  void DrainLong() {
+    std::lock_guard lock(mu_);
+    long_drain_ = true;
+    if (agent_ != nullptr) agent_->DrainLong();
+  }
+  void Orphan() {
+    orphaned_ = true;
+    Raise(2);
   }
 
-  std::unique_ptr<HealthServer> health;
-  if (!line.health.empty()) {
-    auto started = HealthServer::Start(line.health, [&created] { return (*created)->Health(); });
-    if (!started.ok()) {
-      std::lock_guard lock(mu);
-      agent = nullptr;
-      const bool bad_address = absl::IsInvalidArgument(started.status());
-      return Complain(started.status(), bad_address ? kWorkerUsage : kWorkerFailed);
-    }
-    health = *std::move(started);
+  // `agent` must live until Detach.
+  void Attach(Agent* agent) {
+    std::lock_guard lock(mu_);
+    agent_ = agent;
+    if (long_drain_) agent_->DrainLong();
+    if (wanted_ > 0) PassOn();
+  }
+  void Detach() {
+    std::lock_guard lock(mu_);
+    agent_ = nullptr;
   }
 
+  bool orphaned() const { return orphaned_; }
+
+ private:
+  void PassOn() { wanted_ == 1 ? agent_->Drain() : agent_->HandBack(); }
+
+  std::mutex mu_;
+  Agent* agent_ = nullptr;              // Guarded by mu_, as are the next two.
+  int wanted_ = 0;                      // SIGTERMs and SIGINTs so far.
+  bool long_drain_ = false;             // Whether there was a SIGUSR1.
+  std::atomic<bool> orphaned_ = false;  // Set by the watch's thread, read at the end.
+};
+
+SignalWatch::Handlers HandlersFor(SignalRelay& relay, bool exit_when_orphaned) {
+  SignalWatch::Handlers handlers;
+  handlers.on_signal = [&relay](int count) { relay.Raise(count); };
+  handlers.on_long_drain = [&relay] { relay.DrainLong(); };
+  if (exit_when_orphaned) handlers.on_orphaned = [&relay] { relay.Orphan(); };
+  return handlers;
+}
+
+int ExitAfter(const AgentSummary& summary, bool orphaned) {
+  const bool complete = summary.handed_back == 0 && summary.reports_left == 0;
+  return orphaned           ? kWorkerOrphaned
+         : summary.hung > 0 ? kWorkerHung
+         : complete         ? kWorkerDrained
+                            : kWorkerIncomplete;
+}
+
+// Runs the agent to its end. Returns the exit status, unless a job hinders the process from ending:
+// then ends it.
+int RunAgent(Agent& agent, const AgentOptions& options, const CommandLine& line,
+             const SignalRelay& relay) {
   LogInfo("worker starts", {{"coordinator", line.coordinator},
                             {"role", line.role},
                             {"slots", options.slots},
                             {"threads", options.cores},
                             {"version", kProgramVersion}});
-  const absl::StatusOr<AgentSummary> summary = (*created)->Run();
+  const absl::StatusOr<AgentSummary> summary = agent.Run();
   // A job that ignores its cancellation must not keep the process: its data is durable or
   // worthless.
   if (!summary.ok()) std::_Exit(Complain(summary.status(), ExitFor(summary.status())));
@@ -345,14 +373,34 @@ int Work(const AgentOptions& options, const CommandLine& line, const JobHandlers
                           {"failed", summary->failed},
                           {"handed_back", summary->handed_back},
                           {"reports_left", summary->reports_left}});
-  const bool complete = summary->handed_back == 0 && summary->reports_left == 0;
-  const int status = orphaned            ? kWorkerOrphaned
-                     : summary->hung > 0 ? kWorkerHung
-                     : complete          ? kWorkerDrained
-                                         : kWorkerIncomplete;
+  const int status = ExitAfter(*summary, relay.orphaned());
   if (summary->stuck > 0) std::_Exit(status);
-  std::lock_guard lock(mu);
-  agent = nullptr;
+  return status;
+}
+
+int Work(const AgentOptions& options, const CommandLine& line, const JobHandlers& handlers) {
+  SignalRelay relay;
+  const SignalWatch watch(HandlersFor(relay, line.exit_when_orphaned));
+  LogContext names;
+  names.worker = options.name;
+  const ScopedLogContext scope(names);
+  auto created = Agent::Create(options, handlers, Clock::System());
+  if (!created.ok()) return Complain(created.status(), kWorkerFailed);
+  Agent& agent = **created;
+  relay.Attach(&agent);
+
+  std::unique_ptr<HealthServer> health;
+  if (!line.health.empty()) {
+    auto started = HealthServer::Start(line.health, [&agent] { return agent.Health(); });
+    if (!started.ok()) {
+      relay.Detach();
+      const bool bad_address = absl::IsInvalidArgument(started.status());
+      return Complain(started.status(), bad_address ? kWorkerUsage : kWorkerFailed);
+    }
+    health = *std::move(started);
+  }
+  const int status = RunAgent(agent, options, line, relay);
+  relay.Detach();
   return status;
 }
 

@@ -33,6 +33,13 @@ struct Asset {
   std::vector<SupportSurface> supports;
 };
 
+// The real sizes of a class: limits of the bounding box, metres.
+struct SizeRange {
+  SizeRange() = default;
+  SizeRange(const Vec3f& least, const Vec3f& most) : least_m(least), most_m(most) {}
+  Vec3f least_m = Vec3f::Zero(), most_m = Vec3f::Zero();
+};
+
 // One entry of the catalogue. `sample` draws the parameters from the stream and builds the mesh:
 // the same stream gives the same bytes. Registered by worker/assets/<family>.cc.
 struct AssetClass {
@@ -42,6 +49,7 @@ struct AssetClass {
   bool on_by_default = true;
   float front_clearance_m = 0;  // Free depth that a person needs in front of it.
   std::function<Asset(Rng&)> sample;
+  SizeRange size;  // Bounds of what it makes; the suite holds every class to them.
 };
 
 // Every class in order of name; built once, thread-safe, lives for the program.

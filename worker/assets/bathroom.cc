@@ -3,32 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/basin.h"
 #include "worker/assets/kernel/subdivide.h"
 
 namespace parallax {
-namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
 MaterialSlot ChromeSlot() { return Slot("fittings", {"metal"}); }
-
-// Radius factor that turns a circle into a superellipse.
-std::function<float(float, float)> Squarish(float exponent) {
-  return [exponent](float theta, float) {
-    const float c = std::pow(std::fabs(std::cos(theta)), exponent);
-    const float s = std::pow(std::fabs(std::sin(theta)), exponent);
-    return std::pow(c + s, -1.0f / exponent);
-  };
-}
-
-// One level of a basin: its outline between two corners. They go from the foot up the outside, over
-// the rim and down inside.
-struct BasinLevel {
-  Vec2f low, high;
-  float z;
-  float exponent;  // Exponent of the superellipse; 0: a rectangle.
-  float sharpness = 0, corners = 0;
-};
 
 Shape Basin(const std::vector<BasinLevel>& levels) {
   std::vector<CageRing> rings;
@@ -49,6 +31,17 @@ void AddDrain(AssetBuilder& b, const Vec3f& at, float radius) {
   b.Add(Cylinder(0.5f * radius, 0.003f, 0.001f, 20).Moved(at - Vec3f(0, 0, 0.0025f)), ChromeSlot());
 }
 
+namespace {
+
+// Radius factor that turns a circle into a superellipse.
+std::function<float(float, float)> Squarish(float exponent) {
+  return [exponent](float theta, float) {
+    const float c = std::pow(std::fabs(std::cos(theta)), exponent);
+    const float s = std::pow(std::fabs(std::sin(theta)), exponent);
+    return std::pow(c + s, -1.0f / exponent);
+  };
+}
+
 // A turning handle that stands along +z.
 Shape TapHandle(bool cross, float r) {
   Shape out = Cone(1.5f * r, 1.15f * r, 0.022f, 0.002f, 22);
@@ -67,40 +60,43 @@ Shape TapHandle(bool cross, float r) {
   return out;
 }
 
-}  // namespace
-
-void AddTap(AssetBuilder& b, const TapParams& p, const Vec3f& at) {
-  const MaterialSlot metal = ChromeSlot();
+// A tap of square blocks with a lever on top.
+void AddBlockTap(const std::function<void(const Shape&)>& add, const TapParams& p) {
   const float r = p.pipe_m, h = p.height_m, reach = p.reach_m;
-  const auto add = [&](const Shape& shape) { b.Add(shape.Moved(at), metal); };
-  if (p.style == TapStyle::kBlock) {
-    add(Board({-1.6f * r, -1.6f * r, 0}, {1.6f * r, 1.6f * r, 0.75f * h}, 0.003f));
-    add(Board({-1.5f * r, -1.5f * r, 0.6f * h}, {1.5f * r, reach, 0.6f * h + 1.6f * r}, 0.003f));
-    add(Cylinder(0.7f * r, 0.012f, 0.001f, 16).Moved(0, reach - 1.8f * r, 0.6f * h - 0.011f));
-    add(Board({-0.9f * r, -1.4f * r, 0.75f * h + 0.003f}, {0.9f * r, 3.4f * r, 0.75f * h + 0.012f},
-              0.003f)
-            .TurnedX(0.0f));
-    add(Cylinder(0.6f * r, 0.006f, 0.001f, 14).Moved(0, 0, 0.75f * h - 0.001f));
-    return;
-  }
-  add(Cone(2.2f * r, 1.7f * r, 0.012f, 0.003f, 28));
-  Path3 path;
+  add(Board({-1.6f * r, -1.6f * r, 0}, {1.6f * r, 1.6f * r, 0.75f * h}, 0.003f));
+  add(Board({-1.5f * r, -1.5f * r, 0.6f * h}, {1.5f * r, reach, 0.6f * h + 1.6f * r}, 0.003f));
+  add(Cylinder(0.7f * r, 0.012f, 0.001f, 16).Moved(0, reach - 1.8f * r, 0.6f * h - 0.011f));
+  add(Board({-0.9f * r, -1.4f * r, 0.75f * h + 0.003f}, {0.9f * r, 3.4f * r, 0.75f * h + 0.012f},
+            0.003f)
+          .TurnedX(0.0f));
+  add(Cylinder(0.6f * r, 0.006f, 0.001f, 14).Moved(0, 0, 0.75f * h - 0.001f));
+}
+
+// The way of the water: low and forward, or up, over in a half circle and down.
+Path3 SpoutPath(const TapParams& p) {
+  const float h = p.height_m, reach = p.reach_m;
   if (p.style == TapStyle::kLow) {
-    path = Spline(Path3{{0, 0, 0.004f},
+    return Spline(Path3{{0, 0, 0.004f},
                         {0, 0.0f, 0.35f * h},
                         {0, 0.12f * reach, 0.72f * h},
                         {0, 0.55f * reach, h},
                         {0, 0.9f * reach, 0.86f * h},
                         {0, reach, 0.68f * h}},
                   7);
-  } else {
-    // Up, over in a half circle, down.
-    const float bow = 0.5f * reach, top = std::max(h - bow, 0.3f * h);
-    path = {{0, 0, 0.004f}, {0, 0, 0.5f * top}};
-    for (const Vec2f& q : Arc({bow, top}, bow, h - top, kPi, 0.0f, 20))
-      path.emplace_back(0, q.x(), q.y());
-    path.emplace_back(0, reach, top - 0.18f * h);
   }
+  const float bow = 0.5f * reach, top = std::max(h - bow, 0.3f * h);
+  Path3 path{{0, 0, 0.004f}, {0, 0, 0.5f * top}};
+  for (const Vec2f& q : Arc({bow, top}, bow, h - top, kPi, 0.0f, 20))
+    path.emplace_back(0, q.x(), q.y());
+  path.emplace_back(0, reach, top - 0.18f * h);
+  return path;
+}
+
+// A tube on a flange, with a sleeve at its end.
+void AddSpout(const std::function<void(const Shape&)>& add, const TapParams& p) {
+  const float r = p.pipe_m;
+  add(Cone(2.2f * r, 1.7f * r, 0.012f, 0.003f, 28));
+  const Path3 path = SpoutPath(p);
   SweepOptions options;
   options.end_round_m = 0.002f;
   if (p.style == TapStyle::kLow)
@@ -109,24 +105,37 @@ void AddTap(AssetBuilder& b, const TapParams& p, const Vec3f& at) {
   const Vec3f tip = path.back();
   const Vec3f along = (path.back() - path[path.size() - 2]).normalized();
   add(AlongZ(Cylinder(1.18f * r, 0.014f, 0.002f, 22), tip - 0.01f * along, tip + 0.01f * along));
-  if (p.two_handles) {
-    const float gap = p.style == TapStyle::kBridge ? 0.09f : 0.075f;
-    for (const float s : {-1.0f, 1.0f}) {
-      add(Cone(2.0f * r, 1.5f * r, 0.01f, 0.002f, 24).Moved(s * gap, 0, 0));
-      add(Cylinder(1.2f * r, 0.045f, 0.002f, 22).Moved(s * gap, 0, 0.006f));
-      add(TapHandle(p.cross_handles, r).Moved(s * gap, 0, 0.048f));
-    }
-    if (p.style == TapStyle::kBridge)
-      add(Tube({Vec3f(-gap, 0, 0.035f), Vec3f(gap, 0, 0.035f)}, 0.8f * r, 0.001f, 16));
-  } else {
-    // One lever on the side of the body.
-    const float z = 0.28f * h;
-    add(Cylinder(1.5f * r, 0.3f * h, 0.003f, 26).Moved(0, 0, 0.008f));
-    add(AlongZ(Cylinder(0.95f * r, 0.03f, 0.003f, 18), {0, 0, z}, {1, 0, z}).Moved(0.5f * r, 0, 0));
-    add(Tube({Vec3f(0.5f * r + 0.024f, 0, z), Vec3f(0.5f * r + 0.03f, 0, z + 0.02f),
-              Vec3f(0.5f * r + 0.045f, 0, z + 0.07f)},
-             0.0045f, 0.0043f, 12));
+}
+
+// Two handles beside the spout; a bridge joins them above the basin.
+void AddTwoHandles(const std::function<void(const Shape&)>& add, const TapParams& p) {
+  const float r = p.pipe_m, gap = p.style == TapStyle::kBridge ? 0.09f : 0.075f;
+  for (const float s : {-1.0f, 1.0f}) {
+    add(Cone(2.0f * r, 1.5f * r, 0.01f, 0.002f, 24).Moved(s * gap, 0, 0));
+    add(Cylinder(1.2f * r, 0.045f, 0.002f, 22).Moved(s * gap, 0, 0.006f));
+    add(TapHandle(p.cross_handles, r).Moved(s * gap, 0, 0.048f));
   }
+  if (p.style == TapStyle::kBridge)
+    add(Tube({Vec3f(-gap, 0, 0.035f), Vec3f(gap, 0, 0.035f)}, 0.8f * r, 0.001f, 16));
+}
+
+// One lever on the side of the body.
+void AddLever(const std::function<void(const Shape&)>& add, const TapParams& p) {
+  const float r = p.pipe_m, h = p.height_m, z = 0.28f * h;
+  add(Cylinder(1.5f * r, 0.3f * h, 0.003f, 26).Moved(0, 0, 0.008f));
+  add(AlongZ(Cylinder(0.95f * r, 0.03f, 0.003f, 18), {0, 0, z}, {1, 0, z}).Moved(0.5f * r, 0, 0));
+  add(Tube({Vec3f(0.5f * r + 0.024f, 0, z), Vec3f(0.5f * r + 0.03f, 0, z + 0.02f),
+            Vec3f(0.5f * r + 0.045f, 0, z + 0.07f)},
+           0.0045f, 0.0043f, 12));
+}
+
+}  // namespace
+
+void AddTap(AssetBuilder& b, const TapParams& p, const Vec3f& at) {
+  const auto add = [&](const Shape& shape) { b.Add(shape.Moved(at), ChromeSlot()); };
+  if (p.style == TapStyle::kBlock) return AddBlockTap(add, p);
+  AddSpout(add, p);
+  p.two_handles ? AddTwoHandles(add, p) : AddLever(add, p);
 }
 
 Asset MakeTap(const TapParams& p) {
@@ -155,52 +164,56 @@ TapParams DrawTap(Rng& rng, double height_low, double height_high) {
 
 Asset SampleTap(Rng& rng) { return MakeTap(DrawTap(rng, 0.24, 0.36)); }
 
-Asset MakeBathroomSink(const BathroomSinkParams& p) {
-  AssetBuilder b(p.seed);
-  const MaterialSlot ceramic = Slot("basin", {"SanitaryCeramic", "Marble", "GlazedCeramic"});
-  const float w = 0.5f * p.width_m, d = 0.5f * p.depth_m, h = p.basin_m;
-  const float rim_z = p.mount == BasinMount::kPedestal ? 0.84f : 0.85f + h;
-  const float foot = rim_z - h;
-  const float ledge = 0.07f, e = p.squareness;
+namespace {
+
+// Height at which the bowl of a bathroom's sink begins, and the middle of the bowl from the wall.
+constexpr float kBowlLedge = 0.07f;
+
+float BowlFoot(const BathroomSinkParams& p) {
+  return (p.mount == BasinMount::kPedestal ? 0.84f : 0.85f + p.basin_m) - p.basin_m;
+}
+
+// The bowl's outline drawn in by a share; a pedestal's rim runs back to the wall as a ledge that
+// carries the tap.
+Shape BathroomBowl(const BathroomSinkParams& p) {
+  const float w = 0.5f * p.width_m, d = 0.5f * p.depth_m, h = p.basin_m, foot = BowlFoot(p);
   const bool pedestal = p.mount == BasinMount::kPedestal;
-  // The bowl's outline drawn in by a share; a pedestal's rim runs back to the wall as a ledge that
-  // carries the tap.
   const auto level = [&](float share, float inset, float z, bool outside, float sharpness = 0) {
     const float x = share * w - inset, y = share * d - inset;
-    BasinLevel l{{-x, ledge - y}, {x, ledge + y}, foot + z, e, sharpness};
+    BasinLevel l{{-x, kBowlLedge - y}, {x, kBowlLedge + y}, foot + z, p.squareness, sharpness};
     if (pedestal && outside) l.low.y() = Lerp(-0.1f, -d - 0.02f, Smooth01(z / h));
     if (pedestal && !outside) l.low.y() = std::max(l.low.y(), -d + 0.14f);
     return l;
   };
-  b.Add(Basin({level(0.4f, 0, 0, true), level(0.5f, 0, 0, true, 1), level(0.74f, 0, 0.3f * h, true),
-               level(0.95f, 0, 0.72f * h, true), level(1, 0, 0.94f * h, true),
-               level(1, 0.003f, h, true), level(1, 0.014f, h, false),
-               level(0.98f, 0.018f, 0.9f * h, false), level(0.86f, 0.018f, 0.5f * h, false),
-               level(0.6f, 0.018f, 0.028f, false), level(0.34f, 0, 0.026f, false),
-               level(0.2f, 0, 0.026f, false)}),
-        ceramic);
-  AddDrain(b, {0, ledge, foot + 0.0262f}, 0.024f);
-  if (pedestal) {
-    // A turned column carries the bowl.
-    const float back = -d - 0.02f;
-    const float r = 0.1f;
-    const Path2 column = Spline(Path2{{1.25f * r, 0},
-                                      {1.22f * r, 0.03f},
-                                      {0.95f * r, 0.1f},
-                                      {0.78f * r, 0.3f},
-                                      {0.85f * r, 0.52f},
-                                      {1.15f * r, foot + 0.02f},
-                                      {1.3f * r, foot + 0.06f}},
-                                6);
-    LatheOptions options;
-    options.modulate = Squarish(p.squareness);
-    b.Add(Lathe(column, options).Moved(0, 0.5f * ledge, 0), ceramic);
-    AddTap(b, p.tap, {0, back + 0.1f, rim_z - 0.005f});
-    return b.Finish();
-  }
-  // A cabinet with a stone top under the bowl.
+  return Basin({level(0.4f, 0, 0, true), level(0.5f, 0, 0, true, 1),
+                level(0.74f, 0, 0.3f * h, true), level(0.95f, 0, 0.72f * h, true),
+                level(1, 0, 0.94f * h, true), level(1, 0.003f, h, true), level(1, 0.014f, h, false),
+                level(0.98f, 0.018f, 0.9f * h, false), level(0.86f, 0.018f, 0.5f * h, false),
+                level(0.6f, 0.018f, 0.028f, false), level(0.34f, 0, 0.026f, false),
+                level(0.2f, 0, 0.026f, false)});
+}
+
+// A turned column carries the bowl.
+void AddBasinColumn(AssetBuilder& b, const BathroomSinkParams& p, const MaterialSlot& ceramic) {
+  const float r = 0.1f, foot = BowlFoot(p);
+  const Path2 column = Spline(Path2{{1.25f * r, 0},
+                                    {1.22f * r, 0.03f},
+                                    {0.95f * r, 0.1f},
+                                    {0.78f * r, 0.3f},
+                                    {0.85f * r, 0.52f},
+                                    {1.15f * r, foot + 0.02f},
+                                    {1.3f * r, foot + 0.06f}},
+                              6);
+  LatheOptions options;
+  options.modulate = Squarish(p.squareness);
+  b.Add(Lathe(column, options).Moved(0, 0.5f * kBowlLedge, 0), ceramic);
+}
+
+// A cabinet with a stone top under the bowl.
+void AddVanity(AssetBuilder& b, const BathroomSinkParams& p) {
   const MaterialSlot wood = WoodSlot("cabinet");
-  const float cw = w + 0.14f, back = -d - 0.05f, front = d + ledge + 0.02f, top = foot;
+  const float w = 0.5f * p.width_m, d = 0.5f * p.depth_m;
+  const float cw = w + 0.14f, back = -d - 0.05f, front = d + kBowlLedge + 0.02f, top = BowlFoot(p);
   b.Add(Board({-cw, back, 0.1f}, {cw, front, top - 0.03f}, 0.002f), wood);
   b.Add(Board({-cw + 0.02f, back + 0.01f, 0}, {cw - 0.02f, front - 0.05f, 0.11f}, 0.001f), wood);
   b.Add(Board({-cw - 0.012f, back, top - 0.03f}, {cw + 0.012f, front + 0.012f, top}, 0.004f),
@@ -214,6 +227,21 @@ Asset MakeBathroomSink(const BathroomSinkParams& p) {
   }
   AddTap(b, p.tap, {0, back + 0.06f, top});
   b.Support({w + 0.01f, back + 0.02f}, {cw, front - 0.02f}, top);
+}
+
+}  // namespace
+
+Asset MakeBathroomSink(const BathroomSinkParams& p) {
+  AssetBuilder b(p.seed);
+  const MaterialSlot ceramic = Slot("basin", {"SanitaryCeramic", "Marble", "GlazedCeramic"});
+  b.Add(BathroomBowl(p), ceramic);
+  AddDrain(b, {0, kBowlLedge, BowlFoot(p) + 0.0262f}, 0.024f);
+  if (p.mount == BasinMount::kPedestal) {
+    AddBasinColumn(b, p, ceramic);
+    AddTap(b, p.tap, {0, -0.5f * p.depth_m - 0.02f + 0.1f, 0.84f - 0.005f});
+  } else {
+    AddVanity(b, p);
+  }
   return b.Finish();
 }
 
@@ -280,118 +308,15 @@ Asset SampleSink(Rng& rng) {
   return MakeSink(p);
 }
 
-Asset MakeBathtub(const BathtubParams& p) {
-  AssetBuilder b(p.seed);
-  const MaterialSlot ceramic = Slot("tub", {"SanitaryCeramic", "Marble", "GlazedCeramic"});
-  const float l = 0.5f * p.length_m, w = 0.5f * p.width_m;
-  const bool claw = p.style == BathtubStyle::kClawFoot, built = p.style == BathtubStyle::kBuiltIn;
-  const float foot = claw ? 0.12f : built ? 0.05f : 0.0f;
-  const float h = p.height_m - foot, e = p.squareness, low = 1.0f - p.slope;
-  // The wall at a share of the height: one end slopes to lie against, the other holds the drain.
-  const auto wall = [&](float share, float inset, float sharpness = 0) {
-    const float down = p.slope * (1 - share);
-    const float x = l - inset, y = w - inset;
-    return BasinLevel{{-x * (1 - down), -y * (1 - 0.5f * down)},
-                      {x * (1 - 0.35f * down), y * (1 - 0.5f * down)},
-                      foot + share * h,
-                      e,
-                      sharpness};
-  };
-  const auto at = [&](BasinLevel level, float z) {
-    level.z = z;
-    return level;
-  };
-  std::vector<BasinLevel> levels;
-  const float rim = built ? 0.075f : 0.028f, floor = foot + 0.05f;
-  if (built) {
-    // An apron with a recess for the toes; its top is a deck as wide as a hand.
-    const auto apron = [&](float inset, float z, float sharpness) {
-      return BasinLevel{{-l + inset, -w + inset}, {l - inset, w - inset}, z, 0, sharpness, 3};
-    };
-    levels = {apron(0.02f, 0, 3), apron(0.02f, 0.06f, 3), apron(0, 0.065f, 3),
-              apron(0, p.height_m, 2), at(wall(1, 0.045f), p.height_m)};
-  } else {
-    // A rolled rim.
-    levels = {wall(0, 0.12f),
-              wall(0, 0.03f, 1),
-              wall(0.45f, 0.025f),
-              wall(0.88f, 0.022f),
-              at(wall(1, 0.016f), foot + 0.94f * h),
-              at(wall(1, -0.002f), foot + 0.965f * h),
-              wall(1, 0.002f)};
-  }
-  levels.insert(levels.end(), {wall(1, rim), at(wall(1, rim + 0.014f), foot + 0.95f * h),
-                               wall(0.5f, rim + 0.022f), at(wall(0.1f, rim + 0.04f), floor + 0.05f),
-                               at(wall(0, rim + 0.1f), floor), at(wall(0, rim + 0.14f), floor),
-                               at(wall(0, rim + 0.2f), floor)});
-  const auto raise = [&](const Vec3f& q) {
-    const float up = std::clamp((q.z() - foot) / h, 0.0f, 1.0f);
-    return Vec3f(q.x(), q.y(), q.z() + p.slipper_m * up * up * Smooth01(-0.15f - q.x() / l));
-  };
-  b.Add(Basin(levels).Bent(raise), ceramic);
-  AddDrain(b, {0.8f * levels.back().high.x(), 0, floor + 0.0005f}, 0.03f);
-  if (claw) {
-    const MaterialSlot metal = Slot("feet", {"metal"});
-    for (const float sx : {-1.0f, 1.0f}) {
-      for (const float sy : {-1.0f, 1.0f}) {
-        const Vec3f out(sx * 0.62f * l * low, sy * 0.62f * w * low, 0);
-        b.Add(Ball(0.03f, 20).Moved(out + Vec3f(sx * 0.03f, sy * 0.03f, 0.03f)), metal);
-        b.Add(Sweep(Spline(Path3{out + Vec3f(sx * 0.03f, sy * 0.03f, 0.035f),
-                                 out + Vec3f(sx * 0.055f, sy * 0.055f, 0.08f),
-                                 out + Vec3f(sx * 0.03f, sy * 0.03f, 0.13f),
-                                 out + Vec3f(0, 0, 0.165f)},
-                           5),
-                    EllipseSection(0.05f, 0.04f, 14), {}),
-              metal);
-      }
-    }
-  }
-  if (p.tap) {
-    TapParams tap;
-    tap.style = TapStyle::kBridge;
-    tap.height_m = 0.16f;
-    tap.reach_m = 0.15f;
-    tap.pipe_m = 0.012f;
-    tap.two_handles = true;
-    tap.cross_handles = true;
-    if (built) {
-      AddTap(b, tap, {0, -w + 0.045f, p.height_m - 0.003f});
-    } else {
-      // On two risers behind the tub.
-      const float y = -w - 0.07f;
-      for (const float s : {-1.0f, 1.0f}) {
-        b.Add(Rod({s * 0.09f, y, 0}, {s * 0.09f, y, p.height_m + 0.05f}, 0.012f, 0.012f),
-              ChromeSlot());
-        b.Add(Cone(0.03f, 0.02f, 0.01f, 0.002f).Moved(s * 0.09f, y, 0), ChromeSlot());
-      }
-      tap.reach_m = 0.2f;
-      AddTap(b, tap, {0, y, p.height_m + 0.045f});
-    }
-  }
-  return b.Finish();
-}
-
-Asset SampleBathtub(Rng& rng) {
-  BathtubParams p;
-  p.style = DrawEnum<BathtubStyle>(rng, static_cast<int>(BathtubStyle::kCount));
-  p.length_m = Draw(rng, 1.45, 1.8);
-  p.width_m = Draw(rng, 0.7, 0.85);
-  p.height_m = Draw(rng, 0.52, 0.64);
-  p.squareness = p.style == BathtubStyle::kBuiltIn ? Draw(rng, 3.0, 6.0) : Draw(rng, 2.2, 3.6);
-  p.slope = Draw(rng, 0.16, 0.36);
-  p.tap = rng.Bernoulli(0.7);
-  if (p.style != BathtubStyle::kBuiltIn && rng.Bernoulli(0.4)) p.slipper_m = Draw(rng, 0.08, 0.16);
-  p.seed = rng.Seed();
-  return MakeBathtub(p);
-}
-
 void RegisterBathroom(std::vector<AssetClass>& classes) {
-  classes.push_back(
-      {"BathroomSink", "bathroom", Placement::kFloorAgainstWall, true, 0.6f, SampleBathroomSink});
-  classes.push_back(
-      {"Bathtub", "bathroom", Placement::kFloorAgainstWall, true, 0.6f, SampleBathtub});
-  classes.push_back({"Sink", "bathroom", Placement::kOnTop, true, 0, SampleSink});
-  classes.push_back({"Tap", "bathroom", Placement::kOnTop, true, 0, SampleTap});
+  classes.push_back({"BathroomSink", "bathroom", Placement::kFloorAgainstWall, true, 0.6f,
+                     SampleBathroomSink, SizeRange({0.4f, 0.4f, 0.9f}, {1.0f, 0.85f, 1.4f})});
+  classes.push_back({"Bathtub", "bathroom", Placement::kFloorAgainstWall, true, 0.6f, SampleBathtub,
+                     SizeRange({1.4f, 0.65f, 0.5f}, {1.85f, 1.05f, 0.95f})});
+  classes.push_back({"Sink", "bathroom", Placement::kOnTop, true, 0, SampleSink,
+                     SizeRange({0.4f, 0.45f, 0.25f}, {1.35f, 0.75f, 0.75f})});
+  classes.push_back({"Tap", "bathroom", Placement::kOnTop, true, 0, SampleTap,
+                     SizeRange({0.02f, 0.1f, 0.1f}, {0.3f, 0.3f, 0.4f})});
 }
 
 }  // namespace parallax

@@ -61,41 +61,49 @@ Shape Cover(const BookParams& p, float board, float out_w, float out_h) {
 }
 
 // A book lying on its back cover; origin at the middle of the cover.
-void AddBook(AssetBuilder& b, const BookParams& p, const Eigen::Affine3f& place, int serial) {
-  const std::string suffix = serial == 0 ? "" : fmt::format("_{}", serial % 3 + 1);
-  const float board = p.hardcover ? 0.0026f : 0.0006f;
-  const float stand = p.hardcover ? 0.0035f : 0.0f;  // How far the boards stand over the block.
+// The part of a picture that a book's cover shows: all of it, or a crop.
+struct CoverCrop {
+  float share;
+  Vec2f from;
+};
+
+// Prints the faces of a cover that look along `normal`; the inner sides of the boards look the same
+// way and stay bare. `width`: the share of the crop's width that they show.
+void PrintCover(Shape& cover, const BookParams& p, const CoverCrop& crop, const Vec3f& normal,
+                const Vec3f& right, const Vec3f& up, float width) {
+  PrintFaces(cover, normal, right, up, 2);
+  for (Face& f : cover.faces) {
+    if (f.group != 2) continue;
+    Vec3f middle = Vec3f::Zero();
+    for (int k = 0; k < f.corners; ++k) middle += cover.points[f.v[k]] / f.corners;
+    const bool outer =
+        std::abs(normal.z()) < 0.5f || (middle.z() > 0.5f * p.thickness_m) == (normal.z() > 0);
+    f.group = outer ? 1 : 0;
+    for (int k = 0; k < f.corners; ++k)
+      f.uv[k] = outer ? Vec2f(crop.from + crop.share * Vec2f(f.uv[k].x() * width, f.uv[k].y()))
+                      : Vec2f(0, 0);
+  }
+}
+
+// Front, back and, unless it is cloth, the spine are printed. Books of a stack share few pictures:
+// each shows its own crop.
+Shape PrintedCover(const BookParams& p, float board, bool alone) {
   Shape cover = Cover(p, board, p.width_m, p.height_m).Moved(-0.5f * p.width_m, 0, 0);
-  // Front, back and, unless it is cloth, the spine are printed. Books of a stack share few
-  // pictures: each shows its own crop.
+  const CoverCrop crop =
+      alone ? CoverCrop{1, Vec2f(0, 0)}
+            : CoverCrop{0.55f, Vec2f(0.45f * static_cast<float>(p.seed % 101) / 100.0f,
+                                     0.45f * static_cast<float>(p.seed % 89) / 88.0f)};
+  PrintCover(cover, p, crop, Vec3f::UnitZ(), Vec3f::UnitX(), Vec3f::UnitY(), 1);
+  PrintCover(cover, p, crop, -Vec3f::UnitZ(), -Vec3f::UnitX(), Vec3f::UnitY(), 1);
   const bool cloth_spine = p.hardcover && p.seed % 3 == 0;
-  const float crop = serial == 0 ? 1.0f : 0.55f;
-  const Vec2f from = serial == 0 ? Vec2f(0, 0)
-                                 : Vec2f(0.45f * static_cast<float>(p.seed % 101) / 100.0f,
-                                         0.45f * static_cast<float>(p.seed % 89) / 88.0f);
-  const auto print = [&](const Vec3f& normal, const Vec3f& right, const Vec3f& up, float width) {
-    PrintFaces(cover, normal, right, up, 2);
-    for (Face& f : cover.faces) {
-      if (f.group != 2) continue;
-      Vec3f middle = Vec3f::Zero();
-      for (int k = 0; k < f.corners; ++k) middle += cover.points[f.v[k]] / f.corners;
-      // The inner sides of the boards look the same way; they are no print.
-      const bool outer =
-          std::abs(normal.z()) < 0.5f || (middle.z() > 0.5f * p.thickness_m) == (normal.z() > 0);
-      f.group = outer ? 1 : 0;
-      for (int k = 0; k < f.corners; ++k)
-        f.uv[k] =
-            outer ? Vec2f(from + crop * Vec2f(f.uv[k].x() * width, f.uv[k].y())) : Vec2f(0, 0);
-    }
-  };
-  print(Vec3f::UnitZ(), Vec3f::UnitX(), Vec3f::UnitY(), 1);
-  print(-Vec3f::UnitZ(), -Vec3f::UnitX(), Vec3f::UnitY(), 1);
   if (!cloth_spine)
-    print(-Vec3f::UnitX(), Vec3f::UnitZ(), Vec3f::UnitY(),
-          std::min(1.0f, p.thickness_m / p.width_m));
-  b.Add(cover.Placed(place), {Slot("cover_cloth" + suffix, {"paper", "fabric", "leather"}),
-                              PictureSlot("cover" + suffix)});
-  // The block of pages: its fore-edge follows the rounded spine in a hollow.
+    PrintCover(cover, p, crop, -Vec3f::UnitX(), Vec3f::UnitZ(), Vec3f::UnitY(),
+               std::min(1.0f, p.thickness_m / p.width_m));
+  return cover;
+}
+
+// The block of pages: its fore-edge follows the rounded spine in a hollow.
+Shape PageBlock(const BookParams& p, float board, float stand) {
   BoxOptions box;
   box.bevel_m = 0;
   box.pieces = {1, 1, 6};
@@ -110,8 +118,17 @@ void AddBook(AssetBuilder& b, const BookParams& p, const Eigen::Affine3f& place,
   for (size_t i = 0; i < block.points.size(); ++i)
     block.texture[i] = {block.points[i].y(), block.points[i].x(), block.points[i].z()};
   block.crease_rad = 0.6f;
-  b.Add(block.Moved(0.5f * (board - stand) - 0.0001f, 0, 0.5f * p.thickness_m).Placed(place),
-        Slot("pages", {"paper"}));
+  return block.Moved(0.5f * (board - stand) - 0.0001f, 0, 0.5f * p.thickness_m);
+}
+
+void AddBook(AssetBuilder& b, const BookParams& p, const Eigen::Affine3f& place, int serial) {
+  const std::string suffix = serial == 0 ? "" : fmt::format("_{}", serial % 3 + 1);
+  const float board = p.hardcover ? 0.0026f : 0.0006f;
+  const float stand = p.hardcover ? 0.0035f : 0.0f;  // How far the boards stand over the block.
+  b.Add(PrintedCover(p, board, serial == 0).Placed(place),
+        {Slot("cover_cloth" + suffix, {"paper", "fabric", "leather"}),
+         PictureSlot("cover" + suffix)});
+  b.Add(PageBlock(p, board, stand).Placed(place), Slot("pages", {"paper"}));
 }
 
 Eigen::Affine3f At(const Vec3f& origin, float turn_z) {
@@ -183,9 +200,12 @@ Asset SampleBookColumn(Rng& rng) {
 }
 
 void RegisterBooks(std::vector<AssetClass>& classes) {
-  classes.push_back({"Book", "books", Placement::kOnTop, true, 0, SampleBook});
-  classes.push_back({"BookStack", "books", Placement::kOnTop, true, 0, SampleBookStack});
-  classes.push_back({"BookColumn", "books", Placement::kOnTop, true, 0, SampleBookColumn});
+  classes.push_back({"Book", "books", Placement::kOnTop, true, 0, SampleBook,
+                     SizeRange({0.1f, 0.16f, 0.01f}, {0.25f, 0.31f, 0.06f})});
+  classes.push_back({"BookStack", "books", Placement::kOnTop, true, 0, SampleBookStack,
+                     SizeRange({0.11f, 0.15f, 0.03f}, {0.34f, 0.36f, 0.42f})});
+  classes.push_back({"BookColumn", "books", Placement::kOnTop, true, 0, SampleBookColumn,
+                     SizeRange({0.05f, 0.1f, 0.14f}, {0.6f, 0.26f, 0.33f})});
 }
 
 }  // namespace parallax

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/chair_kinds.h"
+
 namespace parallax {
 namespace {
 
@@ -36,7 +38,7 @@ Shape Trapezoid(Shape shape, float front_y, float back_y, float back_factor) {
   });
 }
 
-void AddSeat(AssetBuilder& b, const ChairParams& p, const ChairFrame& f, const Noise& noise) {
+void AddChairSeat(AssetBuilder& b, const ChairParams& p, const ChairFrame& f, const Noise& noise) {
   const Vec3f size(p.width_m + 0.012f, p.depth_m + 0.004f, kSeatBoard);
   if (p.cushion) {
     CushionOptions soft;
@@ -67,25 +69,35 @@ void AddSeat(AssetBuilder& b, const ChairParams& p, const ChairFrame& f, const N
       WoodSlot("frame"));
 }
 
-void AddBase(AssetBuilder& b, const ChairParams& p, const ChairFrame& f) {
+// Whether the legs are round, which asks for round rungs.
+bool RoundLegs(const ChairParams& p) {
+  return p.legs == LegStyle::kTurned || p.legs == LegStyle::kRound;
+}
+
+float UndersideOf(const ChairParams& p, const ChairFrame& f) {
+  return f.seat_top - (p.cushion ? 0.04f : kSeatBoard);
+}
+
+void AddFrontLegs(AssetBuilder& b, const ChairParams& p, const ChairFrame& f) {
   const MaterialSlot wood = WoodSlot("frame");
-  const float under = f.seat_top - (p.cushion ? 0.04f : kSeatBoard);
-  const float t = p.leg_m;
-  const bool turned = p.legs == LegStyle::kTurned || p.legs == LegStyle::kRound;
-  if (turned) {
-    // The joint with the aprons stays square above the turning.
-    const float block = 0.075f;
-    b.AddMirroredX(Board({f.front_x - 0.5f * t, f.front_y - 0.5f * t, under - block},
-                         {f.front_x + 0.5f * t, f.front_y + 0.5f * t, under}, 0.003f),
-                   wood);
-    b.AddMirroredX(FurnitureLeg(p.legs, {f.front_x, f.front_y, 0},
-                                {f.front_x, f.front_y, under - block + 0.004f}, t, p.leg_variant),
-                   wood);
-  } else {
+  const float under = UndersideOf(p, f), t = p.leg_m;
+  if (!RoundLegs(p)) {
     b.AddMirroredX(
         FurnitureLeg(p.legs, {f.front_x, f.front_y, 0}, {f.front_x, f.front_y, under}, t, 0), wood);
+    return;
   }
-  // Back legs run on as posts.
+  // The joint with the aprons stays square above the turning.
+  const float block = 0.075f;
+  b.AddMirroredX(Board({f.front_x - 0.5f * t, f.front_y - 0.5f * t, under - block},
+                       {f.front_x + 0.5f * t, f.front_y + 0.5f * t, under}, 0.003f),
+                 wood);
+  b.AddMirroredX(FurnitureLeg(p.legs, {f.front_x, f.front_y, 0},
+                              {f.front_x, f.front_y, under - block + 0.004f}, t, p.leg_variant),
+                 wood);
+}
+
+// Back legs run on as posts.
+void AddBackPosts(AssetBuilder& b, const ChairParams& p, const ChairFrame& f) {
   Path3 post;
   for (int i = 0; i <= 18; ++i) {
     const float z = p.back_height_m * static_cast<float>(i) / 18.0f;
@@ -98,23 +110,29 @@ void AddBase(AssetBuilder& b, const ChairParams& p, const ChairFrame& f) {
   const float seat_t = f.seat_top / p.back_height_m;
   const auto taper = SmoothThrough({{0.0f, 0.62f}, {seat_t, 1.0f}, {1.0f, 0.66f}});
   options.scale = [=](float s) { return Vec2f(0.5f + 0.5f * taper(s), taper(s)); };
-  b.AddMirroredX(Sweep(post, RectSection(0.85f * t, t, turned ? 0.012f : 0.005f, 3), options),
-                 wood);
+  const Path2 section = RectSection(0.85f * p.leg_m, p.leg_m, RoundLegs(p) ? 0.012f : 0.005f, 3);
+  b.AddMirroredX(Sweep(post, section, options), WoodSlot("frame"));
+}
 
-  // Aprons.
-  const float low = under - 0.06f, half = 0.009f;
+void AddAprons(AssetBuilder& b, const ChairParams& p, const ChairFrame& f) {
+  const MaterialSlot wood = WoodSlot("frame");
+  const float under = UndersideOf(p, f), low = under - 0.06f, half = 0.009f;
   b.Add(Board({-f.front_x, f.front_y - half, low}, {f.front_x, f.front_y + half, under}), wood);
   b.Add(Board({-f.back_x, f.back_y - half, low}, {f.back_x, f.back_y + half, under}), wood);
   b.AddMirroredX(
       Bar({f.back_x, f.back_y, 0.5f * (low + under)}, {f.front_x, f.front_y, 0.5f * (low + under)},
           {2 * half, under - low}, {2 * half, under - low}, 0.002f),
       wood);
-  if (!p.stretchers) return;
-  const float z = 0.14f + 0.03f * static_cast<float>(p.leg_variant % 3);
+}
+
+// Rungs between the legs: at the sides, and one across the middle or two across the ends.
+void AddStretchers(AssetBuilder& b, const ChairParams& p, const ChairFrame& f) {
+  const MaterialSlot wood = WoodSlot("frame");
+  const float z = 0.14f + 0.03f * static_cast<float>(p.leg_variant % 3), t = p.leg_m;
   const float yb = f.post_y(z);
   const auto rung = [&](const Vec3f& a, const Vec3f& c) {
-    return turned ? Rod(a, c, 0.26f * t, 0.26f * t)
-                  : Bar(a, c, {0.42f * t, 0.6f * t}, {0.42f * t, 0.6f * t});
+    return RoundLegs(p) ? Rod(a, c, 0.26f * t, 0.26f * t)
+                        : Bar(a, c, {0.42f * t, 0.6f * t}, {0.42f * t, 0.6f * t});
   };
   b.AddMirroredX(rung({f.back_x, yb, z}, {f.front_x, f.front_y, z}), wood);
   if (p.leg_variant % 2 == 0) {
@@ -128,7 +146,7 @@ void AddBase(AssetBuilder& b, const ChairParams& p, const ChairFrame& f) {
   }
 }
 
-void AddArms(AssetBuilder& b, const ChairParams& p, const ChairFrame& f) {
+void AddChairArms(AssetBuilder& b, const ChairParams& p, const ChairFrame& f) {
   const MaterialSlot wood = WoodSlot("frame");
   const float z = f.seat_top + 0.205f;
   const float front = f.front_y - 0.05f;
@@ -148,275 +166,112 @@ void AddArms(AssetBuilder& b, const ChairParams& p, const ChairFrame& f) {
   b.AddMirroredX(Sweep(path, RectSection(0.042f, 0.024f, 0.009f, 3), options), wood);
 }
 
-void AddBack(AssetBuilder& b, const ChairParams& p, const ChairFrame& f, const Noise& noise) {
-  const MaterialSlot wood = WoodSlot("frame");
-  const float top = p.back_height_m, low = f.seat_top + 0.1f;
-  const float inner = f.back_x;
-  const auto rail = [&](float z, float height, float bow, float thickness) {
-    b.Add(BowedRail(inner, bow, thickness, height, z, f.post_y(z), f.Lean(z)), wood);
-  };
-  const auto bowed_y = [&](float x, float z) {
-    const float s = x / inner;
+// The back between the posts: from `low` to `top`, `half` wide at each side.
+struct ChairBack {
+  ChairBack(const ChairParams& params, const ChairFrame& frame)
+      : p(params),
+        f(frame),
+        low(frame.seat_top + 0.1f),
+        top(params.back_height_m),
+        half(frame.back_x) {}
+
+  // A rail from post to post; `z` is the height of its middle.
+  void AddRail(AssetBuilder& b, float z, float height, float bow, float thickness) const {
+    b.Add(BowedRail(half, bow, thickness, height, z, f.post_y(z), f.Lean(z)), wood);
+  }
+  // Where the bow of the back is at (x, z).
+  float BowedY(float x, float z) const {
+    const float s = x / half;
     return f.post_y(z) - p.bow_m * (1 - s * s);
-  };
-  switch (p.style) {
-    case ChairStyle::kLadder: {
-      const int n = std::clamp(p.back_parts, 3, 5);
-      for (int i = 0; i < n; ++i) {
-        const float t = static_cast<float>(i) / static_cast<float>(n - 1);
-        const float z = Lerp(low + 0.02f, top - 0.045f, t);
-        rail(z, Lerp(0.045f, 0.07f, t), p.bow_m, 0.014f);
-      }
-      break;
-    }
-    case ChairStyle::kUpholstered: {
-      rail(top - 0.02f, 0.04f, 0.0f, 0.022f);
-      rail(low - 0.02f, 0.035f, 0.0f, 0.02f);
-      CushionOptions soft;
-      soft.edge_radius_m = 0.016f;
-      soft.bulge_top_m = 0.016f;
-      soft.bulge_side_m = 0.0f;
-      soft.wrinkle_m = 0.0012f;
-      soft.target_edge_m = 0.025f;
-      if (p.back_parts > 5) {
-        soft.tufts_x = 3;
-        soft.tufts_y = 3;
-        soft.tuft_depth_m = 0.012f;
-      }
-      const float height = top - low - 0.03f, mid = 0.5f * (top - 0.035f + low);
-      const Shape pad = Cushion({2 * inner - 0.4f * p.leg_m, height, 0.04f}, soft, noise);
-      b.Add(pad.TurnedX(-0.5f * kPi + f.Lean(mid)).Moved(0, f.post_y(mid) + 0.004f, mid),
-            FabricSlot("seat"));
-      break;
-    }
-    case ChairStyle::kCrossed: {
-      rail(top - 0.035f, 0.07f, p.bow_m, 0.02f);
-      rail(low, 0.035f, p.bow_m, 0.018f);
-      for (const float side : {-1.0f, 1.0f}) {
-        Path3 path;
-        for (int i = 0; i <= 12; ++i) {
-          const float t = static_cast<float>(i) / 12.0f;
-          const float x = side * Lerp(-0.92f, 0.92f, t) * inner,
-                      z = Lerp(low + 0.01f, top - 0.06f, t);
-          path.emplace_back(x, bowed_y(x, z) + 0.004f * side, z);
-        }
-        SweepOptions options;
-        options.up = Vec3f::UnitY();
-        options.keep_up = true;
-        b.Add(Sweep(path, RectSection(0.026f, 0.014f, 0.003f, 2), options), wood);
-      }
-      break;
-    }
-    default: {
-      const bool slats = p.style == ChairStyle::kSlat;
-      rail(top - 0.035f, 0.075f, p.bow_m, 0.022f);
-      rail(low, 0.035f, p.bow_m, 0.018f);
-      const int n = slats ? std::min(p.back_parts, 5) : p.back_parts + 2;
-      for (int i = 0; i < n; ++i) {
-        const float x =
-            0.9f * inner * ((2.0f * static_cast<float>(i) + 1) / static_cast<float>(n) - 1);
-        const float width = slats ? 1.05f * inner / static_cast<float>(n) : 0.0f;
-        if (slats) {
-          b.Add(Bar({x, bowed_y(x, low), low}, {x, bowed_y(x, top - 0.04f), top - 0.04f},
-                    {width, 0.01f}, {1.1f * width, 0.01f}, 0.003f, Vec3f::UnitY()),
-                wood);
-        } else {
-          b.Add(Rod({x, bowed_y(x, low), low}, {x, bowed_y(x, top - 0.05f), top - 0.05f}, 0.0075f,
-                    0.0065f),
-                wood);
-        }
-      }
-      break;
-    }
   }
-}
 
-// A hollowed plank on splayed turned legs, sticks in the plank, a bent bow over them.
-void BuildWindsor(AssetBuilder& b, const ChairParams& p) {
+  const ChairParams& p;
+  const ChairFrame& f;
+  const float low, top, half;
   const MaterialSlot wood = WoodSlot("frame");
-  const float w = 0.5f * p.width_m, d = 0.5f * p.depth_m, h = p.seat_height_m, thick = 0.042f;
-  Path2 outline = SuperellipseSection(2 * w, 2 * d, 3.2f, 44);
-  BoxOptions box;
-  box.bevel_m = 0.014f;
-  box.bevel_steps = 2;
-  box.pieces = {18, 18, 1};
-  Shape seat = RoundedBox({2.0f, 2.0f, thick}, box).Bent([&](const Vec3f& q) {
-    // Square to superellipse, keeping the rounded edge.
-    const float u = std::clamp(q.x(), -1.0f, 1.0f), v = std::clamp(q.y(), -1.0f, 1.0f);
-    const float x = u * std::sqrt(1 - 0.32f * v * v), y = v * std::sqrt(1 - 0.32f * u * u);
-    const float narrow = 1 - 0.07f * (1 - y) * 0.5f;
-    const float saddle =
-        std::max(0.0f, 1 - 1.15f * x * x) * std::max(0.0f, 1 - (y + 0.2f) * (y + 0.2f) * 0.95f);
-    const float ridge = std::exp(-30.0f * x * x) * Smooth01((y - 0.1f) * 1.4f);
-    const float z = q.z() > 0 ? q.z() - 0.016f * saddle * (1 - 0.5f * ridge) : q.z();
-    return Vec3f(x * w * narrow, y * d, z);
-  });
-  TextureAlongLongest(seat);
-  b.Add(seat.Moved(0, 0, h - 0.5f * thick), wood);
+};
 
-  const float under = h - thick + 0.012f;
-  const Vec3f front_top(0.66f * w, 0.6f * d, under), front_foot(0.95f * w, 0.98f * d, 0);
-  const Vec3f back_top(0.58f * w, -0.58f * d, under), back_foot(0.9f * w, -1.12f * d, 0);
-  b.AddMirroredX(FurnitureLeg(LegStyle::kTurned, front_foot, front_top, 0.04f, p.leg_variant),
-                 wood);
-  b.AddMirroredX(FurnitureLeg(LegStyle::kTurned, back_foot, back_top, 0.04f, p.leg_variant), wood);
-  const auto on = [](const Vec3f& foot, const Vec3f& top, float z) {
-    return Vec3f(foot + (top - foot) * (z / top.z()));
-  };
-  const Vec3f f = on(front_foot, front_top, 0.2f), r = on(back_foot, back_top, 0.2f);
-  const auto swelling = [](const Vec3f& a, const Vec3f& c) {
-    SweepOptions options;
-    options.scale = [](float t) {
-      return Vec2f::Constant(0.62f + 0.38f * std::sin(kPi * t)).eval();
-    };
-    Path3 path;
-    for (int i = 0; i <= 10; ++i) path.push_back(a + (c - a) * (0.1f * static_cast<float>(i)));
-    return Sweep(path, EllipseSection(0.026f, 0.026f, 14), options);
-  };
-  b.AddMirroredX(swelling(f, r), wood);
-  const Vec3f mid = 0.5f * (f + r);
-  b.Add(swelling({-mid.x(), mid.y(), mid.z()}, mid), wood);
-
-  // The bow: up from the seat's back corners, over, and down; leaning back.
-  const float top = p.back_height_m, rise = top - h;
-  const auto bow_point = [&](float a) {  // a in [0, pi] from right to left.
-    const float s = std::sin(a), c = std::cos(a);
-    const float z = h - 0.02f + (rise + 0.02f) * std::pow(std::max(s, 0.0f), 0.62f);
-    const float x = 0.82f * w * std::copysign(std::pow(std::abs(c), 0.72f), c);
-    const float t = (z - h) / rise;
-    return Vec3f(x, -0.62f * d - 0.22f * d * s - p.lean_m * 1.3f * t, z);
-  };
-  Path3 bow;
-  for (int i = 0; i <= 40; ++i) bow.push_back(bow_point(kPi * static_cast<float>(i) / 40.0f));
-  b.Add(Sweep(bow, RectSection(0.022f, 0.026f, 0.009f, 3)), wood);
-  const int n = p.back_parts + 3;
+void AddLadderBack(AssetBuilder& b, const ChairBack& back) {
+  const int n = std::clamp(back.p.back_parts, 3, 5);
   for (int i = 0; i < n; ++i) {
-    const float a = Lerp(0.2f, 0.8f, (static_cast<float>(i) + 0.5f) / static_cast<float>(n)) * kPi;
-    const Vec3f to = bow_point(a);
-    const float x = 0.62f * to.x();
-    const Vec3f from(x, -0.86f * d * std::sqrt(std::max(0.1f, 1 - (x / w) * (x / w) * 0.9f)),
-                     h - 0.015f);
-    b.Add(Rod(from, to, 0.0085f, 0.006f), wood);
+    const float t = static_cast<float>(i) / static_cast<float>(n - 1);
+    const float z = Lerp(back.low + 0.02f, back.top - 0.045f, t);
+    back.AddRail(b, z, Lerp(0.045f, 0.07f, t), back.p.bow_m, 0.014f);
   }
 }
 
-// A moulded shell on dowels or wire.
-void BuildShell(AssetBuilder& b, const ChairParams& p, const Noise&) {
-  const float h = p.seat_height_m, w = 0.5f * p.width_m;
-  const float rise = p.back_height_m - h;
-  const Path2 profile = Spline(Path2{{0.235f, -0.028f},
-                                     {0.2f, -0.002f},
-                                     {0.06f, -0.004f},
-                                     {-0.08f, -0.012f},
-                                     {-0.165f, 0.02f},
-                                     {-0.205f, 0.11f},
-                                     {-0.228f, 0.55f * rise},
-                                     {-0.255f, rise}},
-                               6);
-  std::vector<float> arc(profile.size(), 0);
-  for (size_t i = 1; i < profile.size(); ++i)
-    arc[i] = arc[i - 1] + (profile[i] - profile[i - 1]).norm();
-  const auto at = [&](float v) {
-    const float s = v * arc.back();
-    size_t i = 1;
-    while (i + 1 < arc.size() && arc[i] < s) ++i;
-    const float t = (s - arc[i - 1]) / (arc[i] - arc[i - 1]);
-    return Vec2f(profile[i - 1] + t * (profile[i] - profile[i - 1]));
-  };
-  SheetOptions sheet;
-  sheet.pieces_u = 28;
-  sheet.pieces_v = 44;
-  sheet.thickness_m = 0.007f;
-  sheet.size_m = {p.width_m, arc.back()};
-  const bool arms = p.arms;
-  const Shape shell = Sheet(
-      [&](float u, float v) {
-        // A disc-like parameter square keeps the corners round.
-        const float a = 2 * u - 1, c = 2 * v - 1;
-        const float x = a * std::sqrt(1 - 0.42f * c * c * c * c);
-        const float y = 0.5f + 0.5f * c * std::sqrt(1 - 0.16f * a * a);
-        const Vec2f mid = at(y);
-        const float back = Smooth01((y - 0.42f) / 0.25f);
-        const float curl = x * x * (0.6f + 0.4f * x * x);
-        const float hips = std::exp(-18.0f * (y - 0.5f) * (y - 0.5f));
-        const float narrow = 1 - 0.1f * back - 0.06f * (1 - y);
-        const float lift = curl * (0.028f + (arms ? 0.17f : 0.075f) * hips) * (1 - 0.4f * back);
-        const float wrap = curl * (0.055f * back + (arms ? 0.1f : 0.03f) * hips * back);
-        return Vec3f(-x * w * narrow, mid.x() + wrap, h + mid.y() + lift);
-      },
-      sheet);
-  // Seen from above the parameter runs clockwise, so the sheet's top is the sitting side.
-  b.Add(shell, Slot("shell", {"plastic", "wood", "leather", "paint"}));
-  const bool dowels = p.leg_variant % 2 == 0;
-  const MaterialSlot legs = dowels ? Slot("legs", {"wood"}) : MetalSlot("legs");
-  const float foot = 0.21f, top = 0.12f, under = h - 0.032f;
-  for (const float sx : {-1.0f, 1.0f}) {
-    for (const float sy : {-1.0f, 1.0f}) {
-      const Vec3f from(sx * foot * 1.05f, sy * foot - 0.02f, 0),
-          to(sx * top, sy * top - 0.01f, under);
-      b.Add(dowels ? Rod(from, to, 0.01f, 0.016f, 0.003f) : Rod(from, to, 0.009f, 0.009f, 0.003f),
-            legs);
-      b.Add(Cylinder(0.02f, 0.026f, 0.003f).Moved(to.x(), to.y(), under - 0.006f),
-            MetalSlot("brace"));
-    }
-  }
-  const auto wire = [&](const Vec3f& a, const Vec3f& c) {
-    b.Add(Rod(a, c, 0.0045f, 0.0045f), MetalSlot("brace"));
-  };
-  const float low = 0.62f;
-  const auto leg_at = [&](float sx, float sy, float t) {
-    return Vec3f(Vec3f(sx * foot * 1.05f, sy * foot - 0.02f, 0) * (1 - t) +
-                 Vec3f(sx * top, sy * top - 0.01f, under) * t);
-  };
-  for (const float s : {-1.0f, 1.0f}) {
-    wire(leg_at(s, -1, low), leg_at(s, 1, 0.97f));
-    wire(leg_at(s, 1, low), leg_at(s, -1, 0.97f));
-    wire(leg_at(-1, s, low), leg_at(1, s, 0.97f));
-    wire(leg_at(1, s, low), leg_at(-1, s, 0.97f));
-  }
-}
-
-// One bent tube and two pads.
-void BuildCantilever(AssetBuilder& b, const ChairParams& p, const Noise& noise) {
-  const float w = 0.5f * p.width_m, d = 0.5f * p.depth_m, h = p.seat_height_m - 0.03f, r = 0.0125f;
-  Path3 half{{w, -d - p.lean_m, p.back_height_m},
-             {w, -d, h},
-             {w, d, h},
-             {w, d + 0.01f, r},
-             {w, -d - 0.02f, r},
-             {0, -d - 0.02f, r}};
-  Path3 path = half;
-  for (size_t i = half.size() - 1; i-- > 0;)
-    path.emplace_back(-half[i].x(), half[i].y(), half[i].z());
-  b.Add(Tube(Filleted(path, 0.07f, 7), r, 0.004f, 16), MetalSlot("frame"));
-  for (const float y : {-0.6f * d, 0.55f * d})
-    b.Add(Tube({{-w, y, h}, {w, y, h}}, 0.009f, 0, 12), MetalSlot("frame"));
+void AddUpholsteredBack(AssetBuilder& b, const ChairBack& back, const Noise& noise) {
+  const float top = back.top, low = back.low;
+  back.AddRail(b, top - 0.02f, 0.04f, 0.0f, 0.022f);
+  back.AddRail(b, low - 0.02f, 0.035f, 0.0f, 0.02f);
   CushionOptions soft;
   soft.edge_radius_m = 0.016f;
-  soft.bulge_top_m = 0.014f;
+  soft.bulge_top_m = 0.016f;
+  soft.bulge_side_m = 0.0f;
   soft.wrinkle_m = 0.0012f;
   soft.target_edge_m = 0.025f;
-  const MaterialSlot seat = Slot("seat", {"leather", "fabric"});
-  b.Add(Cushion({2 * w + 0.01f, 2 * d - 0.03f, 0.04f}, soft, noise).Moved(0, 0.01f, h + 0.025f),
-        seat);
-  const float lean = std::atan2(p.lean_m, p.back_height_m - h);
-  const float height = 0.62f * (p.back_height_m - h);
-  const Shape pad =
-      Cushion({2 * w - 0.004f, height, 0.034f}, soft, noise).Bent([&](const Vec3f& q) {
-        return Vec3f(q.x(), q.y(), q.z() + 0.25f * q.x() * q.x());
-      });
-  const float z = p.back_height_m - 0.5f * height - 0.01f;
-  const float y = -d - p.lean_m * (z - h) / (p.back_height_m - h);
-  b.Add(pad.TurnedX(-0.5f * kPi + lean).Moved(0, y, z), seat);
-  if (!p.arms) return;
-  const float az = h + 0.21f;
-  const Path3 arm{{w, -d - p.lean_m * (az - h) / (p.back_height_m - h), az},
-                  {w + 0.004f, d - 0.03f, az},
-                  {w, d - 0.02f, h + 0.002f}};
-  b.AddMirroredX(Tube(Filleted(arm, 0.06f, 6), 0.011f, 0, 14), MetalSlot("frame"));
-  b.AddMirroredX(
-      Board({w - 0.02f, -d + 0.06f, az + 0.006f}, {w + 0.024f, d - 0.07f, az + 0.028f}, 0.008f),
-      Slot("armrest", {"wood", "plastic"}));
+  if (back.p.back_parts > 5) {
+    soft.tufts_x = 3;
+    soft.tufts_y = 3;
+    soft.tuft_depth_m = 0.012f;
+  }
+  const float height = top - low - 0.03f, mid = 0.5f * (top - 0.035f + low);
+  const Shape pad = Cushion({2 * back.half - 0.4f * back.p.leg_m, height, 0.04f}, soft, noise);
+  b.Add(pad.TurnedX(-0.5f * kPi + back.f.Lean(mid)).Moved(0, back.f.post_y(mid) + 0.004f, mid),
+        FabricSlot("seat"));
+}
+
+void AddCrossedBack(AssetBuilder& b, const ChairBack& back) {
+  const float top = back.top, low = back.low;
+  back.AddRail(b, top - 0.035f, 0.07f, back.p.bow_m, 0.02f);
+  back.AddRail(b, low, 0.035f, back.p.bow_m, 0.018f);
+  for (const float side : {-1.0f, 1.0f}) {
+    Path3 path;
+    for (int i = 0; i <= 12; ++i) {
+      const float t = static_cast<float>(i) / 12.0f;
+      const float x = side * Lerp(-0.92f, 0.92f, t) * back.half,
+                  z = Lerp(low + 0.01f, top - 0.06f, t);
+      path.emplace_back(x, back.BowedY(x, z) + 0.004f * side, z);
+    }
+    SweepOptions options;
+    options.up = Vec3f::UnitY();
+    options.keep_up = true;
+    b.Add(Sweep(path, RectSection(0.026f, 0.014f, 0.003f, 2), options), back.wood);
+  }
+}
+
+// Slats or spindles between two rails.
+void AddUprightBack(AssetBuilder& b, const ChairBack& back, bool slats) {
+  const float top = back.top, low = back.low;
+  back.AddRail(b, top - 0.035f, 0.075f, back.p.bow_m, 0.022f);
+  back.AddRail(b, low, 0.035f, back.p.bow_m, 0.018f);
+  const int n = slats ? std::min(back.p.back_parts, 5) : back.p.back_parts + 2;
+  const auto at = [&](float x, float z) { return Vec3f(x, back.BowedY(x, z), z); };
+  for (int i = 0; i < n; ++i) {
+    const float x =
+        0.9f * back.half * ((2.0f * static_cast<float>(i) + 1) / static_cast<float>(n) - 1);
+    if (slats) {
+      const float width = 1.05f * back.half / static_cast<float>(n);
+      b.Add(Bar(at(x, low), at(x, top - 0.04f), {width, 0.01f}, {1.1f * width, 0.01f}, 0.003f,
+                Vec3f::UnitY()),
+            back.wood);
+    } else {
+      b.Add(Rod(at(x, low), at(x, top - 0.05f), 0.0075f, 0.0065f), back.wood);
+    }
+  }
+}
+
+void AddChairBack(AssetBuilder& b, const ChairBack& back, const Noise& noise) {
+  switch (back.p.style) {
+    case ChairStyle::kLadder:
+      return AddLadderBack(b, back);
+    case ChairStyle::kUpholstered:
+      return AddUpholsteredBack(b, back, noise);
+    case ChairStyle::kCrossed:
+      return AddCrossedBack(b, back);
+    default:
+      return AddUprightBack(b, back, back.p.style == ChairStyle::kSlat);
+  }
 }
 
 }  // namespace
@@ -426,20 +281,23 @@ Asset MakeChair(const ChairParams& p) {
   const Noise noise(p.seed);
   switch (p.style) {
     case ChairStyle::kWindsor:
-      BuildWindsor(b, p);
+      AddWindsorChair(b, p);
       break;
     case ChairStyle::kShell:
-      BuildShell(b, p, noise);
+      AddShellChair(b, p);
       break;
     case ChairStyle::kCantilever:
-      BuildCantilever(b, p, noise);
+      AddCantileverChair(b, p, noise);
       break;
     default: {
       const ChairFrame frame(p);
-      AddBase(b, p, frame);
-      AddSeat(b, p, frame, noise);
-      AddBack(b, p, frame, noise);
-      if (p.arms) AddArms(b, p, frame);
+      AddFrontLegs(b, p, frame);
+      AddBackPosts(b, p, frame);
+      AddAprons(b, p, frame);
+      if (p.stretchers) AddStretchers(b, p, frame);
+      AddChairSeat(b, p, frame, noise);
+      AddChairBack(b, ChairBack(p, frame), noise);
+      if (p.arms) AddChairArms(b, p, frame);
     }
   }
   return b.Finish();
@@ -468,9 +326,12 @@ Asset SampleChair(Rng& rng) {
 }
 
 void RegisterChairs(std::vector<AssetClass>& classes) {
-  classes.push_back({"Chair", "seating", Placement::kFloor, true, 0.4f, SampleChair});
-  classes.push_back({"OfficeChair", "seating", Placement::kFloor, true, 0.4f, SampleOfficeChair});
-  classes.push_back({"BarChair", "seating", Placement::kFloor, true, 0.3f, SampleBarChair});
+  classes.push_back({"Chair", "seating", Placement::kFloor, true, 0.4f, SampleChair,
+                     SizeRange({0.38f, 0.38f, 0.72f}, {0.66f, 0.7f, 1.15f})});
+  classes.push_back({"OfficeChair", "seating", Placement::kFloor, true, 0.4f, SampleOfficeChair,
+                     SizeRange({0.55f, 0.55f, 0.85f}, {0.8f, 0.85f, 1.4f})});
+  classes.push_back({"BarChair", "seating", Placement::kFloor, true, 0.3f, SampleBarChair,
+                     SizeRange({0.3f, 0.3f, 0.58f}, {0.55f, 0.55f, 1.1f})});
 }
 
 }  // namespace parallax

@@ -169,12 +169,13 @@ Asset SampleFork(Rng& rng) {
   return MakeFork(p);
 }
 
-Asset MakeKnife(const KnifeParams& p) {
-  const float length = p.length_m, grip = p.grip_m, wide = p.blade_m, belly = p.belly;
-  const bool kitchen = p.kitchen;
-  AssetBuilder b(p.seed);
-  const MaterialSlot steel = Slot("blade", {"PolishedMetal", "BrushedMetal"});
-  // The blade: an outline with a belly, thin at the edge, lying flat.
+namespace {
+
+constexpr float kKnifeLift = 0.006f;
+
+// An outline with a belly, lying flat, thin at the edge.
+Shape KnifeBlade(const KnifeParams& p) {
+  const float length = p.length_m, grip = p.grip_m, wide = p.blade_m;
   Path2 outline;
   const float y0 = grip - 0.01f;
   outline.emplace_back(-0.35f * wide, y0);
@@ -182,51 +183,64 @@ Asset MakeKnife(const KnifeParams& p) {
   outline.emplace_back(0.62f * wide, y0 + 0.02f * length);
   for (int k = 0; k <= 12; ++k) {
     const float t = static_cast<float>(k) / 12.0f;
-    outline.emplace_back(0.62f * wide - (kitchen ? 0.85f : 0.7f) * belly * wide * t * t * t,
+    outline.emplace_back(0.62f * wide - (p.kitchen ? 0.85f : 0.7f) * p.belly * wide * t * t * t,
                          Lerp(grip + 0.03f * length, length, t));
   }
   for (int k = 11; k >= 0; --k) {
     const float t = static_cast<float>(k) / 12.0f;
-    outline.emplace_back(-0.38f * wide + (kitchen ? 0.12f : 0.1f) * wide * t * t,
+    outline.emplace_back(-0.38f * wide + (p.kitchen ? 0.12f : 0.1f) * wide * t * t,
                          Lerp(grip + 0.03f * length, length - 0.004f, t));
   }
-  Shape blade = Extrude(outline, 0.0018f, 0.0005f);
-  const float lift = 0.006f;
-  b.Add(blade.Moved(0, 0, lift), steel);
-  if (kitchen) {
-    // Riveted scales and a bolster.
-    const MaterialSlot scales = Slot("handle", {"wood", "plastic"});
-    BoxOptions box;
-    box.bevel_m = 0.0045f;
-    box.bevel_steps = 2;
-    box.pieces = {1, 16, 1};
-    const Shape scale = RoundedBox({0.024f, grip, 0.0165f}, box).Bent([&](const Vec3f& q) {
-      const float s = q.y() / grip + 0.5f;
-      return Vec3f(q.x() * (1 + 0.16f * std::sin(2 * kPi * s + 2.6f)) - 0.004f * std::sin(kPi * s),
-                   q.y() + 0.5f * grip, q.z());
-    });
-    b.Add(scale.Moved(0, 0, lift + 0.0009f), scales);
-    for (const float s : {0.2f, 0.5f, 0.8f})
-      b.Add(Cylinder(0.0032f, 0.0172f, 0.0004f, 16)
-                .Moved(-0.002f, s * grip, lift + 0.0009f - 0.0086f),
-            steel);
-    b.Add(Board({-0.011f, grip - 0.004f, lift - 0.006f}, {0.011f, grip + 0.008f, lift + 0.008f},
-                0.003f),
-          steel);
-  } else {
-    const auto width = HandleWidth(1, 0.05f * length);
-    Path3 path;
-    for (int k = 0; k <= 24; ++k)
-      path.emplace_back(0, grip * static_cast<float>(k) / 24.0f, lift + 0.0009f);
-    SweepOptions options;
-    options.keep_up = true;
-    options.end_round_m = 0.003f;
-    options.scale = [&](float t) {
-      return Vec2f(width(t) / (0.05f * length), 0.7f + 0.5f * (1 - t));
-    };
-    b.Add(Sweep(path, RectSection(0.09f * length, 0.007f, 0.003f, 3), options),
-          Slot("handle", {"metal", "plastic"}));
-  }
+  return Extrude(outline, 0.0018f, 0.0005f);
+}
+
+// Riveted scales and a bolster.
+void AddKitchenHandle(AssetBuilder& b, const KnifeParams& p, const MaterialSlot& steel) {
+  const MaterialSlot scales = Slot("handle", {"wood", "plastic"});
+  const float grip = p.grip_m, lift = kKnifeLift;
+  BoxOptions box;
+  box.bevel_m = 0.0045f;
+  box.bevel_steps = 2;
+  box.pieces = {1, 16, 1};
+  const Shape scale = RoundedBox({0.024f, grip, 0.0165f}, box).Bent([&](const Vec3f& q) {
+    const float s = q.y() / grip + 0.5f;
+    return Vec3f(q.x() * (1 + 0.16f * std::sin(2 * kPi * s + 2.6f)) - 0.004f * std::sin(kPi * s),
+                 q.y() + 0.5f * grip, q.z());
+  });
+  b.Add(scale.Moved(0, 0, lift + 0.0009f), scales);
+  for (const float s : {0.2f, 0.5f, 0.8f})
+    b.Add(
+        Cylinder(0.0032f, 0.0172f, 0.0004f, 16).Moved(-0.002f, s * grip, lift + 0.0009f - 0.0086f),
+        steel);
+  b.Add(Board({-0.011f, grip - 0.004f, lift - 0.006f}, {0.011f, grip + 0.008f, lift + 0.008f},
+              0.003f),
+        steel);
+}
+
+// One piece of metal, as cutlery for the table has.
+void AddTableHandle(AssetBuilder& b, const KnifeParams& p) {
+  const float length = p.length_m;
+  const auto width = HandleWidth(1, 0.05f * length);
+  Path3 path;
+  for (int k = 0; k <= 24; ++k)
+    path.emplace_back(0, p.grip_m * static_cast<float>(k) / 24.0f, kKnifeLift + 0.0009f);
+  SweepOptions options;
+  options.keep_up = true;
+  options.end_round_m = 0.003f;
+  options.scale = [&](float t) {
+    return Vec2f(width(t) / (0.05f * length), 0.7f + 0.5f * (1 - t));
+  };
+  b.Add(Sweep(path, RectSection(0.09f * length, 0.007f, 0.003f, 3), options),
+        Slot("handle", {"metal", "plastic"}));
+}
+
+}  // namespace
+
+Asset MakeKnife(const KnifeParams& p) {
+  AssetBuilder b(p.seed);
+  const MaterialSlot steel = Slot("blade", {"PolishedMetal", "BrushedMetal"});
+  b.Add(KnifeBlade(p).Moved(0, 0, kKnifeLift), steel);
+  p.kitchen ? AddKitchenHandle(b, p, steel) : AddTableHandle(b, p);
   return b.Finish();
 }
 
@@ -271,25 +285,26 @@ Asset SampleChopsticks(Rng& rng) {
 }
 
 void RegisterTableware(std::vector<AssetClass>& classes) {
-  const std::pair<const char*, Asset (*)(Rng&)> all[] = {{"Vase", SampleVase},
-                                                         {"Bottle", SampleBottle},
-                                                         {"Cup", SampleCup},
-                                                         {"Bowl", SampleBowl},
-                                                         {"Plate", SamplePlate},
-                                                         {"Pot", SamplePot},
-                                                         {"Pan", SamplePan},
-                                                         {"Jar", SampleJar},
-                                                         {"Wineglass", SampleWineglass},
-                                                         {"Can", SampleCan},
-                                                         {"Fork", SampleFork},
-                                                         {"Knife", SampleKnife},
-                                                         {"Spoon", SampleSpoon},
-                                                         {"Chopsticks", SampleChopsticks},
-                                                         {"Lid", SampleLid},
-                                                         {"FoodBox", SampleFoodBox},
-                                                         {"FoodBag", SampleFoodBag}};
-  for (const auto& [name, sample] : all)
-    classes.push_back({name, "tableware", Placement::kOnTop, true, 0, sample});
+  const auto add = [&](const char* name, Asset (*sample)(Rng&), const SizeRange& size) {
+    classes.push_back({name, "tableware", Placement::kOnTop, true, 0, sample, size});
+  };
+  add("Vase", SampleVase, SizeRange({0.06f, 0.06f, 0.14f}, {0.5f, 0.46f, 0.44f}));
+  add("Bottle", SampleBottle, SizeRange({0.03f, 0.03f, 0.13f}, {0.12f, 0.13f, 0.39f}));
+  add("Cup", SampleCup, SizeRange({0.06f, 0.06f, 0.045f}, {0.2f, 0.2f, 0.15f}));
+  add("Bowl", SampleBowl, SizeRange({0.12f, 0.12f, 0.03f}, {0.36f, 0.36f, 0.16f}));
+  add("Plate", SamplePlate, SizeRange({0.15f, 0.15f, 0.01f}, {0.36f, 0.36f, 0.05f}));
+  add("Pot", SamplePot, SizeRange({0.2f, 0.16f, 0.06f}, {0.42f, 0.34f, 0.3f}));
+  add("Pan", SamplePan, SizeRange({0.3f, 0.16f, 0.03f}, {0.6f, 0.34f, 0.13f}));
+  add("Jar", SampleJar, SizeRange({0.06f, 0.06f, 0.07f}, {0.15f, 0.15f, 0.28f}));
+  add("Wineglass", SampleWineglass, SizeRange({0.04f, 0.04f, 0.11f}, {0.16f, 0.16f, 0.25f}));
+  add("Can", SampleCan, SizeRange({0.045f, 0.045f, 0.02f}, {0.13f, 0.13f, 0.24f}));
+  add("Fork", SampleFork, SizeRange({0.012f, 0.15f, 0.005f}, {0.04f, 0.22f, 0.04f}));
+  add("Knife", SampleKnife, SizeRange({0.008f, 0.18f, 0.004f}, {0.05f, 0.32f, 0.04f}));
+  add("Spoon", SampleSpoon, SizeRange({0.02f, 0.12f, 0.005f}, {0.06f, 0.22f, 0.05f}));
+  add("Chopsticks", SampleChopsticks, SizeRange({0.02f, 0.19f, 0.004f}, {0.09f, 0.27f, 0.02f}));
+  add("Lid", SampleLid, SizeRange({0.15f, 0.15f, 0.03f}, {0.32f, 0.32f, 0.12f}));
+  add("FoodBox", SampleFoodBox, SizeRange({0.055f, 0.025f, 0.025f}, {0.31f, 0.31f, 0.46f}));
+  add("FoodBag", SampleFoodBag, SizeRange({0.08f, 0.03f, 0.12f}, {0.24f, 0.13f, 0.4f}));
 }
 
 }  // namespace parallax

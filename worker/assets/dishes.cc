@@ -78,63 +78,76 @@ Asset SamplePlate(Rng& rng) {
   return MakePlate(p);
 }
 
+namespace {
+
+MaterialSlot GripSlot() { return Slot("handles", {"metal", "plastic", "wood"}); }
+MaterialSlot PotSlot() { return Slot("body", {"metal", "ceramic"}); }
+
+// The long handle of a pan.
+void AddPanHandle(AssetBuilder& b, float r, float height) {
+  SweepOptions options;
+  options.keep_up = true;
+  options.end_round_m = 0.006f;
+  options.scale = [](float t) { return Vec2f(0.7f + 0.5f * Smooth01(t * 1.4f), 1.0f); };
+  const Path3 path = Spline(Path3{{r - 0.002f, 0, 0.7f * height},
+                                  {r + 0.05f, 0, 0.82f * height},
+                                  {r + 0.12f, 0, 0.95f * height},
+                                  {r + 0.2f, 0, height + 0.012f}},
+                            6);
+  b.Add(Sweep(path, EllipseSection(0.022f, 0.013f, 16), options), GripSlot());
+}
+
+// Two loops on plates.
+void AddLoopHandles(AssetBuilder& b, float r, float height) {
+  const float z = 0.78f * height, w = 0.042f;
+  b.AddMirroredX(Tube(Filleted(Path3{{r - 0.003f, -w, z},
+                                     {r + 0.038f, -w, z + 0.006f},
+                                     {r + 0.038f, w, z + 0.006f},
+                                     {r - 0.003f, w, z}},
+                               0.02f, 6),
+                      0.0055f, 0, 14),
+                 GripSlot());
+  for (const float s : {-w, w})
+    b.AddMirroredX(
+        Board({r - 0.004f, s - 0.011f, z - 0.014f}, {r + 0.0025f, s + 0.011f, z + 0.014f}, 0.002f),
+        GripSlot());
+}
+
+// A lid with a knob.
+void AddPotLid(AssetBuilder& b, float r, float height) {
+  const Path2 lid = Spline(Path2{{r + 0.002f, 0.0f},
+                                 {r + 0.003f, 0.003f},
+                                 {0.96f * r, 0.007f},
+                                 {0.7f * r, 0.018f},
+                                 {0.3f * r, 0.026f},
+                                 {0.02f * r, 0.028f}},
+                           5);
+  b.Add(Lathe(lid, {.segments = 64}).Moved(0, 0, height + 0.0012f), PotSlot());
+  b.Add(Lathe(Spline(Path2{{0.008f, 0},
+                           {0.008f, 0.008f},
+                           {0.018f, 0.016f},
+                           {0.02f, 0.024f},
+                           {0.012f, 0.029f},
+                           {0.001f, 0.03f}},
+                     4))
+            .Moved(0, 0, height + 0.028f),
+        GripSlot());
+}
+
+}  // namespace
+
 Asset MakePot(const PotParams& p) {
   const float r = p.radius_m, height = p.height_m;
   AssetBuilder b(p.seed);
-  const MaterialSlot metal = Slot("body", {"metal", "ceramic"}),
-                     grip = Slot("handles", {"metal", "plastic", "wood"});
   const Path2 wall = Filleted(Path2{{0.6f * r, 0},
                                     {0.97f * r, 0},
                                     {r, 0.4f * height},
                                     {r, height - 0.004f},
                                     {r + 0.003f, height}},
                               0.014f, 5);
-  b.Add(Lathe(VesselProfile(WithFoot(wall), 0.0028f, 0.004f), {.segments = 64}), metal);
-  if (p.pan) {
-    SweepOptions options;
-    options.keep_up = true;
-    options.end_round_m = 0.006f;
-    options.scale = [](float t) { return Vec2f(0.7f + 0.5f * Smooth01(t * 1.4f), 1.0f); };
-    const Path3 path = Spline(Path3{{r - 0.002f, 0, 0.7f * height},
-                                    {r + 0.05f, 0, 0.82f * height},
-                                    {r + 0.12f, 0, 0.95f * height},
-                                    {r + 0.2f, 0, height + 0.012f}},
-                              6);
-    b.Add(Sweep(path, EllipseSection(0.022f, 0.013f, 16), options), grip);
-  } else {
-    const float z = 0.78f * height, w = 0.042f;
-    b.AddMirroredX(Tube(Filleted(Path3{{r - 0.003f, -w, z},
-                                       {r + 0.038f, -w, z + 0.006f},
-                                       {r + 0.038f, w, z + 0.006f},
-                                       {r - 0.003f, w, z}},
-                                 0.02f, 6),
-                        0.0055f, 0, 14),
-                   grip);
-    for (const float s : {-w, w})
-      b.AddMirroredX(Board({r - 0.004f, s - 0.011f, z - 0.014f},
-                           {r + 0.0025f, s + 0.011f, z + 0.014f}, 0.002f),
-                     grip);
-  }
-  if (p.lid) {
-    // Adds a lid with a knob.
-    const Path2 lid = Spline(Path2{{r + 0.002f, 0.0f},
-                                   {r + 0.003f, 0.003f},
-                                   {0.96f * r, 0.007f},
-                                   {0.7f * r, 0.018f},
-                                   {0.3f * r, 0.026f},
-                                   {0.02f * r, 0.028f}},
-                             5);
-    b.Add(Lathe(lid, {.segments = 64}).Moved(0, 0, height + 0.0012f), metal);
-    b.Add(Lathe(Spline(Path2{{0.008f, 0},
-                             {0.008f, 0.008f},
-                             {0.018f, 0.016f},
-                             {0.02f, 0.024f},
-                             {0.012f, 0.029f},
-                             {0.001f, 0.03f}},
-                       4))
-              .Moved(0, 0, height + 0.028f),
-          grip);
-  }
+  b.Add(Lathe(VesselProfile(WithFoot(wall), 0.0028f, 0.004f), {.segments = 64}), PotSlot());
+  p.pan ? AddPanHandle(b, r, height) : AddLoopHandles(b, r, height);
+  if (p.lid) AddPotLid(b, r, height);
   return b.Finish();
 }
 
@@ -156,6 +169,43 @@ Asset SamplePan(Rng& rng) {
   return MakePot(p);
 }
 
+namespace {
+
+void AddScrewCap(AssetBuilder& b, float neck, float h) {
+  LatheOptions knurl;
+  knurl.segments = 120;
+  knurl.modulate = [](float a, float z) {
+    return z > 0.002f && z < 0.014f ? 1 + 0.006f * std::cos(40 * a) : 1.0f;
+  };
+  b.Add(Lathe(Filleted(Path2{{0, 0},
+                             {neck + 0.003f, 0},
+                             {neck + 0.003f, 0.003f},
+                             {neck + 0.003f, 0.013f},
+                             {neck + 0.003f, 0.016f},
+                             {0, 0.016f}},
+                       0.0012f, 3),
+              knurl)
+            .Moved(0, 0, h - 0.012f),
+        Slot("lid", {"metal", "plastic"}));
+}
+
+// A stopper with a knob, of glass.
+void AddStopper(AssetBuilder& b, float neck, float h) {
+  b.Add(Lathe(Spline(Path2{{neck - 0.004f, -0.008f},
+                           {neck - 0.004f, 0.0025f},
+                           {neck + 0.003f, 0.004f},
+                           {neck + 0.002f, 0.01f},
+                           {0.3f * neck, 0.016f},
+                           {0.012f, 0.02f},
+                           {0.016f, 0.032f},
+                           {0.001f, 0.038f}},
+                     4))
+            .Moved(0, 0, h),
+        Slot("lid", {"glass", "ceramic"}));
+}
+
+}  // namespace
+
 Asset MakeJar(const JarParams& p) {
   const float r = p.radius_m, h = p.height_m;
   AssetBuilder b(p.seed);
@@ -174,47 +224,22 @@ Asset MakeJar(const JarParams& p) {
   }
   b.Add(Lathe(VesselProfile(WithFoot(wall), 0.0028f, 0.005f), options), GlassSlot("body"));
   if (p.closure == JarClosure::kScrewCap) {
-    LatheOptions knurl;
-    knurl.segments = 120;
-    knurl.modulate = [](float a, float z) {
-      return z > 0.002f && z < 0.014f ? 1 + 0.006f * std::cos(40 * a) : 1.0f;
-    };
-    b.Add(Lathe(Filleted(Path2{{0, 0},
-                               {neck + 0.003f, 0},
-                               {neck + 0.003f, 0.003f},
-                               {neck + 0.003f, 0.013f},
-                               {neck + 0.003f, 0.016f},
-                               {0, 0.016f}},
-                         0.0012f, 3),
-                knurl)
-              .Moved(0, 0, h - 0.012f),
-          Slot("lid", {"metal", "plastic"}));
+    AddScrewCap(b, neck, h);
   } else if (p.closure == JarClosure::kCork) {
     b.Add(Cone(neck - 0.0032f, neck + 0.002f, 0.03f, 0.002f).Moved(0, 0, h - 0.012f),
           Slot("lid", {"wood", "bark"}));
   } else {
-    b.Add(Lathe(Spline(Path2{{neck - 0.004f, -0.008f},
-                             {neck - 0.004f, 0.0025f},
-                             {neck + 0.003f, 0.004f},
-                             {neck + 0.002f, 0.01f},
-                             {0.3f * neck, 0.016f},
-                             {0.012f, 0.02f},
-                             {0.016f, 0.032f},
-                             {0.001f, 0.038f}},
-                       4))
-              .Moved(0, 0, h),
-          Slot("lid", {"glass", "ceramic"}));
+    AddStopper(b, neck, h);
   }
   // The contents: a filling that follows the wall.
   const float level = h * p.filled;
-  Path2 fill = Filleted(Path2{{0, 0.0058f},
-                              {0.955f * r - 0.0026f, 0.0058f},
-                              {r - 0.0034f, 0.2f * h},
-                              {r - 0.0034f, level},
-                              {0, level}},
-                        0.1f * r, 3);
-  LatheOptions inner = options;
-  b.Add(Lathe(fill, inner), Slot("contents", {"sand", "Gravel", "soil"}));
+  const Path2 fill = Filleted(Path2{{0, 0.0058f},
+                                    {0.955f * r - 0.0026f, 0.0058f},
+                                    {r - 0.0034f, 0.2f * h},
+                                    {r - 0.0034f, level},
+                                    {0, level}},
+                              0.1f * r, 3);
+  b.Add(Lathe(fill, options), Slot("contents", {"sand", "Gravel", "soil"}));
   return b.Finish();
 }
 

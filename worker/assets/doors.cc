@@ -267,11 +267,14 @@ Asset SampleLouverDoor(Rng& rng) {
 }
 
 void RegisterDoors(std::vector<AssetClass>& classes) {
-  classes.push_back(
-      {"GlassPanelDoor", "doors", Placement::kOpening, true, 0, SampleGlassPanelDoor});
-  classes.push_back({"LiteDoor", "doors", Placement::kOpening, true, 0, SampleLiteDoor});
-  classes.push_back({"LouverDoor", "doors", Placement::kOpening, true, 0, SampleLouverDoor});
-  classes.push_back({"PanelDoor", "doors", Placement::kOpening, true, 0, SamplePanelDoor});
+  classes.push_back({"GlassPanelDoor", "doors", Placement::kOpening, true, 0, SampleGlassPanelDoor,
+                     SizeRange({0.45f, 0.05f, 1.9f}, {1.0f, 0.22f, 2.2f})});
+  classes.push_back({"LiteDoor", "doors", Placement::kOpening, true, 0, SampleLiteDoor,
+                     SizeRange({0.45f, 0.05f, 1.9f}, {1.0f, 0.22f, 2.2f})});
+  classes.push_back({"LouverDoor", "doors", Placement::kOpening, true, 0, SampleLouverDoor,
+                     SizeRange({0.45f, 0.05f, 1.9f}, {1.0f, 0.22f, 2.2f})});
+  classes.push_back({"PanelDoor", "doors", Placement::kOpening, true, 0, SamplePanelDoor,
+                     SizeRange({0.45f, 0.05f, 1.9f}, {1.0f, 0.22f, 2.2f})});
 }
 
 }  // namespace parallax

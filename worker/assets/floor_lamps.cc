@@ -32,14 +32,8 @@ void AddUplighter(AssetBuilder& b, const FloorLampParams& p) {
   }
   Path2 section = outer;
   for (size_t i = outer.size(); i-- > 0;) section.emplace_back(outer[i].x() - t, outer[i].y() + t);
-  Shape shade = LatheRing(section, 56);
-  const size_t per_ring = shade.faces.size() / section.size();
-  for (size_t i = 0; i < shade.faces.size(); ++i) {
-    const size_t ring = i / per_ring;
-    if (ring >= outer.size() && ring + 1 < section.size()) shade.faces[i].group = 1;
-  }
-  shade.crease_rad = 0.7f;
-  b.Add(shade.Moved(0, 0, z), {Slot("shade", {"metal", "ceramic"}), EmissiveSlot("shade_inside")});
+  b.Add(LinedShade(section, outer.size(), 56).Moved(0, 0, z),
+        {Slot("shade", {"metal", "ceramic"}), EmissiveSlot("shade_inside")});
   b.Add(Cylinder(0.052f, 0.02f, 0.004f).Moved(0, 0, z - 0.012f), body);
   AddBulb(b, {0, 0, z + 0.006f}, false, 0.026f);
 }
@@ -95,100 +89,112 @@ void AddGlobes(AssetBuilder& b, const FloorLampParams& p) {
   }
 }
 
-}  // namespace
+// A heavy foot, an arc, the shade hanging from its end.
+void AddArcLamp(AssetBuilder& b, const FloorLampParams& p) {
+  b.Add(Lathe(Filleted(Path2{{0, 0}, {0.17f, 0}, {0.17f, 0.045f}, {0.02f, 0.05f}, {0, 0.05f}},
+                       0.006f, 4)),
+        Slot("foot", {"stone", "metal"}));
+  const float r = p.shade_radius_m, reach = 0.85f, top = p.height_m;
+  const Path3 arc = Spline(Path3{{0, 0, 0.04f},
+                                 {0, 0, 0.5f * top},
+                                 {0.05f, 0, 0.8f * top},
+                                 {0.3f * reach, 0, 0.965f * top},
+                                 {0.65f * reach, 0, top},
+                                 {0.9f * reach, 0, 0.95f * top},
+                                 {reach, 0, 0.86f * top}},
+                           8);
+  b.Add(Tube(arc, 0.011f, 0, 14), MetalSlot("body"));
+  b.Add(Tube({{reach, 0, 0.865f * top}, {reach, 0, 0.8f * top}}, 0.003f, 0, 8),
+        Slot("cord", {"HousingPlastic", "fabric"}));
+  const float hh = 0.7f * r;
+  AddShade(b, ShadeStyle::kDome, r, hh, {reach, 0, 0.8f * top - hh}, false);
+  b.Add(Cylinder(0.22f * r, 0.02f, 0.003f).Moved(reach, 0, 0.8f * top - 0.03f * r - 0.012f),
+        MetalSlot("body"));
+  AddBulb(b, {reach, 0, 0.8f * top - 0.02f}, true);
+}
 
-Asset MakeFloorLamp(const FloorLampParams& p) {
-  AssetBuilder b(p.seed);
-  if (p.stand >= 4) {
-    (p.stand == 4 ? AddUplighter : p.stand == 5 ? AddLantern : AddGlobes)(b, p);
-    return b.Finish();
+// Three legs with braces to their middle; a stem carries the bulb at height `neck`.
+void AddTripod(AssetBuilder& b, float shade_z, float neck) {
+  const float join = 0.62f * shade_z;
+  for (int k = 0; k < 3; ++k) {
+    const float a = 2 * kPi * static_cast<float>(k) / 3.0f + 0.5f * kPi;
+    const Vec3f out(std::cos(a), std::sin(a), 0);
+    const Vec3f foot = 0.27f * out, head = Vec3f(0, 0, shade_z - 0.05f) + 0.03f * out;
+    b.Add(Rod(foot, head, 0.011f, 0.017f, 0.004f), Slot("body", {"wood", "metal"}));
+    const Vec3f brace = foot + (head - foot) * (join / head.z()) * 0.6f;
+    b.Add(Rod(brace, Vec3f(0, 0, brace.z()), 0.005f, 0.005f), MetalSlot("socket"));
   }
+  b.Add(Cylinder(0.05f, 0.05f, 0.005f).Moved(0, 0, shade_z - 0.075f), MetalSlot("socket"));
+  b.Add(Cylinder(0.008f, neck - shade_z + 0.06f, 0.001f).Moved(0, 0, shade_z - 0.05f),
+        MetalSlot("socket"));
+}
+
+void AddTurnedColumn(AssetBuilder& b, const FloorLampParams& p, float neck) {
+  b.Add(RoundFoot(), LampBodySlot());
+  const float column = neck - 0.1f;
+  b.Add(TurnedLeg(column, 0.03f, static_cast<int>(p.seed % 4)).Moved(0, 0, 0.05f),
+        Slot("body", {"wood", "metal"}));
+  b.Add(Cylinder(0.007f, 0.1f, 0.001f).Moved(0, 0, column), MetalSlot("socket"));
+}
+
+// A straight pole, every second with a small tray table half-way.
+void AddPole(AssetBuilder& b, const FloorLampParams& p, float neck) {
   const MaterialSlot body = LampBodySlot();
-  const float r = p.shade_radius_m;
-  const bool globe = p.shade == ShadeStyle::kGlobe;
-  const float sh =
-      p.shade == ShadeStyle::kDome
-          ? 0.75f * r
-          : (globe ? 1.6f * r : Lerp(1.1f, 1.5f, static_cast<float>(p.seed % 16) / 15.0f) * r);
-  const float shade_z = p.height_m - sh;
-  const float neck = shade_z + 0.4f * sh;
-  if (p.stand == 3) {
-    // A heavy foot, an arc, the shade hanging from its end.
-    b.Add(Lathe(Filleted(Path2{{0, 0}, {0.17f, 0}, {0.17f, 0.045f}, {0.02f, 0.05f}, {0, 0.05f}},
-                         0.006f, 4)),
-          Slot("foot", {"stone", "metal"}));
-    const float reach = 0.85f, top = p.height_m;
-    const Path3 arc = Spline(Path3{{0, 0, 0.04f},
-                                   {0, 0, 0.5f * top},
-                                   {0.05f, 0, 0.8f * top},
-                                   {0.3f * reach, 0, 0.965f * top},
-                                   {0.65f * reach, 0, top},
-                                   {0.9f * reach, 0, 0.95f * top},
-                                   {reach, 0, 0.86f * top}},
-                             8);
-    b.Add(Tube(arc, 0.011f, 0, 14), MetalSlot("body"));
-    b.Add(Tube({{reach, 0, 0.865f * top}, {reach, 0, 0.8f * top}}, 0.003f, 0, 8),
-          Slot("cord", {"HousingPlastic", "fabric"}));
-    const float hh = 0.7f * r;
-    AddShade(b, ShadeStyle::kDome, r, hh, {reach, 0, 0.8f * top - hh}, false);
-    b.Add(Cylinder(0.22f * r, 0.02f, 0.003f).Moved(reach, 0, 0.8f * top - 0.03f * r - 0.012f),
-          MetalSlot("body"));
-    AddBulb(b, {reach, 0, 0.8f * top - 0.02f}, true);
-    return b.Finish();
-  }
-  if (p.stand == 2) {
-    const float join = 0.62f * shade_z;
-    for (int k = 0; k < 3; ++k) {
-      const float a = 2 * kPi * static_cast<float>(k) / 3.0f + 0.5f * kPi;
-      const Vec3f out(std::cos(a), std::sin(a), 0);
-      const Vec3f foot = 0.27f * out, head = Vec3f(0, 0, shade_z - 0.05f) + 0.03f * out;
-      b.Add(Rod(foot, head, 0.011f, 0.017f, 0.004f), Slot("body", {"wood", "metal"}));
-      const Vec3f brace = foot + (head - foot) * (join / head.z()) * 0.6f;
-      b.Add(Rod(brace, Vec3f(0, 0, brace.z()), 0.005f, 0.005f), MetalSlot("socket"));
-    }
-    b.Add(Cylinder(0.05f, 0.05f, 0.005f).Moved(0, 0, shade_z - 0.075f), MetalSlot("socket"));
-    b.Add(Cylinder(0.008f, neck - shade_z + 0.06f, 0.001f).Moved(0, 0, shade_z - 0.05f),
+  b.Add(RoundFoot(), body);
+  b.Add(Cylinder(0.011f, neck - 0.08f, 0.002f).Moved(0, 0, 0.08f), body);
+  if (p.seed % 2 != 0) return;
+  b.Add(Lathe(VesselProfile(Filleted(Path2{{0, 0}, {0.16f, 0}, {0.165f, 0.018f}}, 0.008f, 3),
+                            0.003f, 0.004f))
+            .Moved(0, 0, 0.52f),
+        body);
+  b.Add(Cylinder(0.02f, 0.02f, 0.003f).Moved(0, 0, 0.505f), body);
+}
+
+// The support of the shade: a harp over the bulb, up to `top`.
+void AddHarp(AssetBuilder& b, float neck, float top) {
+  for (const float s : {1.0f, -1.0f}) {
+    b.Add(Tube(Spline(Path3{{s * 0.02f, 0, neck + 0.012f},
+                            {s * 0.05f, 0, neck + 0.06f},
+                            {s * 0.035f, 0, 0.5f * (neck + 0.06f + top)},
+                            {0, 0, top - 0.012f}},
+                      5),
+               0.002f, 0, 8),
           MetalSlot("socket"));
+  }
+}
+
+float ShadeHeight(const FloorLampParams& p) {
+  const float r = p.shade_radius_m;
+  if (p.shade == ShadeStyle::kDome) return 0.75f * r;
+  if (p.shade == ShadeStyle::kGlobe) return 1.6f * r;
+  return Lerp(1.1f, 1.5f, static_cast<float>(p.seed % 16) / 15.0f) * r;
+}
+
+// A stand under a shade with its bulb, and now and then a pull chain.
+void AddShadedLamp(AssetBuilder& b, const FloorLampParams& p) {
+  const float sh = ShadeHeight(p), shade_z = p.height_m - sh, neck = shade_z + 0.4f * sh;
+  if (p.stand == 2) {
+    AddTripod(b, shade_z, neck);
+  } else if (p.stand == 1) {
+    AddTurnedColumn(b, p, neck);
   } else {
-    b.Add(RoundFoot(), body);
-    if (p.stand == 1) {
-      const float column = neck - 0.1f;
-      b.Add(TurnedLeg(column, 0.03f, static_cast<int>(p.seed % 4)).Moved(0, 0, 0.05f),
-            Slot("body", {"wood", "metal"}));
-      b.Add(Cylinder(0.007f, 0.1f, 0.001f).Moved(0, 0, column), MetalSlot("socket"));
-    } else {
-      b.Add(Cylinder(0.011f, neck - 0.08f, 0.002f).Moved(0, 0, 0.08f), body);
-      if (p.seed % 2 == 0) {
-        // A small tray table half-way.
-        b.Add(Lathe(VesselProfile(Filleted(Path2{{0, 0}, {0.16f, 0}, {0.165f, 0.018f}}, 0.008f, 3),
-                                  0.003f, 0.004f))
-                  .Moved(0, 0, 0.52f),
-              body);
-        b.Add(Cylinder(0.02f, 0.02f, 0.003f).Moved(0, 0, 0.505f), body);
-      }
-    }
+    AddPole(b, p, neck);
   }
   AddBulb(b, {0, 0, neck}, false, 0.03f);
-  AddShade(b, p.shade, r, sh, {0, 0, shade_z});
-  // The support of the shade: a harp over the bulb.
-  b.Add(Tube(Spline(Path3{{0.02f, 0, neck + 0.012f},
-                          {0.05f, 0, neck + 0.06f},
-                          {0.035f, 0, 0.5f * (neck + 0.06f + p.height_m)},
-                          {0, 0, p.height_m - 0.012f}},
-                    5),
-             0.002f, 0, 8),
-        MetalSlot("socket"));
-  b.Add(Tube(Spline(Path3{{-0.02f, 0, neck + 0.012f},
-                          {-0.05f, 0, neck + 0.06f},
-                          {-0.035f, 0, 0.5f * (neck + 0.06f + p.height_m)},
-                          {0, 0, p.height_m - 0.012f}},
-                    5),
-             0.002f, 0, 8),
-        MetalSlot("socket"));
-  // Pull chain.
+  AddShade(b, p.shade, p.shade_radius_m, sh, {0, 0, shade_z});
+  AddHarp(b, neck, p.height_m);
   if (p.seed % 3 == 0)
     b.Add(Tube({{0.03f, 0.03f, neck}, {0.03f, 0.03f, shade_z - 0.08f}}, 0.0012f, 0, 6),
           MetalSlot("socket"));
+}
+
+}  // namespace
+
+Asset MakeFloorLamp(const FloorLampParams& p) {
+  constexpr void (*kStands[])(AssetBuilder&, const FloorLampParams&) = {
+      AddShadedLamp, AddShadedLamp, AddShadedLamp, AddArcLamp, AddUplighter, AddLantern, AddGlobes};
+  AssetBuilder b(p.seed);
+  kStands[p.stand](b, p);
   return b.Finish();
 }
 

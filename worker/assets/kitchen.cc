@@ -186,52 +186,78 @@ Asset MakeKitchenIsland(const KitchenParams& p) {
   return b.Finish();
 }
 
+namespace {
+
+// A wall cabinet's place: between x0 and x1, from the wall to the fronts' back.
+struct WallUnit {
+  float x0, x1, back, front;
+};
+
+// The carcass with two boards; those of an open one can carry things.
+void AddWallCarcass(AssetBuilder& b, const KitchenParams& p, const WallUnit& u, bool open) {
+  const float x0 = u.x0, x1 = u.x1, back = u.back, front = u.front, low = p.upper_low_m,
+              high = p.upper_high_m;
+  for (const float z : {low, high - kBoard})
+    b.Add(Board({x0 + 0.001f, back, z}, {x1 - 0.001f, front, z + kBoard}, 0.0015f), CarcassSlot());
+  b.Add(Board({x0, back, low - 0.0005f}, {x0 + kBoard, front - 0.0005f, high + 0.0005f}, 0.0015f),
+        CarcassSlot());
+  b.Add(Board({x1 - kBoard, back, low - 0.0005f}, {x1, front - 0.0005f, high + 0.0005f}, 0.0015f),
+        CarcassSlot());
+  b.Add(
+      Board({x0 + 0.002f, back, low + 0.002f}, {x1 - 0.002f, back + 0.008f, high - 0.002f}, 0.001f),
+      CarcassSlot());
+  for (int k = 1; k < 3; ++k) {
+    const float z = Lerp(low, high, static_cast<float>(k) / 3.0f);
+    b.Add(
+        Board({x0 + 0.002f, back + 0.002f, z}, {x1 - 0.002f, front - 0.002f, z + kBoard}, 0.0015f),
+        CarcassSlot());
+    if (open)
+      b.Support({x0 + 0.03f, back + 0.03f}, {x1 - 0.03f, front - 0.03f}, z + kBoard,
+                (high - low) / 3.0f - 2 * kBoard - 0.005f);
+  }
+}
+
+// One door, or two before a wide cabinet.
+void AddWallDoors(AssetBuilder& b, const KitchenParams& p, const WallUnit& u, int column) {
+  const float mid = 0.5f * (u.x0 + u.x1), pitch = p.width_m / static_cast<float>(p.columns),
+              low = p.upper_low_m, high = p.upper_high_m;
+  if (pitch > 0.55f) {
+    for (const float s : {-1.0f, 1.0f})
+      AddFront(b, p, mid + s * 0.25f * pitch, u.front, low, 0.5f * pitch - 0.003f, high - low, -s,
+               true);
+  } else {
+    AddFront(b, p, mid, u.front, low, pitch - 0.003f, high - low, column % 2 ? -1.0f : 1.0f, true);
+  }
+}
+
+// Cabinets side by side on the wall, a hood among them.
+void AddWallUnits(AssetBuilder& b, const KitchenParams& p) {
+  const float w = 0.5f * p.width_m, back = -0.5f * p.depth_m, depth = 0.34f;
+  const float pitch = p.width_m / static_cast<float>(p.columns);
+  for (int i = 0; i < p.columns; ++i) {
+    const float x0 = -w + pitch * static_cast<float>(i);
+    const WallUnit unit{x0, x0 + pitch, back, back + depth - kBoard};
+    if (i == p.hood_column) {
+      AddHood(b, 0.5f * (unit.x0 + unit.x1), pitch, back, p.upper_low_m + 0.12f, p.upper_high_m);
+      continue;
+    }
+    AddWallCarcass(b, p, unit, i == p.open_column);
+    if (i != p.open_column) AddWallDoors(b, p, unit, i);
+  }
+}
+
+}  // namespace
+
 Asset MakeKitchenSpace(const KitchenParams& p) {
   AssetBuilder b(p.seed);
   Rng rng(SceneSeed{p.seed}, "fronts");
   AddBase(b, p, rng);
   AddWorktop(b, p, 0.0f);
-  const float w = 0.5f * p.width_m, back = -0.5f * p.depth_m, depth = 0.34f,
-              front = back + depth - kBoard;
-  const float pitch = p.width_m / static_cast<float>(p.columns), low = p.upper_low_m,
-              high = p.upper_high_m;
+  const float w = 0.5f * p.width_m, back = -0.5f * p.depth_m, low = p.upper_low_m;
   // Splashback from worktop to wall cabinets.
   b.Add(Board({-w, back - 0.008f, p.height_m - 0.02f}, {w, back + 0.003f, low + 0.3f}, 0.001f),
         Slot("splashback", {"ceramic", "stone", "glass"}));
-  for (int i = 0; i < p.columns; ++i) {
-    const float x0 = -w + pitch * static_cast<float>(i), x1 = x0 + pitch, mid = 0.5f * (x0 + x1);
-    if (i == p.hood_column) {
-      AddHood(b, mid, pitch, back, low + 0.12f, high);
-      continue;
-    }
-    for (const float z : {low, high - kBoard})
-      b.Add(Board({x0 + 0.001f, back, z}, {x1 - 0.001f, front, z + kBoard}, 0.0015f),
-            CarcassSlot());
-    b.Add(Board({x0, back, low - 0.0005f}, {x0 + kBoard, front - 0.0005f, high + 0.0005f}, 0.0015f),
-          CarcassSlot());
-    b.Add(Board({x1 - kBoard, back, low - 0.0005f}, {x1, front - 0.0005f, high + 0.0005f}, 0.0015f),
-          CarcassSlot());
-    b.Add(Board({x0 + 0.002f, back, low + 0.002f}, {x1 - 0.002f, back + 0.008f, high - 0.002f},
-                0.001f),
-          CarcassSlot());
-    for (int k = 1; k < 3; ++k) {
-      const float z = Lerp(low, high, static_cast<float>(k) / 3.0f);
-      b.Add(Board({x0 + 0.002f, back + 0.002f, z}, {x1 - 0.002f, front - 0.002f, z + kBoard},
-                  0.0015f),
-            CarcassSlot());
-      if (i == p.open_column)
-        b.Support({x0 + 0.03f, back + 0.03f}, {x1 - 0.03f, front - 0.03f}, z + kBoard,
-                  (high - low) / 3.0f - 2 * kBoard - 0.005f);
-    }
-    if (i == p.open_column) continue;
-    if (pitch > 0.55f) {
-      for (const float s : {-1.0f, 1.0f})
-        AddFront(b, p, mid + s * 0.25f * pitch, front, low, 0.5f * pitch - 0.003f, high - low, -s,
-                 true);
-    } else {
-      AddFront(b, p, mid, front, low, pitch - 0.003f, high - low, i % 2 ? -1.0f : 1.0f, true);
-    }
-  }
+  AddWallUnits(b, p);
   Asset asset = b.Finish();
   // Things on the worktop must fit below the wall cabinets.
   for (SupportSurface& s : asset.supports) {
@@ -277,10 +303,10 @@ Asset SampleKitchenSpace(Rng& rng) {
 }
 
 void RegisterKitchens(std::vector<AssetClass>& classes) {
-  classes.push_back(
-      {"KitchenIsland", "kitchen", Placement::kFloor, true, 0.8f, SampleKitchenIsland});
-  classes.push_back(
-      {"KitchenSpace", "kitchen", Placement::kFloorAgainstWall, true, 0.9f, SampleKitchenSpace});
+  classes.push_back({"KitchenIsland", "kitchen", Placement::kFloor, true, 0.8f, SampleKitchenIsland,
+                     SizeRange({0.85f, 0.55f, 0.84f}, {2.7f, 1.4f, 1.35f})});
+  classes.push_back({"KitchenSpace", "kitchen", Placement::kFloorAgainstWall, true, 0.9f,
+                     SampleKitchenSpace, SizeRange({1.4f, 0.56f, 1.9f}, {4, 0.72f, 2.45f})});
 }
 
 }  // namespace parallax

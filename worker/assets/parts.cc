@@ -103,62 +103,77 @@ Shape FurnitureLeg(LegStyle style, const Vec3f& foot, const Vec3f& top, float th
   }
 }
 
+namespace {
+
+Shape KnobHandle() {
+  const float r = 0.016f;
+  const Path2 profile = Spline(Path2{{0.55f * r, 0},
+                                     {0.4f * r, 0.5f * r},
+                                     {0.5f * r, 0.9f * r},
+                                     {0.98f * r, 1.3f * r},
+                                     {0.9f * r, 1.7f * r},
+                                     {0.5f * r, 1.95f * r},
+                                     {0.02f * r, 2.0f * r}},
+                               3);
+  return Lathe(profile).TurnedX(-0.5f * kPi);
+}
+
+// A straight bar on two posts; `h`: half its length.
+Shape StraightHandle(float h) {
+  Shape out = Tube({{-h, 0.03f, 0}, {h, 0.03f, 0}}, 0.005f, 0.0015f, 12);
+  for (const float x : {-0.72f * h, 0.72f * h})
+    out.Add(Tube({{x, -0.002f, 0}, {x, 0.03f, 0}}, 0.004f, 0, 10));
+  return out;
+}
+
+Shape BowHandle(float h) {
+  const Path3 path = Spline(Path3{{-h, -0.002f, 0},
+                                  {-0.93f * h, 0.014f, 0},
+                                  {-0.5f * h, 0.026f, 0},
+                                  {0.5f * h, 0.026f, 0},
+                                  {0.93f * h, 0.014f, 0},
+                                  {h, -0.002f, 0}},
+                            5);
+  SweepOptions options;
+  options.scale = [](float t) { return Vec2f(1.0f, 1.25f - 0.6f * std::abs(2 * t - 1)); };
+  Shape out = Sweep(path, EllipseSection(0.007f, 0.012f, 12), options);
+  for (const float x : {-h, h})
+    out.Add(Cylinder(0.008f, 0.003f, 0.001f, 14).TurnedX(-0.5f * kPi).Moved(x, 0, 0));
+  return out;
+}
+
+// A quarter shell, open below.
+Shape CupHandle(float size) {
+  SheetOptions sheet;
+  sheet.pieces_u = 16;
+  sheet.pieces_v = 6;
+  sheet.thickness_m = 0.0018f;
+  sheet.size_m = {size, 0.04f};
+  const float w = 0.5f * size, r = 0.024f;
+  return Sheet(
+      [=](float u, float v) {
+        const float x = 2 * u - 1;
+        const float fat = std::sqrt(std::max(0.0f, 1 - 0.86f * x * x * x * x));
+        const float a = 0.5f * kPi * v;
+        return Vec3f(w * x, r * fat * std::cos(a) - 0.001f, r * fat * std::sin(a) - 0.012f);
+      },
+      sheet);
+}
+
+}  // namespace
+
 Shape Handle(HandleStyle style, float size) {
-  Shape out;
-  const float h = 0.5f * size;
   switch (style) {
-    case HandleStyle::kKnob: {
-      const float r = 0.016f;
-      const Path2 profile = Spline(Path2{{0.55f * r, 0},
-                                         {0.4f * r, 0.5f * r},
-                                         {0.5f * r, 0.9f * r},
-                                         {0.98f * r, 1.3f * r},
-                                         {0.9f * r, 1.7f * r},
-                                         {0.5f * r, 1.95f * r},
-                                         {0.02f * r, 2.0f * r}},
-                                   3);
-      return Lathe(profile).TurnedX(-0.5f * kPi);
-    }
-    case HandleStyle::kBar: {
-      out = Tube({{-h, 0.03f, 0}, {h, 0.03f, 0}}, 0.005f, 0.0015f, 12);
-      for (const float x : {-0.72f * h, 0.72f * h})
-        out.Add(Tube({{x, -0.002f, 0}, {x, 0.03f, 0}}, 0.004f, 0, 10));
-      return out;
-    }
-    case HandleStyle::kBow: {
-      const Path3 path = Spline(Path3{{-h, -0.002f, 0},
-                                      {-0.93f * h, 0.014f, 0},
-                                      {-0.5f * h, 0.026f, 0},
-                                      {0.5f * h, 0.026f, 0},
-                                      {0.93f * h, 0.014f, 0},
-                                      {h, -0.002f, 0}},
-                                5);
-      SweepOptions options;
-      options.scale = [](float t) { return Vec2f(1.0f, 1.25f - 0.6f * std::abs(2 * t - 1)); };
-      out = Sweep(path, EllipseSection(0.007f, 0.012f, 12), options);
-      for (const float x : {-h, h})
-        out.Add(Cylinder(0.008f, 0.003f, 0.001f, 14).TurnedX(-0.5f * kPi).Moved(x, 0, 0));
-      return out;
-    }
-    case HandleStyle::kCup: {
-      // A quarter shell, open below.
-      SheetOptions sheet;
-      sheet.pieces_u = 16;
-      sheet.pieces_v = 6;
-      sheet.thickness_m = 0.0018f;
-      sheet.size_m = {size, 0.04f};
-      const float w = 0.5f * size, r = 0.024f;
-      return Sheet(
-          [=](float u, float v) {
-            const float x = 2 * u - 1;
-            const float fat = std::sqrt(std::max(0.0f, 1 - 0.86f * x * x * x * x));
-            const float a = 0.5f * kPi * v;
-            return Vec3f(w * x, r * fat * std::cos(a) - 0.001f, r * fat * std::sin(a) - 0.012f);
-          },
-          sheet);
-    }
+    case HandleStyle::kKnob:
+      return KnobHandle();
+    case HandleStyle::kBar:
+      return StraightHandle(0.5f * size);
+    case HandleStyle::kBow:
+      return BowHandle(0.5f * size);
+    case HandleStyle::kCup:
+      return CupHandle(size);
     default:
-      return out;
+      return {};
   }
 }
 

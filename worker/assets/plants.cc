@@ -10,10 +10,8 @@ namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
-void AddPot(AssetBuilder& b, const PotPlantParams& p, Rng& rng) {
-  const float r = p.pot_radius_m, h = p.pot_height_m;
-  const MaterialSlot slot = Slot("pot", {"ceramic", "stone", "plastic"});
-  const int form = rng.UniformInt(0, 3);
+// The outside of a pot, from the middle of its underside to the rim.
+Path2 PotWall(int form, float r, float h) {
   Path2 wall;
   switch (form) {
     case 0:  // Flower pot with a rim.
@@ -37,6 +35,13 @@ void AddPot(AssetBuilder& b, const PotPlantParams& p, Rng& rng) {
           Filleted(Path2{{0.5f * r, 0}, {0.72f * r, 0}, {0.86f * r, 0.5f * h}, {r, h}}, 0.006f, 3);
   }
   wall.insert(wall.begin(), Vec2f(0, 0));
+  return wall;
+}
+
+// The pot itself, `lift` above the ground, some with ribs, and its saucer.
+void AddVessel(AssetBuilder& b, const PotPlantParams& p, const Path2& wall, float lift, Rng& rng) {
+  const float r = p.pot_radius_m, h = p.pot_height_m;
+  const MaterialSlot slot = Slot("pot", {"ceramic", "stone", "plastic"});
   LatheOptions options;
   options.segments = 64;
   const int ribs = rng.Bernoulli(0.3) ? rng.UniformInt(14, 28) : 0;
@@ -45,16 +50,16 @@ void AddPot(AssetBuilder& b, const PotPlantParams& p, Rng& rng) {
       return 1 + 0.018f * Smooth01(z / h * 6) * Smooth01((1 - z / h) * 6) *
                      std::cos(static_cast<float>(ribs) * a);
     };
-  const float lift = p.saucer ? 0.006f : 0.0f;
   b.Add(Lathe(VesselProfile(wall, 0.06f * r + 0.001f, 0.08f * h), options).Moved(0, 0, lift), slot);
-  if (p.saucer) {
-    const float sr = wall[2].x() * 1.25f + 0.01f;
-    b.Add(Lathe(VesselProfile(Filleted(Path2{{0, 0}, {sr, 0}, {sr * 1.08f, 0.13f * h}}, 0.006f, 3),
-                              0.0035f, 0.0055f)),
-          slot);
-  }
-  // Soil: a lumpy disc a little below the rim.
-  const float top = 0.88f * h + lift;
+  if (!p.saucer) return;
+  const float sr = wall[2].x() * 1.25f + 0.01f;
+  b.Add(Lathe(VesselProfile(Filleted(Path2{{0, 0}, {sr, 0}, {sr * 1.08f, 0.13f * h}}, 0.006f, 3),
+                            0.0035f, 0.0055f)),
+        slot);
+}
+
+// Radius of the soil: the wall's at 0.86 of the height, less its thickness.
+float SoilRadius(const Path2& wall, float r, float h) {
   float sr = r;
   for (size_t i = 1; i < wall.size(); ++i) {
     if (wall[i].y() >= 0.86f * h) {
@@ -65,7 +70,12 @@ void AddPot(AssetBuilder& b, const PotPlantParams& p, Rng& rng) {
       break;
     }
   }
-  sr -= 0.03f * r;
+  return sr - 0.03f * r;
+}
+
+// A lumpy disc with its surface at `top`, a little below the rim, and stones on it.
+void AddSoil(AssetBuilder& b, const PotPlantParams& p, float sr, float top, Rng& rng) {
+  const float r = p.pot_radius_m, h = p.pot_height_m;
   const Noise noise(rng);
   Path2 disc{{0, top - 0.12f * h}, {0.93f * sr, top - 0.12f * h}};
   for (int k = 10; k >= 0; --k)
@@ -89,6 +99,49 @@ void AddPot(AssetBuilder& b, const PotPlantParams& p, Rng& rng) {
   }
 }
 
+void AddPot(AssetBuilder& b, const PotPlantParams& p, Rng& rng) {
+  const float r = p.pot_radius_m, h = p.pot_height_m, lift = p.saucer ? 0.006f : 0.0f;
+  const Path2 wall = PotWall(rng.UniformInt(0, 3), r, h);
+  AddVessel(b, p, wall, lift, rng);
+  AddSoil(b, p, SoilRadius(wall, r, h), 0.88f * h + lift, rng);
+}
+
+void AddPottedCactus(AssetBuilder& b, const PotPlantParams& p, float z, Rng& rng) {
+  const float r = 0.62f * p.pot_radius_m, h = std::max(p.plant_m, 2.2f * r);
+  Path3 axis;
+  for (int k = 0; k <= 6; ++k)
+    axis.emplace_back(0.03f * h * std::sin(0.6f * static_cast<float>(k)), 0,
+                      h * static_cast<float>(k) / 6.0f - 0.4f * r);
+  GrowCactus(b, {{0, 0, z}, axis, r, rng.UniformInt(9, 14), 0.18f * r + 0.004f}, rng);
+}
+
+// A ringed trunk from the soil at height `z`, and fronds from its top: grown about the origin's
+// axis, then carried over.
+void AddPalm(AssetBuilder& b, const PotPlantParams& p, float z, int stem, int stems, Rng& rng) {
+  const float trunk = 0.45f * p.plant_m;
+  const float a = Golden(stem), lean = stems > 1 ? 0.25f : 0.06f;
+  const Vec3f top(lean * trunk * std::cos(a), lean * trunk * std::sin(a),
+                  z + trunk * Draw(rng, 0.8, 1.1));
+  Path3 path;
+  const Vec3f from(0.25f * top.x(), 0.25f * top.y(), z - 0.02f);
+  for (int k = 0; k <= 24; ++k)
+    path.push_back(from + (top - from) * (static_cast<float>(k) / 24.0f));
+  SweepOptions rings;
+  rings.scale = [](float t) {
+    return Vec2f::Constant((1.0f - 0.35f * t) * (1 + 0.07f * std::sin(150 * t))).eval();
+  };
+  b.Add(Sweep(path, EllipseSection(0.06f * p.plant_m, 0.06f * p.plant_m, 12), rings),
+        Slot("trunk", {"bark", "wood"}));
+  AssetBuilder crown(p.seed + static_cast<uint64_t>(stem) + 1);
+  GrowFern(crown, 0, 0.55f * p.plant_m, true, rng);
+  const Asset part = crown.Finish();
+  Eigen::Affine3f carry = Eigen::Affine3f::Identity();
+  const Box3f box = part.mesh.Bounds();
+  carry.translate(Vec3f(top.x() - box.center().x(), top.y() - box.center().y(),
+                        top.z() - 0.08f * p.plant_m - 0.12f * box.sizes().z()));
+  b.AddMesh(part.mesh, carry);
+}
+
 }  // namespace
 
 Asset MakePotPlant(const PotPlantParams& p) {
@@ -110,42 +163,12 @@ Asset MakePotPlant(const PotPlantParams& p) {
     case PlantKind::kSnake:
       GrowSnake(b, z, p.plant_m, 1.4f * spread, rng);
       break;
-    case PlantKind::kCactus: {
-      const float r = 0.62f * p.pot_radius_m, h = std::max(p.plant_m, 2.2f * r);
-      Path3 axis;
-      for (int k = 0; k <= 6; ++k)
-        axis.emplace_back(0.03f * h * std::sin(0.6f * static_cast<float>(k)), 0,
-                          h * static_cast<float>(k) / 6.0f - 0.4f * r);
-      GrowCactus(b, {{0, 0, z}, axis, r, rng.UniformInt(9, 14), 0.18f * r + 0.004f}, rng);
+    case PlantKind::kCactus:
+      AddPottedCactus(b, p, z, rng);
       break;
-    }
     case PlantKind::kPalm: {
-      const float trunk = 0.45f * p.plant_m;
       const int stems = rng.UniformInt(1, 3);
-      for (int s = 0; s < stems; ++s) {
-        const float a = Golden(s), lean = stems > 1 ? 0.25f : 0.06f;
-        const Vec3f top(lean * trunk * std::cos(a), lean * trunk * std::sin(a),
-                        z + trunk * Draw(rng, 0.8, 1.1));
-        Path3 path;
-        const Vec3f from(0.25f * top.x(), 0.25f * top.y(), z - 0.02f);
-        for (int k = 0; k <= 24; ++k)
-          path.push_back(from + (top - from) * (static_cast<float>(k) / 24.0f));
-        SweepOptions rings;
-        rings.scale = [](float t) {
-          return Vec2f::Constant((1.0f - 0.35f * t) * (1 + 0.07f * std::sin(150 * t))).eval();
-        };
-        b.Add(Sweep(path, EllipseSection(0.06f * p.plant_m, 0.06f * p.plant_m, 12), rings),
-              Slot("trunk", {"bark", "wood"}));
-        AssetBuilder crown(p.seed + static_cast<uint64_t>(s) + 1);
-        // Fronds from the trunk's top: grown about the origin's axis, then carried over.
-        GrowFern(crown, 0, 0.55f * p.plant_m, true, rng);
-        Asset part = crown.Finish();
-        Eigen::Affine3f carry = Eigen::Affine3f::Identity();
-        const Box3f box = part.mesh.Bounds();
-        carry.translate(Vec3f(top.x() - box.center().x(), top.y() - box.center().y(),
-                              top.z() - 0.08f * p.plant_m - 0.12f * box.sizes().z()));
-        b.AddMesh(part.mesh, carry);
-      }
+      for (int s = 0; s < stems; ++s) AddPalm(b, p, z, s, stems, rng);
       break;
     }
     case PlantKind::kTree: {

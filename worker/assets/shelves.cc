@@ -21,114 +21,163 @@ std::vector<float> Divide(float from, float to, int count, float unevenness, Rng
   return out;
 }
 
+// Dimensions and slots that the parts of a shelf share: half width and depth, board, the sides'
+// lower edge, the lowest board's, the top.
+struct Shelf {
+  explicit Shelf(const ShelfParams& params)
+      : p(params),
+        w(0.5f * params.width_m),
+        d(0.5f * params.depth_m),
+        t(params.board_m),
+        low(params.leg_m > 0 ? params.leg_m : 0.0f),
+        floor(params.leg_m > 0 ? params.leg_m : params.plinth_m),
+        top(params.height_m) {}
+  const ShelfParams& p;
+  const float w, d, t, low, floor, top;
+  const MaterialSlot wood = WoodSlot("carcass"), fronts = WoodSlot("fronts"),
+                     metal = MetalSlot("handles");
+};
+
+// Sides run past the boards; the top lies between them, or over them under a cornice.
+void AddCarcass(AssetBuilder& b, const Shelf& s) {
+  const float w = s.w, d = s.d, t = s.t, floor = s.floor, top = s.top;
+  const float cover = s.p.cornice ? 0.0f : 0.0006f;
+  b.AddMirroredX(Board({w - t, -d, s.low}, {w, d, top - cover}, 0.002f), s.wood);
+  b.Add(Board({-w + t, -d + 0.006f, top - t}, {w - t, d - 0.001f, top}, 0.002f), s.wood);
+  b.Add(Board({-w + t, -d + 0.006f, floor}, {w - t, d - 0.001f, floor + t}, 0.002f), s.wood);
+  if (s.p.plinth_m > 0 && s.p.leg_m <= 0)
+    b.Add(Board({-w + t, d - 0.03f, 0}, {w - t, d - 0.015f, floor}, 0.001f), s.wood);
+  if (s.p.back)
+    b.Add(Board({-w + 0.003f, -d, s.low + 0.01f}, {w - 0.003f, -d + 0.006f, top - 0.003f}, 0.0005f),
+          Slot("back", {"wood", "paint"}));
+}
+
+void AddShelfLegs(AssetBuilder& b, const Shelf& s) {
+  const float w = s.w, d = s.d, leg_m = s.p.leg_m;
+  const float splay =
+      s.p.legs == LegStyle::kRound || s.p.legs == LegStyle::kTapered ? 0.1f * leg_m : 0.0f;
+  b.AddFourfold(FurnitureLeg(s.p.legs, {w - 0.06f + splay, d - 0.06f + splay, 0},
+                             {w - 0.06f, d - 0.06f, leg_m + 0.004f}, 0.042f, 1),
+                WoodSlot("legs"));
+}
+
+// Upright boards between columns, whose middles are `xs`.
+void AddDividers(AssetBuilder& b, const Shelf& s, const std::vector<float>& xs) {
+  for (int c = 1; c < s.p.columns; ++c) {
+    b.Add(Board({xs[c] - 0.5f * s.t, -s.d + 0.006f, s.floor + s.t},
+                {xs[c] + 0.5f * s.t, s.d - 0.003f, s.top - s.t}, 0.0015f),
+          s.wood);
+  }
+}
+
+// A compartment: its inside between boards.
+struct ShelfCell {
+  float x0, x1, z0, z1;
+  int column;
+};
+constexpr float kFrontGap = 0.002f;  // Round drawers and doors.
+
+void AddDrawer(AssetBuilder& b, const Shelf& s, const ShelfCell& cell) {
+  const float width = cell.x1 - cell.x0 - 2 * kFrontGap, height = cell.z1 - cell.z0 - 2 * kFrontGap,
+              mid = 0.5f * (cell.x0 + cell.x1);
+  b.Add(
+      Front(s.p.fronts, width, height, 0.017f, false).Moved(mid, s.d - 0.022f, cell.z0 + kFrontGap),
+      s.fronts);
+  if (s.p.handles == HandleStyle::kNone) return;
+  b.Add(Handle(s.p.handles, std::min(0.13f, 0.4f * width))
+            .Moved(mid, s.d - 0.005f, cell.z0 + 0.55f * height),
+        s.metal);
+}
+
+// One leaf, or two before a wide compartment.
+void AddDoors(AssetBuilder& b, const Shelf& s, const ShelfCell& cell) {
+  const float width = cell.x1 - cell.x0 - 2 * kFrontGap, height = cell.z1 - cell.z0 - 2 * kFrontGap;
+  const int leaves = width > 0.62f ? 2 : 1;
+  for (int k = 0; k < leaves; ++k) {
+    const float leaf = width / static_cast<float>(leaves) - (leaves > 1 ? 0.001f : 0.0f);
+    const float mid =
+        cell.x0 + kFrontGap + (static_cast<float>(k) + 0.5f) * width / static_cast<float>(leaves);
+    b.Add(
+        Front(s.p.fronts, leaf, height, 0.017f, true).Moved(mid, s.d - 0.022f, cell.z0 + kFrontGap),
+        s.fronts);
+    if (s.p.handles == HandleStyle::kNone) continue;
+    const float side = leaves > 1 ? (k == 0 ? 1.0f : -1.0f) : (cell.column % 2 == 0 ? 1.0f : -1.0f);
+    const bool bar = s.p.handles == HandleStyle::kBar || s.p.handles == HandleStyle::kBow;
+    Shape handle = Handle(bar ? s.p.handles : HandleStyle::kKnob, 0.11f);
+    if (bar) handle = handle.TurnedY(0.5f * kPi);
+    b.Add(handle.Moved(mid + side * (0.5f * leaf - 0.035f), s.d - 0.005f, cell.z0 + 0.6f * height),
+          s.metal);
+  }
+}
+
+// Boards, and what stands before the compartments of a column; open ones can carry things.
+void AddShelfColumn(AssetBuilder& b, const Shelf& s, int column, const std::vector<float>& xs,
+                    const std::vector<float>& zs) {
+  const float d = s.d, t = s.t;
+  const float x0 = xs[column] + 0.5f * t, x1 = xs[column + 1] - 0.5f * t;
+  for (int r = 0; r < s.p.rows; ++r) {
+    const ShelfCell cell{x0, x1, zs[r] + 0.5f * t, zs[r + 1] - 0.5f * t, column};
+    if (r > 0)
+      b.Add(Board({x0, -d + 0.006f, zs[r] - 0.5f * t}, {x1, d - 0.005f, zs[r] + 0.5f * t}, 0.0015f),
+            s.wood);
+    if (r < s.p.drawers_low) {
+      AddDrawer(b, s, cell);
+    } else if (r < s.p.doors_low) {
+      AddDoors(b, s, cell);
+    } else {
+      b.Support({x0 + 0.01f, -d + 0.012f}, {x1 - 0.01f, d - 0.012f}, cell.z0, cell.z1 - cell.z0);
+    }
+  }
+}
+
+// A stepped moulding round front and sides, mitred by hand: a loft over the four corners with
+// outward directions.
+Shape Cornice(const Shelf& s) {
+  const Path2 section{{0, 0},           {0.006f, 0},      {0.008f, 0.008f}, {0.02f, 0.018f},
+                      {0.026f, 0.034f}, {0.034f, 0.036f}, {0.034f, 0.048f}, {0, 0.048f}};
+  const Path3 path{{-s.w, -s.d, 0}, {-s.w, s.d, 0}, {s.w, s.d, 0}, {s.w, -s.d, 0}};
+  const Vec2f out[4] = {{-1, 0}, {-1, 1}, {1, 1}, {1, 0}};
+  Shape moulding;
+  for (int k = 0; k < 4; ++k) {
+    for (const Vec2f& q : section) {
+      const Vec3f at = path[k] + Vec3f(out[k].x() * (q.x() + 0.0005f),
+                                       out[k].y() * (q.x() + 0.0005f), s.top - 0.048f + q.y());
+      moulding.AddPoint(at, {at.x() + at.y(), q.x(), q.y()});
+    }
+  }
+  const uint32_t m = static_cast<uint32_t>(section.size());
+  for (uint32_t k = 0; k < 3; ++k) {
+    for (uint32_t i = 0; i < m; ++i) {
+      const uint32_t n = (i + 1) % m;
+      moulding.AddQuad(k * m + i, (k + 1) * m + i, (k + 1) * m + n, k * m + n);
+    }
+  }
+  for (const auto& [i, j, k] : Triangulate(section)) {
+    moulding.AddTriangle(i, j, k);
+    moulding.AddTriangle(3 * m + i, 3 * m + k, 3 * m + j);
+  }
+  if (moulding.Volume() < 0) {
+    for (Face& f : moulding.faces) std::reverse(f.v.begin(), f.v.begin() + f.corners);
+  }
+  return moulding.Creased(0.5f);
+}
+
 }  // namespace
 
 Asset MakeShelf(const ShelfParams& p) {
   AssetBuilder b(p.seed);
   Rng rng(SceneSeed{p.seed}, "shelf");
-  const MaterialSlot wood = WoodSlot("carcass"), fronts = WoodSlot("fronts"),
-                     metal = MetalSlot("handles");
-  const float w = 0.5f * p.width_m, d = 0.5f * p.depth_m, t = p.board_m;
-  const float low = p.leg_m > 0 ? p.leg_m : 0.0f;
-  const float floor = p.leg_m > 0 ? p.leg_m : p.plinth_m;
-  const float top = p.height_m;
-  const float cover = p.cornice ? 0.0f : 0.0006f;
-  // Sides run past the boards; the top lies between them, or over them under a cornice.
-  b.AddMirroredX(Board({w - t, -d, low}, {w, d, top - cover}, 0.002f), wood);
-  b.Add(Board({-w + t, -d + 0.006f, top - t}, {w - t, d - 0.001f, top}, 0.002f), wood);
-  b.Add(Board({-w + t, -d + 0.006f, floor}, {w - t, d - 0.001f, floor + t}, 0.002f), wood);
-  if (p.plinth_m > 0 && p.leg_m <= 0)
-    b.Add(Board({-w + t, d - 0.03f, 0}, {w - t, d - 0.015f, floor}, 0.001f), wood);
-  if (p.back)
-    b.Add(Board({-w + 0.003f, -d, low + 0.01f}, {w - 0.003f, -d + 0.006f, top - 0.003f}, 0.0005f),
-          Slot("back", {"wood", "paint"}));
-  if (p.leg_m > 0) {
-    const float splay =
-        p.legs == LegStyle::kRound || p.legs == LegStyle::kTapered ? 0.1f * p.leg_m : 0.0f;
-    b.AddFourfold(FurnitureLeg(p.legs, {w - 0.06f + splay, d - 0.06f + splay, 0},
-                               {w - 0.06f, d - 0.06f, p.leg_m + 0.004f}, 0.042f, 1),
-                  WoodSlot("legs"));
-  }
+  const Shelf shelf(p);
+  const float w = shelf.w, d = shelf.d, t = shelf.t;
+  AddCarcass(b, shelf);
+  if (p.leg_m > 0) AddShelfLegs(b, shelf);
   const std::vector<float> xs = Divide(-w + 0.5f * t, w - 0.5f * t, p.columns, 0.0f, rng);
-  for (int c = 1; c < p.columns; ++c) {
-    b.Add(Board({xs[c] - 0.5f * t, -d + 0.006f, floor + t}, {xs[c] + 0.5f * t, d - 0.003f, top - t},
-                0.0015f),
-          wood);
-  }
-  const std::vector<float> zs = Divide(floor + 0.5f * t, top - 0.5f * t, p.rows, p.unevenness, rng);
-  for (int c = 0; c < p.columns; ++c) {
-    const float x0 = xs[c] + 0.5f * t, x1 = xs[c + 1] - 0.5f * t;
-    for (int r = 0; r < p.rows; ++r) {
-      const float z0 = zs[r] + 0.5f * t, z1 = zs[r + 1] - 0.5f * t;
-      if (r > 0)
-        b.Add(
-            Board({x0, -d + 0.006f, zs[r] - 0.5f * t}, {x1, d - 0.005f, zs[r] + 0.5f * t}, 0.0015f),
-            wood);
-      const float gap = 0.002f, width = x1 - x0 - 2 * gap, height = z1 - z0 - 2 * gap;
-      if (r < p.drawers_low) {
-        b.Add(Front(p.fronts, width, height, 0.017f, false)
-                  .Moved(0.5f * (x0 + x1), d - 0.022f, z0 + gap),
-              fronts);
-        if (p.handles != HandleStyle::kNone) {
-          b.Add(Handle(p.handles, std::min(0.13f, 0.4f * width))
-                    .Moved(0.5f * (x0 + x1), d - 0.005f, z0 + 0.55f * height),
-                metal);
-        }
-        continue;
-      }
-      if (r < p.doors_low) {
-        const int leaves = width > 0.62f ? 2 : 1;
-        for (int k = 0; k < leaves; ++k) {
-          const float leaf = width / static_cast<float>(leaves) - (leaves > 1 ? 0.001f : 0.0f);
-          const float mid =
-              x0 + gap + (static_cast<float>(k) + 0.5f) * width / static_cast<float>(leaves);
-          b.Add(Front(p.fronts, leaf, height, 0.017f, true).Moved(mid, d - 0.022f, z0 + gap),
-                fronts);
-          if (p.handles == HandleStyle::kNone) continue;
-          const float side = leaves > 1 ? (k == 0 ? 1.0f : -1.0f) : (c % 2 == 0 ? 1.0f : -1.0f);
-          const bool bar = p.handles == HandleStyle::kBar || p.handles == HandleStyle::kBow;
-          Shape handle = Handle(bar ? p.handles : HandleStyle::kKnob, 0.11f);
-          if (bar) handle = handle.TurnedY(0.5f * kPi);
-          b.Add(handle.Moved(mid + side * (0.5f * leaf - 0.035f), d - 0.005f, z0 + 0.6f * height),
-                metal);
-        }
-        continue;
-      }
-      b.Support({x0 + 0.01f, -d + 0.012f}, {x1 - 0.01f, d - 0.012f}, z0, z1 - z0);
-    }
-  }
-  if (p.cornice) {
-    // A stepped moulding round front and sides, and a thin face frame.
-    const Path2 section{{0, 0},           {0.006f, 0},      {0.008f, 0.008f}, {0.02f, 0.018f},
-                        {0.026f, 0.034f}, {0.034f, 0.036f}, {0.034f, 0.048f}, {0, 0.048f}};
-    Path3 path{{-w, -d, 0}, {-w, d, 0}, {w, d, 0}, {w, -d, 0}};
-    // Mitred by hand: a loft over the four corners with outward directions.
-    const Vec2f out[4] = {{-1, 0}, {-1, 1}, {1, 1}, {1, 0}};
-    Shape moulding;
-    for (int k = 0; k < 4; ++k) {
-      for (const Vec2f& q : section) {
-        const Vec3f at = path[k] + Vec3f(out[k].x() * (q.x() + 0.0005f),
-                                         out[k].y() * (q.x() + 0.0005f), top - 0.048f + q.y());
-        moulding.AddPoint(at, {at.x() + at.y(), q.x(), q.y()});
-      }
-    }
-    const uint32_t m = static_cast<uint32_t>(section.size());
-    for (uint32_t k = 0; k < 3; ++k) {
-      for (uint32_t s = 0; s < m; ++s) {
-        const uint32_t n = (s + 1) % m;
-        moulding.AddQuad(k * m + s, (k + 1) * m + s, (k + 1) * m + n, k * m + n);
-      }
-    }
-    for (const auto& [i, j, k] : Triangulate(section)) {
-      moulding.AddTriangle(i, j, k);
-      moulding.AddTriangle(3 * m + i, 3 * m + k, 3 * m + j);
-    }
-    if (moulding.Volume() < 0) {
-      for (Face& f : moulding.faces) std::reverse(f.v.begin(), f.v.begin() + f.corners);
-    }
-    b.Add(moulding.Creased(0.5f), wood);
-  }
-  b.Support({-w + 0.02f, -d + 0.015f}, {w - 0.02f, d - 0.02f}, top);
+  AddDividers(b, shelf, xs);
+  const std::vector<float> zs =
+      Divide(shelf.floor + 0.5f * t, shelf.top - 0.5f * t, p.rows, p.unevenness, rng);
+  for (int c = 0; c < p.columns; ++c) AddShelfColumn(b, shelf, c, xs, zs);
+  if (p.cornice) b.Add(Cornice(shelf), shelf.wood);
+  b.Support({-w + 0.02f, -d + 0.015f}, {w - 0.02f, d - 0.02f}, shelf.top);
   return b.Finish();
 }
 
@@ -211,38 +260,38 @@ Asset SampleTVStand(Rng& rng) {
   return MakeShelf(p);
 }
 
-Asset MakeTriangleShelf(const TriangleShelfParams& p) {
-  AssetBuilder b(p.seed);
+namespace {
+
+constexpr float kTriangleBoard = 0.022f;
+
+// Two A-frames; boards between them get shallower upwards.
+void AddLadderShelf(AssetBuilder& b, const TriangleShelfParams& p) {
   const MaterialSlot wood = WoodSlot("frame"), shelf = WoodSlot("shelves");
-  const float w = 0.5f * p.width_m, h = p.height_m, t = 0.022f;
-  if (p.ladder) {
-    // Two A-frames; boards between them get shallower upwards.
-    const float d0 = 0.5f * p.depth_m, d1 = 0.1f;
-    const auto half_depth = [&](float z) { return Lerp(d0, d1, z / h); };
-    for (const float s : {-1.0f, 1.0f}) {
-      b.AddMirroredX(Bar({w - 0.014f, s * d0, 0}, {w - 0.014f, s * d1, h}, {0.026f, 0.042f},
-                         {0.026f, 0.042f}, 0.004f, Vec3f::UnitY()),
-                     wood);
-    }
-    for (int i = 0; i < p.rows; ++i) {
-      const float z = 0.12f + (h - 0.16f) * static_cast<float>(i) / static_cast<float>(p.rows - 1);
-      const float d = half_depth(z);
-      b.AddMirroredX(Board({w - 0.024f, -d, z - 0.045f}, {w - 0.006f, d, z - t}, 0.003f), wood);
-      b.Add(Board({-w + 0.028f, -d + 0.004f, z - t}, {w - 0.028f, d - 0.004f, z}, 0.003f), shelf);
-      b.Add(Board({-w + 0.014f, -d - 0.004f, z - t}, {w - 0.014f, -d + 0.008f, z + 0.02f}, 0.003f),
-            wood);
-      const float next =
-          0.12f + (h - 0.16f) * static_cast<float>(i + 1) / static_cast<float>(p.rows - 1);
-      const float inner = i + 1 < p.rows ? half_depth(next) : d;
-      b.Support({-w + 0.04f, -std::min(d, inner) + 0.03f}, {w - 0.04f, std::min(d, inner) - 0.012f},
-                z, i + 1 < p.rows ? next - t - z - 0.03f : 10.0f);
-    }
-    return b.Finish();
+  const float w = 0.5f * p.width_m, h = p.height_m, t = kTriangleBoard;
+  const float d0 = 0.5f * p.depth_m, d1 = 0.1f;
+  const auto half_depth = [&](float z) { return Lerp(d0, d1, z / h); };
+  for (const float s : {-1.0f, 1.0f}) {
+    b.AddMirroredX(Bar({w - 0.014f, s * d0, 0}, {w - 0.014f, s * d1, h}, {0.026f, 0.042f},
+                       {0.026f, 0.042f}, 0.004f, Vec3f::UnitY()),
+                   wood);
   }
-  // A corner shelf: the right angle at the back, boards as quarter rounds or triangles between
-  // three posts.
-  const float a = p.width_m;
-  const bool round = p.seed % 2 == 0;
+  for (int i = 0; i < p.rows; ++i) {
+    const float z = 0.12f + (h - 0.16f) * static_cast<float>(i) / static_cast<float>(p.rows - 1);
+    const float d = half_depth(z);
+    b.AddMirroredX(Board({w - 0.024f, -d, z - 0.045f}, {w - 0.006f, d, z - t}, 0.003f), wood);
+    b.Add(Board({-w + 0.028f, -d + 0.004f, z - t}, {w - 0.028f, d - 0.004f, z}, 0.003f), shelf);
+    b.Add(Board({-w + 0.014f, -d - 0.004f, z - t}, {w - 0.014f, -d + 0.008f, z + 0.02f}, 0.003f),
+          wood);
+    const float next =
+        0.12f + (h - 0.16f) * static_cast<float>(i + 1) / static_cast<float>(p.rows - 1);
+    const float inner = i + 1 < p.rows ? half_depth(next) : d;
+    b.Support({-w + 0.04f, -std::min(d, inner) + 0.03f}, {w - 0.04f, std::min(d, inner) - 0.012f},
+              z, i + 1 < p.rows ? next - t - z - 0.03f : 10.0f);
+  }
+}
+
+// A board with its right angle at the origin: a quarter round, or a triangle with cut corners.
+Path2 CornerOutline(float a, bool round) {
   Path2 outline{{0, 0}, {a, 0}};
   if (round) {
     const Path2 arc = Arc({0, 0}, a, a, 0, 0.5f * kPi, 20);
@@ -252,6 +301,14 @@ Asset MakeTriangleShelf(const TriangleShelfParams& p) {
     outline.emplace_back(0.12f * a, a);
     outline.emplace_back(0, a);
   }
+  return outline;
+}
+
+// The right angle at the back, boards between three posts.
+void AddCornerShelf(AssetBuilder& b, const TriangleShelfParams& p) {
+  const MaterialSlot wood = WoodSlot("frame"), shelf = WoodSlot("shelves");
+  const float a = p.width_m, h = p.height_m, t = kTriangleBoard;
+  const Path2 outline = CornerOutline(a, p.seed % 2 == 0);
   // The diagonal faces +y.
   const auto place = [&](const Shape& s, float z) { return s.TurnedZ(0.25f * kPi).Moved(0, 0, z); };
   for (int i = 0; i < p.rows; ++i) {
@@ -273,6 +330,13 @@ Asset MakeTriangleShelf(const TriangleShelfParams& p) {
     b.Add(place(Board({0.02f, 0.002f, z}, {a - 0.03f, 0.014f, z + 0.03f}, 0.002f), 0), wood);
     b.Add(place(Board({0.002f, 0.02f, z}, {0.014f, a - 0.03f, z + 0.03f}, 0.002f), 0), wood);
   }
+}
+
+}  // namespace
+
+Asset MakeTriangleShelf(const TriangleShelfParams& p) {
+  AssetBuilder b(p.seed);
+  p.ladder ? AddLadderShelf(b, p) : AddCornerShelf(b, p);
   return b.Finish();
 }
 

@@ -144,75 +144,78 @@ void AddSeats(AssetBuilder& b, const SofaParams& p, const SofaFrame& f, float ch
   }
 }
 
-void AddBack(AssetBuilder& b, const SofaParams& p, const SofaFrame& f, const Noise& noise) {
-  const float height = p.back_height_m - f.floor;
-  const float width = 2 * f.inner + (p.arms == ArmStyle::kWood ? 0.0f : 0.08f);
-  const float top_frame = p.back == BackStyle::kTight ? height : height - 0.07f;
-  const auto lean = [&](float z) { return -0.1f * std::max(0.0f, z - p.seat_height_m); };
-  Shape back;
-  const float thick = kBackFrame + (p.back == BackStyle::kTight ? 0.03f : 0.0f);
-  if (p.back == BackStyle::kTight) {
-    CushionOptions o;
-    o.edge_radius_m = 0.05f;
-    o.bulge_top_m = 0.02f;
-    o.bulge_side_m = 0.0f;
-    o.wrinkle_m = 0.002f;
-    o.target_edge_m = p.tufted ? 0.022f : 0.035f;
-    if (p.tufted) {
-      o.tufts_x = std::max(2, static_cast<int>(width / 0.2f));
-      o.tufts_y = 3;
-      o.tuft_depth_m = 0.028f;
-    }
-    // The cushion's top faces forwards.
-    back = Cushion({width, top_frame, thick}, o, noise)
-               .TurnedX(-0.5f * kPi)
-               .Moved(0, f.rear + 0.5f * thick, f.floor + 0.5f * top_frame);
-    if (p.tufted) {
-      for (int i = 0; i < o.tufts_x; ++i) {
-        for (int j = 0; j < o.tufts_y; ++j) {
-          const float x =
-              width * ((static_cast<float>(i) + 0.5f) / static_cast<float>(o.tufts_x) - 0.5f);
-          const float z =
-              f.floor + top_frame * (static_cast<float>(j) + 0.5f) / static_cast<float>(o.tufts_y);
-          if (z < p.seat_height_m) continue;
-          back.Add(Ellipsoid({0.011f, 0.006f, 0.011f}, 12).Moved(x, f.rear + thick - 0.004f, z));
-        }
-      }
-    }
-  } else {
-    back = Padded({width, kBackFrame, top_frame}, 0.04f, noise)
-               .Moved(0, f.rear + 0.5f * kBackFrame, f.floor + 0.5f * top_frame);
+// The frame of the back with its upholstery: tight and perhaps tufted, or padded to carry cushions.
+// Its lower edge is at the seat's frame.
+Shape TightBack(const SofaParams& p, const SofaFrame& f, float width, float height,
+                const Noise& noise) {
+  const float thick = kBackFrame + 0.03f;
+  CushionOptions o;
+  o.edge_radius_m = 0.05f;
+  o.bulge_top_m = 0.02f;
+  o.bulge_side_m = 0.0f;
+  o.wrinkle_m = 0.002f;
+  o.target_edge_m = p.tufted ? 0.022f : 0.035f;
+  if (p.tufted) {
+    o.tufts_x = std::max(2, static_cast<int>(width / 0.2f));
+    o.tufts_y = 3;
+    o.tuft_depth_m = 0.028f;
   }
-  b.Add(back.Bent([&](const Vec3f& q) { return Vec3f(q.x(), q.y() + lean(q.z()), q.z()); }),
-        FabricSlot("upholstery"));
-  if (p.back == BackStyle::kTight) return;
+  // The cushion's top faces forwards.
+  Shape back = Cushion({width, height, thick}, o, noise)
+                   .TurnedX(-0.5f * kPi)
+                   .Moved(0, f.rear + 0.5f * thick, f.floor + 0.5f * height);
+  if (!p.tufted) return back;
+  for (int i = 0; i < o.tufts_x; ++i) {
+    for (int j = 0; j < o.tufts_y; ++j) {
+      const float x =
+          width * ((static_cast<float>(i) + 0.5f) / static_cast<float>(o.tufts_x) - 0.5f);
+      const float z =
+          f.floor + height * (static_cast<float>(j) + 0.5f) / static_cast<float>(o.tufts_y);
+      if (z < p.seat_height_m) continue;
+      back.Add(Ellipsoid({0.011f, 0.006f, 0.011f}, 12).Moved(x, f.rear + thick - 0.004f, z));
+    }
+  }
+  return back;
+}
 
+// Loose cushions or pillows that lean against the back.
+void AddBackCushions(AssetBuilder& b, const SofaParams& p, const SofaFrame& f) {
+  const bool pillows = p.back == BackStyle::kPillows;
   CushionOptions soft = SeatSoftness(p);
   soft.bulge_top_m = 0.045f;
   soft.bulge_bottom_m = 0.01f;
   soft.wrinkle_m = 0.006f;
   const float low = p.seat_height_m + 0.004f, tall = p.back_height_m - low + 0.02f;
-  const int count = p.back == BackStyle::kPillows
-                        ? std::max(p.places, static_cast<int>(std::lround(2 * f.inner / 0.58f)))
-                        : p.places;
+  const int count =
+      pillows ? std::max(p.places, static_cast<int>(std::lround(2 * f.inner / 0.58f))) : p.places;
   const float each = 2 * f.inner / static_cast<float>(count);
   for (int i = 0; i < count; ++i) {
     const float x = -f.inner + each * (static_cast<float>(i) + 0.5f);
     const Noise own(p.seed + 31 * static_cast<uint64_t>(i) + 7);
-    Shape pad;
-    if (p.back == BackStyle::kPillows) {
-      PillowOptions pillow;
-      pillow.wrinkle_m = 0.008f;
-      pad = Pillow(each + 0.01f, tall + 0.02f, 0.24f, pillow, own);
-    } else {
-      pad = Cushion({each - 0.008f, tall, kBackCushion}, soft, own);
-    }
+    PillowOptions pillow;
+    pillow.wrinkle_m = 0.008f;
+    const Shape pad = pillows ? Pillow(each + 0.01f, tall + 0.02f, 0.24f, pillow, own)
+                              : Cushion({each - 0.008f, tall, kBackCushion}, soft, own);
     const float tilt = 0.2f + 0.03f * own.At({0.5f, 0.3f, 0.1f});
     b.Add(pad.TurnedX(-0.5f * kPi + tilt)
               .TurnedY(0.03f * own.At({1.7f, 0.2f, 0.4f}))
               .Moved(x, f.back + 0.5f * kBackCushion + 0.005f, low + 0.49f * tall),
           FabricSlot("cushions"));
   }
+}
+
+void AddSofaBack(AssetBuilder& b, const SofaParams& p, const SofaFrame& f, const Noise& noise) {
+  const bool tight = p.back == BackStyle::kTight;
+  const float height = p.back_height_m - f.floor;
+  const float width = 2 * f.inner + (p.arms == ArmStyle::kWood ? 0.0f : 0.08f);
+  const float top_frame = tight ? height : height - 0.07f;
+  const auto lean = [&](float z) { return -0.1f * std::max(0.0f, z - p.seat_height_m); };
+  const Shape back = tight ? TightBack(p, f, width, top_frame, noise)
+                           : Padded({width, kBackFrame, top_frame}, 0.04f, noise)
+                                 .Moved(0, f.rear + 0.5f * kBackFrame, f.floor + 0.5f * top_frame);
+  b.Add(back.Bent([&](const Vec3f& q) { return Vec3f(q.x(), q.y() + lean(q.z()), q.z()); }),
+        FabricSlot("upholstery"));
+  if (!tight) AddBackCushions(b, p, f);
 }
 
 // The shell of a barrel chair: an upholstered section carried round the seat, from one arm's front
@@ -270,6 +273,30 @@ void AddThrowPillows(AssetBuilder& b, const SofaParams& p, const SofaFrame& f) {
   }
 }
 
+// Legs under the corners, one more pair under the middle of a long sofa, and two under a chaise.
+void AddSofaLegs(AssetBuilder& b, const SofaParams& p, const SofaFrame& f, float chaise_front) {
+  const float x = p.barrel ? 0.85f * f.inner : f.inner + 0.4f * p.arm_width_m;
+  std::vector<float> at{-x, x};
+  if (p.places >= 3) at.push_back(0);
+  const MaterialSlot legs = Slot("legs", {"wood", "metal"});
+  for (const float lx : at) {
+    for (const float ly : {(p.barrel ? f.back : f.rear) + 0.07f, f.front - 0.07f}) {
+      const float splay = p.legs == LegStyle::kRound ? 0.25f * f.floor : 0.0f;
+      const float sx = lx == 0 ? 0.0f : (lx > 0 ? splay : -splay);
+      b.Add(FurnitureLeg(p.legs, {lx + sx, ly + (ly > 0 ? splay : -splay), 0},
+                         {lx, ly, f.floor + 0.012f}, 0.05f, 1),
+            legs);
+    }
+  }
+  if (p.chaise) {
+    for (const float lx : {f.inner - 0.07f, f.inner - p.place_m + 0.07f}) {
+      b.Add(FurnitureLeg(p.legs, {lx, chaise_front - 0.07f, 0},
+                         {lx, chaise_front - 0.07f, f.floor + 0.012f}, 0.05f, 1),
+            legs);
+    }
+  }
+}
+
 }  // namespace
 
 Asset MakeSofa(const SofaParams& p) {
@@ -294,33 +321,11 @@ Asset MakeSofa(const SofaParams& p) {
   if (p.barrel) {
     AddShell(b, p, f, noise);
   } else {
-    AddBack(b, p, f, noise);
+    AddSofaBack(b, p, f, noise);
     AddArms(b, p, f, noise, true);
   }
   AddThrowPillows(b, p, f);
-  // Legs under the corners, and one more pair under the middle of a long sofa.
-  if (p.arms != ArmStyle::kWood) {
-    const float x = p.barrel ? 0.85f * f.inner : f.inner + 0.4f * p.arm_width_m;
-    std::vector<float> at{-x, x};
-    if (p.places >= 3) at.push_back(0);
-    const MaterialSlot legs = Slot("legs", {"wood", "metal"});
-    for (const float lx : at) {
-      for (const float ly : {(p.barrel ? f.back : f.rear) + 0.07f, f.front - 0.07f}) {
-        const float splay = p.legs == LegStyle::kRound ? 0.25f * f.floor : 0.0f;
-        const float sx = lx == 0 ? 0.0f : (lx > 0 ? splay : -splay);
-        b.Add(FurnitureLeg(p.legs, {lx + sx, ly + (ly > 0 ? splay : -splay), 0},
-                           {lx, ly, f.floor + 0.012f}, 0.05f, 1),
-              legs);
-      }
-    }
-    if (p.chaise) {
-      for (const float lx : {f.inner - 0.07f, f.inner - p.place_m + 0.07f}) {
-        b.Add(FurnitureLeg(p.legs, {lx, chaise_front - 0.07f, 0},
-                           {lx, chaise_front - 0.07f, f.floor + 0.012f}, 0.05f, 1),
-              legs);
-      }
-    }
-  }
+  if (p.arms != ArmStyle::kWood) AddSofaLegs(b, p, f, chaise_front);
   return b.Finish();
 }
 
@@ -376,8 +381,10 @@ Asset SampleArmChair(Rng& rng) {
 }
 
 void RegisterSofas(std::vector<AssetClass>& classes) {
-  classes.push_back({"ArmChair", "seating", Placement::kFloor, true, 0.5f, SampleArmChair});
-  classes.push_back({"Sofa", "seating", Placement::kFloorAgainstWall, true, 0.6f, SampleSofa});
+  classes.push_back({"ArmChair", "seating", Placement::kFloor, true, 0.5f, SampleArmChair,
+                     SizeRange({0.6f, 0.65f, 0.7f}, {1.25f, 1.1f, 1.15f})});
+  classes.push_back({"Sofa", "seating", Placement::kFloorAgainstWall, true, 0.6f, SampleSofa,
+                     SizeRange({1.3f, 0.65f, 0.65f}, {2.7f, 1.75f, 1.1f})});
 }
 
 }  // namespace parallax

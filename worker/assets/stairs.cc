@@ -220,6 +220,38 @@ Asset MakeSpiralStaircase(const StairParams& p) {
   return b.Finish();
 }
 
+namespace {
+
+// A landing at height `z`: floor on a frame on legs, or masonry down to the ground. It is 2 `w`
+// wide and reaches from y = `far` on by `depth`.
+void AddLanding(AssetBuilder& b, const StairParams& p, float w, float far, float z) {
+  const float depth = p.width_m;
+  b.Add(Board({-w, far - depth, z - p.tread_m}, {w, far + 0.03f, z}, 0.004f), TreadSlot());
+  if (p.body == StairBody::kSolid) {
+    b.Add(Board({-w + 0.004f, far - depth + 0.004f, z - 0.3f},
+                {w - 0.004f, far, z - p.tread_m + 0.001f}, 0.001f),
+          FrameSlot());
+  }
+  b.Add(Board({-w + 0.01f, far - depth + 0.01f, z - 0.16f},
+              {w - 0.01f, far - depth + 0.06f, z - p.tread_m + 0.002f}, 0.002f),
+        FrameSlot());
+  b.Add(Board({-w + 0.01f, far - 0.05f, z - 0.16f},
+              {w - 0.01f, far - 0.001f, z - p.tread_m + 0.0015f}, 0.002f),
+        FrameSlot());
+  for (const float sx : {-1.0f, 1.0f}) {
+    b.Add(Board({sx * (w - 0.012f), far - depth + 0.012f, z - 0.15f},
+                {sx * (w - 0.06f), far - 0.002f, z - p.tread_m + 0.001f}, 0.002f),
+          FrameSlot());
+    for (const float y : {far - depth + 0.06f, far - 0.06f}) {
+      b.Add(Bar({sx * (w - 0.05f), y, 0}, {sx * (w - 0.05f), y, z - 0.12f}, {0.07f, 0.07f},
+                {0.07f, 0.07f}, 0.004f, Vec3f::UnitY()),
+            FrameSlot());
+    }
+  }
+}
+
+}  // namespace
+
 Asset MakeUShapedStaircase(const StairParams& p) {
   AssetBuilder b(p.seed);
   const int first = p.steps / 2, second = p.steps - first - 1;
@@ -229,31 +261,8 @@ Asset MakeUShapedStaircase(const StairParams& p) {
   FlightBuilder up{b, p, StraightFlight(p, x, 0, 1, 0)};
   up.Steps(first);
   up.Stringers(0.35f, n1 + 0.4f);
-  // The landing: floor on a frame on legs, or masonry down to the ground.
   const float w = p.width_m + 0.5f * gap, depth = p.width_m;
-  b.Add(Board({-w, far - depth, landing_z - p.tread_m}, {w, far + 0.03f, landing_z}, 0.004f),
-        TreadSlot());
-  if (p.body == StairBody::kSolid) {
-    b.Add(Board({-w + 0.004f, far - depth + 0.004f, landing_z - 0.3f},
-                {w - 0.004f, far, landing_z - p.tread_m + 0.001f}, 0.001f),
-          FrameSlot());
-  }
-  b.Add(Board({-w + 0.01f, far - depth + 0.01f, landing_z - 0.16f},
-              {w - 0.01f, far - depth + 0.06f, landing_z - p.tread_m + 0.002f}, 0.002f),
-        FrameSlot());
-  b.Add(Board({-w + 0.01f, far - 0.05f, landing_z - 0.16f},
-              {w - 0.01f, far - 0.001f, landing_z - p.tread_m + 0.0015f}, 0.002f),
-        FrameSlot());
-  for (const float sx : {-1.0f, 1.0f}) {
-    b.Add(Board({sx * (w - 0.012f), far - depth + 0.012f, landing_z - 0.15f},
-                {sx * (w - 0.06f), far - 0.002f, landing_z - p.tread_m + 0.001f}, 0.002f),
-          FrameSlot());
-    for (const float y : {far - depth + 0.06f, far - 0.06f}) {
-      b.Add(Bar({sx * (w - 0.05f), y, 0}, {sx * (w - 0.05f), y, landing_z - 0.12f}, {0.07f, 0.07f},
-                {0.07f, 0.07f}, 0.004f, Vec3f::UnitY()),
-            FrameSlot());
-    }
-  }
+  AddLanding(b, p, w, far, landing_z);
   FlightBuilder back{b, p, StraightFlight(p, -x, far, -1, landing_z)};
   back.base_z = landing_z - 0.15f;
   back.Steps(second);
@@ -315,14 +324,14 @@ Asset SampleUShapedStaircase(Rng& rng) { return MakeUShapedStaircase(DrawStair(r
 
 void RegisterStairs(std::vector<AssetClass>& classes) {
   // A room of one storey has no place for them: they float, or a plan names them.
-  classes.push_back(
-      {"CurvedStaircase", "stairs", Placement::kFloor, true, 0.8f, SampleCurvedStaircase});
-  classes.push_back(
-      {"SpiralStaircase", "stairs", Placement::kFloor, true, 0.8f, SampleSpiralStaircase});
-  classes.push_back(
-      {"StraightStaircase", "stairs", Placement::kFloor, true, 0.8f, SampleStraightStaircase});
-  classes.push_back(
-      {"UShapedStaircase", "stairs", Placement::kFloor, true, 0.8f, SampleUShapedStaircase});
+  classes.push_back({"CurvedStaircase", "stairs", Placement::kFloor, true, 0.8f,
+                     SampleCurvedStaircase, SizeRange({1.0f, 1.5f, 2.4f}, {4.5f, 5.5f, 4.4f})});
+  classes.push_back({"SpiralStaircase", "stairs", Placement::kFloor, true, 0.8f,
+                     SampleSpiralStaircase, SizeRange({1.2f, 1.2f, 2.4f}, {2.2f, 2.2f, 4.5f})});
+  classes.push_back({"StraightStaircase", "stairs", Placement::kFloor, true, 0.8f,
+                     SampleStraightStaircase, SizeRange({0.7f, 2.6f, 1.8f}, {1.4f, 5.2f, 4.4f})});
+  classes.push_back({"UShapedStaircase", "stairs", Placement::kFloor, true, 0.8f,
+                     SampleUShapedStaircase, SizeRange({1.5f, 1.9f, 2.4f}, {2.8f, 3.8f, 4.4f})});
 }
 
 }  // namespace parallax

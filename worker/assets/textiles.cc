@@ -114,9 +114,12 @@ Asset SampleRug(Rng& rng) {
 }
 
 void RegisterTextiles(std::vector<AssetClass>& classes) {
-  classes.push_back({"Rug", "textiles", Placement::kFloor, true, 0, SampleRug});
-  classes.push_back({"Shirt", "textiles", Placement::kOnTop, true, 0, SampleShirt});
-  classes.push_back({"Pants", "textiles", Placement::kOnTop, true, 0, SamplePants});
+  classes.push_back({"Rug", "textiles", Placement::kFloor, true, 0, SampleRug,
+                     SizeRange({1.1f, 0.55f, 0.005f}, {3, 2.6f, 0.03f})});
+  classes.push_back({"Shirt", "textiles", Placement::kOnTop, true, 0, SampleShirt,
+                     SizeRange({0.42f, 0.55f, 0.01f}, {1.75f, 0.85f, 0.09f})});
+  classes.push_back({"Pants", "textiles", Placement::kOnTop, true, 0, SamplePants,
+                     SizeRange({0.34f, 0.34f, 0.01f}, {0.85f, 1.15f, 0.09f})});
 }
 
 }  // namespace parallax

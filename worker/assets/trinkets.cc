@@ -212,45 +212,47 @@ void Coral(AssetBuilder& b, const Vec3f& from, const Vec3f& heading, float lengt
 }
 
 // An apple, pear, orange, lemon or banana resting on z = 0 before it is placed.
+// Half of an apple, orange, pear or lemon.
+Path2 FruitProfile(int kind, float r) {
+  if (kind == 0)
+    return Spline(Path2{{0.02f * r, -0.78f * r},
+                        {0.25f * r, -0.86f * r},
+                        {0.66f * r, -0.66f * r},
+                        {0.98f * r, 0.05f * r},
+                        {0.86f * r, 0.6f * r},
+                        {0.42f * r, 0.82f * r},
+                        {0.12f * r, 0.68f * r},
+                        {0.01f * r, 0.58f * r}},
+                  5);
+  if (kind == 1) return Arc(Vec2f::Zero(), r, 0.95f * r, -0.5f * kPi, 0.5f * kPi, 28);
+  if (kind == 2)
+    return Spline(Path2{{0.02f * r, -0.86f * r},
+                        {0.3f * r, -0.9f * r},
+                        {0.8f * r, -0.6f * r},
+                        {0.95f * r, -0.1f * r},
+                        {0.62f * r, 0.55f * r},
+                        {0.42f * r, 1.0f * r},
+                        {0.22f * r, 1.25f * r},
+                        {0.01f * r, 1.27f * r}},
+                  5);
+  return Spline(Path2{{0.01f * r, -1.1f * r},
+                      {0.14f * r, -1.02f * r},
+                      {0.6f * r, -0.7f * r},
+                      {0.8f * r, 0},
+                      {0.6f * r, 0.7f * r},
+                      {0.16f * r, 1.0f * r},
+                      {0.01f * r, 1.06f * r}},
+                5);
+}
+
 void AddFruit(AssetBuilder& b, int kind, const Vec3f& at, Rng& rng) {
   const MaterialSlot skins[] = {Slot("apple", {"FruitSkin"}), Slot("orange", {"CitrusPeel"}),
                                 Slot("pear", {"FruitSkin"}), Slot("lemon", {"CitrusPeel"})};
   const float r = Draw(rng, 0.032, 0.041);
   const float tilt = Draw(rng, -0.6, 0.6), turn = Draw(rng, 0, 6.2);
   const auto place = [&](const Shape& s) { return s.TurnedX(tilt).TurnedZ(turn).Moved(at); };
-  Path2 p;
-  if (kind == 0)
-    p = Spline(Path2{{0.02f * r, -0.78f * r},
-                     {0.25f * r, -0.86f * r},
-                     {0.66f * r, -0.66f * r},
-                     {0.98f * r, 0.05f * r},
-                     {0.86f * r, 0.6f * r},
-                     {0.42f * r, 0.82f * r},
-                     {0.12f * r, 0.68f * r},
-                     {0.01f * r, 0.58f * r}},
-               5);
-  if (kind == 1) p = Arc(Vec2f::Zero(), r, 0.95f * r, -0.5f * kPi, 0.5f * kPi, 28);
-  if (kind == 2)
-    p = Spline(Path2{{0.02f * r, -0.86f * r},
-                     {0.3f * r, -0.9f * r},
-                     {0.8f * r, -0.6f * r},
-                     {0.95f * r, -0.1f * r},
-                     {0.62f * r, 0.55f * r},
-                     {0.42f * r, 1.0f * r},
-                     {0.22f * r, 1.25f * r},
-                     {0.01f * r, 1.27f * r}},
-               5);
-  if (kind == 3)
-    p = Spline(Path2{{0.01f * r, -1.1f * r},
-                     {0.14f * r, -1.02f * r},
-                     {0.6f * r, -0.7f * r},
-                     {0.8f * r, 0},
-                     {0.6f * r, 0.7f * r},
-                     {0.16f * r, 1.0f * r},
-                     {0.01f * r, 1.06f * r}},
-               5);
   const Noise noise(rng);
-  b.Add(place(Lathe(p, {.segments = 40}).Bent([&](const Vec3f& q) {
+  b.Add(place(Lathe(FruitProfile(kind, r), {.segments = 40}).Bent([&](const Vec3f& q) {
           return Vec3f(q * (1 + 0.03f * noise.At(q / r * 1.3f)));
         })),
         skins[kind]);
@@ -372,15 +374,22 @@ Asset SampleFruitContainer(Rng& rng) {
 }
 
 void RegisterPlants(std::vector<AssetClass>& classes) {
-  classes.push_back({"PlantContainer", "plants", Placement::kOnTop, true, 0, SamplePlantContainer});
-  classes.push_back(
-      {"LargePlantContainer", "plants", Placement::kFloor, true, 0, SampleLargePlantContainer});
-  classes.push_back({"Bush", "plants", Placement::kFloor, true, 0, SampleBush});
-  classes.push_back({"Cactus", "plants", Placement::kFloor, false, 0, SampleCactus});
-  classes.push_back({"Urchin", "plants", Placement::kOnTop, false, 0, SampleUrchin});
-  classes.push_back(
-      {"NatureShelfTrinkets", "plants", Placement::kOnTop, true, 0, SampleNatureShelfTrinkets});
-  classes.push_back({"FruitContainer", "plants", Placement::kOnTop, true, 0, SampleFruitContainer});
+  classes.push_back({"PlantContainer", "plants", Placement::kOnTop, true, 0, SamplePlantContainer,
+                     SizeRange({0.09f, 0.09f, 0.12f}, {0.75f, 0.75f, 0.65f})});
+  classes.push_back({"LargePlantContainer", "plants", Placement::kFloor, true, 0,
+                     SampleLargePlantContainer,
+                     SizeRange({0.25f, 0.25f, 0.4f}, {1.7f, 1.7f, 2.1f})});
+  classes.push_back({"Bush", "plants", Placement::kFloor, true, 0, SampleBush,
+                     SizeRange({0.4f, 0.4f, 0.3f}, {1.7f, 1.7f, 1.3f})});
+  classes.push_back({"Cactus", "plants", Placement::kFloor, false, 0, SampleCactus,
+                     SizeRange({0.1f, 0.1f, 0.45f}, {1.1f, 1.1f, 1.6f})});
+  classes.push_back({"Urchin", "plants", Placement::kOnTop, false, 0, SampleUrchin,
+                     SizeRange({0.06f, 0.06f, 0.04f}, {0.24f, 0.24f, 0.2f})});
+  classes.push_back({"NatureShelfTrinkets", "plants", Placement::kOnTop, true, 0,
+                     SampleNatureShelfTrinkets,
+                     SizeRange({0.03f, 0.03f, 0.02f}, {0.25f, 0.25f, 0.25f})});
+  classes.push_back({"FruitContainer", "plants", Placement::kOnTop, true, 0, SampleFruitContainer,
+                     SizeRange({0.2f, 0.2f, 0.1f}, {0.32f, 0.32f, 0.26f})});
 }
 
 }  // namespace parallax

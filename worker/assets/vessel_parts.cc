@@ -7,7 +7,7 @@ namespace parallax {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
-Path2 Profile(std::initializer_list<std::pair<float, float>> shares, float radius, float height,
+Path2 Profile(const std::vector<std::pair<float, float>>& shares, float radius, float height,
               int steps) {
   Path2 p;
   for (const auto& [r, z] : shares) p.emplace_back(r * radius, z * height);

@@ -1,8 +1,8 @@
 // Profiles, labels and handles that vessels and packages share.
 #pragma once
 
-#include <initializer_list>
 #include <utility>
+#include <vector>
 
 #include "worker/assets/parts.h"
 
@@ -10,7 +10,7 @@ namespace parallax {
 
 // Returns a smooth wall: a spline through the points (radius, height), which are given as shares of
 // `radius` and `height`, with `steps` segments between two points.
-kernel::Path2 Profile(std::initializer_list<std::pair<float, float>> shares, float radius,
+kernel::Path2 Profile(const std::vector<std::pair<float, float>>& shares, float radius,
                       float height, int steps);
 
 // Returns the profile of a flat underside followed by the wall.

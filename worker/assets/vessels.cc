@@ -7,72 +7,40 @@
 
 namespace parallax {
 
+namespace {
+
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
+
+// Walls of vases in shares of radius and height: baluster, amphora, trumpet, double gourd,
+// cylinder, globe.
+std::vector<std::pair<float, float>> VaseShares(int form) {
+  switch (form) {
+    case 0:
+      return {{0.5f, 0},     {0.62f, 0.04f}, {1, 0.3f}, {0.86f, 0.52f},
+              {0.3f, 0.72f}, {0.26f, 0.9f},  {0.36f, 1}};
+    case 1:
+      return {{0.42f, 0},   {0.46f, 0.03f}, {0.8f, 0.35f},  {1, 0.62f},
+              {0.8f, 0.8f}, {0.46f, 0.88f}, {0.48f, 0.95f}, {0.6f, 1}};
+    case 2:
+      return {{0.55f, 0},    {0.6f, 0.02f}, {0.38f, 0.12f}, {0.36f, 0.3f},
+              {0.5f, 0.62f}, {0.78f, 0.9f}, {1, 1}};
+    case 3:
+      return {{0.6f, 0},      {0.72f, 0.03f}, {1, 0.24f},     {0.72f, 0.46f}, {0.4f, 0.56f},
+              {0.55f, 0.72f}, {0.5f, 0.84f},  {0.28f, 0.94f}, {0.34f, 1}};
+    case 4:
+      return {{0.86f, 0}, {0.95f, 0.02f}, {1, 0.3f}, {0.98f, 0.7f}, {0.92f, 0.9f}, {0.94f, 1}};
+    default:
+      return {{0.4f, 0},      {0.5f, 0.02f}, {0.9f, 0.2f},   {1, 0.46f},
+              {0.86f, 0.74f}, {0.5f, 0.9f},  {0.42f, 0.95f}, {0.48f, 1}};
+  }
+}
+
+}  // namespace
 
 Asset MakeVase(const VaseParams& p) {
   AssetBuilder b(p.seed);
   const float r = p.radius_m, h = p.height_m;
-  Path2 wall;
-  switch (p.form % 6) {
-    case 0:
-      wall = Profile({{0.5f, 0},
-                      {0.62f, 0.04f},
-                      {1, 0.3f},
-                      {0.86f, 0.52f},
-                      {0.3f, 0.72f},
-                      {0.26f, 0.9f},
-                      {0.36f, 1}},
-                     r, h, 7);
-      break;
-    case 1:
-      wall = Profile({{0.42f, 0},
-                      {0.46f, 0.03f},
-                      {0.8f, 0.35f},
-                      {1, 0.62f},
-                      {0.8f, 0.8f},
-                      {0.46f, 0.88f},
-                      {0.48f, 0.95f},
-                      {0.6f, 1}},
-                     r, h, 7);
-      break;
-    case 2:
-      wall = Profile({{0.55f, 0},
-                      {0.6f, 0.02f},
-                      {0.38f, 0.12f},
-                      {0.36f, 0.3f},
-                      {0.5f, 0.62f},
-                      {0.78f, 0.9f},
-                      {1, 1}},
-                     r, h, 7);
-      break;
-    case 3:
-      wall = Profile({{0.6f, 0},
-                      {0.72f, 0.03f},
-                      {1, 0.24f},
-                      {0.72f, 0.46f},
-                      {0.4f, 0.56f},
-                      {0.55f, 0.72f},
-                      {0.5f, 0.84f},
-                      {0.28f, 0.94f},
-                      {0.34f, 1}},
-                     r, h, 7);
-      break;
-    case 4:
-      wall =
-          Profile({{0.86f, 0}, {0.95f, 0.02f}, {1, 0.3f}, {0.98f, 0.7f}, {0.92f, 0.9f}, {0.94f, 1}},
-                  r, h, 5);
-      break;
-    default:
-      wall = Profile({{0.4f, 0},
-                      {0.5f, 0.02f},
-                      {0.9f, 0.2f},
-                      {1, 0.46f},
-                      {0.86f, 0.74f},
-                      {0.5f, 0.9f},
-                      {0.42f, 0.95f},
-                      {0.48f, 1}},
-                     r, h, 7);
-  }
+  const Path2 wall = Profile(VaseShares(p.form % 6), r, h, p.form % 6 == 4 ? 5 : 7);
   LatheOptions options;
   options.segments = p.flutes > 0 ? 96 : 64;
   if (p.flutes > 0) {

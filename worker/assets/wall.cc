@@ -165,116 +165,15 @@ Asset SampleMirror(Rng& rng) {
   return b.Finish(Anchor::kWall);
 }
 
-Asset MakeScreen(const ScreenParams& p) {
-  AssetBuilder b(p.seed);
-  const MaterialSlot body = Slot("body", {"HousingPlastic", "BrushedMetal"}),
-                     stand = Slot("stand", {"BrushedMetal", "HousingPlastic"});
-  const float h = p.diagonal_m / std::sqrt(1 + p.aspect * p.aspect), w = h * p.aspect;
-  const float bz = p.bezel_m, chin = 1.6f * bz,
-              thin = std::min(0.035f, 0.01f + 0.016f * p.diagonal_m);
-  const float low = p.lift_m, mid = low + chin + 0.5f * h;
-  const float x = 0.5f * w + bz, z0 = low, z1 = low + chin + h + bz;
-  // Bezel: a frame round the glass, standing proud by a millimetre and a half.
-  const Vec3f front(0, 0.012f, 0);
-  b.AddMirroredX(Board({0.5f * w, -0.5f * thin, z0}, {x, front.y(), z1}, 0.0025f), body);
-  b.Add(Board({-0.5f * w, -0.5f * thin, z0}, {0.5f * w, front.y(), z0 + chin}, 0.0025f), body);
-  b.Add(Board({-0.5f * w, -0.5f * thin, z1 - bz}, {0.5f * w, front.y(), z1}, 0.0025f), body);
-  Shape glass = Board({-0.5f * w - 0.0005f, -0.5f * thin + 0.001f, z0 + chin - 0.0005f},
-                      {0.5f * w + 0.0005f, front.y() - 0.0015f, z1 - bz + 0.0005f}, 0);
-  PrintFaces(glass, Vec3f::UnitY(), -Vec3f::UnitX(), Vec3f::UnitZ(), 1);
-  b.Add(glass, {body, PictureSlot("screen")});
-  // The back swells where the electronics are.
-  BoxOptions box;
-  box.bevel_m = 0.012f;
-  box.bevel_steps = 2;
-  const float bump = 0.022f + 0.012f * p.diagonal_m;
-  b.Add(RoundedBox({0.7f * w, bump + 0.01f, 0.55f * h}, box)
-            .Moved(0, -0.5f * thin - 0.5f * bump + 0.006f, mid - 0.12f * h),
-        body);
-  b.Add(Board({-0.012f, front.y() - 0.001f, z0 + 0.4f * chin},
-              {0.012f, front.y() + 0.0006f, z0 + 0.6f * chin}, 0.0002f),
-        Slot("badge", {"metal"}));
-  // Vents.
-  for (int i = 0; i < 9; ++i) {
-    const float at = -0.2f * w + 0.05f * w * static_cast<float>(i);
-    b.Add(Board({at, -0.5f * thin - bump + 0.002f, mid + 0.02f * h},
-                {at + 0.02f * w, -0.5f * thin - bump - 0.0005f, mid + 0.035f * h}, 0.0005f),
-          stand);
-  }
-  switch (p.stand) {
-    case 1: {  // Two V feet.
-      for (const float s : {-1.0f, 1.0f}) {
-        const float fx = s * 0.36f * w;
-        for (const float y : {-1.0f, 1.0f}) {
-          b.Add(Bar({fx + s * 0.02f, y * 0.13f, 0.004f}, {fx, y * 0.006f, low + 0.008f},
-                    {0.02f, 0.008f}, {0.02f, 0.012f}, 0.002f, Vec3f::UnitX()),
-                stand);
-        }
-      }
-      break;
-    }
-    case 2: {  // Foot plate, post behind, arm.
-      b.Add(
-          Extrude(RectSection(0.3f * w + 0.08f, 0.2f, 0.03f, 6), 0.01f, 0.003f).Moved(0, -0.04f, 0),
-          stand);
-      b.Add(Board({-0.025f, -0.13f, 0.005f}, {0.025f, -0.11f, mid}, 0.005f), stand);
-      b.Add(Board({-0.04f, -0.12f, mid - 0.06f}, {0.04f, -0.5f * thin - bump + 0.01f, mid + 0.01f},
-                  0.004f),
-            stand);
-      break;
-    }
-    case 3: {  // Slab neck on a wide plate.
-      b.Add(Extrude(RectSection(0.45f * w, 0.24f, 0.012f, 4), 0.008f, 0.0025f).Moved(0, -0.01f, 0),
-            stand);
-      b.Add(Bar({0, -0.05f, 0.004f}, {0, -0.5f * thin - 0.01f, low + 0.25f * h}, {0.2f * w, 0.016f},
-                {0.16f * w, 0.014f}, 0.004f, Vec3f::UnitY()),
-            stand);
-      break;
-    }
-    default: {  // Round neck on an oval foot.
-      b.Add(
-          Extrude(EllipseSection(0.42f * w + 0.06f, 0.22f, 56), 0.012f, 0.004f).Moved(0, -0.02f, 0),
-          stand);
-      b.Add(Rod({0, -0.045f, 0.008f}, {0, -0.5f * thin - 0.012f, low + 0.12f * h}, 0.022f, 0.018f,
-                0.003f),
-            stand);
-      b.Add(Board({-0.07f * w, -0.5f * thin - 0.028f, low + 0.02f * h},
-                  {0.07f * w, -0.5f * thin + 0.002f, low + 0.16f * h}, 0.006f),
-            stand);
-    }
-  }
-  return b.Finish();
-}
-
-Asset SampleTv(Rng& rng) {
-  ScreenParams p;
-  p.diagonal_m = 0.0254f * Draw(rng, 32, 65);
-  p.bezel_m = Draw(rng, 0.007, 0.02);
-  const int stands[] = {0, 1, 3};
-  p.stand = stands[rng.UniformInt(0, 2)];
-  p.lift_m = Draw(rng, 0.05, 0.09);
-  p.seed = rng.Seed();
-  return MakeScreen(p);
-}
-
-Asset SampleMonitor(Rng& rng) {
-  ScreenParams p;
-  p.diagonal_m = 0.0254f * Draw(rng, 20, 32);
-  const float aspects[] = {16.0f / 9, 16.0f / 10, 21.0f / 9};
-  p.aspect = aspects[rng.UniformInt(0, 2)];
-  p.bezel_m = Draw(rng, 0.006, 0.018);
-  const int stands[] = {0, 2, 3};
-  p.stand = stands[rng.UniformInt(0, 2)];
-  p.lift_m = Draw(rng, 0.09, 0.16);
-  p.seed = rng.Seed();
-  return MakeScreen(p);
-}
-
 void RegisterWall(std::vector<AssetClass>& classes) {
-  classes.push_back({"WallArt", "wall", Placement::kOnWall, true, 0, SampleWallArt});
-  classes.push_back({"Mirror", "wall", Placement::kOnWall, true, 0, SampleMirror});
-  classes.push_back({"TV", "electronics", Placement::kOnTop, true, 0, SampleTv});
-  classes.push_back({"Monitor", "electronics", Placement::kOnTop, true, 0, SampleMonitor});
+  classes.push_back({"WallArt", "wall", Placement::kOnWall, true, 0, SampleWallArt,
+                     SizeRange({0.25f, 0.015f, 0.25f}, {1.2f, 0.05f, 1.15f})});
+  classes.push_back({"Mirror", "wall", Placement::kOnWall, true, 0, SampleMirror,
+                     SizeRange({0.3f, 0.015f, 0.38f}, {1.2f, 0.06f, 1.3f})});
+  classes.push_back({"TV", "electronics", Placement::kOnTop, true, 0, SampleTv,
+                     SizeRange({0.65f, 0.18f, 0.42f}, {1.55f, 0.32f, 1})});
+  classes.push_back({"Monitor", "electronics", Placement::kOnTop, true, 0, SampleMonitor,
+                     SizeRange({0.4f, 0.18f, 0.3f}, {0.82f, 0.3f, 0.7f})});
 }
 
 }  // namespace parallax

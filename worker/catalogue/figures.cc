@@ -6,8 +6,6 @@
 #include <array>
 #include <cmath>
 
-#include "worker/assets/size_table.h"
-
 namespace parallax {
 namespace {
 
@@ -65,10 +63,8 @@ double Percentile(const std::vector<double>& sorted, double p) {
 AssetFigures MeasureAssetClass(const AssetClass& asset_class, int seeds) {
   AssetFigures figures;
   figures.asset_class = &asset_class;
-  if (const SizeRange* range = FindSizeRange(asset_class.name)) {
-    figures.least_m = range->least_m;
-    figures.most_m = range->most_m;
-  }
+  figures.least_m = asset_class.size.least_m;
+  figures.most_m = asset_class.size.most_m;
   figures.smallest_m.setConstant(1e9f);
   std::vector<double> triangles;
   for (int seed = 0; seed <= seeds; ++seed) {

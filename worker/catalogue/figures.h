@@ -13,7 +13,7 @@ namespace parallax {
 // Figures of one asset class over its seeds.
 struct AssetFigures {
   const AssetClass* asset_class = nullptr;
-  Vec3f least_m = Vec3f::Zero(), most_m = Vec3f::Zero();  // Stated: worker/assets/size_table.h.
+  Vec3f least_m = Vec3f::Zero(), most_m = Vec3f::Zero();        // AssetClass::size.
   Vec3f smallest_m = Vec3f::Zero(), largest_m = Vec3f::Zero();  // Measured, axis by axis.
   size_t median_triangles = 0, most_triangles = 0;
   std::vector<double> ms;  // Processor time of each seed in ms, ascending.

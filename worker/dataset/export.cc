@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <filesystem>
 #include <mutex>
@@ -21,7 +20,7 @@
 #include "worker/dataset/dataset_reader.h"
 #include "worker/dataset/export_card.h"
 #include "worker/dataset/export_layouts.h"
-#include "worker/dataset/sequence_runs.h"
+#include "worker/dataset/export_plan.h"
 #include "worker/dataset/shards.h"
 
 namespace parallax {
@@ -61,111 +60,6 @@ absl::Status CheckWhole(const DatasetVariant& variant, const ExportOptions& opti
   return absl::OkStatus();
 }
 
-// Makes a name safe for readers that find eyes and maps by replacing words in whole paths.
-std::string SafeName(std::string name) {
-  for (char& c : name) {
-    if (std::isspace(static_cast<unsigned char>(c))) c = '-';
-  }
-  const std::pair<const char*, const char*> words[] = {
-      {"left", "lft"},   {"right", "rgt"},     {"rgb", "col"},
-      {"image_2", "i2"}, {"disparity", "dsp"}, {"frames_", "frames-"}};
-  for (const auto& [word, other] : words) {
-    for (size_t at; (at = name.find(word)) != std::string::npos;) {
-      name.replace(at, std::string(word).size(), other);
-    }
-  }
-  return name;
-}
-
-std::string SixDigits(uint32_t number) { return fmt::format("{:06}", number); }
-
-struct Plan {
-  std::vector<ExportFrame> frames;
-  std::vector<std::pair<size_t, size_t>> scenes;  // [first, end) into frames.
-};
-
-// Assigns frames to splits. Scenes with one number show the same room in every variant, so they go
-// to the same split. With `sequences` the export's scenes are runs of frames.
-absl::StatusOr<Plan> MakePlan(const std::vector<DatasetVariant>& variants,
-                              const ExportOptions& options, bool sequences, ExportResult& result) {
-  std::set<uint32_t> numbers;
-  for (const DatasetVariant& variant : variants) {
-    for (const DatasetFrame& frame : variant.frames) {
-      if (frame.passed || options.unfiltered) numbers.insert(frame.scene);
-    }
-  }
-  const auto every = static_cast<uint32_t>(std::max(options.test_every, 1));
-  std::set<uint32_t> test;
-  for (const uint32_t number : numbers) {
-    if (number % every == every - 1) test.insert(number);
-  }
-  if (numbers.size() > 1) {
-    if (test.empty()) test.insert(*numbers.rbegin());
-    if (test.size() == numbers.size()) test.erase(*numbers.begin());
-  } else {
-    test.clear();
-  }
-  Plan plan;
-  for (const DatasetVariant& variant : variants) {
-    const std::string prefix = variants.size() > 1 ? SafeName(variant.name) + "-" : "";
-    const auto add = [&](const DatasetFrame& source, const SequenceRun* run, size_t at) {
-      ExportFrame frame;
-      frame.source = &source;
-      frame.scene = prefix + SixDigits(source.scene) + (run ? run->suffix : "");
-      frame.at = static_cast<int>(at);
-      frame.length = run ? static_cast<int>(run->frames.size()) : 0;
-      frame.type = SafeName(variant.type.empty() ? variant.name : variant.type);
-      frame.number = static_cast<int>(plan.frames.size());
-      frame.test = test.contains(source.scene);
-      frame.infrared = options.infrared;
-      const bool begins = plan.frames.empty() || plan.frames.back().scene != frame.scene;
-      if (begins) plan.scenes.emplace_back(plan.frames.size(), plan.frames.size());
-      frame.scene_number = static_cast<int>(plan.scenes.size()) - 1;
-      plan.frames.push_back(frame);
-      plan.scenes.back().second = plan.frames.size();
-    };
-    for (const DatasetFrame& source : variant.frames) {
-      if (!source.passed && !options.unfiltered) {
-        ++result.pairs_filtered_out;
-      } else if (!sequences) {
-        add(source, nullptr, 0);
-      }
-    }
-    if (!sequences) continue;
-    int64_t single = 0;
-    ASSIGN_OR_RETURN(const std::vector<SequenceRun> runs,
-                     FindRuns(variant, options.unfiltered, single));
-    for (const SequenceRun& run : runs) {
-      for (size_t i = 0; i < run.frames.size(); ++i) add(*run.frames[i], &run, i);
-    }
-    if (single > 0) {
-      result.notes.push_back(
-          fmt::format("{} pairs of {} have no neighbour in their sequence and are left out", single,
-                      variant.name));
-    }
-  }
-  if (numbers.size() == 1 && plan.frames.size() > 1 && sequences) {
-    for (size_t i = plan.scenes.back().first; i < plan.frames.size(); ++i) {
-      plan.frames[i].test = plan.scenes.size() > 1;
-    }
-    result.notes.push_back(
-        "all sequences are of one scene, so TEST is its last one rather than a scene of its own");
-  } else if (numbers.size() == 1 && plan.frames.size() > 1) {
-    // One scene can't be in both splits, so its last pair is the test.
-    plan.frames.back().test = true;
-    result.notes.push_back(
-        "all pairs are of one scene, so TEST is its last pair rather than a scene of its own");
-  }
-  for (ExportFrame& frame : plan.frames) {
-    frame.scenes = static_cast<int>(plan.scenes.size());
-    result.pairs_test += frame.test;
-  }
-  result.pairs = static_cast<int64_t>(plan.frames.size());
-  result.scenes = static_cast<int64_t>(plan.scenes.size());
-  for (const auto& [first, end] : plan.scenes) result.scenes_test += plan.frames[end - 1].test;
-  return plan;
-}
-
 class Exporter {
  public:
   Exporter(std::string staging, std::string licence, const ExportOptions& options,
@@ -177,7 +71,7 @@ class Exporter {
         train_shards_(staging_, "train", options.shard_pairs),
         test_shards_(staging_, "test", options.shard_pairs) {}
 
-  absl::Status Run(const Plan& plan) {
+  absl::Status Run(const ExportPlan& plan) {
     const std::unique_ptr<ExportLayout> layout = MakeExportLayout(options_);
     lines_.resize(plan.frames.size());
     std::string train, test;
@@ -281,7 +175,7 @@ class Exporter {
     return absl::OkStatus();
   }
 
-  absl::Status WriteCards(const Plan& plan) {
+  absl::Status WriteCards(const ExportPlan& plan) {
     const std::string list = Describe(plan);
     const ExportCard card = MakeExportCard(options_.layout, result_, list, licence_,
                                            train_shards_.shards(), test_shards_.shards());
@@ -291,7 +185,7 @@ class Exporter {
     return Write("README.md", card.markdown);
   }
 
-  std::string Describe(const Plan& plan) const {
+  std::string Describe(const ExportPlan& plan) const {
     Json json;
     json["format"] = "parallax-export-1";
     json["layout"] = options_.layout;
@@ -359,7 +253,7 @@ absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::st
   }
   ExportResult result;
   const bool sequences = MakeExportLayout(options)->Sequences();
-  ASSIGN_OR_RETURN(const Plan plan, MakePlan(variants, options, sequences, result));
+  ASSIGN_OR_RETURN(const ExportPlan plan, MakeExportPlan(variants, options, sequences, result));
   absl::StatusOr<std::string> licence = LicenceOf(variants);
   RETURN_IF_ERROR(licence.status());
   if (plan.frames.empty()) {

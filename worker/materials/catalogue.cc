@@ -44,6 +44,7 @@ MaterialList BuildCatalogue() {
   AddPictureMaterials(list);
   AddPlainMaterials(list);
   AddPlasticMaterials(list);
+  AddPrintMaterials(list);
   AddShoreMaterials(list);
   AddSkinMaterials(list);
   AddStoneMaterials(list);

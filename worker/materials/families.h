@@ -28,6 +28,7 @@ void AddPaperMaterials(MaterialList& list);
 void AddPictureMaterials(MaterialList& list);
 void AddPlainMaterials(MaterialList& list);
 void AddPlasticMaterials(MaterialList& list);
+void AddPrintMaterials(MaterialList& list);
 void AddSkinMaterials(MaterialList& list);
 void AddStoneMaterials(MaterialList& list);
 void AddTowelMaterials(MaterialList& list);

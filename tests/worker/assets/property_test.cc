@@ -7,7 +7,6 @@
 #include "tests/worker/assets/solid_checks.h"
 #include "worker/assets/asset.h"
 #include "worker/assets/detail.h"
-#include "worker/assets/size_table.h"
 #include "worker/materials/material.h"
 
 namespace parallax {
@@ -57,8 +56,7 @@ size_t Budget(const AssetClass& c) {
 
 TEST_P(FiftySeeds, AreSoundSolidsOfRealSizeAllDifferent) {
   const AssetClass& asset_class = *FindAssetClass(GetParam());
-  const SizeRange* range = FindSizeRange(GetParam());
-  ASSERT_NE(range, nullptr) << "no row in size_table.cc";
+  ASSERT_GT(asset_class.size.least_m.minCoeff(), 0) << "no size where it is registered";
   std::set<size_t> shapes, outlines;
   for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -77,7 +75,7 @@ TEST_P(FiftySeeds, AreSoundSolidsOfRealSizeAllDifferent) {
       EXPECT_EQ(test::WrongLines(solid, kLines, seed), 0);
     }
     ExpectSlotsWithMaterials(mesh);
-    ExpectSize(mesh, *range);
+    ExpectSize(mesh, asset_class.size);
     EXPECT_LE(mesh.triangles.size(), Budget(asset_class));
     const std::string bytes = test::Bytes(mesh);
     if (seed % 10 == 0) {
@@ -86,7 +84,7 @@ TEST_P(FiftySeeds, AreSoundSolidsOfRealSizeAllDifferent) {
     const size_t points = mesh.positions.size() * sizeof(Vec3f);
     EXPECT_TRUE(shapes.insert(std::hash<std::string>()(bytes.substr(0, points))).second)
         << "the points of another seed";
-    outlines.insert(std::hash<test::Outline>()(test::OutlineOf(mesh, range->most_m)));
+    outlines.insert(std::hash<test::Outline>()(test::OutlineOf(mesh, asset_class.size.most_m)));
   }
   EXPECT_GE(outlines.size(), kSeeds - 2) << "different outlines";
 }

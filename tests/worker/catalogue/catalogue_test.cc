@@ -6,7 +6,7 @@
 
 #include "common/image/io.h"
 #include "common/image/jpeg.h"
-#include "worker/assets/size_table.h"
+#include "worker/assets/asset.h"
 #include "worker/catalogue/figures.h"
 #include "worker/catalogue/sheet.h"
 
@@ -24,7 +24,7 @@ TEST(Figures, TellWhatAClassCostsAndHowLargeItIs) {
   EXPECT_GE(figures.ms.back(), figures.median_ms);
   EXPECT_GT(figures.median_triangles, 100u);
   EXPECT_GE(figures.most_triangles, figures.median_triangles);
-  EXPECT_EQ(figures.most_m, FindSizeRange("Cup")->most_m);
+  EXPECT_EQ(figures.most_m, FindAssetClass("Cup")->size.most_m);
   EXPECT_TRUE((figures.smallest_m.array() >= figures.least_m.array()).all());
   EXPECT_TRUE((figures.largest_m.array() <= figures.most_m.array()).all());
   EXPECT_THAT(figures.slots, ElementsAre("body"));

@@ -226,76 +226,118 @@ Shape Ellipsoid(const Vec3f& radii, int segments) {
   return shape;
 }
 
-Shape Sheet(const std::function<Vec3f(float u, float v)>& surface, const SheetOptions& options) {
-  const int nu = DetailedPieces(options.pieces_u, options.size_m.x(), 6),
-            nv = DetailedPieces(options.pieces_v, options.size_m.y(), 6);
-  const auto station = [](int i, int n) { return static_cast<float>(i) / static_cast<float>(n); };
-  std::vector<Vec3f> top;
-  for (int j = 0; j <= nv; ++j) {
-    for (int i = 0; i <= nu; ++i) top.push_back(surface(station(i, nu), station(j, nv)));
-  }
-  const auto id = [&](int i, int j) { return static_cast<uint32_t>(j * (nu + 1) + i); };
-  Shape shape;
-  std::vector<Vec3f> normal(top.size());
-  for (int j = 0; j <= nv; ++j) {
-    for (int i = 0; i <= nu; ++i) {
-      const Vec3f du = top[id(std::min(i + 1, nu), j)] - top[id(std::max(i - 1, 0), j)];
-      const Vec3f dv = top[id(i, std::min(j + 1, nv))] - top[id(i, std::max(j - 1, 0))];
-      const Vec3f n = du.cross(dv);
-      normal[id(i, j)] = n.norm() > 1e-12f ? Vec3f(n.normalized()) : Vec3f(Vec3f::UnitZ());
-      shape.AddPoint(top[id(i, j)],
-                     {station(i, nu) * options.size_m.x(), station(j, nv) * options.size_m.y(), 0});
+namespace {
+
+// Makes a sheet with thickness from a surface over (u, v) in [0, 1]^2.
+class SheetMaker {
+ public:
+  SheetMaker(const std::function<Vec3f(float u, float v)>& surface, const SheetOptions& options)
+      : options_(options),
+        nu_(DetailedPieces(options.pieces_u, options.size_m.x(), 6)),
+        nv_(DetailedPieces(options.pieces_v, options.size_m.y(), 6)) {
+    for (int j = 0; j <= nv_; ++j) {
+      for (int i = 0; i <= nu_; ++i) top_.push_back(surface(U(i), V(j)));
     }
   }
-  const uint32_t below = static_cast<uint32_t>(top.size());
-  for (size_t i = 0; i < top.size(); ++i) {
-    const Vec3f t = shape.texture[i] - Vec3f(0, 0, options.thickness_m);
-    shape.AddPoint(top[i] - options.thickness_m * normal[i], t);
+
+  Shape Make() {
+    AddTop();
+    AddUnderside();
+    for (int j = 0; j < nv_; ++j) {
+      for (int i = 0; i < nu_; ++i) AddFaces(i, j);
+    }
+    AddRim();
+    return std::move(shape_);
   }
-  for (int j = 0; j < nv; ++j) {
-    for (int i = 0; i < nu; ++i) {
-      shape.AddQuad(id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1), options.top_group);
-      if (options.print_uv) {
-        const float u0 = station(i, nu), u1 = station(i + 1, nu), v0 = station(j, nv),
-                    v1 = station(j + 1, nv);
-        shape.faces.back().uv = {Vec2f(u0, v0), Vec2f(u1, v0), Vec2f(u1, v1), Vec2f(u0, v1)};
+
+ private:
+  float U(int i) const { return static_cast<float>(i) / static_cast<float>(nu_); }
+  float V(int j) const { return static_cast<float>(j) / static_cast<float>(nv_); }
+  uint32_t Id(int i, int j) const { return static_cast<uint32_t>(j * (nu_ + 1) + i); }
+  // Index of the point below a point of the top.
+  uint32_t Below(uint32_t id) const { return static_cast<uint32_t>(top_.size()) + id; }
+
+  void AddTop() {
+    normal_.resize(top_.size());
+    for (int j = 0; j <= nv_; ++j) {
+      for (int i = 0; i <= nu_; ++i) {
+        const Vec3f du = top_[Id(std::min(i + 1, nu_), j)] - top_[Id(std::max(i - 1, 0), j)];
+        const Vec3f dv = top_[Id(i, std::min(j + 1, nv_))] - top_[Id(i, std::max(j - 1, 0))];
+        const Vec3f n = du.cross(dv);
+        normal_[Id(i, j)] = n.norm() > 1e-12f ? Vec3f(n.normalized()) : Vec3f(Vec3f::UnitZ());
+        shape_.AddPoint(top_[Id(i, j)],
+                        {U(i) * options_.size_m.x(), V(j) * options_.size_m.y(), 0});
       }
-      shape.AddQuad(below + id(i, j), below + id(i, j + 1), below + id(i + 1, j + 1),
-                    below + id(i + 1, j), options.bottom_group);
     }
   }
-  // The rim, counter-clockwise seen from above.
-  std::vector<std::pair<int, int>> rim;
-  for (int i = 0; i < nu; ++i) rim.emplace_back(i, 0);
-  for (int j = 0; j < nv; ++j) rim.emplace_back(nu, j);
-  for (int i = nu; i > 0; --i) rim.emplace_back(i, nv);
-  for (int j = nv; j > 0; --j) rim.emplace_back(0, j);
-  std::vector<uint32_t> edge;
-  if (options.round_rim) {
-    for (size_t k = 0; k < rim.size(); ++k) {
-      const auto [i, j] = rim[k];
-      const auto [a, b] = rim[(k + rim.size() - 1) % rim.size()];
-      const auto [c, d] = rim[(k + 1) % rim.size()];
-      const Vec3f along = top[id(c, d)] - top[id(a, b)];
-      const Vec3f n = normal[id(i, j)];
-      Vec3f out = along.cross(n);
-      out = out.norm() > 1e-12f ? Vec3f(out.normalized()) : Vec3f(Vec3f::Zero());
-      edge.push_back(shape.AddPoint(
-          top[id(i, j)] - 0.5f * options.thickness_m * n + 0.5f * options.thickness_m * out,
-          shape.texture[id(i, j)] - Vec3f(0, 0, 0.5f * options.thickness_m)));
+
+  void AddUnderside() {
+    for (size_t i = 0; i < top_.size(); ++i) {
+      const Vec3f t = shape_.texture[i] - Vec3f(0, 0, options_.thickness_m);
+      shape_.AddPoint(top_[i] - options_.thickness_m * normal_[i], t);
     }
   }
-  for (size_t k = 0; k < rim.size(); ++k) {
-    const size_t l = (k + 1) % rim.size();
-    const uint32_t a = id(rim[k].first, rim[k].second), b = id(rim[l].first, rim[l].second);
-    if (options.round_rim) {
-      shape.AddQuad(a, edge[k], edge[l], b, options.bottom_group);
-      shape.AddQuad(edge[k], below + a, below + b, edge[l], options.bottom_group);
-    } else {
-      shape.AddQuad(a, below + a, below + b, b, options.bottom_group);
+
+  void AddFaces(int i, int j) {
+    const uint32_t a = Id(i, j), b = Id(i + 1, j), c = Id(i + 1, j + 1), d = Id(i, j + 1);
+    shape_.AddQuad(a, b, c, d, options_.top_group);
+    if (options_.print_uv) {
+      const float u0 = U(i), u1 = U(i + 1), v0 = V(j), v1 = V(j + 1);
+      shape_.faces.back().uv = {Vec2f(u0, v0), Vec2f(u1, v0), Vec2f(u1, v1), Vec2f(u0, v1)};
+    }
+    shape_.AddQuad(Below(a), Below(d), Below(c), Below(b), options_.bottom_group);
+  }
+
+  // Points of the rim, counter-clockwise seen from above.
+  std::vector<uint32_t> Rim() const {
+    std::vector<uint32_t> rim;
+    for (int i = 0; i < nu_; ++i) rim.push_back(Id(i, 0));
+    for (int j = 0; j < nv_; ++j) rim.push_back(Id(nu_, j));
+    for (int i = nu_; i > 0; --i) rim.push_back(Id(i, nv_));
+    for (int j = nv_; j > 0; --j) rim.push_back(Id(0, j));
+    return rim;
+  }
+
+  // The point outside of `at`, half-way down, that rounds the rim between its neighbours.
+  uint32_t AddEdgePoint(uint32_t before, uint32_t at, uint32_t after) {
+    const Vec3f along = top_[after] - top_[before];
+    const Vec3f n = normal_[at];
+    Vec3f out = along.cross(n);
+    out = out.norm() > 1e-12f ? Vec3f(out.normalized()) : Vec3f(Vec3f::Zero());
+    return shape_.AddPoint(
+        top_[at] - 0.5f * options_.thickness_m * n + 0.5f * options_.thickness_m * out,
+        shape_.texture[at] - Vec3f(0, 0, 0.5f * options_.thickness_m));
+  }
+
+  void AddRim() {
+    const std::vector<uint32_t> rim = Rim();
+    const size_t n = rim.size();
+    std::vector<uint32_t> edge;
+    for (size_t k = 0; k < n && options_.round_rim; ++k) {
+      edge.push_back(AddEdgePoint(rim[(k + n - 1) % n], rim[k], rim[(k + 1) % n]));
+    }
+    for (size_t k = 0; k < n; ++k) {
+      const size_t l = (k + 1) % n;
+      const uint32_t a = rim[k], b = rim[l];
+      if (options_.round_rim) {
+        shape_.AddQuad(a, edge[k], edge[l], b, options_.bottom_group);
+        shape_.AddQuad(edge[k], Below(a), Below(b), edge[l], options_.bottom_group);
+      } else {
+        shape_.AddQuad(a, Below(a), Below(b), b, options_.bottom_group);
+      }
     }
   }
-  return shape;
+
+  const SheetOptions& options_;
+  const int nu_, nv_;
+  std::vector<Vec3f> top_, normal_;
+  Shape shape_;
+};
+
+}  // namespace
+
+Shape Sheet(const std::function<Vec3f(float u, float v)>& surface, const SheetOptions& options) {
+  return SheetMaker(surface, options).Make();
 }
 
 }  // namespace parallax::kernel

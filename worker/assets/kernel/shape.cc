@@ -181,87 +181,134 @@ void PrintFaces(Shape& shape, const Vec3f& normal, const Vec3f& right, const Vec
   }
 }
 
-void AppendShape(Mesh& mesh, const Shape& shape, const std::vector<uint16_t>& slot_of_group,
-                 const Vec3f& texture_offset_m) {
-  // Faces around each point.
-  const size_t point_count = shape.points.size();
-  std::vector<uint32_t> start(point_count + 1, 0);
-  for (const Face& f : shape.faces) {
-    for (int k = 0; k < f.corners; ++k) ++start[f.v[k] + 1];
-  }
-  for (size_t i = 0; i < point_count; ++i) start[i + 1] += start[i];
-  std::vector<uint32_t> around(start.back());
-  std::vector<uint32_t> fill(start.begin(), start.end() - 1);
-  std::vector<Vec3f> area_normal(shape.faces.size());
-  std::vector<Vec3f> unit_normal(shape.faces.size());
-  for (size_t i = 0; i < shape.faces.size(); ++i) {
-    const Face& f = shape.faces[i];
-    area_normal[i] = AreaNormal(shape, f);
-    unit_normal[i] = UnitOr(area_normal[i], Vec3f::Zero());
-    for (int k = 0; k < f.corners; ++k) around[fill[f.v[k]]++] = static_cast<uint32_t>(i);
+namespace {
+
+// Normals of the faces, and the faces around each point.
+struct FaceRing {
+  explicit FaceRing(const Shape& shape)
+      : start(shape.points.size() + 1, 0),
+        area_normal(shape.faces.size()),
+        unit_normal(shape.faces.size()) {
+    for (const Face& f : shape.faces) {
+      for (int k = 0; k < f.corners; ++k) ++start[f.v[k] + 1];
+    }
+    for (size_t i = 0; i < shape.points.size(); ++i) start[i + 1] += start[i];
+    around.resize(start.back());
+    std::vector<uint32_t> fill(start.begin(), start.end() - 1);
+    for (size_t i = 0; i < shape.faces.size(); ++i) {
+      const Face& f = shape.faces[i];
+      area_normal[i] = AreaNormal(shape, f);
+      unit_normal[i] = UnitOr(area_normal[i], Vec3f::Zero());
+      for (int k = 0; k < f.corners; ++k) around[fill[f.v[k]]++] = static_cast<uint32_t>(i);
+    }
   }
 
-  // One vertex for each (point, normal, uv) that occurs; corners of a smooth surface share theirs.
+  // The normal of a face at a point: weighted by area over the faces that no crease divides from
+  // it.
+  Vec3f NormalAt(uint32_t point, size_t face, float cos_crease) const {
+    Vec3f sum = Vec3f::Zero();
+    for (uint32_t k = start[point]; k < start[point + 1]; ++k) {
+      const uint32_t other = around[k];
+      if (other == face || unit_normal[other].dot(unit_normal[face]) >= cos_crease) {
+        sum += area_normal[other];
+      }
+    }
+    return UnitOr(sum, unit_normal[face].isZero() ? Vec3f(Vec3f::UnitZ()) : unit_normal[face]);
+  }
+
+  std::vector<uint32_t> start,
+      around;  // Faces around point i: around[start[i]] up to start[i + 1].
+  std::vector<Vec3f> area_normal, unit_normal;
+};
+
+// Writes a shape's faces into a mesh as triangles. One vertex for each (point, normal, uv) that
+// occurs; corners of a smooth surface share theirs.
+class FaceWriter {
+ public:
+  FaceWriter(Mesh& mesh, const Shape& shape, const Vec3f& texture_offset_m)
+      : mesh_(mesh),
+        shape_(shape),
+        offset_(texture_offset_m),
+        ring_(shape),
+        cos_crease_(std::cos(shape.crease_rad)),
+        made_(shape.points.size()) {}
+
+  void Write(size_t face, uint16_t slot) {
+    if (shape_.faces[face].corners == 3) {
+      Emit(face, slot, 0, 1, 2);
+    } else if (CutAtFirst(face)) {
+      Emit(face, slot, 0, 1, 2);
+      Emit(face, slot, 0, 2, 3);
+    } else {
+      Emit(face, slot, 0, 1, 3);
+      Emit(face, slot, 1, 2, 3);
+    }
+  }
+
+ private:
   struct Corner {
     uint32_t vertex;
     Vec3f normal;
     Vec2f uv;
   };
-  std::vector<std::vector<Corner>> made(point_count);
-  const float cos_crease = std::cos(shape.crease_rad);
-  const auto vertex_of = [&](size_t face_index, int corner) -> uint32_t {
-    const Face& f = shape.faces[face_index];
+
+  const Vec3f& Point(size_t face, int corner) const {
+    return shape_.points[shape_.faces[face].v[corner]];
+  }
+  float Area(size_t face, int a, int b, int c) const {
+    return (Point(face, b) - Point(face, a)).cross(Point(face, c) - Point(face, a)).norm();
+  }
+
+  // Whether a quad is cut from its first to its third corner: the shorter diagonal, unless a
+  // triangle would have no area because points coincide or lie in a line.
+  bool CutAtFirst(size_t face) const {
+    const bool first = (Point(face, 2) - Point(face, 0)).squaredNorm() <=
+                       (Point(face, 3) - Point(face, 1)).squaredNorm();
+    const float cut_first = std::min(Area(face, 0, 1, 2), Area(face, 0, 2, 3)),
+                cut_second = std::min(Area(face, 0, 1, 3), Area(face, 1, 2, 3));
+    return (first ? cut_first : cut_second) < 1e-11f ? cut_first >= cut_second : first;
+  }
+
+  // Leaves out triangles whose points coincide.
+  void Emit(size_t face, uint16_t slot, int a, int b, int c) {
+    const Vec3f &p = Point(face, a), &q = Point(face, b), &r = Point(face, c);
+    if (p == q || q == r || r == p) return;
+    const uint32_t u = VertexOf(face, a), v = VertexOf(face, b), w = VertexOf(face, c);
+    mesh_.triangles.push_back({u, v, w, slot});
+  }
+
+  uint32_t VertexOf(size_t face, int corner) {
+    const Face& f = shape_.faces[face];
     const uint32_t point = f.v[corner];
-    Vec3f sum = Vec3f::Zero();
-    for (uint32_t k = start[point]; k < start[point + 1]; ++k) {
-      const uint32_t other = around[k];
-      if (other == face_index || unit_normal[other].dot(unit_normal[face_index]) >= cos_crease) {
-        sum += area_normal[other];
-      }
-    }
-    const Vec3f normal = UnitOr(
-        sum, unit_normal[face_index].isZero() ? Vec3f(Vec3f::UnitZ()) : unit_normal[face_index]);
-    for (const Corner& c : made[point]) {
+    const Vec3f normal = ring_.NormalAt(point, face, cos_crease_);
+    for (const Corner& c : made_[point]) {
       if (c.normal.dot(normal) > 0.99995f && c.uv == f.uv[corner]) return c.vertex;
     }
-    const uint32_t vertex = static_cast<uint32_t>(mesh.positions.size());
-    mesh.positions.push_back(shape.points[point]);
-    mesh.normals.push_back(normal);
-    mesh.texture.push_back(shape.texture[point] + texture_offset_m);
-    mesh.uv.push_back(f.uv[corner]);
-    made[point].push_back({vertex, normal, f.uv[corner]});
+    const uint32_t vertex = static_cast<uint32_t>(mesh_.positions.size());
+    mesh_.positions.push_back(shape_.points[point]);
+    mesh_.normals.push_back(normal);
+    mesh_.texture.push_back(shape_.texture[point] + offset_);
+    mesh_.uv.push_back(f.uv[corner]);
+    made_[point].push_back({vertex, normal, f.uv[corner]});
     return vertex;
-  };
+  }
 
+  Mesh& mesh_;
+  const Shape& shape_;
+  const Vec3f offset_;
+  const FaceRing ring_;
+  const float cos_crease_;
+  std::vector<std::vector<Corner>> made_;  // Vertices of each point.
+};
+
+}  // namespace
+
+void AppendShape(Mesh& mesh, const Shape& shape, const std::vector<uint16_t>& slot_of_group,
+                 const Vec3f& texture_offset_m) {
+  FaceWriter writer(mesh, shape, texture_offset_m);
   for (size_t i = 0; i < shape.faces.size(); ++i) {
-    const Face& f = shape.faces[i];
-    const uint16_t slot = slot_of_group[std::min<size_t>(f.group, slot_of_group.size() - 1)];
-    // Where points coincide or lie in a line, a triangle would have no area: it is left out, or the
-    // quad is cut the other way.
-    const auto corner = [&](int k) -> const Vec3f& { return shape.points[f.v[k]]; };
-    const auto area = [&](int a, int b, int c) {
-      return (corner(b) - corner(a)).cross(corner(c) - corner(a)).norm();
-    };
-    const auto emit = [&](int a, int b, int c) {
-      if (corner(a) == corner(b) || corner(b) == corner(c) || corner(c) == corner(a)) return;
-      const uint32_t u = vertex_of(i, a), v = vertex_of(i, b), w = vertex_of(i, c);
-      mesh.triangles.push_back({u, v, w, slot});
-    };
-    if (f.corners == 3) {
-      emit(0, 1, 2);
-      continue;
-    }
-    bool first = (corner(2) - corner(0)).squaredNorm() <= (corner(3) - corner(1)).squaredNorm();
-    const float cut_first = std::min(area(0, 1, 2), area(0, 2, 3)),
-                cut_second = std::min(area(0, 1, 3), area(1, 2, 3));
-    if ((first ? cut_first : cut_second) < 1e-11f) first = cut_first >= cut_second;
-    if (first) {
-      emit(0, 1, 2);
-      emit(0, 2, 3);
-    } else {
-      emit(0, 1, 3);
-      emit(1, 2, 3);
-    }
+    const size_t group = std::min<size_t>(shape.faces[i].group, slot_of_group.size() - 1);
+    writer.Write(i, slot_of_group[group]);
   }
 }
 

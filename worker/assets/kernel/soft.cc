@@ -13,18 +13,14 @@ float Bulge(float x) {
   return 1 - x * x * (0.4f + 0.6f * x * x);
 }  // 1 in the middle, 0 at the seam.
 
-}  // namespace
+// Moves the points of a block to where those of a soft cushion are.
+struct Softness {
+  const Vec3f& size;
+  const CushionOptions& o;
+  const Noise& noise;
 
-Shape Cushion(const Vec3f& size, const CushionOptions& o, const Noise& noise) {
-  const Vec3f half = 0.5f * size;
-  BoxOptions box;
-  box.bevel_m = std::min(o.edge_radius_m, 0.48f * size.minCoeff());
-  box.bevel_steps = 2;
-  for (int axis = 0; axis < 3; ++axis) {
-    const float flat = size[axis] - 2 * box.bevel_m;
-    box.pieces[axis] = std::clamp(static_cast<int>(std::ceil(flat / o.target_edge_m)), 2, 64);
-  }
-  const auto soften = [&](const Vec3f& p) -> Vec3f {
+  Vec3f operator()(const Vec3f& p) const {
+    const Vec3f half = 0.5f * size;
     const Vec3f q = p.cwiseQuotient(half).cwiseMax(-1.0f).cwiseMin(1.0f);
     const float ax = std::abs(q.x()), ay = std::abs(q.y()), az = std::abs(q.z());
     const float dome = Bulge(ax) * Bulge(ay);
@@ -44,42 +40,59 @@ Shape Cushion(const Vec3f& size, const CushionOptions& o, const Noise& noise) {
     out.z() += (q.z() > 0 ? 1.0f : -0.2f) * az * depth * (0.7f * slack + 0.5f * fine);
     out.y() += q.y() * ay * ay * depth * 0.8f * noise.At(at * 1.3f + Vec3f(5, 0, 0));
     out.x() += q.x() * ax * ax * depth * 0.8f * noise.At(at * 1.3f + Vec3f(0, 5, 0));
-    if (o.tufts_x > 0 && q.z() > 0) {
-      float dip = 0;
-      for (int i = 0; i < o.tufts_x; ++i) {
-        for (int j = 0; j < o.tufts_y; ++j) {
-          const Vec2f at_tuft(
-              (2.0f * static_cast<float>(i) + 1) / static_cast<float>(o.tufts_x) - 1,
-              (2.0f * static_cast<float>(j) + 1) / static_cast<float>(o.tufts_y) - 1);
-          const Vec2f d = (Vec2f(q.x(), q.y()) - at_tuft).cwiseProduct(half.head<2>());
-          const float span = 0.8f * std::min(size.x() / static_cast<float>(o.tufts_x),
-                                             size.y() / static_cast<float>(o.tufts_y));
-          dip = std::max(dip, std::exp(-9.0f * d.norm() / span));
-        }
-      }
-      out.z() -= q.z() * o.tuft_depth_m * dip;
-    }
+    if (o.tufts_x > 0 && q.z() > 0) out.z() -= q.z() * o.tuft_depth_m * TuftDip(q);
     return out;
-  };
+  }
+
+  // How deep the nearest tuft pulls at q in [-1, 1]^2: 1 at its button.
+  float TuftDip(const Vec3f& q) const {
+    const Vec2f half = 0.5f * size.head<2>();
+    float dip = 0;
+    for (int i = 0; i < o.tufts_x; ++i) {
+      for (int j = 0; j < o.tufts_y; ++j) {
+        const Vec2f at_tuft((2.0f * static_cast<float>(i) + 1) / static_cast<float>(o.tufts_x) - 1,
+                            (2.0f * static_cast<float>(j) + 1) / static_cast<float>(o.tufts_y) - 1);
+        const Vec2f d = (Vec2f(q.x(), q.y()) - at_tuft).cwiseProduct(half);
+        const float span = 0.8f * std::min(size.x() / static_cast<float>(o.tufts_x),
+                                           size.y() / static_cast<float>(o.tufts_y));
+        dip = std::max(dip, std::exp(-9.0f * d.norm() / span));
+      }
+    }
+    return dip;
+  }
+};
+
+// A cord round the upper (`side` = 1) or lower edge, whose radius is `r`.
+Shape Piping(const Softness& soften, float r, float side) {
+  const Vec3f& size = soften.size;
+  const CushionOptions& o = soften.o;
+  const float drop = r * (1 - std::sqrt(0.5f));
+  Path3 path;
+  for (const Vec2f& p : RectSection(size.x() - 2 * drop, size.y() - 2 * drop, r, 4))
+    path.emplace_back(p.x(), p.y(), side * (0.5f * size.z() - drop));
+  path.push_back(path.front());
+  path = Resampled(path, DetailedEdge(o.target_edge_m));
+  path.pop_back();
+  for (Vec3f& p : path) p = soften(p);
+  return Ring(path, o.piping_m, 8).Grouped(o.piping_group);
+}
+
+}  // namespace
+
+Shape Cushion(const Vec3f& size, const CushionOptions& o, const Noise& noise) {
+  BoxOptions box;
+  box.bevel_m = std::min(o.edge_radius_m, 0.48f * size.minCoeff());
+  box.bevel_steps = 2;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float flat = size[axis] - 2 * box.bevel_m;
+    box.pieces[axis] = std::clamp(static_cast<int>(std::ceil(flat / o.target_edge_m)), 2, 64);
+  }
+  const Softness soften{size, o, noise};
   Shape shape = RoundedBox(size, box).Bent(soften);
   // Cloth runs across the width whatever the cushion's shape.
-  for (size_t i = 0; i < shape.points.size(); ++i) {
-    const Vec3f& p = shape.points[i];
-    shape.texture[i] = {p.x(), p.y(), p.z()};
-  }
+  for (size_t i = 0; i < shape.points.size(); ++i) shape.texture[i] = shape.points[i];
   if (o.piping_m > 0) {
-    const float r = box.bevel_m;
-    for (const float side : {-1.0f, 1.0f}) {
-      const float drop = r * (1 - std::sqrt(0.5f));
-      Path2 outline = RectSection(size.x() - 2 * drop, size.y() - 2 * drop, r, 4);
-      Path3 path;
-      for (const Vec2f& p : outline) path.emplace_back(p.x(), p.y(), side * (half.z() - drop));
-      path.push_back(path.front());
-      path = Resampled(path, DetailedEdge(o.target_edge_m));
-      path.pop_back();
-      for (Vec3f& p : path) p = soften(p);
-      shape.Add(Ring(path, o.piping_m, 8).Grouped(o.piping_group));
-    }
+    for (const float side : {-1.0f, 1.0f}) shape.Add(Piping(soften, box.bevel_m, side));
   }
   return shape;
 }

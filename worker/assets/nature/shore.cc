@@ -137,69 +137,92 @@ Asset SampleWrack(Rng& rng) {
 }
 
 // Snow above, ice at its sides: sheer where it broke, undercut where water laps.
-Asset MakeIceFloe(const IceFloeParams& p) {
-  Rng rng(SceneSeed{p.seed}, "floe");
-  const Noise noise(rng);
-  Mesh mesh;
-  mesh.slots = {Slot("snow", {"PackedSnow"}), Slot("ice", {"SeaIce"})};
-  // A polygon with worn corners: distances of some sides, the nearest counts.
-  struct Side {
-    float angle, distance;
-  };
-  std::vector<Side> sides;
-  for (int k = 0; k < p.sides; ++k) {
-    sides.push_back(
-        {2 * kPi * (static_cast<float>(k) + Draw(rng, -0.3, 0.3)) / static_cast<float>(p.sides),
-         Draw(rng, 0.68, 1.0)});
-  }
-  const auto outline = [&](float a) {
-    float sum = 0;
-    for (const Side& side : sides) {
-      const float facing = std::cos(a - side.angle);
-      if (facing > 0.05f) sum += std::pow(facing / side.distance, 16.0f);
+namespace {
+
+// A polygon with worn corners: distances of some sides, the nearest counts.
+class FloeForm {
+ public:
+  FloeForm(const IceFloeParams& p, Rng& rng) : p_(p), noise_(rng) {
+    for (int k = 0; k < p.sides; ++k) {
+      sides_.push_back(
+          {2 * kPi * (static_cast<float>(k) + Draw(rng, -0.3, 0.3)) / static_cast<float>(p.sides),
+           Draw(rng, 0.68, 1.0)});
     }
-    const Vec3f on(1.7f * std::cos(a), 1.7f * std::sin(a), 0.4f);
-    return p.radius_m * std::min(1.3f, std::pow(sum, -1 / 16.0f)) *
-           (1 + 0.05f * noise.Fractal(2.2f * on, 3));
-  };
-  const auto top = [&](const Vec2f& q, float share) {
-    const Vec3f on(q.x(), q.y(), 0.7f);
-    return p.thick_m * (1 + 0.16f * noise.Fractal(0.9f * on, 3)) +
-           0.05f * noise.Fractal(4.0f * on, 2) - 0.06f * std::pow(share, 8.0f);
-  };
-  const float pieces = 2 * kPi * p.radius_m / std::max(0.055f, TargetEdge());
-  RingBody body(mesh, std::clamp(4 * static_cast<int>(pieces / 4), 16, 96));
-  const auto on_top = [&](float a, float share) {
-    const float r = share * outline(a);
-    const Vec2f q(r * std::cos(a), r * std::sin(a));
-    return Vec3f(q.x(), q.y(), top(q, share));
-  };
-  const int rings = std::clamp(static_cast<int>(p.radius_m / std::max(0.07f, TargetEdge())), 4, 16);
-  body.Begin(0);
-  for (int k = rings; k >= 1; --k) {
-    const float share = static_cast<float>(k) / static_cast<float>(rings);
-    body.AddRing([&](float a) { return on_top(a, share); });
   }
-  body.Close(Vec3f(0, 0, top(Vec2f::Zero(), 0)));
-  body.End();
-  // `s`: 0 at the bottom, 1 at the rim.
-  const auto on_side = [&](float a, float s) {
-    const Vec3f rim = on_top(a, 1);
+
+  // Height of the upper face at q, `share` of the way from the middle to the rim.
+  float Top(const Vec2f& q, float share) const {
+    const Vec3f on(q.x(), q.y(), 0.7f);
+    return p_.thick_m * (1 + 0.16f * noise_.Fractal(0.9f * on, 3)) +
+           0.05f * noise_.Fractal(4.0f * on, 2) - 0.06f * std::pow(share, 8.0f);
+  }
+  // The point of the upper face at an angle.
+  Vec3f OnTop(float a, float share) const {
+    const float r = share * Outline(a);
+    const Vec2f q(r * std::cos(a), r * std::sin(a));
+    return Vec3f(q.x(), q.y(), Top(q, share));
+  }
+  // The point of the side at an angle; `s`: 0 at the bottom, 1 at the rim.
+  Vec3f OnSide(float a, float s) const {
+    const Vec3f rim = OnTop(a, 1);
     if (s >= 1) return rim;
     const Vec3f at(2.5f * rim.x(), 2.5f * rim.y(), 9 * s * rim.z());
     // The water line lies at two thirds; ice is thinner there, and broader below.
     const float lap = std::exp(-std::pow((s - 0.62f) / 0.16f, 2.0f));
-    const float out = 1 + 0.03f * noise.Fractal(at, 3) - 0.05f * lap + 0.05f * (1 - s);
+    const float out = 1 + 0.03f * noise_.Fractal(at, 3) - 0.05f * lap + 0.05f * (1 - s);
     return Vec3f(rim.x() * out, rim.y() * out, s * rim.z());
+  }
+
+ private:
+  struct Side {
+    float angle, distance;
   };
+
+  float Outline(float a) const {
+    float sum = 0;
+    for (const Side& side : sides_) {
+      const float facing = std::cos(a - side.angle);
+      if (facing > 0.05f) sum += std::pow(facing / side.distance, 16.0f);
+    }
+    const Vec3f on(1.7f * std::cos(a), 1.7f * std::sin(a), 0.4f);
+    return p_.radius_m * std::min(1.3f, std::pow(sum, -1 / 16.0f)) *
+           (1 + 0.05f * noise_.Fractal(2.2f * on, 3));
+  }
+
+  const IceFloeParams& p_;
+  const Noise noise_;
+  std::vector<Side> sides_;
+};
+
+}  // namespace
+
+Asset MakeIceFloe(const IceFloeParams& p) {
+  Rng rng(SceneSeed{p.seed}, "floe");
+  const FloeForm form(p, rng);
+  Mesh mesh;
+  mesh.slots = {Slot("snow", {"PackedSnow"}), Slot("ice", {"SeaIce"})};
+  const float pieces = 2 * kPi * p.radius_m / std::max(0.055f, TargetEdge());
+  RingBody body(mesh, std::clamp(4 * static_cast<int>(pieces / 4), 16, 96));
+
+  // The top, from the rim inwards.
+  const int rings = std::clamp(static_cast<int>(p.radius_m / std::max(0.07f, TargetEdge())), 4, 16);
+  body.Begin(0);
+  for (int k = rings; k >= 1; --k) {
+    const float share = static_cast<float>(k) / static_cast<float>(rings);
+    body.AddRing([&](float a) { return form.OnTop(a, share); });
+  }
+  body.Close(Vec3f(0, 0, form.Top(Vec2f::Zero(), 0)));
+  body.End();
+
+  // The side, and the underside.
   body.Begin(1);
   constexpr int kLayers = 7;
   for (int k = 0; k <= kLayers; ++k) {
-    body.AddRing([&](float a) { return on_side(a, static_cast<float>(k) / kLayers); });
+    body.AddRing([&](float a) { return form.OnSide(a, static_cast<float>(k) / kLayers); });
   }
   body.End();
   body.Begin(1);
-  body.AddRing([&](float a) { return on_side(a, 0); });
+  body.AddRing([&](float a) { return form.OnSide(a, 0); });
   body.Close(Vec3f::Zero(), true);
   body.End();
   return FinishMeshes({&mesh}, p.seed);

@@ -54,7 +54,8 @@ void AddFloes(LayerWriter& w, Rng& rng) {
          .mask = {.above_water_m = {-99, -0.1, 0.1}, .patches_m = 30, .cover = 0.5, .soft = 0.12}});
 }
 
-void AddArcticStones(LayerWriter& w, Rng& rng) {
+// Ice that the sea pushed up the shore, and blocks that lie on land.
+void AddShoreIce(LayerWriter& w) {
   w.Add({.name = "pressure ice",
          .asset = "IceBlock",
          .role = v1::OBJECT_ROLE_ROCK,
@@ -83,6 +84,9 @@ void AddArcticStones(LayerWriter& w, Rng& rng) {
          .sink_m = 0.18,
          .claim_m = 0.6,
          .mask = {.above_water_m = {0.4, 1e4, 0.2}, .patches_m = 55, .cover = 0.3, .soft = 0.1}});
+}
+
+void AddArcticStones(LayerWriter& w, Rng& rng) {
   w.Add({.name = "boulders",
          .asset = "Boulder",
          .role = v1::OBJECT_ROLE_ROCK,
@@ -133,6 +137,7 @@ void WriteArctic(BiomeDraft& draft) {
   w.AddGround({.above_water_m = {-99, 0.12, 0.25}});
   w.AddGround({.slope = {0.55, 99, 0.15}});
   AddFloes(w, rng);
+  AddShoreIce(w);
   AddArcticStones(w, rng);
 }
 

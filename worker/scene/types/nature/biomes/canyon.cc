@@ -23,16 +23,19 @@ void AddFormation(LayerWriter& w, const char* name, const char* asset, double pe
          .mask = {.slope = {0, 0.9, 0.2}, .patches_m = 90, .cover = 0.35, .soft = 0.15}});
 }
 
-void AddFloorPlants(LayerWriter& w, Rng& rng) {
-  const MaskSpec::Range firm = {0, 0.55, 0.2};
-  if (rng.Bernoulli(0.6)) {
-    const TreeKind kind =
-        rng.Bernoulli(0.5)
-            ? TreeKind{"pines", "Conifer/pine", 2.1, 0.008, 4, 600, 0.35, 0.8}
-            : TreeKind{"acacias", "BroadleafTree/acacia", 3.6, 0.006, 5, 600, 0.4, 0.9};
-    AddTrees(w, kind,
-             {.slope = firm, .patches_m = 60, .cover = rng.Uniform(0.2, 0.5), .soft = 0.1});
-  }
+constexpr MaskSpec::Range kFirmFloor = {0, 0.55, 0.2};  // Slope.
+
+void AddCanyonTrees(LayerWriter& w, Rng& rng) {
+  if (!rng.Bernoulli(0.6)) return;
+  const TreeKind kind =
+      rng.Bernoulli(0.5)
+          ? TreeKind{"pines", "Conifer/pine", 2.1, 0.008, 4, 600, 0.35, 0.8}
+          : TreeKind{"acacias", "BroadleafTree/acacia", 3.6, 0.006, 5, 600, 0.4, 0.9};
+  AddTrees(w, kind,
+           {.slope = kFirmFloor, .patches_m = 60, .cover = rng.Uniform(0.2, 0.5), .soft = 0.1});
+}
+
+void AddCanyonBushes(LayerWriter& w, Rng& rng) {
   w.Add({.name = "bushes",
          .asset = "Shrub",
          .shapes = 5,
@@ -45,7 +48,8 @@ void AddFloorPlants(LayerWriter& w, Rng& rng) {
          .sink_m = 0.03,
          .claim_m = 0.4,
          .crown_m = 0.6,
-         .mask = {.slope = firm, .patches_m = 28, .cover = rng.Uniform(0.3, 0.6), .soft = 0.12}});
+         .mask = {
+             .slope = kFirmFloor, .patches_m = 28, .cover = rng.Uniform(0.3, 0.6), .soft = 0.12}});
   w.Add({.name = "dry bushes",
          .asset = "DryBush",
          .shapes = 4,
@@ -57,7 +61,10 @@ void AddFloorPlants(LayerWriter& w, Rng& rng) {
          .high = 0.8,
          .sink_m = 0.03,
          .claim_m = 0.4,
-         .mask = {.slope = firm, .patches_m = 22, .cover = 0.45, .soft = 0.12}});
+         .mask = {.slope = kFirmFloor, .patches_m = 22, .cover = 0.45, .soft = 0.12}});
+}
+
+void AddSucculents(LayerWriter& w, Rng& rng) {
   if (rng.Bernoulli(0.6)) {
     w.Add({.name = "prickly pears",
            .asset = "PricklyPear",
@@ -70,7 +77,7 @@ void AddFloorPlants(LayerWriter& w, Rng& rng) {
            .high = 1.6,
            .sink_m = 0.03,
            .claim_m = 0.6,
-           .mask = {.slope = firm, .patches_m = 19, .cover = 0.35, .soft = 0.12}});
+           .mask = {.slope = kFirmFloor, .patches_m = 19, .cover = 0.35, .soft = 0.12}});
   }
   if (rng.Bernoulli(0.5)) {
     w.Add({.name = "agaves",
@@ -84,8 +91,11 @@ void AddFloorPlants(LayerWriter& w, Rng& rng) {
            .high = 1.2,
            .sink_m = 0.03,
            .claim_m = 0.6,
-           .mask = {.slope = firm, .patches_m = 24, .cover = 0.35, .soft = 0.12}});
+           .mask = {.slope = kFirmFloor, .patches_m = 24, .cover = 0.35, .soft = 0.12}});
   }
+}
+
+void AddCanyonGrass(LayerWriter& w) {
   w.Add({.name = "tussocks",
          .asset = "Tussock",
          .shapes = 5,
@@ -97,7 +107,7 @@ void AddFloorPlants(LayerWriter& w, Rng& rng) {
          .upright = 0.6,
          .sink_m = 0.02,
          .claim_m = 0.25,
-         .mask = {.slope = firm, .patches_m = 14, .cover = 0.5, .soft = 0.12}});
+         .mask = {.slope = kFirmFloor, .patches_m = 14, .cover = 0.5, .soft = 0.12}});
   w.Add({.name = "grass",
          .asset = "GrassTuft",
          .shapes = 6,
@@ -107,7 +117,7 @@ void AddFloorPlants(LayerWriter& w, Rng& rng) {
          .high = 0.9,
          .upright = 0.5,
          .sink_m = 0.006,
-         .mask = {.slope = firm, .patches_m = 5, .cover = 0.35, .soft = 0.15}});
+         .mask = {.slope = kFirmFloor, .patches_m = 5, .cover = 0.35, .soft = 0.15}});
 }
 
 void WriteCanyon(BiomeDraft& draft) {
@@ -121,7 +131,10 @@ void WriteCanyon(BiomeDraft& draft) {
   if (rng.Bernoulli(0.35)) AddFormation(w, "arches", "RockArch", 0.00004);
   if (rng.Bernoulli(0.5)) AddFormation(w, "pillars", "RockPillar", 0.00012);
   AddRubble(w, rng.Uniform(0.5, 1.1), {.slope = {0, 1.1, 0.2}});
-  AddFloorPlants(w, rng);
+  AddCanyonTrees(w, rng);
+  AddCanyonBushes(w, rng);
+  AddSucculents(w, rng);
+  AddCanyonGrass(w);
   w.Add({.name = "pebbles",
          .asset = "Pebbles",
          .role = v1::OBJECT_ROLE_ROCK,

@@ -33,7 +33,8 @@ void AddRoof(const TerrainSpec& spec, Rng& rng, v1::Terrain& recipe) {
   }
 }
 
-void AddDripstone(LayerWriter& w, Rng& rng) {
+// Standing on the floor.
+void AddStalagmites(LayerWriter& w, Rng& rng) {
   w.Add({.name = "columns",
          .asset = "DripstoneColumn",
          .role = v1::OBJECT_ROLE_ROCK,
@@ -60,6 +61,10 @@ void AddDripstone(LayerWriter& w, Rng& rng) {
          .sink_m = 0.08,
          .claim_m = 0.5,
          .mask = {.slope = {0, 0.9, 0.2}, .patches_m = 8, .cover = 0.5, .soft = 0.15}});
+}
+
+// Hanging from the roof.
+void AddStalactites(LayerWriter& w, Rng& rng) {
   w.Add({.name = "stalactites",
          .asset = "Stalactites",
          .role = v1::OBJECT_ROLE_ROCK,
@@ -89,21 +94,7 @@ void AddDripstone(LayerWriter& w, Rng& rng) {
          .mask = {.patches_m = 4, .cover = 0.5, .soft = 0.2}});
 }
 
-void WriteCave(BiomeDraft& draft) {
-  LayerWriter w(draft);
-  Rng rng = w.Stream("cave");
-  const auto spec = TerrainSpecOf(draft.recipe);
-  if (!spec.ok() || spec->cover.empty()) return;  // CheckRules names what is wrong.
-  AddRoof(*spec, rng, draft.recipe);
-  // The hill above: a height that the gorge's floor does not reach.
-  const double hill = static_cast<double>(draft.heights.middle_m) - 6;
-  const MaskSpec::Range above = {hill, 9000, 2}, below = {-9000, hill, 2};
-  w.AddGround({});
-  w.AddGround({.patches_m = 6, .cover = rng.Uniform(0.2, 0.5), .soft = 0.15});
-  w.AddGround({.patches_m = 8, .cover = rng.Uniform(0.3, 0.6), .soft = 0.15});
-  w.AddGround({.slope = {0, 0.9, 0.2}, .height_m = above});
-  w.AddGround({.slope = {0.6, 99, 0.15}});
-  AddDripstone(w, rng);
+void AddCaveStones(LayerWriter& w, Rng& rng, const MaskSpec::Range& below) {
   AddRubble(w, rng.Uniform(0.5, 1.0), {.slope = {0, 0.8, 0.2}, .height_m = below});
   w.Add({.name = "pebbles",
          .asset = "Pebbles",
@@ -116,6 +107,9 @@ void WriteCave(BiomeDraft& draft) {
          .upright = 0.1,
          .sink_m = 0.008,
          .mask = {.height_m = below, .patches_m = 6, .cover = 0.5, .soft = 0.2}});
+}
+
+void AddHillPlants(LayerWriter& w, const MaskSpec::Range& above) {
   const TreeKind kind{"oaks", "BroadleafTree/oak", 3.6, 0.02, 4, 300, 0.5, 1.0};
   AddTrees(w, kind,
            {.slope = kWalkable, .height_m = above, .patches_m = 40, .cover = 0.5, .soft = 0.1});
@@ -134,7 +128,10 @@ void WriteCave(BiomeDraft& draft) {
        .crown_m = 0.6,
        .mask = {
            .slope = {0, 0.9, 0.2}, .height_m = above, .patches_m = 12, .cover = 0.6, .soft = 0.1}});
-  // Plants in the light of the skylights.
+}
+
+// Plants in the light of the skylights.
+void AddSkylightPlants(LayerWriter& w, const MaskSpec::Range& below) {
   w.Add({.name = "ferns",
          .asset = "FernPlant",
          .shapes = 5,
@@ -156,6 +153,27 @@ void WriteCave(BiomeDraft& draft) {
          .sink_m = 0.004,
          .mask = {
              .slope = kWalkable, .height_m = below, .patches_m = 5, .cover = 0.25, .soft = 0.05}});
+}
+
+void WriteCave(BiomeDraft& draft) {
+  LayerWriter w(draft);
+  Rng rng = w.Stream("cave");
+  const auto spec = TerrainSpecOf(draft.recipe);
+  if (!spec.ok() || spec->cover.empty()) return;  // CheckRules names what is wrong.
+  AddRoof(*spec, rng, draft.recipe);
+  // The hill above: a height that the gorge's floor does not reach.
+  const double hill = static_cast<double>(draft.heights.middle_m) - 6;
+  const MaskSpec::Range above = {hill, 9000, 2}, below = {-9000, hill, 2};
+  w.AddGround({});
+  w.AddGround({.patches_m = 6, .cover = rng.Uniform(0.2, 0.5), .soft = 0.15});
+  w.AddGround({.patches_m = 8, .cover = rng.Uniform(0.3, 0.6), .soft = 0.15});
+  w.AddGround({.slope = {0, 0.9, 0.2}, .height_m = above});
+  w.AddGround({.slope = {0.6, 99, 0.15}});
+  AddStalagmites(w, rng);
+  AddStalactites(w, rng);
+  AddCaveStones(w, rng, below);
+  AddHillPlants(w, above);
+  AddSkylightPlants(w, below);
 }
 
 }  // namespace

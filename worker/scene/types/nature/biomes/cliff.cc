@@ -45,8 +45,9 @@ void AddFormations(LayerWriter& w, Rng& rng) {
   }
 }
 
-void AddGreen(LayerWriter& w, Rng& rng, const std::string& season) {
-  const MaskSpec::Range firm = {0, 0.75, 0.15};
+constexpr MaskSpec::Range kFirmLedge = {0, 0.75, 0.15};  // Slope.
+
+void AddCliffTrees(LayerWriter& w, Rng& rng) {
   const std::array<TreeKind, 3> kinds = {{
       {"pines", "Conifer/pine", 2.1, 0.02, 3, 900, 0.5, 1.2},
       {"birches", "BroadleafTree/birch", 2.2, 0.02, 3, 900, 0.6, 1.2},
@@ -56,21 +57,26 @@ void AddGreen(LayerWriter& w, Rng& rng, const std::string& season) {
     const TreeKind kind = kinds[static_cast<size_t>(rng.UniformInt(0, 2))];
     AddTrees(w, kind,
              {.slope = kWalkable, .patches_m = 80, .cover = rng.Uniform(0.05, 0.35), .soft = 0.08});
-    AddSaplings(w, kind, {.slope = firm, .patches_m = 45, .cover = 0.25, .soft = 0.1});
+    AddSaplings(w, kind, {.slope = kFirmLedge, .patches_m = 45, .cover = 0.25, .soft = 0.1});
   }
-  w.Add({.name = "bushes",
-         .asset = w.bare() ? "DryBush" : "Shrub",
-         .shapes = 4,
-         .each = true,
-         .per_m2 = 0.04,
-         .spacing_m = 1.3,
-         .reach_m = 260,
-         .low = 0.3,
-         .high = 1.1,
-         .sink_m = 0.04,
-         .claim_m = 0.35,
-         .crown_m = 0.6,
-         .mask = {.slope = firm, .patches_m = 24, .cover = rng.Uniform(0.15, 0.45), .soft = 0.08}});
+}
+
+void AddCliffBushes(LayerWriter& w, Rng& rng) {
+  w.Add(
+      {.name = "bushes",
+       .asset = w.bare() ? "DryBush" : "Shrub",
+       .shapes = 4,
+       .each = true,
+       .per_m2 = 0.04,
+       .spacing_m = 1.3,
+       .reach_m = 260,
+       .low = 0.3,
+       .high = 1.1,
+       .sink_m = 0.04,
+       .claim_m = 0.35,
+       .crown_m = 0.6,
+       .mask = {
+           .slope = kFirmLedge, .patches_m = 24, .cover = rng.Uniform(0.15, 0.45), .soft = 0.08}});
   w.Add({.name = "tussocks",
          .asset = "Tussock",
          .shapes = 4,
@@ -81,7 +87,10 @@ void AddGreen(LayerWriter& w, Rng& rng, const std::string& season) {
          .high = 1.0,
          .upright = 0.5,
          .sink_m = 0.02,
-         .mask = {.slope = firm, .patches_m = 12, .cover = 0.5, .soft = 0.12}});
+         .mask = {.slope = kFirmLedge, .patches_m = 12, .cover = 0.5, .soft = 0.12}});
+}
+
+void AddCliffMeadow(LayerWriter& w, Rng& rng) {
   w.Add({.name = "meadow",
          .asset = "GrassClump",
          .shapes = 5,
@@ -105,18 +114,17 @@ void AddGreen(LayerWriter& w, Rng& rng, const std::string& season) {
          .high = 1.0,
          .upright = 0.4,
          .sink_m = 0.006,
-         .mask = {.slope = firm, .patches_m = 3, .cover = 0.65, .soft = 0.2}});
-  if (season == "spring" || season == "summer") {
-    w.Add({.name = "flowers",
-           .asset = "FlowerPlant",
-           .shapes = 5,
-           .per_m2 = rng.Uniform(0.3, 1.4),
-           .reach_m = 40,
-           .low = 0.5,
-           .high = 1.0,
-           .sink_m = 0.004,
-           .mask = {.slope = kWalkable, .patches_m = 7, .cover = 0.3, .soft = 0.1}});
-  }
+         .mask = {.slope = kFirmLedge, .patches_m = 3, .cover = 0.65, .soft = 0.2}});
+  if (w.draft().season != "spring" && w.draft().season != "summer") return;
+  w.Add({.name = "flowers",
+         .asset = "FlowerPlant",
+         .shapes = 5,
+         .per_m2 = rng.Uniform(0.3, 1.4),
+         .reach_m = 40,
+         .low = 0.5,
+         .high = 1.0,
+         .sink_m = 0.004,
+         .mask = {.slope = kWalkable, .patches_m = 7, .cover = 0.3, .soft = 0.1}});
 }
 
 void WriteCliff(BiomeDraft& draft) {
@@ -131,7 +139,9 @@ void WriteCliff(BiomeDraft& draft) {
   AddRubble(w, rng.Uniform(0.7, 1.4), {.slope = {0, 1.1, 0.2}, .deposit_m = {0.2, 1e4, 0.6}});
   AddStones(w, rng.Uniform(0.003, 0.012), 3,
             {.slope = kWalkable, .patches_m = 30, .cover = 0.4, .soft = 0.15});
-  AddGreen(w, rng, draft.season);
+  AddCliffTrees(w, rng);
+  AddCliffBushes(w, rng);
+  AddCliffMeadow(w, rng);
 }
 
 }  // namespace

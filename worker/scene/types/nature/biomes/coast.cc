@@ -9,6 +9,8 @@ namespace {
 struct Beach {
   bool sandy = true;
   double foot_m = 1;  // Where dunes or a bank begin.
+  // Heights above the water of the land behind them.
+  MaskSpec::Range Inland() const { return {foot_m + 1, 1e4, 0.7}; }
 };
 
 Beach BeachOf(const v1::Water& water) {
@@ -33,10 +35,8 @@ void AddCoastGround(LayerWriter& w, const Beach& beach) {
   w.AddGround({.slope = {beach.sandy ? 0.7 : 0.5, 99, 0.15}});
 }
 
-void AddShoreRocks(LayerWriter& w, Rng& rng, const Beach& beach) {
-  if (!beach.sandy || rng.Bernoulli(0.3)) {
-    w.Add(
-        {.name = "stacks",
+void AddSeaStacks(LayerWriter& w, const Beach& beach) {
+  w.Add({.name = "stacks",
          .asset = "SeaStack",
          .role = v1::OBJECT_ROLE_ROCK,
          .shapes = 3,
@@ -49,7 +49,9 @@ void AddShoreRocks(LayerWriter& w, Rng& rng, const Beach& beach) {
          .sink_m = 0.35,
          .claim_m = 1,
          .mask = {.above_water_m = {-4, -0.5, 0.8}, .patches_m = 110, .cover = 0.35, .soft = 0.1}});
-  }
+}
+
+void AddShoreRocks(LayerWriter& w, const Beach& beach) {
   w.Add({.name = "boulders",
          .asset = "Boulder",
          .role = v1::OBJECT_ROLE_ROCK,
@@ -97,9 +99,8 @@ void AddShoreRocks(LayerWriter& w, Rng& rng, const Beach& beach) {
                   .soft = 0.15}});
 }
 
-// In lines, as high as tides and storms left them.
-void AddFlotsam(LayerWriter& w, Rng& rng) {
-  const double line_m = rng.Uniform(0.4, 0.75);
+// Wood and weed in lines, as high as tides and storms left them; `line_m` above the water.
+void AddDriftLines(LayerWriter& w, Rng& rng, double line_m) {
   w.Add({.name = "driftwood",
          .asset = "Driftwood",
          .shapes = 5,
@@ -131,6 +132,10 @@ void AddFlotsam(LayerWriter& w, Rng& rng) {
                   .patches_m = 6,
                   .cover = 0.6,
                   .soft = 0.15}});
+}
+
+// Small flotsam between the water and the lines.
+void AddShells(LayerWriter& w, Rng& rng, double line_m) {
   w.Add({.name = "broken wood",
          .asset = "Twigs",
          .shapes = 5,
@@ -158,9 +163,8 @@ void AddFlotsam(LayerWriter& w, Rng& rng) {
            .above_water_m = {0.2, line_m + 0.3, 0.1}, .patches_m = 5, .cover = 0.5, .soft = 0.15}});
 }
 
-void AddDuneGrass(LayerWriter& w, Rng& rng, const Beach& beach) {
-  const MaskSpec::Range above = {beach.foot_m + 0.35, 1e4, 0.4},
-                        inland = {beach.foot_m + 1, 1e4, 0.7};
+// Trees and bushes behind the beach.
+void AddInlandBushes(LayerWriter& w, Rng& rng, const Beach& beach) {
   const std::array<TreeKind, 3> kinds = {{
       {"pines", "Conifer/pine", 2.2, 0.016, 2.8, 1200, 0.6, 1.2},
       {"birches", "BroadleafTree/birch", 2.1, 0.016, 2.8, 1200, 0.6, 1.1},
@@ -185,10 +189,14 @@ void AddDuneGrass(LayerWriter& w, Rng& rng, const Beach& beach) {
          .claim_m = 0.35,
          .crown_m = 0.7,
          .mask = {.slope = kWalkable,
-                  .above_water_m = inland,
+                  .above_water_m = beach.Inland(),
                   .patches_m = 24,
                   .cover = rng.Uniform(0.15, 0.45),
                   .soft = 0.08}});
+}
+
+void AddDuneGrass(LayerWriter& w, Rng& rng, const Beach& beach) {
+  const MaskSpec::Range above = {beach.foot_m + 0.35, 1e4, 0.4};
   w.Add({.name = "dune grass",
          .asset = "Tussock",
          .shapes = 5,
@@ -214,7 +222,7 @@ void AddDuneGrass(LayerWriter& w, Rng& rng, const Beach& beach) {
          .upright = 0.4,
          .sink_m = 0.015,
          .mask = {.slope = {0, 0.8, 0.2},
-                  .above_water_m = inland,
+                  .above_water_m = beach.Inland(),
                   .patches_m = 10,
                   .cover = beach.sandy ? 0.45 : 0.75,
                   .soft = 0.12}});
@@ -239,8 +247,12 @@ void WriteCoast(BiomeDraft& draft) {
   Rng rng = w.Stream("coast");
   const Beach beach = BeachOf(draft.recipe.water());
   AddCoastGround(w, beach);
-  AddShoreRocks(w, rng, beach);
-  AddFlotsam(w, rng);
+  if (!beach.sandy || rng.Bernoulli(0.3)) AddSeaStacks(w, beach);
+  AddShoreRocks(w, beach);
+  const double line_m = rng.Uniform(0.4, 0.75);
+  AddDriftLines(w, rng, line_m);
+  AddShells(w, rng, line_m);
+  AddInlandBushes(w, rng, beach);
   AddDuneGrass(w, rng, beach);
 }
 

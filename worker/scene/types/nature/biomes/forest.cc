@@ -35,16 +35,17 @@ ForestKind DrawForest(Rng& rng) {
   }
 }
 
-void WriteForest(BiomeDraft& draft) {
-  LayerWriter w(draft);
-  Rng rng = w.Stream("forest");
-  const bool winter = w.bare();
+// In the order of ForestGround: litter, moss, grass, soil, rock.
+void AddForestGround(LayerWriter& w, Rng& rng) {
   w.AddGround({});
   w.AddGround({.patches_m = 4.5, .cover = rng.Uniform(0.15, 0.45), .soft = 0.1});
-  w.AddGround({.patches_m = 19, .cover = winter ? 0.04 : rng.Uniform(0.05, 0.3), .soft = 0.1});
+  w.AddGround({.patches_m = 19, .cover = w.bare() ? 0.04 : rng.Uniform(0.05, 0.3), .soft = 0.1});
   w.AddGround({.patches_m = 7, .cover = 0.14, .soft = 0.1});
   w.AddGround({.slope = kSteep});
-  const ForestKind kind = DrawForest(rng);
+}
+
+// The first kind stands in groves, the second between them.
+void AddForestTrees(LayerWriter& w, Rng& rng, const ForestKind& kind) {
   const MaskSpec stands = {.slope = kWalkable,
                            .patches_m = rng.Uniform(35, 70),
                            .cover = rng.Uniform(0.62, 0.9),
@@ -67,6 +68,9 @@ void WriteForest(BiomeDraft& draft) {
          .mask = {.slope = kWalkable}});
   AddSaplings(w, kind.first, {.slope = kWalkable, .patches_m = 21, .cover = 0.35, .soft = 0.1});
   AddSaplings(w, second, {.slope = kWalkable, .patches_m = 16, .cover = 0.35, .soft = 0.1});
+}
+
+void AddFallenWood(LayerWriter& w) {
   w.Add({.name = "fallen trunks",
          .asset = "FallenTrunk",
          .shapes = 3,
@@ -105,8 +109,11 @@ void WriteForest(BiomeDraft& draft) {
          .sink_m = 0.04,
          .claim_m = 0.4,
          .mask = {.slope = kWalkable}});
+}
+
+void AddUndergrowth(LayerWriter& w, Rng& rng) {
   w.Add({.name = "undergrowth",
-         .asset = winter ? "DryBush" : "Shrub",
+         .asset = w.bare() ? "DryBush" : "Shrub",
          .shapes = 4,
          .each = true,
          .per_m2 = 0.06,
@@ -120,23 +127,26 @@ void WriteForest(BiomeDraft& draft) {
          .mask = {
              .slope = kWalkable, .patches_m = 15, .cover = rng.Uniform(0.15, 0.45), .soft = 0.08}});
   AddStones(w, rng.Uniform(0.001, 0.012), 0.5, {.patches_m = 30, .cover = 0.4, .soft = 0.12});
-  if (!winter) {
-    w.Add({.name = "ferns",
-           .asset = "FernPlant",
-           .shapes = 6,
-           .per_m2 = 1.6,
-           .spacing_m = 0.3,
-           .reach_m = 70,
-           .low = 0.5,
-           .high = 1.25,
-           .upright = 0.7,
-           .sink_m = 0.01,
-           .mask = {.slope = kWalkable,
-                    .shade = {0.3, 1, 0.2},
-                    .patches_m = 10,
-                    .cover = rng.Uniform(0.12, 0.5),
-                    .soft = 0.08}});
-  }
+  if (w.bare()) return;
+  w.Add({.name = "ferns",
+         .asset = "FernPlant",
+         .shapes = 6,
+         .per_m2 = 1.6,
+         .spacing_m = 0.3,
+         .reach_m = 70,
+         .low = 0.5,
+         .high = 1.25,
+         .upright = 0.7,
+         .sink_m = 0.01,
+         .mask = {.slope = kWalkable,
+                  .shade = {0.3, 1, 0.2},
+                  .patches_m = 10,
+                  .cover = rng.Uniform(0.12, 0.5),
+                  .soft = 0.08}});
+}
+
+// Grass in the light between the crowns.
+void AddForestGrass(LayerWriter& w) {
   w.Add({.name = "grass",
          .asset = "GrassTuft",
          .shapes = 6,
@@ -165,10 +175,13 @@ void WriteForest(BiomeDraft& draft) {
                   .patches_m = 11,
                   .cover = 0.4,
                   .soft = 0.1}});
+}
+
+void AddFallenLeaves(LayerWriter& w, bool needles) {
   w.Add({.name = "leaves",
          .asset = "LeafLitter",
          .shapes = 6,
-         .per_m2 = kind.needles ? 2.5 : 9,
+         .per_m2 = needles ? 2.5 : 9,
          .reach_m = 48,
          .low = 0.8,
          .high = 1.4,
@@ -176,28 +189,30 @@ void WriteForest(BiomeDraft& draft) {
          .sink_m = -0.002,
          .near_parents_m = 7,
          .mask = {.slope = kWalkable, .patches_m = 3, .cover = 0.85, .soft = 0.25}});
-  if (kind.needles) {
-    w.Add({.name = "needles",
-           .asset = "NeedlePatch",
-           .shapes = 5,
-           .per_m2 = 7,
-           .reach_m = 36,
-           .low = 0.8,
-           .high = 1.5,
-           .upright = 0.05,
-           .sink_m = -0.001,
-           .near_parents_m = 6,
-           .mask = {.slope = kWalkable}});
-    w.Add({.name = "cones",
-           .asset = "Cones",
-           .shapes = 4,
-           .per_m2 = 0.4,
-           .reach_m = 22,
-           .upright = 0.05,
-           .sink_m = 0.002,
-           .near_parents_m = 5,
-           .mask = {.slope = kWalkable}});
-  }
+  if (!needles) return;
+  w.Add({.name = "needles",
+         .asset = "NeedlePatch",
+         .shapes = 5,
+         .per_m2 = 7,
+         .reach_m = 36,
+         .low = 0.8,
+         .high = 1.5,
+         .upright = 0.05,
+         .sink_m = -0.001,
+         .near_parents_m = 6,
+         .mask = {.slope = kWalkable}});
+  w.Add({.name = "cones",
+         .asset = "Cones",
+         .shapes = 4,
+         .per_m2 = 0.4,
+         .reach_m = 22,
+         .upright = 0.05,
+         .sink_m = 0.002,
+         .near_parents_m = 5,
+         .mask = {.slope = kWalkable}});
+}
+
+void AddForestFloor(LayerWriter& w) {
   w.Add({.name = "twigs",
          .asset = "Twigs",
          .shapes = 6,
@@ -209,21 +224,33 @@ void WriteForest(BiomeDraft& draft) {
          .sink_m = 0,
          .near_parents_m = 8,
          .mask = {.slope = kWalkable, .patches_m = 3.5, .cover = 0.6, .soft = 0.2}});
-  if (draft.season == "autumn" || draft.season == "summer") {
-    w.Add({.name = "mushrooms",
-           .asset = "Mushrooms",
-           .shapes = 5,
-           .per_m2 = 0.3,
-           .reach_m = 16,
-           .low = 0.7,
-           .high = 1.5,
-           .sink_m = 0.004,
-           .mask = {.slope = kWalkable,
-                    .shade = {0.3, 1, 0.2},
-                    .patches_m = 5,
-                    .cover = 0.2,
-                    .soft = 0.05}});
-  }
+  if (w.draft().season != "autumn" && w.draft().season != "summer") return;
+  w.Add({.name = "mushrooms",
+         .asset = "Mushrooms",
+         .shapes = 5,
+         .per_m2 = 0.3,
+         .reach_m = 16,
+         .low = 0.7,
+         .high = 1.5,
+         .sink_m = 0.004,
+         .mask = {.slope = kWalkable,
+                  .shade = {0.3, 1, 0.2},
+                  .patches_m = 5,
+                  .cover = 0.2,
+                  .soft = 0.05}});
+}
+
+void WriteForest(BiomeDraft& draft) {
+  LayerWriter w(draft);
+  Rng rng = w.Stream("forest");
+  AddForestGround(w, rng);
+  const ForestKind kind = DrawForest(rng);
+  AddForestTrees(w, rng, kind);
+  AddFallenWood(w);
+  AddUndergrowth(w, rng);
+  AddForestGrass(w);
+  AddFallenLeaves(w, kind.needles);
+  AddForestFloor(w);
 }
 
 }  // namespace

@@ -9,13 +9,18 @@ std::vector<std::string> PlainGround(const std::string&) {
   return {"ForestFloor", "Soil", "Gravel", "Rock"};
 }
 
-void WritePlain(BiomeDraft& draft) {
-  LayerWriter w(draft);
-  Rng rng = w.Stream("plain");
+constexpr MaskSpec::Range kOpen = {0, 0.75, 0.15};  // Shade of ground below no crown.
+
+// In the order of PlainGround: grown over, soil, gravel, rock.
+void AddPlainGround(LayerWriter& w) {
   w.AddGround({});
   w.AddGround({.patches_m = 5.5, .cover = 0.3, .soft = 0.2});
   w.AddGround({.patches_m = 14, .cover = 0.07, .soft = 0.1});
   w.AddGround({.slope = kSteep});
+}
+
+// Groves of one kind, and now and then some of another.
+void AddGroves(LayerWriter& w, Rng& rng) {
   const std::array<TreeKind, 4> kinds = {{
       {"oaks", "BroadleafTree/oak", 3.6, 0.012, 5.5, 1100, 0.75, 1.5},
       {"maples", "BroadleafTree/maple", 3.1, 0.012, 5, 1100, 0.7, 1.4},
@@ -32,6 +37,9 @@ void WritePlain(BiomeDraft& draft) {
     AddTrees(w, kinds[(first + 1) % 3],
              {.slope = kWalkable, .patches_m = 90, .cover = 0.5 * cover, .soft = 0.05});
   }
+}
+
+void AddThickets(LayerWriter& w, Rng& rng) {
   const MaskSpec thickets = {
       .slope = kWalkable, .patches_m = 32, .cover = rng.Uniform(0.08, 0.3), .soft = 0.07};
   w.Add({.name = "bushes",
@@ -47,34 +55,35 @@ void WritePlain(BiomeDraft& draft) {
          .claim_m = 0.35,
          .crown_m = 0.8,
          .mask = thickets});
-  if (!w.bare() && rng.Bernoulli(0.5)) {
-    w.Add({.name = "flowering bushes",
-           .asset = "FlowerBush",
-           .shapes = 2,
-           .each = true,
-           .per_m2 = 0.02,
-           .spacing_m = 1.5,
-           .reach_m = 160,
-           .low = 0.6,
-           .high = 1.2,
-           .sink_m = 0.04,
-           .claim_m = 0.35,
-           .crown_m = 0.8,
-           .mask = {.slope = kWalkable, .patches_m = 40, .cover = 0.12, .soft = 0.07}});
-  }
-  AddStones(w, rng.Uniform(0.0006, 0.006), 1.0, {.patches_m = 40, .cover = 0.4, .soft = 0.15});
-  const MaskSpec::Range open = {0, 0.75, 0.15};
-  w.Add({.name = "tussocks",
-         .asset = "Tussock",
-         .shapes = 4,
-         .per_m2 = rng.Uniform(0.1, 0.5),
-         .spacing_m = 0.5,
-         .reach_m = 75,
+  if (w.bare() || !rng.Bernoulli(0.5)) return;
+  w.Add({.name = "flowering bushes",
+         .asset = "FlowerBush",
+         .shapes = 2,
+         .each = true,
+         .per_m2 = 0.02,
+         .spacing_m = 1.5,
+         .reach_m = 160,
          .low = 0.6,
          .high = 1.2,
-         .upright = 0.6,
-         .sink_m = 0.02,
-         .mask = {.slope = kWalkable, .shade = open, .patches_m = 17, .cover = 0.45, .soft = 0.1}});
+         .sink_m = 0.04,
+         .claim_m = 0.35,
+         .crown_m = 0.8,
+         .mask = {.slope = kWalkable, .patches_m = 40, .cover = 0.12, .soft = 0.07}});
+}
+
+void AddPlainGrass(LayerWriter& w, Rng& rng) {
+  w.Add(
+      {.name = "tussocks",
+       .asset = "Tussock",
+       .shapes = 4,
+       .per_m2 = rng.Uniform(0.1, 0.5),
+       .spacing_m = 0.5,
+       .reach_m = 75,
+       .low = 0.6,
+       .high = 1.2,
+       .upright = 0.6,
+       .sink_m = 0.02,
+       .mask = {.slope = kWalkable, .shade = kOpen, .patches_m = 17, .cover = 0.45, .soft = 0.1}});
   w.Add({.name = "meadow",
          .asset = "GrassClump",
          .shapes = 6,
@@ -99,9 +108,11 @@ void WritePlain(BiomeDraft& draft) {
          .upright = 0.5,
          .sink_m = 0.006,
          .mask = {.slope = kWalkable, .patches_m = 2.2, .cover = 0.82, .soft = 0.25}});
-  if (draft.season == "spring" || draft.season == "summer") {
-    w.Add(
-        {.name = "flowers",
+}
+
+void AddPlainFlowers(LayerWriter& w, Rng& rng) {
+  if (w.draft().season != "spring" && w.draft().season != "summer") return;
+  w.Add({.name = "flowers",
          .asset = "FlowerPlant",
          .shapes = 6,
          .per_m2 = rng.Uniform(0.6, 2.4),
@@ -109,8 +120,10 @@ void WritePlain(BiomeDraft& draft) {
          .low = 0.7,
          .high = 1.4,
          .sink_m = 0.004,
-         .mask = {.slope = kWalkable, .shade = open, .patches_m = 8, .cover = 0.25, .soft = 0.1}});
-  }
+         .mask = {.slope = kWalkable, .shade = kOpen, .patches_m = 8, .cover = 0.25, .soft = 0.1}});
+}
+
+void AddPlainLitter(LayerWriter& w) {
   w.Add({.name = "leaves",
          .asset = "LeafLitter",
          .shapes = 5,
@@ -129,6 +142,18 @@ void WritePlain(BiomeDraft& draft) {
          .sink_m = 0,
          .near_parents_m = 5,
          .mask = {.slope = kWalkable}});
+}
+
+void WritePlain(BiomeDraft& draft) {
+  LayerWriter w(draft);
+  Rng rng = w.Stream("plain");
+  AddPlainGround(w);
+  AddGroves(w, rng);
+  AddThickets(w, rng);
+  AddStones(w, rng.Uniform(0.0006, 0.006), 1.0, {.patches_m = 40, .cover = 0.4, .soft = 0.15});
+  AddPlainGrass(w, rng);
+  AddPlainFlowers(w, rng);
+  AddPlainLitter(w);
 }
 
 }  // namespace

@@ -92,8 +92,7 @@ void AddBankTrees(LayerWriter& w, Rng& rng) {
                .soft = 0.1});
 }
 
-// Plants and stones at the edge of the water and in it.
-void AddRiverside(LayerWriter& w, Rng& rng) {
+void AddBankBushes(LayerWriter& w, Rng& rng) {
   w.Add({.name = "bushes",
          .asset = w.bare() ? "DryBush" : "Shrub",
          .shapes = 4,
@@ -128,6 +127,10 @@ void AddRiverside(LayerWriter& w, Rng& rng) {
                   .patches_m = 14,
                   .cover = 0.35,
                   .soft = 0.1}});
+}
+
+// Plants at the edge of the water and in it.
+void AddReeds(LayerWriter& w, Rng& rng) {
   w.Add({.name = "reeds",
          .asset = "Reed",
          .shapes = 6,
@@ -159,8 +162,9 @@ void AddRiverside(LayerWriter& w, Rng& rng) {
                   .soft = 0.12}});
 }
 
-void AddMeadow(LayerWriter& w, Rng& rng) {
-  const MaskSpec::Range bank = {0.5, 1e4, 0.2};
+constexpr MaskSpec::Range kAboveBank = {0.5, 1e4, 0.2};  // Height above the water.
+
+void AddRiverMeadow(LayerWriter& w) {
   w.Add({.name = "meadow",
          .asset = "GrassClump",
          .shapes = 6,
@@ -171,7 +175,7 @@ void AddMeadow(LayerWriter& w, Rng& rng) {
          .upright = 0.35,
          .sink_m = 0.015,
          .mask = {.slope = {0, 0.85, 0.15},
-                  .above_water_m = bank,
+                  .above_water_m = kAboveBank,
                   .shade = {0, 0.85, 0.1},
                   .patches_m = 7,
                   .cover = 0.8,
@@ -190,21 +194,26 @@ void AddMeadow(LayerWriter& w, Rng& rng) {
                   .patches_m = 2.4,
                   .cover = 0.78,
                   .soft = 0.25}});
-  if (w.draft().season == "spring" || w.draft().season == "summer") {
-    w.Add({.name = "flowers",
-           .asset = "FlowerPlant",
-           .shapes = 6,
-           .per_m2 = rng.Uniform(0.5, 2),
-           .reach_m = 40,
-           .low = 0.7,
-           .high = 1.4,
-           .sink_m = 0.004,
-           .mask = {.slope = kWalkable,
-                    .above_water_m = bank,
-                    .patches_m = 8,
-                    .cover = 0.25,
-                    .soft = 0.1}});
-  }
+}
+
+void AddRiverFlowers(LayerWriter& w, Rng& rng) {
+  if (w.draft().season != "spring" && w.draft().season != "summer") return;
+  w.Add({.name = "flowers",
+         .asset = "FlowerPlant",
+         .shapes = 6,
+         .per_m2 = rng.Uniform(0.5, 2),
+         .reach_m = 40,
+         .low = 0.7,
+         .high = 1.4,
+         .sink_m = 0.004,
+         .mask = {.slope = kWalkable,
+                  .above_water_m = kAboveBank,
+                  .patches_m = 8,
+                  .cover = 0.25,
+                  .soft = 0.1}});
+}
+
+void AddRiverLitter(LayerWriter& w) {
   w.Add({.name = "leaves",
          .asset = "LeafLitter",
          .shapes = 5,
@@ -234,8 +243,11 @@ void WriteRiver(BiomeDraft& draft) {
   AddRiverGround(w, rng);
   AddRiverStones(w, rng);
   AddBankTrees(w, rng);
-  AddRiverside(w, rng);
-  AddMeadow(w, rng);
+  AddBankBushes(w, rng);
+  AddReeds(w, rng);
+  AddRiverMeadow(w);
+  AddRiverFlowers(w, rng);
+  AddRiverLitter(w);
 }
 
 }  // namespace

@@ -30,14 +30,17 @@ void AddStones(LayerWriter& w, double boulders, double pebbles, const MaskSpec& 
          .mask = {.patches_m = 9, .cover = 0.4, .soft = 0.12}});
 }
 
-void AddRubble(LayerWriter& w, double times, const MaskSpec& where, double snow_m) {
-  const auto patches = [&](double patches_m, double cover) {
-    MaskSpec mask = where;
-    mask.patches_m = patches_m;
-    mask.cover = cover;
-    mask.soft = 0.15;
-    return mask;
-  };
+namespace {
+
+MaskSpec RubblePatches(MaskSpec where, double patches_m, double cover) {
+  where.patches_m = patches_m;
+  where.cover = cover;
+  where.soft = 0.15;
+  return where;
+}
+
+// Rocks and slabs that a person walks round.
+void AddLargeRubble(LayerWriter& w, double times, const MaskSpec& where, double snow_m) {
   w.Add({.name = "blocks",
          .asset = "Boulder",
          .role = v1::OBJECT_ROLE_ROCK,
@@ -52,7 +55,7 @@ void AddRubble(LayerWriter& w, double times, const MaskSpec& where, double snow_
          .sink_m = 0.14,
          .claim_m = 0.8,
          .snow_m = 0.4 * snow_m,
-         .mask = patches(60, 0.35)});
+         .mask = RubblePatches(where, 60, 0.35)});
   w.Add({.name = "slabs",
          .asset = "Slab",
          .role = v1::OBJECT_ROLE_ROCK,
@@ -67,7 +70,7 @@ void AddRubble(LayerWriter& w, double times, const MaskSpec& where, double snow_
          .sink_m = 0.08,
          .claim_m = 0.6,
          .snow_m = snow_m,
-         .mask = patches(24, 0.4)});
+         .mask = RubblePatches(where, 24, 0.4)});
   w.Add({.name = "rock piles",
          .asset = "RockPile",
          .role = v1::OBJECT_ROLE_ROCK,
@@ -82,7 +85,10 @@ void AddRubble(LayerWriter& w, double times, const MaskSpec& where, double snow_
          .sink_m = 0.12,
          .claim_m = 0.7,
          .snow_m = snow_m,
-         .mask = patches(28, 0.35)});
+         .mask = RubblePatches(where, 28, 0.35)});
+}
+
+void AddSmallRubble(LayerWriter& w, double times, const MaskSpec& where, double snow_m) {
   w.Add({.name = "rubble",
          .asset = "Boulder",
          .role = v1::OBJECT_ROLE_ROCK,
@@ -96,7 +102,7 @@ void AddRubble(LayerWriter& w, double times, const MaskSpec& where, double snow_
          .sink_m = 0.12,
          .claim_m = 0.3,
          .snow_m = snow_m,
-         .mask = patches(19, 0.45)});
+         .mask = RubblePatches(where, 19, 0.45)});
   w.Add({.name = "stones",
          .asset = "Boulder",
          .role = v1::OBJECT_ROLE_ROCK,
@@ -107,7 +113,14 @@ void AddRubble(LayerWriter& w, double times, const MaskSpec& where, double snow_
          .high = 0.3,
          .upright = 0.2,
          .sink_m = 0.12,
-         .mask = patches(12, 0.65)});
+         .mask = RubblePatches(where, 12, 0.65)});
+}
+
+}  // namespace
+
+void AddRubble(LayerWriter& w, double times, const MaskSpec& where, double snow_m) {
+  AddLargeRubble(w, times, where, snow_m);
+  AddSmallRubble(w, times, where, snow_m);
 }
 
 void AddTrees(LayerWriter& w, const TreeKind& kind, const MaskSpec& mask) {

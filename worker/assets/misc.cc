@@ -1,7 +1,5 @@
 #include "worker/assets/misc.h"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <cmath>
 

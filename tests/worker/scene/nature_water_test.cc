@@ -14,6 +14,7 @@
 #include "worker/geometry/ray_scene.h"
 #include "worker/scene/scene_geometry.h"
 #include "worker/scene/solve.h"
+#include "worker/scene/types/nature/beach_tint.h"
 #include "worker/scene/types/nature/biomes.h"
 #include "worker/scene/types/nature/expand.h"
 #include "worker/scene/types/nature/nature.h"
@@ -198,6 +199,23 @@ TEST(NatureBiomes, EachReadsTheWeightOfItsName) {
     EXPECT_EQ(biome->weight(weights), 3) << biome->name;
     EXPECT_EQ(FindBiome(biome->name), biome);
   }
+}
+
+// Neither mint nor brick: from white to black sand, red is strongest and blue weakest, by little.
+TEST(Beaches, SandIsBeigeAsLightAsItWas) {
+  const Vec3d luminance(0.2126, 0.7152, 0.0722);
+  double palest = 0, darkest = 1;
+  for (uint64_t seed = 1; seed <= 60; ++seed) {
+    const Vec3d before = MeanSandColor(seed).value();
+    const Vec3d color = before.cwiseProduct(BeachTint(seed).value());
+    EXPECT_NEAR(color.dot(luminance), before.dot(luminance), 1e-9) << seed;
+    EXPECT_GE(color.x(), color.y()) << seed;
+    EXPECT_GE(color.y(), color.z()) << seed;
+    EXPECT_LT(color.x(), 2.5 * color.z()) << seed;
+    palest = std::max(palest, color.y());
+    darkest = std::min(darkest, color.y());
+  }
+  EXPECT_GT(palest, 3 * darkest);
 }
 
 }  // namespace

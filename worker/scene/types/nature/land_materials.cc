@@ -8,6 +8,7 @@
 
 #include "common/math/proto.h"
 #include "worker/materials/material.h"
+#include "worker/scene/types/nature/beach_tint.h"
 #include "worker/scene/types/nature/biomes.h"
 #include "worker/scene/types/nature/expand.h"
 #include "worker/scene/types/nature/prototypes.h"
@@ -38,12 +39,16 @@ class LandMaterials {
     for (size_t i = 0; i < classes.size(); ++i) {
       // Rules have materials of their own, though their classes may be alike.
       const uint32_t index = AddMaterial(classes[i], SeedOf(classes[i] + "/"));
-      // Scree is of the land's rock, which is darker than a path's gravel.
+      // Scree is of the land's rock, which is darker than a path's gravel; shores are paler.
       if (classes[i] == "Gravel") {
-        Tint(index, RedLand() ? Vec3d(1.8, 1.12, 0.64) : Vec3d(0.56, 0.54, 0.52));
+        Tint(index, RedLand()           ? Vec3d(1.8, 1.12, 0.64)
+                    : land_.has_water() ? Vec3d(0.84, 0.81, 0.76)
+                                        : Vec3d(0.56, 0.54, 0.52));
       }
-      // Beaches are paler than dunes of red sand.
-      if (classes[i] == "Sand" && land_.has_water()) Tint(index, {0.84, 0.97, 1.1});
+      if (classes[i] == "Sand" && land_.has_water()) {
+        ASSIGN_OR_RETURN(const Vec3d tint, BeachTint(SeedOf(classes[i] + "/")));
+        Tint(index, tint);
+      }
       // Between a meadow's tufts lie last year's blades and what is green below them.
       if (classes[i] == "ForestFloor" && land_.biome() != "forest") Tint(index, ThatchTint());
       land_.mutable_ground(static_cast<int>(i))->set_material_index(index);

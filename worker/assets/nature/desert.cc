@@ -55,6 +55,28 @@ void AddAgaveLeaf(Mesh& mesh, float turn, float lift, float length, float width,
   }
 }
 
+// A flat cluster of upright capsules on short stalks, which spread from the end of a branch.
+void AddSeedHead(Mesh& mesh, const Vec3f& end, float radius, Rng& rng) {
+  const int capsules = ByDetail<int>({18, 14, 10, 6});
+  LimbOptions options;
+  options.sides = ByDetail<int>({7, 5, 4, 4});
+  for (int k = 0; k < capsules; ++k) {
+    const float share = (static_cast<float>(k) + 0.5f) / static_cast<float>(capsules);
+    const float turn = 2.39996f * static_cast<float>(k) + Draw(rng, -0.4, 0.4);
+    const float away = radius * std::sqrt(share), rise = radius * Draw(rng, 0.25, 0.6);
+    const Vec3f foot = end + Vec3f(away * std::cos(turn), away * std::sin(turn), rise);
+    const Vec3f up = Vec3f(0.35f * std::cos(turn), 0.35f * std::sin(turn), 1).normalized();
+    const float length = radius * Draw(rng, 0.45, 0.7), thick = 0.2f * length;
+    AddLimb(mesh, {{end, 0.05f * radius}, {foot, 0.04f * radius}}, options);
+    AddLimb(mesh,
+            {{foot - 0.02f * length * up, 0.3f * thick},
+             {foot + 0.3f * length * up, thick},
+             {foot + 0.75f * length * up, 0.8f * thick},
+             {foot + length * up, 0.15f * thick}},
+            options);
+  }
+}
+
 }  // namespace
 
 Asset MakeAgave(const AgaveParams& p) {
@@ -91,15 +113,8 @@ Asset MakeAgave(const AgaveParams& p) {
                {from + 0.6f * reach * out + Vec3f(0, 0, 0.1f * reach), 0.2f * thick},
                {from + reach * out + Vec3f(0, 0, 0.32f * reach), 0.1f * thick}},
               options);
-      // Seed heads.
-      const Vec3f end = from + reach * out + Vec3f(0, 0, 0.32f * reach);
-      const float head = 0.035f * p.mast_m * Draw(rng, 0.7, 1.2);
-      AddLimb(mast,
-              {{end - Vec3f(0, 0, 0.4f * head), 0.25f * head},
-               {end, 0.55f * head},
-               {end + Vec3f(0, 0, 0.45f * head), 0.3f * head},
-               {end + Vec3f(0, 0, 0.6f * head), 0.05f * head}},
-              options);
+      AddSeedHead(mast, from + reach * out + Vec3f(0, 0, 0.32f * reach),
+                  0.06f * p.mast_m * Draw(rng, 0.7, 1.2), rng);
     }
     b.AddMesh(mast, Eigen::Affine3f::Identity());
   }

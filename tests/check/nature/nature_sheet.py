@@ -14,7 +14,7 @@ import sys
 import cv2
 import numpy as np
 
-BIOMES = "plain,forest,mountain,river,coast,desert,canyon,cliff,arctic,snowy_mountain,cave"
+from nature_table import BIOMES
 
 
 def tile(program, biome, seed, size, folder):

@@ -14,7 +14,14 @@ namespace {
 // 8 pixels, pictures of few samples came out brighter than their references).
 constexpr int kBlocksAcross = 32;
 
-void AppendBlockLuminances(const ImageF3& image, std::vector<float>* out) {
+float LuminanceAt(const ImageF3& image, int x, int y) {
+  const float* p = image.At(x, y);
+  return Luminance(Vec3f(p[0], p[1], p[2]));
+}
+
+// Appends the mean luminance of each block, over those pixels of it for which `counts(x, y)`.
+template <typename Counts>
+void AppendBlockLuminances(const ImageF3& image, const Counts& counts, std::vector<float>* out) {
   const int block = std::max(1, (image.width() + kBlocksAcross / 2) / kBlocksAcross);
   for (int y0 = 0; y0 < image.height(); y0 += block) {
     for (int x0 = 0; x0 < image.width(); x0 += block) {
@@ -22,14 +29,21 @@ void AppendBlockLuminances(const ImageF3& image, std::vector<float>* out) {
       int count = 0;
       for (int y = y0; y < std::min(y0 + block, image.height()); ++y) {
         for (int x = x0; x < std::min(x0 + block, image.width()); ++x) {
-          const float* p = image.At(x, y);
-          sum += Luminance(Vec3f(p[0], p[1], p[2]));
+          if (!counts(x, y)) continue;
+          sum += LuminanceAt(image, x, y);
           ++count;
         }
       }
-      out->push_back(static_cast<float>(sum / count));
+      if (count > 0) out->push_back(static_cast<float>(sum / count));
     }
   }
+}
+
+// Returns the geometric mean. Requires at least one value.
+float GeometricMean(const std::vector<float>& values, float low, float high) {
+  double sum = 0;
+  for (const float value : values) sum += std::log(std::clamp(value, low, high));
+  return static_cast<float>(std::exp(sum / static_cast<double>(values.size())));
 }
 
 float SrgbCurve(float x) {
@@ -38,18 +52,29 @@ float SrgbCurve(float x) {
 
 }  // namespace
 
-float AutomaticExposure(const ImageF3& left, const ImageF3& right) {
+float Lightness(const ImageF3& albedo, const ImageF3& normal) {
+  std::vector<float> albedos;
+  const auto is_surface = [&](int x, int y) {
+    const float* n = normal.At(x, y);
+    return n[0] * n[0] + n[1] * n[1] + n[2] * n[2] > 0.01f;
+  };
+  AppendBlockLuminances(albedo, is_surface, &albedos);
+  if (albedos.empty()) return 1;
+  return std::max(1.0f, GeometricMean(albedos, 0.01f, 1.0f) / kUsualAlbedo);
+}
+
+float AutomaticExposure(const ImageF3& left, const ImageF3& right, float lightness) {
   std::vector<float> luminances;
-  AppendBlockLuminances(left, &luminances);
-  AppendBlockLuminances(right, &luminances);
+  const auto all = [](int, int) { return true; };
+  AppendBlockLuminances(left, all, &luminances);
+  AppendBlockLuminances(right, all, &luminances);
   if (luminances.empty()) return 1;
   std::sort(luminances.begin(), luminances.end());
   const float cap = std::max(luminances[luminances.size() * 95 / 100], 1e-4f);
   const float bright = luminances[luminances.size() * 80 / 100];
-  double sum = 0;
-  for (const float luminance : luminances) sum += std::log(std::clamp(luminance, 1e-4f, cap));
-  const auto typical = static_cast<float>(std::exp(sum / static_cast<double>(luminances.size())));
-  float exposure = kKey / kUsualLuminance * std::pow(typical / kUsualLuminance, -kAdaptation);
+  const float typical = GeometricMean(luminances, 1e-4f, cap);
+  float exposure =
+      lightness * kKey / kUsualLuminance * std::pow(typical / kUsualLuminance, -kAdaptation);
   const float excess = exposure * bright / kBright;
   if (excess > 1.0f) exposure *= std::pow(excess, -kHoldBack);
   return std::min(exposure, kMaxExposure);

@@ -4,10 +4,11 @@
 // luminance L (geometric mean of small blocks, bright lamps cut at the 95th percentile) to kKey *
 // (L / kUsualLuminance)^(1 - kAdaptation).
 // Dim rooms look dim and night stays dark, because the eye adapts to most of the scene's level but
-// not to all of it. Where the brightest fifth of the picture would burn out (a dark thing close by
-// in a bright room), exposure is reduced by kHoldBack of the excess. Then follow a shoulder, linear
-// up to kShoulder and above it exponential towards 1, so that lamps and windows roll off instead of
-// clipping, and the sRGB curve.
+// not to all of it. Where nearly everything is light, as snow is, the picture is exposed longer, as
+// photographers do: otherwise snow would be grey (Lightness). Where the brightest fifth of the
+// picture would burn out (a dark thing close by in a bright room), exposure is reduced by kHoldBack
+// of the excess. Then follow a shoulder, linear up to kShoulder and above it exponential towards 1,
+// so that lamps and windows roll off instead of clipping, and the sRGB curve.
 #pragma once
 
 #include "common/image/image.h"
@@ -19,12 +20,18 @@ inline constexpr float kUsualLuminance = 2.0f;  // W / (m^2 sr): a furnished roo
 inline constexpr float kAdaptation = 0.85f;
 // Darker scenes stay dark: the dataset's filter drops them.
 inline constexpr float kMaxExposure = 50.0f;
-inline constexpr float kBright = 0.8f;  // The highest level wanted for the 80th percentile.
+inline constexpr float kUsualAlbedo = 0.5f;  // Surfaces that are lighter than that look light.
+inline constexpr float kBright = 0.8f;       // The highest level wanted for the 80th percentile.
 inline constexpr float kHoldBack = 0.7f;
 inline constexpr float kShoulder = 0.6f;
 
+// Returns by how much the typical albedo (geometric mean of small blocks) of what an eye sees
+// exceeds kUsualAlbedo, at least 1. Pixels with a zero normal see the sky and do not count.
+float Lightness(const ImageF3& albedo, const ImageF3& normal);
+
 // Returns the exposure factor for a pair of linear pictures of the same size; robust to noise.
-float AutomaticExposure(const ImageF3& left, const ImageF3& right);
+// `lightness` multiplies the level of the picture.
+float AutomaticExposure(const ImageF3& left, const ImageF3& right, float lightness = 1);
 
 // Maps exposed linear radiance in [0, inf) to display-linear [0, 1).
 float RollOff(float value);

@@ -190,12 +190,7 @@ class SceneRenderer final : public Renderer {
       tracer.TraceGuides(camera, stream(eye, 4), cancel, &shot.meter, &film);
       if (cancel.cancelled()) return Cancelled("render: cancelled");
     }
-    // Uses the traced radiance rather than the denoised one: it is the same on every machine. A
-    // left eye that several rigs share is exposed by itself, so that it has one picture.
-    shot.frame.exposure = shot.kept
-                              ? shot.kept->exposure
-                              : AutomaticExposure(shot.films[0]->color,
-                                                  shot.films[shot.pairing.shared() ? 0 : 1]->color);
+    shot.frame.exposure = shot.kept ? shot.kept->exposure : ExposureOf(shot);
     for (int eye = shot.first_eye(); eye < 2; ++eye) {
       tracer.TraceEdges(shot.stereo.eyes[eye], stream(eye, 3), shot.clamp, shot.frame.exposure,
                         cancel, &shot.meter, &*shot.films[eye]);
@@ -203,6 +198,14 @@ class SceneRenderer final : public Renderer {
     }
     shot.frame.rays = shot.meter.rays();
     return absl::OkStatus();
+  }
+
+  // Uses the traced radiance rather than the denoised one: it is the same on every machine. A left
+  // eye that several rigs share is exposed by itself, so that it has one picture.
+  static float ExposureOf(const Shot& shot) {
+    const Film& left = *shot.films[0];
+    const Film& right = *shot.films[shot.pairing.shared() ? 0 : 1];
+    return AutomaticExposure(left.color, right.color, Lightness(left.albedo, left.normal));
   }
 
   static EyeTruth TruthOf(Shot& shot, int eye) {

@@ -296,6 +296,29 @@ TEST(Exposure, DimScenesStayDimmerAndDarknessStaysDark) {
   EXPECT_EQ(level(0), 0);
 }
 
+// White ground fills the view; half of the picture is sky, whose albedo says nothing.
+TEST(Exposure, SnowIsLightAndGrassIsNot) {
+  const ImageF3 light(32, 32, 3.0f);
+  ImageF3 normal(32, 32, 0.0f);
+  for (int y = 16; y < 32; ++y) {
+    for (int x = 0; x < 32; ++x) normal(x, y, 1) = 1;
+  }
+  const auto level = [&](float albedo) {
+    ImageF3 albedos(32, 32, 1.0f);
+    for (int y = 16; y < 32; ++y) {
+      for (int x = 0; x < 32; ++x) {
+        for (int c = 0; c < 3; ++c) albedos(x, y, c) = albedo;
+      }
+    }
+    return static_cast<int>(
+        ToSrgb(light, AutomaticExposure(light, light, Lightness(albedos, normal)))(3, 3));
+  };
+  EXPECT_EQ(level(0.1f), level(kUsualAlbedo));
+  EXPECT_GT(level(0.85f), level(kUsualAlbedo) + 25);
+  EXPECT_LT(level(0.85f), 200);
+  EXPECT_EQ(Lightness(ImageF3(32, 32, 1.0f), ImageF3(32, 32, 0.0f)), 1);  // Nothing but sky.
+}
+
 TEST(Exposure, ABrightLampDoesNotDarkenThePicture) {
   ImageF3 image(64, 64, 1.0f);
   const float without = AutomaticExposure(image, image);

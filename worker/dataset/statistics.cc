@@ -61,6 +61,7 @@ FrameStatistics ComputeStatistics(const v1::Scene& scene, const StereoFrame& fra
   const View& left = frame.left;
   const double pixels = static_cast<double>(std::max<size_t>(left.depth_m.pixels(), 1));
   statistics.mean_intensity = Mean(left.color);
+  statistics.textured_fraction = TexturedFraction(left.color, left.depth_m);
   AddDepths(left.depth_m, statistics);
   AddDepths(frame.right.depth_m, statistics);
 
@@ -112,7 +113,43 @@ std::map<std::string, double> StatisticsByName(const FrameStatistics& s) {
           {"median_disparity_px", s.median_disparity_px},
           {"occluded_fraction", s.occluded_fraction},
           {"sky_fraction", s.sky_fraction},
+          {"textured_fraction", s.textured_fraction},
           {"warp_median_difference", s.warp_median_difference}};
+}
+
+double TexturedFraction(const ImageRgb8& color, const ImageF& depth_m) {
+  constexpr int kWindowRadius = 4;
+  constexpr int64_t kLeastSquare = 4 * 9;  // Of 8-bit steps, times the square of three channels.
+  if (color.empty()) return 0;
+  const int width = color.width(), height = color.height();
+  // Sums of squared gradients over all pixels above and to the left, so that a window takes four.
+  const auto stride = static_cast<size_t>(width) + 1;
+  std::vector<int64_t> sums(stride * (static_cast<size_t>(height) + 1));
+  const auto sum = [&](int x, int y) -> int64_t& {
+    return sums[static_cast<size_t>(y) * stride + static_cast<size_t>(x)];
+  };
+  const auto intensity = [&](int x, int y) {
+    return color(x, y, 0) + color(x, y, 1) + color(x, y, 2);
+  };
+  for (int y = 0; y < height; ++y) {
+    int64_t row = 0;
+    for (int x = 0; x < width; ++x) {
+      const int64_t gradient = x + 1 < width ? intensity(x + 1, y) - intensity(x, y) : 0;
+      row += gradient * gradient;
+      sum(x + 1, y + 1) = sum(x + 1, y) + row;
+    }
+  }
+  int64_t textured = 0;
+  for (int y = 0; y < height; ++y) {
+    const int y0 = std::max(y - kWindowRadius, 0), y1 = std::min(y + kWindowRadius + 1, height);
+    for (int x = 0; x < width; ++x) {
+      if (depth_m(x, y) <= 0) continue;
+      const int x0 = std::max(x - kWindowRadius, 0), x1 = std::min(x + kWindowRadius + 1, width);
+      const int64_t total = sum(x1, y1) - sum(x0, y1) - sum(x1, y0) + sum(x0, y0);
+      textured += total >= kLeastSquare * (x1 - x0) * (y1 - y0);
+    }
+  }
+  return static_cast<double>(textured) / static_cast<double>(color.pixels());
 }
 
 std::string ClassOf(const v1::SceneObject& object) {

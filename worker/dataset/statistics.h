@@ -21,6 +21,7 @@ struct FrameStatistics {
   double median_disparity_px = 0;  // To the histogram's bin width; over pixels that see a surface.
   double occluded_fraction = 0;    // Share of all pixels.
   double sky_fraction = 0;         // Share of pixels that see no surface.
+  double textured_fraction = 0;    // Share of all pixels that see a surface with texture.
   // WarpCheck's median, 8-bit steps; -1 when nothing could be compared.
   double warp_median_difference = 0;
   Histogram disparity = DisparityHistogram();
@@ -35,6 +36,13 @@ FrameStatistics ComputeStatistics(const v1::Scene& scene, const StereoFrame& fra
 
 // Returns the numbers above by name, for FrameResult.statistics.
 std::map<std::string, double> StatisticsByName(const FrameStatistics& statistics);
+
+// Returns the share of all pixels that see a surface (depth > 0) and lie in no textureless region.
+// A region is textureless where the squared horizontal gradient of the 8-bit intensity, averaged
+// over a square window, is below a threshold. Source: Scharstein and Szeliski, "A Taxonomy and
+// Evaluation of Dense Two-Frame Stereo Correspondence Algorithms", 2002, section 5.1, with their
+// threshold and a larger window, because pictures are larger now.
+double TexturedFraction(const ImageRgb8& color, const ImageF& depth_m);
 
 // Returns the class of an object for tables; "Unknown" if the recipe does not say.
 std::string ClassOf(const v1::SceneObject& object);

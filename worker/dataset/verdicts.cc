@@ -37,6 +37,13 @@ Opinion Close(const FrameFacts& frame, const v1::FilterConfig& filters) {
   return NearestIsAtLeast(frame, filters.min_distance_m());
 }
 
+Opinion Textureless(const FrameFacts& frame, const v1::FilterConfig& filters) {
+  const double least = filters.min_textured_fraction();
+  if (least == 0) return std::nullopt;
+  ASSIGN_OR_RETURN(const double share, Statistic(frame, "textured_fraction"));
+  return Verdict{.passed = share >= least, .value = share, .threshold = least};
+}
+
 Opinion Ambiguous(const FrameFacts& frame, const v1::FilterConfig& filters) {
   const double most = filters.has_max_ambiguous_share() ? filters.max_ambiguous_share() : 1;
   const auto share = frame.statistics.find(kAmbiguousShare);
@@ -48,9 +55,7 @@ constexpr struct {
   const char* name;
   Opinion (*judge)(const FrameFacts& frame, const v1::FilterConfig& filters);
 } kVerdicts[] = {
-    {"dark", &Dark},
-    {"near", &Near},
-    {"close", &Close},
+    {"dark", &Dark},           {"near", &Near}, {"close", &Close}, {"textureless", &Textureless},
     {"ambiguous", &Ambiguous},
 };
 

@@ -30,11 +30,12 @@ struct FrameFacts {
 };
 
 // Returns the verdicts that `filters` ask for, in this order:
-//   dark       mean_intensity is below min_mean_intensity
-//   near       min_depth_m is below min_depth_m of the filters
-//   close      the same with min_distance_m, unless that is 0
-//   ambiguous  ambiguous_share is above max_ambiguous_share, unless that is 1 or absent;
-//              frames without curation are not judged
+//   dark         mean_intensity is below min_mean_intensity
+//   near         min_depth_m is below min_depth_m of the filters
+//   close        the same with min_distance_m, unless that is 0
+//   textureless  textured_fraction is below min_textured_fraction, unless that is 0
+//   ambiguous    ambiguous_share is above max_ambiguous_share, unless that is 1 or absent;
+//                frames without curation are not judged
 // A frame that sees no surface at all passes "near" and "close". Errors: kFailedPrecondition when
 // the facts lack a number that a verdict needs, naming both.
 absl::StatusOr<std::vector<Verdict>> Judge(const FrameFacts& frame,

@@ -14,6 +14,7 @@
 #include "common/math/types.h"
 #include "worker/dataset/frame_reader.h"
 #include "worker/dataset/sensor_stage.h"
+#include "worker/dataset/statistics.h"
 #include "worker/dataset/verify_infrared.h"
 #include "worker/dataset/verify_raw.h"
 
@@ -355,6 +356,7 @@ class FrameChecker {
         }
         if (is_distance) CompareNearest(name, value);
         if (name == "dark") CompareMean(value);
+        if (name == "textureless") CompareTexture(value);
         if (is_ambiguous) CompareShare(value);
       }
     } else {
@@ -386,6 +388,16 @@ class FrameChecker {
     Find("filters", "",
          fmt::format("\"ambiguous\" judged a share of {:.9g}, the statistics have {}", value,
                      share.dump()));
+  }
+
+  void CompareTexture(double value) {
+    const Eye& left = eyes_[0];
+    if (left.color.empty() || left.depth.empty() || !SensorKeyOf(json_).empty()) return;
+    const double share = TexturedFraction(left.color, left.depth);
+    if (std::abs(share - value) <= 1e-9) return;
+    Find("filters", "",
+         fmt::format("\"textureless\" judged a share of {:.9g}, the maps have {:.9g}", value,
+                     share));
   }
 
   void CompareMean(double value) {

@@ -285,6 +285,29 @@ TEST(Statistics, CountsOnlyPixelsThatSeeASurface) {
   EXPECT_EQ(one.object_pixels, (std::map<std::string, int64_t>{{"Ball", 1}}));
 }
 
+// Left half: steps of `contrast` between columns; right half: a slow ramp from top to bottom.
+TEST(Statistics, TextureIsWhatChangesAlongARow) {
+  const auto picture = [](int contrast) {
+    ImageRgb8 image(80, 60);
+    for (int y = 0; y < 60; ++y) {
+      for (int x = 0; x < 80; ++x) {
+        const int value = x < 40 ? 100 + contrast * (x % 2) : 2 * y;
+        for (int c = 0; c < 3; ++c) image(x, y, c) = static_cast<uint8_t>(value);
+      }
+    }
+    return image;
+  };
+  ImageF near(80, 60, 5.0f);
+  EXPECT_NEAR(TexturedFraction(picture(3), near), 0.5, 0.06);
+  EXPECT_LT(TexturedFraction(picture(1), near), 0.12);  // Only where the halves meet.
+  for (int y = 0; y < 60; ++y) {
+    for (int x = 0; x < 20; ++x) near(x, y) = 0;  // Sky.
+  }
+  EXPECT_NEAR(TexturedFraction(picture(3), near), 0.25, 0.06);
+  EXPECT_EQ(TexturedFraction(picture(3), ImageF(80, 60)), 0);
+  EXPECT_EQ(TexturedFraction(ImageRgb8(), ImageF()), 0);
+}
+
 TEST(Histogram, LimitsOfTrainingCodeFallOnEdges) {
   Histogram histogram = DisparityHistogram();
   for (const int limit : kDisparityLimitsPx) {

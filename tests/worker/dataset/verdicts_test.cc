@@ -67,6 +67,27 @@ TEST(Verdicts, OnlyCuratedFramesAreAmbiguousAndOnlyWhenAsked) {
   EXPECT_EQ(Judge(frame, filters)->size(), 2);
 }
 
+TEST(Verdicts, FramesWithoutTextureFailWhereTheFilterAsks) {
+  v1::FilterConfig filters = Filters(10, 0.125);
+  FrameFacts frame{{{"mean_intensity", 90}, {"min_depth_m", 1}, {"textured_fraction", 0.2}}};
+  EXPECT_EQ(Judge(frame, filters)->size(), 2);
+  const struct {
+    double least;
+    bool passed;
+  } cases[] = {{0.1, true}, {0.2, true}, {0.21, false}, {1, false}};
+  for (const auto& row : cases) {
+    filters.set_min_textured_fraction(row.least);
+    const auto verdicts = Judge(frame, filters);
+    ASSERT_EQ(verdicts->size(), 3);
+    EXPECT_EQ((*verdicts)[2].name, "textureless");
+    EXPECT_EQ((*verdicts)[2].passed, row.passed) << row.least;
+    EXPECT_EQ((*verdicts)[2].value, 0.2);
+    EXPECT_EQ((*verdicts)[2].threshold, row.least);
+  }
+  frame.statistics.erase("textured_fraction");
+  EXPECT_EQ(Judge(frame, filters).status().code(), absl::StatusCode::kFailedPrecondition);
+}
+
 TEST(Verdicts, AMissingStatisticIsNoVerdict) {
   const auto verdicts = Judge({{{"mean_intensity", 90}}}, Filters(10, 0.125));
   EXPECT_EQ(verdicts.status().code(), absl::StatusCode::kFailedPrecondition);

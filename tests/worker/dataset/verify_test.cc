@@ -75,6 +75,18 @@ class VerifyTest : public ::testing::Test {
     change(json);
     Forge("frame.json", json.dump());
   }
+  // Changes each line of the variant's index.
+  void ForgeIndex(const std::function<void(Json&)>& change) {
+    const std::string index = dir_ + "/a/index.jsonl";
+    std::string text;
+    std::istringstream in(*ReadFile(index));
+    for (std::string line; std::getline(in, line);) {
+      Json json = Json::parse(line);
+      change(json);
+      text += json.dump() + "\n";
+    }
+    ASSERT_TRUE(WriteFile(index, text).ok());
+  }
 
   std::string root_, dir_, frame_;
   double fx_px_ = 0;
@@ -159,17 +171,11 @@ TEST_F(VerifyTest, FindsChangedMissingAndStrayFiles) {
 
 TEST_F(VerifyTest, VerdictsOfCurationFitTheirScores) {
   const auto forge = [&](double share, double value, bool passed) {
-    const std::string index = dir_ + "/a/index.jsonl";
-    std::string text;
-    std::istringstream in(*ReadFile(index));
-    for (std::string line; std::getline(in, line);) {
-      Json json = Json::parse(line);
+    ForgeIndex([&](Json& json) {
       json["statistics"]["ambiguous_share"] = share;
       json["filters"]["ambiguous"] = {{"passed", passed}, {"value", value}, {"threshold", 0.6}};
       json["passed"] = passed;
-      text += json.dump() + "\n";
-    }
-    ASSERT_TRUE(WriteFile(index, text).ok());
+    });
   };
   for (const auto& [share, passed] : {std::pair(0.5, true), {0.6, true}, {0.7, false}}) {
     forge(share, share, passed);
@@ -180,6 +186,20 @@ TEST_F(VerifyTest, VerdictsOfCurationFitTheirScores) {
   forge(0.5, 0.4, true);
   EXPECT_THAT(Checks(), Contains("filters"));
   forge(1.5, 1.5, false);
+  EXPECT_THAT(Checks(), Contains("filters"));
+}
+
+TEST_F(VerifyTest, VerdictsOfTextureFitTheMaps) {
+  const auto forge = [&](double error) {
+    ForgeIndex([&](Json& json) {
+      const double share = json["statistics"]["textured_fraction"];
+      json["filters"]["textureless"] = {
+          {"passed", true}, {"value", share + error}, {"threshold", 0.0}};
+    });
+  };
+  forge(0);
+  EXPECT_THAT(Checks(), IsEmpty());
+  forge(1e-6);
   EXPECT_THAT(Checks(), Contains("filters"));
 }
 

@@ -10,7 +10,8 @@ const MAP_VIEWS = ["disparity", "depth", "occlusion", "masks", "objects", "mater
 const STATISTICS = {
   min_depth_m: ["nearest", "m"], max_depth_m: ["farthest", "m"], max_disparity_px: ["largest disparity", "px"],
   median_disparity_px: ["median disparity", "px"], mean_intensity: ["mean brightness", ""],
-  occluded_fraction: ["occluded", "%"], sky_fraction: ["sky", "%"], warp_median_difference: ["left against warped right", ""],
+  occluded_fraction: ["occluded", "%"], sky_fraction: ["sky", "%"], textured_fraction: ["textured", "%"],
+  warp_median_difference: ["left against warped right", ""],
 };
 const stillPlease = matchMedia("(prefers-reduced-motion: reduce)").matches;
 

@@ -43,7 +43,7 @@ $(awk "BEGIN { print $(seconds) - $start }") s"
 # The trainer, where DIST has it.
 trainer=/dist/parallax-trainer-$version-linux-x86_64.tar.xz
 if [ -e "$root$trainer" ]; then
-  inside "cd 'else where'; tar -xJf $trainer --strip-components=1; bin/trainer --help >/dev/null"
+  inside "cd; cd 'else where'; tar -xJf $trainer --strip-components=1; bin/trainer --help >/dev/null"
   say "trainer: unpacked over the tarball; starts"
 else
   say "trainer: no package in $dist, not tried"

@@ -6,16 +6,19 @@
 //
 //   bench_queue [--jobs 1000000] [--library-jobs 500000] [--workers 256] [--slots 1] [--rigs 1]
 //               [--seconds 0] [--threads 128] [--per-lease 8] [--gap-workers 200]
-//               [--gap-seconds 15] [--dir /tmp]
+//               [--gap-seconds 15] [--max-running 0] [--dir /tmp]
 //
 // A transition is one durable lease or one durable completion. `--seconds` bounds the part over
 // gRPC. All parts run on this machine at the same time as their load: figures are of both.
+#include <fmt/core.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <thread>
 
+#include "common/base/file.h"
 #include "common/base/log.h"
 #include "common/base/status.h"
 #include "coordinator/queue/database_tools.h"
@@ -48,6 +51,7 @@ struct Arguments {
   int per_lease = 8;
   int gap_workers = 200;
   double gap_seconds = 15;
+  int max_running = 0;
   std::string dir = "/tmp";
   std::string command;
 };
@@ -78,9 +82,14 @@ struct Bench {
   Watched watched;
 
   std::string db() const { return folder + "/queue.db"; }
+  std::string limits() const { return folder + "/limits.yaml"; }
   CoordinatorProcess::Options Coordinator() const {
     const std::string own = fs::read_symlink("/proc/self/exe").parent_path().string();
-    return {own + "/coordinator", db(), folder + "/store", folder + "/coordinator.log"};
+    return {.program = own + "/coordinator",
+            .db = db(),
+            .store = folder + "/store",
+            .log = folder + "/coordinator.log",
+            .limits = arguments.max_running > 0 ? limits() : ""};
   }
 
   absl::Status Submit() {
@@ -185,6 +194,10 @@ struct Bench {
 
   absl::Status Run() {
     out["bench"] = "queue";
+    if (arguments.max_running > 0) {
+      RETURN_IF_ERROR(WriteFile(
+          limits(), fmt::format("default: {{max_running: {}}}\n", arguments.max_running)));
+    }
     RETURN_IF_ERROR(Submit());
     ASSIGN_OR_RETURN(const double fdatasyncs, FdatasyncPerSecond(folder, kFdatasync_s));
     RETURN_IF_ERROR(Library());
@@ -225,6 +238,8 @@ int Main(int argc, char** argv) {
   app.add_option("--per-lease", arguments.per_lease, "Leases in one call there (default 8)");
   app.add_option("--gap-workers", arguments.gap_workers, "Real agents (default 200; 0: none)");
   app.add_option("--gap-seconds", arguments.gap_seconds, "How long (default 15)");
+  app.add_option("--max-running", arguments.max_running,
+                 "The coordinator has limits: jobs of each user at a time (default 0: no limits)");
   app.add_option("--dir", arguments.dir, "Where the database is (default /tmp)");
   CLI11_PARSE(app, argc, argv);
   // Thousands of jobs a second would be told otherwise, in stderr.

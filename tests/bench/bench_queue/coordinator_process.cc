@@ -37,22 +37,25 @@ absl::StatusOr<std::unique_ptr<CoordinatorProcess>> CoordinatorProcess::Start(
   int out[2];
   if (pipe2(out, O_CLOEXEC) != 0) return ErrnoError(errno, "pipe");
   const std::string lease = std::to_string(options.lease_s);
-  const std::vector<const char*> arguments = {options.program.c_str(),
-                                              "serve",
-                                              "--db",
-                                              options.db.c_str(),
-                                              "--store",
-                                              options.store.c_str(),
-                                              "--listen",
-                                              "127.0.0.1:0",
-                                              "--trust-workers",  // Their files are not there.
-                                              "--http",
-                                              "127.0.0.1:0",
-                                              "--lease-s",
-                                              lease.c_str(),
-                                              "--log-level",
-                                              "warning",
-                                              nullptr};
+  std::vector<const char*> arguments = {options.program.c_str(),
+                                        "serve",
+                                        "--db",
+                                        options.db.c_str(),
+                                        "--store",
+                                        options.store.c_str(),
+                                        "--listen",
+                                        "127.0.0.1:0",
+                                        "--trust-workers",  // Their files are not there.
+                                        "--http",
+                                        "127.0.0.1:0",
+                                        "--lease-s",
+                                        lease.c_str(),
+                                        "--log-level",
+                                        "warning"};
+  if (!options.limits.empty()) {
+    arguments.insert(arguments.end(), {"--limits", options.limits.c_str()});
+  }
+  arguments.push_back(nullptr);
   const int log = open(options.log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
   const int pid = fork();
   if (pid == 0) {

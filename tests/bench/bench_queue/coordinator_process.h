@@ -16,6 +16,7 @@ class CoordinatorProcess {
     std::string store;
     std::string log;  // Its stderr.
     double lease_s = 60;
+    std::string limits;  // File of limits; empty: none.
   };
   // Returns when it listens. Errors: kUnavailable when it ended or didn't get ready.
   static absl::StatusOr<std::unique_ptr<CoordinatorProcess>> Start(const Options& options);

@@ -223,7 +223,13 @@ absl::StatusOr<Options> ParseOptions(int argc, char** argv) {
   Options options;
   ASSIGN_OR_RETURN(options.config, LoadSceneConfig("nature"));
   v1::SceneConfig& config = options.config;
-  for (int i = 1; i + 1 < argc; i += 2) {
+  if (argc % 2 == 0) {
+    return InvalidArgument(
+        "{}: no value; use: nature_check [--biome NAME] [--season NAME] [--seed N] [--scenes N] "
+        "[--frames N] [--render K] [--size WxH] [--profile NAME] [--out DIR]",
+        argv[argc - 1]);
+  }
+  for (int i = 1; i < argc; i += 2) {
     const std::string name = argv[i], value = argv[i + 1];
     if (name == "--biome") {
       RETURN_IF_ERROR(ChooseBiome(value, *config.mutable_nature()->mutable_biomes()));

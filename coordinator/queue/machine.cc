@@ -53,23 +53,11 @@ absl::Status Machine::Load() {
   ASSIGN_OR_RETURN(const auto leased,
                    db_.Integer("SELECT count(*) FROM jobs WHERE state = 'LEASED'"));
   leased_now_ = leased.value_or(0);
-  for (const char* sql :
-       {"SELECT state, group_key, 0 FROM jobs WHERE state = 'READY'",
-        "SELECT state, group_key, 0 FROM jobs WHERE state = 'LEASED'",
-        "SELECT state, group_key, awaits_job FROM jobs WHERE state = 'BLOCKED'"}) {
-    SqliteQuery query(db_, sql);
-    while (query.Next()) {
-      const std::optional<JobState> state = JobStateOf(query.Text(0));
-      if (state) hints_.Entered(*state, query.Digest(1), query.Int(2));
-    }
-    RETURN_IF_ERROR(query.status());
-  }
   return waits_.Load();
 }
 
 void Machine::BeginCommand() {
   ledger_.BeginCommand();
-  hints_.BeginCommand();
   scene_.variant = 0;
   ended_jobs_.clear();
   changed_variants_.clear();
@@ -87,7 +75,6 @@ absl::Status Machine::EndCommand() {
 
 void Machine::UndoCommand() {
   ledger_.UndoCommand();
-  hints_.UndoCommand();
   scene_.variant = 0;
   // Its knowledge may be of rows that are undone.
   without_part_.clear();
@@ -109,7 +96,6 @@ absl::Status Machine::Reload() {
   ledger_.Drop();
   TakeEffects();
   hungry_.clear();
-  hints_.Clear();
   without_part_.clear();
   scene_.variant = 0;
   return Load();
@@ -304,7 +290,6 @@ absl::StatusOr<std::optional<JobRow>> Machine::ChooseWarm(const Taker& worker) {
   const auto known = workers_.find(worker.facts.name);
   if (known == workers_.end()) return std::optional<JobRow>();
   for (const Sha256Digest& group : known->second.groups) {
-    if (hints_.ReadyIn(group) == 0) continue;
     SqliteQuery query(db_, kReadyOfGroup, group, kCandidates);
     while (query.Next()) {
       ASSIGN_OR_RETURN(JobRow job, JobRowOf(query, kinds_));

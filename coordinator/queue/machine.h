@@ -33,7 +33,6 @@
 #include "common/base/ids.h"
 #include "common/base/status.h"
 #include "coordinator/queue/farm_history.h"
-#include "coordinator/queue/hints.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/queue/job_store.h"
 #include "coordinator/queue/ledger.h"
@@ -139,8 +138,6 @@ class Machine final : private WorkDesk {
   void BeginCommand();
   absl::Status EndCommand();  // Writes the command's delayed changes. Not after an error.
   void UndoCommand();
-  // Tells the machine that the group is on disk.
-  void Committed() { hints_.Committed(); }
   // Returns the effects of the commands since the last call.
   Effects TakeEffects();
   // Reads everything again, after the group was rolled back.
@@ -204,9 +201,8 @@ class Machine final : private WorkDesk {
   // command ends or opens another scene. The pointer is valid until then.
   absl::StatusOr<SceneRow*> OpenScene(int64_t variant, uint32_t ordinal, bool change);
   absl::Status FlushScene();
-  // Count a job that is new or has moved, in the ledger and in the hints.
-  void NoteNew(Variant& variant, const JobRow& job);
-  void NoteMove(Variant& variant, const JobRow& before, JobState to, int64_t awaits_job = 0);
+  // Counts a job that has moved.
+  void NoteMove(Variant& variant, const JobRow& before, JobState to);
   // Carry out the consequences of a job that has succeeded or was lost. Its row is written already.
   absl::Status EnterSuccess(const JobRow& job, Variant& variant, const Ending& ending,
                             bool by_own_attempt);
@@ -306,7 +302,6 @@ class Machine final : private WorkDesk {
   std::set<int64_t> hungry_;  // Variants that may need scenes; a superset.
   double virtual_pass_ = 0;   // Pass of the study that was served last.
   int64_t leased_now_ = 0;
-  JobHints hints_;
   // READY jobs whose group had no part when they became READY. While they are READY, no job makes
   // the part (they would be BLOCKED on it), so it need not be looked for.
   std::unordered_set<int64_t> without_part_;

@@ -33,7 +33,6 @@ absl::StatusOr<Machine::Standing> Machine::StandingOf(const JobRow& job) {
 absl::StatusOr<Machine::Standing> Machine::StandingAmongLeased(const JobRow& job,
                                                                bool whole_group) {
   Standing standing;
-  if (hints_.LeasedIn(job.group_key) == 0) return standing;
   ASSIGN_OR_RETURN(const std::vector<JobRow> leased, store_.LeasedInGroup(job.group_key));
   for (const JobRow& leader : leased) {
     if (leader.kind != job.kind) continue;
@@ -68,7 +67,7 @@ absl::Status Machine::SettleJob(int64_t id, bool waits_met) {
     default:
       RETURN_IF_ERROR(store_.MoveToReused(id, standing.state, standing.rejected, Now()));
   }
-  NoteMove(*variant, job, standing.state, standing.awaits_job);
+  NoteMove(*variant, job, standing.state);
   if (standing.state == JobState::kRejected) {
     return EnterLoss(job, *variant, JobState::kRejected);
   }
@@ -77,15 +76,12 @@ absl::Status Machine::SettleJob(int64_t id, bool waits_met) {
 }
 
 absl::Status Machine::ReleaseFollowers(int64_t leader) {
-  if (hints_.WaitingFor(leader) == 0) return absl::OkStatus();
   ASSIGN_OR_RETURN(const std::vector<int64_t> followers, store_.Followers(leader));
   for (const int64_t follower : followers) RETURN_IF_ERROR(SettleJob(follower));
   return absl::OkStatus();
 }
 
 absl::Status Machine::BlockSiblings(const JobRow& leader, bool whole_group) {
-  // The leader's own READY counts until its group is committed.
-  if (hints_.ReadyIn(leader.group_key) <= 1) return absl::OkStatus();
   ASSIGN_OR_RETURN(const std::vector<int64_t> ready, store_.ReadyInGroup(leader.group_key));
   for (const int64_t id : ready) {
     ASSIGN_OR_RETURN(const JobRow job, RowOf(id));
@@ -93,7 +89,7 @@ absl::Status Machine::BlockSiblings(const JobRow& leader, bool whole_group) {
     ASSIGN_OR_RETURN(Variant * variant, ledger_.FindVariant(job.variant));
     RETURN_IF_ERROR(store_.MoveToBlocked(id, leader.id));
     without_part_.erase(id);
-    NoteMove(*variant, job, JobState::kBlocked, leader.id);
+    NoteMove(*variant, job, JobState::kBlocked);
   }
   return absl::OkStatus();
 }
@@ -135,7 +131,7 @@ absl::StatusOr<int64_t> Machine::AddJob(const NewJob& asked) {
   for (size_t i = 0; i < waits.size(); ++i) {
     RETURN_IF_ERROR(waits_.Insert(job.id, asked.waits[i], waits[i]));
   }
-  NoteNew(*variant, job);
+  ledger_.CountNew(*variant, job.kind, job.state);
   if (traits.of_scene) {
     RETURN_IF_ERROR(ChangeScene(*variant, job.ordinal, {.jobs_open = 1}).status());
   }
@@ -223,17 +219,10 @@ absl::Status Machine::SplitIfIdle(JobRow& job, const Taker& worker) {
   return absl::OkStatus();
 }
 
-void Machine::NoteNew(Variant& variant, const JobRow& job) {
-  ledger_.CountNew(variant, job.kind, job.state);
-  hints_.Entered(job.state, job.group_key, job.awaits_job);
-}
-
-void Machine::NoteMove(Variant& variant, const JobRow& before, JobState to, int64_t awaits_job) {
+void Machine::NoteMove(Variant& variant, const JobRow& before, JobState to) {
   // Where a limit held others back, one of them may go now.
   if (before.state == JobState::kLeased && ledger_.IsFull(variant)) effects_.work_ready = true;
   if (before.state != to) ledger_.CountMove(variant, before.kind, before.state, to);
-  hints_.Left(before.state, before.group_key, before.awaits_job);
-  hints_.Entered(to, before.group_key, awaits_job);
   if (IsTerminal(to)) ended_jobs_.emplace_back(before.id, to);
 }
 

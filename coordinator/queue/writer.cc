@@ -135,7 +135,6 @@ void Writer::RunGroup(std::vector<Command>& group) {
     Rollback(status);
     std::fill(results.begin(), results.end(), status);
   } else {
-    machine_.Committed();
     hooks_.published(machine_.TakeEffects());
     const std::lock_guard lock(mutex_);
     ++stats_.commits;

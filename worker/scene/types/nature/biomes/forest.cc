@@ -181,7 +181,7 @@ void AddFallenLeaves(LayerWriter& w, bool needles) {
   w.Add({.name = "leaves",
          .asset = "LeafLitter",
          .shapes = 6,
-         .per_m2 = needles ? 4 : 13,
+         .per_m2 = needles ? 4.0 : 13.0,
          .reach_m = 55,
          .low = 0.8,
          .high = 1.4,

@@ -178,7 +178,7 @@ TEST_F(LoadTest, BuiltInStudiesEqualTheFiles) {
   for (const auto& entry : std::filesystem::directory_iterator(kConfigs + "/studies")) {
     files.push_back(entry.path().stem());
   }
-  EXPECT_THAT(BuiltinStudies(), ::testing::UnorderedElementsAreArray(files));
+  EXPECT_THAT(BuiltinStudies(), ::testing::UnorderedElementsAreArray(files)) << "run cmake again";
   EXPECT_THAT(files, ::testing::Contains("table1"));
   for (const std::string& name : BuiltinStudies()) {
     const auto built_in = LoadStudy(name);

@@ -26,7 +26,7 @@ def measure(options, biome):
         config.write_text(re.sub(r"biomes: {[^}]*}", f"biomes: {{{weights}}}", nature))
         run = subprocess.run(
             [options.program, f"solve:{options.seed}:{config}", "--pairs", str(options.pairs),
-             "--quality-rigs", "2", "--quality-width", "160",
+             "--quality-rigs", "2", "--quality-width", "128",
              "--reference-spp", str(options.reference_spp)],
             stdout=subprocess.PIPE, check=True, text=True)
         kept.write_text(run.stdout)
@@ -49,8 +49,8 @@ def main():
     parser.add_argument("program", help="path of bench_render")
     parser.add_argument("--biomes", default=BIOMES)
     parser.add_argument("--seed", default=7002, type=int)
-    parser.add_argument("--pairs", default=6, type=int)
-    parser.add_argument("--reference-spp", default=128, type=int, help="of each of two references")
+    parser.add_argument("--pairs", default=4, type=int)
+    parser.add_argument("--reference-spp", default=64, type=int, help="of each of two references")
     parser.add_argument("--out", default="bench_nature", type=pathlib.Path)
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)

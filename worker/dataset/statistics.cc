@@ -119,7 +119,8 @@ std::map<std::string, double> StatisticsByName(const FrameStatistics& s) {
 
 double TexturedFraction(const ImageRgb8& color, const ImageF& depth_m) {
   constexpr int kWindowRadius = 4;
-  constexpr int64_t kLeastSquare = 4 * 9;  // Of 8-bit steps, times the square of three channels.
+  // The threshold of 4 belongs to the mean of three channels; the code squares their sum.
+  constexpr int64_t kLeastSquare = 4 * 3 * 3;
   if (color.empty()) return 0;
   const int width = color.width(), height = color.height();
   // Sums of squared gradients over all pixels above and to the left, so that a window takes four.

@@ -55,7 +55,10 @@ constexpr struct {
   const char* name;
   Opinion (*judge)(const FrameFacts& frame, const v1::FilterConfig& filters);
 } kVerdicts[] = {
-    {"dark", &Dark},           {"near", &Near}, {"close", &Close}, {"textureless", &Textureless},
+    {"dark", &Dark},    //
+    {"near", &Near},    //
+    {"close", &Close},  //
+    {"textureless", &Textureless},
     {"ambiguous", &Ambiguous},
 };
 

@@ -12,8 +12,9 @@ import re
 import subprocess
 import sys
 
-CONFIGS = pathlib.Path(__file__).parents[3] / "configs"
-BIOMES = "plain,forest,mountain,river,coast,desert,canyon,cliff,arctic,snowy_mountain,cave"
+from nature_table import BIOMES
+
+NATURE = pathlib.Path(__file__).parents[3] / "configs/scenes/nature.yaml"
 
 
 def measure(options, biome):
@@ -22,8 +23,7 @@ def measure(options, biome):
     if not kept.exists():
         config = options.out / f"{biome}.yaml"
         weights = ", ".join(f"{name}: {int(name == biome)}" for name in BIOMES.split(","))
-        nature = (CONFIGS / "scenes/nature.yaml").read_text()
-        config.write_text(re.sub(r"biomes: {[^}]*}", f"biomes: {{{weights}}}", nature))
+        config.write_text(re.sub(r"biomes: {[^}]*}", f"biomes: {{{weights}}}", NATURE.read_text()))
         run = subprocess.run(
             [options.program, f"solve:{options.seed}:{config}", "--pairs", str(options.pairs),
              "--quality-rigs", "2", "--quality-width", "128",

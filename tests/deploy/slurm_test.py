@@ -129,7 +129,7 @@ def follows_demand(farm):
 
 def scancel(farm):
     """The worker ends by itself before Slurm kills it; its job is there for others at once, with the pairs it has."""
-    study = farm.submit("scancel", pairs=10, rigs=10, width=512)
+    study = farm.submit("scancel", pairs=10, rigs=10, width=1024)
     job = farm.pilot()
     before = farm.wait("a job that renders", lambda: [j for j in farm.leased(study, "render") if j["fraction"] > 0.3], 120)[0]
     start = time.monotonic()

@@ -156,7 +156,7 @@ def scancel(farm):
 def killed(farm):
     """Slurm kills the pilot in the middle of a job, without a word: the pair in hand is lost, and no other."""
     before = farm.notes()
-    study = farm.submit("killed", pairs=12, rigs=12, width=640)
+    study = farm.submit("killed", pairs=12, rigs=12, width=1280)
     job = farm.pilot()
     farm.wait("three finished pairs", lambda: len(farm.notes() - before) >= 3, 120)
     farm.cluster.run("scancel", "--signal=KILL", "--full", f"{job}_1")

@@ -228,21 +228,24 @@ TEST(MixStudy, VariantsHaveTheirOwnBaseNumberOfPairsAndRigs) {
   EXPECT_TRUE(MessageDifferencer::Equals(part.config(), study->variants(1).config()));
 }
 
-TEST(MixStudy, PartsOfEachMixtureAreFiveThousandPairsOfAllThreeTypes) {
+TEST(MixStudy, EachMixtureIsFiveThousandPairsOfAllThreeTypesDrawnAsOftenAsThereAreOf) {
   const auto study = LoadStudy("mix");
   ASSERT_TRUE(study.ok()) << study.status();
-  std::map<std::string, std::pair<int, std::set<v1::SceneType>>> mixtures;
-  for (const v1::VariantSpec& variant : study->variants()) {
-    const size_t end = variant.name().find('_');
-    if (end == std::string::npos) continue;
-    auto& [pairs, types] = mixtures[variant.name().substr(0, end)];
-    pairs += variant.pairs();
-    types.insert(variant.config().type());
-  }
-  EXPECT_EQ(mixtures.size(), 4u);
-  for (const auto& [name, parts] : mixtures) {
-    EXPECT_EQ(parts.first, 5000) << name;
-    EXPECT_EQ(parts.second.size(), 3u) << name;
+  std::map<std::string, v1::VariantSpec> variants;
+  for (const v1::VariantSpec& variant : study->variants()) variants[variant.name()] = variant;
+  ASSERT_EQ(study->train().mixtures_size(), 4);
+  for (const v1::Mixture& mixture : study->train().mixtures()) {
+    int64_t pairs = 0;
+    std::set<v1::SceneType> types;
+    for (const v1::Mixture::Part& part : mixture.parts()) {
+      ASSERT_TRUE(variants.contains(part.variant())) << part.variant();
+      const v1::VariantSpec& variant = variants[part.variant()];
+      pairs += variant.pairs();
+      types.insert(variant.config().type());
+      EXPECT_EQ(part.weight(), variant.pairs()) << part.variant();
+    }
+    EXPECT_EQ(pairs, 5000) << mixture.name();
+    EXPECT_EQ(types.size(), 3u) << mixture.name();
   }
 }
 
@@ -261,7 +264,7 @@ TEST(LoadStudy, AMissingFileIsToldWithTheBuiltInNames) {
   EXPECT_EQ(std::string(status.message()),
             "no/such.yaml: no such file, allowed is a path or a built-in name: baseline, cameras, "
             "controls, cost, curation, depth, mix, network, profiles, quickstart, scaling, sensor, "
-            "sequences, table1, table1-small, wmg150k");
+            "sequences, table1, table1-small, wmg150k, wmg150k-500th");
 }
 
 TEST(ValidateStudy, TellsWhatAMessageBreaks) {

@@ -8,11 +8,13 @@
 #include <cstring>
 #include <map>
 #include <numbers>
+#include <set>
 #include <sstream>
 
 #include "common/base/file.h"
 #include "common/base/version.h"
 #include "common/math/stereo.h"
+#include "worker/dataset/gltf_model.h"
 #include "worker/render/sky.h"
 #include "worker/scene/scene_geometry.h"
 
@@ -60,43 +62,51 @@ class GltfBuilder {
       : scene_(scene), geometry_(geometry) {}
 
   tinygltf::Model Build() {
-    model_.asset.version = "2.0";
-    model_.asset.generator = std::string("Parallax ") + kProgramVersion;
-    model_.buffers.emplace_back();
-    // Nodes hang from one that turns z up into glTF's y up.
-    tinygltf::Node root;
-    root.name = "z_up";
-    root.rotation = {-std::numbers::sqrt2 / 2, 0, 0, std::numbers::sqrt2 / 2};
-    model_.nodes.push_back(root);
+    gltf().asset.version = "2.0";
+    gltf().asset.generator = std::string("Parallax ") + kProgramVersion;
     AddMaterials();
     AddObjects();
+    AddInstances();
     AddLights();
     AddCameras();
+    contents_.triangles = model_.triangles();
     tinygltf::Scene scene;
     scene.name = "scene";
     scene.nodes = {0};
-    model_.scenes.push_back(scene);
-    model_.defaultScene = 0;
-    return std::move(model_);
+    gltf().scenes.push_back(scene);
+    gltf().defaultScene = 0;
+    return std::move(gltf());
   }
 
+  const GltfContents& contents() const { return contents_; }
+
  private:
+  tinygltf::Model& gltf() { return model_.model(); }
+
+  // Adds evenly spread corners of a mesh's triangles, by material.
+  static void AddPoints(const Mesh& mesh, const std::vector<uint32_t>& material_of_slot,
+                        float scale, std::map<uint32_t, std::vector<SurfacePoint>>& points) {
+    const size_t step = std::max<size_t>(1, mesh.triangles.size() / kSamples);
+    for (size_t i = 0; i < mesh.triangles.size(); i += step) {
+      const Triangle& triangle = mesh.triangles[i];
+      if (triangle.slot >= material_of_slot.size()) continue;
+      SurfacePoint point;
+      point.texture_m = mesh.texture[triangle.a] * scale;
+      point.normal = mesh.normals[triangle.a];
+      point.uv = mesh.uv.empty() ? Vec2f::Zero() : mesh.uv[triangle.a];
+      points[material_of_slot[triangle.slot]].push_back(point);
+    }
+  }
+
   // Averages over evenly spread corners of the triangles that carry each material.
   std::map<uint32_t, AverageSurface> AverageSurfaces() const {
     std::map<uint32_t, std::vector<SurfacePoint>> points;
     for (const PlacedMesh& placed : geometry_.meshes) {
-      const Mesh& mesh = *placed.mesh;
       const float scale = std::cbrt(std::abs(placed.world_from_object.linear().determinant()));
-      const size_t step = std::max<size_t>(1, mesh.triangles.size() / kSamples);
-      for (size_t i = 0; i < mesh.triangles.size(); i += step) {
-        const Triangle& triangle = mesh.triangles[i];
-        if (triangle.slot >= placed.material_of_slot.size()) continue;
-        SurfacePoint point;
-        point.texture_m = mesh.texture[triangle.a] * scale;
-        point.normal = mesh.normals[triangle.a];
-        point.uv = mesh.uv.empty() ? Vec2f::Zero() : mesh.uv[triangle.a];
-        points[placed.material_of_slot[triangle.slot]].push_back(point);
-      }
+      AddPoints(*placed.mesh, placed.material_of_slot, scale, points);
+    }
+    for (const Prototype& prototype : geometry_.prototypes) {
+      AddPoints(*prototype.mesh, prototype.material_of_slot, 1, points);
     }
     std::map<uint32_t, AverageSurface> surfaces;
     for (const auto& [index, all] : points) {
@@ -109,8 +119,45 @@ class GltfBuilder {
     return surfaces;
   }
 
+  // Whether the object's colours are given at its vertices: a landscape's patterns are wider than
+  // its triangles.
+  bool IsGround(const PlacedMesh& placed) const {
+    for (const v1::SceneObject& object : scene_.objects()) {
+      if (object.index() == placed.object_index) return object.role() == v1::OBJECT_ROLE_TERRAIN;
+    }
+    return false;
+  }
+
+  // Base colours at a mesh's vertices, averaged over the width of their triangles.
+  std::vector<Vec3f> VertexColors(const PlacedMesh& placed) const {
+    const Mesh& mesh = *placed.mesh;
+    std::vector<Vec3f> colors(mesh.positions.size(), Vec3f::Ones());
+    std::vector<bool> done(colors.size());
+    for (const Triangle& triangle : mesh.triangles) {
+      if (triangle.slot >= placed.material_of_slot.size()) continue;
+      const Material* material = geometry_.materials[placed.material_of_slot[triangle.slot]].get();
+      if (material == nullptr) continue;
+      const float width_m = (mesh.positions[triangle.b] - mesh.positions[triangle.a]).norm();
+      for (const uint32_t vertex : {triangle.a, triangle.b, triangle.c}) {
+        if (done[vertex]) continue;
+        done[vertex] = true;
+        SurfacePoint point;
+        point.texture_m = mesh.texture[vertex];
+        point.normal = mesh.normals[vertex];
+        point.footprint_m = width_m;
+        colors[vertex] = material->Evaluate(point).base_color.cwiseMax(0.0f).cwiseMin(1.0f);
+      }
+    }
+    return colors;
+  }
+
   void AddMaterials() {
     const std::map<uint32_t, AverageSurface> surfaces = AverageSurfaces();
+    std::set<uint32_t> at_vertices;
+    for (const PlacedMesh& placed : geometry_.meshes) {
+      if (!IsGround(placed)) continue;
+      at_vertices.insert(placed.material_of_slot.begin(), placed.material_of_slot.end());
+    }
     for (const v1::SceneMaterial& material : scene_.materials()) {
       const auto found = surfaces.find(material.index());
       AverageSurface average = found != surfaces.end() ? found->second : AverageSurface();
@@ -119,6 +166,7 @@ class GltfBuilder {
       Vec3d color = average.color / n;
       if (material.has_tint()) color = color.cwiseProduct(FromProto(material.tint()));
       color = color.cwiseMax(0.0).cwiseMin(1.0);
+      if (at_vertices.contains(material.index())) color = Vec3d::Ones();
       tinygltf::Material out;
       out.name = material.name();
       auto& pbr = out.pbrMetallicRoughness;
@@ -136,67 +184,11 @@ class GltfBuilder {
       const double transmission = average.transmission / n;
       if (transmission > 0.01) {
         out.extensions[kTransmission] = NumberObject("transmissionFactor", transmission);
-        Use(kTransmission);
+        model_.Use(kTransmission);
       }
-      material_index_[material.index()] = static_cast<int>(model_.materials.size());
-      model_.materials.push_back(std::move(out));
+      material_index_[material.index()] = static_cast<int>(gltf().materials.size());
+      gltf().materials.push_back(std::move(out));
     }
-  }
-
-  int AddAccessor(const void* data, size_t count, size_t bytes_each, int component, int type,
-                  int target) {
-    std::vector<unsigned char>& buffer = model_.buffers[0].data;
-    while (buffer.size() % 4 != 0) buffer.push_back(0);
-    tinygltf::BufferView view;
-    view.buffer = 0;
-    view.byteOffset = buffer.size();
-    view.byteLength = count * bytes_each;
-    view.target = target;
-    const auto* bytes = static_cast<const unsigned char*>(data);
-    buffer.insert(buffer.end(), bytes, bytes + view.byteLength);
-    model_.bufferViews.push_back(view);
-    tinygltf::Accessor accessor;
-    accessor.bufferView = static_cast<int>(model_.bufferViews.size()) - 1;
-    accessor.componentType = component;
-    accessor.count = count;
-    accessor.type = type;
-    model_.accessors.push_back(accessor);
-    return static_cast<int>(model_.accessors.size()) - 1;
-  }
-
-  int AddVectors(const std::vector<Vec3f>& vectors) {
-    static_assert(sizeof(Vec3f) == 12);
-    return AddAccessor(vectors.data(), vectors.size(), sizeof(Vec3f), TINYGLTF_COMPONENT_TYPE_FLOAT,
-                       TINYGLTF_TYPE_VEC3, TINYGLTF_TARGET_ARRAY_BUFFER);
-  }
-
-  // Accessors of a mesh: shared by all objects of equal class and seed.
-  struct MeshData {
-    int positions = -1, normals = -1;
-    std::map<uint16_t, int> indices;  // By slot.
-  };
-  const MeshData& DataOf(const Mesh& mesh) {
-    const auto [entry, added] = mesh_data_.try_emplace(&mesh);
-    MeshData& data = entry->second;
-    if (!added) return data;
-    data.positions = AddVectors(mesh.positions);
-    const Box3f bounds = mesh.Bounds();
-    auto& accessor = model_.accessors[static_cast<size_t>(data.positions)];
-    for (int i = 0; i < 3; ++i) {
-      accessor.minValues.push_back(double{bounds.min()[i]});
-      accessor.maxValues.push_back(double{bounds.max()[i]});
-    }
-    data.normals = AddVectors(mesh.normals);
-    std::map<uint16_t, std::vector<uint32_t>> by_slot;
-    for (const Triangle& t : mesh.triangles) {
-      for (const uint32_t vertex : {t.a, t.b, t.c}) by_slot[t.slot].push_back(vertex);
-    }
-    for (const auto& [slot, indices] : by_slot) {
-      data.indices[slot] = AddAccessor(indices.data(), indices.size(), sizeof(uint32_t),
-                                       TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR,
-                                       TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
-    }
-    return data;
   }
 
   void AddObjects() {
@@ -204,26 +196,30 @@ class GltfBuilder {
     for (const v1::SceneObject& object : scene_.objects()) names[object.index()] = object.name();
     for (const PlacedMesh& placed : geometry_.meshes) {
       if (placed.mesh == nullptr || placed.mesh->triangles.empty()) continue;
-      const MeshData& data = DataOf(*placed.mesh);
-      tinygltf::Mesh mesh;
-      mesh.name = names[placed.object_index];
-      for (const auto& [slot, indices] : data.indices) {
-        tinygltf::Primitive primitive;
-        primitive.mode = TINYGLTF_MODE_TRIANGLES;
-        primitive.attributes = {{"POSITION", data.positions}, {"NORMAL", data.normals}};
-        primitive.indices = indices;
-        const uint32_t bound =
-            slot < placed.material_of_slot.size() ? placed.material_of_slot[slot] : 0;
-        const auto material = material_index_.find(bound);
-        if (material != material_index_.end()) primitive.material = material->second;
-        mesh.primitives.push_back(std::move(primitive));
-      }
       tinygltf::Node node;
-      node.name = mesh.name;
-      node.mesh = static_cast<int>(model_.meshes.size());
+      node.name = names[placed.object_index];
+      node.mesh = model_.AddMesh(node.name, *placed.mesh, placed.material_of_slot, material_index_);
+      if (IsGround(placed)) model_.SetColors(node.mesh, VertexColors(placed));
       node.matrix = MatrixOf(placed.world_from_object.cast<double>());
-      model_.meshes.push_back(std::move(mesh));
-      AddNode(std::move(node));
+      model_.AddNode(std::move(node));
+    }
+  }
+
+  // One node for each prototype that stands somewhere.
+  void AddInstances() {
+    std::vector<std::vector<const Instance*>> of_prototype(geometry_.prototypes.size());
+    for (const Instance& instance : geometry_.instances) {
+      of_prototype[instance.prototype].push_back(&instance);
+    }
+    for (size_t i = 0; i < of_prototype.size(); ++i) {
+      const Prototype& prototype = geometry_.prototypes[i];
+      if (of_prototype[i].empty() || prototype.mesh->triangles.empty()) continue;
+      const std::string name = fmt::format("prototype_{:03}", i);
+      const int mesh =
+          model_.AddMesh(name, *prototype.mesh, prototype.material_of_slot, material_index_);
+      model_.AddInstances(name, mesh, of_prototype[i]);
+      ++contents_.prototypes;
+      contents_.instances += static_cast<int64_t>(of_prototype[i].size());
     }
   }
 
@@ -252,9 +248,9 @@ class GltfBuilder {
     light.type = type;
     light.color = {color.x(), color.y(), color.z()};
     light.intensity = intensity;
-    model_.lights.push_back(std::move(light));
-    Use(kLights);
-    return static_cast<int>(model_.lights.size()) - 1;
+    gltf().lights.push_back(std::move(light));
+    model_.Use(kLights);
+    return static_cast<int>(gltf().lights.size()) - 1;
   }
 
   void AddLightNode(const std::string& name, int light, tinygltf::Node node) {
@@ -262,7 +258,7 @@ class GltfBuilder {
     tinygltf::Value::Object extension;
     extension.emplace("light", tinygltf::Value(light));
     node.extensions[kLights] = tinygltf::Value(extension);
-    AddNode(std::move(node));
+    model_.AddNode(std::move(node));
   }
 
   // Shines along its node's -z. glTF's cones end at half a straight angle.
@@ -276,7 +272,7 @@ class GltfBuilder {
     node.rotation = {turn.x(), turn.y(), turn.z(), turn.w()};
     const int index =
         AddLight(light.name(), "spot", power / most, most / solid_angle * kLumensPerWatt);
-    tinygltf::SpotLight& spot = model_.lights[static_cast<size_t>(index)].spot;
+    tinygltf::SpotLight& spot = gltf().lights[static_cast<size_t>(index)].spot;
     spot.outerConeAngle = std::min(light.cone_rad(), 0.5 * std::numbers::pi);
     spot.innerConeAngle = std::min(std::acos(std::min(inner_cos, 1.0)), spot.outerConeAngle);
     AddLightNode(light.name(), index, std::move(node));
@@ -321,10 +317,9 @@ class GltfBuilder {
       camera.perspective.aspectRatio =
           rig.width_px() * rig.fy_px() / (rig.height_px() * rig.fx_px());
       camera.perspective.znear = 0.01;
-      camera.perspective.zfar = 1000;
       camera.name = fmt::format("rig_{:03}", rig.index());
-      const int index = static_cast<int>(model_.cameras.size());
-      model_.cameras.push_back(camera);
+      const int index = static_cast<int>(gltf().cameras.size());
+      gltf().cameras.push_back(camera);
       AddCamera(camera.name + "_left", index, rig, 0);
       AddCamera(camera.name + "_right", index, rig, 1);
     }
@@ -339,39 +334,29 @@ class GltfBuilder {
     node.name = name;
     node.camera = camera;
     node.matrix = MatrixOf(world_from_camera);
-    AddNode(std::move(node));
-  }
-
-  void AddNode(tinygltf::Node node) {
-    model_.nodes[0].children.push_back(static_cast<int>(model_.nodes.size()));
-    model_.nodes.push_back(std::move(node));
-  }
-
-  void Use(const std::string& extension) {
-    for (const std::string& used : model_.extensionsUsed) {
-      if (used == extension) return;
-    }
-    model_.extensionsUsed.push_back(extension);
+    model_.AddNode(std::move(node));
   }
 
   const v1::Scene& scene_;
   const SceneGeometry& geometry_;
-  tinygltf::Model model_;
+  GltfModel model_;
+  GltfContents contents_;
   std::map<uint32_t, int> material_index_;
-  std::map<const Mesh*, MeshData> mesh_data_;
 };
 
 }  // namespace
 
-absl::Status ExportGltf(const v1::Scene& scene, const std::string& glb_path) {
+absl::StatusOr<GltfContents> ExportGltf(const v1::Scene& scene, const std::string& glb_path) {
   ASSIGN_OR_RETURN(const SceneGeometry geometry, BuildSceneGeometry(scene));
-  tinygltf::Model model = GltfBuilder(scene, geometry).Build();
+  GltfBuilder builder(scene, geometry);
+  tinygltf::Model model = builder.Build();
   std::ostringstream out;
   tinygltf::TinyGLTF writer;
   if (!writer.WriteGltfSceneToStream(&model, out, /*prettyPrint=*/false, /*writeBinary=*/true)) {
     return Internal("could not encode the scene as glTF");
   }
-  return WriteFile(glb_path, out.str());
+  RETURN_IF_ERROR(WriteFile(glb_path, out.str()));
+  return builder.contents();
 }
 
 }  // namespace parallax

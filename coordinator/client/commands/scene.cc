@@ -73,20 +73,28 @@ absl::StatusOr<ExitCode> Show(const SceneOptions& options, Session& session) {
 
 absl::StatusOr<ExitCode> Export(const SceneOptions& options, Session& session) {
   ASSIGN_OR_RETURN(const v1::Scene scene, LoadScene(options.source, session));
-  RETURN_IF_ERROR(ExportGltf(scene, options.out));
+  ASSIGN_OR_RETURN(const GltfContents contents, ExportGltf(scene, options.out));
   std::error_code error;
   const auto bytes = static_cast<double>(std::filesystem::file_size(options.out, error));
   if (session.options.json) {
     session.PrintJson({{"file", options.out},
                        {"bytes", bytes},
                        {"objects", scene.objects_size()},
+                       {"instances", contents.instances},
+                       {"prototypes", contents.prototypes},
+                       {"triangles", contents.triangles},
                        {"cameras", 2 * scene.rigs_size()}});
     return kExitOk;
   }
   *session.out().stream << options.out << "\n" << std::flush;
-  *session.err().stream << Plural(scene.objects_size(), "object") << ", "
-                        << Plural(2 * scene.rigs_size(), "camera") << ", " << FormatBytes(bytes)
-                        << "\n";
+  std::ostream& err = *session.err().stream;
+  err << Plural(scene.objects_size(), "object") << ", ";
+  if (contents.instances > 0) {
+    err << Plural(contents.instances, "instance") << " of "
+        << Plural(contents.prototypes, "prototype") << ", ";
+  }
+  err << Plural(contents.triangles, "triangle") << ", " << Plural(2 * scene.rigs_size(), "camera")
+      << ", " << FormatBytes(bytes) << "\n";
   return kExitOk;
 }
 

@@ -1,5 +1,6 @@
 #include "worker/dataset/gltf_export.h"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <tiny_gltf.h>
 
@@ -14,30 +15,31 @@
 namespace parallax {
 namespace {
 
-// One solved scene for all tests of this file.
+v1::Scene SceneOf(const std::string& config) {
+  v1::SolveJob job;
+  *job.mutable_config() = *ParseSceneConfig(config, "test");
+  for (uint64_t seed = 3; seed < 20; ++seed) {  // A seed may be rejected.
+    job.set_scene_seed(seed);
+    const auto result = Solve(job, CancelToken());
+    EXPECT_TRUE(result.ok()) << result.status();
+    if (result->has_scene()) return result->scene();
+  }
+  ADD_FAILURE() << "no seed gives a scene";
+  return v1::Scene();
+}
+
+// One solved scene for all tests of rooms.
 const v1::Scene& SolvedScene() {
-  static const v1::Scene* scene = [] {
-    v1::SolveJob job;
-    job.set_scene_seed(3);
-    *job.mutable_config() = *ParseSceneConfig(
-        "floating: {count: 3}\nrigs: {count: 2}\nlighting: {point_lights: 2}\n", "test");
-    for (uint64_t seed = 3; seed < 20; ++seed) {  // A seed may be rejected.
-      job.set_scene_seed(seed);
-      const auto result = Solve(job, CancelToken());
-      EXPECT_TRUE(result.ok()) << result.status();
-      if (result->has_scene()) return new v1::Scene(result->scene());
-    }
-    ADD_FAILURE() << "no seed gives a scene";
-    return new v1::Scene;
-  }();
+  static const auto* scene = new v1::Scene(
+      SceneOf("floating: {count: 3}\nrigs: {count: 2}\nlighting: {point_lights: 2}\n"));
   return *scene;
 }
 
 tinygltf::Model ExportAndLoad(const v1::Scene& scene) {
   const std::string path = ::testing::TempDir() + "gltf_export_" +
                            ::testing::UnitTest::GetInstance()->current_test_info()->name() + ".glb";
-  const absl::Status status = ExportGltf(scene, path);
-  EXPECT_TRUE(status.ok()) << status;
+  const auto contents = ExportGltf(scene, path);
+  EXPECT_TRUE(contents.ok()) << contents.status();
   tinygltf::Model model;
   std::string error, warning;
   EXPECT_TRUE(tinygltf::TinyGLTF().LoadBinaryFromFile(&model, &error, &warning, path)) << error;
@@ -94,6 +96,72 @@ TEST(GltfExport, TrianglesAreThoseOfTheRecipe) {
   EXPECT_EQ(got, want);
 }
 
+// The numbers of an instancing node's attribute.
+std::vector<float> InstanceNumbers(const tinygltf::Model& model, const tinygltf::Node& node,
+                                   const char* attribute) {
+  const tinygltf::Value& extension = node.extensions.at("EXT_mesh_gpu_instancing");
+  const int index = extension.Get("attributes").Get(attribute).GetNumberAsInt();
+  const tinygltf::Accessor& accessor = model.accessors[static_cast<size_t>(index)];
+  const auto& view = model.bufferViews[static_cast<size_t>(accessor.bufferView)];
+  const auto* first =
+      reinterpret_cast<const float*>(model.buffers[0].data.data() + view.byteOffset);
+  return {first, first + view.byteLength / sizeof(float)};
+}
+
+TEST(GltfExport, EverythingThatGrowsIsAnInstanceInItsPlace) {
+  const v1::Scene scene = SceneOf(
+      "type: nature\nrigs: {count: 1}\n"
+      "nature: {biomes: {desert: 1, river: 0, plain: 0, forest: 0, mountain: 0, canyon: 0, cliff: "
+      "0, coast: 0, cave: 0, arctic: 0, snowy_mountain: 0}}\n");
+  const auto geometry = BuildSceneGeometry(scene);
+  ASSERT_TRUE(geometry.ok()) << geometry.status();
+  ASSERT_GT(geometry->instances.size(), 1000u);
+  const tinygltf::Model model = ExportAndLoad(scene);
+  EXPECT_EQ(model.extensionsRequired, std::vector<std::string>{"EXT_mesh_gpu_instancing"});
+  size_t instances = 0;
+  for (size_t i = 0; i < geometry->prototypes.size(); ++i) {
+    const tinygltf::Node* node = FindNode(model, fmt::format("prototype_{:03}", i));
+    std::vector<Instance> placed;
+    for (const Instance& instance : geometry->instances) {
+      if (instance.prototype == i) placed.push_back(instance);
+    }
+    ASSERT_EQ(node == nullptr, placed.empty()) << i;
+    if (node == nullptr) continue;
+    for (const auto& primitive : model.meshes[static_cast<size_t>(node->mesh)].primitives) {
+      EXPECT_GE(primitive.material, 0) << node->name;
+    }
+    const std::vector<float> t = InstanceNumbers(model, *node, "TRANSLATION"),
+                             r = InstanceNumbers(model, *node, "ROTATION"),
+                             s = InstanceNumbers(model, *node, "SCALE"),
+                             object = InstanceNumbers(model, *node, "_OBJECT_INDEX");
+    ASSERT_EQ(object.size(), placed.size());
+    for (size_t k = 0; k < placed.size(); ++k) {
+      Eigen::Matrix<float, 3, 4> place;
+      place.leftCols<3>() = Eigen::Quaternionf(r[4 * k + 3], r[4 * k], r[4 * k + 1], r[4 * k + 2])
+                                .toRotationMatrix() *
+                            Eigen::DiagonalMatrix<float, 3>(s[3 * k], s[3 * k + 1], s[3 * k + 2]);
+      place.col(3) = Vec3f(t[3 * k], t[3 * k + 1], t[3 * k + 2]);
+      const auto& want = placed[k].world_from_object;
+      ASSERT_LT((place - want).norm(), 1e-5f * want.leftCols<3>().norm()) << node->name;
+      ASSERT_EQ(object[k], static_cast<float>(placed[k].object_index));
+    }
+    instances += placed.size();
+  }
+  EXPECT_EQ(instances, geometry->instances.size());
+
+  // The ground has its colours at the vertices, and white materials.
+  const tinygltf::Node* ground = FindNode(model, "Ground");
+  ASSERT_NE(ground, nullptr);
+  for (const auto& primitive : model.meshes[static_cast<size_t>(ground->mesh)].primitives) {
+    const auto color = primitive.attributes.find("COLOR_0");
+    ASSERT_NE(color, primitive.attributes.end());
+    EXPECT_EQ(model.accessors[static_cast<size_t>(color->second)].count,
+              geometry->meshes[0].mesh->positions.size());
+    const auto& material = model.materials[static_cast<size_t>(primitive.material)];
+    EXPECT_EQ(material.pbrMetallicRoughness.baseColorFactor[0], 1);
+  }
+}
+
 TEST(GltfExport, CamerasLookWhereTheRigsLook) {
   const v1::Scene& scene = SolvedScene();
   const tinygltf::Model model = ExportAndLoad(scene);
@@ -144,7 +212,7 @@ TEST(GltfExport, WhatCannotBeWrittenIsAnError) {
   EXPECT_FALSE(ExportGltf(SolvedScene(), "/no/such/folder/a.glb").ok());
   v1::Scene broken = SolvedScene();
   broken.mutable_objects(broken.objects_size() - 1)->set_asset_class("NoSuchThing");
-  EXPECT_EQ(ExportGltf(broken, "/tmp/never.glb").code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(ExportGltf(broken, "/tmp/never.glb").status().code(), absl::StatusCode::kNotFound);
 }
 
 }  // namespace

@@ -37,7 +37,12 @@ Machine::Machine(SqliteConnection& db, const JobQueueOptions& options, uint64_t 
       options_(options),
       kinds_(*options.kinds),
       epoch_(epoch),
-      store_(db, kinds_, options.most_logs),
+      store_(db, kinds_),
+      losses_(db, options.most_logs),
+      scenes_(db),
+      results_(db),
+      folders_(db),
+      archive_(db, losses_),
       waits_(db),
       ledger_(db, kinds_, options.limits) {}
 
@@ -101,7 +106,7 @@ absl::Status Machine::Reload() {
   return Load();
 }
 
-// ---- Studies ------------------------------------------------------------------------------------
+// ---- Studies
 absl::StatusOr<v1::SubmitReply> Machine::Submit(const v1::SubmitRequest& request,
                                                 std::string_view actor) {
   const v1::StudySpec& spec = request.study();
@@ -142,7 +147,7 @@ absl::StatusOr<v1::SubmitReply> Machine::Submit(const v1::SubmitRequest& request
                 id, variant.name(), SqlBlob{PackMessage(variant.config())}, PairsOf(spec, variant),
                 RigsPerSceneOf(spec, variant), static_cast<int64_t>(SeedOf(spec, variant))));
   }
-  RETURN_IF_ERROR(store_.Audit(Now(), actor, "submit", id, spec.name()));
+  RETURN_IF_ERROR(Audit(actor, "submit", id, spec.name()));
   ledger_.NoteCreated(id);
   ASSIGN_OR_RETURN(const Study* study, ledger_.FindStudy(id));
   const std::vector<int64_t> variants = study->variants;
@@ -160,10 +165,10 @@ absl::Status Machine::Cancel(int64_t id, std::string_view reason, std::string_vi
   RETURN_IF_ERROR(db_.Run("UPDATE studies SET cancelled = 1 WHERE id = ?1", id));
   ledger_.Change(*study).cancelled = true;
   changed_variants_.insert(study->variants.begin(), study->variants.end());
-  RETURN_IF_ERROR(store_.Audit(Now(), actor, "cancel", id, reason));
+  RETURN_IF_ERROR(Audit(actor, "cancel", id, reason));
   RETURN_IF_ERROR(
       CancelJobs(id, 0, reason.empty() ? "cancelled" : "cancelled: " + std::string(reason)));
-  return store_.SweepUnwanted(Now());
+  return folders_.SweepUnwanted(Now());
 }
 
 absl::Status Machine::SetPaused(int64_t id, bool paused, std::string_view reason,
@@ -173,10 +178,10 @@ absl::Status Machine::SetPaused(int64_t id, bool paused, std::string_view reason
   RETURN_IF_ERROR(db_.Run("UPDATE studies SET paused = ?2 WHERE id = ?1", id, paused));
   ledger_.Change(*study).paused = paused;
   if (!paused) effects_.work_ready = true;
-  return store_.Audit(Now(), actor, paused ? "pause" : "resume", id, reason);
+  return Audit(actor, paused ? "pause" : "resume", id, reason);
 }
 
-// ---- Leases -------------------------------------------------------------------------------------
+// ---- Leases
 absl::StatusOr<Machine::Taker> Machine::TakerOf(const WorkerFacts& worker) const {
   Taker taker{.facts = worker};
   for (const std::string& name : worker.kinds) {
@@ -323,7 +328,7 @@ absl::StatusOr<GrantedLease> Machine::Grant(JobRow job, const Taker& worker) {
                      .variant = variant->name};
   if (kind.traits().resumes) {
     ASSIGN_OR_RETURN(const Sha256Digest keep_key, kind.KeepKey(*this, job));
-    ASSIGN_OR_RETURN(lease.work.kept_folders, store_.KeptFolders(keep_key, kMostKept));
+    ASSIGN_OR_RETURN(lease.work.kept_folders, folders_.Kept(keep_key, kMostKept));
   }
   RETURN_IF_ERROR(store_.MoveToLeased(job, lease.fence, lease.worker, job.part_given));
   NoteMove(*variant, job, JobState::kLeased);
@@ -343,7 +348,7 @@ absl::StatusOr<GrantedLease> Machine::Grant(JobRow job, const Taker& worker) {
   return lease;
 }
 
-// ---- Expansion ----------------------------------------------------------------------------------
+// ---- Expansion
 absl::Status Machine::TopUp(Variant& variant, const ScenePlan& plan) {
   ASSIGN_OR_RETURN(SceneRow * scene, OpenScene(variant.id, plan.ordinal, /*change=*/true));
   const uint32_t before = scene->rigs;
@@ -372,7 +377,7 @@ absl::StatusOr<bool> Machine::Expand(int64_t limit) {
                      // A large farm needs more than a small one to choose from.
                      .scenes_ahead = std::max<int64_t>(options_.scenes_ahead, 2 * leased_now_)};
     RETURN_IF_ERROR(FlushScene());
-    ASSIGN_OR_RETURN(const std::optional<uint32_t> highest, store_.HighestLiving(id));
+    ASSIGN_OR_RETURN(const std::optional<uint32_t> highest, scenes_.HighestLiving(id));
     if (highest) {
       ASSIGN_OR_RETURN(const SceneRow* scene, OpenScene(id, *highest, /*change=*/false));
       if (scene->rigs_lost == 0) plan.highest_living = ScenePlan{*highest, scene->rigs};
@@ -400,19 +405,26 @@ absl::StatusOr<bool> Machine::Expand(int64_t limit) {
   return !hungry_.empty();
 }
 
-// ---- Litter and archive -----------------------------------------------------------------------
+// ---- Litter and archive
+absl::Status Machine::Audit(std::string_view actor, std::string_view action, int64_t study,
+                            std::string_view detail) {
+  return db_.Run(
+      "INSERT INTO audit(unix_s, actor, action, study_id, detail) VALUES (?1, ?2, ?3, ?4, ?5)",
+      Now(), actor, action, study == 0 ? std::nullopt : std::optional<int64_t>(study), detail);
+}
+
 absl::Status Machine::ForgetLitter(const std::vector<std::string>& paths) {
-  for (const std::string& path : paths) RETURN_IF_ERROR(store_.DeleteLitter(path));
+  for (const std::string& path : paths) RETURN_IF_ERROR(folders_.DeleteLitter(path));
   return absl::OkStatus();
 }
 
 absl::StatusOr<bool> Machine::Archive(int limit) {
   if (options_.archive_after_s <= 0) return false;
-  ASSIGN_OR_RETURN(const auto study, store_.StudyToArchive(Now() - options_.archive_after_s));
+  ASSIGN_OR_RETURN(const auto study, archive_.StudyToArchive(Now() - options_.archive_after_s));
   if (!study) return false;
-  ASSIGN_OR_RETURN(const int moved, store_.ArchiveJobs(*study, limit));
+  ASSIGN_OR_RETURN(const int moved, archive_.Add(*study, limit));
   effects_.archived += static_cast<uint64_t>(moved);
-  RETURN_IF_ERROR(store_.SweepUnwanted(Now()));
+  RETURN_IF_ERROR(folders_.SweepUnwanted(Now()));
   ledger_.Forget(*study);
   return true;
 }

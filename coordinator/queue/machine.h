@@ -33,10 +33,15 @@
 #include "common/base/ids.h"
 #include "common/base/status.h"
 #include "coordinator/queue/farm_history.h"
+#include "coordinator/queue/job_archive.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/queue/job_store.h"
 #include "coordinator/queue/ledger.h"
+#include "coordinator/queue/left_folders.h"
+#include "coordinator/queue/loss_table.h"
 #include "coordinator/queue/report_check.h"
+#include "coordinator/queue/result_table.h"
+#include "coordinator/queue/scene_table.h"
 #include "coordinator/queue/waits.h"
 #include "coordinator/study/expansion.h"
 
@@ -287,6 +292,10 @@ class Machine final : private WorkDesk {
   absl::StatusOr<GrantedLease> Grant(JobRow job, const Taker& worker);
   bool OthersAround(const std::string& worker);
   StudyShare ShareOf(Study& study, const Taker& worker);
+
+  // Adds an entry to the audit table. `study` is 0 if the action concerns none.
+  absl::Status Audit(std::string_view actor, std::string_view action, int64_t study,
+                     std::string_view detail);
   uint64_t NextFence() { return (epoch_ << 32) | ++sequence_; }
   double Now() { return options_.clock->UnixSeconds(); }
   double SteadySeconds();
@@ -296,6 +305,11 @@ class Machine final : private WorkDesk {
   const KindRegistry& kinds_;
   const uint64_t epoch_;
   JobStore store_;
+  LossTable losses_;
+  SceneTable scenes_;
+  ResultTable results_;
+  LeftFolders folders_;
+  JobArchive archive_;
   WaitTable waits_;
   Ledger ledger_;
   uint32_t sequence_ = 0;

@@ -215,6 +215,8 @@ class Machine final : private WorkDesk {
   absl::Status CancelJobs(int64_t study, int64_t variant, const std::string& reason);
   absl::Status CancelJob(const JobRow& job, const std::string& reason);
   absl::Status GiveUpIfHopeless(Variant& variant);
+
+  // machine_expand.cc: makes scenes.
   absl::Status TopUp(Variant& variant, const ScenePlan& scene);
 
   // machine_limits.cc: the limits of users and studies.
@@ -283,7 +285,7 @@ class Machine final : private WorkDesk {
   absl::Status Litter(const JobRow& job);
   absl::Status LitterOfLate(const JobRow& job, const CheckedReport& report);
 
-  // machine.cc: chooses jobs for workers.
+  // machine_lease.cc: chooses jobs for workers.
   absl::StatusOr<Taker> TakerOf(const WorkerFacts& worker) const;
   absl::StatusOr<std::optional<JobRow>> Choose(const Taker& worker);
   absl::StatusOr<std::optional<JobRow>> ChooseOf(Study& study, KindId kind, const Taker& worker);
@@ -293,6 +295,7 @@ class Machine final : private WorkDesk {
   bool OthersAround(const std::string& worker);
   StudyShare ShareOf(Study& study, const Taker& worker);
 
+  // machine.cc
   // Adds an entry to the audit table. `study` is 0 if the action concerns none.
   absl::Status Audit(std::string_view actor, std::string_view action, int64_t study,
                      std::string_view detail);

@@ -1,4 +1,4 @@
-// Reads the audit table for clients. JobStore::Audit writes its rows, each in the transaction of
+// Reads the audit table for clients. Machine::Audit writes its rows, each in the transaction of
 // the change that it records.
 #include "common/base/status.h"
 #include "coordinator/queue/readers.h"

@@ -1,8 +1,6 @@
 #include "coordinator/queue/job_queue.h"
 
 #include <algorithm>
-#include <mutex>
-#include <semaphore>
 #include <utility>
 
 #include "coordinator/queue/auditor.h"
@@ -12,18 +10,17 @@
 #include "coordinator/queue/lease_book.h"
 #include "coordinator/queue/machine.h"
 #include "coordinator/queue/migrations.h"
+#include "coordinator/queue/queue_news.h"
 #include "coordinator/queue/readers.h"
 #include "coordinator/queue/startup.h"
+#include "coordinator/queue/upkeep.h"
 #include "coordinator/queue/user_limits.h"
 #include "coordinator/queue/writer.h"
 
 namespace parallax {
 namespace {
 
-constexpr int kMostLeases = 1024;     // In one call.
-constexpr int kArchivedAtOnce = 500;  // Jobs in one tick: some milliseconds.
-constexpr int kRemovedAtOnce = 200;   // Rows of forgotten studies, likewise.
-constexpr std::chrono::seconds kArchiveEvery{60};
+constexpr int kMostLeases = 1024;  // In one call.
 
 }  // namespace
 
@@ -34,32 +31,6 @@ class JobQueue::Impl {
       : options_(std::move(options)), book_(*options_.clock, options_.lease_s) {}
 
   absl::Status Open();
-
-  // Runs a command on the writing thread and waits for its commit.
-  template <typename T>
-  absl::StatusOr<T> Do(const char* name, std::function<absl::StatusOr<T>()> apply) {
-    absl::StatusOr<T> result = Unknown("not run");
-    std::binary_semaphore answered(0);
-    writer_->Enqueue({name,
-                      [&] {
-                        result = apply();
-                        return result.status();
-                      },
-                      [&](const absl::Status& status) {
-                        if (!status.ok()) result = status;
-                        answered.release();
-                      }});
-    answered.acquire();
-    return result;
-  }
-  absl::Status DoStatus(const char* name, std::function<absl::Status()> apply) {
-    return Do<bool>(name,
-                    [&]() -> absl::StatusOr<bool> {
-                      RETURN_IF_ERROR(apply());
-                      return true;
-                    })
-        .status();
-  }
 
   // Runs a command on the writing thread; after its commit, `finish` gets the result on the
   // finisher's.
@@ -91,43 +62,12 @@ class JobQueue::Impl {
     return InvalidArgument("{}", verdict.invalid);
   }
 
-  absl::Status TickNow() {
-    RETURN_IF_ERROR(machine_->Expire(book_.Expired()));
-    RETURN_IF_ERROR(machine_->WakeRetries());
-    return ArchiveSome();
-  }
-  // Runs on the writer's thread, in small steps, so that no caller waits for it.
-  bool ArchiveIsDue() const { return options_.clock->Steady() >= archive_at_; }
-  absl::Status ArchiveSome() {
-    if (!ArchiveIsDue()) return absl::OkStatus();
-    ASSIGN_OR_RETURN(bool more, machine_->RemoveForgotten(kRemovedAtOnce));
-    if (!more) {
-      ASSIGN_OR_RETURN(more, machine_->Archive(kArchivedAtOnce));
-    }
-    if (!more) archive_at_ = options_.clock->Steady() + kArchiveEvery;
-    return absl::OkStatus();
-  }
   void AddProgress(v1::JobStatus& job) const {
     if (job.state() != NameOf(JobState::kLeased)) return;
     const LeaseProgress progress = book_.ProgressOf(job.job_id());
     job.set_fraction(progress.fraction);
     job.set_stage(progress.stage);
     job.mutable_figures()->insert(progress.figures.begin(), progress.figures.end());
-  }
-  double SecondsToTick(const std::optional<double>& next_backoff) {
-    double seconds = book_.SecondsToExpiry();
-    if (next_backoff) {
-      const double wait = *next_backoff - options_.clock->UnixSeconds();
-      // Further away than any back-off: the clock was set back.
-      seconds = std::min(seconds, wait > options_.retry.backoff_max_s ? 0 : std::max(0.0, wait));
-    }
-    return seconds;
-  }
-
-  void Published(Effects effects);
-  JobQueueStats Counted() const {
-    const std::lock_guard lock(mutex_);
-    return counted_;
   }
 
   JobQueueOptions options_;
@@ -137,15 +77,12 @@ class JobQueue::Impl {
   std::string database_id_;
   int64_t schema_version_ = 0;
   LeaseBook book_;
+  QueueNews news_{book_};
   std::unique_ptr<Machine> machine_;
-  SteadyTime archive_at_{};  // The writer's own.
+  std::unique_ptr<Upkeep> upkeep_;
   std::unique_ptr<Readers> readers_;
   std::unique_ptr<Finisher> finisher_;
   std::unique_ptr<Writer> writer_;
-
-  mutable std::mutex mutex_;
-  JobQueueObserver* observer_ = nullptr;  // Guarded by mutex_.
-  JobQueueStats counted_;  // Counters of published effects, nothing else. Guarded by mutex_.
 };
 
 absl::Status JobQueue::Impl::Open() {
@@ -164,6 +101,7 @@ absl::Status JobQueue::Impl::Open() {
   RETURN_IF_ERROR(AuditLimits(*db_, options_.limits, options_.clock->UnixSeconds()));
   machine_ = std::make_unique<Machine>(*db_, options_, epoch_);
   RETURN_IF_ERROR(machine_->Load());
+  upkeep_ = std::make_unique<Upkeep>(*machine_, book_, options_);
   ASSIGN_OR_RETURN(readers_, Readers::Open(options_.db_path, options_.vfs, options_.readers,
                                            options_.read_deadline_s, *options_.kinds));
   SqliteQuery leased(*db_, "SELECT id, fence, worker FROM jobs WHERE state = 'LEASED'");
@@ -175,39 +113,12 @@ absl::Status JobQueue::Impl::Open() {
 
   finisher_ = std::make_unique<Finisher>();
   Writer::Hooks hooks;
-  hooks.published = [this](Effects effects) { Published(std::move(effects)); };
-  hooks.tick = [this] { return TickNow(); };
-  hooks.due = [this] {
-    if (ArchiveIsDue()) return true;
-    const auto next = machine_->NextBackoff();
-    return next.ok() && SecondsToTick(*next) <= 0;
-  };
+  hooks.published = [this](const Effects& effects) { news_.Publish(effects); };
+  hooks.tick = [this] { return upkeep_->Tick(); };
+  hooks.due = [this] { return upkeep_->IsDue(); };
   if (options_.own_timer) hooks.tick_s = std::clamp(options_.lease_s / 20, 0.01, 0.5);
   writer_ = std::make_unique<Writer>(*db_, *machine_, options_, std::move(hooks));
   return absl::OkStatus();
-}
-
-void JobQueue::Impl::Published(Effects effects) {
-  for (const LeaseRef& lease : effects.granted) book_.Add(lease);
-  for (const LeaseRef& lease : effects.ended) book_.Remove(lease);
-  const std::lock_guard lock(mutex_);
-  counted_.leases_granted += effects.granted.size();
-  counted_.completions += effects.completions;
-  counted_.failures += effects.failures;
-  counted_.losses += effects.losses;
-  counted_.stale_reports += effects.stale;
-  counted_.splits += effects.splits;
-  counted_.archived_jobs += effects.archived;
-  if (observer_ == nullptr) return;
-  for (const LeaseRef& lease : effects.ended) {
-    if (!lease.stop) continue;
-    v1::AttemptId attempt;
-    attempt.set_job_id(lease.job);
-    attempt.set_fence(lease.fence);
-    observer_->OnStop(lease.worker, attempt, lease.reason);
-  }
-  if (effects.drains != nullptr) observer_->OnDrains(*effects.drains);
-  if (effects.work_ready) observer_->OnWorkReady();
 }
 
 absl::StatusOr<std::unique_ptr<JobQueue>> JobQueue::Open(JobQueueOptions options) {
@@ -230,64 +141,62 @@ const std::string& JobQueue::database_id() const { return impl_->database_id_; }
 int64_t JobQueue::schema_version() const { return impl_->schema_version_; }
 double JobQueue::lease_s() const { return impl_->options_.lease_s; }
 
-void JobQueue::SetObserver(JobQueueObserver* observer) {
-  const std::lock_guard lock(impl_->mutex_);
-  impl_->observer_ = observer;
-}
+void JobQueue::SetObserver(JobQueueObserver* observer) { impl_->news_.SetObserver(observer); }
 
-// ---- Clients ------------------------------------------------------------------------------------
+// ---- Clients
 absl::StatusOr<v1::SubmitReply> JobQueue::Submit(const v1::SubmitRequest& request,
                                                  std::string_view actor) {
   RETURN_IF_ERROR(CheckStudySpec(request.study()));
-  return impl_->Do<v1::SubmitReply>("submit",
-                                    [&] { return impl_->machine_->Submit(request, actor); });
+  return impl_->writer_->Do<v1::SubmitReply>(
+      "submit", [&] { return impl_->machine_->Submit(request, actor); });
 }
 
 absl::Status JobQueue::Cancel(StudyId study, std::string_view reason, std::string_view actor) {
-  return impl_->DoStatus("cancel",
-                         [&] { return impl_->machine_->Cancel(study.value, reason, actor); });
+  return impl_->writer_->DoStatus(
+      "cancel", [&] { return impl_->machine_->Cancel(study.value, reason, actor); });
 }
 
 absl::Status JobQueue::Pause(StudyId study, std::string_view reason, std::string_view actor) {
-  return impl_->DoStatus(
+  return impl_->writer_->DoStatus(
       "pause", [&] { return impl_->machine_->SetPaused(study.value, true, reason, actor); });
 }
 
 absl::Status JobQueue::Resume(StudyId study, std::string_view reason, std::string_view actor) {
-  return impl_->DoStatus(
+  return impl_->writer_->DoStatus(
       "resume", [&] { return impl_->machine_->SetPaused(study.value, false, reason, actor); });
 }
 
 absl::Status JobQueue::SetMaxRunning(StudyId study, int64_t max_running, std::string_view reason,
                                      std::string_view actor) {
-  return impl_->DoStatus("limit", [&] {
+  return impl_->writer_->DoStatus("limit", [&] {
     return impl_->machine_->SetMaxRunning(study.value, max_running, reason, actor);
   });
 }
 
 absl::StatusOr<int64_t> JobQueue::Retry(StudyId study, std::string_view actor) {
-  return impl_->Do<int64_t>("retry", [&] { return impl_->machine_->Retry(study.value, actor); });
+  return impl_->writer_->Do<int64_t>("retry",
+                                     [&] { return impl_->machine_->Retry(study.value, actor); });
 }
 
 absl::StatusOr<v1::ForgetReply> JobQueue::Forget(StudyId study, std::string_view reason,
                                                  std::string_view actor) {
-  return impl_->Do<v1::ForgetReply>("forget", [&]() -> absl::StatusOr<v1::ForgetReply> {
+  return impl_->writer_->Do<v1::ForgetReply>("forget", [&]() -> absl::StatusOr<v1::ForgetReply> {
     ASSIGN_OR_RETURN(const v1::ForgetReply had,
                      impl_->machine_->Forget(study.value, reason, actor));
-    impl_->archive_at_ = impl_->options_.clock->Steady();
+    impl_->upkeep_->RemoveOldNow();
     return had;
   });
 }
 
 absl::Status JobQueue::Drain(const v1::DrainOrder& order, bool undo) {
-  return impl_->DoStatus("drain", [&] { return impl_->machine_->Drain(order, undo); });
+  return impl_->writer_->DoStatus("drain", [&] { return impl_->machine_->Drain(order, undo); });
 }
 
-// ---- Workers ------------------------------------------------------------------------------------
+// ---- Workers
 absl::StatusOr<std::vector<v1::Lease>> JobQueue::Lease(const WorkerFacts& worker, int max_jobs) {
   const int n = std::min(max_jobs, kMostLeases);
   ASSIGN_OR_RETURN(const std::vector<GrantedLease> granted,
-                   impl_->Do<std::vector<GrantedLease>>(
+                   impl_->writer_->Do<std::vector<GrantedLease>>(
                        "lease", [&] { return impl_->machine_->Lease(worker, n); }));
   return impl_->Messages(granted);
 }
@@ -306,9 +215,9 @@ void JobQueue::LeaseAsync(const WorkerFacts& worker, int max_jobs,
 
 absl::StatusOr<v1::ReportOutcome> JobQueue::Complete(const v1::CompleteRequest& request) {
   const CheckedReport report = CheckReport(request, *impl_->options_.kinds);
-  ASSIGN_OR_RETURN(const Machine::Verdict verdict, impl_->Do<Machine::Verdict>("complete", [&] {
-    return impl_->machine_->Complete(report);
-  }));
+  ASSIGN_OR_RETURN(const Machine::Verdict verdict,
+                   impl_->writer_->Do<Machine::Verdict>(
+                       "complete", [&] { return impl_->machine_->Complete(report); }));
   return Impl::OutcomeOf(verdict);
 }
 
@@ -326,20 +235,21 @@ void JobQueue::CompleteAsync(const v1::CompleteRequest& request, const std::stri
 }
 
 absl::StatusOr<v1::ReportOutcome> JobQueue::Fail(const v1::FailRequest& request) {
-  return impl_->Do<v1::ReportOutcome>("fail", [&] { return impl_->machine_->Fail(request); });
+  return impl_->writer_->Do<v1::ReportOutcome>("fail",
+                                               [&] { return impl_->machine_->Fail(request); });
 }
 
 absl::StatusOr<v1::ReportOutcome> JobQueue::HandBack(const std::string& worker,
                                                      const v1::AttemptId& attempt,
                                                      std::string_view reason) {
-  return impl_->Do<v1::ReportOutcome>(
+  return impl_->writer_->Do<v1::ReportOutcome>(
       "hand_back", [&] { return impl_->machine_->HandBack(worker, attempt, reason); });
 }
 
 absl::StatusOr<std::vector<v1::AttemptId>> JobQueue::Adopt(
     const std::string& worker, const std::vector<v1::AttemptId>& holding, bool same_process) {
   ASSIGN_OR_RETURN(std::vector<v1::AttemptId> adopted,
-                   impl_->Do<std::vector<v1::AttemptId>>("adopt", [&] {
+                   impl_->writer_->Do<std::vector<v1::AttemptId>>("adopt", [&] {
                      return impl_->machine_->Adopt(worker, holding, same_process);
                    }));
   for (const v1::AttemptId& attempt : adopted) impl_->book_.Touch(worker, attempt);
@@ -347,7 +257,8 @@ absl::StatusOr<std::vector<v1::AttemptId>> JobQueue::Adopt(
 }
 
 absl::StatusOr<int> JobQueue::WorkerLost(const std::string& worker) {
-  return impl_->Do<int>("worker_lost", [&] { return impl_->machine_->WorkerLost(worker); });
+  return impl_->writer_->Do<int>("worker_lost",
+                                 [&] { return impl_->machine_->WorkerLost(worker); });
 }
 
 std::vector<v1::AttemptId> JobQueue::Heartbeat(const std::string& worker,
@@ -356,16 +267,16 @@ std::vector<v1::AttemptId> JobQueue::Heartbeat(const std::string& worker,
 }
 
 absl::StatusOr<double> JobQueue::Tick() {
-  ASSIGN_OR_RETURN(
-      const std::optional<double> next,
-      impl_->Do<std::optional<double>>("tick", [&]() -> absl::StatusOr<std::optional<double>> {
-        RETURN_IF_ERROR(impl_->TickNow());
-        return impl_->machine_->NextBackoff();
-      }));
-  return impl_->SecondsToTick(next);
+  ASSIGN_OR_RETURN(const std::optional<double> next,
+                   impl_->writer_->Do<std::optional<double>>(
+                       "tick", [&]() -> absl::StatusOr<std::optional<double>> {
+                         RETURN_IF_ERROR(impl_->upkeep_->Tick());
+                         return impl_->machine_->NextBackoff();
+                       }));
+  return impl_->upkeep_->SecondsToNext(next);
 }
 
-// ---- Reads --------------------------------------------------------------------------------------
+// ---- Reads
 absl::StatusOr<v1::StudyStatus> JobQueue::GetStudy(StudyId study) {
   ASSIGN_OR_RETURN(v1::StudyStatus status, impl_->readers_->GetStudy(study.value));
   RETURN_IF_ERROR(AddLimits(*impl_->readers_, impl_->options_.limits, {&status, 1}));
@@ -431,12 +342,13 @@ absl::StatusOr<std::vector<HistorySample>> JobQueue::ListSamples(double since_un
   return impl_->readers_->ListSamples(since_unix_s);
 }
 
-// ---- Litter -----------------------------------------------------------------------------------
+// ---- Litter
 absl::StatusOr<std::vector<std::string>> JobQueue::ListLitter(double older_than_s, int limit) {
   return impl_->readers_->ListLitter(impl_->options_.clock->UnixSeconds() - older_than_s, limit);
 }
 absl::Status JobQueue::ForgetLitter(const std::vector<std::string>& paths) {
-  return impl_->DoStatus("forget_litter", [&] { return impl_->machine_->ForgetLitter(paths); });
+  return impl_->writer_->DoStatus("forget_litter",
+                                  [&] { return impl_->machine_->ForgetLitter(paths); });
 }
 
 absl::StatusOr<std::vector<RunningJob>> JobQueue::ListRunning() {
@@ -445,31 +357,13 @@ absl::StatusOr<std::vector<RunningJob>> JobQueue::ListRunning() {
 }
 
 JobQueueStats JobQueue::Stats() const {
-  const WriterStats writer = impl_->writer_->stats();
-  JobQueueStats stats = impl_->Counted();
-  for (size_t kind = 0; kind < kinds().size(); ++kind) {
-    for (size_t state = 0; state < kJobStates; ++state) {
-      stats.jobs[{kinds().at(kind).name(), kJobStateNames[state]}] = writer.jobs[kind][state];
-    }
-  }
-  stats.commits = writer.commits;
-  stats.commands = writer.commands;
-  stats.commit_seconds = writer.commit_seconds;
-  stats.commit_seconds_max = writer.commit_seconds_max;
-  stats.checkpoints = writer.checkpoints;
-  stats.checkpoint_seconds = writer.checkpoint_seconds;
-  stats.checkpoint_seconds_max = writer.checkpoint_seconds_max;
-  stats.largest_batch = writer.largest_batch;
-  stats.wal_pages = writer.wal_pages;
-  stats.commit_bounds_s = writer.commit_s.bounds();
-  stats.commit_counts = writer.commit_s.Cumulative();
-  stats.batch_bounds = writer.batch.bounds();
-  stats.batch_counts = writer.batch.Cumulative();
+  JobQueueStats stats = impl_->news_.counted();
+  impl_->writer_->AddStats(stats);
   stats.leases_held = impl_->book_.size();
   return stats;
 }
 
-// ---- Operations ---------------------------------------------------------------------------------
+// ---- Operations
 absl::StatusOr<std::vector<std::string>> JobQueue::Check() {
   absl::StatusOr<std::vector<std::string>> found;
   RETURN_IF_ERROR(impl_->readers_->Read(0, [&](SqliteConnection& db) {

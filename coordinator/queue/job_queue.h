@@ -165,7 +165,7 @@ class JobQueue {
   // must outlive the queue or be removed before.
   void SetObserver(JobQueueObserver* observer);
 
-  // ---- Clients. `actor` goes to the audit table. ------------------------------------------------
+  // ---- Clients. `actor` goes to the audit table.
   // O(variants) whatever the number of pairs. The same idempotency key again returns the first
   // study. Errors: kInvalidArgument for a bad spec; kAlreadyExists for a used key with another
   // study; kFailedPrecondition for more than the user's limits allow, naming the limit.
@@ -196,7 +196,7 @@ class JobQueue {
   // if there is no such order to undo.
   absl::Status Drain(const v1::DrainOrder& order, bool undo);
 
-  // ---- Workers ----------------------------------------------------------------------------------
+  // ---- Workers
   // Leases up to `max_jobs` jobs; fewer or none if no more fit the worker.
   absl::StatusOr<std::vector<v1::Lease>> Lease(const WorkerFacts& worker, int max_jobs);
   void LeaseAsync(const WorkerFacts& worker, int max_jobs,
@@ -238,7 +238,7 @@ class JobQueue {
   // With own_timer, the queue calls it itself.
   absl::StatusOr<double> Tick();
 
-  // ---- Reads: own connections, consistent snapshots, never wait for the writer ----------------
+  // ---- Reads: own connections, consistent snapshots, never wait for the writer
   absl::StatusOr<v1::StudyStatus> GetStudy(StudyId study);  // With spec.
   // Returns studies, the newest first; with `before`, only those with smaller ids.
   absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before = 0);
@@ -277,14 +277,14 @@ class JobQueue {
   // Samples since then, the oldest first.
   absl::StatusOr<std::vector<HistorySample>> ListSamples(double since_unix_s);
 
-  // ---- Litter: folders of the store that no result names or ever will -------------------------
+  // ---- Litter: folders of the store that no result names or ever will
   // Returns paths in the store that became litter at least `older_than_s` seconds ago, the oldest
   // first, at most `limit`.
   absl::StatusOr<std::vector<std::string>> ListLitter(double older_than_s, int limit);
   // Forgets litter that the janitor has removed.
   absl::Status ForgetLitter(const std::vector<std::string>& paths);
 
-  // ---- Operations -----------------------------------------------------------------------------
+  // ---- Operations
   // Checks every invariant. Returns a line for each violation; empty if all hold. Reads all rows,
   // which takes seconds for a million.
   absl::StatusOr<std::vector<std::string>> Check();

@@ -51,8 +51,6 @@ UPDATE jobs SET state = 'CANCELLED', awaits_job = NULL, waits_open = 0, not_befo
                 error = ?2, finished_unix_s = ?3
 WHERE id = ?1 AND state IN ('READY', 'BLOCKED', 'RETRY_WAIT', 'LEASED'))sql";
 
-int64_t Signed(uint64_t fence) { return static_cast<int64_t>(fence); }
-
 std::optional<int64_t> NullIfZero(int64_t value) {
   return value == 0 ? std::nullopt : std::optional<int64_t>(value);
 }
@@ -103,9 +101,13 @@ absl::StatusOr<std::optional<JobRow>> JobStore::OneRow(SqliteQuery& query) {
   return std::optional<JobRow>(std::move(row));
 }
 
-// ---- Jobs ---------------------------------------------------------------------------------------
 absl::StatusOr<std::optional<JobRow>> JobStore::Find(int64_t id) {
   SqliteQuery query(db_, kFind, id);
+  return OneRow(query);
+}
+
+absl::StatusOr<std::optional<JobRow>> JobStore::FindArchived(int64_t id) {
+  SqliteQuery query(db_, "SELECT " PARALLAX_JOB_COLUMNS " FROM archived_jobs WHERE id = ?1", id);
   return OneRow(query);
 }
 
@@ -121,23 +123,14 @@ absl::Status JobStore::Insert(JobRow& row, double now) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::vector<int64_t>> JobStore::Ids(SqliteQuery& query) {
-  std::vector<int64_t> ids;
-  while (query.Next()) ids.push_back(query.Int(0));
-  RETURN_IF_ERROR(query.status());
-  return ids;
-}
-
 absl::StatusOr<std::vector<int64_t>> JobStore::Followers(int64_t leader) {
-  SqliteQuery query(
-      db_, "SELECT id FROM jobs WHERE awaits_job = ?1 AND state = 'BLOCKED' ORDER BY id", leader);
-  return Ids(query);
+  return db_.Integers("SELECT id FROM jobs WHERE awaits_job = ?1 AND state = 'BLOCKED' ORDER BY id",
+                      leader);
 }
 
 absl::StatusOr<std::vector<int64_t>> JobStore::ReadyInGroup(const Sha256Digest& group_key) {
-  SqliteQuery query(db_, "SELECT id FROM jobs WHERE group_key = ?1 AND state = 'READY' ORDER BY id",
-                    group_key);
-  return Ids(query);
+  return db_.Integers("SELECT id FROM jobs WHERE group_key = ?1 AND state = 'READY' ORDER BY id",
+                      group_key);
 }
 
 absl::StatusOr<std::vector<JobRow>> JobStore::LeasedInGroup(const Sha256Digest& group_key) {
@@ -155,9 +148,8 @@ absl::StatusOr<std::vector<JobRow>> JobStore::LeasedInGroup(const Sha256Digest& 
 }
 
 absl::StatusOr<std::vector<int64_t>> JobStore::LeasedBy(const std::string& worker) {
-  SqliteQuery query(db_, "SELECT id FROM jobs WHERE worker = ?1 AND state = 'LEASED' ORDER BY id",
-                    worker);
-  return Ids(query);
+  return db_.Integers("SELECT id FROM jobs WHERE worker = ?1 AND state = 'LEASED' ORDER BY id",
+                      worker);
 }
 
 absl::StatusOr<std::vector<int64_t>> JobStore::Unfinished(int64_t study, int64_t variant) {
@@ -170,8 +162,7 @@ absl::StatusOr<std::vector<int64_t>> JobStore::Unfinished(int64_t study, int64_t
                           " AND study_id = ?1 AND (?2 = 0 OR variant_id = ?2)",
                           "SELECT id FROM jobs WHERE state = 'LEASED'"
                           " AND study_id = ?1 AND (?2 = 0 OR variant_id = ?2)"}) {
-    SqliteQuery query(db_, sql, study, variant);
-    ASSIGN_OR_RETURN(const std::vector<int64_t> some, Ids(query));
+    ASSIGN_OR_RETURN(const std::vector<int64_t> some, db_.Integers(sql, study, variant));
     ids.insert(ids.end(), some.begin(), some.end());
   }
   return ids;
@@ -180,11 +171,10 @@ absl::StatusOr<std::vector<int64_t>> JobStore::Unfinished(int64_t study, int64_t
 absl::StatusOr<std::vector<int64_t>> JobStore::BackoffsDue(double now, double longest_s,
                                                            int limit) {
   // Further away than any back-off is long: the wall clock was set back.
-  SqliteQuery query(db_,
-                    "SELECT id FROM jobs WHERE state = 'RETRY_WAIT'"
-                    " AND (not_before_unix_s <= ?1 OR not_before_unix_s > ?1 + ?2) LIMIT ?3",
-                    now, longest_s, limit);
-  return Ids(query);
+  return db_.Integers(
+      "SELECT id FROM jobs WHERE state = 'RETRY_WAIT'"
+      " AND (not_before_unix_s <= ?1 OR not_before_unix_s > ?1 + ?2) LIMIT ?3",
+      now, longest_s, limit);
 }
 
 absl::StatusOr<std::optional<double>> JobStore::NextBackoff() {
@@ -198,7 +188,7 @@ absl::StatusOr<std::optional<double>> JobStore::NextBackoff() {
 }
 
 absl::StatusOr<std::vector<int64_t>> JobStore::Lost(int64_t variant) {
-  SqliteQuery query(db_, R"sql(
+  return db_.Integers(R"sql(
 SELECT id FROM jobs AS j
 WHERE variant_id = ?1 AND state IN ('FAILED', 'QUARANTINED', 'CANCELLED')
   AND NOT EXISTS (SELECT 1 FROM jobs AS newer
@@ -206,8 +196,7 @@ WHERE variant_id = ?1 AND state IN ('FAILED', 'QUARANTINED', 'CANCELLED')
                     AND newer.kind = j.kind AND newer.rigs = j.rigs
                     AND newer.generation > j.generation)
 ORDER BY ordinal, id)sql",
-                    variant);
-  return Ids(query);
+                      variant);
 }
 
 absl::StatusOr<std::optional<JobRow>> JobStore::FindNewest(int64_t id) {
@@ -229,7 +218,7 @@ absl::Status JobStore::Moved(const absl::Status& status, int64_t id, JobState to
 
 absl::Status JobStore::MoveToLeased(const JobRow& row, uint64_t fence, const std::string& worker,
                                     bool part_given) {
-  return Moved(db_.Run(kMoveToLeased, row.id, Signed(fence), worker, part_given), row.id,
+  return Moved(db_.Run(kMoveToLeased, row.id, fence, worker, part_given), row.id,
                JobState::kLeased);
 }
 
@@ -249,7 +238,7 @@ absl::Status JobStore::SetWaitsOpen(int64_t id, int64_t waits_open) {
 
 absl::Status JobStore::MoveToResult(int64_t id, uint64_t fence, JobState state,
                                     const std::string& error, double now) {
-  return Moved(db_.Run(kMoveToResult, id, Signed(fence), NameOf(state), error, now), id, state);
+  return Moved(db_.Run(kMoveToResult, id, fence, NameOf(state), error, now), id, state);
 }
 
 absl::Status JobStore::MoveToReused(int64_t id, JobState state, const std::string& error,
@@ -260,10 +249,9 @@ absl::Status JobStore::MoveToReused(int64_t id, JobState state, const std::strin
 absl::Status JobStore::MoveAfterLoss(const JobRow& row, const LossUpdate& update, double now) {
   const std::optional<double> finished =
       IsTerminal(update.state) ? std::optional<double>(now) : std::nullopt;
-  return Moved(
-      db_.Run(kMoveAfterLoss, row.id, Signed(row.fence), NameOf(update.state), update.app_failures,
-              update.infra_losses, update.not_before_unix_s, finished, now, update.error),
-      row.id, update.state);
+  return Moved(db_.Run(kMoveAfterLoss, row.id, row.fence, NameOf(update.state), update.app_failures,
+                       update.infra_losses, update.not_before_unix_s, finished, now, update.error),
+               row.id, update.state);
 }
 
 absl::Status JobStore::MoveToCancelled(int64_t id, const std::string& reason, double now) {
@@ -276,315 +264,6 @@ absl::Status JobStore::ShrinkReady(int64_t id, const std::string& rigs, uint32_t
                        " WHERE id = ?1 AND state = 'READY'",
                        id, rigs, rig_count, work_key),
                id, JobState::kReady);
-}
-
-absl::Status JobStore::InsertLoss(int64_t job, uint64_t fence, const char* ledger,
-                                  const std::string& worker, const std::string& fingerprint,
-                                  const std::string& error, double now,
-                                  const std::string& log_tail) {
-  RETURN_IF_ERROR(db_.Run(
-      "INSERT INTO attempt_losses(job_id, fence, ledger, worker, fingerprint, error, unix_s,"
-      " log_tail) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
-      job, Signed(fence), ledger, worker, fingerprint, error, now, log_tail));
-  if (log_tail.empty()) return absl::OkStatus();
-#define PARALLAX_DROP_LOGS(table)                                                                  \
-  "UPDATE " table " SET log_tail = '' WHERE log_tail <> '' AND fence <= (SELECT fence FROM " table \
-  " WHERE log_tail <> '' ORDER BY fence DESC LIMIT 1 OFFSET ?1)"
-  return db_.Run(PARALLAX_DROP_LOGS("attempt_losses"), most_logs_);
-}
-
-absl::StatusOr<bool> JobStore::WasLost(int64_t job, uint64_t fence) {
-  ASSIGN_OR_RETURN(const auto found,
-                   db_.Integer("SELECT 1 FROM attempt_losses WHERE job_id = ?1 AND fence = ?2", job,
-                               Signed(fence)));
-  return found.has_value();
-}
-
-absl::StatusOr<bool> JobStore::HasLoss(int64_t job, uint64_t fence, const char* ledger) {
-  ASSIGN_OR_RETURN(const auto found,
-                   db_.Integer("SELECT 1 FROM attempt_losses"
-                               " WHERE job_id = ?1 AND fence = ?2 AND ledger = ?3",
-                               job, Signed(fence), ledger));
-  return found.has_value();
-}
-
-absl::StatusOr<int> JobStore::WorkersWithFingerprint(int64_t job, const std::string& fingerprint) {
-  ASSIGN_OR_RETURN(const auto n,
-                   db_.Integer("SELECT count(DISTINCT worker) FROM attempt_losses"
-                               " WHERE job_id = ?1 AND ledger = 'app' AND fingerprint = ?2",
-                               job, fingerprint));
-  return static_cast<int>(n.value_or(0));
-}
-
-absl::StatusOr<int> JobStore::WorkersLost(int64_t job) {
-  ASSIGN_OR_RETURN(const auto n, db_.Integer("SELECT count(DISTINCT worker) FROM attempt_losses"
-                                             " WHERE job_id = ?1 AND ledger = 'lost'",
-                                             job));
-  return static_cast<int>(n.value_or(0));
-}
-
-absl::StatusOr<bool> JobStore::WorkersLostWithout(int64_t job) {
-  // All jobs that a worker lost at one time count as one loss of the worker.
-  ASSIGN_OR_RETURN(
-      const auto found,
-      db_.Integer("SELECT 1 FROM attempt_losses WHERE ledger = 'lost' AND unix_s >="
-                  " (SELECT min(unix_s) FROM attempt_losses WHERE job_id = ?1 AND ledger = 'lost')"
-                  " AND (worker, unix_s) NOT IN (SELECT worker, unix_s FROM attempt_losses"
-                  " WHERE job_id = ?1 AND ledger = 'lost') LIMIT 1",
-                  job));
-  return found.has_value();
-}
-
-absl::StatusOr<bool> JobStore::AlwaysLostWithAnother(int64_t job, const std::string& worker,
-                                                     double now) {
-  // Some jobs of the worker that is lost now are in the ledger; others are still leased to it.
-  ASSIGN_OR_RETURN(
-      const auto found,
-      db_.Integer(
-          "WITH before AS (SELECT DISTINCT worker, unix_s FROM attempt_losses"
-          "  WHERE job_id = ?1 AND ledger = 'lost' AND unix_s < ?3)"
-          " SELECT 1 FROM attempt_losses other JOIN before USING (worker, unix_s)"
-          " WHERE other.job_id != ?1 AND other.ledger = 'lost'"
-          "  AND (EXISTS (SELECT 1 FROM attempt_losses this WHERE this.job_id = other.job_id"
-          "    AND this.ledger = 'lost' AND this.worker = ?2 AND this.unix_s = ?3)"
-          "   OR EXISTS (SELECT 1 FROM jobs WHERE id = other.job_id"
-          "    AND state = 'LEASED' AND jobs.worker = ?2))"
-          " GROUP BY other.job_id"
-          " HAVING count(DISTINCT unix_s) = (SELECT count(*) FROM before) LIMIT 1",
-          job, worker, now));
-  return found.has_value();
-}
-
-absl::Status JobStore::MoveLostToReturned(int64_t job, uint64_t fence) {
-  return db_.Run(
-      "UPDATE attempt_losses SET ledger = 'returned'"
-      " WHERE job_id = ?1 AND fence = ?2 AND ledger = 'lost'",
-      job, Signed(fence));
-}
-
-// ---- Scenes -----------------------------------------------------------------------------------
-absl::Status JobStore::InsertScene(int64_t variant, uint32_t ordinal, const SceneRow& row) {
-  return db_.Run(
-      "INSERT INTO scenes(variant_id, ordinal, rigs, rigs_lost, "
-      "rigs_done, jobs_open, scene_hash)"
-      " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
-      variant, ordinal, row.rigs, row.rigs_lost, row.rigs_done, row.jobs_open, row.scene_hash);
-}
-
-absl::StatusOr<SceneRow> JobStore::FindScene(int64_t variant, uint32_t ordinal) {
-  SqliteQuery query(db_,
-                    "SELECT rigs, rigs_lost, rigs_done, jobs_open, scene_hash FROM scenes"
-                    " WHERE variant_id = ?1 AND ordinal = ?2",
-                    variant, ordinal);
-  if (!query.Next()) {
-    RETURN_IF_ERROR(query.status());
-    return NotFound("variant {}: no scene {}", variant, ordinal);
-  }
-  SceneRow row;
-  row.rigs = static_cast<uint32_t>(query.Int(0));
-  row.rigs_lost = static_cast<uint32_t>(query.Int(1));
-  row.rigs_done = static_cast<uint32_t>(query.Int(2));
-  row.jobs_open = static_cast<uint32_t>(query.Int(3));
-  if (!query.IsNull(4)) row.scene_hash = query.Digest(4);
-  return row;
-}
-
-absl::Status JobStore::WriteScene(int64_t variant, uint32_t ordinal, const SceneRow& row) {
-  return db_.Run(
-      "UPDATE scenes SET rigs = ?3, rigs_lost = ?4, rigs_done = ?5, jobs_open = ?6, scene_hash = ?7"
-      " WHERE variant_id = ?1 AND ordinal = ?2",
-      variant, ordinal, row.rigs, row.rigs_lost, row.rigs_done, row.jobs_open, row.scene_hash);
-}
-
-absl::StatusOr<std::optional<uint32_t>> JobStore::HighestLiving(int64_t variant) {
-  ASSIGN_OR_RETURN(const auto ordinal,
-                   db_.Integer("SELECT ordinal FROM scenes WHERE variant_id = ?1"
-                               " AND rigs_lost < rigs ORDER BY ordinal DESC LIMIT 1",
-                               variant));
-  if (!ordinal) return std::optional<uint32_t>();
-  return std::optional<uint32_t>(static_cast<uint32_t>(*ordinal));
-}
-
-// ---- Results ------------------------------------------------------------------------------------
-absl::StatusOr<std::optional<StoredResult>> JobStore::FindResult(const Sha256Digest& key) {
-  SqliteQuery query(db_, "SELECT bytes, rejected FROM results WHERE work_key = ?1", key);
-  std::optional<StoredResult> result;
-  if (query.Next()) {
-    result = StoredResult{std::string(query.Blob(0)), !query.IsNull(1), std::string(query.Text(1))};
-  }
-  RETURN_IF_ERROR(query.status());
-  return result;
-}
-
-absl::StatusOr<bool> JobStore::HasResult(const Sha256Digest& key) {
-  ASSIGN_OR_RETURN(const auto found, db_.Integer("SELECT 1 FROM results WHERE work_key = ?1", key));
-  return found.has_value();
-}
-
-absl::StatusOr<bool> JobStore::InsertResult(const Sha256Digest& key, std::string_view stage,
-                                            const StoredResult& result, int64_t job,
-                                            uint64_t fence) {
-  RETURN_IF_ERROR(db_.Run(
-      "INSERT INTO results(work_key, stage, bytes, rejected, job_id, fence)"
-      " VALUES (?1, ?2, ?3, ?4, ?5, ?6) ON CONFLICT DO NOTHING",
-      key, stage, result.rejected ? std::nullopt : std::optional<SqlBlob>(SqlBlob{result.bytes}),
-      result.rejected ? std::optional<std::string>(result.reason) : std::nullopt, job,
-      Signed(fence)));
-  return db_.changes() == 1;
-}
-
-absl::Status JobStore::InsertFrame(const JobFacts& scene_of, uint32_t rig,
-                                   const Sha256Digest& frame_key, bool reused) {
-  return db_.Run(
-      "INSERT INTO frames(study_id, variant_id, ordinal, rig, frame_key, reused)"
-      " VALUES (?1, ?2, ?3, ?4, ?5, ?6)",
-      scene_of.study, scene_of.variant, scene_of.ordinal, rig, frame_key, reused);
-}
-
-absl::Status JobStore::InsertStudyResult(const JobRow& job) {
-  return db_.Run("INSERT INTO study_results(study_id, job_id, work_key) VALUES (?1, ?2, ?3)",
-                 job.study, job.id, job.work_key);
-}
-
-// ---- Litter and archive -----------------------------------------------------------------------
-absl::Status JobStore::InsertLitter(const std::string& path, double now) {
-  return db_.Run(
-      "INSERT INTO litter(path, since_unix_s) VALUES (?1, ?2) ON "
-      "CONFLICT DO NOTHING",
-      path, now);
-}
-
-absl::Status JobStore::DeleteLitter(const std::string& path) {
-  return db_.Run("DELETE FROM litter WHERE path = ?1", path);
-}
-
-absl::Status JobStore::InsertKept(const std::string& path, const Sha256Digest& keep_key,
-                                  const std::optional<KeptFor>& scene, double now) {
-  return db_.Run(
-      "INSERT INTO kept_folders(path, work_key, since_unix_s, variant_id, ordinal)"
-      " VALUES (?1, ?2, ?3, ?4, ?5) ON CONFLICT DO NOTHING",
-      path, keep_key, now, scene ? std::optional<int64_t>(scene->variant) : std::nullopt,
-      scene ? std::optional<int64_t>(scene->ordinal) : std::nullopt);
-}
-
-absl::StatusOr<std::vector<std::string>> JobStore::KeptFolders(const Sha256Digest& keep_key,
-                                                               int limit) {
-  SqliteQuery query(db_,
-                    "SELECT path FROM kept_folders WHERE work_key = ?1"
-                    " ORDER BY since_unix_s DESC, path DESC LIMIT ?2",
-                    keep_key, limit);
-  std::vector<std::string> paths;
-  while (query.Next()) paths.emplace_back(query.Text(0));
-  RETURN_IF_ERROR(query.status());
-  return paths;
-}
-
-absl::StatusOr<bool> JobStore::IsKept(const std::string& path) {
-  ASSIGN_OR_RETURN(const auto found,
-                   db_.Integer("SELECT 1 FROM kept_folders WHERE path = ?1", path));
-  return found.has_value();
-}
-
-absl::Status JobStore::SweepDone(const Sha256Digest& work_key, double now) {
-  RETURN_IF_ERROR(
-      db_.Run("INSERT INTO litter(path, since_unix_s) SELECT path, ?2 FROM kept_folders"
-              " WHERE work_key = ?1 ON CONFLICT DO NOTHING",
-              work_key, now));
-  return db_.Run("DELETE FROM kept_folders WHERE work_key = ?1", work_key);
-}
-
-absl::Status JobStore::SweepScene(const KeptFor& scene, double now) {
-  ASSIGN_OR_RETURN(
-      const auto any,
-      db_.Integer("SELECT 1 FROM kept_folders WHERE variant_id = ?1 AND ordinal = ?2 LIMIT 1",
-                  scene.variant, scene.ordinal));
-  if (!any) return absl::OkStatus();
-  RETURN_IF_ERROR(
-      db_.Run("INSERT INTO litter(path, since_unix_s) SELECT path, ?3 FROM kept_folders"
-              " WHERE variant_id = ?1 AND ordinal = ?2 ON CONFLICT DO NOTHING",
-              scene.variant, scene.ordinal, now));
-  return db_.Run("DELETE FROM kept_folders WHERE variant_id = ?1 AND ordinal = ?2", scene.variant,
-                 scene.ordinal);
-}
-
-absl::Status JobStore::SweepUnwanted(double now) {
-#define PARALLAX_UNWANTED                                                            \
-  "variant_id IS NULL AND"                                                           \
-  " NOT EXISTS (SELECT 1 FROM jobs AS j JOIN studies AS s ON s.id = j.study_id"      \
-  " WHERE j.work_key = kept_folders.work_key AND j.input <> x'' AND s.cancelled = 0" \
-  " AND s.archived = 0)"
-  RETURN_IF_ERROR(
-      db_.Run("INSERT INTO litter(path, since_unix_s) SELECT path, ?1 FROM kept_folders"
-              " WHERE " PARALLAX_UNWANTED " ON CONFLICT DO NOTHING",
-              now));
-  return db_.Run("DELETE FROM kept_folders WHERE " PARALLAX_UNWANTED);
-#undef PARALLAX_UNWANTED
-}
-
-absl::StatusOr<std::optional<int64_t>> JobStore::StudyToArchive(double finished_before) {
-  // The newest job stays: SQLite gives the number of a deleted newest row to
-  // the next one.
-  return db_.Integer(R"sql(
-SELECT s.id FROM studies AS s
-WHERE s.finished_unix_s < ?1 AND EXISTS (
-  SELECT 1 FROM variants AS v JOIN jobs AS j ON j.variant_id = v.id
-  WHERE v.study_id = s.id AND j.id < (SELECT max(id) FROM jobs))
-ORDER BY s.id LIMIT 1)sql",
-                     finished_before);
-}
-
-absl::StatusOr<int> JobStore::ArchiveJobs(int64_t study, int limit) {
-  std::vector<int64_t> ids;
-  {
-    SqliteQuery query(db_,
-                      "SELECT j.id FROM variants AS v JOIN jobs AS j ON j.variant_id = v.id"
-                      " WHERE v.study_id = ?1 AND j.id < (SELECT max(id) FROM jobs) LIMIT ?2",
-                      study, limit);
-    ASSIGN_OR_RETURN(ids, Ids(query));
-  }
-  RETURN_IF_ERROR(db_.Run("UPDATE studies SET archived = 1 WHERE id = ?1 AND archived = 0", study));
-  for (const int64_t id : ids) {
-    for (const char* sql :
-         {"INSERT INTO archived_jobs SELECT * FROM jobs WHERE id = ?1",
-          "INSERT INTO archived_losses SELECT * FROM attempt_losses WHERE "
-          "job_id = ?1",
-          "DELETE FROM attempt_losses WHERE job_id = ?1", "DELETE FROM waits WHERE job_id = ?1",
-          "DELETE FROM jobs WHERE id = ?1"}) {
-      RETURN_IF_ERROR(db_.Run(sql, id));
-    }
-  }
-  RETURN_IF_ERROR(db_.Run(PARALLAX_DROP_LOGS("archived_losses"), most_logs_));
-#undef PARALLAX_DROP_LOGS
-  return static_cast<int>(ids.size());
-}
-
-absl::StatusOr<int> JobStore::RemoveArchivedJobs(int64_t study, int limit) {
-  std::vector<int64_t> ids;
-  {
-    SqliteQuery query(
-        db_,
-        "SELECT a.id FROM variants AS v JOIN archived_jobs AS a ON a.variant_id = v.id"
-        " WHERE v.study_id = ?1 LIMIT ?2",
-        study, limit);
-    ASSIGN_OR_RETURN(ids, Ids(query));
-  }
-  for (const int64_t id : ids) {
-    RETURN_IF_ERROR(db_.Run("DELETE FROM archived_losses WHERE job_id = ?1", id));
-    RETURN_IF_ERROR(db_.Run("DELETE FROM archived_jobs WHERE id = ?1", id));
-  }
-  return static_cast<int>(ids.size());
-}
-
-absl::StatusOr<std::optional<JobRow>> JobStore::FindArchived(int64_t id) {
-  SqliteQuery query(db_, "SELECT " PARALLAX_JOB_COLUMNS " FROM archived_jobs WHERE id = ?1", id);
-  return OneRow(query);
-}
-
-absl::Status JobStore::Audit(double now, std::string_view actor, std::string_view action,
-                             int64_t study, std::string_view detail) {
-  return db_.Run(
-      "INSERT INTO audit(unix_s, actor, action, study_id, detail) VALUES (?1, ?2, ?3, ?4, ?5)", now,
-      actor, action, NullIfZero(study), detail);
 }
 
 }  // namespace parallax

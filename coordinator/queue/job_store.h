@@ -1,6 +1,5 @@
-// The machine's tables. job_store.cc has all SQL that changes jobs, scenes, results and frames,
-// with one guarded statement for each move. It makes no decisions. Used only by the writing thread,
-// inside a transaction.
+// The table `jobs`. job_store.cc has all SQL that changes jobs, with one guarded statement for each
+// move. It makes no decisions. Used only by the writing thread, inside a transaction.
 //
 // Errors of all functions: those of the database; kInternal if a guard kept a row from changing.
 #pragma once
@@ -32,15 +31,6 @@ struct JobRow : JobFacts {
   std::string error;
 };
 
-// A row of `scenes`: numbers of its rigs and of its unfinished jobs, and the hash of its recipe.
-struct SceneRow {
-  uint32_t rigs = 0;
-  uint32_t rigs_lost = 0;
-  uint32_t rigs_done = 0;
-  uint32_t jobs_open = 0;
-  std::optional<Sha256Digest> scene_hash;
-};
-
 // The change of a job whose lease ended without a result.
 struct LossUpdate {
   JobState state = JobState::kReady;
@@ -50,22 +40,15 @@ struct LossUpdate {
   std::string error;
 };
 
-// The scene whose jobs may continue from a kept folder.
-struct KeptFor {
-  int64_t variant = 0;
-  uint32_t ordinal = 0;
-};
-
 class JobStore {
  public:
-  // `db` and `kinds` must outlive the store. `most_logs` bounds the number of logs of failed
-  // attempts, in the hot table and again in the archive; the oldest are dropped.
-  JobStore(SqliteConnection& db, const KindRegistry& kinds, int most_logs)
-      : db_(db), kinds_(kinds), most_logs_(most_logs) {}
+  // `db` and `kinds` must outlive the store.
+  JobStore(SqliteConnection& db, const KindRegistry& kinds) : db_(db), kinds_(kinds) {}
 
-  // ---- Jobs -------------------------------------------------------------------------------------
-  // Returns the job with this id; nothing if it is unknown or in the archive.
+  // Return the job with this id; nothing if it is unknown. Find looks outside of the archive,
+  // FindArchived inside.
   absl::StatusOr<std::optional<JobRow>> Find(int64_t id);
+  absl::StatusOr<std::optional<JobRow>> FindArchived(int64_t id);
   // Inserts a job and sets row.id. `now` becomes its ready_unix_s, and also its finished_unix_s if
   // its state is terminal.
   absl::Status Insert(JobRow& row, double now);
@@ -108,90 +91,12 @@ class JobStore {
   absl::Status ShrinkReady(int64_t id, const std::string& rigs, uint32_t rig_count,
                            const Sha256Digest& work_key);
 
-  // Enters an attempt that ended without a result in a ledger: "app", "lost" or "returned".
-  absl::Status InsertLoss(int64_t job, uint64_t fence, const char* ledger,
-                          const std::string& worker, const std::string& fingerprint,
-                          const std::string& error, double now, const std::string& log_tail = "");
-  // Returns whether the attempt is in a ledger of losses: in any of them, or in this one.
-  absl::StatusOr<bool> WasLost(int64_t job, uint64_t fence);
-  absl::StatusOr<bool> HasLoss(int64_t job, uint64_t fence, const char* ledger);
-  // Return numbers of different workers in a job's ledgers: those that reported the fingerprint,
-  // and those that were lost.
-  absl::StatusOr<int> WorkersWithFingerprint(int64_t job, const std::string& fingerprint);
-  absl::StatusOr<int> WorkersLost(int64_t job);
-  // Returns whether, since the job first lost its worker, a worker was lost that did not hold it.
-  // Reads all losses.
-  absl::StatusOr<bool> WorkersLostWithout(int64_t job);
-  // Returns whether there is another job that every worker lost with this job also held, including
-  // the worker that is lost now.
-  absl::StatusOr<bool> AlwaysLostWithAnother(int64_t job, const std::string& worker, double now);
-  // Changes a loss into a return, because the attempt's worker lives and was only away: the loss no
-  // longer counts against the job.
-  absl::Status MoveLostToReturned(int64_t job, uint64_t fence);
-
-  // ---- Scenes ---------------------------------------------------------------------------------
-  // Insert, read and overwrite the row of a scene.
-  absl::Status InsertScene(int64_t variant, uint32_t ordinal, const SceneRow& row);
-  absl::StatusOr<SceneRow> FindScene(int64_t variant, uint32_t ordinal);
-  absl::Status WriteScene(int64_t variant, uint32_t ordinal, const SceneRow& row);
-  // Returns the ordinal of the highest scene that has not lost all its rigs.
-  absl::StatusOr<std::optional<uint32_t>> HighestLiving(int64_t variant);
-
-  // ---- Results ----------------------------------------------------------------------------------
-  // Returns the result with this key, if there is one; HasResult reads less.
-  absl::StatusOr<std::optional<StoredResult>> FindResult(const Sha256Digest& key);
-  absl::StatusOr<bool> HasResult(const Sha256Digest& key);
-  // Inserts a result. The first one committed wins: leaves an existing result alone. Returns true
-  // if it is new.
-  absl::StatusOr<bool> InsertResult(const Sha256Digest& key, std::string_view stage,
-                                    const StoredResult& result, int64_t job, uint64_t fence);
-  // Publishes a pair of a scene.
-  absl::Status InsertFrame(const JobFacts& scene_of, uint32_t rig, const Sha256Digest& frame_key,
-                           bool reused);
-
-  // Notes that a job without a scene has succeeded and has files.
-  absl::Status InsertStudyResult(const JobRow& job);
-
-  // ---- Litter and archive ---------------------------------------------------------------------
-  // Add a path to the litter, or remove it.
-  absl::Status InsertLitter(const std::string& path, double now);
-  absl::Status DeleteLitter(const std::string& path);
-  // Keeps a folder from which later attempts may continue. `scene` is set for jobs of scenes.
-  absl::Status InsertKept(const std::string& path, const Sha256Digest& keep_key,
-                          const std::optional<KeptFor>& scene, double now);
-  // Returns kept folders, the newest first.
-  absl::StatusOr<std::vector<std::string>> KeptFolders(const Sha256Digest& keep_key, int limit);
-  absl::StatusOr<bool> IsKept(const std::string& path);
-  // Makes litter of the folders kept for work that is done.
-  absl::Status SweepDone(const Sha256Digest& work_key, double now);
-  // Makes litter of the folders kept for a scene without open jobs.
-  absl::Status SweepScene(const KeptFor& scene, double now);
-  // Makes litter of the folders kept for work without a scene that no study wants any more: all its
-  // jobs are cancelled or archived.
-  absl::Status SweepUnwanted(double now);
-  // Returns a study that finished before `finished_before` and still has jobs outside of the
-  // archive.
-  absl::StatusOr<std::optional<int64_t>> StudyToArchive(double finished_before);
-  // Moves up to `limit` ended jobs of the study to the archive, with their losses. Returns their
-  // number.
-  absl::StatusOr<int> ArchiveJobs(int64_t study, int limit);
-  // Removes up to `limit` archived jobs of a forgotten study, with their losses. Returns their
-  // number.
-  absl::StatusOr<int> RemoveArchivedJobs(int64_t study, int limit);
-  absl::StatusOr<std::optional<JobRow>> FindArchived(int64_t id);
-
-  // Adds an entry to the audit table. `study` is 0 if the action concerns none.
-  absl::Status Audit(double now, std::string_view actor, std::string_view action, int64_t study,
-                     std::string_view detail);
-
  private:
-  absl::StatusOr<std::vector<int64_t>> Ids(SqliteQuery& query);
   absl::StatusOr<std::optional<JobRow>> OneRow(SqliteQuery& query);
   absl::Status Moved(const absl::Status& status, int64_t id, JobState to);
 
   SqliteConnection& db_;
   const KindRegistry& kinds_;
-  const int most_logs_;
 };
 
 // The columns that JobRowOf reads, in its order.

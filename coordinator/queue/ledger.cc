@@ -138,12 +138,9 @@ absl::Status Ledger::LoadCounts(Variant& variant) {
 }
 
 absl::Status Ledger::LoadUnfinished() {
-  std::vector<int64_t> ids;
-  {
-    SqliteQuery query(db_, "SELECT id FROM studies WHERE finished_unix_s IS NULL ORDER BY id");
-    while (query.Next()) ids.push_back(query.Int(0));
-    RETURN_IF_ERROR(query.status());
-  }
+  ASSIGN_OR_RETURN(
+      const std::vector<int64_t> ids,
+      db_.Integers("SELECT id FROM studies WHERE finished_unix_s IS NULL ORDER BY id"));
   for (const int64_t id : ids) RETURN_IF_ERROR(FindStudy(id).status());
   return absl::OkStatus();
 }

@@ -33,10 +33,15 @@
 #include "common/base/ids.h"
 #include "common/base/status.h"
 #include "coordinator/queue/farm_history.h"
+#include "coordinator/queue/job_archive.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/queue/job_store.h"
 #include "coordinator/queue/ledger.h"
+#include "coordinator/queue/left_folders.h"
+#include "coordinator/queue/loss_table.h"
 #include "coordinator/queue/report_check.h"
+#include "coordinator/queue/result_table.h"
+#include "coordinator/queue/scene_table.h"
 #include "coordinator/queue/waits.h"
 #include "coordinator/study/expansion.h"
 
@@ -210,6 +215,8 @@ class Machine final : private WorkDesk {
   absl::Status CancelJobs(int64_t study, int64_t variant, const std::string& reason);
   absl::Status CancelJob(const JobRow& job, const std::string& reason);
   absl::Status GiveUpIfHopeless(Variant& variant);
+
+  // machine_expand.cc: makes scenes.
   absl::Status TopUp(Variant& variant, const ScenePlan& scene);
 
   // machine_limits.cc: the limits of users and studies.
@@ -278,7 +285,7 @@ class Machine final : private WorkDesk {
   absl::Status Litter(const JobRow& job);
   absl::Status LitterOfLate(const JobRow& job, const CheckedReport& report);
 
-  // machine.cc: chooses jobs for workers.
+  // machine_lease.cc: chooses jobs for workers.
   absl::StatusOr<Taker> TakerOf(const WorkerFacts& worker) const;
   absl::StatusOr<std::optional<JobRow>> Choose(const Taker& worker);
   absl::StatusOr<std::optional<JobRow>> ChooseOf(Study& study, KindId kind, const Taker& worker);
@@ -287,6 +294,11 @@ class Machine final : private WorkDesk {
   absl::StatusOr<GrantedLease> Grant(JobRow job, const Taker& worker);
   bool OthersAround(const std::string& worker);
   StudyShare ShareOf(Study& study, const Taker& worker);
+
+  // machine.cc
+  // Adds an entry to the audit table. `study` is 0 if the action concerns none.
+  absl::Status Audit(std::string_view actor, std::string_view action, int64_t study,
+                     std::string_view detail);
   uint64_t NextFence() { return (epoch_ << 32) | ++sequence_; }
   double Now() { return options_.clock->UnixSeconds(); }
   double SteadySeconds();
@@ -296,6 +308,11 @@ class Machine final : private WorkDesk {
   const KindRegistry& kinds_;
   const uint64_t epoch_;
   JobStore store_;
+  LossTable losses_;
+  SceneTable scenes_;
+  ResultTable results_;
+  LeftFolders folders_;
+  JobArchive archive_;
   WaitTable waits_;
   Ledger ledger_;
   uint32_t sequence_ = 0;

@@ -27,10 +27,10 @@ absl::StatusOr<JobFacts> Machine::NewestOf(int64_t id) {
 }
 
 absl::StatusOr<std::optional<StoredResult>> Machine::FindResult(const Sha256Digest& key) {
-  return store_.FindResult(key);
+  return results_.Find(key);
 }
 
-absl::StatusOr<bool> Machine::HasResult(const Sha256Digest& key) { return store_.HasResult(key); }
+absl::StatusOr<bool> Machine::HasResult(const Sha256Digest& key) { return results_.Has(key); }
 
 absl::StatusOr<bool> Machine::PutResult(const JobFacts& by, std::string_view stage,
                                         const Sha256Digest& key, const StoredResult& result) {
@@ -39,7 +39,7 @@ absl::StatusOr<bool> Machine::PutResult(const JobFacts& by, std::string_view sta
   }
   StoredResult kept = result;
   kept.reason = OneLine(result.reason);
-  return store_.InsertResult(key, stage, kept, by.id, ending_fence_);
+  return results_.Insert(key, stage, kept, by.id, ending_fence_);
 }
 
 absl::Status Machine::SetScene(const JobFacts& job, const Sha256Digest& scene_hash) {
@@ -52,7 +52,7 @@ absl::Status Machine::Publish(const JobFacts& job, std::span<const FrameLink> fr
   ASSIGN_OR_RETURN(Variant * variant, ledger_.FindVariant(job.variant));
   int64_t reused = 0;
   for (const FrameLink& frame : frames) {
-    RETURN_IF_ERROR(store_.InsertFrame(job, frame.rig, frame.key, frame.reused));
+    RETURN_IF_ERROR(results_.InsertFrame(job, frame));
     reused += frame.reused ? 1 : 0;
   }
   if (reused > 0) ledger_.Change(*variant).frames_reused += reused;
@@ -61,7 +61,7 @@ absl::Status Machine::Publish(const JobFacts& job, std::span<const FrameLink> fr
 }
 
 absl::Status Machine::Discard(std::string_view path) {
-  return store_.InsertLitter(std::string(path), Now());
+  return folders_.InsertLitter(std::string(path), Now());
 }
 
 }  // namespace parallax

@@ -42,8 +42,8 @@ absl::Status Machine::Drain(const v1::DrainOrder& order, bool undo) {
   ASSIGN_OR_RETURN(std::vector<v1::DrainOrder> drains, ListDrains(db_));
   effects_.drains = std::make_shared<const std::vector<v1::DrainOrder>>(std::move(drains));
   effects_.work_ready |= undo;
-  return store_.Audit(Now(), order.actor(), undo ? "undrain" : "drain", 0,
-                      order.pattern() + (order.reason().empty() ? "" : ": " + order.reason()));
+  return Audit(order.actor(), undo ? "undrain" : "drain", 0,
+               order.pattern() + (order.reason().empty() ? "" : ": " + order.reason()));
 }
 
 absl::Status Machine::NoSuchDrain(const std::string& pattern) {
@@ -98,21 +98,17 @@ absl::StatusOr<v1::ForgetReply> Machine::Forget(int64_t id, std::string_view rea
       db_.Run("DELETE FROM waits WHERE job_id IN (SELECT id FROM jobs"
               " WHERE variant_id IN (SELECT id FROM variants WHERE study_id = ?1))",
               id));
-  RETURN_IF_ERROR(store_.SweepUnwanted(Now()));
+  RETURN_IF_ERROR(folders_.SweepUnwanted(Now()));
   for (const int64_t variant : study->variants) hungry_.erase(variant);
-  RETURN_IF_ERROR(store_.Audit(Now(), actor, "forget", id,
-                               study->name + (reason.empty() ? "" : ": " + std::string(reason))));
+  RETURN_IF_ERROR(
+      Audit(actor, "forget", id, study->name + (reason.empty() ? "" : ": " + std::string(reason))));
   ledger_.Change(*study).forgotten = true;
   return had;
 }
 
 absl::StatusOr<bool> Machine::RemoveForgotten(int limit) {
-  std::vector<int64_t> studies;
-  {
-    SqliteQuery query(db_, "SELECT id FROM studies WHERE forgotten = 1 ORDER BY id");
-    while (query.Next()) studies.push_back(query.Int(0));
-    RETURN_IF_ERROR(query.status());
-  }
+  ASSIGN_OR_RETURN(const std::vector<int64_t> studies,
+                   db_.Integers("SELECT id FROM studies WHERE forgotten = 1 ORDER BY id"));
   for (const int64_t study : studies) {
     ASSIGN_OR_RETURN(const bool some, RemoveSomeOf(study, limit));
     if (some) return true;
@@ -128,11 +124,11 @@ absl::StatusOr<bool> Machine::RemoveSomeOf(int64_t study, int limit) {
   if (removed > 0) return true;
   ASSIGN_OR_RETURN(removed, RemoveScenes(study, limit));
   if (removed > 0) return true;
-  ASSIGN_OR_RETURN(removed, store_.ArchiveJobs(study, limit));
+  ASSIGN_OR_RETURN(removed, archive_.Add(study, limit));
   if (removed > 0) return true;
-  ASSIGN_OR_RETURN(removed, store_.RemoveArchivedJobs(study, limit));
+  ASSIGN_OR_RETURN(removed, archive_.Remove(study, limit));
   if (removed > 0) return true;
-  // The newest job of all stays until there is a newer one: see JobStore::StudyToArchive.
+  // The newest job of all stays until there is a newer one: see JobArchive::StudyToArchive.
   const std::string any_job =
       std::string("SELECT 1 FROM jobs WHERE variant_id IN ") + kVariantsOf + " LIMIT 1";
   ASSIGN_OR_RETURN(const auto job, db_.Integer(any_job.c_str(), study));
@@ -181,7 +177,7 @@ absl::Status Machine::RemoveResult(const Sha256Digest& key) {
     }
   }
   RETURN_IF_ERROR(db_.Run("DELETE FROM results WHERE work_key = ?1", key));
-  return folder.empty() ? absl::OkStatus() : store_.InsertLitter(folder, Now());
+  return folder.empty() ? absl::OkStatus() : folders_.InsertLitter(folder, Now());
 }
 
 // Variants of living studies whose scene of some number has the same layout, or is the same.

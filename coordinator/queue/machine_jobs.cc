@@ -230,7 +230,7 @@ absl::StatusOr<SceneRow*> Machine::OpenScene(int64_t variant, uint32_t ordinal, 
   if (scene_.variant != variant || scene_.ordinal != ordinal) {
     RETURN_IF_ERROR(FlushScene());
     scene_.variant = 0;
-    ASSIGN_OR_RETURN(scene_.row, store_.FindScene(variant, ordinal));
+    ASSIGN_OR_RETURN(scene_.row, scenes_.Find(variant, ordinal));
     scene_.variant = variant;
     scene_.ordinal = ordinal;
     scene_.is_new = scene_.changed = false;
@@ -241,8 +241,8 @@ absl::StatusOr<SceneRow*> Machine::OpenScene(int64_t variant, uint32_t ordinal, 
 
 absl::Status Machine::FlushScene() {
   if (scene_.variant == 0 || !scene_.changed) return absl::OkStatus();
-  RETURN_IF_ERROR(scene_.is_new ? store_.InsertScene(scene_.variant, scene_.ordinal, scene_.row)
-                                : store_.WriteScene(scene_.variant, scene_.ordinal, scene_.row));
+  RETURN_IF_ERROR(scene_.is_new ? scenes_.Insert(scene_.variant, scene_.ordinal, scene_.row)
+                                : scenes_.Write(scene_.variant, scene_.ordinal, scene_.row));
   scene_.is_new = scene_.changed = false;
   return absl::OkStatus();
 }
@@ -266,7 +266,7 @@ absl::StatusOr<SceneRow> Machine::ChangeScene(Variant& variant, uint32_t ordinal
   if (scene.jobs_open == 0 || scene.rigs_lost != before.rigs_lost) hungry_.insert(variant.id);
   if (change.rigs_done > 0) changed_variants_.insert(variant.id);
   if (before.jobs_open > 0 && scene.jobs_open == 0) {
-    RETURN_IF_ERROR(store_.SweepScene({variant.id, ordinal}, Now()));
+    RETURN_IF_ERROR(folders_.SweepScene({variant.id, ordinal}, Now()));
   }
   return scene;
 }
@@ -279,8 +279,8 @@ absl::Status Machine::EnterSuccess(const JobRow& job, Variant& variant, const En
   if (kind.traits().of_scene) {
     return ChangeScene(variant, job.ordinal, {.jobs_open = -1}).status();
   }
-  if (kind.traits().has_output) RETURN_IF_ERROR(store_.InsertStudyResult(job));
-  return kind.traits().resumes ? store_.SweepDone(job.work_key, Now()) : absl::OkStatus();
+  if (kind.traits().has_output) RETURN_IF_ERROR(results_.InsertStudyResult(job));
+  return kind.traits().resumes ? folders_.SweepDone(job.work_key, Now()) : absl::OkStatus();
 }
 
 absl::Status Machine::EnterLoss(const JobRow& job, Variant& variant, JobState state) {
@@ -309,8 +309,8 @@ absl::Status Machine::GiveUpIfHopeless(Variant& variant) {
   if (reason.empty()) return absl::OkStatus();
   ledger_.Change(variant).problem = reason;
   changed_variants_.insert(variant.id);
-  RETURN_IF_ERROR(store_.Audit(Now(), "coordinator", "give up", variant.study,
-                               "variant " + variant.name + ": " + reason));
+  RETURN_IF_ERROR(
+      Audit("coordinator", "give up", variant.study, "variant " + variant.name + ": " + reason));
   return CancelJobs(variant.study, variant.id, "the variant gave up: " + reason);
 }
 

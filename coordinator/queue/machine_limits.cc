@@ -58,9 +58,9 @@ absl::Status Machine::SetMaxRunning(int64_t id, int64_t max_running, std::string
   RETURN_IF_ERROR(db_.Run("UPDATE studies SET max_running = ?2 WHERE id = ?1", id, max_running));
   ledger_.Change(*study).max_running = max_running;
   effects_.work_ready = true;
-  return store_.Audit(Now(), actor, "limit", id,
-                      fmt::format("max_running {}, was {}{}", max_running, before,
-                                  reason.empty() ? "" : ": " + std::string(reason)));
+  return Audit(actor, "limit", id,
+               fmt::format("max_running {}, was {}{}", max_running, before,
+                           reason.empty() ? "" : ": " + std::string(reason)));
 }
 
 }  // namespace parallax

@@ -125,7 +125,7 @@ absl::StatusOr<v1::ReportOutcome> Machine::Fail(const v1::FailRequest& request) 
     return v1::REPORT_OUTCOME_OK;
   }
   ASSIGN_OR_RETURN(const bool known,
-                   store_.HasLoss(request.attempt().job_id(), request.attempt().fence(), "app"));
+                   losses_.Has(request.attempt().job_id(), request.attempt().fence(), "app"));
   return known ? v1::REPORT_OUTCOME_ALREADY_DONE : holding.outcome;
 }
 
@@ -134,8 +134,14 @@ absl::Status Machine::FailAttempt(const JobRow& job, const AppFailure& failure) 
   const std::string error = OneLine(failure.error);
   const std::string fingerprint =
       OneLine(failure.fingerprint.empty() ? failure.error : failure.fingerprint);
-  RETURN_IF_ERROR(store_.InsertLoss(job.id, job.fence, "app", worker, fingerprint, error, Now(),
-                                    failure.log_tail));
+  RETURN_IF_ERROR(losses_.Insert({.job = job.id,
+                                  .fence = job.fence,
+                                  .ledger = "app",
+                                  .worker = worker,
+                                  .fingerprint = fingerprint,
+                                  .error = error,
+                                  .unix_s = Now(),
+                                  .log_tail = failure.log_tail}));
   RETURN_IF_ERROR(Litter(job));
   ++effects_.failures;
 
@@ -143,7 +149,7 @@ absl::Status Machine::FailAttempt(const JobRow& job, const AppFailure& failure) 
                          .infra_losses = job.infra_losses,
                          .retryable = failure.retryable};
   ASSIGN_OR_RETURN(history.workers_with_fingerprint,
-                   store_.WorkersWithFingerprint(job.id, fingerprint));
+                   losses_.WorkersWithFingerprint(job.id, fingerprint));
   LossUpdate update{
       .app_failures = history.app_failures, .infra_losses = history.infra_losses, .error = error};
   switch (JudgeAppFailure(options_.retry, history)) {
@@ -171,17 +177,20 @@ absl::Status Machine::FailAttempt(const JobRow& job, const AppFailure& failure) 
 absl::Status Machine::LoseAttempt(const JobRow& job, LossKind kind, const std::string& reason,
                                   bool stop, double now) {
   const std::string error = OneLine(reason);
-  RETURN_IF_ERROR(store_.InsertLoss(job.id, job.fence,
-                                    kind == LossKind::kLost ? "lost" : "returned", job.worker, "",
-                                    error, now));
+  RETURN_IF_ERROR(losses_.Insert({.job = job.id,
+                                  .fence = job.fence,
+                                  .ledger = kind == LossKind::kLost ? "lost" : "returned",
+                                  .worker = job.worker,
+                                  .error = error,
+                                  .unix_s = now}));
   RETURN_IF_ERROR(Litter(job));
   ++effects_.losses;
   FailureHistory history{.app_failures = job.app_failures, .infra_losses = job.infra_losses + 1};
-  ASSIGN_OR_RETURN(history.workers_lost, store_.WorkersLost(job.id));
+  ASSIGN_OR_RETURN(history.workers_lost, losses_.WorkersLost(job.id));
   if (history.workers_lost >= options_.retry.quarantine_losses) {
-    ASSIGN_OR_RETURN(history.lost_without_it, store_.WorkersLostWithout(job.id));
+    ASSIGN_OR_RETURN(history.lost_without_it, losses_.WorkersLostWithout(job.id));
     ASSIGN_OR_RETURN(history.lost_with_another,
-                     store_.AlwaysLostWithAnother(job.id, job.worker, now));
+                     losses_.AlwaysLostWithAnother(job.id, job.worker, now));
   }
   LossUpdate update{
       .app_failures = history.app_failures, .infra_losses = history.infra_losses, .error = error};
@@ -204,11 +213,11 @@ absl::Status Machine::EndAttempt(const JobRow& job, const LossUpdate& update) {
 absl::Status Machine::Litter(const JobRow& job) {
   const JobTraits& traits = KindOf(job).traits();
   if (!traits.has_output) return absl::OkStatus();
-  if (!traits.resumes) return store_.InsertLitter(AttemptFolder(job), Now());
+  if (!traits.resumes) return folders_.InsertLitter(AttemptFolder(job), Now());
   std::optional<KeptFor> scene;
   if (traits.of_scene) scene = KeptFor{job.variant, job.ordinal};
   ASSIGN_OR_RETURN(const Sha256Digest keep_key, KindOf(job).KeepKey(*this, job));
-  return store_.InsertKept(AttemptFolder(job), keep_key, scene, Now());
+  return folders_.Keep(AttemptFolder(job), keep_key, scene, Now());
 }
 
 // A worker that was away for long may have written after its folder was
@@ -216,7 +225,7 @@ absl::Status Machine::Litter(const JobRow& job) {
 absl::Status Machine::LitterOfLate(const JobRow& job, const CheckedReport& report) {
   if (report.result == nullptr || report.result->paths.empty()) return absl::OkStatus();
   if (!kinds_[*report.kind].traits().has_output) return absl::OkStatus();
-  ASSIGN_OR_RETURN(const bool lost, store_.WasLost(job.id, report.attempt.fence()));
+  ASSIGN_OR_RETURN(const bool lost, losses_.WasLost(job.id, report.attempt.fence()));
   if (!lost) return absl::OkStatus();
   // Its own folder, whatever rigs the job had then: no other attempt has this fence.
   const std::string path = report.result->paths.front() + "/";
@@ -224,8 +233,8 @@ absl::Status Machine::LitterOfLate(const JobRow& job, const CheckedReport& repor
   const size_t at = path.find(own + "/");
   if (at != StorePrefixOf(Sha256Digest{}).size()) return absl::OkStatus();
   const std::string folder = path.substr(0, at + own.size());
-  ASSIGN_OR_RETURN(const bool kept, store_.IsKept(folder));  // Others may go on from it.
-  return kept ? absl::OkStatus() : store_.InsertLitter(folder, Now());
+  ASSIGN_OR_RETURN(const bool kept, folders_.IsKept(folder));  // Others may go on from it.
+  return kept ? absl::OkStatus() : folders_.InsertLitter(folder, Now());
 }
 
 absl::StatusOr<v1::ReportOutcome> Machine::HandBack(const std::string& worker,
@@ -238,7 +247,7 @@ absl::StatusOr<v1::ReportOutcome> Machine::HandBack(const std::string& worker,
                                 Now()));
     return v1::REPORT_OUTCOME_OK;
   }
-  ASSIGN_OR_RETURN(const bool known, store_.HasLoss(attempt.job_id(), attempt.fence(), "returned"));
+  ASSIGN_OR_RETURN(const bool known, losses_.Has(attempt.job_id(), attempt.fence(), "returned"));
   return known ? v1::REPORT_OUTCOME_ALREADY_DONE : holding.outcome;
 }
 
@@ -249,7 +258,7 @@ absl::StatusOr<std::vector<v1::AttemptId>> Machine::Adopt(const std::string& wor
   if (const auto given_up = given_up_.find(worker); given_up != given_up_.end()) {
     // The worker was only away: none of its jobs has killed it.
     for (const auto& [job, fence] : given_up->second) {
-      if (same_process) RETURN_IF_ERROR(store_.MoveLostToReturned(job, fence));
+      if (same_process) RETURN_IF_ERROR(losses_.MoveLostToReturned(job, fence));
     }
     given_up_.erase(given_up);
   }

@@ -48,7 +48,7 @@ absl::StatusOr<int64_t> Machine::Retry(int64_t id, std::string_view actor) {
     ASSIGN_OR_RETURN(const bool again, RetryOther(*variant, job));
     retried += again ? 1 : 0;
   }
-  RETURN_IF_ERROR(store_.Audit(Now(), actor, "retry", id, fmt::format("{} jobs", retried)));
+  RETURN_IF_ERROR(Audit(actor, "retry", id, fmt::format("{} jobs", retried)));
   return retried;
 }
 

@@ -17,6 +17,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <vector>
 
 #include "common/base/hash.h"
 #include "common/base/status.h"
@@ -49,6 +50,9 @@ class SqliteConnection {
   // Runs a query and returns the first column of the first row, if there is one and it is not NULL.
   template <typename... Args>
   absl::StatusOr<std::optional<int64_t>> Integer(const char* sql, const Args&... args);
+  // Runs a query and returns the first column of all rows.
+  template <typename... Args>
+  absl::StatusOr<std::vector<int64_t>> Integers(const char* sql, const Args&... args);
   // As Integer, for text without arguments; "" if there is no row.
   absl::StatusOr<std::string> Text(const char* sql);
 
@@ -154,6 +158,16 @@ absl::StatusOr<std::optional<int64_t>> SqliteConnection::Integer(const char* sql
   if (query.Next() && !query.IsNull(0)) value = query.Int(0);
   RETURN_IF_ERROR(query.status());
   return value;
+}
+
+template <typename... Args>
+absl::StatusOr<std::vector<int64_t>> SqliteConnection::Integers(const char* sql,
+                                                                const Args&... args) {
+  SqliteQuery query(*this, sql, args...);
+  std::vector<int64_t> values;
+  while (query.Next()) values.push_back(query.Int(0));
+  RETURN_IF_ERROR(query.status());
+  return values;
 }
 
 }  // namespace parallax

@@ -7,13 +7,6 @@ std::optional<int64_t> NullIfZero(int64_t value) {
   return value == 0 ? std::nullopt : std::optional<int64_t>(value);
 }
 
-absl::StatusOr<std::vector<int64_t>> Ids(SqliteQuery& query) {
-  std::vector<int64_t> ids;
-  while (query.Next()) ids.push_back(query.Int(0));
-  RETURN_IF_ERROR(query.status());
-  return ids;
-}
-
 }  // namespace
 
 absl::Status WaitTable::Load() {
@@ -61,20 +54,18 @@ absl::StatusOr<int64_t> WaitTable::OpenOf(int64_t job) {
 
 absl::StatusOr<std::vector<int64_t>> WaitTable::OnJob(int64_t job) {
   if (jobs_.count(job) == 0) return std::vector<int64_t>();
-  SqliteQuery query(db_,
-                    "SELECT DISTINCT job_id FROM waits WHERE on_job = ?1 AND state = 'OPEN'"
-                    " ORDER BY job_id",
-                    job);
-  return Ids(query);
+  return db_.Integers(
+      "SELECT DISTINCT job_id FROM waits WHERE on_job = ?1 AND state = 'OPEN'"
+      " ORDER BY job_id",
+      job);
 }
 
 absl::StatusOr<std::vector<int64_t>> WaitTable::OnPairs(int64_t variant, int64_t pairs) {
   if (variants_.count(variant) == 0) return std::vector<int64_t>();
-  SqliteQuery query(db_,
-                    "SELECT DISTINCT job_id FROM waits WHERE on_variant = ?1 AND state = 'OPEN'"
-                    " AND pairs <= ?2 ORDER BY job_id",
-                    variant, pairs);
-  return Ids(query);
+  return db_.Integers(
+      "SELECT DISTINCT job_id FROM waits WHERE on_variant = ?1 AND state = 'OPEN'"
+      " AND pairs <= ?2 ORDER BY job_id",
+      variant, pairs);
 }
 
 absl::Status WaitTable::MeetJob(int64_t job) {

@@ -68,9 +68,36 @@ void Writer::Enqueue(Command command) {
   if (command.done) command.done(Cancelled("the queue is closing"));
 }
 
-WriterStats Writer::stats() const {
+absl::Status Writer::DoStatus(const char* name, std::function<absl::Status()> apply) {
+  return Do<bool>(name,
+                  [&]() -> absl::StatusOr<bool> {
+                    RETURN_IF_ERROR(apply());
+                    return true;
+                  })
+      .status();
+}
+
+void Writer::AddStats(JobQueueStats& stats) const {
   const std::lock_guard lock(mutex_);
-  return stats_;
+  for (size_t kind = 0; kind < options_.kinds->size(); ++kind) {
+    for (size_t state = 0; state < kJobStates; ++state) {
+      stats.jobs[{options_.kinds->at(kind).name(), kJobStateNames[state]}] =
+          stats_.jobs[kind][state];
+    }
+  }
+  stats.commits = stats_.commits;
+  stats.commands = stats_.commands;
+  stats.commit_seconds = stats_.commit_seconds;
+  stats.commit_seconds_max = stats_.commit_seconds_max;
+  stats.checkpoints = stats_.checkpoints;
+  stats.checkpoint_seconds = stats_.checkpoint_seconds;
+  stats.checkpoint_seconds_max = stats_.checkpoint_seconds_max;
+  stats.largest_batch = stats_.largest_batch;
+  stats.wal_pages = stats_.wal_pages;
+  stats.commit_bounds_s = stats_.commit_s.bounds();
+  stats.commit_counts = stats_.commit_s.Cumulative();
+  stats.batch_bounds = stats_.batch.bounds();
+  stats.batch_counts = stats_.batch.Cumulative();
 }
 
 std::vector<Writer::Command> Writer::NextGroup() {

@@ -12,6 +12,7 @@
 #include <deque>
 #include <functional>
 #include <mutex>
+#include <semaphore>
 #include <thread>
 #include <vector>
 
@@ -50,7 +51,7 @@ class Writer {
   // commit, before any `done` of the group. `due` says whether the command `tick` should run now;
   // it is asked at least once every tick_s seconds.
   struct Hooks {
-    std::function<void(Effects)> published;
+    std::function<void(const Effects&)> published;
     std::function<bool()> due;
     std::function<absl::Status()> tick;
     double tick_s = 0;  // 0: never.
@@ -60,7 +61,12 @@ class Writer {
 
   // Accepts a command. Thread-safe. After the destructor has begun, `done` gets kCancelled.
   void Enqueue(Command command);
-  WriterStats stats() const;
+  // Run a command and wait for its commit. Thread-safe. Errors: those of `apply`; the commit's.
+  template <typename T>
+  absl::StatusOr<T> Do(const char* name, std::function<absl::StatusOr<T>()> apply);
+  absl::Status DoStatus(const char* name, std::function<absl::Status()> apply);
+  // Sets the figures of the writer and the numbers of jobs. Thread-safe.
+  void AddStats(JobQueueStats& stats) const;
 
  private:
   void Loop();
@@ -95,5 +101,22 @@ class Writer {
 
   std::thread thread_;
 };
+
+template <typename T>
+absl::StatusOr<T> Writer::Do(const char* name, std::function<absl::StatusOr<T>()> apply) {
+  absl::StatusOr<T> result = Unknown("not run");
+  std::binary_semaphore answered(0);
+  Enqueue({name,
+           [&] {
+             result = apply();
+             return result.status();
+           },
+           [&](const absl::Status& status) {
+             if (!status.ok()) result = status;
+             answered.release();
+           }});
+  answered.acquire();
+  return result;
+}
 
 }  // namespace parallax

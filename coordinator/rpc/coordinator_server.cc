@@ -77,7 +77,7 @@ class CoordinatorServerImpl final : public CoordinatorServer {
 
   ServerMetrics Metrics() const override {
     ServerMetrics metrics = dispatcher_.Metrics();
-    service_.AddMetrics(metrics);
+    service_.meter().AddTo(metrics);
     return metrics;
   }
 

@@ -6,7 +6,7 @@
 #include <grpcpp/grpcpp.h>
 
 #include <condition_variable>
-#include <map>
+#include <functional>
 #include <mutex>
 #include <string>
 
@@ -14,6 +14,7 @@
 #include "coordinator/rpc/call_watch.h"
 #include "coordinator/rpc/coordinator_server.h"
 #include "coordinator/rpc/dispatcher.h"
+#include "coordinator/rpc/report_meter.h"
 #include "coordinator/rpc/task_pool.h"
 #include "coordinator/rpc/work_stream.h"
 #include "parallax/v1/service.grpc.pb.h"
@@ -31,7 +32,7 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
                      TaskPool& client_pool, AnnouncedStore store, std::string coordinator_id,
                      double lease_s, const Store* outputs, double hello_s);
 
-  void AddMetrics(ServerMetrics& metrics) const;  // Sets `reports`, `stages` and `work`.
+  const ReportMeter& meter() const { return meter_; }
   // Waits until no call is in progress.
   void WaitForCalls();
 
@@ -63,16 +64,20 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
  private:
   using StudyCall = absl::Status (JobQueue::*)(StudyId, std::string_view, std::string_view);
 
-  // Runs `body` on `pool` and ends the call with what it returns.
-  Reactor* RunOn(TaskPool& pool, Context* context, std::function<absl::Status()> body);
+  // coordinator_service_clients.cc
+  Reactor* EndNow(Context* context, const absl::Status& status);
+  // Runs `body` on the clients' pool and ends the call with what it returns; ends it at once if
+  // `checked` is an error.
+  Reactor* ForClient(Context* context, const absl::Status& checked,
+                     std::function<absl::Status()> body);
   Reactor* ChangeStudy(Context* context, const v1::StudyRequest* request, v1::StudyStatus* reply,
                        StudyCall call);
-  Reactor* EndNow(Context* context, const absl::Status& status);
+
+  // coordinator_service.cc
   void EndReport(Reactor* reactor, v1::ReportReply* reply,
                  const absl::StatusOr<v1::ReportOutcome>& outcome, const char* if_ok);
   // Returns the kind of the result's job; null if it is unknown.
   const JobKind* KindOf(const v1::CompleteRequest& request) const;
-  void NoteWork(const v1::CompleteRequest& request);
   bool Admit(Reactor* reactor, v1::ReportReply* reply, const absl::Status& status,
              const std::string& coordinator_id);
   bool IsForeign(const std::string& coordinator_id) const;
@@ -89,12 +94,11 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   CallWatch watch_;  // Over streams that have not said hello.
   const WorkStreamContext streams_;
 
-  mutable std::mutex mu_;
+  ReportMeter meter_;
+
+  std::mutex mu_;
   std::condition_variable idle_;
-  int calls_ = 0;                           // Guarded by mu_: streams, and calls that are not over.
-  std::map<std::string, int64_t> reports_;  // Guarded by mu_, like the following.
-  std::map<std::string, ServerMetrics::Stage> stages_;
-  std::map<std::string, ServerMetrics::Work> work_;
+  int calls_ = 0;  // Guarded by mu_: streams, and calls that are not over.
 };
 
 }  // namespace parallax

@@ -16,6 +16,7 @@
 #include "coordinator/rpc/ask_window.h"
 #include "coordinator/rpc/fleet.h"
 #include "coordinator/rpc/lease_inbox.h"
+#include "coordinator/rpc/lease_returns.h"
 #include "coordinator/rpc/reply_size.h"
 #include "coordinator/rpc/validation.h"
 
@@ -105,7 +106,7 @@ class Dispatcher::Impl {
     std::lock_guard lock(mu_);
     FleetWorker* worker = fleet_.Present(name, link);
     if (worker == nullptr) return;
-    if (fleet_.Break(*worker, clock_.Steady())) Forfeit(name);
+    if (fleet_.Break(*worker, clock_.Steady())) ForfeitLeases(queue_, pool_, name);
   }
 
   void Reported(const std::string& name, bool succeeded) {
@@ -171,28 +172,14 @@ class Dispatcher::Impl {
     return std::min(reconnect_grace_s, queue.lease_s());
   }
 
-  // ---- All below require mu_ unless said otherwise ----
+  // ---- All below require mu_ unless said otherwise
   void TakeNewDrains() {
     std::lock_guard lock(drains_mu_);
     if (new_drains_) fleet_.SetDrains(*std::move(new_drains_));
     new_drains_.reset();
   }
 
-  // Gives up its leases. The pool waits for the commit.
-  void Forfeit(const std::string& name) {
-    pool_.Run([queue = &queue_, name] {
-      const auto lost = queue->WorkerLost(name);
-      if (!lost.ok()) {
-        LogError("leases of a lost worker stay until they expire",
-                 {{"worker", name}, {"error", lost.status()}});
-      } else if (*lost > 0) {
-        LogWarning("leases of a lost worker are given to others",
-                   {{"worker", name}, {"leases", *lost}});
-      }
-    });
-  }
-
-  // ---- The dispatcher's thread ----
+  // ---- The dispatcher's thread
   void Loop() {
     pthread_setname_np(pthread_self(), "dispatcher");
     SteadyTime look_at = SecondsAfter(clock_.Steady(), kLookAgain_s);
@@ -222,7 +209,7 @@ class Dispatcher::Impl {
     if (work_ready) NewRound(now);
     if (now >= *check_at) {
       *check_at = SecondsAfter(now, check_every_s_);
-      for (const std::string& lost : fleet_.CheckPresence(now)) Forfeit(lost);
+      for (const std::string& lost : fleet_.CheckPresence(now)) ForfeitLeases(queue_, pool_, lost);
     }
     if (stopping_) return inbox_->IsQuiet();
     Ask();
@@ -266,7 +253,7 @@ class Dispatcher::Impl {
     FleetWorker* worker = link == nullptr ? nullptr : fleet_.Present(note.worker, link.get());
     if (worker == nullptr || stopping_) {
       if (worker != nullptr) worker->asking = false;
-      return GiveBack(note);
+      return HandBackLeases(queue_, pool_, note.worker, *note.leases);
     }
     worker->asking = false;
     if (got < note.asked) worker->served_round = note.round;
@@ -282,16 +269,6 @@ class Dispatcher::Impl {
       latency_sum_s_ += latency_s;
     }
     worker->wants_since = clock_.Steady();
-  }
-
-  // Leased to a worker that has gone meanwhile: READY again, without blame.
-  void GiveBack(const LeaseNote& note) {
-    for (const v1::Lease& lease : *note.leases) {
-      pool_.Run([queue = &queue_, worker = note.worker, attempt = lease.attempt()] {
-        const auto outcome = queue->HandBack(worker, attempt, "worker gone before the lease");
-        if (!outcome.ok()) LogWarning("lease not handed back", {{"error", outcome.status()}});
-      });
-    }
   }
 
   // Workers ask in turn, so that the last in the alphabet is not always served last.

@@ -3,16 +3,17 @@
 #include <grpcpp/grpcpp.h>
 
 #include <algorithm>
-#include <condition_variable>
-#include <mutex>
 #include <optional>
 #include <set>
 
 #include "common/base/hash.h"
 #include "common/base/log.h"
 #include "common/base/seconds.h"
+#include "worker/agent/agent_control.h"
 #include "worker/agent/attempt_folders.h"
+#include "worker/agent/attempt_report.h"
 #include "worker/agent/coordinator_link.h"
+#include "worker/agent/credit.h"
 #include "worker/agent/departure.h"
 #include "worker/agent/job_slots.h"
 #include "worker/agent/retirement.h"
@@ -62,13 +63,14 @@ class AgentImpl final : public Agent {
             {.store_uri = options.store_uri, .staging = outbox_->staging(), .worker = options.name},
             channel),
         link_(options_, *coordinator_, clock, Rng(SeedOf(options.name), "agent/reconnect"),
-              {[this] { Wake(); }, [this] { reports_.SetCoordinator(std::nullopt); }}),
+              {[this] { control_.Wake(); }, [this] { reports_.SetCoordinator(std::nullopt); }}),
         departure_({options.grace_s, options.long_grace_s, options.hand_back_s}),
         reports_(options.reports, *outbox_, *coordinator_, clock,
-                 Rng(SeedOf(options.name), "agent/reports"), [this] { Wake(); }),
+                 Rng(SeedOf(options.name), "agent/reports"), [this] { control_.Wake(); }),
         slots_(
             options.slots, options.name, handlers, clock,
-            [this](Report report) { reports_.Submit(std::move(report)); }, [this] { Wake(); }),
+            [this](Report report) { reports_.Submit(std::move(report)); },
+            [this] { control_.Wake(); }),
         retirement_(RetirementOf(options, clock), clock.Steady()) {}
 
   ~AgentImpl() override { link_.Close(); }
@@ -78,7 +80,7 @@ class AgentImpl final : public Agent {
     names.worker = options_.name;
     ScopedLogContext scope(names);
     while (true) {
-      NoteHealth();
+      control_.NoteRound(link_.IsWelcomed() && !departure_.leaving());
       if (link_.ConnectIsDue()) Connect();
       HandleMessages();
       link_.HandleEnd();
@@ -94,7 +96,7 @@ class AgentImpl final : public Agent {
       if (finished_) break;
       GiveCredit();
       SendHeartbeatIfDue();
-      WaitUntil(NextDeadline());
+      control_.WaitUntil(NextDeadline());
     }
     SayGoodbye();
     summary_.reports_left = reports_.pending_in_all();
@@ -103,46 +105,13 @@ class AgentImpl final : public Agent {
     return summary_;
   }
 
-  void DrainLong() override { Order(LeaveOrder::kDrainLong); }
-  void Drain() override { Order(LeaveOrder::kDrain); }
-  void HandBack() override { Order(LeaveOrder::kHandBack); }
+  void DrainLong() override { control_.Order(LeaveOrder::kDrainLong); }
+  void Drain() override { control_.Order(LeaveOrder::kDrain); }
+  void HandBack() override { control_.Order(LeaveOrder::kHandBack); }
 
-  WorkerHealth Health() const override {
-    std::lock_guard lock(mu_);
-    return {SecondsBetween(looked_, clock_.Steady()), ready_};
-  }
+  WorkerHealth Health() const override { return control_.Health(); }
 
  private:
-  void NoteHealth() {
-    const bool ready = link_.IsWelcomed() && !departure_.leaving();
-    std::lock_guard lock(mu_);
-    looked_ = clock_.Steady();
-    ready_ = ready;
-  }
-
-  void Wake() {
-    std::lock_guard lock(mu_);
-    WakeLocked();
-  }
-
-  // Requires mu_.
-  void WakeLocked() {
-    woken_ = true;
-    wake_.notify_all();
-  }
-
-  void Order(LeaveOrder order) {
-    std::lock_guard lock(mu_);
-    order_ = std::max(order_, order);
-    WakeLocked();
-  }
-
-  void WaitUntil(SteadyTime deadline) {
-    std::unique_lock lock(mu_);
-    wake_.wait_until(lock, deadline, [this] { return woken_; });
-    woken_ = false;
-  }
-
   // ---- The coordinator ----
   void Connect() {
     const std::string before = link_.coordinator_id();
@@ -214,7 +183,7 @@ class AgentImpl final : public Agent {
   void HandleLease(v1::Lease lease) {
     credit_ = std::max(0, credit_ - 1);
     const v1::AttemptId attempt = lease.attempt();
-    if (departure_.leaving()) return SendHandBack(attempt, "draining");
+    if (departure_.leaving()) return link_.HandBack(attempt, "draining");
     AttemptFolder folder;
     const JobHandler* handler = FindHandler(handlers_, lease.kind());
     if (handler == nullptr) {
@@ -229,19 +198,13 @@ class AgentImpl final : public Agent {
       folder = folders_.ReadOnly(lease);
     }
     if (!slots_.Start(std::move(lease), std::move(folder), link_.coordinator_id())) {
-      return SendHandBack(attempt, "no free slot");
+      return link_.HandBack(attempt, "no free slot");
     }
     retirement_.Began(KeyOf(attempt), clock_.Steady());
   }
 
   void ReportUnusable(const v1::Lease& lease, const absl::Status& status) {
-    v1::FailRequest fail;
-    *fail.mutable_attempt() = lease.attempt();
-    fail.set_worker(options_.name);
-    fail.set_coordinator_id(link_.coordinator_id());
-    fail.set_error(status.ToString());
-    fail.set_fingerprint(absl::StatusCodeToString(status.code()) + "@lease");
-    reports_.Submit({std::move(fail)});
+    reports_.Submit(UnusableReport(lease, {options_.name, link_.coordinator_id()}, status));
   }
 
   void HandleStop(const v1::Stop& stop) {
@@ -249,13 +212,6 @@ class AgentImpl final : public Agent {
     LogInfo("told to stop an attempt", {{"job", stop.attempt().job_id()},
                                         {"attempt", stop.attempt().fence()},
                                         {"reason", stop.reason()}});
-  }
-
-  void SendHandBack(const v1::AttemptId& attempt, const std::string& reason) {
-    v1::WorkerMessage message;  // Without a session its lease runs out instead.
-    *message.mutable_hand_back()->mutable_attempt() = attempt;
-    message.mutable_hand_back()->set_reason(reason);
-    link_.Send(std::move(message));
   }
 
   // ---- Upkeep ----
@@ -266,7 +222,7 @@ class AgentImpl final : public Agent {
         ++(ended.succeeded ? summary_.succeeded : summary_.failed);
       } else if (ended.stop == StopCause::kHandBack) {
         ++summary_.handed_back;
-        SendHandBack(ended.attempt, "drained");
+        link_.HandBack(ended.attempt, "drained");
       }
     }
   }
@@ -312,19 +268,16 @@ class AgentImpl final : public Agent {
     if (!link_.IsWelcomed() || departure_.leaving()) return;
     if (!retirement_.TakesWork(clock_.Steady())) return;
     if (reports_.HasUntriedLeftovers(link_.coordinator_id())) return;
-    const int taken = slots_.busy() + credit_;
-    const int free = std::max(0, options_.slots - taken);
-    // Work whose reports can't be delivered is likely in vain.
-    const int room = options_.slots + options_.max_pending_reports - taken -
-                     static_cast<int>(reports_.pending_in_all());
     const int soon = options_.ahead_s > 0 ? CountEndingSoon(slots_.Running(), options_.ahead_s) : 0;
-    const int more = std::min(options_.slots + soon - taken, room);
-    if (more <= 0) return;
-    credit_ += more;
-    v1::WorkerMessage message;
-    message.mutable_credit()->set_jobs(more);
-    message.mutable_credit()->set_ahead(std::max(0, more - free));
-    link_.Send(std::move(message));
+    const std::optional<v1::Credit> credit =
+        CreditFor({.slots = options_.slots,
+                   .taken = slots_.busy() + credit_,
+                   .ending_soon = soon,
+                   .pending_reports = static_cast<int>(reports_.pending_in_all()),
+                   .max_pending_reports = options_.max_pending_reports});
+    if (!credit) return;
+    credit_ += credit->jobs();
+    link_.Ask(*credit);
   }
 
   void SendHeartbeatIfDue() {
@@ -337,11 +290,9 @@ class AgentImpl final : public Agent {
         link_.NextLook(SecondsAfter(clock_.Steady(), kLookAgain_s), HasWorkUnderLease(running));
     next =
         departure_.leaving() ? std::min(next, departure_.deadline()) : retirement_.NextLook(next);
-    if (options_.hang_s > 0) {
-      for (const RunningAttempt& run : running) {
-        if (run.stop != StopCause::kNone) continue;
-        next = std::min(next, SecondsAfter(clock_.Steady(), options_.hang_s - run.idle_s));
-      }
+    const std::optional<double> to_hang_s = SecondsToHang(running, options_.hang_s);
+    if (options_.hang_s > 0 && to_hang_s) {
+      next = std::min(next, SecondsAfter(clock_.Steady(), *to_hang_s));
     }
     // Progress does not wake this thread.
     if (link_.IsWelcomed() && !departure_.leaving() && options_.ahead_s > 0 && slots_.busy() > 0) {
@@ -352,12 +303,7 @@ class AgentImpl final : public Agent {
 
   // ---- The end ----
   void HandleDrain() {
-    LeaveOrder order;
-    {
-      std::lock_guard lock(mu_);
-      order = order_;
-    }
-    const Departure::Step step = departure_.Advance(order, clock_.Steady());
+    const Departure::Step step = departure_.Advance(control_.order(), clock_.Steady());
     if (step.begins) BeginDrain();
     if (step.grace_s) {
       LogInfo("draining", {{"running", slots_.busy()}, {"grace_s", *step.grace_s}});
@@ -376,7 +322,7 @@ class AgentImpl final : public Agent {
       for (const RunningAttempt& run : slots_.Running()) {
         if (run.stop == StopCause::kHung) continue;
         ++summary_.handed_back;
-        SendHandBack(run.attempt, "drained");
+        link_.HandBack(run.attempt, "drained");
       }
     }
     finished_ = (idle && nothing_to_send) || over;
@@ -386,7 +332,7 @@ class AgentImpl final : public Agent {
     link_.HurryHeartbeat();  // Tells the coordinator at once.
     for (const v1::AttemptId& attempt : slots_.TakeWaiting()) {
       ++summary_.handed_back;
-      SendHandBack(attempt, "draining");
+      link_.HandBack(attempt, "draining");
     }
   }
 
@@ -398,7 +344,7 @@ class AgentImpl final : public Agent {
     link_.Finish();
     const SteadyTime deadline = SecondsAfter(clock_.Steady(), kGoodbye_s);
     while (link_.IsOpen() && clock_.Steady() < deadline) {
-      WaitUntil(deadline);
+      control_.WaitUntil(deadline);
       link_.HandleEnd();
     }
     link_.Close();
@@ -408,14 +354,7 @@ class AgentImpl final : public Agent {
   const JobHandlers& handlers_;
   Clock& clock_;
 
-  mutable std::mutex mu_;
-  std::condition_variable wake_;
-  // Guarded by mu_.
-  bool woken_ = false;
-  SteadyTime looked_ = clock_.Steady();  // Time of Run()'s last round.
-  bool ready_ = false;
-  LeaveOrder order_ = LeaveOrder::kStay;
-
+  AgentControl control_{clock_};
   const std::unique_ptr<Outbox> outbox_;
   const std::unique_ptr<v1::Coordinator::Stub> coordinator_;
 

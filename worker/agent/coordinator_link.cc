@@ -168,6 +168,19 @@ void CoordinatorLink::Send(v1::WorkerMessage message) {
   if (session_ != nullptr) session_->Send(std::move(message));
 }
 
+void CoordinatorLink::Ask(const v1::Credit& credit) {
+  v1::WorkerMessage message;
+  *message.mutable_credit() = credit;
+  Send(std::move(message));
+}
+
+void CoordinatorLink::HandBack(const v1::AttemptId& attempt, const std::string& reason) {
+  v1::WorkerMessage message;
+  *message.mutable_hand_back()->mutable_attempt() = attempt;
+  message.mutable_hand_back()->set_reason(reason);
+  Send(std::move(message));
+}
+
 void CoordinatorLink::SendHeartbeat(std::vector<v1::Progress> held, bool draining) {
   v1::WorkerMessage message;
   v1::Heartbeat& heartbeat = *message.mutable_heartbeat();

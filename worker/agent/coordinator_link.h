@@ -61,8 +61,9 @@ class CoordinatorLink {
   // Ends a session that has no welcome in time, or no answer to heartbeats for as long as a lease.
   void BreakIfSilent();
 
-  // Does nothing between sessions.
-  void Send(v1::WorkerMessage message);
+  // Ask for jobs, or hand one back. Do nothing between sessions: then the lease runs out instead.
+  void Ask(const v1::Credit& credit);
+  void HandBack(const v1::AttemptId& attempt, const std::string& reason);
   bool HeartbeatIsDue() const { return welcomed_ && clock_.Steady() >= heartbeat_at_; }
   void HurryHeartbeat() { heartbeat_at_ = clock_.Steady(); }
   void SendHeartbeat(std::vector<v1::Progress> held, bool draining);
@@ -87,6 +88,7 @@ class CoordinatorLink {
     std::optional<absl::Status> end;
   };
 
+  void Send(v1::WorkerMessage message);  // Does nothing between sessions.
   void SendHello(const std::vector<v1::Progress>& held);
   void Break(const absl::Status& status);
 

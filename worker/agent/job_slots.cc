@@ -5,26 +5,21 @@
 #include <algorithm>
 #include <condition_variable>
 #include <deque>
-#include <exception>
-#include <filesystem>
 #include <limits>
 #include <map>
 #include <mutex>
-#include <new>
 #include <thread>
 
 #include "common/base/log.h"
 #include "common/base/log_capture.h"
 #include "common/base/status.h"
-#include "common/store/store.h"
+#include "worker/agent/attempt_report.h"
 #include "worker/agent/failure.h"
-#include "worker/agent/upload.h"
+#include "worker/agent/job_run.h"
 
 namespace parallax {
 namespace {
 
-// Leaves room for the envelope below the message limit of 64 MiB.
-constexpr size_t kMaxResultBytes = (64u << 20) - (64u << 10);
 constexpr double kTellingFraction = 0.2;  // Progress from which its speed is used.
 constexpr double kNewestWeighs = 0.25;    // Weight of a new duration in its kind's mean.
 
@@ -141,8 +136,8 @@ class JobSlots::Impl {
       place = PlaceOf(*hung);
       idle_s = std::chrono::duration<double>(clock_.Steady() - hung->progressed).count();
     }
-    sink_(FailReport(*hung, DeadlineExceeded("no progress for {} s", static_cast<int>(idle_s)),
-                     place));
+    const absl::Status status = DeadlineExceeded("no progress for {} s", static_cast<int>(idle_s));
+    sink_(FailReport(hung->lease, NamesOf(*hung), WithLog(status, *hung), place));
     return true;
   }
 
@@ -227,7 +222,6 @@ class JobSlots::Impl {
     Finish(run, outcome);
   }
 
-  // Runs the handler, and converts exceptions of libraries to errors.
   Outcome Perform(Run& run) {
     const JobProgressFn progress = [this, &run](double fraction, std::string_view stage,
                                                 const JobFigures& figures) {
@@ -238,31 +232,8 @@ class JobSlots::Impl {
       run.figures = figures;
       run.progressed = now;
     };
-    JobHandler* const handler = FindHandler(handlers_, run.lease.kind());
-    if (handler == nullptr) {
-      return Unimplemented("a job of a kind that this worker does not know");
-    }
-    try {
-      ASSIGN_OR_RETURN(JobOutcome outcome,
-                       handler->Run(run.lease.spec(), run.folder, run.cancel, progress));
-      if (outcome.result.size() > kMaxResultBytes) return TooLarge(outcome.result.size());
-      if (run.folder.send_to != nullptr) {
-        progress(1, "send");
-        RETURN_IF_ERROR(UploadFiles(*run.folder.send_to, run.folder.dir, run.folder.path,
-                                    outcome.files, run.cancel));
-      }
-      return outcome;
-    } catch (const std::bad_alloc&) {
-      return ResourceExhausted("out of memory");
-    } catch (const std::exception& error) {
-      return Internal("exception: {}", error.what());
-    } catch (...) {
-      return Internal("exception of unknown type");
-    }
-  }
-
-  static absl::Status TooLarge(size_t bytes) {
-    return OutOfRange("result of {} bytes does not fit into a message", bytes);
+    return RunJob(FindHandler(handlers_, run.lease.kind()), run.lease, run.folder, run.cancel,
+                  progress);
   }
 
   void Finish(Run& run, const Outcome& outcome) {
@@ -288,10 +259,12 @@ class JobSlots::Impl {
     const bool report =
         ended.stop == StopCause::kNone || (ended.stop == StopCause::kHandBack && outcome.ok());
     LogEnd(outcome, report, ended.stop, wall_s, cpu_s);
-    CleanUp(run, /*kept=*/outcome.ok() && report);
+    CleanUpAfter(FindHandler(handlers_, run.lease.kind()), run.folder,
+                 /*kept=*/outcome.ok() && report);
     if (report) {
-      sink_(outcome.ok() ? CompleteReport(run, outcome, wall_s, cpu_s)
-                         : FailReport(run, outcome.status(), place));
+      sink_(outcome.ok()
+                ? CompleteReport(run.lease, NamesOf(run), *outcome, wall_s, cpu_s)
+                : FailReport(run.lease, NamesOf(run), WithLog(outcome.status(), run), place));
       ended.reported = true;
     }
     {
@@ -302,9 +275,11 @@ class JobSlots::Impl {
     on_end_();
   }
 
-  // A log tail of the job's own program tells more than our log.
-  static absl::Status WithLogUnlessThere(const absl::Status& status, const LogCapture& log) {
-    return LogTailOf(status).empty() ? WithLogTail(status, log.Text()) : status;
+  // Returns the attempt's error with the end of our log, unless it has that of the job's own
+  // program, which tells more.
+  static absl::Status WithLog(const absl::Status& status, const Run& run) {
+    const bool wants_log = run.log != nullptr && LogTailOf(status).empty();
+    return wants_log ? WithLogTail(status, run.log->Text()) : status;
   }
 
   // Requires mu_.
@@ -324,45 +299,7 @@ class JobSlots::Impl {
     }
   }
 
-  Report CompleteReport(const Run& run, const Outcome& outcome, double wall_s, double cpu_s) const {
-    v1::CompleteRequest complete;
-    *complete.mutable_attempt() = run.lease.attempt();
-    complete.set_worker(worker_);
-    complete.set_coordinator_id(run.coordinator_id);
-    complete.set_wall_s(wall_s);
-    complete.set_cpu_s(cpu_s);
-    complete.set_kind(run.lease.kind());
-    complete.set_result(outcome->result);
-    return {std::move(complete)};
-  }
-
-  Report FailReport(const Run& run, const absl::Status& status, const std::string& place) const {
-    const Failure failure = DescribeFailure(status, place);
-    v1::FailRequest fail;
-    *fail.mutable_attempt() = run.lease.attempt();
-    fail.set_worker(worker_);
-    fail.set_coordinator_id(run.coordinator_id);
-    fail.set_error(failure.error);
-    fail.set_fingerprint(failure.fingerprint);
-    fail.set_retryable(failure.retryable);
-    fail.set_log_tail(
-        LogTailOf(run.log == nullptr ? status : WithLogUnlessThere(status, *run.log)));
-    return {std::move(fail)};
-  }
-
-  // Removes files without further use: working files, staged files, and the output of an attempt
-  // that will not be published (a full disk is one reason why attempts fail).
-  void CleanUp(const Run& run, bool kept) const {
-    std::error_code ignored;
-    if (!run.folder.scratch.empty()) std::filesystem::remove_all(run.folder.scratch, ignored);
-    if (run.folder.dir.empty()) return;
-    const bool staged = run.folder.send_to != nullptr;
-    const JobHandler* const handler = FindHandler(handlers_, run.lease.kind());
-    const bool goes_on = !kept && handler != nullptr && handler->resumes();
-    if (staged || (!kept && !goes_on)) std::filesystem::remove_all(run.folder.dir, ignored);
-    // Best effort: the coordinator's janitor removes the rest later.
-    if (staged && !kept && !goes_on) run.folder.send_to->RemoveTree(run.folder.path).IgnoreError();
-  }
+  ReportNames NamesOf(const Run& run) const { return {worker_, run.coordinator_id}; }
 
   // Divides the CPU time since the last call among the running attempts, because threads of
   // different jobs can't be told apart. Requires mu_.

@@ -34,6 +34,15 @@ int CountEndingSoon(const std::vector<RunningAttempt>& running, double seconds) 
       running.begin(), running.end(), [&](const auto& run) { return run.remaining_s <= seconds; }));
 }
 
+std::optional<double> SecondsToHang(const std::vector<RunningAttempt>& running, double hang_s) {
+  std::optional<double> seconds;
+  for (const RunningAttempt& run : running) {
+    if (run.stop != StopCause::kNone) continue;
+    seconds = std::min(seconds.value_or(hang_s), hang_s - run.idle_s);
+  }
+  return seconds;
+}
+
 int CountHung(const std::vector<RunningAttempt>& running) {
   return static_cast<int>(std::count_if(running.begin(), running.end(), [](const auto& run) {
     return run.stop == StopCause::kHung;

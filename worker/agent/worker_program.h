@@ -43,9 +43,4 @@ int RunWorkerProgram(
     int argc, char** argv, JobHandlers handlers,
     const std::function<absl::Status(const WorkerSettings&)>& before_work = nullptr);
 
-// Kinds of jobs by --role: "all", or names of handlers separated by commas. Errors:
-// kInvalidArgument, listing the known ones.
-absl::StatusOr<std::vector<std::string>> KindsOfRole(std::string_view role,
-                                                     const JobHandlers& handlers);
-
 }  // namespace parallax

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "noop_runner.h"
-#include "worker/agent/worker_program.h"
+#include "worker/agent/worker_command_line.h"
 
 namespace parallax {
 namespace {

@@ -188,6 +188,17 @@ void CheckSensor(const v1::SceneConfig& config, const std::string& path, Finding
   }
 }
 
+// Checks that some landscape can be drawn. Weights that are absent have their defaults.
+void CheckBiomes(const v1::BiomeWeights& weights, const std::string& path, Findings* findings) {
+  const google::protobuf::Descriptor& type = *weights.GetDescriptor();
+  for (int i = 0; i < type.field_count(); ++i) {
+    const Reflection& reflection = *weights.GetReflection();
+    if (!reflection.HasField(weights, type.field(i))) return;
+    if (reflection.GetDouble(weights, type.field(i)) > 0) return;
+  }
+  findings->push_back({path, "all weights are 0, allowed is one above 0 at least"});
+}
+
 }  // namespace
 
 void CheckFields(const Message& message, const std::string& path, Findings* findings) {
@@ -217,6 +228,7 @@ void CheckConfig(const v1::SceneConfig& config, const std::string& path, Finding
   CheckFields(config, path, findings);
   if (findings->size() > before) return;  // Each number by itself first.
   CheckSensor(config, path, findings);
+  CheckBiomes(config.nature().biomes(), Dotted(path, "nature.biomes"), findings);
   CheckSequences(config, path, findings);
   if (config.floating().placement() == v1::FloatingConfig::PLACEMENT_STREET &&
       config.type() != v1::SCENE_TYPE_DENSE) {

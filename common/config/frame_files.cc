@@ -8,9 +8,9 @@ namespace {
 constexpr struct {
   const char* map;
   const char* extension;
-} kMaps[] = {{"depth", ".exr"},   {"disparity", ".exr"}, {"occlusion", ".png"},
-             {"objects", ".png"}, {"materials", ".png"}, {"normals", ".exr"},
-             {"masks", ".png"}};
+} kMaps[] = {{"depth", ".exr"},   {"disparity", ".exr"},      {"occlusion", ".png"},
+             {"objects", ".png"}, {"materials", ".png"},      {"normals", ".exr"},
+             {"masks", ".png"},   {"exact_occlusion", ".png"}};
 
 }  // namespace
 

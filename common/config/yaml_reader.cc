@@ -51,6 +51,22 @@ std::optional<Number> ParseWhole(std::string_view text) {
   return value;
 }
 
+// Whether a map of weights gives any a number above 0. Then it names all that are wanted.
+bool NamesAny(const YAML::Node& weights) {
+  if (!weights.IsMap()) return false;
+  return std::any_of(weights.begin(), weights.end(), [](const auto& entry) {
+    const YAML::Node& value = entry.second;
+    return IsPlain(value) && ParseWhole<double>(value.Scalar()).value_or(0) > 0;
+  });
+}
+
+void ForbidAll(v1::BiomeWeights* weights) {
+  const google::protobuf::Descriptor& type = *weights->GetDescriptor();
+  for (int i = 0; i < type.field_count(); ++i) {
+    weights->GetReflection()->SetDouble(weights, type.field(i), 0);
+  }
+}
+
 // The nearest 64-bit number; NaN gives one that is too large for any field.
 int64_t WholeOf(double value) {
   constexpr double kMost = 9e18;
@@ -373,9 +389,13 @@ void YamlReader::SetField(const YAML::Node& node, const std::string& path,
     return given ? static_cast<int64_t>(bound) : otherwise;
   };
   switch (field.cpp_type()) {
-    case FieldDescriptor::CPPTYPE_MESSAGE:
-      MergeFields(node, reflection.MutableMessage(message, &field), path);
+    case FieldDescriptor::CPPTYPE_MESSAGE: {
+      Message* const group = reflection.MutableMessage(message, &field);
+      auto* biomes = dynamic_cast<v1::BiomeWeights*>(group);
+      if (biomes != nullptr && NamesAny(node)) ForbidAll(biomes);
+      MergeFields(node, group, path);
       break;
+    }
     case FieldDescriptor::CPPTYPE_ENUM: {
       const std::vector<std::string> names = EnumTexts(field);
       const bool known =

@@ -28,10 +28,11 @@ constexpr char kStudy[] =
     "variants:\n"
     "  - name: plain\n"
     "    set:\n"
-    "      nature: {biomes: {plain: 1, river: 0, desert: 0, forest: 0, mountain: 0, canyon: 0,\n"
-    "                        cliff: 0, coast: 0, cave: 0, arctic: 0, snowy_mountain: 0}}\n"
+    "      nature: {biomes: {plain: 1}}\n"
     "      rigs: {count: 2, width_px: 160, height_px: 90}\n"
-    "      render: {profile: preview, samples_per_pixel: 1}\n";
+    "      render: {profile: preview, samples_per_pixel: 1,\n"
+    "               maps: [depth, disparity, occlusion, objects, materials, normals, masks,\n"
+    "                      exact_occlusion]}\n";
 
 class NatureRun : public ::testing::Test {
  protected:

@@ -27,23 +27,25 @@ struct Output {
   std::function<absl::StatusOr<std::string>()> encode;
 };
 
-absl::Status CheckSizes(const View& view, const v1::Rig& rig, const char* eye, bool infrared) {
+absl::Status CheckSizes(const View& view, const v1::Rig& rig, const char* eye,
+                        const std::set<std::string>& maps) {
   const auto fits = [&](const auto& image) {
     return image.width() == rig.width_px() && image.height() == rig.height_px();
   };
   const struct {
     const char* name;
     bool fits;
-  } maps[] = {{"image", fits(view.color)},
-              {"depth", fits(view.depth_m)},
-              {"disparity", fits(view.disparity_px)},
-              {"occlusion", fits(view.occlusion)},
-              {"objects", fits(view.objects)},
-              {"materials", fits(view.materials)},
-              {"normals", fits(view.normals)},
-              {"masks", fits(view.masks)},
-              {"infrared", !infrared || fits(view.infrared)}};
-  for (const auto& map : maps) {
+  } images[] = {{"image", fits(view.color)},
+                {"depth", fits(view.depth_m)},
+                {"disparity", fits(view.disparity_px)},
+                {"occlusion", fits(view.occlusion)},
+                {"objects", fits(view.objects)},
+                {"materials", fits(view.materials)},
+                {"normals", fits(view.normals)},
+                {"masks", fits(view.masks)},
+                {"exact_occlusion", !maps.count("exact_occlusion") || fits(view.exact_occlusion)},
+                {"infrared", !maps.count("infrared") || fits(view.infrared)}};
+  for (const auto& map : images) {
     if (map.fits) continue;
     return InvalidArgument("rig {}: {} {} is not {} x {}", rig.index(), eye, map.name,
                            rig.width_px(), rig.height_px());
@@ -102,6 +104,7 @@ void AddOutputs(const View& view, const std::string& eye, const std::set<std::st
   add("materials", ".png", [&view] { return EncodePng(view.materials); });
   add("normals", ".exr", [&view] { return EncodeExrHalfRgb(view.normals); });
   add("masks", ".png", [&view] { return EncodePng(view.masks); });
+  add("exact_occlusion", ".png", [&view] { return EncodePng(view.exact_occlusion); });
   add("infrared", ".png", [&view] { return EncodePng(view.infrared); });
 }
 
@@ -142,9 +145,8 @@ double SecondsSince(SteadyTime begin) {
 
 absl::StatusOr<v1::FrameResult> WriteFrame(const FrameJob& job) {
   const std::set<std::string> maps(job.render.maps().begin(), job.render.maps().end());
-  const bool infrared = maps.count("infrared") > 0;
-  RETURN_IF_ERROR(CheckSizes(job.frame.left, job.rig, "left", infrared));
-  RETURN_IF_ERROR(CheckSizes(job.frame.right, job.rig, "right", infrared));
+  RETURN_IF_ERROR(CheckSizes(job.frame.left, job.rig, "left", maps));
+  RETURN_IF_ERROR(CheckSizes(job.frame.right, job.rig, "right", maps));
   const SteadyTime begin = Clock::System().Steady();
   const FrameStatistics statistics = ComputeStatistics(job.scene, job.frame);
   const double statistics_s = SecondsSince(begin);

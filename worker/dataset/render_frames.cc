@@ -142,7 +142,7 @@ std::string RendererCache::KeyOf(const v1::Scene& scene, const v1::RenderConfig&
   v1::RenderConfig without_maps = config;
   without_maps.clear_maps();
   // The only maps that change what is traced.
-  for (const char* map : {"raw", "flow", "infrared"}) {
+  for (const char* map : {"raw", "flow", "infrared", "exact_occlusion"}) {
     const auto& maps = config.maps();
     if (std::find(maps.begin(), maps.end(), map) != maps.end()) without_maps.add_maps(map);
   }

@@ -37,12 +37,13 @@ struct VerifyResult {
 // numbers:
 //   depth and disparity finite, >= 0, and disparity = fx * baseline / depth to 1e-6; sky bit and
 //   depth 0 together; occlusion 0 or 255 and equal to what re-projection with 1 % gives (0.1 % of
-//   the pixels may differ); object and material indices in their tables; normals of length 1 that
-//   face the camera; poses rigid, the right camera at +x by the baseline; statistics and filter
-//   verdicts of the index as the maps give them; where the study gives a camera (rigs.camera), its
-//   K, size and baseline to 1e-6; of raw pairs, correspondences that are epipolar once rectified;
-//   of sequences, flow and disparity change as depth, cameras and motion give them (2e-3 px), flow
-//   occlusion as the neighbours' depth has it (2 % of the pixels may differ).
+//   the pixels may differ); exact occlusion 0 or 255, and 255 outside of the other picture;
+//   object and material indices in their tables; normals of length 1 that face the camera; poses
+//   rigid, the right camera at +x by the baseline; statistics and filter verdicts of the index as
+//   the maps give them; where the study gives a camera (rigs.camera), its K, size and baseline to
+//   1e-6; of raw pairs, correspondences that are epipolar once rectified; of sequences, flow and
+//   disparity change as depth, cameras and motion give them (2e-3 px), flow occlusion as the
+//   neighbours' depth has it (2 % of the pixels may differ).
 // Errors: kNotFound when `dir` is no dataset; kDataLoss for an index that can't be read. Faults of
 // the dataset are findings, not errors.
 absl::StatusOr<VerifyResult> VerifyDataset(const std::string& dir,

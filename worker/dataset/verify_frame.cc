@@ -26,6 +26,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kReprojection = 0.01;        // Relative to the depth: the seed's threshold.
 constexpr double kMostReprojected = 1e-3;     // Part of the pixels that may be judged otherwise.
+constexpr double kRounding_px = 1e-3;         // Of a float's depth.
 constexpr double kDisparityTolerance = 1e-6;  // Relative, and half a float's last digit.
 constexpr uint8_t kSky = 1, kKnownBits = 1 | 2 | 4 | 8 | 16 | 32;
 
@@ -33,7 +34,7 @@ struct Eye {
   std::string name;
   ImageRgb8 color;
   ImageF depth, disparity;
-  ImageU8 occlusion, masks;
+  ImageU8 occlusion, exact_occlusion, masks;
   ImageU16 objects, materials;
   ImageF3 normals;
 };
@@ -56,6 +57,8 @@ class FrameChecker {
     }
     CheckOcclusion(eyes_[0], eyes_[1], -1);
     CheckOcclusion(eyes_[1], eyes_[0], 1);
+    CheckExactOcclusion(eyes_[0], -1);
+    CheckExactOcclusion(eyes_[1], 1);
     CheckIndex();
     if (json_.contains("raw")) Append(CheckRawPair(frame_, json_));
     if (json_.contains("infrared")) Append(CheckInfrared(frame_, json_));
@@ -148,6 +151,7 @@ class FrameChecker {
     Read("depth_" + eye.name + ".exr", &ReadExrY, eye.depth);
     Read("disparity_" + eye.name + ".exr", &ReadExrY, eye.disparity);
     Read("occlusion_" + eye.name + ".png", &ReadPngU8, eye.occlusion);
+    Read("exact_occlusion_" + eye.name + ".png", &ReadPngU8, eye.exact_occlusion);
     Read("masks_" + eye.name + ".png", &ReadPngU8, eye.masks);
     Read("objects_" + eye.name + ".png", &ReadPngU16, eye.objects);
     Read("materials_" + eye.name + ".png", &ReadPngU16, eye.materials);
@@ -297,16 +301,36 @@ class FrameChecker {
         [&](size_t) { return std::string("turned away from the camera"); });
   }
 
+  void CheckBinary(const ImageU8& image, const char* check, const std::string& file) {
+    Pixels(
+        check, file, [&](size_t i) { return image.values()[i] != 0 && image.values()[i] != 255; },
+        [&](size_t i) { return fmt::format("{}, wanted 0 or 255", image.values()[i]); });
+  }
+
+  // What the other eye's picture leaves out is occluded. What hides the rest can't be told from
+  // maps: rays found it between their pixels.
+  void CheckExactOcclusion(const Eye& eye, double sign) {
+    if (eye.exact_occlusion.empty()) return;
+    const std::string file = "exact_occlusion_" + eye.name + ".png";
+    CheckBinary(eye.exact_occlusion, "exact_occlusion", file);
+    if (eye.depth.empty()) return;
+    Pixels(
+        "exact_occlusion", file,
+        [&](size_t i) {
+          const double z = double{eye.depth.values()[i]};
+          if (!(z > 0) || eye.exact_occlusion.values()[i] != 0) return false;
+          const auto w = static_cast<size_t>(k_.width);
+          const double x = static_cast<double>(i % w) + 0.5 + sign * k_.fx * baseline_m_ / z;
+          return x < -kRounding_px || x > k_.width + kRounding_px;
+        },
+        [&](size_t) { return std::string("visible, but outside of the other picture"); });
+  }
+
   // Recomputes left-right consistency from depth alone.
   void CheckOcclusion(const Eye& eye, const Eye& other, double sign) {
     if (eye.occlusion.empty()) return;
     const std::string file = "occlusion_" + eye.name + ".png";
-    Pixels(
-        "occlusion", file,
-        [&](size_t i) {
-          return eye.occlusion.values()[i] != 0 && eye.occlusion.values()[i] != 255;
-        },
-        [&](size_t i) { return fmt::format("{}, wanted 0 or 255", eye.occlusion.values()[i]); });
+    CheckBinary(eye.occlusion, "occlusion", file);
     if (eye.depth.empty() || other.depth.empty()) return;
     const auto visible = [&](size_t i) {
       const auto w = static_cast<size_t>(k_.width);

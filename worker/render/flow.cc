@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "common/base/status.h"
 #include "worker/render/ground_truth.h"
@@ -81,6 +82,20 @@ absl::Status MarkHidden(const RenderScene& then, const View& now, const PinholeC
     if (count > 0) look();
   });
   if (cancel.cancelled()) return Cancelled("render: cancelled");
+  return absl::OkStatus();
+}
+
+absl::Status TraceOcclusion(const RenderScene& scene, const StereoCamera& stereo,
+                            const CancelToken& cancel, StereoFrame* frame) {
+  View* views[2] = {&frame->left, &frame->right};
+  for (int eye = 0; eye < 2; ++eye) {
+    const PinholeCamera& camera = stereo.eyes[eye];
+    const FlowTarget other{stereo.eyes[1 - eye], 0, {}};
+    FlowMaps maps;
+    FillFlow(*views[eye], camera, other, &maps);
+    RETURN_IF_ERROR(MarkHidden(scene, *views[eye], camera, other, cancel, &maps));
+    views[eye]->exact_occlusion = std::move(maps.occlusion);
+  }
   return absl::OkStatus();
 }
 

@@ -42,6 +42,11 @@ void FillFlow(const View& now, const PinholeCamera& camera, const FlowTarget& ta
 absl::Status MarkHidden(const RenderScene& then, const View& now, const PinholeCamera& camera,
                         const FlowTarget& target, const CancelToken& cancel, FlowMaps* maps);
 
+// Fills exact_occlusion of both views, which have their ground truth, as MarkHidden judges: the
+// other eye takes the neighbour's place. Errors: kCancelled.
+absl::Status TraceOcclusion(const RenderScene& scene, const StereoCamera& stereo,
+                            const CancelToken& cancel, StereoFrame* frame);
+
 // Fills maps for a missing neighbour: flow 0, kFlowNone.
 void FillNoFlow(const PinholeCamera& camera, FlowMaps* maps);
 

@@ -49,6 +49,7 @@ class SceneRenderer final : public Renderer {
         with_raw_(HasMap(config, "raw")),
         with_flow_(HasMap(config, "flow")),
         with_infrared_(HasMap(config, "infrared")),
+        with_exact_occlusion_(HasMap(config, "exact_occlusion")),
         geometry_(std::move(geometry)),
         moving_(scene, geometry_.get()),
         lights_(std::move(lights)),
@@ -169,6 +170,9 @@ class SceneRenderer final : public Renderer {
       MarkVeiled(lights_.haze(), camera, &view);
     }
     MarkOcclusion(&shot.frame.left, &shot.frame.right);
+    if (with_exact_occlusion_) {
+      RETURN_IF_ERROR(TraceOcclusion(*geometry_, shot.stereo, cancel, &shot.frame));
+    }
     if (!with_flow_) return absl::OkStatus();
     return TraceFlow(book_, shot.rig, shot.kept ? &shot.kept->view : nullptr, *geometry_, moving_,
                      cancel, &shot.frame);
@@ -324,6 +328,7 @@ class SceneRenderer final : public Renderer {
   const bool with_raw_;   // Also renders the raw cameras of rigs that have them.
   const bool with_flow_;  // Also traces flow to the neighbours of a sequence.
   const bool with_infrared_;
+  const bool with_exact_occlusion_;
   const std::unique_ptr<RenderScene> geometry_;
   MovingScene moving_;
   LightTable lights_;  // Constant except for keyframes.

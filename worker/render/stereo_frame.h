@@ -49,7 +49,8 @@ struct View {
   ImageF3 normals;      // Unit, the view's camera frame, facing the camera; 0 = no surface.
   ImageU8 masks;        // MaskBit.
   FlowMaps forward, backward;
-  ImageU8 infrared;  // As ToSrgb of infrared light; empty unless render.maps has `infrared`.
+  ImageU8 exact_occlusion;  // As `occlusion`, by rays; empty unless render.maps has it.
+  ImageU8 infrared;         // As ToSrgb of infrared light; empty unless render.maps has `infrared`.
 };
 
 // One picture of the pair before rectification.

@@ -249,6 +249,35 @@ TEST(MixStudy, EachMixtureIsFiveThousandPairsOfAllThreeTypesDrawnAsOftenAsThereA
   }
 }
 
+TEST(Biomes, AFileThatNamesSomeMeansTheseAlone) {
+  const auto biomes_of = [](const std::string& weights) {
+    const auto study = ParseStudy(
+        "study: s\npairs: 4\nvariants: [{name: a, base: nature, set: {nature: {biomes: " + weights +
+            "}}}]",
+        "s");
+    EXPECT_TRUE(study.ok()) << study.status();
+    return study.ok() ? study->variants(0).config().nature().biomes() : v1::BiomeWeights();
+  };
+  const v1::BiomeWeights some = biomes_of("{forest: 2, plain: 1}");
+  EXPECT_EQ(some.forest(), 2);
+  EXPECT_EQ(some.plain(), 1);
+  EXPECT_TRUE(some.has_river());
+  EXPECT_EQ(some.river(), 0);
+  EXPECT_EQ(some.snowy_mountain(), 0);
+
+  const v1::BiomeWeights without = biomes_of("{forest: 0}");
+  EXPECT_EQ(without.forest(), 0);
+  EXPECT_EQ(without.river(), 8);
+
+  const auto none = ParseStudy(
+      "study: s\npairs: 4\nvariants: [{name: a, base: nature, set: {nature: {biomes: {plain: 0, "
+      "forest: 0, mountain: 0, river: 0, desert: 0, canyon: 0, cliff: 0, coast: 0, cave: 0, "
+      "arctic: 0, snowy_mountain: 0}}}}]",
+      "s");
+  EXPECT_THAT(std::string(none.status().message()),
+              HasSubstr("nature.biomes: all weights are 0, allowed is one above 0 at least"));
+}
+
 TEST(VariantBase, IsReadBeforeSetWhereverItStands) {
   const auto study = ParseStudy(
       "study: s\npairs: 4\nvariants:\n  - {name: a, set: {rigs: {count: 7}}, base: dense}", "s");

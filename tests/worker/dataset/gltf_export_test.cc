@@ -111,8 +111,7 @@ std::vector<float> InstanceNumbers(const tinygltf::Model& model, const tinygltf:
 TEST(GltfExport, EverythingThatGrowsIsAnInstanceInItsPlace) {
   const v1::Scene scene = SceneOf(
       "type: nature\nrigs: {count: 1}\n"
-      "nature: {biomes: {desert: 1, river: 0, plain: 0, forest: 0, mountain: 0, canyon: 0, cliff: "
-      "0, coast: 0, cave: 0, arctic: 0, snowy_mountain: 0}}\n");
+      "nature: {biomes: {desert: 1}}\n");
   const auto geometry = BuildSceneGeometry(scene);
   ASSERT_TRUE(geometry.ok()) << geometry.status();
   ASSERT_GT(geometry->instances.size(), 1000u);

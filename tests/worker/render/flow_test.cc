@@ -232,5 +232,58 @@ TEST(SharedLeft, AFurtherRightEyeTracesHalfTheRays) {
   EXPECT_LT(second->rays, 0.6 * static_cast<double>(first->rays));
 }
 
+// A pair whose wall, 4 m away, has a disparity of 4.5 px.
+StereoFrame RenderHalfPixelPair(TestScene& test) {
+  v1::RenderConfig config = MakeConfig(1, 1, false);
+  config.add_maps("exact_occlusion");
+  const v1::Rig rig =
+      MakeRig(Vec3d::Zero(), Vec3d::UnitY(), kWidth, kHeight, kFocal, 4.5 * 4 / kFocal);
+  *test.recipe.add_rigs() = rig;
+  return test::RenderFrame(test, config, rig);
+}
+
+TEST(ExactOcclusion, FindsWhatStandsBetweenThePixelsOfTheOtherPicture) {
+  TestScene test;
+  const uint32_t grey = test.AddMaterial(DiffuseSample(Vec3f(0.5f, 0.5f, 0.5f)));
+  test.AddMesh(MakeQuad({-9, 4, -9}, {18, 0, 0}, {0, 0, 18}), grey);
+  // A fifth of a pixel wide, 2 m away, on the line from the right eye to the wall at the centre of
+  // the left pixels of this column.
+  constexpr int kColumn = 60;
+  const double on_wall = (kColumn + 0.5 - kWidth / 2.0) / kFocal * 4;
+  const auto middle = static_cast<float>((on_wall + 4.5 * 4 / kFocal) / 2);
+  const float width = 0.2f / kFocal * 2;
+  test.AddMesh(MakeQuad({middle - width / 2, 2, -9}, {width, 0, 0}, {0, 0, 18}), grey);
+  test.AddPointLight({0, -1, 0}, 0.1, 100);
+  const StereoFrame frame = RenderHalfPixelPair(test);
+  for (int x = 0; x < kWidth; ++x) {
+    SCOPED_TRACE(x);
+    const bool outside = x + 0.5 < 4.5;
+    EXPECT_EQ(frame.left.occlusion(x, 20), outside ? 255 : 0);
+    EXPECT_EQ(frame.left.exact_occlusion(x, 20), outside || x == kColumn ? 255 : 0);
+    EXPECT_EQ(frame.right.exact_occlusion(x, 20), x + 0.5 + 4.5 >= kWidth ? 255 : 0);
+  }
+}
+
+TEST(ExactOcclusion, IsThatOfReprojectionAwayFromEdges) {
+  TestScene test = WallAndPlate();
+  const StereoFrame frame = RenderHalfPixelPair(test);
+  for (const View* view : {&frame.left, &frame.right}) {
+    int hidden = 0, different = 0;
+    for (size_t i = 0; i < view->occlusion.values().size(); ++i) {
+      hidden += view->exact_occlusion.values()[i] == 255;
+      different += view->exact_occlusion.values()[i] != view->occlusion.values()[i];
+    }
+    EXPECT_GT(hidden, 4 * kHeight) << "beside the plate and outside of the picture";
+    EXPECT_LE(different, 2 * kHeight) << "at the sides of the plate";
+  }
+}
+
+TEST(ExactOcclusion, IsTracedOnlyWhereAskedFor) {
+  TestScene test = WallAndPlate();
+  AddWay({{0, 0, 0}}, &test);
+  EXPECT_TRUE(test::RenderFrame(test, MakeConfig(1, 1, false), test.recipe.rigs(0))
+                  .left.exact_occlusion.empty());
+}
+
 }  // namespace
 }  // namespace parallax

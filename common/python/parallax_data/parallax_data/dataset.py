@@ -56,9 +56,10 @@ class Frame:
     def normals(self, eye: str = "left") -> np.ndarray:
         return exr.read_normals(self.path / f"normals_{eye}.exr")
 
-    def occluded(self, eye: str = "left") -> np.ndarray:
-        """bool (height, width): not visible in the other eye."""
-        return png.read_index(self.path / f"occlusion_{eye}.png") != 0
+    def occluded(self, eye: str = "left", exact: bool = False) -> np.ndarray:
+        """bool (height, width): not visible in the other eye. exact: by rays, not by re-projection; the study must
+        have kept that map (render.maps: [..., exact_occlusion])."""
+        return png.read_index(self.path / f"{'exact_' if exact else ''}occlusion_{eye}.png") != 0
 
     def masks(self, eye: str = "left") -> np.ndarray:
         """uint8 (height, width), bits of parallax_data.masks."""

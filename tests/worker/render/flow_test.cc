@@ -260,7 +260,9 @@ TEST(ExactOcclusion, FindsWhatStandsBetweenThePixelsOfTheOtherPicture) {
     const bool outside = x + 0.5 < 4.5;
     EXPECT_EQ(frame.left.occlusion(x, 20), outside ? 255 : 0);
     EXPECT_EQ(frame.left.exact_occlusion(x, 20), outside || x == kColumn ? 255 : 0);
-    EXPECT_EQ(frame.right.exact_occlusion(x, 20), x + 0.5 + 4.5 >= kWidth ? 255 : 0);
+    // By symmetry the column of that number is hidden from the left eye.
+    const bool outside_left = x + 0.5 + 4.5 >= kWidth;
+    EXPECT_EQ(frame.right.exact_occlusion(x, 20), outside_left || x == kColumn ? 255 : 0);
   }
 }
 

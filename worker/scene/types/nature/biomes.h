@@ -40,6 +40,8 @@ struct Biome {
   // last is bare rock. `season` as in BiomeDraft.
   std::vector<std::string> (*ground)(const std::string& season);
   void (*write)(BiomeDraft& draft);
+  // SceneCosts::trace_times of its scenes: what grass and leaves cost.
+  double trace_times = 1;
   // The water: its wind and clarity over the config's, and the linear colour that clear and murky
   // water scatters back.
   double wind = 1, clarity = 1;

@@ -149,6 +149,7 @@ const Biome kArctic = {
     .weight = [](const v1::BiomeWeights& weights) { return weights.arctic(); },
     .ground = &ArcticGround,
     .write = &WriteArctic,
+    .trace_times = 1.2,
     .wind = 0.3,
     .clarity = 1.6,
     .clear_water = {0.006f, 0.022f, 0.03f},

@@ -184,6 +184,7 @@ const Biome kCave = {
     .weight = [](const v1::BiomeWeights& weights) { return weights.cave(); },
     .ground = &CaveGround,
     .write = &WriteCave,
+    .trace_times = 1.8,
 };
 
 }  // namespace parallax

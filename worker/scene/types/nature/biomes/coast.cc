@@ -264,6 +264,7 @@ const Biome kCoast = {
     .weight = [](const v1::BiomeWeights& weights) { return weights.coast(); },
     .ground = &CoastGround,
     .write = &WriteCoast,
+    .trace_times = 1.9,
     .clarity = 1.6,
 };
 

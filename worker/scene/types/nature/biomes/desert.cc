@@ -166,6 +166,7 @@ const Biome kDesert = {
     .weight = [](const v1::BiomeWeights& weights) { return weights.desert(); },
     .ground = &DesertGround,
     .write = &WriteDesert,
+    .trace_times = 1.5,
 };
 
 }  // namespace parallax

@@ -261,6 +261,7 @@ const Biome kForest = {
     .weight = [](const v1::BiomeWeights& weights) { return weights.forest(); },
     .ground = &ForestGround,
     .write = &WriteForest,
+    .trace_times = 5,
 };
 
 }  // namespace parallax

@@ -270,6 +270,7 @@ const Biome kMountain = {
     .weight = [](const v1::BiomeWeights& weights) { return weights.mountain(); },
     .ground = &MountainGround,
     .write = &WriteMountain,
+    .trace_times = 2.6,
 };
 
 }  // namespace parallax

@@ -258,6 +258,7 @@ const Biome kRiver = {
     .weight = [](const v1::BiomeWeights& weights) { return weights.river(); },
     .ground = &RiverGround,
     .write = &WriteRiver,
+    .trace_times = 5,
     .wind = 0.5,
     .clarity = 0.7,
     .clear_water = {0.012f, 0.03f, 0.024f},

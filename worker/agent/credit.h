@@ -11,7 +11,7 @@ namespace parallax {
 struct WorkLoad {
   int slots = 1;
   int taken = 0;            // Jobs that run or wait here, and those asked for already.
-  int ending_soon = 0;      // Of the running jobs: their slots may have their next jobs now.
+  int ending_soon = 0;      // Running jobs that end soon: their slots may have the next jobs now.
   int pending_reports = 0;  // Reports without an answer.
   int max_pending_reports = 0;
 };

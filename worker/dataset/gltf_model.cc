@@ -50,7 +50,7 @@ int GltfModel::AddMesh(const std::string& name, const Mesh& mesh,
 }
 
 void GltfModel::SetColors(int mesh, const std::vector<Vec3f>& colors) {
-  const int accessor = AddVectors(colors);
+  const int accessor = AddVertexVectors(colors);
   for (auto& primitive : model_.meshes[static_cast<size_t>(mesh)].primitives) {
     primitive.attributes["COLOR_0"] = accessor;
   }
@@ -96,14 +96,14 @@ const GltfModel::Vertices& GltfModel::VerticesOf(const Mesh& mesh) {
   const auto [entry, added] = vertices_.try_emplace(&mesh);
   Vertices& made = entry->second;
   if (!added) return made;
-  made.positions = AddVectors(mesh.positions);
+  made.positions = AddVertexVectors(mesh.positions);
   const Box3f bounds = mesh.Bounds();
   auto& accessor = model_.accessors[static_cast<size_t>(made.positions)];
   for (int i = 0; i < 3; ++i) {
     accessor.minValues.push_back(double{bounds.min()[i]});
     accessor.maxValues.push_back(double{bounds.max()[i]});
   }
-  made.normals = AddVectors(mesh.normals);
+  made.normals = AddVertexVectors(mesh.normals);
   triangles_ += static_cast<int64_t>(mesh.triangles.size());
   std::map<uint16_t, std::vector<uint32_t>> by_slot;
   for (const Triangle& t : mesh.triangles) {
@@ -138,7 +138,7 @@ int GltfModel::AddAccessor(const void* data, size_t count, size_t bytes_each, in
   return static_cast<int>(model_.accessors.size()) - 1;
 }
 
-int GltfModel::AddVectors(const std::vector<Vec3f>& vectors) {
+int GltfModel::AddVertexVectors(const std::vector<Vec3f>& vectors) {
   static_assert(sizeof(Vec3f) == 12);
   return AddFloats(vectors.data()->data(), vectors.size(), 3, TINYGLTF_TARGET_ARRAY_BUFFER);
 }

@@ -50,7 +50,8 @@ class GltfModel {
   // `component`, `type` and `target` are glTF's; target 0 is none.
   int AddAccessor(const void* data, size_t count, size_t bytes_each, int component, int type,
                   int target);
-  int AddVectors(const std::vector<Vec3f>& vectors);  // Of vertices.
+  // Appends one vector for each vertex of a mesh.
+  int AddVertexVectors(const std::vector<Vec3f>& vectors);
   int AddFloats(const float* data, size_t count, size_t floats_each, int target);
 
   tinygltf::Model model_;

@@ -26,7 +26,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kReprojection = 0.01;        // Relative to the depth: the seed's threshold.
 constexpr double kMostReprojected = 1e-3;     // Part of the pixels that may be judged otherwise.
-constexpr double kRounding_px = 1e-3;         // Of a float's depth.
+constexpr double kRounding_px = 1e-3;         // Depth is a float: it rounds where a point lands.
 constexpr double kDisparityTolerance = 1e-6;  // Relative, and half a float's last digit.
 constexpr uint8_t kSky = 1, kKnownBits = 1 | 2 | 4 | 8 | 16 | 32;
 

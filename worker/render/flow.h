@@ -1,5 +1,6 @@
 // Optical flow and scene flow between frames of a sequence: where each pixel's first hit is in the
-// neighbour's picture. Exact, from ground truth; independent of sampling and denoising.
+// neighbour's picture, and whether it is hidden there. The same question about the pair's other eye
+// is exact occlusion. Exact, from ground truth; independent of sampling and denoising.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -77,6 +77,20 @@ TEST(Plan, LandscapesCostMoreThanRoomsByTheirBuildAndTheirTracing) {
   EXPECT_GT(nature.render_core_s, indoor.render_core_s + 100 * costs.build_s);
 }
 
+TEST(Plan, LandscapesArePricedByTheirBiomes) {
+  const auto pair_s = [](const std::string& biomes) {
+    const auto study = ParseStudy(
+        "study: s\npairs: 50\nvariants: [{name: a, base: nature, set: "
+        "{nature: {biomes: " +
+            biomes + "}}}]",
+        "s.yaml");
+    return PlanStudy(study.value(), 1)->total.render_core_s / 50;
+  };
+  const double plain = pair_s("{plain: 1}"), desert = pair_s("{desert: 1}");
+  EXPECT_GT(plain, 2 * desert) << "grass is what rays are spent on";
+  EXPECT_NEAR(pair_s("{plain: 1, desert: 3}"), 0.25 * plain + 0.75 * desert, 1e-6);
+}
+
 TEST(Plan, VariantsOfOtherSeedsShareNothing) {
   v1::StudySpec study = LoadStudy("table1").value();
   study.set_pairs(30);

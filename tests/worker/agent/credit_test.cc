@@ -9,8 +9,9 @@ namespace {
 TEST(CreditFor, AsksForSlotsThatAreFreeOrSoonFreeWhileReportsAreAnswered) {
   const struct {
     const char* what;
-    int taken, ending_soon, pending_reports;  // Of four slots and at most eight reports.
-    int jobs, ahead;                          // jobs 0: no message.
+    // The worker has four slots and keeps at most eight reports.
+    int taken, ending_soon, pending_reports;
+    int jobs, ahead;  // The message; jobs 0: there is none.
   } kCases[] = {
       {"all slots are free", 0, 0, 0, 4, 0},
       {"two are taken", 2, 0, 0, 2, 0},

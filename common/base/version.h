@@ -18,9 +18,9 @@ namespace parallax {
 //            worker/materials as far as only looks change
 //   train    networks: worker/train
 //   evaluate scores: worker/evaluate
-inline constexpr char kLayoutVersion[] = "20";
-inline constexpr char kSceneVersion[] = "21";
-inline constexpr char kFrameVersion[] = "22";
+inline constexpr char kLayoutVersion[] = "21";
+inline constexpr char kSceneVersion[] = "22";
+inline constexpr char kFrameVersion[] = "23";
 inline constexpr char kTrainVersion[] = "1";
 inline constexpr char kEvaluateVersion[] = "1";
 

@@ -101,16 +101,17 @@ class Foliage final : public Carved<Foliage> {
 
 // Light that has passed a leaf is yellower than what it reflects.
 constexpr std::array<float, 3> kGreen = {1.45f, 1.3f, 0.4f}, kThick = {0.7f, 0.65f, 0.25f},
-                               kBlade = {1.3f, 1.15f, 0.45f}, kGolden = {1.2f, 1.05f, 0.4f},
-                               kDead = {0.6f, 0.45f, 0.25f}, kThin = {0.9f, 0.85f, 0.8f};
+                               kBlade = {1.3f, 1.15f, 0.45f}, kTender = {1.15f, 1.05f, 0.45f},
+                               kGolden = {1.1f, 0.95f, 0.4f}, kDead = {0.6f, 0.45f, 0.25f},
+                               kThin = {0.9f, 0.85f, 0.8f};
 
 // clang-format off
-constexpr FoliageKind kSpring = {{0x8aa048, 0x9aab50, 0x7f9a44}, {0x74923a, 0x84994a, 0x6f8f3e},
-                                 {0x5f8234, 0x6f8a3e, 0x5a7d35}, 0xb5a860, 0.02f, 0.9f, 0.5f, 0.4f, 0.6f, kGreen};
+constexpr FoliageKind kSpring = {{0x7f9248, 0x8a9a50, 0x768c48}, {0x687f3c, 0x748644, 0x637c40},
+                                 {0x557238, 0x617a40, 0x527038}, 0xb5a860, 0.02f, 0.9f, 0.5f, 0.4f, 0.6f, kTender};
 constexpr FoliageKind kSummer = {{0x6a7f36, 0x5f7a3c, 0x74833a}, {0x4d6a2c, 0x48662f, 0x586e30},
                                  {0x38542a, 0x36532d, 0x42592a}, 0xa8933c, 0.035f, 0.9f, 0.5f, 0.35f, 0.6f, kGreen};
-constexpr FoliageKind kAutumn = {{0x8f8a36, 0x8a7a2c, 0x7f7f3a}, {0xc2922c, 0xb5692a, 0xc08a2e},
-                                 {0xb0632a, 0x8f3a24, 0xa8762c}, 0x6b4426, 0.12f, 1.0f, 0.5f, 0.45f, 0.7f, kGolden};
+constexpr FoliageKind kAutumn = {{0x87803c, 0x82743a, 0x78763e}, {0xb0853a, 0xa3663a, 0xad803c},
+                                 {0x9c5f34, 0x80402e, 0x977040}, 0x6b4426, 0.12f, 1.0f, 0.5f, 0.45f, 0.7f, kGolden};
 constexpr FoliageKind kDryLeaf = {{0x9a7a50, 0x8f6f48, 0xa8885a}, {0x7d5a38, 0x765234, 0x86663f},
                                   {0x583d27, 0x523824, 0x604629}, 0xb59a5c, 0.08f, 1.0f, 0.5f, 0.6f, 0.85f, kDead};
 constexpr FoliageKind kNeedle = {{0x4f6534, 0x466038, 0x57683a}, {0x3a5230, 0x355034, 0x435630},

@@ -114,6 +114,8 @@ class Material {
   // Returns the height with its derivatives along both directions, metres per metre, which bend the
   // normals. The default takes differences over half a footprint; `Carved` (surface.h) is exact.
   virtual Dual8 Relief(const SurfacePoint8& points, const Tangents8& tangents) const;
+  // Returns the widest footprint, metres, that sees the relief; wider ones average it away.
+  virtual float widest_relief_m() const { return 0.1f; }
 
   // Returns the same at one point.
   SurfaceSample Evaluate(const SurfacePoint& point) const {

@@ -116,8 +116,8 @@ class PackedSnow final : public Carved<PackedSnow> {
 class SeaIce final : public Carved<SeaIce> {
  public:
   explicit SeaIce(Rng& rng) {
-    blue_ = VaryColor(rng, Vec3f(0.24f, 0.47f, 0.56f), 0.12, 0.05);
-    white_ = VaryColor(rng, Vec3f(0.66f, 0.74f, 0.78f), 0.05, 0.02);
+    blue_ = VaryColor(rng, Vec3f(0.36f, 0.52f, 0.58f), 0.1, 0.04);
+    white_ = VaryColor(rng, Vec3f(0.72f, 0.77f, 0.79f), 0.05, 0.02);
     snow_ = Vec3f(0.8f, 0.82f, 0.85f);
     layer_m_ = Draw(rng, 0.05, 0.14);
     facet_m_ = Draw(rng, 0.06, 0.14);

@@ -217,6 +217,25 @@ Clouds::Layer8 BakeTexels(const Baker& baker, const Vec3x8& directions, int side
   return mean;
 }
 
+// Returns the seed of clouds that let most of the sun through: `seed` itself, the first that
+// follows from it, or the clearest of kMostSkies where none does. Without a sun it is `seed`.
+uint64_t SeedWithSun(double cover, uint64_t seed, const CloudLight& light) {
+  constexpr int kMostSkies = 24;
+  constexpr float kMost = 0.8f;
+  if (light.sun_irradiance.maxCoeff() <= 0.0f) return seed;
+  uint64_t clearest = seed;
+  float most = -1;
+  for (int k = 0; k < kMostSkies && most < kMost; ++k) {
+    const uint64_t one = seed + static_cast<uint64_t>(k) * 0x9e3779b97f4a7c15u;
+    const Float8 angle = Splat(0.005f);
+    const float kept = Baker(cover, one, light).Through(Vec3x8(light.sun_direction), angle).kept[0];
+    if (kept <= most) continue;
+    most = kept;
+    clearest = one;
+  }
+  return clearest;
+}
+
 // Weights of the four texels around a position at share `t` between the second and the third.
 void SplineWeights(Float8 t, Float8 weights[4]) {
   const Float8 u = 1.0f - t, t2 = t * t, u2 = u * u;
@@ -230,7 +249,7 @@ void SplineWeights(Float8 t, Float8 weights[4]) {
 
 std::shared_ptr<const Clouds> Clouds::Bake(double cover, uint64_t seed, const CloudLight& light) {
   auto clouds = std::make_shared<Clouds>();
-  const Baker baker(cover, seed, light);
+  const Baker baker(cover, SeedWithSun(cover, seed, light), light);
   clouds->texels_.resize(size_t{4} * kSide * kSide);
   tbb::parallel_for(0, kSide, [&](int row) {
     for (int x0 = 0; x0 < kSide; x0 += kLanes) {

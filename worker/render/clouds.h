@@ -28,7 +28,8 @@ struct CloudLight {
 // The baked table of one sky.
 class Clouds {
  public:
-  // Bakes the clouds. `cover` is in (0, 1]. Equal arguments give equal clouds.
+  // Bakes the clouds. `cover` is in (0, 1]. Equal arguments give equal clouds. Where the sun shines
+  // it does so between the clouds, if it can: else most of the scenes with sun would have none.
   static std::shared_ptr<const Clouds> Bake(double cover, uint64_t seed, const CloudLight& light);
 
   // The clouds in eight directions.

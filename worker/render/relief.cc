@@ -3,12 +3,6 @@
 #include "worker/render/sampling.h"
 
 namespace parallax {
-namespace {
-
-// Relief is a few millimetres high: footprints wider than this average it away.
-constexpr float kWidestRelief_m = 0.1f;
-
-}  // namespace
 
 PARALLAX_LANE_CLONES Vec3x8 BendNormals(const Material& material, const SurfacePoint8& points,
                                         const Faces8& faces, const Vec3x8& normals) {
@@ -16,7 +10,7 @@ PARALLAX_LANE_CLONES Vec3x8 BendNormals(const Material& material, const SurfaceP
   const Float8 g11 = Inner(e1, e1), g12 = Inner(e1, e2), g22 = Inner(e2, e2);
   const Float8 determinant = g11 * g22 - g12 * g12;
   const Mask8 seen = (determinant > 1e-10f * g11 * g22) &  // A sliver has no plane.
-                     (points.footprint_m <= kWidestRelief_m);
+                     (points.footprint_m <= material.widest_relief_m());
   if (!Any(seen)) return normals;
 
   const Frame8 frame(normals);

@@ -11,6 +11,7 @@ constexpr float kRadiancePerKilocandela = 0.9f;  // Balances sun and overcast sk
 const Vec3f kExtinction(0.241f, 0.301f, 0.448f);
 // Haze adds this for each unit of turbidity: 0.04608 lambda^-1.3, lambda in micrometres.
 const Vec3f kHazeExtinction(0.0876f, 0.1002f, 0.1247f);
+constexpr float kWhiteHaze = 0.7f;  // Share of the horizon's colour that haze takes.
 constexpr float kLeastTurbidity = 1.8f, kMostTurbidity = 10.0f;  // The model's range.
 
 // Row polynomials of the zenith's chromaticity: (T^2, T, 1) x (theta^3, theta^2, theta, 1).
@@ -194,8 +195,14 @@ Vec3x8 SkyModel::ClearSky(const Vec3x8& directions) const {
                    0.0557f * big_x - 0.2040f + 1.0570f * big_z);
   const Float8 scale = luminance * (kRadiancePerKilocandela / kZenithRadiance);
   Vec3x8 color(Max(rgb.x, 0.0f), Max(rgb.y, 0.0f), Max(rgb.z, 0.0f));
-  // With unusual haze the model's horizon turns green, which real skies are not.
-  if (hazy_) color.y = Min(color.y, 0.53f * (color.x + color.z));
+  // With unusual haze the model's horizon turns green or pink; a real one is nearly white.
+  if (hazy_) {
+    const Float8 grey = 0.35f * color.x + 0.45f * color.y + 0.2f * color.z;
+    const Float8 low = 1.0f - up;
+    const Float8 white = kWhiteHaze * low * low * low;
+    color = color + (Vec3x8(grey, grey, grey) - color) * white;
+    color.y = Min(color.y, 0.53f * (color.x + color.z));
+  }
   return color * scale;
 }
 

@@ -33,6 +33,7 @@ class TintedMaterial final : public Material {
   Dual8 Relief(const SurfacePoint8& points, const Tangents8& tangents) const override {
     return inner_->Relief(points, tangents);
   }
+  float widest_relief_m() const override { return inner_->widest_relief_m(); }
 
  private:
   std::unique_ptr<const Material> inner_;

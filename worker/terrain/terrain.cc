@@ -13,6 +13,7 @@ namespace parallax {
 namespace {
 
 constexpr float kDebris_m = 2;        // Depth of the aprons of walls.
+constexpr float kOutcrop_m = 0.6f;    // Bedrock stands so far out of slopes, times their roughness.
 constexpr uint32_t kCragOctaves = 3;  // Longest octaves of detail, above 10 m.
 
 Field SteepnessOf(const Field& height) {
@@ -95,17 +96,32 @@ float Terrain::Base(const Vec2f& p) const {
   return in_site > 0 ? noise::Lerp(height, site_.SampleSmooth(p), in_site) : height;
 }
 
+// Bedrock breaks through slopes in patches, most on their steeper parts.
+float Terrain::Outcrop(const Vec2f& p) const {
+  const float slope = noise::SmoothStep(0.22f, 0.6f, Steepness(p));
+  if (slope <= 0) return 0;
+  const auto noise = [&](float wavelength_m, uint32_t lane) {
+    const Vec2f q = p / wavelength_m;
+    return noise::Gradient3(q.x(), q.y(), 0.31f * q.x() - 0.23f * q.y(),
+                            detail_seed_ + 4001u + lane);
+  };
+  const float form = noise(74, 0) + 0.55f * noise(23, 1) + 0.3f * noise(7.3f, 2);
+  return slope * noise::SmoothStep(0.06f, 0.17f, form);
+}
+
 // Octaves from a few cells of the raster, the site's or the region's, down to the footprint. Steep
 // ground is rocky and rough, laid-down ground is smooth.
 float Terrain::Detail(const Vec2f& p, float footprint_m) const {
   if (spec_.roughness <= 0) return 0;
-  const float steepness = Steepness(p), deposit = Deposit(p);
-  const float rocky = noise::SmoothStep(0.35f, 1.0f, steepness);
-  const float loose = noise::SmoothStep(0.05f, 0.6f, deposit);
+  const float outcrop = Outcrop(p);
+  const float rocky = std::max(noise::SmoothStep(0.35f, 1.0f, Steepness(p)), outcrop);
+  const float loose = (1 - outcrop) * noise::SmoothStep(0.05f, 0.6f, Deposit(p));
   const float strength = spec_.roughness * noise::Lerp(0.35f, 1.6f, rocky) * (1 - 0.5f * loose);
   // Crags and gullies: the region's samples hold none, only rock has them.
   const float crags = rocky * (1 - Weight(site_, p));
-  float sum = 0, wavelength_m = 86.7f, amplitude_m = 3.3f;
+  float sum = outcrop * kOutcrop_m, wavelength_m = 86.7f, amplitude_m = 3.3f;
+  // Soil is as smooth at every scale, rock is rougher the closer one looks.
+  const float fade_of_octaves = noise::Lerp(0.45f, 0.62f, rocky);
   Vec2f q = p;
   for (uint32_t octave = 0; octave < 12; ++octave) {
     const float kept = noise::Fade(wavelength_m, footprint_m);
@@ -122,7 +138,7 @@ float Terrain::Detail(const Vec2f& p, float footprint_m) const {
     }
     q = Vec2f(0.8f * q.x() - 0.6f * q.y(), 0.6f * q.x() + 0.8f * q.y());
     wavelength_m *= 0.47f;
-    amplitude_m *= 0.45f;
+    amplitude_m *= fade_of_octaves;
   }
   return strength * sum;
 }

@@ -83,6 +83,8 @@ class Terrain {
   float Covered(const Vec2f& p, float eroded_m, float footprint_m, float* loose = nullptr) const;
   void AddCover(Field& height, Field& deposit) const;
   float Detail(const Vec2f& p, float footprint_m) const;
+  // Returns the share of bedrock that stands out of a slope at `p`, [0, 1].
+  float Outcrop(const Vec2f& p) const;
   // Returns 1 inside a field, 0 at its border and beyond, with a smooth band between.
   static float Weight(const Field& field, const Vec2f& p);
   float Blend(const Field& site, const Field& region, const Vec2f& p) const;

@@ -10,13 +10,20 @@ namespace {
 constexpr float kWave_m = 0.01f;  // 2 pi / its length.
 constexpr float kHeight_m = 5e-4f;
 
-// Waves along the texture's x.
+// Waves along the texture's x; footprints wider than a limit do not see them.
 class Waves final : public PointMaterial {
+ public:
+  explicit Waves(float widest_m = 0.1f) : widest_m_(widest_m) {}
+  float widest_relief_m() const override { return widest_m_; }
+
  protected:
   SurfaceSample EvaluatePoint(const SurfacePoint&) const override { return {}; }
   float HeightOfPoint(const SurfacePoint& point) const override {
     return kHeight_m * std::sin(point.texture_m.x() / kWave_m);
   }
+
+ private:
+  float widest_m_;
 };
 
 // Points on the plane z = 0, on triangles of which none is like another; texture as the world, but
@@ -63,6 +70,17 @@ TEST(Relief, SliversAndWideFootprintsKeepTheirNormals) {
   for (int lane = 0; lane < kLanes; ++lane) {
     EXPECT_EQ(bent.Get(lane) == Vec3f(0, 0, 1), lane == 2 || lane == 5) << "lane " << lane;
   }
+}
+
+// Ledges of a mountain are seen from far away; threads of a cloth are not.
+TEST(Relief, EachMaterialSaysHowFarItsReliefIsSeen) {
+  Eight eight;
+  eight.points.footprint_m[5] = 0.11f;
+  const Vec3x8 bent = BendNormals(Waves(0.2f), eight.points, eight.faces, eight.normals);
+  EXPECT_NE(bent.Get(5), Vec3f(0, 0, 1));
+  eight.points.footprint_m[5] = 0.21f;
+  const Vec3x8 flat = BendNormals(Waves(0.2f), eight.points, eight.faces, eight.normals);
+  EXPECT_EQ(flat.Get(5), Vec3f(0, 0, 1));
 }
 
 }  // namespace

@@ -111,6 +111,18 @@ TEST(Clouds, AreThoseOfTheirSeed) {
   EXPECT_GT(differ, 100);
 }
 
+// A sun that shines does so between the clouds, as far as they leave a gap.
+TEST(Clouds, LetTheSunThrough) {
+  for (uint64_t seed = 0; seed < 12; ++seed) {
+    for (const double elevation : {0.2, 0.6, 1.2}) {
+      CloudLight light = Noon();
+      light.sun_direction = Vec3f(static_cast<float>(std::cos(elevation)), 0,
+                                  static_cast<float>(std::sin(elevation)));
+      EXPECT_GT(Clouds::Bake(0.6, seed, light)->sun_kept(), 0.7f) << seed << " at " << elevation;
+    }
+  }
+}
+
 // A white cloud in full sun is not brighter than a white board in it by much, nor black.
 TEST(Clouds, AreAsBrightAsWhatLightsThem) {
   const auto clouds = Clouds::Bake(0.6, 3, Noon());

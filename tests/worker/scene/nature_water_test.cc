@@ -206,7 +206,7 @@ TEST(Beaches, SandIsBeigeAsLightAsItWas) {
   const Vec3d luminance(0.2126, 0.7152, 0.0722);
   double palest = 0, darkest = 1;
   for (uint64_t seed = 1; seed <= 60; ++seed) {
-    const Vec3d before = MeanSandColor(seed).value();
+    const Vec3d before = MeanColor("Sand", seed).value();
     const Vec3d color = before.cwiseProduct(BeachTint(seed).value());
     EXPECT_NEAR(color.dot(luminance), before.dot(luminance), 1e-9) << seed;
     EXPECT_GE(color.x(), color.y()) << seed;
@@ -216,6 +216,19 @@ TEST(Beaches, SandIsBeigeAsLightAsItWas) {
     darkest = std::min(darkest, color.y());
   }
   EXPECT_GT(palest, 3 * darkest);
+}
+
+// Shingle is of the stones that the sand was ground from: no black gravel on a pale beach.
+TEST(Beaches, ShingleIsSomewhatDarkerThanItsSand) {
+  for (uint64_t seed = 1; seed <= 30; ++seed) {
+    const Vec3d sand = MeanColor("Sand", seed).value().cwiseProduct(BeachTint(seed).value());
+    const Vec3d gravel = MeanColor("Gravel", seed + 100).value();
+    const Vec3d shingle = gravel.cwiseProduct(ShingleTint(seed + 100, seed).value());
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_LT(shingle[c], 0.8 * sand[c]) << seed;
+      EXPECT_GT(shingle[c], 0.5 * sand[c]) << seed;
+    }
+  }
 }
 
 }  // namespace

@@ -22,6 +22,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 // The most optical depth of haze between an eye and half of the ground that it sees: half of the
 // light is left.
 constexpr double kMostDepth = 0.7;
+constexpr double kOvercast = 0.12;  // Share of the days on which no sun shines.
 
 class LandDresser {
  public:
@@ -49,6 +50,11 @@ class LandDresser {
     const auto draw = [&](const v1::Distribution& from, const char* name) {
       return Draw(from, root_.Child(name).Uniform());
     };
+    // Shadows of things are half of what a landscape shows: most days are sunny, and the sun
+    // strong.
+    Rng day = root_.Child("day");
+    const bool overcast = day.Bernoulli(kOvercast);
+    sky.set_sun_strength(overcast ? 0 : day.Uniform(0.75, 1));
     sky.set_sun_elevation_rad(draw(nature.sun_elevation_deg(), "sun elevation") * kDegree);
     sky.set_turbidity(draw(nature.turbidity(), "turbidity"));
     sky.set_cloud_cover(draw(nature.cloud_cover(), "cloud cover"));

@@ -13,6 +13,8 @@
 namespace parallax {
 namespace {
 
+constexpr float kLongestLedge_m = 4.3f;  // Wavelength; the mesh has what is longer.
+
 std::vector<MaskOnGround> MasksOf(const v1::Terrain& recipe) {
   std::vector<MaskOnGround> masks;
   for (const v1::GroundRule& rule : recipe.ground()) masks.emplace_back(rule.mask());
@@ -90,6 +92,7 @@ class GroundMaterial final : public Material {
     const DualVec8 p = ReliefPoint8(points, tangents).texture_m;
     return relief + cover.back() * Ledges(p, points.footprint_m);
   }
+  float widest_relief_m() const override { return 0.5f * kLongestLedge_m; }
 
  private:
   // Darkens and shines ground that waves and seeping water wet; a film of water lies where waves
@@ -140,7 +143,7 @@ class GroundMaterial final : public Material {
   template <typename Vec>
   RealOf<Vec> Ledges(const Vec& p, Float8 footprint_m, uint32_t octaves = 5) const {
     RealOf<Vec> height = Splat(0);
-    float wavelength_m = 4.3f;
+    float wavelength_m = kLongestLedge_m;
     for (uint32_t i = 0; i < octaves; ++i) {
       const Float8 fade = noise::Fade(wavelength_m, footprint_m);
       if (!Any(fade > 0)) break;

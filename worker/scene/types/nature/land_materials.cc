@@ -46,7 +46,11 @@ class LandMaterials {
                                         : Vec3d(0.56, 0.54, 0.52));
       }
       if (classes[i] == "Sand" && land_.has_water()) {
-        ASSIGN_OR_RETURN(const Vec3d tint, BeachTint(SeedOf(classes[i] + "/")));
+        ASSIGN_OR_RETURN(const Vec3d tint, BeachTint(SeedOf("Sand/")));
+        Tint(index, tint);
+      }
+      if (classes[i] == "Gravel" && classes.front() == "Sand" && land_.has_water()) {
+        ASSIGN_OR_RETURN(const Vec3d tint, ShingleTint(SeedOf("Gravel/"), SeedOf("Sand/")));
         Tint(index, tint);
       }
       // Between a meadow's tufts lie last year's blades and what is green below them.

@@ -6,13 +6,15 @@
 
 #include "common/base/file.h"
 #include "common/base/names.h"
-#include "common/config/yaml_reader.h"
+#include "common/config/yaml_document.h"
+#include "common/config/yaml_values.h"
 
 namespace parallax {
 namespace {
 
 using config_internal::ConfigErrors;
-using config_internal::YamlReader;
+using config_internal::ParseYaml;
+using config_internal::YamlValues;
 
 constexpr int64_t kMostLimit = int64_t{1} << 50;
 constexpr size_t kMostLimitsBytes = 1 << 20;
@@ -36,7 +38,7 @@ bool IsUserPattern(const std::string& text) {
   return std::count(roles.begin(), roles.end(), role) > 0 && (name == kEverybody || IsName(name));
 }
 
-void ReadLimits(YamlReader& reader, const YAML::Node& node, const std::string& path,
+void ReadLimits(YamlValues& reader, const YAML::Node& node, const std::string& path,
                 UserLimits& limits) {
   for (const auto& [name, value] : reader.Entries(node, path)) {
     const auto field =
@@ -67,8 +69,8 @@ std::string TextOf(const UserLimits& limits) {
 absl::StatusOr<LimitRules> LimitRules::Parse(std::string_view yaml, const std::string& file) {
   LimitRules limits;
   ConfigErrors errors;
-  YamlReader reader(file, &errors);
-  const std::optional<YAML::Node> root = reader.Parse(yaml);
+  YamlValues reader(file, &errors);
+  const std::optional<YAML::Node> root = ParseYaml(yaml, file, errors);
   std::optional<YAML::Node> users;
   if (root && !root->IsNull()) {
     for (const auto& [name, node] : reader.Entries(*root, "")) {

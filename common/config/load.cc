@@ -17,6 +17,7 @@
 #include "common/config/limits.h"
 #include "common/config/rig_counts.h"
 #include "common/config/training.h"
+#include "common/config/yaml_document.h"
 #include "common/config/yaml_reader.h"
 
 namespace parallax {
@@ -33,6 +34,7 @@ using config_internal::JoinNames;
 using config_internal::MergeSceneConfig;
 using config_internal::NearestName;
 using config_internal::Origins;
+using config_internal::ParseYaml;
 using config_internal::YamlReader;
 
 constexpr char kBuiltinPrefix[] = "builtin:";
@@ -95,7 +97,7 @@ class StudyLoader {
       : yaml_(yaml), reader_(file, &errors_) {}
 
   absl::StatusOr<v1::StudySpec> Load() {
-    const std::optional<YAML::Node> root = reader_.Parse(yaml_);
+    const std::optional<YAML::Node> root = ParseYaml(yaml_, reader_.file(), errors_);
     if (root) ReadRoot(*root);
     spec_.set_source_yaml(std::string(yaml_));
     if (root) errors_.AddFindings(CheckStudy(spec_), origins_, reader_.file());
@@ -196,7 +198,7 @@ class StudyLoader {
       return;
     }
     YamlReader base_reader(text->file, &errors_);
-    const std::optional<YAML::Node> root = base_reader.Parse(text->text);
+    const std::optional<YAML::Node> root = ParseYaml(text->text, text->file, errors_);
     if (!root || root->IsNull()) return;
     MergeSceneConfig(base_reader, *root, base, "", origins);
     Findings findings;  // Also of values that every variant replaces.
@@ -338,7 +340,7 @@ absl::StatusOr<v1::SceneConfig> ParseSceneConfig(std::string_view yaml,
   ConfigErrors errors;
   YamlReader reader(std::string(file_name), &errors);
   v1::SceneConfig config = DefaultSceneConfig();
-  const std::optional<YAML::Node> root = reader.Parse(yaml);
+  const std::optional<YAML::Node> root = ParseYaml(yaml, reader.file(), errors);
   Origins origins;
   if (root && !root->IsNull()) MergeSceneConfig(reader, *root, &config, "", &origins);
   Findings findings;

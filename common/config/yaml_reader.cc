@@ -1,63 +1,32 @@
 #include "common/config/yaml_reader.h"
 
 #include <fmt/core.h>
-#include <yaml-cpp/eventhandler.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <limits>
 #include <memory>
-#include <set>
-#include <sstream>
 #include <utility>
+#include <vector>
 
-#include "common/base/names.h"
 #include "common/config/checks.h"
 #include "common/config/field_rules.h"
 #include "common/config/limits.h"
 #include "common/config/sensor_presets.h"
+#include "common/config/yaml_distribution.h"
 
 namespace parallax::config_internal {
 namespace {
 
+using google::protobuf::EnumValueDescriptor;
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using google::protobuf::Reflection;
 
-constexpr size_t kMostShown = 60;  // Bytes of a value.
-
-// Only plain scalars are numbers and booleans: "5" in quotes is text.
-bool IsPlain(const YAML::Node& node) { return node.IsScalar() && node.Tag() == "?"; }
-
-// Describes the node for a message: its text, or its kind.
-std::string Seen(const YAML::Node& node) {
-  if (node.IsMap()) return "a map";
-  if (node.IsSequence()) return "a list";
-  if (node.IsScalar()) {
-    return IsPlain(node) && IsPlainText(node.Scalar()) && node.Scalar().size() <= kMostShown
-               ? node.Scalar()
-               : Quoted(node.Scalar());
-  }
-  return "nothing";
-}
-
-template <typename Number>
-std::optional<Number> ParseWhole(std::string_view text) {
-  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
-  Number value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
 // Whether a map of weights gives any a number above 0. Then it names all that are wanted.
 bool NamesAny(const YAML::Node& weights) {
   if (!weights.IsMap()) return false;
-  return std::any_of(weights.begin(), weights.end(), [](const auto& entry) {
-    const YAML::Node& value = entry.second;
-    return IsPlain(value) && ParseWhole<double>(value.Scalar()).value_or(0) > 0;
-  });
+  return std::any_of(weights.begin(), weights.end(),
+                     [](const auto& entry) { return PlainNumber(entry.second).value_or(0) > 0; });
 }
 
 void ForbidAll(v1::BiomeWeights* weights) {
@@ -67,119 +36,10 @@ void ForbidAll(v1::BiomeWeights* weights) {
   }
 }
 
-// The nearest 64-bit number; NaN gives one that is too large for any field.
-int64_t WholeOf(double value) {
-  constexpr double kMost = 9e18;
-  return static_cast<int64_t>(value >= -kMost && value <= kMost ? value
-                                                                : std::copysign(kMost, value));
-}
-
-// Counts documents; knows the line of the last one's first node.
-class DocumentCounter final : public YAML::EventHandler {
- public:
-  int documents = 0;
-  int last_line = 0;
-
-  void OnDocumentStart(const YAML::Mark& mark) override {
-    ++documents;
-    last_line = mark.line;
-    empty_ = true;
-  }
-  void OnDocumentEnd() override {}
-  void OnNull(const YAML::Mark& mark, YAML::anchor_t) override { Content(mark); }
-  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override { Content(mark); }
-  void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
-                const std::string&) override {
-    Content(mark);
-  }
-  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
-                       YAML::EmitterStyle::value) override {
-    Content(mark);
-  }
-  void OnSequenceEnd() override {}
-  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
-                  YAML::EmitterStyle::value) override {
-    Content(mark);
-  }
-  void OnMapEnd() override {}
-
- private:
-  void Content(const YAML::Mark& mark) {
-    if (empty_ && !mark.is_null()) last_line = mark.line;
-    empty_ = false;
-  }
-  bool empty_ = true;
-};
-
 }  // namespace
-
-Origin YamlReader::OriginOf(const YAML::Node& node, std::string_view path) const {
-  const YAML::Mark mark = node.Mark();
-  return {file_, mark.is_null() ? 0 : mark.line + 1, std::string(path)};
-}
-
-void YamlReader::Error(const YAML::Node& node, std::string_view path, std::string_view what) {
-  errors_->Add(OriginOf(node, path), what);
-}
 
 void YamlReader::Note(const YAML::Node& node, const std::string& path) {
   if (origins_ != nullptr) origins_->Set(path.substr(prefix_), OriginOf(node, path));
-}
-
-std::optional<YAML::Node> YamlReader::Parse(std::string_view text) {
-  if (text.size() > kMaxYamlBytes) {
-    errors_->Add({file_, 0, ""},
-                 fmt::format("larger than {} KiB: not a configuration", kMaxYamlBytes >> 10));
-    return std::nullopt;
-  }
-  if (text.find('\0') != std::string_view::npos) {
-    errors_->Add({file_, 0, ""}, "holds a NUL byte: not a text file");
-    return std::nullopt;
-  }
-  try {
-    // Not LoadAll: at a stray ",", yaml-cpp finds empty documents without end.
-    DocumentCounter counter;
-    std::istringstream stream{std::string(text)};
-    YAML::Parser parser(stream);
-    while (counter.documents < 2 && parser.HandleNextDocument(counter)) {
-    }
-    if (counter.documents > 1) {
-      errors_->Add({file_, counter.last_line + 1, ""}, "a second YAML document, allowed is one");
-    }
-    return YAML::Load(std::string(text));
-  } catch (const YAML::Exception& error) {
-    errors_->Add({file_, error.mark.is_null() ? 0 : error.mark.line + 1, ""},
-                 "not YAML: " + error.msg);
-    return std::nullopt;
-  }
-}
-
-std::vector<std::pair<std::string, YAML::Node>> YamlReader::Entries(const YAML::Node& node,
-                                                                    const std::string& path) {
-  std::vector<std::pair<std::string, YAML::Node>> entries;
-  if (!node.IsMap()) {
-    Error(node, path, Seen(node) + ", allowed is a map of fields");
-    return entries;
-  }
-  std::set<std::string> names;
-  for (const auto& entry : node) {
-    if (!entry.first.IsScalar()) {
-      Error(entry.first, path, Seen(entry.first) + " as a key, allowed is a field name");
-      continue;
-    }
-    const std::string name = entry.first.Scalar();
-    if (!names.insert(name).second) {
-      Error(entry.first, Dotted(path, name), "stands twice, allowed is once");
-    }
-    entries.emplace_back(name, entry.second);
-  }
-  return entries;
-}
-
-void YamlReader::UnknownField(const YAML::Node& node, const std::string& path,
-                              const std::string& name, const std::vector<std::string>& known) {
-  Error(node, Dotted(path, name),
-        "no such field" + NearestHint(name, known) + " (allowed: " + JoinNames(known) + ")");
 }
 
 void YamlReader::Merge(const YAML::Node& node, Message* message, const std::string& path,
@@ -199,7 +59,7 @@ void YamlReader::MergeFields(const YAML::Node& node, Message* message, const std
     }
   }
   for (const auto& [name, value] : Entries(node, path)) {
-    if (errors_->enough()) return;
+    if (errors().enough()) return;
     if (const FieldDescriptor* field = type.FindFieldByName(name)) {
       Set(value, Dotted(path, name), *field, message);
       continue;
@@ -211,7 +71,7 @@ void YamlReader::MergeFields(const YAML::Node& node, Message* message, const std
     }
   }
   // Entries reports a list of maps; the fields in it are checked nevertheless.
-  for (size_t i = 0; node.IsSequence() && i < node.size() && !errors_->enough(); ++i) {
+  for (size_t i = 0; node.IsSequence() && i < node.size() && !errors().enough(); ++i) {
     if (node[i].IsMap()) MergeFields(node[i], message, path);
   }
 }
@@ -225,7 +85,7 @@ void YamlReader::CheckMeant(const YAML::Node& node, const std::string& path,
   origins_ = outer;
   Findings findings;
   CheckFields(*scratch, path.size() < prefix_ ? "" : path.substr(prefix_), &findings);
-  errors_->AddFindings(findings, own_origins, file_);
+  errors().AddFindings(findings, own_origins, file());
 }
 
 void YamlReader::Set(const YAML::Node& node, const std::string& path, const FieldDescriptor& field,
@@ -238,140 +98,13 @@ void YamlReader::Set(const YAML::Node& node, const std::string& path, const Fiel
   }
 }
 
-std::optional<int64_t> YamlReader::ReadInt(const YAML::Node& node, const std::string& path,
-                                           int64_t min, int64_t max, std::string_view unit) {
-  v1::FieldRule rule;
-  rule.set_integer(true);
-  if (min != std::numeric_limits<int64_t>::min()) rule.set_min(static_cast<double>(min));
-  if (max != std::numeric_limits<int64_t>::max()) rule.set_max(static_cast<double>(max));
-  rule.set_unit(std::string(unit));
-  const std::optional<int64_t> value =
-      IsPlain(node) ? ParseWhole<int64_t>(node.Scalar()) : std::nullopt;
-  if (!value) {
-    Error(node, path, Seen(node) + " is not a whole number, allowed " + AllowedRange(rule));
-    return std::nullopt;
-  }
-  if (*value < min || *value > max) {
-    Error(node, path, Seen(node) + " is out of range, allowed " + AllowedRange(rule));
-    return std::nullopt;
-  }
-  return value;
-}
-
-std::optional<uint64_t> YamlReader::ReadUint64(const YAML::Node& node, const std::string& path) {
-  const std::optional<uint64_t> value =
-      IsPlain(node) ? ParseWhole<uint64_t>(node.Scalar()) : std::nullopt;
-  if (!value) Error(node, path, Seen(node) + ", allowed is a whole number from 0 to 2^64 - 1");
-  return value;
-}
-
-std::optional<std::string> YamlReader::ReadText(const YAML::Node& node, const std::string& path) {
-  if (node.IsScalar()) return node.Scalar();
-  Error(node, path, Seen(node) + ", allowed is a text");
-  return std::nullopt;
-}
-
-std::optional<double> YamlReader::ReadNumber(const YAML::Node& node, const std::string& path,
+template <typename Whole>
+std::optional<int64_t> YamlReader::ReadWhole(const YAML::Node& node, const std::string& path,
                                              const v1::FieldRule& rule) {
-  const std::optional<double> value =
-      IsPlain(node) ? ParseWhole<double>(node.Scalar()) : std::nullopt;
-  if (!value) Error(node, path, Seen(node) + " is not a number, allowed " + AllowedRange(rule));
-  return value;
-}
-
-bool YamlReader::ReadDistribution(const YAML::Node& node, const std::string& path,
-                                  const v1::FieldRule& rule, v1::Distribution* out) {
-  out->Clear();
-  if (node.IsScalar()) {
-    const std::optional<double> value = ReadNumber(node, path, rule);
-    if (value) out->set_constant(*value);
-    return value.has_value();
-  }
-  if (!node.IsMap() || node.size() != 1) {
-    Error(node, path,
-          (node.IsMap() ? fmt::format("a map with {} keys", node.size()) : Seen(node)) +
-              ", allowed is " + kDistributionForms);
-    return false;
-  }
-  const auto entries = Entries(node, path);
-  if (entries.empty()) return false;
-  const auto& [kind, value] = entries.front();
-  const std::string kind_path = path + "." + kind;
-  // The line of a distribution's own errors is that of its numbers.
-  Note(value, path);
-  Note(value, kind_path);
-  if (kind != "bernoulli") return ReadNumbers(value, kind_path, kind, out);
-  v1::FieldRule probability;
-  probability.set_min(0);
-  probability.set_max(1);
-  const std::optional<double> p = ReadNumber(value, kind_path, probability);
-  if (p) out->mutable_bernoulli()->set_p(*p);
-  return p.has_value();
-}
-
-// The distributions that are lists of numbers.
-bool YamlReader::ReadNumbers(const YAML::Node& node, const std::string& path,
-                             const std::string& kind, v1::Distribution* out) {
-  const struct {
-    const char* kind;
-    size_t size;  // 0: any.
-    const char* form;
-  } kForms[] = {{"uniform", 2, "[low, high]"},
-                {"uniform_int", 2, "[low, high]"},
-                {"choice", 0, "[a, b, ...] with at least one number"},
-                {"clip_gaussian", 4, "[mean, std, low, high]"}};
-  const auto* form = std::find_if(std::begin(kForms), std::end(kForms),
-                                  [&](const auto& f) { return kind == f.kind; });
-  if (form == std::end(kForms)) {
-    Error(
-        node, path,
-        "no such distribution" +
-            NearestHint(kind, {"uniform", "uniform_int", "choice", "clip_gaussian", "bernoulli"}) +
-            ", allowed is " + kDistributionForms);
-    return false;
-  }
-  if (!node.IsSequence() || (form->size != 0 && node.size() != form->size)) {
-    Error(node, path,
-          (node.IsSequence() ? fmt::format("a list of {}", node.size()) : Seen(node)) +
-              ", allowed is " + form->form);
-    return false;
-  }
-  std::vector<double> numbers;
-  for (size_t i = 0; i < node.size(); ++i) {
-    const std::string number_path = fmt::format("{}[{}]", path, i);
-    Note(node[i], number_path);
-    const std::optional<double> number = ReadNumber(node[i], number_path, {});
-    if (!number) continue;
-    if (kind == "uniform_int" && *number != std::floor(*number)) {
-      Error(node[i], number_path, Seen(node[i]) + " is not a whole number, allowed a whole number");
-      continue;
-    }
-    numbers.push_back(*number);
-  }
-  if (numbers.size() < node.size()) return false;
-  if (kind == "uniform") {
-    out->mutable_uniform()->set_low(numbers[0]);
-    out->mutable_uniform()->set_high(numbers[1]);
-  } else if (kind == "uniform_int") {
-    out->mutable_uniform_int()->set_low(WholeOf(numbers[0]));
-    out->mutable_uniform_int()->set_high(WholeOf(numbers[1]));
-  } else if (kind == "choice") {
-    out->mutable_choice()->mutable_values()->Add(numbers.begin(), numbers.end());
-  } else {
-    auto* gaussian = out->mutable_clip_gaussian();
-    gaussian->set_mean(numbers[0]);
-    gaussian->set_std(numbers[1]);
-    gaussian->set_low(numbers[2]);
-    gaussian->set_high(numbers[3]);
-  }
-  return true;
-}
-
-std::optional<bool> YamlReader::ReadBool(const YAML::Node& node, const std::string& path) {
-  if (IsPlain(node) && node.Scalar() == "true") return true;
-  if (IsPlain(node) && node.Scalar() == "false") return false;
-  Error(node, path, Seen(node) + ", allowed is true or false");
-  return std::nullopt;
+  using Limits = std::numeric_limits<Whole>;
+  const int64_t min = rule.has_min() ? static_cast<int64_t>(rule.min()) : Limits::min();
+  const int64_t max = rule.has_max() ? static_cast<int64_t>(rule.max()) : Limits::max();
+  return ReadInt(node, path, min, max, rule.unit());
 }
 
 void YamlReader::SetField(const YAML::Node& node, const std::string& path,
@@ -379,15 +112,11 @@ void YamlReader::SetField(const YAML::Node& node, const std::string& path,
   const Reflection& reflection = *message->GetReflection();
   const v1::FieldRule& rule = RuleOf(field);
   if (IsDistribution(field)) {
-    v1::Distribution distribution;
-    if (ReadDistribution(node, path, rule, &distribution)) {
-      reflection.MutableMessage(message, &field)->CopyFrom(distribution);
+    if (const auto distribution = ReadDistribution(node, path, rule, *this)) {
+      reflection.MutableMessage(message, &field)->CopyFrom(*distribution);
     }
     return;
   }
-  const auto int_bound = [](bool given, double bound, int64_t otherwise) {
-    return given ? static_cast<int64_t>(bound) : otherwise;
-  };
   switch (field.cpp_type()) {
     case FieldDescriptor::CPPTYPE_MESSAGE: {
       Message* const group = reflection.MutableMessage(message, &field);
@@ -396,22 +125,11 @@ void YamlReader::SetField(const YAML::Node& node, const std::string& path,
       MergeFields(node, group, path);
       break;
     }
-    case FieldDescriptor::CPPTYPE_ENUM: {
-      const std::vector<std::string> names = EnumTexts(field);
-      const bool known =
-          node.IsScalar() && std::find(names.begin(), names.end(), node.Scalar()) != names.end();
-      for (int i = 0; known && i < field.enum_type()->value_count(); ++i) {
-        const auto* value = field.enum_type()->value(i);
-        if (EnumText(*value) != node.Scalar()) continue;
+    case FieldDescriptor::CPPTYPE_ENUM:
+      if (const auto* value = ReadEnum(node, path, field)) {
         reflection.SetEnum(message, &field, value);
-        return;
       }
-      Error(node, path,
-            Seen(node) + " is not known" +
-                (node.IsScalar() ? NearestHint(node.Scalar(), names) : "") +
-                " (allowed: " + JoinNames(names) + ")");
       break;
-    }
     case FieldDescriptor::CPPTYPE_BOOL:
       if (const auto value = ReadBool(node, path)) reflection.SetBool(message, &field, *value);
       break;
@@ -421,20 +139,12 @@ void YamlReader::SetField(const YAML::Node& node, const std::string& path,
       }
       break;
     case FieldDescriptor::CPPTYPE_INT32:
-      if (const auto value =
-              ReadInt(node, path,
-                      int_bound(rule.has_min(), rule.min(), std::numeric_limits<int32_t>::min()),
-                      int_bound(rule.has_max(), rule.max(), std::numeric_limits<int32_t>::max()),
-                      rule.unit())) {
+      if (const auto value = ReadWhole<int32_t>(node, path, rule)) {
         reflection.SetInt32(message, &field, static_cast<int32_t>(*value));
       }
       break;
     case FieldDescriptor::CPPTYPE_INT64:
-      if (const auto value =
-              ReadInt(node, path,
-                      int_bound(rule.has_min(), rule.min(), std::numeric_limits<int64_t>::min()),
-                      int_bound(rule.has_max(), rule.max(), std::numeric_limits<int64_t>::max()),
-                      rule.unit())) {
+      if (const auto value = ReadWhole<int64_t>(node, path, rule)) {
         reflection.SetInt64(message, &field, *value);
       }
       break;
@@ -453,14 +163,27 @@ void YamlReader::SetField(const YAML::Node& node, const std::string& path,
   }
 }
 
+const EnumValueDescriptor* YamlReader::ReadEnum(const YAML::Node& node, const std::string& path,
+                                                const FieldDescriptor& field) {
+  const std::vector<std::string> names = EnumTexts(field);
+  if (node.IsScalar() && std::count(names.begin(), names.end(), node.Scalar()) > 0) {
+    for (int i = 0; i < field.enum_type()->value_count(); ++i) {
+      const EnumValueDescriptor* const value = field.enum_type()->value(i);
+      if (EnumText(*value) == node.Scalar()) return value;
+    }
+  }
+  Error(node, path,
+        Seen(node) + " is not known" + (node.IsScalar() ? NearestHint(node.Scalar(), names) : "") +
+            " (allowed: " + JoinNames(names) + ")");
+  return nullptr;
+}
+
 void YamlReader::SetMessages(const YAML::Node& node, const std::string& path,
                              const FieldDescriptor& field, Message* message) {
   if (!node.IsSequence()) {
-    std::string names;
-    for (const std::string& name : FieldNames(*field.message_type())) {
-      names += (names.empty() ? "" : ", ") + name;
-    }
-    Error(node, path, Seen(node) + ", allowed is a list of {" + names + "}");
+    Error(node, path,
+          Seen(node) + ", allowed is a list of {" + JoinNames(FieldNames(*field.message_type())) +
+              "}");
     return;
   }
   const Reflection& reflection = *message->GetReflection();

@@ -45,7 +45,7 @@ struct HttpAnswer {
   std::map<std::string, std::string> headers;  // Names in lower case.
 };
 
-// Credentials and region for signatures; see s3_store.h.
+// Credentials and region for signatures; see s3_options.h.
 struct HttpSigner {
   std::string access_key;
   std::string secret_key;

@@ -1,48 +1,17 @@
 // A store of objects on an S3 server: AWS, MinIO, Ceph... libcurl signs the requests with SigV4;
-// only this folder uses libcurl.
-//
-//   s3://BUCKET[/PREFIX][?endpoint=URL&region=NAME&path_style=1]
-//
-// endpoint    another server than AWS (default $AWS_ENDPOINT_URL_S3, $AWS_ENDPOINT_URL); its
-//             buckets are then addressed by path
-// region      default $AWS_REGION, $AWS_DEFAULT_REGION, us-east-1
-// path_style  1: endpoint/bucket/key, 0: bucket.endpoint/key (default: 1 with an endpoint)
-//
-// Credentials stand in the environment only, never in the URI, which is shown and logged:
-// AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and, for temporary ones, AWS_SESSION_TOKEN.
+// only this folder uses libcurl. s3_options.h has the URI and the environment.
 //
 // S3 promises that an object is there whole or not at all, and durable when Put returns. The server
 // checks each object's SHA-256. Files larger than 64 MiB are sent in parts. Answers 429 and 5xx and
 // broken connections are retried after a growing pause.
 #pragma once
 
-#include <chrono>
 #include <memory>
-#include <string>
 
+#include "common/store/s3_options.h"
 #include "common/store/store.h"
 
 namespace parallax {
-
-// Place and credentials of a store on S3, and how requests are retried.
-struct S3Options {
-  std::string bucket;
-  std::string prefix;    // "" or "a/b", without slashes at its ends.
-  std::string endpoint;  // "https://s3.eu-west-1.amazonaws.com"
-  std::string region;
-  bool path_style = false;
-  std::string access_key;
-  std::string secret_key;
-  std::string session_token;
-  int64_t part_bytes = 64 << 20;  // S3 wants at least 5 MiB, except for the last part.
-  int tries = 7;
-  std::chrono::milliseconds first_pause{100};  // Doubles with each try.
-  std::chrono::milliseconds longest_pause{5000};
-};
-
-// Reads the options from the URI and the environment. Errors: kInvalidArgument that names what is
-// wrong in the URI; kFailedPrecondition without credentials.
-absl::StatusOr<S3Options> ParseS3Uri(std::string_view uri);
 
 // Opens the store and tries it at once by a small write, or by a listing with `store.read_only`, so
 // that a wrong bucket or key is found here. Errors: those of that first call.

@@ -15,6 +15,7 @@
 #include "parallax/v1/scene.pb.h"
 #include "worker/dataset/dataset_reader.h"
 #include "worker/dataset/verify_camera.h"
+#include "worker/dataset/verify_files.h"
 #include "worker/dataset/verify_flow.h"
 #include "worker/dataset/verify_frame.h"
 #include "worker/dataset/verify_light.h"

@@ -8,10 +8,6 @@
 
 namespace parallax {
 
-// Checks that the index's files exist with the right hashes. Adds their sizes to `bytes`.
-void CheckFiles(const DatasetFrame& frame, bool hashes, std::vector<Finding>& findings,
-                int64_t& bytes);
-
 // Checks the geometry between a frame's files. Maps that were not written are not missed; maps that
 // can't be read are findings.
 void CheckGeometry(const DatasetFrame& frame, std::vector<Finding>& findings);

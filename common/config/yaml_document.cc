@@ -1,0 +1,81 @@
+#include "common/config/yaml_document.h"
+
+#include <fmt/core.h>
+#include <yaml-cpp/eventhandler.h>
+
+#include <sstream>
+
+#include "common/config/limits.h"
+
+namespace parallax::config_internal {
+namespace {
+
+// Counts documents; knows the line of the last one's first node.
+class DocumentCounter final : public YAML::EventHandler {
+ public:
+  int documents = 0;
+  int last_line = 0;
+
+  void OnDocumentStart(const YAML::Mark& mark) override {
+    ++documents;
+    last_line = mark.line;
+    empty_ = true;
+  }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t) override { Content(mark); }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override { Content(mark); }
+  void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                const std::string&) override {
+    Content(mark);
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {
+    Content(mark);
+  }
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {
+    Content(mark);
+  }
+  void OnMapEnd() override {}
+
+ private:
+  void Content(const YAML::Mark& mark) {
+    if (empty_ && !mark.is_null()) last_line = mark.line;
+    empty_ = false;
+  }
+  bool empty_ = true;
+};
+
+}  // namespace
+
+std::optional<YAML::Node> ParseYaml(std::string_view text, const std::string& file,
+                                    ConfigErrors& errors) {
+  if (text.size() > kMaxYamlBytes) {
+    errors.Add({file, 0, ""},
+               fmt::format("larger than {} KiB: not a configuration", kMaxYamlBytes >> 10));
+    return std::nullopt;
+  }
+  if (text.find('\0') != std::string_view::npos) {
+    errors.Add({file, 0, ""}, "holds a NUL byte: not a text file");
+    return std::nullopt;
+  }
+  try {
+    // Not LoadAll: at a stray ",", yaml-cpp finds empty documents without end.
+    DocumentCounter counter;
+    std::istringstream stream{std::string(text)};
+    YAML::Parser parser(stream);
+    while (counter.documents < 2 && parser.HandleNextDocument(counter)) {
+    }
+    if (counter.documents > 1) {
+      errors.Add({file, counter.last_line + 1, ""}, "a second YAML document, allowed is one");
+    }
+    return YAML::Load(std::string(text));
+  } catch (const YAML::Exception& error) {
+    errors.Add({file, error.mark.is_null() ? 0 : error.mark.line + 1, ""},
+               "not YAML: " + error.msg);
+    return std::nullopt;
+  }
+}
+
+}  // namespace parallax::config_internal

@@ -1,0 +1,101 @@
+#include "common/store/s3_requests.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <utility>
+
+#include "common/base/log.h"
+#include "common/base/status.h"
+#include "common/store/s3_text.h"
+
+namespace parallax {
+namespace {
+
+bool IsTransient(const HttpAnswer& answer) {
+  return answer.code == 0 || answer.code == 429 || answer.code >= 500;
+}
+
+absl::StatusCode CodeOfHttp(long http_code) {
+  switch (http_code) {
+    case 404:
+      return absl::StatusCode::kNotFound;
+    case 401:
+    case 403:
+      return absl::StatusCode::kPermissionDenied;
+    case 400:
+      return absl::StatusCode::kFailedPrecondition;
+    case 507:
+      return absl::StatusCode::kResourceExhausted;
+    default:
+      return absl::StatusCode::kUnavailable;
+  }
+}
+
+void Pause(std::chrono::milliseconds pause) {
+  std::mutex mu;
+  std::condition_variable never;
+  std::unique_lock lock(mu);
+  never.wait_for(lock, pause, [] { return false; });
+}
+
+}  // namespace
+
+absl::Status S3Error(const HttpAnswer& answer, const std::string& what) {
+  std::string why(Element(answer.body, "Code"));
+  if (const auto message = Element(answer.body, "Message"); !message.empty()) {
+    why += fmt::format(": {}", message);
+  }
+  if (answer.code == 0) return Unavailable("{}: {}", what, answer.error);
+  return MakeError(CodeOfHttp(answer.code), fmt::format("{}: HTTP {} {}", what, answer.code, why));
+}
+
+S3Requests::S3Requests(S3Options options)
+    : options_(std::move(options)),
+      http_({.access_key = options_.access_key,
+             .secret_key = options_.secret_key,
+             .session_token = options_.session_token,
+             .region = options_.region}) {}
+
+std::string S3Requests::UrlOf(const std::string& key, const S3Query& query) const {
+  std::string url;
+  const size_t host = options_.endpoint.find("://") + 3;
+  if (options_.path_style) {
+    url = options_.endpoint + "/" + PercentEncode(options_.bucket, false);
+  } else {
+    url =
+        options_.endpoint.substr(0, host) + options_.bucket + "." + options_.endpoint.substr(host);
+  }
+  url += "/" + PercentEncode(key, true);
+  char mark = '?';
+  for (const auto& [name, value] : query) {
+    url += mark + PercentEncode(name, false) + "=" + PercentEncode(value, false);
+    mark = '&';
+  }
+  return url;
+}
+
+absl::StatusOr<HttpAnswer> S3Requests::Ask(HttpRequest request, const std::string& key,
+                                           const S3Query& query,
+                                           const std::set<int>& expected) const {
+  request.url = UrlOf(key, query);
+  const std::string what = "s3 " + request.method + " " + options_.bucket + "/" + key;
+  HttpAnswer answer;
+  auto pause = options_.first_pause;
+  for (int i = 1;; ++i) {
+    answer = http_.Send(request);
+    if (!IsTransient(answer) || i >= options_.tries) break;
+    LogDebug("s3 request to be tried again", {{"request", what}, {"code", answer.code}});
+    Pause(pause);
+    pause = std::min(pause * 2, options_.longest_pause);
+  }
+  if ((answer.code >= 200 && answer.code < 300) || expected.count(answer.code) > 0) {
+    return answer;
+  }
+  return S3Error(answer, what);
+}
+
+}  // namespace parallax

@@ -1,0 +1,64 @@
+#include "common/store/s3_text.h"
+
+#include <cctype>
+#include <charconv>
+
+namespace parallax {
+namespace {
+
+bool IsUnreserved(unsigned char c) {
+  return std::isalnum(c) || c == '-' || c == '.' || c == '_' || c == '~';
+}
+
+}  // namespace
+
+std::string PercentEncode(std::string_view text, bool keep_slash) {
+  std::string encoded;
+  for (const unsigned char c : text) {
+    if (IsUnreserved(c) || (keep_slash && c == '/')) {
+      encoded += static_cast<char>(c);
+    } else {
+      encoded += '%';
+      encoded += "0123456789ABCDEF"[c >> 4];
+      encoded += "0123456789ABCDEF"[c & 15];
+    }
+  }
+  return encoded;
+}
+
+std::string PercentDecode(std::string_view text) {
+  std::string decoded;
+  for (size_t i = 0; i < text.size(); ++i) {
+    int value = 0;
+    if (text[i] == '%' && i + 2 < text.size() &&
+        std::from_chars(text.data() + i + 1, text.data() + i + 3, value, 16).ec == std::errc()) {
+      decoded += static_cast<char>(value);
+      i += 2;
+    } else {
+      decoded += text[i] == '+' ? ' ' : text[i];
+    }
+  }
+  return decoded;
+}
+
+std::string_view Element(std::string_view xml, const std::string& name) {
+  const std::string open = "<" + name + ">", close = "</" + name + ">";
+  const size_t begin = xml.find(open);
+  const size_t end = begin == std::string_view::npos ? begin : xml.find(close, begin);
+  if (end == std::string_view::npos) return "";
+  return xml.substr(begin + open.size(), end - begin - open.size());
+}
+
+std::string EscapeXml(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    escaped += c == '&'   ? "&amp;"
+               : c == '<' ? "&lt;"
+               : c == '>' ? "&gt;"
+               : c == '"' ? "&quot;"
+                          : std::string(1, c);
+  }
+  return escaped;
+}
+
+}  // namespace parallax

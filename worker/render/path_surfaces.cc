@@ -347,11 +347,16 @@ void PathTracer::RecordGuides(const PathVertex8& vertex, const Scatter8& scatter
                               (walks.bounce.At(vertex.block) < kGuideBounces);
   const Mask8 guides = vertex.here & ~walks.guided.At(vertex.block) & ~shows_another;
   if (!Any(guides)) return;
+  // Haze fades the guides into the sky's as it fades the picture: else the denoiser draws the noise
+  // of an edge that is hardly to be seen.
+  const Float8 clear = walks.clear.At(vertex.block);
   const Vec3x8 albedo = GuideAlbedo(vertex.at.surface) * walks.tint.At(vertex.block);
+  const Vec3x8 guide = albedo * clear + Vec3x8::All(1.0f - clear),
+               normal = scatter.normal() * clear;
   ForEach(guides, [&](int lane) {
     PathResult& result = state_->result(vertex.Walk(lane));
-    result.albedo = albedo.Get(lane);
-    result.normal = scatter.normal().Get(lane);
+    result.albedo = guide.Get(lane);
+    result.normal = normal.Get(lane);
   });
   walks.guided.At(vertex.block) |= guides;
 }

@@ -16,6 +16,7 @@
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
 #include "parallax/v1/service.grpc.pb.h"
+#include "tests/first_call.h"
 #include "tests/job_messages.h"
 #include "tests/worker/agent/gated_runner.h"
 #include "worker/agent/agent.h"
@@ -64,6 +65,7 @@ class CoordinatorServerTest : public testing::Test {
     auto server = CoordinatorServer::Start(options_, *queue_);
     ASSERT_TRUE(server.ok()) << server.status();
     server_ = *std::move(server);
+    MakeFirstCall(*stub_);
   }
   void StopCoordinator() {
     server_.reset();

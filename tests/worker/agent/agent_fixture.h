@@ -17,8 +17,10 @@
 #include <vector>
 
 #include "common/base/status.h"
+#include "common/rpc/endpoint.h"
 #include "fake_coordinator.h"
 #include "test_runner.h"
+#include "tests/first_call.h"
 #include "tests/job_messages.h"
 #include "worker/agent/agent.h"
 
@@ -125,6 +127,7 @@ class AgentTest : public testing::Test {
     options_.reports.backoff_cap_s = 0.05;
     coordinator_.Change([this](auto& how) { how.store_uri = "file://" + directory_ + "/store"; });
     coordinator_.Start();
+    MakeFirstCall(*v1::Coordinator::NewStub(*ConnectRpc(options_.coordinator, {})));
   }
   ~AgentTest() override {
     StopAgent();

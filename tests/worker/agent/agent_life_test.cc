@@ -110,7 +110,7 @@ TEST_F(AgentTest, ALateAnswerToAnEarlyHeartbeatCarriesTheWorkNoFurther) {
 
 TEST_F(AgentTest, HeartbeatsCarryProgressAndReportsThatWait) {
   coordinator_.Change([](auto& how) {
-    how.lease_s = 0.4;
+    how.lease_s = 2;
     how.report_status = grpc::StatusCode::INTERNAL;
   });
   runner_.Hold(1, started_, finish_, cancelled_);
